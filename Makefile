@@ -1,0 +1,146 @@
+# dqwatch. `make help` explains every target.
+BUILD    ?= build
+DATA     ?= ../shared/data
+CC       ?= cc
+CXX      ?= c++
+OPT      ?= -O2
+UNITY_DIR ?= $(TOP)/unity
+
+# The sanitized tests are built by a second make into $(BUILD)/asan; Unity stays in one place.
+TOP      := $(BUILD)
+ifdef SANITIZE
+TOP      := $(patsubst %/asan,%,$(BUILD))
+SANFLAGS := -fsanitize=address,undefined -fno-sanitize-recover=undefined -fno-omit-frame-pointer -g
+OPT      := -O1
+endif
+
+WARN     := -Wall -Wextra -Wshadow
+LIBWARN  := $(WARN) -Wconversion -Wsign-conversion -Wdouble-promotion
+FP       := -ffp-contract=off
+INC      := -Ilib -Isim -Iref -Iapp
+# Ceres' and Eigen's headers as system headers: their warnings are not ours.
+CXXINC   := $(INC) -isystem /usr/include/eigen3
+CFLAGS   ?=
+CXXFLAGS ?=
+C99      := -std=c99 -pedantic $(OPT) $(FP) $(SANFLAGS) -MMD -MP
+CXX17    := -std=c++17 $(OPT) $(FP) $(SANFLAGS) -MMD -MP
+
+# SUNDIALS 7 moved its context into a library of its own; SUNDIALS 6 has none of that name.
+SUNCORE   = $(shell echo 'int main(void){return 0;}' | $(CC) -x c - -lsundials_core -o /dev/null 2>/dev/null && echo -lsundials_core)
+SUNLIBS   = -lsundials_cvode -lsundials_nvecserial -lsundials_sunmatrixdense -lsundials_sunlinsoldense \
+            -lsundials_sunnonlinsolfixedpoint $(SUNCORE)
+CERESLIBS = -lceres -lglog -lfmt
+
+LIB_O := $(patsubst %.c,$(BUILD)/%.o,$(wildcard lib/*.c))
+SIM_O := $(patsubst %.c,$(BUILD)/%.o,$(wildcard sim/*.c))
+REF_O := $(patsubst %.cpp,$(BUILD)/%.o,$(wildcard ref/*.cpp))
+APP_O := $(patsubst %.cpp,$(BUILD)/%.o,$(filter-out app/main.cpp,$(wildcard app/*.cpp)))
+ARCHIVES := $(BUILD)/libapp.a $(BUILD)/libref.a $(BUILD)/libsim.a $(BUILD)/libdqw.a
+TESTS := $(patsubst tests/%.c,$(BUILD)/tests/%,$(wildcard tests/test_*.c)) \
+         $(patsubst tests/%.cpp,$(BUILD)/tests/%,$(wildcard tests/test_*.cpp))
+
+## all          build build/dqwatch
+.PHONY: all
+all: $(BUILD)/dqwatch
+
+## help         this list
+.PHONY: help
+help:
+	@sed -n 's/^## //p' Makefile
+
+## demo         install what is missing, build, and run the main job: simulate, learn, fit, compare with the truth
+.PHONY: demo
+demo:
+	@.ci/install build
+	@$(MAKE) --no-print-directory all
+	@$(BUILD)/dqwatch demo --out $(BUILD)/demo
+
+## test         install what is missing, build, and run every test, plain and under AddressSanitizer and UBSan
+.PHONY: test
+test:
+	@.ci/install build
+	@.ci/unity $(UNITY_DIR)
+	@$(MAKE) --no-print-directory test-binaries
+	@$(MAKE) --no-print-directory BUILD=$(BUILD)/asan SANITIZE=1 UNITY_DIR=$(UNITY_DIR) test-binaries
+	@BUILD=$(BUILD) DATA=$(DATA) CC="$(CC)" CXX="$(CXX)" tests/run
+
+.PHONY: test-binaries
+test-binaries: $(TESTS) $(BUILD)/dqwatch
+
+## tools        install the checkers that make lint uses
+.PHONY: tools
+tools:
+	@.ci/install tools
+
+## lint         compilers at their strictest, headers alone, poisoned names, citations, clang-tidy, cppcheck, format
+.PHONY: lint
+lint:
+	@.ci/install build tools
+	@.ci/lint
+
+## measured     fit every measured log of DATA (default ../shared/data) and write docs/measured.md
+.PHONY: measured
+measured: 
+	@.ci/install build
+	@$(MAKE) --no-print-directory all
+	@.ci/measured $(BUILD)/dqwatch $(DATA) docs/measured.md
+
+## bench        speed of the simulator and the fit, beside gym-electric-motor from PyPI
+.PHONY: bench
+bench:
+	@.ci/install build
+	@$(MAKE) --no-print-directory all $(BUILD)/bench/sim_speed
+	@BUILD=$(BUILD) bench/run
+
+## clean        remove what was built
+.PHONY: clean
+clean:
+	rm -rf $(BUILD)
+
+$(BUILD)/lib/%.o: lib/%.c
+	@mkdir -p $(@D)
+	$(CC) $(C99) $(LIBWARN) -Ilib $(CFLAGS) -c $< -o $@
+$(BUILD)/sim/%.o: sim/%.c
+	@mkdir -p $(@D)
+	$(CC) $(C99) $(WARN) -Isim $(CFLAGS) -c $< -o $@
+$(BUILD)/ref/%.o: ref/%.cpp
+	@mkdir -p $(@D)
+	$(CXX) $(CXX17) $(WARN) -Iref -isystem /usr/include/eigen3 $(CXXFLAGS) -c $< -o $@
+$(BUILD)/app/%.o: app/%.cpp
+	@mkdir -p $(@D)
+	$(CXX) $(CXX17) $(WARN) $(CXXINC) $(CXXFLAGS) -c $< -o $@
+$(BUILD)/tests/%.o: tests/%.c
+	@mkdir -p $(@D)
+	$(CC) $(C99) -D_POSIX_C_SOURCE=200809L $(WARN) $(INC) -Itests -isystem $(UNITY_DIR) -DUNITY_INCLUDE_DOUBLE $(CFLAGS) -c $< -o $@
+$(BUILD)/tests/%.o: tests/%.cpp
+	@mkdir -p $(@D)
+	$(CXX) $(CXX17) $(WARN) $(CXXINC) -Itests -isystem $(UNITY_DIR) -DUNITY_INCLUDE_DOUBLE $(CXXFLAGS) -c $< -o $@
+$(BUILD)/bench/%.o: bench/%.c
+	@mkdir -p $(@D)
+	$(CC) $(C99) -D_POSIX_C_SOURCE=200809L $(WARN) $(INC) $(CFLAGS) -c $< -o $@
+$(BUILD)/tests/unity.o: $(UNITY_DIR)/unity.c
+	@mkdir -p $(@D)
+	$(CC) $(OPT) $(SANFLAGS) -DUNITY_INCLUDE_DOUBLE -c $< -o $@
+
+# An archive is made anew, so that an object whose source is gone is gone too.
+$(BUILD)/libdqw.a: $(LIB_O)
+	@rm -f $@; ar rcs $@ $^
+$(BUILD)/libsim.a: $(SIM_O)
+	@rm -f $@; ar rcs $@ $^
+$(BUILD)/libref.a: $(REF_O)
+	@rm -f $@; ar rcs $@ $^
+$(BUILD)/libapp.a: $(APP_O)
+	@rm -f $@; ar rcs $@ $^
+$(BUILD)/dqwatch: $(BUILD)/app/main.o $(ARCHIVES)
+	$(CXX) $(SANFLAGS) $^ $(SUNLIBS) $(CERESLIBS) -lm -o $@
+
+# C tests see lib/ and sim/; C++ tests see ref/ and app/ as well.
+$(patsubst tests/%.c,$(BUILD)/tests/%,$(wildcard tests/test_*.c)): $(BUILD)/tests/%: $(BUILD)/tests/%.o $(BUILD)/tests/unity.o $(BUILD)/libsim.a $(BUILD)/libdqw.a
+	$(CC) $(SANFLAGS) $^ $(SUNLIBS) -lm -o $@
+$(patsubst tests/%.cpp,$(BUILD)/tests/%,$(wildcard tests/test_*.cpp)): $(BUILD)/tests/%: $(BUILD)/tests/%.o $(BUILD)/tests/unity.o $(ARCHIVES)
+	$(CXX) $(SANFLAGS) $^ $(SUNLIBS) $(CERESLIBS) -lm -o $@
+$(BUILD)/bench/sim_speed: $(BUILD)/bench/sim_speed.o $(BUILD)/libsim.a
+	$(CC) $^ $(SUNLIBS) -lm -o $@
+
+.SECONDARY:
+-include $(wildcard $(BUILD)/*/*.d)
