@@ -1,0 +1,59 @@
+#include "dqw_gain.h"
+
+#include <math.h>
+#include <stddef.h>
+
+enum dqw_status dqw_gain_init(dqw_gain *g, int inputs, float p0)
+{
+    if (g == NULL) return DQW_ERR_NULL;
+    if (inputs < 1 || inputs > DQW_LEARNER_INPUTS) return DQW_ERR_SIZE;
+    if (!isfinite(p0) || p0 <= 0.0f) return DQW_ERR_RANGE;
+    const dqw_gain zero = {0};
+    *g = zero;
+    g->inputs = (uint8_t)inputs;
+    for (int i = 0; i < inputs; i++) g->d[i] = p0;
+    return DQW_OK;
+}
+
+void dqw_gain_step(dqw_gain *g, const float x_pu[], float k_pu[])
+{
+    const int n = g->inputs;
+    float f[DQW_LEARNER_INPUTS];
+    float v[DQW_LEARNER_INPUTS];
+
+    // [RLS.1] f = U' x, v = D f
+    for (int j = 0; j < n; j++) {
+        f[j] = x_pu[j];
+        for (int i = 0; i < j; i++) f[j] += g->u[i][j] * x_pu[i];
+        v[j] = g->d[j] * f[j];
+    }
+
+    // [RLS.2] column by column: shrink D, turn U, build the gain; alpha > 0 always, so D stays positive
+    float alpha = 1.0f;
+    for (int j = 0; j < n; j++) {
+        const float before = alpha;
+        alpha += v[j] * f[j];
+        const float lambda = -f[j] / before;
+        g->d[j] *= before / alpha;
+        k_pu[j] = v[j];
+        for (int i = 0; i < j; i++) {
+            const float u = g->u[i][j];
+            g->u[i][j] = u + lambda * k_pu[i];
+            k_pu[i] += u * v[j];
+        }
+    }
+
+    // [RLS.3] divide once
+    for (int j = 0; j < n; j++) k_pu[j] /= alpha;
+}
+
+float dqw_gain_covariance(const dqw_gain *g, int i, int j)
+{
+    float p = 0.0f;
+    for (int m = i > j ? i : j; m < g->inputs; m++) {
+        const float ui = m == i ? 1.0f : g->u[i][m];
+        const float uj = m == j ? 1.0f : g->u[j][m];
+        p += ui * g->d[m] * uj;
+    }
+    return p;
+}

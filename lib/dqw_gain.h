@@ -1,0 +1,48 @@
+// How far each weight moves per unit of error when all that was learned before is weighed in: the recursive least
+// squares gain, kept as factors U D U' so that single precision cannot make it negative.
+#ifndef DQW_GAIN_H
+#define DQW_GAIN_H
+
+#include <stdint.h>
+
+#include "dqw_learner.h"
+#include "dqw_status.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/// Covariance of the weights per unit of residual variance, P = U D U', U unit upper triangular.
+typedef struct dqw_gain {
+    float u[DQW_LEARNER_INPUTS][DQW_LEARNER_INPUTS];  ///< u[i][j], i < j
+    float d[DQW_LEARNER_INPUTS];
+    uint8_t inputs;
+} dqw_gain;
+
+/// Make a gain that knows nothing: every weight has variance p0.
+///
+/// Source   (E17) in docs/EQUATIONS.md
+/// Units    p0: squared per-unit weight per squared per-unit residual, > 0; 1e6 forgets the start after a few samples
+/// Returns  DQW_OK; DQW_ERR_NULL, DQW_ERR_SIZE or DQW_ERR_RANGE, and then *g is untouched
+enum dqw_status dqw_gain_init(dqw_gain *g, int inputs, float p0);
+
+/// Take one sample into account and give the gain for it.
+///
+/// Source   Bierman's update of (E17) in docs/EQUATIONS.md
+/// Shape    x_pu[inputs] read only; k_pu[inputs] written: the weights' correction per unit of error
+/// Range    finite x_pu, |x_pu| < 1e9; an input of zero leaves its weight's variance alone
+/// Cost     1.5 n^2 + 5 n flops, n divisions; no loop depends on data
+/// Context  ISR safe; one writer per object
+void dqw_gain_step(dqw_gain *g, const float x_pu[], float k_pu[]);
+
+/// Covariance of weights i and j per unit of residual variance, per unit.
+///
+/// Source   (E17) in docs/EQUATIONS.md
+/// Range    i, j in 0 .. inputs-1
+/// Cost     2 n flops
+float dqw_gain_covariance(const dqw_gain *g, int i, int j);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,53 @@
+// May this be learned? Integers and booleans only, so that float and fixed point decide alike.
+#ifndef DQW_GATE_H
+#define DQW_GATE_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "dqw_status.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/// Most inputs whose excitation is counted.
+#define DQW_GATE_INPUTS 8
+
+/// What became of every sample and block. Counters stop at their maximum instead of starting again.
+typedef struct dqw_gate {
+    uint32_t accepted, nonfinite, saturated, stale;  ///< samples
+    uint32_t blocks, incomplete;                     ///< blocks learned from; blocks dropped
+    uint32_t excited[DQW_GATE_INPUTS];               ///< blocks in which input i could teach its weight
+    uint32_t repeats, stale_limit;
+} dqw_gate;
+
+/// What is known of one sample.
+typedef struct dqw_gate_sample {
+    bool finite;     ///< every channel is a number
+    bool saturated;  ///< a channel is at its limit, or the inverter could not give the voltage
+    bool repeated;   ///< every current and the speed equal the last sample's to the bit, while something should move
+} dqw_gate_sample;
+
+/// Open the gate. stale_limit: repeats in a row before a sensor counts as stuck; 0: never.
+/// Source   (E19) in docs/EQUATIONS.md
+void dqw_gate_init(dqw_gate *g, uint32_t stale_limit);
+
+/// May this sample be learned? Counts it.
+///
+/// Source   (E19) in docs/EQUATIONS.md
+/// Returns  0 if it may; else the DQW_EVENT_* that says why not. NaN first, then saturation, then stale
+/// Cost     a few comparisons
+/// Context  ISR safe; one writer per object
+uint32_t dqw_gate_check(dqw_gate *g, dqw_gate_sample s);
+
+/// Count a block whose inputs i with bit i of `excited` set can teach their weight, of `inputs` inputs from `first` on.
+///
+/// Source   (E19) in docs/EQUATIONS.md
+/// Returns  0, or DQW_EVENT_UNEXCITED where a bit is missing
+uint32_t dqw_gate_block(dqw_gate *g, uint32_t excited, uint32_t first, uint32_t inputs);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,89 @@
+#include "dqw_learner.h"
+
+#include <math.h>
+#include <stddef.h>
+
+// Keeps the step finite when every input is zero: far below any per-unit signal squared that carries information.
+#define NORM_FLOOR 1e-6f
+// A larger error is learned as this: one wild sample then moves a weight by a bounded step, and no weight can overflow.
+#define ERROR_LIMIT_PU 1e3f
+
+static bool positive(float x)
+{
+    return isfinite(x) && x > 0.0f;
+}
+
+static float limit(float x, float bound)
+{
+    return x > bound ? bound : x < -bound ? -bound : x;
+}
+
+enum dqw_status dqw_learner_init(dqw_learner *l, const dqw_learner_config *config)
+{
+    if (l == NULL || config == NULL) return DQW_ERR_NULL;
+    if (config->inputs < 1 || config->inputs > DQW_LEARNER_INPUTS) return DQW_ERR_SIZE;
+    if (!positive(config->step_size) || config->step_size >= 2.0f || !positive(config->y_base)) return DQW_ERR_RANGE;
+    for (int i = 0; i < config->inputs; i++)
+        if (!positive(config->x_base[i]) || !positive(1.0f / config->x_base[i])) return DQW_ERR_RANGE;
+
+    const dqw_learner zero = {0};
+    *l = zero;
+    l->inputs = (uint8_t)config->inputs;
+    l->step_size = config->step_size;
+    l->y_base = config->y_base;
+    l->noisy_inputs = config->noisy_inputs;
+    l->indicator = config->indicator;
+    for (int i = 0; i < config->inputs; i++) l->x_scale[i] = 1.0f / config->x_base[i];
+    return DQW_OK;
+}
+
+float dqw_learner_forward(const dqw_learner *l, const float x[])
+{
+    float y_pu = l->w_o;
+    for (int i = 0; i < l->inputs; i++) y_pu += l->w_pu[i] * (x[i] * l->x_scale[i]);
+    return y_pu * l->y_base;
+}
+
+float dqw_learner_learn(dqw_learner *l, const float x[], float target)
+{
+    // [LMS.1] normalise the inputs
+    float x_pu[DQW_LEARNER_INPUTS];
+    float norm = l->indicator ? 1.0f : 0.0f;
+    float w_norm = 0.0f;
+    for (int i = 0; i < l->inputs; i++) {
+        x_pu[i] = x[i] * l->x_scale[i];
+        norm += x_pu[i] * x_pu[i];
+        w_norm += l->w_pu[i] * l->w_pu[i];
+    }
+
+    // [LMS.2] error before the correction
+    const float e_pu = (target - dqw_learner_forward(l, x)) / l->y_base;
+    if (!isfinite(e_pu) || !isfinite(norm)) {
+        l->skipped++;
+        return 0.0f;
+    }
+
+    // [LMS.3] normalised step; with noisy inputs down the gradient of e^2 / (1 + |w|^2)
+    const float g = l->step_size * limit(e_pu, ERROR_LIMIT_PU) / (norm + NORM_FLOOR);
+    const float pull = l->noisy_inputs ? limit(e_pu, 1.0f) / (1.0f + w_norm) : 0.0f;
+    for (int i = 0; i < l->inputs; i++) l->w_pu[i] += g * (x_pu[i] + pull * l->w_pu[i]);
+    if (l->indicator) l->w_o += g;
+    l->learned++;
+    return e_pu * l->y_base;
+}
+
+float dqw_learner_weight(const dqw_learner *l, int i)
+{
+    if (i < 0 || i >= l->inputs) return NAN;
+    return l->w_pu[i] * l->y_base * l->x_scale[i];
+}
+
+enum dqw_status dqw_learner_set_weight(dqw_learner *l, int i, float weight)
+{
+    if (l == NULL) return DQW_ERR_NULL;
+    if (i < 0 || i >= l->inputs) return DQW_ERR_SIZE;
+    const float w_pu = weight / (l->y_base * l->x_scale[i]);
+    if (!isfinite(w_pu)) return DQW_ERR_RANGE;
+    l->w_pu[i] = w_pu;
+    return DQW_OK;
+}

@@ -1,0 +1,84 @@
+// The Learner: one neuron. It knows nothing of motors.
+#ifndef DQW_LEARNER_H
+#define DQW_LEARNER_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "dqw_status.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/// Most inputs that a Learner takes, the constant input not counted.
+#define DQW_LEARNER_INPUTS 6
+
+typedef struct dqw_learner_config {
+    int inputs;                        ///< 1 .. DQW_LEARNER_INPUTS
+    float step_size;                   ///< normalised step, 0 < step_size < 2; 0.5 is a good start
+    float x_base[DQW_LEARNER_INPUTS];  ///< what one unit of each input is, in the input's own unit; > 0. (P15)
+    float y_base;                      ///< the same for the target; > 0
+    bool noisy_inputs;                 ///< inputs as noisy as the target, per unit: minimise the orthogonal distance
+    bool indicator;                    ///< learn the weight of a constant input, W_o, as convergence indicator
+} dqw_learner_config;
+
+/// One neuron. Weights are kept per unit; dqw_learner_weight() restores them.
+typedef struct dqw_learner {
+    float w_pu[DQW_LEARNER_INPUTS];
+    float w_o;  ///< weight of the constant input 1, per unit of y_base; 0 when nothing is left to learn
+    float x_scale[DQW_LEARNER_INPUTS];
+    float y_base;
+    float step_size;
+    uint32_t learned;  ///< samples learned
+    uint32_t skipped;  ///< samples skipped because they were not finite
+    uint8_t inputs;
+    bool noisy_inputs;
+    bool indicator;
+} dqw_learner;
+
+/// Make a Learner, all weights zero.
+///
+/// Source   Fig. 2; (P15)
+/// Returns  DQW_OK; DQW_ERR_NULL, DQW_ERR_SIZE or DQW_ERR_RANGE, and then *l is untouched
+/// Context  at start; one writer per object
+enum dqw_status dqw_learner_init(dqw_learner *l, const dqw_learner_config *config);
+
+/// Forward mode: the output for these inputs.
+///
+/// Source   (P12); (E4) in docs/EQUATIONS.md
+/// Shape    x[inputs], read only
+/// Units    x in the inputs' own units; returns the target's own unit
+/// Range    any float; non-finite in, non-finite out
+/// Cost     3 n + 2 flops; no loop depends on data
+/// Context  ISR safe; reads *l only
+float dqw_learner_forward(const dqw_learner *l, const float x[]);
+
+/// Learning mode: predict, compare, correct; one normalised step.
+///
+/// Source   (P13), (P14); (E5), with noisy_inputs (E6), in docs/EQUATIONS.md
+/// Shape    x[inputs], read only
+/// Units    x, target in their own units
+/// Range    any float; a non-finite sample is skipped and counted
+/// Returns  the error before the correction, in the target's unit; 0 if the sample was skipped
+/// Cost     7 n + 10 flops, two divisions; no loop depends on data
+/// Context  ISR safe; one writer per object
+float dqw_learner_learn(dqw_learner *l, const float x[], float target);
+
+/// The weight of input i in the target's unit per the input's unit.
+///
+/// Source   (P15); (E7) in docs/EQUATIONS.md
+/// Range    i in 0 .. inputs-1; NaN outside
+/// Context  ISR safe
+float dqw_learner_weight(const dqw_learner *l, int i);
+
+/// Set a weight, in the target's unit per the input's unit: a nominal value to start from. Refused as a whole if not finite.
+///
+/// Source   (P15); (E7) in docs/EQUATIONS.md
+/// Returns  DQW_OK, DQW_ERR_SIZE for i out of range, DQW_ERR_RANGE for a non-finite value
+enum dqw_status dqw_learner_set_weight(dqw_learner *l, int i, float weight);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,115 @@
+#include "dqw_mechanical.h"
+
+#include <math.h>
+#include <stddef.h>
+
+#define HALF_WINDOW 25
+#define EXCITATION_PU 0.002f
+#define KNOWN_RATIO 0.25f
+
+enum { IN_J = 0, IN_B, IN_COULOMB };
+// Signals of a pair: torque, slope of speed, speed, direction.
+enum { SIGNALS = 4 };
+
+static bool positive(float x)
+{
+    return isfinite(x) && x > 0.0f;
+}
+
+enum dqw_status dqw_mechanical_init(dqw_mechanical *m, const dqw_mechanical_config *config)
+{
+    if (m == NULL || config == NULL) return DQW_ERR_NULL;
+    if (!positive(config->dt_s) || !positive(config->torque_base_Nm) || !positive(config->w_base_rad_s)) return DQW_ERR_RANGE;
+    const float rest[] = {config->J_kgm2, config->B_Nms_rad, config->excitation_pu, config->standstill_rad_s};
+    for (unsigned i = 0; i < sizeof rest / sizeof rest[0]; i++)
+        if (!isfinite(rest[i]) || rest[i] < 0.0f) return DQW_ERR_RANGE;
+
+    dqw_mechanical n = {0};
+    const int half = config->half_window != 0 ? config->half_window : HALF_WINDOW;
+    dqw_learner_config neuron = {.inputs = config->coulomb ? 3 : 2, .step_size = 1.0f, .y_base = config->torque_base_Nm};
+    // A full change of speed within one block is the base of the slope.
+    neuron.x_base[IN_J] = config->w_base_rad_s / (config->dt_s * (float)half);
+    neuron.x_base[IN_B] = config->w_base_rad_s;
+    neuron.x_base[IN_COULOMB] = 1.0f;
+    enum dqw_status status = dqw_axis_init(&n.axis, &neuron);
+    if (status == DQW_OK) status = dqw_learner_set_weight(&n.axis.neuron, IN_J, config->J_kgm2);
+    if (status == DQW_OK) status = dqw_learner_set_weight(&n.axis.neuron, IN_B, config->B_Nms_rad);
+    if (status == DQW_OK) status = dqw_window_init(&n.window, half, SIGNALS);
+    if (status != DQW_OK) return status;
+    dqw_gate_init(&n.gate, 0);
+    n.dt_s = config->dt_s;
+    n.excitation_pu = config->excitation_pu > 0.0f ? config->excitation_pu : EXCITATION_PU;
+    n.standstill_rad_s = config->standstill_rad_s;
+    n.coulomb = config->coulomb;
+    *m = n;
+    return DQW_OK;
+}
+
+static float direction(float w, float standstill)
+{
+    return w > standstill ? 1.0f : w < -standstill ? -1.0f : 0.0f;
+}
+
+static uint32_t learn(dqw_mechanical *m, const float block[SIGNALS])
+{
+    const dqw_learner *l = &m->axis.neuron;
+    const float x[3] = {block[1], block[2], block[3]};
+    uint32_t mask = 0;
+    for (int i = 0; i < l->inputs; i++)
+        if (fabsf(x[i]) * l->x_scale[i] >= m->excitation_pu) mask |= 1u << i;
+    const uint32_t event = dqw_gate_block(&m->gate, mask, 0, l->inputs);
+    if (mask == 0) return event;
+    m->gate.blocks++;
+    (void)dqw_axis_learn(&m->axis, x, block[0], mask);
+    return event | DQW_EVENT_LEARNED;
+}
+
+uint32_t dqw_mechanical_step(dqw_mechanical *m, float torque_Nm, float w_m_rad_s)
+{
+    const dqw_gate_sample g = {.finite = isfinite(torque_Nm) && isfinite(w_m_rad_s)};
+    uint32_t event = dqw_gate_check(&m->gate, g);
+    float block[SIGNALS];
+    float pair[SIGNALS];
+    const bool paired = event == 0 && m->has_last;
+    if (paired) {
+        pair[0] = m->torque_last_Nm;
+        pair[1] = (w_m_rad_s - m->w_last_rad_s) / m->dt_s;
+        pair[2] = 0.5f * (w_m_rad_s + m->w_last_rad_s);
+        pair[3] = 0.5f * (direction(w_m_rad_s, m->standstill_rad_s) + direction(m->w_last_rad_s, m->standstill_rad_s));
+    }
+    const uint32_t window = dqw_window_step(&m->window, paired ? pair : NULL, block);
+    m->has_last = event == 0;
+    m->torque_last_Nm = torque_Nm;
+    m->w_last_rad_s = w_m_rad_s;
+    if (window == DQW_EVENT_LEARNED) {
+        event |= learn(m, block);
+    } else if (window == DQW_EVENT_INCOMPLETE) {
+        event |= window;
+        m->gate.incomplete++;
+    }
+    return event;
+}
+
+void dqw_mechanical_gap(dqw_mechanical *m)
+{
+    m->has_last = false;
+    dqw_window_restart(&m->window);
+}
+
+dqw_friction dqw_mechanical_read(const dqw_mechanical *m)
+{
+    const dqw_axis *a = &m->axis;
+    dqw_friction f = {0};
+    f.J_kgm2 = dqw_learner_weight(&a->neuron, IN_J);
+    f.B_Nms_rad = dqw_learner_weight(&a->neuron, IN_B);
+    f.J_sd_kgm2 = dqw_axis_weight_sd(a, IN_J);
+    f.B_sd_Nms_rad = dqw_axis_weight_sd(a, IN_B);
+    f.J_known = f.J_kgm2 > 0.0f && f.J_sd_kgm2 < KNOWN_RATIO * f.J_kgm2;
+    f.B_known = f.B_Nms_rad > 0.0f && f.B_sd_Nms_rad < KNOWN_RATIO * f.B_Nms_rad;
+    if (m->coulomb) {
+        f.coulomb_Nm = dqw_learner_weight(&a->neuron, IN_COULOMB);
+        f.coulomb_sd_Nm = dqw_axis_weight_sd(a, IN_COULOMB);
+        f.coulomb_known = f.coulomb_Nm > 0.0f && f.coulomb_sd_Nm < KNOWN_RATIO * f.coulomb_Nm;
+    }
+    return f;
+}

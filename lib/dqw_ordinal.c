@@ -1,0 +1,123 @@
+#include "dqw_ordinal.h"
+
+#include <math.h>
+#include <stddef.h>
+
+#define P0 1e6f
+// The pole of a passive circuit lies between 0 and 1; kept off both ends so that the neuron's own output stays bounded.
+#define POLE_MIN 0.01f
+#define POLE_MAX 0.9995f
+#define CONVERGED 1e-4f
+
+static bool positive(float x)
+{
+    return isfinite(x) && x > 0.0f;
+}
+
+static float clamp(float x, float low, float high)
+{
+    return x < low ? low : x > high ? high : x;
+}
+
+enum dqw_status dqw_ordinal_init(dqw_ordinal *o, const dqw_ordinal_config *config)
+{
+    if (o == NULL || config == NULL) return DQW_ERR_NULL;
+    if (!positive(config->dt_s) || !positive(config->x_base) || !positive(config->y_base) || !positive(config->R_ohm) ||
+        !positive(config->L_H))
+        return DQW_ERR_RANGE;
+    const dqw_ordinal zero = {0};
+    *o = zero;
+    o->dt_s = config->dt_s;
+    o->x_scale = 1.0f / config->x_base;
+    o->y_scale = 1.0f / config->y_base;
+    o->form = config->form;
+    o->discretisation = config->discretisation;
+    o->a = clamp(expf(-config->R_ohm * config->dt_s / config->L_H), POLE_MIN, POLE_MAX);
+    o->b_pu = (1.0f - o->a) / config->R_ohm * o->y_scale / o->x_scale;
+    (void)dqw_gain_init(&o->gain, 2, P0);
+    return DQW_OK;
+}
+
+// [OL.1] learn b and a themselves from measured pairs
+static void learn_pair(dqw_ordinal *o, float x_pu, float y_pu)
+{
+    const float phi[2] = {x_pu, o->y_last_pu};
+    float k[2];
+    const float e = y_pu - (o->b_pu * phi[0] + o->a * phi[1]);
+    dqw_gain_step(&o->gain, phi, k);
+    o->b_pu += k[0] * e;
+    o->a += k[1] * e;
+}
+
+// [OL.2] with b and a held for the epoch, learn their correction from the neuron's own output and its sensitivities
+static void learn_output(dqw_ordinal *o, float x_pu, float y_pu)
+{
+    const float y_before = o->y_hat_pu;
+    o->y_hat_pu = o->a * y_before + o->b_pu * x_pu;
+    o->s_pu[0] = o->a * o->s_pu[0] + x_pu;
+    o->s_pu[1] = o->a * o->s_pu[1] + y_before;
+    float k[2];
+    const float e = y_pu - o->y_hat_pu - o->delta_pu[0] * o->s_pu[0] - o->delta_pu[1] * o->s_pu[1];
+    dqw_gain_step(&o->gain, o->s_pu, k);
+    o->delta_pu[0] += k[0] * e;
+    o->delta_pu[1] += k[1] * e;
+}
+
+void dqw_ordinal_step(dqw_ordinal *o, float x_V, float y_A)
+{
+    const float x_pu = x_V * o->x_scale;
+    const float y_pu = y_A * o->y_scale;
+    if (!isfinite(x_pu) || !isfinite(y_pu)) {
+        o->skipped++;
+        o->started = false;
+        return;
+    }
+    if (o->started) {
+        // The backward difference pairs y_k with x_k, the exact form with the x that was held before y_k.
+        const float drive = o->discretisation == DQW_ORDINAL_BACKWARD ? x_pu : o->x_last_pu;
+        if (o->form == DQW_ORDINAL_PAIRS)
+            learn_pair(o, drive, y_pu);
+        else
+            learn_output(o, drive, y_pu);
+        o->learned++;
+    } else {
+        o->y_hat_pu = y_pu;
+        o->s_pu[0] = o->s_pu[1] = 0.0f;
+        o->started = true;
+    }
+    o->x_last_pu = x_pu;
+    o->y_last_pu = y_pu;
+}
+
+bool dqw_ordinal_end_epoch(dqw_ordinal *o)
+{
+    o->epochs++;
+    o->started = false;
+    if (o->form == DQW_ORDINAL_OUTPUT_ERROR) {
+        // A correction past the circuit's own range is cut: far from the truth the linearisation overshoots.
+        const float a = clamp(o->a + clamp(o->delta_pu[1], -0.2f, 0.2f), POLE_MIN, POLE_MAX);
+        const float b = clamp(o->b_pu + o->delta_pu[0], 0.2f * o->b_pu, 5.0f * o->b_pu);
+        o->converged = fabsf(a - o->a) <= CONVERGED * o->a && fabsf(b - o->b_pu) <= CONVERGED * fabsf(b);
+        o->a = a;
+        o->b_pu = b;
+        o->delta_pu[0] = o->delta_pu[1] = 0.0f;
+        (void)dqw_gain_init(&o->gain, 2, P0);
+    } else {
+        o->converged = true;
+    }
+    return o->converged;
+}
+
+float dqw_ordinal_R_from_x(const dqw_ordinal *o, float L_H)
+{
+    const float b = o->b_pu * o->x_scale / o->y_scale;
+    if (o->discretisation == DQW_ORDINAL_BACKWARD) return 1.0f / b - L_H / o->dt_s;
+    return (1.0f - o->a) / b;
+}
+
+float dqw_ordinal_R_from_y(const dqw_ordinal *o, float L_H)
+{
+    if (!(o->a > 0.0f)) return NAN;
+    if (o->discretisation == DQW_ORDINAL_BACKWARD) return L_H / o->dt_s * (1.0f / o->a - 1.0f);
+    return -L_H / o->dt_s * logf(o->a);
+}

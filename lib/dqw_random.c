@@ -1,0 +1,77 @@
+#include "dqw_random.h"
+
+#include <math.h>
+#include <stddef.h>
+
+static uint32_t next(uint32_t *state)
+{
+    uint32_t s = *state;
+    s ^= s << 13;
+    s ^= s >> 17;
+    s ^= s << 5;
+    *state = s;
+    return s;
+}
+
+// Uniform in 0 .. n-1: the high half of a 32 x 32 product, biased by less than n / 2^32.
+static uint32_t below(uint32_t *state, uint32_t n)
+{
+    return (uint32_t)(((uint64_t)next(state) * n) >> 32);
+}
+
+enum dqw_status dqw_random_init(dqw_random *r, const dqw_random_config *config)
+{
+    if (r == NULL || config == NULL || config->reservoir == NULL) return DQW_ERR_NULL;
+    if (config->capacity < 2 || config->draws < 1 || config->draws > config->capacity) return DQW_ERR_SIZE;
+    if (!isfinite(config->tolerance) || config->tolerance <= 0.0f) return DQW_ERR_RANGE;
+    const dqw_random zero = {0};
+    *r = zero;
+    r->reservoir = config->reservoir;
+    r->capacity = config->capacity;
+    r->draws = config->draws;
+    r->state = config->seed != 0 ? config->seed : 1;
+    r->tolerance = config->tolerance;
+    return DQW_OK;
+}
+
+void dqw_random_put(dqw_random *r, const float x[], int inputs, float target)
+{
+    // Past 2^32 - 1 samples the odds stay where they are.
+    if (r->seen < UINT32_MAX) r->seen++;
+    uint32_t slot = r->held;
+    if (r->held < r->capacity)
+        r->held++;
+    else
+        slot = below(&r->state, r->seen);
+    if (slot >= r->capacity) return;
+    for (int i = 0; i < inputs && i < DQW_LEARNER_INPUTS; i++) r->reservoir[slot].x[i] = x[i];
+    r->reservoir[slot].target = target;
+}
+
+bool dqw_random_epoch(dqw_random *r, dqw_learner *l)
+{
+    if (r->held == 0) return r->converged;
+    float before[DQW_LEARNER_INPUTS];
+    for (int i = 0; i < l->inputs; i++) before[i] = l->w_pu[i];
+    const float before_o = l->w_o;
+
+    // The first `draws` places of a Fisher-Yates shuffle.
+    const uint32_t draws = r->draws < r->held ? r->draws : r->held;
+    for (uint32_t k = 0; k < draws; k++) {
+        const uint32_t pick = k + below(&r->state, r->held - k);
+        const dqw_random_sample s = r->reservoir[pick];
+        r->reservoir[pick] = r->reservoir[k];
+        r->reservoir[k] = s;
+        (void)dqw_learner_learn(l, s.x, s.target);
+    }
+
+    float moved = fabsf(l->w_o - before_o);
+    float largest = 0.0f;
+    for (int i = 0; i < l->inputs; i++) {
+        moved = fmaxf(moved, fabsf(l->w_pu[i] - before[i]));
+        largest = fmaxf(largest, fabsf(l->w_pu[i]));
+    }
+    r->epochs++;
+    if (r->held >= r->draws && moved <= r->tolerance * largest) r->converged = true;
+    return r->converged;
+}

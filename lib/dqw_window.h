@@ -1,0 +1,50 @@
+// Consecutive pairs gathered into blocks under a triangular weight. The weight is zero at both ends, so a current
+// difference becomes the difference of two means and its noise all but vanishes; blocks overlap by half.
+#ifndef DQW_WINDOW_H
+#define DQW_WINDOW_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "dqw_status.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/// Most signals that a window gathers.
+#define DQW_WINDOW_SIGNALS 9
+
+typedef struct dqw_window {
+    float flat[DQW_WINDOW_SIGNALS];  ///< this half: sum of x
+    float ramp[DQW_WINDOW_SIGNALS];  ///< this half: sum of j x, j = 1 .. half
+    float rise[DQW_WINDOW_SIGNALS];  ///< the half before, weighted by j
+    float flat_weight, ramp_weight, rise_weight;
+    uint16_t half, at, valid, rise_valid;
+    uint8_t signals;
+    bool has_rise;
+} dqw_window;
+
+/// Make an empty window of 2 half pairs.
+///
+/// Source   (E15) in docs/EQUATIONS.md
+/// Range    half 1 .. 10000 pairs, signals 1 .. DQW_WINDOW_SIGNALS
+/// Returns  DQW_OK; DQW_ERR_NULL or DQW_ERR_SIZE, and then *w is untouched
+enum dqw_status dqw_window_init(dqw_window *w, int half, int signals);
+
+/// Forget what is in the window: after a gap in time.
+void dqw_window_restart(dqw_window *w);
+
+/// Take the next pair; every `half` pairs a block is ready.
+///
+/// Source   (E15) in docs/EQUATIONS.md: any weighted sum of exact pair equations is exact
+/// Shape    x[signals] read only, NULL for a pair that the gate refused; block[signals] written when a block is ready
+/// Returns  0, or DQW_EVENT_LEARNED when block[] is ready, or DQW_EVENT_INCOMPLETE when over a quarter of it was refused
+/// Cost     3 flops a signal; at a block's end 4 more and one division a signal
+/// Context  ISR safe; one writer per object
+uint32_t dqw_window_step(dqw_window *w, const float x[], float block[]);
+
+#ifdef __cplusplus
+}
+#endif
+#endif
