@@ -80,10 +80,10 @@ lint:
 
 ## measured     fit every measured log of DATA (default ../shared/data) and write docs/measured.md
 .PHONY: measured
-measured: 
+measured:
 	@.ci/install build
-	@$(MAKE) --no-print-directory all
-	@.ci/measured $(BUILD)/dqwatch $(DATA) docs/measured.md
+	@$(MAKE) --no-print-directory $(BUILD)/measured
+	@$(BUILD)/measured $(DATA) docs/measured.md
 
 ## bench        speed of the simulator and the fit, beside gym-electric-motor from PyPI
 .PHONY: bench
@@ -139,6 +139,8 @@ $(patsubst tests/%.c,$(BUILD)/tests/%,$(wildcard tests/test_*.c)): $(BUILD)/test
 	$(CC) $(SANFLAGS) $^ $(SUNLIBS) -lm -o $@
 $(patsubst tests/%.cpp,$(BUILD)/tests/%,$(wildcard tests/test_*.cpp)): $(BUILD)/tests/%: $(BUILD)/tests/%.o $(BUILD)/tests/unity.o $(ARCHIVES)
 	$(CXX) $(SANFLAGS) $^ $(SUNLIBS) $(CERESLIBS) -lm -o $@
+$(BUILD)/measured: bench/measured.cpp $(ARCHIVES)
+	$(CXX) $(CXX17) $(WARN) $(CXXINC) $(CXXFLAGS) $^ $(SUNLIBS) $(CERESLIBS) -lm -o $@
 $(BUILD)/bench/sim_speed: $(BUILD)/bench/sim_speed.o $(BUILD)/libsim.a
 	$(CC) $^ $(SUNLIBS) -lm -o $@
 

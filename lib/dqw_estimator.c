@@ -54,7 +54,7 @@ enum dqw_status dqw_estimator_init(dqw_estimator *e, const dqw_estimator_config 
 
     const float p = (float)(config->pole_pairs != 0 ? config->pole_pairs : 1);
     const float w_base = config->w_base_rad_s;
-    dqw_learner_config d = {.inputs = DQW_D_INPUTS, .step_size = RANDOM_STEP, .y_base = config->v_base_V};
+    dqw_learner_config d = {.inputs = DQW_D_INPUTS, .step_size = RANDOM_STEP, .y_base = config->v_base_V, .indicator = true};
     d.x_base[DQW_IN_R] = config->i_base_A;
     d.x_base[DQW_IN_L] = config->i_base_A * w_base * p;
     d.x_base[DQW_IN_CROSS] = config->i_base_A * w_base;

@@ -39,7 +39,7 @@ enum dqw_status dqw_learner_init(dqw_learner *l, const dqw_learner_config *confi
 
 float dqw_learner_forward(const dqw_learner *l, const float x[])
 {
-    float y_pu = l->w_o;
+    float y_pu = 0.0f;
     for (int i = 0; i < l->inputs; i++) y_pu += l->w_pu[i] * (x[i] * l->x_scale[i]);
     return y_pu * l->y_base;
 }
@@ -63,11 +63,14 @@ float dqw_learner_learn(dqw_learner *l, const float x[], float target)
         return 0.0f;
     }
 
-    // [LMS.3] normalised step; with noisy inputs down the gradient of e^2 / (1 + |w|^2)
+    // [LMS.3] normalised step, the constant input counted in the norm; with noisy inputs down the gradient of
+    // e^2 / (1 + |w|^2), normalised by the inputs' expected power: their own would weigh the noise in, and bias
+    const float expected = l->noisy_inputs ? (float)l->inputs + (l->indicator ? 1.0f : 0.0f) : 0.0f;
+    if (norm < expected) norm = expected;
     const float g = l->step_size * limit(e_pu, ERROR_LIMIT_PU) / (norm + NORM_FLOOR);
     const float pull = l->noisy_inputs ? limit(e_pu, 1.0f) / (1.0f + w_norm) : 0.0f;
     for (int i = 0; i < l->inputs; i++) l->w_pu[i] += g * (x_pu[i] + pull * l->w_pu[i]);
-    if (l->indicator) l->w_o += g;
+    if (l->indicator) l->w_o += l->step_size * (limit(e_pu, ERROR_LIMIT_PU) - l->w_o) / (norm + NORM_FLOOR);
     l->learned++;
     return e_pu * l->y_base;
 }

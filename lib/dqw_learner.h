@@ -20,13 +20,15 @@ typedef struct dqw_learner_config {
     float x_base[DQW_LEARNER_INPUTS];  ///< what one unit of each input is, in the input's own unit; > 0. (P15)
     float y_base;                      ///< the same for the target; > 0
     bool noisy_inputs;                 ///< inputs as noisy as the target, per unit: minimise the orthogonal distance
-    bool indicator;                    ///< learn the weight of a constant input, W_o, as convergence indicator
+    bool indicator;                    ///< watch the weight of a constant input, W_o, as convergence indicator
 } dqw_learner_config;
 
 /// One neuron. Weights are kept per unit; dqw_learner_weight() restores them.
 typedef struct dqw_learner {
     float w_pu[DQW_LEARNER_INPUTS];
-    float w_o;  ///< weight of the constant input 1, per unit of y_base; 0 when nothing is left to learn
+    /// Weight of the constant input 1, per unit of y_base: 0 when nothing is left to learn. It watches: it is learned from
+    /// the same error, but is no part of the output, where it would compete with the weight of an input that hardly varies.
+    float w_o;
     float x_scale[DQW_LEARNER_INPUTS];
     float y_base;
     float step_size;
@@ -50,7 +52,7 @@ enum dqw_status dqw_learner_init(dqw_learner *l, const dqw_learner_config *confi
 /// Shape    x[inputs], read only
 /// Units    x in the inputs' own units; returns the target's own unit
 /// Range    any float; non-finite in, non-finite out
-/// Cost     3 n + 2 flops; no loop depends on data
+/// Cost     3 n + 1 flops; no loop depends on data
 /// Context  ISR safe; reads *l only
 float dqw_learner_forward(const dqw_learner *l, const float x[]);
 

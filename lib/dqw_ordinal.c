@@ -4,10 +4,11 @@
 #include <stddef.h>
 
 #define P0 1e6f
-// The pole of a passive circuit lies between 0 and 1; kept off both ends so that the neuron's own output stays bounded.
 #define POLE_MIN 0.01f
 #define POLE_MAX 0.9995f
 #define CONVERGED 1e-4f
+// Step of the constant input's weight.
+#define WATCH 0.05f
 
 static bool positive(float x)
 {
@@ -47,6 +48,7 @@ static void learn_pair(dqw_ordinal *o, float x_pu, float y_pu)
     dqw_gain_step(&o->gain, phi, k);
     o->b_pu += k[0] * e;
     o->a += k[1] * e;
+    o->w_o += WATCH * (e - o->w_o);
 }
 
 // [OL.2] with b and a held for the epoch, learn their correction from the neuron's own output and its sensitivities
@@ -61,6 +63,7 @@ static void learn_output(dqw_ordinal *o, float x_pu, float y_pu)
     dqw_gain_step(&o->gain, o->s_pu, k);
     o->delta_pu[0] += k[0] * e;
     o->delta_pu[1] += k[1] * e;
+    o->w_o += WATCH * (e - o->w_o);
 }
 
 void dqw_ordinal_step(dqw_ordinal *o, float x_V, float y_A)
@@ -73,12 +76,11 @@ void dqw_ordinal_step(dqw_ordinal *o, float x_V, float y_A)
         return;
     }
     if (o->started) {
-        // The backward difference pairs y_k with x_k, the exact form with the x that was held before y_k.
-        const float drive = o->discretisation == DQW_ORDINAL_BACKWARD ? x_pu : o->x_last_pu;
-        if (o->form == DQW_ORDINAL_PAIRS)
-            learn_pair(o, drive, y_pu);
+        // The first epoch learns from pairs in either form: a start for the output error that is near enough to be linear.
+        if (o->form == DQW_ORDINAL_PAIRS || o->epochs == 0)
+            learn_pair(o, o->x_last_pu, y_pu);
         else
-            learn_output(o, drive, y_pu);
+            learn_output(o, o->x_last_pu, y_pu);
         o->learned++;
     } else {
         o->y_hat_pu = y_pu;
@@ -91,33 +93,35 @@ void dqw_ordinal_step(dqw_ordinal *o, float x_V, float y_A)
 
 bool dqw_ordinal_end_epoch(dqw_ordinal *o)
 {
-    o->epochs++;
+    // The pole of a passive circuit is kept inside its range: the neuron's own output then stays bounded.
+    if (o->epochs < UINT32_MAX) o->epochs++;
     o->started = false;
-    if (o->form == DQW_ORDINAL_OUTPUT_ERROR) {
-        // A correction past the circuit's own range is cut: far from the truth the linearisation overshoots.
-        const float a = clamp(o->a + clamp(o->delta_pu[1], -0.2f, 0.2f), POLE_MIN, POLE_MAX);
-        const float b = clamp(o->b_pu + o->delta_pu[0], 0.2f * o->b_pu, 5.0f * o->b_pu);
-        o->converged = fabsf(a - o->a) <= CONVERGED * o->a && fabsf(b - o->b_pu) <= CONVERGED * fabsf(b);
-        o->a = a;
-        o->b_pu = b;
-        o->delta_pu[0] = o->delta_pu[1] = 0.0f;
-        (void)dqw_gain_init(&o->gain, 2, P0);
-    } else {
+    const float p = clamp(o->a + o->delta_pu[1], POLE_MIN, POLE_MAX);
+    const float b = o->b_pu + o->delta_pu[0];
+    if (o->form == DQW_ORDINAL_PAIRS)
         o->converged = true;
-    }
+    else
+        o->converged = o->epochs > 1 && fabsf(p - o->a) <= CONVERGED * o->a && fabsf(b - o->b_pu) <= CONVERGED * fabsf(b);
+    o->a = p;
+    o->b_pu = b;
+    o->delta_pu[0] = o->delta_pu[1] = 0.0f;
+    if (o->form == DQW_ORDINAL_OUTPUT_ERROR) (void)dqw_gain_init(&o->gain, 2, P0);
     return o->converged;
 }
 
 float dqw_ordinal_R_from_x(const dqw_ordinal *o, float L_H)
 {
-    const float b = o->b_pu * o->x_scale / o->y_scale;
+    const float a = o->a + o->delta_pu[1];
+    const float b = (o->b_pu + o->delta_pu[0]) * o->x_scale / o->y_scale;
+    if (!(b > 0.0f)) return NAN;
     if (o->discretisation == DQW_ORDINAL_BACKWARD) return 1.0f / b - L_H / o->dt_s;
-    return (1.0f - o->a) / b;
+    return (1.0f - a) / b;
 }
 
 float dqw_ordinal_R_from_y(const dqw_ordinal *o, float L_H)
 {
-    if (!(o->a > 0.0f)) return NAN;
-    if (o->discretisation == DQW_ORDINAL_BACKWARD) return L_H / o->dt_s * (1.0f / o->a - 1.0f);
-    return -L_H / o->dt_s * logf(o->a);
+    const float a = o->a + o->delta_pu[1];
+    if (!(a > 0.0f)) return NAN;
+    if (o->discretisation == DQW_ORDINAL_BACKWARD) return L_H / o->dt_s * (1.0f / a - 1.0f);
+    return -L_H / o->dt_s * logf(a);
 }

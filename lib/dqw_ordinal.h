@@ -36,8 +36,9 @@ typedef struct dqw_ordinal_config {
 
 typedef struct dqw_ordinal {
     dqw_gain gain;
-    float b_pu, a;            ///< weights of x and of z^-1 y
+    float b_pu, a;            ///< weights of x and of z^-1 y; output error: as the last epoch left them
     float delta_pu[2];        ///< output error: the correction of {b, a} that this epoch is learning
+    float w_o;                ///< weight of the constant input, per unit of y_base: convergence indicator, see dqw_learner
     float y_hat_pu;           ///< output error: the neuron's own output
     float s_pu[2];            ///< output error: its sensitivity to {b, a}
     float x_last_pu, y_last_pu;

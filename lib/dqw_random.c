@@ -48,30 +48,46 @@ void dqw_random_put(dqw_random *r, const float x[], int inputs, float target)
     r->reservoir[slot].target = target;
 }
 
+static bool settled(const dqw_random *r, const dqw_learner *l)
+{
+    float moved = fabsf(l->w_o - r->before[DQW_LEARNER_INPUTS]);
+    float largest = 0.0f;
+    for (int i = 0; i < l->inputs; i++) {
+        moved = fmaxf(moved, fabsf(l->w_pu[i] - r->before[i]));
+        largest = fmaxf(largest, fabsf(l->w_pu[i]));
+    }
+    return moved <= r->tolerance * largest;
+}
+
+bool dqw_random_iterate(dqw_random *r, dqw_learner *l)
+{
+    if (r->held == 0) return r->converged;
+    if (r->at == 0) {
+        for (int i = 0; i < l->inputs; i++) r->before[i] = l->w_pu[i];
+        r->before[DQW_LEARNER_INPUTS] = l->w_o;
+    }
+
+    // The next place of a Fisher-Yates shuffle.
+    const uint32_t pick = r->at + below(&r->state, r->held - r->at);
+    const dqw_random_sample s = r->reservoir[pick];
+    r->reservoir[pick] = r->reservoir[r->at];
+    r->reservoir[r->at] = s;
+    (void)dqw_learner_learn(l, s.x, s.target);
+
+    r->at++;
+    if (r->at >= r->draws || r->at >= r->held) {
+        if (r->at >= r->draws && settled(r, l)) r->converged = true;
+        r->at = 0;
+        r->epochs++;
+    }
+    return r->converged;
+}
+
 bool dqw_random_epoch(dqw_random *r, dqw_learner *l)
 {
     if (r->held == 0) return r->converged;
-    float before[DQW_LEARNER_INPUTS];
-    for (int i = 0; i < l->inputs; i++) before[i] = l->w_pu[i];
-    const float before_o = l->w_o;
-
-    // The first `draws` places of a Fisher-Yates shuffle.
-    const uint32_t draws = r->draws < r->held ? r->draws : r->held;
-    for (uint32_t k = 0; k < draws; k++) {
-        const uint32_t pick = k + below(&r->state, r->held - k);
-        const dqw_random_sample s = r->reservoir[pick];
-        r->reservoir[pick] = r->reservoir[k];
-        r->reservoir[k] = s;
-        (void)dqw_learner_learn(l, s.x, s.target);
-    }
-
-    float moved = fabsf(l->w_o - before_o);
-    float largest = 0.0f;
-    for (int i = 0; i < l->inputs; i++) {
-        moved = fmaxf(moved, fabsf(l->w_pu[i] - before[i]));
-        largest = fmaxf(largest, fabsf(l->w_pu[i]));
-    }
-    r->epochs++;
-    if (r->held >= r->draws && moved <= r->tolerance * largest) r->converged = true;
+    do
+        (void)dqw_random_iterate(r, l);
+    while (r->at != 0);
     return r->converged;
 }

@@ -29,7 +29,10 @@ typedef struct dqw_random_config {
 
 typedef struct dqw_random {
     dqw_random_sample *reservoir;
-    uint32_t capacity, draws, held, seen, epochs, state;
+    uint32_t capacity, draws, held, seen, state;
+    uint32_t at;      ///< samples shown in this epoch
+    uint32_t epochs;  ///< epochs completed
+    float before[DQW_LEARNER_INPUTS + 1];  ///< the weights at the epoch's start, W_o last
     float tolerance;
     bool converged;
 } dqw_random;
@@ -48,12 +51,17 @@ enum dqw_status dqw_random_init(dqw_random *r, const dqw_random_config *config);
 /// Context  ISR safe; one writer per object
 void dqw_random_put(dqw_random *r, const float x[], int inputs, float target);
 
-/// One epoch: show the Learner `draws` samples of the reservoir, without repetition within the epoch.
+/// One iteration: show the Learner the next sample of the epoch. An epoch shows `draws` samples, none twice.
 ///
 /// Source   section 4.2 of the paper; (E8) in docs/EQUATIONS.md
-/// Returns  true once an epoch has moved no weight, W_o included, by more than the tolerance; stays true until reset
-/// Cost     draws x dqw_learner_learn; an empty reservoir does nothing
-/// Context  background; the reservoir's order changes
+/// Returns  true once an epoch has moved no weight, W_o included, by more than the tolerance; then stays true
+/// Cost     dqw_learner_learn, one draw; an empty reservoir does nothing
+/// Context  background, or the ISR where no dqw_random_put can come between; the reservoir's order changes
+bool dqw_random_iterate(dqw_random *r, dqw_learner *l);
+
+/// The rest of an epoch at once.
+/// Returns  as dqw_random_iterate
+/// Cost     up to `draws` times dqw_random_iterate
 bool dqw_random_epoch(dqw_random *r, dqw_learner *l);
 
 #ifdef __cplusplus

@@ -11,6 +11,7 @@ enum dqw_status dqw_tapped_init(dqw_tapped *t, const dqw_tapped_config *config)
     dqw_tapped n = zero;
     n.taps = (uint8_t)config->taps;
     n.step_size = config->step_size;
+    n.draws = config->draws;
     for (int i = 0; i < config->taps; i++) {
         dqw_learner_config learner = {.inputs = 1, .step_size = config->step_size, .y_base = config->y_base[i], .noisy_inputs = true, .indicator = true};
         learner.x_base[0] = config->x_base[i];
@@ -32,14 +33,17 @@ void dqw_tapped_put(dqw_tapped *t, const float x[], const float y_A_s[])
     for (int i = 0; i < t->taps; i++) dqw_random_put(&t->random[i], &x[i], 1, y_A_s[i]);
 }
 
-bool dqw_tapped_epoch(dqw_tapped *t)
+bool dqw_tapped_iterate(dqw_tapped *t)
 {
-    // A step that falls as 1 / n averages the noise of all epochs away.
-    t->epochs++;
+    // The first epoch forgets the start; then a step that falls as 2 / n averages the noise of all that is shown: half
+    // of the norm is the constant input's, so 2 / n moves the weight by 1 / n of the error.
+    const float after = t->iterations < t->draws ? 0.0f : (float)(t->iterations - t->draws);
+    const float step = t->step_size / (1.0f + 0.5f * t->step_size * after);
+    t->iterations++;
     bool converged = true;
     for (int i = 0; i < t->taps; i++) {
-        t->learner[i].step_size = t->step_size / (float)t->epochs;
-        if (!dqw_random_epoch(&t->random[i], &t->learner[i])) converged = false;
+        t->learner[i].step_size = step;
+        if (!dqw_random_iterate(&t->random[i], &t->learner[i])) converged = false;
     }
     return converged;
 }

@@ -22,7 +22,7 @@ typedef struct dqw_tapped_config {
     int taps;                                ///< 2 on the d-axis, 3 on the q-axis
     float x_base[DQW_TAPS];                  ///< V, A rad/s, rad/s. (P15)
     float y_base[DQW_TAPS];                  ///< A/s
-    float step_size;                         ///< of the first epoch; epoch n steps by step_size / n
+    float step_size;                         ///< of the first epoch; from then on it falls as one over the iterations
     dqw_random_sample *reservoir[DQW_TAPS];  ///< the caller's memory, `capacity` samples each
     uint32_t capacity, draws, seed;
     float tolerance;
@@ -32,7 +32,7 @@ typedef struct dqw_tapped {
     dqw_learner learner[DQW_TAPS];
     dqw_random random[DQW_TAPS];
     float step_size;
-    uint32_t epochs;
+    uint32_t iterations, draws;
     uint8_t taps;
 } dqw_tapped;
 
@@ -45,9 +45,13 @@ enum dqw_status dqw_tapped_init(dqw_tapped *t, const dqw_tapped_config *config);
 /// Remember one sample: x[taps] inputs, y_A_s[taps] the tapped slopes of current.
 void dqw_tapped_put(dqw_tapped *t, const float x[], const float y_A_s[]);
 
-/// One epoch of every Random Learner.
+/// One iteration of every Random Learner.
+///
+/// Source   (P13), (P14); (E6), (E24) in docs/EQUATIONS.md
 /// Returns  true once all have converged
-bool dqw_tapped_epoch(dqw_tapped *t);
+/// Cost     taps x dqw_random_iterate
+/// Context  background
+bool dqw_tapped_iterate(dqw_tapped *t);
 
 /// L of the axis, H: one over the weight of v.  p of the axis, with the saliency in it: the weight of w i.
 /// psi p / L of the q-axis: the weight of w.  Source (P6), (P7); (E24) in docs/EQUATIONS.md

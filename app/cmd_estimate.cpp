@@ -1,0 +1,78 @@
+// `learn` and `fit`: one log or several to one set of parameters.
+#include <fmt/format.h>
+
+#include <memory>
+
+#include "command.hpp"
+#include "fit.hpp"
+#include "learn.hpp"
+#include "output.hpp"
+#include "progress.hpp"
+#include "report.hpp"
+
+namespace dqw {
+namespace {
+
+using Estimator = std::function<Result(const std::vector<Log>&, const CommonOptions&, std::function<void(double)>)>;
+
+struct Options : CommonOptions {
+    std::vector<std::string> logs;
+    std::string arith = "float";
+};
+
+int estimate(const std::string& name, const Options& options, const Estimator& estimator) {
+    std::vector<std::string> notes;
+    const std::vector<Log> logs = read_logs(options.logs, options, notes);
+    Result result;
+    try {
+        Progress progress(name == "fit" ? "fitting" : "learning");
+        result = estimator(logs, options, progress.callback());
+    } catch (const std::invalid_argument& error) {
+        throw InputError(logs.front().path, logs.front().rows() + 1, error.what());
+    }
+    result.notes.insert(result.notes.begin(), notes.begin(), notes.end());
+    const std::string json = json_text(result_json(result, logs.front().machine));
+    if (options.out_given) {
+        make_directory(options.out_dir);
+        OutputFile file(path_in(options.out_dir, name + ".json"));
+        file.write(json);
+        file.close();
+    }
+    print_notes(result.notes);
+    print(options.json ? json : result_text(result, logs.front().machine));
+    return result.not_identifiable.empty() ? exit_done : exit_not_identifiable;
+}
+
+Command add_estimator(CLI::App& app, const std::string& name, const std::string& about, Estimator estimator) {
+    CLI::App* command = app.add_subcommand(name, about);
+    auto options = std::make_shared<Options>();
+    command->add_option("LOG.csv", options->logs, "log, or several of one machine and regime")->required()->type_name("");
+    add_common(*command, *options);
+    add_parameters(*command, *options);
+    if (name == "learn")
+        command->add_option("--arith", options->arith, "arithmetic of the learners")->check(CLI::IsMember({"float"}))->capture_default_str();
+    command->footer("With --out, writes DIR/" + name + ".json as well. Exit code 4: a parameter asked for is not identifiable.");
+    return {command, [=] { return estimate(name, *options, estimator); }};
+}
+
+}  // namespace
+
+Command add_learn(CLI::App& app) {
+    return add_estimator(app, "learn", "run the C learners over a log", [](const auto& logs, const CommonOptions& o, auto progress) {
+        LearnOptions options;
+        options.parameters = o.parameters;
+        options.progress = std::move(progress);
+        return learn(logs, options);
+    });
+}
+
+Command add_fit(CLI::App& app) {
+    return add_estimator(app, "fit", "fit the reference model to a log", [](const auto& logs, const CommonOptions& o, auto progress) {
+        FitOptions options;
+        options.parameters = o.parameters;
+        options.progress = std::move(progress);
+        return fit(logs, options);
+    });
+}
+
+}  // namespace dqw

@@ -1,0 +1,55 @@
+// The subcommands, and what they share.
+#ifndef DQW_APP_COMMAND_HPP
+#define DQW_APP_COMMAND_HPP
+
+#include <CLI/CLI.hpp>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "log.hpp"
+#include "log_reader.hpp"
+
+namespace dqw {
+
+/// Exit codes, as documented.
+enum ExitCode { exit_done = 0, exit_other = 1, exit_usage = 2, exit_input = 3, exit_not_identifiable = 4 };
+
+/// Wrong usage that the command line parser cannot see: exit code 2, one line.
+struct UsageError : std::runtime_error {
+    using std::runtime_error::runtime_error;
+};
+
+/// The options that every subcommand takes.
+struct CommonOptions {
+    bool json = false;
+    std::string out_dir = ".";
+    bool out_given = false;
+    std::optional<int> pole_pairs;
+    std::string machine_file;
+    std::vector<std::string> parameters;
+};
+
+/// A subcommand: what the parser fills in, and what runs then. Returns an exit code.
+struct Command {
+    CLI::App* app;
+    std::function<int()> run;
+};
+
+Command add_paper(CLI::App& app);
+Command add_sim(CLI::App& app);
+Command add_learn(CLI::App& app);
+Command add_fit(CLI::App& app);
+Command add_demo(CLI::App& app);
+
+/// Adds --json --out --pole-pairs --machine to a subcommand.
+void add_common(CLI::App& command, CommonOptions& options);
+/// Adds --parameters, names checked.
+void add_parameters(CLI::App& command, CommonOptions& options);
+
+/// Reads logs of one machine and one regime, for a joint estimate: what one machine file says holds for all. Throws InputError.
+std::vector<Log> read_logs(const std::vector<std::string>& paths, const CommonOptions& options, std::vector<std::string>& notes);
+
+}  // namespace dqw
+#endif

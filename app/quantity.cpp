@@ -1,0 +1,118 @@
+#include "quantity.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string_view>
+
+namespace dqw {
+namespace {
+
+struct Unit {
+    const char *parameter, *unit;
+    bool prefixed;  ///< kg m² takes a power of ten instead: its prefix would stand before a square
+};
+
+const Unit units[] = {
+    {"R_ohm", "Ω", true},     {"Ld_H", "H", true},         {"Lq_H", "H", true},
+    {"psi_Wb", "Wb", true},   {"pole_pairs", "", false},   {"J_kgm2", "kg m²", false},
+    {"B_Nms_rad", "Nms/rad", true}, {"torque_constant_Nm_A", "Nm/A", true},
+};
+
+const Unit* unit_of(const std::string& parameter) {
+    for (const Unit& u : units)
+        if (parameter == u.parameter) return &u;
+    return nullptr;
+}
+
+struct Prefix {
+    int exponent;
+    const char* text;
+};
+const Prefix prefixes[] = {{6, "M"}, {3, "k"}, {0, ""}, {-3, "m"}, {-6, "µ"}, {-9, "n"}, {-12, "p"}};
+
+/// The power of 1000 that puts `size` between 1 and 1000, within the prefixes there are.
+Prefix prefix_of(double size) {
+    for (const Prefix& p : prefixes)
+        if (size >= 0.9995 * std::pow(10.0, p.exponent)) return p;
+    return size > 0 ? Prefix{-12, "p"} : Prefix{0, ""};
+}
+
+/// Decimals that leave `digits` significant digits of `size`.
+int decimals_of(double size, int digits) {
+    if (!(size > 0)) return digits - 1;
+    return std::clamp(digits - 1 - static_cast<int>(std::floor(std::log10(size))), 0, 9);
+}
+
+std::size_t width_of(std::string_view text) {
+    return static_cast<std::size_t>(std::count_if(text.begin(), text.end(), [](char c) { return (static_cast<unsigned char>(c) & 0xc0) != 0x80; }));
+}
+
+}  // namespace
+
+const std::vector<std::string>& known_parameters() {
+    static const std::vector<std::string> names = [] {
+        std::vector<std::string> all;
+        for (const Unit& u : units) all.push_back(u.parameter);
+        return all;
+    }();
+    return names;
+}
+
+static double factor_of(const Quantity& q, const std::string& parameter) {
+    const Unit* unit = unit_of(parameter);
+    for (const Prefix& p : prefixes) {
+        if (!unit || q.unit == unit->unit) return 1.0;
+        if (unit->prefixed ? q.unit == std::string(p.text) + unit->unit : q.unit == fmt::format("1e{} {}", p.exponent, unit->unit))
+            return std::pow(10.0, -p.exponent);
+    }
+    return 1.0;
+}
+
+Quantity quantity(const std::string& parameter, double value, double sd) {
+    const Unit* unit = unit_of(parameter);
+    Quantity q;
+    q.unit = unit ? unit->unit : "";
+    if (!q.unit.empty() && std::isfinite(value)) {
+        const Prefix prefix = prefix_of(std::fabs(value));
+        if (unit->prefixed)
+            q.unit = std::string(prefix.text) + unit->unit;
+        else if (prefix.exponent != 0)
+            q.unit = fmt::format("1e{} {}", prefix.exponent, unit->unit);
+    }
+    const double factor = factor_of(q, parameter);
+    const bool has_sd = std::isfinite(sd) && sd > 0;
+    // At least three digits of the value, at most seven: a noise-free log's sd is absurdly small.
+    const int fewest = decimals_of(std::fabs(value) * factor, 3), most = decimals_of(std::fabs(value) * factor, 7);
+    const int decimals = has_sd ? std::clamp(decimals_of(sd * factor, 2), std::min(fewest, most), most) : decimals_of(std::fabs(value) * factor, 4);
+    q.value = parameter == "pole_pairs" && value == std::floor(value) ? fmt::format("{:.0f}", value) : fmt::format("{:.{}f}", value * factor, decimals);
+    if (has_sd) q.sd = sd * factor < 0.5 * std::pow(10.0, -decimals) ? fmt::format("{:.1e}", sd * factor) : fmt::format("{:.{}f}", sd * factor, decimals);
+    return q;
+}
+
+std::string number_like(const Quantity& like, const std::string& parameter, double value) {
+    const double scaled = value * factor_of(like, parameter);
+    return fmt::format("{:.{}f}", scaled, decimals_of(std::fabs(scaled), 4));
+}
+
+std::string table(const std::vector<std::vector<std::string>>& rows) {
+    std::vector<std::size_t> widths;
+    for (const auto& row : rows)
+        for (std::size_t c = 0; c < row.size(); ++c) {
+            if (c == widths.size()) widths.push_back(0);
+            widths[c] = std::max(widths[c], width_of(row[c]));
+        }
+    std::string out;
+    for (const auto& row : rows) {
+        std::string line;
+        for (std::size_t c = 0; c < row.size(); ++c) {
+            const std::string pad(widths[c] - width_of(row[c]), ' ');
+            line += (c ? "  " : "") + (c ? pad + row[c] : row[c] + pad);
+        }
+        out += line.substr(0, line.find_last_not_of(' ') + 1) + "\n";
+    }
+    return out;
+}
+
+}  // namespace dqw

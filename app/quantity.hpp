@@ -1,0 +1,29 @@
+// Values with a standard deviation, in units with engineering prefixes.
+#ifndef DQW_APP_QUANTITY_HPP
+#define DQW_APP_QUANTITY_HPP
+
+#include <string>
+#include <vector>
+
+namespace dqw {
+
+/// The parameters of the schema dqwatch.parameters/1 that `--parameters` may name.
+const std::vector<std::string>& known_parameters();
+
+/// A value in one prefix, rounded to two digits of its standard deviation: {"370.2", "1.9", "mΩ"}.
+struct Quantity {
+    std::string value, sd, unit;
+};
+
+/// `parameter` decides the unit; a name that is not known has none. Without a finite sd: four digits, sd empty.
+Quantity quantity(const std::string& parameter, double value, double sd);
+
+/// As `quantity`, in the prefix that `like` got: for a column of comparable numbers.
+std::string number_like(const Quantity& like, const std::string& parameter, double value);
+
+/// Columns of a text table, padded to the widest cell by characters, not bytes (UTF-8). The first column is left-aligned, the
+/// others right-aligned, two spaces between; the first row is the heading.
+std::string table(const std::vector<std::vector<std::string>>& rows);
+
+}  // namespace dqw
+#endif

@@ -1,0 +1,26 @@
+// A result as JSON (schema dqwatch.parameters/1) and as text.
+#ifndef DQW_APP_REPORT_HPP
+#define DQW_APP_REPORT_HPP
+
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "log.hpp"
+#include "result.hpp"
+
+namespace dqw {
+
+/// The object of schema dqwatch.parameters/1. Beyond it: nominal values, `excitation`, `residual.axes`, `notes`.
+nlohmann::ordered_json result_json(const Result& result, const Machine& nominal);
+
+/// The same for people, notes left out: they go to stderr.
+std::string result_text(const Result& result, const Machine& nominal);
+
+/// JSON text, two spaces deep, ending in a newline; bytes that are no UTF-8 (file names) are replaced.
+std::string json_text(const nlohmann::ordered_json& json);
+
+/// What the machine file says about a parameter.
+std::optional<double> nominal_of(const Machine& machine, const std::string& parameter);
+
+}  // namespace dqw
+#endif

@@ -1,0 +1,31 @@
+// Starting values from a log itself: linear least squares on averages over blocks of rows.
+#ifndef DQW_REF_BLOCKS_HPP
+#define DQW_REF_BLOCKS_HPP
+
+#include <Eigen/Dense>
+#include <optional>
+#include <vector>
+
+#include "piece.hpp"
+
+namespace dqw {
+
+struct ElectricalStart {
+    double R_ohm, Ld_H, Lq_H, psi_Wb, pole_pairs;
+};
+
+/// Block regressions (v averaged, L di from the blocks' end currents) with blocks of 10 to 500 rows: noise on the
+/// currents pulls L down in short ones, long ones are few. One start for each length that fits; never empty.
+/// Without `pole_pairs`, the whole number from 1 to 64 that leaves the least. All values but psi positive.
+std::vector<ElectricalStart> electrical_starts(const std::vector<Piece>& pieces, std::optional<double> pole_pairs);
+
+struct MechanicalStart {
+    double J_kgm2, B_Nms_rad;
+};
+
+/// The same for J dw/dt + B w = T, blocks of 20 to 1000 rows. `torque(piece)` gives the torque of a piece's log.
+std::vector<MechanicalStart> mechanical_starts(const std::vector<Piece>& pieces,
+                                               const std::vector<const std::vector<double>*>& torque);
+
+}  // namespace dqw
+#endif

@@ -1,0 +1,147 @@
+#include <cmath>
+#include <stdexcept>
+
+#include "blocks.hpp"
+#include "dynamic.hpp"
+#include "explain.hpp"
+#include "regimes.hpp"
+#include "residual.hpp"
+
+namespace dqw {
+namespace {
+
+constexpr std::size_t kLeastRows = 100, kLeastPiece = 10;
+constexpr std::size_t kFirstRows = 20000, kFirstWindow = 1000;  ///< of the part a long log converges on first
+constexpr double kGains[] = {0.02, 0.5};
+
+using Model_ = DynamicModel;
+
+Eigen::VectorXd theta_of(const ElectricalStart& s, double gain) {
+    Eigen::VectorXd theta(Model_::kSize);
+    theta << s.R_ohm, s.Ld_H, s.Lq_H, s.psi_Wb, gain, gain, s.pole_pairs;
+    return theta;
+}
+
+/// The start that predicts best, at a gain between the two.
+Eigen::VectorXd best_start(Model_& model, const std::vector<ElectricalStart>& starts) {
+    Eigen::VectorXd best = theta_of(starts.front(), 0.1);
+    double least = HUGE_VAL;
+    for (const ElectricalStart& s : starts) {
+        const Eigen::VectorXd theta = theta_of(s, 0.1);
+        Eigen::VectorXd squares;
+        model.prepare(theta);
+        if (!model.squares(theta, squares)) continue;
+        const double score = std::log(squares[0] + 1e-200) + std::log(squares[1] + 1e-200);
+        if (score < least) best = theta, least = score;
+    }
+    return best;
+}
+
+Solution best_of_two_gains(Model_& model, const Eigen::VectorXd& start, const std::vector<bool>& free,
+                           const Task& task) {
+    SolveOptions options;
+    options.passes = 4, options.tolerance = 1e-6, options.sigma_tolerance = 1e-2, options.tick = task.tick;
+    Solution best;
+    for (double gain : kGains) {
+        Eigen::VectorXd theta = start;
+        theta[Model_::kGainD] = theta[Model_::kGainQ] = gain;
+        Solution s = solve(model, theta, free, options);
+        if (s.ok && (!best.ok || s.log_likelihood > best.log_likelihood)) best = std::move(s);
+    }
+    return best;
+}
+
+/// Flux linkage of the currents, RMS: what psi would have to be compared with.
+Eigen::VectorXd typical_of(const Model_& model, const Eigen::VectorXd& theta) {
+    Eigen::VectorXd typical = Eigen::VectorXd::Zero(Model_::kSize);
+    const Eigen::VectorXd i = (model.power() / static_cast<double>(model.rows())).cwiseSqrt();
+    typical[Model_::kPsi] = std::hypot(theta[Model_::kLd] * i[0], theta[Model_::kLq] * i[1]);
+    return typical;
+}
+
+struct PolePairs {
+    double value = 1.0;
+    bool clear = false;
+};
+
+/// A whole number stands out where the next ones are at least five standard deviations away.
+PolePairs whole(const Assessment& p) {
+    constexpr double kFarthest = 0.3, kWidest = 0.1;
+    const double nearest = std::max(1.0, std::round(std::abs(p.value)));
+    const bool known = p.verdict == Verdict::determined || p.verdict == Verdict::uncertain;
+    return {nearest, known && p.sd > 0.0 && p.sd < kWidest && std::abs(p.value - nearest) < kFarthest};
+}
+
+void report_pole_pairs(const Task& task, const Assessment& p, bool free, bool clear, Result& result) {
+    if (task.pole_pairs) {
+        result.parameters.push_back({"pole_pairs", *task.pole_pairs, 0.0, true});
+    } else if (free && clear) {
+        const double n = whole(p).value;
+        result.parameters.push_back({"pole_pairs", n, p.sd, false});
+        result.notes.push_back("pole_pairs rounded to a whole number from " + figure(p.value) + " with standard deviation " +
+                               figure(p.sd));
+    } else if (task.asks("pole_pairs") || task.asks("psi_Wb")) {
+        NotIdentifiable n = explain("pole_pairs", p, DynamicModel({}, false).names(), task.logs);
+        if (!free) n.why = "w_m is 0 rad/s on every row, and the pole pairs act only through it";
+        if (free && p.verdict == Verdict::determined)
+            n.why = "no whole number stands out (standard deviation " + figure(p.sd) + "; p stayed in the fit as a real number)";
+        result.not_identifiable.push_back(n);
+    }
+}
+
+}  // namespace
+
+Result fit_dynamic(const Task& task) {
+    const std::vector<Piece> pieces = pieces_of(task.logs, kLeastPiece);
+    if (rows_of(pieces) < kLeastRows)
+        throw std::invalid_argument(task.logs.front().path + ": " + std::to_string(rows_of(pieces)) +
+                                    " rows without a gap; a dynamic fit needs at least " + std::to_string(kLeastRows));
+    bool turns = false;
+    for (const Log& log : task.logs)
+        for (double w : log.w_m_rad_s) turns = turns || w != 0.0;
+    bool free_p = !task.pole_pairs && turns;
+
+    const std::vector<Piece> part = spread_sample(pieces, kFirstRows, kFirstWindow);
+    std::vector<bool> free(Model_::kSize, true);
+    free[Model_::kPolePairs] = free_p;
+    Solution s;
+    {
+        Model_ first(part, free_p);
+        const auto p = turns ? task.pole_pairs : std::optional<double>(task.pole_pairs.value_or(1.0));
+        s = best_of_two_gains(first, best_start(first, electrical_starts(part, p)), free, task);
+    }
+    if (!s.ok) throw std::invalid_argument(task.logs.front().path + ": the currents do not follow from the voltages at all");
+
+    SolveOptions options;
+    options.tick = task.tick;
+    Assessment p;
+    bool clear = false;
+    if (free_p) {
+        Model_ all(pieces, true);
+        s = solve(all, s.theta, free, options);
+        p = assess(s, all, typical_of(all, s.theta)).each[Model_::kPolePairs];
+        clear = whole(p).clear;
+        if (clear) {
+            s.theta[Model_::kPsi] *= s.theta[Model_::kPolePairs] / whole(p).value;
+            s.theta[Model_::kPolePairs] = whole(p).value;
+            free[Model_::kPolePairs] = false;
+        }
+    }
+    Model_ all(pieces, free[Model_::kPolePairs]);
+    if (!free_p || clear) s = solve(all, s.theta, free, options);
+    const Covariance covariance = assess(s, all, typical_of(all, s.theta));
+
+    Result result;
+    publish(task, all.names(), covariance, result);
+    report_pole_pairs(task, p, free_p, clear, result);
+    note_robust(covariance, result);
+    result.notes.push_back("correction gain of the currents: d " + figure(s.theta[Model_::kGainD]) + ", q " +
+                           figure(s.theta[Model_::kGainQ]));
+    PlainModel model;
+    model.R_ohm = s.theta[Model_::kR], model.Ld_H = s.theta[Model_::kLd], model.Lq_H = s.theta[Model_::kLq];
+    model.psi_Wb = s.theta[Model_::kPsi], model.pole_pairs = s.theta[Model_::kPolePairs];
+    report_residual(task.logs, model, result);
+    return result;
+}
+
+}  // namespace dqw

@@ -1,0 +1,86 @@
+#include <cmath>
+#include <stdexcept>
+
+#include "blocks.hpp"
+#include "explain.hpp"
+#include "linear.hpp"
+#include "mechanical.hpp"
+#include "regimes.hpp"
+#include "residual.hpp"
+
+namespace dqw {
+namespace {
+
+constexpr std::size_t kLeastRows = 100, kLeastPiece = 10;
+constexpr double kGains[] = {0.005, 0.3};
+
+/// K_t of torque_Nm = K_t i_q, from the logs that have both.
+void fit_torque_constant(const Task& task, Result& result) {
+    const char* const name = "torque_constant_Nm_A";
+    LinearModel model({name}, 1, [&task](const auto& visit) {
+        for (const Log& log : task.logs) {
+            if (log.torque_Nm.empty() || log.i_q_A.empty()) continue;
+            for (std::size_t k = 0; k < log.rows(); ++k) {
+                LinearModel::Row row;
+                row.y[0] = log.torque_Nm[k];
+                row.x[0][0] = log.i_q_A[k];
+                visit(row);
+            }
+        }
+    });
+    if (model.rows() < kLeastRows) {
+        result.not_identifiable.push_back({name, "no log has both torque_Nm and i_q_A", excitation_for(name, Regime::mechanical)});
+        return;
+    }
+    SolveOptions options;
+    options.tick = task.tick;
+    const Solution s = solve(model, Eigen::VectorXd::Zero(1), {true}, options);
+    publish(task, model.names(), assess(s, model, Eigen::VectorXd::Zero(1)), result);
+}
+
+}  // namespace
+
+Result fit_mechanical(const Task& task) {
+    const std::vector<Piece> pieces = pieces_of(task.logs, kLeastPiece);
+    if (rows_of(pieces) < kLeastRows)
+        throw std::invalid_argument(task.logs.front().path + ": " + std::to_string(rows_of(pieces)) +
+                                    " rows without a gap; a mechanical fit needs at least " + std::to_string(kLeastRows));
+    Result result;
+    std::vector<std::vector<double>> torque;
+    std::string source, first_source;
+    for (const Log& log : task.logs) {
+        torque.push_back(torque_of(log, task.torque_constant_Nm_A.value_or(0.0), source));
+        if (torque.back().empty())
+            throw std::invalid_argument(log.path + ": no torque: neither torque_Nm, nor i_q_A with a torque constant, nor torque_cmd_Nm");
+        if (source != first_source) result.notes.push_back("torque is " + source);
+        first_source = source;
+    }
+    std::vector<const std::vector<double>*> of_piece;
+    for (const Piece& piece : pieces) of_piece.push_back(&torque[static_cast<std::size_t>(piece.log - task.logs.data())]);
+
+    MechanicalModel model(pieces, task.logs, torque);
+    SolveOptions options;
+    options.tick = task.tick;
+    Solution best;
+    for (const MechanicalStart& start : mechanical_starts(pieces, of_piece)) {
+        for (double gain : kGains) {
+            Eigen::VectorXd theta(3);
+            theta << start.J_kgm2, start.B_Nms_rad, gain;
+            Solution s = solve(model, theta, {true, true, true}, options);
+            if (s.ok && (!best.ok || s.log_likelihood > best.log_likelihood)) best = std::move(s);
+        }
+    }
+    if (!best.ok) throw std::invalid_argument(task.logs.front().path + ": the speed does not follow from the torque at all");
+    const Covariance covariance = assess(best, model, Eigen::VectorXd::Zero(3));
+    publish(task, model.names(), covariance, result);
+    if (task.asks("torque_constant_Nm_A")) fit_torque_constant(task, result);
+    note_robust(covariance, result);
+    result.notes.push_back("correction gain of the speed: " + figure(best.theta[MechanicalModel::kGain]));
+    PlainModel plain;
+    plain.J_kgm2 = best.theta[MechanicalModel::kJ], plain.B_Nms_rad = best.theta[MechanicalModel::kB];
+    plain.torque_constant_Nm_A = task.torque_constant_Nm_A.value_or(0.0);
+    report_residual(task.logs, plain, result);
+    return result;
+}
+
+}  // namespace dqw

@@ -1,0 +1,29 @@
+// The correction gain of one axis, from a segment's first row to its steady value.
+#ifndef DQW_REF_GAIN_HPP
+#define DQW_REF_GAIN_HPP
+
+#include <cstddef>
+#include <vector>
+
+namespace dqw {
+
+/// Gains K_k of the scalar Riccati recursion whose steady gain is g, for a state that decays by `decay` per row and
+/// whose first row is the measurement itself (K_0 = 1): so a noisy first sample is forgotten as fast as it should be.
+///   P-_{k+1} = decay^2 K_k + q,  K = P- / (1 + P-),  q = g / (1 - g) - decay^2 g   (in units of the sensor's variance)
+struct GainSchedule {
+    std::vector<double> gain;        ///< K_1, K_2, ... until K is steady, at most `kLongest` of them
+    std::vector<double> derivative;  ///< dK/dg
+    std::vector<double> weight;      ///< sqrt of steady over present innovation variance
+    static constexpr std::size_t kLongest = 20000;
+};
+
+/// 0 <= steady_gain <= 1, 0 < decay <= 1.
+GainSchedule gain_schedule(double steady_gain, double decay);
+
+/// Exponent of L (of J) that an innovation is multiplied by: a gain of 1 says that the errors are in the voltage (the
+/// torque), which are to be weighed in volts, e L / dt; a gain of 0, in the current (the speed), in amperes. Between,
+/// d log sqrt(1 - K) / d log L for a state that does not decay and a fixed noise of each: g / (2 - g).
+inline double input_share(double steady_gain) { return steady_gain / (2.0 - steady_gain); }
+
+}  // namespace dqw
+#endif

@@ -1,0 +1,120 @@
+#include "sim_check.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "sim_keys.h"
+
+// What a double may be. The table below names those that are not free.
+enum rule { FINITE, NOT_NEGATIVE, POSITIVE, BELOW_ONE };
+
+static const struct {
+    const char *key;
+    enum rule rule;
+} rules[] = {
+    {"machine.R_ohm", POSITIVE},
+    {"machine.Ld_H", POSITIVE},
+    {"machine.Lq_H", POSITIVE},
+    {"machine.psi_Wb", NOT_NEGATIVE},
+    {"machine.J_kgm2", NOT_NEGATIVE},
+    {"machine.B_Nms_rad", NOT_NEGATIVE},
+    {"machine.coulomb_Nm", NOT_NEGATIVE},
+    {"machine.coulomb_width_rad_s", NOT_NEGATIVE},
+    {"machine.winding_heat_J_K", NOT_NEGATIVE},
+    {"machine.magnet_heat_J_K", NOT_NEGATIVE},
+    {"machine.winding_magnet_W_K", NOT_NEGATIVE},
+    {"machine.winding_ambient_W_K", NOT_NEGATIVE},
+    {"machine.magnet_ambient_W_K", NOT_NEGATIVE},
+    {"nonideal.dead_time_V", NOT_NEGATIVE},
+    {"nonideal.dead_time_width_A", NOT_NEGATIVE},
+    {"nonideal.iron_loss_S", NOT_NEGATIVE},
+    {"nonideal.turn_short", BELOW_ONE},
+    {"nonideal.turn_short_ohm", NOT_NEGATIVE},
+    {"nonideal.demagnetisation", BELOW_ONE},
+    {"nonideal.phase_connection_ohm", NOT_NEGATIVE},
+    {"nonideal.bearing_Nm", NOT_NEGATIVE},
+    {"nonideal.bearing_B_Nms_rad", NOT_NEGATIVE},
+    {"drive.dt_s", POSITIVE},
+    {"drive.v_dc_V", POSITIVE},
+    {"drive.current_bandwidth_rad_s", NOT_NEGATIVE},
+    {"drive.speed_bandwidth_rad_s", NOT_NEGATIVE},
+    {"drive.i_max_A", POSITIVE},
+    {"duration_s", POSITIVE},
+    {"rtol", POSITIVE},
+};
+
+static const char *broken(double x, enum rule rule) {
+    if (!isfinite(x)) return "must be finite";
+    if (rule == POSITIVE && !(x > 0)) return "must be above 0";
+    if (rule == NOT_NEGATIVE && !(x >= 0)) return "must not be negative";
+    if (rule == BELOW_ONE && !(x >= 0 && x < 1)) return "must be from 0 to below 1";
+    return NULL;
+}
+
+static enum rule rule_of(const char *key) {
+    for (size_t i = 0; i < sizeof rules / sizeof *rules; ++i)
+        if (strcmp(rules[i].key, key) == 0) return rules[i].rule;
+    // Noise fractions and ADC steps have no sign.
+    return strncmp(key, "noise.", 6) == 0 ? NOT_NEGATIVE : FINITE;
+}
+
+static int refuse(char *message, size_t size, const char *what, const char *why) {
+    snprintf(message, size, "%s %s", what, why);
+    return DQW_SIM_ERR_SCENARIO;
+}
+
+static int check_signal(const dqw_sim_signal *g, const char *name, double dt_s, char *message, size_t size) {
+    if (g->wave != 0 && !(g->wave_period_s > 0)) return refuse(message, size, name, "has a wave whose wave_period_s is not above 0");
+    if (g->wave != 0 && g->shape == DQW_SIM_SHAPE_STAIRS && g->levels < 2) return refuse(message, size, name, "has stairs with fewer than 2 levels");
+    if (g->random != 0 && !(g->random_hold_s >= 0.5 * dt_s)) return refuse(message, size, name, "has a random_hold_s shorter than a period");
+    if (g->binary != 0 && !(g->binary_hold_s >= 0.5 * dt_s)) return refuse(message, size, name, "has a binary_hold_s shorter than a period");
+    return 0;
+}
+
+static int check_together(const dqw_sim_scenario *s, char *message, size_t size) {
+    const dqw_sim_machine *m = &s->machine;
+    const dqw_sim_nonideal *x = &s->nonideal;
+    const dqw_sim_drive *d = &s->drive;
+    const bool loops = s->profile.control != DQW_SIM_CONTROL_VOLTAGE;
+    if (m->pole_pairs < 1 || m->pole_pairs > 1000) return refuse(message, size, "machine.pole_pairs", "must be from 1 to 1000");
+    if (s->profile.shaft == DQW_SIM_SHAFT_FREE && !(m->J_kgm2 > 0)) return refuse(message, size, "machine.J_kgm2", "must be above 0 where the shaft is free");
+    if ((m->winding_heat_J_K > 0) != (m->magnet_heat_J_K > 0)) return refuse(message, size, "machine", "needs both heat capacities or neither");
+    if ((m->coulomb_Nm > 0 || x->bearing_Nm.value > 0) && !(m->coulomb_width_rad_s > 0))
+        return refuse(message, size, "machine.coulomb_width_rad_s", "must be above 0 where there is Coulomb friction");
+    if (x->dead_time_V.value > 0 && !(x->dead_time_width_A > 0)) return refuse(message, size, "nonideal.dead_time_width_A", "must be above 0 where there is dead time");
+    if (m->flux_map[0] && (x->saturation_dd_A_Wb3.value != 0 || x->saturation_qq_A_Wb3.value != 0 || x->saturation_dq_A_Wb3.value != 0))
+        return refuse(message, size, "nonideal.saturation_*", "and machine.flux_map exclude each other");
+    if (loops && !(d->current_bandwidth_rad_s > 0)) return refuse(message, size, "drive.current_bandwidth_rad_s", "must be above 0 where currents are controlled");
+    if (s->profile.control == DQW_SIM_CONTROL_SPEED && !(d->speed_bandwidth_rad_s > 0 && m->psi_Wb > 0 && s->profile.shaft == DQW_SIM_SHAFT_FREE))
+        return refuse(message, size, "profile.control = speed", "needs a speed bandwidth, a magnet and a free shaft");
+    if (d->log_every < 0 || d->log_window < 0 || d->log_window > (d->log_every > 1 ? d->log_every : 1))
+        return refuse(message, size, "drive.log_window", "must be from 0 to drive.log_every");
+    if (!(s->duration_s / d->dt_s < 1e9)) return refuse(message, size, "duration_s", "is over 1e9 periods");
+    if (!(s->rtol <= 0.01)) return refuse(message, size, "rtol", "must be 0.01 at most");
+    return 0;
+}
+
+int dqw_sim_check(const dqw_sim_scenario *s, char *message, size_t size) {
+    for (size_t i = 0; i < dqw_sim_field_count(); ++i) {
+        const dqw_sim_field *f = dqw_sim_field_at(i);
+        if (f->kind != DQW_SIM_FIELD_DOUBLE) continue;
+        const char *why = broken(*(const double *)(const void *)((const char *)s + f->offset), rule_of(f->key));
+        if (why) return refuse(message, size, f->key, why);
+    }
+    const struct {
+        const dqw_sim_signal *signal;
+        const char *name;
+    } signals[] = {{&s->profile.speed_rad_s, "profile.speed_rad_s"}, {&s->profile.i_d_A, "profile.i_d_A"}, {&s->profile.i_q_A, "profile.i_q_A"},
+                   {&s->profile.v_d_V, "profile.v_d_V"}, {&s->profile.v_q_V, "profile.v_q_V"}, {&s->profile.load_Nm, "profile.load_Nm"}};
+    for (size_t i = 0; i < sizeof signals / sizeof *signals; ++i) {
+        const int status = check_signal(signals[i].signal, signals[i].name, s->drive.dt_s, message, size);
+        if (status) return status;
+    }
+    return check_together(s, message, size);
+}
+
+long dqw_sim_periods(const dqw_sim_scenario *s) {
+    const long every = s->drive.log_every > 1 ? s->drive.log_every : 1;
+    return (long)floor(s->duration_s / (s->drive.dt_s * (double)every) + 0.5) * every;
+}

@@ -1,0 +1,108 @@
+#include "sim_integrator.h"
+
+#include <cvode/cvode.h>
+#include <math.h>
+#include <string.h>
+#include <sundials/sundials_version.h>
+#include <sunlinsol/sunlinsol_dense.h>
+#include <sunmatrix/sunmatrix_dense.h>
+#include <sunnonlinsol/sunnonlinsol_fixedpoint.h>
+
+// A failed evaluation (a flux map cannot be inverted there) asks CVODE for a smaller step.
+static int rhs(sunrealtype tau_s, N_Vector y, N_Vector dy, void *plant) {
+    return dqw_sim_plant_rhs(plant, tau_s, NV_DATA_S(y), NV_DATA_S(dy)) ? 0 : 1;
+}
+
+static int create_context(SUNContext *context) {
+#if SUNDIALS_VERSION_MAJOR >= 7
+    if (SUNContext_Create(SUN_COMM_NULL, context)) return DQW_SIM_ERR_MEMORY;
+    SUNContext_ClearErrHandlers(*context);
+    return 0;
+#else
+    return SUNContext_Create(NULL, context) ? DQW_SIM_ERR_MEMORY : 0;
+#endif
+}
+
+static int attach_solver(dqw_sim_integrator *g, enum dqw_sim_method method) {
+    if (method == DQW_SIM_ADAMS) {
+        g->nonlinear = SUNNonlinSol_FixedPoint(g->y, 0, g->context);
+        return g->nonlinear && CVodeSetNonlinearSolver(g->cvode, g->nonlinear) == 0 ? 0 : DQW_SIM_ERR_MEMORY;
+    }
+    const sunindextype n = g->plant->states;
+    g->matrix = SUNDenseMatrix(n, n, g->context);
+    if (!g->matrix) return DQW_SIM_ERR_MEMORY;
+    g->linear = SUNLinSol_Dense(g->y, g->matrix, g->context);
+    return g->linear && CVodeSetLinearSolver(g->cvode, g->linear, g->matrix) == 0 ? 0 : DQW_SIM_ERR_MEMORY;
+}
+
+int dqw_sim_integrator_init(dqw_sim_integrator *g, const dqw_sim_plant *plant, enum dqw_sim_method method, const double *tolerance) {
+    memset(g, 0, sizeof *g);
+    g->plant = plant;
+    const int status = create_context(&g->context);
+    if (status) return status;
+    g->y = N_VNew_Serial(plant->states, g->context);
+    g->tolerance = N_VNew_Serial(plant->states, g->context);
+    g->error = N_VNew_Serial(plant->states, g->context);
+    g->cvode = CVodeCreate(method == DQW_SIM_ADAMS ? CV_ADAMS : CV_BDF, g->context);
+    if (!g->y || !g->tolerance || !g->error || !g->cvode) return DQW_SIM_ERR_MEMORY;
+    N_VConst(0, g->y);
+    memcpy(NV_DATA_S(g->tolerance), tolerance, (size_t)plant->states * sizeof *tolerance);
+#if SUNDIALS_VERSION_MAJOR < 7
+    CVodeSetErrFile(g->cvode, NULL);
+#endif
+    if (CVodeInit(g->cvode, rhs, 0, g->y) || CVodeSVtolerances(g->cvode, 0, g->tolerance) ||
+        CVodeSetUserData(g->cvode, (void *)plant) || CVodeSetMaxNumSteps(g->cvode, 100000))
+        return DQW_SIM_ERR_SOLVER;
+    return attach_solver(g, method);
+}
+
+void dqw_sim_integrator_free(dqw_sim_integrator *g) {
+    if (g->cvode) CVodeFree(&g->cvode);
+    if (g->nonlinear) SUNNonlinSolFree(g->nonlinear);
+    if (g->linear) SUNLinSolFree(g->linear);
+    if (g->matrix) SUNMatDestroy(g->matrix);
+    if (g->y) N_VDestroy(g->y);
+    if (g->error) N_VDestroy(g->error);
+    if (g->tolerance) N_VDestroy(g->tolerance);
+    if (g->context) SUNContext_Free(&g->context);
+}
+
+double *dqw_sim_integrator_state(dqw_sim_integrator *g) { return NV_DATA_S(g->y); }
+
+// Error of the first step as a fraction of the tolerance, as CVODE measures it.
+static double first_error(dqw_sim_integrator *g) {
+    if (CVodeGetEstLocalErrors(g->cvode, g->error)) return 1;
+    double square = 0;
+    for (int k = 0; k < g->plant->states; ++k) {
+        const double e = NV_DATA_S(g->error)[k] / NV_DATA_S(g->tolerance)[k];
+        square += e * e;
+    }
+    return sqrt(square / g->plant->states);
+}
+
+// Every period starts anew at order 1, whose error goes with the square of the step: aim at a third of the tolerance, so that the
+// next edge's larger jump does not cost a failure.
+static void learn_first_step(dqw_sim_integrator *g, double dt_s) {
+    sunrealtype taken = 0;
+    CVodeGetLastStep(g->cvode, &taken);
+    const double scale = sqrt(0.3 / (first_error(g) + 0.01));
+    g->first_step_s = fmin(taken * fmax(0.2, fmin(2, scale)), dt_s);
+}
+
+int dqw_sim_integrator_period(dqw_sim_integrator *g, double dt_s) {
+    sunrealtype reached = 0;
+    long steps = 0, evaluations = 0, failures = 0;
+    int flag = CVodeReInit(g->cvode, 0, g->y);
+    if (flag == 0) flag = CVodeSetInitStep(g->cvode, g->first_step_s);
+    if (flag == 0) flag = CVodeSetStopTime(g->cvode, dt_s);
+    if (flag == 0) flag = CVode(g->cvode, dt_s, g->y, &reached, CV_ONE_STEP);
+    if (flag < 0) return flag;
+    learn_first_step(g, dt_s);
+    if (reached < dt_s) flag = CVode(g->cvode, dt_s, g->y, &reached, CV_NORMAL);
+    if (flag < 0) return flag;
+    CVodeGetNumSteps(g->cvode, &steps);
+    CVodeGetNumRhsEvals(g->cvode, &evaluations);
+    CVodeGetNumErrTestFails(g->cvode, &failures);
+    g->steps += steps, g->rhs_evaluations += evaluations, g->error_test_failures += failures;
+    return 0;
+}

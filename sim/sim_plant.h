@@ -1,0 +1,63 @@
+// The machine's differential equations over one control period, during which voltage, load and faults are constant.
+#ifndef DQW_SIM_PLANT_H
+#define DQW_SIM_PLANT_H
+
+#include "dqw_sim.h"
+#include "sim_flux.h"
+
+/// Energies that are integrated beside the states.
+enum { DQW_SIM_E_ELECTRICAL, DQW_SIM_E_COPPER, DQW_SIM_E_IRON, DQW_SIM_E_MECHANICAL, DQW_SIM_E_MAGNET, DQW_SIM_E_FRICTION, DQW_SIM_E_LOAD,
+       DQW_SIM_E_AMBIENT, DQW_SIM_ENERGIES };
+
+enum { DQW_SIM_STATES_MAX = 6 + DQW_SIM_ENERGIES };
+
+/// Parameters of one period. Fluxes are integrated in the frame in which the inverter holds its voltage, so that the
+/// rotation costs the integrator nothing: the rotor's frame at t_k standing still (hold = abc), or turning with it (hold = dq).
+/// At t_k, and for dq always, the states are psi_d, psi_q themselves.
+typedef struct dqw_sim_plant {
+    // Machine and non-idealities.
+    double p, R_ref_ohm, alpha_per_K, psi_ref_Wb, beta_per_K, temp_ref_C, iron_S;
+    dqw_sim_flux flux;
+    double short_turns, short_ohm, connection_ohm;
+    double dead_time_V, dead_time_width_inv;
+    double J_inv, B_Nms_rad, coulomb_Nm, coulomb_width_inv;
+    double winding_heat_inv, magnet_heat_inv, winding_magnet_W_K, winding_ambient_W_K, magnet_ambient_W_K, temp_ambient_C;
+    bool turning_frame;
+    // This period.
+    double v_x_V, v_y_V;    ///< held voltage in that frame
+    double theta_e_rad;     ///< angle of the frame at t_k
+    double load_Nm;
+    double w_m_rad_s, accel_rad_s2;     ///< where the shaft is imposed: speed at t_k, and its slope
+    double temp_winding_C, temp_magnet_C;  ///< where there are no heat capacities
+    // Where in the state vector; -1: absent.
+    int at_w, at_temp, at_energy, states;
+} dqw_sim_plant;
+
+/// What the states say at one instant.
+typedef struct dqw_sim_point {
+    double psi_d_Wb, psi_q_Wb, i_d_A, i_q_A;  ///< i: terminal currents, with those of iron loss and short
+    double v_x_V, v_y_V, e_x_V, e_y_V;        ///< at the terminals, and induced
+    double i_x_A, i_y_A;
+    double turn_rad;      ///< electrical angle since t_k
+    double w_m_rad_s, psi_m_Wb, torque_Nm, copper_W, iron_W, friction_Nm, temp_winding_C, temp_magnet_C;
+} dqw_sim_point;
+
+/// Lays out the state vector and takes what does not change during a run.
+void dqw_sim_plant_init(dqw_sim_plant *p, const dqw_sim_scenario *s, dqw_sim_map *map);
+
+/// Takes what ramps, as it is at t_s. Returns false where the saturation law is not convex.
+bool dqw_sim_plant_ramp(dqw_sim_plant *p, const dqw_sim_scenario *s, double t_s);
+
+/// Evaluates the algebra at local time tau_s since t_k. Returns false where a flux map cannot be inverted.
+bool dqw_sim_plant_point(const dqw_sim_plant *p, double tau_s, const double *y, dqw_sim_point *out);
+
+/// dy/dt at local time tau_s. Returns false where a flux map cannot be inverted. Cost: about 60 ns healthy and linear.
+bool dqw_sim_plant_rhs(const dqw_sim_plant *p, double tau_s, const double *y, double *dy);
+
+/// Magnetic energy in joule of the plant at this flux.
+bool dqw_sim_plant_energy(const dqw_sim_plant *p, double psi_m_Wb, double psi_d_Wb, double psi_q_Wb, double *joule);
+
+/// Magnet flux at a magnet temperature.
+double dqw_sim_plant_magnet(const dqw_sim_plant *p, double temp_magnet_C);
+
+#endif

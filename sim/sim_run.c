@@ -1,0 +1,264 @@
+// One run: sample, control, switch, integrate, log.
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "dqw_sim.h"
+#include "sim_check.h"
+#include "sim_control.h"
+#include "sim_integrator.h"
+#include "sim_plant.h"
+#include "sim_sensor.h"
+#include "sim_signal.h"
+
+static const double two_pi = 6.283185307179586;
+
+typedef struct run {
+    const dqw_sim_scenario *s;
+    dqw_sim_plant plant;
+    dqw_sim_integrator integrator;
+    dqw_sim_controller controller;
+    dqw_sim_row sample;                       // what is true at t_k
+    double psi_d_Wb, psi_q_Wb, psi_m_Wb;      // there too
+    double v_alpha_V, v_beta_V;               // decided for the coming period; hold = dq: v_d, v_q
+    double energy_J[DQW_SIM_ENERGIES], edges_J;
+    dqw_sim_report *report;
+} run;
+
+static double wrapped(double angle) {
+    const double turned = angle - two_pi * floor(angle / two_pi);
+    return turned < two_pi ? turned : 0;
+}
+
+static int refuse(dqw_sim_report *report, int status, const char *why, double t_s) {
+    if (t_s >= 0) snprintf(report->message, sizeof report->message, "%s at t = %.6g s", why, t_s);
+    else snprintf(report->message, sizeof report->message, "%s", why);
+    return status;
+}
+
+static double speed_reference(const dqw_sim_scenario *s, double t_s) {
+    return dqw_sim_signal_at(&s->profile.speed_rad_s, t_s, s->seed, DQW_SIM_STREAM_SPEED);
+}
+
+// The drive reads its sensors at t_k and decides the voltage that is applied `ahead` periods later. The angle is carried on to the
+// middle of that period.
+static void control(run *r, int ahead) {
+    const dqw_sim_scenario *s = r->s;
+    dqw_sim_row seen = r->sample;
+    dqw_sim_sensor_quantise(&s->noise, s->machine.pole_pairs, &seen);
+    const dqw_sim_measured m = {seen.t_s, seen.i_d_A, seen.i_q_A, seen.w_m_rad_s, seen.theta_e_rad};
+    double v_d, v_q;
+    dqw_sim_controller_step(&r->controller, s, &m, seen.t_s + ahead * s->drive.dt_s, &v_d, &v_q);
+    double angle = 0;
+    if (s->drive.hold == DQW_SIM_HOLD_ABC) angle = m.theta_e_rad + (ahead + 0.5) * s->drive.dt_s * s->machine.pole_pairs * m.w_m_rad_s;
+    r->v_alpha_V = cos(angle) * v_d - sin(angle) * v_q;
+    r->v_beta_V = sin(angle) * v_d + cos(angle) * v_q;
+}
+
+// Mean over the period of the held voltage as the turning rotor sees it: 4-point Gauss over the cubic Hermite interpolant of the
+// angle. Below 1 rad of turn its error is under 1e-9 of the voltage.
+static void seen_by_rotor(const dqw_sim_plant *p, double dt_s, double turn_rad, double w0, double w1, double *v_d_V, double *v_q_V) {
+    static const double node[4] = {0.06943184420297371, 0.33000947820757187, 0.6699905217924281, 0.9305681557970263};
+    static const double weight[4] = {0.17392742256872692, 0.32607257743127307, 0.32607257743127307, 0.17392742256872692};
+    *v_d_V = p->v_x_V, *v_q_V = p->v_y_V;
+    if (p->turning_frame) return;
+    double c = 0, s = 0;
+    for (int k = 0; k < 4; ++k) {
+        const double u = node[k], u2 = u * u, u3 = u2 * u;
+        const double turn = turn_rad * (3 * u2 - 2 * u3) + dt_s * p->p * (w0 * (u3 - 2 * u2 + u) + w1 * (u3 - u2));
+        c += weight[k] * cos(turn), s += weight[k] * sin(turn);
+    }
+    *v_d_V = c * p->v_x_V + s * p->v_y_V;
+    *v_q_V = c * p->v_y_V - s * p->v_x_V;
+}
+
+static void take_sample(run *r, double t_s, const dqw_sim_point *o, double turn_rad) {
+    dqw_sim_row *m = &r->sample;
+    m->t_s = t_s;
+    m->i_d_A = o->i_d_A, m->i_q_A = o->i_q_A, m->w_m_rad_s = o->w_m_rad_s;
+    m->theta_m_rad = wrapped(m->theta_m_rad + turn_rad / r->plant.p);
+    m->theta_e_rad = wrapped(m->theta_m_rad * r->plant.p);
+    m->v_dc_V = r->s->drive.v_dc_V;
+    m->temp_winding_C = o->temp_winding_C, m->temp_magnet_C = o->temp_magnet_C, m->torque_Nm = o->torque_Nm;
+    r->psi_d_Wb = o->psi_d_Wb, r->psi_q_Wb = o->psi_q_Wb, r->psi_m_Wb = o->psi_m_Wb;
+}
+
+// What a ramp does to the stored energy at constant flux is work on the magnet or the iron.
+static bool ramp(run *r, double t_s) {
+    double before = 0, after = 0;
+    const double psi_m = r->psi_m_Wb;
+    if (r->s->balance && !dqw_sim_plant_energy(&r->plant, psi_m, r->psi_d_Wb, r->psi_q_Wb, &before)) return false;
+    if (!dqw_sim_plant_ramp(&r->plant, r->s, t_s)) return false;
+    r->psi_m_Wb = dqw_sim_plant_magnet(&r->plant, r->sample.temp_magnet_C);
+    if (r->s->balance && !dqw_sim_plant_energy(&r->plant, r->psi_m_Wb, r->psi_d_Wb, r->psi_q_Wb, &after)) return false;
+    r->edges_J -= after - before;
+    return true;
+}
+
+static void fill_state(const run *r, double *y) {
+    const dqw_sim_plant *p = &r->plant;
+    y[0] = r->psi_d_Wb, y[1] = r->psi_q_Wb;
+    if (p->at_w >= 0) y[p->at_w] = r->sample.w_m_rad_s, y[p->at_w + 1] = 0;
+    if (p->at_temp >= 0) y[p->at_temp] = r->sample.temp_winding_C, y[p->at_temp + 1] = r->sample.temp_magnet_C;
+    for (int k = 0; p->at_energy >= 0 && k < DQW_SIM_ENERGIES; ++k) y[p->at_energy + k] = 0;
+}
+
+// From t_k to t_{k+1}. Returns what the log calls v_d, v_q.
+static int period(run *r, long k, double *v_d_V, double *v_q_V) {
+    const dqw_sim_scenario *s = r->s;
+    dqw_sim_plant *p = &r->plant;
+    const double dt = s->drive.dt_s, t = (double)k * dt;
+    if (!ramp(r, t + 0.5 * dt)) return refuse(r->report, DQW_SIM_ERR_SCENARIO, "the ramped machine is not invertible", t);
+    p->theta_e_rad = r->sample.theta_e_rad;
+    const double c = p->turning_frame ? 1 : cos(p->theta_e_rad), sn = p->turning_frame ? 0 : sin(p->theta_e_rad);
+    p->v_x_V = c * r->v_alpha_V + sn * r->v_beta_V, p->v_y_V = c * r->v_beta_V - sn * r->v_alpha_V;
+    p->load_Nm = dqw_sim_signal_at(&s->profile.load_Nm, t, s->seed, DQW_SIM_STREAM_LOAD);
+    if (p->at_w < 0) {
+        p->w_m_rad_s = r->sample.w_m_rad_s;
+        p->accel_rad_s2 = (speed_reference(s, t + dt) - p->w_m_rad_s) / dt;
+    }
+    // The next voltage is computed while this one is applied.
+    control(r, 1);
+    double *y = dqw_sim_integrator_state(&r->integrator);
+    fill_state(r, y);
+    const int flag = dqw_sim_integrator_period(&r->integrator, dt);
+    dqw_sim_point end;
+    if (flag < 0 || !dqw_sim_plant_point(p, dt, y, &end)) {
+        char why[120];
+        snprintf(why, sizeof why, p->flux.map ? "integration failed (CVODE %d; has the current left the flux map?)" : "integration failed (CVODE %d)", flag);
+        return refuse(r->report, DQW_SIM_ERR_SOLVER, why, t);
+    }
+    seen_by_rotor(p, dt, end.turn_rad, r->sample.w_m_rad_s, end.w_m_rad_s, v_d_V, v_q_V);
+    for (int e = 0; p->at_energy >= 0 && e < DQW_SIM_ENERGIES; ++e) r->energy_J[e] += y[p->at_energy + e];
+    take_sample(r, (double)(k + 1) * dt, &end, end.turn_rad);
+    return 0;
+}
+
+static int begin(run *r) {
+    const dqw_sim_scenario *s = r->s;
+    dqw_sim_plant *p = &r->plant;
+    if (!dqw_sim_plant_ramp(p, s, 0)) return refuse(r->report, DQW_SIM_ERR_SCENARIO, "nonideal.saturation_* make the energy non-convex", -1);
+    p->w_m_rad_s = p->at_w >= 0 ? s->profile.speed_start_rad_s : speed_reference(s, 0);
+    r->psi_m_Wb = dqw_sim_plant_magnet(p, s->machine.temp_start_C);
+    dqw_sim_flux_at_rest(&p->flux, r->psi_m_Wb, &r->psi_d_Wb, &r->psi_q_Wb);
+    r->controller.Ld_H = s->machine.Ld_H, r->controller.Lq_H = s->machine.Lq_H, r->controller.psi_Wb = s->machine.psi_Wb;
+    if (p->flux.map) {
+        double L[3], psi_q;
+        dqw_sim_map_flux(p->flux.map, 0, 0, &r->controller.psi_Wb, &psi_q, L);
+        r->controller.Ld_H = L[0], r->controller.Lq_H = L[2];
+    }
+    r->report->Ld_H = r->controller.Ld_H, r->report->Lq_H = r->controller.Lq_H, r->report->psi_Wb = r->psi_m_Wb;
+    r->sample.w_m_rad_s = p->w_m_rad_s;
+    r->sample.temp_winding_C = r->sample.temp_magnet_C = s->machine.temp_start_C;
+    r->sample.v_dc_V = s->drive.v_dc_V;
+    if (s->balance && !dqw_sim_plant_energy(p, r->psi_m_Wb, r->psi_d_Wb, r->psi_q_Wb, &r->report->stored_start_J)) return DQW_SIM_ERR_MAP;
+
+    const double L = fmin(r->controller.Ld_H, r->controller.Lq_H), v = s->drive.v_dc_V / sqrt(3), current = s->drive.i_max_A;
+    const double flux = L * current, speed = v / (p->p * (r->controller.psi_Wb + flux));
+    double tolerance[DQW_SIM_STATES_MAX];
+    tolerance[0] = tolerance[1] = s->rtol * flux;
+    if (p->at_w >= 0) tolerance[p->at_w] = s->rtol * speed, tolerance[p->at_w + 1] = s->rtol;
+    if (p->at_temp >= 0) tolerance[p->at_temp] = tolerance[p->at_temp + 1] = s->rtol * 100;
+    for (int e = 0; p->at_energy >= 0 && e < DQW_SIM_ENERGIES; ++e) tolerance[p->at_energy + e] = s->rtol * v * current * s->drive.dt_s;
+    return dqw_sim_integrator_init(&r->integrator, p, s->method, tolerance);
+}
+
+static void finish(run *r) {
+    const dqw_sim_machine *m = &r->s->machine;
+    dqw_sim_report *o = r->report;
+    const double *e = r->energy_J, w0 = r->s->profile.speed_start_rad_s, w1 = r->sample.w_m_rad_s;
+    o->steps = r->integrator.steps, o->rhs_evaluations = r->integrator.rhs_evaluations;
+    o->error_test_failures = r->integrator.error_test_failures;
+    if (!r->s->balance) return;
+    o->electrical_J = e[DQW_SIM_E_ELECTRICAL], o->copper_J = e[DQW_SIM_E_COPPER], o->iron_J = e[DQW_SIM_E_IRON];
+    o->mechanical_J = e[DQW_SIM_E_MECHANICAL], o->magnet_J = e[DQW_SIM_E_MAGNET] + r->edges_J;
+    o->friction_J = e[DQW_SIM_E_FRICTION], o->load_J = e[DQW_SIM_E_LOAD], o->heat_ambient_J = e[DQW_SIM_E_AMBIENT];
+    o->kinetic_J = r->plant.at_w >= 0 ? 0.5 * m->J_kgm2 * (w1 * w1 - w0 * w0) : 0;
+    o->heat_stored_J = m->winding_heat_J_K * (r->sample.temp_winding_C - m->temp_start_C) + m->magnet_heat_J_K * (r->sample.temp_magnet_C - m->temp_start_C);
+    dqw_sim_plant_energy(&r->plant, r->psi_m_Wb, r->psi_d_Wb, r->psi_q_Wb, &o->stored_end_J);
+}
+
+static int all_periods(run *r, dqw_sim_row *rows, int (*progress)(void *, double), void *ctx) {
+    const dqw_sim_scenario *s = r->s;
+    const long periods = dqw_sim_periods(s), every = s->drive.log_every > 1 ? s->drive.log_every : 1;
+    const long window = s->drive.log_window > 0 ? s->drive.log_window : every, tick = periods / 100 + 1;
+    dqw_sim_row *row = rows;
+    control(r, 0);
+    for (long k = 0; k < periods; ++k) {
+        const long phase = k % every - (every - window);
+        if (phase == 0) *row = r->sample, row->v_d_V = row->v_q_V = 0;
+        double v_d, v_q;
+        const int status = period(r, k, &v_d, &v_q);
+        if (status) return status;
+        r->report->periods = k + 1;
+        if (phase >= 0) row->v_d_V += v_d / (double)window, row->v_q_V += v_q / (double)window;
+        if (phase == window - 1) ++row;
+        if (progress && k % tick == 0 && progress(ctx, (double)k / (double)periods))
+            return refuse(r->report, DQW_SIM_ERR_ABORTED, "stopped by the caller", -1);
+    }
+    return 0;
+}
+
+static int load_map(const dqw_sim_scenario *s, dqw_sim_map **map, dqw_sim_report *report) {
+    dqw_sim_grid grid;
+    int status = dqw_sim_grid_read(s->machine.flux_map, &grid, report->message, sizeof report->message);
+    if (status) return status;
+    *map = malloc(sizeof **map);
+    status = *map ? dqw_sim_map_fit(&grid, *map, report->message, sizeof report->message) : DQW_SIM_ERR_MEMORY;
+    dqw_sim_grid_free(&grid);
+    if (status) return status;
+    report->map_rms_Wb = (*map)->rms_Wb, report->map_max_Wb = (*map)->max_Wb, report->map_curl = (*map)->curl;
+    return 0;
+}
+
+size_t dqw_sim_rows(const dqw_sim_scenario *s) {
+    char unused[320];
+    if (!s || dqw_sim_check(s, unused, sizeof unused)) return 0;
+    return (size_t)(dqw_sim_periods(s) / (s->drive.log_every > 1 ? s->drive.log_every : 1));
+}
+
+int dqw_sim_run(const dqw_sim_scenario *s, dqw_sim_row *rows, size_t capacity, dqw_sim_report *report,
+                int (*progress)(void *ctx, double fraction), void *ctx) {
+    dqw_sim_report unread;
+    if (!report) report = &unread;
+    memset(report, 0, sizeof *report);
+    if (!s) return refuse(report, DQW_SIM_ERR_SCENARIO, "no scenario", -1);
+    int status = dqw_sim_check(s, report->message, sizeof report->message);
+    if (status) return status;
+    const size_t count = dqw_sim_rows(s);
+    if (count == 0) return refuse(report, DQW_SIM_ERR_SCENARIO, "duration_s is shorter than half a row", -1);
+    if (!rows || capacity < count) return refuse(report, DQW_SIM_ERR_CAPACITY, "too few rows offered", -1);
+
+    dqw_sim_map *map = NULL;
+    if (s->machine.flux_map[0]) status = load_map(s, &map, report);
+    run r;
+    memset(&r, 0, sizeof r);
+    r.s = s, r.report = report;
+    if (status == 0) {
+        dqw_sim_plant_init(&r.plant, s, map);
+        status = begin(&r);
+        if (status == 0) status = all_periods(&r, rows, progress, ctx);
+        finish(&r);
+        dqw_sim_integrator_free(&r.integrator);
+    }
+    free(map);
+    if (status == 0) dqw_sim_sensor_log(s, rows, count);
+    else if (!report->message[0]) refuse(report, status, dqw_sim_status_text(status), -1);
+    return status;
+}
+
+const char *dqw_sim_status_text(int status) {
+    switch (status) {
+    case DQW_SIM_OK: return "done";
+    case DQW_SIM_ERR_KEY: return "no such key";
+    case DQW_SIM_ERR_VALUE: return "not a value of this key's kind";
+    case DQW_SIM_ERR_SCENARIO: return "unphysical or contradictory scenario";
+    case DQW_SIM_ERR_CAPACITY: return "too few rows offered";
+    case DQW_SIM_ERR_MAP: return "flux map cannot be used";
+    case DQW_SIM_ERR_SOLVER: return "the integration failed";
+    case DQW_SIM_ERR_MEMORY: return "out of memory";
+    case DQW_SIM_ERR_ABORTED: return "stopped by the caller";
+    default: return "unknown status";
+    }
+}

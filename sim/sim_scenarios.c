@@ -1,0 +1,101 @@
+// The table of named scenarios.
+#include <string.h>
+
+#include "dqw_sim.h"
+
+#define NOISE(x) .noise = {.i = x, .v = x, .w = x, .theta = x, .v_dc = x, .temp = x, .torque = x}
+
+// A 1.5 kW servo motor. Friction is viscous alone, so that the plain model is the truth.
+#define SERVO_PLATE .pole_pairs = 4, .R_ohm = 0.9, .Ld_H = 2.2e-3, .Lq_H = 2.8e-3, .psi_Wb = 0.12, .J_kgm2 = 2e-3, .B_Nms_rad = 1e-3, \
+                    .temp_ref_C = 25, .temp_ambient_C = 25, .temp_start_C = 25
+#define SERVO_DRIVE .dt_s = 1e-4, .v_dc_V = 320, .current_bandwidth_rad_s = 1500, .speed_bandwidth_rad_s = 60, .i_max_A = 15
+// Currents drawn anew every few ms, a binary voltage of 0.5 ms on each axis, speed to and fro.
+#define SERVO_PROFILE .speed_rad_s = {.wave = 180, .wave_period_s = 0.5}, .i_d_A = {.random = 4, .random_hold_s = 5e-3}, \
+                      .i_q_A = {.random = 4, .random_hold_s = 7e-3}, .v_d_V = {.binary = 10, .binary_hold_s = 5e-4}, \
+                      .v_q_V = {.binary = 10, .binary_hold_s = 5e-4}
+#define SERVO .machine = {SERVO_PLATE}, .drive = {SERVO_DRIVE}, .profile = {SERVO_PROFILE}, .regime = "dynamic", .rtol = 1e-8, .seed = 1
+
+#define TRACTION_MACHINE .machine = {.pole_pairs = 4, .R_ohm = 0.012, .Ld_H = 0.20e-3, .Lq_H = 0.50e-3, .psi_Wb = 0.070, .J_kgm2 = 0.06, \
+                                     .B_Nms_rad = 0.02, .temp_ref_C = 25, .temp_ambient_C = 25, .temp_start_C = 25}
+#define TRACTION_DRIVE .drive = {.dt_s = 1e-4, .v_dc_V = 350, .current_bandwidth_rad_s = 1200, .speed_bandwidth_rad_s = 30, .i_max_A = 300}
+#define TRACTION_PROFILE .profile = {.speed_rad_s = {.value = 120, .wave = 100, .wave_period_s = 0.8}, \
+                                     .i_d_A = {.value = -80, .random = 80, .random_hold_s = 5e-3}, .i_q_A = {.random = 80, .random_hold_s = 7e-3}, \
+                                     .v_d_V = {.binary = 10, .binary_hold_s = 5e-4}, .v_q_V = {.binary = 10, .binary_hold_s = 5e-4}}
+#define TRACTION TRACTION_MACHINE, TRACTION_DRIVE, TRACTION_PROFILE, .duration_s = 2, .regime = "dynamic", .rtol = 1e-8, .seed = 1
+
+static const dqw_sim_scenario table[] = {
+    {.name = "paper_step",
+     .about = "the paper's machine: 301 samples at 0.1 ms of a step of speed and load, +-2 V random binary on each axis, no noise",
+     .machine = {.pole_pairs = 4, .R_ohm = 0.37, .Ld_H = 0.326e-3, .Lq_H = 0.326e-3, .psi_Wb = 0.020, .J_kgm2 = 4e-5, .B_Nms_rad = 2e-5,
+                 .temp_ref_C = 25, .temp_ambient_C = 25, .temp_start_C = 25},
+     // Slow loops and long holds leave currents that last: R is in them, and the loops would take them away.
+     .drive = {.dt_s = 1e-4, .v_dc_V = 24, .current_bandwidth_rad_s = 150, .speed_bandwidth_rad_s = 100, .i_max_A = 12},
+     .profile = {.speed_rad_s = {.step = 100, .t_step_s = 1e-3}, .load_Nm = {.step = 0.8, .t_step_s = 1e-3},
+                 .v_d_V = {.binary = 2, .binary_hold_s = 4e-3}, .v_q_V = {.binary = 2, .binary_hold_s = 2e-3}},
+     .duration_s = 0.0301, .regime = "dynamic", .rtol = 1e-8, .seed = 1},
+    {.name = "servo",
+     .about = "servo, 320 V, 2.2/2.8 mH: speed to and fro, re-drawn currents, random binary voltages; 1 % noise on every channel",
+     SERVO, NOISE(0.01), .duration_s = 2},
+    {.name = "servo_ideal", .about = "the servo without noise: the plain model is the exact truth", SERVO, .duration_s = 2},
+    {.name = "robot_joint",
+     .about = "robot joint, 21 pole pairs, 50 uH, 48 V, a few Nm: speed to and fro under a load step, 1 % noise",
+     .machine = {.pole_pairs = 21, .R_ohm = 0.10, .Ld_H = 50e-6, .Lq_H = 50e-6, .psi_Wb = 0.0040, .J_kgm2 = 1e-3, .B_Nms_rad = 5e-4,
+                 .temp_ref_C = 25, .temp_ambient_C = 25, .temp_start_C = 25},
+     .drive = {.dt_s = 1e-4, .v_dc_V = 48, .current_bandwidth_rad_s = 1500, .speed_bandwidth_rad_s = 60, .i_max_A = 40},
+     .profile = {.speed_rad_s = {.wave = 40, .wave_period_s = 0.5}, .i_d_A = {.random = 10, .random_hold_s = 5e-3},
+                 .i_q_A = {.random = 10, .random_hold_s = 7e-3}, .v_d_V = {.binary = 1, .binary_hold_s = 3e-4},
+                 .v_q_V = {.binary = 1, .binary_hold_s = 3e-4}, .load_Nm = {.step = 1.5, .t_step_s = 1}},
+     NOISE(0.01), .duration_s = 2, .regime = "dynamic", .rtol = 1e-8, .seed = 1},
+    {.name = "traction_ipm",
+     .about = "interior-magnet traction motor, 350 V, 300 A, L_q/L_d = 2.5, whose iron saturates (d, q and cross); no noise",
+     TRACTION,
+     .nonideal = {.saturation_dd_A_Wb3 = {.value = 4e4}, .saturation_qq_A_Wb3 = {.value = 6e4}, .saturation_dq_A_Wb3 = {.value = 5e4}}},
+    {.name = "traction_ipm_linear", .about = "the traction motor without saturation; no noise", TRACTION},
+    {.name = "standstill",
+     .about = "servo with its rotor locked: settled levels of i_d from -8 to 8 A, one row per level, 1 % noise",
+     .machine = {SERVO_PLATE}, .drive = {SERVO_DRIVE, .log_every = 200, .log_window = 10},
+     .profile = {.control = DQW_SIM_CONTROL_CURRENT, .shaft = DQW_SIM_SHAFT_IMPOSED,
+                 .i_d_A = {.wave = 8, .wave_period_s = 0.82, .shape = DQW_SIM_SHAPE_STAIRS, .levels = 41}},
+     NOISE(0.01), .duration_s = 1.64, .regime = "standstill", .rtol = 1e-8, .seed = 1},
+    {.name = "coast_friction",
+     .about = "servo's mechanical side at 1 kHz: torque steps and coasting against viscous and 0.1 Nm Coulomb friction, 1 % noise",
+     .machine = {SERVO_PLATE, .coulomb_Nm = 0.1, .coulomb_width_rad_s = 1}, .drive = {SERVO_DRIVE, .log_every = 10},
+     .profile = {.control = DQW_SIM_CONTROL_CURRENT, .speed_start_rad_s = -150,
+                 .i_q_A = {.wave = 1.5, .wave_period_s = 1, .shape = DQW_SIM_SHAPE_SQUARE, .random = 1.5, .random_hold_s = 0.1}},
+     NOISE(0.01), .duration_s = 10, .regime = "mechanical", .rtol = 1e-8, .seed = 1},
+    {.name = "heating",
+     .about = "servo on a load machine for ten minutes: winding and magnet heat up by tens of kelvin; settled rows every 2 s, 0.1 % noise",
+     .machine = {SERVO_PLATE, .winding_heat_J_K = 120, .magnet_heat_J_K = 400, .winding_magnet_W_K = 1.0, .winding_ambient_W_K = 0.5,
+                 .magnet_ambient_W_K = 0.8},
+     .nonideal = {.winding_alpha_per_K = {.value = 0.0039}, .magnet_beta_per_K = {.value = -0.0011}},
+     .drive = {.dt_s = 0.01, .v_dc_V = 320, .current_bandwidth_rad_s = 10, .i_max_A = 15, .hold = DQW_SIM_HOLD_DQ, .log_every = 200, .log_window = 10},
+     .profile = {.control = DQW_SIM_CONTROL_CURRENT, .shaft = DQW_SIM_SHAFT_IMPOSED,
+                 .speed_rad_s = {.value = 100, .random = 60, .random_hold_s = 2}, .i_d_A = {.value = -1, .random = 4, .random_hold_s = 2},
+                 .i_q_A = {.value = 7, .random = 4, .random_hold_s = 2}},
+     NOISE(0.001), .duration_s = 600, .regime = "steady", .rtol = 1e-7, .method = DQW_SIM_BDF, .seed = 1},
+    {.name = "fault_turn_short",
+     .about = "servo, fault: 0 to 5 % of phase a's turns short themselves from 1 s to 3 s; 1 % noise",
+     SERVO, NOISE(0.01), .nonideal = {.turn_short = {0.05, 1, 3}, .turn_short_ohm = 0.05}, .duration_s = 4},
+    {.name = "fault_demagnetisation",
+     .about = "servo, fault: the magnet loses 0 to 10 % of its flux from 1 s to 3 s; 1 % noise",
+     SERVO, NOISE(0.01), .nonideal = {.demagnetisation = {0.10, 1, 3}}, .duration_s = 4},
+    {.name = "fault_phase_connection",
+     .about = "servo, fault: a bad connection adds 0 to 0.4 ohm to phase a from 1 s to 3 s; 1 % noise",
+     SERVO, NOISE(0.01), .nonideal = {.phase_connection_ohm = {0.4, 1, 3}}, .duration_s = 4},
+    {.name = "fault_bearing",
+     .about = "servo, fault: a worn bearing adds 0 to 0.3 Nm Coulomb and 1e-3 Nms/rad viscous friction from 1 s to 3 s; 1 % noise",
+     .machine = {SERVO_PLATE, .coulomb_width_rad_s = 1}, .drive = {SERVO_DRIVE}, .profile = {SERVO_PROFILE}, NOISE(0.01),
+     .nonideal = {.bearing_Nm = {0.3, 1, 3}, .bearing_B_Nms_rad = {1e-3, 1, 3}}, .duration_s = 4, .regime = "dynamic", .rtol = 1e-8, .seed = 1},
+};
+
+enum { SCENARIOS = sizeof table / sizeof *table };
+
+size_t dqw_sim_scenario_count(void) { return SCENARIOS; }
+
+const dqw_sim_scenario *dqw_sim_scenario_at(size_t index) { return index < SCENARIOS ? &table[index] : NULL; }
+
+const dqw_sim_scenario *dqw_sim_scenario_find(const char *name) {
+    for (size_t i = 0; name && i < SCENARIOS; ++i)
+        if (strcmp(table[i].name, name) == 0) return &table[i];
+    return NULL;
+}
