@@ -31,8 +31,7 @@ std::string cell(const Result& result, const std::string& name, double truth) {
     const Estimate* e = find(result, name);
     if (!e) return "not identifiable";
     if (e->given) return "given";
-    const Quantity q = quantity(name, e->value, e->sd);
-    return fmt::format("{} ± {} {} ({:+.2f} %)", q.value, q.sd, q.unit, 100 * (e->value - truth) / truth);
+    return fmt::format("{} ({:+.2f} %)", with_sd(quantity(name, e->value, e->sd)), 100 * (e->value - truth) / truth);
 }
 
 std::string comparison(const Machine& truth, const Result& learned, const Result& fitted) {
@@ -40,8 +39,7 @@ std::string comparison(const Machine& truth, const Result& learned, const Result
     for (const auto& name : known_parameters()) {
         const auto value = nominal_of(truth, name);
         if (!value || (!find(learned, name) && !find(fitted, name))) continue;
-        const Quantity q = quantity(name, *value, 0);
-        rows.push_back({name, q.value + " " + q.unit, cell(learned, name, *value), cell(fitted, name, *value)});
+        rows.push_back({name, with_sd(quantity(name, *value, 0)), cell(learned, name, *value), cell(fitted, name, *value)});
     }
     std::string out = table(rows);
     out += fmt::format("residual: learner {:.4g} {}, reference {:.4g} {}\n", learned.residual_rms, learned.residual_unit, fitted.residual_rms, fitted.residual_unit);

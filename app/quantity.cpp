@@ -28,15 +28,17 @@ const Unit* unit_of(const std::string& parameter) {
 
 struct Prefix {
     int exponent;
-    const char* text;
+    const char *text, *power;
 };
-const Prefix prefixes[] = {{6, "M"}, {3, "k"}, {0, ""}, {-3, "m"}, {-6, "µ"}, {-9, "n"}, {-12, "p"}};
+const Prefix prefixes[] = {{6, "M", "10⁶ "}, {3, "k", "10³ "}, {0, "", ""}, {-3, "m", "10⁻³ "}, {-6, "µ", "10⁻⁶ "}, {-9, "n", "10⁻⁹ "}, {-12, "p", "10⁻¹² "}};
+
+std::string with_prefix(const Unit& unit, const Prefix& prefix) { return std::string(unit.prefixed ? prefix.text : prefix.power) + unit.unit; }
 
 /// The power of 1000 that puts `size` between 1 and 1000, within the prefixes there are.
 Prefix prefix_of(double size) {
     for (const Prefix& p : prefixes)
         if (size >= 0.9995 * std::pow(10.0, p.exponent)) return p;
-    return size > 0 ? Prefix{-12, "p"} : Prefix{0, ""};
+    return size > 0 ? prefixes[6] : prefixes[2];
 }
 
 /// Decimals that leave `digits` significant digits of `size`.
@@ -62,11 +64,9 @@ const std::vector<std::string>& known_parameters() {
 
 static double factor_of(const Quantity& q, const std::string& parameter) {
     const Unit* unit = unit_of(parameter);
-    for (const Prefix& p : prefixes) {
-        if (!unit || q.unit == unit->unit) return 1.0;
-        if (unit->prefixed ? q.unit == std::string(p.text) + unit->unit : q.unit == fmt::format("1e{} {}", p.exponent, unit->unit))
-            return std::pow(10.0, -p.exponent);
-    }
+    if (!unit || !*unit->unit) return 1.0;
+    for (const Prefix& p : prefixes)
+        if (q.unit == with_prefix(*unit, p)) return std::pow(10.0, -p.exponent);
     return 1.0;
 }
 
@@ -74,13 +74,7 @@ Quantity quantity(const std::string& parameter, double value, double sd) {
     const Unit* unit = unit_of(parameter);
     Quantity q;
     q.unit = unit ? unit->unit : "";
-    if (!q.unit.empty() && std::isfinite(value)) {
-        const Prefix prefix = prefix_of(std::fabs(value));
-        if (unit->prefixed)
-            q.unit = std::string(prefix.text) + unit->unit;
-        else if (prefix.exponent != 0)
-            q.unit = fmt::format("1e{} {}", prefix.exponent, unit->unit);
-    }
+    if (!q.unit.empty() && std::isfinite(value)) q.unit = with_prefix(*unit, prefix_of(std::fabs(value)));
     const double factor = factor_of(q, parameter);
     const bool has_sd = std::isfinite(sd) && sd > 0;
     // At least three digits of the value, at most seven: a noise-free log's sd is absurdly small.
@@ -89,6 +83,12 @@ Quantity quantity(const std::string& parameter, double value, double sd) {
     q.value = parameter == "pole_pairs" && value == std::floor(value) ? fmt::format("{:.0f}", value) : fmt::format("{:.{}f}", value * factor, decimals);
     if (has_sd) q.sd = sd * factor < 0.5 * std::pow(10.0, -decimals) ? fmt::format("{:.1e}", sd * factor) : fmt::format("{:.{}f}", sd * factor, decimals);
     return q;
+}
+
+std::string with_sd(const Quantity& q) {
+    const std::string both = q.sd.empty() ? q.value : q.value + " ± " + q.sd;
+    if (q.unit.compare(0, 2, "10") == 0) return "(" + both + ")·" + q.unit;
+    return q.unit.empty() ? both : both + " " + q.unit;
 }
 
 std::string number_like(const Quantity& like, const std::string& parameter, double value) {

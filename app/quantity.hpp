@@ -18,6 +18,9 @@ struct Quantity {
 /// `parameter` decides the unit; a name that is not known has none. Without a finite sd: four digits, sd empty.
 Quantity quantity(const std::string& parameter, double value, double sd);
 
+/// "370.2 ± 1.9 mΩ", "(333 ± 14)·10⁻⁶ kg m²".
+std::string with_sd(const Quantity& q);
+
 /// As `quantity`, in the prefix that `like` got: for a column of comparable numbers.
 std::string number_like(const Quantity& like, const std::string& parameter, double value);
 

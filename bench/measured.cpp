@@ -39,8 +39,7 @@ std::string estimate(const dqw::Result& result, const std::string& name)
 {
     for (const dqw::Estimate& e : result.parameters) {
         if (e.name != name) continue;
-        const dqw::Quantity q = dqw::quantity(name, e.value, e.given ? 0.0 : e.sd);
-        return e.given ? q.value + " (given)" : fmt::format("{} ± {} {}", q.value, q.sd, q.unit);
+        return dqw::with_sd(dqw::quantity(name, e.value, e.given ? 0.0 : e.sd)) + (e.given ? " (given)" : "");
     }
     return "–";
 }

@@ -9,7 +9,7 @@ namespace {
 constexpr double kNoEffect = 1e-6;        ///< of the RMS signal
 constexpr double kCollinear = 1e-8;       ///< eigenvalue of the information of unit columns
 constexpr double kPartner = 0.03;         ///< component in a null direction that counts
-constexpr double kUncertain = 0.25;       ///< sd over value
+constexpr double kUncertain = 0.3;        ///< sd over value
 constexpr double kSignificant = 3.5;      ///< standard deviations of a block variance
 
 Eigen::MatrixXd picked(const Eigen::MatrixXd& m, const std::vector<int>& index) {
@@ -67,9 +67,12 @@ Covariance assess(const Solution& s, const Model& model, const Eigen::VectorXd& 
     }
     if (index.empty()) return out;
 
-    Eigen::MatrixXd information = Eigen::MatrixXd::Zero(size, size);
-    for (int c = 0; c < s.sums.channels; ++c)
-        information += s.sums.total(c).topLeftCorner(size, size) / (s.sigma[c] * s.sigma[c]);
+    Eigen::MatrixXd information = Eigen::MatrixXd::Zero(size, size), spread = information;
+    for (int c = 0; c < s.sums.channels; ++c) {
+        const Eigen::MatrixXd part = s.sums.total(c).topLeftCorner(size, size) / (s.sigma[c] * s.sigma[c]);
+        information += part;
+        spread += part * std::pow(s.noise[c] / s.sigma[c], 2);
+    }
     const Eigen::MatrixXd m = picked(information, index);
     const Eigen::VectorXd scale = m.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
     const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(scale.asDiagonal() * m * scale.asDiagonal());
@@ -89,8 +92,9 @@ Covariance assess(const Solution& s, const Model& model, const Eigen::VectorXd& 
                 if (j != i && std::abs(v[j]) >= kPartner) a.partners.push_back(index[static_cast<std::size_t>(j)]);
         }
     }
-    const Eigen::MatrixXd white = scale.asDiagonal() * inverse * scale.asDiagonal();
-    const Eigen::MatrixXd sandwich = white * scores(s, index) * white;
+    inverse = scale.asDiagonal() * inverse * scale.asDiagonal();
+    const Eigen::MatrixXd white = inverse * picked(spread, index) * inverse;
+    const Eigen::MatrixXd sandwich = inverse * scores(s, index) * inverse;
     const double limit = 1.0 + kSignificant * std::sqrt(2.0 / s.sums.blocks);
     double worst = 1.0;
     for (Eigen::Index i = 0; i < n; ++i)

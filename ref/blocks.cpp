@@ -36,32 +36,6 @@ struct Normal {
     }
 };
 
-/// Averages of one block: rows k .. k + n, the last only as an end.
-struct Block {
-    double v_d = 0, v_q = 0, i_d = 0, i_q = 0, wi_d = 0, wi_q = 0, w = 0, di_d = 0, di_q = 0;
-};
-
-Block block_at(const Piece& piece, std::size_t k, std::size_t n) {
-    const Log& log = *piece.log;
-    Block s;
-    double time_s = 0.0;
-    for (std::size_t r = k; r <= k + n; ++r) {
-        const double share = (r == k || r == k + n ? 0.5 : 1.0) / static_cast<double>(n);
-        s.i_d += share * log.i_d_A[r];
-        s.i_q += share * log.i_q_A[r];
-        s.w += share * log.w_m_rad_s[r];
-        s.wi_d += share * log.w_m_rad_s[r] * log.i_d_A[r];
-        s.wi_q += share * log.w_m_rad_s[r] * log.i_q_A[r];
-        if (r == k + n) break;
-        s.v_d += log.v_d_V[r] / static_cast<double>(n);
-        s.v_q += log.v_q_V[r] / static_cast<double>(n);
-        time_s += piece.period_s(r);
-    }
-    s.di_d = (log.i_d_A[k + n] - log.i_d_A[k]) / time_s;
-    s.di_q = (log.i_q_A[k + n] - log.i_q_A[k]) / time_s;
-    return s;
-}
-
 double rms(const std::vector<Piece>& pieces, std::vector<double> Log::*column) {
     double sum = 0.0;
     for (const Piece& p : pieces)
@@ -92,6 +66,36 @@ Normal electrical_normal(const std::vector<Piece>& pieces, std::size_t length) {
 }
 
 }  // namespace
+
+Block block_at(const Piece& piece, std::size_t k, std::size_t n) {
+    const Log& log = *piece.log;
+    const double share = 1.0 / static_cast<double>(n);
+    Block s;
+    for (std::size_t r = k; r <= k + n; ++r) {
+        const double part = r == k || r == k + n ? 0.5 * share : share;
+        s.i_d += part * log.i_d_A[r];
+        s.i_q += part * log.i_q_A[r];
+        s.w += part * log.w_m_rad_s[r];
+        s.wi_d += part * log.w_m_rad_s[r] * log.i_d_A[r];
+        s.wi_q += part * log.w_m_rad_s[r] * log.i_q_A[r];
+        if (r == k + n) break;
+        s.v_d += share * log.v_d_V[r];
+        s.v_q += share * log.v_q_V[r];
+    }
+    s.time_s = span_s(piece, k, n);
+    s.di_d = (log.i_d_A[k + n] - log.i_d_A[k]) / s.time_s;
+    s.di_q = (log.i_q_A[k + n] - log.i_q_A[k]) / s.time_s;
+    return s;
+}
+
+MotionBlock motion_block_at(const Piece& piece, const std::vector<double>& torque, std::size_t k, std::size_t n) {
+    const auto& w = piece.log->w_m_rad_s;
+    const double share = 0.5 / static_cast<double>(n);
+    MotionBlock s;
+    for (std::size_t r = k; r < k + n; ++r) s.w += share * (w[r] + w[r + 1]), s.torque += share * (torque[r] + torque[r + 1]);
+    s.dw = (w[k + n] - w[k]) / span_s(piece, k, n);
+    return s;
+}
 
 std::vector<ElectricalStart> electrical_starts(const std::vector<Piece>& pieces, std::optional<double> pole_pairs) {
     const double v = std::hypot(rms(pieces, &Log::v_d_V), rms(pieces, &Log::v_q_V));
@@ -127,18 +131,9 @@ std::vector<MechanicalStart> mechanical_starts(const std::vector<Piece>& pieces,
         Normal normal(2);
         for (std::size_t i = 0; i < pieces.size(); ++i) {
             const Piece& piece = pieces[i];
-            const auto& w = piece.log->w_m_rad_s;
             for (std::size_t k = piece.begin; k + length < piece.end; k += length) {
-                double time_s = 0.0, mean_w = 0.0, mean_t = 0.0;
-                for (std::size_t r = k; r < k + length; ++r) {
-                    const double dt = piece.period_s(r);
-                    time_s += dt;
-                    mean_w += 0.5 * (w[r] + w[r + 1]) * dt;
-                    mean_t += 0.5 * ((*torque[i])[r] + (*torque[i])[r + 1]) * dt;
-                }
-                Eigen::VectorXd x(2);
-                x << (w[k + length] - w[k]) / time_s, mean_w / time_s;
-                normal.add(x, mean_t / time_s);
+                const MotionBlock b = motion_block_at(piece, *torque[i], k, length);
+                normal.add(Eigen::Vector2d(b.dw, b.w), b.torque);
             }
         }
         double left = 0.0;

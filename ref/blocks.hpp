@@ -10,6 +10,17 @@
 
 namespace dqw {
 
+/// Means of rows k .. k + n, ends halved (the voltage: rows k .. k + n - 1), and slopes from end to end.
+struct Block {
+    double v_d = 0, v_q = 0, i_d = 0, i_q = 0, wi_d = 0, wi_q = 0, w = 0, di_d = 0, di_q = 0, time_s = 0;
+};
+Block block_at(const Piece& piece, std::size_t k, std::size_t n);
+
+struct MotionBlock {
+    double torque = 0, w = 0, dw = 0;
+};
+MotionBlock motion_block_at(const Piece& piece, const std::vector<double>& torque, std::size_t k, std::size_t n);
+
 struct ElectricalStart {
     double R_ohm, Ld_H, Lq_H, psi_Wb, pole_pairs;
 };

@@ -40,15 +40,12 @@ void DynamicModel::prepare(const Eigen::VectorXd& theta) {
     for (int axis = 0; axis < 2; ++axis) {
         decay_[axis] = std::exp(-std::clamp(theta[kR] / theta[kLd + axis] * dt_mean_s_, 1e-6, 5.0));
         reference_[axis] = gain_schedule(theta[kGainD + axis], decay_[axis]);
-        L_ref_H_[axis] = theta[kLd + axis];
-        exponent_[axis] = input_share(theta[kGainD + axis]);
     }
 }
 
-void DynamicModel::confine(Eigen::VectorXd& theta, bool wake) const {
-    constexpr double kAwake = 2e-3;
+void DynamicModel::confine(Eigen::VectorXd& theta, const std::vector<bool>& free, bool wake) const {
     for (int j : {kGainD, kGainQ})
-        theta[j] = wake ? std::clamp(theta[j], kAwake, 1.0 - kAwake) : std::clamp(theta[j], 0.0, 1.0);
+        if (free[static_cast<std::size_t>(j)]) theta[j] = confined_gain(theta[j], wake);
 }
 
 bool DynamicModel::at_bound(const Eigen::VectorXd& theta, int j) const {
@@ -73,8 +70,6 @@ bool DynamicModel::run(const T* theta, const W& pole_pairs, Visit&& visit) const
     const T shift_d = g_d - value_of(g_d), shift_q = g_q - value_of(g_q);
     const int order = series_order((std::max(std::abs(value_of(a)), std::abs(value_of(b))) +
                                     std::abs(value_of(pole_pairs)) * w_max_rad_s_) * dt_max_s_);
-    using std::pow;
-    const T scale_d = pow(ld / L_ref_H_[0], exponent_[0]), scale_q = pow(lq / L_ref_H_[1], exponent_[1]);
     const auto gain_at = [](const GainSchedule& s, const T& shift, const T& steady, std::size_t n) -> T {
         return n < s.gain.size() ? s.derivative[n] * shift + s.gain[n] : steady;
     };
@@ -90,7 +85,7 @@ bool DynamicModel::run(const T* theta, const W& pole_pairs, Visit&& visit) const
             advance_flux(x_d, x_q, a_dt, b_dt, psi, w_dt, log.v_d_V[k], log.v_q_V[k], dt, order);
             const T e_d = log.i_d_A[k + 1] - x_d * inv_ld, e_q = log.i_q_A[k + 1] - x_q * inv_lq;
             const std::size_t n = k - piece.begin;
-            visit(e_d * scale_d, e_q * scale_q, weight_at(reference_[0], n), weight_at(reference_[1], n));
+            visit(e_d, e_q, weight_at(reference_[0], n), weight_at(reference_[1], n));
             x_d += ld * (gain_at(s_d, shift_d, g_d, n) * e_d);
             x_q += lq * (gain_at(s_q, shift_q, g_q, n) * e_q);
         }

@@ -24,7 +24,7 @@ class DynamicModel : public Model {
     std::size_t rows() const override { return rows_; }
     Eigen::VectorXd power() const override { return power_; }
     void prepare(const Eigen::VectorXd& theta) override;
-    void confine(Eigen::VectorXd& theta, bool wake) const override;
+    void confine(Eigen::VectorXd& theta, const std::vector<bool>& free, bool wake) const override;
     bool at_bound(const Eigen::VectorXd& theta, int j) const override;
     bool sweep(const Eigen::VectorXd& theta, int blocks, Sums& sums) const override;
     bool squares(const Eigen::VectorXd& theta, Eigen::VectorXd& sum) const override;
@@ -42,7 +42,6 @@ class DynamicModel : public Model {
     double w_max_rad_s_ = 0.0, dt_max_s_ = 0.0, dt_mean_s_ = 0.0;
     Eigen::VectorXd power_;
     double decay_[2] = {1.0, 1.0};
-    double L_ref_H_[2] = {1.0, 1.0}, exponent_[2] = {0.0, 0.0};
     GainSchedule reference_[2];  ///< its weights stay while theta is searched
 };
 

@@ -70,7 +70,7 @@ Result fit_static(const Task& task) {
     const auto n = static_cast<Eigen::Index>(model.names().size());
     SolveOptions options;
     options.tick = task.tick;
-    options.common_sigma = standstill;  // one sensor and one inverter; an axis at rest would otherwise rule
+    options.common_weight = true;  // what is left is mostly not noise, and an axis at rest would otherwise rule
     const Solution s = solve(model, Eigen::VectorXd::Zero(n), std::vector<bool>(static_cast<std::size_t>(n), true), options);
     Eigen::VectorXd typical = Eigen::VectorXd::Zero(n);
     const Covariance covariance = assess(s, model, typical);

@@ -2,6 +2,7 @@
 #ifndef DQW_REF_GAIN_HPP
 #define DQW_REF_GAIN_HPP
 
+#include <algorithm>
 #include <cstddef>
 #include <vector>
 
@@ -20,10 +21,11 @@ struct GainSchedule {
 /// 0 <= steady_gain <= 1, 0 < decay <= 1.
 GainSchedule gain_schedule(double steady_gain, double decay);
 
-/// Exponent of L (of J) that an innovation is multiplied by: a gain of 1 says that the errors are in the voltage (the
-/// torque), which are to be weighed in volts, e L / dt; a gain of 0, in the current (the speed), in amperes. Between,
-/// d log sqrt(1 - K) / d log L for a state that does not decay and a fixed noise of each: g / (2 - g).
-inline double input_share(double steady_gain) { return steady_gain / (2.0 - steady_gain); }
+/// A gain brought onto [0, 1], or, to try again whether it leaves a bound, a little inside.
+inline double confined_gain(double g, bool wake) {
+    constexpr double kAwake = 2e-3;
+    return wake ? std::clamp(g, kAwake, 1.0 - kAwake) : std::clamp(g, 0.0, 1.0);
+}
 
 }  // namespace dqw
 #endif

@@ -48,6 +48,11 @@ bool LinearModel::sweep(const Eigen::VectorXd& theta, int blocks, Sums& sums) co
             to.col(n).head(n) = from.col(kMost).head(n);
             to.row(n).head(n) = from.row(kMost).head(n);
             to(n, n) = from(kMost, kMost);
+            // Noise dx with variances V turns the row [-x, e] by [-dx, -dx'theta].
+            Eigen::MatrixXd map(n, n + 1);
+            map << Eigen::MatrixXd::Identity(n, n), theta;
+            const Eigen::Map<const Eigen::VectorXd> variance(noise_[static_cast<std::size_t>(c)].data(), n);
+            to -= static_cast<double>(rows_) / blocks * (map.transpose() * variance.asDiagonal() * map);
         }
     return true;
 }
@@ -62,6 +67,10 @@ bool LinearModel::squares(const Eigen::VectorXd& theta, Eigen::VectorXd& sum) co
             sum[c] += e * e;
         }
     });
+    for (int c = 0; c < channels_; ++c)
+        for (Eigen::Index j = 0; j < theta.size(); ++j)
+            sum[c] -= static_cast<double>(rows_) * noise_[static_cast<std::size_t>(c)][static_cast<std::size_t>(j)] * theta[j] * theta[j];
+    sum = sum.cwiseMax(0.0);
     return sum.allFinite();
 }
 

@@ -22,6 +22,9 @@ class LinearModel : public Model {
 
     LinearModel(std::vector<std::string> names, int channels, Source source);
 
+    /// Variances of white noise on the regressors of each channel; its part in the sums is taken off.
+    void set_regressor_noise(const std::array<std::array<double, kMost>, 2>& variance) { noise_ = variance; }
+
     const std::vector<std::string>& names() const override { return names_; }
     int channels() const override { return channels_; }
     std::size_t rows() const override { return rows_; }
@@ -35,6 +38,7 @@ class LinearModel : public Model {
     Source source_;
     std::size_t rows_ = 0;
     Eigen::VectorXd power_;
+    std::array<std::array<double, kMost>, 2> noise_{};
 };
 
 }  // namespace dqw

@@ -56,13 +56,10 @@ const std::vector<std::string>& MechanicalModel::names() const {
 void MechanicalModel::prepare(const Eigen::VectorXd& theta) {
     decay_ = std::exp(-std::clamp(theta[kB] / theta[kJ] * dt_mean_s_, 1e-9, 5.0));
     reference_ = gain_schedule(theta[kGain], decay_);
-    J_ref_kgm2_ = theta[kJ];
-    exponent_ = input_share(theta[kGain]);
 }
 
-void MechanicalModel::confine(Eigen::VectorXd& theta, bool wake) const {
-    constexpr double kAwake = 2e-3;
-    theta[kGain] = wake ? std::clamp(theta[kGain], kAwake, 1.0 - kAwake) : std::clamp(theta[kGain], 0.0, 1.0);
+void MechanicalModel::confine(Eigen::VectorXd& theta, const std::vector<bool>& free, bool wake) const {
+    if (free[kGain]) theta[kGain] = confined_gain(theta[kGain], wake);
 }
 
 bool MechanicalModel::at_bound(const Eigen::VectorXd& theta, int j) const {
@@ -82,8 +79,6 @@ bool MechanicalModel::run(const T* theta, Visit&& visit) const {
     const T gain = on_unit(theta[kGain]);
     const GainSchedule schedule = gain_schedule(value_of(gain), decay_);
     const T shift = gain - value_of(gain);
-    using std::pow;
-    const T scale = pow(theta[kJ] / J_ref_kgm2_, exponent_);
     for (const Piece& piece : pieces_) {
         const std::vector<double>& torque = torque_of_piece(piece);
         const std::vector<double>& speed = piece.log->w_m_rad_s;
@@ -94,7 +89,7 @@ bool MechanicalModel::run(const T* theta, Visit&& visit) const {
             w = period.decay * w + period.start * torque[k] + period.end * torque[k + 1];
             const T e = speed[k + 1] - w;
             const std::size_t n = k - piece.begin;
-            visit(e * scale, n < reference_.weight.size() ? reference_.weight[n] : 1.0);
+            visit(e, n < reference_.weight.size() ? reference_.weight[n] : 1.0);
             if (n < schedule.gain.size())
                 w += (schedule.derivative[n] * shift + schedule.gain[n]) * e;
             else

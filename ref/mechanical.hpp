@@ -22,7 +22,7 @@ class MechanicalModel : public Model {
     std::size_t rows() const override { return rows_; }
     Eigen::VectorXd power() const override { return power_; }
     void prepare(const Eigen::VectorXd& theta) override;
-    void confine(Eigen::VectorXd& theta, bool wake) const override;
+    void confine(Eigen::VectorXd& theta, const std::vector<bool>& free, bool wake) const override;
     bool at_bound(const Eigen::VectorXd& theta, int j) const override;
     bool sweep(const Eigen::VectorXd& theta, int blocks, Sums& sums) const override;
     bool squares(const Eigen::VectorXd& theta, Eigen::VectorXd& sum) const override;
@@ -39,7 +39,7 @@ class MechanicalModel : public Model {
     std::size_t rows_ = 0;
     double dt_max_s_ = 0.0, dt_mean_s_ = 0.0;
     Eigen::VectorXd power_;
-    double decay_ = 1.0, J_ref_kgm2_ = 1.0, exponent_ = 0.0;
+    double decay_ = 1.0;
     GainSchedule reference_;
 };
 

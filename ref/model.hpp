@@ -43,8 +43,10 @@ class Model {
     virtual Eigen::VectorXd power() const = 0;
     /// Fixes what must not change while theta is searched (weights of a start, series order).
     virtual void prepare(const Eigen::VectorXd& theta) { (void)theta; }
-    /// Brings theta back into range, e.g. a gain onto [0, 1]. `wake` lifts a gain off a bound to try it again.
-    virtual void confine(Eigen::VectorXd& theta, bool wake) const { (void)theta, (void)wake; }
+    /// Brings free entries back into range, e.g. a gain onto [0, 1]. `wake` lifts them off a bound to try again.
+    virtual void confine(Eigen::VectorXd& theta, const std::vector<bool>& free, bool wake) const {
+        (void)theta, (void)free, (void)wake;
+    }
     /// Whether the innovations stop depending on theta[j] because it sits on a bound.
     virtual bool at_bound(const Eigen::VectorXd& theta, int j) const { return (void)theta, (void)j, false; }
     /// Adds up all rows in `blocks` blocks. False where theta is outside the model's domain.

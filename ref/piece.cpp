@@ -25,6 +25,20 @@ double even_period_s(const Log& log, std::size_t begin, std::size_t end) {
 
 }  // namespace
 
+double span_s(const Piece& piece, std::size_t k, std::size_t n) {
+    return piece.dt_s > 0.0 ? piece.dt_s * static_cast<double>(n) : piece.log->t_s[k + n] - piece.log->t_s[k];
+}
+
+std::size_t block_rows(const Log& log) {
+    constexpr double kDynamic_s = 1e-3, kMechanical_s = 50e-3, kDynamicRows = 20.0;
+    const auto rows = [&log](double span) { return log.dt_s > 0.0 ? std::ceil(span / log.dt_s - 1e-6) : 1.0; };
+    switch (log.regime) {
+        case Regime::dynamic: return static_cast<std::size_t>(std::max(kDynamicRows, rows(kDynamic_s)));
+        case Regime::mechanical: return static_cast<std::size_t>(std::max(1.0, rows(kMechanical_s)));
+        default: return 1;
+    }
+}
+
 std::vector<Piece> pieces_of(const Log& log, std::size_t min_rows) {
     std::vector<Piece> pieces;
     for (std::size_t s = 0; s < log.segments.size(); ++s) {

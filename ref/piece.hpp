@@ -20,6 +20,12 @@ struct Piece {
     double period_s(std::size_t k) const { return dt_s > 0.0 ? dt_s : log->t_s[k + 1] - log->t_s[k]; }
 };
 
+/// From row k to row k + n, s.
+double span_s(const Piece& piece, std::size_t k, std::size_t n);
+
+/// Rows of a block of the reported residual: max(20 rows, 1 ms) in a dynamic log, 50 ms in a mechanical one, 1 otherwise.
+std::size_t block_rows(const Log& log);
+
 /// Every segment of every log that has at least `min_rows` rows. Sampling counts as even where each period is within
 /// 5 % of the segment's mean (a printed time is rounded); the period is then that mean.
 /// Throws std::invalid_argument where time does not increase. Cost: one pass over t_s.

@@ -9,9 +9,6 @@
 namespace dqw {
 namespace {
 
-constexpr double kDynamicBlock_s = 1e-3, kMechanicalBlock_s = 50e-3;
-constexpr double kDynamicBlockRows = 20;
-
 double known(double x) { return std::isnan(x) ? 0.0 : x; }
 
 PlainModel without_unknowns(const PlainModel& m) {
@@ -32,10 +29,6 @@ struct Axis {
     void block(double residual) { residual2 += residual * residual, ++blocks; }
     void row(double signal) { signal2 += signal * signal, ++rows; }
 };
-
-std::size_t block_rows(double dt_s, double least_s, double least_rows) {
-    return static_cast<std::size_t>(std::max(least_rows, dt_s > 0.0 ? std::ceil(least_s / dt_s - 1e-6) : 1.0));
-}
 
 double column_or_zero(const std::vector<double>& column, std::size_t k) { return column.empty() ? 0.0 : column[k]; }
 
@@ -64,12 +57,12 @@ void add_period(const Log& log, const PlainModel& m, std::size_t k, double dt_s,
 }
 
 void add_dynamic(const Log& log, const Piece& piece, const PlainModel& m, Axis& d, Axis& q) {
-    const std::size_t n = block_rows(log.dt_s, kDynamicBlock_s, kDynamicBlockRows);
+    const std::size_t n = block_rows(log);
     for (std::size_t k = piece.begin; k + n < piece.end; k += n) {
-        double e_d = 0.0, e_q = 0.0, time_s = 0.0;
+        double e_d = 0.0, e_q = 0.0;
+        const double time_s = span_s(piece, k, n);
         for (std::size_t r = k; r < k + n; ++r) {
             add_period(log, m, r, piece.period_s(r), e_d, e_q);
-            time_s += piece.period_s(r);
             d.row(log.v_d_V[r]), q.row(log.v_q_V[r]);
         }
         d.block((e_d - m.Ld_H * (log.i_d_A[k + n] - log.i_d_A[k])) / time_s);
@@ -79,14 +72,14 @@ void add_dynamic(const Log& log, const Piece& piece, const PlainModel& m, Axis& 
 
 void add_mechanical(const Log& log, const Piece& piece, const std::vector<double>& torque, const PlainModel& m,
                     Axis& axis) {
-    const std::size_t n = block_rows(log.dt_s, kMechanicalBlock_s, 1);
+    const std::size_t n = block_rows(log);
     const auto& w = log.w_m_rad_s;
     for (std::size_t k = piece.begin; k + n < piece.end; k += n) {
-        double e = 0.0, time_s = 0.0;
+        double e = 0.0;
+        const double time_s = span_s(piece, k, n);
         for (std::size_t r = k; r < k + n; ++r) {
             const double dt = piece.period_s(r);
             e += 0.5 * (torque[r] + torque[r + 1] - m.B_Nms_rad * (w[r] + w[r + 1])) * dt;
-            time_s += dt;
             axis.row(torque[r]);
         }
         axis.block((e - m.J_kgm2 * (w[k + n] - w[k])) / time_s);

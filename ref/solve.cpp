@@ -102,9 +102,14 @@ void minimise(Scaling& scaling, const Model& model, const Eigen::VectorXd& sigma
     if (summary.IsSolutionUsable()) scaling.theta = scaling.full(z.data());
 }
 
+/// What innovations of this noise are divided by.
+Eigen::VectorXd weights(const Eigen::VectorXd& noise, bool common) {
+    if (common) return Eigen::VectorXd::Constant(noise.size(), std::sqrt(noise.squaredNorm() / static_cast<double>(noise.size())));
+    return noise.cwiseMax(noise.maxCoeff() * kSigmaRatio);
+}
+
 /// Unbiased noise of each channel: its squares over its rows less the parameters it determines.
-Eigen::VectorXd noise(const Sums& sums, const std::vector<int>& free, const Eigen::VectorXd& old, double rows,
-                      bool common) {
+Eigen::VectorXd noise(const Sums& sums, const std::vector<int>& free, const Eigen::VectorXd& old, double rows) {
     const auto n = static_cast<Eigen::Index>(free.size());
     const Eigen::Index last = sums.at(0, 0).rows() - 1;
     std::vector<Eigen::MatrixXd> part;
@@ -127,10 +132,7 @@ Eigen::VectorXd noise(const Sums& sums, const std::vector<int>& free, const Eige
         used[c] = (inverse * (size.asDiagonal() * part[static_cast<std::size_t>(c)] * size.asDiagonal())).trace();
     Eigen::VectorXd variance(sums.channels);
     for (int c = 0; c < sums.channels; ++c) variance[c] = squares[c] / std::max(rows - used[c], 0.5);
-    if (common) variance.setConstant(squares.sum() / std::max(rows * sums.channels - used.sum(), 0.5));
-    return variance.cwiseMax(variance.maxCoeff() * kSigmaRatio * kSigmaRatio)
-        .cwiseMax(kLeastVariance)
-        .cwiseSqrt();
+    return variance.cwiseMax(kLeastVariance).cwiseSqrt();
 }
 
 }  // namespace
@@ -151,26 +153,24 @@ Solution solve(Model& model, const Eigen::VectorXd& start, const std::vector<boo
     model.prepare(start);
     Eigen::VectorXd squares;
     if (!model.squares(start, squares)) return s;
-    s.sigma = (squares / rows).cwiseMax(squares.maxCoeff() / rows * kSigmaRatio * kSigmaRatio)
-                  .cwiseMax(kLeastVariance)
-                  .cwiseSqrt();
-    if (options.common_sigma) s.sigma.setConstant(std::sqrt(std::max(squares.sum() / rows, kLeastVariance)));
+    s.sigma = weights((squares / rows).cwiseMax(kLeastVariance).cwiseSqrt(), options.common_weight);
     for (int pass = 0; pass < options.passes; ++pass) {
-        model.confine(scaling.theta, pass + 1 < options.passes);
+        model.confine(scaling.theta, free, pass + 1 < options.passes);
         model.prepare(scaling.theta);
         minimise(scaling, model, s.sigma, options);
-        model.confine(scaling.theta, false);
+        model.confine(scaling.theta, free, false);
         if (!model.sweep(scaling.theta, blocks, s.sums)) return s;
         std::vector<int> moving;
         for (int j : scaling.free)
             if (!model.at_bound(scaling.theta, j)) moving.push_back(j);
-        const Eigen::VectorXd sigma = noise(s.sums, moving, s.sigma, rows, options.common_sigma);
+        s.noise = noise(s.sums, moving, s.sigma, rows);
+        const Eigen::VectorXd sigma = weights(s.noise, options.common_weight);
         const double change = (sigma.cwiseQuotient(s.sigma).array() - 1.0).abs().maxCoeff();
         s.sigma = sigma;
         if (change < options.sigma_tolerance) break;
     }
     s.theta = scaling.theta;
-    s.log_likelihood = -rows * s.sigma.array().log().sum();
+    s.log_likelihood = -rows * s.noise.array().log().sum();
     s.ok = true;
     return s;
 }

@@ -9,7 +9,7 @@
 namespace dqw {
 
 struct SolveOptions {
-    bool common_sigma = false;      ///< one noise variance for all channels
+    bool common_weight = false;     ///< weigh all channels alike, instead of by their noise
     int passes = 8;                 ///< of theta and noise variances in turn, at most
     int iterations = 40;            ///< of Ceres in one pass
     double tolerance = 1e-10;       ///< relative change of theta that ends a pass
@@ -20,7 +20,8 @@ struct SolveOptions {
 /// The maximum of the likelihood, each channel's noise variance concentrated out.
 struct Solution {
     Eigen::VectorXd theta;
-    Eigen::VectorXd sigma;  ///< of each channel's innovations, unbiased
+    Eigen::VectorXd sigma;  ///< that each channel's innovations were divided by
+    Eigen::VectorXd noise;  ///< standard deviation of each channel's innovations, unbiased
     std::vector<bool> free;
     double log_likelihood = 0.0;  ///< up to a constant
     Sums sums;                    ///< at theta

@@ -71,7 +71,7 @@ static const dqw_sim_scenario table[] = {
      .drive = {.dt_s = 0.01, .v_dc_V = 320, .current_bandwidth_rad_s = 10, .i_max_A = 15, .hold = DQW_SIM_HOLD_DQ, .log_every = 200, .log_window = 10},
      .profile = {.control = DQW_SIM_CONTROL_CURRENT, .shaft = DQW_SIM_SHAFT_IMPOSED,
                  .speed_rad_s = {.value = 100, .random = 60, .random_hold_s = 2}, .i_d_A = {.value = -1, .random = 4, .random_hold_s = 2},
-                 .i_q_A = {.value = 7, .random = 4, .random_hold_s = 2}},
+                 .i_q_A = {.value = 6, .random = 4, .random_hold_s = 2}},
      NOISE(0.001), .duration_s = 600, .regime = "steady", .rtol = 1e-7, .method = DQW_SIM_BDF, .seed = 1},
     {.name = "fault_turn_short",
      .about = "servo, fault: 0 to 5 % of phase a's turns short themselves from 1 s to 3 s; 1 % noise",
