@@ -89,7 +89,7 @@ measured:
 .PHONY: bench
 bench:
 	@.ci/install build
-	@$(MAKE) --no-print-directory all $(BUILD)/bench/sim_speed
+	@$(MAKE) --no-print-directory all $(BUILD)/bench/sim_speed $(BUILD)/bench/regressors
 	@BUILD=$(BUILD) bench/run
 
 ## clean        remove what was built
@@ -141,7 +141,7 @@ $(patsubst tests/%.cpp,$(BUILD)/tests/%,$(wildcard tests/test_*.cpp)): $(BUILD)/
 	$(CXX) $(SANFLAGS) $^ $(SUNLIBS) $(CERESLIBS) -lm -o $@
 $(BUILD)/measured: bench/measured.cpp $(ARCHIVES)
 	$(CXX) $(CXX17) $(WARN) $(CXXINC) $(CXXFLAGS) $^ $(SUNLIBS) $(CERESLIBS) -lm -o $@
-$(BUILD)/bench/sim_speed: $(BUILD)/bench/sim_speed.o $(BUILD)/libsim.a
+$(BUILD)/bench/sim_speed $(BUILD)/bench/regressors: %: %.o $(BUILD)/libsim.a $(BUILD)/libdqw.a
 	$(CC) $^ $(SUNLIBS) -lm -o $@
 
 .SECONDARY:

@@ -70,7 +70,8 @@ NumberError parse_number(std::string_view field, double& value) {
     const char *first = field.data(), *last = first + field.size();
     if (scan_number(first, last, value) && first == last) return NumberError::none;
     double any = 0;
-    const char* at = field.data() + (*field.data() == '+');
+    const char* at = field.data();
+    if (field.size() > 1 && *at == '+' && at[1] != '-') ++at;
     const auto got = fast_float::from_chars(at, last, any);
     if (got.ptr == last && at < last) return NumberError::not_finite;  // nan, inf, 1e999
     if (got.ec == std::errc() && got.ptr < last && *got.ptr == ',') return NumberError::decimal_comma;

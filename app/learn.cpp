@@ -132,7 +132,7 @@ void put_electrical(const dqw_estimator& e, const dqw_parameters& q, bool is_sta
         result.parameters.push_back({"pole_pairs", static_cast<double>(e.pole_pairs), 0.0, true});
     else if (q.known & DQW_KNOWS_POLE_PAIRS)
         result.parameters.push_back({"pole_pairs", static_cast<double>(q.pole_pairs), q.pole_pairs_raw_sd, false});
-    else if (asked("pole_pairs") || no_p)
+    else if (asked("pole_pairs") || (no_p && asked("psi_Wb")))
         result.not_identifiable.push_back({"pole_pairs",
                                            std::isfinite(q.pole_pairs_raw_sd) ? fmt::format("the cross weights say {:.2f} with a deviation of {:.2f}", q.pole_pairs_raw, q.pole_pairs_raw_sd)
                                                                               : std::string("the slopes of the currents or their products with the speed are too small"),
@@ -184,7 +184,7 @@ Result learn_electrical(const std::vector<Log>& logs, const LearnOptions& option
     note_stage(e, result);
 
     // The residual needs p L and p psi only, so where p is not known it is reckoned with p = 1.
-    const dqw_parameters q = is_static && e.parameters.pole_pairs == 0 ? dqw_model_read(&e.d, &e.q, 1) : e.parameters;
+    const dqw_parameters q = is_static && e.parameters.pole_pairs == 0 ? dqw_model_read(&e.d, &e.q, 1, DQW_WEIGHT_COMMON) : e.parameters;
     PlainModel model;
     model.pole_pairs = q.pole_pairs != 0 ? q.pole_pairs : 1;
     model.R_ohm = q.R_ohm;

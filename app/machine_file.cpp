@@ -3,16 +3,25 @@
 #include <fmt/format.h>
 #include <sys/stat.h>
 
+#include <cctype>
 #include <cerrno>
 #include <cmath>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
-#include <toml++/toml.h>
 
 #include "input_error.hpp"
 #include "text.hpp"
+
+// toml++ 3.3 asserts on a table header such as [=x]. That is bad input and no bug here: an exception, whatever NDEBUG says.
+#undef NDEBUG
+namespace {
+struct BadHeader {};
+[[noreturn]] void throw_bad_header() { throw BadHeader(); }
+}  // namespace
+#define TOML_ASSERT(expr) ((expr) ? void() : throw_bad_header())
+#include <toml++/toml.h>
 
 namespace dqw {
 namespace {
@@ -49,6 +58,8 @@ public:
             root = toml::parse(text);
         } catch (const toml::parse_error& error) {
             throw InputError(file_.path, error.source().begin.line, fmt::format("not TOML: {}", error.description()));
+        } catch (const BadHeader&) {
+            throw InputError(file_.path, line_of_bad_header(text), "not TOML: a table header without a name; expected e.g. [machine]");
         }
         for (auto&& [key, node] : root) {
             if (key == "machine")
@@ -78,6 +89,19 @@ private:
         text.resize(static_cast<std::size_t>(in.gcount()));
         if (text.size() > largest_bytes) throw InputError(file_.path, 1, "larger than 1 MiB; expected a machine file (TOML)");
         return text;
+    }
+
+    /// The first line that opens a bracket on something no key begins with.
+    static std::size_t line_of_bad_header(const std::string& text) {
+        std::istringstream in(text);
+        std::size_t number = 1;
+        for (std::string line; std::getline(in, line); ++number) {
+            const auto bracket = line.find_first_not_of(" \t");
+            if (bracket == line.npos || line[bracket] != '[') continue;
+            const auto name = line.find_first_not_of("[ \t", bracket);
+            if (name == line.npos || !(std::isalnum(static_cast<unsigned char>(line[name])) || std::strchr("_-\"'", line[name]))) return number;
+        }
+        return 1;
     }
 
     void note_sources(const std::string& text) {

@@ -149,9 +149,9 @@ static uint32_t learn(dqw_estimator *e, dqw_block *b)
         dqw_random_put(&e->random_d, x_d, DQW_D_INPUTS, b->v_d_V);
         dqw_random_put(&e->random_q, x_q, DQW_Q_INPUTS, b->v_q_V);
     }
-    (void)dqw_axis_learn(&e->d, x_d, b->v_d_V, mask_d);
-    (void)dqw_axis_learn(&e->q, x_q, b->v_q_V, mask_q);
-    e->parameters = dqw_model_read(&e->d, &e->q, e->pole_pairs);
+    if (mask_d != 0) (void)dqw_axis_learn(&e->d, x_d, b->v_d_V, mask_d);
+    if (mask_q != 0) (void)dqw_axis_learn(&e->q, x_q, b->v_q_V, mask_q);
+    e->parameters = dqw_model_read(&e->d, &e->q, e->pole_pairs, e->regime == DQW_REGIME_STATIC ? DQW_WEIGHT_COMMON : DQW_WEIGHT_EACH);
 
     // [EST.4] which stage
     const float v2 = e->d.target_pu2 + e->q.target_pu2;

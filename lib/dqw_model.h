@@ -80,6 +80,12 @@ void dqw_model_correct(dqw_block *b, const dqw_parameters *known, float dt_s);
 /// Source   (E13), (E14) in docs/EQUATIONS.md
 void dqw_model_inputs(const dqw_block *b, float x_d[], float x_q[]);
 
+/// How the axes' residuals weigh against each other in what both say of R, L_d and L_q.
+enum dqw_model_weight {
+    DQW_WEIGHT_EACH = 0,  ///< each by its own variance: right for noise
+    DQW_WEIGHT_COMMON,    ///< both alike: settled points, where most of what is left is not noise
+};
+
 /// Weights of both axes to R, L_d, L_q, psi and p, each weighed by what was learned of it.
 ///
 /// Source   generalised least squares over both axes; (E18), (E22) in docs/EQUATIONS.md
@@ -87,7 +93,7 @@ void dqw_model_inputs(const dqw_block *b, float x_d[], float x_q[]);
 /// Range    a parameter is known where its deviation is below a quarter of it and it is positive
 /// Cost     about 700 flops: for the background, or once a block
 /// Context  reads d and q only
-dqw_parameters dqw_model_read(const dqw_axis *d, const dqw_axis *q, uint16_t pole_pairs);
+dqw_parameters dqw_model_read(const dqw_axis *d, const dqw_axis *q, uint16_t pole_pairs, enum dqw_model_weight weight);
 
 #ifdef __cplusplus
 }

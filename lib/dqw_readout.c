@@ -15,7 +15,7 @@ enum { R = 0, LD, LQ, PSI, N };
 
 // Information of an axis' weights, per unit of its bases: P^-1 = V' D^-1 V with V = U^-1, less what the start values
 // brought, over the residual variance.
-static void information(const dqw_axis *a, float info[DQW_Q_INPUTS][DQW_Q_INPUTS])
+static void information(const dqw_axis *a, float variance_pu2, float info[DQW_Q_INPUTS][DQW_Q_INPUTS])
 {
     const int n = a->neuron.inputs;
     float v[DQW_Q_INPUTS][DQW_Q_INPUTS] = {{0}};
@@ -24,7 +24,7 @@ static void information(const dqw_axis *a, float info[DQW_Q_INPUTS][DQW_Q_INPUTS
         for (int i = j - 1; i >= 0; i--)
             for (int m = i + 1; m <= j; m++) v[i][j] -= a->gain.u[i][m] * v[m][j];
     }
-    const float s = 1.0f / (dqw_axis_variance_pu2(a) * dqw_axis_inflation(a));
+    const float s = 1.0f / variance_pu2;
     for (int i = 0; i < n; i++)
         for (int j = 0; j < n; j++) {
             info[i][j] = i == j ? -s / DQW_AXIS_P0 : 0.0f;
@@ -34,12 +34,12 @@ static void information(const dqw_axis *a, float info[DQW_Q_INPUTS][DQW_Q_INPUTS
 
 // One axis' part of the normal equations in SI weights scaled by `unit`. to[i] is the parameter that weight i stands
 // for, factor[i] how many of it: p for the cross and flux weights.
-static void add_axis(const dqw_axis *a, const int to[], const float factor[], const float unit[N], float m[N][N], float rhs[N])
+static void add_axis(const dqw_axis *a, float variance_pu2, const int to[], const float factor[], const float unit[N], float m[N][N], float rhs[N])
 {
     const int n = a->neuron.inputs;
     float info[DQW_Q_INPUTS][DQW_Q_INPUTS];
     float jac[DQW_Q_INPUTS];
-    information(a, info);
+    information(a, variance_pu2, info);
     for (int i = 0; i < n; i++) jac[i] = factor[i] * unit[to[i]] / (a->neuron.y_base * a->neuron.x_scale[i]);
     for (int i = 0; i < n; i++)
         for (int j = 0; j < n; j++) {
@@ -110,7 +110,21 @@ static void find_pole_pairs(const dqw_axis *d, const dqw_axis *q, dqw_parameters
     out->pole_pairs_raw_sd = sd;
 }
 
-dqw_parameters dqw_model_read(const dqw_axis *d, const dqw_axis *q, uint16_t pole_pairs)
+// Variance of one block's residual on one axis, widened by the likeness of neighbours; or that of both axes together.
+static float variance(const dqw_axis *a)
+{
+    return dqw_axis_variance_pu2(a) * dqw_axis_inflation(a);
+}
+
+static float common_variance(const dqw_axis *d, const dqw_axis *q)
+{
+    const float n_d = (float)d->blocks;
+    const float n_q = (float)q->blocks;
+    if (!(n_d + n_q > 0.0f)) return 1.0f;
+    return (n_d * variance(d) + n_q * variance(q)) / (n_d + n_q);
+}
+
+dqw_parameters dqw_model_read(const dqw_axis *d, const dqw_axis *q, uint16_t pole_pairs, enum dqw_model_weight weight)
 {
     dqw_parameters out = {0};
     find_pole_pairs(d, q, &out);
@@ -143,8 +157,9 @@ dqw_parameters dqw_model_read(const dqw_axis *d, const dqw_axis *q, uint16_t pol
         const int to_q[DQW_Q_INPUTS] = {R, LQ, LD, PSI};
         const float factor_d[DQW_D_INPUTS] = {1.0f, 1.0f, p};
         const float factor_q[DQW_Q_INPUTS] = {1.0f, 1.0f, p, p};
-        add_axis(d, to_d, factor_d, unit, m, rhs);
-        add_axis(q, to_q, factor_q, unit, m, rhs);
+        const float both = common_variance(d, q);
+        add_axis(d, weight == DQW_WEIGHT_COMMON ? both : variance(d), to_d, factor_d, unit, m, rhs);
+        add_axis(q, weight == DQW_WEIGHT_COMMON ? both : variance(q), to_q, factor_q, unit, m, rhs);
     } else {
         // Each weight with its marginal information: R from both axes, L_d and L_q from their own slope.
         const struct { const dqw_axis *a; int weight, to; } single[] = {

@@ -70,9 +70,11 @@ std::unique_ptr<LinearModel> averaged_mechanical(std::vector<Piece> pieces,
     return model;
 }
 
-bool clearly_better(double averaged, double predicted, std::size_t values, int n) {
-    const double limit = 1.06 + 10.0 * n / static_cast<double>(values);
-    return predicted * predicted > limit * averaged * averaged;
+bool clearly_better(const LinearModel& model, double averaged, double predicted) {
+    const double values = static_cast<double>(model.rows()) * model.channels();
+    const double limit = 1.06 + 10.0 * static_cast<double>(model.names().size()) / values;
+    const double gained = predicted * predicted - averaged * averaged;
+    return predicted * predicted > limit * averaged * averaged && gained > 2.5e-5 * model.power().sum() / values;
 }
 
 }  // namespace dqw

@@ -23,9 +23,10 @@ std::unique_ptr<LinearModel> averaged_electrical(std::vector<Piece> pieces, doub
 std::unique_ptr<LinearModel> averaged_mechanical(std::vector<Piece> pieces,
                                                  std::vector<const std::vector<double>*> torque, double noise_rad_s);
 
-/// Whether a fit of n parameters with residual `averaged` is clearly better than one with `predicted` (RMS over
-/// `values` block values): by more than 3 % and than what n more parameters gain by chance.
-bool clearly_better(double averaged, double predicted, std::size_t values, int n);
+/// Whether the averaged fit, with this reported residual (RMS), is clearly better than prediction with that: by more than
+/// 3 %, than what its parameters gain by chance, and than 0.5 % of the signal, since a turning voltage held over a
+/// period is averaged to no better than that.
+bool clearly_better(const LinearModel& model, double averaged, double predicted);
 
 }  // namespace dqw
 #endif

@@ -6,8 +6,6 @@
 namespace dqw {
 namespace {
 
-using Six = Eigen::Matrix<double, 6, 6>;
-
 /// Normal equations of a linear regression: A theta = b, with the sum of squared targets.
 struct Normal {
     Eigen::MatrixXd a;

@@ -1,6 +1,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "averaged.hpp"
 #include "blocks.hpp"
 #include "dynamic.hpp"
 #include "explain.hpp"
@@ -53,7 +54,7 @@ Solution best_of_two_gains(Model_& model, const Eigen::VectorXd& start, const st
 
 /// Flux linkage of the currents, RMS: what psi would have to be compared with.
 Eigen::VectorXd typical_of(const Model_& model, const Eigen::VectorXd& theta) {
-    Eigen::VectorXd typical = Eigen::VectorXd::Zero(Model_::kSize);
+    Eigen::VectorXd typical = Eigen::VectorXd::Zero(theta.size());
     const Eigen::VectorXd i = (model.power() / static_cast<double>(model.rows())).cwiseSqrt();
     typical[Model_::kPsi] = std::hypot(theta[Model_::kLd] * i[0], theta[Model_::kLq] * i[1]);
     return typical;
@@ -89,6 +90,40 @@ void report_pole_pairs(const Task& task, const Assessment& p, bool free, bool cl
     }
 }
 
+PlainModel plain_model(const Eigen::VectorXd& theta) {
+    PlainModel model;
+    model.R_ohm = theta[Model_::kR], model.Ld_H = theta[Model_::kLd], model.Lq_H = theta[Model_::kLq];
+    model.psi_Wb = theta[Model_::kPsi], model.pole_pairs = theta[Model_::kPolePairs];
+    return model;
+}
+
+/// Publishes the averaged fit in place of the predicting one where its reported residual is clearly less.
+bool publish_averaged(const Task& task, const std::vector<Piece>& pieces, const Model_& all, const Solution& predicted,
+                      Result& result) {
+    const Eigen::VectorXd& theta = predicted.theta;
+    // A steady gain g tells the sensor's share of the innovation: (1 - g) of its variance.
+    const auto sensor = [&](int axis) {
+        return predicted.noise[axis] * std::sqrt(std::max(0.0, 1.0 - theta[Model_::kGainD + axis]));
+    };
+    const auto model = averaged_electrical(pieces, theta[Model_::kPolePairs], sensor(0), sensor(1));
+    if (model->rows() < 10) return false;
+    SolveOptions options;
+    options.tick = task.tick, options.common_weight = true;
+    const Solution s = solve(*model, theta.head(4), std::vector<bool>(4, true), options);
+    if (!s.ok || !(s.theta[1] > 0.0) || !(s.theta[2] > 0.0)) return false;
+    Eigen::VectorXd full = theta;
+    full.head(4) = s.theta;
+    Result averaged;
+    report_residual(task.logs, plain_model(full), averaged);
+    if (!clearly_better(*model, averaged.residual_rms, result.residual_rms)) return false;
+    result = averaged;
+    const Covariance covariance = assess(s, *model, typical_of(all, s.theta));
+    publish(task, model->names(), covariance, result);
+    result.notes.push_back("the plain model does not hold; fitted to voltages averaged over blocks, which leaves less than prediction");
+    note_robust(covariance, result);
+    return true;
+}
+
 }  // namespace
 
 Result fit_dynamic(const Task& task) {
@@ -110,7 +145,7 @@ Result fit_dynamic(const Task& task) {
         const auto p = turns ? task.pole_pairs : std::optional<double>(task.pole_pairs.value_or(1.0));
         s = best_of_two_gains(first, best_start(first, electrical_starts(part, p)), free, task);
     }
-    if (!s.ok) throw std::invalid_argument(task.logs.front().path + ": the currents do not follow from the voltages at all");
+    if (!s.ok) throw std::invalid_argument(task.logs.front().path + ": one sampling period spans many time constants of the windings; is this log steady?");
 
     SolveOptions options;
     options.tick = task.tick;
@@ -132,15 +167,15 @@ Result fit_dynamic(const Task& task) {
     const Covariance covariance = assess(s, all, typical_of(all, s.theta));
 
     Result result;
-    publish(task, all.names(), covariance, result);
+    report_residual(task.logs, plain_model(s.theta), result);
+    const bool free_product = free[Model_::kPolePairs];
+    if (free_product || !covariance.robust || !publish_averaged(task, pieces, all, s, result)) {
+        publish(task, all.names(), covariance, result);
+        note_robust(covariance, result);
+    }
     report_pole_pairs(task, p, free_p, clear, result);
-    note_robust(covariance, result);
     result.notes.push_back("correction gain of the currents: d " + figure(s.theta[Model_::kGainD]) + ", q " +
                            figure(s.theta[Model_::kGainQ]));
-    PlainModel model;
-    model.R_ohm = s.theta[Model_::kR], model.Ld_H = s.theta[Model_::kLd], model.Lq_H = s.theta[Model_::kLq];
-    model.psi_Wb = s.theta[Model_::kPsi], model.pole_pairs = s.theta[Model_::kPolePairs];
-    report_residual(task.logs, model, result);
     return result;
 }
 

@@ -1,6 +1,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "averaged.hpp"
 #include "blocks.hpp"
 #include "explain.hpp"
 #include "linear.hpp"
@@ -38,6 +39,33 @@ void fit_torque_constant(const Task& task, Result& result) {
     publish(task, model.names(), assess(s, model, Eigen::VectorXd::Zero(1)), result);
 }
 
+PlainModel plain_model(const Eigen::VectorXd& theta, double torque_constant_Nm_A) {
+    PlainModel plain;
+    plain.J_kgm2 = theta[MechanicalModel::kJ], plain.B_Nms_rad = theta[MechanicalModel::kB];
+    plain.torque_constant_Nm_A = torque_constant_Nm_A;
+    return plain;
+}
+
+/// Publishes the averaged fit in place of the predicting one where its reported residual is clearly less.
+bool publish_averaged(const Task& task, LinearModel& model, const Eigen::VectorXd& start, double torque_constant_Nm_A,
+                      Result& result) {
+    if (model.rows() < 10) return false;
+    SolveOptions options;
+    options.tick = task.tick;
+    const Solution s = solve(model, start.head(2), {true, true}, options);
+    if (!s.ok || !(s.theta[0] > 0.0)) return false;
+    Result averaged;
+    averaged.notes = result.notes;
+    report_residual(task.logs, plain_model(s.theta, torque_constant_Nm_A), averaged);
+    if (!clearly_better(model, averaged.residual_rms, result.residual_rms)) return false;
+    result = averaged;
+    const Covariance covariance = assess(s, model, Eigen::VectorXd::Zero(2));
+    publish(task, model.names(), covariance, result);
+    result.notes.push_back("the plain model does not hold; fitted to torque averaged over blocks, which leaves less than prediction");
+    note_robust(covariance, result);
+    return true;
+}
+
 }  // namespace
 
 Result fit_mechanical(const Task& task) {
@@ -70,16 +98,18 @@ Result fit_mechanical(const Task& task) {
             if (s.ok && (!best.ok || s.log_likelihood > best.log_likelihood)) best = std::move(s);
         }
     }
-    if (!best.ok) throw std::invalid_argument(task.logs.front().path + ": the speed does not follow from the torque at all");
+    if (!best.ok) throw std::invalid_argument(task.logs.front().path + ": one sampling period spans many time constants of the machine");
     const Covariance covariance = assess(best, model, Eigen::VectorXd::Zero(3));
-    publish(task, model.names(), covariance, result);
+    const double torque_constant = task.torque_constant_Nm_A.value_or(0.0);
+    report_residual(task.logs, plain_model(best.theta, torque_constant), result);
+    const double speed_noise = best.noise[0] * std::sqrt(std::max(0.0, 1.0 - best.theta[MechanicalModel::kGain]));
+    const auto averaged = averaged_mechanical(pieces, of_piece, speed_noise);
+    if (!covariance.robust || !publish_averaged(task, *averaged, best.theta, torque_constant, result)) {
+        publish(task, model.names(), covariance, result);
+        note_robust(covariance, result);
+    }
     if (task.asks("torque_constant_Nm_A")) fit_torque_constant(task, result);
-    note_robust(covariance, result);
     result.notes.push_back("correction gain of the speed: " + figure(best.theta[MechanicalModel::kGain]));
-    PlainModel plain;
-    plain.J_kgm2 = best.theta[MechanicalModel::kJ], plain.B_Nms_rad = best.theta[MechanicalModel::kB];
-    plain.torque_constant_Nm_A = task.torque_constant_Nm_A.value_or(0.0);
-    report_residual(task.logs, plain, result);
     return result;
 }
 

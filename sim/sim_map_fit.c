@@ -46,13 +46,14 @@ static void add_point(normal *e, const dqw_sim_map *map, double i_d, double i_q,
 }
 
 // Third differences of the coefficients vanish where the inductance is constant. A small weight on them decides what the data
-// leave open (empty cells, the constant of the co-energy), and nothing else.
+// leave open (empty cells), and keeps noise at the edges out of the extension: on two measured maps 1e-3 raised the RMS error
+// by 2 % and let the extension stay invertible three times as far as 1e-5.
 static void regularise(normal *e, const dqw_sim_map *map) {
     static const double third[4] = {-1, 3, -3, 1};
     const size_t nd = (size_t)map->d.cells + 4, nq = (size_t)map->q.cells + 4;
     double trace = 0;
     for (size_t i = 0; i < e->n; ++i) trace += e->a[i * e->n + i];
-    const double smooth = sqrt(1e-5 * trace / (double)e->n);
+    const double smooth = sqrt(1e-3 * trace / (double)e->n);
     double row[4];
     for (int k = 0; k < 4; ++k) row[k] = smooth * third[k];
     for (size_t j = 0; j < nd; ++j)
@@ -151,7 +152,7 @@ int dqw_sim_map_fit(const dqw_sim_grid *g, dqw_sim_map *map, char *message, size
     if (status) return status;
     measure_error(g, map);
     measure_curl(g, map);
-    static const double margins[] = {0.5, 0.25, 0.1, 0};
+    static const double margins[] = {1, 0.5, 0.25, 0.1, 0};
     for (size_t i = 0; i < sizeof margins / sizeof *margins; ++i)
         if (convex(map, margins[i])) {
             set_reach(map, margins[i]);

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "log.hpp"
+#include "result.hpp"
 
 namespace machine {
 
@@ -30,6 +31,7 @@ struct Run {
     std::size_t hold = 37;            ///< rows that a reference is held
     unsigned seed = 1;
     int substeps = 50;
+    double induced_Wb = -1.0;  ///< flux linkage that the reference makes up for; negative: the plant's
 };
 
 inline Complex turned(double angle) { return {std::cos(angle), std::sin(angle)}; }
@@ -60,7 +62,7 @@ inline Log simulate(const Plant& m, const Run& run) {
     Complex psi = m.psi_Wb;
     double theta = 0.0, add_d = 0.0, add_q = 0.0;
     const double h = run.dt_s / run.substeps;
-    // The angle is integrated on quarter steps by Simpson's rule: RK4 needs it at the middle of a sub-step.
+    // The angle goes by Simpson's rule on half sub-steps: RK4 needs it at the middle of each.
     for (std::size_t k = 0; k < run.rows; ++k) {
         const double t = static_cast<double>(k) * run.dt_s;
         const double w = m.p * run.speed_rad_s(t);
@@ -71,7 +73,7 @@ inline Log simulate(const Plant& m, const Run& run) {
         log.w_m_rad_s.push_back(run.speed_rad_s(t));
         if (k % run.hold == 0) add_d = run.v_d_V * draw(random), add_q = run.v_q_V * draw(random);
         const double w_mid = m.p * run.speed_rad_s(t + 0.5 * run.dt_s);
-        const Complex reference(add_d, add_q + w * m.psi_Wb);
+        const Complex reference(add_d, add_q + w * (run.induced_Wb < 0.0 ? m.psi_Wb : run.induced_Wb));
         const Complex held = reference * turned(theta + 0.5 * w_mid * run.dt_s);
         const Complex lost = dead_time(m, current(m, psi, theta) * turned(theta));
         const auto slope = [&](Complex x, double angle) { return held - lost - m.R_ohm * current(m, x, angle) * turned(angle); };
@@ -111,6 +113,32 @@ inline double add_noise(std::vector<double>& x, double fraction, unsigned seed) 
     std::normal_distribution<double> draw(0.0, sigma);
     for (double& v : x) v += draw(random);
     return sigma;
+}
+
+/// The value of a parameter, or NaN where the result has none.
+inline double value(const dqw::Result& result, const char* name) {
+    for (const dqw::Estimate& e : result.parameters)
+        if (e.name == name) return e.value;
+    return std::nan("");
+}
+
+inline double sd(const dqw::Result& result, const char* name) {
+    for (const dqw::Estimate& e : result.parameters)
+        if (e.name == name) return e.sd;
+    return std::nan("");
+}
+
+inline bool has(const dqw::Result& result, const char* name) {
+    for (const dqw::Estimate& e : result.parameters)
+        if (e.name == name) return true;
+    return false;
+}
+
+/// The reason why a parameter has no value; null where it is not listed so.
+inline const dqw::NotIdentifiable* missing(const dqw::Result& result, const char* name) {
+    for (const dqw::NotIdentifiable& n : result.not_identifiable)
+        if (n.name == name) return &n;
+    return nullptr;
 }
 
 /// Fewer repetitions where a sanitizer slows each by ten.
