@@ -5,11 +5,19 @@
 namespace dqw {
 
 LinearModel::LinearModel(std::vector<std::string> names, int channels, Source source)
-    : names_(std::move(names)), channels_(channels), source_(std::move(source)), power_(Eigen::VectorXd::Zero(channels)) {
+    : names_(std::move(names)), channels_(channels), source_(std::move(source)), power_(Eigen::VectorXd::Zero(channels)),
+      offset_(Eigen::VectorXd::Zero(channels)) {
     source_([this](const Row& row) {
         ++rows_;
         for (int c = 0; c < channels_; ++c) power_[c] += row.y[static_cast<std::size_t>(c)] * row.y[static_cast<std::size_t>(c)];
     });
+}
+
+void LinearModel::prepare(const Eigen::VectorXd& theta) {
+    for (int c = 0; c < channels_; ++c) {
+        const Eigen::Map<const Eigen::VectorXd> variance(noise_[static_cast<std::size_t>(c)].data(), theta.size());
+        offset_[c] = static_cast<double>(rows_) * theta.dot(variance.cwiseProduct(theta));
+    }
 }
 
 bool LinearModel::sweep(const Eigen::VectorXd& theta, int blocks, Sums& sums) const {
@@ -53,6 +61,8 @@ bool LinearModel::sweep(const Eigen::VectorXd& theta, int blocks, Sums& sums) co
             map << Eigen::MatrixXd::Identity(n, n), theta;
             const Eigen::Map<const Eigen::VectorXd> variance(noise_[static_cast<std::size_t>(c)].data(), n);
             to -= static_cast<double>(rows_) / blocks * (map.transpose() * variance.asDiagonal() * map);
+            // Back again, as a constant: a square root needs a sum above zero.
+            to(n, n) += offset_[c] / blocks;
         }
     return true;
 }
@@ -67,11 +77,11 @@ bool LinearModel::squares(const Eigen::VectorXd& theta, Eigen::VectorXd& sum) co
             sum[c] += e * e;
         }
     });
-    for (int c = 0; c < channels_; ++c)
-        for (Eigen::Index j = 0; j < theta.size(); ++j)
-            sum[c] -= static_cast<double>(rows_) * noise_[static_cast<std::size_t>(c)][static_cast<std::size_t>(j)] * theta[j] * theta[j];
-    sum = sum.cwiseMax(0.0);
-    return sum.allFinite();
+    for (int c = 0; c < channels_; ++c) {
+        const Eigen::Map<const Eigen::VectorXd> variance(noise_[static_cast<std::size_t>(c)].data(), theta.size());
+        sum[c] += offset_[c] - static_cast<double>(rows_) * theta.dot(variance.cwiseProduct(theta));
+    }
+    return sum.allFinite() && sum.minCoeff() >= 0.0;
 }
 
 }  // namespace dqw

@@ -29,6 +29,7 @@ class LinearModel : public Model {
     int channels() const override { return channels_; }
     std::size_t rows() const override { return rows_; }
     Eigen::VectorXd power() const override { return power_; }
+    void prepare(const Eigen::VectorXd& theta) override;
     bool sweep(const Eigen::VectorXd& theta, int blocks, Sums& sums) const override;
     bool squares(const Eigen::VectorXd& theta, Eigen::VectorXd& sum) const override;
 
@@ -39,6 +40,7 @@ class LinearModel : public Model {
     std::size_t rows_ = 0;
     Eigen::VectorXd power_;
     std::array<std::array<double, kMost>, 2> noise_{};
+    Eigen::VectorXd offset_;  ///< of each channel: what taking off the noise takes off the squares, there
 };
 
 }  // namespace dqw

@@ -62,7 +62,7 @@ static const dqw_sim_scenario table[] = {
      .machine = {SERVO_PLATE, .coulomb_Nm = 0.1, .coulomb_width_rad_s = 1}, .drive = {SERVO_DRIVE, .log_every = 10},
      .profile = {.control = DQW_SIM_CONTROL_CURRENT, .speed_start_rad_s = -150,
                  .i_q_A = {.wave = 1.5, .wave_period_s = 1, .shape = DQW_SIM_SHAPE_SQUARE, .random = 1.5, .random_hold_s = 0.1}},
-     NOISE(0.01), .duration_s = 10, .regime = "mechanical", .rtol = 5e-9, .seed = 1},
+     NOISE(0.01), .duration_s = 10, .regime = "mechanical", .rtol = 2e-9, .seed = 1},
     {.name = "heating",
      .about = "servo on a load machine for ten minutes: winding and magnet heat up by tens of kelvin; settled rows every 2 s, 0.1 % noise",
      .machine = {SERVO_PLATE, .winding_heat_J_K = 120, .magnet_heat_J_K = 400, .winding_magnet_W_K = 1.5, .winding_ambient_W_K = 0.8,

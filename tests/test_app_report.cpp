@@ -44,7 +44,7 @@ static void odd_numbers_have_a_text(void)
 
 static void a_table_counts_characters(void)
 {
-    TEST_ASSERT_EQUAL_STRING("a  unit\nµ    mΩ\nbb\n", dqw::table({{"a", "unit"}, {"µ", "mΩ"}, {"bb", ""}}).c_str());
+    TEST_ASSERT_EQUAL_STRING("a   unit\nµ     mΩ\nbb\n", dqw::table({{"a", "unit"}, {"µ", "mΩ"}, {"bb", ""}}).c_str());
 }
 
 static dqw::Result sample()

@@ -31,6 +31,7 @@ struct Run {
     std::size_t hold = 37;            ///< rows that a reference is held
     unsigned seed = 1;
     int substeps = 50;
+    double uneven = 0.0;      ///< every other period is longer by this fraction
     double induced_Wb = -1.0;  ///< flux linkage that the reference makes up for; negative: the plant's
 };
 
@@ -61,10 +62,11 @@ inline Log simulate(const Plant& m, const Run& run) {
     std::uniform_real_distribution<double> draw(-1.0, 1.0);
     Complex psi = m.psi_Wb;
     double theta = 0.0, add_d = 0.0, add_q = 0.0;
-    const double h = run.dt_s / run.substeps;
     // The angle goes by Simpson's rule on half sub-steps: RK4 needs it at the middle of each.
+    double t = 0.0;
     for (std::size_t k = 0; k < run.rows; ++k) {
-        const double t = static_cast<double>(k) * run.dt_s;
+        const double dt = run.dt_s * (k % 2 == 1 ? 1.0 + run.uneven : 1.0);
+        const double h = dt / run.substeps;
         const double w = m.p * run.speed_rad_s(t);
         const Complex i = current(m, psi, theta);
         log.t_s.push_back(t);
@@ -72,9 +74,9 @@ inline Log simulate(const Plant& m, const Run& run) {
         log.i_q_A.push_back(i.imag());
         log.w_m_rad_s.push_back(run.speed_rad_s(t));
         if (k % run.hold == 0) add_d = run.v_d_V * draw(random), add_q = run.v_q_V * draw(random);
-        const double w_mid = m.p * run.speed_rad_s(t + 0.5 * run.dt_s);
+        const double w_mid = m.p * run.speed_rad_s(t + 0.5 * dt);
         const Complex reference(add_d, add_q + w * (run.induced_Wb < 0.0 ? m.psi_Wb : run.induced_Wb));
-        const Complex held = reference * turned(theta + 0.5 * w_mid * run.dt_s);
+        const Complex held = reference * turned(theta + 0.5 * w_mid * dt);
         const Complex lost = dead_time(m, current(m, psi, theta) * turned(theta));
         const auto slope = [&](Complex x, double angle) { return held - lost - m.R_ohm * current(m, x, angle) * turned(angle); };
         Complex mean = 0.0;
@@ -91,6 +93,7 @@ inline Log simulate(const Plant& m, const Run& run) {
             psi += h / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4);
             theta = full;
         }
+        t += dt;
         mean /= static_cast<double>(run.substeps);
         log.v_d_V.push_back(mean.real());
         log.v_q_V.push_back(mean.imag());
