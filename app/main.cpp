@@ -2,11 +2,13 @@
 #include <fcntl.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <new>
 
 #include "command.hpp"
 #include "output.hpp"
+#include "text.hpp"
 
 namespace {
 
@@ -24,6 +26,11 @@ int run(int argc, char** argv) {
     app.set_version_flag("--version", version);
     app.require_subcommand(1);
     const std::vector<dqw::Command> commands = {dqw::add_paper(app), dqw::add_sim(app), dqw::add_learn(app), dqw::add_fit(app), dqw::add_demo(app)};
+    // The parser would only say that a subcommand is missing.
+    const std::string first = argc > 1 ? argv[1] : "-";
+    const auto is_first = [&](const dqw::Command& c) { return c.app->get_name() == first; };
+    if (first[0] != '-' && std::none_of(commands.begin(), commands.end(), is_first))
+        throw dqw::UsageError("no subcommand " + dqw::shown(first) + "; see dqwatch --help");
     app.footer("Exit codes: 0 done; 1 anything else; 2 wrong usage; 3 input unreadable or invalid; 4 a parameter asked for is not identifiable.");
     try {
         app.parse(argc, argv);

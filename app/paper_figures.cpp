@@ -38,7 +38,8 @@ void draw(std::FILE* gnuplot, const Figure& f, const std::filesystem::path& path
             low = std::fmin(low, p.trace[k]);
             high = std::fmax(high, p.trace[k]);
         }
-        const double room = std::fmax(0.1 * (high - low), 1e-3 * std::fabs(p.truth) + 1e-9);
+        // At least two per cent of room: closer, nothing but rounding would be seen.
+        const double room = std::fmax(0.1 * (high - low), 2e-2 * std::fabs(p.truth) + 1e-9);
         send(gnuplot, fmt::format("plot [1:{}] [{:.6g}:{:.6g}] {:.9g} title 'truth' lw 1 lc rgb '#888888', $p with lines title 'learned' lw 2 lc rgb '#1f5fa8'\n",
                                   p.trace.size(), low - room, high + room, p.truth));
     }

@@ -44,7 +44,7 @@ Prefix prefix_of(double size) {
 /// Decimals that leave `digits` significant digits of `size`.
 int decimals_of(double size, int digits) {
     if (!(size > 0)) return digits - 1;
-    return std::clamp(digits - 1 - static_cast<int>(std::floor(std::log10(size))), 0, 9);
+    return std::clamp(digits - 1 - static_cast<int>(std::clamp(std::floor(std::log10(size)), -99.0, 99.0)), 0, 9);
 }
 
 std::size_t width_of(std::string_view text) {

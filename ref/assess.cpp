@@ -114,4 +114,25 @@ Covariance assess(const Solution& s, const Model& model, const Eigen::VectorXd& 
     return out;
 }
 
+Covariance assess_excited(const Solution& solution, Model& model, const Eigen::VectorXd& typical) {
+    Solution simulated = solution;
+    for (std::size_t j = 0; j < solution.free.size(); ++j)
+        if (model.names()[j].empty()) {
+            simulated.theta[static_cast<Eigen::Index>(j)] = 0.0;
+            simulated.free[j] = false;
+        }
+    model.count_starts(false);
+    model.prepare(simulated.theta);
+    const bool done = model.sweep(simulated.theta, solution.sums.blocks, simulated.sums);
+    model.count_starts(true);
+    model.prepare(solution.theta);
+    Covariance covariance = assess(solution, model, typical);
+    if (!done) return covariance;
+    const Covariance signal = assess(simulated, model, typical);
+    for (std::size_t j = 0; j < covariance.each.size(); ++j)
+        if (covariance.each[j].verdict == Verdict::determined && signal.each[j].verdict != Verdict::determined)
+            covariance.each[j] = signal.each[j];
+    return covariance;
+}
+
 }  // namespace dqw

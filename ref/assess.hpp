@@ -33,5 +33,10 @@ struct Covariance {
 /// the signal has no effect; an sd is judged against max(|theta|, 0.1 typical).
 Covariance assess(const Solution& solution, const Model& model, const Eigen::VectorXd& typical);
 
+/// assess() of a model with gains. Noise that the gains let into the state looks like excitation, and so does a start
+/// that is off and settles: a parameter counts as determined only if the simulation alone (gains 0, starts left out)
+/// determines it too. Costs a sweep.
+Covariance assess_excited(const Solution& solution, Model& model, const Eigen::VectorXd& typical);
+
 }  // namespace dqw
 #endif

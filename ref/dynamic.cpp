@@ -73,7 +73,6 @@ bool DynamicModel::run(const T* theta, const W& pole_pairs, Visit&& visit) const
     const auto gain_at = [](const GainSchedule& s, const T& shift, const T& steady, std::size_t n) -> T {
         return n < s.gain.size() ? s.derivative[n] * shift + s.gain[n] : steady;
     };
-    const auto weight_at = [](const GainSchedule& s, std::size_t n) { return n < s.weight.size() ? s.weight[n] : 1.0; };
     for (const Piece& piece : pieces_) {
         const Log& log = *piece.log;
         T x_d = ld * log.i_d_A[piece.begin], x_q = lq * log.i_q_A[piece.begin];
@@ -85,7 +84,7 @@ bool DynamicModel::run(const T* theta, const W& pole_pairs, Visit&& visit) const
             advance_flux(x_d, x_q, a_dt, b_dt, psi, w_dt, log.v_d_V[k], log.v_q_V[k], dt, order);
             const T e_d = log.i_d_A[k + 1] - x_d * inv_ld, e_q = log.i_q_A[k + 1] - x_q * inv_lq;
             const std::size_t n = k - piece.begin;
-            visit(e_d, e_q, weight_at(reference_[0], n), weight_at(reference_[1], n));
+            visit(e_d, e_q, reference_[0].weight_at(n, count_starts_), reference_[1].weight_at(n, count_starts_));
             x_d += ld * (gain_at(s_d, shift_d, g_d, n) * e_d);
             x_q += lq * (gain_at(s_q, shift_q, g_q, n) * e_q);
         }

@@ -23,6 +23,7 @@ class DynamicModel : public Model {
     int channels() const override { return 2; }
     std::size_t rows() const override { return rows_; }
     Eigen::VectorXd power() const override { return power_; }
+    void count_starts(bool count) override { count_starts_ = count || rows_ < 1000 * pieces_.size(); }
     void prepare(const Eigen::VectorXd& theta) override;
     void confine(Eigen::VectorXd& theta, const std::vector<bool>& free, bool wake) const override;
     bool at_bound(const Eigen::VectorXd& theta, int j) const override;
@@ -38,6 +39,7 @@ class DynamicModel : public Model {
 
     std::vector<Piece> pieces_;
     bool free_pole_pairs_;
+    bool count_starts_ = true;
     std::size_t rows_ = 0;
     double w_max_rad_s_ = 0.0, dt_max_s_ = 0.0, dt_mean_s_ = 0.0;
     Eigen::VectorXd power_;

@@ -70,7 +70,7 @@ std::string excitation_for(const std::string& name, Regime regime) {
         return dynamic ? "the machine turning, speed or currents changing, and the pole pairs given"
                        : "the machine turning, at two speeds or two values of i_d, and the pole pairs given";
     if (name == "pole_pairs")
-        return dynamic ? "steps of i_d and i_q while the machine turns fast; or give the pole pairs"
+        return dynamic ? "steps of i_d and i_q while the machine turns fast"
                        : "a dynamic log with steps of i_d and i_q at speed; or give the pole pairs";
     if (name == "J_kgm2") return "steps of torque, so that the speed changes";
     if (name == "B_Nms_rad") return "several settled speeds, also high ones";

@@ -5,6 +5,7 @@
 #include "blocks.hpp"
 #include "dynamic.hpp"
 #include "explain.hpp"
+#include "pole_pairs.hpp"
 #include "regimes.hpp"
 #include "residual.hpp"
 
@@ -60,36 +61,6 @@ Eigen::VectorXd typical_of(const Model_& model, const Eigen::VectorXd& theta) {
     return typical;
 }
 
-struct PolePairs {
-    double value = 1.0;
-    bool clear = false;
-};
-
-/// A whole number stands out where the next ones are at least five standard deviations away.
-PolePairs whole(const Assessment& p) {
-    constexpr double kFarthest = 0.3, kWidest = 0.1;
-    const double nearest = std::max(1.0, std::round(std::abs(p.value)));
-    const bool known = p.verdict == Verdict::determined || p.verdict == Verdict::uncertain;
-    return {nearest, known && p.sd > 0.0 && p.sd < kWidest && std::abs(p.value - nearest) < kFarthest};
-}
-
-void report_pole_pairs(const Task& task, const Assessment& p, bool free, bool clear, Result& result) {
-    if (task.pole_pairs) {
-        result.parameters.push_back({"pole_pairs", *task.pole_pairs, 0.0, true});
-    } else if (free && clear) {
-        const double n = whole(p).value;
-        result.parameters.push_back({"pole_pairs", n, p.sd, false});
-        result.notes.push_back("pole_pairs rounded to a whole number from " + figure(p.value) + " with standard deviation " +
-                               figure(p.sd));
-    } else if (task.asks("pole_pairs") || task.asks("psi_Wb")) {
-        NotIdentifiable n = explain("pole_pairs", p, DynamicModel({}, false).names(), task.logs);
-        if (!free) n.why = "w_m is 0 rad/s on every row, and the pole pairs act only through it";
-        if (free && p.verdict == Verdict::determined)
-            n.why = "no whole number stands out (standard deviation " + figure(p.sd) + "; p stayed in the fit as a real number)";
-        result.not_identifiable.push_back(n);
-    }
-}
-
 PlainModel plain_model(const Eigen::VectorXd& theta) {
     PlainModel model;
     model.R_ohm = theta[Model_::kR], model.Ld_H = theta[Model_::kLd], model.Lq_H = theta[Model_::kLq];
@@ -124,56 +95,72 @@ bool publish_averaged(const Task& task, const std::vector<Piece>& pieces, const 
     return true;
 }
 
+bool turns(const std::vector<Log>& logs) {
+    for (const Log& log : logs)
+        for (double w : log.w_m_rad_s)
+            if (w != 0.0) return true;
+    return false;
+}
+
+/// Converges on a part of a long log, from the log's own starting values and from two gains.
+Solution first_look(const Task& task, const std::vector<Piece>& pieces, const std::vector<bool>& free) {
+    const std::vector<Piece> part = spread_sample(pieces, kFirstRows, kFirstWindow);
+    Model_ model(part, free[Model_::kPolePairs]);
+    // At rest the pole pairs have no effect: any number will do.
+    std::optional<double> p = task.pole_pairs;
+    if (!p && !free[Model_::kPolePairs]) p = 1.0;
+    return best_of_two_gains(model, best_start(model, electrical_starts(part, p)), free, task);
+}
+
+double product_sd(const Eigen::VectorXd& theta, const Covariance& c) {
+    const double psi = theta[Model_::kPsi], p = theta[Model_::kPolePairs];
+    const double variance = p * p * c.of(Model_::kPsi, Model_::kPsi) + psi * psi * c.of(Model_::kPolePairs, Model_::kPolePairs) +
+                            2.0 * p * psi * c.of(Model_::kPsi, Model_::kPolePairs);
+    return std::sqrt(std::max(variance, 0.0));
+}
+
 }  // namespace
 
 Result fit_dynamic(const Task& task) {
     const std::vector<Piece> pieces = pieces_of(task.logs, kLeastPiece);
+    const std::string& path = task.logs.front().path;
     if (rows_of(pieces) < kLeastRows)
-        throw std::invalid_argument(task.logs.front().path + ": " + std::to_string(rows_of(pieces)) +
+        throw std::invalid_argument(path + ": " + std::to_string(rows_of(pieces)) +
                                     " rows without a gap; a dynamic fit needs at least " + std::to_string(kLeastRows));
-    bool turns = false;
-    for (const Log& log : task.logs)
-        for (double w : log.w_m_rad_s) turns = turns || w != 0.0;
-    bool free_p = !task.pole_pairs && turns;
-
-    const std::vector<Piece> part = spread_sample(pieces, kFirstRows, kFirstWindow);
     std::vector<bool> free(Model_::kSize, true);
-    free[Model_::kPolePairs] = free_p;
-    Solution s;
-    {
-        Model_ first(part, free_p);
-        const auto p = turns ? task.pole_pairs : std::optional<double>(task.pole_pairs.value_or(1.0));
-        s = best_of_two_gains(first, best_start(first, electrical_starts(part, p)), free, task);
-    }
-    if (!s.ok) throw std::invalid_argument(task.logs.front().path + ": one sampling period spans many time constants of the windings; is this log steady?");
+    free[Model_::kPolePairs] = !task.pole_pairs && turns(task.logs);
+    Solution s = first_look(task, pieces, free);
+    if (!s.ok)
+        throw std::invalid_argument(path + ": a sampling period spans many time constants of the windings; is this log steady?");
 
     SolveOptions options;
     options.tick = task.tick;
-    Assessment p;
-    bool clear = false;
-    if (free_p) {
+    PolePairs p;
+    if (free[Model_::kPolePairs]) {
         Model_ all(pieces, true);
         s = solve(all, s.theta, free, options);
-        p = assess(s, all, typical_of(all, s.theta)).each[Model_::kPolePairs];
-        clear = whole(p).clear;
-        if (clear) {
-            s.theta[Model_::kPsi] *= s.theta[Model_::kPolePairs] / whole(p).value;
-            s.theta[Model_::kPolePairs] = whole(p).value;
+        p = decide_pole_pairs(assess_excited(s, all, typical_of(all, s.theta)).each[Model_::kPolePairs]);
+        if (p.clear) {
+            s.theta[Model_::kPsi] *= s.theta[Model_::kPolePairs] / p.whole;
+            s.theta[Model_::kPolePairs] = p.whole;
             free[Model_::kPolePairs] = false;
         }
     }
     Model_ all(pieces, free[Model_::kPolePairs]);
-    if (!free_p || clear) s = solve(all, s.theta, free, options);
-    const Covariance covariance = assess(s, all, typical_of(all, s.theta));
+    if (!free[Model_::kPolePairs]) s = solve(all, s.theta, free, options);
+    const Covariance covariance = assess_excited(s, all, typical_of(all, s.theta));
 
     Result result;
+    Task rest = task;
     report_residual(task.logs, plain_model(s.theta), result);
-    const bool free_product = free[Model_::kPolePairs];
-    if (free_product || !covariance.robust || !publish_averaged(task, pieces, all, s, result)) {
-        publish(task, all.names(), covariance, result);
+    const double product = s.theta[Model_::kPsi] * s.theta[Model_::kPolePairs];
+    if (free[Model_::kPolePairs] || !covariance.robust || !publish_averaged(task, pieces, all, s, result)) {
+        report_pole_pairs(rest, p, product, product_sd(s.theta, covariance), result);
+        publish(rest, all.names(), covariance, result);
         note_robust(covariance, result);
+    } else {
+        report_pole_pairs(rest, p, product, 0.0, result);
     }
-    report_pole_pairs(task, p, free_p, clear, result);
     result.notes.push_back("correction gain of the currents: d " + figure(s.theta[Model_::kGainD]) + ", q " +
                            figure(s.theta[Model_::kGainQ]));
     return result;

@@ -99,7 +99,7 @@ Result fit_mechanical(const Task& task) {
         }
     }
     if (!best.ok) throw std::invalid_argument(task.logs.front().path + ": one sampling period spans many time constants of the machine");
-    const Covariance covariance = assess(best, model, Eigen::VectorXd::Zero(3));
+    const Covariance covariance = assess_excited(best, model, Eigen::VectorXd::Zero(3));
     const double torque_constant = task.torque_constant_Nm_A.value_or(0.0);
     report_residual(task.logs, plain_model(best.theta, torque_constant), result);
     const double speed_noise = best.noise[0] * std::sqrt(std::max(0.0, 1.0 - best.theta[MechanicalModel::kGain]));

@@ -42,23 +42,6 @@ LinearModel standstill_model(const std::vector<Log>& logs) {
     });
 }
 
-/// Without the pole pairs only their products with L and psi are known, and those come under these names.
-void withhold_products(const Task& task, const Covariance& covariance, Covariance& published, Result& result) {
-    static const char* const names[] = {"R_ohm", "Ld_H", "Lq_H", "psi_Wb"};
-    published = covariance;
-    for (std::size_t j = 1; j < 4; ++j) {
-        const Assessment& a = covariance.each[j];
-        if (!task.asks(names[j]) || a.verdict != Verdict::determined) continue;
-        published.each[j].verdict = Verdict::uncertain;
-        const std::string unit = j == 3 ? " Wb" : " H";
-        result.not_identifiable.push_back(
-            {names[j],
-             std::string("the pole pairs are not known, and settled points give only pole_pairs * ") + names[j] + " = " +
-                 figure(a.value) + unit + " (standard deviation " + figure(a.sd) + ")",
-             "give the pole pairs; or a dynamic log"});
-    }
-}
-
 }  // namespace
 
 Result fit_static(const Task& task) {
@@ -78,27 +61,15 @@ Result fit_static(const Task& task) {
     Result result;
     PlainModel plain;
     plain.R_ohm = s.theta[0];
-    if (standstill) {
-        publish(task, model.names(), covariance, result);
-    } else {
+    plain.pole_pairs = task.pole_pairs.value_or(1.0);
+    Task rest = task;
+    if (!standstill) {
         plain.Ld_H = s.theta[1], plain.Lq_H = s.theta[2], plain.psi_Wb = s.theta[3];
-        plain.pole_pairs = task.pole_pairs.value_or(1.0);
-        if (task.pole_pairs) {
-            publish(task, model.names(), covariance, result);
-        } else {
-            Covariance published;
-            withhold_products(task, covariance, published, result);
-            Task rest = task;
-            std::vector<std::string> left;
-            for (const std::string& name : task.asked) {
-                bool said = false;
-                for (const NotIdentifiable& x : result.not_identifiable) said = said || x.name == name;
-                if (!said) left.push_back(name);
-            }
-            rest.asked = left;
-            publish(rest, model.names(), published, result);
-        }
+        for (std::size_t j = 1; !task.pole_pairs && j < 4; ++j)
+            if (covariance.each[j].verdict == Verdict::determined)
+                withhold_product(rest, model.names()[j], covariance.each[j].value, covariance.each[j].sd, result);
     }
+    publish(rest, model.names(), covariance, result);
     if (task.pole_pairs)
         result.parameters.push_back({"pole_pairs", *task.pole_pairs, 0.0, true});
     else if (task.asks("pole_pairs") || !standstill)

@@ -19,9 +19,12 @@ GainSchedule gain_schedule(double steady_gain, double decay) {
         k = p / (1.0 + p);
         s.gain.push_back(k);
         s.derivative.push_back(dk);
+        if (k - g > 0.002) s.settled = s.gain.size();
         s.weight.push_back(std::sqrt((1.0 - k) / (1.0 - g)));
         if (std::abs(k - g) < 1e-7 && std::abs(dk - 1.0) < 1e-3) break;
     }
+    const double forgotten = 8.0 / std::max(-std::log(decay), 1e-3);
+    s.settled = std::min(std::max(s.settled, static_cast<std::size_t>(forgotten)), GainSchedule::kLongestStart);
     return s;
 }
 

@@ -15,7 +15,13 @@ struct GainSchedule {
     std::vector<double> gain;        ///< K_1, K_2, ... until K is steady, at most `kLongest` of them
     std::vector<double> derivative;  ///< dK/dg
     std::vector<double> weight;      ///< sqrt of steady over present innovation variance
-    static constexpr std::size_t kLongest = 20000;
+    std::size_t settled = 0;         ///< rows until K is steady and the start has decayed, at most kLongestStart
+    static constexpr std::size_t kLongest = 20000, kLongestStart = 500;
+
+    /// Weight of the innovation of row n + 1; 0 before the gain has settled, unless those rows count.
+    double weight_at(std::size_t n, bool count_start) const {
+        return !count_start && n < settled ? 0.0 : n < weight.size() ? weight[n] : 1.0;
+    }
 };
 
 /// 0 <= steady_gain <= 1, 0 < decay <= 1.

@@ -89,7 +89,7 @@ bool MechanicalModel::run(const T* theta, Visit&& visit) const {
             w = period.decay * w + period.start * torque[k] + period.end * torque[k + 1];
             const T e = speed[k + 1] - w;
             const std::size_t n = k - piece.begin;
-            visit(e, n < reference_.weight.size() ? reference_.weight[n] : 1.0);
+            visit(e, reference_.weight_at(n, count_starts_));
             if (n < schedule.gain.size())
                 w += (schedule.derivative[n] * shift + schedule.gain[n]) * e;
             else

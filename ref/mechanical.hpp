@@ -21,6 +21,7 @@ class MechanicalModel : public Model {
     int channels() const override { return 1; }
     std::size_t rows() const override { return rows_; }
     Eigen::VectorXd power() const override { return power_; }
+    void count_starts(bool count) override { count_starts_ = count || rows_ < 1000 * pieces_.size(); }
     void prepare(const Eigen::VectorXd& theta) override;
     void confine(Eigen::VectorXd& theta, const std::vector<bool>& free, bool wake) const override;
     bool at_bound(const Eigen::VectorXd& theta, int j) const override;
@@ -36,6 +37,7 @@ class MechanicalModel : public Model {
     std::vector<Piece> pieces_;
     const std::vector<Log>& logs_;
     const std::vector<std::vector<double>>& torque_;
+    bool count_starts_ = true;
     std::size_t rows_ = 0;
     double dt_max_s_ = 0.0, dt_mean_s_ = 0.0;
     Eigen::VectorXd power_;

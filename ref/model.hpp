@@ -49,6 +49,9 @@ class Model {
     }
     /// Whether the innovations stop depending on theta[j] because it sits on a bound.
     virtual bool at_bound(const Eigen::VectorXd& theta, int j) const { return (void)theta, (void)j, false; }
+    /// Whether the rows count over which the first sample of a piece is still being forgotten. They always do where
+    /// pieces have fewer than 1000 rows on average.
+    virtual void count_starts(bool count) { (void)count; }
     /// Adds up all rows in `blocks` blocks. False where theta is outside the model's domain.
     virtual bool sweep(const Eigen::VectorXd& theta, int blocks, Sums& sums) const = 0;
     /// Sum of squared innovations of each channel; false as above. Costs a fraction of sweep().

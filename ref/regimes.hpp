@@ -3,6 +3,7 @@
 #define DQW_REF_REGIMES_HPP
 
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -28,6 +29,9 @@ struct Task {
 Result fit_dynamic(const Task& task);
 Result fit_static(const Task& task);  ///< steady and standstill
 Result fit_mechanical(const Task& task);
+
+/// Says that of `name` only its product with the pole pairs is known, and asks for it no longer.
+void withhold_product(Task& task, const std::string& name, double product, double sd, Result& result);
 
 /// Puts every asked parameter of `names` into result.parameters or, with the reason, into result.not_identifiable.
 void publish(const Task& task, const std::vector<std::string>& names, const Covariance& covariance, Result& result);

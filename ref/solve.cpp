@@ -83,7 +83,8 @@ class RootCost : public ceres::CostFunction {
 };
 
 void minimise(Scaling& scaling, const Model& model, const Eigen::VectorXd& sigma, const SolveOptions& options) {
-    if (scaling.free.empty()) return;
+    Eigen::VectorXd squares;
+    if (scaling.free.empty() || !model.squares(scaling.theta, squares)) return;
     std::vector<double> z;
     for (int j : scaling.free) z.push_back(scaling.theta[j] / scaling.scale[j]);
     ceres::Problem problem;

@@ -252,7 +252,6 @@ static void test_a_wild_block_does_not_wedge_it(void)
     }
 }
 
-// A weight whose information is that of a few tiny inputs is still its start value's prey: it must not count as learned.
 static void test_million_blocks_keep_learning_numbers(void)
 {
     dqw_axis a;

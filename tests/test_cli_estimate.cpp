@@ -59,12 +59,12 @@ static void expect_schema(const json& result)
 static void json_is_one_object_with_the_documented_fields(void)
 {
     const Folder folder;
-    command::write_log(folder / "log.csv", 5000);
+    command::write_log(folder / "log.csv", 2000);
     for (const char* reader : readers) {
         const json result = run_json({reader, folder / "log.csv", "--pole-pairs", "4"});
         expect_schema(result);
         expect_truth(result, 1);
-        TEST_ASSERT_EQUAL_INT(5000, result.at("rows").get<int>());
+        TEST_ASSERT_EQUAL_INT(2000, result.at("rows").get<int>());
         TEST_ASSERT_EQUAL_INT(4, result.at("parameters").at("pole_pairs").at("value").get<int>());
         TEST_ASSERT_TRUE(result.at("parameters").at("pole_pairs").at("given").get<bool>());
     }
@@ -74,21 +74,21 @@ static void one_log_spelt_in_other_ways_gives_the_same_result(void)
 {
     const Folder folder;
     const std::string plain = folder / "log.csv";
-    command::write_log(plain, 5000);
+    command::write_log(plain, 2000);
     command::Style crlf, bom, semicolons, vesc;
     crlf.newline = "\r\n";
     bom.mark = "\xef\xbb\xbf";
     semicolons.separator = ';';
     vesc.separator = ';', vesc.trailing = true, vesc.newline = "\r\n", vesc.mark = "\xef\xbb\xbf";
     for (const char* reader : readers) {
-        command::write_log(plain, 5000);
+        command::write_log(plain, 2000);
         const json expected = run_json({reader, plain, "--pole-pairs", "4"});
         for (const auto& style : {crlf, bom, semicolons, vesc}) {
-            command::write_log(plain, 5000, {}, style);
+            command::write_log(plain, 2000, {}, style);
             TEST_ASSERT_EQUAL_STRING(expected.dump().c_str(), run_json({reader, plain, "--pole-pairs", "4"}).dump().c_str());
         }
         const std::string text = [&] {
-            command::write_log(plain, 5000);
+            command::write_log(plain, 2000);
             return command::read_file(plain);
         }();
         folder.write("log.csv", text + "\n\n\r\n");
@@ -99,7 +99,7 @@ static void one_log_spelt_in_other_ways_gives_the_same_result(void)
 static void a_log_comes_through_a_pipe(void)
 {
     const Folder folder;
-    command::write_log(folder / "log.csv", 5000);
+    command::write_log(folder / "log.csv", 2000);
     for (const char* reader : readers) {
         const std::string shell = "cat '" + (folder / "log.csv") + "' | '" + command::binary() + "' " + reader + " /dev/stdin --pole-pairs 4 --json | cat";
         const Outcome run = command::run_program({"sh", "-c", shell});
@@ -112,13 +112,13 @@ static void several_logs_are_estimated_jointly(void)
     const Folder folder;
     command::Machine other;
     other.period = 3100;
-    command::write_log(folder / "a.csv", 5000);
-    command::write_log(folder / "b.csv", 6000, other);
+    command::write_log(folder / "a.csv", 2000);
+    command::write_log(folder / "b.csv", 2500, other);
     folder.write("b.toml", "[machine]\npole_pairs = 4\n");
     for (const char* reader : readers) {
         const json result = run_json({reader, folder / "a.csv", folder / "b.csv"});
         expect_truth(result, 1);
-        TEST_ASSERT_EQUAL_INT(11000, result.at("rows").get<int>());
+        TEST_ASSERT_EQUAL_INT(4500, result.at("rows").get<int>());
         TEST_ASSERT_TRUE(result.at("parameters").at("pole_pairs").at("given").get<bool>());
     }
 }
@@ -126,7 +126,7 @@ static void several_logs_are_estimated_jointly(void)
 static void previous_voltages_give_the_same_parameters(void)
 {
     const Folder folder;
-    command::write_log(folder / "log.csv", 5001);
+    command::write_log(folder / "log.csv", 2001);
     std::string text = command::read_file(folder / "log.csv"), out, before_d = "0", before_q = "0";
     for (std::size_t at = 0, line = 0; at < text.size(); ++line) {
         const std::size_t end = text.find('\n', at), t = text.find(',', at), d = text.find(',', t + 1), q = text.find(',', d + 1);
@@ -143,7 +143,7 @@ static void previous_voltages_give_the_same_parameters(void)
 static void nominal_values_do_not_move_the_fit(void)
 {
     const Folder folder;
-    command::write_log(folder / "log.csv", 5000);
+    command::write_log(folder / "log.csv", 2000);
     const json without = run_json({"fit", folder / "log.csv", "--pole-pairs", "4"});
     for (const char* nominal : {"R_ohm = 0.35\nLd_H = 1.4e-3\nLq_H = 2.1e-3\npsi_Wb = 0.035\n", "R_ohm = 0.65\nLd_H = 2.6e-3\nLq_H = 3.9e-3\npsi_Wb = 0.065\n"}) {
         folder.write("log.toml", std::string("[machine]\npole_pairs = 4\n") + nominal);
@@ -163,16 +163,16 @@ static void a_speed_in_rpm_is_warned_of(void)
     for (const char* toml : {"[machine]\npole_pairs = 4\n", "[machine]\npole_pairs = 4\npsi_Wb = 0.05\n"}) {
         folder.write("log.toml", toml);
         for (const char* reader : readers) {
-            command::write_log(folder / "log.csv", 5000, {}, rpm);
+            command::write_log(folder / "log.csv", 2000, {}, rpm);
             const Outcome run = command::dqwatch({reader, folder / "log.csv", "--json"});
             TEST_ASSERT_TRUE_MESSAGE(run.err.find("warning: ") != std::string::npos && run.err.find("look like rpm") != std::string::npos, run.err.c_str());
             TEST_ASSERT_TRUE(json::parse(run.out).at("notes").dump().find("look like rpm") != std::string::npos);
-            command::write_log(folder / "log.csv", 5000);
+            command::write_log(folder / "log.csv", 2000);
             TEST_ASSERT_TRUE(command::dqwatch({reader, folder / "log.csv"}).err.find("rpm") == std::string::npos);
         }
     }
     // The remedy that the warning names works.
-    command::write_log(folder / "log.csv", 5000, {}, rpm);
+    command::write_log(folder / "log.csv", 2000, {}, rpm);
     folder.write("log.toml", "[machine]\npole_pairs = 4\n[columns]\nw_m_rad_s = { from = \"w_m_rad_s\", scale = 0.10471976 }\n");
     const Outcome run = command::dqwatch({"fit", folder / "log.csv", "--json"});
     TEST_ASSERT_TRUE(run.err.find("rpm") == std::string::npos);
@@ -198,7 +198,7 @@ static void exit_code_4_only_for_what_was_asked(void)
 static void out_keeps_the_object_in_a_file(void)
 {
     const Folder folder;
-    command::write_log(folder / "log.csv", 5000);
+    command::write_log(folder / "log.csv", 2000);
     for (const char* reader : readers) {
         const Outcome run = command::dqwatch({reader, folder / "log.csv", "--pole-pairs", "4", "--json", "--out", folder / "o"});
         TEST_ASSERT_EQUAL_STRING(run.out.c_str(), command::read_file(folder / ("o/" + std::string(reader) + ".json")).c_str());

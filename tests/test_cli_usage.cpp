@@ -66,7 +66,7 @@ static void wrong_usage_is_exit_code_2(void)
         {{"sim", "servo", "--set", "machine.R_ohm=abc"}, "abc"},
         {{"sim", "servo", "--set", "machine.R_ohm="}, "machine.R_ohm"},
         {{"sim", "servo", "--set", "machine.R_ohm=-1"}, "servo"},
-        {{"sim", "servo", "--set", "duration_s=1e9"}, "rows"},
+        {{"sim", "servo", "--set", "duration_s=1e4"}, "rows"},
         {{"sim", "servo", "--seed", "many"}, "--seed"},
     };
     for (const auto& w : wrong) expect_complaint(command::dqwatch(w.args), 2, w.names);

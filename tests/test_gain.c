@@ -21,7 +21,7 @@ static void test_init_refuses_and_leaves_the_object_alone(void)
 }
 
 typedef struct difference {
-    double weight;      ///< largest |w - w_ls| in deviations for unit noise, sqrt(P_ii), and relative to |w_ls|, the smaller one
+    double weight;      ///< largest |w / w_ls - 1|
     double covariance;  ///< largest |P_ij - P_ij,ls| / sqrt(P_ii P_jj)
 } difference;
 
@@ -75,31 +75,40 @@ static difference compare(int n, int samples, double condition, double noise, ui
     return d;
 }
 
+static difference larger(difference a, difference b)
+{
+    const difference d = {fmax(a.weight, b.weight), fmax(a.covariance, b.covariance)};
+    return d;
+}
+
 static void test_weights_and_covariances_are_those_of_batch_least_squares(void)
 {
     static const int counts[] = {1000, 10000, 100000};
-    for (int c = 0; c < 3; c++)
-        for (int n = 1; n <= 6; n++) {
-            const int samples = c == 2 ? scaled(counts[c]) : counts[c];
-            CASE("%d inputs, %d samples", n, samples);
-            const difference d = compare(n, samples, 1.0, 0.1, (uint64_t)(100 * c + n));
-            BETWEEN(0.0, d.weight, 3e-5);
-            BETWEEN(0.0, d.covariance, 3e-3);
-        }
+    // Rounding adds up over the samples: the worst of six was 1.0e-6, 5.8e-6, 1.5e-5, and 1.3e-6, 1.5e-5, 6.1e-5.
+    static const double weight[] = {3e-6, 1.5e-5, 4e-5};
+    static const double covariance[] = {4e-6, 4e-5, 2e-4};
+    for (int c = 0; c < 3; c++) {
+        difference worst = {0, 0};
+        for (int n = 1; n <= 6; n++) worst = larger(worst, compare(n, counts[c], 1.0, 0.1, (uint64_t)(100 * c + n)));
+        CASE("%d samples", counts[c]);
+        BETWEEN(weight[c] / 10, worst.weight, weight[c]);
+        BETWEEN(covariance[c] / 10, worst.covariance, covariance[c]);
+    }
 }
 
 static void test_ill_conditioned_regressors(void)
 {
     static const double conditions[] = {1e1, 1e2, 1e3, 1e4};
-    // The error of single precision grows with the condition number of the regressors, not with its square.
-    static const double weight[] = {3e-5, 1e-4, 1e-3, 1e-2};
-    for (int c = 0; c < 4; c++)
-        for (int n = 2; n <= 6; n++) {
-            CASE("%d inputs, condition %g", n, conditions[c]);
-            const difference d = compare(n, 10000, conditions[c], 0.0, (uint64_t)(1000 * c + n));
-            BETWEEN(0.0, d.weight, weight[c]);
-            BETWEEN(0.0, d.covariance, 1e-2);
-        }
+    // The error of single precision grows with the condition number of the regressors, not with its square: the worst of
+    // five was 1.2e-6, 2.9e-6, 6.3e-5, 1.1e-4.
+    static const double weight[] = {4e-6, 1e-5, 2e-4, 4e-4};
+    for (int c = 0; c < 4; c++) {
+        difference worst = {0, 0};
+        for (int n = 2; n <= 6; n++) worst = larger(worst, compare(n, 10000, conditions[c], 0.0, (uint64_t)(1000 * c + n)));
+        CASE("condition %g", conditions[c]);
+        BETWEEN(weight[c] / 10, worst.weight, weight[c]);
+        BETWEEN(3e-6, worst.covariance, 5e-4);  // 1.9e-5 to 1.5e-4
+    }
 }
 
 static void test_an_input_of_zero_leaves_its_variance_alone(void)

@@ -35,67 +35,69 @@ static double imbalance(const dqw_sim_scenario *s) {
     return fabs(r->electrical_J - out) / turnover;
 }
 
-// Measured: 4e-9.
+// The requirement is 1e-6. Measured: 6e-9.
 static void test_balance_of_the_linear_machine(void) {
     const dqw_sim_scenario s = of("servo_ideal", 0.5);
-    TEST_ASSERT_DOUBLE_WITHIN(1e-7, 0, imbalance(&s));
+    TEST_ASSERT_DOUBLE_WITHIN(2e-8, 0, imbalance(&s));
     const double out = report.kinetic_J + report.friction_J + report.load_J;
     TEST_ASSERT_DOUBLE_WITHIN(1e-7 * report.friction_J, out, report.mechanical_J);
     TEST_ASSERT_TRUE(report.iron_J == 0 && report.magnet_J == 0 && report.heat_ambient_J == 0);
 }
 
-// Measured: 3e-9.
+// Measured: 1e-9.
 static void test_balance_of_the_saturated_machine(void) {
     const dqw_sim_scenario s = of("traction_ipm", 0.5);
-    TEST_ASSERT_DOUBLE_WITHIN(1e-7, 0, imbalance(&s));
+    TEST_ASSERT_DOUBLE_WITHIN(2e-8, 0, imbalance(&s));
 }
 
-// The law's own ramp does work at constant flux: without that term 1 % is missing. Measured: 3e-9.
+// The law's own ramp does work at constant flux: without that term 1e-4 is missing. Measured: 1e-9.
 static void test_balance_while_saturation_ramps(void) {
     dqw_sim_scenario s = of("traction_ipm", 0.5);
     s.nonideal.saturation_qq_A_Wb3.t_start_s = 0.1, s.nonideal.saturation_qq_A_Wb3.t_end_s = 0.4;
     s.nonideal.saturation_dd_A_Wb3.t_start_s = 0.1, s.nonideal.saturation_dd_A_Wb3.t_end_s = 0.4;
     s.nonideal.saturation_dq_A_Wb3.t_start_s = 0.1, s.nonideal.saturation_dq_A_Wb3.t_end_s = 0.4;
-    TEST_ASSERT_DOUBLE_WITHIN(1e-7, 0, imbalance(&s));
-    TEST_ASSERT_TRUE(fabs(report.magnet_J) > 1e-3 * report.copper_J);
+    TEST_ASSERT_DOUBLE_WITHIN(2e-8, 0, imbalance(&s));
+    TEST_ASSERT_TRUE(fabs(report.magnet_J) > 1e-5 * report.copper_J);
 }
 
+// Measured: 2e-9.
 static void test_balance_with_iron_loss(void) {
     dqw_sim_scenario s = of("servo_ideal", 0.5);
     s.nonideal.iron_loss_S.value = 1.0 / 60;
-    TEST_ASSERT_DOUBLE_WITHIN(1e-7, 0, imbalance(&s));
+    TEST_ASSERT_DOUBLE_WITHIN(2e-8, 0, imbalance(&s));
     TEST_ASSERT_TRUE(report.iron_J > 0.2 * report.copper_J);
 }
 
-// Everything at once: dead time, faults, ramps. Measured: 4e-9.
+// Everything at once: dead time, faults, ramps. Measured: 3e-9.
 static void test_balance_with_every_fault(void) {
     dqw_sim_scenario s = of("servo_ideal", 0.5);
     s.nonideal = (dqw_sim_nonideal){.dead_time_V = {.value = 4}, .dead_time_width_A = 0.5, .iron_loss_S = {.value = 0.01},
                                     .turn_short = {0.05, 0.1, 0.3}, .turn_short_ohm = 0.05, .demagnetisation = {0.1, 0.1, 0.4},
                                     .phase_connection_ohm = {0.4, 0, 0.2}, .bearing_Nm = {0.3, 0.2, 0.3}, .bearing_B_Nms_rad = {1e-3, 0, 0}};
     s.machine.coulomb_width_rad_s = 1;
-    TEST_ASSERT_DOUBLE_WITHIN(1e-7, 0, imbalance(&s));
+    s.profile.i_d_A.value = -4;
+    TEST_ASSERT_DOUBLE_WITHIN(2e-8, 0, imbalance(&s));
     TEST_ASSERT_DOUBLE_WITHIN(1e-7 * report.friction_J, report.kinetic_J + report.friction_J + report.load_J, report.mechanical_J);
-    TEST_ASSERT_TRUE(fabs(report.magnet_J) > 1e-4 * report.copper_J);
+    TEST_ASSERT_TRUE(fabs(report.magnet_J) > 1e-5 * report.copper_J);
 }
 
-// Hot and hotter, with temperature in R and psi; heat itself balances too. Measured: 1e-8, 2e-8.
+// Hot and hotter, with temperature in R and psi; heat itself balances too. Measured: 2e-11, 1e-9.
 static void test_balance_of_power_and_heat_while_heating(void) {
     dqw_sim_scenario s = of("heating", 60);
     s.nonideal.iron_loss_S.value = 0.01;
-    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 0, imbalance(&s));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-9, 0, imbalance(&s));
     const double heat = report.copper_J + report.iron_J;
-    TEST_ASSERT_DOUBLE_WITHIN(1e-6 * heat, heat, report.heat_stored_J + report.heat_ambient_J);
-    TEST_ASSERT_TRUE(report.heat_ambient_J > 0.01 * heat && fabs(report.magnet_J) > 0);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-8 * heat, heat, report.heat_stored_J + report.heat_ambient_J);
+    TEST_ASSERT_TRUE(report.heat_ambient_J > 0.01 * heat);
 }
 
-// Magnet temperature alone, made fast: the work on the magnet carries the balance.
+// Magnet temperature alone, made fast: the work on the magnet is 2e-3 of the balance. Measured: 7e-9.
 static void test_balance_while_the_magnet_cools_fast(void) {
     dqw_sim_scenario s = of("servo_ideal", 0.5);
     s.machine.winding_heat_J_K = 1, s.machine.magnet_heat_J_K = 1, s.machine.magnet_ambient_W_K = 5, s.machine.temp_start_C = 120;
     s.nonideal.magnet_beta_per_K.value = -0.002;
     s.profile.i_d_A.value = -4;
-    TEST_ASSERT_DOUBLE_WITHIN(1e-7, 0, imbalance(&s));
+    TEST_ASSERT_DOUBLE_WITHIN(2e-8, 0, imbalance(&s));
     TEST_ASSERT_TRUE(fabs(report.magnet_J) > 1e-3 * report.copper_J);
 }
 

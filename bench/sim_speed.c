@@ -1,0 +1,79 @@
+// Speed of the simulator: real-time factor with the controller in the loop, at the scenario's own tolerance (error to 1e-6) and at one
+// 200 times looser (to 1e-4). The error is the largest difference to a run at a thousandth of the tolerance, over the largest value of
+// the voltage vector, the current vector and the speed. One core, best of three, processor time. `--factor NAME` prints one factor alone.
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+#include "dqw_sim.h"
+
+static double now_s(void) {
+    struct timespec t;
+    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
+    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+}
+
+static void run(const dqw_sim_scenario *s, dqw_sim_row *rows, size_t count, dqw_sim_report *report) {
+    const int status = dqw_sim_run(s, rows, count, report, NULL, NULL);
+    if (status) {
+        fprintf(stderr, "sim_speed: %s: %s\n", s->name, report->message);
+        exit(1);
+    }
+}
+
+static double relative_error(const dqw_sim_row *a, const dqw_sim_row *b, size_t count) {
+    double v = 0, dv = 0, i = 0, di = 0, w = 0, dw = 0;
+    for (size_t k = 0; k < count; ++k) {
+        v = fmax(v, hypot(b[k].v_d_V, b[k].v_q_V)), dv = fmax(dv, hypot(a[k].v_d_V - b[k].v_d_V, a[k].v_q_V - b[k].v_q_V));
+        i = fmax(i, hypot(b[k].i_d_A, b[k].i_q_A)), di = fmax(di, hypot(a[k].i_d_A - b[k].i_d_A, a[k].i_q_A - b[k].i_q_A));
+        w = fmax(w, fabs(b[k].w_m_rad_s)), dw = fmax(dw, fabs(a[k].w_m_rad_s - b[k].w_m_rad_s));
+    }
+    return fmax(dv / v, fmax(di / i, w > 0 ? dw / w : 0));
+}
+
+// Returns the real-time factor.
+static double measure(const char *name, double looser, bool quiet) {
+    dqw_sim_scenario s = *dqw_sim_scenario_find(name);
+    dqw_sim_set(&s, "noise", "0");
+    s.rtol *= looser;
+    const size_t count = dqw_sim_rows(&s);
+    dqw_sim_row *rows = calloc(count, sizeof *rows), *tight = calloc(count, sizeof *tight);
+    dqw_sim_report report, unused;
+    if (!rows || !tight) exit(1);
+    double best_s = INFINITY;
+    for (int k = 0; k < 3; ++k) {
+        const double start = now_s();
+        run(&s, rows, count, &report);
+        best_s = fmin(best_s, now_s() - start);
+    }
+    const double factor = s.duration_s / best_s, periods = (double)report.periods;
+    if (!quiet) {
+        s.rtol /= 1000;
+        run(&s, tight, count, &unused);
+        printf("%-16s %-5s %7.1e  %7.1e  %8.1f  %6.2f  %6.1f  %6.1f\n", name, s.method == DQW_SIM_ADAMS ? "Adams" : "BDF", s.rtol * 1000,
+               relative_error(rows, tight, count), factor, 1e6 * best_s / periods, (double)report.steps / periods,
+               (double)report.rhs_evaluations / periods);
+    }
+    free(rows), free(tight);
+    return factor;
+}
+
+int main(int argc, char **argv) {
+    if (argc == 3 && strcmp(argv[1], "--factor") == 0) {
+        if (!dqw_sim_scenario_find(argv[2])) return fprintf(stderr, "sim_speed: no scenario %s\n", argv[2]), 2;
+        printf("%.2f\n", measure(argv[2], 1, true));
+        return 0;
+    }
+    static const char *const names[] = {"servo_ideal", "paper_step", "robot_joint", "traction_ipm", "fault_turn_short", "heating"};
+    puts("simulator, controller in the loop, one core      per control period:");
+    puts("scenario         method  rtol     error  x real time   us    steps    rhs");
+    double fine = INFINITY, coarse = INFINITY;
+    for (size_t k = 0; k < sizeof names / sizeof *names; ++k) {
+        fine = fmin(fine, measure(names[k], 1, false));
+        coarse = fmin(coarse, measure(names[k], 200, false));
+    }
+    printf("slowest: %.1f times real time at an error of 1e-6 (wanted: 5), %.1f at 1e-4 (wanted: 10)\n", fine, coarse);
+    return 0;
+}

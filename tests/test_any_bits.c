@@ -1,0 +1,340 @@
+// Any bit patterns into every public step: no trap, and afterwards each object still learns a clean signal, where it can.
+#include "dqw.h"
+#include "dqw_test.h"
+
+void setUp(void) { test_case[0] = 0; }
+void tearDown(void) {}
+
+static const int steps = 1000000;
+static dqw_random_sample memory[3][50];
+
+static void bits(test_random *r, float x[], int n)
+{
+    for (int i = 0; i < n; i++) x[i] = random_float_bits(r);
+}
+
+static void test_transforms(void)
+{
+    test_random r = {1};
+    float sum = 0.0f;
+    for (int k = 0; k < scaled(steps); k++) {
+        float x[5];
+        bits(&r, x, 5);
+        const dqw_abc a = {x[0], x[1], x[2]};
+        const dqw_dq y = dqw_park(dqw_clarke(a), x[3], x[4]);
+        const dqw_abc b = dqw_clarke_inverse(dqw_park_inverse(y, x[3], x[4]));
+        const dqw_dq z = dqw_park_paper(dqw_clarke(b), x[3], x[4]);
+        sum += isfinite(z.d) ? 1.0f : 0.0f;
+    }
+    TEST_ASSERT_TRUE(sum > 0.0f);
+}
+
+static void test_learner(void)
+{
+    for (int mode = 0; mode < 4; mode++) {
+        CASE("mode %d", mode);
+        dqw_learner_config c = {.inputs = 3, .step_size = 0.5f, .x_base = {1.0f, 1.0f, 1.0f}, .y_base = 1.0f, .noisy_inputs = (mode & 1) != 0, .indicator = (mode & 2) != 0};
+        dqw_learner l;
+        TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_learner_init(&l, &c));
+        test_random r = {(uint64_t)(2 + mode)};
+        for (int k = 0; k < scaled(steps) / 4; k++) {
+            float x[4];
+            bits(&r, x, 4);
+            (void)dqw_learner_forward(&l, x);
+            (void)dqw_learner_learn(&l, x, x[3]);
+            (void)dqw_learner_weight(&l, (int)(random_bits(&r) % 5) - 1);
+            if (k % 1000 == 0) (void)dqw_learner_set_weight(&l, (int)(random_bits(&r) % 5) - 1, x[0] * 1e-36f);
+        }
+        for (int i = 0; i < 3; i++) HOLDS(isfinite(l.w_pu[i]));
+        HOLDS(isfinite(l.w_o));
+        // A weight that a set_weight or wild samples left at W takes as long as it takes: some steps per factor of ten.
+        for (int k = 0; k < 100000; k++) {
+            const float x[] = {(float)random_normal(&r), (float)random_normal(&r), (float)random_normal(&r)};
+            (void)dqw_learner_learn(&l, x, 0.5f * x[0] - 0.25f * x[1] + 0.75f * x[2]);
+        }
+        BETWEEN(0.499, dqw_learner_weight(&l, 0), 0.501);
+        BETWEEN(-0.251, dqw_learner_weight(&l, 1), -0.249);
+        BETWEEN(0.749, dqw_learner_weight(&l, 2), 0.751);
+    }
+}
+
+// An axis gives no weight to the past: what wild blocks taught within its documented range stays. It must not end.
+static void test_axis(void)
+{
+    const dqw_learner_config c = {.inputs = 3, .step_size = 0.5f, .x_base = {1.0f, 1.0f, 1.0f}, .y_base = 1.0f};
+    dqw_axis a;
+    TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_axis_init(&a, &c));
+    test_random r = {7};
+    for (int k = 0; k < scaled(steps); k++) {
+        float x[4];
+        bits(&r, x, 4);
+        (void)dqw_axis_learn(&a, x, x[3], (uint32_t)random_bits(&r));
+        (void)dqw_axis_weight_sd(&a, (int)(random_bits(&r) % 5) - 1);
+        (void)dqw_axis_relative_residual(&a);
+    }
+    for (int i = 0; i < 3; i++) {
+        HOLDS(isfinite(a.neuron.w_pu[i]));
+        HOLDS(a.gain.d[i] > 0.0f && isfinite(a.gain.d[i]));
+        for (int j = i + 1; j < 3; j++) HOLDS(isfinite(a.gain.u[i][j]));
+    }
+    HOLDS(isfinite(a.error_pu2) && isfinite(a.lag_pu2) && isfinite(a.target_pu2) && isfinite(a.recent_pu2));
+    for (int k = 0; k < 200000; k++) {
+        const float x[] = {(float)random_normal(&r), (float)random_normal(&r), (float)random_normal(&r)};
+        (void)dqw_axis_learn(&a, x, 0.5f * x[0] - 0.25f * x[1] + 0.75f * x[2], 7u);
+    }
+    BETWEEN(0.45, dqw_learner_weight(&a.neuron, 0), 0.55);
+    BETWEEN(-0.30, dqw_learner_weight(&a.neuron, 1), -0.20);
+    BETWEEN(0.70, dqw_learner_weight(&a.neuron, 2), 0.80);
+}
+
+static void test_random_learner(void)
+{
+    const dqw_learner_config c = {.inputs = 1, .step_size = 0.5f, .x_base = {1.0f}, .y_base = 1.0f, .indicator = true};
+    const dqw_random_config rc = {.reservoir = memory[0], .capacity = 50, .draws = 50, .seed = 1, .tolerance = 0.01f};
+    dqw_learner l;
+    dqw_random d;
+    TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_learner_init(&l, &c));
+    TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_random_init(&d, &rc));
+    test_random r = {8};
+    for (int k = 0; k < scaled(steps); k++) {
+        float x[2];
+        bits(&r, x, 2);
+        dqw_random_put(&d, x, (int)(random_bits(&r) % 2), x[1]);
+        (void)dqw_random_iterate(&d, &l);
+        if (k % 1000 == 0) (void)dqw_random_epoch(&d, &l);
+    }
+    HOLDS(isfinite(l.w_pu[0]) && isfinite(l.w_o));
+    // The reservoir keeps what it was given; a new one on the same memory starts clean.
+    TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_random_init(&d, &rc));
+    for (int k = 0; k < 50; k++) {
+        const float x = (float)random_normal(&r);
+        dqw_random_put(&d, &x, 1, 0.5f * x);
+    }
+    for (int k = 0; k < 5000 && !dqw_random_epoch(&d, &l); k++) {}
+    BETWEEN(0.49, dqw_learner_weight(&l, 0), 0.51);
+}
+
+static void test_ordinal(void)
+{
+    for (int mode = 0; mode < 4; mode++) {
+        CASE("mode %d", mode);
+        const dqw_ordinal_config c = {.dt_s = 1e-4f, .x_base = 2.0f, .y_base = 5.0f, .R_ohm = 0.3f, .L_H = 3e-4f, .form = (enum dqw_ordinal_form)(mode & 1), .discretisation = (enum dqw_ordinal_discretisation)(mode >> 1)};
+        dqw_ordinal o;
+        TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_ordinal_init(&o, &c));
+        test_random r = {(uint64_t)(9 + mode)};
+        for (int k = 0; k < scaled(steps) / 4; k++) {
+            float x[3];
+            bits(&r, x, 3);
+            dqw_ordinal_step(&o, x[0], x[1]);
+            (void)dqw_ordinal_R_from_x(&o, x[2]);
+            (void)dqw_ordinal_R_from_y(&o, x[2]);
+            if (random_bits(&r) % 300 == 0) (void)dqw_ordinal_end_epoch(&o);
+        }
+        (void)dqw_ordinal_end_epoch(&o);
+        HOLDS(isfinite(o.a) && isfinite(o.b_pu) && isfinite(o.w_o));
+        if (c.form == DQW_ORDINAL_PAIRS) continue;  // pairs keep all that they learned
+        const double a = exp(-0.37e-4 / 0.326e-3);
+        for (int epoch = 0; epoch < 60; epoch++) {
+            double y = 0.0;
+            test_random s = {10};
+            double x = 2.0;
+            for (int k = 0; k < 301; k++) {
+                if (k % 20 == 0) x = random_bits(&s) & 1u ? 2.0 : -2.0;
+                dqw_ordinal_step(&o, (float)x, (float)y);
+                y = a * y + (1 - a) / 0.37 * x;
+            }
+            (void)dqw_ordinal_end_epoch(&o);
+        }
+        BETWEEN(0.37 * 0.999, (1 - o.a) / (o.b_pu * 2.5), 0.37 * 1.001);
+    }
+}
+
+static void test_window(void)
+{
+    dqw_window w;
+    TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_window_init(&w, 20, 9));
+    test_random r = {14};
+    float block[9];
+    for (int k = 0; k < scaled(steps); k++) {
+        float x[9];
+        bits(&r, x, 9);
+        (void)dqw_window_step(&w, random_bits(&r) % 8 ? x : NULL, block);
+        if (random_bits(&r) % 1000 == 0) dqw_window_restart(&w);
+    }
+    // Two blocks later nothing of it is left.
+    uint32_t event = 0;
+    for (int k = 0; k < 80; k++) {
+        const float ones[9] = {1, 1, 1, 1, 1, 1, 1, 1, 1};
+        event |= dqw_window_step(&w, ones, block);
+    }
+    TEST_ASSERT_TRUE(event & DQW_EVENT_LEARNED);
+    for (int i = 0; i < 9; i++) BETWEEN(0.999999, block[i], 1.000001);
+}
+
+static void test_model(void)
+{
+    test_random r = {15};
+    int untouched = 0;
+    for (int k = 0; k < scaled(steps); k++) {
+        float x[24];
+        bits(&r, x, 24);
+        const dqw_sample s = {x[0], x[1], x[2], x[3], x[4]};
+        const dqw_sample t = {x[5], x[6], x[7], x[8], x[9]};
+        dqw_block b = dqw_model_pair(&s, &t, x[10]);
+        const dqw_block before = b;
+        const dqw_parameters p = {.R_ohm = x[11], .Ld_H = x[12], .Lq_H = x[13], .psi_Wb = x[14], .pole_pairs = (uint16_t)random_bits(&r), .known = (uint8_t)random_bits(&r)};
+        dqw_model_correct(&b, &p, x[10]);
+        float x_d[DQW_D_INPUTS];
+        float x_q[DQW_Q_INPUTS];
+        dqw_model_inputs(&b, x_d, x_q);
+        if (memcmp(&before, &b, sizeof b) == 0) untouched++;
+        b = dqw_model_static(&s);
+    }
+    TEST_ASSERT_TRUE(untouched > scaled(steps) / 2);
+}
+
+static void test_gate_and_stage(void)
+{
+    test_random r = {16};
+    dqw_gate g;
+    dqw_stage s;
+    dqw_gate_init(&g, 5);
+    dqw_stage_init(&s, 50000, 100, 100);
+    for (int k = 0; k < scaled(steps); k++) {
+        const uint64_t z = random_bits(&r);
+        const dqw_gate_sample in = {.finite = z & 1u, .saturated = z >> 1 & 1u, .repeated = z >> 2 & 1u};
+        (void)dqw_gate_check(&g, in);
+        (void)dqw_gate_block(&g, (uint32_t)(z >> 8), (uint32_t)(z >> 40) & 15u, (uint32_t)(z >> 50) & 15u);
+        const dqw_stage_input step = {.random_converged = z >> 3 & 1u, .residual_ppm = (uint32_t)random_bits(&r), .residual_recent_ppm = (uint32_t)random_bits(&r) & 65535u};
+        (void)dqw_stage_step(&s, step);
+        if (z % 32 == 0) dqw_stage_define(&s);
+        HOLDS((unsigned)s.name <= DQW_STAGE_IN_SERVICE && (unsigned)s.back <= DQW_BACK_LEFT_BAND);
+    }
+    TEST_ASSERT_EQUAL_UINT32((uint32_t)scaled(steps), g.accepted + g.nonfinite + g.saturated + g.stale);
+}
+
+#define R_TRUE 0.9
+#define LD_TRUE 2.2e-3
+#define LQ_TRUE 2.8e-3
+#define PSI_TRUE 0.12
+
+// `limits`: voltage and current limits are set, as a drive would; the speed has none.
+static void estimator(enum dqw_regime regime, bool limits, uint64_t seed)
+{
+    const dqw_estimator_config c = {.regime = regime, .dt_s = 1e-4f, .v_base_V = 180.0f, .i_base_A = 15.0f, .w_base_rad_s = 200.0f, .pole_pairs = 4, .half_window = 5,
+                                    .reservoir_d = memory[0], .reservoir_q = memory[1], .reservoir = 50, .seed = 1, .stale_limit = 10,
+                                    .v_limit_V = limits ? 250.0f : 0.0f, .i_limit_A = limits ? 30.0f : 0.0f};
+    dqw_estimator e;
+    TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_estimator_init(&e, &c));
+    test_random r = {seed};
+    const int wild = scaled(steps) / 4;
+    for (int k = 0; k < wild; k++) {
+        dqw_sample s;
+        bits(&r, &s.v_d_V, 5);
+        (void)dqw_estimator_step(&e, &s, random_bits(&r) % 16 == 0);
+        if (k % 64 == 0) (void)dqw_estimator_background(&e);
+        if (k % 5000 == 0) dqw_estimator_gap(&e);
+        if (k % 7777 == 0) dqw_stage_define(&e.stage);
+    }
+    TEST_ASSERT_EQUAL_UINT32((uint32_t)wild, e.gate.accepted + e.gate.nonfinite + e.gate.saturated + e.gate.stale);
+    for (int i = 0; i < 4; i++) {
+        HOLDS(isfinite(e.q.neuron.w_pu[i]) && e.q.gain.d[i] > 0.0f && isfinite(e.q.gain.d[i]));
+        if (i < 3) HOLDS(isfinite(e.d.neuron.w_pu[i]) && e.d.gain.d[i] > 0.0f && isfinite(e.d.gain.d[i]));
+        HOLDS(isfinite(e.coarse_q.w_pu[i]));
+    }
+    // A healthy machine afterwards.
+    dqw_estimator_gap(&e);
+    for (int k = 0; k < 400000; k++) {
+        double i[2][2], w[2];
+        for (int n = 0; n < 2; n++) {
+            const double t = regime == DQW_REGIME_STATIC ? k * 1e-4 : (k + n) * 1e-4;
+            i[n][0] = 3 * sin(2 * PI * 97 * t) + 4 * sin(2 * PI * 301 * t + 1);
+            i[n][1] = 4 * sin(2 * PI * 153 * t + 2) + 1 + 3 * sin(2 * PI * 449 * t);
+            w[n] = 100 + 60 * sin(2 * PI * 3 * t);
+        }
+        const double wd = 4 * 0.5 * (w[0] * i[0][0] + w[1] * i[1][0]);
+        const double wq = 4 * 0.5 * (w[0] * i[0][1] + w[1] * i[1][1]);
+        const dqw_sample s = {
+            (float)(R_TRUE * 0.5 * (i[0][0] + i[1][0]) + LD_TRUE * (i[1][0] - i[0][0]) / 1e-4 - LQ_TRUE * wq),
+            (float)(R_TRUE * 0.5 * (i[0][1] + i[1][1]) + LQ_TRUE * (i[1][1] - i[0][1]) / 1e-4 + LD_TRUE * wd + 4 * PSI_TRUE * 0.5 * (w[0] + w[1])),
+            (float)i[0][0], (float)i[0][1], (float)w[0]};
+        (void)dqw_estimator_step(&e, &s, false);
+    }
+    const dqw_parameters *p = &e.parameters;
+    const double truth[] = {R_TRUE, LD_TRUE, LQ_TRUE, PSI_TRUE};
+    const double value[] = {p->R_ohm, p->Ld_H, p->Lq_H, p->psi_Wb};
+    for (int i = 0; i < 4; i++) {
+        const double off = value[i] / truth[i] - 1;
+        BETWEEN(-0.1, off, 0.1);
+    }
+}
+
+static void test_estimator_with_limits_in_the_dynamic_regime(void) { estimator(DQW_REGIME_DYNAMIC, true, 17); }
+static void test_estimator_with_limits_in_the_static_regime(void) { estimator(DQW_REGIME_STATIC, true, 18); }
+static void test_estimator_without_limits_in_the_dynamic_regime(void) { estimator(DQW_REGIME_DYNAMIC, false, 19); }
+static void test_estimator_without_limits_in_the_static_regime(void) { estimator(DQW_REGIME_STATIC, false, 20); }
+
+static void test_mechanical(void)
+{
+    const dqw_mechanical_config c = {.dt_s = 1e-3f, .torque_base_Nm = 1.0f, .w_base_rad_s = 100.0f, .half_window = 5, .coulomb = true, .standstill_rad_s = 0.5f};
+    dqw_mechanical m;
+    TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_mechanical_init(&m, &c));
+    test_random r = {21};
+    const int wild = scaled(steps);
+    for (int k = 0; k < wild; k++) {
+        float x[2];
+        bits(&r, x, 2);
+        (void)dqw_mechanical_step(&m, x[0], x[1]);
+        if (k % 5000 == 0) dqw_mechanical_gap(&m);
+        if (k % 100 == 0) (void)dqw_mechanical_read(&m);
+    }
+    TEST_ASSERT_EQUAL_UINT32((uint32_t)wild, m.gate.accepted + m.gate.nonfinite);
+    for (int i = 0; i < 3; i++) HOLDS(isfinite(m.axis.neuron.w_pu[i]) && m.axis.gain.d[i] > 0.0f && isfinite(m.axis.gain.d[i]));
+    dqw_mechanical_gap(&m);
+    for (int k = 0; k < 400000; k++) {
+        const double w0 = 50 * sin(0.01 * k) + 30 * sin(0.003 * k);
+        const double w1 = 50 * sin(0.01 * (k + 1)) + 30 * sin(0.003 * (k + 1));
+        const double d = 0.5 * ((w0 > 0.5) - (w0 < -0.5) + (w1 > 0.5) - (w1 < -0.5));
+        (void)dqw_mechanical_step(&m, (float)(2e-3 * (w1 - w0) / 1e-3 + 4e-3 * 0.5 * (w0 + w1) + 0.1 * d), (float)w0);
+    }
+    const dqw_friction f = dqw_mechanical_read(&m);
+    BETWEEN(-0.1, f.J_kgm2 / 2e-3 - 1, 0.1);
+    BETWEEN(-0.1, f.B_Nms_rad / 4e-3 - 1, 0.1);
+    BETWEEN(-0.1, f.coulomb_Nm / 0.1 - 1, 0.1);
+}
+
+static void test_tapped(void)
+{
+    dqw_tapped_config c = {.taps = 3, .x_base = {1, 1, 1}, .y_base = {1, 1, 1}, .step_size = 1.0f, .reservoir = {memory[0], memory[1], memory[2]}, .capacity = 50, .draws = 50, .seed = 1, .tolerance = 0.01f};
+    dqw_tapped t;
+    TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_tapped_init(&t, &c));
+    test_random r = {22};
+    for (int k = 0; k < scaled(steps); k++) {
+        float x[6];
+        bits(&r, x, 6);
+        dqw_tapped_put(&t, x, x + 3);
+        (void)dqw_tapped_iterate(&t);
+        (void)dqw_tapped_L_H(&t);
+    }
+    for (int i = 0; i < 3; i++) HOLDS(isfinite(t.learner[i].w_pu[0]) && isfinite(t.learner[i].w_o));
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_transforms);
+    RUN_TEST(test_learner);
+    RUN_TEST(test_axis);
+    RUN_TEST(test_random_learner);
+    RUN_TEST(test_ordinal);
+    RUN_TEST(test_window);
+    RUN_TEST(test_model);
+    RUN_TEST(test_gate_and_stage);
+    RUN_TEST(test_estimator_with_limits_in_the_dynamic_regime);
+    RUN_TEST(test_estimator_with_limits_in_the_static_regime);
+    RUN_TEST(test_estimator_without_limits_in_the_dynamic_regime);
+    RUN_TEST(test_estimator_without_limits_in_the_static_regime);
+    RUN_TEST(test_mechanical);
+    RUN_TEST(test_tapped);
+    return UNITY_END();
+}

@@ -1,0 +1,193 @@
+// The scenario table, its keys, and what is refused.
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "dqw_sim.h"
+#include "unity.h"
+
+static dqw_sim_scenario s;
+static dqw_sim_report report;
+static dqw_sim_row few[400];
+
+void setUp(void) {
+    s = *dqw_sim_scenario_find("servo_ideal");
+    s.duration_s = 0.01;
+}
+void tearDown(void) {}
+
+static void test_table_has_what_is_promised(void) {
+    const char *const names[] = {"paper_step", "servo", "servo_ideal", "robot_joint", "traction_ipm", "traction_ipm_linear", "standstill",
+                                 "coast_friction", "heating", "fault_turn_short", "fault_demagnetisation", "fault_phase_connection", "fault_bearing"};
+    for (size_t i = 0; i < sizeof names / sizeof *names; ++i) TEST_ASSERT_NOT_NULL_MESSAGE(dqw_sim_scenario_find(names[i]), names[i]);
+    for (size_t i = 0; i < dqw_sim_scenario_count(); ++i) {
+        const dqw_sim_scenario *one = dqw_sim_scenario_at(i);
+        TEST_ASSERT_EQUAL_PTR_MESSAGE(one, dqw_sim_scenario_find(one->name), one->name);
+        TEST_ASSERT_TRUE_MESSAGE(strlen(one->about) > 20 && dqw_sim_rows(one) > 0, one->name);
+        TEST_ASSERT_TRUE_MESSAGE(strstr("dynamic steady standstill mechanical", one->regime) != NULL, one->name);
+    }
+    TEST_ASSERT_NULL(dqw_sim_scenario_at(dqw_sim_scenario_count()));
+    TEST_ASSERT_NULL(dqw_sim_scenario_find("no_such"));
+    TEST_ASSERT_NULL(dqw_sim_scenario_find(NULL));
+    TEST_ASSERT_EQUAL_size_t(301, dqw_sim_rows(dqw_sim_scenario_find("paper_step")));
+    TEST_ASSERT_EQUAL_size_t(20000, dqw_sim_rows(dqw_sim_scenario_find("servo")));
+    TEST_ASSERT_EQUAL_INT(21, dqw_sim_scenario_find("robot_joint")->machine.pole_pairs);
+    TEST_ASSERT_TRUE(dqw_sim_scenario_find("heating")->method == DQW_SIM_BDF);
+}
+
+static void test_keys_reach_their_fields(void) {
+    TEST_ASSERT_EQUAL_INT(0, dqw_sim_set(&s, "machine.R_ohm", "1.5e-1"));
+    TEST_ASSERT_EQUAL_DOUBLE(0.15, s.machine.R_ohm);
+    TEST_ASSERT_EQUAL_INT(0, dqw_sim_set(&s, "machine.pole_pairs", "7"));
+    TEST_ASSERT_EQUAL_INT(7, s.machine.pole_pairs);
+    TEST_ASSERT_EQUAL_INT(0, dqw_sim_set(&s, "nonideal.dead_time_V", "4"));
+    TEST_ASSERT_EQUAL_DOUBLE(4, s.nonideal.dead_time_V.value);
+    TEST_ASSERT_EQUAL_INT(0, dqw_sim_set(&s, "nonideal.turn_short.t_end_s", "2.5"));
+    TEST_ASSERT_EQUAL_DOUBLE(2.5, s.nonideal.turn_short.t_end_s);
+    TEST_ASSERT_EQUAL_INT(0, dqw_sim_set(&s, "profile.i_q_A.random_hold_s", "0.01"));
+    TEST_ASSERT_EQUAL_DOUBLE(0.01, s.profile.i_q_A.random_hold_s);
+    TEST_ASSERT_EQUAL_INT(0, dqw_sim_set(&s, "profile.speed_rad_s.shape", "triangle"));
+    TEST_ASSERT_TRUE(s.profile.speed_rad_s.shape == DQW_SIM_SHAPE_TRIANGLE);
+    TEST_ASSERT_EQUAL_INT(0, dqw_sim_set(&s, "method", "bdf"));
+    TEST_ASSERT_TRUE(s.method == DQW_SIM_BDF);
+    TEST_ASSERT_EQUAL_INT(0, dqw_sim_set(&s, "balance", "true"));
+    TEST_ASSERT_TRUE(s.balance);
+    TEST_ASSERT_EQUAL_INT(0, dqw_sim_set(&s, "seed", "18446744073709551615"));
+    TEST_ASSERT_TRUE(s.seed == UINT64_MAX);
+    TEST_ASSERT_EQUAL_INT(0, dqw_sim_set(&s, "machine.flux_map", "a/b.csv"));
+    TEST_ASSERT_EQUAL_STRING("a/b.csv", s.machine.flux_map);
+    TEST_ASSERT_EQUAL_INT(0, dqw_sim_set(&s, "noise", "0.02"));
+    TEST_ASSERT_TRUE(s.noise.i == 0.02 && s.noise.v == 0.02 && s.noise.w == 0.02 && s.noise.theta == 0.02 && s.noise.torque == 0.02);
+    TEST_ASSERT_EQUAL_INT(0, dqw_sim_set(&s, "noise_i", "0.03"));
+    TEST_ASSERT_TRUE(s.noise.i == 0.03 && s.noise.v == 0.02);
+}
+
+// Every listed key takes one kind of value or another, and no two keys have one name.
+static void test_every_listed_key_is_known(void) {
+    size_t n = 0;
+    for (; dqw_sim_key_at(n); ++n) {
+        const char *key = dqw_sim_key_at(n);
+        const char *const tries[] = {"1", "adams", "abc", "speed", "free", "sine"};
+        int best = -99;
+        for (size_t k = 0; k < sizeof tries / sizeof *tries && best != 0; ++k) best = dqw_sim_set(&s, key, tries[k]);
+        TEST_ASSERT_EQUAL_INT_MESSAGE(0, best, key);
+        for (size_t m = 0; m < n; ++m) TEST_ASSERT_TRUE_MESSAGE(strcmp(key, dqw_sim_key_at(m)) != 0, key);
+    }
+    TEST_ASSERT_TRUE(n > 100);
+}
+
+static void test_bad_keys_and_values_are_refused_and_change_nothing(void) {
+    const dqw_sim_scenario before = s;
+    const char *const keys[] = {"", "R_ohm", "machine", "machine.", "machine.R", "machine.R_ohm ", "noise_x", "name", "profile.i_d_A.value.x"};
+    for (size_t k = 0; k < sizeof keys / sizeof *keys; ++k) TEST_ASSERT_EQUAL_INT_MESSAGE(DQW_SIM_ERR_KEY, dqw_sim_set(&s, keys[k], "1"), keys[k]);
+    char long_path[300];
+    memset(long_path, 'x', sizeof long_path), long_path[299] = 0;
+    const char *const pairs[][2] = {{"machine.R_ohm", ""}, {"machine.R_ohm", "abc"}, {"machine.R_ohm", "1 ohm"}, {"machine.R_ohm", "nan"},
+        {"machine.R_ohm", "inf"}, {"machine.R_ohm", "1e999"}, {"machine.pole_pairs", "4.5"}, {"machine.pole_pairs", "99999999999999999999"},
+        {"seed", "-1"}, {"seed", "1.5"}, {"seed", "99999999999999999999999"}, {"method", "euler"}, {"method", ""}, {"method", "ada"},
+        {"method", "adams bdf"}, {"balance", "yes"}, {"machine.flux_map", long_path}, {"noise", "much"}};
+    for (size_t k = 0; k < sizeof pairs / sizeof *pairs; ++k)
+        TEST_ASSERT_EQUAL_INT_MESSAGE(DQW_SIM_ERR_VALUE, dqw_sim_set(&s, pairs[k][0], pairs[k][1]), pairs[k][1]);
+    TEST_ASSERT_EQUAL_INT(DQW_SIM_ERR_KEY, dqw_sim_set(NULL, "seed", "1"));
+    TEST_ASSERT_EQUAL_INT(DQW_SIM_ERR_KEY, dqw_sim_set(&s, NULL, "1"));
+    TEST_ASSERT_EQUAL_INT(DQW_SIM_ERR_KEY, dqw_sim_set(&s, "seed", NULL));
+    TEST_ASSERT_EQUAL_INT(0, memcmp(&before, &s, sizeof s));
+}
+
+static void expect_refused(const char *field) {
+    TEST_ASSERT_EQUAL_INT_MESSAGE(DQW_SIM_ERR_SCENARIO, dqw_sim_run(&s, few, 400, &report, NULL, NULL), field);
+    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(report.message, field), report.message);
+    TEST_ASSERT_EQUAL_size_t(0, dqw_sim_rows(&s));
+    setUp();
+}
+
+static void test_unphysical_scenarios_are_refused_by_name(void) {
+    s.machine.R_ohm = 0, expect_refused("machine.R_ohm");
+    s.machine.Ld_H = -1e-3, expect_refused("machine.Ld_H");
+    s.machine.Lq_H = NAN, expect_refused("machine.Lq_H");
+    s.machine.psi_Wb = INFINITY, expect_refused("machine.psi_Wb");
+    s.machine.J_kgm2 = 0, expect_refused("machine.J_kgm2");
+    s.machine.pole_pairs = 0, expect_refused("machine.pole_pairs");
+    s.machine.coulomb_Nm = 1, expect_refused("machine.coulomb_width_rad_s");
+    s.machine.winding_heat_J_K = 1, expect_refused("heat capacities");
+    s.drive.dt_s = 0, expect_refused("drive.dt_s");
+    s.drive.dt_s = -1e-4, expect_refused("drive.dt_s");
+    s.drive.v_dc_V = 0, expect_refused("drive.v_dc_V");
+    s.drive.i_max_A = 0, expect_refused("drive.i_max_A");
+    s.drive.current_bandwidth_rad_s = 0, expect_refused("drive.current_bandwidth_rad_s");
+    s.drive.speed_bandwidth_rad_s = 0, expect_refused("speed bandwidth");
+    s.drive.log_every = -1, expect_refused("drive.log_");
+    s.drive.log_window = 5, expect_refused("drive.log_");
+    s.profile.i_d_A.random_hold_s = 0, expect_refused("profile.i_d_A");
+    s.profile.speed_rad_s.wave_period_s = 0, expect_refused("profile.speed_rad_s");
+    s.profile.v_q_V.value = NAN, expect_refused("profile.v_q_V");
+    s.nonideal.turn_short.value = 1, expect_refused("nonideal.turn_short");
+    s.nonideal.demagnetisation.value = -0.1, expect_refused("nonideal.demagnetisation");
+    s.nonideal.dead_time_V.value = 3, expect_refused("nonideal.dead_time_width_A");
+    s.nonideal.saturation_qq_A_Wb3.t_end_s = NAN, expect_refused("nonideal.saturation_qq_A_Wb3.t_end_s");
+    strcpy(s.machine.flux_map, "x.csv"), s.nonideal.saturation_qq_A_Wb3.value = 1, expect_refused("exclude each other");
+    s.noise.i = -0.1, expect_refused("noise.i");
+    s.duration_s = 0, expect_refused("duration_s");
+    s.duration_s = 1e9, expect_refused("duration_s");
+    s.rtol = 0, expect_refused("rtol");
+    s.rtol = 1, expect_refused("rtol");
+}
+
+static int give_up(void *ctx, double fraction) {
+    ++*(int *)ctx;
+    TEST_ASSERT_TRUE(fraction >= 0 && fraction <= 1);
+    return fraction > 0.5;
+}
+
+static int go_on(void *ctx, double fraction) {
+    ++*(int *)ctx;
+    TEST_ASSERT_TRUE(fraction >= 0 && fraction <= 1);
+    return 0;
+}
+
+static void test_capacity_progress_and_null(void) {
+    TEST_ASSERT_EQUAL_size_t(100, dqw_sim_rows(&s));
+    TEST_ASSERT_EQUAL_INT(DQW_SIM_ERR_CAPACITY, dqw_sim_run(&s, few, 99, &report, NULL, NULL));
+    TEST_ASSERT_EQUAL_INT(DQW_SIM_ERR_CAPACITY, dqw_sim_run(&s, NULL, 100, &report, NULL, NULL));
+    TEST_ASSERT_EQUAL_INT(DQW_SIM_ERR_SCENARIO, dqw_sim_run(NULL, few, 400, NULL, NULL, NULL));
+    TEST_ASSERT_EQUAL_size_t(0, dqw_sim_rows(NULL));
+    int calls = 0;
+    TEST_ASSERT_EQUAL_INT(0, dqw_sim_run(&s, few, 100, NULL, go_on, &calls));
+    TEST_ASSERT_TRUE(calls >= 40 && calls <= 110);
+    calls = 0;
+    TEST_ASSERT_EQUAL_INT(DQW_SIM_ERR_ABORTED, dqw_sim_run(&s, few, 100, &report, give_up, &calls));
+    TEST_ASSERT_TRUE(report.message[0] && calls > 1);
+    for (int status = 0; status >= -8; --status) TEST_ASSERT_TRUE(strcmp(dqw_sim_status_text(status), "unknown status") != 0);
+    TEST_ASSERT_EQUAL_STRING("unknown status", dqw_sim_status_text(-99));
+}
+
+// Rows of many periods: the mean voltage over the row, or over its settled end.
+static void test_rows_of_many_periods(void) {
+    static dqw_sim_row fine[100];
+    TEST_ASSERT_EQUAL_INT(0, dqw_sim_run(&s, fine, 100, NULL, NULL, NULL));
+    s.drive.log_every = 10;
+    TEST_ASSERT_EQUAL_size_t(10, dqw_sim_rows(&s));
+    TEST_ASSERT_EQUAL_INT(0, dqw_sim_run(&s, few, 10, NULL, NULL, NULL));
+    double mean = 0;
+    for (int k = 30; k < 40; ++k) mean += fine[k].v_d_V / 10;
+    TEST_ASSERT_DOUBLE_WITHIN(1e-9, mean, few[3].v_d_V);
+    TEST_ASSERT_EQUAL_DOUBLE(fine[30].i_d_A, few[3].i_d_A);
+    TEST_ASSERT_EQUAL_DOUBLE(fine[30].t_s, few[3].t_s);
+    s.drive.log_window = 2;
+    TEST_ASSERT_EQUAL_INT(0, dqw_sim_run(&s, few, 10, NULL, NULL, NULL));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-9, 0.5 * (fine[38].v_q_V + fine[39].v_q_V), few[3].v_q_V);
+    TEST_ASSERT_EQUAL_DOUBLE(fine[38].i_d_A, few[3].i_d_A);
+}
+
+int main(void) {
+    UNITY_BEGIN();
+    RUN_TEST(test_table_has_what_is_promised);
+    RUN_TEST(test_keys_reach_their_fields);
+    RUN_TEST(test_every_listed_key_is_known);
+    RUN_TEST(test_bad_keys_and_values_are_refused_and_change_nothing);
+    RUN_TEST(test_unphysical_scenarios_are_refused_by_name);
+    RUN_TEST(test_capacity_progress_and_null);
+    RUN_TEST(test_rows_of_many_periods);
+    return UNITY_END();
+}
