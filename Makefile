@@ -64,6 +64,7 @@ test:
 	@$(MAKE) --no-print-directory BUILD=$(BUILD)/asan SANITIZE=1 UNITY_DIR=$(UNITY_DIR) test-binaries
 	@BUILD=$(BUILD) DATA=$(DATA) CC="$(CC)" CXX="$(CXX)" tests/run
 
+## test-binaries  build every test and build/dqwatch, run nothing
 .PHONY: test-binaries
 test-binaries: $(TESTS) $(BUILD)/dqwatch
 
@@ -85,7 +86,7 @@ measured:
 	@$(MAKE) --no-print-directory $(BUILD)/measured
 	@$(BUILD)/measured $(DATA) docs/measured.md
 
-## bench        speed of the simulator and the fit, beside gym-electric-motor from PyPI
+## bench        regressor forms compared; speed of the fit, of the simulator, and of gym-electric-motor from PyPI
 .PHONY: bench
 bench:
 	@.ci/install build

@@ -20,21 +20,24 @@ struct Options : CommonOptions {
     std::string scenario = "servo";
 };
 
-const Estimate* find(const Result& result, const std::string& name) {
+const Estimate* find(const Result& result, const std::string& name)
+{
     for (const Estimate& e : result.parameters)
         if (e.name == name) return &e;
     return nullptr;
 }
 
 /// "370.2 ± 1.9 (+0.05 %)", in the unit of the row.
-std::string cell(const Result& result, const std::string& name, double truth) {
+std::string cell(const Result& result, const std::string& name, double truth)
+{
     const Estimate* e = find(result, name);
     if (!e) return "not identifiable";
     if (e->given) return "given";
     return fmt::format("{} ({:+.2f} %)", with_sd(quantity(name, e->value, e->sd)), 100 * (e->value - truth) / truth);
 }
 
-std::string comparison(const Machine& truth, const Result& learned, const Result& fitted) {
+std::string comparison(const Machine& truth, const Result& learned, const Result& fitted)
+{
     std::vector<std::vector<std::string>> rows = {{"parameter", "truth", "float learner ± sd", "reference ± sd"}};
     for (const auto& name : known_parameters()) {
         const auto value = nominal_of(truth, name);
@@ -42,11 +45,13 @@ std::string comparison(const Machine& truth, const Result& learned, const Result
         rows.push_back({name, with_sd(quantity(name, *value, 0)), cell(learned, name, *value), cell(fitted, name, *value)});
     }
     std::string out = table(rows);
-    out += fmt::format("residual: learner {:.4g} {}, reference {:.4g} {}\n", learned.residual_rms, learned.residual_unit, fitted.residual_rms, fitted.residual_unit);
+    out += fmt::format("residual: learner {:.4g} {}, reference {:.4g} {}\n", learned.residual_rms, learned.residual_unit, fitted.residual_rms,
+                       fitted.residual_unit);
     return out;
 }
 
-int run(const Options& options) {
+int run(const Options& options)
+{
     dqw_sim_scenario scenario = scenario_named(options.scenario);
     if (options.pole_pairs) scenario.machine.pole_pairs = *options.pole_pairs;
     make_directory(options.out_dir);
@@ -95,13 +100,15 @@ int run(const Options& options) {
     if (options.json)
         print(json);
     else
-        print(fmt::format("{}: {}\n{}, {}\n\n{}", scenario.name, scenario.about, csv, counted(logs.front().rows(), "row"), comparison(simulation.truth, learned, fitted)));
+        print(fmt::format("{}: {}\n{}, {}\n\n{}", scenario.name, scenario.about, csv, counted(logs.front().rows(), "row"),
+                          comparison(simulation.truth, learned, fitted)));
     return exit_done;
 }
 
 }  // namespace
 
-Command add_demo(CLI::App& app) {
+Command add_demo(CLI::App& app)
+{
     CLI::App* command = app.add_subcommand("demo", "simulate a servo, learn it, fit it, and compare both with the truth");
     auto options = std::make_shared<Options>();
     add_common(*command, *options);

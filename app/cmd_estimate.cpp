@@ -20,7 +20,8 @@ struct Options : CommonOptions {
     std::string arith = "float";
 };
 
-int estimate(const std::string& name, const Options& options, const Estimator& estimator) {
+int estimate(const std::string& name, const Options& options, const Estimator& estimator)
+{
     std::vector<std::string> notes;
     const std::vector<Log> logs = read_logs(options.logs, options, notes);
     Result result;
@@ -43,21 +44,22 @@ int estimate(const std::string& name, const Options& options, const Estimator& e
     return result.not_identifiable.empty() ? exit_done : exit_not_identifiable;
 }
 
-Command add_estimator(CLI::App& app, const std::string& name, const std::string& about, Estimator estimator) {
+Command add_estimator(CLI::App& app, const std::string& name, const std::string& about, const Estimator& estimator)
+{
     CLI::App* command = app.add_subcommand(name, about);
     auto options = std::make_shared<Options>();
     command->add_option("LOG.csv", options->logs, "log, or several of one machine and regime")->required()->type_name("");
     add_common(*command, *options);
     add_parameters(*command, *options);
-    if (name == "learn")
-        command->add_option("--arith", options->arith, "arithmetic of the learners")->check(CLI::IsMember({"float"}))->capture_default_str();
+    if (name == "learn") command->add_option("--arith", options->arith, "arithmetic of the learners")->check(CLI::IsMember({"float"}))->capture_default_str();
     command->footer("With --out, writes DIR/" + name + ".json as well. Exit code 4: a parameter asked for is not identifiable.");
     return {command, [=] { return estimate(name, *options, estimator); }};
 }
 
 }  // namespace
 
-Command add_learn(CLI::App& app) {
+Command add_learn(CLI::App& app)
+{
     return add_estimator(app, "learn", "run the C learners over a log", [](const auto& logs, const CommonOptions& o, auto progress) {
         LearnOptions options;
         options.parameters = o.parameters;
@@ -66,7 +68,8 @@ Command add_learn(CLI::App& app) {
     });
 }
 
-Command add_fit(CLI::App& app) {
+Command add_fit(CLI::App& app)
+{
     return add_estimator(app, "fit", "fit the reference model to a log", [](const auto& logs, const CommonOptions& o, auto progress) {
         FitOptions options;
         options.parameters = o.parameters;

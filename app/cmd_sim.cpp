@@ -22,7 +22,8 @@ struct Options : CommonOptions {
     bool list = false, list_keys = false;
 };
 
-int list_scenarios(bool json) {
+int list_scenarios(bool json)
+{
     auto all = nlohmann::ordered_json::array();
     std::vector<std::vector<std::string>> rows = {{"scenario", "regime", "rows"}};
     std::vector<std::string> about = {"what"};
@@ -49,7 +50,8 @@ int list_scenarios(bool json) {
     return exit_done;
 }
 
-int list_keys(bool json) {
+int list_keys(bool json)
+{
     auto keys = nlohmann::ordered_json::array();
     std::string text;
     for (std::size_t i = 0; const char* key = dqw_sim_key_at(i); ++i) {
@@ -61,7 +63,8 @@ int list_keys(bool json) {
 }
 
 /// The scenario's machine takes the values of a machine file.
-void take_machine(dqw_sim_scenario& scenario, const std::string& path, std::vector<std::string>& notes) {
+void take_machine(dqw_sim_scenario& scenario, const std::string& path, std::vector<std::string>& notes)
+{
     const MachineFile file = read_machine_file(path);
     const Machine& m = file.machine;
     notes.insert(notes.end(), file.notes.begin(), file.notes.end());
@@ -75,7 +78,8 @@ void take_machine(dqw_sim_scenario& scenario, const std::string& path, std::vect
     take(scenario.machine.B_Nms_rad, m.B_Nms_rad);
 }
 
-std::string command_of(const Options& options) {
+std::string command_of(const Options& options)
+{
     std::string command = "dqwatch sim " + options.scenario;
     if (!options.machine_file.empty()) command += " --machine " + options.machine_file;
     if (options.pole_pairs) command += fmt::format(" --pole-pairs {}", *options.pole_pairs);
@@ -86,7 +90,8 @@ std::string command_of(const Options& options) {
     return command;
 }
 
-int run(const Options& options) {
+int run(const Options& options)
+{
     if (options.list) return list_scenarios(options.json);
     if (options.list_keys) return list_keys(options.json);
     if (options.scenario.empty()) throw UsageError("sim: SCENARIO is missing; `dqwatch sim --list` names all");
@@ -112,8 +117,15 @@ int run(const Options& options) {
         for (const auto& name : known_parameters())
             if (const auto value = nominal_of(simulation.truth, name)) truth[name] = *value;
         truth["pole_pairs"] = scenario.machine.pole_pairs;
-        print(json_text({{"schema", "dqwatch.simulation/1"}, {"scenario", options.scenario}, {"regime", scenario.regime}, {"rows", simulation.rows.size()},
-                         {"seed", scenario.seed}, {"csv", csv}, {"toml", toml}, {"truth", truth}, {"notes", notes}}));
+        print(json_text({{"schema", "dqwatch.simulation/1"},
+                         {"scenario", options.scenario},
+                         {"regime", scenario.regime},
+                         {"rows", simulation.rows.size()},
+                         {"seed", scenario.seed},
+                         {"csv", csv},
+                         {"toml", toml},
+                         {"truth", truth},
+                         {"notes", notes}}));
     } else {
         print(fmt::format("{}: {}, {}; its machine: {}\n", csv, scenario.regime, counted(simulation.rows.size(), "row"), toml));
     }
@@ -122,14 +134,18 @@ int run(const Options& options) {
 
 }  // namespace
 
-Command add_sim(CLI::App& app) {
+Command add_sim(CLI::App& app)
+{
     CLI::App* command = app.add_subcommand("sim", "simulate a drive, write DIR/SCENARIO.csv and .toml");
     auto options = std::make_shared<Options>();
     command->add_option("SCENARIO", options->scenario, "which drive; --list names all")->type_name("");
     command->add_flag("--list", options->list, "name the scenarios");
     command->add_flag("--list-keys", options->list_keys, "name the keys of --set");
     command->add_option("--set", options->settings, "change one value, e.g. machine.R_ohm=0.5; repeatable")->type_name("KEY=VALUE")->expected(1)->take_all();
-    command->add_option_function<std::uint64_t>("--seed", [options](std::uint64_t n) { options->seed = n; }, "of noise and random excitation")->type_name("N");
+    command
+        ->add_option_function<std::uint64_t>(
+            "--seed", [options](std::uint64_t n) { options->seed = n; }, "of noise and random excitation")
+        ->type_name("N");
     add_common(*command, *options);
     return {command, [=] { return run(*options); }};
 }

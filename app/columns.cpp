@@ -22,26 +22,30 @@ static const std::array<const char*, 4> regime_names = {"dynamic", "steady", "st
 
 const char* name_of(Regime regime) { return regime_names[static_cast<std::size_t>(regime)]; }
 
-std::optional<Regime> regime_named(std::string_view name) {
+std::optional<Regime> regime_named(std::string_view name)
+{
     for (std::size_t i = 0; i < regime_names.size(); ++i)
         if (name == regime_names[i]) return static_cast<Regime>(i);
     return {};
 }
 
-std::optional<Column> column_named(std::string_view name) {
+std::optional<Column> column_named(std::string_view name)
+{
     for (std::size_t i = 0; i < column_count; ++i)
         if (name == columns[i].name) return static_cast<Column>(i);
     return {};
 }
 
-std::optional<Regime> regime_of_columns(const ColumnSet& has) {
+std::optional<Regime> regime_of_columns(const ColumnSet& has)
+{
     const bool torque = has[col_torque] || has[col_torque_cmd] || has[col_i_q];
     if (!has[col_v_d] && !has[col_v_q]) return has[col_t] && has[col_w_m] && torque ? std::optional(Regime::mechanical) : std::nullopt;
     if (!has[col_w_m]) return Regime::standstill;
     return {};
 }
 
-std::vector<std::string> missing_columns(Regime regime, const ColumnSet& has, bool torque_constant_known) {
+std::vector<std::string> missing_columns(Regime regime, const ColumnSet& has, bool torque_constant_known)
+{
     std::vector<std::string> missing;
     const auto need = [&](Column c) {
         if (!has[c]) missing.push_back(columns[c].name);
@@ -60,7 +64,8 @@ std::vector<std::string> missing_columns(Regime regime, const ColumnSet& has, bo
     return missing;
 }
 
-ColumnSet columns_of_plain_model(Regime regime) {
+ColumnSet columns_of_plain_model(Regime regime)
+{
     ColumnSet use = {};
     use[col_t] = use[col_w_m] = use[col_i_q] = true;
     if (regime == Regime::mechanical)

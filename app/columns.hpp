@@ -14,8 +14,19 @@
 namespace dqw {
 
 enum Column : std::size_t {
-    col_t, col_v_d, col_v_q, col_i_d, col_i_q, col_w_m,
-    col_theta_e, col_theta_m, col_v_dc, col_temp_winding, col_temp_magnet, col_torque, col_torque_cmd,
+    col_t,
+    col_v_d,
+    col_v_q,
+    col_i_d,
+    col_i_q,
+    col_w_m,
+    col_theta_e,
+    col_theta_m,
+    col_v_dc,
+    col_temp_winding,
+    col_temp_magnet,
+    col_torque,
+    col_torque_cmd,
     column_count
 };
 

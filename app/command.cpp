@@ -7,20 +7,27 @@
 
 namespace dqw {
 
-void add_common(CLI::App& command, CommonOptions& options) {
+void add_common(CLI::App& command, CommonOptions& options)
+{
     command.add_flag("--json", options.json, "print one JSON object on stdout and nothing else");
-    command.add_option_function<std::string>("--out", [&options](const std::string& dir) { options.out_dir = dir, options.out_given = true; },
-                                             "folder for what is written (default .)")
+    command
+        .add_option_function<std::string>(
+            "--out", [&options](const std::string& dir) { options.out_dir = dir, options.out_given = true; }, "folder for what is written (default .)")
         ->type_name("DIR");
-    command.add_option_function<int>("--pole-pairs", [&options](int n) { options.pole_pairs = n; }, "number of pole pairs")
+    command
+        .add_option_function<int>(
+            "--pole-pairs", [&options](int n) { options.pole_pairs = n; }, "number of pole pairs")
         ->check(CLI::Range(1, 1000))
         ->type_name("N");
     command.add_option("--machine", options.machine_file, "machine file instead of LOG.toml")->type_name("FILE");
 }
 
-void add_parameters(CLI::App& command, CommonOptions& options) {
+void add_parameters(CLI::App& command, CommonOptions& options)
+{
     command.add_option("--parameters", options.parameters, "what to estimate, by commas: " + list(known_parameters()))
         ->delimiter(',')
+        ->expected(1)
+        ->take_all()
         ->check(CLI::IsMember(known_parameters()))
         ->type_name("LIST");
 }

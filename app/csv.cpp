@@ -8,7 +8,8 @@
 
 namespace dqw {
 
-char separator_of(std::string_view header) {
+char separator_of(std::string_view header)
+{
     std::size_t commas = 0, semicolons = 0, tabs = 0;
     bool inside = false;
     for (const char c : header) {
@@ -22,7 +23,8 @@ char separator_of(std::string_view header) {
     return tabs > commas ? '\t' : ',';
 }
 
-std::vector<std::string> split(std::string_view line, char separator) {
+std::vector<std::string> split(std::string_view line, char separator)
+{
     std::vector<std::string> fields;
     std::size_t at = 0;
     for (;;) {
@@ -47,7 +49,8 @@ std::vector<std::string> split(std::string_view line, char separator) {
     }
 }
 
-bool scan_number(const char*& first, const char* last, double& value) {
+bool scan_number(const char*& first, const char* last, double& value)
+{
     const char* at = first;
     if (at < last && *at == '+') {
         ++at;
@@ -64,7 +67,8 @@ bool scan_number(const char*& first, const char* last, double& value) {
     return true;
 }
 
-NumberError parse_number(std::string_view field, double& value) {
+NumberError parse_number(std::string_view field, double& value)
+{
     field = trimmed(field);
     if (field.empty()) return NumberError::empty;
     const char *first = field.data(), *last = first + field.size();

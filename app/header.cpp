@@ -11,7 +11,8 @@
 namespace dqw {
 namespace {
 
-void refuse_foreign_encodings(const std::string& path, std::string_view& line) {
+void refuse_foreign_encodings(const std::string& path, std::string_view& line)
+{
     const auto starts = [&](std::string_view mark) { return line.substr(0, mark.size()) == mark; };
     if (starts("\xff\xfe") || starts("\xfe\xff")) throw InputError(path, 1, "UTF-16 text; expected UTF-8 or ASCII");
     if (starts("\xef\xbb\xbf")) line.remove_prefix(3);
@@ -19,7 +20,8 @@ void refuse_foreign_encodings(const std::string& path, std::string_view& line) {
     if (line.find('\r') != line.npos) throw InputError(path, 1, "lines end with CR alone; expected LF or CRLF");
 }
 
-std::vector<std::string> shown_all(const std::vector<std::string>& names) {
+std::vector<std::string> shown_all(const std::vector<std::string>& names)
+{
     std::vector<std::string> out;
     for (const auto& name : names) {
         // shown() minus its quotes: names of a healthy header read better bare.
@@ -31,7 +33,8 @@ std::vector<std::string> shown_all(const std::vector<std::string>& names) {
 
 }  // namespace
 
-Header parse_header(const std::string& path, std::string_view line, const MachineFile& machine) {
+Header parse_header(const std::string& path, std::string_view line, const MachineFile& machine)
+{
     refuse_foreign_encodings(path, line);
     if (trimmed(line).empty()) throw InputError(path, 1, "an empty first line; expected a CSV header such as t_s,v_d_V,v_q_V,i_d_A,i_q_A,w_m_rad_s");
     Header header;
@@ -53,7 +56,8 @@ Header parse_header(const std::string& path, std::string_view line, const Machin
         for (std::size_t f = 0; f < header.fields.size(); ++f) {
             if (header.fields[f] != name) continue;
             if (header.field_of[c] != Header::none)
-                throw InputError(path, 1, fmt::format("column {} is there twice (fields {} and {}); expected once", shown(name), header.field_of[c] + 1, f + 1));
+                throw InputError(path, 1,
+                                 fmt::format("column {} is there twice (fields {} and {}); expected once", shown(name), header.field_of[c] + 1, f + 1));
             header.field_of[c] = f;
             header.scale[c] = source.scale;
             used[f] = true;
@@ -65,7 +69,8 @@ Header parse_header(const std::string& path, std::string_view line, const Machin
     return header;
 }
 
-void require_columns(const std::string& path, const Header& header, std::optional<Regime> regime, const MachineFile& machine) {
+void require_columns(const std::string& path, const Header& header, std::optional<Regime> regime, const MachineFile& machine)
+{
     const Regime assumed = regime.value_or(Regime::dynamic);
     auto missing = missing_columns(assumed, header.has(), machine.machine.torque_constant_Nm_A.has_value());
     if (missing.empty()) return;

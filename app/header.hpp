@@ -19,13 +19,14 @@ struct Header {
     static constexpr std::size_t most_fields = 4096;
 
     char separator = ',';
-    std::vector<std::string> fields;                ///< as written, without a nameless last one
-    bool trailing_separator = false;                ///< the header ends with a separator; so may the rows
-    std::array<std::size_t, column_count> field_of; ///< the field that holds a column, or none
+    std::vector<std::string> fields;                 ///< as written, without a nameless last one
+    bool trailing_separator = false;                 ///< the header ends with a separator; so may the rows
+    std::array<std::size_t, column_count> field_of;  ///< the field that holds a column, or none
     std::array<double, column_count> scale;
-    std::vector<std::string> unused;                ///< names of fields that hold no column
+    std::vector<std::string> unused;  ///< names of fields that hold no column
 
-    ColumnSet has() const {
+    ColumnSet has() const
+    {
         ColumnSet set = {};
         for (std::size_t c = 0; c < column_count; ++c) set[c] = field_of[c] != none;
         return set;

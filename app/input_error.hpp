@@ -12,7 +12,9 @@ namespace dqw {
 /// `line` counts from 1; 0 where there is no line to point at (the file cannot be opened).
 struct InputError : std::runtime_error {
     InputError(const std::string& file_, std::size_t line_, const std::string& what_)
-        : std::runtime_error(file_ + ":" + std::to_string(line_) + ": " + what_), file(file_), line(line_) {}
+        : std::runtime_error(file_ + ":" + std::to_string(line_) + ": " + what_), file(file_), line(line_)
+    {
+    }
     std::string file;
     std::size_t line;
 };

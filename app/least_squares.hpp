@@ -10,10 +10,10 @@
 namespace dqw {
 
 /// Normal equations of `N` unknowns. Enough for a plausibility check, not for a fit: squares the condition number.
-template <std::size_t N>
-class LeastSquares {
+template <std::size_t N> class LeastSquares {
 public:
-    void add(const std::array<double, N>& x, double y) {
+    void add(const std::array<double, N>& x, double y)
+    {
         for (std::size_t i = 0; i < N; ++i) {
             for (std::size_t j = 0; j <= i; ++j) xx_[i][j] += x[i] * x[j];
             xy_[i] += x[i] * y;
@@ -23,7 +23,8 @@ public:
     }
 
     /// Solves. An unknown without information gets an infinite sd. Gauss-Jordan on the normalised matrix.
-    void solve(std::array<double, N>& value, std::array<double, N>& sd) const {
+    void solve(std::array<double, N>& value, std::array<double, N>& sd) const
+    {
         constexpr double infinity = std::numeric_limits<double>::infinity();
         std::array<std::array<double, 2 * N>, N> a = {};
         std::array<double, N> norm;

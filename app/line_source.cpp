@@ -11,7 +11,8 @@
 
 namespace dqw {
 
-LineSource::LineSource(const std::string& path) : path_(path) {
+LineSource::LineSource(const std::string& path) : path_(path)
+{
     fd_ = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NOCTTY);
     if (fd_ < 0) throw InputError(path_, 0, std::string("cannot be opened: ") + std::strerror(errno) + "; expected a CSV log");
     struct stat info = {};
@@ -27,7 +28,8 @@ LineSource::LineSource(const std::string& path) : path_(path) {
 
 LineSource::~LineSource() { ::close(fd_); }
 
-bool LineSource::fill() {
+bool LineSource::fill()
+{
     if (at_end_) return false;
     if (begin_ > 0) {
         std::memmove(buffer_.data(), buffer_.data() + begin_, end_ - begin_);
@@ -35,8 +37,7 @@ bool LineSource::fill() {
         begin_ = 0;
     }
     if (end_ == buffer_.size()) {
-        if (buffer_.size() >= longest_line_bytes)
-            throw InputError(path_, line_ + 1, "a line of more than 1 MiB; expected a CSV text file");
+        if (buffer_.size() >= longest_line_bytes) throw InputError(path_, line_ + 1, "a line of more than 1 MiB; expected a CSV text file");
         buffer_.resize(buffer_.size() * 2);
     }
     ssize_t got = 0;
@@ -48,12 +49,12 @@ bool LineSource::fill() {
     return !at_end_;
 }
 
-bool LineSource::next(std::string_view& line) {
+bool LineSource::next(std::string_view& line)
+{
     std::size_t searched = 0;  // bytes from begin_ that hold no LF
     const char* lf = nullptr;
     for (;;) {
-        if (end_ > begin_ + searched)
-            lf = static_cast<const char*>(std::memchr(buffer_.data() + begin_ + searched, '\n', end_ - begin_ - searched));
+        if (end_ > begin_ + searched) lf = static_cast<const char*>(std::memchr(buffer_.data() + begin_ + searched, '\n', end_ - begin_ - searched));
         if (lf) break;
         searched = end_ - begin_;
         if (!fill()) break;

@@ -6,10 +6,10 @@
 #include <cmath>
 
 #include "columns.hpp"
-#include "csv.hpp"
 #include "header.hpp"
 #include "line_source.hpp"
 #include "machine_file.hpp"
+#include "row_parser.hpp"
 #include "speed_unit.hpp"
 #include "text.hpp"
 #include "time_base.hpp"
@@ -21,7 +21,8 @@ namespace {
 constexpr std::size_t probe_rows = 1000000;
 
 /// Fewer rows than this hold nothing to fit: two blocks of a dynamic log, one of a mechanical one.
-std::size_t fewest_rows(Regime regime) {
+std::size_t fewest_rows(Regime regime)
+{
     switch (regime) {
     case Regime::dynamic: return 40;
     case Regime::mechanical: return 20;
@@ -34,11 +35,13 @@ std::size_t fewest_rows(Regime regime) {
 class LogReader {
 public:
     LogReader(const std::string& path, const ReadOptions& options)
-        : options_(options), path_(path), source_(path), machine_(machine_file_of(path, options.machine_file)) {
+        : options_(options), path_(path), source_(path), machine_(machine_file_of(path, options.machine_file))
+    {
         if (options_.pole_pairs) machine_.machine.pole_pairs = options_.pole_pairs;
     }
 
-    Log read() {
+    Log read()
+    {
         read_header();
         read_rows();
         settle_regime();
@@ -55,13 +58,15 @@ public:
     }
 
 private:
-    void note(const std::string& text) const {
+    void note(const std::string& text) const
+    {
         if (options_.notes) options_.notes->push_back(path_ + ": " + text);
     }
 
     [[noreturn]] void refuse(const std::string& what) const { throw InputError(path_, source_.line_number(), what); }
 
-    void read_header() {
+    void read_header()
+    {
         if (options_.notes) options_.notes->insert(options_.notes->end(), machine_.notes.begin(), machine_.notes.end());
         std::string_view line;
         if (!source_.next(line)) throw InputError(path_, 1, "an empty file; expected a CSV log with a header line");
@@ -75,16 +80,12 @@ private:
             const ColumnSet plain = columns_of_plain_model(regime_.value_or(Regime::dynamic));
             for (std::size_t c = 0; c < column_count; ++c) keep_[c] = has_[c] && plain[c];
         }
-        column_of_.assign(header_.fields.size(), Header::none);
-        for (std::size_t c = 0; c < column_count; ++c)
-            if (has_[c]) column_of_[header_.field_of[c]] = c;
-        // One field may serve two columns through the machine file; the second is copied.
-        for (std::size_t c = 0; c < column_count; ++c)
-            if (has_[c] && column_of_[header_.field_of[c]] != c) copies_.push_back(c);
     }
 
-    void read_rows() {
+    void read_rows()
+    {
         const std::uint64_t header_bytes = source_.bytes_consumed();
+        RowParser parser(path_, header_);
         std::size_t blank_lines = 0, blank_run = 0;
         std::string_view line;
         while (source_.next(line)) {
@@ -94,8 +95,9 @@ private:
             }
             blank_lines += blank_run;
             blank_run = 0;
-            parse_row(line);
-            store_row();
+            const RowValues& values = parser.parse(line, source_.line_number());
+            if (has_[col_t]) check_time(values[col_t]);
+            store_row(values);
             if (rows_ == 1000) reserve(source_.bytes_consumed() - header_bytes);
             if (options_.progress && rows_ % 65536 == 0 && source_.file_bytes())
                 options_.progress(static_cast<double>(source_.bytes_consumed()) / static_cast<double>(source_.file_bytes()));
@@ -104,70 +106,18 @@ private:
         if (rows_ == 0) throw InputError(path_, 1, "a header and no data; expected at least one row below it");
     }
 
-    /// The usual row in one pass, numbers scanned where they stand; anything unusual goes to parse_slowly.
-    void parse_row(std::string_view line) {
-        const char *at = line.data(), *const end = at + line.size();
-        const std::size_t fields = column_of_.size();
-        for (std::size_t f = 0; f < fields; ++f) {
-            while (at < end && *at == ' ') ++at;
-            if (at < end && *at == '"') return parse_slowly(line);
-            const std::size_t c = column_of_[f];
-            if (c == Header::none) {
-                while (at < end && *at != header_.separator) ++at;
-            } else if (!scan_number(at, end, values_[c])) {
-                return parse_slowly(line);
-            }
-            const bool last = f + 1 == fields;
-            if (at == end ? !last : (last || *at != header_.separator)) {
-                const bool trailing = last && header_.trailing_separator && *at == header_.separator && at + 1 == end;
-                if (!trailing) return parse_slowly(line);
-                ++at;
-            }
-            ++at;
-        }
-        scale_row();
-    }
-
-    void parse_slowly(std::string_view line) {
-        std::vector<std::string> fields = split(line, header_.separator);
-        const std::size_t expected = header_.fields.size();
-        if (fields.size() == expected + 1 && header_.trailing_separator && fields.back().empty()) fields.pop_back();
-        if (fields.size() != expected)
-            refuse(fmt::format("{}; expected {}, as in the header", counted(fields.size(), "field"), expected));
-        for (std::size_t f = 0; f < expected; ++f)
-            if (column_of_[f] != Header::none) parse_field(column_of_[f], fields[f]);
-        scale_row();
-    }
-
-    void parse_field(std::size_t c, const std::string& field) {
-        const char* name = columns[c].name;
-        switch (parse_number(field, values_[c])) {
-        case NumberError::none: return;
-        case NumberError::empty: refuse(fmt::format("{} is empty; expected a number", name));
-        case NumberError::not_finite: refuse(fmt::format("{} is {}; expected a finite number", name, shown(field)));
-        case NumberError::decimal_comma: refuse(fmt::format("{} is {}; expected a decimal point, not a comma", name, shown(field)));
-        case NumberError::text: refuse(fmt::format("{} is {}; expected a number", name, shown(field)));
-        }
-    }
-
-    void scale_row() {
-        for (const std::size_t c : copies_) values_[c] = values_[column_of_[header_.field_of[c]]];
-        for (std::size_t c = 0; c < column_count; ++c) {
-            if (!has_[c] || header_.scale[c] == 1.0) continue;
-            values_[c] *= header_.scale[c];
-            if (!std::isfinite(values_[c])) refuse(fmt::format("{} times its scale {:g} is not finite", columns[c].name, header_.scale[c]));
-        }
-        if (!has_[col_t]) return;
-        const double t_s = values_[col_t];
+    void check_time(double t_s)
+    {
         if (rows_ > 0 && !(t_s > t_before_s_)) refuse(fmt::format("t_s is {} after {}; expected time to increase from row to row", t_s, t_before_s_));
         if (!std::isfinite(t_s - t_before_s_)) refuse(fmt::format("t_s jumps from {:g} to {:g}", t_before_s_, t_s));
         t_before_s_ = t_s;
     }
 
-    void store_row() {
+    void store_row(const RowValues& values)
+    {
         for (std::size_t c = 0; c < column_count; ++c)
-            if (has_[c] && (keep_[c] || rows_ < probe_rows)) (log_.*(columns[c].values)).push_back(values_[c]);
-        moves_ = moves_ || (has_[col_w_m] && values_[col_w_m] != 0.0);
+            if (has_[c] && (keep_[c] || rows_ < probe_rows)) (log_.*(columns[c].values)).push_back(values[c]);
+        moves_ = moves_ || (has_[col_w_m] && values[col_w_m] != 0.0);
         if (rows_ + 2 + line_shift_ != source_.line_number()) {
             line_shift_ = source_.line_number() - rows_ - 2;
             line_shifts_.emplace_back(rows_, line_shift_);
@@ -176,7 +126,8 @@ private:
     }
 
     /// From the bytes of the first rows; a little more than needed, so that no vector doubles near its end.
-    void reserve(std::uint64_t bytes) {
+    void reserve(std::uint64_t bytes)
+    {
         if (source_.file_bytes() == 0) return;
         const double estimate = 1.03 * static_cast<double>(source_.file_bytes()) * static_cast<double>(rows_) / static_cast<double>(bytes);
         const auto rows = static_cast<std::size_t>(estimate) + 1000;
@@ -184,14 +135,16 @@ private:
             if (has_[c]) (log_.*(columns[c].values)).reserve(keep_[c] ? rows : std::min(rows, probe_rows));
     }
 
-    std::size_t line_of_row(std::size_t row) const {
+    std::size_t line_of_row(std::size_t row) const
+    {
         std::size_t shift = 0;
         for (const auto& [from, s] : line_shifts_)
             if (from <= row) shift = s;
         return row + 2 + shift;
     }
 
-    void settle_regime() {
+    void settle_regime()
+    {
         if (has_[col_t]) base_ = time_base_of(log_.t_s);
         if (machine_.regime) {
             log_.regime = *machine_.regime;
@@ -222,16 +175,19 @@ private:
         note(fmt::format("regime taken as {}: {} ([log] regime in the machine file overrides)", name_of(log_.regime), why));
     }
 
-    static bool theta_moves(const std::vector<double>& theta) {
+    static bool theta_moves(const std::vector<double>& theta)
+    {
         return !theta.empty() && *std::max_element(theta.begin(), theta.end()) - *std::min_element(theta.begin(), theta.end()) > 0.1;
     }
 
-    void check_size() const {
+    void check_size() const
+    {
         const std::size_t fewest = fewest_rows(log_.regime);
         if (rows_ < fewest) refuse(fmt::format("{} only; expected at least {} in a {} log", counted(rows_, "row"), fewest, name_of(log_.regime)));
     }
 
-    void find_segments() {
+    void find_segments()
+    {
         log_.dt_s = base_.median_s;
         const bool timed = log_.regime == Regime::dynamic || log_.regime == Regime::mechanical;
         if (!has_[col_t] || base_.gaps.empty() || (!timed && !base_.regular)) return;
@@ -241,12 +197,12 @@ private:
         note(fmt::format("{} in time, the longest {:.4g} s, the first before line {} ({:.4g} s, usual {:.4g} s); a new segment begins behind each",
                          counted(base_.gaps.size(), "gap"), base_.longest_gap_s, line_of_row(row), log_.t_s[row] - log_.t_s[row - 1], base_.median_s));
         std::size_t lone = 0;
-        for (std::size_t s = 0; s < log_.segments.size(); ++s)
-            lone += (s + 1 < log_.segments.size() ? log_.segments[s + 1] : rows_) - log_.segments[s] == 1;
+        for (std::size_t s = 0; s < log_.segments.size(); ++s) lone += (s + 1 < log_.segments.size() ? log_.segments[s + 1] : rows_) - log_.segments[s] == 1;
         if (lone) note(counted(lone, "row") + " alone between gaps: without a neighbour, of no use to a " + name_of(log_.regime) + " fit");
     }
 
-    void warn_of_rpm() const {
+    void warn_of_rpm() const
+    {
         SpeedProbe probe;
         for (std::size_t c = 0; c < column_count; ++c)
             if (has_[c]) probe.column[c] = (log_.*(columns[c].values)).data();
@@ -260,7 +216,8 @@ private:
                                               path_, *evidence, shown(header_.fields[header_.field_of[col_w_m]], 200)));
     }
 
-    void turn_voltages() {
+    void turn_voltages()
+    {
         const bool interval_matters = log_.regime == Regime::dynamic || (log_.regime == Regime::standstill && has_[col_t] && base_.regular);
         if (!machine_.voltage_previous || !interval_matters) return;
         for (std::size_t c = 0; c < column_count; ++c)
@@ -269,7 +226,8 @@ private:
         note(fmt::format("voltage_interval previous: voltages moved up by one row; {} at the ends of segments dropped", counted(dropped, "row")));
     }
 
-    void name_unused() const {
+    void name_unused() const
+    {
         std::vector<std::string> unused = header_.unused;
         for (std::size_t c = 0; c < column_count; ++c)
             if (has_[c] && !keep_[c]) unused.push_back(columns[c].name);
@@ -283,8 +241,6 @@ private:
     Header header_;
     ColumnSet has_ = {}, keep_ = {};
     std::optional<Regime> regime_;  // before the rows are seen
-    std::vector<std::size_t> column_of_, copies_;
-    std::array<double, column_count> values_ = {};
     double t_before_s_ = 0.0;
     std::size_t rows_ = 0;
     bool moves_ = false;

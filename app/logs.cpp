@@ -10,7 +10,8 @@ namespace dqw {
 namespace {
 
 /// What says which machine it is must agree; nominal values are starting points and may differ.
-void check_same_machine(const Log& first, const Log& log) {
+void check_same_machine(const Log& first, const Log& log)
+{
     const auto differ = [&](const char* what, const std::optional<double>& a, const std::optional<double>& b) {
         if (a && b && *a != *b)
             throw InputError(log.path, 1, fmt::format("{} is {:g}, but {:g} for {}; expected logs of one machine", what, *b, *a, first.path));
@@ -20,16 +21,18 @@ void check_same_machine(const Log& first, const Log& log) {
 }
 
 /// Fills what `to` lacks from `from`.
-void complete(Machine& to, const Machine& from) {
+void complete(Machine& to, const Machine& from)
+{
     if (to.name.empty()) to.name = from.name;
-    for (const auto member : {&Machine::pole_pairs, &Machine::R_ohm, &Machine::Ld_H, &Machine::Lq_H, &Machine::psi_Wb, &Machine::J_kgm2,
-                              &Machine::B_Nms_rad, &Machine::torque_constant_Nm_A})
+    for (const auto member : {&Machine::pole_pairs, &Machine::R_ohm, &Machine::Ld_H, &Machine::Lq_H, &Machine::psi_Wb, &Machine::J_kgm2, &Machine::B_Nms_rad,
+                              &Machine::torque_constant_Nm_A})
         if (!(to.*member)) to.*member = from.*member;
 }
 
 }  // namespace
 
-std::vector<Log> read_logs(const std::vector<std::string>& paths, const CommonOptions& options, std::vector<std::string>& notes) {
+std::vector<Log> read_logs(const std::vector<std::string>& paths, const CommonOptions& options, std::vector<std::string>& notes)
+{
     std::vector<Log> logs;
     Progress progress("reading");
     for (std::size_t i = 0; i < paths.size(); ++i) {
@@ -42,7 +45,8 @@ std::vector<Log> read_logs(const std::vector<std::string>& paths, const CommonOp
         logs.push_back(read_log(paths[i], read));
         const Log &first = logs.front(), &log = logs.back();
         if (log.regime != first.regime)
-            throw InputError(log.path, 1, fmt::format("a {} log, but {} is {}; expected logs of one regime", name_of(log.regime), first.path, name_of(first.regime)));
+            throw InputError(log.path, 1,
+                             fmt::format("a {} log, but {} is {}; expected logs of one regime", name_of(log.regime), first.path, name_of(first.regime)));
         check_same_machine(first, log);
     }
     Machine machine;

@@ -50,7 +50,8 @@ class Reader {
 public:
     explicit Reader(const std::string& path) { file_.path = path; }
 
-    MachineFile read() {
+    MachineFile read()
+    {
         const std::string text = slurp();
         note_sources(text);
         toml::table root;
@@ -76,7 +77,8 @@ public:
     }
 
 private:
-    std::string slurp() const {
+    std::string slurp() const
+    {
         struct stat info = {};
         if (::stat(file_.path.c_str(), &info) != 0)
             throw InputError(file_.path, 0, std::string("cannot be opened: ") + std::strerror(errno) + "; expected a machine file (TOML)");
@@ -92,7 +94,8 @@ private:
     }
 
     /// The first line that opens a bracket on something no key begins with.
-    static std::size_t line_of_bad_header(const std::string& text) {
+    static std::size_t line_of_bad_header(const std::string& text)
+    {
         std::istringstream in(text);
         std::size_t number = 1;
         for (std::string line; std::getline(in, line); ++number) {
@@ -104,7 +107,8 @@ private:
         return 1;
     }
 
-    void note_sources(const std::string& text) {
+    void note_sources(const std::string& text)
+    {
         std::istringstream in(text);
         for (std::string line; std::getline(in, line);) {
             const std::string_view mark = "# Source:";
@@ -114,28 +118,30 @@ private:
         }
     }
 
-    [[noreturn]] void refuse(const toml::node& node, const std::string& what) const {
-        throw InputError(file_.path, node.source().begin.line, what);
-    }
+    [[noreturn]] void refuse(const toml::node& node, const std::string& what) const { throw InputError(file_.path, node.source().begin.line, what); }
 
-    const toml::table& table(std::string_view key, const toml::node& node) const {
+    const toml::table& table(std::string_view key, const toml::node& node) const
+    {
         if (!node.is_table()) refuse(node, fmt::format("{} is not a table; expected [{}]", key, key));
         return *node.as_table();
     }
 
-    double number(const std::string& key, const toml::node& node) const {
+    double number(const std::string& key, const toml::node& node) const
+    {
         if (!node.is_number()) refuse(node, fmt::format("{} is not a number; expected e.g. {} = 0.5", key, key));
         const double value = node.is_integer() ? static_cast<double>(node.as_integer()->get()) : node.as_floating_point()->get();
         if (!std::isfinite(value)) refuse(node, fmt::format("{} is not finite", key));
         return value;
     }
 
-    std::string string(const std::string& key, const toml::node& node) const {
+    std::string string(const std::string& key, const toml::node& node) const
+    {
         if (!node.is_string()) refuse(node, fmt::format("{} is not a string; expected {} = \"…\"", key, key));
         return node.as_string()->get();
     }
 
-    void read_machine(const toml::table& machine) {
+    void read_machine(const toml::table& machine)
+    {
         for (auto&& [key_, node] : machine) {
             const std::string key(key_.str());
             if (key == "name") {
@@ -163,7 +169,8 @@ private:
         }
     }
 
-    void read_log_table(const toml::table& log) {
+    void read_log_table(const toml::table& log)
+    {
         for (auto&& [key_, node] : log) {
             const std::string key(key_.str());
             if (key == "regime") {
@@ -180,7 +187,8 @@ private:
         }
     }
 
-    void read_columns(const toml::table& map) {
+    void read_columns(const toml::table& map)
+    {
         for (auto&& [key_, node] : map) {
             const std::string key(key_.str());
             const auto column = column_named(key);
@@ -200,7 +208,8 @@ private:
         }
     }
 
-    void read_source(const std::string& key, const toml::table& entry, ColumnSource& source) {
+    void read_source(const std::string& key, const toml::table& entry, ColumnSource& source)
+    {
         source.name = key;
         for (auto&& [field_, node] : entry) {
             const std::string field(field_.str());
@@ -224,7 +233,8 @@ private:
 
 MachineFile read_machine_file(const std::string& path) { return Reader(path).read(); }
 
-MachineFile machine_file_of(const std::string& log_path, const std::string& chosen) {
+MachineFile machine_file_of(const std::string& log_path, const std::string& chosen)
+{
     if (!chosen.empty()) return read_machine_file(chosen);
     const std::filesystem::path beside = std::filesystem::path(log_path).replace_extension(".toml");
     std::error_code ignored;

@@ -15,13 +15,15 @@ namespace {
 constexpr const char* version = "dqwatch 0.1.0";
 
 /// A file opened while 0, 1 or 2 is closed would get that number, and with it what is meant for the terminal.
-void hold_standard_streams() {
+void hold_standard_streams()
+{
     for (int fd = 0; fd <= 2; ++fd)
         // The wrong way round on purpose for 0 and 1: reading or printing then fails, as on a closed stream.
         if (::fcntl(fd, F_GETFD) == -1 && errno == EBADF) (void)::open("/dev/null", fd == 1 ? O_RDONLY : O_WRONLY);
 }
 
-int run(int argc, char** argv) {
+int run(int argc, char** argv)
+{
     CLI::App app("dqwatch learns the parameters of a permanent-magnet motor, and checks them against a reference fit.", "dqwatch");
     app.set_version_flag("--version", version);
     app.require_subcommand(1);
@@ -51,7 +53,8 @@ int run(int argc, char** argv) {
 
 }  // namespace
 
-int main(int argc, char** argv) {
+int main(int argc, char** argv)
+{
     hold_standard_streams();
     try {
         return run(argc, argv);

@@ -9,15 +9,19 @@
 namespace dqw {
 
 Progress::Progress(std::string label)
-    : label_(std::move(label)), terminal_(::isatty(STDERR_FILENO) == 1), start_(std::chrono::steady_clock::now()), last_(start_) {}
+    : label_(std::move(label)), terminal_(::isatty(STDERR_FILENO) == 1), start_(std::chrono::steady_clock::now()), last_(start_)
+{
+}
 
-Progress::~Progress() {
+Progress::~Progress()
+{
     if (!drawn_) return;
     std::fputs("\r\x1b[K", stderr);
     std::fflush(stderr);
 }
 
-void Progress::update(double fraction) {
+void Progress::update(double fraction)
+{
     using namespace std::chrono_literals;
     if (!terminal_) return;
     const auto now = std::chrono::steady_clock::now();

@@ -20,7 +20,8 @@ public:
     void update(double fraction);
 
     /// For callers that take a function.
-    std::function<void(double)> callback() {
+    std::function<void(double)> callback()
+    {
         return [this](double fraction) { update(fraction); };
     }
 

@@ -15,12 +15,18 @@ struct Unit {
 };
 
 const Unit units[] = {
-    {"R_ohm", "Ω", true},     {"Ld_H", "H", true},         {"Lq_H", "H", true},
-    {"psi_Wb", "Wb", true},   {"pole_pairs", "", false},   {"J_kgm2", "kg m²", false},
-    {"B_Nms_rad", "Nms/rad", true}, {"torque_constant_Nm_A", "Nm/A", true},
+    {"R_ohm", "Ω", true},
+    {"Ld_H", "H", true},
+    {"Lq_H", "H", true},
+    {"psi_Wb", "Wb", true},
+    {"pole_pairs", "", false},
+    {"J_kgm2", "kg m²", false},
+    {"B_Nms_rad", "Nms/rad", true},
+    {"torque_constant_Nm_A", "Nm/A", true},
 };
 
-const Unit* unit_of(const std::string& parameter) {
+const Unit* unit_of(const std::string& parameter)
+{
     for (const Unit& u : units)
         if (parameter == u.parameter) return &u;
     return nullptr;
@@ -35,25 +41,29 @@ const Prefix prefixes[] = {{6, "M", "10⁶ "}, {3, "k", "10³ "}, {0, "", ""}, {
 std::string with_prefix(const Unit& unit, const Prefix& prefix) { return std::string(unit.prefixed ? prefix.text : prefix.power) + unit.unit; }
 
 /// The power of 1000 that puts `size` between 1 and 1000, within the prefixes there are.
-Prefix prefix_of(double size) {
+Prefix prefix_of(double size)
+{
     for (const Prefix& p : prefixes)
         if (size >= 0.9995 * std::pow(10.0, p.exponent)) return p;
     return size > 0 ? prefixes[6] : prefixes[2];
 }
 
 /// Decimals that leave `digits` significant digits of `size`.
-int decimals_of(double size, int digits) {
+int decimals_of(double size, int digits)
+{
     if (!(size > 0)) return digits - 1;
     return std::clamp(digits - 1 - static_cast<int>(std::clamp(std::floor(std::log10(size)), -99.0, 99.0)), 0, 9);
 }
 
-std::size_t width_of(std::string_view text) {
+std::size_t width_of(std::string_view text)
+{
     return static_cast<std::size_t>(std::count_if(text.begin(), text.end(), [](char c) { return (static_cast<unsigned char>(c) & 0xc0) != 0x80; }));
 }
 
 }  // namespace
 
-const std::vector<std::string>& known_parameters() {
+const std::vector<std::string>& known_parameters()
+{
     static const std::vector<std::string> names = [] {
         std::vector<std::string> all;
         for (const Unit& u : units) all.push_back(u.parameter);
@@ -62,7 +72,8 @@ const std::vector<std::string>& known_parameters() {
     return names;
 }
 
-static double factor_of(const Quantity& q, const std::string& parameter) {
+static double factor_of(const Quantity& q, const std::string& parameter)
+{
     const Unit* unit = unit_of(parameter);
     if (!unit || !*unit->unit) return 1.0;
     for (const Prefix& p : prefixes)
@@ -70,7 +81,8 @@ static double factor_of(const Quantity& q, const std::string& parameter) {
     return 1.0;
 }
 
-Quantity quantity(const std::string& parameter, double value, double sd) {
+Quantity quantity(const std::string& parameter, double value, double sd)
+{
     const Unit* unit = unit_of(parameter);
     Quantity q;
     q.unit = unit ? unit->unit : "";
@@ -85,18 +97,21 @@ Quantity quantity(const std::string& parameter, double value, double sd) {
     return q;
 }
 
-std::string with_sd(const Quantity& q) {
+std::string with_sd(const Quantity& q)
+{
     const std::string both = q.sd.empty() ? q.value : q.value + " ± " + q.sd;
     if (q.unit.compare(0, 2, "10") == 0) return "(" + both + ")·" + q.unit;
     return q.unit.empty() ? both : both + " " + q.unit;
 }
 
-std::string number_like(const Quantity& like, const std::string& parameter, double value) {
+std::string number_like(const Quantity& like, const std::string& parameter, double value)
+{
     const double scaled = value * factor_of(like, parameter);
     return fmt::format("{:.{}f}", scaled, decimals_of(std::fabs(scaled), 4));
 }
 
-std::string table(const std::vector<std::vector<std::string>>& rows) {
+std::string table(const std::vector<std::vector<std::string>>& rows)
+{
     std::vector<std::size_t> widths;
     for (const auto& row : rows)
         for (std::size_t c = 0; c < row.size(); ++c) {

@@ -12,25 +12,33 @@ namespace dqw {
 
 using Json = nlohmann::ordered_json;
 
-std::optional<double> nominal_of(const Machine& machine, const std::string& parameter) {
+std::optional<double> nominal_of(const Machine& machine, const std::string& parameter)
+{
     const std::pair<const char*, std::optional<double> Machine::*> members[] = {
-        {"R_ohm", &Machine::R_ohm},           {"Ld_H", &Machine::Ld_H},   {"Lq_H", &Machine::Lq_H},
-        {"psi_Wb", &Machine::psi_Wb},         {"pole_pairs", &Machine::pole_pairs}, {"J_kgm2", &Machine::J_kgm2},
-        {"B_Nms_rad", &Machine::B_Nms_rad},   {"torque_constant_Nm_A", &Machine::torque_constant_Nm_A},
+        {"R_ohm", &Machine::R_ohm},
+        {"Ld_H", &Machine::Ld_H},
+        {"Lq_H", &Machine::Lq_H},
+        {"psi_Wb", &Machine::psi_Wb},
+        {"pole_pairs", &Machine::pole_pairs},
+        {"J_kgm2", &Machine::J_kgm2},
+        {"B_Nms_rad", &Machine::B_Nms_rad},
+        {"torque_constant_Nm_A", &Machine::torque_constant_Nm_A},
     };
     for (const auto& [name, member] : members)
         if (parameter == name) return machine.*member;
     return {};
 }
 
-static Json number(double value) {
+static Json number(double value)
+{
     // Pole pairs and the like as integers; a number that is not finite has no JSON form.
     if (!std::isfinite(value)) return nullptr;
     if (value == std::floor(value) && std::fabs(value) < 1e6) return static_cast<long>(value);
     return value;
 }
 
-Json result_json(const Result& result, const Machine& nominal) {
+Json result_json(const Result& result, const Machine& nominal)
+{
     Json json = {{"schema", "dqwatch.parameters/1"}, {"rows", result.rows}, {"regime", name_of(result.regime)}};
     Json parameters = Json::object();
     for (const Estimate& e : result.parameters) {
@@ -57,7 +65,8 @@ Json result_json(const Result& result, const Machine& nominal) {
 
 std::string json_text(const Json& json) { return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n"; }
 
-std::string result_text(const Result& result, const Machine& nominal) {
+std::string result_text(const Result& result, const Machine& nominal)
+{
     std::string out = fmt::format("{}, {}\n\n", name_of(result.regime), counted(result.rows, "row"));
     bool any_nominal = false;
     for (const Estimate& e : result.parameters) any_nominal = any_nominal || (!e.given && nominal_of(nominal, e.name));
@@ -80,7 +89,8 @@ std::string result_text(const Result& result, const Machine& nominal) {
         if (!n.excitation.empty()) out += fmt::format("    what would help: {}\n", n.excitation);
     }
     out += fmt::format("\nresidual {:.4g} {}", result.residual_rms, result.residual_unit);
-    for (const AxisResidual& a : result.axes) out += fmt::format("{} {} {:.4g} {} ({:.3g} %)", &a == &result.axes[0] ? ":" : ",", a.axis, a.rms, result.residual_unit, a.percent);
+    for (const AxisResidual& a : result.axes)
+        out += fmt::format("{} {} {:.4g} {} ({:.3g} %)", &a == &result.axes[0] ? ":" : ",", a.axis, a.rms, result.residual_unit, a.percent);
     return out + "\n";
 }
 

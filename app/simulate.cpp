@@ -36,7 +36,8 @@ const Field fields[] = {
     {"torque_Nm", &dqw_sim_row::torque_Nm, true},
 };
 
-[[noreturn]] void fail(const dqw_sim_scenario& scenario, int status, const dqw_sim_report& report) {
+[[noreturn]] void fail(const dqw_sim_scenario& scenario, int status, const dqw_sim_report& report)
+{
     const std::string what = fmt::format("{}: {}", scenario.name, report.message[0] ? report.message : dqw_sim_status_text(status));
     if (status == DQW_SIM_ERR_SCENARIO) throw UsageError(what);
     if (status == DQW_SIM_ERR_MAP) throw InputError(scenario.machine.flux_map, 1, report.message[0] ? report.message : dqw_sim_status_text(status));
@@ -45,14 +46,16 @@ const Field fields[] = {
 
 }  // namespace
 
-dqw_sim_scenario scenario_named(const std::string& name) {
+dqw_sim_scenario scenario_named(const std::string& name)
+{
     if (const dqw_sim_scenario* found = dqw_sim_scenario_find(name.c_str())) return *found;
     std::vector<std::string> names;
     for (std::size_t i = 0; i < dqw_sim_scenario_count(); ++i) names.push_back(dqw_sim_scenario_at(i)->name);
     throw UsageError(fmt::format("no scenario {}; there are {}", shown(name), list(names, 100)));
 }
 
-void set(dqw_sim_scenario& scenario, const std::string& assignment) {
+void set(dqw_sim_scenario& scenario, const std::string& assignment)
+{
     const auto equals = assignment.find('=');
     if (equals == assignment.npos || equals == 0) throw UsageError(fmt::format("--set {}: expected key=value", shown(assignment)));
     const std::string key = assignment.substr(0, equals), value = assignment.substr(equals + 1);
@@ -61,7 +64,8 @@ void set(dqw_sim_scenario& scenario, const std::string& assignment) {
     if (status != DQW_SIM_OK) throw UsageError(fmt::format("--set {}: {} is no value for it", key, shown(value)));
 }
 
-Simulation simulate(const dqw_sim_scenario& scenario, const std::function<void(double)>& progress) {
+Simulation simulate(const dqw_sim_scenario& scenario, const std::function<void(double)>& progress)
+{
     Simulation run;
     run.scenario = scenario;
     const std::size_t count = dqw_sim_rows(&scenario);
@@ -91,7 +95,8 @@ Simulation simulate(const dqw_sim_scenario& scenario, const std::function<void(d
     return run;
 }
 
-void write_csv(const Simulation& simulation, const std::string& path) {
+void write_csv(const Simulation& simulation, const std::string& path)
+{
     const bool mechanical = std::string(simulation.scenario.regime) == "mechanical";
     std::vector<const Field*> written;
     for (const Field& f : fields)
@@ -116,7 +121,8 @@ void write_csv(const Simulation& simulation, const std::string& path) {
     file.close();
 }
 
-void write_toml(const Simulation& simulation, const std::string& path, const std::string& command) {
+void write_toml(const Simulation& simulation, const std::string& path, const std::string& command)
+{
     const Machine& m = simulation.truth;
     std::string text = "# " + command + "\n# The values are the simulated machine's own.\n[log]\n";
     text += fmt::format("regime = \"{}\"\nvoltage_interval = \"next\"\n[machine]\nname = \"{}\"\npole_pairs = {}\n", simulation.scenario.regime, m.name,

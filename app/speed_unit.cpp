@@ -23,7 +23,8 @@ bool gap_before(const SpeedProbe& p, std::size_t k) { return p.column[col_t][k] 
 
 /// Turns of an angle against the integral of w, over blocks of 64 rows. Only where w, taken as rad/s, leaves no doubt which
 /// way the angle went from row to row: less than 2.5 rad of it.
-Maybe from_angle(const SpeedProbe& p, Column angle, std::optional<double> turns_per_turn) {
+Maybe from_angle(const SpeedProbe& p, Column angle, std::optional<double> turns_per_turn)
+{
     const double *t = p.column[col_t], *w = p.column[col_w_m], *theta = p.column[angle];
     if (!t || !w || !theta) return {};
     const double steepest_rad = 2.5 / turns_per_turn.value_or(20.0);
@@ -54,7 +55,8 @@ Maybe from_angle(const SpeedProbe& p, Column angle, std::optional<double> turns_
 }
 
 /// Torque times speed cannot exceed the electrical power of a motor.
-Maybe from_power(const SpeedProbe& p) {
+Maybe from_power(const SpeedProbe& p)
+{
     const double* torque = p.column[col_torque] ? p.column[col_torque] : p.column[col_torque_cmd];
     const double *v_d = p.column[col_v_d], *v_q = p.column[col_v_q], *i_d = p.column[col_i_d], *i_q = p.column[col_i_q], *w = p.column[col_w_m];
     if (!torque || !v_d || !v_q || !i_d || !i_q || !w) return {};
@@ -81,7 +83,8 @@ struct Electrical {
 };
 
 /// The voltage equations with w as logged, over blocks of 20 rows (dynamic) or row by row.
-Electrical fit_voltages(const SpeedProbe& p) {
+Electrical fit_voltages(const SpeedProbe& p)
+{
     const double *v_d = p.column[col_v_d], *v_q = p.column[col_v_q], *i_d = p.column[col_i_d], *i_q = p.column[col_i_q], *w = p.column[col_w_m];
     LeastSquares<unknown_count> fit;
     if (p.regime != Regime::dynamic) {
@@ -111,11 +114,13 @@ Electrical fit_voltages(const SpeedProbe& p) {
     return result;
 }
 
-Maybe against_nominal(const char* what, double found, double nominal, const char* unit) {
+Maybe against_nominal(const char* what, double found, double nominal, const char* unit)
+{
     return Finding{nominal / found, fmt::format("with it {} comes out as {:.3g} {}, the machine file says {:.3g}", what, found, unit, nominal)};
 }
 
-Maybe from_induced_voltage(const Machine& m, const Electrical& e) {
+Maybe from_induced_voltage(const Machine& m, const Electrical& e)
+{
     if (e.known(ppsi)) {
         if (m.psi_Wb && *m.psi_Wb > 0 && m.pole_pairs) return against_nominal("psi", e.value[ppsi] / *m.pole_pairs, *m.psi_Wb, "Wb");
         if (m.torque_constant_Nm_A) return against_nominal("the torque constant", 1.5 * e.value[ppsi], *m.torque_constant_Nm_A, "Nm/A");
@@ -125,7 +130,8 @@ Maybe from_induced_voltage(const Machine& m, const Electrical& e) {
 }
 
 /// L in front of w over L in front of di/dt is the number of pole pairs, a whole number from 1.
-Maybe from_pole_pairs(const SpeedProbe& p, const Machine& m, const Electrical& e) {
+Maybe from_pole_pairs(const SpeedProbe& p, const Machine& m, const Electrical& e)
+{
     if (p.regime != Regime::dynamic) return {};
     double pole_pairs = 0;
     if (e.known(Lq) && e.known(pLq))
@@ -141,7 +147,8 @@ Maybe from_pole_pairs(const SpeedProbe& p, const Machine& m, const Electrical& e
 }
 
 /// Torque against acceleration, viscous and Coulomb friction, over blocks of 50 rows, against the nominal inertia.
-Maybe from_inertia(const SpeedProbe& p, const Machine& m) {
+Maybe from_inertia(const SpeedProbe& p, const Machine& m)
+{
     const double *t = p.column[col_t], *w = p.column[col_w_m];
     const double* torque = p.column[col_torque];
     double gain = 1;
@@ -169,7 +176,8 @@ Maybe from_inertia(const SpeedProbe& p, const Machine& m) {
 }
 
 /// No physics left: few machines turn faster than 2000 rad/s (19 100 rpm), many logs in rpm reach it.
-Maybe from_size(const SpeedProbe& p) {
+Maybe from_size(const SpeedProbe& p)
+{
     double fastest = 0;
     for (std::size_t k = 0; k < p.rows; ++k) fastest = std::fmax(fastest, std::fabs(p.column[col_w_m][k]));
     if (fastest < 2000) return {};
@@ -178,7 +186,8 @@ Maybe from_size(const SpeedProbe& p) {
 
 }  // namespace
 
-std::optional<std::string> evidence_of_rpm(const SpeedProbe& probe, const Machine& machine) {
+std::optional<std::string> evidence_of_rpm(const SpeedProbe& probe, const Machine& machine)
+{
     if (!probe.column[col_w_m] || probe.regime == Regime::standstill) return {};
     std::optional<std::string> verdict;
     // True once a criterion has told, either way. Ratios far from both units tell of something else.

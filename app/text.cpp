@@ -4,7 +4,8 @@
 
 namespace dqw {
 
-std::string shown(std::string_view bytes, std::size_t max) {
+std::string shown(std::string_view bytes, std::size_t max)
+{
     std::string out = "\"";
     const bool cut = bytes.size() > max;
     if (cut) bytes = bytes.substr(0, max);
@@ -19,7 +20,8 @@ std::string shown(std::string_view bytes, std::size_t max) {
     return out + (cut ? "…\"" : "\"");
 }
 
-std::string list(const std::vector<std::string>& items, std::size_t max) {
+std::string list(const std::vector<std::string>& items, std::size_t max)
+{
     std::string out;
     for (std::size_t i = 0; i < items.size() && i < max; ++i) out += (i ? ", " : "") + items[i];
     if (items.size() > max) out += fmt::format(" … and {} more", items.size() - max);
@@ -28,7 +30,8 @@ std::string list(const std::vector<std::string>& items, std::size_t max) {
 
 std::string counted(std::size_t n, std::string_view noun) { return fmt::format("{} {}{}", n, noun, n == 1 ? "" : "s"); }
 
-std::string_view trimmed(std::string_view text) {
+std::string_view trimmed(std::string_view text)
+{
     const auto first = text.find_first_not_of(" \t");
     if (first == std::string_view::npos) return {};
     return text.substr(first, text.find_last_not_of(" \t") - first + 1);

@@ -6,7 +6,8 @@
 
 namespace dqw {
 
-TimeBase time_base_of(const std::vector<double>& t_s) {
+TimeBase time_base_of(const std::vector<double>& t_s)
+{
     TimeBase base;
     if (t_s.size() < 2) return base;
     const std::size_t intervals = t_s.size() - 1;
@@ -27,7 +28,8 @@ TimeBase time_base_of(const std::vector<double>& t_s) {
     return base;
 }
 
-std::size_t turn_voltage_interval(Log& log) {
+std::size_t turn_voltage_interval(Log& log)
+{
     const std::size_t rows = log.rows();
     std::vector<std::size_t> first = log.segments;
     first.push_back(rows);

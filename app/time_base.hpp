@@ -15,7 +15,7 @@ struct TimeBase {
     double median_s = 0.0;
     std::vector<std::size_t> gaps;  ///< rows that begin behind a gap
     double longest_gap_s = 0.0;
-    bool regular = false;           ///< at most one interval in ten is a gap
+    bool regular = false;  ///< at most one interval in ten is a gap
 };
 
 /// Looks at strictly increasing times. The median is of at most 100 000 intervals, spread evenly.

@@ -21,7 +21,7 @@ namespace fs = std::filesystem;
 namespace {
 
 struct Entry {
-    std::string name;                 ///< file name, or "the 3 logs together"
+    std::string name;  ///< file name, or "the 3 logs together"
     std::vector<dqw::Log> logs;
     dqw::Result result;
     std::vector<std::string> sources, problems;
@@ -95,7 +95,8 @@ void fit_into(Entry& entry, const std::string& dir)
 
 std::string document(const std::vector<Entry>& entries, const std::vector<std::string>& unread)
 {
-    std::string out = "<!-- make measured -->\n# Measured logs\n\n`make measured` fits every log of `DATA` by the plain model and writes this page. Each estimate is followed by its\n"
+    std::string out = "<!-- make measured -->\n# Measured logs\n\n`make measured` fits every log of `DATA` by the plain model and writes this page. Each "
+                      "estimate is followed by its\n"
                       "standard deviation; a dash stands for what the log cannot tell. A residual is in volts (Nm) and in per cent of the RMS of\n"
                       "that axis' voltage (of the torque), over the blocks that DESIGN.md defines.\n";
     for (const bool mechanical : {false, true}) {

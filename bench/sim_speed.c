@@ -9,13 +9,15 @@
 
 #include "dqw_sim.h"
 
-static double now_s(void) {
+static double now_s(void)
+{
     struct timespec t;
     clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
     return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
 }
 
-static void run(const dqw_sim_scenario *s, dqw_sim_row *rows, size_t count, dqw_sim_report *report) {
+static void run(const dqw_sim_scenario *s, dqw_sim_row *rows, size_t count, dqw_sim_report *report)
+{
     const int status = dqw_sim_run(s, rows, count, report, NULL, NULL);
     if (status) {
         fprintf(stderr, "sim_speed: %s: %s\n", s->name, report->message);
@@ -23,7 +25,8 @@ static void run(const dqw_sim_scenario *s, dqw_sim_row *rows, size_t count, dqw_
     }
 }
 
-static double relative_error(const dqw_sim_row *a, const dqw_sim_row *b, size_t count) {
+static double relative_error(const dqw_sim_row *a, const dqw_sim_row *b, size_t count)
+{
     double v = 0, dv = 0, i = 0, di = 0, w = 0, dw = 0;
     for (size_t k = 0; k < count; ++k) {
         v = fmax(v, hypot(b[k].v_d_V, b[k].v_q_V)), dv = fmax(dv, hypot(a[k].v_d_V - b[k].v_d_V, a[k].v_q_V - b[k].v_q_V));
@@ -34,7 +37,8 @@ static double relative_error(const dqw_sim_row *a, const dqw_sim_row *b, size_t 
 }
 
 // Returns the real-time factor.
-static double measure(const char *name, double looser, bool quiet) {
+static double measure(const char *name, double looser, bool quiet)
+{
     dqw_sim_scenario s = *dqw_sim_scenario_find(name);
     dqw_sim_set(&s, "noise", "0");
     s.rtol *= looser;
@@ -53,14 +57,14 @@ static double measure(const char *name, double looser, bool quiet) {
         s.rtol /= 1000;
         run(&s, tight, count, &unused);
         printf("%-16s %-5s %7.1e  %7.1e  %8.1f  %6.2f  %6.1f  %6.1f\n", name, s.method == DQW_SIM_ADAMS ? "Adams" : "BDF", s.rtol * 1000,
-               relative_error(rows, tight, count), factor, 1e6 * best_s / periods, (double)report.steps / periods,
-               (double)report.rhs_evaluations / periods);
+               relative_error(rows, tight, count), factor, 1e6 * best_s / periods, (double)report.steps / periods, (double)report.rhs_evaluations / periods);
     }
     free(rows), free(tight);
     return factor;
 }
 
-int main(int argc, char **argv) {
+int main(int argc, char **argv)
+{
     if (argc == 3 && strcmp(argv[1], "--factor") == 0) {
         if (!dqw_sim_scenario_find(argv[2])) return fprintf(stderr, "sim_speed: no scenario %s\n", argv[2]), 2;
         printf("%.2f\n", measure(argv[2], 1, true));

@@ -27,7 +27,7 @@ float dqw_axis_learn(dqw_axis *a, const float x[], float target, uint32_t excite
 {
     dqw_learner *l = &a->neuron;
     float x_pu[DQW_LEARNER_INPUTS];
-    float k_pu[DQW_LEARNER_INPUTS];
+    float k_pu[DQW_LEARNER_INPUTS] = {0};
     float size = 0.0f;
     for (int i = 0; i < l->inputs; i++) {
         x_pu[i] = (excited >> i & 1u) ? x[i] * l->x_scale[i] : 0.0f;

@@ -54,10 +54,11 @@ static uint32_t learn(dqw_mechanical *m, const float block[SIGNALS])
 {
     const dqw_learner *l = &m->axis.neuron;
     const float x[3] = {block[1], block[2], block[3]};
+    const uint32_t inputs = m->coulomb ? 3 : 2;
     uint32_t mask = 0;
-    for (int i = 0; i < l->inputs; i++)
+    for (uint32_t i = 0; i < inputs; i++)
         if (fabsf(x[i]) * l->x_scale[i] >= m->excitation_pu) mask |= 1u << i;
-    const uint32_t event = dqw_gate_block(&m->gate, mask, 0, l->inputs);
+    const uint32_t event = dqw_gate_block(&m->gate, mask, 0, inputs);
     if (mask == 0) return event;
     m->gate.blocks++;
     (void)dqw_axis_learn(&m->axis, x, block[0], mask);

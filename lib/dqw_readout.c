@@ -15,9 +15,8 @@ enum { R = 0, LD, LQ, PSI, N };
 
 // Information of an axis' weights, per unit of its bases: P^-1 = V' D^-1 V with V = U^-1, less what the start values
 // brought, over the residual variance.
-static void information(const dqw_axis *a, float variance_pu2, float info[DQW_Q_INPUTS][DQW_Q_INPUTS])
+static void information(const dqw_axis *a, int n, float variance_pu2, float info[DQW_Q_INPUTS][DQW_Q_INPUTS])
 {
-    const int n = a->neuron.inputs;
     float v[DQW_Q_INPUTS][DQW_Q_INPUTS] = {{0}};
     for (int j = 0; j < n; j++) {
         v[j][j] = 1.0f;
@@ -34,12 +33,11 @@ static void information(const dqw_axis *a, float variance_pu2, float info[DQW_Q_
 
 // One axis' part of the normal equations in SI weights scaled by `unit`. to[i] is the parameter that weight i stands
 // for, factor[i] how many of it: p for the cross and flux weights.
-static void add_axis(const dqw_axis *a, float variance_pu2, const int to[], const float factor[], const float unit[N], float m[N][N], float rhs[N])
+static void add_axis(const dqw_axis *a, int n, float variance_pu2, const int to[], const float factor[], const float unit[N], float m[N][N], float rhs[N])
 {
-    const int n = a->neuron.inputs;
     float info[DQW_Q_INPUTS][DQW_Q_INPUTS];
     float jac[DQW_Q_INPUTS];
-    information(a, variance_pu2, info);
+    information(a, n, variance_pu2, info);
     for (int i = 0; i < n; i++) jac[i] = factor[i] * unit[to[i]] / (a->neuron.y_base * a->neuron.x_scale[i]);
     for (int i = 0; i < n; i++)
         for (int j = 0; j < n; j++) {
@@ -158,8 +156,8 @@ dqw_parameters dqw_model_read(const dqw_axis *d, const dqw_axis *q, uint16_t pol
         const float factor_d[DQW_D_INPUTS] = {1.0f, 1.0f, p};
         const float factor_q[DQW_Q_INPUTS] = {1.0f, 1.0f, p, p};
         const float both = common_variance(d, q);
-        add_axis(d, weight == DQW_WEIGHT_COMMON ? both : variance(d), to_d, factor_d, unit, m, rhs);
-        add_axis(q, weight == DQW_WEIGHT_COMMON ? both : variance(q), to_q, factor_q, unit, m, rhs);
+        add_axis(d, DQW_D_INPUTS, weight == DQW_WEIGHT_COMMON ? both : variance(d), to_d, factor_d, unit, m, rhs);
+        add_axis(q, DQW_Q_INPUTS, weight == DQW_WEIGHT_COMMON ? both : variance(q), to_q, factor_q, unit, m, rhs);
     } else {
         // Each weight with its marginal information: R from both axes, L_d and L_q from their own slope.
         const struct { const dqw_axis *a; int weight, to; } single[] = {

@@ -19,6 +19,8 @@ class DynamicModel : public Model {
     /// `free_pole_pairs`: whether sweep() needs derivatives by p (it costs a sixth more).
     DynamicModel(std::vector<Piece> pieces, bool free_pole_pairs);
 
+    const std::vector<Piece>& pieces() const { return pieces_; }
+
     const std::vector<std::string>& names() const override;
     int channels() const override { return 2; }
     std::size_t rows() const override { return rows_; }

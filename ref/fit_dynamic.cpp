@@ -14,6 +14,7 @@ namespace {
 
 constexpr std::size_t kLeastRows = 100, kLeastPiece = 10;
 constexpr std::size_t kFirstRows = 20000, kFirstWindow = 1000;  ///< of the part a long log converges on first
+constexpr std::size_t kHuge = 1000000;  ///< rows beyond which a pass is dear and standard deviations are tiny
 constexpr double kGains[] = {0.02, 0.5};
 
 using Model_ = DynamicModel;
@@ -95,6 +96,10 @@ bool publish_averaged(const Task& task, const std::vector<Piece>& pieces, const 
     return true;
 }
 
+PolePairs pole_pairs_of(const Solution& s, Model_& model) {
+    return decide_pole_pairs(assess_excited(s, model, typical_of(model, s.theta)).each[Model_::kPolePairs]);
+}
+
 bool turns(const std::vector<Log>& logs) {
     for (const Log& log : logs)
         for (double w : log.w_m_rad_s)
@@ -103,13 +108,48 @@ bool turns(const std::vector<Log>& logs) {
 }
 
 /// Converges on a part of a long log, from the log's own starting values and from two gains.
-Solution first_look(const Task& task, const std::vector<Piece>& pieces, const std::vector<bool>& free) {
-    const std::vector<Piece> part = spread_sample(pieces, kFirstRows, kFirstWindow);
-    Model_ model(part, free[Model_::kPolePairs]);
+Solution first_look(const Task& task, const std::vector<Piece>& pieces, const std::vector<bool>& free, PolePairs& p) {
+    Model_ model(spread_sample(pieces, kFirstRows, kFirstWindow), free[Model_::kPolePairs]);
     // At rest the pole pairs have no effect: any number will do.
-    std::optional<double> p = task.pole_pairs;
-    if (!p && !free[Model_::kPolePairs]) p = 1.0;
-    return best_of_two_gains(model, best_start(model, electrical_starts(part, p)), free, task);
+    std::optional<double> known = task.pole_pairs;
+    if (!known && !free[Model_::kPolePairs]) known = 1.0;
+    Solution s = best_of_two_gains(model, best_start(model, electrical_starts(model.pieces(), known)), free, task);
+    if (s.ok && free[Model_::kPolePairs]) p = pole_pairs_of(s, model);
+    return s;
+}
+
+/// theta with p a whole number, and psi such that p psi stays.
+Eigen::VectorXd with_whole(Eigen::VectorXd theta, double whole) {
+    theta[Model_::kPsi] *= theta[Model_::kPolePairs] / whole;
+    theta[Model_::kPolePairs] = whole;
+    return theta;
+}
+
+/// From the first look `s`, `p` to the fit of all rows. Pole pairs that stand out already are fixed, and only confirmed:
+/// by one step of a fit with all parameters free.
+void fit_all(const std::vector<Piece>& pieces, std::vector<bool>& free, const SolveOptions& options, Solution& s,
+             PolePairs& p) {
+    std::vector<bool> fixed = free;
+    fixed[Model_::kPolePairs] = false;
+    const bool sought = free[Model_::kPolePairs];
+    Model_ without(pieces, false), with(pieces, sought);
+    const Solution look = s;
+    if (sought && p.clear) {
+        s = solve(without, with_whole(look.theta, p.whole), fixed, options);
+        SolveOptions step = options;
+        step.passes = step.iterations = 1;
+        const PolePairs confirmed = pole_pairs_of(solve(with, s.theta, free, step), with);
+        if (confirmed.clear && confirmed.whole == p.whole) {
+            p = confirmed, free = fixed;
+            return;
+        }
+    }
+    s = solve(with, look.theta, free, options);
+    if (!sought) return;
+    p = pole_pairs_of(s, with);
+    if (!p.clear) return;
+    free = fixed;
+    s = solve(without, with_whole(s.theta, p.whole), free, options);
 }
 
 double product_sd(const Eigen::VectorXd& theta, const Covariance& c) {
@@ -129,25 +169,16 @@ Result fit_dynamic(const Task& task) {
                                     " rows without a gap; a dynamic fit needs at least " + std::to_string(kLeastRows));
     std::vector<bool> free(Model_::kSize, true);
     free[Model_::kPolePairs] = !task.pole_pairs && turns(task.logs);
-    Solution s = first_look(task, pieces, free);
+    PolePairs p;
+    Solution s = first_look(task, pieces, free, p);
     if (!s.ok)
         throw std::invalid_argument(path + ": a sampling period spans many time constants of the windings; is this log steady?");
-
     SolveOptions options;
     options.tick = task.tick;
-    PolePairs p;
-    if (free[Model_::kPolePairs]) {
-        Model_ all(pieces, true);
-        s = solve(all, s.theta, free, options);
-        p = decide_pole_pairs(assess_excited(s, all, typical_of(all, s.theta)).each[Model_::kPolePairs]);
-        if (p.clear) {
-            s.theta[Model_::kPsi] *= s.theta[Model_::kPolePairs] / p.whole;
-            s.theta[Model_::kPolePairs] = p.whole;
-            free[Model_::kPolePairs] = false;
-        }
-    }
+    if (rows_of(pieces) > kHuge) options.tolerance = 1e-7;
+    fit_all(pieces, free, options, s, p);
     Model_ all(pieces, free[Model_::kPolePairs]);
-    if (!free[Model_::kPolePairs]) s = solve(all, s.theta, free, options);
+    all.prepare(s.theta);
     const Covariance covariance = assess_excited(s, all, typical_of(all, s.theta));
 
     Result result;

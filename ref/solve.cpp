@@ -22,12 +22,33 @@ struct Scaling {
         for (std::size_t i = 0; i < free.size(); ++i) out[free[i]] = z[i] * scale[free[i]];
         return out;
     }
+    /// The scaled free entries; theta is rounded to what full() gives back.
+    std::vector<double> scaled() {
+        std::vector<double> z;
+        for (int j : free) z.push_back(theta[j] / scale[j]);
+        theta = full(z.data());
+        return z;
+    }
+};
+
+/// The latest sums, so that no sweep is done twice at one theta.
+struct Latest {
+    Eigen::VectorXd theta;
+    Sums sums;
+    bool valid = false;
+
+    bool at(const Model& model, const Eigen::VectorXd& where) {
+        if (valid && theta == where) return true;
+        theta = where;
+        return valid = model.sweep(where, block_count(model.rows()), sums);
+    }
 };
 
 class RootCost : public ceres::CostFunction {
  public:
-    RootCost(const Model& model, const Scaling& scaling, Eigen::VectorXd sigma, const std::function<void()>& tick)
-        : model_(model), scaling_(scaling), sigma_(std::move(sigma)), tick_(tick) {
+    RootCost(const Model& model, const Scaling& scaling, Eigen::VectorXd sigma, Latest& latest,
+             const std::function<void()>& tick)
+        : model_(model), scaling_(scaling), sigma_(std::move(sigma)), latest_(latest), tick_(tick) {
         const int n = static_cast<int>(scaling.free.size());
         set_num_residuals(n + 1);
         mutable_parameter_block_sizes()->push_back(n);
@@ -45,9 +66,8 @@ class RootCost : public ceres::CostFunction {
             r[0] = std::sqrt(squares.cwiseQuotient(sigma_.cwiseAbs2()).sum());
             return std::isfinite(r[0]);
         }
-        Sums sums;
-        if (!model_.sweep(theta, block_count(model_.rows()), sums)) return false;
-        const Eigen::MatrixXd root = root_of(sums);
+        if (!latest_.at(model_, theta)) return false;
+        const Eigen::MatrixXd root = root_of(latest_.sums);
         if (!root.allFinite()) return false;
         r = root.col(n);
         using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
@@ -79,16 +99,17 @@ class RootCost : public ceres::CostFunction {
     const Model& model_;
     const Scaling& scaling_;
     Eigen::VectorXd sigma_;
+    Latest& latest_;
     const std::function<void()>& tick_;
 };
 
-void minimise(Scaling& scaling, const Model& model, const Eigen::VectorXd& sigma, const SolveOptions& options) {
-    Eigen::VectorXd squares;
-    if (scaling.free.empty() || !model.squares(scaling.theta, squares)) return;
-    std::vector<double> z;
-    for (int j : scaling.free) z.push_back(scaling.theta[j] / scaling.scale[j]);
+void minimise(Scaling& scaling, const Model& model, const Eigen::VectorXd& sigma, Latest& latest,
+              const SolveOptions& options) {
+    // Ceres complains on stderr where its first evaluation fails.
+    std::vector<double> z = scaling.scaled();
+    if (z.empty() || !latest.at(model, scaling.theta)) return;
     ceres::Problem problem;
-    problem.AddResidualBlock(new RootCost(model, scaling, sigma, options.tick), nullptr, z.data());
+    problem.AddResidualBlock(new RootCost(model, scaling, sigma, latest, options.tick), nullptr, z.data());
     ceres::Solver::Options ceres_options;
     ceres_options.linear_solver_type = ceres::DENSE_QR;
     ceres_options.logging_type = ceres::SILENT;
@@ -150,17 +171,18 @@ Solution solve(Model& model, const Eigen::VectorXd& start, const std::vector<boo
         if (!(scaling.scale[j] > 0.0)) scaling.scale[j] = 1.0;
     }
     const double rows = static_cast<double>(model.rows());
-    const int blocks = block_count(model.rows());
     model.prepare(start);
     Eigen::VectorXd squares;
     if (!model.squares(start, squares)) return s;
     s.sigma = weights((squares / rows).cwiseMax(kLeastVariance).cwiseSqrt(), options.common_weight);
     for (int pass = 0; pass < options.passes; ++pass) {
-        model.confine(scaling.theta, free, pass + 1 < options.passes);
+        model.confine(scaling.theta, free, pass < 2 && pass + 1 < options.passes);
         model.prepare(scaling.theta);
-        minimise(scaling, model, s.sigma, options);
+        Latest latest;
+        minimise(scaling, model, s.sigma, latest, options);
         model.confine(scaling.theta, free, false);
-        if (!model.sweep(scaling.theta, blocks, s.sums)) return s;
+        if (!latest.at(model, scaling.theta)) return s;
+        s.sums = std::move(latest.sums);
         std::vector<int> moving;
         for (int j : scaling.free)
             if (!model.at_bound(scaling.theta, j)) moving.push_back(j);

@@ -26,7 +26,7 @@ enum dqw_sim_status {
     DQW_SIM_ERR_MAP = -5,       ///< flux map unreadable, malformed, not a grid, or not invertible
     DQW_SIM_ERR_SOLVER = -6,    ///< CVODE gave up (the message says when and why)
     DQW_SIM_ERR_MEMORY = -7,
-    DQW_SIM_ERR_ABORTED = -8    ///< the progress callback asked to stop
+    DQW_SIM_ERR_ABORTED = -8  ///< the progress callback asked to stop
 };
 
 /// One logged row: what the drive's sensors say (noise and quantisation in).
@@ -58,15 +58,15 @@ typedef struct dqw_sim_nonideal {
     dqw_sim_ramp dead_time_V;  ///< phase x loses V tanh(i_x / width), zero sequence removed
     double dead_time_width_A;
     dqw_sim_ramp saturation_dd_A_Wb3, saturation_qq_A_Wb3, saturation_dq_A_Wb3;  ///< quartic energy, see sim_flux.h
-    dqw_sim_ramp iron_loss_S;          ///< 1/R_fe, across the induced voltage
-    dqw_sim_ramp winding_alpha_per_K;  ///< R = R_0 (1 + alpha (T - T_ref))
-    dqw_sim_ramp magnet_beta_per_K;    ///< psi = psi_0 (1 + beta (T - T_ref))
-    dqw_sim_ramp turn_short;           ///< fault: shorted fraction of phase a's turns, 0..1
-    double turn_short_ohm;             ///< resistance of that short
-    dqw_sim_ramp demagnetisation;      ///< fault: lost fraction of the magnet's flux, 0..1
-    dqw_sim_ramp phase_connection_ohm; ///< fault: extra resistance in series with phase a
-    dqw_sim_ramp bearing_Nm;           ///< fault: extra Coulomb friction (the machine's coulomb_width_rad_s)
-    dqw_sim_ramp bearing_B_Nms_rad;    ///< fault: extra viscous friction
+    dqw_sim_ramp iron_loss_S;                                                    ///< 1/R_fe, across the induced voltage
+    dqw_sim_ramp winding_alpha_per_K;                                            ///< R = R_0 (1 + alpha (T - T_ref))
+    dqw_sim_ramp magnet_beta_per_K;                                              ///< psi = psi_0 (1 + beta (T - T_ref))
+    dqw_sim_ramp turn_short;                                                     ///< fault: shorted fraction of phase a's turns, 0..1
+    double turn_short_ohm;                                                       ///< resistance of that short
+    dqw_sim_ramp demagnetisation;                                                ///< fault: lost fraction of the magnet's flux, 0..1
+    dqw_sim_ramp phase_connection_ohm;                                           ///< fault: extra resistance in series with phase a
+    dqw_sim_ramp bearing_Nm;                                                     ///< fault: extra Coulomb friction (the machine's coulomb_width_rad_s)
+    dqw_sim_ramp bearing_B_Nms_rad;                                              ///< fault: extra viscous friction
 } dqw_sim_nonideal;
 
 /// In which frame the inverter holds its voltage over a period.
@@ -77,8 +77,8 @@ enum dqw_sim_hold {
 
 /// Inverter, control and logging. One control period of delay between sampling and switching.
 typedef struct dqw_sim_drive {
-    double dt_s;   ///< control and PWM period
-    double v_dc_V; ///< voltage vector limited to v_dc / sqrt(3)
+    double dt_s;    ///< control and PWM period
+    double v_dc_V;  ///< voltage vector limited to v_dc / sqrt(3)
     double current_bandwidth_rad_s, speed_bandwidth_rad_s;
     double i_max_A;  ///< current references are limited to this magnitude
     enum dqw_sim_hold hold;
@@ -96,8 +96,8 @@ enum dqw_sim_shape { DQW_SIM_SHAPE_SINE = 0, DQW_SIM_SHAPE_SQUARE = 1, DQW_SIM_S
 /// A reference or excitation: the sum of its parts, each absent where its size is 0.
 typedef struct dqw_sim_signal {
     double value;
-    double step, t_step_s;         ///< added from t_step_s on
-    double wave, wave_period_s;    ///< amplitude and period of `shape`, which starts at 0 (stairs: at -wave)
+    double step, t_step_s;       ///< added from t_step_s on
+    double wave, wave_period_s;  ///< amplitude and period of `shape`, which starts at 0 (stairs: at -wave)
     enum dqw_sim_shape shape;
     int levels;                    ///< stairs: this many equal levels from -wave to +wave per period
     double random, random_hold_s;  ///< uniform in +-random, drawn anew every hold
@@ -109,10 +109,10 @@ typedef struct dqw_sim_profile {
     enum dqw_sim_control control;
     enum dqw_sim_shaft shaft;
     double speed_start_rad_s;
-    dqw_sim_signal speed_rad_s;  ///< reference (control = speed) or imposed speed (shaft = imposed)
-    dqw_sim_signal i_d_A, i_q_A; ///< references; with speed control i_q_A is added to the speed loop's demand
-    dqw_sim_signal v_d_V, v_q_V; ///< added to the current loops' voltage; with control = voltage, the voltage
-    dqw_sim_signal load_Nm;      ///< against positive torque
+    dqw_sim_signal speed_rad_s;   ///< reference (control = speed) or imposed speed (shaft = imposed)
+    dqw_sim_signal i_d_A, i_q_A;  ///< references; with speed control i_q_A is added to the speed loop's demand
+    dqw_sim_signal v_d_V, v_q_V;  ///< added to the current loops' voltage; with control = voltage, the voltage
+    dqw_sim_signal load_Nm;       ///< against positive torque
 } dqw_sim_profile;
 
 /// White noise as a fraction of each signal's standard deviation over the log, and ADC steps (0: none). Noise is added to the log;
@@ -146,11 +146,11 @@ typedef struct dqw_sim_report {
     double electrical_J;  ///< in at the machine's terminals
     double copper_J;      ///< winding, shorted turns and their short, bad connection
     double iron_J;
-    double mechanical_J;  ///< air-gap torque times speed
-    double stored_start_J, stored_end_J;  ///< magnetic
-    double magnet_J;      ///< work on the magnet and the iron as they change in time (temperature, ramps)
-    double kinetic_J, friction_J, load_J; ///< mechanical = kinetic + friction + load where the shaft is free
-    double heat_stored_J, heat_ambient_J; ///< copper + iron = these two where there are heat capacities
+    double mechanical_J;                   ///< air-gap torque times speed
+    double stored_start_J, stored_end_J;   ///< magnetic
+    double magnet_J;                       ///< work on the magnet and the iron as they change in time (temperature, ramps)
+    double kinetic_J, friction_J, load_J;  ///< mechanical = kinetic + friction + load where the shaft is free
+    double heat_stored_J, heat_ambient_J;  ///< copper + iron = these two where there are heat capacities
     long periods, steps, rhs_evaluations, error_test_failures;
     double map_rms_Wb, map_max_Wb;  ///< flux map minus its projection on one co-energy
     double map_curl;                ///< RMS of L_dq - L_qd over RMS of the cross terms' mean size
@@ -177,8 +177,7 @@ size_t dqw_sim_rows(const dqw_sim_scenario *s);
 /// Simulates, and writes dqw_sim_rows(s) rows. `report`, `progress` may be NULL; progress(ctx, 0..1) is called about
 /// a hundred times, and a nonzero answer stops the run. Returns 0 or a negative dqw_sim_status; report->message says why.
 /// Cost: some 5 to 15 microseconds a control period. Thread safe; the same scenario gives the same rows.
-int dqw_sim_run(const dqw_sim_scenario *s, dqw_sim_row *rows, size_t capacity, dqw_sim_report *report,
-                int (*progress)(void *ctx, double fraction), void *ctx);
+int dqw_sim_run(const dqw_sim_scenario *s, dqw_sim_row *rows, size_t capacity, dqw_sim_report *report, int (*progress)(void *ctx, double fraction), void *ctx);
 
 /// One line for a status.
 const char *dqw_sim_status_text(int status);

@@ -44,7 +44,8 @@ static const struct {
     {"rtol", POSITIVE},
 };
 
-static const char *broken(double x, enum rule rule) {
+static const char *broken(double x, enum rule rule)
+{
     if (!isfinite(x)) return "must be finite";
     if (rule == POSITIVE && !(x > 0)) return "must be above 0";
     if (rule == NOT_NEGATIVE && !(x >= 0)) return "must not be negative";
@@ -52,19 +53,22 @@ static const char *broken(double x, enum rule rule) {
     return NULL;
 }
 
-static enum rule rule_of(const char *key) {
+static enum rule rule_of(const char *key)
+{
     for (size_t i = 0; i < sizeof rules / sizeof *rules; ++i)
         if (strcmp(rules[i].key, key) == 0) return rules[i].rule;
     // Noise fractions and ADC steps have no sign.
     return strncmp(key, "noise.", 6) == 0 ? NOT_NEGATIVE : FINITE;
 }
 
-static int refuse(char *message, size_t size, const char *what, const char *why) {
+static int refuse(char *message, size_t size, const char *what, const char *why)
+{
     snprintf(message, size, "%s %s", what, why);
     return DQW_SIM_ERR_SCENARIO;
 }
 
-static int check_signal(const dqw_sim_signal *g, const char *name, double dt_s, char *message, size_t size) {
+static int check_signal(const dqw_sim_signal *g, const char *name, double dt_s, char *message, size_t size)
+{
     if (g->wave != 0 && !(g->wave_period_s > 0)) return refuse(message, size, name, "has a wave whose wave_period_s is not above 0");
     if (g->wave != 0 && g->shape == DQW_SIM_SHAPE_STAIRS && g->levels < 2) return refuse(message, size, name, "has stairs with fewer than 2 levels");
     if (g->random != 0 && !(g->random_hold_s >= 0.5 * dt_s)) return refuse(message, size, name, "has a random_hold_s shorter than a period");
@@ -72,7 +76,8 @@ static int check_signal(const dqw_sim_signal *g, const char *name, double dt_s, 
     return 0;
 }
 
-static int check_together(const dqw_sim_scenario *s, char *message, size_t size) {
+static int check_together(const dqw_sim_scenario *s, char *message, size_t size)
+{
     const dqw_sim_machine *m = &s->machine;
     const dqw_sim_nonideal *x = &s->nonideal;
     const dqw_sim_drive *d = &s->drive;
@@ -82,10 +87,12 @@ static int check_together(const dqw_sim_scenario *s, char *message, size_t size)
     if ((m->winding_heat_J_K > 0) != (m->magnet_heat_J_K > 0)) return refuse(message, size, "machine", "needs both heat capacities or neither");
     if ((m->coulomb_Nm > 0 || x->bearing_Nm.value > 0) && !(m->coulomb_width_rad_s > 0))
         return refuse(message, size, "machine.coulomb_width_rad_s", "must be above 0 where there is Coulomb friction");
-    if (x->dead_time_V.value > 0 && !(x->dead_time_width_A > 0)) return refuse(message, size, "nonideal.dead_time_width_A", "must be above 0 where there is dead time");
+    if (x->dead_time_V.value > 0 && !(x->dead_time_width_A > 0))
+        return refuse(message, size, "nonideal.dead_time_width_A", "must be above 0 where there is dead time");
     if (m->flux_map[0] && (x->saturation_dd_A_Wb3.value != 0 || x->saturation_qq_A_Wb3.value != 0 || x->saturation_dq_A_Wb3.value != 0))
         return refuse(message, size, "nonideal.saturation_*", "and machine.flux_map exclude each other");
-    if (loops && !(d->current_bandwidth_rad_s > 0)) return refuse(message, size, "drive.current_bandwidth_rad_s", "must be above 0 where currents are controlled");
+    if (loops && !(d->current_bandwidth_rad_s > 0))
+        return refuse(message, size, "drive.current_bandwidth_rad_s", "must be above 0 where currents are controlled");
     if (s->profile.control == DQW_SIM_CONTROL_SPEED && !(d->speed_bandwidth_rad_s > 0 && m->psi_Wb > 0 && s->profile.shaft == DQW_SIM_SHAFT_FREE))
         return refuse(message, size, "profile.control = speed", "needs a speed bandwidth, a magnet and a free shaft");
     if (d->log_every < 0 || d->log_window < 0 || d->log_window > (d->log_every > 1 ? d->log_every : 1))
@@ -95,7 +102,8 @@ static int check_together(const dqw_sim_scenario *s, char *message, size_t size)
     return 0;
 }
 
-int dqw_sim_check(const dqw_sim_scenario *s, char *message, size_t size) {
+int dqw_sim_check(const dqw_sim_scenario *s, char *message, size_t size)
+{
     for (size_t i = 0; i < dqw_sim_field_count(); ++i) {
         const dqw_sim_field *f = dqw_sim_field_at(i);
         if (f->kind != DQW_SIM_FIELD_DOUBLE) continue;
@@ -105,8 +113,12 @@ int dqw_sim_check(const dqw_sim_scenario *s, char *message, size_t size) {
     const struct {
         const dqw_sim_signal *signal;
         const char *name;
-    } signals[] = {{&s->profile.speed_rad_s, "profile.speed_rad_s"}, {&s->profile.i_d_A, "profile.i_d_A"}, {&s->profile.i_q_A, "profile.i_q_A"},
-                   {&s->profile.v_d_V, "profile.v_d_V"}, {&s->profile.v_q_V, "profile.v_q_V"}, {&s->profile.load_Nm, "profile.load_Nm"}};
+    } signals[] = {{&s->profile.speed_rad_s, "profile.speed_rad_s"},
+                   {&s->profile.i_d_A, "profile.i_d_A"},
+                   {&s->profile.i_q_A, "profile.i_q_A"},
+                   {&s->profile.v_d_V, "profile.v_d_V"},
+                   {&s->profile.v_q_V, "profile.v_q_V"},
+                   {&s->profile.load_Nm, "profile.load_Nm"}};
     for (size_t i = 0; i < sizeof signals / sizeof *signals; ++i) {
         const int status = check_signal(signals[i].signal, signals[i].name, s->drive.dt_s, message, size);
         if (status) return status;
@@ -114,7 +126,31 @@ int dqw_sim_check(const dqw_sim_scenario *s, char *message, size_t size) {
     return check_together(s, message, size);
 }
 
-long dqw_sim_periods(const dqw_sim_scenario *s) {
+long dqw_sim_periods(const dqw_sim_scenario *s)
+{
     const long every = s->drive.log_every > 1 ? s->drive.log_every : 1;
     return (long)floor(s->duration_s / (s->drive.dt_s * (double)every) + 0.5) * every;
+}
+
+size_t dqw_sim_rows(const dqw_sim_scenario *s)
+{
+    char unused[320];
+    if (!s || dqw_sim_check(s, unused, sizeof unused)) return 0;
+    return (size_t)(dqw_sim_periods(s) / (s->drive.log_every > 1 ? s->drive.log_every : 1));
+}
+
+const char *dqw_sim_status_text(int status)
+{
+    switch (status) {
+    case DQW_SIM_OK: return "done";
+    case DQW_SIM_ERR_KEY: return "no such key";
+    case DQW_SIM_ERR_VALUE: return "not a value of this key's kind";
+    case DQW_SIM_ERR_SCENARIO: return "unphysical or contradictory scenario";
+    case DQW_SIM_ERR_CAPACITY: return "too few rows offered";
+    case DQW_SIM_ERR_MAP: return "flux map cannot be used";
+    case DQW_SIM_ERR_SOLVER: return "the integration failed";
+    case DQW_SIM_ERR_MEMORY: return "out of memory";
+    case DQW_SIM_ERR_ABORTED: return "stopped by the caller";
+    default: return "unknown status";
+    }
 }

@@ -9,7 +9,8 @@ static double clamp(double x, double limit) { return x > limit ? limit : x < -li
 // What a limit cut off, fed to an integrator of gain ki dt beside a proportional gain kp: never more than all of it.
 static double back(double cut, double ki_dt, double kp) { return cut * (ki_dt < kp ? ki_dt / kp : 1); }
 
-static double speed_loop(dqw_sim_controller *c, const dqw_sim_scenario *s, const dqw_sim_measured *m, double limit_A) {
+static double speed_loop(dqw_sim_controller *c, const dqw_sim_scenario *s, const dqw_sim_measured *m, double limit_A)
+{
     const double kt = 1.5 * s->machine.pole_pairs * c->psi_Wb;
     const double kp = s->drive.speed_bandwidth_rad_s * s->machine.J_kgm2 / kt;
     const double ki_dt = kp * 0.25 * s->drive.speed_bandwidth_rad_s * s->drive.dt_s;
@@ -19,8 +20,8 @@ static double speed_loop(dqw_sim_controller *c, const dqw_sim_scenario *s, const
     return given;
 }
 
-void dqw_sim_controller_step(dqw_sim_controller *c, const dqw_sim_scenario *s, const dqw_sim_measured *m, double t_apply_s, double *v_d_V,
-                             double *v_q_V) {
+void dqw_sim_controller_step(dqw_sim_controller *c, const dqw_sim_scenario *s, const dqw_sim_measured *m, double t_apply_s, double *v_d_V, double *v_q_V)
+{
     const dqw_sim_drive *drive = &s->drive;
     double v_d = dqw_sim_signal_at(&s->profile.v_d_V, t_apply_s, s->seed, DQW_SIM_STREAM_V_D);
     double v_q = dqw_sim_signal_at(&s->profile.v_q_V, t_apply_s, s->seed, DQW_SIM_STREAM_V_Q);

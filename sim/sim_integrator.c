@@ -9,11 +9,10 @@
 #include <sunnonlinsol/sunnonlinsol_fixedpoint.h>
 
 // A failed evaluation (a flux map cannot be inverted there) asks CVODE for a smaller step.
-static int rhs(sunrealtype tau_s, N_Vector y, N_Vector dy, void *plant) {
-    return dqw_sim_plant_rhs(plant, tau_s, NV_DATA_S(y), NV_DATA_S(dy)) ? 0 : 1;
-}
+static int rhs(sunrealtype tau_s, N_Vector y, N_Vector dy, void *plant) { return dqw_sim_plant_rhs(plant, tau_s, NV_DATA_S(y), NV_DATA_S(dy)) ? 0 : 1; }
 
-static int create_context(SUNContext *context) {
+static int create_context(SUNContext *context)
+{
 #if SUNDIALS_VERSION_MAJOR >= 7
     if (SUNContext_Create(SUN_COMM_NULL, context)) return DQW_SIM_ERR_MEMORY;
     SUNContext_ClearErrHandlers(*context);
@@ -23,7 +22,8 @@ static int create_context(SUNContext *context) {
 #endif
 }
 
-static int attach_solver(dqw_sim_integrator *g, enum dqw_sim_method method) {
+static int attach_solver(dqw_sim_integrator *g, enum dqw_sim_method method)
+{
     if (method == DQW_SIM_ADAMS) {
         g->nonlinear = SUNNonlinSol_FixedPoint(g->y, 0, g->context);
         return g->nonlinear && CVodeSetNonlinearSolver(g->cvode, g->nonlinear) == 0 ? 0 : DQW_SIM_ERR_MEMORY;
@@ -35,7 +35,8 @@ static int attach_solver(dqw_sim_integrator *g, enum dqw_sim_method method) {
     return g->linear && CVodeSetLinearSolver(g->cvode, g->linear, g->matrix) == 0 ? 0 : DQW_SIM_ERR_MEMORY;
 }
 
-int dqw_sim_integrator_init(dqw_sim_integrator *g, const dqw_sim_plant *plant, enum dqw_sim_method method, const double *tolerance) {
+int dqw_sim_integrator_init(dqw_sim_integrator *g, const dqw_sim_plant *plant, enum dqw_sim_method method, const double *tolerance)
+{
     memset(g, 0, sizeof *g);
     g->plant = plant;
     const int status = create_context(&g->context);
@@ -50,15 +51,16 @@ int dqw_sim_integrator_init(dqw_sim_integrator *g, const dqw_sim_plant *plant, e
 #if SUNDIALS_VERSION_MAJOR < 7
     CVodeSetErrFile(g->cvode, NULL);
 #endif
-    if (CVodeInit(g->cvode, rhs, 0, g->y) || CVodeSVtolerances(g->cvode, 0, g->tolerance) ||
-        CVodeSetUserData(g->cvode, (void *)plant) || CVodeSetMaxNumSteps(g->cvode, 100000))
+    if (CVodeInit(g->cvode, rhs, 0, g->y) || CVodeSVtolerances(g->cvode, 0, g->tolerance) || CVodeSetUserData(g->cvode, (void *)plant) ||
+        CVodeSetMaxNumSteps(g->cvode, 100000))
         return DQW_SIM_ERR_SOLVER;
     // CVODE would try ten times the step after each early one, and fail every other time: 2 saves a quarter of the evaluations.
     if (CVodeSetEtaMaxEarlyStep(g->cvode, 2)) return DQW_SIM_ERR_SOLVER;
     return attach_solver(g, method);
 }
 
-void dqw_sim_integrator_free(dqw_sim_integrator *g) {
+void dqw_sim_integrator_free(dqw_sim_integrator *g)
+{
     if (g->cvode) CVodeFree(&g->cvode);
     if (g->nonlinear) SUNNonlinSolFree(g->nonlinear);
     if (g->linear) SUNLinSolFree(g->linear);
@@ -72,7 +74,8 @@ void dqw_sim_integrator_free(dqw_sim_integrator *g) {
 double *dqw_sim_integrator_state(dqw_sim_integrator *g) { return NV_DATA_S(g->y); }
 
 // Error of the first step as a fraction of the tolerance, as CVODE measures it.
-static double first_error(dqw_sim_integrator *g) {
+static double first_error(dqw_sim_integrator *g)
+{
     if (CVodeGetEstLocalErrors(g->cvode, g->error)) return 1;
     double square = 0;
     for (int k = 0; k < g->plant->states; ++k) {
@@ -84,14 +87,16 @@ static double first_error(dqw_sim_integrator *g) {
 
 // Every period starts anew at order 1, whose error goes with the square of the step: aim at a third of the tolerance, so that the
 // next edge's larger jump does not cost a failure.
-static void learn_first_step(dqw_sim_integrator *g, double dt_s) {
+static void learn_first_step(dqw_sim_integrator *g, double dt_s)
+{
     sunrealtype taken = 0;
     CVodeGetLastStep(g->cvode, &taken);
     const double scale = sqrt(0.3 / (first_error(g) + 0.01));
     g->first_step_s = fmin(taken * fmax(0.2, fmin(2, scale)), dt_s);
 }
 
-int dqw_sim_integrator_period(dqw_sim_integrator *g, double dt_s) {
+int dqw_sim_integrator_period(dqw_sim_integrator *g, double dt_s)
+{
     sunrealtype reached = 0;
     long steps = 0, evaluations = 0, failures = 0;
     int flag = CVodeReInit(g->cvode, 0, g->y);

@@ -7,6 +7,7 @@
 
 #include "dqw_sim.h"
 
+// clang-format off
 #define AT(field) offsetof(dqw_sim_scenario, field)
 #define NUMBER(field) {#field, AT(field), DQW_SIM_FIELD_DOUBLE, NULL}
 #define COUNT(field) {#field, AT(field), DQW_SIM_FIELD_INT, NULL}
@@ -38,22 +39,28 @@ static const dqw_sim_field fields[] = {
     NUMBER(noise.step_i_A), NUMBER(noise.step_v_V), NUMBER(noise.step_w_rad_s), NUMBER(noise.step_theta_m_rad), NUMBER(noise.step_v_dc_V),
     NUMBER(noise.step_temp_C), NUMBER(noise.step_torque_Nm), {"noise.seed", AT(noise.seed), DQW_SIM_FIELD_SEED, NULL},
 };
+// clang-format on
 
 // Beside the fields: a name for all noise at once, and short names.
 static const char *const noise_channels[] = {"noise.i", "noise.v", "noise.w", "noise.theta", "noise.v_dc", "noise.temp", "noise.torque"};
 static const char *const shorthands[] = {"noise", "noise_i", "noise_v", "noise_w", "noise_theta", "noise_v_dc", "noise_temp", "noise_torque"};
-enum { FIELDS = sizeof fields / sizeof *fields, CHANNELS = sizeof noise_channels / sizeof *noise_channels,
-       SHORTHANDS = sizeof shorthands / sizeof *shorthands };
+enum {
+    FIELDS = sizeof fields / sizeof *fields,
+    CHANNELS = sizeof noise_channels / sizeof *noise_channels,
+    SHORTHANDS = sizeof shorthands / sizeof *shorthands
+};
 
 size_t dqw_sim_field_count(void) { return FIELDS; }
 const dqw_sim_field *dqw_sim_field_at(size_t index) { return index < FIELDS ? &fields[index] : NULL; }
 
-const char *dqw_sim_key_at(size_t index) {
+const char *dqw_sim_key_at(size_t index)
+{
     if (index < FIELDS) return fields[index].key;
     return index < FIELDS + SHORTHANDS ? shorthands[index - FIELDS] : NULL;
 }
 
-static int choice_of(const char *choices, const char *value) {
+static int choice_of(const char *choices, const char *value)
+{
     const size_t length = strchr(value, ' ') ? 0 : strlen(value);
     int n = 0;
     for (const char *c = choices; *c; c = strchr(c, ' ') + 1, ++n)
@@ -61,7 +68,8 @@ static int choice_of(const char *choices, const char *value) {
     return -1;
 }
 
-static int set_field(char *to, const dqw_sim_field *f, const char *value) {
+static int set_field(char *to, const dqw_sim_field *f, const char *value)
+{
     char *end = NULL;
     errno = 0;
     switch (f->kind) {
@@ -92,7 +100,7 @@ static int set_field(char *to, const dqw_sim_field *f, const char *value) {
         return 0;
     }
     case DQW_SIM_FIELD_PATH: {
-        if (strlen(value) >= sizeof ((dqw_sim_machine *)0)->flux_map) return DQW_SIM_ERR_VALUE;
+        if (strlen(value) >= sizeof((dqw_sim_machine *)0)->flux_map) return DQW_SIM_ERR_VALUE;
         memcpy(to, value, strlen(value) + 1);
         return 0;
     }
@@ -107,13 +115,15 @@ static int set_field(char *to, const dqw_sim_field *f, const char *value) {
     return DQW_SIM_ERR_VALUE;
 }
 
-static int set_by_path(dqw_sim_scenario *s, const char *key, const char *value) {
+static int set_by_path(dqw_sim_scenario *s, const char *key, const char *value)
+{
     for (size_t i = 0; i < FIELDS; ++i)
         if (strcmp(fields[i].key, key) == 0) return set_field((char *)s + fields[i].offset, &fields[i], value);
     return DQW_SIM_ERR_KEY;
 }
 
-int dqw_sim_set(dqw_sim_scenario *s, const char *key, const char *value) {
+int dqw_sim_set(dqw_sim_scenario *s, const char *key, const char *value)
+{
     if (!s || !key || !value) return DQW_SIM_ERR_KEY;
     int status = 0;
     if (strcmp(key, shorthands[0]) == 0) {

@@ -20,16 +20,16 @@ typedef struct dqw_sim_map_axis {
 typedef struct dqw_sim_map {
     dqw_sim_map_axis d, q;
     double coef[DQW_SIM_MAP_COEFS][DQW_SIM_MAP_COEFS];
-    double rms_Wb, max_Wb;    ///< measured minus projected, both components together
-    double curl;              ///< RMS of (dpsi_d/di_q - dpsi_q/di_d) over RMS of their mean, by differences on the grid
+    double rms_Wb, max_Wb;      ///< measured minus projected, both components together
+    double curl;                ///< RMS of (dpsi_d/di_q - dpsi_q/di_d) over RMS of their mean, by differences on the grid
     double last_d_A, last_q_A;  ///< where the last inversion ended: the next one starts there
 } dqw_sim_map;
 
 /// A map as read: a full grid, row-major in i_d.
 typedef struct dqw_sim_grid {
     size_t n_d, n_q;
-    double *i_d_A, *i_q_A;          ///< n_d, n_q values, ascending
-    double *psi_d_Wb, *psi_q_Wb;    ///< n_d * n_q values
+    double *i_d_A, *i_q_A;        ///< n_d, n_q values, ascending
+    double *psi_d_Wb, *psi_q_Wb;  ///< n_d * n_q values
 } dqw_sim_grid;
 
 /// Reads CSV with the columns i_d_A, i_q_A, psi_d_Wb, psi_q_Wb in any order. Returns 0 or a negative dqw_sim_status with

@@ -26,7 +26,8 @@ typedef struct reader {
     size_t count, room;
 } reader;
 
-static int refuse(reader *r, long line, const char *format, ...) {
+static int refuse(reader *r, long line, const char *format, ...)
+{
     const int n = line > 0 ? snprintf(r->message, r->size, "%s:%ld: ", r->path, line) : snprintf(r->message, r->size, "%s: ", r->path);
     va_list args;
     va_start(args, format);
@@ -36,7 +37,8 @@ static int refuse(reader *r, long line, const char *format, ...) {
 }
 
 // Splits at commas, in place; trims spaces and a carriage return.
-static int split(char *text, char **field) {
+static int split(char *text, char **field)
+{
     int n = 0;
     for (char *c = text; n < FIELDS_MAX; ++n) {
         char *end = c + strcspn(c, ",");
@@ -51,7 +53,8 @@ static int split(char *text, char **field) {
     return n;
 }
 
-static int read_header(reader *r, char *text) {
+static int read_header(reader *r, char *text)
+{
     char *field[FIELDS_MAX];
     if (strncmp(text, "\xef\xbb\xbf", 3) == 0) text += 3;
     const int n = split(text, field);
@@ -64,7 +67,8 @@ static int read_header(reader *r, char *text) {
     return 0;
 }
 
-static int read_point(reader *r, char *text) {
+static int read_point(reader *r, char *text)
+{
     char *field[FIELDS_MAX];
     const int n = split(text, field);
     if (n == 1 && !*field[0]) return 0;
@@ -86,16 +90,19 @@ static int read_point(reader *r, char *text) {
     return 0;
 }
 
-static int by_current(const void *a, const void *b) {
+static int by_current(const void *a, const void *b)
+{
     const point *p = a, *q = b;
     if (p->value[0] != q->value[0]) return p->value[0] < q->value[0] ? -1 : 1;
     return (p->value[1] > q->value[1]) - (p->value[1] < q->value[1]);
 }
 
-static int make_grid(reader *r, dqw_sim_grid *g) {
+static int make_grid(reader *r, dqw_sim_grid *g)
+{
     if (r->count == 0) return refuse(r, 0, "no points");
     qsort(r->points, r->count, sizeof *r->points, by_current);
     const point *p = r->points;
+    g->n_q = 1;
     while (g->n_q < r->count && p[g->n_q].value[0] == p[0].value[0]) ++g->n_q;
     for (size_t k = 0; k < r->count; ++k) {
         if (k && p[k].value[0] == p[k - 1].value[0] && p[k].value[1] == p[k - 1].value[1])
@@ -120,8 +127,10 @@ static int make_grid(reader *r, dqw_sim_grid *g) {
     return 0;
 }
 
-int dqw_sim_grid_read(const char *path, dqw_sim_grid *grid, char *message, size_t size) {
-    reader r = {.path = path, .message = message, .size = size};
+int dqw_sim_grid_read(const char *path, dqw_sim_grid *grid, char *message, size_t size)
+{
+    reader r = {.path = path, .size = size};
+    r.message = message;
     memset(grid, 0, sizeof *grid);
     FILE *file = fopen(path, "r");
     if (!file) return refuse(&r, 0, "%s", strerror(errno));
@@ -129,8 +138,10 @@ int dqw_sim_grid_read(const char *path, dqw_sim_grid *grid, char *message, size_
     int status = 0;
     while (status == 0 && fgets(text, sizeof text, file)) {
         ++r.line;
-        if (strlen(text) == sizeof text - 1) status = refuse(&r, r.line, "line of over %d characters", LINE_MAX_CHARS - 2);
-        else status = r.line == 1 ? read_header(&r, text) : read_point(&r, text);
+        if (strlen(text) == sizeof text - 1)
+            status = refuse(&r, r.line, "line of over %d characters", LINE_MAX_CHARS - 2);
+        else
+            status = r.line == 1 ? read_header(&r, text) : read_point(&r, text);
     }
     if (status == 0 && ferror(file)) status = refuse(&r, 0, "%s", strerror(errno));
     fclose(file);
@@ -141,7 +152,8 @@ int dqw_sim_grid_read(const char *path, dqw_sim_grid *grid, char *message, size_
     return status;
 }
 
-void dqw_sim_grid_free(dqw_sim_grid *grid) {
+void dqw_sim_grid_free(dqw_sim_grid *grid)
+{
     free(grid->i_d_A), free(grid->i_q_A), free(grid->psi_d_Wb), free(grid->psi_q_Wb);
     memset(grid, 0, sizeof *grid);
 }

@@ -9,7 +9,8 @@ static const double sqrt3 = 1.7320508075688772;
 
 static double inverse(double x) { return x > 0 ? 1 / x : 0; }
 
-void dqw_sim_plant_init(dqw_sim_plant *p, const dqw_sim_scenario *s, dqw_sim_map *map) {
+void dqw_sim_plant_init(dqw_sim_plant *p, const dqw_sim_scenario *s, dqw_sim_map *map)
+{
     const dqw_sim_machine *m = &s->machine;
     memset(p, 0, sizeof *p);
     p->p = m->pole_pairs;
@@ -36,7 +37,8 @@ void dqw_sim_plant_init(dqw_sim_plant *p, const dqw_sim_scenario *s, dqw_sim_map
     p->states = n;
 }
 
-bool dqw_sim_plant_ramp(dqw_sim_plant *p, const dqw_sim_scenario *s, double t_s) {
+bool dqw_sim_plant_ramp(dqw_sim_plant *p, const dqw_sim_scenario *s, double t_s)
+{
     const dqw_sim_machine *m = &s->machine;
     const dqw_sim_nonideal *x = &s->nonideal;
     p->dead_time_V = dqw_sim_ramp_at(&x->dead_time_V, t_s);
@@ -60,13 +62,12 @@ bool dqw_sim_plant_ramp(dqw_sim_plant *p, const dqw_sim_scenario *s, double t_s)
                              dqw_sim_ramp_at(&x->saturation_qq_A_Wb3, t_s), dqw_sim_ramp_at(&x->saturation_dq_A_Wb3, t_s));
 }
 
-double dqw_sim_plant_magnet(const dqw_sim_plant *p, double temp_magnet_C) {
-    return p->psi_ref_Wb * (1 + p->beta_per_K * (temp_magnet_C - p->temp_ref_C));
-}
+double dqw_sim_plant_magnet(const dqw_sim_plant *p, double temp_magnet_C) { return p->psi_ref_Wb * (1 + p->beta_per_K * (temp_magnet_C - p->temp_ref_C)); }
 
 // What the inverter's dead time takes from each phase. The currents are those of the windings' flux, without the parts of iron
 // loss and short, which hang on the voltage and would close an algebraic loop. Turns the frame's x, y by c, s to phase a's axis.
-static void subtract_dead_time(const dqw_sim_plant *p, double c, double s, double im_x, double im_y, double *v_x, double *v_y) {
+static void subtract_dead_time(const dqw_sim_plant *p, double c, double s, double im_x, double im_y, double *v_x, double *v_y)
+{
     const double alpha = c * im_x - s * im_y, beta = s * im_x + c * im_y, k = p->dead_time_width_inv;
     const double a = tanh(k * alpha), b = tanh(k * 0.5 * (sqrt3 * beta - alpha)), g = tanh(-k * 0.5 * (sqrt3 * beta + alpha));
     const double lost_alpha = p->dead_time_V * (2 * a - b - g) / 3, lost_beta = p->dead_time_V * (b - g) / sqrt3;
@@ -79,7 +80,8 @@ static void subtract_dead_time(const dqw_sim_plant *p, double c, double s, doubl
 // 2006, with their direct short generalised to r_f. Along phase a (alpha), with m = 2 mu / 3, d = 2 dR / 3 and G = 1/R_fe:
 //     v = (R + d) i - m R i_f + e,   i = i_m + G e + m i_f,   (r_f + mu R) i_f = mu (R i + e);
 // along beta v = R i + e, i = i_m + G e.
-static void faulty_circuit(const dqw_sim_plant *p, double R, double c, double s, double im_x, double im_y, dqw_sim_point *o) {
+static void faulty_circuit(const dqw_sim_plant *p, double R, double c, double s, double im_x, double im_y, dqw_sim_point *o)
+{
     const double mu = p->short_turns, m = mu * (2.0 / 3), dR = p->connection_ohm, d = dR * (2.0 / 3), G = p->iron_S;
     const double v_alpha = c * o->v_x_V - s * o->v_y_V, v_beta = s * o->v_x_V + c * o->v_y_V;
     const double im_alpha = c * im_x - s * im_y, im_beta = s * im_x + c * im_y;
@@ -94,14 +96,16 @@ static void faulty_circuit(const dqw_sim_plant *p, double R, double c, double s,
     o->copper_W = R * ((1 - mu) * i_alpha * i_alpha + mu * in_short * in_short + bc) + p->short_ohm * i_f * i_f + dR * i_alpha * i_alpha;
 }
 
-static void healthy_circuit(const dqw_sim_plant *p, double R, double im_x, double im_y, dqw_sim_point *o) {
+static void healthy_circuit(const dqw_sim_plant *p, double R, double im_x, double im_y, dqw_sim_point *o)
+{
     const double k = 1 / (1 + R * p->iron_S);
     o->e_x_V = (o->v_x_V - R * im_x) * k, o->e_y_V = (o->v_y_V - R * im_y) * k;
     o->i_x_A = im_x + p->iron_S * o->e_x_V, o->i_y_A = im_y + p->iron_S * o->e_y_V;
     o->copper_W = 1.5 * R * (o->i_x_A * o->i_x_A + o->i_y_A * o->i_y_A);
 }
 
-bool dqw_sim_plant_point(const dqw_sim_plant *p, double tau_s, const double *y, dqw_sim_point *o) {
+bool dqw_sim_plant_point(const dqw_sim_plant *p, double tau_s, const double *y, dqw_sim_point *o)
+{
     if (p->at_w >= 0) {
         o->w_m_rad_s = y[p->at_w];
         o->turn_rad = y[p->at_w + 1];
@@ -130,8 +134,10 @@ bool dqw_sim_plant_point(const dqw_sim_plant *p, double tau_s, const double *y, 
         ca = cos(frame), sa = sin(frame);
     }
     if (p->dead_time_V != 0) subtract_dead_time(p, ca, sa, im_x, im_y, &o->v_x_V, &o->v_y_V);
-    if (faulty) faulty_circuit(p, R, ca, sa, im_x, im_y, o);
-    else healthy_circuit(p, R, im_x, im_y, o);
+    if (faulty)
+        faulty_circuit(p, R, ca, sa, im_x, im_y, o);
+    else
+        healthy_circuit(p, R, im_x, im_y, o);
     o->i_d_A = c * o->i_x_A + s * o->i_y_A;
     o->i_q_A = c * o->i_y_A - s * o->i_x_A;
     o->iron_W = 1.5 * p->iron_S * (o->e_x_V * o->e_x_V + o->e_y_V * o->e_y_V);
@@ -140,11 +146,13 @@ bool dqw_sim_plant_point(const dqw_sim_plant *p, double tau_s, const double *y, 
     return true;
 }
 
-static double heat_out_W(const dqw_sim_plant *p, const dqw_sim_point *o) {
+static double heat_out_W(const dqw_sim_plant *p, const dqw_sim_point *o)
+{
     return p->winding_ambient_W_K * (o->temp_winding_C - p->temp_ambient_C) + p->magnet_ambient_W_K * (o->temp_magnet_C - p->temp_ambient_C);
 }
 
-bool dqw_sim_plant_rhs(const dqw_sim_plant *p, double tau_s, const double *y, double *dy) {
+bool dqw_sim_plant_rhs(const dqw_sim_plant *p, double tau_s, const double *y, double *dy)
+{
     dqw_sim_point o;
     if (!dqw_sim_plant_point(p, tau_s, y, &o)) return false;
     const double w_frame = p->turning_frame ? p->p * o.w_m_rad_s : 0;
@@ -176,7 +184,8 @@ bool dqw_sim_plant_rhs(const dqw_sim_plant *p, double tau_s, const double *y, do
     return true;
 }
 
-bool dqw_sim_plant_energy(const dqw_sim_plant *p, double psi_m_Wb, double psi_d_Wb, double psi_q_Wb, double *joule) {
+bool dqw_sim_plant_energy(const dqw_sim_plant *p, double psi_m_Wb, double psi_d_Wb, double psi_q_Wb, double *joule)
+{
     double W, unused;
     if (!dqw_sim_flux_energy(&p->flux, psi_m_Wb, psi_d_Wb, psi_q_Wb, &W, &unused)) return false;
     *joule = 1.5 * W;

@@ -6,8 +6,17 @@
 #include "sim_flux.h"
 
 /// Energies that are integrated beside the states.
-enum { DQW_SIM_E_ELECTRICAL, DQW_SIM_E_COPPER, DQW_SIM_E_IRON, DQW_SIM_E_MECHANICAL, DQW_SIM_E_MAGNET, DQW_SIM_E_FRICTION, DQW_SIM_E_LOAD,
-       DQW_SIM_E_AMBIENT, DQW_SIM_ENERGIES };
+enum {
+    DQW_SIM_E_ELECTRICAL,
+    DQW_SIM_E_COPPER,
+    DQW_SIM_E_IRON,
+    DQW_SIM_E_MECHANICAL,
+    DQW_SIM_E_MAGNET,
+    DQW_SIM_E_FRICTION,
+    DQW_SIM_E_LOAD,
+    DQW_SIM_E_AMBIENT,
+    DQW_SIM_ENERGIES
+};
 
 enum { DQW_SIM_STATES_MAX = 6 + DQW_SIM_ENERGIES };
 
@@ -24,10 +33,10 @@ typedef struct dqw_sim_plant {
     double winding_heat_inv, magnet_heat_inv, winding_magnet_W_K, winding_ambient_W_K, magnet_ambient_W_K, temp_ambient_C;
     bool turning_frame;
     // This period.
-    double v_x_V, v_y_V;    ///< held voltage in that frame
-    double theta_e_rad;     ///< angle of the frame at t_k
+    double v_x_V, v_y_V;  ///< held voltage in that frame
+    double theta_e_rad;   ///< angle of the frame at t_k
     double load_Nm;
-    double w_m_rad_s, accel_rad_s2;     ///< where the shaft is imposed: speed at t_k, and its slope
+    double w_m_rad_s, accel_rad_s2;        ///< where the shaft is imposed: speed at t_k, and its slope
     double temp_winding_C, temp_magnet_C;  ///< where there are no heat capacities
     // Where in the state vector; -1: absent.
     int at_w, at_temp, at_energy, states;
@@ -38,7 +47,7 @@ typedef struct dqw_sim_point {
     double psi_d_Wb, psi_q_Wb, i_d_A, i_q_A;  ///< i: terminal currents, with those of iron loss and short
     double v_x_V, v_y_V, e_x_V, e_y_V;        ///< at the terminals, and induced
     double i_x_A, i_y_A;
-    double turn_rad;      ///< electrical angle since t_k
+    double turn_rad;  ///< electrical angle since t_k
     double w_m_rad_s, psi_m_Wb, torque_Nm, copper_W, iron_W, friction_Nm, temp_winding_C, temp_magnet_C;
 } dqw_sim_point;
 

@@ -19,31 +19,34 @@ typedef struct run {
     dqw_sim_plant plant;
     dqw_sim_integrator integrator;
     dqw_sim_controller controller;
-    dqw_sim_row sample;                       // what is true at t_k
-    double psi_d_Wb, psi_q_Wb, psi_m_Wb;      // there too
-    double v_alpha_V, v_beta_V;               // decided for the coming period; hold = dq: v_d, v_q
+    dqw_sim_row sample;                   // what is true at t_k
+    double psi_d_Wb, psi_q_Wb, psi_m_Wb;  // there too
+    double v_alpha_V, v_beta_V;           // decided for the coming period; hold = dq: v_d, v_q
     double energy_J[DQW_SIM_ENERGIES], edges_J;
     dqw_sim_report *report;
 } run;
 
-static double wrapped(double angle) {
+static double wrapped(double angle)
+{
     const double turned = angle - two_pi * floor(angle / two_pi);
     return turned < two_pi ? turned : 0;
 }
 
-static int refuse(dqw_sim_report *report, int status, const char *why, double t_s) {
-    if (t_s >= 0) snprintf(report->message, sizeof report->message, "%s at t = %.6g s", why, t_s);
-    else snprintf(report->message, sizeof report->message, "%s", why);
+static int refuse(dqw_sim_report *report, int status, const char *why, double t_s)
+{
+    if (t_s >= 0)
+        snprintf(report->message, sizeof report->message, "%s at t = %.6g s", why, t_s);
+    else
+        snprintf(report->message, sizeof report->message, "%s", why);
     return status;
 }
 
-static double speed_reference(const dqw_sim_scenario *s, double t_s) {
-    return dqw_sim_signal_at(&s->profile.speed_rad_s, t_s, s->seed, DQW_SIM_STREAM_SPEED);
-}
+static double speed_reference(const dqw_sim_scenario *s, double t_s) { return dqw_sim_signal_at(&s->profile.speed_rad_s, t_s, s->seed, DQW_SIM_STREAM_SPEED); }
 
 // The drive reads its sensors at t_k and decides the voltage that is applied `ahead` periods later. The angle is carried on to the
 // middle of that period.
-static void control(run *r, int ahead) {
+static void control(run *r, int ahead)
+{
     const dqw_sim_scenario *s = r->s;
     dqw_sim_row seen = r->sample;
     dqw_sim_sensor_quantise(&s->noise, s->machine.pole_pairs, &seen);
@@ -58,7 +61,8 @@ static void control(run *r, int ahead) {
 
 // Mean over the period of the held voltage as the turning rotor sees it: 4-point Gauss over the cubic Hermite interpolant of the
 // angle. Below 1 rad of turn its error is under 1e-9 of the voltage.
-static void seen_by_rotor(const dqw_sim_plant *p, double dt_s, double turn_rad, double w0, double w1, double *v_d_V, double *v_q_V) {
+static void seen_by_rotor(const dqw_sim_plant *p, double dt_s, double turn_rad, double w0, double w1, double *v_d_V, double *v_q_V)
+{
     static const double node[4] = {0.06943184420297371, 0.33000947820757187, 0.6699905217924281, 0.9305681557970263};
     static const double weight[4] = {0.17392742256872692, 0.32607257743127307, 0.32607257743127307, 0.17392742256872692};
     *v_d_V = p->v_x_V, *v_q_V = p->v_y_V;
@@ -73,7 +77,8 @@ static void seen_by_rotor(const dqw_sim_plant *p, double dt_s, double turn_rad, 
     *v_q_V = c * p->v_y_V - s * p->v_x_V;
 }
 
-static void take_sample(run *r, double t_s, const dqw_sim_point *o, double turn_rad) {
+static void take_sample(run *r, double t_s, const dqw_sim_point *o, double turn_rad)
+{
     dqw_sim_row *m = &r->sample;
     m->t_s = t_s;
     m->i_d_A = o->i_d_A, m->i_q_A = o->i_q_A, m->w_m_rad_s = o->w_m_rad_s;
@@ -85,7 +90,8 @@ static void take_sample(run *r, double t_s, const dqw_sim_point *o, double turn_
 }
 
 // What a ramp does to the stored energy at constant flux is work on the magnet or the iron.
-static bool ramp(run *r, double t_s) {
+static bool ramp(run *r, double t_s)
+{
     double before = 0, after = 0;
     const double psi_m = r->psi_m_Wb;
     if (r->s->balance && !dqw_sim_plant_energy(&r->plant, psi_m, r->psi_d_Wb, r->psi_q_Wb, &before)) return false;
@@ -96,7 +102,8 @@ static bool ramp(run *r, double t_s) {
     return true;
 }
 
-static void fill_state(const run *r, double *y) {
+static void fill_state(const run *r, double *y)
+{
     const dqw_sim_plant *p = &r->plant;
     y[0] = r->psi_d_Wb, y[1] = r->psi_q_Wb;
     if (p->at_w >= 0) y[p->at_w] = r->sample.w_m_rad_s, y[p->at_w + 1] = 0;
@@ -105,7 +112,8 @@ static void fill_state(const run *r, double *y) {
 }
 
 // From t_k to t_{k+1}. Returns what the log calls v_d, v_q.
-static int period(run *r, long k, double *v_d_V, double *v_q_V) {
+static int period(run *r, long k, double *v_d_V, double *v_q_V)
+{
     const dqw_sim_scenario *s = r->s;
     dqw_sim_plant *p = &r->plant;
     const double dt = s->drive.dt_s, t = (double)k * dt;
@@ -135,7 +143,8 @@ static int period(run *r, long k, double *v_d_V, double *v_q_V) {
     return 0;
 }
 
-static int begin(run *r) {
+static int begin(run *r)
+{
     const dqw_sim_scenario *s = r->s;
     dqw_sim_plant *p = &r->plant;
     if (!dqw_sim_plant_ramp(p, s, 0)) return refuse(r->report, DQW_SIM_ERR_SCENARIO, "nonideal.saturation_* make the energy non-convex", -1);
@@ -164,7 +173,8 @@ static int begin(run *r) {
     return dqw_sim_integrator_init(&r->integrator, p, s->method, tolerance);
 }
 
-static void finish(run *r) {
+static void finish(run *r)
+{
     const dqw_sim_machine *m = &r->s->machine;
     dqw_sim_report *o = r->report;
     const double *e = r->energy_J, w0 = r->s->profile.speed_start_rad_s, w1 = r->sample.w_m_rad_s;
@@ -179,7 +189,8 @@ static void finish(run *r) {
     dqw_sim_plant_energy(&r->plant, r->psi_m_Wb, r->psi_d_Wb, r->psi_q_Wb, &o->stored_end_J);
 }
 
-static int all_periods(run *r, dqw_sim_row *rows, int (*progress)(void *, double), void *ctx) {
+static int all_periods(run *r, dqw_sim_row *rows, int (*progress)(void *, double), void *ctx)
+{
     const dqw_sim_scenario *s = r->s;
     const long periods = dqw_sim_periods(s), every = s->drive.log_every > 1 ? s->drive.log_every : 1;
     const long window = s->drive.log_window > 0 ? s->drive.log_window : every, tick = periods / 100 + 1;
@@ -194,13 +205,13 @@ static int all_periods(run *r, dqw_sim_row *rows, int (*progress)(void *, double
         r->report->periods = k + 1;
         if (phase >= 0) row->v_d_V += v_d / (double)window, row->v_q_V += v_q / (double)window;
         if (phase == window - 1) ++row;
-        if (progress && k % tick == 0 && progress(ctx, (double)k / (double)periods))
-            return refuse(r->report, DQW_SIM_ERR_ABORTED, "stopped by the caller", -1);
+        if (progress && k % tick == 0 && progress(ctx, (double)k / (double)periods)) return refuse(r->report, DQW_SIM_ERR_ABORTED, "stopped by the caller", -1);
     }
     return 0;
 }
 
-static int load_map(const dqw_sim_scenario *s, dqw_sim_map **map, dqw_sim_report *report) {
+static int load_map(const dqw_sim_scenario *s, dqw_sim_map **map, dqw_sim_report *report)
+{
     dqw_sim_grid grid;
     int status = dqw_sim_grid_read(s->machine.flux_map, &grid, report->message, sizeof report->message);
     if (status) return status;
@@ -212,14 +223,8 @@ static int load_map(const dqw_sim_scenario *s, dqw_sim_map **map, dqw_sim_report
     return 0;
 }
 
-size_t dqw_sim_rows(const dqw_sim_scenario *s) {
-    char unused[320];
-    if (!s || dqw_sim_check(s, unused, sizeof unused)) return 0;
-    return (size_t)(dqw_sim_periods(s) / (s->drive.log_every > 1 ? s->drive.log_every : 1));
-}
-
-int dqw_sim_run(const dqw_sim_scenario *s, dqw_sim_row *rows, size_t capacity, dqw_sim_report *report,
-                int (*progress)(void *ctx, double fraction), void *ctx) {
+int dqw_sim_run(const dqw_sim_scenario *s, dqw_sim_row *rows, size_t capacity, dqw_sim_report *report, int (*progress)(void *ctx, double fraction), void *ctx)
+{
     dqw_sim_report unread;
     if (!report) report = &unread;
     memset(report, 0, sizeof *report);
@@ -243,22 +248,9 @@ int dqw_sim_run(const dqw_sim_scenario *s, dqw_sim_row *rows, size_t capacity, d
         dqw_sim_integrator_free(&r.integrator);
     }
     free(map);
-    if (status == 0) dqw_sim_sensor_log(s, rows, count);
-    else if (!report->message[0]) refuse(report, status, dqw_sim_status_text(status), -1);
+    if (status == 0)
+        dqw_sim_sensor_log(s, rows, count);
+    else if (!report->message[0])
+        refuse(report, status, dqw_sim_status_text(status), -1);
     return status;
-}
-
-const char *dqw_sim_status_text(int status) {
-    switch (status) {
-    case DQW_SIM_OK: return "done";
-    case DQW_SIM_ERR_KEY: return "no such key";
-    case DQW_SIM_ERR_VALUE: return "not a value of this key's kind";
-    case DQW_SIM_ERR_SCENARIO: return "unphysical or contradictory scenario";
-    case DQW_SIM_ERR_CAPACITY: return "too few rows offered";
-    case DQW_SIM_ERR_MAP: return "flux map cannot be used";
-    case DQW_SIM_ERR_SOLVER: return "the integration failed";
-    case DQW_SIM_ERR_MEMORY: return "out of memory";
-    case DQW_SIM_ERR_ABORTED: return "stopped by the caller";
-    default: return "unknown status";
-    }
 }

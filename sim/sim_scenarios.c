@@ -3,6 +3,7 @@
 
 #include "dqw_sim.h"
 
+// clang-format off
 #define NOISE(x) .noise = {.i = x, .v = x, .w = x, .theta = x, .v_dc = x, .temp = x, .torque = x}
 
 // A 1.5 kW servo motor. Friction is viscous alone, so that the plain model is the truth.
@@ -87,6 +88,7 @@ static const dqw_sim_scenario table[] = {
      .machine = {SERVO_PLATE, .coulomb_width_rad_s = 1}, .drive = {SERVO_DRIVE}, .profile = {SERVO_PROFILE}, NOISE(0.01),
      .nonideal = {.bearing_Nm = {0.3, 1, 3}, .bearing_B_Nms_rad = {1e-3, 1, 3}}, .duration_s = 4, .regime = "dynamic", .rtol = 1e-8, .seed = 1},
 };
+// clang-format on
 
 enum { SCENARIOS = sizeof table / sizeof *table };
 
@@ -94,7 +96,8 @@ size_t dqw_sim_scenario_count(void) { return SCENARIOS; }
 
 const dqw_sim_scenario *dqw_sim_scenario_at(size_t index) { return index < SCENARIOS ? &table[index] : NULL; }
 
-const dqw_sim_scenario *dqw_sim_scenario_find(const char *name) {
+const dqw_sim_scenario *dqw_sim_scenario_find(const char *name)
+{
     for (size_t i = 0; name && i < SCENARIOS; ++i)
         if (strcmp(table[i].name, name) == 0) return &table[i];
     return NULL;

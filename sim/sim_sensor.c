@@ -9,12 +9,14 @@ static const double sqrt3 = 1.7320508075688772;
 
 static double rounded(double x, double step) { return step > 0 ? step * floor(x / step + 0.5) : x; }
 
-static double wrapped(double angle) {
+static double wrapped(double angle)
+{
     const double turned = angle - two_pi * floor(angle / two_pi);
     return turned < two_pi ? turned : 0;
 }
 
-static void quantise_currents(double step, double theta_true, double theta_seen, dqw_sim_row *row) {
+static void quantise_currents(double step, double theta_true, double theta_seen, dqw_sim_row *row)
+{
     const double c = cos(theta_true), s = sin(theta_true);
     double alpha = c * row->i_d_A - s * row->i_q_A, beta = s * row->i_d_A + c * row->i_q_A;
     if (step > 0) {
@@ -26,7 +28,8 @@ static void quantise_currents(double step, double theta_true, double theta_seen,
     row->i_d_A = cs * alpha + ss * beta, row->i_q_A = cs * beta - ss * alpha;
 }
 
-void dqw_sim_sensor_quantise(const dqw_sim_noise *n, int pole_pairs, dqw_sim_row *row) {
+void dqw_sim_sensor_quantise(const dqw_sim_noise *n, int pole_pairs, dqw_sim_row *row)
+{
     const double theta_true = row->theta_e_rad;
     if (n->step_theta_m_rad > 0) {
         row->theta_m_rad = wrapped(rounded(row->theta_m_rad, n->step_theta_m_rad));
@@ -43,7 +46,8 @@ void dqw_sim_sensor_quantise(const dqw_sim_noise *n, int pole_pairs, dqw_sim_row
 
 static double *channel(dqw_sim_row *row, size_t offset) { return (double *)(void *)((char *)row + offset); }
 
-static void add_noise(dqw_sim_row *rows, size_t count, size_t offset, double fraction, uint64_t seed, uint64_t stream) {
+static void add_noise(dqw_sim_row *rows, size_t count, size_t offset, double fraction, uint64_t seed, uint64_t stream)
+{
     if (!(fraction > 0) || count < 2) return;
     double mean = 0, square = 0;
     for (size_t k = 0; k < count; ++k) mean += *channel(&rows[k], offset);
@@ -53,7 +57,8 @@ static void add_noise(dqw_sim_row *rows, size_t count, size_t offset, double fra
     for (size_t k = 0; k < count; ++k) *channel(&rows[k], offset) += sd * dqw_sim_random_normal(seed, stream, k);
 }
 
-void dqw_sim_sensor_log(const dqw_sim_scenario *s, dqw_sim_row *rows, size_t count) {
+void dqw_sim_sensor_log(const dqw_sim_scenario *s, dqw_sim_row *rows, size_t count)
+{
     const dqw_sim_noise *n = &s->noise;
     // Apart from the excitation's streams, which take the seed as it is.
     const uint64_t seed = dqw_sim_random_bits(s->seed, 0x6e6f697365u, n->seed);

@@ -9,7 +9,8 @@ static const double two_pi = 6.283185307179586;
 // Holds and periods are multiples of the control period in exact arithmetic only: a sample this much early counts as there.
 static const double edge = 1e-9;
 
-static double wave_at(const dqw_sim_signal *g, double t_s) {
+static double wave_at(const dqw_sim_signal *g, double t_s)
+{
     const double turns = t_s / g->wave_period_s + edge;
     const double phase = turns - floor(turns);
     switch (g->shape) {
@@ -21,7 +22,8 @@ static double wave_at(const dqw_sim_signal *g, double t_s) {
     return g->wave * sin(two_pi * phase);
 }
 
-double dqw_sim_signal_at(const dqw_sim_signal *g, double t_s, uint64_t seed, uint64_t stream) {
+double dqw_sim_signal_at(const dqw_sim_signal *g, double t_s, uint64_t seed, uint64_t stream)
+{
     double y = g->value;
     if (g->step != 0.0 && t_s >= g->t_step_s - edge * (1 + g->t_step_s)) y += g->step;
     if (g->wave != 0.0) y += wave_at(g, t_s);
@@ -36,7 +38,8 @@ double dqw_sim_signal_at(const dqw_sim_signal *g, double t_s, uint64_t seed, uin
     return y;
 }
 
-double dqw_sim_ramp_at(const dqw_sim_ramp *r, double t_s) {
+double dqw_sim_ramp_at(const dqw_sim_ramp *r, double t_s)
+{
     if (r->value == 0.0 || t_s < r->t_start_s) return 0.0;
     if (t_s >= r->t_end_s) return r->value;
     return r->value * (t_s - r->t_start_s) / (r->t_end_s - r->t_start_s);

@@ -103,8 +103,7 @@ inline Outcome run_program(const std::vector<std::string>& argv, const Redirect&
     ::close(err[0]);
     int status = 0;
     rusage usage = {};
-    while (::wait4(pid, &status, 0, &usage) < 0 && errno == EINTR) {
-    }
+    while (::wait4(pid, &status, 0, &usage) < 0 && errno == EINTR) {}
     outcome.seconds = passed_s();
     outcome.peak_MiB = static_cast<double>(usage.ru_maxrss) / 1024.0;
     outcome.code = late ? 124 : WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
@@ -178,8 +177,8 @@ struct Machine {
             md += weight[i] * d[i], mq += weight[i] * q[i], mw += weight[i] * w[i];
             wd += weight[i] * w[i] * d[i], wq += weight[i] * w[i] * q[i];
         }
-        return {R_ohm * md + Ld_H * (d[2] - d[0]) / dt_s - p * Lq_H * wq, R_ohm * mq + Lq_H * (q[2] - q[0]) / dt_s + p * (Ld_H * wd + psi_Wb * mw), d[0],
-                q[0], w[0]};
+        return {R_ohm * md + Ld_H * (d[2] - d[0]) / dt_s - p * Lq_H * wq, R_ohm * mq + Lq_H * (q[2] - q[0]) / dt_s + p * (Ld_H * wd + psi_Wb * mw), d[0], q[0],
+                w[0]};
     }
 };
 

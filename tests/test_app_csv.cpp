@@ -54,12 +54,23 @@ static void what_is_no_number_is_told_apart(void)
     const struct {
         const char* text;
         dqw::NumberError error;
-    } bad[] = {{"", dqw::NumberError::empty},       {"  ", dqw::NumberError::empty},          {"abc", dqw::NumberError::text},
-               {"1.5V", dqw::NumberError::text},    {"nan", dqw::NumberError::not_finite},    {"-NaN", dqw::NumberError::not_finite},
-               {"inf", dqw::NumberError::not_finite}, {"-Infinity", dqw::NumberError::not_finite}, {"1e999", dqw::NumberError::not_finite},
-               {"1,5", dqw::NumberError::decimal_comma}, {"0x10", dqw::NumberError::text},      {"1 2", dqw::NumberError::text},
-               {"+-1", dqw::NumberError::text},     {"--1", dqw::NumberError::text},          {"1e", dqw::NumberError::text},
-               {"+", dqw::NumberError::text},       {"-", dqw::NumberError::text}};
+    } bad[] = {{"", dqw::NumberError::empty},
+               {"  ", dqw::NumberError::empty},
+               {"abc", dqw::NumberError::text},
+               {"1.5V", dqw::NumberError::text},
+               {"nan", dqw::NumberError::not_finite},
+               {"-NaN", dqw::NumberError::not_finite},
+               {"inf", dqw::NumberError::not_finite},
+               {"-Infinity", dqw::NumberError::not_finite},
+               {"1e999", dqw::NumberError::not_finite},
+               {"1,5", dqw::NumberError::decimal_comma},
+               {"0x10", dqw::NumberError::text},
+               {"1 2", dqw::NumberError::text},
+               {"+-1", dqw::NumberError::text},
+               {"--1", dqw::NumberError::text},
+               {"1e", dqw::NumberError::text},
+               {"+", dqw::NumberError::text},
+               {"-", dqw::NumberError::text}};
     for (const auto& b : bad) {
         double value = 0;
         TEST_ASSERT_EQUAL_INT_MESSAGE(static_cast<int>(b.error), static_cast<int>(dqw::parse_number(b.text, value)), b.text);

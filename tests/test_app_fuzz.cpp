@@ -61,7 +61,8 @@ static void a_damaged_log_is_read_or_refused(void)
     command::Machine machine;
     command::write_log(folder / "x.csv", 60, machine);
     const std::string csv = command::read_file(folder / "x.csv");
-    const std::string toml = "[machine]\npole_pairs = 4\nR_ohm = 0.5\npsi_Wb = 0.05\n[log]\nvoltage_interval = \"previous\"\n[columns]\ni_q_A = { from = \"i_q_A\", scale = 1.0 }\n";
+    const std::string toml =
+        "[machine]\npole_pairs = 4\nR_ohm = 0.5\npsi_Wb = 0.05\n[log]\nvoltage_interval = \"previous\"\n[columns]\ni_q_A = { from = \"i_q_A\", scale = 1.0 }\n";
     for (unsigned long seed = 1; seed <= 800; ++seed) {
         state = seed * 0x9e3779b97f4a7c15ull;
         folder.write("x.csv", seed % 4 ? damaged(csv) : csv);

@@ -34,8 +34,8 @@ static std::string dynamic_rows(int rows, int gap_before = -1)
     std::string text = "t_s,v_d_V,v_q_V,i_d_A,i_q_A,w_m_rad_s\n";
     for (int k = 0; k < rows; ++k) {
         const double t_s = 1e-3 * (k + (gap_before >= 0 && k >= gap_before ? 500 : 0));
-        text += std::to_string(t_s) + "," + std::to_string(k) + "," + std::to_string(k + 0.5) + "," + std::to_string(k % 7) + "," + std::to_string(k % 5) + "," +
-                std::to_string(10 + k % 3) + "\n";
+        text += std::to_string(t_s) + "," + std::to_string(k) + "," + std::to_string(k + 0.5) + "," + std::to_string(k % 7) + "," + std::to_string(k % 5) +
+                "," + std::to_string(10 + k % 3) + "\n";
     }
     return text;
 }
@@ -100,10 +100,7 @@ static void the_regime_is_found_from_the_columns(void)
     TEST_ASSERT_FALSE(noted("regime taken"));
 }
 
-static void an_angle_that_moves_is_no_standstill(void)
-{
-    expect_refused("v_d_V,v_q_V,i_d_A,i_q_A,theta_e_rad\n1,2,3,4,0\n1,2,3,5,1\n", "", 1, "w_m_rad_s");
-}
+static void an_angle_that_moves_is_no_standstill(void) { expect_refused("v_d_V,v_q_V,i_d_A,i_q_A,theta_e_rad\n1,2,3,4,0\n1,2,3,5,1\n", "", 1, "w_m_rad_s"); }
 
 static void missing_columns_are_named_with_those_there(void)
 {

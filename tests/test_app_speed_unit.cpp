@@ -74,7 +74,7 @@ static dqw::Machine with(void (*fill)(dqw::Machine&))
     return machine;
 }
 
-static const dqw::Machine nothing, four = with([](dqw::Machine& m) { m.pole_pairs = 4; });
+static const dqw::Machine nothing, four = with([](dqw::Machine&m) { m.pole_pairs = 4; });
 
 static void expect_told(Columns columns, const dqw::Machine& machine, const char* names)
 {
@@ -173,7 +173,8 @@ static void by_size_where_nothing_else_tells(void)
     TEST_ASSERT_TRUE(c.looks_like_rpm(3 * rpm, nothing, "rpm"));
     // A machine file that agrees with a fast speed outweighs its size.
     for (auto& v : c.values[dqw::col_w_m]) v *= 30;
-    for (int col : {dqw::col_v_d, dqw::col_v_q}) for (std::size_t k = 0; k < 60; ++k) c.values[col][k] += 29 * (c.values[col][k] - 0.5 * c.values[col == dqw::col_v_d ? dqw::col_i_d : dqw::col_i_q][k]);
+    for (int col : {dqw::col_v_d, dqw::col_v_q})
+        for (std::size_t k = 0; k < 60; ++k) c.values[col][k] += 29 * (c.values[col][k] - 0.5 * c.values[col == dqw::col_v_d ? dqw::col_i_d : dqw::col_i_q][k]);
     TEST_ASSERT_FALSE(c.looks_like_rpm(1, with([](dqw::Machine& m) { m.pole_pairs = 4, m.psi_Wb = 0.05; })));
     TEST_ASSERT_TRUE(c.looks_like_rpm(1, nothing, "reaches"));
 }

@@ -230,10 +230,10 @@ static void test_blocks_that_are_no_numbers_change_nothing(void)
             }
 }
 
-// A block far beyond anything that a machine does must not decide the weights for good.
-static void test_a_wild_block_does_not_wedge_it(void)
+// Least squares weighs a block as its square: one far beyond anything that a machine does is refused, and changes nothing.
+static void test_a_wild_block_is_refused(void)
 {
-    static const double sizes[] = {1e5, 1e6, 1e7, 1e8, 9e8};
+    static const double sizes[] = {1e6, 1e7, 1e8, 9e8};
     for (unsigned k = 0; k < 2 * sizeof sizes / sizeof sizes[0]; k++) {
         CASE("a block of %g bases in %s", sizes[k / 2], k % 2 ? "the target" : "an input");
         dqw_axis a;
@@ -246,6 +246,7 @@ static void test_a_wild_block_does_not_wedge_it(void)
             if (n == 10 && !(k % 2)) x[0] = (float)(0.1 * sizes[k / 2]);
             (void)dqw_axis_learn(&a, x, y, 3u);
         }
+        TEST_ASSERT_EQUAL_UINT32(1, a.neuron.skipped);
         BETWEEN(2.99, dqw_learner_weight(&a.neuron, 0), 3.01);
         BETWEEN(1.99, dqw_learner_weight(&a.neuron, 1), 2.01);
         BETWEEN(0.0, dqw_axis_relative_residual(&a), 0.05);
@@ -283,7 +284,7 @@ int main(void)
     RUN_TEST(test_coverage_with_ar1_errors);
     RUN_TEST(test_residuals_of_all_and_of_the_last_blocks);
     RUN_TEST(test_blocks_that_are_no_numbers_change_nothing);
-    RUN_TEST(test_a_wild_block_does_not_wedge_it);
+    RUN_TEST(test_a_wild_block_is_refused);
     RUN_TEST(test_million_blocks_keep_learning_numbers);
     return UNITY_END();
 }

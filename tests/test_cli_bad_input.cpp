@@ -34,8 +34,7 @@ static void refused(const std::string& text, long line, const std::string& names
 }
 
 /// A good log of `rows` rows as text, line `line` (from 1) passed through `change`.
-template <class Change>
-static std::string good(std::size_t rows, std::size_t line, Change change)
+template <class Change> static std::string good(std::size_t rows, std::size_t line, Change change)
 {
     const Folder folder;
     command::write_log(folder / "x", rows);
@@ -156,7 +155,10 @@ static void too_few_rows(void) { refused(good(20), 21, "20 rows"); }
 
 static void binary_junk(void)
 {
-    refused(std::string("\x7f" "ELF\0\0\0\1,2", 10), 1, "NUL");
+    refused(std::string("\x7f"
+                        "ELF\0\0\0\1,2",
+                        10),
+            1, "NUL");
     refused("\xff\xfet\0_\0s\0", 1, "UTF-16");
     std::string noise;
     for (unsigned i = 0; i < 100000; ++i) noise += static_cast<char>(1 + (i * 2654435761u >> 24) % 255);

@@ -145,7 +145,8 @@ static void nominal_values_do_not_move_the_fit(void)
     const Folder folder;
     command::write_log(folder / "log.csv", 2000);
     const json without = run_json({"fit", folder / "log.csv", "--pole-pairs", "4"});
-    for (const char* nominal : {"R_ohm = 0.35\nLd_H = 1.4e-3\nLq_H = 2.1e-3\npsi_Wb = 0.035\n", "R_ohm = 0.65\nLd_H = 2.6e-3\nLq_H = 3.9e-3\npsi_Wb = 0.065\n"}) {
+    for (const char* nominal :
+         {"R_ohm = 0.35\nLd_H = 1.4e-3\nLq_H = 2.1e-3\npsi_Wb = 0.035\n", "R_ohm = 0.65\nLd_H = 2.6e-3\nLq_H = 3.9e-3\npsi_Wb = 0.065\n"}) {
         folder.write("log.toml", std::string("[machine]\npole_pairs = 4\n") + nominal);
         const json with = run_json({"fit", folder / "log.csv"});
         for (const char* name : {"R_ohm", "Ld_H", "Lq_H", "psi_Wb"}) {

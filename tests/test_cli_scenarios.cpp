@@ -43,7 +43,8 @@ static void set_machine_and_pole_pairs_reach_the_simulator(void)
 {
     const Folder folder;
     const std::string machine = folder.write("m.toml", "[machine]\nR_ohm = 1.5\npsi_Wb = 0.1\n");
-    const json sim = run_json({"sim", "servo_ideal", "--out", folder / "", "--machine", machine, "--pole-pairs", "3", "--set", "machine.Lq_H=4e-3", "--set", "duration_s=0.5"});
+    const json sim = run_json(
+        {"sim", "servo_ideal", "--out", folder / "", "--machine", machine, "--pole-pairs", "3", "--set", "machine.Lq_H=4e-3", "--set", "duration_s=0.5"});
     TEST_ASSERT_EQUAL_DOUBLE(1.5, sim.at("truth").at("R_ohm").get<double>());
     TEST_ASSERT_EQUAL_INT(3, sim.at("truth").at("pole_pairs").get<int>());
     TEST_ASSERT_EQUAL_DOUBLE(4e-3, sim.at("truth").at("Lq_H").get<double>());

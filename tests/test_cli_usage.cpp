@@ -24,7 +24,8 @@ static void expect_complaint(const Outcome& run, int code, const std::string& na
 
 static void help_and_version_are_no_errors(void)
 {
-    for (const auto& args : std::vector<std::vector<std::string>>{{"--help"}, {"-h"}, {"fit", "--help"}, {"learn", "--help"}, {"sim", "--help"}, {"paper", "--help"}, {"demo", "--help"}}) {
+    for (const auto& args : std::vector<std::vector<std::string>>{
+             {"--help"}, {"-h"}, {"fit", "--help"}, {"learn", "--help"}, {"sim", "--help"}, {"paper", "--help"}, {"demo", "--help"}}) {
         const Outcome run = command::dqwatch(args);
         TEST_ASSERT_EQUAL_INT(0, run.code);
         TEST_ASSERT_TRUE(run.out.find("--json") != std::string::npos || args.size() == 1);

@@ -329,6 +329,17 @@ static void test_a_wild_sample_does_not_wedge_it(void)
     }
 }
 
+static void test_a_wild_target_moves_the_weights_by_a_bounded_step(void)
+{
+    const dqw_learner_config c = config_of(1);
+    dqw_learner l;
+    TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_learner_init(&l, &c));
+    const float x = 2.0f;
+    (void)dqw_learner_learn(&l, &x, 3e38f);
+    // 0.5 times 1000 bases over the input, per unit
+    BETWEEN(249.9, l.w_pu[0], 250.1);
+}
+
 static void test_counters_stop_at_their_maximum(void)
 {
     dqw_learner l;
@@ -355,6 +366,7 @@ int main(void)
     RUN_TEST(test_indicator_becomes_the_mean_error_and_zero_when_done);
     RUN_TEST(test_samples_that_are_no_numbers_are_counted_and_change_nothing);
     RUN_TEST(test_a_wild_sample_does_not_wedge_it);
+    RUN_TEST(test_a_wild_target_moves_the_weights_by_a_bounded_step);
     RUN_TEST(test_counters_stop_at_their_maximum);
     return UNITY_END();
 }

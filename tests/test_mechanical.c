@@ -235,7 +235,8 @@ static void test_missing_samples_and_gaps_do_not_bias(void)
     BETWEEN(-1e-3, f.J_kgm2 / J_TRUE - 1, 1e-3);
     BETWEEN(-1e-3, f.B_Nms_rad / B_TRUE - 1, 1e-3);
     TEST_ASSERT_EQUAL_UINT32(bad, m.gate.nonfinite);
-    TEST_ASSERT_EQUAL_UINT32(offered, m.gate.accepted + m.gate.nonfinite);
+    TEST_ASSERT_EQUAL_UINT32(0, m.axis.neuron.skipped);  // no pair was made of a bad sample
+    TEST_ASSERT_EQUAL_UINT32(offered, m.gate.accepted + m.gate.nonfinite + m.gate.saturated);
 }
 
 static void test_what_the_signals_cannot_teach_is_not_known(void)

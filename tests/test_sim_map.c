@@ -15,7 +15,8 @@ static dqw_sim_grid grid;
 static dqw_sim_report report;
 static char path[64], message[320];
 
-void setUp(void) {
+void setUp(void)
+{
     rows = other = NULL;
     memset(&grid, 0, sizeof grid);
     strcpy(path, "/tmp/dqw_sim_map_XXXXXX");
@@ -23,13 +24,15 @@ void setUp(void) {
     TEST_ASSERT_TRUE(file >= 0);
     close(file);
 }
-void tearDown(void) {
+void tearDown(void)
+{
     free(rows), free(other);
     dqw_sim_grid_free(&grid);
     unlink(path);
 }
 
-static void write_text(const char *text) {
+static void write_text(const char *text)
+{
     FILE *file = fopen(path, "w");
     TEST_ASSERT_NOT_NULL(file);
     fputs(text, file);
@@ -37,14 +40,16 @@ static void write_text(const char *text) {
 }
 
 // A machine whose flux saturates from one co-energy, L_d 2.2, L_q 2.8 mH at zero current, psi 0.12 Wb; `twist` makes it non-reciprocal.
-static void synthetic(double i_d, double i_q, double twist, double *psi_d, double *psi_q) {
+static void synthetic(double i_d, double i_q, double twist, double *psi_d, double *psi_q)
+{
     // W' = 0.12 i_d + 2.2e-3 i_d^2 / 2 + 2.8e-3 s^2 (sqrt(1 + i_q^2 / s^2) - 1) (1 + i_d / 200), s = 20 A
     const double root = sqrt(1 + i_q * i_q / 400);
     *psi_d = 0.12 + 2.2e-3 * i_d + 2.8e-3 * 400 * (root - 1) / 200 + twist * i_q;
     *psi_q = 2.8e-3 * i_q / root * (1 + i_d / 200) - twist * i_d;
 }
 
-static void write_synthetic(double twist, double d_low, double d_high, double q_size) {
+static void write_synthetic(double twist, double d_low, double d_high, double q_size)
+{
     FILE *file = fopen(path, "w");
     TEST_ASSERT_NOT_NULL(file);
     // Any order of columns, another column, CRLF, a byte-order mark.
@@ -59,12 +64,14 @@ static void write_synthetic(double twist, double d_low, double d_high, double q_
     fclose(file);
 }
 
-static void load(void) {
+static void load(void)
+{
     TEST_ASSERT_EQUAL_INT_MESSAGE(0, dqw_sim_grid_read(path, &grid, message, sizeof message), message);
     TEST_ASSERT_EQUAL_INT_MESSAGE(0, dqw_sim_map_fit(&grid, &map, message, sizeof message), message);
 }
 
-static void test_reciprocal_map_is_reproduced(void) {
+static void test_reciprocal_map_is_reproduced(void)
+{
     write_synthetic(0, -15, 15, 18);
     load();
     TEST_ASSERT_EQUAL_size_t(11, grid.n_d);
@@ -72,8 +79,9 @@ static void test_reciprocal_map_is_reproduced(void) {
     if (getenv("DQW_SIM_VERBOSE")) printf("rms %.2e max %.2e curl %.2e\n", map.rms_Wb, map.max_Wb, map.curl);
     // Measured: 1.1e-5, 3.3e-5 Wb of 0.15; curl 3e-3 from differences on a coarse grid.
     TEST_ASSERT_TRUE(map.rms_Wb < 2e-5 && map.max_Wb < 5e-5 && map.curl < 0.01);
-    for (double i_d = -14; i_d < 15; i_d += 3.3)
-        for (double i_q = -17; i_q < 18; i_q += 2.9) {
+    for (int j = 0; j < 9; ++j)
+        for (int k = 0; k < 13; ++k) {
+            const double i_d = -14 + 3.3 * j, i_q = -17 + 2.9 * k;
             double psi_d, psi_q, a, b, L[3];
             synthetic(i_d, i_q, 0, &psi_d, &psi_q);
             dqw_sim_map_flux(&map, i_d, i_q, &a, &b, L);
@@ -84,7 +92,8 @@ static void test_reciprocal_map_is_reproduced(void) {
 
 // A twist of 0.1 mH: dpsi_d/di_q = +t, dpsi_q/di_d = -t. No co-energy has it: what is left over is most of it, and is orthogonal to
 // the gradient of every polynomial. Measured: 0.90 of the twist; 2e-4.
-static void test_non_reciprocal_part_is_projected_out_and_reported(void) {
+static void test_non_reciprocal_part_is_projected_out_and_reported(void)
+{
     write_synthetic(1e-4, -15, 15, 18);
     load();
     double twist = 0, square = 0, along[5] = {0}, size[5] = {0};
@@ -113,7 +122,8 @@ static void test_non_reciprocal_part_is_projected_out_and_reported(void) {
 }
 
 // psi is the gradient of the co-energy and L the gradient of psi, inside and beyond the edge, by central differences.
-static void test_flux_and_inductance_come_from_one_coenergy(void) {
+static void test_flux_and_inductance_come_from_one_coenergy(void)
+{
     write_synthetic(1e-4, -15, 15, 18);
     load();
     const double h = 1e-3, at[][2] = {{0, 0}, {3.7, -8.1}, {14.9, 17.9}, {18, 3}, {-17, -20}, {2, 21}};
@@ -137,12 +147,14 @@ static void test_flux_and_inductance_come_from_one_coenergy(void) {
     TEST_ASSERT_DOUBLE_WITHIN(1e-15, edge[0], beyond[0]);
 }
 
-static void test_inverse_is_the_inverse_and_ends_at_the_reach(void) {
+static void test_inverse_is_the_inverse_and_ends_at_the_reach(void)
+{
     write_synthetic(1e-4, -15, 15, 18);
     load();
     double i_d, i_q, psi_d, psi_q, L[3];
-    for (double d = -16; d < 17; d += 3.1)
-        for (double q = -19; q < 20; q += 3.7) {
+    for (int j = 0; j < 11; ++j)
+        for (int k = 0; k < 11; ++k) {
+            const double d = -16 + 3.1 * j, q = -19 + 3.7 * k;
             dqw_sim_map_flux(&map, d, q, &psi_d, &psi_q, L);
             TEST_ASSERT_TRUE(dqw_sim_map_invert(&map, psi_d, psi_q, &i_d, &i_q));
             TEST_ASSERT_DOUBLE_WITHIN(1e-10, d, i_d);
@@ -154,7 +166,8 @@ static void test_inverse_is_the_inverse_and_ends_at_the_reach(void) {
     TEST_ASSERT_FALSE(dqw_sim_map_invert(&map, NAN, 0, &i_d, &i_q));
 }
 
-static dqw_sim_row *simulate(const dqw_sim_scenario *s, size_t *count) {
+static dqw_sim_row *simulate(const dqw_sim_scenario *s, size_t *count)
+{
     *count = dqw_sim_rows(s);
     dqw_sim_row *log = calloc(*count ? *count : 1, sizeof *log);
     const int status = dqw_sim_run(s, log, *count, &report, NULL, NULL);
@@ -162,16 +175,19 @@ static dqw_sim_row *simulate(const dqw_sim_scenario *s, size_t *count) {
     return log;
 }
 
-static double imbalance(void) {
+static double imbalance(void)
+{
     const dqw_sim_report *r = &report;
     const double out = r->copper_J + r->iron_J + r->mechanical_J + r->stored_end_J - r->stored_start_J + r->magnet_J;
     const double relative = fabs(r->electrical_J - out) / (r->copper_J + fabs(r->mechanical_J));
-    if (getenv("DQW_SIM_VERBOSE")) printf("imbalance %.1e, copper %.3g J, map rms %.2e max %.2e Wb curl %.2f\n", relative, r->copper_J, r->map_rms_Wb, r->map_max_Wb, r->map_curl);
+    if (getenv("DQW_SIM_VERBOSE"))
+        printf("imbalance %.1e, copper %.3g J, map rms %.2e max %.2e Wb curl %.2f\n", relative, r->copper_J, r->map_rms_Wb, r->map_max_Wb, r->map_curl);
     return relative;
 }
 
 // A map of the linear servo gives the linear servo. Measured: 4e-8 A.
-static void test_map_of_a_linear_machine_is_the_linear_machine(void) {
+static void test_map_of_a_linear_machine_is_the_linear_machine(void)
+{
     FILE *file = fopen(path, "w");
     TEST_ASSERT_NOT_NULL(file);
     fputs("i_d_A,i_q_A,psi_d_Wb,psi_q_Wb\n", file);
@@ -194,7 +210,8 @@ static void test_map_of_a_linear_machine_is_the_linear_machine(void) {
 }
 
 // The non-reciprocal map, with currents far past its edge and a magnet that fades: after projection the balance closes. Measured: 4e-9.
-static void test_balance_on_a_non_reciprocal_map(void) {
+static void test_balance_on_a_non_reciprocal_map(void)
+{
     write_synthetic(1e-4, -5, 5, 6);
     dqw_sim_scenario s = *dqw_sim_scenario_find("servo_ideal");
     TEST_ASSERT_EQUAL_INT(0, dqw_sim_set(&s, "machine.flux_map", path));
@@ -202,6 +219,8 @@ static void test_balance_on_a_non_reciprocal_map(void) {
     s.profile.i_d_A = (dqw_sim_signal){.value = -3, .random = 2, .random_hold_s = 5e-3}, s.profile.i_q_A.random = 2;
     s.profile.speed_rad_s.wave = 50;
     s.nonideal.demagnetisation = (dqw_sim_ramp){0.1, 0.05, 0.15};
+    s.nonideal.magnet_beta_per_K.value = -0.002, s.machine.temp_start_C = 120;
+    s.machine.winding_heat_J_K = 10, s.machine.magnet_heat_J_K = 1, s.machine.magnet_ambient_W_K = 5;
     size_t count;
     rows = simulate(&s, &count);
     double most = 0;
@@ -212,7 +231,8 @@ static void test_balance_on_a_non_reciprocal_map(void) {
     TEST_ASSERT_TRUE(fabs(report.magnet_J) > 1e-4 * report.copper_J);
 }
 
-static void test_current_beyond_the_reach_stops_the_run_with_a_hint(void) {
+static void test_current_beyond_the_reach_stops_the_run_with_a_hint(void)
+{
     write_synthetic(0, -1, 1, 1);
     dqw_sim_scenario s = *dqw_sim_scenario_find("servo_ideal");
     TEST_ASSERT_EQUAL_INT(0, dqw_sim_set(&s, "machine.flux_map", path));
@@ -223,7 +243,8 @@ static void test_current_beyond_the_reach_stops_the_run_with_a_hint(void) {
 }
 
 // A measured map of shared data, on the servo's drive with its own resistance and slow currents within it.
-static void real_map(const char *name, double R_ohm, double i_d_A, double i_q_A, double rms_low_Wb, double rms_high_Wb) {
+static void real_map(const char *name, double R_ohm, double i_d_A, double i_q_A, double rms_low_Wb, double rms_high_Wb)
+{
     const char *data = getenv("DATA");
     char file[200];
     snprintf(file, sizeof file, "%s/%s", data ? data : "../shared/data", name);
@@ -252,7 +273,8 @@ static void test_measured_map_baldor(void) { real_map("flux_map_baldor.csv", 0.6
 // Measured: projection error 0.022 mWb RMS of 40 mWb, curl 45 % of a tiny cross term. Balance 2e-9.
 static void test_measured_map_am8141(void) { real_map("flux_map_am8141.csv", 0.51, -3, 4, 1.5e-5, 3e-5); }
 
-static void expect_refused(const char *text, const char *place, const char *why) {
+static void expect_refused(const char *text, const char *place, const char *why)
+{
     write_text(text);
     memset(message, 0, sizeof message);
     TEST_ASSERT_EQUAL_INT_MESSAGE(DQW_SIM_ERR_MAP, dqw_sim_grid_read(path, &grid, message, sizeof message), why);
@@ -264,7 +286,8 @@ static void expect_refused(const char *text, const char *place, const char *why)
 }
 
 #define HEAD "i_d_A,i_q_A,psi_d_Wb,psi_q_Wb\n"
-static void test_malformed_maps_are_refused_with_their_line(void) {
+static void test_malformed_maps_are_refused_with_their_line(void)
+{
     expect_refused("", " ", "empty");
     expect_refused(HEAD, " ", "no points");
     expect_refused("i_d_A,i_q_A,psi_d_Wb\n", "1: ", "no column psi_q_Wb");
@@ -288,7 +311,8 @@ static void test_malformed_maps_are_refused_with_their_line(void) {
 }
 
 // Flux that falls with current is no machine.
-static void test_map_that_cannot_be_inverted_is_refused(void) {
+static void test_map_that_cannot_be_inverted_is_refused(void)
+{
     FILE *file = fopen(path, "w");
     TEST_ASSERT_NOT_NULL(file);
     fputs(HEAD, file);
@@ -300,7 +324,8 @@ static void test_map_that_cannot_be_inverted_is_refused(void) {
     TEST_ASSERT_NOT_NULL(strstr(message, "not invertible"));
 }
 
-int main(void) {
+int main(void)
+{
     UNITY_BEGIN();
     RUN_TEST(test_reciprocal_map_is_reproduced);
     RUN_TEST(test_non_reciprocal_part_is_projected_out_and_reported);

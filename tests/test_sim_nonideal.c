@@ -14,7 +14,8 @@ static size_t count;
 void setUp(void) { rows = NULL; }
 void tearDown(void) { free(rows); }
 
-static const dqw_sim_row *end_of(const dqw_sim_scenario *s) {
+static const dqw_sim_row *end_of(const dqw_sim_scenario *s)
+{
     dqw_sim_report report;
     free(rows);
     count = dqw_sim_rows(s);
@@ -24,7 +25,8 @@ static const dqw_sim_row *end_of(const dqw_sim_scenario *s) {
 }
 
 // Servo at an imposed speed with constant current references, until all has settled.
-static dqw_sim_scenario settled(double i_d_A, double i_q_A, double speed_rad_s) {
+static dqw_sim_scenario settled(double i_d_A, double i_q_A, double speed_rad_s)
+{
     dqw_sim_scenario s = *dqw_sim_scenario_find("servo_ideal");
     s.profile = (dqw_sim_profile){.control = DQW_SIM_CONTROL_CURRENT, .shaft = DQW_SIM_SHAFT_IMPOSED};
     s.profile.i_d_A.value = i_d_A, s.profile.i_q_A.value = i_q_A, s.profile.speed_rad_s.value = speed_rad_s;
@@ -33,7 +35,8 @@ static dqw_sim_scenario settled(double i_d_A, double i_q_A, double speed_rad_s) 
     return s;
 }
 
-static void test_ramp_is_zero_then_straight_then_flat(void) {
+static void test_ramp_is_zero_then_straight_then_flat(void)
+{
     const dqw_sim_ramp ramp = {8, 1, 3}, step = {8, 1, 1}, always = {.value = 8};
     const double t[] = {0, 0.999, 1, 1.5, 2, 3, 99}, wanted[] = {0, 0, 0, 2, 4, 8, 8};
     for (int k = 0; k < 7; ++k) TEST_ASSERT_EQUAL_DOUBLE(wanted[k], dqw_sim_ramp_at(&ramp, t[k]));
@@ -43,7 +46,8 @@ static void test_ramp_is_zero_then_straight_then_flat(void) {
 }
 
 // Every non-ideality set, but not before the run ends: bit for bit the ideal drive.
-static void test_what_has_not_begun_changes_nothing(void) {
+static void test_what_has_not_begun_changes_nothing(void)
+{
     dqw_sim_scenario s = *dqw_sim_scenario_find("servo_ideal");
     s.duration_s = 0.05;
     end_of(&s);
@@ -64,7 +68,8 @@ static void test_what_has_not_begun_changes_nothing(void) {
 // Current along phase a: i in a, -i/2 in b and c; the drop's alpha component adds to what the drive commands.
 static double dead_time_drop(double V, double width, double i) { return 2.0 / 3 * V * (tanh(i / width) + tanh(i / (2 * width))); }
 
-static void test_dead_time_takes_its_voltage_from_each_phase(void) {
+static void test_dead_time_takes_its_voltage_from_each_phase(void)
+{
     dqw_sim_scenario s = settled(3, 0, 0);
     s.nonideal.dead_time_V = (dqw_sim_ramp){4, 0, 0};
     s.nonideal.dead_time_width_A = 0.8;
@@ -81,7 +86,8 @@ static void test_dead_time_takes_its_voltage_from_each_phase(void) {
     TEST_ASSERT_DOUBLE_WITHIN(1e-3, 3 * 0.9 + dead_time_drop(2, 0.8, 3), end_of(&s)->v_d_V);
 }
 
-static void test_temperatures_change_resistance_and_magnet(void) {
+static void test_temperatures_change_resistance_and_magnet(void)
+{
     dqw_sim_scenario s = settled(2, 0, 0);
     s.machine.temp_start_C = 105;
     s.nonideal.winding_alpha_per_K.value = 0.004;
@@ -92,10 +98,19 @@ static void test_temperatures_change_resistance_and_magnet(void) {
     s.machine.temp_start_C = 105;
     s.nonideal.magnet_beta_per_K.value = -0.001;
     TEST_ASSERT_DOUBLE_WITHIN(1e-6, 400 * 0.12 * 0.92, end_of(&s)->v_q_V);
+    // Winding and magnet apart: each follows its own temperature.
+    s = settled(2, 0, 0);
+    s.machine.winding_heat_J_K = 20, s.machine.magnet_heat_J_K = 1e6, s.machine.winding_ambient_W_K = 1;
+    s.machine.temp_start_C = 105, s.duration_s = 1;
+    s.nonideal.winding_alpha_per_K.value = 0.004;
+    end = end_of(&s);
+    TEST_ASSERT_TRUE(end->temp_winding_C < 102.5 && end->temp_magnet_C > 104.9);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-3, 2 * 0.9 * (1 + 0.004 * (end->temp_winding_C - 25)), end->v_d_V);
 }
 
 // Constant current, constant resistance: C dT/dt = P - G (T - T_ambient) has a closed form. Measured: 2e-6 K.
-static void test_winding_heats_by_its_closed_form(void) {
+static void test_winding_heats_by_its_closed_form(void)
+{
     dqw_sim_scenario s = settled(8, 0, 0);
     s.machine.winding_heat_J_K = 50, s.machine.magnet_heat_J_K = 100, s.machine.winding_ambient_W_K = 1, s.machine.temp_ambient_C = 20;
     s.profile.control = DQW_SIM_CONTROL_VOLTAGE, s.profile.i_d_A.value = 0, s.profile.v_d_V.value = 7.2;
@@ -112,7 +127,8 @@ static void test_winding_heats_by_its_closed_form(void) {
 }
 
 // Two linear equations in the magnetising current, solved here: v = R i + e, i = i_m + G e, e = j w psi(i_m).
-static void test_iron_loss_is_a_resistance_across_the_induced_voltage(void) {
+static void test_iron_loss_is_a_resistance_across_the_induced_voltage(void)
+{
     dqw_sim_scenario s = settled(0, 0, 150);
     s.profile.control = DQW_SIM_CONTROL_VOLTAGE;
     s.profile.v_d_V.value = -8, s.profile.v_q_V.value = 75;
@@ -128,7 +144,8 @@ static void test_iron_loss_is_a_resistance_across_the_induced_voltage(void) {
 }
 
 // Direct current along phase a: the shorted turns are in parallel with their short, then b and c in parallel.
-static void test_turn_short_at_standstill_is_a_resistor_network(void) {
+static void test_turn_short_at_standstill_is_a_resistor_network(void)
+{
     dqw_sim_scenario s = settled(0, 0, 0);
     s.profile.control = DQW_SIM_CONTROL_VOLTAGE, s.profile.v_d_V.value = 5, s.profile.v_q_V.value = 3;
     s.nonideal.turn_short.value = 0.2, s.nonideal.turn_short_ohm = 0.1;
@@ -140,18 +157,19 @@ static void test_turn_short_at_standstill_is_a_resistor_network(void) {
 
 // While the current rises the coupled turns act as a resistor across phase a: at the first sample after the edge the current is
 // already there, before the inductance has let anything through. 1/R_p = (2/3) mu^2 / (r_f + mu R (1 - 2 mu / 3)).
-static void test_turn_short_conducts_at_once(void) {
+static void test_turn_short_conducts_at_once(void)
+{
     dqw_sim_scenario s = settled(0, 0, 0);
     s.profile.control = DQW_SIM_CONTROL_VOLTAGE, s.profile.v_d_V.value = 5;
     s.nonideal.turn_short.value = 0.2, s.nonideal.turn_short_ohm = 0.1;
     s.drive.dt_s = 1e-5, s.duration_s = 2e-3, s.rtol = 1e-12;
     end_of(&s);
     const double across = 2.0 / 3 * 0.04 / (0.1 + 0.2 * 0.9 * (1 - 0.4 / 3));
-    for (size_t k = 1; k < count; ++k)
-        TEST_ASSERT_DOUBLE_WITHIN(1e-7, 5 * across - 5 / 0.9 * expm1(-0.9 / 2.2e-3 * rows[k].t_s), rows[k].i_d_A);
+    for (size_t k = 1; k < count; ++k) TEST_ASSERT_DOUBLE_WITHIN(1e-7, 5 * across - 5 / 0.9 * expm1(-0.9 / 2.2e-3 * rows[k].t_s), rows[k].i_d_A);
 }
 
-static void test_bad_connection_adds_its_resistance_to_phase_a_alone(void) {
+static void test_bad_connection_adds_its_resistance_to_phase_a_alone(void)
+{
     dqw_sim_scenario s = settled(4, 2, 0);
     s.nonideal.phase_connection_ohm = (dqw_sim_ramp){0.3, 0.01, 0.02};
     const dqw_sim_row *end = end_of(&s);
@@ -160,7 +178,8 @@ static void test_bad_connection_adds_its_resistance_to_phase_a_alone(void) {
 }
 
 // A bad connection at speed: its voltage turns against the rotor, a mean and a part at twice the angle.
-static void test_bad_connection_at_speed_shows_at_twice_the_angle(void) {
+static void test_bad_connection_at_speed_shows_at_twice_the_angle(void)
+{
     dqw_sim_scenario s = settled(0, 0, 50);
     s.profile.control = DQW_SIM_CONTROL_VOLTAGE, s.profile.v_q_V.value = 30;
     s.nonideal.phase_connection_ohm.value = 0.3;
@@ -178,7 +197,8 @@ static void test_bad_connection_at_speed_shows_at_twice_the_angle(void) {
     TEST_ASSERT_DOUBLE_WITHIN(0.02 * square, square, 0.5 * (c * c + sn * sn));
 }
 
-static void test_demagnetisation_takes_its_share_of_the_flux(void) {
+static void test_demagnetisation_takes_its_share_of_the_flux(void)
+{
     dqw_sim_scenario s = settled(0, 0, 100);
     s.nonideal.demagnetisation = (dqw_sim_ramp){0.2, 0.01, 0.03};
     end_of(&s);
@@ -189,7 +209,8 @@ static void test_demagnetisation_takes_its_share_of_the_flux(void) {
 }
 
 // Coasting: Coulomb friction far above its width falls straight, viscous friction exponentially.
-static void test_bearing_wear_brakes(void) {
+static void test_bearing_wear_brakes(void)
+{
     dqw_sim_scenario s = *dqw_sim_scenario_find("servo_ideal");
     s.profile = (dqw_sim_profile){.control = DQW_SIM_CONTROL_CURRENT, .speed_start_rad_s = 100};
     s.drive.hold = DQW_SIM_HOLD_DQ;
@@ -205,18 +226,21 @@ static void test_bearing_wear_brakes(void) {
     TEST_ASSERT_DOUBLE_WITHIN(1e-4, 100 * exp(-2.5 * end->t_s), end->w_m_rad_s);
 }
 
-static dqw_sim_flux traction_law(void) {
+static dqw_sim_flux traction_law(void)
+{
     dqw_sim_flux f;
     TEST_ASSERT_TRUE(dqw_sim_flux_init(&f, 0.2e-3, 0.5e-3, 0.07, 4e4, 6e4, 5e4));
     return f;
 }
 
 // Currents are the gradient of the energy, by central differences; L at zero current is what the plate says.
-static void test_saturation_law_has_one_energy(void) {
+static void test_saturation_law_has_one_energy(void)
+{
     const dqw_sim_flux f = traction_law();
     const double h = 1e-6;
-    for (double d = -0.05; d < 0.2; d += 0.03)
-        for (double q = -0.15; q < 0.2; q += 0.05) {
+    for (int j = 0; j < 9; ++j)
+        for (int k = 0; k < 8; ++k) {
+            const double d = -0.05 + 0.03 * j, q = -0.15 + 0.05 * k;
             double i_d, i_q, up, down, slope, unused;
             TEST_ASSERT_TRUE(dqw_sim_flux_currents(&f, 0.07, d, q, &i_d, &i_q));
             dqw_sim_flux_energy(&f, 0.07, d + h, q, &up, &unused), dqw_sim_flux_energy(&f, 0.07, d - h, q, &down, &unused);
@@ -237,7 +261,8 @@ static void test_saturation_law_has_one_energy(void) {
 }
 
 // The iron of the traction motor does saturate, and negative i_d relieves it.
-static void test_saturation_bends_the_curves(void) {
+static void test_saturation_bends_the_curves(void)
+{
     const dqw_sim_flux f = traction_law();
     double i_d, i_q, less;
     dqw_sim_flux_currents(&f, 0.07, 0.07, 0.1, &i_d, &i_q);
@@ -247,7 +272,8 @@ static void test_saturation_bends_the_curves(void) {
     TEST_ASSERT_TRUE(less < i_q);
 }
 
-static void test_saturation_that_is_not_convex_is_refused(void) {
+static void test_saturation_that_is_not_convex_is_refused(void)
+{
     dqw_sim_flux f;
     TEST_ASSERT_FALSE(dqw_sim_flux_init(&f, 0.2e-3, 0.5e-3, 0.07, 4e5, 6e4, 0));
     TEST_ASSERT_FALSE(dqw_sim_flux_init(&f, 0.2e-3, 0.5e-3, 0.07, 0, 0, 1e3));
@@ -261,7 +287,8 @@ static void test_saturation_that_is_not_convex_is_refused(void) {
     TEST_ASSERT_NOT_NULL(strstr(report.message, "invertible at t = "));
 }
 
-int main(void) {
+int main(void)
+{
     UNITY_BEGIN();
     RUN_TEST(test_ramp_is_zero_then_straight_then_flat);
     RUN_TEST(test_what_has_not_begun_changes_nothing);

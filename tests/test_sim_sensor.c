@@ -13,7 +13,8 @@ static size_t count;
 void setUp(void) { clean = noisy = NULL; }
 void tearDown(void) { free(clean), free(noisy); }
 
-static dqw_sim_row *simulate(const dqw_sim_scenario *s) {
+static dqw_sim_row *simulate(const dqw_sim_scenario *s)
+{
     dqw_sim_report report;
     count = dqw_sim_rows(s);
     dqw_sim_row *log = calloc(count ? count : 1, sizeof *log);
@@ -25,14 +26,16 @@ static double at(const dqw_sim_row *row, size_t column) { return ((const double 
 enum { V_D = 1, V_Q, I_D, I_Q, SPEED, THETA_E, THETA_M, V_DC, WINDING, MAGNET, TORQUE };
 static const size_t noisy_columns[] = {V_D, V_Q, I_D, I_Q, SPEED, TORQUE};
 
-static dqw_sim_scenario servo(double noise) {
+static dqw_sim_scenario servo(double noise)
+{
     dqw_sim_scenario s = *dqw_sim_scenario_find("servo_ideal");
     s.noise = (dqw_sim_noise){.i = noise, .v = noise, .w = noise, .theta = noise, .v_dc = noise, .temp = noise, .torque = noise};
     s.duration_s = 0.5;
     return s;
 }
 
-static double sd_of(const dqw_sim_row *log, size_t column) {
+static double sd_of(const dqw_sim_row *log, size_t column)
+{
     double mean = 0, square = 0;
     for (size_t k = 0; k < count; ++k) mean += at(&log[k], column) / (double)count;
     for (size_t k = 0; k < count; ++k) square += pow(at(&log[k], column) - mean, 2) / (double)count;
@@ -40,7 +43,8 @@ static double sd_of(const dqw_sim_row *log, size_t column) {
 }
 
 // 5000 rows: the standard deviation itself is known to 1 %. Four of its own deviations.
-static void test_noise_has_the_stated_standard_deviation(void) {
+static void test_noise_has_the_stated_standard_deviation(void)
+{
     dqw_sim_scenario s = servo(0);
     clean = simulate(&s);
     s = servo(0.05);
@@ -66,7 +70,8 @@ static void test_noise_has_the_stated_standard_deviation(void) {
 }
 
 // White in time, and from channel to channel: every correlation within 4.5 / sqrt(n) for lags 1 to 5.
-static void test_noise_is_white_and_channels_are_independent(void) {
+static void test_noise_is_white_and_channels_are_independent(void)
+{
     dqw_sim_scenario s = servo(0);
     clean = simulate(&s);
     s = servo(0.05);
@@ -86,20 +91,24 @@ static void test_noise_is_white_and_channels_are_independent(void) {
 }
 
 // 200 000 draws: mean, variance, kurtosis, and the share beyond two deviations (4.55 %).
-static void test_generator_is_normal(void) {
-    double mean = 0, square = 0, fourth = 0, beyond = 0;
+static void test_generator_is_normal(void)
+{
+    double mean = 0, square = 0, fourth = 0, beyond = 0, squares = 0, last = 0;
     const double n = 200000;
     for (uint64_t k = 0; k < 200000; ++k) {
         const double x = dqw_sim_random_normal(7, 3, k);
         mean += x / n, square += x * x / n, fourth += x * x * x * x / n, beyond += (fabs(x) > 2) / n;
+        squares += (x * x - 1) * (last * last - 1) / n, last = x;
     }
     TEST_ASSERT_DOUBLE_WITHIN(0.01, 0, mean);
     TEST_ASSERT_DOUBLE_WITHIN(0.015, 1, square);
     TEST_ASSERT_DOUBLE_WITHIN(0.1, 3, fourth);
     TEST_ASSERT_DOUBLE_WITHIN(0.002, 0.0455, beyond);
+    TEST_ASSERT_DOUBLE_WITHIN(0.02, 0, squares);
 }
 
-static void test_seeds(void) {
+static void test_seeds(void)
+{
     dqw_sim_scenario s = servo(0.01);
     s.duration_s = 0.05;
     clean = simulate(&s);
@@ -124,7 +133,8 @@ static void test_seeds(void) {
 
 static double off_grid(double x, double step) { return fabs(x / step - floor(x / step + 0.5)); }
 
-static void test_quantisation(void) {
+static void test_quantisation(void)
+{
     dqw_sim_scenario s = servo(0.01);
     s.duration_s = 0.1;
     s.noise.step_i_A = 0.05, s.noise.step_v_V = 0.5, s.noise.step_w_rad_s = 0.25, s.noise.step_torque_Nm = 0.1, s.noise.step_temp_C = 0.5;
@@ -145,8 +155,9 @@ static void test_quantisation(void) {
     TEST_ASSERT_TRUE(phase > 1);
 }
 
-// Phase by phase: at a noise-free angle, i_b - i_c = sqrt(3) beta is a multiple of the step.
-static void test_currents_are_quantised_in_each_phase(void) {
+// Phase by phase: at a noise-free angle, i_b - i_c = sqrt(3) beta and 2 i_a - i_b - i_c = 3 alpha are multiples of the step.
+static void test_currents_are_quantised_in_each_phase(void)
+{
     dqw_sim_scenario s = servo(0);
     s.duration_s = 0.1, s.noise.step_i_A = 0.05;
     noisy = simulate(&s);
@@ -156,7 +167,8 @@ static void test_currents_are_quantised_in_each_phase(void) {
     for (size_t k = 0; k < count; ++k) {
         const double beta = sin(noisy[k].theta_e_rad) * noisy[k].i_d_A + cos(noisy[k].theta_e_rad) * noisy[k].i_q_A;
         const double off = off_grid(sqrt(3) * beta, 0.05);
-        worst = fmax(worst, fmin(off, 1 - off));
+        const double alpha = cos(noisy[k].theta_e_rad) * noisy[k].i_d_A - sin(noisy[k].theta_e_rad) * noisy[k].i_q_A;
+        worst = fmax(worst, fmax(off, off_grid(3 * alpha, 0.05)));
         most = fmax(most, fabs(beta));
     }
     TEST_ASSERT_TRUE(most > 2);
@@ -167,7 +179,8 @@ static void test_currents_are_quantised_in_each_phase(void) {
     TEST_ASSERT_TRUE(apart > 0.01 && apart < 2);
 }
 
-static void test_encoder_steps(void) {
+static void test_encoder_steps(void)
+{
     dqw_sim_scenario s = servo(0);
     const double step = 6.283185307179586 / 4096;
     s.duration_s = 0.1, s.noise.step_theta_m_rad = step;
@@ -179,7 +192,8 @@ static void test_encoder_steps(void) {
     }
 }
 
-int main(void) {
+int main(void)
+{
     UNITY_BEGIN();
     RUN_TEST(test_noise_has_the_stated_standard_deviation);
     RUN_TEST(test_noise_is_white_and_channels_are_independent);
