@@ -25,10 +25,14 @@ CXXFLAGS ?=
 C99      := -std=c99 -pedantic $(OPT) $(FP) $(SANFLAGS) -MMD -MP
 CXX17    := -std=c++17 $(OPT) $(FP) $(SANFLAGS) -MMD -MP
 
-# SUNDIALS 7 moved its context into a library of its own; SUNDIALS 6 has none of that name.
-SUNCORE   = $(shell echo 'int main(void){return 0;}' | $(CC) -x c - -lsundials_core -o /dev/null 2>/dev/null && echo -lsundials_core)
-SUNLIBS   = -lsundials_cvode -lsundials_nvecserial -lsundials_sunmatrixdense -lsundials_sunlinsoldense \
-            -lsundials_sunnonlinsolfixedpoint $(SUNCORE)
+# SUNDIALS 7 moved its context into a library of its own, and Debian builds it with MPI, whose header its own then include.
+SUNCORE  := $(shell echo 'int main(void){return 0;}' | $(CC) -x c - -lsundials_core -o /dev/null 2>/dev/null && echo -lsundials_core)
+ifneq ($(SUNCORE),)
+MPIINC   := $(shell pkg-config --cflags mpi-c 2>/dev/null)
+MPILIBS  := $(shell pkg-config --libs mpi-c 2>/dev/null)
+endif
+SUNLIBS  := -lsundials_cvode -lsundials_nvecserial -lsundials_sunmatrixdense -lsundials_sunlinsoldense \
+            -lsundials_sunnonlinsolfixedpoint $(SUNCORE) $(MPILIBS)
 CERESLIBS = -lceres -lglog -lfmt
 
 LIB_O := $(patsubst %.c,$(BUILD)/%.o,$(wildcard lib/*.c))
@@ -103,7 +107,7 @@ $(BUILD)/lib/%.o: lib/%.c
 	$(CC) $(C99) $(LIBWARN) -Ilib $(CFLAGS) -c $< -o $@
 $(BUILD)/sim/%.o: sim/%.c
 	@mkdir -p $(@D)
-	$(CC) $(C99) $(WARN) -Isim $(CFLAGS) -c $< -o $@
+	$(CC) $(C99) $(WARN) -Isim $(MPIINC) $(CFLAGS) -c $< -o $@
 $(BUILD)/ref/%.o: ref/%.cpp
 	@mkdir -p $(@D)
 	$(CXX) $(CXX17) $(WARN) -Iref -isystem /usr/include/eigen3 $(CXXFLAGS) -c $< -o $@

@@ -1,8 +1,10 @@
 // `learn` and `fit`: one log or several to one set of parameters.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <memory>
 
+#include "columns.hpp"
 #include "command.hpp"
 #include "fit.hpp"
 #include "learn.hpp"
@@ -20,6 +22,19 @@ struct Options : CommonOptions {
     std::string arith = "float";
 };
 
+/// What was asked for is either estimated or said not to be identifiable, whatever the estimator knows.
+void name_what_was_left_out(Result& result, const std::vector<std::string>& asked)
+{
+    for (const std::string& name : asked) {
+        const auto is_it = [&](const auto& entry) { return entry.name == name; };
+        if (std::any_of(result.parameters.begin(), result.parameters.end(), is_it)) continue;
+        if (std::any_of(result.not_identifiable.begin(), result.not_identifiable.end(), is_it)) continue;
+        const bool mechanical = result.regime == Regime::mechanical;
+        result.not_identifiable.push_back(
+            {name, fmt::format("not estimated from a {} log", name_of(result.regime)), mechanical ? "a log with voltages" : "a log of another regime"});
+    }
+}
+
 int estimate(const std::string& name, const Options& options, const Estimator& estimator)
 {
     std::vector<std::string> notes;
@@ -31,6 +46,7 @@ int estimate(const std::string& name, const Options& options, const Estimator& e
     } catch (const std::invalid_argument& error) {
         throw InputError(logs.front().path, logs.front().rows() + 1, error.what());
     }
+    name_what_was_left_out(result, options.parameters);
     result.notes.insert(result.notes.begin(), notes.begin(), notes.end());
     const std::string json = json_text(result_json(result, logs.front().machine));
     if (options.out_given) {

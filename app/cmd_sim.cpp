@@ -141,7 +141,10 @@ Command add_sim(CLI::App& app)
     command->add_option("SCENARIO", options->scenario, "which drive; --list names all")->type_name("");
     command->add_flag("--list", options->list, "name the scenarios");
     command->add_flag("--list-keys", options->list_keys, "name the keys of --set");
-    command->add_option("--set", options->settings, "change one value, e.g. machine.R_ohm=0.5; repeatable")->type_name("KEY=VALUE")->expected(1)->take_all();
+    command->add_option("--set", options->settings, "change one value, e.g. machine.R_ohm=0.5; repeatable")
+        ->type_name("KEY=VALUE")
+        ->allow_extra_args(false)
+        ->take_all();
     command
         ->add_option_function<std::uint64_t>(
             "--seed", [options](std::uint64_t n) { options->seed = n; }, "of noise and random excitation")

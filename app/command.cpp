@@ -26,8 +26,8 @@ void add_parameters(CLI::App& command, CommonOptions& options)
 {
     command.add_option("--parameters", options.parameters, "what to estimate, by commas: " + list(known_parameters()))
         ->delimiter(',')
-        ->expected(1)
         ->take_all()
+        ->allow_extra_args(false)
         ->check(CLI::IsMember(known_parameters()))
         ->type_name("LIST");
 }

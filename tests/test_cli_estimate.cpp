@@ -196,6 +196,20 @@ static void exit_code_4_only_for_what_was_asked(void)
     }
 }
 
+static void lists_leave_the_files_behind_them_alone(void)
+{
+    const Folder folder;
+    command::write_log(folder / "log.csv", 2000);
+    for (const char* reader : readers) {
+        const json comma = run_json({reader, "--pole-pairs", "4", "--parameters", "R_ohm,psi_Wb", folder / "log.csv"});
+        const json again = run_json({reader, "--pole-pairs", "4", "--parameters", "R_ohm", "--parameters", "psi_Wb", folder / "log.csv"});
+        TEST_ASSERT_EQUAL_STRING(comma.dump().c_str(), again.dump().c_str());
+        TEST_ASSERT_TRUE(comma.at("parameters").contains("R_ohm"));
+        const json other = run_json({reader, "--pole-pairs", "4", "--parameters", "J_kgm2", folder / "log.csv"}, 4);
+        TEST_ASSERT_EQUAL_STRING("J_kgm2", other.at("not_identifiable").at(0).at("name").get<std::string>().c_str());
+    }
+}
+
 static void out_keeps_the_object_in_a_file(void)
 {
     const Folder folder;
@@ -217,6 +231,7 @@ int main(void)
     RUN_TEST(nominal_values_do_not_move_the_fit);
     RUN_TEST(a_speed_in_rpm_is_warned_of);
     RUN_TEST(exit_code_4_only_for_what_was_asked);
+    RUN_TEST(lists_leave_the_files_behind_them_alone);
     RUN_TEST(out_keeps_the_object_in_a_file);
     return UNITY_END();
 }

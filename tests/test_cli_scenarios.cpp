@@ -57,7 +57,7 @@ static void a_seed_repeats_and_another_differs(void)
     std::string text[3];
     const char* const seeds[] = {"7", "7", "8"};
     for (int i = 0; i < 3; ++i) {
-        run_json({"sim", "servo", "--seed", seeds[i], "--set", "duration_s=0.05", "--out", folder / ""});
+        run_json({"sim", "--set", "duration_s=0.05", "servo", "--seed", seeds[i], "--out", folder / ""});
         text[i] = command::read_file(folder / "servo.csv");
     }
     TEST_ASSERT_TRUE(text[0] == text[1]);
