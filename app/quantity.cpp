@@ -89,9 +89,9 @@ Quantity quantity(const std::string& parameter, double value, double sd)
     if (!q.unit.empty() && std::isfinite(value)) q.unit = with_prefix(*unit, prefix_of(std::fabs(value)));
     const double factor = factor_of(q, parameter);
     const bool has_sd = std::isfinite(sd) && sd > 0;
-    // At least three digits of the value, at most seven: a noise-free log's sd is absurdly small.
-    const int fewest = decimals_of(std::fabs(value) * factor, 3), most = decimals_of(std::fabs(value) * factor, 7);
-    const int decimals = has_sd ? std::clamp(decimals_of(sd * factor, 2), std::min(fewest, most), most) : decimals_of(std::fabs(value) * factor, 4);
+    // At most seven digits of the value: a noise-free log's sd is absurdly small.
+    const int most = decimals_of(std::fabs(value) * factor, 7);
+    const int decimals = has_sd ? std::min(decimals_of(sd * factor, 2), most) : decimals_of(std::fabs(value) * factor, 4);
     q.value = parameter == "pole_pairs" && value == std::floor(value) ? fmt::format("{:.0f}", value) : fmt::format("{:.{}f}", value * factor, decimals);
     if (has_sd) q.sd = sd * factor < 0.5 * std::pow(10.0, -decimals) ? fmt::format("{:.1e}", sd * factor) : fmt::format("{:.{}f}", sd * factor, decimals);
     return q;

@@ -10,6 +10,8 @@
 #define RECENT 50.0f
 // Beyond this, likeness of neighbours says that the model is wrong, not that the data are few.
 #define LAG_MAX 0.98f
+// A block beyond this many bases is refused: least squares would weigh it as this squared others, and never forget it.
+#define BLOCK_MAX_PU 1e5f
 
 enum dqw_status dqw_axis_init(dqw_axis *a, const dqw_learner_config *config)
 {
@@ -35,8 +37,8 @@ float dqw_axis_learn(dqw_axis *a, const float x[], float target, uint32_t excite
     }
     // [AXIS.1] the shared error
     const float e_pu = (target - dqw_learner_forward(l, x)) / l->y_base;
-    if (!(size < 1e9f) || !(fabsf(e_pu) < 1e9f)) {
-        l->skipped++;
+    if (!(size < BLOCK_MAX_PU) || !(fabsf(e_pu) < BLOCK_MAX_PU)) {
+        if (l->skipped < UINT32_MAX) l->skipped++;
         return 0.0f;
     }
 
@@ -47,7 +49,7 @@ float dqw_axis_learn(dqw_axis *a, const float x[], float target, uint32_t excite
         l->w_pu[i] += k_pu[i] * e_pu;
         seen += k_pu[i] * x_pu[i];
     }
-    l->learned++;
+    if (l->learned < UINT32_MAX) l->learned++;
 
     // [AXIS.3] residual statistics; the sum of e^2 (1 - k x) is that of the final weights' residuals
     const float after = e_pu * (1.0f - seen);

@@ -38,7 +38,7 @@ enum dqw_status dqw_axis_init(dqw_axis *a, const dqw_learner_config *config);
 /// Source   (E17) in docs/EQUATIONS.md: w += K e, the neuron's law with a gain that weighs in all that came before
 /// Shape    x[inputs] read only
 /// Units    x, target in their own units
-/// Range    any float; a non-finite block is skipped and counted. Inputs whose bit in `excited` is 0 predict, but do not learn
+/// Range    any float; a block that is not finite, or beyond 1e5 bases, is skipped and counted. Inputs whose bit in `excited` is 0 predict, but do not learn
 /// Returns  the error before the correction, in the target's unit; 0 if skipped
 /// Cost     as dqw_gain_step plus 8 n flops; no loop depends on data
 /// Context  ISR safe; one writer per object

@@ -9,6 +9,8 @@
 // Blocks that stage 2 may take per sample of its reservoir, and that stage 3 takes before it is judged.
 #define RANDOM_LIMIT 10u
 #define ORDINAL_BLOCKS 100u
+// No drive gives a sample of this many bases: least squares would weigh it as this squared blocks.
+#define WILD 10.0f
 // Stage 2: noisy samples move the weights by this much even when there is nothing left to learn.
 #define RANDOM_STEP 0.5f
 #define RANDOM_TOLERANCE 0.1f
@@ -83,8 +85,9 @@ enum dqw_status dqw_estimator_init(dqw_estimator *e, const dqw_estimator_config 
                    ORDINAL_BLOCKS);
     dqw_stage_define(&n.stage);
     n.dt_s = config->dt_s;
-    n.v_limit_V = config->v_limit_V;
-    n.i_limit_A = config->i_limit_A;
+    n.v_limit_V = config->v_limit_V > 0.0f ? config->v_limit_V : WILD * config->v_base_V;
+    n.i_limit_A = config->i_limit_A > 0.0f ? config->i_limit_A : WILD * config->i_base_A;
+    n.w_limit_rad_s = WILD * config->w_base_rad_s;
     n.excitation_pu = config->excitation_pu > 0.0f ? config->excitation_pu : EXCITATION_PU;
     n.pole_pairs = config->pole_pairs;
     n.regime = config->regime;
@@ -102,7 +105,8 @@ static uint32_t admit(dqw_estimator *e, const dqw_sample *s, bool saturated)
     const dqw_gate_sample g = {
         .finite = isfinite(s->v_d_V) && isfinite(s->v_q_V) && isfinite(s->i_d_A) && isfinite(s->i_q_A) && isfinite(s->w_m_rad_s),
         .saturated = saturated || beyond(s->v_d_V, e->v_limit_V) || beyond(s->v_q_V, e->v_limit_V) ||
-                     beyond(s->i_d_A, e->i_limit_A) || beyond(s->i_q_A, e->i_limit_A),
+                     beyond(s->i_d_A, e->i_limit_A) || beyond(s->i_q_A, e->i_limit_A) ||
+                     beyond(s->w_m_rad_s, e->w_limit_rad_s),
         .repeated = e->has_last && s->i_d_A == e->last.i_d_A && s->i_q_A == e->last.i_q_A && s->w_m_rad_s == e->last.w_m_rad_s,
     };
     return dqw_gate_check(&e->gate, g);
@@ -142,7 +146,7 @@ static uint32_t learn(dqw_estimator *e, dqw_block *b)
     uint32_t event = dqw_gate_block(&e->gate, mask_d, 0, DQW_D_INPUTS);
     event |= dqw_gate_block(&e->gate, mask_q, DQW_D_INPUTS, DQW_Q_INPUTS);
     if (mask_d == 0 && mask_q == 0) return event;
-    e->gate.blocks++;
+    if (e->gate.blocks < UINT32_MAX) e->gate.blocks++;
 
     // [EST.3] stage 2 remembers, every stage learns in order
     if (e->stage.name == DQW_STAGE_RANDOM) {
@@ -190,7 +194,7 @@ uint32_t dqw_estimator_step(dqw_estimator *e, const dqw_sample *s, bool saturate
             event |= learn(e, &b);
         } else if (window == DQW_EVENT_INCOMPLETE) {
             event |= window;
-            e->gate.incomplete++;
+            if (e->gate.incomplete < UINT32_MAX) e->gate.incomplete++;
         }
     }
     // Staleness compares with whatever came last; a pair needs both of its samples good.

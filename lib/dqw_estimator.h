@@ -24,7 +24,7 @@ enum dqw_regime {
 typedef struct dqw_estimator_config {
     enum dqw_regime regime;
     float dt_s;          ///< sampling period, > 0; any positive number in the static regime
-    float v_base_V;      ///< rated voltage, current and mechanical speed: they scale, they do not limit. > 0
+    float v_base_V;      ///< rated voltage, current and mechanical speed: they scale. A sample beyond ten of them is saturated. > 0
     float i_base_A;
     float w_base_rad_s;
     float R_ohm;         ///< nominal values to start from; 0: start from zero. Never a prior
@@ -33,7 +33,7 @@ typedef struct dqw_estimator_config {
     float psi_Wb;
     uint16_t pole_pairs; ///< 0: find it from the cross weights
     uint16_t half_window;///< pairs in half a block, 1 .. 10000; 0: 20. Dynamic regime only
-    float v_limit_V;     ///< samples beyond are saturated, and not learned; 0: no limit
+    float v_limit_V;     ///< samples beyond are saturated, and not learned; 0: ten bases
     float i_limit_A;
     float excitation_pu; ///< a block input below this part of its base teaches nothing; 0: 0.002
     uint32_t stale_limit;///< equal samples in a row before a sensor counts as stuck; 0: never
@@ -53,7 +53,7 @@ typedef struct dqw_estimator {
     dqw_stage stage;
     dqw_parameters parameters;       ///< as read after the last block
     dqw_sample last;
-    float dt_s, v_limit_V, i_limit_A, excitation_pu;
+    float dt_s, v_limit_V, i_limit_A, w_limit_rad_s, excitation_pu;
     uint32_t events;                 ///< all event bits since init
     uint16_t pole_pairs;
     enum dqw_regime regime;

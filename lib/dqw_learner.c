@@ -59,19 +59,22 @@ float dqw_learner_learn(dqw_learner *l, const float x[], float target)
     // [LMS.2] error before the correction
     const float e_pu = (target - dqw_learner_forward(l, x)) / l->y_base;
     if (!isfinite(e_pu) || !isfinite(norm)) {
-        l->skipped++;
+        if (l->skipped < UINT32_MAX) l->skipped++;
         return 0.0f;
     }
 
     // [LMS.3] normalised step, the constant input counted in the norm; with noisy inputs down the gradient of
-    // e^2 / (1 + |w|^2), normalised by the inputs' expected power: their own would weigh the noise in, and bias
-    const float expected = l->noisy_inputs ? (float)l->inputs + (l->indicator ? 1.0f : 0.0f) : 0.0f;
-    if (norm < expected) norm = expected;
+    // e^2 / (1 + |w|^2), normalised by the inputs' expected power: their own would weigh the noise in, and bias. A sample so
+    // large that the step would more than mirror the error is normalised by itself after all
+    if (l->noisy_inputs) {
+        const float expected = (float)l->inputs + (l->indicator ? 1.0f : 0.0f);
+        norm = fmaxf(expected, 0.5f * l->step_size * norm);
+    }
     const float g = l->step_size * limit(e_pu, ERROR_LIMIT_PU) / (norm + NORM_FLOOR);
     const float pull = l->noisy_inputs ? limit(e_pu, 1.0f) / (1.0f + w_norm) : 0.0f;
     for (int i = 0; i < l->inputs; i++) l->w_pu[i] += g * (x_pu[i] + pull * l->w_pu[i]);
     if (l->indicator) l->w_o += l->step_size * (limit(e_pu, ERROR_LIMIT_PU) - l->w_o) / (norm + NORM_FLOOR);
-    l->learned++;
+    if (l->learned < UINT32_MAX) l->learned++;
     return e_pu * l->y_base;
 }
 

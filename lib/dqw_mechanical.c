@@ -6,6 +6,7 @@
 #define HALF_WINDOW 25
 #define EXCITATION_PU 0.002f
 #define KNOWN_RATIO 0.25f
+#define WILD 10.0f
 
 enum { IN_J = 0, IN_B, IN_COULOMB };
 // Signals of a pair: torque, slope of speed, speed, direction.
@@ -38,6 +39,8 @@ enum dqw_status dqw_mechanical_init(dqw_mechanical *m, const dqw_mechanical_conf
     if (status != DQW_OK) return status;
     dqw_gate_init(&n.gate, 0);
     n.dt_s = config->dt_s;
+    n.torque_limit_Nm = WILD * config->torque_base_Nm;
+    n.w_limit_rad_s = WILD * config->w_base_rad_s;
     n.excitation_pu = config->excitation_pu > 0.0f ? config->excitation_pu : EXCITATION_PU;
     n.standstill_rad_s = config->standstill_rad_s;
     n.coulomb = config->coulomb;
@@ -60,14 +63,15 @@ static uint32_t learn(dqw_mechanical *m, const float block[SIGNALS])
         if (fabsf(x[i]) * l->x_scale[i] >= m->excitation_pu) mask |= 1u << i;
     const uint32_t event = dqw_gate_block(&m->gate, mask, 0, inputs);
     if (mask == 0) return event;
-    m->gate.blocks++;
+    if (m->gate.blocks < UINT32_MAX) m->gate.blocks++;
     (void)dqw_axis_learn(&m->axis, x, block[0], mask);
     return event | DQW_EVENT_LEARNED;
 }
 
 uint32_t dqw_mechanical_step(dqw_mechanical *m, float torque_Nm, float w_m_rad_s)
 {
-    const dqw_gate_sample g = {.finite = isfinite(torque_Nm) && isfinite(w_m_rad_s)};
+    const dqw_gate_sample g = {.finite = isfinite(torque_Nm) && isfinite(w_m_rad_s),
+                               .saturated = fabsf(torque_Nm) > m->torque_limit_Nm || fabsf(w_m_rad_s) > m->w_limit_rad_s};
     uint32_t event = dqw_gate_check(&m->gate, g);
     float block[SIGNALS];
     float pair[SIGNALS];
@@ -86,7 +90,7 @@ uint32_t dqw_mechanical_step(dqw_mechanical *m, float torque_Nm, float w_m_rad_s
         event |= learn(m, block);
     } else if (window == DQW_EVENT_INCOMPLETE) {
         event |= window;
-        m->gate.incomplete++;
+        if (m->gate.incomplete < UINT32_MAX) m->gate.incomplete++;
     }
     return event;
 }

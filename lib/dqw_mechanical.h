@@ -16,7 +16,7 @@ extern "C" {
 /// All zero is refused.
 typedef struct dqw_mechanical_config {
     float dt_s;             ///< sampling period, > 0
-    float torque_base_Nm;   ///< rated torque and mechanical speed: they scale, they do not limit. > 0
+    float torque_base_Nm;   ///< rated torque and mechanical speed: they scale. A sample beyond ten of them is saturated. > 0
     float w_base_rad_s;
     float J_kgm2;           ///< nominal values to start from; 0: start from zero. Never a prior
     float B_Nms_rad;
@@ -30,7 +30,7 @@ typedef struct dqw_mechanical {
     dqw_gate gate;
     dqw_window window;
     dqw_axis axis;
-    float dt_s, excitation_pu, standstill_rad_s;
+    float dt_s, excitation_pu, standstill_rad_s, torque_limit_Nm, w_limit_rad_s;
     float torque_last_Nm, w_last_rad_s;
     bool coulomb, has_last;
 } dqw_mechanical;
@@ -52,7 +52,7 @@ enum dqw_status dqw_mechanical_init(dqw_mechanical *m, const dqw_mechanical_conf
 ///
 /// Source   (E15), (E23) in docs/EQUATIONS.md
 /// Units    torque_Nm at the shaft, as applied from this sample to the next; mechanical speed w_m_rad_s at this sample
-/// Range    any float; a non-finite sample is skipped and counted
+/// Range    any float; a sample that is not finite, or beyond ten bases, is skipped and counted
 /// Returns  DQW_EVENT_* bits of this step
 /// Cost     about 25 flops; at a block's end about 100 more
 /// Context  ISR safe; one writer per object

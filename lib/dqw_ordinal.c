@@ -7,8 +7,14 @@
 #define POLE_MIN 0.01f
 #define POLE_MAX 0.9995f
 #define CONVERGED 1e-4f
+// Epochs without rest after which a start is given up: from a good one it takes two to five.
+#define RESTLESS_MAX 10
+// Longest step of the pole in an epoch.
+#define STEP_MAX 0.2f
 // Step of the constant input's weight.
 #define WATCH 0.05f
+// A sample of more bases than this is refused.
+#define WILD_PU 1e3f
 
 static bool positive(float x)
 {
@@ -26,6 +32,7 @@ enum dqw_status dqw_ordinal_init(dqw_ordinal *o, const dqw_ordinal_config *confi
     if (!positive(config->dt_s) || !positive(config->x_base) || !positive(config->y_base) || !positive(config->R_ohm) ||
         !positive(config->L_H))
         return DQW_ERR_RANGE;
+    if (!positive(1.0f / config->x_base) || !positive(1.0f / config->y_base)) return DQW_ERR_RANGE;
     const dqw_ordinal zero = {0};
     *o = zero;
     o->dt_s = config->dt_s;
@@ -36,6 +43,7 @@ enum dqw_status dqw_ordinal_init(dqw_ordinal *o, const dqw_ordinal_config *confi
     o->a = clamp(expf(-config->R_ohm * config->dt_s / config->L_H), POLE_MIN, POLE_MAX);
     o->b_pu = (1.0f - o->a) / config->R_ohm * o->y_scale / o->x_scale;
     (void)dqw_gain_init(&o->gain, 2, P0);
+    o->from_pairs = true;
     return DQW_OK;
 }
 
@@ -70,18 +78,18 @@ void dqw_ordinal_step(dqw_ordinal *o, float x_V, float y_A)
 {
     const float x_pu = x_V * o->x_scale;
     const float y_pu = y_A * o->y_scale;
-    if (!isfinite(x_pu) || !isfinite(y_pu)) {
-        o->skipped++;
+    if (!(fabsf(x_pu) < WILD_PU) || !(fabsf(y_pu) < WILD_PU)) {
+        if (o->skipped < UINT32_MAX) o->skipped++;
         o->started = false;
         return;
     }
     if (o->started) {
         // The first epoch learns from pairs in either form: a start for the output error that is near enough to be linear.
-        if (o->form == DQW_ORDINAL_PAIRS || o->epochs == 0)
+        if (o->form == DQW_ORDINAL_PAIRS || o->from_pairs)
             learn_pair(o, o->x_last_pu, y_pu);
         else
             learn_output(o, o->x_last_pu, y_pu);
-        o->learned++;
+        if (o->learned < UINT32_MAX) o->learned++;
     } else {
         o->y_hat_pu = y_pu;
         o->s_pu[0] = o->s_pu[1] = 0.0f;
@@ -93,19 +101,29 @@ void dqw_ordinal_step(dqw_ordinal *o, float x_V, float y_A)
 
 bool dqw_ordinal_end_epoch(dqw_ordinal *o)
 {
-    // The pole of a passive circuit is kept inside its range: the neuron's own output then stays bounded.
     if (o->epochs < UINT32_MAX) o->epochs++;
     o->started = false;
-    const float p = clamp(o->a + o->delta_pu[1], POLE_MIN, POLE_MAX);
-    const float b = o->b_pu + o->delta_pu[0];
-    if (o->form == DQW_ORDINAL_PAIRS)
-        o->converged = true;
-    else
-        o->converged = o->epochs > 1 && fabsf(p - o->a) <= CONVERGED * o->a && fabsf(b - o->b_pu) <= CONVERGED * fabsf(b);
-    o->a = p;
+    const bool pairs = o->form == DQW_ORDINAL_PAIRS;
+
+    // A Gauss-Newton step is kept short, and the pole inside a passive circuit's range: the neuron's own output then stays
+    // bounded, and far from the truth, where the linearisation overshoots, the next epoch can come back.
+    const float a = clamp(o->a + clamp(o->delta_pu[1], -STEP_MAX, STEP_MAX), POLE_MIN, POLE_MAX);
+    const float b = o->from_pairs ? o->b_pu : clamp(o->b_pu + o->delta_pu[0], 0.1f * o->b_pu, 10.0f * o->b_pu);
+    const bool inside = b > 0.0f && a > POLE_MIN && a < POLE_MAX;
+    const bool still = fabsf(a - o->a) <= CONVERGED * o->a && fabsf(b - o->b_pu) <= CONVERGED * fabsf(b);
+    o->converged = pairs || (!o->from_pairs && inside && still);
+    // Pairs that say what no passive circuit can are no start; nor is one from which no epoch comes to rest. Learn from pairs again.
+    const bool done_with_pairs = o->from_pairs && inside;
+    o->restless = still || o->from_pairs ? 0 : (uint8_t)(o->restless + 1);
+    if (done_with_pairs) o->from_pairs = false;
+    if (o->restless >= RESTLESS_MAX) {
+        o->restless = 0;
+        o->from_pairs = true;
+    }
+    o->a = a;
     o->b_pu = b;
     o->delta_pu[0] = o->delta_pu[1] = 0.0f;
-    if (o->form == DQW_ORDINAL_OUTPUT_ERROR) (void)dqw_gain_init(&o->gain, 2, P0);
+    if (!pairs) (void)dqw_gain_init(&o->gain, 2, P0);
     return o->converged;
 }
 

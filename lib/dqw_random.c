@@ -36,6 +36,10 @@ enum dqw_status dqw_random_init(dqw_random *r, const dqw_random_config *config)
 
 void dqw_random_put(dqw_random *r, const float x[], int inputs, float target)
 {
+    // What cannot be learned takes no place.
+    if (!isfinite(target)) return;
+    for (int i = 0; i < inputs && i < DQW_LEARNER_INPUTS; i++)
+        if (!isfinite(x[i])) return;
     // Past 2^32 - 1 samples the odds stay where they are.
     if (r->seen < UINT32_MAX) r->seen++;
     uint32_t slot = r->held;
@@ -78,7 +82,7 @@ bool dqw_random_iterate(dqw_random *r, dqw_learner *l)
     if (r->at >= r->draws || r->at >= r->held) {
         if (r->at >= r->draws && settled(r, l)) r->converged = true;
         r->at = 0;
-        r->epochs++;
+        if (r->epochs < UINT32_MAX) r->epochs++;
     }
     return r->converged;
 }

@@ -12,6 +12,8 @@ enum { R = 0, LD, LQ, PSI, N };
 #define POLE_PAIRS_MAX 100.0f
 // Pivots of the scaled information matrix below this say that a direction was never learned.
 #define PIVOT_MIN 1e-5f
+// A parameter that is tied to a direction never learned by more than this, per unit-diagonal weight, is not learned either.
+#define TIE_MAX 1e-3f
 
 // Information of an axis' weights, per unit of its bases: P^-1 = V' D^-1 V with V = U^-1, less what the start values
 // brought, over the residual variance.
@@ -73,9 +75,15 @@ static void invert(float m[N][N])
             for (int j = 0; j < N; j++) m[i][j] -= f * m[k][j];
         }
     }
+    // A pivot's row now tells, in the columns left out, how it depends on them.
+    bool tied[N] = {false};
+    for (int i = 0; i < N; i++)
+        for (int j = 0; j < N; j++)
+            if (!out[i] && out[j] && fabsf(m[i][j]) > TIE_MAX) tied[i] = true;
     for (int i = 0; i < N; i++)
         for (int j = 0; j < N; j++) {
             m[i][j] *= scale[i] * scale[j];
+            if (i == j && tied[i]) m[i][j] = INFINITY;
             if (out[i] || out[j]) m[i][j] = i == j ? INFINITY : 0.0f;
         }
 }

@@ -39,7 +39,7 @@ bool dqw_tapped_iterate(dqw_tapped *t)
     // of the norm is the constant input's, so 2 / n moves the weight by 1 / n of the error.
     const float after = t->iterations < t->draws ? 0.0f : (float)(t->iterations - t->draws);
     const float step = t->step_size / (1.0f + 0.5f * t->step_size * after);
-    t->iterations++;
+    if (t->iterations < UINT32_MAX) t->iterations++;
     bool converged = true;
     for (int i = 0; i < t->taps; i++) {
         t->learner[i].step_size = step;

@@ -4,6 +4,7 @@
 #include <stdexcept>
 
 #include "explain.hpp"
+#include "piece.hpp"
 #include "regimes.hpp"
 
 namespace dqw {
@@ -116,7 +117,15 @@ Result fit(const std::vector<Log>& logs, const FitOptions& options) {
         if (!has(possible_parameters(regime), name))
             result.not_identifiable.push_back({name, std::string("a ") + name_of(regime) + " log does not contain it",
                                                excitation_for(name, regime)});
-    if (gaps > 0 && (regime == Regime::dynamic || regime == Regime::mechanical))
+    std::stable_sort(result.parameters.begin(), result.parameters.end(), [](const Estimate& a, const Estimate& b) {
+        return std::find(kEvery.begin(), kEvery.end(), a.name) < std::find(kEvery.begin(), kEvery.end(), b.name);
+    });
+    const bool simulated = regime == Regime::dynamic || regime == Regime::mechanical;
+    const std::size_t left_out = simulated ? rows - rows_of(pieces_of(logs, kLeastPiece)) : 0;
+    if (left_out > 0)
+        result.notes.push_back(std::to_string(left_out) + " rows left out: they stand in stretches of fewer than " +
+                               std::to_string(kLeastPiece) + " rows between gaps");
+    if (gaps > 0 && simulated)
         result.notes.push_back(std::to_string(gaps) + " gap" + (gaps > 1 ? "s" : "") + " in time: the simulation starts anew after each");
     if (options.progress) options.progress(1.0);
     return result;

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 
@@ -12,21 +13,22 @@
 namespace dqw {
 namespace {
 
-constexpr std::size_t kLeastRows = 100, kLeastPiece = 10;
+constexpr std::size_t kLeastRows = 100;
 constexpr std::size_t kFirstRows = 20000, kFirstWindow = 1000;  ///< of the part a long log converges on first
 constexpr std::size_t kHuge = 1000000;  ///< rows beyond which a pass is dear and standard deviations are tiny
+constexpr double kCoarse_rad = 0.6;
 constexpr double kGains[] = {0.02, 0.5};
 
-using Model_ = DynamicModel;
+using Dynamic = DynamicModel;
 
 Eigen::VectorXd theta_of(const ElectricalStart& s, double gain) {
-    Eigen::VectorXd theta(Model_::kSize);
+    Eigen::VectorXd theta(Dynamic::kSize);
     theta << s.R_ohm, s.Ld_H, s.Lq_H, s.psi_Wb, gain, gain, s.pole_pairs;
     return theta;
 }
 
 /// The start that predicts best, at a gain between the two.
-Eigen::VectorXd best_start(Model_& model, const std::vector<ElectricalStart>& starts) {
+Eigen::VectorXd best_start(Dynamic& model, const std::vector<ElectricalStart>& starts) {
     Eigen::VectorXd best = theta_of(starts.front(), 0.1);
     double least = HUGE_VAL;
     for (const ElectricalStart& s : starts) {
@@ -40,14 +42,14 @@ Eigen::VectorXd best_start(Model_& model, const std::vector<ElectricalStart>& st
     return best;
 }
 
-Solution best_of_two_gains(Model_& model, const Eigen::VectorXd& start, const std::vector<bool>& free,
+Solution best_of_two_gains(Dynamic& model, const Eigen::VectorXd& start, const std::vector<bool>& free,
                            const Task& task) {
     SolveOptions options;
     options.passes = 4, options.tolerance = 1e-6, options.sigma_tolerance = 1e-2, options.tick = task.tick;
     Solution best;
     for (double gain : kGains) {
         Eigen::VectorXd theta = start;
-        theta[Model_::kGainD] = theta[Model_::kGainQ] = gain;
+        theta[Dynamic::kGainD] = theta[Dynamic::kGainQ] = gain;
         Solution s = solve(model, theta, free, options);
         if (s.ok && (!best.ok || s.log_likelihood > best.log_likelihood)) best = std::move(s);
     }
@@ -55,29 +57,29 @@ Solution best_of_two_gains(Model_& model, const Eigen::VectorXd& start, const st
 }
 
 /// Flux linkage of the currents, RMS: what psi would have to be compared with.
-Eigen::VectorXd typical_of(const Model_& model, const Eigen::VectorXd& theta) {
+Eigen::VectorXd typical_of(const Dynamic& model, const Eigen::VectorXd& theta) {
     Eigen::VectorXd typical = Eigen::VectorXd::Zero(theta.size());
     const Eigen::VectorXd i = (model.power() / static_cast<double>(model.rows())).cwiseSqrt();
-    typical[Model_::kPsi] = std::hypot(theta[Model_::kLd] * i[0], theta[Model_::kLq] * i[1]);
+    typical[Dynamic::kPsi] = std::hypot(theta[Dynamic::kLd] * i[0], theta[Dynamic::kLq] * i[1]);
     return typical;
 }
 
 PlainModel plain_model(const Eigen::VectorXd& theta) {
     PlainModel model;
-    model.R_ohm = theta[Model_::kR], model.Ld_H = theta[Model_::kLd], model.Lq_H = theta[Model_::kLq];
-    model.psi_Wb = theta[Model_::kPsi], model.pole_pairs = theta[Model_::kPolePairs];
+    model.R_ohm = theta[Dynamic::kR], model.Ld_H = theta[Dynamic::kLd], model.Lq_H = theta[Dynamic::kLq];
+    model.psi_Wb = theta[Dynamic::kPsi], model.pole_pairs = theta[Dynamic::kPolePairs];
     return model;
 }
 
 /// Publishes the averaged fit in place of the predicting one where its reported residual is clearly less.
-bool publish_averaged(const Task& task, const std::vector<Piece>& pieces, const Model_& all, const Solution& predicted,
+bool publish_averaged(const Task& task, const std::vector<Piece>& pieces, const Dynamic& all, const Solution& predicted,
                       Result& result) {
     const Eigen::VectorXd& theta = predicted.theta;
     // A steady gain g tells the sensor's share of the innovation: (1 - g) of its variance.
     const auto sensor = [&](int axis) {
-        return predicted.noise[axis] * std::sqrt(std::max(0.0, 1.0 - theta[Model_::kGainD + axis]));
+        return predicted.noise[axis] * std::sqrt(std::max(0.0, 1.0 - theta[Dynamic::kGainD + axis]));
     };
-    const auto model = averaged_electrical(pieces, theta[Model_::kPolePairs], sensor(0), sensor(1));
+    const auto model = averaged_electrical(pieces, theta[Dynamic::kPolePairs], sensor(0), sensor(1));
     if (model->rows() < 10) return false;
     SolveOptions options;
     options.tick = task.tick, options.common_weight = true;
@@ -96,8 +98,8 @@ bool publish_averaged(const Task& task, const std::vector<Piece>& pieces, const 
     return true;
 }
 
-PolePairs pole_pairs_of(const Solution& s, Model_& model) {
-    return decide_pole_pairs(assess_excited(s, model, typical_of(model, s.theta)).each[Model_::kPolePairs]);
+PolePairs pole_pairs_of(const Solution& s, Dynamic& model) {
+    return decide_pole_pairs(assess_excited(s, model, typical_of(model, s.theta)).each[Dynamic::kPolePairs]);
 }
 
 bool turns(const std::vector<Log>& logs) {
@@ -109,19 +111,19 @@ bool turns(const std::vector<Log>& logs) {
 
 /// Converges on a part of a long log, from the log's own starting values and from two gains.
 Solution first_look(const Task& task, const std::vector<Piece>& pieces, const std::vector<bool>& free, PolePairs& p) {
-    Model_ model(spread_sample(pieces, kFirstRows, kFirstWindow), free[Model_::kPolePairs]);
+    Dynamic model(spread_sample(pieces, kFirstRows, kFirstWindow), free[Dynamic::kPolePairs]);
     // At rest the pole pairs have no effect: any number will do.
     std::optional<double> known = task.pole_pairs;
-    if (!known && !free[Model_::kPolePairs]) known = 1.0;
+    if (!known && !free[Dynamic::kPolePairs]) known = 1.0;
     Solution s = best_of_two_gains(model, best_start(model, electrical_starts(model.pieces(), known)), free, task);
-    if (s.ok && free[Model_::kPolePairs]) p = pole_pairs_of(s, model);
+    if (s.ok && free[Dynamic::kPolePairs]) p = pole_pairs_of(s, model);
     return s;
 }
 
 /// theta with p a whole number, and psi such that p psi stays.
 Eigen::VectorXd with_whole(Eigen::VectorXd theta, double whole) {
-    theta[Model_::kPsi] *= theta[Model_::kPolePairs] / whole;
-    theta[Model_::kPolePairs] = whole;
+    theta[Dynamic::kPsi] *= theta[Dynamic::kPolePairs] / whole;
+    theta[Dynamic::kPolePairs] = whole;
     return theta;
 }
 
@@ -130,9 +132,9 @@ Eigen::VectorXd with_whole(Eigen::VectorXd theta, double whole) {
 void fit_all(const std::vector<Piece>& pieces, std::vector<bool>& free, const SolveOptions& options, Solution& s,
              PolePairs& p) {
     std::vector<bool> fixed = free;
-    fixed[Model_::kPolePairs] = false;
-    const bool sought = free[Model_::kPolePairs];
-    Model_ without(pieces, false), with(pieces, sought);
+    fixed[Dynamic::kPolePairs] = false;
+    const bool sought = free[Dynamic::kPolePairs];
+    Dynamic without(pieces, false), with(pieces, sought);
     const Solution look = s;
     if (sought && p.clear) {
         s = solve(without, with_whole(look.theta, p.whole), fixed, options);
@@ -152,10 +154,18 @@ void fit_all(const std::vector<Piece>& pieces, std::vector<bool>& free, const So
     s = solve(without, with_whole(s.theta, p.whole), free, options);
 }
 
+double largest_turn_rad(const std::vector<Piece>& pieces, double pole_pairs) {
+    double largest = 0.0;
+    for (const Piece& piece : pieces)
+        for (std::size_t k = piece.begin; k + 1 < piece.end; ++k)
+            largest = std::max(largest, std::abs(pole_pairs * piece.log->w_m_rad_s[k]) * piece.period_s(k));
+    return largest;
+}
+
 double product_sd(const Eigen::VectorXd& theta, const Covariance& c) {
-    const double psi = theta[Model_::kPsi], p = theta[Model_::kPolePairs];
-    const double variance = p * p * c.of(Model_::kPsi, Model_::kPsi) + psi * psi * c.of(Model_::kPolePairs, Model_::kPolePairs) +
-                            2.0 * p * psi * c.of(Model_::kPsi, Model_::kPolePairs);
+    const double psi = theta[Dynamic::kPsi], p = theta[Dynamic::kPolePairs];
+    const double variance = p * p * c.of(Dynamic::kPsi, Dynamic::kPsi) + psi * psi * c.of(Dynamic::kPolePairs, Dynamic::kPolePairs) +
+                            2.0 * p * psi * c.of(Dynamic::kPsi, Dynamic::kPolePairs);
     return std::sqrt(std::max(variance, 0.0));
 }
 
@@ -167,8 +177,8 @@ Result fit_dynamic(const Task& task) {
     if (rows_of(pieces) < kLeastRows)
         throw std::invalid_argument(path + ": " + std::to_string(rows_of(pieces)) +
                                     " rows without a gap; a dynamic fit needs at least " + std::to_string(kLeastRows));
-    std::vector<bool> free(Model_::kSize, true);
-    free[Model_::kPolePairs] = !task.pole_pairs && turns(task.logs);
+    std::vector<bool> free(Dynamic::kSize, true);
+    free[Dynamic::kPolePairs] = !task.pole_pairs && turns(task.logs);
     PolePairs p;
     Solution s = first_look(task, pieces, free, p);
     if (!s.ok)
@@ -177,23 +187,26 @@ Result fit_dynamic(const Task& task) {
     options.tick = task.tick;
     if (rows_of(pieces) > kHuge) options.tolerance = 1e-7;
     fit_all(pieces, free, options, s, p);
-    Model_ all(pieces, free[Model_::kPolePairs]);
+    Dynamic all(pieces, free[Dynamic::kPolePairs]);
     all.prepare(s.theta);
     const Covariance covariance = assess_excited(s, all, typical_of(all, s.theta));
 
     Result result;
     Task rest = task;
     report_residual(task.logs, plain_model(s.theta), result);
-    const double product = s.theta[Model_::kPsi] * s.theta[Model_::kPolePairs];
-    if (free[Model_::kPolePairs] || !covariance.robust || !publish_averaged(task, pieces, all, s, result)) {
+    const double product = s.theta[Dynamic::kPsi] * s.theta[Dynamic::kPolePairs];
+    if (free[Dynamic::kPolePairs] || !covariance.robust || !publish_averaged(task, pieces, all, s, result)) {
         report_pole_pairs(rest, p, product, product_sd(s.theta, covariance), result);
         publish(rest, all.names(), covariance, result);
         note_robust(covariance, result);
     } else {
         report_pole_pairs(rest, p, product, 0.0, result);
     }
-    result.notes.push_back("correction gain of the currents: d " + figure(s.theta[Model_::kGainD]) + ", q " +
-                           figure(s.theta[Model_::kGainQ]));
+    if (const double turn = largest_turn_rad(pieces, s.theta[Dynamic::kPolePairs]); turn > kCoarse_rad)
+        result.notes.push_back("the rotor turns by up to " + figure(turn) + " rad in a sampling period; a voltage held that long is " +
+                               "hardly meant: average it and call the log steady, or sample faster");
+    result.notes.push_back("correction gain of the currents: d " + figure(s.theta[Dynamic::kGainD]) + ", q " +
+                           figure(s.theta[Dynamic::kGainQ]));
     return result;
 }
 

@@ -12,7 +12,8 @@
 namespace dqw {
 namespace {
 
-constexpr std::size_t kLeastRows = 100, kLeastPiece = 10;
+constexpr std::size_t kLeastRows = 100;
+constexpr std::size_t kFirstRows = 40000, kFirstWindow = 4000;  ///< of the part a long log converges on first
 constexpr double kGains[] = {0.005, 0.3};
 
 /// K_t of torque_Nm = K_t i_q, from the logs that have both.
@@ -37,6 +38,29 @@ void fit_torque_constant(const Task& task, Result& result) {
     options.tick = task.tick;
     const Solution s = solve(model, Eigen::VectorXd::Zero(1), {true}, options);
     publish(task, model.names(), assess(s, model, Eigen::VectorXd::Zero(1)), result);
+}
+
+std::vector<const std::vector<double>*> torque_of_pieces(const Task& task, const std::vector<Piece>& pieces,
+                                                         const std::vector<std::vector<double>>& torque) {
+    std::vector<const std::vector<double>*> of_piece;
+    for (const Piece& piece : pieces) of_piece.push_back(&torque[static_cast<std::size_t>(piece.log - task.logs.data())]);
+    return of_piece;
+}
+
+/// Converges on a part of a long log, from the log's own starting values and from two gains.
+Solution first_look(const Task& task, const std::vector<Piece>& pieces, const std::vector<std::vector<double>>& torque) {
+    const std::vector<Piece> part = spread_sample(pieces, kFirstRows, kFirstWindow);
+    MechanicalModel model(part, task.logs, torque);
+    SolveOptions options;
+    options.passes = 4, options.tolerance = 1e-6, options.sigma_tolerance = 1e-2, options.tick = task.tick;
+    Solution best;
+    for (const MechanicalStart& start : mechanical_starts(part, torque_of_pieces(task, part, torque))) {
+        for (double gain : kGains) {
+            const Solution s = solve(model, Eigen::Vector3d(start.J_kgm2, start.B_Nms_rad, gain), {true, true, true}, options);
+            if (s.ok && (!best.ok || s.log_likelihood > best.log_likelihood)) best = s;
+        }
+    }
+    return best;
 }
 
 PlainModel plain_model(const Eigen::VectorXd& theta, double torque_constant_Nm_A) {
@@ -83,27 +107,17 @@ Result fit_mechanical(const Task& task) {
         if (source != first_source) result.notes.push_back("torque is " + source);
         first_source = source;
     }
-    std::vector<const std::vector<double>*> of_piece;
-    for (const Piece& piece : pieces) of_piece.push_back(&torque[static_cast<std::size_t>(piece.log - task.logs.data())]);
-
     MechanicalModel model(pieces, task.logs, torque);
     SolveOptions options;
     options.tick = task.tick;
-    Solution best;
-    for (const MechanicalStart& start : mechanical_starts(pieces, of_piece)) {
-        for (double gain : kGains) {
-            Eigen::VectorXd theta(3);
-            theta << start.J_kgm2, start.B_Nms_rad, gain;
-            Solution s = solve(model, theta, {true, true, true}, options);
-            if (s.ok && (!best.ok || s.log_likelihood > best.log_likelihood)) best = std::move(s);
-        }
-    }
+    Solution best = first_look(task, pieces, torque);
+    if (best.ok) best = solve(model, best.theta, {true, true, true}, options);
     if (!best.ok) throw std::invalid_argument(task.logs.front().path + ": one sampling period spans many time constants of the machine");
     const Covariance covariance = assess_excited(best, model, Eigen::VectorXd::Zero(3));
     const double torque_constant = task.torque_constant_Nm_A.value_or(0.0);
     report_residual(task.logs, plain_model(best.theta, torque_constant), result);
     const double speed_noise = best.noise[0] * std::sqrt(std::max(0.0, 1.0 - best.theta[MechanicalModel::kGain]));
-    const auto averaged = averaged_mechanical(pieces, of_piece, speed_noise);
+    const auto averaged = averaged_mechanical(pieces, torque_of_pieces(task, pieces, torque), speed_noise);
     if (!covariance.robust || !publish_averaged(task, *averaged, best.theta, torque_constant, result)) {
         publish(task, model.names(), covariance, result);
         note_robust(covariance, result);

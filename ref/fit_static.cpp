@@ -72,7 +72,7 @@ Result fit_static(const Task& task) {
     publish(rest, model.names(), covariance, result);
     if (task.pole_pairs)
         result.parameters.push_back({"pole_pairs", *task.pole_pairs, 0.0, true});
-    else if (task.asks("pole_pairs") || !standstill)
+    else if (task.asks("pole_pairs") || rest.asked.size() < task.asked.size())
         result.not_identifiable.push_back({"pole_pairs",
                                            standstill ? "at rest the pole pairs have no effect"
                                                       : "in settled points they act only as factors of L and psi",

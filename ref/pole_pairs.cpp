@@ -8,12 +8,13 @@
 namespace dqw {
 
 PolePairs decide_pole_pairs(const Assessment& real) {
-    constexpr double kFarthest = 0.3, kWidest = 0.1;
+    constexpr double kFarthest = 0.3, kDeviations = 4.0;
     PolePairs p;
     p.sought = true;
     p.real = real;
     p.whole = std::max(1.0, std::round(real.value));
-    p.clear = real.verdict == Verdict::determined && real.sd < kWidest && std::abs(real.value - p.whole) < kFarthest;
+    const double off = std::abs(real.value - p.whole);
+    p.clear = real.verdict == Verdict::determined && off < kFarthest && 1.0 - off > kDeviations * real.sd;
     return p;
 }
 

@@ -13,6 +13,9 @@
 
 namespace dqw {
 
+/// Rows of the shortest stretch without a gap that is simulated.
+constexpr std::size_t kLeastPiece = 10;
+
 /// What fit() has found out before it knows the regime.
 struct Task {
     const std::vector<Log>& logs;

@@ -25,6 +25,7 @@ static void a_value_is_rounded_to_its_sd_in_one_prefix(void)
         {"B_Nms_rad", 1.971e-4, 3.2e-6, "197.1 ± 3.2 µNms/rad"},
         {"torque_constant_Nm_A", 0.0458, 0.0001, "45.80 ± 0.10 mNm/A"},
         {"pole_pairs", 4, 0, "4"},
+        {"R_ohm", 5.233e-3, 1.33e-3, "5.2 ± 1.3 mΩ"},
         {"R_ohm", 0.99999, 0.01, "1.000 ± 0.010 Ω"},
         {"R_ohm", -0.5, 0.1, "-500 ± 100 mΩ"},
         {"R_ohm", 0.5, 1e-12, "500.0000 ± 1.0e-09 mΩ"},

@@ -71,25 +71,26 @@ void check(const Plant& m, const Run& run, double fraction, int seeds, double mo
     }
     const double scatter = squares / (4.0 * seeds);
     std::printf("mean square error over variance: %.3f\n", scatter);
-    TEST_ASSERT_TRUE(scatter > 0.6);
-    TEST_ASSERT_TRUE(scatter < 1.5);
+    // The mean of 4 x seeds squares of unit variance; those of one fit are correlated.
+    TEST_ASSERT_TRUE(scatter > (machine::sanitized() ? 0.3 : 0.6));
+    TEST_ASSERT_TRUE(scatter < (machine::sanitized() ? 2.2 : 1.5));
 }
 
 void twenty_percent_on_currents(void) {
     Run run;
-    run.substeps = 4;
-    check({}, run, 0.2, machine::sanitized() ? 6 : 24, 1.3);
+    run.rows = machine::sanitized() ? 8000 : 20000, run.substeps = 4;
+    check({}, run, 0.2, machine::sanitized() ? 4 : 24, 1.3);
 }
 
 void twenty_percent_on_a_short_log(void) {
     Run run;
     run.rows = 3000, run.substeps = 4;
-    check({0.37, 0.326e-3, 0.5e-3, 0.02, 4}, run, 0.2, machine::sanitized() ? 6 : 24, 1.3);
+    check({0.37, 0.326e-3, 0.5e-3, 0.02, 4}, run, 0.2, machine::sanitized() ? 4 : 24, 1.3);
 }
 
 void one_percent_on_every_channel(void) {
     Run run;
-    run.substeps = 4;
+    run.rows = 10000, run.substeps = 4;
     const dqw::Log clean = machine::simulate({}, run);
     Plant truth;
     for (unsigned seed = 1; seed <= (machine::sanitized() ? 2u : 8u); ++seed) {
