@@ -6,6 +6,11 @@ CXX      ?= c++
 OPT      ?= -O2
 UNITY_DIR ?= $(TOP)/unity
 
+# All cores, unless -j says otherwise.
+ifeq ($(filter -j%,$(MAKEFLAGS)),)
+MAKEFLAGS += -j$(shell nproc)
+endif
+
 # The sanitized tests are built by a second make into $(BUILD)/asan; Unity stays in one place.
 TOP      := $(BUILD)
 ifdef SANITIZE
