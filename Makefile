@@ -15,7 +15,7 @@ endif
 TOP      := $(BUILD)
 ifdef SANITIZE
 TOP      := $(patsubst %/asan,%,$(BUILD))
-SANFLAGS := -fsanitize=address,undefined -fno-sanitize-recover=undefined -fno-omit-frame-pointer -g
+SANFLAGS := -fsanitize=address,undefined -fno-sanitize-recover=undefined -fno-omit-frame-pointer -g1
 OPT      := -O1
 endif
 

@@ -6,23 +6,24 @@
 namespace dqw {
 namespace {
 
-constexpr double kNoEffect = 1e-6;        ///< of the RMS signal
-constexpr double kCollinear = 1e-8;       ///< eigenvalue of the information of unit columns
-constexpr double kPartner = 0.03;         ///< component in a null direction that counts
-constexpr double kUncertain = 0.3;        ///< sd over value
-constexpr double kSignificant = 3.5;      ///< standard deviations of a block variance
+constexpr double kNoEffect = 1e-6;    ///< of the RMS signal
+constexpr double kCollinear = 1e-8;   ///< eigenvalue of the information of unit columns
+constexpr double kPartner = 0.03;     ///< component in a null direction that counts
+constexpr double kUncertain = 0.3;    ///< sd over value
+constexpr double kSignificant = 3.5;  ///< standard deviations of a block variance
 
-Eigen::MatrixXd picked(const Eigen::MatrixXd& m, const std::vector<int>& index) {
+Eigen::MatrixXd picked(const Eigen::MatrixXd& m, const std::vector<int>& index)
+{
     const auto n = static_cast<Eigen::Index>(index.size());
     Eigen::MatrixXd out(n, n);
     for (Eigen::Index i = 0; i < n; ++i)
-        for (Eigen::Index j = 0; j < n; ++j)
-            out(i, j) = m(index[static_cast<std::size_t>(i)], index[static_cast<std::size_t>(j)]);
+        for (Eigen::Index j = 0; j < n; ++j) out(i, j) = m(index[static_cast<std::size_t>(i)], index[static_cast<std::size_t>(j)]);
     return out;
 }
 
 /// Effect of theta[j] on what is predicted, over the signal, RMS.
-double effect(const Solution& s, const Eigen::VectorXd& power, double size, int j) {
+double effect(const Solution& s, const Eigen::VectorXd& power, double size, int j)
+{
     double sum = 0.0;
     const double all = power.sum();
     for (int c = 0; c < s.sums.channels; ++c) sum += s.sums.total(c)(j, j);
@@ -30,15 +31,15 @@ double effect(const Solution& s, const Eigen::VectorXd& power, double size, int 
 }
 
 /// Scatter of the blocks' weighted scores J'e, with the small-sample factor of b blocks.
-Eigen::MatrixXd scores(const Solution& s, const std::vector<int>& index) {
+Eigen::MatrixXd scores(const Solution& s, const std::vector<int>& index)
+{
     const auto n = static_cast<Eigen::Index>(index.size());
     Eigen::MatrixXd meat = Eigen::MatrixXd::Zero(n, n);
     for (int b = 0; b < s.sums.blocks; ++b) {
         Eigen::VectorXd score = Eigen::VectorXd::Zero(n);
         for (int c = 0; c < s.sums.channels; ++c) {
             const Eigen::MatrixXd& m = s.sums.at(b, c);
-            for (Eigen::Index i = 0; i < n; ++i)
-                score[i] += m(index[static_cast<std::size_t>(i)], m.cols() - 1) / (s.sigma[c] * s.sigma[c]);
+            for (Eigen::Index i = 0; i < n; ++i) score[i] += m(index[static_cast<std::size_t>(i)], m.cols() - 1) / (s.sigma[c] * s.sigma[c]);
         }
         meat += score * score.transpose();
     }
@@ -48,7 +49,8 @@ Eigen::MatrixXd scores(const Solution& s, const std::vector<int>& index) {
 
 }  // namespace
 
-Covariance assess(const Solution& s, const Model& model, const Eigen::VectorXd& typical) {
+Covariance assess(const Solution& s, const Model& model, const Eigen::VectorXd& typical)
+{
     const auto size = s.theta.size();
     Covariance out;
     out.of = Eigen::MatrixXd::Zero(size, size);
@@ -108,13 +110,13 @@ Covariance assess(const Solution& s, const Model& model, const Eigen::VectorXd& 
         for (Eigen::Index j = 0; j < n; ++j) out.of(row, index[static_cast<std::size_t>(j)]) = cov(i, j);
         Assessment& a = out.each[static_cast<std::size_t>(row)];
         a.sd = std::sqrt(std::max(cov(i, i), out.robust ? white(i, i) : 0.0));
-        if (a.verdict == Verdict::determined && a.sd > kUncertain * std::max(std::abs(a.value), 0.1 * typical[row]))
-            a.verdict = Verdict::uncertain;
+        if (a.verdict == Verdict::determined && a.sd > kUncertain * std::max(std::abs(a.value), 0.1 * typical[row])) a.verdict = Verdict::uncertain;
     }
     return out;
 }
 
-Covariance assess_excited(const Solution& solution, Model& model, const Eigen::VectorXd& typical) {
+Covariance assess_excited(const Solution& solution, Model& model, const Eigen::VectorXd& typical)
+{
     Solution simulated = solution;
     for (std::size_t j = 0; j < solution.free.size(); ++j)
         if (model.names()[j].empty()) {
@@ -130,8 +132,7 @@ Covariance assess_excited(const Solution& solution, Model& model, const Eigen::V
     if (!done) return covariance;
     const Covariance signal = assess(simulated, model, typical);
     for (std::size_t j = 0; j < covariance.each.size(); ++j)
-        if (covariance.each[j].verdict == Verdict::determined && signal.each[j].verdict != Verdict::determined)
-            covariance.each[j] = signal.each[j];
+        if (covariance.each[j].verdict == Verdict::determined && signal.each[j].verdict != Verdict::determined) covariance.each[j] = signal.each[j];
     return covariance;
 }
 

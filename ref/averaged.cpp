@@ -9,8 +9,8 @@ std::size_t rows_in_block(const Piece& piece) { return block_rows(*piece.log); }
 
 }  // namespace
 
-std::unique_ptr<LinearModel> averaged_electrical(std::vector<Piece> pieces, double pole_pairs, double noise_d_A,
-                                                 double noise_q_A) {
+std::unique_ptr<LinearModel> averaged_electrical(const std::vector<Piece>& pieces, double pole_pairs, double noise_d_A, double noise_q_A)
+{
     // Scatter of a difference of two ends, and of a mean, of white noise.
     double ends = 0.0, mean = 0.0, turning = 0.0, blocks = 0.0;
     for (const Piece& piece : pieces) {
@@ -41,8 +41,8 @@ std::unique_ptr<LinearModel> averaged_electrical(std::vector<Piece> pieces, doub
     return model;
 }
 
-std::unique_ptr<LinearModel> averaged_mechanical(std::vector<Piece> pieces,
-                                                 std::vector<const std::vector<double>*> torque, double noise_rad_s) {
+std::unique_ptr<LinearModel> averaged_mechanical(const std::vector<Piece>& pieces, const std::vector<const std::vector<double>*>& torque, double noise_rad_s)
+{
     double ends = 0.0, mean = 0.0, blocks = 0.0;
     for (const Piece& piece : pieces) {
         const std::size_t n = rows_in_block(piece);
@@ -70,7 +70,8 @@ std::unique_ptr<LinearModel> averaged_mechanical(std::vector<Piece> pieces,
     return model;
 }
 
-bool clearly_better(const LinearModel& model, double averaged, double predicted) {
+bool clearly_better(const LinearModel& model, double averaged, double predicted)
+{
     const double values = static_cast<double>(model.rows()) * model.channels();
     const double limit = 1.06 + 10.0 * static_cast<double>(model.names().size()) / values;
     const double gained = predicted * predicted - averaged * averaged;

@@ -12,13 +12,15 @@ struct Normal {
     Eigen::VectorXd b;
     double yy = 0.0;
     explicit Normal(Eigen::Index n) : a(Eigen::MatrixXd::Zero(n, n)), b(Eigen::VectorXd::Zero(n)) {}
-    void add(const Eigen::VectorXd& x, double y) {
+    void add(const Eigen::VectorXd& x, double y)
+    {
         a += x * x.transpose();
         b += x * y;
         yy += y * y;
     }
     /// theta = T z; the least-squares z of least norm in unit columns, and what it leaves of yy.
-    Eigen::VectorXd solve(const Eigen::MatrixXd& t, double& left) const {
+    Eigen::VectorXd solve(const Eigen::MatrixXd& t, double& left) const
+    {
         const Eigen::MatrixXd m = t.transpose() * a * t;
         const Eigen::VectorXd rhs = t.transpose() * b;
         const Eigen::VectorXd scale = m.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
@@ -34,7 +36,8 @@ struct Normal {
     }
 };
 
-double rms(const std::vector<Piece>& pieces, std::vector<double> Log::*column) {
+double rms(const std::vector<Piece>& pieces, std::vector<double> Log::*column)
+{
     double sum = 0.0;
     for (const Piece& p : pieces)
         for (std::size_t k = p.begin; k < p.end; ++k) sum += (p.log->*column)[k] * (p.log->*column)[k];
@@ -42,14 +45,16 @@ double rms(const std::vector<Piece>& pieces, std::vector<double> Log::*column) {
 }
 
 /// theta6 = (R, Ld, Lq, p Lq, p Ld, p psi) from (R, Ld, Lq, psi).
-Eigen::MatrixXd tied(double p) {
+Eigen::MatrixXd tied(double p)
+{
     Eigen::MatrixXd t = Eigen::MatrixXd::Zero(6, 4);
     t(0, 0) = t(1, 1) = t(2, 2) = 1.0;
     t(3, 2) = t(4, 1) = t(5, 3) = p;
     return t;
 }
 
-Normal electrical_normal(const std::vector<Piece>& pieces, std::size_t length) {
+Normal electrical_normal(const std::vector<Piece>& pieces, std::size_t length)
+{
     Normal normal(6);
     Eigen::VectorXd d(6), q(6);
     for (const Piece& piece : pieces)
@@ -65,7 +70,8 @@ Normal electrical_normal(const std::vector<Piece>& pieces, std::size_t length) {
 
 }  // namespace
 
-Block block_at(const Piece& piece, std::size_t k, std::size_t n) {
+Block block_at(const Piece& piece, std::size_t k, std::size_t n)
+{
     const Log& log = *piece.log;
     const double share = 1.0 / static_cast<double>(n);
     Block s;
@@ -86,7 +92,8 @@ Block block_at(const Piece& piece, std::size_t k, std::size_t n) {
     return s;
 }
 
-MotionBlock motion_block_at(const Piece& piece, const std::vector<double>& torque, std::size_t k, std::size_t n) {
+MotionBlock motion_block_at(const Piece& piece, const std::vector<double>& torque, std::size_t k, std::size_t n)
+{
     const auto& w = piece.log->w_m_rad_s;
     const double share = 0.5 / static_cast<double>(n);
     MotionBlock s;
@@ -95,7 +102,8 @@ MotionBlock motion_block_at(const Piece& piece, const std::vector<double>& torqu
     return s;
 }
 
-std::vector<ElectricalStart> electrical_starts(const std::vector<Piece>& pieces, std::optional<double> pole_pairs) {
+std::vector<ElectricalStart> electrical_starts(const std::vector<Piece>& pieces, std::optional<double> pole_pairs)
+{
     const double v = std::hypot(rms(pieces, &Log::v_d_V), rms(pieces, &Log::v_q_V));
     const double i = std::hypot(rms(pieces, &Log::i_d_A), rms(pieces, &Log::i_q_A));
     const double ohm = v > 0.0 && i > 0.0 ? v / i : 1.0;
@@ -122,8 +130,8 @@ std::vector<ElectricalStart> electrical_starts(const std::vector<Piece>& pieces,
     return starts;
 }
 
-std::vector<MechanicalStart> mechanical_starts(const std::vector<Piece>& pieces,
-                                               const std::vector<const std::vector<double>*>& torque) {
+std::vector<MechanicalStart> mechanical_starts(const std::vector<Piece>& pieces, const std::vector<const std::vector<double>*>& torque)
+{
     std::vector<MechanicalStart> starts;
     for (const std::size_t length : {20, 50, 200, 1000}) {
         Normal normal(2);

@@ -13,7 +13,7 @@ namespace dqw {
 ///   L_d di_d/dt = v_d - R i_d + w_e L_q i_q,   L_q di_q/dt = v_q - R i_q - w_e (L_d i_d + psi),   w_e = p w_m
 /// The speed of a period is the mean of its two ends.
 class DynamicModel : public Model {
- public:
+public:
     enum Index { kR, kLd, kLq, kPsi, kGainD, kGainQ, kPolePairs, kSize };
 
     /// `free_pole_pairs`: whether sweep() needs derivatives by p (it costs a sixth more).
@@ -32,11 +32,9 @@ class DynamicModel : public Model {
     bool sweep(const Eigen::VectorXd& theta, int blocks, Sums& sums) const override;
     bool squares(const Eigen::VectorXd& theta, Eigen::VectorXd& sum) const override;
 
- private:
-    template <int N>
-    bool sweep_jets(const Eigen::VectorXd& theta, Sums& sums) const;
-    template <typename T, typename W, typename Visit>
-    bool run(const T* theta, const W& pole_pairs, Visit&& visit) const;
+private:
+    template <int N> bool sweep_jets(const Eigen::VectorXd& theta, Sums& sums) const;
+    template <typename T, typename W, typename Visit> bool run(const T* theta, const W& pole_pairs, Visit&& visit) const;
     bool in_domain(const Eigen::VectorXd& theta) const;
 
     std::vector<Piece> pieces_;

@@ -15,20 +15,22 @@ namespace {
 
 constexpr std::size_t kLeastRows = 100;
 constexpr std::size_t kFirstRows = 20000, kFirstWindow = 1000;  ///< of the part a long log converges on first
-constexpr std::size_t kHuge = 1000000;  ///< rows beyond which a pass is dear and standard deviations are tiny
+constexpr std::size_t kHuge = 1000000;                          ///< rows beyond which a pass is dear and standard deviations are tiny
 constexpr double kCoarse_rad = 0.6;
 constexpr double kGains[] = {0.02, 0.5};
 
 using Dynamic = DynamicModel;
 
-Eigen::VectorXd theta_of(const ElectricalStart& s, double gain) {
+Eigen::VectorXd theta_of(const ElectricalStart& s, double gain)
+{
     Eigen::VectorXd theta(Dynamic::kSize);
     theta << s.R_ohm, s.Ld_H, s.Lq_H, s.psi_Wb, gain, gain, s.pole_pairs;
     return theta;
 }
 
 /// The start that predicts best, at a gain between the two.
-Eigen::VectorXd best_start(Dynamic& model, const std::vector<ElectricalStart>& starts) {
+Eigen::VectorXd best_start(Dynamic& model, const std::vector<ElectricalStart>& starts)
+{
     Eigen::VectorXd best = theta_of(starts.front(), 0.1);
     double least = HUGE_VAL;
     for (const ElectricalStart& s : starts) {
@@ -42,8 +44,8 @@ Eigen::VectorXd best_start(Dynamic& model, const std::vector<ElectricalStart>& s
     return best;
 }
 
-Solution best_of_two_gains(Dynamic& model, const Eigen::VectorXd& start, const std::vector<bool>& free,
-                           const Task& task) {
+Solution best_of_two_gains(Dynamic& model, const Eigen::VectorXd& start, const std::vector<bool>& free, const Task& task)
+{
     SolveOptions options;
     options.passes = 4, options.tolerance = 1e-6, options.sigma_tolerance = 1e-2, options.tick = task.tick;
     Solution best;
@@ -57,14 +59,16 @@ Solution best_of_two_gains(Dynamic& model, const Eigen::VectorXd& start, const s
 }
 
 /// Flux linkage of the currents, RMS: what psi would have to be compared with.
-Eigen::VectorXd typical_of(const Dynamic& model, const Eigen::VectorXd& theta) {
+Eigen::VectorXd typical_of(const Dynamic& model, const Eigen::VectorXd& theta)
+{
     Eigen::VectorXd typical = Eigen::VectorXd::Zero(theta.size());
     const Eigen::VectorXd i = (model.power() / static_cast<double>(model.rows())).cwiseSqrt();
     typical[Dynamic::kPsi] = std::hypot(theta[Dynamic::kLd] * i[0], theta[Dynamic::kLq] * i[1]);
     return typical;
 }
 
-PlainModel plain_model(const Eigen::VectorXd& theta) {
+PlainModel plain_model(const Eigen::VectorXd& theta)
+{
     PlainModel model;
     model.R_ohm = theta[Dynamic::kR], model.Ld_H = theta[Dynamic::kLd], model.Lq_H = theta[Dynamic::kLq];
     model.psi_Wb = theta[Dynamic::kPsi], model.pole_pairs = theta[Dynamic::kPolePairs];
@@ -72,13 +76,11 @@ PlainModel plain_model(const Eigen::VectorXd& theta) {
 }
 
 /// Publishes the averaged fit in place of the predicting one where its reported residual is clearly less.
-bool publish_averaged(const Task& task, const std::vector<Piece>& pieces, const Dynamic& all, const Solution& predicted,
-                      Result& result) {
+bool publish_averaged(const Task& task, const std::vector<Piece>& pieces, const Dynamic& all, const Solution& predicted, Result& result)
+{
     const Eigen::VectorXd& theta = predicted.theta;
     // A steady gain g tells the sensor's share of the innovation: (1 - g) of its variance.
-    const auto sensor = [&](int axis) {
-        return predicted.noise[axis] * std::sqrt(std::max(0.0, 1.0 - theta[Dynamic::kGainD + axis]));
-    };
+    const auto sensor = [&](int axis) { return predicted.noise[axis] * std::sqrt(std::max(0.0, 1.0 - theta[Dynamic::kGainD + axis])); };
     const auto model = averaged_electrical(pieces, theta[Dynamic::kPolePairs], sensor(0), sensor(1));
     if (model->rows() < 10) return false;
     SolveOptions options;
@@ -98,11 +100,13 @@ bool publish_averaged(const Task& task, const std::vector<Piece>& pieces, const 
     return true;
 }
 
-PolePairs pole_pairs_of(const Solution& s, Dynamic& model) {
+PolePairs pole_pairs_of(const Solution& s, Dynamic& model)
+{
     return decide_pole_pairs(assess_excited(s, model, typical_of(model, s.theta)).each[Dynamic::kPolePairs]);
 }
 
-bool turns(const std::vector<Log>& logs) {
+bool turns(const std::vector<Log>& logs)
+{
     for (const Log& log : logs)
         for (double w : log.w_m_rad_s)
             if (w != 0.0) return true;
@@ -110,7 +114,8 @@ bool turns(const std::vector<Log>& logs) {
 }
 
 /// Converges on a part of a long log, from the log's own starting values and from two gains.
-Solution first_look(const Task& task, const std::vector<Piece>& pieces, const std::vector<bool>& free, PolePairs& p) {
+Solution first_look(const Task& task, const std::vector<Piece>& pieces, const std::vector<bool>& free, PolePairs& p)
+{
     Dynamic model(spread_sample(pieces, kFirstRows, kFirstWindow), free[Dynamic::kPolePairs]);
     // At rest the pole pairs have no effect: any number will do.
     std::optional<double> known = task.pole_pairs;
@@ -121,7 +126,8 @@ Solution first_look(const Task& task, const std::vector<Piece>& pieces, const st
 }
 
 /// theta with p a whole number, and psi such that p psi stays.
-Eigen::VectorXd with_whole(Eigen::VectorXd theta, double whole) {
+Eigen::VectorXd with_whole(Eigen::VectorXd theta, double whole)
+{
     theta[Dynamic::kPsi] *= theta[Dynamic::kPolePairs] / whole;
     theta[Dynamic::kPolePairs] = whole;
     return theta;
@@ -129,8 +135,8 @@ Eigen::VectorXd with_whole(Eigen::VectorXd theta, double whole) {
 
 /// From the first look `s`, `p` to the fit of all rows. Pole pairs that stand out already are fixed, and only confirmed:
 /// by one step of a fit with all parameters free.
-void fit_all(const std::vector<Piece>& pieces, std::vector<bool>& free, const SolveOptions& options, Solution& s,
-             PolePairs& p) {
+void fit_all(const std::vector<Piece>& pieces, std::vector<bool>& free, const SolveOptions& options, Solution& s, PolePairs& p)
+{
     std::vector<bool> fixed = free;
     fixed[Dynamic::kPolePairs] = false;
     const bool sought = free[Dynamic::kPolePairs];
@@ -154,7 +160,8 @@ void fit_all(const std::vector<Piece>& pieces, std::vector<bool>& free, const So
     s = solve(without, with_whole(s.theta, p.whole), free, options);
 }
 
-double largest_turn_rad(const std::vector<Piece>& pieces, double pole_pairs) {
+double largest_turn_rad(const std::vector<Piece>& pieces, double pole_pairs)
+{
     double largest = 0.0;
     for (const Piece& piece : pieces)
         for (std::size_t k = piece.begin; k + 1 < piece.end; ++k)
@@ -162,7 +169,8 @@ double largest_turn_rad(const std::vector<Piece>& pieces, double pole_pairs) {
     return largest;
 }
 
-double product_sd(const Eigen::VectorXd& theta, const Covariance& c) {
+double product_sd(const Eigen::VectorXd& theta, const Covariance& c)
+{
     const double psi = theta[Dynamic::kPsi], p = theta[Dynamic::kPolePairs];
     const double variance = p * p * c.of(Dynamic::kPsi, Dynamic::kPsi) + psi * psi * c.of(Dynamic::kPolePairs, Dynamic::kPolePairs) +
                             2.0 * p * psi * c.of(Dynamic::kPsi, Dynamic::kPolePairs);
@@ -171,18 +179,18 @@ double product_sd(const Eigen::VectorXd& theta, const Covariance& c) {
 
 }  // namespace
 
-Result fit_dynamic(const Task& task) {
+Result fit_dynamic(const Task& task)
+{
     const std::vector<Piece> pieces = pieces_of(task.logs, kLeastPiece);
     const std::string& path = task.logs.front().path;
     if (rows_of(pieces) < kLeastRows)
-        throw std::invalid_argument(path + ": " + std::to_string(rows_of(pieces)) +
-                                    " rows without a gap; a dynamic fit needs at least " + std::to_string(kLeastRows));
+        throw std::invalid_argument(path + ": " + std::to_string(rows_of(pieces)) + " rows without a gap; a dynamic fit needs at least " +
+                                    std::to_string(kLeastRows));
     std::vector<bool> free(Dynamic::kSize, true);
     free[Dynamic::kPolePairs] = !task.pole_pairs && turns(task.logs);
     PolePairs p;
     Solution s = first_look(task, pieces, free, p);
-    if (!s.ok)
-        throw std::invalid_argument(path + ": a sampling period spans many time constants of the windings; is this log steady?");
+    if (!s.ok) throw std::invalid_argument(path + ": a sampling period spans many time constants of the windings; is this log steady?");
     SolveOptions options;
     options.tick = task.tick;
     if (rows_of(pieces) > kHuge) options.tolerance = 1e-7;
@@ -205,8 +213,7 @@ Result fit_dynamic(const Task& task) {
     if (const double turn = largest_turn_rad(pieces, s.theta[Dynamic::kPolePairs]); turn > kCoarse_rad)
         result.notes.push_back("the rotor turns by up to " + figure(turn) + " rad in a sampling period; a voltage held that long is " +
                                "hardly meant: average it and call the log steady, or sample faster");
-    result.notes.push_back("correction gain of the currents: d " + figure(s.theta[Dynamic::kGainD]) + ", q " +
-                           figure(s.theta[Dynamic::kGainQ]));
+    result.notes.push_back("correction gain of the currents: d " + figure(s.theta[Dynamic::kGainD]) + ", q " + figure(s.theta[Dynamic::kGainQ]));
     return result;
 }
 

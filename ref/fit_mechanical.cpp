@@ -17,7 +17,8 @@ constexpr std::size_t kFirstRows = 40000, kFirstWindow = 4000;  ///< of the part
 constexpr double kGains[] = {0.005, 0.3};
 
 /// K_t of torque_Nm = K_t i_q, from the logs that have both.
-void fit_torque_constant(const Task& task, Result& result) {
+void fit_torque_constant(const Task& task, Result& result)
+{
     const char* const name = "torque_constant_Nm_A";
     LinearModel model({name}, 1, [&task](const auto& visit) {
         for (const Log& log : task.logs) {
@@ -40,15 +41,16 @@ void fit_torque_constant(const Task& task, Result& result) {
     publish(task, model.names(), assess(s, model, Eigen::VectorXd::Zero(1)), result);
 }
 
-std::vector<const std::vector<double>*> torque_of_pieces(const Task& task, const std::vector<Piece>& pieces,
-                                                         const std::vector<std::vector<double>>& torque) {
+std::vector<const std::vector<double>*> torque_of_pieces(const Task& task, const std::vector<Piece>& pieces, const std::vector<std::vector<double>>& torque)
+{
     std::vector<const std::vector<double>*> of_piece;
     for (const Piece& piece : pieces) of_piece.push_back(&torque[static_cast<std::size_t>(piece.log - task.logs.data())]);
     return of_piece;
 }
 
 /// Converges on a part of a long log, from the log's own starting values and from two gains.
-Solution first_look(const Task& task, const std::vector<Piece>& pieces, const std::vector<std::vector<double>>& torque) {
+Solution first_look(const Task& task, const std::vector<Piece>& pieces, const std::vector<std::vector<double>>& torque)
+{
     const std::vector<Piece> part = spread_sample(pieces, kFirstRows, kFirstWindow);
     MechanicalModel model(part, task.logs, torque);
     SolveOptions options;
@@ -63,7 +65,8 @@ Solution first_look(const Task& task, const std::vector<Piece>& pieces, const st
     return best;
 }
 
-PlainModel plain_model(const Eigen::VectorXd& theta, double torque_constant_Nm_A) {
+PlainModel plain_model(const Eigen::VectorXd& theta, double torque_constant_Nm_A)
+{
     PlainModel plain;
     plain.J_kgm2 = theta[MechanicalModel::kJ], plain.B_Nms_rad = theta[MechanicalModel::kB];
     plain.torque_constant_Nm_A = torque_constant_Nm_A;
@@ -71,8 +74,8 @@ PlainModel plain_model(const Eigen::VectorXd& theta, double torque_constant_Nm_A
 }
 
 /// Publishes the averaged fit in place of the predicting one where its reported residual is clearly less.
-bool publish_averaged(const Task& task, LinearModel& model, const Eigen::VectorXd& start, double torque_constant_Nm_A,
-                      Result& result) {
+bool publish_averaged(const Task& task, LinearModel& model, const Eigen::VectorXd& start, double torque_constant_Nm_A, Result& result)
+{
     if (model.rows() < 10) return false;
     SolveOptions options;
     options.tick = task.tick;
@@ -92,11 +95,12 @@ bool publish_averaged(const Task& task, LinearModel& model, const Eigen::VectorX
 
 }  // namespace
 
-Result fit_mechanical(const Task& task) {
+Result fit_mechanical(const Task& task)
+{
     const std::vector<Piece> pieces = pieces_of(task.logs, kLeastPiece);
     if (rows_of(pieces) < kLeastRows)
-        throw std::invalid_argument(task.logs.front().path + ": " + std::to_string(rows_of(pieces)) +
-                                    " rows without a gap; a mechanical fit needs at least " + std::to_string(kLeastRows));
+        throw std::invalid_argument(task.logs.front().path + ": " + std::to_string(rows_of(pieces)) + " rows without a gap; a mechanical fit needs at least " +
+                                    std::to_string(kLeastRows));
     Result result;
     std::vector<std::vector<double>> torque;
     std::string source, first_source;

@@ -14,7 +14,8 @@ constexpr std::size_t kLeastRows = 3;
 double at(const std::vector<double>& column, std::size_t k) { return column.empty() ? 0.0 : column[k]; }
 
 /// v_d = R i_d - w_e Lq i_q,  v_q = R i_q + w_e Ld i_d + w_e psi
-LinearModel steady_model(const std::vector<Log>& logs, double pole_pairs) {
+LinearModel steady_model(const std::vector<Log>& logs, double pole_pairs)
+{
     return LinearModel({"R_ohm", "Ld_H", "Lq_H", "psi_Wb"}, 2, [&logs, pole_pairs](const auto& visit) {
         for (const Log& log : logs)
             for (std::size_t k = 0; k < log.rows(); ++k) {
@@ -29,7 +30,8 @@ LinearModel steady_model(const std::vector<Log>& logs, double pole_pairs) {
 }
 
 /// v = R i on both axes; an axis that the file lacks is zero.
-LinearModel standstill_model(const std::vector<Log>& logs) {
+LinearModel standstill_model(const std::vector<Log>& logs)
+{
     return LinearModel({"R_ohm"}, 2, [&logs](const auto& visit) {
         for (const Log& log : logs)
             for (std::size_t k = 0; k < log.rows(); ++k) {
@@ -44,12 +46,13 @@ LinearModel standstill_model(const std::vector<Log>& logs) {
 
 }  // namespace
 
-Result fit_static(const Task& task) {
+Result fit_static(const Task& task)
+{
     const bool standstill = task.logs.front().regime == Regime::standstill;
     LinearModel model = standstill ? standstill_model(task.logs) : steady_model(task.logs, task.pole_pairs.value_or(1.0));
     if (model.rows() < kLeastRows)
-        throw std::invalid_argument(task.logs.front().path + ": " + std::to_string(model.rows()) +
-                                    " rows; a fit of settled points needs at least " + std::to_string(kLeastRows));
+        throw std::invalid_argument(task.logs.front().path + ": " + std::to_string(model.rows()) + " rows; a fit of settled points needs at least " +
+                                    std::to_string(kLeastRows));
     const auto n = static_cast<Eigen::Index>(model.names().size());
     SolveOptions options;
     options.tick = task.tick;
@@ -74,8 +77,7 @@ Result fit_static(const Task& task) {
         result.parameters.push_back({"pole_pairs", *task.pole_pairs, 0.0, true});
     else if (task.asks("pole_pairs") || rest.asked.size() < task.asked.size())
         result.not_identifiable.push_back({"pole_pairs",
-                                           standstill ? "at rest the pole pairs have no effect"
-                                                      : "in settled points they act only as factors of L and psi",
+                                           standstill ? "at rest the pole pairs have no effect" : "in settled points they act only as factors of L and psi",
                                            excitation_for("pole_pairs", task.logs.front().regime)});
     note_robust(covariance, result);
     report_residual(task.logs, plain, result);

@@ -5,7 +5,8 @@
 
 namespace dqw {
 
-GainSchedule gain_schedule(double steady_gain, double decay) {
+GainSchedule gain_schedule(double steady_gain, double decay)
+{
     // Near 1 the recursion is at its end after one row, and q grows without bound.
     const double g = std::clamp(steady_gain, 0.0, 0.99);
     const double a = decay * decay;

@@ -19,16 +19,15 @@ struct GainSchedule {
     static constexpr std::size_t kLongest = 20000, kLongestStart = 500;
 
     /// Weight of the innovation of row n + 1; 0 before the gain has settled, unless those rows count.
-    double weight_at(std::size_t n, bool count_start) const {
-        return !count_start && n < settled ? 0.0 : n < weight.size() ? weight[n] : 1.0;
-    }
+    double weight_at(std::size_t n, bool count_start) const { return !count_start && n < settled ? 0.0 : n < weight.size() ? weight[n] : 1.0; }
 };
 
 /// 0 <= steady_gain <= 1, 0 < decay <= 1.
 GainSchedule gain_schedule(double steady_gain, double decay);
 
 /// A gain brought onto [0, 1], or, to try again whether it leaves a bound, a little inside.
-inline double confined_gain(double g, bool wake) {
+inline double confined_gain(double g, bool wake)
+{
     constexpr double kAwake = 2e-3;
     return wake ? std::clamp(g, kAwake, 1.0 - kAwake) : std::clamp(g, 0.0, 1.0);
 }

@@ -6,21 +6,24 @@ namespace dqw {
 
 LinearModel::LinearModel(std::vector<std::string> names, int channels, Source source)
     : names_(std::move(names)), channels_(channels), source_(std::move(source)), power_(Eigen::VectorXd::Zero(channels)),
-      offset_(Eigen::VectorXd::Zero(channels)) {
+      offset_(Eigen::VectorXd::Zero(channels))
+{
     source_([this](const Row& row) {
         ++rows_;
         for (int c = 0; c < channels_; ++c) power_[c] += row.y[static_cast<std::size_t>(c)] * row.y[static_cast<std::size_t>(c)];
     });
 }
 
-void LinearModel::prepare(const Eigen::VectorXd& theta) {
+void LinearModel::prepare(const Eigen::VectorXd& theta)
+{
     for (int c = 0; c < channels_; ++c) {
         const Eigen::Map<const Eigen::VectorXd> variance(noise_[static_cast<std::size_t>(c)].data(), theta.size());
         offset_[c] = static_cast<double>(rows_) * theta.dot(variance.cwiseProduct(theta));
     }
 }
 
-bool LinearModel::sweep(const Eigen::VectorXd& theta, int blocks, Sums& sums) const {
+bool LinearModel::sweep(const Eigen::VectorXd& theta, int blocks, Sums& sums) const
+{
     using Jet = ceres::Jet<double, kMost>;
     const Eigen::Index n = theta.size();
     // The collector writes kMost columns; those past n stay zero and are cut off at the end.
@@ -67,13 +70,13 @@ bool LinearModel::sweep(const Eigen::VectorXd& theta, int blocks, Sums& sums) co
     return true;
 }
 
-bool LinearModel::squares(const Eigen::VectorXd& theta, Eigen::VectorXd& sum) const {
+bool LinearModel::squares(const Eigen::VectorXd& theta, Eigen::VectorXd& sum) const
+{
     sum.setZero(channels_);
     source_([&](const Row& row) {
         for (int c = 0; c < channels_; ++c) {
             double e = row.y[static_cast<std::size_t>(c)];
-            for (Eigen::Index j = 0; j < theta.size(); ++j)
-                e -= row.x[static_cast<std::size_t>(c)][static_cast<std::size_t>(j)] * theta[j];
+            for (Eigen::Index j = 0; j < theta.size(); ++j) e -= row.x[static_cast<std::size_t>(c)][static_cast<std::size_t>(j)] * theta[j];
             sum[c] += e * e;
         }
     });

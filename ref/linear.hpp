@@ -11,7 +11,7 @@ namespace dqw {
 
 /// y_c = x_c' theta for one or two channels and up to four parameters, row by row.
 class LinearModel : public Model {
- public:
+public:
     static constexpr int kMost = 4;
     struct Row {
         std::array<double, 2> y{};
@@ -33,7 +33,7 @@ class LinearModel : public Model {
     bool sweep(const Eigen::VectorXd& theta, int blocks, Sums& sums) const override;
     bool squares(const Eigen::VectorXd& theta, Eigen::VectorXd& sum) const override;
 
- private:
+private:
     std::vector<std::string> names_;
     int channels_;
     Source source_;

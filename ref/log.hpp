@@ -31,7 +31,8 @@ struct Log {
     /// Median sampling period; 0 without t_s.
     double dt_s = 0.0;
 
-    std::size_t rows() const {
+    std::size_t rows() const
+    {
         for (const auto* c : {&w_m_rad_s, &i_q_A, &i_d_A, &v_q_V, &v_d_V, &t_s})
             if (!c->empty()) return c->size();
         return 0;

@@ -11,10 +11,10 @@ namespace {
 
 /// One period: w_{k+1} = decay w_k + start T_k + end T_{k+1}, z = B dt / J:
 ///   decay = e^-z, start = dt/J (f1 - f2), end = dt/J f2, f1 = sum (-z)^n/(n+1)!, f2 = sum (-z)^n/(n+2)!
-template <typename T>
-struct Period {
+template <typename T> struct Period {
     T decay, start, end;
-    Period(const T& inertia, const T& friction, double dt) {
+    Period(const T& inertia, const T& friction, double dt)
+    {
         using std::exp;
         const T z = friction / inertia * dt;
         T f1(0.0), f2(0.0), power(1.0);
@@ -33,9 +33,9 @@ struct Period {
 
 }  // namespace
 
-MechanicalModel::MechanicalModel(std::vector<Piece> pieces, const std::vector<Log>& logs,
-                                 const std::vector<std::vector<double>>& torque)
-    : pieces_(std::move(pieces)), logs_(logs), torque_(torque), power_(Eigen::VectorXd::Zero(1)) {
+MechanicalModel::MechanicalModel(std::vector<Piece> pieces, const std::vector<Log>& logs, const std::vector<std::vector<double>>& torque)
+    : pieces_(std::move(pieces)), logs_(logs), torque_(torque), power_(Eigen::VectorXd::Zero(1))
+{
     double time_s = 0.0;
     for (const Piece& piece : pieces_) {
         rows_ += piece.rows() - 1;
@@ -48,34 +48,34 @@ MechanicalModel::MechanicalModel(std::vector<Piece> pieces, const std::vector<Lo
     if (rows_ > 0) dt_mean_s_ = time_s / static_cast<double>(rows_);
 }
 
-const std::vector<std::string>& MechanicalModel::names() const {
+const std::vector<std::string>& MechanicalModel::names() const
+{
     static const std::vector<std::string> names{"J_kgm2", "B_Nms_rad", ""};
     return names;
 }
 
-void MechanicalModel::prepare(const Eigen::VectorXd& theta) {
+void MechanicalModel::prepare(const Eigen::VectorXd& theta)
+{
     decay_ = std::exp(-std::clamp(theta[kB] / theta[kJ] * dt_mean_s_, 1e-9, 5.0));
     reference_ = gain_schedule(theta[kGain], decay_);
 }
 
-void MechanicalModel::confine(Eigen::VectorXd& theta, const std::vector<bool>& free, bool wake) const {
+void MechanicalModel::confine(Eigen::VectorXd& theta, const std::vector<bool>& free, bool wake) const
+{
     if (free[kGain]) theta[kGain] = confined_gain(theta[kGain], wake);
 }
 
-bool MechanicalModel::at_bound(const Eigen::VectorXd& theta, int j) const {
-    return j == kGain && (theta[j] <= 0.0 || theta[j] >= 1.0);
-}
+bool MechanicalModel::at_bound(const Eigen::VectorXd& theta, int j) const { return j == kGain && (theta[j] <= 0.0 || theta[j] >= 1.0); }
 
-bool MechanicalModel::in_domain(const Eigen::VectorXd& theta) const {
+bool MechanicalModel::in_domain(const Eigen::VectorXd& theta) const
+{
     return theta.allFinite() && theta[kJ] > 0.0 && std::abs(theta[kB]) * dt_max_s_ < 5.0 * theta[kJ];
 }
 
-const std::vector<double>& MechanicalModel::torque_of_piece(const Piece& piece) const {
-    return torque_[static_cast<std::size_t>(piece.log - logs_.data())];
-}
+const std::vector<double>& MechanicalModel::torque_of_piece(const Piece& piece) const { return torque_[static_cast<std::size_t>(piece.log - logs_.data())]; }
 
-template <typename T, typename Visit>
-bool MechanicalModel::run(const T* theta, Visit&& visit) const {
+template <typename T, typename Visit> bool MechanicalModel::run(const T* theta, Visit&& visit) const
+{
     const T gain = on_unit(theta[kGain]);
     const GainSchedule schedule = gain_schedule(value_of(gain), decay_);
     const T shift = gain - value_of(gain);
@@ -100,7 +100,8 @@ bool MechanicalModel::run(const T* theta, Visit&& visit) const {
     return true;
 }
 
-bool MechanicalModel::sweep(const Eigen::VectorXd& theta, int blocks, Sums& sums) const {
+bool MechanicalModel::sweep(const Eigen::VectorXd& theta, int blocks, Sums& sums) const
+{
     using Jet = ceres::Jet<double, kSize>;
     sums.reset(kSize, 1, blocks);
     if (!in_domain(theta)) return false;
@@ -111,7 +112,8 @@ bool MechanicalModel::sweep(const Eigen::VectorXd& theta, int blocks, Sums& sums
     return done;
 }
 
-bool MechanicalModel::squares(const Eigen::VectorXd& theta, Eigen::VectorXd& sum) const {
+bool MechanicalModel::squares(const Eigen::VectorXd& theta, Eigen::VectorXd& sum) const
+{
     sum.setZero(1);
     if (!in_domain(theta)) return false;
     double s = 0.0;

@@ -11,7 +11,7 @@ namespace dqw {
 /// Integrates J dw_m/dt + B w_m = T over each piece and corrects the speed by a fitted gain. The torque runs straight
 /// from one row to the next; an integral forgives what is noisy in it and what is quantised in the speed.
 class MechanicalModel : public Model {
- public:
+public:
     enum Index { kJ, kB, kGain, kSize };
 
     /// `torque[i]` belongs to the log of `logs[i]`; both must outlive the model.
@@ -28,9 +28,8 @@ class MechanicalModel : public Model {
     bool sweep(const Eigen::VectorXd& theta, int blocks, Sums& sums) const override;
     bool squares(const Eigen::VectorXd& theta, Eigen::VectorXd& sum) const override;
 
- private:
-    template <typename T, typename Visit>
-    bool run(const T* theta, Visit&& visit) const;
+private:
+    template <typename T, typename Visit> bool run(const T* theta, Visit&& visit) const;
     bool in_domain(const Eigen::VectorXd& theta) const;
     const std::vector<double>& torque_of_piece(const Piece& piece) const;
 

@@ -22,13 +22,13 @@ struct Sums {
     /// Sum over the blocks.
     Eigen::MatrixXd total(int channel) const;
 
- private:
+private:
     std::size_t index(int block, int channel) const { return static_cast<std::size_t>(block * channels + channel); }
 };
 
 /// A model that predicts one or two measured channels from the past, row by row.
 class Model {
- public:
+public:
     Model() = default;
     Model(const Model&) = delete;
     Model& operator=(const Model&) = delete;
@@ -44,9 +44,7 @@ class Model {
     /// Fixes what must not change while theta is searched (weights of a start, series order).
     virtual void prepare(const Eigen::VectorXd& theta) { (void)theta; }
     /// Brings free entries back into range, e.g. a gain onto [0, 1]. `wake` lifts them off a bound to try again.
-    virtual void confine(Eigen::VectorXd& theta, const std::vector<bool>& free, bool wake) const {
-        (void)theta, (void)free, (void)wake;
-    }
+    virtual void confine(Eigen::VectorXd& theta, const std::vector<bool>& free, bool wake) const { (void)theta, (void)free, (void)wake; }
     /// Whether the innovations stop depending on theta[j] because it sits on a bound.
     virtual bool at_bound(const Eigen::VectorXd& theta, int j) const { return (void)theta, (void)j, false; }
     /// Whether the rows count over which the first sample of a piece is still being forgotten. They always do where

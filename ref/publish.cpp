@@ -8,17 +8,19 @@ namespace dqw {
 
 bool Task::asks(const std::string& name) const { return std::find(asked.begin(), asked.end(), name) != asked.end(); }
 
-void withhold_product(Task& task, const std::string& name, double product, double sd, Result& result) {
+void withhold_product(Task& task, const std::string& name, double product, double sd, Result& result)
+{
     if (!task.asks(name)) return;
     const std::string unit = name == "psi_Wb" ? " Wb" : " H";
     result.not_identifiable.push_back({name,
-                                       "the pole pairs are not known, and of " + name + " only the product pole_pairs * " +
-                                           name + " = " + figure(product) + unit + " (standard deviation " + figure(sd) + ")",
+                                       "the pole pairs are not known, and of " + name + " only the product pole_pairs * " + name + " = " + figure(product) +
+                                           unit + " (standard deviation " + figure(sd) + ")",
                                        "give the pole pairs; or " + excitation_for("pole_pairs", Regime::dynamic)});
     task.asked.erase(std::remove(task.asked.begin(), task.asked.end(), name), task.asked.end());
 }
 
-void publish(const Task& task, const std::vector<std::string>& names, const Covariance& covariance, Result& result) {
+void publish(const Task& task, const std::vector<std::string>& names, const Covariance& covariance, Result& result)
+{
     for (std::size_t j = 0; j < names.size(); ++j) {
         if (names[j].empty() || names[j] == "pole_pairs" || !task.asks(names[j])) continue;
         const Assessment& a = covariance.each[j];
@@ -29,10 +31,11 @@ void publish(const Task& task, const std::vector<std::string>& names, const Cova
     }
 }
 
-void note_robust(const Covariance& covariance, Result& result) {
+void note_robust(const Covariance& covariance, Result& result)
+{
     if (covariance.robust)
-        result.notes.push_back("the residual is correlated in time: standard deviations are from the scatter of blocks, up to " +
-                               figure(covariance.inflation) + " times those of white noise");
+        result.notes.push_back("the residual is correlated in time: standard deviations are from the scatter of blocks, up to " + figure(covariance.inflation) +
+                               " times those of white noise");
 }
 
 }  // namespace dqw

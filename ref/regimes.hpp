@@ -19,10 +19,10 @@ constexpr std::size_t kLeastPiece = 10;
 /// What fit() has found out before it knows the regime.
 struct Task {
     const std::vector<Log>& logs;
-    std::vector<std::string> asked;       ///< never empty
-    std::optional<double> pole_pairs;     ///< of the machine
+    std::vector<std::string> asked;    ///< never empty
+    std::optional<double> pole_pairs;  ///< of the machine
     std::optional<double> torque_constant_Nm_A;
-    std::function<void()> tick;           ///< one evaluation done
+    std::function<void()> tick;  ///< one evaluation done
 
     bool asks(const std::string& name) const;
 };

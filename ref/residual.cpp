@@ -11,7 +11,8 @@ namespace {
 
 double known(double x) { return std::isnan(x) ? 0.0 : x; }
 
-PlainModel without_unknowns(const PlainModel& m) {
+PlainModel without_unknowns(const PlainModel& m)
+{
     PlainModel k;
     k.pole_pairs = std::isnan(m.pole_pairs) ? 1.0 : m.pole_pairs;
     k.R_ohm = known(m.R_ohm), k.Ld_H = known(m.Ld_H), k.Lq_H = known(m.Lq_H), k.psi_Wb = known(m.psi_Wb);
@@ -32,7 +33,8 @@ struct Axis {
 
 double column_or_zero(const std::vector<double>& column, std::size_t k) { return column.empty() ? 0.0 : column[k]; }
 
-void add_static(const Log& log, const PlainModel& m, Axis& d, Axis& q) {
+void add_static(const Log& log, const PlainModel& m, Axis& d, Axis& q)
+{
     for (std::size_t k = 0; k < log.rows(); ++k) {
         const double w = log.regime == Regime::standstill ? 0.0 : m.pole_pairs * column_or_zero(log.w_m_rad_s, k);
         const double i_d = column_or_zero(log.i_d_A, k), i_q = column_or_zero(log.i_q_A, k);
@@ -45,7 +47,8 @@ void add_static(const Log& log, const PlainModel& m, Axis& d, Axis& q) {
 
 /// v less the model's v over the period from row k to k + 1, without L di. While the rotor turns under a voltage that
 /// stands still, the flux linkage bends: its mean over dt is that of its two ends plus dt^2/12 w_e (-v_q, v_d).
-void add_period(const Log& log, const PlainModel& m, std::size_t k, double dt_s, double& d, double& q) {
+void add_period(const Log& log, const PlainModel& m, std::size_t k, double dt_s, double& d, double& q)
+{
     const double w0 = m.pole_pairs * log.w_m_rad_s[k], w1 = m.pole_pairs * log.w_m_rad_s[k + 1], w = 0.5 * (w0 + w1);
     const double bend_d = -dt_s * dt_s / 12.0 * w * log.v_q_V[k], bend_q = dt_s * dt_s / 12.0 * w * log.v_d_V[k];
     const double i_d = 0.5 * (log.i_d_A[k] + log.i_d_A[k + 1]) + (m.Ld_H > 0.0 ? bend_d / m.Ld_H : 0.0);
@@ -56,7 +59,8 @@ void add_period(const Log& log, const PlainModel& m, std::size_t k, double dt_s,
     q += (log.v_q_V[k] - m.R_ohm * i_q - 0.5 * (w0 * psi_d0 + w1 * psi_d1) - w * bend_d) * dt_s;
 }
 
-void add_dynamic(const Log& log, const Piece& piece, const PlainModel& m, Axis& d, Axis& q) {
+void add_dynamic(const Log& log, const Piece& piece, const PlainModel& m, Axis& d, Axis& q)
+{
     const std::size_t n = block_rows(log);
     for (std::size_t k = piece.begin; k + n < piece.end; k += n) {
         double e_d = 0.0, e_q = 0.0;
@@ -70,8 +74,8 @@ void add_dynamic(const Log& log, const Piece& piece, const PlainModel& m, Axis& 
     }
 }
 
-void add_mechanical(const Log& log, const Piece& piece, const std::vector<double>& torque, const PlainModel& m,
-                    Axis& axis) {
+void add_mechanical(const Log& log, const Piece& piece, const std::vector<double>& torque, const PlainModel& m, Axis& axis)
+{
     const std::size_t n = block_rows(log);
     const auto& w = log.w_m_rad_s;
     for (std::size_t k = piece.begin; k + n < piece.end; k += n) {
@@ -86,7 +90,8 @@ void add_mechanical(const Log& log, const Piece& piece, const std::vector<double
     }
 }
 
-void report(const std::vector<Axis>& axes, const char* unit, Result& result) {
+void report(const std::vector<Axis>& axes, const char* unit, Result& result)
+{
     double sum = 0.0;
     std::size_t blocks = 0;
     result.axes.clear();
@@ -103,7 +108,8 @@ void report(const std::vector<Axis>& axes, const char* unit, Result& result) {
 
 }  // namespace
 
-std::vector<double> torque_of(const Log& log, double torque_constant_Nm_A, std::string& source) {
+std::vector<double> torque_of(const Log& log, double torque_constant_Nm_A, std::string& source)
+{
     if (!log.torque_Nm.empty()) {
         source = "torque_Nm";
         return log.torque_Nm;
@@ -118,7 +124,8 @@ std::vector<double> torque_of(const Log& log, double torque_constant_Nm_A, std::
     return log.torque_cmd_Nm;
 }
 
-void report_residual(const std::vector<Log>& logs, const PlainModel& model, Result& result) {
+void report_residual(const std::vector<Log>& logs, const PlainModel& model, Result& result)
+{
     const PlainModel m = without_unknowns(model);
     if (!logs.empty() && logs.front().regime == Regime::mechanical) {
         std::vector<Axis> axes(1);

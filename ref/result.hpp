@@ -37,7 +37,7 @@ struct Result {
     Regime regime = Regime::dynamic;
     std::vector<Estimate> parameters;
     std::vector<NotIdentifiable> not_identifiable;
-    double residual_rms = 0.0;      ///< over all blocks and axes
+    double residual_rms = 0.0;  ///< over all blocks and axes
     std::string residual_unit = "V";
     std::vector<AxisResidual> axes;
     std::vector<std::string> notes;  ///< one line each: gaps, skipped rows, what was assumed

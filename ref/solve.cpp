@@ -9,7 +9,7 @@
 namespace dqw {
 namespace {
 
-constexpr double kSigmaRatio = 1e-3;  ///< smallest noise of a channel against the largest: keeps one from ruling alone
+constexpr double kSigmaRatio = 1e-3;       ///< smallest noise of a channel against the largest: keeps one from ruling alone
 constexpr double kLeastVariance = 1e-200;  ///< of a log of zeros: its inverse must stay finite
 
 /// The entries of theta that Ceres sees: the free ones, each over its size at the start.
@@ -17,13 +17,15 @@ struct Scaling {
     std::vector<int> free;
     Eigen::VectorXd scale, theta;
 
-    Eigen::VectorXd full(const double* z) const {
+    Eigen::VectorXd full(const double* z) const
+    {
         Eigen::VectorXd out = theta;
         for (std::size_t i = 0; i < free.size(); ++i) out[free[i]] = z[i] * scale[free[i]];
         return out;
     }
     /// The scaled free entries; theta is rounded to what full() gives back.
-    std::vector<double> scaled() {
+    std::vector<double> scaled()
+    {
         std::vector<double> z;
         for (int j : free) z.push_back(theta[j] / scale[j]);
         theta = full(z.data());
@@ -37,7 +39,8 @@ struct Latest {
     Sums sums;
     bool valid = false;
 
-    bool at(const Model& model, const Eigen::VectorXd& where) {
+    bool at(const Model& model, const Eigen::VectorXd& where)
+    {
         if (valid && theta == where) return true;
         theta = where;
         return valid = model.sweep(where, block_count(model.rows()), sums);
@@ -45,16 +48,17 @@ struct Latest {
 };
 
 class RootCost : public ceres::CostFunction {
- public:
-    RootCost(const Model& model, const Scaling& scaling, Eigen::VectorXd sigma, Latest& latest,
-             const std::function<void()>& tick)
-        : model_(model), scaling_(scaling), sigma_(std::move(sigma)), latest_(latest), tick_(tick) {
+public:
+    RootCost(const Model& model, const Scaling& scaling, Eigen::VectorXd sigma, Latest& latest, const std::function<void()>& tick)
+        : model_(model), scaling_(scaling), sigma_(std::move(sigma)), latest_(latest), tick_(tick)
+    {
         const int n = static_cast<int>(scaling.free.size());
         set_num_residuals(n + 1);
         mutable_parameter_block_sizes()->push_back(n);
     }
 
-    bool Evaluate(double const* const* z, double* residuals, double** jacobians) const override {
+    bool Evaluate(double const* const* z, double* residuals, double** jacobians) const override
+    {
         const Eigen::VectorXd theta = scaling_.full(z[0]);
         if (tick_) tick_();
         const int n = num_residuals() - 1;
@@ -75,9 +79,10 @@ class RootCost : public ceres::CostFunction {
         return true;
     }
 
- private:
+private:
     /// A square root of the weighted sum over channels, from its eigenvalues: a singular sum has one too.
-    Eigen::MatrixXd root_of(const Sums& sums) const {
+    Eigen::MatrixXd root_of(const Sums& sums) const
+    {
         const auto n = static_cast<Eigen::Index>(scaling_.free.size());
         const Eigen::Index last = sums.at(0, 0).rows() - 1;
         Eigen::MatrixXd pick = Eigen::MatrixXd::Zero(last + 1, n + 1);
@@ -87,13 +92,11 @@ class RootCost : public ceres::CostFunction {
         }
         pick(last, n) = 1.0;
         Eigen::MatrixXd gram = Eigen::MatrixXd::Zero(n + 1, n + 1);
-        for (int c = 0; c < sums.channels; ++c)
-            gram += pick.transpose() * sums.total(c) * pick / (sigma_[c] * sigma_[c]);
+        for (int c = 0; c < sums.channels; ++c) gram += pick.transpose() * sums.total(c) * pick / (sigma_[c] * sigma_[c]);
         const Eigen::VectorXd size = gram.diagonal().cwiseMax(std::numeric_limits<double>::min()).cwiseSqrt();
         const Eigen::MatrixXd unit = size.cwiseInverse().asDiagonal() * gram * size.cwiseInverse().asDiagonal();
         const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(unit);
-        return eigen.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal() * eigen.eigenvectors().transpose() *
-               size.asDiagonal();
+        return eigen.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal() * eigen.eigenvectors().transpose() * size.asDiagonal();
     }
 
     const Model& model_;
@@ -103,8 +106,8 @@ class RootCost : public ceres::CostFunction {
     const std::function<void()>& tick_;
 };
 
-void minimise(Scaling& scaling, const Model& model, const Eigen::VectorXd& sigma, Latest& latest,
-              const SolveOptions& options) {
+void minimise(Scaling& scaling, const Model& model, const Eigen::VectorXd& sigma, Latest& latest, const SolveOptions& options)
+{
     // Ceres complains on stderr where its first evaluation fails.
     std::vector<double> z = scaling.scaled();
     if (z.empty() || !latest.at(model, scaling.theta)) return;
@@ -125,13 +128,15 @@ void minimise(Scaling& scaling, const Model& model, const Eigen::VectorXd& sigma
 }
 
 /// What innovations of this noise are divided by.
-Eigen::VectorXd weights(const Eigen::VectorXd& noise, bool common) {
+Eigen::VectorXd weights(const Eigen::VectorXd& noise, bool common)
+{
     if (common) return Eigen::VectorXd::Constant(noise.size(), std::sqrt(noise.squaredNorm() / static_cast<double>(noise.size())));
     return noise.cwiseMax(noise.maxCoeff() * kSigmaRatio);
 }
 
 /// Unbiased noise of each channel: its squares over its rows less the parameters it determines.
-Eigen::VectorXd noise(const Sums& sums, const std::vector<int>& free, const Eigen::VectorXd& old, double rows) {
+Eigen::VectorXd noise(const Sums& sums, const std::vector<int>& free, const Eigen::VectorXd& old, double rows)
+{
     const auto n = static_cast<Eigen::Index>(free.size());
     const Eigen::Index last = sums.at(0, 0).rows() - 1;
     std::vector<Eigen::MatrixXd> part;
@@ -142,16 +147,14 @@ Eigen::VectorXd noise(const Sums& sums, const std::vector<int>& free, const Eige
         squares[c] = total(last, last);
         Eigen::MatrixXd m(n, n);
         for (Eigen::Index i = 0; i < n; ++i)
-            for (Eigen::Index j = 0; j < n; ++j)
-                m(i, j) = total(free[static_cast<std::size_t>(i)], free[static_cast<std::size_t>(j)]);
+            for (Eigen::Index j = 0; j < n; ++j) m(i, j) = total(free[static_cast<std::size_t>(i)], free[static_cast<std::size_t>(j)]);
         part.push_back(m / (old[c] * old[c]));
         all += part.back();
     }
     const Eigen::VectorXd size = all.diagonal().cwiseMax(std::numeric_limits<double>::min()).cwiseSqrt().cwiseInverse();
     const Eigen::MatrixXd unit = size.asDiagonal() * all * size.asDiagonal();
     const Eigen::MatrixXd inverse = unit.completeOrthogonalDecomposition().pseudoInverse();
-    for (int c = 0; c < sums.channels; ++c)
-        used[c] = (inverse * (size.asDiagonal() * part[static_cast<std::size_t>(c)] * size.asDiagonal())).trace();
+    for (int c = 0; c < sums.channels; ++c) used[c] = (inverse * (size.asDiagonal() * part[static_cast<std::size_t>(c)] * size.asDiagonal())).trace();
     Eigen::VectorXd variance(sums.channels);
     for (int c = 0; c < sums.channels; ++c) variance[c] = squares[c] / std::max(rows - used[c], 0.5);
     return variance.cwiseMax(kLeastVariance).cwiseSqrt();
@@ -161,7 +164,8 @@ Eigen::VectorXd noise(const Sums& sums, const std::vector<int>& free, const Eige
 
 int block_count(std::size_t rows) { return static_cast<int>(std::clamp<std::size_t>(rows / 5, 4, 64)); }
 
-Solution solve(Model& model, const Eigen::VectorXd& start, const std::vector<bool>& free, const SolveOptions& options) {
+Solution solve(Model& model, const Eigen::VectorXd& start, const std::vector<bool>& free, const SolveOptions& options)
+{
     Solution s;
     s.theta = start;
     s.free = free;

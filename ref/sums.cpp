@@ -2,14 +2,15 @@
 
 namespace dqw {
 
-void Sums::reset(int parameters, int channel_count, int block_count) {
+void Sums::reset(int parameters, int channel_count, int block_count)
+{
     channels = channel_count;
     blocks = block_count;
-    of.assign(static_cast<std::size_t>(block_count * channel_count),
-              Eigen::MatrixXd::Zero(parameters + 1, parameters + 1));
+    of.assign(static_cast<std::size_t>(block_count * channel_count), Eigen::MatrixXd::Zero(parameters + 1, parameters + 1));
 }
 
-Eigen::MatrixXd Sums::total(int channel) const {
+Eigen::MatrixXd Sums::total(int channel) const
+{
     Eigen::MatrixXd sum = at(0, channel);
     for (int b = 1; b < blocks; ++b) sum += at(b, channel);
     return sum;

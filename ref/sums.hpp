@@ -12,13 +12,13 @@
 namespace dqw {
 
 /// Collects innovations given as ceres::Jet<double, N> into the blocks of a Sums of n >= N parameters.
-template <int N, int C>
-class Collector {
- public:
+template <int N, int C> class Collector {
+public:
     Collector(Sums& sums, std::size_t rows) : sums_(sums), rows_(rows) { clear(); }
 
     /// One row: an innovation and a weight (square root of a ratio of variances) for each channel.
-    void add(const std::array<ceres::Jet<double, N>, C>& e, const std::array<double, C>& weight) {
+    void add(const std::array<ceres::Jet<double, N>, C>& e, const std::array<double, C>& weight)
+    {
         for (int c = 0; c < C; ++c) {
             const auto s = static_cast<std::size_t>(c);
             Row row;
@@ -31,21 +31,23 @@ class Collector {
     }
 
     /// To be called once, after the last row.
-    void finish() {
+    void finish()
+    {
         if (block_ < sums_.blocks) flush();
     }
 
- private:
+private:
     using Row = Eigen::Matrix<double, N + 1, 1>;
     using Part = Eigen::Matrix<double, N + 1, N + 1>;
 
-    void clear() {
+    void clear()
+    {
         for (auto& p : part_) p.setZero();
-        next_ = block_ + 1 < sums_.blocks
-                    ? (static_cast<std::size_t>(block_) + 1) * rows_ / static_cast<std::size_t>(sums_.blocks)
-                    : static_cast<std::size_t>(-1);
+        next_ = block_ + 1 < sums_.blocks ? (static_cast<std::size_t>(block_) + 1) * rows_ / static_cast<std::size_t>(sums_.blocks)
+                                          : static_cast<std::size_t>(-1);
     }
-    void flush() {
+    void flush()
+    {
         for (int c = 0; c < C; ++c) {
             Eigen::MatrixXd& to = sums_.at(block_, c);
             const Part& from = part_[static_cast<std::size_t>(c)];

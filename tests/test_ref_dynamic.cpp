@@ -20,7 +20,8 @@ namespace {
 const char* const kNames[] = {"R_ohm", "Ld_H", "Lq_H", "psi_Wb"};
 
 /// Largest relative error of the four parameters.
-double worst_error(const dqw::Result& result, const Plant& m) {
+double worst_error(const dqw::Result& result, const Plant& m)
+{
     const double truth[] = {m.R_ohm, m.Ld_H, m.Lq_H, m.psi_Wb};
     double worst = 0.0;
     for (int j = 0; j < 4; ++j) {
@@ -30,7 +31,8 @@ double worst_error(const dqw::Result& result, const Plant& m) {
     return worst;
 }
 
-void check(const Plant& m, Run run, double bound) {
+void check(const Plant& m, Run run, double bound)
+{
     if (machine::sanitized()) run.rows = 4000;
     dqw::Log log = machine::simulate(m, run);
     const dqw::Result free = dqw::fit({log});
@@ -46,7 +48,8 @@ void check(const Plant& m, Run run, double bound) {
     std::printf("noise-free, p %g: worst error %.2e\n", m.p, worst_error(given, m));
 }
 
-Run robot_run() {
+Run robot_run()
+{
     Run run;
     run.v_d_V = run.v_q_V = 1.0;
     run.speed_rad_s = [](double t) { return 60 + 60 * std::sin(5 * t) + 20 * std::sin(31 * t); };
@@ -58,13 +61,15 @@ void standard_machine(void) { check({}, {}, 2e-5); }
 /// w_e dt up to 0.29, R dt / L up to 0.2.
 void robot_joint(void) { check({0.1, 50e-6, 70e-6, 0.004, 21}, robot_run(), 2e-5); }
 
-void isotropic_machine_both_ways(void) {
+void isotropic_machine_both_ways(void)
+{
     Run run;
     run.speed_rad_s = [](double t) { return 90 * std::sin(4 * t); };
     check({0.37, 0.326e-3, 0.326e-3, 0.02, 4}, run, 2e-5);
 }
 
-void nominal_values_do_not_matter(void) {
+void nominal_values_do_not_matter(void)
+{
     Run run;
     run.rows = 5000, run.substeps = 10;
     dqw::Log log = machine::simulate({}, run);
@@ -83,7 +88,8 @@ void nominal_values_do_not_matter(void) {
     }
 }
 
-void gaps_restart_the_simulation(void) {
+void gaps_restart_the_simulation(void)
+{
     Run run;
     run.rows = 8000, run.substeps = 20;
     const Plant m;
@@ -100,7 +106,8 @@ void gaps_restart_the_simulation(void) {
     TEST_ASSERT_TRUE(noted);
 }
 
-void periods_may_differ(void) {
+void periods_may_differ(void)
+{
     const Plant m;
     Run slow, fast, uneven;
     slow.rows = fast.rows = uneven.rows = 4000;
@@ -109,8 +116,8 @@ void periods_may_differ(void) {
     slow.substeps = fast.substeps = uneven.substeps = 20;
     dqw::Log printed = machine::simulate(m, slow);
     for (double& t : printed.t_s) t = std::round(t * 1e5 + 0.3) * 1e-5 + 1e-6 * std::sin(1e6 * t);
-    for (const auto& logs : {std::vector<dqw::Log>{machine::simulate(m, slow), machine::simulate(m, fast)},
-                             std::vector<dqw::Log>{machine::simulate(m, uneven)}, std::vector<dqw::Log>{printed}}) {
+    for (const auto& logs : {std::vector<dqw::Log>{machine::simulate(m, slow), machine::simulate(m, fast)}, std::vector<dqw::Log>{machine::simulate(m, uneven)},
+                             std::vector<dqw::Log>{printed}}) {
         std::vector<dqw::Log> known = logs;
         for (dqw::Log& log : known) log.machine.pole_pairs = m.p;
         const double error = worst_error(dqw::fit(known), m);
@@ -119,7 +126,8 @@ void periods_may_differ(void) {
     }
 }
 
-void two_logs_beat_each(void) {
+void two_logs_beat_each(void)
+{
     const Plant m;
     std::vector<dqw::Log> logs;
     for (unsigned seed : {1u, 2u}) {
@@ -140,7 +148,8 @@ void two_logs_beat_each(void) {
 }
 
 /// Stretches too short to simulate are left out, and counted.
-void short_stretches_are_counted(void) {
+void short_stretches_are_counted(void)
+{
     Run run;
     run.rows = 500, run.substeps = 2;
     dqw::Log log = machine::simulate({}, run);
@@ -153,7 +162,8 @@ void short_stretches_are_counted(void) {
 }
 
 /// A missing effect must come out as residual, with wide standard deviations, and not make the fit worse than need be.
-void missing_dead_time(void) {
+void missing_dead_time(void)
+{
     Plant m;
     m.dead_time_V = 1.0;
     Run run;
@@ -167,7 +177,8 @@ void missing_dead_time(void) {
     TEST_ASSERT_TRUE(sd(result, "R_ohm") > 0.01);
 }
 
-void wrong_input_throws(void) {
+void wrong_input_throws(void)
+{
     Run run;
     run.rows = 99, run.substeps = 2;
     const dqw::Log shorter = machine::simulate({}, run);
@@ -201,7 +212,8 @@ void wrong_input_throws(void) {
     TEST_ASSERT_TRUE(thrown);
 }
 
-void only_what_is_asked_for(void) {
+void only_what_is_asked_for(void)
+{
     Run run;
     run.rows = 2000, run.substeps = 10;
     dqw::Log log = machine::simulate({}, run);
@@ -219,7 +231,8 @@ void only_what_is_asked_for(void) {
     TEST_ASSERT_EQUAL_DOUBLE(1.0, last);
 }
 
-void a_long_log(void) {
+void a_long_log(void)
+{
     Run run;
     run.rows = machine::sanitized() ? 5000 : 100000;
     run.substeps = 2;
@@ -235,7 +248,8 @@ void a_long_log(void) {
 
 }  // namespace
 
-int main() {
+int main()
+{
     std::setvbuf(stdout, nullptr, _IONBF, 0);
     UNITY_BEGIN();
     RUN_TEST(standard_machine);

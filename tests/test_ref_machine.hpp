@@ -31,20 +31,22 @@ struct Run {
     std::size_t hold = 37;            ///< rows that a reference is held
     unsigned seed = 1;
     int substeps = 50;
-    double uneven = 0.0;      ///< every other period is longer by this fraction
+    double uneven = 0.0;       ///< every other period is longer by this fraction
     double induced_Wb = -1.0;  ///< flux linkage that the reference makes up for; negative: the plant's
 };
 
 inline Complex turned(double angle) { return {std::cos(angle), std::sin(angle)}; }
 
 /// Currents in the rotor's frame of a stator flux seen from the stator.
-inline Complex current(const Plant& m, Complex psi, double theta_e) {
+inline Complex current(const Plant& m, Complex psi, double theta_e)
+{
     const Complex rotor = psi * turned(-theta_e);
     return {(rotor.real() - m.psi_Wb) / m.Ld_H, rotor.imag() / m.Lq_H};
 }
 
 /// Stationary-frame vector of a voltage of each phase that opposes its current.
-inline Complex dead_time(const Plant& m, Complex i) {
+inline Complex dead_time(const Plant& m, Complex i)
+{
     Complex sum = 0.0;
     for (double axis : {0.0, 2.0943951023931953, -2.0943951023931953}) {
         const double phase = i.real() * std::cos(axis) + i.imag() * std::sin(axis);
@@ -54,7 +56,8 @@ inline Complex dead_time(const Plant& m, Complex i) {
 }
 
 /// A dynamic log: random voltages about the steady voltage of zero current, held in the stationary frame.
-inline Log simulate(const Plant& m, const Run& run) {
+inline Log simulate(const Plant& m, const Run& run)
+{
     Log log;
     log.path = "test.csv";
     log.dt_s = run.dt_s;
@@ -82,13 +85,11 @@ inline Log simulate(const Plant& m, const Run& run) {
         Complex mean = 0.0;
         for (int s = 0; s < run.substeps; ++s) {
             const double t0 = t + s * h;
-            const double w0 = m.p * run.speed_rad_s(t0), w1 = m.p * run.speed_rad_s(t0 + 0.25 * h),
-                         w2 = m.p * run.speed_rad_s(t0 + 0.5 * h), w3 = m.p * run.speed_rad_s(t0 + 0.75 * h),
-                         w4 = m.p * run.speed_rad_s(t0 + h);
+            const double w0 = m.p * run.speed_rad_s(t0), w1 = m.p * run.speed_rad_s(t0 + 0.25 * h), w2 = m.p * run.speed_rad_s(t0 + 0.5 * h),
+                         w3 = m.p * run.speed_rad_s(t0 + 0.75 * h), w4 = m.p * run.speed_rad_s(t0 + h);
             const double half = theta + h / 12.0 * (w0 + 4.0 * w1 + w2);
             const double full = half + h / 12.0 * (w2 + 4.0 * w3 + w4);
-            const Complex k1 = slope(psi, theta), k2 = slope(psi + 0.5 * h * k1, half),
-                          k3 = slope(psi + 0.5 * h * k2, half), k4 = slope(psi + h * k3, full);
+            const Complex k1 = slope(psi, theta), k2 = slope(psi + 0.5 * h * k1, half), k3 = slope(psi + 0.5 * h * k2, half), k4 = slope(psi + h * k3, full);
             mean += held * (turned(-theta) + 4.0 * turned(-half) + turned(-full)) / 6.0;
             psi += h / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4);
             theta = full;
@@ -101,7 +102,8 @@ inline Log simulate(const Plant& m, const Run& run) {
     return log;
 }
 
-inline double standard_deviation(const std::vector<double>& x) {
+inline double standard_deviation(const std::vector<double>& x)
+{
     double mean = 0.0, sum = 0.0;
     for (double v : x) mean += v;
     mean /= static_cast<double>(x.size());
@@ -110,7 +112,8 @@ inline double standard_deviation(const std::vector<double>& x) {
 }
 
 /// White noise of `fraction` of the column's standard deviation; returns its own.
-inline double add_noise(std::vector<double>& x, double fraction, unsigned seed) {
+inline double add_noise(std::vector<double>& x, double fraction, unsigned seed)
+{
     const double sigma = fraction * standard_deviation(x);
     std::mt19937_64 random(seed);
     std::normal_distribution<double> draw(0.0, sigma);
@@ -119,33 +122,38 @@ inline double add_noise(std::vector<double>& x, double fraction, unsigned seed) 
 }
 
 /// The value of a parameter, or NaN where the result has none.
-inline double value(const dqw::Result& result, const char* name) {
+inline double value(const dqw::Result& result, const char* name)
+{
     for (const dqw::Estimate& e : result.parameters)
         if (e.name == name) return e.value;
     return std::nan("");
 }
 
-inline double sd(const dqw::Result& result, const char* name) {
+inline double sd(const dqw::Result& result, const char* name)
+{
     for (const dqw::Estimate& e : result.parameters)
         if (e.name == name) return e.sd;
     return std::nan("");
 }
 
-inline bool has(const dqw::Result& result, const char* name) {
+inline bool has(const dqw::Result& result, const char* name)
+{
     for (const dqw::Estimate& e : result.parameters)
         if (e.name == name) return true;
     return false;
 }
 
 /// The reason why a parameter has no value; null where it is not listed so.
-inline const dqw::NotIdentifiable* missing(const dqw::Result& result, const char* name) {
+inline const dqw::NotIdentifiable* missing(const dqw::Result& result, const char* name)
+{
     for (const dqw::NotIdentifiable& n : result.not_identifiable)
         if (n.name == name) return &n;
     return nullptr;
 }
 
 /// Fewer repetitions where a sanitizer slows each by ten.
-inline bool sanitized() {
+inline bool sanitized()
+{
     const char* kind = std::getenv("DQW_TEST_KIND");
     return kind != nullptr && std::strcmp(kind, "asan") == 0;
 }

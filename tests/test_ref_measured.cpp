@@ -16,7 +16,8 @@ using machine::value;
 
 namespace {
 
-std::string path_of(const char* name) {
+std::string path_of(const char* name)
+{
     const char* folder = std::getenv("DATA");
     return std::string(folder != nullptr ? folder : "../shared/data") + "/" + name + ".csv";
 }
@@ -24,13 +25,14 @@ std::string path_of(const char* name) {
 bool absent(const char* name) { return !std::ifstream(path_of(name)).good(); }
 
 /// Numbers and known columns only; gaps are where a period exceeds 1.5 times the median.
-dqw::Log load(const char* name, dqw::Regime regime) {
+dqw::Log load(const char* name, dqw::Regime regime)
+{
     dqw::Log log;
     log.path = path_of(name);
     log.regime = regime;
     std::map<std::string, std::vector<double>*> known{
-        {"t_s", &log.t_s}, {"v_d_V", &log.v_d_V}, {"v_q_V", &log.v_q_V}, {"i_d_A", &log.i_d_A}, {"i_q_A", &log.i_q_A},
-        {"w_m_rad_s", &log.w_m_rad_s}, {"torque_Nm", &log.torque_Nm}, {"torque_cmd_Nm", &log.torque_cmd_Nm}};
+        {"t_s", &log.t_s},     {"v_d_V", &log.v_d_V},         {"v_q_V", &log.v_q_V},         {"i_d_A", &log.i_d_A},
+        {"i_q_A", &log.i_q_A}, {"w_m_rad_s", &log.w_m_rad_s}, {"torque_Nm", &log.torque_Nm}, {"torque_cmd_Nm", &log.torque_cmd_Nm}};
     std::ifstream file(log.path);
     std::string line, cell;
     std::getline(file, line);
@@ -45,7 +47,8 @@ dqw::Log load(const char* name, dqw::Regime regime) {
     return log;
 }
 
-void show(const char* name, const dqw::Result& result) {
+void show(const char* name, const dqw::Result& result)
+{
     std::printf("%s:", name);
     for (const auto& p : result.parameters) std::printf(" %s %.5g (%.2g)", p.name.c_str(), p.value, p.sd);
     for (const auto& n : result.not_identifiable) std::printf(" %s?", n.name.c_str());
@@ -53,10 +56,11 @@ void show(const char* name, const dqw::Result& result) {
     std::printf("\n");
 }
 
-#define NEED(name) \
+#define NEED(name)                                                                                                                                             \
     if (absent(name)) TEST_IGNORE_MESSAGE(name " is not there")
 
-void inverter_sweeps(void) {
+void inverter_sweeps(void)
+{
     for (const char* name : {"inverter_sweep_d_axis_a", "inverter_sweep_d_axis_b", "inverter_sweep_d_axis_c", "inverter_sweep_beta_axis_a"}) {
         if (absent(name)) TEST_IGNORE_MESSAGE(name);
         const dqw::Result result = dqw::fit({load(name, dqw::Regime::standstill)});
@@ -67,7 +71,8 @@ void inverter_sweeps(void) {
     }
 }
 
-void grid_at_3000_rpm(void) {
+void grid_at_3000_rpm(void)
+{
     NEED("dq_grid_3000rpm");
     dqw::Log log = load("dq_grid_3000rpm", dqw::Regime::steady);
     log.machine.pole_pairs = 4;
@@ -79,7 +84,8 @@ void grid_at_3000_rpm(void) {
     TEST_ASSERT_DOUBLE_WITHIN(0.0003, 0.0163, value(result, "psi_Wb"));
 }
 
-void motorcycle(void) {
+void motorcycle(void)
+{
     NEED("motorcycle_laps_practice");
     dqw::Log log = load("motorcycle_laps_practice", dqw::Regime::steady);
     log.machine.pole_pairs = 1;
@@ -90,7 +96,8 @@ void motorcycle(void) {
     TEST_ASSERT_DOUBLE_WITHIN(0.003, 0.0646, value(result, "psi_Wb"));
 }
 
-void standstill_heating(void) {
+void standstill_heating(void)
+{
     NEED("standstill_heating_20A");
     const dqw::Result result = dqw::fit({load("standstill_heating_20A", dqw::Regime::standstill)});
     show("standstill_heating_20A", result);
@@ -99,10 +106,11 @@ void standstill_heating(void) {
 }
 
 /// Friction that the model lacks ends in B (the nameplate's is 7e-5) and in J (1.2e-4), and remains as residual.
-void servo(void) {
+void servo(void)
+{
     std::vector<dqw::Log> logs;
-    for (const char* name : {"servo_friction_neg_0p045_1", "servo_friction_neg_0p045_2", "servo_friction_neg_0p045_3",
-                             "servo_friction_pos_0p06_1", "servo_friction_pos_0p06_2", "servo_friction_pos_0p06_3"}) {
+    for (const char* name : {"servo_friction_neg_0p045_1", "servo_friction_neg_0p045_2", "servo_friction_neg_0p045_3", "servo_friction_pos_0p06_1",
+                             "servo_friction_pos_0p06_2", "servo_friction_pos_0p06_3"}) {
         if (absent(name)) TEST_IGNORE_MESSAGE(name);
         logs.push_back(load(name, dqw::Regime::mechanical));
         logs.back().machine.torque_constant_Nm_A = 0.0458;
@@ -121,7 +129,8 @@ void servo(void) {
 
 }  // namespace
 
-int main() {
+int main()
+{
     UNITY_BEGIN();
     RUN_TEST(inverter_sweeps);
     RUN_TEST(grid_at_3000_rpm);

@@ -18,7 +18,8 @@ namespace {
 constexpr double kJ = 1.2e-4, kB = 3e-4, kDt_s = 1e-3;
 
 /// Random torques of straight flanks (20 ms) between plateaus; the exact solution of J dw/dt + B w = T on each row.
-dqw::Log motion(std::size_t rows, unsigned seed, double J = kJ, double B = kB, double dry_Nm = 0.0) {
+dqw::Log motion(std::size_t rows, unsigned seed, double J = kJ, double B = kB, double dry_Nm = 0.0)
+{
     dqw::Log log;
     log.path = "motion.csv";
     log.regime = dqw::Regime::mechanical;
@@ -42,7 +43,8 @@ dqw::Log motion(std::size_t rows, unsigned seed, double J = kJ, double B = kB, d
     return log;
 }
 
-void without_noise(void) {
+void without_noise(void)
+{
     const dqw::Result result = dqw::fit({motion(10000, 1)});
     TEST_ASSERT_DOUBLE_WITHIN(1e-5 * kJ, kJ, value(result, "J_kgm2"));
     TEST_ASSERT_DOUBLE_WITHIN(1e-5 * kB, kB, value(result, "B_Nms_rad"));
@@ -53,7 +55,8 @@ void without_noise(void) {
 }
 
 /// Output error is the best there is where only the speed is noisy: its bound, with sensitivities by differences.
-void noisy_speed_reaches_the_bound(void) {
+void noisy_speed_reaches_the_bound(void)
+{
     const double step = 1e-4;
     const dqw::Log clean = motion(6000, 2), up_j = motion(6000, 2, kJ * (1 + step)), up_b = motion(6000, 2, kJ, kB * (1 + step));
     double jj = 0.0, jb = 0.0, bb = 0.0;
@@ -74,8 +77,8 @@ void noisy_speed_reaches_the_bound(void) {
     }
     const double determinant = jj * bb - jb * jb;
     const double bound_j = sigma * std::sqrt(bb / determinant), bound_b = sigma * std::sqrt(jj / determinant);
-    std::printf("20 %% noise on w_m: sd over bound J %.3f, B %.3f; mean square error over variance %.2f\n", mean_j / bound_j,
-                mean_b / bound_b, squares / (2 * seeds));
+    std::printf("20 %% noise on w_m: sd over bound J %.3f, B %.3f; mean square error over variance %.2f\n", mean_j / bound_j, mean_b / bound_b,
+                squares / (2 * seeds));
     TEST_ASSERT_TRUE(mean_j > 0.9 * bound_j && mean_j < 1.3 * bound_j);
     TEST_ASSERT_TRUE(mean_b > 0.9 * bound_b && mean_b < 1.3 * bound_b);
     TEST_ASSERT_TRUE(squares / (2 * seeds) > 0.4);
@@ -83,28 +86,30 @@ void noisy_speed_reaches_the_bound(void) {
 }
 
 /// A speed in coarse steps and a torque drowned in noise, as encoders and current sensors give them.
-void quantised_speed_and_noisy_torque(void) {
+void quantised_speed_and_noisy_torque(void)
+{
     for (unsigned seed = 1; seed <= 4; ++seed) {
         dqw::Log log = motion(20000, seed);
         for (double& w : log.w_m_rad_s) w = 0.62831853 * std::round(w / 0.62831853);
         machine::add_noise(log.torque_Nm, 0.6, seed + 40);
         const dqw::Result result = dqw::fit({log});
-        std::printf("quantised: J %+.2f %%, B %+.2f %%\n", 100 * (value(result, "J_kgm2") / kJ - 1),
-                    100 * (value(result, "B_Nms_rad") / kB - 1));
+        std::printf("quantised: J %+.2f %%, B %+.2f %%\n", 100 * (value(result, "J_kgm2") / kJ - 1), 100 * (value(result, "B_Nms_rad") / kB - 1));
         TEST_ASSERT_DOUBLE_WITHIN(0.05 * kJ, kJ, value(result, "J_kgm2"));
         TEST_ASSERT_DOUBLE_WITHIN(0.03 * kB, kB, value(result, "B_Nms_rad"));
     }
 }
 
 /// Dry friction is not in the model: it ends in B and in the residual.
-void dry_friction_remains(void) {
+void dry_friction_remains(void)
+{
     const dqw::Result result = dqw::fit({motion(20000, 3, kJ, 1e-4, 0.02)});
     TEST_ASSERT_TRUE(value(result, "B_Nms_rad") > 1.5e-4);
     TEST_ASSERT_TRUE(result.axes[0].percent > 10.0);
     TEST_ASSERT_TRUE(result.axes[0].percent < 60.0);
 }
 
-void torque_from_current_and_command(void) {
+void torque_from_current_and_command(void)
+{
     const dqw::Log measured = motion(5000, 4);
     dqw::Log current = measured, command = measured;
     current.i_q_A = measured.torque_Nm;
@@ -114,8 +119,7 @@ void torque_from_current_and_command(void) {
     current.machine.torque_constant_Nm_A = 0.05;
     command.torque_cmd_Nm = measured.torque_Nm;
     command.torque_Nm.clear();
-    for (const dqw::Log& log : {current, command})
-        TEST_ASSERT_DOUBLE_WITHIN(1e-5 * kJ, kJ, value(dqw::fit({log}), "J_kgm2"));
+    for (const dqw::Log& log : {current, command}) TEST_ASSERT_DOUBLE_WITHIN(1e-5 * kJ, kJ, value(dqw::fit({log}), "J_kgm2"));
     command.torque_cmd_Nm.clear();
     bool thrown = false;
     try {
@@ -126,7 +130,8 @@ void torque_from_current_and_command(void) {
     TEST_ASSERT_TRUE(thrown);
 }
 
-void torque_constant_where_asked(void) {
+void torque_constant_where_asked(void)
+{
     dqw::Log log = motion(5000, 5);
     log.i_q_A = log.torque_Nm;
     for (double& i : log.i_q_A) i /= 0.05;
@@ -140,7 +145,8 @@ void torque_constant_where_asked(void) {
     TEST_ASSERT_NOT_NULL(missing(dqw::fit({log}, options), "torque_constant_Nm_A"));
 }
 
-void nothing_moves(void) {
+void nothing_moves(void)
+{
     dqw::Log rest = motion(2000, 6);
     rest.w_m_rad_s.assign(2000, 0.0);
     const dqw::Result still = dqw::fit({rest});
@@ -159,7 +165,8 @@ void nothing_moves(void) {
 
 }  // namespace
 
-int main() {
+int main()
+{
     UNITY_BEGIN();
     RUN_TEST(without_noise);
     RUN_TEST(noisy_speed_reaches_the_bound);

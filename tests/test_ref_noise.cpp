@@ -20,7 +20,8 @@ double& entry(Plant& m, int j) { return j == 0 ? m.R_ohm : j == 1 ? m.Ld_H : j =
 
 /// Smallest standard deviations of any unbiased estimator under white noise on the currents: central differences of the
 /// simulated currents, the voltages staying as they are.
-Eigen::Vector4d cramer_rao(const Plant& m, Run run, double sigma_d, double sigma_q) {
+Eigen::Vector4d cramer_rao(const Plant& m, Run run, double sigma_d, double sigma_q)
+{
     run.induced_Wb = m.psi_Wb;
     Eigen::MatrixXd d(run.rows, 4), q(run.rows, 4);
     for (int j = 0; j < 4; ++j) {
@@ -40,7 +41,8 @@ Eigen::Vector4d cramer_rao(const Plant& m, Run run, double sigma_d, double sigma
 
 /// Fits `seeds` noisy copies; checks each error against 3 sd, the mean sd against the bound (within 30 %), and that the
 /// errors scatter as the sd says.
-void check(const Plant& m, const Run& run, double fraction, int seeds, double most) {
+void check(const Plant& m, const Run& run, double fraction, int seeds, double most)
+{
     const dqw::Log clean = machine::simulate(m, run);
     Plant truth = m;
     Eigen::Vector4d sum_sd = Eigen::Vector4d::Zero(), worst = sum_sd, bound = sum_sd;
@@ -63,8 +65,8 @@ void check(const Plant& m, const Run& run, double fraction, int seeds, double mo
         }
     }
     for (int j = 0; j < 4; ++j) {
-        std::printf("%.0f %% noise, %s: sd %.4g = %.3f times the bound, worst error %.2f sd\n", 100 * fraction, kNames[j],
-                    sum_sd[j], sum_sd[j] / bound[j], worst[j]);
+        std::printf("%.0f %% noise, %s: sd %.4g = %.3f times the bound, worst error %.2f sd\n", 100 * fraction, kNames[j], sum_sd[j], sum_sd[j] / bound[j],
+                    worst[j]);
         TEST_ASSERT_TRUE(sum_sd[j] > 0.9 * bound[j]);
         TEST_ASSERT_TRUE(sum_sd[j] < most * bound[j]);
         TEST_ASSERT_TRUE(worst[j] < 3.0);
@@ -76,19 +78,22 @@ void check(const Plant& m, const Run& run, double fraction, int seeds, double mo
     TEST_ASSERT_TRUE(scatter < (machine::sanitized() ? 2.2 : 1.5));
 }
 
-void twenty_percent_on_currents(void) {
+void twenty_percent_on_currents(void)
+{
     Run run;
     run.rows = machine::sanitized() ? 8000 : 20000, run.substeps = 4;
     check({}, run, 0.2, machine::sanitized() ? 4 : 24, 1.3);
 }
 
-void twenty_percent_on_a_short_log(void) {
+void twenty_percent_on_a_short_log(void)
+{
     Run run;
     run.rows = 3000, run.substeps = 4;
     check({0.37, 0.326e-3, 0.5e-3, 0.02, 4}, run, 0.2, machine::sanitized() ? 4 : 24, 1.3);
 }
 
-void one_percent_on_every_channel(void) {
+void one_percent_on_every_channel(void)
+{
     Run run;
     run.rows = 10000, run.substeps = 4;
     const dqw::Log clean = machine::simulate({}, run);
@@ -96,8 +101,7 @@ void one_percent_on_every_channel(void) {
     for (unsigned seed = 1; seed <= (machine::sanitized() ? 2u : 8u); ++seed) {
         dqw::Log log = clean;
         unsigned channel = 0;
-        for (auto* column : {&log.v_d_V, &log.v_q_V, &log.i_d_A, &log.i_q_A, &log.w_m_rad_s})
-            machine::add_noise(*column, 0.01, 50 * seed + ++channel);
+        for (auto* column : {&log.v_d_V, &log.v_q_V, &log.i_d_A, &log.i_q_A, &log.w_m_rad_s}) machine::add_noise(*column, 0.01, 50 * seed + ++channel);
         const dqw::Result result = dqw::fit({log});
         TEST_ASSERT_EQUAL_DOUBLE(4.0, machine::value(result, "pole_pairs"));
         for (int j = 0; j < 4; ++j) {
@@ -109,7 +113,8 @@ void one_percent_on_every_channel(void) {
 }
 
 /// The pole pairs as a real number: their own scatter.
-void pole_pairs_with_their_sd(void) {
+void pole_pairs_with_their_sd(void)
+{
     Run run;
     run.rows = 4000, run.substeps = 4;
     const dqw::Log clean = machine::simulate({}, run);
@@ -126,7 +131,8 @@ void pole_pairs_with_their_sd(void) {
 
 }  // namespace
 
-int main() {
+int main()
+{
     UNITY_BEGIN();
     RUN_TEST(twenty_percent_on_currents);
     RUN_TEST(twenty_percent_on_a_short_log);

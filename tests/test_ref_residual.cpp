@@ -13,14 +13,16 @@ using machine::Run;
 
 namespace {
 
-dqw::PlainModel wrong_model() {
+dqw::PlainModel wrong_model()
+{
     dqw::PlainModel model;
     model.pole_pairs = 4, model.R_ohm = 0.7, model.Ld_H = 0.8e-3, model.Lq_H = 1.5e-3, model.psi_Wb = 0.021;
     return model;
 }
 
 /// v minus the model's v over blocks of n rows, means of the currents by the trapezoidal rule.
-void naive(const dqw::Log& log, const dqw::PlainModel& m, std::size_t n, double& rms_d, double& rms_q) {
+void naive(const dqw::Log& log, const dqw::PlainModel& m, std::size_t n, double& rms_d, double& rms_q)
+{
     double dd = 0.0, qq = 0.0, blocks = 0.0;
     for (std::size_t s = 0; s < log.segments.size(); ++s) {
         const std::size_t end = s + 1 < log.segments.size() ? log.segments[s + 1] : log.rows();
@@ -43,14 +45,16 @@ void naive(const dqw::Log& log, const dqw::PlainModel& m, std::size_t n, double&
     rms_d = std::sqrt(dd / blocks), rms_q = std::sqrt(qq / blocks);
 }
 
-double rms(const std::vector<double>& x) {
+double rms(const std::vector<double>& x)
+{
     double sum = 0.0;
     for (double v : x) sum += v * v;
     return std::sqrt(sum / static_cast<double>(x.size()));
 }
 
 /// Slow enough that the voltage hardly turns within a period. 10 kHz: 20 rows; 50 kHz: 1 ms, 50 rows.
-void dynamic_blocks(void) {
+void dynamic_blocks(void)
+{
     for (double dt_s : {1e-4, 2e-5}) {
         Run run;
         run.rows = 4021, run.dt_s = dt_s, run.substeps = 4;
@@ -72,7 +76,8 @@ void dynamic_blocks(void) {
 }
 
 /// The right model leaves next to nothing even where the rotor turns by 0.27 rad in a period.
-void fast_machine_leaves_nothing(void) {
+void fast_machine_leaves_nothing(void)
+{
     Run run;
     run.rows = 4000, run.v_d_V = run.v_q_V = 1.0, run.substeps = 20;
     run.speed_rad_s = [](double) { return 130.0; };
@@ -87,7 +92,8 @@ void fast_machine_leaves_nothing(void) {
     TEST_ASSERT_TRUE(result.axes[1].percent < 0.05);
 }
 
-void unknown_terms_count_as_zero(void) {
+void unknown_terms_count_as_zero(void)
+{
     Run run;
     run.rows = 500, run.substeps = 2;
     const dqw::Log log = machine::simulate({}, run);
@@ -105,7 +111,8 @@ void unknown_terms_count_as_zero(void) {
     TEST_ASSERT_DOUBLE_WITHIN(1e-3, std::sqrt(sum / 24.0), result.axes[1].rms);
 }
 
-void rows_of_settled_points(void) {
+void rows_of_settled_points(void)
+{
     dqw::Log log;
     log.regime = dqw::Regime::steady;
     log.i_d_A = {1, -2}, log.i_q_A = {3, 4}, log.w_m_rad_s = {100, 200}, log.v_d_V = {-0.1, -0.2}, log.v_q_V = {9, 20};
@@ -131,7 +138,8 @@ void rows_of_settled_points(void) {
     TEST_ASSERT_EQUAL_DOUBLE(0.0, result.axes[0].rms);
 }
 
-void mechanical_blocks(void) {
+void mechanical_blocks(void)
+{
     dqw::Log log;
     log.regime = dqw::Regime::mechanical;
     log.dt_s = 1e-3;
@@ -156,7 +164,8 @@ void mechanical_blocks(void) {
     TEST_ASSERT_DOUBLE_WITHIN(1e-6, std::sqrt(sum / 10), result.residual_rms);
 }
 
-void source_of_the_torque(void) {
+void source_of_the_torque(void)
+{
     dqw::Log log;
     log.i_q_A = {1, 2}, log.torque_cmd_Nm = {5, 6}, log.torque_Nm = {7, 8};
     std::string source;
@@ -172,7 +181,8 @@ void source_of_the_torque(void) {
 
 }  // namespace
 
-int main() {
+int main()
+{
     UNITY_BEGIN();
     RUN_TEST(dynamic_blocks);
     RUN_TEST(fast_machine_leaves_nothing);

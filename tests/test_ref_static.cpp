@@ -21,7 +21,8 @@ struct Grid {
 };
 
 /// v_d = R i_d - p w Lq i_q, v_q = R i_q + p w (Ld i_d + psi) on every point of a grid.
-dqw::Log steady(const Grid& grid, const machine::Plant& m = {}) {
+dqw::Log steady(const Grid& grid, const machine::Plant& m = {})
+{
     dqw::Log log;
     log.path = "steady.csv";
     log.regime = dqw::Regime::steady;
@@ -35,7 +36,8 @@ dqw::Log steady(const Grid& grid, const machine::Plant& m = {}) {
     return log;
 }
 
-void steady_grid_without_noise(void) {
+void steady_grid_without_noise(void)
+{
     dqw::Log log = steady({});
     log.machine.pole_pairs = 4;
     const dqw::Result result = dqw::fit({log});
@@ -48,7 +50,8 @@ void steady_grid_without_noise(void) {
 }
 
 /// With white noise on the voltages the standard deviations are those of textbook least squares, weights being equal.
-void steady_standard_deviations(void) {
+void steady_standard_deviations(void)
+{
     const dqw::Log clean = steady({});
     const double sigma[2] = {0.05, 0.2};
     Eigen::Matrix4d inner = Eigen::Matrix4d::Zero(), middle = inner;
@@ -82,7 +85,8 @@ void steady_standard_deviations(void) {
     TEST_ASSERT_DOUBLE_WITHIN(0.4, 1.0, squares / (4 * kSeeds));
 }
 
-void steady_without_pole_pairs(void) {
+void steady_without_pole_pairs(void)
+{
     const dqw::Result result = dqw::fit({steady({})});
     TEST_ASSERT_DOUBLE_WITHIN(1e-9, 0.5, value(result, "R_ohm"));
     for (const char* name : {"Ld_H", "Lq_H", "psi_Wb", "pole_pairs"}) {
@@ -95,7 +99,8 @@ void steady_without_pole_pairs(void) {
 }
 
 /// One speed and one i_d: w Ld i_d and w psi are one column.
-void steady_at_one_speed_and_one_i_d(void) {
+void steady_at_one_speed_and_one_i_d(void)
+{
     Grid grid;
     grid.w_m_rad_s = {200};
     grid.i_d_A = {-3};
@@ -112,7 +117,8 @@ void steady_at_one_speed_and_one_i_d(void) {
     TEST_ASSERT_TRUE(result.residual_rms < 1e-8);
 }
 
-void steady_without_i_d(void) {
+void steady_without_i_d(void)
+{
     Grid grid;
     grid.i_d_A = {0};
     dqw::Log log = steady(grid);
@@ -124,7 +130,8 @@ void steady_without_i_d(void) {
     TEST_ASSERT_EQUAL_size_t(1, result.not_identifiable.size());
 }
 
-void steady_at_rest_and_of_zeros(void) {
+void steady_at_rest_and_of_zeros(void)
+{
     Grid grid;
     grid.w_m_rad_s = {0};
     dqw::Log log = steady(grid);
@@ -141,7 +148,8 @@ void steady_at_rest_and_of_zeros(void) {
     TEST_ASSERT_EQUAL_DOUBLE(0.0, nothing.residual_rms);
 }
 
-dqw::Log standstill(std::size_t rows, double R_ohm, double i_d_A, double i_q_A) {
+dqw::Log standstill(std::size_t rows, double R_ohm, double i_d_A, double i_q_A)
+{
     dqw::Log log;
     log.path = "standstill.csv";
     log.regime = dqw::Regime::standstill;
@@ -153,7 +161,8 @@ dqw::Log standstill(std::size_t rows, double R_ohm, double i_d_A, double i_q_A) 
     return log;
 }
 
-void standstill_resistance(void) {
+void standstill_resistance(void)
+{
     const dqw::Result both = dqw::fit({standstill(30, 1.1, 4, 2)});
     TEST_ASSERT_DOUBLE_WITHIN(1e-12, 1.1, value(both, "R_ohm"));
     TEST_ASSERT_EQUAL_size_t(1, both.parameters.size());
@@ -171,7 +180,8 @@ void standstill_resistance(void) {
 }
 
 /// A structured residual (an inverter's voltage) must widen the standard deviation beyond that of white noise.
-void standstill_structured_residual(void) {
+void standstill_structured_residual(void)
+{
     dqw::Log log = standstill(400, 1.1, 4, 0);
     for (std::size_t k = 0; k < log.rows(); ++k) log.v_d_V[k] += 1.5 * std::tanh(log.i_d_A[k] / 0.3);
     const dqw::Result result = dqw::fit({log});
@@ -185,7 +195,8 @@ void standstill_structured_residual(void) {
     TEST_ASSERT_DOUBLE_WITHIN(1e-9, std::sqrt(ee / 400), result.axes[0].rms);
 }
 
-void too_few_points_throw(void) {
+void too_few_points_throw(void)
+{
     for (const dqw::Log& log : {standstill(2, 1.1, 4, 2)}) {
         bool thrown = false;
         try {
@@ -199,7 +210,8 @@ void too_few_points_throw(void) {
 
 }  // namespace
 
-int main() {
+int main()
+{
     UNITY_BEGIN();
     RUN_TEST(steady_grid_without_noise);
     RUN_TEST(steady_standard_deviations);
