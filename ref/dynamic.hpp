@@ -1,4 +1,4 @@
-// The electrical prediction model of a dynamic log, in innovations form.
+// The electrical prediction model of a dynamic log, in innovations form, (E40).
 #ifndef DQW_REF_DYNAMIC_HPP
 #define DQW_REF_DYNAMIC_HPP
 

@@ -13,7 +13,7 @@ struct PlainModel {
     double J_kgm2 = 0, B_Nms_rad = 0, torque_constant_Nm_A = 0;        ///< mechanical
 };
 
-/// Fills residual_rms, residual_unit and axes of `result` from all logs: v minus the model's v, averaged over blocks of
+/// (E43). Fills residual_rms, residual_unit and axes of `result` from all logs: v minus the model's v, averaged over blocks of
 /// max(20 rows, 1 ms) in dynamic logs, 50 ms in mechanical ones, one row otherwise; L di from the block's end currents.
 void report_residual(const std::vector<Log>& logs, const PlainModel& model, Result& result);
 

@@ -17,7 +17,7 @@ struct SolveOptions {
     std::function<void()> tick = {};
 };
 
-/// The maximum of the likelihood, each channel's noise variance concentrated out.
+/// (E41). The maximum of the likelihood, each channel's noise variance concentrated out.
 struct Solution {
     Eigen::VectorXd theta;
     Eigen::VectorXd sigma;  ///< that each channel's innovations were divided by

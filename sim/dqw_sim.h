@@ -55,7 +55,7 @@ typedef struct dqw_sim_ramp {
 
 /// Everything that the ideal drive lacks. All zero: the ideal machine on the ideal inverter.
 typedef struct dqw_sim_nonideal {
-    dqw_sim_ramp dead_time_V;  ///< phase x loses V tanh(i_x / width), zero sequence removed
+    dqw_sim_ramp dead_time_V;  ///< (E32): phase x loses V tanh(i_x / width), zero sequence removed
     double dead_time_width_A;
     dqw_sim_ramp saturation_dd_A_Wb3, saturation_qq_A_Wb3, saturation_dq_A_Wb3;  ///< quartic energy, see sim_flux.h
     dqw_sim_ramp iron_loss_S;                                                    ///< 1/R_fe, across the induced voltage
@@ -140,7 +140,7 @@ typedef struct dqw_sim_scenario {
     uint64_t seed;
 } dqw_sim_scenario;
 
-/// How a run went. Energies in joule, over the whole run, where the scenario's `balance` is set:
+/// How a run went. Energies in joule, over the whole run, where the scenario's `balance` is set, (E34):
 ///     electrical = copper + iron + mechanical + (stored_end - stored_start) + magnet.
 typedef struct dqw_sim_report {
     double electrical_J;  ///< in at the machine's terminals

@@ -1,4 +1,4 @@
-// Currents and energy from flux linkages: one energy, so that cross terms are reciprocal.
+// Currents and energy from flux linkages, (E31): one energy, so that cross terms are reciprocal.
 #ifndef DQW_SIM_FLUX_H
 #define DQW_SIM_FLUX_H
 
