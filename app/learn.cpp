@@ -38,8 +38,7 @@ std::uint16_t half_window(double span_s, double dt_s, int least)
 }
 
 // Calls step(row) for all rows of a log and gap() before each segment.
-template <class Gap, class Step>
-void walk(const Log& log, std::size_t& done, std::size_t total, const LearnOptions& options, Gap gap, Step step)
+template <class Gap, class Step> void walk(const Log& log, std::size_t& done, std::size_t total, const LearnOptions& options, Gap gap, Step step)
 {
     std::size_t next_segment = 0;
     const std::size_t rows = log.rows();
@@ -84,14 +83,14 @@ void note_stage(const dqw_estimator& e, Result& result)
     static const char* const whys[] = {"", "the Random Learners did not settle", "the residual stayed above the threshold", "the residual left its band"};
     std::string text = fmt::format("stage {}: {}", e.stage.name == DQW_STAGE_IN_SERVICE ? 4 : static_cast<int>(e.stage.name) + 1, names[e.stage.name]);
     if (e.stage.back != DQW_BACK_NONE)
-        text += fmt::format("; went back because {} ({:.1f} %, threshold {:.1f} %)", whys[e.stage.back], 1e-4 * e.stage.residual_ppm, 1e-4 * e.stage.threshold_ppm);
+        text += fmt::format("; went back because {} ({:.1f} %, threshold {:.1f} %)", whys[e.stage.back], 1e-4 * e.stage.residual_ppm,
+                            1e-4 * e.stage.threshold_ppm);
     result.notes.push_back(text);
 }
 
 std::string why_unknown(const dqw_estimator& e, float value, float sd, std::uint32_t excited_blocks, const char* what)
 {
-    if (excited_blocks == 0)
-        return fmt::format("{} is below {:.1f} % of its base in all {} blocks", what, 100.0 * e.excitation_pu, e.gate.blocks);
+    if (excited_blocks == 0) return fmt::format("{} is below {:.1f} % of its base in all {} blocks", what, 100.0 * e.excitation_pu, e.gate.blocks);
     if (std::isfinite(sd) && value > 0.0F)
         return fmt::format("its deviation is {:.0f} % of it; {} is large enough in {} of {} blocks", 100.0 * sd / value, what, excited_blocks, e.gate.blocks);
     return fmt::format("its effect cannot be told from another parameter's; {} is large enough in {} of {} blocks", what, excited_blocks, e.gate.blocks);
@@ -114,10 +113,13 @@ void put_electrical(const dqw_estimator& e, const dqw_parameters& q, bool is_sta
     const Row rows[] = {
         {"R_ohm", "the current", q.R_ohm, q.R_sd_ohm, DQW_KNOWS_R, both(DQW_IN_R, DQW_IN_R), false,
          "a current of several levels on either axis, best at low speed"},
-        {"Ld_H", is_static ? "i_d times speed" : "the change of i_d (and i_d times speed)", q.Ld_H, q.Ld_sd_H, DQW_KNOWS_LD, both(DQW_IN_L, DQW_IN_CROSS), is_static,
-         is_static ? "i_d at several levels while the machine turns, and pole_pairs" : "a varying i_d: steps of its reference or a random binary voltage on v_d"},
-        {"Lq_H", is_static ? "i_q times speed" : "the change of i_q (and i_q times speed)", q.Lq_H, q.Lq_sd_H, DQW_KNOWS_LQ, std::max(excited[DQW_IN_CROSS], excited[DQW_D_INPUTS + DQW_IN_L]),
-         is_static, is_static ? "i_q at several levels while the machine turns, and pole_pairs" : "a varying i_q: steps of torque or a random binary voltage on v_q"},
+        {"Ld_H", is_static ? "i_d times speed" : "the change of i_d (and i_d times speed)", q.Ld_H, q.Ld_sd_H, DQW_KNOWS_LD, both(DQW_IN_L, DQW_IN_CROSS),
+         is_static,
+         is_static ? "i_d at several levels while the machine turns, and pole_pairs"
+                   : "a varying i_d: steps of its reference or a random binary voltage on v_d"},
+        {"Lq_H", is_static ? "i_q times speed" : "the change of i_q (and i_q times speed)", q.Lq_H, q.Lq_sd_H, DQW_KNOWS_LQ,
+         std::max(excited[DQW_IN_CROSS], excited[DQW_D_INPUTS + DQW_IN_L]), is_static,
+         is_static ? "i_q at several levels while the machine turns, and pole_pairs" : "a varying i_q: steps of torque or a random binary voltage on v_q"},
         {"psi_Wb", "the speed", q.psi_Wb, q.psi_sd_Wb, DQW_KNOWS_PSI, excited[DQW_D_INPUTS + DQW_IN_FLUX], true,
          "a turning machine with i_d and i_q at several levels, and pole_pairs where they cannot be found"},
     };
@@ -126,7 +128,8 @@ void put_electrical(const dqw_estimator& e, const dqw_parameters& q, bool is_sta
         if (q.known & r.bit)
             result.parameters.push_back({r.name, r.value, r.sd, false});
         else
-            result.not_identifiable.push_back({r.name, no_p && r.through_p && r.blocks > 0 ? needs_p : why_unknown(e, r.value, r.sd, r.blocks, r.what), r.excitation});
+            result.not_identifiable.push_back(
+                {r.name, no_p && r.through_p && r.blocks > 0 ? needs_p : why_unknown(e, r.value, r.sd, r.blocks, r.what), r.excitation});
     }
     if (e.pole_pairs != 0)
         result.parameters.push_back({"pole_pairs", static_cast<double>(e.pole_pairs), 0.0, true});
@@ -134,8 +137,9 @@ void put_electrical(const dqw_estimator& e, const dqw_parameters& q, bool is_sta
         result.parameters.push_back({"pole_pairs", static_cast<double>(q.pole_pairs), q.pole_pairs_raw_sd, false});
     else if (asked("pole_pairs") || (no_p && asked("psi_Wb")))
         result.not_identifiable.push_back({"pole_pairs",
-                                           std::isfinite(q.pole_pairs_raw_sd) ? fmt::format("the cross weights say {:.2f} with a deviation of {:.2f}", q.pole_pairs_raw, q.pole_pairs_raw_sd)
-                                                                              : std::string("the slopes of the currents or their products with the speed are too small"),
+                                           std::isfinite(q.pole_pairs_raw_sd)
+                                               ? fmt::format("the cross weights say {:.2f} with a deviation of {:.2f}", q.pole_pairs_raw, q.pole_pairs_raw_sd)
+                                               : std::string("the slopes of the currents or their products with the speed are too small"),
                                            "currents that change on both axes while the machine turns, or --pole-pairs"});
 }
 
@@ -168,11 +172,12 @@ Result learn_electrical(const std::vector<Log>& logs, const LearnOptions& option
     std::size_t done = 0;
     const std::size_t total = all_rows(logs);
     for (const Log& log : logs)
-        walk(log, done, total, options, [&] { dqw_estimator_gap(&e); },
-             [&](std::size_t k) {
-                 const dqw_sample s{at(log.v_d_V, k), at(log.v_q_V, k), at(log.i_d_A, k), at(log.i_q_A, k), at(log.w_m_rad_s, k)};
-                 if (dqw_estimator_step(&e, &s, false) & DQW_EVENT_LEARNED) dqw_estimator_background(&e);
-             });
+        walk(
+            log, done, total, options, [&] { dqw_estimator_gap(&e); },
+            [&](std::size_t k) {
+                const dqw_sample s{at(log.v_d_V, k), at(log.v_q_V, k), at(log.i_d_A, k), at(log.i_q_A, k), at(log.w_m_rad_s, k)};
+                if (dqw_estimator_step(&e, &s, false) & DQW_EVENT_LEARNED) dqw_estimator_background(&e);
+            });
 
     Result result;
     result.rows = total;
@@ -200,7 +205,8 @@ void put(Result& result, const char* name, float value, float sd, bool known, co
     if (known)
         result.parameters.push_back({name, value, sd, false});
     else
-        result.not_identifiable.push_back({name, std::isfinite(sd) ? fmt::format("{}: {:.3g} with a deviation of {:.3g}", why, value, sd) : std::string(why), excitation});
+        result.not_identifiable.push_back(
+            {name, std::isfinite(sd) ? fmt::format("{}: {:.3g} with a deviation of {:.3g}", why, value, sd) : std::string(why), excitation});
 }
 
 Result learn_mechanical(const std::vector<Log>& logs, const LearnOptions& options)
@@ -243,22 +249,26 @@ Result learn_mechanical(const std::vector<Log>& logs, const LearnOptions& option
     for (std::size_t n = 0; n < logs.size(); n++) {
         const Log& log = logs[n];
         const bool both = !log.torque_Nm.empty() && !log.i_q_A.empty();
-        walk(log, done, result.rows, options, [&] { dqw_mechanical_gap(&m); },
-             [&](std::size_t k) {
-                 dqw_mechanical_step(&m, static_cast<float>(torques[n][k]), at(log.w_m_rad_s, k));
-                 const float i_q = at(log.i_q_A, k);
-                 if (both) dqw_axis_learn(&torque_axis, &i_q, at(log.torque_Nm, k), 1);
-             });
+        walk(
+            log, done, result.rows, options, [&] { dqw_mechanical_gap(&m); },
+            [&](std::size_t k) {
+                dqw_mechanical_step(&m, static_cast<float>(torques[n][k]), at(log.w_m_rad_s, k));
+                const float i_q = at(log.i_q_A, k);
+                if (both) dqw_axis_learn(&torque_axis, &i_q, at(log.torque_Nm, k), 1);
+            });
     }
 
     const Asked asked{options.parameters, {"J_kgm2", "B_Nms_rad"}};
     const dqw_friction f = dqw_mechanical_read(&m);
     if (asked("J_kgm2")) put(result, "J_kgm2", f.J_kgm2, f.J_sd_kgm2, f.J_known, "the speed hardly changes", "steps of torque that accelerate the machine");
-    if (asked("B_Nms_rad")) put(result, "B_Nms_rad", f.B_Nms_rad, f.B_sd_Nms_rad, f.B_known, "no torque that grows with speed stands out", "several speeds, held long enough, in both directions");
+    if (asked("B_Nms_rad"))
+        put(result, "B_Nms_rad", f.B_Nms_rad, f.B_sd_Nms_rad, f.B_known, "no torque that grows with speed stands out",
+            "several speeds, held long enough, in both directions");
     if (asked("torque_constant_Nm_A")) {
         const float kt = dqw_learner_weight(&torque_axis.neuron, 0);
         const float sd = dqw_axis_weight_sd(&torque_axis, 0);
-        put(result, "torque_constant_Nm_A", kt, sd, kt > 0.0F && sd < DQW_KNOWN_RATIO * kt, "torque_Nm and i_q_A are not both logged, or hardly change", "a log with torque_Nm and i_q_A at several levels");
+        put(result, "torque_constant_Nm_A", kt, sd, kt > 0.0F && sd < DQW_KNOWN_RATIO * kt, "torque_Nm and i_q_A are not both logged, or hardly change",
+            "a log with torque_Nm and i_q_A at several levels");
     }
     note_gate(m.gate, result);
     PlainModel model;

@@ -12,8 +12,8 @@
 namespace dqw {
 
 constexpr int kPaperSeeds = 20;
-constexpr int kPaperDraws = 50;        ///< (section 4.2) samples drawn in an epoch, ...
-constexpr int kPaperIterations = 250;  ///< ... in 5 epochs
+constexpr int kPaperDraws = 50;                    ///< (section 4.2) samples drawn in an epoch, ...
+constexpr int kPaperIterations = 250;              ///< ... in 5 epochs
 constexpr std::size_t kPaperOrdinalSamples = 100;  ///< (section 5.1)
 
 /// Largest errors over rows or seeds, percent; both axes together.

@@ -23,7 +23,8 @@ std::string quoted(const std::string& text)
 
 void draw(std::FILE* gnuplot, const Figure& f, const std::filesystem::path& path)
 {
-    send(gnuplot, fmt::format("set terminal svg size 760,{} font 'sans,13' background rgb 'white'\nset output {}\n", 170 * f.panels.size() + 40, quoted(path.string())));
+    send(gnuplot,
+         fmt::format("set terminal svg size 760,{} font 'sans,13' background rgb 'white'\nset output {}\n", 170 * f.panels.size() + 40, quoted(path.string())));
     send(gnuplot, fmt::format("set multiplot layout {},1 title {}\nset grid\nset lmargin 12\n", f.panels.size(), quoted(f.title)));
     for (std::size_t i = 0; i < f.panels.size(); i++) {
         const Panel& p = f.panels[i];
@@ -40,8 +41,9 @@ void draw(std::FILE* gnuplot, const Figure& f, const std::filesystem::path& path
         }
         // At least two per cent of room: closer, nothing but rounding would be seen.
         const double room = std::fmax(0.1 * (high - low), 2e-2 * std::fabs(p.truth) + 1e-9);
-        send(gnuplot, fmt::format("plot [1:{}] [{:.6g}:{:.6g}] {:.9g} title 'truth' lw 1 lc rgb '#888888', $p with lines title 'learned' lw 2 lc rgb '#1f5fa8'\n",
-                                  p.trace.size(), low - room, high + room, p.truth));
+        send(gnuplot,
+             fmt::format("plot [1:{}] [{:.6g}:{:.6g}] {:.9g} title 'truth' lw 1 lc rgb '#888888', $p with lines title 'learned' lw 2 lc rgb '#1f5fa8'\n",
+                         p.trace.size(), low - room, high + room, p.truth));
     }
     send(gnuplot, "unset multiplot\nunset output\n");
 }

@@ -15,8 +15,9 @@ typedef struct {
     int half;  // pairs in half a triangle
 } form;
 
-static const form FORMS[] = {{"pairs (differenced currents)", 1, 0}, {"flat block of 20", 20, 0},     {"flat block of 40", 40, 0}, {"flat block of 100", 100, 0},
-                             {"triangle of 10", 0, 5},               {"triangle of 20", 0, 10},       {"triangle of 40 (default)", 0, 20}, {"triangle of 80", 0, 40}};
+static const form FORMS[] = {{"pairs (differenced currents)", 1, 0}, {"flat block of 20", 20, 0}, {"flat block of 40", 40, 0},
+                             {"flat block of 100", 100, 0},          {"triangle of 10", 0, 5},    {"triangle of 20", 0, 10},
+                             {"triangle of 40 (default)", 0, 20},    {"triangle of 80", 0, 40}};
 
 static dqw_sample sample(const dqw_sim_row *r)
 {
@@ -26,7 +27,8 @@ static dqw_sample sample(const dqw_sim_row *r)
 
 static dqw_estimator_config bases(const dqw_sim_scenario *s, const dqw_sim_row *rows, size_t n, dqw_random_sample *d, dqw_random_sample *q)
 {
-    dqw_estimator_config c = {.dt_s = (float)s->drive.dt_s, .pole_pairs = (uint16_t)s->machine.pole_pairs, .reservoir_d = d, .reservoir_q = q, .reservoir = RESERVOIR};
+    dqw_estimator_config c = {
+        .dt_s = (float)s->drive.dt_s, .pole_pairs = (uint16_t)s->machine.pole_pairs, .reservoir_d = d, .reservoir_q = q, .reservoir = RESERVOIR};
     for (size_t k = 0; k < n; k++) {
         c.v_base_V = fmaxf(c.v_base_V, fmaxf(fabsf((float)rows[k].v_d_V), fabsf((float)rows[k].v_q_V)));
         c.i_base_A = fmaxf(c.i_base_A, fmaxf(fabsf((float)rows[k].i_d_A), fabsf((float)rows[k].i_q_A)));

@@ -67,11 +67,8 @@ enum dqw_status dqw_estimator_init(dqw_estimator *e, const dqw_estimator_config 
     const float start_q[] = {config->R_ohm, config->Lq_H, p * config->Ld_H, p * config->psi_Wb};
 
     dqw_estimator n = {0};
-    dqw_random_config random = {.reservoir = config->reservoir_d,
-                                .capacity = config->reservoir,
-                                .draws = config->reservoir,
-                                .seed = config->seed,
-                                .tolerance = RANDOM_TOLERANCE};
+    dqw_random_config random = {
+        .reservoir = config->reservoir_d, .capacity = config->reservoir, .draws = config->reservoir, .seed = config->seed, .tolerance = RANDOM_TOLERANCE};
     status = init_axis(&n.d, &n.coarse_d, &d, start_d);
     if (status == DQW_OK) status = init_axis(&n.q, &n.coarse_q, &q, start_q);
     if (status == DQW_OK) status = dqw_window_init(&n.window, config->half_window != 0 ? config->half_window : HALF_WINDOW, DQW_BLOCK_SIGNALS);
@@ -81,8 +78,7 @@ enum dqw_status dqw_estimator_init(dqw_estimator *e, const dqw_estimator_config 
     if (status != DQW_OK) return status;
 
     dqw_gate_init(&n.gate, config->stale_limit);
-    dqw_stage_init(&n.stage, config->threshold_ppm != 0 ? config->threshold_ppm : THRESHOLD_PPM, RANDOM_LIMIT * config->reservoir,
-                   ORDINAL_BLOCKS);
+    dqw_stage_init(&n.stage, config->threshold_ppm != 0 ? config->threshold_ppm : THRESHOLD_PPM, RANDOM_LIMIT * config->reservoir, ORDINAL_BLOCKS);
     dqw_stage_define(&n.stage);
     n.dt_s = config->dt_s;
     n.v_limit_V = config->v_limit_V > 0.0f ? config->v_limit_V : WILD * config->v_base_V;
@@ -104,9 +100,8 @@ static uint32_t admit(dqw_estimator *e, const dqw_sample *s, bool saturated)
 {
     const dqw_gate_sample g = {
         .finite = isfinite(s->v_d_V) && isfinite(s->v_q_V) && isfinite(s->i_d_A) && isfinite(s->i_q_A) && isfinite(s->w_m_rad_s),
-        .saturated = saturated || beyond(s->v_d_V, e->v_limit_V) || beyond(s->v_q_V, e->v_limit_V) ||
-                     beyond(s->i_d_A, e->i_limit_A) || beyond(s->i_q_A, e->i_limit_A) ||
-                     beyond(s->w_m_rad_s, e->w_limit_rad_s),
+        .saturated = saturated || beyond(s->v_d_V, e->v_limit_V) || beyond(s->v_q_V, e->v_limit_V) || beyond(s->i_d_A, e->i_limit_A) ||
+                     beyond(s->i_q_A, e->i_limit_A) || beyond(s->w_m_rad_s, e->w_limit_rad_s),
         .repeated = e->has_last && s->i_d_A == e->last.i_d_A && s->i_q_A == e->last.i_q_A && s->w_m_rad_s == e->last.w_m_rad_s,
     };
     return dqw_gate_check(&e->gate, g);

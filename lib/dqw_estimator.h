@@ -23,24 +23,24 @@ enum dqw_regime {
 /// All zero is refused.
 typedef struct dqw_estimator_config {
     enum dqw_regime regime;
-    float dt_s;          ///< sampling period, > 0; any positive number in the static regime
-    float v_base_V;      ///< rated voltage, current and mechanical speed: they scale. A sample beyond ten of them is saturated. > 0
+    float dt_s;      ///< sampling period, > 0; any positive number in the static regime
+    float v_base_V;  ///< rated voltage, current and mechanical speed: they scale. A sample beyond ten of them is saturated. > 0
     float i_base_A;
     float w_base_rad_s;
-    float R_ohm;         ///< nominal values to start from; 0: start from zero. Never a prior
+    float R_ohm;  ///< nominal values to start from; 0: start from zero. Never a prior
     float Ld_H;
     float Lq_H;
     float psi_Wb;
-    uint16_t pole_pairs; ///< 0: find it from the cross weights
-    uint16_t half_window;///< pairs in half a block, 1 .. 10000; 0: 20. Dynamic regime only
-    float v_limit_V;     ///< samples beyond are saturated, and not learned; 0: ten bases
+    uint16_t pole_pairs;   ///< 0: find it from the cross weights
+    uint16_t half_window;  ///< pairs in half a block, 1 .. 10000; 0: 20. Dynamic regime only
+    float v_limit_V;       ///< samples beyond are saturated, and not learned; 0: ten bases
     float i_limit_A;
-    float excitation_pu; ///< a block input below this part of its base teaches nothing; 0: 0.002
-    uint32_t stale_limit;///< equal samples in a row before a sensor counts as stuck; 0: never
-    uint32_t threshold_ppm;         ///< residual over voltage that stage 3 must reach; 0: 50000 (5 %)
-    dqw_random_sample *reservoir_d; ///< the caller's memory for stage 2, `reservoir` samples each
+    float excitation_pu;             ///< a block input below this part of its base teaches nothing; 0: 0.002
+    uint32_t stale_limit;            ///< equal samples in a row before a sensor counts as stuck; 0: never
+    uint32_t threshold_ppm;          ///< residual over voltage that stage 3 must reach; 0: 50000 (5 %)
+    dqw_random_sample *reservoir_d;  ///< the caller's memory for stage 2, `reservoir` samples each
     dqw_random_sample *reservoir_q;
-    uint32_t reservoir;             ///< samples in each, >= 2; the paper: 50
+    uint32_t reservoir;  ///< samples in each, >= 2; the paper: 50
     uint32_t seed;
 } dqw_estimator_config;
 
@@ -51,10 +51,10 @@ typedef struct dqw_estimator {
     dqw_random random_d, random_q;
     dqw_learner coarse_d, coarse_q;  ///< stage 2's neurons
     dqw_stage stage;
-    dqw_parameters parameters;       ///< as read after the last block
+    dqw_parameters parameters;  ///< as read after the last block
     dqw_sample last;
     float dt_s, v_limit_V, i_limit_A, w_limit_rad_s, excitation_pu;
-    uint32_t events;                 ///< all event bits since init
+    uint32_t events;  ///< all event bits since init
     uint16_t pole_pairs;
     enum dqw_regime regime;
     bool has_last, last_good;

@@ -15,15 +15,15 @@ extern "C" {
 
 /// All zero is refused.
 typedef struct dqw_mechanical_config {
-    float dt_s;             ///< sampling period, > 0
-    float torque_base_Nm;   ///< rated torque and mechanical speed: they scale. A sample beyond ten of them is saturated. > 0
+    float dt_s;            ///< sampling period, > 0
+    float torque_base_Nm;  ///< rated torque and mechanical speed: they scale. A sample beyond ten of them is saturated. > 0
     float w_base_rad_s;
-    float J_kgm2;           ///< nominal values to start from; 0: start from zero. Never a prior
+    float J_kgm2;  ///< nominal values to start from; 0: start from zero. Never a prior
     float B_Nms_rad;
-    uint16_t half_window;   ///< pairs in half a block, 1 .. 10000; 0: 25
-    float excitation_pu;    ///< a block input below this part of its base teaches nothing; 0: 0.002
-    bool coulomb;           ///< learn a friction torque against the motion as well
-    float standstill_rad_s; ///< with coulomb: no friction direction below this speed, >= 0
+    uint16_t half_window;    ///< pairs in half a block, 1 .. 10000; 0: 25
+    float excitation_pu;     ///< a block input below this part of its base teaches nothing; 0: 0.002
+    bool coulomb;            ///< learn a friction torque against the motion as well
+    float standstill_rad_s;  ///< with coulomb: no friction direction below this speed, >= 0
 } dqw_mechanical_config;
 
 typedef struct dqw_mechanical {

@@ -29,8 +29,7 @@ static float clamp(float x, float low, float high)
 enum dqw_status dqw_ordinal_init(dqw_ordinal *o, const dqw_ordinal_config *config)
 {
     if (o == NULL || config == NULL) return DQW_ERR_NULL;
-    if (!positive(config->dt_s) || !positive(config->x_base) || !positive(config->y_base) || !positive(config->R_ohm) ||
-        !positive(config->L_H))
+    if (!positive(config->dt_s) || !positive(config->x_base) || !positive(config->y_base) || !positive(config->R_ohm) || !positive(config->L_H))
         return DQW_ERR_RANGE;
     if (!positive(1.0f / config->x_base) || !positive(1.0f / config->y_base)) return DQW_ERR_RANGE;
     const dqw_ordinal zero = {0};

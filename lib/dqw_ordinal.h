@@ -36,19 +36,19 @@ typedef struct dqw_ordinal_config {
 
 typedef struct dqw_ordinal {
     dqw_gain gain;
-    float b_pu, a;            ///< weights of x and of z^-1 y; output error: as the last epoch left them
-    float delta_pu[2];        ///< output error: the correction of {b, a} that this epoch is learning
-    float w_o;                ///< weight of the constant input, per unit of y_base: convergence indicator, see dqw_learner
-    float y_hat_pu;           ///< output error: the neuron's own output
-    float s_pu[2];            ///< output error: its sensitivity to {b, a}
+    float b_pu, a;      ///< weights of x and of z^-1 y; output error: as the last epoch left them
+    float delta_pu[2];  ///< output error: the correction of {b, a} that this epoch is learning
+    float w_o;          ///< weight of the constant input, per unit of y_base: convergence indicator, see dqw_learner
+    float y_hat_pu;     ///< output error: the neuron's own output
+    float s_pu[2];      ///< output error: its sensitivity to {b, a}
     float x_last_pu, y_last_pu;
     float x_scale, y_scale, dt_s;
     uint32_t learned, skipped, epochs;
     enum dqw_ordinal_form form;
     enum dqw_ordinal_discretisation discretisation;
     bool started;
-    uint8_t restless;         ///< epochs in a row that moved the weights
-    bool from_pairs;          ///< output error: this epoch learns from pairs, for a start near enough to be linear
+    uint8_t restless;  ///< epochs in a row that moved the weights
+    bool from_pairs;   ///< output error: this epoch learns from pairs, for a start near enough to be linear
     bool converged;
 } dqw_ordinal;
 

@@ -90,8 +90,7 @@ bool dqw_random_iterate(dqw_random *r, dqw_learner *l)
 bool dqw_random_epoch(dqw_random *r, dqw_learner *l)
 {
     if (r->held == 0) return r->converged;
-    do
-        (void)dqw_random_iterate(r, l);
+    do (void)dqw_random_iterate(r, l);
     while (r->at != 0);
     return r->converged;
 }

@@ -30,8 +30,8 @@ typedef struct dqw_random_config {
 typedef struct dqw_random {
     dqw_random_sample *reservoir;
     uint32_t capacity, draws, held, seen, state;
-    uint32_t at;      ///< samples shown in this epoch
-    uint32_t epochs;  ///< epochs completed
+    uint32_t at;                           ///< samples shown in this epoch
+    uint32_t epochs;                       ///< epochs completed
     float before[DQW_LEARNER_INPUTS + 1];  ///< the weights at the epoch's start, W_o last
     float tolerance;
     bool converged;

@@ -168,8 +168,10 @@ dqw_parameters dqw_model_read(const dqw_axis *d, const dqw_axis *q, uint16_t pol
         add_axis(q, DQW_Q_INPUTS, weight == DQW_WEIGHT_COMMON ? both : variance(q), to_q, factor_q, unit, m, rhs);
     } else {
         // Each weight with its marginal information: R from both axes, L_d and L_q from their own slope.
-        const struct { const dqw_axis *a; int weight, to; } single[] = {
-            {d, DQW_IN_R, R}, {q, DQW_IN_R, R}, {d, DQW_IN_L, LD}, {q, DQW_IN_L, LQ}};
+        const struct {
+            const dqw_axis *a;
+            int weight, to;
+        } single[] = {{d, DQW_IN_R, R}, {q, DQW_IN_R, R}, {d, DQW_IN_L, LD}, {q, DQW_IN_L, LQ}};
         for (int i = 0; i < 4; i++) {
             const float sd = dqw_axis_weight_sd(single[i].a, single[i].weight) / unit[single[i].to];
             const float info = isfinite(sd) ? 1.0f / (sd * sd) : 0.0f;

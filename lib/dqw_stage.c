@@ -33,8 +33,7 @@ bool dqw_stage_step(dqw_stage *s, dqw_stage_input in)
     const enum dqw_stage_name before = s->name;
     if (s->blocks < UINT32_MAX) s->blocks++;
     switch (s->name) {
-    case DQW_STAGE_DOMAIN:
-        break;
+    case DQW_STAGE_DOMAIN: break;
     case DQW_STAGE_RANDOM:
         if (in.random_converged)
             enter(s, DQW_STAGE_ORDINAL);

@@ -25,11 +25,11 @@ enum dqw_stage_back {
 };
 
 typedef struct dqw_stage {
-    uint32_t threshold_ppm;  ///< of residual over voltage, RMS
-    uint32_t random_limit;   ///< blocks that stage 2 may take
-    uint32_t ordinal_blocks; ///< blocks that stage 3 takes before it is judged
-    uint32_t blocks;         ///< blocks spent in this stage
-    uint32_t residual_ppm;   ///< at the last way back
+    uint32_t threshold_ppm;   ///< of residual over voltage, RMS
+    uint32_t random_limit;    ///< blocks that stage 2 may take
+    uint32_t ordinal_blocks;  ///< blocks that stage 3 takes before it is judged
+    uint32_t blocks;          ///< blocks spent in this stage
+    uint32_t residual_ppm;    ///< at the last way back
     uint32_t times_back;
     enum dqw_stage_name name;
     enum dqw_stage_back back;
@@ -37,9 +37,9 @@ typedef struct dqw_stage {
 
 /// What a block brought.
 typedef struct dqw_stage_input {
-    bool random_converged;        ///< every Random Learner has
-    uint32_t residual_ppm;        ///< over all blocks
-    uint32_t residual_recent_ppm; ///< over the last blocks
+    bool random_converged;         ///< every Random Learner has
+    uint32_t residual_ppm;         ///< over all blocks
+    uint32_t residual_recent_ppm;  ///< over the last blocks
 } dqw_stage_input;
 
 /// Begin in stage 1. Zero counts are taken as 1.

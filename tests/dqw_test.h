@@ -30,23 +30,23 @@ static inline void test_between(double low, double value, double high, const cha
 #define BETWEEN(low, value, high) test_between((low), (value), (high), #value, __LINE__)
 
 /// A condition whose failure names the case.
-#define HOLDS(condition)                                                                                                      \
-    do {                                                                                                                      \
-        if (!(condition)) {                                                                                                   \
-            char holds_message[400];                                                                                          \
-            (void)snprintf(holds_message, sizeof holds_message, "%s; %s", #condition, test_case);                             \
-            UNITY_TEST_FAIL((UNITY_LINE_TYPE)__LINE__, holds_message);                                                        \
-        }                                                                                                                     \
+#define HOLDS(condition)                                                                                                                                       \
+    do {                                                                                                                                                       \
+        if (!(condition)) {                                                                                                                                    \
+            char holds_message[400];                                                                                                                           \
+            (void)snprintf(holds_message, sizeof holds_message, "%s; %s", #condition, test_case);                                                              \
+            UNITY_TEST_FAIL((UNITY_LINE_TYPE)__LINE__, holds_message);                                                                                         \
+        }                                                                                                                                                      \
     } while (0)
 
 /// `call` returns `status` and leaves every byte of `object` as it was.
-#define REFUSED(object, status, call)                                                                                         \
-    do {                                                                                                                      \
-        unsigned char refused_before[sizeof(object)];                                                                         \
-        memset(&(object), 0x5a, sizeof(object));                                                                              \
-        memcpy(refused_before, &(object), sizeof(object));                                                                    \
-        TEST_ASSERT_EQUAL_INT((status), (call));                                                                              \
-        TEST_ASSERT_EQUAL_MEMORY(refused_before, &(object), sizeof(object));                                                  \
+#define REFUSED(object, status, call)                                                                                                                          \
+    do {                                                                                                                                                       \
+        unsigned char refused_before[sizeof(object)];                                                                                                          \
+        memset(&(object), 0x5a, sizeof(object));                                                                                                               \
+        memcpy(refused_before, &(object), sizeof(object));                                                                                                     \
+        TEST_ASSERT_EQUAL_INT((status), (call));                                                                                                               \
+        TEST_ASSERT_EQUAL_MEMORY(refused_before, &(object), sizeof(object));                                                                                   \
     } while (0)
 
 /// Fewer repetitions where the sanitizers slow everything down.

@@ -33,7 +33,8 @@ static void test_learner(void)
 {
     for (int mode = 0; mode < 4; mode++) {
         CASE("mode %d", mode);
-        dqw_learner_config c = {.inputs = 3, .step_size = 0.5f, .x_base = {1.0f, 1.0f, 1.0f}, .y_base = 1.0f, .noisy_inputs = (mode & 1) != 0, .indicator = (mode & 2) != 0};
+        dqw_learner_config c = {
+            .inputs = 3, .step_size = 0.5f, .x_base = {1.0f, 1.0f, 1.0f}, .y_base = 1.0f, .noisy_inputs = (mode & 1) != 0, .indicator = (mode & 2) != 0};
         dqw_learner l;
         TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_learner_init(&l, &c));
         test_random r = {(uint64_t)(2 + mode)};
@@ -112,7 +113,13 @@ static void test_ordinal(void)
 {
     for (int mode = 0; mode < 4; mode++) {
         CASE("mode %d", mode);
-        const dqw_ordinal_config c = {.dt_s = 1e-4f, .x_base = 2.0f, .y_base = 5.0f, .R_ohm = 0.3f, .L_H = 3e-4f, .form = (enum dqw_ordinal_form)(mode & 1), .discretisation = (enum dqw_ordinal_discretisation)(mode >> 1)};
+        const dqw_ordinal_config c = {.dt_s = 1e-4f,
+                                      .x_base = 2.0f,
+                                      .y_base = 5.0f,
+                                      .R_ohm = 0.3f,
+                                      .L_H = 3e-4f,
+                                      .form = (enum dqw_ordinal_form)(mode & 1),
+                                      .discretisation = (enum dqw_ordinal_discretisation)(mode >> 1)};
         dqw_ordinal o;
         TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_ordinal_init(&o, &c));
         test_random r = {(uint64_t)(9 + mode)};
@@ -176,7 +183,8 @@ static void test_model(void)
         const dqw_sample t = {x[5], x[6], x[7], x[8], x[9]};
         dqw_block b = dqw_model_pair(&s, &t, x[10]);
         const dqw_block before = b;
-        const dqw_parameters p = {.R_ohm = x[11], .Ld_H = x[12], .Lq_H = x[13], .psi_Wb = x[14], .pole_pairs = (uint16_t)random_bits(&r), .known = (uint8_t)random_bits(&r)};
+        const dqw_parameters p = {
+            .R_ohm = x[11], .Ld_H = x[12], .Lq_H = x[13], .psi_Wb = x[14], .pole_pairs = (uint16_t)random_bits(&r), .known = (uint8_t)random_bits(&r)};
         dqw_model_correct(&b, &p, x[10]);
         float x_d[DQW_D_INPUTS];
         float x_q[DQW_Q_INPUTS];
@@ -199,7 +207,8 @@ static void test_gate_and_stage(void)
         const dqw_gate_sample in = {.finite = z & 1u, .saturated = z >> 1 & 1u, .repeated = z >> 2 & 1u};
         (void)dqw_gate_check(&g, in);
         (void)dqw_gate_block(&g, (uint32_t)(z >> 8), (uint32_t)(z >> 40) & 15u, (uint32_t)(z >> 50) & 15u);
-        const dqw_stage_input step = {.random_converged = z >> 3 & 1u, .residual_ppm = (uint32_t)random_bits(&r), .residual_recent_ppm = (uint32_t)random_bits(&r) & 65535u};
+        const dqw_stage_input step = {
+            .random_converged = z >> 3 & 1u, .residual_ppm = (uint32_t)random_bits(&r), .residual_recent_ppm = (uint32_t)random_bits(&r) & 65535u};
         (void)dqw_stage_step(&s, step);
         if (z % 32 == 0) dqw_stage_define(&s);
         HOLDS((unsigned)s.name <= DQW_STAGE_IN_SERVICE && (unsigned)s.back <= DQW_BACK_LEFT_BAND);
@@ -215,9 +224,20 @@ static void test_gate_and_stage(void)
 // `limits`: voltage and current limits are set, as a drive would; the speed has none.
 static void estimator(enum dqw_regime regime, bool limits, uint64_t seed)
 {
-    const dqw_estimator_config c = {.regime = regime, .dt_s = 1e-4f, .v_base_V = 180.0f, .i_base_A = 15.0f, .w_base_rad_s = 200.0f, .pole_pairs = 4, .half_window = 5,
-                                    .reservoir_d = memory[0], .reservoir_q = memory[1], .reservoir = 50, .seed = 1, .stale_limit = 10,
-                                    .v_limit_V = limits ? 250.0f : 0.0f, .i_limit_A = limits ? 30.0f : 0.0f};
+    const dqw_estimator_config c = {.regime = regime,
+                                    .dt_s = 1e-4f,
+                                    .v_base_V = 180.0f,
+                                    .i_base_A = 15.0f,
+                                    .w_base_rad_s = 200.0f,
+                                    .pole_pairs = 4,
+                                    .half_window = 5,
+                                    .reservoir_d = memory[0],
+                                    .reservoir_q = memory[1],
+                                    .reservoir = 50,
+                                    .seed = 1,
+                                    .stale_limit = 10,
+                                    .v_limit_V = limits ? 250.0f : 0.0f,
+                                    .i_limit_A = limits ? 30.0f : 0.0f};
     dqw_estimator e;
     TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_estimator_init(&e, &c));
     test_random r = {seed};
@@ -272,7 +292,8 @@ static void test_estimator_without_limits_in_the_static_regime(void) { estimator
 
 static void test_mechanical(void)
 {
-    const dqw_mechanical_config c = {.dt_s = 1e-3f, .torque_base_Nm = 1.0f, .w_base_rad_s = 100.0f, .half_window = 5, .coulomb = true, .standstill_rad_s = 0.5f};
+    const dqw_mechanical_config c = {
+        .dt_s = 1e-3f, .torque_base_Nm = 1.0f, .w_base_rad_s = 100.0f, .half_window = 5, .coulomb = true, .standstill_rad_s = 0.5f};
     dqw_mechanical m;
     TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_mechanical_init(&m, &c));
     test_random r = {21};
@@ -301,7 +322,15 @@ static void test_mechanical(void)
 
 static void test_tapped(void)
 {
-    dqw_tapped_config c = {.taps = 3, .x_base = {1, 1, 1}, .y_base = {1, 1, 1}, .step_size = 1.0f, .reservoir = {memory[0], memory[1], memory[2]}, .capacity = 50, .draws = 50, .seed = 1, .tolerance = 0.01f};
+    dqw_tapped_config c = {.taps = 3,
+                           .x_base = {1, 1, 1},
+                           .y_base = {1, 1, 1},
+                           .step_size = 1.0f,
+                           .reservoir = {memory[0], memory[1], memory[2]},
+                           .capacity = 50,
+                           .draws = 50,
+                           .seed = 1,
+                           .tolerance = 0.01f};
     dqw_tapped t;
     TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_tapped_init(&t, &c));
     test_random r = {22};

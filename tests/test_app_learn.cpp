@@ -114,9 +114,7 @@ void what_the_log_cannot_tell_is_not_a_number()
 {
     // One speed, constant currents: R, L_d and psi act on v_q alike.
     auto log = simulated("servo_ideal");
-    for (std::size_t k = 0; k < log.rows(); k++) {
-        log.i_d_A[k] = 0, log.i_q_A[k] = 0, log.v_d_V[k] = 0, log.v_q_V[k] = 12, log.w_m_rad_s[k] = 30;
-    }
+    for (std::size_t k = 0; k < log.rows(); k++) { log.i_d_A[k] = 0, log.i_q_A[k] = 0, log.v_d_V[k] = 0, log.v_q_V[k] = 12, log.w_m_rad_s[k] = 30; }
     const auto r = dqw::learn({log});
     for (const char* name : {"R_ohm", "Ld_H", "Lq_H"}) TEST_ASSERT_TRUE_MESSAGE(denied(r, name) && !find(r, name), name);
 }
@@ -148,11 +146,21 @@ void agrees_with_the_reference_on_measured_logs()
         double percent;  // largest difference; beside it what was measured
     };
     const Case cases[] = {
-        {"dq_grid_3000rpm.csv", "R_ohm", 0.5},          {"dq_grid_3000rpm.csv", "Ld_H", 0.5},        {"dq_grid_3000rpm.csv", "Lq_H", 0.5},
-        {"dq_grid_3000rpm.csv", "psi_Wb", 0.1},         {"inverter_sweep_d_axis_a.csv", "R_ohm", 0.1}, {"inverter_sweep_beta_axis_a.csv", "R_ohm", 0.1},
-        {"motorcycle_laps_practice.csv", "R_ohm", 1.0}, {"motorcycle_laps_practice.csv", "Ld_H", 1.0}, {"motorcycle_laps_practice.csv", "Lq_H", 0.5},
-        {"motorcycle_laps_practice.csv", "psi_Wb", 0.2}, {"standstill_heating_20A.csv", "R_ohm", 0.1}, {"servo_friction_neg_0p045_1.csv", "B_Nms_rad", 3.0},
-        {"servo_friction_pos_0p06_1.csv", "B_Nms_rad", 3.0}, {"servo_friction_neg_0p045_2.csv", "J_kgm2", 10.0}, {"servo_friction_pos_0p06_3.csv", "J_kgm2", 10.0},
+        {"dq_grid_3000rpm.csv", "R_ohm", 0.5},
+        {"dq_grid_3000rpm.csv", "Ld_H", 0.5},
+        {"dq_grid_3000rpm.csv", "Lq_H", 0.5},
+        {"dq_grid_3000rpm.csv", "psi_Wb", 0.1},
+        {"inverter_sweep_d_axis_a.csv", "R_ohm", 0.1},
+        {"inverter_sweep_beta_axis_a.csv", "R_ohm", 0.1},
+        {"motorcycle_laps_practice.csv", "R_ohm", 1.0},
+        {"motorcycle_laps_practice.csv", "Ld_H", 1.0},
+        {"motorcycle_laps_practice.csv", "Lq_H", 0.5},
+        {"motorcycle_laps_practice.csv", "psi_Wb", 0.2},
+        {"standstill_heating_20A.csv", "R_ohm", 0.1},
+        {"servo_friction_neg_0p045_1.csv", "B_Nms_rad", 3.0},
+        {"servo_friction_pos_0p06_1.csv", "B_Nms_rad", 3.0},
+        {"servo_friction_neg_0p045_2.csv", "J_kgm2", 10.0},
+        {"servo_friction_pos_0p06_3.csv", "J_kgm2", 10.0},
     };
     for (const Case& c : cases) {
         const auto log = dqw::read_log((data / c.file).string(), {});

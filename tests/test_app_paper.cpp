@@ -44,12 +44,12 @@ void noisy_learners_stay_below_the_papers_worst()
     between(21.1, results().paper_worst[2].L, 21.2, "paper's L");
     between(40.9, results().paper_worst[2].psi, 41.1, "paper's flux");
     const dqw::Worst& ten = results().our_worst[1];
-    between(1.8, ten.L, 4.2, "L at 10 %");     // 3.00; paper 4.29
-    between(1.7, ten.p, 4.5, "p at 10 %");     // 2.79; paper 10.38
+    between(1.8, ten.L, 4.2, "L at 10 %");       // 3.00; paper 4.29
+    between(1.7, ten.p, 4.5, "p at 10 %");       // 2.79; paper 10.38
     between(2.7, ten.psi, 7.0, "flux at 10 %");  // 4.41; paper 12.5
     const dqw::Worst& twenty = results().our_worst[2];
-    between(3.4, twenty.L, 9.0, "L at 20 %");      // 5.60; paper 21.2
-    between(3.5, twenty.p, 9.0, "p at 20 %");      // 5.77; paper 16.1
+    between(3.4, twenty.L, 9.0, "L at 20 %");        // 5.60; paper 21.2
+    between(3.5, twenty.p, 9.0, "p at 20 %");        // 5.77; paper 16.1
     between(5.5, twenty.psi, 14.0, "flux at 20 %");  // 9.24; paper 41
     for (const dqw::Table1Row& r : results().table1) between(0.28, r.Ld_mH, 0.37, "L_d mH");
 }
@@ -62,17 +62,17 @@ void ordinal_learner_reads_R()
     between(0, o[0].worst, 1.0, "R error % from 100 noise-free samples");  // 0.01
     between(0, o[0].worst_x, 1.0, "worst axis");                           // 0.06
     between(0, o[0].worst_z, 1.0, "worst from z^-1");                      // 0.22
-    between(0.5, o[1].worst, 2.0, "worst R % at 10 %");  // 1.03
-    between(1.2, o[2].worst, 4.0, "worst R % at 20 %");  // 2.10; the promise is 5
-    between(1.5, o[1].worst_x, 4.0, "worst axis at 10 %");  // 2.57
-    between(3.5, o[2].worst_x, 7.0, "worst axis at 20 %");  // 5.31: two noises of 20 %, 301 samples, 40 readings
+    between(0.5, o[1].worst, 2.0, "worst R % at 10 %");                    // 1.03
+    between(1.2, o[2].worst, 4.0, "worst R % at 20 %");                    // 2.10; the promise is 5
+    between(1.5, o[1].worst_x, 4.0, "worst axis at 10 %");                 // 2.57
+    between(3.5, o[2].worst_x, 7.0, "worst axis at 20 %");                 // 5.31: two noises of 20 %, 301 samples, 40 readings
 }
 
 void plain_pairs_are_biased()
 {
     const auto& o = results().ordinal;
     for (double b : o[0].pair_bias) between(-0.3, b, 0.3, "noise-free bias %");
-    between(18, o[1].pair_bias[1], 32, "bias at 10 %, d from z^-1");  // 23.0
+    between(18, o[1].pair_bias[1], 32, "bias at 10 %, d from z^-1");   // 23.0
     between(60, o[2].pair_bias[1], 110, "bias at 20 %, d from z^-1");  // 81.0
     between(12, o[2].pair_bias[0], 30, "bias at 20 %, d from x");      // 20.0
 }
@@ -85,8 +85,8 @@ void backward_difference_reads_six_percent_high()
 
 void converges_sooner_than_the_paper()
 {
-    between(2, results().settled[0], 150, "d-axis Random Learners");  // 8
-    between(2, results().settled[1], 300, "q-axis");                  // 15
+    between(2, results().settled[0], 150, "d-axis Random Learners");                          // 8
+    between(2, results().settled[1], 300, "q-axis");                                          // 15
     between(100, static_cast<double>(results().ordinal_iterations), 500, "Ordinal Learner");  // 297
     // 50 of 301 samples: an epoch each.
     between(5.5, results().whole_over_subset_iterations, 6.5, "whole set over subset");  // 6.02

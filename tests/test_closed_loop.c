@@ -55,8 +55,16 @@ static void simulate_all(void)
 
 static dqw_estimator_config config_of(const log_data *l)
 {
-    const dqw_estimator_config c = {.regime = DQW_REGIME_DYNAMIC, .dt_s = (float)l->drive.dt_s, .v_base_V = (float)(l->drive.v_dc_V / sqrt(3)), .i_base_A = (float)l->drive.i_max_A,
-                                    .w_base_rad_s = 200.0f, .pole_pairs = (uint16_t)l->m->pole_pairs, .reservoir_d = memory_d, .reservoir_q = memory_q, .reservoir = 50, .seed = 1};
+    const dqw_estimator_config c = {.regime = DQW_REGIME_DYNAMIC,
+                                    .dt_s = (float)l->drive.dt_s,
+                                    .v_base_V = (float)(l->drive.v_dc_V / sqrt(3)),
+                                    .i_base_A = (float)l->drive.i_max_A,
+                                    .w_base_rad_s = 200.0f,
+                                    .pole_pairs = (uint16_t)l->m->pole_pairs,
+                                    .reservoir_d = memory_d,
+                                    .reservoir_q = memory_q,
+                                    .reservoir = 50,
+                                    .seed = 1};
     return c;
 }
 
@@ -82,8 +90,8 @@ static dqw_estimator learn(const log_data *l, const dqw_estimator_config *c, dou
 }
 
 typedef struct errors {
-    double R, L, psi;      ///< percent, largest
-    double sigma;          ///< largest deviation in standard deviations
+    double R, L, psi;  ///< percent, largest
+    double sigma;      ///< largest deviation in standard deviations
 } errors;
 
 static errors compare(const log_data *l, const dqw_parameters *p)

@@ -16,8 +16,16 @@ static dqw_random_sample memory_d[50], memory_q[50];
 
 static dqw_estimator_config config_of(enum dqw_regime regime)
 {
-    const dqw_estimator_config c = {.regime = regime, .dt_s = 1e-4f, .v_base_V = 180.0f, .i_base_A = 15.0f, .w_base_rad_s = 200.0f, .pole_pairs = P_TRUE,
-                                    .reservoir_d = memory_d, .reservoir_q = memory_q, .reservoir = 50, .seed = 1};
+    const dqw_estimator_config c = {.regime = regime,
+                                    .dt_s = 1e-4f,
+                                    .v_base_V = 180.0f,
+                                    .i_base_A = 15.0f,
+                                    .w_base_rad_s = 200.0f,
+                                    .pole_pairs = P_TRUE,
+                                    .reservoir_d = memory_d,
+                                    .reservoir_q = memory_q,
+                                    .reservoir = 50,
+                                    .seed = 1};
     return c;
 }
 
@@ -31,7 +39,8 @@ static dqw_estimator begin(const dqw_estimator_config *c)
 static dqw_sample settled(double i_d, double i_q, double w_m)
 {
     const double w = P_TRUE * w_m;
-    const dqw_sample s = {(float)(R_TRUE * i_d - w * LQ_TRUE * i_q), (float)(R_TRUE * i_q + w * (LD_TRUE * i_d + PSI_TRUE)), (float)i_d, (float)i_q, (float)w_m};
+    const dqw_sample s = {(float)(R_TRUE * i_d - w * LQ_TRUE * i_q), (float)(R_TRUE * i_q + w * (LD_TRUE * i_d + PSI_TRUE)), (float)i_d, (float)i_q,
+                          (float)w_m};
     return s;
 }
 
@@ -47,10 +56,10 @@ static dqw_sample moving(int k, double noise_V, test_random *r)
     }
     const double wd = P_TRUE * 0.5 * (w[0] * i[0][0] + w[1] * i[1][0]);
     const double wq = P_TRUE * 0.5 * (w[0] * i[0][1] + w[1] * i[1][1]);
-    const dqw_sample s = {
-        (float)(R_TRUE * 0.5 * (i[0][0] + i[1][0]) + LD_TRUE * (i[1][0] - i[0][0]) / 1e-4 - LQ_TRUE * wq + noise_V * random_normal(r)),
-        (float)(R_TRUE * 0.5 * (i[0][1] + i[1][1]) + LQ_TRUE * (i[1][1] - i[0][1]) / 1e-4 + LD_TRUE * wd + P_TRUE * PSI_TRUE * 0.5 * (w[0] + w[1]) + noise_V * random_normal(r)),
-        (float)i[0][0], (float)i[0][1], (float)w[0]};
+    const dqw_sample s = {(float)(R_TRUE * 0.5 * (i[0][0] + i[1][0]) + LD_TRUE * (i[1][0] - i[0][0]) / 1e-4 - LQ_TRUE * wq + noise_V * random_normal(r)),
+                          (float)(R_TRUE * 0.5 * (i[0][1] + i[1][1]) + LQ_TRUE * (i[1][1] - i[0][1]) / 1e-4 + LD_TRUE * wd +
+                                  P_TRUE * PSI_TRUE * 0.5 * (w[0] + w[1]) + noise_V * random_normal(r)),
+                          (float)i[0][0], (float)i[0][1], (float)w[0]};
     return s;
 }
 
@@ -106,7 +115,8 @@ static void test_init_refuses_and_leaves_the_object_alone(void)
             if (k == 4 && field >= 4) continue;  // there 0 has a meaning
             CASE("field %d, value %g", field, (double)bad[k]);
             c = good;
-            float *const fields[] = {&c.dt_s, &c.v_base_V, &c.i_base_A, &c.w_base_rad_s, &c.R_ohm, &c.Ld_H, &c.Lq_H, &c.psi_Wb, &c.v_limit_V, &c.i_limit_A, &c.excitation_pu};
+            float *const fields[] = {&c.dt_s, &c.v_base_V, &c.i_base_A,  &c.w_base_rad_s, &c.R_ohm,        &c.Ld_H,
+                                     &c.Lq_H, &c.psi_Wb,   &c.v_limit_V, &c.i_limit_A,    &c.excitation_pu};
             *fields[field] = bad[k];
             REFUSED(e, DQW_ERR_RANGE, dqw_estimator_init(&e, &c));
         }
@@ -220,8 +230,8 @@ static void test_what_cannot_be_taught_is_not_known(void)
                     dqw_estimator e = begin(&config);
                     test_random r = {(uint64_t)(10 + k)};
                     for (int row = 0; row < counts[c]; row++) {
-                        dqw_sample s = settled(kinds[k].i_d + kinds[k].di_d * random_uniform(&r, -1, 1), kinds[k].i_q + kinds[k].di_q * random_uniform(&r, -1, 1),
-                                               kinds[k].w + kinds[k].dw * random_uniform(&r, -1, 1));
+                        dqw_sample s = settled(kinds[k].i_d + kinds[k].di_d * random_uniform(&r, -1, 1),
+                                               kinds[k].i_q + kinds[k].di_q * random_uniform(&r, -1, 1), kinds[k].w + kinds[k].dw * random_uniform(&r, -1, 1));
                         s.v_d_V += (float)(noises[n] * random_normal(&r));
                         s.v_q_V += (float)(noises[n] * random_normal(&r));
                         (void)dqw_estimator_step(&e, &s, false);
@@ -261,7 +271,8 @@ static void test_noise_at_zero_current_teaches_nothing_false(void)
             test_random r = {(uint64_t)(100 + seed)};
             for (int k = 0; k < 20000; k++) {
                 const double w = kind ? 100 + 50 * sin(2 * PI * 2e-4 * k) : 0.0;
-                const dqw_sample s = {(float)(0.5 * random_normal(&r)), (float)(P_TRUE * PSI_TRUE * w + 0.5 * random_normal(&r)), (float)(0.1 * random_normal(&r)), (float)(0.1 * random_normal(&r)), (float)(w + 0.05 * random_normal(&r))};
+                const dqw_sample s = {(float)(0.5 * random_normal(&r)), (float)(P_TRUE * PSI_TRUE * w + 0.5 * random_normal(&r)),
+                                      (float)(0.1 * random_normal(&r)), (float)(0.1 * random_normal(&r)), (float)(w + 0.05 * random_normal(&r))};
                 (void)dqw_estimator_step(&e, &s, false);
             }
             HOLDS(!(e.parameters.known & (DQW_KNOWS_R | DQW_KNOWS_LD | DQW_KNOWS_LQ)));
@@ -318,7 +329,8 @@ static void test_bad_samples_are_counted_and_do_not_bias(void)
     TEST_ASSERT_EQUAL_UINT32(saturated, e.gate.saturated);
     BETWEEN(0.03, e.gate.stale / (double)offered, 0.06);
     BETWEEN(100, e.gate.incomplete, 1500);
-    TEST_ASSERT_EQUAL_UINT32(DQW_EVENT_LEARNED | DQW_EVENT_NONFINITE | DQW_EVENT_SATURATED | DQW_EVENT_STALE | DQW_EVENT_INCOMPLETE, e.events & ~(uint32_t)DQW_EVENT_UNEXCITED);
+    TEST_ASSERT_EQUAL_UINT32(DQW_EVENT_LEARNED | DQW_EVENT_NONFINITE | DQW_EVENT_SATURATED | DQW_EVENT_STALE | DQW_EVENT_INCOMPLETE,
+                             e.events & ~(uint32_t)DQW_EVENT_UNEXCITED);
     // Before a sensor counts as stuck, two repeats pass: a small bias, not none.
     accurate(&e.parameters, 2.0);
 }

@@ -144,7 +144,9 @@ static void test_variances_stay_positive(void)
                 float gain[6];
                 for (int i = 0; i < n; i++) {
                     const uint64_t kind = random_bits(&r) % 8;
-                    x[i] = kind == 0 ? 0.0f : kind == 1 ? 1e-42f : (float)(random_normal(&r) < 0 ? -1 : 1) * (float)pow(10, random_uniform(&r, -20, largest[c]));
+                    x[i] = kind == 0   ? 0.0f
+                           : kind == 1 ? 1e-42f
+                                       : (float)(random_normal(&r) < 0 ? -1 : 1) * (float)pow(10, random_uniform(&r, -20, largest[c]));
                 }
                 dqw_gain_step(&g, x, gain);
                 for (int i = 0; i < n; i++) {

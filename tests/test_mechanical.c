@@ -2,7 +2,6 @@
 #include "dqw_mechanical.h"
 #include "dqw_test.h"
 
-
 #define J_TRUE 2e-3
 #define B_TRUE 4e-3
 #define COULOMB_TRUE 0.1
@@ -26,8 +25,7 @@ static void make_log_above(double least, double coulomb, double noise, uint64_t 
     double w = 50.0;
     double t = 0.0;
     for (int k = 0; k < ROWS; k++) {
-        if (k % 40 == 0)
-            do
+        if (k % 40 == 0) do
                 t = random_uniform(&r, -1, 1);
             while (fabs(t) < least);
         torque[k] = t;
@@ -57,7 +55,8 @@ static void make_log(double coulomb, double noise, uint64_t seed) { make_log_abo
 
 static dqw_mechanical_config config_of(bool coulomb)
 {
-    const dqw_mechanical_config c = {.dt_s = (float)DT_S, .torque_base_Nm = 1.0f, .w_base_rad_s = 150.0f, .coulomb = coulomb, .standstill_rad_s = coulomb ? (float)standstill : 0.0f};
+    const dqw_mechanical_config c = {
+        .dt_s = (float)DT_S, .torque_base_Nm = 1.0f, .w_base_rad_s = 150.0f, .coulomb = coulomb, .standstill_rad_s = coulomb ? (float)standstill : 0.0f};
     return c;
 }
 
@@ -159,8 +158,8 @@ static void test_noise_free_with_coulomb_friction(void)
     make_log_above(0.0, COULOMB_TRUE, 0.0, 2);
     const dqw_mechanical stuck = learn(&c);
     const dqw_friction g = dqw_mechanical_read(&stuck);
-    BETWEEN(-0.01, g.J_kgm2 / J_TRUE - 1, 0.01);            // 0.002
-    BETWEEN(-0.05, g.B_Nms_rad / B_TRUE - 1, 0.01);         // -0.023
+    BETWEEN(-0.01, g.J_kgm2 / J_TRUE - 1, 0.01);     // 0.002
+    BETWEEN(-0.05, g.B_Nms_rad / B_TRUE - 1, 0.01);  // -0.023
     BETWEEN(-0.05, g.coulomb_Nm / COULOMB_TRUE - 1, 0.05);
     make_log(COULOMB_TRUE, 0.0, 2);
     // Friction that is not modelled goes into the viscous term, and the residual tells.

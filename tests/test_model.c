@@ -15,7 +15,7 @@ static const machine servo = {0.9, 2.2e-3, 2.8e-3, 0.12, 4};
 // One period with the stationary-frame voltage held: Runge-Kutta in the rotating frame, whose voltage turns backward.
 typedef struct period {
     dqw_sample start;
-    double i_d, i_q;            ///< means over the period
+    double i_d, i_q;  ///< means over the period
     double wi_d, wi_q;
 } period;
 
@@ -96,7 +96,8 @@ static errors blocks(const machine *m, double w_e, double dt, bool correct, doub
     state s = {2.0, 5.0, 0.7, w_e / m->p};
     dqw_window window;
     TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_window_init(&window, 20, DQW_BLOCK_SIGNALS));
-    const dqw_parameters known = {.R_ohm = (float)m->R, .Ld_H = (float)m->Ld, .Lq_H = (float)m->Lq, .psi_Wb = (float)m->psi, .pole_pairs = (uint16_t)m->p, .known = 31};
+    const dqw_parameters known = {
+        .R_ohm = (float)m->R, .Ld_H = (float)m->Ld, .Lq_H = (float)m->Lq, .psi_Wb = (float)m->psi, .pole_pairs = (uint16_t)m->p, .known = 31};
     errors worst = {0, 0, 0};
     double mean[4] = {0};
     double held[2] = {0};
@@ -418,7 +419,8 @@ static void test_swapping_the_axes_swaps_the_inductances(void)
     begin(&b, 4);
     test_random r = {700};
     for (int k = 0; k < 2000; k++) {
-        dqw_block x = {0, 0, (float)random_normal(&r), (float)random_normal(&r), (float)(2000 * random_normal(&r)), (float)(2000 * random_normal(&r)), 0, 0, (float)(100 * random_normal(&r))};
+        dqw_block x = {0, 0, (float)random_normal(&r),        (float)random_normal(&r), (float)(2000 * random_normal(&r)), (float)(2000 * random_normal(&r)),
+                       0, 0, (float)(100 * random_normal(&r))};
         x.wi_d_A_rad_s = x.w_m_rad_s * x.i_d_A;
         x.wi_q_A_rad_s = x.w_m_rad_s * x.i_q_A;
         x.v_d_V = (float)(0.9 * x.i_d_A + 2.2e-3 * x.di_d_A_s - 4 * 2.8e-3 * x.wi_q_A_rad_s + random_normal(&r));
@@ -471,8 +473,10 @@ static void test_what_the_signals_cannot_teach_is_never_called_known(void)
                         begin(&a, given ? machines[m].p : 1);
                         feed(&a, &machines[m], vary, counts[c], noises[n], noises[n], (uint64_t)(800 + c));
                         const dqw_parameters r = dqw_model_read(&a.d, &a.q, given ? (uint16_t)machines[m].p : 0, DQW_WEIGHT_EACH);
-                        if (counts[c] > 8) no_wrong_number(&r, &machines[m]);
-                        else if (noises[n] == 0.0) no_wrong_number(&r, &machines[m]);
+                        if (counts[c] > 8)
+                            no_wrong_number(&r, &machines[m]);
+                        else if (noises[n] == 0.0)
+                            no_wrong_number(&r, &machines[m]);
                         // One operating point: two equations for R, Ld, Lq and psi together.
                         if (vary == 0) HOLDS(!(r.known & 15));
                         if (!(vary & (SLOPES | SPEED)) && !given) HOLDS(!(r.known & (DQW_KNOWS_LD | DQW_KNOWS_LQ)));

@@ -37,8 +37,8 @@ static double rms(const double v[], int n)
 
 static dqw_ordinal begin(enum dqw_ordinal_form form, enum dqw_ordinal_discretisation discretisation, double R_start, double L_start)
 {
-    const dqw_ordinal_config c = {.dt_s = (float)T_S, .x_base = 2.0f, .y_base = 5.0f, .R_ohm = (float)R_start, .L_H = (float)L_start, .form = form,
-                                  .discretisation = discretisation};
+    const dqw_ordinal_config c = {
+        .dt_s = (float)T_S, .x_base = 2.0f, .y_base = 5.0f, .R_ohm = (float)R_start, .L_H = (float)L_start, .form = form, .discretisation = discretisation};
     dqw_ordinal o;
     TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_ordinal_init(&o, &c));
     return o;
@@ -134,7 +134,7 @@ static double biased_R(double noise)
 static void test_pairs_are_biased_by_noise_and_output_error_is_not(void)
 {
     static const double noise[] = {0.1, 0.2};
-    static const double high[] = {1.2, 1.7};   // pairs, from z^-1 y: at least this times R
+    static const double high[] = {1.2, 1.7};           // pairs, from z^-1 y: at least this times R
     static const double worst_percent[] = {3.5, 6.5};  // output error, worst of the seeds, from x
     const int seeds = 200;
     make_signals(3);

@@ -137,7 +137,7 @@ static void test_noise_free(void)
 {
     simulate();
     const worst w = of_seeds(0.0, 20);
-    BETWEEN(0.0, w.L, 0.3);    // 0.00
+    BETWEEN(0.0, w.L, 0.3);  // 0.00
     BETWEEN(0.0, w.p, 0.3);
     BETWEEN(0.0, w.psi, 0.3);
     for (int i = 0; i < 3; i++) BETWEEN(-0.01, axis.learner[i].w_o, 0.01);

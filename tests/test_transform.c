@@ -6,10 +6,7 @@ void setUp(void) { test_case[0] = 0; }
 void tearDown(void) {}
 
 // Rounding of a few operations on values of the given size.
-static void near(double expected, double value, double size)
-{
-    BETWEEN(expected - 4e-7 * size, value, expected + 4e-7 * size);
-}
+static void near(double expected, double value, double size) { BETWEEN(expected - 4e-7 * size, value, expected + 4e-7 * size); }
 
 static void test_balanced_phases_are_a_circle_of_the_same_amplitude(void)
 {
