@@ -28,7 +28,7 @@ enum dqw_status dqw_axis_init(dqw_axis *a, const dqw_learner_config *config)
 float dqw_axis_learn(dqw_axis *a, const float x[], float target, uint32_t excited)
 {
     dqw_learner *l = &a->neuron;
-    float x_pu[DQW_LEARNER_INPUTS];
+    float x_pu[DQW_LEARNER_INPUTS] = {0};
     float k_pu[DQW_LEARNER_INPUTS] = {0};
     float size = 0.0f;
     for (int i = 0; i < l->inputs; i++) {
