@@ -7,7 +7,7 @@ OPT      ?= -O2
 UNITY_DIR ?= $(TOP)/unity
 
 # All cores, unless -j says otherwise.
-ifeq ($(filter -j%,$(MAKEFLAGS)),)
+ifeq ($(MAKELEVEL)$(filter -j%,$(MAKEFLAGS)),0)
 MAKEFLAGS += -j$(shell nproc)
 endif
 
@@ -76,6 +76,10 @@ test:
 ## test-binaries  build every test and build/dqwatch, run nothing
 .PHONY: test-binaries
 test-binaries: $(TESTS) $(BUILD)/dqwatch
+
+$(UNITY_DIR)/unity.c:
+	@.ci/unity $(UNITY_DIR)
+$(patsubst tests/%.c,$(BUILD)/tests/%.o,$(wildcard tests/test_*.c)) $(patsubst tests/%.cpp,$(BUILD)/tests/%.o,$(wildcard tests/test_*.cpp)): | $(UNITY_DIR)/unity.c
 
 ## tools        install the checkers that make lint uses
 .PHONY: tools

@@ -11,6 +11,7 @@
 #include "output.hpp"
 #include "progress.hpp"
 #include "report.hpp"
+#include "sense.hpp"
 
 namespace dqw {
 namespace {
@@ -44,8 +45,13 @@ int estimate(const std::string& name, const Options& options, const Estimator& e
         Progress progress(name == "fit" ? "fitting" : "learning");
         result = estimator(logs, options, progress.callback());
     } catch (const std::invalid_argument& error) {
-        throw InputError(logs.front().path, logs.front().rows() + 1, error.what());
+        // The estimators begin with the log's name where they know it.
+        std::string what = error.what();
+        const std::string path = logs.front().path + ": ";
+        if (what.rfind(path, 0) == 0) what.erase(0, path.size());
+        throw InputError(logs.front().path, logs.front().rows() + 1, what);
     }
+    check_sense(logs, result);
     name_what_was_left_out(result, options.parameters);
     result.notes.insert(result.notes.begin(), notes.begin(), notes.end());
     const std::string json = json_text(result_json(result, logs.front().machine));

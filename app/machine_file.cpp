@@ -238,7 +238,7 @@ MachineFile machine_file_of(const std::string& log_path, const std::string& chos
     if (!chosen.empty()) return read_machine_file(chosen);
     const std::filesystem::path beside = std::filesystem::path(log_path).replace_extension(".toml");
     std::error_code ignored;
-    if (beside != std::filesystem::path(log_path) && std::filesystem::is_regular_file(beside, ignored)) return read_machine_file(beside.string());
+    if (beside != std::filesystem::path(log_path) && std::filesystem::exists(beside, ignored)) return read_machine_file(beside.string());
     return {};
 }
 

@@ -124,7 +124,7 @@ static uint32_t ppm(float ratio)
 float dqw_estimator_relative_residual(const dqw_estimator *e)
 {
     const float v2 = e->d.target_pu2 + e->q.target_pu2;
-    return v2 > 0.0f ? sqrtf((e->d.error_pu2 + e->q.error_pu2) / v2) : 0.0f;
+    return v2 > 0.0f ? sqrtf((e->d.error_pu2 + e->q.error_pu2 + e->parameters.misfit_pu2) / v2) : 0.0f;
 }
 
 static uint32_t learn(dqw_estimator *e, dqw_block *b)

@@ -89,7 +89,7 @@ void dqw_estimator_gap(dqw_estimator *e);
 /// Context  background; must not be interrupted by dqw_estimator_step on the same object
 bool dqw_estimator_background(dqw_estimator *e);
 
-/// Residual of both axes over their voltage, RMS; 0 before the first block.
+/// Residual of both axes over their voltage, RMS, for one machine on both axes; 0 before the first block.
 float dqw_estimator_relative_residual(const dqw_estimator *e);
 
 #ifdef __cplusplus

@@ -39,6 +39,7 @@ enum dqw_model_input { DQW_IN_R = 0, DQW_IN_L, DQW_IN_CROSS, DQW_IN_FLUX };
 typedef struct dqw_parameters {
     float R_ohm, Ld_H, Lq_H, psi_Wb;
     float R_sd_ohm, Ld_sd_H, Lq_sd_H, psi_sd_Wb;
+    float misfit_pu2;         ///< mean squared residual, per block, that one machine for both axes adds to the axes' own
     float pole_pairs_raw;     ///< p as the cross weights tell it, before it is taken for an integer; NaN where they cannot
     float pole_pairs_raw_sd;  ///< its evidence
     uint16_t pole_pairs;      ///< given, or the integer that the evidence leaves; 0: not known
@@ -90,7 +91,8 @@ enum dqw_model_weight {
 ///
 /// Source   generalised least squares over both axes; (E18), (E22) in docs/EQUATIONS.md
 /// Units    pole_pairs: the given number, 0 if p is to be found from the cross weights
-/// Range    a parameter is known where its deviation is below a quarter of it and it is positive
+/// Range    a parameter is known where it is positive, its deviation is below a quarter of it, and its regressors are not
+///          mostly noise
 /// Cost     about 700 flops: for the background, or once a block
 /// Context  reads d and q only
 dqw_parameters dqw_model_read(const dqw_axis *d, const dqw_axis *q, uint16_t pole_pairs, enum dqw_model_weight weight);

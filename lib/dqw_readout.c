@@ -14,6 +14,8 @@ enum { R = 0, LD, LQ, PSI, N };
 #define PIVOT_MIN 1e-5f
 // A parameter that is tied to a direction never learned by more than this, per unit-diagonal weight, is not learned either.
 #define TIE_MAX 1e-3f
+// Bound on the part of a weight that noise on its regressor may have taken.
+#define SHRUNK_MAX 0.1f
 
 // Information of an axis' weights, per unit of its bases: P^-1 = V' D^-1 V with V = U^-1, less what the start values
 // brought, over the residual variance.
@@ -46,6 +48,19 @@ static void add_axis(const dqw_axis *a, int n, float variance_pu2, const int to[
             m[to[i]][to[j]] += jac[i] * info[i][j] * jac[j];
             rhs[to[i]] += jac[i] * info[i][j] * a->neuron.w_pu[j];
         }
+}
+
+// What one machine's parameters, SI, add to an axis' sum of squared residuals, per unit.
+static float axis_misfit(const dqw_axis *a, int n, const int to[], const float factor[], const float value[N])
+{
+    float info[DQW_Q_INPUTS][DQW_Q_INPUTS];
+    float off[DQW_Q_INPUTS];
+    information(a, n, 1.0f, info);
+    for (int i = 0; i < n; i++) off[i] = a->neuron.w_pu[i] - factor[i] * value[to[i]] / (a->neuron.y_base * a->neuron.x_scale[i]);
+    float sum = 0.0f;
+    for (int i = 0; i < n; i++)
+        for (int j = 0; j < n; j++) sum += off[i] * info[i][j] * off[j];
+    return fmaxf(sum, 0.0f);
 }
 
 // Inverse of a symmetric positive matrix by Gauss-Jordan on its unit-diagonal form; a row whose pivot vanishes is left
@@ -158,11 +173,11 @@ dqw_parameters dqw_model_read(const dqw_axis *d, const dqw_axis *q, uint16_t pol
     };
     float m[N][N] = {{0}};
     float rhs[N] = {0};
+    const int to_d[DQW_D_INPUTS] = {R, LD, LQ};
+    const int to_q[DQW_Q_INPUTS] = {R, LQ, LD, PSI};
+    const float factor_d[DQW_D_INPUTS] = {1.0f, 1.0f, p};
+    const float factor_q[DQW_Q_INPUTS] = {1.0f, 1.0f, p, p};
     if (has_p) {
-        const int to_d[DQW_D_INPUTS] = {R, LD, LQ};
-        const int to_q[DQW_Q_INPUTS] = {R, LQ, LD, PSI};
-        const float factor_d[DQW_D_INPUTS] = {1.0f, 1.0f, p};
-        const float factor_q[DQW_Q_INPUTS] = {1.0f, 1.0f, p, p};
         const float both = common_variance(d, q);
         add_axis(d, DQW_D_INPUTS, weight == DQW_WEIGHT_COMMON ? both : variance(d), to_d, factor_d, unit, m, rhs);
         add_axis(q, DQW_Q_INPUTS, weight == DQW_WEIGHT_COMMON ? both : variance(q), to_q, factor_q, unit, m, rhs);
@@ -181,6 +196,7 @@ dqw_parameters dqw_model_read(const dqw_axis *d, const dqw_axis *q, uint16_t pol
     }
     invert(m);
 
+    const float blocks = (float)(d->blocks > q->blocks ? d->blocks : q->blocks);
     float value[N];
     float sd[N];
     for (int i = 0; i < N; i++) {
@@ -189,9 +205,14 @@ dqw_parameters dqw_model_read(const dqw_axis *d, const dqw_axis *q, uint16_t pol
             if (isfinite(m[i][j])) value[i] += m[i][j] * rhs[j];
         value[i] *= unit[i];
         sd[i] = sqrtf(m[i][i]) * unit[i];
-        const bool known = isfinite(value[i]) && value[i] > 0.0f && sd[i] < DQW_KNOWN_RATIO * value[i];
+        // A regressor that is mostly noise shrinks its weight by up to n (sd / w)^2, however small the deviation gets. (E20)
+        const float ratio = sd[i] / value[i];
+        const bool shrunk = weight == DQW_WEIGHT_EACH && blocks * ratio * ratio > SHRUNK_MAX;
+        const bool known = isfinite(value[i]) && value[i] > 0.0f && sd[i] < DQW_KNOWN_RATIO * value[i] && !shrunk;
         if (known) out.known |= (uint8_t)(1u << i);
     }
+    if (has_p && blocks > 0.0f)
+        out.misfit_pu2 = (axis_misfit(d, DQW_D_INPUTS, to_d, factor_d, value) + axis_misfit(q, DQW_Q_INPUTS, to_q, factor_q, value)) / blocks;
     out.R_ohm = value[R];
     out.Ld_H = value[LD];
     out.Lq_H = value[LQ];

@@ -1,6 +1,7 @@
 #include "solve.hpp"
 
 #include <ceres/ceres.h>
+#include <glog/logging.h>
 
 #include <algorithm>
 #include <cmath>
@@ -113,6 +114,8 @@ void minimise(Scaling& scaling, const Model& model, const Eigen::VectorXd& sigma
     if (z.empty() || !latest.at(model, scaling.theta)) return;
     ceres::Problem problem;
     problem.AddResidualBlock(new RootCost(model, scaling, sigma, latest, options.tick), nullptr, z.data());
+    // Ceres logs what its summary says anyway; a failed search is judged here, not on stderr.
+    FLAGS_minloglevel = google::GLOG_FATAL;
     ceres::Solver::Options ceres_options;
     ceres_options.linear_solver_type = ceres::DENSE_QR;
     ceres_options.logging_type = ceres::SILENT;

@@ -410,6 +410,32 @@ static void test_pole_pairs_are_found_or_refused(void)
     TEST_ASSERT_EQUAL_UINT16(7, r.pole_pairs);
 }
 
+// An input that is nothing but noise: its weight shrinks, its deviation falls with the blocks, and it must stay unknown.
+static void test_noise_is_no_excitation(void)
+{
+    for (int blocks = 1000; blocks <= 16000; blocks *= 4) {
+        CASE("%d blocks", blocks);
+        axes a;
+        begin(&a, 4);
+        test_random r = {(uint64_t)blocks};
+        for (int k = 0; k < blocks; k++) {
+            // i_d is held; the slope that is measured is noise, and only a part of it moves the voltage.
+            const double i_q = 5 * random_normal(&r), w = 100 + 20 * random_normal(&r), slope = 60 * random_normal(&r);
+            dqw_block x = {0, 0, 2.0f, (float)i_q, (float)(slope + 150 * random_normal(&r)), 0, 0, 0, (float)w};
+            x.wi_d_A_rad_s = x.w_m_rad_s * x.i_d_A;
+            x.wi_q_A_rad_s = x.w_m_rad_s * x.i_q_A;
+            x.v_d_V = (float)(0.9 * 2.0 + 2.2e-3 * slope - 4 * 2.8e-3 * w * i_q);
+            float x_d[DQW_D_INPUTS];
+            float x_q[DQW_Q_INPUTS];
+            dqw_model_inputs(&x, x_d, x_q);
+            (void)dqw_axis_learn(&a.d, x_d, x.v_d_V, 7u);
+        }
+        const double Ld = dqw_learner_weight(&a.d.neuron, DQW_IN_L);
+        BETWEEN(0.10, Ld / 2.2e-3, 0.18);  // 0.136: 60^2 / (60^2 + 150^2) of the slope's power moves the voltage
+        TEST_ASSERT_FALSE(dqw_model_read(&a.d, &a.q, 4, DQW_WEIGHT_EACH).known & DQW_KNOWS_LD);
+    }
+}
+
 // Without magnet the axes change places: d' = q, q' = -d.
 static void test_swapping_the_axes_swaps_the_inductances(void)
 {
@@ -423,8 +449,8 @@ static void test_swapping_the_axes_swaps_the_inductances(void)
                        0, 0, (float)(100 * random_normal(&r))};
         x.wi_d_A_rad_s = x.w_m_rad_s * x.i_d_A;
         x.wi_q_A_rad_s = x.w_m_rad_s * x.i_q_A;
-        x.v_d_V = (float)(0.9 * x.i_d_A + 2.2e-3 * x.di_d_A_s - 4 * 2.8e-3 * x.wi_q_A_rad_s + random_normal(&r));
-        x.v_q_V = (float)(0.9 * x.i_q_A + 2.8e-3 * x.di_q_A_s + 4 * 2.2e-3 * x.wi_d_A_rad_s + random_normal(&r));
+        x.v_d_V = (float)(0.9 * x.i_d_A + 2.2e-3 * x.di_d_A_s - 4 * 2.8e-3 * x.wi_q_A_rad_s + 0.3 * random_normal(&r));
+        x.v_q_V = (float)(0.9 * x.i_q_A + 2.8e-3 * x.di_q_A_s + 4 * 2.2e-3 * x.wi_d_A_rad_s + 0.3 * random_normal(&r));
         const dqw_block y = {x.v_q_V, -x.v_d_V, x.i_q_A, -x.i_d_A, x.di_q_A_s, -x.di_d_A_s, x.wi_q_A_rad_s, -x.wi_d_A_rad_s, x.w_m_rad_s};
         float x_d[DQW_D_INPUTS];
         float x_q[DQW_Q_INPUTS];
@@ -495,6 +521,7 @@ int main(void)
     RUN_TEST(test_readout_is_joint_least_squares_of_both_axes);
     RUN_TEST(test_readout_is_calibrated);
     RUN_TEST(test_pole_pairs_are_found_or_refused);
+    RUN_TEST(test_noise_is_no_excitation);
     RUN_TEST(test_swapping_the_axes_swaps_the_inductances);
     RUN_TEST(test_nothing_learned_nothing_known);
     RUN_TEST(test_what_the_signals_cannot_teach_is_never_called_known);
