@@ -271,6 +271,26 @@ static void test_million_blocks_keep_learning_numbers(void)
     BETWEEN(0.97, dqw_axis_variance_pu2(&a) * 400.0 * 3.0, 1.03);
 }
 
+// Few blocks: the residual of n weights fitted to m blocks has m - n degrees of freedom.
+static void test_variance_of_few_blocks_is_unbiased(void)
+{
+    const int runs = scaled(4000);
+    test_random r = {31};
+    double mean = 0.0;
+    for (int run = 0; run < runs; run++) {
+        dqw_learner_config c = {.inputs = 4, .step_size = 1.0f, .x_base = {1, 1, 1, 1}, .y_base = 1.0f};
+        dqw_axis a;
+        TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_axis_init(&a, &c));
+        for (int k = 0; k < 10; k++) {
+            float x[4];
+            for (int i = 0; i < 4; i++) x[i] = (float)random_normal(&r);
+            (void)dqw_axis_learn(&a, x, (float)(x[0] - 2 * x[1] + 0.5 * x[2] + 0.1 * random_normal(&r)), 15u);
+        }
+        mean += dqw_axis_variance_pu2(&a) / runs;
+    }
+    BETWEEN(0.0093, mean, 0.0107);  // 0.01 by construction; 0.006 without the degrees of freedom
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -286,5 +306,6 @@ int main(void)
     RUN_TEST(test_blocks_that_are_no_numbers_change_nothing);
     RUN_TEST(test_a_wild_block_is_refused);
     RUN_TEST(test_million_blocks_keep_learning_numbers);
+    RUN_TEST(test_variance_of_few_blocks_is_unbiased);
     return UNITY_END();
 }

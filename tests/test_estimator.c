@@ -461,6 +461,36 @@ static void test_counters_stop_at_their_maximum(void)
     TEST_ASSERT_EQUAL_UINT32(UINT32_MAX, e.gate.incomplete);
 }
 
+// After a gap a block holds new samples only: two whole halves must pass before the next is learned.
+static void test_no_block_spans_a_gap(void)
+{
+    static dqw_random_sample d[50], q[50];
+    const dqw_estimator_config c = {.dt_s = 1e-4f,
+                                    .v_base_V = 10,
+                                    .i_base_A = 10,
+                                    .w_base_rad_s = 100,
+                                    .pole_pairs = 4,
+                                    .half_window = 20,
+                                    .reservoir_d = d,
+                                    .reservoir_q = q,
+                                    .reservoir = 50};
+    dqw_estimator e;
+    TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_estimator_init(&e, &c));
+    test_random r = {5};
+    int since = 0;
+    for (int k = 0; k < 200; k++) {
+        const dqw_sample s = {(float)random_normal(&r), (float)random_normal(&r), (float)random_normal(&r), (float)random_normal(&r), 50.0f};
+        if (k == 75) {
+            dqw_estimator_gap(&e);
+            since = 0;
+        }
+        since++;
+        const bool learned = (dqw_estimator_step(&e, &s, false) & DQW_EVENT_LEARNED) != 0;
+        if (k >= 75 && since < 40) TEST_ASSERT_FALSE(learned);
+        if (k >= 75 && since == 40) TEST_ASSERT_TRUE(learned);
+    }
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -477,5 +507,6 @@ int main(void)
     RUN_TEST(test_way_back_when_random_learning_does_not_settle);
     RUN_TEST(test_way_back_when_the_residual_is_above_the_threshold);
     RUN_TEST(test_counters_stop_at_their_maximum);
+    RUN_TEST(test_no_block_spans_a_gap);
     return UNITY_END();
 }
