@@ -73,7 +73,7 @@ enum dqw_status dqw_estimator_init(dqw_estimator *e, const dqw_estimator_config 
 /// Units    SI; s->v_d_V, s->v_q_V as applied from this sample to the next
 /// Range    any float; what cannot be learned is skipped and counted in e->gate
 /// Returns  DQW_EVENT_* bits of this step
-/// Cost     about 70 flops; at a block's end (every half_window samples) about 1400 more
+/// Cost     about 70 flops; at a block's end (every half_window samples) about 1200 more
 /// Context  ISR safe; one writer per object
 uint32_t dqw_estimator_step(dqw_estimator *e, const dqw_sample *s, bool saturated);
 

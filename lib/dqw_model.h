@@ -93,7 +93,7 @@ enum dqw_model_weight {
 /// Units    pole_pairs: the given number, 0 if p is to be found from the cross weights
 /// Range    a parameter is known where it is positive, its deviation is below a quarter of it, and its regressors are not
 ///          mostly noise
-/// Cost     about 1000 flops: for the background, or once a block
+/// Cost     about 800 flops: for the background, or once a block
 /// Context  reads d and q only
 dqw_parameters dqw_model_read(const dqw_axis *d, const dqw_axis *q, uint16_t pole_pairs, enum dqw_model_weight weight);
 

@@ -18,8 +18,8 @@ enum { R = 0, LD, LQ, PSI, N };
 #define SHRUNK_MAX 0.1f
 
 // Information of an axis' weights, per unit of its bases: P^-1 = V' D^-1 V with V = U^-1, less what the start values
-// brought, over the residual variance.
-static void information(const dqw_axis *a, int n, float variance_pu2, float info[DQW_Q_INPUTS][DQW_Q_INPUTS])
+// brought, per unit of residual variance.
+static void information(const dqw_axis *a, int n, float info[DQW_Q_INPUTS][DQW_Q_INPUTS])
 {
     float v[DQW_Q_INPUTS][DQW_Q_INPUTS] = {{0}};
     for (int j = 0; j < n; j++) {
@@ -27,35 +27,32 @@ static void information(const dqw_axis *a, int n, float variance_pu2, float info
         for (int i = j - 1; i >= 0; i--)
             for (int m = i + 1; m <= j; m++) v[i][j] -= a->gain.u[i][m] * v[m][j];
     }
-    const float s = 1.0f / variance_pu2;
     for (int i = 0; i < n; i++)
         for (int j = 0; j < n; j++) {
-            info[i][j] = i == j ? -s / DQW_AXIS_P0 : 0.0f;
-            for (int m = 0; m < n; m++) info[i][j] += v[m][i] * v[m][j] * (s / a->gain.d[m]);
+            info[i][j] = i == j ? -1.0f / DQW_AXIS_P0 : 0.0f;
+            for (int m = 0; m < n; m++) info[i][j] += v[m][i] * v[m][j] / a->gain.d[m];
         }
 }
 
 // One axis' part of the normal equations in SI weights scaled by `unit`. to[i] is the parameter that weight i stands
 // for, factor[i] how many of it: p for the cross and flux weights.
-static void add_axis(const dqw_axis *a, int n, float variance_pu2, const int to[], const float factor[], const float unit[N], float m[N][N], float rhs[N])
+static void add_axis(const dqw_axis *a, int n, float info[DQW_Q_INPUTS][DQW_Q_INPUTS], float variance_pu2, const int to[], const float factor[],
+                     const float unit[N], float m[N][N], float rhs[N])
 {
-    float info[DQW_Q_INPUTS][DQW_Q_INPUTS];
     float jac[DQW_Q_INPUTS];
-    information(a, n, variance_pu2, info);
+    const float s = 1.0f / variance_pu2;
     for (int i = 0; i < n; i++) jac[i] = factor[i] * unit[to[i]] / (a->neuron.y_base * a->neuron.x_scale[i]);
     for (int i = 0; i < n; i++)
         for (int j = 0; j < n; j++) {
-            m[to[i]][to[j]] += jac[i] * info[i][j] * jac[j];
-            rhs[to[i]] += jac[i] * info[i][j] * a->neuron.w_pu[j];
+            m[to[i]][to[j]] += jac[i] * (s * info[i][j]) * jac[j];
+            rhs[to[i]] += jac[i] * (s * info[i][j]) * a->neuron.w_pu[j];
         }
 }
 
 // What one machine's parameters, SI, add to an axis' sum of squared residuals, per unit.
-static float axis_misfit(const dqw_axis *a, int n, const int to[], const float factor[], const float value[N])
+static float axis_misfit(const dqw_axis *a, int n, float info[DQW_Q_INPUTS][DQW_Q_INPUTS], const int to[], const float factor[], const float value[N])
 {
-    float info[DQW_Q_INPUTS][DQW_Q_INPUTS];
     float off[DQW_Q_INPUTS];
-    information(a, n, 1.0f, info);
     for (int i = 0; i < n; i++) off[i] = a->neuron.w_pu[i] - factor[i] * value[to[i]] / (a->neuron.y_base * a->neuron.x_scale[i]);
     float sum = 0.0f;
     for (int i = 0; i < n; i++)
@@ -177,10 +174,14 @@ dqw_parameters dqw_model_read(const dqw_axis *d, const dqw_axis *q, uint16_t pol
     const int to_q[DQW_Q_INPUTS] = {R, LQ, LD, PSI};
     const float factor_d[DQW_D_INPUTS] = {1.0f, 1.0f, p};
     const float factor_q[DQW_Q_INPUTS] = {1.0f, 1.0f, p, p};
+    float info_d[DQW_Q_INPUTS][DQW_Q_INPUTS] = {{0}};
+    float info_q[DQW_Q_INPUTS][DQW_Q_INPUTS] = {{0}};
     if (has_p) {
+        information(d, DQW_D_INPUTS, info_d);
+        information(q, DQW_Q_INPUTS, info_q);
         const float both = common_variance(d, q);
-        add_axis(d, DQW_D_INPUTS, weight == DQW_WEIGHT_COMMON ? both : variance(d), to_d, factor_d, unit, m, rhs);
-        add_axis(q, DQW_Q_INPUTS, weight == DQW_WEIGHT_COMMON ? both : variance(q), to_q, factor_q, unit, m, rhs);
+        add_axis(d, DQW_D_INPUTS, info_d, weight == DQW_WEIGHT_COMMON ? both : variance(d), to_d, factor_d, unit, m, rhs);
+        add_axis(q, DQW_Q_INPUTS, info_q, weight == DQW_WEIGHT_COMMON ? both : variance(q), to_q, factor_q, unit, m, rhs);
     } else {
         // Each weight with its marginal information: R from both axes, L_d and L_q from their own slope.
         const struct {
@@ -212,7 +213,7 @@ dqw_parameters dqw_model_read(const dqw_axis *d, const dqw_axis *q, uint16_t pol
         if (known) out.known |= (uint8_t)(1u << i);
     }
     if (has_p && blocks > 0.0f)
-        out.misfit_pu2 = (axis_misfit(d, DQW_D_INPUTS, to_d, factor_d, value) + axis_misfit(q, DQW_Q_INPUTS, to_q, factor_q, value)) / blocks;
+        out.misfit_pu2 = (axis_misfit(d, DQW_D_INPUTS, info_d, to_d, factor_d, value) + axis_misfit(q, DQW_Q_INPUTS, info_q, to_q, factor_q, value)) / blocks;
     out.R_ohm = value[R];
     out.Ld_H = value[LD];
     out.Lq_H = value[LQ];
