@@ -1,0 +1,235 @@
+#include "effect_input.hpp"
+
+#include <cmath>
+#include <stdexcept>
+
+namespace dqw {
+namespace {
+
+constexpr double kRoot3 = 1.7320508075688772;
+
+struct LawInfo {
+    const char* name;
+    int weights, free_shapes;
+};
+
+constexpr LawInfo kLaws[] = {
+    {"dead_time", 1, 1},
+    {"saturation", 5, 0},
+    {"cross_saturation", 3, 0},
+    {"winding_temperature", 1, 0},
+    {"magnet_temperature", 1, 0},
+    {"iron_loss", 1, 0},
+    {"flux_harmonics", 4, 0},
+    {"current_offset", 2, 0},
+    {"current_gain_mismatch", 2, 0},
+    {"angle_offset", 1, 0},
+    {"delay", 1, 0},
+    {"skin_effect", 1, 0},
+    {"phase_resistance_imbalance", 2, 0},
+    {"voltage_offset", 2, 0},
+    {"coulomb_friction", 1, 0},
+    {"direction_asymmetry", 1, 0},
+    {"stribeck_friction", 1, 0},
+    {"cogging_torque", 2, 0},
+    {"load_torque", 1, 0},
+};
+
+const LawInfo& info(Law law) { return kLaws[static_cast<int>(law)]; }
+
+/// tanh with the error of one exp; beyond +-20 it is +-1.
+double fast_tanh(double x)
+{
+    if (x > 20.0) return 1.0;
+    if (x < -20.0) return -1.0;
+    return 1.0 - 2.0 / (std::exp(2.0 * x) + 1.0);
+}
+
+struct Phases {
+    double a, b, c;
+};
+
+/// The moment seen with the angle that it lacks.
+Moment turned(const Input& input, const Moment& at)
+{
+    if (input.shape[1] == 0.0) return at;
+    Moment m = at;
+    const double c = std::cos(input.shape[1]), s = std::sin(input.shape[1]);
+    m.cos_e = c * at.cos_e - s * at.sin_e, m.sin_e = s * at.cos_e + c * at.sin_e;
+    return m;
+}
+
+Phases phases_of(const Moment& at)
+{
+    const double alpha = at.cos_e * at.i_d - at.sin_e * at.i_q, beta = at.sin_e * at.i_d + at.cos_e * at.i_q;
+    return {alpha, 0.5 * (kRoot3 * beta - alpha), -0.5 * (kRoot3 * beta + alpha)};
+}
+
+Vector2 to_dq(const Moment& at, double alpha, double beta) { return {at.cos_e * alpha + at.sin_e * beta, at.cos_e * beta - at.sin_e * alpha}; }
+
+Vector2 of_phases(const Moment& at, double a, double b, double c) { return to_dq(at, (2.0 * a - b - c) / 3.0, (b - c) / kRoot3); }
+
+/// The sensor says i + o: f = -R o, g = -L o.
+void sensor(const Moment& at, Vector2 o, Vector2& f, Vector2& g)
+{
+    f = {-at.R * o.d, -at.R * o.q};
+    g = {-at.Ld * o.d, -at.Lq * o.q};
+}
+
+void saturation(const Input& input, const Moment& at, Vector2 g[])
+{
+    const double x = at.i_d / input.shape[0], y = at.i_q / input.shape[0];
+    g[0].d = x * x, g[1].d = x * x * x, g[2].d = x * x * x * x;
+    g[3].q = y * y * y, g[4].q = y * y * y * y * y;
+}
+
+void cross_saturation(const Input& input, const Moment& at, Vector2 g[])
+{
+    const double x = at.i_d / input.shape[0], y = at.i_q / input.shape[0];
+    g[0] = {y * y, 2.0 * x * y};
+    g[1] = {2.0 * x * y * y, 2.0 * x * x * y};
+    g[2] = {y * y * y * y, 4.0 * x * y * y * y};
+}
+
+}  // namespace
+
+int weights_of(Law law) { return info(law).weights; }
+int free_shapes_of(const Input& input) { return info(input.law).free_shapes + (input.free_angle ? 1 : 0); }
+const char* name_of(Law law) { return info(law).name; }
+
+Law law_named(const std::string& name)
+{
+    for (int i = 0; i < static_cast<int>(sizeof kLaws / sizeof *kLaws); ++i)
+        if (name == kLaws[i].name) return static_cast<Law>(i);
+    throw std::invalid_argument("unknown effect " + name);
+}
+
+void evaluate(const Input& input, const Moment& at, Vector2 f[kMostWeights], Vector2 g[kMostWeights])
+{
+    for (int j = 0; j < weights_of(input.law); ++j) f[j] = g[j] = {};
+    switch (input.law) {
+    case Law::dead_time: {
+        const Moment m = turned(input, at);
+        const Phases p = phases_of(m);
+        const double k = 1.0 / input.shape[0];
+        f[0] = of_phases(m, fast_tanh(k * p.a), fast_tanh(k * p.b), fast_tanh(k * p.c));
+        break;
+    }
+    case Law::saturation: saturation(input, at, g); break;
+    case Law::cross_saturation: cross_saturation(input, at, g); break;
+    case Law::winding_temperature: f[0] = {at.heat_K * at.i_d, at.heat_K * at.i_q}; break;
+    case Law::magnet_temperature: g[0].d = at.heat_K; break;
+    case Law::iron_loss: g[0] = {-at.Ld * (at.v_end_d - at.R * at.i_d), -at.Lq * (at.v_end_q - at.R * at.i_q)}; break;
+    case Law::flux_harmonics: {
+        double c = at.cos_e, s = at.sin_e, cn = 1.0, sn = 0.0;
+        for (int n = static_cast<int>(input.shape[0]); n > 0; n /= 2) {
+            if (n % 2 != 0) {
+                const double turned = cn * c - sn * s;
+                sn = sn * c + cn * s, cn = turned;
+            }
+            const double doubled = c * c - s * s;
+            s = 2.0 * c * s, c = doubled;
+        }
+        g[0].d = cn, g[1].d = sn, g[2].q = cn, g[3].q = sn;
+        break;
+    }
+    case Law::current_offset:
+        sensor(at, to_dq(at, 1.0, 0.0), f[0], g[0]);
+        sensor(at, to_dq(at, 0.0, 1.0), f[1], g[1]);
+        break;
+    case Law::current_gain_mismatch: {
+        const double alpha = at.cos_e * at.i_d - at.sin_e * at.i_q, beta = at.sin_e * at.i_d + at.cos_e * at.i_q;
+        sensor(at, to_dq(at, alpha, -beta), f[0], g[0]);
+        sensor(at, to_dq(at, beta, alpha), f[1], g[1]);
+        break;
+    }
+    case Law::angle_offset: g[0] = {(at.Lq - at.Ld) * at.i_q, (at.Lq - at.Ld) * at.i_d - at.psi}; break;
+    case Law::delay: f[0] = {at.change_d, at.change_q}; break;
+    case Law::skin_effect: f[0] = {at.w_e * at.w_e * at.i_d, at.w_e * at.w_e * at.i_q}; break;
+    case Law::phase_resistance_imbalance: {
+        const Phases p = phases_of(at);
+        f[0] = of_phases(at, p.a, 0.0, 0.0);
+        f[1] = of_phases(at, 0.0, p.b, 0.0);
+        break;
+    }
+    case Law::voltage_offset: f[0].d = 1.0, f[1].q = 1.0; break;
+    default: break;
+    }
+}
+
+void evaluate_sum(const Input& input, const double weights[], const Moment& at, Vector2& f, Vector2& g)
+{
+    if (input.law == Law::angle_offset) {
+        const double c = std::cos(weights[0]), s = std::sin(weights[0]);
+        const double flux_d = at.Ld * (c * at.i_d - s * at.i_q) + at.psi, flux_q = at.Lq * (s * at.i_d + c * at.i_q);
+        g.d += c * flux_d + s * flux_q - at.Ld * at.i_d - at.psi;
+        g.q += c * flux_q - s * flux_d - at.Lq * at.i_q;
+        return;
+    }
+    Vector2 each_f[kMostWeights], each_g[kMostWeights];
+    evaluate(input, at, each_f, each_g);
+    for (int j = 0; j < weights_of(input.law); ++j) {
+        f.d += weights[j] * each_f[j].d, f.q += weights[j] * each_f[j].q;
+        g.d += weights[j] * each_g[j].d, g.q += weights[j] * each_g[j].q;
+    }
+}
+
+void evaluate_slope(const Input& input, const double weights[], const Moment& at, double f_slope[4], double g_slope[4])
+{
+    switch (input.law) {
+    case Law::dead_time: {
+        const Moment m = turned(input, at);
+        const Phases p = phases_of(m);
+        const double k = 1.0 / input.shape[0];
+        const auto slope = [&](double i) {
+            const double t = fast_tanh(k * i);
+            return weights[0] * k * (1.0 - t * t);
+        };
+        const double a = slope(p.a), b = slope(p.b), c = slope(p.c);
+        // Of the phase voltages by (alpha, beta), then turned to dq.
+        const double aa = (4.0 * a + b + c) / 6.0, bb = 0.5 * (b + c), ab = (c - b) / (2.0 * kRoot3);
+        const double cc = m.cos_e, ss = m.sin_e;
+        f_slope[0] += cc * cc * aa + 2.0 * cc * ss * ab + ss * ss * bb;
+        const double mixed = cc * ss * (bb - aa) + (cc * cc - ss * ss) * ab;
+        f_slope[1] += mixed, f_slope[2] += mixed;
+        f_slope[3] += ss * ss * aa - 2.0 * cc * ss * ab + cc * cc * bb;
+        break;
+    }
+    case Law::saturation: {
+        const double k = 1.0 / input.shape[0], x = k * at.i_d, y = k * at.i_q;
+        g_slope[0] += k * x * (2.0 * weights[0] + x * (3.0 * weights[1] + 4.0 * x * weights[2]));
+        g_slope[3] += k * y * y * (3.0 * weights[3] + 5.0 * y * y * weights[4]);
+        break;
+    }
+    case Law::cross_saturation: {
+        const double k = 1.0 / input.shape[0], x = k * at.i_d, y = k * at.i_q;
+        g_slope[0] += k * 2.0 * weights[1] * y * y;
+        const double mixed = k * y * (2.0 * weights[0] + 4.0 * weights[1] * x + 4.0 * weights[2] * y * y);
+        g_slope[1] += mixed, g_slope[2] += mixed;
+        g_slope[3] += k * x * (2.0 * weights[0] + 2.0 * weights[1] * x + 12.0 * weights[2] * y * y);
+        break;
+    }
+    default: break;
+    }
+}
+
+void evaluate_torque(const Input& input, double w_m, double theta_m, double torque[kMostWeights])
+{
+    switch (input.law) {
+    case Law::coulomb_friction: torque[0] = fast_tanh(w_m / input.shape[0]); break;
+    case Law::direction_asymmetry: torque[0] = std::abs(fast_tanh(w_m / input.shape[0])); break;
+    case Law::stribeck_friction: {
+        const double part = w_m / input.shape[1];
+        torque[0] = fast_tanh(w_m / input.shape[0]) * std::exp(-part * part);
+        break;
+    }
+    case Law::cogging_torque:
+        torque[0] = std::cos(input.shape[0] * theta_m);
+        torque[1] = std::sin(input.shape[0] * theta_m);
+        break;
+    case Law::load_torque: torque[0] = 1.0; break;
+    default: break;
+    }
+}
+
+}  // namespace dqw

@@ -1,0 +1,76 @@
+// The inputs of the effects, (E50) to (E55): what each adds to the voltage and to the flux linkage for one unit of each weight.
+#ifndef DQW_REF_EFFECT_INPUT_HPP
+#define DQW_REF_EFFECT_INPUT_HPP
+
+#include <array>
+#include <string>
+
+namespace dqw {
+
+enum class Law {
+    dead_time,
+    saturation,
+    cross_saturation,
+    winding_temperature,
+    magnet_temperature,
+    iron_loss,
+    flux_harmonics,
+    current_offset,
+    current_gain_mismatch,
+    angle_offset,
+    delay,
+    skin_effect,
+    phase_resistance_imbalance,
+    voltage_offset,
+    coulomb_friction,
+    direction_asymmetry,
+    stribeck_friction,
+    cogging_torque,
+    load_torque
+};
+
+constexpr int kMostWeights = 5;
+
+/// A law with its shape; the weights are what is fitted. `heat` names the heating state of a temperature law: 0 is the log's
+/// own temperature, n the n-th time constant that the model prepared.
+struct Input {
+    Law law;
+    std::array<double, 4> shape{};
+    int heat = 0;
+    bool free_angle = false;  ///< the log has no angle: that at the first row is shape[1], and fitted
+};
+
+int weights_of(Law law);
+/// Entries of the shape that are fitted along with the weights: the first so many.
+int free_shapes_of(const Input& input);
+const char* name_of(Law law);
+/// Throws std::invalid_argument for a name that the catalogue lacks.
+Law law_named(const std::string& name);
+
+/// What a sample holds for an input. Voltages: v of the period, v_end as the rotor sees it at this sample, change: v less the
+/// last row's stationary voltage as seen in this period.
+struct Moment {
+    double i_d = 0, i_q = 0, w_e = 0, cos_e = 1, sin_e = 0;
+    double v_end_d = 0, v_end_q = 0, change_d = 0, change_q = 0;
+    double heat_K = 0;
+    double R = 0, Ld = 0, Lq = 0, psi = 0;
+};
+
+struct Vector2 {
+    double d = 0, q = 0;
+};
+
+/// f and g of one unit of each weight, (E51) to (E53).
+void evaluate(const Input& input, const Moment& at, Vector2 f[kMostWeights], Vector2 g[kMostWeights]);
+
+/// Sum over the weights; angle_offset exactly instead of to first order.
+void evaluate_sum(const Input& input, const double weights[], const Moment& at, Vector2& f, Vector2& g);
+
+/// Derivatives by the currents of the same sums, [dd dq qd qq]; zero for what hardly depends on them.
+void evaluate_slope(const Input& input, const double weights[], const Moment& at, double f_slope[4], double g_slope[4]);
+
+/// (E54): torque of one unit of each weight, at speed w_m and shaft angle theta_m.
+void evaluate_torque(const Input& input, double w_m, double theta_m, double torque[kMostWeights]);
+
+}  // namespace dqw
+#endif

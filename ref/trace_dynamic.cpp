@@ -1,0 +1,346 @@
+#include "trace_dynamic.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <thread>
+
+#include "period.hpp"
+
+namespace dqw {
+namespace {
+
+constexpr double kLargestRateDt = 15.0;  ///< (R/L + w_e) dt beyond which a log says nothing about L
+constexpr int kChunk = 128;              ///< rows gathered before they are added up
+constexpr int kIterations = 4;           ///< of the implicit end of a period
+
+struct Matrix2 {
+    double dd = 0, dq = 0, qd = 0, qq = 0;
+};
+Matrix2 operator*(const Matrix2& a, const Matrix2& b)
+{
+    return {a.dd * b.dd + a.dq * b.qd, a.dd * b.dq + a.dq * b.qq, a.qd * b.dd + a.qq * b.qd, a.qd * b.dq + a.qq * b.qq};
+}
+Vector2 operator*(const Matrix2& a, const Vector2& x) { return {a.dd * x.d + a.dq * x.q, a.qd * x.d + a.qq * x.q}; }
+Matrix2 inverse(const Matrix2& a)
+{
+    const double k = 1.0 / (a.dd * a.qq - a.dq * a.qd);
+    return {k * a.qq, -k * a.dq, -k * a.qd, k * a.dd};
+}
+Matrix2 turn(double c, double s) { return {c, -s, s, c}; }
+
+/// x_{k+1} = of x_k, v, psi over one period: [A | B | C] of (E40), by columns x_d, x_q, v_d, v_q, psi.
+using Response = std::array<double, 10>;
+
+Response response(double a, double b, double w_dt, double dt)
+{
+    Response r{};
+    const int order = series_order((std::max(std::abs(a), std::abs(b))) * dt + std::abs(w_dt));
+    for (std::size_t j = 0; j < 5; ++j) {
+        double x_d = j == 0, x_q = j == 1;
+        advance_flux(x_d, x_q, a * dt, b * dt, j == 4 ? 1.0 : 0.0, w_dt, j == 2 ? 1.0 : 0.0, j == 3 ? 1.0 : 0.0, dt, order);
+        r[2 * j] = x_d, r[2 * j + 1] = x_q;
+    }
+    return r;
+}
+
+/// response() over the speed, tabulated: smooth in it, so a cubic between 256 nodes is exact to 1e-9.
+class ResponseTable {
+public:
+    ResponseTable(double a, double b, double w_max, double dt) : a_(a), b_(b), dt_(dt), step_(2.0 * std::max(w_max * dt, 1e-9) / (kNodes - 3))
+    {
+        if (!(dt > 0.0)) return;
+        for (int n = 0; n < kNodes; ++n) nodes_[static_cast<std::size_t>(n)] = response(a, b, (n - 0.5 * (kNodes - 1)) * step_, dt);
+    }
+    Response at(double w_dt, double dt) const
+    {
+        if (!(dt_ > 0.0)) return response(a_, b_, w_dt, dt);
+        const double place = w_dt / step_ + 0.5 * (kNodes - 1);
+        const int n = std::clamp(static_cast<int>(place), 1, kNodes - 3);
+        const double u = place - n;
+        const double c0 = -u * (u - 1) * (u - 2) / 6, c1 = (u + 1) * (u - 1) * (u - 2) / 2, c2 = -(u + 1) * u * (u - 2) / 2, c3 = (u + 1) * u * (u - 1) / 6;
+        const Response *r0 = &nodes_[static_cast<std::size_t>(n - 1)], *r1 = r0 + 1, *r2 = r0 + 2, *r3 = r0 + 3;
+        Response r;
+        for (std::size_t j = 0; j < r.size(); ++j) r[j] = c0 * (*r0)[j] + c1 * (*r1)[j] + c2 * (*r2)[j] + c3 * (*r3)[j];
+        return r;
+    }
+
+private:
+    static constexpr int kNodes = 256;
+    double a_, b_, dt_, step_;
+    std::array<Response, kNodes> nodes_;
+};
+
+/// One column of the derivative: the voltage f and the flux g that one unit of a weight adds.
+struct Lane {
+    Vector2 f0, g0, f1, g1;
+};
+
+}  // namespace
+
+TraceColumns trace_columns(const Log& log, double pole_pairs, double i_base_A, double span_s)
+{
+    TraceColumns c;
+    const std::size_t rows = log.rows();
+    c.cos_e.resize(rows), c.sin_e.resize(rows);
+    double integrated = 0.0;
+    for (std::size_t k = 0; k < rows; ++k) {
+        if (k > 0 && !log.t_s.empty() && !log.w_m_rad_s.empty())
+            integrated += pole_pairs * 0.5 * (log.w_m_rad_s[k] + log.w_m_rad_s[k - 1]) * (log.t_s[k] - log.t_s[k - 1]);
+        double angle = integrated;
+        if (!log.theta_m_rad.empty()) angle = pole_pairs * log.theta_m_rad[k];
+        if (!log.theta_e_rad.empty()) angle = log.theta_e_rad[k];
+        c.cos_e[k] = std::cos(angle), c.sin_e[k] = std::sin(angle);
+    }
+    for (double t : log.temp_winding_C) c.winding_K.push_back(t - kReferenceTemperature_C);
+    for (double t : log.temp_magnet_C) c.magnet_K.push_back(t - kReferenceTemperature_C);
+    if (log.t_s.empty() || !(span_s > 0.0)) return c;
+    for (double part : kHeatTimes) {
+        std::vector<double> h(rows);
+        const double tau = part * span_s;
+        for (std::size_t k = 1; k < rows; ++k) {
+            const auto square = [&](const std::vector<double>& i) { return i.empty() ? 0.0 : i[k - 1] * i[k - 1] / (i_base_A * i_base_A); };
+            const double z = (log.t_s[k] - log.t_s[k - 1]) / tau, kept = std::exp(-z);
+            h[k] = kept * h[k - 1] + (1.0 - kept) * (square(log.i_d_A) + square(log.i_q_A));
+        }
+        c.heat.push_back(std::move(h));
+    }
+    return c;
+}
+
+double heat_at(const TraceColumns& columns, const Input& input, std::size_t k)
+{
+    if (input.heat > 0) return columns.heat[static_cast<std::size_t>(input.heat - 1)][k];
+    if (input.law == Law::winding_temperature) return columns.winding_K[k];
+    if (input.law == Law::magnet_temperature) return columns.magnet_K[k];
+    return 0.0;
+}
+
+TraceDynamic::TraceDynamic(const std::vector<Log>& logs, const std::vector<TraceColumns>& columns, double pole_pairs, Plan plan)
+    : logs_(logs), columns_(columns), pole_pairs_(pole_pairs), plan_(std::move(plan))
+{
+    for (const Piece& piece : plan_.pieces)
+        for (std::size_t k = piece.begin; k < piece.end; ++k) {
+            w_max_rad_s_ = std::max(w_max_rad_s_, std::abs(pole_pairs * piece.log->w_m_rad_s[k]));
+            if (k + 1 < piece.end) dt_max_s_ = std::max(dt_max_s_, piece.period_s(k));
+        }
+}
+
+const std::vector<std::string>& TraceDynamic::base_names() const
+{
+    static const std::vector<std::string> names{"R_ohm", "Ld_H", "Lq_H", "psi_Wb"};
+    return names;
+}
+
+/// One pass over one piece.
+struct TraceDynamic::Run {
+    const TraceDynamic& model;
+    const Point& at;
+    const std::vector<Input>& candidates;
+    std::vector<BlockSum>& sums;
+    const Eigen::Index columns;
+    std::vector<Lane> lanes;
+    std::vector<double> s_d, s_q;
+    std::size_t block;
+    Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic> rows_d, rows_q;
+    int gathered = 0;
+
+    Run(const TraceDynamic& m, const Point& p, const std::vector<Input>& c, std::vector<BlockSum>& s, Eigen::Index n, std::size_t first_block)
+        : model(m), at(p), candidates(c), sums(s), columns(n), lanes(static_cast<std::size_t>(n)), s_d(static_cast<std::size_t>(n)),
+          s_q(static_cast<std::size_t>(n)), block(first_block), rows_d(n + 1, kChunk), rows_q(n + 1, kChunk)
+    {
+    }
+
+    void flush()
+    {
+        if (gathered == 0) return;
+        BlockSum& sum = sums[block];
+        sum.rows += gathered;
+        sum.gram[0].selfadjointView<Eigen::Lower>().rankUpdate(rows_d.leftCols(gathered));
+        sum.gram[1].selfadjointView<Eigen::Lower>().rankUpdate(rows_q.leftCols(gathered));
+        gathered = 0;
+    }
+
+    void count(std::size_t row, const Piece& piece, double e_d, double e_q)
+    {
+        const auto& blocks = model.plan_.blocks;
+        while (block < blocks.size() && blocks[block].piece == &piece && row >= blocks[block].end) {
+            flush();
+            ++block;
+        }
+        if (block >= blocks.size() || blocks[block].piece != &piece || row < blocks[block].begin) return;
+        for (Eigen::Index j = 0; j < columns; ++j) rows_d(j, gathered) = -s_d[static_cast<std::size_t>(j)], rows_q(j, gathered) = -s_q[static_cast<std::size_t>(j)];
+        rows_d(columns, gathered) = e_d, rows_q(columns, gathered) = e_q;
+        if (++gathered == kChunk) flush();
+    }
+
+    Moment moment(const Piece& piece, const TraceColumns& c, std::size_t k, Vector2 i, Vector2 v_end, Vector2 change) const
+    {
+        Moment m;
+        m.i_d = i.d, m.i_q = i.q, m.w_e = model.pole_pairs_ * piece.log->w_m_rad_s[k];
+        m.cos_e = c.cos_e[k], m.sin_e = c.sin_e[k];
+        m.v_end_d = v_end.d, m.v_end_q = v_end.q, m.change_d = change.d, m.change_q = change.q;
+        m.R = at.base[kR], m.Ld = at.base[kLd], m.Lq = at.base[kLq], m.psi = at.base[kPsi];
+        return m;
+    }
+
+    void sum_terms(const TraceColumns& c, std::size_t k, Moment& m, Vector2& f, Vector2& g) const
+    {
+        for (const Term& t : at.terms) {
+            m.heat_K = heat_at(c, t.input, k);
+            evaluate_sum(t.input, t.weights.data(), m, f, g);
+        }
+    }
+
+    void slopes(const Moment& m, double f[4], double g[4]) const
+    {
+        for (const Term& t : at.terms) evaluate_slope(t.input, t.weights.data(), m, f, g);
+    }
+
+    /// f and g of every column but the gains, at the start (`end` false) or the end of a period.
+    void fill(const TraceColumns& c, std::size_t k, Moment m, bool end)
+    {
+        std::size_t j = 0;
+        const auto put = [&](Vector2 f, Vector2 g) {
+            Lane& lane = lanes[j++];
+            (end ? lane.f1 : lane.f0) = f, (end ? lane.g1 : lane.g0) = g;
+        };
+        put({m.i_d, m.i_q}, {});
+        put({}, {m.i_d, 0.0});
+        put({}, {0.0, m.i_q});
+        put({}, {1.0, 0.0});
+        j += 2;
+        Vector2 f[kMostWeights], g[kMostWeights];
+        for (const Term& t : at.terms) {
+            m.heat_K = heat_at(c, t.input, k);
+            evaluate(t.input, m, f, g);
+            for (int w = 0; w < weights_of(t.input.law); ++w) put(f[w], g[w]);
+            for (int s = 0; s < free_shapes_of(t.input); ++s) {
+                Term moved = t;
+                const double step = s == 0 ? 1e-3 * t.input.shape[0] : 1e-3;
+                moved.input.shape[static_cast<std::size_t>(s)] += step;
+                Vector2 f0, g0, f1, g1;
+                evaluate_sum(t.input, t.weights.data(), m, f0, g0);
+                evaluate_sum(moved.input, t.weights.data(), m, f1, g1);
+                put({(f1.d - f0.d) / step, (f1.q - f0.q) / step}, {(g1.d - g0.d) / step, (g1.q - g0.q) / step});
+            }
+        }
+        for (const Input& input : candidates) {
+            m.heat_K = heat_at(c, input, k);
+            evaluate(input, m, f, g);
+            for (int w = 0; w < weights_of(input.law); ++w) put(f[w], g[w]);
+        }
+    }
+
+    bool run(const Piece& piece, const TraceColumns& c)
+    {
+        const Log& log = *piece.log;
+        const double R = at.base[kR], Ld = at.base[kLd], Lq = at.base[kLq], psi = at.base[kPsi];
+        const double g_d = std::clamp(at.gain[0], 0.0, 1.0), g_q = std::clamp(at.gain[1], 0.0, 1.0);
+        const ResponseTable table(R / Ld, R / Lq, model.w_max_rad_s_, piece.dt_s);
+        std::fill(s_d.begin(), s_d.end(), 0.0), std::fill(s_q.begin(), s_q.end(), 0.0);
+        const std::size_t gain_lane = kBase;
+        Vector2 i{log.i_d_A[piece.begin], log.i_q_A[piece.begin]}, v_end{log.v_d_V[piece.begin], log.v_q_V[piece.begin]};
+        const bool with_terms = !at.terms.empty();
+        for (std::size_t k = piece.begin; k + 1 < piece.end; ++k) {
+            const double dt = piece.period_s(k), w_dt = model.pole_pairs_ * 0.5 * (log.w_m_rad_s[k] + log.w_m_rad_s[k + 1]) * dt, h = 0.5 * w_dt;
+            const Response r = table.at(w_dt, dt);
+            const Matrix2 A{r[0], r[2], r[1], r[3]}, B{r[4], r[6], r[5], r[7]};
+            const double ch = std::cos(h), sh = std::sin(h), sinc = std::abs(h) > 1e-4 ? sh / h : 1.0 - h * h / 6.0;
+            const Vector2 v{log.v_d_V[k], log.v_q_V[k]}, mid{v.d / sinc, v.q / sinc};
+            // The held voltage, as the rotor sees it at the period's end; and the last one, turned on into this period.
+            const Vector2 end_v{ch * mid.d + sh * mid.q, ch * mid.q - sh * mid.d};
+            const Vector2 last = turn(ch, -sh) * v_end;
+            const Vector2 change{v.d - sinc * last.d, v.q - sinc * last.q};
+            const Matrix2 to_start = turn(ch, -sh), to_end = turn(ch, sh), Bs{sinc * B.dd, sinc * B.dq, sinc * B.qd, sinc * B.qq};
+
+            Moment m0 = moment(piece, c, k, i, v_end, change);
+            Vector2 x = A * Vector2{Ld * i.d, Lq * i.q};
+            const Vector2 push = B * v;
+            x.d += push.d + r[8] * psi, x.q += push.q + r[9] * psi;
+            const Matrix2 P = Bs * to_end;
+            Matrix2 jacobian{Ld, 0.0, 0.0, Lq}, start{A.dd * Ld, A.dq * Lq, A.qd * Ld, A.qq * Lq};
+            Moment m1;
+            Vector2 next;
+            if (with_terms) {
+                Vector2 f0, g0;
+                double fs[4] = {}, gs[4] = {};
+                sum_terms(c, k, m0, f0, g0);
+                slopes(m0, fs, gs);
+                const Matrix2 Q = Bs * to_start;
+                const Vector2 given = Q * Vector2{g0.d / dt - 0.5 * f0.d, g0.q / dt - 0.5 * f0.q};
+                const Matrix2 change0 = Q * Matrix2{gs[0] / dt - 0.5 * fs[0], gs[1] / dt - 0.5 * fs[1], gs[2] / dt - 0.5 * fs[2], gs[3] / dt - 0.5 * fs[3]};
+                start = {start.dd + change0.dd, start.dq + change0.dq, start.qd + change0.qd, start.qq + change0.qq};
+                x.d += given.d, x.q += given.q;
+                next = i;
+                for (int n = 0; n < kIterations; ++n) {
+                    m1 = moment(piece, c, k + 1, next, end_v, change);
+                    Vector2 f1, g1;
+                    sum_terms(c, k + 1, m1, f1, g1);
+                    double fe[4] = {}, ge[4] = {};
+                    slopes(m1, fe, ge);
+                    const Vector2 taken = P * Vector2{0.5 * f1.d + g1.d / dt, 0.5 * f1.q + g1.q / dt};
+                    const Matrix2 d = P * Matrix2{0.5 * fe[0] + ge[0] / dt, 0.5 * fe[1] + ge[1] / dt, 0.5 * fe[2] + ge[2] / dt, 0.5 * fe[3] + ge[3] / dt};
+                    jacobian = {Ld + d.dd, d.dq, d.qd, Lq + d.qq};
+                    const Vector2 step = inverse(jacobian) * Vector2{x.d - taken.d - Ld * next.d, x.q - taken.q - Lq * next.q};
+                    next.d += step.d, next.q += step.q;
+                    if (std::abs(step.d) + std::abs(step.q) < 1e-9 * (std::abs(next.d) + std::abs(next.q) + 1e-9)) break;
+                }
+            } else {
+                next = {x.d / Ld, x.q / Lq};
+            }
+            m1 = moment(piece, c, k + 1, next, end_v, change);
+            if (!std::isfinite(next.d) || !std::isfinite(next.q)) return false;
+
+            fill(c, k, m0, false);
+            fill(c, k + 1, m1, true);
+            const Matrix2 J = inverse(jacobian), T = J * start, S = J * (Bs * to_start), E = J * P;
+            const double inv_dt = 1.0 / dt;
+            for (std::size_t j = 0; j < lanes.size(); ++j) {
+                const Lane& l = lanes[j];
+                const Vector2 a{l.g0.d * inv_dt - 0.5 * l.f0.d, l.g0.q * inv_dt - 0.5 * l.f0.q}, b{l.g1.d * inv_dt + 0.5 * l.f1.d, l.g1.q * inv_dt + 0.5 * l.f1.q};
+                const double d = T.dd * s_d[j] + T.dq * s_q[j] + S.dd * a.d + S.dq * a.q - E.dd * b.d - E.dq * b.q;
+                const double q = T.qd * s_d[j] + T.qq * s_q[j] + S.qd * a.d + S.qq * a.q - E.qd * b.d - E.qq * b.q;
+                s_d[j] = d, s_q[j] = q;
+            }
+            const double e_d = log.i_d_A[k + 1] - next.d, e_q = log.i_q_A[k + 1] - next.q;
+            count(k + 1, piece, e_d, e_q);
+            // The first rows' noise is forgotten as a running mean forgets it.
+            const double young = 1.0 / (static_cast<double>(k - piece.begin) + 2.0);
+            const double k_d = std::max(g_d, young), k_q = std::max(g_q, young);
+            for (std::size_t j = 0; j < lanes.size(); ++j) s_d[j] *= 1.0 - k_d, s_q[j] *= 1.0 - k_q;
+            if (g_d >= young) s_d[gain_lane] += e_d;
+            if (g_q >= young) s_q[gain_lane + 1] += e_q;
+            i = {next.d + k_d * e_d, next.q + k_q * e_q};
+            v_end = end_v;
+        }
+        flush();
+        return true;
+    }
+};
+
+bool TraceDynamic::pass(const Point& at, const std::vector<Input>& candidates, std::vector<BlockSum>& sums) const
+{
+    Eigen::Index n = at.columns();
+    for (const Input& input : candidates) n += weights_of(input.law);
+    sums.resize(plan_.blocks.size());
+    for (BlockSum& s : sums) {
+        s.rows = 0.0;
+        s.gram.resize(2);
+        for (auto& g : s.gram) g.setZero(n + 1, n + 1);
+    }
+    const double l_min = std::min(at.base[kLd], at.base[kLq]);
+    if (!at.values().allFinite() || !(l_min > 0.0) || (std::abs(at.base[kR]) / l_min + w_max_rad_s_) * dt_max_s_ > kLargestRateDt) return false;
+    bool ok = true;
+    for (const Piece& piece : plan_.pieces) {
+        std::size_t first = 0;
+        while (first < plan_.blocks.size() && (plan_.blocks[first].piece != &piece)) ++first;
+        Run run(*this, at, candidates, sums, n, first);
+        ok = ok && run.run(piece, columns_[static_cast<std::size_t>(piece.log - logs_.data())]);
+    }
+    for (BlockSum& s : sums)
+        for (auto& g : s.gram) g.triangularView<Eigen::StrictlyUpper>() = g.transpose();
+    return ok;
+}
+
+}  // namespace dqw

@@ -1,0 +1,210 @@
+#include "trace_select.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <map>
+
+namespace dqw {
+namespace {
+
+constexpr double kGains[] = {0.003, 0.02, 0.1, 0.4};
+constexpr double kLeastT = 4.0;
+constexpr double kLeastNats = 10.0;
+constexpr std::size_t kRefined = 5;
+constexpr int kPasses = 12;
+
+std::vector<Eigen::Index> with_columns(const Point& at, Eigen::Index first, int count)
+{
+    std::vector<Eigen::Index> use;
+    for (Eigen::Index j = 0; j < at.columns(); ++j) use.push_back(j);
+    for (int j = 0; j < count; ++j) use.push_back(first + j);
+    return use;
+}
+
+Point joined(Point at, const Candidate& c, const Eigen::VectorXd* weights)
+{
+    Eigen::Index j = 0;
+    for (const Input& input : c.inputs) {
+        Term term{input, {}};
+        for (int w = 0; w < weights_of(input.law); ++w, ++j)
+            if (weights) term.weights[static_cast<std::size_t>(w)] = (*weights)[j];
+        at.terms.push_back(term);
+    }
+    return at;
+}
+
+int weights_of(const Candidate& c)
+{
+    int n = 0;
+    for (const Input& input : c.inputs) n += weights_of(input.law);
+    return n;
+}
+
+bool has(const Point& at, Law law)
+{
+    return std::any_of(at.terms.begin(), at.terms.end(), [&](const Term& t) { return t.input.law == law; });
+}
+
+bool has_any(const Point& at, const Candidate& c)
+{
+    return std::any_of(c.inputs.begin(), c.inputs.end(), [&](const Input& i) { return has(at, i.law); });
+}
+
+Point without(Point at, const std::string& name)
+{
+    at.terms.erase(std::remove_if(at.terms.begin(), at.terms.end(), [&](const Term& t) { return name_of(t.input.law) == name; }), at.terms.end());
+    return at;
+}
+
+/// The best of several gains: a wrong model wants a large one, a right one a small one, and each has its own valley.
+Refined refine_gains(const TraceModel& model, const Point& start)
+{
+    Refined best;
+    if (model.gains() == 0) return refine(model, start, kPasses);
+    for (double gain : {0.0, 0.02, 0.3}) {
+        Point at = start;
+        if (gain > 0.0) at.gain.setConstant(gain);
+        Refined r = refine(model, at, kPasses);
+        if (r.ok && (!best.ok || r.left.seen > best.left.seen)) best = std::move(r);
+    }
+    return best;
+}
+
+struct Screened {
+    double seen = -HUGE_VAL, heldout = -HUGE_VAL;
+    double gain = 0.0;
+    Eigen::VectorXd weights;
+    const Candidate* candidate = nullptr;
+};
+
+/// Each candidate as a linear step from `at`, at the gain where it does best on the rows seen.
+std::vector<Screened> screen(const TraceModel& model, const Point& at, const std::vector<const Candidate*>& candidates, const SelectOptions& options)
+{
+    std::vector<Screened> out(candidates.size());
+    std::vector<Input> inputs;
+    std::vector<Eigen::Index> first;
+    Eigen::Index column = at.columns();
+    for (const Candidate* c : candidates) {
+        first.push_back(column);
+        for (const Input& i : c->inputs) inputs.push_back(i);
+        column += weights_of(*c);
+    }
+    std::vector<double> gains{0.0};
+    if (model.gains() > 0) gains.insert(gains.end(), std::begin(kGains), std::end(kGains));
+    for (double gain : gains) {
+        Point there = at;
+        if (gain > 0.0) there.gain.setConstant(gain);
+        std::vector<BlockSum> sums;
+        if (options.tick) options.tick();
+        if (!model.pass(there, inputs, sums)) continue;
+        for (std::size_t c = 0; c < candidates.size(); ++c) {
+            const int n = weights_of(*candidates[c]);
+            std::vector<Eigen::Index> use = with_columns(at, first[c], n);
+            // The gain stays: a step of it is far from linear.
+            use.erase(use.begin() + at.base.size(), use.begin() + at.base.size() + at.gain.size());
+            const Eigen::VectorXd delta = linear_step(model, sums, use, 0.0);
+            const Left left = left_after(model, sums, delta);
+            if (left.seen <= out[c].seen) continue;
+            out[c] = {left.seen, left.heldout, gain, delta.segment(first[c], n), candidates[c]};
+        }
+    }
+    return out;
+}
+
+Tried attempt(const TraceModel& model, const Refined& base, const Screened& s)
+{
+    Tried t;
+    t.candidate = *s.candidate;
+    for (const std::string& name : t.candidate.names()) t.name += (t.name.empty() ? "" : " and ") + name;
+    Point start = joined(base.point, t.candidate, &s.weights);
+    if (s.gain > 0.0) start.gain.setConstant(s.gain);
+    t.refined = refine(model, start, kPasses);
+    if (t.refined.ok) t.over = better(model, base.left, t.refined.left);
+    return t;
+}
+
+/// The candidates that are not on, tried on top of `base`, best first; one for each name.
+std::vector<Tried> round(const TraceModel& model, const Refined& base, const std::vector<Candidate>& candidates, std::size_t refined, const SelectOptions& options)
+{
+    std::vector<const Candidate*> open;
+    for (const Candidate& c : candidates)
+        if (!has_any(base.point, c)) open.push_back(&c);
+    std::vector<Screened> screened = screen(model, base.point, open, options);
+    std::sort(screened.begin(), screened.end(), [](const Screened& a, const Screened& b) { return a.heldout > b.heldout; });
+    std::vector<Tried> tried;
+    std::map<std::string, int> times;
+    for (const Screened& s : screened) {
+        if (!s.candidate) continue;
+        std::string key;
+        for (const std::string& n : s.candidate->names()) key += n + " ";
+        if (++times[key] > 1) continue;
+        if (tried.size() >= refined) break;
+        tried.push_back(attempt(model, base, s));
+        if (options.tick) options.tick();
+    }
+    std::sort(tried.begin(), tried.end(), [](const Tried& a, const Tried& b) {
+        if (a.refined.ok != b.refined.ok) return a.refined.ok;
+        return a.refined.left.heldout > b.refined.left.heldout;
+    });
+    return tried;
+}
+
+}  // namespace
+
+std::vector<std::string> Candidate::names() const
+{
+    std::vector<std::string> out;
+    for (const Input& i : inputs)
+        if (std::find(out.begin(), out.end(), name_of(i.law)) == out.end()) out.push_back(name_of(i.law));
+    return out;
+}
+
+Selection select(const TraceModel& model, const Point& start, const std::vector<Candidate>& candidates, const SelectOptions& options)
+{
+    Selection s;
+    s.plain = refine_gains(model, start);
+    if (!s.plain.ok) return s;
+    s.best = s.plain;
+    for (int n = 0; n < 6; ++n) {
+        std::vector<Tried> tried = round(model, s.best, candidates, n == 0 ? candidates.size() : kRefined, options);
+        if (n == 0) s.first_round = tried;
+        const Tried* taken = nullptr;
+        for (const Tried& t : tried) {
+            if (!t.refined.ok || t.over.t < kLeastT || t.over.nats < kLeastNats) continue;
+            const std::string why = options.veto ? options.veto(t.refined.point) : std::string();
+            if (!why.empty()) {
+                s.vetoed.push_back({t.name, why});
+                continue;
+            }
+            taken = &t;
+            break;
+        }
+        if (std::getenv("DQW_TRACE_DEBUG"))
+            for (const Tried& t : tried)
+                std::fprintf(stderr, "  round %d %-40s ll %.1f nats %.1f t %.1f gain %.4f %.4f w0 %.5g%s\n", n, t.name.c_str(), t.refined.left.heldout, t.over.nats, t.over.t,
+                             t.refined.point.gain.size() ? t.refined.point.gain[0] : 0.0, t.refined.point.gain.size() > 1 ? t.refined.point.gain[1] : 0.0,
+                             t.refined.point.terms.empty() ? 0.0 : t.refined.point.terms.back().weights[0], &t == taken ? "  <=" : "");
+        if (!taken) break;
+        s.best = taken->refined;
+        for (const std::string& name : taken->candidate.names()) s.found.push_back({name, {}});
+    }
+    // What a later effect has made superfluous goes.
+    for (bool changed = true; changed && s.found.size() > 1;) {
+        changed = false;
+        for (std::size_t k = 0; k < s.found.size(); ++k) {
+            const Refined less = refine(model, without(s.best.point, s.found[k].name), kPasses);
+            if (!less.ok) continue;
+            const Better b = better(model, less.left, s.best.left);
+            if (b.t >= kLeastT && b.nats >= kLeastNats) continue;
+            s.best = less;
+            s.found.erase(s.found.begin() + static_cast<std::ptrdiff_t>(k));
+            changed = true;
+            break;
+        }
+    }
+    return s;
+}
+
+}  // namespace dqw

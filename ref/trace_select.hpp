@@ -1,0 +1,52 @@
+// Which effects a log needs, one after the other: screen, refit jointly, judge on rows held out.
+#ifndef DQW_REF_TRACE_SELECT_HPP
+#define DQW_REF_TRACE_SELECT_HPP
+
+#include <functional>
+#include <limits>
+
+#include "trace_solve.hpp"
+
+namespace dqw {
+
+/// An effect, or two that only make sense together, in one shape of several that are tried.
+struct Candidate {
+    std::vector<Input> inputs;
+    /// Names of its effects, each once.
+    std::vector<std::string> names() const;
+};
+
+/// How a candidate did when it was tried.
+struct Tried {
+    std::string name;
+    Candidate candidate;
+    Refined refined;
+    Better over;  ///< the point without it
+};
+
+struct SelectOptions {
+    /// Whether a point's parameters make physical sense; else the reason.
+    std::function<std::string(const Point&)> veto;
+    /// RMS of the reported held-out residual of a point.
+    std::function<double(const Point&)> reported_rms;
+    std::function<double(const Point&)> reported_floor;
+    std::function<void()> tick;
+};
+
+struct Found {
+    std::string name;  ///< of one effect
+    std::vector<std::string> confusable_with;
+};
+
+struct Selection {
+    Refined plain, best;
+    std::vector<Found> found;          ///< in the order found
+    std::vector<double> rms_after;     ///< reported, after each of them
+    std::vector<Tried> first_round;    ///< every candidate on the plain model: what each would explain alone
+    std::vector<std::pair<std::string, std::string>> vetoed;  ///< name and reason
+};
+
+Selection select(const TraceModel& model, const Point& start, const std::vector<Candidate>& candidates, const SelectOptions& options);
+
+}  // namespace dqw
+#endif
