@@ -45,20 +45,6 @@ void add_static(const Log& log, const PlainModel& m, Axis& d, Axis& q)
     }
 }
 
-/// v less the model's v over the period from row k to k + 1, without L di. While the rotor turns under a voltage that
-/// stands still, the flux linkage bends: its mean over dt is that of its two ends plus dt^2/12 w_e (-v_q, v_d).
-void add_period(const Log& log, const PlainModel& m, std::size_t k, double dt_s, double& d, double& q)
-{
-    const double w0 = m.pole_pairs * log.w_m_rad_s[k], w1 = m.pole_pairs * log.w_m_rad_s[k + 1], w = 0.5 * (w0 + w1);
-    const double bend_d = -dt_s * dt_s / 12.0 * w * log.v_q_V[k], bend_q = dt_s * dt_s / 12.0 * w * log.v_d_V[k];
-    const double i_d = 0.5 * (log.i_d_A[k] + log.i_d_A[k + 1]) + (m.Ld_H > 0.0 ? bend_d / m.Ld_H : 0.0);
-    const double i_q = 0.5 * (log.i_q_A[k] + log.i_q_A[k + 1]) + (m.Lq_H > 0.0 ? bend_q / m.Lq_H : 0.0);
-    const double psi_d0 = m.Ld_H * log.i_d_A[k] + m.psi_Wb, psi_d1 = m.Ld_H * log.i_d_A[k + 1] + m.psi_Wb;
-    const double psi_q0 = m.Lq_H * log.i_q_A[k], psi_q1 = m.Lq_H * log.i_q_A[k + 1];
-    d += (log.v_d_V[k] - m.R_ohm * i_d + 0.5 * (w0 * psi_q0 + w1 * psi_q1) + w * bend_q) * dt_s;
-    q += (log.v_q_V[k] - m.R_ohm * i_q - 0.5 * (w0 * psi_d0 + w1 * psi_d1) - w * bend_d) * dt_s;
-}
-
 void add_dynamic(const Log& log, const Piece& piece, const PlainModel& m, Axis& d, Axis& q)
 {
     const std::size_t n = block_rows(log);
@@ -107,6 +93,20 @@ void report(const std::vector<Axis>& axes, const char* unit, Result& result)
 }
 
 }  // namespace
+
+/// While the rotor turns under a voltage that
+/// stands still, the flux linkage bends: its mean over dt is that of its two ends plus dt^2/12 w_e (-v_q, v_d).
+void add_period(const Log& log, const PlainModel& m, std::size_t k, double dt_s, double& d, double& q)
+{
+    const double w0 = m.pole_pairs * log.w_m_rad_s[k], w1 = m.pole_pairs * log.w_m_rad_s[k + 1], w = 0.5 * (w0 + w1);
+    const double bend_d = -dt_s * dt_s / 12.0 * w * log.v_q_V[k], bend_q = dt_s * dt_s / 12.0 * w * log.v_d_V[k];
+    const double i_d = 0.5 * (log.i_d_A[k] + log.i_d_A[k + 1]) + (m.Ld_H > 0.0 ? bend_d / m.Ld_H : 0.0);
+    const double i_q = 0.5 * (log.i_q_A[k] + log.i_q_A[k + 1]) + (m.Lq_H > 0.0 ? bend_q / m.Lq_H : 0.0);
+    const double psi_d0 = m.Ld_H * log.i_d_A[k] + m.psi_Wb, psi_d1 = m.Ld_H * log.i_d_A[k + 1] + m.psi_Wb;
+    const double psi_q0 = m.Lq_H * log.i_q_A[k], psi_q1 = m.Lq_H * log.i_q_A[k + 1];
+    d += (log.v_d_V[k] - m.R_ohm * i_d + 0.5 * (w0 * psi_q0 + w1 * psi_q1) + w * bend_q) * dt_s;
+    q += (log.v_q_V[k] - m.R_ohm * i_q - 0.5 * (w0 * psi_d0 + w1 * psi_d1) - w * bend_d) * dt_s;
+}
 
 std::vector<double> torque_of(const Log& log, double torque_constant_Nm_A, std::string& source)
 {

@@ -17,6 +17,9 @@ struct PlainModel {
 /// max(20 rows, 1 ms) in dynamic logs, 50 ms in mechanical ones, one row otherwise; L di from the block's end currents.
 void report_residual(const std::vector<Log>& logs, const PlainModel& model, Result& result);
 
+/// v less the plain model's v over the period from row k to k + 1, times dt, without L di: added to d and q, Wb.
+void add_period(const Log& log, const PlainModel& model, std::size_t k, double dt_s, double& d, double& q);
+
 /// Torque of a mechanical log: torque_Nm, else K_t i_q, else torque_cmd_Nm. `source` names which.
 std::vector<double> torque_of(const Log& log, double torque_constant_Nm_A, std::string& source);
 

@@ -6,6 +6,7 @@
 #include <thread>
 
 #include "period.hpp"
+#include "residual.hpp"
 
 namespace dqw {
 namespace {
@@ -71,6 +72,23 @@ private:
     std::array<Response, kNodes> nodes_;
 };
 
+/// A voltage held over a period in which the rotor turns by 2 h, from its mean in the rotor's frame.
+struct Hold {
+    double sinc;
+    Matrix2 to_start, to_end;  ///< from the frame of a period's start (end) to that of its middle
+    Vector2 end;               ///< as seen at the end
+    Vector2 change;            ///< mean less the mean of the last held voltage, had it gone on; as an f of constant value
+    Hold(double h, Vector2 mean, Vector2 last_end)
+    {
+        const double c = std::cos(h), s = std::sin(h);
+        sinc = std::abs(h) > 1e-4 ? s / h : 1.0 - h * h / 6.0;
+        to_start = turn(c, -s), to_end = turn(c, s);
+        end = to_start * Vector2{mean.d / sinc, mean.q / sinc};
+        const Vector2 last = to_start * last_end;
+        change = {(mean.d / sinc - last.d) / c, (mean.q / sinc - last.q) / c};
+    }
+};
+
 /// One column of the derivative: the voltage f and the flux g that one unit of a weight adds.
 struct Lane {
     Vector2 f0, g0, f1, g1;
@@ -110,6 +128,8 @@ TraceColumns trace_columns(const Log& log, double pole_pairs, double i_base_A, d
 
 double heat_at(const TraceColumns& columns, const Input& input, std::size_t k)
 {
+    // The magnet follows the winding where it has no thermometer of its own.
+    if (input.heat < 0) return columns.winding_K[k];
     if (input.heat > 0) return columns.heat[static_cast<std::size_t>(input.heat - 1)][k];
     if (input.law == Law::winding_temperature) return columns.winding_K[k];
     if (input.law == Law::magnet_temperature) return columns.magnet_K[k];
@@ -232,6 +252,24 @@ struct TraceDynamic::Run {
         }
     }
 
+    /// The terms' mean voltage over the period from row k, from measured currents. `v_end`: the last voltage, and then this
+    /// one, as the rotor sees it at its end.
+    Vector2 lost(const Piece& piece, const TraceColumns& c, std::size_t k, double dt, Vector2& v_end) const
+    {
+        const Log& log = *piece.log;
+        const double h = 0.5 * model.pole_pairs_ * 0.5 * (log.w_m_rad_s[k] + log.w_m_rad_s[k + 1]) * dt;
+        const Hold hold(h, {log.v_d_V[k], log.v_q_V[k]}, v_end);
+        Moment m0 = moment(piece, c, k, {log.i_d_A[k], log.i_q_A[k]}, v_end, hold.change);
+        Moment m1 = moment(piece, c, k + 1, {log.i_d_A[k + 1], log.i_q_A[k + 1]}, hold.end, hold.change);
+        Vector2 f0, g0, f1, g1;
+        sum_terms(c, k, m0, f0, g0);
+        sum_terms(c, k + 1, m1, f1, g1);
+        v_end = hold.end;
+        const Vector2 a = hold.to_start * Vector2{0.5 * f0.d - g0.d / dt, 0.5 * f0.q - g0.q / dt};
+        const Vector2 b = hold.to_end * Vector2{0.5 * f1.d + g1.d / dt, 0.5 * f1.q + g1.q / dt};
+        return {hold.sinc * (a.d + b.d), hold.sinc * (a.q + b.q)};
+    }
+
     bool run(const Piece& piece, const TraceColumns& c)
     {
         const Log& log = *piece.log;
@@ -246,13 +284,10 @@ struct TraceDynamic::Run {
             const double dt = piece.period_s(k), w_dt = model.pole_pairs_ * 0.5 * (log.w_m_rad_s[k] + log.w_m_rad_s[k + 1]) * dt, h = 0.5 * w_dt;
             const Response r = table.at(w_dt, dt);
             const Matrix2 A{r[0], r[2], r[1], r[3]}, B{r[4], r[6], r[5], r[7]};
-            const double ch = std::cos(h), sh = std::sin(h), sinc = std::abs(h) > 1e-4 ? sh / h : 1.0 - h * h / 6.0;
-            const Vector2 v{log.v_d_V[k], log.v_q_V[k]}, mid{v.d / sinc, v.q / sinc};
-            // The held voltage, as the rotor sees it at the period's end; and the last one, turned on into this period.
-            const Vector2 end_v{ch * mid.d + sh * mid.q, ch * mid.q - sh * mid.d};
-            const Vector2 last = turn(ch, -sh) * v_end;
-            const Vector2 change{v.d - sinc * last.d, v.q - sinc * last.q};
-            const Matrix2 to_start = turn(ch, -sh), to_end = turn(ch, sh), Bs{sinc * B.dd, sinc * B.dq, sinc * B.qd, sinc * B.qq};
+            const Vector2 v{log.v_d_V[k], log.v_q_V[k]};
+            const Hold hold(h, v, v_end);
+            const Matrix2 &to_start = hold.to_start, &to_end = hold.to_end, Bs{hold.sinc * B.dd, hold.sinc * B.dq, hold.sinc * B.qd, hold.sinc * B.qq};
+            const Vector2 end_v = hold.end, change = hold.change;
 
             Moment m0 = moment(piece, c, k, i, v_end, change);
             Vector2 x = A * Vector2{Ld * i.d, Lq * i.q};
@@ -318,6 +353,42 @@ struct TraceDynamic::Run {
         return true;
     }
 };
+
+std::vector<ReportBlock> TraceDynamic::report(const Point& at, std::size_t rows) const
+{
+    std::vector<ReportBlock> out;
+    PlainModel plain;
+    plain.pole_pairs = pole_pairs_;
+    plain.R_ohm = at.base[kR], plain.Ld_H = at.base[kLd], plain.Lq_H = at.base[kLq], plain.psi_Wb = at.base[kPsi];
+    const std::vector<Input> none;
+    std::vector<BlockSum> unused;
+    Run run(*this, at, none, unused, at.columns(), 0);
+    for (const Log& log : logs_) {
+        const std::size_t n = rows > 0 ? rows : block_rows(log);
+        const TraceColumns& c = columns_[static_cast<std::size_t>(&log - logs_.data())];
+        for (const Piece& piece : pieces_of(log, 2)) {
+            Vector2 v_end{log.v_d_V[piece.begin], log.v_q_V[piece.begin]};
+            for (std::size_t k = piece.begin; k + n < piece.end; k += n) {
+                ReportBlock b{&log, k, k + n, {}, {}};
+                const double time_s = span_s(piece, k, n);
+                for (std::size_t r = k; r < k + n; ++r) {
+                    const double dt = piece.period_s(r);
+                    add_period(log, plain, r, dt, b.residual[0], b.residual[1]);
+                    b.measured[0] += log.v_d_V[r] * dt, b.measured[1] += log.v_q_V[r] * dt;
+                    if (!at.terms.empty()) {
+                        const Vector2 lost = run.lost(piece, c, r, dt, v_end);
+                        b.residual[0] -= lost.d * dt, b.residual[1] -= lost.q * dt;
+                    }
+                }
+                b.residual[0] = (b.residual[0] - plain.Ld_H * (log.i_d_A[k + n] - log.i_d_A[k])) / time_s;
+                b.residual[1] = (b.residual[1] - plain.Lq_H * (log.i_q_A[k + n] - log.i_q_A[k])) / time_s;
+                b.measured[0] /= time_s, b.measured[1] /= time_s;
+                out.push_back(b);
+            }
+        }
+    }
+    return out;
+}
 
 bool TraceDynamic::pass(const Point& at, const std::vector<Input>& candidates, std::vector<BlockSum>& sums) const
 {

@@ -34,6 +34,7 @@ public:
     int gains() const override { return 2; }
     bool common_weight() const override { return false; }
     const Plan& plan() const override { return plan_; }
+    std::vector<ReportBlock> report(const Point& at, std::size_t rows) const override;
     bool pass(const Point& at, const std::vector<Input>& candidates, std::vector<BlockSum>& sums) const override;
 
 private:

@@ -43,6 +43,13 @@ struct Plan {
     std::size_t guard = 0;
 };
 
+/// One block of the reported residual, (E43).
+struct ReportBlock {
+    const Log* log = nullptr;
+    std::size_t begin = 0, end = 0;        ///< rows; at `end` the next block's first
+    double measured[2] = {}, residual[2] = {};
+};
+
 /// Sums over one fine block: rows, and for each channel the Gram matrix of [J e], e last.
 struct BlockSum {
     double rows = 0.0;
@@ -62,6 +69,8 @@ public:
     /// Whether all channels' errors weigh alike (settled points), or each by its own noise.
     virtual bool common_weight() const = 0;
     virtual const Plan& plan() const = 0;
+    /// Reported residuals of all logs at `at`, block by block of `rows` rows; 0: the regime's own length.
+    virtual std::vector<ReportBlock> report(const Point& at, std::size_t rows) const = 0;
     /// Errors at `at`, with derivatives by its columns and by the weights (at zero) of `candidates`. False outside the model's domain.
     virtual bool pass(const Point& at, const std::vector<Input>& candidates, std::vector<BlockSum>& sums) const = 0;
 };

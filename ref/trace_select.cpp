@@ -12,6 +12,8 @@ namespace {
 constexpr double kGains[] = {0.003, 0.02, 0.1, 0.4};
 constexpr double kLeastT = 4.0;
 constexpr double kLeastNats = 10.0;
+constexpr double kSeparateT = 3.0;
+constexpr std::size_t kMostAlike = 3;
 constexpr std::size_t kRefined = 5;
 constexpr int kPasses = 12;
 
@@ -76,6 +78,7 @@ struct Screened {
     double seen = -HUGE_VAL, heldout = -HUGE_VAL;
     double gain = 0.0;
     Eigen::VectorXd weights;
+    Point point;  ///< the linear step's end
     const Candidate* candidate = nullptr;
 };
 
@@ -107,7 +110,10 @@ std::vector<Screened> screen(const TraceModel& model, const Point& at, const std
             const Eigen::VectorXd delta = linear_step(model, sums, use, 0.0);
             const Left left = left_after(model, sums, delta);
             if (left.seen <= out[c].seen) continue;
-            out[c] = {left.seen, left.heldout, gain, delta.segment(first[c], n), candidates[c]};
+            Point end = there;
+            end.set(there.values() + delta.head(at.columns()));
+            const Eigen::VectorXd weights = delta.segment(first[c], n);
+            out[c] = {left.seen, left.heldout, gain, weights, joined(end, *candidates[c], &weights), candidates[c]};
         }
     }
     return out;
@@ -126,7 +132,8 @@ Tried attempt(const TraceModel& model, const Refined& base, const Screened& s)
 }
 
 /// The candidates that are not on, tried on top of `base`, best first; one for each name.
-std::vector<Tried> round(const TraceModel& model, const Refined& base, const std::vector<Candidate>& candidates, std::size_t refined, const SelectOptions& options)
+std::vector<Tried> round(const TraceModel& model, const Refined& base, const std::vector<Candidate>& candidates, const SelectOptions& options,
+                         std::vector<std::pair<std::string, Point>>* alone)
 {
     std::vector<const Candidate*> open;
     for (const Candidate& c : candidates)
@@ -140,7 +147,11 @@ std::vector<Tried> round(const TraceModel& model, const Refined& base, const std
         std::string key;
         for (const std::string& n : s.candidate->names()) key += n + " ";
         if (++times[key] > 1) continue;
-        if (tried.size() >= refined) break;
+        if (alone && s.candidate->names().size() == 1) alone->push_back({s.candidate->names().front(), s.point});
+        if (tried.size() >= kRefined) {
+            if (alone) continue;
+            break;
+        }
         tried.push_back(attempt(model, base, s));
         if (options.tick) options.tick();
     }
@@ -161,6 +172,25 @@ std::vector<std::string> Candidate::names() const
     return out;
 }
 
+void look_alikes(const TraceModel& model, const std::vector<Candidate>& candidates, const SelectOptions& options, Selection& s)
+{
+    const double rms = options.reported_rms(s.best.point);
+    for (Found& found : s.found) {
+        const Refined base = refine(model, without(s.best.point, found.name), kPasses);
+        if (!base.ok) continue;
+        std::vector<Candidate> rivals;
+        for (const Candidate& c : candidates)
+            if (c.names().size() == 1 && c.names().front() != found.name) rivals.push_back(c);
+        for (const Tried& t : round(model, base, rivals, options, nullptr)) {
+            if (!t.refined.ok || found.confusable_with.size() >= kMostAlike) continue;
+            if (better(model, t.refined.left, s.best.left).t > kSeparateT) continue;
+            if (options.reported_rms(t.refined.point) > 1.1 * rms) continue;
+            if (options.veto && !options.veto(t.refined.point).empty()) continue;
+            found.confusable_with.push_back(t.name);
+        }
+    }
+}
+
 Selection select(const TraceModel& model, const Point& start, const std::vector<Candidate>& candidates, const SelectOptions& options)
 {
     Selection s;
@@ -168,8 +198,7 @@ Selection select(const TraceModel& model, const Point& start, const std::vector<
     if (!s.plain.ok) return s;
     s.best = s.plain;
     for (int n = 0; n < 6; ++n) {
-        std::vector<Tried> tried = round(model, s.best, candidates, n == 0 ? candidates.size() : kRefined, options);
-        if (n == 0) s.first_round = tried;
+        std::vector<Tried> tried = round(model, s.best, candidates, options, n == 0 ? &s.alone : nullptr);
         const Tried* taken = nullptr;
         for (const Tried& t : tried) {
             if (!t.refined.ok || t.over.t < kLeastT || t.over.nats < kLeastNats) continue;
@@ -188,7 +217,7 @@ Selection select(const TraceModel& model, const Point& start, const std::vector<
                              t.refined.point.terms.empty() ? 0.0 : t.refined.point.terms.back().weights[0], &t == taken ? "  <=" : "");
         if (!taken) break;
         s.best = taken->refined;
-        for (const std::string& name : taken->candidate.names()) s.found.push_back({name, {}});
+        for (const std::string& name : taken->candidate.names()) s.found.push_back({name, {}}), s.after.push_back(s.best.point);
     }
     // What a later effect has made superfluous goes.
     for (bool changed = true; changed && s.found.size() > 1;) {
@@ -200,6 +229,7 @@ Selection select(const TraceModel& model, const Point& start, const std::vector<
             if (b.t >= kLeastT && b.nats >= kLeastNats) continue;
             s.best = less;
             s.found.erase(s.found.begin() + static_cast<std::ptrdiff_t>(k));
+            s.after.erase(s.after.begin() + static_cast<std::ptrdiff_t>(k));
             changed = true;
             break;
         }

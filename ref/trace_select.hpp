@@ -29,7 +29,6 @@ struct SelectOptions {
     std::function<std::string(const Point&)> veto;
     /// RMS of the reported held-out residual of a point.
     std::function<double(const Point&)> reported_rms;
-    std::function<double(const Point&)> reported_floor;
     std::function<void()> tick;
 };
 
@@ -41,10 +40,14 @@ struct Found {
 struct Selection {
     Refined plain, best;
     std::vector<Found> found;          ///< in the order found
-    std::vector<double> rms_after;     ///< reported, after each of them
-    std::vector<Tried> first_round;    ///< every candidate on the plain model: what each would explain alone
+    std::vector<Point> after;          ///< the point after each of them
+    std::vector<std::pair<std::string, Point>> alone;  ///< every candidate on the plain model: what each would explain alone
     std::vector<std::pair<std::string, std::string>> vetoed;  ///< name and reason
 };
+
+/// What could stand in for each effect found: rivals that, in its place, leave as little on the rows held out (within 10 % of the
+/// reported RMS), and that a joint fit cannot tell from it. At most three each.
+void look_alikes(const TraceModel& model, const std::vector<Candidate>& candidates, const SelectOptions& options, Selection& selection);
 
 Selection select(const TraceModel& model, const Point& start, const std::vector<Candidate>& candidates, const SelectOptions& options);
 

@@ -1,0 +1,296 @@
+#include "trace.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include "effect.hpp"
+#include "effect_physical.hpp"
+#include "explain.hpp"
+#include "trace_rest.hpp"
+#include "trace_sense.hpp"
+#include "trace_setup.hpp"
+
+namespace dqw {
+namespace {
+
+constexpr double kStructured = 1.3;    ///< block RMS over the noise floor that is more than noise
+constexpr double kLeastExplained = 0.5; ///< part of the excess that effects must explain, or they are not named
+constexpr int kPasses = 12;
+
+using Blocks = std::vector<ReportBlock>;
+
+/// Rows that no fit saw.
+std::vector<std::vector<char>> heldout_rows(const TraceSetup& setup)
+{
+    std::vector<std::vector<char>> held;
+    for (const Log& log : *setup.logs) held.emplace_back(log.rows(), 0);
+    for (const FineBlock& b : setup.full->plan().blocks)
+        if (b.heldout)
+            for (std::size_t k = b.begin; k < b.end; ++k) held[static_cast<std::size_t>(b.piece->log - setup.logs->data())][k] = 1;
+    return held;
+}
+
+struct Judge {
+    const TraceSetup& setup;
+    std::vector<std::vector<char>> held;
+    int channels;
+
+    explicit Judge(const TraceSetup& s) : setup(s), held(heldout_rows(s)), channels(s.full->channels()) {}
+
+    bool is_held(const ReportBlock& b) const
+    {
+        const auto& h = held[static_cast<std::size_t>(b.log - setup.logs->data())];
+        return h[b.begin] && h[b.end - 1];
+    }
+    bool is_seen(const ReportBlock& b) const
+    {
+        const auto& h = held[static_cast<std::size_t>(b.log - setup.logs->data())];
+        return !h[b.begin] && !h[b.end - 1];
+    }
+    Blocks of(const Point& at, bool seen) const
+    {
+        Blocks out;
+        for (const ReportBlock& b : setup.full->report(at, 0))
+            if (seen ? is_seen(b) : is_held(b)) out.push_back(b);
+        return out;
+    }
+    double rms(const Point& at) const { return rms_of(of(at, false), channels); }
+};
+
+PlainModel plain_of(const TraceSetup& setup, const Point& at)
+{
+    PlainModel m;
+    m.pole_pairs = setup.pole_pairs;
+    if (setup.regime == Regime::mechanical)
+        m.J_kgm2 = at.base[0], m.B_Nms_rad = at.base[1];
+    else
+        m.R_ohm = at.base[0], m.Ld_H = at.base[1], m.Lq_H = at.base[2], m.psi_Wb = at.base[3];
+    return m;
+}
+
+/// The plain model that leaves the least reported residual on the rows seen: the residual is linear in the parameters, but for a
+/// trace, so two steps of least squares do. Where the model lacks something, prediction and least residual differ.
+Point least_residual(const Judge& judge, Point at)
+{
+    for (int round = 0; round < 2; ++round) {
+        const Blocks here = judge.of(at, true);
+        const Eigen::Index n = at.base.size(), m = static_cast<Eigen::Index>(here.size()) * judge.channels;
+        if (m < 4 * n) return at;
+        Eigen::MatrixXd x(m, n);
+        Eigen::VectorXd y(m);
+        const auto fill = [&](const Blocks& blocks, auto&& column) {
+            for (std::size_t k = 0; k < blocks.size(); ++k)
+                for (int c = 0; c < judge.channels; ++c) column(static_cast<Eigen::Index>(k) * judge.channels + c) = blocks[k].residual[c];
+        };
+        fill(here, y);
+        for (Eigen::Index j = 0; j < n; ++j) {
+            Point moved = at;
+            const double step = std::max(std::abs(at.base[j]) * 1e-3, 1e-9);
+            moved.base[j] += step;
+            fill(judge.of(moved, true), x.col(j));
+            x.col(j) = (x.col(j) - y) / step;
+        }
+        const Eigen::VectorXd size = x.colwise().norm().cwiseMax(1e-300);
+        const Eigen::VectorXd delta = -(x * size.cwiseInverse().asDiagonal()).completeOrthogonalDecomposition().solve(y).cwiseQuotient(size);
+        Point next = at;
+        next.base += delta;
+        if (!next.base.allFinite()) return at;
+        at = next;
+    }
+    return at;
+}
+
+std::vector<Estimate> base_parameters(const TraceSetup& setup, const Point& at, const Eigen::VectorXd& sd)
+{
+    std::vector<Estimate> out;
+    const auto& names = setup.full->base_names();
+    for (Eigen::Index j = 0; j < at.base.size(); ++j) {
+        // What the log cannot tell is absent.
+        if (!std::isfinite(sd[j]) || sd[j] > std::max(std::abs(at.base[j]), 1e-12)) continue;
+        out.push_back({names[static_cast<std::size_t>(j)], at.base[j], sd[j], false});
+    }
+    const auto& given = setup.logs->front().machine.pole_pairs;
+    if (setup.regime != Regime::mechanical) out.push_back({"pole_pairs", setup.pole_pairs, 0.0, given.has_value()});
+    return out;
+}
+
+std::vector<AxisResidual> axes_of(const TraceSetup& setup, const Blocks& blocks)
+{
+    std::vector<AxisResidual> out;
+    for (int c = 0; c < setup.full->channels(); ++c) {
+        double r = 0.0, m = 0.0;
+        for (const ReportBlock& b : blocks) r += b.residual[c] * b.residual[c], m += b.measured[c] * b.measured[c];
+        const double n = static_cast<double>(std::max<std::size_t>(blocks.size(), 1));
+        out.push_back({setup.regime == Regime::mechanical ? "torque" : c == 0 ? "d" : "q", std::sqrt(r / n), m > 0.0 ? 100.0 * std::sqrt(r / m) : 0.0});
+    }
+    return out;
+}
+
+TraceFit fit_of(const TraceSetup& setup, const Judge& judge, const Point& at, const Eigen::VectorXd& sd)
+{
+    const Blocks blocks = judge.of(at, false);
+    return {base_parameters(setup, at, sd), rms_of(blocks, judge.channels), axes_of(setup, blocks)};
+}
+
+/// Parameters and inputs of the effect `name` at a point.
+std::vector<Estimate> effect_parameters(const TraceSetup& setup, const Point& at, const Eigen::VectorXd& sd, const std::string& name)
+{
+    std::vector<TraceInput> inputs;
+    std::vector<std::vector<double>> weight_sd;
+    std::vector<double> shape_sd;
+    Eigen::Index j = at.base.size() + at.gain.size();
+    for (const Term& t : at.terms) {
+        const int w = weights_of(t.input.law), s = free_shapes_of(t.input);
+        if (name == name_of(t.input.law)) {
+            inputs.push_back(input_of(setup, at, t));
+            weight_sd.emplace_back(sd.data() + j, sd.data() + j + w);
+            shape_sd.push_back(s > 0 ? sd[j + w] : 0.0);
+        }
+        j += w + s;
+    }
+    return physical(inputs, weight_sd, shape_sd, plain_of(setup, at));
+}
+
+void fill_blocks(const TraceSetup& setup, const Judge& judge, const Point& before, const Point& after, TraceResult& result)
+{
+    const Blocks a = setup.full->report(before, 0), b = setup.full->report(after, 0);
+    TraceBlocks& out = result.blocks;
+    for (int c = 0; c < judge.channels; ++c) out.axes.push_back({setup.regime == Regime::mechanical ? "torque" : c == 0 ? "d" : "q", {}, {}, {}});
+    for (std::size_t k = 0; k < a.size(); ++k) {
+        const Log& log = *a[k].log;
+        const std::size_t row = (a[k].begin + a[k].end) / 2, n = static_cast<std::size_t>(&log - setup.logs->data());
+        const auto put = [&](std::vector<double>& to, const std::vector<double>& from) {
+            if (!from.empty()) to.push_back(from[row]);
+        };
+        put(out.t_s, log.t_s), put(out.i_d_A, log.i_d_A), put(out.i_q_A, log.i_q_A), put(out.w_m_rad_s, log.w_m_rad_s), put(out.temp_C, log.temp_winding_C);
+        if (setup.regime == Regime::dynamic || !log.theta_e_rad.empty()) {
+            const double angle = std::atan2(setup.columns[n].sin_e[row], setup.columns[n].cos_e[row]);
+            out.theta_e_rad.push_back(angle < 0.0 ? angle + 2.0 * M_PI : angle);
+        }
+        out.heldout.push_back(judge.is_held(a[k]) ? 1 : 0);
+        for (int c = 0; c < judge.channels; ++c) {
+            TraceAxisBlocks& axis = out.axes[static_cast<std::size_t>(c)];
+            axis.measured.push_back(a[k].measured[c]), axis.residual_before.push_back(a[k].residual[c]), axis.residual_after.push_back(b[k].residual[c]);
+        }
+    }
+    out.spectra = spectra(setup, a, b);
+}
+
+std::string describe(const std::vector<TraceCorrelate>& rest)
+{
+    if (rest.empty()) return "what remains goes with nothing that was tested";
+    std::string text = "what remains goes with ";
+    for (std::size_t k = 0; k < std::min<std::size_t>(rest.size(), 3); ++k)
+        text += (k > 0 ? ", " : "") + rest[k].with + " (axis " + rest[k].axis + ", " + figure(100.0 * rest[k].share) + " % of it)";
+    return text;
+}
+
+/// The best of the log's own starting points.
+Point best_start(const TraceSetup& setup)
+{
+    const TraceModel& model = setup.search();
+    Point best = setup.starts.front();
+    double most = -HUGE_VAL;
+    for (const Point& start : setup.starts) {
+        std::vector<BlockSum> sums;
+        if (!model.pass(start, {}, sums)) continue;
+        const double seen = left_of(model, sums).seen;
+        if (seen > most) best = start, most = seen;
+    }
+    return best;
+}
+
+SelectOptions select_options(const TraceSetup& setup, const Judge& judge, const TraceOptions& options, int& ticks)
+{
+    SelectOptions o;
+    o.veto = [&setup](const Point& p) { return sense_of(setup, p); };
+    o.reported_rms = [&judge](const Point& p) { return judge.rms(p); };
+    if (options.progress)
+        o.tick = [&options, &ticks] {
+            ++ticks;
+            options.progress(0.95 * ticks / (ticks + 20.0));
+        };
+    return o;
+}
+
+void reject(const TraceSetup& setup, const Judge& judge, const Selection& s, TraceResult& result)
+{
+    for (const auto& [name, point] : s.alone) {
+        const auto is_it = [&name = name](const auto& x) { return x.name == name; };
+        if (std::any_of(result.effects.begin(), result.effects.end(), is_it)) continue;
+        const double rms = judge.rms(point);
+        std::string why = "explains nothing that the rows held out confirm";
+        for (const TraceEffect& e : result.effects)
+            if (std::find(e.confusable_with.begin(), e.confusable_with.end(), name) != e.confusable_with.end()) why = "cannot be told from " + e.name + " here";
+        for (const auto& [vetoed, reason] : s.vetoed)
+            if (vetoed == name) why = reason;
+        result.rejected.push_back({name, why, rms});
+    }
+    for (const TraceRejected& r : setup.untestable) result.rejected.push_back(r);
+}
+
+}  // namespace
+
+TraceResult trace(const std::vector<Log>& logs, const TraceOptions& options)
+{
+    const std::unique_ptr<TraceSetup> setup = trace_setup(logs, options.effects);
+    const Judge judge(*setup);
+    int ticks = 0;
+    const SelectOptions select_by = select_options(*setup, judge, options, ticks);
+    Selection s = select(setup->search(), best_start(*setup), setup->candidates, select_by);
+    if (!s.plain.ok) throw std::invalid_argument(logs.front().path + ": a sampling period spans many time constants of the machine; is this log steady?");
+    look_alikes(setup->search(), setup->candidates, select_by, s);
+    if (setup->part) {
+        s.plain = refine(*setup->full, s.plain.point, kPasses);
+        s.best = s.found.empty() ? s.plain : refine(*setup->full, s.best.point, kPasses);
+    }
+
+    TraceResult result;
+    result.regime = setup->regime;
+    result.unit = setup->regime == Regime::mechanical ? "Nm" : "V";
+    result.notes = setup->notes;
+    for (const Log& log : logs) result.rows += log.rows();
+    for (const auto& held : judge.held) result.heldout_row.insert(result.heldout_row.end(), held.begin(), held.end());
+    result.heldout_rows = static_cast<std::size_t>(std::count(result.heldout_row.begin(), result.heldout_row.end(), 1));
+
+    Point plain = s.plain.point;
+    const Point least = least_residual(judge, plain);
+    if (rms_of(judge.of(least, true), judge.channels) < 0.97 * rms_of(judge.of(plain, true), judge.channels)) plain.base = least.base;
+    const double before = judge.rms(plain);
+    double floor = noise_floor(*setup, s.best.point), after = judge.rms(s.best.point);
+    const std::string fault = record_fault(logs);
+    const double excess_before = std::max(before * before - floor * floor, 0.0), excess_after = std::max(after * after - floor * floor, 0.0);
+    const bool rests = after > kStructured * floor;
+    if (!fault.empty() || (rests && excess_after > (1.0 - kLeastExplained) * excess_before)) {
+        s.found.clear(), s.after.clear();
+        s.best = s.plain;
+        floor = noise_floor(*setup, s.best.point), after = before;
+    }
+    result.noise_floor = floor;
+    const Eigen::VectorXd sd = deviations(*setup->full, s.best), plain_sd = deviations(*setup->full, s.plain);
+    result.before = fit_of(*setup, judge, plain, plain_sd);
+    result.after = s.found.empty() ? result.before : fit_of(*setup, judge, s.best.point, sd);
+    const Point& last = s.found.empty() ? plain : s.best.point;
+    for (std::size_t k = 0; k < s.found.size(); ++k) {
+        TraceEffect e;
+        e.name = s.found[k].name;
+        e.parameters = effect_parameters(*setup, s.best.point, sd, e.name);
+        e.heldout_rms_after = k + 1 == s.found.size() ? result.after.heldout_rms : judge.rms(s.after[k]);
+        e.confusable_with = s.found[k].confusable_with;
+        if (!e.confusable_with.empty()) e.separate = find_effect(e.name)->separate;
+        result.effects.push_back(e);
+    }
+    for (const Term& t : s.found.empty() ? std::vector<Term>() : s.best.point.terms) result.inputs.push_back(input_of(*setup, s.best.point, t));
+    reject(*setup, judge, s, result);
+    result.structure = correlates(*setup, judge.of(plain, false), floor);
+    result.rest = correlates(*setup, judge.of(last, false), floor);
+    const bool structured = result.after.heldout_rms > kStructured * floor || !fault.empty();
+    if (structured) result.rest_signature = fault.empty() ? describe(result.rest) : fault;
+    result.verdict = result.effects.empty() ? (structured ? "unexplained" : "clean") : (structured ? "partly_explained" : "explained");
+    fill_blocks(*setup, judge, plain, last, result);
+    if (options.progress) options.progress(1.0);
+    return result;
+}
+
+}  // namespace dqw

@@ -1,0 +1,40 @@
+// From logs to a model, its candidates, and what cannot be tested.
+#ifndef DQW_REF_TRACE_SETUP_HPP
+#define DQW_REF_TRACE_SETUP_HPP
+
+#include <memory>
+#include <optional>
+
+#include "trace.hpp"
+#include "trace_dynamic.hpp"
+#include "trace_select.hpp"
+
+namespace dqw {
+
+/// Everything that a trace works on. Models refer to the columns beside them, so this stays where it is.
+struct TraceSetup {
+    const std::vector<Log>* logs = nullptr;
+    Regime regime = Regime::dynamic;
+    double pole_pairs = 1.0;
+    double i_base_A = 1.0, span_s = 0.0;
+    std::vector<TraceColumns> columns;
+    std::vector<std::vector<double>> torque, angle;
+    std::unique_ptr<TraceModel> full;  ///< of all rows
+    std::unique_ptr<TraceModel> part;  ///< of windows spread over a long log, for the search; else null
+    std::vector<Point> starts;
+    std::vector<Candidate> candidates;
+    std::vector<TraceRejected> untestable;
+    std::vector<std::string> notes;
+
+    const TraceModel& search() const { return part ? *part : *full; }
+};
+
+/// Throws std::invalid_argument (one line) where logs do not fit together or rows are too few to hold some out.
+/// `only`: names of the effects to try; empty: all.
+std::unique_ptr<TraceSetup> trace_setup(const std::vector<Log>& logs, const std::vector<std::string>& only);
+
+/// The firmware's view of a term: its shape completed from the base parameters.
+TraceInput input_of(const TraceSetup& setup, const Point& at, const Term& term);
+
+}  // namespace dqw
+#endif
