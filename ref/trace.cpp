@@ -16,6 +16,7 @@ namespace {
 
 constexpr double kStructured = 1.3;    ///< block RMS over the noise floor that is more than noise
 constexpr double kLeastExplained = 0.5; ///< part of the excess that effects must explain, or they are not named
+constexpr double kClearlyLess = 0.9;
 constexpr int kPasses = 12;
 
 using Blocks = std::vector<ReportBlock>;
@@ -232,19 +233,50 @@ void reject(const TraceSetup& setup, const Judge& judge, const Selection& s, Tra
 
 }  // namespace
 
+namespace {
+
+/// A search and its judge; `judge` refers to `setup`.
+struct Search {
+    std::unique_ptr<TraceSetup> setup;
+    std::unique_ptr<Judge> judge;
+    Selection selection;
+    double rms = HUGE_VAL;
+};
+
+Search search(const std::vector<Log>& logs, const TraceOptions& options, bool averaged, int& ticks)
+{
+    Search out;
+    out.setup = trace_setup(logs, options.effects, averaged);
+    out.judge = std::make_unique<Judge>(*out.setup);
+    const SelectOptions by = select_options(*out.setup, *out.judge, options, ticks);
+    Selection& s = out.selection = select(out.setup->search(), best_start(*out.setup), out.setup->candidates, by);
+    if (!s.plain.ok) throw std::invalid_argument(logs.front().path + ": a sampling period spans many time constants of the machine; is this log steady?");
+    look_alikes(out.setup->search(), out.setup->candidates, by, s);
+    if (out.setup->part) {
+        s.plain = refine(*out.setup->full, s.plain.point, kPasses);
+        s.best = s.found.empty() ? s.plain : refine(*out.setup->full, s.best.point, kPasses);
+    }
+    out.rms = out.judge->rms(s.best.point);
+    return out;
+}
+
+Search search(const std::vector<Log>& logs, const TraceOptions& options)
+{
+    int ticks = 0;
+    Search found = search(logs, options, false, ticks);
+    if (found.setup->regime != Regime::mechanical) return found;
+    Search other = search(logs, options, true, ticks);
+    return other.rms < kClearlyLess * found.rms ? std::move(other) : std::move(found);
+}
+
+}  // namespace
+
 TraceResult trace(const std::vector<Log>& logs, const TraceOptions& options)
 {
-    const std::unique_ptr<TraceSetup> setup = trace_setup(logs, options.effects);
-    const Judge judge(*setup);
-    int ticks = 0;
-    const SelectOptions select_by = select_options(*setup, judge, options, ticks);
-    Selection s = select(setup->search(), best_start(*setup), setup->candidates, select_by);
-    if (!s.plain.ok) throw std::invalid_argument(logs.front().path + ": a sampling period spans many time constants of the machine; is this log steady?");
-    look_alikes(setup->search(), setup->candidates, select_by, s);
-    if (setup->part) {
-        s.plain = refine(*setup->full, s.plain.point, kPasses);
-        s.best = s.found.empty() ? s.plain : refine(*setup->full, s.best.point, kPasses);
-    }
+    const Search found = search(logs, options);
+    const std::unique_ptr<TraceSetup>& setup = found.setup;
+    const Judge& judge = *found.judge;
+    Selection s = found.selection;
 
     TraceResult result;
     result.regime = setup->regime;

@@ -21,7 +21,7 @@ double terms_torque(const Point& at, double w, double theta)
 void add_inputs(const Point& at, const std::vector<Input>& candidates, double w, double theta, double part, Eigen::VectorXd& x)
 {
     double torque[kMostWeights];
-    Eigen::Index j = 3;
+    Eigen::Index j = at.base.size() + at.gain.size();
     const auto put = [&](const Input& input) {
         evaluate_torque(input, w, theta, torque);
         for (int i = 0; i < weights_of(input.law); ++i) x[j++] += part * torque[i];
@@ -78,8 +78,46 @@ bool TraceMechanical::pass(const Point& at, const std::vector<Input>& candidates
     for (const Input& input : candidates) n += weights_of(input.law);
     sums.resize(plan_.blocks.size());
     for (BlockSum& s : sums) s.rows = 0.0, s.gram.assign(1, Eigen::MatrixXd::Zero(n + 1, n + 1));
+    if (!at.values().allFinite() || !(at.base[kJ] > 0.0)) return false;
+    if (averaged_)
+        average(at, candidates, sums);
+    else if (!predict(at, candidates, sums))
+        return false;
+    for (BlockSum& b : sums) b.gram[0].triangularView<Eigen::StrictlyUpper>() = b.gram[0].transpose();
+    return true;
+}
+
+void TraceMechanical::average(const Point& at, const std::vector<Input>& candidates, std::vector<BlockSum>& sums) const
+{
+    const Eigen::Index n = sums.front().gram[0].rows() - 1;
+    Eigen::VectorXd x(n), row(n + 1);
+    for (std::size_t b = 0; b < sums.size(); ++b) {
+        const FineBlock& fine = plan_.blocks[b];
+        const Log& log = *fine.piece->log;
+        const auto &torque = torque_[static_cast<std::size_t>(&log - logs_.data())], &angle = angle_[static_cast<std::size_t>(&log - logs_.data())];
+        const auto& w = log.w_m_rad_s;
+        const std::size_t length = block_rows(log);
+        for (std::size_t k = fine.begin; k + length < std::min(fine.end + 1, fine.piece->end); k += length) {
+            x.setZero();
+            const double share = 0.5 / static_cast<double>(length);
+            double e = 0.0;
+            for (std::size_t r = k; r < k + length; ++r)
+                for (std::size_t s : {r, r + 1}) {
+                    add_inputs(at, candidates, w[s], angle[s], share, x);
+                    e += share * (torque[s] - at.base[kB] * w[s] - terms_torque(at, w[s], angle[s]));
+                }
+            x[kJ] = (w[k + length] - w[k]) / span_s(*fine.piece, k, length);
+            row << -x, e - at.base[kJ] * x[kJ];
+            sums[b].gram[0].selfadjointView<Eigen::Lower>().rankUpdate(row);
+            sums[b].rows += 1.0;
+        }
+    }
+}
+
+bool TraceMechanical::predict(const Point& at, const std::vector<Input>& candidates, std::vector<BlockSum>& sums) const
+{
     const double J = at.base[kJ], B = at.base[kB], gain = std::clamp(at.gain[0], 0.0, 1.0);
-    if (!at.values().allFinite() || !(J > 0.0)) return false;
+    const Eigen::Index n = sums.front().gram[0].rows() - 1;
     Eigen::VectorXd s(n), x(n), row(n + 1);
     std::size_t block = 0;
     for (const Piece& piece : plan_.pieces) {
@@ -112,7 +150,6 @@ bool TraceMechanical::pass(const Point& at, const std::vector<Input>& candidates
             w = next + g * e;
         }
     }
-    for (BlockSum& b : sums) b.gram[0].triangularView<Eigen::StrictlyUpper>() = b.gram[0].transpose();
     return true;
 }
 

@@ -22,37 +22,40 @@ double median(std::vector<double> x)
     return x[x.size() / 2];
 }
 
-/// Mean squares of two filters that see the upper half band: (1 -4 6 -4 1), at the top, and (1 0 -2 0 1), around its half.
-/// Medians over chunks, so that a few wild stretches do not count.
+/// Mean squares of two filters: (1 -4 6 -4 1), at the top of the band, and second differences of means over five rows, around a
+/// tenth of the sampling rate. Medians over chunks, so that a few wild stretches do not count.
 struct HighBand {
-    double top = 0.0, half = 0.0;
+    double top = 0.0, fifth = 0.0;
 };
 
 HighBand high_band(const std::vector<double>& x, const std::vector<std::size_t>& starts)
 {
-    std::vector<double> top, half;
+    std::vector<double> top, fifth;
     for (std::size_t s = 0; s < starts.size(); ++s) {
         const std::size_t begin = starts[s], end = s + 1 < starts.size() ? starts[s + 1] : x.size();
-        for (std::size_t k = begin; k + 4 < end; k += kChunk) {
-            const std::size_t stop = std::min(k + kChunk, end - 4);
+        for (std::size_t k = begin; k + 15 < end; k += kChunk) {
+            const std::size_t stop = std::min(k + kChunk, end - 15);
             if (stop < k + 20) break;
             double a = 0.0, b = 0.0;
             for (std::size_t r = k; r < stop; ++r) {
-                const double y = x[r] - 4.0 * x[r + 1] + 6.0 * x[r + 2] - 4.0 * x[r + 3] + x[r + 4], z = x[r] - 2.0 * x[r + 2] + x[r + 4];
+                const double y = x[r] - 4.0 * x[r + 1] + 6.0 * x[r + 2] - 4.0 * x[r + 3] + x[r + 4];
+                double z = 0.0;
+                for (std::size_t n = 0; n < 5; ++n) z += 0.2 * (x[r + n] - 2.0 * x[r + 5 + n] + x[r + 10 + n]);
                 a += y * y, b += z * z;
             }
-            top.push_back(a / 70.0 / static_cast<double>(stop - k)), half.push_back(b / 6.0 / static_cast<double>(stop - k));
+            top.push_back(a / 70.0 / static_cast<double>(stop - k)), fifth.push_back(b / 6.0 / static_cast<double>(stop - k));
         }
     }
-    return {median(top), median(half)};
+    return {median(top), median(fifth)};
 }
 
-/// Variance of a block's mean. Per row: `differenced` noise |1 - z|^2, white noise, and a known speed noise |1 + z|^2 / 4.
+/// Variance of a block's mean over `rows` rows, told apart into noise A |1 - z|^2 of the state's sensor, white noise S, and the
+/// known noise W |1 + z|^2 / 4 of the speed sensor: top = 3.6 A + S + 0.1 W, fifth = 0.133 A + 0.2 S + 0.18 W.
 double block_variance(HighBand seen, double speed, double rows, double damped)
 {
-    double differenced = (seen.top - seen.half + 0.4 * speed) / 1.6;
-    double white = seen.half - 2.0 * differenced - 0.5 * speed;
-    if (differenced < 0.0) differenced = 0.0, white = std::max(0.5 * (seen.top + seen.half) - 0.3 * speed, 0.0);
+    double differenced = (seen.top - 5.0 * seen.fifth + 0.8 * speed) / 2.933;
+    double white = 5.0 * (seen.fifth - 0.1333 * differenced - 0.18 * speed);
+    if (differenced < 0.0) differenced = 0.0, white = std::max(5.0 * seen.fifth - 0.9 * speed, 0.0);
     if (white < 0.0) white = 0.0, differenced = std::max(seen.top - 0.1 * speed, 0.0) / 3.6;
     return 2.0 * differenced / (rows * rows) + differenced * damped * damped / rows + (white + speed) / rows;
 }
@@ -165,6 +168,14 @@ double amplitude_at(const Series& s, int order)
     return 2.0 * std::abs(sum) / static_cast<double>(std::max<std::size_t>(s.y.size(), 1));
 }
 
+/// |mean of e^(j angle)|: 1 where the angle stands still, near 0 where it goes round.
+double amplitude_of_angle(const Series& s)
+{
+    std::complex<double> sum = 0.0;
+    for (double a : s.angle) sum += std::polar(1.0, a);
+    return std::abs(sum) / static_cast<double>(std::max<std::size_t>(s.angle.size(), 1));
+}
+
 /// Amplitudes of an evenly sampled series, Hann window; at most 2^16 points of it.
 void amplitudes(const std::vector<double>& y, double period_s, std::vector<double>& frequency_Hz, std::vector<double>& amplitude)
 {
@@ -251,7 +262,8 @@ std::vector<TraceCorrelate> correlates(const TraceSetup& setup, const std::vecto
             for (std::size_t k = 0; k < s.y.size(); ++k) xy += s.sign[k] * s.y[k], xx += s.sign[k] * s.sign[k];
             if (xx > 0.0) add("signs of the phase currents", std::clamp(xy * xy / xx / static_cast<double>(s.y.size()) / excess, 0.0, 1.0));
         }
-        for (int order : {1, 2, 3, 6, 12}) {
+        const bool swept = amplitude_of_angle(s) < 0.7;
+        for (int order : swept ? std::vector<int>{1, 2, 3, 6, 12} : std::vector<int>{}) {
             const double a = amplitude_at(s, order);
             add("angle, order " + std::to_string(order), std::clamp(0.5 * a * a / excess, 0.0, 1.0));
         }

@@ -10,8 +10,6 @@ namespace dqw {
 namespace {
 
 constexpr double kGains[] = {0.003, 0.02, 0.1, 0.4};
-constexpr double kLeastT = 4.0;
-constexpr double kLeastNats = 10.0;
 constexpr double kSeparateT = 3.0;
 constexpr std::size_t kMostAlike = 3;
 constexpr std::size_t kRefined = 5;
@@ -172,6 +170,50 @@ std::vector<std::string> Candidate::names() const
     return out;
 }
 
+namespace {
+
+/// Drops the effects at `gone` where the rest does without them.
+bool drop(const TraceModel& model, const std::vector<std::size_t>& gone, const std::vector<std::size_t>& others, Selection& s)
+{
+    Point less = s.best.point;
+    for (std::size_t k : gone) less = without(less, s.found[k].name);
+    Refined r = refine(model, less, kPasses);
+    if (!r.ok) return false;
+    if (confirmed(model, better(model, r.left, s.best.left))) return false;
+    // One of several that came together goes only where the others hold without it.
+    if (!others.empty()) {
+        Point none = less;
+        for (std::size_t k : others) none = without(none, s.found[k].name);
+        const Refined bare = refine(model, none, kPasses);
+        if (!bare.ok || !confirmed(model, better(model, bare.left, r.left))) return false;
+    }
+    s.best = std::move(r);
+    for (std::size_t n = gone.size(); n-- > 0;) {
+        s.found.erase(s.found.begin() + static_cast<std::ptrdiff_t>(gone[n]));
+        s.after.erase(s.after.begin() + static_cast<std::ptrdiff_t>(gone[n]));
+    }
+    return true;
+}
+
+/// What a later effect has made superfluous goes: whole rounds first, then one of several that came together.
+void drop_superfluous(const TraceModel& model, Selection& s)
+{
+    for (bool changed = true; changed && s.found.size() > 1;) {
+        changed = false;
+        for (std::size_t k = 0; k < s.found.size() && !changed; ++k) {
+            std::vector<std::size_t> together;
+            for (std::size_t j = 0; j < s.found.size(); ++j)
+                if (s.found[j].round == s.found[k].round) together.push_back(j);
+            if (together.size() < s.found.size()) changed = drop(model, together, {}, s);
+            if (changed || together.size() == 1) continue;
+            together.erase(std::find(together.begin(), together.end(), k));
+            changed = drop(model, {k}, together, s);
+        }
+    }
+}
+
+}  // namespace
+
 void look_alikes(const TraceModel& model, const std::vector<Candidate>& candidates, const SelectOptions& options, Selection& s)
 {
     const double rms = options.reported_rms(s.best.point);
@@ -201,7 +243,7 @@ Selection select(const TraceModel& model, const Point& start, const std::vector<
         std::vector<Tried> tried = round(model, s.best, candidates, options, n == 0 ? &s.alone : nullptr);
         const Tried* taken = nullptr;
         for (const Tried& t : tried) {
-            if (!t.refined.ok || t.over.t < kLeastT || t.over.nats < kLeastNats) continue;
+            if (!t.refined.ok || !confirmed(model, t.over)) continue;
             const std::string why = options.veto ? options.veto(t.refined.point) : std::string();
             if (!why.empty()) {
                 s.vetoed.push_back({t.name, why});
@@ -217,23 +259,9 @@ Selection select(const TraceModel& model, const Point& start, const std::vector<
                              t.refined.point.terms.empty() ? 0.0 : t.refined.point.terms.back().weights[0], &t == taken ? "  <=" : "");
         if (!taken) break;
         s.best = taken->refined;
-        for (const std::string& name : taken->candidate.names()) s.found.push_back({name, {}}), s.after.push_back(s.best.point);
+        for (const std::string& name : taken->candidate.names()) s.found.push_back({name, {}, n}), s.after.push_back(s.best.point);
     }
-    // What a later effect has made superfluous goes.
-    for (bool changed = true; changed && s.found.size() > 1;) {
-        changed = false;
-        for (std::size_t k = 0; k < s.found.size(); ++k) {
-            const Refined less = refine(model, without(s.best.point, s.found[k].name), kPasses);
-            if (!less.ok) continue;
-            const Better b = better(model, less.left, s.best.left);
-            if (b.t >= kLeastT && b.nats >= kLeastNats) continue;
-            s.best = less;
-            s.found.erase(s.found.begin() + static_cast<std::ptrdiff_t>(k));
-            s.after.erase(s.after.begin() + static_cast<std::ptrdiff_t>(k));
-            changed = true;
-            break;
-        }
-    }
+    drop_superfluous(model, s);
     return s;
 }
 

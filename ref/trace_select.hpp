@@ -35,6 +35,7 @@ struct SelectOptions {
 struct Found {
     std::string name;  ///< of one effect
     std::vector<std::string> confusable_with;
+    int round = 0;  ///< effects of one round came together
 };
 
 struct Selection {

@@ -13,10 +13,10 @@ namespace {
 constexpr double kMostOfBase = 0.5;   ///< a sensor's or a flux's error beyond this part of its base is none
 constexpr double kLeastInductance = 0.05, kMostInductance = 3.0;
 
-/// An incremental inductance anywhere within the currents of the log, over that at zero current.
+/// Incremental inductances at the log's own currents, over those at zero current; rare extremes apart, where a polynomial ends.
 std::string inductance_sense(const TraceSetup& setup, const Point& at)
 {
-    double least = 1.0, most = 1.0;
+    std::vector<double> part;
     for (const Log& log : *setup.logs) {
         const std::size_t rows = std::min(log.i_d_A.size(), log.i_q_A.size());
         for (std::size_t k = 0; k < rows; k += std::max<std::size_t>(rows / 500, 1)) {
@@ -25,10 +25,12 @@ std::string inductance_sense(const TraceSetup& setup, const Point& at)
             double f[4] = {}, g[4] = {};
             for (const Term& t : at.terms)
                 if (t.input.law != Law::dead_time) evaluate_slope(t.input, t.weights.data(), m, f, g);
-            least = std::min({least, 1.0 + g[0] / at.base[1], 1.0 + g[3] / at.base[2]});
-            most = std::max({most, 1.0 + g[0] / at.base[1], 1.0 + g[3] / at.base[2]});
+            part.push_back(1.0 + g[0] / at.base[1]), part.push_back(1.0 + g[3] / at.base[2]);
         }
     }
+    if (part.empty()) return "";
+    std::sort(part.begin(), part.end());
+    const double least = part[part.size() / 50], most = part[part.size() - 1 - part.size() / 50];
     if (least < kLeastInductance) return "an incremental inductance would vanish";
     if (most > kMostInductance) return "an incremental inductance would grow " + figure(most) + " times";
     return "";

@@ -19,6 +19,7 @@ constexpr std::size_t kLeastPiece = 30;
 constexpr std::size_t kLeastRows = 400, kLeastSettled = 8;
 constexpr std::size_t kSearchRows = 60000, kSearchWindow = 3000;
 constexpr std::size_t kStretches = 20, kFine = 10, kGuard = 60;
+constexpr std::size_t kSettledStretches = 60, kSettledFine = 3;
 constexpr std::size_t kFewRows = 400;  ///< settled rows: fewer are operating points, more are a record in time
 
 double at_row(const std::vector<double>& column, std::size_t k) { return column.empty() ? 0.0 : column[k]; }
@@ -292,8 +293,8 @@ void electrical_setup(TraceSetup& setup)
         for (const Log& log : logs) rows += log.rows();
         if (rows < kLeastSettled)
             throw std::invalid_argument(logs.front().path + ": " + std::to_string(rows) + " rows; a trace needs at least " + std::to_string(kLeastSettled) + " to hold some out");
-        Plan plan = rows < kFewRows ? point_plan(logs, setup.i_base_A, range_of(logs, &Log::w_m_rad_s).size()) : alternate_plan(settled_pieces(logs), kStretches, kFine, 0);
-        if (plan.blocks.size() < kLeastSettled) plan = alternate_plan(settled_pieces(logs), kStretches, kFine, 0);
+        Plan plan = rows < kFewRows ? point_plan(logs, setup.i_base_A, range_of(logs, &Log::w_m_rad_s).size()) : alternate_plan(settled_pieces(logs), kSettledStretches, kSettledFine, 0);
+        if (plan.blocks.size() < kLeastSettled) plan = alternate_plan(settled_pieces(logs), kSettledStretches, kSettledFine, 0);
         setup.full = std::make_unique<TraceStatic>(logs, setup.columns, setup.pole_pairs, std::move(plan));
         Point start;
         start.base = Eigen::Vector4d(1.0, 1e-3, 1e-3, 0.0);
@@ -316,7 +317,7 @@ void electrical_setup(TraceSetup& setup)
     }
 }
 
-void mechanical_setup(TraceSetup& setup)
+void mechanical_setup(TraceSetup& setup, bool averaged)
 {
     const std::vector<Log>& logs = *setup.logs;
     double constant = 0.0;
@@ -335,16 +336,16 @@ void mechanical_setup(TraceSetup& setup)
         throw std::invalid_argument(logs.front().path + ": " + std::to_string(rows_of(pieces)) + " rows without a gap; a trace needs at least " + std::to_string(kLeastRows) +
                                     " to hold some out");
     const std::size_t stretches = kStretches * logs.size();
-    setup.full = std::make_unique<TraceMechanical>(logs, setup.torque, setup.angle, alternate_plan(pieces, stretches, kFine, kGuard));
+    setup.full = std::make_unique<TraceMechanical>(logs, setup.torque, setup.angle, alternate_plan(pieces, stretches, averaged ? kFine / 2 : kFine, kGuard), averaged);
     const std::vector<Piece> windows = spread_sample(pieces, 2 * kSearchRows, 2 * kSearchWindow);
     if (rows_of(windows) < rows_of(pieces))
-        setup.part = std::make_unique<TraceMechanical>(logs, setup.torque, setup.angle, alternate_plan(windows, rows_of(windows) / (2 * kSearchWindow), kFine, kGuard));
+        setup.part = std::make_unique<TraceMechanical>(logs, setup.torque, setup.angle, alternate_plan(windows, rows_of(windows) / (2 * kSearchWindow), kFine, kGuard), averaged);
     std::vector<const std::vector<double>*> of_piece;
     for (const Piece& piece : pieces) of_piece.push_back(&setup.torque[static_cast<std::size_t>(piece.log - logs.data())]);
     for (const MechanicalStart& s : mechanical_starts(pieces, of_piece)) {
         Point start;
         start.base = Eigen::Vector2d(s.J_kgm2, s.B_Nms_rad);
-        start.gain = Eigen::VectorXd::Constant(1, 0.1);
+        start.gain = Eigen::VectorXd::Constant(averaged ? 0 : 1, 0.1);
         setup.starts.push_back(start);
     }
 }
@@ -366,7 +367,7 @@ void check(const std::vector<Log>& logs)
 
 }  // namespace
 
-std::unique_ptr<TraceSetup> trace_setup(const std::vector<Log>& logs, const std::vector<std::string>& only)
+std::unique_ptr<TraceSetup> trace_setup(const std::vector<Log>& logs, const std::vector<std::string>& only, bool averaged)
 {
     check(logs);
     for (const std::string& name : only)
@@ -376,7 +377,7 @@ std::unique_ptr<TraceSetup> trace_setup(const std::vector<Log>& logs, const std:
     setup->regime = logs.front().regime;
     Catalogue catalogue(*setup, only);
     if (setup->regime == Regime::mechanical) {
-        mechanical_setup(*setup);
+        mechanical_setup(*setup, averaged);
         mechanical_candidates(*setup, catalogue);
     } else {
         electrical_setup(*setup);

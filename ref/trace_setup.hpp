@@ -31,7 +31,8 @@ struct TraceSetup {
 
 /// Throws std::invalid_argument (one line) where logs do not fit together or rows are too few to hold some out.
 /// `only`: names of the effects to try; empty: all.
-std::unique_ptr<TraceSetup> trace_setup(const std::vector<Log>& logs, const std::vector<std::string>& only);
+/// `averaged`: of a mechanical log, the model of block means instead of the predicting one.
+std::unique_ptr<TraceSetup> trace_setup(const std::vector<Log>& logs, const std::vector<std::string>& only, bool averaged = false);
 
 /// The firmware's view of a term: its shape completed from the base parameters.
 TraceInput input_of(const TraceSetup& setup, const Point& at, const Term& term);

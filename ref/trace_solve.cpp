@@ -123,13 +123,22 @@ Better better(const TraceModel& model, const Left& a, const Left& b)
     const auto& blocks = model.plan().blocks;
     std::vector<double> gain;
     const double floor = kLeast;
+    // Settled points' errors are no noise of one size: a block whose error is far below the mean does not count there.
+    double mean_square = 0.0, rows = 0.0;
+    for (std::size_t k = 0; k < blocks.size(); ++k)
+        if (blocks[k].heldout) {
+            rows += a.rows[k];
+            for (const auto& channel : b.of) mean_square += channel[k];
+        }
+    mean_square = mean_square / std::max(rows * static_cast<double>(b.of.size()), 1.0) + kLeast;
     for (std::size_t k = 0; k < blocks.size(); ++k) {
         if (!blocks[k].heldout || !(a.rows[k] > 0.0)) continue;
         double g = 0.0;
         if (model.common_weight()) {
             double x = 0.0, y = 0.0;
             for (std::size_t c = 0; c < a.of.size(); ++c) x += a.of[c][k], y += b.of[c][k];
-            g = 0.5 * static_cast<double>(a.of.size()) * std::log((x + floor) / (y + floor));
+            const double size = a.rows[k] * static_cast<double>(a.of.size()) * mean_square;
+            g = 0.5 * std::log((x + size) / (y + size));
         } else {
             for (std::size_t c = 0; c < a.of.size(); ++c) g += 0.5 * std::log((a.of[c][k] + floor) / (b.of[c][k] + floor));
         }
@@ -138,6 +147,7 @@ Better better(const TraceModel& model, const Left& a, const Left& b)
     Better out;
     out.nats = b.heldout - a.heldout;
     const double n = static_cast<double>(gain.size());
+    out.nats_each = out.nats * n / std::max(rows, 1.0);
     if (gain.size() < 3) return out;
     double mean = 0.0, square = 0.0, lag = 0.0;
     for (double g : gain) mean += g / n;
@@ -149,6 +159,13 @@ Better better(const TraceModel& model, const Left& a, const Left& b)
     const double sd = std::sqrt(square / (n - 1.0) / n);
     out.t = sd > 0.0 ? mean / sd * std::sqrt((1.0 - r) / (1.0 + r)) : 0.0;
     return out;
+}
+
+bool confirmed(const TraceModel& model, const Better& gain)
+{
+    constexpr double kLeastT = 4.0, kSettledT = 1.5, kLeastNats = 10.0;
+    if (gain.nats < kLeastNats) return false;
+    return gain.t >= kLeastT || (model.common_weight() && gain.t >= kSettledT && gain.nats_each >= kLeastNats);
 }
 
 Refined refine(const TraceModel& model, const Point& start, int passes)

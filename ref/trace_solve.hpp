@@ -25,8 +25,12 @@ Eigen::VectorXd linear_step(const TraceModel& model, const std::vector<BlockSum>
 struct Better {
     double nats = 0.0;  ///< gain of log-likelihood
     double t = 0.0;     ///< of the blocks' log ratios, shrunk by their correlation
+    double nats_each = 0.0;  ///< the gain if each block counted as one row: rows within a block may all be alike
 };
 Better better(const TraceModel& model, const Left& a, const Left& b);
+/// Whether that is more than chance: t above 4. Among settled points an effect may show in few blocks, strongly: there a large
+/// gain of the blocks together counts too.
+bool confirmed(const TraceModel& model, const Better& gain);
 
 /// A point with all of its columns fitted to the rows seen.
 struct Refined {
