@@ -43,7 +43,10 @@ CERESLIBS = -lceres -lglog -lfmt
 LIB_O := $(patsubst %.c,$(BUILD)/%.o,$(wildcard lib/*.c))
 SIM_O := $(patsubst %.c,$(BUILD)/%.o,$(wildcard sim/*.c))
 REF_O := $(patsubst %.cpp,$(BUILD)/%.o,$(wildcard ref/*.cpp))
-APP_O := $(patsubst %.cpp,$(BUILD)/%.o,$(filter-out app/main.cpp,$(wildcard app/*.cpp)))
+APP_O := $(patsubst %.cpp,$(BUILD)/%.o,$(filter-out app/main.cpp,$(wildcard app/*.cpp))) $(BUILD)/app/asset_bytes.o
+# The plotting library of the reports, and its licence, as Debian installs them.
+DYGRAPHS ?= /usr/share/javascript/dygraphs
+DYGRAPHS_LICENCE ?= /usr/share/doc/libjs-dygraphs
 ARCHIVES := $(BUILD)/libapp.a $(BUILD)/libref.a $(BUILD)/libsim.a $(BUILD)/libdqw.a
 TESTS := $(patsubst tests/%.c,$(BUILD)/tests/%,$(wildcard tests/test_*.c)) \
          $(patsubst tests/%.cpp,$(BUILD)/tests/%,$(wildcard tests/test_*.cpp))
@@ -106,6 +109,13 @@ bench:
 	@$(MAKE) --no-print-directory all $(BUILD)/bench/sim_speed $(BUILD)/bench/regressors
 	@BUILD=$(BUILD) bench/run
 
+## blind        trace 320 simulated logs whose effects a seed draws, and print the confusion table
+.PHONY: blind
+blind:
+	@.ci/install build
+	@$(MAKE) --no-print-directory $(BUILD)/bench/blind
+	@$(BUILD)/bench/blind
+
 ## clean        remove what was built
 .PHONY: clean
 clean:
@@ -123,6 +133,9 @@ $(BUILD)/ref/%.o: ref/%.cpp
 $(BUILD)/app/%.o: app/%.cpp
 	@mkdir -p $(@D)
 	$(CXX) $(CXX17) $(WARN) $(CXXINC) $(CXXFLAGS) -c $< -o $@
+$(BUILD)/app/asset_bytes.o: app/asset_bytes.S $(wildcard app/report_page.*s) $(DYGRAPHS)/dygraph.min.js $(DYGRAPHS)/dygraph.min.css
+	@mkdir -p $(@D)
+	$(CC) -Wa,-Iapp,-I$(DYGRAPHS),-I$(DYGRAPHS_LICENCE) -c $< -o $@
 $(BUILD)/tests/%.o: tests/%.c
 	@mkdir -p $(@D)
 	$(CC) $(C99) -D_POSIX_C_SOURCE=200809L $(WARN) $(INC) -Itests -isystem $(UNITY_DIR) -DUNITY_INCLUDE_DOUBLE $(CFLAGS) -c $< -o $@
@@ -132,6 +145,9 @@ $(BUILD)/tests/%.o: tests/%.cpp
 $(BUILD)/bench/%.o: bench/%.c
 	@mkdir -p $(@D)
 	$(CC) $(C99) -D_POSIX_C_SOURCE=200809L $(WARN) $(INC) $(CFLAGS) -c $< -o $@
+$(BUILD)/bench/%.o: bench/%.cpp
+	@mkdir -p $(@D)
+	$(CXX) $(CXX17) $(WARN) $(CXXINC) $(CXXFLAGS) -c $< -o $@
 $(BUILD)/tests/unity.o: $(UNITY_DIR)/unity.c
 	@mkdir -p $(@D)
 	$(CC) $(OPT) $(SANFLAGS) -DUNITY_INCLUDE_DOUBLE -c $< -o $@
@@ -151,7 +167,13 @@ $(BUILD)/dqwatch: $(BUILD)/app/main.o $(ARCHIVES)
 # C tests see lib/ and sim/; C++ tests see ref/ and app/ as well.
 $(patsubst tests/%.c,$(BUILD)/tests/%,$(wildcard tests/test_*.c)): $(BUILD)/tests/%: $(BUILD)/tests/%.o $(BUILD)/tests/unity.o $(BUILD)/libsim.a $(BUILD)/libdqw.a
 	$(CC) $(SANFLAGS) $^ $(SUNLIBS) -lm -o $@
-$(patsubst tests/%.cpp,$(BUILD)/tests/%,$(wildcard tests/test_*.cpp)): $(BUILD)/tests/%: $(BUILD)/tests/%.o $(BUILD)/tests/unity.o $(ARCHIVES)
+$(patsubst tests/%.cpp,$(BUILD)/tests/%,$(filter-out tests/test_blind.cpp,$(wildcard tests/test_*.cpp))): $(BUILD)/tests/%: $(BUILD)/tests/%.o $(BUILD)/tests/unity.o $(ARCHIVES)
+	$(CXX) $(SANFLAGS) $^ $(SUNLIBS) $(CERESLIBS) -lm -o $@
+# What a blind log is, and its judge; its main program apart, for the test.
+BLIND_O := $(patsubst %.cpp,$(BUILD)/%.o,$(filter-out bench/blind_main.cpp,$(wildcard bench/blind*.cpp)))
+$(BUILD)/tests/test_blind: $(BUILD)/tests/test_blind.o $(BUILD)/tests/unity.o $(BLIND_O) $(ARCHIVES)
+$(BUILD)/bench/blind: $(BUILD)/bench/blind_main.o $(BLIND_O) $(ARCHIVES)
+$(BUILD)/tests/test_blind $(BUILD)/bench/blind:
 	$(CXX) $(SANFLAGS) $^ $(SUNLIBS) $(CERESLIBS) -lm -o $@
 $(BUILD)/measured: bench/measured.cpp $(ARCHIVES)
 	$(CXX) $(CXX17) $(WARN) $(CXXINC) $(CXXFLAGS) $^ $(SUNLIBS) $(CERESLIBS) -lm -o $@

@@ -6,22 +6,34 @@
 
 #include "columns.hpp"
 #include "command.hpp"
+#include "effect_names.hpp"
+#include "effect_report.hpp"
 #include "fit.hpp"
 #include "learn.hpp"
+#include "learn_inputs.hpp"
 #include "output.hpp"
 #include "progress.hpp"
 #include "report.hpp"
 #include "sense.hpp"
+#include "text.hpp"
 
 namespace dqw {
 namespace {
 
-using Estimator = std::function<Result(const std::vector<Log>&, const CommonOptions&, std::function<void(double)>)>;
+/// What was estimated: effects beside parameters, where they were asked for.
+struct Estimated {
+    Result result;
+    std::vector<TraceEffect> effects;
+};
 
 struct Options : CommonOptions {
     std::vector<std::string> logs;
     std::string arith = "float";
+    std::vector<std::string> effects;
+    std::string config_file;
 };
+
+using Estimator = std::function<Estimated(const std::vector<Log>&, const CommonOptions&, const LearnConfig&, std::function<void(double)>)>;
 
 /// What was asked for is either estimated or said not to be identifiable, whatever the estimator knows.
 void name_what_was_left_out(Result& result, const std::vector<std::string>& asked)
@@ -36,14 +48,30 @@ void name_what_was_left_out(Result& result, const std::vector<std::string>& aske
     }
 }
 
+/// The effects asked for: those of the file with its shapes and weights, then those named that it lacks.
+LearnConfig asked_effects(const Options& options)
+{
+    LearnConfig config;
+    if (!options.config_file.empty()) config = read_learn_config(options.config_file);
+    for (const std::string& name : options.effects) {
+        const auto is_it = [&](const TraceInput& in) { return in.effect == name; };
+        if (std::none_of(config.inputs.begin(), config.inputs.end(), is_it)) config.inputs.push_back({name, {}, {}});
+    }
+    return config;
+}
+
 int estimate(const std::string& name, const Options& options, const Estimator& estimator)
 {
     std::vector<std::string> notes;
-    const std::vector<Log> logs = read_logs(options.logs, options, notes);
-    Result result;
+    const LearnConfig config = asked_effects(options);
+    CommonOptions reading = options;
+    reading.all_columns = reading.all_columns || !config.inputs.empty();
+    const std::vector<Log> logs = read_logs(options.logs, reading, notes);
+    Estimated estimated;
+    Result& result = estimated.result;
     try {
         Progress progress(name == "fit" ? "fitting" : "learning");
-        result = estimator(logs, options, progress.callback());
+        estimated = estimator(logs, options, config, progress.callback());
     } catch (const std::invalid_argument& error) {
         // The estimators begin with the log's name where they know it.
         std::string what = error.what();
@@ -54,7 +82,9 @@ int estimate(const std::string& name, const Options& options, const Estimator& e
     check_sense(logs, result);
     name_what_was_left_out(result, options.parameters);
     result.notes.insert(result.notes.begin(), notes.begin(), notes.end());
-    const std::string json = json_text(result_json(result, logs.front().machine));
+    auto object = result_json(result, logs.front().machine);
+    object["effects"] = effects_json(estimated.effects);
+    const std::string json = json_text(object);
     if (options.out_given) {
         make_directory(options.out_dir);
         OutputFile file(path_in(options.out_dir, name + ".json"));
@@ -62,7 +92,7 @@ int estimate(const std::string& name, const Options& options, const Estimator& e
         file.close();
     }
     print_notes(result.notes);
-    print(options.json ? json : result_text(result, logs.front().machine));
+    print(options.json ? json : result_text(result, logs.front().machine) + effects_text(estimated.effects));
     return result.not_identifiable.empty() ? exit_done : exit_not_identifiable;
 }
 
@@ -73,7 +103,13 @@ Command add_estimator(CLI::App& app, const std::string& name, const std::string&
     command->add_option("LOG.csv", options->logs, "log, or several of one machine and regime")->required()->type_name("");
     add_common(*command, *options);
     add_parameters(*command, *options);
-    if (name == "learn") command->add_option("--arith", options->arith, "arithmetic of the learners")->check(CLI::IsMember({"float"}))->capture_default_str();
+    if (name == "learn") {
+        command->add_option("--arith", options->arith, "arithmetic of the learners")->check(CLI::IsMember({"float"}))->capture_default_str();
+        command->add_option("--effect", options->effects, "effect to estimate as well, repeatable: " + list(effect_names(), 99))
+            ->check(CLI::IsMember(effect_names()))
+            ->type_name("NAME");
+        command->add_option("--config", options->config_file, "effects that a trace found, with their start values")->type_name("trace.json");
+    }
     command->footer("With --out, writes DIR/" + name + ".json as well. Exit code 4: a parameter asked for is not identifiable.");
     return {command, [=] { return estimate(name, *options, estimator); }};
 }
@@ -82,21 +118,24 @@ Command add_estimator(CLI::App& app, const std::string& name, const std::string&
 
 Command add_learn(CLI::App& app)
 {
-    return add_estimator(app, "learn", "run the C learners over a log", [](const auto& logs, const CommonOptions& o, auto progress) {
+    return add_estimator(app, "learn", "run the C learners over a log", [](const auto& logs, const CommonOptions& o, const LearnConfig& config, auto progress) {
         LearnOptions options;
         options.parameters = o.parameters;
+        options.inputs = config.inputs;
+        options.start = config.start;
         options.progress = std::move(progress);
-        return learn(logs, options);
+        const Learned learned = learn_all(logs, options);
+        return Estimated{learned.result, learned.effects};
     });
 }
 
 Command add_fit(CLI::App& app)
 {
-    return add_estimator(app, "fit", "fit the reference model to a log", [](const auto& logs, const CommonOptions& o, auto progress) {
+    return add_estimator(app, "fit", "fit the reference model to a log", [](const auto& logs, const CommonOptions& o, const LearnConfig&, auto progress) {
         FitOptions options;
         options.parameters = o.parameters;
         options.progress = std::move(progress);
-        return fit(logs, options);
+        return Estimated{fit(logs, options), {}};
     });
 }
 

@@ -29,6 +29,7 @@ struct CommonOptions {
     std::optional<int> pole_pairs;
     std::string machine_file;
     std::vector<std::string> parameters;
+    bool all_columns = false;  ///< keep every column of the logs, not only those of a plain fit
 };
 
 /// A subcommand: what the parser fills in, and what runs then. Returns an exit code.
@@ -41,6 +42,7 @@ Command add_paper(CLI::App& app);
 Command add_sim(CLI::App& app);
 Command add_learn(CLI::App& app);
 Command add_fit(CLI::App& app);
+Command add_trace(CLI::App& app);
 Command add_demo(CLI::App& app);
 
 /// Adds --json --out --pole-pairs --machine to a subcommand.

@@ -39,7 +39,7 @@ std::vector<Log> read_logs(const std::vector<std::string>& paths, const CommonOp
         ReadOptions read;
         read.machine_file = options.machine_file;
         if (options.pole_pairs) read.pole_pairs = *options.pole_pairs;
-        read.plain_only = true;
+        read.plain_only = !options.all_columns;
         read.notes = &notes;
         read.progress = [&](double fraction) { progress.update((static_cast<double>(i) + fraction) / static_cast<double>(paths.size())); };
         logs.push_back(read_log(paths[i], read));

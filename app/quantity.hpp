@@ -15,14 +15,18 @@ struct Quantity {
     std::string value, sd, unit;
 };
 
-/// `parameter` decides the unit; a name that is not known has none. Without a finite sd: four digits, sd empty.
-Quantity quantity(const std::string& parameter, double value, double sd);
+/// `parameter` decides the unit, by its name or by its SI suffix; without either it has none. Rounded to `sd_digits` of a finite sd;
+/// without one `digits` digits, sd empty.
+Quantity quantity(const std::string& parameter, double value, double sd, int digits = 4, int sd_digits = 2);
+
+/// The same in the prefix that `like` got.
+Quantity quantity_like(const Quantity& like, const std::string& parameter, double value, double sd);
 
 /// "370.2 ± 1.9 mΩ", "(333 ± 14)·10⁻⁶ kg m²".
 std::string with_sd(const Quantity& q);
 
 /// As `quantity`, in the prefix that `like` got: for a column of comparable numbers.
-std::string number_like(const Quantity& like, const std::string& parameter, double value);
+std::string number_like(const Quantity& like, const std::string& parameter, double value, int digits = 4);
 
 /// Columns of a text table, padded to the widest cell by characters, not bytes (UTF-8). The first column is left-aligned, the
 /// others right-aligned, two spaces between; the first row is the heading.

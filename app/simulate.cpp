@@ -40,7 +40,10 @@ const Field fields[] = {
 {
     const std::string what = fmt::format("{}: {}", scenario.name, report.message[0] ? report.message : dqw_sim_status_text(status));
     if (status == DQW_SIM_ERR_SCENARIO) throw UsageError(what);
-    if (status == DQW_SIM_ERR_MAP) throw InputError(scenario.machine.flux_map, 1, report.message[0] ? report.message : dqw_sim_status_text(status));
+    if (status == DQW_SIM_ERR_MAP) {
+        const std::string curve = scenario.nonideal.inverter_curve, said = report.message[0] ? report.message : dqw_sim_status_text(status);
+        throw InputError(!curve.empty() && said.compare(0, curve.size(), curve) == 0 ? curve : scenario.machine.flux_map, 1, said);
+    }
     throw std::runtime_error(what);
 }
 

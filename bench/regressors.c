@@ -21,7 +21,8 @@ static const form FORMS[] = {{"pairs (differenced currents)", 1, 0}, {"flat bloc
 
 static dqw_sample sample(const dqw_sim_row *r)
 {
-    const dqw_sample s = {(float)r->v_d_V, (float)r->v_q_V, (float)r->i_d_A, (float)r->i_q_A, (float)r->w_m_rad_s};
+    const dqw_sample s = {
+        .v_d_V = (float)r->v_d_V, .v_q_V = (float)r->v_q_V, .i_d_A = (float)r->i_d_A, .i_q_A = (float)r->i_q_A, .w_m_rad_s = (float)r->w_m_rad_s};
     return s;
 }
 

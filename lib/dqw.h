@@ -11,6 +11,7 @@
 #define DQW_H
 
 #include "dqw_axis.h"
+#include "dqw_effect.h"
 #include "dqw_estimator.h"
 #include "dqw_gain.h"
 #include "dqw_gate.h"
@@ -19,6 +20,7 @@
 #include "dqw_model.h"
 #include "dqw_ordinal.h"
 #include "dqw_random.h"
+#include "dqw_size.h"
 #include "dqw_stage.h"
 #include "dqw_status.h"
 #include "dqw_tapped.h"

@@ -5,14 +5,15 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "dqw_size.h"
 #include "dqw_status.h"
 
 #ifdef __cplusplus
 extern "C" {
 #endif
 
-/// Most inputs whose excitation is counted.
-#define DQW_GATE_INPUTS 8
+/// Most inputs whose excitation is counted: both axes' own, then the effects' weights.
+#define DQW_GATE_INPUTS (8 + DQW_EFFECT_WEIGHTS)
 
 /// What became of every sample and block. Counters stop at their maximum instead of starting again.
 typedef struct dqw_gate {

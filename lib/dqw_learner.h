@@ -5,6 +5,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "dqw_size.h"
 #include "dqw_status.h"
 
 #ifdef __cplusplus
@@ -12,7 +13,11 @@ extern "C" {
 #endif
 
 /// Most inputs that a Learner takes, the constant input not counted.
+#if DQW_EFFECT_WEIGHTS > 2
+#define DQW_LEARNER_INPUTS (4 + DQW_EFFECT_WEIGHTS)
+#else
 #define DQW_LEARNER_INPUTS 6
+#endif
 
 typedef struct dqw_learner_config {
     int inputs;                        ///< 1 .. DQW_LEARNER_INPUTS

@@ -16,6 +16,10 @@ typedef struct dqw_sample {
     float v_d_V, v_q_V;
     float i_d_A, i_q_A;
     float w_m_rad_s;
+#if DQW_EFFECT_WEIGHTS > 0
+    float theta_e_rad;  ///< read only where an effect needs it, as the temperatures; integrate p w_m where there is no sensor
+    float temp_winding_C, temp_magnet_C;
+#endif
 } dqw_sample;
 
 /// Signals of one consecutive pair, and of a block of them. Means over the period; di is the slope.
@@ -44,6 +48,10 @@ typedef struct dqw_parameters {
     float pole_pairs_raw_sd;  ///< its evidence
     uint16_t pole_pairs;      ///< given, or the integer that the evidence leaves; 0: not known
     uint8_t known;            ///< DQW_KNOWS_* bits
+#if DQW_EFFECT_WEIGHTS > 0
+    float effect[DQW_EFFECT_WEIGHTS];  ///< the effects' weights, SI, in the order of the configuration
+    float effect_sd[DQW_EFFECT_WEIGHTS];
+#endif
 } dqw_parameters;
 
 enum dqw_model_known {
@@ -87,13 +95,14 @@ enum dqw_model_weight {
     DQW_WEIGHT_COMMON,    ///< both alike: settled points, where most of what is left is not noise
 };
 
-/// Weights of both axes to R, L_d, L_q, psi and p, each weighed by what was learned of it.
+/// Weights of both axes to R, L_d, L_q, psi and p, each weighed by what was learned of it. Inputs beyond an axis' own are
+/// effects' (dqw_effect.h), as many and in the same order on both axes: one joint system with the rest.
 ///
 /// Source   generalised least squares over both axes; (E18), (E22) in docs/EQUATIONS.md
 /// Units    pole_pairs: the given number, 0 if p is to be found from the cross weights
 /// Range    a parameter is known where it is positive, its deviation is below a quarter of it, and its regressors are not
 ///          mostly noise
-/// Cost     about 800 flops: for the background, or once a block
+/// Cost     about 800 flops, with n effect weights 5 (4 + n)^3 more: for the background, or once a block
 /// Context  reads d and q only
 dqw_parameters dqw_model_read(const dqw_axis *d, const dqw_axis *q, uint16_t pole_pairs, enum dqw_model_weight weight);
 

@@ -3,7 +3,10 @@
 
 #include "dqw_model.h"
 
-enum { R = 0, LD, LQ, PSI, N };
+enum { R = 0, LD, LQ, PSI, BASE };
+// Parameters, and inputs of one axis, with every effect that there is room for.
+#define N (BASE + DQW_EFFECT_WEIGHTS)
+#define INPUTS (DQW_Q_INPUTS + DQW_EFFECT_WEIGHTS)
 
 // Pole pairs are taken for an integer when every other integer is this many deviations away, ...
 #define EVIDENCE_SD 4.0f
@@ -19,9 +22,9 @@ enum { R = 0, LD, LQ, PSI, N };
 
 // Information of an axis' weights, per unit of its bases: P^-1 = V' D^-1 V with V = U^-1, less what the start values
 // brought, per unit of residual variance.
-static void information(const dqw_axis *a, int n, float info[DQW_Q_INPUTS][DQW_Q_INPUTS])
+static void information(const dqw_axis *a, int n, float info[INPUTS][INPUTS])
 {
-    float v[DQW_Q_INPUTS][DQW_Q_INPUTS] = {{0}};
+    float v[INPUTS][INPUTS] = {{0}};
     for (int j = 0; j < n; j++) {
         v[j][j] = 1.0f;
         for (int i = j - 1; i >= 0; i--)
@@ -36,10 +39,10 @@ static void information(const dqw_axis *a, int n, float info[DQW_Q_INPUTS][DQW_Q
 
 // One axis' part of the normal equations in SI weights scaled by `unit`. to[i] is the parameter that weight i stands
 // for, factor[i] how many of it: p for the cross and flux weights.
-static void add_axis(const dqw_axis *a, int n, float info[DQW_Q_INPUTS][DQW_Q_INPUTS], float variance_pu2, const int to[], const float factor[],
-                     const float unit[N], float m[N][N], float rhs[N])
+static void add_axis(const dqw_axis *a, int n, float info[INPUTS][INPUTS], float variance_pu2, const int to[], const float factor[], const float unit[N],
+                     float m[N][N], float rhs[N])
 {
-    float jac[DQW_Q_INPUTS];
+    float jac[INPUTS];
     const float s = 1.0f / variance_pu2;
     for (int i = 0; i < n; i++) jac[i] = factor[i] * unit[to[i]] / (a->neuron.y_base * a->neuron.x_scale[i]);
     for (int i = 0; i < n; i++)
@@ -50,9 +53,9 @@ static void add_axis(const dqw_axis *a, int n, float info[DQW_Q_INPUTS][DQW_Q_IN
 }
 
 // What one machine's parameters, SI, add to an axis' sum of squared residuals, per unit.
-static float axis_misfit(const dqw_axis *a, int n, float info[DQW_Q_INPUTS][DQW_Q_INPUTS], const int to[], const float factor[], const float value[N])
+static float axis_misfit(const dqw_axis *a, int n, float info[INPUTS][INPUTS], const int to[], const float factor[], const float value[N])
 {
-    float off[DQW_Q_INPUTS];
+    float off[INPUTS];
     for (int i = 0; i < n; i++) off[i] = a->neuron.w_pu[i] - factor[i] * value[to[i]] / (a->neuron.y_base * a->neuron.x_scale[i]);
     float sum = 0.0f;
     for (int i = 0; i < n; i++)
@@ -62,38 +65,38 @@ static float axis_misfit(const dqw_axis *a, int n, float info[DQW_Q_INPUTS][DQW_
 
 // Inverse of a symmetric positive matrix by Gauss-Jordan on its unit-diagonal form; a row whose pivot vanishes is left
 // out and its diagonal set to infinity.
-static void invert(float m[N][N])
+static void invert(float m[N][N], int size)
 {
     float scale[N];
     bool out[N] = {false};
-    for (int i = 0; i < N; i++) {
+    for (int i = 0; i < size; i++) {
         out[i] = !(m[i][i] > 0.0f) || !isfinite(m[i][i]);
         scale[i] = out[i] ? 0.0f : 1.0f / sqrtf(m[i][i]);
     }
-    for (int i = 0; i < N; i++)
-        for (int j = 0; j < N; j++) m[i][j] *= scale[i] * scale[j];
-    for (int k = 0; k < N; k++) {
+    for (int i = 0; i < size; i++)
+        for (int j = 0; j < size; j++) m[i][j] *= scale[i] * scale[j];
+    for (int k = 0; k < size; k++) {
         if (out[k] || !(m[k][k] > PIVOT_MIN)) {
             out[k] = true;
             continue;
         }
         const float pivot = 1.0f / m[k][k];
         m[k][k] = 1.0f;
-        for (int j = 0; j < N; j++) m[k][j] *= pivot;
-        for (int i = 0; i < N; i++) {
+        for (int j = 0; j < size; j++) m[k][j] *= pivot;
+        for (int i = 0; i < size; i++) {
             if (i == k) continue;
             const float f = m[i][k];
             m[i][k] = 0.0f;
-            for (int j = 0; j < N; j++) m[i][j] -= f * m[k][j];
+            for (int j = 0; j < size; j++) m[i][j] -= f * m[k][j];
         }
     }
     // A pivot's row now tells, in the columns left out, how it depends on them.
     bool tied[N] = {false};
-    for (int i = 0; i < N; i++)
-        for (int j = 0; j < N; j++)
+    for (int i = 0; i < size; i++)
+        for (int j = 0; j < size; j++)
             if (!out[i] && out[j] && fabsf(m[i][j]) > TIE_MAX) tied[i] = true;
-    for (int i = 0; i < N; i++)
-        for (int j = 0; j < N; j++) {
+    for (int i = 0; i < size; i++)
+        for (int j = 0; j < size; j++) {
             m[i][j] *= scale[i] * scale[j];
             if (i == j && tied[i]) m[i][j] = INFINITY;
             if (out[i] || out[j]) m[i][j] = i == j ? INFINITY : 0.0f;
@@ -162,26 +165,35 @@ dqw_parameters dqw_model_read(const dqw_axis *d, const dqw_axis *q, uint16_t pol
     // weight is p psi, not psi.
     const bool has_p = out.pole_pairs != 0;
     const float p = has_p ? (float)out.pole_pairs : 0.0f;
-    const float unit[N] = {
+    float unit[N] = {
         d->neuron.y_base * d->neuron.x_scale[DQW_IN_R],
         d->neuron.y_base * d->neuron.x_scale[DQW_IN_L],
         q->neuron.y_base * q->neuron.x_scale[DQW_IN_L],
         q->neuron.y_base * q->neuron.x_scale[DQW_IN_FLUX],
     };
+    int to_d[INPUTS] = {R, LD, LQ};
+    int to_q[INPUTS] = {R, LQ, LD, PSI};
+    float factor_d[INPUTS] = {1.0f, 1.0f, p};
+    float factor_q[INPUTS] = {1.0f, 1.0f, p, p};
+    const int extra = d->neuron.inputs - DQW_D_INPUTS;
+    const bool joint = has_p && extra == q->neuron.inputs - DQW_Q_INPUTS && extra > 0 && extra <= DQW_EFFECT_WEIGHTS;
+    const int effects = joint ? extra : 0;
+    for (int i = 0; i < effects; i++) {
+        unit[BASE + i] = d->neuron.y_base * d->neuron.x_scale[DQW_D_INPUTS + i];
+        to_d[DQW_D_INPUTS + i] = to_q[DQW_Q_INPUTS + i] = BASE + i;
+        factor_d[DQW_D_INPUTS + i] = factor_q[DQW_Q_INPUTS + i] = 1.0f;
+    }
+    const int size = BASE + effects;
     float m[N][N] = {{0}};
     float rhs[N] = {0};
-    const int to_d[DQW_D_INPUTS] = {R, LD, LQ};
-    const int to_q[DQW_Q_INPUTS] = {R, LQ, LD, PSI};
-    const float factor_d[DQW_D_INPUTS] = {1.0f, 1.0f, p};
-    const float factor_q[DQW_Q_INPUTS] = {1.0f, 1.0f, p, p};
-    float info_d[DQW_Q_INPUTS][DQW_Q_INPUTS] = {{0}};
-    float info_q[DQW_Q_INPUTS][DQW_Q_INPUTS] = {{0}};
+    float info_d[INPUTS][INPUTS] = {{0}};
+    float info_q[INPUTS][INPUTS] = {{0}};
     if (has_p) {
-        information(d, DQW_D_INPUTS, info_d);
-        information(q, DQW_Q_INPUTS, info_q);
+        information(d, DQW_D_INPUTS + effects, info_d);
+        information(q, DQW_Q_INPUTS + effects, info_q);
         const float both = common_variance(d, q);
-        add_axis(d, DQW_D_INPUTS, info_d, weight == DQW_WEIGHT_COMMON ? both : variance(d), to_d, factor_d, unit, m, rhs);
-        add_axis(q, DQW_Q_INPUTS, info_q, weight == DQW_WEIGHT_COMMON ? both : variance(q), to_q, factor_q, unit, m, rhs);
+        add_axis(d, DQW_D_INPUTS + effects, info_d, weight == DQW_WEIGHT_COMMON ? both : variance(d), to_d, factor_d, unit, m, rhs);
+        add_axis(q, DQW_Q_INPUTS + effects, info_q, weight == DQW_WEIGHT_COMMON ? both : variance(q), to_q, factor_q, unit, m, rhs);
     } else {
         // Each weight with its marginal information: R from both axes, L_d and L_q from their own slope.
         const struct {
@@ -195,14 +207,14 @@ dqw_parameters dqw_model_read(const dqw_axis *d, const dqw_axis *q, uint16_t pol
             rhs[single[i].to] += info * dqw_learner_weight(&single[i].a->neuron, single[i].weight) / unit[single[i].to];
         }
     }
-    invert(m);
+    invert(m, size);
 
     const float blocks = (float)(d->blocks > q->blocks ? d->blocks : q->blocks);
     float value[N];
     float sd[N];
-    for (int i = 0; i < N; i++) {
+    for (int i = 0; i < size; i++) {
         value[i] = 0.0f;
-        for (int j = 0; j < N; j++)
+        for (int j = 0; j < size; j++)
             if (isfinite(m[i][j])) value[i] += m[i][j] * rhs[j];
         value[i] *= unit[i];
         sd[i] = sqrtf(m[i][i]) * unit[i];
@@ -210,10 +222,12 @@ dqw_parameters dqw_model_read(const dqw_axis *d, const dqw_axis *q, uint16_t pol
         const float ratio = sd[i] / value[i];
         const bool shrunk = weight == DQW_WEIGHT_EACH && blocks * ratio * ratio > SHRUNK_MAX;
         const bool known = isfinite(value[i]) && value[i] > 0.0f && sd[i] < DQW_KNOWN_RATIO * value[i] && !shrunk;
-        if (known) out.known |= (uint8_t)(1u << i);
+        if (known && i < BASE) out.known |= (uint8_t)(1u << i);
     }
     if (has_p && blocks > 0.0f)
-        out.misfit_pu2 = (axis_misfit(d, DQW_D_INPUTS, info_d, to_d, factor_d, value) + axis_misfit(q, DQW_Q_INPUTS, info_q, to_q, factor_q, value)) / blocks;
+        out.misfit_pu2 = (axis_misfit(d, DQW_D_INPUTS + effects, info_d, to_d, factor_d, value) +
+                          axis_misfit(q, DQW_Q_INPUTS + effects, info_q, to_q, factor_q, value)) /
+                         blocks;
     out.R_ohm = value[R];
     out.Ld_H = value[LD];
     out.Lq_H = value[LQ];
@@ -222,5 +236,11 @@ dqw_parameters dqw_model_read(const dqw_axis *d, const dqw_axis *q, uint16_t pol
     out.Ld_sd_H = sd[LD];
     out.Lq_sd_H = sd[LQ];
     out.psi_sd_Wb = sd[PSI];
+#if DQW_EFFECT_WEIGHTS > 0
+    for (int i = 0; i < DQW_EFFECT_WEIGHTS; i++) {
+        out.effect[i] = i < effects ? value[BASE + i] : 0.0f;
+        out.effect_sd[i] = i < effects ? sd[BASE + i] : INFINITY;
+    }
+#endif
     return out;
 }

@@ -6,6 +6,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "dqw_size.h"
 #include "dqw_status.h"
 
 #ifdef __cplusplus
@@ -13,7 +14,7 @@ extern "C" {
 #endif
 
 /// Most signals that a window gathers.
-#define DQW_WINDOW_SIGNALS 9
+#define DQW_WINDOW_SIGNALS (9 + 2 * DQW_EFFECT_WEIGHTS)
 
 typedef struct dqw_window {
     float flat[DQW_WINDOW_SIGNALS];  ///< this half: sum of x

@@ -21,7 +21,7 @@ const std::vector<Effect>& effects()
         {"current_offset", "the current sensors read a constant too much", "zero current with the inverter off", false, true, {{"i_alpha_A", -1e4, 1e4}, {"i_beta_A", -1e4, 1e4}}},
         {"current_gain_mismatch", "the phases' current sensors differ in gain", "a second speed: it also follows L di/dt, a resistance does not", false, true,
          {{"gain", 0.0, 0.3}, {"axis_rad", -4, 4}}},
-        {"angle_offset", "the angle is wrong by a constant", "a second speed, and i_d of both signs", false, false, {{"angle_rad", -0.8, 0.8}}},
+        {"angle_offset", "the angle is wrong by a constant", "a second speed, and i_d of both signs", false, false, {{"angle_rad", -0.35, 0.35}}},
         {"delay", "the voltage comes late", "a voltage that changes fast: injection or steps", false, false, {{"periods", 0.0, 3.0}}},
         {"skin_effect", "R = R_0 (1 + k w_e^2)", "the same currents at standstill and at top speed", false, false, {{"k_s2_rad2", 0.0, 1.0}}},
         {"phase_resistance_imbalance", "one or two phases' resistance differs", "a current vector turned slowly at standstill", false, true,

@@ -224,6 +224,9 @@ void look_alikes(const TraceModel& model, const std::vector<Candidate>& candidat
         for (const Candidate& c : candidates)
             if (c.names().size() == 1 && c.names().front() != found.name) rivals.push_back(c);
         for (const Tried& t : round(model, base, rivals, options, nullptr)) {
+            if (std::getenv("DQW_TRACE_DEBUG"))
+                std::fprintf(stderr, "  rival of %s: %s t %.1f rms %.4g of %.4g\n", found.name.c_str(), t.name.c_str(), better(model, t.refined.left, s.best.left).t,
+                             options.reported_rms(t.refined.point), rms);
             if (!t.refined.ok || found.confusable_with.size() >= kMostAlike) continue;
             if (better(model, t.refined.left, s.best.left).t > kSeparateT) continue;
             if (options.reported_rms(t.refined.point) > 1.1 * rms) continue;

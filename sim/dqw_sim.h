@@ -23,7 +23,7 @@ enum dqw_sim_status {
     DQW_SIM_ERR_VALUE = -2,     ///< the text is not a value of this key's kind
     DQW_SIM_ERR_SCENARIO = -3,  ///< unphysical or contradictory scenario
     DQW_SIM_ERR_CAPACITY = -4,  ///< fewer rows offered than the run writes
-    DQW_SIM_ERR_MAP = -5,       ///< flux map unreadable, malformed, not a grid, or not invertible
+    DQW_SIM_ERR_MAP = -5,       ///< flux map or inverter curve unreadable or malformed; map not a grid, or not invertible
     DQW_SIM_ERR_SOLVER = -6,    ///< CVODE gave up (the message says when and why)
     DQW_SIM_ERR_MEMORY = -7,
     DQW_SIM_ERR_ABORTED = -8  ///< the progress callback asked to stop
@@ -67,6 +67,30 @@ typedef struct dqw_sim_nonideal {
     dqw_sim_ramp phase_connection_ohm;                                           ///< fault: extra resistance in series with phase a
     dqw_sim_ramp bearing_Nm;                                                     ///< fault: extra Coulomb friction (the machine's coulomb_width_rad_s)
     dqw_sim_ramp bearing_B_Nms_rad;                                              ///< fault: extra viscous friction
+    dqw_sim_ramp skin_effect_s2_rad2;                                            ///< (E35): R (1 + k w_e^2)
+    dqw_sim_ramp phase_resistance_a_ohm, phase_resistance_b_ohm;                 ///< phase a, b: the healthy one plus this, which may be negative
+    /// (E36): rotor-frame flux linkage gains d cos(n theta_e + phase), q sin(n theta_e + phase), n = 6, 12
+    dqw_sim_ramp flux_harmonic_6d_Wb, flux_harmonic_6q_Wb, flux_harmonic_12d_Wb, flux_harmonic_12q_Wb;
+    double flux_harmonic_6_phase_rad, flux_harmonic_12_phase_rad;
+    dqw_sim_ramp delay_periods;  ///< (E37): the inverter switches this late, 0..2; the log's voltage is what was meant
+    /// (E38): what the control loops and the log take for the phase currents: (1 + gain) i, then the offset
+    dqw_sim_ramp current_gain_a, current_gain_b, current_gain_c, current_offset_alpha_A, current_offset_beta_A;
+    dqw_sim_ramp angle_offset_rad;                        ///< (E38): the drive's electrical angle is the true one plus this
+    dqw_sim_ramp voltage_offset_d_V, voltage_offset_q_V;  ///< the log's voltage is the commanded one plus this
+    dqw_sim_ramp stribeck_Nm;                             ///< (E39): more friction near rest; smoothed as Coulomb friction is
+    double stribeck_width_rad_s;
+    dqw_sim_ramp friction_asymmetry_Nm;  ///< (E39): Coulomb friction is this much more at positive speed, and less at negative
+    dqw_sim_ramp cogging_Nm;             ///< (E39): torque cogging_Nm sin(order theta_m + phase)
+    int cogging_order;
+    double cogging_phase_rad;
+    char inverter_curve[256];  ///< CSV i_A,v_V: each phase's measured loss, see sim_curve.h; replaces dead_time_V; "": none
+    // Not of the catalogue of effects: what a tracer must not give one of its names.
+    dqw_sim_ramp disturbance_V;  ///< added to the applied voltage, not to the log's: d as sin, q a quarter turn later
+    double disturbance_Hz;
+    dqw_sim_ramp hum_A;  ///< mains hum on phase a's current sensor, in the log alone
+    double hum_Hz;
+    double clip_A;            ///< the log's phase currents end here; 0: nowhere
+    double dropped_fraction;  ///< of the log's rows repeat the last row's currents, drawn by the seed, 0..1
 } dqw_sim_nonideal;
 
 /// In which frame the inverter holds its voltage over a period.
@@ -149,7 +173,7 @@ typedef struct dqw_sim_report {
     double mechanical_J;                   ///< air-gap torque times speed
     double stored_start_J, stored_end_J;   ///< magnetic
     double magnet_J;                       ///< work on the magnet and the iron as they change in time (temperature, ramps)
-    double kinetic_J, friction_J, load_J;  ///< mechanical = kinetic + friction + load where the shaft is free
+    double kinetic_J, friction_J, load_J;  ///< mechanical = kinetic + friction + load (and cogging) where the shaft is free
     double heat_stored_J, heat_ambient_J;  ///< copper + iron = these two where there are heat capacities
     long periods, steps, rhs_evaluations, error_test_failures;
     double map_rms_Wb, map_max_Wb;  ///< flux map minus its projection on one co-energy

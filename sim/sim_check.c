@@ -7,7 +7,7 @@
 #include "sim_keys.h"
 
 // What a double may be. The table below names those that are not free.
-enum rule { FINITE, NOT_NEGATIVE, POSITIVE, BELOW_ONE };
+enum rule { FINITE, NOT_NEGATIVE, POSITIVE, BELOW_ONE, UP_TO_TWO, A_GAIN };
 
 static const struct {
     const char *key;
@@ -35,6 +35,20 @@ static const struct {
     {"nonideal.phase_connection_ohm", NOT_NEGATIVE},
     {"nonideal.bearing_Nm", NOT_NEGATIVE},
     {"nonideal.bearing_B_Nms_rad", NOT_NEGATIVE},
+    {"nonideal.skin_effect_s2_rad2", NOT_NEGATIVE},
+    {"nonideal.delay_periods", UP_TO_TWO},
+    {"nonideal.current_gain_a", A_GAIN},
+    {"nonideal.current_gain_b", A_GAIN},
+    {"nonideal.current_gain_c", A_GAIN},
+    {"nonideal.stribeck_Nm", NOT_NEGATIVE},
+    {"nonideal.stribeck_width_rad_s", NOT_NEGATIVE},
+    {"nonideal.cogging_Nm", NOT_NEGATIVE},
+    {"nonideal.disturbance_V", NOT_NEGATIVE},
+    {"nonideal.disturbance_Hz", NOT_NEGATIVE},
+    {"nonideal.hum_A", NOT_NEGATIVE},
+    {"nonideal.hum_Hz", NOT_NEGATIVE},
+    {"nonideal.clip_A", NOT_NEGATIVE},
+    {"nonideal.dropped_fraction", BELOW_ONE},
     {"drive.dt_s", POSITIVE},
     {"drive.v_dc_V", POSITIVE},
     {"drive.current_bandwidth_rad_s", NOT_NEGATIVE},
@@ -50,6 +64,8 @@ static const char *broken(double x, enum rule rule)
     if (rule == POSITIVE && !(x > 0)) return "must be above 0";
     if (rule == NOT_NEGATIVE && !(x >= 0)) return "must not be negative";
     if (rule == BELOW_ONE && !(x >= 0 && x < 1)) return "must be from 0 to below 1";
+    if (rule == UP_TO_TWO && !(x >= 0 && x <= 2)) return "must be from 0 to 2";
+    if (rule == A_GAIN && !(x > -1)) return "must be above -1";
     return NULL;
 }
 
@@ -76,21 +92,38 @@ static int check_signal(const dqw_sim_signal *g, const char *name, double dt_s, 
     return 0;
 }
 
-static int check_together(const dqw_sim_scenario *s, char *message, size_t size)
+static int check_nonideal(const dqw_sim_scenario *s, char *message, size_t size)
 {
     const dqw_sim_machine *m = &s->machine;
     const dqw_sim_nonideal *x = &s->nonideal;
+    const bool law = x->saturation_dd_A_Wb3.value != 0 || x->saturation_qq_A_Wb3.value != 0 || x->saturation_dq_A_Wb3.value != 0;
+    if ((m->coulomb_Nm > 0 || x->bearing_Nm.value > 0 || x->stribeck_Nm.value > 0) && !(m->coulomb_width_rad_s > 0))
+        return refuse(message, size, "machine.coulomb_width_rad_s", "must be above 0 where there is dry friction");
+    if (x->stribeck_Nm.value > 0 && !(x->stribeck_width_rad_s > 0))
+        return refuse(message, size, "nonideal.stribeck_width_rad_s", "must be above 0 where there is Stribeck friction");
+    if (fabs(x->friction_asymmetry_Nm.value) > m->coulomb_Nm)
+        return refuse(message, size, "nonideal.friction_asymmetry_Nm", "must be machine.coulomb_Nm at most: friction does not drive");
+    if (x->cogging_Nm.value > 0 && x->cogging_order < 1) return refuse(message, size, "nonideal.cogging_order", "must be 1 or more where there is cogging");
+    if (x->dead_time_V.value > 0 && !(x->dead_time_width_A > 0))
+        return refuse(message, size, "nonideal.dead_time_width_A", "must be above 0 where there is dead time");
+    if (x->dead_time_V.value > 0 && x->inverter_curve[0])
+        return refuse(message, size, "nonideal.dead_time_V", "and nonideal.inverter_curve exclude each other");
+    if (m->flux_map[0] && law) return refuse(message, size, "nonideal.saturation_*", "and machine.flux_map exclude each other");
+    if (!(m->R_ohm + x->phase_resistance_a_ohm.value > 0 && m->R_ohm + x->phase_resistance_b_ohm.value > 0))
+        return refuse(message, size, "nonideal.phase_resistance_*_ohm", "must leave some of machine.R_ohm");
+    if (x->turn_short.value > 0 && x->phase_resistance_b_ohm.value != 0)
+        return refuse(message, size, "nonideal.turn_short", "and nonideal.phase_resistance_b_ohm exclude each other");
+    return 0;
+}
+
+static int check_together(const dqw_sim_scenario *s, char *message, size_t size)
+{
+    const dqw_sim_machine *m = &s->machine;
     const dqw_sim_drive *d = &s->drive;
     const bool loops = s->profile.control != DQW_SIM_CONTROL_VOLTAGE;
     if (m->pole_pairs < 1 || m->pole_pairs > 1000) return refuse(message, size, "machine.pole_pairs", "must be from 1 to 1000");
     if (s->profile.shaft == DQW_SIM_SHAFT_FREE && !(m->J_kgm2 > 0)) return refuse(message, size, "machine.J_kgm2", "must be above 0 where the shaft is free");
     if ((m->winding_heat_J_K > 0) != (m->magnet_heat_J_K > 0)) return refuse(message, size, "machine", "needs both heat capacities or neither");
-    if ((m->coulomb_Nm > 0 || x->bearing_Nm.value > 0) && !(m->coulomb_width_rad_s > 0))
-        return refuse(message, size, "machine.coulomb_width_rad_s", "must be above 0 where there is Coulomb friction");
-    if (x->dead_time_V.value > 0 && !(x->dead_time_width_A > 0))
-        return refuse(message, size, "nonideal.dead_time_width_A", "must be above 0 where there is dead time");
-    if (m->flux_map[0] && (x->saturation_dd_A_Wb3.value != 0 || x->saturation_qq_A_Wb3.value != 0 || x->saturation_dq_A_Wb3.value != 0))
-        return refuse(message, size, "nonideal.saturation_*", "and machine.flux_map exclude each other");
     if (loops && !(d->current_bandwidth_rad_s > 0))
         return refuse(message, size, "drive.current_bandwidth_rad_s", "must be above 0 where currents are controlled");
     if (s->profile.control == DQW_SIM_CONTROL_SPEED && !(d->speed_bandwidth_rad_s > 0 && m->psi_Wb > 0 && s->profile.shaft == DQW_SIM_SHAFT_FREE))
@@ -123,7 +156,8 @@ int dqw_sim_check(const dqw_sim_scenario *s, char *message, size_t size)
         const int status = check_signal(signals[i].signal, signals[i].name, s->drive.dt_s, message, size);
         if (status) return status;
     }
-    return check_together(s, message, size);
+    const int status = check_nonideal(s, message, size);
+    return status ? status : check_together(s, message, size);
 }
 
 long dqw_sim_periods(const dqw_sim_scenario *s)

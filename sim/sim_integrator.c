@@ -95,17 +95,17 @@ static void learn_first_step(dqw_sim_integrator *g, double dt_s)
     g->first_step_s = fmin(taken * fmax(0.2, fmin(2, scale)), dt_s);
 }
 
-int dqw_sim_integrator_period(dqw_sim_integrator *g, double dt_s)
+int dqw_sim_integrator_span(dqw_sim_integrator *g, double from_s, double to_s)
 {
     sunrealtype reached = 0;
     long steps = 0, evaluations = 0, failures = 0;
-    int flag = CVodeReInit(g->cvode, 0, g->y);
+    int flag = CVodeReInit(g->cvode, from_s, g->y);
     if (flag == 0) flag = CVodeSetInitStep(g->cvode, g->first_step_s);
-    if (flag == 0) flag = CVodeSetStopTime(g->cvode, dt_s);
-    if (flag == 0) flag = CVode(g->cvode, dt_s, g->y, &reached, CV_ONE_STEP);
+    if (flag == 0) flag = CVodeSetStopTime(g->cvode, to_s);
+    if (flag == 0) flag = CVode(g->cvode, to_s, g->y, &reached, CV_ONE_STEP);
     if (flag < 0) return flag;
-    learn_first_step(g, dt_s);
-    if (reached < dt_s) flag = CVode(g->cvode, dt_s, g->y, &reached, CV_NORMAL);
+    learn_first_step(g, to_s - from_s);
+    if (reached < to_s) flag = CVode(g->cvode, to_s, g->y, &reached, CV_NORMAL);
     if (flag < 0) return flag;
     CVodeGetNumSteps(g->cvode, &steps);
     CVodeGetNumRhsEvals(g->cvode, &evaluations);

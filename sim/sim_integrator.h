@@ -29,7 +29,7 @@ void dqw_sim_integrator_free(dqw_sim_integrator *g);
 /// The state vector; set it before a period, read it after.
 double *dqw_sim_integrator_state(dqw_sim_integrator *g);
 
-/// Integrates from local time 0 to dt_s. Returns 0, or CVODE's negative flag.
-int dqw_sim_integrator_period(dqw_sim_integrator *g, double dt_s);
+/// Integrates from one local time to another, a fresh start. Returns 0, or CVODE's negative flag.
+int dqw_sim_integrator_span(dqw_sim_integrator *g, double from_s, double to_s);
 
 #endif

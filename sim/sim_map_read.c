@@ -6,9 +6,10 @@
 #include <string.h>
 
 #include "dqw_sim.h"
+#include "sim_csv.h"
 #include "sim_map.h"
 
-enum { COLUMNS = 4, FIELDS_MAX = 32, POINTS_MAX = 1000000, LINE_MAX_CHARS = 4096 };
+enum { COLUMNS = 4, POINTS_MAX = 1000000 };
 static const char *const names[COLUMNS] = {"i_d_A", "i_q_A", "psi_d_Wb", "psi_q_Wb"};
 
 typedef struct point {
@@ -36,41 +37,16 @@ static int refuse(reader *r, long line, const char *format, ...)
     return DQW_SIM_ERR_MAP;
 }
 
-// Splits at commas, in place; trims spaces and a carriage return.
-static int split(char *text, char **field)
-{
-    int n = 0;
-    for (char *c = text; n < FIELDS_MAX; ++n) {
-        char *end = c + strcspn(c, ",");
-        char *next = *end ? end + 1 : NULL;
-        while (c < end && (*c == ' ' || *c == '\t')) ++c;
-        while (end > c && strchr(" \t\r\n", end[-1])) --end;
-        *end = 0;
-        field[n] = c;
-        if (!next) return n + 1;
-        c = next;
-    }
-    return n;
-}
-
 static int read_header(reader *r, char *text)
 {
-    char *field[FIELDS_MAX];
-    if (strncmp(text, "\xef\xbb\xbf", 3) == 0) text += 3;
-    const int n = split(text, field);
-    for (int k = 0; k < COLUMNS; ++k) {
-        r->at[k] = -1;
-        for (int f = 0; f < n; ++f)
-            if (strcmp(field[f], names[k]) == 0) r->at[k] = f;
-        if (r->at[k] < 0) return refuse(r, 1, "no column %s; a flux map has i_d_A,i_q_A,psi_d_Wb,psi_q_Wb", names[k]);
-    }
-    return 0;
+    const int missing = dqw_sim_csv_header(text, names, COLUMNS, r->at);
+    return missing < COLUMNS ? refuse(r, 1, "no column %s; a flux map has i_d_A,i_q_A,psi_d_Wb,psi_q_Wb", names[missing]) : 0;
 }
 
 static int read_point(reader *r, char *text)
 {
-    char *field[FIELDS_MAX];
-    const int n = split(text, field);
+    char *field[DQW_SIM_CSV_FIELDS];
+    const int n = dqw_sim_csv_split(text, field);
     if (n == 1 && !*field[0]) return 0;
     point p = {.line = r->line};
     for (int k = 0; k < COLUMNS; ++k) {
@@ -134,12 +110,12 @@ int dqw_sim_grid_read(const char *path, dqw_sim_grid *grid, char *message, size_
     memset(grid, 0, sizeof *grid);
     FILE *file = fopen(path, "r");
     if (!file) return refuse(&r, 0, "%s", strerror(errno));
-    char text[LINE_MAX_CHARS];
+    char text[DQW_SIM_CSV_LINE];
     int status = 0;
     while (status == 0 && fgets(text, sizeof text, file)) {
         ++r.line;
         if (strlen(text) == sizeof text - 1)
-            status = refuse(&r, r.line, "line of over %d characters", LINE_MAX_CHARS - 2);
+            status = refuse(&r, r.line, "line of over %d characters", DQW_SIM_CSV_LINE - 2);
         else
             status = r.line == 1 ? read_header(&r, text) : read_point(&r, text);
     }

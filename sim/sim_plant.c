@@ -3,13 +3,15 @@
 #include <math.h>
 #include <string.h>
 
+#include "sim_circuit.h"
 #include "sim_signal.h"
 
-static const double sqrt3 = 1.7320508075688772;
+static const double two_pi = 6.283185307179586;
+static const int harmonic_order[DQW_SIM_HARMONICS] = {6, 12};
 
 static double inverse(double x) { return x > 0 ? 1 / x : 0; }
 
-void dqw_sim_plant_init(dqw_sim_plant *p, const dqw_sim_scenario *s, dqw_sim_map *map)
+void dqw_sim_plant_init(dqw_sim_plant *p, const dqw_sim_scenario *s, dqw_sim_map *map, const dqw_sim_curve *curve)
 {
     const dqw_sim_machine *m = &s->machine;
     memset(p, 0, sizeof *p);
@@ -19,10 +21,15 @@ void dqw_sim_plant_init(dqw_sim_plant *p, const dqw_sim_scenario *s, dqw_sim_map
     p->temp_ambient_C = m->temp_ambient_C;
     p->temp_winding_C = p->temp_magnet_C = m->temp_start_C;
     p->flux.map = map;
+    p->curve = curve;
     p->short_ohm = s->nonideal.turn_short_ohm;
     p->dead_time_width_inv = inverse(s->nonideal.dead_time_width_A);
     p->J_inv = inverse(m->J_kgm2);
     p->coulomb_width_inv = inverse(m->coulomb_width_rad_s);
+    p->stribeck_width_inv = inverse(s->nonideal.stribeck_width_rad_s);
+    p->cogging_order = s->nonideal.cogging_order, p->cogging_phase_rad = s->nonideal.cogging_phase_rad;
+    p->harmonic_phase_rad[0] = s->nonideal.flux_harmonic_6_phase_rad, p->harmonic_phase_rad[1] = s->nonideal.flux_harmonic_12_phase_rad;
+    p->disturbance_rad_s = two_pi * s->nonideal.disturbance_Hz;
     p->winding_heat_inv = inverse(m->winding_heat_J_K);
     p->magnet_heat_inv = inverse(m->magnet_heat_J_K);
     p->winding_magnet_W_K = m->winding_magnet_W_K;
@@ -46,7 +53,14 @@ bool dqw_sim_plant_ramp(dqw_sim_plant *p, const dqw_sim_scenario *s, double t_s)
     p->alpha_per_K = dqw_sim_ramp_at(&x->winding_alpha_per_K, t_s);
     p->beta_per_K = dqw_sim_ramp_at(&x->magnet_beta_per_K, t_s);
     p->short_turns = dqw_sim_ramp_at(&x->turn_short, t_s);
-    p->connection_ohm = dqw_sim_ramp_at(&x->phase_connection_ohm, t_s);
+    p->extra_a_ohm = dqw_sim_ramp_at(&x->phase_connection_ohm, t_s) + dqw_sim_ramp_at(&x->phase_resistance_a_ohm, t_s);
+    p->extra_b_ohm = dqw_sim_ramp_at(&x->phase_resistance_b_ohm, t_s);
+    p->skin_s2_rad2 = dqw_sim_ramp_at(&x->skin_effect_s2_rad2, t_s);
+    p->harmonic_d_Wb[0] = dqw_sim_ramp_at(&x->flux_harmonic_6d_Wb, t_s), p->harmonic_q_Wb[0] = dqw_sim_ramp_at(&x->flux_harmonic_6q_Wb, t_s);
+    p->harmonic_d_Wb[1] = dqw_sim_ramp_at(&x->flux_harmonic_12d_Wb, t_s), p->harmonic_q_Wb[1] = dqw_sim_ramp_at(&x->flux_harmonic_12q_Wb, t_s);
+    p->disturbance_V = dqw_sim_ramp_at(&x->disturbance_V, t_s);
+    p->stribeck_Nm = dqw_sim_ramp_at(&x->stribeck_Nm, t_s), p->asymmetry_Nm = dqw_sim_ramp_at(&x->friction_asymmetry_Nm, t_s);
+    p->cogging_Nm = dqw_sim_ramp_at(&x->cogging_Nm, t_s);
     p->coulomb_Nm = m->coulomb_Nm + dqw_sim_ramp_at(&x->bearing_Nm, t_s);
     p->B_Nms_rad = m->B_Nms_rad + dqw_sim_ramp_at(&x->bearing_B_Nms_rad, t_s);
     const double kept = 1 - dqw_sim_ramp_at(&x->demagnetisation, t_s);
@@ -64,44 +78,25 @@ bool dqw_sim_plant_ramp(dqw_sim_plant *p, const dqw_sim_scenario *s, double t_s)
 
 double dqw_sim_plant_magnet(const dqw_sim_plant *p, double temp_magnet_C) { return p->psi_ref_Wb * (1 + p->beta_per_K * (temp_magnet_C - p->temp_ref_C)); }
 
-// What the inverter's dead time takes from each phase. The currents are those of the windings' flux, without the parts of iron
-// loss and short, which hang on the voltage and would close an algebraic loop. Turns the frame's x, y by c, s to phase a's axis.
-static void subtract_dead_time(const dqw_sim_plant *p, double c, double s, double im_x, double im_y, double *v_x, double *v_y)
+dqw_sim_harmonic dqw_sim_plant_harmonic(const dqw_sim_plant *p, double theta_e_rad)
 {
-    const double alpha = c * im_x - s * im_y, beta = s * im_x + c * im_y, k = p->dead_time_width_inv;
-    const double a = tanh(k * alpha), b = tanh(k * 0.5 * (sqrt3 * beta - alpha)), g = tanh(-k * 0.5 * (sqrt3 * beta + alpha));
-    const double lost_alpha = p->dead_time_V * (2 * a - b - g) / 3, lost_beta = p->dead_time_V * (b - g) / sqrt3;
-    *v_x -= c * lost_alpha + s * lost_beta;
-    *v_y -= c * lost_beta - s * lost_alpha;
+    dqw_sim_harmonic h = {0, 0, 0, 0};
+    for (int k = 0; k < DQW_SIM_HARMONICS; ++k) {
+        if (p->harmonic_d_Wb[k] == 0 && p->harmonic_q_Wb[k] == 0) continue;
+        const double n = harmonic_order[k], angle = n * theta_e_rad + p->harmonic_phase_rad[k], c = cos(angle), s = sin(angle);
+        h.d_Wb += p->harmonic_d_Wb[k] * c, h.q_Wb += p->harmonic_q_Wb[k] * s;
+        h.d_slope_Wb -= n * p->harmonic_d_Wb[k] * s, h.q_slope_Wb += n * p->harmonic_q_Wb[k] * c;
+    }
+    return h;
 }
 
-// Stator circuit with phase a unlike the others: a bad connection of dR, and mu of its turns shorted through r_f. All turns share
-// one flux, so the short needs no state of its own: Bachir, Tnani, Trigeassou, Champenois, IEEE Trans. Ind. Electron. 53(3),
-// 2006, with their direct short generalised to r_f. Along phase a (alpha), with m = 2 mu / 3, d = 2 dR / 3 and G = 1/R_fe:
-//     v = (R + d) i - m R i_f + e,   i = i_m + G e + m i_f,   (r_f + mu R) i_f = mu (R i + e);
-// along beta v = R i + e, i = i_m + G e.
-static void faulty_circuit(const dqw_sim_plant *p, double R, double c, double s, double im_x, double im_y, dqw_sim_point *o)
+static double friction_Nm(const dqw_sim_plant *p, double w)
 {
-    const double mu = p->short_turns, m = mu * (2.0 / 3), dR = p->connection_ohm, d = dR * (2.0 / 3), G = p->iron_S;
-    const double v_alpha = c * o->v_x_V - s * o->v_y_V, v_beta = s * o->v_x_V + c * o->v_y_V;
-    const double im_alpha = c * im_x - s * im_y, im_beta = s * im_x + c * im_y;
-    const double k = mu > 0 ? mu / (p->short_ohm + mu * R * (1 - m)) : 0;
-    const double e_alpha = (v_alpha - (R + d + m * d * k * R) * im_alpha) / (1 + (R + d) * G + m * d * k * (1 + R * G));
-    const double e_beta = (v_beta - R * im_beta) / (1 + R * G);
-    const double i_f = k * (R * im_alpha + (1 + R * G) * e_alpha);
-    const double i_alpha = im_alpha + G * e_alpha + m * i_f, i_beta = im_beta + G * e_beta;
-    o->e_x_V = c * e_alpha + s * e_beta, o->e_y_V = c * e_beta - s * e_alpha;
-    o->i_x_A = c * i_alpha + s * i_beta, o->i_y_A = c * i_beta - s * i_alpha;
-    const double in_short = i_alpha - i_f, bc = 0.5 * (i_alpha * i_alpha + 3 * i_beta * i_beta);
-    o->copper_W = R * ((1 - mu) * i_alpha * i_alpha + mu * in_short * in_short + bc) + p->short_ohm * i_f * i_f + dR * i_alpha * i_alpha;
-}
-
-static void healthy_circuit(const dqw_sim_plant *p, double R, double im_x, double im_y, dqw_sim_point *o)
-{
-    const double k = 1 / (1 + R * p->iron_S);
-    o->e_x_V = (o->v_x_V - R * im_x) * k, o->e_y_V = (o->v_y_V - R * im_y) * k;
-    o->i_x_A = im_x + p->iron_S * o->e_x_V, o->i_y_A = im_y + p->iron_S * o->e_y_V;
-    o->copper_W = 1.5 * R * (o->i_x_A * o->i_x_A + o->i_y_A * o->i_y_A);
+    double dry = w < 0 ? p->coulomb_Nm - p->asymmetry_Nm : p->coulomb_Nm + p->asymmetry_Nm;
+    if (p->stribeck_Nm != 0) dry += p->stribeck_Nm * exp(-p->stribeck_width_inv * w * p->stribeck_width_inv * w);
+    double friction = p->B_Nms_rad * w;
+    if (dry != 0) friction += dry * tanh(p->coulomb_width_inv * w);
+    return friction;
 }
 
 bool dqw_sim_plant_point(const dqw_sim_plant *p, double tau_s, const double *y, dqw_sim_point *o)
@@ -116,33 +111,30 @@ bool dqw_sim_plant_point(const dqw_sim_plant *p, double tau_s, const double *y, 
     o->temp_winding_C = p->at_temp >= 0 ? y[p->at_temp] : p->temp_winding_C;
     o->temp_magnet_C = p->at_temp >= 0 ? y[p->at_temp + 1] : p->temp_magnet_C;
     o->psi_m_Wb = dqw_sim_plant_magnet(p, o->temp_magnet_C);
-    const double R = p->R_ref_ohm * (1 + p->alpha_per_K * (o->temp_winding_C - p->temp_ref_C));
+    double R = p->R_ref_ohm * (1 + p->alpha_per_K * (o->temp_winding_C - p->temp_ref_C));
+    if (p->skin_s2_rad2 != 0) R *= 1 + p->skin_s2_rad2 * (p->p * o->w_m_rad_s) * (p->p * o->w_m_rad_s);
 
     const double c = p->turning_frame ? 1 : cos(o->turn_rad), s = p->turning_frame ? 0 : sin(o->turn_rad);
     o->psi_d_Wb = c * y[0] + s * y[1];
     o->psi_q_Wb = c * y[1] - s * y[0];
+    const dqw_sim_harmonic h = dqw_sim_plant_harmonic(p, p->theta_e_rad + o->turn_rad);
     double im_d, im_q;
-    if (!dqw_sim_flux_currents(&p->flux, o->psi_m_Wb, o->psi_d_Wb, o->psi_q_Wb, &im_d, &im_q)) return false;
+    if (!dqw_sim_flux_currents(&p->flux, o->psi_m_Wb, o->psi_d_Wb - h.d_Wb, o->psi_q_Wb - h.q_Wb, &im_d, &im_q)) return false;
     const double im_x = c * im_d - s * im_q, im_y = s * im_d + c * im_q;
-    o->torque_Nm = 1.5 * p->p * (o->psi_d_Wb * im_q - o->psi_q_Wb * im_d);
+    o->torque_Nm = 1.5 * p->p * (o->psi_d_Wb * im_q - o->psi_q_Wb * im_d + h.d_slope_Wb * im_d + h.q_slope_Wb * im_q);
 
     o->v_x_V = p->v_x_V, o->v_y_V = p->v_y_V;
-    const bool faulty = p->short_turns > 0 || p->connection_ohm > 0;
-    double ca = 1, sa = 0;
-    if (faulty || p->dead_time_V != 0) {
-        const double frame = p->theta_e_rad + (p->turning_frame ? o->turn_rad : 0);
-        ca = cos(frame), sa = sin(frame);
+    if (p->disturbance_V != 0) {
+        const double phase = p->disturbance_rad_s * (p->t_s + tau_s), d = p->disturbance_V * sin(phase), q = -p->disturbance_V * cos(phase);
+        o->v_x_V += c * d - s * q, o->v_y_V += s * d + c * q;
     }
-    if (p->dead_time_V != 0) subtract_dead_time(p, ca, sa, im_x, im_y, &o->v_x_V, &o->v_y_V);
-    if (faulty)
-        faulty_circuit(p, R, ca, sa, im_x, im_y, o);
-    else
-        healthy_circuit(p, R, im_x, im_y, o);
+    dqw_sim_circuit(p, R, im_x, im_y, o);
     o->i_d_A = c * o->i_x_A + s * o->i_y_A;
     o->i_q_A = c * o->i_y_A - s * o->i_x_A;
     o->iron_W = 1.5 * p->iron_S * (o->e_x_V * o->e_x_V + o->e_y_V * o->e_y_V);
-    o->friction_Nm = p->B_Nms_rad * o->w_m_rad_s;
-    if (p->coulomb_Nm != 0) o->friction_Nm += p->coulomb_Nm * tanh(p->coulomb_width_inv * o->w_m_rad_s);
+    o->friction_Nm = friction_Nm(p, o->w_m_rad_s);
+    o->against_Nm = p->load_Nm;
+    if (p->cogging_Nm != 0) o->against_Nm -= p->cogging_Nm * sin(p->cogging_order * (p->theta_m_rad + o->turn_rad / p->p) + p->cogging_phase_rad);
     return true;
 }
 
@@ -159,7 +151,7 @@ bool dqw_sim_plant_rhs(const dqw_sim_plant *p, double tau_s, const double *y, do
     dy[0] = o.e_x_V + w_frame * y[1];
     dy[1] = o.e_y_V - w_frame * y[0];
     if (p->at_w >= 0) {
-        dy[p->at_w] = (o.torque_Nm - o.friction_Nm - p->load_Nm) * p->J_inv;
+        dy[p->at_w] = (o.torque_Nm - o.friction_Nm - o.against_Nm) * p->J_inv;
         dy[p->at_w + 1] = p->p * o.w_m_rad_s;
     }
     double magnet_K_s = 0;
@@ -171,23 +163,25 @@ bool dqw_sim_plant_rhs(const dqw_sim_plant *p, double tau_s, const double *y, do
     }
     if (p->at_energy >= 0) {
         double *e = dy + p->at_energy, W, dW_dpsi_m = 0;
-        if (magnet_K_s != 0 && !dqw_sim_flux_energy(&p->flux, o.psi_m_Wb, o.psi_d_Wb, o.psi_q_Wb, &W, &dW_dpsi_m)) return false;
+        const dqw_sim_harmonic h = dqw_sim_plant_harmonic(p, p->theta_e_rad + o.turn_rad);
+        if (magnet_K_s != 0 && !dqw_sim_flux_energy(&p->flux, o.psi_m_Wb, o.psi_d_Wb - h.d_Wb, o.psi_q_Wb - h.q_Wb, &W, &dW_dpsi_m)) return false;
         e[DQW_SIM_E_ELECTRICAL] = 1.5 * (o.v_x_V * o.i_x_A + o.v_y_V * o.i_y_A);
         e[DQW_SIM_E_COPPER] = o.copper_W;
         e[DQW_SIM_E_IRON] = o.iron_W;
         e[DQW_SIM_E_MECHANICAL] = o.torque_Nm * o.w_m_rad_s;
         e[DQW_SIM_E_MAGNET] = -1.5 * dW_dpsi_m * p->psi_ref_Wb * p->beta_per_K * magnet_K_s;
         e[DQW_SIM_E_FRICTION] = o.friction_Nm * o.w_m_rad_s;
-        e[DQW_SIM_E_LOAD] = p->load_Nm * o.w_m_rad_s;
+        e[DQW_SIM_E_LOAD] = o.against_Nm * o.w_m_rad_s;
         e[DQW_SIM_E_AMBIENT] = p->at_temp >= 0 ? heat_out_W(p, &o) : 0;
     }
     return true;
 }
 
-bool dqw_sim_plant_energy(const dqw_sim_plant *p, double psi_m_Wb, double psi_d_Wb, double psi_q_Wb, double *joule)
+bool dqw_sim_plant_energy(const dqw_sim_plant *p, double theta_e_rad, double psi_m_Wb, double psi_d_Wb, double psi_q_Wb, double *joule)
 {
+    const dqw_sim_harmonic h = dqw_sim_plant_harmonic(p, theta_e_rad);
     double W, unused;
-    if (!dqw_sim_flux_energy(&p->flux, psi_m_Wb, psi_d_Wb, psi_q_Wb, &W, &unused)) return false;
+    if (!dqw_sim_flux_energy(&p->flux, psi_m_Wb, psi_d_Wb - h.d_Wb, psi_q_Wb - h.q_Wb, &W, &unused)) return false;
     *joule = 1.5 * W;
     return true;
 }

@@ -3,6 +3,7 @@
 #define DQW_SIM_PLANT_H
 
 #include "dqw_sim.h"
+#include "sim_curve.h"
 #include "sim_flux.h"
 
 /// Energies that are integrated beside the states.
@@ -18,7 +19,7 @@ enum {
     DQW_SIM_ENERGIES
 };
 
-enum { DQW_SIM_STATES_MAX = 6 + DQW_SIM_ENERGIES };
+enum { DQW_SIM_STATES_MAX = 6 + DQW_SIM_ENERGIES, DQW_SIM_HARMONICS = 2 };
 
 /// Parameters of one period. Fluxes are integrated in the frame in which the inverter holds its voltage, so that the
 /// rotation costs the integrator nothing: the rotor's frame at t_k standing still (hold = abc), or turning with it (hold = dq).
@@ -27,14 +28,20 @@ typedef struct dqw_sim_plant {
     // Machine and non-idealities.
     double p, R_ref_ohm, alpha_per_K, psi_ref_Wb, beta_per_K, temp_ref_C, iron_S;
     dqw_sim_flux flux;
-    double short_turns, short_ohm, connection_ohm;
+    double skin_s2_rad2;
+    double short_turns, short_ohm, extra_a_ohm, extra_b_ohm;  ///< extra: in series with phases a, b
     double dead_time_V, dead_time_width_inv;
-    double J_inv, B_Nms_rad, coulomb_Nm, coulomb_width_inv;
+    const dqw_sim_curve *curve;                                                                                        ///< NULL: dead time's law
+    double harmonic_d_Wb[DQW_SIM_HARMONICS], harmonic_q_Wb[DQW_SIM_HARMONICS], harmonic_phase_rad[DQW_SIM_HARMONICS];  ///< orders 6, 12
+    double disturbance_V, disturbance_rad_s;
+    double J_inv, B_Nms_rad, coulomb_Nm, coulomb_width_inv, asymmetry_Nm, stribeck_Nm, stribeck_width_inv;
+    double cogging_Nm, cogging_phase_rad;
+    int cogging_order;
     double winding_heat_inv, magnet_heat_inv, winding_magnet_W_K, winding_ambient_W_K, magnet_ambient_W_K, temp_ambient_C;
     bool turning_frame;
     // This period.
-    double v_x_V, v_y_V;  ///< held voltage in that frame
-    double theta_e_rad;   ///< angle of the frame at t_k
+    double v_x_V, v_y_V;                   ///< held voltage in that frame
+    double t_s, theta_e_rad, theta_m_rad;  ///< t_k, and the angles there
     double load_Nm;
     double w_m_rad_s, accel_rad_s2;        ///< where the shaft is imposed: speed at t_k, and its slope
     double temp_winding_C, temp_magnet_C;  ///< where there are no heat capacities
@@ -48,11 +55,17 @@ typedef struct dqw_sim_point {
     double v_x_V, v_y_V, e_x_V, e_y_V;        ///< at the terminals, and induced
     double i_x_A, i_y_A;
     double turn_rad;  ///< electrical angle since t_k
-    double w_m_rad_s, psi_m_Wb, torque_Nm, copper_W, iron_W, friction_Nm, temp_winding_C, temp_magnet_C;
+    double w_m_rad_s, psi_m_Wb, torque_Nm, copper_W, iron_W, temp_winding_C, temp_magnet_C;
+    double friction_Nm, against_Nm;  ///< against: load and cogging
 } dqw_sim_point;
 
+/// Harmonics of the magnet's flux at an angle, and their slopes to the electrical angle.
+typedef struct dqw_sim_harmonic {
+    double d_Wb, q_Wb, d_slope_Wb, q_slope_Wb;
+} dqw_sim_harmonic;
+
 /// Lays out the state vector and takes what does not change during a run.
-void dqw_sim_plant_init(dqw_sim_plant *p, const dqw_sim_scenario *s, dqw_sim_map *map);
+void dqw_sim_plant_init(dqw_sim_plant *p, const dqw_sim_scenario *s, dqw_sim_map *map, const dqw_sim_curve *curve);
 
 /// Takes what ramps, as it is at t_s. Returns false where the saturation law is not convex.
 bool dqw_sim_plant_ramp(dqw_sim_plant *p, const dqw_sim_scenario *s, double t_s);
@@ -63,8 +76,11 @@ bool dqw_sim_plant_point(const dqw_sim_plant *p, double tau_s, const double *y, 
 /// dy/dt at local time tau_s. Returns false where a flux map cannot be inverted. Cost: about 60 ns healthy and linear.
 bool dqw_sim_plant_rhs(const dqw_sim_plant *p, double tau_s, const double *y, double *dy);
 
-/// Magnetic energy in joule of the plant at this flux.
-bool dqw_sim_plant_energy(const dqw_sim_plant *p, double psi_m_Wb, double psi_d_Wb, double psi_q_Wb, double *joule);
+/// (E36).
+dqw_sim_harmonic dqw_sim_plant_harmonic(const dqw_sim_plant *p, double theta_e_rad);
+
+/// Magnetic energy in joule of the plant at this angle and flux.
+bool dqw_sim_plant_energy(const dqw_sim_plant *p, double theta_e_rad, double psi_m_Wb, double psi_d_Wb, double psi_q_Wb, double *joule);
 
 /// Magnet flux at a magnet temperature.
 double dqw_sim_plant_magnet(const dqw_sim_plant *p, double temp_magnet_C);

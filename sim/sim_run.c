@@ -7,6 +7,7 @@
 #include "dqw_sim.h"
 #include "sim_check.h"
 #include "sim_control.h"
+#include "sim_hold.h"
 #include "sim_integrator.h"
 #include "sim_plant.h"
 #include "sim_sensor.h"
@@ -21,7 +22,7 @@ typedef struct run {
     dqw_sim_controller controller;
     dqw_sim_row sample;                   // what is true at t_k
     double psi_d_Wb, psi_q_Wb, psi_m_Wb;  // there too
-    double v_alpha_V, v_beta_V;           // decided for the coming period; hold = dq: v_d, v_q
+    double v_V[4][2];                     // stationary (hold = dq: rotor's): decided for the coming period, meant for this one and those before
     double energy_J[DQW_SIM_ENERGIES], edges_J;
     dqw_sim_report *report;
 } run;
@@ -49,32 +50,16 @@ static void control(run *r, int ahead)
 {
     const dqw_sim_scenario *s = r->s;
     dqw_sim_row seen = r->sample;
+    dqw_sim_sensor_mistake(&s->nonideal, s->machine.pole_pairs, &seen);
     dqw_sim_sensor_quantise(&s->noise, s->machine.pole_pairs, &seen);
     const dqw_sim_measured m = {seen.t_s, seen.i_d_A, seen.i_q_A, seen.w_m_rad_s, seen.theta_e_rad};
     double v_d, v_q;
     dqw_sim_controller_step(&r->controller, s, &m, seen.t_s + ahead * s->drive.dt_s, &v_d, &v_q);
-    double angle = 0;
+    // hold = dq: the drive's frame as far as it is not the rotor's.
+    double angle = dqw_sim_ramp_at(&s->nonideal.angle_offset_rad, seen.t_s);
     if (s->drive.hold == DQW_SIM_HOLD_ABC) angle = m.theta_e_rad + (ahead + 0.5) * s->drive.dt_s * s->machine.pole_pairs * m.w_m_rad_s;
-    r->v_alpha_V = cos(angle) * v_d - sin(angle) * v_q;
-    r->v_beta_V = sin(angle) * v_d + cos(angle) * v_q;
-}
-
-// Mean over the period of the held voltage as the turning rotor sees it: 4-point Gauss over the cubic Hermite interpolant of the
-// angle. Below 1 rad of turn its error is under 1e-9 of the voltage.
-static void seen_by_rotor(const dqw_sim_plant *p, double dt_s, double turn_rad, double w0, double w1, double *v_d_V, double *v_q_V)
-{
-    static const double node[4] = {0.06943184420297371, 0.33000947820757187, 0.6699905217924281, 0.9305681557970263};
-    static const double weight[4] = {0.17392742256872692, 0.32607257743127307, 0.32607257743127307, 0.17392742256872692};
-    *v_d_V = p->v_x_V, *v_q_V = p->v_y_V;
-    if (p->turning_frame) return;
-    double c = 0, s = 0;
-    for (int k = 0; k < 4; ++k) {
-        const double u = node[k], u2 = u * u, u3 = u2 * u;
-        const double turn = turn_rad * (3 * u2 - 2 * u3) + dt_s * p->p * (w0 * (u3 - 2 * u2 + u) + w1 * (u3 - u2));
-        c += weight[k] * cos(turn), s += weight[k] * sin(turn);
-    }
-    *v_d_V = c * p->v_x_V + s * p->v_y_V;
-    *v_q_V = c * p->v_y_V - s * p->v_x_V;
+    r->v_V[0][0] = cos(angle) * v_d - sin(angle) * v_q;
+    r->v_V[0][1] = sin(angle) * v_d + cos(angle) * v_q;
 }
 
 static void take_sample(run *r, double t_s, const dqw_sim_point *o, double turn_rad)
@@ -94,10 +79,10 @@ static bool ramp(run *r, double t_s)
 {
     double before = 0, after = 0;
     const double psi_m = r->psi_m_Wb;
-    if (r->s->balance && !dqw_sim_plant_energy(&r->plant, psi_m, r->psi_d_Wb, r->psi_q_Wb, &before)) return false;
+    if (r->s->balance && !dqw_sim_plant_energy(&r->plant, r->sample.theta_e_rad, psi_m, r->psi_d_Wb, r->psi_q_Wb, &before)) return false;
     if (!dqw_sim_plant_ramp(&r->plant, r->s, t_s)) return false;
     r->psi_m_Wb = dqw_sim_plant_magnet(&r->plant, r->sample.temp_magnet_C);
-    if (r->s->balance && !dqw_sim_plant_energy(&r->plant, r->psi_m_Wb, r->psi_d_Wb, r->psi_q_Wb, &after)) return false;
+    if (r->s->balance && !dqw_sim_plant_energy(&r->plant, r->sample.theta_e_rad, r->psi_m_Wb, r->psi_d_Wb, r->psi_q_Wb, &after)) return false;
     r->edges_J -= after - before;
     return true;
 }
@@ -111,16 +96,32 @@ static void fill_state(const run *r, double *y)
     for (int k = 0; p->at_energy >= 0 && k < DQW_SIM_ENERGIES; ++k) y[p->at_energy + k] = 0;
 }
 
+static int apply(run *r, const double held[2], double from_s, double to_s)
+{
+    dqw_sim_hold_in_frame(&r->plant, held, &r->plant.v_x_V, &r->plant.v_y_V);
+    return dqw_sim_integrator_span(&r->integrator, from_s, to_s);
+}
+
+// (E37). A part of a period too short for the integrator to begin is none.
+static int apply_late(run *r, double late_periods, double dt_s)
+{
+    const double shortest = 1e-6;
+    int whole = (int)(late_periods + shortest);
+    const double part = late_periods - whole;
+    int flag = 0;
+    if (part > shortest) flag = apply(r, r->v_V[whole + 2], 0, part * dt_s);
+    return flag < 0 ? flag : apply(r, r->v_V[whole + 1], part > shortest ? part * dt_s : 0, dt_s);
+}
+
 // From t_k to t_{k+1}. Returns what the log calls v_d, v_q.
 static int period(run *r, long k, double *v_d_V, double *v_q_V)
 {
     const dqw_sim_scenario *s = r->s;
     dqw_sim_plant *p = &r->plant;
     const double dt = s->drive.dt_s, t = (double)k * dt;
+    p->t_s = t, p->theta_e_rad = r->sample.theta_e_rad, p->theta_m_rad = r->sample.theta_m_rad;
     if (!ramp(r, t + 0.5 * dt)) return refuse(r->report, DQW_SIM_ERR_SCENARIO, "the ramped machine is not invertible", t);
-    p->theta_e_rad = r->sample.theta_e_rad;
-    const double c = p->turning_frame ? 1 : cos(p->theta_e_rad), sn = p->turning_frame ? 0 : sin(p->theta_e_rad);
-    p->v_x_V = c * r->v_alpha_V + sn * r->v_beta_V, p->v_y_V = c * r->v_beta_V - sn * r->v_alpha_V;
+    memmove(r->v_V[1], r->v_V[0], 3 * sizeof r->v_V[0]);
     p->load_Nm = dqw_sim_signal_at(&s->profile.load_Nm, t, s->seed, DQW_SIM_STREAM_LOAD);
     if (p->at_w < 0) {
         p->w_m_rad_s = r->sample.w_m_rad_s;
@@ -130,14 +131,14 @@ static int period(run *r, long k, double *v_d_V, double *v_q_V)
     control(r, 1);
     double *y = dqw_sim_integrator_state(&r->integrator);
     fill_state(r, y);
-    const int flag = dqw_sim_integrator_period(&r->integrator, dt);
+    const int flag = apply_late(r, dqw_sim_ramp_at(&s->nonideal.delay_periods, t + 0.5 * dt), dt);
     dqw_sim_point end;
     if (flag < 0 || !dqw_sim_plant_point(p, dt, y, &end)) {
         char why[120];
         snprintf(why, sizeof why, p->flux.map ? "integration failed (CVODE %d; has the current left the flux map?)" : "integration failed (CVODE %d)", flag);
         return refuse(r->report, DQW_SIM_ERR_SOLVER, why, t);
     }
-    seen_by_rotor(p, dt, end.turn_rad, r->sample.w_m_rad_s, end.w_m_rad_s, v_d_V, v_q_V);
+    dqw_sim_hold_mean(p, r->v_V[1], dt, end.turn_rad, r->sample.w_m_rad_s, end.w_m_rad_s, v_d_V, v_q_V);
     for (int e = 0; p->at_energy >= 0 && e < DQW_SIM_ENERGIES; ++e) r->energy_J[e] += y[p->at_energy + e];
     take_sample(r, (double)(k + 1) * dt, &end, end.turn_rad);
     return 0;
@@ -151,6 +152,8 @@ static int begin(run *r)
     p->w_m_rad_s = p->at_w >= 0 ? s->profile.speed_start_rad_s : speed_reference(s, 0);
     r->psi_m_Wb = dqw_sim_plant_magnet(p, s->machine.temp_start_C);
     dqw_sim_flux_at_rest(&p->flux, r->psi_m_Wb, &r->psi_d_Wb, &r->psi_q_Wb);
+    const dqw_sim_harmonic h = dqw_sim_plant_harmonic(p, 0);
+    r->psi_d_Wb += h.d_Wb, r->psi_q_Wb += h.q_Wb;
     r->controller.Ld_H = s->machine.Ld_H, r->controller.Lq_H = s->machine.Lq_H, r->controller.psi_Wb = s->machine.psi_Wb;
     if (p->flux.map) {
         double L[3], psi_q;
@@ -161,7 +164,7 @@ static int begin(run *r)
     r->sample.w_m_rad_s = p->w_m_rad_s;
     r->sample.temp_winding_C = r->sample.temp_magnet_C = s->machine.temp_start_C;
     r->sample.v_dc_V = s->drive.v_dc_V;
-    if (s->balance && !dqw_sim_plant_energy(p, r->psi_m_Wb, r->psi_d_Wb, r->psi_q_Wb, &r->report->stored_start_J)) return DQW_SIM_ERR_MAP;
+    if (s->balance && !dqw_sim_plant_energy(p, 0, r->psi_m_Wb, r->psi_d_Wb, r->psi_q_Wb, &r->report->stored_start_J)) return DQW_SIM_ERR_MAP;
 
     const double L = fmin(r->controller.Ld_H, r->controller.Lq_H), v = s->drive.v_dc_V / sqrt(3), current = s->drive.i_max_A;
     const double flux = L * current, speed = v / (p->p * (r->controller.psi_Wb + flux));
@@ -186,7 +189,7 @@ static void finish(run *r)
     o->friction_J = e[DQW_SIM_E_FRICTION], o->load_J = e[DQW_SIM_E_LOAD], o->heat_ambient_J = e[DQW_SIM_E_AMBIENT];
     o->kinetic_J = r->plant.at_w >= 0 ? 0.5 * m->J_kgm2 * (w1 * w1 - w0 * w0) : 0;
     o->heat_stored_J = m->winding_heat_J_K * (r->sample.temp_winding_C - m->temp_start_C) + m->magnet_heat_J_K * (r->sample.temp_magnet_C - m->temp_start_C);
-    dqw_sim_plant_energy(&r->plant, r->psi_m_Wb, r->psi_d_Wb, r->psi_q_Wb, &o->stored_end_J);
+    dqw_sim_plant_energy(&r->plant, r->sample.theta_e_rad, r->psi_m_Wb, r->psi_d_Wb, r->psi_q_Wb, &o->stored_end_J);
 }
 
 static int all_periods(run *r, dqw_sim_row *rows, int (*progress)(void *, double), void *ctx)
@@ -223,6 +226,12 @@ static int load_map(const dqw_sim_scenario *s, dqw_sim_map **map, dqw_sim_report
     return 0;
 }
 
+static int load_curve(const dqw_sim_scenario *s, dqw_sim_curve **curve, dqw_sim_report *report)
+{
+    *curve = malloc(sizeof **curve);
+    return *curve ? dqw_sim_curve_read(s->nonideal.inverter_curve, *curve, report->message, sizeof report->message) : DQW_SIM_ERR_MEMORY;
+}
+
 int dqw_sim_run(const dqw_sim_scenario *s, dqw_sim_row *rows, size_t capacity, dqw_sim_report *report, int (*progress)(void *ctx, double fraction), void *ctx)
 {
     dqw_sim_report unread;
@@ -236,18 +245,20 @@ int dqw_sim_run(const dqw_sim_scenario *s, dqw_sim_row *rows, size_t capacity, d
     if (!rows || capacity < count) return refuse(report, DQW_SIM_ERR_CAPACITY, "too few rows offered", -1);
 
     dqw_sim_map *map = NULL;
+    dqw_sim_curve *curve = NULL;
     if (s->machine.flux_map[0]) status = load_map(s, &map, report);
+    if (status == 0 && s->nonideal.inverter_curve[0]) status = load_curve(s, &curve, report);
     run r;
     memset(&r, 0, sizeof r);
     r.s = s, r.report = report;
     if (status == 0) {
-        dqw_sim_plant_init(&r.plant, s, map);
+        dqw_sim_plant_init(&r.plant, s, map, curve);
         status = begin(&r);
         if (status == 0) status = all_periods(&r, rows, progress, ctx);
         finish(&r);
         dqw_sim_integrator_free(&r.integrator);
     }
-    free(map);
+    free(map), free(curve);
     if (status == 0)
         dqw_sim_sensor_log(s, rows, count);
     else if (!report->message[0])

@@ -87,6 +87,20 @@ static const dqw_sim_scenario table[] = {
      .about = "servo, fault: a worn bearing adds 0 to 0.3 Nm Coulomb and 1e-3 Nms/rad viscous friction from 1 s to 3 s; 1 % noise",
      .machine = {SERVO_PLATE, .coulomb_width_rad_s = 1}, .drive = {SERVO_DRIVE}, .profile = {SERVO_PROFILE}, NOISE(0.01),
      .nonideal = {.bearing_Nm = {0.3, 1, 3}, .bearing_B_Nms_rad = {1e-3, 1, 3}}, .duration_s = 4, .regime = "dynamic", .rtol = 1e-8, .seed = 1},
+    {.name = "effect_dead_time",
+     .about = "servo on an inverter that takes 4 V from each phase (dead time, 0.15 A wide); 1 % noise",
+     SERVO, NOISE(0.01), .nonideal = {.dead_time_V = {.value = 4}, .dead_time_width_A = 0.15}, .duration_s = 2},
+    {.name = "effect_angle_offset",
+     .about = "servo whose encoder is 0.05 rad (electrical) off; 1 % noise",
+     SERVO, NOISE(0.01), .nonideal = {.angle_offset_rad = {.value = 0.05}}, .duration_s = 2},
+    {.name = "effect_friction",
+     .about = "servo's mechanical side at 1 kHz: 0.1 Nm Coulomb friction, 0.03 Nm apart by direction, 0.08 Nm more near rest, cogging; 1 % noise",
+     .machine = {SERVO_PLATE, .coulomb_Nm = 0.1, .coulomb_width_rad_s = 1}, .drive = {SERVO_DRIVE, .log_every = 10},
+     .nonideal = {.friction_asymmetry_Nm = {.value = 0.03}, .stribeck_Nm = {.value = 0.08}, .stribeck_width_rad_s = 8, .cogging_Nm = {.value = 0.05},
+                  .cogging_order = 12},
+     .profile = {.control = DQW_SIM_CONTROL_CURRENT, .speed_start_rad_s = -50,
+                 .i_q_A = {.wave = 0.8, .wave_period_s = 1, .shape = DQW_SIM_SHAPE_SQUARE, .random = 0.8, .random_hold_s = 0.1}},
+     NOISE(0.01), .duration_s = 10, .regime = "mechanical", .rtol = 1e-9, .seed = 1},
 };
 // clang-format on
 

@@ -179,8 +179,8 @@ static void test_model(void)
     for (int k = 0; k < scaled(steps); k++) {
         float x[24];
         bits(&r, x, 24);
-        const dqw_sample s = {x[0], x[1], x[2], x[3], x[4]};
-        const dqw_sample t = {x[5], x[6], x[7], x[8], x[9]};
+        const dqw_sample s = {.v_d_V = x[0], .v_q_V = x[1], .i_d_A = x[2], .i_q_A = x[3], .w_m_rad_s = x[4]};
+        const dqw_sample t = {.v_d_V = x[5], .v_q_V = x[6], .i_d_A = x[7], .i_q_A = x[8], .w_m_rad_s = x[9]};
         dqw_block b = dqw_model_pair(&s, &t, x[10]);
         const dqw_block before = b;
         const dqw_parameters p = {
@@ -243,7 +243,7 @@ static void estimator(enum dqw_regime regime, bool limits, uint64_t seed)
     test_random r = {seed};
     const int wild = scaled(steps) / 4;
     for (int k = 0; k < wild; k++) {
-        dqw_sample s;
+        dqw_sample s = {0};
         bits(&r, &s.v_d_V, 5);
         (void)dqw_estimator_step(&e, &s, random_bits(&r) % 16 == 0);
         if (k % 64 == 0) (void)dqw_estimator_background(&e);
@@ -269,9 +269,11 @@ static void estimator(enum dqw_regime regime, bool limits, uint64_t seed)
         const double wd = 4 * 0.5 * (w[0] * i[0][0] + w[1] * i[1][0]);
         const double wq = 4 * 0.5 * (w[0] * i[0][1] + w[1] * i[1][1]);
         const dqw_sample s = {
-            (float)(R_TRUE * 0.5 * (i[0][0] + i[1][0]) + LD_TRUE * (i[1][0] - i[0][0]) / 1e-4 - LQ_TRUE * wq),
-            (float)(R_TRUE * 0.5 * (i[0][1] + i[1][1]) + LQ_TRUE * (i[1][1] - i[0][1]) / 1e-4 + LD_TRUE * wd + 4 * PSI_TRUE * 0.5 * (w[0] + w[1])),
-            (float)i[0][0], (float)i[0][1], (float)w[0]};
+            .v_d_V = (float)(R_TRUE * 0.5 * (i[0][0] + i[1][0]) + LD_TRUE * (i[1][0] - i[0][0]) / 1e-4 - LQ_TRUE * wq),
+            .v_q_V = (float)(R_TRUE * 0.5 * (i[0][1] + i[1][1]) + LQ_TRUE * (i[1][1] - i[0][1]) / 1e-4 + LD_TRUE * wd + 4 * PSI_TRUE * 0.5 * (w[0] + w[1])),
+            .i_d_A = (float)i[0][0],
+            .i_q_A = (float)i[0][1],
+            .w_m_rad_s = (float)w[0]};
         (void)dqw_estimator_step(&e, &s, false);
     }
     const dqw_parameters *p = &e.parameters;
@@ -289,6 +291,84 @@ static void test_estimator_with_limits_in_the_dynamic_regime(void) { estimator(D
 static void test_estimator_with_limits_in_the_static_regime(void) { estimator(DQW_REGIME_STATIC, true, 18); }
 static void test_estimator_without_limits_in_the_dynamic_regime(void) { estimator(DQW_REGIME_DYNAMIC, false, 19); }
 static void test_estimator_without_limits_in_the_static_regime(void) { estimator(DQW_REGIME_STATIC, false, 20); }
+
+static void test_estimator_with_effects(void)
+{
+    static const dqw_effect_config list[] = {{.effect = DQW_EFFECT_DEAD_TIME, .shape = {0.3f}, .start = {1}},
+                                             {.effect = DQW_EFFECT_WINDING_TEMPERATURE, .shape = {25, 10}},
+                                             {.effect = DQW_EFFECT_MAGNET_TEMPERATURE, .shape = {25, 0}},
+                                             {.effect = DQW_EFFECT_SATURATION, .shape = {15}},
+                                             {.effect = DQW_EFFECT_DELAY},
+                                             {.effect = DQW_EFFECT_CURRENT_OFFSET, .shape = {0.9f, 2.2e-3f, 2.8e-3f}},
+                                             {.effect = DQW_EFFECT_IRON_LOSS, .shape = {0.9f, 2.2e-3f, 2.8e-3f}}};
+    for (int regime = 0; regime < 2; regime++) {
+        CASE("regime %d", regime);
+        const dqw_estimator_config c = {.regime = (enum dqw_regime)regime,
+                                        .dt_s = 1e-4f,
+                                        .v_base_V = 180.0f,
+                                        .i_base_A = 15.0f,
+                                        .w_base_rad_s = 200.0f,
+                                        .pole_pairs = 4,
+                                        .half_window = 5,
+                                        .reservoir_d = memory[0],
+                                        .reservoir_q = memory[1],
+                                        .reservoir = 50,
+                                        .effects = list,
+                                        .effect_count = sizeof list / sizeof list[0]};
+        dqw_estimator e;
+        TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_estimator_init(&e, &c));
+        test_random r = {(uint64_t)(30 + regime)};
+        const int wild = scaled(steps) / 8;
+        for (int k = 0; k < wild; k++) {
+            dqw_sample s;
+            bits(&r, &s.v_d_V, 8);
+            // Every other stretch could be a machine's.
+            if (k / 500 % 2)
+                for (int n = 0; n < 8; n++) (&s.v_d_V)[n] = (float)random_normal(&r);
+            (void)dqw_estimator_step(&e, &s, random_bits(&r) % 16 == 0);
+            if (k % 5000 == 0) dqw_estimator_gap(&e);
+            if (k % 64 == 0) (void)dqw_estimator_background(&e);
+            float w[DQW_EFFECT_STARTS];
+            float sd[DQW_EFFECT_STARTS];
+            if (k % 100 == 0) (void)dqw_estimator_effect(&e, (int)(random_bits(&r) % 9) - 1, w, sd);
+        }
+        for (int i = 0; i < e.q.neuron.inputs; i++) {
+            HOLDS(isfinite(e.q.neuron.w_pu[i]) && e.q.gain.d[i] > 0.0f && isfinite(e.q.gain.d[i]));
+            if (i < e.d.neuron.inputs) HOLDS(isfinite(e.d.neuron.w_pu[i]) && e.d.gain.d[i] > 0.0f && isfinite(e.d.gain.d[i]));
+            HOLDS(isfinite(e.coarse_q.w_pu[i]));
+        }
+        HOLDS(isfinite(e.effect.heat[0]));
+        TEST_ASSERT_TRUE(regime == DQW_REGIME_STATIC || e.gate.blocks > 0);
+    }
+}
+
+static void test_effect_lists(void)
+{
+    test_random r = {33};
+    for (int k = 0; k < scaled(steps) / 4; k++) {
+        dqw_effect_config list[3];
+        for (int n = 0; n < 3; n++) {
+            list[n].effect = (enum dqw_effect_name)(random_bits(&r) % (DQW_EFFECT_NAMES + 1));
+            bits(&r, list[n].shape, DQW_EFFECT_SHAPES);
+            bits(&r, list[n].start, DQW_EFFECT_STARTS);
+            if (random_bits(&r) & 1u) list[n] = (dqw_effect_config){.effect = list[n].effect, .shape = {0.5f, 1e-3f, 2e-3f}};
+        }
+        const int count = (int)(random_bits(&r) % 4);
+        const dqw_effect_base base = {1e-4f, 100, 10, 100, 4};
+        dqw_effect e;
+        if (dqw_effect_init(&e, list, count, &base) == DQW_OK) {
+            for (int n = 0; n < count; n++) HOLDS(dqw_effect_input_base(&e, n) >= 0.0f);
+            float x[2][DQW_EFFECT_WEIGHTS];
+            dqw_sample s[2];
+            bits(&r, &s[0].v_d_V, 8);
+            bits(&r, &s[1].v_d_V, 8);
+            dqw_effect_heat(&e, s[0].i_d_A, s[0].i_q_A);
+            (void)dqw_effect_pair(&e, NULL, &s[0], x[0], x[1]);
+            (void)dqw_effect_pair(&e, &s[0], &s[1], x[0], x[1]);
+            dqw_effect_static(&e, &s[0], x[0], x[1]);
+        }
+    }
+}
 
 static void test_mechanical(void)
 {
@@ -359,6 +439,8 @@ int main(void)
     RUN_TEST(test_estimator_with_limits_in_the_static_regime);
     RUN_TEST(test_estimator_without_limits_in_the_dynamic_regime);
     RUN_TEST(test_estimator_without_limits_in_the_static_regime);
+    RUN_TEST(test_estimator_with_effects);
+    RUN_TEST(test_effect_lists);
     RUN_TEST(test_mechanical);
     RUN_TEST(test_tapped);
     return UNITY_END();

@@ -7,7 +7,10 @@
 
 #include "command.hpp"
 #include "fit.hpp"
+#include "input_error.hpp"
 #include "learn.hpp"
+#include "learn_inputs.hpp"
+#include "learn_residual.hpp"
 #include "log_reader.hpp"
 #include "simulate.hpp"
 #include "unity.h"
@@ -175,6 +178,181 @@ void agrees_with_the_reference_on_measured_logs()
     }
 }
 
+const dqw::Estimate* find(const dqw::Learned& l, const std::string& effect, const std::string& name)
+{
+    for (const auto& e : l.effects)
+        for (const auto& p : e.parameters)
+            if (e.name == effect && p.name == name) return &p;
+    return nullptr;
+}
+
+// Each effect as the simulator has it, asked for by name alone: widths and machine constants come from the log.
+void effects_by_name_on_simulated_logs()
+{
+    struct Case {
+        const char *effect, *setting, *parameter;
+        double truth, percent;  // largest difference; beside it what was measured
+        double base_percent;    // of R, L_d, L_q, psi
+    };
+    const Case cases[] = {
+        {"dead_time", "nonideal.dead_time_V=4", "voltage_V", 4.0, 1.0, 0.7},                               // 0.3, 0.3
+        {"iron_loss", "nonideal.iron_loss_S=0.01", "R_fe_ohm", 100.0, 0.5, 0.3},                           // 0.005, 0.03
+        {"delay", "nonideal.delay_periods=0.4", "periods", 0.4, 2.0, 0.3},                                 // 1.1: the current's lag, 0.03
+        {"skin_effect", "nonideal.skin_effect_s2_rad2=2e-6", "k_s2_rad2", 2e-6, 1.0, 0.3},                 // 0.1, 0.05
+        {"phase_resistance_imbalance", "nonideal.phase_resistance_a_ohm=0.3", "dR_a_ohm", 0.3, 1.0, 0.3},  // 0.3, 0.09
+        {"flux_harmonics", "nonideal.flux_harmonic_6d_Wb=0.002", "psi_6d_Wb", 0.002, 1.0, 0.5},
+        {"angle_offset", "nonideal.angle_offset_rad=0.05", "angle_rad", 0.05, 0.5, 0.3},        // 0.07, 0.12
+        {"current_offset", "nonideal.current_offset_alpha_A=0.3", "i_alpha_A", 0.3, 1.5, 0.3},  // 0.4, 0.03
+        {"voltage_offset", "nonideal.voltage_offset_q_V=1", "v_q_V", 1.0, 1.0, 0.3},
+        {"winding_temperature", "nonideal.winding_alpha_per_K=0.0039", "alpha_per_K", 0.0039, 2.0, 1.0},
+    };
+    for (const Case& c : cases) {
+        std::vector<std::string> settings = {c.setting, "noise=0.005"};
+        if (std::string(c.effect) == "dead_time") settings.emplace_back("nonideal.dead_time_width_A=0.3");
+        auto log = simulated("servo", settings);
+        if (std::string(c.effect) == "winding_temperature") {
+            // A winding that warms as the log says: what R then takes is added to the voltage.
+            log.temp_winding_C.assign(log.rows(), 0.0);
+            for (std::size_t k = 0; k < log.rows(); k++) {
+                log.temp_winding_C[k] = 25.0 + 60.0 * static_cast<double>(k) / static_cast<double>(log.rows());
+                if (k + 1 == log.rows()) continue;
+                const double extra = 0.9 * 0.0039 * (log.temp_winding_C[k] - 25.0);
+                log.v_d_V[k] += extra * 0.5 * (log.i_d_A[k] + log.i_d_A[k + 1]);
+                log.v_q_V[k] += extra * 0.5 * (log.i_q_A[k] + log.i_q_A[k + 1]);
+            }
+        }
+        dqw::LearnOptions options;
+        options.inputs = {{c.effect, {}, {}}};
+        const auto learned = dqw::learn_all({log}, options);
+        const auto* e = find(learned, c.effect, c.parameter);
+        TEST_ASSERT_NOT_NULL_MESSAGE(e, c.effect);
+        const double off = 100 * (e->value / c.truth - 1);
+        TEST_ASSERT_TRUE_MESSAGE(std::abs(off) <= c.percent, (std::string(c.effect) + " is off by " + std::to_string(off) + " %").c_str());
+        near_truth(learned.result, "R_ohm", *log.machine.R_ohm, c.base_percent);
+        near_truth(learned.result, "Ld_H", *log.machine.Ld_H, c.base_percent);
+        near_truth(learned.result, "Lq_H", *log.machine.Lq_H, c.base_percent);
+        near_truth(learned.result, "psi_Wb", *log.machine.psi_Wb, c.base_percent);
+        // The residual holds the effect too, so it is that of a log without.
+        TEST_ASSERT_TRUE_MESSAGE(learned.result.residual_rms < 0.11, std::to_string(learned.result.residual_rms).c_str());
+    }
+}
+
+void effects_of_the_shaft()
+{
+    const auto log = simulated("coast_friction", {"noise=0.01"});
+    dqw::LearnOptions options;
+    options.inputs = {{"coulomb_friction", {1.0}, {}}};
+    const auto learned = dqw::learn_all({log}, options);
+    const auto* e = find(learned, "coulomb_friction", "torque_Nm");
+    TEST_ASSERT_NOT_NULL(e);
+    const double truth = dqw::scenario_named("coast_friction").machine.coulomb_Nm;
+    TEST_ASSERT_TRUE_MESSAGE(std::abs(e->value / truth - 1) < 0.03, std::to_string(e->value / truth).c_str());
+    near_truth(learned.result, "J_kgm2", *log.machine.J_kgm2, 2.0);
+    near_truth(learned.result, "B_Nms_rad", *log.machine.B_Nms_rad, 10.0);
+    // By name alone, with a width that the log suggests.
+    options.inputs = {{"coulomb_friction", {}, {}}};
+    TEST_ASSERT_NOT_NULL(find(dqw::learn_all({log}, options), "coulomb_friction", "torque_Nm"));
+}
+
+// An effect that is not there is not found, and takes nothing from the rest.
+void an_effect_that_is_not_there()
+{
+    const auto log = simulated("servo", {"noise=0.005"});
+    dqw::LearnOptions options;
+    options.inputs = {{"voltage_offset", {}, {}}};
+    const auto learned = dqw::learn_all({log}, options);
+    TEST_ASSERT_TRUE(learned.effects.empty() && denied(learned.result, "voltage_offset"));
+    near_truth(learned.result, "R_ohm", *log.machine.R_ohm, 0.5);
+}
+
+// Rows held out are spoiled: if one of them were learned, it would show.
+void rows_held_out_are_not_learned()
+{
+    auto log = simulated("servo", {"noise=0.005"});
+    const auto clean = dqw::learn({log});
+    std::vector<char> marks(log.rows(), 0);
+    for (std::size_t k = 0; k < log.rows(); k++)
+        if (k / 1000 % 2 == 1) marks[k] = 1, log.v_d_V[k] += 30.0, log.i_q_A[k] *= 1.5;
+    for (const bool with : {false, true}) {
+        dqw::LearnOptions options;
+        options.heldout_row = &marks;
+        if (with) options.inputs = {{"iron_loss", {}, {}}};
+        const auto learned = dqw::learn_all({log}, options);
+        for (const char* name : {"R_ohm", "Ld_H", "Lq_H", "psi_Wb"}) near_truth(learned.result, name, find(clean, name)->value, 0.5);
+        dqw::Result seen, unseen;
+        std::vector<char> others(marks);
+        for (char& m : others) m = m ? 0 : 1;
+        dqw::report_residual_of({log}, learned.inputs, learned.model, &marks, unseen);
+        dqw::report_residual_of({log}, learned.inputs, learned.model, &others, seen);
+        TEST_ASSERT_TRUE(unseen.residual_rms > 20.0 && seen.residual_rms < 0.11);
+    }
+}
+
+void effects_that_cannot_be_are_refused()
+{
+    const auto log = simulated("servo");
+    const std::vector<std::vector<dqw::TraceInput>> wrong = {{{"cogging_torque", {}, {}}},
+                                                             {{"no_such_effect", {}, {}}},
+                                                             {{"dead_time", {0.0}, {}}},
+                                                             {{"saturation", {}, {}}, {"saturation", {}, {}}, {"saturation", {}, {}}}};
+    for (const auto& inputs : wrong) {
+        dqw::LearnOptions options;
+        options.inputs = inputs;
+        bool refused = false;
+        try {
+            dqw::learn_all({log}, options);
+        } catch (const std::invalid_argument&) {
+            refused = true;
+        }
+        TEST_ASSERT_TRUE_MESSAGE(refused, inputs[0].effect.c_str());
+    }
+}
+
+void a_config_is_read()
+{
+    const command::Folder folder;
+    const std::string good = folder.write("good.json", R"({"inputs": [{"effect": "dead_time", "shape": [0.3, 0.1], "weights": [4.1]}, {"effect": "delay"}],
+        "after": {"parameters": {"R_ohm": {"value": 0.9}, "pole_pairs": {"value": 4}, "psi_Wb": {"value": -1}}}})");
+    const auto config = dqw::read_learn_config(good);
+    TEST_ASSERT_EQUAL_size_t(2, config.inputs.size());
+    TEST_ASSERT_EQUAL_STRING("dead_time", config.inputs[0].effect.c_str());
+    TEST_ASSERT_EQUAL_DOUBLE(0.1, config.inputs[0].shape[1]);
+    TEST_ASSERT_EQUAL_DOUBLE(4.1, config.inputs[0].weights[0]);
+    TEST_ASSERT_TRUE(config.start.R_ohm == 0.9 && config.start.pole_pairs == 4.0 && !config.start.psi_Wb && !config.start.Ld_H);
+    const char* const bad[] = {"",
+                               "{",
+                               "[]",
+                               "{}",
+                               "\xff\xfe",
+                               R"({"inputs": 3})",
+                               R"({"inputs": [3]})",
+                               R"({"inputs": [{"effect": "nonsense"}]})",
+                               R"({"inputs": [{"effect": "dead_time", "shape": "0.3"}]})",
+                               R"({"inputs": [{"effect": "dead_time", "weights": [null]}]})",
+                               R"({"inputs": [{"effect": "dead_time", "shape": [1e300]}]})",
+                               R"({"inputs": [{"effect": "dead_time", "shape": [1e999]}]})"};
+    for (const char* text : bad) {
+        const std::string path = folder.write("bad.json", text);
+        std::string said;
+        try {
+            dqw::read_learn_config(path);
+        } catch (const dqw::InputError& error) {
+            said = error.what();
+        }
+        TEST_ASSERT_TRUE_MESSAGE(said.find("bad.json:") != std::string::npos && said.find('\n') == std::string::npos, text);
+    }
+    for (const char* text :
+         {R"({"inputs": [], "after": []})", R"({"inputs": [], "after": {"parameters": 3}})", R"({"inputs": [], "after": {"parameters": {"R_ohm": 3}}})"})
+        TEST_ASSERT_FALSE_MESSAGE(dqw::read_learn_config(folder.write("odd.json", text)).start.R_ohm.has_value(), text);
+    bool refused = false;
+    try {
+        dqw::read_learn_config(folder / "absent.json");
+    } catch (const dqw::InputError&) {
+        refused = true;
+    }
+    TEST_ASSERT_TRUE(refused);
+}
+
 }  // namespace
 
 int main(void)
@@ -186,6 +364,12 @@ int main(void)
     RUN_TEST(mechanical_scenario);
     RUN_TEST(what_the_log_cannot_tell_is_not_a_number);
     RUN_TEST(refuses_what_does_not_belong_together);
+    RUN_TEST(effects_by_name_on_simulated_logs);
+    RUN_TEST(effects_of_the_shaft);
+    RUN_TEST(an_effect_that_is_not_there);
+    RUN_TEST(rows_held_out_are_not_learned);
+    RUN_TEST(effects_that_cannot_be_are_refused);
+    RUN_TEST(a_config_is_read);
     RUN_TEST(agrees_with_the_reference_on_measured_logs);
     return UNITY_END();
 }

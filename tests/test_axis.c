@@ -24,7 +24,7 @@ static void test_init_refuses_and_leaves_the_object_alone(void)
     dqw_learner_config c = config_of(2);
     TEST_ASSERT_EQUAL_INT(DQW_ERR_NULL, dqw_axis_init(NULL, &c));
     REFUSED(a, DQW_ERR_NULL, dqw_axis_init(&a, NULL));
-    c.inputs = 7;
+    c.inputs = DQW_LEARNER_INPUTS + 1;
     REFUSED(a, DQW_ERR_SIZE, dqw_axis_init(&a, &c));
     c.inputs = 0;
     REFUSED(a, DQW_ERR_SIZE, dqw_axis_init(&a, &c));

@@ -73,7 +73,7 @@ static dqw_sample sample(const log_data *l, int k, double noise, test_random *r)
 {
     float x[CHANNELS];
     for (int c = 0; c < CHANNELS; c++) x[c] = (float)(l->x[k][c] + (noise > 0 ? noise * l->sd[c] * random_normal(r) : 0.0));
-    const dqw_sample s = {x[0], x[1], x[2], x[3], x[4]};
+    const dqw_sample s = {.v_d_V = x[0], .v_q_V = x[1], .i_d_A = x[2], .i_q_A = x[3], .w_m_rad_s = x[4]};
     return s;
 }
 
@@ -214,7 +214,7 @@ static void test_bad_samples_do_not_bias(void)
     TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_estimator_init(&e, &c));
     test_random r = {3};
     test_random noise = {4};
-    dqw_sample held = {0, 0, 0, 0, 0};
+    dqw_sample held = {0};
     int stuck = 0;
     uint32_t offered = 0;
     for (int round = 0; round < 3; round++) {

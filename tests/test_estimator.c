@@ -39,8 +39,11 @@ static dqw_estimator begin(const dqw_estimator_config *c)
 static dqw_sample settled(double i_d, double i_q, double w_m)
 {
     const double w = P_TRUE * w_m;
-    const dqw_sample s = {(float)(R_TRUE * i_d - w * LQ_TRUE * i_q), (float)(R_TRUE * i_q + w * (LD_TRUE * i_d + PSI_TRUE)), (float)i_d, (float)i_q,
-                          (float)w_m};
+    const dqw_sample s = {.v_d_V = (float)(R_TRUE * i_d - w * LQ_TRUE * i_q),
+                          .v_q_V = (float)(R_TRUE * i_q + w * (LD_TRUE * i_d + PSI_TRUE)),
+                          .i_d_A = (float)i_d,
+                          .i_q_A = (float)i_q,
+                          .w_m_rad_s = (float)w_m};
     return s;
 }
 
@@ -56,10 +59,13 @@ static dqw_sample moving(int k, double noise_V, test_random *r)
     }
     const double wd = P_TRUE * 0.5 * (w[0] * i[0][0] + w[1] * i[1][0]);
     const double wq = P_TRUE * 0.5 * (w[0] * i[0][1] + w[1] * i[1][1]);
-    const dqw_sample s = {(float)(R_TRUE * 0.5 * (i[0][0] + i[1][0]) + LD_TRUE * (i[1][0] - i[0][0]) / 1e-4 - LQ_TRUE * wq + noise_V * random_normal(r)),
-                          (float)(R_TRUE * 0.5 * (i[0][1] + i[1][1]) + LQ_TRUE * (i[1][1] - i[0][1]) / 1e-4 + LD_TRUE * wd +
-                                  P_TRUE * PSI_TRUE * 0.5 * (w[0] + w[1]) + noise_V * random_normal(r)),
-                          (float)i[0][0], (float)i[0][1], (float)w[0]};
+    const dqw_sample s = {
+        .v_d_V = (float)(R_TRUE * 0.5 * (i[0][0] + i[1][0]) + LD_TRUE * (i[1][0] - i[0][0]) / 1e-4 - LQ_TRUE * wq + noise_V * random_normal(r)),
+        .v_q_V = (float)(R_TRUE * 0.5 * (i[0][1] + i[1][1]) + LQ_TRUE * (i[1][1] - i[0][1]) / 1e-4 + LD_TRUE * wd + P_TRUE * PSI_TRUE * 0.5 * (w[0] + w[1]) +
+                         noise_V * random_normal(r)),
+        .i_d_A = (float)i[0][0],
+        .i_q_A = (float)i[0][1],
+        .w_m_rad_s = (float)w[0]};
     return s;
 }
 
@@ -271,8 +277,11 @@ static void test_noise_at_zero_current_teaches_nothing_false(void)
             test_random r = {(uint64_t)(100 + seed)};
             for (int k = 0; k < 20000; k++) {
                 const double w = kind ? 100 + 50 * sin(2 * PI * 2e-4 * k) : 0.0;
-                const dqw_sample s = {(float)(0.5 * random_normal(&r)), (float)(P_TRUE * PSI_TRUE * w + 0.5 * random_normal(&r)),
-                                      (float)(0.1 * random_normal(&r)), (float)(0.1 * random_normal(&r)), (float)(w + 0.05 * random_normal(&r))};
+                const dqw_sample s = {.v_d_V = (float)(0.5 * random_normal(&r)),
+                                      .v_q_V = (float)(P_TRUE * PSI_TRUE * w + 0.5 * random_normal(&r)),
+                                      .i_d_A = (float)(0.1 * random_normal(&r)),
+                                      .i_q_A = (float)(0.1 * random_normal(&r)),
+                                      .w_m_rad_s = (float)(w + 0.05 * random_normal(&r))};
                 (void)dqw_estimator_step(&e, &s, false);
             }
             HOLDS(!(e.parameters.known & (DQW_KNOWS_R | DQW_KNOWS_LD | DQW_KNOWS_LQ)));
@@ -293,7 +302,7 @@ static void test_bad_samples_are_counted_and_do_not_bias(void)
     uint32_t nonfinite = 0;
     uint32_t saturated = 0;
     int stuck = 0;
-    dqw_sample held = {0, 0, 0, 0, 0};
+    dqw_sample held = {0};
     for (int k = 0; k < 40000; k++) {
         dqw_sample s = moving(k, 0.0, &r);
         const uint64_t kind = random_bits(&r) % 400;
@@ -479,7 +488,11 @@ static void test_no_block_spans_a_gap(void)
     test_random r = {5};
     int since = 0;
     for (int k = 0; k < 200; k++) {
-        const dqw_sample s = {(float)random_normal(&r), (float)random_normal(&r), (float)random_normal(&r), (float)random_normal(&r), 50.0f};
+        const dqw_sample s = {.v_d_V = (float)random_normal(&r),
+                              .v_q_V = (float)random_normal(&r),
+                              .i_d_A = (float)random_normal(&r),
+                              .i_q_A = (float)random_normal(&r),
+                              .w_m_rad_s = 50.0f};
         if (k == 75) {
             dqw_estimator_gap(&e);
             since = 0;

@@ -104,10 +104,11 @@ static void test_init_refuses_and_leaves_the_object_alone(void)
     REFUSED(m, DQW_ERR_NULL, dqw_mechanical_init(&m, NULL));
     const float bad[] = {-1.0f, NAN, INFINITY, -INFINITY, 0.0f};
     for (int k = 0; k < 5; k++)
-        for (int field = 0; field < 7; field++) {
+        for (int field = 0; field < 8; field++) {
             if (k == 4 && field >= 3) continue;  // there 0 has a meaning
             dqw_mechanical_config c = good;
-            float *const fields[] = {&c.dt_s, &c.torque_base_Nm, &c.w_base_rad_s, &c.J_kgm2, &c.B_Nms_rad, &c.excitation_pu, &c.standstill_rad_s};
+            float *const fields[] = {&c.dt_s,      &c.torque_base_Nm, &c.w_base_rad_s,     &c.J_kgm2,
+                                     &c.B_Nms_rad, &c.excitation_pu,  &c.standstill_rad_s, &c.coulomb_width_rad_s};
             *fields[field] = bad[k];
             REFUSED(m, DQW_ERR_RANGE, dqw_mechanical_init(&m, &c));
         }
@@ -274,9 +275,128 @@ static void test_counters_stop_at_their_maximum(void)
     TEST_ASSERT_EQUAL_UINT32(UINT32_MAX, m.gate.incomplete);
 }
 
+static double shaft_angle[ROWS];
+
+// Friction and load of the shaft, by what each of them is.
+static double braking(enum dqw_effect_name effect, const double a[2], double w, double theta)
+{
+    const double soft = (exp(w) - exp(-w)) / (exp(w) + exp(-w));  // over 1 rad/s
+    const double way = fabs(w) > 15 ? (w > 0 ? 1.0 : -1.0) : soft;
+    switch (effect) {
+    case DQW_EFFECT_COULOMB_FRICTION: return a[0] * way;
+    case DQW_EFFECT_DIRECTION_ASYMMETRY: return w > 0 ? a[0] * way : -a[0] * way;
+    case DQW_EFFECT_STRIBECK_FRICTION: return a[0] * way * exp(-w * w / (20.0 * 20.0));
+    case DQW_EFFECT_COGGING_TORQUE: return hypot(a[0], a[1]) * cos(6 * theta - atan2(a[1], a[0]));
+    default: return a[0];
+    }
+}
+
+static void make_log_with(enum dqw_effect_name effect, const double a[2], double noise, uint64_t seed)
+{
+    test_random r = {seed};
+    double w = 20.0;
+    double theta = 0.0;
+    double t = 0.0;
+    const double h = DT_S / 50;
+    double sums[2] = {0};
+    for (int k = 0; k < ROWS; k++) {
+        if (k % 40 == 0) t = random_uniform(&r, -1, 1) - 0.01 * w;
+        torque[k] = t;
+        speed[k] = w;
+        shaft_angle[k] = theta;
+        for (int n = 0; n < 50; n++) {
+            // Heun's rule with steps of 20 microseconds.
+            const double s0 = (t - B_TRUE * w - braking(effect, a, w, theta)) / J_TRUE;
+            const double w1 = w + h * s0;
+            const double s1 = (t - B_TRUE * w1 - braking(effect, a, w1, theta + h * w)) / J_TRUE;
+            theta += 0.5 * h * (w + w1);
+            w += 0.5 * h * (s0 + s1);
+        }
+        sums[0] += torque[k] * torque[k] / ROWS;
+        sums[1] += speed[k] * speed[k] / ROWS;
+    }
+    for (int k = 0; k < ROWS; k++) {
+        torque[k] += noise * sqrt(sums[0]) * random_normal(&r);
+        speed[k] += noise * sqrt(sums[1]) * random_normal(&r);
+    }
+}
+
+static void test_every_effect_of_the_shaft_gives_back_its_weight(void)
+{
+    static const struct {
+        enum dqw_effect_name effect;
+        int weights;
+        double a[2];
+        float shape[2];
+        double measured[2], alone;  ///< largest error in %: without noise, with 1 %; of J and B where it is not configured
+    } laws[] = {
+        {DQW_EFFECT_COULOMB_FRICTION, 1, {0.15}, {1}, {0.046, 0.24}, 232},     {DQW_EFFECT_DIRECTION_ASYMMETRY, 1, {0.08}, {1}, {0.0003, 0.039}, 57},
+        {DQW_EFFECT_STRIBECK_FRICTION, 1, {0.2}, {1, 20}, {0.029, 0.27}, 177}, {DQW_EFFECT_COGGING_TORQUE, 2, {0.2, -0.1}, {6}, {0.10, 0.58}, 7.5},
+        {DQW_EFFECT_LOAD_TORQUE, 1, {0.25}, {0}, {0.0003, 0.067}, 203},
+    };
+    for (int k = 0; k < 5; k++)
+        for (int kind = 0; kind < 3; kind++) {
+            CASE("effect %d, %s", (int)laws[k].effect, kind == 0 ? "no noise" : kind == 1 ? "noise 1 %" : "not configured");
+            make_log_with(laws[k].effect, laws[k].a, kind == 1 ? 0.01 : 0.0, (uint64_t)(70 + k));
+            const dqw_effect_config list = {.effect = laws[k].effect, .shape = {laws[k].shape[0], laws[k].shape[1]}};
+            dqw_mechanical_config c = config_of(false);
+            c.effects = &list;
+            c.effect_count = kind < 2;
+            // Cogging is soon averaged away.
+            if (laws[k].effect == DQW_EFFECT_COGGING_TORQUE) c.half_window = 5;
+            dqw_mechanical m;
+            TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_mechanical_init(&m, &c));
+            for (int n = 0; n < ROWS; n++) (void)dqw_mechanical_step_at(&m, (float)torque[n], (float)speed[n], (float)remainder(shaft_angle[n], 2 * PI));
+            const dqw_friction f = dqw_mechanical_read(&m);
+            double worst = fmax(100 * fabs(f.J_kgm2 / J_TRUE - 1), 100 * fabs(f.B_Nms_rad / B_TRUE - 1));
+            if (kind == 2) {
+                BETWEEN(0.9 * laws[k].alone, worst, 1.1 * laws[k].alone);
+                continue;
+            }
+            float w[2], sd[2];
+            HOLDS(dqw_mechanical_effect(&m, 0, w, sd) == (1 << laws[k].weights) - 1);
+            HOLDS(f.J_known && f.B_known);
+            for (int i = 0; i < laws[k].weights; i++) worst = fmax(worst, 100 * fabs(w[i] - laws[k].a[i]) / fabs(laws[k].a[0]));
+            BETWEEN(laws[k].measured[kind] / 3 - 0.02, worst, 1.5 * laws[k].measured[kind] + 0.02);
+        }
+}
+
+static void test_a_friction_may_turn_softly(void)
+{
+    const double a[2] = {0.15};
+    make_log_with(DQW_EFFECT_COULOMB_FRICTION, a, 0.0, 70);
+    dqw_mechanical_config c = config_of(true);
+    c.coulomb_width_rad_s = 1.0f;
+    const dqw_mechanical m = learn(&c);
+    const dqw_friction f = dqw_mechanical_read(&m);
+    BETWEEN(-0.01, f.coulomb_Nm / 0.15 - 1, 0.01);
+    BETWEEN(-0.01, f.J_kgm2 / J_TRUE - 1, 0.01);
+}
+
+static void test_effects_are_refused_and_cogging_needs_the_angle(void)
+{
+    dqw_mechanical m;
+    dqw_effect_config list = {.effect = DQW_EFFECT_COGGING_TORQUE, .shape = {6}};
+    dqw_mechanical_config c = config_of(false);
+    c.effects = &list;
+    c.effect_count = 1;
+    TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_mechanical_init(&m, &c));
+    TEST_ASSERT_TRUE(dqw_mechanical_step(&m, 0.1f, 10.0f) & DQW_EVENT_NONFINITE);
+    TEST_ASSERT_FALSE(dqw_mechanical_step_at(&m, 0.1f, 10.0f, 1.0f) & DQW_EVENT_NONFINITE);
+    list.shape[0] = 0.0f;
+    REFUSED(m, DQW_ERR_RANGE, dqw_mechanical_init(&m, &c));
+    list = (dqw_effect_config){.effect = DQW_EFFECT_DEAD_TIME, .shape = {1}};
+    REFUSED(m, DQW_ERR_RANGE, dqw_mechanical_init(&m, &c));
+    c.effects = NULL;
+    REFUSED(m, DQW_ERR_NULL, dqw_mechanical_init(&m, &c));
+}
+
 int main(void)
 {
     UNITY_BEGIN();
+    RUN_TEST(test_every_effect_of_the_shaft_gives_back_its_weight);
+    RUN_TEST(test_a_friction_may_turn_softly);
+    RUN_TEST(test_effects_are_refused_and_cogging_needs_the_angle);
     RUN_TEST(test_init_refuses_and_leaves_the_object_alone);
     RUN_TEST(test_noise_free_inertia_and_friction);
     RUN_TEST(test_noise_free_with_coulomb_friction);

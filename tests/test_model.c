@@ -36,7 +36,7 @@ static period integrate(const machine *m, state *s, double v_alpha, double v_bet
 {
     enum { STEPS = 200 };
     const double h = dt / STEPS;
-    period out = {{0, 0, (float)s->i_d, (float)s->i_q, (float)s->w_m}, 0, 0, 0, 0};
+    period out = {.start = {.i_d_A = (float)s->i_d, .i_q_A = (float)s->i_q, .w_m_rad_s = (float)s->w_m}};
     double v_d = 0.0;
     double v_q = 0.0;
     for (int k = 0; k < STEPS; k++) {
@@ -101,7 +101,7 @@ static errors blocks(const machine *m, double w_e, double dt, bool correct, doub
     errors worst = {0, 0, 0};
     double mean[4] = {0};
     double held[2] = {0};
-    period last = {{0, 0, 0, 0, 0}, 0, 0, 0, 0};
+    period last = {{0}, 0, 0, 0, 0};
     period all[41];
     for (int k = 0; k <= 400; k++) {
         if (k % 3 == 0) {
@@ -217,7 +217,7 @@ static void test_correction_is_left_out_where_it_must_be(void)
 
 static void test_static_row_and_inputs(void)
 {
-    const dqw_sample s = {1, 2, 3, 4, 5};
+    const dqw_sample s = {.v_d_V = 1, .v_q_V = 2, .i_d_A = 3, .i_q_A = 4, .w_m_rad_s = 5};
     const dqw_block b = dqw_model_static(&s);
     float x_d[DQW_D_INPUTS];
     float x_q[DQW_Q_INPUTS];
@@ -228,7 +228,7 @@ static void test_static_row_and_inputs(void)
     TEST_ASSERT_EQUAL_MEMORY(q, x_q, sizeof q);
     TEST_ASSERT_EQUAL_FLOAT(1, b.v_d_V);
     TEST_ASSERT_EQUAL_FLOAT(2, b.v_q_V);
-    const dqw_sample t = {9, 9, 5, 0, 7};
+    const dqw_sample t = {.v_d_V = 9, .v_q_V = 9, .i_d_A = 5, .i_q_A = 0, .w_m_rad_s = 7};
     const dqw_block pair = dqw_model_pair(&s, &t, 0.5f);
     const dqw_block expected = {1, 2, 4, 2, 4, -8, 25, 10, 6};
     TEST_ASSERT_EQUAL_MEMORY(&expected, &pair, sizeof pair);

@@ -57,7 +57,11 @@ static void test_what_has_not_begun_changes_nothing(void)
     dqw_sim_nonideal *x = &s.nonideal;
     x->dead_time_V = x->iron_loss_S = x->turn_short = x->demagnetisation = x->phase_connection_ohm = x->bearing_Nm = x->bearing_B_Nms_rad = later;
     x->saturation_dd_A_Wb3 = x->saturation_qq_A_Wb3 = x->saturation_dq_A_Wb3 = x->winding_alpha_per_K = x->magnet_beta_per_K = later;
-    x->dead_time_width_A = 1, x->turn_short_ohm = 1;
+    x->skin_effect_s2_rad2 = x->phase_resistance_a_ohm = x->flux_harmonic_6d_Wb = x->flux_harmonic_6q_Wb = x->flux_harmonic_12d_Wb = later;
+    x->flux_harmonic_12q_Wb = x->delay_periods = x->current_gain_a = x->current_gain_b = x->current_gain_c = x->current_offset_alpha_A = later;
+    x->current_offset_beta_A = x->angle_offset_rad = x->voltage_offset_d_V = x->voltage_offset_q_V = x->stribeck_Nm = x->cogging_Nm = later;
+    x->disturbance_V = x->hum_A = later;
+    x->dead_time_width_A = 1, x->turn_short_ohm = 1, x->cogging_order = 6, x->stribeck_width_rad_s = 1, x->disturbance_Hz = x->hum_Hz = 50;
     s.machine.coulomb_width_rad_s = 1;
     end_of(&s);
     const int same = memcmp(ideal, rows, count * sizeof *rows);

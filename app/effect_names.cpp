@@ -1,0 +1,84 @@
+#include "effect_names.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <stdexcept>
+
+namespace dqw {
+namespace {
+
+struct Name {
+    const char* name;
+    dqw_effect_name id;
+    std::size_t shapes;
+};
+
+constexpr std::array<Name, DQW_EFFECT_NAMES - 1> kNames{{
+    {"dead_time", DQW_EFFECT_DEAD_TIME, 1},
+    {"saturation", DQW_EFFECT_SATURATION, 1},
+    {"cross_saturation", DQW_EFFECT_CROSS_SATURATION, 1},
+    {"winding_temperature", DQW_EFFECT_WINDING_TEMPERATURE, 3},
+    {"magnet_temperature", DQW_EFFECT_MAGNET_TEMPERATURE, 3},
+    {"iron_loss", DQW_EFFECT_IRON_LOSS, 3},
+    {"flux_harmonics", DQW_EFFECT_FLUX_HARMONICS, 1},
+    {"current_offset", DQW_EFFECT_CURRENT_OFFSET, 3},
+    {"current_gain_mismatch", DQW_EFFECT_CURRENT_GAIN_MISMATCH, 3},
+    {"angle_offset", DQW_EFFECT_ANGLE_OFFSET, 3},
+    {"delay", DQW_EFFECT_DELAY, 0},
+    {"skin_effect", DQW_EFFECT_SKIN_EFFECT, 0},
+    {"phase_resistance_imbalance", DQW_EFFECT_PHASE_RESISTANCE_IMBALANCE, 0},
+    {"voltage_offset", DQW_EFFECT_VOLTAGE_OFFSET, 0},
+    {"coulomb_friction", DQW_EFFECT_COULOMB_FRICTION, 1},
+    {"direction_asymmetry", DQW_EFFECT_DIRECTION_ASYMMETRY, 1},
+    {"stribeck_friction", DQW_EFFECT_STRIBECK_FRICTION, 2},
+    {"cogging_torque", DQW_EFFECT_COGGING_TORQUE, 1},
+    {"load_torque", DQW_EFFECT_LOAD_TORQUE, 0},
+}};
+
+}  // namespace
+
+const std::vector<std::string>& effect_names()
+{
+    static const std::vector<std::string> names = [] {
+        std::vector<std::string> all;
+        for (const Name& n : kNames) all.emplace_back(n.name);
+        return all;
+    }();
+    return names;
+}
+
+std::optional<dqw_effect_name> effect_named(const std::string& name)
+{
+    for (const Name& n : kNames)
+        if (name == n.name) return n.id;
+    return {};
+}
+
+std::string enumerator_of(const std::string& name)
+{
+    std::string text = "DQW_EFFECT_";
+    for (const char c : name) text += static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
+    return text;
+}
+
+std::size_t shapes_of(dqw_effect_name name)
+{
+    for (const Name& n : kNames)
+        if (name == n.id) return n.shapes;
+    return 0;
+}
+
+dqw_effect_config effect_config(const TraceInput& input)
+{
+    const auto name = effect_named(input.effect);
+    if (!name) throw std::invalid_argument("unknown effect " + input.effect);
+    dqw_effect_config config{};
+    config.effect = *name;
+    for (std::size_t i = 0; i < std::min(shapes_of(*name), input.shape.size()); ++i) config.shape[i] = static_cast<float>(input.shape[i]);
+    const auto weights = static_cast<std::size_t>(dqw_effect_weights(*name));
+    for (std::size_t i = 0; i < std::min(weights, input.weights.size()); ++i) config.start[i] = static_cast<float>(input.weights[i]);
+    return config;
+}
+
+}  // namespace dqw

@@ -1,0 +1,32 @@
+// Which effects the learners are given: from the command line by name alone, or from a trace with shapes and weights.
+#ifndef DQW_APP_LEARN_INPUTS_HPP
+#define DQW_APP_LEARN_INPUTS_HPP
+
+#include <string>
+#include <vector>
+
+#include "log.hpp"
+#include "residual.hpp"
+#include "trace.hpp"
+
+namespace dqw {
+
+/// What a trace.json says to the learners.
+struct LearnConfig {
+    std::vector<TraceInput> inputs;
+    Machine start;  ///< its parameters after tracing
+};
+
+/// Reads `inputs` and `after` of a trace. Throws InputError: unreadable, no JSON, not a trace, an unknown effect.
+LearnConfig read_learn_config(const std::string& path);
+
+/// The inputs with every shape filled in that is missing: widths of 2 % of the largest current or speed, the largest current as unit of
+/// polynomials, order 6, 25 degC, a heating state where there is no thermometer; R, L_d, L_q, psi from `machine`.
+/// Throws std::invalid_argument for an effect that is not of these logs' regime.
+std::vector<TraceInput> completed(std::vector<TraceInput> inputs, const std::vector<Log>& logs, const PlainModel& machine);
+
+/// True where a shape that was not given needs R, L_d, L_q or psi.
+bool needs_machine(const std::vector<TraceInput>& inputs);
+
+}  // namespace dqw
+#endif

@@ -1,0 +1,76 @@
+// What the electrical and the mechanical learners share.
+#ifndef DQW_APP_LEARN_PARTS_HPP
+#define DQW_APP_LEARN_PARTS_HPP
+
+#include <algorithm>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "dqw.h"
+#include "learn.hpp"
+
+namespace dqw {
+
+Learned learn_electrical(const std::vector<Log>& logs, const LearnOptions& options);
+Learned learn_mechanical(const std::vector<Log>& logs, const LearnOptions& options);
+
+struct Asked {
+    const std::vector<std::string>& names;
+    std::vector<std::string> defaults;
+    bool operator()(const char* name) const
+    {
+        const auto& list = names.empty() ? defaults : names;
+        return std::find(list.begin(), list.end(), name) != list.end();
+    }
+};
+
+std::size_t all_rows(const std::vector<Log>& logs);
+
+/// Pairs in half a block.
+std::uint16_t half_window(double span_s, double dt_s, int least);
+
+/// A nominal value to start from: the machine file's, else the options', else 0.
+float nominal(const Machine& machine, const Machine& start, std::optional<double> Machine::*value);
+
+/// Notes what the gate kept out; `heldout` samples were refused on purpose.
+void note_gate(const dqw_gate& gate, std::uint32_t heldout, Result& result);
+
+/// The inputs for lib/, in their order.
+std::vector<dqw_effect_config> lists_of(const std::vector<TraceInput>& inputs);
+/// Throws std::invalid_argument where their weights are more than this build of lib/ has room for.
+void check_room(const std::vector<TraceInput>& inputs);
+
+/// What was read of one input: the learned weights, their deviations, and a bit for each that is known.
+struct InputRead {
+    TraceInput input;
+    std::vector<double> sd;
+    std::uint32_t known = 0;
+};
+/// Fills `effects` and `inputs` of `learned`; an effect of which no weight is known goes to not_identifiable. Inputs of one name are one effect.
+void put_effects(const std::vector<InputRead>& read, Learned& learned);
+
+/// Calls step(row, heldout) for all rows of a log, and gap() before each segment and at both ends of what is held out.
+template <class Gap, class Step> void walk(const Log& log, std::size_t& done, std::size_t total, const LearnOptions& options, Gap gap, Step step)
+{
+    constexpr std::size_t kProgressRows = 65536;
+    std::size_t next_segment = 0;
+    bool was_heldout = false;
+    const std::size_t rows = log.rows();
+    for (std::size_t k = 0; k < rows; k++) {
+        const bool heldout = options.heldout_row != nullptr && (*options.heldout_row)[done] != 0;
+        bool jump = heldout != was_heldout;
+        if (next_segment < log.segments.size() && k == log.segments[next_segment]) {
+            jump = true;
+            next_segment++;
+        }
+        if (jump) gap();
+        was_heldout = heldout;
+        step(k, heldout);
+        done++;
+        if (options.progress && done % kProgressRows == 0) options.progress(static_cast<double>(done) / static_cast<double>(total));
+    }
+}
+
+}  // namespace dqw
+#endif

@@ -1,0 +1,105 @@
+#include "model_config.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+
+#include "effect_names.hpp"
+
+namespace dqw {
+namespace {
+
+/// A float literal; what is no number becomes 0, which starts from nothing.
+std::string literal(double x)
+{
+    const auto value = static_cast<float>(x);
+    if (!std::isfinite(value)) return "0.0f";
+    std::string text = fmt::format("{:.7g}", value);
+    if (text.find_first_of(".e") == std::string::npos) text += ".0";
+    return text + "f";
+}
+
+/// A file's name that cannot end the comment it stands in.
+std::string harmless(const std::string& path)
+{
+    std::string name = path.substr(path.find_last_of('/') + 1).substr(0, 80);
+    for (char& c : name)
+        if (!std::isalnum(static_cast<unsigned char>(c)) && std::string("._- ").find(c) == std::string::npos) c = '?';
+    return name;
+}
+
+std::string macro_of(const std::string& parameter)
+{
+    std::string text = "DQW_MODEL_";
+    for (const char c : parameter) text += static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
+    return text;
+}
+
+std::string row_of(const TraceInput& input, Regime regime)
+{
+    dqw_effect_config c = effect_config(input);
+    // A settled log's delay is in seconds; the learners want periods, which such a log does not have.
+    if (c.effect == DQW_EFFECT_DELAY && regime != Regime::dynamic) c.start[0] = 0.0F;
+    std::string shape, start;
+    for (const float x : c.shape) shape += (shape.empty() ? "" : ", ") + literal(static_cast<double>(x));
+    for (const float x : c.start) start += (start.empty() ? "" : ", ") + literal(static_cast<double>(x));
+    return fmt::format("    {{{}, {{{}}}, {{{}}}}},\n", enumerator_of(input.effect), shape, start);
+}
+
+struct Field {
+    const char *parameter, *field;
+};
+
+std::string values_text(const TraceResult& trace, const std::vector<Field>& fields, std::string& assignments)
+{
+    std::string out;
+    for (const Field& f : fields)
+        for (const Estimate& e : trace.after.parameters) {
+            if (e.name != f.parameter || !std::isfinite(e.value) || !(e.value > 0.0)) continue;
+            const bool count = e.name == "pole_pairs";
+            out += fmt::format("#define {} {}\n", macro_of(e.name), count ? fmt::format("{:.0f}", e.value) : literal(e.value));
+            assignments += fmt::format("    config->{} = {};\n", f.field, macro_of(e.name));
+        }
+    return out;
+}
+
+}  // namespace
+
+std::string model_config_text(const TraceResult& trace, const std::vector<std::string>& logs)
+{
+    const bool mechanical = trace.regime == Regime::mechanical;
+    const std::vector<Field> electrical_fields = {{"pole_pairs", "pole_pairs"}, {"R_ohm", "R_ohm"}, {"Ld_H", "Ld_H"}, {"Lq_H", "Lq_H"}, {"psi_Wb", "psi_Wb"}};
+    const std::vector<Field> mechanical_fields = {{"J_kgm2", "J_kgm2"}, {"B_Nms_rad", "B_Nms_rad"}};
+    std::string sources;
+    for (const std::string& log : logs) sources += (sources.empty() ? " " : ", ") + harmless(log);
+    std::string assignments;
+    const std::string values = values_text(trace, mechanical ? mechanical_fields : electrical_fields, assignments);
+    int weights = 0;
+    std::string rows;
+    for (const TraceInput& in : trace.inputs) {
+        weights += dqw_effect_weights(effect_config(in).effect);
+        rows += row_of(in, trace.regime);
+    }
+
+    std::string out = fmt::format("// What `dqwatch trace` found in{}: the effects that the plain model lacks, for the learners.\n",
+                                  sources.empty() ? " a log" : sources);
+    const std::string init = mechanical ? "dqw_mechanical" : "dqw_estimator";
+    out += fmt::format("// Fill in a {0}_config as before, call dqw_model_config_apply(&config), then {0}_init(); on a running estimator\n", init);
+    out += mechanical ? "// nothing else is needed.\n"
+                      : "// that has gone back to its first stage, dqw_estimator_define(). The pole pairs must be given where there are effects.\n";
+    out += "#ifndef DQW_MODEL_CONFIG_H\n#define DQW_MODEL_CONFIG_H\n\n#include \"dqw.h\"\n\n";
+    if (!values.empty()) out += "// To start from, SI.\n" + values + "\n";
+    out += fmt::format("#define DQW_MODEL_EFFECT_COUNT {}\n\n", trace.inputs.size());
+    if (!trace.inputs.empty()) {
+        out += fmt::format("#if DQW_EFFECT_WEIGHTS < {0}\n#error \"build lib/ with -DDQW_EFFECT_WEIGHTS={0} or more\"\n#endif\n\n", weights);
+        out += "// Effect, shape, weights to start from.\nstatic const dqw_effect_config dqw_model_effects[DQW_MODEL_EFFECT_COUNT] = {\n" + rows + "};\n\n";
+        assignments += "    config->effects = dqw_model_effects;\n    config->effect_count = DQW_MODEL_EFFECT_COUNT;\n";
+    }
+    if (assignments.empty()) assignments = "    (void)config;\n";
+    out += fmt::format("static inline void dqw_model_config_apply({}_config *config)\n{{\n{}}}\n\n#endif\n", init, assignments);
+    return out;
+}
+
+}  // namespace dqw

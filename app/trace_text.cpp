@@ -1,0 +1,62 @@
+// A trace for people at a terminal.
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "columns.hpp"
+#include "quantity.hpp"
+#include "text.hpp"
+#include "trace_report.hpp"
+#include "trace_rows.hpp"
+#include "verdict.hpp"
+
+namespace dqw {
+namespace {
+
+std::string correlates_text(const std::vector<TraceCorrelate>& correlates)
+{
+    std::string out;
+    for (std::size_t i = 0; i < correlates.size() && i < 3; ++i)
+        out += fmt::format("{}{} ({}, {:.0f} %)", i ? "; " : "", correlates[i].with, correlates[i].axis, 100 * correlates[i].share);
+    return out;
+}
+
+std::string confusable_text(const TraceEffect& e)
+{
+    if (e.confusable_with.empty()) return "";
+    return fmt::format("\n{} or {}: {}\n", e.name, list(e.confusable_with),
+                       e.separate.empty() ? "nothing in this log tells" : "what would tell: " + e.separate);
+}
+
+}  // namespace
+
+std::string trace_text(const TraceReport& report)
+{
+    const TraceResult& trace = report.trace;
+    std::string out = verdict_sentence(trace) + "\n";
+    const std::string remark = verdict_remark(trace);
+    out += remark + (remark.empty() ? "\n" : "\n\n");
+    out += fmt::format("{}: {}, {}, {} held out\n\n", trace.verdict, name_of(trace.regime), counted(trace.rows, "row"), trace.heldout_rows);
+    out += table(residual_rows(report)) + "\n" + table(parameter_rows(trace.before, trace.after, !trace.effects.empty()));
+    if (!trace.effects.empty()) out += "\n" + table(effect_rows(trace));
+    if (report.learner_before && report.learner_after)
+        out += "\nlearners in firmware\n" + table(parameter_rows(*report.learner_before, *report.learner_after, !trace.effects.empty()));
+    for (const TraceEffect& e : trace.effects) out += confusable_text(e);
+    if (!trace.structure.empty()) out += "\nthe residual before goes with: " + correlates_text(trace.structure) + "\n";
+    if (!trace.rest.empty()) out += "the residual after goes with: " + correlates_text(trace.rest) + "\n";
+    if (trace.rejected.empty()) return out;
+    // The reason is a sentence, so it stands behind the table, not in it.
+    Rows rows;
+    for (const TraceRejected& r : trace.rejected) rows.push_back({"  " + r.name, std::isfinite(r.heldout_rms) ? residual_text(r.heldout_rms, trace.unit) : ""});
+    const std::string padded = table(rows);
+    out += "\nnot taken\n";
+    std::size_t at = 0;
+    for (const TraceRejected& r : trace.rejected) {
+        const std::size_t end = padded.find('\n', at);
+        out += padded.substr(at, end - at) + ": " + r.why + "\n";
+        at = end + 1;
+    }
+    return out;
+}
+
+}  // namespace dqw

@@ -1,0 +1,14 @@
+// Compile-time sizes that several files share. Set them for all of lib/ alike, with -D.
+#ifndef DQW_SIZE_H
+#define DQW_SIZE_H
+
+/// Most weights that the effects of one estimator may have together (dqw_effect.h), 0 .. 24. 0: a firmware without effects pays nothing.
+#ifndef DQW_EFFECT_WEIGHTS
+#define DQW_EFFECT_WEIGHTS 12
+#endif
+
+#if DQW_EFFECT_WEIGHTS < 0 || DQW_EFFECT_WEIGHTS > 24
+#error "DQW_EFFECT_WEIGHTS is 0 .. 24: an axis' inputs are bits of one word"
+#endif
+
+#endif

@@ -1,0 +1,197 @@
+// The whole circle of Fig. 1: threshold missed, the log traced, the Learners defined anew with what was found, threshold met;
+// and the header in which firmware gets it.
+#include <cmath>
+#include <cstdlib>
+#include <fstream>
+#include <string>
+
+#include "command.hpp"
+#include "dqw.h"
+#include "effect_names.hpp"
+#include "learn_trace.hpp"
+#include "log_reader.hpp"
+#include "model_config.hpp"
+#include "simulate.hpp"
+#include "trace.hpp"
+#include "unity.h"
+
+void setUp(void) {}
+void tearDown(void) {}
+
+namespace {
+
+dqw::Log simulated(const std::string& name, const std::vector<std::string>& settings)
+{
+    dqw_sim_scenario s = dqw::scenario_named(name);
+    for (const auto& x : settings) dqw::set(s, x);
+    const auto simulation = dqw::simulate(s, [](double) {});
+    const command::Folder folder;
+    dqw::write_csv(simulation, folder / "x.csv");
+    dqw::write_toml(simulation, folder / "x.toml", "test");
+    return dqw::read_log(folder / "x.csv", {});
+}
+
+void between(double low, double value, double high, const std::string& what)
+{
+    const std::string text = what + " is " + std::to_string(value) + ", bounds " + std::to_string(low) + " .. " + std::to_string(high);
+    TEST_ASSERT_TRUE_MESSAGE(value >= low && value <= high, text.c_str());
+}
+
+double value_of(const std::vector<dqw::Estimate>& list, const std::string& name)
+{
+    for (const auto& e : list)
+        if (e.name == name) return e.value;
+    return std::nan("");
+}
+
+/// Runs until the estimator has gone back, or the log ends.
+void run(dqw_estimator& e, const dqw::Log& log)
+{
+    for (std::size_t k = 0; k < log.rows(); ++k) {
+        dqw_sample s{};
+        s.v_d_V = static_cast<float>(log.v_d_V[k]);
+        s.v_q_V = static_cast<float>(log.v_q_V[k]);
+        s.i_d_A = static_cast<float>(log.i_d_A[k]);
+        s.i_q_A = static_cast<float>(log.i_q_A[k]);
+        s.w_m_rad_s = static_cast<float>(log.w_m_rad_s[k]);
+        s.theta_e_rad = static_cast<float>(std::remainder(log.theta_e_rad[k], 6.283185307179586));
+        if (dqw_estimator_step(&e, &s, false) & DQW_EVENT_LEARNED) (void)dqw_estimator_background(&e);
+        if (e.stage.name == DQW_STAGE_DOMAIN) return;
+    }
+}
+
+void the_circle_closes()
+{
+    const dqw::Log log = simulated("servo", {"nonideal.dead_time_V=4", "nonideal.dead_time_width_A=0.3", "noise=0.005"});
+    dqw_random_sample memory_d[50], memory_q[50];
+    dqw_estimator_config config{};
+    config.dt_s = static_cast<float>(log.dt_s);
+    config.v_base_V = 150.0F;
+    config.i_base_A = 15.0F;
+    config.w_base_rad_s = 200.0F;
+    config.pole_pairs = 4;
+    config.threshold_ppm = 10000;
+    config.reservoir_d = memory_d;
+    config.reservoir_q = memory_q;
+    config.reservoir = 50;
+    dqw_estimator e;
+    TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_estimator_init(&e, &config));
+
+    // Threshold missed.
+    run(e, log);
+    TEST_ASSERT_EQUAL_INT(DQW_STAGE_DOMAIN, e.stage.name);
+    TEST_ASSERT_EQUAL_INT(DQW_BACK_THRESHOLD, e.stage.back);
+    between(1.2, static_cast<double>(e.parameters.R_ohm) / 0.9, 3.0, "R over the true R, before");
+
+    // Traced, without a hint.
+    const dqw::TraceResult traced = dqw::trace({log});
+    TEST_ASSERT_EQUAL_STRING("explained", traced.verdict.c_str());
+    TEST_ASSERT_EQUAL_size_t(1, traced.inputs.size());
+    TEST_ASSERT_EQUAL_STRING("dead_time", traced.inputs[0].effect.c_str());
+
+    // Defined anew, threshold met.
+    const dqw_effect_config effect = dqw::effect_config(traced.inputs[0]);
+    config.effects = &effect;
+    config.effect_count = 1;
+    TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_estimator_define(&e, &config));
+    TEST_ASSERT_EQUAL_INT(DQW_STAGE_RANDOM, e.stage.name);
+    run(e, log);
+    TEST_ASSERT_EQUAL_INT(DQW_STAGE_IN_SERVICE, e.stage.name);
+    TEST_ASSERT_EQUAL_UINT32(1, e.stage.times_back);
+    float voltage = 0;
+    float sd = 0;
+    TEST_ASSERT_EQUAL_INT(1, dqw_estimator_effect(&e, 0, &voltage, &sd));
+    between(3.95, static_cast<double>(voltage), 4.05, "dead time, V");
+    between(0.99, static_cast<double>(e.parameters.R_ohm) / 0.9, 1.01, "R over the true R, after");
+
+    // The same on rows that were not learned.
+    const dqw::TraceFit before = dqw::learn_fit({log}, traced, false);
+    const dqw::TraceFit after = dqw::learn_fit({log}, traced, true);
+    between(0.9, before.heldout_rms / traced.before.heldout_rms, 1.2, "learners' residual over the tracer's, before");
+    between(0.9, after.heldout_rms / traced.after.heldout_rms, 1.2, "learners' residual over the tracer's, after");
+    between(5.0, before.heldout_rms / after.heldout_rms, 100.0, "residual before over after");
+    between(0.99, value_of(after.parameters, "R_ohm") / 0.9, 1.01, "R over the true R on training rows");
+    TEST_ASSERT_EQUAL_size_t(2, after.axes.size());
+    between(0.01, after.axes[1].percent, 1.0, "residual on q, %");
+}
+
+dqw::TraceResult made(dqw::Regime regime, const std::vector<dqw::TraceInput>& inputs)
+{
+    dqw::TraceResult r;
+    r.regime = regime;
+    r.inputs = inputs;
+    r.after.parameters = {{"R_ohm", 0.9, 0.01, false}, {"Ld_H", 2.2e-3, 1e-5, false}, {"pole_pairs", 4, 0, true}, {"J_kgm2", 2e-3, 1e-5, false}};
+    return r;
+}
+
+/// Writes `header` and a program that uses it, compiles it with `compiler`, runs it and returns what it prints.
+std::string compiled(const std::vector<std::string>& compiler, const std::string& extension, const std::string& header, const std::string& program,
+                     const std::string& room = "12")
+{
+    const command::Folder folder;
+    std::ofstream(folder / "dqw_model_config.h") << header;
+    std::ofstream(folder / ("main." + extension)) << "#include \"dqw_model_config.h\"\n#include \"dqw_model_config.h\"\n#include <stdio.h>\n" << program;
+    std::vector<std::string> argv = compiler;
+    for (const char* flag : {"-pedantic", "-Wall", "-Wextra", "-Wconversion", "-Wsign-conversion", "-Wdouble-promotion", "-Wshadow", "-Werror", "-Ilib"})
+        argv.emplace_back(flag);
+    argv.push_back("-DDQW_EFFECT_WEIGHTS=" + room);
+    argv.push_back("-I" + (folder / ""));
+    argv.push_back(folder / ("main." + extension));
+    argv.emplace_back("-o");
+    argv.push_back(folder / "main");
+    const auto build = command::run_program(argv);
+    if (build.code != 0) return "not compiled: " + build.err;
+    return command::run_program({folder / "main"}).out;
+}
+
+void the_header_compiles_and_says_what_was_found()
+{
+    const std::vector<std::string> c = {command::environment("CC", "cc"), "-std=c99"};
+    const std::vector<std::string> cxx = {command::environment("CXX", "c++"), "-std=c++11"};
+    const std::string program = "int main(void)\n{\n    dqw_estimator_config c = dqw_estimator_config();\n    dqw_model_config_apply(&c);\n"
+                                "    printf(\"%u %u %.4f %d\", (unsigned)c.pole_pairs, (unsigned)c.effect_count, (double)c.R_ohm, DQW_MODEL_EFFECT_COUNT);\n"
+                                "    for (int i = 0; i < c.effect_count; i++) printf(\" %d %.3f %.3f\", (int)c.effects[i].effect, "
+                                "(double)c.effects[i].shape[0], (double)c.effects[i].start[0]);\n    return 0;\n}\n";
+    std::string in_c = "static dqw_estimator_config zero;\n" + program;
+    in_c.replace(in_c.find("dqw_estimator_config()"), 22, "zero");
+    const std::string nasty = "/tmp/a*/b\nc\\.csv";
+    const auto with = made(dqw::Regime::dynamic, {{"dead_time", {0.3, 0.26}, {4.0}}, {"saturation", {12.0}, {-1e-3, 0, 0, -2e-3, 0}}});
+    const auto without = made(dqw::Regime::dynamic, {});
+    const std::string found = "4 2 0.9000 2 1 0.300 4.000 2 12.000 -0.001";
+    TEST_ASSERT_EQUAL_STRING(found.c_str(), compiled(c, "c", dqw::model_config_text(with, {nasty}), in_c).c_str());
+    TEST_ASSERT_EQUAL_STRING(found.c_str(), compiled(cxx, "cpp", dqw::model_config_text(with, {nasty}), program).c_str());
+    TEST_ASSERT_EQUAL_STRING("4 0 0.9000 0", compiled(c, "c", dqw::model_config_text(without), in_c).c_str());
+    TEST_ASSERT_EQUAL_STRING("4 0 0.9000 0", compiled(cxx, "cpp", dqw::model_config_text(without), program).c_str());
+    // A library without room for them is refused by name.
+    const std::string refused = compiled(c, "c", dqw::model_config_text(with), in_c, "3");
+    TEST_ASSERT_TRUE_MESSAGE(refused.find("DQW_EFFECT_WEIGHTS=6") != std::string::npos, refused.c_str());
+}
+
+void the_header_of_a_shaft()
+{
+    const std::vector<std::string> c = {command::environment("CC", "cc"), "-std=c99"};
+    const std::string program = "static dqw_mechanical_config c;\nint main(void)\n{\n    dqw_model_config_apply(&c);\n"
+                                "    printf(\"%.4f %u %d\", (double)c.J_kgm2, (unsigned)c.effect_count, (int)c.effects[0].effect);\n    return 0;\n}\n";
+    const auto found = made(dqw::Regime::mechanical, {{"coulomb_friction", {1.0}, {0.1}}});
+    TEST_ASSERT_EQUAL_STRING(("0.0020 1 " + std::to_string(DQW_EFFECT_COULOMB_FRICTION)).c_str(),
+                             compiled(c, "c", dqw::model_config_text(found), program).c_str());
+}
+
+void every_name_is_the_librarys()
+{
+    TEST_ASSERT_EQUAL_size_t(DQW_EFFECT_NAMES - 1, dqw::effect_names().size());
+    for (std::size_t i = 0; i < dqw::effect_names().size(); ++i)
+        TEST_ASSERT_EQUAL_INT_MESSAGE(static_cast<int>(i) + 1, *dqw::effect_named(dqw::effect_names()[i]), dqw::effect_names()[i].c_str());
+}
+
+}  // namespace
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(every_name_is_the_librarys);
+    RUN_TEST(the_header_compiles_and_says_what_was_found);
+    RUN_TEST(the_header_of_a_shaft);
+    RUN_TEST(the_circle_closes);
+    return UNITY_END();
+}

@@ -1,0 +1,615 @@
+// Every effect against a machine that has it by its physical law, integrated finely in double: the float learners must give
+// back its weight and R, L_d, L_q, psi beside it. The plant works in phases, co-energies and circuits, not in (E51) to (E55).
+#include "dqw_effect.h"
+#include "dqw_estimator.h"
+#include "dqw_test.h"
+
+void setUp(void) { test_case[0] = 0; }
+void tearDown(void) {}
+
+#define R_TRUE 0.9
+#define LD_TRUE 2.2e-3
+#define LQ_TRUE 2.8e-3
+#define PSI_TRUE 0.12
+#define P_TRUE 4
+#define DT_S 1e-4
+#define I_BASE 15.0
+enum { ROWS = 30000, STEPS = 10, WEIGHTS = 5 };
+
+typedef struct plant {
+    enum dqw_effect_name effect;
+    double w[WEIGHTS];  ///< true weights
+    double shape;       ///< width, order, time constant
+    double heat;        ///< state of the winding or the magnet
+    double temp_C;      ///< where a sensor tells it
+} plant;
+
+typedef struct row {
+    double v_d, v_q, i_d, i_q, w_m, theta, temp;
+} row;
+
+static row rows[ROWS];
+
+static double speed(double t) { return 20 + 100 * sin(2 * PI * 1.3 * t) + 15 * sin(2 * PI * 7 * t); }
+static double angle(double t) { return P_TRUE * (20 * t + 100 * (1 - cos(2 * PI * 1.3 * t)) / (2 * PI * 1.3) + 15 * (1 - cos(2 * PI * 7 * t)) / (2 * PI * 7)); }
+
+static void turn(double by, const double x[2], double y[2])
+{
+    const double d = cos(by) * x[0] + sin(by) * x[1];
+    y[1] = cos(by) * x[1] - sin(by) * x[0];
+    y[0] = d;
+}
+
+// Dq quantities at angle theta as phases, and back: each phase's projection on the axes.
+static void to_phases(double theta, const double dq[2], double abc[3])
+{
+    for (int x = 0; x < 3; x++) abc[x] = dq[0] * cos(theta - x * 2 * PI / 3) - dq[1] * sin(theta - x * 2 * PI / 3);
+}
+static void of_phases(double theta, const double abc[3], double dq[2])
+{
+    dq[0] = dq[1] = 0.0;
+    for (int x = 0; x < 3; x++) {
+        dq[0] += 2.0 / 3 * abc[x] * cos(theta - x * 2 * PI / 3);
+        dq[1] -= 2.0 / 3 * abc[x] * sin(theta - x * 2 * PI / 3);
+    }
+}
+
+static double coenergy(const plant *p, double i_d, double i_q)
+{
+    const double x = i_d / I_BASE;
+    const double y = i_q / I_BASE;
+    double w = 0.5 * LD_TRUE * i_d * i_d + 0.5 * LQ_TRUE * i_q * i_q + PSI_TRUE * i_d;
+    if (p->effect == DQW_EFFECT_SATURATION)
+        w += I_BASE * (p->w[0] * pow(x, 3) / 3 + p->w[1] * pow(x, 4) / 4 + p->w[2] * pow(x, 5) / 5 + p->w[3] * pow(y, 4) / 4 + p->w[4] * pow(y, 6) / 6);
+    if (p->effect == DQW_EFFECT_CROSS_SATURATION) w += I_BASE * (p->w[0] * x * y * y + p->w[1] * x * x * y * y + p->w[2] * x * pow(y, 4));
+    if (p->effect == DQW_EFFECT_MAGNET_TEMPERATURE) w += p->w[0] * (p->shape > 0 ? p->heat : p->temp_C - 25) * i_d;
+    return w;
+}
+
+static void flux(const plant *p, const double i[2], double psi[2])
+{
+    const double h = 1e-2;
+    psi[0] = (coenergy(p, i[0] + h, i[1]) - coenergy(p, i[0] - h, i[1])) / (2 * h);
+    psi[1] = (coenergy(p, i[0], i[1] + h) - coenergy(p, i[0], i[1] - h)) / (2 * h);
+}
+
+// Terminal current of the state, which is the flux-bearing current: iron takes its share of the induced voltage.
+static void terminal(const plant *p, const double v[2], const double i_m[2], double i[2])
+{
+    const double G = p->effect == DQW_EFFECT_IRON_LOSS ? p->w[0] : 0.0;
+    for (int a = 0; a < 2; a++) i[a] = i_m[a] + G * (v[a] - R_TRUE * i_m[a]) / (1 + R_TRUE * G);
+}
+
+// d/dt of the flux-bearing current and of the heat under the stationary voltage.
+static void slope(const plant *p, double t, const double stationary[2], const double x[3], double out[3])
+{
+    const double theta = angle(t);
+    const double w_e = P_TRUE * speed(t);
+    plant now = *p;
+    now.heat = x[2];
+    double v[2], i[2], psi[2], abc[3], loss[2] = {0, 0};
+    turn(theta, stationary, v);
+    terminal(&now, v, x, i);
+    to_phases(theta, i, abc);
+    double r = R_TRUE;
+    switch (p->effect) {
+    case DQW_EFFECT_DEAD_TIME:
+        for (int k = 0; k < 3; k++) abc[k] = p->w[0] * tanh(abc[k] / p->shape);
+        of_phases(theta, abc, loss);
+        break;
+    case DQW_EFFECT_PHASE_RESISTANCE_IMBALANCE:
+        abc[0] *= p->w[0];
+        abc[1] *= p->w[1];
+        abc[2] = 0.0;
+        of_phases(theta, abc, loss);
+        break;
+    case DQW_EFFECT_WINDING_TEMPERATURE: r += p->w[0] * (p->shape > 0 ? x[2] : p->temp_C - 25); break;
+    case DQW_EFFECT_SKIN_EFFECT: r += p->w[0] * w_e * w_e; break;
+    case DQW_EFFECT_VOLTAGE_OFFSET:
+        loss[0] = p->w[0];
+        loss[1] = p->w[1];
+        break;
+    default: break;
+    }
+    double e[2];
+    for (int a = 0; a < 2; a++) e[a] = v[a] - loss[a] - r * i[a];
+    flux(&now, x, psi);
+    double along[2] = {0, 0};  // of the flux with the angle
+    if (p->effect == DQW_EFFECT_FLUX_HARMONICS) {
+        const double c = cos(p->shape * theta);
+        const double s = sin(p->shape * theta);
+        psi[0] += p->w[0] * c + p->w[1] * s;
+        psi[1] += p->w[2] * c + p->w[3] * s;
+        along[0] = p->shape * (p->w[1] * c - p->w[0] * s);
+        along[1] = p->shape * (p->w[3] * c - p->w[2] * s);
+    }
+    e[0] -= w_e * (along[0] - psi[1]);
+    e[1] -= w_e * (along[1] + psi[0]);
+    // Differential inductances by differences of the flux.
+    const double h = 1e-2;
+    double up[2], down[2], l[2][2];
+    for (int a = 0; a < 2; a++) {
+        double j[2] = {x[0], x[1]};
+        j[a] += h;
+        flux(&now, j, up);
+        j[a] -= 2 * h;
+        flux(&now, j, down);
+        for (int b = 0; b < 2; b++) l[b][a] = (up[b] - down[b]) / (2 * h);
+    }
+    const double determinant = l[0][0] * l[1][1] - l[0][1] * l[1][0];
+    out[0] = (l[1][1] * e[0] - l[0][1] * e[1]) / determinant;
+    out[1] = (l[0][0] * e[1] - l[1][0] * e[0]) / determinant;
+    out[2] = p->shape > 0 ? ((i[0] * i[0] + i[1] * i[1]) / (I_BASE * I_BASE) - x[2]) / p->shape : 0.0;
+}
+
+static void advance(const plant *p, double t, double h, const double v[2], double x[3])
+{
+    double k1[3], k2[3], k3[3], k4[3], y[3];
+    slope(p, t, v, x, k1);
+    for (int a = 0; a < 3; a++) y[a] = x[a] + 0.5 * h * k1[a];
+    slope(p, t + 0.5 * h, v, y, k2);
+    for (int a = 0; a < 3; a++) y[a] = x[a] + 0.5 * h * k2[a];
+    slope(p, t + 0.5 * h, v, y, k3);
+    for (int a = 0; a < 3; a++) y[a] = x[a] + h * k3[a];
+    slope(p, t + h, v, y, k4);
+    for (int a = 0; a < 3; a++) x[a] += h / 6 * (k1[a] + 2 * k2[a] + 2 * k3[a] + k4[a]);
+}
+
+// What the sensors and the frame make of the truth.
+static void sense(const plant *p, double theta, row *r)
+{
+    double i[2] = {r->i_d, r->i_q};
+    double abc[3];
+    to_phases(theta, i, abc);
+    if (p->effect == DQW_EFFECT_CURRENT_OFFSET) {
+        abc[0] += p->w[0];
+        abc[1] += -0.5 * p->w[0] + 0.5 * sqrt(3) * p->w[1];
+        abc[2] += -0.5 * p->w[0] - 0.5 * sqrt(3) * p->w[1];
+    }
+    if (p->effect == DQW_EFFECT_CURRENT_GAIN_MISMATCH) {
+        // Gains without a common part: a by 2 m_1, b less c by -2 sqrt(3) m_2.
+        abc[0] *= 1 + 2 * p->w[0];
+        abc[1] *= 1 - p->w[0] - sqrt(3) * p->w[1];
+        abc[2] *= 1 - p->w[0] + sqrt(3) * p->w[1];
+    }
+    of_phases(theta, abc, i);
+    r->i_d = i[0];
+    r->i_q = i[1];
+    if (p->effect == DQW_EFFECT_ANGLE_OFFSET) {
+        double v[2] = {r->v_d, r->v_q};
+        turn(p->w[0], i, i);
+        turn(p->w[0], v, v);
+        r->i_d = i[0];
+        r->i_q = i[1];
+        r->v_d = v[0];
+        r->v_q = v[1];
+        r->theta += p->w[0];
+    }
+}
+
+// Current references redrawn every 20 ms, a proportional loop with the model's voltage, a binary voltage on top.
+static void simulate(const plant *p, uint64_t seed)
+{
+    test_random r = {seed};
+    plant now = *p;
+    double x[3] = {0, 0, 0};
+    double ref[2] = {0, 0}, dither[2] = {0, 0}, held[2] = {0, 0};
+    for (int k = 0; k < ROWS; k++) {
+        const double t = k * DT_S;
+        const double w_e = P_TRUE * speed(t);
+        if (k % 200 == 0) {
+            ref[0] = random_uniform(&r, -9, 6);
+            ref[1] = random_uniform(&r, -10, 10);
+        }
+        if (k % 4 == 0)
+            for (int a = 0; a < 2; a++) dither[a] = random_bits(&r) & 1u ? 8 : -8;
+        now.temp_C = 25 + 60 * t / (ROWS * DT_S) + 10 * sin(2 * PI * 0.9 * t);
+        double v_held[2], i[2];
+        // The sensors see the last voltage still.
+        turn(angle(t), held, v_held);
+        terminal(&now, v_held, x, i);
+        double v[2] = {R_TRUE * ref[0] - w_e * LQ_TRUE * ref[1] + 4 * (ref[0] - x[0]) + dither[0],
+                       R_TRUE * ref[1] + w_e * (LD_TRUE * ref[0] + PSI_TRUE) + 4 * (ref[1] - x[1]) + dither[1]};
+        double old[2] = {held[0], held[1]};
+        turn(-angle(t + 0.5 * DT_S), v, held);
+        row *out = &rows[k];
+        *out = (row){0, 0, i[0], i[1], speed(t), angle(t), now.temp_C};
+        for (int s = 0; s < STEPS; s++) {
+            const double at = t + DT_S * s / STEPS;
+            const bool late = p->effect == DQW_EFFECT_DELAY && s + 0.5 < p->w[0] * STEPS;
+            advance(&now, at, DT_S / STEPS, late ? old : held, x);
+            now.heat = x[2];
+            // What was commanded, as the rotor sees it: Simpson.
+            double v0[2], v1[2], v2[2];
+            turn(angle(at), held, v0);
+            turn(angle(at + 0.5 * DT_S / STEPS), held, v1);
+            turn(angle(at + DT_S / STEPS), held, v2);
+            out->v_d += (v0[0] + 4 * v1[0] + v2[0]) / 6 / STEPS;
+            out->v_q += (v0[1] + 4 * v1[1] + v2[1]) / 6 / STEPS;
+        }
+        sense(p, angle(t), out);
+    }
+}
+
+static double deviation(int channel)
+{
+    double sum = 0, sum2 = 0;
+    for (int k = 0; k < ROWS; k++) {
+        const double x = (&rows[k].v_d)[channel];
+        sum += x;
+        sum2 += x * x;
+    }
+    return sqrt(sum2 / ROWS - sum * sum / ROWS / ROWS);
+}
+
+static dqw_random_sample memory_d[50], memory_q[50];
+static dqw_effect_config list[2];
+
+static dqw_estimator_config config_of(int effects)
+{
+    const dqw_estimator_config c = {.dt_s = (float)DT_S,
+                                    .v_base_V = 100.0f,
+                                    .i_base_A = (float)I_BASE,
+                                    .w_base_rad_s = 140.0f,
+                                    .pole_pairs = P_TRUE,
+                                    .half_window = 10,
+                                    .reservoir_d = memory_d,
+                                    .reservoir_q = memory_q,
+                                    .reservoir = 50,
+                                    .effects = list,
+                                    .effect_count = (uint8_t)effects};
+    return c;
+}
+
+// Noise as a part of each signal's own deviation, angle and temperature exact.
+static void learn(dqw_estimator *e, int effects, double noise, uint64_t seed)
+{
+    const dqw_estimator_config c = config_of(effects);
+    TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_estimator_init(e, &c));
+    double sd[5];
+    for (int n = 0; n < 5; n++) sd[n] = noise * deviation(n);
+    test_random r = {seed};
+    for (int k = 0; k < ROWS; k++) {
+        double x[5];
+        for (int n = 0; n < 5; n++) x[n] = (&rows[k].v_d)[n] + (noise > 0 ? sd[n] * random_normal(&r) : 0.0);
+        const dqw_sample s = {.v_d_V = (float)x[0],
+                              .v_q_V = (float)x[1],
+                              .i_d_A = (float)x[2],
+                              .i_q_A = (float)x[3],
+                              .w_m_rad_s = (float)x[4],
+                              .theta_e_rad = (float)remainder(rows[k].theta, 2 * PI),
+                              .temp_winding_C = (float)rows[k].temp,
+                              .temp_magnet_C = (float)rows[k].temp};
+        (void)dqw_estimator_step(e, &s, false);
+    }
+}
+
+typedef struct law {
+    enum dqw_effect_name effect;
+    const char *name;
+    int weights;
+    double w[WEIGHTS], shape;
+    float config[4];
+    // Measured: largest error of the weights in % of the largest, of R, L_d, L_q, psi in % of each; without noise, with 1 %.
+    double weight[2], plain[2];
+    double alone;  ///< measured: the worst of R, L_d, L_q, psi where the effect is not configured
+} law;
+
+#define MACHINE_SHAPE                                                                                                                                          \
+    {                                                                                                                                                          \
+        (float)R_TRUE, (float)LD_TRUE, (float)LQ_TRUE                                                                                                          \
+    }
+static const law laws[] = {
+    {DQW_EFFECT_DEAD_TIME, "dead_time", 1, {4}, 0.3, {0.3f}, {0.34, 0.48}, {0.24, 0.3}, 79},
+    {DQW_EFFECT_SATURATION, "saturation", 5, {-0.004, -0.003, -0.002, -0.008, -0.003}, 0, {(float)I_BASE}, {0.11, 3.1}, {0.0083, 0.072}, 6.6},
+    {DQW_EFFECT_CROSS_SATURATION, "cross_saturation", 3, {-0.006, -0.003, 0.002}, 0, {(float)I_BASE}, {0.01, 0.11}, {0.0037, 0.037}, 3},
+    {DQW_EFFECT_WINDING_TEMPERATURE, "winding_temperature", 1, {R_TRUE * 0.0039}, 0, {25, 0}, {0.0019, 0.36}, {0.0026, 0.051}, 12},
+    {DQW_EFFECT_WINDING_TEMPERATURE, "winding_temperature by heating", 1, {0.5}, 0.7, {25, 0.7f, (float)I_BASE}, {0.094, 0.66}, {0.0041, 0.097}, 9.7},
+    {DQW_EFFECT_MAGNET_TEMPERATURE, "magnet_temperature", 1, {-PSI_TRUE * 0.0012}, 0, {25, 0}, {0.013, 0.048}, {0.012, 0.057}, 3.6},
+    {DQW_EFFECT_MAGNET_TEMPERATURE, "magnet_temperature by heating", 1, {-0.02}, 0.7, {25, 0.7f, (float)I_BASE}, {0.08, 0.27}, {0.001, 0.024}, 3.2},
+    {DQW_EFFECT_IRON_LOSS, "iron_loss", 1, {1.0 / 60}, 0, MACHINE_SHAPE, {0.051, 0.016}, {0.0013, 0.028}, 1.9},
+    {DQW_EFFECT_FLUX_HARMONICS, "flux_harmonics", 4, {2e-3, -1e-3, 0.5e-3, 1.5e-3}, 6, {6}, {0.023, 0.11}, {0.008, 0.012}, 9.2},
+    {DQW_EFFECT_CURRENT_OFFSET, "current_offset", 2, {0.4, -0.25}, 0, MACHINE_SHAPE, {0.016, 0.11}, {0.00018, 0.067}, 0.24},
+    {DQW_EFFECT_CURRENT_GAIN_MISMATCH, "current_gain_mismatch", 2, {0.03, -0.02}, 0, MACHINE_SHAPE, {0.15, 0.41}, {0.13, 0.14}, 0.33},
+    {DQW_EFFECT_ANGLE_OFFSET, "angle_offset", 1, {0.05}, 0, {(float)LD_TRUE, (float)LQ_TRUE, (float)PSI_TRUE}, {0.043, 0.022}, {0.12, 0.13}, 0.33},
+    {DQW_EFFECT_DELAY, "delay", 1, {0.3}, 0, {0}, {1.4, 1.3}, {0.00095, 0.057}, 1.5},
+    {DQW_EFFECT_SKIN_EFFECT, "skin_effect", 1, {R_TRUE * 1.5e-6}, 0, {0}, {0.013, 0.14}, {0.004, 0.034}, 12},
+    {DQW_EFFECT_PHASE_RESISTANCE_IMBALANCE, "phase_resistance_imbalance", 2, {0.2, -0.1}, 0, {0}, {0.07, 0.25}, {0.0046, 0.028}, 3.7},
+    {DQW_EFFECT_VOLTAGE_OFFSET, "voltage_offset", 2, {1.5, -1.0}, 0, {0}, {0.00033, 0.38}, {0.0003, 0.034}, 4.3},
+};
+enum { LAWS = sizeof laws / sizeof laws[0] };
+
+static double plain_error(const dqw_parameters *p)
+{
+    const double off[] = {p->R_ohm / R_TRUE - 1, p->Ld_H / LD_TRUE - 1, p->Lq_H / LQ_TRUE - 1, p->psi_Wb / PSI_TRUE - 1};
+    double worst = 0.0;
+    for (int i = 0; i < 4; i++) worst = fmax(worst, 100 * fabs(off[i]));
+    return worst;
+}
+
+static void test_every_effect_gives_back_its_weight(void)
+{
+    for (int k = 0; k < LAWS; k++) {
+        const law *l = &laws[k];
+        plant p = {.effect = l->effect, .shape = l->shape};
+        memcpy(p.w, l->w, sizeof p.w);
+        simulate(&p, (uint64_t)(100 + k));
+        list[0] = (dqw_effect_config){.effect = l->effect};
+        memcpy(list[0].shape, l->config, sizeof l->config);
+        double largest = 0.0;
+        for (int i = 0; i < l->weights; i++) largest = fmax(largest, fabs(l->w[i]));
+        TEST_ASSERT_EQUAL_INT(l->weights, dqw_effect_weights(l->effect));
+        for (int noisy = 0; noisy < 2; noisy++) {
+            CASE("%s, noise %d %%", l->name, noisy);
+            dqw_estimator e;
+            learn(&e, 1, 0.01 * noisy, (uint64_t)(7 + k));
+            float weights[DQW_EFFECT_STARTS], sd[DQW_EFFECT_STARTS];
+            const int known = dqw_estimator_effect(&e, 0, weights, sd);
+            double worst = 0.0;
+            for (int i = 0; i < l->weights; i++) worst = fmax(worst, 100 * fabs(weights[i] - l->w[i]) / largest);
+            BETWEEN(l->weight[noisy] / 3 - 0.02, worst, 1.5 * l->weight[noisy] + 0.02);
+            BETWEEN(l->plain[noisy] / 3 - 0.01, plain_error(&e.parameters), 1.5 * l->plain[noisy] + 0.01);
+            TEST_ASSERT_EQUAL_UINT8(31, e.parameters.known);
+            HOLDS(known == (1 << l->weights) - 1);
+        }
+        CASE("%s, not configured", l->name);
+        dqw_estimator e;
+        learn(&e, 0, 0.0, 1);
+        BETWEEN(0.9 * l->alone, plain_error(&e.parameters), 1.1 * l->alone);
+    }
+}
+
+// The voltage under which the plant's currents stand still: its slope is affine in the voltage.
+static void settle(const plant *p, double t, const double x[3], double v[2])
+{
+    const double theta = angle(t);
+    double at[3][3], a[2][2];
+    for (int n = 0; n < 3; n++) {
+        double unit[2] = {n == 1, n == 2};
+        turn(-theta, unit, unit);
+        slope(p, t, unit, x, at[n]);
+    }
+    for (int n = 0; n < 2; n++)
+        for (int m = 0; m < 2; m++) a[m][n] = at[n + 1][m] - at[0][m];
+    const double determinant = a[0][0] * a[1][1] - a[0][1] * a[1][0];
+    v[0] = -(a[1][1] * at[0][0] - a[0][1] * at[0][1]) / determinant;
+    v[1] = -(a[0][0] * at[0][1] - a[1][0] * at[0][0]) / determinant;
+}
+
+static void test_settled_rows_give_back_what_has_no_slope(void)
+{
+    for (int k = 0; k < LAWS; k++) {
+        const law *l = &laws[k];
+        // What turns with the angle does not settle; a delay needs a change, heat needs time.
+        if (l->effect == DQW_EFFECT_FLUX_HARMONICS || l->effect == DQW_EFFECT_CURRENT_OFFSET || l->effect == DQW_EFFECT_CURRENT_GAIN_MISMATCH ||
+            l->effect == DQW_EFFECT_DELAY || (l->effect != DQW_EFFECT_DEAD_TIME && l->shape > 0))
+            continue;
+        CASE("%s", l->name);
+        plant p = {.effect = l->effect, .shape = l->shape};
+        memcpy(p.w, l->w, sizeof p.w);
+        list[0] = (dqw_effect_config){.effect = l->effect};
+        memcpy(list[0].shape, l->config, sizeof l->config);
+        dqw_estimator_config c = config_of(1);
+        c.regime = DQW_REGIME_STATIC;
+        dqw_estimator e;
+        TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_estimator_init(&e, &c));
+        test_random r = {(uint64_t)(200 + k)};
+        for (int n = 0; n < 2000; n++) {
+            const double x[3] = {random_uniform(&r, -10, 10), random_uniform(&r, -10, 10), 0};
+            const double t = random_uniform(&r, 0, 1);
+            p.temp_C = random_uniform(&r, 0, 120);
+            double v[2], i[2];
+            settle(&p, t, x, v);
+            terminal(&p, v, x, i);
+            row s = {v[0], v[1], i[0], i[1], speed(t), angle(t), p.temp_C};
+            sense(&p, angle(t), &s);
+            const dqw_sample sample = {.v_d_V = (float)s.v_d,
+                                       .v_q_V = (float)s.v_q,
+                                       .i_d_A = (float)s.i_d,
+                                       .i_q_A = (float)s.i_q,
+                                       .w_m_rad_s = (float)s.w_m,
+                                       .theta_e_rad = (float)remainder(s.theta, 2 * PI),
+                                       .temp_winding_C = (float)s.temp,
+                                       .temp_magnet_C = (float)s.temp};
+            (void)dqw_estimator_step(&e, &sample, false);
+        }
+        float weights[DQW_EFFECT_STARTS], sd[DQW_EFFECT_STARTS];
+        HOLDS(dqw_estimator_effect(&e, 0, weights, sd) == (1 << l->weights) - 1);
+        double largest = 0.0;
+        for (int i = 0; i < l->weights; i++) largest = fmax(largest, fabs(l->w[i]));
+        // An angle offset is its first order alone; neighbouring powers are alike.
+        const double bound = l->effect == DQW_EFFECT_ANGLE_OFFSET ? 0.3 : l->effect == DQW_EFFECT_SATURATION ? 0.2 : 0.05;
+        for (int i = 0; i < l->weights; i++) BETWEEN(-bound, 100 * (weights[i] - l->w[i]) / largest, bound);
+        BETWEEN(0.0, plain_error(&e.parameters), bound);
+    }
+}
+
+static void test_an_effect_that_the_rows_do_not_show_is_not_known(void)
+{
+    // A magnet whose temperature stands is a part of psi; where no current flows there is no dead time.
+    const enum dqw_effect_name names[] = {DQW_EFFECT_MAGNET_TEMPERATURE, DQW_EFFECT_DEAD_TIME};
+    for (int n = 0; n < 2; n++) {
+        CASE("effect %d", (int)names[n]);
+        list[0] = (dqw_effect_config){.effect = names[n], .shape = {n == 0 ? 20.0f : 0.3f}};
+        const dqw_estimator_config c = config_of(1);
+        dqw_estimator e;
+        TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_estimator_init(&e, &c));
+        for (int k = 0; k < 20000; k++) {
+            const float w = 100.0f + 50.0f * (float)sin(0.001 * k);
+            const dqw_sample s = {
+                .v_q_V = (float)(P_TRUE * PSI_TRUE * w), .w_m_rad_s = w, .theta_e_rad = (float)fmod(0.04 * k, 2 * PI), .temp_magnet_C = 80.0f};
+            (void)dqw_estimator_step(&e, &s, false);
+        }
+        float weight, sd;
+        HOLDS(dqw_estimator_effect(&e, 0, &weight, &sd) == 0);
+        HOLDS(((e.parameters.known & DQW_KNOWS_PSI) != 0) == (n == 1));
+    }
+}
+
+static void test_init_refuses_and_leaves_the_object_alone(void)
+{
+    dqw_estimator e;
+    list[0] = (dqw_effect_config){.effect = DQW_EFFECT_DEAD_TIME, .shape = {0.3f}};
+    list[1] = list[0];
+    dqw_estimator_config c = config_of(1);
+    TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_estimator_init(&e, &c));
+    c.pole_pairs = 0;
+    REFUSED(e, DQW_ERR_RANGE, dqw_estimator_init(&e, &c));
+    c = config_of(1);
+    c.effects = NULL;
+    REFUSED(e, DQW_ERR_NULL, dqw_estimator_init(&e, &c));
+    const float bad[] = {0.0f, -1.0f, NAN, INFINITY, 1e-39f};
+    for (int k = 0; k < 5; k++) {
+        CASE("width %g", (double)bad[k]);
+        list[0].shape[0] = bad[k];
+        c = config_of(1);
+        REFUSED(e, DQW_ERR_RANGE, dqw_estimator_init(&e, &c));
+    }
+    list[0].shape[0] = 0.3f;
+    list[0].start[0] = NAN;
+    REFUSED(e, DQW_ERR_RANGE, dqw_estimator_init(&e, &c));
+    list[0].start[0] = 0.0f;
+    const enum dqw_effect_name wrong[] = {DQW_EFFECT_NONE, DQW_EFFECT_NAMES, (enum dqw_effect_name)1000, DQW_EFFECT_COULOMB_FRICTION};
+    for (int k = 0; k < 4; k++) {
+        list[0].effect = wrong[k];
+        REFUSED(e, DQW_ERR_RANGE, dqw_estimator_init(&e, &c));
+    }
+    // Twice the same heating, more weights than there is room for, an iron loss without inductances.
+    list[0] = list[1] = (dqw_effect_config){.effect = DQW_EFFECT_WINDING_TEMPERATURE, .shape = {25, 100}};
+    c = config_of(2);
+    REFUSED(e, DQW_ERR_RANGE, dqw_estimator_init(&e, &c));
+    static dqw_effect_config many[DQW_EFFECT_WEIGHTS / 5 + 1];
+    for (int k = 0; k < DQW_EFFECT_WEIGHTS / 5 + 1; k++) many[k] = (dqw_effect_config){.effect = DQW_EFFECT_SATURATION, .shape = {10}};
+    c.effects = many;
+    c.effect_count = DQW_EFFECT_WEIGHTS / 5 + 1;
+    REFUSED(e, DQW_ERR_SIZE, dqw_estimator_init(&e, &c));
+    list[0] = (dqw_effect_config){.effect = DQW_EFFECT_IRON_LOSS};
+    c = config_of(1);
+    REFUSED(e, DQW_ERR_RANGE, dqw_estimator_init(&e, &c));
+}
+
+static void test_what_an_effect_needs_must_be_a_number(void)
+{
+    list[0] = (dqw_effect_config){.effect = DQW_EFFECT_DEAD_TIME, .shape = {0.3f}};
+    list[1] = (dqw_effect_config){.effect = DQW_EFFECT_WINDING_TEMPERATURE, .shape = {25, 0}};
+    for (int effects = 0; effects <= 2; effects++)
+        for (int field = 0; field < 3; field++) {
+            CASE("%d effects, field %d", effects, field);
+            const dqw_estimator_config c = config_of(effects);
+            dqw_estimator e;
+            TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_estimator_init(&e, &c));
+            dqw_sample s = {.v_d_V = 1, .v_q_V = 2, .i_d_A = 3, .i_q_A = 4, .w_m_rad_s = 50, .temp_winding_C = 40, .temp_magnet_C = 40};
+            *(field == 0 ? &s.theta_e_rad : field == 1 ? &s.temp_winding_C : &s.temp_magnet_C) = NAN;
+            const bool needed = (field == 0 && effects > 0) || (field == 1 && effects > 1);
+            HOLDS(((dqw_estimator_step(&e, &s, false) & DQW_EVENT_NONFINITE) != 0) == needed);
+        }
+}
+
+// Skipped samples and gaps cost rows, not accuracy: `delay` and `iron_loss` need two rows before them.
+static void test_no_pair_uses_a_refused_sample(void)
+{
+    const int which[] = {0, 7, 12};
+    for (int n = 0; n < 3; n++) {
+        const law *l = &laws[which[n]];
+        CASE("%s", l->name);
+        plant p = {.effect = l->effect, .shape = l->shape};
+        memcpy(p.w, l->w, sizeof p.w);
+        simulate(&p, (uint64_t)(100 + which[n]));
+        list[0] = (dqw_effect_config){.effect = l->effect};
+        memcpy(list[0].shape, l->config, sizeof l->config);
+        const dqw_estimator_config c = config_of(1);
+        dqw_estimator e;
+        TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_estimator_init(&e, &c));
+        for (int k = 0; k < ROWS; k++) {
+            dqw_sample s = {.v_d_V = (float)rows[k].v_d,
+                            .v_q_V = (float)rows[k].v_q,
+                            .i_d_A = (float)rows[k].i_d,
+                            .i_q_A = (float)rows[k].i_q,
+                            .w_m_rad_s = (float)rows[k].w_m,
+                            .theta_e_rad = (float)remainder(rows[k].theta, 2 * PI)};
+            const bool bad = k % 37 == 5;
+            if (bad) s.v_d_V = s.i_q_A = 80.0f;
+            if (k % 1000 == 999) {
+                dqw_estimator_gap(&e);
+                s.v_d_V = 70.0f;
+                (void)dqw_estimator_step(&e, &s, true);
+                continue;
+            }
+            (void)dqw_estimator_step(&e, &s, bad);
+        }
+        float weight, sd;
+        (void)dqw_estimator_effect(&e, 0, &weight, &sd);
+        BETWEEN(l->weight[0] / 3 - 0.03, 100 * fabs(weight / l->w[0] - 1), 1.5 * l->weight[0] + 0.03);
+        BETWEEN(0.0, plain_error(&e.parameters), 1.5 * l->plain[0] + 0.01);
+    }
+}
+
+static void test_slow_heat_is_not_lost_to_rounding(void)
+{
+    list[0] = (dqw_effect_config){.effect = DQW_EFFECT_WINDING_TEMPERATURE, .shape = {25, 600, 10}};
+    const dqw_effect_base base = {1e-4f, 100, 15, 100, P_TRUE};
+    dqw_effect e;
+    TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_effect_init(&e, list, 1, &base));
+    for (int k = 0; k < 3000000; k++) dqw_effect_heat(&e, 6.0f, -4.0f);
+    BETWEEN(0.52 * (1 - exp(-0.5)) * 0.99999, e.heat[0], 0.52 * (1 - exp(-0.5)) * 1.00001);
+    // What is no number heats nothing; what is wild heats as ten bases do.
+    const float before = e.heat[0];
+    dqw_effect_heat(&e, NAN, 1.0f);
+    HOLDS(e.heat[0] == before);
+    dqw_effect_heat(&e, 1e30f, INFINITY);
+    BETWEEN(0.0, e.heat[0] - before, 1e-4 / 600 * 100 * 1.1);
+}
+
+static void test_defined_anew_it_forgets_all_but_the_counts(void)
+{
+    plant p = {.effect = DQW_EFFECT_DEAD_TIME, .w = {4}, .shape = 0.3};
+    simulate(&p, 100);
+    dqw_estimator_config c = config_of(0);
+    c.threshold_ppm = 15000;
+    dqw_estimator e;
+    TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_estimator_init(&e, &c));
+    list[0] = (dqw_effect_config){.effect = DQW_EFFECT_DEAD_TIME, .shape = {0.3f}};
+    uint32_t counted = 0;
+    for (int k = 0; k < ROWS; k++) {
+        const dqw_sample s = {.v_d_V = (float)rows[k].v_d,
+                              .v_q_V = (float)rows[k].v_q,
+                              .i_d_A = (float)rows[k].i_d,
+                              .i_q_A = (float)rows[k].i_q,
+                              .w_m_rad_s = (float)rows[k].w_m,
+                              .theta_e_rad = (float)remainder(rows[k].theta, 2 * PI)};
+        if (dqw_estimator_step(&e, &s, false) & DQW_EVENT_LEARNED) (void)dqw_estimator_background(&e);
+        if (e.stage.name == DQW_STAGE_DOMAIN) {
+            TEST_ASSERT_EQUAL_INT(DQW_BACK_THRESHOLD, e.stage.back);
+            TEST_ASSERT_EQUAL_UINT32(0, counted);
+            counted = e.gate.accepted;
+            c.effects = NULL;
+            c.effect_count = 1;
+            const dqw_estimator old = e;
+            TEST_ASSERT_EQUAL_INT(DQW_ERR_NULL, dqw_estimator_define(&e, &c));
+            TEST_ASSERT_EQUAL_MEMORY(&old, &e, sizeof e);
+            c = config_of(1);
+            c.threshold_ppm = 15000;
+            TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_estimator_define(&e, &c));
+            TEST_ASSERT_EQUAL_INT(DQW_STAGE_RANDOM, e.stage.name);
+            TEST_ASSERT_EQUAL_UINT32(0, e.d.blocks);
+        }
+    }
+    TEST_ASSERT_TRUE(counted > 0);
+    TEST_ASSERT_EQUAL_INT(DQW_STAGE_IN_SERVICE, e.stage.name);
+    TEST_ASSERT_EQUAL_UINT32(1, e.stage.times_back);
+    TEST_ASSERT_EQUAL_UINT32(ROWS, e.gate.accepted);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_every_effect_gives_back_its_weight);
+    RUN_TEST(test_settled_rows_give_back_what_has_no_slope);
+    RUN_TEST(test_an_effect_that_the_rows_do_not_show_is_not_known);
+    RUN_TEST(test_init_refuses_and_leaves_the_object_alone);
+    RUN_TEST(test_what_an_effect_needs_must_be_a_number);
+    RUN_TEST(test_no_pair_uses_a_refused_sample);
+    RUN_TEST(test_slow_heat_is_not_lost_to_rounding);
+    RUN_TEST(test_defined_anew_it_forgets_all_but_the_counts);
+    return UNITY_END();
+}
