@@ -55,8 +55,14 @@ int run_trace(const Options& options)
     report.logs = options.logs;
     report.trace = traced(logs, options);
     report.trace.notes.insert(report.trace.notes.begin(), notes.begin(), notes.end());
-    report.learner_before = learn_fit(logs, report.trace, false);
-    report.learner_after = learn_fit(logs, report.trace, true);
+    try {
+        report.learner_before = learn_fit(logs, report.trace, false);
+        report.learner_after = learn_fit(logs, report.trace, true);
+    } catch (const std::invalid_argument& error) {
+        // The trace holds without them.
+        report.learner_before.reset();
+        report.trace.notes.push_back(std::string("no learners: ") + error.what());
+    }
     const std::string json = json_text(trace_json(report));
     write_file(path_in(options.out_dir, "trace.json"), json);
     write_file(path_in(options.out_dir, "report.html"), report_page(report));

@@ -74,9 +74,9 @@ void put_electrical(const dqw_estimator& e, const dqw_parameters& q, bool is_sta
     }
     if (p_given)
         result.parameters.push_back({"pole_pairs", static_cast<double>(e.pole_pairs), 0.0, true});
-    else if (q.known & DQW_KNOWS_POLE_PAIRS)
+    else if (e.pole_pairs == 0 && (q.known & DQW_KNOWS_POLE_PAIRS))
         result.parameters.push_back({"pole_pairs", static_cast<double>(q.pole_pairs), q.pole_pairs_raw_sd, false});
-    else if (asked("pole_pairs") || (no_p && asked("psi_Wb")))
+    else if (e.pole_pairs == 0 && (asked("pole_pairs") || (no_p && asked("psi_Wb"))))
         result.not_identifiable.push_back({"pole_pairs",
                                            std::isfinite(q.pole_pairs_raw_sd)
                                                ? fmt::format("the cross weights say {:.2f} with a deviation of {:.2f}", q.pole_pairs_raw, q.pole_pairs_raw_sd)
@@ -197,6 +197,7 @@ Learned learn_electrical(const std::vector<Log>& logs, const LearnOptions& optio
     // [LEARN.1] what the effects' inputs need to know of the machine
     PlainModel known;
     double pole_pairs = said.value_or(0.0);
+    std::optional<Estimate> found;
     if (!said || needs_machine(options.inputs)) {
         LearnOptions plain = options;
         plain.progress = {};
@@ -205,7 +206,7 @@ Learned learn_electrical(const std::vector<Log>& logs, const LearnOptions& optio
         known = first.model;
         if (!said && logs.front().regime == Regime::standstill) pole_pairs = 1.0;
         for (const Estimate& e : first.result.parameters)
-            if (e.name == "pole_pairs") pole_pairs = e.value;
+            if (e.name == "pole_pairs" && !e.given) found = e, pole_pairs = e.value;
         if (!(pole_pairs > 0.0)) throw std::invalid_argument("effects need the pole pairs, which this log does not tell; say --pole-pairs N");
         for (double PlainModel::*value : {&PlainModel::R_ohm, &PlainModel::Ld_H, &PlainModel::Lq_H, &PlainModel::psi_Wb})
             if (!(known.*value > 0.0)) known.*value = 0.0;
@@ -222,6 +223,7 @@ Learned learn_electrical(const std::vector<Log>& logs, const LearnOptions& optio
     check_room(options.inputs);
     Learned learned = pass(logs, options, completed(options.inputs, logs, known), pole_pairs, said.has_value());
     if (needs_machine(options.inputs)) learned = pass(logs, options, completed(options.inputs, logs, learned.model), pole_pairs, said.has_value());
+    if (found) learned.result.parameters.push_back(*found);
     report_residual_of(logs, learned.inputs, learned.model, nullptr, learned.result);
     return learned;
 }

@@ -210,8 +210,8 @@ dqw_parameters dqw_model_read(const dqw_axis *d, const dqw_axis *q, uint16_t pol
     invert(m, size);
 
     const float blocks = (float)(d->blocks > q->blocks ? d->blocks : q->blocks);
-    float value[N];
-    float sd[N];
+    float value[N] = {0};
+    float sd[N] = {0};
     for (int i = 0; i < size; i++) {
         value[i] = 0.0f;
         for (int j = 0; j < size; j++)

@@ -15,13 +15,13 @@ struct EffectParameter {
     double least, most;
 };
 
-/// What is known of an effect before a log is seen. The law is (E50) to (E59) in docs/EQUATIONS.md.
+/// What is known of an effect before a log is seen. The law is (E50) to (E55) in docs/EQUATIONS.md.
 struct Effect {
     const char* name;
-    const char* law;         ///< one line, for people
-    const char* separate;    ///< the experiment that tells it from its look-alikes
-    bool mechanical;         ///< of a mechanical log; else of an electrical one
-    bool needs_angle;        ///< theta_e_rad (theta_m_rad), or an integrable speed
+    const char* law;       ///< one line, for people
+    const char* separate;  ///< the experiment that tells it from its look-alikes
+    bool mechanical;       ///< of a mechanical log; else of an electrical one
+    bool needs_angle;      ///< theta_e_rad (theta_m_rad), or an integrable speed
     std::vector<EffectParameter> parameters;
 };
 

@@ -14,8 +14,8 @@
 namespace dqw {
 namespace {
 
-constexpr double kStructured = 1.3;    ///< block RMS over the noise floor that is more than noise
-constexpr double kLeastExplained = 0.5; ///< part of the excess that effects must explain, or they are not named
+constexpr double kStructured = 1.3;      ///< block RMS over the noise floor that is more than noise
+constexpr double kLeastExplained = 0.5;  ///< part of the excess that effects must explain, or they are not named
 constexpr double kClearlyLess = 0.9;
 constexpr int kPasses = 12;
 

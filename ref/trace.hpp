@@ -43,15 +43,15 @@ struct TraceCorrelate {
 
 /// Block means of all logs, for plots: every vector has one entry for each block. Absent columns are empty.
 struct TraceAxisBlocks {
-    std::string axis;  ///< "d", "q" or "torque"
+    std::string axis;                     ///< "d", "q" or "torque"
     std::vector<double> measured;         ///< V or Nm
     std::vector<double> residual_before;  ///< measured less the plain model
     std::vector<double> residual_after;   ///< measured less the model with the effects found
 };
 struct TraceSpectrum {
     std::string axis;
-    std::vector<double> order;            ///< of the electrical angle (mechanical logs: of the shaft angle); empty: no angle
-    std::vector<double> before, after;    ///< amplitude, V or Nm
+    std::vector<double> order;                              ///< of the electrical angle (mechanical logs: of the shaft angle); empty: no angle
+    std::vector<double> before, after;                      ///< amplitude, V or Nm
     std::vector<double> frequency_Hz, before_at, after_at;  ///< amplitude over frequency; empty: no time
 };
 struct TraceBlocks {
@@ -76,14 +76,14 @@ struct TraceResult {
     std::string unit = "V";
     double noise_floor = 0.0;  ///< block RMS that the log's own noise would leave
     TraceFit before, after;
-    std::vector<TraceEffect> effects;      ///< in the order found
+    std::vector<TraceEffect> effects;  ///< in the order found
     std::vector<TraceRejected> rejected;
-    std::vector<TraceCorrelate> structure; ///< of the residual before, strongest first
-    std::vector<TraceCorrelate> rest;      ///< of the residual after
-    std::string rest_signature;            ///< one sentence on what remains; empty where nothing does
-    std::vector<std::string> notes;        ///< gaps, what could not be tested and why
-    std::vector<TraceInput> inputs;        ///< of the effects found, for lib/
-    std::vector<char> heldout_row;         ///< one for each row of all logs, one after the other: 1 where no fit saw it
+    std::vector<TraceCorrelate> structure;  ///< of the residual before, strongest first
+    std::vector<TraceCorrelate> rest;       ///< of the residual after
+    std::string rest_signature;             ///< one sentence on what remains; empty where nothing does
+    std::vector<std::string> notes;         ///< gaps, what could not be tested and why
+    std::vector<TraceInput> inputs;         ///< of the effects found, for lib/
+    std::vector<char> heldout_row;          ///< one for each row of all logs, one after the other: 1 where no fit saw it
     TraceBlocks blocks;
 };
 

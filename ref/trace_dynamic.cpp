@@ -189,7 +189,8 @@ struct TraceDynamic::Run {
             ++block;
         }
         if (block >= blocks.size() || blocks[block].piece != &piece || row < blocks[block].begin) return;
-        for (Eigen::Index j = 0; j < columns; ++j) rows_d(j, gathered) = -s_d[static_cast<std::size_t>(j)], rows_q(j, gathered) = -s_q[static_cast<std::size_t>(j)];
+        for (Eigen::Index j = 0; j < columns; ++j)
+            rows_d(j, gathered) = -s_d[static_cast<std::size_t>(j)], rows_q(j, gathered) = -s_q[static_cast<std::size_t>(j)];
         rows_d(columns, gathered) = e_d, rows_q(columns, gathered) = e_q;
         if (++gathered == kChunk) flush();
     }
@@ -333,7 +334,8 @@ struct TraceDynamic::Run {
             const double inv_dt = 1.0 / dt;
             for (std::size_t j = 0; j < lanes.size(); ++j) {
                 const Lane& l = lanes[j];
-                const Vector2 a{l.g0.d * inv_dt - 0.5 * l.f0.d, l.g0.q * inv_dt - 0.5 * l.f0.q}, b{l.g1.d * inv_dt + 0.5 * l.f1.d, l.g1.q * inv_dt + 0.5 * l.f1.q};
+                const Vector2 a{l.g0.d * inv_dt - 0.5 * l.f0.d, l.g0.q * inv_dt - 0.5 * l.f0.q},
+                    b{l.g1.d * inv_dt + 0.5 * l.f1.d, l.g1.q * inv_dt + 0.5 * l.f1.q};
                 const double d = T.dd * s_d[j] + T.dq * s_q[j] + S.dd * a.d + S.dq * a.q - E.dd * b.d - E.dq * b.q;
                 const double q = T.qd * s_d[j] + T.qq * s_q[j] + S.qd * a.d + S.qq * a.q - E.qd * b.d - E.qq * b.q;
                 s_d[j] = d, s_q[j] = q;

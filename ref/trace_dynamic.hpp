@@ -8,9 +8,9 @@ namespace dqw {
 
 /// Columns that a log brings for effects, or what stands in for them.
 struct TraceColumns {
-    std::vector<double> cos_e, sin_e;                ///< of the angle: measured, or integrated from 0
-    std::vector<double> winding_K, magnet_K;         ///< above 25 degC; empty without the column
-    std::vector<std::vector<double>> heat;           ///< heating states (E55), one for each time constant
+    std::vector<double> cos_e, sin_e;         ///< of the angle: measured, or integrated from 0
+    std::vector<double> winding_K, magnet_K;  ///< above 25 degC; empty without the column
+    std::vector<std::vector<double>> heat;    ///< heating states (E55), one for each time constant
 };
 
 constexpr double kReferenceTemperature_C = 25.0;

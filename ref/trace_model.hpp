@@ -46,7 +46,7 @@ struct Plan {
 /// One block of the reported residual, (E43).
 struct ReportBlock {
     const Log* log = nullptr;
-    std::size_t begin = 0, end = 0;        ///< rows; at `end` the next block's first
+    std::size_t begin = 0, end = 0;  ///< rows; at `end` the next block's first
     double measured[2] = {}, residual[2] = {};
 };
 

@@ -256,7 +256,8 @@ std::vector<TraceCorrelate> correlates(const TraceSetup& setup, const std::vecto
         if (!s.t.empty()) add("time", share_by_bins(s.t, s.y, excess));
         if (!s.speed.empty()) add("speed", share_by_bins(s.speed, s.y, excess));
         if (!s.heat.empty()) add("temperature", share_by_bins(s.heat, s.y, excess));
-        if (!s.i_d.empty()) add("i_d", share_by_bins(s.i_d, s.y, excess)), add("i_q", share_by_bins(s.i_q, s.y, excess)), add("voltage", share_by_bins(s.v, s.y, excess));
+        if (!s.i_d.empty())
+            add("i_d", share_by_bins(s.i_d, s.y, excess)), add("i_q", share_by_bins(s.i_q, s.y, excess)), add("voltage", share_by_bins(s.v, s.y, excess));
         if (!s.sign.empty()) {
             double xy = 0.0, xx = 0.0;
             for (std::size_t k = 0; k < s.y.size(); ++k) xy += s.sign[k] * s.y[k], xx += s.sign[k] * s.sign[k];
@@ -280,7 +281,8 @@ std::vector<TraceSpectrum> spectra(const TraceSetup& setup, const std::vector<Re
         TraceSpectrum s;
         s.axis = axis_name(setup, axis);
         const Series x = series_of(setup, before, axis), y = series_of(setup, after, axis);
-        for (int order = 1; order <= 24; ++order) s.order.push_back(order), s.before.push_back(amplitude_at(x, order)), s.after.push_back(amplitude_at(y, order));
+        for (int order = 1; order <= 24; ++order)
+            s.order.push_back(order), s.before.push_back(amplitude_at(x, order)), s.after.push_back(amplitude_at(y, order));
         if (setup.regime == Regime::dynamic || setup.regime == Regime::mechanical) {
             double period_s = 0.0;
             const std::vector<double> b = longest_run(before, axis, period_s), a = longest_run(after, axis, period_s);

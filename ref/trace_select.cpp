@@ -2,8 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
-#include <cstdlib>
 #include <map>
 
 namespace dqw {
@@ -224,9 +222,6 @@ void look_alikes(const TraceModel& model, const std::vector<Candidate>& candidat
         for (const Candidate& c : candidates)
             if (c.names().size() == 1 && c.names().front() != found.name) rivals.push_back(c);
         for (const Tried& t : round(model, base, rivals, options, nullptr)) {
-            if (std::getenv("DQW_TRACE_DEBUG"))
-                std::fprintf(stderr, "  rival of %s: %s t %.1f rms %.4g of %.4g\n", found.name.c_str(), t.name.c_str(), better(model, t.refined.left, s.best.left).t,
-                             options.reported_rms(t.refined.point), rms);
             if (!t.refined.ok || found.confusable_with.size() >= kMostAlike) continue;
             if (better(model, t.refined.left, s.best.left).t > kSeparateT) continue;
             if (options.reported_rms(t.refined.point) > 1.1 * rms) continue;
@@ -255,11 +250,6 @@ Selection select(const TraceModel& model, const Point& start, const std::vector<
             taken = &t;
             break;
         }
-        if (std::getenv("DQW_TRACE_DEBUG"))
-            for (const Tried& t : tried)
-                std::fprintf(stderr, "  round %d %-40s ll %.1f nats %.1f t %.1f gain %.4f %.4f w0 %.5g%s\n", n, t.name.c_str(), t.refined.left.heldout, t.over.nats, t.over.t,
-                             t.refined.point.gain.size() ? t.refined.point.gain[0] : 0.0, t.refined.point.gain.size() > 1 ? t.refined.point.gain[1] : 0.0,
-                             t.refined.point.terms.empty() ? 0.0 : t.refined.point.terms.back().weights[0], &t == taken ? "  <=" : "");
         if (!taken) break;
         s.best = taken->refined;
         for (const std::string& name : taken->candidate.names()) s.found.push_back({name, {}, n}), s.after.push_back(s.best.point);

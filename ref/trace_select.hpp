@@ -40,9 +40,9 @@ struct Found {
 
 struct Selection {
     Refined plain, best;
-    std::vector<Found> found;          ///< in the order found
-    std::vector<Point> after;          ///< the point after each of them
-    std::vector<std::pair<std::string, Point>> alone;  ///< every candidate on the plain model: what each would explain alone
+    std::vector<Found> found;                                 ///< in the order found
+    std::vector<Point> after;                                 ///< the point after each of them
+    std::vector<std::pair<std::string, Point>> alone;         ///< every candidate on the plain model: what each would explain alone
     std::vector<std::pair<std::string, std::string>> vetoed;  ///< name and reason
 };
 

@@ -55,9 +55,7 @@ Plan point_plan(const std::vector<Log>& logs, double i_base_A, double w_base)
         bool heldout = false;
         for (std::size_t k = 0; k < log.rows();) {
             std::size_t end = k + 1;
-            const auto same = [&](const std::vector<double>& column, double base) {
-                return std::abs(at_row(column, end) - at_row(column, k)) <= 0.01 * base;
-            };
+            const auto same = [&](const std::vector<double>& column, double base) { return std::abs(at_row(column, end) - at_row(column, k)) <= 0.01 * base; };
             while (end < log.rows() && same(log.i_d_A, i_base_A) && same(log.i_q_A, i_base_A) && same(log.w_m_rad_s, w_base)) ++end;
             plan.blocks.push_back({&piece, k, end, heldout});
             heldout = !heldout;
@@ -175,9 +173,11 @@ void electrical_candidates(TraceSetup& setup, Catalogue& c)
         if (!angle && settled) continue;
         const TraceColumns& columns = setup.columns[n];
         for (std::size_t k = 1; k < logs[n].rows(); ++k)
-            swept += std::abs(std::remainder(std::atan2(columns.sin_e[k], columns.cos_e[k]) - std::atan2(columns.sin_e[k - 1], columns.cos_e[k - 1]), 2.0 * M_PI));
+            swept += std::abs(
+                std::remainder(std::atan2(columns.sin_e[k], columns.cos_e[k]) - std::atan2(columns.sin_e[k - 1], columns.cos_e[k - 1]), 2.0 * M_PI));
     }
     const std::string no_current = moves ? "" : "the currents do not change";
+    const std::string one_point = moves || w.span() > 1e-3 * w.size() ? "" : "one operating point: neither the currents nor the speed change";
     const std::string no_turn = turns ? "" : "the machine does not turn";
     const std::string no_sweep = swept > 6.0 ? "" : angle ? "the angle hardly changes" : "no angle column, and none can be integrated";
     const auto first = [](const std::string& a, const std::string& b) { return a.empty() ? b : a; };
@@ -209,8 +209,8 @@ void electrical_candidates(TraceSetup& setup, Catalogue& c)
     if (no_turn.empty() && no_sweep.empty()) c.add({Law::flux_harmonics, {6}}, {Law::flux_harmonics, {12}});
     c.add_unless({Law::current_offset}, no_sweep);
     c.add_unless({Law::current_gain_mismatch}, first(no_sweep, no_current));
-    c.add_unless({Law::angle_offset}, no_turn);
-    c.add_unless({Law::delay}, settled ? no_turn : no_current);
+    c.add_unless({Law::angle_offset}, first(no_turn, one_point));
+    c.add_unless({Law::delay}, settled ? first(no_turn, one_point) : no_current);
     c.add_unless({Law::skin_effect}, first(no_turn, first(no_current, w.span() > 0.1 * w.size() ? "" : "one speed only")));
     c.add_unless({Law::phase_resistance_imbalance}, first(no_sweep, no_current));
     c.add_unless({Law::voltage_offset}, no_current);
@@ -226,9 +226,12 @@ void mechanical_candidates(TraceSetup& setup, Catalogue& c)
     const std::string one_way = both_ways ? "" : "the machine turns one way only: it cannot be told from Coulomb friction";
     for (double part : {0.005, 0.03}) {
         c.add_unless({Law::coulomb_friction, {part * base}}, still);
-        if (still.empty() && one_way.empty()) c.add({Law::direction_asymmetry, {part * base}}), c.add({Law::coulomb_friction, {part * base}}, {Law::direction_asymmetry, {part * base}});
+        if (still.empty() && one_way.empty())
+            c.add({Law::direction_asymmetry, {part * base}}), c.add({Law::coulomb_friction, {part * base}}, {Law::direction_asymmetry, {part * base}});
         if (still.empty())
-            for (double fall : {0.03, 0.1, 0.3}) c.add({Law::stribeck_friction, {part * base, fall * base}}), c.add({Law::coulomb_friction, {part * base}}, {Law::stribeck_friction, {part * base, fall * base}});
+            for (double fall : {0.03, 0.1, 0.3})
+                c.add({Law::stribeck_friction, {part * base, fall * base}}),
+                    c.add({Law::coulomb_friction, {part * base}}, {Law::stribeck_friction, {part * base, fall * base}});
     }
     if (!still.empty()) c.cannot(Law::stribeck_friction, still);
     if (!still.empty() || !one_way.empty()) c.cannot(Law::direction_asymmetry, still.empty() ? one_way : still);
@@ -292,8 +295,10 @@ void electrical_setup(TraceSetup& setup)
         std::size_t rows = 0;
         for (const Log& log : logs) rows += log.rows();
         if (rows < kLeastSettled)
-            throw std::invalid_argument(logs.front().path + ": " + std::to_string(rows) + " rows; a trace needs at least " + std::to_string(kLeastSettled) + " to hold some out");
-        Plan plan = rows < kFewRows ? point_plan(logs, setup.i_base_A, range_of(logs, &Log::w_m_rad_s).size()) : alternate_plan(settled_pieces(logs), kSettledStretches, kSettledFine, 0);
+            throw std::invalid_argument(logs.front().path + ": " + std::to_string(rows) + " rows; a trace needs at least " + std::to_string(kLeastSettled) +
+                                        " to hold some out");
+        Plan plan = rows < kFewRows ? point_plan(logs, setup.i_base_A, range_of(logs, &Log::w_m_rad_s).size())
+                                    : alternate_plan(settled_pieces(logs), kSettledStretches, kSettledFine, 0);
         if (plan.blocks.size() < kLeastSettled) plan = alternate_plan(settled_pieces(logs), kSettledStretches, kSettledFine, 0);
         setup.full = std::make_unique<TraceStatic>(logs, setup.columns, setup.pole_pairs, std::move(plan));
         Point start;
@@ -303,12 +308,13 @@ void electrical_setup(TraceSetup& setup)
     }
     const std::vector<Piece> pieces = pieces_of(logs, kLeastPiece);
     if (rows_of(pieces) < kLeastRows)
-        throw std::invalid_argument(logs.front().path + ": " + std::to_string(rows_of(pieces)) + " rows without a gap; a trace needs at least " + std::to_string(kLeastRows) +
-                                    " to hold some out");
+        throw std::invalid_argument(logs.front().path + ": " + std::to_string(rows_of(pieces)) + " rows without a gap; a trace needs at least " +
+                                    std::to_string(kLeastRows) + " to hold some out");
     setup.full = std::make_unique<TraceDynamic>(logs, setup.columns, setup.pole_pairs, alternate_plan(cut(pieces), kStretches, kFine, kGuard));
     const std::vector<Piece> windows = spread_sample(pieces, kSearchRows, kSearchWindow);
     if (rows_of(windows) < rows_of(pieces))
-        setup.part = std::make_unique<TraceDynamic>(logs, setup.columns, setup.pole_pairs, alternate_plan(windows, rows_of(windows) / kSearchWindow, kFine, 2 * kGuard));
+        setup.part = std::make_unique<TraceDynamic>(logs, setup.columns, setup.pole_pairs,
+                                                    alternate_plan(windows, rows_of(windows) / kSearchWindow, kFine, 2 * kGuard));
     for (const ElectricalStart& s : electrical_starts(setup.part ? windows : pieces, setup.pole_pairs)) {
         Point start;
         start.base = Eigen::Vector4d(s.R_ohm, s.Ld_H, s.Lq_H, s.psi_Wb);
@@ -326,20 +332,23 @@ void mechanical_setup(TraceSetup& setup, bool averaged)
     std::string source, said;
     for (const Log& log : logs) {
         setup.torque.push_back(torque_of(log, constant, source));
-        if (setup.torque.back().empty()) throw std::invalid_argument(log.path + ": no torque: neither torque_Nm, nor i_q_A with a torque constant, nor torque_cmd_Nm");
+        if (setup.torque.back().empty())
+            throw std::invalid_argument(log.path + ": no torque: neither torque_Nm, nor i_q_A with a torque constant, nor torque_cmd_Nm");
         setup.angle.push_back(shaft_angle(log));
         if (source != said) setup.notes.push_back("torque is " + source);
         said = source;
     }
     const std::vector<Piece> pieces = pieces_of(logs, kLeastPiece);
     if (rows_of(pieces) < kLeastRows)
-        throw std::invalid_argument(logs.front().path + ": " + std::to_string(rows_of(pieces)) + " rows without a gap; a trace needs at least " + std::to_string(kLeastRows) +
-                                    " to hold some out");
+        throw std::invalid_argument(logs.front().path + ": " + std::to_string(rows_of(pieces)) + " rows without a gap; a trace needs at least " +
+                                    std::to_string(kLeastRows) + " to hold some out");
     const std::size_t stretches = kStretches * logs.size();
-    setup.full = std::make_unique<TraceMechanical>(logs, setup.torque, setup.angle, alternate_plan(pieces, stretches, averaged ? kFine / 2 : kFine, kGuard), averaged);
+    setup.full = std::make_unique<TraceMechanical>(logs, setup.torque, setup.angle, alternate_plan(pieces, stretches, averaged ? kFine / 2 : kFine, kGuard),
+                                                   averaged);
     const std::vector<Piece> windows = spread_sample(pieces, 2 * kSearchRows, 2 * kSearchWindow);
     if (rows_of(windows) < rows_of(pieces))
-        setup.part = std::make_unique<TraceMechanical>(logs, setup.torque, setup.angle, alternate_plan(windows, rows_of(windows) / (2 * kSearchWindow), kFine, kGuard), averaged);
+        setup.part = std::make_unique<TraceMechanical>(logs, setup.torque, setup.angle,
+                                                       alternate_plan(windows, rows_of(windows) / (2 * kSearchWindow), kFine, kGuard), averaged);
     std::vector<const std::vector<double>*> of_piece;
     for (const Piece& piece : pieces) of_piece.push_back(&setup.torque[static_cast<std::size_t>(piece.log - logs.data())]);
     for (const MechanicalStart& s : mechanical_starts(pieces, of_piece)) {
@@ -401,9 +410,7 @@ TraceInput input_of(const TraceSetup& setup, const Point& at, const Term& term)
     case Law::direction_asymmetry:
     case Law::cogging_torque: in.shape = {s[0]}; break;
     case Law::winding_temperature:
-    case Law::magnet_temperature:
-        in.shape = {kReferenceTemperature_C, term.input.heat > 0 ? kHeatTimes[term.input.heat - 1] * setup.span_s : 0.0};
-        break;
+    case Law::magnet_temperature: in.shape = {kReferenceTemperature_C, term.input.heat > 0 ? kHeatTimes[term.input.heat - 1] * setup.span_s : 0.0}; break;
     case Law::iron_loss:
     case Law::current_offset:
     case Law::current_gain_mismatch: in.shape = {at.base[0], at.base[1], at.base[2]}; break;

@@ -8,9 +8,9 @@ namespace dqw {
 
 /// What a point, or a linear step from it, leaves in each fine block.
 struct Left {
-    std::vector<double> rows;            ///< of each block
-    std::vector<std::vector<double>> of; ///< [channel][block] sum of squares
-    double seen = 0.0, heldout = 0.0;    ///< log-likelihoods: -1/2 sum_c N_c ln(mean square), up to a constant
+    std::vector<double> rows;             ///< of each block
+    std::vector<std::vector<double>> of;  ///< [channel][block] sum of squares
+    double seen = 0.0, heldout = 0.0;     ///< log-likelihoods: -1/2 sum_c N_c ln(mean square), up to a constant
 };
 
 /// Left of the sums as they are, and after the step `delta` of all columns (linear in it).
@@ -23,8 +23,8 @@ Eigen::VectorXd linear_step(const TraceModel& model, const std::vector<BlockSum>
 
 /// How much better `b` is than `a` on the held-out blocks.
 struct Better {
-    double nats = 0.0;  ///< gain of log-likelihood
-    double t = 0.0;     ///< of the blocks' log ratios, shrunk by their correlation
+    double nats = 0.0;       ///< gain of log-likelihood
+    double t = 0.0;          ///< of the blocks' log ratios, shrunk by their correlation
     double nats_each = 0.0;  ///< the gain if each block counted as one row: rows within a block may all be alike
 };
 Better better(const TraceModel& model, const Left& a, const Left& b);

@@ -11,7 +11,8 @@ void tearDown(void) {}
 using command::Folder;
 using command::Outcome;
 
-static const char* const readers[] = {"fit", "learn"};
+static const char* const readers[] = {"fit", "learn", "trace"};
+static const char* const estimators[] = {"fit", "learn"};
 
 /// Exit code 3, nothing on stdout, one line on stderr that begins FILE:LINE: and holds `names`.
 static void expect_refused(const Outcome& run, const std::string& file, long line, const std::string& names)
@@ -204,7 +205,7 @@ static void a_gap_in_time_works_with_a_note(void)
     std::size_t at = 0;
     for (int line = 0; line < 3001; ++line) at = late.find('\n', at) + 1;
     const std::string path = folder.write("log.csv", text + late.substr(at));
-    for (const char* reader : readers) {
+    for (const char* reader : estimators) {
         const Outcome run = command::dqwatch({reader, path, "--pole-pairs", "4", "--json"});
         TEST_ASSERT_EQUAL_INT_MESSAGE(0, run.code, run.err.c_str());
         TEST_ASSERT_TRUE_MESSAGE(run.err.find("1 gap in time") != std::string::npos, run.err.c_str());
@@ -228,7 +229,7 @@ static void constant_signals_are_not_identifiable(void)
     for (const std::string& log : {text, zero}) {
         const std::string path = folder.write("log.csv", log);
         folder.write("log.toml", "[log]\nregime = \"dynamic\"\n[machine]\npole_pairs = 4\n");
-        for (const char* reader : readers) {
+        for (const char* reader : estimators) {
             const Outcome run = command::dqwatch({reader, path, "--json"});
             TEST_ASSERT_EQUAL_INT_MESSAGE(4, run.code, (std::string(reader) + run.err + run.out).c_str());
             const auto json = nlohmann::json::parse(run.out);

@@ -1,0 +1,157 @@
+// The tracer against the simulator, whose laws are others' (sim/ shares no code with ref/), and against measured logs.
+#include <cstdlib>
+#include <cstring>
+#include <fstream>
+#include <stdexcept>
+
+#include "log_reader.hpp"
+#include "simulate.hpp"
+#include "trace.hpp"
+#include "unity.h"
+
+extern "C" void setUp(void) {}
+extern "C" void tearDown(void) {}
+
+namespace {
+
+using dqw::Log;
+using dqw::TraceResult;
+
+/// Under the sanitizers a trace takes a minute.
+bool slow_kind()
+{
+    const char* kind = std::getenv("DQW_TEST_KIND");
+    return kind != nullptr && std::strcmp(kind, "asan") == 0;
+}
+
+std::vector<Log> simulated(const char* scenario, const std::vector<std::string>& settings)
+{
+    dqw_sim_scenario s = dqw::scenario_named(scenario);
+    for (const std::string& setting : settings) dqw::set(s, setting);
+    const char* build = std::getenv("BUILD");
+    const std::string path = std::string(build != nullptr ? build : "build") + "/tests/trace_" + (slow_kind() ? "asan" : "plain") + ".csv";
+    dqw::write_csv(dqw::simulate(s, [](double) {}), path);
+    dqw::ReadOptions options;
+    options.pole_pairs = s.machine.pole_pairs;
+    return {dqw::read_log(path, options)};
+}
+
+double value(const std::vector<dqw::Estimate>& list, const char* name)
+{
+    for (const dqw::Estimate& e : list)
+        if (e.name == name) return e.value;
+    TEST_FAIL_MESSAGE(name);
+    return 0.0;
+}
+
+void only(const TraceResult& r, const char* effect)
+{
+    TEST_ASSERT_EQUAL_size_t_MESSAGE(1, r.effects.size(), effect);
+    TEST_ASSERT_EQUAL_STRING(effect, r.effects[0].name.c_str());
+}
+
+void clean_log_has_nothing()
+{
+    if (slow_kind()) TEST_IGNORE_MESSAGE("takes long under the sanitizers");
+    const TraceResult r = dqw::trace(simulated("servo", {}));
+    TEST_ASSERT_EQUAL_STRING("clean", r.verdict.c_str());
+    TEST_ASSERT_EQUAL_size_t(0, r.effects.size());
+    // Measured: 1.06.
+    TEST_ASSERT_DOUBLE_WITHIN(0.12, 1.05, r.after.heldout_rms / r.noise_floor);
+}
+
+void dead_time_does_not_stay_in_R()
+{
+    if (slow_kind()) TEST_IGNORE_MESSAGE("takes long under the sanitizers");
+    const TraceResult r = dqw::trace(simulated("servo", {"nonideal.dead_time_V=4", "nonideal.dead_time_width_A=0.15"}));
+    TEST_ASSERT_EQUAL_STRING("explained", r.verdict.c_str());
+    only(r, "dead_time");
+    TEST_ASSERT_DOUBLE_WITHIN(0.08, 4.0, value(r.effects[0].parameters, "voltage_V"));
+    TEST_ASSERT_TRUE(value(r.before.parameters, "R_ohm") > 1.5);
+    TEST_ASSERT_DOUBLE_WITHIN(0.018, 0.9, value(r.after.parameters, "R_ohm"));
+    TEST_ASSERT_DOUBLE_WITHIN(0.02 * 2.2e-3, 2.2e-3, value(r.after.parameters, "Ld_H"));
+    TEST_ASSERT_DOUBLE_WITHIN(0.005 * 0.12, 0.12, value(r.after.parameters, "psi_Wb"));
+    // Measured: 1.36 V before, 0.187 V after.
+    TEST_ASSERT_DOUBLE_WITHIN(0.15, 1.36, r.before.heldout_rms);
+    TEST_ASSERT_DOUBLE_WITHIN(0.03, 0.187, r.after.heldout_rms);
+}
+
+void each_single_effect_is_named()
+{
+    if (slow_kind()) TEST_IGNORE_MESSAGE("takes long under the sanitizers");
+    const struct {
+        const char* name;
+        std::vector<std::string> settings;
+        const char* parameter;
+        double truth, within;
+    } cases[] = {
+        {"delay", {"nonideal.delay_periods=0.2"}, "periods", 0.2, 0.01},
+        {"angle_offset", {"nonideal.angle_offset_rad=0.02"}, "angle_rad", 0.02, 5e-4},
+        {"iron_loss", {"nonideal.iron_loss_S=0.002"}, "R_fe_ohm", 500.0, 40.0},
+        {"flux_harmonics", {"nonideal.flux_harmonic_6d_Wb=0.002", "nonideal.flux_harmonic_6q_Wb=0.001"}, "psi_6d_Wb", 0.002, 1e-4},
+        {"voltage_offset", {"nonideal.voltage_offset_d_V=0.5"}, "v_d_V", 0.5, 0.03},
+        {"current_offset", {"nonideal.current_offset_alpha_A=0.1"}, "i_alpha_A", 0.1, 0.015},
+        {"phase_resistance_imbalance", {"nonideal.phase_resistance_a_ohm=0.1"}, "dR_a_ohm", 0.1, 0.01},
+    };
+    for (const auto& c : cases) {
+        const TraceResult r = dqw::trace(simulated("servo", c.settings));
+        only(r, c.name);
+        TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(c.within, c.truth, value(r.effects[0].parameters, c.parameter), c.name);
+    }
+}
+
+void disturbance_outside_the_catalogue_gets_no_name()
+{
+    if (slow_kind()) TEST_IGNORE_MESSAGE("takes long under the sanitizers");
+    const TraceResult r = dqw::trace(simulated("servo", {"nonideal.disturbance_V=1", "nonideal.disturbance_Hz=37"}));
+    TEST_ASSERT_EQUAL_STRING("unexplained", r.verdict.c_str());
+    TEST_ASSERT_EQUAL_size_t(0, r.effects.size());
+    TEST_ASSERT_FALSE(r.rest_signature.empty());
+}
+
+void dropped_samples_are_a_fault_of_the_record()
+{
+    const TraceResult r = dqw::trace(simulated("servo", {"nonideal.dropped_fraction=0.02", "duration_s=0.3"}));
+    TEST_ASSERT_EQUAL_STRING("unexplained", r.verdict.c_str());
+    TEST_ASSERT_NOT_NULL(std::strstr(r.rest_signature.c_str(), "held or dropped"));
+}
+
+void too_few_rows_to_hold_some_out_are_refused()
+{
+    try {
+        dqw::trace(simulated("servo", {"duration_s=0.02"}));
+        TEST_FAIL_MESSAGE("200 rows were traced");
+    } catch (const std::invalid_argument& error) {
+        TEST_ASSERT_NOT_NULL(std::strstr(error.what(), "to hold some out"));
+    }
+}
+
+void measured_sweeps_are_dead_time()
+{
+    const char* data = std::getenv("DATA");
+    const std::string folder = data != nullptr ? data : "../shared/data";
+    for (const char* name : {"inverter_sweep_d_axis_a", "inverter_sweep_d_axis_b", "inverter_sweep_d_axis_c", "inverter_sweep_beta_axis_a"}) {
+        const std::string path = folder + "/" + name + ".csv";
+        if (!std::ifstream(path)) TEST_IGNORE_MESSAGE("no measured logs here");
+        const TraceResult r = dqw::trace({dqw::read_log(path)});
+        only(r, "dead_time");
+        const double R = value(r.after.parameters, "R_ohm");
+        TEST_ASSERT_TRUE_MESSAGE(R > 1.1 && R < 1.4, name);
+        TEST_ASSERT_TRUE_MESSAGE(r.before.axes[0].percent > 20.0 && r.after.axes[0].percent < 2.5, name);
+    }
+}
+
+}  // namespace
+
+int main()
+{
+    UNITY_BEGIN();
+    RUN_TEST(clean_log_has_nothing);
+    RUN_TEST(dead_time_does_not_stay_in_R);
+    RUN_TEST(each_single_effect_is_named);
+    RUN_TEST(disturbance_outside_the_catalogue_gets_no_name);
+    RUN_TEST(dropped_samples_are_a_fault_of_the_record);
+    RUN_TEST(too_few_rows_to_hold_some_out_are_refused);
+    RUN_TEST(measured_sweeps_are_dead_time);
+    return UNITY_END();
+}
