@@ -267,7 +267,7 @@ uint32_t dqw_estimator_step(dqw_estimator *e, const dqw_sample *s, bool saturate
     uint32_t event = admit(e, s, saturated);
     const bool good = event == 0;
     dqw_block b;
-    float pair[SIGNALS];
+    float pair[SIGNALS] = {0};
     const bool has_effects = pair_effects(e, s, good, pair);
     if (e->regime == DQW_REGIME_STATIC) {
         if (good) {

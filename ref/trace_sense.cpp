@@ -55,7 +55,7 @@ std::string sense_of(const TraceSetup& setup, const Point& at)
         const bool turns = setup.regime != Regime::standstill;
         if (turns && (!(at.base[1] > 0.0) || !(at.base[2] > 0.0))) return "an inductance would be negative";
         if (has(at, Law::saturation) || has(at, Law::cross_saturation)) {
-            const std::string why = inductance_sense(setup, at);
+            std::string why = inductance_sense(setup, at);
             if (!why.empty()) return why;
         }
     }
