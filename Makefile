@@ -38,7 +38,7 @@ MPILIBS  := $(shell pkg-config --libs mpi-c 2>/dev/null)
 endif
 SUNLIBS  := -lsundials_cvode -lsundials_nvecserial -lsundials_sunmatrixdense -lsundials_sunlinsoldense \
             -lsundials_sunnonlinsolfixedpoint $(SUNCORE) $(MPILIBS)
-CERESLIBS = -lceres -lglog -lfmt
+CERESLIBS = -lceres -lglog -lfmt -pthread
 
 LIB_O := $(patsubst %.c,$(BUILD)/%.o,$(wildcard lib/*.c))
 SIM_O := $(patsubst %.c,$(BUILD)/%.o,$(wildcard sim/*.c))

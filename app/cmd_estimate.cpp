@@ -16,6 +16,7 @@
 #include "report.hpp"
 #include "sense.hpp"
 #include "text.hpp"
+#include "trace.hpp"
 
 namespace dqw {
 namespace {
@@ -103,13 +104,11 @@ Command add_estimator(CLI::App& app, const std::string& name, const std::string&
     command->add_option("LOG.csv", options->logs, "log, or several of one machine and regime")->required()->type_name("");
     add_common(*command, *options);
     add_parameters(*command, *options);
-    if (name == "learn") {
-        command->add_option("--arith", options->arith, "arithmetic of the learners")->check(CLI::IsMember({"float"}))->capture_default_str();
-        command->add_option("--effect", options->effects, "effect to estimate as well, repeatable: " + list(effect_names(), 99))
-            ->check(CLI::IsMember(effect_names()))
-            ->type_name("NAME");
-        command->add_option("--config", options->config_file, "effects that a trace found, with their start values")->type_name("trace.json");
-    }
+    command->add_option("--effect", options->effects, "effect to estimate as well, repeatable: " + list(effect_names(), 99))
+        ->check(CLI::IsMember(effect_names()))
+        ->type_name("NAME");
+    command->add_option("--config", options->config_file, "effects that a trace found, with their start values")->type_name("trace.json");
+    if (name == "learn") command->add_option("--arith", options->arith, "arithmetic of the learners")->check(CLI::IsMember({"float"}))->capture_default_str();
     command->footer("With --out, writes DIR/" + name + ".json as well. Exit code 4: a parameter asked for is not identifiable.");
     return {command, [=] { return estimate(name, *options, estimator); }};
 }
@@ -131,12 +130,20 @@ Command add_learn(CLI::App& app)
 
 Command add_fit(CLI::App& app)
 {
-    return add_estimator(app, "fit", "fit the reference model to a log", [](const auto& logs, const CommonOptions& o, const LearnConfig&, auto progress) {
-        FitOptions options;
-        options.parameters = o.parameters;
-        options.progress = std::move(progress);
-        return Estimated{fit(logs, options), {}};
-    });
+    return add_estimator(app, "fit", "fit the reference model to a log",
+                         [](const auto& logs, const CommonOptions& o, const LearnConfig& config, auto progress) {
+                             std::vector<std::string> names;
+                             for (const TraceInput& in : config.inputs)
+                                 if (std::find(names.begin(), names.end(), in.effect) == names.end()) names.push_back(in.effect);
+                             if (!names.empty()) {
+                                 const EffectFit fitted = fit_effects(logs, names, o.parameters, std::move(progress));
+                                 return Estimated{fitted.result, fitted.effects};
+                             }
+                             FitOptions options;
+                             options.parameters = o.parameters;
+                             options.progress = std::move(progress);
+                             return Estimated{fit(logs, options), {}};
+                         });
 }
 
 }  // namespace dqw

@@ -1,12 +1,13 @@
 // The blind campaign: draws logs, traces them in processes of their own, prints the confusion table:
-//     blind [--from SEED] [--count N] [--jobs N] [--draw] | --seed SEED [--csv DIR]
+//     blind [--from SEED] [--count N] [--jobs N] [--draw] [--lines FILE] | --seed SEED [--draw] [--csv DIR]
+// FILE takes each outcome as it comes, one a line; an existing one is added to.
 #include <fmt/format.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <cstdio>
 #include <cstdlib>
-#include <cstring>
+#include <fstream>
 #include <map>
 #include <thread>
 
@@ -20,7 +21,7 @@ constexpr unsigned kLongest_s = 600;
 struct Options {
     std::uint64_t from = 0, count = 320, jobs = 0;
     bool alone = false, draw = false;
-    std::string csv;
+    std::string csv, lines;
 };
 
 /// Draws only: what the campaign consists of.
@@ -77,6 +78,8 @@ std::map<std::uint64_t, std::string> all_lines(const Options& options)
 {
     std::map<std::uint64_t, std::string> lines;
     std::map<pid_t, Child> running;
+    std::ofstream kept;
+    if (!options.lines.empty()) kept.open(options.lines, std::ios::app);
     for (std::uint64_t next = options.from, end = options.from + options.count; next < end || !running.empty();) {
         if (next < end && running.size() < options.jobs) {
             pid_t id = 0;
@@ -89,6 +92,7 @@ std::map<std::uint64_t, std::string> all_lines(const Options& options)
         const auto done = running.find(id);
         if (done == running.end()) continue;
         lines[done->second.seed] = read_all(done->second.pipe);
+        if (kept.is_open()) kept << lines[done->second.seed] << std::endl;
         running.erase(done);
         if (isatty(2)) std::fprintf(stderr, "\r%zu of %llu", lines.size(), static_cast<unsigned long long>(options.count));
     }
@@ -165,12 +169,14 @@ int main(int argc, char** argv)
             options.draw = true;
         } else if (!last && key == "--csv") {
             options.csv = argv[++k];
+        } else if (!last && key == "--lines") {
+            options.lines = argv[++k];
         } else if (!last && (key == "--seed" || key == "--from" || key == "--count" || key == "--jobs")) {
             const std::uint64_t value = std::strtoull(argv[++k], nullptr, 10);
             (key == "--count" ? options.count : key == "--jobs" ? options.jobs : options.from) = value;
             options.alone = options.alone || key == "--seed";
         } else {
-            std::fprintf(stderr, "blind [--from SEED] [--count N] [--jobs N] [--draw] | --seed SEED [--draw] [--csv DIR]\n");
+            std::fprintf(stderr, "blind [--from SEED] [--count N] [--jobs N] [--draw] [--lines FILE] | --seed SEED [--draw] [--csv DIR]\n");
             return 2;
         }
     }

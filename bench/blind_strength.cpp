@@ -103,6 +103,8 @@ bool calibrate(const Setup& s, double floor, std::vector<Drawn>& effects)
     for (Drawn& e : effects) {
         const double most = most_of(e.name, s), target = floor * std::sqrt(e.strength * e.strength - 1);
         std::vector<double> own;
+        // Cross-saturation comes with saturation, which shows by itself.
+        if (e.name == "cross_saturation") before = rest_of(s, sized, e.name, 0.0);
         e.size = 0.1 * most;
         for (int pass = 0; pass < 4; ++pass) {
             own = rest_of(s, sized, e.name, e.size);
@@ -112,7 +114,7 @@ bool calibrate(const Setup& s, double floor, std::vector<Drawn>& effects)
             if (pass < 3) e.size = std::min(most, e.size * std::clamp(target / std::max(left, 1e-12), 0.02, 10.0));
         }
         double seen = rms(own);
-        if (!before.empty()) {
+        if (!sized.empty()) {
             const double like = dot(own, before) / std::sqrt(dot(own, own) * dot(before, before));
             if (!(std::abs(like) < 0.9)) return false;
             const double apart = std::sqrt(1 - like * like);

@@ -33,6 +33,7 @@ constexpr LawInfo kLaws[] = {
     {"stribeck_friction", 1, 0},
     {"cogging_torque", 2, 0},
     {"load_torque", 1, 0},
+    {"clipped_current", 1, 1},
 };
 
 const LawInfo& info(Law law) { return kLaws[static_cast<int>(law)]; }
@@ -56,18 +57,45 @@ Moment turned(const Input& input, const Moment& at)
     Moment m = at;
     const double c = std::cos(input.shape[1]), s = std::sin(input.shape[1]);
     m.cos_e = c * at.cos_e - s * at.sin_e, m.sin_e = s * at.cos_e + c * at.sin_e;
+    m.past_alpha = c * at.past_alpha - s * at.past_beta, m.past_beta = s * at.past_alpha + c * at.past_beta;
     return m;
 }
 
-Phases phases_of(const Moment& at)
-{
-    const double alpha = at.cos_e * at.i_d - at.sin_e * at.i_q, beta = at.sin_e * at.i_d + at.cos_e * at.i_q;
-    return {alpha, 0.5 * (kRoot3 * beta - alpha), -0.5 * (kRoot3 * beta + alpha)};
-}
+Phases phases_of(double alpha, double beta) { return {alpha, 0.5 * (kRoot3 * beta - alpha), -0.5 * (kRoot3 * beta + alpha)}; }
+Phases phases_of(const Moment& at) { return phases_of(at.cos_e * at.i_d - at.sin_e * at.i_q, at.sin_e * at.i_d + at.cos_e * at.i_q); }
+
+double log_cosh(double x) { return std::abs(x) + std::log1p(std::exp(-2.0 * std::abs(x))) - 0.6931471805599453; }
+
+/// tanh over a current that goes evenly from x to y: its mean, and the mean's slope by y.
+struct MeanTanh {
+    double mean, slope;
+    MeanTanh(double x, double y)
+    {
+        const double t = fast_tanh(y), step = y - x;
+        if (std::abs(step) < 1e-3) {
+            mean = t - 0.5 * step * (1.0 - t * t), slope = 0.5 * (1.0 - t * t);
+        } else {
+            mean = (log_cosh(y) - log_cosh(x)) / step, slope = (t - mean) / step;
+        }
+    }
+};
 
 Vector2 to_dq(const Moment& at, double alpha, double beta) { return {at.cos_e * alpha + at.sin_e * beta, at.cos_e * beta - at.sin_e * alpha}; }
 
 Vector2 of_phases(const Moment& at, double a, double b, double c) { return to_dq(at, (2.0 * a - b - c) / 3.0, (b - c) / kRoot3); }
+
+double beyond(double i, double limit) { return i > limit ? i - limit : i < -limit ? i + limit : 0.0; }
+
+/// [dd dq qd qq] of of_phases(u(a), u(b), u(c)), from the slopes of u.
+void phase_slopes(const Moment& at, double a, double b, double c, double out[4])
+{
+    // Of (alpha, beta), then turned to dq.
+    const double aa = (4.0 * a + b + c) / 6.0, bb = 0.5 * (b + c), ab = (c - b) / (2.0 * kRoot3);
+    const double cc = at.cos_e, ss = at.sin_e, mixed = cc * ss * (bb - aa) + (cc * cc - ss * ss) * ab;
+    out[0] = cc * cc * aa + 2.0 * cc * ss * ab + ss * ss * bb;
+    out[1] = out[2] = mixed;
+    out[3] = ss * ss * aa - 2.0 * cc * ss * ab + cc * cc * bb;
+}
 
 /// The sensor says i + o: f = -R o, g = -L o.
 void sensor(const Moment& at, Vector2 o, Vector2& f, Vector2& g)
@@ -110,16 +138,26 @@ void evaluate(const Input& input, const Moment& at, Vector2 f[kMostWeights], Vec
     switch (input.law) {
     case Law::dead_time: {
         const Moment m = turned(input, at);
+        if (at.starts) break;
         const Phases p = phases_of(m);
         const double k = 1.0 / input.shape[0];
-        f[0] = of_phases(m, fast_tanh(k * p.a), fast_tanh(k * p.b), fast_tanh(k * p.c));
+        if (at.ends) {
+            const Phases x = phases_of(m.past_alpha, m.past_beta);
+            const auto twice = [&](double from, double to) { return 2.0 * MeanTanh(k * from, k * to).mean; };
+            f[0] = of_phases(m, twice(x.a, p.a), twice(x.b, p.b), twice(x.c, p.c));
+        } else {
+            f[0] = of_phases(m, fast_tanh(k * p.a), fast_tanh(k * p.b), fast_tanh(k * p.c));
+        }
         break;
     }
     case Law::saturation: saturation(input, at, g); break;
     case Law::cross_saturation: cross_saturation(input, at, g); break;
     case Law::winding_temperature: f[0] = {at.heat_K * at.i_d, at.heat_K * at.i_q}; break;
     case Law::magnet_temperature: g[0].d = at.heat_K; break;
-    case Law::iron_loss: g[0] = {-at.Ld * (at.v_end_d - at.R * at.i_d), -at.Lq * (at.v_end_q - at.R * at.i_q)}; break;
+    case Law::iron_loss:
+        g[0] = {-at.Ld * (at.v_end_d - at.R * at.i_d), -at.Lq * (at.v_end_q - at.R * at.i_q)};
+        if (!at.settled) f[0] = {0.5 * at.R * at.change_d, 0.5 * at.R * at.change_q};
+        break;
     case Law::flux_harmonics: {
         double c = at.cos_e, s = at.sin_e, cn = 1.0, sn = 0.0;
         for (int n = static_cast<int>(input.shape[0]); n > 0; n /= 2) {
@@ -152,7 +190,15 @@ void evaluate(const Input& input, const Moment& at, Vector2 f[kMostWeights], Vec
         f[1] = of_phases(at, 0.0, p.b, 0.0);
         break;
     }
-    case Law::voltage_offset: f[0].d = 1.0, f[1].q = 1.0; break;
+    case Law::voltage_offset: f[0].d = f[1].q = 1.0 / at.mean_of_held; break;
+    case Law::clipped_current: {
+        const Moment m = turned(input, at);
+        const Phases p = phases_of(m);
+        const double limit = input.shape[0];
+        const Vector2 missing = of_phases(m, 3.0 * beyond(p.a, limit), 3.0 * beyond(p.b, limit), 3.0 * beyond(p.c, limit));
+        sensor(at, {-missing.d, -missing.q}, f[0], g[0]);
+        break;
+    }
     default: break;
     }
 }
@@ -181,18 +227,15 @@ void evaluate_slope(const Input& input, const double weights[], const Moment& at
         const Moment m = turned(input, at);
         const Phases p = phases_of(m);
         const double k = 1.0 / input.shape[0];
-        const auto slope = [&](double i) {
-            const double t = fast_tanh(k * i);
+        const Phases x = phases_of(m.past_alpha, m.past_beta);
+        const auto slope = [&](double from, double to) {
+            if (at.ends) return 2.0 * weights[0] * k * MeanTanh(k * from, k * to).slope;
+            const double t = fast_tanh(k * to);
             return weights[0] * k * (1.0 - t * t);
         };
-        const double a = slope(p.a), b = slope(p.b), c = slope(p.c);
-        // Of the phase voltages by (alpha, beta), then turned to dq.
-        const double aa = (4.0 * a + b + c) / 6.0, bb = 0.5 * (b + c), ab = (c - b) / (2.0 * kRoot3);
-        const double cc = m.cos_e, ss = m.sin_e;
-        f_slope[0] += cc * cc * aa + 2.0 * cc * ss * ab + ss * ss * bb;
-        const double mixed = cc * ss * (bb - aa) + (cc * cc - ss * ss) * ab;
-        f_slope[1] += mixed, f_slope[2] += mixed;
-        f_slope[3] += ss * ss * aa - 2.0 * cc * ss * ab + cc * cc * bb;
+        double out[4];
+        phase_slopes(m, slope(x.a, p.a), slope(x.b, p.b), slope(x.c, p.c), out);
+        for (int j = 0; j < 4; ++j) f_slope[j] += out[j];
         break;
     }
     case Law::saturation: {
@@ -207,6 +250,16 @@ void evaluate_slope(const Input& input, const double weights[], const Moment& at
         const double mixed = k * y * (2.0 * weights[0] + 4.0 * weights[1] * x + 4.0 * weights[2] * y * y);
         g_slope[1] += mixed, g_slope[2] += mixed;
         g_slope[3] += k * x * (2.0 * weights[0] + 2.0 * weights[1] * x + 12.0 * weights[2] * y * y);
+        break;
+    }
+    case Law::clipped_current: {
+        const Moment m = turned(input, at);
+        const Phases p = phases_of(m);
+        const auto slope = [&](double i) { return std::abs(i) > input.shape[0] ? 3.0 * weights[0] : 0.0; };
+        double out[4];
+        phase_slopes(m, slope(p.a), slope(p.b), slope(p.c), out);
+        f_slope[0] += at.R * out[0], f_slope[1] += at.R * out[1], f_slope[2] += at.R * out[2], f_slope[3] += at.R * out[3];
+        g_slope[0] += at.Ld * out[0], g_slope[1] += at.Ld * out[1], g_slope[2] += at.Lq * out[2], g_slope[3] += at.Lq * out[3];
         break;
     }
     default: break;

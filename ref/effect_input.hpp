@@ -26,7 +26,8 @@ enum class Law {
     direction_asymmetry,
     stribeck_friction,
     cogging_torque,
-    load_torque
+    load_torque,
+    clipped_current  ///< no effect of the catalogue: a fault of the record, tried so that nothing else is named for it
 };
 
 constexpr int kMostWeights = 5;
@@ -52,15 +53,21 @@ Law law_named(const std::string& name);
 struct Moment {
     double i_d = 0, i_q = 0, w_e = 0, cos_e = 1, sin_e = 0;
     double v_end_d = 0, v_end_q = 0, change_d = 0, change_q = 0;
+    bool settled = false;  ///< a point that lasts: its voltage has not just stepped
     double heat_K = 0;
     double R = 0, Ld = 0, Lq = 0, psi = 0;
+    /// Of a sampling period: what jumps within one is taken as its mean there, at its end, and counts nothing at its start.
+    bool starts = false, ends = false;
+    double past_alpha = 0, past_beta = 0;  ///< stationary currents at its start, for its end
+    double mean_of_held = 1.0;             ///< what a constant rotor-frame f keeps of itself as a mean over it
 };
 
 struct Vector2 {
     double d = 0, q = 0;
 };
 
-/// f and g of one unit of each weight, (E51) to (E53).
+/// f and g of one unit of each weight, (E51) to (E53). clipped_current: three sensors that stop at shape[0] A; where one does, the
+/// true phase current is beyond it by three times what the measured one, less the three's mean, is.
 void evaluate(const Input& input, const Moment& at, Vector2 f[kMostWeights], Vector2 g[kMostWeights]);
 
 /// Sum over the weights; angle_offset exactly instead of to first order.

@@ -46,8 +46,8 @@ std::vector<Estimate> physical(const std::vector<TraceInput>& inputs, const std:
             const bool winding = in.effect == "winding_temperature";
             const double base = winding ? model.R_ohm : model.psi_Wb;
             if (shape(1) > 0.0) {
-                // Without a thermometer the rise at full current is known, not the coefficient.
-                scaled(winding ? "rise_percent" : "fall_percent", 0, (winding ? 100.0 : -100.0) / base);
+                // Without a thermometer the rise within the log is known, not the coefficient.
+                scaled(winding ? "rise_percent" : "fall_percent", 0, (winding ? 100.0 : -100.0) * in.reach / base);
                 fixed("tau_s", shape(1));
             } else {
                 scaled(winding ? "alpha_per_K" : "beta_per_K", 0, 1.0 / base);

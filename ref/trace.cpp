@@ -5,9 +5,9 @@
 #include <stdexcept>
 
 #include "effect.hpp"
-#include "effect_physical.hpp"
 #include "explain.hpp"
 #include "trace_rest.hpp"
+#include "trace_result.hpp"
 #include "trace_sense.hpp"
 #include "trace_setup.hpp"
 
@@ -57,18 +57,13 @@ struct Judge {
         return out;
     }
     double rms(const Point& at) const { return rms_of(of(at, false), channels); }
+    std::vector<double> each(const Point& at) const
+    {
+        std::vector<double> out;
+        for (const AxisResidual& a : axes_of(setup, of(at, false))) out.push_back(a.rms);
+        return out;
+    }
 };
-
-PlainModel plain_of(const TraceSetup& setup, const Point& at)
-{
-    PlainModel m;
-    m.pole_pairs = setup.pole_pairs;
-    if (setup.regime == Regime::mechanical)
-        m.J_kgm2 = at.base[0], m.B_Nms_rad = at.base[1];
-    else
-        m.R_ohm = at.base[0], m.Ld_H = at.base[1], m.Lq_H = at.base[2], m.psi_Wb = at.base[3];
-    return m;
-}
 
 /// The plain model that leaves the least reported residual on the rows seen: the residual is linear in the parameters, but for a
 /// trace, so two steps of least squares do. Where the model lacks something, prediction and least residual differ.
@@ -102,55 +97,10 @@ Point least_residual(const Judge& judge, Point at)
     return at;
 }
 
-std::vector<Estimate> base_parameters(const TraceSetup& setup, const Point& at, const Eigen::VectorXd& sd)
-{
-    std::vector<Estimate> out;
-    const auto& names = setup.full->base_names();
-    for (Eigen::Index j = 0; j < at.base.size(); ++j) {
-        // What the log cannot tell is absent.
-        if (!std::isfinite(sd[j]) || sd[j] > std::max(std::abs(at.base[j]), 1e-12)) continue;
-        out.push_back({names[static_cast<std::size_t>(j)], at.base[j], sd[j], false});
-    }
-    const auto& given = setup.logs->front().machine.pole_pairs;
-    if (setup.regime != Regime::mechanical) out.push_back({"pole_pairs", setup.pole_pairs, 0.0, given.has_value()});
-    return out;
-}
-
-std::vector<AxisResidual> axes_of(const TraceSetup& setup, const Blocks& blocks)
-{
-    std::vector<AxisResidual> out;
-    for (int c = 0; c < setup.full->channels(); ++c) {
-        double r = 0.0, m = 0.0;
-        for (const ReportBlock& b : blocks) r += b.residual[c] * b.residual[c], m += b.measured[c] * b.measured[c];
-        const double n = static_cast<double>(std::max<std::size_t>(blocks.size(), 1));
-        out.push_back({setup.regime == Regime::mechanical ? "torque" : c == 0 ? "d" : "q", std::sqrt(r / n), m > 0.0 ? 100.0 * std::sqrt(r / m) : 0.0});
-    }
-    return out;
-}
-
 TraceFit fit_of(const TraceSetup& setup, const Judge& judge, const Point& at, const Eigen::VectorXd& sd)
 {
     const Blocks blocks = judge.of(at, false);
     return {base_parameters(setup, at, sd), rms_of(blocks, judge.channels), axes_of(setup, blocks)};
-}
-
-/// Parameters and inputs of the effect `name` at a point.
-std::vector<Estimate> effect_parameters(const TraceSetup& setup, const Point& at, const Eigen::VectorXd& sd, const std::string& name)
-{
-    std::vector<TraceInput> inputs;
-    std::vector<std::vector<double>> weight_sd;
-    std::vector<double> shape_sd;
-    Eigen::Index j = at.base.size() + at.gain.size();
-    for (const Term& t : at.terms) {
-        const int w = weights_of(t.input.law), s = free_shapes_of(t.input);
-        if (name == name_of(t.input.law)) {
-            inputs.push_back(input_of(setup, at, t));
-            weight_sd.emplace_back(sd.data() + j, sd.data() + j + w);
-            shape_sd.push_back(s > 0 ? sd[j + w] : 0.0);
-        }
-        j += w + s;
-    }
-    return physical(inputs, weight_sd, shape_sd, plain_of(setup, at));
 }
 
 void fill_blocks(const TraceSetup& setup, const Judge& judge, const Point& before, const Point& after, TraceResult& result)
@@ -206,7 +156,7 @@ SelectOptions select_options(const TraceSetup& setup, const Judge& judge, const 
 {
     SelectOptions o;
     o.veto = [&setup](const Point& p) { return sense_of(setup, p); };
-    o.reported_rms = [&judge](const Point& p) { return judge.rms(p); };
+    o.reported_rms = [&judge](const Point& p) { return judge.each(p); };
     if (options.progress)
         o.tick = [&options, &ticks] {
             ++ticks;
@@ -291,7 +241,7 @@ TraceResult trace(const std::vector<Log>& logs, const TraceOptions& options)
     if (rms_of(judge.of(least, true), judge.channels) < 0.97 * rms_of(judge.of(plain, true), judge.channels)) plain.base = least.base;
     const double before = judge.rms(plain);
     double floor = noise_floor(*setup, s.best.point), after = judge.rms(s.best.point);
-    const std::string fault = record_fault(logs);
+    const std::string fault = s.fault.empty() ? record_fault(logs) : s.fault;
     const double excess_before = std::max(before * before - floor * floor, 0.0), excess_after = std::max(after * after - floor * floor, 0.0);
     const bool rests = after > kStructured * floor;
     if (!fault.empty() || (rests && excess_after > (1.0 - kLeastExplained) * excess_before)) {

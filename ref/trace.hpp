@@ -67,6 +67,7 @@ struct TraceInput {
     std::string effect;
     std::vector<double> shape;
     std::vector<double> weights;
+    double reach = 1.0;  ///< largest value of a heating state in the log; 1 for all others
 };
 
 struct TraceResult {

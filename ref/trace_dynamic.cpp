@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cmath>
 #include <thread>
 
@@ -205,6 +206,14 @@ struct TraceDynamic::Run {
         return m;
     }
 
+    /// Makes two moments the ends of one period.
+    static void pair(const Hold& hold, Moment& m0, Moment& m1)
+    {
+        m0.starts = m1.ends = true;
+        m0.mean_of_held = m1.mean_of_held = hold.sinc * hold.to_end.dd;
+        m1.past_alpha = m0.cos_e * m0.i_d - m0.sin_e * m0.i_q, m1.past_beta = m0.sin_e * m0.i_d + m0.cos_e * m0.i_q;
+    }
+
     void sum_terms(const TraceColumns& c, std::size_t k, Moment& m, Vector2& f, Vector2& g) const
     {
         for (const Term& t : at.terms) {
@@ -262,6 +271,7 @@ struct TraceDynamic::Run {
         const Hold hold(h, {log.v_d_V[k], log.v_q_V[k]}, v_end);
         Moment m0 = moment(piece, c, k, {log.i_d_A[k], log.i_q_A[k]}, v_end, hold.change);
         Moment m1 = moment(piece, c, k + 1, {log.i_d_A[k + 1], log.i_q_A[k + 1]}, hold.end, hold.change);
+        pair(hold, m0, m1);
         Vector2 f0, g0, f1, g1;
         sum_terms(c, k, m0, f0, g0);
         sum_terms(c, k + 1, m1, f1, g1);
@@ -290,13 +300,13 @@ struct TraceDynamic::Run {
             const Matrix2 &to_start = hold.to_start, &to_end = hold.to_end, Bs{hold.sinc * B.dd, hold.sinc * B.dq, hold.sinc * B.qd, hold.sinc * B.qq};
             const Vector2 end_v = hold.end, change = hold.change;
 
-            Moment m0 = moment(piece, c, k, i, v_end, change);
+            Moment m0 = moment(piece, c, k, i, v_end, change), m1;
+            pair(hold, m0, m1);
             Vector2 x = A * Vector2{Ld * i.d, Lq * i.q};
             const Vector2 push = B * v;
             x.d += push.d + r[8] * psi, x.q += push.q + r[9] * psi;
             const Matrix2 P = Bs * to_end;
             Matrix2 jacobian{Ld, 0.0, 0.0, Lq}, start{A.dd * Ld, A.dq * Lq, A.qd * Ld, A.qq * Lq};
-            Moment m1;
             Vector2 next;
             if (with_terms) {
                 Vector2 f0, g0;
@@ -311,6 +321,7 @@ struct TraceDynamic::Run {
                 next = i;
                 for (int n = 0; n < kIterations; ++n) {
                     m1 = moment(piece, c, k + 1, next, end_v, change);
+                    pair(hold, m0, m1);
                     Vector2 f1, g1;
                     sum_terms(c, k + 1, m1, f1, g1);
                     double fe[4] = {}, ge[4] = {};
@@ -326,6 +337,7 @@ struct TraceDynamic::Run {
                 next = {x.d / Ld, x.q / Lq};
             }
             m1 = moment(piece, c, k + 1, next, end_v, change);
+            pair(hold, m0, m1);
             if (!std::isfinite(next.d) || !std::isfinite(next.q)) return false;
 
             fill(c, k, m0, false);
@@ -404,13 +416,23 @@ bool TraceDynamic::pass(const Point& at, const std::vector<Input>& candidates, s
     }
     const double l_min = std::min(at.base[kLd], at.base[kLq]);
     if (!at.values().allFinite() || !(l_min > 0.0) || (std::abs(at.base[kR]) / l_min + w_max_rad_s_) * dt_max_s_ > kLargestRateDt) return false;
-    bool ok = true;
-    for (const Piece& piece : plan_.pieces) {
-        std::size_t first = 0;
-        while (first < plan_.blocks.size() && (plan_.blocks[first].piece != &piece)) ++first;
-        Run run(*this, at, candidates, sums, n, first);
-        ok = ok && run.run(piece, columns_[static_cast<std::size_t>(piece.log - logs_.data())]);
-    }
+    // A piece's blocks are its own: pieces are worked on side by side, and the sums do not depend on how.
+    std::vector<std::size_t> first(plan_.pieces.size(), plan_.blocks.size());
+    for (std::size_t b = plan_.blocks.size(); b-- > 0;) first[static_cast<std::size_t>(plan_.blocks[b].piece - plan_.pieces.data())] = b;
+    std::atomic<std::size_t> next{0};
+    std::atomic<bool> ok{true};
+    const auto work = [&] {
+        for (std::size_t p = next++; p < plan_.pieces.size(); p = next++) {
+            const Piece& piece = plan_.pieces[p];
+            Run run(*this, at, candidates, sums, n, first[p]);
+            if (!run.run(piece, columns_[static_cast<std::size_t>(piece.log - logs_.data())])) ok = false;
+        }
+    };
+    std::vector<std::thread> others;
+    const std::size_t hands = std::min<std::size_t>(std::max(1U, std::thread::hardware_concurrency()), plan_.pieces.size());
+    for (std::size_t k = 1; k < hands; ++k) others.emplace_back(work);
+    work();
+    for (std::thread& t : others) t.join();
     for (BlockSum& s : sums)
         for (auto& g : s.gram) g.triangularView<Eigen::StrictlyUpper>() = g.transpose();
     return ok;

@@ -1,4 +1,4 @@
-// The tracer's prediction model of a dynamic log: the innovations form (E40) with effects (E50), linearised by hand.
+// The tracer's prediction model of a dynamic log: the innovations form with effects (E44), linearised by hand.
 #ifndef DQW_REF_TRACE_DYNAMIC_HPP
 #define DQW_REF_TRACE_DYNAMIC_HPP
 

@@ -1,4 +1,4 @@
-// The tracer's prediction model of a mechanical log: J dw/dt + B w + effects = T, in innovations form.
+// The tracer's prediction model of a mechanical log: J dw/dt + B w + effects = T, in innovations form (E44).
 #ifndef DQW_REF_TRACE_MECHANICAL_HPP
 #define DQW_REF_TRACE_MECHANICAL_HPP
 

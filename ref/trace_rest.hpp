@@ -6,7 +6,7 @@
 
 namespace dqw {
 
-/// Block RMS that the sensors' noise alone would leave, all axes together.
+/// (E46). Block RMS that the sensors' noise alone would leave, all axes together.
 /// Dynamic and mechanical: the single rows' residual in the upper half band, where slow structure is not, told apart into
 /// noise of the state's sensor (differenced) and of the input (white), with the speed sensor's own noise beside them.
 /// Settled: second differences of rows that follow one another.

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <map>
 
+#include "explain.hpp"
+
 namespace dqw {
 namespace {
 
@@ -68,6 +70,32 @@ Refined refine_gains(const TraceModel& model, const Point& start)
         if (r.ok && (!best.ok || r.left.seen > best.left.seen)) best = std::move(r);
     }
     return best;
+}
+
+double joint(const std::vector<double>& rms)
+{
+    double square = 0.0;
+    for (double r : rms) square += r * r / static_cast<double>(rms.size());
+    return std::sqrt(square);
+}
+
+/// More than chance, and enough to name it: 5 % of one axis' reported residual, or, where that grows on none, of the predictions'
+/// errors. What a log with a rest has many of are small gains that mean nothing.
+bool needed(const TraceModel& model, const Refined& without, const Refined& with, const SelectOptions& options)
+{
+    constexpr double kLeastPart = 0.05, kLeastNats = 0.05, kSame = 1.01;
+    const Better gain = better(model, without.left, with.left);
+    if (!confirmed(model, gain)) return false;
+    const std::vector<double> a = options.reported_rms(without.point), b = options.reported_rms(with.point);
+    bool grows = false;
+    for (std::size_t c = 0; c < a.size(); ++c) {
+        if (b[c] < (1.0 - kLeastPart) * a[c]) return true;
+        grows = grows || b[c] > kSame * a[c];
+    }
+    double rows = 0.0;
+    for (std::size_t k = 0; k < without.left.rows.size(); ++k)
+        if (model.plan().blocks[k].heldout) rows += without.left.rows[k];
+    return !grows && gain.nats > kLeastNats * rows;
 }
 
 struct Screened {
@@ -143,7 +171,7 @@ std::vector<Tried> round(const TraceModel& model, const Refined& base, const std
         std::string key;
         for (const std::string& n : s.candidate->names()) key += n + " ";
         if (++times[key] > 1) continue;
-        if (alone && s.candidate->names().size() == 1) alone->push_back({s.candidate->names().front(), s.point});
+        if (alone && s.candidate->names().size() == 1 && s.candidate->inputs.front().law != Law::clipped_current) alone->push_back({s.candidate->names().front(), s.point});
         if (tried.size() >= kRefined) {
             if (alone) continue;
             break;
@@ -171,19 +199,19 @@ std::vector<std::string> Candidate::names() const
 namespace {
 
 /// Drops the effects at `gone` where the rest does without them.
-bool drop(const TraceModel& model, const std::vector<std::size_t>& gone, const std::vector<std::size_t>& others, Selection& s)
+bool drop(const TraceModel& model, const std::vector<std::size_t>& gone, const std::vector<std::size_t>& others, const SelectOptions& options, Selection& s)
 {
     Point less = s.best.point;
     for (std::size_t k : gone) less = without(less, s.found[k].name);
     Refined r = refine(model, less, kPasses);
     if (!r.ok) return false;
-    if (confirmed(model, better(model, r.left, s.best.left))) return false;
+    if (needed(model, r, s.best, options)) return false;
     // One of several that came together goes only where the others hold without it.
     if (!others.empty()) {
         Point none = less;
         for (std::size_t k : others) none = without(none, s.found[k].name);
         const Refined bare = refine(model, none, kPasses);
-        if (!bare.ok || !confirmed(model, better(model, bare.left, r.left))) return false;
+        if (!bare.ok || !needed(model, bare, r, options)) return false;
     }
     s.best = std::move(r);
     for (std::size_t n = gone.size(); n-- > 0;) {
@@ -194,7 +222,7 @@ bool drop(const TraceModel& model, const std::vector<std::size_t>& gone, const s
 }
 
 /// What a later effect has made superfluous goes: whole rounds first, then one of several that came together.
-void drop_superfluous(const TraceModel& model, Selection& s)
+void drop_superfluous(const TraceModel& model, const SelectOptions& options, Selection& s)
 {
     for (bool changed = true; changed && s.found.size() > 1;) {
         changed = false;
@@ -202,10 +230,10 @@ void drop_superfluous(const TraceModel& model, Selection& s)
             std::vector<std::size_t> together;
             for (std::size_t j = 0; j < s.found.size(); ++j)
                 if (s.found[j].round == s.found[k].round) together.push_back(j);
-            if (together.size() < s.found.size()) changed = drop(model, together, {}, s);
+            if (together.size() < s.found.size()) changed = drop(model, together, {}, options, s);
             if (changed || together.size() == 1) continue;
             together.erase(std::find(together.begin(), together.end(), k));
-            changed = drop(model, {k}, together, s);
+            changed = drop(model, {k}, together, options, s);
         }
     }
 }
@@ -214,17 +242,17 @@ void drop_superfluous(const TraceModel& model, Selection& s)
 
 void look_alikes(const TraceModel& model, const std::vector<Candidate>& candidates, const SelectOptions& options, Selection& s)
 {
-    const double rms = options.reported_rms(s.best.point);
+    const double rms = joint(options.reported_rms(s.best.point));
     for (Found& found : s.found) {
         const Refined base = refine(model, without(s.best.point, found.name), kPasses);
         if (!base.ok) continue;
         std::vector<Candidate> rivals;
         for (const Candidate& c : candidates)
-            if (c.names().size() == 1 && c.names().front() != found.name) rivals.push_back(c);
+            if (c.names().size() == 1 && c.names().front() != found.name && c.inputs.front().law != Law::clipped_current) rivals.push_back(c);
         for (const Tried& t : round(model, base, rivals, options, nullptr)) {
             if (!t.refined.ok || found.confusable_with.size() >= kMostAlike) continue;
             if (better(model, t.refined.left, s.best.left).t > kSeparateT) continue;
-            if (options.reported_rms(t.refined.point) > 1.1 * rms) continue;
+            if (joint(options.reported_rms(t.refined.point)) > 1.1 * rms) continue;
             if (options.veto && !options.veto(t.refined.point).empty()) continue;
             found.confusable_with.push_back(t.name);
         }
@@ -247,14 +275,20 @@ Selection select(const TraceModel& model, const Point& start, const std::vector<
                 s.vetoed.push_back({t.name, why});
                 continue;
             }
+            if (!needed(model, s.best, t.refined, options)) continue;
             taken = &t;
             break;
         }
         if (!taken) break;
+        if (const Term& last = taken->refined.point.terms.back(); last.input.law == Law::clipped_current) {
+            s.fault = "the residual is that of current sensors that stop at about " + figure(last.input.shape[0]) + " A";
+            s.best = s.plain, s.found.clear(), s.after.clear();
+            return s;
+        }
         s.best = taken->refined;
         for (const std::string& name : taken->candidate.names()) s.found.push_back({name, {}, n}), s.after.push_back(s.best.point);
     }
-    drop_superfluous(model, s);
+    drop_superfluous(model, options, s);
     return s;
 }
 

@@ -27,8 +27,8 @@ struct Tried {
 struct SelectOptions {
     /// Whether a point's parameters make physical sense; else the reason.
     std::function<std::string(const Point&)> veto;
-    /// RMS of the reported held-out residual of a point.
-    std::function<double(const Point&)> reported_rms;
+    /// RMS of the reported held-out residual of a point, of each channel.
+    std::function<std::vector<double>(const Point&)> reported_rms;
     std::function<void()> tick;
 };
 
@@ -41,6 +41,7 @@ struct Found {
 struct Selection {
     Refined plain, best;
     std::vector<Found> found;                                 ///< in the order found
+    std::string fault;                                        ///< of the record, found beside or instead of an effect; else empty
     std::vector<Point> after;                                 ///< the point after each of them
     std::vector<std::pair<std::string, Point>> alone;         ///< every candidate on the plain model: what each would explain alone
     std::vector<std::pair<std::string, std::string>> vetoed;  ///< name and reason

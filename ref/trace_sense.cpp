@@ -63,6 +63,11 @@ std::string sense_of(const TraceSetup& setup, const Point& at)
         const TraceInput in = input_of(setup, at, t);
         const std::vector<std::vector<double>> sd{std::vector<double>(in.weights.size(), 0.0)};
         const Effect* effect = find_effect(in.effect);
+        // A fault of the record is no effect, but its measure must make sense too.
+        if (!effect) {
+            if (!(in.weights[0] > 0.2 && in.weights[0] < 5.0)) return "no clipped sensor does that";
+            continue;
+        }
         for (const Estimate& e : physical({in}, sd, {0.0}, plain))
             for (const EffectParameter& p : effect->parameters)
                 if (e.name == p.name && !(e.value >= p.least && e.value <= p.most))

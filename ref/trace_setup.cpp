@@ -156,6 +156,26 @@ void temperature_candidates(const std::vector<Log>& logs, Catalogue& c, bool tur
             for (int m = n; m <= kTimes; ++m) c.add(state(Law::winding_temperature, n), state(Law::magnet_temperature, m));
 }
 
+/// Faults of the current sensors, tried beside the effects so that no effect is named for them.
+void clipped_candidates(TraceSetup& setup, bool angle)
+{
+    double most = 0.0;
+    for (std::size_t n = 0; n < setup.logs->size(); ++n) {
+        const Log& log = (*setup.logs)[n];
+        for (std::size_t k = 0; k < log.rows(); ++k) {
+            const double alpha = setup.columns[n].cos_e[k] * log.i_d_A[k] - setup.columns[n].sin_e[k] * log.i_q_A[k];
+            const double beta = setup.columns[n].sin_e[k] * log.i_d_A[k] + setup.columns[n].cos_e[k] * log.i_q_A[k];
+            most = std::max({most, std::abs(alpha), 0.5 * std::abs(alpha) + 0.5 * std::sqrt(3.0) * std::abs(beta)});
+        }
+    }
+    for (double part : {0.5, 0.7, 0.85})
+        for (double start : angle ? std::vector<double>{0.0} : std::vector<double>{0.0, 0.26, 0.52, 0.79}) {
+            Input in{Law::clipped_current, {part * most, start, 0, 0}};
+            in.free_angle = !angle;
+            setup.candidates.push_back({{in}});
+        }
+}
+
 void electrical_candidates(TraceSetup& setup, Catalogue& c)
 {
     const std::vector<Log>& logs = *setup.logs;
@@ -205,6 +225,7 @@ void electrical_candidates(TraceSetup& setup, Catalogue& c)
     if (no_flux.empty()) c.add({Law::saturation, {ib}}, {Law::cross_saturation, {ib}});
     temperature_candidates(logs, c, turns, i_d.size() + i_q.size() > 0.0);
     c.add_unless({Law::iron_loss}, first(no_turn, no_current));
+    if (no_sweep.empty() && setup.regime == Regime::dynamic && c.wanted(Law::clipped_current)) clipped_candidates(setup, angle);
     c.add_unless({Law::flux_harmonics, {6}}, first(no_turn, no_sweep));
     if (no_turn.empty() && no_sweep.empty()) c.add({Law::flux_harmonics, {6}}, {Law::flux_harmonics, {12}});
     c.add_unless({Law::current_offset}, no_sweep);
@@ -256,6 +277,27 @@ std::optional<double> stated_pole_pairs(const std::vector<Log>& logs)
     return p;
 }
 
+/// Electrical turns in a mechanical one, by the log's own angle; 0 where it does not say.
+double pole_pairs_of_angles(const std::vector<Log>& logs)
+{
+    constexpr double kMost = 200.0, kMostStep_rad = 2.0, kLeastTurned_rad = 6.0, kNear = 0.05;
+    double xy = 0.0, xx = 0.0, turned = 0.0;
+    for (const Log& log : logs) {
+        if (log.theta_e_rad.empty() || log.t_s.empty() || log.w_m_rad_s.empty()) return 0.0;
+        for (const Piece& piece : pieces_of(log, 2))
+            for (std::size_t k = piece.begin + 1; k < piece.end; ++k) {
+                const double electrical = std::remainder(log.theta_e_rad[k] - log.theta_e_rad[k - 1], 2.0 * M_PI);
+                const double shaft = 0.5 * (log.w_m_rad_s[k] + log.w_m_rad_s[k - 1]) * (log.t_s[k] - log.t_s[k - 1]);
+                // A step near half a turn may be one the other way.
+                if (std::abs(electrical) > kMostStep_rad) return 0.0;
+                xy += electrical * shaft, xx += shaft * shaft, turned += std::abs(electrical);
+            }
+    }
+    if (!(xx > 0.0) || turned < kLeastTurned_rad) return 0.0;
+    const double p = xy / xx, whole = std::round(p);
+    return whole >= 1.0 && whole <= kMost && std::abs(p - whole) < kNear * whole && std::abs(p - whole) < 0.3 ? whole : 0.0;
+}
+
 void find_pole_pairs(TraceSetup& setup)
 {
     const std::vector<Log>& logs = *setup.logs;
@@ -264,6 +306,11 @@ void find_pole_pairs(TraceSetup& setup)
         return;
     }
     if (range_of(logs, &Log::w_m_rad_s).size() == 0.0 || setup.regime == Regime::standstill) return;
+    if (const double turns = pole_pairs_of_angles(logs); turns > 0.0) {
+        setup.pole_pairs = turns;
+        setup.notes.push_back("pole pairs found: " + std::to_string(static_cast<int>(turns)) + ", from the electrical angle");
+        return;
+    }
     if (setup.regime == Regime::dynamic) {
         FitOptions options;
         options.parameters = {"pole_pairs"};
@@ -274,6 +321,7 @@ void find_pole_pairs(TraceSetup& setup)
                 return;
             }
     }
+    setup.pole_pairs_known = false;
     setup.notes.push_back("the pole pairs are not known: L and psi come out multiplied by them (say --pole-pairs)");
 }
 
@@ -410,7 +458,16 @@ TraceInput input_of(const TraceSetup& setup, const Point& at, const Term& term)
     case Law::direction_asymmetry:
     case Law::cogging_torque: in.shape = {s[0]}; break;
     case Law::winding_temperature:
-    case Law::magnet_temperature: in.shape = {kReferenceTemperature_C, term.input.heat > 0 ? kHeatTimes[term.input.heat - 1] * setup.span_s : 0.0}; break;
+    case Law::magnet_temperature:
+        in.shape = {kReferenceTemperature_C, term.input.heat > 0 ? kHeatTimes[term.input.heat - 1] * setup.span_s : 0.0};
+        // The heating state is 1 where this current flows for long.
+        if (term.input.heat > 0) {
+            in.shape.push_back(setup.i_base_A);
+            in.reach = 0.0;
+            for (const TraceColumns& c : setup.columns)
+                for (double h : c.heat[static_cast<std::size_t>(term.input.heat - 1)]) in.reach = std::max(in.reach, h);
+        }
+        break;
     case Law::iron_loss:
     case Law::current_offset:
     case Law::current_gain_mismatch: in.shape = {at.base[0], at.base[1], at.base[2]}; break;

@@ -16,6 +16,7 @@ struct TraceSetup {
     const std::vector<Log>* logs = nullptr;
     Regime regime = Regime::dynamic;
     double pole_pairs = 1.0;
+    bool pole_pairs_known = true;  ///< else 1 stands for them
     double i_base_A = 1.0, span_s = 0.0;
     std::vector<TraceColumns> columns;
     std::vector<std::vector<double>> torque, angle;

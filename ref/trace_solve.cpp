@@ -163,9 +163,9 @@ Better better(const TraceModel& model, const Left& a, const Left& b)
 
 bool confirmed(const TraceModel& model, const Better& gain)
 {
-    constexpr double kLeastT = 4.0, kSettledT = 1.5, kLeastNats = 10.0;
+    constexpr double kLeastT = 4.0, kUnevenT = 2.0, kSettledT = 1.5, kLeastNats = 10.0;
     if (gain.nats < kLeastNats) return false;
-    return gain.t >= kLeastT || (model.common_weight() && gain.t >= kSettledT && gain.nats_each >= kLeastNats);
+    return gain.t >= kLeastT || (gain.t >= (model.common_weight() ? kSettledT : kUnevenT) && gain.nats_each >= kLeastNats);
 }
 
 Refined refine(const TraceModel& model, const Point& start, int passes)

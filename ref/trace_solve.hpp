@@ -21,15 +21,15 @@ Left left_after(const TraceModel& model, const std::vector<BlockSum>& sums, cons
 /// A column that others span to 1e-9 does not move.
 Eigen::VectorXd linear_step(const TraceModel& model, const std::vector<BlockSum>& sums, const std::vector<Eigen::Index>& use, double damping);
 
-/// How much better `b` is than `a` on the held-out blocks.
+/// How much better `b` is than `a` on the held-out blocks, (E45).
 struct Better {
     double nats = 0.0;       ///< gain of log-likelihood
     double t = 0.0;          ///< of the blocks' log ratios, shrunk by their correlation
     double nats_each = 0.0;  ///< the gain if each block counted as one row: rows within a block may all be alike
 };
 Better better(const TraceModel& model, const Left& a, const Left& b);
-/// Whether that is more than chance: t above 4. Among settled points an effect may show in few blocks, strongly: there a large
-/// gain of the blocks together counts too.
+/// Whether that is more than chance: t above 4. An effect may show in few blocks, strongly: a gain that would be large if each
+/// block were one row needs 2, among settled points 1.5.
 bool confirmed(const TraceModel& model, const Better& gain);
 
 /// A point with all of its columns fitted to the rows seen.

@@ -28,6 +28,7 @@ Moment TraceStatic::moment(const Point& at, const Log& log, const TraceColumns& 
     m.cos_e = c.cos_e[k], m.sin_e = c.sin_e[k];
     m.v_end_d = at_row(log.v_d_V, k), m.v_end_q = at_row(log.v_q_V, k);
     m.change_d = -m.w_e * m.v_end_q, m.change_q = m.w_e * m.v_end_d;
+    m.settled = true;
     m.R = at.base[kR], m.Ld = at.base[kLd], m.Lq = at.base[kLq], m.psi = at.base[kPsi];
     return m;
 }
