@@ -140,7 +140,7 @@ Quantity quantity_like(const Quantity& like, const std::string& parameter, doubl
 std::string with_sd(const Quantity& q)
 {
     const std::string both = q.sd.empty() ? q.value : q.value + " ± " + q.sd;
-    if (q.unit.compare(0, 2, "10") == 0) return "(" + both + ")·" + q.unit;
+    if (q.unit.compare(0, 2, "10") == 0) return (q.sd.empty() ? both : "(" + both + ")") + "·" + q.unit;
     return q.unit.empty() ? both : both + " " + q.unit;
 }
 

@@ -61,10 +61,10 @@
   }
 
   function options(plot, label) {
-    const points = plot.kind === "points";
-    const labels = ["x"].concat(plot.series), colours = plot.series.map((s) => (points ? faint(s, 0.35) : colour(s)));
+    const points = plot.kind === "points", few = plot.rows.length < 300;
+    const labels = ["x"].concat(plot.series), colours = plot.series.map((s) => (points ? faint(s, few ? 0.7 : 0.35) : colour(s)));
     const series = {};
-    for (const s of plot.series) series[s] = points ? { drawPoints: true, pointSize: 1.7, strokeWidth: 0, highlightCircleSize: 3 } : { strokeWidth: s === "measured" ? 4 : 1.3 };
+    for (const s of plot.series) series[s] = points ? { drawPoints: true, pointSize: few ? 2.5 : 1.7, strokeWidth: 0, highlightCircleSize: 3 } : { strokeWidth: s === "measured" ? 4 : 1.3 };
     if (points)
       for (const s of plot.series) {
         labels.push(s + " mean");

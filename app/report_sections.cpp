@@ -30,7 +30,9 @@ std::string bar_row(const std::string& name, const std::string& css, double valu
 std::string percents(const TraceFit& fit)
 {
     std::string out;
-    for (const AxisResidual& a : fit.axes) out += fmt::format("{}{} {:.2g} %", out.empty() ? "" : ", ", a.axis, a.percent);
+    // An axis without voltage leaves nothing.
+    for (const AxisResidual& a : fit.axes)
+        if (a.percent > 0) out += fmt::format("{}{} {:.2g} %", out.empty() ? "" : ", ", a.axis, a.percent);
     return out;
 }
 

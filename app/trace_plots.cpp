@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "plot_axes.hpp"
 
@@ -39,11 +40,11 @@ void drop_after(Plot& plot, const TraceResult& trace)
     if (!plot.means.empty()) plot.means.pop_back();
 }
 
-/// Bins of a few rows show chance, not the mean.
+/// Bins of a few rows show chance, not the mean; the settled points of a short log are means themselves.
 Columns means_of(const Columns& columns)
 {
-    const std::size_t bins = std::clamp<std::size_t>(columns[0].size() / 16, 8, 48);
-    return bin_means(columns, bins, std::min<std::size_t>(4, 1 + columns[0].size() / (4 * bins)));
+    const std::size_t n = columns[0].size(), bins = n < 200 ? 40 : std::clamp<std::size_t>(n / 16, 8, 48);
+    return bin_means(columns, bins, std::min<std::size_t>(4, 1 + n / (4 * bins)));
 }
 
 Plot against(const PlotAxis& x, const TraceAxisBlocks& axis, const TraceResult& trace)
@@ -67,19 +68,27 @@ Plot against(const PlotAxis& x, const TraceAxisBlocks& axis, const TraceResult& 
     return plot;
 }
 
-double variance(const std::vector<double>& values)
-{
-    double sum = 0.0, squares = 0.0;
-    for (const double v : values) sum += v, squares += v * v;
-    const double n = static_cast<double>(std::max<std::size_t>(1, values.size()));
-    return squares / n - sum / n * (sum / n);
-}
-
-/// How much of the residual goes with x, as seen in bin means: less of it after than before, or all of it where nothing was found.
+/// How much of the residual goes with x: variance of the means of as many rows each, in order of x; less of it after than before, or
+/// all of it where nothing was found. A few rows far from the others count as the few that they are.
 double explained(const Columns& columns, bool effects_found)
 {
-    const Columns means = means_of(columns);
-    return variance(means[1]) - (effects_found ? variance(means[2]) : 0.0);
+    const std::size_t n = columns[0].size(), bins = std::clamp<std::size_t>(n / 16, 8, 48);
+    if (n < bins) return -HUGE_VAL;
+    std::vector<std::size_t> order(n);
+    std::iota(order.begin(), order.end(), 0);
+    std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return columns[0][a] < columns[0][b]; });
+    const auto variance_of_means = [&](const std::vector<double>& values) {
+        double sum = 0.0, squares = 0.0;
+        for (std::size_t bin = 0; bin < bins; ++bin) {
+            const std::size_t begin = bin * n / bins, end = (bin + 1) * n / bins;
+            double mean = 0.0;
+            for (std::size_t k = begin; k < end; ++k) mean += values[order[k]] / static_cast<double>(end - begin);
+            sum += mean, squares += mean * mean;
+        }
+        const double count = static_cast<double>(bins);
+        return squares / count - sum / count * (sum / count);
+    };
+    return variance_of_means(columns[1]) - (effects_found ? variance_of_means(columns[2]) : 0.0);
 }
 
 Columns measured_and_predicted(const std::vector<double>& x, const TraceAxisBlocks& axis, std::size_t begin, std::size_t end)
@@ -178,7 +187,8 @@ Plot key_plot(const TraceResult& trace)
     const TraceAxisBlocks* best_axis = nullptr;
     for (const PlotAxis& x : axes)
         for (const TraceAxisBlocks& axis : trace.blocks.axes) {
-            const double gain = explained(residuals(x.values, axis), !trace.effects.empty());
+            // All that changes goes with time; that alone shows no cause.
+            const double gain = (x.ordered ? 0.5 : 1.0) * explained(residuals(x.values, axis), !trace.effects.empty());
             if (gain > most) most = gain, best = &x, best_axis = &axis;
         }
     return best ? against(*best, *best_axis, trace) : Plot{};

@@ -23,6 +23,8 @@ std::string cell(const Estimate* e, const Quantity& like)
     return e->given ? with_sd(quantity_like(like, e->name, e->value, 0.0)) + " (given)" : with_sd(quantity_like(like, e->name, e->value, e->sd));
 }
 
+std::string change_text(double percent) { return std::fabs(percent) < 99.5 ? fmt::format("{:+.2g} %", percent) : fmt::format("{:+.0f} %", percent); }
+
 /// The prefix of the larger: a row of them compares.
 Quantity larger(const Estimate* a, const Estimate* b)
 {
@@ -48,8 +50,7 @@ Rows parameter_rows(const TraceFit& before, const TraceFit& after, bool effects_
         const Estimate *b = named(before.parameters, name), *a = named(after.parameters, name);
         const bool comparable = a && b && !a->given && a->value != 0 && std::isfinite(b->value);
         const Quantity like = larger(a, b);
-        rows.push_back(
-            {symbol(name), cell(b, like), cell(a, like), comparable ? fmt::format("{:+.2g} %", 100 * (a->value - b->value) / std::fabs(b->value)) : ""});
+        rows.push_back({symbol(name), cell(b, like), cell(a, like), comparable ? change_text(100 * (a->value - b->value) / std::fabs(b->value)) : ""});
     }
     return rows;
 }

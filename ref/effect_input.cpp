@@ -50,11 +50,11 @@ struct Phases {
     double a, b, c;
 };
 
-/// The moment seen with the angle that it lacks.
-Moment turned(const Input& input, const Moment& at)
+/// The moment seen with the angle that it lacks; `m` holds it where it differs.
+const Moment& turned(const Input& input, const Moment& at, Moment& m)
 {
     if (input.shape[1] == 0.0) return at;
-    Moment m = at;
+    m = at;
     const double c = std::cos(input.shape[1]), s = std::sin(input.shape[1]);
     m.cos_e = c * at.cos_e - s * at.sin_e, m.sin_e = s * at.cos_e + c * at.sin_e;
     m.past_alpha = c * at.past_alpha - s * at.past_beta, m.past_beta = s * at.past_alpha + c * at.past_beta;
@@ -64,7 +64,12 @@ Moment turned(const Input& input, const Moment& at)
 Phases phases_of(double alpha, double beta) { return {alpha, 0.5 * (kRoot3 * beta - alpha), -0.5 * (kRoot3 * beta + alpha)}; }
 Phases phases_of(const Moment& at) { return phases_of(at.cos_e * at.i_d - at.sin_e * at.i_q, at.sin_e * at.i_d + at.cos_e * at.i_q); }
 
-double log_cosh(double x) { return std::abs(x) + std::log1p(std::exp(-2.0 * std::abs(x))) - 0.6931471805599453; }
+/// To the last digit also where the exponential is left out.
+double log_cosh(double x)
+{
+    const double size = std::abs(x);
+    return size - 0.6931471805599453 + (size < 20.0 ? std::log1p(std::exp(-2.0 * size)) : 0.0);
+}
 
 /// tanh over a current that goes evenly from x to y: its mean, and the mean's slope by y.
 struct MeanTanh {
@@ -137,7 +142,8 @@ void evaluate(const Input& input, const Moment& at, Vector2 f[kMostWeights], Vec
     for (int j = 0; j < weights_of(input.law); ++j) f[j] = g[j] = {};
     switch (input.law) {
     case Law::dead_time: {
-        const Moment m = turned(input, at);
+        Moment seen;
+        const Moment& m = turned(input, at, seen);
         if (at.starts) break;
         const Phases p = phases_of(m);
         const double k = 1.0 / input.shape[0];
@@ -192,7 +198,8 @@ void evaluate(const Input& input, const Moment& at, Vector2 f[kMostWeights], Vec
     }
     case Law::voltage_offset: f[0].d = f[1].q = 1.0 / at.mean_of_held; break;
     case Law::clipped_current: {
-        const Moment m = turned(input, at);
+        Moment seen;
+        const Moment& m = turned(input, at, seen);
         const Phases p = phases_of(m);
         const double limit = input.shape[0];
         const Vector2 missing = of_phases(m, 3.0 * beyond(p.a, limit), 3.0 * beyond(p.b, limit), 3.0 * beyond(p.c, limit));
@@ -224,7 +231,8 @@ void evaluate_slope(const Input& input, const double weights[], const Moment& at
 {
     switch (input.law) {
     case Law::dead_time: {
-        const Moment m = turned(input, at);
+        Moment seen;
+        const Moment& m = turned(input, at, seen);
         const Phases p = phases_of(m);
         const double k = 1.0 / input.shape[0];
         const Phases x = phases_of(m.past_alpha, m.past_beta);
@@ -253,7 +261,8 @@ void evaluate_slope(const Input& input, const double weights[], const Moment& at
         break;
     }
     case Law::clipped_current: {
-        const Moment m = turned(input, at);
+        Moment seen;
+        const Moment& m = turned(input, at, seen);
         const Phases p = phases_of(m);
         const auto slope = [&](double i) { return std::abs(i) > input.shape[0] ? 3.0 * weights[0] : 0.0; };
         double out[4];

@@ -171,7 +171,8 @@ std::vector<Tried> round(const TraceModel& model, const Refined& base, const std
         std::string key;
         for (const std::string& n : s.candidate->names()) key += n + " ";
         if (++times[key] > 1) continue;
-        if (alone && s.candidate->names().size() == 1 && s.candidate->inputs.front().law != Law::clipped_current) alone->push_back({s.candidate->names().front(), s.point});
+        if (alone && s.candidate->names().size() == 1 && s.candidate->inputs.front().law != Law::clipped_current)
+            alone->push_back({s.candidate->names().front(), s.point});
         if (tried.size() >= kRefined) {
             if (alone) continue;
             break;

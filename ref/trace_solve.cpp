@@ -178,7 +178,10 @@ Refined refine(const TraceModel& model, const Point& start, int passes)
     std::vector<Eigen::Index> use;
     for (Eigen::Index j = 0; j < start.columns(); ++j) use.push_back(j);
     const Eigen::Index first_gain = start.base.size(), first_weight = first_gain + start.gain.size();
+    // Of the ten nats that confirm an effect.
+    constexpr double kSettled = 0.2;
     double damping = 1e-9;
+    int failed = 0;
     for (int pass = 1; pass < passes; ++pass) {
         const Eigen::VectorXd old = best.point.values();
         Eigen::VectorXd next = old + linear_step(model, best.sums, use, damping);
@@ -207,9 +210,10 @@ Refined refine(const TraceModel& model, const Point& start, int passes)
             const double gained = trial.left.seen - best.left.seen;
             best = std::move(trial);
             damping = std::max(damping * 0.1, 1e-9);
-            if (gained < 0.02) break;
+            failed = 0;
+            if (gained < kSettled) break;
         } else {
-            if (trial.ok && best.left.seen - trial.left.seen < 1e-3) break;
+            if ((trial.ok && best.left.seen - trial.left.seen < kSettled) || ++failed == 4) break;
             damping = std::max(damping * 30.0, 1e-4);
             if (damping > 1e3) break;
         }

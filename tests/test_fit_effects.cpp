@@ -54,12 +54,12 @@ void dead_time_does_not_stay_in_R()
     TEST_ASSERT_EQUAL_size_t(0, f.result.not_identifiable.size());
     TEST_ASSERT_EQUAL_size_t(1, f.effects.size());
     TEST_ASSERT_EQUAL_STRING("dead_time", f.effects[0].name.c_str());
-    // Measured: 4.052 V, 0.8905 ohm (1.69 without the effect), 2.205 mH, 2.807 mH, 0.1200 Wb; 0.190 V left (1.34 without).
-    TEST_ASSERT_DOUBLE_WITHIN(0.08, 4.0, value(f.effects[0].parameters, "voltage_V"));
-    TEST_ASSERT_DOUBLE_WITHIN(0.05, 0.15, value(f.effects[0].parameters, "width_A"));
-    TEST_ASSERT_DOUBLE_WITHIN(0.018, 0.9, value(f.result.parameters, "R_ohm"));
-    TEST_ASSERT_DOUBLE_WITHIN(0.01 * 2.2e-3, 2.2e-3, value(f.result.parameters, "Ld_H"));
-    TEST_ASSERT_DOUBLE_WITHIN(0.01 * 2.8e-3, 2.8e-3, value(f.result.parameters, "Lq_H"));
+    // Measured: 3.993 V, 0.157 A, 0.9016 ohm (1.69 without the effect), 2.203 mH, 2.805 mH, 0.1200 Wb; 0.186 V left (1.34 without).
+    TEST_ASSERT_DOUBLE_WITHIN(0.04, 4.0, value(f.effects[0].parameters, "voltage_V"));
+    TEST_ASSERT_DOUBLE_WITHIN(0.02, 0.15, value(f.effects[0].parameters, "width_A"));
+    TEST_ASSERT_DOUBLE_WITHIN(0.009, 0.9, value(f.result.parameters, "R_ohm"));
+    TEST_ASSERT_DOUBLE_WITHIN(0.005 * 2.2e-3, 2.2e-3, value(f.result.parameters, "Ld_H"));
+    TEST_ASSERT_DOUBLE_WITHIN(0.005 * 2.8e-3, 2.8e-3, value(f.result.parameters, "Lq_H"));
     TEST_ASSERT_DOUBLE_WITHIN(0.001 * 0.12, 0.12, value(f.result.parameters, "psi_Wb"));
     TEST_ASSERT_EQUAL_DOUBLE(4.0, value(f.result.parameters, "pole_pairs"));
     TEST_ASSERT_DOUBLE_WITHIN(0.02, 0.19, f.result.residual_rms);
@@ -115,6 +115,27 @@ void several_effects_are_told_apart()
     TEST_ASSERT_DOUBLE_WITHIN(2e-5, 2e-3, value(f.result.parameters, "J_kgm2"));
 }
 
+/// 2 V too much on d, and 3 V in a stretch that a trace would hold out: a twentieth of the rows.
+void all_rows_count()
+{
+    const command::Machine machine;
+    Log log;
+    log.path = "two_offsets.csv";
+    log.dt_s = machine.dt_s;
+    std::mt19937_64 random(5);
+    std::normal_distribution<double> noise(0.0, 0.1);
+    for (std::size_t k = 0; k < 4000; ++k) {
+        const command::Machine::Row r = machine.row(k);
+        log.t_s.push_back(static_cast<double>(k) * machine.dt_s), log.w_m_rad_s.push_back(r.w_m_rad_s);
+        log.i_d_A.push_back(r.i_d_A), log.i_q_A.push_back(r.i_q_A);
+        log.v_d_V.push_back(r.v_d_V + (k >= 200 && k < 400 ? 3 : 2) + noise(random)), log.v_q_V.push_back(r.v_q_V + noise(random));
+    }
+    log.machine.pole_pairs = machine.p;
+    const EffectFit f = dqw::fit_effects({log}, {"voltage_offset"}, {});
+    TEST_ASSERT_EQUAL_size_t(1, f.effects.size());
+    TEST_ASSERT_DOUBLE_WITHIN(0.02, 2.05, value(f.effects[0].parameters, "v_d_V"));
+}
+
 void what_the_log_does_not_tell_has_no_value()
 {
     if (slow_kind()) TEST_IGNORE_MESSAGE("takes long under the sanitizers");
@@ -128,8 +149,9 @@ void what_the_log_does_not_tell_has_no_value()
     TEST_ASSERT_DOUBLE_WITHIN(0.01, 0.9, value(f.result.parameters, "R_ohm"));
 }
 
-/// i_d held at zero by the voltage, noise on both sensors, 0.5 V too much on q: noise looks like excitation, and says nothing of L_d.
-void noise_is_no_excitation()
+/// i_d held at zero by the voltage, its sensor noisy and drifting, 0.5 V too much on q: drift looks like excitation, and says
+/// nothing of L_d. Where the gains let it into the state, L_d reads 2.0 +- 0.14 mH.
+void drift_is_no_excitation()
 {
     if (slow_kind()) TEST_IGNORE_MESSAGE("takes long under the sanitizers");
     constexpr double kR_ohm = 0.5, kLq_H = 1.4e-3, kPsi_Wb = 0.02, kPairs = 4, kPeriod_s = 1e-4;
@@ -139,13 +161,14 @@ void noise_is_no_excitation()
     std::mt19937_64 random(3);
     std::normal_distribution<double> noise(0.0, 0.05);
     std::uniform_real_distribution<double> draw(-3.0, 3.0);
-    double i_q = 0.0, add = 0.0;
+    double i_q = 0.0, add = 0.0, drift = 0.0;
     for (std::size_t k = 0; k < 10000; ++k) {
+        drift = 0.99 * drift + 0.2 * noise(random);
         const double t = kPeriod_s * static_cast<double>(k), w_m = 10 + 5 * std::sin(6 * t), w = kPairs * w_m;
         if (k % 50 == 0) add = draw(random);
         const double decay = std::exp(-kR_ohm / kLq_H * kPeriod_s), next = i_q * decay + (1 - decay) / kR_ohm * add;
         log.t_s.push_back(t), log.w_m_rad_s.push_back(w_m);
-        log.i_d_A.push_back(noise(random)), log.i_q_A.push_back(i_q + noise(random));
+        log.i_d_A.push_back(drift + 0.2 * noise(random)), log.i_q_A.push_back(i_q + noise(random));
         log.v_d_V.push_back(-w * kLq_H * 0.5 * (i_q + next)), log.v_q_V.push_back(add + w * kPsi_Wb + 0.5);
         i_q = next;
     }
@@ -215,7 +238,7 @@ void effects_of_another_regime_are_refused()
 
 void the_command_line_takes_what_a_trace_found()
 {
-    // A constant 2 V on d and -3 V on q, known before the fit saw it; 2.004 V, as the machine's voltage turns within a period.
+    // A constant 2 V on d and -3 V on q, known before the fit saw it; 2.003 V, as the machine's voltage turns within a period.
     const command::Folder folder;
     const command::Machine machine;
     std::string text = "t_s,v_d_V,v_q_V,i_d_A,i_q_A,w_m_rad_s\n";
@@ -246,8 +269,9 @@ int main()
     RUN_TEST(dead_time_does_not_stay_in_R);
     RUN_TEST(each_effect_reads_as_simulated);
     RUN_TEST(several_effects_are_told_apart);
+    RUN_TEST(all_rows_count);
     RUN_TEST(what_the_log_does_not_tell_has_no_value);
-    RUN_TEST(noise_is_no_excitation);
+    RUN_TEST(drift_is_no_excitation);
     RUN_TEST(heating_state_names_its_current);
     RUN_TEST(untestable_effects_are_refused);
     RUN_TEST(effects_of_another_regime_are_refused);
