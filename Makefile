@@ -95,18 +95,19 @@ lint:
 	@.ci/install build tools
 	@.ci/lint
 
-## measured     fit every measured log of DATA (default ../shared/data) and write docs/measured.md
+## measured     fit and trace every measured log of DATA (default ../shared/data), and write docs/measured.md and docs/pictures
 .PHONY: measured
 measured:
 	@.ci/install build
-	@$(MAKE) --no-print-directory $(BUILD)/measured
-	@$(BUILD)/measured $(DATA) docs/measured.md
+	@$(MAKE) --no-print-directory $(BUILD)/bench/measured
+	@$(BUILD)/bench/measured $(DATA) docs/measured.md $(BUILD)/bench/reports
+	@bench/pictures.sh $(BUILD)/bench/reports docs/pictures
 
-## bench        regressor forms compared; speed of the fit, of the simulator, and of gym-electric-motor from PyPI
+## bench        regressor forms compared; speed of fit, trace and simulator; gym-electric-motor and PySINDy from PyPI beside them
 .PHONY: bench
 bench:
 	@.ci/install build
-	@$(MAKE) --no-print-directory all $(BUILD)/bench/sim_speed $(BUILD)/bench/regressors
+	@$(MAKE) --no-print-directory all $(BUILD)/bench/sim_speed $(BUILD)/bench/regressors $(BUILD)/bench/usage
 	@BUILD=$(BUILD) bench/run
 
 ## blind        trace 320 simulated logs whose effects a seed draws, and print the confusion table
@@ -175,9 +176,9 @@ $(BUILD)/tests/test_blind: $(BUILD)/tests/test_blind.o $(BUILD)/tests/unity.o $(
 $(BUILD)/bench/blind: $(BUILD)/bench/blind_main.o $(BLIND_O) $(ARCHIVES)
 $(BUILD)/tests/test_blind $(BUILD)/bench/blind:
 	$(CXX) $(SANFLAGS) $^ $(SUNLIBS) $(CERESLIBS) -lm -o $@
-$(BUILD)/measured: bench/measured.cpp $(ARCHIVES)
-	$(CXX) $(CXX17) $(WARN) $(CXXINC) $(CXXFLAGS) $^ $(SUNLIBS) $(CERESLIBS) -lm -o $@
-$(BUILD)/bench/sim_speed $(BUILD)/bench/regressors: %: %.o $(BUILD)/libsim.a $(BUILD)/libdqw.a
+$(BUILD)/bench/measured: $(patsubst %.cpp,$(BUILD)/%.o,$(wildcard bench/measured*.cpp)) $(ARCHIVES)
+	$(CXX) $(SANFLAGS) $^ $(SUNLIBS) $(CERESLIBS) -lm -o $@
+$(BUILD)/bench/sim_speed $(BUILD)/bench/regressors $(BUILD)/bench/usage: %: %.o $(BUILD)/libsim.a $(BUILD)/libdqw.a
 	$(CC) $^ $(SUNLIBS) -lm -o $@
 
 .SECONDARY:

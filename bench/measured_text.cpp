@@ -62,21 +62,21 @@ std::string document(const std::vector<Entry>& entries, const std::vector<std::s
     std::string out = "<!-- make measured -->\n# Measured logs\n\n`make measured` fits every log of `DATA` by the plain model, traces what that lacks, and "
                       "writes this page. Each estimate is\n"
                       "followed by its standard deviation; a dash stands for what the log cannot tell. A residual is in volts (Nm) and in per cent of\n"
-                      "the RMS of that axis' voltage (of the torque), over the blocks that DESIGN.md defines.\n\n# Fitted: the plain model, all rows\n";
+                      "the RMS of that axis' voltage (of the torque), over the blocks that DESIGN.md defines.\n\n## Fitted: the plain model, all rows\n";
     for (const bool mechanical : {false, true}) {
         std::string rows;
         for (const Entry& e : entries)
             if (e.problems.empty() && (e.result.regime == dqw::Regime::mechanical) == mechanical) rows += fit_row(e);
         if (rows.empty()) continue;
-        out += mechanical ? "\n## Mechanical\n\n| log | regime | rows | J | B | K_t | residual |\n| --- | --- | --: | --: | --: | --: | --: |\n"
-                          : "\n## Electrical\n\n| log | regime | rows | R | L_d | L_q | ψ | pole pairs | residual | v_d | v_q |\n"
+        out += mechanical ? "\n### Mechanical\n\n| log | regime | rows | J | B | K_t | residual |\n| --- | --- | --: | --: | --: | --: | --: |\n"
+                          : "\n### Electrical\n\n| log | regime | rows | R | L_d | L_q | ψ | pole pairs | residual | v_d | v_q |\n"
                             "| --- | --- | --: | --: | --: | --: | --: | --: | --: | --: | --: |\n";
         out += rows;
     }
-    out += traced_tables(entries) + "\n# Each log\n";
+    out += traced_tables(entries) + "\n## Each log\n";
     for (const Entry& e : entries) {
         const std::string& machine = e.logs.front().machine.name;
-        out += fmt::format("\n## {}\n\n- Machine: {}\n", e.name, machine.empty() ? "not stated" : machine);
+        out += fmt::format("\n### {}\n\n- Machine: {}\n", e.name, machine.empty() ? "not stated" : machine);
         for (const auto& source : e.sources) out += "- Source: " + source + "\n";
         out += traced_lines(e);
         for (const auto& n : e.result.not_identifiable)
@@ -84,7 +84,7 @@ std::string document(const std::vector<Entry>& entries, const std::vector<std::s
         for (const auto& note : e.result.notes) out += "- Note: " + note + "\n";
         for (const auto& problem : e.problems) out += "- **Not done**: " + problem + "\n";
     }
-    if (!unread.empty()) out += "\n# Not read\n\n";
+    if (!unread.empty()) out += "\n## Not read\n\n";
     for (const auto& line : unread) out += "- " + line + "\n";
     return out;
 }

@@ -89,7 +89,7 @@ dqw::TraceReport traced(const std::vector<dqw::Log>& logs)
 
 std::string traced_tables(const std::vector<Entry>& entries)
 {
-    std::string out = "\n# Traced: before and after, on rows that no fit saw\n\nThe tracer is told nothing but the log and the pole pairs. Before: the plain "
+    std::string out = "\n## Traced: before and after, on rows that no fit saw\n\nThe tracer is told nothing but the log and the pole pairs. Before: the plain "
                       "model; after: with the effects found. Learners: the\nsame for the float learners of `lib/`. Noise floor: what the log's own noise would "
                       "leave.\n";
     for (const bool wanted : {false, true}) {
@@ -99,8 +99,8 @@ std::string traced_tables(const std::vector<Entry>& entries)
         if (residuals.empty()) continue;
         out +=
             wanted
-                ? "\n## Mechanical\n\n| log | verdict | effects | residual | torque | noise floor | learners |\n| --- | --- | --- | --: | --: | --: | --: |\n"
-                : "\n## Electrical\n\n| log | verdict | effects | residual | v_d | v_q | noise floor | learners |\n"
+                ? "\n### Mechanical\n\n| log | verdict | effects | residual | torque | noise floor | learners |\n| --- | --- | --- | --: | --: | --: | --: |\n"
+                : "\n### Electrical\n\n| log | verdict | effects | residual | v_d | v_q | noise floor | learners |\n"
                   "| --- | --- | --- | --: | --: | --: | --: | --: |\n";
         out += residuals;
         out += wanted ? "\n| log | J | B |\n| --- | --: | --: |\n" : "\n| log | R | L_d | L_q | ψ |\n| --- | --: | --: | --: | --: |\n";

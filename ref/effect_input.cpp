@@ -28,9 +28,9 @@ constexpr LawInfo kLaws[] = {
     {"skin_effect", 1, 0},
     {"phase_resistance_imbalance", 2, 0},
     {"voltage_offset", 2, 0},
-    {"coulomb_friction", 1, 0},
-    {"direction_asymmetry", 1, 0},
-    {"stribeck_friction", 1, 0},
+    {"coulomb_friction", 1, 1},
+    {"direction_asymmetry", 1, 1},
+    {"stribeck_friction", 1, 2},
     {"cogging_torque", 2, 0},
     {"load_torque", 1, 0},
     {"clipped_current", 1, 1},
@@ -58,6 +58,7 @@ const Moment& turned(const Input& input, const Moment& at, Moment& m)
     const double c = std::cos(input.shape[1]), s = std::sin(input.shape[1]);
     m.cos_e = c * at.cos_e - s * at.sin_e, m.sin_e = s * at.cos_e + c * at.sin_e;
     m.past_alpha = c * at.past_alpha - s * at.past_beta, m.past_beta = s * at.past_alpha + c * at.past_beta;
+    m.bow_alpha = c * at.bow_alpha - s * at.bow_beta, m.bow_beta = s * at.bow_alpha + c * at.bow_beta;
     return m;
 }
 
@@ -71,19 +72,32 @@ double log_cosh(double x)
     return size - 0.6931471805599453 + (size < 20.0 ? std::log1p(std::exp(-2.0 * size)) : 0.0);
 }
 
-/// tanh over a current that goes evenly from x to y: its mean, and the mean's slope by y.
+/// Mean of tanh over a current that goes evenly from x to y, and its slopes by both.
 struct MeanTanh {
-    double mean, slope;
+    double mean, by_x, by_y;
     MeanTanh(double x, double y)
     {
-        const double t = fast_tanh(y), step = y - x;
+        const double step = y - x;
         if (std::abs(step) < 1e-3) {
-            mean = t - 0.5 * step * (1.0 - t * t), slope = 0.5 * (1.0 - t * t);
+            const double t = fast_tanh(0.5 * (x + y));
+            mean = t, by_x = by_y = 0.5 * (1.0 - t * t);
         } else {
-            mean = (log_cosh(y) - log_cosh(x)) / step, slope = (t - mean) / step;
+            mean = (log_cosh(y) - log_cosh(x)) / step, by_x = (mean - fast_tanh(x)) / step, by_y = (fast_tanh(y) - mean) / step;
         }
     }
 };
+
+/// The same over a bow: two lines, by a point off the middle.
+MeanTanh bowed(double x, double bow, double y)
+{
+    const double middle = 0.5 * (x + y) + bow;
+    const MeanTanh first(x, middle), second(middle, y);
+    const double by_middle = 0.5 * (first.by_y + second.by_x);
+    MeanTanh both = first;
+    both.mean = 0.5 * (first.mean + second.mean);
+    both.by_x = 0.5 * (first.by_x + by_middle), both.by_y = 0.5 * (second.by_y + by_middle);
+    return both;
+}
 
 Vector2 to_dq(const Moment& at, double alpha, double beta) { return {at.cos_e * alpha + at.sin_e * beta, at.cos_e * beta - at.sin_e * alpha}; }
 
@@ -148,9 +162,9 @@ void evaluate(const Input& input, const Moment& at, Vector2 f[kMostWeights], Vec
         const Phases p = phases_of(m);
         const double k = 1.0 / input.shape[0];
         if (at.ends) {
-            const Phases x = phases_of(m.past_alpha, m.past_beta);
-            const auto twice = [&](double from, double to) { return 2.0 * MeanTanh(k * from, k * to).mean; };
-            f[0] = of_phases(m, twice(x.a, p.a), twice(x.b, p.b), twice(x.c, p.c));
+            const Phases x = phases_of(m.past_alpha, m.past_beta), bow = phases_of(m.bow_alpha, m.bow_beta);
+            const auto twice = [&](double from, double by, double to) { return 2.0 * bowed(k * from, k * by, k * to).mean; };
+            f[0] = of_phases(m, twice(x.a, bow.a, p.a), twice(x.b, bow.b, p.b), twice(x.c, bow.c, p.c));
         } else {
             f[0] = of_phases(m, fast_tanh(k * p.a), fast_tanh(k * p.b), fast_tanh(k * p.c));
         }
@@ -158,7 +172,7 @@ void evaluate(const Input& input, const Moment& at, Vector2 f[kMostWeights], Vec
     }
     case Law::saturation: saturation(input, at, g); break;
     case Law::cross_saturation: cross_saturation(input, at, g); break;
-    case Law::winding_temperature: f[0] = {at.heat_K * at.i_d, at.heat_K * at.i_q}; break;
+    case Law::winding_temperature: f[0] = {at.heat_K * (at.i_d + at.bow_d), at.heat_K * at.i_q}; break;
     case Law::magnet_temperature: g[0].d = at.heat_K; break;
     case Law::iron_loss:
         g[0] = {-at.Ld * (at.v_end_d - at.R * at.i_d), -at.Lq * (at.v_end_q - at.R * at.i_q)};
@@ -189,9 +203,10 @@ void evaluate(const Input& input, const Moment& at, Vector2 f[kMostWeights], Vec
     }
     case Law::angle_offset: g[0] = {(at.Lq - at.Ld) * at.i_q, (at.Lq - at.Ld) * at.i_d - at.psi}; break;
     case Law::delay: f[0] = {at.change_d, at.change_q}; break;
-    case Law::skin_effect: f[0] = {at.w_e * at.w_e * at.i_d, at.w_e * at.w_e * at.i_q}; break;
+    case Law::skin_effect: f[0] = {at.w_e * at.w_e * (at.i_d + at.bow_d), at.w_e * at.w_e * at.i_q}; break;
     case Law::phase_resistance_imbalance: {
-        const Phases p = phases_of(at);
+        const double i_d = at.i_d + at.bow_d;
+        const Phases p = phases_of(at.cos_e * i_d - at.sin_e * at.i_q, at.sin_e * i_d + at.cos_e * at.i_q);
         f[0] = of_phases(at, p.a, 0.0, 0.0);
         f[1] = of_phases(at, 0.0, p.b, 0.0);
         break;
@@ -235,14 +250,14 @@ void evaluate_slope(const Input& input, const double weights[], const Moment& at
         const Moment& m = turned(input, at, seen);
         const Phases p = phases_of(m);
         const double k = 1.0 / input.shape[0];
-        const Phases x = phases_of(m.past_alpha, m.past_beta);
-        const auto slope = [&](double from, double to) {
-            if (at.ends) return 2.0 * weights[0] * k * MeanTanh(k * from, k * to).slope;
+        const Phases x = phases_of(m.past_alpha, m.past_beta), bow = phases_of(m.bow_alpha, m.bow_beta);
+        const auto slope = [&](double from, double by, double to) {
+            if (at.ends) return 2.0 * weights[0] * k * bowed(k * from, k * by, k * to).by_y;
             const double t = fast_tanh(k * to);
             return weights[0] * k * (1.0 - t * t);
         };
         double out[4];
-        phase_slopes(m, slope(x.a, p.a), slope(x.b, p.b), slope(x.c, p.c), out);
+        phase_slopes(m, slope(x.a, bow.a, p.a), slope(x.b, bow.b, p.b), slope(x.c, bow.c, p.c), out);
         for (int j = 0; j < 4; ++j) f_slope[j] += out[j];
         break;
     }

@@ -59,6 +59,8 @@ struct Moment {
     /// Of a sampling period: what jumps within one is taken as its mean there, at its end, and counts nothing at its start.
     bool starts = false, ends = false;
     double past_alpha = 0, past_beta = 0;  ///< stationary currents at its start, for its end
+    double bow_alpha = 0, bow_beta = 0;    ///< how far its current lies, half-way, from the line between its ends
+    double bow_d = 0;                      ///< the same on average, in the rotor's frame: the magnet turns while the voltage is held
     double mean_of_held = 1.0;             ///< what a constant rotor-frame f keeps of itself as a mean over it
 };
 

@@ -46,17 +46,27 @@ Response response(double a, double b, double w_dt, double dt)
     return r;
 }
 
+/// Resistance over inductance of each axis; `skin` w_e^2 more of the resistance.
+struct Rates {
+    double R, Ld, Lq, skin;
+    Response at(double w_dt, double dt) const
+    {
+        const double w = dt > 0.0 ? w_dt / dt : 0.0, r = R + skin * w * w;
+        return response(r / Ld, r / Lq, w_dt, dt);
+    }
+};
+
 /// response() over the speed, tabulated: smooth in it, so a cubic between 256 nodes is exact to 1e-9.
 class ResponseTable {
 public:
-    ResponseTable(double a, double b, double w_max, double dt) : a_(a), b_(b), dt_(dt), step_(2.0 * std::max(w_max * dt, 1e-9) / (kNodes - 3))
+    ResponseTable(const Rates& rates, double w_max, double dt) : rates_(rates), dt_(dt), step_(2.0 * std::max(w_max * dt, 1e-9) / (kNodes - 3))
     {
         if (!(dt > 0.0)) return;
-        for (int n = 0; n < kNodes; ++n) nodes_[static_cast<std::size_t>(n)] = response(a, b, (n - 0.5 * (kNodes - 1)) * step_, dt);
+        for (int n = 0; n < kNodes; ++n) nodes_[static_cast<std::size_t>(n)] = rates.at((n - 0.5 * (kNodes - 1)) * step_, dt);
     }
     Response at(double w_dt, double dt) const
     {
-        if (!(dt_ > 0.0)) return response(a_, b_, w_dt, dt);
+        if (!(dt_ > 0.0)) return rates_.at(w_dt, dt);
         const double place = w_dt / step_ + 0.5 * (kNodes - 1);
         const int n = std::clamp(static_cast<int>(place), 1, kNodes - 3);
         const double u = place - n;
@@ -69,7 +79,8 @@ public:
 
 private:
     static constexpr int kNodes = 256;
-    double a_, b_, dt_, step_;
+    Rates rates_;
+    double dt_, step_;
     std::array<Response, kNodes> nodes_;
 };
 
@@ -211,12 +222,18 @@ struct TraceDynamic::Run {
     {
         m0.starts = m1.ends = true;
         m0.mean_of_held = m1.mean_of_held = hold.sinc * hold.to_end.dd;
+        // Voltage held, magnet turning: the current bows by the flux' (w_e T)^2/8 over L_d, two thirds of it on average.
+        const double c = hold.to_end.dd, s = hold.to_end.qd, bow = -0.5 * s * s * m0.psi / m0.Ld;
+        m0.bow_d = m1.bow_d = 2.0 / 3.0 * bow;
+        m1.bow_alpha = bow * (c * m0.cos_e - s * m0.sin_e), m1.bow_beta = bow * (s * m0.cos_e + c * m0.sin_e);
         m1.past_alpha = m0.cos_e * m0.i_d - m0.sin_e * m0.i_q, m1.past_beta = m0.sin_e * m0.i_d + m0.cos_e * m0.i_q;
     }
 
-    void sum_terms(const TraceColumns& c, std::size_t k, Moment& m, Vector2& f, Vector2& g) const
+    /// `responded`: without what the response holds already.
+    void sum_terms(const TraceColumns& c, std::size_t k, Moment& m, bool responded, Vector2& f, Vector2& g) const
     {
         for (const Term& t : at.terms) {
+            if (responded && t.input.law == Law::skin_effect) continue;
             m.heat_K = heat_at(c, t.input, k);
             evaluate_sum(t.input, t.weights.data(), m, f, g);
         }
@@ -273,8 +290,8 @@ struct TraceDynamic::Run {
         Moment m1 = moment(piece, c, k + 1, {log.i_d_A[k + 1], log.i_q_A[k + 1]}, hold.end, hold.change);
         pair(hold, m0, m1);
         Vector2 f0, g0, f1, g1;
-        sum_terms(c, k, m0, f0, g0);
-        sum_terms(c, k + 1, m1, f1, g1);
+        sum_terms(c, k, m0, false, f0, g0);
+        sum_terms(c, k + 1, m1, false, f1, g1);
         v_end = hold.end;
         const Vector2 a = hold.to_start * Vector2{0.5 * f0.d - g0.d / dt, 0.5 * f0.q - g0.q / dt};
         const Vector2 b = hold.to_end * Vector2{0.5 * f1.d + g1.d / dt, 0.5 * f1.q + g1.q / dt};
@@ -286,7 +303,11 @@ struct TraceDynamic::Run {
         const Log& log = *piece.log;
         const double R = at.base[kR], Ld = at.base[kLd], Lq = at.base[kLq], psi = at.base[kPsi];
         const double g_d = std::clamp(at.gain[0], 0.0, 1.0), g_q = std::clamp(at.gain[1], 0.0, 1.0);
-        const ResponseTable table(R / Ld, R / Lq, model.w_max_rad_s_, piece.dt_s);
+        // A resistance that grows with the speed is stiff where it is large: it belongs into the response.
+        double skin = 0.0;
+        for (const Term& t : at.terms)
+            if (t.input.law == Law::skin_effect) skin += t.weights[0];
+        const ResponseTable table({R, Ld, Lq, skin}, model.w_max_rad_s_, piece.dt_s);
         std::fill(s_d.begin(), s_d.end(), 0.0), std::fill(s_q.begin(), s_q.end(), 0.0);
         const std::size_t gain_lane = kBase;
         Vector2 i{log.i_d_A[piece.begin], log.i_q_A[piece.begin]}, v_end{log.v_d_V[piece.begin], log.v_q_V[piece.begin]};
@@ -311,7 +332,7 @@ struct TraceDynamic::Run {
             if (with_terms) {
                 Vector2 f0, g0;
                 double fs[4] = {}, gs[4] = {};
-                sum_terms(c, k, m0, f0, g0);
+                sum_terms(c, k, m0, true, f0, g0);
                 slopes(m0, fs, gs);
                 const Matrix2 Q = Bs * to_start;
                 const Vector2 given = Q * Vector2{g0.d / dt - 0.5 * f0.d, g0.q / dt - 0.5 * f0.q};
@@ -323,7 +344,7 @@ struct TraceDynamic::Run {
                     m1 = moment(piece, c, k + 1, next, end_v, change);
                     pair(hold, m0, m1);
                     Vector2 f1, g1;
-                    sum_terms(c, k + 1, m1, f1, g1);
+                    sum_terms(c, k + 1, m1, true, f1, g1);
                     double fe[4] = {}, ge[4] = {};
                     slopes(m1, fe, ge);
                     const Vector2 taken = P * Vector2{0.5 * f1.d + g1.d / dt, 0.5 * f1.q + g1.q / dt};
@@ -415,7 +436,10 @@ bool TraceDynamic::pass(const Point& at, const std::vector<Input>& candidates, s
         for (auto& g : s.gram) g.setZero(n + 1, n + 1);
     }
     const double l_min = std::min(at.base[kLd], at.base[kLq]);
-    if (!at.values().allFinite() || !(l_min > 0.0) || (std::abs(at.base[kR]) / l_min + w_max_rad_s_) * dt_max_s_ > kLargestRateDt) return false;
+    double R_most = std::abs(at.base[kR]);
+    for (const Term& t : at.terms)
+        if (t.input.law == Law::skin_effect) R_most += std::abs(t.weights[0]) * w_max_rad_s_ * w_max_rad_s_;
+    if (!at.values().allFinite() || !(l_min > 0.0) || (R_most / l_min + w_max_rad_s_) * dt_max_s_ > kLargestRateDt) return false;
     // A piece's blocks are its own: pieces are worked on side by side, and the sums do not depend on how.
     std::vector<std::size_t> first(plan_.pieces.size(), plan_.blocks.size());
     for (std::size_t b = plan_.blocks.size(); b-- > 0;) first[static_cast<std::size_t>(plan_.blocks[b].piece - plan_.pieces.data())] = b;

@@ -8,13 +8,18 @@ namespace {
 
 enum Index { kJ, kB };
 
-double terms_torque(const Point& at, double w, double theta)
+double term_torque(const Term& t, double w, double theta)
 {
     double torque[kMostWeights], sum = 0.0;
-    for (const Term& t : at.terms) {
-        evaluate_torque(t.input, w, theta, torque);
-        for (int j = 0; j < weights_of(t.input.law); ++j) sum += t.weights[static_cast<std::size_t>(j)] * torque[j];
-    }
+    evaluate_torque(t.input, w, theta, torque);
+    for (int j = 0; j < weights_of(t.input.law); ++j) sum += t.weights[static_cast<std::size_t>(j)] * torque[j];
+    return sum;
+}
+
+double terms_torque(const Point& at, double w, double theta)
+{
+    double sum = 0.0;
+    for (const Term& t : at.terms) sum += term_torque(t, w, theta);
     return sum;
 }
 
@@ -27,7 +32,16 @@ void add_inputs(const Point& at, const std::vector<Input>& candidates, double w,
         for (int i = 0; i < weights_of(input.law); ++i) x[j++] += part * torque[i];
     };
     x[kB] += part * w;
-    for (const Term& t : at.terms) put(t.input);
+    for (const Term& t : at.terms) {
+        put(t.input);
+        const double here = term_torque(t, w, theta);
+        for (int i = 0; i < free_shapes_of(t.input); ++i) {
+            Term moved = t;
+            const double step = 1e-3 * t.input.shape[static_cast<std::size_t>(i)];
+            moved.input.shape[static_cast<std::size_t>(i)] += step;
+            x[j++] += part * (term_torque(moved, w, theta) - here) / step;
+        }
+    }
     for (const Input& input : candidates) put(input);
 }
 

@@ -66,7 +66,7 @@ double moving_floor(const TraceSetup& setup, const Point& at)
     const int channels = setup.full->channels();
     std::vector<std::size_t> starts;
     std::vector<double> residual[2], speed;
-    double flux[2] = {}, dt = 0.0;
+    double flux[2] = {}, dt = 0.0, turned = 0.0;
     for (std::size_t k = 0; k < single.size(); ++k) {
         const ReportBlock& b = single[k];
         if (k == 0 || single[k - 1].log != b.log || single[k - 1].end != b.begin) starts.push_back(k);
@@ -74,6 +74,7 @@ double moving_floor(const TraceSetup& setup, const Point& at)
         speed.push_back(b.log->w_m_rad_s[b.begin]);
         dt = b.log->dt_s;
         if (channels == 2) {
+            turned += std::pow(setup.pole_pairs * speed.back() * dt, 2) / static_cast<double>(single.size());
             const double d = at.base[1] * b.log->i_d_A[b.begin] + at.base[3], q = at.base[2] * b.log->i_q_A[b.begin];
             flux[0] += q * q, flux[1] += d * d;
         }
@@ -84,7 +85,9 @@ double moving_floor(const TraceSetup& setup, const Point& at)
     for (int c = 0; c < channels; ++c) {
         const double inertia = channels == 2 ? at.base[1 + c] : at.base[0], drag = channels == 2 ? at.base[0] : at.base[1];
         const double w = channels == 2 ? setup.pole_pairs * setup.pole_pairs * speed_noise * flux[c] / static_cast<double>(single.size()) : 0.0;
-        sum += block_variance(high_band(residual[c], starts), w, rows, drag * dt / inertia);
+        // The other axis' current, of about the same noise, comes in by the turning.
+        const double across = channels == 2 ? at.base[2 - c] / inertia : 0.0;
+        sum += block_variance(high_band(residual[c], starts), w, rows, std::sqrt(std::pow(drag * dt / inertia, 2) + across * across * turned));
     }
     return std::sqrt(sum / channels);
 }

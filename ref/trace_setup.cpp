@@ -16,6 +16,7 @@ namespace dqw {
 namespace {
 
 constexpr std::size_t kLeastPiece = 30;
+constexpr double kLeastSpan_K = 0.5;  ///< of a temperature column, below which it tells nothing
 constexpr std::size_t kLeastRows = 400, kLeastSettled = 8;
 constexpr std::size_t kSearchRows = 45000, kSearchWindow = 3000;
 constexpr std::size_t kStretches = 20, kFine = 10, kGuard = 60;
@@ -122,8 +123,8 @@ private:
 
 void temperature_candidates(const std::vector<Log>& logs, Catalogue& c, bool turns, bool moves)
 {
-    const bool winding = everywhere(logs, &Log::temp_winding_C) && range_of(logs, &Log::temp_winding_C).span() > 2.0;
-    const bool magnet = everywhere(logs, &Log::temp_magnet_C) && range_of(logs, &Log::temp_magnet_C).span() > 2.0;
+    const bool winding = everywhere(logs, &Log::temp_winding_C) && range_of(logs, &Log::temp_winding_C).span() > kLeastSpan_K;
+    const bool magnet = everywhere(logs, &Log::temp_magnet_C) && range_of(logs, &Log::temp_magnet_C).span() > kLeastSpan_K;
     const bool heats = everywhere(logs, &Log::t_s) && moves;
     const auto state = [](Law law, int heat) {
         Input in{law};

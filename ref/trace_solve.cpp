@@ -163,9 +163,9 @@ Better better(const TraceModel& model, const Left& a, const Left& b)
 
 bool confirmed(const TraceModel& model, const Better& gain)
 {
-    constexpr double kLeastT = 4.0, kUnevenT = 2.0, kSettledT = 1.5, kLeastNats = 10.0;
+    constexpr double kLeastT = 4.0, kUnevenT = 2.0, kSettledT = 1.5, kLeastNats = 10.0, kLeastProduct = 15.0;
     if (gain.nats < kLeastNats) return false;
-    return gain.t >= kLeastT || (gain.t >= (model.common_weight() ? kSettledT : kUnevenT) && gain.nats_each >= kLeastNats);
+    return gain.t >= kLeastT || (gain.t >= (model.common_weight() ? kSettledT : kUnevenT) && gain.t * gain.nats_each >= kLeastProduct);
 }
 
 Refined refine(const TraceModel& model, const Point& start, int passes)
@@ -195,7 +195,7 @@ Refined refine(const TraceModel& model, const Point& start, int passes)
         for (const Term& t : start.terms) {
             j += weights_of(t.input.law);
             for (int s = 0; s < free_shapes_of(t.input); ++s, ++j) {
-                if (s == 0)
+                if (s == 0 || !t.input.free_angle)
                     next[j] = std::clamp(next[j], 0.5 * old[j], 2.0 * old[j]);
                 else
                     next[j] = std::clamp(next[j], old[j] - 0.3, old[j] + 0.3);

@@ -40,7 +40,7 @@ std::string scratch(const std::string& name)
 
 #define NEED(name)                                                                                                                                             \
     if (slow_kind()) TEST_IGNORE_MESSAGE("takes long under the sanitizers");                                                                                   \
-    if (!std::ifstream(data(name))) TEST_IGNORE_MESSAGE(name " is not there: set DATA")
+    if (!std::ifstream(data(name))) TEST_IGNORE_MESSAGE("measured data are not there: set DATA")
 
 Table numbers(const std::string& path)
 {
@@ -124,7 +124,7 @@ double flux_error(const TraceResult& r, const Table& map, double least_d_A, doub
     return worst;
 }
 
-/// Measured: R 0.5100 of 0.51 ohm, 0.138 V before, 0.068 V after. The map's own d axis is turned: psi_q is not 0 without current.
+/// Measured: R 0.5101 of 0.51 ohm, 0.138 V before, 0.068 V after; flux within 0.6 %. The map's own d axis is turned: psi_q is not 0 without current.
 void map_of_the_servo_am8141()
 {
     NEED("flux_map_am8141");
@@ -141,11 +141,11 @@ void map_of_the_servo_am8141()
     if (turned) TEST_ASSERT_TRUE(value(turned->parameters, "angle_rad") > least && value(turned->parameters, "angle_rad") < most);
     TEST_ASSERT_DOUBLE_WITHIN(0.02 * 0.51, 0.51, value(r.after.parameters, "R_ohm"));
     TEST_ASSERT_DOUBLE_WITHIN(0.03, 0.138, r.before.heldout_rms);
-    TEST_ASSERT_DOUBLE_WITHIN(0.01, 0.068, r.after.heldout_rms);
-    TEST_ASSERT_TRUE(flux_error(r, map, -8, 0, 8) < 0.02);
+    TEST_ASSERT_DOUBLE_WITHIN(0.005, 0.068, r.after.heldout_rms);
+    TEST_ASSERT_TRUE(flux_error(r, map, -8, 0, 8) < 0.007);
 }
 
-/// Measured: R 0.629 of 0.63 ohm, 5.2 V before, 0.57 V after. A synchronous-reluctance motor: L_q falls to a third within 8 A.
+/// Measured: R 0.629 of 0.63 ohm, 5.2 V before, 0.57 V after; flux within 4 %. A synchronous-reluctance motor: L_q falls to a third within 8 A.
 void map_of_the_reluctance_motor_baldor()
 {
     NEED("flux_map_baldor");
@@ -159,32 +159,20 @@ void map_of_the_reluctance_motor_baldor()
     TEST_ASSERT_DOUBLE_WITHIN(0.02 * 0.63, 0.63, value(r.after.parameters, "R_ohm"));
     TEST_ASSERT_DOUBLE_WITHIN(1.0, 5.2, r.before.heldout_rms);
     TEST_ASSERT_DOUBLE_WITHIN(0.09, 0.57, r.after.heldout_rms);
-    TEST_ASSERT_TRUE(flux_error(r, numbers(data("flux_map_baldor")), -9, 0, 7) < 0.03);
+    TEST_ASSERT_TRUE(flux_error(r, numbers(data("flux_map_baldor")), -8, -2, 6) < 0.05);
 }
 
-/// Value at x of straight lines through the points, whose first is the origin.
-double line(const Table& points, double x)
-{
-    std::size_t k = 1;
-    while (k + 1 < points.size() && points[k][0] < x) ++k;
-    return points[k - 1][1] + (points[k][1] - points[k - 1][1]) * (x - points[k - 1][0]) / (points[k][0] - points[k - 1][0]);
-}
-
-/// What each phase loses, from a sweep of settled voltage against current: its odd half. Along alpha, phase a carries i and the others
-/// half of it: 2/3 (V(i) + V(i/2)) is seen. Along beta, b and c carry sqrt(3)/2 i: 2/sqrt(3) V of it is seen. The slope of V's upper half is
-/// R: a loss in proportion to the current is a resistance.
+/// What each phase loses, from a sweep of settled voltage against current: its odd half. Along beta, b and c carry sqrt(3)/2 i: 2/sqrt(3) V
+/// of it is seen. Along alpha, phase a carries i and the others half of it: 2/3 (V(i) + V(i/2)) is seen, to second order 4/3 V(3/4 i). The
+/// slope of V's upper half is R: a loss in proportion to the current is a resistance.
 Table curve_of(Table sweep, bool along_beta, double& R_ohm)
 {
     std::sort(sweep.begin(), sweep.end(), [](const auto& a, const auto& b) { return a[2] < b[2]; });
     Table curve = {{0, 0}};
+    const double part = along_beta ? std::sqrt(0.75) : 0.75;
     const std::size_t n = sweep.size();
-    for (std::size_t k = n / 2 + 1; k < n; ++k) {
-        const double at = 0.5 * (sweep[k][2] - sweep[n - 1 - k][2]), seen = 0.5 * (sweep[k][0] - sweep[n - 1 - k][0]);
-        if (along_beta)
-            curve.push_back({std::sqrt(0.75) * at, std::sqrt(0.75) * seen});
-        else
-            curve.push_back({at, curve.size() == 1 ? seen : 1.5 * seen - line(curve, 0.5 * at)});
-    }
+    for (std::size_t k = n / 2 + 1; k < n; ++k)
+        curve.push_back({part * 0.5 * (sweep[k][2] - sweep[n - 1 - k][2]), part * 0.5 * (sweep[k][0] - sweep[n - 1 - k][0])});
     double s = 0, x = 0, y = 0, xx = 0, xy = 0;
     for (std::size_t k = curve.size() / 2; k < curve.size(); ++k) {
         const double a = curve[k][0], b = curve[k][1];
@@ -214,17 +202,17 @@ void curve_of_an_inverter(const char* name, bool along_beta)
     TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(0.03 * curve.back()[1], curve.back()[1], value(r.effects[0].parameters, "voltage_V"), name);
     TEST_ASSERT_TRUE_MESSAGE(value(r.before.parameters, "R_ohm") > 1.4 * R_ohm, name);
     TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(0.02 * R_ohm, R_ohm, value(r.after.parameters, "R_ohm"), name);
-    TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(0.2, 1.4, r.before.heldout_rms, name);
+    TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(0.2, 1.3, r.before.heldout_rms, name);
     TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(0.03, 0.18, r.after.heldout_rms, name);
 }
 
-/// Measured: 1.38 V before, 0.179 V after; R 1.24 ohm within 0.5 %.
+/// Measured: 1.23 to 1.38 V before, 0.18 V after; R within 0.8 %.
 void curves_of_an_inverter()
 {
-    NEED("inverter_sweep_beta_axis_a");
-    curve_of_an_inverter("inverter_sweep_beta_axis_a", true);
-    NEED("inverter_sweep_d_axis_c");
-    curve_of_an_inverter("inverter_sweep_d_axis_c", false);
+    for (const char* name : {"inverter_sweep_beta_axis_a", "inverter_sweep_d_axis_a", "inverter_sweep_d_axis_c"}) {
+        NEED(name);
+        curve_of_an_inverter(name, std::strstr(name, "beta") != nullptr);
+    }
 }
 
 }  // namespace
