@@ -157,6 +157,7 @@ SelectOptions select_options(const TraceSetup& setup, const Judge& judge, const 
     SelectOptions o;
     o.veto = [&setup](const Point& p) { return sense_of(setup, p); };
     o.reported_rms = [&judge](const Point& p) { return judge.each(p); };
+    o.one_speed = setup.one_speed;
     if (options.progress)
         o.tick = [&options, &ticks] {
             ++ticks;

@@ -150,9 +150,22 @@ Tried attempt(const TraceModel& model, const Refined& base, const Screened& s)
     for (const std::string& name : t.candidate.names()) t.name += (t.name.empty() ? "" : " and ") + name;
     Point start = joined(base.point, t.candidate, &s.weights);
     if (s.gain > 0.0) start.gain.setConstant(s.gain);
-    t.refined = refine(model, start, kPasses);
+    // Where the linear step leads astray, the effect grows from nothing.
+    int passes = kPasses;
+    std::vector<BlockSum> sums;
+    if (!model.pass(start, {}, sums) || left_of(model, sums).seen < base.left.seen) start = joined(base.point, t.candidate, nullptr), passes = 3 * kPasses;
+    t.refined = refine(model, start, passes);
     if (t.refined.ok) t.over = better(model, base.left, t.refined.left);
     return t;
+}
+
+/// The best, or one that is hardly worse and plainer, or as plain and the more common.
+bool stands_before(const Tried& t, const Tried& best)
+{
+    constexpr double kHardly = 10.0, kSame = 1.0;
+    const double lost = best.over.nats - t.over.nats;
+    const int weights = weights_of(t.candidate) - weights_of(best.candidate);
+    return weights < 0 ? lost < kHardly : weights == 0 && lost < kSame && t.candidate.inputs.front().law < best.candidate.inputs.front().law;
 }
 
 /// The candidates that are not on, tried on top of `base`, best first; one for each name.
@@ -173,7 +186,7 @@ std::vector<Tried> round(const TraceModel& model, const Refined& base, const std
         if (++times[key] > 1) continue;
         if (alone && s.candidate->names().size() == 1 && s.candidate->inputs.front().law != Law::clipped_current)
             alone->push_back({s.candidate->names().front(), s.point});
-        if (tried.size() >= kRefined) {
+        if (tried.size() >= kRefined && s.candidate->inputs.front().law != Law::saturation) {
             if (alone) continue;
             break;
         }
@@ -252,8 +265,8 @@ void look_alikes(const TraceModel& model, const std::vector<Candidate>& candidat
             if (c.names().size() == 1 && c.names().front() != found.name && c.inputs.front().law != Law::clipped_current) rivals.push_back(c);
         for (const Tried& t : round(model, base, rivals, options, nullptr)) {
             if (!t.refined.ok || found.confusable_with.size() >= kMostAlike) continue;
-            if (better(model, t.refined.left, s.best.left).t > kSeparateT) continue;
-            if (joint(options.reported_rms(t.refined.point)) > 1.1 * rms) continue;
+            if (better(model, t.refined.left, s.best.left).t > kSeparateT + (options.one_speed ? 0.5 : 0.0)) continue;
+            if (joint(options.reported_rms(t.refined.point)) > (options.one_speed ? 1.4 : 1.1) * rms) continue;
             if (options.veto && !options.veto(t.refined.point).empty()) continue;
             found.confusable_with.push_back(t.name);
         }
@@ -271,14 +284,13 @@ Selection select(const TraceModel& model, const Point& start, const std::vector<
         const Tried* taken = nullptr;
         for (const Tried& t : tried) {
             if (!t.refined.ok || !confirmed(model, t.over)) continue;
+            if (taken && !stands_before(t, *taken)) continue;
             const std::string why = options.veto ? options.veto(t.refined.point) : std::string();
             if (!why.empty()) {
                 s.vetoed.push_back({t.name, why});
                 continue;
             }
-            if (!needed(model, s.best, t.refined, options)) continue;
-            taken = &t;
-            break;
+            if (needed(model, s.best, t.refined, options)) taken = &t;
         }
         if (!taken) break;
         if (const Term& last = taken->refined.point.terms.back(); last.input.law == Law::clipped_current) {

@@ -29,6 +29,7 @@ struct SelectOptions {
     std::function<std::string(const Point&)> veto;
     /// RMS of the reported held-out residual of a point, of each channel.
     std::function<std::vector<double>(const Point&)> reported_rms;
+    bool one_speed = false;  ///< of settled points: what turns with the speed cannot be told apart there but by small terms
     std::function<void()> tick;
 };
 
@@ -48,7 +49,7 @@ struct Selection {
 };
 
 /// What could stand in for each effect found: rivals that, in its place, leave as little on the rows held out (within 10 % of the
-/// reported RMS), and that a joint fit cannot tell from it. At most three each.
+/// reported RMS; of one speed alone 40 %), and that a joint fit cannot tell from it. At most three each.
 void look_alikes(const TraceModel& model, const std::vector<Candidate>& candidates, const SelectOptions& options, Selection& selection);
 
 Selection select(const TraceModel& model, const Point& start, const std::vector<Candidate>& candidates, const SelectOptions& options);

@@ -11,6 +11,7 @@ namespace dqw {
 namespace {
 
 constexpr double kMostOfBase = 0.5;  ///< a sensor's or a flux's error beyond this part of its base is none
+constexpr double kSlow = 0.4;        ///< part of the top speed below which Stribeck friction fades
 constexpr double kLeastInductance = 0.05, kMostInductance = 3.0;
 
 /// Incremental inductances at the log's own currents, over those at zero current; rare extremes apart, where a polynomial ends.
@@ -74,6 +75,8 @@ std::string sense_of(const TraceSetup& setup, const Point& at)
                     return e.name + " would be " + figure(e.value) + ", outside " + figure(p.least) + " to " + figure(p.most);
         if (in.effect == "current_offset" && std::hypot(in.weights[0], in.weights[1]) > kMostOfBase * setup.i_base_A)
             return "the offset would be half of the largest current";
+        if (in.effect == "stribeck_friction" && in.shape[1] > kSlow * setup.speed_base_rad_s)
+            return "it would fade at " + figure(in.shape[1]) + " rad/s, the log's own speeds: viscous friction";
         if (in.effect == "dead_time" && in.shape[0] > 2.0 * setup.i_base_A) return "its width would be beyond the largest current: a resistance";
     }
     return "";

@@ -433,6 +433,9 @@ std::unique_ptr<TraceSetup> trace_setup(const std::vector<Log>& logs, const std:
     auto setup = std::make_unique<TraceSetup>();
     setup->logs = &logs;
     setup->regime = logs.front().regime;
+    const Range speeds = range_of(logs, &Log::w_m_rad_s);
+    setup->speed_base_rad_s = speeds.size();
+    setup->one_speed = setup->regime == Regime::steady && speeds.span() < 0.05 * speeds.size();
     Catalogue catalogue(*setup, only);
     if (setup->regime == Regime::mechanical) {
         mechanical_setup(*setup, averaged);

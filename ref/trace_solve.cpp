@@ -213,7 +213,7 @@ Refined refine(const TraceModel& model, const Point& start, int passes)
             failed = 0;
             if (gained < kSettled) break;
         } else {
-            if ((trial.ok && best.left.seen - trial.left.seen < kSettled) || ++failed == 4) break;
+            if ((trial.ok && best.left.seen - trial.left.seen < kSettled) || ++failed == 7) break;
             damping = std::max(damping * 30.0, 1e-4);
             if (damping > 1e3) break;
         }
