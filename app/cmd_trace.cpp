@@ -38,6 +38,23 @@ TraceResult traced(const std::vector<Log>& logs, const Options& options)
     }
 }
 
+/// The learners on the same rows; where they can tell nothing, their residual says nothing.
+void learn_as_well(const std::vector<Log>& logs, TraceReport& report)
+{
+    try {
+        report.learner_before = learn_fit(logs, report.trace, false);
+        report.learner_after = learn_fit(logs, report.trace, true);
+        const auto& learned = report.learner_after->parameters;
+        if (std::any_of(learned.begin(), learned.end(), [](const Estimate& e) { return !e.given; })) return;
+        report.trace.notes.emplace_back("no learners: this log determines none of their parameters");
+    } catch (const std::invalid_argument& error) {
+        // The trace holds without them.
+        report.trace.notes.push_back(std::string("no learners: ") + error.what());
+    }
+    report.learner_before.reset();
+    report.learner_after.reset();
+}
+
 void write_file(const std::string& path, const std::string& text)
 {
     OutputFile file(path);
@@ -55,14 +72,7 @@ int run_trace(const Options& options)
     report.logs = options.logs;
     report.trace = traced(logs, options);
     report.trace.notes.insert(report.trace.notes.begin(), notes.begin(), notes.end());
-    try {
-        report.learner_before = learn_fit(logs, report.trace, false);
-        report.learner_after = learn_fit(logs, report.trace, true);
-    } catch (const std::invalid_argument& error) {
-        // The trace holds without them.
-        report.learner_before.reset();
-        report.trace.notes.push_back(std::string("no learners: ") + error.what());
-    }
+    learn_as_well(logs, report);
     const std::string json = json_text(trace_json(report));
     write_file(path_in(options.out_dir, "trace.json"), json);
     write_file(path_in(options.out_dir, "report.html"), report_page(report));

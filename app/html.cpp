@@ -32,7 +32,8 @@ std::string unbroken(std::string_view text)
     for (std::size_t k = 0; k < plain.size(); ++k) {
         const bool behind_number = k > 0 && plain[k - 1] >= '0' && plain[k - 1] <= '9';
         const bool behind_sign = k > 1 && plain.compare(k - 2, 2, "±") == 0;
-        if (plain[k] == ' ' && (behind_number || behind_sign))
+        const bool beside_equals = (k > 0 && plain[k - 1] == '=') || (k + 1 < plain.size() && plain[k + 1] == '=');
+        if (plain[k] == ' ' && (behind_number || behind_sign || beside_equals))
             out += "\u00a0";
         else
             out += plain[k];

@@ -98,7 +98,7 @@ void put_effects(const std::vector<InputRead>& read, Learned& learned)
         }
         std::string why = "none of its weights is four deviations from nothing, or it cannot be told from another parameter:";
         for (const Estimate& e : effect.parameters)
-            if (!e.given) why += fmt::format(" {} {:.3g} with a deviation of {:.3g}", e.name, e.value, e.sd);
+            if (!e.given) why += std::isfinite(e.sd) ? fmt::format(" {} {:.3g} with a deviation of {:.3g}", e.name, e.value, e.sd) : " " + e.name + " unknown";
         const Effect* catalogue = find_effect(name);
         learned.result.not_identifiable.push_back({name, why, catalogue != nullptr ? catalogue->separate : ""});
     }

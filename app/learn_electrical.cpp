@@ -113,7 +113,12 @@ Learned pass(const std::vector<Log>& logs, const LearnOptions& options, const st
     const bool is_static = first.regime != Regime::dynamic;
     std::vector<dqw_random_sample> reservoir_d(kReservoir);
     std::vector<dqw_random_sample> reservoir_q(kReservoir);
-    const std::vector<dqw_effect_config> list = lists_of(inputs);
+    std::vector<dqw_effect_config> list = lists_of(inputs);
+    std::vector<double> units;
+    for (std::size_t n = 0; n < inputs.size(); n++) {
+        units.push_back(weight_unit(inputs[n], first, inputs));
+        list[n].start[0] /= static_cast<float>(units[n]);
+    }
 
     dqw_estimator_config config{};
     config.regime = is_static ? DQW_REGIME_STATIC : DQW_REGIME_DYNAMIC;
@@ -175,8 +180,12 @@ Learned pass(const std::vector<Log>& logs, const LearnOptions& options, const st
         float w[DQW_EFFECT_STARTS], sd[DQW_EFFECT_STARTS];
         const auto weights = static_cast<std::size_t>(dqw_effect_weights(list[n].effect));
         const int known = dqw_estimator_effect(&e, static_cast<int>(n), w, sd);
-        read.push_back({inputs[n], std::vector<double>(sd, sd + weights), static_cast<std::uint32_t>(known)});
-        read.back().input.weights.assign(w, w + weights);
+        read.push_back({inputs[n], {}, static_cast<std::uint32_t>(known)});
+        read.back().input.weights.clear();
+        for (std::size_t i = 0; i < weights; i++) {
+            read.back().input.weights.push_back(static_cast<double>(w[i]) * units[n]);
+            read.back().sd.push_back(static_cast<double>(sd[i]) * units[n]);
+        }
     }
     put_effects(read, learned);
     return learned;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <nlohmann/json.hpp>
@@ -38,6 +39,12 @@ bool of_machine(const std::string& effect)
     return effect == "iron_loss" || effect == "current_offset" || effect == "current_gain_mismatch" || effect == "angle_offset";
 }
 
+bool needs_angle(const std::string& effect)
+{
+    return effect == "dead_time" || effect == "flux_harmonics" || effect == "current_offset" || effect == "current_gain_mismatch" ||
+           effect == "phase_resistance_imbalance";
+}
+
 std::vector<double> heat_shape(const TraceInput& in, const std::vector<Log>& logs)
 {
     const bool winding = in.effect == "winding_temperature";
@@ -64,6 +71,8 @@ std::vector<double> usual_shape(const TraceInput& in, dqw_effect_name name, cons
     case DQW_EFFECT_DIRECTION_ASYMMETRY: return {kWidth * speed};
     case DQW_EFFECT_STRIBECK_FRICTION: return {kWidth * speed, kFall * speed};
     case DQW_EFFECT_COGGING_TORQUE: return {kCogging};
+    // Marks seconds, as the tracer does.
+    case DQW_EFFECT_DELAY: return logs.front().regime == Regime::dynamic ? std::vector<double>{} : std::vector<double>{1.0};
     default: return {};
     }
 }
@@ -117,6 +126,8 @@ Machine machine_of(const Json& trace)
 
 LearnConfig read_learn_config(const std::string& path)
 {
+    std::error_code unknown;
+    if (std::filesystem::is_directory(path, unknown)) refuse(path, 0, "is a directory; expected the trace.json of `dqwatch trace`");
     std::ifstream file(path, std::ios::binary);
     if (!file) refuse(path, 0, "cannot be opened; expected the trace.json of `dqwatch trace`");
     const std::string text{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
@@ -153,8 +164,12 @@ std::vector<TraceInput> completed(std::vector<TraceInput> inputs, const std::vec
         if (!name) throw std::invalid_argument("unknown effect " + in.effect);
         if (dqw_effect_is_mechanical(*name) != mechanical)
             throw std::invalid_argument(in.effect + " is not an effect that a " + name_of(logs.front().regime) + " log can have");
+        for (const Log& log : logs)
+            if (log.regime == Regime::steady && log.theta_e_rad.empty() && log.theta_m_rad.empty() && needs_angle(in.effect))
+                throw std::invalid_argument(log.path + ": " + in.effect + " needs an angle column: settled rows do not integrate to one");
         const std::vector<double> usual = usual_shape(in, *name, logs, machine);
         for (std::size_t i = in.shape.size(); i < usual.size(); ++i) in.shape.push_back(usual[i]);
+        in.reach = heat_reach(in, logs);
     }
     return inputs;
 }

@@ -11,14 +11,14 @@
 namespace dqw {
 namespace {
 
-std::vector<double> weights_of(const std::vector<TraceInput>& inputs)
+/// As the learners have them.
+std::vector<double> weights_of(const std::vector<TraceInput>& inputs, const Log& log)
 {
     std::vector<double> all;
     for (const TraceInput& in : inputs) {
         std::vector<double> w = in.weights;
         w.resize(static_cast<std::size_t>(dqw_effect_weights(*effect_named(in.effect))));
-        for (double& x : w)
-            if (!std::isfinite(x)) x = 0.0;
+        for (double& x : w) x = std::isfinite(x) ? x / weight_unit(in, log, inputs) : 0.0;
         all.insert(all.end(), w.begin(), w.end());
     }
     return all;
@@ -27,7 +27,7 @@ std::vector<double> weights_of(const std::vector<TraceInput>& inputs)
 void take_from(Log& log, const std::vector<TraceInput>& inputs, const std::vector<dqw_effect_config>& list, double pole_pairs, float i_base_A)
 {
     const bool settled = log.regime != Regime::dynamic;
-    const std::vector<double> weights = weights_of(inputs);
+    const std::vector<double> weights = weights_of(inputs, log);
     dqw_effect effect;
     const dqw_effect_base base{period_of(log, inputs), 1.0F, i_base_A, 1.0F, static_cast<std::uint16_t>(std::max(pole_pairs, 1.0))};
     if (dqw_effect_init(&effect, list.data(), static_cast<int>(list.size()), &base) != DQW_OK) return;
@@ -69,7 +69,7 @@ void take_torque_from(Log& log, const std::vector<TraceInput>& inputs, const std
     std::string source;
     std::vector<double> torque = torque_of(log, torque_constant_Nm_A, source);
     const std::vector<float> angle = shaft_angle_of(log);
-    const std::vector<double> weights = weights_of(inputs);
+    const std::vector<double> weights = weights_of(inputs, log);
     for (std::size_t k = 0; k < torque.size(); ++k) {
         std::size_t n = 0;
         for (const dqw_effect_config& c : list) {

@@ -23,12 +23,29 @@ double start_angle(const std::vector<TraceInput>& inputs)
     return 0.0;
 }
 
+}  // namespace
+
 bool heats_by_current(const TraceInput& in)
 {
     return (in.effect == "winding_temperature" || in.effect == "magnet_temperature") && in.shape.size() > 1 && in.shape[1] > 0.0;
 }
 
-}  // namespace
+double heat_reach(const TraceInput& in, const std::vector<Log>& logs)
+{
+    if (!heats_by_current(in)) return 1.0;
+    const double i_base_A = in.shape.size() > 2 && in.shape[2] > 0.0 ? in.shape[2] : largest_current(logs);
+    double most = 0.0;
+    for (const Log& log : logs) {
+        const double part = std::min(log.dt_s / in.shape[1], 1.0);
+        double heat = 0.0;
+        for (std::size_t k = 0; k < log.rows(); ++k) {
+            most = std::max(most, heat);
+            const double i = std::hypot(log.i_d_A.empty() ? 0.0 : log.i_d_A[k], log.i_q_A.empty() ? 0.0 : log.i_q_A[k]) / i_base_A;
+            if (std::isfinite(i)) heat += part * (i * i - heat);
+        }
+    }
+    return most > 0.0 ? most : 1.0;
+}
 
 float largest(const std::vector<Log>& logs, std::vector<double> Log::*a, std::vector<double> Log::*b)
 {
@@ -44,6 +61,11 @@ float period_of(const Log& log, const std::vector<TraceInput>& inputs)
     if (log.regime == Regime::dynamic) return static_cast<float>(log.dt_s);
     const bool heats = std::any_of(inputs.begin(), inputs.end(), heats_by_current);
     return heats && log.dt_s > 0.0 ? static_cast<float>(log.dt_s) : 1.0F;
+}
+
+double weight_unit(const TraceInput& input, const Log& log, const std::vector<TraceInput>& inputs)
+{
+    return input.effect == "delay" && log.regime != Regime::dynamic ? static_cast<double>(period_of(log, inputs)) : 1.0;
 }
 
 double largest_current(const std::vector<Log>& logs)

@@ -16,8 +16,18 @@ float largest(const std::vector<Log>& logs, std::vector<double> Log::*a, std::ve
 /// Largest length of the current vector; 1 where there is no current.
 double largest_current(const std::vector<Log>& logs);
 
-/// The learners' period, s: that of the rows; 1 for settled rows, so that a delay is in seconds there, unless something heats from row to row.
+/// The learners' period, s: that of the rows; 1 for settled rows, unless something heats from row to row.
 float period_of(const Log& log, const std::vector<TraceInput>& inputs);
+
+/// True where the effect goes with a heating state instead of a thermometer.
+bool heats_by_current(const TraceInput& input);
+
+/// Largest heating state in any of the logs, each from cold, by the learners' rule; 1 for an input without.
+double heat_reach(const TraceInput& input, const std::vector<Log>& logs);
+
+/// What 1 of the learners' weights of an input is in the unit of `TraceInput::weights`: a settled log's delay is in seconds there, in
+/// the learners' periods here; all others are 1.
+double weight_unit(const TraceInput& input, const Log& log, const std::vector<TraceInput>& inputs);
 
 /// An electrical log's rows as samples. The angle, where an effect may need it, is theta_e_rad, else p theta_m_rad, else p w_m
 /// integrated from a dead time's start angle; a magnet without a thermometer follows the winding's.

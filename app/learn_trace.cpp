@@ -1,5 +1,7 @@
 #include "learn_trace.hpp"
 
+#include <algorithm>
+
 #include "learn.hpp"
 #include "learn_residual.hpp"
 
@@ -12,10 +14,20 @@ TraceFit learn_fit(const std::vector<Log>& logs, const TraceResult& trace, bool 
     options.heldout_row = &trace.heldout_row;
     for (const Estimate& e : trace.after.parameters)
         if (e.name == "pole_pairs") options.start.pole_pairs = e.value;
-    const Learned learned = learn_all(logs, options);
+    // Where the tracer knows none, 1 stands for them here as there.
+    const bool known = trace.regime == Regime::mechanical || options.start.pole_pairs.has_value();
+    if (!known) options.start.pole_pairs = 1.0;
+    Learned learned = learn_all(logs, options);
     Result judged;
     report_residual_of(logs, learned.inputs, learned.model, &trace.heldout_row, judged);
-    return {learned.result.parameters, judged.residual_rms, judged.axes};
+    auto& parameters = learned.result.parameters;
+    if (!known)
+        parameters.erase(std::remove_if(parameters.begin(), parameters.end(), [](const Estimate& e) { return e.name == "pole_pairs"; }), parameters.end());
+    // In parts of the signal that the trace's own are of.
+    for (AxisResidual& axis : judged.axes)
+        for (const AxisResidual& own : trace.before.axes)
+            if (axis.axis == own.axis) axis.percent = own.rms > 0.0 ? own.percent * axis.rms / own.rms : axis.percent;
+    return {parameters, judged.residual_rms, judged.axes};
 }
 
 }  // namespace dqw

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <iterator>
 
 #include "effect_names.hpp"
 
@@ -37,9 +38,17 @@ std::string macro_of(const std::string& parameter)
     return text;
 }
 
-std::string row_of(const TraceInput& input, Regime regime)
+/// Settled points alone: L, psi and what goes with the electrical speed are then multiplied by the pole pairs.
+bool lacks_pole_pairs(const TraceResult& trace)
+{
+    const auto& all = trace.after.parameters;
+    return trace.regime == Regime::steady && std::none_of(all.begin(), all.end(), [](const Estimate& e) { return e.name == "pole_pairs"; });
+}
+
+std::string row_of(const TraceInput& input, Regime regime, bool scaled)
 {
     dqw_effect_config c = effect_config(input);
+    if (scaled) std::fill(std::begin(c.start), std::end(c.start), 0.0F);
     // A settled log's delay is in seconds; the learners want periods, which such a log does not have.
     if (c.effect == DQW_EFFECT_DELAY && regime != Regime::dynamic) c.start[0] = 0.0F;
     std::string shape, start;
@@ -57,6 +66,7 @@ std::string values_text(const TraceResult& trace, const std::vector<Field>& fiel
     std::string out;
     for (const Field& f : fields)
         for (const Estimate& e : trace.after.parameters) {
+            if (lacks_pole_pairs(trace) && e.name != "R_ohm") continue;
             if (e.name != f.parameter || !std::isfinite(e.value) || !(e.value > 0.0)) continue;
             const bool count = e.name == "pole_pairs";
             out += fmt::format("#define {} {}\n", macro_of(e.name), count ? fmt::format("{:.0f}", e.value) : literal(e.value));
@@ -80,7 +90,7 @@ std::string model_config_text(const TraceResult& trace, const std::vector<std::s
     std::string rows;
     for (const TraceInput& in : trace.inputs) {
         weights += dqw_effect_weights(effect_config(in).effect);
-        rows += row_of(in, trace.regime);
+        rows += row_of(in, trace.regime, lacks_pole_pairs(trace));
     }
 
     std::string out = fmt::format("// What `dqwatch trace` found in{}: the effects that the plain model lacks, for the learners.\n",

@@ -10,7 +10,7 @@
     const hex = parseInt(colour(name).slice(1), 16);
     return `rgba(${hex >> 16}, ${(hex >> 8) & 255}, ${hex & 255}, ${alpha})`;
   };
-  const number = (digits) => (value) => String(+value.toPrecision(digits)).replace("-", "\u2212");
+  const number = (digits) => (value) => String(+value.toPrecision(digits)).replace(/-/g, "\u2212");
 
   // Means stand between the points as rows of their own.
   function mergedRows(plot) {

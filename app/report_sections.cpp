@@ -24,7 +24,7 @@ std::string bar_row(const std::string& name, const std::string& css, double valu
         bar = fmt::format("<span class=\"bar {}\" style=\"width:{:.1f}%\"></span><span class=\"floor\" style=\"left:{:.1f}%\"></span>", css, percent(value),
                           percent(noise));
     return fmt::format("<tr><th scope=\"row\">{}</th><td class=\"track\"><div>{}</div></td><td class=\"number\">{}</td>{}</tr>\n", escaped(name), bar,
-                       escaped(residual_text(value, unit)), remark.empty() ? "" : "<td class=\"why\">" + escaped(remark) + "</td>");
+                       escaped(residual_text(value, unit)), remark.empty() ? "" : "<td class=\"why\">" + escaped(with_minus(remark)) + "</td>");
 }
 
 std::string percents(const TraceFit& fit)
@@ -97,8 +97,10 @@ std::string effect_section(const TraceResult& trace)
     std::string out = "<section><h2>Effects found</h2>\n" + html_table(effect_rows(trace), "numbers effects named");
     for (const TraceEffect& e : trace.effects) {
         if (e.confusable_with.empty()) continue;
-        out += fmt::format("<p class=\"confusable\"><b>{}</b> cannot be told from {} on this log.{}</p>\n", escaped(spoken(e.name)),
-                           escaped(list(e.confusable_with)), e.separate.empty() ? "" : " What would separate them: " + escaped(e.separate));
+        std::string names;
+        for (const std::string& name : e.confusable_with) names += (names.empty() ? "" : &name == &e.confusable_with.back() ? " or " : ", ") + spoken(name);
+        out += fmt::format("<p class=\"confusable\"><b>{}</b> cannot be told from {} on this log.{}</p>\n", escaped(spoken(e.name)), escaped(names),
+                           e.separate.empty() ? "" : " What would separate them: " + escaped(e.separate));
     }
     return out + "</section>\n";
 }
@@ -129,13 +131,16 @@ std::string rest_section(const TraceResult& trace)
 {
     if (trace.structure.empty() && trace.rest.empty()) return "";
     std::string out = "<section><h2>What the residual goes with</h2>\n";
+    if (trace.effects.empty()) return out + correlates("plain model", trace.structure) + "</section>\n";
     return out + correlates("before", trace.structure) + correlates("after", trace.rest) + "</section>\n";
 }
 
 std::string notes_section(const TraceReport& report)
 {
     std::string out = "<section><h2>Logs and notes</h2>\n" + items(report.logs);
-    if (!report.trace.notes.empty()) out += items(report.trace.notes);
+    std::vector<std::string> notes;
+    for (const std::string& note : report.trace.notes) notes.push_back(with_minus(note));
+    if (!notes.empty()) out += items(notes);
     return out + "</section>\n";
 }
 

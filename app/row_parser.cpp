@@ -9,6 +9,12 @@
 #include "text.hpp"
 
 namespace dqw {
+namespace {
+
+// No signal of a machine is larger in SI units, and sums of its squares stay numbers. A clock may be.
+constexpr double kLargest = 1e18;
+
+}  // namespace
 
 RowParser::RowParser(const std::string& path, const Header& header) : path_(path), header_(header), column_of_(header.fields.size(), Header::none)
 {
@@ -20,6 +26,7 @@ RowParser::RowParser(const std::string& path, const Header& header) : path_(path
         else
             copies_.emplace_back(c, taken);
         if (header.scale[c] != 1.0) scaled_.push_back(c);
+        if (columns[c].name != std::string_view("t_s")) signals_.push_back(c);
     }
 }
 
@@ -31,6 +38,8 @@ const RowValues& RowParser::parse(std::string_view line, std::size_t line_number
     if (!parse_usual(line)) parse_any(line);
     for (const auto& [to, from] : copies_) values_[to] = values_[from];
     scale();
+    for (const std::size_t c : signals_)
+        if (std::fabs(values_[c]) > kLargest) refuse(fmt::format("{} is {:g}; expected no more than {:g}", columns[c].name, values_[c], kLargest));
     return values_;
 }
 

@@ -20,7 +20,7 @@ class RowParser {
 public:
     RowParser(const std::string& path, const Header& header);
 
-    /// The row's numbers in SI units, finite where the file has the column; throws InputError at `line_number`.
+    /// The row's numbers in SI units, finite and of a sane size where the file has the column; throws InputError at `line_number`.
     const RowValues& parse(std::string_view line, std::size_t line_number);
 
 private:
@@ -34,7 +34,7 @@ private:
     const Header& header_;
     std::vector<std::size_t> column_of_;                       // each field's column, or Header::none
     std::vector<std::pair<std::size_t, std::size_t>> copies_;  // columns whose field serves another as well: to, from
-    std::vector<std::size_t> scaled_;
+    std::vector<std::size_t> scaled_, signals_;
     RowValues values_ = {};
     std::size_t line_number_ = 0;
 };

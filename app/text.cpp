@@ -30,6 +30,20 @@ std::string list(const std::vector<std::string>& items, std::size_t max)
 
 std::string counted(std::size_t n, std::string_view noun) { return fmt::format("{} {}{}", n, noun, n == 1 ? "" : "s"); }
 
+std::string with_minus(std::string_view text)
+{
+    std::string out;
+    for (std::size_t k = 0; k < text.size(); ++k) {
+        const bool opens = k == 0 || std::string_view(" (=").find(text[k - 1]) != std::string_view::npos;
+        const bool number = k + 1 < text.size() && ((text[k + 1] >= '0' && text[k + 1] <= '9') || text[k + 1] == '.');
+        if (text[k] == '-' && opens && number)
+            out += "\u2212";
+        else
+            out += text[k];
+    }
+    return out;
+}
+
 std::string_view trimmed(std::string_view text)
 {
     const auto first = text.find_first_not_of(" \t");

@@ -18,6 +18,9 @@ std::string list(const std::vector<std::string>& items, std::size_t max = 12);
 /// "1 row", "2 rows".
 std::string counted(std::size_t n, std::string_view noun);
 
+/// `text` for people to read: a true minus (U+2212) before every number that has a hyphen for it.
+std::string with_minus(std::string_view text);
+
 /// `text` without spaces and tabs at both ends.
 std::string_view trimmed(std::string_view text);
 

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "quantity.hpp"
+#include "text.hpp"
 #include "verdict.hpp"
 
 namespace dqw {
@@ -19,11 +20,14 @@ const Estimate* named(const std::vector<Estimate>& parameters, const std::string
 
 std::string cell(const Estimate* e, const Quantity& like)
 {
-    if (!e) return "";
-    return e->given ? with_sd(quantity_like(like, e->name, e->value, 0.0)) + " (given)" : with_sd(quantity_like(like, e->name, e->value, e->sd));
+    if (!e) return "not determined";
+    return with_minus(with_sd(quantity_like(like, e->name, e->value, e->given ? 0.0 : e->sd))) + (e->given ? " (given)" : "");
 }
 
-std::string change_text(double percent) { return std::fabs(percent) < 99.5 ? fmt::format("{:+.2g} %", percent) : fmt::format("{:+.0f} %", percent); }
+std::string change_text(double percent)
+{
+    return with_minus(std::fabs(percent) < 99.5 ? fmt::format("{:+.2g} %", percent) : fmt::format("{:+.0f} %", percent));
+}
 
 /// The prefix of the larger: a row of them compares.
 Quantity larger(const Estimate* a, const Estimate* b)
@@ -40,6 +44,11 @@ Rows parameter_rows(const TraceFit& before, const TraceFit& after, bool effects_
     for (const TraceFit* fit : {&after, &before})
         for (const Estimate& e : fit->parameters)
             if (std::find(names.begin(), names.end(), e.name) == names.end()) names.push_back(e.name);
+    const auto place = [](const std::string& name) {
+        const auto& known = known_parameters();
+        return std::find(known.begin(), known.end(), name) - known.begin();
+    };
+    std::stable_sort(names.begin(), names.end(), [&](const std::string& a, const std::string& b) { return place(a) < place(b); });
     if (!effects_found) {
         Rows rows = {{"", "value"}};
         for (const Estimate& e : before.parameters) rows.push_back({symbol(e.name), cell(&e, larger(&e, nullptr))});
@@ -78,8 +87,8 @@ Rows effect_rows(const TraceResult& trace)
     Rows rows = {{"effect", "parameter", "value"}};
     for (const TraceEffect& e : trace.effects)
         for (const Estimate& p : e.parameters)
-            rows.push_back(
-                {&p == &e.parameters[0] ? e.name : "", p.name, with_sd(quantity(p.name, p.value, p.given ? 0.0 : p.sd)) + (p.given ? " (assumed)" : "")});
+            rows.push_back({&p == &e.parameters[0] ? e.name : "", p.name,
+                            with_minus(with_sd(quantity(p.name, p.value, p.given ? 0.0 : p.sd))) + (p.given ? " (assumed)" : "")});
     return rows;
 }
 

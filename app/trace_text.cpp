@@ -37,13 +37,17 @@ std::string trace_text(const TraceReport& report)
     const std::string remark = verdict_remark(trace);
     out += remark + (remark.empty() ? "\n" : "\n\n");
     out += fmt::format("{}: {}, {}, {} held out\n\n", trace.verdict, name_of(trace.regime), counted(trace.rows, "row"), trace.heldout_rows);
-    out += table(residual_rows(report)) + "\n" + table(parameter_rows(trace.before, trace.after, !trace.effects.empty()));
-    if (!trace.effects.empty()) out += "\n" + table(effect_rows(trace));
-    if (report.learner_before && report.learner_after)
-        out += "\nlearners in firmware\n" + table(parameter_rows(*report.learner_before, *report.learner_after, !trace.effects.empty()));
+    const bool found = !trace.effects.empty();
+    const auto parameters = [&](const std::string& heading, const TraceFit& before, const TraceFit& after) {
+        const Rows rows = parameter_rows(before, after, found);
+        return rows.size() < 2 ? "" : "\n" + heading + table(rows);
+    };
+    out += table(residual_rows(report)) + parameters("", trace.before, trace.after);
+    if (found) out += "\n" + table(effect_rows(trace));
+    if (report.learner_before && report.learner_after) out += parameters("learners in firmware\n", *report.learner_before, *report.learner_after);
     for (const TraceEffect& e : trace.effects) out += confusable_text(e);
-    if (!trace.structure.empty()) out += "\nthe residual before goes with: " + correlates_text(trace.structure) + "\n";
-    if (!trace.rest.empty()) out += "the residual after goes with: " + correlates_text(trace.rest) + "\n";
+    if (!trace.structure.empty()) out += fmt::format("\nthe residual {}goes with: {}\n", found ? "before " : "", correlates_text(trace.structure));
+    if (found && !trace.rest.empty()) out += "the residual after goes with: " + correlates_text(trace.rest) + "\n";
     if (trace.rejected.empty()) return out;
     // The reason is a sentence, so it stands behind the table, not in it.
     Rows rows;
@@ -53,7 +57,7 @@ std::string trace_text(const TraceReport& report)
     std::size_t at = 0;
     for (const TraceRejected& r : trace.rejected) {
         const std::size_t end = padded.find('\n', at);
-        out += padded.substr(at, end - at) + ": " + r.why + "\n";
+        out += padded.substr(at, end - at) + ": " + with_minus(r.why) + "\n";
         at = end + 1;
     }
     return out;

@@ -4,22 +4,23 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
+#include <set>
 
 #include "quantity.hpp"
+#include "text.hpp"
 
 namespace dqw {
 namespace {
 
-/// {name} stands for that parameter with its deviation and unit, {psi_d*} for the sum of all that begin so. Of several sentences
-/// for one effect the first that finds its parameters is said.
+/// {name} stands for that parameter with its deviation and unit. Of several sentences for one effect the first that finds its
+/// parameters is said.
 struct Sentence {
     const char *effect, *text;
 };
 
 const Sentence sentences[] = {
     {"dead_time", "The inverter loses {voltage_V} per phase (dead time)"},
-    {"saturation", "The iron saturates: {i_base_A} in one axis bends its flux by {psi_d*_Wb} in d, by {psi_q*_Wb} in q (saturation)"},
-    {"cross_saturation", "Each axis saturates the other: {i_base_A} in q bends the flux of d by {psi_c1*_Wb} (cross saturation)"},
     {"winding_temperature", "The winding warms up: R grows by {alpha_per_K} (winding temperature)"},
     {"winding_temperature", "The winding warms up: R grows by {rise_percent} within the log (winding temperature)"},
     {"magnet_temperature", "The magnet warms up: ψ changes by {beta_per_K} (magnet temperature)"},
@@ -44,15 +45,9 @@ const Sentence sentences[] = {
 
 std::string value_text(const std::string& name, const TraceEffect& effect)
 {
-    const std::size_t star = name.find('*');
-    double sum = 0.0;
-    bool any = false;
-    for (const Estimate& e : effect.parameters) {
+    for (const Estimate& e : effect.parameters)
         if (e.name == name) return with_sd(quantity(name, e.value, e.given ? 0.0 : e.sd, 3, 1));
-        if (star == std::string::npos || e.name.compare(0, star, name, 0, star) != 0) continue;
-        sum += e.value, any = true;
-    }
-    return any ? with_sd(quantity(name, sum, 0.0, 3)) : "";
+    return "";
 }
 
 /// Fills {name} from the effect's parameters; nothing where one is missing.
@@ -66,6 +61,54 @@ std::string filled(std::string text, const TraceEffect& effect)
         open += value.size();
     }
     return text;
+}
+
+double value_of(const TraceEffect& effect, const char* name)
+{
+    for (const Estimate& e : effect.parameters)
+        if (e.name == name) return e.value;
+    return 0.0;
+}
+
+std::string flux_text(double flux_Wb) { return with_sd(quantity("_Wb", flux_Wb + 0.0, 0.0, 3)); }
+
+/// "−20 A": a place on an axis needs no digits that say nothing.
+std::string current_text(double i_A)
+{
+    Quantity q = quantity("_A", i_A, 0.0, 3);
+    if (q.value.find('.') != std::string::npos) q.value.erase(std::min(q.value.find_last_not_of('0') + 1, q.value.size()));
+    if (q.value.back() == '.') q.value.pop_back();
+    return with_sd(q);
+}
+
+/// The row with an axis' largest current: beyond it a polynomial says nothing. None without blocks.
+std::optional<std::size_t> largest_of(const std::vector<double>& current)
+{
+    std::optional<std::size_t> most;
+    for (std::size_t k = 0; k < current.size(); ++k)
+        if (std::isfinite(current[k]) && (!most || std::fabs(current[k]) > std::fabs(current[*most]))) most = k;
+    return most;
+}
+
+/// What the polynomials of (E52) add to a flux at the largest current that the log has.
+std::string flux_sentence(const TraceEffect& effect, const TraceBlocks& blocks)
+{
+    const double i_base_A = value_of(effect, "i_base_A");
+    const auto weight = [&](const char* name) { return value_of(effect, name); };
+    const auto d_row = largest_of(blocks.i_d_A), q_row = largest_of(blocks.i_q_A);
+    if (!d_row || !q_row || !(i_base_A > 0.0)) return "";
+    if (effect.name == "saturation") {
+        const double x = blocks.i_d_A[*d_row] / i_base_A, y = blocks.i_q_A[*q_row] / i_base_A;
+        const double d_Wb = x * x * (weight("psi_d2_Wb") + x * (weight("psi_d3_Wb") + x * weight("psi_d4_Wb")));
+        const double q_Wb = y * y * y * (weight("psi_q3_Wb") + y * y * weight("psi_q5_Wb"));
+        return fmt::format("The iron saturates: it changes the flux of d by {} at i_d = {}, that of q by {} at i_q = {} (saturation)", flux_text(d_Wb),
+                           current_text(blocks.i_d_A[*d_row]), flux_text(q_Wb), current_text(blocks.i_q_A[*q_row]));
+    }
+    if (effect.name != "cross_saturation" || *q_row >= blocks.i_d_A.size()) return "";
+    const double x = blocks.i_d_A[*q_row] / i_base_A, y = blocks.i_q_A[*q_row] / i_base_A;
+    const double d_Wb = y * y * (weight("psi_c12_Wb") + 2 * x * weight("psi_c22_Wb") + y * y * weight("psi_c14_Wb"));
+    return fmt::format("Each axis saturates the other: it changes the flux of d by {} at i_q = {} and i_d = {} (cross saturation)", flux_text(d_Wb),
+                       current_text(blocks.i_q_A[*q_row]), current_text(blocks.i_d_A[*q_row]));
 }
 
 std::string in_unit(double value, const std::string& unit) { return number_like({"", "", unit}, "_" + unit, value, 2) + " " + unit; }
@@ -99,6 +142,32 @@ std::string look_alikes(const TraceResult& trace)
         if (trace.effects.size() > 1) out.replace(out.rfind(" it "), 4, " " + spoken(e.name) + " ");
     }
     return out;
+}
+
+struct Tried {
+    std::set<std::string> yes, no;
+};
+
+Tried tried(const TraceResult& trace)
+{
+    Tried t;
+    for (const TraceRejected& r : trace.rejected) (std::isfinite(r.heldout_rms) ? t.yes : t.no).insert(r.name);
+    for (const TraceEffect& e : trace.effects) t.yes.insert(e.name);
+    return t;
+}
+
+bool nothing_tried(const TraceResult& trace)
+{
+    const Tried t = tried(trace);
+    return t.yes.empty() && !t.no.empty();
+}
+
+/// Where most of the catalogue was not tried, "nothing is missing" says little.
+std::string untested(const TraceResult& trace)
+{
+    const Tried t = tried(trace);
+    if (!trace.effects.empty() || t.yes.empty() || t.no.size() <= t.yes.size()) return "";
+    return fmt::format(" {} of {} effects could not be tested on this log: the list says why.", t.no.size(), t.no.size() + t.yes.size());
 }
 
 /// "1.53 V, 10 times the log's own noise".
@@ -142,39 +211,43 @@ const Estimate* most_wrong(const TraceResult& trace, double& before)
     return most;
 }
 
-std::string effect_sentence(const TraceEffect& effect)
+std::string effect_sentence(const TraceEffect& effect, const TraceBlocks& blocks)
 {
+    if (const std::string text = flux_sentence(effect, blocks); !text.empty()) return with_minus(text) + ".";
     for (const Sentence& s : sentences) {
         if (effect.name != s.effect) continue;
         const std::string text = filled(s.text, effect);
-        if (!text.empty()) return text + ".";
+        if (!text.empty()) return with_minus(text) + ".";
     }
     std::vector<std::string> values;
     for (const Estimate& e : effect.parameters) values.push_back(e.name + " = " + with_sd(quantity(e.name, e.value, e.given ? 0.0 : e.sd, 3)));
-    return fmt::format("The log shows {}{}{}.", spoken(effect.name), values.empty() ? "" : ": ", joined(values, ", "));
+    return with_minus(fmt::format("The log shows {}{}{}.", spoken(effect.name), values.empty() ? "" : ": ", joined(values, ", ")));
 }
 
 std::string verdict_sentence(const TraceResult& trace)
 {
+    const bool blind = nothing_tried(trace);
+    const char* const why = "no effect could be tested on this log, the list says why";
     if (trace.verdict == "clean")
-        return fmt::format("Nothing is missing: on rows that it never saw the plain model leaves {}, and the log's own noise is {}.",
-                           in_unit(trace.before.heldout_rms, trace.unit), in_unit(trace.noise_floor, trace.unit));
+        return fmt::format("{}: on rows that it never saw the plain model leaves {}, and the log's own noise is {}.",
+                           blind ? fmt::format("What is missing is not known, {}", why) : "Nothing is missing", in_unit(trace.before.heldout_rms, trace.unit),
+                           in_unit(trace.noise_floor, trace.unit));
     if (trace.effects.empty())
-        return fmt::format("Something is missing that no effect of the catalogue explains: the plain model leaves {}.",
-                           against_noise(trace.before.heldout_rms, trace));
+        return fmt::format("Something is missing{}: the plain model leaves {}.",
+                           blind ? fmt::format(", and {}", why) : " that no effect of the catalogue explains", against_noise(trace.before.heldout_rms, trace));
     std::string out;
-    for (const TraceEffect& e : trace.effects) out += (out.empty() ? "" : " ") + effect_sentence(e);
-    return out + without_them(trace);
+    for (const TraceEffect& e : trace.effects) out += (out.empty() ? "" : " ") + effect_sentence(e, trace.blocks);
+    return out + with_minus(without_them(trace));
 }
 
 std::string verdict_remark(const TraceResult& trace)
 {
-    std::string out = look_alikes(trace);
+    std::string out = look_alikes(trace) + untested(trace);
     if (trace.verdict == "partly_explained") out += fmt::format(" A structured rest remains: {}.", against_noise(trace.after.heldout_rms, trace));
     std::string rest = trace.rest_signature;
     if (!rest.empty() && rest[0] >= 'a' && rest[0] <= 'z') rest[0] = static_cast<char>(rest[0] - 'a' + 'A');
     if (!rest.empty()) out += " " + rest + (rest.back() == '.' ? "" : ".");
-    return out.empty() ? out : out.substr(1);
+    return out.empty() ? out : with_minus(out.substr(1));
 }
 
 }  // namespace dqw

@@ -8,8 +8,9 @@
 
 namespace dqw {
 
-/// "The inverter loses 3.6 ± 0.1 V per phase (dead time)." Without its sentence's parameters: their names and values.
-std::string effect_sentence(const TraceEffect& effect);
+/// "The inverter loses 3.6 ± 0.1 V per phase (dead time)." Without its sentence's parameters: their names and values. A flux is told at
+/// the largest currents of `blocks`.
+std::string effect_sentence(const TraceEffect& effect, const TraceBlocks& blocks);
 
 /// The verdict: a sentence for each effect, and the base parameter that was most wrong without them. For a clean log, and for one
 /// that nothing of the catalogue fits, what the plain model leaves against the log's own noise.

@@ -16,6 +16,7 @@ namespace {
 
 constexpr double kStructured = 1.3;      ///< block RMS over the noise floor that is more than noise
 constexpr double kLeastExplained = 0.5;  ///< part of the excess that effects must explain, or they are not named
+constexpr double kExact = 3e-4;          ///< part of the measured voltage (torque) below which a residual is the sampling's own
 constexpr double kClearlyLess = 0.9;
 constexpr int kPasses = 12;
 
@@ -128,12 +129,21 @@ void fill_blocks(const TraceSetup& setup, const Judge& judge, const Point& befor
     out.spectra = spectra(setup, a, b);
 }
 
+double measured_rms(const Blocks& blocks, int channels)
+{
+    double square = 0.0;
+    for (const ReportBlock& b : blocks)
+        for (int c = 0; c < channels; ++c) square += b.measured[c] * b.measured[c];
+    return blocks.empty() ? 0.0 : std::sqrt(square / static_cast<double>(blocks.size()) / channels);
+}
+
 std::string describe(const std::vector<TraceCorrelate>& rest)
 {
     if (rest.empty()) return "what remains goes with nothing that was tested";
     std::string text = "what remains goes with ";
     for (std::size_t k = 0; k < std::min<std::size_t>(rest.size(), 3); ++k)
-        text += (k > 0 ? ", " : "") + rest[k].with + " (axis " + rest[k].axis + ", " + figure(100.0 * rest[k].share) + " % of it)";
+        text += (k > 0 ? ", " : "") + rest[k].with + " (axis " + rest[k].axis + ", " + std::to_string(static_cast<int>(std::lround(100.0 * rest[k].share))) +
+                " % of it)";
     return text;
 }
 
@@ -244,8 +254,9 @@ TraceResult trace(const std::vector<Log>& logs, const TraceOptions& options)
     double floor = noise_floor(*setup, s.best.point), after = judge.rms(s.best.point);
     const std::string fault = s.fault.empty() ? record_fault(logs) : s.fault;
     const double excess_before = std::max(before * before - floor * floor, 0.0), excess_after = std::max(after * after - floor * floor, 0.0);
-    const bool rests = after > kStructured * floor;
-    if (!fault.empty() || (rests && excess_after > (1.0 - kLeastExplained) * excess_before)) {
+    const double exact = kExact * measured_rms(judge.of(plain, false), judge.channels);
+    const bool rests = after > std::max(kStructured * floor, exact);
+    if (!fault.empty() || before < exact || (rests && excess_after > (1.0 - kLeastExplained) * excess_before)) {
         s.found.clear(), s.after.clear();
         s.best = s.plain;
         floor = noise_floor(*setup, s.best.point), after = before;
@@ -268,7 +279,7 @@ TraceResult trace(const std::vector<Log>& logs, const TraceOptions& options)
     reject(*setup, judge, s, result);
     result.structure = correlates(*setup, judge.of(plain, false), floor);
     result.rest = correlates(*setup, judge.of(last, false), floor);
-    const bool structured = result.after.heldout_rms > kStructured * floor || !fault.empty();
+    const bool structured = result.after.heldout_rms > std::max(kStructured * floor, exact) || !fault.empty();
     if (structured) result.rest_signature = fault.empty() ? describe(result.rest) : fault;
     result.verdict = result.effects.empty() ? (structured ? "unexplained" : "clean") : (structured ? "partly_explained" : "explained");
     fill_blocks(*setup, judge, plain, last, result);

@@ -28,7 +28,7 @@ std::vector<Estimate> base_parameters(const TraceSetup& setup, const Point& at, 
         out.push_back({names[static_cast<std::size_t>(j)], at.base[j], sd[j], false});
     }
     const auto& given = setup.logs->front().machine.pole_pairs;
-    if (setup.regime != Regime::mechanical) out.push_back({"pole_pairs", setup.pole_pairs, 0.0, given.has_value()});
+    if (setup.regime != Regime::mechanical && setup.pole_pairs_known) out.push_back({"pole_pairs", setup.pole_pairs, 0.0, given.has_value()});
     return out;
 }
 

@@ -219,7 +219,9 @@ bool drop(const TraceModel& model, const std::vector<std::size_t>& gone, const s
     for (std::size_t k : gone) less = without(less, s.found[k].name);
     Refined r = refine(model, less, kPasses);
     if (!r.ok) return false;
-    if (needed(model, r, s.best, options)) return false;
+    // What was found goes only where it clearly does nothing.
+    const Better lost = better(model, r.left, s.best.left);
+    if (needed(model, r, s.best, options) || (lost.t > 1.0 && lost.nats_each > 5.0)) return false;
     // One of several that came together goes only where the others hold without it.
     if (!others.empty()) {
         Point none = less;

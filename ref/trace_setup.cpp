@@ -306,7 +306,10 @@ void find_pole_pairs(TraceSetup& setup)
         setup.pole_pairs = *p;
         return;
     }
-    if (range_of(logs, &Log::w_m_rad_s).size() == 0.0 || setup.regime == Regime::standstill) return;
+    if (range_of(logs, &Log::w_m_rad_s).size() == 0.0 || setup.regime == Regime::standstill) {
+        setup.pole_pairs_known = false;
+        return;
+    }
     if (const double turns = pole_pairs_of_angles(logs); turns > 0.0) {
         setup.pole_pairs = turns;
         setup.notes.push_back("pole pairs found: " + std::to_string(static_cast<int>(turns)) + ", from the electrical angle");

@@ -163,9 +163,10 @@ Better better(const TraceModel& model, const Left& a, const Left& b)
 
 bool confirmed(const TraceModel& model, const Better& gain)
 {
-    constexpr double kLeastT = 4.0, kUnevenT = 2.0, kSettledT = 1.5, kLeastNats = 10.0, kLeastProduct = 15.0;
+    constexpr double kLeastT = 4.0, kUnevenT = 2.0, kFewT = 1.5, kLeastNats = 10.0, kUneven = 15.0, kFew = 40.0;
     if (gain.nats < kLeastNats) return false;
-    return gain.t >= kLeastT || (gain.t >= (model.common_weight() ? kSettledT : kUnevenT) && gain.t * gain.nats_each >= kLeastProduct);
+    const double uneven = gain.t * gain.nats_each;
+    return gain.t >= kLeastT || (gain.t >= kUnevenT && uneven >= kUneven) || (gain.t >= kFewT && uneven >= (model.common_weight() ? kUneven : kFew));
 }
 
 Refined refine(const TraceModel& model, const Point& start, int passes)

@@ -28,8 +28,8 @@ struct Better {
     double nats_each = 0.0;  ///< the gain if each block counted as one row: rows within a block may all be alike
 };
 Better better(const TraceModel& model, const Left& a, const Left& b);
-/// Whether that is more than chance: t above 4. An effect may show in few blocks, strongly: where t times the gain that would be
-/// left if each block were one row is above 15, a t of 2 does, among settled points 1.5.
+/// Whether that is more than chance: ten nats, and t above 4. An effect may show in few blocks, strongly: where t times the gain
+/// that would be left if each block were one row is above 15, a t of 2 does; 1.5 where it is above 40, and among settled points.
 bool confirmed(const TraceModel& model, const Better& gain);
 
 /// A point with all of its columns fitted to the rows seen.

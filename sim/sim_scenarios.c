@@ -69,7 +69,7 @@ static const dqw_sim_scenario table[] = {
      .machine = {SERVO_PLATE, .winding_heat_J_K = 120, .magnet_heat_J_K = 400, .winding_magnet_W_K = 1.5, .winding_ambient_W_K = 0.8,
                  .magnet_ambient_W_K = 1.0},
      .nonideal = {.winding_alpha_per_K = {.value = 0.0039}, .magnet_beta_per_K = {.value = -0.0011}},
-     .drive = {.dt_s = 0.04, .v_dc_V = 320, .current_bandwidth_rad_s = 8, .i_max_A = 15, .hold = DQW_SIM_HOLD_DQ, .log_every = 50, .log_window = 5},
+     .drive = {.dt_s = 0.01, .v_dc_V = 320, .current_bandwidth_rad_s = 15, .i_max_A = 15, .hold = DQW_SIM_HOLD_DQ, .log_every = 200, .log_window = 20},
      .profile = {.control = DQW_SIM_CONTROL_CURRENT, .shaft = DQW_SIM_SHAFT_IMPOSED,
                  .speed_rad_s = {.value = 100, .random = 60, .random_hold_s = 2}, .i_d_A = {.value = -1, .random = 4, .random_hold_s = 2},
                  .i_q_A = {.value = 6, .random = 4, .random_hold_s = 2}},

@@ -90,7 +90,7 @@ static void the_report_counts(void)
     right.strength = missed.strength = mistaken.strength = 5, right.seed = 4, missed.seed = 5, mistaken.seed = 6;
     const std::string text = blind::report({right, missed, mistaken, said({}, {}, {})});
     TEST_ASSERT_TRUE_MESSAGE(text.find("| delay | 3 | 1 | 0 | 1 | 0 | iron_loss 1 |") != text.npos, text.c_str());
-    TEST_ASSERT_TRUE_MESSAGE(text.find("noise floor        1 of   3") != text.npos, text.c_str());
+    TEST_ASSERT_TRUE_MESSAGE(text.find("noise floor      1 of   3") != text.npos, text.c_str());
     TEST_ASSERT_TRUE(text.find("blind --seed 4\n") == text.npos && text.find("blind --seed 5\n") != text.npos);
 }
 
@@ -98,7 +98,7 @@ static void the_report_counts(void)
 static void fixed_logs_are_traced(void)
 {
     if (sanitized()) TEST_IGNORE_MESSAGE("twenty logs: plain alone");
-    const std::uint64_t seeds[] = {SEEDS};
+    const std::uint64_t seeds[] = {1, 11, 26, 33, 50, 66, 95, 98, 103, 111, 112, 122, 166, 181, 219, 229, 274, 284, 299, 315};
     int wrong = 0;
     for (const std::uint64_t seed : seeds) {
         const blind::Case c = blind::draw(seed);
@@ -107,7 +107,7 @@ static void fixed_logs_are_traced(void)
         const double ratio = result.before.heldout_rms / c.noise_floor;
         const bool as_drawn = ratio > 0.6 * (c.kind == Kind::clean ? 1 : o.strength) && (c.kind != Kind::one || ratio < 1.8 * o.strength);
         const bool verdict = c.kind != Kind::clean || result.verdict == "clean";
-        if (o.right() && o.base_right() && as_drawn && verdict) continue;
+        if (o.right() && (c.kind == Kind::outside || o.base_right()) && as_drawn && verdict) continue;
         ++wrong;
         std::printf("build/bench/blind --seed %llu: right %d, base %d, as drawn %d (%.2f for %.2f), %s; %s\n", static_cast<unsigned long long>(seed), o.right(),
                     o.base_right(), as_drawn, ratio, o.strength, result.verdict.c_str(), c.about.c_str());

@@ -11,6 +11,7 @@
 #include "html.hpp"
 #include "report.hpp"
 #include "report_page.hpp"
+#include "text.hpp"
 #include "thin.hpp"
 #include "trace_plots.hpp"
 #include "trace_sample.hpp"
@@ -74,6 +75,13 @@ static void the_verdict_is_one_sentence_with_units(void)
     holds(sentence("partly_explained"), "Without them, R reads");
     holds(sentence("clean"), "0.16 V");
     holds(sentence("clean"), "Nothing is missing");
+    // Of a catalogue that was not tried, it does not say so.
+    auto blind = trace_sample::report("clean", 100).trace;
+    for (auto& r : blind.rejected) r.heldout_rms = std::nan("");
+    holds(dqw::verdict_sentence(blind), "What is missing is not known, no effect could be tested");
+    blind.rejected.push_back({"delay", "explains nothing", 0.16});
+    holds(dqw::verdict_sentence(blind), "Nothing is missing");
+    holds(dqw::verdict_remark(blind), "2 of 3 effects could not be tested");
     holds(sentence("unexplained"), "1.5 V, 10 times the log's own noise");
     const std::string remark = dqw::verdict_remark(trace_sample::report("partly_explained", 100).trace);
     holds(remark, "iron loss from angle offset or delay");
@@ -83,18 +91,71 @@ static void the_verdict_is_one_sentence_with_units(void)
 
 static void every_effect_has_a_sentence_of_its_own(void)
 {
+    dqw::TraceBlocks blocks;
+    blocks.i_d_A = blocks.i_q_A = {1.0};
     for (const dqw::Effect& e : dqw::effects()) {
         dqw::TraceEffect found{e.name, {}, 0.0, {}, ""};
         for (const dqw::EffectParameter& p : e.parameters) found.parameters.push_back({p.name, 0.5, 0.01, false});
         if (std::string(e.name) == "cogging_torque") found.parameters.push_back({"order", 12, 0, true});
-        std::string text = dqw::effect_sentence(found);
+        std::string text = dqw::effect_sentence(found, blocks);
         TEST_ASSERT_TRUE_MESSAGE(text.find("The log shows") == std::string::npos && text.find('{') == std::string::npos, text.c_str());
         std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
         holds(text, "(" + dqw::spoken(e.name) + ").");
         // Of a parameter that no sentence knows, name and value are said.
         found.parameters = {{"colour_V", 0.5, 0.01, false}};
-        holds(dqw::effect_sentence(found), "colour_V = 500 ± 10 mV");
+        holds(dqw::effect_sentence(found, blocks), "colour_V = 500 ± 10 mV");
     }
+}
+
+static void a_flux_is_told_where_the_log_has_been(void)
+{
+    dqw::TraceBlocks blocks;
+    blocks.i_d_A = {1.0, -20.0, 3.0};
+    blocks.i_q_A = {0.0, 10.0, -80.0};
+    // In units of 100 A: x = -0.2, y = -0.8; 0.04 (0.5 - 0.2 (0.25) + 0.04 (-1)) = 0.0164, -0.512 (-0.03 + 0.64 (0.01)) = 0.0120832.
+    const dqw::TraceEffect own{"saturation",
+                               {{"psi_d2_Wb", 0.5, 0.01, false},
+                                {"psi_d3_Wb", 0.25, 0.01, false},
+                                {"psi_d4_Wb", -1, 0.01, false},
+                                {"psi_q3_Wb", -0.03, 0.01, false},
+                                {"psi_q5_Wb", 0.01, 0.01, false},
+                                {"i_base_A", 100, 0, true}},
+                               0.0,
+                               {},
+                               ""};
+    TEST_ASSERT_EQUAL_STRING(
+        "The iron saturates: it changes the flux of d by 16.4 mWb at i_d = \u221220 A, that of q by 12.1 mWb at i_q = \u221280 A (saturation).",
+        dqw::effect_sentence(own, blocks).c_str());
+    // Where i_q is largest i_d is 3 A: 0.64 (-0.02 + 0.06 (0.05) + 0.64 (0.01)) = -0.006784.
+    const dqw::TraceEffect cross{
+        "cross_saturation",
+        {{"psi_c12_Wb", -0.02, 0.01, false}, {"psi_c22_Wb", 0.05, 0.01, false}, {"psi_c14_Wb", 0.01, 0.01, false}, {"i_base_A", 100, 0, true}},
+        0.0,
+        {},
+        ""};
+    TEST_ASSERT_EQUAL_STRING("Each axis saturates the other: it changes the flux of d by \u22126.78 mWb at i_q = \u221280 A and i_d = 3 A (cross saturation).",
+                             dqw::effect_sentence(cross, blocks).c_str());
+}
+
+static void minus_signs_are_minus_signs(void)
+{
+    TEST_ASSERT_EQUAL_STRING("\u22121.5 V (\u2212.3), x=\u22122, dead-time 3-5 a-1 1e-05 - 7",
+                             dqw::with_minus("-1.5 V (-.3), x=-2, dead-time 3-5 a-1 1e-05 - 7").c_str());
+    auto report = trace_sample::report("explained", 100);
+    auto& t = report.trace;
+    t.before.parameters[0].value = -2.83;
+    t.effects[0].parameters[0].value = -3.61;
+    t.rejected[0].why = "its weight is -4 V";
+    t.notes = {"from -1 A on"};
+    const std::string page = dqw::report_page(report), body = page.substr(page.find("<header>"), page.find("</main>") - page.find("<header>"));
+    for (const char* text :
+         {"loses \u22123.6", "reads \u22122.83", "<td>\u22122.830 ± 0.040 Ω</td>", "<td>\u22123.61 ± 0.10 V</td>", "is \u22124 V", "from \u22121 A"})
+        holds(body, text);
+    for (std::size_t k = 1; k + 1 < body.size(); ++k)
+        if (body[k] == '-' && std::isdigit(static_cast<unsigned char>(body[k + 1])))
+            TEST_ASSERT_TRUE_MESSAGE(std::isalnum(static_cast<unsigned char>(body[k - 1])), body.substr(k - 20, 40).c_str());
+    const json j = json::parse(dqw::json_text(dqw::trace_json(report)));
+    TEST_ASSERT_EQUAL_DOUBLE(-3.61, j.at("effects").at(0).at("parameters").at("voltage_V").at("value").get<double>());
 }
 
 static void thinning_keeps_the_extremes(void)
@@ -245,6 +306,8 @@ int main(void)
     RUN_TEST(json_has_the_documented_fields);
     RUN_TEST(the_verdict_is_one_sentence_with_units);
     RUN_TEST(every_effect_has_a_sentence_of_its_own);
+    RUN_TEST(a_flux_is_told_where_the_log_has_been);
+    RUN_TEST(minus_signs_are_minus_signs);
     RUN_TEST(thinning_keeps_the_extremes);
     RUN_TEST(samples_are_rows_and_lie_in_order);
     RUN_TEST(bin_means_are_means);
