@@ -17,7 +17,9 @@ ifdef SANITIZE
 TOP      := $(patsubst %/asan,%,$(BUILD))
 SANFLAGS := -fsanitize=address,undefined -fno-sanitize-recover=undefined -fno-omit-frame-pointer -g1
 OPT      := -O1
+TESTOPT  := -O0
 endif
+TESTOPT  ?= $(OPT)
 
 WARN     := -Wall -Wextra -Wshadow
 LIBWARN  := $(WARN) -Wconversion -Wsign-conversion -Wdouble-promotion
@@ -142,7 +144,7 @@ $(BUILD)/tests/%.o: tests/%.c
 	$(CC) $(C99) -D_POSIX_C_SOURCE=200809L $(WARN) $(INC) -Itests -isystem $(UNITY_DIR) -DUNITY_INCLUDE_DOUBLE $(CFLAGS) -c $< -o $@
 $(BUILD)/tests/%.o: tests/%.cpp
 	@mkdir -p $(@D)
-	$(CXX) $(CXX17) $(WARN) $(CXXINC) -Itests -isystem $(UNITY_DIR) -DUNITY_INCLUDE_DOUBLE $(CXXFLAGS) -c $< -o $@
+	$(CXX) $(CXX17) $(TESTOPT) $(WARN) $(CXXINC) -Itests -isystem $(UNITY_DIR) -DUNITY_INCLUDE_DOUBLE $(CXXFLAGS) -c $< -o $@
 $(BUILD)/bench/%.o: bench/%.c
 	@mkdir -p $(@D)
 	$(CC) $(C99) -D_POSIX_C_SOURCE=200809L $(WARN) $(INC) $(CFLAGS) -c $< -o $@

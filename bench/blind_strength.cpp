@@ -5,6 +5,7 @@
 
 #include "blind_effect.hpp"
 #include "piece.hpp"
+#include "symmetric.hpp"
 
 namespace blind {
 namespace {
@@ -87,7 +88,7 @@ std::vector<double> best_rest(const dqw::Log& log, const dqw::PlainModel& truth)
             slope.col(static_cast<Eigen::Index>(f)) = (Eigen::Map<Eigen::VectorXd>(there.data(), at.size()) - at) / step;
         }
         const Eigen::VectorXd scale = slope.colwise().norm().cwiseMax(1e-300);
-        const Eigen::VectorXd change = (slope * scale.cwiseInverse().asDiagonal()).colPivHouseholderQr().solve(-at).cwiseQuotient(scale);
+        const Eigen::VectorXd change = dqw::least_squares(slope * scale.cwiseInverse().asDiagonal(), -at).cwiseQuotient(scale);
         for (std::size_t f = 0; f < fields.size(); ++f) m.*fields[f] += change(static_cast<Eigen::Index>(f));
         e = residuals(log, m);
     }

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "symmetric.hpp"
+
 namespace dqw {
 namespace {
 
@@ -77,7 +79,7 @@ Covariance assess(const Solution& s, const Model& model, const Eigen::VectorXd& 
     }
     const Eigen::MatrixXd m = picked(information, index);
     const Eigen::VectorXd scale = m.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
-    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(scale.asDiagonal() * m * scale.asDiagonal());
+    const Symmetric eigen(scale.asDiagonal() * m * scale.asDiagonal());
     const auto n = static_cast<Eigen::Index>(index.size());
     Eigen::MatrixXd inverse = Eigen::MatrixXd::Zero(n, n);
     for (Eigen::Index k = 0; k < n; ++k) {

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "symmetric.hpp"
+
 namespace dqw {
 namespace {
 
@@ -24,7 +26,7 @@ struct Normal {
         const Eigen::MatrixXd m = t.transpose() * a * t;
         const Eigen::VectorXd rhs = t.transpose() * b;
         const Eigen::VectorXd scale = m.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
-        const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(scale.asDiagonal() * m * scale.asDiagonal());
+        const Symmetric eigen(scale.asDiagonal() * m * scale.asDiagonal());
         Eigen::VectorXd z = Eigen::VectorXd::Zero(m.rows());
         for (Eigen::Index k = 0; k < m.rows(); ++k) {
             const Eigen::VectorXd v = eigen.eigenvectors().col(k);

@@ -7,6 +7,8 @@
 #include <cmath>
 #include <limits>
 
+#include "symmetric.hpp"
+
 namespace dqw {
 namespace {
 
@@ -96,7 +98,7 @@ private:
         for (int c = 0; c < sums.channels; ++c) gram += pick.transpose() * sums.total(c) * pick / (sigma_[c] * sigma_[c]);
         const Eigen::VectorXd size = gram.diagonal().cwiseMax(std::numeric_limits<double>::min()).cwiseSqrt();
         const Eigen::MatrixXd unit = size.cwiseInverse().asDiagonal() * gram * size.cwiseInverse().asDiagonal();
-        const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(unit);
+        const Symmetric eigen(unit);
         return eigen.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal() * eigen.eigenvectors().transpose() * size.asDiagonal();
     }
 
@@ -156,7 +158,7 @@ Eigen::VectorXd noise(const Sums& sums, const std::vector<int>& free, const Eige
     }
     const Eigen::VectorXd size = all.diagonal().cwiseMax(std::numeric_limits<double>::min()).cwiseSqrt().cwiseInverse();
     const Eigen::MatrixXd unit = size.asDiagonal() * all * size.asDiagonal();
-    const Eigen::MatrixXd inverse = unit.completeOrthogonalDecomposition().pseudoInverse();
+    const Eigen::MatrixXd inverse = pseudo_inverse(unit);
     for (int c = 0; c < sums.channels; ++c) used[c] = (inverse * (size.asDiagonal() * part[static_cast<std::size_t>(c)] * size.asDiagonal())).trace();
     Eigen::VectorXd variance(sums.channels);
     for (int c = 0; c < sums.channels; ++c) variance[c] = squares[c] / std::max(rows - used[c], 0.5);

@@ -6,6 +6,7 @@
 
 #include "effect.hpp"
 #include "explain.hpp"
+#include "symmetric.hpp"
 #include "trace_rest.hpp"
 #include "trace_result.hpp"
 #include "trace_sense.hpp"
@@ -89,7 +90,7 @@ Point least_residual(const Judge& judge, Point at)
             x.col(j) = (x.col(j) - y) / step;
         }
         const Eigen::VectorXd size = x.colwise().norm().cwiseMax(1e-300);
-        const Eigen::VectorXd delta = -(x * size.cwiseInverse().asDiagonal()).completeOrthogonalDecomposition().solve(y).cwiseQuotient(size);
+        const Eigen::VectorXd delta = -least_squares(x * size.cwiseInverse().asDiagonal(), y).cwiseQuotient(size);
         Point next = at;
         next.base += delta;
         if (!next.base.allFinite()) return at;

@@ -1,13 +1,12 @@
 #include "trace_dynamic.hpp"
 
 #include <algorithm>
-#include <array>
 #include <atomic>
 #include <cmath>
 #include <thread>
 
-#include "period.hpp"
 #include "residual.hpp"
+#include "trace_response.hpp"
 
 namespace dqw {
 namespace {
@@ -15,74 +14,6 @@ namespace {
 constexpr double kLargestRateDt = 15.0;  ///< (R/L + w_e) dt beyond which a log says nothing about L
 constexpr int kChunk = 128;              ///< rows gathered before they are added up
 constexpr int kIterations = 4;           ///< of the implicit end of a period
-
-struct Matrix2 {
-    double dd = 0, dq = 0, qd = 0, qq = 0;
-};
-Matrix2 operator*(const Matrix2& a, const Matrix2& b)
-{
-    return {a.dd * b.dd + a.dq * b.qd, a.dd * b.dq + a.dq * b.qq, a.qd * b.dd + a.qq * b.qd, a.qd * b.dq + a.qq * b.qq};
-}
-Vector2 operator*(const Matrix2& a, const Vector2& x) { return {a.dd * x.d + a.dq * x.q, a.qd * x.d + a.qq * x.q}; }
-Matrix2 inverse(const Matrix2& a)
-{
-    const double k = 1.0 / (a.dd * a.qq - a.dq * a.qd);
-    return {k * a.qq, -k * a.dq, -k * a.qd, k * a.dd};
-}
-Matrix2 turn(double c, double s) { return {c, -s, s, c}; }
-
-/// x_{k+1} = of x_k, v, psi over one period: [A | B | C] of (E40), by columns x_d, x_q, v_d, v_q, psi.
-using Response = std::array<double, 10>;
-
-Response response(double a, double b, double w_dt, double dt)
-{
-    Response r{};
-    const int order = series_order((std::max(std::abs(a), std::abs(b))) * dt + std::abs(w_dt));
-    for (std::size_t j = 0; j < 5; ++j) {
-        double x_d = j == 0, x_q = j == 1;
-        advance_flux(x_d, x_q, a * dt, b * dt, j == 4 ? 1.0 : 0.0, w_dt, j == 2 ? 1.0 : 0.0, j == 3 ? 1.0 : 0.0, dt, order);
-        r[2 * j] = x_d, r[2 * j + 1] = x_q;
-    }
-    return r;
-}
-
-/// Resistance over inductance of each axis; `skin` w_e^2 more of the resistance.
-struct Rates {
-    double R, Ld, Lq, skin;
-    Response at(double w_dt, double dt) const
-    {
-        const double w = dt > 0.0 ? w_dt / dt : 0.0, r = R + skin * w * w;
-        return response(r / Ld, r / Lq, w_dt, dt);
-    }
-};
-
-/// response() over the speed, tabulated: smooth in it, so a cubic between 256 nodes is exact to 1e-9.
-class ResponseTable {
-public:
-    ResponseTable(const Rates& rates, double w_max, double dt) : rates_(rates), dt_(dt), step_(2.0 * std::max(w_max * dt, 1e-9) / (kNodes - 3))
-    {
-        if (!(dt > 0.0)) return;
-        for (int n = 0; n < kNodes; ++n) nodes_[static_cast<std::size_t>(n)] = rates.at((n - 0.5 * (kNodes - 1)) * step_, dt);
-    }
-    Response at(double w_dt, double dt) const
-    {
-        if (!(dt_ > 0.0)) return rates_.at(w_dt, dt);
-        const double place = w_dt / step_ + 0.5 * (kNodes - 1);
-        const int n = std::clamp(static_cast<int>(place), 1, kNodes - 3);
-        const double u = place - n;
-        const double c0 = -u * (u - 1) * (u - 2) / 6, c1 = (u + 1) * (u - 1) * (u - 2) / 2, c2 = -(u + 1) * u * (u - 2) / 2, c3 = (u + 1) * u * (u - 1) / 6;
-        const Response *r0 = &nodes_[static_cast<std::size_t>(n - 1)], *r1 = r0 + 1, *r2 = r0 + 2, *r3 = r0 + 3;
-        Response r;
-        for (std::size_t j = 0; j < r.size(); ++j) r[j] = c0 * (*r0)[j] + c1 * (*r1)[j] + c2 * (*r2)[j] + c3 * (*r3)[j];
-        return r;
-    }
-
-private:
-    static constexpr int kNodes = 256;
-    Rates rates_;
-    double dt_, step_;
-    std::array<Response, kNodes> nodes_;
-};
 
 /// A voltage held over a period in which the rotor turns by 2 h, from its mean in the rotor's frame.
 struct Hold {
@@ -107,46 +38,6 @@ struct Lane {
 };
 
 }  // namespace
-
-TraceColumns trace_columns(const Log& log, double pole_pairs, double i_base_A, double span_s)
-{
-    TraceColumns c;
-    const std::size_t rows = log.rows();
-    c.cos_e.resize(rows), c.sin_e.resize(rows);
-    double integrated = 0.0;
-    for (std::size_t k = 0; k < rows; ++k) {
-        if (k > 0 && !log.t_s.empty() && !log.w_m_rad_s.empty())
-            integrated += pole_pairs * 0.5 * (log.w_m_rad_s[k] + log.w_m_rad_s[k - 1]) * (log.t_s[k] - log.t_s[k - 1]);
-        double angle = integrated;
-        if (!log.theta_m_rad.empty()) angle = pole_pairs * log.theta_m_rad[k];
-        if (!log.theta_e_rad.empty()) angle = log.theta_e_rad[k];
-        c.cos_e[k] = std::cos(angle), c.sin_e[k] = std::sin(angle);
-    }
-    for (double t : log.temp_winding_C) c.winding_K.push_back(t - kReferenceTemperature_C);
-    for (double t : log.temp_magnet_C) c.magnet_K.push_back(t - kReferenceTemperature_C);
-    if (log.t_s.empty() || !(span_s > 0.0)) return c;
-    for (double part : kHeatTimes) {
-        std::vector<double> h(rows);
-        const double tau = part * span_s;
-        for (std::size_t k = 1; k < rows; ++k) {
-            const auto square = [&](const std::vector<double>& i) { return i.empty() ? 0.0 : i[k - 1] * i[k - 1] / (i_base_A * i_base_A); };
-            const double z = (log.t_s[k] - log.t_s[k - 1]) / tau, kept = std::exp(-z);
-            h[k] = kept * h[k - 1] + (1.0 - kept) * (square(log.i_d_A) + square(log.i_q_A));
-        }
-        c.heat.push_back(std::move(h));
-    }
-    return c;
-}
-
-double heat_at(const TraceColumns& columns, const Input& input, std::size_t k)
-{
-    // The magnet follows the winding where it has no thermometer of its own.
-    if (input.heat < 0) return columns.winding_K[k];
-    if (input.heat > 0) return columns.heat[static_cast<std::size_t>(input.heat - 1)][k];
-    if (input.law == Law::winding_temperature) return columns.winding_K[k];
-    if (input.law == Law::magnet_temperature) return columns.magnet_K[k];
-    return 0.0;
-}
 
 TraceDynamic::TraceDynamic(const std::vector<Log>& logs, const std::vector<TraceColumns>& columns, double pole_pairs, Plan plan)
     : logs_(logs), columns_(columns), pole_pairs_(pole_pairs), plan_(std::move(plan))

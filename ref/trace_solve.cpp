@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "symmetric.hpp"
+
 namespace dqw {
 namespace {
 
@@ -108,7 +110,7 @@ Eigen::VectorXd linear_step(const TraceModel& model, const std::vector<BlockSum>
         Eigen::MatrixXd unit = size.cwiseInverse().asDiagonal() * a * size.cwiseInverse().asDiagonal();
         for (Eigen::Index i = 0; i < m; ++i)
             if (!(a(i, i) > kLeast)) unit.row(i).setZero(), unit.col(i).setZero();
-        const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(unit);
+        const Symmetric eigen(unit);
         Eigen::VectorXd z = eigen.eigenvectors().transpose() * b.cwiseQuotient(size);
         for (Eigen::Index i = 0; i < m; ++i) z[i] = eigen.eigenvalues()[i] > 1e-9 ? z[i] / (eigen.eigenvalues()[i] + damping) : 0.0;
         const Eigen::VectorXd step = (eigen.eigenvectors() * z).cwiseQuotient(size);
@@ -232,7 +234,7 @@ Eigen::VectorXd deviations(const TraceModel& model, const Refined& refined)
     for (std::size_t c = 0; c < total.size(); ++c) m += total[c].topLeftCorner(n, n) / v[static_cast<Eigen::Index>(c)];
     const Eigen::VectorXd size = m.diagonal().cwiseMax(kLeast).cwiseSqrt();
     const Eigen::MatrixXd unit = size.cwiseInverse().asDiagonal() * m * size.cwiseInverse().asDiagonal();
-    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(unit);
+    const Symmetric eigen(unit);
     const Eigen::VectorXd inverse = eigen.eigenvalues().unaryExpr([](double x) { return x > 1e-10 ? 1.0 / x : 0.0; });
     const Eigen::MatrixXd pinv = eigen.eigenvectors() * inverse.asDiagonal() * eigen.eigenvectors().transpose();
     // Scores of the fine blocks, neighbours joined in fives: rows and blocks are correlated where the model lacks something.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "symmetric.hpp"
 #include "trace_shapes.hpp"
 
 namespace dqw {
@@ -62,7 +63,7 @@ void mark_untold(const Eigen::MatrixXd& m, const Eigen::VectorXd& typical, const
     double largest = 0.0;
     for (Eigen::Index j = 0; j < typical.size(); ++j) largest = std::max(largest, effect(j));
     const Eigen::VectorXd size = m.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
-    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(size.asDiagonal() * m * size.asDiagonal());
+    const Symmetric eigen(size.asDiagonal() * m * size.asDiagonal());
     for (std::size_t j = 0; j < base.size(); ++j) {
         const auto column = static_cast<Eigen::Index>(j);
         if (!(effect(column) > kNoEffect * largest)) {
