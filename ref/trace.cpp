@@ -18,10 +18,19 @@ namespace {
 constexpr double kStructured = 1.3;      ///< block RMS over the noise floor that is more than noise
 constexpr double kLeastExplained = 0.5;  ///< part of the excess that effects must explain, or they are not named
 constexpr double kExact = 3e-4;          ///< part of the measured voltage (torque) below which a residual is the sampling's own
+constexpr std::size_t kLeastBlocks = 3;
 constexpr double kClearlyLess = 0.9;
 constexpr int kPasses = 12;
 
 using Blocks = std::vector<ReportBlock>;
+
+double measured_rms(const Blocks& blocks, int channels)
+{
+    double square = 0.0;
+    for (const ReportBlock& b : blocks)
+        for (int c = 0; c < channels; ++c) square += b.measured[c] * b.measured[c];
+    return blocks.empty() ? 0.0 : std::sqrt(square / static_cast<double>(blocks.size()) / channels);
+}
 
 /// Rows that no fit saw.
 std::vector<std::vector<char>> heldout_rows(const TraceSetup& setup)
@@ -130,14 +139,6 @@ void fill_blocks(const TraceSetup& setup, const Judge& judge, const Point& befor
     out.spectra = spectra(setup, a, b);
 }
 
-double measured_rms(const Blocks& blocks, int channels)
-{
-    double square = 0.0;
-    for (const ReportBlock& b : blocks)
-        for (int c = 0; c < channels; ++c) square += b.measured[c] * b.measured[c];
-    return blocks.empty() ? 0.0 : std::sqrt(square / static_cast<double>(blocks.size()) / channels);
-}
-
 std::string describe(const std::vector<TraceCorrelate>& rest)
 {
     if (rest.empty()) return "what remains goes with nothing that was tested";
@@ -168,6 +169,10 @@ SelectOptions select_options(const TraceSetup& setup, const Judge& judge, const 
     SelectOptions o;
     o.veto = [&setup](const Point& p) { return sense_of(setup, p); };
     o.reported_rms = [&judge](const Point& p) { return judge.each(p); };
+    const Blocks held = judge.of(setup.starts.front(), false);
+    if (held.size() < kLeastBlocks)
+        throw std::invalid_argument(setup.logs->front().path + ": too few rows to hold some out: " + std::to_string(held.size()) + " blocks of the residual");
+    o.exact = kExact * measured_rms(held, judge.channels);
     o.one_speed = setup.one_speed;
     if (options.progress)
         o.tick = [&options, &ticks] {

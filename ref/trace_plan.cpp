@@ -11,6 +11,9 @@ Plan alternate_plan(std::vector<Piece> pieces, std::size_t stretches, std::size_
     plan.guard = guard;
     const std::size_t total = rows_of(plan.pieces);
     const std::size_t length = std::max<std::size_t>(total / std::max<std::size_t>(stretches, 1), 1);
+    // A short stretch keeps three quarters of its rows.
+    guard = std::min(guard, length / 4);
+    plan.guard = guard;
     std::size_t passed = 0;
     for (const Piece& piece : plan.pieces) {
         for (std::size_t k = piece.begin; k < piece.end;) {

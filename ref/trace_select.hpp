@@ -29,6 +29,7 @@ struct SelectOptions {
     std::function<std::string(const Point&)> veto;
     /// RMS of the reported held-out residual of a point, of each channel.
     std::function<std::vector<double>(const Point&)> reported_rms;
+    double exact = 0.0;      ///< reported RMS below which nothing is left to name
     bool one_speed = false;  ///< of settled points: what turns with the speed cannot be told apart there but by small terms
     std::function<void()> tick;
 };

@@ -20,7 +20,7 @@ namespace {
 constexpr std::size_t kLeastPiece = 30;
 constexpr std::size_t kLeastRows = 400, kLeastSettled = 8;
 constexpr std::size_t kSearchRows = 45000, kSearchWindow = 3000;
-constexpr std::size_t kStretches = 20, kFine = 10, kGuard = 60;
+constexpr std::size_t kStretches = 20, kFewestStretches = 4, kLeastStretch = 150, kFine = 10, kGuard = 60;
 constexpr std::size_t kSettledStretches = 60, kSettledFine = 3;
 constexpr std::size_t kFewRows = 400;  ///< settled rows: fewer are operating points, more are a record in time
 
@@ -130,6 +130,9 @@ void find_pole_pairs(TraceSetup& setup)
     setup.notes.push_back("the pole pairs are not known: L, psi and a delay come out multiplied by them (say --pole-pairs)");
 }
 
+/// As many stretches as are long enough to hold blocks of the reported residual.
+std::size_t stretches_of(const std::vector<Piece>& pieces, std::size_t most) { return std::clamp(rows_of(pieces) / kLeastStretch, kFewestStretches, most); }
+
 void electrical_setup(TraceSetup& setup)
 {
     const std::vector<Log>& logs = *setup.logs;
@@ -163,7 +166,8 @@ void electrical_setup(TraceSetup& setup)
     if (rows_of(pieces) < kLeastRows)
         throw std::invalid_argument(logs.front().path + ": " + std::to_string(rows_of(pieces)) + " rows in even pieces of " + std::to_string(kLeastPiece) +
                                     " and more; a trace needs at least " + std::to_string(kLeastRows) + " to hold some out");
-    setup.full = std::make_unique<TraceDynamic>(logs, setup.columns, setup.pole_pairs, alternate_plan(cut(pieces), kStretches, kFine, kGuard));
+    setup.full = std::make_unique<TraceDynamic>(logs, setup.columns, setup.pole_pairs,
+                                                alternate_plan(cut(pieces), stretches_of(pieces, kStretches), kFine, kGuard));
     const std::vector<Piece> windows = spread_sample(pieces, kSearchRows, kSearchWindow);
     if (rows_of(windows) < rows_of(pieces))
         setup.part = std::make_unique<TraceDynamic>(logs, setup.columns, setup.pole_pairs,
@@ -195,7 +199,7 @@ void mechanical_setup(TraceSetup& setup, bool averaged)
     if (rows_of(pieces) < kLeastRows)
         throw std::invalid_argument(logs.front().path + ": " + std::to_string(rows_of(pieces)) + " rows in even pieces of " + std::to_string(kLeastPiece) +
                                     " and more; a trace needs at least " + std::to_string(kLeastRows) + " to hold some out");
-    const std::size_t stretches = kStretches * logs.size();
+    const std::size_t stretches = stretches_of(pieces, kStretches * logs.size());
     setup.full = std::make_unique<TraceMechanical>(logs, setup.torque, setup.angle, alternate_plan(pieces, stretches, averaged ? kFine / 2 : kFine, kGuard),
                                                    averaged);
     const std::vector<Piece> windows = spread_sample(pieces, 2 * kSearchRows, 2 * kSearchWindow);

@@ -58,7 +58,13 @@ Eigen::VectorXd variances(const TraceModel& model, const std::vector<Eigen::Matr
 {
     Eigen::VectorXd v(static_cast<Eigen::Index>(total.size()));
     for (std::size_t c = 0; c < total.size(); ++c) v[static_cast<Eigen::Index>(c)] = quadratic(total[c], with_e) / std::max(rows, 1.0) + kLeast;
-    if (model.common_weight()) v.setConstant(v.mean());
+    if (model.common_weight()) {
+        // An axis without current or voltage says nothing about the noise.
+        double sum = 0.0, told = 0.0;
+        for (std::size_t c = 0; c < total.size(); ++c)
+            if (total[c].diagonal().maxCoeff() > 0.0) sum += v[static_cast<Eigen::Index>(c)], told += 1.0;
+        v.setConstant(told > 0.0 ? sum / told : v.mean());
+    }
     return v.cwiseMax(v.maxCoeff() * 1e-6);
 }
 

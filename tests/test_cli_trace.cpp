@@ -226,7 +226,7 @@ static void poor_logs_are_refused_in_one_line(void)
         {with_line(good, 57, "0.0055,1,1,,1,1"), ":57: i_d_A is empty"},
         {with_line(good, 57, "0.0055,1,1,1,1e300,1"), ":57: i_q_A is 1e+300"},
         {with_line(good, 57, "0.0055,1,1,1,1,-2e18"), ":57: w_m_rad_s is -2e+18"},
-        {gaps, "without a gap"},
+        {gaps, "in even pieces"},
         {settled(5), "to hold some out"},
         {shaft(100), "to hold some out"},
     };

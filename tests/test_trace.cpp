@@ -116,6 +116,36 @@ void dropped_samples_are_a_fault_of_the_record()
     TEST_ASSERT_NOT_NULL(std::strstr(r.rest_signature.c_str(), "held or dropped"));
 }
 
+void clipped_sensors_are_a_fault_of_the_record()
+{
+    if (slow_kind()) TEST_IGNORE_MESSAGE("takes long under the sanitizers");
+    const TraceResult r = dqw::trace(simulated("servo", {"nonideal.clip_A=6"}));
+    TEST_ASSERT_EQUAL_STRING("unexplained", r.verdict.c_str());
+    TEST_ASSERT_EQUAL_size_t(0, r.effects.size());
+    TEST_ASSERT_TRUE_MESSAGE(r.rest_signature.find("sensors that stop") != std::string::npos, r.rest_signature.c_str());
+}
+
+// Stretches get fewer and guards shorter: some blocks of the residual are held out at any length.
+void short_logs_are_judged_on_some_rows()
+{
+    if (slow_kind()) TEST_IGNORE_MESSAGE("takes long under the sanitizers");
+    for (const char* duration : {"duration_s=0.05", "duration_s=0.08", "duration_s=0.122", "duration_s=0.125", "duration_s=0.15", "duration_s=0.2"}) {
+        const TraceResult r = dqw::trace(simulated("servo", {"nonideal.dead_time_V=4", "nonideal.dead_time_width_A=0.15", duration}));
+        only(r, "dead_time");
+        TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(0.4, 4.0, value(r.effects[0].parameters, "voltage_V"), duration);
+        TEST_ASSERT_TRUE_MESSAGE(r.after.heldout_rms > 0.1 && r.after.heldout_rms < 0.5, duration);
+    }
+}
+
+// Without noise, the sampling's own error is no effect.
+void exact_logs_have_no_second_name()
+{
+    if (slow_kind()) TEST_IGNORE_MESSAGE("takes long under the sanitizers");
+    TEST_ASSERT_EQUAL_STRING("clean", dqw::trace(simulated("servo_ideal", {})).verdict.c_str());
+    only(dqw::trace(simulated("servo_ideal", {"nonideal.voltage_offset_d_V=0.5"})), "voltage_offset");
+    only(dqw::trace(simulated("servo_ideal", {"nonideal.phase_resistance_a_ohm=0.1"})), "phase_resistance_imbalance");
+}
+
 void too_few_rows_to_hold_some_out_are_refused()
 {
     try {
@@ -151,6 +181,9 @@ int main()
     RUN_TEST(each_single_effect_is_named);
     RUN_TEST(disturbance_outside_the_catalogue_gets_no_name);
     RUN_TEST(dropped_samples_are_a_fault_of_the_record);
+    RUN_TEST(clipped_sensors_are_a_fault_of_the_record);
+    RUN_TEST(short_logs_are_judged_on_some_rows);
+    RUN_TEST(exact_logs_have_no_second_name);
     RUN_TEST(too_few_rows_to_hold_some_out_are_refused);
     RUN_TEST(measured_sweeps_are_dead_time);
     return UNITY_END();
