@@ -1,8 +1,10 @@
 #include "trace.hpp"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <stdexcept>
+#include <thread>
 
 #include "effect.hpp"
 #include "explain.hpp"
@@ -184,16 +186,26 @@ SelectOptions select_options(const TraceSetup& setup, const Judge& judge, const 
 
 void reject(const TraceSetup& setup, const Judge& judge, const Selection& s, TraceResult& result)
 {
-    for (const auto& [name, point] : s.alone) {
-        const auto is_it = [&name = name](const auto& x) { return x.name == name; };
+    // A long log takes a while for each of them.
+    std::vector<double> left(s.alone.size());
+    std::atomic<std::size_t> next{0};
+    const auto work = [&] {
+        for (std::size_t k = next++; k < left.size(); k = next++) left[k] = judge.rms(s.alone[k].second);
+    };
+    std::vector<std::thread> others;
+    for (unsigned k = 1; k < std::thread::hardware_concurrency(); ++k) others.emplace_back(work);
+    work();
+    for (std::thread& t : others) t.join();
+    for (std::size_t k = 0; k < left.size(); ++k) {
+        const std::string& name = s.alone[k].first;
+        const auto is_it = [&name](const auto& x) { return x.name == name; };
         if (std::any_of(result.effects.begin(), result.effects.end(), is_it)) continue;
-        const double rms = judge.rms(point);
         std::string why = "explains nothing that the rows held out confirm";
         for (const TraceEffect& e : result.effects)
             if (std::find(e.confusable_with.begin(), e.confusable_with.end(), name) != e.confusable_with.end()) why = "cannot be told from " + e.name + " here";
         for (const auto& [vetoed, reason] : s.vetoed)
             if (vetoed == name) why = reason;
-        result.rejected.push_back({name, why, rms});
+        result.rejected.push_back({name, why, left[k]});
     }
     for (const TraceRejected& r : setup.untestable) result.rejected.push_back(r);
 }
