@@ -219,6 +219,7 @@ struct Search {
     std::unique_ptr<TraceSetup> setup;
     std::unique_ptr<Judge> judge;
     Selection selection;
+    double exact = 0.0;  ///< reported RMS that is the sampling's own
     double rms = HUGE_VAL;
 };
 
@@ -228,6 +229,7 @@ Search search(const std::vector<Log>& logs, const TraceOptions& options, bool av
     out.setup = trace_setup(logs, options.effects, averaged);
     out.judge = std::make_unique<Judge>(*out.setup);
     const SelectOptions by = select_options(*out.setup, *out.judge, options, ticks);
+    out.exact = by.exact;
     Selection& s = out.selection = select(out.setup->search(), best_start(*out.setup), out.setup->candidates, by);
     if (!s.plain.ok) throw std::invalid_argument(logs.front().path + ": a sampling period spans many time constants of the machine; is this log steady?");
     look_alikes(out.setup->search(), out.setup->candidates, by, s);
@@ -272,7 +274,7 @@ TraceResult trace(const std::vector<Log>& logs, const TraceOptions& options)
     double floor = noise_floor(*setup, s.best.point), after = judge.rms(s.best.point);
     const std::string fault = s.fault.empty() ? record_fault(logs) : s.fault;
     const double excess_before = std::max(before * before - floor * floor, 0.0), excess_after = std::max(after * after - floor * floor, 0.0);
-    const double exact = kExact * measured_rms(judge.of(plain, false), judge.channels);
+    const double exact = found.exact;
     const bool rests = after > std::max(kStructured * floor, exact);
     if (!fault.empty() || before < exact || (rests && excess_after > (1.0 - kLeastExplained) * excess_before)) {
         s.found.clear(), s.after.clear();

@@ -6,14 +6,13 @@
 #include <unsupported/Eigen/FFT>
 
 #include "explain.hpp"
+#include "trace_range.hpp"
 
 namespace dqw {
 namespace {
 
 constexpr std::size_t kChunk = 200;
 constexpr double kLeastShare = 0.05;
-
-double at_row(const std::vector<double>& column, std::size_t k) { return column.empty() ? 0.0 : column[k]; }
 
 double median(std::vector<double> x)
 {

@@ -184,8 +184,7 @@ std::vector<Tried> round(const TraceModel& model, const Refined& base, const std
         std::string key;
         for (const std::string& n : s.candidate->names()) key += n + " ";
         if (++times[key] > 1) continue;
-        if (alone && s.candidate->names().size() == 1 && s.candidate->inputs.front().law != Law::clipped_current)
-            alone->push_back({s.candidate->names().front(), s.point});
+        if (alone && s.candidate->names().size() == 1 && !s.candidate->is_fault()) alone->push_back({s.candidate->names().front(), s.point});
         if (tried.size() >= kRefined && s.candidate->inputs.front().law != Law::saturation) {
             if (alone) continue;
             break;
@@ -264,7 +263,7 @@ void look_alikes(const TraceModel& model, const std::vector<Candidate>& candidat
         if (!base.ok) continue;
         std::vector<Candidate> rivals;
         for (const Candidate& c : candidates)
-            if (c.names().size() == 1 && c.names().front() != found.name && c.inputs.front().law != Law::clipped_current) rivals.push_back(c);
+            if (c.names().size() == 1 && c.names().front() != found.name && !c.is_fault()) rivals.push_back(c);
         for (const Tried& t : round(model, base, rivals, options, nullptr)) {
             if (!t.refined.ok || found.confusable_with.size() >= kMostAlike) continue;
             if (better(model, t.refined.left, s.best.left).t > kSeparateT + (options.one_speed ? 0.5 : 0.0)) continue;
@@ -296,8 +295,8 @@ Selection select(const TraceModel& model, const Point& start, const std::vector<
             if (needed(model, s.best, t.refined, options)) taken = &t;
         }
         if (!taken) break;
-        if (const Term& last = taken->refined.point.terms.back(); last.input.law == Law::clipped_current) {
-            s.fault = "the residual is that of current sensors that stop at about " + figure(last.input.shape[0]) + " A";
+        if (taken->candidate.is_fault()) {
+            s.fault = "the residual is that of current sensors that stop at about " + figure(taken->refined.point.terms.back().input.shape[0]) + " A";
             s.best = s.plain, s.found.clear(), s.after.clear();
             return s;
         }

@@ -14,6 +14,8 @@ struct Candidate {
     std::vector<Input> inputs;
     /// Names of its effects, each once.
     std::vector<std::string> names() const;
+    /// A fault of the record, no effect.
+    bool is_fault() const { return inputs.front().law == Law::clipped_current; }
 };
 
 /// How a candidate did when it was tried.

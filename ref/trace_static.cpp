@@ -2,12 +2,12 @@
 
 #include <cmath>
 
+#include "trace_range.hpp"
+
 namespace dqw {
 namespace {
 
 enum Index { kR, kLd, kLq, kPsi };
-
-double at_row(const std::vector<double>& column, std::size_t k) { return column.empty() ? 0.0 : column[k]; }
 
 /// f + w_e J g
 Vector2 settled(const Moment& m, Vector2 f, Vector2 g) { return {f.d - m.w_e * g.q, f.q + m.w_e * g.d}; }

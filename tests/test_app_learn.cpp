@@ -11,8 +11,7 @@
 #include "learn.hpp"
 #include "learn_inputs.hpp"
 #include "learn_residual.hpp"
-#include "log_reader.hpp"
-#include "simulate.hpp"
+#include "simulated.hpp"
 #include "unity.h"
 
 void setUp(void) {}
@@ -43,17 +42,6 @@ void near_truth(const Result& r, const std::string& name, double truth, double p
     const double off = 100 * (e->value / truth - 1);
     const std::string text = name + " is off by " + std::to_string(off) + " %, bound " + std::to_string(percent);
     TEST_ASSERT_TRUE_MESSAGE(std::abs(off) <= percent, text.c_str());
-}
-
-dqw::Log simulated(const std::string& name, const std::vector<std::string>& settings = {})
-{
-    dqw_sim_scenario s = dqw::scenario_named(name);
-    for (const auto& x : settings) dqw::set(s, x);
-    const auto simulation = dqw::simulate(s, [](double) {});
-    const command::Folder folder;
-    dqw::write_csv(simulation, folder / "x.csv");
-    dqw::write_toml(simulation, folder / "x.toml", "test");
-    return dqw::read_log(folder / "x.csv", {});
 }
 
 void terminal_accuracy_on_every_dynamic_scenario()

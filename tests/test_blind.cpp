@@ -4,6 +4,7 @@
 #include <string>
 
 #include "../bench/blind.hpp"
+#include "command.hpp"
 #include "unity.h"
 
 void setUp(void) {}
@@ -11,12 +12,6 @@ void tearDown(void) {}
 
 using blind::Kind;
 using blind::Outcome;
-
-static bool sanitized()
-{
-    const char* kind = std::getenv("DQW_TEST_KIND");
-    return kind && std::string(kind) == "asan";
-}
 
 static Outcome said(std::vector<std::string> truth, std::vector<std::string> named, std::vector<std::vector<std::string>> confusable)
 {
@@ -97,7 +92,7 @@ static void the_report_counts(void)
 // Strength is what a fit that knows nothing of the effects leaves over the floor: the tracer's own `before` judges the draw.
 static void fixed_logs_are_traced(void)
 {
-    if (sanitized()) TEST_IGNORE_MESSAGE("twenty logs: plain alone");
+    if (command::sanitized()) TEST_IGNORE_MESSAGE("twenty logs: plain alone");
     const std::uint64_t seeds[] = {1, 11, 26, 33, 50, 66, 95, 98, 103, 111, 112, 122, 166, 181, 219, 229, 274, 284, 299, 315};
     int wrong = 0;
     for (const std::uint64_t seed : seeds) {

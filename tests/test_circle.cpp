@@ -9,27 +9,15 @@
 #include "dqw.h"
 #include "effect_names.hpp"
 #include "learn_trace.hpp"
-#include "log_reader.hpp"
 #include "model_config.hpp"
-#include "simulate.hpp"
 #include "trace.hpp"
+#include "simulated.hpp"
 #include "unity.h"
 
 void setUp(void) {}
 void tearDown(void) {}
 
 namespace {
-
-dqw::Log simulated(const std::string& name, const std::vector<std::string>& settings)
-{
-    dqw_sim_scenario s = dqw::scenario_named(name);
-    for (const auto& x : settings) dqw::set(s, x);
-    const auto simulation = dqw::simulate(s, [](double) {});
-    const command::Folder folder;
-    dqw::write_csv(simulation, folder / "x.csv");
-    dqw::write_toml(simulation, folder / "x.toml", "test");
-    return dqw::read_log(folder / "x.csv", {});
-}
 
 void between(double low, double value, double high, const std::string& what)
 {

@@ -1,13 +1,11 @@
 // The fit of named effects against the simulator, whose laws are others' (sim/ shares no code with ref/).
 #include <cstdlib>
-#include <cstring>
 #include <nlohmann/json.hpp>
 #include <random>
 
 #include "command.hpp"
-#include "log_reader.hpp"
-#include "simulate.hpp"
 #include "trace.hpp"
+#include "simulated.hpp"
 #include "unity.h"
 
 extern "C" void setUp(void) {}
@@ -23,18 +21,7 @@ using Names = std::vector<std::string>;
 /// Under the sanitizers a fit takes a minute.
 bool slow_kind() { return command::sanitized(); }
 
-/// As the application reads it from a file.
-std::vector<Log> simulated(const command::Folder& folder, const char* scenario, const Names& settings)
-{
-    dqw_sim_scenario s = dqw::scenario_named(scenario);
-    for (const std::string& setting : settings) dqw::set(s, setting);
-    const std::string path = folder / "log.csv";
-    dqw::write_csv(dqw::simulate(s, [](double) {}), path);
-    folder.write("log.toml", std::string("[log]\nregime = \"") + s.regime + "\"\n");
-    dqw::ReadOptions options;
-    options.pole_pairs = s.machine.pole_pairs;
-    return {dqw::read_log(path, options)};
-}
+std::vector<Log> one_log(const char* scenario, const Names& settings) { return {simulated(scenario, settings, Beside::regime)}; }
 
 const dqw::Estimate& entry(const std::vector<dqw::Estimate>& list, const char* name)
 {
@@ -49,8 +36,7 @@ double value(const std::vector<dqw::Estimate>& list, const char* name) { return 
 void dead_time_does_not_stay_in_R()
 {
     if (slow_kind()) TEST_IGNORE_MESSAGE("takes long under the sanitizers");
-    const command::Folder folder;
-    const EffectFit f = dqw::fit_effects(simulated(folder, "servo", {"nonideal.dead_time_V=4", "nonideal.dead_time_width_A=0.15"}), {"dead_time"}, {});
+    const EffectFit f = dqw::fit_effects(one_log("servo", {"nonideal.dead_time_V=4", "nonideal.dead_time_width_A=0.15"}), {"dead_time"}, {});
     TEST_ASSERT_EQUAL_size_t(0, f.result.not_identifiable.size());
     TEST_ASSERT_EQUAL_size_t(1, f.effects.size());
     TEST_ASSERT_EQUAL_STRING("dead_time", f.effects[0].name.c_str());
@@ -86,8 +72,7 @@ void each_effect_reads_as_simulated()
         {"coast_friction", "coulomb_friction", {}, "torque_Nm", 0.1, 0.002},
     };
     for (const auto& c : cases) {
-        const command::Folder folder;
-        const EffectFit f = dqw::fit_effects(simulated(folder, c.scenario, c.settings), {c.effect}, {});
+        const EffectFit f = dqw::fit_effects(one_log(c.scenario, c.settings), {c.effect}, {});
         TEST_ASSERT_EQUAL_size_t_MESSAGE(1, f.effects.size(), c.effect);
         const dqw::Estimate& e = entry(f.effects[0].parameters, c.parameter);
         TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(c.within, c.truth, e.value, c.effect);
@@ -102,8 +87,7 @@ void each_effect_reads_as_simulated()
 void several_effects_are_told_apart()
 {
     if (slow_kind()) TEST_IGNORE_MESSAGE("takes long under the sanitizers");
-    const command::Folder folder;
-    const EffectFit f = dqw::fit_effects(simulated(folder, "effect_friction", {"nonideal.stribeck_Nm=0"}),
+    const EffectFit f = dqw::fit_effects(one_log("effect_friction", {"nonideal.stribeck_Nm=0"}),
                                          {"cogging_torque", "coulomb_friction", "direction_asymmetry", "coulomb_friction"}, {});
     // In the order named, each once.
     TEST_ASSERT_EQUAL_size_t(3, f.effects.size());
@@ -139,8 +123,7 @@ void all_rows_count()
 void what_the_log_does_not_tell_has_no_value()
 {
     if (slow_kind()) TEST_IGNORE_MESSAGE("takes long under the sanitizers");
-    const command::Folder folder;
-    const EffectFit f = dqw::fit_effects(simulated(folder, "servo", {}), {"iron_loss"}, {"R_ohm", "J_kgm2"});
+    const EffectFit f = dqw::fit_effects(one_log("servo", {}), {"iron_loss"}, {"R_ohm", "J_kgm2"});
     TEST_ASSERT_EQUAL_size_t(0, f.effects.size());
     TEST_ASSERT_EQUAL_size_t(2, f.result.not_identifiable.size());
     TEST_ASSERT_EQUAL_STRING("J_kgm2", f.result.not_identifiable[0].name.c_str());
@@ -186,8 +169,7 @@ void drift_is_no_excitation()
 void heating_state_names_its_current()
 {
     if (slow_kind()) TEST_IGNORE_MESSAGE("takes long under the sanitizers");
-    const command::Folder folder;
-    std::vector<Log> logs = simulated(folder, "heating", {});
+    std::vector<Log> logs = one_log("heating", {});
     double most = 0.0;
     for (std::size_t k = 0; k < logs[0].rows(); ++k) most = std::max(most, std::hypot(logs[0].i_d_A[k], logs[0].i_q_A[k]));
     logs[0].temp_winding_C.clear(), logs[0].temp_magnet_C.clear();

@@ -7,9 +7,8 @@
 #include <fstream>
 #include <sstream>
 
-#include "log_reader.hpp"
-#include "simulate.hpp"
 #include "trace.hpp"
+#include "simulated.hpp"
 #include "unity.h"
 
 extern "C" void setUp(void) {}
@@ -26,11 +25,7 @@ std::string data(const std::string& name)
     return std::string(folder != nullptr && *folder != '\0' ? folder : "../shared/data") + "/" + name + ".csv";
 }
 
-bool slow_kind()
-{
-    const char* kind = std::getenv("DQW_TEST_KIND");
-    return kind != nullptr && std::strcmp(kind, "asan") == 0;
-}
+bool slow_kind() { return command::sanitized(); }
 
 std::string scratch(const std::string& name)
 {
@@ -56,13 +51,7 @@ Table numbers(const std::string& path)
 
 TraceResult traced(const std::vector<std::string>& settings)
 {
-    dqw_sim_scenario s = dqw::scenario_named("servo");
-    for (const std::string& setting : settings) dqw::set(s, setting);
-    const std::string path = scratch("log.csv");
-    dqw::write_csv(dqw::simulate(s, [](double) {}), path);
-    dqw::ReadOptions options;
-    options.pole_pairs = s.machine.pole_pairs;
-    const TraceResult r = dqw::trace({dqw::read_log(path, options)});
+    const TraceResult r = dqw::trace({simulated("servo", settings, Beside::nothing)});
     std::printf("%s:", r.verdict.c_str());
     for (const dqw::TraceEffect& e : r.effects) std::printf(" %s", e.name.c_str());
     for (const dqw::Estimate& e : r.after.parameters) std::printf("; %s %.5g (%.2g)", e.name.c_str(), e.value, e.sd);

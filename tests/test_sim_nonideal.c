@@ -4,35 +4,21 @@
 #include <string.h>
 
 #include "dqw_sim.h"
+#include "sim_log.h"
 #include "sim_flux.h"
 #include "sim_signal.h"
 #include "unity.h"
 
 static dqw_sim_row *rows;
-static size_t count;
 
 void setUp(void) { rows = NULL; }
 void tearDown(void) { free(rows); }
 
 static const dqw_sim_row *end_of(const dqw_sim_scenario *s)
 {
-    dqw_sim_report report;
     free(rows);
-    count = dqw_sim_rows(s);
-    rows = calloc(count ? count : 1, sizeof *rows);
-    TEST_ASSERT_EQUAL_INT_MESSAGE(0, dqw_sim_run(s, rows, count, &report, NULL, NULL), report.message);
+    rows = simulate(s);
     return &rows[count - 1];
-}
-
-// Servo at an imposed speed with constant current references, until all has settled.
-static dqw_sim_scenario settled(double i_d_A, double i_q_A, double speed_rad_s)
-{
-    dqw_sim_scenario s = *dqw_sim_scenario_find("servo_ideal");
-    s.profile = (dqw_sim_profile){.control = DQW_SIM_CONTROL_CURRENT, .shaft = DQW_SIM_SHAFT_IMPOSED};
-    s.profile.i_d_A.value = i_d_A, s.profile.i_q_A.value = i_q_A, s.profile.speed_rad_s.value = speed_rad_s;
-    s.drive.hold = DQW_SIM_HOLD_DQ;
-    s.duration_s = 0.1, s.rtol = 1e-10;
-    return s;
 }
 
 static void test_ramp_is_zero_then_straight_then_flat(void)

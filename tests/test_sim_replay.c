@@ -5,22 +5,13 @@
 #include <stdlib.h>
 
 #include "dqw_sim.h"
+#include "sim_log.h"
 #include "unity.h"
 
 static dqw_sim_row *rows, *tight;
-static size_t count;
 
 void setUp(void) { rows = tight = NULL; }
 void tearDown(void) { free(rows), free(tight); }
-
-static dqw_sim_row *simulate(const dqw_sim_scenario *s)
-{
-    dqw_sim_report report;
-    count = dqw_sim_rows(s);
-    dqw_sim_row *log = calloc(count ? count : 1, sizeof *log);
-    TEST_ASSERT_EQUAL_INT_MESSAGE(0, dqw_sim_run(s, log, count, &report, NULL, NULL), report.message);
-    return log;
-}
 
 // Plain machine, (P6), (P7), states i_d, i_q, w_m, theta_e; v_alpha, v_beta held.
 static void slope(const dqw_sim_machine *m, const double v[2], double load, const double x[4], double dx[4])

@@ -4,23 +4,14 @@
 #include <string.h>
 
 #include "dqw_sim.h"
+#include "sim_log.h"
 #include "sim_random.h"
 #include "unity.h"
 
 static dqw_sim_row *clean, *noisy;
-static size_t count;
 
 void setUp(void) { clean = noisy = NULL; }
 void tearDown(void) { free(clean), free(noisy); }
-
-static dqw_sim_row *simulate(const dqw_sim_scenario *s)
-{
-    dqw_sim_report report;
-    count = dqw_sim_rows(s);
-    dqw_sim_row *log = calloc(count ? count : 1, sizeof *log);
-    TEST_ASSERT_EQUAL_INT_MESSAGE(0, dqw_sim_run(s, log, count, &report, NULL, NULL), report.message);
-    return log;
-}
 
 static double at(const dqw_sim_row *row, size_t column) { return ((const double *)(const void *)row)[column]; }
 enum { V_D = 1, V_Q, I_D, I_Q, SPEED, THETA_E, THETA_M, V_DC, WINDING, MAGNET, TORQUE };

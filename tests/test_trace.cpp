@@ -4,9 +4,8 @@
 #include <fstream>
 #include <stdexcept>
 
-#include "log_reader.hpp"
-#include "simulate.hpp"
 #include "trace.hpp"
+#include "simulated.hpp"
 #include "unity.h"
 
 extern "C" void setUp(void) {}
@@ -18,23 +17,9 @@ using dqw::Log;
 using dqw::TraceResult;
 
 /// Under the sanitizers a trace takes a minute.
-bool slow_kind()
-{
-    const char* kind = std::getenv("DQW_TEST_KIND");
-    return kind != nullptr && std::strcmp(kind, "asan") == 0;
-}
+bool slow_kind() { return command::sanitized(); }
 
-std::vector<Log> simulated(const char* scenario, const std::vector<std::string>& settings)
-{
-    dqw_sim_scenario s = dqw::scenario_named(scenario);
-    for (const std::string& setting : settings) dqw::set(s, setting);
-    const char* build = std::getenv("BUILD");
-    const std::string path = std::string(build != nullptr ? build : "build") + "/tests/trace_" + (slow_kind() ? "asan" : "plain") + ".csv";
-    dqw::write_csv(dqw::simulate(s, [](double) {}), path);
-    dqw::ReadOptions options;
-    options.pole_pairs = s.machine.pole_pairs;
-    return {dqw::read_log(path, options)};
-}
+std::vector<Log> one_log(const char* scenario, const std::vector<std::string>& settings) { return {simulated(scenario, settings, Beside::nothing)}; }
 
 double value(const std::vector<dqw::Estimate>& list, const char* name)
 {
@@ -53,7 +38,7 @@ void only(const TraceResult& r, const char* effect)
 void clean_log_has_nothing()
 {
     if (slow_kind()) TEST_IGNORE_MESSAGE("takes long under the sanitizers");
-    const TraceResult r = dqw::trace(simulated("servo", {}));
+    const TraceResult r = dqw::trace(one_log("servo", {}));
     TEST_ASSERT_EQUAL_STRING("clean", r.verdict.c_str());
     TEST_ASSERT_EQUAL_size_t(0, r.effects.size());
     // Measured: 1.06.
@@ -63,7 +48,7 @@ void clean_log_has_nothing()
 void dead_time_does_not_stay_in_R()
 {
     if (slow_kind()) TEST_IGNORE_MESSAGE("takes long under the sanitizers");
-    const TraceResult r = dqw::trace(simulated("servo", {"nonideal.dead_time_V=4", "nonideal.dead_time_width_A=0.15"}));
+    const TraceResult r = dqw::trace(one_log("servo", {"nonideal.dead_time_V=4", "nonideal.dead_time_width_A=0.15"}));
     TEST_ASSERT_EQUAL_STRING("explained", r.verdict.c_str());
     only(r, "dead_time");
     TEST_ASSERT_DOUBLE_WITHIN(0.08, 4.0, value(r.effects[0].parameters, "voltage_V"));
@@ -94,7 +79,7 @@ void each_single_effect_is_named()
         {"phase_resistance_imbalance", {"nonideal.phase_resistance_a_ohm=0.1"}, "dR_a_ohm", 0.1, 0.01},
     };
     for (const auto& c : cases) {
-        const TraceResult r = dqw::trace(simulated("servo", c.settings));
+        const TraceResult r = dqw::trace(one_log("servo", c.settings));
         only(r, c.name);
         TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(c.within, c.truth, value(r.effects[0].parameters, c.parameter), c.name);
     }
@@ -103,7 +88,7 @@ void each_single_effect_is_named()
 void disturbance_outside_the_catalogue_gets_no_name()
 {
     if (slow_kind()) TEST_IGNORE_MESSAGE("takes long under the sanitizers");
-    const TraceResult r = dqw::trace(simulated("servo", {"nonideal.disturbance_V=1", "nonideal.disturbance_Hz=37"}));
+    const TraceResult r = dqw::trace(one_log("servo", {"nonideal.disturbance_V=1", "nonideal.disturbance_Hz=37"}));
     TEST_ASSERT_EQUAL_STRING("unexplained", r.verdict.c_str());
     TEST_ASSERT_EQUAL_size_t(0, r.effects.size());
     TEST_ASSERT_FALSE(r.rest_signature.empty());
@@ -111,7 +96,7 @@ void disturbance_outside_the_catalogue_gets_no_name()
 
 void dropped_samples_are_a_fault_of_the_record()
 {
-    const TraceResult r = dqw::trace(simulated("servo", {"nonideal.dropped_fraction=0.02", "duration_s=0.3"}));
+    const TraceResult r = dqw::trace(one_log("servo", {"nonideal.dropped_fraction=0.02", "duration_s=0.3"}));
     TEST_ASSERT_EQUAL_STRING("unexplained", r.verdict.c_str());
     TEST_ASSERT_NOT_NULL(std::strstr(r.rest_signature.c_str(), "held or dropped"));
 }
@@ -119,7 +104,7 @@ void dropped_samples_are_a_fault_of_the_record()
 void clipped_sensors_are_a_fault_of_the_record()
 {
     if (slow_kind()) TEST_IGNORE_MESSAGE("takes long under the sanitizers");
-    const TraceResult r = dqw::trace(simulated("servo", {"nonideal.clip_A=6"}));
+    const TraceResult r = dqw::trace(one_log("servo", {"nonideal.clip_A=6"}));
     TEST_ASSERT_EQUAL_STRING("unexplained", r.verdict.c_str());
     TEST_ASSERT_EQUAL_size_t(0, r.effects.size());
     TEST_ASSERT_TRUE_MESSAGE(r.rest_signature.find("sensors that stop") != std::string::npos, r.rest_signature.c_str());
@@ -130,7 +115,7 @@ void short_logs_are_judged_on_some_rows()
 {
     if (slow_kind()) TEST_IGNORE_MESSAGE("takes long under the sanitizers");
     for (const char* duration : {"duration_s=0.05", "duration_s=0.08", "duration_s=0.122", "duration_s=0.125", "duration_s=0.15", "duration_s=0.2"}) {
-        const TraceResult r = dqw::trace(simulated("servo", {"nonideal.dead_time_V=4", "nonideal.dead_time_width_A=0.15", duration}));
+        const TraceResult r = dqw::trace(one_log("servo", {"nonideal.dead_time_V=4", "nonideal.dead_time_width_A=0.15", duration}));
         only(r, "dead_time");
         TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(0.4, 4.0, value(r.effects[0].parameters, "voltage_V"), duration);
         TEST_ASSERT_TRUE_MESSAGE(r.after.heldout_rms > 0.02 && r.after.heldout_rms < 0.5, duration);
@@ -141,15 +126,15 @@ void short_logs_are_judged_on_some_rows()
 void exact_logs_have_no_second_name()
 {
     if (slow_kind()) TEST_IGNORE_MESSAGE("takes long under the sanitizers");
-    TEST_ASSERT_EQUAL_STRING("clean", dqw::trace(simulated("servo_ideal", {})).verdict.c_str());
-    only(dqw::trace(simulated("servo_ideal", {"nonideal.voltage_offset_d_V=0.5"})), "voltage_offset");
-    only(dqw::trace(simulated("servo_ideal", {"nonideal.phase_resistance_a_ohm=0.1"})), "phase_resistance_imbalance");
+    TEST_ASSERT_EQUAL_STRING("clean", dqw::trace(one_log("servo_ideal", {})).verdict.c_str());
+    only(dqw::trace(one_log("servo_ideal", {"nonideal.voltage_offset_d_V=0.5"})), "voltage_offset");
+    only(dqw::trace(one_log("servo_ideal", {"nonideal.phase_resistance_a_ohm=0.1"})), "phase_resistance_imbalance");
 }
 
 void too_few_rows_to_hold_some_out_are_refused()
 {
     try {
-        dqw::trace(simulated("servo", {"duration_s=0.02"}));
+        dqw::trace(one_log("servo", {"duration_s=0.02"}));
         TEST_FAIL_MESSAGE("200 rows were traced");
     } catch (const std::invalid_argument& error) {
         TEST_ASSERT_NOT_NULL(std::strstr(error.what(), "to hold some out"));
