@@ -1,5 +1,6 @@
 #include "effect_input.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 
@@ -138,6 +139,31 @@ void cross_saturation(const Input& input, const Moment& at, Vector2 g[])
     g[2] = {y * y * y * y, 4.0 * x * y * y * y};
 }
 
+/// A voltage late by `late` periods, of a settled point by `late` seconds, (E51); its slope by them.
+struct Late {
+    Vector2 f, slope;
+    Late(const Moment& at, double late)
+    {
+        if (at.settled) {
+            const double c = std::cos(at.w_e * late), s = std::sin(at.w_e * late);
+            f = {(1.0 - c) * at.v_end_d - s * at.v_end_q, (1.0 - c) * at.v_end_q + s * at.v_end_d};
+            slope = {at.w_e * (s * at.v_end_d - c * at.v_end_q), at.w_e * (s * at.v_end_q + c * at.v_end_d)};
+            return;
+        }
+        for (int n = 0; n < kPast && (n == 0 || late > n); ++n) {
+            const double part = n + 1 < kPast ? std::min(late - n, 1.0) : late - n, inside = std::clamp(part, 0.0, 1.0);
+            const auto add = [&](double change, double rate, double& sum, double& by) {
+                // What the first part of a period brings has decayed more at its end than the mean has.
+                const double fade = 0.5 * rate * at.period_s;
+                sum += part * (1.0 - fade * (1.0 - inside)) * change;
+                if (part < 1.0 || n + 1 == kPast) by = (1.0 - fade * (1.0 - 2.0 * inside)) * change;
+            };
+            add(at.change[n].d, at.R / at.Ld, f.d, slope.d);
+            add(at.change[n].q, at.R / at.Lq, f.q, slope.q);
+        }
+    }
+};
+
 }  // namespace
 
 int weights_of(Law law) { return info(law).weights; }
@@ -151,7 +177,7 @@ Law law_named(const std::string& name)
     throw std::invalid_argument("unknown effect " + name);
 }
 
-void evaluate(const Input& input, const Moment& at, Vector2 f[kMostWeights], Vector2 g[kMostWeights])
+void evaluate(const Input& input, const Moment& at, Vector2 f[kMostWeights], Vector2 g[kMostWeights], const double weights[])
 {
     for (int j = 0; j < weights_of(input.law); ++j) f[j] = g[j] = {};
     switch (input.law) {
@@ -176,7 +202,7 @@ void evaluate(const Input& input, const Moment& at, Vector2 f[kMostWeights], Vec
     case Law::magnet_temperature: g[0].d = at.heat_K; break;
     case Law::iron_loss:
         g[0] = {-at.Ld * (at.v_end_d - at.R * at.i_d), -at.Lq * (at.v_end_q - at.R * at.i_q)};
-        if (!at.settled) f[0] = {0.5 * at.R * at.change_d, 0.5 * at.R * at.change_q};
+        if (!at.settled) f[0] = {0.5 * at.R * at.change[0].d, 0.5 * at.R * at.change[0].q};
         break;
     case Law::flux_harmonics: {
         double c = at.cos_e, s = at.sin_e, cn = 1.0, sn = 0.0;
@@ -202,7 +228,7 @@ void evaluate(const Input& input, const Moment& at, Vector2 f[kMostWeights], Vec
         break;
     }
     case Law::angle_offset: g[0] = {(at.Lq - at.Ld) * at.i_q, (at.Lq - at.Ld) * at.i_d - at.psi}; break;
-    case Law::delay: f[0] = {at.change_d, at.change_q}; break;
+    case Law::delay: f[0] = Late(at, weights ? weights[0] : 0.0).slope; break;
     case Law::skin_effect: f[0] = {at.w_e * at.w_e * (at.i_d + at.bow_d), at.w_e * at.w_e * at.i_q}; break;
     case Law::phase_resistance_imbalance: {
         const double i_d = at.i_d + at.bow_d;
@@ -232,6 +258,11 @@ void evaluate_sum(const Input& input, const double weights[], const Moment& at, 
         const double flux_d = at.Ld * (c * at.i_d - s * at.i_q) + at.psi, flux_q = at.Lq * (s * at.i_d + c * at.i_q);
         g.d += c * flux_d + s * flux_q - at.Ld * at.i_d - at.psi;
         g.q += c * flux_q - s * flux_d - at.Lq * at.i_q;
+        return;
+    }
+    if (input.law == Law::delay) {
+        const Late late(at, weights[0]);
+        f.d += late.f.d, f.q += late.f.q;
         return;
     }
     Vector2 each_f[kMostWeights], each_g[kMostWeights];

@@ -31,6 +31,7 @@ enum class Law {
 };
 
 constexpr int kMostWeights = 5;
+constexpr int kPast = 3;  ///< voltages that a delay looks back
 
 /// A law with its shape; the weights are what is fitted. `heat` names the heating state of a temperature law: 0 is the log's
 /// own temperature, n the n-th time constant that the model prepared.
@@ -48,11 +49,17 @@ const char* name_of(Law law);
 /// Throws std::invalid_argument for a name that the catalogue lacks.
 Law law_named(const std::string& name);
 
-/// What a sample holds for an input. Voltages: v of the period, v_end as the rotor sees it at this sample, change: v less the
-/// last row's stationary voltage as seen in this period.
+struct Vector2 {
+    double d = 0, q = 0;
+};
+
+/// What a sample holds for an input. Voltages: v of the period, v_end as the rotor sees it at this sample, change[0]: v less the
+/// last row's stationary voltage as seen in this period, change[1]: that less the one before ...
 struct Moment {
     double i_d = 0, i_q = 0, w_e = 0, cos_e = 1, sin_e = 0;
-    double v_end_d = 0, v_end_q = 0, change_d = 0, change_q = 0;
+    double v_end_d = 0, v_end_q = 0;
+    Vector2 change[kPast];
+    double period_s = 0;
     bool settled = false;  ///< a point that lasts: its voltage has not just stepped
     double heat_K = 0;
     double R = 0, Ld = 0, Lq = 0, psi = 0;
@@ -64,15 +71,11 @@ struct Moment {
     double mean_of_held = 1.0;             ///< what a constant rotor-frame f keeps of itself as a mean over it
 };
 
-struct Vector2 {
-    double d = 0, q = 0;
-};
-
-/// f and g of one unit of each weight, (E51) to (E53). clipped_current: three sensors that stop at shape[0] A; where one does, the
+/// f and g of one unit of each weight, (E51) to (E53); of a delay the slope at `weights`, where given. clipped_current: three sensors that stop at shape[0] A; where one does, the
 /// true phase current is beyond it by three times what the measured one, less the three's mean, is.
-void evaluate(const Input& input, const Moment& at, Vector2 f[kMostWeights], Vector2 g[kMostWeights]);
+void evaluate(const Input& input, const Moment& at, Vector2 f[kMostWeights], Vector2 g[kMostWeights], const double weights[] = nullptr);
 
-/// Sum over the weights; angle_offset exactly instead of to first order.
+/// Sum over the weights; angle_offset and delay exactly instead of to first order.
 void evaluate_sum(const Input& input, const double weights[], const Moment& at, Vector2& f, Vector2& g);
 
 /// Derivatives by the currents of the same sums, [dd dq qd qq]; zero for what hardly depends on them.

@@ -15,20 +15,35 @@ constexpr double kLargestRateDt = 15.0;  ///< (R/L + w_e) dt beyond which a log 
 constexpr int kChunk = 128;              ///< rows gathered before they are added up
 constexpr int kIterations = 4;           ///< of the implicit end of a period
 
+/// Voltages held in the last periods, the last first, as the rotor sees them.
+using Held = std::array<Vector2, kPast>;
+Held held_from(Vector2 v)
+{
+    Held held;
+    held.fill(v);
+    return held;
+}
+
 /// A voltage held over a period in which the rotor turns by 2 h, from its mean in the rotor's frame.
 struct Hold {
     double sinc;
     Matrix2 to_start, to_end;  ///< from the frame of a period's start (end) to that of its middle
     Vector2 end;               ///< as seen at the end
-    Vector2 change;            ///< mean less the mean of the last held voltage, had it gone on; as an f of constant value
-    Hold(double h, Vector2 mean, Vector2 last_end)
+    Vector2 change[kPast];     ///< mean less the mean of the last held voltage, had it gone on; that less the one before ...; as an f of constant value
+    /// `held`: the last voltages, as seen at the start; as seen at the end, this one first, when done.
+    Hold(double h, Vector2 mean, Held& held)
     {
         const double c = std::cos(h), s = std::sin(h);
         sinc = std::abs(h) > 1e-4 ? s / h : 1.0 - h * h / 6.0;
         to_start = turn(c, -s), to_end = turn(c, s);
         end = to_start * Vector2{mean.d / sinc, mean.q / sinc};
-        const Vector2 last = to_start * last_end;
-        change = {(mean.d / sinc - last.d) / c, (mean.q / sinc - last.q) / c};
+        Vector2 now{mean.d / sinc, mean.q / sinc}, next = end;
+        for (int n = 0; n < kPast; ++n) {
+            const Vector2 last = to_start * held[static_cast<std::size_t>(n)];
+            change[n] = {(now.d - last.d) / c, (now.q - last.q) / c};
+            now = last;
+            held[static_cast<std::size_t>(n)] = next, next = to_start * last;
+        }
     }
 };
 
@@ -98,12 +113,12 @@ struct TraceDynamic::Run {
         if (++gathered == kChunk) flush();
     }
 
-    Moment moment(const Piece& piece, const TraceColumns& c, std::size_t k, Vector2 i, Vector2 v_end, Vector2 change) const
+    Moment moment(const Piece& piece, const TraceColumns& c, std::size_t k, Vector2 i, Vector2 v_end, double dt) const
     {
         Moment m;
         m.i_d = i.d, m.i_q = i.q, m.w_e = model.pole_pairs_ * piece.log->w_m_rad_s[k];
         m.cos_e = c.cos_e[k], m.sin_e = c.sin_e[k];
-        m.v_end_d = v_end.d, m.v_end_q = v_end.q, m.change_d = change.d, m.change_q = change.q;
+        m.v_end_d = v_end.d, m.v_end_q = v_end.q, m.period_s = dt;
         m.R = at.base[kR], m.Ld = at.base[kLd], m.Lq = at.base[kLq], m.psi = at.base[kPsi];
         return m;
     }
@@ -112,6 +127,7 @@ struct TraceDynamic::Run {
     static void pair(const Hold& hold, Moment& m0, Moment& m1)
     {
         m0.starts = m1.ends = true;
+        std::copy(std::begin(hold.change), std::end(hold.change), m0.change), std::copy(std::begin(hold.change), std::end(hold.change), m1.change);
         m0.mean_of_held = m1.mean_of_held = hold.sinc * hold.to_end.dd;
         // Voltage held, magnet turning: the current bows by the flux' (w_e T)^2/8 over L_d, two thirds of it on average.
         const double c = hold.to_end.dd, s = hold.to_end.qd, bow = -0.5 * s * s * m0.psi / m0.Ld;
@@ -151,7 +167,7 @@ struct TraceDynamic::Run {
         Vector2 f[kMostWeights], g[kMostWeights];
         for (const Term& t : at.terms) {
             m.heat_K = heat_at(c, t.input, k);
-            evaluate(t.input, m, f, g);
+            evaluate(t.input, m, f, g, t.weights.data());
             for (int w = 0; w < weights_of(t.input.law); ++w) put(f[w], g[w]);
             for (int s = 0; s < free_shapes_of(t.input); ++s) {
                 Term moved = t;
@@ -170,20 +186,20 @@ struct TraceDynamic::Run {
         }
     }
 
-    /// The terms' mean voltage over the period from row k, from measured currents. `v_end`: the last voltage, and then this
-    /// one, as the rotor sees it at its end.
-    Vector2 lost(const Piece& piece, const TraceColumns& c, std::size_t k, double dt, Vector2& v_end) const
+    /// The terms' mean voltage over the period from row k, from measured currents. `held`: the last voltages as seen at its
+    /// start, and then at its end.
+    Vector2 lost(const Piece& piece, const TraceColumns& c, std::size_t k, double dt, Held& held) const
     {
         const Log& log = *piece.log;
         const double h = 0.5 * model.pole_pairs_ * 0.5 * (log.w_m_rad_s[k] + log.w_m_rad_s[k + 1]) * dt;
-        const Hold hold(h, {log.v_d_V[k], log.v_q_V[k]}, v_end);
-        Moment m0 = moment(piece, c, k, {log.i_d_A[k], log.i_q_A[k]}, v_end, hold.change);
-        Moment m1 = moment(piece, c, k + 1, {log.i_d_A[k + 1], log.i_q_A[k + 1]}, hold.end, hold.change);
+        const Vector2 v_end = held[0];
+        const Hold hold(h, {log.v_d_V[k], log.v_q_V[k]}, held);
+        Moment m0 = moment(piece, c, k, {log.i_d_A[k], log.i_q_A[k]}, v_end, dt);
+        Moment m1 = moment(piece, c, k + 1, {log.i_d_A[k + 1], log.i_q_A[k + 1]}, hold.end, dt);
         pair(hold, m0, m1);
         Vector2 f0, g0, f1, g1;
         sum_terms(c, k, m0, false, f0, g0);
         sum_terms(c, k + 1, m1, false, f1, g1);
-        v_end = hold.end;
         const Vector2 a = hold.to_start * Vector2{0.5 * f0.d - g0.d / dt, 0.5 * f0.q - g0.q / dt};
         const Vector2 b = hold.to_end * Vector2{0.5 * f1.d + g1.d / dt, 0.5 * f1.q + g1.q / dt};
         return {hold.sinc * (a.d + b.d), hold.sinc * (a.q + b.q)};
@@ -201,18 +217,20 @@ struct TraceDynamic::Run {
         const ResponseTable table({R, Ld, Lq, skin}, model.w_max_rad_s_, piece.dt_s);
         std::fill(s_d.begin(), s_d.end(), 0.0), std::fill(s_q.begin(), s_q.end(), 0.0);
         const std::size_t gain_lane = kBase;
-        Vector2 i{log.i_d_A[piece.begin], log.i_q_A[piece.begin]}, v_end{log.v_d_V[piece.begin], log.v_q_V[piece.begin]};
+        Vector2 i{log.i_d_A[piece.begin], log.i_q_A[piece.begin]};
+        Held held = held_from({log.v_d_V[piece.begin], log.v_q_V[piece.begin]});
         const bool with_terms = !at.terms.empty();
         for (std::size_t k = piece.begin; k + 1 < piece.end; ++k) {
             const double dt = piece.period_s(k), w_dt = model.pole_pairs_ * 0.5 * (log.w_m_rad_s[k] + log.w_m_rad_s[k + 1]) * dt, h = 0.5 * w_dt;
             const Response r = table.at(w_dt, dt);
             const Matrix2 A{r[0], r[2], r[1], r[3]}, B{r[4], r[6], r[5], r[7]};
             const Vector2 v{log.v_d_V[k], log.v_q_V[k]};
-            const Hold hold(h, v, v_end);
+            const Vector2 v_end = held[0];
+            const Hold hold(h, v, held);
             const Matrix2 &to_start = hold.to_start, &to_end = hold.to_end, Bs{hold.sinc * B.dd, hold.sinc * B.dq, hold.sinc * B.qd, hold.sinc * B.qq};
-            const Vector2 end_v = hold.end, change = hold.change;
+            const Vector2 end_v = hold.end;
 
-            Moment m0 = moment(piece, c, k, i, v_end, change), m1;
+            Moment m0 = moment(piece, c, k, i, v_end, dt), m1;
             pair(hold, m0, m1);
             Vector2 x = A * Vector2{Ld * i.d, Lq * i.q};
             const Vector2 push = B * v;
@@ -232,7 +250,7 @@ struct TraceDynamic::Run {
                 x.d += given.d, x.q += given.q;
                 next = i;
                 for (int n = 0; n < kIterations; ++n) {
-                    m1 = moment(piece, c, k + 1, next, end_v, change);
+                    m1 = moment(piece, c, k + 1, next, end_v, dt);
                     pair(hold, m0, m1);
                     Vector2 f1, g1;
                     sum_terms(c, k + 1, m1, true, f1, g1);
@@ -248,7 +266,7 @@ struct TraceDynamic::Run {
             } else {
                 next = {x.d / Ld, x.q / Lq};
             }
-            m1 = moment(piece, c, k + 1, next, end_v, change);
+            m1 = moment(piece, c, k + 1, next, end_v, dt);
             pair(hold, m0, m1);
             if (!std::isfinite(next.d) || !std::isfinite(next.q)) return false;
 
@@ -273,7 +291,6 @@ struct TraceDynamic::Run {
             if (g_d >= young) s_d[gain_lane] += e_d;
             if (g_q >= young) s_q[gain_lane + 1] += e_q;
             i = {next.d + k_d * e_d, next.q + k_q * e_q};
-            v_end = end_v;
         }
         flush();
         return true;
@@ -293,7 +310,7 @@ std::vector<ReportBlock> TraceDynamic::report(const Point& at, std::size_t rows)
         const std::size_t n = rows > 0 ? rows : block_rows(log);
         const TraceColumns& c = columns_[static_cast<std::size_t>(&log - logs_.data())];
         for (const Piece& piece : pieces_of(log, 2)) {
-            Vector2 v_end{log.v_d_V[piece.begin], log.v_q_V[piece.begin]};
+            Held held = held_from({log.v_d_V[piece.begin], log.v_q_V[piece.begin]});
             for (std::size_t k = piece.begin; k + n < piece.end; k += n) {
                 ReportBlock b{&log, k, k + n, {}, {}};
                 const double time_s = span_s(piece, k, n);
@@ -302,7 +319,7 @@ std::vector<ReportBlock> TraceDynamic::report(const Point& at, std::size_t rows)
                     add_period(log, plain, r, dt, b.residual[0], b.residual[1]);
                     b.measured[0] += log.v_d_V[r] * dt, b.measured[1] += log.v_q_V[r] * dt;
                     if (!at.terms.empty()) {
-                        const Vector2 lost = run.lost(piece, c, r, dt, v_end);
+                        const Vector2 lost = run.lost(piece, c, r, dt, held);
                         b.residual[0] -= lost.d * dt, b.residual[1] -= lost.q * dt;
                     }
                 }

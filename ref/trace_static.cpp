@@ -27,7 +27,6 @@ Moment TraceStatic::moment(const Point& at, const Log& log, const TraceColumns& 
     m.w_e = log.regime == Regime::standstill ? 0.0 : pole_pairs_ * at_row(log.w_m_rad_s, k);
     m.cos_e = c.cos_e[k], m.sin_e = c.sin_e[k];
     m.v_end_d = at_row(log.v_d_V, k), m.v_end_q = at_row(log.v_q_V, k);
-    m.change_d = -m.w_e * m.v_end_q, m.change_q = m.w_e * m.v_end_d;
     m.settled = true;
     m.R = at.base[kR], m.Ld = at.base[kLd], m.Lq = at.base[kLq], m.psi = at.base[kPsi];
     return m;
@@ -82,7 +81,7 @@ bool TraceStatic::pass(const Point& at, const std::vector<Input>& candidates, st
             put({m.i_d, m.i_q}, {}), put({}, {m.i_d, 0.0}), put({}, {0.0, m.i_q}), put({}, {1.0, 0.0});
             for (const Term& t : at.terms) {
                 m.heat_K = heat_at(c, t.input, k);
-                evaluate(t.input, m, f, g);
+                evaluate(t.input, m, f, g, t.weights.data());
                 for (int w = 0; w < weights_of(t.input.law); ++w) put(f[w], g[w]);
                 for (int s = 0; s < free_shapes_of(t.input); ++s) {
                     Term moved = t;
