@@ -232,6 +232,7 @@ std::string verdict_sentence(const TraceResult& trace)
         return fmt::format("{}: on rows that it never saw the plain model leaves {}, and the log's own noise is {}.",
                            blind ? fmt::format("What is missing is not known, {}", why) : "Nothing is missing", in_unit(trace.before.heldout_rms, trace.unit),
                            in_unit(trace.noise_floor, trace.unit));
+    if (!trace.doubt.empty()) return fmt::format("The plain model makes no sense of this log: {}", trace.doubt);
     if (trace.effects.empty())
         return fmt::format("Something is missing{}: the plain model leaves {}.",
                            blind ? fmt::format(", and {}", why) : " that no effect of the catalogue explains", against_noise(trace.before.heldout_rms, trace));
@@ -244,7 +245,7 @@ std::string verdict_remark(const TraceResult& trace)
 {
     std::string out = look_alikes(trace) + untested(trace);
     if (trace.verdict == "partly_explained") out += fmt::format(" A structured rest remains: {}.", against_noise(trace.after.heldout_rms, trace));
-    std::string rest = trace.rest_signature;
+    std::string rest = trace.doubt.empty() ? trace.rest_signature : "";
     if (!rest.empty() && rest[0] >= 'a' && rest[0] <= 'z') rest[0] = static_cast<char>(rest[0] - 'a' + 'A');
     if (!rest.empty()) out += " " + rest + (rest.back() == '.' ? "" : ".");
     return out.empty() ? out : with_minus(out.substr(1));

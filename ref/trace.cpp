@@ -250,6 +250,22 @@ Search search(const std::vector<Log>& logs, const TraceOptions& options)
     return other.rms < kClearlyLess * found.rms ? std::move(other) : std::move(found);
 }
 
+/// Whether the plain model leaves far less where each voltage is that of the period before its row.
+bool fits_previous(const std::vector<Log>& logs, double before)
+{
+    constexpr double kFarLess = 0.5;
+    if (logs.front().regime != Regime::dynamic) return false;
+    std::vector<Log> shifted = logs;
+    for (Log& log : shifted)
+        for (auto* v : {&log.v_d_V, &log.v_q_V}) std::rotate(v->begin(), v->begin() + 1, v->end());
+    const auto setup = trace_setup(shifted, {});
+    const Judge judge(*setup);
+    SelectOptions by;
+    by.reported_rms = [&judge](const Point& p) { return judge.each(p); };
+    const Selection s = select(setup->search(), best_start(*setup), {}, by);
+    return s.plain.ok && judge.rms(s.plain.point) < kFarLess * before;
+}
+
 }  // namespace
 
 TraceResult trace(const std::vector<Log>& logs, const TraceOptions& options)
@@ -276,7 +292,7 @@ TraceResult trace(const std::vector<Log>& logs, const TraceOptions& options)
     const double excess_before = std::max(before * before - floor * floor, 0.0), excess_after = std::max(after * after - floor * floor, 0.0);
     const double exact = found.exact;
     const bool rests = after > std::max(kStructured * floor, exact);
-    if (!fault.empty() || before < exact || (rests && excess_after > (1.0 - kLeastExplained) * excess_before)) {
+    if (!fault.empty() || before < exact || after > before || (rests && excess_after > (1.0 - kLeastExplained) * excess_before)) {
         s.found.clear(), s.after.clear();
         s.best = s.plain;
         floor = noise_floor(*setup, s.best.point), after = before;
@@ -299,9 +315,15 @@ TraceResult trace(const std::vector<Log>& logs, const TraceOptions& options)
     reject(*setup, judge, s, result);
     result.structure = correlates(*setup, judge.of(plain, false), floor);
     result.rest = correlates(*setup, judge.of(last, false), floor);
-    const bool structured = result.after.heldout_rms > std::max(kStructured * floor, exact) || !fault.empty();
+    // A model that is wrong at every row makes a floor that is none.
+    const bool no_floor = s.found.empty() && floor > kStructured * before && !(found.selection.found.empty() && s.vetoed.empty());
+    const bool structured = result.after.heldout_rms > std::max(kStructured * floor, exact) || !fault.empty() || no_floor;
+    result.doubt = result.effects.empty() ? doubt_of(*setup, plain, result.before) : "";
     if (structured) result.rest_signature = fault.empty() ? describe(result.rest) : fault;
-    result.verdict = result.effects.empty() ? (structured ? "unexplained" : "clean") : (structured ? "partly_explained" : "explained");
+    if (result.effects.empty() && (structured || !result.doubt.empty()) && fault.empty() && fits_previous(logs, before))
+        result.doubt = "each voltage fits the period before its row far better: is voltage_interval = \"previous\" missing in the TOML?";
+    if (!result.doubt.empty()) result.rest_signature = result.doubt;
+    result.verdict = result.effects.empty() ? (structured || !result.doubt.empty() ? "unexplained" : "clean") : (structured ? "partly_explained" : "explained");
     fill_blocks(*setup, judge, plain, last, result);
     if (options.progress) options.progress(1.0);
     return result;

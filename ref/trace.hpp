@@ -82,6 +82,7 @@ struct TraceResult {
     std::vector<TraceCorrelate> structure;  ///< of the residual before, strongest first
     std::vector<TraceCorrelate> rest;       ///< of the residual after
     std::string rest_signature;             ///< one sentence on what remains; empty where nothing does
+    std::string doubt;                      ///< why the log may not be what the format says; empty: nothing speaks against it
     std::vector<std::string> notes;         ///< gaps, what could not be tested and why
     std::vector<TraceInput> inputs;         ///< of the effects found, for lib/
     std::vector<char> heldout_row;          ///< one for each row of all logs, one after the other: 1 where no fit saw it

@@ -274,6 +274,44 @@ void look_alikes(const TraceModel& model, const std::vector<Candidate>& candidat
     }
 }
 
+namespace {
+
+/// Two effects of which neither alone is confirmed, each hiding what the other would explain: taken only where both together are,
+/// halve the reported residual, and neither does without the other.
+bool take_pair(const TraceModel& model, const std::vector<Tried>& tried, const std::vector<Candidate>& candidates, const SelectOptions& options,
+               int round_number, Selection& s)
+{
+    constexpr int kFirsts = 3;
+    constexpr double kHalf = 0.5;
+    const double before = joint(options.reported_rms(s.best.point));
+    Refined best;
+    int firsts = 0;
+    std::vector<Candidate> chosen;
+    for (const Tried& first : tried) {
+        if (!first.refined.ok || first.candidate.is_fault() || first.candidate.names().size() > 1) continue;
+        if (firsts == kFirsts) break;
+        ++firsts;
+        for (const Tried& second : round(model, first.refined, candidates, options, nullptr)) {
+            if (!second.refined.ok || second.candidate.is_fault() || second.candidate.names().size() > 1) continue;
+            if (best.ok && second.refined.left.heldout <= best.left.heldout) break;
+            if (!confirmed(model, better(model, s.best.left, second.refined.left))) continue;
+            if (joint(options.reported_rms(second.refined.point)) > kHalf * before) continue;
+            if (options.veto && !options.veto(second.refined.point).empty()) continue;
+            const Refined alone = refine(model, without(second.refined.point, first.name), kPasses);
+            if (!alone.ok || !needed(model, first.refined, second.refined, options) || !needed(model, alone, second.refined, options)) continue;
+            best = second.refined;
+            chosen = {first.candidate, second.candidate};
+            break;
+        }
+    }
+    if (!best.ok) return false;
+    s.best = std::move(best);
+    for (const Candidate& c : chosen) s.found.push_back({c.names().front(), {}, round_number}), s.after.push_back(s.best.point);
+    return true;
+}
+
+}  // namespace
+
 Selection select(const TraceModel& model, const Point& start, const std::vector<Candidate>& candidates, const SelectOptions& options)
 {
     Selection s;
@@ -294,7 +332,10 @@ Selection select(const TraceModel& model, const Point& start, const std::vector<
             }
             if (needed(model, s.best, t.refined, options)) taken = &t;
         }
-        if (!taken) break;
+        if (!taken) {
+            if (n > 0 || !take_pair(model, tried, candidates, options, n, s)) break;
+            continue;
+        }
         if (taken->candidate.is_fault()) {
             s.fault = "the residual is that of current sensors that stop at about " + figure(taken->refined.point.terms.back().input.shape[0]) + " A";
             s.best = s.plain, s.found.clear(), s.after.clear();

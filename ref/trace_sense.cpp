@@ -82,4 +82,22 @@ std::string sense_of(const TraceSetup& setup, const Point& at)
     return "";
 }
 
+std::string doubt_of(const TraceSetup& setup, const Point& plain, const TraceFit& fit)
+{
+    constexpr double kMostLeft = 10.0, kMostLeftSettled = 30.0;
+    const char* const ask = ": are columns, units and signs those of the log format?";
+    if (setup.regime == Regime::mechanical) return plain.base[0] < 0.0 ? std::string("the inertia comes out negative") + ask : "";
+    if (setup.regime == Regime::dynamic && plain.base[0] < 0.0 && plain.base[1] < 0.0 && plain.base[2] < 0.0)
+        return std::string("resistance and inductances come out negative") + ask;
+    double left = 0.0, all = 0.0;
+    for (const AxisResidual& a : fit.axes) {
+        const double measured = a.percent > 0.0 ? 100.0 * a.rms / a.percent : 0.0;
+        left += a.rms * a.rms, all += measured * measured;
+    }
+    const double percent = all > 0.0 ? 100.0 * std::sqrt(left / all) : 0.0;
+    if (percent > (setup.regime == Regime::dynamic ? kMostLeft : kMostLeftSettled))
+        return "the plain model leaves " + figure(percent) + " % of the voltage" + ask;
+    return "";
+}
+
 }  // namespace dqw

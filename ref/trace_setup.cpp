@@ -6,6 +6,7 @@
 
 #include "blocks.hpp"
 #include "effect.hpp"
+#include "explain.hpp"
 #include "fit.hpp"
 #include "residual.hpp"
 #include "trace_candidates.hpp"
@@ -79,10 +80,10 @@ std::optional<double> stated_pole_pairs(const std::vector<Log>& logs)
     return p;
 }
 
-/// Electrical turns in a mechanical one, by the log's own angle; 0 where it does not say.
-double pole_pairs_of_angles(const std::vector<Log>& logs)
+/// Electrical turns in a mechanical one, by the log's own angle, negative where they run against each other; 0 where it does not say.
+double turns_of_angles(const std::vector<Log>& logs)
 {
-    constexpr double kMost = 200.0, kMostStep_rad = 2.0, kLeastTurned_rad = 6.0, kNear = 0.05;
+    constexpr double kMostStep_rad = 2.0, kLeastTurned_rad = 6.0;
     double xy = 0.0, xx = 0.0, turned = 0.0;
     for (const Log& log : logs) {
         if (log.theta_e_rad.empty() || log.t_s.empty() || log.w_m_rad_s.empty()) return 0.0;
@@ -96,7 +97,13 @@ double pole_pairs_of_angles(const std::vector<Log>& logs)
             }
     }
     if (!(xx > 0.0) || turned < kLeastTurned_rad) return 0.0;
-    const double p = xy / xx, whole = std::round(p);
+    return xy / xx;
+}
+
+double pole_pairs_of_angles(const std::vector<Log>& logs)
+{
+    constexpr double kMost = 200.0, kNear = 0.05;
+    const double p = turns_of_angles(logs), whole = std::round(p);
     return whole >= 1.0 && whole <= kMost && std::abs(p - whole) < kNear * whole && std::abs(p - whole) < 0.3 ? whole : 0.0;
 }
 
@@ -104,7 +111,12 @@ void find_pole_pairs(TraceSetup& setup)
 {
     const std::vector<Log>& logs = *setup.logs;
     if (const auto p = stated_pole_pairs(logs)) {
+        constexpr double kNear = 0.05;
         setup.pole_pairs = *p;
+        const double turns = turns_of_angles(logs);
+        if (turns != 0.0 && std::abs(turns / *p - 1.0) > kNear)
+            setup.notes.push_back("theta_e_rad turns " + figure(turns) + " times as far as the shaft by w_m_rad_s, and the pole pairs are " + figure(*p) +
+                                  ": check the speed's unit and sign");
         return;
     }
     if (range_of(logs, &Log::w_m_rad_s).size() == 0.0 || setup.regime == Regime::standstill) {
