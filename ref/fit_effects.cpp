@@ -31,7 +31,7 @@ struct Fitted {
 Fitted fitted(const std::vector<Log>& logs, const Names& effects, bool averaged, const std::function<void()>& tick)
 {
     Fitted out;
-    out.setup = trace_setup(logs, effects, averaged);
+    out.setup = trace_setup(logs, effects, averaged ? Variant::averaged : Variant::usual);
     out.refined = fit_named(*out.setup, effects, tick);
     if (!out.refined.ok) throw std::invalid_argument(logs.front().path + ": a sampling period spans many time constants of the machine; is this log steady?");
     out.blocks = out.setup->full->report(out.refined.point, 0);

@@ -11,6 +11,7 @@ namespace dqw {
 struct PlainModel {
     double pole_pairs = 1, R_ohm = 0, Ld_H = 0, Lq_H = 0, psi_Wb = 0;  ///< electrical
     double J_kgm2 = 0, B_Nms_rad = 0, torque_constant_Nm_A = 0;        ///< mechanical
+    bool rotor_held = false;                                           ///< the voltage turns with the rotor within a period
 };
 
 /// (E43). Fills residual_rms, residual_unit and axes of `result` from all logs: v minus the model's v, averaged over blocks of

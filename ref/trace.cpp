@@ -21,7 +21,8 @@ constexpr double kStructured = 1.3;      ///< block RMS over the noise floor tha
 constexpr double kLeastExplained = 0.5;  ///< part of the excess that effects must explain, or they are not named
 constexpr double kExact = 3e-4;          ///< part of the measured voltage (torque) below which a residual is the sampling's own
 constexpr std::size_t kLeastBlocks = 3;
-constexpr double kClearlyLess = 0.9;
+constexpr double kClearlyLess = 0.9, kClearlyT = 3.0;
+constexpr double kLeastTurn_rad = 0.05;  ///< in a period, below which it does not matter in whose frame a voltage is held
 constexpr int kPasses = 12;
 
 using Blocks = std::vector<ReportBlock>;
@@ -223,10 +224,10 @@ struct Search {
     double rms = HUGE_VAL;
 };
 
-Search search(const std::vector<Log>& logs, const TraceOptions& options, bool averaged, int& ticks)
+Search search(const std::vector<Log>& logs, const TraceOptions& options, Variant variant, int& ticks)
 {
     Search out;
-    out.setup = trace_setup(logs, options.effects, averaged);
+    out.setup = trace_setup(logs, options.effects, variant);
     out.judge = std::make_unique<Judge>(*out.setup);
     const SelectOptions by = select_options(*out.setup, *out.judge, options, ticks);
     out.exact = by.exact;
@@ -241,13 +242,33 @@ Search search(const std::vector<Log>& logs, const TraceOptions& options, bool av
     return out;
 }
 
+/// Largest electrical angle within a period, rare extremes apart.
+double widest_turn(const TraceSetup& setup)
+{
+    std::vector<double> turn;
+    for (const Log& log : *setup.logs)
+        for (double w : log.w_m_rad_s) turn.push_back(std::abs(setup.pole_pairs * w * log.dt_s));
+    const auto high = turn.begin() + static_cast<std::ptrdiff_t>(turn.size() - 1 - turn.size() / 50);
+    std::nth_element(turn.begin(), high, turn.end());
+    return *high;
+}
+
 Search search(const std::vector<Log>& logs, const TraceOptions& options)
 {
     int ticks = 0;
-    Search found = search(logs, options, false, ticks);
-    if (found.setup->regime != Regime::mechanical) return found;
-    Search other = search(logs, options, true, ticks);
-    return other.rms < kClearlyLess * found.rms ? std::move(other) : std::move(found);
+    Search found = search(logs, options, Variant::usual, ticks);
+    if (found.setup->regime == Regime::mechanical) {
+        Search other = search(logs, options, Variant::averaged, ticks);
+        return other.rms < kClearlyLess * found.rms ? std::move(other) : std::move(found);
+    }
+    if (found.setup->regime != Regime::dynamic || widest_turn(*found.setup) < kLeastTurn_rad) return found;
+    if (found.selection.found.empty() && found.rms < std::max(kStructured * noise_floor(*found.setup, found.selection.best.point), found.exact)) return found;
+    Search other = search(logs, options, Variant::rotor_held, ticks);
+    const double t = better(*found.setup->full, found.selection.best.left, other.selection.best.left).t;
+    const bool plainer = other.selection.found.size() < found.selection.found.size();
+    if (t < -kClearlyT || (t < kClearlyT && !plainer)) return found;
+    other.setup->notes.push_back("the voltage fits best as held in the rotor's frame within a period, not in the stator's");
+    return other;
 }
 
 /// Whether the plain model leaves far less where each voltage is that of the period before its row.
@@ -288,7 +309,7 @@ TraceResult trace(const std::vector<Log>& logs, const TraceOptions& options)
     if (rms_of(judge.of(least, true), judge.channels) < 0.97 * rms_of(judge.of(plain, true), judge.channels)) plain.base = least.base;
     const double before = judge.rms(plain);
     double floor = noise_floor(*setup, s.best.point), after = judge.rms(s.best.point);
-    const std::string fault = s.fault.empty() ? record_fault(logs) : s.fault;
+    const std::string fault = !s.fault.empty() || before < found.exact ? s.fault : record_fault(logs);
     const double excess_before = std::max(before * before - floor * floor, 0.0), excess_after = std::max(after * after - floor * floor, 0.0);
     const double exact = found.exact;
     const bool rests = after > std::max(kStructured * floor, exact);

@@ -27,16 +27,18 @@ Held held_from(Vector2 v)
 /// A voltage held over a period in which the rotor turns by 2 h, from its mean in the rotor's frame.
 struct Hold {
     double sinc;
+    double bow;                ///< half-way, of a flux that stands in the rotor, while the voltage does not turn with it
     Matrix2 to_start, to_end;  ///< from the frame of a period's start (end) to that of its middle
     Vector2 end;               ///< as seen at the end
     Vector2 change[kPast];     ///< mean less the mean of the last held voltage, had it gone on; that less the one before ...; as an f of constant value
     /// `held`: the last voltages, as seen at the start; as seen at the end, this one first, when done.
-    Hold(double h, Vector2 mean, Held& held)
+    Hold(double h, Vector2 mean, Held& held, bool rotor_held)
     {
         const double c = std::cos(h), s = std::sin(h);
         sinc = std::abs(h) > 1e-4 ? s / h : 1.0 - h * h / 6.0;
         to_start = turn(c, -s), to_end = turn(c, s);
-        end = to_start * Vector2{mean.d / sinc, mean.q / sinc};
+        end = rotor_held ? mean : to_start * Vector2{mean.d / sinc, mean.q / sinc};
+        bow = rotor_held ? 0.0 : -0.5 * s * s;
         Vector2 now{mean.d / sinc, mean.q / sinc}, next = end;
         for (int n = 0; n < kPast; ++n) {
             const Vector2 last = to_start * held[static_cast<std::size_t>(n)];
@@ -54,8 +56,8 @@ struct Lane {
 
 }  // namespace
 
-TraceDynamic::TraceDynamic(const std::vector<Log>& logs, const std::vector<TraceColumns>& columns, double pole_pairs, Plan plan)
-    : logs_(logs), columns_(columns), pole_pairs_(pole_pairs), plan_(std::move(plan))
+TraceDynamic::TraceDynamic(const std::vector<Log>& logs, const std::vector<TraceColumns>& columns, double pole_pairs, Plan plan, bool rotor_held)
+    : logs_(logs), columns_(columns), pole_pairs_(pole_pairs), plan_(std::move(plan)), rotor_held_(rotor_held)
 {
     for (const Piece& piece : plan_.pieces)
         for (std::size_t k = piece.begin; k < piece.end; ++k) {
@@ -130,7 +132,7 @@ struct TraceDynamic::Run {
         std::copy(std::begin(hold.change), std::end(hold.change), m0.change), std::copy(std::begin(hold.change), std::end(hold.change), m1.change);
         m0.mean_of_held = m1.mean_of_held = hold.sinc * hold.to_end.dd;
         // Voltage held, magnet turning: the current bows by the flux' (w_e T)^2/8 over L_d, two thirds of it on average.
-        const double c = hold.to_end.dd, s = hold.to_end.qd, bow = -0.5 * s * s * m0.psi / m0.Ld;
+        const double c = hold.to_end.dd, s = hold.to_end.qd, bow = hold.bow * m0.psi / m0.Ld;
         m0.bow_d = m1.bow_d = 2.0 / 3.0 * bow;
         m1.bow_alpha = bow * (c * m0.cos_e - s * m0.sin_e), m1.bow_beta = bow * (s * m0.cos_e + c * m0.sin_e);
         m1.past_alpha = m0.cos_e * m0.i_d - m0.sin_e * m0.i_q, m1.past_beta = m0.sin_e * m0.i_d + m0.cos_e * m0.i_q;
@@ -193,7 +195,7 @@ struct TraceDynamic::Run {
         const Log& log = *piece.log;
         const double h = 0.5 * model.pole_pairs_ * 0.5 * (log.w_m_rad_s[k] + log.w_m_rad_s[k + 1]) * dt;
         const Vector2 v_end = held[0];
-        const Hold hold(h, {log.v_d_V[k], log.v_q_V[k]}, held);
+        const Hold hold(h, {log.v_d_V[k], log.v_q_V[k]}, held, model.rotor_held_);
         Moment m0 = moment(piece, c, k, {log.i_d_A[k], log.i_q_A[k]}, v_end, dt);
         Moment m1 = moment(piece, c, k + 1, {log.i_d_A[k + 1], log.i_q_A[k + 1]}, hold.end, dt);
         pair(hold, m0, m1);
@@ -214,7 +216,7 @@ struct TraceDynamic::Run {
         double skin = 0.0;
         for (const Term& t : at.terms)
             if (t.input.law == Law::skin_effect) skin += t.weights[0];
-        const ResponseTable table({R, Ld, Lq, skin}, model.w_max_rad_s_, piece.dt_s);
+        const ResponseTable table({R, Ld, Lq, skin, model.rotor_held_}, model.w_max_rad_s_, piece.dt_s);
         std::fill(s_d.begin(), s_d.end(), 0.0), std::fill(s_q.begin(), s_q.end(), 0.0);
         const std::size_t gain_lane = kBase;
         Vector2 i{log.i_d_A[piece.begin], log.i_q_A[piece.begin]};
@@ -226,7 +228,7 @@ struct TraceDynamic::Run {
             const Matrix2 A{r[0], r[2], r[1], r[3]}, B{r[4], r[6], r[5], r[7]};
             const Vector2 v{log.v_d_V[k], log.v_q_V[k]};
             const Vector2 v_end = held[0];
-            const Hold hold(h, v, held);
+            const Hold hold(h, v, held, model.rotor_held_);
             const Matrix2 &to_start = hold.to_start, &to_end = hold.to_end, Bs{hold.sinc * B.dd, hold.sinc * B.dq, hold.sinc * B.qd, hold.sinc * B.qq};
             const Vector2 end_v = hold.end;
 
@@ -302,6 +304,7 @@ std::vector<ReportBlock> TraceDynamic::report(const Point& at, std::size_t rows)
     std::vector<ReportBlock> out;
     PlainModel plain;
     plain.pole_pairs = pole_pairs_;
+    plain.rotor_held = rotor_held_;
     plain.R_ohm = at.base[kR], plain.Ld_H = at.base[kLd], plain.Lq_H = at.base[kLq], plain.psi_Wb = at.base[kPsi];
     const std::vector<Input> none;
     std::vector<BlockSum> unused;

@@ -11,8 +11,8 @@ class TraceDynamic : public TraceModel {
 public:
     enum Index { kR, kLd, kLq, kPsi, kBase };
 
-    /// `columns[i]` belongs to logs[i]; both outlive the model.
-    TraceDynamic(const std::vector<Log>& logs, const std::vector<TraceColumns>& columns, double pole_pairs, Plan plan);
+    /// `columns[i]` belongs to logs[i]; both outlive the model. `rotor_held`: within a period the voltage turns with the rotor.
+    TraceDynamic(const std::vector<Log>& logs, const std::vector<TraceColumns>& columns, double pole_pairs, Plan plan, bool rotor_held = false);
 
     const std::vector<std::string>& base_names() const override;
     int channels() const override { return 2; }
@@ -28,6 +28,7 @@ private:
     const std::vector<TraceColumns>& columns_;
     double pole_pairs_;
     Plan plan_;
+    bool rotor_held_;
     double w_max_rad_s_ = 0.0, dt_max_s_ = 0.0;
 };
 

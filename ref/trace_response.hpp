@@ -41,13 +41,31 @@ inline Response response(double a, double b, double w_dt, double dt)
     return r;
 }
 
+/// The same for a voltage that is held in the rotor's frame: v and psi push alike, v_d and w_e-turned psi apart.
+inline Response response_rotor_held(double a, double b, double w_dt, double dt)
+{
+    Response r = response(a, b, w_dt, dt);
+    const int order = series_order((std::max(std::abs(a), std::abs(b))) * dt + std::abs(w_dt));
+    for (std::size_t j = 2; j < 4; ++j) {
+        double c_d = j == 2 ? dt : 0.0, c_q = j == 3 ? dt : 0.0, x_d = c_d, x_q = c_q;
+        for (int n = 2; n <= order; ++n) {
+            const double next = (-a * dt * c_d + w_dt * c_q) / n;
+            c_q = (-b * dt * c_q - w_dt * c_d) / n, c_d = next;
+            x_d += c_d, x_q += c_q;
+        }
+        r[2 * j] = x_d, r[2 * j + 1] = x_q;
+    }
+    return r;
+}
+
 /// Resistance over inductance of each axis; `skin` w_e^2 more of the resistance.
 struct Rates {
     double R, Ld, Lq, skin;
+    bool rotor_held;
     Response at(double w_dt, double dt) const
     {
         const double w = dt > 0.0 ? w_dt / dt : 0.0, r = R + skin * w * w;
-        return response(r / Ld, r / Lq, w_dt, dt);
+        return rotor_held ? response_rotor_held(r / Ld, r / Lq, w_dt, dt) : response(r / Ld, r / Lq, w_dt, dt);
     }
 };
 

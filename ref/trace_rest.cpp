@@ -297,22 +297,33 @@ std::vector<TraceSpectrum> spectra(const TraceSetup& setup, const std::vector<Re
 
 std::string record_fault(const std::vector<Log>& logs)
 {
+    constexpr std::size_t kLongestHeld = 10;
+    constexpr double kCatchesUp = 0.3;
     std::size_t held = 0, rows = 0;
     for (const Log& log : logs) {
         if (log.regime != Regime::dynamic) return "";
         std::vector<double> moves;
         double least = HUGE_VAL;
-        std::size_t here = 0;
         for (std::size_t k = 1; k < log.rows(); ++k) {
-            const double d = std::abs(log.i_d_A[k] - log.i_d_A[k - 1]), q = std::abs(log.i_q_A[k] - log.i_q_A[k - 1]);
-            if (d == 0.0 && q == 0.0)
-                ++here;
-            else
-                moves.push_back(d + q), least = std::min(least, d + q);
+            const double move = std::abs(log.i_d_A[k] - log.i_d_A[k - 1]) + std::abs(log.i_q_A[k] - log.i_q_A[k - 1]);
+            moves.push_back(move);
+            if (move > 0.0) least = std::min(least, move);
         }
         rows += log.rows();
-        // On a coarse converter a repeated value is nothing; on a fine one it is a held sample.
-        if (median(moves) > 20.0 * least && here < log.rows() / 2) held += here;
+        std::vector<double> moved = moves;
+        moved.erase(std::remove(moved.begin(), moved.end(), 0.0), moved.end());
+        const double usual = median(moved);
+        // On a coarse converter a repeated value is nothing; on a fine one it is a held sample, unless the current rests.
+        if (!(usual > 20.0 * least) || 2 * moved.size() < moves.size()) continue;
+        std::size_t run = 0;
+        for (double move : moves) {
+            if (move == 0.0) {
+                ++run;
+                continue;
+            }
+            if (run <= kLongestHeld && move > kCatchesUp * usual) held += run;
+            run = 0;
+        }
     }
     if (held > 5 && held > rows / 2000) return std::to_string(held) + " rows repeat the currents of the row before to the last digit: held or dropped samples";
     return "";

@@ -145,7 +145,7 @@ void find_pole_pairs(TraceSetup& setup)
 /// As many stretches as are long enough to hold blocks of the reported residual.
 std::size_t stretches_of(const std::vector<Piece>& pieces, std::size_t most) { return std::clamp(rows_of(pieces) / kLeastStretch, kFewestStretches, most); }
 
-void electrical_setup(TraceSetup& setup)
+void electrical_setup(TraceSetup& setup, bool rotor_held)
 {
     const std::vector<Log>& logs = *setup.logs;
     find_pole_pairs(setup);
@@ -179,11 +179,11 @@ void electrical_setup(TraceSetup& setup)
         throw std::invalid_argument(logs.front().path + ": " + std::to_string(rows_of(pieces)) + " rows in even pieces of " + std::to_string(kLeastPiece) +
                                     " and more; a trace needs at least " + std::to_string(kLeastRows) + " to hold some out");
     setup.full = std::make_unique<TraceDynamic>(logs, setup.columns, setup.pole_pairs,
-                                                alternate_plan(cut(pieces), stretches_of(pieces, kStretches), kFine, kGuard));
+                                                alternate_plan(cut(pieces), stretches_of(pieces, kStretches), kFine, kGuard), rotor_held);
     const std::vector<Piece> windows = spread_sample(pieces, kSearchRows, kSearchWindow);
     if (rows_of(windows) < rows_of(pieces))
         setup.part = std::make_unique<TraceDynamic>(logs, setup.columns, setup.pole_pairs,
-                                                    alternate_plan(windows, rows_of(windows) / kSearchWindow, kFine, 2 * kGuard));
+                                                    alternate_plan(windows, rows_of(windows) / kSearchWindow, kFine, 2 * kGuard), rotor_held);
     for (const ElectricalStart& s : electrical_starts(setup.part ? windows : pieces, setup.pole_pairs)) {
         Point start;
         start.base = Eigen::Vector4d(s.R_ohm, s.Ld_H, s.Lq_H, s.psi_Wb);
@@ -245,7 +245,7 @@ void check(const std::vector<Log>& logs)
 
 }  // namespace
 
-std::unique_ptr<TraceSetup> trace_setup(const std::vector<Log>& logs, const std::vector<std::string>& only, bool averaged)
+std::unique_ptr<TraceSetup> trace_setup(const std::vector<Log>& logs, const std::vector<std::string>& only, Variant variant)
 {
     check(logs);
     for (const std::string& name : only)
@@ -257,9 +257,9 @@ std::unique_ptr<TraceSetup> trace_setup(const std::vector<Log>& logs, const std:
     setup->speed_base_rad_s = speeds.size();
     setup->one_speed = setup->regime == Regime::steady && speeds.span() < 0.05 * speeds.size();
     if (setup->regime == Regime::mechanical)
-        mechanical_setup(*setup, averaged);
+        mechanical_setup(*setup, variant == Variant::averaged);
     else
-        electrical_setup(*setup);
+        electrical_setup(*setup, variant == Variant::rotor_held);
     add_candidates(*setup, only);
     return setup;
 }

@@ -31,10 +31,16 @@ struct TraceSetup {
     const TraceModel& search() const { return part ? *part : *full; }
 };
 
+/// How a regime's model is meant where there are two ways.
+enum class Variant {
+    usual,
+    averaged,   ///< of a mechanical log: block means instead of predictions
+    rotor_held  ///< of a dynamic log: within a period the voltage turns with the rotor instead of standing still
+};
+
 /// Throws std::invalid_argument (one line) where logs do not fit together or rows are too few to hold some out.
 /// `only`: names of the effects to try; empty: all.
-/// `averaged`: of a mechanical log, the model of block means instead of the predicting one.
-std::unique_ptr<TraceSetup> trace_setup(const std::vector<Log>& logs, const std::vector<std::string>& only, bool averaged = false);
+std::unique_ptr<TraceSetup> trace_setup(const std::vector<Log>& logs, const std::vector<std::string>& only, Variant variant = Variant::usual);
 
 /// The firmware's view of a term: its shape completed from the base parameters.
 TraceInput input_of(const TraceSetup& setup, const Point& at, const Term& term);
