@@ -262,7 +262,10 @@ Search search(const std::vector<Log>& logs, const TraceOptions& options)
         return other.rms < kClearlyLess * found.rms ? std::move(other) : std::move(found);
     }
     if (found.setup->regime != Regime::dynamic || widest_turn(*found.setup) < kLeastTurn_rad) return found;
-    if (found.selection.found.empty() && found.rms < std::max(kStructured * noise_floor(*found.setup, found.selection.best.point), found.exact)) return found;
+    // What a voltage that turns otherwise looks like.
+    const bool alike = std::any_of(found.selection.found.begin(), found.selection.found.end(),
+                                   [](const Found& f) { return f.name == "iron_loss" || f.name == "voltage_offset" || f.name == "delay"; });
+    if (!alike && found.rms < std::max(kStructured * noise_floor(*found.setup, found.selection.best.point), found.exact)) return found;
     Search other = search(logs, options, Variant::rotor_held, ticks);
     const double t = better(*found.setup->full, found.selection.best.left, other.selection.best.left).t;
     const bool plainer = other.selection.found.size() < found.selection.found.size();

@@ -49,12 +49,12 @@ HighBand high_band(const std::vector<double>& x, const std::vector<std::size_t>&
 }
 
 /// Variance of a block's mean over `rows` rows, told apart into noise A |1 - z|^2 of the state's sensor, white noise S, and the
-/// known noise W |1 + z|^2 / 4 of the speed sensor: top = 3.6 A + S + 0.1 W, fifth = 0.133 A + 0.2 S + 0.18 W.
+/// known noise W |1 + z|^2 / 4 of the speed sensor: top = 3.6 A + S + 0.1 W, fifth = 0.133 A + 0.2 S + 0.167 W.
 double block_variance(HighBand seen, double speed, double rows, double damped)
 {
-    double differenced = (seen.top - 5.0 * seen.fifth + 0.8 * speed) / 2.933;
-    double white = 5.0 * (seen.fifth - 0.1333 * differenced - 0.18 * speed);
-    if (differenced < 0.0) differenced = 0.0, white = std::max(5.0 * seen.fifth - 0.9 * speed, 0.0);
+    double differenced = (seen.top - 5.0 * seen.fifth + 0.7333 * speed) / 2.933;
+    double white = 5.0 * (seen.fifth - 0.1333 * differenced - 0.1667 * speed);
+    if (differenced < 0.0) differenced = 0.0, white = std::max(5.0 * seen.fifth - 0.8333 * speed, 0.0);
     if (white < 0.0) white = 0.0, differenced = std::max(seen.top - 0.1 * speed, 0.0) / 3.6;
     return 2.0 * differenced / (rows * rows) + differenced * damped * damped / rows + (white + speed) / rows;
 }

@@ -1,4 +1,5 @@
 // The tracer against the simulator, whose laws are others' (sim/ shares no code with ref/), and against measured logs.
+#include <algorithm>
 #include <cstdlib>
 #include <cstring>
 #include <fstream>
@@ -156,6 +157,57 @@ void measured_sweeps_are_dead_time()
     }
 }
 
+void delay_beyond_one_period()
+{
+    if (slow_kind()) TEST_IGNORE_MESSAGE("takes long under the sanitizers");
+    for (const double periods : {0.5, 1.5}) {
+        const TraceResult r = dqw::trace(one_log("servo", {"nonideal.delay_periods=" + std::to_string(periods)}));
+        only(r, "delay");
+        // Measured: 0.5008, 1.5009; L_d 2.1990 mH, L_q 2.8012 mH. To first order 1.5 reads 1.39, and L_d 9 % too large.
+        TEST_ASSERT_DOUBLE_WITHIN(0.003, periods, value(r.effects[0].parameters, "periods"));
+        TEST_ASSERT_DOUBLE_WITHIN(0.002 * 2.2e-3, 2.2e-3, value(r.after.parameters, "Ld_H"));
+        TEST_ASSERT_DOUBLE_WITHIN(0.002 * 2.8e-3, 2.8e-3, value(r.after.parameters, "Lq_H"));
+    }
+}
+
+void voltage_may_turn_with_the_rotor()
+{
+    if (slow_kind()) TEST_IGNORE_MESSAGE("takes long under the sanitizers");
+    // w_e T = 0.15: taken for a vector that stands still, it looks like iron loss with a delay.
+    const TraceResult clean = dqw::trace(one_log("servo", {"drive.hold=dq", "drive.dt_s=4e-4"}));
+    TEST_ASSERT_EQUAL_STRING("clean", clean.verdict.c_str());
+    TEST_ASSERT_TRUE(clean.notes.back().find("rotor's frame") != std::string::npos);
+    TEST_ASSERT_DOUBLE_WITHIN(0.0005 * 0.12, 0.12, value(clean.after.parameters, "psi_Wb"));
+    only(dqw::trace(one_log("servo", {"drive.hold=dq", "drive.dt_s=4e-4", "nonideal.dead_time_V=4", "nonideal.dead_time_width_A=0.15"})), "dead_time");
+}
+
+void log_that_is_not_what_the_format_says()
+{
+    if (slow_kind()) TEST_IGNORE_MESSAGE("takes long under the sanitizers");
+    const std::vector<Log> good = one_log("servo", {"duration_s=1"});
+    const auto doubted = [&good](const char* about, auto change) {
+        std::vector<Log> logs = good;
+        change(logs[0]);
+        const TraceResult r = dqw::trace(logs);
+        TEST_ASSERT_EQUAL_STRING_MESSAGE("unexplained", r.verdict.c_str(), about);
+        TEST_ASSERT_EQUAL_size_t_MESSAGE(0, r.effects.size(), about);
+        TEST_ASSERT_TRUE_MESSAGE(r.doubt.find(about) != std::string::npos, r.doubt.c_str());
+        return r;
+    };
+    doubted("come out negative", [](Log& log) {
+        for (double& i : log.i_d_A) i = -i;
+        for (double& i : log.i_q_A) i = -i;
+    });
+    doubted("of the voltage", [](Log& log) { std::swap(log.i_d_A, log.i_q_A); });
+    doubted("previous", [](Log& log) {
+        for (auto* v : {&log.v_d_V, &log.v_q_V}) std::rotate(v->begin(), v->end() - 1, v->end());
+    });
+    const TraceResult turned = doubted("of the voltage", [](Log& log) {
+        for (double& w : log.w_m_rad_s) w = -w;
+    });
+    TEST_ASSERT_TRUE(std::any_of(turned.notes.begin(), turned.notes.end(), [](const std::string& n) { return n.find("unit and sign") != std::string::npos; }));
+}
+
 }  // namespace
 
 int main()
@@ -171,5 +223,8 @@ int main()
     RUN_TEST(exact_logs_have_no_second_name);
     RUN_TEST(too_few_rows_to_hold_some_out_are_refused);
     RUN_TEST(measured_sweeps_are_dead_time);
+    RUN_TEST(delay_beyond_one_period);
+    RUN_TEST(voltage_may_turn_with_the_rotor);
+    RUN_TEST(log_that_is_not_what_the_format_says);
     return UNITY_END();
 }
