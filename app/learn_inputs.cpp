@@ -131,7 +131,7 @@ LearnConfig read_learn_config(const std::string& path)
     std::ifstream file(path, std::ios::binary);
     if (!file) refuse(path, 0, "cannot be opened; expected the trace.json of `dqwatch trace`");
     const std::string text{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
-    if (file.bad() || text.empty()) refuse(path, 0, "is empty or cannot be read; expected the trace.json of `dqwatch trace`");
+    if (file.bad() || text.empty()) refuse(path, 1, "is empty or cannot be read; expected the trace.json of `dqwatch trace`");
     Json trace;
     try {
         trace = Json::parse(text);
