@@ -66,39 +66,42 @@ const Moment& turned(const Input& input, const Moment& at, Moment& m)
 Phases phases_of(double alpha, double beta) { return {alpha, 0.5 * (kRoot3 * beta - alpha), -0.5 * (kRoot3 * beta + alpha)}; }
 Phases phases_of(const Moment& at) { return phases_of(at.cos_e * at.i_d - at.sin_e * at.i_q, at.sin_e * at.i_d + at.cos_e * at.i_q); }
 
-/// To the last digit also where the exponential is left out.
-double log_cosh(double x)
-{
-    const double size = std::abs(x);
-    return size - 0.6931471805599453 + (size < 20.0 ? std::log1p(std::exp(-2.0 * size)) : 0.0);
-}
-
-/// Mean of tanh over a current that goes evenly from x to y, and its slopes by both.
-struct MeanTanh {
-    double mean, by_x, by_y;
-    MeanTanh(double x, double y)
+/// tanh and ln cosh by one exponential.
+struct Soft {
+    double x, tanh, log_cosh;
+    explicit Soft(double at) : x(at)
     {
-        const double step = y - x;
+        const double size = std::abs(x), e = size < 20.0 ? std::exp(-2.0 * size) : 0.0;
+        tanh = std::copysign((1.0 - e) / (1.0 + e), x);
+        log_cosh = size - 0.6931471805599453 + (e > 0.0 ? std::log1p(e) : 0.0);
+    }
+};
+
+/// Mean of tanh over a current that goes evenly from one to the other, and its slope by the second.
+struct MeanTanh {
+    double mean, by_from, by_to;
+    MeanTanh(const Soft& from, const Soft& to)
+    {
+        const double step = to.x - from.x;
         if (std::abs(step) < 1e-3) {
-            const double t = fast_tanh(0.5 * (x + y));
-            mean = t, by_x = by_y = 0.5 * (1.0 - t * t);
+            mean = 0.5 * (from.tanh + to.tanh), by_from = by_to = 0.5 * (1.0 - mean * mean);
         } else {
-            mean = (log_cosh(y) - log_cosh(x)) / step, by_x = (mean - fast_tanh(x)) / step, by_y = (fast_tanh(y) - mean) / step;
+            mean = (to.log_cosh - from.log_cosh) / step, by_from = (mean - from.tanh) / step, by_to = (to.tanh - mean) / step;
         }
     }
 };
 
-/// The same over a bow: two lines, by a point off the middle.
-MeanTanh bowed(double x, double bow, double y)
-{
-    const double middle = 0.5 * (x + y) + bow;
-    const MeanTanh first(x, middle), second(middle, y);
-    const double by_middle = 0.5 * (first.by_y + second.by_x);
-    MeanTanh both = first;
-    both.mean = 0.5 * (first.mean + second.mean);
-    both.by_x = 0.5 * (first.by_x + by_middle), both.by_y = 0.5 * (second.by_y + by_middle);
-    return both;
-}
+/// The same over a bow, two lines by a point off the middle; the slope by its end.
+struct Bowed {
+    double mean, by_end;
+    Bowed(double x, double bow, double y)
+    {
+        const Soft from(x), middle(0.5 * (x + y) + bow), to(y);
+        const MeanTanh first(from, middle), second(middle, to);
+        mean = 0.5 * (first.mean + second.mean);
+        by_end = 0.5 * (second.by_to + 0.5 * (first.by_to + second.by_from));
+    }
+};
 
 Vector2 to_dq(const Moment& at, double alpha, double beta) { return {at.cos_e * alpha + at.sin_e * beta, at.cos_e * beta - at.sin_e * alpha}; }
 
@@ -189,7 +192,7 @@ void evaluate(const Input& input, const Moment& at, Vector2 f[kMostWeights], Vec
         const double k = 1.0 / input.shape[0];
         if (at.ends) {
             const Phases x = phases_of(m.past_alpha, m.past_beta), bow = phases_of(m.bow_alpha, m.bow_beta);
-            const auto twice = [&](double from, double by, double to) { return 2.0 * bowed(k * from, k * by, k * to).mean; };
+            const auto twice = [&](double from, double by, double to) { return 2.0 * Bowed(k * from, k * by, k * to).mean; };
             f[0] = of_phases(m, twice(x.a, bow.a, p.a), twice(x.b, bow.b, p.b), twice(x.c, bow.c, p.c));
         } else {
             f[0] = of_phases(m, fast_tanh(k * p.a), fast_tanh(k * p.b), fast_tanh(k * p.c));
@@ -283,7 +286,7 @@ void evaluate_slope(const Input& input, const double weights[], const Moment& at
         const double k = 1.0 / input.shape[0];
         const Phases x = phases_of(m.past_alpha, m.past_beta), bow = phases_of(m.bow_alpha, m.bow_beta);
         const auto slope = [&](double from, double by, double to) {
-            if (at.ends) return 2.0 * weights[0] * k * bowed(k * from, k * by, k * to).by_y;
+            if (at.ends) return 2.0 * weights[0] * k * Bowed(k * from, k * by, k * to).by_end;
             const double t = fast_tanh(k * to);
             return weights[0] * k * (1.0 - t * t);
         };

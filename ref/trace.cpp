@@ -19,7 +19,8 @@ namespace {
 
 constexpr double kStructured = 1.3;      ///< block RMS over the noise floor that is more than noise
 constexpr double kLeastExplained = 0.5;  ///< part of the excess that effects must explain, or they are not named
-constexpr double kExact = 3e-4;          ///< part of the measured voltage (torque) below which a residual is the sampling's own
+constexpr double kExact = 5e-4;          ///< part of an axis' voltage (torque): where all are below, the residual is the sampling's own
+constexpr double kGrown = 1.02;          ///< a residual that effects make larger than that is not explained by them
 constexpr std::size_t kLeastBlocks = 3;
 constexpr double kClearlyLess = 0.9, kClearlyT = 3.0;
 constexpr double kLeastTurn_rad = 0.05;  ///< in a period, below which it does not matter in whose frame a voltage is held
@@ -27,12 +28,16 @@ constexpr int kPasses = 12;
 
 using Blocks = std::vector<ReportBlock>;
 
-double measured_rms(const Blocks& blocks, int channels)
+/// Reported RMS of each axis that is the sampling's own.
+std::vector<double> exact_of(const Blocks& blocks, int channels)
 {
-    double square = 0.0;
-    for (const ReportBlock& b : blocks)
-        for (int c = 0; c < channels; ++c) square += b.measured[c] * b.measured[c];
-    return blocks.empty() ? 0.0 : std::sqrt(square / static_cast<double>(blocks.size()) / channels);
+    std::vector<double> out;
+    for (int c = 0; c < channels; ++c) {
+        double square = 0.0;
+        for (const ReportBlock& b : blocks) square += b.measured[c] * b.measured[c];
+        out.push_back(blocks.empty() ? 0.0 : kExact * std::sqrt(square / static_cast<double>(blocks.size())));
+    }
+    return out;
 }
 
 /// Rows that no fit saw.
@@ -175,7 +180,7 @@ SelectOptions select_options(const TraceSetup& setup, const Judge& judge, const 
     const Blocks held = judge.of(setup.starts.front(), false);
     if (held.size() < kLeastBlocks)
         throw std::invalid_argument(setup.logs->front().path + ": too few rows to hold some out: " + std::to_string(held.size()) + " blocks of the residual");
-    o.exact = kExact * measured_rms(held, judge.channels);
+    o.exact = exact_of(held, judge.channels);
     o.one_speed = setup.one_speed;
     if (options.progress)
         o.tick = [&options, &ticks] {
@@ -220,7 +225,7 @@ struct Search {
     std::unique_ptr<TraceSetup> setup;
     std::unique_ptr<Judge> judge;
     Selection selection;
-    double exact = 0.0;  ///< reported RMS that is the sampling's own
+    std::vector<double> exact;  ///< reported RMS of each axis that is the sampling's own
     double rms = HUGE_VAL;
 };
 
@@ -265,7 +270,9 @@ Search search(const std::vector<Log>& logs, const TraceOptions& options)
     // What a voltage that turns otherwise looks like.
     const bool alike = std::any_of(found.selection.found.begin(), found.selection.found.end(),
                                    [](const Found& f) { return f.name == "iron_loss" || f.name == "voltage_offset" || f.name == "delay"; });
-    if (!alike && found.rms < std::max(kStructured * noise_floor(*found.setup, found.selection.best.point), found.exact)) return found;
+    if (!alike &&
+        (found.rms < kStructured * noise_floor(*found.setup, found.selection.best.point) || below(found.judge->each(found.selection.best.point), found.exact)))
+        return found;
     Search other = search(logs, options, Variant::rotor_held, ticks);
     const double t = better(*found.setup->full, found.selection.best.left, other.selection.best.left).t;
     const bool plainer = other.selection.found.size() < found.selection.found.size();
@@ -312,11 +319,11 @@ TraceResult trace(const std::vector<Log>& logs, const TraceOptions& options)
     if (rms_of(judge.of(least, true), judge.channels) < 0.97 * rms_of(judge.of(plain, true), judge.channels)) plain.base = least.base;
     const double before = judge.rms(plain);
     double floor = noise_floor(*setup, s.best.point), after = judge.rms(s.best.point);
-    const std::string fault = !s.fault.empty() || before < found.exact ? s.fault : record_fault(logs);
+    const bool was_exact = below(judge.each(plain), found.exact);
+    const std::string fault = !s.fault.empty() || was_exact ? s.fault : record_fault(logs);
     const double excess_before = std::max(before * before - floor * floor, 0.0), excess_after = std::max(after * after - floor * floor, 0.0);
-    const double exact = found.exact;
-    const bool rests = after > std::max(kStructured * floor, exact);
-    if (!fault.empty() || before < exact || after > before || (rests && excess_after > (1.0 - kLeastExplained) * excess_before)) {
+    const bool rests = after > kStructured * floor && !below(judge.each(s.best.point), found.exact);
+    if (!fault.empty() || was_exact || after > kGrown * before || (rests && excess_after > (1.0 - kLeastExplained) * excess_before)) {
         s.found.clear(), s.after.clear();
         s.best = s.plain;
         floor = noise_floor(*setup, s.best.point), after = before;
@@ -341,7 +348,7 @@ TraceResult trace(const std::vector<Log>& logs, const TraceOptions& options)
     result.rest = correlates(*setup, judge.of(last, false), floor);
     // A model that is wrong at every row makes a floor that is none.
     const bool no_floor = s.found.empty() && floor > kStructured * before && !(found.selection.found.empty() && s.vetoed.empty());
-    const bool structured = result.after.heldout_rms > std::max(kStructured * floor, exact) || !fault.empty() || no_floor;
+    const bool structured = (result.after.heldout_rms > kStructured * floor && !below(judge.each(last), found.exact)) || !fault.empty() || no_floor;
     result.doubt = result.effects.empty() ? doubt_of(*setup, plain, result.before) : "";
     if (structured) result.rest_signature = fault.empty() ? describe(result.rest) : fault;
     if (result.effects.empty() && (structured || !result.doubt.empty()) && fault.empty() && fits_previous(logs, before))

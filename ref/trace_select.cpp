@@ -319,7 +319,7 @@ Selection select(const TraceModel& model, const Point& start, const std::vector<
     if (!s.plain.ok) return s;
     s.best = s.plain;
     for (int n = 0; n < 6; ++n) {
-        if (joint(options.reported_rms(s.best.point)) < options.exact) break;
+        if (below(options.reported_rms(s.best.point), options.exact)) break;
         std::vector<Tried> tried = round(model, s.best, candidates, options, n == 0 ? &s.alone : nullptr);
         const Tried* taken = nullptr;
         for (const Tried& t : tried) {

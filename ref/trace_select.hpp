@@ -26,13 +26,21 @@ struct Tried {
     Better over;  ///< the point without it
 };
 
+/// Every entry below its limit; false where there are no limits.
+inline bool below(const std::vector<double>& rms, const std::vector<double>& limits)
+{
+    for (std::size_t c = 0; c < limits.size(); ++c)
+        if (!(rms[c] < limits[c])) return false;
+    return !limits.empty();
+}
+
 struct SelectOptions {
     /// Whether a point's parameters make physical sense; else the reason.
     std::function<std::string(const Point&)> veto;
     /// RMS of the reported held-out residual of a point, of each channel.
     std::function<std::vector<double>(const Point&)> reported_rms;
-    double exact = 0.0;      ///< reported RMS below which nothing is left to name
-    bool one_speed = false;  ///< of settled points: what turns with the speed cannot be told apart there but by small terms
+    std::vector<double> exact;  ///< of each axis: below all of them no further effect is sought
+    bool one_speed = false;     ///< of settled points: what turns with the speed cannot be told apart there but by small terms
     std::function<void()> tick;
 };
 

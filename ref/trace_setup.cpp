@@ -20,7 +20,7 @@ namespace {
 
 constexpr std::size_t kLeastPiece = 30;
 constexpr std::size_t kLeastRows = 400, kLeastSettled = 8;
-constexpr std::size_t kSearchRows = 30000, kSearchWindow = 3000;
+constexpr std::size_t kSearchRows = 24000, kSearchWindow = 3000;
 constexpr std::size_t kStretches = 20, kFewestStretches = 4, kLeastStretch = 150, kFine = 10, kGuard = 60;
 constexpr std::size_t kSettledStretches = 60, kSettledFine = 3;
 constexpr std::size_t kFewRows = 400;  ///< settled rows: fewer are operating points, more are a record in time
