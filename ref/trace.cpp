@@ -23,7 +23,7 @@ constexpr double kExact = 5e-4;          ///< part of an axis' voltage (torque):
 constexpr double kGrown = 1.02;          ///< a residual that effects make larger than that is not explained by them
 constexpr std::size_t kLeastBlocks = 3;
 constexpr double kClearlyLess = 0.9, kClearlyT = 3.0;
-constexpr double kLeastTurn_rad = 0.05;  ///< in a period, below which it does not matter in whose frame a voltage is held
+constexpr double kLeastTurn_rad = 0.08;  ///< in a period, below which it does not matter in whose frame a voltage is held
 constexpr int kPasses = 12;
 
 using Blocks = std::vector<ReportBlock>;

@@ -89,6 +89,7 @@ std::string doubt_of(const TraceSetup& setup, const Point& plain, const TraceFit
     if (setup.regime == Regime::mechanical) return plain.base[0] < 0.0 ? std::string("the inertia comes out negative") + ask : "";
     if (setup.regime == Regime::dynamic && plain.base[0] < 0.0 && plain.base[1] < 0.0 && plain.base[2] < 0.0)
         return std::string("resistance and inductances come out negative") + ask;
+    if (!setup.turns_apart.empty()) return setup.turns_apart;
     double left = 0.0, all = 0.0;
     for (const AxisResidual& a : fit.axes) {
         const double measured = a.percent > 0.0 ? 100.0 * a.rms / a.percent : 0.0;

@@ -84,17 +84,23 @@ std::optional<double> stated_pole_pairs(const std::vector<Log>& logs)
 double turns_of_angles(const std::vector<Log>& logs)
 {
     constexpr double kMostStep_rad = 2.0, kLeastTurned_rad = 6.0;
+    constexpr std::size_t kTogether = 100;
     double xy = 0.0, xx = 0.0, turned = 0.0;
     for (const Log& log : logs) {
         if (log.theta_e_rad.empty() || log.t_s.empty() || log.w_m_rad_s.empty()) return 0.0;
-        for (const Piece& piece : pieces_of(log, 2))
+        for (const Piece& piece : pieces_of(log, 2)) {
+            double sum_e = 0.0, sum_m = 0.0;
             for (std::size_t k = piece.begin + 1; k < piece.end; ++k) {
                 const double electrical = std::remainder(log.theta_e_rad[k] - log.theta_e_rad[k - 1], 2.0 * M_PI);
-                const double shaft = 0.5 * (log.w_m_rad_s[k] + log.w_m_rad_s[k - 1]) * (log.t_s[k] - log.t_s[k - 1]);
                 // A step near half a turn may be one the other way.
                 if (std::abs(electrical) > kMostStep_rad) return 0.0;
-                xy += electrical * shaft, xx += shaft * shaft, turned += std::abs(electrical);
+                sum_e += electrical, sum_m += 0.5 * (log.w_m_rad_s[k] + log.w_m_rad_s[k - 1]) * (log.t_s[k] - log.t_s[k - 1]);
+                // Over many rows the speed's noise, which would make the ratio small, is averaged away.
+                if ((k - piece.begin) % kTogether != 0 && k + 1 != piece.end) continue;
+                xy += sum_e * sum_m, xx += sum_m * sum_m, turned += std::abs(sum_e);
+                sum_e = sum_m = 0.0;
             }
+        }
     }
     if (!(xx > 0.0) || turned < kLeastTurned_rad) return 0.0;
     return xy / xx;
@@ -115,8 +121,9 @@ void find_pole_pairs(TraceSetup& setup)
         setup.pole_pairs = *p;
         const double turns = turns_of_angles(logs);
         if (turns != 0.0 && std::abs(turns / *p - 1.0) > kNear)
-            setup.notes.push_back("theta_e_rad turns " + figure(turns) + " times as far as the shaft by w_m_rad_s, and the pole pairs are " + figure(*p) +
-                                  ": check the speed's unit and sign");
+            setup.turns_apart = "theta_e_rad turns " + figure(turns) + " times as far as the shaft by w_m_rad_s, and the pole pairs are " + figure(*p) +
+                                ": check the speed's unit and sign";
+        if (!setup.turns_apart.empty()) setup.notes.push_back(setup.turns_apart);
         return;
     }
     if (range_of(logs, &Log::w_m_rad_s).size() == 0.0 || setup.regime == Regime::standstill) {

@@ -18,7 +18,8 @@ struct TraceSetup {
     double pole_pairs = 1.0;
     bool pole_pairs_known = true;  ///< else 1 stands for them
     double i_base_A = 1.0, span_s = 0.0, speed_base_rad_s = 0.0;
-    bool one_speed = false;  ///< settled points that turn, all alike
+    std::string turns_apart;  ///< where the angle column does not turn with the speed: how
+    bool one_speed = false;   ///< settled points that turn, all alike
     std::vector<TraceColumns> columns;
     std::vector<std::vector<double>> torque, angle;
     std::unique_ptr<TraceModel> full;  ///< of all rows
