@@ -41,7 +41,7 @@ inline Response response(double a, double b, double w_dt, double dt)
     return r;
 }
 
-/// The same for a voltage that is held in the rotor's frame: v and psi push alike, v_d and w_e-turned psi apart.
+/// The same for a voltage that turns with the rotor: B is the series of the integral of e^(Fs), A and C are unchanged.
 inline Response response_rotor_held(double a, double b, double w_dt, double dt)
 {
     Response r = response(a, b, w_dt, dt);
