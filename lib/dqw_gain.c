@@ -23,8 +23,9 @@ void dqw_gain_step(dqw_gain *g, const float x_pu[], float k_pu[])
 
     // [RLS.1] f = U' x, v = D f
     for (int j = 0; j < n; j++) {
+        const float *u = &g->u[DQW_GAIN_U(0, j)];
         f[j] = x_pu[j];
-        for (int i = 0; i < j; i++) f[j] += g->u[i][j] * x_pu[i];
+        for (int i = 0; i < j; i++) f[j] += u[i] * x_pu[i];
         v[j] = g->d[j] * f[j];
     }
 
@@ -36,9 +37,10 @@ void dqw_gain_step(dqw_gain *g, const float x_pu[], float k_pu[])
         const float lambda = -f[j] / before;
         g->d[j] *= before / alpha;
         k_pu[j] = v[j];
+        float *column = &g->u[DQW_GAIN_U(0, j)];
         for (int i = 0; i < j; i++) {
-            const float u = g->u[i][j];
-            g->u[i][j] = u + lambda * k_pu[i];
+            const float u = column[i];
+            column[i] = u + lambda * k_pu[i];
             k_pu[i] += u * v[j];
         }
     }
@@ -51,9 +53,42 @@ float dqw_gain_covariance(const dqw_gain *g, int i, int j)
 {
     float p = 0.0f;
     for (int m = i > j ? i : j; m < g->inputs; m++) {
-        const float ui = m == i ? 1.0f : g->u[i][m];
-        const float uj = m == j ? 1.0f : g->u[j][m];
+        const float ui = m == i ? 1.0f : g->u[DQW_GAIN_U(i, m)];
+        const float uj = m == j ? 1.0f : g->u[DQW_GAIN_U(j, m)];
         p += ui * g->d[m] * uj;
     }
     return p;
+}
+
+void dqw_gain_apply(const dqw_gain *g, const float z[], float out[])
+{
+    for (int j = 0; j < g->inputs; j++) {
+        const float *u = &g->u[DQW_GAIN_U(0, j)];
+        float f = z[j];
+        for (int i = 0; i < j; i++) f += u[i] * z[i];
+        f *= g->d[j];
+        out[j] = f;
+        for (int i = 0; i < j; i++) out[i] += u[i] * f;
+    }
+}
+
+void dqw_gain_grow(dqw_gain *g, int i, float q)
+{
+    // U D U' + q a a' with a the unit vector i: columns beyond i keep.
+    float a[DQW_LEARNER_INPUTS] = {0};
+    a[i] = 1.0f;
+    for (int j = i; j >= 0 && q > 0.0f; j--) {
+        float *u = &g->u[DQW_GAIN_U(0, j)];
+        const float s = a[j];
+        const float before = g->d[j];
+        const float after = before + q * s * s;
+        if (!(after > 0.0f)) continue;
+        const float turn = q * s / after;
+        g->d[j] = after;
+        q *= before / after;
+        for (int m = 0; m < j; m++) {
+            a[m] -= s * u[m];
+            u[m] += turn * a[m];
+        }
+    }
 }

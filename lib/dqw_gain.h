@@ -14,10 +14,13 @@ extern "C" {
 
 /// Covariance of the weights per unit of residual variance, P = U D U', U unit upper triangular.
 typedef struct dqw_gain {
-    float u[DQW_LEARNER_INPUTS][DQW_LEARNER_INPUTS];  ///< u[i][j], i < j
+    float u[DQW_LEARNER_INPUTS * (DQW_LEARNER_INPUTS - 1) / 2];  ///< column by column above the diagonal
     float d[DQW_LEARNER_INPUTS];
     uint8_t inputs;
 } dqw_gain;
+
+/// Where element i, j of U is, i < j.
+#define DQW_GAIN_U(i, j) ((j) * ((j) - 1) / 2 + (i))
 
 /// Make a gain that knows nothing: every weight has variance p0.
 ///
@@ -34,6 +37,23 @@ enum dqw_status dqw_gain_init(dqw_gain *g, int inputs, float p0);
 /// Cost     1.5 n^2 + 5 n flops, n divisions; no loop depends on data
 /// Context  ISR safe; one writer per object
 void dqw_gain_step(dqw_gain *g, const float x_pu[], float k_pu[]);
+
+/// What a gradient moves the weights by: P z.
+///
+/// Source   (E17), (E60) in docs/EQUATIONS.md
+/// Shape    z[inputs] read only; out[inputs] written, may not be z
+/// Cost     2 n^2 flops
+/// Context  ISR safe; reads *g only
+void dqw_gain_apply(const dqw_gain *g, const float z[], float out[]);
+
+/// The weight of input i may have drifted: its variance grows by q.
+///
+/// Source   Agee and Turner's update of U D U'; (E61) in docs/EQUATIONS.md
+/// Units    q: squared per-unit weight per squared per-unit residual, >= 0
+/// Range    i in 0 .. inputs-1
+/// Cost     about 2 i^2 + 6 i flops, i divisions
+/// Context  ISR safe; one writer per object
+void dqw_gain_grow(dqw_gain *g, int i, float q);
 
 /// Covariance of weights i and j per unit of residual variance, per unit.
 ///

@@ -16,8 +16,8 @@ typedef struct dqw_sample {
     float v_d_V, v_q_V;
     float i_d_A, i_q_A;
     float w_m_rad_s;
+    float theta_e_rad;  ///< read only where something needs it, as the temperatures; integrate p w_m where there is no sensor
 #if DQW_EFFECT_WEIGHTS > 0
-    float theta_e_rad;  ///< read only where an effect needs it, as the temperatures; integrate p w_m where there is no sensor
     float temp_winding_C, temp_magnet_C;
 #endif
 } dqw_sample;

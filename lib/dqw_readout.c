@@ -28,7 +28,7 @@ static void information(const dqw_axis *a, int n, float info[INPUTS][INPUTS])
     for (int j = 0; j < n; j++) {
         v[j][j] = 1.0f;
         for (int i = j - 1; i >= 0; i--)
-            for (int m = i + 1; m <= j; m++) v[i][j] -= a->gain.u[i][m] * v[m][j];
+            for (int m = i + 1; m <= j; m++) v[i][j] -= a->gain.u[DQW_GAIN_U(i, m)] * v[m][j];
     }
     for (int i = 0; i < n; i++)
         for (int j = 0; j < n; j++) {

@@ -13,8 +13,12 @@
 extern "C" {
 #endif
 
-/// Most signals that a window gathers.
+/// Most signals that a window gathers: a block's, and what effects add on each axis, at least one.
+#if DQW_EFFECT_WEIGHTS > 0
 #define DQW_WINDOW_SIGNALS (9 + 2 * DQW_EFFECT_WEIGHTS)
+#else
+#define DQW_WINDOW_SIGNALS 11
+#endif
 
 typedef struct dqw_window {
     float flat[DQW_WINDOW_SIGNALS];  ///< this half: sum of x

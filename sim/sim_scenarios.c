@@ -16,6 +16,15 @@
                       .v_q_V = {.binary = 10, .binary_hold_s = 5e-4}
 #define SERVO .machine = {SERVO_PLATE}, .drive = {SERVO_DRIVE}, .profile = {SERVO_PROFILE}, .regime = "dynamic", .rtol = 1e-8, .seed = 1
 
+// A small joint motor: loads of a few ampere, reversals, an angle without noise.
+#define JOINT .machine = {.pole_pairs = 4, .R_ohm = 0.5, .Ld_H = 1.0e-3, .Lq_H = 1.4e-3, .psi_Wb = 0.020, .J_kgm2 = 3e-4, .B_Nms_rad = 1e-4, \
+                          .temp_ref_C = 25, .temp_ambient_C = 25, .temp_start_C = 25}, \
+              .drive = {.dt_s = 5e-5, .v_dc_V = 24, .current_bandwidth_rad_s = 2000, .speed_bandwidth_rad_s = 80, .i_max_A = 6}, \
+              .profile = {.speed_rad_s = {.wave = 90, .wave_period_s = 0.7}, .i_d_A = {.random = 3, .random_hold_s = 0.037}, \
+                          .load_Nm = {.random = 0.35, .random_hold_s = 0.051}, .v_d_V = {.binary = 0.8, .binary_hold_s = 3e-4}, \
+                          .v_q_V = {.binary = 0.8, .binary_hold_s = 3e-4}}, \
+              .regime = "dynamic", .rtol = 1e-7, .seed = 1
+
 #define TRACTION_MACHINE .machine = {.pole_pairs = 4, .R_ohm = 0.012, .Ld_H = 0.20e-3, .Lq_H = 0.50e-3, .psi_Wb = 0.070, .J_kgm2 = 0.06, \
                                      .B_Nms_rad = 0.02, .temp_ref_C = 25, .temp_ambient_C = 25, .temp_start_C = 25}
 #define TRACTION_DRIVE .drive = {.dt_s = 1e-4, .v_dc_V = 350, .current_bandwidth_rad_s = 1200, .speed_bandwidth_rad_s = 30, .i_max_A = 300}
@@ -47,6 +56,9 @@ static const dqw_sim_scenario table[] = {
                  .i_q_A = {.random = 10, .random_hold_s = 7e-3}, .v_d_V = {.binary = 1, .binary_hold_s = 3e-4},
                  .v_q_V = {.binary = 1, .binary_hold_s = 3e-4}, .load_Nm = {.step = 1.5, .t_step_s = 1}},
      NOISE(0.01), .duration_s = 2, .regime = "dynamic", .rtol = 3e-8, .seed = 1},
+    {.name = "joint_24v",
+     .about = "robot joint, 4 pole pairs, 1.0/1.4 mH, 24 V, 20 kHz: speed to and fro, i_d and load re-drawn, +-0.8 V random binary on each axis; 1 % noise",
+     JOINT, .noise = {.i = 0.01, .v = 0.01, .w = 0.01}, .duration_s = 2},
     {.name = "traction_ipm",
      .about = "interior-magnet traction motor, 350 V, 300 A, L_q/L_d = 2.5, whose iron saturates (d, q and cross); no noise",
      TRACTION,

@@ -1,0 +1,39 @@
+#include "dqw_noise.h"
+
+#define PAST 3u
+
+void dqw_noise_init(dqw_noise *n)
+{
+    const dqw_noise zero = {0};
+    *n = zero;
+}
+
+void dqw_noise_gap(dqw_noise *n)
+{
+    n->held = 0;
+}
+
+static void shift(float e[3], float now)
+{
+    e[2] = e[1];
+    e[1] = e[0];
+    e[0] = now;
+}
+
+void dqw_noise_step(dqw_noise *n, float e_d_A, float e_q_A, float w_m_rad_s)
+{
+    if (n->held >= PAST) {
+        const float bend = w_m_rad_s - 2.0f * n->w_rad_s[0] + n->w_rad_s[1];
+        if (n->rows < DQW_NOISE_MEMORY) n->rows++;
+        const float part = 1.0f / (float)n->rows;
+        n->i_d_A2 += (-0.5f * (e_d_A - n->e_d_A[2]) * (n->e_d_A[0] - n->e_d_A[1]) - n->i_d_A2) * part;
+        n->i_q_A2 += (-0.5f * (e_q_A - n->e_q_A[2]) * (n->e_q_A[0] - n->e_q_A[1]) - n->i_q_A2) * part;
+        n->w_rad2_s2 += (bend * bend * (1.0f / 6.0f) - n->w_rad2_s2) * part;
+    } else {
+        n->held++;
+    }
+    shift(n->e_d_A, e_d_A);
+    shift(n->e_q_A, e_q_A);
+    n->w_rad_s[1] = n->w_rad_s[0];
+    n->w_rad_s[0] = w_m_rad_s;
+}

@@ -1,0 +1,122 @@
+// The tracker: one neuron for both axes of a machine whose pole pairs are known. Its weights are R, L_d, L_q, the flux, and what
+// the inverter and the encoder add. It follows parameters that change, and knows how sure it is.
+#ifndef DQW_TRACKER_H
+#define DQW_TRACKER_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "dqw_gain.h"
+#include "dqw_gate.h"
+#include "dqw_learner.h"
+#include "dqw_model.h"
+#include "dqw_noise.h"
+#include "dqw_status.h"
+#include "dqw_window.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/// Weights of the joint neuron. Bit i of a mask stands for weight i.
+enum dqw_tracker_weight {
+    DQW_TRACK_R = 0,
+    DQW_TRACK_LD,
+    DQW_TRACK_LQ,
+    DQW_TRACK_PSI,
+    DQW_TRACK_DEAD_TIME,  ///< V that the inverter takes from each phase
+    DQW_TRACK_PSI_Q,      ///< flux linkage of the magnet that shows on the other axis: psi times the angle by which the encoder is off
+    DQW_TRACK_WEIGHTS
+};
+
+/// Signals of a tracker's block: the model's, then the dead time's input on d and q.
+#define DQW_TRACK_SIGNALS (DQW_BLOCK_SIGNALS + 2)
+
+/// All zero is refused. Constant: it may stay in flash.
+typedef struct dqw_tracker_config {
+    float dt_s;          ///< PWM period, > 0
+    float v_base_V;      ///< rated voltage, current and mechanical speed: they scale. A sample beyond ten of them is saturated. > 0
+    float i_base_A;      ///< > 0
+    float w_base_rad_s;  ///< > 0
+    float R_ohm;         ///< nominal values to start from, > 0. Never a prior
+    float Ld_H;
+    float Lq_H;
+    float psi_Wb;
+    uint16_t pole_pairs;        ///< > 0
+    uint16_t half_window;       ///< pairs in half a block, 1 .. 10000; 0: 20
+    float v_limit_V;            ///< samples beyond are saturated, and not learned; 0: ten bases
+    float i_limit_A;            ///< the same
+    float excitation_pu;        ///< a block input below this part of its base teaches nothing; 0: 0.002
+    float dead_time_width_A;    ///< current at which the inverter's loss is three quarters of its full size; 0: no dead time is learned
+    float drift_per_sqrt_s;     ///< how far a parameter may wander, as part of itself, in 1 s; 0: it is constant, and nothing is forgotten
+    uint32_t stale_limit;       ///< equal samples in a row before a sensor counts as stuck; 0: never
+    bool angle;                 ///< theta_e_rad is given: dead time and encoder offset need it
+    bool noise_on_inputs;       ///< take the noise of currents and speed out of what is learned, (E60)
+} dqw_tracker_config;
+
+typedef struct dqw_tracker {
+    const dqw_tracker_config *config;
+    dqw_gate gate;
+    dqw_window window;
+    dqw_noise noise;
+    dqw_learner neuron;
+    dqw_gain gain;
+    float error_pu2[2];                          ///< per axis: mean squared residual
+    float score2[DQW_TRACK_WEIGHTS], score_lag[DQW_TRACK_WEIGHTS], score_last[DQW_TRACK_WEIGHTS];  ///< per weight: what blocks teach, and how alike next ones are
+    float e_pu[2];                               ///< the last block's residual, d and q
+    uint32_t blocks, missed;                     ///< learned; lost because the background came too late
+    uint32_t events;
+    // The last sample, and dead time's input there.
+    dqw_sample last;
+    float dead_d, dead_q, dead_slope_inv_A;
+    float slow_d_A, slow_q_A, follow;  ///< currents as dead time's input takes them, and how fast they follow
+    float inverse_Ld, inverse_Lq;
+    // Handed to the background.
+    float block[DQW_TRACK_SIGNALS];
+    float block_theta_rad, half_theta_rad;  ///< angle at the middle of the block; at the end of the last half
+    bool pending, has_last, last_good;
+} dqw_tracker;
+
+/// Make a tracker.
+///
+/// Source   (E13) to (E17), (E60), (E61) in docs/EQUATIONS.md
+/// Returns  DQW_OK; DQW_ERR_NULL, DQW_ERR_SIZE or DQW_ERR_RANGE, and then *t is untouched
+/// Context  at start; the configuration stays in use as long as the object
+enum dqw_status dqw_tracker_init(dqw_tracker *t, const dqw_tracker_config *config);
+
+/// One PWM period.
+///
+/// Source   (E13), (E15), (E19), (E60) in docs/EQUATIONS.md
+/// Units    SI; s->v_d_V, s->v_q_V as applied from this sample to the next
+/// Range    any float; what cannot be learned is skipped and counted in t->gate
+/// Returns  DQW_EVENT_* bits; DQW_EVENT_LEARNED: a block waits for dqw_tracker_learn
+/// Cost     docs/firmware.md; no loop depends on data
+/// Context  ISR safe; one writer per object
+uint32_t dqw_tracker_sample(dqw_tracker *t, const dqw_sample *s, bool saturated);
+
+/// Learn the block that waits, if there is one. Must come before the next: every half_window periods.
+///
+/// Source   (E16), (E17), (E60), (E61) in docs/EQUATIONS.md
+/// Returns  true if a block was learned
+/// Cost     docs/firmware.md
+/// Context  background; dqw_tracker_sample may interrupt it
+bool dqw_tracker_learn(dqw_tracker *t);
+
+/// Time has jumped: the next sample does not follow the last one.
+/// Context  as dqw_tracker_sample
+void dqw_tracker_gap(dqw_tracker *t);
+
+/// A parameter, SI, and its standard deviation; NaN and infinity for a weight that does not exist.
+///
+/// Source   (E20), (E61) in docs/EQUATIONS.md
+/// Context  background, or wherever dqw_tracker_learn cannot come between
+float dqw_tracker_value(const dqw_tracker *t, enum dqw_tracker_weight weight);
+float dqw_tracker_sd(const dqw_tracker *t, enum dqw_tracker_weight weight);
+
+/// Residual of both axes over the voltage base, RMS of about the last thousand blocks.
+float dqw_tracker_residual_pu(const dqw_tracker *t);
+
+#ifdef __cplusplus
+}
+#endif
+#endif
