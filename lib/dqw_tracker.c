@@ -8,8 +8,11 @@
 #define HALF_WINDOW 20
 #define EXCITATION_PU 0.002f
 #define WILD 10.0f
-// Start variance of a per-unit weight, per unit of residual variance: a start value is no prior.
-#define P0 1e6f
+// Start deviation of a weight, in nominal values, dead time's in voltage bases, and of a block's residual in those: wide enough to be
+// no prior, and narrow enough that noise on a machine at rest moves nothing.
+#define START_SD 3.0f
+#define START_DEAD_SD_PU 0.1f
+#define START_RESIDUAL_PU 0.01f
 // A weight whose variance fell by less than this was not learned.
 #define LEARNED_RATIO 0.01f
 #define VARIANCE_FLOOR_PU2 1e-13f
@@ -24,8 +27,16 @@
 
 // Currents are followed so fast that the noise left is about as wide as the step that dead time makes of them.
 #define FOLLOW 0.7f
-// Mean over about 4096 samples.
-#define SLOPE_PART (1.0f / 4096.0f)
+// An input whose power is not three times its noise teaches nothing; even at the end of the warm-up, noise alone passes by ten deviations only.
+#define NOISE_MARGIN 3.0f
+// Rows that only measure the noise and its share.
+#define WARM_UP 1000u
+// Where noise is more than this part of all that was learned of a weight, taking it out could run away.
+#define NOISE_PART_MAX 0.05f
+// A per-unit weight beyond this is no machine's.
+#define WEIGHT_MAX_PU 1e4f
+#define EXCESS_PART (1.0f / 256.0f)
+#define SLOPE_ROWS 4096u
 
 enum { D = 0, Q = 1 };
 
@@ -42,6 +53,35 @@ static bool zero_or_positive(float x)
 static int half_of(const dqw_tracker_config *c)
 {
     return c->half_window != 0 ? c->half_window : HALF_WINDOW;
+}
+
+static float start_weight_pu(const dqw_tracker *t, int i)
+{
+    const dqw_tracker_config *c = t->config;
+    const float start[DQW_TRACK_WEIGHTS] = {c->R_ohm, c->Ld_H, c->Lq_H, c->psi_Wb, 0.0f, 0.0f};
+    return start[i] / (t->neuron.y_base * t->neuron.x_scale[i]);
+}
+
+// Start variance of a weight per unit of residual variance.
+static float start_variance(const dqw_tracker *t, int i)
+{
+    const float sd_pu = i == DQW_TRACK_DEAD_TIME ? START_DEAD_SD_PU : START_SD * start_weight_pu(t, i == DQW_TRACK_PSI_Q ? DQW_TRACK_PSI : i);
+    return sd_pu * sd_pu / (START_RESIDUAL_PU * START_RESIDUAL_PU);
+}
+
+// Forget what was learned: weights as configured.
+static void start_again(dqw_tracker *t)
+{
+    (void)dqw_gain_init(&t->gain, DQW_TRACK_WEIGHTS, 1.0f);
+    for (int i = 0; i < DQW_TRACK_WEIGHTS; i++) {
+        t->neuron.w_pu[i] = start_weight_pu(t, i);
+        t->gain.d[i] = start_variance(t, i);
+        t->score2[i] = t->score_lag[i] = t->score_last[i] = 0.0f;
+    }
+    t->error_pu2[D] = t->error_pu2[Q] = 0.0f;
+    t->blocks = 0;
+    t->learned = 0;
+    if (t->restarts < UINT32_MAX) t->restarts++;
 }
 
 enum dqw_status dqw_tracker_init(dqw_tracker *t, const dqw_tracker_config *config)
@@ -66,11 +106,13 @@ enum dqw_status dqw_tracker_init(dqw_tracker *t, const dqw_tracker_config *confi
     };
     dqw_tracker n = {.config = config};
     enum dqw_status status = dqw_learner_init(&n.neuron, &neuron);
-    if (status == DQW_OK) status = dqw_gain_init(&n.gain, DQW_TRACK_WEIGHTS, P0);
+    if (status == DQW_OK) status = dqw_gain_init(&n.gain, DQW_TRACK_WEIGHTS, 1.0f);
     if (status == DQW_OK) status = dqw_window_init(&n.window, half_of(c), DQW_TRACK_SIGNALS);
-    const float start[] = {c->R_ohm, c->Ld_H, c->Lq_H, c->psi_Wb};
-    for (int i = 0; status == DQW_OK && i < 4; i++) status = dqw_learner_set_weight(&n.neuron, i, start[i]);
     if (status != DQW_OK) return status;
+    start_again(&n);
+    for (int i = 0; i < DQW_TRACK_WEIGHTS; i++)
+        if (!(fabsf(n.neuron.w_pu[i]) < WEIGHT_MAX_PU)) return DQW_ERR_RANGE;
+    n.restarts = 0;
     dqw_gate_init(&n.gate, c->stale_limit);
     dqw_noise_init(&n.noise);
     n.follow = 1.0f;
@@ -133,7 +175,7 @@ static void dead_time(dqw_tracker *t, const dqw_sample *s, float *d, float *q)
     *q = seen.q;
     // How much of it the current's noise moves, on average: what tanh gains at this current, (1 - tanh^2)/width.
     const float slope = k * (1.0f - (lost.a * lost.a + lost.b * lost.b + lost.c * lost.c) * (1.0f / 3.0f));
-    t->dead_slope_inv_A += (slope - t->dead_slope_inv_A) * SLOPE_PART;
+    t->dead_slope_inv_A += (slope - t->dead_slope_inv_A) / (1.0f + (float)(t->noise.rows < SLOPE_ROWS ? t->noise.rows : SLOPE_ROWS));
 }
 
 static void watch_noise(dqw_tracker *t, const dqw_sample *s)
@@ -232,8 +274,8 @@ float dqw_tracker_sd(const dqw_tracker *t, enum dqw_tracker_weight weight)
 {
     if ((unsigned)weight >= DQW_TRACK_WEIGHTS) return INFINITY;
     const int i = (int)weight;
+    if ((t->learned >> i & 1u) == 0 || t->blocks < 2u * DQW_TRACK_WEIGHTS) return INFINITY;
     const float p = dqw_gain_covariance(&t->gain, i, i);
-    if (!(p < LEARNED_RATIO * P0) || t->blocks < 2u * DQW_TRACK_WEIGHTS) return INFINITY;
     return sqrtf(p * common_variance(t) * inflation(t, i)) * t->neuron.y_base * t->neuron.x_scale[i];
 }
 
@@ -248,7 +290,7 @@ static float memory_of(const dqw_tracker *t)
 }
 
 // One axis' row through the joint neuron, weighed by how little of that axis is noise.
-static void learn_row(dqw_tracker *t, int axis, const float x_pu[], float y_pu, float ratio, float score[])
+static void learn_row(dqw_tracker *t, int axis, const float x_pu[], uint32_t mask, float y_pu, float ratio, float score[])
 {
     const float weigh = 1.0f / sqrtf(ratio);
     float x[DQW_TRACK_WEIGHTS];
@@ -256,7 +298,7 @@ static void learn_row(dqw_tracker *t, int axis, const float x_pu[], float y_pu, 
     float e = y_pu;
     for (int i = 0; i < DQW_TRACK_WEIGHTS; i++) {
         e -= t->neuron.w_pu[i] * x_pu[i];
-        x[i] = x_pu[i] * weigh;
+        x[i] = (mask >> i & 1u) != 0 ? x_pu[i] * weigh : 0.0f;
     }
     dqw_gain_step(&t->gain, x, k);
     float seen = 0.0f;
@@ -270,11 +312,12 @@ static void learn_row(dqw_tracker *t, int axis, const float x_pu[], float y_pu, 
     t->e_pu[axis] = e;
 }
 
-// Noise of dead time's input, A per unit of its mean slope: where what is left of the noise is wide, that of a step; where narrow, tanh's own.
+// Noise of dead time's input, A per unit of its mean slope: where what is left of the noise is wide, that of a step; where
+// narrow, tanh's own; and all of it where the currents stay within the width.
 static float dead_noise(const dqw_tracker *t, float var_i)
 {
     const float sd = sqrtf(var_i * t->follow / (2.0f - t->follow));
-    return 0.53f * var_i / (sd + 1.2f * t->config->dead_time_width_A);
+    return var_i * fmaxf(t->dead_slope_inv_A, 0.53f / (sd + 1.2f * t->config->dead_time_width_A));
 }
 
 // How much of that is alike with the current's noise, in the resistance's equation: a wide noise also smooths the step, which takes half.
@@ -298,8 +341,15 @@ static void follow_currents(dqw_tracker *t)
     t->follow = width / (width + FOLLOW * sqrtf(var_i));
 }
 
-// The noise of a block's inputs, as variances and the two covariances that do not vanish, turns the gradient by C w. (E60)
-static void take_noise_out(dqw_tracker *t, const dqw_block *b, const float ratio[2], uint32_t mask_d, uint32_t mask_q)
+// Variances of the noise of a block's inputs, per unit, and the covariances that do not vanish. (E60)
+typedef struct input_noise {
+    float d[DQW_TRACK_WEIGHTS], q[DQW_TRACK_WEIGHTS];
+    float lq_psi_q;  // d row
+    float ld_psi;    // q row
+    float dead_in_R[2], R_in_dead[2], dead_L[2];
+} input_noise;
+
+static input_noise noise_of(const dqw_tracker *t, const dqw_block *b)
 {
     const dqw_tracker_config *c = t->config;
     const float h = (float)half_of(c);
@@ -307,42 +357,55 @@ static void take_noise_out(dqw_tracker *t, const dqw_block *b, const float ratio
     const float sum = h * (h + 1.0f);
     const float mean = (h * (4.0f * h * h - 1.0f) / 6.0f + h * h) / (sum * sum);
     const float slope = 2.0f * h / (c->dt_s * c->dt_s * sum * sum);
-    const float var_d = dqw_noise_variance(t->noise.i_d_A2);
-    const float var_q = dqw_noise_variance(t->noise.i_q_A2);
+    const float var[2] = {dqw_noise_variance(t->noise.i_d_A2), dqw_noise_variance(t->noise.i_q_A2)};
     const float var_w = dqw_noise_variance(t->noise.w_rad2_s2);
     const float w2 = b->w_m_rad_s * b->w_m_rad_s;
-    const float cross_d = mean * p * p * (w2 * var_q + b->i_q_A * b->i_q_A * var_w + var_q * var_w);
-    const float cross_q = mean * p * p * (w2 * var_d + b->i_d_A * b->i_d_A * var_w + var_d * var_w);
     const float turn = mean * p * p * var_w;
-    const bool has_dead = c->dead_time_width_A > 0.0f;
-    const float g = mean * t->dead_slope_inv_A;
-    const float dead[2] = {has_dead ? g * dead_noise(t, var_d) : 0.0f, has_dead ? g * dead_noise(t, var_q) : 0.0f};
-    const float noise_d[DQW_TRACK_WEIGHTS] = {mean * var_d, slope * var_d, cross_d, 0.0f, dead[D], c->angle ? turn : 0.0f};
-    const float noise_q[DQW_TRACK_WEIGHTS] = {mean * var_q, cross_q, slope * var_q, turn, dead[Q], 0.0f};
     const float *s = t->neuron.x_scale;
+    input_noise n = {
+        .d = {mean * var[D], slope * var[D], mean * p * p * (w2 * var[Q] + var_w * (b->i_q_A * b->i_q_A + var[Q])), 0.0f, 0.0f, c->angle ? turn : 0.0f},
+        .q = {mean * var[Q], mean * p * p * (w2 * var[D] + var_w * (b->i_d_A * b->i_d_A + var[D])), slope * var[Q], turn, 0.0f, 0.0f},
+        .lq_psi_q = c->angle ? -turn * b->i_q_A * s[DQW_TRACK_LQ] * s[DQW_TRACK_PSI_Q] : 0.0f,
+        .ld_psi = turn * b->i_d_A * s[DQW_TRACK_LD] * s[DQW_TRACK_PSI],
+    };
+    if (c->dead_time_width_A > 0.0f) {
+        const float g = mean * t->dead_slope_inv_A;
+        const float with_R = g * s[DQW_TRACK_R] * s[DQW_TRACK_DEAD_TIME];
+        const float with_L[2] = {s[DQW_TRACK_LD], s[DQW_TRACK_LQ]};
+        n.d[DQW_TRACK_DEAD_TIME] = g * dead_noise(t, var[D]);
+        n.q[DQW_TRACK_DEAD_TIME] = g * dead_noise(t, var[Q]);
+        for (int axis = 0; axis < 2; axis++) {
+            n.dead_in_R[axis] = with_R * dead_alike(t, var[axis]);
+            n.R_in_dead[axis] = with_R * var[axis];
+            n.dead_L[axis] = late(t) * slope * var[axis] * with_L[axis] * s[DQW_TRACK_DEAD_TIME];
+        }
+    }
+    for (int i = 0; i < DQW_TRACK_WEIGHTS; i++) {
+        n.d[i] *= s[i] * s[i];
+        n.q[i] *= s[i] * s[i];
+    }
+    return n;
+}
+
+// Noise of the inputs turns the gradient by C w: put back. (E60)
+static void take_noise_out(dqw_tracker *t, const input_noise *n, const float ratio[2], uint32_t mask_d, uint32_t mask_q)
+{
     const float *w = t->neuron.w_pu;
+    const float dead = w[DQW_TRACK_DEAD_TIME];
     float z[DQW_TRACK_WEIGHTS];
     for (int i = 0; i < DQW_TRACK_WEIGHTS; i++) {
-        z[i] = 0.0f;
-        if (mask_d >> i & 1u) z[i] += noise_d[i] * s[i] * s[i] * w[i] / ratio[D];
-        if (mask_q >> i & 1u) z[i] += noise_q[i] * s[i] * s[i] * w[i] / ratio[Q];
+        const float part = dqw_gain_covariance(&t->gain, i, i) * (n->d[i] / ratio[D] + n->q[i] / ratio[Q]);
+        if (((mask_d | mask_q) >> i & 1u) != 0 && part > NOISE_PART_MAX) return;
     }
-    const float pair_d = -noise_d[DQW_TRACK_PSI_Q] * b->i_q_A * s[DQW_TRACK_LQ] * s[DQW_TRACK_PSI_Q] / ratio[D];
-    const float pair_q = turn * b->i_d_A * s[DQW_TRACK_LD] * s[DQW_TRACK_PSI] / ratio[Q];
-    if (has_dead) {
-        const float pair_dead = g * s[DQW_TRACK_R] * s[DQW_TRACK_DEAD_TIME];
-        z[DQW_TRACK_R] += pair_dead * w[DQW_TRACK_DEAD_TIME] * (dead_alike(t, var_d) / ratio[D] + dead_alike(t, var_q) / ratio[Q]);
-        z[DQW_TRACK_DEAD_TIME] += pair_dead * w[DQW_TRACK_R] * (var_d / ratio[D] + var_q / ratio[Q]);
-        const float late_d = late(t) * slope * var_d * s[DQW_TRACK_LD] * s[DQW_TRACK_DEAD_TIME] / ratio[D];
-        const float late_q = late(t) * slope * var_q * s[DQW_TRACK_LQ] * s[DQW_TRACK_DEAD_TIME] / ratio[Q];
-        z[DQW_TRACK_LD] += late_d * w[DQW_TRACK_DEAD_TIME];
-        z[DQW_TRACK_LQ] += late_q * w[DQW_TRACK_DEAD_TIME];
-        z[DQW_TRACK_DEAD_TIME] += late_d * w[DQW_TRACK_LD] + late_q * w[DQW_TRACK_LQ];
-    }
-    z[DQW_TRACK_LQ] += pair_d * w[DQW_TRACK_PSI_Q];
-    z[DQW_TRACK_PSI_Q] += pair_d * w[DQW_TRACK_LQ];
-    z[DQW_TRACK_LD] += pair_q * w[DQW_TRACK_PSI];
-    z[DQW_TRACK_PSI] += pair_q * w[DQW_TRACK_LD];
+    for (int i = 0; i < DQW_TRACK_WEIGHTS; i++)
+        z[i] = ((mask_d >> i & 1u) != 0 ? n->d[i] * w[i] / ratio[D] : 0.0f) + ((mask_q >> i & 1u) != 0 ? n->q[i] * w[i] / ratio[Q] : 0.0f);
+    z[DQW_TRACK_R] += dead * (n->dead_in_R[D] / ratio[D] + n->dead_in_R[Q] / ratio[Q]);
+    z[DQW_TRACK_LD] += n->ld_psi / ratio[Q] * w[DQW_TRACK_PSI] + n->dead_L[D] / ratio[D] * dead;
+    z[DQW_TRACK_LQ] += n->lq_psi_q / ratio[D] * w[DQW_TRACK_PSI_Q] + n->dead_L[Q] / ratio[Q] * dead;
+    z[DQW_TRACK_PSI] += n->ld_psi / ratio[Q] * w[DQW_TRACK_LD];
+    z[DQW_TRACK_PSI_Q] += n->lq_psi_q / ratio[D] * w[DQW_TRACK_LQ];
+    z[DQW_TRACK_DEAD_TIME] += (n->R_in_dead[D] / ratio[D] + n->R_in_dead[Q] / ratio[Q]) * w[DQW_TRACK_R] +
+                              n->dead_L[D] / ratio[D] * w[DQW_TRACK_LD] + n->dead_L[Q] / ratio[Q] * w[DQW_TRACK_LQ];
     float move[DQW_TRACK_WEIGHTS];
     dqw_gain_apply(&t->gain, z, move);
     for (int i = 0; i < DQW_TRACK_WEIGHTS; i++) t->neuron.w_pu[i] += move[i];
@@ -352,13 +415,14 @@ static void drift(dqw_tracker *t)
 {
     const float rate = t->config->drift_per_sqrt_s;
     if (!(rate > 0.0f)) return;
-    const float unit = rate * rate * (float)half_of(t->config) * t->config->dt_s / (common_variance(t));
-    // Inputs whose healthy weight is about zero drift as part of the flux' and the resistance's voltage at the bases.
-    const float *w = t->neuron.w_pu;
-    const float size[DQW_TRACK_WEIGHTS] = {w[DQW_TRACK_R],   w[DQW_TRACK_LD], w[DQW_TRACK_LQ],
-                                           w[DQW_TRACK_PSI], w[DQW_TRACK_R],  w[DQW_TRACK_PSI]};
-    for (int i = 0; i < DQW_TRACK_WEIGHTS; i++)
-        if (dqw_gain_covariance(&t->gain, i, i) < P0) dqw_gain_grow(&t->gain, i, unit * size[i] * size[i]);
+    const float common = common_variance(t);
+    const float unit = rate * rate * (float)half_of(t->config) * t->config->dt_s / common;
+    const float widest = START_RESIDUAL_PU * START_RESIDUAL_PU / common;
+    for (int i = 0; i < DQW_TRACK_WEIGHTS; i++) {
+        // Inputs whose healthy weight is about zero drift as part of the flux' and the resistance's voltage at the bases.
+        const float w = i == DQW_TRACK_DEAD_TIME ? START_DEAD_SD_PU : start_weight_pu(t, i == DQW_TRACK_PSI_Q ? DQW_TRACK_PSI : i);
+        if (dqw_gain_covariance(&t->gain, i, i) < widest * start_variance(t, i)) dqw_gain_grow(&t->gain, i, unit * w * w);
+    }
 }
 
 bool dqw_tracker_learn(dqw_tracker *t)
@@ -389,18 +453,26 @@ bool dqw_tracker_learn(dqw_tracker *t)
 
     // [TRK.5] what can be learned from this block
     const float threshold = c->excitation_pu > 0.0f ? c->excitation_pu : EXCITATION_PU;
+    const input_noise noise = noise_of(t, &b);
     uint32_t mask_d = 0;
     uint32_t mask_q = 0;
     float size = 0.0f;
     for (int i = 0; i < DQW_TRACK_WEIGHTS; i++) {
         x_d[i] *= t->neuron.x_scale[i];
         x_q[i] *= t->neuron.x_scale[i];
+        size += fabsf(x_d[i]) + fabsf(x_q[i]);
+        // What of both inputs' power is above the noise, on average: chosen by the mean and not by the block, or the choice would bias.
+        const float net = x_d[i] * x_d[i] + x_q[i] * x_q[i] - NOISE_MARGIN * (noise.d[i] + noise.q[i]);
+        t->excess_pu2[i] += (net - t->excess_pu2[i]) * EXCESS_PART;
+        if (!(t->excess_pu2[i] > 0.0f)) continue;
         if (fabsf(x_d[i]) >= threshold) mask_d |= 1u << i;
         if (fabsf(x_q[i]) >= threshold) mask_q |= 1u << i;
-        size += fabsf(x_d[i]) + fabsf(x_q[i]);
     }
     (void)dqw_gate_block(&t->gate, mask_d | mask_q, 0, DQW_TRACK_WEIGHTS);
-    if ((mask_d | mask_q) == 0 || !(size < BLOCK_MAX_PU)) return false;
+    if ((mask_d | mask_q) == 0 || !(size < BLOCK_MAX_PU) || t->noise.rows < WARM_UP) {
+        drift(t);
+        return false;
+    }
     if (t->gate.blocks < UINT32_MAX) t->gate.blocks++;
     if (t->blocks < UINT32_MAX) t->blocks++;
 
@@ -412,15 +484,23 @@ bool dqw_tracker_learn(dqw_tracker *t)
         ratio[axis] = r < 1.0f / RATIO_MAX ? 1.0f / RATIO_MAX : r;
     }
     float score[DQW_TRACK_WEIGHTS] = {0};
-    learn_row(t, D, x_d, b.v_d_V / c->v_base_V, ratio[D], score);
-    learn_row(t, Q, x_q, b.v_q_V / c->v_base_V, ratio[Q], score);
+    learn_row(t, D, x_d, mask_d, b.v_d_V / c->v_base_V, ratio[D], score);
+    learn_row(t, Q, x_q, mask_q, b.v_q_V / c->v_base_V, ratio[Q], score);
     for (int i = 0; i < DQW_TRACK_WEIGHTS; i++) {
         t->score2[i] += (score[i] * score[i] - t->score2[i]) / memory_of(t);
         t->score_lag[i] += (score[i] * t->score_last[i] - t->score_lag[i]) / memory_of(t);
         t->score_last[i] = score[i];
     }
     if (c->dead_time_width_A > 0.0f) follow_currents(t);
-    if (c->noise_on_inputs && t->blocks > 50) take_noise_out(t, &b, ratio, mask_d, mask_q);
+    if (c->noise_on_inputs && t->blocks > 1) take_noise_out(t, &noise, ratio, mask_d, mask_q);
+    bool sound = true;
+    for (int i = 0; i < DQW_TRACK_WEIGHTS; i++) sound = sound && fabsf(t->neuron.w_pu[i]) < WEIGHT_MAX_PU;
+    if (!sound) {
+        start_again(t);
+        return false;
+    }
+    for (int i = 0; i < DQW_TRACK_WEIGHTS; i++)
+        if (dqw_gain_covariance(&t->gain, i, i) < LEARNED_RATIO * start_variance(t, i)) t->learned |= (uint8_t)(1u << i);
     drift(t);
     return true;
 }

@@ -63,8 +63,10 @@ typedef struct dqw_tracker {
     dqw_gain gain;
     float error_pu2[2];                          ///< per axis: mean squared residual
     float score2[DQW_TRACK_WEIGHTS], score_lag[DQW_TRACK_WEIGHTS], score_last[DQW_TRACK_WEIGHTS];  ///< per weight: what blocks teach, and how alike next ones are
+    float excess_pu2[DQW_TRACK_WEIGHTS];  ///< power of both axes' inputs above their noise
     float e_pu[2];                               ///< the last block's residual, d and q
     uint32_t blocks, missed;                     ///< learned; lost because the background came too late
+    uint32_t restarts;                           ///< times that the weights left all bounds, and learning began again
     uint32_t events;
     // The last sample, and dead time's input there.
     dqw_sample last;
@@ -74,6 +76,7 @@ typedef struct dqw_tracker {
     // Handed to the background.
     float block[DQW_TRACK_SIGNALS];
     float block_theta_rad, half_theta_rad;  ///< angle at the middle of the block; at the end of the last half
+    uint8_t learned;  ///< weights of which anything was ever learned
     bool pending, has_last, last_good;
 } dqw_tracker;
 
