@@ -11,13 +11,16 @@
 #define DQW_H
 
 #include "dqw_axis.h"
+#include "dqw_change.h"
 #include "dqw_effect.h"
 #include "dqw_estimator.h"
+#include "dqw_fault.h"
 #include "dqw_gain.h"
 #include "dqw_gate.h"
 #include "dqw_learner.h"
 #include "dqw_mechanical.h"
 #include "dqw_model.h"
+#include "dqw_monitor.h"
 #include "dqw_noise.h"
 #include "dqw_ordinal.h"
 #include "dqw_random.h"
@@ -28,6 +31,7 @@
 #include "dqw_tracker.h"
 #include "dqw_transform.h"
 #include "dqw_window.h"
+#include "dqw_witness.h"
 
 #ifdef __FAST_MATH__
 #error "dqwatch needs NaN to compare as NaN: build it without -ffast-math"

@@ -230,7 +230,10 @@ uint32_t dqw_tracker_sample(dqw_tracker *t, const dqw_sample *s, bool saturated)
         t->gate.incomplete++;
     }
     event |= window;
-    if (t->window.at == 0) t->half_theta_rad = good ? s->theta_e_rad : NAN;
+    if (t->window.at == 0) {
+        t->half_theta_rad = good ? s->theta_e_rad : NAN;
+        t->halves++;
+    }
     t->has_last = true;
     t->last_good = good;
     t->last = *s;

@@ -73,6 +73,7 @@ typedef struct dqw_tracker {
     float dead_d, dead_q, dead_slope_inv_A;
     float slow_d_A, slow_q_A, follow;  ///< currents as dead time's input takes them, and how fast they follow
     float inverse_Ld, inverse_Lq;
+    uint32_t halves;  ///< halves of a window since init: the time
     // Handed to the background.
     float block[DQW_TRACK_SIGNALS];
     float block_theta_rad, half_theta_rad;  ///< angle at the middle of the block; at the end of the last half

@@ -1,0 +1,106 @@
+#include "dqw_fault.h"
+
+#include <math.h>
+#include <stdbool.h>
+
+// A pattern must explain this part of what changed, squared.
+#define EXPLAINED_MIN 0.6f
+// What a second pattern may leave more, as part of the whole, before it counts as told apart.
+#define APART 0.1f
+
+// Cosine and sine of twice the angle of phase a, b, c.
+static const float PHASE_RE[3] = {1.0f, -0.5f, -0.5f};
+static const float PHASE_IM[3] = {0.0f, -0.8660254f, 0.8660254f};
+
+static void turned(float pattern[], int at, float size, int phase)
+{
+    pattern[at] = size * PHASE_RE[phase];
+    pattern[at + 1] = size * PHASE_IM[phase];
+}
+
+// What one unit of a fault changes. False for a phase that it does not have.
+static bool pattern_of(enum dqw_fault_name name, int phase, dqw_fault_machine m, float p[])
+{
+    for (int i = 0; i < DQW_SIGNS; i++) p[i] = 0.0f;
+    switch (name) {
+    case DQW_FAULT_DEMAGNETISATION: p[DQW_SIGN_PSI] = -1.0f; break;
+    case DQW_FAULT_ENCODER_OFFSET: p[DQW_SIGN_ANGLE] = 1.0f; break;
+    case DQW_FAULT_INVERTER_FAULT: p[DQW_SIGN_DEAD_TIME] = 1.0f; break;
+    case DQW_FAULT_TURN_SHORT:
+        turned(p, DQW_SIGN_SHORT_RE, 1.0f, phase);
+        p[DQW_SIGN_PSI] = -m.R_ohm;
+        return true;
+    case DQW_FAULT_PHASE_CONNECTION:
+        turned(p, DQW_SIGN_RESISTANCE_RE, 1.0f, phase);
+        p[DQW_SIGN_R] = 1.0f / m.R_ohm;
+        return true;
+    case DQW_FAULT_CURRENT_GAIN:
+        turned(p, DQW_SIGN_RESISTANCE_RE, -m.R_ohm, phase);
+        turned(p, DQW_SIGN_REACTANCE_RE, m.L_H, phase);
+        p[DQW_SIGN_R] = p[DQW_SIGN_LD] = p[DQW_SIGN_LQ] = -1.0f;
+        return true;
+    default: return false;
+    }
+    return phase == 0;
+}
+
+static bool either_sign(enum dqw_fault_name name)
+{
+    return name == DQW_FAULT_ENCODER_OFFSET || name == DQW_FAULT_INVERTER_FAULT || name == DQW_FAULT_CURRENT_GAIN;
+}
+
+dqw_fault_verdict dqw_fault_name_it(const float change[], const float unit[], dqw_fault_machine machine)
+{
+    float z[DQW_SIGNS];
+    float whole = 0.0f;
+    for (int i = 0; i < DQW_SIGNS; i++) {
+        z[i] = change[i] / unit[i];
+        whole += z[i] * z[i];
+    }
+    dqw_fault_verdict best = {.name = DQW_FAULT_UNKNOWN, .confidence = 0.0f, .phase = 0};
+    if (!(whole > 0.0f) || !isfinite(whole)) return best;
+    float most = 0.0f;
+    float next = 0.0f;
+    for (int name = DQW_FAULT_OVER_TEMPERATURE; name < DQW_FAULT_UNKNOWN; name++) {
+        float explained = 0.0f;
+        uint8_t at = 0;
+        if (name == DQW_FAULT_CURRENT_OFFSET) {
+            explained = z[DQW_SIGN_OFFSET_RE] * z[DQW_SIGN_OFFSET_RE] + z[DQW_SIGN_OFFSET_IM] * z[DQW_SIGN_OFFSET_IM];
+        } else {
+            for (int phase = 0; phase < 3; phase++) {
+                float p[DQW_SIGNS];
+                if (!pattern_of((enum dqw_fault_name)name, phase, machine, p)) continue;
+                float zp = 0.0f;
+                float pp = 0.0f;
+                for (int i = 0; i < DQW_SIGNS; i++) {
+                    const float q = p[i] / unit[i];
+                    zp += z[i] * q;
+                    pp += q * q;
+                }
+                if (!(pp > 0.0f) || (zp < 0.0f && !either_sign((enum dqw_fault_name)name))) continue;
+                if (zp * zp / pp > explained) {
+                    explained = zp * zp / pp;
+                    at = (uint8_t)phase;
+                }
+            }
+        }
+        if (explained > most) {
+            next = most;
+            most = explained;
+            best.name = (enum dqw_fault_name)name;
+            best.phase = at;
+        } else if (explained > next) {
+            next = explained;
+        }
+    }
+    // An explanation counts by what it leaves, and by how far the next one stays behind.
+    const float part = most / whole;
+    const float lead = (most - next) / (APART * whole);
+    best.confidence = part * (lead < 1.0f ? 0.5f + 0.5f * lead : 1.0f);
+    if (part < EXPLAINED_MIN) {
+        best.name = DQW_FAULT_UNKNOWN;
+        best.confidence = 1.0f - part;
+        best.phase = 0;
+    }
+    return best;
+}

@@ -1,0 +1,389 @@
+#include "dqw_monitor.h"
+
+#include <math.h>
+#include <stddef.h>
+
+// Blocks between two looks at every channel, and looks that a fault settles before it is named, and that follow before the next.
+#define TICK_BLOCKS 16
+#define NAMING_TICKS 24
+#define REST_TICKS 60
+// Bands times looks that the sum must gather.
+#define LIMIT_Q8 (5 * DQW_CHANGE_BAND_Q8)
+// No band is narrower than this many deviations.
+#define DEVIATIONS 5.0f
+#define ORDINAL_BLOCKS 500u
+#define RANDOM_LIMIT 2000u
+#define RANDOM_STEP 0.5f
+#define RANDOM_TOLERANCE 0.1f
+#define THRESHOLD_PPM 50000u
+// A parameter is known well enough to be watched.
+#define SERVICE_SD 0.1f
+#define DRIFT 0.01f
+// Residual: a mean over about 64 blocks, that may be three times the healthy one, or 0.6 % of the base.
+#define RESIDUAL_PART (1.0f / 64.0f)
+#define RESIDUAL_BAND 3.0f
+#define RESIDUAL_FLOOR_PU2 4e-6f
+// Slack on rates and rises of temperature.
+#define SLACK 1.3f
+#define TEMPERATURE_BAND_K 5.0f
+// Friction: blocks in its mean; in each direction before it counts; in which a load is alike.
+#define FRICTION_MEMORY 2000u
+#define FRICTION_BLOCKS 500u
+#define LOAD_BLOCKS 100.0f
+#define SLOWEST_PU 0.1f
+
+static float or_else(float configured, float otherwise)
+{
+    return configured > 0.0f ? configured : otherwise;
+}
+
+static bool zero_or_positive(float x)
+{
+    return isfinite(x) && x >= 0.0f;
+}
+
+enum dqw_status dqw_monitor_init(dqw_monitor *m, const dqw_monitor_config *config, dqw_monitor_random *lent)
+{
+    if (m == NULL || config == NULL) return DQW_ERR_NULL;
+    const dqw_monitor_config *c = config;
+    const float may[] = {c->band_R,       c->band_L,          c->band_psi,           c->band_dead_time_V,    c->band_angle_rad, c->band_offset_A, c->band_unlike,
+                         c->band_short,   c->band_friction_Nm, c->temperature_limit_K, c->alpha_per_K,         c->beta_per_K,     c->heating_K_s,   c->J_kgm2};
+    for (unsigned i = 0; i < sizeof may / sizeof may[0]; i++)
+        if (!zero_or_positive(may[i])) return DQW_ERR_RANGE;
+    dqw_monitor n = {.config = config, .lent = lent};
+    const enum dqw_status status = dqw_tracker_init(&n.tracker, &config->tracker);
+    if (status != DQW_OK) return status;
+    dqw_witness_init(&n.witness);
+    for (int i = 0; i < DQW_WATCH_CHANNELS; i++) dqw_change_init(&n.change[i]);
+    dqw_stage_init(&n.stage, c->threshold_ppm != 0 ? c->threshold_ppm : THRESHOLD_PPM, RANDOM_LIMIT, ORDINAL_BLOCKS);
+    dqw_stage_define(&n.stage);
+    if (lent != NULL) {
+        dqw_learner_config coarse = {.inputs = DQW_TRACK_WEIGHTS, .step_size = RANDOM_STEP, .y_base = 1.0f, .indicator = true};
+        for (int i = 0; i < DQW_TRACK_WEIGHTS; i++) coarse.x_base[i] = 1.0f;
+        const uint32_t capacity = sizeof lent->reservoir / sizeof lent->reservoir[0];
+        const dqw_random_config random = {.reservoir = lent->reservoir, .capacity = capacity, .draws = capacity, .seed = 1, .tolerance = RANDOM_TOLERANCE};
+        (void)dqw_learner_init(&lent->coarse, &coarse);
+        (void)dqw_random_init(&lent->random, &random);
+        for (int i = 0; i < DQW_TRACK_WEIGHTS; i++) lent->coarse.w_pu[i] = n.tracker.neuron.w_pu[i];
+    }
+    *m = n;
+    return DQW_OK;
+}
+
+enum dqw_status dqw_monitor_define(dqw_monitor *m, const dqw_monitor_config *config, dqw_monitor_random *lent)
+{
+    if (m == NULL) return DQW_ERR_NULL;
+    const dqw_stage stage = m->stage;
+    const dqw_gate gate = m->tracker.gate;
+    const uint32_t halves = m->tracker.halves;
+    const enum dqw_status status = dqw_monitor_init(m, config, lent);
+    if (status != DQW_OK) return status;
+    m->stage.back = stage.back;
+    m->stage.times_back = stage.times_back;
+    m->stage.residual_ppm = stage.residual_ppm;
+    m->tracker.gate = gate;
+    m->tracker.halves = halves;
+    return DQW_OK;
+}
+
+enum dqw_stage_name dqw_monitor_stage(const dqw_monitor *m)
+{
+    return m->stage.name;
+}
+
+uint32_t dqw_monitor_sample(dqw_monitor *m, const dqw_sample *s, bool saturated)
+{
+    return dqw_tracker_sample(&m->tracker, s, saturated);
+}
+
+static float value(const dqw_monitor *m, int weight)
+{
+    return dqw_tracker_value(&m->tracker, (enum dqw_tracker_weight)weight);
+}
+
+static float sd(const dqw_monitor *m, int weight)
+{
+    return dqw_tracker_sd(&m->tracker, (enum dqw_tracker_weight)weight);
+}
+
+static float rise_K(const dqw_monitor *m, float R_ohm)
+{
+    return (R_ohm / m->cold_R_ohm - 1.0f) / or_else(m->config->alpha_per_K, 0.0039f);
+}
+
+static float friction_Nm(const dqw_monitor *m)
+{
+    return 0.5f * (m->forward_Nm - m->backward_Nm);
+}
+
+static float friction_sd_Nm(const dqw_monitor *m)
+{
+    const float n = (float)(m->forward < m->backward ? m->forward : m->backward);
+    return sqrtf(m->spread_Nm2 * LOAD_BLOCKS / (2.0f * (n + 1.0f)));
+}
+
+// Torque that does not accelerate, by direction of motion: half their difference is friction, half their sum the load.
+static void watch_friction(dqw_monitor *m)
+{
+    const dqw_tracker *t = &m->tracker;
+    const dqw_tracker_config *c = &m->config->tracker;
+    const float w = t->block[8];
+    const float torque = 1.5f * (float)c->pole_pairs * t->block[3] * (value(m, DQW_TRACK_PSI) + (value(m, DQW_TRACK_LD) - value(m, DQW_TRACK_LQ)) * t->block[2]);
+    const float used = torque - m->config->J_kgm2 * (w - m->w_before_rad_s) / (c->dt_s * (float)t->window.half);
+    m->w_before_rad_s = w;
+    if (!isfinite(used) || !(fabsf(w) > SLOWEST_PU * c->w_base_rad_s)) return;
+    float *mean = w > 0.0f ? &m->forward_Nm : &m->backward_Nm;
+    uint16_t *n = w > 0.0f ? &m->forward : &m->backward;
+    if (*n < FRICTION_MEMORY) (*n)++;
+    const float off = used - *mean;
+    const float part = 1.0f / (float)*n;
+    *mean += off * part;
+    m->spread_Nm2 += (off * off - m->spread_Nm2) / (1.0f + (float)(m->forward < m->backward ? m->forward : m->backward));
+}
+
+// Healthy values as they are now: on entering service, and after an event.
+static void adopt(dqw_monitor *m)
+{
+    for (int i = 0; i < DQW_TRACK_WEIGHTS; i++) m->healthy[i] = value(m, i);
+    for (int k = 0; k < DQW_WITNESS_INPUTS; k++) {
+        m->healthy_re[k] = m->witness.re[k];
+        m->healthy_im[k] = m->witness.im[k];
+    }
+    m->healthy_friction_Nm = friction_Nm(m);
+    m->healthy_residual_pu2 = m->residual_pu2 > RESIDUAL_FLOOR_PU2 ? m->residual_pu2 : RESIDUAL_FLOOR_PU2;
+    for (int i = 0; i < DQW_WATCH_CHANNELS; i++) dqw_change_init(&m->change[i]);
+    m->alarms = 0;
+}
+
+static float limited(float x, float bound)
+{
+    return x > bound ? bound : x < -bound ? -bound : x;
+}
+
+// Copper and magnet may warm and cool: healthy R and flux follow, no faster than heat can, and the flux no further than the winding's heat explains.
+static void follow_temperature(dqw_monitor *m)
+{
+    const dqw_monitor_config *c = m->config;
+    const float dt = (float)TICK_BLOCKS * c->tracker.dt_s * (float)m->tracker.window.half;
+    const float kelvin = SLACK * or_else(c->heating_K_s, 1.0f) * dt;
+    const float alpha = or_else(c->alpha_per_K, 0.0039f);
+    const float beta = or_else(c->beta_per_K, 0.001f);
+    m->healthy[DQW_TRACK_R] += limited(value(m, DQW_TRACK_R) - m->healthy[DQW_TRACK_R], alpha * kelvin * m->cold_R_ohm);
+    m->healthy[DQW_TRACK_PSI] += limited(value(m, DQW_TRACK_PSI) - m->healthy[DQW_TRACK_PSI], beta * kelvin * m->cold_psi_Wb);
+    const float rise = rise_K(m, m->healthy[DQW_TRACK_R]);
+    m->hottest_K -= 0.02f * kelvin;
+    if (rise > m->hottest_K) m->hottest_K = rise;
+    const float coldest = m->cold_psi_Wb * (1.0f - SLACK * beta * fmaxf(m->hottest_K, 0.0f) - 0.5f * or_else(c->band_psi, 0.012f));
+    if (m->healthy[DQW_TRACK_PSI] < coldest) m->healthy[DQW_TRACK_PSI] = coldest;
+}
+
+static float band_of(const dqw_monitor *m, int channel)
+{
+    const dqw_monitor_config *c = m->config;
+    const float R = m->healthy[DQW_TRACK_R];
+    switch (channel) {
+    case DQW_WATCH_R: return or_else(c->band_R, 0.04f) * R;
+    case DQW_WATCH_LD:
+    case DQW_WATCH_LQ: return or_else(c->band_L, 0.04f) * m->healthy[channel];
+    case DQW_WATCH_PSI: return or_else(c->band_psi, 0.012f) * m->healthy[DQW_TRACK_PSI];
+    case DQW_WATCH_DEAD_TIME: return or_else(c->band_dead_time_V, 0.005f * c->tracker.v_base_V);
+    case DQW_WATCH_ANGLE: return or_else(c->band_angle_rad, 0.02f) * m->healthy[DQW_TRACK_PSI];
+    case DQW_WATCH_OFFSET: return or_else(c->band_offset_A, 0.01f * c->tracker.i_base_A);
+    case DQW_WATCH_RESISTANCE: return or_else(c->band_unlike, 0.03f) * R * (1.0f / 3.0f);
+    case DQW_WATCH_REACTANCE: return or_else(c->band_unlike, 0.03f) * (m->healthy[DQW_TRACK_LD] + m->healthy[DQW_TRACK_LQ]) * (1.0f / 6.0f);
+    case DQW_WATCH_SHORT: return or_else(c->band_short, 0.001f) / R;
+    default:
+        return or_else(c->band_friction_Nm, 0.05f * 1.5f * (float)c->tracker.pole_pairs * m->healthy[DQW_TRACK_PSI] * c->tracker.i_base_A);
+    }
+}
+
+// Value, its change from the healthy one, and its deviation, of a channel up to friction.
+static void read_channel(const dqw_monitor *m, int channel, float *now, float *change, float *deviation)
+{
+    if (channel < DQW_TRACK_WEIGHTS) {
+        *now = value(m, channel);
+        *change = *now - m->healthy[channel];
+        *deviation = sd(m, channel);
+    } else if (channel < DQW_WATCH_FRICTION) {
+        const int k = channel - DQW_WATCH_OFFSET;
+        const float re = m->witness.re[k] - m->healthy_re[k];
+        const float im = m->witness.im[k] - m->healthy_im[k];
+        *now = dqw_witness_size(&m->witness, (enum dqw_witness_input)k);
+        *change = sqrtf(re * re + im * im);
+        *deviation = dqw_witness_sd(&m->witness, &m->tracker, (enum dqw_witness_input)k);
+    } else {
+        *now = friction_Nm(m);
+        *change = *now - m->healthy_friction_Nm;
+        *deviation = friction_sd_Nm(m);
+    }
+}
+
+// Size of a channel's change over its band, Q8; 0 where it is not known.
+static int32_t deviation_q8(const dqw_monitor *m, int channel)
+{
+    float ratio;
+    if (channel == DQW_WATCH_TEMPERATURE) {
+        ratio = (rise_K(m, value(m, DQW_TRACK_R)) - or_else(m->config->temperature_limit_K, 110.0f)) / TEMPERATURE_BAND_K + 1.0f;
+    } else if (channel == DQW_WATCH_RESIDUAL) {
+        ratio = sqrtf(m->residual_pu2 / m->healthy_residual_pu2) / RESIDUAL_BAND;
+    } else {
+        if (channel == DQW_WATCH_FRICTION && !m->friction_known) return 0;
+        float now;
+        float change;
+        float deviation;
+        read_channel(m, channel, &now, &change, &deviation);
+        const float band = band_of(m, channel);
+        ratio = fabsf(change) / (band > DEVIATIONS * deviation ? band : DEVIATIONS * deviation);
+    }
+    // NaN and infinity over infinity count as nothing.
+    return ratio > 0.0f ? (int32_t)((ratio < 100.0f ? ratio : 100.0f) * (float)DQW_CHANGE_BAND_Q8) : 0;
+}
+
+static dqw_fault_verdict name_it(const dqw_monitor *m)
+{
+    float change[DQW_SIGNS];
+    float unit[DQW_SIGNS];
+    for (int channel = 0; channel < DQW_WATCH_FRICTION; channel++) {
+        float now;
+        float off;
+        float deviation;
+        read_channel(m, channel, &now, &off, &deviation);
+        // A change of a third of a band is none; what is not known counts for nothing.
+        const float band = band_of(m, channel) * (1.0f / 3.0f);
+        const float least = isfinite(deviation) ? sqrtf(deviation * deviation + band * band) : 1e6f * band;
+        if (channel < DQW_TRACK_WEIGHTS) {
+            const float scale = channel == DQW_WATCH_ANGLE ? m->healthy[DQW_TRACK_PSI] : channel == DQW_WATCH_DEAD_TIME ? 1.0f : m->healthy[channel];
+            change[channel] = off / scale;
+            unit[channel] = least / scale;
+        } else {
+            const int k = channel - DQW_WATCH_OFFSET;
+            const int at = DQW_SIGN_OFFSET_RE + 2 * k;
+            change[at] = m->witness.re[k] - m->healthy_re[k];
+            change[at + 1] = m->witness.im[k] - m->healthy_im[k];
+            unit[at] = unit[at + 1] = least;
+        }
+    }
+    const dqw_fault_machine machine = {m->healthy[DQW_TRACK_R], 0.5f * (m->healthy[DQW_TRACK_LD] + m->healthy[DQW_TRACK_LQ])};
+    return dqw_fault_name_it(change, unit, machine);
+}
+
+// The event of the channel that is furthest out of its band.
+static void tell(dqw_monitor *m, dqw_monitor_event *event)
+{
+    int worst = 0;
+    int32_t most = -1;
+    for (int i = 0; i < DQW_WATCH_CHANNELS; i++)
+        if ((m->alarms >> i & 1u) != 0 && deviation_q8(m, i) > most) {
+            most = deviation_q8(m, i);
+            worst = i;
+        }
+    float change = 0.0f;
+    const dqw_fault_verdict sure = {.name = DQW_FAULT_NONE, .confidence = 0.99f, .phase = 0};
+    event->half = m->tracker.halves;
+    event->since = m->since;
+    event->parameter = (enum dqw_monitor_channel)worst;
+    event->fault = sure;
+    if (worst == DQW_WATCH_TEMPERATURE) {
+        event->value = rise_K(m, value(m, DQW_TRACK_R));
+        event->sd = sd(m, DQW_TRACK_R) / (m->cold_R_ohm * or_else(m->config->alpha_per_K, 0.0039f));
+        event->fault.name = DQW_FAULT_OVER_TEMPERATURE;
+        m->too_hot = true;
+    } else if (worst == DQW_WATCH_RESIDUAL) {
+        event->value = sqrtf(m->residual_pu2) * m->config->tracker.v_base_V;
+        event->sd = 0.0f;
+        event->fault = name_it(m);
+    } else {
+        read_channel(m, worst, &event->value, &change, &event->sd);
+        if (worst == DQW_WATCH_FRICTION)
+            event->fault.name = change > 0.0f ? DQW_FAULT_BEARING_WEAR : DQW_FAULT_UNKNOWN;
+        else
+            event->fault = name_it(m);
+    }
+}
+
+static bool look(dqw_monitor *m, dqw_monitor_event *event)
+{
+    const bool enough = m->forward >= FRICTION_BLOCKS && m->backward >= FRICTION_BLOCKS;
+    if (!m->friction_known && enough && m->config->J_kgm2 > 0.0f) {
+        m->friction_known = true;
+        m->healthy_friction_Nm = friction_Nm(m);
+    }
+    if (m->rest > 0) {
+        m->rest--;
+        adopt(m);
+        return false;
+    }
+    if (m->too_hot && rise_K(m, value(m, DQW_TRACK_R)) < or_else(m->config->temperature_limit_K, 110.0f) - 2.0f * TEMPERATURE_BAND_K) m->too_hot = false;
+    if (m->alarms == 0) follow_temperature(m);
+    for (int i = 0; i < DQW_WATCH_CHANNELS; i++) {
+        if (i == DQW_WATCH_TEMPERATURE && m->too_hot) continue;
+        if (!dqw_change_step(&m->change[i], deviation_q8(m, i), LIMIT_Q8)) continue;
+        if (m->alarms == 0) {
+            m->wait = NAMING_TICKS;
+            m->since = m->tracker.halves - (uint32_t)m->change[i].above * TICK_BLOCKS;
+        }
+        m->alarms |= (uint16_t)(1u << i);
+    }
+    if (m->alarms == 0 || --m->wait > 0) return false;
+    tell(m, event);
+    // Temperatures go on counting from where they were: what has broken is not what has heated.
+    if ((m->alarms >> DQW_WATCH_R & 1u) != 0) m->cold_R_ohm *= value(m, DQW_TRACK_R) / m->healthy[DQW_TRACK_R];
+    if ((m->alarms >> DQW_WATCH_PSI & 1u) != 0) m->cold_psi_Wb *= value(m, DQW_TRACK_PSI) / m->healthy[DQW_TRACK_PSI];
+    adopt(m);
+    m->rest = REST_TICKS;
+    return true;
+}
+
+static void enter_service(dqw_monitor *m)
+{
+    const dqw_tracker_config *c = &m->config->tracker;
+    m->cold_R_ohm = m->config->commissioned ? c->R_ohm : value(m, DQW_TRACK_R);
+    m->cold_psi_Wb = m->config->commissioned ? c->psi_Wb : value(m, DQW_TRACK_PSI);
+    m->hottest_K = 0.0f;
+    m->rest = REST_TICKS;
+    adopt(m);
+}
+
+static bool known(const dqw_monitor *m)
+{
+    for (int i = 0; i <= DQW_TRACK_PSI; i++)
+        if (!(sd(m, i) < SERVICE_SD * value(m, i))) return false;
+    return true;
+}
+
+// Fig. 1: which stage, after a block.
+static void stage(dqw_monitor *m)
+{
+    bool converged = true;
+    if (m->lent != NULL && m->stage.name == DQW_STAGE_RANDOM) {
+        (void)dqw_random_epoch(&m->lent->random, &m->lent->coarse);
+        converged = m->lent->random.converged;
+    }
+    if (m->stage.name == DQW_STAGE_ORDINAL && !known(m)) return;
+    const dqw_stage_input in = {
+        .random_converged = converged,
+        .residual_ppm = (uint32_t)(fminf(dqw_tracker_residual_pu(&m->tracker), 4000.0f) * 1e6f),
+        .residual_recent_ppm = (uint32_t)(fminf(sqrtf(m->residual_pu2), 4000.0f) * 1e6f),
+    };
+    if (dqw_stage_step(&m->stage, in) && m->stage.name == DQW_STAGE_IN_SERVICE) enter_service(m);
+}
+
+bool dqw_monitor_background(dqw_monitor *m, dqw_monitor_event *event)
+{
+    if (!m->tracker.pending || m->stage.name == DQW_STAGE_DOMAIN) return false;
+    // [MON.1] learn
+    if (!dqw_tracker_learn(&m->tracker)) return false;
+    const float *e = m->tracker.e_pu;
+    m->residual_pu2 += (e[0] * e[0] + e[1] * e[1] - m->residual_pu2) * RESIDUAL_PART;
+    (void)dqw_witness_learn(&m->witness, &m->tracker);
+    if (m->config->J_kgm2 > 0.0f) watch_friction(m);
+
+    // [MON.2] the stage
+    stage(m);
+    if (m->stage.name != DQW_STAGE_IN_SERVICE) return false;
+
+    // [MON.3] every so often, a look at every channel
+    if (++m->blocks < TICK_BLOCKS) return false;
+    m->blocks = 0;
+    return look(m, event);
+}

@@ -1,0 +1,124 @@
+// The condition monitor: the paper's Fig. 1 complete. Learns the healthy machine, then watches every parameter, says when one has
+// changed, and which fault that is.
+#ifndef DQW_MONITOR_H
+#define DQW_MONITOR_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "dqw_change.h"
+#include "dqw_fault.h"
+#include "dqw_random.h"
+#include "dqw_stage.h"
+#include "dqw_tracker.h"
+#include "dqw_witness.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/// What is watched.
+enum dqw_monitor_channel {
+    DQW_WATCH_R = 0,  // the tracker's weights first, in its order
+    DQW_WATCH_LD,
+    DQW_WATCH_LQ,
+    DQW_WATCH_PSI,
+    DQW_WATCH_DEAD_TIME,
+    DQW_WATCH_ANGLE,
+    DQW_WATCH_OFFSET,  // then the witness'
+    DQW_WATCH_RESISTANCE,
+    DQW_WATCH_REACTANCE,
+    DQW_WATCH_SHORT,
+    DQW_WATCH_FRICTION,
+    DQW_WATCH_TEMPERATURE,
+    DQW_WATCH_RESIDUAL,
+    DQW_WATCH_CHANNELS
+};
+
+/// Memory that stage 2 borrows: free for other use once dqw_monitor_stage() says DQW_STAGE_ORDINAL or later.
+typedef struct dqw_monitor_random {
+    dqw_random random;
+    dqw_learner coarse;
+    dqw_random_sample reservoir[50];
+} dqw_monitor_random;
+
+/// All zero is refused. Constant: it may stay in flash. Bands: a change by less is healthy; 0 takes the value in brackets.
+typedef struct dqw_monitor_config {
+    dqw_tracker_config tracker;  ///< nominal values, in cold state. drift_per_sqrt_s of 0 is taken as 0.01; noise_on_inputs as true
+    float band_R;                ///< part of the healthy value [0.04]
+    float band_L;                ///< [0.04]
+    float band_psi;              ///< [0.012]
+    float band_dead_time_V;      ///< [0.005 voltage bases]
+    float band_angle_rad;        ///< [0.02]
+    float band_offset_A;         ///< [0.01 current bases]
+    float band_unlike;           ///< one phase's resistance or sensor against the others, as part of itself [0.03]
+    float band_short;            ///< shorted turns' conductance times R [0.001]
+    float band_friction_Nm;      ///< [0.05 of the torque at the current base]
+    float temperature_limit_K;   ///< winding above cold at which it is too hot [110]
+    float alpha_per_K;           ///< of the winding's resistance [0.0039]
+    float beta_per_K;            ///< of the magnet's flux, as a positive fall [0.001]
+    float heating_K_s;           ///< the fastest healthy heating or cooling [1]
+    float J_kgm2;                ///< inertia; 0: friction is not watched
+    bool commissioned;           ///< the tracker's nominal values were measured on this machine, cold: temperatures count from them
+    uint32_t threshold_ppm;      ///< residual over the voltage base that stage 3 must reach; 0: 50000 (5 %)
+} dqw_monitor_config;
+
+/// One event.
+typedef struct dqw_monitor_event {
+    uint32_t half;     ///< halves of a window since init: times half_window * dt_s it is the time
+    uint32_t since;    ///< the same, when the change began to show
+    enum dqw_monitor_channel parameter;
+    float value, sd;   ///< of the parameter, SI
+    dqw_fault_verdict fault;
+} dqw_monitor_event;
+
+typedef struct dqw_monitor {
+    const dqw_monitor_config *config;
+    dqw_tracker tracker;
+    dqw_witness witness;
+    dqw_stage stage;
+    dqw_monitor_random *lent;
+    float healthy[DQW_TRACK_WEIGHTS];  ///< SI; R and flux follow the temperature
+    float healthy_re[DQW_WITNESS_INPUTS], healthy_im[DQW_WITNESS_INPUTS];
+    float cold_R_ohm, cold_psi_Wb, hottest_K;  ///< where they may follow from, and the winding's highest rise, slowly forgotten
+    float residual_pu2, healthy_residual_pu2;
+    // Friction: mean torque not used for acceleration by direction, its variance, and the healthy one.
+    float forward_Nm, backward_Nm, spread_Nm2, healthy_friction_Nm, w_before_rad_s;
+    uint16_t forward, backward;
+    dqw_change change[DQW_WATCH_CHANNELS];
+    uint32_t since;
+    uint16_t alarms;  ///< channels of the event that is being named
+    uint8_t blocks, wait, rest;
+    bool friction_known, too_hot;
+} dqw_monitor;
+
+/// Make a monitor. `lent` may be NULL: the nominal values then stand for stage 2's result.
+///
+/// Source   Fig. 1; (E21), (E60) to (E65) in docs/EQUATIONS.md
+/// Returns  DQW_OK; DQW_ERR_NULL, DQW_ERR_SIZE or DQW_ERR_RANGE, and then *m is untouched
+/// Context  at start; the configuration stays in use as long as the object, `lent` through stage 2
+enum dqw_status dqw_monitor_init(dqw_monitor *m, const dqw_monitor_config *config, dqw_monitor_random *lent);
+
+/// One PWM period.
+///
+/// Returns  DQW_EVENT_* bits; DQW_EVENT_LEARNED: a block waits for dqw_monitor_background
+/// Cost     docs/firmware.md; no loop depends on data
+/// Context  ISR safe; one writer per object
+uint32_t dqw_monitor_sample(dqw_monitor *m, const dqw_sample *s, bool saturated);
+
+/// The slow part: learn the block that waits, watch, name.
+///
+/// Source   (E60) to (E65) in docs/EQUATIONS.md
+/// Returns  true where there is an event; *event is written then
+/// Cost     docs/firmware.md. Must run at least every half_window periods
+/// Context  background; dqw_monitor_sample may interrupt it
+bool dqw_monitor_background(dqw_monitor *m, dqw_monitor_event *event);
+
+/// Where Fig. 1 is; and stage 1 again after a way back: with what the domain knowledge had lacked, all learned anew.
+enum dqw_stage_name dqw_monitor_stage(const dqw_monitor *m);
+enum dqw_status dqw_monitor_define(dqw_monitor *m, const dqw_monitor_config *config, dqw_monitor_random *lent);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

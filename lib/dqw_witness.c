@@ -1,0 +1,102 @@
+#include "dqw_witness.h"
+
+#include <math.h>
+
+#include "dqw_transform.h"
+
+// Electrical angle that a block's half must turn by: less, and a ripple is a constant within the memory; and where twice that is too much
+// for one block.
+#define SLOWEST_RAD 0.06f
+#define FASTEST_RAD 1.2f
+
+typedef struct {
+    float re, im;
+} complex_number;
+
+static complex_number product(complex_number a, complex_number b)
+{
+    const complex_number c = {a.re * b.re - a.im * b.im, a.re * b.im + a.im * b.re};
+    return c;
+}
+
+void dqw_witness_init(dqw_witness *w)
+{
+    const dqw_witness zero = {0};
+    *w = zero;
+}
+
+// What a triangle over two halves leaves of a ripple that turns by `turn` in half of it.
+static float left_of(float turn_rad)
+{
+    const float x2 = 0.25f * turn_rad * turn_rad;
+    const float sinc = 1.0f - x2 * (1.0f / 6.0f) * (1.0f - x2 * (1.0f / 20.0f) * (1.0f - x2 * (1.0f / 42.0f)));
+    return sinc * sinc;
+}
+
+bool dqw_witness_learn(dqw_witness *w, const dqw_tracker *t)
+{
+    const dqw_tracker_config *c = t->config;
+    const float i_d = t->block[2];
+    const float i_q = t->block[3];
+    const float w_e = (float)c->pole_pairs * t->block[8];
+    const float turn = fabsf(w_e) * c->dt_s * (float)t->window.half;
+    if (!c->angle || !isfinite(t->block_theta_rad) || !(turn > SLOWEST_RAD) || !(turn < FASTEST_RAD)) return false;
+
+    // [WIT.1] inputs at the middle of the block
+    complex_number once;
+    dqw_cosine_sine(t->block_theta_rad, &once.re, &once.im);
+    once.im = -once.im;
+    const float R = dqw_tracker_value(t, DQW_TRACK_R);
+    const float L = 0.5f * (dqw_tracker_value(t, DQW_TRACK_LD) + dqw_tracker_value(t, DQW_TRACK_LQ));
+    const float e = w_e * dqw_tracker_value(t, DQW_TRACK_PSI);
+    const float left = left_of(2.0f * turn);
+    complex_number twice = product(once, once);
+    twice.re *= left;
+    twice.im *= left;
+    const complex_number conjugate = {i_d, -i_q};
+    const complex_number with_current = product(twice, conjugate);
+    const complex_number impedance = {w_e * L, R};  // j (R - j w_e L)
+    const complex_number shorted = product(twice, impedance);
+    const float first = -R * left_of(turn);
+    const complex_number x[DQW_WITNESS_INPUTS] = {
+        {first * once.re, first * once.im},
+        with_current,
+        {-w_e * with_current.im, w_e * with_current.re},
+        {e * shorted.re, e * shorted.im},
+    };
+
+    // [WIT.2] the shared error
+    complex_number error = {t->e_pu[0] * c->v_base_V, t->e_pu[1] * c->v_base_V};
+    for (int k = 0; k < DQW_WITNESS_INPUTS; k++) {
+        const complex_number weight = {w->re[k], w->im[k]};
+        const complex_number said = product(weight, x[k]);
+        error.re -= said.re;
+        error.im -= said.im;
+    }
+    if (!isfinite(error.re) || !isfinite(error.im)) return false;
+
+    // [WIT.3] each weight by its own mean power
+    if (w->blocks < DQW_WITNESS_MEMORY) w->blocks++;
+    const float part = 1.0f / (float)w->blocks;
+    for (int k = 0; k < DQW_WITNESS_INPUTS; k++) {
+        const float power = x[k].re * x[k].re + x[k].im * x[k].im;
+        w->power[k] += (power - w->power[k]) * part;
+        if (!(w->power[k] > 0.0f)) continue;
+        const float step = 1.0f / ((float)DQW_WITNESS_MEMORY * (w->power[k] > 0.1f * power ? w->power[k] : 0.1f * power));
+        w->re[k] += step * (x[k].re * error.re + x[k].im * error.im);
+        w->im[k] += step * (x[k].re * error.im - x[k].im * error.re);
+    }
+    return true;
+}
+
+float dqw_witness_size(const dqw_witness *w, enum dqw_witness_input input)
+{
+    return sqrtf(w->re[input] * w->re[input] + w->im[input] * w->im[input]);
+}
+
+float dqw_witness_sd(const dqw_witness *w, const dqw_tracker *t, enum dqw_witness_input input)
+{
+    if (w->blocks < DQW_WITNESS_MEMORY || !(w->power[input] > 0.0f)) return INFINITY;
+    const float variance = 0.5f * (t->error_pu2[0] + t->error_pu2[1]) * t->config->v_base_V * t->config->v_base_V;
+    return sqrtf(variance / (2.0f * (float)DQW_WITNESS_MEMORY * w->power[input]));
+}

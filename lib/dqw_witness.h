@@ -1,0 +1,51 @@
+// The witness: one complex neuron on what the tracker leaves over. Its inputs turn once and twice with the rotor: what a current
+// sensor's offset, an unlike phase, an unlike sensor and shorted turns add. Knows nothing of faults' names.
+#ifndef DQW_WITNESS_H
+#define DQW_WITNESS_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "dqw_tracker.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+enum dqw_witness_input {
+    DQW_WITNESS_OFFSET = 0,  ///< once a turn: R times a constant current error. A
+    DQW_WITNESS_RESISTANCE,  ///< twice a turn, with the current: a third of one phase's extra resistance. Ohm
+    DQW_WITNESS_REACTANCE,   ///< twice a turn, with current and speed: L times a third of one sensor's extra gain. H
+    DQW_WITNESS_SHORT,       ///< twice a turn, with the flux' voltage: half a shorted turn's conductance across one phase. S
+    DQW_WITNESS_INPUTS
+};
+
+typedef struct dqw_witness {
+    float re[DQW_WITNESS_INPUTS], im[DQW_WITNESS_INPUTS];  ///< weights, SI; their angle is twice that of the phase (offset: the vector in the stator)
+    float power[DQW_WITNESS_INPUTS];                       ///< mean squared input, SI: volts per unit of the weight
+    uint16_t blocks;                                       ///< learned, up to the memory
+} dqw_witness;
+
+/// Blocks over which the witness remembers.
+#define DQW_WITNESS_MEMORY 300u
+
+void dqw_witness_init(dqw_witness *w);
+
+/// Learn the residual of the block that the tracker has just learned. Without effect where the angle is not known, the machine turns
+/// too slowly to tell a ripple from a constant, or so fast that a block averages it away.
+///
+/// Source   (E62) in docs/EQUATIONS.md: all inputs share one error, each has its own mean power as step
+/// Returns  true if it learned
+/// Cost     about 150 flops, 5 divisions; one cosine and sine
+/// Context  background
+bool dqw_witness_learn(dqw_witness *w, const dqw_tracker *t);
+
+/// Size of a weight, and its standard deviation (of one of its two parts), SI.
+/// Source   (E62) in docs/EQUATIONS.md
+float dqw_witness_size(const dqw_witness *w, enum dqw_witness_input input);
+float dqw_witness_sd(const dqw_witness *w, const dqw_tracker *t, enum dqw_witness_input input);
+
+#ifdef __cplusplus
+}
+#endif
+#endif
