@@ -39,7 +39,7 @@ std::string why_unknown(const dqw_estimator& e, float value, float sd, std::uint
 
 void put_electrical(const dqw_estimator& e, const dqw_parameters& q, bool is_static, bool p_given, const Asked& asked, Result& result)
 {
-    const auto* excited = e.gate.excited;
+    const auto* excited = e.excited;
     const auto both = [&](int d_input, int q_input) { return std::max(excited[d_input], excited[DQW_D_INPUTS + q_input]); };
     const bool no_p = q.pole_pairs == 0;
     const std::string needs_p = "only its product with the pole pairs is in this log, and these are not known";

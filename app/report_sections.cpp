@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "html.hpp"
+#include "page.hpp"
 #include "quantity.hpp"
 #include "text.hpp"
 #include "trace_rows.hpp"
@@ -34,13 +35,6 @@ std::string percents(const TraceFit& fit)
     for (const AxisResidual& a : fit.axes)
         if (a.percent > 0) out += fmt::format("{}{} {:.2g} %", out.empty() ? "" : ", ", a.axis, a.percent);
     return out;
-}
-
-std::string items(const std::vector<std::string>& lines)
-{
-    std::string out = "<ul>\n";
-    for (const std::string& line : lines) out += "<li>" + escaped(line) + "</li>\n";
-    return out + "</ul>\n";
 }
 
 std::string correlates(const char* heading, const std::vector<TraceCorrelate>& all)
@@ -137,10 +131,10 @@ std::string rest_section(const TraceResult& trace)
 
 std::string notes_section(const TraceReport& report)
 {
-    std::string out = "<section><h2>Logs and notes</h2>\n" + items(report.logs);
+    std::string out = "<section><h2>Logs and notes</h2>\n" + html_list(report.logs);
     std::vector<std::string> notes;
     for (const std::string& note : report.trace.notes) notes.push_back(with_minus(note));
-    if (!notes.empty()) out += items(notes);
+    if (!notes.empty()) out += html_list(notes);
     return out + "</section>\n";
 }
 

@@ -1,95 +1,237 @@
-// Every fault of the monitor's table at three severities: how soon it is told, and how often by its name.
-#include <math.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
+// Every fault of the monitor's table at three severities: told at all, how soon, and by which name. The joint is healthy until 2 s;
+// the fault then grows within 0.1 s. Options: --seeds N, --noise X, --only FAULT, --quick (3 seeds), --events (prints every event).
+#include "joint.h"
 
-#include "dqw.h"
-#include "dqw_sim.h"
+enum { SEVERITIES = 3 };
 
-static const char *NAMES[] = {"-", "over_temperature", "demagnetisation", "turn_short", "phase_connection", "current_offset", "current_gain", "encoder_offset", "bearing_wear", "inverter_fault", "unknown"};
-static const char *CH[] = {"R","Ld","Lq","psi","dead","angle","offset","resist","react","short","friction","temp","residual"};
+#define START_S 2.0
+#define GROWS_S 0.1
+#define END_S 5.0
+#define BEARING_END_S 12.0
+#define DEAD_TIME_V 0.24
+#define LIMIT_K 60.0
 
-typedef struct { const char *name; enum dqw_fault_name fault; const char *key; double severity[3]; const char *more[3]; } fault_case;
+typedef enum { FAULT_RAMP, FAULT_DEAD_TIME, FAULT_RESISTANCE, FAULT_HEAT } fault_kind;
+
+typedef struct {
+    const char *name, *unit;
+    enum dqw_fault_name expected;
+    fault_kind kind;
+    const char *key;  // FAULT_RAMP: the simulator's
+    double severity[SEVERITIES], duration_s, load_Nm;
+} fault_case;
+
 static const fault_case CASES[] = {
-    {"healthy", DQW_FAULT_NONE, NULL, {0}, {0}},
-    {"demagnetisation", DQW_FAULT_DEMAGNETISATION, "nonideal.demagnetisation", {0.03, 0.05, 0.10}, {0}},
-    {"turn_short", DQW_FAULT_TURN_SHORT, "nonideal.turn_short", {0.03, 0.05, 0.10}, {"nonideal.turn_short_ohm=0.05"}},
-    {"phase_connection", DQW_FAULT_PHASE_CONNECTION, "nonideal.phase_connection_ohm", {0.05, 0.1, 0.25}, {0}},
-    {"current_offset", DQW_FAULT_CURRENT_OFFSET, "nonideal.current_offset_alpha_A", {0.1, 0.2, 0.5}, {0}},
-    {"current_gain", DQW_FAULT_CURRENT_GAIN, "nonideal.current_gain_a", {0.05, 0.1, 0.2}, {0}},
-    {"encoder_offset", DQW_FAULT_ENCODER_OFFSET, "nonideal.angle_offset_rad", {0.03, 0.05, 0.1}, {0}},
-    {"inverter_fault", DQW_FAULT_INVERTER_FAULT, "nonideal.dead_time_V", {0.36, 0.48, 0.72}, {0}},
-    {"bearing_wear", DQW_FAULT_BEARING_WEAR, "nonideal.bearing_Nm", {0.1, 0.2, 0.3}, {0}},
-    {"R +10..40 %", DQW_FAULT_UNKNOWN, "R", {0.05, 0.1, 0.2}, {0}},
+    {"healthy", "", DQW_FAULT_NONE, FAULT_RAMP, NULL, {0}, END_S, 0},
+    {"demagnetisation", "of the flux", DQW_FAULT_DEMAGNETISATION, FAULT_RAMP, "nonideal.demagnetisation", {0.03, 0.05, 0.1}, END_S, 0},
+    {"turn_short", "of a phase", DQW_FAULT_TURN_SHORT, FAULT_RAMP, "nonideal.turn_short", {0.03, 0.05, 0.1}, END_S, 0},
+    {"phase_connection", "ohm", DQW_FAULT_PHASE_CONNECTION, FAULT_RAMP, "nonideal.phase_connection_ohm", {0.05, 0.1, 0.25}, END_S, 0},
+    {"current_offset", "A", DQW_FAULT_CURRENT_OFFSET, FAULT_RAMP, "nonideal.current_offset_alpha_A", {0.1, 0.2, 0.5}, END_S, 0},
+    {"current_gain", "of a sensor", DQW_FAULT_CURRENT_GAIN, FAULT_RAMP, "nonideal.current_gain_a", {0.05, 0.1, 0.2}, END_S, 0},
+    {"encoder_offset", "rad", DQW_FAULT_ENCODER_OFFSET, FAULT_RAMP, "nonideal.angle_offset_rad", {0.03, 0.05, 0.1}, END_S, 0},
+    {"inverter_fault", "V, 0.24 before", DQW_FAULT_INVERTER_FAULT, FAULT_DEAD_TIME, NULL, {0.36, 0.48, 0.72}, END_S, 0},
+    {"over_temperature", "K/s", DQW_FAULT_OVER_TEMPERATURE, FAULT_HEAT, NULL, {0.7, 1, 1.4}, END_S, 0},
+    {"bearing_wear", "Nm", DQW_FAULT_BEARING_WEAR, FAULT_RAMP, "nonideal.bearing_Nm", {0.1, 0.2, 0.3}, BEARING_END_S, 0},
+    {"bearing_wear, load 0.1", "Nm", DQW_FAULT_BEARING_WEAR, FAULT_RAMP, "nonideal.bearing_Nm", {0.1, 0.2, 0.3}, BEARING_END_S, 0.1},
+    {"unknown (R of all phases)", "of R", DQW_FAULT_UNKNOWN, FAULT_RESISTANCE, NULL, {0.05, 0.1, 0.2}, END_S, 0},
 };
 
-static int set(dqw_sim_scenario *s, const char *kv)
+static const char *const FAULT_TEXT[DQW_FAULT_NAMES] = {"-",
+                                                        "over_temperature",
+                                                        "demagnetisation",
+                                                        "turn_short",
+                                                        "phase_connection",
+                                                        "current_offset",
+                                                        "current_gain",
+                                                        "encoder_offset",
+                                                        "bearing_wear",
+                                                        "inverter_fault",
+                                                        "unknown"};
+static const char *const CHANNEL_TEXT[DQW_WATCH_CHANNELS] = {"R",          "L_d",       "L_q",   "psi",      "dead_time",   "angle",   "offset",
+                                                             "resistance", "reactance", "short", "friction", "temperature", "residual"};
+
+// What many logs of one fault and severity gave.
+typedef struct {
+    int logs, told, right, early;
+    int named[DQW_FAULT_NAMES], later[DQW_FAULT_NAMES];  // the first event after the fault; every further one by another name
+    double delay_s, worst_s;
+} outcome;
+
+static void set(dqw_sim_scenario *s, const char *key, const char *part, double value)
 {
-    char key[100];
-    strcpy(key, kv);
-    char *v = strchr(key, '=');
-    *v++ = 0;
-    return dqw_sim_set(s, key, v);
+    char path[100];
+    char text[40];
+    snprintf(path, sizeof path, "%s%s", key, part);
+    snprintf(text, sizeof text, "%.9g", value);
+    if (dqw_sim_set(s, path, text) != 0) exit(1);
+}
+
+// Starts a few kelvin below the limit, and heats at about `rate` all along: a copper of so little mass.
+static void heat(dqw_sim_scenario *s, double rate_K_s)
+{
+    const double copper_W = 5.1;  // of this machine, at this load
+    s->nonideal.winding_alpha_per_K.value = 0.0039;
+    s->machine.winding_heat_J_K = copper_W / rate_K_s;
+    s->machine.magnet_heat_J_K = 1e3;
+    s->machine.temp_start_C = s->machine.temp_ref_C + LIMIT_K - 2.5 * rate_K_s;
+}
+
+static dqw_sim_scenario scenario(const fault_case *c, double severity, int seed, double noise)
+{
+    dqw_sim_scenario s = joint_scenario(seed, noise, c->duration_s);
+    s.rtol = 1e-6;  // of currents: a thousandth of the noise
+    s.nonideal.dead_time_V.value = DEAD_TIME_V;
+    s.nonideal.dead_time_width_A = 0.05;
+    s.machine.coulomb_Nm = 0.02;
+    s.machine.coulomb_width_rad_s = 1;
+    if (c->load_Nm > 0) s.profile.load_Nm.random = c->load_Nm;
+    const dqw_sim_ramp ramp = {severity, START_S, START_S + GROWS_S};
+    switch (c->kind) {
+    case FAULT_RAMP:
+        if (c->key == NULL) break;
+        set(&s, c->key, ".t_end_s", ramp.t_end_s);
+        set(&s, c->key, ".t_start_s", ramp.t_start_s);
+        set(&s, c->key, "", severity);
+        s.nonideal.turn_short_ohm = 0.05;
+        break;
+    case FAULT_RESISTANCE:  // one kelvin above the reference, so that alpha is the part by which R grows
+        s.machine.temp_start_C = s.machine.temp_ref_C + 1;
+        s.nonideal.winding_alpha_per_K = ramp;
+        break;
+    case FAULT_HEAT: heat(&s, severity); break;
+    case FAULT_DEAD_TIME: break;  // joined: a ramp starts at zero
+    }
+    return s;
+}
+
+static joint_log log_of(const fault_case *c, double severity, int seed, double noise)
+{
+    dqw_sim_scenario s = scenario(c, severity, seed, noise);
+    if (c->kind != FAULT_DEAD_TIME) return joint_run(&s);
+    s.duration_s = START_S;
+    joint_log log = joint_run(&s);
+    s.nonideal.dead_time_V.value = severity;
+    s.duration_s = c->duration_s;
+    const joint_log after = joint_run(&s);
+    memcpy(after.row, log.row, log.count * sizeof *log.row);
+    free(log.row);
+    return after;
+}
+
+// When the fault is there: for heat, when the winding passes the limit.
+static double fault_at_s(const fault_case *c, const joint_log *log)
+{
+    if (c->kind != FAULT_HEAT) return START_S;
+    for (size_t k = 0; k < log->count; k++)
+        if (log->row[k].temp_winding_C > log->row[0].temp_winding_C + 1e-9 && log->row[k].temp_winding_C > 25 + LIMIT_K) return log->row[k].t_s;
+    return log->row[log->count - 1].t_s;
+}
+
+static dqw_monitor_config monitor_of(const fault_case *c)
+{
+    const dqw_sim_scenario s = joint_scenario(1, 0, 1);
+    dqw_monitor_config m = {.tracker = joint_tracker(&s.machine), .J_kgm2 = (float)s.machine.J_kgm2};
+    m.tracker.dead_time_width_A = 0.05f;
+    m.tracker.angle = true;
+    m.tracker.drift_per_sqrt_s = 0.01f;
+    if (c->kind == FAULT_HEAT) {
+        m.commissioned = true;
+        m.temperature_limit_K = (float)LIMIT_K;
+        m.tracker.R_ohm = (float)s.machine.R_ohm;
+        m.tracker.Ld_H = (float)s.machine.Ld_H;
+        m.tracker.Lq_H = (float)s.machine.Lq_H;
+        m.tracker.psi_Wb = (float)s.machine.psi_Wb;
+    }
+    return m;
+}
+
+static void count(outcome *o, const fault_case *c, const dqw_monitor_event *e, double after_s, bool *told)
+{
+    const bool right = e->fault.name == c->expected;
+    if (after_s < 0 || c->expected == DQW_FAULT_NONE) {
+        o->early++;
+    } else if (!*told) {
+        *told = true;
+        o->told++;
+        o->right += right;
+        o->named[e->fault.name]++;
+        o->delay_s += after_s;
+        o->worst_s = fmax(o->worst_s, after_s);
+    } else if (!right) {
+        o->later[e->fault.name]++;
+    }
+}
+
+static void watch(outcome *o, const fault_case *c, const joint_log *log, int seed, double severity, bool events)
+{
+    const dqw_monitor_config config = monitor_of(c);
+    const double fault_s = fault_at_s(c, log);
+    bool told = false;
+    dqw_monitor m;
+    if (dqw_monitor_init(&m, &config, NULL) != DQW_OK) exit(1);
+    for (size_t k = 0; k < log->count; k++) {
+        const dqw_sample x = joint_sample(&log->row[k]);
+        const double t_s = log->row[k].t_s;
+        if (c->kind == FAULT_DEAD_TIME && k > 0 && t_s >= START_S && log->row[k - 1].t_s < START_S) dqw_tracker_gap(&m.tracker);
+        (void)dqw_monitor_sample(&m, &x, false);
+        dqw_monitor_event e;
+        if (!dqw_monitor_background(&m, &e)) continue;
+        if (events)
+            printf("  %s %g seed %d: %.3f s (since %.3f; fault at %.3f) %s %g +- %.2g, %s %.2f phase %d\n", c->name, severity, seed, t_s,
+                   e.since * (double)config.tracker.dt_s * 20, fault_s, CHANNEL_TEXT[e.parameter], (double)e.value, (double)e.sd, FAULT_TEXT[e.fault.name],
+                   (double)e.fault.confidence, e.fault.phase);
+        count(o, c, &e, t_s - fault_s, &told);
+    }
+    o->logs++;
+    if (events && !told && c->expected != DQW_FAULT_NONE) printf("  %s %g seed %d: not told, stage %d\n", c->name, severity, seed, (int)dqw_monitor_stage(&m));
+}
+
+static void print_names(const char *before, const int named[], enum dqw_fault_name but)
+{
+    for (int i = 0; i < DQW_FAULT_NAMES; i++)
+        if (named[i] > 0 && i != (int)but) printf(" %s%s %d", before, FAULT_TEXT[i], named[i]);
+}
+
+static void print(const fault_case *c, double severity, const outcome *o)
+{
+    char size[40] = "";
+    if (c->key || c->kind != FAULT_RAMP) snprintf(size, sizeof size, "%g %s", severity, c->unit);
+    printf("| %-25s | %-19s | %3d of %3d | ", c->name, size, o->told, o->logs);
+    if (o->told > 0)
+        printf("%5.2f | %5.2f | %5.0f |", o->delay_s / o->told, o->worst_s, 100.0 * o->right / o->told);
+    else
+        printf("      |       |       |");
+    print_names("", o->named, c->expected);
+    print_names("later ", o->later, c->expected);
+    printf(" | %d |\n", o->early);
+    fflush(stdout);
+}
+
+static void one_case(const fault_case *c, int seeds, double noise, bool events)
+{
+    for (int v = 0; v < SEVERITIES; v++) {
+        outcome o = {0};
+        for (int seed = 1; seed <= seeds; seed++) {
+            const joint_log log = log_of(c, c->severity[v], seed, noise);
+            watch(&o, c, &log, seed, c->severity[v], events);
+            free(log.row);
+        }
+        print(c, c->severity[v], &o);
+        if (c->expected == DQW_FAULT_NONE) return;
+    }
 }
 
 int main(int argc, char **argv)
 {
-    const int seeds = argc > 1 ? atoi(argv[1]) : 3;
-    const char *noise = argc > 2 ? argv[2] : "0.01";
-    const char *only = argc > 3 ? argv[3] : NULL;
-    const double start = 2.0, end = argc > 4 ? atof(argv[4]) : 4.0;
-    for (size_t f = 0; f < sizeof CASES / sizeof CASES[0]; f++) {
-        const fault_case *c = &CASES[f];
-        if (only && strcmp(only, c->name)) continue;
-        for (int v = 0; v < 3; v++) {
-            int early = 0, told = 0, right = 0; double sum = 0, worst = 0;
-            for (int seed = 1; seed <= seeds; seed++) {
-                dqw_sim_scenario s = *dqw_sim_scenario_find("joint_24v");
-                s.seed = (uint64_t)seed; s.duration_s = end;
-                s.nonideal.dead_time_V.value = 0.24, s.nonideal.dead_time_width_A = 0.05;
-                s.machine.coulomb_Nm = 0.02, s.machine.coulomb_width_rad_s = 1;
-                dqw_sim_set(&s, "noise.i", noise), dqw_sim_set(&s, "noise.v", noise), dqw_sim_set(&s, "noise.w", noise);
-                for (int i = 0; i < 3; i++) if (c->more[i]) set(&s, c->more[i]);
-                dqw_sim_ramp ramp = {c->severity[v], start, start + 0.1};
-                if (c->key && !strcmp(c->key, "R")) { s.nonideal.winding_alpha_per_K = ramp; s.machine.temp_start_C = 26;  s.nonideal.winding_alpha_per_K = ramp; }
-                else if (c->key && !strcmp(c->key, "nonideal.dead_time_V")) { s.nonideal.dead_time_V.value = c->severity[v]; }
-                else if (c->key) { char k[100]; char val[40]; snprintf(val, 40, "%g", c->severity[v]); dqw_sim_set(&s, c->key, val); snprintf(k, 100, "%s.t_start_s", c->key); snprintf(val, 40, "%g", start); dqw_sim_set(&s, k, val); snprintf(k, 100, "%s.t_end_s", c->key); snprintf(val, 40, "%g", start + 0.1); dqw_sim_set(&s, k, val); }
-                const size_t n = dqw_sim_rows(&s);
-                dqw_sim_row *rows = malloc(n * sizeof *rows);
-                dqw_sim_report r;
-                if (dqw_sim_run(&s, rows, n, &r, NULL, NULL)) { printf("%s\n", r.message); return 1; }
-                if (c->key && !strcmp(c->key, "nonideal.dead_time_V")) { // joined: healthy first
-                    dqw_sim_scenario h = s; h.nonideal.dead_time_V.value = 0.24; dqw_sim_row *r2 = malloc(n * sizeof *rows); dqw_sim_run(&h, r2, n, NULL, NULL, NULL);
-                    memcpy(rows, r2, (size_t)(start / s.drive.dt_s) * sizeof *rows); free(r2);
-                }
-                static dqw_monitor_random lent;
-                static dqw_monitor_config mc;
-                mc = (dqw_monitor_config){.tracker = {.dt_s = 5e-5f, .v_base_V = 14, .i_base_A = 6, .w_base_rad_s = 110, .R_ohm = .65f, .Ld_H = .7e-3f, .Lq_H = 1.8e-3f, .psi_Wb = .014f, .pole_pairs = 4,
-                    .dead_time_width_A = 0.05f, .angle = true, .noise_on_inputs = true, .drift_per_sqrt_s = 0.01f}, .J_kgm2 = 3e-4f};
-                dqw_monitor m;
-                if (dqw_monitor_init(&m, &mc, getenv("LENT") ? &lent : NULL)) return 1;
-                int first = 1; double t0 = 0;
-                for (size_t k = 0; k < n; k++) {
-                    const dqw_sample x = {.v_d_V = (float)rows[k].v_d_V, .v_q_V = (float)rows[k].v_q_V, .i_d_A = (float)rows[k].i_d_A, .i_q_A = (float)rows[k].i_q_A, .w_m_rad_s = (float)rows[k].w_m_rad_s, .theta_e_rad = (float)rows[k].theta_e_rad};
-                    dqw_monitor_sample(&m, &x, false);
-                    dqw_monitor_event e;
-                    if (m.tracker.pending && dqw_monitor_background(&m, &e)) {
-                        const double t = rows[k].t_s;
-                        if (getenv("SHOW")) printf("   %s %g seed %d: t %.3f since %.3f %s %g+-%g %s conf %.2f phase %d alarms\n", c->name, c->severity[v], seed, t, e.since * 1e-3, CH[e.parameter], e.value, e.sd, NAMES[e.fault.name], e.fault.confidence, e.fault.phase);
-                        if (t < start) early++;
-                        else if (first) { first = 0; told++; sum += t - start; if (t - start > worst) worst = t - start; if (e.fault.name == c->fault) right++; }
-                    }
-                    if (getenv("VERB") && k % 4000 == 0) { printf("t %.2f st %d:", rows[k].t_s, m.stage.name); for (int i = 0; i < 6; i++) printf(" %.4g+-%.2g", dqw_tracker_value(&m.tracker, i), dqw_tracker_sd(&m.tracker, i)); for (int i = 0; i < 4; i++) printf(" | %.2g+-%.1g", dqw_witness_size(&m.witness, i), dqw_witness_sd(&m.witness, &m.tracker, i)); printf(" F %.3f res %.4g\n", .5*(m.forward_Nm-m.backward_Nm), sqrt(m.residual_pu2)); }
-                }
-                if (first && getenv("SHOW")) printf("   %s %g seed %d: nothing; stage %d\n", c->name, c->severity[v], seed, m.stage.name);
-                (void)t0;
-                free(rows);
-            }
-            printf("%-18s %6g: early %d told %d/%d mean %.2f worst %.2f s right %d\n", c->name, c->severity[v], early, told, seeds, told ? sum / told : 0, worst, right);
-            fflush(stdout);
-            if (!c->key) break;
-        }
-    }
+    const int seeds = (int)joint_number(argc, argv, "--seeds", joint_flag(argc, argv, "--quick") ? 3 : 20);
+    const double noise = atof(joint_option(argc, argv, "--noise", "0.01"));
+    const char *only = joint_option(argc, argv, "--only", NULL);
+    printf("Faults of the joint, %g %% noise, healthy until %g s, %d seeds: told, how long after the fault (s), by the right name (%%),\n"
+           "by which others (\"later\": by a further event), and events before the fault\n\n",
+           100 * noise, START_S, seeds);
+    printf("| fault                     | severity            | told       | mean  | worst | right | others | before |\n");
+    printf("| ------------------------- | ------------------- | ---------- | ----: | ----: | ----: | ------ | -----: |\n");
+    for (size_t f = 0; f < sizeof CASES / sizeof CASES[0]; f++)
+        if (only == NULL || strncmp(only, CASES[f].name, strlen(only)) == 0) one_case(&CASES[f], seeds, noise, joint_flag(argc, argv, "--events"));
     return 0;
 }

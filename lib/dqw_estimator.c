@@ -236,9 +236,9 @@ static uint32_t learn(dqw_estimator *e, dqw_block *b, const float signals[])
     // [EST.2] what can be learned from this block
     const uint32_t mask_d = excited(&e->d.neuron, x_d, e->excitation_pu);
     const uint32_t mask_q = excited(&e->q.neuron, x_q, e->excitation_pu);
-    uint32_t event = dqw_gate_block(&e->gate, mask_d, 0, DQW_D_INPUTS);
-    event |= dqw_gate_block(&e->gate, mask_q, DQW_D_INPUTS, DQW_Q_INPUTS);
-    if (weights > 0) event |= dqw_gate_block(&e->gate, mask_d >> DQW_D_INPUTS | mask_q >> DQW_Q_INPUTS, DQW_D_INPUTS + DQW_Q_INPUTS, (uint32_t)weights);
+    uint32_t event = dqw_gate_block(e->excited, mask_d, 0, DQW_D_INPUTS);
+    event |= dqw_gate_block(e->excited, mask_q, DQW_D_INPUTS, DQW_Q_INPUTS);
+    if (weights > 0) event |= dqw_gate_block(e->excited, mask_d >> DQW_D_INPUTS | mask_q >> DQW_Q_INPUTS, DQW_D_INPUTS + DQW_Q_INPUTS, (uint32_t)weights);
     if (mask_d == 0 && mask_q == 0) return event;
     if (e->gate.blocks < UINT32_MAX) e->gate.blocks++;
 
@@ -313,11 +313,14 @@ enum dqw_status dqw_estimator_define(dqw_estimator *e, const dqw_estimator_confi
 {
     if (e == NULL) return DQW_ERR_NULL;
     const dqw_gate gate = e->gate;
+    uint32_t excited[DQW_GATE_INPUTS];
+    for (int i = 0; i < DQW_GATE_INPUTS; i++) excited[i] = e->excited[i];
     const dqw_stage stage = e->stage;
     const uint32_t events = e->events;
     const enum dqw_status status = dqw_estimator_init(e, config);
     if (status != DQW_OK) return status;
     e->gate = gate;
+    for (int i = 0; i < DQW_GATE_INPUTS; i++) e->excited[i] = excited[i];
     e->gate.stale_limit = config->stale_limit;
     e->stage.back = stage.back;
     e->stage.times_back = stage.times_back;

@@ -51,6 +51,7 @@ typedef struct dqw_estimator_config {
 
 typedef struct dqw_estimator {
     dqw_gate gate;
+    uint32_t excited[DQW_GATE_INPUTS];  ///< blocks in which input i could teach its weight: d's, q's, the effects'
     dqw_window window;
     dqw_axis d, q;
     dqw_random random_d, random_q;

@@ -19,7 +19,6 @@ extern "C" {
 typedef struct dqw_gate {
     uint32_t accepted, nonfinite, saturated, stale;  ///< samples
     uint32_t blocks, incomplete;                     ///< blocks learned from; blocks dropped
-    uint32_t excited[DQW_GATE_INPUTS];               ///< blocks in which input i could teach its weight
     uint32_t repeats, stale_limit;
 } dqw_gate;
 
@@ -42,11 +41,12 @@ void dqw_gate_init(dqw_gate *g, uint32_t stale_limit);
 /// Context  ISR safe; one writer per object
 uint32_t dqw_gate_check(dqw_gate *g, dqw_gate_sample s);
 
-/// Count a block whose inputs i with bit i of `excited` set can teach their weight, of `inputs` inputs from `first` on.
+/// Count a block whose inputs i with bit i of `excited` set can teach their weight: count_of[first + i], of `inputs` inputs.
 ///
 /// Source   (E19) in docs/EQUATIONS.md
+/// Shape    count_of[DQW_GATE_INPUTS]
 /// Returns  0, or DQW_EVENT_UNEXCITED where a bit is missing
-uint32_t dqw_gate_block(dqw_gate *g, uint32_t excited, uint32_t first, uint32_t inputs);
+uint32_t dqw_gate_block(uint32_t count_of[], uint32_t excited, uint32_t first, uint32_t inputs);
 
 #ifdef __cplusplus
 }

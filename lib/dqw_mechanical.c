@@ -143,7 +143,7 @@ static uint32_t learn(dqw_mechanical *m, const float block[SIGNALS])
     uint32_t mask = 0;
     for (uint32_t i = 0; i < inputs; i++)
         if (fabsf(x[i]) * l->x_scale[i] >= m->excitation_pu) mask |= 1u << i;
-    const uint32_t event = dqw_gate_block(&m->gate, mask, 0, inputs);
+    const uint32_t event = mask != (1u << inputs) - 1u ? (uint32_t)DQW_EVENT_UNEXCITED : 0u;
     if (mask == 0) return event;
     if (m->gate.blocks < UINT32_MAX) m->gate.blocks++;
     (void)dqw_axis_learn(&m->axis, x, block[0], mask);

@@ -64,7 +64,7 @@ enum dqw_status dqw_monitor_init(dqw_monitor *m, const dqw_monitor_config *confi
         const dqw_random_config random = {.reservoir = lent->reservoir, .capacity = capacity, .draws = capacity, .seed = 1, .tolerance = RANDOM_TOLERANCE};
         (void)dqw_learner_init(&lent->coarse, &coarse);
         (void)dqw_random_init(&lent->random, &random);
-        for (int i = 0; i < DQW_TRACK_WEIGHTS; i++) lent->coarse.w_pu[i] = n.tracker.neuron.w_pu[i];
+        for (int i = 0; i < DQW_TRACK_WEIGHTS; i++) lent->coarse.w_pu[i] = n.tracker.w_pu[i];
     }
     *m = n;
     return DQW_OK;
@@ -127,8 +127,9 @@ static void watch_friction(dqw_monitor *m)
 {
     const dqw_tracker *t = &m->tracker;
     const dqw_tracker_config *c = &m->config->tracker;
-    const float w = t->block[8];
-    const float torque = 1.5f * (float)c->pole_pairs * t->block[3] * (value(m, DQW_TRACK_PSI) + (value(m, DQW_TRACK_LD) - value(m, DQW_TRACK_LQ)) * t->block[2]);
+    const dqw_block b = dqw_tracker_block(t);
+    const float w = b.w_m_rad_s;
+    const float torque = 1.5f * (float)c->pole_pairs * b.i_q_A * (value(m, DQW_TRACK_PSI) + (value(m, DQW_TRACK_LD) - value(m, DQW_TRACK_LQ)) * b.i_d_A);
     const float used = torque - m->config->J_kgm2 * (w - m->w_before_rad_s) / (c->dt_s * (float)t->window.half);
     m->w_before_rad_s = w;
     if (!isfinite(used) || !(fabsf(w) > SLOWEST_PU * c->w_base_rad_s)) return;

@@ -8,7 +8,6 @@
 
 #include "dqw_gain.h"
 #include "dqw_gate.h"
-#include "dqw_learner.h"
 #include "dqw_model.h"
 #include "dqw_noise.h"
 #include "dqw_status.h"
@@ -28,6 +27,9 @@ enum dqw_tracker_weight {
     DQW_TRACK_PSI_Q,      ///< flux linkage of the magnet that shows on the other axis: psi times the angle by which the encoder is off
     DQW_TRACK_WEIGHTS
 };
+
+/// Weights whose blocks' likeness is followed.
+#define DQW_TRACK_SCORES 4
 
 /// Signals of a tracker's block: the model's, then the dead time's input on d and q.
 #define DQW_TRACK_SIGNALS (DQW_BLOCK_SIGNALS + 2)
@@ -59,26 +61,28 @@ typedef struct dqw_tracker {
     dqw_gate gate;
     dqw_window window;
     dqw_noise noise;
-    dqw_learner neuron;
+    // The joint neuron: its weights, per unit, and the gain that replaces its step size.
+    float w_pu[DQW_TRACK_WEIGHTS];
     dqw_gain gain;
-    float error_pu2[2];                          ///< per axis: mean squared residual
-    float score2[DQW_TRACK_WEIGHTS], score_lag[DQW_TRACK_WEIGHTS], score_last[DQW_TRACK_WEIGHTS];  ///< per weight: what blocks teach, and how alike next ones are
-    float excess_pu2[DQW_TRACK_WEIGHTS];  ///< power of both axes' inputs above their noise
-    float e_pu[2];                               ///< the last block's residual, d and q
-    uint32_t blocks, missed;                     ///< learned; lost because the background came too late
-    uint32_t restarts;                           ///< times that the weights left all bounds, and learning began again
-    uint32_t events;
+    float e_pu[2];                         ///< the last block's error before the correction, d and q
+    float error_pu2[2];                    ///< mean squared residual, d and q
+    float excess_pu2[DQW_TRACK_WEIGHTS];   ///< power of both axes' inputs above their noise
+    float score2[DQW_TRACK_SCORES];        ///< R, L_d, L_q, flux: what a block teaches, squared,
+    float score_lag[DQW_TRACK_SCORES];     ///< its likeness with the next one's,
+    float score_last[DQW_TRACK_SCORES];    ///< and the last one's
+    uint32_t halves;                       ///< halves of a window since init: the time
+    uint16_t blocks;                       ///< learned, up to 65535
+    uint16_t missed;                       ///< lost because the background came too late, up to 65535
+    uint16_t restarts;                     ///< times that the weights left all bounds, and learning began again
+    uint8_t learned;                       ///< weights of which anything was ever learned
+    bool pending, has_last, last_good;
     // The last sample, and dead time's input there.
-    dqw_sample last;
+    float v_d_V, v_q_V, i_d_A, i_q_A, w_m_rad_s;
     float dead_d, dead_q, dead_slope_inv_A;
     float slow_d_A, slow_q_A, follow;  ///< currents as dead time's input takes them, and how fast they follow
-    float inverse_Ld, inverse_Lq;
-    uint32_t halves;  ///< halves of a window since init: the time
-    // Handed to the background.
+    // Handed to the background: a block of pairs' sums and steps, and the angles at its middle and at the end of the last half.
     float block[DQW_TRACK_SIGNALS];
-    float block_theta_rad, half_theta_rad;  ///< angle at the middle of the block; at the end of the last half
-    uint8_t learned;  ///< weights of which anything was ever learned
-    bool pending, has_last, last_good;
+    float block_theta_rad, half_theta_rad;
 } dqw_tracker;
 
 /// Make a tracker.
@@ -109,6 +113,27 @@ bool dqw_tracker_learn(dqw_tracker *t);
 /// Time has jumped: the next sample does not follow the last one.
 /// Context  as dqw_tracker_sample
 void dqw_tracker_gap(dqw_tracker *t);
+
+/// For the tracker's own files: forget what was learned, and a weight's start deviation per unit.
+/// Source   (E61) in docs/EQUATIONS.md
+void dqw_tracker_start(dqw_tracker *t);
+float dqw_tracker_start_sd_pu(const dqw_tracker *t, int i);
+
+/// The block that waits, or was learned last.
+/// Source   (E13), (E15) in docs/EQUATIONS.md
+/// Context  background
+dqw_block dqw_tracker_block(const dqw_tracker *t);
+
+/// The rows of the block that waits, or was learned last, as the joint neuron is shown them, per unit.
+///
+/// Source   (E13) in docs/EQUATIONS.md
+/// Shape    x_d[DQW_TRACK_WEIGHTS], x_q[DQW_TRACK_WEIGHTS], y[2] written: inputs and targets of d and q
+/// Context  background
+void dqw_tracker_rows(const dqw_tracker *t, float x_d[], float x_q[], float y[]);
+
+/// What one unit of a weight is, SI: weight per unit times this.
+/// Source   (P15); (E7) in docs/EQUATIONS.md
+float dqw_tracker_unit(const dqw_tracker_config *config, enum dqw_tracker_weight weight);
 
 /// A parameter, SI, and its standard deviation; NaN and infinity for a weight that does not exist.
 ///

@@ -17,8 +17,8 @@ enum dqw_status dqw_window_init(dqw_window *w, int half, int signals)
 
 static void clear_half(dqw_window *w)
 {
-    for (int i = 0; i < w->signals; i++) w->flat[i] = w->ramp[i] = 0.0f;
-    w->flat_weight = w->ramp_weight = 0.0f;
+    for (int i = 0; i < w->signals; i++) w->sum[i] = w->fall[i] = 0.0f;
+    w->fall_weight = 0;
     w->at = w->valid = 0;
 }
 
@@ -28,40 +28,34 @@ void dqw_window_restart(dqw_window *w)
     w->has_rise = false;
 }
 
-uint32_t dqw_window_step(dqw_window *w, const float x[], float block[])
+uint32_t dqw_window_end(dqw_window *w, float block[])
 {
-    // [WIN.1] gather: weight j on the way up; the way down is (half + 1) - j
-    w->at++;
-    if (x != NULL) {
-        const float j = (float)w->at;
-        for (int i = 0; i < w->signals; i++) {
-            w->flat[i] += x[i];
-            w->ramp[i] += j * x[i];
-        }
-        w->flat_weight += 1.0f;
-        w->ramp_weight += j;
-        w->valid++;
-    }
-    if (w->at < w->half) return 0;
-
     // [WIN.2] join the half before, rising, with this one, falling
-    uint32_t event = 0;
-    if (w->has_rise) {
-        const float top = (float)w->half + 1.0f;
-        if (4 * (w->valid + w->rise_valid) >= 3 * 2 * w->half) {
-            const float scale = 1.0f / (w->rise_weight + top * w->flat_weight - w->ramp_weight);
-            for (int i = 0; i < w->signals; i++) block[i] = (w->rise[i] + top * w->flat[i] - w->ramp[i]) * scale;
-            event = DQW_EVENT_LEARNED;
-        } else {
-            event = DQW_EVENT_INCOMPLETE;
-        }
+    const bool enough = w->has_rise && 4 * (w->valid + w->rise_valid) >= 3 * 2 * w->half;
+    const uint32_t event = enough ? (uint32_t)DQW_EVENT_LEARNED : w->has_rise ? (uint32_t)DQW_EVENT_INCOMPLETE : 0u;
+    const float scale = enough ? 1.0f / (float)(w->rise_weight + w->fall_weight) : 0.0f;
+    // [WIN.3] this half rises in the next block; fall_weight < 5.1e7, top * valid < 1.1e8
+    const uint32_t top = (uint32_t)w->half + 1u;
+    const float top_f = (float)top;
+    const int n = w->signals;
+    for (int i = 0; i < n; i++) {
+        const float sum = w->sum[i];
+        const float fall = w->fall[i];
+        if (enough) block[i] = (w->rise[i] + fall) * scale;
+        w->rise[i] = top_f * sum - fall;
+        w->sum[i] = 0.0f;
+        w->fall[i] = 0.0f;
     }
-
-    // [WIN.3] this half rises in the next block
-    for (int i = 0; i < w->signals; i++) w->rise[i] = w->ramp[i];
-    w->rise_weight = w->ramp_weight;
+    w->rise_weight = top * w->valid - w->fall_weight;
     w->rise_valid = w->valid;
     w->has_rise = true;
-    clear_half(w);
+    w->fall_weight = 0;
+    w->at = w->valid = 0;
     return event;
+}
+
+uint32_t dqw_window_step(dqw_window *w, const float x[], float block[])
+{
+    dqw_window_add(w, x, w->signals);
+    return dqw_window_full(w) ? dqw_window_end(w, block) : 0;
 }

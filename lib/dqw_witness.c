@@ -36,9 +36,8 @@ static float left_of(float turn_rad)
 bool dqw_witness_learn(dqw_witness *w, const dqw_tracker *t)
 {
     const dqw_tracker_config *c = t->config;
-    const float i_d = t->block[2];
-    const float i_q = t->block[3];
-    const float w_e = (float)c->pole_pairs * t->block[8];
+    const dqw_block b = dqw_tracker_block(t);
+    const float w_e = (float)c->pole_pairs * b.w_m_rad_s;
     const float turn = fabsf(w_e) * c->dt_s * (float)t->window.half;
     if (!c->angle || !isfinite(t->block_theta_rad) || !(turn > SLOWEST_RAD) || !(turn < FASTEST_RAD)) return false;
 
@@ -53,7 +52,7 @@ bool dqw_witness_learn(dqw_witness *w, const dqw_tracker *t)
     complex_number twice = product(once, once);
     twice.re *= left;
     twice.im *= left;
-    const complex_number conjugate = {i_d, -i_q};
+    const complex_number conjugate = {b.i_d_A, -b.i_q_A};
     const complex_number with_current = product(twice, conjugate);
     const complex_number impedance = {w_e * L, R};  // j (R - j w_e L)
     const complex_number shorted = product(twice, impedance);

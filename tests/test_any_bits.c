@@ -199,6 +199,7 @@ static void test_gate_and_stage(void)
 {
     test_random r = {16};
     dqw_gate g;
+    uint32_t count_of[DQW_GATE_INPUTS] = {0};
     dqw_stage s;
     dqw_gate_init(&g, 5);
     dqw_stage_init(&s, 50000, 100, 100);
@@ -206,7 +207,7 @@ static void test_gate_and_stage(void)
         const uint64_t z = random_bits(&r);
         const dqw_gate_sample in = {.finite = z & 1u, .saturated = z >> 1 & 1u, .repeated = z >> 2 & 1u};
         (void)dqw_gate_check(&g, in);
-        (void)dqw_gate_block(&g, (uint32_t)(z >> 8), (uint32_t)(z >> 40) & 15u, (uint32_t)(z >> 50) & 15u);
+        (void)dqw_gate_block(count_of, (uint32_t)(z >> 8), (uint32_t)(z >> 40) & 15u, (uint32_t)(z >> 50) & 15u);
         const dqw_stage_input step = {
             .random_converged = z >> 3 & 1u, .residual_ppm = (uint32_t)random_bits(&r), .residual_recent_ppm = (uint32_t)random_bits(&r) & 65535u};
         (void)dqw_stage_step(&s, step);

@@ -1,0 +1,333 @@
+// What the tracker does in the background: learn a block, and say what was learned.
+#include <math.h>
+#include <stddef.h>
+
+#include "dqw_tracker.h"
+
+#define EXCITATION_PU 0.002f
+// A weight whose variance fell by less than this was not learned.
+#define LEARNED_RATIO 0.01f
+#define START_RESIDUAL_PU2 1e-4f
+#define START_SD 3.0f
+#define VARIANCE_FLOOR_PU2 1e-13f
+// Blocks over which statistics are means.
+#define MEMORY 1000u
+#define FEW_BLOCKS 50u
+#define LAG_MAX 0.98f
+#define LAG_MIN -0.4f
+// How much more one axis may count than the other.
+#define RATIO_MAX 1e4f
+#define BLOCK_MAX_PU 1e5f
+// Rows that only measure the noise and its share.
+#define WARM_UP 1000u
+// An input whose power is not three times its noise teaches nothing; even at the end of the warm-up, noise alone would need ten deviations.
+#define NOISE_MARGIN 3.0f
+#define EXCESS_PART (1.0f / 256.0f)
+// Where noise is more than this part of all that was learned of a weight, taking it out could run away.
+#define NOISE_PART_MAX 0.05f
+// A per-unit weight beyond this is no machine's.
+#define WEIGHT_MAX_PU 1e4f
+// Currents are followed so fast that the noise left is about as wide as the step that dead time makes of them.
+#define FOLLOW 0.7f
+
+enum { D = 0, Q = 1, N = DQW_TRACK_WEIGHTS };
+
+float dqw_tracker_value(const dqw_tracker *t, enum dqw_tracker_weight weight)
+{
+    return (unsigned)weight < N ? t->w_pu[weight] * dqw_tracker_unit(t->config, weight) : NAN;
+}
+
+static float variance(const dqw_tracker *t, int axis)
+{
+    return t->error_pu2[axis] > VARIANCE_FLOOR_PU2 ? t->error_pu2[axis] : VARIANCE_FLOOR_PU2;
+}
+
+static float common_variance(const dqw_tracker *t)
+{
+    return 0.5f * (variance(t, D) + variance(t, Q));
+}
+
+// Blocks overlap by half, so that next ones are alike, or unlike, in what they teach a weight: that widens or narrows its deviation. Dead
+// time goes with the current as R does, the flux on the other axis with the speed as the flux. (E61)
+static float inflation(const dqw_tracker *t, int i)
+{
+    const int like = i == DQW_TRACK_DEAD_TIME ? DQW_TRACK_R : i == DQW_TRACK_PSI_Q ? DQW_TRACK_PSI : i;
+    if (!(t->score2[like] > 0.0f)) return 1.0f;
+    const float r = t->score_lag[like] / t->score2[like];
+    return 1.0f + 2.0f * (r < LAG_MIN ? LAG_MIN : r > LAG_MAX ? LAG_MAX : r);
+}
+
+float dqw_tracker_sd(const dqw_tracker *t, enum dqw_tracker_weight weight)
+{
+    if ((unsigned)weight >= N) return INFINITY;
+    const int i = (int)weight;
+    if ((t->learned >> i & 1u) == 0 || t->blocks < 2u * N) return INFINITY;
+    return sqrtf(dqw_gain_covariance(&t->gain, i, i) * common_variance(t) * inflation(t, i)) * dqw_tracker_unit(t->config, weight);
+}
+
+float dqw_tracker_residual_pu(const dqw_tracker *t)
+{
+    return sqrtf(t->error_pu2[D] + t->error_pu2[Q]);
+}
+
+// Mean slope of dead time's input times the delay of the currents that it sees, s/A.
+static float late(const dqw_tracker *t)
+{
+    return t->dead_slope_inv_A * t->config->dt_s * (1.0f / t->follow - 1.0f);
+}
+
+dqw_block dqw_tracker_block(const dqw_tracker *t)
+{
+    const float *m = t->block;
+    const float rate = 1.0f / t->config->dt_s;
+    const dqw_block b = {m[0], m[1], 0.5f * m[2], 0.5f * m[3], rate * m[4], rate * m[5], 0.5f * m[6], 0.5f * m[7], 0.5f * m[8]};
+    return b;
+}
+
+static dqw_block exact_block(const dqw_tracker *t)
+{
+    dqw_block b = dqw_tracker_block(t);
+    const dqw_parameters known = {.R_ohm = dqw_tracker_value(t, DQW_TRACK_R),
+                                  .Ld_H = dqw_tracker_value(t, DQW_TRACK_LD),
+                                  .Lq_H = dqw_tracker_value(t, DQW_TRACK_LQ),
+                                  .pole_pairs = t->config->pole_pairs,
+                                  .known = DQW_KNOWS_R | DQW_KNOWS_LD | DQW_KNOWS_LQ};
+    if (t->blocks > 10 && known.Ld_H > 0.0f && known.Lq_H > 0.0f) dqw_model_correct(&b, &known, t->config->dt_s);
+    return b;
+}
+
+static void rows_of(const dqw_tracker *t, const dqw_block *b, float x_d[], float x_q[])
+{
+    const dqw_tracker_config *c = t->config;
+    const float p = (float)c->pole_pairs;
+    // Dead time's input saw the currents late: on average that is its mean slope times the delay times the current's.
+    const float late_s_A = late(t);
+    const float d[N] = {b->i_d_A, b->di_d_A_s, -p * b->wi_q_A_rad_s, 0.0f, 0.5f * t->block[9] + late_s_A * b->di_d_A_s, c->angle ? p * b->w_m_rad_s : 0.0f};
+    const float q[N] = {b->i_q_A, p * b->wi_d_A_rad_s, b->di_q_A_s, p * b->w_m_rad_s, 0.5f * t->block[10] + late_s_A * b->di_q_A_s, 0.0f};
+    const float to_pu = 1.0f / c->v_base_V;
+    for (int i = 0; i < N; i++) {
+        const float unit = dqw_tracker_unit(c, (enum dqw_tracker_weight)i) * to_pu;
+        x_d[i] = d[i] * unit;
+        x_q[i] = q[i] * unit;
+    }
+}
+
+void dqw_tracker_rows(const dqw_tracker *t, float x_d[], float x_q[], float y[])
+{
+    const dqw_block b = exact_block(t);
+    rows_of(t, &b, x_d, x_q);
+    y[D] = b.v_d_V / t->config->v_base_V;
+    y[Q] = b.v_q_V / t->config->v_base_V;
+}
+
+// Variances of the noise of a block's inputs, per unit, and the covariances that do not vanish. (E60)
+typedef struct input_noise {
+    float d[N], q[N];
+    float lq_psi_q;  // d row
+    float ld_psi;    // q row
+    float dead_in_R[2], R_in_dead[2], dead_L[2];
+} input_noise;
+
+// Noise of dead time's input, A per unit of its mean slope: where what is left of the current's noise is wide, that of a step; where
+// narrow, tanh's own; and all of it where the currents stay within the width.
+static float dead_noise(const dqw_tracker *t, float var_i, float sd_left)
+{
+    return var_i * fmaxf(t->dead_slope_inv_A, 0.53f / (sd_left + 1.2f * t->config->dead_time_width_A));
+}
+
+static void noise_of_dead_time(const dqw_tracker *t, const float var[2], float mean, float slope, const float s[], input_noise *n)
+{
+    const float g = mean * t->dead_slope_inv_A;
+    const float with_R = g * s[DQW_TRACK_R] * s[DQW_TRACK_DEAD_TIME];
+    for (int axis = 0; axis < 2; axis++) {
+        const float left = var[axis] * t->follow / (2.0f - t->follow);
+        const float sd = sqrtf(left);
+        // In the resistance's equation a wide noise also smooths the step, which takes half of it.
+        n->dead_in_R[axis] = with_R * (var[axis] - 0.5f * left * sd / (sd + t->config->dead_time_width_A));
+        n->R_in_dead[axis] = with_R * var[axis];
+        n->dead_L[axis] = late(t) * slope * var[axis] * s[axis == D ? DQW_TRACK_LD : DQW_TRACK_LQ] * s[DQW_TRACK_DEAD_TIME];
+        (axis == D ? n->d : n->q)[DQW_TRACK_DEAD_TIME] = g * dead_noise(t, var[axis], sd) * s[DQW_TRACK_DEAD_TIME] * s[DQW_TRACK_DEAD_TIME];
+    }
+}
+
+static input_noise noise_of(const dqw_tracker *t, const dqw_block *b)
+{
+    const dqw_tracker_config *c = t->config;
+    const float h = (float)t->window.half;
+    const float p = (float)c->pole_pairs;
+    const float sum = h * (h + 1.0f);
+    const float mean = (h * (4.0f * h * h - 1.0f) / 6.0f + h * h) / (sum * sum);
+    const float slope = 2.0f * h / (c->dt_s * c->dt_s * sum * sum);
+    const float var[2] = {dqw_noise_variance(t->noise.i_d_A2), dqw_noise_variance(t->noise.i_q_A2)};
+    const float var_w = dqw_noise_variance(t->noise.w_rad2_s2);
+    const float w2 = b->w_m_rad_s * b->w_m_rad_s;
+    const float turn = mean * p * p * var_w;
+    const float to_pu = 1.0f / c->v_base_V;
+    float s[N];
+    for (int i = 0; i < N; i++) s[i] = dqw_tracker_unit(c, (enum dqw_tracker_weight)i) * to_pu;
+    input_noise n = {
+        .d = {mean * var[D], slope * var[D], mean * p * p * (w2 * var[Q] + var_w * (b->i_q_A * b->i_q_A + var[Q])), 0.0f, 0.0f, c->angle ? turn : 0.0f},
+        .q = {mean * var[Q], mean * p * p * (w2 * var[D] + var_w * (b->i_d_A * b->i_d_A + var[D])), slope * var[Q], turn, 0.0f, 0.0f},
+        .lq_psi_q = c->angle ? -turn * b->i_q_A * s[DQW_TRACK_LQ] * s[DQW_TRACK_PSI_Q] : 0.0f,
+        .ld_psi = turn * b->i_d_A * s[DQW_TRACK_LD] * s[DQW_TRACK_PSI],
+    };
+    for (int i = 0; i < N; i++) {
+        n.d[i] *= s[i] * s[i];
+        n.q[i] *= s[i] * s[i];
+    }
+    if (c->dead_time_width_A > 0.0f) noise_of_dead_time(t, var, mean, slope, s, &n);
+    return n;
+}
+
+// Noise of the inputs turns the gradient by C w: put back. Not where it is much of what was learned, there it could run away. (E60)
+static void take_noise_out(dqw_tracker *t, const input_noise *n, const float ratio[2], uint32_t mask_d, uint32_t mask_q)
+{
+    const float *w = t->w_pu;
+    const float dead = w[DQW_TRACK_DEAD_TIME];
+    const float by[2] = {1.0f / ratio[D], 1.0f / ratio[Q]};
+    float z[N];
+    for (int i = 0; i < N; i++) {
+        const float noise = ((mask_d >> i & 1u) != 0 ? n->d[i] * by[D] : 0.0f) + ((mask_q >> i & 1u) != 0 ? n->q[i] * by[Q] : 0.0f);
+        if (noise * dqw_gain_covariance(&t->gain, i, i) > NOISE_PART_MAX) return;
+        z[i] = noise * w[i];
+    }
+    z[DQW_TRACK_R] += dead * (n->dead_in_R[D] * by[D] + n->dead_in_R[Q] * by[Q]);
+    z[DQW_TRACK_LD] += n->ld_psi * by[Q] * w[DQW_TRACK_PSI] + n->dead_L[D] * by[D] * dead;
+    z[DQW_TRACK_LQ] += n->lq_psi_q * by[D] * w[DQW_TRACK_PSI_Q] + n->dead_L[Q] * by[Q] * dead;
+    z[DQW_TRACK_PSI] += n->ld_psi * by[Q] * w[DQW_TRACK_LD];
+    z[DQW_TRACK_PSI_Q] += n->lq_psi_q * by[D] * w[DQW_TRACK_LQ];
+    z[DQW_TRACK_DEAD_TIME] += (n->R_in_dead[D] * by[D] + n->R_in_dead[Q] * by[Q]) * w[DQW_TRACK_R] + n->dead_L[D] * by[D] * w[DQW_TRACK_LD] +
+                              n->dead_L[Q] * by[Q] * w[DQW_TRACK_LQ];
+    float move[N];
+    dqw_gain_apply(&t->gain, z, move);
+    for (int i = 0; i < N; i++) t->w_pu[i] += move[i];
+}
+
+static float memory_of(const dqw_tracker *t)
+{
+    return (float)(t->blocks < MEMORY ? t->blocks : MEMORY);
+}
+
+// One axis' row through the joint neuron: predict, compare, correct; weighed by how little of that axis is noise.
+static void learn_row(dqw_tracker *t, int axis, const float x_pu[], uint32_t mask, float y_pu, float ratio, float score[])
+{
+    const float weigh = 1.0f / sqrtf(ratio);
+    float x[N];
+    float k[N];
+    float e = y_pu;
+    for (int i = 0; i < N; i++) {
+        e -= t->w_pu[i] * x_pu[i];
+        x[i] = (mask >> i & 1u) != 0 ? x_pu[i] * weigh : 0.0f;
+    }
+    dqw_gain_step(&t->gain, x, k);
+    float seen = 0.0f;
+    for (int i = 0; i < N; i++) {
+        t->w_pu[i] += k[i] * (e * weigh);
+        seen += k[i] * x[i];
+    }
+    const float after = e * (1.0f - seen);
+    for (int i = 0; i < DQW_TRACK_SCORES; i++) score[i] += x[i] * (after * weigh);
+    t->error_pu2[axis] += (e * after - t->error_pu2[axis]) / memory_of(t);
+    t->e_pu[axis] = e;
+}
+
+static void keep_scores(dqw_tracker *t, const float score[])
+{
+    const float part = 1.0f / memory_of(t);
+    for (int i = 0; i < DQW_TRACK_SCORES; i++) {
+        t->score2[i] += (score[i] * score[i] - t->score2[i]) * part;
+        t->score_lag[i] += (score[i] * t->score_last[i] - t->score_lag[i]) * part;
+        t->score_last[i] = score[i];
+    }
+}
+
+// A parameter may wander: its variance grows with time, up to where it started. (E61)
+static void drift(dqw_tracker *t)
+{
+    const float rate = t->config->drift_per_sqrt_s * (1.0f / START_SD);
+    if (!(rate > 0.0f)) return;
+    const float common = common_variance(t);
+    const float unit = rate * rate * (float)t->window.half * t->config->dt_s / common;
+    const float widest = 1.0f / common;
+    for (int i = 0; i < N; i++) {
+        const float sd = dqw_tracker_start_sd_pu(t, i);
+        if (dqw_gain_covariance(&t->gain, i, i) < widest * sd * sd) dqw_gain_grow(&t->gain, i, unit * sd * sd);
+    }
+}
+
+// Inputs large enough to teach their weight, by their power above the noise: a choice by the mean and not by the block, which would bias.
+static void choose(dqw_tracker *t, const float x_d[], const float x_q[], const input_noise *n, uint32_t mask[2])
+{
+    const float threshold = t->config->excitation_pu > 0.0f ? t->config->excitation_pu : EXCITATION_PU;
+    mask[D] = mask[Q] = 0;
+    for (int i = 0; i < N; i++) {
+        const float net = x_d[i] * x_d[i] + x_q[i] * x_q[i] - NOISE_MARGIN * (n->d[i] + n->q[i]);
+        t->excess_pu2[i] += (net - t->excess_pu2[i]) * EXCESS_PART;
+        if (!(t->excess_pu2[i] > 0.0f)) continue;
+        if (fabsf(x_d[i]) >= threshold) mask[D] |= 1u << i;
+        if (fabsf(x_q[i]) >= threshold) mask[Q] |= 1u << i;
+    }
+}
+
+// What has left all bounds begins again; what was learned for the first time is noted.
+static bool sound(dqw_tracker *t)
+{
+    for (int i = 0; i < N; i++) {
+        if (!(fabsf(t->w_pu[i]) < WEIGHT_MAX_PU)) {
+            dqw_tracker_start(t);
+            if (t->restarts < UINT16_MAX) t->restarts++;
+            return false;
+        }
+        const float sd = dqw_tracker_start_sd_pu(t, i);
+        if ((t->learned >> i & 1u) == 0 && dqw_gain_covariance(&t->gain, i, i) < LEARNED_RATIO / START_RESIDUAL_PU2 * sd * sd)
+            t->learned |= (uint8_t)(1u << i);
+    }
+    return true;
+}
+
+bool dqw_tracker_learn(dqw_tracker *t)
+{
+    if (!t->pending) return false;
+    const dqw_tracker_config *c = t->config;
+
+    // [TRK.4] inputs of both axes
+    const dqw_block b = exact_block(t);
+    float x_d[N];
+    float x_q[N];
+    rows_of(t, &b, x_d, x_q);
+    const input_noise noise = noise_of(t, &b);
+    t->pending = false;
+
+    // [TRK.5] what can be learned from this block
+    float size = 0.0f;
+    for (int i = 0; i < N; i++) size += fabsf(x_d[i]) + fabsf(x_q[i]);
+    if (!(size < BLOCK_MAX_PU)) return false;
+    uint32_t mask[2];
+    choose(t, x_d, x_q, &noise, mask);
+    if ((mask[D] | mask[Q]) == 0 || t->noise.rows < WARM_UP) {
+        drift(t);
+        return false;
+    }
+    if (t->gate.blocks < UINT32_MAX) t->gate.blocks++;
+    if (t->blocks < UINT16_MAX) t->blocks++;
+
+    // [TRK.6] both rows, then the noise of their inputs, then what may have drifted
+    const float common = common_variance(t);
+    float ratio[2];
+    for (int axis = 0; axis < 2; axis++) {
+        const float r = t->blocks > FEW_BLOCKS ? variance(t, axis) / common : 1.0f;
+        ratio[axis] = r < 1.0f / RATIO_MAX ? 1.0f / RATIO_MAX : r;
+    }
+    float score[DQW_TRACK_SCORES] = {0};
+    learn_row(t, D, x_d, mask[D], b.v_d_V / c->v_base_V, ratio[D], score);
+    learn_row(t, Q, x_q, mask[Q], b.v_q_V / c->v_base_V, ratio[Q], score);
+    keep_scores(t, score);
+    if (c->dead_time_width_A > 0.0f) {
+        const float sd = sqrtf(0.5f * dqw_noise_variance(t->noise.i_d_A2 + t->noise.i_q_A2));
+        t->follow = c->dead_time_width_A / (c->dead_time_width_A + FOLLOW * sd);
+    }
+    if (c->noise_on_inputs) take_noise_out(t, &noise, ratio, mask[D], mask[Q]);
+    if (!sound(t)) return false;
+    drift(t);
+    return true;
+}
