@@ -10,11 +10,11 @@ extern "C" {
 #endif
 
 /// One band, in the format of a deviation.
-#define DQW_CHANGE_BAND_Q8 256
+#define DQW_CHANGE_BAND_Q5 32
 
 typedef struct dqw_change {
-    int16_t sum_q8;      ///< how long and how far beyond, 0 .. limit
-    uint16_t above;      ///< steps since the sum was last 0: since when
+    uint8_t sum_q5;  ///< how long and how far beyond, in bands times steps, 0 .. limit
+    uint8_t above;   ///< steps since the sum was last 0, up to 255: since when
 } dqw_change;
 
 /// Nothing seen yet.
@@ -23,12 +23,12 @@ void dqw_change_init(dqw_change *c);
 /// One step on: the sum gains what the deviation is beyond its band, or loses what it is within.
 ///
 /// Source   Page's cumulative sum; (E63) in docs/EQUATIONS.md
-/// Units    deviation_q8: size over band, Q8, >= 0; taken as four bands where it is more
-/// Range    limit_q8 in 1 .. 32767
+/// Units    deviation_q5: size over band, Q5, >= 0; taken as four bands where it is more
+/// Range    limit_q5 in 1 .. 255
 /// Returns  true while the sum is at its limit
 /// Cost     a few comparisons
 /// Context  ISR safe; one writer per object
-bool dqw_change_step(dqw_change *c, int32_t deviation_q8, int16_t limit_q8);
+bool dqw_change_step(dqw_change *c, int32_t deviation_q5, uint8_t limit_q5);
 
 #ifdef __cplusplus
 }

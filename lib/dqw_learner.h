@@ -72,6 +72,32 @@ float dqw_learner_forward(const dqw_learner *l, const float x[]);
 /// Context  ISR safe; one writer per object
 float dqw_learner_learn(dqw_learner *l, const float x[], float target);
 
+/// The paper's neuron and nothing else, for signals that are per unit already: predict, compare, correct. With a constant n the compiler
+/// unrolls it: docs/firmware.md has the instructions of both axes.
+///
+/// Source   (P13), (P14); (E5) in docs/EQUATIONS.md
+/// Shape    w_pu[n] read and written, x_pu[n] read only
+/// Units    per unit
+/// Range    any float; an error that is not finite, or beyond 1000 bases, teaches nothing
+/// Returns  the error before the correction
+/// Cost     6 n + 4 flops, one division
+/// Context  ISR safe; one writer per w_pu
+static inline float dqw_learner_step_pu(float w_pu[], const float x_pu[], int n, float target_pu, float step_size)
+{
+    // [LMS.1] to [LMS.3] of dqw_learner_learn, the constant input counted in the norm
+    float e_pu = target_pu;
+    float norm = 1.0f;
+    for (int i = 0; i < n; i++) {
+        e_pu -= w_pu[i] * x_pu[i];
+        norm += x_pu[i] * x_pu[i];
+    }
+    if (e_pu < 1e3f && e_pu > -1e3f) {
+        const float g = step_size * e_pu / norm;
+        for (int i = 0; i < n; i++) w_pu[i] += g * x_pu[i];
+    }
+    return e_pu;
+}
+
 /// The weight of input i in the target's unit per the input's unit.
 ///
 /// Source   (P15); (E7) in docs/EQUATIONS.md

@@ -8,20 +8,17 @@
 #define NAMING_TICKS 24
 #define REST_TICKS 60
 // Bands times looks that the sum must gather.
-#define LIMIT_Q8 (5 * DQW_CHANGE_BAND_Q8)
+#define LIMIT_Q5 (5 * DQW_CHANGE_BAND_Q5)
 // No band is narrower than this many deviations.
 #define DEVIATIONS 5.0f
 #define ORDINAL_BLOCKS 500u
 #define RANDOM_LIMIT 2000u
-#define RANDOM_STEP 0.5f
-#define RANDOM_TOLERANCE 0.1f
 #define THRESHOLD_PPM 50000u
 // A parameter is known well enough to be watched.
 #define SERVICE_SD 0.1f
 #define DRIFT 0.01f
-// Residual: a mean over about 64 blocks, that may be three times the healthy one, or 0.6 % of the base.
+// Residual: a mean over about 64 blocks, that counts as at least 0.2 % of the base.
 #define RESIDUAL_PART (1.0f / 64.0f)
-#define RESIDUAL_BAND 3.0f
 #define RESIDUAL_FLOOR_PU2 4e-6f
 // Slack on rates and rises of temperature.
 #define SLACK 1.3f
@@ -32,9 +29,30 @@
 #define LOAD_BLOCKS 100.0f
 #define SLOWEST_PU 0.1f
 
+static const float BAND[DQW_WATCH_CHANNELS] = {0.04f, 0.04f, 0.04f, 0.012f, 0.005f, 0.02f, 0.01f, 0.03f, 0.03f, 0.001f, 0.05f, 110.0f, 3.0f};
+#define ALPHA_PER_K 0.0039f
+#define BETA_PER_K 0.001f
+#define HEATING_K_S 1.0f
+
 static float or_else(float configured, float otherwise)
 {
     return configured > 0.0f ? configured : otherwise;
+}
+
+// The tracker was given the first part of it.
+const dqw_monitor_config *dqw_monitor_config_of(const dqw_monitor *m)
+{
+    return (const dqw_monitor_config *)(const void *)m->tracker.config;
+}
+
+static float band(const dqw_monitor *m, int channel)
+{
+    return or_else(dqw_monitor_config_of(m)->band[channel], BAND[channel]);
+}
+
+static float alpha_of(const dqw_monitor *m)
+{
+    return or_else(dqw_monitor_config_of(m)->alpha_per_K, ALPHA_PER_K);
 }
 
 static bool zero_or_positive(float x)
@@ -44,28 +62,19 @@ static bool zero_or_positive(float x)
 
 enum dqw_status dqw_monitor_init(dqw_monitor *m, const dqw_monitor_config *config, dqw_monitor_random *lent)
 {
-    if (m == NULL || config == NULL) return DQW_ERR_NULL;
+    if (m == NULL || config == NULL || (lent != NULL && lent->learn == NULL)) return DQW_ERR_NULL;
     const dqw_monitor_config *c = config;
-    const float may[] = {c->band_R,       c->band_L,          c->band_psi,           c->band_dead_time_V,    c->band_angle_rad, c->band_offset_A, c->band_unlike,
-                         c->band_short,   c->band_friction_Nm, c->temperature_limit_K, c->alpha_per_K,         c->beta_per_K,     c->heating_K_s,   c->J_kgm2};
-    for (unsigned i = 0; i < sizeof may / sizeof may[0]; i++)
-        if (!zero_or_positive(may[i])) return DQW_ERR_RANGE;
-    dqw_monitor n = {.config = config, .lent = lent};
+    for (int i = 0; i < DQW_WATCH_CHANNELS; i++)
+        if (!zero_or_positive(c->band[i])) return DQW_ERR_RANGE;
+    if (!zero_or_positive(c->alpha_per_K) || !zero_or_positive(c->beta_per_K) || !zero_or_positive(c->heating_K_s) || !zero_or_positive(c->J_kgm2))
+        return DQW_ERR_RANGE;
+    dqw_monitor n = {.lent = lent};
     const enum dqw_status status = dqw_tracker_init(&n.tracker, &config->tracker);
     if (status != DQW_OK) return status;
     dqw_witness_init(&n.witness);
     for (int i = 0; i < DQW_WATCH_CHANNELS; i++) dqw_change_init(&n.change[i]);
     dqw_stage_init(&n.stage, c->threshold_ppm != 0 ? c->threshold_ppm : THRESHOLD_PPM, RANDOM_LIMIT, ORDINAL_BLOCKS);
     dqw_stage_define(&n.stage);
-    if (lent != NULL) {
-        dqw_learner_config coarse = {.inputs = DQW_TRACK_WEIGHTS, .step_size = RANDOM_STEP, .y_base = 1.0f, .indicator = true};
-        for (int i = 0; i < DQW_TRACK_WEIGHTS; i++) coarse.x_base[i] = 1.0f;
-        const uint32_t capacity = sizeof lent->reservoir / sizeof lent->reservoir[0];
-        const dqw_random_config random = {.reservoir = lent->reservoir, .capacity = capacity, .draws = capacity, .seed = 1, .tolerance = RANDOM_TOLERANCE};
-        (void)dqw_learner_init(&lent->coarse, &coarse);
-        (void)dqw_random_init(&lent->random, &random);
-        for (int i = 0; i < DQW_TRACK_WEIGHTS; i++) lent->coarse.w_pu[i] = n.tracker.w_pu[i];
-    }
     *m = n;
     return DQW_OK;
 }
@@ -108,7 +117,7 @@ static float sd(const dqw_monitor *m, int weight)
 
 static float rise_K(const dqw_monitor *m, float R_ohm)
 {
-    return (R_ohm / m->cold_R_ohm - 1.0f) / or_else(m->config->alpha_per_K, 0.0039f);
+    return (R_ohm / m->cold_R_ohm - 1.0f) / alpha_of(m);
 }
 
 static float friction_Nm(const dqw_monitor *m)
@@ -126,11 +135,11 @@ static float friction_sd_Nm(const dqw_monitor *m)
 static void watch_friction(dqw_monitor *m)
 {
     const dqw_tracker *t = &m->tracker;
-    const dqw_tracker_config *c = &m->config->tracker;
+    const dqw_tracker_config *c = &dqw_monitor_config_of(m)->tracker;
     const dqw_block b = dqw_tracker_block(t);
     const float w = b.w_m_rad_s;
     const float torque = 1.5f * (float)c->pole_pairs * b.i_q_A * (value(m, DQW_TRACK_PSI) + (value(m, DQW_TRACK_LD) - value(m, DQW_TRACK_LQ)) * b.i_d_A);
-    const float used = torque - m->config->J_kgm2 * (w - m->w_before_rad_s) / (c->dt_s * (float)t->window.half);
+    const float used = torque - dqw_monitor_config_of(m)->J_kgm2 * (w - m->w_before_rad_s) / (c->dt_s * (float)t->window.half);
     m->w_before_rad_s = w;
     if (!isfinite(used) || !(fabsf(w) > SLOWEST_PU * c->w_base_rad_s)) return;
     float *mean = w > 0.0f ? &m->forward_Nm : &m->backward_Nm;
@@ -164,38 +173,40 @@ static float limited(float x, float bound)
 // Copper and magnet may warm and cool: healthy R and flux follow, no faster than heat can, and the flux no further than the winding's heat explains.
 static void follow_temperature(dqw_monitor *m)
 {
-    const dqw_monitor_config *c = m->config;
+    const dqw_monitor_config *c = dqw_monitor_config_of(m);
     const float dt = (float)TICK_BLOCKS * c->tracker.dt_s * (float)m->tracker.window.half;
-    const float kelvin = SLACK * or_else(c->heating_K_s, 1.0f) * dt;
-    const float alpha = or_else(c->alpha_per_K, 0.0039f);
-    const float beta = or_else(c->beta_per_K, 0.001f);
+    const float kelvin = SLACK * or_else(c->heating_K_s, HEATING_K_S) * dt;
+    const float alpha = alpha_of(m);
+    const float beta = or_else(c->beta_per_K, BETA_PER_K);
     m->healthy[DQW_TRACK_R] += limited(value(m, DQW_TRACK_R) - m->healthy[DQW_TRACK_R], alpha * kelvin * m->cold_R_ohm);
     m->healthy[DQW_TRACK_PSI] += limited(value(m, DQW_TRACK_PSI) - m->healthy[DQW_TRACK_PSI], beta * kelvin * m->cold_psi_Wb);
     const float rise = rise_K(m, m->healthy[DQW_TRACK_R]);
     m->hottest_K -= 0.02f * kelvin;
     if (rise > m->hottest_K) m->hottest_K = rise;
-    const float coldest = m->cold_psi_Wb * (1.0f - SLACK * beta * fmaxf(m->hottest_K, 0.0f) - 0.5f * or_else(c->band_psi, 0.012f));
+    const float coldest = m->cold_psi_Wb * (1.0f - SLACK * beta * fmaxf(m->hottest_K, 0.0f) - 0.5f * band(m, DQW_WATCH_PSI));
     if (m->healthy[DQW_TRACK_PSI] < coldest) m->healthy[DQW_TRACK_PSI] = coldest;
 }
 
+// A channel's band in its own unit.
 static float band_of(const dqw_monitor *m, int channel)
 {
-    const dqw_monitor_config *c = m->config;
-    const float R = m->healthy[DQW_TRACK_R];
-    switch (channel) {
-    case DQW_WATCH_R: return or_else(c->band_R, 0.04f) * R;
-    case DQW_WATCH_LD:
-    case DQW_WATCH_LQ: return or_else(c->band_L, 0.04f) * m->healthy[channel];
-    case DQW_WATCH_PSI: return or_else(c->band_psi, 0.012f) * m->healthy[DQW_TRACK_PSI];
-    case DQW_WATCH_DEAD_TIME: return or_else(c->band_dead_time_V, 0.005f * c->tracker.v_base_V);
-    case DQW_WATCH_ANGLE: return or_else(c->band_angle_rad, 0.02f) * m->healthy[DQW_TRACK_PSI];
-    case DQW_WATCH_OFFSET: return or_else(c->band_offset_A, 0.01f * c->tracker.i_base_A);
-    case DQW_WATCH_RESISTANCE: return or_else(c->band_unlike, 0.03f) * R * (1.0f / 3.0f);
-    case DQW_WATCH_REACTANCE: return or_else(c->band_unlike, 0.03f) * (m->healthy[DQW_TRACK_LD] + m->healthy[DQW_TRACK_LQ]) * (1.0f / 6.0f);
-    case DQW_WATCH_SHORT: return or_else(c->band_short, 0.001f) / R;
-    default:
-        return or_else(c->band_friction_Nm, 0.05f * 1.5f * (float)c->tracker.pole_pairs * m->healthy[DQW_TRACK_PSI] * c->tracker.i_base_A);
-    }
+    const dqw_tracker_config *c = &dqw_monitor_config_of(m)->tracker;
+    const float *h = m->healthy;
+    const float L3 = (h[DQW_TRACK_LD] + h[DQW_TRACK_LQ]) * (1.0f / 6.0f);
+    const float unit[DQW_WATCH_TEMPERATURE] = {
+        h[DQW_TRACK_R],
+        h[DQW_TRACK_LD],
+        h[DQW_TRACK_LQ],
+        h[DQW_TRACK_PSI],
+        c->v_base_V,
+        h[DQW_TRACK_PSI],
+        c->i_base_A,
+        h[DQW_TRACK_R] * (1.0f / 3.0f),
+        L3,
+        1.0f / h[DQW_TRACK_R],
+        1.5f * (float)c->pole_pairs * h[DQW_TRACK_PSI] * c->i_base_A,
+    };
+    return band(m, channel) * unit[channel];
 }
 
 // Value, its change from the healthy one, and its deviation, of a channel up to friction.
@@ -219,25 +230,25 @@ static void read_channel(const dqw_monitor *m, int channel, float *now, float *c
     }
 }
 
-// Size of a channel's change over its band, Q8; 0 where it is not known.
-static int32_t deviation_q8(const dqw_monitor *m, int channel)
+// Size of a channel's change over its band, Q5; 0 where it is not known.
+static int32_t deviation_q5(const dqw_monitor *m, int channel)
 {
     float ratio;
     if (channel == DQW_WATCH_TEMPERATURE) {
-        ratio = (rise_K(m, value(m, DQW_TRACK_R)) - or_else(m->config->temperature_limit_K, 110.0f)) / TEMPERATURE_BAND_K + 1.0f;
+        ratio = (rise_K(m, value(m, DQW_TRACK_R)) - band(m, DQW_WATCH_TEMPERATURE)) / TEMPERATURE_BAND_K + 1.0f;
     } else if (channel == DQW_WATCH_RESIDUAL) {
-        ratio = sqrtf(m->residual_pu2 / m->healthy_residual_pu2) / RESIDUAL_BAND;
+        ratio = sqrtf(m->residual_pu2 / m->healthy_residual_pu2) / band(m, DQW_WATCH_RESIDUAL);
     } else {
         if (channel == DQW_WATCH_FRICTION && !m->friction_known) return 0;
         float now;
         float change;
         float deviation;
         read_channel(m, channel, &now, &change, &deviation);
-        const float band = band_of(m, channel);
-        ratio = fabsf(change) / (band > DEVIATIONS * deviation ? band : DEVIATIONS * deviation);
+        const float width = band_of(m, channel);
+        ratio = fabsf(change) / (width > DEVIATIONS * deviation ? width : DEVIATIONS * deviation);
     }
     // NaN and infinity over infinity count as nothing.
-    return ratio > 0.0f ? (int32_t)((ratio < 100.0f ? ratio : 100.0f) * (float)DQW_CHANGE_BAND_Q8) : 0;
+    return ratio > 0.0f ? (int32_t)((ratio < 100.0f ? ratio : 100.0f) * (float)DQW_CHANGE_BAND_Q5) : 0;
 }
 
 static dqw_fault_verdict name_it(const dqw_monitor *m)
@@ -250,8 +261,8 @@ static dqw_fault_verdict name_it(const dqw_monitor *m)
         float deviation;
         read_channel(m, channel, &now, &off, &deviation);
         // A change of a third of a band is none; what is not known counts for nothing.
-        const float band = band_of(m, channel) * (1.0f / 3.0f);
-        const float least = isfinite(deviation) ? sqrtf(deviation * deviation + band * band) : 1e6f * band;
+        const float third = band_of(m, channel) * (1.0f / 3.0f);
+        const float least = isfinite(deviation) ? sqrtf(deviation * deviation + third * third) : 1e6f * third;
         if (channel < DQW_TRACK_WEIGHTS) {
             const float scale = channel == DQW_WATCH_ANGLE ? m->healthy[DQW_TRACK_PSI] : channel == DQW_WATCH_DEAD_TIME ? 1.0f : m->healthy[channel];
             change[channel] = off / scale;
@@ -274,8 +285,8 @@ static void tell(dqw_monitor *m, dqw_monitor_event *event)
     int worst = 0;
     int32_t most = -1;
     for (int i = 0; i < DQW_WATCH_CHANNELS; i++)
-        if ((m->alarms >> i & 1u) != 0 && deviation_q8(m, i) > most) {
-            most = deviation_q8(m, i);
+        if ((m->alarms >> i & 1u) != 0 && deviation_q5(m, i) > most) {
+            most = deviation_q5(m, i);
             worst = i;
         }
     float change = 0.0f;
@@ -286,11 +297,11 @@ static void tell(dqw_monitor *m, dqw_monitor_event *event)
     event->fault = sure;
     if (worst == DQW_WATCH_TEMPERATURE) {
         event->value = rise_K(m, value(m, DQW_TRACK_R));
-        event->sd = sd(m, DQW_TRACK_R) / (m->cold_R_ohm * or_else(m->config->alpha_per_K, 0.0039f));
+        event->sd = sd(m, DQW_TRACK_R) / (m->cold_R_ohm * alpha_of(m));
         event->fault.name = DQW_FAULT_OVER_TEMPERATURE;
         m->too_hot = true;
     } else if (worst == DQW_WATCH_RESIDUAL) {
-        event->value = sqrtf(m->residual_pu2) * m->config->tracker.v_base_V;
+        event->value = sqrtf(m->residual_pu2) * dqw_monitor_config_of(m)->tracker.v_base_V;
         event->sd = 0.0f;
         event->fault = name_it(m);
     } else {
@@ -305,7 +316,7 @@ static void tell(dqw_monitor *m, dqw_monitor_event *event)
 static bool look(dqw_monitor *m, dqw_monitor_event *event)
 {
     const bool enough = m->forward >= FRICTION_BLOCKS && m->backward >= FRICTION_BLOCKS;
-    if (!m->friction_known && enough && m->config->J_kgm2 > 0.0f) {
+    if (!m->friction_known && enough && dqw_monitor_config_of(m)->J_kgm2 > 0.0f) {
         m->friction_known = true;
         m->healthy_friction_Nm = friction_Nm(m);
     }
@@ -314,11 +325,11 @@ static bool look(dqw_monitor *m, dqw_monitor_event *event)
         adopt(m);
         return false;
     }
-    if (m->too_hot && rise_K(m, value(m, DQW_TRACK_R)) < or_else(m->config->temperature_limit_K, 110.0f) - 2.0f * TEMPERATURE_BAND_K) m->too_hot = false;
+    if (m->too_hot && rise_K(m, value(m, DQW_TRACK_R)) < band(m, DQW_WATCH_TEMPERATURE) - 2.0f * TEMPERATURE_BAND_K) m->too_hot = false;
     if (m->alarms == 0) follow_temperature(m);
     for (int i = 0; i < DQW_WATCH_CHANNELS; i++) {
         if (i == DQW_WATCH_TEMPERATURE && m->too_hot) continue;
-        if (!dqw_change_step(&m->change[i], deviation_q8(m, i), LIMIT_Q8)) continue;
+        if (!dqw_change_step(&m->change[i], deviation_q5(m, i), LIMIT_Q5)) continue;
         if (m->alarms == 0) {
             m->wait = NAMING_TICKS;
             m->since = m->tracker.halves - (uint32_t)m->change[i].above * TICK_BLOCKS;
@@ -337,9 +348,9 @@ static bool look(dqw_monitor *m, dqw_monitor_event *event)
 
 static void enter_service(dqw_monitor *m)
 {
-    const dqw_tracker_config *c = &m->config->tracker;
-    m->cold_R_ohm = m->config->commissioned ? c->R_ohm : value(m, DQW_TRACK_R);
-    m->cold_psi_Wb = m->config->commissioned ? c->psi_Wb : value(m, DQW_TRACK_PSI);
+    const dqw_tracker_config *c = &dqw_monitor_config_of(m)->tracker;
+    m->cold_R_ohm = dqw_monitor_config_of(m)->commissioned ? c->R_ohm : value(m, DQW_TRACK_R);
+    m->cold_psi_Wb = dqw_monitor_config_of(m)->commissioned ? c->psi_Wb : value(m, DQW_TRACK_PSI);
     m->hottest_K = 0.0f;
     m->rest = REST_TICKS;
     adopt(m);
@@ -355,11 +366,8 @@ static bool known(const dqw_monitor *m)
 // Fig. 1: which stage, after a block.
 static void stage(dqw_monitor *m)
 {
-    bool converged = true;
-    if (m->lent != NULL && m->stage.name == DQW_STAGE_RANDOM) {
-        (void)dqw_random_epoch(&m->lent->random, &m->lent->coarse);
-        converged = m->lent->random.converged;
-    }
+    const bool random = m->lent != NULL && m->stage.name == DQW_STAGE_RANDOM;
+    const bool converged = !random || m->lent->learn(m->lent, &m->tracker);
     if (m->stage.name == DQW_STAGE_ORDINAL && !known(m)) return;
     const dqw_stage_input in = {
         .random_converged = converged,
@@ -377,7 +385,7 @@ bool dqw_monitor_background(dqw_monitor *m, dqw_monitor_event *event)
     const float *e = m->tracker.e_pu;
     m->residual_pu2 += (e[0] * e[0] + e[1] * e[1] - m->residual_pu2) * RESIDUAL_PART;
     (void)dqw_witness_learn(&m->witness, &m->tracker);
-    if (m->config->J_kgm2 > 0.0f) watch_friction(m);
+    if (dqw_monitor_config_of(m)->J_kgm2 > 0.0f) watch_friction(m);
 
     // [MON.2] the stage
     stage(m);

@@ -35,32 +35,35 @@ enum dqw_monitor_channel {
     DQW_WATCH_CHANNELS
 };
 
-/// Memory that stage 2 borrows: free for other use once dqw_monitor_stage() says DQW_STAGE_ORDINAL or later.
+/// Memory that stage 2 borrows: free for other use once dqw_monitor_stage() says DQW_STAGE_ORDINAL or later. A firmware that lends none
+/// carries no code for it.
 typedef struct dqw_monitor_random {
+    bool (*learn)(struct dqw_monitor_random *lent, const dqw_tracker *t);
     dqw_random random;
     dqw_learner coarse;
     dqw_random_sample reservoir[50];
 } dqw_monitor_random;
 
-/// All zero is refused. Constant: it may stay in flash. Bands: a change by less is healthy; 0 takes the value in brackets.
+/// Make stage 2's memory ready to be lent: 50 rows, as the paper's 50 samples.
+///
+/// Source   section 4.2 of the paper; (E8) in docs/EQUATIONS.md
+/// Context  before dqw_monitor_init and dqw_monitor_define
+void dqw_monitor_random_init(dqw_monitor_random *lent);
+
+/// All zero is refused. Constant: it may stay in flash. 0 takes the value in brackets.
 typedef struct dqw_monitor_config {
-    dqw_tracker_config tracker;  ///< nominal values, in cold state. drift_per_sqrt_s of 0 is taken as 0.01; noise_on_inputs as true
-    float band_R;                ///< part of the healthy value [0.04]
-    float band_L;                ///< [0.04]
-    float band_psi;              ///< [0.012]
-    float band_dead_time_V;      ///< [0.005 voltage bases]
-    float band_angle_rad;        ///< [0.02]
-    float band_offset_A;         ///< [0.01 current bases]
-    float band_unlike;           ///< one phase's resistance or sensor against the others, as part of itself [0.03]
-    float band_short;            ///< shorted turns' conductance times R [0.001]
-    float band_friction_Nm;      ///< [0.05 of the torque at the current base]
-    float temperature_limit_K;   ///< winding above cold at which it is too hot [110]
-    float alpha_per_K;           ///< of the winding's resistance [0.0039]
-    float beta_per_K;            ///< of the magnet's flux, as a positive fall [0.001]
-    float heating_K_s;           ///< the fastest healthy heating or cooling [1]
-    float J_kgm2;                ///< inertia; 0: friction is not watched
-    bool commissioned;           ///< the tracker's nominal values were measured on this machine, cold: temperatures count from them
-    uint32_t threshold_ppm;      ///< residual over the voltage base that stage 3 must reach; 0: 50000 (5 %)
+    dqw_tracker_config tracker;  ///< nominal values. Give it a drift_per_sqrt_s, 0.01 is a good start, or it follows nothing
+    /// A change by less is healthy. Of R, L_d, L_q, flux [0.04, 0.04, 0.04, 0.012] as part of the healthy value; dead time [0.005] as part of
+    /// the voltage base; angle [0.02] rad; offset [0.01] as part of the current base; resistance and reactance of one phase against the others
+    /// [0.03, 0.03]; shorted turns' conductance times R [0.001]; friction [0.05] as part of the torque at the current base; winding above
+    /// cold [110] K; residual against the healthy one [3]
+    float band[DQW_WATCH_CHANNELS];
+    float alpha_per_K;       ///< of the winding's resistance [0.0039]
+    float beta_per_K;        ///< of the magnet's flux, as a positive fall [0.001]
+    float heating_K_s;       ///< the fastest healthy heating or cooling [1]
+    float J_kgm2;            ///< inertia; 0: friction is not watched
+    uint32_t threshold_ppm;  ///< residual over the voltage base that stage 3 must reach [50000: 5 %]
+    bool commissioned;       ///< the tracker's nominal values were measured on this machine, cold: temperatures count from them
 } dqw_monitor_config;
 
 /// One event.
@@ -73,8 +76,7 @@ typedef struct dqw_monitor_event {
 } dqw_monitor_event;
 
 typedef struct dqw_monitor {
-    const dqw_monitor_config *config;
-    dqw_tracker tracker;
+    dqw_tracker tracker;  ///< its configuration is the first part of the monitor's
     dqw_witness witness;
     dqw_stage stage;
     dqw_monitor_random *lent;
@@ -92,7 +94,7 @@ typedef struct dqw_monitor {
     bool friction_known, too_hot;
 } dqw_monitor;
 
-/// Make a monitor. `lent` may be NULL: the nominal values then stand for stage 2's result.
+/// Make a monitor. `lent` from dqw_monitor_random_init, or NULL: the nominal values then stand for stage 2's result.
 ///
 /// Source   Fig. 1; (E21), (E60) to (E65) in docs/EQUATIONS.md
 /// Returns  DQW_OK; DQW_ERR_NULL, DQW_ERR_SIZE or DQW_ERR_RANGE, and then *m is untouched
@@ -113,6 +115,9 @@ uint32_t dqw_monitor_sample(dqw_monitor *m, const dqw_sample *s, bool saturated)
 /// Cost     docs/firmware.md. Must run at least every half_window periods
 /// Context  background; dqw_monitor_sample may interrupt it
 bool dqw_monitor_background(dqw_monitor *m, dqw_monitor_event *event);
+
+/// The configuration in use.
+const dqw_monitor_config *dqw_monitor_config_of(const dqw_monitor *m);
 
 /// Where Fig. 1 is; and stage 1 again after a way back: with what the domain knowledge had lacked, all learned anew.
 enum dqw_stage_name dqw_monitor_stage(const dqw_monitor *m);

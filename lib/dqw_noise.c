@@ -20,10 +20,10 @@ static void shift(float e[3], float now)
     e[0] = now;
 }
 
-void dqw_noise_step(dqw_noise *n, float e_d_A, float e_q_A, float w_m_rad_s)
+void dqw_noise_step(dqw_noise *n, float e_d_A, float e_q_A, float w_step_rad_s)
 {
     if (n->held >= PAST) {
-        const float bend = w_m_rad_s - 2.0f * n->w_rad_s[0] + n->w_rad_s[1];
+        const float bend = w_step_rad_s - n->w_step_rad_s;
         if (n->rows < DQW_NOISE_MEMORY) n->rows++;
         const float part = 1.0f / (float)n->rows;
         n->i_d_A2 += (-0.5f * (e_d_A - n->e_d_A[2]) * (n->e_d_A[0] - n->e_d_A[1]) - n->i_d_A2) * part;
@@ -34,6 +34,5 @@ void dqw_noise_step(dqw_noise *n, float e_d_A, float e_q_A, float w_m_rad_s)
     }
     shift(n->e_d_A, e_d_A);
     shift(n->e_q_A, e_q_A);
-    n->w_rad_s[1] = n->w_rad_s[0];
-    n->w_rad_s[0] = w_m_rad_s;
+    n->w_step_rad_s = w_step_rad_s;
 }

@@ -14,7 +14,7 @@ extern "C" {
 typedef struct dqw_noise {
     float i_d_A2, i_q_A2, w_rad2_s2;  ///< variances; they may come out slightly negative, read them through dqw_noise_variance()
     float e_d_A[3], e_q_A[3];         ///< the last rows' current steps less what the voltage made
-    float w_rad_s[2];
+    float w_step_rad_s;
     uint16_t rows;
     uint8_t held;
 } dqw_noise;
@@ -25,14 +25,14 @@ void dqw_noise_init(dqw_noise *n);
 /// Time has jumped: the next row does not follow the last one. Variances stay.
 void dqw_noise_gap(dqw_noise *n);
 
-/// One consecutive pair: the step of each current less T/L times its voltage, and the speed at its end.
+/// One consecutive pair: the step of each current less T/L times its voltage, and the step of the speed.
 ///
 /// Source   (E60) in docs/EQUATIONS.md: E (e_k - e_k-3)(e_k-1 - e_k-2) = -2 var(i), whatever is slow, and whatever the voltage's noise
 /// Units    SI
 /// Range    finite
 /// Cost     20 flops, one division
 /// Context  ISR safe; one writer per object
-void dqw_noise_step(dqw_noise *n, float e_d_A, float e_q_A, float w_m_rad_s);
+void dqw_noise_step(dqw_noise *n, float e_d_A, float e_q_A, float w_step_rad_s);
 
 /// A variance as read: never negative.
 static inline float dqw_noise_variance(float mean)

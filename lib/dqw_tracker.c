@@ -174,7 +174,7 @@ static void gather(dqw_tracker *t, const dqw_sample *s, float dead_d, float dead
     // Steps less what the voltage made of them; a step per volt is the time over L.
     const dqw_tracker_config *c = t->config;
     const float time = c->dt_s * c->i_base_A * c->w_base_rad_s * (float)c->pole_pairs / c->v_base_V;
-    dqw_noise_step(&t->noise, step_d_A - time / t->w_pu[DQW_TRACK_LD] * t->v_d_V, step_q_A - time / t->w_pu[DQW_TRACK_LQ] * t->v_q_V, s->w_m_rad_s);
+    dqw_noise_step(&t->noise, step_d_A - time / t->w_pu[DQW_TRACK_LD] * t->v_d_V, step_q_A - time / t->w_pu[DQW_TRACK_LQ] * t->v_q_V, s->w_m_rad_s - t->w_m_rad_s);
 }
 
 static uint32_t end_half(dqw_tracker *t, float theta_rad)

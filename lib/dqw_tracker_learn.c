@@ -19,7 +19,7 @@
 #define RATIO_MAX 1e4f
 #define BLOCK_MAX_PU 1e5f
 // Rows that only measure the noise and its share.
-#define WARM_UP 1000u
+#define WARM_UP 2000u
 // An input whose power is not three times its noise teaches nothing; even at the end of the warm-up, noise alone would need ten deviations.
 #define NOISE_MARGIN 3.0f
 #define EXCESS_PART (1.0f / 256.0f)
@@ -120,37 +120,26 @@ void dqw_tracker_rows(const dqw_tracker *t, float x_d[], float x_q[], float y[])
     y[Q] = b.v_q_V / t->config->v_base_V;
 }
 
-// Variances of the noise of a block's inputs, per unit, and the covariances that do not vanish. (E60)
+// Variances of the noise of a block's inputs, per unit, and the covariances of dead time's with R's. (E60)
 typedef struct input_noise {
-    float d[N], q[N];
-    float lq_psi_q;  // d row
-    float ld_psi;    // q row
-    float dead_in_R[2], R_in_dead[2], dead_L[2];
+    float var[2][N];
+    float dead_in_R[2], R_in_dead[2];
 } input_noise;
 
-// Noise of dead time's input, A per unit of its mean slope: where what is left of the current's noise is wide, that of a step; where
-// narrow, tanh's own; and all of it where the currents stay within the width.
-static float dead_noise(const dqw_tracker *t, float var_i, float sd_left)
+static void noise_of_dead_time(const dqw_tracker *t, int axis, float var_i, float mean, const float s[], input_noise *n)
 {
-    return var_i * fmaxf(t->dead_slope_inv_A, 0.53f / (sd_left + 1.2f * t->config->dead_time_width_A));
+    const float width = t->config->dead_time_width_A;
+    const float g = mean * t->dead_slope_inv_A * s[DQW_TRACK_DEAD_TIME];
+    const float left = var_i * t->follow / (2.0f - t->follow);
+    const float sd = sqrtf(left);
+    // Where what is left of the current's noise is wide, that of a step; where narrow, tanh's own; and all of it where the currents stay
+    // within the width. In the resistance's equation a wide noise also smooths the step, which takes half.
+    n->var[axis][DQW_TRACK_DEAD_TIME] = g * var_i * fmaxf(t->dead_slope_inv_A, 0.53f / (sd + 1.2f * width)) * s[DQW_TRACK_DEAD_TIME];
+    n->R_in_dead[axis] = g * s[DQW_TRACK_R] * var_i;
+    n->dead_in_R[axis] = g * s[DQW_TRACK_R] * (var_i - 0.5f * left * sd / (sd + width));
 }
 
-static void noise_of_dead_time(const dqw_tracker *t, const float var[2], float mean, float slope, const float s[], input_noise *n)
-{
-    const float g = mean * t->dead_slope_inv_A;
-    const float with_R = g * s[DQW_TRACK_R] * s[DQW_TRACK_DEAD_TIME];
-    for (int axis = 0; axis < 2; axis++) {
-        const float left = var[axis] * t->follow / (2.0f - t->follow);
-        const float sd = sqrtf(left);
-        // In the resistance's equation a wide noise also smooths the step, which takes half of it.
-        n->dead_in_R[axis] = with_R * (var[axis] - 0.5f * left * sd / (sd + t->config->dead_time_width_A));
-        n->R_in_dead[axis] = with_R * var[axis];
-        n->dead_L[axis] = late(t) * slope * var[axis] * s[axis == D ? DQW_TRACK_LD : DQW_TRACK_LQ] * s[DQW_TRACK_DEAD_TIME];
-        (axis == D ? n->d : n->q)[DQW_TRACK_DEAD_TIME] = g * dead_noise(t, var[axis], sd) * s[DQW_TRACK_DEAD_TIME] * s[DQW_TRACK_DEAD_TIME];
-    }
-}
-
-static input_noise noise_of(const dqw_tracker *t, const dqw_block *b)
+static void noise_of(const dqw_tracker *t, const dqw_block *b, input_noise *n)
 {
     const dqw_tracker_config *c = t->config;
     const float h = (float)t->window.half;
@@ -158,46 +147,44 @@ static input_noise noise_of(const dqw_tracker *t, const dqw_block *b)
     const float sum = h * (h + 1.0f);
     const float mean = (h * (4.0f * h * h - 1.0f) / 6.0f + h * h) / (sum * sum);
     const float slope = 2.0f * h / (c->dt_s * c->dt_s * sum * sum);
-    const float var[2] = {dqw_noise_variance(t->noise.i_d_A2), dqw_noise_variance(t->noise.i_q_A2)};
-    const float var_w = dqw_noise_variance(t->noise.w_rad2_s2);
-    const float w2 = b->w_m_rad_s * b->w_m_rad_s;
-    const float turn = mean * p * p * var_w;
-    const float to_pu = 1.0f / c->v_base_V;
+    const float var_i[2] = {dqw_noise_variance(t->noise.i_d_A2), dqw_noise_variance(t->noise.i_q_A2)};
+    const float i[2] = {b->i_d_A, b->i_q_A};
+    const float turn = mean * p * p;
+    const float flux = turn * dqw_noise_variance(t->noise.w_rad2_s2);
     float s[N];
-    for (int i = 0; i < N; i++) s[i] = dqw_tracker_unit(c, (enum dqw_tracker_weight)i) * to_pu;
-    input_noise n = {
-        .d = {mean * var[D], slope * var[D], mean * p * p * (w2 * var[Q] + var_w * (b->i_q_A * b->i_q_A + var[Q])), 0.0f, 0.0f, c->angle ? turn : 0.0f},
-        .q = {mean * var[Q], mean * p * p * (w2 * var[D] + var_w * (b->i_d_A * b->i_d_A + var[D])), slope * var[Q], turn, 0.0f, 0.0f},
-        .lq_psi_q = c->angle ? -turn * b->i_q_A * s[DQW_TRACK_LQ] * s[DQW_TRACK_PSI_Q] : 0.0f,
-        .ld_psi = turn * b->i_d_A * s[DQW_TRACK_LD] * s[DQW_TRACK_PSI],
-    };
-    for (int i = 0; i < N; i++) {
-        n.d[i] *= s[i] * s[i];
-        n.q[i] *= s[i] * s[i];
+    for (int k = 0; k < N; k++) s[k] = dqw_tracker_unit(c, (enum dqw_tracker_weight)k) / c->v_base_V;
+    for (int axis = 0; axis < 2; axis++) {
+        float *var = n->var[axis];
+        const int other = 1 - axis;
+        var[DQW_TRACK_R] = mean * var_i[axis];
+        var[DQW_TRACK_LD + axis] = slope * var_i[axis];
+        var[DQW_TRACK_LQ - axis] = turn * b->w_m_rad_s * b->w_m_rad_s * var_i[other] + flux * (i[other] * i[other] + var_i[other]);
+        var[DQW_TRACK_PSI] = axis == Q ? flux : 0.0f;
+        var[DQW_TRACK_PSI_Q] = axis == D && c->angle ? flux : 0.0f;
+        var[DQW_TRACK_DEAD_TIME] = 0.0f;
+        for (int k = 0; k < N; k++) var[k] *= s[k] * s[k];
+        n->dead_in_R[axis] = n->R_in_dead[axis] = 0.0f;
+        if (c->dead_time_width_A > 0.0f) noise_of_dead_time(t, axis, var_i[axis], mean, s, n);
     }
-    if (c->dead_time_width_A > 0.0f) noise_of_dead_time(t, var, mean, slope, s, &n);
-    return n;
 }
 
 // Noise of the inputs turns the gradient by C w: put back. Not where it is much of what was learned, there it could run away. (E60)
-static void take_noise_out(dqw_tracker *t, const input_noise *n, const float ratio[2], uint32_t mask_d, uint32_t mask_q)
+static void take_noise_out(dqw_tracker *t, const input_noise *n, const float ratio[2], const uint32_t mask[2])
 {
-    const float *w = t->w_pu;
-    const float dead = w[DQW_TRACK_DEAD_TIME];
-    const float by[2] = {1.0f / ratio[D], 1.0f / ratio[Q]};
-    float z[N];
-    for (int i = 0; i < N; i++) {
-        const float noise = ((mask_d >> i & 1u) != 0 ? n->d[i] * by[D] : 0.0f) + ((mask_q >> i & 1u) != 0 ? n->q[i] * by[Q] : 0.0f);
-        if (noise * dqw_gain_covariance(&t->gain, i, i) > NOISE_PART_MAX) return;
-        z[i] = noise * w[i];
+    float z[N] = {0};
+    for (int axis = 0; axis < 2; axis++) {
+        const float by = 1.0f / ratio[axis];
+        for (int i = 0; i < N; i++)
+            if ((mask[axis] >> i & 1u) != 0) z[i] += n->var[axis][i] * by;
     }
-    z[DQW_TRACK_R] += dead * (n->dead_in_R[D] * by[D] + n->dead_in_R[Q] * by[Q]);
-    z[DQW_TRACK_LD] += n->ld_psi * by[Q] * w[DQW_TRACK_PSI] + n->dead_L[D] * by[D] * dead;
-    z[DQW_TRACK_LQ] += n->lq_psi_q * by[D] * w[DQW_TRACK_PSI_Q] + n->dead_L[Q] * by[Q] * dead;
-    z[DQW_TRACK_PSI] += n->ld_psi * by[Q] * w[DQW_TRACK_LD];
-    z[DQW_TRACK_PSI_Q] += n->lq_psi_q * by[D] * w[DQW_TRACK_LQ];
-    z[DQW_TRACK_DEAD_TIME] += (n->R_in_dead[D] * by[D] + n->R_in_dead[Q] * by[Q]) * w[DQW_TRACK_R] + n->dead_L[D] * by[D] * w[DQW_TRACK_LD] +
-                              n->dead_L[Q] * by[Q] * w[DQW_TRACK_LQ];
+    for (int i = 0; i < N; i++) {
+        if (z[i] * dqw_gain_covariance(&t->gain, i, i) > NOISE_PART_MAX) return;
+        z[i] *= t->w_pu[i];
+    }
+    for (int axis = 0; axis < 2; axis++) {
+        z[DQW_TRACK_R] += n->dead_in_R[axis] / ratio[axis] * t->w_pu[DQW_TRACK_DEAD_TIME];
+        z[DQW_TRACK_DEAD_TIME] += n->R_in_dead[axis] / ratio[axis] * t->w_pu[DQW_TRACK_R];
+    }
     float move[N];
     dqw_gain_apply(&t->gain, z, move);
     for (int i = 0; i < N; i++) t->w_pu[i] += move[i];
@@ -261,7 +248,7 @@ static void choose(dqw_tracker *t, const float x_d[], const float x_q[], const i
     const float threshold = t->config->excitation_pu > 0.0f ? t->config->excitation_pu : EXCITATION_PU;
     mask[D] = mask[Q] = 0;
     for (int i = 0; i < N; i++) {
-        const float net = x_d[i] * x_d[i] + x_q[i] * x_q[i] - NOISE_MARGIN * (n->d[i] + n->q[i]);
+        const float net = x_d[i] * x_d[i] + x_q[i] * x_q[i] - NOISE_MARGIN * (n->var[D][i] + n->var[Q][i]);
         t->excess_pu2[i] += (net - t->excess_pu2[i]) * EXCESS_PART;
         if (!(t->excess_pu2[i] > 0.0f)) continue;
         if (fabsf(x_d[i]) >= threshold) mask[D] |= 1u << i;
@@ -295,8 +282,14 @@ bool dqw_tracker_learn(dqw_tracker *t)
     float x_d[N];
     float x_q[N];
     rows_of(t, &b, x_d, x_q);
-    const input_noise noise = noise_of(t, &b);
+    input_noise noise;
+    noise_of(t, &b, &noise);
     t->pending = false;
+
+    if (c->dead_time_width_A > 0.0f) {
+        const float sd = sqrtf(0.5f * dqw_noise_variance(t->noise.i_d_A2 + t->noise.i_q_A2));
+        t->follow = c->dead_time_width_A / (c->dead_time_width_A + FOLLOW * sd);
+    }
 
     // [TRK.5] what can be learned from this block
     float size = 0.0f;
@@ -322,11 +315,7 @@ bool dqw_tracker_learn(dqw_tracker *t)
     learn_row(t, D, x_d, mask[D], b.v_d_V / c->v_base_V, ratio[D], score);
     learn_row(t, Q, x_q, mask[Q], b.v_q_V / c->v_base_V, ratio[Q], score);
     keep_scores(t, score);
-    if (c->dead_time_width_A > 0.0f) {
-        const float sd = sqrtf(0.5f * dqw_noise_variance(t->noise.i_d_A2 + t->noise.i_q_A2));
-        t->follow = c->dead_time_width_A / (c->dead_time_width_A + FOLLOW * sd);
-    }
-    if (c->noise_on_inputs) take_noise_out(t, &noise, ratio, mask[D], mask[Q]);
+    if (c->noise_on_inputs) take_noise_out(t, &noise, ratio, mask);
     if (!sound(t)) return false;
     drift(t);
     return true;
