@@ -12,6 +12,13 @@
 extern "C" {
 #endif
 
+/// Asks for a loop of a few known turns to be unrolled where a size setting would not.
+#if defined(__GNUC__) && !defined(__clang__)
+#define DQW_UNROLL _Pragma("GCC unroll 8")
+#else
+#define DQW_UNROLL
+#endif
+
 /// Most inputs that a Learner takes, the constant input not counted.
 #if DQW_EFFECT_WEIGHTS > 2
 #define DQW_LEARNER_INPUTS (4 + DQW_EFFECT_WEIGHTS)
@@ -87,12 +94,14 @@ static inline float dqw_learner_step_pu(float w_pu[], const float x_pu[], int n,
     // [LMS.1] to [LMS.3] of dqw_learner_learn, the constant input counted in the norm
     float e_pu = target_pu;
     float norm = 1.0f;
+    DQW_UNROLL
     for (int i = 0; i < n; i++) {
         e_pu -= w_pu[i] * x_pu[i];
         norm += x_pu[i] * x_pu[i];
     }
     if (e_pu < 1e3f && e_pu > -1e3f) {
         const float g = step_size * e_pu / norm;
+        DQW_UNROLL
         for (int i = 0; i < n; i++) w_pu[i] += g * x_pu[i];
     }
     return e_pu;

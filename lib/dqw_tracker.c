@@ -86,6 +86,7 @@ enum dqw_status dqw_tracker_init(dqw_tracker *t, const dqw_tracker_config *confi
         if (!positive(n.gain.d[i]) || !isfinite(dqw_tracker_unit(c, (enum dqw_tracker_weight)i))) return DQW_ERR_RANGE;
     dqw_gate_init(&n.gate, c->stale_limit);
     dqw_noise_init(&n.noise);
+    n.i_d_A = NAN;
     *t = n;
     return DQW_OK;
 }
@@ -101,7 +102,7 @@ static uint32_t admit(dqw_tracker *t, const dqw_sample *s, bool saturated)
     const dqw_tracker_config *c = t->config;
     const float v_limit = c->v_limit_V > 0.0f ? c->v_limit_V : WILD * c->v_base_V;
     const float i_limit = c->i_limit_A > 0.0f ? c->i_limit_A : WILD * c->i_base_A;
-    const bool repeated = t->has_last && s->i_d_A == t->i_d_A && s->i_q_A == t->i_q_A && s->w_m_rad_s == t->w_m_rad_s;
+    const bool repeated = s->i_d_A == t->i_d_A && s->i_q_A == t->i_q_A && s->w_m_rad_s == t->w_m_rad_s;
     const bool has_angle = !c->angle || within(s->theta_e_rad, THETA_MAX_RAD);
     const bool in_range = within(s->v_d_V, v_limit) && within(s->v_q_V, v_limit) && within(s->i_d_A, i_limit) && within(s->i_q_A, i_limit) &&
                           within(s->w_m_rad_s, WILD * c->w_base_rad_s);
@@ -147,9 +148,11 @@ static void dead_time(dqw_tracker *t, const dqw_sample *s, float *d, float *q)
     const float lost_beta = (b - c) * INV_SQRT3;
     *d = cosine * lost_alpha + sine * lost_beta;
     *q = cosine * lost_beta - sine * lost_alpha;
-    // How much of it the current's noise moves, on average: what tanh gains at this current, (1 - tanh^2)/width.
+    // How much of it the current's noise moves, on average: what tanh gains at this current, (1 - tanh^2)/width. One sample in four, and
+    // never the one that ends a block, is enough.
+    if ((t->window.at & 3u) != 1u) return;
     const float slope = k * (1.0f - (a * a + b * b + c * c) * (1.0f / 3.0f));
-    t->dead_slope_inv_A += (slope - t->dead_slope_inv_A) / (1.0f + (float)(t->noise.rows < SLOPE_ROWS ? t->noise.rows : SLOPE_ROWS));
+    t->dead_slope_inv_A += (slope - t->dead_slope_inv_A) / (1.0f + 0.25f * (float)(t->noise.rows < SLOPE_ROWS ? t->noise.rows : SLOPE_ROWS));
 }
 
 // The pair that a sample ends, as sums and steps: dqw_tracker_block() makes means and slopes of them. (E13)
@@ -214,7 +217,6 @@ uint32_t dqw_tracker_sample(dqw_tracker *t, const dqw_sample *s, bool saturated)
 
     // [TRK.3] a block for the background
     if (dqw_window_full(&t->window)) event |= end_half(t, good ? s->theta_e_rad : NAN);
-    t->has_last = true;
     t->last_good = good;
     t->v_d_V = s->v_d_V;
     t->v_q_V = s->v_q_V;
@@ -228,7 +230,9 @@ uint32_t dqw_tracker_sample(dqw_tracker *t, const dqw_sample *s, bool saturated)
 
 void dqw_tracker_gap(dqw_tracker *t)
 {
-    t->has_last = t->last_good = false;
+    // Equal to nothing.
+    t->i_d_A = NAN;
+    t->last_good = false;
     dqw_noise_gap(&t->noise);
     dqw_window_restart(&t->window);
 }

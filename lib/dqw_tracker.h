@@ -75,7 +75,7 @@ typedef struct dqw_tracker {
     uint16_t missed;                       ///< lost because the background came too late, up to 65535
     uint16_t restarts;                     ///< times that the weights left all bounds, and learning began again
     uint8_t learned;                       ///< weights of which anything was ever learned
-    bool pending, has_last, last_good;
+    bool pending, last_good;
     // The last sample, and dead time's input there.
     float v_d_V, v_q_V, i_d_A, i_q_A, w_m_rad_s;
     float dead_d, dead_q, dead_slope_inv_A;

@@ -84,8 +84,12 @@ void reset(void)
     exit(main(split(line, argv), argv));
 }
 
-// Initial stack; reset, NMI, hard fault, and the faults that could be told apart. Interrupts are never enabled.
+// A program may have an interrupt: it sets PendSV pending.
+void pendsv(void);
+__attribute__((weak)) void pendsv(void) { fault(); }
+
+// Initial stack; reset, NMI, hard fault, and the faults that could be told apart. No other interrupt is ever enabled.
 __attribute__((section(".vectors"), used)) static const struct {
     uint32_t *stack;
     void (*handler[15])(void);
-} vectors = {stack_top, {reset, fault, fault, fault, fault, fault, 0, 0, 0, 0, fault, fault, 0, fault, fault}};
+} vectors = {stack_top, {reset, fault, fault, fault, fault, fault, 0, 0, 0, 0, fault, fault, 0, pendsv, fault}};

@@ -1,0 +1,68 @@
+// The condition monitor in a motor controller: one call in the PWM interrupt, the slow part in the main loop. docs/INTEGRATION.md says
+// what each signal must be, and what to do on each event.
+#include "foc_monitor.h"
+
+#include "foc_board.h"
+
+// From the data sheet: starting points, no more. The configuration is constant, and stays in flash.
+static const dqw_monitor_config CONFIG = {
+    .tracker =
+        {
+            .dt_s = 50e-6f,
+            .v_base_V = 14.0f,
+            .i_base_A = 6.0f,
+            .w_base_rad_s = 110.0f,
+            .R_ohm = 0.6f,
+            .Ld_H = 0.9e-3f,
+            .Lq_H = 1.6e-3f,
+            .psi_Wb = 0.018f,
+            .pole_pairs = 4,
+            .dead_time_width_A = 0.05f,
+            .drift_per_sqrt_s = 0.01f,
+            .stale_limit = 10,
+            .angle = true,
+            .noise_on_inputs = true,
+        },
+    .J_kgm2 = 3e-4f,
+};
+
+static dqw_monitor monitor;
+// Only until the stage is past random learning; a product may put its fault log or another motor's there afterwards.
+static dqw_monitor_random lent;
+
+bool foc_monitor_start(void)
+{
+    dqw_monitor_random_init(&lent);
+    return dqw_monitor_init(&monitor, &CONFIG, &lent) == DQW_OK;
+}
+
+void foc_pwm_interrupt(void)
+{
+    dqw_sample now;
+    bool limited;
+    if (board_signals(&now, &limited)) (void)dqw_monitor_sample(&monitor, &now, limited);
+}
+
+void foc_background(void)
+{
+    dqw_monitor_event event;
+    if (dqw_monitor_background(&monitor, &event)) board_event(&event);
+    // The model no longer fits: trace a log of it on the host, and give the monitor what was missing. Until then it learns anew.
+    if (dqw_monitor_stage(&monitor) == DQW_STAGE_DOMAIN) {
+        dqw_monitor_random_init(&lent);
+        (void)dqw_monitor_define(&monitor, &CONFIG, &lent);
+    }
+}
+
+bool foc_parameter(enum dqw_tracker_weight which, float *value, float *sd)
+{
+    *value = dqw_tracker_value(&monitor.tracker, which);
+    *sd = dqw_tracker_sd(&monitor.tracker, which);
+    // Not learned yet, or not from this motion: the deviation says so. Do not use the value then.
+    return *value > 0.0f && *sd < 0.1f * *value;
+}
+
+bool foc_in_service(void)
+{
+    return dqw_monitor_stage(&monitor) == DQW_STAGE_IN_SERVICE;
+}
