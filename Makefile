@@ -120,6 +120,13 @@ blind:
 	@$(MAKE) --no-print-directory $(BUILD)/bench/blind
 	@$(BUILD)/bench/blind
 
+## firmware     run examples/ on a Cortex-M4F under QEMU, and write what the monitor costs there to docs/firmware.md
+.PHONY: firmware
+firmware:
+	@.ci/install build tools
+	@$(MAKE) --no-print-directory all
+	@BUILD=$(BUILD) tests/target/firmware.sh docs/firmware.md
+
 ## clean        remove what was built
 .PHONY: clean
 clean:

@@ -100,7 +100,7 @@ const std::vector<std::string>& known_parameters()
     return names;
 }
 
-static double factor_of(const Quantity& q, const std::string& parameter)
+double factor_of(const Quantity& q, const std::string& parameter)
 {
     const Unit* unit = unit_of(parameter);
     if (!unit || unit->scale == Scale::none) return 1.0;

@@ -22,6 +22,9 @@ Quantity quantity(const std::string& parameter, double value, double sd, int dig
 /// The same in the prefix that `like` got.
 Quantity quantity_like(const Quantity& like, const std::string& parameter, double value, double sd);
 
+/// By what a value in SI is multiplied to be in the unit of `q`.
+double factor_of(const Quantity& q, const std::string& parameter);
+
 /// "370.2 ± 1.9 mΩ", "(333 ± 14)·10⁻⁶ kg m²".
 std::string with_sd(const Quantity& q);
 

@@ -20,6 +20,9 @@
     return points.concat(means).sort((a, b) => a[0] - b[0]);
   }
 
+  // A value with its bounds, and a second line without.
+  const bandRows = (plot) => plot.rows.map(([x, value, low, high, ...others]) => [x, value === null ? null : [low, value, high], ...others.map((v) => (v === null ? null : [v, v, v]))]);
+
   // Bars from zero, the second series narrower and in front of the first.
   function bars(e) {
     const points = e.points;
@@ -48,6 +51,14 @@
         const left = Math.max(area.x, graph.toDomXCoord(from)), right = Math.min(area.x + area.w, graph.toDomXCoord(to));
         if (right > left) context.fillRect(left, area.y, right - left, area.h);
       }
+      context.fillStyle = colour("bad");
+      context.font = "600 12px system-ui, sans-serif";
+      for (const [at, text] of plot.marks) {
+        const x = graph.toDomXCoord(at);
+        if (x < area.x || x > area.x + area.w) continue;
+        context.fillRect(x - 0.75, area.y, 1.5, area.h);
+        context.fillText(text, x + 4, area.y + 12);
+      }
     };
   }
 
@@ -71,6 +82,7 @@
         colours.push(colour(s));
         series[s + " mean"] = { strokeWidth: 2, connectSeparatedPoints: true, highlightCircleSize: 3 };
       }
+    if (plot.kind === "band") series.healthy = { strokeWidth: 1, strokePattern: [6, 4], fillAlpha: 0 };
     if (plot.kind === "bars") for (const s of plot.series) series[s] = { plotter: bars };
     return {
       labels, colors: colours, series,
@@ -80,6 +92,7 @@
       axes: { x: Object.assign({ pixelsPerLabel: 60, axisLabelFormatter: number(7) }, plot.x.endsWith("[\u00b0]") ? { ticker: degrees } : {}), y: { pixelsPerLabel: 34, axisLabelWidth: 54, axisLabelFormatter: number(5) } },
       xRangePad: points || plot.kind === "bars" ? 8 : 0, yRangePad: plot.kind === "bars" || plot.log ? 0 : 6,
       includeZero: plot.kind === "bars", logscale: plot.log, underlayCallback: shade(plot),
+      customBars: plot.kind === "band", fillAlpha: 0.25, valueRange: plot.range,
       animatedZooms: false, rightGap: 8,
     };
   }
@@ -87,7 +100,7 @@
   function draw() {
     for (const graph of graphs) graph.destroy();
     graphs = plots.map((plot, k) => {
-      const rows = plot.kind === "points" ? mergedRows(plot) : plot.rows;
+      const rows = plot.kind === "points" ? mergedRows(plot) : plot.kind === "band" ? bandRows(plot) : plot.rows;
       return new Dygraph(places[k], rows, options(plot, places[k].parentElement.querySelector(".key")));
     });
   }

@@ -1,6 +1,7 @@
 // Does the monitor stay quiet on healthy drives? Joint and servo motor, in pieces of 5 s: load, speed and excitation drawn anew for each,
 // copper and magnet warming and cooling, steady sensor noise of 1 to 5 %. Every event is a false alarm, and is printed. Then a tracker
-// that hears noise alone. Options: --samples N (1e7), --idle N (1e8), --first DRIVE (repeats one), --quick (1e6 each).
+// that hears noise alone. Options: --samples N (1e7), --idle N (1e8), --first DRIVE (begins there), --lively (no piece is
+// steady or at rest), --quick (1e6 each).
 #include <time.h>
 
 #include "joint.h"
@@ -30,6 +31,8 @@ typedef struct {
     double noise, heating_K_s, hottest_K, cools_at_s, start_K;
     double sd[5];  // of the noise on v_d, v_q, i_d, i_q, w_m
     double copper_K, magnet_K;
+    const char *asked, *before;  // what this piece and the last one asks
+    bool lively;                 // never steady
     uint64_t random;
 } drive;
 
@@ -94,7 +97,7 @@ static void measure_noise(drive *d)
 
 static drive drive_of(int number)
 {
-    drive d = {.number = number, .machine = &MACHINE[number % MACHINES], .random = 1000003u * (uint64_t)number + 7u};
+    drive d = {.number = number, .machine = &MACHINE[number % MACHINES], .asked = "start", .random = 1000003u * (uint64_t)number + 7u};
     d.noise = between(&d.random, 0.01, 0.05);
     d.heating_K_s = between(&d.random, 0.3, 1);
     d.hottest_K = between(&d.random, 40, 100);
@@ -113,11 +116,13 @@ static void warm(drive *d, double t_s)
     d->magnet_K += (d->copper_K - d->magnet_K) * (1 - exp(-PIECE_S / MAGNET_S));
 }
 
-// What is asked of the drive in this piece: mostly to and fro; now and then steady, slow or at rest, with little injected.
+// What is asked of the drive in this piece: mostly to and fro; now and then steady or at rest, with little injected.
 static void ask(drive *d, dqw_sim_profile *p)
 {
     const machine_kind *m = d->machine;
-    const double kind = uniform(&d->random);
+    const double kind = d->lively ? 0 : uniform(&d->random);
+    d->before = d->asked;
+    d->asked = kind > 0.95 ? "at rest" : kind > 0.9 ? "held" : kind > 0.7 ? "steady" : "to and fro";
     p->load_Nm = (dqw_sim_signal){.value = between(&d->random, -0.4, 0.4) * m->load_Nm,
                                   .random = between(&d->random, 0.1, 1) * m->load_Nm,
                                   .random_hold_s = between(&d->random, 0.02, 0.5)};
@@ -182,24 +187,24 @@ static dqw_monitor_config monitor_of(const machine_kind *kind)
     return m;
 }
 
-static void print_event(const drive *d, const dqw_monitor_event *e, double t_s, const dqw_sim_profile *p)
+static void print_event(const drive *d, const dqw_monitor_event *e, double t_s)
 {
-    (void)p;
-    printf("| %5d | %-11s | %3.1f %% | %7.2f s | %-11s | %.5g +- %.2g | fault %d, %.2f | copper +%.0f K, magnet +%.0f K |\n", d->number, d->machine->name, 100 * d->noise, t_s,
-           CHANNEL_TEXT[e->parameter], (double)e->value, (double)e->sd, (int)e->fault.name, (double)e->fault.confidence, d->copper_K, d->magnet_K);
+    printf("| %5d | %-11s | %5.1f %% | %7.2f | %-11s | %10.4g +- %7.2g | %5d | %4.0f | %4.0f | %s, then %s |\n", d->number + 1, d->machine->name,
+           100 * d->noise, t_s, CHANNEL_TEXT[e->parameter], (double)e->value, (double)e->sd, (int)e->fault.name, d->copper_K, d->magnet_K, d->before, d->asked);
     fflush(stdout);
 }
 
 // Returns the events of one drive, `*left` samples at most.
-static int one_drive(int number, double *left, double *spent_s)
+static int one_drive(int number, bool lively, double *left, double *spent_s)
 {
     drive d = drive_of(number);
+    d.lively = lively;
     const dqw_monitor_config config = monitor_of(d.machine);
     dqw_monitor m;
     int events = 0;
     size_t before = 0;
     if (dqw_monitor_init(&m, &config, NULL) != DQW_OK) exit(1);
-    for (int i = 0; i < PIECES && *left > 0; i++) {
+    for (int i = 0; i<PIECES && * left> 0; i++) {
         const joint_log log = piece(&d, i);
         const double start_s = now_s();
         dqw_tracker_gap(&m.tracker);
@@ -209,7 +214,7 @@ static int one_drive(int number, double *left, double *spent_s)
             dqw_monitor_event e;
             if (!dqw_monitor_background(&m, &e)) continue;
             events++;
-            print_event(&d, &e, (double)(before + k) * (double)config.tracker.dt_s, NULL);
+            print_event(&d, &e, (double)(before + k) * (double)config.tracker.dt_s);
         }
         *spent_s += now_s() - start_s;
         before += log.count;
@@ -262,8 +267,8 @@ static void idle(double samples, bool taught)
         for (int i = 0; i < DQW_TRACK_WEIGHTS; i++) most[i] = fmax(most[i], fabs(dqw_tracker_value(&t, (enum dqw_tracker_weight)i) - start[i]));
     }
     const double unit[DQW_TRACK_WEIGHTS] = {s.machine.R_ohm, s.machine.Ld_H, s.machine.Lq_H, s.machine.psi_Wb, 0.24, s.machine.psi_Wb};
-    printf("%s, %g samples of noise at rest (%.0f s): largest change, and deviation at the end, %% of the truth (dead time: 0.24 V)\n", taught ? "After 2 s of learning" : "Never taught",
-           samples, now_s() - from_s);
+    printf("%s, %g samples of noise at rest (%.0f s): largest change, and deviation at the end, %% of the truth (dead time: 0.24 V)\n",
+           taught ? "After 2 s of learning" : "Never taught", samples, now_s() - from_s);
     for (int i = 0; i < DQW_TRACK_WEIGHTS; i++)
         printf("  %-9s %9.4f   %9.4g\n", (const char *[]){"R", "L_d", "L_q", "flux", "dead time", "flux on q"}[i], 100 * most[i] / unit[i],
                100 * (double)dqw_tracker_sd(&t, (enum dqw_tracker_weight)i) / unit[i]);
@@ -280,7 +285,9 @@ int main(int argc, char **argv)
     int events = 0;
     const double start_s = now_s();
     printf("Healthy drives, %g samples: events, every one a false alarm\n\n", all);
-    for (int number = (int)joint_number(argc, argv, "--first", 1) - 1; left > 0; number++) events += one_drive(number, &left, &spent_s);
+    printf("| drive | machine     | noise   | t (s)   | channel     | value                 | fault | copper, magnet (K) | pieces |\n");
+    for (int number = (int)joint_number(argc, argv, "--first", 1) - 1; left > 0; number++)
+        events += one_drive(number, joint_flag(argc, argv, "--lively"), &left, &spent_s);
     const double took_s = now_s() - start_s;
     printf("\n%d events in %g samples. A simulated 1e7 samples take %.0f s, of these the monitor %.1f s.\n\n", events, all - left, took_s * 1e7 / (all - left),
            spent_s * 1e7 / (all - left));

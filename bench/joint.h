@@ -99,7 +99,7 @@ static inline dqw_tracker_config joint_tracker(const dqw_sim_machine *m)
     return c;
 }
 
-/// A standard deviation as a fraction of the healthy machine's value, in the tracker's order.
+/// A parameter of the simulated machine, in the tracker's order.
 static inline double joint_truth(const dqw_sim_machine *m, int parameter)
 {
     const double truth[JOINT_PARAMETERS] = {m->R_ohm, m->Ld_H, m->Lq_H, m->psi_Wb};

@@ -1,5 +1,5 @@
 // How the tracker follows a joint whose parameters change: steps of R, flux and L_q, and a slow rise of R. Options: --seeds N,
-// --quick (2 seeds, the slow rise over 10 s), --csv FILE (the first row's R, L_q, flux and deviations, a line every 10 ms).
+// --quick (2 seeds, the slow rise within 10 s).
 #include "joint.h"
 
 #define CHANGE_S 2.0
@@ -80,7 +80,8 @@ static course follow(const change_case *c, const dqw_sim_scenario *s, const join
     config.dead_time_width_A = 0.05f;
     config.angle = true;
     dqw_tracker t;
-    course o = {.count = log->count, .change_at = (size_t)(CHANGE_S / s->drive.dt_s + 0.5), .dt_s = s->drive.dt_s, .value = malloc(3 * log->count * sizeof(float))};
+    course o = {
+        .count = log->count, .change_at = (size_t)(CHANGE_S / s->drive.dt_s + 0.5), .dt_s = s->drive.dt_s, .value = malloc(3 * log->count * sizeof(float))};
     if (o.value == NULL || dqw_tracker_init(&t, &config) != DQW_OK) exit(1);
     o.sd = o.value + log->count;
     o.truth = o.sd + log->count;
@@ -145,8 +146,8 @@ static void one_case(const change_case *c, int seeds, double noise, double rise_
         free(o.value);
         free(log.row);
     }
-    printf("| %3.0f %% | %-30s | %5d | %6.3f | %6.3f | %6.2f | %+6.2f | %6.2f | %6.2f | %6.2f |\n", 100 * noise, c->name, logs, sum.settled_s, slowest_s, sum.overshoot,
-           sum.bias, sqrt(sum.rms), sum.sd, sum.others);
+    printf("| %3.0f %% | %-30s | %5d | %6.3f | %6.3f | %6.2f | %+6.2f | %6.2f | %6.2f | %6.2f |\n", 100 * noise, c->name, logs, sum.settled_s, slowest_s,
+           sum.overshoot, sum.bias, sqrt(sum.rms), sum.sd, sum.others);
     fflush(stdout);
 }
 

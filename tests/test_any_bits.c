@@ -77,7 +77,7 @@ static void test_axis(void)
     for (int i = 0; i < 3; i++) {
         HOLDS(isfinite(a.neuron.w_pu[i]));
         HOLDS(a.gain.d[i] > 0.0f && isfinite(a.gain.d[i]));
-        for (int j = i + 1; j < 3; j++) HOLDS(isfinite(a.gain.u[i][j]));
+        for (int j = i + 1; j < 3; j++) HOLDS(isfinite(a.gain.u[DQW_GAIN_U(i, j)]));
     }
     HOLDS(isfinite(a.error_pu2) && isfinite(a.lag_pu2) && isfinite(a.target_pu2) && isfinite(a.recent_pu2));
 }

@@ -1,0 +1,91 @@
+// `monitor`: the condition monitor of lib/ over one log.
+#include <algorithm>
+#include <memory>
+
+#include "command.hpp"
+#include "effect_names.hpp"
+#include "learn_inputs.hpp"
+#include "monitor_page.hpp"
+#include "output.hpp"
+#include "progress.hpp"
+#include "text.hpp"
+
+namespace dqw {
+namespace {
+
+struct Options : CommonOptions {
+    std::string log;
+    std::string arith = "float";
+    std::vector<std::string> effects;
+    std::string config_file;
+};
+
+/// Notes go to the page as well.
+void note(MonitorReport& report, const std::vector<std::string>& notes)
+{
+    print_notes(notes);
+    report.notes.insert(report.notes.end(), notes.begin(), notes.end());
+}
+
+MonitorRun watched(const Log& log, const MonitorSetup& setup, const Options& options, MonitorReport& report)
+{
+    Progress progress("monitoring");
+    MonitorWatch watch;
+    watch.progress = progress.callback();
+    watch.event = [&](const MonitorEvent& event) { print(options.json ? event_json(event) : event_text(event)); };
+    watch.back = [&](double t_s, const dqw_stage& stage) {
+        // One that goes to and fro is told once, and counted.
+        if (stage.times_back == 1) note(report, {way_back_text(t_s, stage)});
+    };
+    return run_monitor(log, setup, watch);
+}
+
+int run(const Options& options)
+{
+    MonitorReport report;
+    report.log = options.log;
+    std::vector<std::string> notes;
+    LearnConfig asked;
+    if (!options.config_file.empty()) asked = read_learn_config(options.config_file);
+    for (const std::string& name : options.effects) asked.inputs.push_back({name, {}, {}});
+    const std::vector<Log> logs = read_logs({options.log}, options, notes);
+    // What cannot be written is said before the work, not after.
+    make_directory(options.out_dir);
+    try {
+        const MonitorSetup setup = monitor_setup(logs, asked);
+        notes.insert(notes.end(), setup.notes.begin(), setup.notes.end());
+        note(report, notes);
+        report.run = watched(logs.front(), setup, options, report);
+    } catch (const std::invalid_argument& error) {
+        throw InputError(options.log, logs.front().rows() + 1, error.what());
+    }
+    note(report, closing_notes(report.run));
+    OutputFile file(path_in(options.out_dir, "monitor.html"));
+    file.write(monitor_page(report));
+    file.close();
+    if (!options.json) print(monitor_text(report.run));
+    return exit_done;
+}
+
+}  // namespace
+
+Command add_monitor(CLI::App& app)
+{
+    CLI::App* command = app.add_subcommand("monitor", "watch a log for changes of the machine, and name the fault");
+    auto options = std::make_shared<Options>();
+    options->all_columns = true;
+    command->add_option("LOG.csv", options->log, "dynamic log")->required()->type_name("");
+    add_common(*command, *options);
+    command->get_option("--json")->description("print one JSON object an event, one a line, and nothing else on stdout");
+    command->add_option("--effect", options->effects, "effect to watch as well, repeatable: " + list(effect_names(), 99))
+        ->take_all()
+        ->allow_extra_args(false)
+        ->check(CLI::IsMember(effect_names()))
+        ->type_name("NAME");
+    command->add_option("--config", options->config_file, "what a trace found: start values and the width of dead time")->type_name("trace.json");
+    command->add_option("--arith", options->arith, "arithmetic of the monitor")->check(CLI::IsMember({"float"}))->capture_default_str();
+    command->footer("Writes monitor.html into DIR. Exit code 0 with and without events.");
+    return {command, [=] { return run(*options); }};
+}
+
+}  // namespace dqw

@@ -1,0 +1,159 @@
+#include "monitor_setup.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "columns.hpp"
+#include "input_error.hpp"
+#include "learn_parts.hpp"
+#include "learn_signals.hpp"
+#include "text.hpp"
+
+namespace dqw {
+namespace {
+
+// Half a block: 1 ms, 20 rows at least.
+constexpr double kHalfWindow_s = 1e-3;
+constexpr int kLeastHalfWindow = 20, kLeastOfFast = 10;
+// Electrical angle of half a block above which the witness sees no ripple, with some room.
+constexpr double kHalfAngle_rad = 1.1;
+constexpr double kDeadTimeWidth = 0.02;  // of the current base
+constexpr double kDrift = 0.01;
+constexpr double kAlpha_per_K = 0.0039;
+// What stands for a machine that nobody has described.
+constexpr double kFirst_s = 2.0;
+constexpr std::size_t kFirstRows = 5000;
+
+/// The log's first seconds.
+Log beginning(const Log& log)
+{
+    const auto wanted = static_cast<std::size_t>(std::min(std::ceil(kFirst_s / log.dt_s), 1e9));
+    const std::size_t rows = std::min(std::max(wanted, kFirstRows), log.rows() / 2);
+    Log first;
+    first.path = log.path, first.regime = log.regime, first.machine = log.machine, first.dt_s = log.dt_s;
+    for (const ColumnInfo& c : columns) {
+        const std::vector<double>& all = log.*(c.values);
+        if (!all.empty()) (first.*(c.values)).assign(all.begin(), all.begin() + static_cast<std::ptrdiff_t>(rows));
+    }
+    first.segments.clear();
+    for (const std::size_t s : log.segments)
+        if (s < rows) first.segments.push_back(s);
+    return first;
+}
+
+struct Nominal {
+    const char* name;
+    std::optional<double> Machine::*value;
+    float dqw_tracker_config::*place;
+    double PlainModel::*learned;
+};
+const Nominal nominals[] = {
+    {"R_ohm", &Machine::R_ohm, &dqw_tracker_config::R_ohm, &PlainModel::R_ohm},
+    {"Ld_H", &Machine::Ld_H, &dqw_tracker_config::Ld_H, &PlainModel::Ld_H},
+    {"Lq_H", &Machine::Lq_H, &dqw_tracker_config::Lq_H, &PlainModel::Lq_H},
+    {"psi_Wb", &Machine::psi_Wb, &dqw_tracker_config::psi_Wb, &PlainModel::psi_Wb},
+};
+
+bool usable(double x) { return static_cast<float>(x) > 0.0F && std::isfinite(static_cast<float>(x)); }
+
+/// A machine's order of magnitude, from its largest signals.
+double rough(const Nominal& n, const dqw_tracker_config& c)
+{
+    const auto v = static_cast<double>(c.v_base_V), i = static_cast<double>(c.i_base_A), w_e = c.pole_pairs * static_cast<double>(c.w_base_rad_s);
+    if (n.value == &Machine::R_ohm) return 0.1 * v / i;
+    return n.value == &Machine::psi_Wb ? 0.5 * v / w_e : 0.1 * v / (i * w_e);
+}
+
+/// Where learning starts: whatever is said, and of the rest what the estimator makes of the log's first seconds.
+void start_values(const Log& log, const Machine& start, MonitorSetup& setup)
+{
+    std::vector<const Nominal*> missing;
+    for (const Nominal& n : nominals) {
+        setup.config.tracker.*(n.place) = nominal(log.machine, start, n.value);
+        if (!usable(static_cast<double>(setup.config.tracker.*(n.place)))) missing.push_back(&n);
+    }
+    if (missing.empty()) return;
+    const Log first = beginning(log);
+    LearnOptions options;
+    if (setup.config.tracker.angle) options.inputs = {{"dead_time", {}, {}}};
+    options.start.pole_pairs = setup.config.tracker.pole_pairs;
+    const Learned learned = learn_all({first}, options);
+    std::vector<std::string> from_log, guessed;
+    for (const Nominal* n : missing) {
+        const auto& found = learned.result.parameters;
+        const bool known = std::any_of(found.begin(), found.end(), [&](const Estimate& e) { return e.name == n->name; });
+        const double value = learned.model.*(n->learned);
+        const bool good = known && usable(value);
+        (good ? from_log : guessed).emplace_back(n->name);
+        setup.config.tracker.*(n->place) = static_cast<float>(good ? value : rough(*n, setup.config.tracker));
+    }
+    const double span_s = static_cast<double>(first.rows()) * log.dt_s;
+    if (!from_log.empty()) setup.notes.push_back(fmt::format("{} not said: learning starts from the log's first {:.3g} s", list(from_log), span_s));
+    if (!guessed.empty())
+        setup.notes.push_back(
+            fmt::format("{} not said, and the first {:.3g} s do not tell: learning starts from the size of the signals", list(guessed), span_s));
+}
+
+/// An effect is either an input of the monitor, or named in a note.
+void take_effects(const std::vector<TraceInput>& inputs, MonitorSetup& setup)
+{
+    static const char* const of_angle[] = {"dead_time", "angle_offset", "current_offset", "current_gain_mismatch", "phase_resistance_imbalance"};
+    dqw_tracker_config& c = setup.config.tracker;
+    std::vector<std::string> unused;
+    for (const TraceInput& in : inputs) {
+        const bool watched = std::any_of(std::begin(of_angle), std::end(of_angle), [&](const char* name) { return in.effect == name; });
+        if (!watched && std::find(unused.begin(), unused.end(), in.effect) == unused.end()) unused.push_back(in.effect);
+        if (c.angle && in.effect == "dead_time" && !in.shape.empty() && usable(in.shape[0])) c.dead_time_width_A = static_cast<float>(in.shape[0]);
+    }
+    if (!unused.empty()) setup.notes.push_back(fmt::format("not used: {}; the monitor has no input for {}", list(unused), unused.size() == 1 ? "it" : "them"));
+}
+
+/// Short enough for the witness at the largest speed.
+std::uint16_t half_window_of(const Log& log, const dqw_tracker_config& c)
+{
+    const double w_e = c.pole_pairs * static_cast<double>(c.w_base_rad_s);
+    const std::uint16_t usual = half_window(kHalfWindow_s, log.dt_s, kLeastHalfWindow);
+    if (!c.angle || w_e * usual * log.dt_s <= kHalfAngle_rad) return usual;
+    return std::min(usual, half_window(kHalfAngle_rad / w_e, log.dt_s, kLeastOfFast));
+}
+
+void check(const Log& log, const Machine& start)
+{
+    if (log.regime != Regime::dynamic)
+        throw InputError(log.path, 1, fmt::format("a {} log; expected a dynamic one, with t_s, voltages, currents and speed", name_of(log.regime)));
+    if (!log.machine.pole_pairs && !start.pole_pairs)
+        throw InputError(log.path, 1, "the pole pairs are not known; expected --pole-pairs N, or pole_pairs in the machine file");
+}
+
+}  // namespace
+
+MonitorSetup monitor_setup(const std::vector<Log>& logs, const LearnConfig& asked)
+{
+    const Log& log = logs.front();
+    check(log, asked.start);
+    MonitorSetup setup;
+    dqw_tracker_config& c = setup.config.tracker;
+    c.dt_s = static_cast<float>(log.dt_s);
+    c.v_base_V = largest(logs, &Log::v_d_V, &Log::v_q_V);
+    c.i_base_A = largest(logs, &Log::i_d_A, &Log::i_q_A);
+    c.w_base_rad_s = largest(logs, &Log::w_m_rad_s, &Log::w_m_rad_s);
+    c.pole_pairs = static_cast<std::uint16_t>(log.machine.pole_pairs ? *log.machine.pole_pairs : *asked.start.pole_pairs);
+    c.angle = !log.theta_e_rad.empty() || !log.theta_m_rad.empty();
+    c.noise_on_inputs = true;
+    c.drift_per_sqrt_s = static_cast<float>(kDrift);
+    c.half_window = half_window_of(log, c);
+    if (c.angle)
+        c.dead_time_width_A = static_cast<float>(kDeadTimeWidth) * c.i_base_A;
+    else
+        setup.notes.emplace_back("no theta_e_rad or theta_m_rad: dead time, unlike phases, current sensors and the encoder are not watched");
+    take_effects(asked.inputs, setup);
+    setup.config.alpha_per_K = static_cast<float>(kAlpha_per_K);
+    setup.config.J_kgm2 = nominal(log.machine, asked.start, &Machine::J_kgm2);
+    if (!(setup.config.J_kgm2 > 0.0F)) setup.notes.emplace_back("friction is not watched: no J_kgm2");
+    start_values(log, asked.start, setup);
+    return setup;
+}
+
+}  // namespace dqw

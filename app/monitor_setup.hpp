@@ -1,0 +1,24 @@
+// How the monitor is configured for a log.
+#ifndef DQW_APP_MONITOR_SETUP_HPP
+#define DQW_APP_MONITOR_SETUP_HPP
+
+#include <string>
+#include <vector>
+
+#include "dqw_monitor.h"
+#include "learn_inputs.hpp"
+#include "log.hpp"
+
+namespace dqw {
+
+struct MonitorSetup {
+    dqw_monitor_config config{};
+    std::vector<std::string> notes;  ///< what is assumed, and what is not watched
+};
+
+/// For the first of `logs`. Bases from the log's largest signals; nominal values from the machine file, else `asked.start`, else learned from the log's first
+/// seconds. Throws InputError for a log that is not dynamic, or without pole pairs.
+MonitorSetup monitor_setup(const std::vector<Log>& logs, const LearnConfig& asked);
+
+}  // namespace dqw
+#endif

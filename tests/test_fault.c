@@ -1,0 +1,262 @@
+// Naming of faults: every pattern, as the motor's equations give it, is told by its name and its phase; what is none stays unknown.
+#include "dqw_fault.h"
+#include "dqw_test.h"
+
+void setUp(void) { test_case[0] = 0; }
+void tearDown(void) {}
+
+#define R_OHM 0.5
+#define L_H 1.2e-3
+
+static const dqw_fault_machine machine = {(float)R_OHM, (float)L_H};
+
+// What a change must exceed to mean something: 4 % of R, L_d, L_q, 1 % of the flux, 0.07 V, 0.02 rad; then both parts of 0.06 A, 3 % of R,
+// 3 % of L, 0.1 % of 1/R.
+static const double UNIT[DQW_SIGNS] = {0.013,
+                                       0.013,
+                                       0.013,
+                                       0.004,
+                                       0.023,
+                                       0.0067,
+                                       0.02,
+                                       0.02,
+                                       0.01 * R_OHM / 3,
+                                       0.01 * R_OHM / 3,
+                                       0.01 * L_H / 3,
+                                       0.01 * L_H / 3,
+                                       0.0003 / R_OHM,
+                                       0.0003 / R_OHM};
+
+typedef struct pattern {
+    enum dqw_fault_name name;
+    const char *text;
+    bool phases;      ///< one for each phase
+    bool both_signs;  ///< a change either way is this fault
+} pattern;
+
+static const pattern PATTERNS[] = {{DQW_FAULT_DEMAGNETISATION, "demagnetisation", false, false}, {DQW_FAULT_TURN_SHORT, "turn short", true, false},
+                                   {DQW_FAULT_PHASE_CONNECTION, "phase connection", true, false}, {DQW_FAULT_CURRENT_OFFSET, "current offset", false, true},
+                                   {DQW_FAULT_CURRENT_GAIN, "current gain", true, true},          {DQW_FAULT_ENCODER_OFFSET, "encoder offset", false, true},
+                                   {DQW_FAULT_INVERTER_FAULT, "inverter", false, true}};
+
+enum { PATTERNS_N = sizeof PATTERNS / sizeof PATTERNS[0] };
+
+// What each fault does, phase by phase in the stator: phase n lies at angle a_n = n 120 degrees. A quantity x(n) = x that one phase has more
+// makes x/3 for all, and x/3 turning with exp(-2j a) ... exp(2j a_n): its ripple's weight is x/3 exp(2j a_n).
+static void change_of(enum dqw_fault_name name, int phase, double size, double at_rad, double change[])
+{
+    for (int i = 0; i < DQW_SIGNS; i++) change[i] = 0.0;
+    const double twice = 2 * phase * 2 * PI / 3;
+    switch (name) {
+    case DQW_FAULT_DEMAGNETISATION: change[DQW_SIGN_PSI] = -size; break;
+    case DQW_FAULT_ENCODER_OFFSET: change[DQW_SIGN_ANGLE] = size; break;
+    case DQW_FAULT_INVERTER_FAULT: change[DQW_SIGN_DEAD_TIME] = size; break;
+    case DQW_FAULT_CURRENT_OFFSET:
+        change[DQW_SIGN_OFFSET_RE] = size * cos(at_rad);
+        change[DQW_SIGN_OFFSET_IM] = size * sin(at_rad);
+        break;
+    case DQW_FAULT_PHASE_CONNECTION:  // `size` ohm in series with one phase
+        change[DQW_SIGN_R] = size / 3 / R_OHM;
+        change[DQW_SIGN_RESISTANCE_RE] = size / 3 * cos(twice);
+        change[DQW_SIGN_RESISTANCE_IM] = size / 3 * sin(twice);
+        break;
+    case DQW_FAULT_CURRENT_GAIN:  // one sensor reads `size` of its current more: the machine seems to have less of everything
+        for (int i = DQW_SIGN_R; i <= DQW_SIGN_LQ; i++) change[i] = -size / 3;
+        change[DQW_SIGN_RESISTANCE_RE] = -R_OHM * size / 3 * cos(twice);
+        change[DQW_SIGN_RESISTANCE_IM] = -R_OHM * size / 3 * sin(twice);
+        change[DQW_SIGN_REACTANCE_RE] = L_H * size / 3 * cos(twice);
+        change[DQW_SIGN_REACTANCE_IM] = L_H * size / 3 * sin(twice);
+        break;
+    case DQW_FAULT_TURN_SHORT:  // `size` siemens across one phase: a third, shared by flux and ripple
+        change[DQW_SIGN_PSI] = -R_OHM * size;
+        change[DQW_SIGN_SHORT_RE] = size * cos(twice);
+        change[DQW_SIGN_SHORT_IM] = size * sin(twice);
+        break;
+    default: TEST_FAIL();
+    }
+}
+
+// The size of a fault whose change is `deviations` units long.
+static double size_of(enum dqw_fault_name name, int phase, double deviations)
+{
+    double change[DQW_SIGNS];
+    double sum = 0.0;
+    change_of(name, phase, 1.0, 0.0, change);
+    for (int i = 0; i < DQW_SIGNS; i++) sum += change[i] / UNIT[i] * (change[i] / UNIT[i]);
+    return deviations / sqrt(sum);
+}
+
+static dqw_fault_verdict judge(const double change[], double noise, test_random *r)
+{
+    float x[DQW_SIGNS];
+    float unit[DQW_SIGNS];
+    for (int i = 0; i < DQW_SIGNS; i++) {
+        unit[i] = (float)UNIT[i];
+        x[i] = (float)(change[i] + (noise > 0.0 ? noise * UNIT[i] * random_normal(r) : 0.0));
+    }
+    return dqw_fault_name_it(x, unit, machine);
+}
+
+static void test_every_pattern_is_named_with_its_phase(void)
+{
+    static const double sizes[] = {1.0, 10.0, 1000.0};  // of a unit: naming has no threshold of its own
+    test_random r = {1};
+    for (int k = 0; k < PATTERNS_N; k++)
+        for (int phase = 0; phase < (PATTERNS[k].phases ? 3 : 1); phase++)
+            for (int s = 0; s < 6; s++) {
+                const double sign = s < 3 ? 1.0 : -1.0;
+                const double at_rad = random_uniform(&r, -PI, PI);
+                double change[DQW_SIGNS];
+                change_of(PATTERNS[k].name, phase, sign * size_of(PATTERNS[k].name, phase, sizes[s % 3]), at_rad, change);
+                const dqw_fault_verdict v = judge(change, 0.0, NULL);
+                CASE("%s, phase %d, %g units: name %d, phase %d, confidence %g", PATTERNS[k].text, phase, sign * sizes[s % 3], (int)v.name, v.phase,
+                     (double)v.confidence);
+                if (sign > 0.0 || PATTERNS[k].both_signs) {
+                    HOLDS(v.name == PATTERNS[k].name);
+                    HOLDS(v.phase == phase);
+                    BETWEEN(0.99, v.confidence, 1.00001);  // nothing else explains it
+                } else {
+                    HOLDS(v.name != PATTERNS[k].name);
+                }
+            }
+}
+
+static void test_noise_on_every_sign_keeps_the_name(void)
+{
+    const int tries = scaled(3000);
+    for (int k = 0; k < PATTERNS_N; k++)
+        for (int phase = 0; phase < (PATTERNS[k].phases ? 3 : 1); phase++) {
+            test_random r = {(uint64_t)(100 + 10 * k + phase)};
+            int right = 0;
+            int at_three = 0;
+            for (int n = 0; n < tries; n++) {
+                const double at_rad = random_uniform(&r, -PI, PI);
+                double change[DQW_SIGNS];
+                change_of(PATTERNS[k].name, phase, size_of(PATTERNS[k].name, phase, 10.0), at_rad, change);
+                const dqw_fault_verdict v = judge(change, 1.0, &r);
+                right += v.name == PATTERNS[k].name && v.phase == phase;
+                change_of(PATTERNS[k].name, phase, size_of(PATTERNS[k].name, phase, 3.0), at_rad, change);
+                const dqw_fault_verdict w = judge(change, 1.0, &r);
+                at_three += w.name == PATTERNS[k].name && w.phase == phase;
+            }
+            CASE("%s, phase %d", PATTERNS[k].text, phase);
+            BETWEEN(0.99, (double)right / tries, 1.0);
+            // Three units among noise of one on 14 signs: it must not be sure.
+            BETWEEN(0.05, (double)at_three / tries, 0.8);
+        }
+}
+
+static void test_what_no_pattern_explains_is_unknown(void)
+{
+    // R of all phases; L_d; L_q; both L; R and flux both; flux up; two faults at once with as much of each in R; a ripple that flux should
+    // have gone with.
+    static const struct {
+        const char *text;
+        double z[DQW_SIGNS];
+    } none[] = {{"R", {[DQW_SIGN_R] = 10}},
+                {"R less", {[DQW_SIGN_R] = -10}},
+                {"L_d", {[DQW_SIGN_LD] = -10}},
+                {"L_q", {[DQW_SIGN_LQ] = 10}},
+                {"flux up", {[DQW_SIGN_PSI] = 10}},
+                {"R and demagnetisation", {[DQW_SIGN_R] = 10, [DQW_SIGN_PSI] = -10}},
+                {"dead time and offset, R", {[DQW_SIGN_R] = 10, [DQW_SIGN_DEAD_TIME] = 8, [DQW_SIGN_OFFSET_RE] = 8}},
+                {"dead time and angle", {[DQW_SIGN_DEAD_TIME] = 10, [DQW_SIGN_ANGLE] = -10}},
+                {"offset and angle", {[DQW_SIGN_OFFSET_IM] = 10, [DQW_SIGN_ANGLE] = 10}}};
+    for (unsigned k = 0; k < sizeof none / sizeof none[0]; k++) {
+        double change[DQW_SIGNS];
+        for (int i = 0; i < DQW_SIGNS; i++) change[i] = none[k].z[i] * UNIT[i];
+        const dqw_fault_verdict v = judge(change, 0.0, NULL);
+        CASE("%s: name %d, confidence %g", none[k].text, (int)v.name, (double)v.confidence);
+        HOLDS(v.name == DQW_FAULT_UNKNOWN);
+        HOLDS(v.phase == 0);
+        BETWEEN(0.4, v.confidence, 1.0);
+    }
+}
+
+// The share that a name must explain: 60 % of the changes' squares.
+static void test_a_foreign_part_takes_the_name_away_where_it_is_large(void)
+{
+    for (int percent = 0; percent <= 100; percent++) {
+        if (percent == 60) continue;
+        double change[DQW_SIGNS] = {0};
+        change[DQW_SIGN_DEAD_TIME] = -10 * sqrt(percent / 100.0) * UNIT[DQW_SIGN_DEAD_TIME];
+        change[DQW_SIGN_LD] = 10 * sqrt(1 - percent / 100.0) * UNIT[DQW_SIGN_LD];
+        const dqw_fault_verdict v = judge(change, 0.0, NULL);
+        CASE("%d %% dead time: name %d", percent, (int)v.name);
+        HOLDS(v.name == (percent > 60 ? DQW_FAULT_INVERTER_FAULT : DQW_FAULT_UNKNOWN));
+        if (percent > 60) BETWEEN(percent / 100.0 - 1e-3, v.confidence, percent / 100.0 + 1e-3);
+    }
+}
+
+// Two patterns that explain about as much: the confidence is lower than that of one alone.
+static void test_confidence_falls_where_two_names_fit(void)
+{
+    for (int more = 0; more <= 20; more++) {
+        // Dead time and angle between them: 50 % + more and 50 % - more are below the share that names; so add up to 60.5 % and the rest.
+        double change[DQW_SIGNS];
+        change_of(DQW_FAULT_TURN_SHORT, 0, size_of(DQW_FAULT_TURN_SHORT, 0, 10.0), 0.0, change);
+        const double flux = change[DQW_SIGN_PSI] / UNIT[DQW_SIGN_PSI];
+        const double ripple = change[DQW_SIGN_SHORT_RE] / UNIT[DQW_SIGN_SHORT_RE];
+        // Turned from the short's own direction towards the flux alone, which is demagnetisation.
+        const double angle = (atan2(-flux, ripple) + PI / 2) / 2 + (more - 10) * 0.02;
+        change[DQW_SIGN_PSI] = -10 * sin(angle) * UNIT[DQW_SIGN_PSI];
+        change[DQW_SIGN_SHORT_RE] = 10 * cos(angle) * UNIT[DQW_SIGN_SHORT_RE];
+        const dqw_fault_verdict v = judge(change, 0.0, NULL);
+        const double short_part = pow(cos(angle - atan2(-flux, ripple)), 2);
+        const double magnet_part = pow(sin(angle), 2);
+        CASE("%d: short explains %g, flux alone %g; name %d", more, short_part, magnet_part, (int)v.name);
+        if (fabs(short_part - magnet_part) < 1e-3 || fmax(short_part, magnet_part) < 0.6) continue;
+        HOLDS(v.name == (short_part > magnet_part ? DQW_FAULT_TURN_SHORT : DQW_FAULT_DEMAGNETISATION));
+        const double lead = fmin(fabs(short_part - magnet_part) / 0.1, 1.0);
+        const double expected = fmax(short_part, magnet_part) * (0.5 + 0.5 * lead);
+        BETWEEN(expected - 2e-3, v.confidence, expected + 2e-3);
+    }
+}
+
+static void test_a_change_that_is_not_known_counts_for_nothing(void)
+{
+    // R's deviation is a million units: whatever it changed by, the ripple alone names the connection.
+    double change[DQW_SIGNS];
+    change_of(DQW_FAULT_PHASE_CONNECTION, 1, size_of(DQW_FAULT_PHASE_CONNECTION, 1, 20.0), 0.0, change);
+    change[DQW_SIGN_R] = -0.3;
+    float x[DQW_SIGNS];
+    float unit[DQW_SIGNS];
+    for (int i = 0; i < DQW_SIGNS; i++) {
+        x[i] = (float)change[i];
+        unit[i] = (float)(i == DQW_SIGN_R ? 1e6 * UNIT[i] : UNIT[i]);
+    }
+    const dqw_fault_verdict v = dqw_fault_name_it(x, unit, machine);
+    TEST_ASSERT_EQUAL_INT(DQW_FAULT_PHASE_CONNECTION, v.name);
+    TEST_ASSERT_EQUAL_UINT8(1, v.phase);
+}
+
+static void test_zeros_and_no_numbers_are_unknown_without_confidence(void)
+{
+    const double zeros[DQW_SIGNS] = {0};
+    dqw_fault_verdict v = judge(zeros, 0.0, NULL);
+    TEST_ASSERT_EQUAL_INT(DQW_FAULT_UNKNOWN, v.name);
+    TEST_ASSERT_EQUAL_FLOAT(0.0f, v.confidence);
+    static const double bad[] = {NAN, INFINITY, -INFINITY, 1e38};
+    for (int b = 0; b < 4; b++)
+        for (int i = 0; i < DQW_SIGNS; i++) {
+            double change[DQW_SIGNS];
+            change_of(DQW_FAULT_DEMAGNETISATION, 0, 0.1, 0.0, change);
+            change[i] = bad[b];
+            v = judge(change, 0.0, NULL);
+            CASE("sign %d is %g: name %d, confidence %g", i, bad[b], (int)v.name, (double)v.confidence);
+            HOLDS(v.name == DQW_FAULT_UNKNOWN && v.confidence == 0.0f && v.phase == 0);
+        }
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_every_pattern_is_named_with_its_phase);
+    RUN_TEST(test_noise_on_every_sign_keeps_the_name);
+    RUN_TEST(test_what_no_pattern_explains_is_unknown);
+    RUN_TEST(test_a_foreign_part_takes_the_name_away_where_it_is_large);
+    RUN_TEST(test_confidence_falls_where_two_names_fit);
+    RUN_TEST(test_a_change_that_is_not_known_counts_for_nothing);
+    RUN_TEST(test_zeros_and_no_numbers_are_unknown_without_confidence);
+    return UNITY_END();
+}
