@@ -32,8 +32,12 @@ MonitorRun watched(const Log& log, const MonitorSetup& setup, const Options& opt
     Progress progress("monitoring");
     MonitorWatch watch;
     watch.progress = progress.callback();
-    watch.event = [&](const MonitorEvent& event) { print(options.json ? event_json(event) : event_text(event)); };
+    watch.event = [&](const MonitorEvent& event) {
+        progress.wipe();
+        print(options.json ? event_json(event) : event_text(event));
+    };
     watch.back = [&](double t_s, const dqw_stage& stage) {
+        progress.wipe();
         // One that goes to and fro is told once, and counted.
         if (stage.times_back == 1) note(report, {way_back_text(t_s, stage)});
     };

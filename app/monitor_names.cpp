@@ -1,8 +1,7 @@
 #include "monitor_names.hpp"
 
-#include <fmt/format.h>
-
 #include <array>
+#include <cctype>
 
 namespace dqw {
 namespace {
@@ -86,6 +85,12 @@ std::string fault_told(const dqw_fault_verdict& fault)
     std::string out = entry(faults, fault.name).told;
     if (const std::size_t at = out.find('%'); at != std::string::npos) out.replace(at, 1, phase_of(fault));
     return out;
+}
+
+std::string capital(std::string text)
+{
+    if (!text.empty()) text[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(text[0])));
+    return text;
 }
 
 const char* stage_named(dqw_stage_name stage) { return entry(stages, stage).name; }

@@ -26,6 +26,9 @@ std::string fault_spoken(const dqw_fault_verdict& fault);
 /// What has happened, as half a sentence: "the magnets have lost flux".
 std::string fault_told(const dqw_fault_verdict& fault);
 
+/// With its first letter large.
+std::string capital(std::string text);
+
 /// "random learning".
 const char* stage_named(dqw_stage_name stage);
 /// "stage 2, random learning (coarse values)"; "in service".

@@ -79,7 +79,7 @@ std::vector<std::string> closing_notes(const MonitorRun& run)
     if (run.watched && run.angle && !run.ripple_watched)
         notes.emplace_back("unlike phases and current sensors are not watched: the machine turned too slowly or too fast to tell their ripple");
     if (run.watched && run.friction_wanted && !std::isfinite(run.healthy[DQW_WATCH_FRICTION].healthy))
-        notes.emplace_back("friction is not watched: the machine did not turn both ways for long enough");
+        notes.emplace_back("friction was not watched: it takes longer in both directions of motion than this log has");
     for (std::size_t k = 0; k < run.relearned.size() && k < kMostTold; ++k) notes.push_back(relearned_text(run.relearned[k]));
     if (run.missed > 0) notes.push_back(fmt::format("{} lost", counted(run.missed, "block")));
     if (run.restarts > 0)

@@ -100,9 +100,9 @@ std::vector<Plot> monitor_plots(const MonitorRun& run)
         const MonitorChannel& named = channel_named(channel);
         Plot plot;
         plot.kind = Plot::Kind::band;
-        plot.title = named.title;
-        plot.title[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(plot.title[0])));
+        plot.title = capital(named.title);
         plot.y_range = range_of(run, c, channel <= DQW_WATCH_PSI);
+        if (channel == DQW_WATCH_RESIDUAL) plot.y_range[0] = 0.0;
         const std::string unit = scale(c, plot.y_range, named.parameter);
         plot.x_label = "time [s]";
         plot.y_label = fmt::format("{} [{}]", named.title, unit);

@@ -54,11 +54,11 @@ std::string healthy_text(const char* name, const MonitorReading& r)
 /// Where the healthy value is not about zero.
 bool has_percent(int channel) { return channel <= DQW_WATCH_DEAD_TIME || channel == DQW_WATCH_FRICTION || channel == DQW_WATCH_RESIDUAL; }
 
-std::string changed(int channel, double value, double healthy)
+std::string changed(int channel, const MonitorReading& r)
 {
-    if (!has_percent(channel) || !std::isfinite(value) || !(healthy > 0.0)) return "";
-    const double percent = 100.0 * (value / healthy - 1.0);
-    if (percent > 1000.0) return fmt::format("{:.0f} times", value / healthy);
+    if (!has_percent(channel) || !std::isfinite(r.value) || !(r.healthy > 0.0) || r.healthy < kDeviations * r.sd) return "";
+    const double percent = 100.0 * (r.value / r.healthy - 1.0);
+    if (percent > 1000.0) return fmt::format("{:.0f} times", r.value / r.healthy);
     return std::fabs(percent) < 0.05 ? "0 %" : with_minus(fmt::format("{:+.1f} %", percent));
 }
 
@@ -100,7 +100,7 @@ std::string event_json(const MonitorEvent& e)
 std::string event_text(const MonitorEvent& e)
 {
     const char* name = channel_named(e.parameter).parameter;
-    const std::string percent = changed(e.parameter, e.reading.value, e.reading.healthy);
+    const std::string percent = changed(e.parameter, e.reading);
     return fmt::format("{:.3f} s  {}: {} {}{}{}, since {:.3f} s, confidence {:.2f}\n", e.t_s, fault_spoken(e.fault), name, now_text(name, e.reading),
                        std::isfinite(e.reading.healthy) ? ", healthy " + healthy_text(name, e.reading) : "", percent.empty() ? "" : " (" + percent + ")",
                        e.since_s, e.fault.confidence);
@@ -118,25 +118,24 @@ std::string monitor_outcome(const MonitorRun& run)
 {
     if (!run.served) return "The monitor did not enter service: " + why_no_service(run) + ".";
     if (!run.watched) return "The monitor entered service, but the log ends before healthy values were taken: a longer log would help.";
-    if (run.events.empty() && !run.relearned.empty()) return relearned_text(run.relearned.front()) + ".";
+    if (run.events.empty() && !run.relearned.empty()) return capital(relearned_text(run.relearned.front())) + ".";
     if (run.events.empty()) return fmt::format("No parameter left its healthy band in {:.3g} s of service.", served_s(run));
     const MonitorEvent& e = run.events.front();
     const MonitorChannel& c = channel_named(e.parameter);
-    std::string told = fault_told(e.fault);
-    told[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(told[0])));
     const std::string healthy = std::isfinite(e.reading.healthy) ? ", healthy " + healthy_text(c.parameter, e.reading) : "";
-    return fmt::format("{} ({}): {} {}{}. It began to show at {:.3f} s and was named at {:.3f} s, with a confidence of {:.2f}.", told, fault_spoken(e.fault),
-                       c.title, now_text(c.parameter, e.reading), healthy, e.since_s, e.t_s, e.fault.confidence);
+    return fmt::format("{} ({}): {} {}{}. It began to show at {:.3f} s and was named at {:.3f} s, with a confidence of {:.2f}.", capital(fault_told(e.fault)),
+                       fault_spoken(e.fault), c.title, now_text(c.parameter, e.reading), healthy, e.since_s, e.t_s, e.fault.confidence);
 }
 
 std::string relearned_text(const MonitorRelearned& r)
 {
-    std::string out = fmt::format("At {:.3f} s the residual rose above its threshold, and the monitor learned anew", r.t_s);
+    std::string out = fmt::format("at {:.3f} s the residual rose above its threshold, and the monitor learned anew", r.t_s);
     if (!r.again) return out + "; the log ends before it is in service again";
     std::vector<std::string> moved;
     for (int channel = 0; channel <= DQW_WATCH_DEAD_TIME; ++channel) {
         MonitorReading now = r.after[static_cast<std::size_t>(channel)];
-        now.healthy = r.before[static_cast<std::size_t>(channel)].healthy;
+        const MonitorReading& before = r.before[static_cast<std::size_t>(channel)];
+        now.healthy = std::isfinite(before.healthy) ? before.healthy : before.value;
         const double off = std::fabs(now.value - now.healthy);
         if (!(off > kMoved * std::fabs(now.healthy)) || !(off > kDeviations * now.sd)) continue;
         const MonitorChannel& c = channel_named(channel);
@@ -153,7 +152,7 @@ MonitorRows value_rows(const MonitorRun& run, bool titles)
         r.healthy = run.healthy[static_cast<std::size_t>(channel)].healthy;
         if (!std::isfinite(r.value) && !std::isfinite(r.healthy)) continue;
         const MonitorChannel& c = channel_named(channel);
-        rows.push_back({titles ? c.title : c.parameter, healthy_text(c.parameter, r), now_text(c.parameter, r), changed(channel, r.value, r.healthy)});
+        rows.push_back({titles ? c.title : c.parameter, healthy_text(c.parameter, r), now_text(c.parameter, r), changed(channel, r)});
     }
     return rows;
 }

@@ -13,11 +13,14 @@ Progress::Progress(std::string label)
 {
 }
 
-Progress::~Progress()
+Progress::~Progress() { wipe(); }
+
+void Progress::wipe()
 {
     if (!drawn_) return;
     std::fputs("\r\x1b[K", stderr);
     std::fflush(stderr);
+    drawn_ = false;
 }
 
 void Progress::update(double fraction)

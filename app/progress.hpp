@@ -19,6 +19,9 @@ public:
     /// Draws 0..1, at most ten times a second, and not in the first second.
     void update(double fraction);
 
+    /// Takes it off the line, for other text; the next update draws it again.
+    void wipe();
+
     /// For callers that take a function.
     std::function<void(double)> callback()
     {

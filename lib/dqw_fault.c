@@ -3,6 +3,8 @@
 #include <math.h>
 #include <stdbool.h>
 
+#include "dqw_number.h"
+
 // A pattern must explain this part of what changed, squared.
 #define EXPLAINED_MIN 0.6f
 // What a second pattern may leave more, as part of the whole, before it counts as told apart.
@@ -58,7 +60,7 @@ dqw_fault_verdict dqw_fault_name_it(const float change[], const float unit[], dq
         whole += z[i] * z[i];
     }
     dqw_fault_verdict best = {.name = DQW_FAULT_UNKNOWN, .confidence = 0.0f, .phase = 0};
-    if (!(whole > 0.0f) || !isfinite(whole)) return best;
+    if (!(whole > 0.0f) || !dqw_is_finite(whole)) return best;
     float most = 0.0f;
     float next = 0.0f;
     for (int name = DQW_FAULT_OVER_TEMPERATURE; name < DQW_FAULT_UNKNOWN; name++) {

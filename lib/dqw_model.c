@@ -39,9 +39,14 @@ void dqw_model_correct(dqw_block *b, const dqw_parameters *known, float dt_s)
 {
     const uint8_t need = DQW_KNOWS_R | DQW_KNOWS_LD | DQW_KNOWS_LQ;
     if ((known->known & need) != need || known->pole_pairs == 0) return;
-    const float w_e = (float)known->pole_pairs * b->w_m_rad_s;
-    const float smallest = fminf(known->Ld_H, known->Lq_H);
-    if (!(known->R_ohm * dt_s < smallest) || !(fabsf(w_e) * dt_s < 1.0f)) return;
+    const dqw_machine machine = {known->R_ohm, known->Ld_H, known->Lq_H, (float)known->pole_pairs};
+    dqw_model_bow(b, &machine, dt_s);
+}
+
+void dqw_model_bow(dqw_block *b, const dqw_machine *known, float dt_s)
+{
+    const float w_e = known->pole_pairs * b->w_m_rad_s;
+    if (!(known->R_ohm * dt_s < known->Ld_H) || !(known->R_ohm * dt_s < known->Lq_H) || !(fabsf(w_e) * dt_s < 1.0f)) return;
 
     // How much the slope of the current changes from the start of a period to its end, on average over the block.
     const float jump_d = (w_e * (b->v_q_V + known->Lq_H * b->di_q_A_s) - known->R_ohm * b->di_d_A_s) * dt_s / known->Ld_H;

@@ -85,6 +85,19 @@ dqw_block dqw_model_static(const dqw_sample *s);
 /// Context  ISR safe; no state
 void dqw_model_correct(dqw_block *b, const dqw_parameters *known, float dt_s);
 
+/// What the end correction must know of a machine.
+typedef struct dqw_machine {
+    float R_ohm, Ld_H, Lq_H, pole_pairs;
+} dqw_machine;
+
+/// The same, of a machine that is known.
+///
+/// Source   (E16) in docs/EQUATIONS.md
+/// Range    as dqw_model_correct
+/// Cost     35 flops, 2 divisions
+/// Context  ISR safe; no state
+void dqw_model_bow(dqw_block *b, const dqw_machine *known, float dt_s);
+
 /// Inputs of the axes' neurons for a block: x_d[DQW_D_INPUTS] with target v_d, x_q[DQW_Q_INPUTS] with target v_q.
 /// Source   (E13), (E14) in docs/EQUATIONS.md
 void dqw_model_inputs(const dqw_block *b, float x_d[], float x_q[]);

@@ -3,14 +3,26 @@
 #include <math.h>
 #include <stddef.h>
 
+#include "dqw_number.h"
+
 // Blocks between two looks at every channel, and looks that a fault settles before it is named, and that follow before the next.
 #define TICK_BLOCKS 16
 #define NAMING_TICKS 24
 #define REST_TICKS 60
+// An unknown one is given so many looks more, twice: counted above the bits of the channels.
+#define EXTENSION_TICKS 10
+#define EXTENDED 0x2000u
 // Bands times looks that the sum must gather.
 #define LIMIT_Q5 (5 * DQW_CHANGE_BAND_Q5)
 // No band is narrower than this many deviations.
 #define DEVIATIONS 5.0f
+// A healthy value known to this part of its band is learned no further; values of neighbouring looks are alike over so many.
+#define DOUBT_LEAST_Q5 3
+#define ALIKE_TICKS 20.0f
+// Healthy values follow the temperature every so many halves of a window, a power of two.
+#define FOLLOW_SHIFT 8
+// The winding's highest rise is forgotten by half in about twenty minutes of looks every 16 ms.
+#define HOTTEST_KEPT 0.99999f
 #define ORDINAL_BLOCKS 500u
 #define RANDOM_LIMIT 2000u
 #define THRESHOLD_PPM 50000u
@@ -22,11 +34,13 @@
 #define RESIDUAL_FLOOR_PU2 4e-6f
 // Slack on rates and rises of temperature.
 #define SLACK 1.3f
+// Confidence of what needs no pattern.
+#define SURE 0.99f
 #define TEMPERATURE_BAND_K 5.0f
-// Friction: blocks in its mean; in each direction before it counts; in which a load is alike.
-#define FRICTION_MEMORY 2000u
-#define FRICTION_BLOCKS 500u
-#define LOAD_BLOCKS 100.0f
+// Friction: blocks in one mean; reversals remembered, and needed.
+#define FRICTION_BLOCKS 32
+#define FRICTION_MEMORY 32u
+#define FRICTION_LEAST 8u
 #define SLOWEST_PU 0.1f
 
 static const float BAND[DQW_WATCH_CHANNELS] = {0.04f, 0.04f, 0.04f, 0.012f, 0.005f, 0.02f, 0.01f, 0.03f, 0.03f, 0.001f, 0.05f, 110.0f, 3.0f};
@@ -57,7 +71,7 @@ static float alpha_of(const dqw_monitor *m)
 
 static bool zero_or_positive(float x)
 {
-    return isfinite(x) && x >= 0.0f;
+    return dqw_is_finite(x) && x >= 0.0f;
 }
 
 enum dqw_status dqw_monitor_init(dqw_monitor *m, const dqw_monitor_config *config, dqw_monitor_random *lent)
@@ -120,71 +134,53 @@ static float rise_K(const dqw_monitor *m, float R_ohm)
     return (R_ohm / m->cold_R_ohm - 1.0f) / alpha_of(m);
 }
 
-static float friction_Nm(const dqw_monitor *m)
-{
-    return 0.5f * (m->forward_Nm - m->backward_Nm);
-}
-
 static float friction_sd_Nm(const dqw_monitor *m)
 {
-    const float n = (float)(m->forward < m->backward ? m->forward : m->backward);
-    return sqrtf(m->spread_Nm2 * LOAD_BLOCKS / (2.0f * (n + 1.0f)));
+    return m->reversals >= FRICTION_LEAST ? sqrtf(m->spread_Nm2 / (float)m->reversals) : INFINITY;
 }
 
-// Torque that does not accelerate, by direction of motion: half their difference is friction, half their sum the load.
+// The mean torque that does not accelerate, of a stretch in one direction. Where it follows one in the other, half their difference is
+// friction: a load is the same on both sides of a reversal, or its change has no sign.
+static void reversal(dqw_monitor *m, int8_t way, float torque_Nm)
+{
+    if (m->before * way < 0) {
+        const float off = 0.5f * (float)way * (torque_Nm - m->before_Nm) - m->friction_Nm;
+        if (m->reversals < FRICTION_MEMORY) m->reversals++;
+        const float part = 1.0f / (float)m->reversals;
+        m->friction_Nm += off * part;
+        // The first is no spread: nothing was known.
+        if (m->reversals > 1) m->spread_Nm2 += (off * off - m->spread_Nm2) * part;
+    }
+    m->before = way;
+    m->before_Nm = torque_Nm;
+}
+
 static void watch_friction(dqw_monitor *m)
 {
     const dqw_tracker *t = &m->tracker;
-    const dqw_tracker_config *c = &dqw_monitor_config_of(m)->tracker;
+    const dqw_tracker_config *c = t->config;
     const dqw_block b = dqw_tracker_block(t);
     const float w = b.w_m_rad_s;
     const float torque = 1.5f * (float)c->pole_pairs * b.i_q_A * (value(m, DQW_TRACK_PSI) + (value(m, DQW_TRACK_LD) - value(m, DQW_TRACK_LQ)) * b.i_d_A);
     const float used = torque - dqw_monitor_config_of(m)->J_kgm2 * (w - m->w_before_rad_s) / (c->dt_s * (float)t->window.half);
     m->w_before_rad_s = w;
-    if (!isfinite(used) || !(fabsf(w) > SLOWEST_PU * c->w_base_rad_s)) return;
-    float *mean = w > 0.0f ? &m->forward_Nm : &m->backward_Nm;
-    uint16_t *n = w > 0.0f ? &m->forward : &m->backward;
-    if (*n < FRICTION_MEMORY) (*n)++;
-    const float off = used - *mean;
-    const float part = 1.0f / (float)*n;
-    *mean += off * part;
-    m->spread_Nm2 += (off * off - m->spread_Nm2) / (1.0f + (float)(m->forward < m->backward ? m->forward : m->backward));
-}
-
-// Healthy values as they are now: on entering service, and after an event.
-static void adopt(dqw_monitor *m)
-{
-    for (int i = 0; i < DQW_TRACK_WEIGHTS; i++) m->healthy[i] = value(m, i);
-    for (int k = 0; k < DQW_WITNESS_INPUTS; k++) {
-        m->healthy_re[k] = m->witness.re[k];
-        m->healthy_im[k] = m->witness.im[k];
+    const int8_t way = w > SLOWEST_PU * c->w_base_rad_s ? 1 : w < -SLOWEST_PU * c->w_base_rad_s ? -1 : 0;
+    if (m->gathered * way <= 0) {
+        m->gathered = 0;
+        m->gathered_Nm = 0.0f;
     }
-    m->healthy_friction_Nm = friction_Nm(m);
-    m->healthy_residual_pu2 = m->residual_pu2 > RESIDUAL_FLOOR_PU2 ? m->residual_pu2 : RESIDUAL_FLOOR_PU2;
-    for (int i = 0; i < DQW_WATCH_CHANNELS; i++) dqw_change_init(&m->change[i]);
-    m->alarms = 0;
-}
-
-static float limited(float x, float bound)
-{
-    return x > bound ? bound : x < -bound ? -bound : x;
-}
-
-// Copper and magnet may warm and cool: healthy R and flux follow, no faster than heat can, and the flux no further than the winding's heat explains.
-static void follow_temperature(dqw_monitor *m)
-{
-    const dqw_monitor_config *c = dqw_monitor_config_of(m);
-    const float dt = (float)TICK_BLOCKS * c->tracker.dt_s * (float)m->tracker.window.half;
-    const float kelvin = SLACK * or_else(c->heating_K_s, HEATING_K_S) * dt;
-    const float alpha = alpha_of(m);
-    const float beta = or_else(c->beta_per_K, BETA_PER_K);
-    m->healthy[DQW_TRACK_R] += limited(value(m, DQW_TRACK_R) - m->healthy[DQW_TRACK_R], alpha * kelvin * m->cold_R_ohm);
-    m->healthy[DQW_TRACK_PSI] += limited(value(m, DQW_TRACK_PSI) - m->healthy[DQW_TRACK_PSI], beta * kelvin * m->cold_psi_Wb);
-    const float rise = rise_K(m, m->healthy[DQW_TRACK_R]);
-    m->hottest_K -= 0.02f * kelvin;
-    if (rise > m->hottest_K) m->hottest_K = rise;
-    const float coldest = m->cold_psi_Wb * (1.0f - SLACK * beta * fmaxf(m->hottest_K, 0.0f) - 0.5f * band(m, DQW_WATCH_PSI));
-    if (m->healthy[DQW_TRACK_PSI] < coldest) m->healthy[DQW_TRACK_PSI] = coldest;
+    if (way == 0 || !(fabsf(used) < 1e6f)) {
+        // After a rest the load may be another one.
+        if (m->slow < UINT8_MAX) m->slow++;
+        if (m->slow == UINT8_MAX) m->before = 0;
+        return;
+    }
+    m->slow = 0;
+    m->gathered = (int8_t)(m->gathered + way);
+    m->gathered_Nm += used;
+    if (m->gathered * way < FRICTION_BLOCKS) return;
+    reversal(m, way, m->gathered_Nm * (1.0f / (float)FRICTION_BLOCKS));
+    m->gathered = 0;
 }
 
 // A channel's band in its own unit.
@@ -209,7 +205,7 @@ static float band_of(const dqw_monitor *m, int channel)
     return band(m, channel) * unit[channel];
 }
 
-// Value, its change from the healthy one, and its deviation, of a channel up to friction.
+// Value, its change from the healthy one, and its deviation, of a channel; of temperature and residual the change is the value.
 static void read_channel(const dqw_monitor *m, int channel, float *now, float *change, float *deviation)
 {
     if (channel < DQW_TRACK_WEIGHTS) {
@@ -223,11 +219,102 @@ static void read_channel(const dqw_monitor *m, int channel, float *now, float *c
         *now = dqw_witness_size(&m->witness, (enum dqw_witness_input)k);
         *change = sqrtf(re * re + im * im);
         *deviation = dqw_witness_sd(&m->witness, &m->tracker, (enum dqw_witness_input)k);
-    } else {
-        *now = friction_Nm(m);
+    } else if (channel == DQW_WATCH_FRICTION) {
+        *now = m->friction_Nm;
         *change = *now - m->healthy_friction_Nm;
         *deviation = friction_sd_Nm(m);
+    } else {
+        const bool hot = channel == DQW_WATCH_TEMPERATURE;
+        *now = *change = hot ? rise_K(m, value(m, DQW_TRACK_R)) : sqrtf(m->residual_pu2) * dqw_monitor_config_of(m)->tracker.v_base_V;
+        *deviation = hot ? sd(m, DQW_TRACK_R) / (m->cold_R_ohm * alpha_of(m)) : 0.0f;
     }
+}
+
+// Deviation of a channel's healthy value; infinite where it is not known.
+static float healthy_sd(const dqw_monitor *m, int channel, float width)
+{
+    return m->doubt_q5[channel] < UINT8_MAX ? (float)m->doubt_q5[channel] * (1.0f / (float)DQW_CHANGE_BAND_Q5) * width : INFINITY;
+}
+
+static uint8_t doubt_of(float deviation, float width)
+{
+    const float q5 = deviation / width * (float)DQW_CHANGE_BAND_Q5 + 1.0f;
+    return q5 < (float)UINT8_MAX ? (uint8_t)q5 : UINT8_MAX;
+}
+
+// The healthy value as far from the present one as `keep` says: 0 takes it over.
+static void move_healthy(dqw_monitor *m, int channel, float keep)
+{
+    if (channel < DQW_TRACK_WEIGHTS) {
+        m->healthy[channel] = value(m, channel) + keep * (m->healthy[channel] - value(m, channel));
+    } else if (channel < DQW_WATCH_FRICTION) {
+        const int k = channel - DQW_WATCH_OFFSET;
+        m->healthy_re[k] = m->witness.re[k] + keep * (m->healthy_re[k] - m->witness.re[k]);
+        m->healthy_im[k] = m->witness.im[k] + keep * (m->healthy_im[k] - m->witness.im[k]);
+    } else {
+        m->healthy_friction_Nm = m->friction_Nm + keep * (m->healthy_friction_Nm - m->friction_Nm);
+    }
+}
+
+// A healthy value that was taken over before it was well known goes on being learned, until it is.
+static void settle(dqw_monitor *m, int channel)
+{
+    const bool friction = channel == DQW_WATCH_FRICTION;
+    // Friction is a mean already: as it is when its memory is full.
+    const bool filling = friction && m->reversals < FRICTION_MEMORY;
+    if (filling || m->doubt_q5[channel] <= (friction ? UINT8_MAX - 1 : DOUBT_LEAST_Q5)) return;
+    float now;
+    float change;
+    float deviation;
+    read_channel(m, channel, &now, &change, &deviation);
+    if (!dqw_is_finite(deviation)) return;
+    const float width = band_of(m, channel);
+    const float was = healthy_sd(m, channel, width);
+    const float present = ALIKE_TICKS * deviation * deviation;
+    const float keep = dqw_is_finite(was) ? present / (present + was * was) : 0.0f;
+    move_healthy(m, channel, keep);
+    m->doubt_q5[channel] = doubt_of(dqw_is_finite(was) ? was * sqrtf(keep) : deviation, width);
+}
+
+// Healthy values as they are now: on entering service, and after an event.
+static void adopt(dqw_monitor *m)
+{
+    for (int i = 0; i < DQW_WATCH_TEMPERATURE; i++) {
+        m->doubt_q5[i] = UINT8_MAX;
+        move_healthy(m, i, 0.0f);
+    }
+    m->reversals = 0;
+    m->followed[0] = m->followed[1] = (uint16_t)(m->tracker.halves >> FOLLOW_SHIFT);
+    m->healthy_residual_pu2 = m->residual_pu2 > RESIDUAL_FLOOR_PU2 ? m->residual_pu2 : RESIDUAL_FLOOR_PU2;
+    for (int i = 0; i < DQW_WATCH_CHANNELS; i++) dqw_change_init(&m->change[i]);
+    m->alarms = 0;
+}
+
+// Healthy R or flux goes with the measured one, no faster than heat can: by `rate` a kelvin of what may have come since it last went. Not while
+// the measured one is unsure.
+static void follow(dqw_monitor *m, int channel, int which, float rate)
+{
+    const uint16_t now = (uint16_t)(m->tracker.halves >> FOLLOW_SHIFT);
+    const uint16_t time = (uint16_t)(now - m->followed[which]);
+    if (time == 0 || !(DEVIATIONS * sd(m, channel) < 2.0f * band_of(m, channel))) return;
+    const float time_s = (float)time * (float)(1u << FOLLOW_SHIFT) * m->tracker.config->dt_s * (float)m->tracker.window.half;
+    const float bound = rate * SLACK * or_else(dqw_monitor_config_of(m)->heating_K_s, HEATING_K_S) * time_s;
+    const float off = value(m, channel) - m->healthy[channel];
+    m->healthy[channel] += off > bound ? bound : off < -bound ? -bound : off;
+    m->followed[which] = now;
+}
+
+// The flux no further than the winding's heat explains, now or a while ago.
+static void follow_temperature(dqw_monitor *m)
+{
+    const float beta = or_else(dqw_monitor_config_of(m)->beta_per_K, BETA_PER_K);
+    follow(m, DQW_WATCH_R, 0, alpha_of(m) * m->cold_R_ohm);
+    follow(m, DQW_WATCH_PSI, 1, beta * m->cold_psi_Wb);
+    const float rise = rise_K(m, m->healthy[DQW_TRACK_R]);
+    m->hottest_K *= HOTTEST_KEPT;
+    if (rise > m->hottest_K) m->hottest_K = rise;
+    const float coldest = m->cold_psi_Wb * (1.0f - SLACK * beta * m->hottest_K - 0.5f * band(m, DQW_WATCH_PSI));
+    if (m->healthy[DQW_TRACK_PSI] < coldest) m->healthy[DQW_TRACK_PSI] = coldest;
 }
 
 // Size of a channel's change over its band, Q5; 0 where it is not known.
@@ -239,13 +326,14 @@ static int32_t deviation_q5(const dqw_monitor *m, int channel)
     } else if (channel == DQW_WATCH_RESIDUAL) {
         ratio = sqrtf(m->residual_pu2 / m->healthy_residual_pu2) / band(m, DQW_WATCH_RESIDUAL);
     } else {
-        if (channel == DQW_WATCH_FRICTION && !m->friction_known) return 0;
         float now;
         float change;
         float deviation;
         read_channel(m, channel, &now, &change, &deviation);
         const float width = band_of(m, channel);
-        ratio = fabsf(change) / (width > DEVIATIONS * deviation ? width : DEVIATIONS * deviation);
+        const float healthy = healthy_sd(m, channel, width);
+        const float sure = DEVIATIONS * sqrtf(deviation * deviation + healthy * healthy);
+        ratio = fabsf(change) / (width > sure ? width : sure);
     }
     // NaN and infinity over infinity count as nothing.
     return ratio > 0.0f ? (int32_t)((ratio < 100.0f ? ratio : 100.0f) * (float)DQW_CHANGE_BAND_Q5) : 0;
@@ -262,7 +350,7 @@ static dqw_fault_verdict name_it(const dqw_monitor *m)
         read_channel(m, channel, &now, &off, &deviation);
         // A change of a third of a band is none; what is not known counts for nothing.
         const float third = band_of(m, channel) * (1.0f / 3.0f);
-        const float least = isfinite(deviation) ? sqrtf(deviation * deviation + third * third) : 1e6f * third;
+        const float least = dqw_is_finite(deviation) ? sqrtf(deviation * deviation + third * third) : 1e6f * third;
         if (channel < DQW_TRACK_WEIGHTS) {
             const float scale = channel == DQW_WATCH_ANGLE ? m->healthy[DQW_TRACK_PSI] : channel == DQW_WATCH_DEAD_TIME ? 1.0f : m->healthy[channel];
             change[channel] = off / scale;
@@ -284,60 +372,54 @@ static void tell(dqw_monitor *m, dqw_monitor_event *event)
 {
     int worst = 0;
     int32_t most = -1;
-    for (int i = 0; i < DQW_WATCH_CHANNELS; i++)
-        if ((m->alarms >> i & 1u) != 0 && deviation_q5(m, i) > most) {
-            most = deviation_q5(m, i);
+    for (int i = 0; i < DQW_WATCH_CHANNELS; i++) {
+        const int32_t q5 = (m->alarms >> i & 1u) != 0 ? deviation_q5(m, i) : -1;
+        if (q5 > most) {
+            most = q5;
             worst = i;
         }
-    float change = 0.0f;
-    const dqw_fault_verdict sure = {.name = DQW_FAULT_NONE, .confidence = 0.99f, .phase = 0};
-    event->half = m->tracker.halves;
-    event->since = m->since;
-    event->parameter = (enum dqw_monitor_channel)worst;
-    event->fault = sure;
-    if (worst == DQW_WATCH_TEMPERATURE) {
-        event->value = rise_K(m, value(m, DQW_TRACK_R));
-        event->sd = sd(m, DQW_TRACK_R) / (m->cold_R_ohm * alpha_of(m));
-        event->fault.name = DQW_FAULT_OVER_TEMPERATURE;
-        m->too_hot = true;
-    } else if (worst == DQW_WATCH_RESIDUAL) {
-        event->value = sqrtf(m->residual_pu2) * dqw_monitor_config_of(m)->tracker.v_base_V;
-        event->sd = 0.0f;
-        event->fault = name_it(m);
-    } else {
-        read_channel(m, worst, &event->value, &change, &event->sd);
-        if (worst == DQW_WATCH_FRICTION)
-            event->fault.name = change > 0.0f ? DQW_FAULT_BEARING_WEAR : DQW_FAULT_UNKNOWN;
-        else
-            event->fault = name_it(m);
     }
+    float change;
+    read_channel(m, worst, &event->value, &change, &event->sd);
+    event->half = m->tracker.halves;
+    event->since = m->tracker.halves - (uint32_t)m->change[worst].above * TICK_BLOCKS;
+    event->parameter = (enum dqw_monitor_channel)worst;
+    if (worst != DQW_WATCH_TEMPERATURE && worst != DQW_WATCH_FRICTION) {
+        event->fault = name_it(m);
+        return;
+    }
+    event->fault.name = worst == DQW_WATCH_TEMPERATURE ? DQW_FAULT_OVER_TEMPERATURE : change > 0.0f ? DQW_FAULT_BEARING_WEAR : DQW_FAULT_UNKNOWN;
+    event->fault.confidence = SURE;
+    event->fault.phase = 0;
+    m->too_hot = m->too_hot || worst == DQW_WATCH_TEMPERATURE;
 }
 
 static bool look(dqw_monitor *m, dqw_monitor_event *event)
 {
-    const bool enough = m->forward >= FRICTION_BLOCKS && m->backward >= FRICTION_BLOCKS;
-    if (!m->friction_known && enough && dqw_monitor_config_of(m)->J_kgm2 > 0.0f) {
-        m->friction_known = true;
-        m->healthy_friction_Nm = friction_Nm(m);
-    }
     if (m->rest > 0) {
         m->rest--;
         adopt(m);
         return false;
     }
     if (m->too_hot && rise_K(m, value(m, DQW_TRACK_R)) < band(m, DQW_WATCH_TEMPERATURE) - 2.0f * TEMPERATURE_BAND_K) m->too_hot = false;
-    if (m->alarms == 0) follow_temperature(m);
+    if (m->alarms == 0) {
+        follow_temperature(m);
+        for (int i = 0; i < DQW_WATCH_TEMPERATURE; i++) settle(m, i);
+    }
     for (int i = 0; i < DQW_WATCH_CHANNELS; i++) {
         if (i == DQW_WATCH_TEMPERATURE && m->too_hot) continue;
         if (!dqw_change_step(&m->change[i], deviation_q5(m, i), LIMIT_Q5)) continue;
-        if (m->alarms == 0) {
-            m->wait = NAMING_TICKS;
-            m->since = m->tracker.halves - (uint32_t)m->change[i].above * TICK_BLOCKS;
-        }
+        if (m->alarms == 0) m->wait = NAMING_TICKS;
         m->alarms |= (uint16_t)(1u << i);
     }
     if (m->alarms == 0 || --m->wait > 0) return false;
     tell(m, event);
+    // What nothing explains may still be settling.
+    if (event->fault.name == DQW_FAULT_UNKNOWN && m->alarms < 2u * EXTENDED) {
+        m->alarms = (uint16_t)(m->alarms + EXTENDED);
+        m->wait = EXTENSION_TICKS;
+        return false;
+    }
     // Temperatures go on counting from where they were: what has broken is not what has heated.
     if ((m->alarms >> DQW_WATCH_R & 1u) != 0) m->cold_R_ohm *= value(m, DQW_TRACK_R) / m->healthy[DQW_TRACK_R];
     if ((m->alarms >> DQW_WATCH_PSI & 1u) != 0) m->cold_psi_Wb *= value(m, DQW_TRACK_PSI) / m->healthy[DQW_TRACK_PSI];
@@ -363,6 +445,11 @@ static bool known(const dqw_monitor *m)
     return true;
 }
 
+static uint32_t ppm(float ratio)
+{
+    return ratio < 4000.0f ? (uint32_t)(ratio * 1e6f) : 4000000000u;
+}
+
 // Fig. 1: which stage, after a block.
 static void stage(dqw_monitor *m)
 {
@@ -371,8 +458,8 @@ static void stage(dqw_monitor *m)
     if (m->stage.name == DQW_STAGE_ORDINAL && !known(m)) return;
     const dqw_stage_input in = {
         .random_converged = converged,
-        .residual_ppm = (uint32_t)(fminf(dqw_tracker_residual_pu(&m->tracker), 4000.0f) * 1e6f),
-        .residual_recent_ppm = (uint32_t)(fminf(sqrtf(m->residual_pu2), 4000.0f) * 1e6f),
+        .residual_ppm = ppm(dqw_tracker_residual_pu(&m->tracker)),
+        .residual_recent_ppm = ppm(sqrtf(m->residual_pu2)),
     };
     if (dqw_stage_step(&m->stage, in) && m->stage.name == DQW_STAGE_IN_SERVICE) enter_service(m);
 }

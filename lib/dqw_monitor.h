@@ -82,16 +82,18 @@ typedef struct dqw_monitor {
     dqw_monitor_random *lent;
     float healthy[DQW_TRACK_WEIGHTS];  ///< SI; R and flux follow the temperature
     float healthy_re[DQW_WITNESS_INPUTS], healthy_im[DQW_WITNESS_INPUTS];
+    uint8_t doubt_q5[DQW_WATCH_TEMPERATURE];  ///< deviation of each healthy value over its band, Q5; 255: not known
     float cold_R_ohm, cold_psi_Wb, hottest_K;  ///< where they may follow from, and the winding's highest rise, slowly forgotten
     float residual_pu2, healthy_residual_pu2;
-    // Friction: mean torque not used for acceleration by direction, its variance, and the healthy one.
-    float forward_Nm, backward_Nm, spread_Nm2, healthy_friction_Nm, w_before_rad_s;
-    uint16_t forward, backward;
+    // Friction: mean over reversals, its variance, the healthy one; the mean torque being gathered, and that before it, each with its direction.
+    float friction_Nm, spread_Nm2, healthy_friction_Nm, w_before_rad_s, gathered_Nm, before_Nm;
+    uint8_t reversals, slow;
+    int8_t gathered, before;
     dqw_change change[DQW_WATCH_CHANNELS];
-    uint32_t since;
+    uint16_t followed[2];  ///< when healthy R and flux last followed, in 256 halves
     uint16_t alarms;  ///< channels of the event that is being named
     uint8_t blocks, wait, rest;
-    bool friction_known, too_hot;
+    bool too_hot;
 } dqw_monitor;
 
 /// Make a monitor. `lent` from dqw_monitor_random_init, or NULL: the nominal values then stand for stage 2's result.

@@ -1,12 +1,17 @@
 #include "dqw_stage.h"
 
+static uint16_t count_of(uint32_t blocks)
+{
+    return (uint16_t)(blocks == 0 ? 1u : blocks < UINT16_MAX ? blocks : UINT16_MAX);
+}
+
 void dqw_stage_init(dqw_stage *s, uint32_t threshold_ppm, uint32_t random_limit, uint32_t ordinal_blocks)
 {
     const dqw_stage zero = {0};
     *s = zero;
     s->threshold_ppm = threshold_ppm;
-    s->random_limit = random_limit != 0 ? random_limit : 1;
-    s->ordinal_blocks = ordinal_blocks != 0 ? ordinal_blocks : 1;
+    s->random_limit = count_of(random_limit);
+    s->ordinal_blocks = count_of(ordinal_blocks);
 }
 
 static void enter(dqw_stage *s, enum dqw_stage_name name)
@@ -19,7 +24,7 @@ static void go_back(dqw_stage *s, enum dqw_stage_back why, uint32_t residual_ppm
 {
     s->back = why;
     s->residual_ppm = residual_ppm;
-    if (s->times_back < UINT32_MAX) s->times_back++;
+    if (s->times_back < UINT16_MAX) s->times_back++;
     enter(s, DQW_STAGE_DOMAIN);
 }
 

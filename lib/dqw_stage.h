@@ -26,11 +26,11 @@ enum dqw_stage_back {
 
 typedef struct dqw_stage {
     uint32_t threshold_ppm;   ///< of residual over voltage, RMS
-    uint32_t random_limit;    ///< blocks that stage 2 may take
-    uint32_t ordinal_blocks;  ///< blocks that stage 3 takes before it is judged
     uint32_t blocks;          ///< blocks spent in this stage
     uint32_t residual_ppm;    ///< at the last way back
-    uint32_t times_back;
+    uint16_t random_limit;    ///< blocks that stage 2 may take
+    uint16_t ordinal_blocks;  ///< blocks that stage 3 takes before it is judged
+    uint16_t times_back;      ///< up to 65535
     enum dqw_stage_name name;
     enum dqw_stage_back back;
 } dqw_stage;
@@ -42,7 +42,7 @@ typedef struct dqw_stage_input {
     uint32_t residual_recent_ppm;  ///< over the last blocks
 } dqw_stage_input;
 
-/// Begin in stage 1. Zero counts are taken as 1.
+/// Begin in stage 1. Zero counts are taken as 1, counts above 65535 as that.
 /// Source   Fig. 1; (E21) in docs/EQUATIONS.md
 void dqw_stage_init(dqw_stage *s, uint32_t threshold_ppm, uint32_t random_limit, uint32_t ordinal_blocks);
 

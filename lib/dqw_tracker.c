@@ -3,6 +3,7 @@
 
 #include <math.h>
 
+#include "dqw_number.h"
 #include "dqw_transform.h"
 
 #define HALF_WINDOW 20
@@ -22,12 +23,12 @@
 
 static bool positive(float x)
 {
-    return isfinite(x) && x > 0.0f;
+    return dqw_is_finite(x) && x > 0.0f;
 }
 
 static bool zero_or_positive(float x)
 {
-    return isfinite(x) && x >= 0.0f;
+    return dqw_is_finite(x) && x >= 0.0f;
 }
 
 float dqw_tracker_unit(const dqw_tracker_config *config, enum dqw_tracker_weight weight)
@@ -70,20 +71,19 @@ enum dqw_status dqw_tracker_init(dqw_tracker *t, const dqw_tracker_config *confi
 {
     if (t == NULL || config == NULL) return DQW_ERR_NULL;
     const dqw_tracker_config *c = config;
-    const float must[] = {c->dt_s, c->v_base_V, c->i_base_A, c->w_base_rad_s, c->R_ohm, c->Ld_H, c->Lq_H, c->psi_Wb};
-    for (unsigned i = 0; i < sizeof must / sizeof must[0]; i++)
-        if (!positive(must[i])) return DQW_ERR_RANGE;
-    const float may[] = {c->v_limit_V, c->i_limit_A, c->excitation_pu, c->dead_time_width_A, c->drift_per_sqrt_s};
-    for (unsigned i = 0; i < sizeof may / sizeof may[0]; i++)
-        if (!zero_or_positive(may[i])) return DQW_ERR_RANGE;
-    if (c->pole_pairs == 0) return DQW_ERR_RANGE;
+    if (!positive(c->dt_s) || !positive(c->v_base_V) || !positive(c->i_base_A) || !positive(c->w_base_rad_s) || !positive(c->R_ohm) || !positive(c->Ld_H) ||
+        !positive(c->Lq_H) || !positive(c->psi_Wb) || c->pole_pairs == 0)
+        return DQW_ERR_RANGE;
+    if (!zero_or_positive(c->v_limit_V) || !zero_or_positive(c->i_limit_A) || !zero_or_positive(c->excitation_pu) || !zero_or_positive(c->dead_time_width_A) ||
+        !zero_or_positive(c->drift_per_sqrt_s))
+        return DQW_ERR_RANGE;
 
     dqw_tracker n = {.config = config, .follow = 1.0f};
     const enum dqw_status status = dqw_window_init(&n.window, c->half_window != 0 ? c->half_window : HALF_WINDOW, DQW_TRACK_SIGNALS);
     if (status != DQW_OK) return status;
     dqw_tracker_start(&n);
     for (int i = 0; i < DQW_TRACK_WEIGHTS; i++)
-        if (!positive(n.gain.d[i]) || !isfinite(dqw_tracker_unit(c, (enum dqw_tracker_weight)i))) return DQW_ERR_RANGE;
+        if (!positive(n.gain.d[i]) || !dqw_is_finite(dqw_tracker_unit(c, (enum dqw_tracker_weight)i))) return DQW_ERR_RANGE;
     dqw_gate_init(&n.gate, c->stale_limit);
     dqw_noise_init(&n.noise);
     n.i_d_A = NAN;
@@ -110,7 +110,7 @@ static uint32_t admit(dqw_tracker *t, const dqw_sample *s, bool saturated)
         const dqw_gate_sample g = {.finite = true, .saturated = saturated, .repeated = repeated};
         return dqw_gate_check(&t->gate, g);
     }
-    const bool finite = isfinite(s->v_d_V) && isfinite(s->v_q_V) && isfinite(s->i_d_A) && isfinite(s->i_q_A) && isfinite(s->w_m_rad_s) && has_angle;
+    const bool finite = dqw_is_finite(s->v_d_V) && dqw_is_finite(s->v_q_V) && dqw_is_finite(s->i_d_A) && dqw_is_finite(s->i_q_A) && dqw_is_finite(s->w_m_rad_s) && has_angle;
     const dqw_gate_sample g = {.finite = finite, .saturated = true, .repeated = repeated};
     return dqw_gate_check(&t->gate, g);
 }
@@ -186,7 +186,7 @@ static uint32_t end_half(dqw_tracker *t, float theta_rad)
     const bool taken = t->pending;
     const uint32_t event = dqw_window_end(&t->window, taken ? lost : t->block);
     if (event == DQW_EVENT_LEARNED && taken) {
-        if (t->missed < UINT16_MAX) t->missed++;
+        if (t->missed < UINT8_MAX) t->missed++;
     } else if (event == DQW_EVENT_LEARNED) {
         t->block_theta_rad = t->half_theta_rad;
         t->pending = true;

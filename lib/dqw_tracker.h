@@ -48,7 +48,7 @@ typedef struct dqw_tracker_config {
     uint16_t half_window;       ///< pairs in half a block, 1 .. 10000; 0: 20
     float v_limit_V;            ///< samples beyond are saturated, and not learned; 0: ten bases
     float i_limit_A;            ///< the same
-    float excitation_pu;        ///< a block input below this part of its base teaches nothing; 0: 0.002
+    float excitation_pu;        ///< an input whose power stays below this part of its base, squared, teaches nothing; 0: 0.01
     float dead_time_width_A;    ///< current at which the inverter's loss is three quarters of its full size; 0: no dead time is learned
     float drift_per_sqrt_s;     ///< how far a parameter may wander, as part of itself, in 1 s; 0: it is constant, and nothing is forgotten
     uint32_t stale_limit;       ///< equal samples in a row before a sensor counts as stuck; 0: never
@@ -72,8 +72,8 @@ typedef struct dqw_tracker {
     float score_last[DQW_TRACK_SCORES];    ///< and the last one's
     uint32_t halves;                       ///< halves of a window since init: the time
     uint16_t blocks;                       ///< learned, up to 65535
-    uint16_t missed;                       ///< lost because the background came too late, up to 65535
-    uint16_t restarts;                     ///< times that the weights left all bounds, and learning began again
+    uint8_t missed;                        ///< lost because the background came too late, up to 255
+    uint8_t restarts;                      ///< times that the weights left all bounds, and learning began again, up to 255
     uint8_t learned;                       ///< weights of which anything was ever learned
     bool pending, last_good;
     // The last sample, and dead time's input there.

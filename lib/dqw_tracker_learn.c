@@ -4,7 +4,7 @@
 
 #include "dqw_tracker.h"
 
-#define EXCITATION_PU 0.002f
+#define EXCITATION_PU 0.01f
 // A weight whose variance fell by less than this was not learned.
 #define LEARNED_RATIO 0.01f
 #define START_RESIDUAL_PU2 1e-4f
@@ -20,9 +20,13 @@
 #define BLOCK_MAX_PU 1e5f
 // Rows that only measure the noise and its share.
 #define WARM_UP 2000u
-// An input whose power is not three times its noise teaches nothing; even at the end of the warm-up, noise alone would need ten deviations.
+// An input whose power is not three times its noise teaches nothing; noise alone would need ten deviations.
 #define NOISE_MARGIN 3.0f
-#define EXCESS_PART (1.0f / 256.0f)
+// R needs currents of so many of dead time's widths, squared.
+#define STEP_MARGIN 16.0f
+#define EXCESS_PART (1.0f / 32.0f)
+// A strong block counts as so many weak ones, so that a drive that stops is soon seen to have stopped.
+#define EXCESS_MAX 8.0f
 // Where noise is more than this part of all that was learned of a weight, taking it out could run away.
 #define NOISE_PART_MAX 0.05f
 // A per-unit weight beyond this is no machine's.
@@ -87,12 +91,9 @@ dqw_block dqw_tracker_block(const dqw_tracker *t)
 static dqw_block exact_block(const dqw_tracker *t)
 {
     dqw_block b = dqw_tracker_block(t);
-    const dqw_parameters known = {.R_ohm = dqw_tracker_value(t, DQW_TRACK_R),
-                                  .Ld_H = dqw_tracker_value(t, DQW_TRACK_LD),
-                                  .Lq_H = dqw_tracker_value(t, DQW_TRACK_LQ),
-                                  .pole_pairs = t->config->pole_pairs,
-                                  .known = DQW_KNOWS_R | DQW_KNOWS_LD | DQW_KNOWS_LQ};
-    if (t->blocks > 10 && known.Ld_H > 0.0f && known.Lq_H > 0.0f) dqw_model_correct(&b, &known, t->config->dt_s);
+    const dqw_machine known = {dqw_tracker_value(t, DQW_TRACK_R), dqw_tracker_value(t, DQW_TRACK_LD), dqw_tracker_value(t, DQW_TRACK_LQ),
+                               (float)t->config->pole_pairs};
+    if (t->blocks > 10 && known.R_ohm > 0.0f) dqw_model_bow(&b, &known, t->config->dt_s);
     return b;
 }
 
@@ -246,13 +247,17 @@ static void drift(dqw_tracker *t)
 static void choose(dqw_tracker *t, const float x_d[], const float x_q[], const input_noise *n, uint32_t mask[2])
 {
     const float threshold = t->config->excitation_pu > 0.0f ? t->config->excitation_pu : EXCITATION_PU;
+    const float width_pu = t->config->dead_time_width_A / t->config->i_base_A;
     mask[D] = mask[Q] = 0;
     for (int i = 0; i < N; i++) {
-        const float net = x_d[i] * x_d[i] + x_q[i] * x_q[i] - NOISE_MARGIN * (n->var[D][i] + n->var[Q][i]);
-        t->excess_pu2[i] += (net - t->excess_pu2[i]) * EXCESS_PART;
+        float least = NOISE_MARGIN * (n->var[D][i] + n->var[Q][i]) + threshold * threshold;
+        // Among currents as small as dead time's step, its shape decides what is left for R.
+        if (i == DQW_TRACK_R) least += STEP_MARGIN * width_pu * width_pu;
+        const float power = x_d[i] * x_d[i] + x_q[i] * x_q[i];
+        t->excess_pu2[i] += ((power < EXCESS_MAX * least ? power : EXCESS_MAX * least) - least - t->excess_pu2[i]) * EXCESS_PART;
         if (!(t->excess_pu2[i] > 0.0f)) continue;
-        if (fabsf(x_d[i]) >= threshold) mask[D] |= 1u << i;
-        if (fabsf(x_q[i]) >= threshold) mask[Q] |= 1u << i;
+        if (x_d[i] != 0.0f) mask[D] |= 1u << i;
+        if (x_q[i] != 0.0f) mask[Q] |= 1u << i;
     }
 }
 
@@ -262,7 +267,7 @@ static bool sound(dqw_tracker *t)
     for (int i = 0; i < N; i++) {
         if (!(fabsf(t->w_pu[i]) < WEIGHT_MAX_PU)) {
             dqw_tracker_start(t);
-            if (t->restarts < UINT16_MAX) t->restarts++;
+            if (t->restarts < UINT8_MAX) t->restarts++;
             return false;
         }
         const float sd = dqw_tracker_start_sd_pu(t, i);

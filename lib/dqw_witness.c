@@ -2,6 +2,7 @@
 
 #include <math.h>
 
+#include "dqw_number.h"
 #include "dqw_transform.h"
 
 // Electrical angle that a block's half must turn by: less, and a ripple is a constant within the memory; and where twice that is too much
@@ -39,7 +40,7 @@ bool dqw_witness_learn(dqw_witness *w, const dqw_tracker *t)
     const dqw_block b = dqw_tracker_block(t);
     const float w_e = (float)c->pole_pairs * b.w_m_rad_s;
     const float turn = fabsf(w_e) * c->dt_s * (float)t->window.half;
-    if (!c->angle || !isfinite(t->block_theta_rad) || !(turn > SLOWEST_RAD) || !(turn < FASTEST_RAD)) return false;
+    if (!c->angle || !dqw_is_finite(t->block_theta_rad) || !(turn > SLOWEST_RAD) || !(turn < FASTEST_RAD)) return false;
 
     // [WIT.1] inputs at the middle of the block
     complex_number once;
@@ -72,7 +73,7 @@ bool dqw_witness_learn(dqw_witness *w, const dqw_tracker *t)
         error.re -= said.re;
         error.im -= said.im;
     }
-    if (!isfinite(error.re) || !isfinite(error.im)) return false;
+    if (!dqw_is_finite(error.re) || !dqw_is_finite(error.im)) return false;
 
     // [WIT.3] each weight by its own mean power
     if (w->blocks < DQW_WITNESS_MEMORY) w->blocks++;

@@ -24,15 +24,23 @@ static void expect_complaint(const Outcome& run, int code, const std::string& na
 
 static void help_and_version_are_no_errors(void)
 {
-    for (const auto& args : std::vector<std::vector<std::string>>{
-             {"--help"}, {"-h"}, {"fit", "--help"}, {"learn", "--help"}, {"sim", "--help"}, {"paper", "--help"}, {"trace", "--help"}, {"demo", "--help"}}) {
+    for (const auto& args : std::vector<std::vector<std::string>>{{"--help"},
+                                                                  {"-h"},
+                                                                  {"fit", "--help"},
+                                                                  {"learn", "--help"},
+                                                                  {"sim", "--help"},
+                                                                  {"paper", "--help"},
+                                                                  {"trace", "--help"},
+                                                                  {"monitor", "--help"},
+                                                                  {"demo", "--help"}}) {
         const Outcome run = command::dqwatch(args);
         TEST_ASSERT_EQUAL_INT(0, run.code);
         TEST_ASSERT_TRUE(run.out.find("--json") != std::string::npos || args.size() == 1);
         TEST_ASSERT_EQUAL_STRING("", run.err.c_str());
     }
     const Outcome all = command::dqwatch({"--help"});
-    for (const char* name : {"paper", "sim", "learn", "fit", "trace", "demo"}) TEST_ASSERT_TRUE_MESSAGE(all.out.find(name) != std::string::npos, name);
+    for (const char* name : {"paper", "sim", "learn", "fit", "trace", "monitor", "demo"})
+        TEST_ASSERT_TRUE_MESSAGE(all.out.find(name) != std::string::npos, name);
     const Outcome version = command::dqwatch({"--version"});
     TEST_ASSERT_EQUAL_INT(0, version.code);
     TEST_ASSERT_EQUAL_INT(0, version.out.compare(0, 8, "dqwatch "));

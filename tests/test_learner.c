@@ -353,6 +353,68 @@ static void test_counters_stop_at_their_maximum(void)
     TEST_ASSERT_EQUAL_UINT32(UINT32_MAX, l.skipped);
 }
 
+// The neuron for the interrupt takes the same path as the Learner with unit bases whose constant input is counted in the norm.
+static void test_the_plain_step_takes_the_same_path(void)
+{
+    for (int n = 1; n <= DQW_LEARNER_INPUTS && n <= 6; n++) {
+        dqw_learner_config c = {.inputs = n, .step_size = 0.5f, .y_base = 1.0f, .indicator = true};
+        for (int i = 0; i < n; i++) c.x_base[i] = 1.0f;
+        dqw_learner l;
+        TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_learner_init(&l, &c));
+        float w[DQW_LEARNER_INPUTS] = {0};
+        test_random r = {(uint64_t)(60 + n)};
+        double worst = 0.0;
+        double moved = 0.0;
+        for (int k = 0; k < scaled(20000); k++) {
+            CASE("%d inputs, step %d", n, k);
+            float x[DQW_LEARNER_INPUTS];
+            const double size = pow(10, random_uniform(&r, -3, 1));
+            double y = 0.3 * random_normal(&r);
+            for (int i = 0; i < n; i++) {
+                x[i] = (float)(size * random_normal(&r));
+                y += (i + 1) * sin(1e-3 * k) * (double)x[i];
+            }
+            const float before = w[0];
+            const float e_l = dqw_learner_learn(&l, x, (float)y);
+            const float e = dqw_learner_step_pu(w, x, n, (float)y, 0.5f);
+            moved += fabs((double)(w[0] - before));
+            // A wild error counts as one of 1000 bases there, and as none here.
+            HOLDS(fabs((double)e) < 1e3);
+            BETWEEN(-2e-4, (double)(e - e_l), 2e-4);  // rounding of a target up to 500
+            for (int i = 0; i < n; i++) worst = fmax(worst, fabs((double)(w[i] - l.w_pu[i])));
+        }
+        CASE("%d inputs", n);
+        // The floor that keeps the Learner's norm off zero is a millionth of the constant input's; and rounding.
+        BETWEEN(1e-7, worst, 5e-6);  // 3.6e-7 to 1.4e-6
+        HOLDS(moved > 10.0);
+    }
+}
+
+static void test_the_plain_step_learns_nothing_from_wild_samples(void)
+{
+    static const float bad[] = {NAN, INFINITY, -INFINITY, 1e30f, -1e30f, FLT_MAX};
+    for (int n = 1; n <= 6; n++)
+        for (int at = 0; at <= n; at++)
+            for (int b = 0; b < 6; b++) {
+                CASE("%d inputs, %g at %d", n, (double)bad[b], at);
+                float w[6] = {0.5f, -1.0f, 0.25f, 2.0f, -0.125f, 1.0f};
+                float before[6];
+                memcpy(before, w, sizeof w);
+                float x[6] = {1.0f, 0.5f, -0.5f, 1.0f, 0.25f, -1.0f};
+                float y = 3.0f;
+                *(at == n ? &y : &x[at]) = bad[b];
+                (void)dqw_learner_step_pu(w, x, n, y, 0.5f);
+                TEST_ASSERT_EQUAL_MEMORY(before, w, sizeof w);
+            }
+    // Up to the limit of the error it learns, beyond it does not.
+    for (int sign = -1; sign <= 1; sign += 2) {
+        float w = 0.0f;
+        const float x = 1.0f;
+        HOLDS(dqw_learner_step_pu(&w, &x, 1, (float)sign * 1000.0f, 0.5f) == (float)sign * 1000.0f && w == 0.0f);
+        HOLDS(dqw_learner_step_pu(&w, &x, 1, (float)sign * 999.0f, 0.5f) == (float)sign * 999.0f && fabsf(w - (float)sign * 249.75f) < 1e-3f);
+    }
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -368,5 +430,7 @@ int main(void)
     RUN_TEST(test_a_wild_sample_does_not_wedge_it);
     RUN_TEST(test_a_wild_target_moves_the_weights_by_a_bounded_step);
     RUN_TEST(test_counters_stop_at_their_maximum);
+    RUN_TEST(test_the_plain_step_takes_the_same_path);
+    RUN_TEST(test_the_plain_step_learns_nothing_from_wild_samples);
     return UNITY_END();
 }

@@ -109,6 +109,68 @@ static void test_not_a_number_stays_visible(void)
     TEST_ASSERT_TRUE(isnan(dqw_park(y, 1.0f, 0.0f).d));
 }
 
+// Largest error against libm, beside what single precision lets an angle of this size move by.
+static double worst_cosine_sine(double largest_rad, int count, test_random *r)
+{
+    double worst = 0.0;
+    for (int k = 0; k < count; k++) {
+        const float t = (float)random_uniform(r, -largest_rad, largest_rad);
+        float c;
+        float s;
+        dqw_cosine_sine(t, &c, &s);
+        CASE("angle %.9g", (double)t);
+        const double off = hypot((double)c - cos((double)t), (double)s - sin((double)t));
+        HOLDS(off < 1e-6 + fabs((double)t) * 6e-8);
+        worst = fmax(worst, off);
+    }
+    return worst;
+}
+
+static void test_cosine_and_sine_are_those_of_libm(void)
+{
+    static const double largest[] = {0.8, 10, 1e3, 1e5};
+    static const double bound[] = {8e-7, 8e-7, 8e-7, 2.5e-6};  // 3.8e-7, 3.9e-7, 3.8e-7, 1.3e-6
+    test_random r = {5};
+    for (int k = 0; k < 4; k++) {
+        const double worst = worst_cosine_sine(largest[k], scaled(300000), &r);
+        CASE("up to %g rad", largest[k]);
+        BETWEEN(bound[k] / 4, worst, bound[k]);
+    }
+    // Every quarter turn's edges, where one series takes over from the other.
+    for (int n = -4000; n <= 4000; n++)
+        for (int k = -3; k <= 3; k++) {
+            float t = (float)((n + 0.5) * PI / 2);
+            for (int m = 0; m < abs(k); m++) t = nextafterf(t, k > 0 ? INFINITY : -INFINITY);
+            float c;
+            float s;
+            dqw_cosine_sine(t, &c, &s);
+            CASE("angle %.9g", (double)t);
+            HOLDS(hypot((double)c - cos((double)t), (double)s - sin((double)t)) < 1e-6 + fabs((double)t) * 6e-8);
+        }
+}
+
+static void test_cosine_and_sine_of_what_is_no_angle(void)
+{
+    static const float bad[] = {NAN, INFINITY, -INFINITY, 1e30f, -1e30f, 1e9f, -3e9f, 3.402823466e38f};
+    for (unsigned k = 0; k < sizeof bad / sizeof bad[0]; k++) {
+        CASE("angle %g", (double)bad[k]);
+        float c = 5.0f;
+        float s = 5.0f;
+        dqw_cosine_sine(bad[k], &c, &s);
+        HOLDS(c == 1.0f && s == 0.0f);
+    }
+    // Beyond 1e5 rad it still is on the circle, or 1 and 0.
+    test_random r = {6};
+    for (int k = 0; k < 10000; k++) {
+        const float t = (float)random_uniform(&r, 1e5, 1e6);
+        float c;
+        float s;
+        dqw_cosine_sine(t, &c, &s);
+        CASE("angle %.9g", (double)t);
+        BETWEEN(0.98, hypot((double)c, (double)s), 1.02);
+    }
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -119,5 +181,7 @@ int main(void)
     RUN_TEST(test_park_keeps_the_length_and_composes);
     RUN_TEST(test_paper_is_the_usual_transform_at_minus_the_angle);
     RUN_TEST(test_not_a_number_stays_visible);
+    RUN_TEST(test_cosine_and_sine_are_those_of_libm);
+    RUN_TEST(test_cosine_and_sine_of_what_is_no_angle);
     return UNITY_END();
 }

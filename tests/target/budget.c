@@ -4,6 +4,7 @@
 #include <stdio.h>
 
 #include "dqw_monitor.h"
+#include "target/config.h"
 #include "target/count.h"
 #include "target/stack.h"
 
@@ -33,24 +34,6 @@ static void plain(const float x_d[], float v_d, const float x_q[], float v_q)
     (void)dqw_learner_step_pu(w_d, x_d, 3, v_d, 0.5f);
     (void)dqw_learner_step_pu(w_q, x_q, 4, v_q, 0.5f);
 }
-
-static const dqw_monitor_config CONFIG = {
-    .tracker = {.dt_s = 50e-6f,
-                .v_base_V = 14,
-                .i_base_A = 6,
-                .w_base_rad_s = 110,
-                .R_ohm = 0.6f,
-                .Ld_H = 0.9e-3f,
-                .Lq_H = 1.6e-3f,
-                .psi_Wb = 0.018f,
-                .pole_pairs = 4,
-                .dead_time_width_A = 0.05f,
-                .drift_per_sqrt_s = 0.01f,
-                .stale_limit = 10,
-                .angle = true,
-                .noise_on_inputs = true},
-    .J_kgm2 = 3e-4f,
-};
 
 static dqw_monitor m;
 static dqw_monitor_random lent;

@@ -1,0 +1,25 @@
+// The monitor's configuration for what is measured on the target.
+#ifndef TARGET_CONFIG_H
+#define TARGET_CONFIG_H
+
+#include "dqw_monitor.h"
+
+static const dqw_monitor_config CONFIG = {
+    .tracker = {.dt_s = 50e-6f,
+                .v_base_V = 14,
+                .i_base_A = 6,
+                .w_base_rad_s = 110,
+                .R_ohm = 0.6f,
+                .Ld_H = 0.9e-3f,
+                .Lq_H = 1.6e-3f,
+                .psi_Wb = 0.018f,
+                .pole_pairs = 4,
+                .dead_time_width_A = 0.05f,
+                .drift_per_sqrt_s = 0.01f,
+                .stale_limit = 10,
+                .angle = true,
+                .noise_on_inputs = true},
+    .J_kgm2 = 3e-4f,
+};
+
+#endif

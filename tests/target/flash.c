@@ -1,0 +1,36 @@
+// A firmware that does nothing but monitor, to see how much flash that takes. -DLEND: with stage 2's Random Learner. -DNOTHING: without it all.
+#include <math.h>
+
+#include "target/config.h"
+
+volatile dqw_sample now;
+volatile float told;
+void _start(void);
+
+#ifdef NOTHING
+void _start(void)
+{
+    for (;;) told = sqrtf(now.v_d_V) + fmaxf(now.v_q_V, now.i_d_A) + fminf(now.i_q_A, now.w_m_rad_s);
+}
+#else
+static dqw_monitor m;
+#ifdef LEND
+static dqw_monitor_random lent;
+#endif
+
+void _start(void)
+{
+    dqw_monitor_event event;
+#ifdef LEND
+    dqw_monitor_random_init(&lent);
+    (void)dqw_monitor_init(&m, &CONFIG, &lent);
+#else
+    (void)dqw_monitor_init(&m, &CONFIG, NULL);
+#endif
+    for (;;) {
+        const dqw_sample s = now;
+        (void)dqw_monitor_sample(&m, &s, false);
+        if (dqw_monitor_background(&m, &event)) told = event.value;
+    }
+}
+#endif

@@ -1,0 +1,258 @@
+// The witness: residuals made phase by phase in double are learned as the weights that made them; its deviation is what repeated runs
+// scatter by; where it cannot see it refuses.
+#include <complex.h>
+
+#include "dqw_test.h"
+#include "dqw_witness.h"
+
+void setUp(void) { test_case[0] = 0; }
+void tearDown(void) {}
+
+#define DT_S 5e-5
+#define R_OHM 0.5
+#define L_H 1.2e-3
+#define PSI_WB 0.02
+#define V_BASE 14.0
+enum { POLES = 4, HALF = 20 };
+
+typedef double complex vector;
+
+static dqw_tracker_config config_of(bool angle)
+{
+    const dqw_tracker_config c = {.dt_s = (float)DT_S,
+                                  .v_base_V = (float)V_BASE,
+                                  .i_base_A = 6.0f,
+                                  .w_base_rad_s = 110.0f,
+                                  .R_ohm = (float)R_OHM,
+                                  .Ld_H = (float)L_H,
+                                  .Lq_H = (float)L_H,
+                                  .psi_Wb = (float)PSI_WB,
+                                  .pole_pairs = POLES,
+                                  .half_window = HALF,
+                                  .angle = angle};
+    return c;
+}
+
+// What the drive has that the model lacks. Everything of `phase`, which lies `phase` times 120 degrees from phase a.
+typedef struct defect {
+    vector offset_A;  ///< on the measured current, in the stator
+    double extra_ohm, sensor_gain, short_S;
+    int phase;
+} defect;
+
+// What the model leaves over at one instant, in the rotating frame, but for the mean, which the tracker takes for R, L and flux. Phase
+// quantities x_n of a vector x are Re(x exp(-j a_n)), and a value y of one phase is the vector 2/3 y exp(j a_n).
+static vector left_over(const defect *f, vector i, vector slope, double w_e, double theta)
+{
+    const vector a = cexp(I * f->phase * 2 * PI / 3);
+    const vector turn = cexp(I * theta);
+    // A current too much, x in the rotating frame, makes the model expect R x + L dx/dt + j w L x.
+    vector v = -R_OHM * f->offset_A / turn;
+    const vector stator = i * turn;
+    const double i_n = creal(stator * conj(a));
+    v += f->extra_ohm * (2.0 / 3 * i_n * a / turn - i / 3);
+    // The sensor's own current, without its mean part of a third: its ripple's slope in time, by the chain rule.
+    const vector ripple = f->sensor_gain * (2.0 / 3 * i_n * a / turn - i / 3);
+    const double i_n_rate = creal((slope + I * w_e * i) * turn * conj(a));
+    const vector rate = f->sensor_gain * (2.0 / 3 * (i_n_rate - I * w_e * i_n) * a / turn - slope / 3);
+    v -= R_OHM * ripple + L_H * rate + I * w_e * L_H * ripple;
+    // Turns shorted through a conductance carry what their phase's induced voltage drives, j w psi on q; its ripple meets the winding.
+    const double e_n = creal(I * w_e * PSI_WB * turn * conj(a));
+    const vector shorted = -f->short_S * (2 * e_n * a / turn - I * w_e * PSI_WB);
+    v += R_OHM * shorted - I * w_e * L_H * shorted;
+    return v;
+}
+
+// One block as a tracker would hand it over: all means under the triangle, pair by pair, each pair over its own period.
+static void hand_over(dqw_tracker *t, const defect *f, vector i, vector slope, double w_e, double theta, double noise_V, test_random *r)
+{
+    vector mean = 0;
+    for (int j = 1; j <= 2 * HALF; j++) {
+        const double weight = (j <= HALF ? j : 2 * HALF + 1 - j) / (double)(HALF * (HALF + 1));
+        for (int part = 0; part < 4; part++) {
+            const double time = (j - HALF - 1 + (part + 0.5) / 4) * DT_S;
+            mean += weight / 4 * left_over(f, i + slope * time, slope, w_e, theta + w_e * time);
+        }
+    }
+    memset(t->block, 0, sizeof t->block);
+    t->block[2] = (float)(2 * creal(i));
+    t->block[3] = (float)(2 * cimag(i));
+    t->block[4] = (float)(creal(slope) * DT_S);
+    t->block[5] = (float)(cimag(slope) * DT_S);
+    t->block[6] = (float)(2 * w_e / POLES * creal(i));
+    t->block[7] = (float)(2 * w_e / POLES * cimag(i));
+    t->block[8] = (float)(2 * w_e / POLES);
+    t->block_theta_rad = (float)theta;
+    t->e_pu[0] = (float)((creal(mean) + (noise_V > 0 ? noise_V * random_normal(r) : 0.0)) / V_BASE);
+    t->e_pu[1] = (float)((cimag(mean) + (noise_V > 0 ? noise_V * random_normal(r) : 0.0)) / V_BASE);
+}
+
+typedef struct drive {
+    bool changing;    ///< currents that move within a block
+    int way;          ///< of rotation: 1, -1; 0: to and fro
+    double noise_V;
+} drive;
+
+static dqw_witness learned(const defect *f, drive d, int blocks, uint64_t seed)
+{
+    const dqw_tracker_config c = config_of(true);
+    dqw_tracker t;
+    TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_tracker_init(&t, &c));
+    dqw_witness w;
+    memset(&w, 0x5a, sizeof w);
+    dqw_witness_init(&w);
+    test_random r = {seed};
+    double theta = 0.0;
+    vector i = 0;
+    double w_e = 0.0;
+    for (int k = 0; k < blocks; k++) {
+        if (k % 15 == 0) {
+            w_e = random_uniform(&r, 80, 380) * (d.way != 0 ? d.way : random_bits(&r) % 2 ? 1 : -1);
+            i = random_uniform(&r, -4, 4) + I * random_uniform(&r, -4, 4);
+        }
+        const vector slope = d.changing ? 400 * (random_normal(&r) + I * random_normal(&r)) : 0;
+        theta = fmod(theta + w_e * HALF * DT_S, 2 * PI);
+        hand_over(&t, f, i, slope, w_e, theta, d.noise_V, &r);
+        HOLDS(dqw_witness_learn(&w, &t));
+    }
+    return w;
+}
+
+// The weights that a defect is to be learned as.
+static void weights_of(const defect *f, vector out[DQW_WITNESS_INPUTS])
+{
+    const vector twice = cexp(2 * I * f->phase * 2 * PI / 3);
+    out[DQW_WITNESS_OFFSET] = f->offset_A;
+    out[DQW_WITNESS_RESISTANCE] = (f->extra_ohm - f->sensor_gain * R_OHM) / 3 * twice;
+    out[DQW_WITNESS_REACTANCE] = f->sensor_gain * L_H / 3 * twice;
+    out[DQW_WITNESS_SHORT] = f->short_S * twice;
+}
+
+static const defect DEFECTS[] = {{.offset_A = 0.2 + 0.1 * I}, {.extra_ohm = 0.1, .phase = 1}, {.sensor_gain = 0.1, .phase = 2}, {.sensor_gain = -0.1, .phase = 0},
+                                 {.short_S = 0.01, .phase = 1}, {.offset_A = -0.1 * I, .extra_ohm = 0.1, .sensor_gain = 0.05, .short_S = 0.005, .phase = 2}};
+enum { DEFECTS_N = sizeof DEFECTS / sizeof DEFECTS[0] };
+
+static void test_residuals_are_learned_as_the_weights_that_made_them(void)
+{
+    // What a weight of this size is worth on the whole: volts of 3 A, 200 rad/s.
+    const double unit[DQW_WITNESS_INPUTS] = {R_OHM, 3, 3 * 200, 200 * PSI_WB * R_OHM};
+    for (int way = -1; way <= 1; way++)
+        for (int changing = 0; changing < 2; changing++)
+            for (int n = 0; n < DEFECTS_N; n++) {
+                const drive d = {.changing = changing == 1, .way = way};
+                const dqw_witness w = learned(&DEFECTS[n], d, scaled(20000), (uint64_t)(n + 10 * changing + 100));
+                vector expected[DQW_WITNESS_INPUTS];
+                weights_of(&DEFECTS[n], expected);
+                double size = 0.0;
+                for (int k = 0; k < DQW_WITNESS_INPUTS; k++) size = fmax(size, cabs(expected[k]) * unit[k]);
+                for (int k = 0; k < DQW_WITNESS_INPUTS; k++) {
+                    CASE("defect %d, way %d, changing %d, input %d: %g%+gj for %g%+gj", n, way, changing, k, (double)w.re[k], (double)w.im[k],
+                         creal(expected[k]), cimag(expected[k]));
+                    const double off = cabs(w.re[k] + I * w.im[k] - expected[k]) * unit[k] / size;
+                    BETWEEN(0.0, off, 0.1);
+                    HOLDS(fabs(dqw_witness_size(&w, (enum dqw_witness_input)k) - hypot(w.re[k], w.im[k])) <= 1e-6 * hypot(w.re[k], w.im[k]));
+                }
+            }
+}
+
+static void test_deviation_is_what_repeated_runs_scatter_by(void)
+{
+    static const double noises[] = {0.02, 0.3};
+    const int runs = scaled(120);
+    const dqw_tracker_config c = config_of(true);
+    for (int n = 0; n < 2; n++) {
+        const defect none = {.phase = 0};
+        const drive d = {.noise_V = noises[n]};
+        double square[DQW_WITNESS_INPUTS] = {0};
+        double told[DQW_WITNESS_INPUTS] = {0};
+        dqw_tracker t;
+        TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_tracker_init(&t, &c));
+        t.error_pu2[0] = t.error_pu2[1] = (float)(noises[n] / V_BASE * (noises[n] / V_BASE));
+        for (int run = 0; run < runs; run++) {
+            const dqw_witness w = learned(&none, d, 1000, (uint64_t)(1000 * n + run));
+            for (int k = 0; k < DQW_WITNESS_INPUTS; k++) {
+                square[k] += ((double)w.re[k] * (double)w.re[k] + (double)w.im[k] * (double)w.im[k]) / 2 / runs;
+                told[k] += (double)dqw_witness_sd(&w, &t, (enum dqw_witness_input)k) / runs;
+            }
+        }
+        for (int k = 0; k < DQW_WITNESS_INPUTS; k++) {
+            CASE("noise %g V, input %d", noises[n], k);
+            const double ratio = sqrt(square[k]) / told[k];
+            BETWEEN(runs == 120 ? 0.8 : 0.6, ratio, runs == 120 ? 1.25 : 1.6);
+        }
+    }
+}
+
+static void test_it_refuses_where_it_cannot_see(void)
+{
+    const dqw_tracker_config c = config_of(true);
+    const dqw_tracker_config blind = config_of(false);
+    const defect f = {.extra_ohm = 0.1};
+    dqw_tracker t;
+    TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_tracker_init(&t, &c));
+    // Half a block turns by w_e HALF DT_S: not below 0.06 rad, not above 1.2.
+    for (int way = -1; way <= 1; way += 2)
+        for (double turn = 0.0; turn < 3.0; turn += 0.0101) {
+            CASE("half a block turns by %g", way * turn);
+            dqw_witness w;
+            dqw_witness_init(&w);
+            const dqw_witness before = w;
+            hand_over(&t, &f, 2 + 3 * I, 0, way * turn / (HALF * DT_S), 1.0, 0.0, NULL);
+            const bool sees = turn > 0.06 && turn < 1.2;
+            HOLDS(dqw_witness_learn(&w, &t) == sees);
+            HOLDS((memcmp(&before, &w, sizeof w) != 0) == sees);
+        }
+    // Without an angle, at the block's middle or ever; without a number.
+    static const float bad[] = {NAN, INFINITY, -INFINITY};
+    for (int k = 0; k < 12; k++) {
+        CASE("case %d", k);
+        dqw_witness w;
+        dqw_witness_init(&w);
+        const dqw_witness before = w;
+        hand_over(&t, &f, 2 + 3 * I, 0, 200, 1.0, 0.0, NULL);
+        const dqw_tracker good = t;
+        if (k < 3)
+            t.block_theta_rad = bad[k];
+        else if (k < 6)
+            t.e_pu[k % 2] = bad[k % 3];
+        else if (k < 9)
+            t.block[8] = bad[k % 3];
+        else if (k < 11)
+            t.block[2 + k % 2] = NAN;
+        else
+            t.config = &blind;
+        HOLDS(!dqw_witness_learn(&w, &t));
+        HOLDS(memcmp(&before, &w, sizeof w) == 0);
+        t = good;
+        HOLDS(dqw_witness_learn(&w, &t));
+    }
+}
+
+static void test_it_knows_no_deviation_before_its_memory_is_full(void)
+{
+    const defect f = {.extra_ohm = 0.1};
+    const dqw_tracker_config c = config_of(true);
+    dqw_tracker t;
+    TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_tracker_init(&t, &c));
+    t.error_pu2[0] = t.error_pu2[1] = 1e-6f;
+    const drive d = {.changing = false};
+    for (int k = 0; k < DQW_WITNESS_INPUTS; k++) {
+        const dqw_witness early = learned(&f, d, (int)DQW_WITNESS_MEMORY - 1, 5);
+        const dqw_witness full = learned(&f, d, (int)DQW_WITNESS_MEMORY, 5);
+        HOLDS(isinf(dqw_witness_sd(&early, &t, (enum dqw_witness_input)k)));
+        HOLDS(isfinite(dqw_witness_sd(&full, &t, (enum dqw_witness_input)k)) && dqw_witness_sd(&full, &t, (enum dqw_witness_input)k) > 0.0f);
+    }
+    dqw_witness none;
+    dqw_witness_init(&none);
+    HOLDS(dqw_witness_size(&none, DQW_WITNESS_OFFSET) == 0.0f && isinf(dqw_witness_sd(&none, &t, DQW_WITNESS_OFFSET)));
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_residuals_are_learned_as_the_weights_that_made_them);
+    RUN_TEST(test_deviation_is_what_repeated_runs_scatter_by);
+    RUN_TEST(test_it_refuses_where_it_cannot_see);
+    RUN_TEST(test_it_knows_no_deviation_before_its_memory_is_full);
+    return UNITY_END();
+}
