@@ -50,6 +50,7 @@ APP_O := $(patsubst %.cpp,$(BUILD)/%.o,$(filter-out app/main.cpp,$(wildcard app/
 # The plotting library of the reports, and its licence, as Debian installs them.
 DYGRAPHS ?= /usr/share/javascript/dygraphs
 DYGRAPHS_LICENCE ?= /usr/share/doc/libjs-dygraphs
+C_BENCHES := $(patsubst %,$(BUILD)/bench/%,sim_speed regressors usage accuracy tracking faults healthy)
 ARCHIVES := $(BUILD)/libapp.a $(BUILD)/libref.a $(BUILD)/libsim.a $(BUILD)/libdqw.a
 TESTS := $(patsubst tests/%.c,$(BUILD)/tests/%,$(wildcard tests/test_*.c)) \
          $(patsubst tests/%.cpp,$(BUILD)/tests/%,$(wildcard tests/test_*.cpp))
@@ -106,11 +107,11 @@ measured:
 	@$(BUILD)/bench/measured $(DATA) docs/measured.md $(BUILD)/bench/reports
 	@bench/pictures.sh $(BUILD)/bench/reports docs/pictures
 
-## bench        regressor forms compared; speed of fit, trace and simulator; gym-electric-motor and PySINDy from PyPI beside them
+## bench        accuracy, coverage, tracking, faults and false alarms of the learners; regressor forms; speed; peers from their registries beside them
 .PHONY: bench
 bench:
 	@.ci/install build
-	@$(MAKE) --no-print-directory all $(BUILD)/bench/sim_speed $(BUILD)/bench/regressors $(BUILD)/bench/usage
+	@$(MAKE) --no-print-directory all $(C_BENCHES)
 	@BUILD=$(BUILD) bench/run
 
 ## blind        trace 320 simulated logs whose effects a seed draws, and print the confusion table
@@ -188,7 +189,7 @@ $(BUILD)/tests/test_blind $(BUILD)/bench/blind:
 	$(CXX) $(SANFLAGS) $^ $(SUNLIBS) $(CERESLIBS) -lm -o $@
 $(BUILD)/bench/measured: $(patsubst %.cpp,$(BUILD)/%.o,$(wildcard bench/measured*.cpp)) $(ARCHIVES)
 	$(CXX) $(SANFLAGS) $^ $(SUNLIBS) $(CERESLIBS) -lm -o $@
-$(BUILD)/bench/sim_speed $(BUILD)/bench/regressors $(BUILD)/bench/usage: %: %.o $(BUILD)/libsim.a $(BUILD)/libdqw.a
+$(C_BENCHES): %: %.o $(BUILD)/libsim.a $(BUILD)/libdqw.a
 	$(CC) $^ $(SUNLIBS) -lm -o $@
 
 .SECONDARY:

@@ -425,6 +425,204 @@ static void test_tapped(void)
     for (int i = 0; i < 3; i++) HOLDS(isfinite(t.learner[i].w_pu[0]) && isfinite(t.learner[i].w_o));
 }
 
+// A fifth of the time bits alone, else a machine's rows with some among them: blocks are learned, and what the wild ones taught is used.
+static dqw_sample wild_sample(test_random *r, int k)
+{
+    dqw_sample s = {0};
+    bits(r, &s.v_d_V, 6);
+    if (k / 500 % 5 == 4) return s;
+    double i[2][2];
+    double w[2];
+    for (int n = 0; n < 2; n++) {
+        const double t = (k + n) * 1e-4;
+        i[n][0] = 3 * sin(2 * PI * 97 * t) + 4 * sin(2 * PI * 301 * t + 1);
+        i[n][1] = 4 * sin(2 * PI * 153 * t + 2) + 1 + 3 * sin(2 * PI * 449 * t);
+        w[n] = 100 + 60 * sin(2 * PI * 3 * t);
+    }
+    const double wd = 4 * 0.5 * (w[0] * i[0][0] + w[1] * i[1][0]);
+    const double wq = 4 * 0.5 * (w[0] * i[0][1] + w[1] * i[1][1]);
+    const dqw_sample machine = {
+        .v_d_V = (float)(R_TRUE * 0.5 * (i[0][0] + i[1][0]) + LD_TRUE * (i[1][0] - i[0][0]) / 1e-4 - LQ_TRUE * wq),
+        .v_q_V = (float)(R_TRUE * 0.5 * (i[0][1] + i[1][1]) + LQ_TRUE * (i[1][1] - i[0][1]) / 1e-4 + LD_TRUE * wd + 4 * PSI_TRUE * 0.5 * (w[0] + w[1])),
+        .i_d_A = (float)i[0][0],
+        .i_q_A = (float)i[0][1],
+        .w_m_rad_s = (float)w[0],
+        .theta_e_rad = (float)fmod(4 * (100 * k * 1e-4 - 60 / (2 * PI * 3) * cos(2 * PI * 3 * k * 1e-4)), 2 * PI)};
+    const float odd = s.v_d_V;
+    s = machine;
+    if (random_bits(r) % 500 == 0) (&s.v_d_V)[random_bits(r) % 6] = odd;
+    return s;
+}
+
+static dqw_tracker_config tracker_config(int way)
+{
+    const dqw_tracker_config c = {.dt_s = 1e-4f,
+                                  .v_base_V = 180.0f,
+                                  .i_base_A = 15.0f,
+                                  .w_base_rad_s = 200.0f,
+                                  .R_ohm = (float)R_TRUE,
+                                  .Ld_H = (float)LD_TRUE,
+                                  .Lq_H = (float)LQ_TRUE,
+                                  .psi_Wb = (float)PSI_TRUE,
+                                  .pole_pairs = 4,
+                                  .half_window = 5,
+                                  .stale_limit = 10,
+                                  .v_limit_V = way & 1 ? 250.0f : 0.0f,
+                                  .i_limit_A = way & 1 ? 30.0f : 0.0f,
+                                  .drift_per_sqrt_s = way & 2 ? 0.01f : 0.0f,
+                                  .dead_time_width_A = way & 2 ? 0.2f : 0.0f,
+                                  .angle = (way & 2) != 0,
+                                  .noise_on_inputs = (way & 1) != 0};
+    return c;
+}
+
+static void tracker_is_sound(const dqw_tracker *t, int samples)
+{
+    TEST_ASSERT_EQUAL_UINT32((uint32_t)samples, t->gate.accepted + t->gate.nonfinite + t->gate.saturated + t->gate.stale);
+    HOLDS(t->gate.blocks > 100 && t->gate.nonfinite > 100);
+    for (int i = 0; i < DQW_TRACK_WEIGHTS; i++) {
+        HOLDS(isfinite(t->w_pu[i]) && t->gain.d[i] > 0.0f && isfinite(t->gain.d[i]));
+        HOLDS(isfinite(dqw_tracker_value(t, (enum dqw_tracker_weight)i)));
+        HOLDS(!isnan(dqw_tracker_sd(t, (enum dqw_tracker_weight)i)));
+        HOLDS(isfinite(t->excess_pu2[i]));
+    }
+    for (int i = 0; i < (int)(sizeof t->gain.u / sizeof t->gain.u[0]); i++) HOLDS(isfinite(t->gain.u[i]));
+    for (int axis = 0; axis < 2; axis++) HOLDS(isfinite(t->e_pu[axis]) && isfinite(t->error_pu2[axis]));
+    HOLDS(isfinite(t->noise.i_d_A2) && isfinite(t->noise.i_q_A2) && isfinite(t->noise.w_rad2_s2));
+    HOLDS(isfinite(dqw_tracker_residual_pu(t)));
+}
+
+static void test_tracker(void)
+{
+    for (int way = 0; way < 4; way++) {
+        CASE("way %d", way);
+        const dqw_tracker_config c = tracker_config(way);
+        dqw_tracker t;
+        TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_tracker_init(&t, &c));
+        test_random r = {(uint64_t)(40 + way)};
+        const int wild = scaled(steps) / 2;
+        for (int k = 0; k < wild; k++) {
+            const dqw_sample s = wild_sample(&r, k);
+            (void)dqw_tracker_sample(&t, &s, random_bits(&r) % 512 == 0);
+            if (random_bits(&r) % 4 != 0) (void)dqw_tracker_learn(&t);
+            if (k % 5000 == 4999) dqw_tracker_gap(&t);
+            (void)dqw_tracker_value(&t, (enum dqw_tracker_weight)(random_bits(&r) % 9));
+            (void)dqw_tracker_sd(&t, (enum dqw_tracker_weight)(random_bits(&r) % 9));
+        }
+        tracker_is_sound(&t, wild);
+    }
+}
+
+static void test_monitor(void)
+{
+    static dqw_monitor_random lent;
+    for (int way = 0; way < 4; way++) {
+        CASE("way %d", way);
+        // Thresholds that any residual meets: it gets into service, and looks at every channel.
+        const dqw_monitor_config c = {.tracker = tracker_config(way), .J_kgm2 = way & 2 ? 1e-3f : 0.0f, .threshold_ppm = way == 0 ? 0 : UINT32_MAX};
+        dqw_monitor m;
+        if (way % 2 == 1) dqw_monitor_random_init(&lent);
+        TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_monitor_init(&m, &c, way % 2 == 1 ? &lent : NULL));
+        test_random r = {(uint64_t)(50 + way)};
+        const int wild = scaled(steps) / 2;
+        int events = 0;
+        for (int k = 0; k < wild; k++) {
+            const dqw_sample s = wild_sample(&r, k);
+            (void)dqw_monitor_sample(&m, &s, random_bits(&r) % 512 == 0);
+            dqw_monitor_event e;
+            if (random_bits(&r) % 4 != 0 && dqw_monitor_background(&m, &e)) {
+                events++;
+                HOLDS((unsigned)e.parameter < DQW_WATCH_CHANNELS && (unsigned)e.fault.name < DQW_FAULT_NAMES && e.fault.phase < 3);
+                HOLDS(e.fault.confidence >= 0.0f && e.fault.confidence <= 1.001f);
+                HOLDS(e.half <= m.tracker.halves && e.since <= e.half);
+                HOLDS(isfinite(e.value));
+            }
+            if (m.stage.name == DQW_STAGE_DOMAIN && k % 1000 == 0) {
+                // Its memory is refilled, what was lent too.
+                if (way % 2 == 1) dqw_monitor_random_init(&lent);
+                TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_monitor_define(&m, &c, way % 2 == 1 ? &lent : NULL));
+            }
+        }
+        TEST_ASSERT_EQUAL_UINT32((uint32_t)wild, m.tracker.gate.accepted + m.tracker.gate.nonfinite + m.tracker.gate.saturated + m.tracker.gate.stale);
+        for (int i = 0; i < DQW_TRACK_WEIGHTS; i++) HOLDS(isfinite(m.tracker.w_pu[i]) && isfinite(m.healthy[i]));
+        for (int k = 0; k < DQW_WITNESS_INPUTS; k++) HOLDS(isfinite(m.witness.re[k]) && isfinite(m.witness.im[k]) && isfinite(m.witness.power[k]));
+        HOLDS(isfinite(m.residual_pu2));
+        if (getenv("DQW_TEST_VALUES") != NULL)
+            printf("way %d: %d events, stage %d, %u ways back\n", way, events, (int)m.stage.name, (unsigned)m.stage.times_back);
+    }
+}
+
+// A tracker's object with bits in everything that the witness reads but its structure.
+static void test_witness(void)
+{
+    const dqw_tracker_config c = tracker_config(2);
+    dqw_tracker t;
+    TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_tracker_init(&t, &c));
+    test_random r = {60};
+    dqw_witness w;
+    dqw_witness_init(&w);
+    int learned = 0;
+    for (int k = 0; k < scaled(steps) / 2; k++) {
+        // Within what a tracker hands over: samples up to ten bases, weights below 1e4, finite errors.
+        for (int n = 0; n < DQW_TRACK_SIGNALS; n++) t.block[n] = (float)(pow(10, random_uniform(&r, -8, 2)) * random_normal(&r));
+        t.block[8] = (float)(random_normal(&r) * 600);
+        t.block_theta_rad = (float)random_uniform(&r, -1e5, 1e5);
+        for (int n = 0; n < 4; n++) t.w_pu[n] = (float)(pow(10, random_uniform(&r, -8, 3)) * random_normal(&r));
+        for (int n = 0; n < 2; n++) t.e_pu[n] = (float)(pow(10, random_uniform(&r, -8, 5)) * random_normal(&r));
+        if (random_bits(&r) % 4 == 0) t.block[random_bits(&r) % DQW_TRACK_SIGNALS] = random_float_bits(&r) * 1e-30f;
+        if (random_bits(&r) % 4 == 0) t.block_theta_rad = random_float_bits(&r);
+        if (random_bits(&r) % 4 == 0) t.e_pu[random_bits(&r) % 2] = random_float_bits(&r) * 1e-30f;
+        learned += dqw_witness_learn(&w, &t);
+        for (int i = 0; i < DQW_WITNESS_INPUTS; i++) {
+            CASE("step %d, input %d", k, i);
+            HOLDS(isfinite(w.re[i]) && isfinite(w.im[i]) && isfinite(w.power[i]) && w.power[i] >= 0.0f);
+            HOLDS(!isnan(dqw_witness_size(&w, (enum dqw_witness_input)i)) && !isnan(dqw_witness_sd(&w, &t, (enum dqw_witness_input)i)));
+        }
+    }
+    HOLDS(learned > scaled(steps) / 50);
+}
+
+static void test_fault_change_and_noise(void)
+{
+    test_random r = {70};
+    int named = 0;
+    for (int k = 0; k < scaled(steps) / 4; k++) {
+        float change[DQW_SIGNS];
+        float unit[DQW_SIGNS];
+        bits(&r, change, DQW_SIGNS);
+        bits(&r, unit, DQW_SIGNS);
+        if (k % 2 == 1)
+            for (int i = 0; i < DQW_SIGNS; i++) {
+                change[i] = (float)(pow(10, random_uniform(&r, -20, 10)) * random_normal(&r));
+                unit[i] = (float)pow(10, random_uniform(&r, -15, 10));
+            }
+        const dqw_fault_machine machine = {random_float_bits(&r), random_float_bits(&r)};
+        const dqw_fault_verdict v = dqw_fault_name_it(change, unit, machine);
+        HOLDS((unsigned)v.name > DQW_FAULT_NONE && (unsigned)v.name < DQW_FAULT_NAMES && v.phase < 3);
+        named += v.name != DQW_FAULT_UNKNOWN;
+    }
+    HOLDS(named > scaled(steps) / 100);
+    dqw_change c;
+    dqw_change_init(&c);
+    for (int k = 0; k < scaled(steps); k++) {
+        const uint64_t z = random_bits(&r);
+        const uint8_t limit = (uint8_t)(1 + (z >> 40) % 255);
+        const bool full = dqw_change_step(&c, (int32_t)(uint32_t)z, limit);
+        HOLDS(full == (c.sum_q5 == limit) && c.sum_q5 <= limit);
+    }
+    // What is not finite is the caller's to keep out; what is left behind goes with a new start.
+    dqw_noise n;
+    dqw_noise_init(&n);
+    for (int k = 0; k < scaled(steps); k++) {
+        float x[3];
+        bits(&r, x, 3);
+        dqw_noise_step(&n, x[0], x[1], x[2]);
+        if (k % 1000 == 0) dqw_noise_gap(&n);
+        HOLDS(!isnan(dqw_noise_variance(n.i_d_A2)) && dqw_noise_variance(n.w_rad2_s2) >= 0.0f);
+    }
+    TEST_ASSERT_EQUAL_UINT16(scaled(steps) > 9000 ? DQW_NOISE_MEMORY : n.rows, n.rows);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -444,5 +642,9 @@ int main(void)
     RUN_TEST(test_effect_lists);
     RUN_TEST(test_mechanical);
     RUN_TEST(test_tapped);
+    RUN_TEST(test_tracker);
+    RUN_TEST(test_monitor);
+    RUN_TEST(test_witness);
+    RUN_TEST(test_fault_change_and_noise);
     return UNITY_END();
 }

@@ -364,6 +364,7 @@ static void test_it_follows_a_resistance_that_steps(void)
 // At rest, with noise on every sensor: for all samples to come nothing moves, and nobody grows surer.
 static void test_noise_on_a_machine_at_rest_teaches_nothing(void)
 {
+    // Loud enough that a block's means pass the threshold of excitation now and then.
     for (int way = 0; way < 4; way++) {
         const bool taught = way % 2 == 1;
         dqw_tracker_config c = config_of(0.3);
@@ -384,8 +385,8 @@ static void test_noise_on_a_machine_at_rest_teaches_nothing(void)
             if (k == settle)
                 for (int i = 0; i < DQW_TRACK_WEIGHTS; i++) before[i] = t.w_pu[i], sd_before[i] = sd_of(&t, i);
             dqw_sample s = {0};
-            for (int n = 0; n < 4; n++) (&s.v_d_V)[n] = (float)(0.05 * random_normal(&r));
-            s.w_m_rad_s = (float)(0.5 * random_normal(&r));
+            for (int n = 0; n < 4; n++) (&s.v_d_V)[n] = (float)(0.4 * random_normal(&r));
+            s.w_m_rad_s = (float)(4.0 * random_normal(&r));
             if (dqw_tracker_sample(&t, &s, false) & DQW_EVENT_LEARNED) (void)dqw_tracker_learn(&t);
         }
         for (int i = 0; i < DQW_TRACK_WEIGHTS; i++) {
@@ -441,6 +442,20 @@ static void test_bursts_of_bad_samples_are_counted_and_harmless(void)
             BETWEEN(-0.02, 100 * (value(&t, i) - value(&undisturbed, i)) / TRUTH[i], 0.02);  // 0.005
         }
     }
+}
+
+// The first sample, and the first after a gap, repeats nothing.
+static void test_the_first_sample_repeats_none(void)
+{
+    dqw_tracker_config c = config_of(0.0);
+    c.stale_limit = 1;
+    dqw_tracker t = begin(&c);
+    const dqw_sample zero = {0};
+    TEST_ASSERT_EQUAL_UINT32(0, dqw_tracker_sample(&t, &zero, false));
+    TEST_ASSERT_EQUAL_UINT32(DQW_EVENT_STALE, dqw_tracker_sample(&t, &zero, false));
+    dqw_tracker_gap(&t);
+    TEST_ASSERT_EQUAL_UINT32(0, dqw_tracker_sample(&t, &zero, false));
+    TEST_ASSERT_EQUAL_UINT32(DQW_EVENT_STALE, dqw_tracker_sample(&t, &zero, false));
 }
 
 // Blocks that come while one waits are lost, and counted; those that are learned are whole.
@@ -520,6 +535,7 @@ int main(void)
     RUN_TEST(test_it_follows_a_resistance_that_steps);
     RUN_TEST(test_noise_on_a_machine_at_rest_teaches_nothing);
     RUN_TEST(test_bursts_of_bad_samples_are_counted_and_harmless);
+    RUN_TEST(test_the_first_sample_repeats_none);
     RUN_TEST(test_a_late_background_loses_blocks_and_nothing_else);
     RUN_TEST(test_gaps_are_not_spanned);
     return UNITY_END();

@@ -8,12 +8,12 @@
 void setUp(void) { test_case[0] = 0; }
 void tearDown(void) {}
 
-#define DT_S 5e-5
+#define DT_S 1.25e-4
 #define R_OHM 0.5
 #define L_H 1.2e-3
 #define PSI_WB 0.02
 #define V_BASE 14.0
-enum { POLES = 4, HALF = 20 };
+enum { POLES = 4, HALF = 8 };
 
 typedef double complex vector;
 
@@ -67,12 +67,11 @@ static vector left_over(const defect *f, vector i, vector slope, double w_e, dou
 static void hand_over(dqw_tracker *t, const defect *f, vector i, vector slope, double w_e, double theta, double noise_V, test_random *r)
 {
     vector mean = 0;
-    for (int j = 1; j <= 2 * HALF; j++) {
+    const bool sound = f->offset_A == 0 && f->extra_ohm == 0 && f->sensor_gain == 0 && f->short_S == 0;
+    for (int j = 1; j <= 2 * HALF && !sound; j++) {
         const double weight = (j <= HALF ? j : 2 * HALF + 1 - j) / (double)(HALF * (HALF + 1));
-        for (int part = 0; part < 4; part++) {
-            const double time = (j - HALF - 1 + (part + 0.5) / 4) * DT_S;
-            mean += weight / 4 * left_over(f, i + slope * time, slope, w_e, theta + w_e * time);
-        }
+        const double time = (j - HALF - 0.5) * DT_S;
+        mean += weight * left_over(f, i + slope * time, slope, w_e, theta + w_e * time);
     }
     memset(t->block, 0, sizeof t->block);
     t->block[2] = (float)(2 * creal(i));
@@ -88,9 +87,10 @@ static void hand_over(dqw_tracker *t, const defect *f, vector i, vector slope, d
 }
 
 typedef struct drive {
-    bool changing;    ///< currents that move within a block
-    int way;          ///< of rotation: 1, -1; 0: to and fro
+    bool changing;  ///< currents that move within a block
+    int way;        ///< of rotation: 1, -1; 0: to and fro
     double noise_V;
+    bool fast;  ///< half a block turns by up to 1.1, and a ripple loses a third in it
 } drive;
 
 static dqw_witness learned(const defect *f, drive d, int blocks, uint64_t seed)
@@ -107,7 +107,7 @@ static dqw_witness learned(const defect *f, drive d, int blocks, uint64_t seed)
     double w_e = 0.0;
     for (int k = 0; k < blocks; k++) {
         if (k % 15 == 0) {
-            w_e = random_uniform(&r, 80, 380) * (d.way != 0 ? d.way : random_bits(&r) % 2 ? 1 : -1);
+            w_e = (d.fast ? random_uniform(&r, 600, 1100) : random_uniform(&r, 80, 380)) * (d.way != 0 ? d.way : random_bits(&r) % 2 ? 1 : -1);
             i = random_uniform(&r, -4, 4) + I * random_uniform(&r, -4, 4);
         }
         const vector slope = d.changing ? 400 * (random_normal(&r) + I * random_normal(&r)) : 0;
@@ -128,19 +128,22 @@ static void weights_of(const defect *f, vector out[DQW_WITNESS_INPUTS])
     out[DQW_WITNESS_SHORT] = f->short_S * twice;
 }
 
-static const defect DEFECTS[] = {{.offset_A = 0.2 + 0.1 * I}, {.extra_ohm = 0.1, .phase = 1}, {.sensor_gain = 0.1, .phase = 2}, {.sensor_gain = -0.1, .phase = 0},
-                                 {.short_S = 0.01, .phase = 1}, {.offset_A = -0.1 * I, .extra_ohm = 0.1, .sensor_gain = 0.05, .short_S = 0.005, .phase = 2}};
+static const defect DEFECTS[] = {{.offset_A = 0.2 + 0.1 * I},      {.extra_ohm = 0.1, .phase = 1},
+                                 {.sensor_gain = 0.1, .phase = 2}, {.sensor_gain = -0.1, .phase = 0},
+                                 {.short_S = 0.01, .phase = 1},    {.offset_A = -0.1 * I, .extra_ohm = 0.1, .sensor_gain = 0.05, .short_S = 0.005, .phase = 2}};
 enum { DEFECTS_N = sizeof DEFECTS / sizeof DEFECTS[0] };
 
 static void test_residuals_are_learned_as_the_weights_that_made_them(void)
 {
+    const bool quick = scaled(10) == 1;
+    double worst[2] = {0};
     // What a weight of this size is worth on the whole: volts of 3 A, 200 rad/s.
     const double unit[DQW_WITNESS_INPUTS] = {R_OHM, 3, 3 * 200, 200 * PSI_WB * R_OHM};
-    for (int way = -1; way <= 1; way++)
+    for (int way = quick ? 0 : -1; way <= (quick ? 0 : 1); way++)
         for (int changing = 0; changing < 2; changing++)
             for (int n = 0; n < DEFECTS_N; n++) {
                 const drive d = {.changing = changing == 1, .way = way};
-                const dqw_witness w = learned(&DEFECTS[n], d, scaled(20000), (uint64_t)(n + 10 * changing + 100));
+                const dqw_witness w = learned(&DEFECTS[n], d, quick ? 1500 : way == 0 ? 6000 : 15000, (uint64_t)(n + 10 * changing + 100));
                 vector expected[DQW_WITNESS_INPUTS];
                 weights_of(&DEFECTS[n], expected);
                 double size = 0.0;
@@ -149,10 +152,30 @@ static void test_residuals_are_learned_as_the_weights_that_made_them(void)
                     CASE("defect %d, way %d, changing %d, input %d: %g%+gj for %g%+gj", n, way, changing, k, (double)w.re[k], (double)w.im[k],
                          creal(expected[k]), cimag(expected[k]));
                     const double off = cabs(w.re[k] + I * w.im[k] - expected[k]) * unit[k] / size;
-                    BETWEEN(0.0, off, 0.1);
+                    BETWEEN(0.0, off, changing || quick ? 0.15 : 0.06);
+                    worst[changing] = fmax(worst[changing], off);
                     HOLDS(fabs(dqw_witness_size(&w, (enum dqw_witness_input)k) - hypot(w.re[k], w.im[k])) <= 1e-6 * hypot(w.re[k], w.im[k]));
                 }
             }
+    test_case[0] = 0;
+    BETWEEN(0.01, worst[0], 0.1);   // 0.039: what one direction alone tells slowly
+    BETWEEN(0.01, worst[1], 0.12);  // 0.045
+}
+
+// What a block averages away of a ripple is known, and given back.
+static void test_ripples_that_a_block_all_but_averages_away_keep_their_size(void)
+{
+    const defect defects[] = {{.offset_A = 0.2 + 0.1 * I}, {.extra_ohm = 0.1, .phase = 1}, {.short_S = 0.01, .phase = 1}};
+    static const enum dqw_witness_input at[] = {DQW_WITNESS_OFFSET, DQW_WITNESS_RESISTANCE, DQW_WITNESS_SHORT};
+    for (int n = 0; n < 3; n++) {
+        const drive d = {.fast = true};
+        const dqw_witness w = learned(&defects[n], d, 5000, 9);
+        vector expected[DQW_WITNESS_INPUTS];
+        weights_of(&defects[n], expected);
+        const double off = cabs(w.re[at[n]] + I * w.im[at[n]] - expected[at[n]]) / cabs(expected[at[n]]);
+        CASE("defect %d", n);
+        BETWEEN(0.0, off, 0.03);
+    }
 }
 
 static void test_deviation_is_what_repeated_runs_scatter_by(void)
@@ -251,6 +274,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_residuals_are_learned_as_the_weights_that_made_them);
+    RUN_TEST(test_ripples_that_a_block_all_but_averages_away_keep_their_size);
     RUN_TEST(test_deviation_is_what_repeated_runs_scatter_by);
     RUN_TEST(test_it_refuses_where_it_cannot_see);
     RUN_TEST(test_it_knows_no_deviation_before_its_memory_is_full);
