@@ -62,7 +62,4 @@ bool foc_parameter(enum dqw_tracker_weight which, float *value, float *sd)
     return *value > 0.0f && *sd < 0.1f * *value;
 }
 
-bool foc_in_service(void)
-{
-    return dqw_monitor_stage(&monitor) == DQW_STAGE_IN_SERVICE;
-}
+bool foc_in_service(void) { return dqw_monitor_stage(&monitor) == DQW_STAGE_IN_SERVICE; }

@@ -20,7 +20,7 @@ typedef struct dqw_gain {
 } dqw_gain;
 
 /// Where element i, j of U is, i < j.
-#define DQW_GAIN_U(i, j) ((j) * ((j) - 1) / 2 + (i))
+#define DQW_GAIN_U(i, j) ((j) * ((j)-1) / 2 + (i))
 
 /// Make a gain that knows nothing: every weight has variance p0.
 ///

@@ -169,13 +169,7 @@ static void watch_friction(dqw_monitor *m)
         m->gathered = 0;
         m->gathered_Nm = 0.0f;
     }
-    if (way == 0 || !(fabsf(used) < 1e6f)) {
-        // After a rest the load may be another one.
-        if (m->slow < UINT8_MAX) m->slow++;
-        if (m->slow == UINT8_MAX) m->before = 0;
-        return;
-    }
-    m->slow = 0;
+    if (way == 0 || !(fabsf(used) < 1e6f)) return;
     m->gathered = (int8_t)(m->gathered + way);
     m->gathered_Nm += used;
     if (m->gathered * way < FRICTION_BLOCKS) return;
@@ -350,7 +344,7 @@ static dqw_fault_verdict name_it(const dqw_monitor *m)
         read_channel(m, channel, &now, &off, &deviation);
         // A change of a third of a band is none; what is not known counts for nothing.
         const float third = band_of(m, channel) * (1.0f / 3.0f);
-        const float least = dqw_is_finite(deviation) ? sqrtf(deviation * deviation + third * third) : 1e6f * third;
+        const float least = dqw_is_finite(deviation) ? sqrtf(deviation * deviation + third * third) : INFINITY;
         if (channel < DQW_TRACK_WEIGHTS) {
             const float scale = channel == DQW_WATCH_ANGLE ? m->healthy[DQW_TRACK_PSI] : channel == DQW_WATCH_DEAD_TIME ? 1.0f : m->healthy[channel];
             change[channel] = off / scale;
@@ -394,6 +388,12 @@ static void tell(dqw_monitor *m, dqw_monitor_event *event)
     m->too_hot = m->too_hot || worst == DQW_WATCH_TEMPERATURE;
 }
 
+static void alarm(dqw_monitor *m, int channel)
+{
+    if (m->alarms == 0) m->wait = NAMING_TICKS;
+    m->alarms |= (uint16_t)(1u << channel);
+}
+
 static bool look(dqw_monitor *m, dqw_monitor_event *event)
 {
     if (m->rest > 0) {
@@ -409,8 +409,7 @@ static bool look(dqw_monitor *m, dqw_monitor_event *event)
     for (int i = 0; i < DQW_WATCH_CHANNELS; i++) {
         if (i == DQW_WATCH_TEMPERATURE && m->too_hot) continue;
         if (!dqw_change_step(&m->change[i], deviation_q5(m, i), LIMIT_Q5)) continue;
-        if (m->alarms == 0) m->wait = NAMING_TICKS;
-        m->alarms |= (uint16_t)(1u << i);
+        alarm(m, i);
     }
     if (m->alarms == 0 || --m->wait > 0) return false;
     tell(m, event);
@@ -420,6 +419,8 @@ static bool look(dqw_monitor *m, dqw_monitor_event *event)
         m->wait = EXTENSION_TICKS;
         return false;
     }
+    // What nothing explains, and is above the threshold still, is another machine: back to stage 1.
+    m->back = event->fault.name == DQW_FAULT_UNKNOWN;
     // Temperatures go on counting from where they were: what has broken is not what has heated.
     if ((m->alarms >> DQW_WATCH_R & 1u) != 0) m->cold_R_ohm *= value(m, DQW_TRACK_R) / m->healthy[DQW_TRACK_R];
     if ((m->alarms >> DQW_WATCH_PSI & 1u) != 0) m->cold_psi_Wb *= value(m, DQW_TRACK_PSI) / m->healthy[DQW_TRACK_PSI];
@@ -455,12 +456,19 @@ static void stage(dqw_monitor *m)
 {
     const bool random = m->lent != NULL && m->stage.name == DQW_STAGE_RANDOM;
     const bool converged = !random || m->lent->learn(m->lent, &m->tracker);
-    if (m->stage.name == DQW_STAGE_ORDINAL && !known(m)) return;
     const dqw_stage_input in = {
         .random_converged = converged,
         .residual_ppm = ppm(dqw_tracker_residual_pu(&m->tracker)),
         .residual_recent_ppm = ppm(sqrtf(m->residual_pu2)),
     };
+    if (m->stage.name == DQW_STAGE_IN_SERVICE) {
+        // A residual above the threshold is named first: a sudden fault is one too.
+        if (m->alarms == 0 && m->rest == 0 && in.residual_recent_ppm > m->stage.threshold_ppm) alarm(m, DQW_WATCH_RESIDUAL);
+        if (m->back) (void)dqw_stage_step(&m->stage, in);
+        m->back = false;
+        return;
+    }
+    if (m->stage.name == DQW_STAGE_ORDINAL && in.residual_ppm <= m->stage.threshold_ppm && !known(m)) return;
     if (dqw_stage_step(&m->stage, in) && m->stage.name == DQW_STAGE_IN_SERVICE) enter_service(m);
 }
 

@@ -68,10 +68,10 @@ typedef struct dqw_monitor_config {
 
 /// One event.
 typedef struct dqw_monitor_event {
-    uint32_t half;     ///< halves of a window since init: times half_window * dt_s it is the time
-    uint32_t since;    ///< the same, when the change began to show
+    uint32_t half;   ///< halves of a window since init: times half_window * dt_s it is the time
+    uint32_t since;  ///< the same, when the change began to show
     enum dqw_monitor_channel parameter;
-    float value, sd;   ///< of the parameter, SI
+    float value, sd;  ///< of the parameter, SI
     dqw_fault_verdict fault;
 } dqw_monitor_event;
 
@@ -82,18 +82,18 @@ typedef struct dqw_monitor {
     dqw_monitor_random *lent;
     float healthy[DQW_TRACK_WEIGHTS];  ///< SI; R and flux follow the temperature
     float healthy_re[DQW_WITNESS_INPUTS], healthy_im[DQW_WITNESS_INPUTS];
-    uint8_t doubt_q5[DQW_WATCH_TEMPERATURE];  ///< deviation of each healthy value over its band, Q5; 255: not known
+    uint8_t doubt_q5[DQW_WATCH_TEMPERATURE];   ///< deviation of each healthy value over its band, Q5; 255: not known
     float cold_R_ohm, cold_psi_Wb, hottest_K;  ///< where they may follow from, and the winding's highest rise, slowly forgotten
     float residual_pu2, healthy_residual_pu2;
     // Friction: mean over reversals, its variance, the healthy one; the mean torque being gathered, and that before it, each with its direction.
     float friction_Nm, spread_Nm2, healthy_friction_Nm, w_before_rad_s, gathered_Nm, before_Nm;
-    uint8_t reversals, slow;
+    uint8_t reversals;
     int8_t gathered, before;
     dqw_change change[DQW_WATCH_CHANNELS];
     uint16_t followed[2];  ///< when healthy R and flux last followed, in 256 halves
-    uint16_t alarms;  ///< channels of the event that is being named
+    uint16_t alarms;       ///< channels of the event that is being named
     uint8_t blocks, wait, rest;
-    bool too_hot;
+    bool too_hot : 1, back : 1;
 } dqw_monitor;
 
 /// Make a monitor. `lent` from dqw_monitor_random_init, or NULL: the nominal values then stand for stage 2's result.

@@ -110,7 +110,8 @@ static uint32_t admit(dqw_tracker *t, const dqw_sample *s, bool saturated)
         const dqw_gate_sample g = {.finite = true, .saturated = saturated, .repeated = repeated};
         return dqw_gate_check(&t->gate, g);
     }
-    const bool finite = dqw_is_finite(s->v_d_V) && dqw_is_finite(s->v_q_V) && dqw_is_finite(s->i_d_A) && dqw_is_finite(s->i_q_A) && dqw_is_finite(s->w_m_rad_s) && has_angle;
+    const bool finite = dqw_is_finite(s->v_d_V) && dqw_is_finite(s->v_q_V) && dqw_is_finite(s->i_d_A) && dqw_is_finite(s->i_q_A) &&
+                        dqw_is_finite(s->w_m_rad_s) && has_angle;
     const dqw_gate_sample g = {.finite = finite, .saturated = true, .repeated = repeated};
     return dqw_gate_check(&t->gate, g);
 }
@@ -177,7 +178,8 @@ static void gather(dqw_tracker *t, const dqw_sample *s, float dead_d, float dead
     // Steps less what the voltage made of them; a step per volt is the time over L.
     const dqw_tracker_config *c = t->config;
     const float time = c->dt_s * c->i_base_A * c->w_base_rad_s * (float)c->pole_pairs / c->v_base_V;
-    dqw_noise_step(&t->noise, step_d_A - time / t->w_pu[DQW_TRACK_LD] * t->v_d_V, step_q_A - time / t->w_pu[DQW_TRACK_LQ] * t->v_q_V, s->w_m_rad_s - t->w_m_rad_s);
+    dqw_noise_step(&t->noise, step_d_A - time / t->w_pu[DQW_TRACK_LD] * t->v_d_V, step_q_A - time / t->w_pu[DQW_TRACK_LQ] * t->v_q_V,
+                   s->w_m_rad_s - t->w_m_rad_s);
 }
 
 static uint32_t end_half(dqw_tracker *t, float theta_rad)

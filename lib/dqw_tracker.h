@@ -44,16 +44,16 @@ typedef struct dqw_tracker_config {
     float Ld_H;
     float Lq_H;
     float psi_Wb;
-    uint16_t pole_pairs;        ///< > 0
-    uint16_t half_window;       ///< pairs in half a block, 1 .. 10000; 0: 20
-    float v_limit_V;            ///< samples beyond are saturated, and not learned; 0: ten bases
-    float i_limit_A;            ///< the same
-    float excitation_pu;        ///< an input whose power stays below this part of its base, squared, teaches nothing; 0: 0.01
-    float dead_time_width_A;    ///< current at which the inverter's loss is three quarters of its full size; 0: no dead time is learned
-    float drift_per_sqrt_s;     ///< how far a parameter may wander, as part of itself, in 1 s; 0: it is constant, and nothing is forgotten
-    uint32_t stale_limit;       ///< equal samples in a row before a sensor counts as stuck; 0: never
-    bool angle;                 ///< theta_e_rad is given: dead time and encoder offset need it
-    bool noise_on_inputs;       ///< take the noise of currents and speed out of what is learned, (E60)
+    uint16_t pole_pairs;      ///< > 0
+    uint16_t half_window;     ///< pairs in half a block, 1 .. 10000; 0: 20
+    float v_limit_V;          ///< samples beyond are saturated, and not learned; 0: ten bases
+    float i_limit_A;          ///< the same
+    float excitation_pu;      ///< an input whose power stays below this part of its base, squared, teaches nothing; 0: 0.01
+    float dead_time_width_A;  ///< current at which the inverter's loss is three quarters of its full size; 0: no dead time is learned
+    float drift_per_sqrt_s;   ///< how far a parameter may wander, as part of itself, in 1 s; 0: it is constant, and nothing is forgotten
+    uint32_t stale_limit;     ///< equal samples in a row before a sensor counts as stuck; 0: never
+    bool angle;               ///< theta_e_rad is given: dead time and encoder offset need it
+    bool noise_on_inputs;     ///< take the noise of currents and speed out of what is learned, (E60)
 } dqw_tracker_config;
 
 typedef struct dqw_tracker {
@@ -64,17 +64,17 @@ typedef struct dqw_tracker {
     // The joint neuron: its weights, per unit, and the gain that replaces its step size.
     float w_pu[DQW_TRACK_WEIGHTS];
     dqw_gain gain;
-    float e_pu[2];                         ///< the last block's error before the correction, d and q
-    float error_pu2[2];                    ///< mean squared residual, d and q
-    float excess_pu2[DQW_TRACK_WEIGHTS];   ///< power of both axes' inputs above their noise
-    float score2[DQW_TRACK_SCORES];        ///< R, L_d, L_q, flux: what a block teaches, squared,
-    float score_lag[DQW_TRACK_SCORES];     ///< its likeness with the next one's,
-    float score_last[DQW_TRACK_SCORES];    ///< and the last one's
-    uint32_t halves;                       ///< halves of a window since init: the time
-    uint16_t blocks;                       ///< learned, up to 65535
-    uint8_t missed;                        ///< lost because the background came too late, up to 255
-    uint8_t restarts;                      ///< times that the weights left all bounds, and learning began again, up to 255
-    uint8_t learned;                       ///< weights of which anything was ever learned
+    float e_pu[2];                        ///< the last block's error before the correction, d and q
+    float error_pu2[2];                   ///< mean squared residual, d and q
+    float excess_pu2[DQW_TRACK_WEIGHTS];  ///< power of both axes' inputs above their noise
+    float score2[DQW_TRACK_SCORES];       ///< R, L_d, L_q, flux: what a block teaches, squared,
+    float score_lag[DQW_TRACK_SCORES];    ///< its likeness with the next one's,
+    float score_last[DQW_TRACK_SCORES];   ///< and the last one's
+    uint32_t halves;                      ///< halves of a window since init: the time
+    uint16_t blocks;                      ///< learned, up to 65535
+    uint8_t missed;                       ///< lost because the background came too late, up to 255
+    uint8_t restarts;                     ///< times that the weights left all bounds, and learning began again, up to 255
+    uint8_t learned;                      ///< weights of which anything was ever learned
     bool pending, last_good;
     // The last sample, and dead time's input there.
     float v_d_V, v_q_V, i_d_A, i_q_A, w_m_rad_s;

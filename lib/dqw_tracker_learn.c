@@ -9,15 +9,13 @@
 #define LEARNED_RATIO 0.01f
 #define START_RESIDUAL_PU2 1e-4f
 #define START_SD 3.0f
-#define VARIANCE_FLOOR_PU2 1e-13f
+// A smaller residual is the sampling's own, and rounding.
+#define VARIANCE_FLOOR_PU2 1e-8f
 // Blocks over which statistics are means.
 #define MEMORY 1000u
 #define FEW_BLOCKS 50u
 #define LAG_MAX 0.98f
 #define LAG_MIN -0.4f
-// How much more one axis may count than the other.
-#define RATIO_MAX 1e4f
-#define BLOCK_MAX_PU 1e5f
 // Rows that only measure the noise and its share.
 #define WARM_UP 2000u
 // An input whose power is not three times its noise teaches nothing; noise alone would need ten deviations.
@@ -271,8 +269,7 @@ static bool sound(dqw_tracker *t)
             return false;
         }
         const float sd = dqw_tracker_start_sd_pu(t, i);
-        if ((t->learned >> i & 1u) == 0 && dqw_gain_covariance(&t->gain, i, i) < LEARNED_RATIO / START_RESIDUAL_PU2 * sd * sd)
-            t->learned |= (uint8_t)(1u << i);
+        if ((t->learned >> i & 1u) == 0 && dqw_gain_covariance(&t->gain, i, i) < LEARNED_RATIO / START_RESIDUAL_PU2 * sd * sd) t->learned |= (uint8_t)(1u << i);
     }
     return true;
 }
@@ -296,10 +293,7 @@ bool dqw_tracker_learn(dqw_tracker *t)
         t->follow = c->dead_time_width_A / (c->dead_time_width_A + FOLLOW * sd);
     }
 
-    // [TRK.5] what can be learned from this block
-    float size = 0.0f;
-    for (int i = 0; i < N; i++) size += fabsf(x_d[i]) + fabsf(x_q[i]);
-    if (!(size < BLOCK_MAX_PU)) return false;
+    // [TRK.5] what can be learned from this block; its signals are within ten bases, the gate saw to that
     uint32_t mask[2];
     choose(t, x_d, x_q, &noise, mask);
     if ((mask[D] | mask[Q]) == 0 || t->noise.rows < WARM_UP) {
@@ -312,10 +306,7 @@ bool dqw_tracker_learn(dqw_tracker *t)
     // [TRK.6] both rows, then the noise of their inputs, then what may have drifted
     const float common = common_variance(t);
     float ratio[2];
-    for (int axis = 0; axis < 2; axis++) {
-        const float r = t->blocks > FEW_BLOCKS ? variance(t, axis) / common : 1.0f;
-        ratio[axis] = r < 1.0f / RATIO_MAX ? 1.0f / RATIO_MAX : r;
-    }
+    for (int axis = 0; axis < 2; axis++) ratio[axis] = t->blocks > FEW_BLOCKS ? variance(t, axis) / common : 1.0f;
     float score[DQW_TRACK_SCORES] = {0};
     learn_row(t, D, x_d, mask[D], b.v_d_V / c->v_base_V, ratio[D], score);
     learn_row(t, Q, x_q, mask[Q], b.v_q_V / c->v_base_V, ratio[Q], score);

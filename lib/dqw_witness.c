@@ -73,6 +73,7 @@ bool dqw_witness_learn(dqw_witness *w, const dqw_tracker *t)
         error.re -= said.re;
         error.im -= said.im;
     }
+
     if (!dqw_is_finite(error.re) || !dqw_is_finite(error.im)) return false;
 
     // [WIT.3] each weight by its own mean power

@@ -95,13 +95,13 @@ static void test_counters_stop_at_their_maximum(void)
     dqw_stage s;
     dqw_stage_init(&s, 0, 1, 1);
     s.blocks = UINT32_MAX;
-    s.times_back = UINT32_MAX;
+    s.times_back = UINT16_MAX;
     const dqw_stage_input none = {false, 1, 1};
     TEST_ASSERT_FALSE(dqw_stage_step(&s, none));
     TEST_ASSERT_EQUAL_UINT32(UINT32_MAX, s.blocks);
     s.name = DQW_STAGE_IN_SERVICE;
     TEST_ASSERT_TRUE(dqw_stage_step(&s, none));
-    TEST_ASSERT_EQUAL_UINT32(UINT32_MAX, s.times_back);
+    TEST_ASSERT_EQUAL_UINT32(UINT16_MAX, s.times_back);
 }
 
 int main(void)

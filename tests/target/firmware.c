@@ -30,8 +30,8 @@ static unsigned long bits(float x)
 void board_event(const dqw_monitor_event *e)
 {
     events++;
-    printf("event half %lu since %lu channel %d fault %d phase %d value %08lx confidence %08lx\n", (unsigned long)e->half, (unsigned long)e->since, (int)e->parameter,
-           (int)e->fault.name, (int)e->fault.phase, bits(e->value), bits(e->fault.confidence));
+    printf("event half %lu since %lu channel %d fault %d phase %d value %08lx confidence %08lx\n", (unsigned long)e->half, (unsigned long)e->since,
+           (int)e->parameter, (int)e->fault.name, (int)e->fault.phase, bits(e->value), bits(e->fault.confidence));
 }
 
 #ifdef __arm__
