@@ -30,7 +30,7 @@ MonitorReading witness_reading(const dqw_monitor& m, int channel, bool watched)
 
 MonitorReading friction_reading(const dqw_monitor& m, bool in_service, bool watched)
 {
-    if (!in_service || m.reversals == 0 || m.doubt_q5[DQW_WATCH_FRICTION] == UINT8_MAX) return {};
+    if (!in_service || m.reversals == 0 || m.looks[DQW_WATCH_FRICTION] == 0) return {};
     const double sd = std::sqrt(static_cast<double>(m.spread_Nm2) / m.reversals);
     return {static_cast<double>(m.friction_Nm), sd, watched ? static_cast<double>(m.healthy_friction_Nm) : nothing};
 }

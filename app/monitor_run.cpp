@@ -75,7 +75,7 @@ private:
         if (told) tell(before, event);
         if (stage == DQW_STAGE_DOMAIN) go_back(t_s, before);
         if (half_s_.size() % every_ == 0) run_.points.push_back({t_s, stage == DQW_STAGE_IN_SERVICE, readings_of(m_)});
-        if (settled_ && (before.doubt_q5[DQW_WATCH_FRICTION] != m_.doubt_q5[DQW_WATCH_FRICTION] || before.witness.blocks != m_.witness.blocks)) complete();
+        if (settled_ && (before.looks[DQW_WATCH_FRICTION] != m_.looks[DQW_WATCH_FRICTION] || before.witness.blocks != m_.witness.blocks)) complete();
     }
 
     void stage_from(double t_s)

@@ -16,11 +16,14 @@
 #define LIMIT_Q5 (5 * DQW_CHANGE_BAND_Q5)
 // No band is narrower than this many deviations.
 #define DEVIATIONS 5.0f
-// A healthy value known to this part of its band is learned no further; values of neighbouring looks are alike over so many.
-#define DOUBT_LEAST_Q5 3
-#define ALIKE_TICKS 20.0f
+// A healthy value is learned while its deviation is within this part of its band; neighbouring looks are alike over so many; so many it needs.
+#define KNOWN_PART 0.5f
+#define ALIKE_LOOKS 20.0f
+#define LEAST_LOOKS 20.0f
 // Healthy values follow the temperature every so many halves of a window, a power of two.
 #define FOLLOW_SHIFT 8
+// Halves of a window between two looks that make a pause.
+#define PAUSE (4u * TICK_BLOCKS)
 // The winding's highest rise is forgotten by half in about twenty minutes of looks every 16 ms.
 #define HOTTEST_KEPT 0.99999f
 #define ORDINAL_BLOCKS 500u
@@ -43,7 +46,7 @@
 #define FRICTION_LEAST 8u
 #define SLOWEST_PU 0.1f
 
-static const float BAND[DQW_WATCH_CHANNELS] = {0.04f, 0.04f, 0.04f, 0.012f, 0.005f, 0.02f, 0.01f, 0.03f, 0.03f, 0.001f, 0.05f, 110.0f, 3.0f};
+static const float BAND[DQW_WATCH_CHANNELS] = {0.04f, 0.06f, 0.06f, 0.012f, 0.005f, 0.02f, 0.01f, 0.03f, 0.03f, 0.001f, 0.05f, 110.0f, 3.0f};
 #define ALPHA_PER_K 0.0039f
 #define BETA_PER_K 0.001f
 #define HEATING_K_S 1.0f
@@ -136,7 +139,7 @@ static float rise_K(const dqw_monitor *m, float R_ohm)
 
 static float friction_sd_Nm(const dqw_monitor *m)
 {
-    return m->reversals >= FRICTION_LEAST ? sqrtf(m->spread_Nm2 / (float)m->reversals) : INFINITY;
+    return m->reversals >= FRICTION_LEAST ? sqrtf(2.0f * m->spread_Nm2 / (float)m->reversals) : INFINITY;
 }
 
 // The mean torque that does not accelerate, of a stretch in one direction. Where it follows one in the other, half their difference is
@@ -224,18 +227,6 @@ static void read_channel(const dqw_monitor *m, int channel, float *now, float *c
     }
 }
 
-// Deviation of a channel's healthy value; infinite where it is not known.
-static float healthy_sd(const dqw_monitor *m, int channel, float width)
-{
-    return m->doubt_q5[channel] < UINT8_MAX ? (float)m->doubt_q5[channel] * (1.0f / (float)DQW_CHANGE_BAND_Q5) * width : INFINITY;
-}
-
-static uint8_t doubt_of(float deviation, float width)
-{
-    const float q5 = deviation / width * (float)DQW_CHANGE_BAND_Q5 + 1.0f;
-    return q5 < (float)UINT8_MAX ? (uint8_t)q5 : UINT8_MAX;
-}
-
 // The healthy value as far from the present one as `keep` says: 0 takes it over.
 static void move_healthy(dqw_monitor *m, int channel, float keep)
 {
@@ -250,31 +241,31 @@ static void move_healthy(dqw_monitor *m, int channel, float keep)
     }
 }
 
-// A healthy value that was taken over before it was well known goes on being learned, until it is.
+// A healthy value is the mean over the first looks at which it is known, as long as nothing seems to change.
 static void settle(dqw_monitor *m, int channel)
 {
-    const bool friction = channel == DQW_WATCH_FRICTION;
+    const uint8_t looks = m->looks[channel];
+    if (looks == UINT8_MAX || m->change[channel].sum_q5 != 0) return;
     // Friction is a mean already: as it is when its memory is full.
-    const bool filling = friction && m->reversals < FRICTION_MEMORY;
-    if (filling || m->doubt_q5[channel] <= (friction ? UINT8_MAX - 1 : DOUBT_LEAST_Q5)) return;
+    if (channel == DQW_WATCH_FRICTION) {
+        m->looks[channel] = m->reversals < FRICTION_MEMORY ? 0 : UINT8_MAX;
+        move_healthy(m, channel, 0.0f);
+        return;
+    }
     float now;
     float change;
     float deviation;
     read_channel(m, channel, &now, &change, &deviation);
-    if (!dqw_is_finite(deviation)) return;
-    const float width = band_of(m, channel);
-    const float was = healthy_sd(m, channel, width);
-    const float present = ALIKE_TICKS * deviation * deviation;
-    const float keep = dqw_is_finite(was) ? present / (present + was * was) : 0.0f;
-    move_healthy(m, channel, keep);
-    m->doubt_q5[channel] = doubt_of(dqw_is_finite(was) ? was * sqrtf(keep) : deviation, width);
+    const bool known_now = deviation < KNOWN_PART * band_of(m, channel);
+    if (known_now) m->looks[channel]++;
+    if (known_now || looks == 0) move_healthy(m, channel, 1.0f - 1.0f / (float)(looks + 1));
 }
 
 // Healthy values as they are now: on entering service, and after an event.
 static void adopt(dqw_monitor *m)
 {
     for (int i = 0; i < DQW_WATCH_TEMPERATURE; i++) {
-        m->doubt_q5[i] = UINT8_MAX;
+        m->looks[i] = 0;
         move_healthy(m, i, 0.0f);
     }
     m->reversals = 0;
@@ -325,9 +316,10 @@ static int32_t deviation_q5(const dqw_monitor *m, int channel)
         float deviation;
         read_channel(m, channel, &now, &change, &deviation);
         const float width = band_of(m, channel);
-        const float healthy = healthy_sd(m, channel, width);
-        const float sure = DEVIATIONS * sqrtf(deviation * deviation + healthy * healthy);
-        ratio = fabsf(change) / (width > sure ? width : sure);
+        // The healthy value has a deviation too: less, the more looks it is the mean of.
+        const float looks = (float)m->looks[channel];
+        const float sure = DEVIATIONS * deviation * sqrtf(1.0f + ALIKE_LOOKS / (ALIKE_LOOKS + looks));
+        ratio = looks < LEAST_LOOKS ? 0.0f : fabsf(change) / (width > sure ? width : sure);
     }
     // NaN and infinity over infinity count as nothing.
     return ratio > 0.0f ? (int32_t)((ratio < 100.0f ? ratio : 100.0f) * (float)DQW_CHANGE_BAND_Q5) : 0;
@@ -396,16 +388,25 @@ static void alarm(dqw_monitor *m, int channel)
 
 static bool look(dqw_monitor *m, dqw_monitor_event *event)
 {
+    const uint16_t now = (uint16_t)m->tracker.halves;
+    const uint16_t pause = (uint16_t)(now - m->looked);
+    m->looked = now;
     if (m->rest > 0) {
         m->rest--;
         adopt(m);
         return false;
     }
-    if (m->too_hot && rise_K(m, value(m, DQW_TRACK_R)) < band(m, DQW_WATCH_TEMPERATURE) - 2.0f * TEMPERATURE_BAND_K) m->too_hot = false;
     if (m->alarms == 0) {
+        // After a pause nothing is told until all weights have caught up with what has changed meanwhile.
+        if (pause > PAUSE) m->wait = REST_TICKS;
+        if (m->wait > 0) {
+            m->wait--;
+            return false;
+        }
         follow_temperature(m);
         for (int i = 0; i < DQW_WATCH_TEMPERATURE; i++) settle(m, i);
     }
+    if (m->too_hot && rise_K(m, value(m, DQW_TRACK_R)) < band(m, DQW_WATCH_TEMPERATURE) - 2.0f * TEMPERATURE_BAND_K) m->too_hot = false;
     for (int i = 0; i < DQW_WATCH_CHANNELS; i++) {
         if (i == DQW_WATCH_TEMPERATURE && m->too_hot) continue;
         if (!dqw_change_step(&m->change[i], deviation_q5(m, i), LIMIT_Q5)) continue;

@@ -53,7 +53,7 @@ void dqw_monitor_random_init(dqw_monitor_random *lent);
 /// All zero is refused. Constant: it may stay in flash. 0 takes the value in brackets.
 typedef struct dqw_monitor_config {
     dqw_tracker_config tracker;  ///< nominal values. Give it a drift_per_sqrt_s, 0.01 is a good start, or it follows nothing
-    /// A change by less is healthy. Of R, L_d, L_q, flux [0.04, 0.04, 0.04, 0.012] as part of the healthy value; dead time [0.005] as part of
+    /// A change by less is healthy. Of R, L_d, L_q, flux [0.04, 0.06, 0.06, 0.012] as part of the healthy value; dead time [0.005] as part of
     /// the voltage base; angle [0.02] rad; offset [0.01] as part of the current base; resistance and reactance of one phase against the others
     /// [0.03, 0.03]; shorted turns' conductance times R [0.001]; friction [0.05] as part of the torque at the current base; winding above
     /// cold [110] K; residual against the healthy one [3]
@@ -82,16 +82,17 @@ typedef struct dqw_monitor {
     dqw_monitor_random *lent;
     float healthy[DQW_TRACK_WEIGHTS];  ///< SI; R and flux follow the temperature
     float healthy_re[DQW_WITNESS_INPUTS], healthy_im[DQW_WITNESS_INPUTS];
-    uint8_t doubt_q5[DQW_WATCH_TEMPERATURE];   ///< deviation of each healthy value over its band, Q5; 255: not known
     float cold_R_ohm, cold_psi_Wb, hottest_K;  ///< where they may follow from, and the winding's highest rise, slowly forgotten
     float residual_pu2, healthy_residual_pu2;
     // Friction: mean over reversals, its variance, the healthy one; the mean torque being gathered, and that before it, each with its direction.
     float friction_Nm, spread_Nm2, healthy_friction_Nm, w_before_rad_s, gathered_Nm, before_Nm;
+    uint16_t looked;                       ///< when the last look was, in halves
+    uint16_t followed[2];                  ///< when healthy R and flux last followed, in 256 halves
+    uint16_t alarms;                       ///< channels of the event that is being named
+    uint8_t looks[DQW_WATCH_TEMPERATURE];  ///< that each healthy value is the mean of, up to 255
+    dqw_change change[DQW_WATCH_CHANNELS];
     uint8_t reversals;
     int8_t gathered, before;
-    dqw_change change[DQW_WATCH_CHANNELS];
-    uint16_t followed[2];  ///< when healthy R and flux last followed, in 256 halves
-    uint16_t alarms;       ///< channels of the event that is being named
     uint8_t blocks, wait, rest;
     bool too_hot : 1, back : 1;
 } dqw_monitor;

@@ -153,6 +153,7 @@ static void noise_of(const dqw_tracker *t, const dqw_block *b, input_noise *n)
     float s[N];
     for (int k = 0; k < N; k++) s[k] = dqw_tracker_unit(c, (enum dqw_tracker_weight)k) / c->v_base_V;
     for (int axis = 0; axis < 2; axis++) {
+        // cppcheck-suppress uninitvar; every element is set below
         float *var = n->var[axis];
         const int other = 1 - axis;
         var[DQW_TRACK_R] = mean * var_i[axis];
@@ -257,6 +258,8 @@ static void choose(dqw_tracker *t, const float x_d[], const float x_q[], const i
         if (x_d[i] != 0.0f) mask[D] |= 1u << i;
         if (x_q[i] != 0.0f) mask[Q] |= 1u << i;
     }
+    // There the other weights would take up what is wrong with the shape.
+    if (width_pu > 0.0f && !(t->excess_pu2[DQW_TRACK_R] > 0.0f)) mask[D] = mask[Q] = 0;
 }
 
 // What has left all bounds begins again; what was learned for the first time is noted.

@@ -29,6 +29,7 @@ typedef struct dqw_witness {
 /// Blocks over which the witness remembers.
 #define DQW_WITNESS_MEMORY 300u
 
+/// Forget everything.
 void dqw_witness_init(dqw_witness *w);
 
 /// Learn the residual of the block that the tracker has just learned. Without effect where the angle is not known, the machine turns

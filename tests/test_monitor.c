@@ -280,8 +280,9 @@ static void test_healthy_heating_tells_nothing(void)
     // It has followed: R is up by 11.7 %, the flux down by 2.7 %.
     BETWEEN(0.09, m.healthy[DQW_TRACK_R] / 0.5 - 1, 0.13);
     BETWEEN(-0.030, m.healthy[DQW_TRACK_PSI] / 0.020 - 1, -0.020);
-    // A monitor that expects ten times slower heat does say so.
-    c.heating_K_s = 0.0f;
+    // A monitor that expects a hundred times slower heat, and whose band is half as wide, does say so.
+    c.heating_K_s = 0.1f;
+    c.band[DQW_WATCH_R] = 0.02f;
     m = begin(&c, NULL);
     HOLDS(watch(&m, 0, row_count).events >= 1);
 }
