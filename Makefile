@@ -52,8 +52,14 @@ DYGRAPHS ?= /usr/share/javascript/dygraphs
 DYGRAPHS_LICENCE ?= /usr/share/doc/libjs-dygraphs
 C_BENCHES := $(patsubst %,$(BUILD)/bench/%,sim_speed regressors usage accuracy tracking faults healthy)
 ARCHIVES := $(BUILD)/libapp.a $(BUILD)/libref.a $(BUILD)/libsim.a $(BUILD)/libdqw.a
+# Tests that stay away from the sanitizers: what they run others run there too, and they take long.
+PLAIN_ALONE := blind target browser other_simulator semi_synthetic circle cli_measured ref_noise ref_identify trace ref_measured app_paper
 TESTS := $(patsubst tests/%.c,$(BUILD)/tests/%,$(wildcard tests/test_*.c)) \
          $(patsubst tests/%.cpp,$(BUILD)/tests/%,$(wildcard tests/test_*.cpp))
+
+ifdef SANITIZE
+TESTS := $(filter-out $(patsubst %,$(BUILD)/tests/test_%,$(PLAIN_ALONE)),$(TESTS))
+endif
 
 ## all          build build/dqwatch
 .PHONY: all
@@ -71,14 +77,14 @@ demo:
 	@$(MAKE) --no-print-directory all
 	@$(BUILD)/dqwatch demo --out $(BUILD)/demo
 
-## test         install what is missing, build, and run every test, plain and under AddressSanitizer and UBSan
+## test         install what is missing, build, and run every test plain, and all but the longest under AddressSanitizer and UBSan
 .PHONY: test
 test:
 	@.ci/install build
 	@.ci/unity $(UNITY_DIR)
 	@$(MAKE) --no-print-directory test-binaries
 	@$(MAKE) --no-print-directory BUILD=$(BUILD)/asan SANITIZE=1 UNITY_DIR=$(UNITY_DIR) test-binaries
-	@BUILD=$(BUILD) DATA=$(DATA) CC="$(CC)" CXX="$(CXX)" tests/run
+	@PLAIN_ALONE="$(PLAIN_ALONE)" BUILD=$(BUILD) DATA=$(DATA) CC="$(CC)" CXX="$(CXX)" tests/run
 
 ## test-binaries  build every test and build/dqwatch, run nothing
 .PHONY: test-binaries

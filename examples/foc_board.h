@@ -6,9 +6,12 @@
 
 #include "dqw_monitor.h"
 
-/// What the FOC loop knows in this PWM period: the currents, speed and angle just sampled, and the voltage that it has just decided on, as
-/// applied from now to the next period. `limited`: the inverter cannot give it, or a sensor is at its limit.
+/// What the FOC loop knows in this PWM period: the currents, speed and angle just sampled, and the voltage that acts from now to the next
+/// period: where the timer loads it a period later, the one decided in the last. `limited`: the inverter cannot give it, or a sensor is at its limit.
 bool board_signals(dqw_sample *now, bool *limited);
+
+/// Let the PWM interrupt come, or hold it back.
+void board_interrupt(bool on);
 
 /// Tell someone: CAN, UART, a fault log.
 void board_event(const dqw_monitor_event *event);

@@ -27,7 +27,7 @@ static const dqw_monitor_config CONFIG = {
 };
 
 static dqw_monitor monitor;
-// Only until the stage is past random learning; a product may put its fault log or another motor's there afterwards.
+// Needed until the stage is past random learning, and again after a way back.
 static dqw_monitor_random lent;
 
 bool foc_monitor_start(void)
@@ -40,7 +40,10 @@ void foc_pwm_interrupt(void)
 {
     dqw_sample now;
     bool limited;
-    if (board_signals(&now, &limited)) (void)dqw_monitor_sample(&monitor, &now, limited);
+    if (board_signals(&now, &limited))
+        (void)dqw_monitor_sample(&monitor, &now, limited);
+    else
+        dqw_tracker_gap(&monitor.tracker);
 }
 
 void foc_background(void)
@@ -49,8 +52,10 @@ void foc_background(void)
     if (dqw_monitor_background(&monitor, &event)) board_event(&event);
     // The model no longer fits: trace a log of it on the host, and give the monitor what was missing. Until then it learns anew.
     if (dqw_monitor_stage(&monitor) == DQW_STAGE_DOMAIN) {
+        board_interrupt(false);
         dqw_monitor_random_init(&lent);
         (void)dqw_monitor_define(&monitor, &CONFIG, &lent);
+        board_interrupt(true);
     }
 }
 
@@ -58,8 +63,9 @@ bool foc_parameter(enum dqw_tracker_weight which, float *value, float *sd)
 {
     *value = dqw_tracker_value(&monitor.tracker, which);
     *sd = dqw_tracker_sd(&monitor.tracker, which);
-    // Not learned yet, or not from this motion: the deviation says so. Do not use the value then.
-    return *value > 0.0f && *sd < 0.1f * *value;
+    // Not learned yet, or not from this motion: the deviation says so. Do not use the value then. Dead time and the flux on the other axis
+    // may be negative.
+    return *sd < 0.1f * (*value < 0.0f ? -*value : *value);
 }
 
 bool foc_in_service(void) { return dqw_monitor_stage(&monitor) == DQW_STAGE_IN_SERVICE; }

@@ -307,6 +307,7 @@ static int32_t deviation_q5(const dqw_monitor *m, int channel)
 {
     float ratio;
     if (channel == DQW_WATCH_TEMPERATURE) {
+        if (!(sd(m, DQW_TRACK_R) < band_of(m, DQW_WATCH_R))) return 0;
         ratio = (rise_K(m, value(m, DQW_TRACK_R)) - band(m, DQW_WATCH_TEMPERATURE)) / TEMPERATURE_BAND_K + 1.0f;
     } else if (channel == DQW_WATCH_RESIDUAL) {
         ratio = sqrtf(m->residual_pu2 / m->healthy_residual_pu2) / band(m, DQW_WATCH_RESIDUAL);
@@ -353,8 +354,8 @@ static dqw_fault_verdict name_it(const dqw_monitor *m)
     return dqw_fault_name_it(change, unit, machine);
 }
 
-// The event of the channel that is furthest out of its band.
-static void tell(dqw_monitor *m, dqw_monitor_event *event)
+// The event of the channel that is furthest out of its band; none where all are back within.
+static bool tell(dqw_monitor *m, dqw_monitor_event *event)
 {
     int worst = 0;
     int32_t most = -1;
@@ -365,6 +366,7 @@ static void tell(dqw_monitor *m, dqw_monitor_event *event)
             worst = i;
         }
     }
+    if (most < DQW_CHANGE_BAND_Q5) return false;
     float change;
     read_channel(m, worst, &event->value, &change, &event->sd);
     event->half = m->tracker.halves;
@@ -372,12 +374,13 @@ static void tell(dqw_monitor *m, dqw_monitor_event *event)
     event->parameter = (enum dqw_monitor_channel)worst;
     if (worst != DQW_WATCH_TEMPERATURE && worst != DQW_WATCH_FRICTION) {
         event->fault = name_it(m);
-        return;
+        return true;
     }
     event->fault.name = worst == DQW_WATCH_TEMPERATURE ? DQW_FAULT_OVER_TEMPERATURE : change > 0.0f ? DQW_FAULT_BEARING_WEAR : DQW_FAULT_UNKNOWN;
     event->fault.confidence = SURE;
     event->fault.phase = 0;
     m->too_hot = m->too_hot || worst == DQW_WATCH_TEMPERATURE;
+    return true;
 }
 
 static void alarm(dqw_monitor *m, int channel)
@@ -406,14 +409,18 @@ static bool look(dqw_monitor *m, dqw_monitor_event *event)
         follow_temperature(m);
         for (int i = 0; i < DQW_WATCH_TEMPERATURE; i++) settle(m, i);
     }
-    if (m->too_hot && rise_K(m, value(m, DQW_TRACK_R)) < band(m, DQW_WATCH_TEMPERATURE) - 2.0f * TEMPERATURE_BAND_K) m->too_hot = false;
+    if (m->too_hot && deviation_q5(m, DQW_WATCH_TEMPERATURE) == 0) m->too_hot = false;
     for (int i = 0; i < DQW_WATCH_CHANNELS; i++) {
         if (i == DQW_WATCH_TEMPERATURE && m->too_hot) continue;
         if (!dqw_change_step(&m->change[i], deviation_q5(m, i), LIMIT_Q5)) continue;
         alarm(m, i);
     }
     if (m->alarms == 0 || --m->wait > 0) return false;
-    tell(m, event);
+    if (!tell(m, event)) {
+        for (int i = 0; i < DQW_WATCH_CHANNELS; i++) dqw_change_init(&m->change[i]);
+        m->alarms = 0;
+        return false;
+    }
     // What nothing explains may still be settling.
     if (event->fault.name == DQW_FAULT_UNKNOWN && m->alarms < 2u * EXTENDED) {
         m->alarms = (uint16_t)(m->alarms + EXTENDED);
@@ -423,8 +430,9 @@ static bool look(dqw_monitor *m, dqw_monitor_event *event)
     // What nothing explains, and is above the threshold still, is another machine: back to stage 1.
     m->back = event->fault.name == DQW_FAULT_UNKNOWN;
     // Temperatures go on counting from where they were: what has broken is not what has heated.
-    if ((m->alarms >> DQW_WATCH_R & 1u) != 0) m->cold_R_ohm *= value(m, DQW_TRACK_R) / m->healthy[DQW_TRACK_R];
-    if ((m->alarms >> DQW_WATCH_PSI & 1u) != 0) m->cold_psi_Wb *= value(m, DQW_TRACK_PSI) / m->healthy[DQW_TRACK_PSI];
+    const enum dqw_fault_name name = event->fault.name;
+    if (name == DQW_FAULT_PHASE_CONNECTION || name == DQW_FAULT_CURRENT_GAIN) m->cold_R_ohm *= value(m, DQW_TRACK_R) / m->healthy[DQW_TRACK_R];
+    if (name != DQW_FAULT_OVER_TEMPERATURE) m->cold_psi_Wb *= value(m, DQW_TRACK_PSI) / m->healthy[DQW_TRACK_PSI];
     adopt(m);
     m->rest = REST_TICKS;
     return true;
@@ -464,7 +472,7 @@ static void stage(dqw_monitor *m)
     };
     if (m->stage.name == DQW_STAGE_IN_SERVICE) {
         // A residual above the threshold is named first: a sudden fault is one too.
-        if (m->alarms == 0 && m->rest == 0 && in.residual_recent_ppm > m->stage.threshold_ppm) alarm(m, DQW_WATCH_RESIDUAL);
+        if (m->alarms == 0 && m->rest == 0 && m->wait == 0 && in.residual_recent_ppm > m->stage.threshold_ppm) alarm(m, DQW_WATCH_RESIDUAL);
         if (m->back) (void)dqw_stage_step(&m->stage, in);
         m->back = false;
         return;
@@ -473,11 +481,10 @@ static void stage(dqw_monitor *m)
     if (dqw_stage_step(&m->stage, in) && m->stage.name == DQW_STAGE_IN_SERVICE) enter_service(m);
 }
 
-bool dqw_monitor_background(dqw_monitor *m, dqw_monitor_event *event)
+static bool background(dqw_monitor *m, dqw_monitor_event *event)
 {
-    if (!m->tracker.pending || m->stage.name == DQW_STAGE_DOMAIN) return false;
     // [MON.1] learn
-    if (!dqw_tracker_learn(&m->tracker)) return false;
+    if (!dqw_tracker_learn_held(&m->tracker)) return false;
     const float *e = m->tracker.e_pu;
     m->residual_pu2 += (e[0] * e[0] + e[1] * e[1] - m->residual_pu2) * RESIDUAL_PART;
     (void)dqw_witness_learn(&m->witness, &m->tracker);
@@ -491,4 +498,13 @@ bool dqw_monitor_background(dqw_monitor *m, dqw_monitor_event *event)
     if (++m->blocks < TICK_BLOCKS) return false;
     m->blocks = 0;
     return look(m, event);
+}
+
+bool dqw_monitor_background(dqw_monitor *m, dqw_monitor_event *event)
+{
+    if (!dqw_tracker_waits(&m->tracker) || m->stage.name == DQW_STAGE_DOMAIN) return false;
+    // The block is read to the end of it all: only then may the interrupt write the next one.
+    const bool told = background(m, event);
+    dqw_tracker_release(&m->tracker);
+    return told;
 }

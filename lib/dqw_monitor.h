@@ -123,6 +123,7 @@ bool dqw_monitor_background(dqw_monitor *m, dqw_monitor_event *event);
 const dqw_monitor_config *dqw_monitor_config_of(const dqw_monitor *m);
 
 /// Where Fig. 1 is; and stage 1 again after a way back: with what the domain knowledge had lacked, all learned anew.
+/// Context  background; hold the interrupt back during dqw_monitor_define
 enum dqw_stage_name dqw_monitor_stage(const dqw_monitor *m);
 enum dqw_status dqw_monitor_define(dqw_monitor *m, const dqw_monitor_config *config, dqw_monitor_random *lent);
 

@@ -110,6 +110,12 @@ uint32_t dqw_tracker_sample(dqw_tracker *t, const dqw_sample *s, bool saturated)
 /// Context  background; dqw_tracker_sample may interrupt it
 bool dqw_tracker_learn(dqw_tracker *t);
 
+/// The same in three: does a block wait; learn it and go on holding it, for those who read it too; let the interrupt write the next one.
+/// Context  background; dqw_tracker_sample may interrupt them
+bool dqw_tracker_waits(const dqw_tracker *t);
+bool dqw_tracker_learn_held(dqw_tracker *t);
+void dqw_tracker_release(dqw_tracker *t);
+
 /// Time has jumped: the next sample does not follow the last one.
 /// Context  as dqw_tracker_sample
 void dqw_tracker_gap(dqw_tracker *t);

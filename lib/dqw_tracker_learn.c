@@ -133,7 +133,8 @@ static void noise_of_dead_time(const dqw_tracker *t, int axis, float var_i, floa
     const float sd = sqrtf(left);
     // Where what is left of the current's noise is wide, that of a step; where narrow, tanh's own; and all of it where the currents stay
     // within the width. In the resistance's equation a wide noise also smooths the step, which takes half.
-    n->var[axis][DQW_TRACK_DEAD_TIME] = g * var_i * fmaxf(t->dead_slope_inv_A, 0.53f / (sd + 1.2f * width)) * s[DQW_TRACK_DEAD_TIME];
+    const float wide = 0.53f / (sd + 1.2f * width);
+    n->var[axis][DQW_TRACK_DEAD_TIME] = g * var_i * (t->dead_slope_inv_A > wide ? t->dead_slope_inv_A : wide) * s[DQW_TRACK_DEAD_TIME];
     n->R_in_dead[axis] = g * s[DQW_TRACK_R] * var_i;
     n->dead_in_R[axis] = g * s[DQW_TRACK_R] * (var_i - 0.5f * left * sd / (sd + width));
 }
@@ -246,7 +247,7 @@ static void drift(dqw_tracker *t)
 static void choose(dqw_tracker *t, const float x_d[], const float x_q[], const input_noise *n, uint32_t mask[2])
 {
     const float threshold = t->config->excitation_pu > 0.0f ? t->config->excitation_pu : EXCITATION_PU;
-    const float width_pu = t->config->dead_time_width_A / t->config->i_base_A;
+    const float width_pu = t->config->angle ? t->config->dead_time_width_A / t->config->i_base_A : 0.0f;
     mask[D] = mask[Q] = 0;
     for (int i = 0; i < N; i++) {
         float least = NOISE_MARGIN * (n->var[D][i] + n->var[Q][i]) + threshold * threshold;
@@ -277,9 +278,26 @@ static bool sound(dqw_tracker *t)
     return true;
 }
 
+bool dqw_tracker_waits(const dqw_tracker *t)
+{
+    return *(const volatile bool *)&t->pending;
+}
+
+void dqw_tracker_release(dqw_tracker *t)
+{
+    *(volatile bool *)&t->pending = false;
+}
+
 bool dqw_tracker_learn(dqw_tracker *t)
 {
-    if (!t->pending) return false;
+    if (!dqw_tracker_waits(t)) return false;
+    const bool learned = dqw_tracker_learn_held(t);
+    dqw_tracker_release(t);
+    return learned;
+}
+
+bool dqw_tracker_learn_held(dqw_tracker *t)
+{
     const dqw_tracker_config *c = t->config;
 
     // [TRK.4] inputs of both axes
@@ -289,7 +307,6 @@ bool dqw_tracker_learn(dqw_tracker *t)
     rows_of(t, &b, x_d, x_q);
     input_noise noise;
     noise_of(t, &b, &noise);
-    t->pending = false;
 
     if (c->dead_time_width_A > 0.0f) {
         const float sd = sqrtf(0.5f * dqw_noise_variance(t->noise.i_d_A2 + t->noise.i_q_A2));

@@ -23,7 +23,7 @@
               .profile = {.speed_rad_s = {.wave = 90, .wave_period_s = 0.7}, .i_d_A = {.random = 3, .random_hold_s = 0.037}, \
                           .load_Nm = {.random = 0.35, .random_hold_s = 0.051}, .v_d_V = {.binary = 0.8, .binary_hold_s = 3e-4}, \
                           .v_q_V = {.binary = 0.8, .binary_hold_s = 3e-4}}, \
-              .regime = "dynamic", .rtol = 1e-7, .seed = 1
+              .regime = "dynamic", .rtol = 1e-8, .seed = 1
 
 #define TRACTION_MACHINE .machine = {.pole_pairs = 4, .R_ohm = 0.012, .Ld_H = 0.20e-3, .Lq_H = 0.50e-3, .psi_Wb = 0.070, .J_kgm2 = 0.06, \
                                      .B_Nms_rad = 0.02, .temp_ref_C = 25, .temp_ambient_C = 25, .temp_start_C = 25}

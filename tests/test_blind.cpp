@@ -92,8 +92,8 @@ static void the_report_counts(void)
 // Strength is what a fit that knows nothing of the effects leaves over the floor: the tracer's own `before` judges the draw.
 static void fixed_logs_are_traced(void)
 {
-    if (command::sanitized()) TEST_IGNORE_MESSAGE("ten logs: plain alone");
-    const std::uint64_t seeds[] = {1, 26, 50, 95, 103, 112, 166, 219, 274, 299};
+    if (command::sanitized()) TEST_IGNORE_MESSAGE("six logs: plain alone");
+    const std::uint64_t seeds[] = {1, 50, 103, 112, 219, 299};
     int wrong = 0;
     for (const std::uint64_t seed : seeds) {
         const blind::Case c = blind::draw(seed);
