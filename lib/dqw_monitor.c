@@ -354,19 +354,24 @@ static dqw_fault_verdict name_it(const dqw_monitor *m)
     return dqw_fault_name_it(change, unit, machine);
 }
 
+static uint32_t ppm(float ratio)
+{
+    return ratio < 4000.0f ? (uint32_t)(ratio * 1e6f) : 4000000000u;
+}
+
 // The event of the channel that is furthest out of its band; none where all are back within.
 static bool tell(dqw_monitor *m, dqw_monitor_event *event)
 {
     int worst = 0;
     int32_t most = -1;
     for (int i = 0; i < DQW_WATCH_CHANNELS; i++) {
-        const int32_t q5 = (m->alarms >> i & 1u) != 0 ? deviation_q5(m, i) : -1;
+        const int32_t q5 = ((uint32_t)m->alarms >> i & 1u) != 0 ? deviation_q5(m, i) : -1;
         if (q5 > most) {
             most = q5;
             worst = i;
         }
     }
-    if (most < DQW_CHANGE_BAND_Q5) return false;
+    if (most < DQW_CHANGE_BAND_Q5 && ppm(sqrtf(m->residual_pu2)) <= m->stage.threshold_ppm) return false;
     float change;
     read_channel(m, worst, &event->value, &change, &event->sd);
     event->half = m->tracker.halves;
@@ -453,11 +458,6 @@ static bool known(const dqw_monitor *m)
     for (int i = 0; i <= DQW_TRACK_PSI; i++)
         if (!(sd(m, i) < SERVICE_SD * value(m, i))) return false;
     return true;
-}
-
-static uint32_t ppm(float ratio)
-{
-    return ratio < 4000.0f ? (uint32_t)(ratio * 1e6f) : 4000000000u;
 }
 
 // Fig. 1: which stage, after a block.

@@ -63,7 +63,7 @@ float dqw_tracker_sd(const dqw_tracker *t, enum dqw_tracker_weight weight)
 {
     if ((unsigned)weight >= N) return INFINITY;
     const int i = (int)weight;
-    if ((t->learned >> i & 1u) == 0 || t->blocks < 2u * N) return INFINITY;
+    if (((uint32_t)t->learned >> i & 1u) == 0 || t->blocks < 2u * N) return INFINITY;
     return sqrtf(dqw_gain_covariance(&t->gain, i, i) * common_variance(t) * inflation(t, i)) * dqw_tracker_unit(t->config, weight);
 }
 
@@ -273,7 +273,8 @@ static bool sound(dqw_tracker *t)
             return false;
         }
         const float sd = dqw_tracker_start_sd_pu(t, i);
-        if ((t->learned >> i & 1u) == 0 && dqw_gain_covariance(&t->gain, i, i) < LEARNED_RATIO / START_RESIDUAL_PU2 * sd * sd) t->learned |= (uint8_t)(1u << i);
+        if (((uint32_t)t->learned >> i & 1u) == 0 && dqw_gain_covariance(&t->gain, i, i) < LEARNED_RATIO / START_RESIDUAL_PU2 * sd * sd)
+            t->learned |= (uint8_t)(1u << i);
     }
     return true;
 }
