@@ -3,28 +3,7 @@
 #include "foc_monitor.h"
 
 #include "foc_board.h"
-
-// From the data sheet: starting points, no more. The configuration is constant, and stays in flash.
-static const dqw_monitor_config CONFIG = {
-    .tracker =
-        {
-            .dt_s = 50e-6f,
-            .v_base_V = 14.0f,
-            .i_base_A = 6.0f,
-            .w_base_rad_s = 110.0f,
-            .R_ohm = 0.6f,
-            .Ld_H = 0.9e-3f,
-            .Lq_H = 1.6e-3f,
-            .psi_Wb = 0.018f,
-            .pole_pairs = 4,
-            .dead_time_width_A = 0.05f,
-            .drift_per_sqrt_s = 0.01f,
-            .stale_limit = 10,
-            .angle = true,
-            .noise_on_inputs = true,
-        },
-    .J_kgm2 = 3e-4f,
-};
+#include "foc_config.h"
 
 static dqw_monitor monitor;
 // Needed until the stage is past random learning, and again after a way back.

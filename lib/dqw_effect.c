@@ -3,17 +3,14 @@
 #include <math.h>
 #include <stddef.h>
 
+#include "dqw_number.h"
+
 // Temperature differences of this size are the base of what the sample's temperature brings.
 #define HEAT_BASE_K 50.0f
 // A voltage one period late differs from the right one by no more than this part of the base, as a rule.
 #define DELAY_BASE 0.1f
 // Currents beyond this many bases heat no more.
 #define HEAT_MAX 100.0f
-
-static bool positive(float x)
-{
-    return isfinite(x) && x > 0.0f;
-}
 
 static bool none_negative(const float x[], int n)
 {
@@ -48,10 +45,10 @@ static bool sound(const dqw_effect_config *c)
     case DQW_EFFECT_FLUX_HARMONICS:
     case DQW_EFFECT_COULOMB_FRICTION:
     case DQW_EFFECT_DIRECTION_ASYMMETRY:
-    case DQW_EFFECT_COGGING_TORQUE: return positive(s[0]) && positive(1.0f / s[0]);
-    case DQW_EFFECT_STRIBECK_FRICTION: return positive(s[0]) && positive(s[1]) && positive(1.0f / s[0]) && positive(1.0f / s[1]);
+    case DQW_EFFECT_COGGING_TORQUE: return dqw_is_positive(s[0]) && dqw_is_positive(1.0f / s[0]);
+    case DQW_EFFECT_STRIBECK_FRICTION: return dqw_is_positive(s[0]) && dqw_is_positive(s[1]) && dqw_is_positive(1.0f / s[0]) && dqw_is_positive(1.0f / s[1]);
     case DQW_EFFECT_WINDING_TEMPERATURE:
-    case DQW_EFFECT_MAGNET_TEMPERATURE: return none_negative(s + 1, 2) && (s[1] == 0.0f || positive(1.0f / s[1]));
+    case DQW_EFFECT_MAGNET_TEMPERATURE: return none_negative(s + 1, 2) && (s[1] == 0.0f || dqw_is_positive(1.0f / s[1]));
     case DQW_EFFECT_IRON_LOSS:
     case DQW_EFFECT_CURRENT_OFFSET:
     case DQW_EFFECT_CURRENT_GAIN_MISMATCH:
@@ -117,7 +114,7 @@ enum dqw_status dqw_effect_init(dqw_effect *e, const dqw_effect_config *list, in
     if (e == NULL || base == NULL) return DQW_ERR_NULL;
     const int weights = dqw_effect_check(list, count, false);
     if (weights < 0) return (enum dqw_status)weights;
-    if (!positive(base->dt_s) || !positive(base->v_V) || !positive(base->i_A) || !positive(base->w_m_rad_s)) return DQW_ERR_RANGE;
+    if (!dqw_is_positive(base->dt_s) || !dqw_is_positive(base->v_V) || !dqw_is_positive(base->i_A) || !dqw_is_positive(base->w_m_rad_s)) return DQW_ERR_RANGE;
     if (count > 0 && base->pole_pairs == 0) return DQW_ERR_RANGE;
     dqw_effect n = {0};
     n.list = list;

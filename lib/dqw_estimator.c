@@ -3,6 +3,8 @@
 #include <math.h>
 #include <stddef.h>
 
+#include "dqw_number.h"
+
 #define HALF_WINDOW 20
 #define EXCITATION_PU 0.002f
 #define THRESHOLD_PPM 50000u
@@ -15,25 +17,15 @@
 #define RANDOM_STEP 0.5f
 #define RANDOM_TOLERANCE 0.1f
 
-static bool positive(float x)
-{
-    return isfinite(x) && x > 0.0f;
-}
-
-static bool zero_or_positive(float x)
-{
-    return isfinite(x) && x >= 0.0f;
-}
-
 static enum dqw_status check(const dqw_estimator_config *c)
 {
     if (c->reservoir_d == NULL || c->reservoir_q == NULL || c->reservoir_d == c->reservoir_q) return DQW_ERR_NULL;
     if (c->reservoir < 2) return DQW_ERR_SIZE;
     if (c->regime != DQW_REGIME_DYNAMIC && c->regime != DQW_REGIME_STATIC) return DQW_ERR_RANGE;
-    if (!positive(c->dt_s) || !positive(c->v_base_V) || !positive(c->i_base_A) || !positive(c->w_base_rad_s)) return DQW_ERR_RANGE;
+    if (!dqw_is_positive(c->dt_s) || !dqw_is_positive(c->v_base_V) || !dqw_is_positive(c->i_base_A) || !dqw_is_positive(c->w_base_rad_s)) return DQW_ERR_RANGE;
     const float rest[] = {c->R_ohm, c->Ld_H, c->Lq_H, c->psi_Wb, c->v_limit_V, c->i_limit_A, c->excitation_pu};
     for (unsigned i = 0; i < sizeof rest / sizeof rest[0]; i++)
-        if (!zero_or_positive(rest[i])) return DQW_ERR_RANGE;
+        if (!dqw_is_zero_or_positive(rest[i])) return DQW_ERR_RANGE;
     return DQW_OK;
 }
 

@@ -3,15 +3,12 @@
 #include <math.h>
 #include <stddef.h>
 
+#include "dqw_number.h"
+
 // Keeps the step finite when every input is zero: far below any per-unit signal squared that carries information.
 #define NORM_FLOOR 1e-6f
 // A larger error is learned as this: one wild sample then moves a weight by a bounded step, and no weight can overflow.
 #define ERROR_LIMIT_PU 1e3f
-
-static bool positive(float x)
-{
-    return isfinite(x) && x > 0.0f;
-}
 
 static float limit(float x, float bound)
 {
@@ -22,9 +19,9 @@ enum dqw_status dqw_learner_init(dqw_learner *l, const dqw_learner_config *confi
 {
     if (l == NULL || config == NULL) return DQW_ERR_NULL;
     if (config->inputs < 1 || config->inputs > DQW_LEARNER_INPUTS) return DQW_ERR_SIZE;
-    if (!positive(config->step_size) || config->step_size >= 2.0f || !positive(config->y_base)) return DQW_ERR_RANGE;
+    if (!dqw_is_positive(config->step_size) || config->step_size >= 2.0f || !dqw_is_positive(config->y_base)) return DQW_ERR_RANGE;
     for (int i = 0; i < config->inputs; i++)
-        if (!positive(config->x_base[i]) || !positive(1.0f / config->x_base[i])) return DQW_ERR_RANGE;
+        if (!dqw_is_positive(config->x_base[i]) || !dqw_is_positive(1.0f / config->x_base[i])) return DQW_ERR_RANGE;
 
     const dqw_learner zero = {0};
     *l = zero;

@@ -3,6 +3,8 @@
 #include <math.h>
 #include <stddef.h>
 
+#include "dqw_number.h"
+
 #define HALF_WINDOW 25
 #define EXCITATION_PU 0.002f
 #define KNOWN_RATIO 0.25f
@@ -13,11 +15,6 @@ enum { IN_J = 0, IN_B, IN_COULOMB };
 enum { PLAIN = 4, SIGNALS = PLAIN + DQW_EFFECT_WEIGHTS };
 // Inputs of the neuron: J, B, Coulomb friction where it is asked for, then the effects'.
 enum { INPUTS = 3 + DQW_EFFECT_WEIGHTS };
-
-static bool positive(float x)
-{
-    return isfinite(x) && x > 0.0f;
-}
 
 #if DQW_EFFECT_WEIGHTS > 0
 static int weights_of(const dqw_mechanical *m)
@@ -96,7 +93,7 @@ static void pair_effects(dqw_mechanical *m, float w_m_rad_s, float theta_m_rad, 
 enum dqw_status dqw_mechanical_init(dqw_mechanical *m, const dqw_mechanical_config *config)
 {
     if (m == NULL || config == NULL) return DQW_ERR_NULL;
-    if (!positive(config->dt_s) || !positive(config->torque_base_Nm) || !positive(config->w_base_rad_s)) return DQW_ERR_RANGE;
+    if (!dqw_is_positive(config->dt_s) || !dqw_is_positive(config->torque_base_Nm) || !dqw_is_positive(config->w_base_rad_s)) return DQW_ERR_RANGE;
     const float rest[] = {config->J_kgm2, config->B_Nms_rad, config->excitation_pu, config->standstill_rad_s, config->coulomb_width_rad_s};
     for (unsigned i = 0; i < sizeof rest / sizeof rest[0]; i++)
         if (!isfinite(rest[i]) || rest[i] < 0.0f) return DQW_ERR_RANGE;

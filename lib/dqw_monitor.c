@@ -31,7 +31,6 @@
 #define THRESHOLD_PPM 50000u
 // A parameter is known well enough to be watched.
 #define SERVICE_SD 0.1f
-#define DRIFT 0.01f
 // Residual: a mean over about 64 blocks, that counts as at least 0.2 % of the base.
 #define RESIDUAL_PART (1.0f / 64.0f)
 #define RESIDUAL_FLOOR_PU2 4e-6f
@@ -72,18 +71,14 @@ static float alpha_of(const dqw_monitor *m)
     return or_else(dqw_monitor_config_of(m)->alpha_per_K, ALPHA_PER_K);
 }
 
-static bool zero_or_positive(float x)
-{
-    return dqw_is_finite(x) && x >= 0.0f;
-}
-
 enum dqw_status dqw_monitor_init(dqw_monitor *m, const dqw_monitor_config *config, dqw_monitor_random *lent)
 {
     if (m == NULL || config == NULL || (lent != NULL && lent->learn == NULL)) return DQW_ERR_NULL;
     const dqw_monitor_config *c = config;
     for (int i = 0; i < DQW_WATCH_CHANNELS; i++)
-        if (!zero_or_positive(c->band[i])) return DQW_ERR_RANGE;
-    if (!zero_or_positive(c->alpha_per_K) || !zero_or_positive(c->beta_per_K) || !zero_or_positive(c->heating_K_s) || !zero_or_positive(c->J_kgm2))
+        if (!dqw_is_zero_or_positive(c->band[i])) return DQW_ERR_RANGE;
+    if (!dqw_is_zero_or_positive(c->alpha_per_K) || !dqw_is_zero_or_positive(c->beta_per_K) || !dqw_is_zero_or_positive(c->heating_K_s) ||
+        !dqw_is_zero_or_positive(c->J_kgm2))
         return DQW_ERR_RANGE;
     dqw_monitor n = {.lent = lent};
     const enum dqw_status status = dqw_tracker_init(&n.tracker, &config->tracker);

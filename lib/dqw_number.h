@@ -14,6 +14,18 @@ static inline bool dqw_is_finite(float x)
     return x - x == 0.0f;
 }
 
+/// A number above zero.
+static inline bool dqw_is_positive(float x)
+{
+    return dqw_is_finite(x) && x > 0.0f;
+}
+
+/// A number that is not negative.
+static inline bool dqw_is_zero_or_positive(float x)
+{
+    return dqw_is_finite(x) && x >= 0.0f;
+}
+
 #ifdef __cplusplus
 }
 #endif

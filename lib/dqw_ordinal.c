@@ -3,6 +3,8 @@
 #include <math.h>
 #include <stddef.h>
 
+#include "dqw_number.h"
+
 #define P0 1e6f
 #define POLE_MIN 0.01f
 #define POLE_MAX 0.9995f
@@ -16,11 +18,6 @@
 // A sample of more bases than this is refused.
 #define WILD_PU 1e3f
 
-static bool positive(float x)
-{
-    return isfinite(x) && x > 0.0f;
-}
-
 static float clamp(float x, float low, float high)
 {
     return x < low ? low : x > high ? high : x;
@@ -29,9 +26,10 @@ static float clamp(float x, float low, float high)
 enum dqw_status dqw_ordinal_init(dqw_ordinal *o, const dqw_ordinal_config *config)
 {
     if (o == NULL || config == NULL) return DQW_ERR_NULL;
-    if (!positive(config->dt_s) || !positive(config->x_base) || !positive(config->y_base) || !positive(config->R_ohm) || !positive(config->L_H))
+    if (!dqw_is_positive(config->dt_s) || !dqw_is_positive(config->x_base) || !dqw_is_positive(config->y_base) || !dqw_is_positive(config->R_ohm) ||
+        !dqw_is_positive(config->L_H))
         return DQW_ERR_RANGE;
-    if (!positive(1.0f / config->x_base) || !positive(1.0f / config->y_base)) return DQW_ERR_RANGE;
+    if (!dqw_is_positive(1.0f / config->x_base) || !dqw_is_positive(1.0f / config->y_base)) return DQW_ERR_RANGE;
     const dqw_ordinal zero = {0};
     *o = zero;
     o->dt_s = config->dt_s;

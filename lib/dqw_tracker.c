@@ -15,21 +15,8 @@
 #define SLOPE_ROWS 4096u
 #define SQRT3_2 0.8660254f
 #define INV_SQRT3 0.57735027f
-// Start deviation of a weight, in nominal values, dead time's in voltage bases, and of a block's residual in those: wide enough to be no
-// prior, and narrow enough that noise on a machine at rest moves nothing.
-#define START_SD 3.0f
+// Start deviation of dead time, in voltage bases.
 #define START_DEAD_SD_PU 0.1f
-#define START_RESIDUAL_PU 0.01f
-
-static bool positive(float x)
-{
-    return dqw_is_finite(x) && x > 0.0f;
-}
-
-static bool zero_or_positive(float x)
-{
-    return dqw_is_finite(x) && x >= 0.0f;
-}
 
 float dqw_tracker_unit(const dqw_tracker_config *config, enum dqw_tracker_weight weight)
 {
@@ -49,16 +36,16 @@ float dqw_tracker_start_sd_pu(const dqw_tracker *t, int i)
 {
     const dqw_tracker_config *c = t->config;
     const float nominal[DQW_TRACK_WEIGHTS] = {c->R_ohm, c->Ld_H, c->Lq_H, c->psi_Wb, 0.0f, c->psi_Wb};
-    return i == DQW_TRACK_DEAD_TIME ? START_DEAD_SD_PU : START_SD * nominal[i] / dqw_tracker_unit(c, (enum dqw_tracker_weight)i);
+    return i == DQW_TRACK_DEAD_TIME ? START_DEAD_SD_PU : DQW_TRACK_START_SD * nominal[i] / dqw_tracker_unit(c, (enum dqw_tracker_weight)i);
 }
 
 void dqw_tracker_start(dqw_tracker *t)
 {
-    const float part = 1.0f / START_RESIDUAL_PU;
+    const float part = 1.0f / DQW_TRACK_START_RESIDUAL_PU;
     (void)dqw_gain_init(&t->gain, DQW_TRACK_WEIGHTS, 1.0f);
     for (int i = 0; i < DQW_TRACK_WEIGHTS; i++) {
         const float sd = dqw_tracker_start_sd_pu(t, i);
-        t->w_pu[i] = i <= DQW_TRACK_PSI ? sd * (1.0f / START_SD) : 0.0f;
+        t->w_pu[i] = i <= DQW_TRACK_PSI ? sd * (1.0f / DQW_TRACK_START_SD) : 0.0f;
         t->gain.d[i] = sd * part * (sd * part);
     }
     for (int i = 0; i < DQW_TRACK_SCORES; i++) t->score2[i] = t->score_lag[i] = t->score_last[i] = 0.0f;
@@ -71,11 +58,11 @@ enum dqw_status dqw_tracker_init(dqw_tracker *t, const dqw_tracker_config *confi
 {
     if (t == NULL || config == NULL) return DQW_ERR_NULL;
     const dqw_tracker_config *c = config;
-    if (!positive(c->dt_s) || !positive(c->v_base_V) || !positive(c->i_base_A) || !positive(c->w_base_rad_s) || !positive(c->R_ohm) || !positive(c->Ld_H) ||
-        !positive(c->Lq_H) || !positive(c->psi_Wb) || c->pole_pairs == 0)
+    if (!dqw_is_positive(c->dt_s) || !dqw_is_positive(c->v_base_V) || !dqw_is_positive(c->i_base_A) || !dqw_is_positive(c->w_base_rad_s) ||
+        !dqw_is_positive(c->R_ohm) || !dqw_is_positive(c->Ld_H) || !dqw_is_positive(c->Lq_H) || !dqw_is_positive(c->psi_Wb) || c->pole_pairs == 0)
         return DQW_ERR_RANGE;
-    if (!zero_or_positive(c->v_limit_V) || !zero_or_positive(c->i_limit_A) || !zero_or_positive(c->excitation_pu) || !zero_or_positive(c->dead_time_width_A) ||
-        !zero_or_positive(c->drift_per_sqrt_s))
+    if (!dqw_is_zero_or_positive(c->v_limit_V) || !dqw_is_zero_or_positive(c->i_limit_A) || !dqw_is_zero_or_positive(c->excitation_pu) ||
+        !dqw_is_zero_or_positive(c->dead_time_width_A) || !dqw_is_zero_or_positive(c->drift_per_sqrt_s))
         return DQW_ERR_RANGE;
 
     dqw_tracker n = {.config = config, .follow = 1.0f};
@@ -83,7 +70,7 @@ enum dqw_status dqw_tracker_init(dqw_tracker *t, const dqw_tracker_config *confi
     if (status != DQW_OK) return status;
     dqw_tracker_start(&n);
     for (int i = 0; i < DQW_TRACK_WEIGHTS; i++)
-        if (!positive(n.gain.d[i]) || !dqw_is_finite(dqw_tracker_unit(c, (enum dqw_tracker_weight)i))) return DQW_ERR_RANGE;
+        if (!dqw_is_positive(n.gain.d[i]) || !dqw_is_finite(dqw_tracker_unit(c, (enum dqw_tracker_weight)i))) return DQW_ERR_RANGE;
     dqw_gate_init(&n.gate, c->stale_limit);
     dqw_noise_init(&n.noise);
     n.i_d_A = NAN;

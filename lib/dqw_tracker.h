@@ -120,6 +120,11 @@ void dqw_tracker_release(dqw_tracker *t);
 /// Context  as dqw_tracker_sample
 void dqw_tracker_gap(dqw_tracker *t);
 
+/// For the tracker's own files: the start deviation of a weight, in nominal values, and of a block's residual, per unit: wide enough to be no
+/// prior, and narrow enough that noise on a machine at rest moves nothing.
+#define DQW_TRACK_START_SD 3.0f
+#define DQW_TRACK_START_RESIDUAL_PU 0.01f
+
 /// For the tracker's own files: forget what was learned, and a weight's start deviation per unit.
 /// Source   (E61) in docs/EQUATIONS.md
 void dqw_tracker_start(dqw_tracker *t);

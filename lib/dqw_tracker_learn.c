@@ -7,8 +7,6 @@
 #define EXCITATION_PU 0.01f
 // A weight whose variance fell by less than this was not learned.
 #define LEARNED_RATIO 0.01f
-#define START_RESIDUAL_PU2 1e-4f
-#define START_SD 3.0f
 // A smaller residual is the sampling's own, and rounding.
 #define VARIANCE_FLOOR_PU2 1e-8f
 // Blocks over which statistics are means.
@@ -232,7 +230,7 @@ static void keep_scores(dqw_tracker *t, const float score[])
 // A parameter may wander: its variance grows with time, up to where it started. (E61)
 static void drift(dqw_tracker *t)
 {
-    const float rate = t->config->drift_per_sqrt_s * (1.0f / START_SD);
+    const float rate = t->config->drift_per_sqrt_s * (1.0f / DQW_TRACK_START_SD);
     if (!(rate > 0.0f)) return;
     const float common = common_variance(t);
     const float unit = rate * rate * (float)t->window.half * t->config->dt_s / common;
@@ -273,7 +271,8 @@ static bool sound(dqw_tracker *t)
             return false;
         }
         const float sd = dqw_tracker_start_sd_pu(t, i);
-        if (((uint32_t)t->learned >> i & 1u) == 0 && dqw_gain_covariance(&t->gain, i, i) < LEARNED_RATIO / START_RESIDUAL_PU2 * sd * sd)
+        if (((uint32_t)t->learned >> i & 1u) == 0 &&
+            dqw_gain_covariance(&t->gain, i, i) < LEARNED_RATIO / (DQW_TRACK_START_RESIDUAL_PU * DQW_TRACK_START_RESIDUAL_PU) * sd * sd)
             t->learned |= (uint8_t)(1u << i);
     }
     return true;

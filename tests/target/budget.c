@@ -4,7 +4,7 @@
 #include <stdio.h>
 
 #include "dqw_monitor.h"
-#include "target/config.h"
+#include "foc_config.h"
 #include "target/count.h"
 #include "target/stack.h"
 

@@ -18,7 +18,7 @@ flags="-mcpu=cortex-m4 -mthumb -mfloat-abi=hard -mfpu=fpv4-sp-d16 -std=c99 -ffp-
 ${CC:-cc} -std=c99 -O2 "$here/rows.c" -o "$out/rows"
 "$out/rows" <"$out/joint_24v.csv" >"$out/rows.bin"
 
-TARGET_TIMEOUT=120 "$here/run.sh" "$out/budget.elf" "$here/budget.c" lib/*.c -- -DDQW_EFFECT_WEIGHTS=0 -Os -fno-math-errno -- "$out/rows.bin" >"$out/budget" || {
+TARGET_TIMEOUT=120 "$here/run.sh" "$out/budget.elf" "$here/budget.c" lib/*.c -- -DDQW_EFFECT_WEIGHTS=0 -Os -fno-math-errno -Iexamples -- "$out/rows.bin" >"$out/budget" || {
     status=$?
     cat "$out/budget"
     exit $status
@@ -33,7 +33,7 @@ echo "events $(grep -c '^event' "$out/target.txt")" >>"$out/budget"
 # Flash: a firmware that monitors, less one that calls the mathematical functions alone.
 text() { # FLAGS...
     # shellcheck disable=SC2086
-    "$cc" $flags -ffunction-sections -fdata-sections -Ilib -I"$here/.." "$@" "$here/flash.c" lib/*.c -nostartfiles --specs=nosys.specs -Wl,--gc-sections -lm \
+    "$cc" $flags -ffunction-sections -fdata-sections -Ilib -Iexamples "$@" "$here/flash.c" lib/*.c -nostartfiles --specs=nosys.specs -Wl,--gc-sections -lm \
         -o "$out/flash.elf" 2>"$out/flash.log" || {
         cat "$out/flash.log"
         exit 1

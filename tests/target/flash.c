@@ -1,7 +1,7 @@
 // A firmware that does nothing but monitor, to see how much flash that takes. -DLEND: with stage 2's Random Learner. -DNOTHING: without it all.
 #include <math.h>
 
-#include "target/config.h"
+#include "foc_config.h"
 
 volatile dqw_sample now;
 volatile float told;

@@ -1,6 +1,7 @@
-// The monitor's configuration for what is measured on the target.
-#ifndef TARGET_CONFIG_H
-#define TARGET_CONFIG_H
+// The example's configuration, also that of what is measured on the target. From the data sheet: starting points, no more; it is constant
+// and stays in flash.
+#ifndef FOC_CONFIG_H
+#define FOC_CONFIG_H
 
 #include "dqw_monitor.h"
 
