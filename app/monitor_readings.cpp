@@ -66,7 +66,7 @@ double channel_unit(const dqw_monitor& m, int channel)
 
 MonitorReadings readings_of(const dqw_monitor& m)
 {
-    const bool in_service = dqw_monitor_stage(&m) == DQW_STAGE_IN_SERVICE, watched = in_service && m.rest == 0;
+    const bool in_service = dqw_monitor_stage(&m) == DQW_STAGE_IN_SERVICE, watched = in_service && !m.resting;
     MonitorReadings all;
     for (int channel = 0; channel < DQW_WATCH_CHANNELS; ++channel) {
         MonitorReading& r = all[static_cast<std::size_t>(channel)];

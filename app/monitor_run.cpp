@@ -90,7 +90,7 @@ private:
         if (!run_.served) run_.served = true, run_.entered_s = t_s;
         run_.ripple_watched = run_.ripple_watched || m_.witness.blocks >= DQW_WITNESS_MEMORY;
         const bool anew = !run_.relearned.empty() && !run_.relearned.back().again;
-        if ((settled_ && !anew) || m_.rest > 0) return;
+        if ((settled_ && !anew) || m_.resting) return;
         const MonitorReadings now = readings_of(m_);
         if (anew) run_.relearned.back().after = now, run_.relearned.back().again = true;
         if (!settled_) run_.healthy = now;

@@ -103,7 +103,7 @@ enum dqw_status dqw_monitor_define(dqw_monitor *m, const dqw_monitor_config *con
     m->stage.times_back = stage.times_back;
     m->stage.residual_ppm = stage.residual_ppm;
     m->tracker.gate = gate;
-    m->tracker.halves = halves;
+    m->tracker.halves = m->tracker.at = halves;
     return DQW_OK;
 }
 
@@ -149,11 +149,11 @@ static void reversal(dqw_monitor *m, int8_t way, float torque_Nm)
         // The first is no spread: nothing was known.
         if (m->reversals > 1) m->spread_Nm2 += (off * off - m->spread_Nm2) * part;
     }
-    m->before = way;
+    m->before = way > 0 ? 1 : -1;
     m->before_Nm = torque_Nm;
 }
 
-static void watch_friction(dqw_monitor *m)
+static void watch_friction(dqw_monitor *m, uint32_t elapsed)
 {
     const dqw_tracker *t = &m->tracker;
     const dqw_tracker_config *c = t->config;
@@ -162,12 +162,14 @@ static void watch_friction(dqw_monitor *m)
     const float torque = 1.5f * (float)c->pole_pairs * b.i_q_A * (value(m, DQW_TRACK_PSI) + (value(m, DQW_TRACK_LD) - value(m, DQW_TRACK_LQ)) * b.i_d_A);
     const float used = torque - dqw_monitor_config_of(m)->J_kgm2 * (w - m->w_before_rad_s) / (c->dt_s * (float)t->window.half);
     m->w_before_rad_s = w;
+    // Where blocks are missing, nobody knows how it accelerated.
+    if (elapsed != 1) m->gathered = 0;
     const int8_t way = w > SLOWEST_PU * c->w_base_rad_s ? 1 : w < -SLOWEST_PU * c->w_base_rad_s ? -1 : 0;
     if (m->gathered * way <= 0) {
         m->gathered = 0;
         m->gathered_Nm = 0.0f;
     }
-    if (way == 0 || !(fabsf(used) < 1e6f)) return;
+    if (way == 0 || elapsed != 1 || !(fabsf(used) < 1e6f)) return;
     m->gathered = (int8_t)(m->gathered + way);
     m->gathered_Nm += used;
     if (m->gathered * way < FRICTION_BLOCKS) return;
@@ -268,6 +270,13 @@ static void adopt(dqw_monitor *m)
     m->healthy_residual_pu2 = m->residual_pu2 > RESIDUAL_FLOOR_PU2 ? m->residual_pu2 : RESIDUAL_FLOOR_PU2;
     for (int i = 0; i < DQW_WATCH_CHANNELS; i++) dqw_change_init(&m->change[i]);
     m->alarms = 0;
+}
+
+static void begin_rest(dqw_monitor *m)
+{
+    adopt(m);
+    m->wait = REST_TICKS;
+    m->resting = true;
 }
 
 // Healthy R or flux goes with the measured one, no faster than heat can: by `rate` a kelvin of what may have come since it last went. Not while
@@ -389,13 +398,23 @@ static void alarm(dqw_monitor *m, int channel)
     m->alarms |= (uint16_t)(1u << channel);
 }
 
+// An event of one channel that moves no other: the others are watched on, from where they were.
+static void take_apart(dqw_monitor *m, int channel)
+{
+    dqw_change_init(&m->change[channel]);
+    m->alarms = 0;
+    if (channel != DQW_WATCH_FRICTION) return;
+    m->looks[channel] = 0;
+    m->reversals = 0;
+    move_healthy(m, channel, 0.0f);
+}
+
 static bool look(dqw_monitor *m, dqw_monitor_event *event)
 {
-    const uint16_t now = (uint16_t)m->tracker.halves;
-    const uint16_t pause = (uint16_t)(now - m->looked);
-    m->looked = now;
-    if (m->rest > 0) {
-        m->rest--;
+    const uint32_t pause = m->tracker.at - m->looked;
+    m->looked = m->tracker.at;
+    if (m->resting) {
+        m->resting = --m->wait > 0;
         adopt(m);
         return false;
     }
@@ -427,14 +446,17 @@ static bool look(dqw_monitor *m, dqw_monitor_event *event)
         m->wait = EXTENSION_TICKS;
         return false;
     }
-    // What nothing explains, and is above the threshold still, is another machine: back to stage 1.
-    m->back = event->fault.name == DQW_FAULT_UNKNOWN;
-    // Temperatures go on counting from where they were: what has broken is not what has heated.
     const enum dqw_fault_name name = event->fault.name;
+    if (name == DQW_FAULT_OVER_TEMPERATURE || name == DQW_FAULT_BEARING_WEAR) {
+        take_apart(m, event->parameter);
+        return true;
+    }
+    // What nothing explains, and is above the threshold still, is another machine: back to stage 1.
+    m->back = name == DQW_FAULT_UNKNOWN;
+    // Temperatures go on counting from where they were: what has broken is not what has heated.
     if (name == DQW_FAULT_PHASE_CONNECTION || name == DQW_FAULT_CURRENT_GAIN) m->cold_R_ohm *= value(m, DQW_TRACK_R) / m->healthy[DQW_TRACK_R];
-    if (name != DQW_FAULT_OVER_TEMPERATURE) m->cold_psi_Wb *= value(m, DQW_TRACK_PSI) / m->healthy[DQW_TRACK_PSI];
-    adopt(m);
-    m->rest = REST_TICKS;
+    m->cold_psi_Wb *= value(m, DQW_TRACK_PSI) / m->healthy[DQW_TRACK_PSI];
+    begin_rest(m);
     return true;
 }
 
@@ -444,15 +466,14 @@ static void enter_service(dqw_monitor *m)
     m->cold_R_ohm = dqw_monitor_config_of(m)->commissioned ? c->R_ohm : value(m, DQW_TRACK_R);
     m->cold_psi_Wb = dqw_monitor_config_of(m)->commissioned ? c->psi_Wb : value(m, DQW_TRACK_PSI);
     m->hottest_K = 0.0f;
-    m->rest = REST_TICKS;
-    adopt(m);
+    begin_rest(m);
 }
 
 static bool known(const dqw_monitor *m)
 {
-    for (int i = 0; i <= DQW_TRACK_PSI; i++)
-        if (!(sd(m, i) < SERVICE_SD * value(m, i))) return false;
-    return true;
+    // L_d shows only where i_d is not 0: without it the other three are watched.
+    return sd(m, DQW_TRACK_R) < SERVICE_SD * value(m, DQW_TRACK_R) && sd(m, DQW_TRACK_LQ) < SERVICE_SD * value(m, DQW_TRACK_LQ) &&
+           sd(m, DQW_TRACK_PSI) < SERVICE_SD * value(m, DQW_TRACK_PSI);
 }
 
 // Fig. 1: which stage, after a block.
@@ -467,7 +488,7 @@ static void stage(dqw_monitor *m)
     };
     if (m->stage.name == DQW_STAGE_IN_SERVICE) {
         // A residual above the threshold is named first: a sudden fault is one too.
-        if (m->alarms == 0 && m->rest == 0 && m->wait == 0 && in.residual_recent_ppm > m->stage.threshold_ppm) alarm(m, DQW_WATCH_RESIDUAL);
+        if (m->alarms == 0 && m->wait == 0 && in.residual_recent_ppm > m->stage.threshold_ppm) alarm(m, DQW_WATCH_RESIDUAL);
         if (m->back) (void)dqw_stage_step(&m->stage, in);
         m->back = false;
         return;
@@ -479,11 +500,13 @@ static void stage(dqw_monitor *m)
 static bool background(dqw_monitor *m, dqw_monitor_event *event)
 {
     // [MON.1] learn
-    if (!dqw_tracker_learn_held(&m->tracker)) return false;
+    const uint32_t elapsed = m->tracker.halves - m->tracker.at;
+    const bool learned = dqw_tracker_learn_held(&m->tracker);
+    if (dqw_monitor_config_of(m)->J_kgm2 > 0.0f) watch_friction(m, elapsed);
+    if (!learned) return false;
     const float *e = m->tracker.e_pu;
     m->residual_pu2 += (e[0] * e[0] + e[1] * e[1] - m->residual_pu2) * RESIDUAL_PART;
     (void)dqw_witness_learn(&m->witness, &m->tracker);
-    if (dqw_monitor_config_of(m)->J_kgm2 > 0.0f) watch_friction(m);
 
     // [MON.2] the stage
     stage(m);

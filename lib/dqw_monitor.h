@@ -86,15 +86,16 @@ typedef struct dqw_monitor {
     float residual_pu2, healthy_residual_pu2;
     // Friction: mean over reversals, its variance, the healthy one; the mean torque being gathered, and that before it, each with its direction.
     float friction_Nm, spread_Nm2, healthy_friction_Nm, w_before_rad_s, gathered_Nm, before_Nm;
-    uint16_t looked;                       ///< when the last look was, in halves
+    uint32_t looked;                       ///< when the last look was, in halves
     uint16_t followed[2];                  ///< when healthy R and flux last followed, in 256 halves
     uint16_t alarms;                       ///< channels of the event that is being named
     uint8_t looks[DQW_WATCH_TEMPERATURE];  ///< that each healthy value is the mean of, up to 255
     dqw_change change[DQW_WATCH_CHANNELS];
     uint8_t reversals;
-    int8_t gathered, before;
-    uint8_t blocks, wait, rest;
-    bool too_hot : 1, back : 1;
+    int8_t gathered;
+    uint8_t blocks, wait;   ///< since the last look; looks to come until an event is named, or the rest after it or a pause is over
+    signed int before : 2;  ///< direction of before_Nm
+    bool resting : 1, too_hot : 1, back : 1;
 } dqw_monitor;
 
 /// Make a monitor. `lent` from dqw_monitor_random_init, or NULL: the nominal values then stand for stage 2's result.

@@ -49,6 +49,9 @@ void dqw_tracker_start(dqw_tracker *t)
         t->gain.d[i] = sd * part * (sd * part);
     }
     for (int i = 0; i < DQW_TRACK_SCORES; i++) t->score2[i] = t->score_lag[i] = t->score_last[i] = 0.0f;
+    for (int i = 0; i < DQW_TRACK_WEIGHTS; i++) t->excess_q10[i] = 0;
+    t->step_A_per_V[0] = t->config->dt_s / t->config->Ld_H;
+    t->step_A_per_V[1] = t->config->dt_s / t->config->Lq_H;
     t->error_pu2[0] = t->error_pu2[1] = 0.0f;
     t->blocks = 0;
     t->learned = 0;
@@ -162,11 +165,8 @@ static void gather(dqw_tracker *t, const dqw_sample *s, float dead_d, float dead
         dead_q + t->dead_q,
     };
     dqw_window_add(&t->window, pair, DQW_TRACK_SIGNALS);
-    // Steps less what the voltage made of them; a step per volt is the time over L.
-    const dqw_tracker_config *c = t->config;
-    const float time = c->dt_s * c->i_base_A * c->w_base_rad_s * (float)c->pole_pairs / c->v_base_V;
-    dqw_noise_step(&t->noise, step_d_A - time / t->w_pu[DQW_TRACK_LD] * t->v_d_V, step_q_A - time / t->w_pu[DQW_TRACK_LQ] * t->v_q_V,
-                   s->w_m_rad_s - t->w_m_rad_s);
+    // Steps less what the voltage made of them.
+    dqw_noise_step(&t->noise, step_d_A - t->step_A_per_V[0] * t->v_d_V, step_q_A - t->step_A_per_V[1] * t->v_q_V, s->w_m_rad_s - t->w_m_rad_s);
 }
 
 static uint32_t end_half(dqw_tracker *t, float theta_rad)

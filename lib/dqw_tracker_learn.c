@@ -27,6 +27,8 @@
 #define NOISE_PART_MAX 0.05f
 // A per-unit weight beyond this is no machine's.
 #define WEIGHT_MAX_PU 1e4f
+// An inductance below this part of the nominal one is not believed.
+#define LEAST_L 0.1f
 // Currents are followed so fast that the noise left is about as wide as the step that dead time makes of them.
 #define FOLLOW 0.7f
 
@@ -78,7 +80,8 @@ static float late(const dqw_tracker *t)
 
 dqw_block dqw_tracker_block(const dqw_tracker *t)
 {
-    const float *m = t->block;
+    // Volatile, as the flag that guards them: read after dqw_tracker_waits() and before dqw_tracker_release().
+    const volatile float *m = t->block;
     const float rate = 1.0f / t->config->dt_s;
     const dqw_block b = {m[0], m[1], 0.5f * m[2], 0.5f * m[3], rate * m[4], rate * m[5], 0.5f * m[6], 0.5f * m[7], 0.5f * m[8]};
     return b;
@@ -97,10 +100,11 @@ static void rows_of(const dqw_tracker *t, const dqw_block *b, float x_d[], float
 {
     const dqw_tracker_config *c = t->config;
     const float p = (float)c->pole_pairs;
+    const volatile float *dead = &t->block[DQW_BLOCK_SIGNALS];
     // Dead time's input saw the currents late: on average that is its mean slope times the delay times the current's.
     const float late_s_A = late(t);
-    const float d[N] = {b->i_d_A, b->di_d_A_s, -p * b->wi_q_A_rad_s, 0.0f, 0.5f * t->block[9] + late_s_A * b->di_d_A_s, c->angle ? p * b->w_m_rad_s : 0.0f};
-    const float q[N] = {b->i_q_A, p * b->wi_d_A_rad_s, b->di_q_A_s, p * b->w_m_rad_s, 0.5f * t->block[10] + late_s_A * b->di_q_A_s, 0.0f};
+    const float d[N] = {b->i_d_A, b->di_d_A_s, -p * b->wi_q_A_rad_s, 0.0f, 0.5f * dead[0] + late_s_A * b->di_d_A_s, c->angle ? p * b->w_m_rad_s : 0.0f};
+    const float q[N] = {b->i_q_A, p * b->wi_d_A_rad_s, b->di_q_A_s, p * b->w_m_rad_s, 0.5f * dead[1] + late_s_A * b->di_q_A_s, 0.0f};
     const float to_pu = 1.0f / c->v_base_V;
     for (int i = 0; i < N; i++) {
         const float unit = dqw_tracker_unit(c, (enum dqw_tracker_weight)i) * to_pu;
@@ -227,14 +231,15 @@ static void keep_scores(dqw_tracker *t, const float score[])
     }
 }
 
-// A parameter may wander: its variance grows with time, up to where it started. (E61)
-static void drift(dqw_tracker *t)
+// A parameter may wander: its variance grows with time, here in halves of a window, up to where it started. (E61)
+static void drift(dqw_tracker *t, uint32_t elapsed)
 {
     const float rate = t->config->drift_per_sqrt_s * (1.0f / DQW_TRACK_START_SD);
     if (!(rate > 0.0f)) return;
     const float common = common_variance(t);
-    const float unit = rate * rate * (float)t->window.half * t->config->dt_s / common;
     const float widest = 1.0f / common;
+    float unit = rate * rate * (float)elapsed * (float)t->window.half * t->config->dt_s * widest;
+    if (unit > widest) unit = widest;
     for (int i = 0; i < N; i++) {
         const float sd = dqw_tracker_start_sd_pu(t, i);
         if (dqw_gain_covariance(&t->gain, i, i) < widest * sd * sd) dqw_gain_grow(&t->gain, i, unit * sd * sd);
@@ -252,13 +257,15 @@ static void choose(dqw_tracker *t, const float x_d[], const float x_q[], const i
         // Among currents as small as dead time's step, its shape decides what is left for R.
         if (i == DQW_TRACK_R) least += STEP_MARGIN * width_pu * width_pu;
         const float power = x_d[i] * x_d[i] + x_q[i] * x_q[i];
-        t->excess_pu2[i] += ((power < EXCESS_MAX * least ? power : EXCESS_MAX * least) - least - t->excess_pu2[i]) * EXCESS_PART;
-        if (!(t->excess_pu2[i] > 0.0f)) continue;
+        const float excess = (power < EXCESS_MAX * least ? power / least : EXCESS_MAX) - 1.0f;
+        const float mean = (float)t->excess_q10[i] * (1.0f / 1024.0f);
+        t->excess_q10[i] = (int16_t)((mean + (excess - mean) * EXCESS_PART) * 1024.0f);
+        if (t->excess_q10[i] <= 0) continue;
         if (x_d[i] != 0.0f) mask[D] |= 1u << i;
         if (x_q[i] != 0.0f) mask[Q] |= 1u << i;
     }
     // There the other weights would take up what is wrong with the shape.
-    if (width_pu > 0.0f && !(t->excess_pu2[DQW_TRACK_R] > 0.0f)) mask[D] = mask[Q] = 0;
+    if (width_pu > 0.0f && t->excess_q10[DQW_TRACK_R] <= 0) mask[D] = mask[Q] = 0;
 }
 
 // What has left all bounds begins again; what was learned for the first time is noted.
@@ -276,6 +283,17 @@ static bool sound(dqw_tracker *t)
             t->learned |= (uint8_t)(1u << i);
     }
     return true;
+}
+
+// What the interrupt takes of the voltage's part in a step: from no L that could not be the machine's.
+static void publish(dqw_tracker *t)
+{
+    const dqw_tracker_config *c = t->config;
+    const float nominal_H[2] = {c->Ld_H, c->Lq_H};
+    for (int axis = 0; axis < 2; axis++) {
+        const float L_H = dqw_tracker_value(t, (enum dqw_tracker_weight)(DQW_TRACK_LD + axis));
+        if (L_H > LEAST_L * nominal_H[axis]) t->step_A_per_V[axis] = c->dt_s / L_H;
+    }
 }
 
 bool dqw_tracker_waits(const dqw_tracker *t)
@@ -299,6 +317,8 @@ bool dqw_tracker_learn(dqw_tracker *t)
 bool dqw_tracker_learn_held(dqw_tracker *t)
 {
     const dqw_tracker_config *c = t->config;
+    const uint32_t elapsed = t->halves - t->at;
+    t->at += elapsed;
 
     // [TRK.4] inputs of both axes
     const dqw_block b = exact_block(t);
@@ -317,7 +337,7 @@ bool dqw_tracker_learn_held(dqw_tracker *t)
     uint32_t mask[2];
     choose(t, x_d, x_q, &noise, mask);
     if ((mask[D] | mask[Q]) == 0 || t->noise.rows < WARM_UP) {
-        drift(t);
+        drift(t, elapsed);
         return false;
     }
     if (t->gate.blocks < UINT32_MAX) t->gate.blocks++;
@@ -333,6 +353,7 @@ bool dqw_tracker_learn_held(dqw_tracker *t)
     keep_scores(t, score);
     if (c->noise_on_inputs) take_noise_out(t, &noise, ratio, mask);
     if (!sound(t)) return false;
-    drift(t);
+    publish(t);
+    drift(t, elapsed);
     return true;
 }

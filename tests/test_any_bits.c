@@ -484,7 +484,7 @@ static void tracker_is_sound(const dqw_tracker *t, int samples)
         HOLDS(isfinite(t->w_pu[i]) && t->gain.d[i] > 0.0f && isfinite(t->gain.d[i]));
         HOLDS(isfinite(dqw_tracker_value(t, (enum dqw_tracker_weight)i)));
         HOLDS(!isnan(dqw_tracker_sd(t, (enum dqw_tracker_weight)i)));
-        HOLDS(isfinite(t->excess_pu2[i]));
+        HOLDS(t->excess_q10[i] >= -1024 && t->excess_q10[i] <= 7 * 1024);
     }
     for (int i = 0; i < (int)(sizeof t->gain.u / sizeof t->gain.u[0]); i++) HOLDS(isfinite(t->gain.u[i]));
     for (int axis = 0; axis < 2; axis++) HOLDS(isfinite(t->e_pu[axis]) && isfinite(t->error_pu2[axis]));

@@ -1,5 +1,7 @@
-// A firmware that does nothing but monitor, to see how much flash that takes. -DLEND: with stage 2's Random Learner. -DNOTHING: without it all.
+// A firmware that does nothing but monitor, to see how much flash that takes. -DLEND: with stage 2's Random Learner. -DNOTHING: only
+// what the compiler takes from its libraries, which any firmware has.
 #include <math.h>
+#include <string.h>
 
 #include "foc_config.h"
 
@@ -8,9 +10,15 @@ volatile float told;
 void _start(void);
 
 #ifdef NOTHING
+volatile size_t size;
+
 void _start(void)
 {
-    for (;;) told = sqrtf(now.v_d_V) + fmaxf(now.v_q_V, now.i_d_A) + fminf(now.i_q_A, now.w_m_rad_s);
+    static char bytes[64];
+    static char more[64];
+    memcpy(bytes, more, size);
+    memset(more, bytes[0], size);
+    for (;;) told = (float)more[0] + sqrtf(now.v_d_V) + fmaxf(now.v_q_V, now.i_d_A) + fminf(now.i_q_A, now.w_m_rad_s);
 }
 #else
 static dqw_monitor m;
