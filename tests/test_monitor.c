@@ -287,6 +287,47 @@ static void test_healthy_heating_tells_nothing(void)
     HOLDS(watch(&m, 0, row_count).events >= 1);
 }
 
+// The flux falls as slowly as heat could make it, and the winding is cold: no heat explains it.
+static void test_a_slow_demagnetisation_is_told(void)
+{
+    if (quick()) return;
+    dqw_sim_scenario s = joint(4.0);
+    s.nonideal.demagnetisation = (dqw_sim_ramp){0.05, 1.2, 3.7};
+    simulate(&s);
+    dqw_monitor_config c = config_of();
+    // 2 %/s of the flux is what 20 K/s could do; a drive takes a minute, at 1 K/s.
+    c.heating_K_s = 20.0f;
+    dqw_monitor m = begin(&c, NULL);
+    const course o = watch(&m, 0, row_count);
+    CASE("%d events, first of channel %d, fault %d at %g s", o.events, (int)o.first.parameter, (int)o.first.fault.name, o.first_s);
+    HOLDS(o.events >= 1 && o.first.parameter == DQW_WATCH_PSI && o.first.fault.name == DQW_FAULT_DEMAGNETISATION);
+    BETWEEN(1.8, o.first_s, 3.3);
+}
+
+// A winding beyond its limit says so once, and what breaks at that moment is told as soon as it would be in a cold one.
+static void test_an_event_of_temperature_hides_no_other(void)
+{
+    if (quick()) return;
+    dqw_sim_scenario s = joint(4.0);
+    s.machine.temp_start_C = s.machine.temp_ref_C + 1;
+    s.nonideal.winding_alpha_per_K = (dqw_sim_ramp){0.0039 * 30, 1.5, 2.8};
+    s.nonideal.demagnetisation = (dqw_sim_ramp){0.06, 3.0, 3.1};
+    simulate(&s);
+    dqw_monitor_config c = config_of();
+    c.band[DQW_WATCH_TEMPERATURE] = 20.0f;
+    c.heating_K_s = 30.0f;
+    dqw_monitor m = begin(&c, NULL);
+    const course hot = watch(&m, 0, (int)(3.1 / DT_S));
+    CASE("%d events, first of channel %d, fault %d at %g s", hot.events, (int)hot.first.parameter, (int)hot.first.fault.name, hot.first_s);
+    HOLDS(hot.events == 1 && hot.first.parameter == DQW_WATCH_TEMPERATURE && hot.first.fault.name == DQW_FAULT_OVER_TEMPERATURE);
+    BETWEEN(2.6, hot.first_s, 3.1);  // the limit is passed at 2.4 s
+    BETWEEN(25, hot.first.value, 33);
+    const course o = watch(&m, (int)(3.1 / DT_S), row_count);
+    CASE("%d events, first of channel %d, fault %d at %g s", o.events, (int)o.first.parameter, (int)o.first.fault.name, o.first_s);
+    HOLDS(o.events == 1 && o.first.fault.name == DQW_FAULT_DEMAGNETISATION);
+    BETWEEN(3.2, o.first_s, 3.7);
+}
+
 static void test_the_way_back_and_again(void)
 {
     const dqw_sim_scenario s = joint(quick() ? 1.3 : 2.5);
@@ -364,6 +405,8 @@ int main(void)
     RUN_TEST(test_a_healthy_joint_enters_service_and_is_left_alone);
     RUN_TEST(test_each_fault_is_told_by_its_name);
     RUN_TEST(test_healthy_heating_tells_nothing);
+    RUN_TEST(test_a_slow_demagnetisation_is_told);
+    RUN_TEST(test_an_event_of_temperature_hides_no_other);
     RUN_TEST(test_the_way_back_and_again);
     RUN_TEST(test_the_way_back_where_random_learning_does_not_settle);
     return UNITY_END();

@@ -523,6 +523,56 @@ static void test_gaps_are_not_spanned(void)
     }
 }
 
+// The interrupt comes while a weight is on its way: whatever it may read there, nothing that it keeps depends on it.
+static void test_the_interrupt_reads_no_weight(void)
+{
+    const dqw_tracker_config c = config_of(0.3);
+    dqw_tracker t = begin(&c);
+    dqw_tracker u = begin(&c);
+    test_random r = {130};
+    const float wild[] = {0.0f, -1e-30f, 1e30f, NAN};
+    for (long k = 0; k < 20000; k++) {
+        const dqw_sample s = moving(k, 0.5, 0.01, &r);
+        float kept[DQW_TRACK_WEIGHTS];
+        memcpy(kept, t.w_pu, sizeof kept);
+        for (int i = 0; i < DQW_TRACK_WEIGHTS; i++) t.w_pu[i] = wild[(k + i) % 4];
+        (void)dqw_tracker_sample(&t, &s, false);
+        memcpy(t.w_pu, kept, sizeof kept);
+        (void)dqw_tracker_sample(&u, &s, false);
+        HOLDS(dqw_tracker_learn(&t) == dqw_tracker_learn(&u));
+    }
+    TEST_ASSERT_EQUAL_MEMORY(u.w_pu, t.w_pu, sizeof u.w_pu);
+    TEST_ASSERT_EQUAL_MEMORY(&u.noise, &t.noise, sizeof u.noise);
+}
+
+// A parameter may wander while nothing is heard of it, too: the deviation grows by the time, not by the blocks.
+static void test_time_without_blocks_is_time(void)
+{
+    dqw_tracker_config c = config_of(0.0);
+    c.drift_per_sqrt_s = 0.01f;
+    dqw_tracker t = begin(&c);
+    test_random r = {140};
+    long k = 0;
+    for (; k < 20000; k++) {
+        const dqw_sample s = moving(k, 0.5, 0.01, &r);
+        (void)dqw_tracker_sample(&t, &s, false);
+        (void)dqw_tracker_learn(&t);
+    }
+    const double before = sd_of(&t, DQW_TRACK_PSI);
+    const dqw_sample bad = {.i_d_A = NAN};
+    const double away_s = 3.0;
+    for (long n = 0; n < (long)(away_s / DT_S); n++, k++) HOLDS((dqw_tracker_sample(&t, &bad, false) & DQW_EVENT_LEARNED) == 0);
+    bool learned = false;
+    for (; !learned; k++) {
+        const dqw_sample s = moving(k, 0.5, 0.01, &r);
+        (void)dqw_tracker_sample(&t, &s, false);
+        learned = dqw_tracker_learn(&t);
+    }
+    const double grown = sqrt(sd_of(&t, DQW_TRACK_PSI) * sd_of(&t, DQW_TRACK_PSI) - before * before);
+    CASE("deviation %g before, grown by %g", before, grown);
+    BETWEEN(0.8, grown / (0.01 * sqrt(away_s) * TRUTH[3]), 1.3);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -538,5 +588,7 @@ int main(void)
     RUN_TEST(test_the_first_sample_repeats_none);
     RUN_TEST(test_a_late_background_loses_blocks_and_nothing_else);
     RUN_TEST(test_gaps_are_not_spanned);
+    RUN_TEST(test_the_interrupt_reads_no_weight);
+    RUN_TEST(test_time_without_blocks_is_time);
     return UNITY_END();
 }
