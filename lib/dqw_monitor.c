@@ -16,8 +16,12 @@
 #define LIMIT_Q5 (5 * DQW_CHANGE_BAND_Q5)
 // No band is narrower than this many deviations.
 #define DEVIATIONS 5.0f
-// A healthy value is learned while its deviation is within this part of its band; neighbouring looks are alike over so many; so many it needs.
-#define KNOWN_PART 0.5f
+// A healthy value is learned while its deviation is within this part of its band. A wider one does where looks are soon unlike, so that their
+// mean is better than each: the witness forgets in 0.3 s, a weight in (deviation over drift) squared, the flux with its narrow band first.
+#define KNOWN_PART 0.2f
+#define KNOWN_PART_FLUX 0.4f
+#define KNOWN_PART_WITNESS 0.5f
+// Neighbouring looks are then alike over so many; so many a healthy value needs.
 #define ALIKE_LOOKS 20.0f
 #define LEAST_LOOKS 20.0f
 // Healthy values follow the temperature every so many halves of a window, a power of two.
@@ -253,7 +257,8 @@ static void settle(dqw_monitor *m, int channel)
     float change;
     float deviation;
     read_channel(m, channel, &now, &change, &deviation);
-    const bool known_now = deviation < KNOWN_PART * band_of(m, channel);
+    const float part = channel > DQW_WATCH_ANGLE ? KNOWN_PART_WITNESS : channel == DQW_WATCH_PSI ? KNOWN_PART_FLUX : KNOWN_PART;
+    const bool known_now = deviation < part * band_of(m, channel);
     if (known_now) m->looks[channel]++;
     if (known_now || looks == 0) move_healthy(m, channel, 1.0f - 1.0f / (float)(looks + 1));
 }
