@@ -171,7 +171,7 @@ static void test_a_healthy_joint_enters_service_and_is_left_alone(void)
         BETWEEN(-0.005, m.healthy[DQW_TRACK_PSI] / 0.020 - 1, 0.005);
         // What was lent is not used in service: overwritten, nothing changes.
         memset(&lent, 0xa5, sizeof lent);
-        dqw_tracker_gap(&m.tracker);
+        dqw_tracker_gap(&m.tracker, 0);
         const course again = watch(&m, row_count / 2, row_count);
         HOLDS(again.events == 0 && dqw_monitor_stage(&m) == DQW_STAGE_IN_SERVICE);
     }
@@ -225,7 +225,7 @@ static void one_fault(const fault *f, bool with_lent)
     dqw_monitor m = begin(&c, with_lent ? &lent : NULL);
     const int onset = joined > 0 ? joined : (int)(ONSET_S / DT_S);
     const course healthy = watch(&m, 0, onset);
-    if (joined > 0) dqw_tracker_gap(&m.tracker);
+    if (joined > 0) dqw_tracker_gap(&m.tracker, 0);
     const course o = watch(&m, onset, row_count);
     CASE("%s of %g: %d events before, %d after, the first at %g s, channel %d, fault %d, confidence %g, phase %d, since %g s", f->text, f->size, healthy.events,
          o.events, o.first_s, (int)o.first.parameter, (int)o.first.fault.name, (double)o.first.fault.confidence, o.first.fault.phase,

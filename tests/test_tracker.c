@@ -453,7 +453,7 @@ static void test_the_first_sample_repeats_none(void)
     const dqw_sample zero = {0};
     TEST_ASSERT_EQUAL_UINT32(0, dqw_tracker_sample(&t, &zero, false));
     TEST_ASSERT_EQUAL_UINT32(DQW_EVENT_STALE, dqw_tracker_sample(&t, &zero, false));
-    dqw_tracker_gap(&t);
+    dqw_tracker_gap(&t, 0);
     TEST_ASSERT_EQUAL_UINT32(0, dqw_tracker_sample(&t, &zero, false));
     TEST_ASSERT_EQUAL_UINT32(DQW_EVENT_STALE, dqw_tracker_sample(&t, &zero, false));
 }
@@ -504,7 +504,7 @@ static void test_gaps_are_not_spanned(void)
             if (since >= 317) {
                 k += 1 + (long)(random_bits(&r) % 200);
                 since = 0;
-                if (told) dqw_tracker_gap(&t);
+                if (told) dqw_tracker_gap(&t, 0);
             }
             since++;
             const dqw_sample s = moving(k, 0.5, 0.0, NULL);
