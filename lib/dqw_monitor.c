@@ -295,7 +295,8 @@ static void follow(dqw_monitor *m, int channel, int which, float rate)
 {
     const uint16_t now = (uint16_t)(m->tracker.halves >> FOLLOW_SHIFT);
     const uint16_t time = (uint16_t)(now - m->followed[which]);
-    if (time == 0 || !(DEVIATIONS * sd(m, channel) < 2.0f * band_of(m, channel))) return;
+    const float part = channel == DQW_WATCH_PSI ? KNOWN_PART_FLUX : KNOWN_PART;
+    if (time == 0 || !(sd(m, channel) < part * band_of(m, channel))) return;
     const float time_s = (float)time * (float)(1u << FOLLOW_SHIFT) * m->tracker.config->dt_s * (float)m->tracker.window.half;
     const float bound = rate * SLACK * or_else(dqw_monitor_config_of(m)->heating_K_s, HEATING_K_S) * time_s;
     const float off = value(m, channel) - m->healthy[channel];
