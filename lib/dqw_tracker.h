@@ -64,19 +64,19 @@ typedef struct dqw_tracker {
     // The joint neuron: its weights, per unit, and the gain that replaces its step size.
     float w_pu[DQW_TRACK_WEIGHTS];
     dqw_gain gain;
-    float e_pu[2];                        ///< the last block's error before the correction, d and q
-    float error_pu2[2];                   ///< mean squared residual, d and q
-    float score2[DQW_TRACK_SCORES];       ///< R, L_d, L_q, flux: what a block teaches, squared,
-    float score_lag[DQW_TRACK_SCORES];    ///< its likeness with the next one's,
-    float score_last[DQW_TRACK_SCORES];   ///< and the last one's
-    uint32_t halves;                      ///< halves of a window since init: the time,
-    uint32_t at;                          ///< and when the last block was looked at
-    float step_A_per_V[2];                ///< what a volt moves the currents in one period, d and q: the interrupt's copy of dt/L
+    float e_pu[2];                          ///< the last block's error before the correction, d and q
+    float error_pu2[2];                     ///< mean squared residual, d and q
+    float score2[DQW_TRACK_SCORES];         ///< R, L_d, L_q, flux: what a block teaches, squared,
+    float score_lag[DQW_TRACK_SCORES];      ///< its likeness with the next one's,
+    float score_last[DQW_TRACK_SCORES];     ///< and the last one's
+    uint32_t halves;                        ///< halves of a window since init: the time,
+    uint32_t at;                            ///< and when the last block was looked at
+    float step_A_per_V[2];                  ///< what a volt moves the currents in one period, d and q: the interrupt's copy of dt/L
     int16_t excess_q10[DQW_TRACK_WEIGHTS];  ///< power of both axes' inputs above what teaches, over that; -1 .. 7
-    uint16_t blocks;                      ///< learned, up to 65535
-    uint8_t missed;                       ///< lost because the background came too late, up to 255
-    uint8_t restarts;                     ///< times that the weights left all bounds, and learning began again, up to 255
-    uint8_t learned;                      ///< weights of which anything was ever learned
+    uint16_t blocks;                        ///< learned, up to 65535
+    uint8_t missed;                         ///< lost because the background came too late, up to 255
+    uint8_t restarts;                       ///< times that the weights left all bounds, and learning began again, up to 255
+    uint8_t learned;                        ///< weights of which anything was ever learned
     bool pending, last_good;
     // The last sample, and dead time's input there.
     float v_d_V, v_q_V, i_d_A, i_q_A, w_m_rad_s;
