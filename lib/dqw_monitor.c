@@ -454,7 +454,7 @@ static bool look(dqw_monitor *m, dqw_monitor_event *event)
     }
     const enum dqw_fault_name name = event->fault.name;
     if (name == DQW_FAULT_OVER_TEMPERATURE || name == DQW_FAULT_BEARING_WEAR) {
-        take_apart(m, event->parameter);
+        take_apart(m, (int)event->parameter);
         return true;
     }
     // What nothing explains, and is above the threshold still, is another machine: back to stage 1.
