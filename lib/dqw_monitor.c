@@ -289,27 +289,33 @@ static void begin_rest(dqw_monitor *m)
     m->resting = true;
 }
 
-// Healthy R or flux goes with the measured one, no faster than heat can: by `rate` a kelvin of what may have come since it last went. Not while
-// the measured one is unsure.
-static void follow(dqw_monitor *m, int channel, int which, float rate)
+// What heat can have made of R or the flux since its healthy value last followed.
+static float heat_since(const dqw_monitor *m, int channel)
 {
-    const uint16_t now = (uint16_t)(m->tracker.halves >> FOLLOW_SHIFT);
-    const uint16_t time = (uint16_t)(now - m->followed[which]);
-    const float part = channel == DQW_WATCH_PSI ? KNOWN_PART_FLUX : KNOWN_PART;
-    if (time == 0 || !(sd(m, channel) < part * band_of(m, channel))) return;
-    const float time_s = (float)time * (float)(1u << FOLLOW_SHIFT) * m->tracker.config->dt_s * (float)m->tracker.window.half;
-    const float bound = rate * SLACK * or_else(dqw_monitor_config_of(m)->heating_K_s, HEATING_K_S) * time_s;
+    const dqw_monitor_config *c = dqw_monitor_config_of(m);
+    const bool flux = channel == DQW_WATCH_PSI;
+    const float rate = flux ? or_else(c->beta_per_K, BETA_PER_K) * m->cold_psi_Wb : alpha_of(m) * m->cold_R_ohm;
+    const uint16_t halves = (uint16_t)((m->tracker.halves >> FOLLOW_SHIFT) - m->followed[flux]);
+    return rate * or_else(c->heating_K_s, HEATING_K_S) * (SLACK * (float)(1u << FOLLOW_SHIFT)) * c->tracker.dt_s * (float)(halves * m->tracker.window.half);
+}
+
+// Healthy R or flux goes with the measured one, no faster than heat can. Not while the measured one is unsure: it would follow noise.
+static void follow(dqw_monitor *m, int channel)
+{
+    const float bound = heat_since(m, channel);
+    const bool flux = channel == DQW_WATCH_PSI;
+    if (!(bound > 0.0f) || !(sd(m, channel) < (flux ? KNOWN_PART_FLUX : KNOWN_PART) * band_of(m, channel))) return;
     const float off = value(m, channel) - m->healthy[channel];
     m->healthy[channel] += off > bound ? bound : off < -bound ? -bound : off;
-    m->followed[which] = now;
+    m->followed[flux] = (uint16_t)(m->tracker.halves >> FOLLOW_SHIFT);
 }
 
 // The flux no further than the winding's heat explains, now or a while ago.
 static void follow_temperature(dqw_monitor *m)
 {
     const float beta = or_else(dqw_monitor_config_of(m)->beta_per_K, BETA_PER_K);
-    follow(m, DQW_WATCH_R, 0, alpha_of(m) * m->cold_R_ohm);
-    follow(m, DQW_WATCH_PSI, 1, beta * m->cold_psi_Wb);
+    follow(m, DQW_WATCH_R);
+    follow(m, DQW_WATCH_PSI);
     const float rise = rise_K(m, m->healthy[DQW_TRACK_R]);
     m->hottest_K *= HOTTEST_KEPT;
     if (rise > m->hottest_K) m->hottest_K = rise;
@@ -335,7 +341,9 @@ static int32_t deviation_q5(const dqw_monitor *m, int channel)
         // The healthy value has a deviation too: less, the more looks it is the mean of.
         const float looks = (float)m->looks[channel];
         const float sure = DEVIATIONS * deviation * sqrtf(1.0f + ALIKE_LOOKS / (ALIKE_LOOKS + looks));
-        ratio = looks < LEAST_LOOKS ? 0.0f : fabsf(change) / (width > sure ? width : sure);
+        // What heat may have made of it meanwhile is no change.
+        const float heat = channel == DQW_WATCH_R || channel == DQW_WATCH_PSI ? heat_since(m, channel) : 0.0f;
+        ratio = looks < LEAST_LOOKS ? 0.0f : (fabsf(change) - heat) / (width > sure ? width : sure);
     }
     // NaN and infinity over infinity count as nothing.
     return ratio > 0.0f ? (int32_t)((ratio < 100.0f ? ratio : 100.0f) * (float)DQW_CHANGE_BAND_Q5) : 0;

@@ -1,5 +1,5 @@
 // A firmware that does nothing but monitor, to see how much flash that takes. -DLEND: with stage 2's Random Learner. -DNOTHING: only
-// what the compiler takes from its libraries, which any firmware has.
+// the configuration, and what the compiler takes from its libraries, which any firmware has.
 #include <math.h>
 #include <string.h>
 
@@ -11,11 +11,13 @@ void _start(void);
 
 #ifdef NOTHING
 volatile size_t size;
+const dqw_monitor_config *volatile config;
 
 void _start(void)
 {
     static char bytes[64];
     static char more[64];
+    config = &CONFIG;
     memcpy(bytes, more, size);
     memset(more, bytes[0], size);
     for (;;) told = (float)more[0] + sqrtf(now.v_d_V) + fmaxf(now.v_q_V, now.i_d_A) + fminf(now.i_q_A, now.w_m_rad_s);
