@@ -119,7 +119,8 @@ std::string monitor_outcome(const MonitorRun& run)
     if (!run.served) return "The monitor did not enter service: " + why_no_service(run) + ".";
     if (!run.watched) return "The monitor entered service, but the log ends before healthy values were taken: a longer log would help.";
     if (run.events.empty() && !run.relearned.empty()) return capital(relearned_text(run.relearned.front())) + ".";
-    if (run.events.empty()) return fmt::format("No parameter left its healthy band in {:.3g} s of service.", served_s(run));
+    if (run.events.empty())
+        return fmt::format("No parameter left its healthy band in {:.3g} s of service, watched since {:.3f} s.", served_s(run), run.watched_from_s);
     const MonitorEvent& e = run.events.front();
     const MonitorChannel& c = channel_named(e.parameter);
     const std::string healthy = std::isfinite(e.reading.healthy) ? ", healthy " + healthy_text(c.parameter, e.reading) : "";

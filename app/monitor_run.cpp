@@ -99,7 +99,7 @@ private:
         if ((settled_ && !anew) || m_.resting) return;
         const MonitorReadings now = readings_of(m_);
         if (anew) run_.relearned.back().after = now, run_.relearned.back().again = true;
-        if (!settled_) run_.healthy = now;
+        if (!settled_) run_.healthy = now, run_.watched_from_s = t_s;
         settled_ = true;
     }
 

@@ -53,6 +53,7 @@ struct MonitorRun {
     double residual_pu = 0.0;  ///< at the end, of the voltage base
     std::uint32_t blocks = 0, missed = 0, restarts = 0;
     bool angle = false, ripple_watched = false, friction_wanted = false;
+    double watched_from_s = 0.0;           ///< healthy values stand from here; of use where `watched` is
     double entered_s = 0.0;                ///< service, for the first time; of use where `served` is
     bool served = false, watched = false;  ///< in service at all; for long enough to have healthy values
 };

@@ -183,6 +183,25 @@ static void events_keep_the_logs_time(void)
     TEST_ASSERT_DOUBLE_WITHIN(0.3, 3.5, e.at("t_s").get<double>());
 }
 
+// Sampling that stands still for 0.1 s, time running on, is no fault of the machine.
+static void frozen_rows_are_counted_and_told_nothing(void)
+{
+    const Folder folder;
+    const std::string text = command::read_file(joint(folder, {"duration_s=4"}));
+    std::string out, frozen;
+    std::size_t row = 0;
+    for (std::size_t at = 0; at < text.size(); ++row) {
+        const std::size_t end = text.find('\n', at), comma = text.find(',', at);
+        if (row == 50000) frozen = text.substr(comma, end - comma);
+        out += row > 50000 && row <= 52000 ? text.substr(at, comma - at) + frozen : text.substr(at, end - at);
+        out += '\n';
+        at = end + 1;
+    }
+    const Outcome run = monitor({folder.write("frozen.csv", out), "--machine", folder / "joint_24v.toml", "--out", folder / "o"});
+    holds(run.out, "events   0");
+    holds(run.out, "1991 stuck");
+}
+
 static void a_way_back_is_told_and_learning_goes_on(void)
 {
     const Folder folder;
@@ -208,6 +227,7 @@ int main(void)
         RUN_TEST(an_angle_and_a_machine_file_are_no_must);
         RUN_TEST(events_keep_the_logs_time);
     }
+    RUN_TEST(frozen_rows_are_counted_and_told_nothing);
     RUN_TEST(a_way_back_is_told_and_learning_goes_on);
     return UNITY_END();
 }
