@@ -134,6 +134,12 @@ firmware:
 	@$(MAKE) --no-print-directory all
 	@BUILD=$(BUILD) tests/target/firmware.sh docs/firmware.md
 
+## target       run the fixed-point port with two compilers here and on five cores under QEMU, and compare every bit
+.PHONY: target
+target:
+	@.ci/install build tools
+	@BUILD=$(BUILD) tests/target/target.sh
+
 ## clean        remove what was built
 .PHONY: clean
 clean:
