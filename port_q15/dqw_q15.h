@@ -1,5 +1,6 @@
 // Fixed-point arithmetic: the few operations that the port is made of. Integers only, ISO C: no shift of a negative number, no
-// narrowing that a compiler may choose. Compilers turn the shifts below into one instruction.
+// narrowing that a compiler may choose. Compilers turn the shifts below into one instruction. Where a core has an instruction that
+// compilers do not find by themselves, it is named; the number is the same.
 #ifndef DQW_Q15_H
 #define DQW_Q15_H
 
@@ -9,58 +10,65 @@
 extern "C" {
 #endif
 
+/// Asks for a loop of a few known turns to be unrolled where a size setting would not.
+#if defined(__GNUC__) && !defined(__clang__)
+#define DQW_Q_UNROLL _Pragma("GCC unroll 8")
+#else
+#define DQW_Q_UNROLL
+#endif
+
+/// The signed number with these bits: ISO C leaves the cast to the compiler, and every compiler makes nothing of this.
+static inline int32_t dqw_q_signed32(uint32_t bits) { return bits <= INT32_MAX ? (int32_t)bits : -(int32_t)~bits - 1; }
+
 /// x / 2^n, rounded down.
 /// Range    n in 0 .. 31 (64: 0 .. 63)
-static inline int32_t dqw_q_floor32(int32_t x, unsigned n)
-{
-    return x < 0 ? ~(~x >> n) : x >> n;
-}
+static inline int32_t dqw_q_floor32(int32_t x, unsigned n) { return x < 0 ? ~(~x >> n) : x >> n; }
 
-static inline int64_t dqw_q_floor64(int64_t x, unsigned n)
-{
-    return x < 0 ? ~(~x >> n) : x >> n;
-}
+static inline int64_t dqw_q_floor64(int64_t x, unsigned n) { return x < 0 ? ~(~x >> n) : x >> n; }
 
 /// x / 2^n, rounded to the nearest, halves up.
 /// Range    n in 1 .. 30, x <= 2^31 - 1 - 2^(n-1) (64: n in 1 .. 62, x <= 2^63 - 1 - 2^(n-1))
-static inline int32_t dqw_q_round32(int32_t x, unsigned n)
-{
-    return dqw_q_floor32(x + ((int32_t)1 << (n - 1u)), n);
-}
+static inline int32_t dqw_q_round32(int32_t x, unsigned n) { return dqw_q_floor32(x + ((int32_t)1 << (n - 1u)), n); }
 
-static inline int64_t dqw_q_round64(int64_t x, unsigned n)
-{
-    return dqw_q_floor64(x + ((int64_t)1 << (n - 1u)), n);
-}
+static inline int64_t dqw_q_round64(int64_t x, unsigned n) { return dqw_q_floor64(x + ((int64_t)1 << (n - 1u)), n); }
 
 /// Bounded to 16, to 32 bits.
-static inline int16_t dqw_q15_sat(int32_t x)
+static inline int16_t dqw_q15_sat(int32_t x) { return (int16_t)(x > INT16_MAX ? INT16_MAX : x < INT16_MIN ? INT16_MIN : x); }
+
+static inline int32_t dqw_q31_sat(int64_t x) { return (int32_t)(x > INT32_MAX ? INT32_MAX : x < INT32_MIN ? INT32_MIN : x); }
+
+/// a + b, bounded to 32 bits.
+static inline int32_t dqw_q31_add(int32_t a, int32_t b)
 {
-    return (int16_t)(x > INT16_MAX ? INT16_MAX : x < INT16_MIN ? INT16_MIN : x);
+#if defined(__ARM_FEATURE_DSP) && defined(__GNUC__)
+    return __builtin_arm_qadd(a, b);
+#else
+    const int32_t sum = dqw_q_signed32((uint32_t)a + (uint32_t)b);
+    // Two of one sign whose sum has the other: it did not fit.
+    if (((a ^ sum) & (b ^ sum)) < 0) return a < 0 ? INT32_MIN : INT32_MAX;
+    return sum;
+#endif
 }
 
-static inline int32_t dqw_q31_sat(int64_t x)
+/// Bounded to -2^28 .. 2^28 - 1.
+static inline int32_t dqw_q28_sat(int32_t x)
 {
-    return (int32_t)(x > INT32_MAX ? INT32_MAX : x < INT32_MIN ? INT32_MIN : x);
+#if defined(__ARM_FEATURE_SAT) && defined(__GNUC__)
+    return __builtin_arm_ssat(x, 29);
+#else
+    if ((((uint32_t)x + (1u << 28)) >> 29) == 0) return x;
+    return x < 0 ? -(1 << 28) : (1 << 28) - 1;
+#endif
 }
 
 /// Q15 times Q15, Q15, rounded. -1 times -1 is the only product that does not fit: 32767.
-static inline int16_t dqw_q15_mul(int16_t a, int16_t b)
-{
-    return dqw_q15_sat(dqw_q_round32((int32_t)a * b, 15));
-}
+static inline int16_t dqw_q15_mul(int16_t a, int16_t b) { return dqw_q15_sat(dqw_q_round32((int32_t)a * b, 15)); }
 
 /// Q31 times Q31, Q31, rounded. -1 times -1 is the only product that does not fit: 2^31 - 1.
-static inline int32_t dqw_q31_mul(int32_t a, int32_t b)
-{
-    return dqw_q31_sat(dqw_q_round64((int64_t)a * b, 31));
-}
+static inline int32_t dqw_q31_mul(int32_t a, int32_t b) { return dqw_q31_sat(dqw_q_round64((int64_t)a * b, 31)); }
 
 /// The rounded top half of a Q31 number. Above 32767.5 / 32768 it is 32767.
-static inline int16_t dqw_q15_from_q31(int32_t x_q31)
-{
-    return dqw_q15_sat(dqw_q_floor32(x_q31, 16) + (dqw_q_floor32(x_q31, 15) & 1));
-}
+static inline int16_t dqw_q15_from_q31(int32_t x_q31) { return dqw_q15_sat(dqw_q_floor32(x_q31, 16) + (dqw_q_floor32(x_q31, 15) & 1)); }
 
 /// Number of leading zeros, 32 for 0.
 static inline unsigned dqw_q_clz32(uint32_t x)
@@ -102,6 +110,43 @@ int64_t dqw_q_quotient64(int64_t a, int64_t b, int n);
 
 /// The integer square root, rounded down.
 uint32_t dqw_q_root64(uint64_t x);
+
+/// x_q15^-1 as Q16 without a division: x from 1 to 7, x_q15 in 2^15 .. 7 * 2^15. The same as 2^31 / x_q15.
+static inline uint32_t dqw_q16_inverse_by_steps(uint32_t x_q15)
+{
+    // 1 <= d < 2
+    uint32_t d_q15 = x_q15;
+    unsigned halvings = 0;
+    if (d_q15 >= 4u << 15) d_q15 >>= 2, halvings = 2;
+    if (d_q15 >= 2u << 15) d_q15 >>= 1, halvings++;
+    // A line, wrong by 6 %, and two of Newton's steps: 1.3e-5, which is a unit in the last place.
+    int32_t r_q16 = 92330 - (int32_t)(d_q15 - (d_q15 >> 4));
+    r_q16 += dqw_q_floor32(r_q16 * (65536 - (int32_t)((d_q15 * (uint32_t)r_q16) >> 15)), 16);
+    r_q16 += dqw_q_floor32(r_q16 * (65536 - (int32_t)((d_q15 * (uint32_t)r_q16) >> 15)), 16);
+    const uint32_t near = (uint32_t)r_q16 >> halvings;
+    const uint32_t product_q31 = near * x_q15;
+    if (product_q31 > 1u << 31) return near - 1u;
+    return (1u << 31) - product_q31 >= x_q15 ? near + 1u : near;
+}
+
+/// x_q15^-1 as Q16, rounded down.
+/// Range    x_q15 in 2^15 .. 7 * 2^15
+static inline uint32_t dqw_q16_inverse(uint32_t x_q15)
+{
+#if (defined(__ARM_ARCH) && !defined(__ARM_FEATURE_IDIV) && !defined(__aarch64__)) || (defined(__riscv) && !defined(__riscv_div))
+    return dqw_q16_inverse_by_steps(x_q15);
+#else
+    return (1u << 31) / x_q15;
+#endif
+}
+
+/// x times y / 2^n, rounded, in 32-bit products: y is unsigned and has 17 bits at most.
+/// Range    y <= 2^16, n in 1 .. 16, |x y| < 2^(31 + n) - 2^n
+static inline int32_t dqw_q_mul32x16(int32_t x, uint32_t y, unsigned n)
+{
+    const uint32_t low = ((uint32_t)x & 0xffffu) * y + (1u << (n - 1u));
+    return dqw_q_floor32(x, 16) * (int32_t)y * ((int32_t)1 << (16u - n)) + (int32_t)(low >> n);
+}
 
 #ifdef __cplusplus
 }
