@@ -5,12 +5,18 @@
 // Keeps the step finite when every input is zero: 1e-6, far below any signal squared that carries information.
 #define NORM_FLOOR_Q30 1074
 
-static int64_t limit(int64_t x, int64_t bound) { return x > bound ? bound : x < -bound ? -bound : x; }
+static int64_t limit(int64_t x, int64_t bound)
+{
+    return x > bound ? bound : x < -bound ? -bound : x;
+}
 
 // The rounded top half, -32768 .. 32768.
-static int32_t top_q15(int32_t w_q31) { return dqw_q_round32(dqw_q_floor32(w_q31, 15), 1); }
+static int32_t top_q15(int32_t w_q31)
+{
+    return dqw_q_round32(dqw_q_floor32(w_q31, 15), 1);
+}
 
-enum dqw_status dqw_learner_init_q15(dqw_learner_q15* l, const dqw_learner_config_q15* config)
+enum dqw_status dqw_learner_init_q15(dqw_learner_q15 *l, const dqw_learner_config_q15 *config)
 {
     if (l == NULL || config == NULL) return DQW_ERR_NULL;
     if (config->inputs < 1 || config->inputs > DQW_LEARNER_INPUTS_Q15) return DQW_ERR_SIZE;
@@ -25,14 +31,14 @@ enum dqw_status dqw_learner_init_q15(dqw_learner_q15* l, const dqw_learner_confi
     return DQW_OK;
 }
 
-int32_t dqw_learner_forward_q15(const dqw_learner_q15* l, const int16_t x_q15[])
+int32_t dqw_learner_forward_q15(const dqw_learner_q15 *l, const int16_t x_q15[])
 {
     int32_t y_q28 = 0;  // |y_q28| <= 6 * 2^28
     for (int i = 0; i < l->inputs; i++) y_q28 += dqw_q_round32(top_q15(l->w_q31[i]) * x_q15[i], 2);
     return y_q28;
 }
 
-int32_t dqw_learner_learn_q15(dqw_learner_q15* l, const int16_t x_q15[], int16_t target_q15)
+int32_t dqw_learner_learn_q15(dqw_learner_q15 *l, const int16_t x_q15[], int16_t target_q15)
 {
     // [LMS.1] normalise the inputs
     int64_t norm_q30 = l->indicator ? (int64_t)1 << 30 : 0;
@@ -74,9 +80,12 @@ int32_t dqw_learner_learn_q15(dqw_learner_q15* l, const int16_t x_q15[], int16_t
     return e_q28;
 }
 
-int32_t dqw_learner_weight_q15(const dqw_learner_q15* l, int i) { return i < 0 || i >= l->inputs ? 0 : l->w_q31[i]; }
+int32_t dqw_learner_weight_q15(const dqw_learner_q15 *l, int i)
+{
+    return i < 0 || i >= l->inputs ? 0 : l->w_q31[i];
+}
 
-enum dqw_status dqw_learner_set_weight_q15(dqw_learner_q15* l, int i, int32_t w_q31)
+enum dqw_status dqw_learner_set_weight_q15(dqw_learner_q15 *l, int i, int32_t w_q31)
 {
     if (l == NULL) return DQW_ERR_NULL;
     if (i < 0 || i >= l->inputs) return DQW_ERR_SIZE;

@@ -40,7 +40,7 @@ typedef struct dqw_learner_q15 {
 /// Source   Fig. 2
 /// Returns  DQW_OK; DQW_ERR_NULL, DQW_ERR_SIZE or DQW_ERR_RANGE, and then *l is untouched
 /// Context  at start; one writer per object
-enum dqw_status dqw_learner_init_q15(dqw_learner_q15* l, const dqw_learner_config_q15* config);
+enum dqw_status dqw_learner_init_q15(dqw_learner_q15 *l, const dqw_learner_config_q15 *config);
 
 /// Forward mode: the output for these inputs.
 ///
@@ -50,7 +50,7 @@ enum dqw_status dqw_learner_init_q15(dqw_learner_q15* l, const dqw_learner_confi
 /// Range    any x_q15; |output| <= inputs, no sum leaves 32 bits
 /// Cost     n products of 16 by 16 bits
 /// Context  ISR safe; reads *l only
-int32_t dqw_learner_forward_q15(const dqw_learner_q15* l, const int16_t x_q15[]);
+int32_t dqw_learner_forward_q15(const dqw_learner_q15 *l, const int16_t x_q15[]);
 
 /// Learning mode: predict, compare, correct; one normalised step.
 ///
@@ -62,7 +62,7 @@ int32_t dqw_learner_forward_q15(const dqw_learner_q15* l, const int16_t x_q15[])
 /// Returns  the error before the correction
 /// Cost     2 n + 4 products of 32 by 32 bits; one inverse, with noisy_inputs two. No loop depends on data but a search for a leading one
 /// Context  ISR safe, though made for the background: in an interrupt take dqw_learner_step_pu_q15; one writer per object
-int32_t dqw_learner_learn_q15(dqw_learner_q15* l, const int16_t x_q15[], int16_t target_q15);
+int32_t dqw_learner_learn_q15(dqw_learner_q15 *l, const int16_t x_q15[], int16_t target_q15);
 
 /// The paper's neuron and nothing else: predict, compare, correct. With a constant n the compiler unrolls it.
 ///
@@ -112,13 +112,13 @@ static inline int32_t dqw_learner_step_pu_q15(int32_t w_q31[], const int16_t x_q
 /// Source   (P15); (E7) in docs/EQUATIONS.md
 /// Range    i in 0 .. inputs-1; 0 outside
 /// Context  ISR safe
-int32_t dqw_learner_weight_q15(const dqw_learner_q15* l, int i);
+int32_t dqw_learner_weight_q15(const dqw_learner_q15 *l, int i);
 
 /// Set a weight, per unit: a nominal value to start from.
 ///
 /// Source   (P15); (E7) in docs/EQUATIONS.md
 /// Returns  DQW_OK, DQW_ERR_NULL, or DQW_ERR_SIZE for i out of range
-enum dqw_status dqw_learner_set_weight_q15(dqw_learner_q15* l, int i, int32_t w_q31);
+enum dqw_status dqw_learner_set_weight_q15(dqw_learner_q15 *l, int i, int32_t w_q31);
 
 #ifdef __cplusplus
 }

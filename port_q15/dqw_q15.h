@@ -18,24 +18,45 @@ extern "C" {
 #endif
 
 /// The signed number with these bits: ISO C leaves the cast to the compiler, and every compiler makes nothing of this.
-static inline int32_t dqw_q_signed32(uint32_t bits) { return bits <= INT32_MAX ? (int32_t)bits : -(int32_t)~bits - 1; }
+static inline int32_t dqw_q_signed32(uint32_t bits)
+{
+    return bits <= INT32_MAX ? (int32_t)bits : -(int32_t)~bits - 1;
+}
 
 /// x / 2^n, rounded down.
 /// Range    n in 0 .. 31 (64: 0 .. 63)
-static inline int32_t dqw_q_floor32(int32_t x, unsigned n) { return x < 0 ? ~(~x >> n) : x >> n; }
+static inline int32_t dqw_q_floor32(int32_t x, unsigned n)
+{
+    return x < 0 ? ~(~x >> n) : x >> n;
+}
 
-static inline int64_t dqw_q_floor64(int64_t x, unsigned n) { return x < 0 ? ~(~x >> n) : x >> n; }
+static inline int64_t dqw_q_floor64(int64_t x, unsigned n)
+{
+    return x < 0 ? ~(~x >> n) : x >> n;
+}
 
 /// x / 2^n, rounded to the nearest, halves up.
 /// Range    n in 1 .. 30, x <= 2^31 - 1 - 2^(n-1) (64: n in 1 .. 62, x <= 2^63 - 1 - 2^(n-1))
-static inline int32_t dqw_q_round32(int32_t x, unsigned n) { return dqw_q_floor32(x + ((int32_t)1 << (n - 1u)), n); }
+static inline int32_t dqw_q_round32(int32_t x, unsigned n)
+{
+    return dqw_q_floor32(x + ((int32_t)1 << (n - 1u)), n);
+}
 
-static inline int64_t dqw_q_round64(int64_t x, unsigned n) { return dqw_q_floor64(x + ((int64_t)1 << (n - 1u)), n); }
+static inline int64_t dqw_q_round64(int64_t x, unsigned n)
+{
+    return dqw_q_floor64(x + ((int64_t)1 << (n - 1u)), n);
+}
 
 /// Bounded to 16, to 32 bits.
-static inline int16_t dqw_q15_sat(int32_t x) { return (int16_t)(x > INT16_MAX ? INT16_MAX : x < INT16_MIN ? INT16_MIN : x); }
+static inline int16_t dqw_q15_sat(int32_t x)
+{
+    return (int16_t)(x > INT16_MAX ? INT16_MAX : x < INT16_MIN ? INT16_MIN : x);
+}
 
-static inline int32_t dqw_q31_sat(int64_t x) { return (int32_t)(x > INT32_MAX ? INT32_MAX : x < INT32_MIN ? INT32_MIN : x); }
+static inline int32_t dqw_q31_sat(int64_t x)
+{
+    return (int32_t)(x > INT32_MAX ? INT32_MAX : x < INT32_MIN ? INT32_MIN : x);
+}
 
 /// a + b, bounded to 32 bits.
 static inline int32_t dqw_q31_add(int32_t a, int32_t b)
@@ -62,13 +83,22 @@ static inline int32_t dqw_q28_sat(int32_t x)
 }
 
 /// Q15 times Q15, Q15, rounded. -1 times -1 is the only product that does not fit: 32767.
-static inline int16_t dqw_q15_mul(int16_t a, int16_t b) { return dqw_q15_sat(dqw_q_round32((int32_t)a * b, 15)); }
+static inline int16_t dqw_q15_mul(int16_t a, int16_t b)
+{
+    return dqw_q15_sat(dqw_q_round32((int32_t)a * b, 15));
+}
 
 /// Q31 times Q31, Q31, rounded. -1 times -1 is the only product that does not fit: 2^31 - 1.
-static inline int32_t dqw_q31_mul(int32_t a, int32_t b) { return dqw_q31_sat(dqw_q_round64((int64_t)a * b, 31)); }
+static inline int32_t dqw_q31_mul(int32_t a, int32_t b)
+{
+    return dqw_q31_sat(dqw_q_round64((int64_t)a * b, 31));
+}
 
 /// The rounded top half of a Q31 number. Above 32767.5 / 32768 it is 32767.
-static inline int16_t dqw_q15_from_q31(int32_t x_q31) { return dqw_q15_sat(dqw_q_floor32(x_q31, 16) + (dqw_q_floor32(x_q31, 15) & 1)); }
+static inline int16_t dqw_q15_from_q31(int32_t x_q31)
+{
+    return dqw_q15_sat(dqw_q_floor32(x_q31, 16) + (dqw_q_floor32(x_q31, 15) & 1));
+}
 
 /// Number of leading zeros, 32 for 0.
 static inline unsigned dqw_q_clz32(uint32_t x)

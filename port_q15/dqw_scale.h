@@ -34,7 +34,7 @@ typedef struct dqw_scale {
 ///
 /// Returns  DQW_OK; DQW_ERR_NULL, or DQW_ERR_RANGE where a value is outside the range that stands beside it
 /// Context  at start
-enum dqw_status dqw_scale_check(const dqw_scale* scale);
+enum dqw_status dqw_scale_check(const dqw_scale *scale);
 
 #ifdef __cplusplus
 }

@@ -72,7 +72,7 @@ dqw_dq_q15 dqw_park_paper_q15(dqw_alphabeta_q15 x, int16_t cos_q15, int16_t sin_
 /// Range    any; wrong by less than one in the last place
 /// Cost     9 products of 32 bits; no loop
 /// Context  ISR safe; no state
-void dqw_cosine_sine_q15(uint16_t theta_turn, int16_t* cos_q15, int16_t* sin_q15);
+void dqw_cosine_sine_q15(uint16_t theta_turn, int16_t *cos_q15, int16_t *sin_q15);
 
 #ifdef __cplusplus
 }
