@@ -42,8 +42,8 @@ shift 2
 # shellcheck disable=SC2086
 "$cc" $flags -Os -Wall -Wextra -fno-tree-loop-distribute-patterns -DSTACK_PAINTED=4096 -c "$here/bare.c" -I"$here/.." -o "$elf.bare.o"
 # shellcheck disable=SC2086
-"$cc" $flags -Os -Wall -Wextra -DSTACK_PAINTED=4096 -I"$here/.." -I"$here/../../lib" -I"$here/../../port_q15" "$@" "$elf.bare.o" \
-    "$here/say.c" "$here/count.c" "$here/stack.c" -nostdlib -T "$here/bare.ld" -Wl,--defsym=CODE=$code,--defsym=RAM=$ram,--gc-sections -lgcc -o "$elf"
+"$cc" $flags -Os -Wall -Wextra -DSTACK_PAINTED=4096 -I"$here/.." -I"$here/../../lib" -I"$here/../../port_q15" "$elf.bare.o" \
+    "$here/say.c" "$here/count.c" "$here/stack.c" "$@" -nostdlib -T "$here/bare.ld" -Wl,--defsym=CODE=$code,--defsym=RAM=$ram,--gc-sections -lgcc -o "$elf"
 status=0
 # shellcheck disable=SC2086
 timeout "${TARGET_TIMEOUT:-60}" "$qemu" -M $board -display none -monitor none -serial none -icount shift=10 -chardev stdio,id=out,signal=off \
