@@ -125,7 +125,7 @@ static inline unsigned dqw_q_bits64(int64_t x)
 static inline int64_t dqw_q_scale64(int64_t x, int n)
 {
     if (x == 0 || n < -63) return 0;
-    if (n < 0) return (n == -63 ? 0 : dqw_q_floor64(x, (unsigned)-n)) + (dqw_q_floor64(x, (unsigned)-n - 1u) & 1);
+    if (n < 0) return dqw_q_floor64(x, (unsigned)-n) + (dqw_q_floor64(x, (unsigned)-n - 1u) & 1);
     if ((int)dqw_q_bits64(x) + n > 62) return x < 0 ? -((int64_t)1 << 62) : (int64_t)1 << 62;
     return x * ((int64_t)1 << n);
 }
