@@ -24,7 +24,7 @@ typedef struct dqw_scale {
     uint32_t i_full_mA;      ///< 1 .. DQW_SCALE_MAX
     uint32_t w_full_mrad_s;  ///< mechanical speed, 1 .. DQW_SCALE_MAX
     uint32_t dt_ns;          ///< sampling period, 1 .. 10^9
-    uint16_t pole_pairs;     ///< 1 ..
+    uint16_t pole_pairs;     ///< 0: not known
 } dqw_scale;
 
 /// 10 kV, 10 kA, 10^4 rad/s.
