@@ -4,8 +4,6 @@
 
 #include "dqw_q15.h"
 
-// What a start value is believed: a millionth of one block of full scale.
-#define PRIOR_Q32 4295
 #define RECENT 50u
 // Quantization of the signals: a smaller residual is none.
 #define VARIANCE_FLOOR_Q56 8
@@ -18,7 +16,7 @@ enum dqw_status dqw_axis_init_q15(dqw_axis_q15 *a, int inputs, const int64_t sta
     if (a == NULL || start_q40 == NULL) return DQW_ERR_NULL;
     if (inputs < 1 || inputs > DQW_NORMAL_INPUTS) return DQW_ERR_SIZE;
     int64_t prior_q32[DQW_NORMAL_INPUTS];
-    for (int i = 0; i < inputs; i++) prior_q32[i] = PRIOR_Q32;
+    for (int i = 0; i < inputs; i++) prior_q32[i] = DQW_AXIS_Q15_PRIOR_Q32;
     dqw_axis_q15 n = {.blocks = 0};
     const enum dqw_status status = dqw_normal_init_q15(&n.normal, inputs, prior_q32, start_q40);
     if (status != DQW_OK) return status;
@@ -54,10 +52,13 @@ int32_t dqw_axis_learn_q15(dqw_axis_q15 *a, const int32_t x_q28[], int32_t targe
 
     // [AXIS.3] residual statistics
     if (a->blocks < UINT32_MAX) a->blocks++;
-    const uint32_t memory = a->blocks < DQW_AXIS_Q15_MEMORY ? a->blocks : DQW_AXIS_Q15_MEMORY;
+    mean(&a->target_q56, (int64_t)target_q28 * target_q28, a->blocks < DQW_AXIS_Q15_MEMORY ? a->blocks : DQW_AXIS_Q15_MEMORY);
+    // Start values are no residual: the first blocks only teach.
+    if (a->blocks <= DQW_AXIS_Q15_FIRST) return e;
+    const uint32_t since = a->blocks - DQW_AXIS_Q15_FIRST;
+    const uint32_t memory = since < DQW_AXIS_Q15_MEMORY ? since : DQW_AXIS_Q15_MEMORY;
     mean(&a->error_q56, (int64_t)e * e, memory);
     mean(&a->lag_q56, (int64_t)e * a->error_last_q28, memory);
-    mean(&a->target_q56, (int64_t)target_q28 * target_q28, memory);
     mean(&a->recent_q56, (int64_t)e * e, memory < RECENT ? memory : RECENT);
     a->error_last_q28 = e;
     return e;

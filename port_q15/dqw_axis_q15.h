@@ -14,6 +14,12 @@ extern "C" {
 /// Blocks over which the residual's statistics are means.
 #define DQW_AXIS_Q15_MEMORY 10000u
 
+/// Blocks that only teach.
+#define DQW_AXIS_Q15_FIRST 8u
+
+/// What a start value is believed: a millionth of one block of full scale.
+#define DQW_AXIS_Q15_PRIOR_Q32 4295
+
 typedef struct dqw_axis_q15 {
     dqw_normal_q15 normal;
     int64_t w_q40[DQW_NORMAL_INPUTS];      ///< as solved last, per unit of the full scales

@@ -7,8 +7,9 @@
 #define THRESHOLD_PPM 50000u
 #define RANDOM_LIMIT 500u
 #define ORDINAL_BLOCKS 100u
-// Read after so many blocks at first by powers of two, then always.
-#define READ_BLOCKS 16u
+#define READ_BLOCKS 4u
+// Until so many blocks, read after powers of two.
+#define FIRST_BLOCKS 16u
 #define RADIAN_Q28 268435456
 #define MOST_Q15 32766
 
@@ -120,7 +121,8 @@ static uint32_t learn(dqw_estimator_q15 *e, dqw_block_q15 *b)
     if (mask_d != 0) (void)dqw_axis_learn_q15(&e->d, x_d, b->v_d, mask_d);
     if (mask_q != 0) (void)dqw_axis_learn_q15(&e->q, x_q, b->v_q, mask_q);
     const uint32_t blocks = e->gate.blocks;
-    if (blocks % READ_BLOCKS == 0 || (blocks < READ_BLOCKS && (blocks & (blocks - 1u)) == 0)) dqw_estimator_read_q15(e);
+    const uint32_t every = e->config->read_blocks != 0 ? e->config->read_blocks : READ_BLOCKS;
+    if (blocks < FIRST_BLOCKS ? (blocks & (blocks - 1u)) == 0 : blocks % every == 0) dqw_estimator_read_q15(e);
 
     // [EST.4] which stage
     const int64_t v2_q56 = e->d.target_q56 + e->q.target_q56;

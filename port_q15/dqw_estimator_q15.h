@@ -23,6 +23,7 @@ typedef struct dqw_estimator_q15_config {
     uint32_t threshold_ppm;                  ///< residual over voltage that stage 3 must reach; 0: 50000 (5 %)
     uint16_t excitation_q15;                 ///< a block's input below this part of its full scale teaches nothing; 0: 66 (0.002)
     uint8_t half_window;                     ///< pairs in half a block, 1 .. 100; 0: 20. Dynamic only
+    uint8_t read_blocks;                     ///< blocks between two readings; 0: 4. More cost less, and follow the first blocks later
     bool settled;                            ///< every sample is a settled point of its own: steady and standstill logs
 } dqw_estimator_q15_config;
 
@@ -32,7 +33,7 @@ typedef struct dqw_estimator_q15 {
     dqw_window_q15 window;
     dqw_axis_q15 d, q;
     dqw_stage stage;
-    dqw_parameters_q15 parameters;  ///< as read last: after 1, 2, 4, 8 blocks, then every 16
+    dqw_parameters_q15 parameters;  ///< as read last: after 1, 2, 4, 8 blocks, then as configured
     dqw_sample_q15 last;
     int32_t slope_least_q28;  ///< currents' steps below it teach nothing
     uint32_t events;          ///< all event bits since init
@@ -52,7 +53,7 @@ enum dqw_status dqw_estimator_init_q15(dqw_estimator_q15 *e, const dqw_estimator
 /// Format   Q15 of the full scales; s->v_d_q15, s->v_q_q15 as applied from this sample to the next
 /// Range    any; beyond full scale (-32768, -32767, 32767) it is counted as saturated and not learned
 /// Returns  DQW_EVENT_* bits of this step
-/// Cost     docs/NUMERICS.md; at a block's end (every half_window samples) the block's products, every 16 blocks three solutions more
+/// Cost     docs/NUMERICS.md; at a block's end (every half_window samples) the block's products, every read_blocks blocks three solutions more
 /// Context  ISR safe; one writer per object
 uint32_t dqw_estimator_step_q15(dqw_estimator_q15 *e, const dqw_sample_q15 *s, bool saturated);
 

@@ -73,9 +73,12 @@ static void join(const axis_read *r, const uint8_t to[], const int64_t factor_q2
         for (int i = 0; i <= j; i++) {
             const int64_t both_q28 = dqw_q_product64(factor_q28[i], part_q28, -28);
             const int at = to[i] < to[j] ? DQW_NORMAL_A(to[i], to[j]) : DQW_NORMAL_A(to[j], to[i]);
-            m->a_q32[at] += dqw_q_product64(n->a_q32[DQW_NORMAL_A(i, j)], both_q28, -28);
+            // Less what the start values brought.
+            const int64_t sum_q32 = n->a_q32[DQW_NORMAL_A(i, j)] - (i == j ? DQW_AXIS_Q15_PRIOR_Q32 : 0);
+            m->a_q32[at] += dqw_q_product64(sum_q32, both_q28, -28);
         }
-        m->b_q32[to[j]] += dqw_q_product64(n->b_q32[j], part_q28, -28);
+        const int64_t sum_q32 = n->b_q32[j] - dqw_q_product64(DQW_AXIS_Q15_PRIOR_Q32, r->a->start_q40[j], -40);
+        m->b_q32[to[j]] += dqw_q_product64(sum_q32, part_q28, -28);
     }
     m->c_q32 += dqw_q_product64(n->c_q32, r->weight_q31, -31);
 }
