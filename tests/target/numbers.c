@@ -5,7 +5,7 @@
 #include "target/stack.h"
 
 #ifndef STEPS
-#define STEPS 12000u
+#define STEPS 6000u
 #endif
 
 int main(void)

@@ -9,6 +9,8 @@ cores="m0 m3 m4f m33 rv32"
 # Name, cores, what the table says.
 pieces="neurons_float|$cores|the paper's neurons, both axes, float
 neurons_q15|$cores|the same, Q15
+estimator_float|m0 m3 m4f m33|\`dqw_estimator_step\`, float
+estimator_q15|$cores|\`dqw_estimator_step_q15\`
 monitor_float|m0 m3 m4f m33|\`dqw_monitor_sample\`, float
 monitor_q15|$cores|the same, Q15"
 
