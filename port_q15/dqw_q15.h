@@ -171,7 +171,7 @@ static inline uint32_t dqw_q16_inverse(uint32_t x_q15)
 }
 
 /// x times y / 2^n, rounded, in 32-bit products: y is unsigned and has 17 bits at most.
-/// Range    y <= 2^16, n in 1 .. 16, |x y| < 2^(31 + n) - 2^n
+/// Range    y <= 2^16, n in 8 .. 16, |x y| < 2^(31 + n) - 2^33
 static inline int32_t dqw_q_mul32x16(int32_t x, uint32_t y, unsigned n)
 {
     const uint32_t low = ((uint32_t)x & 0xffffu) * y + (1u << (n - 1u));
