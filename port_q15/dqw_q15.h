@@ -30,6 +30,7 @@ static inline int32_t dqw_q_floor32(int32_t x, unsigned n)
     return x < 0 ? ~(~x >> n) : x >> n;
 }
 
+/// The same in 64 bits.
 static inline int64_t dqw_q_floor64(int64_t x, unsigned n)
 {
     return x < 0 ? ~(~x >> n) : x >> n;
@@ -42,17 +43,19 @@ static inline int32_t dqw_q_round32(int32_t x, unsigned n)
     return dqw_q_floor32(x + ((int32_t)1 << (n - 1u)), n);
 }
 
+/// The same in 64 bits.
 static inline int64_t dqw_q_round64(int64_t x, unsigned n)
 {
     return dqw_q_floor64(x + ((int64_t)1 << (n - 1u)), n);
 }
 
-/// Bounded to 16, to 32 bits.
+/// Bounded to 16 bits.
 static inline int16_t dqw_q15_sat(int32_t x)
 {
     return (int16_t)(x > INT16_MAX ? INT16_MAX : x < INT16_MIN ? INT16_MIN : x);
 }
 
+/// Bounded to 32 bits.
 static inline int32_t dqw_q31_sat(int64_t x)
 {
     return (int32_t)(x > INT32_MAX ? INT32_MAX : x < INT32_MIN ? INT32_MIN : x);
