@@ -181,7 +181,7 @@ static void test_long_epochs(void)
                 o.b_q27 = 1 << 30;
                 o.from_pairs = false;
             }
-            for (int k = 0; k < 300000; k++) dqw_ordinal_step_q15(&o, 32766, epoch == 1 ? -32766 : 32766);
+            for (int k = 0; k < 600000; k++) dqw_ordinal_step_q15(&o, 32766, epoch == 1 ? -32766 : 32766);
             for (int i = 0; i < 5; i++) HOLDS(llabs(o.sum[i]) < INT64_MAX / 4 * 3);
             (void)dqw_ordinal_end_epoch_q15(&o);
         }

@@ -254,6 +254,19 @@ static void test_weights_stop_at_one_and_come_back(void)
         }
 }
 
+// An error of 1.5 at a step size of 2 would move the weight by 1.2: the step is taken as a half, times the input.
+static void test_a_wild_step_is_bounded(void)
+{
+    for (int sign = -1; sign <= 1; sign += 2) {
+        int32_t w = sign > 0 ? INT32_MIN : INT32_MAX;
+        const int16_t x = 16384;
+        const double before = of_q31(w);
+        const double e = of_q28(dqw_learner_step_pu_q15(&w, &x, 1, (int16_t)(sign * 32767), 65535));
+        BETWEEN(1.4999, sign * e, 1.5001);
+        BETWEEN(0.2499, sign * (of_q31(w) - before), 0.2501);
+    }
+}
+
 // The smallest step still moves a weight: a hundredth of a last place of the target, at 5 % of full scale and step size 0.001.
 static void test_no_error_is_too_small(void)
 {
@@ -269,6 +282,28 @@ static void test_no_error_is_too_small(void)
     }
 }
 
+// Every shift rounds: a change that is smaller than the last place of a weight comes out right in the mean, whatever the sign of its error.
+// Rounded down it would pull a slow learner away, by half a last place a step.
+static void test_the_smallest_changes_pull_nowhere(void)
+{
+    for (int sign = -1; sign <= 1; sign += 2) {
+        test_random r = {4};
+        double off = 0.0;
+        const int times = 200000;
+        for (int k = 0; k < times; k++) {
+            const int16_t x = q15(random_uniform(&r, -0.3, 0.3));
+            const int32_t start = (int32_t)(random_bits(&r) % (1u << 31)) - (1 << 30);
+            int32_t w = start;
+            const int16_t y = q15(of_q31(start) * x * LSB);
+            const double e = of_q28(dqw_learner_step_pu_q15(&w, &x, 1, (int16_t)(y + (k & 1)), 1));
+            const double exact = LSB * e / (1 + x * LSB * x * LSB) * x * LSB * 2147483648.0;
+            off += sign * x > 0 ? (w - start - exact) / times : 0.0;
+        }
+        CASE("sign %d", sign);
+        BETWEEN(-0.01, off, 0.01);
+    }
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -276,7 +311,9 @@ int main(void)
     RUN_TEST(test_every_mode_takes_the_float_path);
     RUN_TEST(test_noisy_inputs);
     RUN_TEST(test_weights_stop_at_one_and_come_back);
+    RUN_TEST(test_a_wild_step_is_bounded);
     RUN_TEST(test_no_error_is_too_small);
+    RUN_TEST(test_the_smallest_changes_pull_nowhere);
     RUN_TEST(test_step_sizes_and_amplitudes);
     return UNITY_END();
 }
