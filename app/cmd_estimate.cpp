@@ -34,7 +34,7 @@ struct Options : CommonOptions {
     std::string config_file;
 };
 
-using Estimator = std::function<Estimated(const std::vector<Log>&, const CommonOptions&, const LearnConfig&, std::function<void(double)>)>;
+using Estimator = std::function<Estimated(const std::vector<Log>&, const Options&, const LearnConfig&, std::function<void(double)>)>;
 
 /// What was asked for is either estimated or said not to be identifiable, whatever the estimator knows.
 void name_what_was_left_out(Result& result, const std::vector<std::string>& asked)
@@ -108,7 +108,8 @@ Command add_estimator(CLI::App& app, const std::string& name, const std::string&
         ->check(CLI::IsMember(effect_names()))
         ->type_name("NAME");
     command->add_option("--config", options->config_file, "effects that a trace found, with their start values")->type_name("trace.json");
-    if (name == "learn") command->add_option("--arith", options->arith, "arithmetic of the learners")->check(CLI::IsMember({"float"}))->capture_default_str();
+    if (name == "learn")
+        command->add_option("--arith", options->arith, "arithmetic of the learners")->check(CLI::IsMember({"float", "q15"}))->capture_default_str();
     command->footer("With --out, writes DIR/" + name + ".json as well. Exit code 4: a parameter asked for is not identifiable.");
     return {command, [=] { return estimate(name, *options, estimator); }};
 }
@@ -117,8 +118,9 @@ Command add_estimator(CLI::App& app, const std::string& name, const std::string&
 
 Command add_learn(CLI::App& app)
 {
-    return add_estimator(app, "learn", "run the C learners over a log", [](const auto& logs, const CommonOptions& o, const LearnConfig& config, auto progress) {
+    return add_estimator(app, "learn", "run the C learners over a log", [](const auto& logs, const Options& o, const LearnConfig& config, auto progress) {
         LearnOptions options;
+        options.fixed_point = o.arith == "q15";
         options.parameters = o.parameters;
         options.inputs = config.inputs;
         options.start = config.start;
@@ -130,20 +132,19 @@ Command add_learn(CLI::App& app)
 
 Command add_fit(CLI::App& app)
 {
-    return add_estimator(app, "fit", "fit the reference model to a log",
-                         [](const auto& logs, const CommonOptions& o, const LearnConfig& config, auto progress) {
-                             std::vector<std::string> names;
-                             for (const TraceInput& in : config.inputs)
-                                 if (std::find(names.begin(), names.end(), in.effect) == names.end()) names.push_back(in.effect);
-                             if (!names.empty()) {
-                                 const EffectFit fitted = fit_effects(logs, names, o.parameters, std::move(progress));
-                                 return Estimated{fitted.result, fitted.effects};
-                             }
-                             FitOptions options;
-                             options.parameters = o.parameters;
-                             options.progress = std::move(progress);
-                             return Estimated{fit(logs, options), {}};
-                         });
+    return add_estimator(app, "fit", "fit the reference model to a log", [](const auto& logs, const Options& o, const LearnConfig& config, auto progress) {
+        std::vector<std::string> names;
+        for (const TraceInput& in : config.inputs)
+            if (std::find(names.begin(), names.end(), in.effect) == names.end()) names.push_back(in.effect);
+        if (!names.empty()) {
+            const EffectFit fitted = fit_effects(logs, names, o.parameters, std::move(progress));
+            return Estimated{fitted.result, fitted.effects};
+        }
+        FitOptions options;
+        options.parameters = o.parameters;
+        options.progress = std::move(progress);
+        return Estimated{fit(logs, options), {}};
+    });
 }
 
 }  // namespace dqw

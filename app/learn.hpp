@@ -2,6 +2,7 @@
 #ifndef DQW_APP_LEARN_HPP
 #define DQW_APP_LEARN_HPP
 
+#include <array>
 #include <functional>
 #include <string>
 #include <vector>
@@ -19,6 +20,9 @@ struct LearnOptions {
     Machine start;                                   ///< where the logs' machine says nothing; pole pairs count as given
     const std::vector<char>* heldout_row = nullptr;  ///< one for each row of all logs: 1 where nothing may be learned
     std::function<void(double)> progress = {};       ///< called with 0..1 now and then
+    bool fixed_point = false;                        ///< port_q15/ in place of lib/
+    /// Called after each block of an electrical log with its time and R, L_d, L_q, psi as they are then.
+    std::function<void(double, const std::array<double, 4>&)> block = {};
 };
 
 /// What the learners found.

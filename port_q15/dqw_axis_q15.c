@@ -5,8 +5,9 @@
 #include "dqw_q15.h"
 
 #define RECENT 50u
-// Quantization of the signals: a smaller residual is none.
+// A smaller residual is none; nor one below 2^-27 of the target's square, which the sums do not resolve.
 #define VARIANCE_FLOOR_Q56 8
+#define RESOLVED_BITS 27u
 // Beyond this, likeness of neighbours says that the model is wrong, not that the data are few: 0.98.
 #define LAG_MAX_Q20 1027604
 #define ONE_Q20 1048576
@@ -75,7 +76,8 @@ int64_t dqw_axis_variance_q56(const dqw_axis_q15 *a, const dqw_solution_q15 *s)
     const int64_t freedom = (int64_t)a->blocks - a->normal.inputs;
     if (freedom < 1) return (int64_t)1 << 56;
     const int64_t v_q56 = dqw_q_quotient64(s->left_q32, freedom, 24);
-    return v_q56 > VARIANCE_FLOOR_Q56 ? v_q56 : VARIANCE_FLOOR_Q56;
+    const int64_t floor_q56 = dqw_q_floor64(a->target_q56, RESOLVED_BITS) + VARIANCE_FLOOR_Q56;
+    return v_q56 > floor_q56 ? v_q56 : floor_q56;
 }
 
 int64_t dqw_axis_inflation_q20(const dqw_axis_q15 *a)

@@ -135,32 +135,68 @@ static uint32_t learn(dqw_estimator_q15 *e, dqw_block_q15 *b)
     return event | DQW_EVENT_LEARNED;
 }
 
+static const volatile bool *waits(const dqw_estimator_q15 *e)
+{
+    return &e->pending;
+}
+
+uint32_t dqw_estimator_background_q15(dqw_estimator_q15 *e)
+{
+    if (!*waits(e)) return 0;
+    // Volatile, as the flag that guards them.
+    const volatile int32_t *from = e->sums;
+    int32_t sums[DQW_BLOCK_Q15_SIGNALS];
+    for (int i = 0; i < DQW_BLOCK_Q15_SIGNALS; i++) sums[i] = from[i];
+    const uint16_t weight = *(const volatile uint16_t *)&e->weight;
+    *(volatile bool *)&e->pending = false;
+    dqw_block_q15 b = dqw_model_block_q15(sums, weight);
+    const uint32_t event = learn(e, &b);
+    e->events |= event;
+    return event;
+}
+
+// A block for the background: a window's sums, or a settled row as one.
+static uint32_t hand_over(dqw_estimator_q15 *e)
+{
+    int32_t lost[DQW_BLOCK_Q15_SIGNALS];
+    uint16_t weight;
+    const bool taken = e->pending;
+    const uint32_t event = dqw_window_end_q15(&e->window, taken ? lost : e->sums, &weight);
+    if (event == DQW_EVENT_LEARNED && taken) {
+        if (e->missed < UINT16_MAX) e->missed++;
+    } else if (event == DQW_EVENT_LEARNED) {
+        e->weight = weight;
+        e->pending = true;
+    } else if (event == DQW_EVENT_INCOMPLETE && e->gate.incomplete < UINT32_MAX) {
+        e->gate.incomplete++;
+    }
+    return event;
+}
+
+static uint32_t hand_over_row(dqw_estimator_q15 *e, const dqw_sample_q15 *s)
+{
+    if (e->pending) {
+        if (e->missed < UINT16_MAX) e->missed++;
+        return DQW_EVENT_LEARNED;
+    }
+    dqw_model_row_q15(s, e->sums);
+    e->weight = 1;
+    e->pending = true;
+    return DQW_EVENT_LEARNED;
+}
+
 uint32_t dqw_estimator_step_q15(dqw_estimator_q15 *e, const dqw_sample_q15 *s, bool saturated)
 {
     uint32_t event = admit(e, s, saturated);
     const bool good = event == 0;
     if (e->config->settled) {
-        if (good) {
-            dqw_block_q15 b = dqw_model_static_q15(s);
-            event = learn(e, &b);
-        }
+        if (good) event = hand_over_row(e, s);
     } else {
         int32_t pair[DQW_BLOCK_Q15_SIGNALS];
         const bool paired = good && e->last_good;
         if (paired) dqw_model_pair_q15(&e->last, s, pair);
         dqw_window_add_q15(&e->window, paired ? pair : NULL, DQW_BLOCK_Q15_SIGNALS);
-        if (dqw_window_full_q15(&e->window)) {
-            int32_t sums[DQW_BLOCK_Q15_SIGNALS];
-            uint16_t weight;
-            const uint32_t window = dqw_window_end_q15(&e->window, sums, &weight);
-            if (window == DQW_EVENT_LEARNED) {
-                dqw_block_q15 b = dqw_model_block_q15(sums, weight);
-                event |= learn(e, &b);
-            } else if (window == DQW_EVENT_INCOMPLETE) {
-                event |= window;
-                if (e->gate.incomplete < UINT32_MAX) e->gate.incomplete++;
-            }
-        }
+        if (dqw_window_full_q15(&e->window)) event |= hand_over(e);
     }
     // Staleness compares with whatever came last; a pair needs both of its samples good.
     e->has_last = true;

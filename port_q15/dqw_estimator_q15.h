@@ -38,6 +38,10 @@ typedef struct dqw_estimator_q15 {
     int32_t slope_least_q28;  ///< currents' steps below it teach nothing
     uint32_t events;          ///< all event bits since init
     bool has_last, last_good;
+    // Handed to the background.
+    bool pending;
+    uint16_t weight, missed;  ///< of the block that waits; blocks lost because the background came too late, up to 65535
+    int32_t sums[DQW_BLOCK_Q15_SIGNALS];
 } dqw_estimator_q15;
 
 /// Make an estimator.
@@ -52,8 +56,8 @@ enum dqw_status dqw_estimator_init_q15(dqw_estimator_q15 *e, const dqw_estimator
 /// Source   (E13) to (E18) in docs/EQUATIONS.md
 /// Format   Q15 of the full scales; s->v_d_q15, s->v_q_q15 as applied from this sample to the next
 /// Range    any; beyond full scale (-32768, -32767, 32767) it is counted as saturated and not learned
-/// Returns  DQW_EVENT_* bits of this step
-/// Cost     docs/NUMERICS.md; at a block's end (every half_window samples) the block's products, every read_blocks blocks three solutions more
+/// Returns  DQW_EVENT_* bits of this step; DQW_EVENT_LEARNED: a block waits for dqw_estimator_background_q15
+/// Cost     the table in README.md; no loop depends on data
 /// Context  ISR safe; one writer per object
 uint32_t dqw_estimator_step_q15(dqw_estimator_q15 *e, const dqw_sample_q15 *s, bool saturated);
 
@@ -61,8 +65,15 @@ uint32_t dqw_estimator_step_q15(dqw_estimator_q15 *e, const dqw_sample_q15 *s, b
 /// Context  as dqw_estimator_step_q15
 void dqw_estimator_gap_q15(dqw_estimator_q15 *e);
 
+/// Learn the block that waits, if there is one; read after every so many. Must come before the next: every half_window periods.
+///
+/// Source   (E16) to (E18), (E21), (E70) in docs/EQUATIONS.md
+/// Returns  DQW_EVENT_* bits: DQW_EVENT_LEARNED where it was learned
+/// Context  background; dqw_estimator_step_q15 may interrupt it
+uint32_t dqw_estimator_background_q15(dqw_estimator_q15 *e);
+
 /// Read all that was learned until now.
-/// Context  background; must not be interrupted by dqw_estimator_step_q15 on the same object
+/// Context  background; dqw_estimator_step_q15 may interrupt it
 void dqw_estimator_read_q15(dqw_estimator_q15 *e);
 
 #ifdef __cplusplus

@@ -20,20 +20,6 @@ dqw_block_q15 dqw_model_block_q15(const int32_t sums[], uint16_t weight)
     return b;
 }
 
-dqw_block_q15 dqw_model_static_q15(const dqw_sample_q15 *s)
-{
-    const dqw_block_q15 b = {
-        .v_d = s->v_d_q15 * 8192,
-        .v_q = s->v_q_q15 * 8192,
-        .i_d = s->i_d_q15 * 8192,
-        .i_q = s->i_q_q15 * 8192,
-        .wi_d = dqw_q_round32(s->w_m_q15 * s->i_d_q15, 2),
-        .wi_q = dqw_q_round32(s->w_m_q15 * s->i_q_q15, 2),
-        .w_m = s->w_m_q15 * 8192,
-    };
-    return b;
-}
-
 static int64_t size(int64_t x)
 {
     return x < 0 ? -x : x;

@@ -67,9 +67,15 @@ int64_t dqw_scale_angle_q28(const dqw_scale *scale);
 /// Cost     a division of 32 bits, 9 products of 32 by 32 bits
 dqw_block_q15 dqw_model_block_q15(const int32_t sums[], uint16_t weight);
 
-/// A settled row: no slope.
+/// A settled row as a block's sums of weight 1: no slope.
+///
 /// Source   (P6), (P7) with d/dt = 0; (E14) in docs/EQUATIONS.md
-dqw_block_q15 dqw_model_static_q15(const dqw_sample_q15 *s);
+/// Shape    sums[DQW_BLOCK_Q15_SIGNALS], written
+/// Context  ISR safe; no state
+static inline void dqw_model_row_q15(const dqw_sample_q15 *s, int32_t sums[])
+{
+    dqw_model_pair_q15(s, s, sums);
+}
 
 /// Replace the trapezoid means of a block's currents by the exact ones, as far as R, L and p are known.
 ///

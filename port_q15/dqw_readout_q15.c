@@ -8,6 +8,8 @@ enum { N = DQW_PARAMETERS_Q15, IN_L = 1, IN_CROSS = 2 };
 #define POLE_PAIRS_MAX 100
 #define ONE_Q28 268435456
 #define KNOWN_POLE_PAIRS 16u
+// Joint sums may have so many bits, p^2 included.
+#define ROOM_BITS 44u
 // Bound on the part of a weight that noise on its regressor may have taken: a tenth.
 #define SHRUNK_MAX_Q20 104858
 
@@ -64,8 +66,8 @@ static uint16_t find_pole_pairs(const axis_read *d, const axis_read *q, const dq
     return nearest >= 1 && off_q10 < QUARTER_Q10 && 4 * sd_q10 < 1024 - off_q10 ? (uint16_t)nearest : 0;
 }
 
-// One axis' part of the joint normal equations. to[i] is the parameter that weight i stands for, factor[i] how many of it.
-static void join(const axis_read *r, const uint8_t to[], const int64_t factor_q28[], dqw_normal_q15 *m)
+// One axis' part of the joint normal equations, times 2^up: an axis that weighs little keeps its digits. to[i] is the parameter that weight i stands for, factor[i] how many of it.
+static void join(const axis_read *r, const uint8_t to[], const int64_t factor_q28[], int up, dqw_normal_q15 *m)
 {
     const dqw_normal_q15 *n = &r->a->normal;
     for (int j = 0; j < n->inputs; j++) {
@@ -75,12 +77,23 @@ static void join(const axis_read *r, const uint8_t to[], const int64_t factor_q2
             const int at = to[i] < to[j] ? DQW_NORMAL_A(to[i], to[j]) : DQW_NORMAL_A(to[j], to[i]);
             // Less what the start values brought.
             const int64_t sum_q32 = n->a_q32[DQW_NORMAL_A(i, j)] - (i == j ? DQW_AXIS_Q15_PRIOR_Q32 : 0);
-            m->a_q32[at] += dqw_q_product64(sum_q32, both_q28, -28);
+            m->a_q32[at] += dqw_q_product64(sum_q32, both_q28, up - 28);
         }
         const int64_t sum_q32 = n->b_q32[j] - dqw_q_product64(DQW_AXIS_Q15_PRIOR_Q32, r->a->start_q40[j], -40);
-        m->b_q32[to[j]] += dqw_q_product64(sum_q32, part_q28, -28);
+        m->b_q32[to[j]] += dqw_q_product64(sum_q32, part_q28, up - 28);
     }
-    m->c_q32 += dqw_q_product64(n->c_q32, r->weight_q31, -31);
+    m->c_q32 += dqw_q_product64(n->c_q32, r->weight_q31, up - 31);
+}
+
+// How far the joint sums can be raised.
+static int room(const dqw_axis_q15 *a)
+{
+    unsigned most = dqw_q_bits64(a->normal.c_q32);
+    for (int i = 0; i < a->normal.inputs; i++) {
+        const unsigned bits = dqw_q_bits64(a->normal.a_q32[DQW_NORMAL_A(i, i)]);
+        if (bits > most) most = bits;
+    }
+    return most < ROOM_BITS ? (int)(ROOM_BITS - most) : 0;
 }
 
 // Without p the cross weights stand for no inductance: R from both axes, L_d and L_q from their own slope, each by what is known of it.
@@ -110,14 +123,16 @@ dqw_parameters_q15 dqw_model_read_q15(dqw_axis_q15 *d, dqw_axis_q15 *q, const dq
     dqw_parameters_q15 out = {.pole_pairs = scale->pole_pairs != 0 ? scale->pole_pairs : find_pole_pairs(&on_d, &on_q, scale)};
     if (out.pole_pairs != 0) out.known = KNOWN_POLE_PAIRS;
     dqw_normal_q15 m;
+    int up = 0;
     static const int64_t zero[N] = {0};
     static const int64_t prior_q32[N] = {1, 1, 1, 1};
     (void)dqw_normal_init_q15(&m, N, prior_q32, zero);
     if (out.pole_pairs != 0) {
         const int64_t p_q28 = dqw_scale_angle_q28(scale) * out.pole_pairs;
         const int64_t factor_q28[] = {ONE_Q28, ONE_Q28, p_q28, p_q28};
-        join(&on_d, to_d, factor_q28, &m);
-        join(&on_q, to_q, factor_q28, &m);
+        up = room(d) < room(q) ? room(d) : room(q);
+        join(&on_d, to_d, factor_q28, up, &m);
+        join(&on_q, to_q, factor_q28, up, &m);
     } else {
         join_single(&on_d, 0, DQW_R_Q15, &m);
         join_single(&on_q, 0, DQW_R_Q15, &m);
@@ -130,7 +145,7 @@ dqw_parameters_q15 dqw_model_read_q15(dqw_axis_q15 *d, dqw_axis_q15 *q, const dq
     const int64_t blocks = d->blocks > q->blocks ? d->blocks : q->blocks;
     for (int i = 0; i < N; i++) {
         const bool learned = s.cov_q40[i] != INT64_MAX;
-        const int64_t sd_q40 = learned ? (int64_t)dqw_q_root64((uint64_t)dqw_q_product64(s.cov_q40[i], least_q56, -48)) << 16 : INT64_MAX;
+        const int64_t sd_q40 = learned ? (int64_t)dqw_q_root64((uint64_t)dqw_q_product64(s.cov_q40[i], least_q56, up - 48)) << 16 : INT64_MAX;
         out.value_q40[i] = s.w_q40[i];
         out.sd_q40[i] = sd_q40;
         if (!learned || s.w_q40[i] <= 0 || sd_q40 >= dqw_q_floor64(s.w_q40[i], 2)) continue;

@@ -58,7 +58,7 @@ static void run(hash *h, bool settled, int steps)
     for (int k = 1; k <= steps; k++) {
         stimulus_next(&s);
         const dqw_sample_q15 sample = stimulus_sample(&s);
-        const uint32_t events = dqw_estimator_step_q15(&e, &sample, s.limited);
+        const uint32_t events = dqw_estimator_step_q15(&e, &sample, s.limited) | dqw_estimator_background_q15(&e);
         hash_put(h, events);
         put_window(h, &e.window);
         if (events != 0) put_state(h, &e);
