@@ -45,7 +45,7 @@ int32_t dqw_learner_learn_q15(dqw_learner_q15 *l, const int16_t x_q15[], int16_t
     uint32_t w_norm_q15 = 1u << 15;
     for (int i = 0; i < l->inputs; i++) {
         const int32_t w_q15 = top_q15(l->w_q31[i]);
-        norm_q30 += x_q15[i] * x_q15[i];
+        norm_q30 += (int64_t)x_q15[i] * x_q15[i];
         w_norm_q15 += (uint32_t)(w_q15 * w_q15) >> 15;  // <= 7 * 2^15
     }
 
@@ -63,7 +63,7 @@ int32_t dqw_learner_learn_q15(dqw_learner_q15 *l, const int16_t x_q15[], int16_t
     norm_q30 += NORM_FLOOR_Q30;
     // norm = d 2^(bits - 31), 1 <= d < 2
     const int bits = (int)dqw_q_bits64(norm_q30);
-    const int64_t inverse_q16 = dqw_q16_inverse((uint32_t)dqw_q_scale64(norm_q30, 16 - bits));
+    const int64_t inverse_q16 = dqw_q16_inverse_by_steps((uint32_t)dqw_q_scale64(norm_q30, 16 - bits));
     const int64_t step_q31 = inverse_q16 * l->step_size_q15;
     const int64_t g_q31 = limit(dqw_q_round64(e_q28 * step_q31, 28), (int64_t)1 << 31);  // |e_q28 step_q31| <= 7 * 2^60
     const int64_t capped_q28 = limit(e_q28, (int64_t)1 << 28);

@@ -73,7 +73,7 @@ static void learn_pair(dqw_ordinal_q15 *o, int16_t x_q15, int16_t y_q15)
     const int64_t y_q27 = dqw_q_round64((int64_t)o->b_q27 * x_q15, 15) + dqw_q_round64((int64_t)o->a_q31 * o->y_last_q15, 19);
     // The change of y in the place of y: it gives a - 1, and keeps its digits where the pole is near 1
     sum_up(o, x_q15, o->y_last_q15, y_q15 - o->y_last_q15, PAIRS_MAX);
-    watch(o, y_q15 * (1 << 12) - y_q27);
+    watch(o, (int64_t)y_q15 * (1 << 12) - y_q27);
 }
 
 // [OL.2] with b and a held for the epoch, learn their correction from the neuron's own output and its sensitivities
@@ -81,7 +81,7 @@ static void learn_output(dqw_ordinal_q15 *o, int16_t x_q15, int16_t y_q15)
 {
     const int64_t y_before_q27 = o->y_hat_q27;
     const int64_t y_hat_q27 = dqw_q_round64(o->a_q31 * y_before_q27, 31) + dqw_q_round64((int64_t)o->b_q27 * x_q15, 15);
-    const int64_t s_b_q19 = dqw_q_round64((int64_t)o->a_q31 * o->s_q19[0], 31) + x_q15 * (1 << 4);
+    const int64_t s_b_q19 = dqw_q_round64((int64_t)o->a_q31 * o->s_q19[0], 31) + (int64_t)x_q15 * (1 << 4);
     const int64_t s_a_q19 = dqw_q_round64((int64_t)o->a_q31 * o->s_q19[1], 31) + dqw_q_round64(y_before_q27, 8);
     o->y_hat_q27 = (int32_t)clamp(y_hat_q27, -WIDE, WIDE);
     o->s_q19[0] = (int32_t)clamp(s_b_q19, -WIDE, WIDE);

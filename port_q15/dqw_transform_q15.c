@@ -32,13 +32,13 @@ dqw_abc_q15 dqw_clarke_inverse_q15(dqw_alphabeta_q15 x)
 // a b + c d, rounded once: the sum of two products may need 33 bits.
 static int16_t turned(int16_t a, int16_t b, int16_t c, int16_t d)
 {
-    return dqw_q15_sat((int32_t)dqw_q_round64((int64_t)(a * b) + c * d, 15));
+    return dqw_q15_sat((int32_t)dqw_q_round64((int64_t)a * b + (int64_t)c * d, 15));
 }
 
 // No int16_t is the negative of -32768: the sum of two products is small enough where it is subtracted.
 static int16_t turned_back(int16_t a, int16_t b, int16_t c, int16_t d)
 {
-    return dqw_q15_sat((int32_t)dqw_q_round64((int64_t)(a * b) - c * d, 15));
+    return dqw_q15_sat((int32_t)dqw_q_round64((int64_t)a * b - (int64_t)c * d, 15));
 }
 
 dqw_dq_q15 dqw_park_q15(dqw_alphabeta_q15 x, int16_t cos_q15, int16_t sin_q15)
