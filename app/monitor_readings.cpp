@@ -31,7 +31,7 @@ MonitorReading witness_reading(const dqw_monitor& m, int channel, bool watched)
 MonitorReading friction_reading(const dqw_monitor& m, bool in_service, bool watched)
 {
     if (!in_service || m.reversals == 0 || m.looks[DQW_WATCH_FRICTION] == 0) return {};
-    const double sd = std::sqrt(static_cast<double>(m.spread_Nm2) / m.reversals);
+    const double sd = std::sqrt(2.0 * static_cast<double>(m.spread_Nm2) / m.reversals);
     return {static_cast<double>(m.friction_Nm), sd, watched ? static_cast<double>(m.healthy_friction_Nm) : nothing};
 }
 
@@ -59,7 +59,7 @@ double channel_unit(const dqw_monitor& m, int channel)
     case DQW_WATCH_ANGLE: return 1.0 / tracked(m, DQW_TRACK_PSI);
     case DQW_WATCH_RESISTANCE: return 3.0;
     case DQW_WATCH_REACTANCE: return 3.0 / L;
-    case DQW_WATCH_SHORT: return 2.0;
+    case DQW_WATCH_SHORT: return 3.0;
     default: return 1.0;
     }
 }

@@ -67,8 +67,8 @@ std::string refused_text(const MonitorRun& run)
     const dqw_gate& g = run.gate;
     const std::uint32_t samples = g.nonfinite + g.saturated + g.stale;
     std::string out = samples == 0 ? "no sample"
-                                   : fmt::format("{}: {} not finite, {} beyond ten times the largest, {} stuck", counted(samples, "sample"), g.nonfinite,
-                                                 g.saturated, g.stale);
+                                   : fmt::format("{}: {} not finite, {} beyond ten times what 99.9 % of the rows stay below, {} stuck",
+                                                 counted(samples, "sample"), g.nonfinite, g.saturated, g.stale);
     if (g.incomplete > 0) out += fmt::format("; {} incomplete", counted(g.incomplete, "block"));
     return out;
 }

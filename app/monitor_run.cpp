@@ -11,6 +11,7 @@ namespace dqw {
 namespace {
 
 constexpr std::size_t kMostPoints = 100000;
+constexpr double kLongestGap = 4e9;  // periods
 
 class Runner {
 public:
@@ -22,7 +23,7 @@ public:
         run_.begin_s = log.t_s.front(), run_.end_s = log.t_s.back();
         run_.angle = setup.config.tracker.angle;
         run_.friction_wanted = setup.config.J_kgm2 > 0.0F;
-        half_s_.push_back(run_.begin_s);
+        halves_.push_back({0, run_.begin_s});
         every_ = 1 + log.rows() / std::max<std::size_t>(setup.config.tracker.half_window, 1) / kMostPoints;
         stage_from(run_.begin_s);
     }
@@ -33,7 +34,7 @@ public:
         options.progress = watch_.progress;
         std::size_t done = 0;
         walk(
-            log_, done, log_.rows(), options, [&] { dqw_tracker_gap(&m_.tracker); }, [&](std::size_t k, bool) { step(k); });
+            log_, done, log_.rows(), options, [&] { gap_ = true; }, [&](std::size_t k, bool) { step(k); });
         run_.last = readings_of(m_);
         run_.watched = settled_;
         run_.stage = m_.stage;
@@ -57,11 +58,16 @@ private:
 
     void step(std::size_t k)
     {
+        if (gap_) {
+            const double periods = k == 0 ? 0.0 : std::round((log_.t_s[k] - log_.t_s[k - 1]) / log_.dt_s) - 1.0;
+            dqw_tracker_gap(&m_.tracker, static_cast<std::uint32_t>(std::clamp(periods, 0.0, kLongestGap)));
+            gap_ = false;
+        }
         const dqw_sample s = sample_(k);
         (void)dqw_monitor_sample(&m_, &s, false);
-        // Halves are counted by lib; gaps are not in that count, so that their times are kept.
-        if (m_.tracker.halves == half_s_.size()) half_s_.push_back(log_.t_s[k] + log_.dt_s);
-        if (m_.tracker.pending) background(half_s_.back());
+        // Halves are counted by lib; of a gap a part of one is lost, so that their times are kept.
+        if (m_.tracker.halves != halves_.back().number) halves_.push_back({m_.tracker.halves, log_.t_s[k] + log_.dt_s});
+        if (m_.tracker.pending) background(halves_.back().end_s);
     }
 
     void background(double t_s)
@@ -74,7 +80,7 @@ private:
         if (stage == DQW_STAGE_IN_SERVICE) serve(t_s);
         if (told) tell(before, event);
         if (stage == DQW_STAGE_DOMAIN) go_back(t_s, before);
-        if (half_s_.size() % every_ == 0) run_.points.push_back({t_s, stage == DQW_STAGE_IN_SERVICE, readings_of(m_)});
+        if (halves_.size() % every_ == 0) run_.points.push_back({t_s, stage == DQW_STAGE_IN_SERVICE, readings_of(m_)});
         if (settled_ && (before.looks[DQW_WATCH_FRICTION] != m_.looks[DQW_WATCH_FRICTION] || before.witness.blocks != m_.witness.blocks)) complete();
     }
 
@@ -115,7 +121,11 @@ private:
         if (watch_.event) watch_.event(run_.events.back());
     }
 
-    double at(std::uint32_t half) const { return half_s_[std::min<std::size_t>(half, half_s_.size() - 1)]; }
+    double at(std::uint32_t half) const
+    {
+        const auto after = std::upper_bound(halves_.begin(), halves_.end(), half, [](std::uint32_t number, const Half& h) { return number < h.number; });
+        return after == halves_.begin() ? run_.begin_s : std::prev(after)->end_s;
+    }
 
     void go_back(double t_s, const dqw_monitor& before)
     {
@@ -134,7 +144,13 @@ private:
     dqw_monitor m_{};
     dqw_monitor_random lent_{};
     MonitorRun run_;
-    std::vector<double> half_s_;  // when each half of a window ended
+    // Each half of a window that ended: its number, and when.
+    struct Half {
+        std::uint32_t number;
+        double end_s;
+    };
+    std::vector<Half> halves_;
+    bool gap_ = false;
     std::size_t every_ = 1;
     bool settled_ = false;
 };

@@ -20,6 +20,8 @@ constexpr int kLeastHalfWindow = 20, kLeastOfFast = 10;
 // Electrical angle of half a block above which the witness sees no ripple, with some room.
 constexpr double kHalfAngle_rad = 1.1;
 constexpr double kDeadTimeWidth = 0.02;  // of the current base
+// A base is what this part of the rows stays below: a glitch scales nothing, and is refused as one.
+constexpr double kUsual = 0.999;
 constexpr double kDrift = 0.01;
 constexpr double kAlpha_per_K = 0.0039;
 // What stands for a machine that nobody has described.
@@ -110,6 +112,19 @@ void take_effects(const std::vector<TraceInput>& inputs, MonitorSetup& setup)
     if (!unused.empty()) setup.notes.push_back(fmt::format("not used: {}; the monitor has no input for {}", list(unused), unused.size() == 1 ? "it" : "them"));
 }
 
+/// The size that all but a few rows of two channels stay below; the largest where that is nothing.
+float usual_largest(const std::vector<Log>& logs, std::vector<double> Log::*a, std::vector<double> Log::*b)
+{
+    std::vector<double> sizes;
+    for (const Log& log : logs)
+        for (std::size_t k = 0; k < log.rows(); ++k) sizes.push_back(std::max(std::fabs((log.*a)[k]), std::fabs((log.*b)[k])));
+    if (sizes.empty()) return largest(logs, a, b);
+    const auto at = static_cast<std::ptrdiff_t>(kUsual * static_cast<double>(sizes.size() - 1));
+    std::nth_element(sizes.begin(), sizes.begin() + at, sizes.end());
+    const double usual = sizes[static_cast<std::size_t>(at)];
+    return usable(usual) ? static_cast<float>(usual) : largest(logs, a, b);
+}
+
 /// Short enough for the witness at the largest speed.
 std::uint16_t half_window_of(const Log& log, const dqw_tracker_config& c)
 {
@@ -136,9 +151,9 @@ MonitorSetup monitor_setup(const std::vector<Log>& logs, const LearnConfig& aske
     MonitorSetup setup;
     dqw_tracker_config& c = setup.config.tracker;
     c.dt_s = static_cast<float>(log.dt_s);
-    c.v_base_V = largest(logs, &Log::v_d_V, &Log::v_q_V);
-    c.i_base_A = largest(logs, &Log::i_d_A, &Log::i_q_A);
-    c.w_base_rad_s = largest(logs, &Log::w_m_rad_s, &Log::w_m_rad_s);
+    c.v_base_V = usual_largest(logs, &Log::v_d_V, &Log::v_q_V);
+    c.i_base_A = usual_largest(logs, &Log::i_d_A, &Log::i_q_A);
+    c.w_base_rad_s = usual_largest(logs, &Log::w_m_rad_s, &Log::w_m_rad_s);
     c.pole_pairs = static_cast<std::uint16_t>(log.machine.pole_pairs ? *log.machine.pole_pairs : *asked.start.pole_pairs);
     c.angle = !log.theta_e_rad.empty() || !log.theta_m_rad.empty();
     c.noise_on_inputs = true;

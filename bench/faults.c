@@ -177,7 +177,7 @@ static void watch(outcome *o, const fault_case *c, const joint_log *log, int see
     for (size_t k = 0; k < log->count; k++) {
         const dqw_sample x = joint_sample(&log->row[k]);
         const double t_s = log->row[k].t_s;
-        if (c->kind == FAULT_DEAD_TIME && k > 0 && t_s >= START_S && log->row[k - 1].t_s < START_S) dqw_tracker_gap(&m.tracker);
+        if (c->kind == FAULT_DEAD_TIME && k > 0 && t_s >= START_S && log->row[k - 1].t_s < START_S) dqw_tracker_gap(&m.tracker, 0);
         (void)dqw_monitor_sample(&m, &x, false);
         dqw_monitor_event e;
         if (!dqw_monitor_background(&m, &e)) continue;

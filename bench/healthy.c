@@ -207,7 +207,7 @@ static int one_drive(int number, bool lively, double *left, double *spent_s)
     for (int i = 0; i<PIECES && * left> 0; i++) {
         const joint_log log = piece(&d, i);
         const double start_s = now_s();
-        dqw_tracker_gap(&m.tracker);
+        dqw_tracker_gap(&m.tracker, 0);
         for (size_t k = 0; k < log.count; k++) {
             const dqw_sample x = joint_sample(&log.row[k]);
             (void)dqw_monitor_sample(&m, &x, false);
@@ -222,7 +222,7 @@ static int one_drive(int number, bool lively, double *left, double *spent_s)
         free(log.row);
     }
     if (m.stage.name != DQW_STAGE_IN_SERVICE || m.stage.times_back > 0)
-        printf("| %5d | %-11s | stage %d at the end, %u ways back\n", number, d.machine->name, (int)m.stage.name, (unsigned)m.stage.times_back);
+        printf("| %5d | %-11s | stage %d at the end, %u ways back\n", number + 1, d.machine->name, (int)m.stage.name, (unsigned)m.stage.times_back);
     return events;
 }
 
@@ -246,7 +246,7 @@ static void idle(double samples, bool taught)
         }
         free(log.row);
     }
-    dqw_tracker_gap(&t);
+    dqw_tracker_gap(&t, 0);
     measure_noise(&d);
     double start[DQW_TRACK_WEIGHTS];
     double most[DQW_TRACK_WEIGHTS] = {0};

@@ -87,7 +87,7 @@ static course follow(const change_case *c, const dqw_sim_scenario *s, const join
     o.truth = o.sd + log->count;
     for (size_t k = 0; k < log->count; k++) {
         const dqw_sample x = joint_sample(&log->row[k]);
-        if (c->kind == STEP_LQ && k == o.change_at) dqw_tracker_gap(&t);
+        if (c->kind == STEP_LQ && k == o.change_at) dqw_tracker_gap(&t, 0);
         (void)dqw_tracker_sample(&t, &x, false);
         (void)dqw_tracker_learn(&t);
         o.value[k] = dqw_tracker_value(&t, (enum dqw_tracker_weight)c->parameter);

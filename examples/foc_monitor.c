@@ -2,6 +2,8 @@
 // what each signal must be, and what to do on each event.
 #include "foc_monitor.h"
 
+#include <math.h>
+
 #include "foc_board.h"
 #include "foc_config.h"
 
@@ -18,11 +20,10 @@ bool foc_monitor_start(void)
 void foc_pwm_interrupt(void)
 {
     dqw_sample now;
-    bool limited;
-    if (board_signals(&now, &limited))
-        (void)dqw_monitor_sample(&monitor, &now, limited);
-    else
-        dqw_tracker_gap(&monitor.tracker);
+    bool limited = false;
+    // A period without a sample is a period: time goes on by calls.
+    if (!board_signals(&now, &limited)) now.i_d_A = NAN;
+    (void)dqw_monitor_sample(&monitor, &now, limited);
 }
 
 void foc_background(void)

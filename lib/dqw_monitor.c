@@ -26,8 +26,9 @@
 #define LEAST_LOOKS 20.0f
 // Healthy values follow the temperature every so many halves of a window, a power of two.
 #define FOLLOW_SHIFT 8
-// Halves of a window between two looks that make a pause.
-#define PAUSE (4u * TICK_BLOCKS)
+// Halves of a window between two learned blocks that make a pause, and time that healthy values can follow in one step, less one.
+#define PAUSE 64u
+#define FOLLOW_MOST 0xffffu
 // The winding's highest rise is forgotten by half in about twenty minutes of looks every 16 ms.
 #define HOTTEST_KEPT 0.99999f
 #define ORDINAL_BLOCKS 500u
@@ -49,7 +50,7 @@
 #define FRICTION_LEAST 8u
 #define SLOWEST_PU 0.1f
 
-static const float BAND[DQW_WATCH_CHANNELS] = {0.04f, 0.06f, 0.06f, 0.012f, 0.005f, 0.02f, 0.01f, 0.03f, 0.03f, 0.001f, 0.05f, 110.0f, 3.0f};
+static const float BAND[DQW_WATCH_CHANNELS] = {0.04f, 0.06f, 0.06f, 0.012f, 0.005f, 0.02f, 0.01f, 0.03f, 0.03f, 0.003f, 0.05f, 110.0f, 3.0f};
 #define ALPHA_PER_K 0.0039f
 #define BETA_PER_K 0.001f
 #define HEATING_K_S 1.0f
@@ -79,16 +80,13 @@ enum dqw_status dqw_monitor_init(dqw_monitor *m, const dqw_monitor_config *confi
 {
     if (m == NULL || config == NULL || (lent != NULL && lent->learn == NULL)) return DQW_ERR_NULL;
     const dqw_monitor_config *c = config;
-    for (int i = 0; i < DQW_WATCH_CHANNELS; i++)
-        if (!dqw_is_zero_or_positive(c->band[i])) return DQW_ERR_RANGE;
-    if (!dqw_is_zero_or_positive(c->alpha_per_K) || !dqw_is_zero_or_positive(c->beta_per_K) || !dqw_is_zero_or_positive(c->heating_K_s) ||
-        !dqw_is_zero_or_positive(c->J_kgm2))
-        return DQW_ERR_RANGE;
+    const float rest[] = {c->alpha_per_K, c->beta_per_K, c->heating_K_s, c->J_kgm2};
+    for (int i = 0; i < DQW_WATCH_CHANNELS + 4; i++)
+        if (!dqw_is_zero_or_positive(i < DQW_WATCH_CHANNELS ? c->band[i] : rest[i - DQW_WATCH_CHANNELS])) return DQW_ERR_RANGE;
     dqw_monitor n = {.lent = lent};
     const enum dqw_status status = dqw_tracker_init(&n.tracker, &config->tracker);
     if (status != DQW_OK) return status;
     dqw_witness_init(&n.witness);
-    for (int i = 0; i < DQW_WATCH_CHANNELS; i++) dqw_change_init(&n.change[i]);
     dqw_stage_init(&n.stage, c->threshold_ppm != 0 ? c->threshold_ppm : THRESHOLD_PPM, RANDOM_LIMIT, ORDINAL_BLOCKS);
     dqw_stage_define(&n.stage);
     *m = n;
@@ -99,13 +97,14 @@ enum dqw_status dqw_monitor_define(dqw_monitor *m, const dqw_monitor_config *con
 {
     if (m == NULL) return DQW_ERR_NULL;
     const dqw_stage stage = m->stage;
-    const dqw_gate gate = m->tracker.gate;
+    dqw_gate gate = m->tracker.gate;
     const uint32_t halves = m->tracker.halves;
     const enum dqw_status status = dqw_monitor_init(m, config, lent);
     if (status != DQW_OK) return status;
     m->stage.back = stage.back;
     m->stage.times_back = stage.times_back;
     m->stage.residual_ppm = stage.residual_ppm;
+    gate.stale_limit = config->tracker.stale_limit;
     m->tracker.gate = gate;
     m->tracker.halves = m->tracker.at = halves;
     return DQW_OK;
@@ -197,7 +196,7 @@ static float band_of(const dqw_monitor *m, int channel)
         c->i_base_A,
         h[DQW_TRACK_R] * (1.0f / 3.0f),
         L3,
-        1.0f / h[DQW_TRACK_R],
+        1.0f / (3.0f * h[DQW_TRACK_R]),
         1.5f * (float)c->pole_pairs * h[DQW_TRACK_PSI] * c->i_base_A,
     };
     return band(m, channel) * unit[channel];
@@ -263,6 +262,13 @@ static void settle(dqw_monitor *m, int channel)
     if (known_now || looks == 0) move_healthy(m, channel, 1.0f - 1.0f / (float)(looks + 1));
 }
 
+// Nothing seems to change.
+static void quiet(dqw_monitor *m)
+{
+    for (int i = 0; i < DQW_WATCH_CHANNELS; i++) dqw_change_init(&m->change[i]);
+    m->alarms = 0;
+}
+
 // Healthy values as they are now: on entering service, and after an event.
 static void adopt(dqw_monitor *m)
 {
@@ -273,8 +279,7 @@ static void adopt(dqw_monitor *m)
     m->reversals = 0;
     m->followed[0] = m->followed[1] = (uint16_t)(m->tracker.halves >> FOLLOW_SHIFT);
     m->healthy_residual_pu2 = m->residual_pu2 > RESIDUAL_FLOOR_PU2 ? m->residual_pu2 : RESIDUAL_FLOOR_PU2;
-    for (int i = 0; i < DQW_WATCH_CHANNELS; i++) dqw_change_init(&m->change[i]);
-    m->alarms = 0;
+    quiet(m);
 }
 
 static void begin_rest(dqw_monitor *m)
@@ -416,16 +421,12 @@ static void take_apart(dqw_monitor *m, int channel)
 
 static bool look(dqw_monitor *m, dqw_monitor_event *event)
 {
-    const uint32_t pause = m->tracker.at - m->looked;
-    m->looked = m->tracker.at;
     if (m->resting) {
         m->resting = --m->wait > 0;
         adopt(m);
         return false;
     }
     if (m->alarms == 0) {
-        // After a pause nothing is told until all weights have caught up with what has changed meanwhile.
-        if (pause > PAUSE) m->wait = REST_TICKS;
         if (m->wait > 0) {
             m->wait--;
             return false;
@@ -441,8 +442,7 @@ static bool look(dqw_monitor *m, dqw_monitor_event *event)
     }
     if (m->alarms == 0 || --m->wait > 0) return false;
     if (!tell(m, event)) {
-        for (int i = 0; i < DQW_WATCH_CHANNELS; i++) dqw_change_init(&m->change[i]);
-        m->alarms = 0;
+        quiet(m);
         return false;
     }
     // What nothing explains may still be settling.
@@ -477,8 +477,9 @@ static void enter_service(dqw_monitor *m)
 static bool known(const dqw_monitor *m)
 {
     // L_d shows only where i_d is not 0: without it the other three are watched.
-    return sd(m, DQW_TRACK_R) < SERVICE_SD * value(m, DQW_TRACK_R) && sd(m, DQW_TRACK_LQ) < SERVICE_SD * value(m, DQW_TRACK_LQ) &&
-           sd(m, DQW_TRACK_PSI) < SERVICE_SD * value(m, DQW_TRACK_PSI);
+    for (int i = 0; i <= DQW_TRACK_PSI; i++)
+        if (i != DQW_TRACK_LD && !(sd(m, i) < SERVICE_SD * value(m, i))) return false;
+    return true;
 }
 
 // Fig. 1: which stage, after a block.
@@ -502,6 +503,18 @@ static void stage(dqw_monitor *m)
     if (dqw_stage_step(&m->stage, in) && m->stage.name == DQW_STAGE_IN_SERVICE) enter_service(m);
 }
 
+// After a pause nothing is told until the weights have caught up with what has changed meanwhile: for as long as it was, a second at most.
+static void catch_up(dqw_monitor *m)
+{
+    const uint32_t pause = m->tracker.at - m->learned_at;
+    m->learned_at = m->tracker.at;
+    if (pause <= PAUSE) return;
+    if (m->alarms == 0 && m->wait == 0) m->wait = (uint8_t)(pause < REST_TICKS * TICK_BLOCKS ? pause / TICK_BLOCKS : REST_TICKS);
+    // The 16 bits of the healthy values' time must not come round.
+    const uint32_t now = m->tracker.at >> FOLLOW_SHIFT;
+    if (pause >> FOLLOW_SHIFT >= FOLLOW_MOST) m->followed[0] = m->followed[1] = (uint16_t)(now + 1u);
+}
+
 static bool background(dqw_monitor *m, dqw_monitor_event *event)
 {
     // [MON.1] learn
@@ -509,6 +522,7 @@ static bool background(dqw_monitor *m, dqw_monitor_event *event)
     const bool learned = dqw_tracker_learn_held(&m->tracker);
     if (dqw_monitor_config_of(m)->J_kgm2 > 0.0f) watch_friction(m, elapsed);
     if (!learned) return false;
+    catch_up(m);
     const float *e = m->tracker.e_pu;
     m->residual_pu2 += (e[0] * e[0] + e[1] * e[1] - m->residual_pu2) * RESIDUAL_PART;
     (void)dqw_witness_learn(&m->witness, &m->tracker);

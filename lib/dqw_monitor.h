@@ -55,7 +55,7 @@ typedef struct dqw_monitor_config {
     dqw_tracker_config tracker;  ///< nominal values. Give it a drift_per_sqrt_s, 0.01 is a good start, or it follows nothing
     /// A change by less is healthy. Of R, L_d, L_q, flux [0.04, 0.06, 0.06, 0.012] as part of the healthy value; dead time [0.005] as part of
     /// the voltage base; angle [0.02] rad; offset [0.01] as part of the current base; resistance and reactance of one phase against the others
-    /// [0.03, 0.03]; shorted turns' conductance times R [0.001]; friction [0.05] as part of the torque at the current base; winding above
+    /// [0.03, 0.03]; shorted turns' conductance times R [0.003]; friction [0.05] as part of the torque at the current base; winding above
     /// cold [110] K; residual against the healthy one [3]
     float band[DQW_WATCH_CHANNELS];
     float alpha_per_K;       ///< of the winding's resistance [0.0039]
@@ -69,7 +69,7 @@ typedef struct dqw_monitor_config {
 /// One event.
 typedef struct dqw_monitor_event {
     uint32_t half;   ///< halves of a window since init: times half_window * dt_s it is the time
-    uint32_t since;  ///< the same, when the change began to show
+    uint32_t since;  ///< the same, when the change began to show: in looks of 16 learned blocks, 255 at most; later than true where blocks were lost
     enum dqw_monitor_channel parameter;
     float value, sd;  ///< of the parameter, SI
     dqw_fault_verdict fault;
@@ -86,7 +86,7 @@ typedef struct dqw_monitor {
     float residual_pu2, healthy_residual_pu2;
     // Friction: mean over reversals, its variance, the healthy one; the mean torque being gathered, and that before it, each with its direction.
     float friction_Nm, spread_Nm2, healthy_friction_Nm, w_before_rad_s, gathered_Nm, before_Nm;
-    uint32_t looked;                       ///< when the last look was, in halves
+    uint32_t learned_at;                   ///< when the last block was learned, in halves
     uint16_t followed[2];                  ///< when healthy R and flux last followed, in 256 halves
     uint16_t alarms;                       ///< channels of the event that is being named
     uint8_t looks[DQW_WATCH_TEMPERATURE];  ///< that each healthy value is the mean of, up to 255

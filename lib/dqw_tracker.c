@@ -61,12 +61,12 @@ enum dqw_status dqw_tracker_init(dqw_tracker *t, const dqw_tracker_config *confi
 {
     if (t == NULL || config == NULL) return DQW_ERR_NULL;
     const dqw_tracker_config *c = config;
-    if (!dqw_is_positive(c->dt_s) || !dqw_is_positive(c->v_base_V) || !dqw_is_positive(c->i_base_A) || !dqw_is_positive(c->w_base_rad_s) ||
-        !dqw_is_positive(c->R_ohm) || !dqw_is_positive(c->Ld_H) || !dqw_is_positive(c->Lq_H) || !dqw_is_positive(c->psi_Wb) || c->pole_pairs == 0)
-        return DQW_ERR_RANGE;
-    if (!dqw_is_zero_or_positive(c->v_limit_V) || !dqw_is_zero_or_positive(c->i_limit_A) || !dqw_is_zero_or_positive(c->excitation_pu) ||
-        !dqw_is_zero_or_positive(c->dead_time_width_A) || !dqw_is_zero_or_positive(c->drift_per_sqrt_s))
-        return DQW_ERR_RANGE;
+    const float needed[] = {c->dt_s, c->v_base_V, c->i_base_A, c->w_base_rad_s, c->R_ohm, c->Ld_H, c->Lq_H, c->psi_Wb, (float)c->pole_pairs};
+    const float rest[] = {c->v_limit_V, c->i_limit_A, c->excitation_pu, c->dead_time_width_A, c->drift_per_sqrt_s};
+    for (unsigned i = 0; i < sizeof needed / sizeof needed[0]; i++)
+        if (!dqw_is_positive(needed[i])) return DQW_ERR_RANGE;
+    for (unsigned i = 0; i < sizeof rest / sizeof rest[0]; i++)
+        if (!dqw_is_zero_or_positive(rest[i])) return DQW_ERR_RANGE;
 
     dqw_tracker n = {.config = config, .follow = 1.0f};
     const enum dqw_status status = dqw_window_init(&n.window, c->half_window != 0 ? c->half_window : HALF_WINDOW, DQW_TRACK_SIGNALS);
@@ -96,13 +96,9 @@ static uint32_t admit(dqw_tracker *t, const dqw_sample *s, bool saturated)
     const bool has_angle = !c->angle || within(s->theta_e_rad, THETA_MAX_RAD);
     const bool in_range = within(s->v_d_V, v_limit) && within(s->v_q_V, v_limit) && within(s->i_d_A, i_limit) && within(s->i_q_A, i_limit) &&
                           within(s->w_m_rad_s, WILD * c->w_base_rad_s);
-    if (in_range && has_angle) {
-        const dqw_gate_sample g = {.finite = true, .saturated = saturated, .repeated = repeated};
-        return dqw_gate_check(&t->gate, g);
-    }
-    const bool finite = dqw_is_finite(s->v_d_V) && dqw_is_finite(s->v_q_V) && dqw_is_finite(s->i_d_A) && dqw_is_finite(s->i_q_A) &&
-                        dqw_is_finite(s->w_m_rad_s) && has_angle;
-    const dqw_gate_sample g = {.finite = finite, .saturated = true, .repeated = repeated};
+    // Nothing times what is not finite is not a number.
+    const bool finite = in_range || dqw_is_finite(0.0f * s->v_d_V + 0.0f * s->v_q_V + 0.0f * s->i_d_A + 0.0f * s->i_q_A + 0.0f * s->w_m_rad_s);
+    const dqw_gate_sample g = {.finite = finite && has_angle, .saturated = saturated || !in_range, .repeated = repeated};
     return dqw_gate_check(&t->gate, g);
 }
 
@@ -217,8 +213,9 @@ uint32_t dqw_tracker_sample(dqw_tracker *t, const dqw_sample *s, bool saturated)
     return event;
 }
 
-void dqw_tracker_gap(dqw_tracker *t)
+void dqw_tracker_gap(dqw_tracker *t, uint32_t periods)
 {
+    t->halves += (t->window.at + periods) / t->window.half;
     // Equal to nothing.
     t->i_d_A = NAN;
     t->last_good = false;

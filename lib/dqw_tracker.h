@@ -118,9 +118,12 @@ bool dqw_tracker_waits(const dqw_tracker *t);
 bool dqw_tracker_learn_held(dqw_tracker *t);
 void dqw_tracker_release(dqw_tracker *t);
 
-/// Time has jumped: the next sample does not follow the last one.
+/// Time has jumped: the next sample does not follow the last one. One call a gap; of its length a part of half a window is lost. Where single
+/// samples are missing, rather pass one that is not a number for each.
+///
+/// Units    periods: PWM periods left out, 0 where nobody knows
 /// Context  as dqw_tracker_sample
-void dqw_tracker_gap(dqw_tracker *t);
+void dqw_tracker_gap(dqw_tracker *t, uint32_t periods);
 
 /// For the tracker's own files: the start deviation of a weight, in nominal values, and of a block's residual, per unit: wide enough to be no
 /// prior, and narrow enough that noise on a machine at rest moves nothing.

@@ -121,9 +121,11 @@ void dqw_tracker_rows(const dqw_tracker *t, float x_d[], float x_q[], float y[])
     y[Q] = b.v_q_V / t->config->v_base_V;
 }
 
-// Variances of the noise of a block's inputs, per unit, and the covariances of dead time's with R's. (E60)
+// Variances of the noise of a block's inputs, per unit; the covariance of the speed's two inputs in a row, the other axis' inductance and the
+// flux; and those of dead time's with R's. (E60)
 typedef struct input_noise {
     float var[2][N];
+    float speed[2];
     float dead_in_R[2], R_in_dead[2];
 } input_noise;
 
@@ -166,6 +168,7 @@ static void noise_of(const dqw_tracker *t, const dqw_block *b, input_noise *n)
         var[DQW_TRACK_PSI_Q] = axis == D && c->angle ? flux : 0.0f;
         var[DQW_TRACK_DEAD_TIME] = 0.0f;
         for (int k = 0; k < N; k++) var[k] *= s[k] * s[k];
+        n->speed[axis] = (axis == Q ? flux * b->i_d_A : c->angle ? -flux * b->i_q_A : 0.0f) * s[DQW_TRACK_LQ - axis] * s[DQW_TRACK_PSI];
         n->dead_in_R[axis] = n->R_in_dead[axis] = 0.0f;
         if (c->dead_time_width_A > 0.0f) noise_of_dead_time(t, axis, var_i[axis], mean, s, n);
     }
@@ -185,8 +188,14 @@ static void take_noise_out(dqw_tracker *t, const input_noise *n, const float rat
         z[i] *= t->w_pu[i];
     }
     for (int axis = 0; axis < 2; axis++) {
-        z[DQW_TRACK_R] += n->dead_in_R[axis] / ratio[axis] * t->w_pu[DQW_TRACK_DEAD_TIME];
-        z[DQW_TRACK_DEAD_TIME] += n->R_in_dead[axis] / ratio[axis] * t->w_pu[DQW_TRACK_R];
+        const float by = 1.0f / ratio[axis];
+        z[DQW_TRACK_R] += n->dead_in_R[axis] * by * t->w_pu[DQW_TRACK_DEAD_TIME];
+        z[DQW_TRACK_DEAD_TIME] += n->R_in_dead[axis] * by * t->w_pu[DQW_TRACK_R];
+        const int L = DQW_TRACK_LQ - axis;
+        const int flux = axis == Q ? DQW_TRACK_PSI : DQW_TRACK_PSI_Q;
+        if ((mask[axis] >> L & mask[axis] >> flux & 1u) == 0) continue;
+        z[L] += n->speed[axis] * by * t->w_pu[flux];
+        z[flux] += n->speed[axis] * by * t->w_pu[L];
     }
     float move[N];
     dqw_gain_apply(&t->gain, z, move);

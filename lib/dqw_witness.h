@@ -16,7 +16,7 @@ enum dqw_witness_input {
     DQW_WITNESS_OFFSET = 0,  ///< once a turn: R times a constant current error. A
     DQW_WITNESS_RESISTANCE,  ///< twice a turn, with the current: a third of one phase's extra resistance. Ohm
     DQW_WITNESS_REACTANCE,   ///< twice a turn, with current and speed: L times a third of one sensor's extra gain. H
-    DQW_WITNESS_SHORT,       ///< twice a turn, with the flux' voltage: half a shorted turn's conductance across one phase. S
+    DQW_WITNESS_SHORT,       ///< twice a turn, with the flux' voltage: a third of a shorted turn's conductance across one phase. S
     DQW_WITNESS_INPUTS
 };
 

@@ -505,7 +505,7 @@ static void test_tracker(void)
             const dqw_sample s = wild_sample(&r, k);
             (void)dqw_tracker_sample(&t, &s, random_bits(&r) % 512 == 0);
             if (random_bits(&r) % 4 != 0) (void)dqw_tracker_learn(&t);
-            if (k % 5000 == 4999) dqw_tracker_gap(&t);
+            if (k % 5000 == 4999) dqw_tracker_gap(&t, (uint32_t)(k % 3));
             (void)dqw_tracker_value(&t, (enum dqw_tracker_weight)(random_bits(&r) % 9));
             (void)dqw_tracker_sd(&t, (enum dqw_tracker_weight)(random_bits(&r) % 9));
         }

@@ -260,7 +260,7 @@ static void test_accuracy_and_honesty_under_noise(void)
 {
     static const double levels[LEVELS] = {0.01, 0.05, 0.20};
     // Percent: RMS over the seeds; the target that is promised.
-    static const double target[LEVELS][4] = {{0.7, 1.5, 1.5, 0.3}, {0.7, 1.5, 1.5, 0.3}, {1.5, 4, 4, 0.5}};
+    static const double target[LEVELS][4] = {{0.5, 1, 1, 0.2}, {0.7, 1.5, 1.5, 0.3}, {1.5, 4, 4, 0.5}};
     static const double rms[LEVELS][4] = {{0.013, 0.044, 0.013, 0.011}, {0.033, 0.17, 0.054, 0.030}, {0.19, 0.64, 0.45, 0.091}};  // measured
     const int seeds = quick() ? 1 : SEEDS;
     const dqw_tracker_config c = config_of(0.3);
@@ -296,14 +296,18 @@ static void test_dead_time_is_learned_with_the_rest(void)
     dqw_tracker_config c = config_of(0.3);
     c.angle = true;
     c.dead_time_width_A = 0.05f;
-    const dqw_tracker t = learned(simulated(0, 0.24), &c, 0.01, 7);
-    for (int i = 0; i < 4; i++) {
-        CASE("%s", NAME[i]);
-        BETWEEN(-0.3, off_percent(&t, i), 0.3);  // R 0.03; 2 is promised
+    static const double levels[LEVELS] = {0.01, 0.05, 0.20};
+    static const double bound[LEVELS] = {0.3, 1.0, 2.0};  // R 0.03, ...; 2 is promised
+    for (int level = 0; level < (quick() ? 1 : LEVELS); level++) {
+        const dqw_tracker t = learned(simulated(0, 0.24), &c, levels[level], 7);
+        for (int i = 0; i < 4; i++) {
+            CASE("%s, %g %% noise", NAME[i], 100 * levels[level]);
+            BETWEEN(-bound[level], off_percent(&t, i), bound[level]);
+        }
+        BETWEEN(0.9, value(&t, DQW_TRACK_DEAD_TIME) / 0.24, 1.1);  // 0.9987
+        BETWEEN(-0.01, value(&t, DQW_TRACK_PSI_Q) / TRUTH[DQW_TRACK_PSI], 0.01);
     }
     test_case[0] = 0;
-    BETWEEN(0.9, value(&t, DQW_TRACK_DEAD_TIME) / 0.24, 1.1);  // 0.9987
-    BETWEEN(-0.01, value(&t, DQW_TRACK_PSI_Q) / TRUTH[DQW_TRACK_PSI], 0.01);
     // Not asked for, it spoils R: the test above sees something.
     c.dead_time_width_A = 0.0f;
     const dqw_tracker u = learned(simulated(0, 0.24), &c, 0.01, 7);
@@ -453,7 +457,7 @@ static void test_the_first_sample_repeats_none(void)
     const dqw_sample zero = {0};
     TEST_ASSERT_EQUAL_UINT32(0, dqw_tracker_sample(&t, &zero, false));
     TEST_ASSERT_EQUAL_UINT32(DQW_EVENT_STALE, dqw_tracker_sample(&t, &zero, false));
-    dqw_tracker_gap(&t);
+    dqw_tracker_gap(&t, 0);
     TEST_ASSERT_EQUAL_UINT32(0, dqw_tracker_sample(&t, &zero, false));
     TEST_ASSERT_EQUAL_UINT32(DQW_EVENT_STALE, dqw_tracker_sample(&t, &zero, false));
 }
@@ -504,7 +508,7 @@ static void test_gaps_are_not_spanned(void)
             if (since >= 317) {
                 k += 1 + (long)(random_bits(&r) % 200);
                 since = 0;
-                if (told) dqw_tracker_gap(&t);
+                if (told) dqw_tracker_gap(&t, 0);
             }
             since++;
             const dqw_sample s = moving(k, 0.5, 0.0, NULL);
@@ -561,7 +565,12 @@ static void test_time_without_blocks_is_time(void)
     const double before = sd_of(&t, DQW_TRACK_PSI);
     const dqw_sample bad = {.i_d_A = NAN};
     const double away_s = 3.0;
-    for (long n = 0; n < (long)(away_s / DT_S); n++, k++) HOLDS((dqw_tracker_sample(&t, &bad, false) & DQW_EVENT_LEARNED) == 0);
+    // Half of it as samples that are none, half as a gap.
+    for (long n = 0; n < (long)(0.5 * away_s / DT_S); n++, k++) HOLDS((dqw_tracker_sample(&t, &bad, false) & DQW_EVENT_LEARNED) == 0);
+    const uint32_t halves = t.halves;
+    dqw_tracker_gap(&t, (uint32_t)(0.5 * away_s / DT_S));
+    k += (long)(0.5 * away_s / DT_S);
+    TEST_ASSERT_EQUAL_UINT32(halves + (uint32_t)(0.5 * away_s / DT_S / HALF), t.halves);
     bool learned = false;
     for (; !learned; k++) {
         const dqw_sample s = moving(k, 0.5, 0.01, &r);
@@ -571,6 +580,44 @@ static void test_time_without_blocks_is_time(void)
     const double grown = sqrt(sd_of(&t, DQW_TRACK_PSI) * sd_of(&t, DQW_TRACK_PSI) - before * before);
     CASE("deviation %g before, grown by %g", before, grown);
     BETWEEN(0.8, grown / (0.01 * sqrt(away_s) * TRUTH[3]), 1.3);
+}
+
+// Speed noise stands in two inputs of one row, the inductance's and the flux': where i_d keeps its sign they share it.
+static void test_noise_of_the_speed_in_two_inputs(void)
+{
+    for (int way = 0; way < 2; way++) {
+        const double i_d_A = way == 0 ? -3.0 : 3.0;
+        dqw_tracker_config c = config_of(0.3);
+        test_random r = {150};
+        dqw_tracker t = begin(&c);
+        double i_d[2] = {0, 0};
+        double i_q[2] = {0, 0};
+        double w[2] = {0, 0};
+        for (long k = 0; k < (quick() ? 40000 : 80000); k++) {
+            const double time = (double)k * DT_S;
+            i_d[0] = i_d[1], i_q[0] = i_q[1], w[0] = w[1];
+            i_d[1] = i_d_A + 1.0 * sin(2 * PI * 2.3 * time);
+            i_q[1] = 2.0 * sin(2 * PI * 53 * time) + 1.0 * sin(2 * PI * 229 * time);
+            w[1] = 60 * (1 + 0.3 * sin(2 * PI * 3 * time));
+            if (k == 0) continue;
+            const double mean_d = 0.5 * (i_d[0] + i_d[1]);
+            const double mean_q = 0.5 * (i_q[0] + i_q[1]);
+            const double v_d = TRUTH[0] * mean_d + TRUTH[1] * (i_d[1] - i_d[0]) / DT_S - 4 * TRUTH[2] * 0.5 * (w[0] * i_q[0] + w[1] * i_q[1]);
+            const double v_q = TRUTH[0] * mean_q + TRUTH[2] * (i_q[1] - i_q[0]) / DT_S + 4 * TRUTH[1] * 0.5 * (w[0] * i_d[0] + w[1] * i_d[1]) +
+                               4 * TRUTH[3] * 0.5 * (w[0] + w[1]);
+            const dqw_sample s = {.v_d_V = (float)(v_d + 0.2 * random_normal(&r)),
+                                  .v_q_V = (float)(v_q + 0.2 * random_normal(&r)),
+                                  .i_d_A = (float)i_d[0],
+                                  .i_q_A = (float)i_q[0],
+                                  .w_m_rad_s = (float)(w[0] + 12.0 * random_normal(&r))};
+            if (dqw_tracker_sample(&t, &s, false) & DQW_EVENT_LEARNED) (void)dqw_tracker_learn(&t);
+        }
+        for (int i = 0; i < 4; i++) {
+            CASE("i_d around %g A, %s: %g %%", i_d_A, NAME[i], off_percent(&t, i));
+            BETWEEN(-4.0, off_percent(&t, i), 4.0);  // L_d 1.7; 15 where the covariance is forgotten
+            BETWEEN(-4.0, (value(&t, i) - TRUTH[i]) / sd_of(&t, i), 4.0);
+        }
+    }
 }
 
 int main(void)
@@ -590,5 +637,6 @@ int main(void)
     RUN_TEST(test_gaps_are_not_spanned);
     RUN_TEST(test_the_interrupt_reads_no_weight);
     RUN_TEST(test_time_without_blocks_is_time);
+    RUN_TEST(test_noise_of_the_speed_in_two_inputs);
     return UNITY_END();
 }
