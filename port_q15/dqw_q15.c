@@ -35,7 +35,7 @@ int64_t dqw_q_quotient64(int64_t a, int64_t b, int n)
     int e_b;
     const int32_t m_a = mantissa(a, &e_a);
     const int32_t m_b = mantissa(b, &e_b);
-    const uint32_t size_b = m_b < 0 ? (uint32_t)-(int64_t)m_b : (uint32_t)m_b;
+    const uint32_t size_b = m_b < 0 ? (uint32_t)(-(int64_t)m_b) : (uint32_t)m_b;
     // -2^31 is the only mantissa of 32 bits.
     const uint32_t r = size_b > 0x7fffffffu ? 0x80000000u : reciprocal(size_b);
     const int64_t p = (int64_t)m_a * r;  // r <= 2^32

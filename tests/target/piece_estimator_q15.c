@@ -1,4 +1,4 @@
-// The estimator's step in Q15: most of them gather, one in twenty learns a block, a few of these solve.
+// The estimator's step in Q15: what the interrupt does; blocks are learned in the background.
 #include "dqw_estimator_q15.h"
 #include "target/board.h"
 #include "target/piece.h"
@@ -24,4 +24,4 @@ void piece_load(const stimulus *s)
 
 void piece_step(void) { (void)dqw_estimator_step_q15(&e, &sample, limited); }
 
-void piece_background(void) {}
+void piece_background(void) { (void)dqw_estimator_background_q15(&e); }
