@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <memory>
 
-#include "columns.hpp"
 #include "command.hpp"
 #include "effect_names.hpp"
 #include "effect_report.hpp"
@@ -35,19 +34,6 @@ struct Options : CommonOptions {
 };
 
 using Estimator = std::function<Estimated(const std::vector<Log>&, const Options&, const LearnConfig&, std::function<void(double)>)>;
-
-/// What was asked for is either estimated or said not to be identifiable, whatever the estimator knows.
-void name_what_was_left_out(Result& result, const std::vector<std::string>& asked)
-{
-    for (const std::string& name : asked) {
-        const auto is_it = [&](const auto& entry) { return entry.name == name; };
-        if (std::any_of(result.parameters.begin(), result.parameters.end(), is_it)) continue;
-        if (std::any_of(result.not_identifiable.begin(), result.not_identifiable.end(), is_it)) continue;
-        const bool mechanical = result.regime == Regime::mechanical;
-        result.not_identifiable.push_back(
-            {name, fmt::format("not estimated from a {} log", name_of(result.regime)), mechanical ? "a log with voltages" : "a log of another regime"});
-    }
-}
 
 /// The effects asked for: those of the file with its shapes and weights, then those named that it lacks.
 LearnConfig asked_effects(const Options& options)

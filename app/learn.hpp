@@ -31,6 +31,7 @@ struct Learned {
     std::vector<TraceEffect> effects;  ///< those that the logs determine; the others are in result.not_identifiable
     std::vector<TraceInput> inputs;    ///< as learned, shapes completed: what `LearnOptions::inputs` asked for
     PlainModel model;                  ///< every value, also of what is not identifiable
+    std::array<double, 4> unit{};      ///< of R, L_d, L_q, psi: what 1 stands for in fixed point; zero in float
 };
 
 /// One pass of the learners over all logs, one after the other, as if each followed a gap.

@@ -145,6 +145,7 @@ Learned learn_q15(const std::vector<Log>& logs, const LearnOptions& options)
     put(e.parameters, units, asked, said.has_value(), config.scale.pole_pairs, result);
     note_gate(e.gate, 0, result);
     result.notes.push_back(fmt::format("fixed point; full scales {:.4g} V, {:.4g} A, {:.4g} rad/s", units.v_V, units.i_A, units.w_rad_s));
+    std::copy(std::begin(units.parameter), std::end(units.parameter), learned.unit.begin());
     PlainModel& model = learned.model;
     model.pole_pairs = e.parameters.pole_pairs != 0 ? e.parameters.pole_pairs : 1;
     double* const values[] = {&model.R_ohm, &model.Ld_H, &model.Lq_H, &model.psi_Wb};
