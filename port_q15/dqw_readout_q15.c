@@ -71,16 +71,17 @@ static void join(const axis_read *r, const uint8_t to[], const int64_t factor_q2
 {
     const dqw_normal_q15 *n = &r->a->normal;
     for (int j = 0; j < n->inputs; j++) {
-        const int64_t part_q28 = dqw_q_product64(factor_q28[j], r->weight_q31, -31);
+        // The square of a small angle has few bits in Q28: 7 of settled rows, whose period is a microsecond.
+        const int64_t part_q56 = dqw_q_product64(factor_q28[j], r->weight_q31, -3);
         for (int i = 0; i <= j; i++) {
-            const int64_t both_q28 = dqw_q_product64(factor_q28[i], part_q28, -28);
+            const int64_t both_q56 = dqw_q_product64(factor_q28[i], part_q56, -28);
             const int at = to[i] < to[j] ? DQW_NORMAL_A(to[i], to[j]) : DQW_NORMAL_A(to[j], to[i]);
             // Less what the start values brought.
             const int64_t sum_q32 = n->a_q32[DQW_NORMAL_A(i, j)] - (i == j ? DQW_AXIS_Q15_PRIOR_Q32 : 0);
-            m->a_q32[at] += dqw_q_product64(sum_q32, both_q28, up - 28);
+            m->a_q32[at] += dqw_q_product64(sum_q32, both_q56, up - 56);
         }
         const int64_t sum_q32 = n->b_q32[j] - dqw_q_product64(DQW_AXIS_Q15_PRIOR_Q32, r->a->start_q40[j], -40);
-        m->b_q32[to[j]] += dqw_q_product64(sum_q32, part_q28, up - 28);
+        m->b_q32[to[j]] += dqw_q_product64(sum_q32, part_q56, up - 56);
     }
     m->c_q32 += dqw_q_product64(n->c_q32, r->weight_q31, up - 31);
 }
