@@ -128,7 +128,7 @@ Learned learn_q15(const std::vector<Log>& logs, const LearnOptions& options)
                          q15(static_cast<double>(s.w_m_rad_s), units.w_rad_s), 0};
                 (void)dqw_estimator_step_q15(&e, &x, !std::isfinite(all));
                 if ((dqw_estimator_background_q15(&e) & DQW_EVENT_LEARNED) == 0 || !options.block) return;
-                dqw_estimator_read_q15(&e);
+                // As read last: a reading of our own would change what follows.
                 std::array<double, 4> now{};
                 for (std::size_t i = 0; i < now.size(); ++i) now[i] = static_cast<double>(e.parameters.value_q40[i]) * kOneQ40 * units.parameter[i];
                 options.block(log.t_s.empty() ? static_cast<double>(k) : log.t_s[k], now);

@@ -8,7 +8,7 @@
 #define RANDOM_LIMIT 500u
 #define ORDINAL_BLOCKS 100u
 #define READ_BLOCKS 4u
-// Until so many blocks, read after powers of two.
+// Until so many blocks, read after powers of two as well.
 #define FIRST_BLOCKS 16u
 #define RADIAN_Q28 268435456
 #define MOST_Q15 32766
@@ -122,7 +122,7 @@ static uint32_t learn(dqw_estimator_q15 *e, dqw_block_q15 *b)
     if (mask_q != 0) (void)dqw_axis_learn_q15(&e->q, x_q, b->v_q, mask_q);
     const uint32_t blocks = e->gate.blocks;
     const uint32_t every = e->config->read_blocks != 0 ? e->config->read_blocks : READ_BLOCKS;
-    if (blocks < FIRST_BLOCKS ? (blocks & (blocks - 1u)) == 0 : blocks % every == 0) dqw_estimator_read_q15(e);
+    if (blocks % every == 0 || (blocks < FIRST_BLOCKS && (blocks & (blocks - 1u)) == 0)) dqw_estimator_read_q15(e);
 
     // [EST.4] which stage
     const int64_t v2_q56 = e->d.target_q56 + e->q.target_q56;

@@ -33,7 +33,7 @@ typedef struct dqw_estimator_q15 {
     dqw_window_q15 window;
     dqw_axis_q15 d, q;
     dqw_stage stage;
-    dqw_parameters_q15 parameters;  ///< as read last: after 1, 2, 4, 8 blocks, then as configured
+    dqw_parameters_q15 parameters;  ///< as read last: after 1, 2, 4, 8 blocks, and as configured
     dqw_sample_q15 last;
     int32_t slope_least_q28;  ///< currents' steps below it teach nothing
     uint32_t events;          ///< all event bits since init
