@@ -1,5 +1,7 @@
 #include "dqw_noise_q15.h"
 
+#include <stdbool.h>
+
 #include "dqw_q15.h"
 
 #define PAST 3u
@@ -27,19 +29,17 @@ static void shift(int32_t e[3], int32_t now)
 void dqw_noise_step_q15(dqw_noise_q15 *n, int32_t e_d_q15, int32_t e_q_q15, int32_t w_step_q15)
 {
     if (n->held >= PAST) {
-        // A sum of all rows until the memory is full, then each row leaves as much as a mean of 2^13 forgets.
-        if (n->rows >= DQW_NOISE_Q15_MEMORY) {
-            n->i_d_q30 -= dqw_q_floor64(n->i_d_q30, DQW_NOISE_Q15_SHIFT);
-            n->i_q_q30 -= dqw_q_floor64(n->i_q_q30, DQW_NOISE_Q15_SHIFT);
-            n->w_q30 -= dqw_q_floor64(n->w_q30, DQW_NOISE_Q15_SHIFT);
-        } else {
-            n->rows++;
-        }
         // Differences below 2^18, products below 2^36.
         const int32_t bend = w_step_q15 - n->w_step_q15;
-        n->i_d_q30 += (int64_t)(e_d_q15 - n->e_d_q15[2]) * (n->e_d_q15[0] - n->e_d_q15[1]);
-        n->i_q_q30 += (int64_t)(e_q_q15 - n->e_q_q15[2]) * (n->e_q_q15[0] - n->e_q_q15[1]);
-        n->w_q30 += (int64_t)bend * bend;
+        const int64_t d_q30 = n->i_d_q30 + (int64_t)(e_d_q15 - n->e_d_q15[2]) * (n->e_d_q15[0] - n->e_d_q15[1]);
+        const int64_t q_q30 = n->i_q_q30 + (int64_t)(e_q_q15 - n->e_q_q15[2]) * (n->e_q_q15[0] - n->e_q_q15[1]);
+        const int64_t w_q30 = n->w_q30 + (int64_t)bend * bend;
+        // A sum of all rows until the memory is full, then each row takes its part away, as a mean of 2^13 forgets.
+        const bool full = n->rows >= DQW_NOISE_Q15_MEMORY;
+        n->rows = (uint16_t)(n->rows + !full);
+        n->i_d_q30 = full ? d_q30 - dqw_q_floor64(d_q30, DQW_NOISE_Q15_SHIFT) : d_q30;
+        n->i_q_q30 = full ? q_q30 - dqw_q_floor64(q_q30, DQW_NOISE_Q15_SHIFT) : q_q30;
+        n->w_q30 = full ? w_q30 - dqw_q_floor64(w_q30, DQW_NOISE_Q15_SHIFT) : w_q30;
     } else {
         n->held++;
     }

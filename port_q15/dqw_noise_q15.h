@@ -13,10 +13,10 @@ extern "C" {
 #define DQW_NOISE_Q15_MEMORY (1u << DQW_NOISE_Q15_SHIFT)
 
 typedef struct dqw_noise_q15 {
-    int64_t i_d_q30, i_q_q30, w_q30;   ///< sums over the memory: -2 var(i), -2 var(i), 6 var(w) times the rows. |sum| < 2^49
-    int32_t e_d_q15[3], e_q_q15[3];    ///< the last rows' current steps less what the voltage made. |e| < 2^17
-    int32_t w_step_q15;                ///< |step| < 2^16
-    uint16_t rows;                     ///< in the sums, up to the memory
+    int64_t i_d_q30, i_q_q30, w_q30;  ///< sums over the memory: -2 var(i), -2 var(i), 6 var(w) times the rows. |sum| < 2^49
+    int32_t e_d_q15[3], e_q_q15[3];   ///< the last rows' current steps less what the voltage made. |e| < 2^17
+    int32_t w_step_q15;               ///< |step| < 2^16
+    uint16_t rows;                    ///< in the sums, up to the memory
     uint8_t held;
 } dqw_noise_q15;
 

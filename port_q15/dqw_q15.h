@@ -12,7 +12,7 @@ extern "C" {
 
 /// Asks for a loop of a few known turns to be unrolled where a size setting would not.
 #if defined(__GNUC__) && !defined(__clang__)
-#define DQW_Q_UNROLL _Pragma("GCC unroll 8")
+#define DQW_Q_UNROLL _Pragma("GCC unroll 11")
 #else
 #define DQW_Q_UNROLL
 #endif

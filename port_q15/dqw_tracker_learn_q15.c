@@ -1,4 +1,4 @@
-// What the tracker does in the background: learn a block, and say what was learned.
+// What the tracker does in the background: choose what a block can teach, learn it, keep the statistics.
 #include <stddef.h>
 
 #include "dqw_q15.h"
@@ -7,14 +7,9 @@
 
 // A weight whose variance fell by less than a hundredth was not learned.
 #define LEARNED_COV_Q40 ((int64_t)900 << 40)
-// A smaller residual is the sampling's own, and rounding: 1e-8.
-#define VARIANCE_FLOOR_Q56 720575940
 // Blocks over which statistics are means.
 #define MEMORY 1000u
 #define FEW_BLOCKS 50u
-#define LAG_MAX_Q20 1027604
-#define LAG_MIN_Q20 (-419430)
-#define ONE_Q20 1048576
 // Rows that only measure the noise and its share.
 #define WARM_UP 2000u
 // An input whose power is not three times its noise teaches nothing; noise alone would need ten deviations.
@@ -22,8 +17,6 @@
 // A mean over 32 blocks, in which a strong one counts as so many weak ones, so that a drive that stops is soon seen to have stopped.
 #define EXCESS_BLOCKS 32
 #define EXCESS_MAX 8
-// Where noise is more than this part of all that was learned of a weight, taking it out could run away: 0.05.
-#define NOISE_PART_MAX_Q40 54975581389
 // A weight of so many nominal values is no machine's: 64.
 #define WEIGHT_MAX_Q24 1073741824
 // An inductance below this part of the nominal one is not believed: 0.1.
@@ -36,64 +29,9 @@
 #define REST_HALVES 16u
 // An axis weighs up to 8 times what the other does.
 #define WEIGH_MAX_Q24 134217728
-// What the sums can hold of a variance: 2^21 of the residual's.
-#define WIDEST_Q40 ((int64_t)1 << 61)
 #define ONE_Q15 32768
 
 enum { D = 0, Q = 1, N = DQW_TRACK_Q15_WEIGHTS };
-
-int32_t dqw_tracker_value_q15(const dqw_tracker_q15 *t, enum dqw_tracker_weight_q15 weight)
-{
-    return (unsigned)weight < N ? t->w_q24[weight] : INT32_MAX;
-}
-
-uint32_t dqw_tracker_unit_q15(const dqw_tracker_q15_config *config, enum dqw_tracker_weight_q15 weight)
-{
-    switch (weight) {
-    case DQW_TRACK_R_Q15: return config->R_uohm;
-    case DQW_TRACK_LD_Q15: return config->Ld_nH;
-    case DQW_TRACK_LQ_Q15: return config->Lq_nH;
-    case DQW_TRACK_PSI_Q15:
-    case DQW_TRACK_PSI_Q_Q15: return config->psi_nWb;
-    case DQW_TRACK_DEAD_TIME_Q15: return config->scale.v_full_mV * 100u / DQW_TRACK_Q15_DEAD_PARTS * 10u;
-    default: return 0;
-    }
-}
-
-static int64_t variance_q56(const dqw_tracker_q15 *t, int axis)
-{
-    return t->error_q56[axis] > VARIANCE_FLOOR_Q56 ? t->error_q56[axis] : VARIANCE_FLOOR_Q56;
-}
-
-static int64_t common_variance_q56(const dqw_tracker_q15 *t)
-{
-    return dqw_q_floor64(variance_q56(t, D) + variance_q56(t, Q), 1);
-}
-
-// Blocks overlap by half, so that next ones are alike, or unlike, in what they teach a weight: that widens or narrows its deviation. Dead
-// time goes with the current as R does, the flux on the other axis with the speed as the flux. (E61)
-static int64_t inflation_q20(const dqw_tracker_q15 *t, int i)
-{
-    const int like = i == DQW_TRACK_DEAD_TIME_Q15 ? DQW_TRACK_R_Q15 : i == DQW_TRACK_PSI_Q_Q15 ? DQW_TRACK_PSI_Q15 : i;
-    if (t->score2_q68[like] <= 0) return ONE_Q20;
-    const int64_t r_q20 = dqw_q_quotient64(t->score_lag_q68[like], t->score2_q68[like], 20);
-    return ONE_Q20 + 2 * (r_q20 < LAG_MIN_Q20 ? LAG_MIN_Q20 : r_q20 > LAG_MAX_Q20 ? LAG_MAX_Q20 : r_q20);
-}
-
-int32_t dqw_tracker_sd_q15(const dqw_tracker_q15 *t, enum dqw_tracker_weight_q15 weight)
-{
-    if ((unsigned)weight >= N) return INT32_MAX;
-    const int i = (int)weight;
-    if (((uint32_t)t->learned >> i & 1u) == 0 || t->blocks < 2u * N) return INT32_MAX;
-    const int64_t v_q56 = dqw_q_product64(dqw_q_product64(t->cov_q40[i], common_variance_q56(t), -40), inflation_q20(t, i), -20);
-    // The root of 2^62 at most, Q28
-    return dqw_q_floor32((int32_t)dqw_q_root64((uint64_t)v_q56 >> 2), 3);
-}
-
-uint32_t dqw_tracker_residual_q28(const dqw_tracker_q15 *t)
-{
-    return dqw_q_root64((uint64_t)(t->error_q56[D] + t->error_q56[Q]));
-}
 
 // m moves to x by a part, the difference below 2^63.
 static void toward(int64_t *m, int64_t x, int64_t part_q31)
@@ -104,76 +42,6 @@ static void toward(int64_t *m, int64_t x, int64_t part_q31)
 static int64_t part_of(const dqw_tracker_q15 *t)
 {
     return (int64_t)((1u << 31) / (t->blocks < MEMORY ? t->blocks : MEMORY));
-}
-
-// One axis' row to the sums, around the weights as solved last; weighed by how little of that axis is noise.
-static int32_t show(dqw_tracker_q15 *t, int axis, const dqw_tracker_rows_q15 *r, uint32_t mask, int64_t weigh_q24)
-{
-    int32_t x_q28[N];
-    int64_t e_q28 = r->y_q28[axis];
-    for (int i = 0; i < N; i++) {
-        const int32_t x = r->x_q28[axis][i];
-        e_q28 -= dqw_q_round64((int64_t)x * t->w_q24[i], 24);
-        x_q28[i] = (mask >> i & 1u) != 0 ? dqw_q31_sat(dqw_q_round64(x * weigh_q24, 24)) : 0;
-    }
-    const int32_t e = dqw_q31_sat(e_q28);
-    dqw_normal_add_q15(&t->normal, x_q28, dqw_q31_sat(dqw_q_round64(e * weigh_q24, 24)));
-    return e;
-}
-
-// Noise of the inputs turns the gradient by C w: put back. Not where it is much of what was learned, there it could run away. (E60)
-static void take_noise_out(dqw_tracker_q15 *t, const dqw_tracker_rows_q15 *r, const int64_t by_q24[2], const uint32_t mask[2])
-{
-    int64_t z_q56[N] = {0};
-    for (int axis = 0; axis < 2; axis++)
-        for (int i = 0; i < N; i++)
-            if ((mask[axis] >> i & 1u) != 0) z_q56[i] += dqw_q_product64(r->var_q56[axis][i], by_q24[axis], -24);
-    for (int i = 0; i < N; i++) {
-        if (dqw_q_product64(z_q56[i], t->cov_q40[i], -56) > NOISE_PART_MAX_Q40) return;
-        z_q56[i] = dqw_q_product64(z_q56[i], t->w_q24[i], -24);
-    }
-    for (int axis = 0; axis < 2; axis++) {
-        const int L = DQW_TRACK_LQ_Q15 - axis;
-        const int flux = axis == Q ? DQW_TRACK_PSI_Q15 : DQW_TRACK_PSI_Q_Q15;
-        const int64_t by = by_q24[axis];
-        z_q56[DQW_TRACK_R_Q15] += dqw_q_product64(dqw_q_product64(r->dead_in_R_q56[axis], by, -24), t->w_q24[DQW_TRACK_DEAD_TIME_Q15], -24);
-        z_q56[DQW_TRACK_DEAD_TIME_Q15] += dqw_q_product64(dqw_q_product64(r->R_in_dead_q56[axis], by, -24), t->w_q24[DQW_TRACK_R_Q15], -24);
-        if ((mask[axis] >> L & mask[axis] >> flux & 1u) == 0) continue;
-        const int64_t shared = dqw_q_product64(r->speed_q56[axis], by, -24);
-        z_q56[L] += dqw_q_product64(shared, t->w_q24[flux], -24);
-        z_q56[flux] += dqw_q_product64(shared, t->w_q24[L], -24);
-    }
-    for (int i = 0; i < N; i++) {
-        // The target's sum keeps above what the gradient explains.
-        const int64_t z_q32 = dqw_q_scale64(z_q56[i], -24);
-        t->normal.b_q32[i] += z_q32;
-        const int64_t more_q32 = dqw_q_product64(z_q32, t->w_q24[i], -24);
-        t->normal.c_q32 += more_q32 < 0 ? -more_q32 : more_q32;
-    }
-}
-
-// A parameter may wander: its variance grows with time, here in halves of a window, up to where it started. (E61)
-static void drift(dqw_tracker_q15 *t)
-{
-    const uint32_t elapsed = t->halves - t->drifted;
-    t->drifted += elapsed;
-    const dqw_tracker_q15_config *c = t->config;
-    if (c->drift_ppm == 0) return;
-    const int64_t common_q56 = common_variance_q56(t);
-    // Nine nominal values squared, over the residual's variance: where it started.
-    const int64_t started_q6 = dqw_q_quotient64(9, common_q56, 62);
-    const int64_t cap_q40 = started_q6 < WIDEST_Q40 >> 34 ? started_q6 * ((int64_t)1 << 34) : WIDEST_Q40;
-    // ns up to 2^30 by halves up to 2^7; ppm^2 up to 2^40
-    const int64_t time_ns = dqw_q_product64((int64_t)c->scale.dt_ns * t->window.half, elapsed, 0);
-    const int64_t wander_q40 = dqw_q_product64(dqw_q_quotient64((int64_t)c->drift_ppm * c->drift_ppm, 1000000000000, 40),
-                                               dqw_q_quotient64(time_ns, 1000000000, 20), -20);
-    int64_t q_q40 = dqw_q_quotient64(wander_q40, common_q56, 56);
-    if (q_q40 > cap_q40) q_q40 = cap_q40;
-    for (int i = 0; i < N; i++) {
-        if (t->cov_q40[i] >= cap_q40) continue;
-        dqw_normal_grow_q15(&t->normal, i, q_q40);
-        t->cov_q40[i] += q_q40;
-    }
 }
 
 // Inputs large enough to teach their weight, by their power above the noise: a choice by the mean and not by the block, which would bias.
@@ -216,24 +84,9 @@ static void publish(dqw_tracker_q15 *t)
     (void)dqw_tracker_nominal_of_q15(t->config, &n);
     for (int axis = 0; axis < 2; axis++) {
         const int32_t w_q24 = t->w_q24[DQW_TRACK_LD_Q15 + axis];
-        if (w_q24 > LEAST_L_Q24) t->step_q15[axis] = dqw_q15_sat(dqw_q31_sat(dqw_q_quotient64(dqw_q_quotient64((int64_t)1 << 40, n.L_q40[axis], 24), w_q24, 15)));
+        if (w_q24 > LEAST_L_Q24)
+            t->step_q15[axis] = dqw_q15_sat(dqw_q31_sat(dqw_q_quotient64(dqw_q_quotient64((int64_t)1 << 40, n.L_q40[axis], 24), w_q24, 15)));
     }
-}
-
-// Weights that explain all that was shown; the sums go on around them.
-static void solve(dqw_tracker_q15 *t)
-{
-    static const int64_t stay_q40[N] = {0};
-    dqw_solution_q15 s;
-    // With noise taken out, the gradient may explain more than there was; twice is enough.
-    t->normal.c_q32 = 2 * t->normal.c_q32 + 16;
-    dqw_normal_solve_q15(&t->normal, stay_q40, &s);
-    for (int i = 0; i < N; i++) {
-        t->w_q24[i] = dqw_q31_sat(t->w_q24[i] + dqw_q_round64(s.w_q40[i], 16));
-        t->cov_q40[i] = s.cov_q40[i] < WIDEST_Q40 ? s.cov_q40[i] : WIDEST_Q40;
-        t->normal.b_q32[i] = 0;
-    }
-    t->normal.c_q32 = 0;
 }
 
 // Residuals, before the correction and after it, and what the block taught.
@@ -251,8 +104,7 @@ static void keep(dqw_tracker_q15 *t, const dqw_tracker_rows_q15 *r, const uint32
     for (int i = 0; i < DQW_TRACK_Q15_SCORES; i++) {
         int64_t score_q34 = 0;
         for (int axis = 0; axis < 2; axis++)
-            if ((mask[axis] >> i & 1u) != 0)
-                score_q34 += dqw_q_product64((int64_t)r->x_q28[axis][i] * after_q28[axis], by_q24[axis], -46);
+            if ((mask[axis] >> i & 1u) != 0) score_q34 += dqw_q_product64((int64_t)r->x_q28[axis][i] * after_q28[axis], by_q24[axis], -46);
         const int32_t score = dqw_q31_sat(score_q34);
         toward(&t->score2_q68[i], (int64_t)score * score, part_q31);
         toward(&t->score_lag_q68[i], (int64_t)score * t->score_last_q34[i], part_q31);
@@ -302,7 +154,7 @@ bool dqw_tracker_learn_held_q15(dqw_tracker_q15 *t)
     uint32_t mask[2];
     choose(t, &r, mask);
     if ((mask[D] | mask[Q]) == 0 || *(const volatile uint16_t *)&t->noise.rows < WARM_UP) {
-        if (t->at - t->drifted >= REST_HALVES) drift(t);
+        if (t->at - t->drifted >= REST_HALVES) dqw_tracker_drift_q15(t);
         return false;
     }
     if (t->gate.blocks < UINT32_MAX) t->gate.blocks++;
@@ -311,21 +163,21 @@ bool dqw_tracker_learn_held_q15(dqw_tracker_q15 *t)
     // [TRK.6] both rows, then the noise of their inputs, then what may have drifted
     int64_t by_q24[2];
     for (int axis = 0; axis < 2; axis++) {
-        const int64_t by = t->blocks > FEW_BLOCKS ? dqw_q_quotient64(common_variance_q56(t), variance_q56(t, axis), 24) : 1 << 24;
+        const int64_t by = t->blocks > FEW_BLOCKS ? dqw_q_quotient64(dqw_tracker_common_variance_q56(t), dqw_tracker_variance_q56(t, axis), 24) : 1 << 24;
         const int64_t weigh_q24 = (int64_t)dqw_q_root64((uint64_t)dqw_q_scale64(by, 24));
         const int64_t bounded_q24 = weigh_q24 < WEIGH_MAX_Q24 ? weigh_q24 : WEIGH_MAX_Q24;
         by_q24[axis] = dqw_q_floor64(bounded_q24 * bounded_q24, 24);
-        t->e_q28[axis] = show(t, axis, &r, mask[axis], bounded_q24);
+        t->e_q28[axis] = dqw_tracker_show_q15(t, axis, &r, mask[axis], bounded_q24);
     }
-    if (t->config->noise_on_inputs) take_noise_out(t, &r, by_q24, mask);
+    if (t->config->noise_on_inputs) dqw_tracker_take_noise_out_q15(t, &r, by_q24, mask);
     int32_t before_q24[N];
     for (int i = 0; i < N; i++) before_q24[i] = t->w_q24[i];
     const bool time = t->blocks <= YOUNG_BLOCKS || t->gate.blocks % SOLVE_BLOCKS == 0;
-    if (time) solve(t);
+    if (time) dqw_tracker_solve_q15(t);
     keep(t, &r, mask, by_q24, before_q24);
     if (!sound(t)) return false;
     if (!time) return true;
     publish(t);
-    drift(t);
+    dqw_tracker_drift_q15(t);
     return true;
 }

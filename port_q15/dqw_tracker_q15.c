@@ -105,10 +105,10 @@ static int32_t along(int32_t a_q28, int16_t x_q15, int32_t b_q28, int16_t y_q15)
     return (int32_t)dqw_q_floor64((int64_t)a_q28 * x_q15 + (int64_t)b_q28 * y_q15, 15);
 }
 
-static int32_t follow(int32_t slow_q28, int16_t now_q15, uint32_t part_q15)
+static int32_t follow(int32_t slow_q28, int16_t now_q15, int32_t part_q15)
 {
     // |now - slow| <= 2^29
-    return slow_q28 + (int32_t)dqw_q_round64((int64_t)(now_q15 * 8192 - slow_q28) * (int32_t)part_q15, 15);
+    return slow_q28 + (int32_t)dqw_q_floor64((int64_t)(now_q15 * 8192 - slow_q28) * part_q15, 15);
 }
 
 // What an inverter with dead time takes from each phase per volt of it, as dq. (E51)
@@ -119,7 +119,7 @@ static void dead_time(dqw_tracker_q15 *t, const dqw_sample_q15 *s, int32_t *d_q1
         return;
     }
     // Noise wider than the step would smooth it: so the noisier the currents, the slower they are followed here.
-    const uint32_t part_q15 = t->last_good ? t->follow_q15 : ONE_Q15;
+    const int32_t part_q15 = t->last_good ? t->follow_q15 : ONE_Q15;
     t->slow_d_q28 = follow(t->slow_d_q28, s->i_d_q15, part_q15);
     t->slow_q_q28 = follow(t->slow_q_q28, s->i_q_q15, part_q15);
     int16_t cosine;
@@ -172,7 +172,6 @@ static uint32_t end_half(dqw_tracker_q15 *t, bool has_theta, uint16_t theta_turn
         if (t->missed < UINT8_MAX) t->missed++;
     } else if (event == DQW_EVENT_LEARNED) {
         t->weight = weight;
-        t->means = dqw_noise_means_of_q15(&t->noise);
         t->block_theta_turn = t->half_theta_turn;
         t->has_theta = t->half_has_theta;
         t->pending = true;
@@ -195,6 +194,7 @@ uint32_t dqw_tracker_sample_q15(dqw_tracker_q15 *t, const dqw_sample_q15 *s, boo
     if (good) dead_time(t, s, &dead_d_q15, &dead_q_q15);
 
     // [TRK.2] the pair that it ends, into the window
+    if (t->window.at == 0) t->means = dqw_noise_means_of_q15(&t->noise);
     if (good && t->last_good) {
         gather(t, s, dead_d_q15, dead_q_q15);
     } else {

@@ -59,28 +59,28 @@ typedef struct dqw_tracker_q15 {
     // The joint neuron: weights as solved last, what was learned of them, and what was shown since.
     int32_t w_q24[DQW_TRACK_Q15_WEIGHTS];  ///< |w| < 2^30
     dqw_normal_q15 normal;
-    int64_t cov_q40[DQW_TRACK_Q15_WEIGHTS];      ///< P_ii, per unit of the residual's variance
-    int64_t error_q56[2];                        ///< mean squared residual, d and q
-    int64_t score2_q68[DQW_TRACK_Q15_SCORES];    ///< R, L_d, L_q, flux: what a block teaches, squared,
-    int64_t score_lag_q68[DQW_TRACK_Q15_SCORES]; ///< its likeness with the next one's,
+    int64_t cov_q40[DQW_TRACK_Q15_WEIGHTS];        ///< P_ii, per unit of the residual's variance
+    int64_t error_q56[2];                          ///< mean squared residual, d and q
+    int64_t score2_q68[DQW_TRACK_Q15_SCORES];      ///< R, L_d, L_q, flux: what a block teaches, squared,
+    int64_t score_lag_q68[DQW_TRACK_Q15_SCORES];   ///< its likeness with the next one's,
     int32_t score_last_q34[DQW_TRACK_Q15_SCORES];  ///< and the last one's
-    int32_t e_q28[2];                            ///< the last block's error before the correction, d and q
-    uint32_t halves;                             ///< halves of a window since init: the time,
-    uint32_t at, drifted;                        ///< when the last block was looked at, and when variances grew last
-    int16_t excess_q10[DQW_TRACK_Q15_WEIGHTS];   ///< power of both axes' inputs above what teaches, over that; -1 .. 7
-    int16_t step_q15[2];                         ///< part of the full current that the full voltage moves in a period, d and q: the interrupt's copy
-    uint16_t blocks;                             ///< learned, up to 65535
-    uint8_t missed;                              ///< lost because the background came too late, up to 255
-    uint8_t restarts;                            ///< times that the weights left all bounds, and learning began again, up to 255
-    uint8_t learned;                             ///< weights of which anything was ever learned
+    int32_t e_q28[2];                              ///< the last block's error before the correction, d and q
+    uint32_t halves;                               ///< halves of a window since init: the time,
+    uint32_t at, drifted;                          ///< when the last block was looked at, and when variances grew last
+    int16_t excess_q10[DQW_TRACK_Q15_WEIGHTS];     ///< power of both axes' inputs above what teaches, over that; -1 .. 7
+    int16_t step_q15[2];                           ///< part of the full current that the full voltage moves in a period, d and q: the interrupt's copy
+    uint16_t blocks;                               ///< learned, up to 65535
+    uint8_t missed;                                ///< lost because the background came too late, up to 255
+    uint8_t restarts;                              ///< times that the weights left all bounds, and learning began again, up to 255
+    uint8_t learned;                               ///< weights of which anything was ever learned
     bool pending, has_last, last_good, has_theta, half_has_theta;
     // The last sample, and dead time's input there.
     dqw_sample_q15 last;
-    int32_t dead_d_q15, dead_q_q15;    ///< |D| <= 4/3
-    int32_t slow_d_q28, slow_q_q28;    ///< currents as dead time's input takes them,
-    int32_t width3_q28, per_width3;    ///< three widths, and 2^47 over that
-    uint32_t slope_q15;                ///< sum of the tanh's slopes, of 1 at no current, over the last rows
-    uint16_t slopes, follow_q15;       ///< up to 1024; how fast the currents follow, 1 .. 32768
+    int32_t dead_d_q15, dead_q_q15;  ///< |D| <= 4/3
+    int32_t slow_d_q28, slow_q_q28;  ///< currents as dead time's input takes them,
+    int32_t width3_q28, per_width3;  ///< three widths, and 2^47 over that
+    uint32_t slope_q15;              ///< sum of the tanh's slopes, of 1 at no current, over the last rows
+    uint16_t slopes, follow_q15;     ///< up to 1024; how fast the currents follow, 1 .. 32768
     // Handed to the background.
     int32_t block[DQW_TRACK_Q15_SIGNALS];
     dqw_noise_means_q15 means;

@@ -109,8 +109,7 @@ static void inputs(const dqw_tracker_q15 *t, const dqw_tracker_nominal_q15 *n, c
 }
 
 // mean_q40: what a mean holds of a variance.
-static void noise_of_dead_time(const dqw_tracker_q15 *t, const dqw_tracker_nominal_q15 *n, int axis, int64_t var_q36, int64_t mean_q40,
-                               dqw_tracker_rows_q15 *r)
+static void noise_of_dead_time(const dqw_tracker_q15 *t, const dqw_tracker_nominal_q15 *n, int axis, int64_t var_q36, int64_t mean_q40, dqw_tracker_rows_q15 *r)
 {
     const int64_t slope_q16 = dead_slope_q16(t, n);
     const int64_t held_q56 = dqw_q_product64(var_q36, mean_q40, -20);
@@ -120,8 +119,8 @@ static void noise_of_dead_time(const dqw_tracker_q15 *t, const dqw_tracker_nomin
     // within the width. In the resistance's equation a wide noise also smooths the step, which takes half.
     const int64_t wide_q16 = dqw_q_quotient64(582741650317, sd_q40 + dqw_q_quotient64(6 * n->width_q40, 5, 0), 16);  // 0.53
     const int64_t g_q56 = dqw_q_quotient64(dqw_q_product64(held_q56, slope_q16, -16), DQW_TRACK_Q15_DEAD_PARTS, 0);
-    r->var_q56[axis][DQW_TRACK_DEAD_TIME_Q15] =
-        dqw_q_quotient64(dqw_q_product64(g_q56, slope_q16 > wide_q16 ? slope_q16 : wide_q16, -16), DQW_TRACK_Q15_DEAD_PARTS, 0);
+    r->var_q56[axis][DQW_TRACK_DEAD_TIME_Q15] = dqw_q_quotient64(dqw_q_product64(g_q56, slope_q16 > wide_q16 ? slope_q16 : wide_q16, -16),
+                                                                 DQW_TRACK_Q15_DEAD_PARTS, 0);
     r->R_in_dead_q56[axis] = product(n->R_q40, g_q56);
     const int64_t smooth_q36 = dqw_q_product64(left_q36, dqw_q_quotient64(sd_q40, sd_q40 + n->width_q40, 30), -31);
     r->dead_in_R_q56[axis] = dqw_q_product64(r->R_in_dead_q56[axis], dqw_q_quotient64(var_q36 - smooth_q36, var_q36, 30), -30);

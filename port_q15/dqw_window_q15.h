@@ -7,6 +7,7 @@
 #include <stdint.h>
 
 #include "dqw_gate.h"
+#include "dqw_q15.h"
 #include "dqw_size.h"
 #include "dqw_status.h"
 
@@ -55,7 +56,8 @@ static inline void dqw_window_add_q15(dqw_window_q15 *w, const int32_t x[], int 
     // [WIN.1] gather: the sum of the sums weighs pair j by half + 1 - j
     w->at++;
     if (x != NULL) {
-        for (int i = 0; i < signals; i++) {
+        DQW_Q_UNROLL for (int i = 0; i < signals; i++)
+        {
             w->sum[i] += x[i];
             w->fall[i] += w->sum[i];
         }
