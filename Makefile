@@ -25,7 +25,7 @@ QUICKOPT ?= $(OPT)
 WARN     := -Wall -Wextra -Wshadow
 LIBWARN  := $(WARN) -Wconversion -Wsign-conversion -Wdouble-promotion
 FP       := -ffp-contract=off
-INC      := -Ilib -Isim -Iref -Iapp
+INC      := -Ilib -Iport_q15 -Isim -Iref -Iapp
 # Ceres' and Eigen's headers as system headers: their warnings are not ours.
 CXXINC   := $(INC) -isystem /usr/include/eigen3
 CFLAGS   ?=
@@ -44,6 +44,7 @@ SUNLIBS  := -lsundials_cvode -lsundials_nvecserial -lsundials_sunmatrixdense -ls
 CERESLIBS = -lceres -lglog -lfmt -pthread
 
 LIB_O := $(patsubst %.c,$(BUILD)/%.o,$(wildcard lib/*.c))
+Q15_O := $(patsubst %.c,$(BUILD)/%.o,$(wildcard port_q15/*.c))
 SIM_O := $(patsubst %.c,$(BUILD)/%.o,$(wildcard sim/*.c))
 REF_O := $(patsubst %.cpp,$(BUILD)/%.o,$(wildcard ref/*.cpp))
 APP_O := $(patsubst %.cpp,$(BUILD)/%.o,$(filter-out app/main.cpp,$(wildcard app/*.cpp))) $(BUILD)/app/asset_bytes.o
@@ -51,9 +52,9 @@ APP_O := $(patsubst %.cpp,$(BUILD)/%.o,$(filter-out app/main.cpp,$(wildcard app/
 DYGRAPHS ?= /usr/share/javascript/dygraphs
 DYGRAPHS_LICENCE ?= /usr/share/doc/libjs-dygraphs
 C_BENCHES := $(patsubst %,$(BUILD)/bench/%,sim_speed regressors usage accuracy tracking faults healthy)
-ARCHIVES := $(BUILD)/libapp.a $(BUILD)/libref.a $(BUILD)/libsim.a $(BUILD)/libdqw.a
+ARCHIVES := $(BUILD)/libapp.a $(BUILD)/libref.a $(BUILD)/libsim.a $(BUILD)/libdqw_q15.a $(BUILD)/libdqw.a
 # Tests that stay away from the sanitizers: what they run others run there too, and they take long.
-PLAIN_ALONE := blind target browser other_simulator semi_synthetic circle cli_measured cli_scenarios cli_estimate app_learn ref_noise ref_identify ref_dynamic trace ref_measured app_paper
+PLAIN_ALONE := blind target target_q15 browser other_simulator semi_synthetic circle cli_measured cli_scenarios cli_compare cli_estimate app_learn ref_noise ref_identify ref_dynamic trace ref_measured app_paper
 TESTS := $(patsubst tests/%.c,$(BUILD)/tests/%,$(wildcard tests/test_*.c)) \
          $(patsubst tests/%.cpp,$(BUILD)/tests/%,$(wildcard tests/test_*.cpp))
 
@@ -105,6 +106,11 @@ lint:
 	@.ci/install build tools
 	@.ci/lint
 
+## twins        do the float files and their fixed-point twins have the same steps in the same words
+.PHONY: twins
+twins:
+	@.ci/twins
+
 ## measured     fit and trace every measured log of DATA (default ../shared/data), and write docs/measured.md and docs/pictures
 .PHONY: measured
 measured:
@@ -134,6 +140,18 @@ firmware:
 	@$(MAKE) --no-print-directory all
 	@BUILD=$(BUILD) tests/target/firmware.sh docs/firmware.md
 
+## target       run the fixed-point port with two compilers here and on five cores under QEMU, and compare every bit
+.PHONY: target
+target:
+	@.ci/install build tools
+	@BUILD=$(BUILD) tests/target/target.sh
+
+## numbers      instructions, bytes and stack of a step on five cores, float and Q15, into the table of README.md
+.PHONY: numbers
+numbers:
+	@.ci/install build tools
+	@BUILD=$(BUILD) tests/target/numbers.sh README.md
+
 ## clean        remove what was built
 .PHONY: clean
 clean:
@@ -142,6 +160,9 @@ clean:
 $(BUILD)/lib/%.o: lib/%.c
 	@mkdir -p $(@D)
 	$(CC) $(C99) $(LIBWARN) -Ilib $(CFLAGS) -c $< -o $@
+$(BUILD)/port_q15/%.o: port_q15/%.c
+	@mkdir -p $(@D)
+	$(CC) $(C99) $(LIBWARN) -Ilib -Iport_q15 $(CFLAGS) -c $< -o $@
 $(BUILD)/sim/%.o: sim/%.c
 	@mkdir -p $(@D)
 	$(CC) $(C99) $(WARN) -Isim $(MPIINC) $(CFLAGS) -c $< -o $@
@@ -173,6 +194,8 @@ $(BUILD)/tests/unity.o: $(UNITY_DIR)/unity.c
 # An archive is made anew, so that an object whose source is gone is gone too.
 $(BUILD)/libdqw.a: $(LIB_O)
 	@rm -f $@; ar rcs $@ $^
+$(BUILD)/libdqw_q15.a: $(Q15_O)
+	@rm -f $@; ar rcs $@ $^
 $(BUILD)/libsim.a: $(SIM_O)
 	@rm -f $@; ar rcs $@ $^
 $(BUILD)/libref.a: $(REF_O)
@@ -182,8 +205,8 @@ $(BUILD)/libapp.a: $(APP_O)
 $(BUILD)/dqwatch: $(BUILD)/app/main.o $(ARCHIVES)
 	$(CXX) $(SANFLAGS) $^ $(SUNLIBS) $(CERESLIBS) -lm -o $@
 
-# C tests see lib/ and sim/; C++ tests see ref/ and app/ as well.
-$(patsubst tests/%.c,$(BUILD)/tests/%,$(wildcard tests/test_*.c)): $(BUILD)/tests/%: $(BUILD)/tests/%.o $(BUILD)/tests/unity.o $(BUILD)/libsim.a $(BUILD)/libdqw.a
+# C tests see lib/, port_q15/ and sim/; C++ tests see ref/ and app/ as well.
+$(patsubst tests/%.c,$(BUILD)/tests/%,$(wildcard tests/test_*.c)): $(BUILD)/tests/%: $(BUILD)/tests/%.o $(BUILD)/tests/unity.o $(BUILD)/libsim.a $(BUILD)/libdqw_q15.a $(BUILD)/libdqw.a
 	$(CC) $(SANFLAGS) $^ $(SUNLIBS) -lm -o $@
 $(patsubst tests/%.cpp,$(BUILD)/tests/%,$(filter-out tests/test_blind.cpp,$(wildcard tests/test_*.cpp))): $(BUILD)/tests/%: $(BUILD)/tests/%.o $(BUILD)/tests/unity.o $(ARCHIVES)
 	$(CXX) $(SANFLAGS) $^ $(SUNLIBS) $(CERESLIBS) -lm -o $@

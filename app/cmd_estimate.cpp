@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <memory>
 
-#include "columns.hpp"
 #include "command.hpp"
 #include "effect_names.hpp"
 #include "effect_report.hpp"
@@ -34,20 +33,7 @@ struct Options : CommonOptions {
     std::string config_file;
 };
 
-using Estimator = std::function<Estimated(const std::vector<Log>&, const CommonOptions&, const LearnConfig&, std::function<void(double)>)>;
-
-/// What was asked for is either estimated or said not to be identifiable, whatever the estimator knows.
-void name_what_was_left_out(Result& result, const std::vector<std::string>& asked)
-{
-    for (const std::string& name : asked) {
-        const auto is_it = [&](const auto& entry) { return entry.name == name; };
-        if (std::any_of(result.parameters.begin(), result.parameters.end(), is_it)) continue;
-        if (std::any_of(result.not_identifiable.begin(), result.not_identifiable.end(), is_it)) continue;
-        const bool mechanical = result.regime == Regime::mechanical;
-        result.not_identifiable.push_back(
-            {name, fmt::format("not estimated from a {} log", name_of(result.regime)), mechanical ? "a log with voltages" : "a log of another regime"});
-    }
-}
+using Estimator = std::function<Estimated(const std::vector<Log>&, const Options&, const LearnConfig&, std::function<void(double)>)>;
 
 /// The effects asked for: those of the file with its shapes and weights, then those named that it lacks.
 LearnConfig asked_effects(const Options& options)
@@ -108,7 +94,8 @@ Command add_estimator(CLI::App& app, const std::string& name, const std::string&
         ->check(CLI::IsMember(effect_names()))
         ->type_name("NAME");
     command->add_option("--config", options->config_file, "effects that a trace found, with their start values")->type_name("trace.json");
-    if (name == "learn") command->add_option("--arith", options->arith, "arithmetic of the learners")->check(CLI::IsMember({"float"}))->capture_default_str();
+    if (name == "learn")
+        command->add_option("--arith", options->arith, "arithmetic of the learners")->check(CLI::IsMember({"float", "q15"}))->capture_default_str();
     command->footer("With --out, writes DIR/" + name + ".json as well. Exit code 4: a parameter asked for is not identifiable.");
     return {command, [=] { return estimate(name, *options, estimator); }};
 }
@@ -117,8 +104,9 @@ Command add_estimator(CLI::App& app, const std::string& name, const std::string&
 
 Command add_learn(CLI::App& app)
 {
-    return add_estimator(app, "learn", "run the C learners over a log", [](const auto& logs, const CommonOptions& o, const LearnConfig& config, auto progress) {
+    return add_estimator(app, "learn", "run the C learners over a log", [](const auto& logs, const Options& o, const LearnConfig& config, auto progress) {
         LearnOptions options;
+        options.fixed_point = o.arith == "q15";
         options.parameters = o.parameters;
         options.inputs = config.inputs;
         options.start = config.start;
@@ -130,20 +118,19 @@ Command add_learn(CLI::App& app)
 
 Command add_fit(CLI::App& app)
 {
-    return add_estimator(app, "fit", "fit the reference model to a log",
-                         [](const auto& logs, const CommonOptions& o, const LearnConfig& config, auto progress) {
-                             std::vector<std::string> names;
-                             for (const TraceInput& in : config.inputs)
-                                 if (std::find(names.begin(), names.end(), in.effect) == names.end()) names.push_back(in.effect);
-                             if (!names.empty()) {
-                                 const EffectFit fitted = fit_effects(logs, names, o.parameters, std::move(progress));
-                                 return Estimated{fitted.result, fitted.effects};
-                             }
-                             FitOptions options;
-                             options.parameters = o.parameters;
-                             options.progress = std::move(progress);
-                             return Estimated{fit(logs, options), {}};
-                         });
+    return add_estimator(app, "fit", "fit the reference model to a log", [](const auto& logs, const Options& o, const LearnConfig& config, auto progress) {
+        std::vector<std::string> names;
+        for (const TraceInput& in : config.inputs)
+            if (std::find(names.begin(), names.end(), in.effect) == names.end()) names.push_back(in.effect);
+        if (!names.empty()) {
+            const EffectFit fitted = fit_effects(logs, names, o.parameters, std::move(progress));
+            return Estimated{fitted.result, fitted.effects};
+        }
+        FitOptions options;
+        options.parameters = o.parameters;
+        options.progress = std::move(progress);
+        return Estimated{fit(logs, options), {}};
+    });
 }
 
 }  // namespace dqw

@@ -43,6 +43,7 @@ Command add_sim(CLI::App& app);
 Command add_learn(CLI::App& app);
 Command add_fit(CLI::App& app);
 Command add_trace(CLI::App& app);
+Command add_compare(CLI::App& app);
 Command add_monitor(CLI::App& app);
 Command add_demo(CLI::App& app);
 

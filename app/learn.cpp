@@ -109,6 +109,7 @@ Learned learn_all(const std::vector<Log>& logs, const LearnOptions& options)
     check(logs, options);
     if (options.heldout_row != nullptr && options.heldout_row->size() != all_rows(logs))
         throw std::invalid_argument("not one mark for each row of what is held out");
+    if (options.fixed_point) return learn_q15(logs, options);
     return logs.front().regime == Regime::mechanical ? learn_mechanical(logs, options) : learn_electrical(logs, options);
 }
 

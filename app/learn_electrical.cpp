@@ -153,7 +153,10 @@ Learned pass(const std::vector<Log>& logs, const LearnOptions& options, const st
                 if (held && list.empty()) return;
                 const dqw_sample s = sample(k);
                 heldout += held ? 1U : 0U;
-                if (dqw_estimator_step(&e, &s, held) & DQW_EVENT_LEARNED) dqw_estimator_background(&e);
+                if ((dqw_estimator_step(&e, &s, held) & DQW_EVENT_LEARNED) == 0) return;
+                dqw_estimator_background(&e);
+                const dqw_parameters& now = e.parameters;
+                if (options.block) options.block(log.t_s.empty() ? static_cast<double>(k) : log.t_s[k], {now.R_ohm, now.Ld_H, now.Lq_H, now.psi_Wb});
             });
     }
 

@@ -27,8 +27,8 @@ int run(int argc, char** argv)
     CLI::App app("dqwatch learns the parameters of a permanent-magnet motor, and checks them against a reference fit.", "dqwatch");
     app.set_version_flag("--version", version);
     app.require_subcommand(1);
-    const std::vector<dqw::Command> commands = {dqw::add_paper(app), dqw::add_sim(app),     dqw::add_learn(app), dqw::add_fit(app),
-                                                dqw::add_trace(app), dqw::add_monitor(app), dqw::add_demo(app)};
+    const std::vector<dqw::Command> commands = {dqw::add_paper(app), dqw::add_sim(app),     dqw::add_learn(app),   dqw::add_fit(app),
+                                                dqw::add_trace(app), dqw::add_compare(app), dqw::add_monitor(app), dqw::add_demo(app)};
     // The parser would only say that a subcommand is missing.
     const std::string first = argc > 1 ? argv[1] : "-";
     const auto is_first = [&](const dqw::Command& c) { return c.app->get_name() == first; };

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "columns.hpp"
@@ -61,6 +62,18 @@ Json result_json(const Result& result, const Machine& nominal)
     json["residual"] = {{"rms", result.residual_rms}, {"unit", result.residual_unit}, {"axes", axes}};
     json["notes"] = result.notes;
     return json;
+}
+
+void name_what_was_left_out(Result& result, const std::vector<std::string>& asked)
+{
+    for (const std::string& name : asked) {
+        const auto is_it = [&](const auto& entry) { return entry.name == name; };
+        if (std::any_of(result.parameters.begin(), result.parameters.end(), is_it)) continue;
+        if (std::any_of(result.not_identifiable.begin(), result.not_identifiable.end(), is_it)) continue;
+        const bool mechanical = result.regime == Regime::mechanical;
+        result.not_identifiable.push_back(
+            {name, fmt::format("not estimated from a {} log", name_of(result.regime)), mechanical ? "a log with voltages" : "a log of another regime"});
+    }
 }
 
 std::string json_text(const Json& json) { return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n"; }

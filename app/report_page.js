@@ -83,6 +83,7 @@
         series[s + " mean"] = { strokeWidth: 2, connectSeparatedPoints: true, highlightCircleSize: 3 };
       }
     if (plot.kind === "band") series.healthy = { strokeWidth: 1, strokePattern: [6, 4], fillAlpha: 0 };
+    if (plot.series.includes("reference")) series.reference = { strokeWidth: 1, strokePattern: [6, 4] };
     if (plot.kind === "bars") for (const s of plot.series) series[s] = { plotter: bars };
     return {
       labels, colors: colours, series,

@@ -42,7 +42,7 @@ float dqw_axis_learn(dqw_axis *a, const float x[], float target, uint32_t excite
         return 0.0f;
     }
 
-    // [AXIS.2] correct every weight by its gain
+    // [AXIS.2] correct the weights by all that was learned
     dqw_gain_step(&a->gain, x_pu, k_pu);
     float seen = 0.0f;
     for (int i = 0; i < l->inputs; i++) {
@@ -51,7 +51,8 @@ float dqw_axis_learn(dqw_axis *a, const float x[], float target, uint32_t excite
     }
     if (l->learned < UINT32_MAX) l->learned++;
 
-    // [AXIS.3] residual statistics; the sum of e^2 (1 - k x) is that of the final weights' residuals
+    // [AXIS.3] residual statistics
+    // the sum of e^2 (1 - k x) is that of the final weights' residuals
     const float after = e_pu * (1.0f - seen);
     const float t_pu = target / l->y_base;
     if (a->blocks < UINT32_MAX) a->blocks++;

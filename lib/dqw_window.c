@@ -34,7 +34,8 @@ uint32_t dqw_window_end(dqw_window *w, float block[])
     const bool enough = w->has_rise && 4 * (w->valid + w->rise_valid) >= 3 * 2 * w->half;
     const uint32_t event = enough ? (uint32_t)DQW_EVENT_LEARNED : w->has_rise ? (uint32_t)DQW_EVENT_INCOMPLETE : 0u;
     const float scale = enough ? 1.0f / (float)(w->rise_weight + w->fall_weight) : 0.0f;
-    // [WIN.3] this half rises in the next block; fall_weight < 5.1e7, top * valid < 1.1e8
+    // [WIN.3] this half rises in the next block
+    // fall_weight < 5.1e7, top * valid < 1.1e8
     const uint32_t top = (uint32_t)w->half + 1u;
     const float top_f = (float)top;
     const int n = w->signals;

@@ -32,6 +32,7 @@ static void help_and_version_are_no_errors(void)
                                                                   {"paper", "--help"},
                                                                   {"trace", "--help"},
                                                                   {"monitor", "--help"},
+                                                                  {"compare", "--help"},
                                                                   {"demo", "--help"}}) {
         const Outcome run = command::dqwatch(args);
         TEST_ASSERT_EQUAL_INT(0, run.code);
@@ -39,7 +40,7 @@ static void help_and_version_are_no_errors(void)
         TEST_ASSERT_EQUAL_STRING("", run.err.c_str());
     }
     const Outcome all = command::dqwatch({"--help"});
-    for (const char* name : {"paper", "sim", "learn", "fit", "trace", "monitor", "demo"})
+    for (const char* name : {"paper", "sim", "learn", "fit", "trace", "compare", "monitor", "demo"})
         TEST_ASSERT_TRUE_MESSAGE(all.out.find(name) != std::string::npos, name);
     const Outcome version = command::dqwatch({"--version"});
     TEST_ASSERT_EQUAL_INT(0, version.code);
@@ -64,7 +65,10 @@ static void wrong_usage_is_exit_code_2(void)
         {{"fit", "a.csv", "--pole-pairs", "four"}, "--pole-pairs"},
         {{"fit", "a.csv", "--pole-pairs"}, "--pole-pairs"},
         {{"fit", "a.csv", "--parameters", "R_ohm,colour"}, "colour"},
-        {{"learn", "a.csv", "--arith", "q15"}, "q15"},
+        {{"learn", "a.csv", "--arith", "q7"}, "q7"},
+        {{"compare"}, "LOG.csv"},
+        {{"compare", "a.csv", "b.csv"}, "b.csv"},
+        {{"compare", "a.csv", "--arith", "q15"}, "--arith"},
         {{"fit", "a.csv", "--arith", "float"}, "--arith"},
         {{"fit", "a.csv", "--effect", "gremlins"}, "--effect"},
         {{"sim", "no_such_drive"}, "servo"},

@@ -5,7 +5,9 @@
 #include <stdint.h>
 
 /// Bytes painted, the most that can be seen.
+#ifndef STACK_PAINTED
 #define STACK_PAINTED 65536
+#endif
 
 /// Paint what is below the caller's stack pointer.
 void stack_paint(void);

@@ -2,6 +2,9 @@
 #include <stdint.h>
 #include <stdlib.h>
 
+#include "target/board.h"
+#include "target/count.h"
+
 #define CPACR (*(volatile uint32_t *)0xE000ED88u)
 #define FPU_ON (0xFu << 20)
 
@@ -36,13 +39,15 @@ static int host(int call, const void *block)
     return r0;
 }
 
-__attribute__((noreturn, used)) static void die(void)
+void board_end(const char *message, uint32_t status)
 {
-    static const uint32_t status[] = {APPLICATION_EXIT, FAULT_STATUS};
-    (void)host(SYS_WRITE0, "hard fault\n");
-    (void)host(SYS_EXIT_EXTENDED, status);
+    const uint32_t how[] = {APPLICATION_EXIT, status};
+    (void)host(SYS_WRITE0, message);
+    (void)host(SYS_EXIT_EXTENDED, how);
     for (;;) {}
 }
+
+__attribute__((used)) static void die(void) { board_end("hard fault\n", FAULT_STATUS); }
 
 // The fault may have been the stack's: begin a new one.
 __attribute__((naked)) static void fault(void) { __asm__ volatile("ldr r0, =stack_top \n msr msp, r0 \n b die"); }
@@ -81,6 +86,7 @@ void reset(void)
         uint32_t size;
     } command = {line, sizeof line};
     if (host(SYS_GET_CMDLINE, &command) != 0) line[0] = 0;
+    count_calibrate();
     exit(main(split(line, argv), argv));
 }
 

@@ -1,0 +1,213 @@
+#include "dqw_estimator_q15.h"
+
+#include <stddef.h>
+
+#define HALF_WINDOW 20
+#define EXCITATION_Q15 66
+#define THRESHOLD_PPM 50000u
+#define RANDOM_LIMIT 500u
+#define ORDINAL_BLOCKS 100u
+#define READ_BLOCKS 4u
+// Until so many blocks, read after powers of two as well.
+#define FIRST_BLOCKS 16u
+#define RADIAN_Q28 268435456
+#define MOST_Q15 32766
+
+// theta over its unit, Q40: R in v/i, L in v dt/i, flux in v dt. The products stay below 2^63.
+static int64_t R_q40(const dqw_estimator_q15_config *c)
+{
+    // uOhm mA / mV = 1e-6
+    return dqw_q_quotient64((int64_t)c->R_uohm * c->scale.i_full_mA, (int64_t)c->scale.v_full_mV * 1000000, 40);
+}
+
+static int64_t L_q40(const dqw_estimator_q15_config *c, uint32_t L_nH)
+{
+    // nH mA / (mV ns) = 1
+    return dqw_q_quotient64((int64_t)L_nH * c->scale.i_full_mA, (int64_t)c->scale.v_full_mV * c->scale.dt_ns, 40);
+}
+
+static int64_t psi_q40(const dqw_estimator_q15_config *c)
+{
+    // nWb / (mV ns) = 1e3
+    return dqw_q_quotient64((int64_t)c->psi_nWb * 1000, (int64_t)c->scale.v_full_mV * c->scale.dt_ns, 40);
+}
+
+enum dqw_status dqw_estimator_init_q15(dqw_estimator_q15 *e, const dqw_estimator_q15_config *config)
+{
+    if (e == NULL || config == NULL) return DQW_ERR_NULL;
+    const dqw_estimator_q15_config *c = config;
+    enum dqw_status status = dqw_scale_check(&c->scale);
+    if (status != DQW_OK) return status;
+    const int64_t angle_q28 = dqw_scale_angle_q28(&c->scale);
+    const int64_t p = c->scale.pole_pairs != 0 ? c->scale.pole_pairs : 1;
+    if (c->excitation_q15 > MOST_Q15 || angle_q28 < 1 || angle_q28 * p >= RADIAN_Q28) return DQW_ERR_RANGE;
+
+    dqw_estimator_q15 n = {.config = config};
+    const int64_t cross = angle_q28 * p;
+    const int64_t start_d[DQW_D_Q15_INPUTS] = {R_q40(c), L_q40(c, c->Ld_nH), dqw_q_product64(L_q40(c, c->Lq_nH), cross, -28)};
+    const int64_t start_q[DQW_Q_Q15_INPUTS] = {R_q40(c), L_q40(c, c->Lq_nH), dqw_q_product64(L_q40(c, c->Ld_nH), cross, -28),
+                                               dqw_q_product64(psi_q40(c), cross, -28)};
+    status = dqw_axis_init_q15(&n.d, DQW_D_Q15_INPUTS, start_d);
+    if (status == DQW_OK) status = dqw_axis_init_q15(&n.q, DQW_Q_Q15_INPUTS, start_q);
+    if (status == DQW_OK) status = dqw_window_init_q15(&n.window, c->half_window != 0 ? c->half_window : HALF_WINDOW, DQW_BLOCK_Q15_SIGNALS);
+    if (status != DQW_OK) return status;
+
+    dqw_gate_init(&n.gate, c->stale_limit);
+    dqw_stage_init(&n.stage, c->threshold_ppm != 0 ? c->threshold_ppm : THRESHOLD_PPM, RANDOM_LIMIT, ORDINAL_BLOCKS);
+    dqw_stage_define(&n.stage);
+    const int32_t excitation = c->excitation_q15 != 0 ? c->excitation_q15 : EXCITATION_Q15;
+    n.slope_least_q28 = dqw_q31_sat(dqw_q_product64(excitation * (int64_t)8192, cross, -28));
+    *e = n;
+    return DQW_OK;
+}
+
+static bool beyond(int16_t x_q15)
+{
+    return x_q15 > MOST_Q15 || x_q15 < -MOST_Q15;
+}
+
+static uint32_t admit(dqw_estimator_q15 *e, const dqw_sample_q15 *s, bool saturated)
+{
+    const dqw_gate_sample g = {
+        .finite = true,
+        .saturated = saturated || beyond(s->v_d_q15) || beyond(s->v_q_q15) || beyond(s->i_d_q15) || beyond(s->i_q_q15) || beyond(s->w_m_q15),
+        .repeated = e->has_last && s->i_d_q15 == e->last.i_d_q15 && s->i_q_q15 == e->last.i_q_q15 && s->w_m_q15 == e->last.w_m_q15,
+    };
+    return dqw_gate_check(&e->gate, g);
+}
+
+// Inputs large enough to teach their weight.
+static uint32_t excited(const dqw_estimator_q15 *e, const int32_t x_q28[], int inputs)
+{
+    const int32_t usual_q28 = (e->config->excitation_q15 != 0 ? e->config->excitation_q15 : EXCITATION_Q15) * 8192;
+    uint32_t mask = 0;
+    for (int i = 0; i < inputs; i++) {
+        const int32_t least_q28 = i == 1 ? e->slope_least_q28 : usual_q28;
+        if (x_q28[i] >= least_q28 || x_q28[i] <= -least_q28) mask |= 1u << i;
+    }
+    return mask;
+}
+
+// Parts per million that the square root of a over b is.
+static uint32_t ppm(int64_t a_q56, int64_t b_q56)
+{
+    if (b_q56 <= 0 || a_q56 <= 0) return 0;
+    const int64_t ratio_q40 = dqw_q_quotient64(a_q56, b_q56, 40);
+    // A million over 2^20 is 0.95367.
+    return (uint32_t)(((uint64_t)dqw_q_root64((uint64_t)ratio_q40) * 1000000u) >> 20);
+}
+
+void dqw_estimator_read_q15(dqw_estimator_q15 *e)
+{
+    e->parameters = dqw_model_read_q15(&e->d, &e->q, &e->config->scale, e->config->settled);
+}
+
+static uint32_t learn(dqw_estimator_q15 *e, dqw_block_q15 *b)
+{
+    // [EST.1] regressors of both axes
+    int32_t x_d[DQW_D_Q15_INPUTS];
+    int32_t x_q[DQW_Q_Q15_INPUTS];
+    if (!e->config->settled) dqw_model_correct_q15(b, &e->parameters, &e->config->scale);
+    dqw_model_inputs_q15(b, x_d, x_q);
+
+    // [EST.2] what can be learned from this block
+    const uint32_t mask_d = excited(e, x_d, DQW_D_Q15_INPUTS);
+    const uint32_t mask_q = excited(e, x_q, DQW_Q_Q15_INPUTS);
+    uint32_t event = mask_d != (1u << DQW_D_Q15_INPUTS) - 1u || mask_q != (1u << DQW_Q_Q15_INPUTS) - 1u ? (uint32_t)DQW_EVENT_UNEXCITED : 0u;
+    if (mask_d == 0 && mask_q == 0) return event;
+    if (e->gate.blocks < UINT32_MAX) e->gate.blocks++;
+
+    // [EST.3] stage 2 remembers, every stage learns in order
+    if (mask_d != 0) (void)dqw_axis_learn_q15(&e->d, x_d, b->v_d, mask_d);
+    if (mask_q != 0) (void)dqw_axis_learn_q15(&e->q, x_q, b->v_q, mask_q);
+    const uint32_t blocks = e->gate.blocks;
+    const uint32_t every = e->config->read_blocks != 0 ? e->config->read_blocks : READ_BLOCKS;
+    if (blocks % every == 0 || (blocks < FIRST_BLOCKS && (blocks & (blocks - 1u)) == 0)) dqw_estimator_read_q15(e);
+
+    // [EST.4] which stage
+    const int64_t v2_q56 = e->d.target_q56 + e->q.target_q56;
+    const dqw_stage_input in = {
+        .random_converged = true,
+        .residual_ppm = ppm(e->d.error_q56 + e->q.error_q56, v2_q56),
+        .residual_recent_ppm = ppm(e->d.recent_q56 + e->q.recent_q56, v2_q56),
+    };
+    (void)dqw_stage_step(&e->stage, in);
+    return event | DQW_EVENT_LEARNED;
+}
+
+static const volatile bool *waits(const dqw_estimator_q15 *e)
+{
+    return &e->pending;
+}
+
+uint32_t dqw_estimator_background_q15(dqw_estimator_q15 *e)
+{
+    if (!*waits(e)) return 0;
+    // Volatile, as the flag that guards them.
+    const volatile int32_t *from = e->sums;
+    int32_t sums[DQW_BLOCK_Q15_SIGNALS];
+    for (int i = 0; i < DQW_BLOCK_Q15_SIGNALS; i++) sums[i] = from[i];
+    const uint16_t weight = *(const volatile uint16_t *)&e->weight;
+    *(volatile bool *)&e->pending = false;
+    dqw_block_q15 b = dqw_model_block_q15(sums, weight);
+    const uint32_t event = learn(e, &b);
+    e->events |= event;
+    return event;
+}
+
+// A block for the background: a window's sums, or a settled row as one.
+static uint32_t hand_over(dqw_estimator_q15 *e)
+{
+    int32_t lost[DQW_BLOCK_Q15_SIGNALS];
+    uint16_t weight;
+    const bool taken = e->pending;
+    const uint32_t event = dqw_window_end_q15(&e->window, taken ? lost : e->sums, &weight);
+    if (event == DQW_EVENT_LEARNED && taken) {
+        if (e->missed < UINT16_MAX) e->missed++;
+    } else if (event == DQW_EVENT_LEARNED) {
+        e->weight = weight;
+        e->pending = true;
+    } else if (event == DQW_EVENT_INCOMPLETE && e->gate.incomplete < UINT32_MAX) {
+        e->gate.incomplete++;
+    }
+    return event;
+}
+
+static uint32_t hand_over_row(dqw_estimator_q15 *e, const dqw_sample_q15 *s)
+{
+    if (e->pending) {
+        if (e->missed < UINT16_MAX) e->missed++;
+        return DQW_EVENT_LEARNED;
+    }
+    dqw_model_row_q15(s, e->sums);
+    e->weight = 1;
+    e->pending = true;
+    return DQW_EVENT_LEARNED;
+}
+
+uint32_t dqw_estimator_step_q15(dqw_estimator_q15 *e, const dqw_sample_q15 *s, bool saturated)
+{
+    uint32_t event = admit(e, s, saturated);
+    const bool good = event == 0;
+    if (e->config->settled) {
+        if (good) event = hand_over_row(e, s);
+    } else {
+        int32_t pair[DQW_BLOCK_Q15_SIGNALS];
+        const bool paired = good && e->last_good;
+        if (paired) dqw_model_pair_q15(&e->last, s, pair);
+        dqw_window_add_q15(&e->window, paired ? pair : NULL, DQW_BLOCK_Q15_SIGNALS);
+        if (dqw_window_full_q15(&e->window)) event |= hand_over(e);
+    }
+    // Staleness compares with whatever came last; a pair needs both of its samples good.
+    e->has_last = true;
+    e->last_good = good;
+    e->last = *s;
+    e->events |= event;
+    return event;
+}
+
+void dqw_estimator_gap_q15(dqw_estimator_q15 *e)
+{
+    e->has_last = e->last_good = false;
+    dqw_window_restart_q15(&e->window);
+}

@@ -1,0 +1,58 @@
+// How noisy the sensors are, from single rows, in whole numbers: exact sums, that forget once they are long.
+#ifndef DQW_NOISE_Q15_H
+#define DQW_NOISE_Q15_H
+
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/// Rows that the sums remember: 2^13, as the float twin.
+#define DQW_NOISE_Q15_SHIFT 13
+#define DQW_NOISE_Q15_MEMORY (1u << DQW_NOISE_Q15_SHIFT)
+
+typedef struct dqw_noise_q15 {
+    int64_t i_d_q30, i_q_q30, w_q30;  ///< sums over the memory: -2 var(i), -2 var(i), 6 var(w) times the rows. |sum| < 2^49
+    int32_t e_d_q15[3], e_q_q15[3];   ///< the last rows' current steps less what the voltage made. |e| < 2^17
+    int32_t w_step_q15;               ///< |step| < 2^16
+    uint16_t rows;                    ///< in the sums, up to the memory
+    uint8_t held;
+} dqw_noise_q15;
+
+/// What a block carries of them: means as if the memory were full, Q36 of the full scales squared; int32_t, so that no reader sees half of one.
+typedef struct dqw_noise_means_q15 {
+    int32_t i_d_q36, i_q_q36, w_q36;
+} dqw_noise_means_q15;
+
+/// Forget everything.
+void dqw_noise_init_q15(dqw_noise_q15 *n);
+
+/// Time has jumped: the next row does not follow the last one. Variances stay.
+void dqw_noise_gap_q15(dqw_noise_q15 *n);
+
+/// One consecutive pair: the step of each current less T/L times its voltage, and the step of the speed.
+///
+/// Source   (E60) in docs/EQUATIONS.md: E (e_k - e_k-3)(e_k-1 - e_k-2) = -2 var(i), whatever is slow, and whatever the voltage's noise
+/// Format   Q15 of the full scales
+/// Range    |e| < 2^17, |w_step| < 2^16
+/// Cost     3 products of 32 by 32 bits
+/// Context  ISR safe; one writer per object
+void dqw_noise_step_q15(dqw_noise_q15 *n, int32_t e_d_q15, int32_t e_q_q15, int32_t w_step_q15);
+
+/// The sums as a block carries them.
+///
+/// Format   Q36; bounded at 2^-5, a noise of an eighth of the full scale
+/// Context  where dqw_noise_step_q15 cannot come between
+dqw_noise_means_q15 dqw_noise_means_of_q15(const dqw_noise_q15 *n);
+
+/// A variance from such a mean over `rows` rows: never negative. `parts`: -2 for a current's, 6 for the speed's.
+///
+/// Format   Q36 of the full scale squared
+/// Range    rows >= 1
+int64_t dqw_noise_variance_q36(int32_t mean_q36, uint16_t rows, int parts);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

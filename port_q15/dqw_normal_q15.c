@@ -1,0 +1,178 @@
+#include "dqw_normal_q15.h"
+
+#include <stddef.h>
+
+#include "dqw_q15.h"
+
+#define N DQW_NORMAL_INPUTS
+// Sums are halved when one of them needs more bits.
+#define FULL_BITS 61u
+// A pivot below this part of its diagonal says that the direction was never learned. Rounding leaves 2^-29.
+#define PIVOT_BITS 22u
+// A weight that is tied to such a direction by more than this is not learned either: 2^-10.
+#define TIE_Q20 1024
+#define NOT_LEARNED INT64_MAX
+
+enum dqw_status dqw_normal_init_q15(dqw_normal_q15 *n, int inputs, const int64_t prior_q32[], const int64_t start_q40[])
+{
+    if (n == NULL || prior_q32 == NULL || start_q40 == NULL) return DQW_ERR_NULL;
+    if (inputs < 1 || inputs > N) return DQW_ERR_SIZE;
+    for (int i = 0; i < inputs; i++)
+        if (prior_q32[i] < 1 || dqw_q_bits64(prior_q32[i]) > 40 || dqw_q_bits64(start_q40[i]) > 60) return DQW_ERR_RANGE;
+    const dqw_normal_q15 zero = {.inputs = (uint8_t)inputs};
+    *n = zero;
+    for (int i = 0; i < inputs; i++) {
+        n->a_q32[DQW_NORMAL_A(i, i)] = prior_q32[i];
+        n->b_q32[i] = dqw_q_product64(prior_q32[i], start_q40[i], -40);
+        n->c_q32 += dqw_q_product64(n->b_q32[i], start_q40[i], -40) + 1;
+    }
+    return DQW_OK;
+}
+
+static void halve(dqw_normal_q15 *n)
+{
+    for (int k = 0; k < n->inputs * (n->inputs + 1) / 2; k++) n->a_q32[k] = dqw_q_floor64(n->a_q32[k], 1);
+    for (int i = 0; i < n->inputs; i++) n->b_q32[i] = dqw_q_floor64(n->b_q32[i], 1);
+    n->c_q32 = dqw_q_floor64(n->c_q32, 1);
+}
+
+void dqw_normal_add_q15(dqw_normal_q15 *n, const int32_t x_q28[], int32_t y_q28)
+{
+    // [RLS.1] products to the sums: each below 2^62 in Q56, 2^38 in Q32
+    int64_t *a = n->a_q32;
+    bool full = false;
+    for (int j = 0; j < n->inputs; j++) {
+        for (int i = 0; i <= j; i++, a++) *a += dqw_q_round64((int64_t)x_q28[i] * x_q28[j], 24);
+        full = full || dqw_q_bits64(a[-1]) > FULL_BITS;
+        n->b_q32[j] += dqw_q_round64((int64_t)x_q28[j] * y_q28, 24);
+    }
+    n->c_q32 += dqw_q_round64((int64_t)y_q28 * y_q28, 24);
+    if (full || dqw_q_bits64(n->c_q32) > FULL_BITS) halve(n);
+}
+
+void dqw_normal_grow_q15(dqw_normal_q15 *n, int i, int64_t q_q40)
+{
+    const int64_t own = n->a_q32[DQW_NORMAL_A(i, i)];
+    if (q_q40 <= 0 || own <= 0) return;
+    // A - a a' q / (1 + q a_ii) = A - a a' part / a_ii, part = q a_ii / (1 + q a_ii): in 0 .. 1.
+    const int64_t size_q31 = dqw_q_product64(own, q_q40, -41);  // Q31, up to 2^62
+    const int32_t part_q31 = dqw_q31_sat(dqw_q_quotient64(size_q31, size_q31 + ((int64_t)1 << 31), 31));
+    int64_t column[N];
+    for (int k = 0; k < n->inputs; k++) column[k] = n->a_q32[k < i ? DQW_NORMAL_A(k, i) : DQW_NORMAL_A(i, k)];
+    const int64_t b = n->b_q32[i];
+    int64_t *a = n->a_q32;
+    for (int j = 0; j < n->inputs; j++) {
+        // |column[j] / own| is up to 2^30 only where own is next to nothing: bounded by the product's own bound.
+        const int64_t take_q31 = dqw_q_product64(dqw_q_quotient64(column[j], own, 31), part_q31, -31);
+        for (int k = 0; k <= j; k++, a++) *a -= dqw_q_product64(take_q31, column[k], -31);
+        n->b_q32[j] -= dqw_q_product64(take_q31, b, -31);
+    }
+}
+
+typedef struct factors {
+    int32_t l_q31[N * (N + 1) / 2];  // Cholesky's lower factor, row i: DQW_NORMAL_A(k, i), k <= i. |l| <= 1
+    int half[N + 1];                 // sums scale by 2^half each way; the last is the target's
+    uint32_t out;
+} factors;
+
+static int half_of(int64_t own)
+{
+    // To 59 or 60 bits, by an even number of them.
+    const int more = 60 - (int)dqw_q_bits64(own);
+    return more >= 0 ? more / 2 : -((1 - more) / 2);
+}
+
+static void factor(const dqw_normal_q15 *n, factors *f)
+{
+    f->out = 0;
+    for (int i = 0; i < n->inputs; i++) f->half[i] = half_of(n->a_q32[DQW_NORMAL_A(i, i)]);
+    f->half[n->inputs] = half_of(n->c_q32);
+    for (int i = 0; i < n->inputs; i++) {
+        int32_t *row = &f->l_q31[DQW_NORMAL_A(0, i)];
+        for (int j = 0; j <= i; j++) {
+            const int32_t *above = &f->l_q31[DQW_NORMAL_A(0, j)];
+            // Q60, below 2^60; each product is below 2^62 in Q62
+            int64_t rest = dqw_q_scale64(n->a_q32[DQW_NORMAL_A(j, i)], f->half[i] + f->half[j]);
+            for (int k = 0; k < j; k++) rest -= dqw_q_round64((int64_t)row[k] * above[k], 2);
+            if (j < i) {
+                row[j] = above[j] == 0 ? 0 : dqw_q31_sat(dqw_q_quotient64(rest, above[j], 2));
+            } else if (rest < (int64_t)1 << (60 - PIVOT_BITS)) {
+                row[i] = 0;
+                f->out |= 1u << i;
+            } else {
+                row[i] = dqw_q31_sat((int64_t)dqw_q_root64((uint64_t)rest << 2));
+            }
+        }
+    }
+}
+
+// z = L^-1 of a unit vector, Q20: its squares sum to a diagonal element of the inverse. |z| <= 2^11.
+static int64_t inverse_diagonal_q40(const factors *f, int inputs, int i)
+{
+    int64_t z_q20[N] = {0};
+    int64_t sum_q40 = 0;
+    for (int k = i; k < inputs; k++) {
+        const int32_t *row = &f->l_q31[DQW_NORMAL_A(0, k)];
+        if (row[k] == 0) continue;
+        int64_t rest_q51 = k == i ? (int64_t)1 << 51 : 0;
+        for (int m = i; m < k; m++) rest_q51 -= row[m] * z_q20[m];
+        z_q20[k] = dqw_q_quotient64(rest_q51, row[k], 0);
+        sum_q40 += z_q20[k] * z_q20[k];
+    }
+    return sum_q40;
+}
+
+// A direction that was never learned has a part of others in it: those are not learned either.
+static void leave_out(const factors *f, int inputs, dqw_solution_q15 *s)
+{
+    for (int i = 0; i < inputs; i++) {
+        if ((f->out >> i & 1u) == 0) continue;
+        s->cov_q40[i] = NOT_LEARNED;
+        int64_t t_q20[N] = {0};
+        for (int j = i - 1; j >= 0; j--) {
+            const int32_t own = f->l_q31[DQW_NORMAL_A(j, j)];
+            if (own == 0) continue;
+            int64_t rest_q51 = (int64_t)f->l_q31[DQW_NORMAL_A(j, i)] * ((int64_t)1 << 20);
+            for (int k = j + 1; k < i; k++) rest_q51 -= f->l_q31[DQW_NORMAL_A(j, k)] * t_q20[k];
+            t_q20[j] = dqw_q_quotient64(rest_q51, own, 0);
+            if (t_q20[j] > TIE_Q20 || t_q20[j] < -TIE_Q20) s->cov_q40[j] = NOT_LEARNED;
+        }
+    }
+}
+
+void dqw_normal_solve_q15(const dqw_normal_q15 *n, const int64_t start_q40[], dqw_solution_q15 *s)
+{
+    factors f;
+    const int inputs = n->inputs;
+    factor(n, &f);
+    const int half_y = f.half[inputs];
+
+    // Forward: what the inputs explain, y of unit length at most. Q31
+    int32_t y_q31[N];
+    int64_t left_q60 = dqw_q_scale64(n->c_q32, 2 * half_y);
+    for (int i = 0; i < inputs; i++) {
+        const int32_t *row = &f.l_q31[DQW_NORMAL_A(0, i)];
+        int64_t rest_q60 = dqw_q_scale64(n->b_q32[i], f.half[i] + half_y);
+        for (int k = 0; k < i; k++) rest_q60 -= dqw_q_round64((int64_t)row[k] * y_q31[k], 2);
+        y_q31[i] = row[i] == 0 ? 0 : dqw_q31_sat(dqw_q_quotient64(rest_q60, row[i], 2));
+        left_q60 -= dqw_q_round64((int64_t)y_q31[i] * y_q31[i], 2);
+    }
+    s->left_q32 = left_q60 > 0 ? dqw_q_scale64(left_q60, -2 * half_y) : 0;
+
+    // Back: |w| <= 2^11 n in Q40
+    int64_t w_q40[N];
+    for (int j = inputs - 1; j >= 0; j--) {
+        const int32_t own = f.l_q31[DQW_NORMAL_A(j, j)];
+        int64_t rest_q40 = (int64_t)y_q31[j] * 512;
+        for (int i = j + 1; i < inputs; i++) rest_q40 -= dqw_q_product64(f.l_q31[DQW_NORMAL_A(j, i)], w_q40[i], -31);
+        w_q40[j] = own == 0 ? 0 : dqw_q_quotient64(rest_q40, own, 31);
+    }
+    s->out = f.out;
+    for (int i = 0; i < inputs; i++) {
+        const bool out = (f.out >> i & 1u) != 0;
+        s->w_q40[i] = out ? start_q40[i] : dqw_q_scale64(w_q40[i], f.half[i] - half_y);
+        // The sums were scaled from Q32 to Q60.
+        s->cov_q40[i] = out ? NOT_LEARNED : dqw_q_scale64(inverse_diagonal_q40(&f, inputs, i), 2 * f.half[i] - 28);
+    }
+    leave_out(&f, inputs, s);
+}

@@ -1,0 +1,76 @@
+// Normal equations: the joint neuron's gain in the form that suits integers. Sums of products, exact to their last bit, solved when
+// somebody asks for the weights. The same estimate as dqw_gain's recursion, and no error gathers from step to step.
+#ifndef DQW_NORMAL_Q15_H
+#define DQW_NORMAL_Q15_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "dqw_size.h"
+#include "dqw_status.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/// Most inputs, those of the effects included.
+#if DQW_EFFECT_WEIGHTS > 2
+#define DQW_NORMAL_INPUTS (4 + DQW_EFFECT_WEIGHTS)
+#else
+#define DQW_NORMAL_INPUTS 6
+#endif
+
+/// Inputs and target are Q28 of their bases: up to eight of them.
+#define DQW_NORMAL_X_BITS 28
+
+typedef struct dqw_normal_q15 {
+    int64_t a_q32[DQW_NORMAL_INPUTS * (DQW_NORMAL_INPUTS + 1) / 2];  ///< sums of x_i x_j, column by column of the upper triangle
+    int64_t b_q32[DQW_NORMAL_INPUTS];                                ///< sums of x_i y
+    int64_t c_q32;                                                   ///< sum of y y
+    uint8_t inputs;
+} dqw_normal_q15;
+
+/// Where the sum of inputs i, j stands, i <= j.
+#define DQW_NORMAL_A(i, j) ((j) * ((j) + 1) / 2 + (i))
+
+/// What the sums say.
+typedef struct dqw_solution_q15 {
+    int64_t w_q40[DQW_NORMAL_INPUTS];    ///< weights, per unit of the bases; |w| < 2^22
+    int64_t cov_q40[DQW_NORMAL_INPUTS];  ///< diagonal of the inverse of the sums, per unit; INT64_MAX: never learned
+    uint32_t out;                        ///< bit i: the pivot of input i vanished; its weight stays at its start
+    int64_t left_q32;                    ///< sum of the squared residuals, >= 0
+} dqw_solution_q15;
+
+/// Nothing seen, weights start_q40[inputs] believed as much as a sum of prior_q32[inputs] would make them.
+///
+/// Source   (E17), (E70) in docs/EQUATIONS.md
+/// Returns  DQW_OK; DQW_ERR_NULL, DQW_ERR_SIZE or DQW_ERR_RANGE, and then *n is untouched
+enum dqw_status dqw_normal_init_q15(dqw_normal_q15 *n, int inputs, const int64_t prior_q32[], const int64_t start_q40[]);
+
+/// Learn one row.
+///
+/// Source   (E70) in docs/EQUATIONS.md
+/// Format   x_q28[inputs], y_q28
+/// Range    |x|, |y| < 2^31; 2^31 rows of bases fit, then all sums halve
+/// Cost     n (n + 3) / 2 + 1 products of 32 by 32 bits
+/// Context  background, or once a block
+void dqw_normal_add_q15(dqw_normal_q15 *n, const int32_t x_q28[], int32_t y_q28);
+
+/// The weights may have wandered: the variance of weight i grows by q, as P grows in (E61); its value stays.
+///
+/// Source   (E71) in docs/EQUATIONS.md
+/// Format   q_q40: per unit squared, per unit of the residual's variance; >= 0
+/// Cost     n (n + 1) / 2 products of 32 by 32 bits, one division of 32
+void dqw_normal_grow_q15(dqw_normal_q15 *n, int i, int64_t q_q40);
+
+/// Solve by Cholesky's factors of the sums, scaled by powers of two. Leaves out what was never learned.
+///
+/// Source   (E70) in docs/EQUATIONS.md
+/// Shape    start_q40[inputs]: what a weight that was left out is
+/// Cost     about n^3 / 2 products, n square roots and n divisions of 32 bits
+void dqw_normal_solve_q15(const dqw_normal_q15 *n, const int64_t start_q40[], dqw_solution_q15 *out);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,42 @@
+// Full scales: what the fixed-point numbers stand for. A signal is x_q15 * full / 32768.
+#ifndef DQW_SCALE_H
+#define DQW_SCALE_H
+
+#include <stdint.h>
+
+#include "dqw_status.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/// Terminal signals of one row, as dqw_sample. -32768, -32767 and 32767 count as beyond the full scale.
+typedef struct dqw_sample_q15 {
+    int16_t v_d_q15, v_q_q15;  ///< of v_full
+    int16_t i_d_q15, i_q_q15;  ///< of i_full
+    int16_t w_m_q15;           ///< of w_full
+    uint16_t theta_e_turn;     ///< electrical angle, 65536 a turn
+} dqw_sample_q15;
+
+/// Full scales, from nameplate values: what no signal reaches, the nearer the better.
+typedef struct dqw_scale {
+    uint32_t v_full_mV;      ///< 1 .. DQW_SCALE_MAX
+    uint32_t i_full_mA;      ///< 1 .. DQW_SCALE_MAX
+    uint32_t w_full_mrad_s;  ///< mechanical speed, 1 .. DQW_SCALE_MAX
+    uint32_t dt_ns;          ///< sampling period, 1 .. 10^9
+    uint16_t pole_pairs;     ///< 0: not known
+} dqw_scale;
+
+/// 10 kV, 10 kA, 10^4 rad/s.
+#define DQW_SCALE_MAX 10000000u
+
+/// May these be full scales?
+///
+/// Returns  DQW_OK; DQW_ERR_NULL, or DQW_ERR_RANGE where a value is outside the range that stands beside it
+/// Context  at start
+enum dqw_status dqw_scale_check(const dqw_scale *scale);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

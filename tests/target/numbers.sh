@@ -1,0 +1,110 @@
+#!/bin/sh
+# What a step costs on each core, float beside Q15: instructions under QEMU, flash, state and stack. Prints the table of README.md;
+# `tests/target/numbers.sh FILE.md` writes it there between `<!-- numbers -->` and `<!-- /numbers -->`. A further row is a piece_NAME.c and
+# a line of `pieces`. BUILD: build folder. 77 where a tool is absent.
+set -eu
+here=$(dirname "$0")
+out=${BUILD:-build}/numbers
+cores="m0 m3 m4f m33 rv32"
+# Name, cores, what the table says.
+pieces="neurons_float|$cores|the paper's neurons, both axes, float
+neurons_q15|$cores|the same, Q15
+estimator_float|m0 m3 m4f m33|\`dqw_estimator_step\`, float
+estimator_q15|$cores|\`dqw_estimator_step_q15\`
+monitor_float|m0 m3 m4f m33|\`dqw_monitor_sample\`, float
+monitor_q15|$cores|the same, Q15"
+
+# One core: the libraries once, then each piece: run, and linked alone for its bytes of flash.
+if [ "${1:-}" = --core ]; then
+    core=$2
+    mkdir -p "$out/$core"
+    compile=$("$here/run_on.sh" "$core") || exit 0
+    math="-lm -lc" sources="lib/*.c port_q15/*.c"
+    # Without a C library there is no <math.h>.
+    # shellcheck disable=SC2046,SC2086
+    [ "$core" != rv32 ] || { math='' sources="$(grep -L 'math[.]h' lib/*.c) port_q15/*.c"; }
+    defines="-DDQW_EFFECT_WEIGHTS=0 -Iexamples -Ilib -Iport_q15 -I$here/.."
+    for source in $sources; do
+        # shellcheck disable=SC2086
+        $compile -Os $defines -c "$source" -o "$out/$core/$(basename "$source" .c).o" 2>"$out/$core/log" || [ "$core" = rv32 ] || cat "$out/$core/log" >&2
+    done
+    cc=${compile%% *}
+    "${cc%gcc}ar" rcs "$out/$core/lib.a" "$out/$core"/*.o
+    echo "$pieces" | while IFS='|' read -r piece on _; do
+        source=$here/piece_$piece.c
+        case " $on " in *" $core "*) ;; *) continue ;; esac
+        [ -f "$source" ] || continue
+        elf=$out/$core/$piece
+        # shellcheck disable=SC2086
+        "$here/run_on.sh" "$core" "$elf" "$here/numbers.c" "$here/stimulus.c" "$source" $defines "$out/$core/lib.a" $math >"$elf.txt" </dev/null || {
+            cat "$elf.txt" >&2
+            exit 1
+        }
+        # shellcheck disable=SC2086
+        $compile -Os $defines "$source" "$elf.bare.o" "$out/$core/lib.a" -nostdlib -Wl,-e,piece_step,-u,piece_start,-u,piece_background,--gc-sections \
+            $math -lgcc -o "$elf.flash"
+        "${cc%gcc}size" "$elf.flash" | awk 'NR == 2 { print "flash", $1 + $2 }' >>"$elf.txt"
+    done
+    exit 0
+fi
+
+rm -rf "$out"
+mkdir -p "$out"
+for core in $cores; do "$here/run_on.sh" "$core" >"$out/$core.compiler" || {
+    cat "$out/$core.compiler"
+    exit 77
+}; done
+export BUILD="${BUILD:-build}"
+for core in $cores; do echo "$core"; done | xargs -n 1 -P "$(nproc)" "$0" --core
+
+value() { # CORE PIECE NAME
+    awk -v name="$3" '$1 == name { print $2 }' "$out/$1/$2.txt"
+}
+version() { $(cut -d ' ' -f 1 "$out/$1.compiler") -dumpfullversion; }
+cell() { # PIECE CORE WHICH
+    if [ ! -f "$out/$2/$1.txt" ]; then
+        printf ' | –'
+    elif [ "$3" = instructions ]; then
+        printf ' | %s, %s' "$(value "$2" "$1" worst)" "$(value "$2" "$1" mean)"
+    else
+        printf ' | %s, %s, %s' "$(value "$2" "$1" flash)" "$(value "$2" "$1" state)" "$(value "$2" "$1" stack)"
+    fi
+}
+estimates() {
+    said=
+    for arithmetic in float q15; do
+        source=$here/piece_neurons_$arithmetic.c
+        name=$arithmetic
+        [ "$name" != q15 ] || name=Q15
+        [ -f "$source" ] || continue
+        cycles=$("$here/mca.sh" "$out" "$here/numbers.c" "$here/stimulus.c" "$source" -DDQW_EFFECT_WEIGHTS=0 "$out/m4f/lib.a" | awk '$1 == "mca_cycles" { print $2 }')
+        [ -z "$cycles" ] || printf '%s' "${said:+, }$name $cycles"
+        said=1
+    done
+}
+table() {
+    printf '| one step: instructions, worst and mean; bytes of flash, state, stack | M0 | M3 | M4F | M33 | RV32IMC |\n| --- | --: | --: | --: | --: | --: |\n'
+    echo "$pieces" | while IFS='|' read -r piece _ label; do
+        [ -f "$here/piece_$piece.c" ] || continue
+        for which in instructions bytes; do
+            printf '| %s' "$label: $which"
+            for core in $cores; do cell "$piece" "$core" "$which"; done
+            printf ' |\n'
+        done
+    done
+    printf '\nUnder QEMU, `make numbers`, `-Os`; arm-none-eabi-gcc %s, riscv64-unknown-elf-gcc %s. Flash holds the compiler'\''s own float where the core has none.\n' \
+        "$(version m4f)" "$(version rv32)"
+    estimated=$(estimates)
+    [ -z "$estimated" ] || printf 'Cycles of a Cortex-M4 for the neurons, as llvm-mca %s estimates them: %s.\n' "$(llvm-mca --version | sed -n 's/.*LLVM version \([0-9.]*\).*/\1/p')" "$estimated"
+}
+table >"$out/table.md"
+[ $# = 1 ] || {
+    cat "$out/table.md"
+    exit 0
+}
+grep -q '^<!-- numbers -->$' "$1"
+awk -v table="$out/table.md" '
+    /^<!-- \/numbers -->$/ { inside = 0 }
+    !inside { print }
+    /^<!-- numbers -->$/ { inside = 1; while ((getline line < table) > 0) print line }' "$1" >"$out/page.md"
+cat "$out/page.md" >"$1"

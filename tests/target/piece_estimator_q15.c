@@ -1,0 +1,27 @@
+// The estimator's step in Q15: what the interrupt does; blocks are learned in the background.
+#include "dqw_estimator_q15.h"
+#include "target/board.h"
+#include "target/piece.h"
+#include "target/stimulus_q15.h"
+
+static const dqw_estimator_q15_config config = {
+    .scale = STIMULUS_SCALE, .R_uohm = 400000, .Ld_nH = 700000, .Lq_nH = 1900000, .psi_nWb = 12000000, .stale_limit = 10};
+static dqw_estimator_q15 e;
+static dqw_sample_q15 sample;
+static bool limited;
+const uint32_t piece_bytes = sizeof e;
+
+void piece_start(void)
+{
+    if (dqw_estimator_init_q15(&e, &config) != DQW_OK) board_end("no estimator\n", 2);
+}
+
+void piece_load(const stimulus *s)
+{
+    sample = stimulus_sample(s);
+    limited = s->limited;
+}
+
+void piece_step(void) { (void)dqw_estimator_step_q15(&e, &sample, limited); }
+
+void piece_background(void) { (void)dqw_estimator_background_q15(&e); }

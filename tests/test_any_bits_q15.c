@@ -1,0 +1,201 @@
+// Any bit patterns into every step of the fixed-point learners: no trap, and afterwards each object still learns a clean signal.
+#include "dqw_learner_q15.h"
+#include "dqw_ordinal_q15.h"
+#include "dqw_random_q15.h"
+#include "dqw_test.h"
+#include "dqw_transform_q15.h"
+
+void setUp(void) { test_case[0] = 0; }
+void tearDown(void) {}
+
+static const int steps = 1000000;
+static dqw_random_sample_q15 memory[50];
+
+// Any of the 2^16 patterns; every fourth at an edge.
+static int16_t bits(test_random *r)
+{
+    static const int16_t odd[] = {INT16_MIN, -INT16_MAX, -1, 0, 1, INT16_MAX, 16384, -16384};
+    const uint64_t z = random_bits(r);
+    return z % 4 == 0 ? odd[z / 4 % 8] : (int16_t)((int)(z >> 40 & 65535u) - 32768);
+}
+
+static int16_t clean(test_random *r) { return (int16_t)lrint(random_uniform(r, -30000, 30000)); }
+
+static void test_transforms(void)
+{
+    test_random r = {1};
+    long sum = 0;
+    for (int k = 0; k < scaled(steps); k++) {
+        const dqw_abc_q15 a = {bits(&r), bits(&r), bits(&r)};
+        int16_t c = bits(&r);
+        int16_t s = bits(&r);
+        const dqw_dq_q15 y = dqw_park_q15(dqw_clarke_q15(a), c, s);
+        const dqw_abc_q15 b = dqw_clarke_inverse_q15(dqw_park_inverse_q15(y, c, s));
+        dqw_cosine_sine_q15((uint16_t)random_bits(&r), &c, &s);
+        sum += dqw_park_paper_q15(dqw_clarke_q15(b), c, s).d;
+    }
+    TEST_ASSERT_TRUE(sum != 0);
+}
+
+static void test_plain_step(void)
+{
+    static const uint16_t step[] = {1, 33, 16384, 32768, 65535};
+    for (int n = 1; n <= DQW_LEARNER_INPUTS_Q15; n++)
+        for (int s = 0; s < 5; s++) {
+            CASE("%d inputs, step size %d", n, step[s]);
+            int32_t w_q31[DQW_LEARNER_INPUTS_Q15] = {0};
+            test_random r = {(uint64_t)(10 * n + s)};
+            for (int k = 0; k < scaled(steps) / 10; k++) {
+                int16_t x[DQW_LEARNER_INPUTS_Q15];
+                for (int i = 0; i < n; i++) {
+                    x[i] = bits(&r);
+                    if (k % 100 == 0) w_q31[i] = bits(&r) * 65536 + (int32_t)(random_bits(&r) & 65535u);
+                    if (k % 300 == 0) w_q31[i] = k % 600 ? INT32_MAX : INT32_MIN;
+                }
+                const int32_t e_q28 = dqw_learner_step_pu_q15(w_q31, x, n, bits(&r), step[s]);
+                HOLDS(llabs(e_q28) <= (1 + n) * ((int64_t)1 << 28));
+            }
+            if (step[s] != 16384) continue;
+            for (int k = 0; k < 20000; k++) {
+                int16_t x[DQW_LEARNER_INPUTS_Q15];
+                int32_t y_q30 = 0;
+                for (int i = 0; i < n; i++) {
+                    x[i] = clean(&r);
+                    y_q30 += x[i] * (i % 2 ? -5000 : 4000);
+                }
+                (void)dqw_learner_step_pu_q15(w_q31, x, n, dqw_q15_sat(dqw_q_round32(y_q30, 15)), step[s]);
+            }
+            for (int i = 0; i < n; i++) BETWEEN(-4, w_q31[i] / 65536.0 - (i % 2 ? -5000 : 4000), 4);
+        }
+}
+
+static void test_learner(void)
+{
+    for (int mode = 0; mode < 4; mode++) {
+        CASE("mode %d", mode);
+        const dqw_learner_config_q15 c = {.inputs = 3, .step_size_q15 = 16384, .noisy_inputs = (mode & 1) != 0, .indicator = (mode & 2) != 0};
+        dqw_learner_q15 l;
+        TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_learner_init_q15(&l, &c));
+        test_random r = {(uint64_t)(2 + mode)};
+        for (int k = 0; k < scaled(steps) / 4; k++) {
+            const int16_t x[3] = {bits(&r), bits(&r), bits(&r)};
+            if (k % 1000 == 0) l.step_size_q15 = (uint16_t)random_bits(&r);
+            (void)dqw_learner_forward_q15(&l, x);
+            (void)dqw_learner_learn_q15(&l, x, bits(&r));
+            (void)dqw_learner_weight_q15(&l, (int)(random_bits(&r) % 5) - 1);
+            if (k % 100 == 0) (void)dqw_learner_set_weight_q15(&l, (int)(random_bits(&r) % 5) - 1, bits(&r) * 65536);
+        }
+        l.step_size_q15 = 8192;
+        for (int k = 0; k < 60000; k++) {
+            const int16_t x[3] = {clean(&r), clean(&r), clean(&r)};
+            (void)dqw_learner_learn_q15(&l, x, dqw_q15_sat(dqw_q_round32(x[0] * 16384 - x[1] * 8192 + x[2] * 4096, 15)));
+        }
+        BETWEEN(0.499, dqw_learner_weight_q15(&l, 0) / 2147483648.0, 0.501);
+        BETWEEN(-0.251, dqw_learner_weight_q15(&l, 1) / 2147483648.0, -0.249);
+        BETWEEN(0.124, dqw_learner_weight_q15(&l, 2) / 2147483648.0, 0.126);
+    }
+}
+
+static void test_random_learner(void)
+{
+    const dqw_learner_config_q15 c = {.inputs = 1, .step_size_q15 = 16384, .indicator = true};
+    const dqw_random_config_q15 rc = {.reservoir = memory, .capacity = 50, .draws = 50, .seed = 1, .tolerance_q15 = 328};
+    dqw_learner_q15 l;
+    dqw_random_q15 d;
+    TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_learner_init_q15(&l, &c));
+    TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_random_init_q15(&d, &rc));
+    test_random r = {8};
+    for (int k = 0; k < scaled(steps); k++) {
+        const int16_t x = bits(&r);
+        dqw_random_put_q15(&d, &x, (int)(random_bits(&r) % 2), bits(&r));
+        (void)dqw_random_iterate_q15(&d, &l);
+        if (k % 1000 == 0) (void)dqw_random_epoch_q15(&d, &l);
+    }
+    // The reservoir keeps what it was given; a new one on the same memory starts clean.
+    TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_random_init_q15(&d, &rc));
+    for (int k = 0; k < 50; k++) {
+        const int16_t x = clean(&r);
+        dqw_random_put_q15(&d, &x, 1, x / 2);
+    }
+    for (int k = 0; k < 200; k++) (void)dqw_random_epoch_q15(&d, &l);
+    BETWEEN(0.499, l.w_q31[0] / 2147483648.0, 0.501);
+}
+
+static void test_ordinal(void)
+{
+    for (int mode = 0; mode < 4; mode++) {
+        CASE("mode %d", mode);
+        const dqw_ordinal_config_q15 c = {.dt_ns = 100000,
+                                          .x_full_mV = 5000,
+                                          .y_full_mA = 10000,
+                                          .R_uohm = 300000,
+                                          .L_nH = 300000,
+                                          .form = (enum dqw_ordinal_form_q15)(mode & 1),
+                                          .discretisation = (enum dqw_ordinal_discretisation_q15)(mode >> 1)};
+        dqw_ordinal_q15 o;
+        TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_ordinal_init_q15(&o, &c));
+        test_random r = {(uint64_t)(9 + mode)};
+        for (int k = 0; k < scaled(steps) / 2; k++) {
+            // Runs at the edges as well, where sums and outputs grow longest.
+            const bool edge = k / 1000 % 3 == 0;
+            dqw_ordinal_step_q15(&o, edge ? 32766 : bits(&r), edge ? (k / 3000 % 2 ? -32766 : 32766) : bits(&r));
+            (void)dqw_ordinal_R_from_x_q15(&o, (uint32_t)random_bits(&r));
+            (void)dqw_ordinal_R_from_y_q15(&o, (uint32_t)random_bits(&r));
+            if (random_bits(&r) % 300 == 0) (void)dqw_ordinal_end_epoch_q15(&o);
+            if (random_bits(&r) % 5000 == 0) {
+                o.a_q31 = (int32_t)(random_bits(&r) % 2146409906u) + 1;
+                o.b_q27 = (int32_t)(random_bits(&r) % (1u << 31)) - (1 << 30);
+            }
+        }
+        (void)dqw_ordinal_end_epoch_q15(&o);
+        HOLDS(o.a_q31 >= 21474836 && o.a_q31 <= 2146409906 && llabs(o.b_q27) <= 1 << 30);
+        if (c.form == DQW_ORDINAL_PAIRS_Q15) continue;  // pairs keep all that they learned
+        const double a = exp(-0.37e-4 / 0.326e-3);
+        for (int epoch = 0; epoch < 60; epoch++) {
+            double y = 0.0;
+            test_random s = {10};
+            double x = 0.4;
+            for (int k = 0; k < 300; k++) {
+                if (k % 20 == 0) x = random_bits(&s) & 1u ? 0.4 : -0.4;
+                dqw_ordinal_step_q15(&o, (int16_t)lrint(32768 * x), (int16_t)lrint(32768 * y));
+                y = a * y + (1 - a) / 0.37 * 0.5 * x;
+            }
+            (void)dqw_ordinal_end_epoch_q15(&o);
+        }
+        if (mode == 0) BETWEEN(369500, dqw_ordinal_R_from_x_q15(&o, 326000), 370500);
+        HOLDS(o.converged);
+    }
+}
+
+// The longest sums that an epoch may hold, at the edges.
+static void test_long_epochs(void)
+{
+    for (int form = 0; form < 2; form++) {
+        const dqw_ordinal_config_q15 c = {
+            .dt_ns = 10000, .x_full_mV = 5000, .y_full_mA = 10000, .R_uohm = 3000, .L_nH = 3000, .form = (enum dqw_ordinal_form_q15)form};
+        dqw_ordinal_q15 o;
+        TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_ordinal_init_q15(&o, &c));
+        for (int epoch = 0; epoch < 2; epoch++) {
+            if (epoch == 1) {
+                o.a_q31 = 2146409906;
+                o.b_q27 = 1 << 30;
+                o.from_pairs = false;
+            }
+            for (int k = 0; k < 600000; k++) dqw_ordinal_step_q15(&o, 32766, epoch == 1 ? -32766 : 32766);
+            for (int i = 0; i < 5; i++) HOLDS(llabs(o.sum[i]) < INT64_MAX / 4 * 3);
+            (void)dqw_ordinal_end_epoch_q15(&o);
+        }
+    }
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_transforms);
+    RUN_TEST(test_plain_step);
+    RUN_TEST(test_learner);
+    RUN_TEST(test_random_learner);
+    RUN_TEST(test_ordinal);
+    RUN_TEST(test_long_epochs);
+    return UNITY_END();
+}

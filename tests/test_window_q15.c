@@ -1,0 +1,128 @@
+// The triangular window in whole numbers: to the last bit the sums in 64 bits, with refused pairs, incomplete blocks, restarts, extremes.
+#include "dqw_test.h"
+#include "dqw_window_q15.h"
+
+void setUp(void) { test_case[0] = 0; }
+void tearDown(void) {}
+
+static void test_init_refuses_and_leaves_the_object_alone(void)
+{
+    dqw_window_q15 w;
+    TEST_ASSERT_EQUAL_INT(DQW_ERR_NULL, dqw_window_init_q15(NULL, 20, 9));
+    static const int bad[][2] = {{0, 9}, {-1, 9}, {101, 9}, {256 + 20, 9}, {INT32_MAX, 9}, {20, 0}, {20, -1}, {20, DQW_WINDOW_Q15_SIGNALS + 1}, {20, 257}};
+    for (unsigned k = 0; k < sizeof bad / sizeof bad[0]; k++) REFUSED(w, DQW_ERR_SIZE, dqw_window_init_q15(&w, bad[k][0], bad[k][1]));
+    TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_window_init_q15(&w, DQW_WINDOW_Q15_HALF, DQW_WINDOW_Q15_SIGNALS));
+    TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_window_init_q15(&w, 1, 1));
+}
+
+enum { LENGTH = 4000, SIGNALS = 3, EDGE = 1 << 17 };
+static int32_t signal[LENGTH][SIGNALS];
+static bool present[LENGTH];
+
+// Block b covers pairs b half .. (b + 2) half - 1: weights 1 .. half up, half .. 1 down.
+static bool naive(int half, int block, int64_t out[SIGNALS], int64_t *weight)
+{
+    int valid = 0;
+    *weight = 0;
+    for (int i = 0; i < SIGNALS; i++) out[i] = 0;
+    for (int k = 0; k < 2 * half; k++) {
+        const int at = block * half + k;
+        if (!present[at]) continue;
+        const int g = k < half ? k + 1 : 2 * half - k;
+        for (int i = 0; i < SIGNALS; i++) out[i] += (int64_t)g * signal[at][i];
+        *weight += g;
+        valid++;
+    }
+    return 4 * valid >= 3 * 2 * half;
+}
+
+static uint32_t step(dqw_window_q15 *w, const int32_t x[], int signals, int32_t block[], uint16_t *weight)
+{
+    dqw_window_add_q15(w, x, signals);
+    return dqw_window_full_q15(w) ? dqw_window_end_q15(w, block, weight) : 0;
+}
+
+static void test_is_the_triangular_sum_of_what_was_there(void)
+{
+    static const int halves[] = {1, 2, 3, 20, 25, 77, 100};
+    static const double missing[] = {0.0, 0.05, 0.2, 0.27, 0.6};
+    test_random r = {21};
+    int learned = 0;
+    int incomplete = 0;
+    double largest = 0.0;
+    for (int h = 0; h < 7; h++)
+        for (int m = 0; m < 5; m++) {
+            const int half = halves[h];
+            for (int k = 0; k < LENGTH; k++) {
+                present[k] = random_uniform(&r, 0, 1) >= missing[m];
+                signal[k][0] = (int32_t)(random_bits(&r) % (2 * EDGE + 1)) - EDGE;
+                signal[k][1] = EDGE;
+                signal[k][2] = k / 500 % 2 ? EDGE : -EDGE;
+            }
+            dqw_window_q15 w;
+            TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_window_init_q15(&w, half, SIGNALS));
+            for (int k = 0; k < LENGTH; k++) {
+                CASE("half %d, missing %g, pair %d", half, missing[m], k);
+                int32_t block[SIGNALS] = {-99, -99, -99};
+                uint16_t weight = 9999;
+                const uint32_t event = step(&w, present[k] ? signal[k] : NULL, SIGNALS, block, &weight);
+                int64_t expected[SIGNALS];
+                int64_t expected_weight;
+                if ((k + 1) % half != 0 || k + 1 < 2 * half) {
+                    HOLDS(event == 0);
+                    HOLDS(block[0] == -99 && weight == 9999);
+                } else if (naive(half, (k + 1) / half - 2, expected, &expected_weight)) {
+                    HOLDS(event == DQW_EVENT_LEARNED);
+                    HOLDS(weight == expected_weight);
+                    for (int i = 0; i < SIGNALS; i++) HOLDS(block[i] == expected[i]);
+                    largest = fmax(largest, fabs((double)block[1]));
+                    learned++;
+                } else {
+                    HOLDS(event == DQW_EVENT_INCOMPLETE);
+                    HOLDS(block[0] == -99 && weight == 9999);
+                    incomplete++;
+                }
+            }
+        }
+    BETWEEN(20000, learned, 40000);
+    BETWEEN(100, incomplete, 20000);
+    // The bound of DQW_WINDOW_Q15_HALF is reached: 100 * 101 * 2^17.
+    BETWEEN(1323827200.0, largest, 1323827200.0);
+}
+
+static void test_restart_forgets(void)
+{
+    test_random r = {22};
+    for (int at = 0; at < 60; at++) {
+        CASE("restart after %d", at);
+        dqw_window_q15 fresh;
+        dqw_window_q15 used;
+        TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_window_init_q15(&fresh, 10, 1));
+        TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_window_init_q15(&used, 10, 1));
+        int32_t block = 0;
+        uint16_t weight = 0;
+        for (int k = 0; k < at; k++) {
+            const int32_t x = (int32_t)(random_bits(&r) % EDGE);
+            (void)step(&used, k % 7 ? &x : NULL, 1, &block, &weight);
+        }
+        dqw_window_restart_q15(&used);
+        for (int k = 0; k < 50; k++) {
+            const int32_t x = (int32_t)(random_bits(&r) % EDGE);
+            int32_t a = 0;
+            int32_t b = 0;
+            const uint32_t one = step(&fresh, &x, 1, &a, &weight);
+            const uint32_t two = step(&used, &x, 1, &b, &weight);
+            HOLDS(one == two);
+            HOLDS(a == b);
+        }
+    }
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_init_refuses_and_leaves_the_object_alone);
+    RUN_TEST(test_is_the_triangular_sum_of_what_was_there);
+    RUN_TEST(test_restart_forgets);
+    return UNITY_END();
+}
