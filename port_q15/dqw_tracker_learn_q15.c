@@ -16,7 +16,7 @@
 #define NOISE_MARGIN 3
 // A mean over 32 blocks, in which a strong one counts as so many weak ones, so that a drive that stops is soon seen to have stopped.
 #define EXCESS_BLOCKS 32
-#define EXCESS_MAX 8
+#define EXCESS_MAX_Q10 8192
 // A weight of so many nominal values is no machine's: 64.
 #define WEIGHT_MAX_Q24 1073741824
 // An inductance below this part of the nominal one is not believed: 0.1.
@@ -57,7 +57,7 @@ static void choose(dqw_tracker_q15 *t, const dqw_tracker_rows_q15 *r, uint32_t m
         // Up to 2^61
         const int64_t power_q56 = dqw_q_round64((int64_t)r->x_q28[D][i] * r->x_q28[D][i], 2) + dqw_q_round64((int64_t)r->x_q28[Q][i] * r->x_q28[Q][i], 2);
         const int64_t ratio_q10 = dqw_q_quotient64(power_q56, least_q56, 12);
-        const int32_t excess_q10 = (int32_t)(ratio_q10 < EXCESS_MAX * 1024 ? ratio_q10 : EXCESS_MAX * 1024) - 1024;
+        const int32_t excess_q10 = (int32_t)(ratio_q10 < EXCESS_MAX_Q10 ? ratio_q10 : EXCESS_MAX_Q10) - 1024;
         t->excess_q10[i] = (int16_t)(((EXCESS_BLOCKS - 1) * t->excess_q10[i] + excess_q10) / EXCESS_BLOCKS);
         if (t->excess_q10[i] <= 0) continue;
         if (r->x_q28[D][i] != 0) mask[D] |= 1u << i;
@@ -153,6 +153,7 @@ bool dqw_tracker_learn_held_q15(dqw_tracker_q15 *t)
     t->at = *(const volatile uint32_t *)&t->halves;
 
     // [TRK.4] inputs of both axes
+    // cppcheck-suppress uninitvar; every element is set
     dqw_tracker_rows_q15 r;
     dqw_tracker_rows_of_q15(t, &r);
     set_follow(t);

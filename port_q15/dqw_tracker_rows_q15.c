@@ -88,6 +88,7 @@ static int32_t dead_input(const dqw_tracker_q15 *t, int axis, int64_t late_q16, 
 
 static void inputs(const dqw_tracker_q15 *t, const dqw_tracker_nominal_q15 *n, const dqw_block_q15 *b, dqw_tracker_rows_q15 *r)
 {
+    // cppcheck-suppress ctuuninitvar; this sets it
     int32_t *d = r->x_q28[D];
     int32_t *q = r->x_q28[Q];
     const int64_t late_q16 = n->width_q40 > 0 ? dqw_q_quotient64(dead_slope_q16(t, n) * (ONE_Q15 - t->follow_q15), t->follow_q15, 0) : 0;

@@ -454,6 +454,22 @@ static void test_any_bits(void)
     }
 }
 
+// A weight of 64 nominal values is no machine's: learning begins again, and is counted.
+static void test_weights_out_of_bounds_begin_again(void)
+{
+    pair p;
+    configure(&p, 0.0, 0.0, 0.0);
+    begin(&p);
+    test_random r = {130};
+    for (long k = 0; k < 20000; k++) {
+        const dqw_sample s = moving(k, 0.5, 0.01, &r);
+        if (k == 10000) p.q.w_q24[DQW_TRACK_PSI_Q_Q15] = -(1 << 30);
+        (void)step(&p, &s);
+    }
+    TEST_ASSERT_EQUAL_UINT32(1, p.q.restarts);
+    for (int i = 0; i < 4; i++) BETWEEN(-0.5, 100 * (q_value(&p, i) / TRUTH[i] - 1), 0.5);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -465,5 +481,6 @@ int main(void)
     RUN_TEST(test_bursts_of_bad_samples_are_counted_and_harmless);
     RUN_TEST(test_late_backgrounds_and_gaps);
     RUN_TEST(test_any_bits);
+    RUN_TEST(test_weights_out_of_bounds_begin_again);
     return UNITY_END();
 }
