@@ -106,13 +106,17 @@ static inline int16_t dqw_q15_from_q31(int32_t x_q31)
 /// Number of leading zeros, 32 for 0.
 static inline unsigned dqw_q_clz32(uint32_t x)
 {
-    unsigned n = 0;
     if (x == 0) return 32;
+#if defined(__ARM_FEATURE_CLZ) && defined(__GNUC__)
+    return (unsigned)__builtin_clz(x);
+#else
+    unsigned n = 0;
     if (x <= 0x0000ffffu) n += 16, x <<= 16;
     if (x <= 0x00ffffffu) n += 8, x <<= 8;
     if (x <= 0x0fffffffu) n += 4, x <<= 4;
     if (x <= 0x3fffffffu) n += 2, x <<= 2;
     return x <= 0x7fffffffu ? n + 1u : n;
+#endif
 }
 
 /// Bits that |x| needs: 0 for 0, 63 for the largest.

@@ -16,17 +16,16 @@
 #define NOISE_MARGIN 3
 // A mean over 32 blocks, in which a strong one counts as so many weak ones, so that a drive that stops is soon seen to have stopped.
 #define EXCESS_BLOCKS 32
-#define EXCESS_MAX 8
+#define EXCESS_MAX_Q10 8192
 // A weight of so many nominal values is no machine's: 64.
 #define WEIGHT_MAX_Q24 1073741824
 // An inductance below this part of the nominal one is not believed: 0.1.
 #define LEAST_L_Q24 1677722
 // Currents are followed so fast that the noise left is about as wide as the step that dead time makes of them: 0.7.
 #define FOLLOW_Q15 22938
-// Weights are solved at every block while they are young, then every so many; variances grow no more often.
+// Weights are solved at every block while they are young, then every so many.
 #define YOUNG_BLOCKS 64u
 #define SOLVE_BLOCKS 4u
-#define REST_HALVES 16u
 // An axis weighs up to 8 times what the other does.
 #define WEIGH_MAX_Q24 134217728
 #define ONE_Q15 32768
@@ -39,9 +38,14 @@ static void toward(int64_t *m, int64_t x, int64_t part_q31)
     *m += dqw_q_product64(x - *m, part_q31, -31);
 }
 
-static int64_t part_of(const dqw_tracker_q15 *t)
+static uint32_t memory_of(const dqw_tracker_q15 *t)
 {
-    return (int64_t)((1u << 31) / (t->blocks < MEMORY ? t->blocks : MEMORY));
+    return t->blocks < MEMORY ? t->blocks : MEMORY;
+}
+
+static uint32_t every(const dqw_tracker_q15 *t)
+{
+    return t->blocks <= YOUNG_BLOCKS ? 1u : t->config->solve_blocks != 0 ? t->config->solve_blocks : SOLVE_BLOCKS;
 }
 
 // Inputs large enough to teach their weight, by their power above the noise: a choice by the mean and not by the block, which would bias.
@@ -53,7 +57,7 @@ static void choose(dqw_tracker_q15 *t, const dqw_tracker_rows_q15 *r, uint32_t m
         // Up to 2^61
         const int64_t power_q56 = dqw_q_round64((int64_t)r->x_q28[D][i] * r->x_q28[D][i], 2) + dqw_q_round64((int64_t)r->x_q28[Q][i] * r->x_q28[Q][i], 2);
         const int64_t ratio_q10 = dqw_q_quotient64(power_q56, least_q56, 12);
-        const int32_t excess_q10 = (int32_t)(ratio_q10 < EXCESS_MAX * 1024 ? ratio_q10 : EXCESS_MAX * 1024) - 1024;
+        const int32_t excess_q10 = (int32_t)(ratio_q10 < EXCESS_MAX_Q10 ? ratio_q10 : EXCESS_MAX_Q10) - 1024;
         t->excess_q10[i] = (int16_t)(((EXCESS_BLOCKS - 1) * t->excess_q10[i] + excess_q10) / EXCESS_BLOCKS);
         if (t->excess_q10[i] <= 0) continue;
         if (r->x_q28[D][i] != 0) mask[D] |= 1u << i;
@@ -89,17 +93,20 @@ static void publish(dqw_tracker_q15 *t)
     }
 }
 
-// Residuals, before the correction and after it, and what the block taught.
-static void keep(dqw_tracker_q15 *t, const dqw_tracker_rows_q15 *r, const uint32_t mask[2], const int64_t by_q24[2], const int32_t before_q24[])
+// Residuals, before the correction and after it: their product has the residual's variance as mean, where the weights were solved. And what the
+// block taught.
+static void keep(dqw_tracker_q15 *t, const dqw_tracker_rows_q15 *r, const uint32_t mask[2], const int64_t by_q24[2], const int32_t before_q24[], bool solved)
 {
-    const int64_t part_q31 = part_of(t);
+    const int64_t part_q31 = (int64_t)((1u << 31) / memory_of(t));
+    const uint32_t looks = memory_of(t) / every(t);
+    const int64_t part_error_q31 = (int64_t)((1u << 31) / (looks != 0 ? looks : 1u));
     int32_t after_q28[2];
     for (int axis = 0; axis < 2; axis++) {
         int64_t after = t->e_q28[axis];
         for (int i = 0; i < N; i++)
             if ((mask[axis] >> i & 1u) != 0) after -= dqw_q_product64(r->x_q28[axis][i], (int64_t)t->w_q24[i] - before_q24[i], -24);
         after_q28[axis] = dqw_q31_sat(after);
-        toward(&t->error_q56[axis], (int64_t)t->e_q28[axis] * after_q28[axis], part_q31);
+        if (solved) toward(&t->error_q56[axis], (int64_t)t->e_q28[axis] * after_q28[axis], part_error_q31);
     }
     for (int i = 0; i < DQW_TRACK_Q15_SCORES; i++) {
         int64_t score_q34 = 0;
@@ -146,6 +153,7 @@ bool dqw_tracker_learn_held_q15(dqw_tracker_q15 *t)
     t->at = *(const volatile uint32_t *)&t->halves;
 
     // [TRK.4] inputs of both axes
+    // cppcheck-suppress uninitvar; every element is set
     dqw_tracker_rows_q15 r;
     dqw_tracker_rows_of_q15(t, &r);
     set_follow(t);
@@ -154,7 +162,7 @@ bool dqw_tracker_learn_held_q15(dqw_tracker_q15 *t)
     uint32_t mask[2];
     choose(t, &r, mask);
     if ((mask[D] | mask[Q]) == 0 || *(const volatile uint16_t *)&t->noise.rows < WARM_UP) {
-        if (t->at - t->drifted >= REST_HALVES) dqw_tracker_drift_q15(t);
+        dqw_tracker_drift_q15(t);
         return false;
     }
     if (t->gate.blocks < UINT32_MAX) t->gate.blocks++;
@@ -172,12 +180,11 @@ bool dqw_tracker_learn_held_q15(dqw_tracker_q15 *t)
     if (t->config->noise_on_inputs) dqw_tracker_take_noise_out_q15(t, &r, by_q24, mask);
     int32_t before_q24[N];
     for (int i = 0; i < N; i++) before_q24[i] = t->w_q24[i];
-    const bool time = t->blocks <= YOUNG_BLOCKS || t->gate.blocks % SOLVE_BLOCKS == 0;
-    if (time) dqw_tracker_solve_q15(t);
-    keep(t, &r, mask, by_q24, before_q24);
+    const bool solved = t->gate.blocks % every(t) == 0;
+    if (solved) dqw_tracker_solve_q15(t);
+    keep(t, &r, mask, by_q24, before_q24, solved);
     if (!sound(t)) return false;
-    if (!time) return true;
-    publish(t);
+    if (solved) publish(t);
     dqw_tracker_drift_q15(t);
     return true;
 }

@@ -47,6 +47,7 @@ typedef struct dqw_tracker_q15_config {
     uint32_t stale_limit;                    ///< equal samples in a row before a sensor counts as stuck; 0: never
     uint16_t excitation_q15;                 ///< an input whose power stays below this part of its full scale, squared, teaches nothing; 0: 328 (0.01)
     uint8_t half_window;                     ///< pairs in half a block, 1 .. 100; 0: 20
+    uint8_t solve_blocks;                    ///< blocks between two solutions once 64 were learned; 0: 4. More cost less
     bool angle;                              ///< theta_e_turn is given: dead time and encoder offset need it
     bool noise_on_inputs;                    ///< take the noise of currents and speed out of what is learned, (E60)
 } dqw_tracker_q15_config;
@@ -66,13 +67,15 @@ typedef struct dqw_tracker_q15 {
     int32_t score_last_q34[DQW_TRACK_Q15_SCORES];  ///< and the last one's
     int32_t e_q28[2];                              ///< the last block's error before the correction, d and q
     uint32_t halves;                               ///< halves of a window since init: the time,
-    uint32_t at, drifted;                          ///< when the last block was looked at, and when variances grew last
+    uint32_t at;                                   ///< when the last block was looked at,
+    uint32_t drifted, span;                        ///< when the last turn of drift began, and how long the one before took
     int16_t excess_q10[DQW_TRACK_Q15_WEIGHTS];     ///< power of both axes' inputs above what teaches, over that; -1 .. 7
     int16_t step_q15[2];                           ///< part of the full current that the full voltage moves in a period, d and q: the interrupt's copy
     uint16_t blocks;                               ///< learned, up to 65535
     uint8_t missed;                                ///< lost because the background came too late, up to 255
     uint8_t restarts;                              ///< times that the weights left all bounds, and learning began again, up to 255
     uint8_t learned;                               ///< weights of which anything was ever learned
+    uint8_t turn;                                  ///< weight whose variance grows next
     bool pending, has_last, last_good, has_theta, half_has_theta;
     // The last sample, and dead time's input there.
     dqw_sample_q15 last;

@@ -88,6 +88,7 @@ static int32_t dead_input(const dqw_tracker_q15 *t, int axis, int64_t late_q16, 
 
 static void inputs(const dqw_tracker_q15 *t, const dqw_tracker_nominal_q15 *n, const dqw_block_q15 *b, dqw_tracker_rows_q15 *r)
 {
+    // cppcheck-suppress ctuuninitvar; this sets it
     int32_t *d = r->x_q28[D];
     int32_t *q = r->x_q28[Q];
     const int64_t late_q16 = n->width_q40 > 0 ? dqw_q_quotient64(dead_slope_q16(t, n) * (ONE_Q15 - t->follow_q15), t->follow_q15, 0) : 0;
@@ -174,6 +175,24 @@ static void least_of(const dqw_tracker_q15 *t, const dqw_tracker_nominal_q15 *n,
     r->least_q56[DQW_TRACK_R_Q15] += STEP_MARGIN * dqw_q_product64(step_q40, step_q40, -24);
 }
 
+// A noise of half the full voltage is more than anybody learns from: sums of such variances stay within their bits.
+static void bound(int64_t *x_q56)
+{
+    const int64_t most = (int64_t)1 << 54;
+    if (*x_q56 > most) *x_q56 = most;
+    if (*x_q56 < -most) *x_q56 = -most;
+}
+
+static void bound_noise(dqw_tracker_rows_q15 *r)
+{
+    for (int axis = 0; axis < 2; axis++) {
+        for (int i = 0; i < N; i++) bound(&r->var_q56[axis][i]);
+        bound(&r->speed_q56[axis]);
+        bound(&r->dead_in_R_q56[axis]);
+        bound(&r->R_in_dead_q56[axis]);
+    }
+}
+
 void dqw_tracker_rows_of_q15(const dqw_tracker_q15 *t, dqw_tracker_rows_q15 *r)
 {
     dqw_tracker_nominal_q15 n;
@@ -181,5 +200,6 @@ void dqw_tracker_rows_of_q15(const dqw_tracker_q15 *t, dqw_tracker_rows_q15 *r)
     const dqw_block_q15 b = exact_block(t, &n);
     inputs(t, &n, &b, r);
     noise_of(t, &n, &b, r);
+    bound_noise(r);
     least_of(t, &n, r);
 }

@@ -28,56 +28,63 @@ int32_t dqw_tracker_show_q15(dqw_tracker_q15 *t, int axis, const dqw_tracker_row
 // Noise of the inputs turns the gradient by C w: put back. Not where it is much of what was learned, there it could run away. (E60)
 void dqw_tracker_take_noise_out_q15(dqw_tracker_q15 *t, const dqw_tracker_rows_q15 *r, const int64_t by_q24[], const uint32_t mask[])
 {
-    int64_t z_q56[N] = {0};
+    // Each term below 2^54 2^6 in Q56, 2^52 in Q48; a weight below 2^6: seven such sums are below 2^61.
+    int64_t z_q48[N] = {0};
     for (int axis = 0; axis < 2; axis++)
         for (int i = 0; i < N; i++)
-            if ((mask[axis] >> i & 1u) != 0) z_q56[i] += dqw_q_product64(r->var_q56[axis][i], by_q24[axis], -24);
+            if ((mask[axis] >> i & 1u) != 0) z_q48[i] += dqw_q_product64(r->var_q56[axis][i], by_q24[axis], -32);
     for (int i = 0; i < N; i++) {
-        if (dqw_q_product64(z_q56[i], t->cov_q40[i], -56) > NOISE_PART_MAX_Q40) return;
-        z_q56[i] = dqw_q_product64(z_q56[i], t->w_q24[i], -24);
+        if (dqw_q_product64(z_q48[i], t->cov_q40[i], -48) > NOISE_PART_MAX_Q40) return;
+        z_q48[i] = dqw_q_product64(z_q48[i], t->w_q24[i], -24);
     }
     for (int axis = 0; axis < 2; axis++) {
         const int L = DQW_TRACK_LQ_Q15 - axis;
         const int flux = axis == Q ? DQW_TRACK_PSI_Q15 : DQW_TRACK_PSI_Q_Q15;
         const int64_t by = by_q24[axis];
-        z_q56[DQW_TRACK_R_Q15] += dqw_q_product64(dqw_q_product64(r->dead_in_R_q56[axis], by, -24), t->w_q24[DQW_TRACK_DEAD_TIME_Q15], -24);
-        z_q56[DQW_TRACK_DEAD_TIME_Q15] += dqw_q_product64(dqw_q_product64(r->R_in_dead_q56[axis], by, -24), t->w_q24[DQW_TRACK_R_Q15], -24);
+        z_q48[DQW_TRACK_R_Q15] += dqw_q_product64(dqw_q_product64(r->dead_in_R_q56[axis], by, -32), t->w_q24[DQW_TRACK_DEAD_TIME_Q15], -24);
+        z_q48[DQW_TRACK_DEAD_TIME_Q15] += dqw_q_product64(dqw_q_product64(r->R_in_dead_q56[axis], by, -32), t->w_q24[DQW_TRACK_R_Q15], -24);
         if ((mask[axis] >> L & mask[axis] >> flux & 1u) == 0) continue;
-        const int64_t shared = dqw_q_product64(r->speed_q56[axis], by, -24);
-        z_q56[L] += dqw_q_product64(shared, t->w_q24[flux], -24);
-        z_q56[flux] += dqw_q_product64(shared, t->w_q24[L], -24);
+        const int64_t shared = dqw_q_product64(r->speed_q56[axis], by, -32);
+        z_q48[L] += dqw_q_product64(shared, t->w_q24[flux], -24);
+        z_q48[flux] += dqw_q_product64(shared, t->w_q24[L], -24);
     }
     for (int i = 0; i < N; i++) {
         // The target's sum keeps above what the gradient explains.
-        const int64_t z_q32 = dqw_q_scale64(z_q56[i], -24);
+        const int64_t z_q32 = dqw_q_scale64(z_q48[i], -16);
         t->normal.b_q32[i] += z_q32;
         const int64_t more_q32 = dqw_q_product64(z_q32, t->w_q24[i], -24);
         t->normal.c_q32 += more_q32 < 0 ? -more_q32 : more_q32;
     }
 }
 
-// A parameter may wander: its variance grows with time, here in halves of a window, up to where it started. (E61)
+// A parameter may wander: its variance grows with time, here in halves of a window, up to where it started. One weight a block, each by the
+// time that the last turn took. (E61)
 void dqw_tracker_drift_q15(dqw_tracker_q15 *t)
 {
-    const uint32_t elapsed = t->halves - t->drifted;
-    t->drifted += elapsed;
     const dqw_tracker_q15_config *c = t->config;
     if (c->drift_ppm == 0) return;
+    if (t->turn == 0) {
+        t->span = t->at - t->drifted;
+        t->drifted = t->at;
+    }
+    // Of what was never learned nothing can wander away.
+    int i = t->turn;
+    while (i < N - 1 && ((uint32_t)t->learned >> i & 1u) == 0) i++;
+    int next = i + 1;
+    while (next < N && ((uint32_t)t->learned >> next & 1u) == 0) next++;
+    t->turn = (uint8_t)(next < N ? next : 0);
     const int64_t common_q56 = dqw_tracker_common_variance_q56(t);
     // Nine nominal values squared, over the residual's variance: where it started.
     const int64_t started_q6 = dqw_q_quotient64(9, common_q56, 62);
     const int64_t cap_q40 = started_q6 < WIDEST_Q40 >> 34 ? started_q6 * ((int64_t)1 << 34) : WIDEST_Q40;
-    // ns up to 2^30 by halves up to 2^7; ppm^2 up to 2^40
-    const int64_t time_ns = dqw_q_product64((int64_t)c->scale.dt_ns * t->window.half, elapsed, 0);
-    const int64_t wander_q40 = dqw_q_product64(dqw_q_quotient64((int64_t)c->drift_ppm * c->drift_ppm, 1000000000000, 40),
-                                               dqw_q_quotient64(time_ns, 1000000000, 20), -20);
-    int64_t q_q40 = dqw_q_quotient64(wander_q40, common_q56, 56);
+    if (t->cov_q40[i] >= cap_q40) return;
+    // ns up to 2^37 by halves up to 2^32; ppm^2 up to 2^40
+    const int64_t time_q20 = dqw_q_quotient64(dqw_q_product64((int64_t)c->scale.dt_ns * t->window.half, t->span, -8), 1000000000, 28);
+    const int64_t rate_q40 = dqw_q_quotient64((int64_t)c->drift_ppm * c->drift_ppm, 1000000000000, 40);
+    int64_t q_q40 = dqw_q_quotient64(dqw_q_product64(rate_q40, time_q20, -20), common_q56, 56);
     if (q_q40 > cap_q40) q_q40 = cap_q40;
-    for (int i = 0; i < N; i++) {
-        if (t->cov_q40[i] >= cap_q40) continue;
-        dqw_normal_grow_q15(&t->normal, i, q_q40);
-        t->cov_q40[i] += q_q40;
-    }
+    dqw_normal_grow_q15(&t->normal, i, q_q40);
+    t->cov_q40[i] += q_q40;
 }
 
 // Weights that explain all that was shown; the sums go on around them.

@@ -34,13 +34,16 @@ uint32_t dqw_window_end_q15(dqw_window_q15 *w, int32_t block[], uint16_t *weight
     const int signals = w->signals;
     if (enough) {
         *weight = (uint16_t)(w->rise_weight + w->fall_weight);
-        // Both together are below h (h + 1) 2^17 < 2^31.
-        DQW_Q_UNROLL for (int i = 0; i < signals; i++) block[i] = w->rise[i] + w->fall[i];
+        // Both together are below h (h + 1) 2^17 < 2^31. A full house needs no look for the end.
+        if (signals == DQW_WINDOW_Q15_SIGNALS)
+            DQW_Q_UNROLL for (int i = 0; i < DQW_WINDOW_Q15_SIGNALS; i++) block[i] = w->rise[i] + w->fall[i];
+        else
+            for (int i = 0; i < signals; i++) block[i] = w->rise[i] + w->fall[i];
     }
     // [WIN.3] this half rises in the next block
-    // |top sum| <= 101 100 2^17 < 2^31
+    // |top sum| <= 101 100 2^17 < 2^31. All there may be, so that the loop has no end to look for: what is unused is 0.
     const int32_t top = w->half + 1;
-    DQW_Q_UNROLL for (int i = 0; i < signals; i++)
+    DQW_Q_UNROLL for (int i = 0; i < DQW_WINDOW_Q15_SIGNALS; i++)
     {
         w->rise[i] = top * w->sum[i] - w->fall[i];
         w->sum[i] = w->fall[i] = 0;

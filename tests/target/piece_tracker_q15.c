@@ -1,0 +1,35 @@
+// The tracker's interrupt part in Q15, dead time's input with it; its background beside it.
+#include "dqw_tracker_q15.h"
+#include "target/board.h"
+#include "target/piece.h"
+#include "target/stimulus_q15.h"
+
+static const dqw_tracker_q15_config config = {.scale = STIMULUS_SCALE,
+                                              .R_uohm = 400000,
+                                              .Ld_nH = 700000,
+                                              .Lq_nH = 1900000,
+                                              .psi_nWb = 12000000,
+                                              .dead_time_width_mA = 200,
+                                              .drift_ppm = 10000,
+                                              .stale_limit = 10,
+                                              .angle = true,
+                                              .noise_on_inputs = true};
+static dqw_tracker_q15 t;
+static dqw_sample_q15 sample;
+static bool limited;
+const uint32_t piece_bytes = sizeof t;
+
+void piece_start(void)
+{
+    if (dqw_tracker_init_q15(&t, &config) != DQW_OK) board_end("no tracker\n", 2);
+}
+
+void piece_load(const stimulus *s)
+{
+    sample = stimulus_sample(s);
+    limited = s->limited;
+}
+
+void piece_step(void) { (void)dqw_tracker_sample_q15(&t, &sample, limited); }
+
+void piece_background(void) { (void)dqw_tracker_learn_q15(&t); }
