@@ -12,11 +12,9 @@ namespace dqw {
 namespace {
 
 constexpr std::uint32_t kReservoir = 50;  // as in the paper
-// Half a block's length: short against a re-drawn reference, long against the sampling period.
-constexpr double kHalfWindow_s = 2e-3;
 // Half a block may see this much of an effect's own angle: averaged over more of it, the effect is gone.
 constexpr double kHalfAngle_rad = 1.5;
-constexpr int kLeastHalfWindow = 10, kLeastHalfWindowOfAngle = 3;
+constexpr int kLeastHalfWindowOfAngle = 3;
 
 void note_stage(const dqw_estimator& e, Result& result)
 {
@@ -95,8 +93,8 @@ double order_of(const TraceInput& in)
 std::uint16_t half_window_of(const std::vector<Log>& logs, const std::vector<TraceInput>& inputs, double pole_pairs)
 {
     const double dt_s = logs.front().dt_s;
-    double span_s = kHalfWindow_s;
-    int least = kLeastHalfWindow;
+    double span_s = kElectricalHalf_s;
+    int least = kLeastElectricalHalf;
     const double w_e = pole_pairs * static_cast<double>(largest(logs, &Log::w_m_rad_s, &Log::w_m_rad_s));
     for (const TraceInput& in : inputs)
         if (order_of(in) > 0.0 && kHalfAngle_rad / (order_of(in) * w_e) < span_s) {

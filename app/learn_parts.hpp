@@ -28,6 +28,10 @@ struct Asked {
 
 std::size_t all_rows(const std::vector<Log>& logs);
 
+/// Half a block of an electrical log: short against a re-drawn reference, long against the sampling period; and its fewest pairs.
+constexpr double kElectricalHalf_s = 2e-3;
+constexpr int kLeastElectricalHalf = 10;
+
 /// Pairs in half a block.
 std::uint16_t half_window(double span_s, double dt_s, int least);
 

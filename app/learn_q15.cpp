@@ -12,11 +12,9 @@
 namespace dqw {
 namespace {
 
-constexpr double kHalfWindow_s = 2e-3;
-constexpr int kLeastHalfWindow = 10;
 // Full scales leave so much room above the largest signal.
 constexpr double kRoom = 1.01;
-constexpr double kOne = 32768.0, kOneQ40 = 0x1p-40;
+constexpr double kOne = 32768.0;
 
 const char* const names[] = {"R_ohm", "Ld_H", "Lq_H", "psi_Wb"};
 const char* const excitations[] = {"a current of several levels on either axis, best at low speed",
@@ -39,6 +37,8 @@ std::int16_t q15(double value, double full) { return static_cast<std::int16_t>(s
 struct Units {
     double v_V, i_A, w_rad_s, parameter[DQW_PARAMETERS_Q15];
 };
+
+double si(std::int64_t x_q40, double unit) { return static_cast<double>(x_q40) * 0x1p-40 * unit; }
 
 Units units_of(const dqw_scale& scale)
 {
@@ -65,7 +65,8 @@ dqw_estimator_q15_config config_of(const std::vector<Log>& logs, const LearnOpti
     c.Lq_nH = whole(1e9 * static_cast<double>(nominal(first.machine, options.start, &Machine::Lq_H)));
     c.psi_nWb = whole(1e9 * static_cast<double>(nominal(first.machine, options.start, &Machine::psi_Wb)));
     if (!is_static)
-        c.half_window = static_cast<std::uint8_t>(std::min<std::uint16_t>(half_window(kHalfWindow_s, first.dt_s, kLeastHalfWindow), DQW_WINDOW_Q15_HALF));
+        c.half_window = static_cast<std::uint8_t>(
+            std::min<std::uint16_t>(half_window(kElectricalHalf_s, first.dt_s, kLeastElectricalHalf), DQW_WINDOW_Q15_HALF));
     return c;
 }
 
@@ -73,8 +74,8 @@ void put(const dqw_parameters_q15& p, const Units& units, const Asked& asked, bo
 {
     for (int i = 0; i < DQW_PARAMETERS_Q15; ++i) {
         if (!asked(names[i])) continue;
-        const double value = static_cast<double>(p.value_q40[i]) * kOneQ40 * units.parameter[i];
-        const double sd = p.sd_q40[i] == INT64_MAX ? INFINITY : static_cast<double>(p.sd_q40[i]) * kOneQ40 * units.parameter[i];
+        const double value = si(p.value_q40[i], units.parameter[i]);
+        const double sd = p.sd_q40[i] == INT64_MAX ? INFINITY : si(p.sd_q40[i], units.parameter[i]);
         if ((p.known >> i & 1U) != 0)
             result.parameters.push_back({names[i], value, sd, false});
         else
@@ -107,17 +108,13 @@ Learned learn_q15(const std::vector<Log>& logs, const LearnOptions& options)
     if (dqw_estimator_init_q15(&e, &config) != DQW_OK) throw std::invalid_argument("the fixed-point learners refuse these full scales or nominal values");
 
     std::size_t done = 0;
-    std::uint32_t heldout = 0;
     const std::size_t total = all_rows(logs);
     for (const Log& log : logs) {
         const SampleSource sample(log, said.value_or(0.0), {});
         walk(
             log, done, total, options, [&] { dqw_estimator_gap_q15(&e); },
             [&](std::size_t k, bool held) {
-                if (held) {
-                    heldout++;
-                    return;
-                }
+                if (held) return;
                 const dqw_sample s = sample(k);
                 const double all = static_cast<double>(s.v_d_V) + static_cast<double>(s.v_q_V) + static_cast<double>(s.i_d_A) + static_cast<double>(s.i_q_A) +
                                    static_cast<double>(s.w_m_rad_s);
@@ -130,7 +127,7 @@ Learned learn_q15(const std::vector<Log>& logs, const LearnOptions& options)
                 if ((dqw_estimator_background_q15(&e) & DQW_EVENT_LEARNED) == 0 || !options.block) return;
                 // As read last: a reading of our own would change what follows.
                 std::array<double, 4> now{};
-                for (std::size_t i = 0; i < now.size(); ++i) now[i] = static_cast<double>(e.parameters.value_q40[i]) * kOneQ40 * units.parameter[i];
+                for (std::size_t i = 0; i < now.size(); ++i) now[i] = si(e.parameters.value_q40[i], units.parameter[i]);
                 options.block(log.t_s.empty() ? static_cast<double>(k) : log.t_s[k], now);
             });
     }
@@ -149,7 +146,7 @@ Learned learn_q15(const std::vector<Log>& logs, const LearnOptions& options)
     PlainModel& model = learned.model;
     model.pole_pairs = e.parameters.pole_pairs != 0 ? e.parameters.pole_pairs : 1;
     double* const values[] = {&model.R_ohm, &model.Ld_H, &model.Lq_H, &model.psi_Wb};
-    for (int i = 0; i < DQW_PARAMETERS_Q15; ++i) *values[i] = static_cast<double>(e.parameters.value_q40[i]) * kOneQ40 * units.parameter[i];
+    for (int i = 0; i < DQW_PARAMETERS_Q15; ++i) *values[i] = si(e.parameters.value_q40[i], units.parameter[i]);
     report_residual_of(logs, {}, model, nullptr, result);
     return learned;
 }

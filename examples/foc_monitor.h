@@ -18,7 +18,7 @@ void foc_background(void);
 /// A parameter and its standard deviation, SI. False: not to be used.
 bool foc_parameter(enum dqw_tracker_weight which, float *value, float *sd);
 
-/// The healthy machine is known; it is watched from about a second and a half later, when its healthy values have been taken.
+/// The healthy machine is known; it is watched some eighty looks later, when its healthy values have been taken.
 bool foc_in_service(void);
 
 #endif
