@@ -30,8 +30,8 @@ MonitorReading witness_reading(const dqw_monitor& m, int channel, bool watched)
 
 MonitorReading friction_reading(const dqw_monitor& m, bool in_service, bool watched)
 {
-    if (!in_service || m.reversals == 0 || m.looks[DQW_WATCH_FRICTION] == 0) return {};
-    const double sd = std::sqrt(2.0 * static_cast<double>(m.spread_Nm2) / m.reversals);
+    if (!in_service || m.watch.reversals == 0 || m.watch.looks[DQW_WATCH_FRICTION] == 0) return {};
+    const double sd = std::sqrt(2.0 * static_cast<double>(m.spread_Nm2) / m.watch.reversals);
     return {static_cast<double>(m.friction_Nm), sd, watched ? static_cast<double>(m.healthy_friction_Nm) : nothing};
 }
 
@@ -66,7 +66,7 @@ double channel_unit(const dqw_monitor& m, int channel)
 
 MonitorReadings readings_of(const dqw_monitor& m)
 {
-    const bool in_service = dqw_monitor_stage(&m) == DQW_STAGE_IN_SERVICE, watched = in_service && !m.resting;
+    const bool in_service = dqw_monitor_stage(&m) == DQW_STAGE_IN_SERVICE, watched = in_service && !m.watch.resting;
     MonitorReadings all;
     for (int channel = 0; channel < DQW_WATCH_CHANNELS; ++channel) {
         MonitorReading& r = all[static_cast<std::size_t>(channel)];

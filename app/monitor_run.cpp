@@ -81,7 +81,7 @@ private:
         if (told) tell(before, event);
         if (stage == DQW_STAGE_DOMAIN) go_back(t_s, before);
         if (halves_.size() % every_ == 0) run_.points.push_back({t_s, stage == DQW_STAGE_IN_SERVICE, readings_of(m_)});
-        if (settled_ && (before.looks[DQW_WATCH_FRICTION] != m_.looks[DQW_WATCH_FRICTION] || before.witness.blocks != m_.witness.blocks)) complete();
+        if (settled_ && (before.watch.looks[DQW_WATCH_FRICTION] != m_.watch.looks[DQW_WATCH_FRICTION] || before.witness.blocks != m_.witness.blocks)) complete();
     }
 
     void stage_from(double t_s)
@@ -96,7 +96,7 @@ private:
         if (!run_.served) run_.served = true, run_.entered_s = t_s;
         run_.ripple_watched = run_.ripple_watched || m_.witness.blocks >= DQW_WITNESS_MEMORY;
         const bool anew = !run_.relearned.empty() && !run_.relearned.back().again;
-        if ((settled_ && !anew) || m_.resting) return;
+        if ((settled_ && !anew) || m_.watch.resting) return;
         const MonitorReadings now = readings_of(m_);
         if (anew) run_.relearned.back().after = now, run_.relearned.back().again = true;
         if (!settled_) run_.healthy = now, run_.watched_from_s = t_s;

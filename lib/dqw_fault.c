@@ -53,6 +53,7 @@ static bool either_sign(enum dqw_fault_name name)
 
 dqw_fault_verdict dqw_fault_name_it(const float change[], const float unit[], dqw_fault_machine machine)
 {
+    // [NAM.1] every change in units of what means nothing
     float z[DQW_SIGNS];
     float whole = 0.0f;
     for (int i = 0; i < DQW_SIGNS; i++) {
@@ -61,6 +62,8 @@ dqw_fault_verdict dqw_fault_name_it(const float change[], const float unit[], dq
     }
     dqw_fault_verdict best = {.name = DQW_FAULT_UNKNOWN, .confidence = 0.0f, .phase = 0};
     if (!(whole > 0.0f) || !dqw_is_finite(whole)) return best;
+
+    // [NAM.2] what each fault's pattern explains of it
     float most = 0.0f;
     float next = 0.0f;
     for (int name = DQW_FAULT_OVER_TEMPERATURE; name < DQW_FAULT_UNKNOWN; name++) {
@@ -98,7 +101,8 @@ dqw_fault_verdict dqw_fault_name_it(const float change[], const float unit[], dq
             next = explained;
         }
     }
-    // An explanation counts by what it leaves, and by how far the next one stays behind.
+
+    // [NAM.3] an explanation counts by what it leaves, and by how far the next one stays behind
     const float part = most / whole;
     const float lead = (most - next) / (APART * whole);
     best.confidence = part * (lead < 1.0f ? 0.5f + 0.5f * lead : 1.0f);

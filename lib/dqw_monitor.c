@@ -5,15 +5,6 @@
 
 #include "dqw_number.h"
 
-// Blocks between two looks at every channel, and looks that a fault settles before it is named, and that follow before the next.
-#define TICK_BLOCKS 16
-#define NAMING_TICKS 24
-#define REST_TICKS 60
-// An unknown one is given so many looks more, twice: counted above the bits of the channels.
-#define EXTENSION_TICKS 10
-#define EXTENDED 0x2000u
-// Bands times looks that the sum must gather.
-#define LIMIT_Q5 (5 * DQW_CHANGE_BAND_Q5)
 // No band is narrower than this many deviations.
 #define DEVIATIONS 5.0f
 // A healthy value is learned while its deviation is within this part of its band. A wider one does where looks are soon unlike, so that their
@@ -21,14 +12,6 @@
 #define KNOWN_PART 0.2f
 #define KNOWN_PART_FLUX 0.4f
 #define KNOWN_PART_WITNESS 0.5f
-// Neighbouring looks are then alike over so many; so many a healthy value needs.
-#define ALIKE_LOOKS 20.0f
-#define LEAST_LOOKS 20.0f
-// Healthy values follow the temperature every so many halves of a window, a power of two.
-#define FOLLOW_SHIFT 8
-// Halves of a window between two learned blocks that make a pause, and time that healthy values can follow in one step, less one.
-#define PAUSE 64u
-#define FOLLOW_MOST 0xffffu
 // The winding's highest rise is forgotten by half in about twenty minutes of looks every 16 ms.
 #define HOTTEST_KEPT 0.99999f
 #define ORDINAL_BLOCKS 500u
@@ -44,10 +27,7 @@
 // Confidence of what needs no pattern.
 #define SURE 0.99f
 #define TEMPERATURE_BAND_K 5.0f
-// Friction: blocks in one mean; reversals remembered, and needed.
-#define FRICTION_BLOCKS 32
-#define FRICTION_MEMORY 32u
-#define FRICTION_LEAST 8u
+// Part of the speed base above which a direction is one.
 #define SLOWEST_PU 0.1f
 
 static const float BAND[DQW_WATCH_CHANNELS] = {0.04f, 0.06f, 0.06f, 0.012f, 0.005f, 0.02f, 0.01f, 0.03f, 0.03f, 0.003f, 0.05f, 110.0f, 3.0f};
@@ -137,26 +117,26 @@ static float rise_K(const dqw_monitor *m, float R_ohm)
 
 static float friction_sd_Nm(const dqw_monitor *m)
 {
-    return m->reversals >= FRICTION_LEAST ? sqrtf(2.0f * m->spread_Nm2 / (float)m->reversals) : INFINITY;
+    const uint8_t n = m->watch.reversals;
+    return n >= DQW_WATCH_REVERSALS_LEAST ? sqrtf(2.0f * m->spread_Nm2 / (float)n) : INFINITY;
 }
 
-// The mean torque that does not accelerate, of a stretch in one direction. Where it follows one in the other, half their difference is
-// friction: a load is the same on both sides of a reversal, or its change has no sign.
-static void reversal(dqw_monitor *m, int8_t way, float torque_Nm)
+// Half the difference of two stretches' mean torque, one in each direction, is friction: a load is the same on both sides of a reversal, or
+// its change has no sign.
+static void reversal(dqw_monitor *m, int way, float torque_Nm)
 {
-    if (m->before * way < 0) {
+    if (dqw_watch_reversal(&m->watch, way)) {
         const float off = 0.5f * (float)way * (torque_Nm - m->before_Nm) - m->friction_Nm;
-        if (m->reversals < FRICTION_MEMORY) m->reversals++;
-        const float part = 1.0f / (float)m->reversals;
+        const float part = 1.0f / (float)m->watch.reversals;
         m->friction_Nm += off * part;
         // The first is no spread: nothing was known.
-        if (m->reversals > 1) m->spread_Nm2 += (off * off - m->spread_Nm2) * part;
+        if (m->watch.reversals > 1) m->spread_Nm2 += (off * off - m->spread_Nm2) * part;
     }
-    m->before = way > 0 ? 1 : -1;
     m->before_Nm = torque_Nm;
 }
 
-static void watch_friction(dqw_monitor *m, uint32_t elapsed)
+// The torque that does not accelerate.
+static void watch_friction(dqw_monitor *m, bool unbroken)
 {
     const dqw_tracker *t = &m->tracker;
     const dqw_tracker_config *c = t->config;
@@ -165,19 +145,10 @@ static void watch_friction(dqw_monitor *m, uint32_t elapsed)
     const float torque = 1.5f * (float)c->pole_pairs * b.i_q_A * (value(m, DQW_TRACK_PSI) + (value(m, DQW_TRACK_LD) - value(m, DQW_TRACK_LQ)) * b.i_d_A);
     const float used = torque - dqw_monitor_config_of(m)->J_kgm2 * (w - m->w_before_rad_s) / (c->dt_s * (float)t->window.half);
     m->w_before_rad_s = w;
-    // Where blocks are missing, nobody knows how it accelerated.
-    if (elapsed != 1) m->gathered = 0;
-    const int8_t way = w > SLOWEST_PU * c->w_base_rad_s ? 1 : w < -SLOWEST_PU * c->w_base_rad_s ? -1 : 0;
-    if (m->gathered * way <= 0) {
-        m->gathered = 0;
-        m->gathered_Nm = 0.0f;
-    }
-    if (way == 0 || elapsed != 1 || !(fabsf(used) < 1e6f)) return;
-    m->gathered = (int8_t)(m->gathered + way);
-    m->gathered_Nm += used;
-    if (m->gathered * way < FRICTION_BLOCKS) return;
-    reversal(m, way, m->gathered_Nm * (1.0f / (float)FRICTION_BLOCKS));
-    m->gathered = 0;
+    const int way = w > SLOWEST_PU * c->w_base_rad_s ? 1 : w < -SLOWEST_PU * c->w_base_rad_s ? -1 : 0;
+    const int gathered = dqw_watch_stretch(&m->watch, fabsf(used) < 1e6f ? way : 0, unbroken);
+    m->gathered_Nm = gathered > 1 ? m->gathered_Nm + used : used;
+    if (gathered == DQW_WATCH_STRETCH_BLOCKS) reversal(m, way, m->gathered_Nm * (1.0f / (float)DQW_WATCH_STRETCH_BLOCKS));
 }
 
 // A channel's band in its own unit.
@@ -244,49 +215,34 @@ static void move_healthy(dqw_monitor *m, int channel, float keep)
 // A healthy value is the mean over the first looks at which it is known, as long as nothing seems to change.
 static void settle(dqw_monitor *m, int channel)
 {
-    const uint8_t looks = m->looks[channel];
-    if (looks == UINT8_MAX || m->change[channel].sum_q5 != 0) return;
-    // Friction is a mean already: as it is when its memory is full.
     if (channel == DQW_WATCH_FRICTION) {
-        m->looks[channel] = m->reversals < FRICTION_MEMORY ? 0 : UINT8_MAX;
-        move_healthy(m, channel, 0.0f);
+        if (dqw_watch_friction_settles(&m->watch)) move_healthy(m, channel, 0.0f);
         return;
     }
+    if (!dqw_watch_settles(&m->watch, channel)) return;
     float now;
     float change;
     float deviation;
     read_channel(m, channel, &now, &change, &deviation);
+    const uint8_t looks = m->watch.looks[channel];
     const float part = channel > DQW_WATCH_ANGLE ? KNOWN_PART_WITNESS : channel == DQW_WATCH_PSI ? KNOWN_PART_FLUX : KNOWN_PART;
     const bool known_now = deviation < part * band_of(m, channel);
-    if (known_now) m->looks[channel]++;
+    if (known_now) m->watch.looks[channel]++;
     if (known_now || looks == 0) move_healthy(m, channel, 1.0f - 1.0f / (float)(looks + 1));
 }
 
-// Nothing seems to change.
-static void quiet(dqw_monitor *m)
-{
-    for (int i = 0; i < DQW_WATCH_CHANNELS; i++) dqw_change_init(&m->change[i]);
-    m->alarms = 0;
-}
-
-// Healthy values as they are now: on entering service, and after an event.
+// Healthy values as they are now.
 static void adopt(dqw_monitor *m)
 {
-    for (int i = 0; i < DQW_WATCH_TEMPERATURE; i++) {
-        m->looks[i] = 0;
-        move_healthy(m, i, 0.0f);
-    }
-    m->reversals = 0;
-    m->followed[0] = m->followed[1] = (uint16_t)(m->tracker.halves >> FOLLOW_SHIFT);
+    for (int i = 0; i < DQW_WATCH_TEMPERATURE; i++) move_healthy(m, i, 0.0f);
     m->healthy_residual_pu2 = m->residual_pu2 > RESIDUAL_FLOOR_PU2 ? m->residual_pu2 : RESIDUAL_FLOOR_PU2;
-    quiet(m);
+    dqw_watch_adopt(&m->watch, m->tracker.halves);
 }
 
 static void begin_rest(dqw_monitor *m)
 {
     adopt(m);
-    m->wait = REST_TICKS;
-    m->resting = true;
+    dqw_watch_rest(&m->watch);
 }
 
 // What heat can have made of R or the flux since its healthy value last followed.
@@ -295,8 +251,9 @@ static float heat_since(const dqw_monitor *m, int channel)
     const dqw_monitor_config *c = dqw_monitor_config_of(m);
     const bool flux = channel == DQW_WATCH_PSI;
     const float rate = flux ? or_else(c->beta_per_K, BETA_PER_K) * m->cold_psi_Wb : alpha_of(m) * m->cold_R_ohm;
-    const uint16_t halves = (uint16_t)((m->tracker.halves >> FOLLOW_SHIFT) - m->followed[flux]);
-    return rate * or_else(c->heating_K_s, HEATING_K_S) * (SLACK * (float)(1u << FOLLOW_SHIFT)) * c->tracker.dt_s * (float)(halves * m->tracker.window.half);
+    const uint16_t halves = dqw_watch_unfollowed(&m->watch, channel, m->tracker.halves);
+    return rate * or_else(c->heating_K_s, HEATING_K_S) * (SLACK * (float)(1u << DQW_WATCH_FOLLOW_SHIFT)) * c->tracker.dt_s *
+           (float)(halves * m->tracker.window.half);
 }
 
 // Healthy R or flux goes with the measured one, no faster than heat can. Not while the measured one is unsure: it would follow noise.
@@ -307,7 +264,7 @@ static void follow(dqw_monitor *m, int channel)
     if (!(bound > 0.0f) || !(sd(m, channel) < (flux ? KNOWN_PART_FLUX : KNOWN_PART) * band_of(m, channel))) return;
     const float off = value(m, channel) - m->healthy[channel];
     m->healthy[channel] += off > bound ? bound : off < -bound ? -bound : off;
-    m->followed[flux] = (uint16_t)(m->tracker.halves >> FOLLOW_SHIFT);
+    dqw_watch_follow(&m->watch, channel, m->tracker.halves);
 }
 
 // The flux no further than the winding's heat explains, now or a while ago.
@@ -339,11 +296,11 @@ static int32_t deviation_q5(const dqw_monitor *m, int channel)
         read_channel(m, channel, &now, &change, &deviation);
         const float width = band_of(m, channel);
         // The healthy value has a deviation too: less, the more looks it is the mean of.
-        const float looks = (float)m->looks[channel];
-        const float sure = DEVIATIONS * deviation * sqrtf(1.0f + ALIKE_LOOKS / (ALIKE_LOOKS + looks));
+        const int looks = m->watch.looks[channel];
+        const float sure = DEVIATIONS * deviation * sqrtf(1.0f + (float)DQW_WATCH_LOOKS_ALIKE / (float)(DQW_WATCH_LOOKS_ALIKE + looks));
         // What heat may have made of it meanwhile is no change.
         const float heat = channel == DQW_WATCH_R || channel == DQW_WATCH_PSI ? heat_since(m, channel) : 0.0f;
-        ratio = looks < LEAST_LOOKS ? 0.0f : (fabsf(change) - heat) / (width > sure ? width : sure);
+        ratio = looks < DQW_WATCH_LOOKS_LEAST ? 0.0f : (fabsf(change) - heat) / (width > sure ? width : sure);
     }
     // NaN and infinity over infinity count as nothing.
     return ratio > 0.0f ? (int32_t)((ratio < 100.0f ? ratio : 100.0f) * (float)DQW_CHANGE_BAND_Q5) : 0;
@@ -382,92 +339,44 @@ static uint32_t ppm(float ratio)
     return ratio < 4000.0f ? (uint32_t)(ratio * 1e6f) : 4000000000u;
 }
 
-// The event of the channel that is furthest out of its band; none where all are back within.
-static bool tell(dqw_monitor *m, dqw_monitor_event *event)
+static void tell(const dqw_monitor *m, int channel, dqw_monitor_event *event)
 {
-    int worst = 0;
-    int32_t most = -1;
-    for (int i = 0; i < DQW_WATCH_CHANNELS; i++) {
-        const int32_t q5 = ((uint32_t)m->alarms >> i & 1u) != 0 ? deviation_q5(m, i) : -1;
-        if (q5 > most) {
-            most = q5;
-            worst = i;
-        }
-    }
-    if (most < DQW_CHANGE_BAND_Q5 && ppm(sqrtf(m->residual_pu2)) <= m->stage.threshold_ppm) return false;
     float change;
-    read_channel(m, worst, &event->value, &change, &event->sd);
+    read_channel(m, channel, &event->value, &change, &event->sd);
     event->half = m->tracker.halves;
-    event->since = m->tracker.halves - (uint32_t)m->change[worst].above * TICK_BLOCKS;
-    event->parameter = (enum dqw_monitor_channel)worst;
-    if (worst != DQW_WATCH_TEMPERATURE && worst != DQW_WATCH_FRICTION) {
-        event->fault = name_it(m);
-        return true;
-    }
-    event->fault.name = worst == DQW_WATCH_TEMPERATURE ? DQW_FAULT_OVER_TEMPERATURE : change > 0.0f ? DQW_FAULT_BEARING_WEAR : DQW_FAULT_UNKNOWN;
-    event->fault.confidence = SURE;
-    event->fault.phase = 0;
-    m->too_hot = m->too_hot || worst == DQW_WATCH_TEMPERATURE;
-    return true;
-}
-
-static void alarm(dqw_monitor *m, int channel)
-{
-    if (m->alarms == 0) m->wait = NAMING_TICKS;
-    m->alarms |= (uint16_t)(1u << channel);
-}
-
-// An event of one channel that moves no other: the others are watched on, from where they were.
-static void take_apart(dqw_monitor *m, int channel)
-{
-    dqw_change_init(&m->change[channel]);
-    m->alarms = 0;
-    if (channel != DQW_WATCH_FRICTION) return;
-    m->looks[channel] = 0;
-    m->reversals = 0;
-    move_healthy(m, channel, 0.0f);
+    event->since = m->tracker.halves - (uint32_t)dqw_watch_since(&m->watch, channel) * DQW_WATCH_TICK_BLOCKS;
+    event->parameter = (enum dqw_monitor_channel)channel;
+    const enum dqw_fault_name of_channel = dqw_watch_fault_of(channel, change > 0.0f);
+    const dqw_fault_verdict sure = {.name = of_channel, .confidence = SURE, .phase = 0};
+    event->fault = of_channel != DQW_FAULT_NONE ? sure : name_it(m);
 }
 
 static bool look(dqw_monitor *m, dqw_monitor_event *event)
 {
-    if (m->resting) {
-        m->resting = --m->wait > 0;
+    const enum dqw_watch_begins begins = dqw_watch_begin(&m->watch);
+    if (begins == DQW_WATCH_PAUSES) return false;
+    if (begins == DQW_WATCH_ADOPTS) {
         adopt(m);
         return false;
     }
-    if (m->alarms == 0) {
-        if (m->wait > 0) {
-            m->wait--;
-            return false;
-        }
+    if (begins == DQW_WATCH_SETTLES) {
         follow_temperature(m);
         for (int i = 0; i < DQW_WATCH_TEMPERATURE; i++) settle(m, i);
     }
-    if (m->too_hot && deviation_q5(m, DQW_WATCH_TEMPERATURE) == 0) m->too_hot = false;
-    for (int i = 0; i < DQW_WATCH_CHANNELS; i++) {
-        if (i == DQW_WATCH_TEMPERATURE && m->too_hot) continue;
-        if (!dqw_change_step(&m->change[i], deviation_q5(m, i), LIMIT_Q5)) continue;
-        alarm(m, i);
-    }
-    if (m->alarms == 0 || --m->wait > 0) return false;
-    if (!tell(m, event)) {
-        quiet(m);
-        return false;
-    }
-    // What nothing explains may still be settling.
-    if (event->fault.name == DQW_FAULT_UNKNOWN && m->alarms < 2u * EXTENDED) {
-        m->alarms = (uint16_t)(m->alarms + EXTENDED);
-        m->wait = EXTENSION_TICKS;
-        return false;
-    }
-    const enum dqw_fault_name name = event->fault.name;
-    if (name == DQW_FAULT_OVER_TEMPERATURE || name == DQW_FAULT_BEARING_WEAR) {
-        take_apart(m, (int)event->parameter);
+    int32_t q5[DQW_WATCH_CHANNELS];
+    for (int i = 0; i < DQW_WATCH_CHANNELS; i++) q5[i] = deviation_q5(m, i);
+    if (!dqw_watch_look(&m->watch, q5)) return false;
+    const int worst = dqw_watch_worst(&m->watch, q5, ppm(sqrtf(m->residual_pu2)) > m->stage.threshold_ppm);
+    if (worst < 0) return false;
+    tell(m, worst, event);
+    const enum dqw_watch_follows follows = dqw_watch_named(&m->watch, worst, event->fault.name);
+    if (follows == DQW_WATCH_LATER) return false;
+    if (follows == DQW_WATCH_APART) {
+        if (worst == DQW_WATCH_FRICTION) move_healthy(m, worst, 0.0f);
         return true;
     }
-    // What nothing explains, and is above the threshold still, is another machine: back to stage 1.
-    m->back = name == DQW_FAULT_UNKNOWN;
     // Temperatures go on counting from where they were: what has broken is not what has heated.
+    const enum dqw_fault_name name = event->fault.name;
     if (name == DQW_FAULT_PHASE_CONNECTION || name == DQW_FAULT_CURRENT_GAIN) m->cold_R_ohm *= value(m, DQW_TRACK_R) / m->healthy[DQW_TRACK_R];
     m->cold_psi_Wb *= value(m, DQW_TRACK_PSI) / m->healthy[DQW_TRACK_PSI];
     begin_rest(m);
@@ -503,35 +412,23 @@ static void stage(dqw_monitor *m)
     };
     if (m->stage.name == DQW_STAGE_IN_SERVICE) {
         // A residual above the threshold is named first: a sudden fault is one too.
-        if (m->alarms == 0 && m->wait == 0 && in.residual_recent_ppm > m->stage.threshold_ppm) alarm(m, DQW_WATCH_RESIDUAL);
-        if (m->back) (void)dqw_stage_step(&m->stage, in);
-        m->back = false;
+        if (in.residual_recent_ppm > m->stage.threshold_ppm) dqw_watch_alarm_residual(&m->watch);
+        if (m->watch.back) (void)dqw_stage_step(&m->stage, in);
+        m->watch.back = false;
         return;
     }
     if (m->stage.name == DQW_STAGE_ORDINAL && in.residual_ppm <= m->stage.threshold_ppm && !known(m)) return;
     if (dqw_stage_step(&m->stage, in) && m->stage.name == DQW_STAGE_IN_SERVICE) enter_service(m);
 }
 
-// After a pause nothing is told until the weights have caught up with what has changed meanwhile: for as long as it was, a second at most.
-static void catch_up(dqw_monitor *m)
-{
-    const uint32_t pause = m->tracker.at - m->learned_at;
-    m->learned_at = m->tracker.at;
-    if (pause <= PAUSE) return;
-    if (m->alarms == 0 && m->wait == 0) m->wait = (uint8_t)(pause < REST_TICKS * TICK_BLOCKS ? pause / TICK_BLOCKS : REST_TICKS);
-    // The 16 bits of the healthy values' time must not come round.
-    const uint32_t now = m->tracker.at >> FOLLOW_SHIFT;
-    if (pause >> FOLLOW_SHIFT >= FOLLOW_MOST) m->followed[0] = m->followed[1] = (uint16_t)(now + 1u);
-}
-
 static bool background(dqw_monitor *m, dqw_monitor_event *event)
 {
     // [MON.1] learn
-    const uint32_t elapsed = m->tracker.halves - m->tracker.at;
+    const bool unbroken = m->tracker.halves - m->tracker.at == 1;
     const bool learned = dqw_tracker_learn_held(&m->tracker);
-    if (dqw_monitor_config_of(m)->J_kgm2 > 0.0f) watch_friction(m, elapsed);
+    if (dqw_monitor_config_of(m)->J_kgm2 > 0.0f) watch_friction(m, unbroken);
     if (!learned) return false;
-    catch_up(m);
+    dqw_watch_learned(&m->watch, m->tracker.at);
     const float *e = m->tracker.e_pu;
     m->residual_pu2 += (e[0] * e[0] + e[1] * e[1] - m->residual_pu2) * RESIDUAL_PART;
     (void)dqw_witness_learn(&m->witness, &m->tracker);
@@ -541,9 +438,7 @@ static bool background(dqw_monitor *m, dqw_monitor_event *event)
     if (m->stage.name != DQW_STAGE_IN_SERVICE) return false;
 
     // [MON.3] every so often, a look at every channel
-    if (++m->blocks < TICK_BLOCKS) return false;
-    m->blocks = 0;
-    return look(m, event);
+    return dqw_watch_block(&m->watch) && look(m, event);
 }
 
 bool dqw_monitor_background(dqw_monitor *m, dqw_monitor_event *event)

@@ -6,34 +6,16 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "dqw_change.h"
 #include "dqw_fault.h"
 #include "dqw_random.h"
 #include "dqw_stage.h"
 #include "dqw_tracker.h"
+#include "dqw_watch.h"
 #include "dqw_witness.h"
 
 #ifdef __cplusplus
 extern "C" {
 #endif
-
-/// What is watched.
-enum dqw_monitor_channel {
-    DQW_WATCH_R = 0,  // the tracker's weights first, in its order
-    DQW_WATCH_LD,
-    DQW_WATCH_LQ,
-    DQW_WATCH_PSI,
-    DQW_WATCH_DEAD_TIME,
-    DQW_WATCH_ANGLE,
-    DQW_WATCH_OFFSET,  // then the witness'
-    DQW_WATCH_RESISTANCE,
-    DQW_WATCH_REACTANCE,
-    DQW_WATCH_SHORT,
-    DQW_WATCH_FRICTION,
-    DQW_WATCH_TEMPERATURE,
-    DQW_WATCH_RESIDUAL,
-    DQW_WATCH_CHANNELS
-};
 
 /// Memory that stage 2 borrows: free for other use once dqw_monitor_stage() says DQW_STAGE_ORDINAL or later. A firmware that lends none
 /// carries no code for it.
@@ -84,18 +66,9 @@ typedef struct dqw_monitor {
     float healthy_re[DQW_WITNESS_INPUTS], healthy_im[DQW_WITNESS_INPUTS];
     float cold_R_ohm, cold_psi_Wb, hottest_K;  ///< where they may follow from, and the winding's highest rise, slowly forgotten
     float residual_pu2, healthy_residual_pu2;
-    // Friction: mean over reversals, its variance, the healthy one; the mean torque being gathered, and that before it, each with its direction.
+    // Friction: mean over reversals, its variance, the healthy one; the mean torque being gathered, and that before it.
     float friction_Nm, spread_Nm2, healthy_friction_Nm, w_before_rad_s, gathered_Nm, before_Nm;
-    uint32_t learned_at;                   ///< when the last block was learned, in halves
-    uint16_t followed[2];                  ///< when healthy R and flux last followed, in 256 halves
-    uint16_t alarms;                       ///< channels of the event that is being named
-    uint8_t looks[DQW_WATCH_TEMPERATURE];  ///< that each healthy value is the mean of, up to 255
-    dqw_change change[DQW_WATCH_CHANNELS];
-    uint8_t reversals;
-    int8_t gathered;
-    uint8_t blocks, wait;   ///< since the last look; looks to come until an event is named, or the rest after it or a pause is over
-    signed int before : 2;  ///< direction of before_Nm
-    bool resting : 1, too_hot : 1, back : 1;
+    dqw_watch watch;
 } dqw_monitor;
 
 /// Make a monitor. `lent` from dqw_monitor_random_init, or NULL: the nominal values then stand for stage 2's result.

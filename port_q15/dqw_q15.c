@@ -51,3 +51,8 @@ uint32_t dqw_q_root64(uint64_t x)
     }
     return root;
 }
+
+int32_t dqw_q_length32(int32_t x, int32_t y)
+{
+    return dqw_q31_sat(dqw_q_root64((uint64_t)((int64_t)x * x) + (uint64_t)((int64_t)y * y)));
+}

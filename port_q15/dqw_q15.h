@@ -148,6 +148,9 @@ int64_t dqw_q_quotient64(int64_t a, int64_t b, int n);
 /// The integer square root, rounded down.
 uint32_t dqw_q_root64(uint64_t x);
 
+/// Length of (x, y), rounded down, bounded to 31 bits.
+int32_t dqw_q_length32(int32_t x, int32_t y);
+
 /// x_q15^-1 as Q16 without a division: x from 1 to 7, x_q15 in 2^15 .. 7 * 2^15. The same as 2^31 / x_q15.
 static inline uint32_t dqw_q16_inverse_by_steps(uint32_t x_q15)
 {

@@ -1,0 +1,177 @@
+#include "dqw_watch.h"
+
+#include <stddef.h>
+
+// Looks that a fault settles before it is named, and that follow before the next.
+#define NAMING_TICKS 24
+#define REST_TICKS 60
+// An unknown one is given so many looks more, twice: counted above the bits of the channels.
+#define EXTENSION_TICKS 10
+#define EXTENDED 0x2000u
+// Bands times looks that the sum must gather.
+#define LIMIT_Q5 (5 * DQW_CHANGE_BAND_Q5)
+// Halves of a window between two learned blocks that make a pause, and time that healthy values can follow in one step, less one.
+#define PAUSE 64u
+#define FOLLOW_MOST 0xffffu
+
+void dqw_watch_init(dqw_watch *w)
+{
+    const dqw_watch zero = {0};
+    *w = zero;
+}
+
+void dqw_watch_learned(dqw_watch *w, uint32_t at)
+{
+    const uint32_t pause = at - w->learned_at;
+    w->learned_at = at;
+    if (pause <= PAUSE) return;
+    if (w->alarms == 0 && w->wait == 0) w->wait = (uint8_t)(pause < REST_TICKS * DQW_WATCH_TICK_BLOCKS ? pause / DQW_WATCH_TICK_BLOCKS : REST_TICKS);
+    // The 16 bits of the healthy values' time must not come round.
+    if (pause >> DQW_WATCH_FOLLOW_SHIFT >= FOLLOW_MOST) w->followed[0] = w->followed[1] = (uint16_t)((at >> DQW_WATCH_FOLLOW_SHIFT) + 1u);
+}
+
+int dqw_watch_stretch(dqw_watch *w, int way, bool unbroken)
+{
+    // Where blocks are missing, nobody knows how it accelerated.
+    if (!unbroken || w->gathered * way <= 0) w->gathered = 0;
+    if (way == 0 || !unbroken) return 0;
+    w->gathered = (int8_t)(w->gathered + way);
+    return w->gathered * way;
+}
+
+bool dqw_watch_reversal(dqw_watch *w, int way)
+{
+    const bool reversed = w->before * way < 0;
+    if (reversed && w->reversals < DQW_WATCH_REVERSALS_MOST) w->reversals++;
+    w->before = way > 0 ? 1 : -1;
+    w->gathered = 0;
+    return reversed;
+}
+
+static void alarm(dqw_watch *w, int channel)
+{
+    if (w->alarms == 0) w->wait = NAMING_TICKS;
+    w->alarms |= (uint16_t)(1u << channel);
+}
+
+void dqw_watch_alarm_residual(dqw_watch *w)
+{
+    if (w->alarms == 0 && w->wait == 0) alarm(w, DQW_WATCH_RESIDUAL);
+}
+
+bool dqw_watch_block(dqw_watch *w)
+{
+    if (++w->blocks < DQW_WATCH_TICK_BLOCKS) return false;
+    w->blocks = 0;
+    return true;
+}
+
+enum dqw_watch_begins dqw_watch_begin(dqw_watch *w)
+{
+    if (w->resting) {
+        w->resting = --w->wait > 0;
+        return DQW_WATCH_ADOPTS;
+    }
+    if (w->alarms != 0) return DQW_WATCH_NAMES;
+    if (w->wait == 0) return DQW_WATCH_SETTLES;
+    w->wait--;
+    return DQW_WATCH_PAUSES;
+}
+
+// Nothing seems to change.
+static void quiet(dqw_watch *w)
+{
+    for (int i = 0; i < DQW_WATCH_CHANNELS; i++) dqw_change_init(&w->change[i]);
+    w->alarms = 0;
+}
+
+void dqw_watch_adopt(dqw_watch *w, uint32_t halves)
+{
+    for (int i = 0; i < DQW_WATCH_TEMPERATURE; i++) w->looks[i] = 0;
+    w->reversals = 0;
+    w->followed[0] = w->followed[1] = (uint16_t)(halves >> DQW_WATCH_FOLLOW_SHIFT);
+    quiet(w);
+}
+
+void dqw_watch_rest(dqw_watch *w)
+{
+    w->wait = REST_TICKS;
+    w->resting = true;
+}
+
+bool dqw_watch_settles(const dqw_watch *w, int channel)
+{
+    return w->looks[channel] != DQW_WATCH_LOOKS_MOST && w->change[channel].sum_q5 == 0;
+}
+
+bool dqw_watch_friction_settles(dqw_watch *w)
+{
+    if (!dqw_watch_settles(w, DQW_WATCH_FRICTION)) return false;
+    w->looks[DQW_WATCH_FRICTION] = w->reversals < DQW_WATCH_REVERSALS_MOST ? 0 : DQW_WATCH_LOOKS_MOST;
+    return true;
+}
+
+uint16_t dqw_watch_unfollowed(const dqw_watch *w, int channel, uint32_t halves)
+{
+    return (uint16_t)((halves >> DQW_WATCH_FOLLOW_SHIFT) - w->followed[channel == DQW_WATCH_PSI]);
+}
+
+void dqw_watch_follow(dqw_watch *w, int channel, uint32_t halves)
+{
+    w->followed[channel == DQW_WATCH_PSI] = (uint16_t)(halves >> DQW_WATCH_FOLLOW_SHIFT);
+}
+
+bool dqw_watch_look(dqw_watch *w, const int32_t deviation_q5[])
+{
+    if (deviation_q5[DQW_WATCH_TEMPERATURE] == 0) w->too_hot = false;
+    for (int i = 0; i < DQW_WATCH_CHANNELS; i++) {
+        if (i == DQW_WATCH_TEMPERATURE && w->too_hot) continue;
+        if (dqw_change_step(&w->change[i], deviation_q5[i], LIMIT_Q5)) alarm(w, i);
+    }
+    return w->alarms != 0 && --w->wait == 0;
+}
+
+int dqw_watch_worst(dqw_watch *w, const int32_t deviation_q5[], bool above)
+{
+    int worst = 0;
+    int32_t most = -1;
+    for (int i = 0; i < DQW_WATCH_CHANNELS; i++) {
+        if (((uint32_t)w->alarms >> i & 1u) == 0 || deviation_q5[i] <= most) continue;
+        most = deviation_q5[i];
+        worst = i;
+    }
+    if (most >= DQW_CHANGE_BAND_Q5 || above) return worst;
+    quiet(w);
+    return -1;
+}
+
+uint8_t dqw_watch_since(const dqw_watch *w, int channel)
+{
+    return w->change[channel].above;
+}
+
+enum dqw_fault_name dqw_watch_fault_of(int channel, bool more)
+{
+    if (channel == DQW_WATCH_TEMPERATURE) return DQW_FAULT_OVER_TEMPERATURE;
+    if (channel != DQW_WATCH_FRICTION) return DQW_FAULT_NONE;
+    return more ? DQW_FAULT_BEARING_WEAR : DQW_FAULT_UNKNOWN;
+}
+
+enum dqw_watch_follows dqw_watch_named(dqw_watch *w, int channel, enum dqw_fault_name name)
+{
+    w->too_hot = w->too_hot || channel == DQW_WATCH_TEMPERATURE;
+    if (name == DQW_FAULT_UNKNOWN && w->alarms < 2u * EXTENDED) {
+        w->alarms = (uint16_t)(w->alarms + EXTENDED);
+        w->wait = EXTENSION_TICKS;
+        return DQW_WATCH_LATER;
+    }
+    if (name == DQW_FAULT_OVER_TEMPERATURE || name == DQW_FAULT_BEARING_WEAR) {
+        dqw_change_init(&w->change[channel]);
+        w->alarms = 0;
+        if (channel == DQW_WATCH_FRICTION) w->looks[channel] = w->reversals = 0;
+        return DQW_WATCH_APART;
+    }
+    // What nothing explains, and is above the threshold still, is another machine: back to stage 1.
+    w->back = name == DQW_FAULT_UNKNOWN;
+    return DQW_WATCH_RESTS;
+}

@@ -1,0 +1,139 @@
+// What the condition monitor decides, whatever arithmetic it measures with: when to look, when a healthy value stands, when something has
+// changed, what follows an event. Integers and booleans only, so that float and fixed point decide alike.
+#ifndef DQW_WATCH_H
+#define DQW_WATCH_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "dqw_change.h"
+#include "dqw_fault.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/// What is watched.
+enum dqw_monitor_channel {
+    DQW_WATCH_R = 0,  // the tracker's weights first, in its order
+    DQW_WATCH_LD,
+    DQW_WATCH_LQ,
+    DQW_WATCH_PSI,
+    DQW_WATCH_DEAD_TIME,
+    DQW_WATCH_ANGLE,
+    DQW_WATCH_OFFSET,  // then the witness'
+    DQW_WATCH_RESISTANCE,
+    DQW_WATCH_REACTANCE,
+    DQW_WATCH_SHORT,
+    DQW_WATCH_FRICTION,
+    DQW_WATCH_TEMPERATURE,
+    DQW_WATCH_RESIDUAL,
+    DQW_WATCH_CHANNELS
+};
+
+/// Blocks between two looks at every channel.
+#define DQW_WATCH_TICK_BLOCKS 16
+/// Looks over which a healthy value is a mean at most; that it needs; and over which neighbouring looks are alike.
+#define DQW_WATCH_LOOKS_MOST UINT8_MAX
+#define DQW_WATCH_LOOKS_LEAST 20
+#define DQW_WATCH_LOOKS_ALIKE 20
+/// Healthy values follow the temperature every so many halves of a window, a power of two.
+#define DQW_WATCH_FOLLOW_SHIFT 8
+/// Friction: blocks in one mean torque; reversals remembered, and needed.
+#define DQW_WATCH_STRETCH_BLOCKS 32
+#define DQW_WATCH_REVERSALS_MOST 32
+#define DQW_WATCH_REVERSALS_LEAST 8
+
+typedef struct dqw_watch {
+    uint32_t learned_at;   ///< when the last block was learned, in halves of a window
+    uint16_t followed[2];  ///< when healthy R and flux last followed, in 256 halves
+    uint16_t alarms;       ///< channels of the event that is being named
+    dqw_change change[DQW_WATCH_CHANNELS];
+    uint8_t looks[DQW_WATCH_TEMPERATURE];  ///< that each healthy value is the mean of, up to 255
+    uint8_t blocks, wait;                  ///< since the last look; looks to come until an event is named, or the rest after it or a pause is over
+    uint8_t reversals;                     ///< of the direction, that friction is a mean over
+    int8_t gathered;                       ///< blocks of a stretch in one direction, with its sign
+    signed int before : 2;                 ///< direction of the stretch before it
+    bool resting : 1, too_hot : 1, back : 1;
+} dqw_watch;
+
+/// What a look begins with.
+enum dqw_watch_begins {
+    DQW_WATCH_PAUSES = 0,  ///< nothing: it waits
+    DQW_WATCH_ADOPTS,      ///< healthy values as they are now
+    DQW_WATCH_SETTLES,     ///< healthy values follow the temperature and settle; then every channel is looked at
+    DQW_WATCH_NAMES,       ///< every channel is looked at, an event is being named
+};
+
+/// What follows an event.
+enum dqw_watch_follows {
+    DQW_WATCH_LATER = 0,  ///< it is not told yet: what nothing explains may still be settling
+    DQW_WATCH_APART,      ///< it is told; it moves no other channel, the others are watched on
+    DQW_WATCH_RESTS,      ///< it is told; all healthy values are taken anew
+};
+
+/// Nothing seen yet.
+void dqw_watch_init(dqw_watch *w);
+
+/// A block was learned at half `at`. After a pause nothing is told until the weights have caught up with what has changed meanwhile: for as
+/// long as it was, a second at most.
+void dqw_watch_learned(dqw_watch *w, uint32_t at);
+
+/// A stretch's block in direction `way`, 0 for none; `unbroken`: it follows the last one.
+/// Returns  blocks of the stretch, 0 where it counts for nothing, DQW_WATCH_STRETCH_BLOCKS where it is complete
+int dqw_watch_stretch(dqw_watch *w, int way, bool unbroken);
+
+/// A stretch is complete: does it follow one in the other direction? Counts the reversal.
+bool dqw_watch_reversal(dqw_watch *w, int way);
+
+/// A residual above the threshold, while nothing else is being named.
+void dqw_watch_alarm_residual(dqw_watch *w);
+
+/// One block in service: true where it is time for a look.
+bool dqw_watch_block(dqw_watch *w);
+
+/// Begin a look.
+/// Source   Fig. 1; (E63), (E65) in docs/EQUATIONS.md
+enum dqw_watch_begins dqw_watch_begin(dqw_watch *w);
+
+/// Healthy values were taken as they are: they settle anew.
+void dqw_watch_adopt(dqw_watch *w, uint32_t halves);
+
+/// Watch nothing for a while, healthy values are taken meanwhile: on entering service, and after an event.
+void dqw_watch_rest(dqw_watch *w);
+
+/// May the healthy value of a channel, below DQW_WATCH_FRICTION, still settle? Not once it stands, nor while it seems to change.
+bool dqw_watch_settles(const dqw_watch *w, int channel);
+
+/// The same of friction, which is a mean already: it stands as it is when its memory is full.
+bool dqw_watch_friction_settles(dqw_watch *w);
+
+/// Halves of a window, in 256, since healthy R (channel DQW_WATCH_R) or flux last followed; and: it does now.
+uint16_t dqw_watch_unfollowed(const dqw_watch *w, int channel, uint32_t halves);
+void dqw_watch_follow(dqw_watch *w, int channel, uint32_t halves);
+
+/// Look at every channel.
+///
+/// Source   (E63) in docs/EQUATIONS.md
+/// Shape    deviation_q5[DQW_WATCH_CHANNELS]: size of each change over its band, Q5; 0 where it is not known
+/// Returns  true where there is an event to be named
+bool dqw_watch_look(dqw_watch *w, const int32_t deviation_q5[]);
+
+/// The channel of that event: the one furthest out of its band; -1 where all are back within and the residual is not `above` its threshold:
+/// then nothing has changed.
+int dqw_watch_worst(dqw_watch *w, const int32_t deviation_q5[], bool above);
+
+/// Looks since the sum of a channel began to grow.
+uint8_t dqw_watch_since(const dqw_watch *w, int channel);
+
+/// A channel that a fault's pattern does not name: the fault it is, or DQW_FAULT_NONE.
+enum dqw_fault_name dqw_watch_fault_of(int channel, bool more);
+
+/// The event of this channel has a name.
+/// Source   Fig. 1; (E65) in docs/EQUATIONS.md
+enum dqw_watch_follows dqw_watch_named(dqw_watch *w, int channel, enum dqw_fault_name name);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

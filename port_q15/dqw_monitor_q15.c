@@ -1,0 +1,530 @@
+#include "dqw_monitor_q15.h"
+
+#include <stddef.h>
+
+#include "dqw_q15.h"
+#include "dqw_tracker_rows_q15.h"
+
+// No band is narrower than this many deviations.
+#define DEVIATIONS 5
+// A healthy value is learned while its deviation is within this part of its band, as in dqw_monitor.c: 0.2, flux 0.4, witness 0.5.
+#define KNOWN_PART_Q15 6554
+#define KNOWN_PART_FLUX_Q15 13107
+#define KNOWN_PART_WITNESS_Q15 16384
+// The winding's highest rise is forgotten by half in about twenty minutes of looks every 16 ms: a part of 1e-5.
+#define HOTTEST_FORGETS 100000
+#define ORDINAL_BLOCKS 500u
+#define RANDOM_LIMIT 2000u
+#define THRESHOLD_PPM 50000u
+// A parameter is known well enough to be watched: deviation within a tenth.
+#define SERVICE_PARTS 10
+// Residual: a mean over about 64 blocks, that counts as at least 0.2 % of the full voltage.
+#define RESIDUAL_BITS 6
+#define RESIDUAL_FLOOR_Q54 72057594038
+// Slack on rates and rises of temperature, in tenths.
+#define SLACK_TENTHS 13
+// Confidence of what needs no pattern: 0.99.
+#define SURE_Q15 32440
+#define TEMPERATURE_BAND_K 5
+// Part of the full speed above which a direction is one: 0.1.
+#define SLOWEST_Q28 26843546
+#define PARTS_MOST 1000000u
+#define ONE_Q16 65536
+#define ONE_Q24 16777216
+#define MILLION 1000000
+
+static const uint32_t BAND_PPM[DQW_WATCH_CHANNELS] = {40000, 60000, 60000, 12000, 5000, 20000, 10000, 30000, 30000, 3000, 50000, 110000000, 3000000};
+#define ALPHA_PPM_PER_K 3900u
+#define BETA_PPM_PER_K 1000u
+#define HEATING_MK_S 1000u
+
+// The tracker was given the first part of it.
+const dqw_monitor_q15_config *dqw_monitor_config_of_q15(const dqw_monitor_q15 *m)
+{
+    return (const dqw_monitor_q15_config *)(const void *)m->tracker.config;
+}
+
+static int64_t or_else(uint32_t configured, uint32_t otherwise)
+{
+    return configured != 0 ? configured : otherwise;
+}
+
+static int64_t band_q24(const dqw_monitor_q15 *m, int channel)
+{
+    return dqw_q_quotient64(or_else(dqw_monitor_config_of_q15(m)->band_ppm[channel], BAND_PPM[channel]), MILLION, 24);
+}
+
+static int64_t alpha_ppm(const dqw_monitor_q15 *m)
+{
+    return or_else(dqw_monitor_config_of_q15(m)->alpha_ppm_per_K, ALPHA_PPM_PER_K);
+}
+
+static int64_t beta_ppm(const dqw_monitor_q15 *m)
+{
+    return or_else(dqw_monitor_config_of_q15(m)->beta_ppm_per_K, BETA_PPM_PER_K);
+}
+
+enum dqw_status dqw_monitor_init_q15(dqw_monitor_q15 *m, const dqw_monitor_q15_config *config, dqw_monitor_random_q15 *lent)
+{
+    if (m == NULL || config == NULL || (lent != NULL && lent->learn == NULL)) return DQW_ERR_NULL;
+    if (config->alpha_ppm_per_K > PARTS_MOST || config->beta_ppm_per_K > PARTS_MOST || config->heating_mK_s > PARTS_MOST) return DQW_ERR_RANGE;
+    dqw_monitor_q15 n = {.lent = lent};
+    const enum dqw_status status = dqw_tracker_init_q15(&n.tracker, &config->tracker);
+    if (status != DQW_OK) return status;
+    dqw_witness_init_q15(&n.witness);
+    dqw_watch_init(&n.watch);
+    dqw_stage_init(&n.stage, config->threshold_ppm != 0 ? config->threshold_ppm : THRESHOLD_PPM, RANDOM_LIMIT, ORDINAL_BLOCKS);
+    dqw_stage_define(&n.stage);
+    *m = n;
+    return DQW_OK;
+}
+
+enum dqw_status dqw_monitor_define_q15(dqw_monitor_q15 *m, const dqw_monitor_q15_config *config, dqw_monitor_random_q15 *lent)
+{
+    if (m == NULL) return DQW_ERR_NULL;
+    const dqw_stage stage = m->stage;
+    dqw_gate gate = m->tracker.gate;
+    const uint32_t halves = m->tracker.halves;
+    const enum dqw_status status = dqw_monitor_init_q15(m, config, lent);
+    if (status != DQW_OK) return status;
+    m->stage.back = stage.back;
+    m->stage.times_back = stage.times_back;
+    m->stage.residual_ppm = stage.residual_ppm;
+    gate.stale_limit = config->tracker.stale_limit;
+    m->tracker.gate = gate;
+    m->tracker.halves = m->tracker.at = m->tracker.drifted = halves;
+    return DQW_OK;
+}
+
+enum dqw_stage_name dqw_monitor_stage_q15(const dqw_monitor_q15 *m)
+{
+    return m->stage.name;
+}
+
+uint32_t dqw_monitor_sample_q15(dqw_monitor_q15 *m, const dqw_sample_q15 *s, bool saturated)
+{
+    return dqw_tracker_sample_q15(&m->tracker, s, saturated);
+}
+
+static int32_t value(const dqw_monitor_q15 *m, int weight)
+{
+    return m->tracker.w_q24[weight];
+}
+
+static int32_t sd(const dqw_monitor_q15 *m, int weight)
+{
+    return dqw_tracker_sd_q15(&m->tracker, (enum dqw_tracker_weight_q15)weight);
+}
+
+// (R / cold - 1) / alpha, K
+static int32_t rise_q16(const dqw_monitor_q15 *m, int32_t R_q24)
+{
+    return dqw_q31_sat(dqw_q_quotient64(((int64_t)R_q24 - m->cold_R_q24) * MILLION, m->cold_R_q24 * alpha_ppm(m), 16));
+}
+
+static int32_t friction_sd(const dqw_monitor_q15 *m)
+{
+    const uint8_t n = m->watch.reversals;
+    return n >= DQW_WATCH_REVERSALS_LEAST ? dqw_q31_sat(dqw_q_root64((uint64_t)dqw_q_quotient64(m->spread_q48, n, 1))) : INT32_MAX;
+}
+
+// Half the difference of two stretches' mean torque, one in each direction, is friction: a load is the same on both sides of a reversal, or
+// its change has no sign.
+static void reversal(dqw_monitor_q15 *m, int way, int32_t torque_q24)
+{
+    if (dqw_watch_reversal(&m->watch, way)) {
+        const int64_t half = dqw_q_round64(way * ((int64_t)torque_q24 - m->before_q24), 1);
+        const int32_t off = dqw_q31_sat(half - m->friction_q24);
+        const int n = m->watch.reversals;
+        m->friction_q24 = dqw_q31_sat((int64_t)m->friction_q24 + off / n);
+        // The first is no spread: nothing was known.
+        if (n > 1) m->spread_q48 += dqw_q_quotient64((int64_t)off * off - m->spread_q48, n, 0);
+    }
+    m->before_q24 = torque_q24;
+}
+
+// What the full speed, gained in half a window, takes: of the torque at nominal flux and full current. J w / (1.5 p psi i dt half), Q24
+static int64_t accelerating_q24(const dqw_tracker_q15_config *c, uint32_t J_nkgm2, int half)
+{
+    const dqw_scale *s = &c->scale;
+    // 1e-12 over 1e-12, then over 1.5e-9; up to 2^55 each, and 2^54
+    const int64_t part_q30 = dqw_q_quotient64((int64_t)J_nkgm2 * s->w_full_mrad_s, (int64_t)c->psi_nWb * s->i_full_mA, 30);
+    return dqw_q_quotient64(dqw_q_product64(part_q30, 2000000000, 0), (int64_t)s->dt_ns * half * 3 * s->pole_pairs, -6);
+}
+
+// The torque that does not accelerate.
+static void watch_friction(dqw_monitor_q15 *m, bool unbroken)
+{
+    const dqw_tracker_q15 *t = &m->tracker;
+    const uint32_t J_nkgm2 = dqw_monitor_config_of_q15(m)->J_nkgm2;
+    const dqw_block_q15 b = dqw_tracker_block_q15(t);
+    dqw_tracker_nominal_q15 n;
+    (void)dqw_tracker_nominal_of_q15(t->config, &n);
+    const int64_t Ld = dqw_q_product64(dqw_q_quotient64(n.X_q40[0], n.psi_q40, 24), value(m, DQW_TRACK_LD_Q15), -24);
+    const int64_t Lq = dqw_q_product64(dqw_q_quotient64(n.X_q40[1], n.psi_q40, 24), value(m, DQW_TRACK_LQ_Q15), -24);
+    const int64_t flux_q24 = value(m, DQW_TRACK_PSI_Q15) + dqw_q_product64(Ld - Lq, b.i_d, -28);
+    const int64_t faster_q24 = dqw_q_product64(accelerating_q24(t->config, J_nkgm2, t->window.half), (int64_t)b.w_m - m->w_before_q28, -28);
+    const int32_t used_q24 = dqw_q31_sat(dqw_q_product64(flux_q24, b.i_q, -28) - faster_q24);
+    m->w_before_q28 = b.w_m;
+    const int way = b.w_m > SLOWEST_Q28 ? 1 : b.w_m < -SLOWEST_Q28 ? -1 : 0;
+    const int gathered = dqw_watch_stretch(&m->watch, way, unbroken);
+    const int32_t part_q24 = used_q24 / DQW_WATCH_STRETCH_BLOCKS;
+    m->gathered_q24 = gathered > 1 ? m->gathered_q24 + part_q24 : part_q24;
+    if (gathered == DQW_WATCH_STRETCH_BLOCKS) reversal(m, way, m->gathered_q24);
+}
+
+// A channel's band, in the format of its reading: Q24.
+static int32_t band_of(const dqw_monitor_q15 *m, int channel)
+{
+    const dqw_tracker_q15_config *c = &dqw_monitor_config_of_q15(m)->tracker;
+    const int32_t *h = m->healthy_q24;
+    const int64_t band = band_q24(m, channel);
+    int64_t wide;
+    switch (channel) {
+    case DQW_WATCH_DEAD_TIME: wide = band * DQW_TRACK_Q15_DEAD_PARTS; break;
+    case DQW_WATCH_OFFSET: wide = band; break;
+    case DQW_WATCH_RESISTANCE: wide = dqw_q_quotient64(dqw_q_product64(band, h[DQW_TRACK_R_Q15], -24), 3, 0); break;
+    case DQW_WATCH_REACTANCE: wide = dqw_q_quotient64(dqw_q_product64(band, dqw_witness_mean_L_q24(c, h[DQW_TRACK_LD_Q15], h[DQW_TRACK_LQ_Q15]), -24), 3, 0); break;
+    case DQW_WATCH_SHORT: wide = dqw_q_quotient64(band, 3 * dqw_q_product64(dqw_witness_short_q40(c), h[DQW_TRACK_R_Q15], -24), 40); break;
+    case DQW_WATCH_ANGLE:
+    case DQW_WATCH_FRICTION: wide = dqw_q_product64(band, h[DQW_TRACK_PSI_Q15], -24); break;
+    default: wide = dqw_q_product64(band, h[channel], -24); break;
+    }
+    return dqw_q31_sat(wide);
+}
+
+typedef struct {
+    int32_t now, change, sd;  // in the format of the event
+} reading;
+
+static int32_t q24_of(int32_t x_q28)
+{
+    return x_q28 == INT32_MAX ? INT32_MAX : dqw_q_floor32(x_q28, 4);
+}
+
+static int32_t difference(int32_t a, int32_t b)
+{
+    return dqw_q31_sat((int64_t)a - b);
+}
+
+static uint32_t residual_q27(const dqw_monitor_q15 *m)
+{
+    return dqw_q_root64((uint64_t)m->residual_q54);
+}
+
+// Value, its change from the healthy one, and its deviation, of a channel; of temperature and residual the change is the value.
+static reading read_channel(const dqw_monitor_q15 *m, int channel)
+{
+    reading r;
+    if (channel < DQW_TRACK_Q15_WEIGHTS) {
+        r.now = value(m, channel);
+        r.change = difference(r.now, m->healthy_q24[channel]);
+        r.sd = sd(m, channel);
+    } else if (channel < DQW_WATCH_FRICTION) {
+        const int k = channel - DQW_WATCH_OFFSET;
+        const int32_t re = difference(m->witness.re_q28[k], m->healthy_re_q28[k]);
+        const int32_t im = difference(m->witness.im_q28[k], m->healthy_im_q28[k]);
+        r.now = q24_of(dqw_witness_size_q28(&m->witness, (enum dqw_witness_input_q15)k));
+        r.change = q24_of(dqw_q_length32(re, im));
+        r.sd = q24_of(dqw_witness_sd_q28(&m->witness, &m->tracker, (enum dqw_witness_input_q15)k));
+    } else if (channel == DQW_WATCH_FRICTION) {
+        r.now = m->friction_q24;
+        r.change = difference(r.now, m->healthy_friction_q24);
+        r.sd = friction_sd(m);
+    } else if (channel == DQW_WATCH_TEMPERATURE) {
+        const int32_t sd_R = sd(m, DQW_TRACK_R_Q15);
+        r.now = r.change = rise_q16(m, value(m, DQW_TRACK_R_Q15));
+        r.sd = sd_R == INT32_MAX ? INT32_MAX : dqw_q31_sat(dqw_q_quotient64((int64_t)sd_R * MILLION, m->cold_R_q24 * alpha_ppm(m), 16));
+    } else {
+        r.now = r.change = (int32_t)(residual_q27(m) >> 3);
+        r.sd = 0;
+    }
+    return r;
+}
+
+// The healthy value moves to the present one by one part in n.
+static void nearer(int32_t *healthy, int32_t now, int n)
+{
+    *healthy = dqw_q31_sat(*healthy + dqw_q_quotient64((int64_t)now - *healthy, n, 0));
+}
+
+static void move_healthy(dqw_monitor_q15 *m, int channel, int n)
+{
+    if (channel < DQW_TRACK_Q15_WEIGHTS) {
+        nearer(&m->healthy_q24[channel], value(m, channel), n);
+    } else if (channel < DQW_WATCH_FRICTION) {
+        const int k = channel - DQW_WATCH_OFFSET;
+        nearer(&m->healthy_re_q28[k], m->witness.re_q28[k], n);
+        nearer(&m->healthy_im_q28[k], m->witness.im_q28[k], n);
+    } else {
+        nearer(&m->healthy_friction_q24, m->friction_q24, n);
+    }
+}
+
+static bool within_part(int32_t deviation, int32_t part_q15, int32_t band)
+{
+    return deviation != INT32_MAX && (int64_t)deviation * 32768 < (int64_t)part_q15 * band;
+}
+
+// A healthy value is the mean over the first looks at which it is known, as long as nothing seems to change.
+static void settle(dqw_monitor_q15 *m, int channel)
+{
+    if (channel == DQW_WATCH_FRICTION) {
+        if (dqw_watch_friction_settles(&m->watch)) move_healthy(m, channel, 1);
+        return;
+    }
+    if (!dqw_watch_settles(&m->watch, channel)) return;
+    const uint8_t looks = m->watch.looks[channel];
+    const int32_t part_q15 = channel > DQW_WATCH_ANGLE ? KNOWN_PART_WITNESS_Q15 : channel == DQW_WATCH_PSI ? KNOWN_PART_FLUX_Q15 : KNOWN_PART_Q15;
+    const bool known_now = within_part(read_channel(m, channel).sd, part_q15, band_of(m, channel));
+    if (known_now) m->watch.looks[channel]++;
+    if (known_now || looks == 0) move_healthy(m, channel, looks + 1);
+}
+
+// Healthy values as they are now.
+static void adopt(dqw_monitor_q15 *m)
+{
+    for (int i = 0; i < DQW_WATCH_TEMPERATURE; i++) move_healthy(m, i, 1);
+    m->healthy_residual_q54 = m->residual_q54 > RESIDUAL_FLOOR_Q54 ? m->residual_q54 : RESIDUAL_FLOOR_Q54;
+    dqw_watch_adopt(&m->watch, m->tracker.halves);
+}
+
+static void begin_rest(dqw_monitor_q15 *m)
+{
+    adopt(m);
+    dqw_watch_rest(&m->watch);
+}
+
+// What heat can have made of R or the flux since its healthy value last followed, Q24.
+static int32_t heat_since(const dqw_monitor_q15 *m, int channel)
+{
+    const dqw_monitor_q15_config *c = dqw_monitor_config_of_q15(m);
+    const bool flux = channel == DQW_WATCH_PSI;
+    const int64_t halves = dqw_watch_unfollowed(&m->watch, channel, m->tracker.halves);
+    // Millionths by mK up to 2^40, by 13 over 10^10; ns up to 2^30 by 2^31
+    const int64_t rate_q40 = dqw_q_quotient64((flux ? beta_ppm(m) : alpha_ppm(m)) * or_else(c->heating_mK_s, HEATING_MK_S) * SLACK_TENTHS, 10000000000, 40);
+    const int64_t time_q20 = dqw_q_quotient64((int64_t)c->tracker.scale.dt_ns * ((halves << DQW_WATCH_FOLLOW_SHIFT) * m->tracker.window.half), 1000000000, 20);
+    return dqw_q31_sat(dqw_q_product64(dqw_q_product64(rate_q40, flux ? m->cold_psi_q24 : m->cold_R_q24, -40), time_q20, -20));
+}
+
+// Healthy R or flux goes with the measured one, no faster than heat can. Not while the measured one is unsure: it would follow noise.
+static void follow(dqw_monitor_q15 *m, int channel)
+{
+    const int32_t bound = heat_since(m, channel);
+    const bool flux = channel == DQW_WATCH_PSI;
+    if (bound <= 0 || !within_part(sd(m, channel), flux ? KNOWN_PART_FLUX_Q15 : KNOWN_PART_Q15, band_of(m, channel))) return;
+    const int32_t off = difference(value(m, channel), m->healthy_q24[channel]);
+    m->healthy_q24[channel] += off > bound ? bound : off < -bound ? -bound : off;
+    dqw_watch_follow(&m->watch, channel, m->tracker.halves);
+}
+
+// The flux no further than the winding's heat explains, now or a while ago.
+static void follow_temperature(dqw_monitor_q15 *m)
+{
+    follow(m, DQW_WATCH_R);
+    follow(m, DQW_WATCH_PSI);
+    const int32_t rise = rise_q16(m, m->healthy_q24[DQW_TRACK_R_Q15]);
+    m->hottest_q16 -= m->hottest_q16 / HOTTEST_FORGETS;
+    if (rise > m->hottest_q16) m->hottest_q16 = rise;
+    // 2^20 by 2^31 by 2^4
+    const int64_t lost_q24 = dqw_q_quotient64(beta_ppm(m) * m->hottest_q16 * SLACK_TENTHS, 10 * MILLION, 8) + dqw_q_round64(band_q24(m, DQW_WATCH_PSI), 1);
+    const int32_t coldest = dqw_q31_sat(dqw_q_product64(ONE_Q24 - lost_q24, m->cold_psi_q24, -24));
+    if (m->healthy_q24[DQW_TRACK_PSI_Q15] < coldest) m->healthy_q24[DQW_TRACK_PSI_Q15] = coldest;
+}
+
+// Size of a channel's change over its band, Q5; 0 where it is not known.
+static int32_t deviation_q5(const dqw_monitor_q15 *m, int channel)
+{
+    const int64_t most = 100 * DQW_CHANGE_BAND_Q5;
+    int64_t q5;
+    if (channel == DQW_WATCH_TEMPERATURE) {
+        if (sd(m, DQW_TRACK_R_Q15) >= band_of(m, DQW_WATCH_R)) return 0;
+        const int64_t above_q16 = rise_q16(m, value(m, DQW_TRACK_R_Q15)) - dqw_q_round64(band_q24(m, channel), 8);
+        q5 = dqw_q_quotient64(above_q16 + TEMPERATURE_BAND_K * ONE_Q16, TEMPERATURE_BAND_K, -11);
+    } else if (channel == DQW_WATCH_RESIDUAL) {
+        const int64_t ratio_q10 = dqw_q_root64((uint64_t)dqw_q_quotient64(m->residual_q54, m->healthy_residual_q54, 20));
+        q5 = dqw_q_quotient64(ratio_q10, band_q24(m, channel), 19);
+    } else {
+        const reading r = read_channel(m, channel);
+        const int looks = m->watch.looks[channel];
+        if (looks < DQW_WATCH_LOOKS_LEAST || r.sd == INT32_MAX) return 0;
+        const int64_t width = band_of(m, channel);
+        // The healthy value has a deviation too: less, the more looks it is the mean of.
+        const int32_t one_q30 = 1 << 30;
+        const uint32_t wider_q15 = dqw_q_root64((uint64_t)one_q30 + (uint64_t)(one_q30 / (DQW_WATCH_LOOKS_ALIKE + looks) * DQW_WATCH_LOOKS_ALIKE));
+        const int64_t sure = dqw_q_round64((int64_t)r.sd * DEVIATIONS * wider_q15, 15);
+        // What heat may have made of it meanwhile is no change.
+        const int64_t heat = channel == DQW_WATCH_R || channel == DQW_WATCH_PSI ? heat_since(m, channel) : 0;
+        const int64_t size = r.change < 0 ? -(int64_t)r.change : r.change;
+        q5 = dqw_q_quotient64(size - heat, width > sure ? width : sure, 5);
+    }
+    return (int32_t)(q5 < 0 ? 0 : q5 < most ? q5 : most);
+}
+
+// A change of a third of a band is none.
+static int32_t least_of(int32_t deviation, int32_t band)
+{
+    return deviation == INT32_MAX ? INT32_MAX : dqw_q_length32(deviation, band / 3);
+}
+
+static int32_t over(int32_t a, int32_t b_q24)
+{
+    return a == INT32_MAX ? INT32_MAX : dqw_q31_sat(dqw_q_quotient64(a, b_q24, 24));
+}
+
+static dqw_fault_verdict_q15 name_it(const dqw_monitor_q15 *m)
+{
+    int32_t change_q24[DQW_SIGNS];
+    int32_t unit_q24[DQW_SIGNS];
+    for (int channel = 0; channel < DQW_WATCH_FRICTION; channel++) {
+        const reading r = read_channel(m, channel);
+        const int32_t least = least_of(r.sd, band_of(m, channel));
+        if (channel < DQW_TRACK_Q15_WEIGHTS) {
+            const int32_t *h = m->healthy_q24;
+            const int32_t scale = channel == DQW_WATCH_ANGLE ? h[DQW_TRACK_PSI_Q15] : channel == DQW_WATCH_DEAD_TIME ? ONE_Q24 : h[channel];
+            change_q24[channel] = over(r.change, scale);
+            unit_q24[channel] = over(least, scale);
+        } else {
+            const int k = channel - DQW_WATCH_OFFSET;
+            const int at = DQW_SIGN_OFFSET_RE + 2 * k;
+            change_q24[at] = dqw_q_floor32(difference(m->witness.re_q28[k], m->healthy_re_q28[k]), 4);
+            change_q24[at + 1] = dqw_q_floor32(difference(m->witness.im_q28[k], m->healthy_im_q28[k]), 4);
+            unit_q24[at] = unit_q24[at + 1] = least;
+        }
+    }
+    const dqw_tracker_q15_config *c = m->tracker.config;
+    const dqw_fault_machine_q15 machine = {m->healthy_q24[DQW_TRACK_R_Q15],
+                                           dqw_witness_mean_L_q24(c, m->healthy_q24[DQW_TRACK_LD_Q15], m->healthy_q24[DQW_TRACK_LQ_Q15]),
+                                           dqw_witness_short_q40(c)};
+    return dqw_fault_name_it_q15(change_q24, unit_q24, machine);
+}
+
+static uint32_t ppm(uint32_t ratio_q27)
+{
+    return (uint32_t)(((uint64_t)ratio_q27 * MILLION) >> 27);  // up to 32 millions
+}
+
+static void tell(const dqw_monitor_q15 *m, int channel, dqw_monitor_event_q15 *event)
+{
+    const reading r = read_channel(m, channel);
+    event->value = r.now;
+    event->sd = r.sd;
+    event->half = m->tracker.halves;
+    event->since = m->tracker.halves - (uint32_t)dqw_watch_since(&m->watch, channel) * DQW_WATCH_TICK_BLOCKS;
+    event->parameter = (enum dqw_monitor_channel)channel;
+    const enum dqw_fault_name of_channel = dqw_watch_fault_of(channel, r.change > 0);
+    const dqw_fault_verdict_q15 sure = {.name = of_channel, .confidence_q15 = SURE_Q15, .phase = 0};
+    event->fault = of_channel != DQW_FAULT_NONE ? sure : name_it(m);
+}
+
+// Where a temperature counts from, after what has broken.
+static void recount(int32_t *cold, int32_t now, int32_t healthy)
+{
+    *cold = dqw_q31_sat(dqw_q_product64(dqw_q_quotient64(now, healthy, 24), *cold, -24));
+}
+
+static bool look(dqw_monitor_q15 *m, dqw_monitor_event_q15 *event)
+{
+    const enum dqw_watch_begins begins = dqw_watch_begin(&m->watch);
+    if (begins == DQW_WATCH_PAUSES) return false;
+    if (begins == DQW_WATCH_ADOPTS) {
+        adopt(m);
+        return false;
+    }
+    if (begins == DQW_WATCH_SETTLES) {
+        follow_temperature(m);
+        for (int i = 0; i < DQW_WATCH_TEMPERATURE; i++) settle(m, i);
+    }
+    int32_t q5[DQW_WATCH_CHANNELS];
+    for (int i = 0; i < DQW_WATCH_CHANNELS; i++) q5[i] = deviation_q5(m, i);
+    if (!dqw_watch_look(&m->watch, q5)) return false;
+    const int worst = dqw_watch_worst(&m->watch, q5, ppm(residual_q27(m)) > m->stage.threshold_ppm);
+    if (worst < 0) return false;
+    tell(m, worst, event);
+    const enum dqw_watch_follows follows = dqw_watch_named(&m->watch, worst, event->fault.name);
+    if (follows == DQW_WATCH_LATER) return false;
+    if (follows == DQW_WATCH_APART) {
+        if (worst == DQW_WATCH_FRICTION) move_healthy(m, worst, 1);
+        return true;
+    }
+    // Temperatures go on counting from where they were: what has broken is not what has heated.
+    const enum dqw_fault_name name = event->fault.name;
+    if (name == DQW_FAULT_PHASE_CONNECTION || name == DQW_FAULT_CURRENT_GAIN)
+        recount(&m->cold_R_q24, value(m, DQW_TRACK_R_Q15), m->healthy_q24[DQW_TRACK_R_Q15]);
+    recount(&m->cold_psi_q24, value(m, DQW_TRACK_PSI_Q15), m->healthy_q24[DQW_TRACK_PSI_Q15]);
+    begin_rest(m);
+    return true;
+}
+
+static void enter_service(dqw_monitor_q15 *m)
+{
+    const bool commissioned = dqw_monitor_config_of_q15(m)->commissioned;
+    m->cold_R_q24 = commissioned ? ONE_Q24 : value(m, DQW_TRACK_R_Q15);
+    m->cold_psi_q24 = commissioned ? ONE_Q24 : value(m, DQW_TRACK_PSI_Q15);
+    m->hottest_q16 = 0;
+    begin_rest(m);
+}
+
+static bool known(const dqw_monitor_q15 *m)
+{
+    // L_d shows only where i_d is not 0: without it the other three are watched.
+    for (int i = 0; i <= DQW_TRACK_PSI_Q15; i++)
+        if (i != DQW_TRACK_LD_Q15 && (int64_t)sd(m, i) * SERVICE_PARTS >= value(m, i)) return false;
+    return true;
+}
+
+// Fig. 1: which stage, after a block.
+static void stage(dqw_monitor_q15 *m)
+{
+    const bool random = m->lent != NULL && m->stage.name == DQW_STAGE_RANDOM;
+    const bool converged = !random || m->lent->learn(m->lent, &m->tracker);
+    const dqw_stage_input in = {
+        .random_converged = converged,
+        .residual_ppm = ppm(dqw_tracker_residual_q28(&m->tracker) >> 1),
+        .residual_recent_ppm = ppm(residual_q27(m)),
+    };
+    if (m->stage.name == DQW_STAGE_IN_SERVICE) {
+        // A residual above the threshold is named first: a sudden fault is one too.
+        if (in.residual_recent_ppm > m->stage.threshold_ppm) dqw_watch_alarm_residual(&m->watch);
+        if (m->watch.back) (void)dqw_stage_step(&m->stage, in);
+        m->watch.back = false;
+        return;
+    }
+    if (m->stage.name == DQW_STAGE_ORDINAL && in.residual_ppm <= m->stage.threshold_ppm && !known(m)) return;
+    if (dqw_stage_step(&m->stage, in) && m->stage.name == DQW_STAGE_IN_SERVICE) enter_service(m);
+}
+
+static int64_t square_q54(int32_t e_q28)
+{
+    return dqw_q_floor64((int64_t)e_q28 * e_q28, 2);
+}
+
+static bool background(dqw_monitor_q15 *m, dqw_monitor_event_q15 *event)
+{
+    // [MON.1] learn
+    const bool unbroken = m->tracker.halves - m->tracker.at == 1;
+    const bool learned = dqw_tracker_learn_held_q15(&m->tracker);
+    if (dqw_monitor_config_of_q15(m)->J_nkgm2 > 0) watch_friction(m, unbroken);
+    if (!learned) return false;
+    dqw_watch_learned(&m->watch, m->tracker.at);
+    // Up to 2^61
+    const int64_t e2_q54 = square_q54(m->tracker.e_q28[0]) + square_q54(m->tracker.e_q28[1]);
+    m->residual_q54 += dqw_q_round64(e2_q54 - m->residual_q54, RESIDUAL_BITS);
+    (void)dqw_witness_learn_q15(&m->witness, &m->tracker);
+
+    // [MON.2] the stage
+    stage(m);
+    if (m->stage.name != DQW_STAGE_IN_SERVICE) return false;
+
+    // [MON.3] every so often, a look at every channel
+    return dqw_watch_block(&m->watch) && look(m, event);
+}
+
+bool dqw_monitor_background_q15(dqw_monitor_q15 *m, dqw_monitor_event_q15 *event)
+{
+    if (!dqw_tracker_waits_q15(&m->tracker) || m->stage.name == DQW_STAGE_DOMAIN) return false;
+    // The block is read to the end of it all: only then may the interrupt write the next one.
+    const bool told = background(m, event);
+    dqw_tracker_release_q15(&m->tracker);
+    return told;
+}
