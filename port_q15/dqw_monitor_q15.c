@@ -184,7 +184,9 @@ static int32_t band_of(const dqw_monitor_q15 *m, int channel)
     case DQW_WATCH_DEAD_TIME: wide = band * DQW_TRACK_Q15_DEAD_PARTS; break;
     case DQW_WATCH_OFFSET: wide = band; break;
     case DQW_WATCH_RESISTANCE: wide = dqw_q_quotient64(dqw_q_product64(band, h[DQW_TRACK_R_Q15], -24), 3, 0); break;
-    case DQW_WATCH_REACTANCE: wide = dqw_q_quotient64(dqw_q_product64(band, dqw_witness_mean_L_q24(c, h[DQW_TRACK_LD_Q15], h[DQW_TRACK_LQ_Q15]), -24), 3, 0); break;
+    case DQW_WATCH_REACTANCE:
+        wide = dqw_q_quotient64(dqw_q_product64(band, dqw_witness_mean_L_q24(c, h[DQW_TRACK_LD_Q15], h[DQW_TRACK_LQ_Q15]), -24), 3, 0);
+        break;
     case DQW_WATCH_SHORT: wide = dqw_q_quotient64(band, 3 * dqw_q_product64(dqw_witness_short_q40(c), h[DQW_TRACK_R_Q15], -24), 40); break;
     case DQW_WATCH_ANGLE:
     case DQW_WATCH_FRICTION: wide = dqw_q_product64(band, h[DQW_TRACK_PSI_Q15], -24); break;

@@ -19,7 +19,8 @@ typedef struct {
 // a b 2^-n
 static complex_number product(complex_number a, complex_number b, int n)
 {
-    const complex_number c = {dqw_q_product64(a.re, b.re, -n) - dqw_q_product64(a.im, b.im, -n), dqw_q_product64(a.re, b.im, -n) + dqw_q_product64(a.im, b.re, -n)};
+    const complex_number c = {dqw_q_product64(a.re, b.re, -n) - dqw_q_product64(a.im, b.im, -n),
+                              dqw_q_product64(a.re, b.im, -n) + dqw_q_product64(a.im, b.re, -n)};
     return c;
 }
 

@@ -1,45 +1,9 @@
 // The monitor on the simulated joint: quiet while healthy, each fault by its name, the way back.
 #include "dqw_monitor.h"
-#include "dqw_sim.h"
-#include "dqw_test.h"
+#include "faulty_joint.h"
 
 void setUp(void) { test_case[0] = 0; }
 void tearDown(void) {}
-
-#define DT_S 5e-5
-#define ONSET_S 2.0
-#define GROWS_S 0.1
-#define DEAD_TIME_V 0.24
-#define LOG_S 3.2
-enum { ROWS = 110001 };
-
-static bool quick(void) { return scaled(10) == 1; }
-
-static dqw_sim_row rows[ROWS];
-static int row_count;
-
-// The joint with 1 % noise, dead time and Coulomb friction.
-static dqw_sim_scenario joint(double duration_s)
-{
-    dqw_sim_scenario s = *dqw_sim_scenario_find("joint_24v");
-    s.seed = 1;
-    s.duration_s = duration_s;
-    s.rtol = 1e-6;
-    s.nonideal.dead_time_V.value = DEAD_TIME_V;
-    s.nonideal.dead_time_width_A = 0.05;
-    s.nonideal.turn_short_ohm = 0.05;
-    s.machine.coulomb_Nm = 0.02;
-    s.machine.coulomb_width_rad_s = 1;
-    return s;
-}
-
-static void simulate(const dqw_sim_scenario *s)
-{
-    dqw_sim_report report;
-    row_count = (int)dqw_sim_rows(s);
-    TEST_ASSERT_TRUE(row_count > 0 && row_count <= ROWS);
-    TEST_ASSERT_EQUAL_INT_MESSAGE(DQW_SIM_OK, dqw_sim_run(s, rows, (size_t)row_count, &report, NULL, NULL), report.message);
-}
 
 static dqw_monitor_config config_of(void)
 {
@@ -177,49 +141,9 @@ static void test_a_healthy_joint_enters_service_and_is_left_alone(void)
     }
 }
 
-typedef struct fault {
-    const char *text, *key;  ///< the simulator's; NULL: dead time or R of all phases
-    double size;
-    enum dqw_fault_name name;
-    double delay_s;  ///< measured
-} fault;
-
-static void set(dqw_sim_scenario *s, const char *key, const char *part, double x)
-{
-    char path[80];
-    char text[40];
-    (void)snprintf(path, sizeof path, "%s%s", key, part);
-    (void)snprintf(text, sizeof text, "%.9g", x);
-    TEST_ASSERT_EQUAL_INT_MESSAGE(DQW_SIM_OK, dqw_sim_set(s, path, text), path);
-}
-
 static void one_fault(const fault *f, bool with_lent)
 {
-    dqw_sim_scenario s = joint(LOG_S);
-    int joined = 0;
-    if (f->name == DQW_FAULT_INVERTER_FAULT) {
-        // A ramp starts at zero: two logs of the same references are joined.
-        s.nonideal.dead_time_V.value = DEAD_TIME_V;
-        static dqw_sim_row before[ROWS];
-        s.duration_s = ONSET_S;
-        simulate(&s);
-        memcpy(before, rows, sizeof rows);
-        joined = row_count;
-        s.nonideal.dead_time_V.value = f->size;
-        s.duration_s = LOG_S;
-        simulate(&s);
-        memcpy(rows, before, (size_t)joined * sizeof rows[0]);
-    } else if (f->key == NULL) {
-        // One kelvin above the reference, so that alpha is the part by which R grows.
-        s.machine.temp_start_C = s.machine.temp_ref_C + 1;
-        s.nonideal.winding_alpha_per_K = (dqw_sim_ramp){f->size, ONSET_S, ONSET_S + GROWS_S};
-        simulate(&s);
-    } else {
-        set(&s, f->key, ".t_end_s", ONSET_S + GROWS_S);
-        set(&s, f->key, ".t_start_s", ONSET_S);
-        set(&s, f->key, "", f->size);
-        simulate(&s);
-    }
+    const int joined = simulate_fault(f);
     const dqw_monitor_config c = config_of();
     static dqw_monitor_random lent;
     dqw_monitor m = begin(&c, with_lent ? &lent : NULL);
@@ -246,16 +170,7 @@ static void one_fault(const fault *f, bool with_lent)
 
 static void test_each_fault_is_told_by_its_name(void)
 {
-    static const fault list[] = {{"demagnetisation", "nonideal.demagnetisation", 0.03, DQW_FAULT_DEMAGNETISATION, 0.57},
-                                 {"turn short", "nonideal.turn_short", 0.03, DQW_FAULT_TURN_SHORT, 0.77},
-                                 {"phase connection", "nonideal.phase_connection_ohm", 0.05, DQW_FAULT_PHASE_CONNECTION, 0.77},
-                                 {"current offset", "nonideal.current_offset_alpha_A", 0.2, DQW_FAULT_CURRENT_OFFSET, 0.67},
-                                 {"current gain", "nonideal.current_gain_a", 0.1, DQW_FAULT_CURRENT_GAIN, 0.68},
-                                 {"encoder offset", "nonideal.angle_offset_rad", 0.05, DQW_FAULT_ENCODER_OFFSET, 0.54},
-                                 {"inverter", NULL, 0.48, DQW_FAULT_INVERTER_FAULT, 0.46},
-                                 {"R of all phases", NULL, 0.1, DQW_FAULT_UNKNOWN, 0.83}};
-    const int count = sizeof list / sizeof list[0];
-    for (int k = 0; k < (quick() ? 1 : count); k++) one_fault(&list[k], k % 2 == 1);
+    for (int k = 0; k < (quick() ? 1 : FAULTS); k++) one_fault(&faults[k], k % 2 == 1);
 }
 
 // Copper warms by 30 K, the magnet nearly with it: R and flux leave their bands by far, and nothing is said. It takes 3 s where a drive takes

@@ -1,0 +1,254 @@
+// The fixed-point monitor beside the float one on the same rows: each step of the way, healthy values, events and their names.
+#include "dqw_monitor.h"
+#include "dqw_monitor_q15.h"
+#include "faulty_joint.h"
+
+void setUp(void) { test_case[0] = 0; }
+void tearDown(void) {}
+
+#define V_FULL 32.0
+#define I_FULL 16.0
+#define W_FULL 250.0
+
+// What 1 in Q24 of a weight of the tracker is, then of the witness, SI.
+enum { N = DQW_TRACK_WEIGHTS, INPUTS = DQW_WITNESS_INPUTS };
+
+typedef struct twins {
+    dqw_monitor_config fc;
+    dqw_monitor_q15_config qc;
+    dqw_monitor f;
+    dqw_monitor_q15 q;
+    dqw_monitor_random f_lent;
+    dqw_monitor_random_q15 q_lent;
+} twins;
+
+static void configure(twins *t)
+{
+    const dqw_sim_machine *m = &dqw_sim_scenario_find("joint_24v")->machine;
+    const double nominal[] = {1.3 * m->R_ohm, 0.7 * m->Ld_H, 1.3 * m->Lq_H, 0.7 * m->psi_Wb};
+    // Bands of the bases 14 V and 6 A.
+    const dqw_monitor_config fc = {.tracker = {.dt_s = (float)DT_S,
+                                               .v_base_V = (float)V_FULL,
+                                               .i_base_A = (float)I_FULL,
+                                               .w_base_rad_s = (float)W_FULL,
+                                               .R_ohm = (float)nominal[0],
+                                               .Ld_H = (float)nominal[1],
+                                               .Lq_H = (float)nominal[2],
+                                               .psi_Wb = (float)nominal[3],
+                                               .pole_pairs = 4,
+                                               .excitation_pu = 0.005f,
+                                               .noise_on_inputs = true,
+                                               .dead_time_width_A = 0.05f,
+                                               .angle = true,
+                                               .drift_per_sqrt_s = 0.01f},
+                                   .band = {[DQW_WATCH_DEAD_TIME] = 0.0022f, [DQW_WATCH_OFFSET] = 0.004f, [DQW_WATCH_FRICTION] = 0.02f},
+                                   .threshold_ppm = 22000,
+                                   .J_kgm2 = (float)m->J_kgm2};
+    const dqw_monitor_q15_config qc = {.tracker = {.scale = {.v_full_mV = 1000 * (uint32_t)V_FULL,
+                                                             .i_full_mA = 1000 * (uint32_t)I_FULL,
+                                                             .w_full_mrad_s = 1000 * (uint32_t)W_FULL,
+                                                             .dt_ns = 50000,
+                                                             .pole_pairs = 4},
+                                                   .R_uohm = (uint32_t)lrint(1e6 * nominal[0]),
+                                                   .Ld_nH = (uint32_t)lrint(1e9 * nominal[1]),
+                                                   .Lq_nH = (uint32_t)lrint(1e9 * nominal[2]),
+                                                   .psi_nWb = (uint32_t)lrint(1e9 * nominal[3]),
+                                                   .dead_time_width_mA = 50,
+                                                   .drift_ppm = 10000,
+                                                   .excitation_q15 = 164,
+                                                   .angle = true,
+                                                   .noise_on_inputs = true},
+                                       .band_ppm = {[DQW_WATCH_DEAD_TIME] = 2200, [DQW_WATCH_OFFSET] = 4000, [DQW_WATCH_FRICTION] = 20000},
+                                       .threshold_ppm = 22000,
+                                       .J_nkgm2 = (uint32_t)lrint(1e9 * m->J_kgm2)};
+    t->fc = fc;
+    t->qc = qc;
+}
+
+static void begin(twins *t, bool lent, uint8_t solve_blocks)
+{
+    configure(t);
+    t->qc.tracker.solve_blocks = solve_blocks;
+    dqw_monitor_random_init(&t->f_lent);
+    dqw_monitor_random_init_q15(&t->q_lent);
+    TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_monitor_init(&t->f, &t->fc, lent ? &t->f_lent : NULL));
+    TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_monitor_init_q15(&t->q, &t->qc, lent ? &t->q_lent : NULL));
+}
+
+static double weight_unit(const twins *t, int i)
+{
+    static const double si[N] = {1e-6, 1e-9, 1e-9, 1e-9, 1e-6, 1e-9};
+    return (double)dqw_tracker_unit_q15(&t->qc.tracker, (enum dqw_tracker_weight_q15)i) * si[i];
+}
+
+static double witness_unit(const twins *t, int k)
+{
+    const double R = weight_unit(t, 0);
+    const double L = 0.5 * (weight_unit(t, 1) + weight_unit(t, 2));
+    const double unit[INPUTS] = {I_FULL, R, L, (double)dqw_witness_short_q40(&t->qc.tracker) / 1099511627776.0 / R};
+    return unit[k];
+}
+
+static int16_t q15(double x, double full) { return (int16_t)lrint(fmax(-32768.0, fmin(32767.0, 32768 * x / full))); }
+
+typedef struct told {
+    int f, q;              ///< events
+    dqw_monitor_event fe;  ///< the first of each,
+    dqw_monitor_event_q15 qe;
+    double f_s, q_s;  ///< and when
+    double f_service_s, q_service_s;
+    // Largest distance on the way in service: weights, of themselves, and the witness', of a band; both monitors' mean size beside it.
+    double weight, witness;
+} told;
+
+static void compare(const twins *t, told *o)
+{
+    for (int i = 0; i < 4; i++)
+        o->weight = fmax(
+            o->weight, fabs(t->q.tracker.w_q24[i] / 16777216.0 * weight_unit(t, i) / (double)dqw_tracker_value(&t->f.tracker, (enum dqw_tracker_weight)i) - 1));
+    const double R = 0.5;
+    const double band[INPUTS] = {0.004 * I_FULL, 0.03 * R / 3, 0.03 * 1.2e-3 / 3, 0.001 / R};
+    for (int k = 0; k < INPUTS; k++) {
+        const double unit = witness_unit(t, k) / 268435456.0;
+        const double re = t->q.witness.re_q28[k] * unit - (double)t->f.witness.re[k];
+        const double im = t->q.witness.im_q28[k] * unit - (double)t->f.witness.im[k];
+        o->witness = fmax(o->witness, hypot(re, im) / band[k]);
+    }
+}
+
+static told watch(twins *t, int from, int to)
+{
+    told o = {.f_service_s = INFINITY, .q_service_s = INFINITY};
+    for (int k = from; k < to && k < row_count; k++) {
+        const dqw_sim_row *r = &rows[k];
+        const dqw_sample s = {.v_d_V = (float)r->v_d_V,
+                              .v_q_V = (float)r->v_q_V,
+                              .i_d_A = (float)r->i_d_A,
+                              .i_q_A = (float)r->i_q_A,
+                              .w_m_rad_s = (float)r->w_m_rad_s,
+                              .theta_e_rad = (float)r->theta_e_rad};
+        const dqw_sample_q15 x = {q15(r->v_d_V, V_FULL), q15(r->v_q_V, V_FULL),     q15(r->i_d_A, I_FULL),
+                                  q15(r->i_q_A, I_FULL), q15(r->w_m_rad_s, W_FULL), (uint16_t)(lrint(r->theta_e_rad / (2 * PI) * 65536) & 65535)};
+        const bool f_waits = (dqw_monitor_sample(&t->f, &s, false) & DQW_EVENT_LEARNED) != 0;
+        const bool q_waits = (dqw_monitor_sample_q15(&t->q, &x, false) & DQW_EVENT_LEARNED) != 0;
+        HOLDS(f_waits == q_waits);
+        dqw_monitor_event fe;
+        dqw_monitor_event_q15 qe;
+        memset(&qe, 0x5a, sizeof qe);
+        if (dqw_monitor_background(&t->f, &fe) && o.f++ == 0) o.fe = fe, o.f_s = k * DT_S;
+        if (dqw_monitor_background_q15(&t->q, &qe) && o.q++ == 0) o.qe = qe, o.q_s = k * DT_S;
+        if (t->f.stage.name == DQW_STAGE_IN_SERVICE) o.f_service_s = fmin(o.f_service_s, k * DT_S);
+        if (t->q.stage.name == DQW_STAGE_IN_SERVICE) o.q_service_s = fmin(o.q_service_s, k * DT_S);
+        if (f_waits && t->f.stage.name == DQW_STAGE_IN_SERVICE && t->q.stage.name == DQW_STAGE_IN_SERVICE) compare(t, &o);
+    }
+    return o;
+}
+
+static void test_init_refuses_and_leaves_the_object_alone(void)
+{
+    static twins t;
+    configure(&t);
+    dqw_monitor_q15 m;
+    TEST_ASSERT_EQUAL_INT(DQW_ERR_NULL, dqw_monitor_init_q15(NULL, &t.qc, NULL));
+    REFUSED(m, DQW_ERR_NULL, dqw_monitor_init_q15(&m, NULL, NULL));
+    memset(&t.q_lent, 0, sizeof t.q_lent);
+    REFUSED(m, DQW_ERR_NULL, dqw_monitor_init_q15(&m, &t.qc, &t.q_lent));
+    const dqw_monitor_q15_config good = t.qc;
+    uint32_t *const fields[] = {&t.qc.alpha_ppm_per_K, &t.qc.beta_ppm_per_K, &t.qc.heating_mK_s};
+    for (int i = 0; i < 3; i++) {
+        CASE("field %d", i);
+        t.qc = good;
+        *fields[i] = 1000001;
+        REFUSED(m, DQW_ERR_RANGE, dqw_monitor_init_q15(&m, &t.qc, NULL));
+        *fields[i] = 1000000;
+        TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_monitor_init_q15(&m, &t.qc, NULL));
+    }
+    t.qc = good;
+    t.qc.tracker.R_uohm = 0;
+    REFUSED(m, DQW_ERR_RANGE, dqw_monitor_init_q15(&m, &t.qc, NULL));
+    t.qc = good;
+    t.qc.tracker.half_window = 101;
+    REFUSED(m, DQW_ERR_SIZE, dqw_monitor_init_q15(&m, &t.qc, NULL));
+    TEST_ASSERT_EQUAL_INT(DQW_ERR_NULL, dqw_monitor_define_q15(NULL, &good, NULL));
+    TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_monitor_init_q15(&m, &good, NULL));
+    TEST_ASSERT_EQUAL_PTR(&good, dqw_monitor_config_of_q15(&m));
+    TEST_ASSERT_EQUAL_INT(DQW_STAGE_RANDOM, dqw_monitor_stage_q15(&m));
+}
+
+static void test_both_leave_a_healthy_joint_alone(void)
+{
+    const dqw_sim_scenario s = joint(quick() ? 1.6 : 4.0);
+    simulate(&s);
+    for (int way = 0; way < 2; way++) {
+        static twins t;
+        begin(&t, way == 1, 1);
+        const told o = watch(&t, 0, row_count);
+        CASE("%s: service at %g, %g s; %d, %d events; weights %g, witness %g apart", way == 1 ? "lent" : "nothing lent", o.f_service_s, o.q_service_s, o.f, o.q,
+             o.weight, o.witness);
+        if (getenv("DQW_TEST_VALUES") != NULL) printf("%s\n", test_case);
+        HOLDS(o.f == 0 && o.q == 0);
+        BETWEEN(-0.05, o.q_service_s - o.f_service_s, 0.05);
+        BETWEEN(0.0005, o.weight, 0.008);  // 0.004: on the way; healthy values below
+        BETWEEN(0.001, o.witness, 0.2);
+        for (int i = 0; i < N; i++) {
+            const double size = i == DQW_TRACK_PSI_Q ? 0.02 : (double)t.f.healthy[i];
+            CASE("healthy %d: %g, %g", i, t.q.healthy_q24[i] / 16777216.0 * weight_unit(&t, i), (double)t.f.healthy[i]);
+            BETWEEN(-0.003, (t.q.healthy_q24[i] / 16777216.0 * weight_unit(&t, i) - (double)t.f.healthy[i]) / size, 0.003);
+        }
+        if (quick()) continue;
+        const double torque_Nm = 1.5 * 4 * weight_unit(&t, 3) * I_FULL;
+        CASE("friction %g, %g Nm, %d, %d reversals", t.q.friction_q24 / 16777216.0 * torque_Nm, (double)t.f.friction_Nm, t.q.watch.reversals,
+             t.f.watch.reversals);
+        HOLDS(t.q.watch.reversals == t.f.watch.reversals && t.f.watch.reversals > 2);
+        BETWEEN(0.99, t.q.friction_q24 / 16777216.0 * torque_Nm / (double)t.f.friction_Nm, 1.01);
+        BETWEEN(0.97, sqrt((double)t.q.spread_q48) / 16777216.0 * torque_Nm / (double)sqrtf(t.f.spread_Nm2), 1.03);
+    }
+}
+
+// Solved at every block, as the float recursion is, both see the same. Solved at every fourth, as it comes, weights follow a fault's ripple
+// less, so that the witness sees more of it, and sooner.
+static void one_fault(const fault *f, int joined, bool lent, bool every_block)
+{
+    static twins t;
+    begin(&t, lent, every_block ? 1 : 0);
+    const int onset = joined > 0 ? joined : (int)(ONSET_S / DT_S);
+    const told healthy = watch(&t, 0, onset);
+    if (joined > 0) dqw_tracker_gap(&t.f.tracker, 0), dqw_tracker_gap_q15(&t.q.tracker, 0);
+    const told o = watch(&t, onset, row_count);
+    CASE("%s: told at %g, %g s as %d, %d, confidence %.3g, %.3g; weights %.2g, witness %.2g apart", f->text, o.f_s, o.q_s, (int)o.fe.fault.name,
+         (int)o.qe.fault.name, (double)o.fe.fault.confidence, o.qe.fault.confidence_q15 / 32768.0, o.weight, o.witness);
+    if (getenv("DQW_TEST_VALUES") != NULL) printf("%s\n", test_case);
+    HOLDS(healthy.f == 0 && healthy.q == 0);
+    HOLDS(o.f >= 1 && o.f == o.q);
+    HOLDS(o.qe.fault.name == f->name && o.fe.fault.name == f->name);
+    HOLDS(o.qe.fault.phase == o.fe.fault.phase);
+    BETWEEN(every_block ? -0.017 : -0.1, o.q_s - o.f_s, every_block ? 0.017 : 0.05);
+    BETWEEN(1e-4, o.weight, every_block ? 0.008 : 0.05);
+    BETWEEN(1e-3, o.witness, every_block ? 0.1 : 1.0);
+    if (!every_block) return;
+    HOLDS(o.qe.parameter == o.fe.parameter);
+    BETWEEN(-0.05, ((double)o.qe.since - o.fe.since) * 20 * DT_S, 0.05);
+    BETWEEN(-0.02, o.qe.fault.confidence_q15 / 32768.0 - (double)o.fe.fault.confidence, 0.02);
+    const int channel = (int)o.fe.parameter;
+    const double unit = channel < N ? weight_unit(&t, channel) : channel < DQW_WATCH_FRICTION ? witness_unit(&t, channel - DQW_WATCH_OFFSET) : V_FULL;
+    BETWEEN(0.97, o.qe.value / 16777216.0 * unit / (double)o.fe.value, 1.03);
+    BETWEEN(0.8, o.qe.sd / 16777216.0 * unit / (double)o.fe.sd, 1.25);
+}
+
+static void test_both_tell_each_fault_by_its_name(void)
+{
+    for (int k = 0; k < (quick() ? 1 : FAULTS); k++) {
+        const int joined = simulate_fault(&faults[k]);
+        one_fault(&faults[k], joined, k % 2 == 1, true);
+        if (!quick()) one_fault(&faults[k], joined, k % 2 == 0, false);
+    }
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_init_refuses_and_leaves_the_object_alone);
+    RUN_TEST(test_both_leave_a_healthy_joint_alone);
+    RUN_TEST(test_both_tell_each_fault_by_its_name);
+    return UNITY_END();
+}
