@@ -68,14 +68,16 @@ enum dqw_status dqw_monitor_init_q15(dqw_monitor_q15 *m, const dqw_monitor_q15_c
 {
     if (m == NULL || config == NULL || (lent != NULL && lent->learn == NULL)) return DQW_ERR_NULL;
     if (config->alpha_ppm_per_K > PARTS_MOST || config->beta_ppm_per_K > PARTS_MOST || config->heating_mK_s > PARTS_MOST) return DQW_ERR_RANGE;
-    dqw_monitor_q15 n = {.lent = lent};
-    const enum dqw_status status = dqw_tracker_init_q15(&n.tracker, &config->tracker);
+    // In place, once nothing can be refused any more: a small core's stack has no room for a second one.
+    const enum dqw_status status = dqw_tracker_init_q15(&m->tracker, &config->tracker);
     if (status != DQW_OK) return status;
-    dqw_witness_init_q15(&n.witness);
-    dqw_watch_init(&n.watch);
-    dqw_stage_init(&n.stage, config->threshold_ppm != 0 ? config->threshold_ppm : THRESHOLD_PPM, RANDOM_LIMIT, ORDINAL_BLOCKS);
-    dqw_stage_define(&n.stage);
-    *m = n;
+    const dqw_monitor_measures_q15 nothing = {.friction_q24 = 0};
+    m->lent = lent;
+    m->is = nothing;
+    dqw_witness_init_q15(&m->witness);
+    dqw_watch_init(&m->watch);
+    dqw_stage_init(&m->stage, config->threshold_ppm != 0 ? config->threshold_ppm : THRESHOLD_PPM, RANDOM_LIMIT, ORDINAL_BLOCKS);
+    dqw_stage_define(&m->stage);
     return DQW_OK;
 }
 
@@ -119,13 +121,13 @@ static int32_t sd(const dqw_monitor_q15 *m, int weight)
 // (R / cold - 1) / alpha, K
 static int32_t rise_q16(const dqw_monitor_q15 *m, int32_t R_q24)
 {
-    return dqw_q31_sat(dqw_q_quotient64(((int64_t)R_q24 - m->cold_R_q24) * MILLION, m->cold_R_q24 * alpha_ppm(m), 16));
+    return dqw_q31_sat(dqw_q_quotient64(((int64_t)R_q24 - m->is.cold_R_q24) * MILLION, m->is.cold_R_q24 * alpha_ppm(m), 16));
 }
 
 static int32_t friction_sd(const dqw_monitor_q15 *m)
 {
     const uint8_t n = m->watch.reversals;
-    return n >= DQW_WATCH_REVERSALS_LEAST ? dqw_q31_sat(dqw_q_root64((uint64_t)dqw_q_quotient64(m->spread_q48, n, 1))) : INT32_MAX;
+    return n >= DQW_WATCH_REVERSALS_LEAST ? dqw_q31_sat(dqw_q_root64((uint64_t)dqw_q_quotient64(m->is.spread_q48, n, 1))) : INT32_MAX;
 }
 
 // Half the difference of two stretches' mean torque, one in each direction, is friction: a load is the same on both sides of a reversal, or
@@ -133,14 +135,14 @@ static int32_t friction_sd(const dqw_monitor_q15 *m)
 static void reversal(dqw_monitor_q15 *m, int way, int32_t torque_q24)
 {
     if (dqw_watch_reversal(&m->watch, way)) {
-        const int64_t half = dqw_q_round64(way * ((int64_t)torque_q24 - m->before_q24), 1);
-        const int32_t off = dqw_q31_sat(half - m->friction_q24);
+        const int64_t half = dqw_q_round64(way * ((int64_t)torque_q24 - m->is.before_q24), 1);
+        const int32_t off = dqw_q31_sat(half - m->is.friction_q24);
         const int n = m->watch.reversals;
-        m->friction_q24 = dqw_q31_sat((int64_t)m->friction_q24 + off / n);
+        m->is.friction_q24 = dqw_q31_sat((int64_t)m->is.friction_q24 + off / n);
         // The first is no spread: nothing was known.
-        if (n > 1) m->spread_q48 += dqw_q_quotient64((int64_t)off * off - m->spread_q48, n, 0);
+        if (n > 1) m->is.spread_q48 += dqw_q_quotient64((int64_t)off * off - m->is.spread_q48, n, 0);
     }
-    m->before_q24 = torque_q24;
+    m->is.before_q24 = torque_q24;
 }
 
 // What the full speed, gained in half a window, takes: of the torque at nominal flux and full current. J w / (1.5 p psi i dt half), Q24
@@ -163,21 +165,21 @@ static void watch_friction(dqw_monitor_q15 *m, bool unbroken)
     const int64_t Ld = dqw_q_product64(dqw_q_quotient64(n.X_q40[0], n.psi_q40, 24), value(m, DQW_TRACK_LD_Q15), -24);
     const int64_t Lq = dqw_q_product64(dqw_q_quotient64(n.X_q40[1], n.psi_q40, 24), value(m, DQW_TRACK_LQ_Q15), -24);
     const int64_t flux_q24 = value(m, DQW_TRACK_PSI_Q15) + dqw_q_product64(Ld - Lq, b.i_d, -28);
-    const int64_t faster_q24 = dqw_q_product64(accelerating_q24(t->config, J_nkgm2, t->window.half), (int64_t)b.w_m - m->w_before_q28, -28);
+    const int64_t faster_q24 = dqw_q_product64(accelerating_q24(t->config, J_nkgm2, t->window.half), (int64_t)b.w_m - m->is.w_before_q28, -28);
     const int32_t used_q24 = dqw_q31_sat(dqw_q_product64(flux_q24, b.i_q, -28) - faster_q24);
-    m->w_before_q28 = b.w_m;
+    m->is.w_before_q28 = b.w_m;
     const int way = b.w_m > SLOWEST_Q28 ? 1 : b.w_m < -SLOWEST_Q28 ? -1 : 0;
     const int gathered = dqw_watch_stretch(&m->watch, way, unbroken);
     const int32_t part_q24 = used_q24 / DQW_WATCH_STRETCH_BLOCKS;
-    m->gathered_q24 = gathered > 1 ? m->gathered_q24 + part_q24 : part_q24;
-    if (gathered == DQW_WATCH_STRETCH_BLOCKS) reversal(m, way, m->gathered_q24);
+    m->is.gathered_q24 = gathered > 1 ? m->is.gathered_q24 + part_q24 : part_q24;
+    if (gathered == DQW_WATCH_STRETCH_BLOCKS) reversal(m, way, m->is.gathered_q24);
 }
 
 // A channel's band, in the format of its reading: Q24.
 static int32_t band_of(const dqw_monitor_q15 *m, int channel)
 {
     const dqw_tracker_q15_config *c = &dqw_monitor_config_of_q15(m)->tracker;
-    const int32_t *h = m->healthy_q24;
+    const int32_t *h = m->is.healthy_q24;
     const int64_t band = band_q24(m, channel);
     int64_t wide;
     switch (channel) {
@@ -211,7 +213,7 @@ static int32_t difference(int32_t a, int32_t b)
 
 static uint32_t residual_q27(const dqw_monitor_q15 *m)
 {
-    return dqw_q_root64((uint64_t)m->residual_q54);
+    return dqw_q_root64((uint64_t)m->is.residual_q54);
 }
 
 // Value, its change from the healthy one, and its deviation, of a channel; of temperature and residual the change is the value.
@@ -220,23 +222,23 @@ static reading read_channel(const dqw_monitor_q15 *m, int channel)
     reading r;
     if (channel < DQW_TRACK_Q15_WEIGHTS) {
         r.now = value(m, channel);
-        r.change = difference(r.now, m->healthy_q24[channel]);
+        r.change = difference(r.now, m->is.healthy_q24[channel]);
         r.sd = sd(m, channel);
     } else if (channel < DQW_WATCH_FRICTION) {
         const int k = channel - DQW_WATCH_OFFSET;
-        const int32_t re = difference(m->witness.re_q28[k], m->healthy_re_q28[k]);
-        const int32_t im = difference(m->witness.im_q28[k], m->healthy_im_q28[k]);
+        const int32_t re = difference(m->witness.re_q28[k], m->is.healthy_re_q28[k]);
+        const int32_t im = difference(m->witness.im_q28[k], m->is.healthy_im_q28[k]);
         r.now = q24_of(dqw_witness_size_q28(&m->witness, (enum dqw_witness_input_q15)k));
         r.change = q24_of(dqw_q_length32(re, im));
         r.sd = q24_of(dqw_witness_sd_q28(&m->witness, &m->tracker, (enum dqw_witness_input_q15)k));
     } else if (channel == DQW_WATCH_FRICTION) {
-        r.now = m->friction_q24;
-        r.change = difference(r.now, m->healthy_friction_q24);
+        r.now = m->is.friction_q24;
+        r.change = difference(r.now, m->is.healthy_friction_q24);
         r.sd = friction_sd(m);
     } else if (channel == DQW_WATCH_TEMPERATURE) {
         const int32_t sd_R = sd(m, DQW_TRACK_R_Q15);
         r.now = r.change = rise_q16(m, value(m, DQW_TRACK_R_Q15));
-        r.sd = sd_R == INT32_MAX ? INT32_MAX : dqw_q31_sat(dqw_q_quotient64((int64_t)sd_R * MILLION, m->cold_R_q24 * alpha_ppm(m), 16));
+        r.sd = sd_R == INT32_MAX ? INT32_MAX : dqw_q31_sat(dqw_q_quotient64((int64_t)sd_R * MILLION, m->is.cold_R_q24 * alpha_ppm(m), 16));
     } else {
         r.now = r.change = (int32_t)(residual_q27(m) >> 3);
         r.sd = 0;
@@ -253,13 +255,13 @@ static void nearer(int32_t *healthy, int32_t now, int n)
 static void move_healthy(dqw_monitor_q15 *m, int channel, int n)
 {
     if (channel < DQW_TRACK_Q15_WEIGHTS) {
-        nearer(&m->healthy_q24[channel], value(m, channel), n);
+        nearer(&m->is.healthy_q24[channel], value(m, channel), n);
     } else if (channel < DQW_WATCH_FRICTION) {
         const int k = channel - DQW_WATCH_OFFSET;
-        nearer(&m->healthy_re_q28[k], m->witness.re_q28[k], n);
-        nearer(&m->healthy_im_q28[k], m->witness.im_q28[k], n);
+        nearer(&m->is.healthy_re_q28[k], m->witness.re_q28[k], n);
+        nearer(&m->is.healthy_im_q28[k], m->witness.im_q28[k], n);
     } else {
-        nearer(&m->healthy_friction_q24, m->friction_q24, n);
+        nearer(&m->is.healthy_friction_q24, m->is.friction_q24, n);
     }
 }
 
@@ -287,7 +289,7 @@ static void settle(dqw_monitor_q15 *m, int channel)
 static void adopt(dqw_monitor_q15 *m)
 {
     for (int i = 0; i < DQW_WATCH_TEMPERATURE; i++) move_healthy(m, i, 1);
-    m->healthy_residual_q54 = m->residual_q54 > RESIDUAL_FLOOR_Q54 ? m->residual_q54 : RESIDUAL_FLOOR_Q54;
+    m->is.healthy_residual_q54 = m->is.residual_q54 > RESIDUAL_FLOOR_Q54 ? m->is.residual_q54 : RESIDUAL_FLOOR_Q54;
     dqw_watch_adopt(&m->watch, m->tracker.halves);
 }
 
@@ -306,7 +308,7 @@ static int32_t heat_since(const dqw_monitor_q15 *m, int channel)
     // Millionths by mK up to 2^40, by 13 over 10^10; ns up to 2^30 by 2^31
     const int64_t rate_q40 = dqw_q_quotient64((flux ? beta_ppm(m) : alpha_ppm(m)) * or_else(c->heating_mK_s, HEATING_MK_S) * SLACK_TENTHS, 10000000000, 40);
     const int64_t time_q20 = dqw_q_quotient64((int64_t)c->tracker.scale.dt_ns * ((halves << DQW_WATCH_FOLLOW_SHIFT) * m->tracker.window.half), 1000000000, 20);
-    return dqw_q31_sat(dqw_q_product64(dqw_q_product64(rate_q40, flux ? m->cold_psi_q24 : m->cold_R_q24, -40), time_q20, -20));
+    return dqw_q31_sat(dqw_q_product64(dqw_q_product64(rate_q40, flux ? m->is.cold_psi_q24 : m->is.cold_R_q24, -40), time_q20, -20));
 }
 
 // Healthy R or flux goes with the measured one, no faster than heat can. Not while the measured one is unsure: it would follow noise.
@@ -315,8 +317,8 @@ static void follow(dqw_monitor_q15 *m, int channel)
     const int32_t bound = heat_since(m, channel);
     const bool flux = channel == DQW_WATCH_PSI;
     if (bound <= 0 || !within_part(sd(m, channel), flux ? KNOWN_PART_FLUX_Q15 : KNOWN_PART_Q15, band_of(m, channel))) return;
-    const int32_t off = difference(value(m, channel), m->healthy_q24[channel]);
-    m->healthy_q24[channel] += off > bound ? bound : off < -bound ? -bound : off;
+    const int32_t off = difference(value(m, channel), m->is.healthy_q24[channel]);
+    m->is.healthy_q24[channel] += off > bound ? bound : off < -bound ? -bound : off;
     dqw_watch_follow(&m->watch, channel, m->tracker.halves);
 }
 
@@ -325,13 +327,13 @@ static void follow_temperature(dqw_monitor_q15 *m)
 {
     follow(m, DQW_WATCH_R);
     follow(m, DQW_WATCH_PSI);
-    const int32_t rise = rise_q16(m, m->healthy_q24[DQW_TRACK_R_Q15]);
-    m->hottest_q16 -= m->hottest_q16 / HOTTEST_FORGETS;
-    if (rise > m->hottest_q16) m->hottest_q16 = rise;
+    const int32_t rise = rise_q16(m, m->is.healthy_q24[DQW_TRACK_R_Q15]);
+    m->is.hottest_q16 -= m->is.hottest_q16 / HOTTEST_FORGETS;
+    if (rise > m->is.hottest_q16) m->is.hottest_q16 = rise;
     // 2^20 by 2^31 by 2^4
-    const int64_t lost_q24 = dqw_q_quotient64(beta_ppm(m) * m->hottest_q16 * SLACK_TENTHS, 10 * MILLION, 8) + dqw_q_round64(band_q24(m, DQW_WATCH_PSI), 1);
-    const int32_t coldest = dqw_q31_sat(dqw_q_product64(ONE_Q24 - lost_q24, m->cold_psi_q24, -24));
-    if (m->healthy_q24[DQW_TRACK_PSI_Q15] < coldest) m->healthy_q24[DQW_TRACK_PSI_Q15] = coldest;
+    const int64_t lost_q24 = dqw_q_quotient64(beta_ppm(m) * m->is.hottest_q16 * SLACK_TENTHS, 10 * MILLION, 8) + dqw_q_round64(band_q24(m, DQW_WATCH_PSI), 1);
+    const int32_t coldest = dqw_q31_sat(dqw_q_product64(ONE_Q24 - lost_q24, m->is.cold_psi_q24, -24));
+    if (m->is.healthy_q24[DQW_TRACK_PSI_Q15] < coldest) m->is.healthy_q24[DQW_TRACK_PSI_Q15] = coldest;
 }
 
 // Size of a channel's change over its band, Q5; 0 where it is not known.
@@ -344,7 +346,7 @@ static int32_t deviation_q5(const dqw_monitor_q15 *m, int channel)
         const int64_t above_q16 = rise_q16(m, value(m, DQW_TRACK_R_Q15)) - dqw_q_round64(band_q24(m, channel), 8);
         q5 = dqw_q_quotient64(above_q16 + TEMPERATURE_BAND_K * ONE_Q16, TEMPERATURE_BAND_K, -11);
     } else if (channel == DQW_WATCH_RESIDUAL) {
-        const int64_t ratio_q10 = dqw_q_root64((uint64_t)dqw_q_quotient64(m->residual_q54, m->healthy_residual_q54, 20));
+        const int64_t ratio_q10 = dqw_q_root64((uint64_t)dqw_q_quotient64(m->is.residual_q54, m->is.healthy_residual_q54, 20));
         q5 = dqw_q_quotient64(ratio_q10, band_q24(m, channel), 19);
     } else {
         const reading r = read_channel(m, channel);
@@ -382,21 +384,21 @@ static dqw_fault_verdict_q15 name_it(const dqw_monitor_q15 *m)
         const reading r = read_channel(m, channel);
         const int32_t least = least_of(r.sd, band_of(m, channel));
         if (channel < DQW_TRACK_Q15_WEIGHTS) {
-            const int32_t *h = m->healthy_q24;
+            const int32_t *h = m->is.healthy_q24;
             const int32_t scale = channel == DQW_WATCH_ANGLE ? h[DQW_TRACK_PSI_Q15] : channel == DQW_WATCH_DEAD_TIME ? ONE_Q24 : h[channel];
             change_q24[channel] = over(r.change, scale);
             unit_q24[channel] = over(least, scale);
         } else {
             const int k = channel - DQW_WATCH_OFFSET;
             const int at = DQW_SIGN_OFFSET_RE + 2 * k;
-            change_q24[at] = dqw_q_floor32(difference(m->witness.re_q28[k], m->healthy_re_q28[k]), 4);
-            change_q24[at + 1] = dqw_q_floor32(difference(m->witness.im_q28[k], m->healthy_im_q28[k]), 4);
+            change_q24[at] = dqw_q_floor32(difference(m->witness.re_q28[k], m->is.healthy_re_q28[k]), 4);
+            change_q24[at + 1] = dqw_q_floor32(difference(m->witness.im_q28[k], m->is.healthy_im_q28[k]), 4);
             unit_q24[at] = unit_q24[at + 1] = least;
         }
     }
     const dqw_tracker_q15_config *c = m->tracker.config;
-    const dqw_fault_machine_q15 machine = {m->healthy_q24[DQW_TRACK_R_Q15],
-                                           dqw_witness_mean_L_q24(c, m->healthy_q24[DQW_TRACK_LD_Q15], m->healthy_q24[DQW_TRACK_LQ_Q15]),
+    const dqw_fault_machine_q15 machine = {m->is.healthy_q24[DQW_TRACK_R_Q15],
+                                           dqw_witness_mean_L_q24(c, m->is.healthy_q24[DQW_TRACK_LD_Q15], m->is.healthy_q24[DQW_TRACK_LQ_Q15]),
                                            dqw_witness_short_q40(c)};
     return dqw_fault_name_it_q15(change_q24, unit_q24, machine);
 }
@@ -452,8 +454,8 @@ static bool look(dqw_monitor_q15 *m, dqw_monitor_event_q15 *event)
     // Temperatures go on counting from where they were: what has broken is not what has heated.
     const enum dqw_fault_name name = event->fault.name;
     if (name == DQW_FAULT_PHASE_CONNECTION || name == DQW_FAULT_CURRENT_GAIN)
-        recount(&m->cold_R_q24, value(m, DQW_TRACK_R_Q15), m->healthy_q24[DQW_TRACK_R_Q15]);
-    recount(&m->cold_psi_q24, value(m, DQW_TRACK_PSI_Q15), m->healthy_q24[DQW_TRACK_PSI_Q15]);
+        recount(&m->is.cold_R_q24, value(m, DQW_TRACK_R_Q15), m->is.healthy_q24[DQW_TRACK_R_Q15]);
+    recount(&m->is.cold_psi_q24, value(m, DQW_TRACK_PSI_Q15), m->is.healthy_q24[DQW_TRACK_PSI_Q15]);
     begin_rest(m);
     return true;
 }
@@ -461,9 +463,9 @@ static bool look(dqw_monitor_q15 *m, dqw_monitor_event_q15 *event)
 static void enter_service(dqw_monitor_q15 *m)
 {
     const bool commissioned = dqw_monitor_config_of_q15(m)->commissioned;
-    m->cold_R_q24 = commissioned ? ONE_Q24 : value(m, DQW_TRACK_R_Q15);
-    m->cold_psi_q24 = commissioned ? ONE_Q24 : value(m, DQW_TRACK_PSI_Q15);
-    m->hottest_q16 = 0;
+    m->is.cold_R_q24 = commissioned ? ONE_Q24 : value(m, DQW_TRACK_R_Q15);
+    m->is.cold_psi_q24 = commissioned ? ONE_Q24 : value(m, DQW_TRACK_PSI_Q15);
+    m->is.hottest_q16 = 0;
     begin_rest(m);
 }
 
@@ -511,7 +513,7 @@ static bool background(dqw_monitor_q15 *m, dqw_monitor_event_q15 *event)
     dqw_watch_learned(&m->watch, m->tracker.at);
     // Up to 2^61
     const int64_t e2_q54 = square_q54(m->tracker.e_q28[0]) + square_q54(m->tracker.e_q28[1]);
-    m->residual_q54 += dqw_q_round64(e2_q54 - m->residual_q54, RESIDUAL_BITS);
+    m->is.residual_q54 += dqw_q_round64(e2_q54 - m->is.residual_q54, RESIDUAL_BITS);
     (void)dqw_witness_learn_q15(&m->witness, &m->tracker);
 
     // [MON.2] the stage

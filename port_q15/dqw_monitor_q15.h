@@ -57,11 +57,8 @@ typedef struct dqw_monitor_event_q15 {
     dqw_fault_verdict_q15 fault;
 } dqw_monitor_event_q15;
 
-typedef struct dqw_monitor_q15 {
-    dqw_tracker_q15 tracker;  ///< its configuration is the first part of the monitor's
-    dqw_witness_q15 witness;
-    dqw_stage stage;
-    dqw_monitor_random_q15 *lent;
+/// What it measures beside tracker and witness.
+typedef struct dqw_monitor_measures_q15 {
     int32_t healthy_q24[DQW_TRACK_Q15_WEIGHTS];  ///< R and flux follow the temperature
     int32_t healthy_re_q28[DQW_WITNESS_Q15_INPUTS], healthy_im_q28[DQW_WITNESS_Q15_INPUTS];
     int32_t cold_R_q24, cold_psi_q24, hottest_q16;  ///< where they may follow from, and the winding's highest rise, K, slowly forgotten
@@ -70,6 +67,14 @@ typedef struct dqw_monitor_q15 {
     // gathered, and that before it.
     int64_t spread_q48;
     int32_t friction_q24, healthy_friction_q24, w_before_q28, gathered_q24, before_q24;
+} dqw_monitor_measures_q15;
+
+typedef struct dqw_monitor_q15 {
+    dqw_tracker_q15 tracker;  ///< its configuration is the first part of the monitor's
+    dqw_witness_q15 witness;
+    dqw_stage stage;
+    dqw_monitor_random_q15 *lent;
+    dqw_monitor_measures_q15 is;
     dqw_watch watch;
 } dqw_monitor_q15;
 

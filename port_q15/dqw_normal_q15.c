@@ -19,8 +19,9 @@ enum dqw_status dqw_normal_init_q15(dqw_normal_q15 *n, int inputs, const int64_t
     if (inputs < 1 || inputs > N) return DQW_ERR_SIZE;
     for (int i = 0; i < inputs; i++)
         if (prior_q32[i] < 1 || dqw_q_bits64(prior_q32[i]) > 40 || dqw_q_bits64(start_q40[i]) > 60) return DQW_ERR_RANGE;
-    const dqw_normal_q15 zero = {.inputs = (uint8_t)inputs};
+    const dqw_normal_q15 zero = {.inputs = 0};
     *n = zero;
+    n->inputs = (uint8_t)inputs;
     for (int i = 0; i < inputs; i++) {
         n->a_q32[DQW_NORMAL_A(i, i)] = prior_q32[i];
         n->b_q32[i] = dqw_q_product64(prior_q32[i], start_q40[i], -40);

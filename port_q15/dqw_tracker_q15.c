@@ -55,19 +55,25 @@ enum dqw_status dqw_tracker_init_q15(dqw_tracker_q15 *t, const dqw_tracker_q15_c
     dqw_tracker_nominal_q15 nominal;
     if (c->excitation_q15 > MOST_Q15 || c->drift_ppm > DRIFT_MOST_PPM || !dqw_tracker_nominal_of_q15(c, &nominal)) return DQW_ERR_RANGE;
 
-    dqw_tracker_q15 n = {.config = config, .follow_q15 = ONE_Q15};
-    const enum dqw_status status = dqw_window_init_q15(&n.window, c->half_window != 0 ? c->half_window : HALF_WINDOW, DQW_TRACK_Q15_SIGNALS);
+    dqw_window_q15 window;
+    const enum dqw_status status = dqw_window_init_q15(&window, c->half_window != 0 ? c->half_window : HALF_WINDOW, DQW_TRACK_Q15_SIGNALS);
     if (status != DQW_OK) return status;
+    const int64_t width3_q28 = dqw_q_floor64(3 * nominal.width_q40, 12);
+    if (nominal.width_q40 > 0 && (width3_q28 < WIDTH3_LEAST_Q28 || width3_q28 > INT32_MAX)) return DQW_ERR_RANGE;
+
+    // In place: a small core's stack has no room for a second one.
+    const dqw_tracker_q15 zero = {.config = NULL};
+    *t = zero;
+    t->config = config;
+    t->follow_q15 = ONE_Q15;
+    t->window = window;
     if (nominal.width_q40 > 0) {
-        const int64_t width3_q28 = dqw_q_floor64(3 * nominal.width_q40, 12);
-        if (width3_q28 < WIDTH3_LEAST_Q28 || width3_q28 > INT32_MAX) return DQW_ERR_RANGE;
-        n.width3_q28 = (int32_t)width3_q28;
-        n.per_width3 = dqw_q31_sat(dqw_q_quotient64(1, width3_q28, 47));
+        t->width3_q28 = (int32_t)width3_q28;
+        t->per_width3 = dqw_q31_sat(dqw_q_quotient64(1, width3_q28, 47));
     }
-    dqw_tracker_start_q15(&n);
-    dqw_gate_init(&n.gate, c->stale_limit);
-    dqw_noise_init_q15(&n.noise);
-    *t = n;
+    dqw_tracker_start_q15(t);
+    dqw_gate_init(&t->gate, c->stale_limit);
+    dqw_noise_init_q15(&t->noise);
     return DQW_OK;
 }
 

@@ -192,16 +192,16 @@ static void test_both_leave_a_healthy_joint_alone(void)
         BETWEEN(0.001, o.witness, 0.2);
         for (int i = 0; i < N; i++) {
             const double size = i == DQW_TRACK_PSI_Q ? 0.02 : (double)t.f.healthy[i];
-            CASE("healthy %d: %g, %g", i, t.q.healthy_q24[i] / 16777216.0 * weight_unit(&t, i), (double)t.f.healthy[i]);
-            BETWEEN(-0.003, (t.q.healthy_q24[i] / 16777216.0 * weight_unit(&t, i) - (double)t.f.healthy[i]) / size, 0.003);
+            CASE("healthy %d: %g, %g", i, t.q.is.healthy_q24[i] / 16777216.0 * weight_unit(&t, i), (double)t.f.healthy[i]);
+            BETWEEN(-0.003, (t.q.is.healthy_q24[i] / 16777216.0 * weight_unit(&t, i) - (double)t.f.healthy[i]) / size, 0.003);
         }
         if (quick()) continue;
         const double torque_Nm = 1.5 * 4 * weight_unit(&t, 3) * I_FULL;
-        CASE("friction %g, %g Nm, %d, %d reversals", t.q.friction_q24 / 16777216.0 * torque_Nm, (double)t.f.friction_Nm, t.q.watch.reversals,
+        CASE("friction %g, %g Nm, %d, %d reversals", t.q.is.friction_q24 / 16777216.0 * torque_Nm, (double)t.f.friction_Nm, t.q.watch.reversals,
              t.f.watch.reversals);
         HOLDS(t.q.watch.reversals == t.f.watch.reversals && t.f.watch.reversals > 2);
-        BETWEEN(0.99, t.q.friction_q24 / 16777216.0 * torque_Nm / (double)t.f.friction_Nm, 1.01);
-        BETWEEN(0.97, sqrt((double)t.q.spread_q48) / 16777216.0 * torque_Nm / (double)sqrtf(t.f.spread_Nm2), 1.03);
+        BETWEEN(0.99, t.q.is.friction_q24 / 16777216.0 * torque_Nm / (double)t.f.friction_Nm, 1.01);
+        BETWEEN(0.97, sqrt((double)t.q.is.spread_q48) / 16777216.0 * torque_Nm / (double)sqrtf(t.f.spread_Nm2), 1.03);
     }
 }
 

@@ -1,0 +1,102 @@
+// The monitor over the drive's signals until an event is told: the witness, the healthy values and what it decides, block by block; then
+// patterns of every fault.
+#include "dqw_monitor_q15.h"
+#include "dqw_q15.h"
+#include "target/hash.h"
+#include "target/stimulus_q15.h"
+
+static void put_block(hash *h, const dqw_monitor_q15 *m)
+{
+    for (int k = 0; k < DQW_WITNESS_Q15_INPUTS; k++) {
+        hash_put(h, m->witness.re_q28[k]);
+        hash_put(h, m->witness.im_q28[k]);
+        hash_put(h, m->witness.power_q52[k]);
+    }
+    hash_put(h, m->is.residual_q54);
+    hash_put(h, m->is.friction_q24);
+    hash_put(h, m->is.spread_q48);
+}
+
+static void put_look(hash *h, const dqw_monitor_q15 *m)
+{
+    for (int i = 0; i < DQW_TRACK_Q15_WEIGHTS; i++) hash_put(h, m->is.healthy_q24[i]);
+    for (int i = 0; i < DQW_WATCH_CHANNELS; i++) hash_put(h, m->watch.change[i].sum_q5);
+    hash_put(h, m->is.hottest_q16);
+    hash_put(h, m->is.healthy_residual_q54);
+    hash_put(h, m->stage.name);
+    hash_put(h, m->watch.alarms);
+}
+
+static void put_verdict(hash *h, dqw_fault_verdict_q15 v)
+{
+    hash_put(h, v.name);
+    hash_put(h, v.confidence_q15);
+    hash_put(h, v.phase);
+}
+
+static uint32_t run(hash *h, bool lent)
+{
+    // Not static: the smallest board's data are full.
+    stimulus s;
+    dqw_monitor_q15 m;
+    dqw_monitor_random_q15 memory;
+    const dqw_monitor_q15_config config = {.tracker = {.scale = STIMULUS_SCALE,
+                                                       .R_uohm = 400000,
+                                                       .Ld_nH = 700000,
+                                                       .Lq_nH = 1900000,
+                                                       .psi_nWb = 12000000,
+                                                       .dead_time_width_mA = 200,
+                                                       .drift_ppm = 30000,
+                                                       .stale_limit = 10,
+                                                       .half_window = 4,
+                                                       .angle = true,
+                                                       .noise_on_inputs = true},
+                                           .band_ppm = {500000, 500000, 500000, 100000, 200000, 500000, 100000, 900000, 900000, 100000},
+                                           .J_nkgm2 = 100000,
+                                           .threshold_ppm = 400000};
+    uint32_t events = 0;
+    dqw_monitor_random_init_q15(&memory);
+    stimulus_start(&s);
+    hash_put(h, dqw_monitor_init_q15(&m, &config, lent ? &memory : NULL));
+    for (int k = 1; k <= (lent ? 6000 : 24000); k++) {
+        stimulus_next(&s);
+        dqw_sample_q15 sample = stimulus_sample(&s);
+        // From here on, a fifth more flux.
+        if (k > 16000) sample.v_q_q15 = dqw_q15_sat(sample.v_q_q15 + sample.w_m_q15 / 4);
+        hash_put(h, dqw_monitor_sample_q15(&m, &sample, s.limited));
+        if (!dqw_tracker_waits_q15(&m.tracker)) continue;
+        dqw_monitor_event_q15 event;
+        const bool told = dqw_monitor_background_q15(&m, &event);
+        put_block(h, &m);
+        if (m.watch.blocks == 0) put_look(h, &m);
+        if (dqw_monitor_stage_q15(&m) == DQW_STAGE_DOMAIN) hash_put(h, dqw_monitor_define_q15(&m, &config, NULL));
+        if (!told) continue;
+        events++;
+        hash_put(h, event.value);
+        hash_put(h, event.sd);
+        hash_put(h, event.since);
+        put_verdict(h, event.fault);
+    }
+    return events;
+}
+
+hash hash_monitor(void)
+{
+    hash h = HASH_EMPTY;
+    // Without an event, the hash would be of half of it.
+    hash_put(&h, run(&h, false) > 0);
+    (void)run(&h, true);
+    stimulus s;
+    stimulus_start(&s);
+    for (int n = 0; n < 200; n++) {
+        int32_t change_q24[DQW_SIGNS];
+        int32_t unit_q24[DQW_SIGNS];
+        for (int i = 0; i < DQW_SIGNS; i++) {
+            change_q24[i] = (int32_t)(stimulus_any(&s) / 4294967296);
+            unit_q24[i] = (int32_t)(stimulus_bits(&s) >> (4 + n % 20)) + 1;
+        }
+        const dqw_fault_machine_q15 machine = {(int32_t)(stimulus_bits(&s) >> 6), (int32_t)(stimulus_bits(&s) >> 6), (int64_t)stimulus_bits(&s) << 8};
+        put_verdict(&h, dqw_fault_name_it_q15(change_q24, unit_q24, machine));
+    }
+    return h;
+}
