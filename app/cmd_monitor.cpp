@@ -1,4 +1,4 @@
-// `monitor`: the condition monitor of lib/ over one log.
+// `monitor`: the condition monitor over one log, that of lib/ or that of port_q15/.
 #include <algorithm>
 #include <memory>
 
@@ -41,7 +41,8 @@ MonitorRun watched(const Log& log, const MonitorSetup& setup, const Options& opt
         // One that goes to and fro is told once, and counted.
         if (stage.times_back == 1) note(report, {way_back_text(t_s, stage)});
     };
-    return run_monitor(log, setup, watch);
+    const auto monitor = options.arith == "q15" ? q15_monitor(setup) : float_monitor(setup);
+    return run_monitor(log, setup, *monitor, watch);
 }
 
 int run(const Options& options)
@@ -87,7 +88,7 @@ Command add_monitor(CLI::App& app)
         ->check(CLI::IsMember(effect_names()))
         ->type_name("NAME");
     command->add_option("--config", options->config_file, "what a trace found: start values and the width of dead time")->type_name("trace.json");
-    command->add_option("--arith", options->arith, "arithmetic of the monitor")->check(CLI::IsMember({"float"}))->capture_default_str();
+    command->add_option("--arith", options->arith, "arithmetic of the monitor")->check(CLI::IsMember({"float", "q15"}))->capture_default_str();
     command->footer("Writes monitor.html into DIR. Exit code 0 with and without events.");
     return {command, [=] { return run(*options); }};
 }

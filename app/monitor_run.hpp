@@ -1,4 +1,4 @@
-// Runs lib's condition monitor over a log, as firmware would, sample by sample.
+// Runs a condition monitor over a log, as firmware would, sample by sample.
 #ifndef DQW_APP_MONITOR_RUN_HPP
 #define DQW_APP_MONITOR_RUN_HPP
 
@@ -7,8 +7,7 @@
 #include <vector>
 
 #include "log.hpp"
-#include "monitor_readings.hpp"
-#include "monitor_setup.hpp"
+#include "monitor_engine.hpp"
 
 namespace dqw {
 
@@ -66,7 +65,7 @@ struct MonitorWatch {
 };
 
 /// Throws std::invalid_argument where the monitor refuses its configuration.
-MonitorRun run_monitor(const Log& log, const MonitorSetup& setup, const MonitorWatch& watch);
+MonitorRun run_monitor(const Log& log, const MonitorSetup& setup, MonitorEngine& monitor, const MonitorWatch& watch);
 
 }  // namespace dqw
 #endif

@@ -65,14 +65,19 @@ static void configure(twins *t)
     t->qc = qc;
 }
 
-static void begin(twins *t, bool lent, uint8_t solve_blocks)
+static void begin_with(twins *t, bool lent)
 {
-    configure(t);
-    t->qc.tracker.solve_blocks = solve_blocks;
     dqw_monitor_random_init(&t->f_lent);
     dqw_monitor_random_init_q15(&t->q_lent);
     TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_monitor_init(&t->f, &t->fc, lent ? &t->f_lent : NULL));
     TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_monitor_init_q15(&t->q, &t->qc, lent ? &t->q_lent : NULL));
+}
+
+static void begin(twins *t, bool lent, uint8_t solve_blocks)
+{
+    configure(t);
+    t->qc.tracker.solve_blocks = solve_blocks;
+    begin_with(t, lent);
 }
 
 static double weight_unit(const twins *t, int i)
@@ -90,6 +95,10 @@ static double witness_unit(const twins *t, int k)
 }
 
 static int16_t q15(double x, double full) { return (int16_t)lrint(fmax(-32768.0, fmin(32767.0, 32768 * x / full))); }
+
+static int16_t q15_bits(uint64_t z) { return (int16_t)((int)(z & 65535u) - 32768); }
+
+static int32_t wide(uint64_t z) { return (int32_t)((int64_t)(z & 0xffffffffu) + INT32_MIN); }
 
 typedef struct told {
     int f, q;              ///< events
@@ -244,11 +253,128 @@ static void test_both_tell_each_fault_by_its_name(void)
     }
 }
 
+// Copper warms by 30 K and the magnet nearly with it: both follow. Then a winding beyond its limit, and what breaks while it is hot.
+static void test_both_follow_heat_and_tell_of_its_limit(void)
+{
+    const double end_s = quick() ? 1.6 : 4.0;
+    dqw_sim_scenario s = joint(end_s);
+    s.machine.temp_start_C = s.machine.temp_ref_C + 1;
+    s.nonideal.winding_alpha_per_K = (dqw_sim_ramp){0.0039 * 10 * (end_s - 1.0), 1.0, end_s};
+    s.nonideal.magnet_beta_per_K = (dqw_sim_ramp){-0.001 * 10 * (end_s - 1.0) * 0.9, 1.0, end_s};
+    simulate(&s);
+    static twins t;
+    begin(&t, false, 1);
+    t.fc.heating_K_s = 10.0f;
+    t.qc.heating_mK_s = 10000;
+    const told o = watch(&t, 0, row_count);
+    CASE("service at %g, %g s, %d, %d events", o.f_service_s, o.q_service_s, o.f, o.q);
+    HOLDS(o.f == 0 && o.q == 0);
+    const double R = t.q.is.healthy_q24[DQW_TRACK_R] / 16777216.0 * weight_unit(&t, DQW_TRACK_R);
+    const double psi = t.q.is.healthy_q24[DQW_TRACK_PSI] / 16777216.0 * weight_unit(&t, DQW_TRACK_PSI);
+    BETWEEN(-0.005, R / (double)t.f.healthy[DQW_TRACK_R] - 1, 0.005);
+    BETWEEN(-0.002, psi / (double)t.f.healthy[DQW_TRACK_PSI] - 1, 0.002);
+    if (quick()) return;
+    BETWEEN(0.09, R / 0.5 - 1, 0.13);
+    BETWEEN(-0.03, psi / 0.02 - 1, -0.02);
+    BETWEEN(0.97, t.q.is.hottest_q16 / 65536.0 / (double)t.f.hottest_K, 1.03);
+
+    s = joint(4.0);
+    s.machine.temp_start_C = s.machine.temp_ref_C + 1;
+    s.nonideal.winding_alpha_per_K = (dqw_sim_ramp){0.0039 * 30, 1.5, 2.8};
+    s.nonideal.demagnetisation = (dqw_sim_ramp){0.06, 3.0, 3.1};
+    simulate(&s);
+    begin(&t, false, 1);
+    t.fc.heating_K_s = 30.0f;
+    t.fc.band[DQW_WATCH_TEMPERATURE] = 20.0f;
+    t.qc.heating_mK_s = 30000;
+    t.qc.band_ppm[DQW_WATCH_TEMPERATURE] = 20000000;
+    const told hot = watch(&t, 0, (int)(3.1 / DT_S));
+    CASE("%d, %d events at %g, %g s, fault %d, %d, %g, %g K", hot.f, hot.q, hot.f_s, hot.q_s, (int)hot.fe.fault.name, (int)hot.qe.fault.name,
+         (double)hot.fe.value, hot.qe.value / 65536.0);
+    HOLDS(hot.f == 1 && hot.q == 1 && hot.qe.parameter == DQW_WATCH_TEMPERATURE && hot.qe.fault.name == DQW_FAULT_OVER_TEMPERATURE);
+    BETWEEN(-0.033, hot.q_s - hot.f_s, 0.033);
+    BETWEEN(-3.0, hot.qe.value / 65536.0 - (double)hot.fe.value, 3.0);  // one look apart, at 30 K/s
+    BETWEEN(0.8, hot.qe.sd / 65536.0 / (double)hot.fe.sd, 1.25);
+    const told later = watch(&t, (int)(3.1 / DT_S), row_count);
+    CASE("%d, %d events at %g, %g s, fault %d, %d", later.f, later.q, later.f_s, later.q_s, (int)later.fe.fault.name, (int)later.qe.fault.name);
+    HOLDS(later.f == 1 && later.q == 1 && later.qe.fault.name == DQW_FAULT_DEMAGNETISATION);
+    BETWEEN(-0.033, later.q_s - later.f_s, 0.033);
+}
+
+// A threshold that cannot be met leads back to stage 1; defined anew both serve, and a machine of another sign leads back again.
+static void test_both_go_the_way_back(void)
+{
+    const dqw_sim_scenario s = joint(quick() ? 1.3 : 2.5);
+    simulate(&s);
+    static twins t;
+    begin(&t, false, 1);
+    t.fc.threshold_ppm = t.qc.threshold_ppm = 1;
+    begin_with(&t, false);
+    (void)watch(&t, 0, row_count);
+    HOLDS(t.f.stage.name == DQW_STAGE_DOMAIN && t.q.stage.name == DQW_STAGE_DOMAIN && t.q.stage.back == DQW_BACK_THRESHOLD);
+    BETWEEN(0.99, (double)t.q.stage.residual_ppm / t.f.stage.residual_ppm, 1.01);
+    t.fc.threshold_ppm = t.qc.threshold_ppm = 22000;
+    t.qc.tracker.stale_limit = 50;
+    const dqw_gate gate = t.q.tracker.gate;
+    const uint32_t halves = t.q.tracker.halves;
+    TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_monitor_define(&t.f, &t.fc, NULL));
+    TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_monitor_define_q15(&t.q, &t.qc, NULL));
+    TEST_ASSERT_EQUAL_UINT32(50, t.q.tracker.gate.stale_limit);
+    TEST_ASSERT_EQUAL_UINT32(gate.accepted, t.q.tracker.gate.accepted);
+    TEST_ASSERT_EQUAL_UINT32(halves, t.q.tracker.halves);
+    HOLDS(t.q.stage.times_back == 1 && t.q.tracker.w_q24[0] == 16777216);
+    const told again = watch(&t, 0, row_count);
+    HOLDS(again.q == 0 && again.q_service_s < 1.5);
+    for (int k = 0; k < row_count; k++) rows[k].v_q_V = -rows[k].v_q_V;
+    for (int n = 0; n < 3 && t.q.stage.name == DQW_STAGE_IN_SERVICE; n++) (void)watch(&t, 0, row_count);
+    HOLDS(t.q.stage.name == DQW_STAGE_DOMAIN && t.q.stage.back == DQW_BACK_LEFT_BAND && t.q.stage.times_back == 2);
+    HOLDS(t.f.stage.name == DQW_STAGE_DOMAIN && t.f.stage.times_back == 2);
+}
+
+// Any bits as samples, as weights and as what was measured: nothing traps, and nothing is told that has no name.
+static void test_any_bits(void)
+{
+    static twins t;
+    begin(&t, true, 0);
+    test_random r = {11};
+    int events = 0;
+    for (int k = 0; k < scaled(600000); k++) {
+        const uint64_t z = random_bits(&r);
+        const uint64_t y = random_bits(&r);
+        const dqw_sample_q15 x = {q15_bits(z), q15_bits(z >> 16), q15_bits(z >> 32), q15_bits(z >> 48), q15_bits(y), (uint16_t)(y >> 16 & 65535)};
+        (void)dqw_monitor_sample_q15(&t.q, &x, y >> 60 == 0);
+        if (!dqw_tracker_waits_q15(&t.q.tracker)) continue;
+        if (y >> 32 & 1) {
+            dqw_monitor_q15 *m = &t.q;
+            const int i = (int)(y >> 40 & 3);
+            m->stage.name = DQW_STAGE_IN_SERVICE;
+            m->tracker.w_q24[i] = (int32_t)((int64_t)(z >> 33) - (1 << 30)) / 2;
+            m->tracker.learned = (uint8_t)(y >> 50 & 63);
+            m->witness.re_q28[i] = wide(z), m->witness.im_q28[i] = wide(y);
+            m->is.healthy_q24[i] = wide(z >> 7), m->is.healthy_re_q28[i] = wide(y >> 9);
+            m->is.cold_R_q24 = wide(z >> 11), m->is.cold_psi_q24 = wide(z >> 13), m->is.friction_q24 = wide(y >> 17);
+            m->watch.looks[i] = (uint8_t)(z >> 20 & 255);
+        }
+        dqw_monitor_event_q15 e;
+        if (dqw_monitor_background_q15(&t.q, &e)) {
+            events++;
+            HOLDS(e.fault.name > DQW_FAULT_NONE && e.fault.name <= DQW_FAULT_UNKNOWN && e.fault.phase < 3 && e.fault.confidence_q15 <= 32768);
+            HOLDS(e.parameter >= DQW_WATCH_R && e.parameter < DQW_WATCH_CHANNELS);
+        }
+        if (dqw_monitor_stage_q15(&t.q) == DQW_STAGE_DOMAIN) TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_monitor_define_q15(&t.q, &t.qc, &t.q_lent));
+    }
+    CASE("%d events", events);
+    HOLDS(quick() || events > 0);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_init_refuses_and_leaves_the_object_alone);
     RUN_TEST(test_both_leave_a_healthy_joint_alone);
     RUN_TEST(test_both_tell_each_fault_by_its_name);
+    RUN_TEST(test_both_follow_heat_and_tell_of_its_limit);
+    RUN_TEST(test_both_go_the_way_back);
+    RUN_TEST(test_any_bits);
     return UNITY_END();
 }

@@ -1,0 +1,195 @@
+// The monitor of port_q15/, as a core without floating point would run it.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include "dqw_monitor_q15.h"
+#include "monitor_engine.hpp"
+
+namespace dqw {
+namespace {
+
+// Full scales are so many bases: what a fault makes of a signal still fits.
+constexpr double kRoom = 1.5;
+constexpr double kOneQ24 = 0x1p24, kOneQ28 = 0x1p28;
+// What 1 of dqw_tracker_unit_q15() is: uOhm, nH, nH, nWb, uV, nWb.
+constexpr std::array<double, DQW_TRACK_WEIGHTS> kUnit = {1e-6, 1e-9, 1e-9, 1e-9, 1e-6, 1e-9};
+
+double si(float x) { return static_cast<double>(x); }
+
+std::uint32_t whole(double x, const char* what, double most = 4e9)
+{
+    if (!(std::round(x) >= 1.0 && x <= most)) throw std::invalid_argument(fmt::format("{} is beyond what fixed point takes", what));
+    return static_cast<std::uint32_t>(std::round(x));
+}
+
+std::int16_t q15(double value, double full) { return static_cast<std::int16_t>(std::clamp(std::floor(value / full * 32768.0 + 0.5), -32768.0, 32767.0)); }
+
+dqw_monitor_q15_config config_of(const dqw_monitor_config& from)
+{
+    const dqw_tracker_config& f = from.tracker;
+    dqw_monitor_q15_config c{};
+    dqw_tracker_q15_config& t = c.tracker;
+    t.scale.v_full_mV = whole(1e3 * kRoom * si(f.v_base_V), "the voltage", DQW_SCALE_MAX);
+    t.scale.i_full_mA = whole(1e3 * kRoom * si(f.i_base_A), "the current", DQW_SCALE_MAX);
+    t.scale.w_full_mrad_s = whole(1e3 * kRoom * si(f.w_base_rad_s), "the speed", DQW_SCALE_MAX);
+    t.scale.dt_ns = whole(1e9 * si(f.dt_s), "the period", 1e9);
+    t.scale.pole_pairs = f.pole_pairs;
+    t.R_uohm = whole(1e6 * si(f.R_ohm), "R_ohm");
+    t.Ld_nH = whole(1e9 * si(f.Ld_H), "Ld_H");
+    t.Lq_nH = whole(1e9 * si(f.Lq_H), "Lq_H");
+    t.psi_nWb = whole(1e9 * si(f.psi_Wb), "psi_Wb");
+    t.dead_time_width_mA = f.angle ? whole(std::max(1e3 * si(f.dead_time_width_A), 1.0), "the width of dead time") : 0;
+    t.drift_ppm = static_cast<std::uint32_t>(std::round(1e6 * si(f.drift_per_sqrt_s)));
+    t.stale_limit = f.stale_limit;
+    t.half_window = static_cast<std::uint8_t>(std::min<std::uint32_t>(f.half_window, DQW_WINDOW_Q15_HALF));
+    t.angle = f.angle;
+    t.noise_on_inputs = f.noise_on_inputs;
+    // The same in volts, amperes and newton metres as with the bases.
+    t.excitation_q15 = static_cast<std::uint16_t>(std::round(0.01 / kRoom * 32768.0));
+    c.band_ppm[DQW_WATCH_DEAD_TIME] = static_cast<std::uint32_t>(std::round(5000.0 / kRoom));
+    c.band_ppm[DQW_WATCH_OFFSET] = static_cast<std::uint32_t>(std::round(10000.0 / kRoom));
+    c.band_ppm[DQW_WATCH_FRICTION] = static_cast<std::uint32_t>(std::round(50000.0 / kRoom));
+    c.threshold_ppm = static_cast<std::uint32_t>(std::round(50000.0 / kRoom));
+    c.alpha_ppm_per_K = static_cast<std::uint32_t>(std::round(1e6 * si(from.alpha_per_K)));
+    c.J_nkgm2 = static_cast<std::uint32_t>(std::clamp(std::round(1e9 * si(from.J_kgm2)), 0.0, 4e9));
+    return c;
+}
+
+class Q15Monitor : public MonitorEngine {
+public:
+    explicit Q15Monitor(const MonitorSetup& setup) : config_(config_of(setup.config))
+    {
+        dqw_monitor_random_init_q15(&lent_);
+        accept(dqw_monitor_init_q15(&m_, &config_, &lent_));
+    }
+
+    void gap(std::uint32_t periods) override { dqw_tracker_gap_q15(&m_.tracker, periods); }
+
+    bool sample(const dqw_sample& s) override
+    {
+        const double v_V = si(s.v_d_V) + si(s.v_q_V), rest = si(s.i_d_A) + si(s.i_q_A) + si(s.w_m_rad_s);
+        const double turn = si(s.theta_e_rad) / 6.283185307179586;
+        const bool good = std::isfinite(v_V) && std::isfinite(rest) && (!config_.tracker.angle || std::isfinite(turn));
+        dqw_sample_q15 x{};
+        if (good)
+            x = {q15(si(s.v_d_V), v_full_V_), q15(si(s.v_q_V), v_full_V_),         q15(si(s.i_d_A), i_full_A_),
+                 q15(si(s.i_q_A), i_full_A_), q15(si(s.w_m_rad_s), w_full_rad_s_), turn_of(turn)};
+        (void)dqw_monitor_sample_q15(&m_, &x, !good);
+        return dqw_tracker_waits_q15(&m_.tracker);
+    }
+
+    std::optional<MonitorTold> background() override
+    {
+        dqw_monitor_event_q15 e{};
+        if (!dqw_monitor_background_q15(&m_, &e)) return std::nullopt;
+        const double unit = unit_of(e.parameter) * channel_unit(measures(), e.parameter);
+        return MonitorTold{e.half,
+                           e.since,
+                           e.parameter,
+                           e.value * unit,
+                           e.sd == INT32_MAX ? INFINITY : e.sd * unit,
+                           {e.fault.name, static_cast<float>(e.fault.confidence_q15) / 32768.0F, e.fault.phase}};
+    }
+
+    void define() override
+    {
+        dqw_monitor_random_init_q15(&lent_);
+        accept(dqw_monitor_define_q15(&m_, &config_, &lent_));
+    }
+
+    std::uint32_t halves() const override { return m_.tracker.halves; }
+
+    MonitorMeasures measures() const override
+    {
+        MonitorMeasures r{};
+        for (int i = 0; i < DQW_TRACK_WEIGHTS; ++i) {
+            const auto at = static_cast<std::size_t>(i);
+            const auto weight = static_cast<dqw_tracker_weight_q15>(i);
+            const std::int32_t sd = dqw_tracker_sd_q15(&m_.tracker, weight);
+            r.weight[at] = dqw_tracker_value_q15(&m_.tracker, weight) * unit_of(i);
+            r.weight_sd[at] = sd == INT32_MAX ? INFINITY : sd * unit_of(i);
+            r.healthy[at] = m_.is.healthy_q24[i] * unit_of(i);
+        }
+        for (int k = 0; k < DQW_WITNESS_INPUTS; ++k) {
+            const auto at = static_cast<std::size_t>(k);
+            const auto input = static_cast<dqw_witness_input_q15>(k);
+            const double unit = unit_of(DQW_WATCH_OFFSET + k) * kOneQ24 / kOneQ28;
+            const std::int32_t sd = dqw_witness_sd_q28(&m_.witness, &m_.tracker, input);
+            r.ripple[at] = dqw_witness_size_q28(&m_.witness, input) * unit;
+            r.ripple_sd[at] = sd == INT32_MAX ? INFINITY : sd * unit;
+            r.healthy_ripple[at] = std::hypot(m_.is.healthy_re_q28[k], m_.is.healthy_im_q28[k]) * unit;
+        }
+        const double torque_Nm = unit_of(DQW_WATCH_FRICTION);
+        r.friction_Nm = m_.is.friction_q24 * torque_Nm;
+        r.friction_sd_Nm = std::sqrt(2.0 * static_cast<double>(m_.is.spread_q48) / m_.watch.reversals) * torque_Nm;
+        r.healthy_friction_Nm = m_.is.healthy_friction_q24 * torque_Nm;
+        r.cold_R_ohm = m_.is.cold_R_q24 * unit_of(DQW_WATCH_R);
+        r.alpha_per_K = 1e-6 * config_.alpha_ppm_per_K;
+        r.residual_V = v_full_V_ * std::sqrt(std::ldexp(static_cast<double>(m_.is.residual_q54), -54));
+        r.healthy_residual_V = v_full_V_ * std::sqrt(std::ldexp(static_cast<double>(m_.is.healthy_residual_q54), -54));
+        r.blocks = m_.tracker.blocks;
+        r.friction_known = m_.watch.reversals > 0 && m_.watch.looks[DQW_WATCH_FRICTION] > 0;
+        r.in_service = m_.stage.name == DQW_STAGE_IN_SERVICE;
+        r.resting = m_.watch.resting;
+        return r;
+    }
+
+    MonitorState state() const override
+    {
+        // Parts of the full voltage, told as parts of the base.
+        dqw_stage stage = m_.stage;
+        stage.threshold_ppm = static_cast<std::uint32_t>(std::round(kRoom * stage.threshold_ppm));
+        stage.residual_ppm = static_cast<std::uint32_t>(std::round(std::min(kRoom * stage.residual_ppm, 4e9)));
+        return {stage,
+                m_.tracker.gate,
+                kRoom * dqw_tracker_residual_q28(&m_.tracker) / kOneQ28,
+                m_.tracker.blocks,
+                m_.tracker.missed,
+                m_.tracker.restarts,
+                m_.witness.blocks,
+                m_.watch.looks[DQW_WATCH_FRICTION]};
+    }
+
+private:
+    static void accept(dqw_status status)
+    {
+        if (status != DQW_OK) throw std::invalid_argument("the fixed-point monitor refuses these full scales or nominal values");
+    }
+
+    static std::uint16_t turn_of(double turn)
+    {
+        return static_cast<std::uint16_t>(static_cast<std::uint32_t>(std::floor((turn - std::floor(turn)) * 65536.0 + 0.5)) & 65535U);
+    }
+
+    /// What 1 in an event's format is, SI.
+    double unit_of(int channel) const
+    {
+        const dqw_tracker_q15_config& t = config_.tracker;
+        const double R = 1e-6 * t.R_uohm, L = 0.5e-9 * (static_cast<double>(t.Ld_nH) + t.Lq_nH);
+        switch (channel) {
+        case DQW_WATCH_OFFSET: return i_full_A_ / kOneQ24;
+        case DQW_WATCH_RESISTANCE: return R / kOneQ24;
+        case DQW_WATCH_REACTANCE: return L / kOneQ24;
+        case DQW_WATCH_SHORT: return std::ldexp(static_cast<double>(dqw_witness_short_q40(&t)), -40) / R / kOneQ24;
+        case DQW_WATCH_FRICTION: return 1.5 * t.scale.pole_pairs * 1e-9 * t.psi_nWb * i_full_A_ / kOneQ24;
+        case DQW_WATCH_TEMPERATURE: return 0x1p-16;
+        case DQW_WATCH_RESIDUAL: return v_full_V_ / kOneQ24;
+        default: return dqw_tracker_unit_q15(&t, static_cast<dqw_tracker_weight_q15>(channel)) * kUnit[static_cast<std::size_t>(channel)] / kOneQ24;
+        }
+    }
+
+    const dqw_monitor_q15_config config_;
+    const double v_full_V_ = 1e-3 * config_.tracker.scale.v_full_mV, i_full_A_ = 1e-3 * config_.tracker.scale.i_full_mA,
+                 w_full_rad_s_ = 1e-3 * config_.tracker.scale.w_full_mrad_s;
+    dqw_monitor_q15 m_{};
+    dqw_monitor_random_q15 lent_{};
+};
+
+}  // namespace
+
+std::unique_ptr<MonitorEngine> q15_monitor(const MonitorSetup& setup) { return std::make_unique<Q15Monitor>(setup); }
+
+}  // namespace dqw
