@@ -77,6 +77,8 @@ public:
         if (good)
             x = {q15(si(s.v_d_V), v_full_V_), q15(si(s.v_q_V), v_full_V_),         q15(si(s.i_d_A), i_full_A_),
                  q15(si(s.i_q_A), i_full_A_), q15(si(s.w_m_rad_s), w_full_rad_s_), turn_of(turn)};
+        // Sixteen bits have no not-a-number: the port is told of a limit, and it is counted here.
+        if (!good) ++not_numbers_;
         (void)dqw_monitor_sample_q15(&m_, &x, !good);
         return dqw_tracker_waits_q15(&m_.tracker);
     }
@@ -143,8 +145,11 @@ public:
         dqw_stage stage = m_.stage;
         stage.threshold_ppm = static_cast<std::uint32_t>(std::round(kRoom * stage.threshold_ppm));
         stage.residual_ppm = static_cast<std::uint32_t>(std::round(std::min(kRoom * stage.residual_ppm, 4e9)));
+        dqw_gate gate = m_.tracker.gate;
+        gate.saturated -= not_numbers_;
+        gate.nonfinite += not_numbers_;
         return {stage,
-                m_.tracker.gate,
+                gate,
                 kRoom * dqw_tracker_residual_q28(&m_.tracker) / kOneQ28,
                 m_.tracker.blocks,
                 m_.tracker.missed,
@@ -186,6 +191,7 @@ private:
                  w_full_rad_s_ = 1e-3 * config_.tracker.scale.w_full_mrad_s;
     dqw_monitor_q15 m_{};
     dqw_monitor_random_q15 lent_{};
+    std::uint32_t not_numbers_ = 0;
 };
 
 }  // namespace

@@ -1,5 +1,7 @@
 // Every fault of the monitor's table at three severities: told at all, how soon, and by which name. The joint is healthy until 2 s;
-// the fault then grows within 0.1 s. Options: --seeds N, --noise X, --only FAULT, --quick (3 seeds), --events (prints every event).
+// the fault then grows within 0.1 s. Options: --seeds N, --noise X, --only FAULT, --quick (3 seeds), --events (prints every event), --q15
+// (in whole numbers).
+#include "either_monitor.h"
 #include "joint.h"
 
 enum { SEVERITIES = 3 };
@@ -167,20 +169,19 @@ static void count(outcome *o, const fault_case *c, const dqw_monitor_event *e, d
     }
 }
 
-static void watch(outcome *o, const fault_case *c, const joint_log *log, int seed, double severity, bool events)
+static void watch(outcome *o, const fault_case *c, const joint_log *log, int seed, double severity, bool events, bool q15)
 {
     const dqw_monitor_config config = monitor_of(c);
     const double fault_s = fault_at_s(c, log);
     bool told = false;
-    dqw_monitor m;
-    if (dqw_monitor_init(&m, &config, NULL) != DQW_OK) exit(1);
+    static either_monitor m;
+    if (either_init(&m, &config, q15) != DQW_OK) exit(1);
     for (size_t k = 0; k < log->count; k++) {
         const dqw_sample x = joint_sample(&log->row[k]);
         const double t_s = log->row[k].t_s;
-        if (c->kind == FAULT_DEAD_TIME && k > 0 && t_s >= START_S && log->row[k - 1].t_s < START_S) dqw_tracker_gap(&m.tracker, 0);
-        (void)dqw_monitor_sample(&m, &x, false);
+        if (c->kind == FAULT_DEAD_TIME && k > 0 && t_s >= START_S && log->row[k - 1].t_s < START_S) either_gap(&m);
         dqw_monitor_event e;
-        if (!dqw_monitor_background(&m, &e)) continue;
+        if (!either_step(&m, &config, &x, &e)) continue;
         if (events)
             printf("  %s %g seed %d: %.3f s (since %.3f; fault at %.3f) %s %g +- %.2g, %s %.2f phase %d\n", c->name, severity, seed, t_s,
                    e.since * (double)config.tracker.dt_s * 20, fault_s, CHANNEL_TEXT[e.parameter], (double)e.value, (double)e.sd, FAULT_TEXT[e.fault.name],
@@ -188,7 +189,7 @@ static void watch(outcome *o, const fault_case *c, const joint_log *log, int see
         count(o, c, &e, t_s - fault_s, &told);
     }
     o->logs++;
-    if (events && !told && c->expected != DQW_FAULT_NONE) printf("  %s %g seed %d: not told, stage %d\n", c->name, severity, seed, (int)dqw_monitor_stage(&m));
+    if (events && !told && c->expected != DQW_FAULT_NONE) printf("  %s %g seed %d: not told, stage %d\n", c->name, severity, seed, (int)either_stage(&m)->name);
 }
 
 static void print_names(const char *before, const int named[], int but)
@@ -212,14 +213,14 @@ static void print(const fault_case *c, double severity, const outcome *o)
     fflush(stdout);
 }
 
-static void one_case(const fault_case *c, int seeds, double noise, bool events)
+static void one_case(const fault_case *c, int seeds, double noise, bool events, bool q15)
 {
     if (c->expected == DQW_FAULT_BEARING_WEAR && seeds > BEARING_SEEDS) seeds = BEARING_SEEDS;
     for (int v = 0; v < SEVERITIES; v++) {
         outcome o = {0};
         for (int seed = 1; seed <= seeds; seed++) {
             const joint_log log = log_of(c, c->severity[v], seed, noise);
-            watch(&o, c, &log, seed, c->severity[v], events);
+            watch(&o, c, &log, seed, c->severity[v], events, q15);
             free(log.row);
         }
         print(c, c->severity[v], &o);
@@ -239,6 +240,7 @@ int main(int argc, char **argv)
     printf("| fault                     | severity            | told       | mean  | worst | right | others | before |\n");
     printf("| ------------------------- | ------------------- | ---------- | ----: | ----: | ----: | ------ | -----: |\n");
     for (size_t f = 0; f < sizeof CASES / sizeof CASES[0]; f++)
-        if (only == NULL || strncmp(only, CASES[f].name, strlen(only)) == 0) one_case(&CASES[f], seeds, noise, joint_flag(argc, argv, "--events"));
+        if (only == NULL || strncmp(only, CASES[f].name, strlen(only)) == 0)
+            one_case(&CASES[f], seeds, noise, joint_flag(argc, argv, "--events"), joint_flag(argc, argv, "--q15"));
     return 0;
 }

@@ -1,9 +1,10 @@
 // Does the monitor stay quiet on healthy drives? Joint and servo motor, in pieces of 5 s: load, speed and excitation drawn anew for each,
 // copper and magnet warming and cooling, steady sensor noise of 1 to 5 %. Every event is a false alarm, and is printed. Then a tracker
 // that hears noise alone. Options: --samples N (1e7), --idle N (1e8), --first DRIVE (begins there), --lively (no piece is
-// steady or at rest), --quick (1e6 each).
+// steady or at rest), --quick (1e6 each), --q15 (the monitor in whole numbers; the tracker at rest stays in float).
 #include <time.h>
 
+#include "either_monitor.h"
 #include "joint.h"
 
 enum { PIECES = 25, MACHINES = 2 };
@@ -195,24 +196,23 @@ static void print_event(const drive *d, const dqw_monitor_event *e, double t_s)
 }
 
 // Returns the events of one drive, `*left` samples at most.
-static int one_drive(int number, bool lively, double *left, double *spent_s)
+static int one_drive(int number, bool lively, bool q15, double *left, double *spent_s)
 {
     drive d = drive_of(number);
     d.lively = lively;
     const dqw_monitor_config config = monitor_of(d.machine);
-    dqw_monitor m;
+    static either_monitor m;
     int events = 0;
     size_t before = 0;
-    if (dqw_monitor_init(&m, &config, NULL) != DQW_OK) exit(1);
+    if (either_init(&m, &config, q15) != DQW_OK) exit(1);
     for (int i = 0; i<PIECES && * left> 0; i++) {
         const joint_log log = piece(&d, i);
         const double start_s = now_s();
-        dqw_tracker_gap(&m.tracker, 0);
+        either_gap(&m);
         for (size_t k = 0; k < log.count; k++) {
             const dqw_sample x = joint_sample(&log.row[k]);
-            (void)dqw_monitor_sample(&m, &x, false);
             dqw_monitor_event e;
-            if (!dqw_monitor_background(&m, &e)) continue;
+            if (!either_step(&m, &config, &x, &e)) continue;
             events++;
             print_event(&d, &e, (double)(before + k) * (double)config.tracker.dt_s);
         }
@@ -221,8 +221,9 @@ static int one_drive(int number, bool lively, double *left, double *spent_s)
         *left -= (double)log.count;
         free(log.row);
     }
-    if (m.stage.name != DQW_STAGE_IN_SERVICE || m.stage.times_back > 0)
-        printf("| %5d | %-11s | stage %d at the end, %u ways back\n", number + 1, d.machine->name, (int)m.stage.name, (unsigned)m.stage.times_back);
+    const dqw_stage *stage = either_stage(&m);
+    if (stage->name != DQW_STAGE_IN_SERVICE || stage->times_back > 0)
+        printf("| %5d | %-11s | stage %d at the end, %u ways back\n", number + 1, d.machine->name, (int)stage->name, (unsigned)stage->times_back);
     return events;
 }
 
@@ -281,16 +282,18 @@ int main(int argc, char **argv)
     double left = (double)joint_number(argc, argv, "--samples", usual);
     const double idle_samples = (double)joint_number(argc, argv, "--idle", joint_flag(argc, argv, "--quick") ? 1000000 : 100000000);
     const double all = left;
+    const bool q15 = joint_flag(argc, argv, "--q15");
     double spent_s = 0;
     int events = 0;
     const double start_s = now_s();
-    printf("Healthy drives, %g samples: events, every one a false alarm\n\n", all);
+    printf("Healthy drives, %g samples%s: events, every one a false alarm\n\n", all, q15 ? ", in whole numbers" : "");
     printf("| drive | machine     | noise   | t (s)   | channel     | value                 | fault | copper, magnet (K) | pieces |\n");
     for (int number = (int)joint_number(argc, argv, "--first", 1) - 1; left > 0; number++)
-        events += one_drive(number, joint_flag(argc, argv, "--lively"), &left, &spent_s);
+        events += one_drive(number, joint_flag(argc, argv, "--lively"), q15, &left, &spent_s);
     const double took_s = now_s() - start_s;
     printf("\n%d events in %g samples. A simulated 1e7 samples take %.0f s, of these the monitor %.1f s.\n\n", events, all - left, took_s * 1e7 / (all - left),
            spent_s * 1e7 / (all - left));
+    if (q15) return 0;
     idle(idle_samples / 10, false);
     idle(idle_samples, true);
     return 0;

@@ -26,8 +26,8 @@
 // Confidence of what needs no pattern: 0.99.
 #define SURE_Q15 32440
 #define TEMPERATURE_BAND_K 5
-// Part of the full speed above which a direction is one: 0.1.
-#define SLOWEST_Q28 26843546
+// Part of the full speed above which a direction is one: 0.05, a full scale being about twice a rated value.
+#define SLOWEST_Q28 13421773
 #define PARTS_MOST 1000000u
 #define ONE_Q16 65536
 #define ONE_Q24 16777216

@@ -127,6 +127,16 @@ static void faults_have_their_names_and_phases(void)
         TEST_ASSERT_EQUAL_STRING(c.phase, e.value("phase", "").c_str());
         TEST_ASSERT_DOUBLE_WITHIN(c.within, c.value, e.at("value").get<double>());
         TEST_ASSERT_DOUBLE_WITHIN(0.6, 2.6, e.at("t_s").get<double>());
+
+        // The same in whole numbers; one look is 16 ms.
+        const json q = one_event(monitor({folder / "joint_24v.csv", "--arith", "q15", "--json", "--out", folder / "o"}).out);
+        TEST_ASSERT_EQUAL_STRING(c.name, q.at("fault").get<std::string>().c_str());
+        TEST_ASSERT_EQUAL_STRING(c.parameter, q.at("parameter").get<std::string>().c_str());
+        TEST_ASSERT_EQUAL_STRING(c.phase, q.value("phase", "").c_str());
+        TEST_ASSERT_DOUBLE_WITHIN(c.within, c.value, q.at("value").get<double>());
+        TEST_ASSERT_DOUBLE_WITHIN(0.05, e.at("t_s").get<double>(), q.at("t_s").get<double>());
+        TEST_ASSERT_DOUBLE_WITHIN(0.05, e.at("confidence").get<double>(), q.at("confidence").get<double>());
+        TEST_ASSERT_DOUBLE_WITHIN(0.25 * e.at("sd").get<double>(), e.at("sd").get<double>(), q.at("sd").get<double>());
     }
 }
 
@@ -197,9 +207,12 @@ static void frozen_rows_are_counted_and_told_nothing(void)
         out += '\n';
         at = end + 1;
     }
-    const Outcome run = monitor({folder.write("frozen.csv", out), "--machine", folder / "joint_24v.toml", "--out", folder / "o"});
-    holds(run.out, "events   0");
-    holds(run.out, "1991 stuck");
+    const std::string log = folder.write("frozen.csv", out);
+    for (const char* arith : {"float", "q15"}) {
+        const Outcome run = monitor({log, "--machine", folder / "joint_24v.toml", "--arith", arith, "--out", folder / "o"});
+        holds(run.out, "events   0");
+        holds(run.out, "1991 stuck");
+    }
 }
 
 static void a_way_back_is_told_and_learning_goes_on(void)
@@ -208,12 +221,14 @@ static void a_way_back_is_told_and_learning_goes_on(void)
     // A voltage that no model has: an event without a name, then stage 1.
     const std::string log = joint(folder, {"duration_s=4", "nonideal.disturbance_V=3", "nonideal.disturbance_Hz=37", "nonideal.disturbance_V.t_start_s=2",
                                            "nonideal.disturbance_V.t_end_s=2.001"});
-    const Outcome run = monitor({log, "--out", folder / "o"});
-    holds(run.out, "unknown: residual_V");
-    holds(run.err, "note: back to stage 1 at 2.");
-    holds(run.err, "threshold 5 %");
-    holds(run.out, "back to stage 1");
-    holds(command::read_file(folder / "o/monitor.html"), "learned anew");
+    for (const char* arith : {"float", "q15"}) {
+        const Outcome run = monitor({log, "--arith", arith, "--out", folder / "o"});
+        holds(run.out, "unknown: residual_V");
+        holds(run.err, "note: back to stage 1 at 2.");
+        holds(run.err, "threshold 5 %");
+        holds(run.out, "back to stage 1");
+        holds(command::read_file(folder / "o/monitor.html"), "learned anew");
+    }
 }
 
 int main(void)

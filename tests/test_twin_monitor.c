@@ -30,7 +30,7 @@ static void configure(twins *t)
     const dqw_monitor_config fc = {.tracker = {.dt_s = (float)DT_S,
                                                .v_base_V = (float)V_FULL,
                                                .i_base_A = (float)I_FULL,
-                                               .w_base_rad_s = (float)W_FULL,
+                                               .w_base_rad_s = (float)(W_FULL / 2),
                                                .R_ohm = (float)nominal[0],
                                                .Ld_H = (float)nominal[1],
                                                .Lq_H = (float)nominal[2],
