@@ -46,9 +46,7 @@ Units units_of(const dqw_scale& scale)
     return {v, i, 1e-3 * scale.w_full_mrad_s, {v / i, v * dt / i, v * dt / i, v * dt}};
 }
 
-}  // namespace
-
-dqw_estimator_q15_config q15_config_of(const std::vector<Log>& logs, const LearnOptions& options, double pole_pairs)
+dqw_estimator_q15_config config_of(const std::vector<Log>& logs, const LearnOptions& options, double pole_pairs)
 {
     const Log& first = logs.front();
     const bool is_static = first.regime != Regime::dynamic;
@@ -71,8 +69,6 @@ dqw_estimator_q15_config q15_config_of(const std::vector<Log>& logs, const Learn
             std::min<std::uint16_t>(half_window(kElectricalHalf_s, first.dt_s, kLeastElectricalHalf), DQW_WINDOW_Q15_HALF));
     return c;
 }
-
-namespace {
 
 void put(const dqw_parameters_q15& p, const Units& units, const Asked& asked, bool p_given, std::uint16_t said, Result& result)
 {
@@ -106,7 +102,7 @@ Learned learn_q15(const std::vector<Log>& logs, const LearnOptions& options)
         throw std::invalid_argument("a mechanical log; the fixed-point learners take voltages and currents. Leave --arith q15 out");
     if (!options.inputs.empty()) throw std::invalid_argument("effects are not in the fixed-point learners yet. Leave --arith q15 out");
     const std::optional<double> said = first.machine.pole_pairs ? first.machine.pole_pairs : options.start.pole_pairs;
-    const dqw_estimator_q15_config config = q15_config_of(logs, options, said.value_or(0.0));
+    const dqw_estimator_q15_config config = config_of(logs, options, said.value_or(0.0));
     const Units units = units_of(config.scale);
     dqw_estimator_q15 e;
     if (dqw_estimator_init_q15(&e, &config) != DQW_OK) throw std::invalid_argument("the fixed-point learners refuse these full scales or nominal values");
@@ -153,6 +149,11 @@ Learned learn_q15(const std::vector<Log>& logs, const LearnOptions& options)
     for (int i = 0; i < DQW_PARAMETERS_Q15; ++i) *values[i] = si(e.parameters.value_q40[i], units.parameter[i]);
     report_residual_of(logs, {}, model, nullptr, result);
     return learned;
+}
+
+dqw_estimator_q15_config q15_config_of(const std::vector<Log>& logs, const LearnOptions& options, double pole_pairs)
+{
+    return config_of(logs, options, pole_pairs);
 }
 
 }  // namespace dqw
