@@ -73,7 +73,8 @@ int32_t dqw_learner_learn_q15(dqw_learner_q15 *l, const int16_t x_q15[], int16_t
 ///          at -1. Where step_size |error| is above norm / 2 it is learned as that: with a step size up to a half
 ///          an error up to 1 is learned whole. No step stalls above a gain of 2^-30: at step size 0.001 that is an error of 1e-6
 /// Returns  the error before the correction, Q28
-/// Cost     5 n products of 16 by 16 bits, one inverse; no 64 bits, no loop depends on data
+/// Cost     2 n products of 16 by 16 bits, n of 32 by 32 (where a core keeps no upper half 2 n of 16 by 16), 4 for the gain, one inverse; no loop
+///          depends on data
 /// Context  ISR safe; one writer per w_q31
 static inline int32_t dqw_learner_step_pu_q15(int32_t w_q31[], const int16_t x_q15[], int n, int16_t target_q15, uint16_t step_size_q15)
 {
