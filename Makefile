@@ -51,10 +51,10 @@ APP_O := $(patsubst %.cpp,$(BUILD)/%.o,$(filter-out app/main.cpp,$(wildcard app/
 # The plotting library of the reports, and its licence, as Debian installs them.
 DYGRAPHS ?= /usr/share/javascript/dygraphs
 DYGRAPHS_LICENCE ?= /usr/share/doc/libjs-dygraphs
-C_BENCHES := $(patsubst %,$(BUILD)/bench/%,sim_speed regressors usage accuracy tracking faults healthy)
+C_BENCHES := $(patsubst %,$(BUILD)/bench/%,sim_speed regressors usage accuracy tracking faults healthy step_sizes)
 ARCHIVES := $(BUILD)/libapp.a $(BUILD)/libref.a $(BUILD)/libsim.a $(BUILD)/libdqw_q15.a $(BUILD)/libdqw.a
 # Tests that stay away from the sanitizers: what they run others run there too, and they take long.
-PLAIN_ALONE := blind target target_q15 browser other_simulator semi_synthetic circle cli_measured cli_scenarios cli_compare cli_estimate cli_trace cli_rows cli_monitor app_learn app_report app_sense \
+PLAIN_ALONE := blind target target_q15 browser other_simulator semi_synthetic circle cli_measured cli_scenarios cli_compare cli_q15_config cli_estimate cli_trace cli_rows cli_monitor app_learn app_report app_sense \
                app_speed_unit report_page fit_effects closed_loop ref_noise ref_identify ref_dynamic ref_static ref_residual ref_mechanical trace ref_measured app_paper
 TESTS := $(patsubst tests/%.c,$(BUILD)/tests/%,$(wildcard tests/test_*.c)) \
          $(patsubst tests/%.cpp,$(BUILD)/tests/%,$(wildcard tests/test_*.cpp))
@@ -146,6 +146,24 @@ firmware:
 target:
 	@.ci/install build tools
 	@BUILD=$(BUILD) tests/target/target.sh
+
+# The fixed-point port and its tests where an overflow, a shift that C does not define, or a conversion that loses a bit or the sign ends the program.
+TRAP      := -fsanitize=undefined,implicit-conversion -fsanitize-trap=all
+Q15_TESTS := $(wildcard tests/test_*q15.c tests/test_twin_*.c)
+## trap         every test of the fixed-point port in full, built with arithmetic that traps
+.PHONY: trap
+trap:
+	@.ci/install build tools
+	@.ci/unity $(UNITY_DIR)
+	@$(MAKE) --no-print-directory BUILD=$(BUILD)/trap UNITY_DIR=$(UNITY_DIR) CC=clang CFLAGS="$(TRAP)" $(patsubst tests/%.c,$(BUILD)/trap/tests/%,$(Q15_TESTS))
+	@printf '%s\n' $(patsubst tests/%.c,$(BUILD)/trap/tests/%,$(Q15_TESTS)) | xargs -P $(shell nproc) -I {} sh -c \
+	    '{} >{}.log 2>&1; status=$$?; sed "s|^|{}: |" {}.log | tail -n 3; [ $$status = 0 ] || { echo "{}: status $$status"; exit 255; }'
+
+## prove        the fixed-point arithmetic and the plain learner's step for every value, by Frama-C; the package is 290 MB, and Debian's
+.PHONY: prove
+prove:
+	@.ci/install proof
+	@tests/proof/prove.sh
 
 ## numbers      instructions, bytes and stack of a step on five cores, float and Q15, into the table of README.md
 .PHONY: numbers

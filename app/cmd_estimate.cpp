@@ -12,6 +12,7 @@
 #include "learn_inputs.hpp"
 #include "output.hpp"
 #include "progress.hpp"
+#include "q15_config.hpp"
 #include "report.hpp"
 #include "sense.hpp"
 #include "text.hpp"
@@ -24,6 +25,7 @@ namespace {
 struct Estimated {
     Result result;
     std::vector<TraceEffect> effects;
+    std::string q15_config = {};  ///< a header, where the learners were those of port_q15/
 };
 
 struct Options : CommonOptions {
@@ -77,6 +79,11 @@ int estimate(const std::string& name, const Options& options, const Estimator& e
         OutputFile file(path_in(options.out_dir, name + ".json"));
         file.write(json);
         file.close();
+        if (!estimated.q15_config.empty()) {
+            OutputFile header(path_in(options.out_dir, "dqw_q15_config.h"));
+            header.write(estimated.q15_config);
+            header.close();
+        }
     }
     print_notes(result.notes);
     print(options.json ? json : result_text(result, logs.front().machine) + effects_text(estimated.effects));
@@ -96,7 +103,8 @@ Command add_estimator(CLI::App& app, const std::string& name, const std::string&
     command->add_option("--config", options->config_file, "effects that a trace found, with their start values")->type_name("trace.json");
     if (name == "learn")
         command->add_option("--arith", options->arith, "arithmetic of the learners")->check(CLI::IsMember({"float", "q15"}))->capture_default_str();
-    command->footer("With --out, writes DIR/" + name + ".json as well. Exit code 4: a parameter asked for is not identifiable.");
+    command->footer("With --out, writes DIR/" + name + ".json as well" + (name == "learn" ? ", with --arith q15 DIR/dqw_q15_config.h" : "") +
+                    ". Exit code 4: a parameter asked for is not identifiable.");
     return {command, [=] { return estimate(name, *options, estimator); }};
 }
 
@@ -112,7 +120,8 @@ Command add_learn(CLI::App& app)
         options.start = config.start;
         options.progress = std::move(progress);
         const Learned learned = learn_all(logs, options);
-        return Estimated{learned.result, learned.effects};
+        const bool header = options.fixed_point && learned.result.regime != Regime::mechanical;
+        return Estimated{learned.result, learned.effects, header ? q15_config_text(logs, learned.result.parameters) : ""};
     });
 }
 

@@ -8,6 +8,7 @@
 #include "model_config.hpp"
 #include "output.hpp"
 #include "progress.hpp"
+#include "q15_config.hpp"
 #include "report.hpp"
 #include "report_page.hpp"
 #include "text.hpp"
@@ -62,6 +63,15 @@ void write_file(const std::string& path, const std::string& text)
     file.close();
 }
 
+void write_q15_config(const std::vector<Log>& logs, TraceReport& report, const Options& options)
+{
+    try {
+        write_file(path_in(options.out_dir, "dqw_q15_config.h"), q15_config_text(logs, report.trace.after.parameters));
+    } catch (const std::invalid_argument& error) {
+        report.trace.notes.push_back(std::string("no dqw_q15_config.h: ") + error.what());
+    }
+}
+
 int run_trace(const Options& options)
 {
     std::vector<std::string> notes;
@@ -77,6 +87,7 @@ int run_trace(const Options& options)
     write_file(path_in(options.out_dir, "trace.json"), json);
     write_file(path_in(options.out_dir, "report.html"), report_page(report));
     write_file(path_in(options.out_dir, "dqw_model_config.h"), model_config_text(report.trace, report.logs));
+    if (report.trace.regime != Regime::mechanical) write_q15_config(logs, report, options);
     print_notes(report.trace.notes);
     print(options.json ? json : trace_text(report));
     return exit_done;
@@ -96,7 +107,7 @@ Command add_trace(CLI::App& app)
         ->allow_extra_args(false)
         ->check(CLI::IsMember(effect_names()))
         ->type_name("NAME");
-    command->footer("Writes trace.json, report.html and dqw_model_config.h into DIR.");
+    command->footer("Writes trace.json, report.html, dqw_model_config.h and, for port_q15/, dqw_q15_config.h into DIR.");
     return {command, [=] { return run_trace(*options); }};
 }
 

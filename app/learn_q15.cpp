@@ -151,4 +151,9 @@ Learned learn_q15(const std::vector<Log>& logs, const LearnOptions& options)
     return learned;
 }
 
+dqw_estimator_q15_config q15_config_of(const std::vector<Log>& logs, const LearnOptions& options, double pole_pairs)
+{
+    return config_of(logs, options, pole_pairs);
+}
+
 }  // namespace dqw

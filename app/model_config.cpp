@@ -22,15 +22,6 @@ std::string literal(double x)
     return text + "f";
 }
 
-/// A file's name that cannot end the comment it stands in.
-std::string harmless(const std::string& path)
-{
-    std::string name = path.substr(path.find_last_of('/') + 1).substr(0, 80);
-    for (char& c : name)
-        if (!std::isalnum(static_cast<unsigned char>(c)) && std::string("._- ").find(c) == std::string::npos) c = '?';
-    return name;
-}
-
 std::string macro_of(const std::string& parameter)
 {
     std::string text = "DQW_MODEL_";
@@ -76,6 +67,14 @@ std::string values_text(const TraceResult& trace, const std::vector<Field>& fiel
 }
 
 }  // namespace
+
+std::string harmless(const std::string& path)
+{
+    std::string name = path.substr(path.find_last_of('/') + 1).substr(0, 80);
+    for (char& c : name)
+        if (!std::isalnum(static_cast<unsigned char>(c)) && std::string("._- ").find(c) == std::string::npos) c = '?';
+    return name;
+}
 
 std::string model_config_text(const TraceResult& trace, const std::vector<std::string>& logs)
 {

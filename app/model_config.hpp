@@ -13,5 +13,8 @@ namespace dqw {
 /// puts both into a configuration. Also where no effect was found. `logs`: files that the trace read, named in a comment.
 std::string model_config_text(const TraceResult& trace, const std::vector<std::string>& logs = {});
 
+/// A file's name without its folder, that cannot end the comment it stands in.
+std::string harmless(const std::string& path);
+
 }  // namespace dqw
 #endif

@@ -10,12 +10,6 @@ static int64_t limit(int64_t x, int64_t bound)
     return x > bound ? bound : x < -bound ? -bound : x;
 }
 
-// The rounded top half, -32768 .. 32768.
-static int32_t top_q15(int32_t w_q31)
-{
-    return dqw_q_round32(dqw_q_floor32(w_q31, 15), 1);
-}
-
 enum dqw_status dqw_learner_init_q15(dqw_learner_q15 *l, const dqw_learner_config_q15 *config)
 {
     if (l == NULL || config == NULL) return DQW_ERR_NULL;
@@ -34,7 +28,7 @@ enum dqw_status dqw_learner_init_q15(dqw_learner_q15 *l, const dqw_learner_confi
 int32_t dqw_learner_forward_q15(const dqw_learner_q15 *l, const int16_t x_q15[])
 {
     int32_t y_q28 = 0;  // |y_q28| <= 6 * 2^28
-    for (int i = 0; i < l->inputs; i++) y_q28 += dqw_q_round32(top_q15(l->w_q31[i]) * x_q15[i], 2);
+    for (int i = 0; i < l->inputs; i++) y_q28 += dqw_q_round32(dqw_q30_mul(l->w_q31[i], x_q15[i]), 2);
     return y_q28;
 }
 
@@ -44,7 +38,7 @@ int32_t dqw_learner_learn_q15(dqw_learner_q15 *l, const int16_t x_q15[], int16_t
     int64_t norm_q30 = l->indicator ? (int64_t)1 << 30 : 0;
     uint32_t w_norm_q15 = 1u << 15;
     for (int i = 0; i < l->inputs; i++) {
-        const int32_t w_q15 = top_q15(l->w_q31[i]);
+        const int32_t w_q15 = dqw_q15_top(l->w_q31[i]);
         norm_q30 += (int64_t)x_q15[i] * x_q15[i];
         w_norm_q15 += (uint32_t)(w_q15 * w_q15) >> 15;  // <= 7 * 2^15
     }

@@ -73,20 +73,22 @@ int32_t dqw_learner_learn_q15(dqw_learner_q15 *l, const int16_t x_q15[], int16_t
 ///          at -1. Where step_size |error| is above norm / 2 it is learned as that: with a step size up to a half
 ///          an error up to 1 is learned whole. No step stalls above a gain of 2^-30: at step size 0.001 that is an error of 1e-6
 /// Returns  the error before the correction, Q28
-/// Cost     5 n products of 16 by 16 bits, one inverse; no 64 bits, no loop depends on data
+/// Cost     2 n products of 16 by 16 bits, n of 32 by 32 (where a core keeps no upper half 2 n of 16 by 16), 4 for the gain, one inverse; no loop
+///          depends on data
 /// Context  ISR safe; one writer per w_q31
 static inline int32_t dqw_learner_step_pu_q15(int32_t w_q31[], const int16_t x_q15[], int n, int16_t target_q15, uint16_t step_size_q15)
 {
     // [LMS.1] to [LMS.3] of dqw_learner_learn, the constant input counted in the norm
     int32_t e_q28 = target_q15 * (1 << 13);
     uint32_t norm_q28 = 1u << 28;
+    // From the last pair: an input without a partner comes while most registers are free.
     DQW_Q_UNROLL
-    for (int i = 0; i < n; i += 2) {
+    for (int i = (n - 1) / 2 * 2; i >= 0; i -= 2) {
         // |y_q30| < 2^31 for |x_q15| <= 32767
-        uint32_t y_q30 = (uint32_t)(dqw_q_round32(dqw_q_floor32(w_q31[i], 15), 1) * x_q15[i]) + 2u;
+        uint32_t y_q30 = (uint32_t)dqw_q30_mul(w_q31[i], x_q15[i]) + 2u;
         uint32_t norm_q30 = (uint32_t)(x_q15[i] * x_q15[i]);
         if (i + 1 < n) {
-            y_q30 += (uint32_t)(dqw_q_round32(dqw_q_floor32(w_q31[i + 1], 15), 1) * x_q15[i + 1]);
+            y_q30 += (uint32_t)dqw_q30_mul(w_q31[i + 1], x_q15[i + 1]);
             norm_q30 += (uint32_t)(x_q15[i + 1] * x_q15[i + 1]);
         }
         e_q28 -= dqw_q_floor32(dqw_q_signed32(y_q30), 2);  // |e_q28| <= (1 + n) 2^28 < 2^31
@@ -96,14 +98,8 @@ static inline int32_t dqw_learner_step_pu_q15(int32_t w_q31[], const int16_t x_q
     // |e| <= 1 + |x|_1 and norm = 1 + |x|^2: |e / norm| <= (1 + sqrt(1 + n)) / 2 < 2, and |g| < 4 before its bound
     const int32_t ratio_q28 = dqw_q_mul32x16(e_q28, inverse_q16, 16);
     const int32_t g_q29 = dqw_q28_sat(dqw_q_mul32x16(ratio_q28, step_size_q15, 14));
-    const int32_t top_q16 = dqw_q_floor32(g_q29, 13);
-    const int32_t low_q32 = (int32_t)(((uint32_t)g_q29 << 3) & 0xffffu);
     DQW_Q_UNROLL
-    for (int i = 0; i < n; i++) {
-        // |low x| < 2^31 - 2^15; |change| <= 2^30
-        const int32_t change_q31 = top_q16 * x_q15[i] + dqw_q_floor32(low_q32 * x_q15[i] + (1 << 15), 16);
-        w_q31[i] = dqw_q31_add(w_q31[i], change_q31);
-    }
+    for (int i = 0; i < n; i++) w_q31[i] = dqw_q31_add(w_q31[i], dqw_q31_mul(g_q29, x_q15[i]));
     return e_q28;
 }
 

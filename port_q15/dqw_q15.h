@@ -85,22 +85,38 @@ static inline int32_t dqw_q28_sat(int32_t x)
 #endif
 }
 
-/// Q15 times Q15, Q15, rounded. -1 times -1 is the only product that does not fit: 32767.
-static inline int16_t dqw_q15_mul(int16_t a, int16_t b)
+/// The rounded top half of a Q31 number: -32768 .. 32768.
+static inline int32_t dqw_q15_top(int32_t x_q31)
 {
-    return dqw_q15_sat(dqw_q_round32((int32_t)a * b, 15));
+    return dqw_q_round32(dqw_q_floor32(x_q31, 15), 1);
 }
 
-/// Q31 times Q31, Q31, rounded. -1 times -1 is the only product that does not fit: 2^31 - 1.
-static inline int32_t dqw_q31_mul(int32_t a, int32_t b)
+/// Q31 times Q15, Q30: the learner's product, of the rounded top half of x.
+/// Range    any; |product| <= 2^30
+static inline int32_t dqw_q30_mul(int32_t x_q31, int16_t y_q15)
 {
-    return dqw_q31_sat(dqw_q_round64((int64_t)a * b, 31));
+    return dqw_q15_top(x_q31) * y_q15;
 }
 
-/// The rounded top half of a Q31 number. Above 32767.5 / 32768 it is 32767.
-static inline int16_t dqw_q15_from_q31(int32_t x_q31)
+/// Q29 times Q15, Q31, rounded, in products of 16 by 16 bits. The same as the one below.
+static inline int32_t dqw_q31_mul_by_halves(int32_t x_q29, int16_t y_q15)
 {
-    return dqw_q15_sat(dqw_q_floor32(x_q31, 16) + (dqw_q_floor32(x_q31, 15) & 1));
+    const int32_t low_q32 = (int32_t)(((uint32_t)x_q29 << 3) & 0xffffu);  // |low y| < 2^31
+    return dqw_q_floor32(x_q29, 13) * y_q15 + dqw_q_round32(dqw_q_floor32(low_q32 * y_q15, 15), 1);
+}
+
+/// Q29 times Q15, Q31, rounded: the learner's correction.
+/// Range    -2^28 <= x < 2^28, any y; |product| <= 2^30
+static inline int32_t dqw_q31_mul(int32_t x_q29, int16_t y_q15)
+{
+#if defined(__ARM_ARCH_ISA_THUMB) && __ARM_ARCH_ISA_THUMB == 1
+    // The smallest Arm cores keep 32 bits of a product.
+    return dqw_q31_mul_by_halves(x_q29, y_q15);
+#else
+    // The upper half of 64 bits, rounded by the first bit of the lower.
+    const int64_t product = (int64_t)(x_q29 * 8) * (y_q15 * 65536);
+    return (int32_t)dqw_q_floor64(product, 32) + (int32_t)((uint64_t)product >> 31 & 1u);
+#endif
 }
 
 /// Number of leading zeros, 32 for 0.

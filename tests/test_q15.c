@@ -31,22 +31,41 @@ static int64_t any(test_random *r, int bits)
     return z & 8u ? x : -x;
 }
 
-// All 2^32 pairs; the sanitized run takes every tenth row.
-static void test_every_product_of_q15(void)
+// The learner's product, over all 2^32 pairs of its 16-bit operands; what is rounded away is drawn. The sanitized run takes every tenth row.
+static void test_every_product_of_the_learner(void)
 {
     const int rows = scaled(65536);
+    test_random r = {5};
     for (int k = 0; k < rows; k++) {
-        const int a = (int)((int64_t)k * 65535 / (rows - 1)) - 32768;
-        int64_t wrong = 0;
-        for (int b = -32768; b < 32768; b++) {
-            int64_t exact = (int64_t)a * b + 16384;
-            exact = (exact - (int64_t)((uint64_t)exact & 32767u)) / 32768;
-            wrong += (exact > 32767 ? 32767 : exact) != dqw_q15_mul((int16_t)a, (int16_t)b);
-        }
-        CASE("row %d", a);
+        const int32_t top = (int32_t)((int64_t)k * 65535 / (rows - 1)) - 32768;
+        const int32_t w_q31 = (int32_t)bound(65536 * (int64_t)top + (int64_t)(random_bits(&r) % 65536) - 32768, INT32_MIN, INT32_MAX);
+        int32_t wrong = 0;
+        for (int32_t y = -32768; y < 32768; y++) wrong |= dqw_q30_mul(w_q31, (int16_t)y) ^ top * y;
+        CASE("%d, weight %d", (int)top, (int)w_q31);
         HOLDS(wrong == 0);
     }
-    TEST_ASSERT_EQUAL_INT16(32767, dqw_q15_mul(INT16_MIN, INT16_MIN));
+    // The top that no 16 bits hold.
+    for (int32_t y = -32768; y < 32768; y++) HOLDS(dqw_q30_mul(INT32_MAX, (int16_t)y) == 32768 * y);
+}
+
+// Its correction, over all pairs of what is rounded in it, 13 bits of the gain by 16; the gain's upper bits go through their range.
+static void test_every_correction_of_the_learner(void)
+{
+    const int rows = scaled(8192);
+    test_random r = {6};
+    for (int k = 0; k < rows; k++) {
+        const int64_t low = rows == 8192 ? k : (int64_t)(random_bits(&r) % 8192);
+        const int64_t x_q29 = 8192 * ((int64_t)k * 65535 / (rows - 1) - 32768) + low;
+        uint64_t wrong = 0;
+        // Rounded, halves up: what is left of the exact product is from -4096 to 4095.
+        for (int y = -32768; y < 32768; y++) {
+            const int32_t p_q31 = dqw_q31_mul((int32_t)x_q29, (int16_t)y);
+            wrong |= (uint64_t)(x_q29 * y - 8192 * (int64_t)p_q31 + 4096) >> 13;
+            wrong |= (uint64_t)(p_q31 != dqw_q31_mul_by_halves((int32_t)x_q29, (int16_t)y));
+        }
+        CASE("gain %lld", (long long)x_q29);
+        HOLDS(wrong == 0);
+    }
 }
 
 static void test_shifts_and_bounds(void)
@@ -67,7 +86,7 @@ static void test_shifts_and_bounds(void)
         HOLDS(dqw_q31_sat(y) == sat31(y));
         HOLDS(dqw_q28_sat(x) == bound(x, -(1 << 28), (1 << 28) - 1));
         HOLDS(dqw_q_signed32((uint32_t)x) == x);
-        HOLDS(dqw_q15_from_q31(x) == sat15(floor_of((int64_t)x + 32768, 65536)));
+        HOLDS(dqw_q15_top(x) == floor_of((int64_t)x + 32768, 65536));
     }
 }
 
@@ -79,7 +98,6 @@ static void test_sums_and_products(void)
         const int32_t b = (int32_t)any(&r, 32);
         CASE("%d and %d", a, b);
         HOLDS(dqw_q31_add(a, b) == sat31((int64_t)a + b));
-        HOLDS(dqw_q31_mul(a, b) == sat31(floor_of((int64_t)a * b + (1 << 30), (int64_t)1 << 31)));
         const uint32_t c = (uint32_t)(random_bits(&r) % 65537);
         const unsigned n = 8u + (unsigned)(random_bits(&r) % 9);
         const int64_t product = (int64_t)a * c;
@@ -146,7 +164,8 @@ static void test_scale_is_checked(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(test_every_product_of_q15);
+    RUN_TEST(test_every_product_of_the_learner);
+    RUN_TEST(test_every_correction_of_the_learner);
     RUN_TEST(test_shifts_and_bounds);
     RUN_TEST(test_sums_and_products);
     RUN_TEST(test_every_inverse);

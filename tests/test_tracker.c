@@ -2,15 +2,14 @@
 #include "dqw_sim.h"
 #include "dqw_test.h"
 #include "dqw_tracker.h"
+#include "moving_joint.h"
 
 void setUp(void) { test_case[0] = 0; }
 void tearDown(void) {}
 
-#define DT_S 5e-5
 #define HALF 20
 enum { ROWS = 40001, SEEDS = 6, LEVELS = 3, CHANNELS = 5 };
 
-static const double TRUTH[] = {0.5, 1.0e-3, 1.4e-3, 0.020};  // of joint_24v: R, L_d, L_q, flux
 static const char *const NAME[] = {"R", "L_d", "L_q", "flux"};
 
 static bool quick(void) { return scaled(10) == 1; }
@@ -313,28 +312,6 @@ static void test_dead_time_is_learned_with_the_rest(void)
     const dqw_tracker u = learned(simulated(0, 0.24), &c, 0.01, 7);
     BETWEEN(10.0, off_percent(&u, DQW_TRACK_R), 40.0);  // 19.6
     TEST_ASSERT_EQUAL_FLOAT(0.0f, dqw_tracker_value(&u, DQW_TRACK_DEAD_TIME));
-}
-
-// A plant of pairs that hold exactly, in double: currents and speed as sines, voltages from them.
-static dqw_sample moving(long k, double R_ohm, double noise, test_random *r)
-{
-    double i[2][2];
-    double w[2];
-    for (int n = 0; n < 2; n++) {
-        const double t = (double)(k + n) * DT_S;
-        i[n][0] = 1.5 * sin(2 * PI * 37 * t) + 1.2 * sin(2 * PI * 171 * t + 1);
-        i[n][1] = 2.0 * sin(2 * PI * 53 * t + 2) + 0.5 + 1.0 * sin(2 * PI * 229 * t);
-        w[n] = 70 * sin(2 * PI * 3 * t);
-    }
-    const double wd = 4 * 0.5 * (w[0] * i[0][0] + w[1] * i[1][0]);
-    const double wq = 4 * 0.5 * (w[0] * i[0][1] + w[1] * i[1][1]);
-    const double v_d = R_ohm * 0.5 * (i[0][0] + i[1][0]) + TRUTH[1] * (i[1][0] - i[0][0]) / DT_S - TRUTH[2] * wq;
-    const double v_q = R_ohm * 0.5 * (i[0][1] + i[1][1]) + TRUTH[2] * (i[1][1] - i[0][1]) / DT_S + TRUTH[1] * wd + 4 * TRUTH[3] * 0.5 * (w[0] + w[1]);
-    double x[] = {v_d, v_q, i[0][0], i[0][1], w[0]};
-    static const double size[] = {2, 2, 1.4, 1.7, 50};
-    for (int n = 0; n < 5 && noise > 0; n++) x[n] += noise * size[n] * random_normal(r);
-    const dqw_sample s = {.v_d_V = (float)x[0], .v_q_V = (float)x[1], .i_d_A = (float)x[2], .i_q_A = (float)x[3], .w_m_rad_s = (float)x[4]};
-    return s;
 }
 
 static void test_it_follows_a_resistance_that_steps(void)

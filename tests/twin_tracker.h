@@ -6,14 +6,13 @@
 #include "dqw_test.h"
 #include "dqw_tracker.h"
 #include "dqw_tracker_q15.h"
+#include "moving_joint.h"
 
-#define DT_S 5e-5
 #define V_FULL 32.0
 #define I_FULL 16.0
 #define W_FULL 250.0
 enum { ROWS = 40001, CHANNELS = 5, N = 6 };
 
-static const double TRUTH[] = {0.5, 1.0e-3, 1.4e-3, 0.020};  // of joint_24v: R, L_d, L_q, flux
 static const char *const NAME[] = {"R", "L_d", "L_q", "flux", "dead time", "flux on q"};
 static const double FULL[CHANNELS] = {V_FULL, V_FULL, I_FULL, I_FULL, W_FULL};
 
@@ -146,28 +145,6 @@ static inline dqw_sample sample(const journal *l, int k, double noise, test_rand
     float x[CHANNELS];
     for (int c = 0; c < CHANNELS; c++) x[c] = (float)(l->x[k][c] + (noise > 0 ? noise * l->sd[c] * random_normal(r) : 0.0));
     const dqw_sample s = {.v_d_V = x[0], .v_q_V = x[1], .i_d_A = x[2], .i_q_A = x[3], .w_m_rad_s = x[4], .theta_e_rad = (float)l->theta_rad[k]};
-    return s;
-}
-
-// A plant of pairs that hold exactly, in double: currents and speed as sines, voltages from them.
-static inline dqw_sample moving(long k, double R_ohm, double noise, test_random *r)
-{
-    double i[2][2];
-    double w[2];
-    for (int n = 0; n < 2; n++) {
-        const double t = (double)(k + n) * DT_S;
-        i[n][0] = 1.5 * sin(2 * PI * 37 * t) + 1.2 * sin(2 * PI * 171 * t + 1);
-        i[n][1] = 2.0 * sin(2 * PI * 53 * t + 2) + 0.5 + 1.0 * sin(2 * PI * 229 * t);
-        w[n] = 70 * sin(2 * PI * 3 * t);
-    }
-    const double wd = 4 * 0.5 * (w[0] * i[0][0] + w[1] * i[1][0]);
-    const double wq = 4 * 0.5 * (w[0] * i[0][1] + w[1] * i[1][1]);
-    const double v_d = R_ohm * 0.5 * (i[0][0] + i[1][0]) + TRUTH[1] * (i[1][0] - i[0][0]) / DT_S - TRUTH[2] * wq;
-    const double v_q = R_ohm * 0.5 * (i[0][1] + i[1][1]) + TRUTH[2] * (i[1][1] - i[0][1]) / DT_S + TRUTH[1] * wd + 4 * TRUTH[3] * 0.5 * (w[0] + w[1]);
-    double x[] = {v_d, v_q, i[0][0], i[0][1], w[0]};
-    static const double size[] = {2, 2, 1.4, 1.7, 50};
-    for (int n = 0; n < 5 && noise > 0; n++) x[n] += noise * size[n] * random_normal(r);
-    const dqw_sample s = {.v_d_V = (float)x[0], .v_q_V = (float)x[1], .i_d_A = (float)x[2], .i_q_A = (float)x[3], .w_m_rad_s = (float)x[4]};
     return s;
 }
 

@@ -5,7 +5,6 @@ set -u
 BUILD=${BUILD:-build}
 here=$(dirname "$0")
 out=$BUILD/bench/online
-venv=$BUILD/bench/venv-online
 rust=$BUILD/bench/oxictl
 limit=$((60 + 5 * $#))
 [ $# -gt 0 ] || { echo "usage: $0 LOG.csv ..." >&2; exit 2; }
@@ -37,13 +36,8 @@ oxictl() {
 python_peer() {
     peer=$1 module=$2 package=$3
     shift 3
-    command -v python3 >/dev/null || { echo "skipped: $peer (no python3)"; return; }
-    [ -x "$venv/bin/python" ] || python3 -m venv "$venv" >/dev/null 2>&1 ||
-        { echo "skipped: $peer (python3-venv is not installed)"; rm -rf "$venv"; return; }
-    "$venv/bin/python" -c "import $module" 2>/dev/null ||
-        timeout 150 "$venv/bin/python" -m pip install -q --disable-pip-version-check "$package" >"$out/pip_$peer.log" 2>&1 ||
-        { echo "skipped: $peer (pip cannot install it; see $out/pip_$peer.log)"; return; }
-    report "$peer" env OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 "$venv/bin/python" "$here/online.py" "$peer" "$@"
+    python=$(BUILD=$BUILD "$here/package.sh" "$peer" "$module" "$package") || { echo "$python"; return; }
+    report "$peer" env OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 "$python" "$here/online.py" "$peer" "$@"
 }
 
 oxictl "$@"

@@ -2,7 +2,7 @@
 // offers; the error and every weight after every step.
 #include "dqw_learner_q15.h"
 #include "target/hash.h"
-#include "target/stimulus.h"
+#include "target/stimulus_q15.h"
 
 #define INPUTS 4
 
@@ -10,7 +10,7 @@ static void inputs_of(const stimulus *s, int16_t x_q15[INPUTS])
 {
     x_q15[0] = s->i_q_q15;
     x_q15[1] = s->i_d_q15;
-    x_q15[2] = dqw_q15_mul(s->w_m_q15, s->i_d_q15);
+    x_q15[2] = stimulus_product(s->w_m_q15, s->i_d_q15);
     x_q15[3] = s->w_m_q15;
 }
 

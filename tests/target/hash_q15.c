@@ -17,9 +17,9 @@ hash hash_q15(void)
         const unsigned shift = 1u + stimulus_bits(&s) % 29u;
         hash_put(&h, dqw_q_round32(a32 / 2, shift));
         hash_put(&h, dqw_q_round64(a / 2, 2u * shift));
-        hash_put(&h, dqw_q15_mul(dqw_q15_sat(a32), dqw_q15_sat(b32)));
-        hash_put(&h, dqw_q31_mul(a32, b32));
-        hash_put(&h, dqw_q15_from_q31(a32));
+        hash_put(&h, dqw_q30_mul(a32, dqw_q15_sat(b32)));
+        hash_put(&h, dqw_q31_mul(dqw_q28_sat(a32), dqw_q15_sat(b32)));
+        hash_put(&h, dqw_q15_top(a32));
         hash_put(&h, dqw_q_bits64(a));
         hash_put(&h, dqw_q_scale64(a, n));
         hash_put(&h, dqw_q_product64(a, b, n));

@@ -71,15 +71,15 @@ cell() { # PIECE CORE WHICH
         printf ' | %s, %s, %s' "$(value "$2" "$1" flash)" "$(value "$2" "$1" state)" "$(value "$2" "$1" stack)"
     fi
 }
+# Of the last of a few steps, whose instructions stand beside them.
 estimates() {
     said=
-    for arithmetic in float q15; do
-        source=$here/piece_neurons_$arithmetic.c
-        name=$arithmetic
-        [ "$name" != q15 ] || name=Q15
+    echo "$pieces" | while IFS='|' read -r piece _ label; do
+        source=$here/piece_$piece.c
         [ -f "$source" ] || continue
-        cycles=$("$here/mca.sh" "$out" "$here/numbers.c" "$here/stimulus.c" "$source" -DDQW_EFFECT_WEIGHTS=0 "$out/m4f/lib.a" | awk '$1 == "mca_cycles" { print $2 }')
-        [ -z "$cycles" ] || printf '%s' "${said:+, }$name $cycles"
+        cycles=$("$here/mca.sh" "$out" "$here/numbers.c" "$here/stimulus.c" "$source" -DDQW_EFFECT_WEIGHTS=0 -Iexamples "$out/m4f/lib.a" -lm -lc </dev/null |
+            awk '$1 == "mca_instructions" { n = $2 } $1 == "mca_cycles" { print $2 " (" n ")" }')
+        [ -z "$cycles" ] || printf '%s' "${said:+; }$label $cycles"
         said=1
     done
 }
@@ -96,7 +96,7 @@ table() {
     printf '\nUnder QEMU, `make numbers`, `-Os`; arm-none-eabi-gcc %s, riscv64-unknown-elf-gcc %s. Flash holds the compiler'\''s own float where the core has none.\n' \
         "$(version m4f)" "$(version rv32)"
     estimated=$(estimates)
-    [ -z "$estimated" ] || printf 'Cycles of a Cortex-M4 for the neurons, as llvm-mca %s estimates them: %s.\n' "$(llvm-mca --version | sed -n 's/.*LLVM version \([0-9.]*\).*/\1/p')" "$estimated"
+    [ -z "$estimated" ] || printf 'Cycles of a Cortex-M4, as llvm-mca %s estimates them, for a step of so many instructions: %s.\n' "$(llvm-mca --version | sed -n 's/.*LLVM version \([0-9.]*\).*/\1/p')" "$estimated"
 }
 table >"$out/table.md"
 [ $# = 1 ] || {

@@ -2,6 +2,7 @@
 #ifndef TARGET_STIMULUS_Q15_H
 #define TARGET_STIMULUS_Q15_H
 
+#include "dqw_q15.h"
 #include "dqw_scale.h"
 #include "target/stimulus.h"
 
@@ -17,5 +18,8 @@ static inline dqw_sample_q15 stimulus_sample(const stimulus *s)
         .v_d_q15 = s->v_d_q15, .v_q_q15 = s->v_q_q15, .i_d_q15 = s->i_d_q15, .i_q_q15 = s->i_q_q15, .w_m_q15 = s->w_m_q15, .theta_e_turn = s->theta_e_turn};
     return sample;
 }
+
+/// Q15 times Q15, Q15, rounded: speed times current, as firmware makes an input of it.
+static inline int16_t stimulus_product(int16_t a, int16_t b) { return dqw_q15_sat(dqw_q_round32(a * b, 15)); }
 
 #endif

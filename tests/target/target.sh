@@ -30,6 +30,8 @@ row() { # NAME COMMAND...
     row gcc host gcc gcc -O2
     row clang host clang clang -O2
     row gcc-ubsan host gcc-ubsan gcc -O1 -fsanitize=undefined -fno-sanitize-recover=undefined
+    # Stops at an overflow, a shift that C does not define, or a conversion that loses a bit or the sign.
+    row clang-trap host clang-trap clang -O1 -fsanitize=undefined,implicit-conversion -fsanitize-trap=all
     row m0 "$here/run_on.sh" m0 "$out/m0.elf" $sources
 ) &
 (
@@ -37,13 +39,13 @@ row() { # NAME COMMAND...
 ) &
 wait
 
-for machine in gcc clang gcc-ubsan m0 m3 m4f m33 rv32; do
+for machine in gcc clang gcc-ubsan clang-trap m0 m3 m4f m33 rv32; do
     echo "$machine $(cat "$out/$machine.txt.status")"
     cat "$out/$machine.txt"
 done | awk '
     function line(first, cells, i) { printf "%-10s", first; for (i = 1; i <= columns; i++) printf " %16s", cells[i]; print "" }
     # A row begins with its name and its status.
-    NF == 2 && $2 ~ /^[0-9]+$/ && $1 ~ /^(gcc|clang|gcc-ubsan|m0|m3|m4f|m33|rv32)$/ { machine = $1; order[++rows] = $1; status[$1] = $2; next }
+    NF == 2 && $2 ~ /^[0-9]+$/ && $1 ~ /^(gcc|clang|gcc-ubsan|clang-trap|m0|m3|m4f|m33|rv32)$/ { machine = $1; order[++rows] = $1; status[$1] = $2; next }
     NF == 2 && status[machine] == 0 && $2 ~ /^[0-9a-f]+$/ {
         got[machine, $1] = $2
         if (!($1 in right)) { right[$1] = $2; first[$1] = machine; name[++columns] = $1 }

@@ -1,0 +1,89 @@
+#include "q15_config.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "learn_parts.hpp"
+#include "model_config.hpp"
+
+namespace dqw {
+namespace {
+
+struct Nominal {
+    const char* parameter;
+    std::uint32_t dqw_estimator_q15_config::*field;
+    const char *name, *symbol, *unit;
+    double whole;  ///< the field's last place is 1/whole of the unit
+};
+
+constexpr Nominal nominals[] = {{"R_ohm", &dqw_estimator_q15_config::R_uohm, "R_uohm", "R", "ohm", 1e6},
+                                {"Ld_H", &dqw_estimator_q15_config::Ld_nH, "Ld_nH", "L_d", "H", 1e9},
+                                {"Lq_H", &dqw_estimator_q15_config::Lq_nH, "Lq_nH", "L_q", "H", 1e9},
+                                {"psi_Wb", &dqw_estimator_q15_config::psi_nWb, "psi_nWb", "psi", "Wb", 1e9}};
+
+/// What was found in place of what the machine file says.
+void take(const std::vector<Estimate>& found, dqw_estimator_q15_config& c)
+{
+    for (const Estimate& e : found) {
+        if (!std::isfinite(e.value) || !(e.value > 0.0)) continue;
+        if (e.name == "pole_pairs") c.scale.pole_pairs = static_cast<std::uint16_t>(std::lround(e.value));
+        for (const Nominal& n : nominals)
+            if (e.name == n.parameter) c.*n.field = static_cast<std::uint32_t>(std::min(std::round(n.whole * e.value), 4e9));
+    }
+}
+
+std::string formats(const dqw_estimator_q15_config& c)
+{
+    const double v = 1e-3 * c.scale.v_full_mV, i = 1e-3 * c.scale.i_full_mA, w = 1e-3 * c.scale.w_full_mrad_s, dt = 1e-9 * c.scale.dt_ns;
+    std::string out = "//\n// signal            format  full scale            last place\n";
+    const auto signal = [&](const char* name, double full, const char* unit) {
+        out += fmt::format("// {:<17} Q15     {:<21} {:.4g} {}\n", name, fmt::format("{:.6g} {}", full, unit), full / 32768.0, unit);
+    };
+    signal("v_d_q15, v_q_q15", v, "V");
+    signal("i_d_q15, i_q_q15", i, "A");
+    signal("w_m_q15", w, "rad/s");
+    out += "// theta_e_turn      Q16     1 turn                1.526e-05 turn\n";
+    out += "//\n// parameter  estimator's value_q40: 1, last place    tracker's value in Q24: 1, last place\n";
+    const double units[] = {v / i, v * dt / i, v * dt / i, v * dt};
+    for (std::size_t k = 0; k < 4; ++k) {
+        const Nominal& n = nominals[k];
+        const double nominal = c.*n.field / n.whole;
+        out += fmt::format("// {:<10} {:<39}", n.symbol, fmt::format("{:.6g} {}, {:.4g} {}", units[k], n.unit, units[k] * 0x1p-40, n.unit));
+        out += nominal > 0.0 ? fmt::format(" {:.6g} {}, {:.4g} {}\n", nominal, n.unit, nominal * 0x1p-24, n.unit) : std::string(" no nominal value\n");
+    }
+    return out;
+}
+
+}  // namespace
+
+std::string q15_config_text(const std::vector<Log>& logs, const std::vector<Estimate>& found)
+{
+    const Machine& machine = logs.front().machine;
+    dqw_estimator_q15_config c = q15_config_of(logs, {}, machine.pole_pairs.value_or(0.0));
+    take(found, c);
+    std::string names;
+    for (const Log& log : logs) names += (names.empty() ? " " : ", ") + harmless(log.path);
+    std::string out = fmt::format("// Full scales and nominal values for port_q15/, from{}: 1 % above the largest signals. What is beyond a full scale is\n"
+                                  "// counted and not learned: raise one where the drive goes farther; the sizes below go with it.\n"
+                                  "//     static const dqw_estimator_q15_config config = {{DQW_Q15_ESTIMATOR, .stale_limit = 10}};\n",
+                                  names);
+    out += formats(c);
+    out += "#ifndef DQW_Q15_CONFIG_H\n#define DQW_Q15_CONFIG_H\n\n#include \"dqw_estimator_q15.h\"\n#include \"dqw_tracker_q15.h\"\n\n";
+    out += fmt::format("#define DQW_Q15_SCALE \\\n    {{.v_full_mV = {}u, .i_full_mA = {}u, .w_full_mrad_s = {}u, .dt_ns = {}u, .pole_pairs = {}u}}\n\n",
+                       c.scale.v_full_mV, c.scale.i_full_mA, c.scale.w_full_mrad_s, c.scale.dt_ns, c.scale.pole_pairs);
+    std::string values = ".scale = DQW_Q15_SCALE";
+    bool all = c.scale.pole_pairs != 0 && !c.settled;
+    for (const Nominal& n : nominals) {
+        values += fmt::format(", .{} = {}u", n.name, c.*n.field);
+        all = all && c.*n.field != 0;
+    }
+    if (c.half_window != 0) values += fmt::format(", .half_window = {}u", c.half_window);
+    out += fmt::format("// Initialisers; others may follow them.\n#define DQW_Q15_ESTIMATOR \\\n    {}{}\n", values, c.settled ? ", .settled = true" : "");
+    out += all ? fmt::format("#define DQW_Q15_TRACKER \\\n    {}\n", values)
+               : std::string("// No DQW_Q15_TRACKER: it wants a dynamic log, pole pairs and all four nominal values.\n");
+    return out + "\n#endif\n";
+}
+
+}  // namespace dqw

@@ -1,0 +1,18 @@
+// dqw_q15_config.h: full scales, nominal values and Q formats of the fixed-point port, for firmware.
+#ifndef DQW_APP_Q15_CONFIG_HPP
+#define DQW_APP_Q15_CONFIG_HPP
+
+#include <string>
+#include <vector>
+
+#include "log.hpp"
+#include "result.hpp"
+
+namespace dqw {
+
+/// A C99 header for port_q15/: full scales with which `learn --arith q15` learns these logs, nominal values from `found`, else from the logs' machine.
+/// Throws std::invalid_argument (one line) where a signal is more than fixed point takes. Not for mechanical logs.
+std::string q15_config_text(const std::vector<Log>& logs, const std::vector<Estimate>& found);
+
+}  // namespace dqw
+#endif

@@ -1,0 +1,161 @@
+// The header that `learn --arith q15` and `trace` write for port_q15/: it compiles as strict C99, both learners take it, and what its comments say
+// of formats is so.
+#include <cmath>
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "command.hpp"
+#include "unity.h"
+
+void setUp(void) {}
+void tearDown(void) {}
+
+using command::Folder;
+using nlohmann::json;
+
+static void near(double expected, double value, double relative, const std::string& what)
+{
+    const std::string text = what + " is " + std::to_string(value) + ", expected " + std::to_string(expected);
+    TEST_ASSERT_TRUE_MESSAGE(std::abs(value / expected - 1) <= relative, text.c_str());
+}
+
+/// The first number behind `words`, then the `more`-th after it.
+static double number(const std::string& text, const std::string& words, int more = 0)
+{
+    const std::size_t at = text.find(words);
+    TEST_ASSERT_TRUE_MESSAGE(at != std::string::npos, (words + " in\n" + text).c_str());
+    const char* next = text.c_str() + at + words.size();
+    for (int k = 0;; ++k) {
+        next += std::strcspn(next, "0123456789\n");
+        char* end = nullptr;
+        const double x = std::strtod(next, &end);
+        if (k == more) return x;
+        next = end;
+    }
+}
+
+/// Compiles `program` with the header in `folder` and all of port_q15/, and returns what it prints.
+static std::string ran(const Folder& folder, const std::string& program)
+{
+    folder.write("main.c", "#include \"dqw_q15_config.h\"\n#include \"dqw_q15_config.h\"\n#include <stdio.h>\n" + program);
+    const auto build = command::run_program({"sh", "-c",
+                                             "${CC:-cc} -std=c99 -pedantic -Wall -Wextra -Wconversion -Wsign-conversion -Wshadow -Werror -Ilib "
+                                             "-Iport_q15 -I\"$0\" \"$0/main.c\" port_q15/*.c lib/dqw_gate.c lib/dqw_stage.c lib/dqw_change.c -o \"$0/main\"",
+                                             folder / ""});
+    TEST_ASSERT_EQUAL_INT_MESSAGE(0, build.code, build.err.c_str());
+    const auto run = command::run_program({folder / "main"});
+    TEST_ASSERT_EQUAL_INT_MESSAGE(0, run.code, run.err.c_str());
+    return run.out;
+}
+
+static const std::string estimator = "static const dqw_estimator_q15_config config = {DQW_Q15_ESTIMATOR, .stale_limit = 10};\n"
+                                     "static dqw_estimator_q15 e;\n";
+static const std::string print_estimator =
+    "    printf(\"estimator %d stale %u full %u %u %u dt %u p %u nominal %u %u %u %u half %u settled %d\\n\", (int)dqw_estimator_init_q15(&e, &config),\n"
+    "           (unsigned)config.stale_limit, (unsigned)config.scale.v_full_mV, (unsigned)config.scale.i_full_mA, (unsigned)config.scale.w_full_mrad_s,\n"
+    "           (unsigned)config.scale.dt_ns, (unsigned)config.scale.pole_pairs, (unsigned)config.R_uohm, (unsigned)config.Ld_nH, (unsigned)config.Lq_nH,\n"
+    "           (unsigned)config.psi_nWb, (unsigned)config.half_window, (int)config.settled);\n";
+
+static void a_dynamic_log()
+{
+    const Folder folder;
+    const command::Machine m;
+    command::write_log(folder / "joint.csv", 10000, m);
+    const auto run = command::dqwatch({"learn", folder / "joint.csv", "--arith", "q15", "--json", "--pole-pairs", "4", "--out", folder / ""});
+    TEST_ASSERT_EQUAL_INT_MESSAGE(0, run.code, run.err.c_str());
+    const std::string header = command::read_file(folder / "dqw_q15_config.h");
+    const std::string out = ran(
+        folder, estimator +
+                    "static const dqw_tracker_q15_config tracked = {DQW_Q15_TRACKER, .drift_ppm = 10000};\nstatic dqw_tracker_q15 t;\n"
+                    "int main(void)\n{\n" +
+                    print_estimator +
+                    "    printf(\"tracker %d unit %u %u %u %u\\n\", (int)dqw_tracker_init_q15(&t, &tracked),\n"
+                    "           (unsigned)dqw_tracker_unit_q15(&tracked, DQW_TRACK_R_Q15), (unsigned)dqw_tracker_unit_q15(&tracked, DQW_TRACK_LD_Q15),\n"
+                    "           (unsigned)dqw_tracker_unit_q15(&tracked, DQW_TRACK_LQ_Q15), (unsigned)dqw_tracker_unit_q15(&tracked, DQW_TRACK_PSI_Q15));\n"
+                    "    return 0;\n}\n");
+    near(10, number(out, "stale"), 0, "stale limit");
+    TEST_ASSERT_EQUAL_MESSAGE(0, static_cast<int>(number(out, "estimator")), out.c_str());
+    TEST_ASSERT_EQUAL_MESSAGE(0, static_cast<int>(number(out, "tracker")), out.c_str());
+
+    // Full scales hold the log's largest, with 1 % above it; nominal values are those learned.
+    double largest[3] = {0, 0, 0};
+    for (std::size_t k = 0; k < m.period; ++k) {
+        const auto r = m.row(k);
+        largest[0] = std::fmax(largest[0], std::fmax(std::abs(r.v_d_V), std::abs(r.v_q_V)));
+        largest[1] = std::fmax(largest[1], std::fmax(std::abs(r.i_d_A), std::abs(r.i_q_A)));
+        largest[2] = std::fmax(largest[2], std::abs(r.w_m_rad_s));
+    }
+    for (int k = 0; k < 3; ++k) near(1010 * largest[k], number(out, "full", k), 2e-4, "full scale " + std::to_string(k));
+    near(1e5, number(out, "dt"), 1e-9, "dt");
+    near(4, number(out, " p "), 0, "pole pairs");
+    near(20, number(out, "half"), 0, "half a window");
+    const json parameters = json::parse(run.out).at("parameters");
+    const char* const names[] = {"R_ohm", "Ld_H", "Lq_H", "psi_Wb"};
+    const double whole[] = {1e6, 1e9, 1e9, 1e9};
+    for (int k = 0; k < 4; ++k) {
+        near(whole[k] * parameters.at(names[k]).at("value").get<double>(), number(out, "nominal", k), 1e-5, names[k]);
+        near(number(out, "nominal", k), number(out, "unit", k), 1e-9, names[k]);
+    }
+
+    // What the comments say, from the definitions: a signal is x_q15 full / 32768, a parameter's unit is made of the full scales.
+    const double V = 1e-3 * number(out, "full", 0), A = 1e-3 * number(out, "full", 1), W = 1e-3 * number(out, "full", 2);
+    const std::string signal[] = {"// v_d_q15, v_q_q15 ", "// i_d_q15, i_q_q15 ", "// w_m_q15 "};
+    const double full[] = {V, A, W};
+    for (int k = 0; k < 3; ++k) {
+        near(15, number(header, signal[k]), 0, signal[k] + "Q");
+        near(full[k], number(header, signal[k], 1), 1e-5, signal[k] + "full");
+        near(full[k] / 32768, number(header, signal[k], 2), 1e-3, signal[k] + "last place");
+    }
+    const std::string parameter[] = {"\n// R ", "\n// L_d ", "\n// L_q ", "\n// psi "};
+    const double unit[] = {V / A, V * m.dt_s / A, V * m.dt_s / A, V * m.dt_s};
+    for (int k = 0; k < 4; ++k) {
+        const double nominal = number(out, "nominal", k) / whole[k];
+        near(unit[k], number(header, parameter[k], 0), 1e-5, parameter[k]);
+        near(unit[k] / std::pow(2, 40), number(header, parameter[k], 1), 1e-3, parameter[k]);
+        near(nominal, number(header, parameter[k], 2), 1e-5, parameter[k]);
+        near(nominal / std::pow(2, 24), number(header, parameter[k], 3), 1e-3, parameter[k]);
+    }
+}
+
+/// Settled rows of the same machine: no tracker, no period.
+static void settled_rows()
+{
+    const Folder folder;
+    const command::Machine m;
+    std::string log = "v_d_V,v_q_V,i_d_A,i_q_A,w_m_rad_s\n";
+    for (int k = 0; k < 40; ++k) {
+        const double d = -3 + k % 4, q = -4 + k % 9, w = 40 + 7 * (k % 7);
+        log += std::to_string(m.R_ohm * d - m.p * w * m.Lq_H * q) + "," + std::to_string(m.R_ohm * q + m.p * w * (m.Ld_H * d + m.psi_Wb)) + "," +
+               std::to_string(d) + "," + std::to_string(q) + "," + std::to_string(w) + "\n";
+    }
+    folder.write("points *_ of a.csv", log);
+    const auto run = command::dqwatch({"trace", folder / "points *_ of a.csv", "--pole-pairs", "4", "--out", folder / ""});
+    TEST_ASSERT_EQUAL_INT_MESSAGE(0, run.code, run.err.c_str());
+    const std::string out = ran(folder, estimator + "#ifdef DQW_Q15_TRACKER\n#error \"a tracker for settled rows\"\n#endif\nint main(void)\n{\n" +
+                                            print_estimator + "    return 0;\n}\n");
+    TEST_ASSERT_EQUAL_MESSAGE(0, static_cast<int>(number(out, "estimator")), out.c_str());
+    TEST_ASSERT_EQUAL_MESSAGE(1, static_cast<int>(number(out, "settled")), out.c_str());
+    near(1e6 * m.R_ohm, number(out, "nominal", 0), 1e-3, "R");
+    near(1e9 * m.Ld_H, number(out, "nominal", 1), 1e-3, "L_d");
+}
+
+static void only_where_it_is_asked_for()
+{
+    const Folder folder;
+    command::write_log(folder / "joint.csv", 4000);
+    const auto run = command::dqwatch({"learn", folder / "joint.csv", "--pole-pairs", "4", "--out", folder / ""});
+    TEST_ASSERT_EQUAL_INT_MESSAGE(0, run.code, run.err.c_str());
+    TEST_ASSERT_FALSE(std::filesystem::exists(folder / "dqw_q15_config.h"));
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(a_dynamic_log);
+    RUN_TEST(settled_rows);
+    RUN_TEST(only_where_it_is_asked_for);
+    return UNITY_END();
+}
