@@ -15,6 +15,7 @@ namespace dqw {
 Learned learn_electrical(const std::vector<Log>& logs, const LearnOptions& options);
 Learned learn_q15(const std::vector<Log>& logs, const LearnOptions& options);
 Learned learn_mechanical(const std::vector<Log>& logs, const LearnOptions& options);
+Learned learn_mechanical_q15(const std::vector<Log>& logs, const LearnOptions& options);
 
 struct Asked {
     const std::vector<std::string>& names;
