@@ -100,6 +100,8 @@ Learned learn_mechanical_q15(const std::vector<Log>& logs, const LearnOptions& o
     config.J_gmm2 = whole(1e9 * static_cast<double>(nominal(first.machine, options.start, &Machine::J_kgm2)));
     config.B_nNms_rad = whole(1e9 * static_cast<double>(nominal(first.machine, options.start, &Machine::B_Nms_rad)));
     config.half_window = static_cast<std::uint8_t>(std::min<std::uint16_t>(shaft.half_window, DQW_WINDOW_Q15_HALF));
+    // lib/'s threshold, of the largest signal: a coarse encoder puts many blocks right at it.
+    config.excitation_q15 = static_cast<std::uint16_t>(std::lround(0.002 / kRoom * 32768.0));
     // A host has the time to read after every block, as the float learners do.
     config.read_blocks = 1;
     config.effects = list.data();

@@ -146,7 +146,6 @@ enum dqw_status dqw_mechanical_init_q15(dqw_mechanical_q15 *m, const dqw_mechani
     const int64_t standstill_q15 = dqw_q_quotient64(c->standstill_urad_s, (int64_t)c->scale.w_full_mrad_s * 1000, 15);
     n.standstill_q15 = standstill_q15 > INT16_MAX ? INT16_MAX : (int32_t)standstill_q15;
     *m = n;
-    dqw_mechanical_read_q15(m);
     return DQW_OK;
 }
 
