@@ -36,7 +36,7 @@ dqw_torque_q15_config torque_config(const TraceInput& input)
     out.width_urad_s = whole(1e6 * static_cast<double>(c.shape[0]));
     out.fall_urad_s = whole(1e6 * static_cast<double>(c.shape[1]));
     out.periods = c.effect == DQW_EFFECT_COGGING_TORQUE ? static_cast<std::uint16_t>(periods) : std::uint16_t{0};
-    for (int i = 0; i < dqw_torque_weights_q15(c.effect); ++i)
+    for (int i = 0; i < dqw_effect_weights(c.effect); ++i)
         out.start_uNm[i] = static_cast<std::int32_t>(std::clamp(std::round(1e6 * static_cast<double>(c.start[i])), -2e9, 2e9));
     return out;
 }
@@ -136,7 +136,7 @@ Learned learn_mechanical_q15(const std::vector<Log>& logs, const LearnOptions& o
     for (std::size_t n = 0; n < shaft.inputs.size(); n++) {
         InputRead input{shaft.inputs[n], {}, 0};
         input.input.weights.clear();
-        for (int i = 0; i < dqw_torque_weights_q15(list[n].effect); ++i, ++at) {
+        for (int i = 0; i < dqw_effect_weights(list[n].effect); ++i, ++at) {
             const ShaftValue v = value_of(f, at, units.torque_Nm);
             input.input.weights.push_back(v.value);
             input.sd.push_back(v.sd);

@@ -16,19 +16,12 @@ extern "C" {
 #endif
 
 #define DQW_EFFECT_SHAPES 4
-#define DQW_EFFECT_STARTS 5
 
 typedef struct dqw_effect_config {
     enum dqw_effect_name effect;
     float shape[DQW_EFFECT_SHAPES];
     float start[DQW_EFFECT_STARTS];  ///< weights to start from, SI. Never a prior
 } dqw_effect_config;
-
-/// Weights of an effect; 0 where there is no such name.
-int dqw_effect_weights(enum dqw_effect_name name);
-
-/// True for the effects of the shaft.
-bool dqw_effect_is_mechanical(enum dqw_effect_name name);
 
 /// Weights of the whole list, all electrical or all mechanical.
 ///

@@ -1,6 +1,15 @@
-// Names of the effects, for float and fixed point alike.
+// The effects' names, and how many weights each has: integers alone, so that float and fixed point share them.
 #ifndef DQW_EFFECT_NAME_H
 #define DQW_EFFECT_NAME_H
+
+#include <stdbool.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/// Most weights that one effect has.
+#define DQW_EFFECT_STARTS 5
 
 /// Weights in brackets, then the shape: what is assumed of the effect, not learned.
 /// Source   (E51) to (E54) in docs/EQUATIONS.md
@@ -28,4 +37,13 @@ enum dqw_effect_name {
     DQW_EFFECT_NAMES
 };
 
+/// Weights of an effect; 0 where there is no such name.
+int dqw_effect_weights(enum dqw_effect_name name);
+
+/// True for the effects of the shaft.
+bool dqw_effect_is_mechanical(enum dqw_effect_name name);
+
+#ifdef __cplusplus
+}
+#endif
 #endif

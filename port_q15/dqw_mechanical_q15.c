@@ -27,7 +27,7 @@ static enum dqw_status init_effects(dqw_mechanical_q15 *m, const dqw_mechanical_
 {
     if (c->effect_count > 0 && c->effects == NULL) return DQW_ERR_NULL;
     for (int k = 0; k < c->effect_count; k++) {
-        const int weights = dqw_torque_weights_q15(c->effects[k].effect);
+        const int weights = dqw_effect_weights(c->effects[k].effect);
         if (weights > DQW_EFFECT_WEIGHTS - m->weights) return DQW_ERR_SIZE;
         const enum dqw_status status = dqw_torque_init_q15(&m->effect[k], &c->effects[k], c->scale.w_full_mrad_s);
         if (status != DQW_OK) return status;
@@ -45,7 +45,7 @@ static void pair_effects(dqw_mechanical_q15 *m, int16_t w_m_q15, uint16_t theta_
     int at = 0;
     for (int k = 0; k < m->effect_count; k++) {
         dqw_torque_at_q15(&m->effect[k], w_m_q15, theta_m_turn, x_q15 + at);
-        at += dqw_torque_weights_q15((enum dqw_effect_name)m->effect[k].effect);
+        at += dqw_effect_weights((enum dqw_effect_name)m->effect[k].effect);
     }
     for (int i = 0; i < at; i++) {
         pair[PLAIN + i] = m->x_last_q15[i] + x_q15[i];
@@ -58,7 +58,7 @@ static void know_effects(const dqw_mechanical_q15 *m, dqw_friction_q15 *f)
 {
     int first = DQW_FRICTION_Q15_PLAIN;
     for (int k = 0; k < m->effect_count; k++) {
-        const int end = first + dqw_torque_weights_q15((enum dqw_effect_name)m->effect[k].effect);
+        const int end = first + dqw_effect_weights((enum dqw_effect_name)m->effect[k].effect);
         int64_t largest_q40 = 0;
         for (int i = first; i < end; i++) {
             const int64_t size_q40 = f->value_q40[i] < 0 ? -f->value_q40[i] : f->value_q40[i];
@@ -174,7 +174,7 @@ static uint32_t learn(dqw_mechanical_q15 *m, const int32_t sums[], uint16_t weig
     x_q28[at++] = dqw_q31_sat(dqw_q_round64((int64_t)sums[1] * part_q30 * half_of(c), 17));
     x_q28[at++] = mean(sums[2], part_q30, 18);
     if (c->coulomb) x_q28[at++] = mean(sums[3], part_q30, 18);
-    for (int i = 0; at < inputs; i++) x_q28[at++] = mean(sums[PLAIN + i], part_q30, 18);
+    for (int i = 0; i < weights_of(m); i++) x_q28[at++] = mean(sums[PLAIN + i], part_q30, 18);
     const int32_t least_q28 = (c->excitation_q15 != 0 ? c->excitation_q15 : EXCITATION_Q15) * 8192;
     uint32_t mask = 0;
     for (int i = 0; i < inputs; i++)
@@ -221,7 +221,7 @@ uint32_t dqw_mechanical_step_q15(dqw_mechanical_q15 *m, int16_t torque_q15, int1
     uint32_t event = dqw_gate_check(&m->gate, g);
 
     // [MEC.4] the pair that it ends
-    int32_t pair[SIGNALS];
+    int32_t pair[DQW_WINDOW_Q15_SIGNALS];
     const bool good = event == 0;
     const bool paired = good && m->has_last;
     const int32_t direction_q15 = good ? direction(m, w_m_q15) : 0;

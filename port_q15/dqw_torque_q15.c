@@ -74,17 +74,11 @@ static uint32_t fallen(uint32_t fall_q15, uint32_t size_q15)
     return u_q14 > 65535u ? 0u : half_to_the((u_q14 * u_q14) >> 13);
 }
 
-int dqw_torque_weights_q15(enum dqw_effect_name effect)
-{
-    if (effect < DQW_EFFECT_COULOMB_FRICTION || effect >= DQW_EFFECT_NAMES) return 0;
-    return effect == DQW_EFFECT_COGGING_TORQUE ? 2 : 1;
-}
-
 enum dqw_status dqw_torque_init_q15(dqw_torque_q15 *t, const dqw_torque_q15_config *config, uint32_t w_full_mrad_s)
 {
     if (t == NULL || config == NULL) return DQW_ERR_NULL;
     const dqw_torque_q15_config *c = config;
-    if (dqw_torque_weights_q15(c->effect) == 0) return DQW_ERR_RANGE;
+    if (!dqw_effect_is_mechanical(c->effect)) return DQW_ERR_RANGE;
     const bool friction = c->effect <= DQW_EFFECT_STRIBECK_FRICTION;
     const bool falls = c->effect == DQW_EFFECT_STRIBECK_FRICTION;
     const bool cogs = c->effect == DQW_EFFECT_COGGING_TORQUE;

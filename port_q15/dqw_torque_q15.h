@@ -48,9 +48,6 @@ uint32_t dqw_soft_rate_q15(uint32_t width_urad_s, uint32_t w_full_mrad_s);
 /// Context  ISR safe; no state
 int32_t dqw_soft_sign_q15(uint32_t rate_q16, int16_t w_q15);
 
-/// Weights of an effect of the shaft; 0 for any other name.
-int dqw_torque_weights_q15(enum dqw_effect_name effect);
-
 /// Make an effect ready.
 ///
 /// Source   (E54) in docs/EQUATIONS.md
