@@ -74,7 +74,8 @@ std::vector<Plot> compare_plots(const Comparison& c)
             for (double& x : all[i]) x *= factor;
         for (double& x : plot.y_range) x *= factor;
         plot.title = symbol;
-        plot.x_label = regime == Regime::dynamic || regime == Regime::mechanical || all[0].back() != static_cast<double>(all[0].size() - 1) ? "time [s]" : "time or row";
+        plot.x_label = regime == Regime::dynamic || regime == Regime::mechanical || all[0].back() != static_cast<double>(all[0].size() - 1) ? "time [s]"
+                                                                                                                                            : "time or row";
         plot.y_label = fmt::format("{} [{}]", symbol, q.unit);
         plot.series = {"float", "Q15"};
         if (std::isfinite(reference))

@@ -25,7 +25,10 @@ inline std::uint32_t full_scale(double largest, double parts, const char* what, 
 /// A nominal value or shape as a whole number, bounded.
 inline std::uint32_t whole(double x) { return static_cast<std::uint32_t>(std::clamp(std::round(x), 0.0, 4e9)); }
 
-inline std::int16_t q15(double value, double full) { return static_cast<std::int16_t>(std::clamp(std::floor(value / full * 32768.0 + 0.5), -32768.0, 32767.0)); }
+inline std::int16_t q15(double value, double full)
+{
+    return static_cast<std::int16_t>(std::clamp(std::floor(value / full * 32768.0 + 0.5), -32768.0, 32767.0));
+}
 
 inline double si(std::int64_t x_q40, double unit) { return static_cast<double>(x_q40) * 0x1p-40 * unit; }
 

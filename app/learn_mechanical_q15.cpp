@@ -48,10 +48,7 @@ std::uint16_t turn_of(float angle_rad)
 
 double sd_of(std::int64_t sd_q40, double unit) { return sd_q40 == INT64_MAX ? INFINITY : si(sd_q40, unit); }
 
-ShaftValue value_of(const dqw_friction_q15& f, int i, double unit)
-{
-    return {si(f.value_q40[i], unit), sd_of(f.sd_q40[i], unit), (f.known >> i & 1U) != 0};
-}
+ShaftValue value_of(const dqw_friction_q15& f, int i, double unit) { return {si(f.value_q40[i], unit), sd_of(f.sd_q40[i], unit), (f.known >> i & 1U) != 0}; }
 
 /// K_t from the same neuron with one static input.
 class TorqueConstant {

@@ -31,8 +31,7 @@ static enum dqw_status init_effects(dqw_mechanical_q15 *m, const dqw_mechanical_
         if (weights > DQW_EFFECT_WEIGHTS - m->weights) return DQW_ERR_SIZE;
         const enum dqw_status status = dqw_torque_init_q15(&m->effect[k], &c->effects[k], c->scale.w_full_mrad_s);
         if (status != DQW_OK) return status;
-        for (int i = 0; i < weights; i++)
-            start_q40[m->weights++] = dqw_q_quotient64(c->effects[k].start_uNm[i], c->scale.torque_full_uNm, 40);
+        for (int i = 0; i < weights; i++) start_q40[m->weights++] = dqw_q_quotient64(c->effects[k].start_uNm[i], c->scale.torque_full_uNm, 40);
     }
     m->effect_count = c->effect_count;
     return DQW_OK;
@@ -261,7 +260,7 @@ uint32_t dqw_mechanical_background_q15(dqw_mechanical_q15 *m)
     // Volatile, as the flag that guards them.
     const volatile int32_t *from = m->sums;
     int32_t sums[SIGNALS];
-    for (int i = 0; i < PLAIN + weights_of(m); i++) sums[i] = from[i];
+    for (int i = 0; i < SIGNALS; i++) sums[i] = from[i];
     const uint16_t weight = *(const volatile uint16_t *)&m->weight;
     *(volatile bool *)&m->pending = false;
     const uint32_t event = learn(m, sums, weight);

@@ -39,7 +39,7 @@ typedef struct dqw_mechanical_q15_config {
     uint32_t standstill_urad_s;     ///< with coulomb: no friction direction up to this speed
     uint32_t coulomb_width_urad_s;  ///< with coulomb: the direction is tanh(w / width), w_full / 8192 .. 16 w_full; 0: its sign
     uint16_t excitation_q15;        ///< a block's input below this part of its base teaches nothing; 0: 66 (0.002)
-    uint8_t half_window;            ///< pairs in half a block, 1 .. 100; 0: 25
+    uint8_t half_window;            ///< pairs in half a block, 1 .. 100; 0: 25. A fast loop gives means of the torque, and every n-th speed
     uint8_t read_blocks;            ///< blocks between two readings; 0: 4. More cost less, and follow the first blocks later
     bool coulomb;                   ///< learn a friction torque against the motion as well
 #if DQW_EFFECT_WEIGHTS > 0
@@ -87,7 +87,7 @@ typedef struct dqw_mechanical_q15 {
 
 /// Make a mechanical axis for J dw/dt + B w + T_c sign(w) = T.
 ///
-/// Source   (E23), (E70) in docs/EQUATIONS.md
+/// Source   (E23), (E70), (E76) in docs/EQUATIONS.md
 /// Returns  DQW_OK; DQW_ERR_NULL, DQW_ERR_SIZE or DQW_ERR_RANGE, and then *m is untouched
 /// Context  at start; the configuration stays in use as long as the object
 enum dqw_status dqw_mechanical_init_q15(dqw_mechanical_q15 *m, const dqw_mechanical_q15_config *config);

@@ -41,7 +41,7 @@ uint32_t dqw_soft_rate_q15(uint32_t width_urad_s, uint32_t w_full_mrad_s);
 
 /// tanh(w / width)
 ///
-/// Source   (E54) in docs/EQUATIONS.md; tanh x = (1 - e^-2x)/(1 + e^-2x)
+/// Source   (E54), (E76) in docs/EQUATIONS.md
 /// Format   Q15, 1 is 32768
 /// Range    rate_q16 from dqw_soft_rate_q15, any w; wrong by two last places at most
 /// Cost     7 products of 32 by 16 bits, one inverse; no loop
@@ -57,7 +57,7 @@ enum dqw_status dqw_torque_init_q15(dqw_torque_q15 *t, const dqw_torque_q15_conf
 
 /// Torque of one unit of each weight: at speed w_m_q15 and shaft angle theta_m_turn, x_q15[weights of the effect] written.
 ///
-/// Source   (E54) in docs/EQUATIONS.md
+/// Source   (E54), (E76) in docs/EQUATIONS.md
 /// Format   Q15 of w_full, 65536 a turn; x in Q15, 1 is 32768
 /// Range    any; |x| <= 1, wrong by three last places at most
 /// Cost     dqw_soft_sign_q15, and for stribeck_friction 7 products more; dqw_cosine_sine_q15 for cogging_torque

@@ -199,8 +199,11 @@ static void test_mechanical(void)
         {.effect = DQW_EFFECT_COGGING_TORQUE, .periods = 1000, .start_uNm = {INT32_MAX, -1}},
         {.effect = DQW_EFFECT_LOAD_TORQUE},
     };
-    static const dqw_mechanical_scale scale[] = {
-        {1500000, 150000, 1000000}, {1, 150000, 1}, {DQW_MECHANICAL_SCALE_MAX, 150000, 1000000000}, {DQW_MECHANICAL_SCALE_MAX, 150000, 1}, {1, 150000, 1000000000}};
+    static const dqw_mechanical_scale scale[] = {{1500000, 150000, 1000000},
+                                                 {1, 150000, 1},
+                                                 {DQW_MECHANICAL_SCALE_MAX, 150000, 1000000000},
+                                                 {DQW_MECHANICAL_SCALE_MAX, 150000, 1},
+                                                 {1, 150000, 1000000000}};
     for (int s = 0; s < 5; s++)
         for (int mode = 0; mode < 4; mode++) {
             CASE("scale %d, mode %d", s, mode);

@@ -55,7 +55,8 @@ static double value(const json& of, const std::string& name) { return of.at(name
 static double judge(const std::string& log, const std::string& what, const Folder& folder)
 {
     const json result = ran({"compare", log, "--out", folder / "o"}, what);
-    TEST_ASSERT_TRUE_MESSAGE(command::read_file(folder / "o/compare.html").find("\"series\":[\"float\",\"Q15\",\"reference\"]") != std::string::npos, what.c_str());
+    TEST_ASSERT_TRUE_MESSAGE(command::read_file(folder / "o/compare.html").find("\"series\":[\"float\",\"Q15\",\"reference\"]") != std::string::npos,
+                             what.c_str());
     double most = 0.0;
     for (const char* name : {"J_kgm2", "B_Nms_rad"}) {
         const std::string here = what + ", " + name;

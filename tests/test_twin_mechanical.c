@@ -63,7 +63,8 @@ static dqw_mechanical_q15 begin(const dqw_mechanical_q15_config *c)
 static uint32_t step(dqw_mechanical_q15 *m, const dqw_sim_row *r, bool saturated)
 {
     const dqw_mechanical_scale *s = &m->config->scale;
-    return dqw_mechanical_step_q15(m, q15(r->torque_Nm, 1e-6 * s->torque_full_uNm), q15(r->w_m_rad_s, 1e-3 * s->w_full_mrad_s), turn(r->theta_m_rad), saturated);
+    return dqw_mechanical_step_q15(m, q15(r->torque_Nm, 1e-6 * s->torque_full_uNm), q15(r->w_m_rad_s, 1e-3 * s->w_full_mrad_s), turn(r->theta_m_rad),
+                                   saturated);
 }
 
 static double unit_of(const dqw_mechanical_scale *s, int i)
@@ -316,7 +317,7 @@ static void test_a_gap(void)
         off[say] = worst(&m);
     }
     BETWEEN(50.0, off[0], 200.0);  // 94
-    BETWEEN(0.5, off[1], 3.0);   // 1.6: half of the rows
+    BETWEEN(0.5, off[1], 3.0);     // 1.6: half of the rows
 }
 
 // A background that comes for every third block misses two of three, says so, and learns the others as they are.
