@@ -220,7 +220,7 @@ uint32_t dqw_mechanical_step_q15(dqw_mechanical_q15 *m, int16_t torque_q15, int1
     uint32_t event = dqw_gate_check(&m->gate, g);
 
     // [MEC.4] the pair that it ends
-    int32_t pair[DQW_WINDOW_Q15_SIGNALS];
+    int32_t pair[SIGNALS] = {0};
     const bool good = event == 0;
     const bool paired = good && m->has_last;
     const int32_t direction_q15 = good ? direction(m, w_m_q15) : 0;
@@ -231,7 +231,7 @@ uint32_t dqw_mechanical_step_q15(dqw_mechanical_q15 *m, int16_t torque_q15, int1
         pair[3] = direction_q15 + m->direction_last_q15;
     }
     if (good) pair_effects(m, w_m_q15, theta_m_turn, pair);
-    dqw_window_add_q15(&m->window, paired ? pair : NULL, PLAIN + weights_of(m));
+    dqw_window_add_q15(&m->window, paired ? pair : NULL, SIGNALS);
     m->has_last = good;
     m->torque_last_q15 = torque_q15;
     m->w_last_q15 = w_m_q15;
