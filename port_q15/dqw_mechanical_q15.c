@@ -164,16 +164,15 @@ static uint32_t learn(dqw_mechanical_q15 *m, const int32_t sums[], uint16_t weig
 {
     // [MEC.1] the block's inputs, and which of them can teach their weight
     const dqw_mechanical_q15_config *c = m->config;
-    const int inputs = m->axis.normal.inputs;
     // One over the weight is good to 1e-5, and the same for target and inputs: weights do not see it.
     const int32_t part_q30 = (int32_t)(1073741824u / weight);
     int32_t x_q28[INPUTS];
-    int at = 0;
+    int inputs = 0;
     // The step in half a block, so that it keeps its digits: |sum part half| < 2^(46 + 7).
-    x_q28[at++] = dqw_q31_sat(dqw_q_round64((int64_t)sums[1] * part_q30 * half_of(c), 17));
-    x_q28[at++] = mean(sums[2], part_q30, 18);
-    if (c->coulomb) x_q28[at++] = mean(sums[3], part_q30, 18);
-    for (int i = 0; i < weights_of(m); i++) x_q28[at++] = mean(sums[PLAIN + i], part_q30, 18);
+    x_q28[inputs++] = dqw_q31_sat(dqw_q_round64((int64_t)sums[1] * part_q30 * half_of(c), 17));
+    x_q28[inputs++] = mean(sums[2], part_q30, 18);
+    if (c->coulomb) x_q28[inputs++] = mean(sums[3], part_q30, 18);
+    for (int i = 0; i < weights_of(m); i++) x_q28[inputs++] = mean(sums[PLAIN + i], part_q30, 18);
     const int32_t least_q28 = (c->excitation_q15 != 0 ? c->excitation_q15 : EXCITATION_Q15) * 8192;
     uint32_t mask = 0;
     for (int i = 0; i < inputs; i++)
