@@ -63,9 +63,6 @@ int run(const Options& options)
     const std::vector<Log> logs = read_logs({options.log}, options, c.notes);
     const Log& log = logs.front();
     c.nominal = log.machine;
-    if (log.regime == Regime::mechanical)
-        throw InputError(log.path, log.rows() + 1,
-                         "a mechanical log; fixed point learns from voltages and currents: a dynamic, steady or standstill log was expected");
     // What cannot be written is said before the work, not after.
     make_directory(options.out_dir);
     try {
@@ -99,11 +96,11 @@ Command add_compare(CLI::App& app)
 {
     CLI::App* command = app.add_subcommand("compare", "learn a log in float and in fixed point, fit it, and say how far they are apart");
     auto options = std::make_shared<Options>();
-    command->add_option("LOG.csv", options->log, "dynamic, steady or standstill log")->required()->type_name("");
+    command->add_option("LOG.csv", options->log, "log of any regime")->required()->type_name("");
     add_common(*command, *options);
     add_parameters(*command, *options);
     command->footer("Differences are 100 (first - second) / second. One LSB of a parameter is 1/32768 of the unit that the full scales make of it:\n"
-                    "R V/I, L V T/I, psi V T, full scales V, I, sampling period T. Writes compare.html into DIR.\n"
+                    "R V/I, L V T/I, psi V T; J M T/W, B M/W; full scales V, I, torque M, speed W, sampling period T. Writes compare.html into DIR.\n"
                     "Exit code 4: a parameter asked for is not identifiable by all three.");
     return {command, [=] { return run(*options); }};
 }

@@ -15,11 +15,6 @@ constexpr std::size_t most_rows = 2000;
 constexpr double least_span = 0.01, settling = 0.1;
 constexpr double nothing = std::numeric_limits<double>::quiet_NaN();
 
-struct Parameter {
-    const char *name, *title;
-};
-constexpr Parameter parameters[] = {{"R_ohm", "R"}, {"Ld_H", "L_d"}, {"Lq_H", "L_q"}, {"psi_Wb", "psi"}};
-
 double value_of(const Result& result, const char* name)
 {
     for (const Estimate& e : result.parameters)
@@ -63,21 +58,25 @@ std::array<double, 2> range_of(const Columns& c)
 std::vector<Plot> compare_plots(const Comparison& c)
 {
     std::vector<Plot> plots;
-    for (std::size_t k = 0; k < std::size(parameters); ++k) {
-        const double reference = value_of(c.reference, parameters[k].name);
-        if (std::isnan(reference) && std::isnan(value_of(c.single, parameters[k].name)) && std::isnan(value_of(c.fixed, parameters[k].name))) continue;
+    const Regime regime = c.reference.regime;
+    const auto& compared = compared_parameters(regime);
+    for (std::size_t k = 0; k < compared.size(); ++k) {
+        const auto& [name, symbol] = compared[k];
+        const double reference = value_of(c.reference, name);
+        if (std::isnan(reference) && std::isnan(value_of(c.single, name)) && std::isnan(value_of(c.fixed, name))) continue;
         Columns all = columns_of(c, k, reference);
         if (all[0].empty()) continue;
         Plot plot;
         plot.y_range = range_of(all);
-        const Quantity q = quantity(parameters[k].name, std::max(std::fabs(plot.y_range[0]), std::fabs(plot.y_range[1])), 0.0);
-        const double factor = factor_of(q, parameters[k].name);
+        const Quantity q = quantity(name, std::max(std::fabs(plot.y_range[0]), std::fabs(plot.y_range[1])), 0.0);
+        const double factor = factor_of(q, name);
         for (std::size_t i = 1; i < all.size(); ++i)
             for (double& x : all[i]) x *= factor;
         for (double& x : plot.y_range) x *= factor;
-        plot.title = parameters[k].title;
-        plot.x_label = c.reference.regime == Regime::dynamic || all[0].back() != static_cast<double>(all[0].size() - 1) ? "time [s]" : "time or row";
-        plot.y_label = fmt::format("{} [{}]", parameters[k].title, q.unit);
+        plot.title = symbol;
+        plot.x_label = regime == Regime::dynamic || regime == Regime::mechanical || all[0].back() != static_cast<double>(all[0].size() - 1) ? "time [s]"
+                                                                                                                                            : "time or row";
+        plot.y_label = fmt::format("{} [{}]", symbol, q.unit);
         plot.series = {"float", "Q15"};
         if (std::isfinite(reference))
             plot.series.emplace_back("reference");

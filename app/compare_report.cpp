@@ -17,7 +17,6 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr const char* names[] = {"R_ohm", "Ld_H", "Lq_H", "psi_Wb"};
 constexpr double kFullScale = 32768.0;
 /// Decimal places of a percentage.
 constexpr int kPlaces = 4;
@@ -45,10 +44,11 @@ std::string percent(const Result& first, const Result& second, const std::string
 /// Q15 less float, in parts of 1/32768 of the parameter's unit.
 std::string last_places(const Comparison& c, const std::string& name)
 {
-    const auto at = std::find(std::begin(names), std::end(names), name);
+    const auto& all = compared_parameters(c.reference.regime);
+    const auto at = std::find_if(all.begin(), all.end(), [&](const Compared& p) { return p.name == name; });
     const Estimate *a = find(c.fixed, name), *b = find(c.single, name);
-    if (at == std::end(names) || a == nullptr || b == nullptr) return "–";
-    return signed_number((a->value - b->value) / c.unit[static_cast<std::size_t>(at - std::begin(names))] * kFullScale, 2);
+    if (at == all.end() || a == nullptr || b == nullptr) return "–";
+    return signed_number((a->value - b->value) / c.unit[static_cast<std::size_t>(at - all.begin())] * kFullScale, 2);
 }
 
 /// Heading first.
@@ -74,13 +74,16 @@ std::vector<std::vector<std::string>> table_rows(const Comparison& c)
 
 std::string about_last_places(const Comparison& c)
 {
-    std::string out = "1 LSB is 1/32768 of";
-    for (std::size_t k = 0; k < 4; ++k) {
-        const Quantity q = quantity(names[k], c.unit[k], 0.0);
-        out += fmt::format("{} {} {}", k ? "," : "", q.value, q.unit);
+    const Regime regime = c.reference.regime;
+    const auto& all = compared_parameters(regime);
+    std::string units, symbols;
+    for (std::size_t k = 0; k < all.size(); ++k) {
+        const Quantity q = quantity(all[k].name, c.unit[k], 0.0);
+        units += fmt::format("{}{} {}", k ? ", " : "", q.value, q.unit);
+        symbols += (k ? ", " : "") + std::string(all[k].symbol);
     }
-    return out + ": the unit that the full scales make of R, L_d, L_q, psi" +
-           (c.reference.regime == Regime::dynamic ? "" : ", with 1 µs as the period of settled rows");
+    const bool timed = regime == Regime::dynamic || regime == Regime::mechanical;
+    return "1 LSB is 1/32768 of " + units + ": the unit that the full scales make of " + symbols + (timed ? "" : ", with 1 µs as the period of settled rows");
 }
 
 std::vector<std::string> missing(const Comparison& c)
@@ -105,7 +108,7 @@ Json differences(const Result& first, const Result& second)
 std::pair<const char*, double> worst(const Result& first, const Result& second)
 {
     std::pair<const char*, double> out{nullptr, 0.0};
-    for (const char* name : names)
+    for (const auto& [name, symbol] : compared_parameters(first.regime))
         if (const auto d = difference_percent(first, second, name))
             if (out.first == nullptr || std::fabs(*d) > std::fabs(out.second)) out = {name, *d};
     return out;
@@ -118,6 +121,13 @@ std::string apart(const char* what, const std::pair<const char*, double>& w)
 }
 
 }  // namespace
+
+const std::vector<Compared>& compared_parameters(Regime regime)
+{
+    static const std::vector<Compared> electrical = {{"R_ohm", "R"}, {"Ld_H", "L_d"}, {"Lq_H", "L_q"}, {"psi_Wb", "psi"}};
+    static const std::vector<Compared> mechanical = {{"J_kgm2", "J"}, {"B_Nms_rad", "B"}};
+    return regime == Regime::mechanical ? mechanical : electrical;
+}
 
 std::optional<double> difference_percent(const Result& first, const Result& second, const std::string& parameter)
 {

@@ -13,7 +13,15 @@
 
 namespace dqw {
 
-/// R, L_d, L_q, psi after a block.
+/// A parameter of which units and blocks tell, and its symbol.
+struct Compared {
+    const char *name, *symbol;
+};
+
+/// R, L_d, L_q, psi; of a mechanical log J and B. In the order of units and blocks.
+const std::vector<Compared>& compared_parameters(Regime regime);
+
+/// They after a block.
 struct BlockPoint {
     double t_s;
     std::array<double, 4> value;
@@ -23,7 +31,7 @@ struct Comparison {
     std::string log;
     Machine nominal;
     Result reference, single, fixed;    ///< `single`: in float
-    std::array<double, 4> unit{};       ///< of R, L_d, L_q, psi: what 1 stands for in fixed point
+    std::array<double, 4> unit{};       ///< of compared_parameters(): what 1 stands for in fixed point
     std::vector<BlockPoint> blocks[2];  ///< float's, Q15's
     std::vector<std::string> notes;
 };

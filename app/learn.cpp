@@ -109,8 +109,8 @@ Learned learn_all(const std::vector<Log>& logs, const LearnOptions& options)
     check(logs, options);
     if (options.heldout_row != nullptr && options.heldout_row->size() != all_rows(logs))
         throw std::invalid_argument("not one mark for each row of what is held out");
-    if (options.fixed_point) return learn_q15(logs, options);
-    return logs.front().regime == Regime::mechanical ? learn_mechanical(logs, options) : learn_electrical(logs, options);
+    if (logs.front().regime == Regime::mechanical) return options.fixed_point ? learn_mechanical_q15(logs, options) : learn_mechanical(logs, options);
+    return options.fixed_point ? learn_q15(logs, options) : learn_electrical(logs, options);
 }
 
 Result learn(const std::vector<Log>& logs, const LearnOptions& options) { return learn_all(logs, options).result; }

@@ -21,7 +21,7 @@ struct LearnOptions {
     const std::vector<char>* heldout_row = nullptr;  ///< one for each row of all logs: 1 where nothing may be learned
     std::function<void(double)> progress = {};       ///< called with 0..1 now and then
     bool fixed_point = false;                        ///< port_q15/ in place of lib/
-    /// Called after each block of an electrical log with its time and R, L_d, L_q, psi as they are then.
+    /// Called after each block with its time and R, L_d, L_q, psi as they are then; of a mechanical log J and B.
     std::function<void(double, const std::array<double, 4>&)> block = {};
 };
 
@@ -31,7 +31,7 @@ struct Learned {
     std::vector<TraceEffect> effects;  ///< those that the logs determine; the others are in result.not_identifiable
     std::vector<TraceInput> inputs;    ///< as learned, shapes completed: what `LearnOptions::inputs` asked for
     PlainModel model;                  ///< every value, also of what is not identifiable
-    std::array<double, 4> unit{};      ///< of R, L_d, L_q, psi: what 1 stands for in fixed point; zero in float
+    std::array<double, 4> unit{};      ///< of R, L_d, L_q, psi, or J, B: what 1 stands for in fixed point; zero in float
 };
 
 /// One pass of the learners over all logs, one after the other, as if each followed a gap.

@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include "dqw_estimator_q15.h"
+#include "fixed_point.hpp"
 #include "learn_parts.hpp"
 #include "learn_residual.hpp"
 #include "learn_signals.hpp"
@@ -12,33 +13,16 @@
 namespace dqw {
 namespace {
 
-// Full scales leave so much room above the largest signal.
-constexpr double kRoom = 1.01;
-constexpr double kOne = 32768.0;
-
 const char* const names[] = {"R_ohm", "Ld_H", "Lq_H", "psi_Wb"};
 const char* const excitations[] = {"a current of several levels on either axis, best at low speed",
                                    "a varying i_d, or a turning machine with i_d at several levels",
                                    "a varying i_q, or a turning machine with i_q at several levels",
                                    "a turning machine with i_d and i_q at several levels, and pole_pairs where they cannot be found"};
 
-std::uint32_t milli(double largest, const char* what, std::uint32_t most)
-{
-    const double full = std::ceil(1e3 * kRoom * largest);
-    if (!(full <= most)) throw std::invalid_argument(fmt::format("{} up to {:.4g} is more than fixed point takes: {}", what, largest, 1e-3 * most));
-    return static_cast<std::uint32_t>(std::max(full, 1.0));
-}
-
-std::uint32_t whole(double nominal) { return static_cast<std::uint32_t>(std::clamp(std::round(nominal), 0.0, 4e9)); }
-
-std::int16_t q15(double value, double full) { return static_cast<std::int16_t>(std::clamp(std::floor(value / full * kOne + 0.5), -kOne, kOne - 1.0)); }
-
 /// Full scales in SI, and what one unit of each parameter is.
 struct Units {
     double v_V, i_A, w_rad_s, parameter[DQW_PARAMETERS_Q15];
 };
-
-double si(std::int64_t x_q40, double unit) { return static_cast<double>(x_q40) * 0x1p-40 * unit; }
 
 Units units_of(const dqw_scale& scale)
 {
@@ -54,9 +38,9 @@ dqw_estimator_q15_config config_of(const std::vector<Log>& logs, const LearnOpti
     c.settled = is_static;
     // A host has the time to read after every block, as the float learners do.
     c.read_blocks = 1;
-    c.scale.v_full_mV = milli(largest(logs, &Log::v_d_V, &Log::v_q_V), "a voltage", DQW_SCALE_MAX);
-    c.scale.i_full_mA = milli(largest(logs, &Log::i_d_A, &Log::i_q_A), "a current", DQW_SCALE_MAX);
-    c.scale.w_full_mrad_s = milli(largest(logs, &Log::w_m_rad_s, &Log::w_m_rad_s), "a speed", DQW_SCALE_MAX);
+    c.scale.v_full_mV = full_scale(largest(logs, &Log::v_d_V, &Log::v_q_V), 1e3, "a voltage", DQW_SCALE_MAX);
+    c.scale.i_full_mA = full_scale(largest(logs, &Log::i_d_A, &Log::i_q_A), 1e3, "a current", DQW_SCALE_MAX);
+    c.scale.w_full_mrad_s = full_scale(largest(logs, &Log::w_m_rad_s, &Log::w_m_rad_s), 1e3, "a speed", DQW_SCALE_MAX);
     // Settled rows have no period: a microsecond keeps inductances and flux of settled rows in range.
     c.scale.dt_ns = is_static ? 1000U : static_cast<std::uint32_t>(std::clamp(std::round(1e9 * first.dt_s), 1.0, 1e9));
     c.scale.pole_pairs = static_cast<std::uint16_t>(pole_pairs);
@@ -98,8 +82,6 @@ void put(const dqw_parameters_q15& p, const Units& units, const Asked& asked, bo
 Learned learn_q15(const std::vector<Log>& logs, const LearnOptions& options)
 {
     const Log& first = logs.front();
-    if (first.regime == Regime::mechanical)
-        throw std::invalid_argument("a mechanical log; the fixed-point learners take voltages and currents. Leave --arith q15 out");
     if (!options.inputs.empty()) throw std::invalid_argument("effects are not in the fixed-point learners yet. Leave --arith q15 out");
     const std::optional<double> said = first.machine.pole_pairs ? first.machine.pole_pairs : options.start.pole_pairs;
     const dqw_estimator_q15_config config = config_of(logs, options, said.value_or(0.0));

@@ -132,6 +132,7 @@ static float direction(const dqw_mechanical *m, float w)
 
 static uint32_t learn(dqw_mechanical *m, const float block[SIGNALS])
 {
+    // [MEC.1] the block's inputs, and which of them can teach their weight
     const dqw_learner *l = &m->axis.neuron;
     const int first = m->coulomb ? 3 : 2;
     const uint32_t inputs = l->inputs;
@@ -142,6 +143,8 @@ static uint32_t learn(dqw_mechanical *m, const float block[SIGNALS])
         if (fabsf(x[i]) * l->x_scale[i] >= m->excitation_pu) mask |= 1u << i;
     const uint32_t event = mask != (1u << inputs) - 1u ? (uint32_t)DQW_EVENT_UNEXCITED : 0u;
     if (mask == 0) return event;
+
+    // [MEC.2] one neuron for all of the shaft
     if (m->gate.blocks < UINT32_MAX) m->gate.blocks++;
     (void)dqw_axis_learn(&m->axis, x, block[0], mask);
     return event | DQW_EVENT_LEARNED;
@@ -154,10 +157,12 @@ uint32_t dqw_mechanical_step(dqw_mechanical *m, float torque_Nm, float w_m_rad_s
 
 uint32_t dqw_mechanical_step_at(dqw_mechanical *m, float torque_Nm, float w_m_rad_s, float theta_m_rad)
 {
+    // [MEC.3] may this sample be learned
     const dqw_gate_sample g = {.finite = isfinite(torque_Nm) && isfinite(w_m_rad_s) && finite_for_effects(m, theta_m_rad),
                                .saturated = fabsf(torque_Nm) > m->torque_limit_Nm || fabsf(w_m_rad_s) > m->w_limit_rad_s};
     uint32_t event = dqw_gate_check(&m->gate, g);
-    float block[SIGNALS];
+
+    // [MEC.4] the pair that it ends
     float pair[SIGNALS];
     const bool paired = event == 0 && m->has_last;
     if (paired) {
@@ -167,10 +172,13 @@ uint32_t dqw_mechanical_step_at(dqw_mechanical *m, float torque_Nm, float w_m_ra
         pair[3] = 0.5f * (direction(m, w_m_rad_s) + direction(m, m->w_last_rad_s));
     }
     if (event == 0) pair_effects(m, w_m_rad_s, theta_m_rad, pair);
-    const uint32_t window = dqw_window_step(&m->window, paired ? pair : NULL, block);
     m->has_last = event == 0;
     m->torque_last_Nm = torque_Nm;
     m->w_last_rad_s = w_m_rad_s;
+
+    // [MEC.5] a block, where half a window is full
+    float block[SIGNALS];
+    const uint32_t window = dqw_window_step(&m->window, paired ? pair : NULL, block);
     if (window == DQW_EVENT_LEARNED) {
         event |= learn(m, block);
     } else if (window == DQW_EVENT_INCOMPLETE) {

@@ -1,5 +1,6 @@
 // Any bit patterns into every step of the fixed-point learners: no trap, and afterwards each object still learns a clean signal.
 #include "dqw_learner_q15.h"
+#include "dqw_mechanical_q15.h"
 #include "dqw_ordinal_q15.h"
 #include "dqw_random_q15.h"
 #include "dqw_test.h"
@@ -188,6 +189,69 @@ static void test_long_epochs(void)
     }
 }
 
+// Any samples at any scale, with every effect of the shaft; then a clean shaft in the same object.
+static void test_mechanical(void)
+{
+    static const dqw_torque_q15_config effects[] = {
+        {.effect = DQW_EFFECT_COULOMB_FRICTION, .width_urad_s = 1000000, .start_uNm = {INT32_MIN}},
+        {.effect = DQW_EFFECT_DIRECTION_ASYMMETRY, .width_urad_s = 1000000},
+        {.effect = DQW_EFFECT_STRIBECK_FRICTION, .width_urad_s = 20000, .fall_urad_s = 2000000},
+        {.effect = DQW_EFFECT_COGGING_TORQUE, .periods = 1000, .start_uNm = {INT32_MAX, -1}},
+        {.effect = DQW_EFFECT_LOAD_TORQUE},
+    };
+    static const dqw_mechanical_scale scale[] = {{1500000, 150000, 1000000},
+                                                 {1, 150000, 1},
+                                                 {DQW_MECHANICAL_SCALE_MAX, 150000, 1000000000},
+                                                 {DQW_MECHANICAL_SCALE_MAX, 150000, 1},
+                                                 {1, 150000, 1000000000}};
+    for (int s = 0; s < 5; s++)
+        for (int mode = 0; mode < 4; mode++) {
+            CASE("scale %d, mode %d", s, mode);
+            dqw_mechanical_q15_config c = {.scale = scale[s], .half_window = mode & 1 ? 100 : 3, .read_blocks = 16, .coulomb = true};
+            c.coulomb_width_urad_s = mode & 2 ? 300000 : 0;
+            c.effects = effects;
+            c.effect_count = mode & 2 ? 5 : 0;
+            dqw_mechanical_q15 m;
+            const enum dqw_status status = dqw_mechanical_init_q15(&m, &c);
+            // Starts of 2 kNm are too many of the smallest full scale.
+            if (scale[s].torque_full_uNm == 1 && c.effect_count > 0) {
+                TEST_ASSERT_EQUAL_INT(DQW_ERR_RANGE, status);
+                continue;
+            }
+            TEST_ASSERT_EQUAL_INT(DQW_OK, status);
+            test_random r = {(uint64_t)(40 + 4 * s + mode)};
+            int16_t torque = 0;
+            int16_t w = 0;
+            for (int k = 0; k < scaled(steps) / 8; k++) {
+                // Some stay where they are: whole windows of edges, and of nothing.
+                if (random_bits(&r) % 64 != 0 || k % 3000 < 1500) {
+                    torque = bits(&r);
+                    w = bits(&r);
+                }
+                (void)dqw_mechanical_step_q15(&m, torque, w, (uint16_t)random_bits(&r), random_bits(&r) % 50 == 0);
+                if (random_bits(&r) % 8 != 0) (void)dqw_mechanical_background_q15(&m);
+                if (random_bits(&r) % 5000 == 0) dqw_mechanical_gap_q15(&m);
+                if (random_bits(&r) % 1000 == 0) dqw_mechanical_read_q15(&m);
+            }
+            dqw_mechanical_read_q15(&m);
+            if (s != 0) continue;
+            // The sums keep all that they learned: a new one on the same memory starts clean.
+            c.effect_count = 0;
+            TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_mechanical_init_q15(&m, &c));
+            for (int k = 0; k < 20000; k++) {
+                const double angle = 0.01 * k;
+                const double speed = 5000 + 24000 * sin(angle);
+                const double drag = 12000 * cos(angle + 0.005) + 0.25 * speed + (speed > 0 ? 1000 : -1000);
+                (void)dqw_mechanical_step_q15(&m, (int16_t)lrint(drag), (int16_t)lrint(speed), 0, false);
+                (void)dqw_mechanical_background_q15(&m);
+            }
+            dqw_mechanical_read_q15(&m);
+            HOLDS((m.friction.known & 3u) == 3u);
+            BETWEEN(0.245, ldexp((double)m.friction.value_q40[DQW_B_Q15], -40), 0.255);
+            BETWEEN(49.0, ldexp((double)m.friction.value_q40[DQW_J_Q15], -40), 51.0);  // 12000 / (24000 0.01)
+        }
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -197,5 +261,6 @@ int main(void)
     RUN_TEST(test_random_learner);
     RUN_TEST(test_ordinal);
     RUN_TEST(test_long_epochs);
+    RUN_TEST(test_mechanical);
     return UNITY_END();
 }

@@ -114,9 +114,6 @@ static void exit_code_4_where_one_of_them_cannot_tell(void)
 static void bad_input_is_one_line_and_exit_code_3(void)
 {
     const Folder folder;
-    std::string mechanical = "t_s,w_m_rad_s,torque_Nm\n";
-    for (int k = 0; k < 500; ++k)
-        mechanical += std::to_string(1e-3 * k) + "," + std::to_string(10 * std::sin(0.05 * k)) + "," + std::to_string(std::cos(0.05 * k)) + "\n";
     command::write_log(folder / "huge.csv", 3000);
     folder.write("huge.toml", "[columns]\nv_d_V = { from = \"v_d_V\", scale = 1e6 }\n");
     const struct {
@@ -124,7 +121,6 @@ static void bad_input_is_one_line_and_exit_code_3(void)
         const char* says;
     } bad[] = {{folder.write("empty.csv", ""), ":1: "},
                {folder / "absent.csv", ":0: "},
-               {folder.write("mechanical.csv", mechanical), ":501: a mechanical log"},
                {folder.write("nan.csv", "t_s,v_d_V,v_q_V,i_d_A,i_q_A,w_m_rad_s\n0,1,2,three,4,5\n"), ":2: "},
                {folder / "huge.csv", ":3001: a voltage up to"}};
     for (const auto& b : bad) {
@@ -181,7 +177,7 @@ static Worst over_scenarios(const char* noise)
     const json list = json::parse(command::dqwatch({"sim", "--list", "--json"}).out);
     for (const auto& scenario : list.at("scenarios")) {
         const std::string name = scenario.at("name"), regime = scenario.at("regime");
-        if (regime == "mechanical") continue;
+        if (regime == "mechanical") continue;  // test_cli_mechanical_q15
         std::vector<std::string> args = {"sim", name, "--out", folder / "", "--set", std::string("noise=") + noise};
         // Faults begin at 1 s.
         if (regime == "dynamic" && scenario.at("rows").get<long>() > 1000) args.insert(args.end(), {"--set", "duration_s=2"});
@@ -218,7 +214,7 @@ static void fixed_point_follows_float_on_measured_logs(void)
     for (const auto& file : fs::directory_iterator(command::environment("DATA", "../shared/data"), error)) {
         std::string header;
         std::getline(std::ifstream(file.path()), header);
-        // Flux maps are no logs; friction logs have no voltages.
+        // Flux maps are no logs; friction logs are test_cli_mechanical_q15's.
         if (file.path().extension() != ".csv" || header.find("psi_d_Wb") != header.npos || header.find("v_d_V") == header.npos) continue;
         const Outcome run = command::dqwatch({"compare", file.path().string(), "--json", "--out", folder / "o"});
         TEST_ASSERT_TRUE_MESSAGE(run.code == 0 || run.code == 4, (file.path().string() + ": " + run.err).c_str());

@@ -1,5 +1,6 @@
 // The normal equations in integers beside the covariance form in double, row by row: growth, near-singular inputs, full sums, refusals.
 #include "dqw_normal_q15.h"
+#include "dqw_q15.h"
 #include "dqw_test.h"
 
 void setUp(void) { test_case[0] = 0; }
@@ -257,6 +258,55 @@ static void test_full_sums_halve(void)
     BETWEEN(1, halved, 1);
 }
 
+// Rows of every rank and size, with inputs that follow others but for a last place; and sums that no rows make. Nothing overflows, and what
+// is said to be learned has a finite variance.
+static void test_any_sums(void)
+{
+    test_random r = {91};
+    int tied = 0;
+    int learned = 0;
+    for (int k = 0; k < scaled(20000); k++) {
+        const int n = 1 + (int)(random_bits(&r) % DQW_NORMAL_INPUTS);
+        const int rank = 1 + (int)(random_bits(&r) % (unsigned)n);
+        int64_t prior[DQW_NORMAL_INPUTS];
+        int64_t start[DQW_NORMAL_INPUTS];
+        for (int i = 0; i < n; i++) {
+            prior[i] = PRIOR_Q32;
+            start[i] = dqw_q_signed32((uint32_t)random_bits(&r));
+        }
+        dqw_normal_q15 s;
+        TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_normal_init_q15(&s, n, prior, start));
+        const unsigned small = (unsigned)(random_bits(&r) % 20);
+        for (int row = 0; row < 30; row++) {
+            int32_t x[DQW_NORMAL_INPUTS];
+            int32_t before = 0;
+            for (int i = 0; i < n; i++) {
+                const int32_t any = dqw_q_signed32((uint32_t)random_bits(&r)) / 2;
+                // Followers of an input; or each nearly what the one before it was apart by: of such, none alone is near another.
+                if (k % 3 == 1)
+                    x[i] = i < rank ? any / (1 << random_bits(&r) % 20) : x[i - rank] / 2 + any / (1 << (8 + small));
+                else
+                    x[i] = i == 0 ? any : before + any / (1 << small);
+                before = any;
+            }
+            dqw_normal_add_q15(&s, x, dqw_q_signed32((uint32_t)random_bits(&r)));
+        }
+        if (k % 3 == 0)
+            for (int i = 0; i < n * (n + 1) / 2; i++) s.a_q32[i] = dqw_q_signed32((uint32_t)random_bits(&r)) * ((int64_t)1 << random_bits(&r) % 30);
+        dqw_solution_q15 out;
+        dqw_normal_solve_q15(&s, start, &out);
+        HOLDS(out.left_q32 >= 0);
+        for (int i = 0; i < n; i++) {
+            HOLDS(out.cov_q40[i] >= 0);
+            if ((out.out >> i & 1u) != 0) TEST_ASSERT_EQUAL_INT64(start[i], out.w_q40[i]);
+            if (k % 3 == 0) continue;
+            tied += out.cov_q40[i] == INT64_MAX;
+            learned += out.cov_q40[i] != INT64_MAX;
+        }
+    }
+    HOLDS(tied > 0 && learned > 0);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -265,5 +315,6 @@ int main(void)
     RUN_TEST(test_growth_moves_no_value);
     RUN_TEST(test_near_singular_inputs_are_left_out);
     RUN_TEST(test_full_sums_halve);
+    RUN_TEST(test_any_sums);
     return UNITY_END();
 }

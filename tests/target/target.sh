@@ -7,7 +7,9 @@ here=$(dirname "$0")
 out=${BUILD:-build}/target_q15
 rm -rf "$out"
 mkdir -p "$out"
-sources="$here/hash*.c $here/stimulus.c port_q15/*.c lib/dqw_gate.c lib/dqw_stage.c lib/dqw_change.c lib/dqw_watch.c"
+sources="$here/hash*.c $here/stimulus.c port_q15/*.c lib/dqw_gate.c lib/dqw_stage.c lib/dqw_change.c lib/dqw_watch.c lib/dqw_effect_name.c"
+# The smallest board has 16 kB for the objects of all modules and the stack.
+room=-DDQW_EFFECT_WEIGHTS=6
 
 host() { # NAME COMPILER FLAGS...
     name=$1 compiler=$2
@@ -17,7 +19,7 @@ host() { # NAME COMPILER FLAGS...
         return 77
     }
     # shellcheck disable=SC2086
-    "$compiler" -std=c99 "$@" -I"$here/.." -Ilib -Iport_q15 $sources "$here/say.c" -o "$out/$name" && "$out/$name"
+    "$compiler" -std=c99 "$@" $room -I"$here/.." -Ilib -Iport_q15 $sources "$here/say.c" -o "$out/$name" && "$out/$name"
 }
 row() { # NAME COMMAND...
     file=$out/$1.txt
@@ -32,10 +34,10 @@ row() { # NAME COMMAND...
     row gcc-ubsan host gcc-ubsan gcc -O1 -fsanitize=undefined -fno-sanitize-recover=undefined
     # Stops at an overflow, a shift that C does not define, or a conversion that loses a bit or the sign.
     row clang-trap host clang-trap clang -O1 -fsanitize=undefined,implicit-conversion -fsanitize-trap=all
-    row m0 "$here/run_on.sh" m0 "$out/m0.elf" $sources
+    row m0 "$here/run_on.sh" m0 "$out/m0.elf" $sources $room
 ) &
 (
-    for core in m3 m4f m33 rv32; do row $core "$here/run_on.sh" $core "$out/$core.elf" $sources; done
+    for core in m3 m4f m33 rv32; do row $core "$here/run_on.sh" $core "$out/$core.elf" $sources $room; done
 ) &
 wait
 
