@@ -6,55 +6,54 @@
 #include <stdexcept>
 
 #include "dqw_monitor_q15.h"
+#include "fixed_point.hpp"
 #include "monitor_engine.hpp"
 
 namespace dqw {
 namespace {
 
 // Full scales are so many bases: what a fault makes of a signal still fits.
-constexpr double kRoom = 1.5;
+constexpr double kFaultRoom = 1.5;
 constexpr double kOneQ24 = 0x1p24, kOneQ28 = 0x1p28;
 // What 1 of dqw_tracker_unit_q15() is: uOhm, nH, nH, nWb, uV, nWb.
 constexpr std::array<double, DQW_TRACK_WEIGHTS> kUnit = {1e-6, 1e-9, 1e-9, 1e-9, 1e-6, 1e-9};
 
 double si(float x) { return static_cast<double>(x); }
 
-std::uint32_t whole(double x, const char* what, double most = 4e9)
+std::uint32_t positive(double x, const char* what, double most = 4e9)
 {
     if (!(std::round(x) >= 1.0 && x <= most)) throw std::invalid_argument(fmt::format("{} is beyond what fixed point takes", what));
     return static_cast<std::uint32_t>(std::round(x));
 }
-
-std::int16_t q15(double value, double full) { return static_cast<std::int16_t>(std::clamp(std::floor(value / full * 32768.0 + 0.5), -32768.0, 32767.0)); }
 
 dqw_monitor_q15_config config_of(const dqw_monitor_config& from)
 {
     const dqw_tracker_config& f = from.tracker;
     dqw_monitor_q15_config c{};
     dqw_tracker_q15_config& t = c.tracker;
-    t.scale.v_full_mV = whole(1e3 * kRoom * si(f.v_base_V), "the voltage", DQW_SCALE_MAX);
-    t.scale.i_full_mA = whole(1e3 * kRoom * si(f.i_base_A), "the current", DQW_SCALE_MAX);
-    t.scale.w_full_mrad_s = whole(1e3 * kRoom * si(f.w_base_rad_s), "the speed", DQW_SCALE_MAX);
-    t.scale.dt_ns = whole(1e9 * si(f.dt_s), "the period", 1e9);
+    t.scale.v_full_mV = positive(1e3 * kFaultRoom * si(f.v_base_V), "the voltage", DQW_SCALE_MAX);
+    t.scale.i_full_mA = positive(1e3 * kFaultRoom * si(f.i_base_A), "the current", DQW_SCALE_MAX);
+    t.scale.w_full_mrad_s = positive(1e3 * kFaultRoom * si(f.w_base_rad_s), "the speed", DQW_SCALE_MAX);
+    t.scale.dt_ns = positive(1e9 * si(f.dt_s), "the period", 1e9);
     t.scale.pole_pairs = f.pole_pairs;
-    t.R_uohm = whole(1e6 * si(f.R_ohm), "R_ohm");
-    t.Ld_nH = whole(1e9 * si(f.Ld_H), "Ld_H");
-    t.Lq_nH = whole(1e9 * si(f.Lq_H), "Lq_H");
-    t.psi_nWb = whole(1e9 * si(f.psi_Wb), "psi_Wb");
-    t.dead_time_width_mA = f.angle ? whole(std::max(1e3 * si(f.dead_time_width_A), 1.0), "the width of dead time") : 0;
-    t.drift_ppm = static_cast<std::uint32_t>(std::round(1e6 * si(f.drift_per_sqrt_s)));
+    t.R_uohm = positive(1e6 * si(f.R_ohm), "R_ohm");
+    t.Ld_nH = positive(1e9 * si(f.Ld_H), "Ld_H");
+    t.Lq_nH = positive(1e9 * si(f.Lq_H), "Lq_H");
+    t.psi_nWb = positive(1e9 * si(f.psi_Wb), "psi_Wb");
+    t.dead_time_width_mA = f.angle ? positive(std::max(1e3 * si(f.dead_time_width_A), 1.0), "the width of dead time") : 0;
+    t.drift_ppm = whole(1e6 * si(f.drift_per_sqrt_s));
     t.stale_limit = f.stale_limit;
     t.half_window = static_cast<std::uint8_t>(std::min<std::uint32_t>(f.half_window, DQW_WINDOW_Q15_HALF));
     t.angle = f.angle;
     t.noise_on_inputs = f.noise_on_inputs;
     // The same in volts, amperes and newton metres as with the bases.
-    t.excitation_q15 = static_cast<std::uint16_t>(std::round(0.01 / kRoom * 32768.0));
-    c.band_ppm[DQW_WATCH_DEAD_TIME] = static_cast<std::uint32_t>(std::round(5000.0 / kRoom));
-    c.band_ppm[DQW_WATCH_OFFSET] = static_cast<std::uint32_t>(std::round(10000.0 / kRoom));
-    c.band_ppm[DQW_WATCH_FRICTION] = static_cast<std::uint32_t>(std::round(50000.0 / kRoom));
-    c.threshold_ppm = static_cast<std::uint32_t>(std::round(50000.0 / kRoom));
-    c.alpha_ppm_per_K = static_cast<std::uint32_t>(std::round(1e6 * si(from.alpha_per_K)));
-    c.J_nkgm2 = static_cast<std::uint32_t>(std::clamp(std::round(1e9 * si(from.J_kgm2)), 0.0, 4e9));
+    t.excitation_q15 = static_cast<std::uint16_t>(std::round(0.01 / kFaultRoom * 32768.0));
+    c.band_ppm[DQW_WATCH_DEAD_TIME] = whole(5000.0 / kFaultRoom);
+    c.band_ppm[DQW_WATCH_OFFSET] = whole(10000.0 / kFaultRoom);
+    c.band_ppm[DQW_WATCH_FRICTION] = whole(50000.0 / kFaultRoom);
+    c.threshold_ppm = whole(50000.0 / kFaultRoom);
+    c.alpha_ppm_per_K = whole(1e6 * si(from.alpha_per_K));
+    c.J_nkgm2 = whole(1e9 * si(from.J_kgm2));
     return c;
 }
 
@@ -143,14 +142,14 @@ public:
     {
         // Parts of the full voltage, told as parts of the base.
         dqw_stage stage = m_.stage;
-        stage.threshold_ppm = static_cast<std::uint32_t>(std::round(kRoom * stage.threshold_ppm));
-        stage.residual_ppm = static_cast<std::uint32_t>(std::round(std::min(kRoom * stage.residual_ppm, 4e9)));
+        stage.threshold_ppm = whole(kFaultRoom * stage.threshold_ppm);
+        stage.residual_ppm = whole(kFaultRoom * stage.residual_ppm);
         dqw_gate gate = m_.tracker.gate;
         gate.saturated -= not_numbers_;
         gate.nonfinite += not_numbers_;
         return {stage,
                 gate,
-                kRoom * dqw_tracker_residual_q28(&m_.tracker) / kOneQ28,
+                kFaultRoom * dqw_tracker_residual_q28(&m_.tracker) / kOneQ28,
                 m_.tracker.blocks,
                 m_.tracker.missed,
                 m_.tracker.restarts,
