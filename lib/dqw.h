@@ -13,6 +13,7 @@
 #include "dqw_axis.h"
 #include "dqw_change.h"
 #include "dqw_effect.h"
+#include "dqw_effect_name.h"
 #include "dqw_estimator.h"
 #include "dqw_fault.h"
 #include "dqw_gain.h"

@@ -6,6 +6,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "dqw_effect_name.h"
 #include "dqw_model.h"
 #include "dqw_size.h"
 #include "dqw_status.h"
@@ -15,45 +16,12 @@ extern "C" {
 #endif
 
 #define DQW_EFFECT_SHAPES 4
-#define DQW_EFFECT_STARTS 5
-
-/// Weights in brackets, then the shape: what is assumed of the effect, not learned.
-/// Source   (E51) to (E54) in docs/EQUATIONS.md
-enum dqw_effect_name {
-    DQW_EFFECT_NONE = 0,                    ///< refused
-    DQW_EFFECT_DEAD_TIME,                   ///< [V]: width, A
-    DQW_EFFECT_SATURATION,                  ///< [d2 d3 d4 q3 q5, Wb]: current of the polynomial's unit, A
-    DQW_EFFECT_CROSS_SATURATION,            ///< [c12 c22 c14, Wb]: the same
-    DQW_EFFECT_WINDING_TEMPERATURE,         ///< [ohm per K]: T_0, C; time constant, s; current that heats by 1, A (0: the base)
-    DQW_EFFECT_MAGNET_TEMPERATURE,          ///< [Wb per K]: the same. A time constant of 0: the sample's temperature
-    DQW_EFFECT_IRON_LOSS,                   ///< [G, S]: R, L_d, L_q
-    DQW_EFFECT_FLUX_HARMONICS,              ///< [cos d, sin d, cos q, sin q, Wb]: order
-    DQW_EFFECT_CURRENT_OFFSET,              ///< [alpha, beta, A]: R, L_d, L_q
-    DQW_EFFECT_CURRENT_GAIN_MISMATCH,       ///< [m_1, m_2]: R, L_d, L_q
-    DQW_EFFECT_ANGLE_OFFSET,                ///< [rad]: L_d, L_q, psi
-    DQW_EFFECT_DELAY,                       ///< [periods]
-    DQW_EFFECT_SKIN_EFFECT,                 ///< [ohm s^2]
-    DQW_EFFECT_PHASE_RESISTANCE_IMBALANCE,  ///< [a, b, ohm]
-    DQW_EFFECT_VOLTAGE_OFFSET,              ///< [d, q, V]
-    DQW_EFFECT_COULOMB_FRICTION,            ///< [Nm]: width, rad/s. From here on for dqw_mechanical
-    DQW_EFFECT_DIRECTION_ASYMMETRY,         ///< [Nm]: width, rad/s
-    DQW_EFFECT_STRIBECK_FRICTION,           ///< [Nm]: width, speed at which it has fallen to 1/e, rad/s
-    DQW_EFFECT_COGGING_TORQUE,              ///< [cos, sin, Nm]: periods a revolution
-    DQW_EFFECT_LOAD_TORQUE,                 ///< [Nm]
-    DQW_EFFECT_NAMES
-};
 
 typedef struct dqw_effect_config {
     enum dqw_effect_name effect;
     float shape[DQW_EFFECT_SHAPES];
     float start[DQW_EFFECT_STARTS];  ///< weights to start from, SI. Never a prior
 } dqw_effect_config;
-
-/// Weights of an effect; 0 where there is no such name.
-int dqw_effect_weights(enum dqw_effect_name name);
-
-/// True for the effects of the shaft.
-bool dqw_effect_is_mechanical(enum dqw_effect_name name);
 
 /// Weights of the whole list, all electrical or all mechanical.
 ///

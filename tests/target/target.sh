@@ -7,7 +7,7 @@ here=$(dirname "$0")
 out=${BUILD:-build}/target_q15
 rm -rf "$out"
 mkdir -p "$out"
-sources="$here/hash*.c $here/stimulus.c port_q15/*.c lib/dqw_gate.c lib/dqw_stage.c lib/dqw_change.c"
+sources="$here/hash*.c $here/stimulus.c port_q15/*.c lib/dqw_gate.c lib/dqw_stage.c lib/dqw_change.c lib/dqw_effect_name.c"
 
 host() { # NAME COMPILER FLAGS...
     name=$1 compiler=$2
