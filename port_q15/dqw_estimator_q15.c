@@ -89,14 +89,15 @@ static void effect_inputs(const dqw_estimator_q15 *e, const int32_t sums[], uint
     }
 }
 
-static uint32_t effects_excited(const dqw_estimator_q15 *e, const int32_t x_q28[], int32_t part_q15)
+static uint32_t effects_excited(const dqw_estimator_q15 *e, const int32_t x_q28[], int first)
 {
+    const int32_t part_q15 = e->config->excitation_q15 != 0 ? e->config->excitation_q15 : EXCITATION_Q15;
     uint32_t mask = 0;
     int at = 0;
     for (int k = 0; k < e->effect.count; k++) {
         const int32_t least_q28 = (int32_t)dqw_q_round64((int64_t)e->effect.base_q28[k] * part_q15, 15);
         for (int i = 0; i < dqw_effect_weights(e->effect.list[k].effect); i++, at++)
-            if (x_q28[at] >= least_q28 || x_q28[at] <= -least_q28) mask |= 1u << at;
+            if (x_q28[first + at] >= least_q28 || x_q28[first + at] <= -least_q28) mask |= 1u << at;
     }
     return mask;
 }
@@ -152,11 +153,11 @@ static void effect_inputs(const dqw_estimator_q15 *e, const int32_t sums[], uint
     (void)x_q;
 }
 
-static uint32_t effects_excited(const dqw_estimator_q15 *e, const int32_t x_q28[], int32_t part_q15)
+static uint32_t effects_excited(const dqw_estimator_q15 *e, const int32_t x_q28[], int first)
 {
     (void)e;
     (void)x_q28;
-    (void)part_q15;
+    (void)first;
     return 0;
 }
 #endif
@@ -219,12 +220,11 @@ static uint32_t admit(dqw_estimator_q15 *e, const dqw_sample_q15 *s, bool satura
     return dqw_gate_check(&e->gate, g);
 }
 
-// Inputs large enough to teach their weight: `inputs` of an axis' own, then the effects'.
+// Inputs large enough to teach their weight.
 static uint32_t excited(const dqw_estimator_q15 *e, const int32_t x_q28[], int inputs)
 {
-    const int32_t part_q15 = e->config->excitation_q15 != 0 ? e->config->excitation_q15 : EXCITATION_Q15;
-    const int32_t usual_q28 = part_q15 * 8192;
-    uint32_t mask = effects_excited(e, x_q28 + inputs, part_q15) << inputs;
+    const int32_t usual_q28 = (e->config->excitation_q15 != 0 ? e->config->excitation_q15 : EXCITATION_Q15) * 8192;
+    uint32_t mask = 0;
     for (int i = 0; i < inputs; i++) {
         const int32_t least_q28 = i == 1 ? e->slope_least_q28 : usual_q28;
         if (x_q28[i] >= least_q28 || x_q28[i] <= -least_q28) mask |= 1u << i;
@@ -232,10 +232,9 @@ static uint32_t excited(const dqw_estimator_q15 *e, const int32_t x_q28[], int i
     return mask;
 }
 
-static bool missing(uint32_t mask, int inputs)
+static uint32_t all_of(int inputs)
 {
-    const uint32_t all = (1u << inputs) - 1u;
-    return (mask & all) != all;
+    return (1u << inputs) - 1u;
 }
 
 // Parts per million that the square root of a over b is.
@@ -262,12 +261,14 @@ static uint32_t learn(dqw_estimator_q15 *e, dqw_block_q15 *b, const int32_t sums
     effect_inputs(e, sums, weight, x_d, x_q);
 
     // [EST.2] what can be learned from this block
-    const uint32_t mask_d = excited(e, x_d, DQW_D_Q15_INPUTS);
-    const uint32_t mask_q = excited(e, x_q, DQW_Q_Q15_INPUTS);
-    uint32_t event = missing(mask_d, DQW_D_Q15_INPUTS) || missing(mask_q, DQW_Q_Q15_INPUTS) ||
-                             missing(mask_d >> DQW_D_Q15_INPUTS | mask_q >> DQW_Q_Q15_INPUTS, weights_of(e))
-                         ? (uint32_t)DQW_EVENT_UNEXCITED
-                         : 0u;
+    const uint32_t own_d = excited(e, x_d, DQW_D_Q15_INPUTS);
+    const uint32_t own_q = excited(e, x_q, DQW_Q_Q15_INPUTS);
+    const uint32_t effects_d = effects_excited(e, x_d, DQW_D_Q15_INPUTS);
+    const uint32_t effects_q = effects_excited(e, x_q, DQW_Q_Q15_INPUTS);
+    const bool all = own_d == all_of(DQW_D_Q15_INPUTS) && own_q == all_of(DQW_Q_Q15_INPUTS) && (effects_d | effects_q) == all_of(weights_of(e));
+    uint32_t event = all ? 0u : (uint32_t)DQW_EVENT_UNEXCITED;
+    const uint32_t mask_d = own_d | effects_d << DQW_D_Q15_INPUTS;
+    const uint32_t mask_q = own_q | effects_q << DQW_Q_Q15_INPUTS;
     if (mask_d == 0 && mask_q == 0) return event;
     if (e->gate.blocks < UINT32_MAX) e->gate.blocks++;
 

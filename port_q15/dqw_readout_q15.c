@@ -104,6 +104,11 @@ static int64_t part_of(const int64_t factor_q28[], int own, int i)
 }
 #endif
 
+static int sum_at(int i, int j)
+{
+    return i < j ? DQW_NORMAL_A(i, j) : DQW_NORMAL_A(j, i);
+}
+
 // One axis' part of the joint normal equations, times 2^up: an axis that weighs little keeps its digits. to[i] is the parameter that weight i of the axis' `own` stands for,
 // factor[i] how many of it.
 static void join(const axis_read *r, int own, const uint8_t to[], const int64_t factor_q28[], int up, dqw_normal_q15 *m)
@@ -112,17 +117,15 @@ static void join(const axis_read *r, int own, const uint8_t to[], const int64_t 
     for (int j = 0; j < n->inputs; j++) {
         // The square of a small angle has few bits in Q28: 7 of settled rows, whose period is a microsecond.
         const int64_t part_q56 = dqw_q_product64(part_of(factor_q28, own, j), r->weight_q31, -3);
-        const int to_j = place_of(to, own, j);
         for (int i = 0; i <= j; i++) {
             const int64_t both_q56 = dqw_q_product64(part_of(factor_q28, own, i), part_q56, -28);
-            const int to_i = place_of(to, own, i);
-            const int at = to_i < to_j ? DQW_NORMAL_A(to_i, to_j) : DQW_NORMAL_A(to_j, to_i);
+            const int at = sum_at(place_of(to, own, i), place_of(to, own, j));
             // Less what the start values brought.
             const int64_t sum_q32 = n->a_q32[DQW_NORMAL_A(i, j)] - (i == j ? DQW_AXIS_Q15_PRIOR_Q32 : 0);
             m->a_q32[at] += dqw_q_product64(sum_q32, both_q56, up - 56);
         }
         const int64_t sum_q32 = n->b_q32[j] - dqw_q_product64(DQW_AXIS_Q15_PRIOR_Q32, r->a->start_q40[j], -40);
-        m->b_q32[to_j] += dqw_q_product64(sum_q32, part_q56, up - 56);
+        m->b_q32[place_of(to, own, j)] += dqw_q_product64(sum_q32, part_q56, up - 56);
     }
     m->c_q32 += dqw_q_product64(n->c_q32, r->weight_q31, up - 31);
 }
