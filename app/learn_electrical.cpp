@@ -90,6 +90,8 @@ double order_of(const TraceInput& in)
     return in.effect == "current_offset" ? 1.0 : 0.0;
 }
 
+}  // namespace
+
 std::uint16_t half_window_of(const std::vector<Log>& logs, const std::vector<TraceInput>& inputs, double pole_pairs)
 {
     const double dt_s = logs.front().dt_s;
@@ -104,7 +106,9 @@ std::uint16_t half_window_of(const std::vector<Log>& logs, const std::vector<Tra
     return half_window(span_s, dt_s, least);
 }
 
-/// One pass over the logs with everything decided.
+namespace {
+
+/// One pass of lib/.
 Learned pass(const std::vector<Log>& logs, const LearnOptions& options, const std::vector<TraceInput>& inputs, double pole_pairs, bool p_given)
 {
     const Log& first = logs.front();
@@ -194,7 +198,9 @@ Learned pass(const std::vector<Log>& logs, const LearnOptions& options, const st
 
 }  // namespace
 
-Learned learn_electrical(const std::vector<Log>& logs, const LearnOptions& options)
+Learned learn_electrical(const std::vector<Log>& logs, const LearnOptions& options) { return learn_in_passes(logs, options, pass); }
+
+Learned learn_in_passes(const std::vector<Log>& logs, const LearnOptions& options, const Pass& pass)
 {
     const Machine& machine = logs.front().machine;
     const std::optional<double> said = machine.pole_pairs ? machine.pole_pairs : options.start.pole_pairs;

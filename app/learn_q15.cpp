@@ -5,8 +5,8 @@
 #include <stdexcept>
 
 #include "dqw_estimator_q15.h"
+#include "effect_q15.hpp"
 #include "learn_parts.hpp"
-#include "learn_residual.hpp"
 #include "learn_signals.hpp"
 
 namespace dqw {
@@ -15,6 +15,7 @@ namespace {
 // Full scales leave so much room above the largest signal.
 constexpr double kRoom = 1.01;
 constexpr double kOne = 32768.0;
+constexpr double kTurn_rad = 6.283185307179586;
 
 const char* const names[] = {"R_ohm", "Ld_H", "Lq_H", "psi_Wb"};
 const char* const excitations[] = {"a current of several levels on either axis, best at low speed",
@@ -35,7 +36,8 @@ std::int16_t q15(double value, double full) { return static_cast<std::int16_t>(s
 
 /// Full scales in SI, and what one unit of each parameter is.
 struct Units {
-    double v_V, i_A, w_rad_s, parameter[DQW_PARAMETERS_Q15];
+    FullScales full;
+    double parameter[DQW_PARAMETERS_Q15];
 };
 
 double si(std::int64_t x_q40, double unit) { return static_cast<double>(x_q40) * 0x1p-40 * unit; }
@@ -43,10 +45,10 @@ double si(std::int64_t x_q40, double unit) { return static_cast<double>(x_q40) *
 Units units_of(const dqw_scale& scale)
 {
     const double v = 1e-3 * scale.v_full_mV, i = 1e-3 * scale.i_full_mA, dt = 1e-9 * scale.dt_ns;
-    return {v, i, 1e-3 * scale.w_full_mrad_s, {v / i, v * dt / i, v * dt / i, v * dt}};
+    return {{v, i, 1e-3 * scale.w_full_mrad_s, dt}, {v / i, v * dt / i, v * dt / i, v * dt}};
 }
 
-dqw_estimator_q15_config config_of(const std::vector<Log>& logs, const LearnOptions& options, double pole_pairs)
+dqw_estimator_q15_config config_of(const std::vector<Log>& logs, const LearnOptions& options, const std::vector<TraceInput>& inputs, double pole_pairs)
 {
     const Log& first = logs.front();
     const bool is_static = first.regime != Regime::dynamic;
@@ -64,9 +66,7 @@ dqw_estimator_q15_config config_of(const std::vector<Log>& logs, const LearnOpti
     c.Ld_nH = whole(1e9 * static_cast<double>(nominal(first.machine, options.start, &Machine::Ld_H)));
     c.Lq_nH = whole(1e9 * static_cast<double>(nominal(first.machine, options.start, &Machine::Lq_H)));
     c.psi_nWb = whole(1e9 * static_cast<double>(nominal(first.machine, options.start, &Machine::psi_Wb)));
-    if (!is_static)
-        c.half_window = static_cast<std::uint8_t>(
-            std::min<std::uint16_t>(half_window(kElectricalHalf_s, first.dt_s, kLeastElectricalHalf), DQW_WINDOW_Q15_HALF));
+    if (!is_static) c.half_window = static_cast<std::uint8_t>(std::min<std::uint16_t>(half_window_of(logs, inputs, pole_pairs), DQW_WINDOW_Q15_HALF));
     return c;
 }
 
@@ -93,37 +93,63 @@ void put(const dqw_parameters_q15& p, const Units& units, const Asked& asked, bo
             {"pole_pairs", "the cross weights do not tell them", "currents that change on both axes while the machine turns, or --pole-pairs"});
 }
 
-}  // namespace
+std::int16_t hundredths(float temp_C)
+{
+    return std::isfinite(temp_C) ? static_cast<std::int16_t>(std::clamp(std::round(100.0 * static_cast<double>(temp_C)), -32767.0, 32767.0)) : INT16_MIN;
+}
 
-Learned learn_q15(const std::vector<Log>& logs, const LearnOptions& options)
+/// False where a channel is no number.
+bool fixed(const dqw_sample& s, const FullScales& full, dqw_sample_q15& x)
+{
+    x = {};
+    const double v_d = static_cast<double>(s.v_d_V), v_q = static_cast<double>(s.v_q_V), i_d = static_cast<double>(s.i_d_A), i_q = static_cast<double>(s.i_q_A),
+                 w_m = static_cast<double>(s.w_m_rad_s), theta = static_cast<double>(s.theta_e_rad);
+    if (!std::isfinite(v_d + v_q + i_d + i_q + w_m + theta)) return false;
+    x.v_d_q15 = q15(v_d, full.v_V);
+    x.v_q_q15 = q15(v_q, full.v_V);
+    x.i_d_q15 = q15(i_d, full.i_A);
+    x.i_q_q15 = q15(i_q, full.i_A);
+    x.w_m_q15 = q15(w_m, full.w_rad_s);
+    x.theta_e_turn = static_cast<std::uint16_t>(std::lround(theta / kTurn_rad * 65536.0) & 65535);
+    x.temp_winding_cC = hundredths(s.temp_winding_C);
+    x.temp_magnet_cC = hundredths(s.temp_magnet_C);
+    return true;
+}
+
+/// One pass of port_q15/.
+Learned pass(const std::vector<Log>& logs, const LearnOptions& options, const std::vector<TraceInput>& inputs, double pole_pairs, bool p_given)
 {
     const Log& first = logs.front();
-    if (first.regime == Regime::mechanical)
-        throw std::invalid_argument("a mechanical log; the fixed-point learners take voltages and currents. Leave --arith q15 out");
-    if (!options.inputs.empty()) throw std::invalid_argument("effects are not in the fixed-point learners yet. Leave --arith q15 out");
-    const std::optional<double> said = first.machine.pole_pairs ? first.machine.pole_pairs : options.start.pole_pairs;
-    const dqw_estimator_q15_config config = config_of(logs, options, said.value_or(0.0));
+    dqw_estimator_q15_config config = config_of(logs, options, inputs, pole_pairs);
     const Units units = units_of(config.scale);
+    std::vector<dqw_effect_q15_config> list;
+    std::vector<double> effect_units;
+    for (const TraceInput& in : inputs) {
+        // A settled log's delay is in seconds.
+        const double weight_unit = in.effect == "delay" && config.settled ? units.full.dt_s : 1.0;
+        list.push_back(effect_config_q15(in, units.full, weight_unit, config.settled ? static_cast<double>(period_of(first, inputs)) : 0.0));
+        effect_units.push_back(effect_unit(list.back().effect, units.full) * weight_unit);
+    }
+    config.effects = list.data();
+    config.effect_count = static_cast<std::uint8_t>(list.size());
     dqw_estimator_q15 e;
-    if (dqw_estimator_init_q15(&e, &config) != DQW_OK) throw std::invalid_argument("the fixed-point learners refuse these full scales or nominal values");
+    if (dqw_estimator_init_q15(&e, &config) != DQW_OK)
+        throw std::invalid_argument("the fixed-point learners refuse these full scales, nominal values or shapes of effects");
 
     std::size_t done = 0;
+    std::uint32_t heldout = 0;
     const std::size_t total = all_rows(logs);
     for (const Log& log : logs) {
-        const SampleSource sample(log, said.value_or(0.0), {});
+        const SampleSource sample(log, pole_pairs, inputs);
         walk(
             log, done, total, options, [&] { dqw_estimator_gap_q15(&e); },
             [&](std::size_t k, bool held) {
-                if (held) return;
-                const dqw_sample s = sample(k);
-                const double all = static_cast<double>(s.v_d_V) + static_cast<double>(s.v_q_V) + static_cast<double>(s.i_d_A) + static_cast<double>(s.i_q_A) +
-                                   static_cast<double>(s.w_m_rad_s);
-                dqw_sample_q15 x{};
-                if (std::isfinite(all))
-                    x = {q15(static_cast<double>(s.v_d_V), units.v_V),         q15(static_cast<double>(s.v_q_V), units.v_V),
-                         q15(static_cast<double>(s.i_d_A), units.i_A),         q15(static_cast<double>(s.i_q_A), units.i_A),
-                         q15(static_cast<double>(s.w_m_rad_s), units.w_rad_s), 0};
-                (void)dqw_estimator_step_q15(&e, &x, !std::isfinite(all));
+                // What is held out is not learned, but it heats.
+                if (held && list.empty()) return;
+                dqw_sample_q15 x;
+                const bool good = fixed(sample(k), units.full, x);
+                heldout += held ? 1U : 0U;
+                (void)dqw_estimator_step_q15(&e, &x, held || !good);
                 if ((dqw_estimator_background_q15(&e) & DQW_EVENT_LEARNED) == 0 || !options.block) return;
                 // As read last: a reading of our own would change what follows.
                 std::array<double, 4> now{};
@@ -139,16 +165,36 @@ Learned learn_q15(const std::vector<Log>& logs, const LearnOptions& options)
     result.regime = first.regime;
     Asked asked{options.parameters, {"R_ohm", "Ld_H", "Lq_H", "psi_Wb"}};
     if (first.regime == Regime::standstill) asked.defaults = {"R_ohm"};
-    put(e.parameters, units, asked, said.has_value(), config.scale.pole_pairs, result);
-    note_gate(e.gate, 0, result);
-    result.notes.push_back(fmt::format("fixed point; full scales {:.4g} V, {:.4g} A, {:.4g} rad/s", units.v_V, units.i_A, units.w_rad_s));
+    put(e.parameters, units, asked, p_given, config.scale.pole_pairs, result);
+    note_gate(e.gate, heldout, result);
+    result.notes.push_back(fmt::format("fixed point; full scales {:.4g} V, {:.4g} A, {:.4g} rad/s", units.full.v_V, units.full.i_A, units.full.w_rad_s));
     std::copy(std::begin(units.parameter), std::end(units.parameter), learned.unit.begin());
     PlainModel& model = learned.model;
     model.pole_pairs = e.parameters.pole_pairs != 0 ? e.parameters.pole_pairs : 1;
     double* const values[] = {&model.R_ohm, &model.Ld_H, &model.Lq_H, &model.psi_Wb};
     for (int i = 0; i < DQW_PARAMETERS_Q15; ++i) *values[i] = si(e.parameters.value_q40[i], units.parameter[i]);
-    report_residual_of(logs, {}, model, nullptr, result);
+    std::vector<InputRead> read;
+    for (std::size_t n = 0; n < inputs.size(); ++n) {
+        std::int64_t w[DQW_EFFECT_STARTS], sd[DQW_EFFECT_STARTS];
+        const int known = dqw_estimator_effect_q15(&e, static_cast<int>(n), w, sd);
+        read.push_back({inputs[n], {}, static_cast<std::uint32_t>(known)});
+        read.back().input.weights.clear();
+        for (int i = 0; i < dqw_effect_weights(list[n].effect); ++i) {
+            read.back().input.weights.push_back(si(w[i], effect_units[n]));
+            read.back().sd.push_back(sd[i] == INT64_MAX ? INFINITY : si(sd[i], effect_units[n]));
+        }
+    }
+    put_effects(read, learned);
     return learned;
+}
+
+}  // namespace
+
+Learned learn_q15(const std::vector<Log>& logs, const LearnOptions& options)
+{
+    if (logs.front().regime == Regime::mechanical)
+        throw std::invalid_argument("a mechanical log; the fixed-point learners take voltages and currents. Leave --arith q15 out");
+    return learn_in_passes(logs, options, pass);
 }
 
 }  // namespace dqw
