@@ -217,6 +217,7 @@ Learned learn_in_passes(const std::vector<Log>& logs, const LearnOptions& option
     if (!said || needs_machine(options.inputs)) {
         LearnOptions plain = options;
         plain.progress = {};
+        plain.block = {};
         plain.parameters.clear();
         const Learned first = pass(logs, plain, {}, pole_pairs, said.has_value());
         known = first.model;
@@ -237,8 +238,11 @@ Learned learn_in_passes(const std::vector<Log>& logs, const LearnOptions& option
 
     // [LEARN.2] learn; where a shape rests on values that lacked the effects, once more with better ones
     check_room(options.inputs);
-    Learned learned = pass(logs, options, completed(options.inputs, logs, known), pole_pairs, said.has_value());
-    if (needs_machine(options.inputs)) learned = pass(logs, options, completed(options.inputs, logs, learned.model), pole_pairs, said.has_value());
+    const bool again = needs_machine(options.inputs);
+    LearnOptions first = options;
+    if (again) first.block = {};
+    Learned learned = pass(logs, first, completed(options.inputs, logs, known), pole_pairs, said.has_value());
+    if (again) learned = pass(logs, options, completed(options.inputs, logs, learned.model), pole_pairs, said.has_value());
     if (found) learned.result.parameters.push_back(*found);
     report_residual_of(logs, learned.inputs, learned.model, nullptr, learned.result);
     return learned;
