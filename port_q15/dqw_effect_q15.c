@@ -18,7 +18,7 @@
 #define MOST_PARTS 16u
 // A width of 2^-15 of the full current is a last place.
 #define WIDTH_PART 32768u
-// An inductance or a flux linkage needs fewer bits in Q40.
+// R, L, psi and what is made of them need no more bits in Q40.
 #define MOST_BITS 58u
 
 static int64_t size(int64_t x)
@@ -42,10 +42,17 @@ static int64_t angle_q40(const dqw_scale *s)
     return dqw_q_quotient64((int64_t)s->w_full_mrad_s * s->dt_ns, 1000000000000, 40) * s->pole_pairs;
 }
 
+// Bounded, so that sums of two fit: what needs so many bits is refused.
+static int64_t bounded(int64_t x_q40)
+{
+    const int64_t most = (int64_t)1 << 60;
+    return x_q40 < most ? x_q40 : most;
+}
+
 // Flux linkage in the inputs' unit: v dt, of settled rows v / w_e.
 static int64_t flux_q40(const dqw_scale *s, bool settled, int64_t of_v_dt_q40)
 {
-    return settled ? dqw_q_product64(of_v_dt_q40, angle_q40(s), -40) : of_v_dt_q40;
+    return bounded(settled ? dqw_q_product64(of_v_dt_q40, angle_q40(s), -40) : of_v_dt_q40);
 }
 
 static int64_t L_q40(const dqw_effect_q15 *e, uint32_t L_nH)
@@ -62,7 +69,7 @@ static int64_t psi_q40(const dqw_effect_q15 *e, uint32_t psi_nWb)
 
 static int64_t R_q40(const dqw_effect_q15 *e, const dqw_effect_q15_config *c)
 {
-    return dqw_q_quotient64((int64_t)c->R_uohm * e->scale->i_full_mA, (int64_t)e->scale->v_full_mV * 1000000, 40);
+    return bounded(dqw_q_quotient64((int64_t)c->R_uohm * e->scale->i_full_mA, (int64_t)e->scale->v_full_mV * 1000000, 40));
 }
 
 // What an input is divided by where the machine's own values are in it, so that it stays below 1.
@@ -71,7 +78,7 @@ static int64_t own_base_q40(const dqw_effect_q15 *e, const dqw_effect_q15_config
     const int64_t R = R_q40(e, c);
     const int64_t L = larger(L_q40(e, c->Ld_nH), L_q40(e, c->Lq_nH));
     switch (c->effect) {
-    case DQW_EFFECT_IRON_LOSS: return dqw_q_product64(2 * L, ONE_Q40 + R, -40);
+    case DQW_EFFECT_IRON_LOSS: return bounded(dqw_q_product64(2 * L, ONE_Q40 + R, -40));
     case DQW_EFFECT_CURRENT_OFFSET: return larger(R, L);
     case DQW_EFFECT_CURRENT_GAIN_MISMATCH: return 2 * larger(R, L);
     case DQW_EFFECT_ANGLE_OFFSET: return psi_q40(e, c->psi_nWb) + size(L_q40(e, c->Lq_nH) - L_q40(e, c->Ld_nH));
@@ -118,7 +125,8 @@ static bool take_shape(dqw_effect_q15 *e, int k)
     const int64_t L_q = L_q40(e, c->Lq_nH);
     const int64_t R = R_q40(e, c);
     const int64_t base = own_base_q40(e, c);
-    const bool fits = base > 0 && dqw_q_bits64(L_d) <= MOST_BITS && dqw_q_bits64(L_q) <= MOST_BITS && dqw_q_bits64(base) <= MOST_BITS;
+    const bool fits = base > 0 && dqw_q_bits64(L_d) <= MOST_BITS && dqw_q_bits64(L_q) <= MOST_BITS && dqw_q_bits64(R) <= MOST_BITS &&
+                      dqw_q_bits64(base) <= MOST_BITS;
     int64_t usual_q28 = ONE_Q28;
     bool good = true;
     switch (c->effect) {

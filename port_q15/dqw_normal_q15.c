@@ -106,7 +106,15 @@ static void factor(const dqw_normal_q15 *n, factors *f)
     }
 }
 
-// z = L^-1 of a unit vector, Q20: its squares sum to a diagonal element of the inverse. |z| <= 2^11.
+// Several directions that were hardly learned, each tied to the next, multiply: what then is beyond its bits has no meaning, and stays within them.
+static int64_t bounded(int64_t x, unsigned bits)
+{
+    const int64_t most = ((int64_t)1 << bits) - 1;
+    return x > most ? most : x < -most ? -most : x;
+}
+
+// z = L^-1 of a unit vector, Q20: its squares sum to a diagonal element of the inverse. Of one direction |z| <= 2^11, and of all < 2^11: then l z
+// and what is left of 1 are below 2^62 each.
 static int64_t inverse_diagonal_q40(const factors *f, int inputs, int i)
 {
     int64_t z_q20[N] = {0};
@@ -115,9 +123,9 @@ static int64_t inverse_diagonal_q40(const factors *f, int inputs, int i)
         const int32_t *row = &f->l_q31[DQW_NORMAL_A(0, k)];
         if (row[k] == 0) continue;
         int64_t rest_q51 = k == i ? (int64_t)1 << 51 : 0;
-        for (int m = i; m < k; m++) rest_q51 -= row[m] * z_q20[m];
-        z_q20[k] = dqw_q_quotient64(rest_q51, row[k], 0);
-        sum_q40 += z_q20[k] * z_q20[k];
+        for (int m = i; m < k; m++) rest_q51 = bounded(rest_q51 - row[m] * z_q20[m], 62);
+        z_q20[k] = bounded(dqw_q_quotient64(rest_q51, row[k], 0), 31);
+        sum_q40 = bounded(sum_q40 + z_q20[k] * z_q20[k], 62);
     }
     return sum_q40;
 }
@@ -133,8 +141,8 @@ static void leave_out(const factors *f, int inputs, dqw_solution_q15 *s)
             const int32_t own = f->l_q31[DQW_NORMAL_A(j, j)];
             if (own == 0) continue;
             int64_t rest_q51 = (int64_t)f->l_q31[DQW_NORMAL_A(j, i)] * ((int64_t)1 << 20);
-            for (int k = j + 1; k < i; k++) rest_q51 -= f->l_q31[DQW_NORMAL_A(j, k)] * t_q20[k];
-            t_q20[j] = dqw_q_quotient64(rest_q51, own, 0);
+            for (int k = j + 1; k < i; k++) rest_q51 = bounded(rest_q51 - f->l_q31[DQW_NORMAL_A(j, k)] * t_q20[k], 62);
+            t_q20[j] = bounded(dqw_q_quotient64(rest_q51, own, 0), 31);
             if (t_q20[j] > TIE_Q20 || t_q20[j] < -TIE_Q20) s->cov_q40[j] = NOT_LEARNED;
         }
     }
@@ -155,17 +163,17 @@ void dqw_normal_solve_q15(const dqw_normal_q15 *n, const int64_t start_q40[], dq
         int64_t rest_q60 = dqw_q_scale64(n->b_q32[i], f.half[i] + half_y);
         for (int k = 0; k < i; k++) rest_q60 -= dqw_q_round64((int64_t)row[k] * y_q31[k], 2);
         y_q31[i] = row[i] == 0 ? 0 : dqw_q31_sat(dqw_q_quotient64(rest_q60, row[i], 2));
-        left_q60 -= dqw_q_round64((int64_t)y_q31[i] * y_q31[i], 2);
+        if (left_q60 > 0) left_q60 -= dqw_q_round64((int64_t)y_q31[i] * y_q31[i], 2);
     }
     s->left_q32 = left_q60 > 0 ? dqw_q_scale64(left_q60, -2 * half_y) : 0;
 
-    // Back: |w| <= 2^11 n in Q40
+    // Back: |w| <= 2^11 of one direction, and < 2^17 of all in Q40: a sum of 28 of them fits
     int64_t w_q40[N];
     for (int j = inputs - 1; j >= 0; j--) {
         const int32_t own = f.l_q31[DQW_NORMAL_A(j, j)];
         int64_t rest_q40 = (int64_t)y_q31[j] * 512;
         for (int i = j + 1; i < inputs; i++) rest_q40 -= dqw_q_product64(f.l_q31[DQW_NORMAL_A(j, i)], w_q40[i], -31);
-        w_q40[j] = own == 0 ? 0 : dqw_q_quotient64(rest_q40, own, 31);
+        w_q40[j] = own == 0 ? 0 : bounded(dqw_q_quotient64(rest_q40, own, 31), 57);
     }
     s->out = f.out;
     for (int i = 0; i < inputs; i++) {
