@@ -106,28 +106,21 @@ static void factor(const dqw_normal_q15 *n, factors *f)
     }
 }
 
-// Several directions that were hardly learned, each tied to the next, multiply: what then is beyond its bits has no meaning, and stays within them.
-static int64_t bounded(int64_t x, unsigned bits)
+// z = L^-1 of a unit vector, Q20: its squares sum to a diagonal element of the inverse. Of one weak direction |z| <= 2^11; where several, each
+// tied to the next, multiply, it stops there. l z is below 2^62, z^2 too, and there are 28 of them.
+static int64_t inverse_diagonal_q35(const factors *f, int inputs, int i)
 {
-    const int64_t most = ((int64_t)1 << bits) - 1;
-    return x > most ? most : x < -most ? -most : x;
-}
-
-// z = L^-1 of a unit vector, Q20: its squares sum to a diagonal element of the inverse. Of one direction |z| <= 2^11, and of all < 2^11: then l z
-// and what is left of 1 are below 2^62 each.
-static int64_t inverse_diagonal_q40(const factors *f, int inputs, int i)
-{
-    int64_t z_q20[N] = {0};
-    int64_t sum_q40 = 0;
+    int32_t z_q20[N] = {0};
+    int64_t sum_q35 = 0;
     for (int k = i; k < inputs; k++) {
         const int32_t *row = &f->l_q31[DQW_NORMAL_A(0, k)];
         if (row[k] == 0) continue;
-        int64_t rest_q51 = k == i ? (int64_t)1 << 51 : 0;
-        for (int m = i; m < k; m++) rest_q51 = bounded(rest_q51 - row[m] * z_q20[m], 62);
-        z_q20[k] = bounded(dqw_q_quotient64(rest_q51, row[k], 0), 31);
-        sum_q40 = bounded(sum_q40 + z_q20[k] * z_q20[k], 62);
+        int64_t rest_q45 = k == i ? (int64_t)1 << 45 : 0;
+        for (int m = i; m < k; m++) rest_q45 -= dqw_q_round64((int64_t)row[m] * z_q20[m], 6);
+        z_q20[k] = dqw_q31_sat(dqw_q_quotient64(rest_q45, row[k], 6));
+        sum_q35 += dqw_q_round64((int64_t)z_q20[k] * z_q20[k], 5);
     }
-    return sum_q40;
+    return sum_q35;
 }
 
 // A direction that was never learned has a part of others in it: those are not learned either.
@@ -136,13 +129,13 @@ static void leave_out(const factors *f, int inputs, dqw_solution_q15 *s)
     for (int i = 0; i < inputs; i++) {
         if ((f->out >> i & 1u) == 0) continue;
         s->cov_q40[i] = NOT_LEARNED;
-        int64_t t_q20[N] = {0};
+        int32_t t_q20[N] = {0};
         for (int j = i - 1; j >= 0; j--) {
             const int32_t own = f->l_q31[DQW_NORMAL_A(j, j)];
             if (own == 0) continue;
-            int64_t rest_q51 = (int64_t)f->l_q31[DQW_NORMAL_A(j, i)] * ((int64_t)1 << 20);
-            for (int k = j + 1; k < i; k++) rest_q51 = bounded(rest_q51 - f->l_q31[DQW_NORMAL_A(j, k)] * t_q20[k], 62);
-            t_q20[j] = bounded(dqw_q_quotient64(rest_q51, own, 0), 31);
+            int64_t rest_q45 = (int64_t)f->l_q31[DQW_NORMAL_A(j, i)] * ((int64_t)1 << 14);
+            for (int k = j + 1; k < i; k++) rest_q45 -= dqw_q_round64((int64_t)f->l_q31[DQW_NORMAL_A(j, k)] * t_q20[k], 6);
+            t_q20[j] = dqw_q31_sat(dqw_q_quotient64(rest_q45, own, 6));
             if (t_q20[j] > TIE_Q20 || t_q20[j] < -TIE_Q20) s->cov_q40[j] = NOT_LEARNED;
         }
     }
@@ -167,20 +160,20 @@ void dqw_normal_solve_q15(const dqw_normal_q15 *n, const int64_t start_q40[], dq
     }
     s->left_q32 = left_q60 > 0 ? dqw_q_scale64(left_q60, -2 * half_y) : 0;
 
-    // Back: |w| <= 2^11 of one direction, and < 2^17 of all in Q40: a sum of 28 of them fits
+    // Back: |w| <= 2^11 n in Q40; where weak directions multiply it stops at 2^17, and a sum of 28 of them fits
     int64_t w_q40[N];
     for (int j = inputs - 1; j >= 0; j--) {
         const int32_t own = f.l_q31[DQW_NORMAL_A(j, j)];
         int64_t rest_q40 = (int64_t)y_q31[j] * 512;
         for (int i = j + 1; i < inputs; i++) rest_q40 -= dqw_q_product64(f.l_q31[DQW_NORMAL_A(j, i)], w_q40[i], -31);
-        w_q40[j] = own == 0 ? 0 : bounded(dqw_q_quotient64(rest_q40, own, 31), 57);
+        w_q40[j] = own == 0 ? 0 : dqw_q_scale64(dqw_q_quotient64(rest_q40, own, 36), -5);
     }
     s->out = f.out;
     for (int i = 0; i < inputs; i++) {
         const bool out = (f.out >> i & 1u) != 0;
         s->w_q40[i] = out ? start_q40[i] : dqw_q_scale64(w_q40[i], f.half[i] - half_y);
         // The sums were scaled from Q32 to Q60.
-        s->cov_q40[i] = out ? NOT_LEARNED : dqw_q_scale64(inverse_diagonal_q40(&f, inputs, i), 2 * f.half[i] - 28);
+        s->cov_q40[i] = out ? NOT_LEARNED : dqw_q_scale64(inverse_diagonal_q35(&f, inputs, i), 2 * f.half[i] - 23);
     }
     leave_out(&f, inputs, s);
 }
