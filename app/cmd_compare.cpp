@@ -7,6 +7,7 @@
 #include "command.hpp"
 #include "compare_report.hpp"
 #include "fit.hpp"
+#include "learn_inputs.hpp"
 #include "output.hpp"
 #include "progress.hpp"
 #include "report.hpp"
@@ -17,28 +18,43 @@ namespace {
 
 struct Options : CommonOptions {
     std::string log;
+    EffectOptions effects;
 };
 
-Result learned(const std::vector<Log>& logs, const Options& options, bool fixed_point, Comparison& c)
+/// One estimator's parameters, and those of the effects.
+struct Estimated {
+    Result result;
+    std::vector<TraceEffect> effects;
+};
+
+/// The effects' parameters beside the others, named after their effect; what was given says nothing.
+void take_effects(Estimated& e)
+{
+    for (const TraceEffect& effect : e.effects)
+        for (const Estimate& p : effect.parameters)
+            if (!p.given) e.result.parameters.push_back({effect.name + "." + p.name, p.value, p.sd, false});
+}
+
+Estimated learned(const std::vector<Log>& logs, const Options& options, const LearnConfig& config, bool fixed_point, Comparison& c)
 {
     Progress progress(fixed_point ? "learning in fixed point" : "learning");
     LearnOptions o;
     o.parameters = options.parameters;
+    o.inputs = config.inputs;
+    o.start = config.start;
     o.fixed_point = fixed_point;
     o.progress = progress.callback();
     o.block = [&](double t_s, const std::array<double, 4>& value) { c.blocks[fixed_point ? 1 : 0].push_back({t_s, value}); };
     const Learned found = learn_all(logs, o);
     if (fixed_point) c.unit = found.unit;
-    return found.result;
+    return {found.result, found.effects};
 }
 
-Result fitted(const std::vector<Log>& logs, const Options& options)
+Estimated fitted(const std::vector<Log>& logs, const Options& options, const LearnConfig& config)
 {
     Progress progress("fitting");
-    FitOptions o;
-    o.parameters = options.parameters;
-    o.progress = progress.callback();
-    return fit(logs, o);
+    const EffectFit found = fit_effects(logs, effects_of(config), options.parameters, progress.callback());
+    return {found.result, found.effects};
 }
 
 /// Whose note it is stands behind "warning: "; a note of all three stands once, as its own.
@@ -60,15 +76,19 @@ int run(const Options& options)
 {
     Comparison c;
     c.log = options.log;
-    const std::vector<Log> logs = read_logs({options.log}, options, c.notes);
+    const LearnConfig config = asked_effects(options.effects.config_file, options.effects.names);
+    CommonOptions reading = options;
+    reading.all_columns = reading.all_columns || !config.inputs.empty();
+    const std::vector<Log> logs = read_logs({options.log}, reading, c.notes);
     const Log& log = logs.front();
     c.nominal = log.machine;
     // What cannot be written is said before the work, not after.
     make_directory(options.out_dir);
+    Estimated single, fixed, reference;
     try {
-        c.single = learned(logs, options, false, c);
-        c.fixed = learned(logs, options, true, c);
-        c.reference = fitted(logs, options);
+        single = learned(logs, options, config, false, c);
+        fixed = learned(logs, options, config, true, c);
+        reference = fitted(logs, options, config);
     } catch (const std::invalid_argument& error) {
         std::string what = error.what();
         const std::string path = log.path + ": ";
@@ -76,10 +96,12 @@ int run(const Options& options)
         throw InputError(log.path, log.rows() + 1, what);
     }
     bool known = true;
-    for (Result* result : {&c.reference, &c.single, &c.fixed}) {
-        check_sense(logs, *result);
-        name_what_was_left_out(*result, options.parameters);
-        known = known && result->not_identifiable.empty();
+    for (auto [e, to] : {std::pair(&reference, &c.reference), std::pair(&single, &c.single), std::pair(&fixed, &c.fixed)}) {
+        check_sense(logs, e->result);
+        name_what_was_left_out(e->result, options.parameters);
+        take_effects(*e);
+        *to = e->result;
+        known = known && to->not_identifiable.empty();
     }
     gather_notes(c);
     OutputFile file(path_in(options.out_dir, "compare.html"));
@@ -99,8 +121,10 @@ Command add_compare(CLI::App& app)
     command->add_option("LOG.csv", options->log, "log of any regime")->required()->type_name("");
     add_common(*command, *options);
     add_parameters(*command, *options);
+    add_effects(*command, options->effects);
     command->footer("Differences are 100 (first - second) / second. One LSB of a parameter is 1/32768 of the unit that the full scales make of it:\n"
-                    "R V/I, L V T/I, psi V T; J M T/W, B M/W; full scales V, I, torque M, speed W, sampling period T. Writes compare.html into DIR.\n"
+                    "R V/I, L V T/I, psi V T; J M T/W, B M/W; full scales V, I, torque M, speed W, sampling period T. An effect's parameter is named "
+                    "EFFECT.PARAMETER. Writes compare.html into DIR.\n"
                     "Exit code 4: a parameter asked for is not identifiable by all three.");
     return {command, [=] { return run(*options); }};
 }

@@ -31,28 +31,15 @@ struct Estimated {
 struct Options : CommonOptions {
     std::vector<std::string> logs;
     std::string arith = "float";
-    std::vector<std::string> effects;
-    std::string config_file;
+    EffectOptions effects;
 };
 
 using Estimator = std::function<Estimated(const std::vector<Log>&, const Options&, const LearnConfig&, std::function<void(double)>)>;
 
-/// The effects asked for: those of the file with its shapes and weights, then those named that it lacks.
-LearnConfig asked_effects(const Options& options)
-{
-    LearnConfig config;
-    if (!options.config_file.empty()) config = read_learn_config(options.config_file);
-    for (const std::string& name : options.effects) {
-        const auto is_it = [&](const TraceInput& in) { return in.effect == name; };
-        if (std::none_of(config.inputs.begin(), config.inputs.end(), is_it)) config.inputs.push_back({name, {}, {}});
-    }
-    return config;
-}
-
 int estimate(const std::string& name, const Options& options, const Estimator& estimator)
 {
     std::vector<std::string> notes;
-    const LearnConfig config = asked_effects(options);
+    const LearnConfig config = asked_effects(options.effects.config_file, options.effects.names);
     CommonOptions reading = options;
     reading.all_columns = reading.all_columns || !config.inputs.empty();
     const std::vector<Log> logs = read_logs(options.logs, reading, notes);
@@ -97,10 +84,7 @@ Command add_estimator(CLI::App& app, const std::string& name, const std::string&
     command->add_option("LOG.csv", options->logs, "log, or several of one machine and regime")->required()->type_name("");
     add_common(*command, *options);
     add_parameters(*command, *options);
-    command->add_option("--effect", options->effects, "effect to estimate as well, repeatable: " + list(effect_names(), 99))
-        ->check(CLI::IsMember(effect_names()))
-        ->type_name("NAME");
-    command->add_option("--config", options->config_file, "effects that a trace found, with their start values")->type_name("trace.json");
+    add_effects(*command, options->effects);
     if (name == "learn")
         command->add_option("--arith", options->arith, "arithmetic of the learners")->check(CLI::IsMember({"float", "q15"}))->capture_default_str();
     command->footer("With --out, writes DIR/" + name + ".json as well" + (name == "learn" ? ", with --arith q15 DIR/dqw_q15_config.h" : "") +
@@ -128,9 +112,7 @@ Command add_learn(CLI::App& app)
 Command add_fit(CLI::App& app)
 {
     return add_estimator(app, "fit", "fit the reference model to a log", [](const auto& logs, const Options& o, const LearnConfig& config, auto progress) {
-        std::vector<std::string> names;
-        for (const TraceInput& in : config.inputs)
-            if (std::find(names.begin(), names.end(), in.effect) == names.end()) names.push_back(in.effect);
+        const std::vector<std::string> names = effects_of(config);
         if (!names.empty()) {
             const EffectFit fitted = fit_effects(logs, names, o.parameters, std::move(progress));
             return Estimated{fitted.result, fitted.effects};

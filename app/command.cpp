@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "effect_names.hpp"
 #include "quantity.hpp"
 #include "text.hpp"
 
@@ -30,6 +31,16 @@ void add_parameters(CLI::App& command, CommonOptions& options)
         ->allow_extra_args(false)
         ->check(CLI::IsMember(known_parameters()))
         ->type_name("LIST");
+}
+
+void add_effects(CLI::App& command, EffectOptions& options)
+{
+    command.add_option("--effect", options.names, "effect to estimate as well, repeatable: " + list(effect_names(), 99))
+        ->take_all()
+        ->allow_extra_args(false)
+        ->check(CLI::IsMember(effect_names()))
+        ->type_name("NAME");
+    command.add_option("--config", options.config_file, "effects that a trace found, with their start values")->type_name("trace.json");
 }
 
 }  // namespace dqw

@@ -32,6 +32,12 @@ struct CommonOptions {
     bool all_columns = false;  ///< keep every column of the logs, not only those of a plain fit
 };
 
+/// Which effects are estimated beside the parameters.
+struct EffectOptions {
+    std::vector<std::string> names;
+    std::string config_file;
+};
+
 /// A subcommand: what the parser fills in, and what runs then. Returns an exit code.
 struct Command {
     CLI::App* app;
@@ -51,6 +57,8 @@ Command add_demo(CLI::App& app);
 void add_common(CLI::App& command, CommonOptions& options);
 /// Adds --parameters, names checked.
 void add_parameters(CLI::App& command, CommonOptions& options);
+/// Adds --effect --config.
+void add_effects(CLI::App& command, EffectOptions& options);
 
 /// Reads logs of one machine and one regime, for a joint estimate: what one machine file says holds for all. Throws InputError.
 std::vector<Log> read_logs(const std::vector<std::string>& paths, const CommonOptions& options, std::vector<std::string>& notes);

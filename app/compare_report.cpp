@@ -51,12 +51,22 @@ std::string last_places(const Comparison& c, const std::string& name)
     return signed_number((a->value - b->value) / c.unit[static_cast<std::size_t>(at - all.begin())] * kFullScale, 2);
 }
 
+/// Every parameter that one of the three may have, the effects' behind the machine's.
+std::vector<std::string> names_in(const Comparison& c)
+{
+    std::vector<std::string> out = known_parameters();
+    for (const Result* result : {&c.reference, &c.single, &c.fixed})
+        for (const Estimate& e : result->parameters)
+            if (std::find(out.begin(), out.end(), e.name) == out.end()) out.push_back(e.name);
+    return out;
+}
+
 /// Heading first.
 std::vector<std::vector<std::string>> table_rows(const Comparison& c)
 {
     std::vector<std::vector<std::string>> rows = {
         {"parameter", "unit", "reference", "float", "Q15", "float−reference %", "Q15−float %", "Q15−reference %", "Q15−float LSB"}};
-    for (const std::string& name : known_parameters()) {
+    for (const std::string& name : names_in(c)) {
         const Estimate* const three[] = {find(c.reference, name), find(c.single, name), find(c.fixed, name)};
         const auto first = std::find_if(std::begin(three), std::end(three), [](const Estimate* e) { return e != nullptr; });
         if (first == std::end(three)) continue;

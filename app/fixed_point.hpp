@@ -9,6 +9,9 @@
 #include <cstdint>
 #include <stdexcept>
 
+#include "dqw_model.h"
+#include "dqw_scale.h"
+
 namespace dqw {
 
 /// Full scales leave so much room above the largest signal.
@@ -28,6 +31,38 @@ inline std::uint32_t whole(double x) { return static_cast<std::uint32_t>(std::cl
 inline std::int16_t q15(double value, double full)
 {
     return static_cast<std::int16_t>(std::clamp(std::floor(value / full * 32768.0 + 0.5), -32768.0, 32767.0));
+}
+
+/// Full scales in SI, and the period.
+struct FullScales {
+    double v_V, i_A, w_rad_s, dt_s;
+};
+inline FullScales full_scales(const dqw_scale& s) { return {1e-3 * s.v_full_mV, 1e-3 * s.i_full_mA, 1e-3 * s.w_full_mrad_s, 1e-9 * s.dt_ns}; }
+
+/// An angle as 65536 parts of a turn.
+inline std::uint16_t turn_of(double angle_rad) { return static_cast<std::uint16_t>(std::llround(angle_rad / 6.283185307179586 * 65536.0) & 65535); }
+
+inline std::int16_t hundredths(float temp_C)
+{
+    return std::isfinite(temp_C) ? static_cast<std::int16_t>(std::clamp(std::round(100.0 * static_cast<double>(temp_C)), -32767.0, 32767.0)) : INT16_MIN;
+}
+
+/// False where a channel is no number: sixteen bits have none.
+inline bool fixed(const dqw_sample& s, const FullScales& full, dqw_sample_q15& x)
+{
+    x = {};
+    const double v_d = static_cast<double>(s.v_d_V), v_q = static_cast<double>(s.v_q_V), i_d = static_cast<double>(s.i_d_A), i_q = static_cast<double>(s.i_q_A),
+                 w_m = static_cast<double>(s.w_m_rad_s), theta = static_cast<double>(s.theta_e_rad);
+    if (!std::isfinite(v_d + v_q + i_d + i_q + w_m + theta)) return false;
+    x.v_d_q15 = q15(v_d, full.v_V);
+    x.v_q_q15 = q15(v_q, full.v_V);
+    x.i_d_q15 = q15(i_d, full.i_A);
+    x.i_q_q15 = q15(i_q, full.i_A);
+    x.w_m_q15 = q15(w_m, full.w_rad_s);
+    x.theta_e_turn = turn_of(theta);
+    x.temp_winding_cC = hundredths(s.temp_winding_C);
+    x.temp_magnet_cC = hundredths(s.temp_magnet_C);
+    return true;
 }
 
 inline double si(std::int64_t x_q40, double unit) { return static_cast<double>(x_q40) * 0x1p-40 * unit; }

@@ -90,6 +90,8 @@ double order_of(const TraceInput& in)
     return in.effect == "current_offset" ? 1.0 : 0.0;
 }
 
+}  // namespace
+
 std::uint16_t half_window_of(const std::vector<Log>& logs, const std::vector<TraceInput>& inputs, double pole_pairs)
 {
     const double dt_s = logs.front().dt_s;
@@ -104,7 +106,9 @@ std::uint16_t half_window_of(const std::vector<Log>& logs, const std::vector<Tra
     return half_window(span_s, dt_s, least);
 }
 
-/// One pass over the logs with everything decided.
+namespace {
+
+/// One pass of lib/.
 Learned pass(const std::vector<Log>& logs, const LearnOptions& options, const std::vector<TraceInput>& inputs, double pole_pairs, bool p_given)
 {
     const Log& first = logs.front();
@@ -194,7 +198,9 @@ Learned pass(const std::vector<Log>& logs, const LearnOptions& options, const st
 
 }  // namespace
 
-Learned learn_electrical(const std::vector<Log>& logs, const LearnOptions& options)
+Learned learn_electrical(const std::vector<Log>& logs, const LearnOptions& options) { return learn_in_passes(logs, options, pass); }
+
+Learned learn_in_passes(const std::vector<Log>& logs, const LearnOptions& options, const Pass& pass)
 {
     const Machine& machine = logs.front().machine;
     const std::optional<double> said = machine.pole_pairs ? machine.pole_pairs : options.start.pole_pairs;
@@ -211,6 +217,7 @@ Learned learn_electrical(const std::vector<Log>& logs, const LearnOptions& optio
     if (!said || needs_machine(options.inputs)) {
         LearnOptions plain = options;
         plain.progress = {};
+        plain.block = {};
         plain.parameters.clear();
         const Learned first = pass(logs, plain, {}, pole_pairs, said.has_value());
         known = first.model;
@@ -231,8 +238,11 @@ Learned learn_electrical(const std::vector<Log>& logs, const LearnOptions& optio
 
     // [LEARN.2] learn; where a shape rests on values that lacked the effects, once more with better ones
     check_room(options.inputs);
-    Learned learned = pass(logs, options, completed(options.inputs, logs, known), pole_pairs, said.has_value());
-    if (needs_machine(options.inputs)) learned = pass(logs, options, completed(options.inputs, logs, learned.model), pole_pairs, said.has_value());
+    const bool again = needs_machine(options.inputs);
+    LearnOptions first = options;
+    if (again) first.block = {};
+    Learned learned = pass(logs, first, completed(options.inputs, logs, known), pole_pairs, said.has_value());
+    if (again) learned = pass(logs, options, completed(options.inputs, logs, learned.model), pole_pairs, said.has_value());
     if (found) learned.result.parameters.push_back(*found);
     report_residual_of(logs, learned.inputs, learned.model, nullptr, learned.result);
     return learned;

@@ -151,6 +151,25 @@ LearnConfig read_learn_config(const std::string& path)
     return config;
 }
 
+LearnConfig asked_effects(const std::string& path, const std::vector<std::string>& names)
+{
+    LearnConfig config;
+    if (!path.empty()) config = read_learn_config(path);
+    for (const std::string& name : names) {
+        const auto is_it = [&](const TraceInput& in) { return in.effect == name; };
+        if (std::none_of(config.inputs.begin(), config.inputs.end(), is_it)) config.inputs.push_back({name, {}, {}});
+    }
+    return config;
+}
+
+std::vector<std::string> effects_of(const LearnConfig& config)
+{
+    std::vector<std::string> names;
+    for (const TraceInput& in : config.inputs)
+        if (std::find(names.begin(), names.end(), in.effect) == names.end()) names.push_back(in.effect);
+    return names;
+}
+
 bool needs_machine(const std::vector<TraceInput>& inputs)
 {
     return std::any_of(inputs.begin(), inputs.end(), [](const TraceInput& in) { return in.shape.empty() && of_machine(in.effect); });

@@ -20,6 +20,12 @@ struct LearnConfig {
 /// Reads `inputs` and `after` of a trace. Throws InputError: unreadable, no JSON, not a trace, an unknown effect.
 LearnConfig read_learn_config(const std::string& path);
 
+/// The effects asked for: those of a trace.json ("": none) with its shapes and weights, then those named that it lacks.
+LearnConfig asked_effects(const std::string& path, const std::vector<std::string>& names);
+
+/// Their names, each once.
+std::vector<std::string> effects_of(const LearnConfig& config);
+
 /// The inputs with every shape filled in that is missing: widths of 2 % of the largest current or speed, the largest current as unit of
 /// polynomials, order 6, 25 degC, a heating state where there is no thermometer; R, L_d, L_q, psi from `machine`.
 /// Throws std::invalid_argument for an effect that is not of these logs' regime, or needs an angle that they lack.

@@ -13,8 +13,6 @@
 namespace dqw {
 namespace {
 
-constexpr double kTurn_rad = 6.283185307179586;
-
 struct Units {
     double torque_Nm, w_rad_s, J_kgm2, B_Nms_rad;
 };
@@ -39,11 +37,6 @@ dqw_torque_q15_config torque_config(const TraceInput& input)
     for (int i = 0; i < dqw_effect_weights(c.effect); ++i)
         out.start_uNm[i] = static_cast<std::int32_t>(std::clamp(std::round(1e6 * static_cast<double>(c.start[i])), -2e9, 2e9));
     return out;
-}
-
-std::uint16_t turn_of(float angle_rad)
-{
-    return static_cast<std::uint16_t>(static_cast<std::int64_t>(std::llround(static_cast<double>(angle_rad) / kTurn_rad * 65536.0)) & 0xffff);
 }
 
 double sd_of(std::int64_t sd_q40, double unit) { return sd_q40 == INT64_MAX ? INFINITY : si(sd_q40, unit); }
@@ -119,7 +112,8 @@ Learned learn_mechanical_q15(const std::vector<Log>& logs, const LearnOptions& o
             log, done, total, options, [&] { dqw_mechanical_gap_q15(&m); },
             [&](std::size_t k, bool held) {
                 if (held) return;
-                (void)dqw_mechanical_step_q15(&m, q15(shaft.torques[n][k], units.torque_Nm), q15(log.w_m_rad_s[k], units.w_rad_s), turn_of(angle[k]), false);
+                (void)dqw_mechanical_step_q15(&m, q15(shaft.torques[n][k], units.torque_Nm), q15(log.w_m_rad_s[k], units.w_rad_s),
+                                              turn_of(static_cast<double>(angle[k])), false);
                 if (both) torque_constant.learn(log.i_q_A[k], log.torque_Nm[k]);
                 if ((dqw_mechanical_background_q15(&m) & DQW_EVENT_LEARNED) == 0 || !options.block) return;
                 options.block(log.t_s[k], {si(m.friction.value_q40[DQW_J_Q15], units.J_kgm2), si(m.friction.value_q40[DQW_B_Q15], units.B_Nms_rad), 0.0, 0.0});

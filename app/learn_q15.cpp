@@ -5,9 +5,9 @@
 #include <stdexcept>
 
 #include "dqw_estimator_q15.h"
+#include "effect_q15.hpp"
 #include "fixed_point.hpp"
 #include "learn_parts.hpp"
-#include "learn_residual.hpp"
 #include "learn_signals.hpp"
 
 namespace dqw {
@@ -21,16 +21,18 @@ const char* const excitations[] = {"a current of several levels on either axis, 
 
 /// Full scales in SI, and what one unit of each parameter is.
 struct Units {
-    double v_V, i_A, w_rad_s, parameter[DQW_PARAMETERS_Q15];
+    FullScales full;
+    double parameter[DQW_PARAMETERS_Q15];
 };
 
 Units units_of(const dqw_scale& scale)
 {
-    const double v = 1e-3 * scale.v_full_mV, i = 1e-3 * scale.i_full_mA, dt = 1e-9 * scale.dt_ns;
-    return {v, i, 1e-3 * scale.w_full_mrad_s, {v / i, v * dt / i, v * dt / i, v * dt}};
+    const FullScales full = full_scales(scale);
+    const double L = full.v_V * full.dt_s / full.i_A;
+    return {full, {full.v_V / full.i_A, L, L, full.v_V * full.dt_s}};
 }
 
-dqw_estimator_q15_config config_of(const std::vector<Log>& logs, const LearnOptions& options, double pole_pairs)
+dqw_estimator_q15_config config_of(const std::vector<Log>& logs, const LearnOptions& options, const std::vector<TraceInput>& inputs, double pole_pairs)
 {
     const Log& first = logs.front();
     const bool is_static = first.regime != Regime::dynamic;
@@ -48,9 +50,7 @@ dqw_estimator_q15_config config_of(const std::vector<Log>& logs, const LearnOpti
     c.Ld_nH = whole(1e9 * static_cast<double>(nominal(first.machine, options.start, &Machine::Ld_H)));
     c.Lq_nH = whole(1e9 * static_cast<double>(nominal(first.machine, options.start, &Machine::Lq_H)));
     c.psi_nWb = whole(1e9 * static_cast<double>(nominal(first.machine, options.start, &Machine::psi_Wb)));
-    if (!is_static)
-        c.half_window = static_cast<std::uint8_t>(
-            std::min<std::uint16_t>(half_window(kElectricalHalf_s, first.dt_s, kLeastElectricalHalf), DQW_WINDOW_Q15_HALF));
+    if (!is_static) c.half_window = static_cast<std::uint8_t>(std::min<std::uint16_t>(half_window_of(logs, inputs, pole_pairs), DQW_WINDOW_Q15_HALF));
     return c;
 }
 
@@ -77,35 +77,40 @@ void put(const dqw_parameters_q15& p, const Units& units, const Asked& asked, bo
             {"pole_pairs", "the cross weights do not tell them", "currents that change on both axes while the machine turns, or --pole-pairs"});
 }
 
-}  // namespace
-
-Learned learn_q15(const std::vector<Log>& logs, const LearnOptions& options)
+/// One pass of port_q15/.
+Learned pass(const std::vector<Log>& logs, const LearnOptions& options, const std::vector<TraceInput>& inputs, double pole_pairs, bool p_given)
 {
     const Log& first = logs.front();
-    if (!options.inputs.empty()) throw std::invalid_argument("effects are not in the fixed-point learners yet. Leave --arith q15 out");
-    const std::optional<double> said = first.machine.pole_pairs ? first.machine.pole_pairs : options.start.pole_pairs;
-    const dqw_estimator_q15_config config = config_of(logs, options, said.value_or(0.0));
+    dqw_estimator_q15_config config = config_of(logs, options, inputs, pole_pairs);
     const Units units = units_of(config.scale);
+    std::vector<dqw_effect_q15_config> list;
+    std::vector<double> effect_units;
+    for (const TraceInput& in : inputs) {
+        // A settled log's delay is in seconds.
+        const double weight_unit = in.effect == "delay" && config.settled ? units.full.dt_s : 1.0;
+        list.push_back(effect_config_q15(in, units.full, weight_unit, config.settled ? static_cast<double>(period_of(first, inputs)) : 0.0));
+        effect_units.push_back(effect_unit(list.back().effect, units.full) * weight_unit);
+    }
+    config.effects = list.data();
+    config.effect_count = static_cast<std::uint8_t>(list.size());
     dqw_estimator_q15 e;
-    if (dqw_estimator_init_q15(&e, &config) != DQW_OK) throw std::invalid_argument("the fixed-point learners refuse these full scales or nominal values");
+    if (dqw_estimator_init_q15(&e, &config) != DQW_OK)
+        throw std::invalid_argument("the fixed-point learners refuse these full scales, nominal values or shapes of effects");
 
     std::size_t done = 0;
+    std::uint32_t heldout = 0;
     const std::size_t total = all_rows(logs);
     for (const Log& log : logs) {
-        const SampleSource sample(log, said.value_or(0.0), {});
+        const SampleSource sample(log, pole_pairs, inputs);
         walk(
             log, done, total, options, [&] { dqw_estimator_gap_q15(&e); },
             [&](std::size_t k, bool held) {
-                if (held) return;
-                const dqw_sample s = sample(k);
-                const double all = static_cast<double>(s.v_d_V) + static_cast<double>(s.v_q_V) + static_cast<double>(s.i_d_A) + static_cast<double>(s.i_q_A) +
-                                   static_cast<double>(s.w_m_rad_s);
-                dqw_sample_q15 x{};
-                if (std::isfinite(all))
-                    x = {q15(static_cast<double>(s.v_d_V), units.v_V),         q15(static_cast<double>(s.v_q_V), units.v_V),
-                         q15(static_cast<double>(s.i_d_A), units.i_A),         q15(static_cast<double>(s.i_q_A), units.i_A),
-                         q15(static_cast<double>(s.w_m_rad_s), units.w_rad_s), 0};
-                (void)dqw_estimator_step_q15(&e, &x, !std::isfinite(all));
+                // What is held out is not learned, but it heats.
+                if (held && list.empty()) return;
+                dqw_sample_q15 x;
+                const bool good = fixed(sample(k), units.full, x);
+                heldout += held ? 1U : 0U;
+                (void)dqw_estimator_step_q15(&e, &x, held || !good);
                 if ((dqw_estimator_background_q15(&e) & DQW_EVENT_LEARNED) == 0 || !options.block) return;
                 // As read last: a reading of our own would change what follows.
                 std::array<double, 4> now{};
@@ -121,21 +126,36 @@ Learned learn_q15(const std::vector<Log>& logs, const LearnOptions& options)
     result.regime = first.regime;
     Asked asked{options.parameters, {"R_ohm", "Ld_H", "Lq_H", "psi_Wb"}};
     if (first.regime == Regime::standstill) asked.defaults = {"R_ohm"};
-    put(e.parameters, units, asked, said.has_value(), config.scale.pole_pairs, result);
-    note_gate(e.gate, 0, result);
-    result.notes.push_back(fmt::format("fixed point; full scales {:.4g} V, {:.4g} A, {:.4g} rad/s", units.v_V, units.i_A, units.w_rad_s));
+    put(e.parameters, units, asked, p_given, config.scale.pole_pairs, result);
+    note_gate(e.gate, heldout, result);
+    result.notes.push_back(fmt::format("fixed point; full scales {:.4g} V, {:.4g} A, {:.4g} rad/s", units.full.v_V, units.full.i_A, units.full.w_rad_s));
     std::copy(std::begin(units.parameter), std::end(units.parameter), learned.unit.begin());
     PlainModel& model = learned.model;
     model.pole_pairs = e.parameters.pole_pairs != 0 ? e.parameters.pole_pairs : 1;
     double* const values[] = {&model.R_ohm, &model.Ld_H, &model.Lq_H, &model.psi_Wb};
     for (int i = 0; i < DQW_PARAMETERS_Q15; ++i) *values[i] = si(e.parameters.value_q40[i], units.parameter[i]);
-    report_residual_of(logs, {}, model, nullptr, result);
+    std::vector<InputRead> read;
+    for (std::size_t n = 0; n < inputs.size(); ++n) {
+        std::int64_t w[DQW_EFFECT_STARTS], sd[DQW_EFFECT_STARTS];
+        const int known = dqw_estimator_effect_q15(&e, static_cast<int>(n), w, sd);
+        read.push_back({inputs[n], {}, static_cast<std::uint32_t>(known)});
+        read.back().input.weights.clear();
+        for (int i = 0; i < dqw_effect_weights(list[n].effect); ++i) {
+            read.back().input.weights.push_back(si(w[i], effect_units[n]));
+            read.back().sd.push_back(sd[i] == INT64_MAX ? INFINITY : si(sd[i], effect_units[n]));
+        }
+    }
+    put_effects(read, learned);
     return learned;
 }
 
+}  // namespace
+
+Learned learn_q15(const std::vector<Log>& logs, const LearnOptions& options) { return learn_in_passes(logs, options, pass); }
+
 dqw_estimator_q15_config q15_config_of(const std::vector<Log>& logs, const LearnOptions& options, double pole_pairs)
 {
-    return config_of(logs, options, pole_pairs);
+    return config_of(logs, options, {}, pole_pairs);
 }
 
 }  // namespace dqw

@@ -69,13 +69,8 @@ public:
 
     bool sample(const dqw_sample& s) override
     {
-        const double v_V = si(s.v_d_V) + si(s.v_q_V), rest = si(s.i_d_A) + si(s.i_q_A) + si(s.w_m_rad_s);
-        const double turn = si(s.theta_e_rad) / 6.283185307179586;
-        const bool good = std::isfinite(v_V) && std::isfinite(rest) && (!config_.tracker.angle || std::isfinite(turn));
-        dqw_sample_q15 x{};
-        if (good)
-            x = {q15(si(s.v_d_V), v_full_V_), q15(si(s.v_q_V), v_full_V_),         q15(si(s.i_d_A), i_full_A_),
-                 q15(si(s.i_q_A), i_full_A_), q15(si(s.w_m_rad_s), w_full_rad_s_), turn_of(turn)};
+        dqw_sample_q15 x;
+        const bool good = fixed(s, full_, x);
         // Sixteen bits have no not-a-number: the port is told of a limit, and it is counted here.
         if (!good) ++not_numbers_;
         (void)dqw_monitor_sample_q15(&m_, &x, !good);
@@ -129,8 +124,8 @@ public:
         r.healthy_friction_Nm = m_.is.healthy_friction_q24 * torque_Nm;
         r.cold_R_ohm = m_.is.cold_R_q24 * unit_of(DQW_WATCH_R);
         r.alpha_per_K = 1e-6 * config_.alpha_ppm_per_K;
-        r.residual_V = v_full_V_ * std::sqrt(std::ldexp(static_cast<double>(m_.is.residual_q54), -54));
-        r.healthy_residual_V = v_full_V_ * std::sqrt(std::ldexp(static_cast<double>(m_.is.healthy_residual_q54), -54));
+        r.residual_V = full_.v_V * std::sqrt(std::ldexp(static_cast<double>(m_.is.residual_q54), -54));
+        r.healthy_residual_V = full_.v_V * std::sqrt(std::ldexp(static_cast<double>(m_.is.healthy_residual_q54), -54));
         r.blocks = m_.tracker.blocks;
         r.friction_known = m_.watch.reversals > 0 && m_.watch.looks[DQW_WATCH_FRICTION] > 0;
         r.in_service = m_.stage.name == DQW_STAGE_IN_SERVICE;
@@ -163,31 +158,25 @@ private:
         if (status != DQW_OK) throw std::invalid_argument("the fixed-point monitor refuses these full scales or nominal values");
     }
 
-    static std::uint16_t turn_of(double turn)
-    {
-        return static_cast<std::uint16_t>(static_cast<std::uint32_t>(std::floor((turn - std::floor(turn)) * 65536.0 + 0.5)) & 65535U);
-    }
-
     /// What 1 in an event's format is, SI.
     double unit_of(int channel) const
     {
         const dqw_tracker_q15_config& t = config_.tracker;
         const double R = 1e-6 * t.R_uohm, L = 0.5e-9 * (static_cast<double>(t.Ld_nH) + t.Lq_nH);
         switch (channel) {
-        case DQW_WATCH_OFFSET: return i_full_A_ / kOneQ24;
+        case DQW_WATCH_OFFSET: return full_.i_A / kOneQ24;
         case DQW_WATCH_RESISTANCE: return R / kOneQ24;
         case DQW_WATCH_REACTANCE: return L / kOneQ24;
         case DQW_WATCH_SHORT: return std::ldexp(static_cast<double>(dqw_witness_short_q40(&t)), -40) / R / kOneQ24;
-        case DQW_WATCH_FRICTION: return 1.5 * t.scale.pole_pairs * 1e-9 * t.psi_nWb * i_full_A_ / kOneQ24;
+        case DQW_WATCH_FRICTION: return 1.5 * t.scale.pole_pairs * 1e-9 * t.psi_nWb * full_.i_A / kOneQ24;
         case DQW_WATCH_TEMPERATURE: return 0x1p-16;
-        case DQW_WATCH_RESIDUAL: return v_full_V_ / kOneQ24;
+        case DQW_WATCH_RESIDUAL: return full_.v_V / kOneQ24;
         default: return dqw_tracker_unit_q15(&t, static_cast<dqw_tracker_weight_q15>(channel)) * kUnit[static_cast<std::size_t>(channel)] / kOneQ24;
         }
     }
 
     const dqw_monitor_q15_config config_;
-    const double v_full_V_ = 1e-3 * config_.tracker.scale.v_full_mV, i_full_A_ = 1e-3 * config_.tracker.scale.i_full_mA,
-                 w_full_rad_s_ = 1e-3 * config_.tracker.scale.w_full_mrad_s;
+    const FullScales full_ = full_scales(config_.tracker.scale);
     dqw_monitor_q15 m_{};
     dqw_monitor_random_q15 lent_{};
     std::uint32_t not_numbers_ = 0;

@@ -5,6 +5,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "dqw_effect_q15.h"
 #include "dqw_gate.h"
 #include "dqw_model_q15.h"
 #include "dqw_scale.h"
@@ -25,6 +26,10 @@ typedef struct dqw_estimator_q15_config {
     uint8_t half_window;                     ///< pairs in half a block, 1 .. 100; 0: 20. Dynamic only
     uint8_t read_blocks;                     ///< blocks between two readings; 0: 4. More cost less, and follow the first blocks later
     bool settled;                            ///< every sample is a settled point of its own: steady and standstill logs
+#if DQW_EFFECT_WEIGHTS > 0
+    const dqw_effect_q15_config *effects;  ///< electrical effects to learn as well; stays in use as long as the object. They need the pole pairs
+    uint8_t effect_count;                  ///< their weights together <= DQW_EFFECT_WEIGHTS
+#endif
 } dqw_estimator_q15_config;
 
 typedef struct dqw_estimator_q15 {
@@ -41,7 +46,10 @@ typedef struct dqw_estimator_q15 {
     // Handed to the background.
     bool pending;
     uint16_t weight, missed;  ///< of the block that waits; blocks lost because the background came too late, up to 65535
-    int32_t sums[DQW_BLOCK_Q15_SIGNALS];
+    int32_t sums[DQW_BLOCK_Q15_SIGNALS + 2 * DQW_EFFECT_WEIGHTS];
+#if DQW_EFFECT_WEIGHTS > 0
+    dqw_effect_q15 effect;
+#endif
 } dqw_estimator_q15;
 
 /// Make an estimator.
@@ -75,6 +83,17 @@ uint32_t dqw_estimator_background_q15(dqw_estimator_q15 *e);
 /// Read all that was learned until now.
 /// Context  background; dqw_estimator_step_q15 may interrupt it
 void dqw_estimator_read_q15(dqw_estimator_q15 *e);
+
+#if DQW_EFFECT_WEIGHTS > 0
+/// What was read last of the effect config->effects[index]: weights and their deviations, in the order of its law.
+///
+/// Source   (E18), (E50), (E75) in docs/EQUATIONS.md: one joint system with R, L_d, L_q and psi
+/// Format   Q40 of the units that dqw_effect_restored_q40 names; a deviation of INT64_MAX: not known
+/// Shape    weights_q40[], sd_q40[]: dqw_effect_weights() of the name, written
+/// Returns  bit i set where weight i is known, as dqw_effect_known_q15; DQW_ERR_SIZE for an index out of range
+/// Context  background
+int dqw_estimator_effect_q15(const dqw_estimator_q15 *e, int index, int64_t weights_q40[], int64_t sd_q40[]);
+#endif
 
 #ifdef __cplusplus
 }

@@ -34,6 +34,10 @@ typedef struct dqw_parameters_q15 {
     int64_t sd_q40[DQW_PARAMETERS_Q15];     ///< INT64_MAX: not known
     uint16_t pole_pairs;                    ///< given, or found; 0: not known
     uint8_t known;                          ///< bits 0 .. 3 as the parameters, bit 4 the pole pairs
+#if DQW_EFFECT_WEIGHTS > 0
+    int64_t effect_q40[DQW_EFFECT_WEIGHTS];  ///< the effects' weights, per unit of their inputs' bases, in the order of the configuration
+    int64_t effect_sd_q40[DQW_EFFECT_WEIGHTS];
+#endif
 } dqw_parameters_q15;
 
 /// Signals of the pair that `now` ends, as dqw_window_q15 gathers them: |x| <= 2^17, sums of two (the voltage alone) in Q15, products in Q16.
@@ -88,7 +92,8 @@ void dqw_model_correct_q15(dqw_block_q15 *b, const dqw_parameters_q15 *known, co
 /// Source   (E13), (E14) in docs/EQUATIONS.md
 void dqw_model_inputs_q15(const dqw_block_q15 *b, int32_t x_d[], int32_t x_q[]);
 
-/// Weights of both axes to R, L_d, L_q, psi and p, each weighed by what was learned of it. Solves both axes on the way.
+/// Weights of both axes to R, L_d, L_q, psi and p, each weighed by what was learned of it. Solves both axes on the way. Inputs beyond an axis'
+/// own are effects' (dqw_effect_q15.h), as many and in the same order on both axes: one joint system with the rest.
 ///
 /// Source   (E18), (E22) in docs/EQUATIONS.md
 /// Range    a parameter is known where it is positive, its deviation is below a quarter of it, and its regressors are not mostly noise

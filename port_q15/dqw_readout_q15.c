@@ -3,6 +3,8 @@
 
 // Parameters, and inputs of one axis.
 enum { N = DQW_PARAMETERS_Q15, IN_L = 1, IN_CROSS = 2 };
+// Parameters, and inputs of an axis, with every effect that there is room for.
+enum { ALL = N + DQW_EFFECT_WEIGHTS };
 // Pole pairs are taken for an integer when every other integer is four deviations away, and the estimate itself lies within a quarter.
 #define QUARTER_Q10 256
 #define POLE_PAIRS_MAX 100
@@ -66,22 +68,64 @@ static uint16_t find_pole_pairs(const axis_read *d, const axis_read *q, const dq
     return nearest >= 1 && off_q10 < QUARTER_Q10 && 4 * sd_q10 < 1024 - off_q10 ? (uint16_t)nearest : 0;
 }
 
-// One axis' part of the joint normal equations, times 2^up: an axis that weighs little keeps its digits. to[i] is the parameter that weight i stands for, factor[i] how many of it.
-static void join(const axis_read *r, const uint8_t to[], const int64_t factor_q28[], int up, dqw_normal_q15 *m)
+// Effects' weights stand behind an axis' own, and behind the parameters; without room for effects there are none.
+#if DQW_EFFECT_WEIGHTS > 0
+static int effects_of(const dqw_axis_q15 *d)
+{
+    return d->normal.inputs - DQW_D_Q15_INPUTS;
+}
+
+static int place_of(const uint8_t to[], int own, int i)
+{
+    return i < own ? to[i] : N + i - own;
+}
+
+static int64_t part_of(const int64_t factor_q28[], int own, int i)
+{
+    return i < own ? factor_q28[i] : ONE_Q28;
+}
+#else
+static int effects_of(const dqw_axis_q15 *d)
+{
+    (void)d;
+    return 0;
+}
+
+static int place_of(const uint8_t to[], int own, int i)
+{
+    (void)own;
+    return to[i];
+}
+
+static int64_t part_of(const int64_t factor_q28[], int own, int i)
+{
+    (void)own;
+    return factor_q28[i];
+}
+#endif
+
+static int sum_at(int i, int j)
+{
+    return i < j ? DQW_NORMAL_A(i, j) : DQW_NORMAL_A(j, i);
+}
+
+// One axis' part of the joint normal equations, times 2^up: an axis that weighs little keeps its digits. to[i] is the parameter that weight i of the axis' `own` stands for,
+// factor[i] how many of it.
+static void join(const axis_read *r, int own, const uint8_t to[], const int64_t factor_q28[], int up, dqw_normal_q15 *m)
 {
     const dqw_normal_q15 *n = &r->a->normal;
     for (int j = 0; j < n->inputs; j++) {
         // The square of a small angle has few bits in Q28: 7 of settled rows, whose period is a microsecond.
-        const int64_t part_q56 = dqw_q_product64(factor_q28[j], r->weight_q31, -3);
+        const int64_t part_q56 = dqw_q_product64(part_of(factor_q28, own, j), r->weight_q31, -3);
         for (int i = 0; i <= j; i++) {
-            const int64_t both_q56 = dqw_q_product64(factor_q28[i], part_q56, -28);
-            const int at = to[i] < to[j] ? DQW_NORMAL_A(to[i], to[j]) : DQW_NORMAL_A(to[j], to[i]);
+            const int64_t both_q56 = dqw_q_product64(part_of(factor_q28, own, i), part_q56, -28);
+            const int at = sum_at(place_of(to, own, i), place_of(to, own, j));
             // Less what the start values brought.
             const int64_t sum_q32 = n->a_q32[DQW_NORMAL_A(i, j)] - (i == j ? DQW_AXIS_Q15_PRIOR_Q32 : 0);
             m->a_q32[at] += dqw_q_product64(sum_q32, both_q56, up - 56);
         }
         const int64_t sum_q32 = n->b_q32[j] - dqw_q_product64(DQW_AXIS_Q15_PRIOR_Q32, r->a->start_q40[j], -40);
-        m->b_q32[to[j]] += dqw_q_product64(sum_q32, part_q56, up - 56);
+        m->b_q32[place_of(to, own, j)] += dqw_q_product64(sum_q32, part_q56, up - 56);
     }
     m->c_q32 += dqw_q_product64(n->c_q32, r->weight_q31, up - 31);
 }
@@ -108,6 +152,11 @@ static void join_single(const axis_read *r, int input, int parameter, dqw_normal
     m->c_q32 += dqw_q_product64(b_q32, r->s.w_q40[input], -40) + 1;
 }
 
+static int64_t deviation_q40(int64_t cov_q40, int64_t variance_q56, int up)
+{
+    return cov_q40 != INT64_MAX ? (int64_t)dqw_q_root64((uint64_t)dqw_q_product64(cov_q40, variance_q56, up - 48)) << 16 : INT64_MAX;
+}
+
 dqw_parameters_q15 dqw_model_read_q15(dqw_axis_q15 *d, dqw_axis_q15 *q, const dqw_scale *scale, bool settled)
 {
     static const uint8_t to_d[] = {DQW_R_Q15, DQW_LD_Q15, DQW_LQ_Q15};
@@ -125,15 +174,21 @@ dqw_parameters_q15 dqw_model_read_q15(dqw_axis_q15 *d, dqw_axis_q15 *q, const dq
     if (out.pole_pairs != 0) out.known = KNOWN_POLE_PAIRS;
     dqw_normal_q15 m;
     int up = 0;
-    static const int64_t zero[N] = {0};
+    const int effects = out.pole_pairs != 0 ? effects_of(d) : 0;
+    static const int64_t zero[ALL] = {0};
+#if DQW_EFFECT_WEIGHTS > 0
+    int64_t prior_q32[ALL];
+    for (int i = 0; i < N + effects; i++) prior_q32[i] = 1;
+#else
     static const int64_t prior_q32[N] = {1, 1, 1, 1};
-    (void)dqw_normal_init_q15(&m, N, prior_q32, zero);
+#endif
+    (void)dqw_normal_init_q15(&m, N + effects, prior_q32, zero);
     if (out.pole_pairs != 0) {
         const int64_t p_q28 = dqw_scale_angle_q28(scale) * out.pole_pairs;
         const int64_t factor_q28[] = {ONE_Q28, ONE_Q28, p_q28, p_q28};
         up = room(d) < room(q) ? room(d) : room(q);
-        join(&on_d, to_d, factor_q28, up, &m);
-        join(&on_q, to_q, factor_q28, up, &m);
+        join(&on_d, DQW_D_Q15_INPUTS, to_d, factor_q28, up, &m);
+        join(&on_q, DQW_Q_Q15_INPUTS, to_q, factor_q28, up, &m);
     } else {
         join_single(&on_d, 0, DQW_R_Q15, &m);
         join_single(&on_q, 0, DQW_R_Q15, &m);
@@ -145,15 +200,20 @@ dqw_parameters_q15 dqw_model_read_q15(dqw_axis_q15 *d, dqw_axis_q15 *q, const dq
 
     const int64_t blocks = d->blocks > q->blocks ? d->blocks : q->blocks;
     for (int i = 0; i < N; i++) {
-        const bool learned = s.cov_q40[i] != INT64_MAX;
-        const int64_t sd_q40 = learned ? (int64_t)dqw_q_root64((uint64_t)dqw_q_product64(s.cov_q40[i], least_q56, up - 48)) << 16 : INT64_MAX;
+        const int64_t sd_q40 = deviation_q40(s.cov_q40[i], least_q56, up);
         out.value_q40[i] = s.w_q40[i];
         out.sd_q40[i] = sd_q40;
-        if (!learned || s.w_q40[i] <= 0 || sd_q40 >= dqw_q_floor64(s.w_q40[i], 2)) continue;
+        if (sd_q40 == INT64_MAX || s.w_q40[i] <= 0 || sd_q40 >= dqw_q_floor64(s.w_q40[i], 2)) continue;
         // A regressor that is mostly noise shrinks its weight by up to n (sd / w)^2, however small the deviation gets. (E20)
         const int64_t ratio_q20 = dqw_q_quotient64(sd_q40, s.w_q40[i], 20);
         if (!settled && dqw_q_product64(ratio_q20 * ratio_q20, blocks, -20) > SHRUNK_MAX_Q20) continue;
         out.known |= (uint8_t)(1u << i);
     }
+#if DQW_EFFECT_WEIGHTS > 0
+    for (int i = 0; i < DQW_EFFECT_WEIGHTS; i++) {
+        out.effect_q40[i] = i < effects ? s.w_q40[N + i] : 0;
+        out.effect_sd_q40[i] = i < effects ? deviation_q40(s.cov_q40[N + i], least_q56, up) : INT64_MAX;
+    }
+#endif
     return out;
 }

@@ -4,18 +4,22 @@
 
 #include <stdint.h>
 
+#include "dqw_size.h"
 #include "dqw_status.h"
 
 #ifdef __cplusplus
 extern "C" {
 #endif
 
-/// Terminal signals of one row, as dqw_sample. -32768, -32767 and 32767 count as beyond the full scale.
+/// Terminal signals of one row, as dqw_sample. Of voltages, currents and speed -32768, -32767 and 32767 count as beyond the full scale.
 typedef struct dqw_sample_q15 {
     int16_t v_d_q15, v_q_q15;  ///< of v_full
     int16_t i_d_q15, i_q_q15;  ///< of i_full
     int16_t w_m_q15;           ///< of w_full
     uint16_t theta_e_turn;     ///< electrical angle, 65536 a turn
+#if DQW_EFFECT_WEIGHTS > 0
+    int16_t temp_winding_cC, temp_magnet_cC;  ///< hundredths of a degree; INT16_MIN: no number. Read only where an effect needs it
+#endif
 } dqw_sample_q15;
 
 /// Full scales, from nameplate values: what no signal reaches, the nearer the better.

@@ -43,7 +43,7 @@ static std::string ran(const Folder& folder, const std::string& program)
     folder.write("main.c", "#include \"dqw_q15_config.h\"\n#include \"dqw_q15_config.h\"\n#include <stdio.h>\n" + program);
     const auto build = command::run_program({"sh", "-c",
                                              "${CC:-cc} -std=c99 -pedantic -Wall -Wextra -Wconversion -Wsign-conversion -Wshadow -Werror -Ilib "
-                                             "-Iport_q15 -I\"$0\" \"$0/main.c\" port_q15/*.c lib/dqw_gate.c lib/dqw_stage.c lib/dqw_change.c -o \"$0/main\"",
+                                             "-Iport_q15 -I\"$0\" \"$0/main.c\" port_q15/*.c lib/dqw_gate.c lib/dqw_stage.c lib/dqw_change.c lib/dqw_watch.c lib/dqw_effect_name.c -o \"$0/main\"",
                                              folder / ""});
     TEST_ASSERT_EQUAL_INT_MESSAGE(0, build.code, build.err.c_str());
     const auto run = command::run_program({folder / "main"});

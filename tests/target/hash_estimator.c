@@ -1,6 +1,6 @@
 // The estimator over the drive's signals, dynamic and settled: events, blocks and weights after every step, what is known at the end.
-#include "dqw_estimator_q15.h"
 #include "target/hash.h"
+#include "target/hash_estimator.h"
 #include "target/stimulus_q15.h"
 
 static void put_axis(hash *h, const dqw_axis_q15 *a)
@@ -47,25 +47,27 @@ static void put_window(hash *h, const dqw_window_q15 *w)
     hash_put(h, w->rise_weight);
 }
 
+dqw_estimator_q15 hash_estimator_q15;
+
 static void run(hash *h, bool settled, int steps)
 {
     static stimulus s;
-    static dqw_estimator_q15 e;
+    dqw_estimator_q15 *e = &hash_estimator_q15;
     const dqw_estimator_q15_config config = {
         .scale = STIMULUS_SCALE, .R_uohm = 400000, .Ld_nH = 700000, .Lq_nH = 1900000, .psi_nWb = 12000000, .stale_limit = 10, .settled = settled};
     stimulus_start(&s);
-    hash_put(h, dqw_estimator_init_q15(&e, &config));
+    hash_put(h, dqw_estimator_init_q15(e, &config));
     for (int k = 1; k <= steps; k++) {
         stimulus_next(&s);
         const dqw_sample_q15 sample = stimulus_sample(&s);
-        const uint32_t events = dqw_estimator_step_q15(&e, &sample, s.limited) | dqw_estimator_background_q15(&e);
+        const uint32_t events = dqw_estimator_step_q15(e, &sample, s.limited) | dqw_estimator_background_q15(e);
         hash_put(h, events);
-        put_window(h, &e.window);
-        if (events != 0) put_state(h, &e);
-        if (k % 2000 == 0) dqw_estimator_gap_q15(&e);
+        put_window(h, &e->window);
+        if (events != 0) put_state(h, e);
+        if (k % 2000 == 0) dqw_estimator_gap_q15(e);
     }
-    dqw_estimator_read_q15(&e);
-    put_state(h, &e);
+    dqw_estimator_read_q15(e);
+    put_state(h, e);
 }
 
 hash hash_estimator(void)

@@ -1,0 +1,646 @@
+// The effects' inputs in fixed point beside the float ones, each law over a whole trajectory; what is learned of them beside what float
+// learns; heat, refusals, any bits.
+#include "dqw_estimator.h"
+#include "dqw_estimator_q15.h"
+#include "dqw_test.h"
+#include "sim_log.h"
+
+void setUp(void) { test_case[0] = 0; }
+void tearDown(void) {}
+
+enum { ROWS = 10000, SETTLED_ROWS = 600 };
+#define R_TRUE 0.9
+#define LD_TRUE 2.2e-3
+#define LQ_TRUE 2.8e-3
+#define PSI_TRUE 0.12
+#define P_TRUE 4
+#define V_FULL 180.0
+#define I_FULL 14.0
+#define W_FULL 220.0
+#define DT_S 1e-4
+// Of settled rows.
+#define UNIT_S 1e-6
+
+static const dqw_scale scale = {.v_full_mV = 180000, .i_full_mA = 14000, .w_full_mrad_s = 220000, .dt_ns = 100000, .pole_pairs = P_TRUE};
+static const dqw_scale settled_scale = {.v_full_mV = 180000, .i_full_mA = 14000, .w_full_mrad_s = 220000, .dt_ns = 1000, .pole_pairs = P_TRUE};
+
+typedef struct law {
+    const char *name;
+    dqw_effect_config one;
+    dqw_effect_q15_config two;
+    int v, i, dt;  // its weights' unit: powers of full voltage, full current, period
+    double w[DQW_EFFECT_STARTS];
+} law;
+
+#define FLOAT(name, ...)                                                                                                                                       \
+    {                                                                                                                                                          \
+        .effect = (name), .shape = { __VA_ARGS__ }                                                                                                             \
+    }
+#define MACHINE .R_uohm = 900000, .Ld_nH = 2200000, .Lq_nH = 2800000, .psi_nWb = 120000000
+static const law laws[] = {
+    {"dead_time", FLOAT(DQW_EFFECT_DEAD_TIME, 0.3f), {.effect = DQW_EFFECT_DEAD_TIME, .i_uA = 300000}, 1, 0, 0, {4}},
+    {"saturation", FLOAT(DQW_EFFECT_SATURATION, 15), {.effect = DQW_EFFECT_SATURATION, .i_uA = 15000000}, 1, 0, 1, {-0.004, -0.003, -0.002, -0.008, -0.003}},
+    {"cross_saturation", FLOAT(DQW_EFFECT_CROSS_SATURATION, 15), {.effect = DQW_EFFECT_CROSS_SATURATION, .i_uA = 15000000}, 1, 0, 1, {-0.006, -0.003, 0.002}},
+    {"winding_temperature",
+     FLOAT(DQW_EFFECT_WINDING_TEMPERATURE, 25, 0),
+     {.effect = DQW_EFFECT_WINDING_TEMPERATURE, .T_0_cC = 2500},
+     1,
+     -1,
+     0,
+     {R_TRUE * 0.0039}},
+    {"winding_temperature by heating",
+     FLOAT(DQW_EFFECT_WINDING_TEMPERATURE, 25, 0.2f, 15),
+     {.effect = DQW_EFFECT_WINDING_TEMPERATURE, .T_0_cC = 2500, .tau_us = 200000, .i_uA = 15000000},
+     1,
+     -1,
+     0,
+     {0.5}},
+    {"magnet_temperature",
+     FLOAT(DQW_EFFECT_MAGNET_TEMPERATURE, 25, 0),
+     {.effect = DQW_EFFECT_MAGNET_TEMPERATURE, .T_0_cC = 2500},
+     1,
+     0,
+     1,
+     {-PSI_TRUE * 0.0012}},
+    {"magnet_temperature by heating",
+     FLOAT(DQW_EFFECT_MAGNET_TEMPERATURE, 25, 0.2f, 15),
+     {.effect = DQW_EFFECT_MAGNET_TEMPERATURE, .T_0_cC = 2500, .tau_us = 200000, .i_uA = 15000000},
+     1,
+     0,
+     1,
+     {-0.02}},
+    {"iron_loss", FLOAT(DQW_EFFECT_IRON_LOSS, (float)R_TRUE, (float)LD_TRUE, (float)LQ_TRUE), {.effect = DQW_EFFECT_IRON_LOSS, MACHINE}, -1, 1, 0, {1.0 / 60}},
+    {"flux_harmonics", FLOAT(DQW_EFFECT_FLUX_HARMONICS, 6), {.effect = DQW_EFFECT_FLUX_HARMONICS, .order = 6}, 1, 0, 1, {2e-3, -1e-3, 0.5e-3, 1.5e-3}},
+    {"current_offset",
+     FLOAT(DQW_EFFECT_CURRENT_OFFSET, (float)R_TRUE, (float)LD_TRUE, (float)LQ_TRUE),
+     {.effect = DQW_EFFECT_CURRENT_OFFSET, MACHINE},
+     0,
+     1,
+     0,
+     {0.4, -0.25}},
+    {"current_gain_mismatch",
+     FLOAT(DQW_EFFECT_CURRENT_GAIN_MISMATCH, (float)R_TRUE, (float)LD_TRUE, (float)LQ_TRUE),
+     {.effect = DQW_EFFECT_CURRENT_GAIN_MISMATCH, MACHINE},
+     0,
+     0,
+     0,
+     {0.03, -0.02}},
+    {"angle_offset",
+     FLOAT(DQW_EFFECT_ANGLE_OFFSET, (float)LD_TRUE, (float)LQ_TRUE, (float)PSI_TRUE),
+     {.effect = DQW_EFFECT_ANGLE_OFFSET, MACHINE},
+     0,
+     0,
+     0,
+     {0.05}},
+    {"delay", FLOAT(DQW_EFFECT_DELAY, 0), {.effect = DQW_EFFECT_DELAY}, 0, 0, 0, {0.3}},
+    {"skin_effect", FLOAT(DQW_EFFECT_SKIN_EFFECT, 0), {.effect = DQW_EFFECT_SKIN_EFFECT}, 1, -1, 2, {R_TRUE * 1.5e-6}},
+    {"phase_resistance_imbalance", FLOAT(DQW_EFFECT_PHASE_RESISTANCE_IMBALANCE, 0), {.effect = DQW_EFFECT_PHASE_RESISTANCE_IMBALANCE}, 1, -1, 0, {0.2, -0.1}},
+    {"voltage_offset", FLOAT(DQW_EFFECT_VOLTAGE_OFFSET, 0), {.effect = DQW_EFFECT_VOLTAGE_OFFSET}, 1, 0, 0, {1.5, -1.0}},
+};
+enum { LAWS = sizeof laws / sizeof laws[0] };
+
+// Measured. Inputs: largest difference, 1/32768 of the base, of pairs and of settled rows. What is learned: largest difference of a weight in
+// percent of the effect's largest, and of R, L_d, L_q, psi in percent of each; of pairs and of settled rows.
+static const struct {
+    double input[2], weight[2], plain[2];
+} measured[LAWS] = {
+    {{7.7, 7.7}, {0.0079, 0.0028}, {0.0043, 0.003}},         // dead_time
+    {{0.063, 0.00095}, {11, 0.48}, {0.014, 0.0063}},         // saturation
+    {{0.09, 0.00064}, {0.029, 0.016}, {0.0057, 0.001}},      // cross_saturation
+    {{0.031, 0.00044}, {0.14, 0.0083}, {0.025, 0.0037}},     // winding_temperature
+    {{0.031, 0}, {0.19, 0}, {0.018, 0}},                     // winding_temperature by heating
+    {{0.031, 0.0004}, {0.0045, 0.006}, {0.0055, 0.001}},     // magnet_temperature
+    {{0.063, 0}, {0.0023, 0}, {0.011, 0}},                   // magnet_temperature by heating
+    {{0.11, 0.00052}, {0.00037, 0.0039}, {0.0031, 0.0028}},  // iron_loss
+    {{1.6, 0.38}, {0.00094, 0.012}, {0.0025, 0.005}},        // flux_harmonics
+    {{1.6, 0.5}, {0.11, 0.023}, {0.0055, 0.0028}},           // current_offset
+    {{1.2, 0.32}, {0.0056, 0.034}, {0.0011, 0.0034}},        // current_gain_mismatch
+    {{0.087, 0.002}, {5.7e-05, 0.0034}, {0.0095, 0.0015}},   // angle_offset
+    {{0.032, 0.00045}, {0.0037, 0.013}, {0.0048, 0.0024}},   // delay
+    {{0.031, 0.00068}, {0.0038, 0.0015}, {0.0025, 0.0019}},  // skin_effect
+    {{0.58, 0.63}, {0.0088, 0.0072}, {0.0023, 0.0017}},      // phase_resistance_imbalance
+    {{0, 0}, {0.01, 0.0027}, {0.0068, 0.0015}},              // voltage_offset
+};
+
+// Pairs in half a block: what comes and goes with the angle needs short ones.
+static int half_of(const law *l)
+{
+    const enum dqw_effect_name effect = l->one.effect;
+    return effect == DQW_EFFECT_FLUX_HARMONICS || effect == DQW_EFFECT_CURRENT_GAIN_MISMATCH || effect == DQW_EFFECT_PHASE_RESISTANCE_IMBALANCE ? 5 : 20;
+}
+
+// A unit of the weights, SI.
+static double unit_of(const law *l, bool settled) { return pow(V_FULL, l->v) * pow(I_FULL, l->i) * pow(settled ? UNIT_S : DT_S, l->dt); }
+
+// Signals of a log: of a drive, or of settled points.
+typedef struct row {
+    double x[5], theta, temp;  // v_d v_q i_d i_q w_m
+} row;
+static row rows[ROWS];
+static const double full[5] = {V_FULL, V_FULL, I_FULL, I_FULL, W_FULL};
+
+static void drive_rows(void)
+{
+    static row kept[ROWS];
+    static bool have = false;
+    if (!have) {
+        dqw_sim_scenario s = *dqw_sim_scenario_find("servo_ideal");
+        s.duration_s = ROWS * DT_S;
+        dqw_sim_row *log = simulate(&s);
+        TEST_ASSERT_EQUAL_size_t(ROWS, count);
+        for (size_t k = 0; k < count; k++) {
+            const dqw_sim_row *r = &log[k];
+            const double t = (double)k / ROWS;
+            kept[k] = (row){{r->v_d_V, r->v_q_V, r->i_d_A, r->i_q_A, r->w_m_rad_s}, r->theta_e_rad, 25 + 60 * t + 10 * sin(9 * t)};
+            for (int i = 0; i < 5; i++) TEST_ASSERT_TRUE(fabs(kept[k].x[i]) < 0.999 * full[i]);
+        }
+        free(log);
+        have = true;
+    }
+    memcpy(rows, kept, sizeof rows);
+}
+
+static void settled_rows(void)
+{
+    test_random r = {31};
+    for (int k = 0; k < SETTLED_ROWS; k++) {
+        const double i_d = random_uniform(&r, -9, 9);
+        const double i_q = random_uniform(&r, -9, 9);
+        const double w_m = random_uniform(&r, -150, 150);
+        const double w = P_TRUE * w_m;
+        const row one = {{R_TRUE * i_d - w * LQ_TRUE * i_q, R_TRUE * i_q + w * (LD_TRUE * i_d + PSI_TRUE), i_d, i_q, w_m},
+                         random_uniform(&r, -PI, PI),
+                         random_uniform(&r, 0, 120)};
+        rows[k] = one;
+    }
+}
+
+static int16_t q15(double x, double of) { return (int16_t)lrint(x / of * 32768); }
+
+static dqw_sample_q15 fixed(const row *r)
+{
+    const dqw_sample_q15 s = {.v_d_q15 = q15(r->x[0], V_FULL),
+                              .v_q_q15 = q15(r->x[1], V_FULL),
+                              .i_d_q15 = q15(r->x[2], I_FULL),
+                              .i_q_q15 = q15(r->x[3], I_FULL),
+                              .w_m_q15 = q15(r->x[4], W_FULL),
+                              .theta_e_turn = (uint16_t)(lrint(remainder(r->theta, 2 * PI) / (2 * PI) * 65536) & 65535),
+                              .temp_winding_cC = (int16_t)lrint(100 * r->temp),
+                              .temp_magnet_cC = (int16_t)lrint(100 * r->temp)};
+    return s;
+}
+
+static dqw_sample exact(const row *r)
+{
+    const dqw_sample s = {.v_d_V = (float)r->x[0],
+                          .v_q_V = (float)r->x[1],
+                          .i_d_A = (float)r->x[2],
+                          .i_q_A = (float)r->x[3],
+                          .w_m_rad_s = (float)r->x[4],
+                          .theta_e_rad = (float)remainder(r->theta, 2 * PI),
+                          .temp_winding_C = (float)r->temp,
+                          .temp_magnet_C = (float)r->temp};
+    return s;
+}
+
+// What the integers stand for.
+static dqw_sample meant(const dqw_sample_q15 *x)
+{
+    const row r = {{x->v_d_q15 / 32768.0 * V_FULL, x->v_q_q15 / 32768.0 * V_FULL, x->i_d_q15 / 32768.0 * I_FULL, x->i_q_q15 / 32768.0 * I_FULL,
+                    x->w_m_q15 / 32768.0 * W_FULL},
+                   x->theta_e_turn / 65536.0 * 2 * PI,
+                   x->temp_winding_cC / 100.0};
+    return exact(&r);
+}
+
+static dqw_effect one;
+static dqw_effect_q15 two;
+
+static void begin(const law *l, bool settled)
+{
+    const dqw_effect_base base = {settled ? 1.0f : (float)DT_S, (float)V_FULL, (float)I_FULL, (float)W_FULL, P_TRUE};
+    const dqw_effect_q15_base fixed_base = {.scale = settled ? &settled_scale : &scale, .settled = settled, .half_window = (uint8_t)half_of(l)};
+    TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_effect_init(&one, &l->one, 1, &base));
+    TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_effect_init_q15(&two, &l->two, 1, &fixed_base));
+}
+
+// A weight that is 1 per unit of its input's base, SI; a settled delay's is in float's periods of 1 s.
+static double weight_of(const law *l, int i, bool settled)
+{
+    const double w = ldexp((double)dqw_effect_restored_q40(&two, 0, i, (int64_t)1 << 40), -40) * unit_of(l, settled);
+    return settled && l->one.effect == DQW_EFFECT_DELAY ? w * UNIT_S : w;
+}
+
+static void test_inputs_over_a_whole_trajectory(void)
+{
+    for (int settled = 0; settled < 2; settled++) {
+        settled ? settled_rows() : drive_rows();
+        for (int n = 0; n < LAWS; n++) {
+            const law *l = &laws[n];
+            // Settled rows here are no time apart.
+            if (settled && l->two.tau_us > 0) continue;
+            CASE("%s, %s", l->name, settled ? "settled" : "pairs");
+            begin(l, settled);
+            const int weights = dqw_effect_weights(l->one.effect);
+            double worst = 0.0;
+            double largest = 0.0;
+            dqw_sample last = {0};
+            dqw_sample_q15 last_q15 = {0};
+            for (int k = 0; k < (settled ? SETTLED_ROWS : ROWS); k++) {
+                const dqw_sample_q15 x = fixed(&rows[k]);
+                const dqw_sample s = meant(&x);
+                float f[2][DQW_EFFECT_WEIGHTS];
+                int32_t q[2][DQW_EFFECT_WEIGHTS];
+                bool there = true;
+                if (settled) {
+                    dqw_effect_static(&one, &s, f[0], f[1]);
+                    dqw_effect_static_q15(&two, &x, q[0], q[1]);
+                } else {
+                    there = dqw_effect_pair(&one, k > 0 ? &last : NULL, &s, f[0], f[1]);
+                    HOLDS(there == dqw_effect_pair_q15(&two, k > 0 ? &last_q15 : NULL, &x, q[0], q[1]));
+                }
+                dqw_effect_heat(&one, s.i_d_A, s.i_q_A);
+                dqw_effect_heat_q15(&two, x.i_d_q15, x.i_q_q15);
+                for (int i = 0; there && i < weights; i++)
+                    for (int axis = 0; axis < 2; axis++) {
+                        const double now = ldexp(q[axis][i], -1 - two.fraction);
+                        HOLDS(fabs(now) < 4.0);
+                        worst = fmax(worst, 32768 * fabs(now - (double)f[axis][i] * weight_of(l, i, settled) / V_FULL));
+                        largest = fmax(largest, fabs(now));
+                    }
+                last = s;
+                last_q15 = x;
+            }
+            HOLDS(largest > 0.003);
+            const double usual = measured[n].input[settled];
+            BETWEEN(usual / 3, worst, 2 * usual);
+        }
+    }
+}
+
+static dqw_random_sample memory_d[50], memory_q[50];
+
+// What the effect takes, as float has it, added to the voltages.
+static void add_effect(const law *l, bool settled, int rows_used)
+{
+    static double add[ROWS][2];
+    memset(add, 0, sizeof add);
+    begin(l, settled);
+    const double by = settled && l->one.effect == DQW_EFFECT_DELAY ? DT_S : 1.0;
+    dqw_sample last = {0};
+    for (int k = 0; k < rows_used; k++) {
+        const dqw_sample s = exact(&rows[k]);
+        float f[2][DQW_EFFECT_WEIGHTS];
+        bool there = true;
+        if (settled)
+            dqw_effect_static(&one, &s, f[0], f[1]);
+        else
+            there = dqw_effect_pair(&one, k > 0 ? &last : NULL, &s, f[0], f[1]);
+        dqw_effect_heat(&one, s.i_d_A, s.i_q_A);
+        for (int i = 0; there && i < dqw_effect_weights(l->one.effect); i++)
+            for (int axis = 0; axis < 2; axis++) add[settled ? k : k - 1][axis] += by * l->w[i] * (double)f[axis][i];
+        last = s;
+    }
+    for (int k = 0; k < rows_used; k++)
+        for (int axis = 0; axis < 2; axis++) {
+            rows[k].x[axis] += add[k][axis];
+            HOLDS(fabs(rows[k].x[axis]) < 0.999 * V_FULL);
+        }
+}
+
+static dqw_estimator e;
+static dqw_estimator_q15 q;
+
+static void begin_estimators(const law *l, bool settled, dqw_estimator_q15_config *c)
+{
+    const dqw_estimator_config f = {.regime = settled ? DQW_REGIME_STATIC : DQW_REGIME_DYNAMIC,
+                                    .dt_s = settled ? 1.0f : (float)DT_S,
+                                    .v_base_V = (float)V_FULL,
+                                    .i_base_A = (float)I_FULL,
+                                    .w_base_rad_s = (float)W_FULL,
+                                    .pole_pairs = P_TRUE,
+                                    .half_window = (uint16_t)half_of(l),
+                                    .reservoir_d = memory_d,
+                                    .reservoir_q = memory_q,
+                                    .reservoir = 50,
+                                    .effects = &l->one,
+                                    .effect_count = 1};
+    *c = (dqw_estimator_q15_config){.scale = settled ? settled_scale : scale,
+                                    .half_window = (uint8_t)half_of(l),
+                                    .read_blocks = 1,
+                                    .settled = settled,
+                                    .effects = &l->two,
+                                    .effect_count = 1};
+    TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_estimator_init(&e, &f));
+    TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_estimator_init_q15(&q, c));
+}
+
+// Largest difference of R, L_d, L_q, psi in percent.
+static double plain_difference(bool settled)
+{
+    const double dt = settled ? UNIT_S : DT_S;
+    const double unit[] = {V_FULL / I_FULL, V_FULL * dt / I_FULL, V_FULL * dt / I_FULL, V_FULL * dt};
+    const double then[] = {(double)e.parameters.R_ohm, (double)e.parameters.Ld_H, (double)e.parameters.Lq_H, (double)e.parameters.psi_Wb};
+    double worst = 0.0;
+    for (int i = 0; i < 4; i++) worst = fmax(worst, 100 * fabs(ldexp((double)q.parameters.value_q40[i], -40) * unit[i] / then[i] - 1));
+    return worst;
+}
+
+// Largest difference of the effect's weights in percent of the largest, and how far float's own are from the truth.
+static double weight_difference(const law *l, bool settled, double *off)
+{
+    float f[DQW_EFFECT_STARTS];
+    float f_sd[DQW_EFFECT_STARTS];
+    int64_t w[DQW_EFFECT_STARTS];
+    int64_t sd[DQW_EFFECT_STARTS];
+    const int known = dqw_estimator_effect(&e, 0, f, f_sd);
+    TEST_ASSERT_EQUAL_INT(known, dqw_estimator_effect_q15(&q, 0, w, sd));
+    const int weights = dqw_effect_weights(l->one.effect);
+    HOLDS(known == (1 << weights) - 1);
+    const bool late = settled && l->one.effect == DQW_EFFECT_DELAY;
+    const double unit = unit_of(l, settled) * (late ? UNIT_S : 1.0);
+    double largest = 0.0;
+    double worst = 0.0;
+    *off = 0.0;
+    for (int i = 0; i < weights; i++) largest = fmax(largest, fabs((double)f[i]));
+    for (int i = 0; i < weights; i++) {
+        worst = fmax(worst, 100 * fabs(ldexp((double)w[i], -40) * unit - (double)f[i]) / largest);
+        *off = fmax(*off, 100 * fabs((double)f[i] - l->w[i] * (late ? DT_S : 1.0)) / largest);
+        // Fixed point's deviation has quantisation in it as well.
+        HOLDS(ldexp((double)sd[i], -40) * unit > 0.3 * (double)f_sd[i]);
+    }
+    return worst;
+}
+
+static void test_what_is_learned_is_what_float_learns(void)
+{
+    for (int settled = 0; settled < 2; settled++)
+        for (int n = 0; n < LAWS; n++) {
+            const law *l = &laws[n];
+            if (settled && l->two.tau_us > 0) continue;
+            CASE("%s, %s", l->name, settled ? "settled" : "pairs");
+            settled ? settled_rows() : drive_rows();
+            const int used = settled ? SETTLED_ROWS : ROWS;
+            add_effect(l, settled, used);
+            dqw_estimator_q15_config c;
+            begin_estimators(l, settled, &c);
+            for (int k = 0; k < used; k++) {
+                const dqw_sample s = exact(&rows[k]);
+                const dqw_sample_q15 x = fixed(&rows[k]);
+                const uint32_t then = dqw_estimator_step(&e, &s, false);
+                if ((then & DQW_EVENT_LEARNED) != 0) (void)dqw_estimator_background(&e);
+                (void)dqw_estimator_step_q15(&q, &x, false);
+                const uint32_t now = dqw_estimator_background_q15(&q);
+                HOLDS((then & DQW_EVENT_LEARNED) == (now & DQW_EVENT_LEARNED));
+            }
+            dqw_estimator_read_q15(&q);
+            TEST_ASSERT_EQUAL_UINT8(e.parameters.known, q.parameters.known);
+            TEST_ASSERT_EQUAL_UINT8(31, q.parameters.known);
+            double off;
+            const double weight = weight_difference(l, settled, &off);
+            BETWEEN(0.0, off, l->one.effect == DQW_EFFECT_SATURATION ? 25.0 : 0.6);
+            BETWEEN(measured[n].weight[settled] / 3, weight, 2 * measured[n].weight[settled]);
+            BETWEEN(measured[n].plain[settled] / 3, plain_difference(settled), 2 * measured[n].plain[settled]);
+        }
+}
+
+static enum dqw_status start(const dqw_effect_q15_config *list, int n)
+{
+    const dqw_effect_q15_base base = {.scale = &scale, .half_window = 20};
+    return dqw_effect_init_q15(&two, list, n, &base);
+}
+
+// Half a million steps of 1.7e-7 of a time constant; settled rows 2 s apart. The closed form judges.
+static void test_slow_heat_is_not_lost_to_rounding(void)
+{
+    const double square = (0.5 * 0.5 + 0.25 * 0.25) / 4;
+    dqw_effect_q15_config c = {.effect = DQW_EFFECT_WINDING_TEMPERATURE, .i_uA = 28000000, .tau_us = 600000000};
+    TEST_ASSERT_EQUAL_INT(DQW_OK, start(&c, 1));
+    const int steps = scaled(500000);
+    for (int k = 0; k < steps; k++) dqw_effect_heat_q15(&two, 16384, -8192);
+    const double exact_heat = square * (1 - exp(-steps * DT_S / 600)) * 4;
+    BETWEEN(exact_heat * 0.999999, ldexp((double)two.heat_q60[0], -60), exact_heat * 1.000001);
+
+    c.row_us = 2000000;
+    c.tau_us = 61000000;
+    TEST_ASSERT_EQUAL_INT(DQW_OK, start(&c, 1));
+    for (int k = 0; k < 30; k++) dqw_effect_heat_q15(&two, 16384, -8192);
+    const double by_rows = square * (1 - pow(1 - 2.0 / 61, 30)) * 4;
+    BETWEEN(by_rows * 0.9999999, ldexp((double)two.heat_q60[0], -60), by_rows * 1.0000001);
+
+    // As fast as it may be, and as hot: never more than its bound.
+    c.row_us = UINT32_MAX;
+    c.tau_us = 1;
+    TEST_ASSERT_EQUAL_INT(DQW_OK, start(&c, 1));
+    for (int k = 0; k < 10; k++) dqw_effect_heat_q15(&two, INT16_MIN, INT16_MIN);
+    TEST_ASSERT_EQUAL_INT64((int64_t)1 << 61, two.heat_q60[0]);
+}
+
+static dqw_estimator_q15 begin_one(const dqw_effect_q15_config *list, dqw_estimator_q15_config *c)
+{
+    static dqw_estimator_q15 fresh;
+    *c = (dqw_estimator_q15_config){.scale = scale, .read_blocks = 1, .effects = list, .effect_count = 1};
+    TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_estimator_init_q15(&fresh, c));
+    return fresh;
+}
+
+// A temperature that is no number, or far from T_0, is counted as what it is; where the effect heats by itself nobody asks for it.
+static void test_temperatures_that_cannot_be_learned(void)
+{
+    for (int magnet = 0; magnet < 2; magnet++)
+        for (int heats = 0; heats < 2; heats++) {
+            const dqw_effect_q15_config list = {
+                .effect = magnet ? DQW_EFFECT_MAGNET_TEMPERATURE : DQW_EFFECT_WINDING_TEMPERATURE, .T_0_cC = -2500, .tau_us = heats ? 1000000 : 0};
+            static const struct {
+                int16_t temp_cC;
+                uint32_t event;
+            } cases[] = {{INT16_MIN, DQW_EVENT_NONFINITE}, {INT16_MAX, DQW_EVENT_SATURATED}, {30268, DQW_EVENT_SATURATED}, {30267, 0}, {-32767, 0}, {2500, 0}};
+            dqw_estimator_q15_config c;
+            q = begin_one(&list, &c);
+            for (int n = 0; n < 6; n++) {
+                CASE("%s, %s, %d", magnet ? "magnet" : "winding", heats ? "heating" : "thermometer", cases[n].temp_cC);
+                dqw_sample_q15 s = {.i_q_q15 = (int16_t)(1000 * n), .temp_winding_cC = 2000, .temp_magnet_cC = 2000};
+                *(magnet ? &s.temp_magnet_cC : &s.temp_winding_cC) = cases[n].temp_cC;
+                TEST_ASSERT_EQUAL_UINT32(heats ? 0 : cases[n].event, dqw_estimator_step_q15(&q, &s, false));
+            }
+        }
+}
+
+static void test_init_refuses_and_leaves_the_object_alone(void)
+{
+    static dqw_effect_q15 o;
+    const dqw_effect_q15_config good = {.effect = DQW_EFFECT_DEAD_TIME, .i_uA = 300000};
+    const dqw_effect_q15_base base = {.scale = &scale, .half_window = 20};
+    REFUSED(o, DQW_ERR_NULL, dqw_effect_init_q15(&o, NULL, 1, &base));
+    REFUSED(o, DQW_ERR_NULL, dqw_effect_init_q15(&o, &good, 1, NULL));
+    REFUSED(o, DQW_ERR_SIZE, dqw_effect_init_q15(&o, &good, -1, &base));
+    dqw_scale no_p = scale;
+    no_p.pole_pairs = 0;
+    const dqw_effect_q15_base without = {.scale = &no_p, .half_window = 20};
+    REFUSED(o, DQW_ERR_RANGE, dqw_effect_init_q15(&o, &good, 1, &without));
+    TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_effect_init_q15(&o, NULL, 0, &without));
+    const dqw_effect_q15_config bad[] = {
+        {.effect = DQW_EFFECT_NONE},
+        {.effect = DQW_EFFECT_NAMES},
+        {.effect = DQW_EFFECT_COULOMB_FRICTION},
+        {.effect = DQW_EFFECT_DEAD_TIME},
+        {.effect = DQW_EFFECT_DEAD_TIME, .i_uA = 427},  // a last place is 427.2 uA
+        {.effect = DQW_EFFECT_SATURATION},
+        {.effect = DQW_EFFECT_SATURATION, .i_uA = 218749},
+        {.effect = DQW_EFFECT_CROSS_SATURATION, .i_uA = 224000001},
+        {.effect = DQW_EFFECT_WINDING_TEMPERATURE, .tau_us = 1000000000001u},
+        {.effect = DQW_EFFECT_MAGNET_TEMPERATURE, .tau_us = 1000, .i_uA = 1},
+        {.effect = DQW_EFFECT_IRON_LOSS, .R_uohm = 900000},
+        {.effect = DQW_EFFECT_IRON_LOSS, .R_uohm = 900000, .Ld_nH = 20},
+        {.effect = DQW_EFFECT_CURRENT_OFFSET},
+        {.effect = DQW_EFFECT_CURRENT_GAIN_MISMATCH},
+        {.effect = DQW_EFFECT_ANGLE_OFFSET, .Ld_nH = 5, .Lq_nH = 5},
+        {.effect = DQW_EFFECT_FLUX_HARMONICS},
+    };
+    for (unsigned n = 0; n < sizeof bad / sizeof bad[0]; n++) {
+        CASE("number %u", n);
+        REFUSED(o, DQW_ERR_RANGE, dqw_effect_init_q15(&o, &bad[n], 1, &base));
+        dqw_estimator_q15_config c = {.scale = scale, .effects = &bad[n], .effect_count = 1};
+        REFUSED(q, DQW_ERR_RANGE, dqw_estimator_init_q15(&q, &c));
+    }
+    // Twice the same heating; more weights than there is room for.
+    const dqw_effect_q15_config twice[2] = {{.effect = DQW_EFFECT_WINDING_TEMPERATURE}, {.effect = DQW_EFFECT_WINDING_TEMPERATURE}};
+    REFUSED(o, DQW_ERR_RANGE, dqw_effect_init_q15(&o, twice, 2, &base));
+    static dqw_effect_q15_config many[DQW_EFFECT_WEIGHTS / 5 + 1];
+    for (int k = 0; k < DQW_EFFECT_WEIGHTS / 5 + 1; k++) many[k] = (dqw_effect_q15_config){.effect = DQW_EFFECT_SATURATION, .i_uA = 15000000};
+    REFUSED(o, DQW_ERR_SIZE, dqw_effect_init_q15(&o, many, DQW_EFFECT_WEIGHTS / 5 + 1, &base));
+    // An index without an effect.
+    int64_t w[DQW_EFFECT_STARTS];
+    int64_t sd[DQW_EFFECT_STARTS];
+    dqw_estimator_q15_config c;
+    q = begin_one(&good, &c);
+    TEST_ASSERT_EQUAL_INT(DQW_ERR_SIZE, dqw_estimator_effect_q15(&q, 1, w, sd));
+    TEST_ASSERT_EQUAL_INT(DQW_ERR_SIZE, dqw_estimator_effect_q15(&q, -1, w, sd));
+    TEST_ASSERT_EQUAL_INT(0, dqw_estimator_effect_q15(&q, 0, w, sd));
+}
+
+// A start value is what is read before anything is learned of another effect's: to the plain unit and back.
+static void test_start_values_and_weights_are_of_one_unit(void)
+{
+    for (int settled = 0; settled < 2; settled++)
+        for (int n = 0; n < LAWS; n++) {
+            CASE("%s, %s", laws[n].name, settled ? "settled" : "pairs");
+            begin(&laws[n], settled);
+            for (int i = 0; i < dqw_effect_weights(laws[n].one.effect); i++) {
+                const int64_t start_q40 = -123456789012;
+                const int64_t back = dqw_effect_restored_q40(&two, 0, i, dqw_effect_based_q40(&two, 0, i, start_q40));
+                BETWEEN(1 - 1e-6, (double)back / (double)start_q40, 1 + 1e-6);
+            }
+        }
+}
+
+// Samples that are refused cost rows, not accuracy: `delay` and `iron_loss` need two rows before a pair.
+static void test_no_pair_uses_a_refused_sample(void)
+{
+    static const char *const names[] = {"dead_time", "iron_loss", "delay"};
+    for (int m = 0; m < 3; m++) {
+        const law *l = laws;
+        while (strcmp(l->name, names[m]) != 0) l++;
+        CASE("%s", l->name);
+        drive_rows();
+        add_effect(l, false, ROWS);
+        dqw_estimator_q15_config c;
+        begin_estimators(l, false, &c);
+        for (int k = 0; k < ROWS; k++) {
+            dqw_sample s = exact(&rows[k]);
+            dqw_sample_q15 x = fixed(&rows[k]);
+            const bool bad = k % 37 == 5;
+            if (bad) {
+                s.v_d_V = s.i_q_A = 80.0f;
+                x.v_d_q15 = x.i_q_q15 = 32000;
+            }
+            if (k % 1000 == 999) {
+                dqw_estimator_gap(&e);
+                dqw_estimator_gap_q15(&q);
+                continue;
+            }
+            HOLDS((dqw_estimator_step(&e, &s, bad) & DQW_EVENT_LEARNED) == (dqw_estimator_step_q15(&q, &x, bad) & DQW_EVENT_LEARNED));
+            (void)dqw_estimator_background_q15(&q);
+        }
+        dqw_estimator_read_q15(&q);
+        double off;
+        BETWEEN(0.0, weight_difference(l, false, &off), 0.3);
+        BETWEEN(0.0, off, 0.6);
+        BETWEEN(0.0, plain_difference(false), 0.05);
+    }
+}
+
+static int16_t bits(test_random *r)
+{
+    static const int16_t odd[] = {INT16_MIN, -INT16_MAX, -32766, -1, 0, 1, 32766, INT16_MAX};
+    const uint64_t z = random_bits(r);
+    return z % 4 == 0 ? odd[z / 4 % 8] : (int16_t)((int)(z >> 40 & 65535u) - 32768);
+}
+
+static uint32_t some(test_random *r) { return (uint32_t)random_bits(r) >> (random_bits(r) % 32); }
+
+// Any list that init takes, any bits in every sample: no trap, inputs within their bound; afterwards a clean log is learned as ever.
+static void test_any_bits(void)
+{
+    test_random r = {77};
+    int taken = 0;
+    for (int run = 0; run < scaled(1500); run++) {
+        dqw_effect_q15_config list[3];
+        const int n = (int)(random_bits(&r) % 3) + 1;
+        for (int k = 0; k < n; k++)
+            list[k] = (dqw_effect_q15_config){.effect = (enum dqw_effect_name)(random_bits(&r) % 15),
+                                              .i_uA = some(&r),
+                                              .R_uohm = some(&r),
+                                              .Ld_nH = some(&r),
+                                              .Lq_nH = some(&r),
+                                              .psi_nWb = some(&r),
+                                              .tau_us = random_bits(&r) % 2 ? (uint64_t)some(&r) * some(&r) : 0,
+                                              .row_us = some(&r),
+                                              .T_0_cC = bits(&r),
+                                              .order = (uint16_t)some(&r),
+                                              .start_q40 = {dqw_q_signed32(some(&r)) * ((int64_t)1 << 28), INT64_MIN, INT64_MAX}};
+        const bool settled = random_bits(&r) % 4 == 0;
+        const dqw_estimator_q15_config c = {.scale = {.v_full_mV = 1 + some(&r) % 10000000,
+                                                      .i_full_mA = 1 + some(&r) % 10000000,
+                                                      .w_full_mrad_s = 1 + some(&r) % 10000000,
+                                                      .dt_ns = 1 + some(&r) % 1000000,
+                                                      .pole_pairs = (uint16_t)(1 + some(&r) % 50)},
+                                            .half_window = (uint8_t)(1 + some(&r) % 100),
+                                            .settled = settled,
+                                            .effects = list,
+                                            .effect_count = (uint8_t)n};
+        CASE("run %d", run);
+        if (dqw_estimator_init_q15(&q, &c) != DQW_OK) continue;
+        taken++;
+        for (int k = 0; k < 250; k++) {
+            const dqw_sample_q15 s = {bits(&r), bits(&r), bits(&r), bits(&r), bits(&r), (uint16_t)random_bits(&r), bits(&r), bits(&r)};
+            (void)dqw_estimator_step_q15(&q, &s, false);
+            const dqw_effect_q15 *f = &q.effect;
+            for (int i = 0; i < f->weights; i++)
+                HOLDS(labs(f->a_d[i]) < 2L << f->fraction && labs(f->a_q[i]) < 2L << f->fraction && labs(f->g_d[i]) <= 1L << f->fraction &&
+                      labs(f->g_q[i]) <= 1L << f->fraction);
+            (void)dqw_estimator_background_q15(&q);
+        }
+        dqw_estimator_read_q15(&q);
+        for (int k = 0; k < n; k++) {
+            int64_t w[DQW_EFFECT_STARTS];
+            int64_t sd[DQW_EFFECT_STARTS];
+            HOLDS(dqw_estimator_effect_q15(&q, k, w, sd) >= 0);
+        }
+    }
+    BETWEEN(0.05, (double)taken / scaled(1500), 0.95);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_inputs_over_a_whole_trajectory);
+    RUN_TEST(test_what_is_learned_is_what_float_learns);
+    RUN_TEST(test_no_pair_uses_a_refused_sample);
+    RUN_TEST(test_slow_heat_is_not_lost_to_rounding);
+    RUN_TEST(test_temperatures_that_cannot_be_learned);
+    RUN_TEST(test_start_values_and_weights_are_of_one_unit);
+    RUN_TEST(test_init_refuses_and_leaves_the_object_alone);
+    RUN_TEST(test_any_bits);
+    return UNITY_END();
+}
