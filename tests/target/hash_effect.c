@@ -1,6 +1,6 @@
 // The effects' inputs over the drive's signals, dynamic and settled: what was learned of all weights, and where the states stand.
 #include "target/hash.h"
-#include "target/hash_estimator.h"
+#include "target/hash_room.h"
 #include "target/stimulus_q15.h"
 
 #if DQW_EFFECT_WEIGHTS < 12
@@ -59,7 +59,7 @@ static void put_learned(hash *h, const dqw_estimator_q15 *e)
 static void run(hash *h, int list, bool settled, int steps)
 {
     static stimulus s;
-    dqw_estimator_q15 *e = &hash_estimator_q15;
+    dqw_estimator_q15 *e = &hash_shared.estimator;
     const dqw_estimator_q15_config config = {.scale = STIMULUS_SCALE, .half_window = 10, .settled = settled, .effects = lists[list], .effect_count = 4};
     stimulus_start(&s);
     hash_put(h, dqw_estimator_init_q15(e, &config));

@@ -1,6 +1,6 @@
 // The estimator over the drive's signals, dynamic and settled: events, blocks and weights after every step, what is known at the end.
 #include "target/hash.h"
-#include "target/hash_estimator.h"
+#include "target/hash_room.h"
 #include "target/stimulus_q15.h"
 
 static void put_axis(hash *h, const dqw_axis_q15 *a)
@@ -47,12 +47,12 @@ static void put_window(hash *h, const dqw_window_q15 *w)
     hash_put(h, w->rise_weight);
 }
 
-dqw_estimator_q15 hash_estimator_q15;
+hash_room hash_shared;
 
 static void run(hash *h, bool settled, int steps)
 {
     static stimulus s;
-    dqw_estimator_q15 *e = &hash_estimator_q15;
+    dqw_estimator_q15 *e = &hash_shared.estimator;
     const dqw_estimator_q15_config config = {
         .scale = STIMULUS_SCALE, .R_uohm = 400000, .Ld_nH = 700000, .Lq_nH = 1900000, .psi_nWb = 12000000, .stale_limit = 10, .settled = settled};
     stimulus_start(&s);

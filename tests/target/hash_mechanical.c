@@ -1,6 +1,7 @@
 // The mechanical axis over the drive's signals, plain and with every effect of the shaft: events, blocks and weights after every step.
 #include "dqw_mechanical_q15.h"
 #include "target/hash.h"
+#include "target/hash_room.h"
 #include "target/stimulus.h"
 
 static void put_state(hash *h, const dqw_mechanical_q15 *m)
@@ -24,20 +25,20 @@ static void put_state(hash *h, const dqw_mechanical_q15 *m)
 static void run(hash *h, const dqw_mechanical_q15_config *config)
 {
     static stimulus s;
-    static dqw_mechanical_q15 m;
+    dqw_mechanical_q15 *m = &hash_shared.mechanical;
     stimulus_start(&s);
-    hash_put(h, dqw_mechanical_init_q15(&m, config));
+    hash_put(h, dqw_mechanical_init_q15(m, config));
     for (int k = 1; k <= 5000; k++) {
         stimulus_next(&s);
         // What turns the shaft here is the drive's current.
-        const uint32_t events = dqw_mechanical_step_q15(&m, s.i_q_q15, s.w_m_q15, s.theta_e_turn, s.limited) | dqw_mechanical_background_q15(&m);
+        const uint32_t events = dqw_mechanical_step_q15(m, s.i_q_q15, s.w_m_q15, s.theta_e_turn, s.limited) | dqw_mechanical_background_q15(m);
         hash_put(h, events);
-        for (int i = 0; i < m.window.signals; i++) hash_put(h, m.window.fall[i]);
-        if (events != 0) put_state(h, &m);
-        if (k % 2000 == 0) dqw_mechanical_gap_q15(&m);
+        for (int i = 0; i < m->window.signals; i++) hash_put(h, m->window.fall[i]);
+        if (events != 0) put_state(h, m);
+        if (k % 2000 == 0) dqw_mechanical_gap_q15(m);
     }
-    dqw_mechanical_read_q15(&m);
-    put_state(h, &m);
+    dqw_mechanical_read_q15(m);
+    put_state(h, m);
 }
 
 hash hash_mechanical(void)

@@ -1,0 +1,15 @@
+// Memory that the trajectories' largest objects take in turn: the smallest board's data have no room for all of them.
+#ifndef TARGET_HASH_ROOM_H
+#define TARGET_HASH_ROOM_H
+
+#include "dqw_estimator_q15.h"
+#include "dqw_mechanical_q15.h"
+
+typedef union hash_room {
+    dqw_estimator_q15 estimator;
+    dqw_mechanical_q15 mechanical;
+} hash_room;
+
+extern hash_room hash_shared;
+
+#endif
