@@ -179,10 +179,11 @@ static void put_seen(int16_t x_q15, int16_t y_q15, int32_t cos_q30, int32_t sin_
     *q_q28 = (int32_t)dqw_q_round64((int64_t)cos_q30 * y_q15 - (int64_t)sin_q30 * x_q15, 17);
 }
 
-// The voltage of the last row, as the rotor sees it at this sample, and what this row's is more than it.
+// The voltage of the last row, as the rotor sees it at this sample, and what this row's is more than it; `last` NULL: a settled row, whose
+// voltage was always there.
 static void put_voltages(dqw_effect_q15 *e, const dqw_sample_q15 *last, const dqw_sample_q15 *s, moment *m)
 {
-    if (e->settled) {
+    if (last == NULL) {
         m->end_d_q28 = s->v_d_q15 * 8192;
         m->end_q_q28 = s->v_q_q15 * 8192;
         e->late_d_q28 = -times(m->turn_q30, s->v_q_q15 * 8192);

@@ -67,8 +67,9 @@ static bool beyond_for_effects(const dqw_estimator_q15 *e, const dqw_sample_q15 
 // Signals of the pair, or of the settled row, that this sample ends, behind the plain ones: d first, then q. False where there are none yet.
 static bool pair_effects(dqw_estimator_q15 *e, const dqw_sample_q15 *s, bool good, int32_t pair[])
 {
-    if (e->effect.count == 0) return true;
     int32_t *x = pair + DQW_BLOCK_Q15_SIGNALS;
+    for (int i = 0; i < 2 * DQW_EFFECT_WEIGHTS; i++) x[i] = 0;
+    if (e->effect.count == 0) return true;
     bool there = good;
     if (!good)
         dqw_effect_gap_q15(&e->effect);
@@ -301,7 +302,7 @@ uint32_t dqw_estimator_background_q15(dqw_estimator_q15 *e)
     // Volatile, as the flag that guards them.
     const volatile int32_t *from = e->sums;
     int32_t sums[SIGNALS];
-    for (int i = 0; i < signals_of(e); i++) sums[i] = from[i];
+    for (int i = 0; i < SIGNALS; i++) sums[i] = from[i];
     const uint16_t weight = *(const volatile uint16_t *)&e->weight;
     *(volatile bool *)&e->pending = false;
     dqw_block_q15 b = dqw_model_block_q15(sums, weight);
@@ -335,7 +336,7 @@ static uint32_t hand_over_row(dqw_estimator_q15 *e, const dqw_sample_q15 *s, con
         return DQW_EVENT_LEARNED;
     }
     dqw_model_row_q15(s, e->sums);
-    for (int i = DQW_BLOCK_Q15_SIGNALS; i < signals_of(e); i++) e->sums[i] = row[i];
+    for (int i = DQW_BLOCK_Q15_SIGNALS; i < SIGNALS; i++) e->sums[i] = row[i];
     e->weight = 1;
     e->pending = true;
     return DQW_EVENT_LEARNED;

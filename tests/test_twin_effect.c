@@ -410,6 +410,54 @@ static enum dqw_status start(const dqw_effect_q15_config *list, int n)
     return dqw_effect_init_q15(&two, list, n, &base);
 }
 
+// What the log above does not reach: tanh over all of its range, a turn of nearly a radian in a period. Closed forms judge.
+static void test_tanh_and_turns(void)
+{
+    const dqw_effect_q15_config dead = {.effect = DQW_EFFECT_DEAD_TIME, .i_uA = 1600000};
+    const dqw_effect_q15_base base = {.scale = &settled_scale, .settled = true};
+    TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_effect_init_q15(&two, &dead, 1, &base));
+    int32_t d[DQW_EFFECT_WEIGHTS];
+    int32_t x_q[DQW_EFFECT_WEIGHTS];
+    double worst = 0.0;
+    for (int i = -32766; i <= 32766; i++) {
+        const dqw_sample_q15 s = {.i_d_q15 = (int16_t)i};
+        dqw_effect_static_q15(&two, &s, d, x_q);
+        // Fixed point's cosine of nothing.
+        const double one_less = 32767.0 / 32768;
+        const double a = i / 32768.0 * one_less * I_FULL / 1.6;
+        worst = fmax(worst, fabs(ldexp(d[0], -29) - one_less * (2 * tanh(a) + 2 * tanh(a / 2)) / 3));
+    }
+    BETWEEN(5e-7, worst, 4e-6);  // 1.8e-6
+
+    const dqw_effect_q15_config late = {.effect = DQW_EFFECT_DELAY};
+    const dqw_scale fast = {.v_full_mV = 180000, .i_full_mA = 14000, .w_full_mrad_s = 2400000, .dt_ns = 100000, .pole_pairs = P_TRUE};
+    const dqw_effect_q15_base pairs = {.scale = &fast, .half_window = 1};
+    TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_effect_init_q15(&two, &late, 1, &pairs));
+    worst = 0.0;
+    for (int w = -32766; w <= 32766; w += 7) {
+        const dqw_sample_q15 before = {.v_d_q15 = 30000, .v_q_q15 = -21000, .w_m_q15 = (int16_t)w};
+        const dqw_sample_q15 now = {.v_d_q15 = -10000, .v_q_q15 = 32000, .w_m_q15 = (int16_t)w};
+        (void)dqw_effect_pair_q15(&two, &before, &now, d, x_q);
+        const double turn = w / 32768.0 * 2400 * P_TRUE * DT_S;
+        const double off_d = -10000 - (cos(turn) * 30000 - sin(turn) * 21000);
+        const double off_q = 32000 - (-cos(turn) * 21000 - sin(turn) * 30000);
+        worst = fmax(worst, fmax(fabs(ldexp(two.late_d_q28, -28) - off_d / 32768), fabs(ldexp(two.late_q_q28, -28) - off_q / 32768)));
+    }
+    BETWEEN(1e-8, worst, 4e-7);  // 7.2e-8
+}
+
+// 8 units in every pair of a block fit in 31 bits, and twice that would not.
+static void test_a_window_holds_what_inputs_may_be(void)
+{
+    const dqw_effect_q15_config list = {.effect = DQW_EFFECT_VOLTAGE_OFFSET};
+    for (int h = 1; h <= DQW_WINDOW_Q15_HALF; h++) {
+        const dqw_effect_q15_base base = {.scale = &scale, .half_window = (uint8_t)h};
+        TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_effect_init_q15(&two, &list, 1, &base));
+        const double most = ldexp(8.0 * h * (h + 1), two.fraction);
+        HOLDS(most <= 2147483648.0 && most > 1073741824.0);
+    }
+}
+
 // Half a million steps of 1.7e-7 of a time constant; settled rows 2 s apart. The closed form judges.
 static void test_slow_heat_is_not_lost_to_rounding(void)
 {
@@ -637,6 +685,8 @@ int main(void)
     RUN_TEST(test_inputs_over_a_whole_trajectory);
     RUN_TEST(test_what_is_learned_is_what_float_learns);
     RUN_TEST(test_no_pair_uses_a_refused_sample);
+    RUN_TEST(test_tanh_and_turns);
+    RUN_TEST(test_a_window_holds_what_inputs_may_be);
     RUN_TEST(test_slow_heat_is_not_lost_to_rounding);
     RUN_TEST(test_temperatures_that_cannot_be_learned);
     RUN_TEST(test_start_values_and_weights_are_of_one_unit);
