@@ -105,7 +105,7 @@ Command add_learn(CLI::App& app)
         options.progress = std::move(progress);
         const Learned learned = learn_all(logs, options);
         const bool header = options.fixed_point && learned.result.regime != Regime::mechanical;
-        return Estimated{learned.result, learned.effects, header ? q15_config_text(logs, learned.result.parameters) : ""};
+        return Estimated{learned.result, learned.effects, header ? q15_config_text(logs, learned.result.parameters, learned.inputs) : ""};
     });
 }
 

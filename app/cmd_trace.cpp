@@ -66,7 +66,7 @@ void write_file(const std::string& path, const std::string& text)
 void write_q15_config(const std::vector<Log>& logs, TraceReport& report, const Options& options)
 {
     try {
-        write_file(path_in(options.out_dir, "dqw_q15_config.h"), q15_config_text(logs, report.trace.after.parameters));
+        write_file(path_in(options.out_dir, "dqw_q15_config.h"), q15_config_text(logs, report.trace.after.parameters, report.trace.inputs));
     } catch (const std::invalid_argument& error) {
         report.trace.notes.push_back(std::string("no dqw_q15_config.h: ") + error.what());
     }

@@ -5,7 +5,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "effect_q15.hpp"
+#include "effect_names.hpp"
 #include "learn_parts.hpp"
+#include "learn_signals.hpp"
 #include "model_config.hpp"
 
 namespace dqw {
@@ -56,9 +59,52 @@ std::string formats(const dqw_estimator_q15_config& c)
     return out;
 }
 
+/// One initialiser of a dqw_effect_q15_config; what is 0 is left out.
+std::string effect_row(const TraceInput& input, const dqw_effect_q15_config& c)
+{
+    std::string out = fmt::format("{{.effect = {}", enumerator_of(input.effect));
+    const auto put = [&](const char* name, long long value, const char* format) {
+        if (value != 0) out += fmt::format(", .{} = {}", name, fmt::format(fmt::runtime(format), value));
+    };
+    put("i_uA", c.i_uA, "{}u");
+    put("R_uohm", c.R_uohm, "{}u");
+    put("Ld_nH", c.Ld_nH, "{}u");
+    put("Lq_nH", c.Lq_nH, "{}u");
+    put("psi_nWb", c.psi_nWb, "{}u");
+    put("tau_us", static_cast<long long>(c.tau_us), "UINT64_C({})");
+    put("row_us", c.row_us, "{}u");
+    put("T_0_cC", c.T_0_cC, "{}");
+    put("order", c.order, "{}u");
+    std::string start;
+    for (int i = 0; i < dqw_effect_weights(c.effect); ++i) start += fmt::format("{}INT64_C({})", i ? ", " : "", c.start_q40[i]);
+    return out + fmt::format(", .start_q40 = {{{}}}}}", start);
+}
+
+/// The list of a firmware's effects, and what it asks of the build.
+std::string effects_text(const std::vector<Log>& logs, const dqw_estimator_q15_config& c, const std::vector<TraceInput>& inputs)
+{
+    if (inputs.empty()) return {};
+    const FullScales full = full_scales(c.scale);
+    std::string rows;
+    int weights = 0;
+    for (const TraceInput& in : inputs) {
+        const double weight_unit = in.effect == "delay" && c.settled ? full.dt_s : 1.0;
+        const auto config = effect_config_q15(in, full, weight_unit, c.settled ? static_cast<double>(period_of(logs.front(), inputs)) : 0.0);
+        weights += dqw_effect_weights(config.effect);
+        rows += fmt::format("{}    {}", rows.empty() ? "" : ", \\\n", effect_row(in, config));
+    }
+    return fmt::format(
+        "\n#if DQW_EFFECT_WEIGHTS < {0}\n#error \"build lib/ and port_q15/ with -DDQW_EFFECT_WEIGHTS={0} or more\"\n#endif\n"
+        "// What the plain model lacks. The sizes go with the full scales:\n"
+        "//     static const dqw_effect_q15_config effects[] = {{DQW_Q15_EFFECTS}};\n"
+        "//     static const dqw_estimator_q15_config config = {{DQW_Q15_ESTIMATOR, .effects = effects, .effect_count = DQW_Q15_EFFECT_COUNT}};\n"
+        "#define DQW_Q15_EFFECT_COUNT {1}\n#define DQW_Q15_EFFECTS \\\n{2}\n",
+        weights, inputs.size(), rows);
+}
+
 }  // namespace
 
-std::string q15_config_text(const std::vector<Log>& logs, const std::vector<Estimate>& found)
+std::string q15_config_text(const std::vector<Log>& logs, const std::vector<Estimate>& found, const std::vector<TraceInput>& inputs)
 {
     const Machine& machine = logs.front().machine;
     dqw_estimator_q15_config c = q15_config_of(logs, {}, machine.pole_pairs.value_or(0.0));
@@ -83,7 +129,7 @@ std::string q15_config_text(const std::vector<Log>& logs, const std::vector<Esti
     out += fmt::format("// Initialisers; others may follow them.\n#define DQW_Q15_ESTIMATOR \\\n    {}{}\n", values, c.settled ? ", .settled = true" : "");
     out += all ? fmt::format("#define DQW_Q15_TRACKER \\\n    {}\n", values)
                : std::string("// No DQW_Q15_TRACKER: it wants a dynamic log, pole pairs and all four nominal values.\n");
-    return out + "\n#endif\n";
+    return out + effects_text(logs, c, inputs) + "\n#endif\n";
 }
 
 }  // namespace dqw

@@ -7,12 +7,14 @@
 
 #include "log.hpp"
 #include "result.hpp"
+#include "trace.hpp"
 
 namespace dqw {
 
-/// A C99 header for port_q15/: full scales with which `learn --arith q15` learns these logs, nominal values from `found`, else from the logs' machine.
+/// A C99 header for port_q15/: full scales with which `learn --arith q15` learns these logs, nominal values from `found`, else from the logs' machine;
+/// the effects `inputs`, if there are any.
 /// Throws std::invalid_argument (one line) where a signal is more than fixed point takes. Not for mechanical logs.
-std::string q15_config_text(const std::vector<Log>& logs, const std::vector<Estimate>& found);
+std::string q15_config_text(const std::vector<Log>& logs, const std::vector<Estimate>& found, const std::vector<TraceInput>& inputs);
 
 }  // namespace dqw
 #endif

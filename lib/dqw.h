@@ -16,6 +16,7 @@
 #include "dqw_effect_name.h"
 #include "dqw_estimator.h"
 #include "dqw_fault.h"
+#include "dqw_fault_name.h"
 #include "dqw_gain.h"
 #include "dqw_gate.h"
 #include "dqw_learner.h"
@@ -31,6 +32,7 @@
 #include "dqw_tapped.h"
 #include "dqw_tracker.h"
 #include "dqw_transform.h"
+#include "dqw_watch.h"
 #include "dqw_window.h"
 #include "dqw_witness.h"
 

@@ -5,43 +5,11 @@
 
 #include <stdint.h>
 
+#include "dqw_fault_name.h"
+
 #ifdef __cplusplus
 extern "C" {
 #endif
-
-enum dqw_fault_name {
-    DQW_FAULT_NONE = 0,
-    DQW_FAULT_OVER_TEMPERATURE,  ///< R beyond what the temperature limit allows
-    DQW_FAULT_DEMAGNETISATION,   ///< flux down, R not up
-    DQW_FAULT_TURN_SHORT,        ///< a ripple at twice the frequency that follows the induced voltage; flux a little down
-    DQW_FAULT_PHASE_CONNECTION,  ///< one phase's R up: a ripple at twice the frequency that follows the current
-    DQW_FAULT_CURRENT_OFFSET,    ///< a ripple once a turn
-    DQW_FAULT_CURRENT_GAIN,      ///< one phase's sensor: a ripple at twice the frequency that follows current and speed; R, L with it
-    DQW_FAULT_ENCODER_OFFSET,    ///< the magnet's flux shows on the other axis
-    DQW_FAULT_BEARING_WEAR,      ///< friction up, in both directions
-    DQW_FAULT_INVERTER_FAULT,    ///< dead time changed
-    DQW_FAULT_UNKNOWN,           ///< changed, and no pattern fits: trace it
-    DQW_FAULT_NAMES
-};
-
-/// What changed, in deviations of its uncertainty: 0 where nothing did.
-enum dqw_fault_sign {
-    DQW_SIGN_R = 0,
-    DQW_SIGN_LD,
-    DQW_SIGN_LQ,
-    DQW_SIGN_PSI,
-    DQW_SIGN_DEAD_TIME,
-    DQW_SIGN_ANGLE,
-    DQW_SIGN_OFFSET_RE,
-    DQW_SIGN_OFFSET_IM,
-    DQW_SIGN_RESISTANCE_RE,
-    DQW_SIGN_RESISTANCE_IM,
-    DQW_SIGN_REACTANCE_RE,
-    DQW_SIGN_REACTANCE_IM,
-    DQW_SIGN_SHORT_RE,
-    DQW_SIGN_SHORT_IM,
-    DQW_SIGNS
-};
 
 /// What the machine is, for the patterns.
 typedef struct dqw_fault_machine {

@@ -4,7 +4,7 @@
 
 #include <stdint.h>
 
-#include "dqw_fault.h"
+#include "dqw_fault_name.h"
 
 #ifdef __cplusplus
 extern "C" {

@@ -41,10 +41,11 @@ static double number(const std::string& text, const std::string& words, int more
 static std::string ran(const Folder& folder, const std::string& program)
 {
     folder.write("main.c", "#include \"dqw_q15_config.h\"\n#include \"dqw_q15_config.h\"\n#include <stdio.h>\n" + program);
-    const auto build = command::run_program({"sh", "-c",
-                                             "${CC:-cc} -std=c99 -pedantic -Wall -Wextra -Wconversion -Wsign-conversion -Wshadow -Werror -Ilib "
-                                             "-Iport_q15 -I\"$0\" \"$0/main.c\" port_q15/*.c lib/dqw_gate.c lib/dqw_stage.c lib/dqw_change.c lib/dqw_watch.c lib/dqw_effect_name.c -o \"$0/main\"",
-                                             folder / ""});
+    const auto build = command::run_program(
+        {"sh", "-c",
+         "${CC:-cc} -std=c99 -pedantic -Wall -Wextra -Wconversion -Wsign-conversion -Wshadow -Werror -Ilib "
+         "-Iport_q15 -I\"$0\" \"$0/main.c\" port_q15/*.c lib/dqw_gate.c lib/dqw_stage.c lib/dqw_change.c lib/dqw_watch.c lib/dqw_effect_name.c -o \"$0/main\"",
+         folder / ""});
     TEST_ASSERT_EQUAL_INT_MESSAGE(0, build.code, build.err.c_str());
     const auto run = command::run_program({folder / "main"});
     TEST_ASSERT_EQUAL_INT_MESSAGE(0, run.code, run.err.c_str());
@@ -142,6 +143,32 @@ static void settled_rows()
     near(1e9 * m.Ld_H, number(out, "nominal", 1), 1e-3, "L_d");
 }
 
+/// What learning found of an effect, as a firmware takes it: shape and start values are those that it printed.
+static void effects_that_were_asked_for()
+{
+    const Folder folder;
+    const auto sim = command::dqwatch({"sim", "effect_dead_time", "--set", "duration_s=1", "--out", folder / ""});
+    TEST_ASSERT_EQUAL_INT_MESSAGE(0, sim.code, sim.err.c_str());
+    const auto run = command::dqwatch(
+        {"learn", folder / "effect_dead_time.csv", "--arith", "q15", "--effect", "dead_time", "--effect", "voltage_offset", "--json", "--out", folder / ""});
+    const json effect = json::parse(run.out).at("effects").at(0);
+    TEST_ASSERT_EQUAL_STRING("dead_time", effect.at("name").get<std::string>().c_str());
+    const std::string out = ran(
+        folder,
+        "static const dqw_effect_q15_config effects[] = {DQW_Q15_EFFECTS};\n"
+        "static const dqw_estimator_q15_config config = {DQW_Q15_ESTIMATOR, .effects = effects, .effect_count = DQW_Q15_EFFECT_COUNT};\n"
+        "static dqw_estimator_q15 e;\n"
+        "int main(void)\n{\n    printf(\"estimator %d effects %d weights %d width %u start %.9g full %u\\n\", (int)dqw_estimator_init_q15(&e, &config),\n"
+        "           (int)config.effect_count, (int)e.effect.weights, (unsigned)effects[0].i_uA, (double)effects[0].start_q40[0],\n"
+        "           (unsigned)config.scale.v_full_mV);\n    return 0;\n}\n");
+    TEST_ASSERT_EQUAL_MESSAGE(0, static_cast<int>(number(out, "estimator")), out.c_str());
+    near(2, number(out, "effects"), 0, "effects");
+    near(3, number(out, "weights"), 0, "weights");
+    const json& parameters = effect.at("parameters");
+    near(1e6 * parameters.at("width_A").at("value").get<double>(), number(out, "width"), 1e-5, "width");
+    near(parameters.at("voltage_V").at("value").get<double>(), number(out, "start") / std::pow(2, 40) * 1e-3 * number(out, "full"), 1e-5, "dead time");
+}
+
 static void only_where_it_is_asked_for()
 {
     const Folder folder;
@@ -156,6 +183,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(a_dynamic_log);
     RUN_TEST(settled_rows);
+    RUN_TEST(effects_that_were_asked_for);
     RUN_TEST(only_where_it_is_asked_for);
     return UNITY_END();
 }
