@@ -46,14 +46,15 @@ dqw_monitor_q15_config config_of(const dqw_monitor_config& from)
     t.half_window = static_cast<std::uint8_t>(std::min<std::uint32_t>(f.half_window, DQW_WINDOW_Q15_HALF));
     t.angle = f.angle;
     t.noise_on_inputs = f.noise_on_inputs;
-    // The same in volts, amperes and newton metres as with the bases.
+    // The same in volts, amperes and newton metres as with the bases; L, whose input is a product, a half more.
     t.excitation_q15 = static_cast<std::uint16_t>(std::round(0.01 / kFaultRoom * 32768.0));
     c.band_ppm[DQW_WATCH_DEAD_TIME] = whole(5000.0 / kFaultRoom);
     c.band_ppm[DQW_WATCH_OFFSET] = whole(10000.0 / kFaultRoom);
     c.band_ppm[DQW_WATCH_FRICTION] = whole(50000.0 / kFaultRoom);
     c.threshold_ppm = whole(50000.0 / kFaultRoom);
+    c.residual_floor_ppm = whole(2000.0 / kFaultRoom);
     c.alpha_ppm_per_K = whole(1e6 * si(from.alpha_per_K));
-    c.J_nkgm2 = whole(1e9 * si(from.J_kgm2));
+    c.J_nkgm2 = from.J_kgm2 > 0.0F ? positive(1e9 * si(from.J_kgm2), "J_kgm2") : 0;
     return c;
 }
 

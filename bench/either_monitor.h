@@ -43,6 +43,7 @@ static inline dqw_monitor_q15_config either_config(const dqw_monitor_config *c)
                                 .heating_mK_s = either_whole(1e3 * (double)c->heating_K_s),
                                 .J_nkgm2 = either_whole(1e9 * (double)c->J_kgm2),
                                 .threshold_ppm = either_whole((c->threshold_ppm != 0 ? c->threshold_ppm : 50000) / EITHER_ROOM),
+                                .residual_floor_ppm = either_whole(2000 / EITHER_ROOM),
                                 .commissioned = c->commissioned};
     for (int i = 0; i < DQW_WATCH_CHANNELS; i++) q.band_ppm[i] = either_whole(1e6 * (double)c->band[i]);
     if (q.band_ppm[DQW_WATCH_DEAD_TIME] == 0) q.band_ppm[DQW_WATCH_DEAD_TIME] = either_whole(5000 / EITHER_ROOM);

@@ -9,6 +9,13 @@ int64_t dqw_scale_angle_q28(const dqw_scale *scale)
     return dqw_q_quotient64((int64_t)scale->w_full_mrad_s * scale->dt_ns, 1000000000000, 28);
 }
 
+int64_t dqw_scale_turn_q28(const dqw_scale *scale)
+{
+    // As above; with pole pairs below 2^70, in eight bits less
+    const int64_t turns = dqw_q_product64((int64_t)scale->w_full_mrad_s * scale->dt_ns, scale->pole_pairs, -8);
+    return dqw_q_quotient64(turns, 1000000000000, 36);
+}
+
 dqw_block_q15 dqw_model_block_q15(const int32_t sums[], uint16_t weight)
 {
     // One over the weight is good to 1e-5, and the same for target and inputs: weights do not see it.

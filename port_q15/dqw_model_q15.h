@@ -64,6 +64,9 @@ static inline void dqw_model_pair_q15(const dqw_sample_q15 *before, const dqw_sa
 /// Electrical angle per period of one pole pair at full speed, rad, Q28.
 int64_t dqw_scale_angle_q28(const dqw_scale *scale);
 
+/// The same of the scale's pole pairs.
+int64_t dqw_scale_turn_q28(const dqw_scale *scale);
+
 /// A window's sums over their weight, or a settled row's, as a block.
 ///
 /// Source   (E13), (E15) in docs/EQUATIONS.md

@@ -18,16 +18,15 @@
 #define THRESHOLD_PPM 50000u
 // A parameter is known well enough to be watched: deviation within a tenth.
 #define SERVICE_PARTS 10
-// Residual: a mean over about 64 blocks, that counts as at least 0.2 % of the full voltage.
+// Residual: a mean over about 64 blocks.
 #define RESIDUAL_BITS 6
-#define RESIDUAL_FLOOR_Q54 72057594038
 // Slack on rates and rises of temperature, in tenths.
 #define SLACK_TENTHS 13
 // Confidence of what needs no pattern: 0.99.
 #define SURE_Q15 32440
 #define TEMPERATURE_BAND_K 5
-// Part of the full speed above which a direction is one: 0.05, a full scale being about twice a rated value.
-#define SLOWEST_Q28 13421773
+// Part of the full speed above which a direction is one: a fifteenth, a full scale being half as much again as a rated value.
+#define SLOWEST_Q28 17895697
 #define PARTS_MOST 1000000u
 #define ONE_Q16 65536
 #define ONE_Q24 16777216
@@ -37,6 +36,7 @@ static const uint32_t BAND_PPM[DQW_WATCH_CHANNELS] = {40000, 60000, 60000, 12000
 #define ALPHA_PPM_PER_K 3900u
 #define BETA_PPM_PER_K 1000u
 #define HEATING_MK_S 1000u
+#define FLOOR_PPM 2000u
 
 // The tracker was given the first part of it.
 const dqw_monitor_q15_config *dqw_monitor_config_of_q15(const dqw_monitor_q15 *m)
@@ -67,7 +67,9 @@ static int64_t beta_ppm(const dqw_monitor_q15 *m)
 enum dqw_status dqw_monitor_init_q15(dqw_monitor_q15 *m, const dqw_monitor_q15_config *config, dqw_monitor_random_q15 *lent)
 {
     if (m == NULL || config == NULL || (lent != NULL && lent->learn == NULL)) return DQW_ERR_NULL;
-    if (config->alpha_ppm_per_K > PARTS_MOST || config->beta_ppm_per_K > PARTS_MOST || config->heating_mK_s > PARTS_MOST) return DQW_ERR_RANGE;
+    if (config->alpha_ppm_per_K > PARTS_MOST || config->beta_ppm_per_K > PARTS_MOST || config->heating_mK_s > PARTS_MOST ||
+        config->residual_floor_ppm > PARTS_MOST)
+        return DQW_ERR_RANGE;
     // In place, once nothing can be refused any more: a small core's stack has no room for a second one.
     const enum dqw_status status = dqw_tracker_init_q15(&m->tracker, &config->tracker);
     if (status != DQW_OK) return status;
@@ -149,9 +151,10 @@ static void reversal(dqw_monitor_q15 *m, int way, int32_t torque_q24)
 static int64_t accelerating_q24(const dqw_tracker_q15_config *c, uint32_t J_nkgm2, int half)
 {
     const dqw_scale *s = &c->scale;
-    // 1e-12 over 1e-12, then over 1.5e-9; up to 2^55 each, and 2^54
+    // 1e-12 over 1e-12, in seconds; then over 1.5e-9. Up to 2^56 each, and 2^56; each stops at 2^62, and no drive comes near
     const int64_t part_q30 = dqw_q_quotient64((int64_t)J_nkgm2 * s->w_full_mrad_s, (int64_t)c->psi_nWb * s->i_full_mA, 30);
-    return dqw_q_quotient64(dqw_q_product64(part_q30, 2000000000, 0), (int64_t)s->dt_ns * half * 3 * s->pole_pairs, -6);
+    const int64_t per_ns_q54 = dqw_q_quotient64(part_q30, (int64_t)s->dt_ns * half * 3 * s->pole_pairs, 24);
+    return dqw_q_product64(per_ns_q54, 2000000000, -30);
 }
 
 // The torque that does not accelerate.
@@ -169,7 +172,9 @@ static void watch_friction(dqw_monitor_q15 *m, bool unbroken)
     const int32_t used_q24 = dqw_q31_sat(dqw_q_product64(flux_q24, b.i_q, -28) - faster_q24);
     m->is.w_before_q28 = b.w_m;
     const int way = b.w_m > SLOWEST_Q28 ? 1 : b.w_m < -SLOWEST_Q28 ? -1 : 0;
-    const int gathered = dqw_watch_stretch(&m->watch, way, unbroken);
+    // A torque of 128 times the nominal one is none.
+    const bool fits = used_q24 < INT32_MAX && used_q24 > -INT32_MAX;
+    const int gathered = dqw_watch_stretch(&m->watch, fits ? way : 0, unbroken);
     const int32_t part_q24 = used_q24 / DQW_WATCH_STRETCH_BLOCKS;
     m->is.gathered_q24 = gathered > 1 ? m->is.gathered_q24 + part_q24 : part_q24;
     if (gathered == DQW_WATCH_STRETCH_BLOCKS) reversal(m, way, m->is.gathered_q24);
@@ -289,7 +294,9 @@ static void settle(dqw_monitor_q15 *m, int channel)
 static void adopt(dqw_monitor_q15 *m)
 {
     for (int i = 0; i < DQW_WATCH_TEMPERATURE; i++) move_healthy(m, i, 1);
-    m->is.healthy_residual_q54 = m->is.residual_q54 > RESIDUAL_FLOOR_Q54 ? m->is.residual_q54 : RESIDUAL_FLOOR_Q54;
+    const int64_t floor_q27 = dqw_q_quotient64(or_else(dqw_monitor_config_of_q15(m)->residual_floor_ppm, FLOOR_PPM), MILLION, 27);
+    const int64_t floor_q54 = floor_q27 * floor_q27;  // up to 2^54
+    m->is.healthy_residual_q54 = m->is.residual_q54 > floor_q54 ? m->is.residual_q54 : floor_q54;
     dqw_watch_adopt(&m->watch, m->tracker.halves);
 }
 

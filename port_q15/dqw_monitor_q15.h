@@ -39,12 +39,13 @@ typedef struct dqw_monitor_q15_config {
     /// [30000, 30000]; shorted turns' conductance times R [3000]; friction [50000] of the torque at the full current; winding above cold
     /// [110 K, as 110000000]; residual against the healthy one [3, as 3000000]
     uint32_t band_ppm[DQW_WATCH_CHANNELS];
-    uint32_t alpha_ppm_per_K;  ///< of the winding's resistance, up to 10^6 [3900]
-    uint32_t beta_ppm_per_K;   ///< of the magnet's flux, as a positive fall, up to 10^6 [1000]
-    uint32_t heating_mK_s;     ///< the fastest healthy heating or cooling, up to 10^6 [1000]
-    uint32_t J_nkgm2;          ///< inertia; 0: friction is not watched
-    uint32_t threshold_ppm;    ///< residual over the full voltage that stage 3 must reach [50000: 5 %]
-    bool commissioned;         ///< the tracker's nominal values were measured on this machine, cold: temperatures count from them
+    uint32_t alpha_ppm_per_K;     ///< of the winding's resistance, up to 10^6 [3900]
+    uint32_t beta_ppm_per_K;      ///< of the magnet's flux, as a positive fall, up to 10^6 [1000]
+    uint32_t heating_mK_s;        ///< the fastest healthy heating or cooling, up to 10^6 [1000]
+    uint32_t J_nkgm2;             ///< inertia; 0: friction is not watched
+    uint32_t threshold_ppm;       ///< residual over the full voltage that stage 3 must reach [50000: 5 %]
+    uint32_t residual_floor_ppm;  ///< a healthy residual counts as at least this part of the full voltage, up to 10^6 [2000]
+    bool commissioned;            ///< the tracker's nominal values were measured on this machine, cold: temperatures count from them
 } dqw_monitor_q15_config;
 
 /// One event. value, sd: Q24 of dqw_tracker_unit_q15() for a weight of the tracker, of dqw_witness_input_q15 for one of the witness, of the
@@ -96,7 +97,7 @@ uint32_t dqw_monitor_sample_q15(dqw_monitor_q15 *m, const dqw_sample_q15 *s, boo
 ///
 /// Source   (E60) to (E65) in docs/EQUATIONS.md
 /// Returns  true where there is an event; *event is written then
-/// Cost     the table in README.md. Must run at least every half_window periods
+/// Cost     some 30 000 instructions of a Cortex-M4 a block. Must run at least every half_window periods
 /// Context  background; dqw_monitor_sample_q15 may interrupt it
 bool dqw_monitor_background_q15(dqw_monitor_q15 *m, dqw_monitor_event_q15 *event);
 

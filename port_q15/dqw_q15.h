@@ -157,7 +157,7 @@ static inline int64_t dqw_q_scale64(int64_t x, int n)
 /// Range    any; n in -126 .. 126
 int64_t dqw_q_product64(int64_t a, int64_t b, int n);
 
-/// a / b 2^n, rounded down, bounded to 62 bits; 0 for b = 0. Good to 28 bits. No division of 64 bits.
+/// a / b 2^n, rounded, bounded to 62 bits; 0 for b = 0. Good to 28 bits. No division of 64 bits.
 /// Range    any; n in -126 .. 126
 int64_t dqw_q_quotient64(int64_t a, int64_t b, int n);
 

@@ -58,6 +58,7 @@ enum dqw_status dqw_tracker_init_q15(dqw_tracker_q15 *t, const dqw_tracker_q15_c
     dqw_window_q15 window;
     const enum dqw_status status = dqw_window_init_q15(&window, c->half_window != 0 ? c->half_window : HALF_WINDOW, DQW_TRACK_Q15_SIGNALS);
     if (status != DQW_OK) return status;
+    if (nominal.width_q40 >= (int64_t)1 << 44) return DQW_ERR_RANGE;
     const int64_t width3_q28 = dqw_q_floor64(3 * nominal.width_q40, 12);
     if (nominal.width_q40 > 0 && (width3_q28 < WIDTH3_LEAST_Q28 || width3_q28 > INT32_MAX)) return DQW_ERR_RANGE;
 

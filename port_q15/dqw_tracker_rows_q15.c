@@ -29,7 +29,7 @@ static bool fits(int64_t x_q40, unsigned most)
 bool dqw_tracker_nominal_of_q15(const dqw_tracker_q15_config *config, dqw_tracker_nominal_q15 *n)
 {
     const dqw_scale *s = &config->scale;
-    const int64_t turn_q28 = dqw_scale_angle_q28(s) * s->pole_pairs;
+    const int64_t turn_q28 = dqw_scale_turn_q28(s);
     const uint32_t L_nH[2] = {config->Ld_nH, config->Lq_nH};
     // mV ns up to 1e16; uOhm mA and nH mA up to 2^56; nWb 1000 up to 2^42
     const int64_t v_dt = (int64_t)s->v_full_mV * s->dt_ns;
@@ -172,7 +172,9 @@ static void least_of(const dqw_tracker_q15 *t, const dqw_tracker_nominal_q15 *n,
     }
     // Among currents as small as dead time's step, its shape decides what is left for R.
     const int64_t step_q40 = product(n->R_q40, n->width_q40);
-    r->least_q56[DQW_TRACK_R_Q15] += STEP_MARGIN * dqw_q_product64(step_q40, step_q40, -24);
+    const int64_t step2_q56 = dqw_q_product64(step_q40, step_q40, -24);
+    const int64_t most_q56 = (int64_t)1 << 57;  // of 1.4 full voltages: nobody learns R there
+    r->least_q56[DQW_TRACK_R_Q15] += STEP_MARGIN * (step2_q56 < most_q56 ? step2_q56 : most_q56);
 }
 
 // A noise of half the full voltage is more than anybody learns from: sums of such variances stay within their bits.

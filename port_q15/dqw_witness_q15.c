@@ -107,7 +107,7 @@ bool dqw_witness_learn_q15(dqw_witness_q15 *w, const dqw_tracker_q15 *t)
 {
     const dqw_tracker_q15_config *c = t->config;
     const dqw_block_q15 b = dqw_tracker_block_q15(t);
-    const int64_t turn = dqw_q_product64(dqw_scale_angle_q28(&c->scale) * c->scale.pole_pairs * t->window.half, b.w_m, -28);
+    const int64_t turn = dqw_q_product64(dqw_scale_turn_q28(&c->scale) * t->window.half, b.w_m, -28);
     const int64_t turn_q28 = turn < 0 ? -turn : turn;
     const bool has_theta = *(const volatile bool *)&t->has_theta;
     if (!c->angle || !has_theta || turn_q28 <= SLOWEST_Q28 || turn_q28 >= FASTEST_Q28) return false;

@@ -154,13 +154,13 @@ static void effects_that_were_asked_for()
     const json effect = json::parse(run.out).at("effects").at(0);
     TEST_ASSERT_EQUAL_STRING("dead_time", effect.at("name").get<std::string>().c_str());
     const std::string out = ran(
-        folder,
-        "static const dqw_effect_q15_config effects[] = {DQW_Q15_EFFECTS};\n"
-        "static const dqw_estimator_q15_config config = {DQW_Q15_ESTIMATOR, .effects = effects, .effect_count = DQW_Q15_EFFECT_COUNT};\n"
-        "static dqw_estimator_q15 e;\n"
-        "int main(void)\n{\n    printf(\"estimator %d effects %d weights %d width %u start %.9g full %u\\n\", (int)dqw_estimator_init_q15(&e, &config),\n"
-        "           (int)config.effect_count, (int)e.effect.weights, (unsigned)effects[0].i_uA, (double)effects[0].start_q40[0],\n"
-        "           (unsigned)config.scale.v_full_mV);\n    return 0;\n}\n");
+        folder, "static const dqw_effect_q15_config effects[] = {DQW_Q15_EFFECTS};\n"
+                "static const dqw_estimator_q15_config config = {DQW_Q15_ESTIMATOR, .effects = effects, .effect_count = DQW_Q15_EFFECT_COUNT};\n"
+                "static dqw_estimator_q15 e;\n"
+                "int main(void)\n{\n    const int status = (int)dqw_estimator_init_q15(&e, &config);\n    printf(\"estimator %d effects %d weights %d width %u "
+                "start %.9g full %u\\n\", status,\n"
+                "           (int)config.effect_count, (int)e.effect.weights, (unsigned)effects[0].i_uA, (double)effects[0].start_q40[0],\n"
+                "           (unsigned)config.scale.v_full_mV);\n    return 0;\n}\n");
     TEST_ASSERT_EQUAL_MESSAGE(0, static_cast<int>(number(out, "estimator")), out.c_str());
     near(2, number(out, "effects"), 0, "effects");
     near(3, number(out, "weights"), 0, "weights");

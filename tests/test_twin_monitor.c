@@ -30,7 +30,7 @@ static void configure(twins *t)
     const dqw_monitor_config fc = {.tracker = {.dt_s = (float)DT_S,
                                                .v_base_V = (float)V_FULL,
                                                .i_base_A = (float)I_FULL,
-                                               .w_base_rad_s = (float)(W_FULL / 2),
+                                               .w_base_rad_s = (float)(W_FULL / 1.5),
                                                .R_ohm = (float)nominal[0],
                                                .Ld_H = (float)nominal[1],
                                                .Lq_H = (float)nominal[2],
@@ -203,8 +203,9 @@ static void test_both_leave_a_healthy_joint_alone(void)
         HOLDS(o.f == 0 && o.q == 0);
         BETWEEN(-0.05, o.q_service_s - o.f_service_s, 0.05);
         BETWEEN(0.0005, o.weight, 0.008);  // 0.004: on the way; healthy values below
-        BETWEEN(0.001, o.witness, 0.2);
-        BETWEEN(1e-4, o.residual, 0.1);
+        BETWEEN(0.001, o.witness, 0.03);
+        BETWEEN(1e-4, o.residual, 0.05);
+        BETWEEN(0.99, ldexp((double)t.q.is.healthy_residual_q54, -54) / (double)t.f.healthy_residual_pu2, 1.01);
         for (int i = 0; i < N; i++) {
             const double size = i == DQW_TRACK_PSI_Q ? 0.02 : (double)t.f.healthy[i];
             CASE("healthy %d: %g, %g", i, t.q.is.healthy_q24[i] / 16777216.0 * weight_unit(&t, i), (double)t.f.healthy[i]);
@@ -237,9 +238,9 @@ static void one_fault(const fault *f, int joined, bool lent, bool every_block)
     HOLDS(o.f >= 1 && o.f == o.q);
     HOLDS(o.qe.fault.name == f->name && o.fe.fault.name == f->name);
     HOLDS(o.qe.fault.phase == o.fe.fault.phase);
-    BETWEEN(every_block ? -0.017 : -0.1, o.q_s - o.f_s, every_block ? 0.017 : 0.05);
+    BETWEEN(every_block ? -0.017 : -0.034, o.q_s - o.f_s, 0.017);
     BETWEEN(1e-4, o.weight, every_block ? 0.008 : 0.05);
-    BETWEEN(1e-3, o.witness, every_block ? 0.1 : 1.0);
+    BETWEEN(1e-3, o.witness, every_block ? 0.04 : 0.6);
     if (!every_block) return;
     HOLDS(o.qe.parameter == o.fe.parameter);
     BETWEEN(-0.05, ((double)o.qe.since - o.fe.since) * 20 * DT_S, 0.05);
@@ -259,7 +260,6 @@ static void test_both_tell_each_fault_by_its_name(void)
     }
 }
 
-// Copper warms by 30 K and the magnet nearly with it: both follow. Then a winding beyond its limit, and what breaks while it is hot.
 // Patterns of a fault, mixtures of two and noise alone: one name and one confidence, whatever the units.
 static void test_both_name_alike(void)
 {
@@ -327,6 +327,7 @@ static void test_both_name_alike(void)
     HOLDS(unlike * 1000 <= draws && known * 10 > draws * 4);
 }
 
+// Copper warms by 30 K and the magnet nearly with it: both follow. Then a winding beyond its limit, and what breaks while it is hot.
 static void test_both_follow_heat_and_tell_of_its_limit(void)
 {
     const double end_s = quick() ? 1.6 : 4.0;
@@ -372,6 +373,68 @@ static void test_both_follow_heat_and_tell_of_its_limit(void)
     CASE("%d, %d events at %g, %g s, fault %d, %d", later.f, later.q, later.f_s, later.q_s, (int)later.fe.fault.name, (int)later.qe.fault.name);
     HOLDS(later.f == 1 && later.q == 1 && later.qe.fault.name == DQW_FAULT_DEMAGNETISATION);
     BETWEEN(-0.033, later.q_s - later.f_s, 0.033);
+    // Flux that is lost is not counted as cold flux again.
+    BETWEEN(0.9, (double)t.f.cold_psi_Wb / 0.02, 0.97);
+    BETWEEN(-0.003, t.q.is.cold_psi_q24 / 16777216.0 * weight_unit(&t, DQW_TRACK_PSI) / (double)t.f.cold_psi_Wb - 1, 0.003);
+
+    // Commissioned with a cold R that is a tenth below the present one: 28 K at once, and too much where 20 are the limit.
+    s = joint(2.5);
+    simulate(&s);
+    begin(&t, false, 1);
+    t.fc.commissioned = t.qc.commissioned = true;
+    t.fc.tracker.R_ohm = 0.45f;
+    t.qc.tracker.R_uohm = 450000;
+    t.fc.band[DQW_WATCH_TEMPERATURE] = 20.0f;
+    t.qc.band_ppm[DQW_WATCH_TEMPERATURE] = 20000000;
+    begin_with(&t, false);
+    const told warm = watch(&t, 0, row_count);
+    CASE("%d, %d events at %g, %g s, fault %d, %d", warm.f, warm.q, warm.f_s, warm.q_s, (int)warm.fe.fault.name, (int)warm.qe.fault.name);
+    HOLDS(warm.f == 1 && warm.q == 1 && warm.qe.fault.name == DQW_FAULT_OVER_TEMPERATURE && warm.fe.fault.name == DQW_FAULT_OVER_TEMPERATURE);
+    BETWEEN(26, warm.qe.value / 65536.0, 31);
+    BETWEEN(-0.017, warm.q_s - warm.f_s, 0.017);
+}
+
+// A bearing wears while the shaft goes to and fro: told in torque, with the same deviation.
+static void test_both_tell_a_worn_bearing(void)
+{
+    if (quick()) return;
+    dqw_sim_scenario s = joint(5.4);
+    s.profile.speed_rad_s = (dqw_sim_signal){.wave = 60, .wave_period_s = 0.12};
+    s.profile.load_Nm = (dqw_sim_signal){.value = 0};
+    s.nonideal.bearing_Nm = (dqw_sim_ramp){0.4, 3.8, 3.85};
+    simulate(&s);
+    static twins t;
+    begin(&t, false, 1);
+    const told healthy = watch(&t, 0, (int)(3.8 / DT_S));
+    HOLDS(healthy.f == 0 && healthy.q == 0);
+    // Friction takes some thirty reversals: what is worn goes on, once and again.
+    told o = watch(&t, (int)(3.8 / DT_S), row_count);
+    for (int n = 0; n < 3 && o.f == 0 && o.q == 0; n++) {
+        dqw_tracker_gap(&t.f.tracker, 0);
+        dqw_tracker_gap_q15(&t.q.tracker, 0);
+        o = watch(&t, (int)(3.9 / DT_S), row_count);
+    }
+    CASE("%d, %d events, %g, %g s, %d, %d; %g, %g Nm; %d reversals, %.3g from %.3g, sd %.2g", o.f, o.q, o.f_s, o.q_s, (int)o.fe.fault.name,
+         (int)o.qe.fault.name, (double)o.fe.value, o.qe.value / 16777216.0 * 1.5 * 4 * weight_unit(&t, 3) * I_FULL, t.q.watch.reversals,
+         (double)t.f.friction_Nm, (double)t.f.healthy_friction_Nm, sqrt(2.0 * (double)t.f.spread_Nm2 / t.f.watch.reversals));
+    if (getenv("DQW_TEST_VALUES") != NULL) printf("%s\n", test_case);
+    HOLDS(o.f >= 1 && o.q == o.f);
+    HOLDS(o.fe.fault.name == DQW_FAULT_BEARING_WEAR && o.qe.fault.name == DQW_FAULT_BEARING_WEAR && o.qe.parameter == DQW_WATCH_FRICTION);
+    BETWEEN(-0.13, o.q_s - o.f_s, 0.13);  // two reversals
+    const double torque_Nm = 1.5 * 4 * weight_unit(&t, 3) * I_FULL;
+    BETWEEN(0.9, o.qe.value / 16777216.0 * torque_Nm / (double)o.fe.value, 1.1);
+    BETWEEN(0.8, o.qe.sd / 16777216.0 * torque_Nm / (double)o.fe.sd, 1.25);
+    // The torque that accelerates, up to a hundred times the nominal one.
+    for (double J = 1e-4; J < 0.05; J *= 7) {
+        t.fc.J_kgm2 = (float)J;
+        t.qc.J_nkgm2 = (uint32_t)lrint(1e9 * J);
+        begin_with(&t, false);
+        (void)watch(&t, 0, 60000);
+        CASE("J %g: %g, %g Nm", J, (double)t.f.friction_Nm, t.q.is.friction_q24 / 16777216.0 * torque_Nm);
+        HOLDS(t.f.watch.reversals > 4 && t.q.watch.reversals == t.f.watch.reversals);
+        BETWEEN(-0.02 * fabs((double)t.f.friction_Nm) - 0.002, t.q.is.friction_q24 / 16777216.0 * torque_Nm - (double)t.f.friction_Nm,
+                0.02 * fabs((double)t.f.friction_Nm) + 0.002);
+    }
 }
 
 // A threshold that cannot be met leads back to stage 1; defined anew both serve, and a machine of another sign leads back again.
@@ -453,6 +516,7 @@ int main(void)
     RUN_TEST(test_both_tell_each_fault_by_its_name);
     RUN_TEST(test_both_name_alike);
     RUN_TEST(test_both_follow_heat_and_tell_of_its_limit);
+    RUN_TEST(test_both_tell_a_worn_bearing);
     RUN_TEST(test_both_go_the_way_back);
     RUN_TEST(test_any_bits);
     return UNITY_END();

@@ -69,7 +69,7 @@ int main(int argc, char *argv[])
             counted(&paper, count_stop());
         }
         if (n > 40000) spoil(&s, n, &limited);
-        if (n % 16 == 0) {
+        if (n % 17 == 0) {
             stack_paint();
             (void)dqw_monitor_sample(&m, &s, limited);
             deep(&step, stack_used());

@@ -11,10 +11,13 @@ static const struct {
 int main(void)
 {
     for (unsigned i = 0; i < sizeof modules / sizeof modules[0]; i++) {
+        const hash h = modules[i].run();
         say_text(modules[i].name);
         say_text(" ");
-        say_hex(modules[i].run());
+        say_hex(h);
         say_text("\n");
+        // The trajectory did not get where it should.
+        if (h == 0) return 1;
     }
     return 0;
 }

@@ -20,7 +20,7 @@ int main(void)
     for (uint32_t k = 0; k < STEPS; k++) {
         stimulus_next(&s);
         piece_load(&s);
-        if (k % 16 == 0) {
+        if (k % 17 == 0) {
             stack_paint();
             piece_step();
             const uint32_t used = stack_used();
