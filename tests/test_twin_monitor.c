@@ -508,6 +508,67 @@ static void test_any_bits(void)
     HOLDS(quick() || events > 0);
 }
 
+static double any_size(test_random *r, double least, double most) { return exp2(random_uniform(r, least, most)); }
+
+static uint32_t bounded(double x) { return (uint32_t)fmin(x, 4294967295.0); }
+
+// Any configuration that is accepted, out to the edges, with any samples: the checkers find nothing, and what is refused leaves no trace.
+static void test_any_configuration(void)
+{
+    test_random r = {12};
+    int accepted = 0;
+    const int draws = scaled(1500);
+    for (int k = 0; k < draws; k++) {
+        static dqw_monitor_q15 m;
+        const double size = 1 + 31 * random_uniform(&r, 0, 1);
+        dqw_monitor_q15_config c = {0};
+        // Sizes as even over the powers of two, nominal values out to where they no longer fit the full scales.
+        const double v_V = any_size(&r, -10, 13.2);
+        const double i_A = any_size(&r, -10, 13.2);
+        const double w_rad_s = any_size(&r, -10, 13.2);
+        const double p = 1 + (double)(random_bits(&r) % 40);
+        const double dt_s = fmin(1.0, 1.1 / (w_rad_s * p)) * any_size(&r, -12, 0);
+        c.tracker.scale.v_full_mV = bounded(1e3 * v_V);
+        c.tracker.scale.i_full_mA = bounded(1e3 * i_A);
+        c.tracker.scale.w_full_mrad_s = bounded(1e3 * w_rad_s);
+        c.tracker.scale.dt_ns = bounded(1e9 * dt_s);
+        c.tracker.scale.pole_pairs = (uint16_t)p;
+        c.tracker.R_uohm = bounded(1e6 * v_V / i_A * any_size(&r, -16, 3.1));
+        c.tracker.Ld_nH = bounded(1e9 * v_V * dt_s / i_A * any_size(&r, 0, 12.1));
+        c.tracker.Lq_nH = bounded(c.tracker.Ld_nH * any_size(&r, -2, 2));
+        c.tracker.psi_nWb = bounded(1e9 * v_V / (w_rad_s * p) * any_size(&r, -16, 3.1));
+        c.tracker.dead_time_width_mA = random_bits(&r) % 3 != 0 ? bounded(1e3 * i_A * any_size(&r, -13, 2)) : 0;
+        c.tracker.drift_ppm = (uint32_t)any_size(&r, 0, 19.9);
+        c.J_nkgm2 = bounded(any_size(&r, -2, 31.9));
+        c.tracker.half_window = (uint8_t)(1 + random_bits(&r) % 100);
+        c.tracker.solve_blocks = (uint8_t)(random_bits(&r) & 255);
+        c.tracker.angle = random_bits(&r) % 4 != 0;
+        c.tracker.noise_on_inputs = random_bits(&r) % 4 != 0;
+        c.threshold_ppm = (uint32_t)random_bits(&r);
+        for (int i = 0; i < DQW_WATCH_CHANNELS; i++) c.band_ppm[i] = random_bits(&r) % 3 != 0 ? 0 : (uint32_t)(random_bits(&r) & 0xffffffffu);
+        if (dqw_monitor_init_q15(&m, &c, NULL) != DQW_OK) continue;
+        accepted++;
+        for (int n = 0; n < 3000; n++) {
+            const uint64_t z = random_bits(&r);
+            const uint64_t y = random_bits(&r);
+            const bool noise = n / 300 % 2 == 0;
+            const dqw_sample_q15 x = {.v_d_q15 = noise ? q15_bits(z) : (int16_t)(size * (n % 97)),
+                                      .v_q_q15 = noise ? q15_bits(z >> 16) : (int16_t)(size * (n % 89)),
+                                      .i_d_q15 = noise ? q15_bits(z >> 32) : (int16_t)(size * (n % 83)),
+                                      .i_q_q15 = noise ? q15_bits(z >> 48) : (int16_t)(size * (n % 79)),
+                                      .w_m_q15 = noise ? q15_bits(y) : 12000,
+                                      .theta_e_turn = (uint16_t)(17 * n)};
+            (void)dqw_monitor_sample_q15(&m, &x, false);
+            dqw_monitor_event_q15 e;
+            (void)dqw_monitor_background_q15(&m, &e);
+            if (m.stage.name == DQW_STAGE_ORDINAL && m.tracker.blocks > 20) m.stage.name = DQW_STAGE_IN_SERVICE;
+            if (m.stage.name == DQW_STAGE_DOMAIN) TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_monitor_define_q15(&m, &c, NULL));
+        }
+    }
+    CASE("%d of %d accepted", accepted, draws);
+    HOLDS(accepted * 5 > draws);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -519,5 +580,6 @@ int main(void)
     RUN_TEST(test_both_tell_a_worn_bearing);
     RUN_TEST(test_both_go_the_way_back);
     RUN_TEST(test_any_bits);
+    RUN_TEST(test_any_configuration);
     return UNITY_END();
 }
