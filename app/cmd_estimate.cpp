@@ -87,7 +87,8 @@ Command add_estimator(CLI::App& app, const std::string& name, const std::string&
     add_effects(*command, options->effects);
     if (name == "learn")
         command->add_option("--arith", options->arith, "arithmetic of the learners")->check(CLI::IsMember({"float", "q15"}))->capture_default_str();
-    command->footer("With --out, writes DIR/" + name + ".json as well" + (name == "learn" ? ", with --arith q15 DIR/dqw_q15_config.h" : "") +
+    command->footer("With --out, writes DIR/" + name + ".json as well" +
+                    (name == "learn" ? ", with --arith q15 DIR/dqw_q15_config.h where the log is not mechanical" : "") +
                     ". Exit code 4: a parameter asked for is not identifiable.");
     return {command, [=] { return estimate(name, *options, estimator); }};
 }

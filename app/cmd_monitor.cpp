@@ -4,10 +4,12 @@
 
 #include "command.hpp"
 #include "effect_names.hpp"
+#include "fixed_point.hpp"
 #include "learn_inputs.hpp"
 #include "monitor_page.hpp"
 #include "output.hpp"
 #include "progress.hpp"
+#include "q15_config.hpp"
 #include "text.hpp"
 
 namespace dqw {
@@ -56,15 +58,28 @@ int run(const Options& options)
     const std::vector<Log> logs = read_logs({options.log}, options, notes);
     // What cannot be written is said before the work, not after.
     make_directory(options.out_dir);
+    std::string config;
     try {
         const MonitorSetup setup = monitor_setup(logs, asked);
         notes.insert(notes.end(), setup.notes.begin(), setup.notes.end());
+        if (options.arith == "q15") {
+            const dqw_monitor_q15_config c = q15_monitor_config(setup);
+            const FullScales full = full_scales(c.tracker.scale);
+            notes.push_back(fmt::format("fixed point; full scales {:.4g} V, {:.4g} A, {:.4g} rad/s; its configuration is in dqw_q15_monitor.h", full.v_V,
+                                        full.i_A, full.w_rad_s));
+            config = q15_monitor_text(c, options.log);
+        }
         note(report, notes);
         report.run = watched(logs.front(), setup, options, report);
     } catch (const std::invalid_argument& error) {
         throw InputError(options.log, logs.front().rows() + 1, error.what());
     }
     note(report, closing_notes(report.run));
+    if (!config.empty()) {
+        OutputFile header(path_in(options.out_dir, "dqw_q15_monitor.h"));
+        header.write(config);
+        header.close();
+    }
     OutputFile file(path_in(options.out_dir, "monitor.html"));
     file.write(monitor_page(report));
     file.close();
@@ -82,14 +97,16 @@ Command add_monitor(CLI::App& app)
     command->add_option("LOG.csv", options->log, "dynamic log")->required()->type_name("");
     add_common(*command, *options);
     command->get_option("--json")->description("print one JSON object an event, one a line, and nothing else on stdout");
-    command->add_option("--effect", options->effects, "effect to watch as well, repeatable: " + list(effect_names(), 99))
+    command
+        ->add_option("--effect", options->effects,
+                     "effect that the machine has, repeatable; a note says where the monitor has no input for it: " + list(effect_names(), 99))
         ->take_all()
         ->allow_extra_args(false)
         ->check(CLI::IsMember(effect_names()))
         ->type_name("NAME");
     command->add_option("--config", options->config_file, "what a trace found: start values and the width of dead time")->type_name("trace.json");
     command->add_option("--arith", options->arith, "arithmetic of the monitor")->check(CLI::IsMember({"float", "q15"}))->capture_default_str();
-    command->footer("Writes monitor.html into DIR. Exit code 0 with and without events.");
+    command->footer("Writes monitor.html into DIR, with --arith q15 dqw_q15_monitor.h as well. Exit code 0 with and without events.");
     return {command, [=] { return run(*options); }};
 }
 

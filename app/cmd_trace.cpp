@@ -107,7 +107,7 @@ Command add_trace(CLI::App& app)
         ->allow_extra_args(false)
         ->check(CLI::IsMember(effect_names()))
         ->type_name("NAME");
-    command->footer("Writes trace.json, report.html, dqw_model_config.h and, for port_q15/, dqw_q15_config.h into DIR.");
+    command->footer("Writes trace.json, report.html, dqw_model_config.h and, where the log is not mechanical, dqw_q15_config.h for port_q15/ into DIR.");
     return {command, [=] { return run_trace(*options); }};
 }
 

@@ -9,6 +9,7 @@
 #include "dqw_fault.h"
 #include "dqw_gate.h"
 #include "dqw_model.h"
+#include "dqw_monitor_q15.h"
 #include "dqw_stage.h"
 #include "monitor_readings.hpp"
 #include "monitor_setup.hpp"
@@ -52,6 +53,9 @@ public:
 /// Both throw std::invalid_argument where the monitor refuses its configuration; `setup` stays in use as long as the engine.
 std::unique_ptr<MonitorEngine> float_monitor(const MonitorSetup& setup);
 std::unique_ptr<MonitorEngine> q15_monitor(const MonitorSetup& setup);
+
+/// With what q15_monitor() runs. Throws std::invalid_argument for what fixed point does not take.
+dqw_monitor_q15_config q15_monitor_config(const MonitorSetup& setup);
 
 }  // namespace dqw
 #endif

@@ -185,6 +185,8 @@ private:
 
 }  // namespace
 
+dqw_monitor_q15_config q15_monitor_config(const MonitorSetup& setup) { return config_of(setup.config); }
+
 std::unique_ptr<MonitorEngine> q15_monitor(const MonitorSetup& setup) { return std::make_unique<Q15Monitor>(setup); }
 
 }  // namespace dqw

@@ -127,9 +127,55 @@ std::string q15_config_text(const std::vector<Log>& logs, const std::vector<Esti
     }
     if (c.half_window != 0) values += fmt::format(", .half_window = {}u", c.half_window);
     out += fmt::format("// Initialisers; others may follow them.\n#define DQW_Q15_ESTIMATOR \\\n    {}{}\n", values, c.settled ? ", .settled = true" : "");
-    out += all ? fmt::format("#define DQW_Q15_TRACKER \\\n    {}\n", values)
+    // Ripples twice a turn must not average out in a block.
+    const double half_angle = 1e-3 * c.scale.w_full_mrad_s * c.scale.pole_pairs * 1e-9 * c.scale.dt_ns;
+    const double half = std::clamp(std::floor(1.1 / std::max(half_angle, 1e-9)), 1.0, static_cast<double>(std::max<std::uint8_t>(c.half_window, 1)));
+    const std::string tracker = values.substr(0, values.find(", .half_window")) + fmt::format(", .half_window = {:.0f}u", half);
+    out += all ? fmt::format(
+                     "// For the monitor rather take dqw_q15_monitor.h, which `dqwatch monitor --arith q15` writes.\n#define DQW_Q15_TRACKER \\\n    {}\n",
+                     tracker)
                : std::string("// No DQW_Q15_TRACKER: it wants a dynamic log, pole pairs and all four nominal values.\n");
     return out + effects_text(logs, c, inputs) + "\n#endif\n";
+}
+
+std::string q15_monitor_text(const dqw_monitor_q15_config& c, const std::string& log)
+{
+    const dqw_tracker_q15_config& t = c.tracker;
+    std::string tracker = ".scale = DQW_Q15_MONITOR_SCALE", rest;
+    const auto put = [](std::string& to, const char* name, std::uint32_t value) {
+        if (value != 0) to += fmt::format(", .{} = {}u", name, value);
+    };
+    put(tracker, "R_uohm", t.R_uohm);
+    put(tracker, "Ld_nH", t.Ld_nH);
+    put(tracker, "Lq_nH", t.Lq_nH);
+    put(tracker, "psi_nWb", t.psi_nWb);
+    put(tracker, "dead_time_width_mA", t.dead_time_width_mA);
+    put(tracker, "drift_ppm", t.drift_ppm);
+    put(tracker, "stale_limit", t.stale_limit);
+    put(tracker, "excitation_q15", t.excitation_q15);
+    put(tracker, "half_window", t.half_window);
+    put(tracker, "solve_blocks", t.solve_blocks);
+    tracker += fmt::format(", .angle = {}, .noise_on_inputs = {}", t.angle, t.noise_on_inputs);
+    std::string bands;
+    for (int i = 0; i < DQW_WATCH_CHANNELS; ++i) bands += fmt::format("{}{}u", i ? ", " : "", c.band_ppm[i]);
+    put(rest, "alpha_ppm_per_K", c.alpha_ppm_per_K);
+    put(rest, "beta_ppm_per_K", c.beta_ppm_per_K);
+    put(rest, "heating_mK_s", c.heating_mK_s);
+    put(rest, "J_nkgm2", c.J_nkgm2);
+    put(rest, "threshold_ppm", c.threshold_ppm);
+    put(rest, "residual_floor_ppm", c.residual_floor_ppm);
+    if (c.commissioned) rest += ", .commissioned = true";
+    const FullScales full = full_scales(t.scale);
+    return fmt::format("// With what `dqwatch monitor --arith q15` ran over {}. In firmware, with DQW_EFFECT_WEIGHTS=0 for all of lib/ and port_q15/:\n"
+                       "//     static const dqw_monitor_q15_config config = {{DQW_Q15_MONITOR}};\n"
+                       "// Samples are parts of {:.6g} V, {:.6g} A, {:.6g} rad/s: lround(32768 x / full scale), within +-32767; the angle 65536 a turn.\n"
+                       "// Bands, threshold and floor that are parts of a full scale are those of the usual largest signals, a third less.\n"
+                       "#ifndef DQW_Q15_MONITOR_H\n#define DQW_Q15_MONITOR_H\n\n#include \"dqw_monitor_q15.h\"\n\n"
+                       "#define DQW_Q15_MONITOR_SCALE \\\n"
+                       "    {{.v_full_mV = {}u, .i_full_mA = {}u, .w_full_mrad_s = {}u, .dt_ns = {}u, .pole_pairs = {}u}}\n\n"
+                       "#define DQW_Q15_MONITOR \\\n    .tracker = {{{}}}, \\\n    .band_ppm = {{{}}}{}\n\n#endif\n",
+                       harmless(log), full.v_V, full.i_A, full.w_rad_s, t.scale.v_full_mV, t.scale.i_full_mA, t.scale.w_full_mrad_s, t.scale.dt_ns,
+                       t.scale.pole_pairs, tracker, bands, rest);
 }
 
 }  // namespace dqw

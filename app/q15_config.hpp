@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "dqw_monitor_q15.h"
 #include "log.hpp"
 #include "result.hpp"
 #include "trace.hpp"
@@ -15,6 +16,9 @@ namespace dqw {
 /// the effects `inputs`, if there are any.
 /// Throws std::invalid_argument (one line) where a signal is more than fixed point takes. Not for mechanical logs.
 std::string q15_config_text(const std::vector<Log>& logs, const std::vector<Estimate>& found, const std::vector<TraceInput>& inputs);
+
+/// The same for the monitor: with what `monitor --arith q15` ran over `log`, whole.
+std::string q15_monitor_text(const dqw_monitor_q15_config& config, const std::string& log);
 
 }  // namespace dqw
 #endif

@@ -30,7 +30,7 @@ enum dqw_parameter_q15 { DQW_R_Q15 = 0, DQW_LD_Q15, DQW_LQ_Q15, DQW_PSI_Q15, DQW
 
 /// What the weights of both axes say together.
 typedef struct dqw_parameters_q15 {
-    int64_t value_q40[DQW_PARAMETERS_Q15];  ///< per unit of the full scales: dqw_scale_* makes SI of them
+    int64_t value_q40[DQW_PARAMETERS_Q15];  ///< per unit of the full scales: times v/i, v dt/i, v dt/i, v dt they are SI
     int64_t sd_q40[DQW_PARAMETERS_Q15];     ///< INT64_MAX: not known
     uint16_t pole_pairs;                    ///< given, or found; 0: not known
     uint8_t known;                          ///< bits 0 .. 3 as the parameters, bit 4 the pole pairs

@@ -15,9 +15,9 @@ extern "C" {
 /// In the order of dqw_witness.h, with what 1 of a weight is.
 enum dqw_witness_input_q15 {
     DQW_WITNESS_OFFSET_Q15 = 0,  ///< the full current
-    DQW_WITNESS_RESISTANCE_Q15,  ///< the nominal R
-    DQW_WITNESS_REACTANCE_Q15,   ///< the mean of the nominal L_d and L_q
-    DQW_WITNESS_SHORT_Q15,       ///< one over nominal R and reactance at full speed, together: dqw_witness_short_q40
+    DQW_WITNESS_RESISTANCE_Q15,  ///< the nominal R: a third of one phase's extra resistance
+    DQW_WITNESS_REACTANCE_Q15,   ///< the mean of the nominal L_d and L_q: L times a third of one sensor's extra gain
+    DQW_WITNESS_SHORT_Q15,       ///< dqw_witness_short_q40 over nominal R, a conductance: a third of the shorted turns'
     DQW_WITNESS_Q15_INPUTS
 };
 

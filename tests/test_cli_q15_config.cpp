@@ -1,5 +1,5 @@
 // The header that `learn --arith q15` and `trace` write for port_q15/: it compiles as strict C99, both learners take it, and what its comments say
-// of formats is so.
+// of formats is so. That of `monitor` makes a firmware tell what the command told.
 #include <cmath>
 #include <cstdlib>
 #include <cstring>
@@ -38,16 +38,16 @@ static double number(const std::string& text, const std::string& words, int more
 }
 
 /// Compiles `program` with the header in `folder` and all of port_q15/, and returns what it prints.
-static std::string ran(const Folder& folder, const std::string& program)
+static std::string ran(const Folder& folder, const std::string& program, const std::string& argument = "")
 {
     folder.write("main.c", "#include \"dqw_q15_config.h\"\n#include \"dqw_q15_config.h\"\n#include <stdio.h>\n" + program);
-    const auto build = command::run_program(
-        {"sh", "-c",
-         "${CC:-cc} -std=c99 -pedantic -Wall -Wextra -Wconversion -Wsign-conversion -Wshadow -Werror -Ilib "
-         "-Iport_q15 -I\"$0\" \"$0/main.c\" port_q15/*.c lib/dqw_gate.c lib/dqw_stage.c lib/dqw_change.c lib/dqw_watch.c lib/dqw_effect_name.c -o \"$0/main\"",
-         folder / ""});
+    const auto build = command::run_program({"sh", "-c",
+                                             "${CC:-cc} -std=c99 -pedantic -Wall -Wextra -Wconversion -Wsign-conversion -Wshadow -Werror -Ilib "
+                                             "-Iport_q15 -I\"$0\" \"$0/main.c\" port_q15/*.c lib/dqw_gate.c lib/dqw_stage.c lib/dqw_change.c lib/dqw_watch.c "
+                                             "lib/dqw_effect_name.c -lm -o \"$0/main\"",
+                                             folder / ""});
     TEST_ASSERT_EQUAL_INT_MESSAGE(0, build.code, build.err.c_str());
-    const auto run = command::run_program({folder / "main"});
+    const auto run = command::run_program(argument.empty() ? std::vector<std::string>{folder / "main"} : std::vector<std::string>{folder / "main", argument});
     TEST_ASSERT_EQUAL_INT_MESSAGE(0, run.code, run.err.c_str());
     return run.out;
 }
@@ -169,6 +169,63 @@ static void effects_that_were_asked_for()
     near(parameters.at("voltage_V").at("value").get<double>(), number(out, "start") / std::pow(2, 40) * 1e-3 * number(out, "full"), 1e-5, "dead time");
 }
 
+/// A firmware with the header that `monitor` wrote, and the log's samples as 16 bits, tells what `monitor` told, to the last bit.
+static void a_monitors_whole_configuration()
+{
+    const Folder folder;
+    std::vector<std::string> args = {"sim", "joint_24v", "--out", folder / ""};
+    for (const char* set : {"duration_s=3.2", "nonideal.dead_time_V=0.24", "nonideal.dead_time_width_A=0.05", "nonideal.demagnetisation=0.05",
+                            "nonideal.demagnetisation.t_start_s=2", "nonideal.demagnetisation.t_end_s=2.1"})
+        args.insert(args.end(), {"--set", set});
+    TEST_ASSERT_EQUAL_INT(0, command::dqwatch(args).code);
+    const auto run = command::dqwatch({"monitor", folder / "joint_24v.csv", "--arith", "q15", "--json", "--out", folder / ""});
+    TEST_ASSERT_EQUAL_INT_MESSAGE(0, run.code, run.err.c_str());
+    const json event = json::parse(run.out);
+    std::filesystem::rename(folder / "dqw_q15_monitor.h", folder / "dqw_q15_config.h");
+    const std::string out = ran(folder, R"(#include <math.h>
+#include <stdlib.h>
+static const dqw_monitor_q15_config config = {DQW_Q15_MONITOR};
+static dqw_monitor_q15 m;
+static dqw_monitor_random_q15 lent;
+static float column(char **at) { const float x = (float)strtod(*at, at); ++*at; return x; }
+static int16_t part(float x, uint32_t full) { return (int16_t)floor((double)x / (1e-3 * full) * 32768.0 + 0.5); }
+int main(int argc, char *argv[])
+{
+    char line[1000];
+    FILE *log = argc == 2 ? fopen(argv[1], "r") : NULL;
+    dqw_monitor_random_init_q15(&lent);
+    if (log == NULL || dqw_monitor_init_q15(&m, &config, &lent) != DQW_OK || fgets(line, sizeof line, log) == NULL) return 2;
+    const dqw_scale *f = &config.tracker.scale;
+    while (fgets(line, sizeof line, log) != NULL) {
+        char *at = line;
+        (void)column(&at);
+        dqw_sample_q15 s = {0};
+        s.v_d_q15 = part(column(&at), f->v_full_mV);
+        s.v_q_q15 = part(column(&at), f->v_full_mV);
+        s.i_d_q15 = part(column(&at), f->i_full_mA);
+        s.i_q_q15 = part(column(&at), f->i_full_mA);
+        s.w_m_q15 = part(column(&at), f->w_full_mrad_s);
+        s.theta_e_turn = (uint16_t)(lround((double)column(&at) / 6.283185307179586 * 65536.0) & 65535);
+        dqw_monitor_event_q15 e;
+        (void)dqw_monitor_sample_q15(&m, &s, false);
+        if (!dqw_monitor_background_q15(&m, &e)) continue;
+        printf("event fault %d channel %d time %.9g value %.12g confidence %.9g\n", (int)e.fault.name, (int)e.parameter,
+               e.half * (double)config.tracker.half_window * 1e-9 * f->dt_ns, e.value / 16777216.0 * 1e-9 * config.tracker.psi_nWb,
+               e.fault.confidence_q15 / 32768.0);
+    }
+    (void)fclose(log);
+    return 0;
+}
+)",
+                                folder / "joint_24v.csv");
+    TEST_ASSERT_EQUAL_STRING("demagnetisation", event.at("fault").get<std::string>().c_str());
+    near(2, number(out, "fault"), 0, "fault");
+    near(3, number(out, "channel"), 0, "channel");
+    near(event.at("t_s").get<double>(), number(out, "time"), 1e-5, "time");
+    near(event.at("value").get<double>(), number(out, "value"), 1e-6, "flux");
+    near(event.at("confidence").get<double>(), number(out, "confidence"), 1e-6, "confidence");
+}
+
 static void only_where_it_is_asked_for()
 {
     const Folder folder;
@@ -184,6 +241,7 @@ int main(void)
     RUN_TEST(a_dynamic_log);
     RUN_TEST(settled_rows);
     RUN_TEST(effects_that_were_asked_for);
+    RUN_TEST(a_monitors_whole_configuration);
     RUN_TEST(only_where_it_is_asked_for);
     return UNITY_END();
 }
