@@ -338,7 +338,8 @@ static void follow_temperature(dqw_monitor_q15 *m)
     m->is.hottest_q16 -= m->is.hottest_q16 / HOTTEST_FORGETS;
     if (rise > m->is.hottest_q16) m->is.hottest_q16 = rise;
     // 2^20 by 2^31 by 2^4
-    const int64_t lost_q24 = dqw_q_quotient64(beta_ppm(m) * m->is.hottest_q16 * SLACK_TENTHS, 10 * MILLION, 8) + dqw_q_round64(band_q24(m, DQW_WATCH_PSI), 1);
+    const int64_t lost_q24 = dqw_q_quotient64(beta_ppm(m) * m->is.hottest_q16 * SLACK_TENTHS, (int64_t)10 * MILLION, 8) +
+                             dqw_q_round64(band_q24(m, DQW_WATCH_PSI), 1);
     const int32_t coldest = dqw_q31_sat(dqw_q_product64(ONE_Q24 - lost_q24, m->is.cold_psi_q24, -24));
     if (m->is.healthy_q24[DQW_TRACK_PSI_Q15] < coldest) m->is.healthy_q24[DQW_TRACK_PSI_Q15] = coldest;
 }
@@ -346,12 +347,12 @@ static void follow_temperature(dqw_monitor_q15 *m)
 // Size of a channel's change over its band, Q5; 0 where it is not known.
 static int32_t deviation_q5(const dqw_monitor_q15 *m, int channel)
 {
-    const int64_t most = 100 * DQW_CHANGE_BAND_Q5;
+    const int64_t most = (int64_t)100 * DQW_CHANGE_BAND_Q5;
     int64_t q5;
     if (channel == DQW_WATCH_TEMPERATURE) {
         if (sd(m, DQW_TRACK_R_Q15) >= band_of(m, DQW_WATCH_R)) return 0;
         const int64_t above_q16 = rise_q16(m, value(m, DQW_TRACK_R_Q15)) - dqw_q_round64(band_q24(m, channel), 8);
-        q5 = dqw_q_quotient64(above_q16 + TEMPERATURE_BAND_K * ONE_Q16, TEMPERATURE_BAND_K, -11);
+        q5 = dqw_q_quotient64(above_q16 + (int64_t)TEMPERATURE_BAND_K * ONE_Q16, TEMPERATURE_BAND_K, -11);
     } else if (channel == DQW_WATCH_RESIDUAL) {
         const int64_t ratio_q10 = dqw_q_root64((uint64_t)dqw_q_quotient64(m->is.residual_q54, m->is.healthy_residual_q54, 20));
         q5 = dqw_q_quotient64(ratio_q10, band_q24(m, channel), 19);

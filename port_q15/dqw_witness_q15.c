@@ -82,7 +82,7 @@ static void inputs(const dqw_tracker_q15 *t, const dqw_block_q15 *b, int64_t tur
     int16_t cosine;
     int16_t sine;
     dqw_cosine_sine_q15(*(const volatile uint16_t *)&t->block_theta_turn, &cosine, &sine);
-    const complex_number once = {cosine * (1 << 15), -sine * (1 << 15)};  // Q30
+    const complex_number once = {(int64_t)cosine * 32768, -(int64_t)sine * 32768};  // Q30
     const complex_number twice = scaled(product(once, once, 30), left_of(2 * turn_q28), 28);
     const int64_t w_q28 = b->w_m;
     const int64_t R_q40 = dqw_q_product64(n.R_q40, t->w_q24[DQW_TRACK_R_Q15], -24);
@@ -151,7 +151,7 @@ int32_t dqw_witness_size_q28(const dqw_witness_q15 *w, enum dqw_witness_input_q1
 int32_t dqw_witness_sd_q28(const dqw_witness_q15 *w, const dqw_tracker_q15 *t, enum dqw_witness_input_q15 input)
 {
     if (w->blocks < DQW_WITNESS_Q15_MEMORY || w->power_q52[input] <= 0) return INT32_MAX;
-    const int64_t both = dqw_q_product64(w->power_q52[input], 2 * DQW_WITNESS_Q15_MEMORY, -10);  // Q42
+    const int64_t both = dqw_q_product64(w->power_q52[input], (int64_t)2 * DQW_WITNESS_Q15_MEMORY, -10);  // Q42
     const int64_t v_q56 = dqw_q_quotient64(dqw_q_floor64(t->error_q56[0] + t->error_q56[1], 1), both, 42);
     return dqw_q31_sat(dqw_q_root64((uint64_t)v_q56));
 }
