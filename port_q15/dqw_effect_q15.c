@@ -58,18 +58,18 @@ static int64_t flux_q40(const dqw_scale *s, bool settled, int64_t of_v_dt_q40)
 static int64_t L_q40(const dqw_effect_q15 *e, uint32_t L_nH)
 {
     const dqw_scale *s = e->scale;
-    return flux_q40(s, e->settled, dqw_q_quotient64((int64_t)L_nH * s->i_full_mA, (int64_t)s->v_full_mV * s->dt_ns, 40));
+    return flux_q40(s, e->settled, dqw_scale_L_q40(s, L_nH));
 }
 
 static int64_t psi_q40(const dqw_effect_q15 *e, uint32_t psi_nWb)
 {
     const dqw_scale *s = e->scale;
-    return flux_q40(s, e->settled, dqw_q_quotient64((int64_t)psi_nWb * 1000, (int64_t)s->v_full_mV * s->dt_ns, 40));
+    return flux_q40(s, e->settled, dqw_scale_psi_q40(s, psi_nWb));
 }
 
 static int64_t R_q40(const dqw_effect_q15 *e, const dqw_effect_q15_config *c)
 {
-    return bounded(dqw_q_quotient64((int64_t)c->R_uohm * e->scale->i_full_mA, (int64_t)e->scale->v_full_mV * 1000000, 40));
+    return bounded(dqw_scale_R_q40(e->scale, c->R_uohm));
 }
 
 // What an input is divided by where the machine's own values are in it, so that it stays below 1.

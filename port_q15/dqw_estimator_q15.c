@@ -11,26 +11,6 @@
 // Until so many blocks, read after powers of two as well.
 #define FIRST_BLOCKS 16u
 #define RADIAN_Q28 268435456
-#define MOST_Q15 32766
-
-// theta over its unit, Q40: R in v/i, L in v dt/i, flux in v dt. The products stay below 2^63.
-static int64_t R_q40(const dqw_estimator_q15_config *c)
-{
-    // uOhm mA / mV = 1e-6
-    return dqw_q_quotient64((int64_t)c->R_uohm * c->scale.i_full_mA, (int64_t)c->scale.v_full_mV * 1000000, 40);
-}
-
-static int64_t L_q40(const dqw_estimator_q15_config *c, uint32_t L_nH)
-{
-    // nH mA / (mV ns) = 1
-    return dqw_q_quotient64((int64_t)L_nH * c->scale.i_full_mA, (int64_t)c->scale.v_full_mV * c->scale.dt_ns, 40);
-}
-
-static int64_t psi_q40(const dqw_estimator_q15_config *c)
-{
-    // nWb / (mV ns) = 1e3
-    return dqw_q_quotient64((int64_t)c->psi_nWb * 1000, (int64_t)c->scale.v_full_mV * c->scale.dt_ns, 40);
-}
 
 // What the effects of a configuration ask for, in one place: without room for effects, nothing.
 #if DQW_EFFECT_WEIGHTS > 0
@@ -181,14 +161,17 @@ enum dqw_status dqw_estimator_init_q15(dqw_estimator_q15 *e, const dqw_estimator
     if (status != DQW_OK) return status;
     const int64_t angle_q28 = dqw_scale_angle_q28(&c->scale);
     const int64_t p = c->scale.pole_pairs != 0 ? c->scale.pole_pairs : 1;
-    if (c->excitation_q15 > MOST_Q15 || angle_q28 < 1 || angle_q28 * p >= RADIAN_Q28) return DQW_ERR_RANGE;
+    if (c->excitation_q15 > DQW_SCALE_MOST_Q15 || angle_q28 < 1 || angle_q28 * p >= RADIAN_Q28) return DQW_ERR_RANGE;
 
     dqw_estimator_q15 n = {.config = config};
     const int64_t cross = angle_q28 * p;
     status = init_effects(&n);
     if (status != DQW_OK) return status;
-    int64_t start_d[D_INPUTS] = {R_q40(c), L_q40(c, c->Ld_nH), dqw_q_product64(L_q40(c, c->Lq_nH), cross, -28)};
-    int64_t start_q[Q_INPUTS] = {R_q40(c), L_q40(c, c->Lq_nH), dqw_q_product64(L_q40(c, c->Ld_nH), cross, -28), dqw_q_product64(psi_q40(c), cross, -28)};
+    int64_t start_d[D_INPUTS] = {dqw_scale_R_q40(&c->scale, c->R_uohm), dqw_scale_L_q40(&c->scale, c->Ld_nH),
+                                 dqw_q_product64(dqw_scale_L_q40(&c->scale, c->Lq_nH), cross, -28)};
+    int64_t start_q[Q_INPUTS] = {dqw_scale_R_q40(&c->scale, c->R_uohm), dqw_scale_L_q40(&c->scale, c->Lq_nH),
+                                 dqw_q_product64(dqw_scale_L_q40(&c->scale, c->Ld_nH), cross, -28),
+                                 dqw_q_product64(dqw_scale_psi_q40(&c->scale, c->psi_nWb), cross, -28)};
     start_effects(&n, start_d, DQW_D_Q15_INPUTS);
     start_effects(&n, start_q, DQW_Q_Q15_INPUTS);
     status = dqw_axis_init_q15(&n.d, DQW_D_Q15_INPUTS + weights_of(&n), start_d);
@@ -205,17 +188,12 @@ enum dqw_status dqw_estimator_init_q15(dqw_estimator_q15 *e, const dqw_estimator
     return DQW_OK;
 }
 
-static bool beyond(int16_t x_q15)
-{
-    return x_q15 > MOST_Q15 || x_q15 < -MOST_Q15;
-}
-
 static uint32_t admit(dqw_estimator_q15 *e, const dqw_sample_q15 *s, bool saturated)
 {
     const dqw_gate_sample g = {
         .finite = finite_for_effects(e, s),
-        .saturated = saturated || beyond(s->v_d_q15) || beyond(s->v_q_q15) || beyond(s->i_d_q15) || beyond(s->i_q_q15) || beyond(s->w_m_q15) ||
-                     beyond_for_effects(e, s),
+        .saturated = saturated || dqw_scale_beyond(s->v_d_q15) || dqw_scale_beyond(s->v_q_q15) || dqw_scale_beyond(s->i_d_q15) ||
+                     dqw_scale_beyond(s->i_q_q15) || dqw_scale_beyond(s->w_m_q15) || beyond_for_effects(e, s),
         .repeated = e->has_last && s->i_d_q15 == e->last.i_d_q15 && s->i_q_q15 == e->last.i_q_q15 && s->w_m_q15 == e->last.w_m_q15,
     };
     return dqw_gate_check(&e->gate, g);

@@ -9,7 +9,6 @@
 #define READ_BLOCKS 4u
 // Until so many blocks, read after powers of two as well.
 #define FIRST_BLOCKS 16u
-#define MOST_Q15 32766
 #define NOT_LEARNED INT64_MAX
 // A weight whose variance fell by less than a hundredth of 10^6 was not learned: what it holds is its start value.
 #define LEARNED_Q40 ((int64_t)10000 << 40)
@@ -129,7 +128,7 @@ enum dqw_status dqw_mechanical_init_q15(dqw_mechanical_q15 *m, const dqw_mechani
     const dqw_mechanical_q15_config *c = config;
     enum dqw_status status = dqw_mechanical_scale_check(&c->scale);
     if (status != DQW_OK) return status;
-    if (c->excitation_q15 > MOST_Q15) return DQW_ERR_RANGE;
+    if (c->excitation_q15 > DQW_SCALE_MOST_Q15) return DQW_ERR_RANGE;
 
     dqw_mechanical_q15 n = {.config = config};
     const bool soft = c->coulomb && c->coulomb_width_urad_s != 0;
@@ -189,11 +188,6 @@ static uint32_t learn(dqw_mechanical_q15 *m, const int32_t sums[], uint16_t weig
     return event | DQW_EVENT_LEARNED;
 }
 
-static bool beyond(int16_t x_q15)
-{
-    return x_q15 > MOST_Q15 || x_q15 < -MOST_Q15;
-}
-
 // A block for the background.
 static uint32_t hand_over(dqw_mechanical_q15 *m)
 {
@@ -215,7 +209,7 @@ static uint32_t hand_over(dqw_mechanical_q15 *m)
 uint32_t dqw_mechanical_step_q15(dqw_mechanical_q15 *m, int16_t torque_q15, int16_t w_m_q15, uint16_t theta_m_turn, bool saturated)
 {
     // [MEC.3] may this sample be learned
-    const dqw_gate_sample g = {.finite = true, .saturated = saturated || beyond(torque_q15) || beyond(w_m_q15)};
+    const dqw_gate_sample g = {.finite = true, .saturated = saturated || dqw_scale_beyond(torque_q15) || dqw_scale_beyond(w_m_q15)};
     uint32_t event = dqw_gate_check(&m->gate, g);
 
     // [MEC.4] the pair that it ends

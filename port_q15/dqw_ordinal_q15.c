@@ -4,6 +4,7 @@
 
 #include "dqw_log_q15.h"
 #include "dqw_q15.h"
+#include "dqw_scale.h"
 
 // 0.01 and 0.9995
 #define POLE_MIN_Q31 21474836
@@ -92,14 +93,9 @@ static void learn_output(dqw_ordinal_q15 *o, int16_t x_q15, int16_t y_q15)
     watch(o, e_q27);
 }
 
-static bool beyond(int16_t x_q15)
-{
-    return x_q15 <= -INT16_MAX || x_q15 == INT16_MAX;
-}
-
 void dqw_ordinal_step_q15(dqw_ordinal_q15 *o, int16_t x_q15, int16_t y_q15)
 {
-    if (beyond(x_q15) || beyond(y_q15)) {
+    if (dqw_scale_beyond(x_q15) || dqw_scale_beyond(y_q15)) {
         if (o->skipped < UINT32_MAX) o->skipped++;
         o->started = false;
         return;

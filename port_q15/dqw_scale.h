@@ -2,6 +2,7 @@
 #ifndef DQW_SCALE_H
 #define DQW_SCALE_H
 
+#include <stdbool.h>
 #include <stdint.h>
 
 #include "dqw_size.h"
@@ -33,6 +34,20 @@ typedef struct dqw_scale {
 
 /// 10 kV, 10 kA, 10^4 rad/s.
 #define DQW_SCALE_MAX 10000000u
+
+/// The largest sample within the full scale.
+#define DQW_SCALE_MOST_Q15 32766
+
+/// Is a sample beyond the full scale?
+static inline bool dqw_scale_beyond(int16_t x_q15)
+{
+    return x_q15 > DQW_SCALE_MOST_Q15 || x_q15 < -DQW_SCALE_MOST_Q15;
+}
+
+/// Parameters per unit of the full scales: R in v/i, L in v dt/i, flux in v dt. Q40, bounded to 62 bits.
+int64_t dqw_scale_R_q40(const dqw_scale *scale, uint32_t R_uohm);
+int64_t dqw_scale_L_q40(const dqw_scale *scale, uint32_t L_nH);
+int64_t dqw_scale_psi_q40(const dqw_scale *scale, uint32_t psi_nWb);
 
 /// May these be full scales?
 ///

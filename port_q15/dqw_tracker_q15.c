@@ -8,7 +8,6 @@
 #include "dqw_transform_q15.h"
 
 #define HALF_WINDOW 20
-#define MOST_Q15 32766
 #define DRIFT_MOST_PPM 1000000u
 // Slopes of dead time's input in their sum.
 #define SLOPES_SHIFT 10u
@@ -53,7 +52,7 @@ enum dqw_status dqw_tracker_init_q15(dqw_tracker_q15 *t, const dqw_tracker_q15_c
     const enum dqw_status scale = dqw_scale_check(&c->scale);
     if (scale != DQW_OK) return scale;
     dqw_tracker_nominal_q15 nominal;
-    if (c->excitation_q15 > MOST_Q15 || c->drift_ppm > DRIFT_MOST_PPM || !dqw_tracker_nominal_of_q15(c, &nominal)) return DQW_ERR_RANGE;
+    if (c->excitation_q15 > DQW_SCALE_MOST_Q15 || c->drift_ppm > DRIFT_MOST_PPM || !dqw_tracker_nominal_of_q15(c, &nominal)) return DQW_ERR_RANGE;
 
     dqw_window_q15 window;
     const enum dqw_status status = dqw_window_init_q15(&window, c->half_window != 0 ? c->half_window : HALF_WINDOW, DQW_TRACK_Q15_SIGNALS);
@@ -78,17 +77,13 @@ enum dqw_status dqw_tracker_init_q15(dqw_tracker_q15 *t, const dqw_tracker_q15_c
     return DQW_OK;
 }
 
-static bool beyond(int16_t x_q15)
-{
-    return x_q15 > MOST_Q15 || x_q15 < -MOST_Q15;
-}
-
 static uint32_t admit(dqw_tracker_q15 *t, const dqw_sample_q15 *s, bool saturated)
 {
     const dqw_sample_q15 *l = &t->last;
     const dqw_gate_sample g = {
         .finite = true,
-        .saturated = saturated || beyond(s->v_d_q15) || beyond(s->v_q_q15) || beyond(s->i_d_q15) || beyond(s->i_q_q15) || beyond(s->w_m_q15),
+        .saturated = saturated || dqw_scale_beyond(s->v_d_q15) || dqw_scale_beyond(s->v_q_q15) || dqw_scale_beyond(s->i_d_q15) ||
+                     dqw_scale_beyond(s->i_q_q15) || dqw_scale_beyond(s->w_m_q15),
         .repeated = t->has_last && s->i_d_q15 == l->i_d_q15 && s->i_q_q15 == l->i_q_q15 && s->w_m_q15 == l->w_m_q15,
     };
     return dqw_gate_check(&t->gate, g);

@@ -31,14 +31,12 @@ bool dqw_tracker_nominal_of_q15(const dqw_tracker_q15_config *config, dqw_tracke
     const dqw_scale *s = &config->scale;
     const int64_t turn_q28 = dqw_scale_turn_q28(s);
     const uint32_t L_nH[2] = {config->Ld_nH, config->Lq_nH};
-    // mV ns up to 1e16; uOhm mA and nH mA up to 2^56; nWb 1000 up to 2^42
-    const int64_t v_dt = (int64_t)s->v_full_mV * s->dt_ns;
-    n->R_q40 = dqw_q_quotient64((int64_t)config->R_uohm * s->i_full_mA, (int64_t)s->v_full_mV * 1000000, 40);
-    n->psi_q40 = dqw_q_product64(dqw_q_quotient64((int64_t)config->psi_nWb * 1000, v_dt, 40), turn_q28, -28);
+    n->R_q40 = dqw_scale_R_q40(s, config->R_uohm);
+    n->psi_q40 = dqw_q_product64(dqw_scale_psi_q40(s, config->psi_nWb), turn_q28, -28);
     n->width_q40 = config->angle ? dqw_q_quotient64(config->dead_time_width_mA, s->i_full_mA, 40) : 0;
     bool good = turn_q28 >= 1 && turn_q28 < RADIAN_Q28 && fits(n->R_q40, MOST_BITS) && fits(n->psi_q40, MOST_BITS);
     for (int axis = 0; axis < 2; axis++) {
-        n->L_q40[axis] = dqw_q_quotient64((int64_t)L_nH[axis] * s->i_full_mA, v_dt, 40);
+        n->L_q40[axis] = dqw_scale_L_q40(s, L_nH[axis]);
         n->X_q40[axis] = dqw_q_product64(n->L_q40[axis], turn_q28, -28);
         good = good && fits(n->L_q40[axis], SLOPE_MOST_BITS) && fits(n->X_q40[axis], MOST_BITS);
     }
