@@ -53,6 +53,7 @@ enum dqw_status {
 /// Event bits: what happened in one step. A step never fails; it holds its last good values, sets a bit and counts.
 enum dqw_event {
     DQW_EVENT_BLOCK = 1 << 0,       ///< a block waits for the background
+    DQW_EVENT_LEARNED = DQW_EVENT_BLOCK,  ///< goes with the old estimator
     DQW_EVENT_NONFINITE = 1 << 1,   ///< NaN or infinity among the samples: skipped
     DQW_EVENT_SATURATED = 1 << 2,   ///< beyond the range of the sensor, or the caller said so: skipped
     DQW_EVENT_STALE = 1 << 3,       ///< the same sample again and again: skipped
