@@ -5,10 +5,6 @@
 
 #include "dqw_number.h"
 
-// Angles that are one have a length near 1, squared.
-#define LENGTH_LEAST 0.9f
-#define LENGTH_MOST 1.1f
-#define COMPONENT_MOST 1.01f
 // Rows in the mean slope of dead time's input.
 #define SLOPE_ROWS 4096u
 #define SQRT3_2 0.8660254f
@@ -24,11 +20,7 @@ static uint32_t admit(dqw_estimator *e, const dqw_sample *came, const dqw_sample
                           dqw_within(s->i_q_A, e->i_limit_A) && dqw_within(s->w_m_rad_s, e->w_limit_rad_s);
     bool finite = in_range || (dqw_is_finite(came->v_d_V) && dqw_is_finite(came->v_q_V) && dqw_is_finite(s->i_d_A) && dqw_is_finite(s->i_q_A) &&
                                dqw_is_finite(s->w_m_rad_s));
-    if (e->config->angle) {
-        const bool components = dqw_within(s->cosine, COMPONENT_MOST) && dqw_within(s->sine, COMPONENT_MOST);
-        const float length = s->cosine * s->cosine + s->sine * s->sine;
-        finite = finite && components && length > LENGTH_LEAST && length < LENGTH_MOST;
-    }
+    finite = finite && (!e->config->angle || dqw_is_direction(s->cosine, s->sine));
 #if DQW_EFFECT_WEIGHTS > 0
     finite = finite && dqw_effect_finite(&e->effect, s);
 #endif

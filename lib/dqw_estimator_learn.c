@@ -202,11 +202,13 @@ static void rows_of(const dqw_estimator *e, const dqw_estimator_block *b, const 
         x_q[DQW_DEAD_TIME] = 0.5f * b->sum[DQW_BLOCK_SIGNALS + 1] + late_s_A * m->di_q_A_s;
     }
     if (has_flux_q(e)) x_d[DQW_PSI_Q] = p * m->w_m_rad_s;
-    const int extra = e->inputs - DQW_PARAMETERS;
+#if DQW_EFFECT_WEIGHTS > 0
+    const int extra = e->effect.weights;
     for (int i = 0; i < extra; i++) {
         x_d[DQW_PARAMETERS + i] = b->sum[DQW_PLAIN_SIGNALS + i];
         x_q[DQW_PARAMETERS + i] = b->sum[DQW_PLAIN_SIGNALS + extra + i];
     }
+#endif
     const float to_pu = 1.0f / e->config->v_base_V;
     for (int i = 0; i < e->inputs; i++) {
         const float unit = dqw_estimator_unit(e, i) * to_pu;

@@ -1,5 +1,5 @@
-// Small questions about numbers that several files ask. By the bits, so that -ffinite-math-only, under which a compiler may take every number for
-// finite, changes no answer.
+// Small questions about numbers that several files ask, answered from their bits: so that a compiler that is told that there is no NaN and
+// no infinity (-ffast-math) answers them too.
 #ifndef DQW_NUMBER_H
 #define DQW_NUMBER_H
 
@@ -10,42 +10,50 @@
 extern "C" {
 #endif
 
-/// A deviation that nobody knows: finite, and larger than any that is known.
+/// A deviation that is not known: larger than all others, and finite. Ask `sd < DQW_UNKNOWN`.
 #define DQW_UNKNOWN 3.4e38f
 
-/// Bits of the size of a number: as integers they have the order of the numbers, infinity and then NaN above all.
-static inline uint32_t dqw_size_bits(float x)
+/// The number's bits as IEEE 754 has them: sign, exponent, fraction.
+static inline uint32_t dqw_bits(float x)
 {
-    union {
+    const union {
         float number;
         uint32_t bits;
-    } u;
-    u.number = x;
-    return u.bits & 0x7fffffffu;
+    } both = {x};
+    return both.bits;
 }
 
 /// Neither NaN nor infinity.
 static inline bool dqw_is_finite(float x)
 {
-    return dqw_size_bits(x) < 0x7f800000u;
+    return (dqw_bits(x) & 0x7fffffffu) < 0x7f800000u;
 }
 
-/// |x| <= limit; false for NaN and infinity. limit: finite, >= 0.
+/// |x| <= limit; false for NaN.
+/// Range    limit >= 0
 static inline bool dqw_within(float x, float limit)
 {
-    return dqw_size_bits(x) <= dqw_size_bits(limit);
+    return (dqw_bits(x) & 0x7fffffffu) <= dqw_bits(limit);
 }
 
 /// A number above zero.
 static inline bool dqw_is_positive(float x)
 {
-    return dqw_is_finite(x) && x > 0.0f;
+    return dqw_bits(x) - 1u < 0x7f7fffffu;
 }
 
 /// A number that is not negative.
 static inline bool dqw_is_zero_or_positive(float x)
 {
-    return dqw_is_finite(x) && x >= 0.0f;
+    return dqw_bits(x) < 0x7f800000u || dqw_bits(x) == 0x80000000u;
+}
+
+/// Cosine and sine of one angle, within what a sensor's amplitude leaves open.
+static inline bool dqw_is_direction(float cosine, float sine)
+{
+    if (!dqw_within(cosine, 1.01f) || !dqw_within(sine, 1.01f)) return false;
+    const float square = cosine * cosine + sine * sine;
+    return square > 0.9f && square < 1.1f;
 }
 
 #ifdef __cplusplus
