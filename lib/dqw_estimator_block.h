@@ -50,6 +50,9 @@ float dqw_estimator_unit(const dqw_estimator *e, int weight);
 /// Source   (E61) in docs/EQUATIONS.md
 float dqw_estimator_start_sd_pu(int weight);
 
+/// Where R, L_d, L_q or the flux starts, per unit: the nominal value, or what is usual.
+float dqw_estimator_nominal_pu(const dqw_estimator *e, int weight);
+
 /// A weight, SI, and its deviation; DQW_UNKNOWN where nothing was learned of it.
 /// Source   (E20), (E61) in docs/EQUATIONS.md
 float dqw_estimator_value(const dqw_estimator *e, int weight);

@@ -54,10 +54,12 @@ float dqw_estimator_start_sd_pu(int weight)
     return weight == DQW_DEAD_TIME ? START_DEAD_SD_PU : weight < DQW_PARAMETERS ? START_SD_PU : START_EFFECT_SD_PU;
 }
 
-// A nominal value per unit, or what is usual.
-static float nominal(float value, float unit, float usual_pu)
+float dqw_estimator_nominal_pu(const dqw_estimator *e, int weight)
 {
-    return value > 0.0f ? value / unit : usual_pu;
+    const dqw_estimator_config *c = e->config;
+    const float nominal[] = {c->R_ohm, c->Ld_H, c->Lq_H, c->psi_Wb};
+    static const float usual_pu[] = {USUAL_R_PU, USUAL_L_PU, USUAL_L_PU, USUAL_PSI_PU};
+    return nominal[weight] > 0.0f ? nominal[weight] / dqw_estimator_unit(e, weight) : usual_pu[weight];
 }
 
 static void start_effects(dqw_estimator *e)
@@ -87,10 +89,7 @@ void dqw_estimator_start(dqw_estimator *e, const float start_pu[])
         e->w_pu[i] = 0.0f;
         e->excess_q10[i] = 0;
     }
-    e->w_pu[DQW_R] = nominal(c->R_ohm, dqw_estimator_unit(e, DQW_R), USUAL_R_PU);
-    e->w_pu[DQW_LD] = nominal(c->Ld_H, dqw_estimator_unit(e, DQW_LD), USUAL_L_PU);
-    e->w_pu[DQW_LQ] = nominal(c->Lq_H, dqw_estimator_unit(e, DQW_LQ), USUAL_L_PU);
-    e->w_pu[DQW_PSI] = nominal(c->psi_Wb, dqw_estimator_unit(e, DQW_PSI), USUAL_PSI_PU);
+    for (int i = 0; i <= DQW_PSI; i++) e->w_pu[i] = dqw_estimator_nominal_pu(e, i);
     start_effects(e);
     for (int i = 0; start_pu != NULL && i < e->inputs; i++) e->w_pu[i] = start_pu[i];
     for (int i = 0; i < DQW_ESTIMATOR_SCORES; i++) e->score2[i] = e->score_lag[i] = e->score_last[i] = 0.0f;

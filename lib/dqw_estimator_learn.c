@@ -15,9 +15,12 @@
 // Settled rows have no sampling: single precision's rounding.
 #define VARIANCE_FLOOR_SETTLED_PU2 1e-13f
 // Blocks over which statistics are means.
-#define MEMORY 1000u
+#define MEMORY 1000.0f
 #define RECENT_PART (1.0f / 64.0f)
 #define FEW_BLOCKS 50u
+// Blocks of stage 2 without lent memory; and how far what they found may be from the start values, either way, for these to stand.
+#define COARSE_BLOCKS 50u
+#define COARSE_RATIO 1.5f
 #define LAG_MAX 0.98f
 #define LAG_MIN -0.4f
 // Rows that only measure the noise: its variance is then known to an eighth.
@@ -301,9 +304,11 @@ static void take_noise_out(dqw_estimator *e, const input_noise *n, const float r
     for (int i = 0; i < e->inputs; i++) e->w_pu[i] += move[i];
 }
 
-static float memory_of(const dqw_estimator *e)
+// Part of a mean that a block is: while it is young, later blocks count for more, for the first ones are about the start values.
+static float part_of(const dqw_estimator *e)
 {
-    return (float)(e->blocks < MEMORY ? e->blocks : MEMORY);
+    const float part = 2.0f / ((float)e->blocks + 1.0f);
+    return part > 1.0f / MEMORY ? part : 1.0f / MEMORY;
 }
 
 // The same gain learns what of the late voltage the inputs explain; the rest, against the residual, is by how many periods it is late. (E90)
@@ -312,9 +317,8 @@ static void learn_late(dqw_estimator *e, const float x[], const float k[], float
     float rest = late_pu;
     for (int i = 0; i < DQW_PARAMETERS; i++) rest -= e->late_w[i] * x[i];
     for (int i = 0; i < DQW_PARAMETERS; i++) e->late_w[i] += k[i] * rest;
-    const float part = left / memory_of(e);
-    e->late_pu2 += rest * rest * part - e->late_pu2 / memory_of(e);
-    e->late_error_pu2 += error_pu * rest * part - e->late_error_pu2 / memory_of(e);
+    e->late_pu2 += (rest * rest * left - e->late_pu2) * part_of(e);
+    e->late_error_pu2 += (error_pu * rest * left - e->late_error_pu2) * part_of(e);
 }
 
 // One axis' row through the joint neuron: predict, compare, correct; weighed by how little of that axis is noise.
@@ -341,14 +345,14 @@ static void learn_row(dqw_estimator *e, int axis, const dqw_estimator_rows *r, u
         const int at = i >= DQW_PARAMETERS ? i - DQW_PARAMETERS + 4 : i < 4 ? i : -1;
         if (at >= 0) score[at] += x[i] * (after * weigh);
     }
-    e->error_pu2[axis] += (error * after - e->error_pu2[axis]) / memory_of(e);
+    e->error_pu2[axis] += (error * after - e->error_pu2[axis]) * part_of(e);
     e->e_pu[axis] = error;
     if (late_pu != NULL) learn_late(e, x, k, late_pu[axis] * weigh, error * weigh, left);
 }
 
 static void keep_scores(dqw_estimator *e, const float score[])
 {
-    const float part = 1.0f / memory_of(e);
+    const float part = part_of(e);
     for (int i = 0; i < DQW_ESTIMATOR_SCORES; i++) {
         e->score2[i] += (score[i] * score[i] - e->score2[i]) * part;
         e->score_lag[i] += (score[i] * e->score_last[i] - e->score_lag[i]) * part;
@@ -479,20 +483,37 @@ void dqw_estimator_stage_on(dqw_estimator *e, bool random_converged)
 {
     const dqw_stage_input in = {
         .random_converged = random_converged,
-        .residual_ppm = ppm(dqw_estimator_residual_pu(e)),
+        .residual_ppm = ppm(dqw_estimator_recent_pu(e)),
         .residual_recent_ppm = ppm(dqw_estimator_recent_pu(e)),
     };
     (void)dqw_stage_step(&e->stage, in);
 }
 
-// Stage 2: the Random Learner alone. Stage 3 begins from its weights.
-static bool coarse(dqw_estimator *e, const dqw_estimator_rows *r)
+// Stage 2 with lent memory: the Random Learner alone. Stage 3 begins from its weights.
+static bool random_stage(dqw_estimator *e, const dqw_estimator_rows *r)
 {
     dqw_estimator_random *lent = e->config->random;
     const bool done = lent->learn(lent, r->x[D], r->x[Q], r->y, e->inputs);
     if (done) dqw_estimator_start(e, lent->coarse.w_pu);
     dqw_estimator_stage_on(e, done);
     return false;
+}
+
+// Without: the first blocks in their order. What is far from the start values had its part in all that was learned until now, for the noise of
+// the inputs goes with the weights: then stage 3 begins from what was found, else it goes on.
+static void coarse_stage(dqw_estimator *e)
+{
+    const bool done = e->blocks >= COARSE_BLOCKS;
+    float w[DQW_ESTIMATOR_INPUTS];
+    bool far = false;
+    for (int i = 0; done && i < e->inputs; i++) {
+        w[i] = e->w_pu[i];
+        if (i > DQW_PSI || (e->learned >> i & 1u) == 0) continue;
+        const float start = dqw_estimator_nominal_pu(e, i);
+        far = far || !(w[i] < COARSE_RATIO * start) || !(start < COARSE_RATIO * w[i]);
+    }
+    if (far) dqw_estimator_start(e, w);
+    dqw_estimator_stage_on(e, done);
 }
 
 bool dqw_estimator_learn(dqw_estimator *e, const dqw_estimator_block *b)
@@ -516,7 +537,7 @@ bool dqw_estimator_learn(dqw_estimator *e, const dqw_estimator_block *b)
         drift(e);
         return false;
     }
-    if (e->stage.name == DQW_STAGE_RANDOM && c->random != NULL) return coarse(e, &r);
+    if (e->stage.name == DQW_STAGE_RANDOM && c->random != NULL) return random_stage(e, &r);
     if (e->gate.blocks < UINT32_MAX) e->gate.blocks++;
     if (e->blocks < UINT16_MAX) e->blocks++;
 
@@ -537,6 +558,7 @@ bool dqw_estimator_learn(dqw_estimator *e, const dqw_estimator_block *b)
     if (e->pole_pairs == 0 && !c->settled) dqw_poles_find(e);
     if (!c->settled) publish(e, b);
     drift(e);
+    if (e->stage.name == DQW_STAGE_RANDOM) coarse_stage(e);
     return true;
 }
 
@@ -544,7 +566,7 @@ enum dqw_voltage_acts dqw_estimator_voltage_acts(const dqw_estimator *e)
 {
     if (!(e->late_pu2 > 0.0f) || e->blocks < FEW_BLOCKS) return DQW_VOLTAGE_NOT_KNOWN;
     const float periods = e->late_error_pu2 / e->late_pu2;
-    const float sd = sqrtf(common_variance(e) / (2.0f * memory_of(e) * e->late_pu2) * inflation(e, DQW_R));
+    const float sd = sqrtf(common_variance(e) * part_of(e) / e->late_pu2 * inflation(e, DQW_R));
     const bool next = e->config->voltage_next;
     if (!(sd < LATE_SD)) return DQW_VOLTAGE_NOT_KNOWN;
     if (fabsf(periods) < LATE_NEAR) return next ? DQW_VOLTAGE_NEXT : DQW_VOLTAGE_NOW;
@@ -557,8 +579,9 @@ bool dqw_estimator_background(dqw_estimator *e)
 {
     dqw_estimator_block b;
     if (!dqw_estimator_take(e, &b) || e->stage.name == DQW_STAGE_DOMAIN) return false;
+    const bool judged = e->stage.name != DQW_STAGE_RANDOM;
     if (!dqw_estimator_learn(e, &b)) return false;
-    dqw_estimator_stage_on(e, true);
+    if (judged) dqw_estimator_stage_on(e, true);
     return true;
 }
 
