@@ -46,8 +46,8 @@
 #define USABLE_SD (0.1f / 3.0f)
 #define KNOWN_RATIO 0.25f
 // The period by which a voltage is late counts as 0 or 1 within this, and this deviation.
-#define LATE_NEAR 0.25f
-#define LATE_SD 0.08f
+#define LATE_NEAR 0.35f
+#define LATE_SD 0.16f
 
 enum { D = 0, Q = 1 };
 
@@ -464,12 +464,13 @@ bool dqw_estimator_take(dqw_estimator *e, dqw_estimator_block *b)
     return true;
 }
 
-// A voltage one period late differs from that in time by this much, per unit: the triangle's weight steps by one a pair. (E90)
+// A voltage one period late differs from that in time by this much, per unit: the triangle's weight steps by one a pair. One that is held in the
+// stationary frame is turned besides; one that is given in the frame of its own period is not. (E90)
 static void late_of(const dqw_estimator *e, const dqw_estimator_block *b, const dqw_block *m, float late_pu[2])
 {
     const float h = (float)e->window.half;
     const float scale = 1.0f / (h * (h + 1.0f));
-    const float turn = (float)e->pole_pairs * m->w_m_rad_s * e->config->dt_s;
+    const float turn = e->config->voltage_held ? (float)e->pole_pairs * m->w_m_rad_s * e->config->dt_s : 0.0f;
     late_pu[D] = (b->v_step_V[D] * scale - turn * m->v_q_V) / e->config->v_base_V;
     late_pu[Q] = (b->v_step_V[Q] * scale + turn * m->v_d_V) / e->config->v_base_V;
 }
