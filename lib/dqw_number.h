@@ -1,29 +1,76 @@
-// Small questions about numbers that several files ask.
+// What a number is, asked of its bits: the same under every compiler's floating-point flags, -ffast-math and -ffinite-math-only too.
 #ifndef DQW_NUMBER_H
 #define DQW_NUMBER_H
 
 #include <stdbool.h>
+#include <stdint.h>
 
 #ifdef __cplusplus
 extern "C" {
 #endif
 
-/// Neither NaN nor infinity, in three instructions where a library's isfinite() is a call.
+/// A standard deviation that is not known: finite, so that comparisons hold where a compiler assumes that there is no infinity. What is
+/// known is `sd < DQW_UNKNOWN`.
+#define DQW_UNKNOWN 3.4e38f
+
+/// Bits of infinity; a NaN's are more.
+#define DQW_NUMBER_INFINITE UINT32_C(0x7f800000)
+
+// A compiler that was promised finite numbers may draw conclusions from a float that it holds, and none from one that it must read.
+#if defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__
+#define DQW_NUMBER_READ volatile
+#else
+#define DQW_NUMBER_READ
+#endif
+
+/// The bits of a float, IEEE 754 binary32.
+static inline uint32_t dqw_number_bits(float x)
+{
+    DQW_NUMBER_READ union {
+        float number;
+        uint32_t bits;
+    } same;
+    same.number = x;
+    return same.bits;
+}
+
+/// NaN, for read-outs that have nothing to say.
+static inline float dqw_number_nan(void)
+{
+    DQW_NUMBER_READ union {
+        uint32_t bits;
+        float number;
+    } same;
+    same.bits = UINT32_C(0x7fc00000);
+    return same.number;
+}
+
+/// Neither NaN nor infinity.
 static inline bool dqw_is_finite(float x)
 {
-    return x - x == 0.0f;
+    return (dqw_number_bits(x) & UINT32_C(0x7fffffff)) < DQW_NUMBER_INFINITE;
 }
 
 /// A number above zero.
 static inline bool dqw_is_positive(float x)
 {
-    return dqw_is_finite(x) && x > 0.0f;
+    const uint32_t bits = dqw_number_bits(x);
+    return bits != 0 && bits < DQW_NUMBER_INFINITE;
 }
 
-/// A number that is not negative.
+/// A number that is not negative; minus zero is zero.
 static inline bool dqw_is_zero_or_positive(float x)
 {
-    return dqw_is_finite(x) && x >= 0.0f;
+    const uint32_t bits = dqw_number_bits(x);
+    return bits < DQW_NUMBER_INFINITE || bits == UINT32_C(0x80000000);
+}
+
+/// A number of at most this size, |x| <= limit.
+/// Range    limit >= 0, not NaN; false for x NaN or infinite, whatever the limit
+static inline bool dqw_within(float x, float limit)
+{
+    const uint32_t size = dqw_number_bits(x) & UINT32_C(0x7fffffff);
+    return size < DQW_NUMBER_INFINITE && size <= (dqw_number_bits(limit) & UINT32_C(0x7fffffff));
 }
 
 #ifdef __cplusplus
