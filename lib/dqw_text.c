@@ -137,7 +137,7 @@ COMPLETE(why_texts, DQW_WHYS);
 
 static const char *text_of(const char *const table[], size_t length, long at)
 {
-    return at >= 0 && (unsigned long)at < length && table[at] != NULL ? table[at] : "?";
+    return (unsigned long)at < length && table[at] != NULL ? table[at] : "?";
 }
 
 const char *dqw_status_text(enum dqw_status status)
