@@ -36,8 +36,4 @@
 #include "dqw_window.h"
 #include "dqw_witness.h"
 
-#ifdef __FAST_MATH__
-#error "dqwatch needs NaN to compare as NaN: build it without -ffast-math"
-#endif
-
 #endif

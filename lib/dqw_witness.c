@@ -94,7 +94,7 @@ float dqw_witness_size(const dqw_witness *w, enum dqw_witness_input input)
 
 float dqw_witness_sd(const dqw_witness *w, const dqw_tracker *t, enum dqw_witness_input input)
 {
-    if (w->blocks < DQW_WITNESS_MEMORY || !(w->power[input] > 0.0f)) return INFINITY;
+    if (w->blocks < DQW_WITNESS_MEMORY || !(w->power[input] > 0.0f)) return DQW_UNKNOWN;
     const float variance = 0.5f * (t->error_pu2[0] + t->error_pu2[1]) * t->config->v_base_V * t->config->v_base_V;
     return sqrtf(variance / (2.0f * (float)DQW_WITNESS_MEMORY * w->power[input]));
 }

@@ -41,7 +41,7 @@ void dqw_witness_init(dqw_witness *w);
 /// Context  background
 bool dqw_witness_learn(dqw_witness *w, const dqw_tracker *t);
 
-/// Size of a weight, and its standard deviation (of one of its two parts), SI.
+/// Size of a weight, and its standard deviation (of one of its two parts), SI; DQW_UNKNOWN until the memory is full.
 /// Source   (E62) in docs/EQUATIONS.md
 float dqw_witness_size(const dqw_witness *w, enum dqw_witness_input input);
 float dqw_witness_sd(const dqw_witness *w, const dqw_tracker *t, enum dqw_witness_input input);
