@@ -128,6 +128,7 @@ typedef struct dqw_estimator {
     float late_w[DQW_PARAMETERS];            ///< of the late voltage, what the inputs explain
     float late_pu2, late_error_pu2;          ///< power of the rest, and its product with the residual
     uint32_t number, elapsed;                ///< of the last block; halves between it and the one before
+    uint32_t noise_rows;                     ///< that its noise was a mean of
     uint32_t learned;                        ///< weights of which anything was ever learned
     int16_t excess_q10[DQW_ESTIMATOR_INPUTS];  ///< power of both axes' inputs above what teaches, over that; -1 .. 7
     uint16_t blocks;                         ///< learned, up to 65535

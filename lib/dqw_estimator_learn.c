@@ -461,6 +461,7 @@ bool dqw_estimator_take(dqw_estimator *e, dqw_estimator_block *b)
     *(volatile bool *)&e->pending = false;
     e->elapsed = b->number - e->number;
     e->number = b->number;
+    e->noise_rows = b->noise.rows;
     return true;
 }
 
