@@ -616,6 +616,27 @@ static void test_what_is_usable(void)
     HOLDS(is(dqw_shaft_read(&m, DQW_B), 3e38f, DQW_UNKNOWN, false));
 }
 
+// (E20) in the reading: errors of a model that lacks the friction are alike from block to block, and widen the deviation.
+static void test_autocorrelation_widens_the_deviation(void)
+{
+    make_log(COULOMB_TRUE, 0.0, 2);
+    const dqw_shaft_config less = config_of(false);
+    dqw_shaft m = learn(&less);
+    BETWEEN(0.5, m.lag_pu2 / m.error_pu2, 0.8);  // 0.61
+    make_log(0.0, 0.05, 2);
+    m = learn(&less);
+    BETWEEN(-0.5, m.lag_pu2 / m.error_pu2, -0.3);  // noise of speed: steps of next blocks share an end
+    const double lag[] = {-0.5, 0.0, 0.5, 0.9, 0.99, 2.0};
+    const double wider[] = {1.0, 1.0, 3.0, 19.0, 99.0, 99.0};
+    m.lag_pu2 = 0.0f;
+    const double plain = dqw_shaft_read(&m, DQW_J).sd;
+    for (int k = 0; k < 6; k++) {
+        CASE("lag %g", lag[k]);
+        m.lag_pu2 = (float)(lag[k] * m.error_pu2);
+        BETWEEN(0.999, dqw_shaft_read(&m, DQW_J).sd / (plain * sqrt(wider[k])), 1.001);
+    }
+}
+
 static void test_inputs_that_are_no_number_teach_nothing(void)
 {
     // cos(n theta) of a product beyond single precision.
@@ -673,7 +694,8 @@ static void test_saturated_samples_are_counted_and_not_learned(void)
     TEST_ASSERT_EQUAL_UINT32(DQW_EVENT_SATURATED, dqw_shaft_sample(&m, 0.1f, 10.0f, 0.0f, true));
     TEST_ASSERT_EQUAL_UINT32(DQW_EVENT_SATURATED, dqw_shaft_sample(&m, -10.01f, 10.0f, 0.0f, false));
     TEST_ASSERT_EQUAL_UINT32(DQW_EVENT_SATURATED, dqw_shaft_sample(&m, 0.1f, -1501.0f, 0.0f, false));
-    TEST_ASSERT_EQUAL_UINT32(0, dqw_shaft_sample(&m, -10.0f, 1500.0f, 0.0f, false));
+    // Nothing here reads the angle.
+    TEST_ASSERT_EQUAL_UINT32(0, dqw_shaft_sample(&m, -10.0f, 1500.0f, NAN, false));
     TEST_ASSERT_EQUAL_UINT32(3, m.gate.saturated);
     TEST_ASSERT_EQUAL_UINT32(1, m.gate.accepted);
 }
@@ -792,6 +814,7 @@ int main(void)
     RUN_TEST(test_known_by_what_was_learned);
     RUN_TEST(test_the_threshold_of_learned);
     RUN_TEST(test_what_is_usable);
+    RUN_TEST(test_autocorrelation_widens_the_deviation);
     RUN_TEST(test_inputs_that_are_no_number_teach_nothing);
     RUN_TEST(test_missing_samples);
     RUN_TEST(test_saturated_samples_are_counted_and_not_learned);
