@@ -73,6 +73,14 @@ static inline bool dqw_within(float x, float limit)
     return size < DQW_NUMBER_INFINITE && size <= (dqw_number_bits(limit) & UINT32_C(0x7fffffff));
 }
 
+/// Cosine and sine of one angle, within what a sensor's amplitude leaves open.
+static inline bool dqw_is_direction(float cosine, float sine)
+{
+    if (!dqw_within(cosine, 1.01f) || !dqw_within(sine, 1.01f)) return false;
+    const float square = cosine * cosine + sine * sine;
+    return square > 0.9f && square < 1.1f;
+}
+
 #ifdef __cplusplus
 }
 #endif

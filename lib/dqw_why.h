@@ -15,6 +15,8 @@ enum dqw_why {
     DQW_WHY_R,               ///< R is not known yet
     DQW_WHY_LQ,              ///< L_q is not known yet
     DQW_WHY_PSI,             ///< the flux is not known yet
+    DQW_WHY_BLOCKS,          ///< all of them are, but too few blocks were learned
+    DQW_WHY_VOLTAGE,         ///< the voltage acts one period later, or earlier, than the configuration says
     DQW_WHY_RESIDUAL,        ///< the residual is above the threshold
     // Stage 1: the domain knowledge is to be defined anew, since
     DQW_WHY_NOT_CONVERGED,  ///< the Random Learners did not settle within their limit of blocks

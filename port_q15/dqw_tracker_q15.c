@@ -5,7 +5,6 @@
 
 #include "dqw_q15.h"
 #include "dqw_tracker_rows_q15.h"
-#include "dqw_transform_q15.h"
 
 #define HALF_WINDOW 20
 #define DRIFT_MOST_PPM 1000000u
@@ -81,7 +80,7 @@ static uint32_t admit(dqw_tracker_q15 *t, const dqw_sample_q15 *s, bool saturate
 {
     const dqw_sample_q15 *l = &t->last;
     const dqw_gate_sample g = {
-        .finite = true,
+        .finite = !t->config->angle || dqw_scale_is_direction(s->cosine_q15, s->sine_q15),
         .saturated = saturated || dqw_scale_beyond(s->v_d_q15) || dqw_scale_beyond(s->v_q_q15) || dqw_scale_beyond(s->i_d_q15) ||
                      dqw_scale_beyond(s->i_q_q15) || dqw_scale_beyond(s->w_m_q15),
         .repeated = t->has_last && s->i_d_q15 == l->i_d_q15 && s->i_q_q15 == l->i_q_q15 && s->w_m_q15 == l->w_m_q15,
@@ -124,9 +123,8 @@ static void dead_time(dqw_tracker_q15 *t, const dqw_sample_q15 *s, int32_t *d_q1
     const int32_t part_q15 = t->last_good ? t->follow_q15 : ONE_Q15;
     t->slow_d_q28 = follow(t->slow_d_q28, s->i_d_q15, part_q15);
     t->slow_q_q28 = follow(t->slow_q_q28, s->i_q_q15, part_q15);
-    int16_t cosine;
-    int16_t sine;
-    dqw_cosine_sine_q15(s->theta_e_turn, &cosine, &sine);
+    const int16_t cosine = s->cosine_q15;
+    const int16_t sine = s->sine_q15;
     const int32_t alpha = along(t->slow_d_q28, cosine, -t->slow_q_q28, sine);
     const int32_t beta = (int32_t)dqw_q_floor64((int64_t)along(t->slow_d_q28, sine, t->slow_q_q28, cosine) * SQRT3_2_Q31, 31);
     const int32_t half = dqw_q_floor32(alpha, 1);
@@ -164,7 +162,7 @@ static void gather(dqw_tracker_q15 *t, const dqw_sample_q15 *s, int32_t dead_d_q
                        s->w_m_q15 - l->w_m_q15);
 }
 
-static uint32_t end_half(dqw_tracker_q15 *t, bool has_theta, uint16_t theta_turn)
+static uint32_t end_half(dqw_tracker_q15 *t, int16_t cosine_q15, int16_t sine_q15)
 {
     int32_t lost[DQW_TRACK_Q15_SIGNALS];
     const bool taken = t->pending;
@@ -174,14 +172,14 @@ static uint32_t end_half(dqw_tracker_q15 *t, bool has_theta, uint16_t theta_turn
         if (t->missed < UINT8_MAX) t->missed++;
     } else if (event == DQW_EVENT_LEARNED) {
         t->weight = weight;
-        t->block_theta_turn = t->half_theta_turn;
-        t->has_theta = t->half_has_theta;
+        t->block_cosine_q15 = t->half_cosine_q15;
+        t->block_sine_q15 = t->half_sine_q15;
         t->pending = true;
     } else if (event == DQW_EVENT_INCOMPLETE && t->gate.incomplete < UINT32_MAX) {
         t->gate.incomplete++;
     }
-    t->half_theta_turn = theta_turn;
-    t->half_has_theta = has_theta;
+    t->half_cosine_q15 = cosine_q15;
+    t->half_sine_q15 = sine_q15;
     t->halves++;
     return event;
 }
@@ -205,7 +203,7 @@ uint32_t dqw_tracker_sample_q15(dqw_tracker_q15 *t, const dqw_sample_q15 *s, boo
     }
 
     // [TRK.3] a block for the background
-    if (dqw_window_full_q15(&t->window)) event |= end_half(t, good, s->theta_e_turn);
+    if (dqw_window_full_q15(&t->window)) event |= end_half(t, good ? s->cosine_q15 : 0, good ? s->sine_q15 : 0);
     t->has_last = true;
     t->last_good = good;
     t->last = *s;

@@ -48,7 +48,7 @@ typedef struct dqw_tracker_q15_config {
     uint16_t excitation_q15;                 ///< an input whose power stays below this part of its full scale, squared, teaches nothing; 0: 328 (0.01)
     uint8_t half_window;                     ///< pairs in half a block, 1 .. 100; 0: 20
     uint8_t solve_blocks;                    ///< blocks between two solutions once 64 were learned; 0: 4. More cost less
-    bool angle;                              ///< theta_e_turn is given: dead time and encoder offset need it
+    bool angle;                              ///< cosine and sine are given: dead time and encoder offset need it
     bool noise_on_inputs;                    ///< take the noise of currents and speed out of what is learned, (E60)
 } dqw_tracker_q15_config;
 
@@ -76,7 +76,7 @@ typedef struct dqw_tracker_q15 {
     uint8_t restarts;                              ///< times that the weights left all bounds, and learning began again, up to 255
     uint8_t learned;                               ///< weights of which anything was ever learned
     uint8_t turn;                                  ///< weight whose variance grows next
-    bool pending, has_last, last_good, has_theta, half_has_theta;
+    bool pending, has_last, last_good;
     // The last sample, and dead time's input there.
     dqw_sample_q15 last;
     int32_t dead_d_q15, dead_q_q15;  ///< |D| <= 4/3
@@ -87,7 +87,8 @@ typedef struct dqw_tracker_q15 {
     // Handed to the background.
     int32_t block[DQW_TRACK_Q15_SIGNALS];
     dqw_noise_means_q15 means;
-    uint16_t weight, block_theta_turn, half_theta_turn;
+    uint16_t weight;
+    int16_t block_cosine_q15, block_sine_q15, half_cosine_q15, half_sine_q15;
 } dqw_tracker_q15;
 
 /// Make a tracker.
