@@ -80,7 +80,7 @@ static void replace(dqw_estimator *e, int i)
         g->u[DQW_GAIN_U(m, i)] = 0.0f;
     }
     dqw_gain_grow_along(g, a, i, g->d[i]);
-    const float sd = dqw_estimator_start_sd_pu(i) * (1.0f / DQW_ESTIMATOR_START_RESIDUAL_PU);
+    const float sd = dqw_estimator_start_sd_pu(e, i) * (1.0f / DQW_ESTIMATOR_START_RESIDUAL_PU);
     g->d[i] = sd * sd;
     e->w_pu[i] = 0.0f;
     e->excess_q10[i] = 0;
