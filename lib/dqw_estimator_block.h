@@ -65,7 +65,7 @@ float dqw_estimator_unit(const dqw_estimator *e, int weight);
 
 /// Start deviation of a weight, per unit, and how large a parameter is, for what it may wander.
 /// Source   (E61) in docs/EQUATIONS.md
-float dqw_estimator_start_sd_pu(int weight);
+float dqw_estimator_start_sd_pu(const dqw_estimator *e, int weight);
 
 /// Where R, L_d, L_q or the flux starts, per unit: the nominal value, or what is usual.
 float dqw_estimator_nominal_pu(const dqw_estimator *e, int weight);

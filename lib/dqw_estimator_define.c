@@ -49,8 +49,10 @@ float dqw_estimator_unit(const dqw_estimator *e, int weight)
     return 0.0f;
 }
 
-float dqw_estimator_start_sd_pu(int weight)
+float dqw_estimator_start_sd_pu(const dqw_estimator *e, int weight)
 {
+    // The same place, an inductance.
+    if (weight == DQW_POLES_LD && e->pole_pairs == 0 && !e->config->settled) return START_SD_PU;
     return weight == DQW_DEAD_TIME ? START_DEAD_SD_PU : weight < DQW_PARAMETERS ? START_SD_PU : START_EFFECT_SD_PU;
 }
 
@@ -78,13 +80,9 @@ static void start_effects(dqw_estimator *e)
 
 void dqw_estimator_start(dqw_estimator *e, const float start_pu[])
 {
-    const dqw_estimator_config *c = e->config;
     (void)dqw_gain_init(&e->gain, e->inputs, 1.0f);
     for (int i = 0; i < e->inputs; i++) {
-        float sd = dqw_estimator_start_sd_pu(i);
-        // The same place, an inductance.
-        if (i == DQW_POLES_LD && e->pole_pairs == 0 && !c->settled) sd = START_SD_PU;
-        sd *= 1.0f / DQW_ESTIMATOR_START_RESIDUAL_PU;
+        const float sd = dqw_estimator_start_sd_pu(e, i) * (1.0f / DQW_ESTIMATOR_START_RESIDUAL_PU);
         e->gain.d[i] = sd * sd;
         e->w_pu[i] = 0.0f;
         e->excess_q10[i] = 0;

@@ -362,7 +362,7 @@ static void keep_scores(dqw_estimator *e, const float score[])
 // How large a parameter is, per unit: what it may wander is a part of that.
 static float size_pu(const dqw_estimator *e, int i)
 {
-    if (i == DQW_DEAD_TIME && has_dead_time(e)) return dqw_estimator_start_sd_pu(DQW_DEAD_TIME) * (1.0f / 3.0f);
+    if (i == DQW_DEAD_TIME && has_dead_time(e)) return dqw_estimator_start_sd_pu(e, DQW_DEAD_TIME) * (1.0f / 3.0f);
     return fabsf(e->w_pu[i == DQW_PSI_Q && has_flux_q(e) ? DQW_PSI : i]);
 }
 
@@ -422,7 +422,7 @@ static bool sound(dqw_estimator *e)
             if (e->restarts < UINT8_MAX) e->restarts++;
             return false;
         }
-        const float sd = dqw_estimator_start_sd_pu(i);
+        const float sd = dqw_estimator_start_sd_pu(e, i);
         const float start = sd * sd / (DQW_ESTIMATOR_START_RESIDUAL_PU * DQW_ESTIMATOR_START_RESIDUAL_PU);
         if (dqw_gain_covariance(&e->gain, i, i) < LEARNED_RATIO * start) e->learned |= 1u << i;
     }
