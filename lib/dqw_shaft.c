@@ -146,27 +146,21 @@ static float direction(const dqw_shaft *s, float w)
     return w > 0.0f ? 1.0f : -1.0f;
 }
 
-// Half a window is full: a block for the background, unless it still has to take the last one.
-static uint32_t hand_over(dqw_shaft *s)
-{
-    float lost[DQW_SHAFT_SIGNALS];
-    const bool taken = s->pending;
-    const uint32_t event = dqw_window_end(&s->window, taken ? lost : s->block);
-    if (event == DQW_EVENT_INCOMPLETE && s->gate.incomplete < UINT32_MAX) s->gate.incomplete++;
-    if (event != DQW_EVENT_BLOCK) return event;
-    if (taken) {
-        if (s->missed < UINT32_MAX) s->missed++;
-        return DQW_EVENT_MISSED;
-    }
-    *(volatile bool *)&s->pending = true;
-    return DQW_EVENT_BLOCK;
-}
-
-// One pair, NULL where it is none.
+// One pair, NULL where it is none; half a window that is full goes to the background, unless it still has the one before.
 static uint32_t gather(dqw_shaft *s, const float pair[])
 {
-    dqw_window_add(&s->window, pair, s->window.signals);
-    return dqw_window_full(&s->window) ? hand_over(s) : 0u;
+    dqw_window *w = &s->window;
+    if (pair == NULL) {
+        dqw_window_refuse(w);
+    } else {
+        dqw_window_cell *cell = dqw_window_cells(w);
+        for (int i = 0; i < w->signals; i++) dqw_window_gather(&cell[i], pair[i]);
+        dqw_window_count(w);
+    }
+    if (!dqw_window_full(w)) return 0;
+    if (dqw_window_turn(w)) return DQW_EVENT_BLOCK;
+    if (s->missed < UINT32_MAX) s->missed++;
+    return DQW_EVENT_MISSED;
 }
 
 uint32_t dqw_shaft_sample(dqw_shaft *s, float torque_Nm, float w_m_rad_s, float theta_m_rad, bool saturated)
