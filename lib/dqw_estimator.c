@@ -38,7 +38,7 @@ static int weights_of(const dqw_estimator *e)
 
 static enum dqw_status init_effects(dqw_estimator *e, const dqw_estimator_config *c)
 {
-    const dqw_effect_base base = {c->dt_s, c->v_base_V, c->i_base_A, c->w_base_rad_s, c->pole_pairs};
+    const dqw_effect_base base = {c->dt_s, c->v_base_V, c->i_base_A, c->w_base_rad_s, c->pole_pairs, false};
     return dqw_effect_init(&e->effect, c->effects, c->effect_count, &base);
 }
 
@@ -73,7 +73,9 @@ static bool pair_effects(dqw_estimator *e, const dqw_sample *s, bool good, float
         dqw_effect_static(&e->effect, s, x, x + weights_of(e));
     else
         there = dqw_effect_pair(&e->effect, e->last_good ? &e->last : NULL, s, x, x + weights_of(e));
+    if (good && there) dqw_effect_dead_time(&e->effect, e->regime == DQW_REGIME_STATIC ? NULL : &e->last, s, x, x + weights_of(e));
     dqw_effect_heat(&e->effect, s->i_d_A, s->i_q_A);
+    dqw_effect_warm(&e->effect, 1);
     return there;
 }
 #else

@@ -20,11 +20,7 @@ extern "C" {
 #endif
 
 /// Most inputs that a Learner takes, the constant input not counted.
-#if DQW_EFFECT_WEIGHTS > 2
-#define DQW_LEARNER_INPUTS (4 + DQW_EFFECT_WEIGHTS)
-#else
-#define DQW_LEARNER_INPUTS 6
-#endif
+#define DQW_LEARNER_INPUTS (6 + DQW_EFFECT_WEIGHTS)
 
 typedef struct dqw_learner_config {
     int inputs;                        ///< 1 .. DQW_LEARNER_INPUTS

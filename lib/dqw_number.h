@@ -10,6 +10,15 @@
 extern "C" {
 #endif
 
+/// Asks for a small function to be part of its caller, or to stay apart from it, where a size setting would do otherwise.
+#if defined(__GNUC__)
+#define DQW_INLINE static inline __attribute__((always_inline))
+#define DQW_APART static __attribute__((noinline))
+#else
+#define DQW_INLINE static inline
+#define DQW_APART static
+#endif
+
 /// A deviation that is not known: larger than all others, and finite. Ask `sd < DQW_UNKNOWN`.
 #define DQW_UNKNOWN 3.4e38f
 

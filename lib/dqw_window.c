@@ -17,7 +17,7 @@ enum dqw_status dqw_window_init(dqw_window *w, int half, int signals)
 
 static void clear_half(dqw_window *w)
 {
-    for (int i = 0; i < w->signals; i++) w->sum[i] = w->fall[i] = 0.0f;
+    for (int i = 0; i < w->signals; i++) w->cell[i].sum = w->cell[i].fall = 0.0f;
     w->fall_weight = 0;
     w->at = w->valid = 0;
 }
@@ -40,12 +40,12 @@ uint32_t dqw_window_end(dqw_window *w, float block[])
     const float top_f = (float)top;
     const int n = w->signals;
     for (int i = 0; i < n; i++) {
-        const float sum = w->sum[i];
-        const float fall = w->fall[i];
+        const float sum = w->cell[i].sum;
+        const float fall = w->cell[i].fall;
         if (enough) block[i] = (w->rise[i] + fall) * scale;
         w->rise[i] = top_f * sum - fall;
-        w->sum[i] = 0.0f;
-        w->fall[i] = 0.0f;
+        w->cell[i].sum = 0.0f;
+        w->cell[i].fall = 0.0f;
     }
     w->rise_weight = top * w->valid - w->fall_weight;
     w->rise_valid = w->valid;

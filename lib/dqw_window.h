@@ -7,6 +7,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "dqw_number.h"
 #include "dqw_size.h"
 #include "dqw_status.h"
 
@@ -14,16 +15,17 @@
 extern "C" {
 #endif
 
-/// Most signals that a window gathers: a block's, and what effects add on each axis, at least one.
-#if DQW_EFFECT_WEIGHTS > 0
-#define DQW_WINDOW_SIGNALS (9 + 2 * DQW_EFFECT_WEIGHTS)
-#else
-#define DQW_WINDOW_SIGNALS 11
-#endif
+/// Most signals that a window gathers: a block's, dead time's, and two of each weight of an effect.
+#define DQW_WINDOW_SIGNALS (11 + 2 * DQW_EFFECT_WEIGHTS)
+
+/// One signal of this half.
+typedef struct dqw_window_cell {
+    float sum;   ///< of x
+    float fall;  ///< sum of those sums, in which pair j weighs half + 1 - j
+} dqw_window_cell;
 
 typedef struct dqw_window {
-    float sum[DQW_WINDOW_SIGNALS];   ///< this half: sum of x
-    float fall[DQW_WINDOW_SIGNALS];  ///< this half: sum of those sums, in which pair j weighs half + 1 - j
+    dqw_window_cell cell[DQW_WINDOW_SIGNALS];
     float rise[DQW_WINDOW_SIGNALS];  ///< the half before, weighted by j
     uint32_t fall_weight, rise_weight;
     uint16_t half, at, valid, rise_valid;
@@ -41,10 +43,21 @@ enum dqw_status dqw_window_init(dqw_window *w, int half, int signals);
 /// Forget what is in the window: after a gap in time.
 void dqw_window_restart(dqw_window *w);
 
+/// One signal of a pair, where it is made: dqw_window_add() with fewer signals counts the pair.
+///
+/// Source   (E15) in docs/EQUATIONS.md
+/// Cost     2 flops
+/// Context  ISR safe
+DQW_INLINE void dqw_window_gather(dqw_window_cell *cell, float x)
+{
+    cell->sum += x;
+    cell->fall += cell->sum;
+}
+
 /// Add a pair: the part of dqw_window_step that runs every period. x[signals], NULL for a pair that the gate refused.
 ///
 /// Source   (E15) in docs/EQUATIONS.md
-/// Range    signals: the window's; a constant here lets the compiler unroll
+/// Range    signals: the window's, or the first ones where dqw_window_gather() was called for the others; a constant here lets the compiler unroll
 /// Cost     2 flops a signal
 /// Context  ISR safe; dqw_window_end() must follow
 static inline void dqw_window_add(dqw_window *w, const float x[], int signals)
@@ -52,13 +65,10 @@ static inline void dqw_window_add(dqw_window *w, const float x[], int signals)
     // [WIN.1] gather: the sum of the sums weighs pair j by half + 1 - j
     w->at++;
     if (x != NULL) {
-        for (int i = 0; i < signals; i++) {
-            w->sum[i] += x[i];
-            w->fall[i] += w->sum[i];
-        }
+        for (int i = 0; i < signals; i++) dqw_window_gather(&w->cell[i], x[i]);
         w->valid++;
     } else {
-        for (int i = 0; i < signals; i++) w->fall[i] += w->sum[i];
+        for (int i = 0; i < signals; i++) w->cell[i].fall += w->cell[i].sum;
     }
     w->fall_weight += w->valid;
 }

@@ -384,11 +384,11 @@ static void test_effects_are_refused_and_cogging_needs_the_angle(void)
     TEST_ASSERT_TRUE(dqw_mechanical_step(&m, 0.1f, 10.0f) & DQW_EVENT_NONFINITE);
     TEST_ASSERT_FALSE(dqw_mechanical_step_at(&m, 0.1f, 10.0f, 1.0f) & DQW_EVENT_NONFINITE);
     list.shape[0] = 0.0f;
-    REFUSED(m, DQW_ERR_RANGE, dqw_mechanical_init(&m, &c));
+    REFUSED(m, DQW_ERR_EFFECT_SHAPE, dqw_mechanical_init(&m, &c));
     list = (dqw_effect_config){.effect = DQW_EFFECT_DEAD_TIME, .shape = {1}};
-    REFUSED(m, DQW_ERR_RANGE, dqw_mechanical_init(&m, &c));
+    REFUSED(m, DQW_ERR_EFFECT_NAME, dqw_mechanical_init(&m, &c));
     c.effects = NULL;
-    REFUSED(m, DQW_ERR_NULL, dqw_mechanical_init(&m, &c));
+    REFUSED(m, DQW_ERR_EFFECT_LIST, dqw_mechanical_init(&m, &c));
 }
 
 int main(void)
