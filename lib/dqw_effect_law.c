@@ -214,14 +214,10 @@ DQW_INLINE void add_magnet(dqw_window_cell cell[], float last[], float h)
     dqw_window_gather(&cell[1], h);
 }
 
-DQW_INLINE void add_skin(dqw_window_cell cell[], const dqw_sample *before, const dqw_sample *s)
+DQW_INLINE void add_skin(dqw_window_cell cell[], float last[], const dqw_sample *s)
 {
-    const float w2 = speeds(before, s);
-    const float square = w2 * w2;
-    const float d = s->i_d_A + before->i_d_A;
-    const float q = s->i_q_A + before->i_q_A;
-    dqw_window_gather(&cell[0], square * d);
-    dqw_window_gather(&cell[1], square * q);
+    const float square = s->w_m_rad_s * s->w_m_rad_s;
+    add_two(cell, last, square * s->i_d_A, square * s->i_q_A);
 }
 
 // True, so that it can stand for its caller's result.
@@ -281,7 +277,7 @@ bool dqw_effect_gather_pair(dqw_effect *e, const dqw_sample *before, const dqw_s
             break;
         }
         case SKIN:
-            add_skin(cell, before, s);
+            add_skin(cell, last, s);
             weights = 1;
             break;
         case IMBALANCE:
@@ -425,8 +421,8 @@ static void effect_inputs(const dqw_effect *e, const dqw_effect_config *c, const
         break;
     }
     case DQW_EFFECT_SKIN_EFFECT:
-        d[0] *= 2.0f * e->poles_4 * e->poles_4;
-        q[0] *= 2.0f * e->poles_4 * e->poles_4;
+        d[0] *= 0.5f * e->poles * e->poles;
+        q[0] *= 0.5f * e->poles * e->poles;
         break;
     case DQW_EFFECT_PHASE_RESISTANCE_IMBALANCE: {
         // Of phase b, from alpha and beta.
