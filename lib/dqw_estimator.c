@@ -68,43 +68,56 @@ static void dead_time(dqw_estimator *e, const dqw_sample *s, float *d, float *q)
     e->dead_slope_inv_A += (slope - e->dead_slope_inv_A) / (1.0f + 0.25f * (float)(rows < SLOPE_ROWS ? rows : SLOPE_ROWS));
 }
 
-// The inputs of the effects, behind the plain signals: d first, then q. Without room for effects, nothing. False where there is no pair yet.
-static bool pair_effects(dqw_estimator *e, const dqw_sample *s, bool good, float x[])
+// What the inputs of the effects are made of, behind the plain signals. Without room for effects, nothing. False where there is no pair.
+static bool gather_effects(dqw_estimator *e, const dqw_sample *s, bool good)
 {
+    bool there = good && e->last_good;
 #if DQW_EFFECT_WEIGHTS > 0
-    if (e->effect.count == 0) return good;
-    bool there = good;
-    const int weights = e->effect.weights;
+    if (e->effect.count == 0) return there;
+    dqw_window_cell *cell = dqw_window_cells(&e->window) + DQW_PLAIN_SIGNALS;
     const dqw_sample last = {.v_d_V = e->v_d_V, .v_q_V = e->v_q_V, .i_d_A = e->i_d_A, .i_q_A = e->i_q_A, .w_m_rad_s = e->w_m_rad_s};
     if (!good)
         dqw_effect_gap(&e->effect);
-    else if (e->config->settled)
-        dqw_effect_static(&e->effect, s, x, x + weights);
     else
-        there = dqw_effect_pair(&e->effect, e->last_good ? &last : NULL, s, x, x + weights);
+        there = dqw_effect_gather(&e->effect, e->last_good ? &last : NULL, s, cell);
     dqw_effect_heat(&e->effect, s->i_d_A, s->i_q_A);
+#else
+    (void)s;
+#endif
     return there;
+}
+
+static void gather_static_effects(dqw_estimator *e, const dqw_sample *s, dqw_window_cell *cell)
+{
+#if DQW_EFFECT_WEIGHTS > 0
+    if (e->effect.count == 0) return;
+    float d[DQW_EFFECT_WEIGHTS];
+    float q[DQW_EFFECT_WEIGHTS];
+    dqw_effect_static(&e->effect, s, d, q);
+    for (int i = 0; i < e->effect.weights; i++) {
+        dqw_window_gather(&cell[DQW_PLAIN_SIGNALS + 2 * i], d[i]);
+        dqw_window_gather(&cell[DQW_PLAIN_SIGNALS + 2 * i + 1], q[i]);
+    }
 #else
     (void)e;
     (void)s;
-    (void)x;
-    return good;
+    (void)cell;
 #endif
 }
 
-static void gather_effects(const dqw_estimator *e, dqw_window_cell *cell, const float x[])
+// Heating states go on by what was gathered.
+static void warm(dqw_estimator *e, uint32_t periods)
 {
 #if DQW_EFFECT_WEIGHTS > 0
-    for (int i = 0; i < 2 * e->effect.weights; i++) dqw_window_gather(&cell[DQW_PLAIN_SIGNALS + i], x[i]);
+    if (e->effect.count > 0) dqw_effect_warm(&e->effect, periods);
 #else
     (void)e;
-    (void)cell;
-    (void)x;
+    (void)periods;
 #endif
 }
 
 // The pair that a sample ends, as sums and steps: dqw_estimator_means() makes means and slopes of them. (E13)
-static void gather(dqw_estimator *e, const dqw_sample *s, float dead_d, float dead_q, const float x[])
+static void gather(dqw_estimator *e, const dqw_sample *s, float dead_d, float dead_q)
 {
     const float step_d_A = s->i_d_A - e->i_d_A;
     const float step_q_A = s->i_q_A - e->i_q_A;
@@ -120,21 +133,20 @@ static void gather(dqw_estimator *e, const dqw_sample *s, float dead_d, float de
     dqw_window_gather(&cell[8], s->w_m_rad_s + e->w_m_rad_s);
     dqw_window_gather(&cell[9], dead_d + e->dead_d);
     dqw_window_gather(&cell[10], dead_q + e->dead_q);
-    gather_effects(e, cell, x);
     dqw_window_count(&e->window);
     // Steps less what the voltage made of them.
     dqw_noise_step(&e->noise, step_d_A - e->step_A_per_V[0] * e->v_d_V, step_q_A - e->step_A_per_V[1] * e->v_q_V, s->w_m_rad_s - e->w_m_rad_s);
 }
 
 // A settled row is a block of its own.
-static void gather_row(dqw_estimator *e, const dqw_sample *s, float dead_d, float dead_q, const float x[])
+static void gather_row(dqw_estimator *e, const dqw_sample *s, float dead_d, float dead_q)
 {
     dqw_window_cell *cell = dqw_window_cells(&e->window);
     const float row[DQW_PLAIN_SIGNALS] = {
         s->v_d_V, s->v_q_V, 2.0f * s->i_d_A, 2.0f * s->i_q_A, 0.0f, 0.0f, 2.0f * s->w_m_rad_s * s->i_d_A, 2.0f * s->w_m_rad_s * s->i_q_A,
         2.0f * s->w_m_rad_s, 2.0f * dead_d, 2.0f * dead_q};
     for (int i = 0; i < DQW_PLAIN_SIGNALS; i++) dqw_window_gather(&cell[i], row[i]);
-    gather_effects(e, cell, x);
+    gather_static_effects(e, s, cell);
     dqw_window_count(&e->window);
 }
 
@@ -152,6 +164,7 @@ static void take_given(dqw_estimator *e)
 static uint32_t end_half(dqw_estimator *e, const dqw_sample *s, bool good)
 {
     e->halves++;
+    warm(e, e->window.half);
     if (!dqw_window_turn(&e->window)) {
         if (e->missed < UINT8_MAX) e->missed++;
         return DQW_EVENT_MISSED;
@@ -178,12 +191,10 @@ static uint32_t take(dqw_estimator *e, const dqw_sample *s, uint32_t event)
     if (good) dead_time(e, s, &dead_d, &dead_q);
 
     // [EST.2] the pair that it ends, into the window
-    float x[2 * DQW_EFFECT_WEIGHTS + 1];
-    const bool there = pair_effects(e, s, good, x);
     if (c->settled) {
-        if (good) gather_row(e, s, dead_d, dead_q, x);
-    } else if (there && e->last_good) {
-        gather(e, s, dead_d, dead_q, x);
+        if (good) gather_row(e, s, dead_d, dead_q);
+    } else if (gather_effects(e, s, good)) {
+        gather(e, s, dead_d, dead_q);
     } else {
         dqw_window_refuse(&e->window);
         dqw_noise_gap(&e->noise);

@@ -42,7 +42,7 @@ float dqw_estimator_unit(const dqw_estimator *e, int weight)
 #if DQW_EFFECT_WEIGHTS > 0
     int first = DQW_PARAMETERS;
     for (int k = 0; k < e->effect.count; k++) {
-        first += dqw_effect_inputs(e->effect.list[k].effect);
+        first += dqw_effect_weights_of(&e->effect, e->effect.list[k].effect);
         if (weight < first) return c->v_base_V / dqw_effect_input_base(&e->effect, k);
     }
 #endif
@@ -71,7 +71,7 @@ static void start_effects(dqw_estimator *e)
     for (int k = 0; k < e->effect.count; k++) {
         const dqw_effect_config *effect = &e->effect.list[k];
         if (effect->effect == DQW_EFFECT_DEAD_TIME) e->w_pu[DQW_DEAD_TIME] = effect->start[0] / dqw_estimator_unit(e, DQW_DEAD_TIME);
-        for (int i = 0; i < dqw_effect_inputs(effect->effect); i++, at++) e->w_pu[at] = effect->start[i] / dqw_estimator_unit(e, at);
+        for (int i = 0; i < dqw_effect_weights_of(&e->effect, effect->effect); i++, at++) e->w_pu[at] = effect->start[i] / dqw_estimator_unit(e, at);
     }
 #else
     (void)e;
@@ -118,7 +118,7 @@ static enum dqw_status check(const dqw_estimator_config *c)
 static enum dqw_status init_effects(dqw_estimator *e, const dqw_estimator_config *c)
 {
 #if DQW_EFFECT_WEIGHTS > 0
-    const dqw_effect_base base = {c->dt_s, c->v_base_V, c->i_base_A, c->w_base_rad_s, c->pole_pairs};
+    const dqw_effect_base base = {c->dt_s, c->v_base_V, c->i_base_A, c->w_base_rad_s, c->pole_pairs, true};
     const enum dqw_status status = dqw_effect_init(&e->effect, c->effects, c->effect_count, &base);
     if (status != DQW_OK) return status;
     if (e->effect.needs_angle && !c->angle) return DQW_ERR_EFFECT_ANGLE;

@@ -205,11 +205,11 @@ static void rows_of(const dqw_estimator *e, const dqw_estimator_block *b, const 
     }
     if (has_flux_q(e)) x_d[DQW_PSI_Q] = p * m->w_m_rad_s;
 #if DQW_EFFECT_WEIGHTS > 0
-    const int extra = e->effect.weights;
-    for (int i = 0; i < extra; i++) {
-        x_d[DQW_PARAMETERS + i] = b->sum[DQW_PLAIN_SIGNALS + i];
-        x_q[DQW_PARAMETERS + i] = b->sum[DQW_PLAIN_SIGNALS + extra + i];
+    for (int i = 0; i < e->effect.weights; i++) {
+        x_d[DQW_PARAMETERS + i] = b->sum[DQW_PLAIN_SIGNALS + 2 * i];
+        x_q[DQW_PARAMETERS + i] = b->sum[DQW_PLAIN_SIGNALS + 2 * i + 1];
     }
+    if (!e->config->settled) dqw_effect_inputs(&e->effect, m, x_d + DQW_PARAMETERS, x_q + DQW_PARAMETERS);
 #endif
     const float to_pu = 1.0f / e->config->v_base_V;
     for (int i = 0; i < e->inputs; i++) {
@@ -611,23 +611,17 @@ bool dqw_estimator_background(dqw_estimator *e)
 }
 
 #if DQW_EFFECT_WEIGHTS > 0
-static int base_weight_of(enum dqw_effect_name name)
-{
-    return name == DQW_EFFECT_DEAD_TIME ? DQW_DEAD_TIME : -1;
-}
-
 int dqw_estimator_read_effect(const dqw_estimator *e, int index, float weights[], float sd[])
 {
     if (index < 0 || index >= e->config->effect_count) return DQW_ERR_SIZE;
     const dqw_effect_config *list = e->config->effects;
     int first = DQW_PARAMETERS;
-    for (int k = 0; k < index; k++) first += base_weight_of(list[k].effect) < 0 ? dqw_effect_weights(list[k].effect) : 0;
-    const int own = base_weight_of(list[index].effect);
+    for (int k = 0; k < index; k++) first += dqw_effect_weights_of(&e->effect, list[k].effect);
+    if (list[index].effect == DQW_EFFECT_DEAD_TIME) first = DQW_DEAD_TIME;
     const int n = dqw_effect_weights(list[index].effect);
     for (int i = 0; i < n; i++) {
-        const int weight = own >= 0 ? own : first + i;
-        weights[i] = dqw_estimator_value(e, weight);
-        sd[i] = dqw_estimator_sd(e, weight);
+        weights[i] = dqw_estimator_value(e, first + i);
+        sd[i] = dqw_estimator_sd(e, first + i);
     }
     return (int)dqw_effect_known(weights, sd, n);
 }

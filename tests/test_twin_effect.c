@@ -105,18 +105,18 @@ static const struct {
     double input[2], weight[2], plain[2];
 } measured[LAWS] = {
     {{0.055, 0.045}, {0.0079, 0.0028}, {0.0043, 0.003}},     // dead_time
-    {{0.063, 0.00095}, {11, 0.48}, {0.014, 0.0063}},         // saturation
-    {{0.09, 0.00064}, {0.029, 0.016}, {0.0057, 0.001}},      // cross_saturation
-    {{0.031, 0.00044}, {0.14, 0.0083}, {0.025, 0.0037}},     // winding_temperature
-    {{0.031, 0}, {0.19, 0}, {0.018, 0}},                     // winding_temperature by heating
-    {{0.031, 0.0004}, {0.0045, 0.006}, {0.0055, 0.001}},     // magnet_temperature
-    {{0.063, 0}, {0.0023, 0}, {0.011, 0}},                   // magnet_temperature by heating
-    {{0.11, 0.00052}, {0.00037, 0.0039}, {0.0031, 0.0028}},  // iron_loss
-    {{0.037, 0.011}, {0.00094, 0.012}, {0.0025, 0.005}},     // flux_harmonics
-    {{0.083, 0.0028}, {0.11, 0.023}, {0.0055, 0.0028}},      // current_offset
-    {{0.0062, 0.0013}, {0.0056, 0.034}, {0.0011, 0.0034}},   // current_gain_mismatch
-    {{0.087, 0.002}, {5.7e-05, 0.0034}, {0.0095, 0.0015}},   // angle_offset
-    {{0.032, 0.00045}, {0.0037, 0.013}, {0.0048, 0.0024}},   // delay
+    {{0.21, 0.0014}, {11, 0.48}, {0.014, 0.0063}},           // saturation
+    {{0.14, 0.0013}, {0.029, 0.016}, {0.0057, 0.001}},       // cross_saturation
+    {{0.073, 0.00044}, {0.14, 0.0083}, {0.025, 0.0037}},     // winding_temperature
+    {{0.1, 0}, {0.19, 0}, {0.018, 0}},                       // winding_temperature by heating
+    {{0.11, 0.0004}, {0.0045, 0.006}, {0.0055, 0.001}},      // magnet_temperature
+    {{0.19, 0}, {0.016, 0}, {0.011, 0}},                     // magnet_temperature by heating
+    {{0.51, 0.00048}, {0.00037, 0.0039}, {0.0098, 0.0028}},  // iron_loss
+    {{0.55, 0.011}, {0.00094, 0.012}, {0.0025, 0.005}},      // flux_harmonics
+    {{0.14, 0.0026}, {0.11, 0.023}, {0.0055, 0.0028}},       // current_offset
+    {{0.092, 0.0012}, {0.0056, 0.034}, {0.0011, 0.0034}},    // current_gain_mismatch
+    {{0.086, 0.0024}, {5.7e-05, 0.0034}, {0.0095, 0.0015}},  // angle_offset
+    {{1.3, 0.00045}, {0.0037, 0.013}, {0.011, 0.0024}},      // delay
     {{0.031, 0.00068}, {0.0038, 0.0015}, {0.0025, 0.0019}},  // skin_effect
     {{0.0033, 0.002}, {0.0088, 0.0072}, {0.0023, 0.0017}},   // phase_resistance_imbalance
     {{0, 0}, {0.01, 0.0027}, {0.0068, 0.0015}},              // voltage_offset
@@ -212,7 +212,7 @@ static dqw_effect_q15 two;
 
 static void begin(const law *l, bool settled)
 {
-    const dqw_effect_base base = {settled ? 1.0f : (float)DT_S, (float)V_FULL, (float)I_FULL, (float)W_FULL, P_TRUE};
+    const dqw_effect_base base = {settled ? 1.0f : (float)DT_S, (float)V_FULL, (float)I_FULL, (float)W_FULL, P_TRUE, false};
     const dqw_effect_q15_base fixed_base = {.scale = settled ? &settled_scale : &scale, .settled = settled, .half_window = (uint8_t)half_of(l)};
     TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_effect_init(&one, &l->one, 1, &base));
     TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_effect_init_q15(&two, &l->two, 1, &fixed_base));
@@ -253,7 +253,9 @@ static void test_inputs_over_a_whole_trajectory(void)
                     there = dqw_effect_pair(&one, k > 0 ? &last : NULL, &s, f[0], f[1]);
                     HOLDS(there == dqw_effect_pair_q15(&two, k > 0 ? &last_q15 : NULL, &x, q[0], q[1]));
                 }
+                if (there) dqw_effect_dead_time(&one, settled ? NULL : &last, &s, f[0], f[1]);
                 dqw_effect_heat(&one, s.i_d_A, s.i_q_A);
+                dqw_effect_warm(&one, 1);
                 dqw_effect_heat_q15(&two, x.i_d_q15, x.i_q_q15);
                 for (int i = 0; there && i < weights; i++)
                     for (int axis = 0; axis < 2; axis++) {
@@ -290,7 +292,9 @@ static void add_effect(const law *l, bool settled, int rows_used)
             dqw_effect_static(&one, &s, f[0], f[1]);
         else
             there = dqw_effect_pair(&one, k > 0 ? &last : NULL, &s, f[0], f[1]);
+        if (there) dqw_effect_dead_time(&one, settled ? NULL : &last, &s, f[0], f[1]);
         dqw_effect_heat(&one, s.i_d_A, s.i_q_A);
+        dqw_effect_warm(&one, 1);
         for (int i = 0; there && i < dqw_effect_weights(l->one.effect); i++)
             for (int axis = 0; axis < 2; axis++) add[settled ? k : k - 1][axis] += by * l->w[i] * (double)f[axis][i];
         last = s;
