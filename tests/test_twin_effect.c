@@ -512,18 +512,57 @@ static void test_temperatures_that_cannot_be_learned(void)
         }
 }
 
+// An effect behind others is what it is alone, in its place; a dead time that is someone else's has none.
+static void test_an_effect_behind_others(void)
+{
+    drive_rows();
+    const dqw_effect_q15_base base = {.scale = &scale, .half_window = 20};
+    const dqw_effect_q15_base apart = {.scale = &scale, .half_window = 20, .dead_time_apart = true};
+    for (int n = 0; n < LAWS; n++) {
+        CASE("%s", laws[n].name);
+        const dqw_effect_q15_config list[] = {{.effect = DQW_EFFECT_VOLTAGE_OFFSET}, {.effect = DQW_EFFECT_DEAD_TIME, .i_uA = 300000}, laws[n].two};
+        if (n % 2 && laws[n].two.effect == DQW_EFFECT_DEAD_TIME) continue;
+        static dqw_effect_q15 behind;
+        TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_effect_init_q15(&behind, list, 3, n % 2 ? &apart : &base));
+        TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_effect_init_q15(&two, &list[2], 1, &base));
+        const int first = n % 2 ? 2 : 3;
+        TEST_ASSERT_EQUAL_UINT8(first + two.weights, behind.weights);
+        dqw_sample_q15 last = {0};
+        for (int k = 0; k < 2000; k++) {
+            const dqw_sample_q15 x = fixed(&rows[k]);
+            int32_t a[2][DQW_EFFECT_WEIGHTS];
+            int32_t b[2][DQW_EFFECT_WEIGHTS];
+            const dqw_sample_q15 *before = k % 100 != 0 ? &last : NULL;
+            // What needs the row before has one pair fewer after a gap.
+            const bool there = dqw_effect_pair_q15(&two, before, &x, a[0], a[1]);
+            HOLDS(dqw_effect_pair_q15(&behind, before, &x, b[0], b[1]) == there);
+            dqw_effect_heat_q15(&two, x.i_d_q15, x.i_q_q15);
+            dqw_effect_heat_q15(&behind, x.i_d_q15, x.i_q_q15);
+            last = x;
+            if (!there) continue;
+            for (int axis = 0; axis < 2; axis++) {
+                HOLDS(b[axis][axis] == 2 << behind.fraction && b[axis][1 - axis] == 0);
+                for (int i = 0; i < two.weights; i++) HOLDS(a[axis][i] == b[axis][first + i]);
+            }
+        }
+    }
+    const dqw_effect_q15_config twice[] = {{.effect = DQW_EFFECT_DEAD_TIME, .i_uA = 300000}, {.effect = DQW_EFFECT_DEAD_TIME, .i_uA = 300000}};
+    REFUSED(two, DQW_ERR_EFFECT_TWICE, dqw_effect_init_q15(&two, twice, 2, &apart));
+}
+
 static void test_init_refuses_and_leaves_the_object_alone(void)
 {
     static dqw_effect_q15 o;
     const dqw_effect_q15_config good = {.effect = DQW_EFFECT_DEAD_TIME, .i_uA = 300000};
     const dqw_effect_q15_base base = {.scale = &scale, .half_window = 20};
-    REFUSED(o, DQW_ERR_NULL, dqw_effect_init_q15(&o, NULL, 1, &base));
+    REFUSED(o, DQW_ERR_EFFECT_LIST, dqw_effect_init_q15(&o, NULL, 1, &base));
     REFUSED(o, DQW_ERR_NULL, dqw_effect_init_q15(&o, &good, 1, NULL));
-    REFUSED(o, DQW_ERR_SIZE, dqw_effect_init_q15(&o, &good, -1, &base));
+    REFUSED(o, DQW_ERR_EFFECT_LIST, dqw_effect_init_q15(&o, &good, -1, &base));
+    REFUSED(o, DQW_ERR_NULL, dqw_effect_init_q15(NULL, &good, 1, &base));
     dqw_scale no_p = scale;
     no_p.pole_pairs = 0;
     const dqw_effect_q15_base without = {.scale = &no_p, .half_window = 20};
-    REFUSED(o, DQW_ERR_RANGE, dqw_effect_init_q15(&o, &good, 1, &without));
+    REFUSED(o, DQW_ERR_EFFECT_POLE_PAIRS, dqw_effect_init_q15(&o, &good, 1, &without));
     TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_effect_init_q15(&o, NULL, 0, &without));
     const dqw_effect_q15_config bad[] = {
         {.effect = DQW_EFFECT_NONE},
@@ -542,19 +581,21 @@ static void test_init_refuses_and_leaves_the_object_alone(void)
         {.effect = DQW_EFFECT_CURRENT_GAIN_MISMATCH},
         {.effect = DQW_EFFECT_ANGLE_OFFSET, .Ld_nH = 5, .Lq_nH = 5},
         {.effect = DQW_EFFECT_FLUX_HARMONICS},
+        {.effect = DQW_EFFECT_FLUX_HARMONICS, .order = DQW_EFFECT_Q15_ORDERS + 1},
     };
     for (unsigned n = 0; n < sizeof bad / sizeof bad[0]; n++) {
         CASE("number %u", n);
-        REFUSED(o, DQW_ERR_RANGE, dqw_effect_init_q15(&o, &bad[n], 1, &base));
+        const enum dqw_status why = n < 3 ? DQW_ERR_EFFECT_NAME : DQW_ERR_EFFECT_SHAPE;
+        REFUSED(o, why, dqw_effect_init_q15(&o, &bad[n], 1, &base));
         dqw_estimator_q15_config c = {.scale = scale, .effects = &bad[n], .effect_count = 1};
-        REFUSED(q, DQW_ERR_RANGE, dqw_estimator_init_q15(&q, &c));
+        REFUSED(q, why, dqw_estimator_init_q15(&q, &c));
     }
     // Twice the same heating; more weights than there is room for.
     const dqw_effect_q15_config twice[2] = {{.effect = DQW_EFFECT_WINDING_TEMPERATURE}, {.effect = DQW_EFFECT_WINDING_TEMPERATURE}};
-    REFUSED(o, DQW_ERR_RANGE, dqw_effect_init_q15(&o, twice, 2, &base));
+    REFUSED(o, DQW_ERR_EFFECT_TWICE, dqw_effect_init_q15(&o, twice, 2, &base));
     static dqw_effect_q15_config many[DQW_EFFECT_WEIGHTS / 5 + 1];
     for (int k = 0; k < DQW_EFFECT_WEIGHTS / 5 + 1; k++) many[k] = (dqw_effect_q15_config){.effect = DQW_EFFECT_SATURATION, .i_uA = 15000000};
-    REFUSED(o, DQW_ERR_SIZE, dqw_effect_init_q15(&o, many, DQW_EFFECT_WEIGHTS / 5 + 1, &base));
+    REFUSED(o, DQW_ERR_EFFECT_ROOM, dqw_effect_init_q15(&o, many, DQW_EFFECT_WEIGHTS / 5 + 1, &base));
     // An index without an effect.
     int64_t w[DQW_EFFECT_STARTS];
     int64_t sd[DQW_EFFECT_STARTS];
@@ -691,6 +732,7 @@ int main(void)
     RUN_TEST(test_slow_heat_is_not_lost_to_rounding);
     RUN_TEST(test_temperatures_that_cannot_be_learned);
     RUN_TEST(test_start_values_and_weights_are_of_one_unit);
+    RUN_TEST(test_an_effect_behind_others);
     RUN_TEST(test_init_refuses_and_leaves_the_object_alone);
     RUN_TEST(test_any_bits);
     return UNITY_END();
