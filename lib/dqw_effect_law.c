@@ -55,7 +55,10 @@ void dqw_effect_plan(dqw_effect *e)
     for (int k = 0; k < e->count; k++) {
         const enum law law = law_of(e, e->list[k].effect);
         if (law == OFFSET || law == GAIN_MISMATCH) last[2] = 0.5f * e->base.dt_s * e->list[k].shape[0];
-        if (law == HARMONICS) last[4] = 1.5f, last[5] = 0.5f;
+        if (law == HARMONICS) {
+            last[4] = 1.5f;
+            last[5] = 0.5f;
+        }
         e->law[k] = (uint8_t)law;
         last += 2 * dqw_effect_weights_of(e, e->list[k].effect);
     }

@@ -200,6 +200,21 @@ static void test_weights_out_of_bounds_begin_again(void)
     for (int i = 0; i < 4; i++) BETWEEN(-0.5, 100 * (q_value(&p, i) / TRUTH[i] - 1), 0.5);
 }
 
+// Where the configuration says that there is an angle, a sample without one is refused.
+static void test_a_sample_without_an_angle(void)
+{
+    for (int angle = 0; angle < 2; angle++) {
+        pair p;
+        configure(&p, 0.0, angle ? 0.05 : 0.0, 0.0);
+        begin(&p);
+        dqw_sample_q15 s = dqw_sample_from_dq_q15(1000, 2000, 3000, 4000, 5000, 700);
+        TEST_ASSERT_EQUAL_UINT32(0, dqw_tracker_sample_q15(&p.q, &s, false));
+        s.i_d_q15++;
+        s.cosine_q15 = s.sine_q15 = 0;
+        TEST_ASSERT_EQUAL_UINT32(angle ? DQW_EVENT_NONFINITE : 0, dqw_tracker_sample_q15(&p.q, &s, false));
+    }
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -208,6 +223,7 @@ int main(void)
     RUN_TEST(test_bursts_of_bad_samples_are_counted_and_harmless);
     RUN_TEST(test_late_backgrounds_and_gaps);
     RUN_TEST(test_any_bits);
+    RUN_TEST(test_a_sample_without_an_angle);
     RUN_TEST(test_weights_out_of_bounds_begin_again);
     return UNITY_END();
 }

@@ -550,6 +550,27 @@ static void test_an_effect_behind_others(void)
     REFUSED(two, DQW_ERR_EFFECT_TWICE, dqw_effect_init_q15(&two, twice, 2, &apart));
 }
 
+// An effect that turns with the rotor needs its angle: both 0 is none, nor is a length far from 1.
+static void test_an_angle_that_is_none(void)
+{
+    const dqw_effect_q15_config list = {.effect = DQW_EFFECT_FLUX_HARMONICS, .order = 6};
+    const dqw_effect_q15_config other = {.effect = DQW_EFFECT_SKIN_EFFECT};
+    const struct {
+        int16_t cosine, sine;
+        bool good;
+    } cases[] = {{0, 0, false},     {INT16_MAX, 0, true}, {INT16_MIN, 0, true},   {0, -31200, true},
+                 {31000, 0, false}, {24000, 24000, true}, {24500, -24500, false}, {INT16_MIN, INT16_MIN, false}};
+    for (int n = 0; n < 8; n++) {
+        CASE("case %d", n);
+        const dqw_sample_q15 s = {.i_q_q15 = (int16_t)(1000 * n), .cosine_q15 = cases[n].cosine, .sine_q15 = cases[n].sine};
+        dqw_estimator_q15_config c;
+        q = begin_one(&list, &c);
+        TEST_ASSERT_EQUAL_UINT32(cases[n].good ? 0 : DQW_EVENT_NONFINITE, dqw_estimator_step_q15(&q, &s, false));
+        q = begin_one(&other, &c);
+        TEST_ASSERT_EQUAL_UINT32(0, dqw_estimator_step_q15(&q, &s, false));
+    }
+}
+
 static void test_init_refuses_and_leaves_the_object_alone(void)
 {
     static dqw_effect_q15 o;
@@ -733,6 +754,7 @@ int main(void)
     RUN_TEST(test_temperatures_that_cannot_be_learned);
     RUN_TEST(test_start_values_and_weights_are_of_one_unit);
     RUN_TEST(test_an_effect_behind_others);
+    RUN_TEST(test_an_angle_that_is_none);
     RUN_TEST(test_init_refuses_and_leaves_the_object_alone);
     RUN_TEST(test_any_bits);
     return UNITY_END();
