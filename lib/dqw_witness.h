@@ -20,6 +20,8 @@ enum dqw_witness_input {
     DQW_WITNESS_INPUTS
 };
 
+struct dqw_estimator_block;
+
 typedef struct dqw_witness {
     float re[DQW_WITNESS_INPUTS], im[DQW_WITNESS_INPUTS];  ///< weights, SI; their angle is twice that of the phase (offset: the vector in the stator)
     float power[DQW_WITNESS_INPUTS];                       ///< mean squared input, SI: volts per unit of the weight
@@ -39,7 +41,7 @@ void dqw_witness_init(dqw_witness *w);
 /// Returns  true if it learned
 /// Cost     about 150 flops, 5 divisions
 /// Context  background
-bool dqw_witness_learn(dqw_witness *w, const dqw_estimator *e, const dqw_estimator_block *block);
+bool dqw_witness_learn(dqw_witness *w, const dqw_estimator *e, const struct dqw_estimator_block *block);
 
 /// Size of a weight, and its standard deviation (of one of its two parts), SI; DQW_UNKNOWN until the memory is full.
 /// Source   (E62) in docs/EQUATIONS.md
