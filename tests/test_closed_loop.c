@@ -364,7 +364,7 @@ static void test_voltage_next_is_a_log_shifted_by_a_row(void)
         const bool eb = dqw_estimator_sample(&b, &s, bad) & DQW_EVENT_BLOCK;
         CASE("sample %d", k);
         HOLDS(ea == eb && dqw_estimator_background(&a) == dqw_estimator_background(&b));
-        TEST_ASSERT_EQUAL_MEMORY(&a.window.sum, &b.window.sum, sizeof a.window.sum);
+        TEST_ASSERT_EQUAL_MEMORY(&a.window.part, &b.window.part, sizeof a.window.part);
     }
     HOLDS(a.blocks > 400);
     TEST_ASSERT_EQUAL_MEMORY(a.w_pu, b.w_pu, sizeof a.w_pu);
@@ -406,7 +406,7 @@ static void test_a_vector_that_is_held_is_turned_to_the_middle_of_its_period(voi
                 widest = fmax(widest, fabs(half));
                 // What acts from this sample on, as the estimator has turned it.
                 const double *acts = l->x[k];
-                const double off = hypot((double)held.last.v_d_V - acts[0], (double)held.last.v_q_V - acts[1]) / fmax(1.0, hypot(acts[0], acts[1]));
+                const double off = hypot((double)held.v_d_V - acts[0], (double)held.v_q_V - acts[1]) / fmax(1.0, hypot(acts[0], acts[1]));
                 if (k > 0) worst_V = fmax(worst_V, off);
             }
             CASE("%s, %s", names[n], next ? "next" : "now");
@@ -553,7 +553,7 @@ static void test_stages_with_and_without_lent_memory(void)
         TEST_ASSERT_EQUAL_INT(0, at[DQW_STAGE_RANDOM]);
         // The noise wants 400 rows more than the speed's; then 50 blocks of ten samples, or as many as the reservoir takes.
         BETWEEN(way == 1 ? 450 : 900, at[DQW_STAGE_ORDINAL], way == 1 ? 900 : 1800);  // 649, 1299
-        BETWEEN(5000, at[DQW_STAGE_IN_SERVICE] - at[DQW_STAGE_ORDINAL], 5500);  // 500 blocks, and noise measured anew
+        BETWEEN(5000, at[DQW_STAGE_IN_SERVICE] - at[DQW_STAGE_ORDINAL], 5500);        // 500 blocks, and noise measured anew
         TEST_ASSERT_EQUAL_INT(DQW_STAGE_IN_SERVICE, e.stage.name);
         TEST_ASSERT_EQUAL_INT(DQW_BACK_NONE, e.stage.back);
     }
