@@ -525,7 +525,7 @@ static bool random_stage(dqw_estimator *e, const dqw_estimator_rows *r)
 }
 
 // Without: the first blocks in their order. What is far from the start values had its part in all that was learned until now, for the noise of
-// the inputs goes with the weights: then stage 3 begins from what was found, else it goes on.
+// the inputs goes with the weights: then stage 3 begins from what was found, else it goes on. Settled rows have no such part, and each counts.
 static void coarse_stage(dqw_estimator *e)
 {
     const bool done = e->blocks >= COARSE_BLOCKS;
@@ -537,7 +537,7 @@ static void coarse_stage(dqw_estimator *e)
         const float start = dqw_estimator_nominal_pu(e, i);
         far = far || !(w[i] < COARSE_RATIO * start) || !(start < COARSE_RATIO * w[i]);
     }
-    if (far) dqw_estimator_start(e, w);
+    if (far && !e->config->settled) dqw_estimator_start(e, w);
     dqw_estimator_stage_on(e, done);
 }
 

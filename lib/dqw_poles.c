@@ -117,4 +117,10 @@ void dqw_poles_find(dqw_estimator *e)
     e->pole_pairs = (uint16_t)nearest;
     replace(e, DQW_PSI_Q);
     replace(e, DQW_DEAD_TIME);
+
+    // [POL.3] what had no weight until now is in all that was learned: a start, and no more
+    if (!(e->dead_time_width_A > 0.0f) && !e->config->encoder_offset) return;
+    float start[DQW_ESTIMATOR_INPUTS];
+    for (int i = 0; i < e->inputs; i++) start[i] = e->w_pu[i];
+    dqw_estimator_start(e, start);
 }
