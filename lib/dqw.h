@@ -13,6 +13,7 @@
 #include "dqw_estimator.h"
 #include "dqw_monitor.h"
 #include "dqw_sample.h"
+#include "dqw_shaft.h"
 #include "dqw_text.h"
 
 #endif

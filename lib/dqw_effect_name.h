@@ -29,7 +29,7 @@ enum dqw_effect_name {
     DQW_EFFECT_SKIN_EFFECT,                 ///< [ohm s^2]
     DQW_EFFECT_PHASE_RESISTANCE_IMBALANCE,  ///< [a, b, ohm]
     DQW_EFFECT_VOLTAGE_OFFSET,              ///< [d, q, V]
-    DQW_EFFECT_COULOMB_FRICTION,            ///< [Nm]: width, rad/s. From here on for dqw_mechanical
+    DQW_EFFECT_COULOMB_FRICTION,            ///< [Nm]: width, rad/s. From here on for dqw_shaft
     DQW_EFFECT_DIRECTION_ASYMMETRY,         ///< [Nm]: width, rad/s
     DQW_EFFECT_STRIBECK_FRICTION,           ///< [Nm]: width, speed at which it has fallen to 1/e, rad/s
     DQW_EFFECT_COGGING_TORQUE,              ///< [cos, sin, Nm]: periods a revolution
