@@ -21,7 +21,8 @@ namespace {
 constexpr float kExcitation_pu = 0.002F;
 // Half a block may see this much of an effect's own angle: averaged over more of it, the effect is gone.
 constexpr double kHalfAngle_rad = 1.5;
-constexpr int kLeastHalfWindowOfAngle = 3;
+constexpr int kFewestPairs = 3;
+constexpr double kLeastHalves = 14.0;
 // Pole pairs of a log too short for the estimator's own rule: every other integer is so many deviations away, and itself so near.
 constexpr float kPolesSd = 4.0F, kPolesDistance = 0.25F, kPolesMost = 100.0F;
 // Rows of noise that the estimator waits for; and how far a dt/L may be off, either way, with which it was measured.
@@ -352,11 +353,14 @@ std::uint16_t half_window_of(const std::vector<Log>& logs, const std::vector<Tra
     const double dt_s = logs.front().dt_s;
     double span_s = kElectricalHalf_s;
     int least = kLeastElectricalHalf;
+    // A short log still has blocks enough for a deviation.
+    const double most_s = static_cast<double>(all_rows(logs)) / kLeastHalves * dt_s;
+    if (most_s < span_s) span_s = most_s, least = kFewestPairs;
     const double w_e = pole_pairs * static_cast<double>(largest(logs, &Log::w_m_rad_s, &Log::w_m_rad_s));
     for (const TraceInput& in : inputs)
         if (order_of(in) > 0.0 && kHalfAngle_rad / (order_of(in) * w_e) < span_s) {
             span_s = kHalfAngle_rad / (order_of(in) * w_e);
-            least = kLeastHalfWindowOfAngle;
+            least = kFewestPairs;
         }
     return half_window(span_s, dt_s, least);
 }
