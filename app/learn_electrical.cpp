@@ -29,8 +29,13 @@ constexpr float kPolesSd = 4.0F, kPolesDistance = 0.25F, kPolesMost = 100.0F;
 constexpr std::uint32_t kNoiseRows = 400;
 constexpr float kStepRatio = 1.25F;
 constexpr int kMostRuns = 4;
+// Statistics of the residual from the run before count as so many blocks: above the fifty after which the estimator believes them.
+constexpr std::uint16_t kBlocksCarried = 60;
 
 bool is_settled(const std::vector<Log>& logs) { return logs.front().regime != Regime::dynamic; }
+
+/// The mean of the noise reaches over all of it.
+bool is_short(const std::vector<Log>& logs) { return all_rows(logs) <= DQW_NOISE_MEMORY; }
 
 double sd_of(float sd) { return sd < DQW_UNKNOWN ? static_cast<double>(sd) : INFINITY; }
 
@@ -48,10 +53,13 @@ struct Poles {
     float raw = 0.0F, sd = DQW_UNKNOWN;
 };
 
-/// What a run over the logs leaves for the next: then every row is learned, with the noise known from the first one on.
+/// What a run over the logs leaves for the next: then every row is learned, with the noise known from the first one on, and each axis by its own.
 struct Before {
     dqw_noise_variances noise{};
     float step_A_per_V[2] = {0.0F, 0.0F}, follow = 1.0F;
+    float error_pu2[2] = {0.0F, 0.0F};
+    std::array<float, DQW_ESTIMATOR_SCORES> score2{}, score_lag{};
+    std::uint16_t blocks = 0;
     std::array<float, 4> start{};  ///< R, L_d, L_q, psi; 0: not known
 };
 
@@ -89,6 +97,21 @@ public:
                     if (learn() && options.block) options.block(log.t_s.empty() ? static_cast<double>(k) : log.t_s[k], now());
                 });
         }
+        // A deviation is of the blocks of this run.
+        if (e_.blocks < UINT16_MAX) e_.blocks = static_cast<std::uint16_t>(e_.blocks - carried_);
+    }
+
+    /// Of these logs, with what `before` knows of the inductances.
+    static dqw_noise_variances noise(const std::vector<Log>& logs, const LearnOptions& options, const std::vector<TraceInput>& inputs, double pole_pairs,
+                                     const Before& before)
+    {
+        Run run(logs, options, inputs, pole_pairs, &before);
+        dqw_noise_init(&run.e_.noise);
+        run.measures_ = true;
+        LearnOptions quiet;
+        quiet.heldout_row = options.heldout_row;
+        run.over(quiet);
+        return run.e_.noise.of;
     }
 
     const dqw_estimator& estimator() const { return e_; }
@@ -114,10 +137,12 @@ public:
     {
         Before b;
         b.noise = e_.noise.of;
-        // Measured over the whole log: shorter than the estimator would like, and all that there is.
-        if (b.noise.rows > 0) b.noise.rows = std::max(b.noise.rows, kNoiseRows);
         for (int axis = 0; axis < 2; ++axis) b.step_A_per_V[axis] = e_.given.step_A_per_V[axis];
         b.follow = e_.given.follow;
+        std::copy(std::begin(e_.error_pu2), std::end(e_.error_pu2), b.error_pu2);
+        std::copy(std::begin(e_.score2), std::end(e_.score2), b.score2.begin());
+        std::copy(std::begin(e_.score_lag), std::end(e_.score_lag), b.score_lag.begin());
+        b.blocks = e_.blocks;
         for (int i = 0; i <= DQW_PSI; ++i) {
             const dqw_reading r = dqw_estimator_read(&e_, static_cast<dqw_parameter>(i));
             if (is_known(r)) b.start[static_cast<std::size_t>(i)] = r.value;
@@ -145,7 +170,8 @@ private:
         }
         config_.pole_pairs = static_cast<std::uint16_t>(pole_pairs_);
         config_.settled = is_settled(logs_);
-        config_.noise_on_inputs = !config_.settled;
+        // The first run over a short log has no rows to spare for measuring the noise.
+        config_.noise_on_inputs = !config_.settled && (before != nullptr || !is_short(logs_));
         if (!config_.settled) config_.half_window = half_window_of(logs_, inputs_, pole_pairs_);
         config_.excitation_pu = kExcitation_pu;
         config_.angle = std::any_of(inputs_.begin(), inputs_.end(), [](const TraceInput& in) { return needs_angle(in.effect); });
@@ -170,20 +196,30 @@ private:
 
     void take(const Before& before)
     {
+        follows_ = true;
         e_.noise.of = before.noise;
+        // All the rows that there are, even where the estimator would like more.
+        e_.noise.of.rows = std::max(before.noise.rows, kNoiseRows);
         e_.follow = e_.given.follow = before.follow;
         for (int axis = 0; axis < 2; ++axis) e_.step_A_per_V[axis] = e_.given.step_A_per_V[axis] = before.step_A_per_V[axis];
+        if (before.blocks == 0) return;
+        std::copy(std::begin(before.error_pu2), std::end(before.error_pu2), e_.error_pu2);
+        std::copy(before.score2.begin(), before.score2.end(), e_.score2);
+        std::copy(before.score_lag.begin(), before.score_lag.end(), e_.score_lag);
+        e_.blocks = carried_ = kBlocksCarried;
     }
 
     /// The block that waits, if there is one.
     bool learn()
     {
         dqw_estimator_block block;
-        if (!dqw_estimator_take(&e_, &block)) return false;
+        if (!dqw_estimator_take(&e_, &block) || measures_) return false;
         ++handed_;
         const bool coarse = e_.stage.name == DQW_STAGE_RANDOM;
         const bool learned = dqw_estimator_learn(&e_, &block);
         count_excited(block);
+        // The noise that was measured with all of a run's rows stands.
+        if (follows_) e_.given_ready = false;
         if (!learned) return false;
         if (!config_.settled && e_.pole_pairs == 0) dqw_poles_evidence(&e_, &poles_.raw, &poles_.sd);
         if (coarse)
@@ -232,6 +268,8 @@ private:
     dqw_estimator e_{};
     dqw_stage stage_{};
     Poles poles_;
+    std::uint16_t carried_ = 0;
+    bool follows_ = false, measures_ = false;
     std::uint32_t heldout_ = 0, handed_ = 0;
     std::array<std::uint32_t, 4> excited_{};
 };
@@ -296,11 +334,10 @@ void put_electrical(const Run& run, const Poles& poles, bool p_given, const Aske
                                            "currents that change on both axes while the machine turns, or --pole-pairs"});
 }
 
-/// Was the noise, from the first row on, that of these inductances and pole pairs?
+/// Did a run begin with the inductances and pole pairs that it ended with?
 bool agrees(const Before& began, const Before& ended, double began_poles, double poles)
 {
     if (began_poles != poles) return false;
-    if (began.noise.rows < kNoiseRows && ended.noise.rows > 0) return false;
     for (int axis = 0; axis < 2; ++axis) {
         const float a = began.step_A_per_V[axis], b = ended.step_A_per_V[axis];
         if (a > kStepRatio * b || b > kStepRatio * a) return false;
@@ -326,13 +363,14 @@ std::unique_ptr<Run> run_all(const std::vector<Log>& logs, const LearnOptions& o
         run = std::make_unique<Run>(logs, options, inputs, pole_pairs, n == 0 ? nullptr : &before);
         run->over(now);
         if (is_settled(logs)) break;
-        const Before after = run->left();
+        Before after = run->left();
         const double began = pole_pairs;
         if (pole_pairs == 0.0) {
             poles = run->poles();
             pole_pairs = poles.pairs;
         }
-        if (agrees(before, after, began, pole_pairs)) break;
+        if (n > 0 && agrees(before, after, began, pole_pairs)) break;
+        if (is_short(logs)) after.noise = Run::noise(logs, options, inputs, pole_pairs, after);
         before = after;
     }
     return run;
