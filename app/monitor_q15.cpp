@@ -16,7 +16,7 @@ namespace {
 constexpr double kFaultRoom = 1.5;
 constexpr double kOneQ24 = 0x1p24, kOneQ28 = 0x1p28;
 // What 1 of dqw_tracker_unit_q15() is: uOhm, nH, nH, nWb, uV, nWb.
-constexpr std::array<double, DQW_TRACK_WEIGHTS> kUnit = {1e-6, 1e-9, 1e-9, 1e-9, 1e-6, 1e-9};
+constexpr std::array<double, DQW_PARAMETERS> kUnit = {1e-6, 1e-9, 1e-9, 1e-9, 1e-6, 1e-9};
 
 double si(float x) { return static_cast<double>(x); }
 
@@ -28,7 +28,7 @@ std::uint32_t positive(double x, const char* what, double most = 4e9)
 
 dqw_monitor_q15_config config_of(const dqw_monitor_config& from)
 {
-    const dqw_tracker_config& f = from.tracker;
+    const dqw_estimator_config& f = from.estimator;
     dqw_monitor_q15_config c{};
     dqw_tracker_q15_config& t = c.tracker;
     t.scale.v_full_mV = positive(1e3 * kFaultRoom * si(f.v_base_V), "the voltage", DQW_SCALE_MAX);
@@ -102,7 +102,7 @@ public:
     MonitorMeasures measures() const override
     {
         MonitorMeasures r{};
-        for (int i = 0; i < DQW_TRACK_WEIGHTS; ++i) {
+        for (int i = 0; i < DQW_PARAMETERS; ++i) {
             const auto at = static_cast<std::size_t>(i);
             const auto weight = static_cast<dqw_tracker_weight_q15>(i);
             const std::int32_t sd = dqw_tracker_sd_q15(&m_.tracker, weight);
