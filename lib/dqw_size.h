@@ -11,4 +11,9 @@
 #error "DQW_EFFECT_WEIGHTS is 0 .. 24: an axis' inputs are bits of one word"
 #endif
 
+/// The name that a linker sees of a function that makes an object: with the size in it, so that a program built with two sizes does not link.
+#define DQW_SIZED(name) DQW_SIZED_WITH(name, DQW_EFFECT_WEIGHTS)
+#define DQW_SIZED_WITH(name, weights) DQW_SIZED_AS(name, weights)
+#define DQW_SIZED_AS(name, weights) name##_w##weights
+
 #endif

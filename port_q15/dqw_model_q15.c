@@ -3,16 +3,10 @@
 // An angle of one radian, Q28.
 #define RADIAN_Q28 268435456
 
-int64_t dqw_scale_angle_q28(const dqw_scale *scale)
+int64_t dqw_scale_turn_q28(const dqw_scale *scale, uint32_t pole_pairs)
 {
-    // mrad/s times ns are 1e-12 rad; below 1e16
-    return dqw_q_quotient64((int64_t)scale->w_full_mrad_s * scale->dt_ns, 1000000000000, 28);
-}
-
-int64_t dqw_scale_turn_q28(const dqw_scale *scale)
-{
-    // As above; with pole pairs below 2^70, in eight bits less
-    const int64_t turns = dqw_q_product64((int64_t)scale->w_full_mrad_s * scale->dt_ns, scale->pole_pairs, -8);
+    // mrad/s times ns are 1e-12 rad; with pole pairs below 2^70, in eight bits less
+    const int64_t turns = dqw_q_product64((int64_t)scale->w_full_mrad_s * scale->dt_ns, pole_pairs, -8);
     return dqw_q_quotient64(turns, 1000000000000, 36);
 }
 
@@ -32,15 +26,13 @@ static int64_t size(int64_t x)
     return x < 0 ? -x : x;
 }
 
-void dqw_model_correct_q15(dqw_block_q15 *b, const dqw_parameters_q15 *known, const dqw_scale *scale)
+void dqw_model_correct_q15(dqw_block_q15 *b, const dqw_machine_q15 *known)
 {
-    const uint8_t need = 1u << DQW_R_Q15 | 1u << DQW_LD_Q15 | 1u << DQW_LQ_Q15;
-    if ((known->known & need) != need || known->pole_pairs == 0) return;
-    const int64_t R = known->value_q40[DQW_R_Q15];
-    const int64_t Ld = known->value_q40[DQW_LD_Q15];
-    const int64_t Lq = known->value_q40[DQW_LQ_Q15];
-    const int64_t turn_q28 = dqw_q_product64(dqw_scale_angle_q28(scale) * known->pole_pairs, b->w_m, -28);
-    if (R >= Ld || R >= Lq || size(turn_q28) >= RADIAN_Q28) return;
+    const int64_t R = known->R_q40;
+    const int64_t Ld = known->L_q40[0];
+    const int64_t Lq = known->L_q40[1];
+    const int64_t turn_q28 = dqw_q_product64(known->turn_q28, b->w_m, -28);
+    if (R <= 0 || R >= Ld || R >= Lq || size(turn_q28) >= RADIAN_Q28) return;
 
     // How much the step of the current changes from the start of a period to its end, on average over the block: a twelfth of that.
     const int64_t v_q = b->v_q + dqw_q_product64(Lq, b->di_q, -40);
@@ -54,15 +46,4 @@ void dqw_model_correct_q15(dqw_block_q15 *b, const dqw_parameters_q15 *known, co
     b->i_q = dqw_q31_sat(b->i_q - fix_q);
     b->wi_d = dqw_q31_sat(b->wi_d - dqw_q_product64(b->w_m, fix_d, -28));
     b->wi_q = dqw_q31_sat(b->wi_q - dqw_q_product64(b->w_m, fix_q, -28));
-}
-
-void dqw_model_inputs_q15(const dqw_block_q15 *b, int32_t x_d[], int32_t x_q[])
-{
-    x_d[0] = b->i_d;
-    x_d[1] = b->di_d;
-    x_d[2] = b->wi_q == INT32_MIN ? INT32_MAX : -b->wi_q;
-    x_q[0] = b->i_q;
-    x_q[1] = b->di_q;
-    x_q[2] = b->wi_d;
-    x_q[3] = b->w_m;
 }

@@ -15,12 +15,8 @@
 extern "C" {
 #endif
 
-/// Most signals: a block's, and what effects add on each axis, at least one.
-#if DQW_EFFECT_WEIGHTS > 0
-#define DQW_WINDOW_Q15_SIGNALS (9 + 2 * DQW_EFFECT_WEIGHTS)
-#else
-#define DQW_WINDOW_Q15_SIGNALS 11
-#endif
+/// Most signals: a block's with dead time, and what effects add on each axis.
+#define DQW_WINDOW_Q15_SIGNALS (11 + 2 * DQW_EFFECT_WEIGHTS)
 
 /// Most pairs in half a window: h (h + 1) 2^17 < 2^31.
 #define DQW_WINDOW_Q15_HALF 100
