@@ -52,14 +52,15 @@ inline bool fixed(const dqw_sample& s, const FullScales& full, dqw_sample_q15& x
 {
     x = {};
     const double v_d = static_cast<double>(s.v_d_V), v_q = static_cast<double>(s.v_q_V), i_d = static_cast<double>(s.i_d_A), i_q = static_cast<double>(s.i_q_A),
-                 w_m = static_cast<double>(s.w_m_rad_s), theta = static_cast<double>(s.theta_e_rad);
-    if (!std::isfinite(v_d + v_q + i_d + i_q + w_m + theta)) return false;
+                 w_m = static_cast<double>(s.w_m_rad_s);
+    if (!std::isfinite(v_d + v_q + i_d + i_q + w_m)) return false;
     x.v_d_q15 = q15(v_d, full.v_V);
     x.v_q_q15 = q15(v_q, full.v_V);
     x.i_d_q15 = q15(i_d, full.i_A);
     x.i_q_q15 = q15(i_q, full.i_A);
     x.w_m_q15 = q15(w_m, full.w_rad_s);
-    x.theta_e_turn = turn_of(theta);
+    x.cosine_q15 = q15(static_cast<double>(s.cosine), 1.0);
+    x.sine_q15 = q15(static_cast<double>(s.sine), 1.0);
     x.temp_winding_cC = hundredths(s.temp_winding_C);
     x.temp_magnet_cC = hundredths(s.temp_magnet_C);
     return true;

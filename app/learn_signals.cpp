@@ -94,14 +94,9 @@ SampleSource::SampleSource(const Log& log, double pole_pairs, const std::vector<
 
 dqw_sample SampleSource::operator()(std::size_t k) const
 {
-    dqw_sample s{};
-    s.v_d_V = at(log_.v_d_V, k);
-    s.v_q_V = at(log_.v_q_V, k);
-    s.i_d_A = at(log_.i_d_A, k);
-    s.i_q_A = at(log_.i_q_A, k);
-    s.w_m_rad_s = at(log_.w_m_rad_s, k);
+    dqw_sample s = dqw_sample_from_dq(at(log_.v_d_V, k), at(log_.v_q_V, k), at(log_.i_d_A, k), at(log_.i_q_A, k), at(log_.w_m_rad_s, k),
+                                      theta_e_rad_.empty() ? 0.0F : theta_e_rad_[k]);
     if (theta_e_rad_.empty()) return s;
-    s.theta_e_rad = theta_e_rad_[k];
     s.temp_winding_C = at(log_.temp_winding_C, k);
     s.temp_magnet_C = at(log_.temp_magnet_C.empty() ? log_.temp_winding_C : log_.temp_magnet_C, k);
     return s;

@@ -47,7 +47,7 @@ std::string formats(const dqw_estimator_q15_config& c)
     signal("v_d_q15, v_q_q15", v, "V");
     signal("i_d_q15, i_q_q15", i, "A");
     signal("w_m_q15", w, "rad/s");
-    out += "// theta_e_turn      Q16     1 turn                1.526e-05 turn\n";
+    signal("cosine_q15, sine_q15", 1.0, "");
     out += "//\n// parameter  estimator's value_q40: 1, last place    tracker's value in Q24: 1, last place\n";
     const double units[] = {v / i, v * dt / i, v * dt / i, v * dt};
     for (std::size_t k = 0; k < 4; ++k) {

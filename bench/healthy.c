@@ -256,12 +256,8 @@ static void idle(double samples, bool taught)
     for (double k = 0; k < samples; k++) {
         double n[6];
         for (int i = 0; i < 6; i += 2) normal(&d.random, n + i);
-        const dqw_sample x = {.v_d_V = (float)(n[0] * d.sd[0]),
-                              .v_q_V = (float)(n[1] * d.sd[1]),
-                              .i_d_A = (float)(n[2] * d.sd[2]),
-                              .i_q_A = (float)(n[3] * d.sd[3]),
-                              .w_m_rad_s = (float)(n[4] * d.sd[4]),
-                              .theta_e_rad = 0.3f};
+        const dqw_sample x = dqw_sample_from_dq((float)(n[0] * d.sd[0]), (float)(n[1] * d.sd[1]), (float)(n[2] * d.sd[2]), (float)(n[3] * d.sd[3]),
+                                                (float)(n[4] * d.sd[4]), 0.3f);
         (void)dqw_tracker_sample(&t, &x, false);
         if (!t.pending) continue;
         (void)dqw_tracker_learn(&t);

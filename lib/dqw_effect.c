@@ -31,10 +31,10 @@ static bool sound(const dqw_effect_config *c)
     case DQW_EFFECT_DEAD_TIME:
     case DQW_EFFECT_SATURATION:
     case DQW_EFFECT_CROSS_SATURATION:
-    case DQW_EFFECT_FLUX_HARMONICS:
     case DQW_EFFECT_COULOMB_FRICTION:
     case DQW_EFFECT_DIRECTION_ASYMMETRY:
     case DQW_EFFECT_COGGING_TORQUE: return dqw_is_positive(s[0]) && dqw_is_positive(1.0f / s[0]);
+    case DQW_EFFECT_FLUX_HARMONICS: return s[0] >= 1.0f && s[0] <= (float)DQW_EFFECT_ORDERS && s[0] == (float)(int)s[0];
     case DQW_EFFECT_STRIBECK_FRICTION: return dqw_is_positive(s[0]) && dqw_is_positive(s[1]) && dqw_is_positive(1.0f / s[0]) && dqw_is_positive(1.0f / s[1]);
     case DQW_EFFECT_WINDING_TEMPERATURE:
     case DQW_EFFECT_MAGNET_TEMPERATURE: return none_negative(s + 1, 2) && (s[1] == 0.0f || dqw_is_positive(1.0f / s[1]));
@@ -149,7 +149,7 @@ float dqw_effect_input_base(const dqw_effect *e, int index)
 
 bool dqw_effect_finite(const dqw_effect *e, const dqw_sample *s)
 {
-    if (e->needs_angle && !isfinite(s->theta_e_rad)) return false;
+    if (e->needs_angle && !dqw_is_direction(s->cosine, s->sine)) return false;
     if (e->needs_winding && !isfinite(s->temp_winding_C)) return false;
     return !e->needs_magnet || isfinite(s->temp_magnet_C);
 }

@@ -16,6 +16,8 @@ extern "C" {
 #endif
 
 #define DQW_EFFECT_SHAPES 4
+/// The highest flux harmonic.
+#define DQW_EFFECT_ORDERS 100
 
 typedef struct dqw_effect_config {
     enum dqw_effect_name effect;
@@ -87,9 +89,9 @@ void dqw_effect_heat(dqw_effect *e, float i_d_A, float i_q_A);
 ///
 /// Source   (E50) to (E53) in docs/EQUATIONS.md
 /// Shape    d[weights], q[weights] written where the result is true; `last` NULL after a gap or a sample that was refused
-/// Range    s finite; theta_e_rad within some thousand turns, or single precision loses it
+/// Range    s finite
 /// Returns  true where there is a pair; `delay` and `iron_loss` need the row before it as well
-/// Cost     11 flops a weight and the law: dead_time 3 tanhf, an angle one sinf and one cosf for all
+/// Cost     11 flops a weight and the law: dead_time 3 tanhf, a harmonic of order n 6 n
 /// Context  ISR safe; one writer per object
 bool dqw_effect_pair(dqw_effect *e, const dqw_sample *last, const dqw_sample *s, float d[], float q[]);
 

@@ -36,6 +36,30 @@ static void put_sensor(const moment *m, int k, const float shape[], float alpha,
     m->g_q[k] = -shape[2] * o_q;
 }
 
+// Cosine and sine of n times the angle.
+static void put_power(const moment *m, unsigned n, float *cosine, float *sine)
+{
+    // To length 1, to first order: what a sensor's amplitude is off by would count n times.
+    const float by = 1.5f - 0.5f * (m->cosine * m->cosine + m->sine * m->sine);
+    float base_c = by * m->cosine;
+    float base_s = by * m->sine;
+    float c = 1.0f;
+    float s = 0.0f;
+    for (; n > 0; n >>= 1) {
+        float next;
+        if ((n & 1u) != 0) {
+            next = c * base_c - s * base_s;
+            s = c * base_s + s * base_c;
+            c = next;
+        }
+        next = base_c * base_c - base_s * base_s;
+        base_s = 2.0f * base_c * base_s;
+        base_c = next;
+    }
+    *cosine = c;
+    *sine = s;
+}
+
 // A polynomial of a co-energy: the currents over its base. (E52)
 static void put_saturation(const dqw_effect_config *c, const moment *m)
 {
@@ -83,9 +107,11 @@ static void put(const dqw_effect *e, const dqw_effect_config *c, const moment *m
         m->g_q[0] = -c->shape[2] * (m->end_q - c->shape[0] * m->i_q);
         break;
     case DQW_EFFECT_FLUX_HARMONICS: {
-        const float angle = c->shape[0] * s->theta_e_rad;
-        m->g_d[0] = m->g_q[2] = cosf(angle);
-        m->g_d[1] = m->g_q[3] = sinf(angle);
+        float cosine;
+        float sine;
+        put_power(m, (unsigned)c->shape[0], &cosine, &sine);
+        m->g_d[0] = m->g_q[2] = cosine;
+        m->g_d[1] = m->g_q[3] = sine;
         break;
     }
     case DQW_EFFECT_CURRENT_OFFSET:
@@ -118,8 +144,8 @@ static void evaluate(dqw_effect *e, const dqw_sample *last, const dqw_sample *s,
 {
     moment m = {.i_d = s->i_d_A, .i_q = s->i_q_A, .w_e = (float)e->base.pole_pairs * s->w_m_rad_s, .cosine = 1.0f};
     if (e->needs_angle) {
-        m.cosine = cosf(s->theta_e_rad);
-        m.sine = sinf(s->theta_e_rad);
+        m.cosine = s->cosine;
+        m.sine = s->sine;
     }
     if (e->needs_last && last == NULL) {
         m.end_d = s->v_d_V;

@@ -6,21 +6,11 @@
 #include <stdint.h>
 
 #include "dqw_axis.h"
+#include "dqw_sample.h"
 
 #ifdef __cplusplus
 extern "C" {
 #endif
-
-/// Terminal signals of one row: currents and speed at t_k, voltages as means over the period from t_k to t_{k+1}.
-typedef struct dqw_sample {
-    float v_d_V, v_q_V;
-    float i_d_A, i_q_A;
-    float w_m_rad_s;
-    float theta_e_rad;  ///< read only where something needs it, as the temperatures; integrate p w_m where there is no sensor
-#if DQW_EFFECT_WEIGHTS > 0
-    float temp_winding_C, temp_magnet_C;
-#endif
-} dqw_sample;
 
 /// Signals of one consecutive pair, and of a block of them. Means over the period; di is the slope.
 typedef struct dqw_block {

@@ -4,13 +4,10 @@
 #include <math.h>
 
 #include "dqw_number.h"
-#include "dqw_transform.h"
 
 #define HALF_WINDOW 20
 // No drive gives a sample of this many bases.
 #define WILD 10.0f
-// Angles beyond this have lost their fraction of a turn in single precision.
-#define THETA_MAX_RAD 1e5f
 // Rows in the mean slope of dead time's input.
 #define SLOPE_ROWS 4096u
 #define SQRT3_2 0.8660254f
@@ -81,21 +78,15 @@ enum dqw_status dqw_tracker_init(dqw_tracker *t, const dqw_tracker_config *confi
     return DQW_OK;
 }
 
-// The size of a channel within its limit: false for a NaN too, so that one comparison serves both.
-static bool within(float x, float limit)
-{
-    return fabsf(x) <= limit;
-}
-
 static uint32_t admit(dqw_tracker *t, const dqw_sample *s, bool saturated)
 {
     const dqw_tracker_config *c = t->config;
     const float v_limit = c->v_limit_V > 0.0f ? c->v_limit_V : WILD * c->v_base_V;
     const float i_limit = c->i_limit_A > 0.0f ? c->i_limit_A : WILD * c->i_base_A;
     const bool repeated = s->i_d_A == t->i_d_A && s->i_q_A == t->i_q_A && s->w_m_rad_s == t->w_m_rad_s;
-    const bool has_angle = !c->angle || within(s->theta_e_rad, THETA_MAX_RAD);
-    const bool in_range = within(s->v_d_V, v_limit) && within(s->v_q_V, v_limit) && within(s->i_d_A, i_limit) && within(s->i_q_A, i_limit) &&
-                          within(s->w_m_rad_s, WILD * c->w_base_rad_s);
+    const bool has_angle = !c->angle || dqw_is_direction(s->cosine, s->sine);
+    const bool in_range = dqw_within(s->v_d_V, v_limit) && dqw_within(s->v_q_V, v_limit) && dqw_within(s->i_d_A, i_limit) && dqw_within(s->i_q_A, i_limit) &&
+                          dqw_within(s->w_m_rad_s, WILD * c->w_base_rad_s);
     // Nothing times what is not finite is not a number.
     const bool finite = in_range || dqw_is_finite(0.0f * s->v_d_V + 0.0f * s->v_q_V + 0.0f * s->i_d_A + 0.0f * s->i_q_A + 0.0f * s->w_m_rad_s);
     const dqw_gate_sample g = {.finite = finite && has_angle, .saturated = saturated || !in_range, .repeated = repeated};
@@ -122,9 +113,8 @@ static void dead_time(dqw_tracker *t, const dqw_sample *s, float *d, float *q)
     const float follow = t->last_good ? t->follow : 1.0f;
     t->slow_d_A += follow * (s->i_d_A - t->slow_d_A);
     t->slow_q_A += follow * (s->i_q_A - t->slow_q_A);
-    float cosine;
-    float sine;
-    dqw_cosine_sine(s->theta_e_rad, &cosine, &sine);
+    const float cosine = s->cosine;
+    const float sine = s->sine;
     const float k = 1.0f / width;
     const float alpha = k * (cosine * t->slow_d_A - sine * t->slow_q_A);
     const float beta = SQRT3_2 * k * (sine * t->slow_d_A + cosine * t->slow_q_A);
@@ -165,7 +155,7 @@ static void gather(dqw_tracker *t, const dqw_sample *s, float dead_d, float dead
     dqw_noise_step(&t->noise, step_d_A - t->step_A_per_V[0] * t->v_d_V, step_q_A - t->step_A_per_V[1] * t->v_q_V, s->w_m_rad_s - t->w_m_rad_s);
 }
 
-static uint32_t end_half(dqw_tracker *t, float theta_rad)
+static uint32_t end_half(dqw_tracker *t, float cosine, float sine)
 {
     float lost[DQW_TRACK_SIGNALS];
     const bool taken = t->pending;
@@ -173,12 +163,14 @@ static uint32_t end_half(dqw_tracker *t, float theta_rad)
     if (event == DQW_EVENT_LEARNED && taken) {
         if (t->missed < UINT8_MAX) t->missed++;
     } else if (event == DQW_EVENT_LEARNED) {
-        t->block_theta_rad = t->half_theta_rad;
+        t->block_cosine = t->half_cosine;
+        t->block_sine = t->half_sine;
         t->pending = true;
     } else if (event == DQW_EVENT_INCOMPLETE && t->gate.incomplete < UINT32_MAX) {
         t->gate.incomplete++;
     }
-    t->half_theta_rad = theta_rad;
+    t->half_cosine = cosine;
+    t->half_sine = sine;
     t->halves++;
     return event;
 }
@@ -201,7 +193,7 @@ uint32_t dqw_tracker_sample(dqw_tracker *t, const dqw_sample *s, bool saturated)
     }
 
     // [TRK.3] a block for the background
-    if (dqw_window_full(&t->window)) event |= end_half(t, good ? s->theta_e_rad : NAN);
+    if (dqw_window_full(&t->window)) event |= end_half(t, good ? s->cosine : 0.0f, good ? s->sine : 0.0f);
     t->last_good = good;
     t->v_d_V = s->v_d_V;
     t->v_q_V = s->v_q_V;

@@ -52,7 +52,7 @@ typedef struct dqw_tracker_config {
     float dead_time_width_A;  ///< current at which the inverter's loss is three quarters of its full size; 0: no dead time is learned
     float drift_per_sqrt_s;   ///< how far a parameter may wander, as part of itself, in 1 s; 0: it is constant, and nothing is forgotten
     uint32_t stale_limit;     ///< equal samples in a row before a sensor counts as stuck; 0: never
-    bool angle;               ///< theta_e_rad is given: dead time and encoder offset need it
+    bool angle;               ///< cosine and sine are given: dead time and encoder offset need it
     bool noise_on_inputs;     ///< take the noise of currents and speed out of what is learned, (E60)
 } dqw_tracker_config;
 
@@ -82,9 +82,10 @@ typedef struct dqw_tracker {
     float v_d_V, v_q_V, i_d_A, i_q_A, w_m_rad_s;
     float dead_d, dead_q, dead_slope_inv_A;
     float slow_d_A, slow_q_A, follow;  ///< currents as dead time's input takes them, and how fast they follow
-    // Handed to the background: a block of pairs' sums and steps, and the angles at its middle and at the end of the last half.
+    // Handed to the background: a block of pairs' sums and steps, and the angle's cosine and sine at its middle and at the end of the
+    // last half, both 0 where it is not known.
     float block[DQW_TRACK_SIGNALS];
-    float block_theta_rad, half_theta_rad;
+    float block_cosine, block_sine, half_cosine, half_sine;
 } dqw_tracker;
 
 /// Make a tracker.

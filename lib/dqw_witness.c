@@ -3,7 +3,6 @@
 #include <math.h>
 
 #include "dqw_number.h"
-#include "dqw_transform.h"
 
 // Electrical angle that a block's half must turn by: less, and a ripple is a constant within the memory; and where twice that is too much
 // for one block.
@@ -40,12 +39,10 @@ bool dqw_witness_learn(dqw_witness *w, const dqw_tracker *t)
     const dqw_block b = dqw_tracker_block(t);
     const float w_e = (float)c->pole_pairs * b.w_m_rad_s;
     const float turn = fabsf(w_e) * c->dt_s * (float)t->window.half;
-    if (!c->angle || !dqw_is_finite(t->block_theta_rad) || !(turn > SLOWEST_RAD) || !(turn < FASTEST_RAD)) return false;
+    if (!c->angle || !dqw_is_direction(t->block_cosine, t->block_sine) || !(turn > SLOWEST_RAD) || !(turn < FASTEST_RAD)) return false;
 
     // [WIT.1] inputs at the middle of the block
-    complex_number once;
-    dqw_cosine_sine(t->block_theta_rad, &once.re, &once.im);
-    once.im = -once.im;
+    const complex_number once = {t->block_cosine, -t->block_sine};
     const float R = dqw_tracker_value(t, DQW_TRACK_R);
     const float L = 0.5f * (dqw_tracker_value(t, DQW_TRACK_LD) + dqw_tracker_value(t, DQW_TRACK_LQ));
     const float e = w_e * dqw_tracker_value(t, DQW_TRACK_PSI);

@@ -37,7 +37,7 @@ void dqw_witness_init(dqw_witness *w);
 ///
 /// Source   (E62) in docs/EQUATIONS.md: all inputs share one error, each has its own mean power as step
 /// Returns  true if it learned
-/// Cost     about 150 flops, 5 divisions; one cosine and sine
+/// Cost     about 150 flops, 5 divisions
 /// Context  background
 bool dqw_witness_learn(dqw_witness *w, const dqw_tracker *t);
 

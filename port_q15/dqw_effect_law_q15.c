@@ -3,7 +3,6 @@
 
 #include "dqw_effect_q15.h"
 #include "dqw_q15.h"
-#include "dqw_transform_q15.h"
 
 #if DQW_EFFECT_WEIGHTS > 0
 
@@ -106,6 +105,35 @@ static int32_t soft_sign_q28(int32_t i_q28, int32_t per_width, unsigned fraction
     return x_q28 < 0 ? -y : y;
 }
 
+// To within 1, a last place or two of 2^-28 are nothing.
+static int32_t within_one(int32_t x_q30)
+{
+    return x_q30 > ONE_Q30 ? ONE_Q30 : x_q30 < -ONE_Q30 ? -ONE_Q30 : x_q30;
+}
+
+// Cosine and sine of n times the angle, Q30, n <= DQW_EFFECT_Q15_ORDERS: |z| to 1 within 3e-4, its powers stay below 1.04.
+static void put_power(const moment *m, unsigned n, int32_t *cosine, int32_t *sine)
+{
+    // (1 + x)^(-1/2), |x| < 0.1
+    const int32_t x = (int32_t)((int64_t)m->cos_q15 * m->cos_q15 + (int64_t)m->sin_q15 * m->sin_q15 - ONE_Q30);
+    const int32_t by = ONE_Q30 - dqw_q_round32(x, 1) + times(times(x, x), 402653184);
+    const int32_t z_c = times(m->cos_q15 * 32768, by);
+    const int32_t z_s = times(m->sin_q15 * 32768, by);
+    int32_t c = ONE_Q30;
+    int32_t s = 0;
+    for (unsigned bit = 1u << 6; bit > 0; bit >>= 1) {
+        int32_t next = (int32_t)dqw_q_round64((int64_t)c * c - (int64_t)s * s, 30);
+        s = (int32_t)dqw_q_round64((int64_t)c * s, 29);
+        c = next;
+        if ((n & bit) == 0) continue;
+        next = (int32_t)dqw_q_round64((int64_t)c * z_c - (int64_t)s * z_s, 30);
+        s = (int32_t)dqw_q_round64((int64_t)s * z_c + (int64_t)c * z_s, 30);
+        c = next;
+    }
+    *cosine = within_one(c);
+    *sine = within_one(s);
+}
+
 // Temperature above T_0 in parts of 327.68 K, or half the heating state.
 static int32_t warmth_q28(const dqw_effect_q15 *e, const dqw_effect_q15_config *c, int16_t temp_cC, int state)
 {
@@ -138,11 +166,11 @@ static void put(const dqw_effect_q15 *e, int k, const moment *m, const dqw_sampl
         m->g_q[0] = times(m->i_q_q15 * 8192, p[3]) - times(m->end_q_q28, p[2]);
         break;
     case DQW_EFFECT_FLUX_HARMONICS: {
-        int16_t cosine;
-        int16_t sine;
-        dqw_cosine_sine_q15((uint16_t)((uint32_t)c->order * s->theta_e_turn & 65535u), &cosine, &sine);
-        m->g_d[0] = m->g_q[2] = cosine * 8192;
-        m->g_d[1] = m->g_q[3] = sine * 8192;
+        int32_t cosine;
+        int32_t sine;
+        put_power(m, c->order, &cosine, &sine);
+        m->g_d[0] = m->g_q[2] = q28(cosine);
+        m->g_d[1] = m->g_q[3] = q28(sine);
         break;
     }
     case DQW_EFFECT_CURRENT_OFFSET:
@@ -215,7 +243,8 @@ static void evaluate(dqw_effect_q15 *e, const dqw_sample_q15 *last, const dqw_sa
     moment m = {.i_d_q15 = s->i_d_q15, .i_q_q15 = s->i_q_q15, .w_m_q15 = s->w_m_q15};
     m.turn_q30 = (int32_t)dqw_q_round64((int64_t)e->turn_q30 * s->w_m_q15, 15);
     if (e->needs_angle) {
-        dqw_cosine_sine_q15(s->theta_e_turn, &m.cos_q15, &m.sin_q15);
+        m.cos_q15 = s->cosine_q15;
+        m.sin_q15 = s->sine_q15;
         m.alpha_q28 = q28(m.cos_q15 * m.i_d_q15 - m.sin_q15 * m.i_q_q15);
         m.beta_q28 = q28(m.sin_q15 * m.i_d_q15 + m.cos_q15 * m.i_q_q15);
     }

@@ -160,7 +160,7 @@ static bool take_shape(dqw_effect_q15 *e, int k)
         usual_q28 = dqw_q_quotient64(T_q28, 2 * (ONE_Q40 + R), 40);
         break;
     case DQW_EFFECT_FLUX_HARMONICS:
-        good = c->order > 0;
+        good = c->order > 0 && c->order <= DQW_EFFECT_Q15_ORDERS;
         usual_q28 = T_q28 * c->order < ONE_Q28 ? T_q28 * c->order : ONE_Q28;
         break;
     case DQW_EFFECT_CURRENT_OFFSET:
@@ -226,6 +226,7 @@ enum dqw_status dqw_effect_init_q15(dqw_effect_q15 *e, const dqw_effect_q15_conf
 
 bool dqw_effect_finite_q15(const dqw_effect_q15 *e, const dqw_sample_q15 *s)
 {
+    if (e->needs_angle && !dqw_scale_is_direction(s->cosine_q15, s->sine_q15)) return false;
     if (e->needs_winding && s->temp_winding_cC == INT16_MIN) return false;
     return !e->needs_magnet || s->temp_magnet_cC != INT16_MIN;
 }

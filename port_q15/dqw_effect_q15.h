@@ -20,6 +20,9 @@ extern "C" {
 /// Numbers that a law needs for each of its inputs, at most.
 #define DQW_EFFECT_Q15_PARTS 5
 
+/// The highest flux harmonic.
+#define DQW_EFFECT_Q15_ORDERS 100u
+
 /// One effect and its shape; what its law does not name is not read. Constant: it may stay in flash.
 typedef struct dqw_effect_q15_config {
     enum dqw_effect_name effect;
@@ -28,7 +31,7 @@ typedef struct dqw_effect_q15_config {
     uint64_t tau_us;                         ///< temperatures: time constant of a heating state, up to 10^12; 0: the sample's temperature
     uint32_t row_us;                         ///< the same: time between two rows that are settled; 0: the sampling period
     int16_t T_0_cC;                          ///< the same: temperature at which the effect is none, hundredths of a degree
-    uint16_t order;                          ///< flux harmonics
+    uint16_t order;                          ///< flux harmonics: 1 .. DQW_EFFECT_Q15_ORDERS
     int64_t start_q40[DQW_EFFECT_STARTS];    ///< weights to start from, as dqw_estimator_effect_q15 reads them. Never a prior
 } dqw_effect_q15_config;
 
@@ -67,7 +70,7 @@ typedef struct dqw_effect_q15_base {
 /// Context  at start; the list stays in use as long as the object
 enum dqw_status dqw_effect_init_q15(dqw_effect_q15 *e, const dqw_effect_q15_config *list, int count, const dqw_effect_q15_base *base);
 
-/// Is every temperature that the effects need a number (not INT16_MIN); is one of them 327 K or more from T_0?
+/// Is every temperature and angle that the effects need a number (not INT16_MIN, not beside the unit circle); is one of them 327 K or more from T_0?
 /// Cost     up to four comparisons an effect of temperature
 bool dqw_effect_finite_q15(const dqw_effect_q15 *e, const dqw_sample_q15 *s);
 bool dqw_effect_saturated_q15(const dqw_effect_q15 *e, const dqw_sample_q15 *s);
@@ -87,7 +90,7 @@ void dqw_effect_heat_q15(dqw_effect_q15 *e, int16_t i_d_q15, int16_t i_q_q15);
 /// Shape    d[weights], q[weights] written where the result is true; `last` NULL after a gap or a sample that was refused
 /// Range    s admitted: |x_q15| <= 32766
 /// Returns  true where there is a pair; `delay` and `iron_loss` need the row before it as well
-/// Cost     2 products of 32 by 32 bits a weight, and the law: dead_time 25, an angle 13 of 32 bits for all; no loop depends on data. Set
+/// Cost     2 products of 32 by 32 bits a weight, and the law: dead_time 25; no loop depends on data. Set
 ///          DQW_EFFECT_WEIGHTS to what is needed: the window turns over all that there is room for
 /// Context  ISR safe; one writer per object
 bool dqw_effect_pair_q15(dqw_effect_q15 *e, const dqw_sample_q15 *last, const dqw_sample_q15 *s, int32_t d[], int32_t q[]);

@@ -5,23 +5,13 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "dqw_sample_q15.h"
 #include "dqw_size.h"
 #include "dqw_status.h"
 
 #ifdef __cplusplus
 extern "C" {
 #endif
-
-/// Terminal signals of one row, as dqw_sample. Of voltages, currents and speed -32768, -32767 and 32767 count as beyond the full scale.
-typedef struct dqw_sample_q15 {
-    int16_t v_d_q15, v_q_q15;  ///< of v_full
-    int16_t i_d_q15, i_q_q15;  ///< of i_full
-    int16_t w_m_q15;           ///< of w_full
-    uint16_t theta_e_turn;     ///< electrical angle, 65536 a turn
-#if DQW_EFFECT_WEIGHTS > 0
-    int16_t temp_winding_cC, temp_magnet_cC;  ///< hundredths of a degree; INT16_MIN: no number. Read only where an effect needs it
-#endif
-} dqw_sample_q15;
 
 /// Full scales, from nameplate values: what no signal reaches, the nearer the better.
 typedef struct dqw_scale {
@@ -37,6 +27,14 @@ typedef struct dqw_scale {
 
 /// The largest sample within the full scale.
 #define DQW_SCALE_MOST_Q15 32766
+
+/// Are these the cosine and sine of one angle, within what a sensor's amplitude leaves open?
+static inline bool dqw_scale_is_direction(int16_t cosine_q15, int16_t sine_q15)
+{
+    // 0.9 and 1.1 in Q30
+    const uint32_t square = (uint32_t)(cosine_q15 * cosine_q15) + (uint32_t)(sine_q15 * sine_q15);
+    return square > 966367642u && square < 1181116006u;
+}
 
 /// Is a sample beyond the full scale?
 static inline bool dqw_scale_beyond(int16_t x_q15)

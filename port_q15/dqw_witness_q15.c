@@ -2,7 +2,6 @@
 
 #include "dqw_q15.h"
 #include "dqw_tracker_rows_q15.h"
-#include "dqw_transform_q15.h"
 
 // Electrical angle that a block's half must turn by, 0.06 and 1.2 rad: less, and a ripple is a constant within the memory; and where twice
 // that is too much for one block.
@@ -79,9 +78,8 @@ static void inputs(const dqw_tracker_q15 *t, const dqw_block_q15 *b, int64_t tur
 {
     dqw_tracker_nominal_q15 n;
     (void)dqw_tracker_nominal_of_q15(t->config, &n);
-    int16_t cosine;
-    int16_t sine;
-    dqw_cosine_sine_q15(*(const volatile uint16_t *)&t->block_theta_turn, &cosine, &sine);
+    const int16_t cosine = *(const volatile int16_t *)&t->block_cosine_q15;
+    const int16_t sine = *(const volatile int16_t *)&t->block_sine_q15;
     const complex_number once = {(int64_t)cosine * 32768, -(int64_t)sine * 32768};  // Q30
     const complex_number twice = scaled(product(once, once, 30), left_of(2 * turn_q28), 28);
     const int64_t w_q28 = b->w_m;
@@ -109,7 +107,7 @@ bool dqw_witness_learn_q15(dqw_witness_q15 *w, const dqw_tracker_q15 *t)
     const dqw_block_q15 b = dqw_tracker_block_q15(t);
     const int64_t turn = dqw_q_product64(dqw_scale_turn_q28(&c->scale) * t->window.half, b.w_m, -28);
     const int64_t turn_q28 = turn < 0 ? -turn : turn;
-    const bool has_theta = *(const volatile bool *)&t->has_theta;
+    const bool has_theta = dqw_scale_is_direction(*(const volatile int16_t *)&t->block_cosine_q15, *(const volatile int16_t *)&t->block_sine_q15);
     if (!c->angle || !has_theta || turn_q28 <= SLOWEST_Q28 || turn_q28 >= FASTEST_Q28) return false;
 
     // [WIT.1] inputs at the middle of the block

@@ -322,10 +322,15 @@ static void test_estimator_with_effects(void)
         const int wild = scaled(steps) / 8;
         for (int k = 0; k < wild; k++) {
             dqw_sample s;
-            bits(&r, &s.v_d_V, 8);
+            bits(&r, &s.v_d_V, 9);
             // Every other stretch could be a machine's.
-            if (k / 500 % 2)
-                for (int n = 0; n < 8; n++) (&s.v_d_V)[n] = (float)random_normal(&r);
+            if (k / 500 % 2) {
+                float x[8];
+                for (int n = 0; n < 8; n++) x[n] = (float)random_normal(&r);
+                s = dqw_sample_from_dq(x[0], x[1], x[2], x[3], x[4], x[5]);
+                s.temp_winding_C = x[6];
+                s.temp_magnet_C = x[7];
+            }
             (void)dqw_estimator_step(&e, &s, random_bits(&r) % 16 == 0);
             if (k % 5000 == 0) dqw_estimator_gap(&e);
             if (k % 64 == 0) (void)dqw_estimator_background(&e);
@@ -429,7 +434,7 @@ static void test_tapped(void)
 static dqw_sample wild_sample(test_random *r, int k)
 {
     dqw_sample s = {0};
-    bits(r, &s.v_d_V, 6);
+    bits(r, &s.v_d_V, 7);
     if (k / 500 % 5 == 4) return s;
     double i[2][2];
     double w[2];
@@ -441,16 +446,13 @@ static dqw_sample wild_sample(test_random *r, int k)
     }
     const double wd = 4 * 0.5 * (w[0] * i[0][0] + w[1] * i[1][0]);
     const double wq = 4 * 0.5 * (w[0] * i[0][1] + w[1] * i[1][1]);
-    const dqw_sample machine = {
-        .v_d_V = (float)(R_TRUE * 0.5 * (i[0][0] + i[1][0]) + LD_TRUE * (i[1][0] - i[0][0]) / 1e-4 - LQ_TRUE * wq),
-        .v_q_V = (float)(R_TRUE * 0.5 * (i[0][1] + i[1][1]) + LQ_TRUE * (i[1][1] - i[0][1]) / 1e-4 + LD_TRUE * wd + 4 * PSI_TRUE * 0.5 * (w[0] + w[1])),
-        .i_d_A = (float)i[0][0],
-        .i_q_A = (float)i[0][1],
-        .w_m_rad_s = (float)w[0],
-        .theta_e_rad = (float)fmod(4 * (100 * k * 1e-4 - 60 / (2 * PI * 3) * cos(2 * PI * 3 * k * 1e-4)), 2 * PI)};
+    const dqw_sample machine = dqw_sample_from_dq(
+        (float)(R_TRUE * 0.5 * (i[0][0] + i[1][0]) + LD_TRUE * (i[1][0] - i[0][0]) / 1e-4 - LQ_TRUE * wq),
+        (float)(R_TRUE * 0.5 * (i[0][1] + i[1][1]) + LQ_TRUE * (i[1][1] - i[0][1]) / 1e-4 + LD_TRUE * wd + 4 * PSI_TRUE * 0.5 * (w[0] + w[1])), (float)i[0][0],
+        (float)i[0][1], (float)w[0], (float)fmod(4 * (100 * k * 1e-4 - 60 / (2 * PI * 3) * cos(2 * PI * 3 * k * 1e-4)), 2 * PI));
     const float odd = s.v_d_V;
     s = machine;
-    if (random_bits(r) % 500 == 0) (&s.v_d_V)[random_bits(r) % 6] = odd;
+    if (random_bits(r) % 500 == 0) (&s.v_d_V)[random_bits(r) % 7] = odd;
     return s;
 }
 
@@ -566,11 +568,13 @@ static void test_witness(void)
         // Within what a tracker hands over: samples up to ten bases, weights below 1e4, finite errors.
         for (int n = 0; n < DQW_TRACK_SIGNALS; n++) t.block[n] = (float)(pow(10, random_uniform(&r, -8, 2)) * random_normal(&r));
         t.block[8] = (float)(random_normal(&r) * 600);
-        t.block_theta_rad = (float)random_uniform(&r, -1e5, 1e5);
+        const double theta_rad = random_uniform(&r, -PI, PI);
+        t.block_cosine = (float)cos(theta_rad);
+        t.block_sine = (float)sin(theta_rad);
         for (int n = 0; n < 4; n++) t.w_pu[n] = (float)(pow(10, random_uniform(&r, -8, 3)) * random_normal(&r));
         for (int n = 0; n < 2; n++) t.e_pu[n] = (float)(pow(10, random_uniform(&r, -8, 5)) * random_normal(&r));
         if (random_bits(&r) % 4 == 0) t.block[random_bits(&r) % DQW_TRACK_SIGNALS] = random_float_bits(&r) * 1e-30f;
-        if (random_bits(&r) % 4 == 0) t.block_theta_rad = random_float_bits(&r);
+        if (random_bits(&r) % 4 == 0) t.block_sine = random_float_bits(&r);
         if (random_bits(&r) % 4 == 0) t.e_pu[random_bits(&r) % 2] = random_float_bits(&r) * 1e-30f;
         learned += dqw_witness_learn(&w, &t);
         for (int i = 0; i < DQW_WITNESS_INPUTS; i++) {

@@ -36,13 +36,9 @@ double value_of(const std::vector<dqw::Estimate>& list, const std::string& name)
 void run(dqw_estimator& e, const dqw::Log& log)
 {
     for (std::size_t k = 0; k < log.rows(); ++k) {
-        dqw_sample s{};
-        s.v_d_V = static_cast<float>(log.v_d_V[k]);
-        s.v_q_V = static_cast<float>(log.v_q_V[k]);
-        s.i_d_A = static_cast<float>(log.i_d_A[k]);
-        s.i_q_A = static_cast<float>(log.i_q_A[k]);
-        s.w_m_rad_s = static_cast<float>(log.w_m_rad_s[k]);
-        s.theta_e_rad = static_cast<float>(std::remainder(log.theta_e_rad[k], 6.283185307179586));
+        const auto f = [](double x) { return static_cast<float>(x); };
+        const dqw_sample s = dqw_sample_from_dq(f(log.v_d_V[k]), f(log.v_q_V[k]), f(log.i_d_A[k]), f(log.i_q_A[k]), f(log.w_m_rad_s[k]),
+                                                f(std::remainder(log.theta_e_rad[k], 6.283185307179586)));
         if (dqw_estimator_step(&e, &s, false) & DQW_EVENT_LEARNED) (void)dqw_estimator_background(&e);
         if (e.stage.name == DQW_STAGE_DOMAIN) return;
     }

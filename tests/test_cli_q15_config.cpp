@@ -205,7 +205,9 @@ int main(int argc, char *argv[])
         s.i_d_q15 = part(column(&at), f->i_full_mA);
         s.i_q_q15 = part(column(&at), f->i_full_mA);
         s.w_m_q15 = part(column(&at), f->w_full_mrad_s);
-        s.theta_e_turn = (uint16_t)(lround((double)column(&at) / 6.283185307179586 * 65536.0) & 65535);
+        const double theta_rad = (double)column(&at);
+        s = dqw_sample_from_dq_q15(s.v_d_q15, s.v_q_q15, s.i_d_q15, s.i_q_q15, s.w_m_q15,
+                                   (uint16_t)(lround(theta_rad / 6.283185307179586 * 65536.0) & 65535));
         dqw_monitor_event_q15 e;
         (void)dqw_monitor_sample_q15(&m, &s, false);
         if (!dqw_monitor_background_q15(&m, &e)) continue;

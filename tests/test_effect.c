@@ -272,14 +272,9 @@ static void learn(dqw_estimator *e, int effects, double noise, uint64_t seed)
     for (int k = 0; k < ROWS; k++) {
         double x[5];
         for (int n = 0; n < 5; n++) x[n] = (&rows[k].v_d)[n] + (noise > 0 ? sd[n] * random_normal(&r) : 0.0);
-        const dqw_sample s = {.v_d_V = (float)x[0],
-                              .v_q_V = (float)x[1],
-                              .i_d_A = (float)x[2],
-                              .i_q_A = (float)x[3],
-                              .w_m_rad_s = (float)x[4],
-                              .theta_e_rad = (float)remainder(rows[k].theta, 2 * PI),
-                              .temp_winding_C = (float)rows[k].temp,
-                              .temp_magnet_C = (float)rows[k].temp};
+        dqw_sample s = dqw_sample_from_dq((float)x[0], (float)x[1], (float)x[2], (float)x[3], (float)x[4], (float)remainder(rows[k].theta, 2 * PI));
+        s.temp_winding_C = (float)rows[k].temp;
+        s.temp_magnet_C = (float)rows[k].temp;
         (void)dqw_estimator_step(e, &s, false);
     }
 }
@@ -403,14 +398,9 @@ static void test_settled_rows_give_back_what_has_no_slope(void)
             terminal(&p, v, x, i);
             row s = {v[0], v[1], i[0], i[1], speed(t), angle(t), p.temp_C};
             sense(&p, angle(t), &s);
-            const dqw_sample sample = {.v_d_V = (float)s.v_d,
-                                       .v_q_V = (float)s.v_q,
-                                       .i_d_A = (float)s.i_d,
-                                       .i_q_A = (float)s.i_q,
-                                       .w_m_rad_s = (float)s.w_m,
-                                       .theta_e_rad = (float)remainder(s.theta, 2 * PI),
-                                       .temp_winding_C = (float)s.temp,
-                                       .temp_magnet_C = (float)s.temp};
+            dqw_sample sample = dqw_sample_from_dq((float)s.v_d, (float)s.v_q, (float)s.i_d, (float)s.i_q, (float)s.w_m, (float)remainder(s.theta, 2 * PI));
+            sample.temp_winding_C = (float)s.temp;
+            sample.temp_magnet_C = (float)s.temp;
             (void)dqw_estimator_step(&e, &sample, false);
         }
         float weights[DQW_EFFECT_STARTS], sd[DQW_EFFECT_STARTS];
@@ -436,8 +426,8 @@ static void test_an_effect_that_the_rows_do_not_show_is_not_known(void)
         TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_estimator_init(&e, &c));
         for (int k = 0; k < 20000; k++) {
             const float w = 100.0f + 50.0f * (float)sin(0.001 * k);
-            const dqw_sample s = {
-                .v_q_V = (float)(P_TRUE * PSI_TRUE * w), .w_m_rad_s = w, .theta_e_rad = (float)fmod(0.04 * k, 2 * PI), .temp_magnet_C = 80.0f};
+            dqw_sample s = dqw_sample_from_dq(0, (float)(P_TRUE * PSI_TRUE * w), 0, 0, w, (float)fmod(0.04 * k, 2 * PI));
+            s.temp_magnet_C = 80.0f;
             (void)dqw_estimator_step(&e, &s, false);
         }
         float weight, sd;
@@ -498,8 +488,9 @@ static void test_what_an_effect_needs_must_be_a_number(void)
             const dqw_estimator_config c = config_of(effects);
             dqw_estimator e;
             TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_estimator_init(&e, &c));
-            dqw_sample s = {.v_d_V = 1, .v_q_V = 2, .i_d_A = 3, .i_q_A = 4, .w_m_rad_s = 50, .temp_winding_C = 40, .temp_magnet_C = 40};
-            *(field == 0 ? &s.theta_e_rad : field == 1 ? &s.temp_winding_C : &s.temp_magnet_C) = NAN;
+            dqw_sample s = dqw_sample_from_dq(1, 2, 3, 4, 50, field == 0 ? NAN : 1.0f);
+            s.temp_winding_C = field == 1 ? NAN : 40.0f;
+            s.temp_magnet_C = field == 2 ? NAN : 40.0f;
             const bool needed = (field == 0 && effects > 0) || (field == 1 && effects > 1);
             HOLDS(((dqw_estimator_step(&e, &s, false) & DQW_EVENT_NONFINITE) != 0) == needed);
         }
@@ -521,12 +512,8 @@ static void test_no_pair_uses_a_refused_sample(void)
         dqw_estimator e;
         TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_estimator_init(&e, &c));
         for (int k = 0; k < ROWS; k++) {
-            dqw_sample s = {.v_d_V = (float)rows[k].v_d,
-                            .v_q_V = (float)rows[k].v_q,
-                            .i_d_A = (float)rows[k].i_d,
-                            .i_q_A = (float)rows[k].i_q,
-                            .w_m_rad_s = (float)rows[k].w_m,
-                            .theta_e_rad = (float)remainder(rows[k].theta, 2 * PI)};
+            dqw_sample s = dqw_sample_from_dq((float)rows[k].v_d, (float)rows[k].v_q, (float)rows[k].i_d, (float)rows[k].i_q, (float)rows[k].w_m,
+                                              (float)remainder(rows[k].theta, 2 * PI));
             const bool bad = k % 37 == 5;
             if (bad) s.v_d_V = s.i_q_A = 80.0f;
             if (k % 1000 == 999) {
@@ -571,12 +558,8 @@ static void test_defined_anew_it_forgets_all_but_the_counts(void)
     list[0] = (dqw_effect_config){.effect = DQW_EFFECT_DEAD_TIME, .shape = {0.3f}};
     uint32_t counted = 0;
     for (int k = 0; k < ROWS; k++) {
-        const dqw_sample s = {.v_d_V = (float)rows[k].v_d,
-                              .v_q_V = (float)rows[k].v_q,
-                              .i_d_A = (float)rows[k].i_d,
-                              .i_q_A = (float)rows[k].i_q,
-                              .w_m_rad_s = (float)rows[k].w_m,
-                              .theta_e_rad = (float)remainder(rows[k].theta, 2 * PI)};
+        const dqw_sample s = dqw_sample_from_dq((float)rows[k].v_d, (float)rows[k].v_q, (float)rows[k].i_d, (float)rows[k].i_q, (float)rows[k].w_m,
+                                                (float)remainder(rows[k].theta, 2 * PI));
         if (dqw_estimator_step(&e, &s, false) & DQW_EVENT_LEARNED) (void)dqw_estimator_background(&e);
         if (e.stage.name == DQW_STAGE_DOMAIN) {
             TEST_ASSERT_EQUAL_INT(DQW_BACK_THRESHOLD, e.stage.back);

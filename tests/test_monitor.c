@@ -47,12 +47,7 @@ static course watch(dqw_monitor *m, int from, int to)
     course o = {.service_s = INFINITY, .through_s = {INFINITY, INFINITY, INFINITY, INFINITY}};
     for (int k = from; k < to && k < row_count; k++) {
         const dqw_sim_row *r = &rows[k];
-        const dqw_sample s = {.v_d_V = (float)r->v_d_V,
-                              .v_q_V = (float)r->v_q_V,
-                              .i_d_A = (float)r->i_d_A,
-                              .i_q_A = (float)r->i_q_A,
-                              .w_m_rad_s = (float)r->w_m_rad_s,
-                              .theta_e_rad = (float)r->theta_e_rad};
+        const dqw_sample s = dqw_sample_from_dq((float)r->v_d_V, (float)r->v_q_V, (float)r->i_d_A, (float)r->i_q_A, (float)r->w_m_rad_s, (float)r->theta_e_rad);
         const bool waits = (dqw_monitor_sample(m, &s, false) & DQW_EVENT_LEARNED) != 0;
         dqw_monitor_event e;
         memset(&e, 0x5a, sizeof e);
@@ -257,12 +252,7 @@ static void test_pauses_blind_nobody(void)
         double first_s = INFINITY;
         for (int k = 0; k < row_count; k++) {
             const dqw_sim_row *r = &rows[k];
-            dqw_sample x = {.v_d_V = (float)r->v_d_V,
-                            .v_q_V = (float)r->v_q_V,
-                            .i_d_A = (float)r->i_d_A,
-                            .i_q_A = (float)r->i_q_A,
-                            .w_m_rad_s = (float)r->w_m_rad_s,
-                            .theta_e_rad = (float)r->theta_e_rad};
+            dqw_sample x = dqw_sample_from_dq((float)r->v_d_V, (float)r->v_q_V, (float)r->i_d_A, (float)r->i_q_A, (float)r->w_m_rad_s, (float)r->theta_e_rad);
             // From 2 s on: 90 ms in 400 nothing is measured; or the background comes every 5 ms.
             const bool later = k > 40000;
             if (way == 0 && later && k % 8000 < 1800) x.i_d_A = NAN;

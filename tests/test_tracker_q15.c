@@ -171,7 +171,7 @@ static void test_any_bits(void)
         for (int k = 0; k < scaled(200000); k++) {
             const uint64_t z = random_bits(&r);
             const bool mild = k / 5000 % 2 == 0;
-            dqw_sample_q15 s = {.v_d_q15 = (int16_t)(z & 65535), .v_q_q15 = (int16_t)(z >> 16 & 65535), .theta_e_turn = (uint16_t)(z >> 7 & 65535)};
+            dqw_sample_q15 s = dqw_sample_from_dq_q15((int16_t)(z & 65535), (int16_t)(z >> 16 & 65535), 0, 0, 0, (uint16_t)(z >> 7 & 65535));
             s.i_d_q15 = (int16_t)(z >> 32 & 65535), s.i_q_q15 = (int16_t)(z >> 48 & 65535), s.w_m_q15 = (int16_t)(random_bits(&r) & 65535);
             if (mild) s.v_d_q15 /= 64, s.i_q_q15 /= 1024, s.w_m_q15 /= 4;
             if (k % 30011 == 30010) dqw_tracker_gap_q15(&p.q, (uint32_t)z);

@@ -104,7 +104,7 @@ enum { LAWS = sizeof laws / sizeof laws[0] };
 static const struct {
     double input[2], weight[2], plain[2];
 } measured[LAWS] = {
-    {{7.7, 7.7}, {0.0079, 0.0028}, {0.0043, 0.003}},         // dead_time
+    {{0.055, 0.045}, {0.0079, 0.0028}, {0.0043, 0.003}},     // dead_time
     {{0.063, 0.00095}, {11, 0.48}, {0.014, 0.0063}},         // saturation
     {{0.09, 0.00064}, {0.029, 0.016}, {0.0057, 0.001}},      // cross_saturation
     {{0.031, 0.00044}, {0.14, 0.0083}, {0.025, 0.0037}},     // winding_temperature
@@ -112,13 +112,13 @@ static const struct {
     {{0.031, 0.0004}, {0.0045, 0.006}, {0.0055, 0.001}},     // magnet_temperature
     {{0.063, 0}, {0.0023, 0}, {0.011, 0}},                   // magnet_temperature by heating
     {{0.11, 0.00052}, {0.00037, 0.0039}, {0.0031, 0.0028}},  // iron_loss
-    {{1.6, 0.38}, {0.00094, 0.012}, {0.0025, 0.005}},        // flux_harmonics
-    {{1.6, 0.5}, {0.11, 0.023}, {0.0055, 0.0028}},           // current_offset
-    {{1.2, 0.32}, {0.0056, 0.034}, {0.0011, 0.0034}},        // current_gain_mismatch
+    {{0.037, 0.011}, {0.00094, 0.012}, {0.0025, 0.005}},     // flux_harmonics
+    {{0.083, 0.0028}, {0.11, 0.023}, {0.0055, 0.0028}},      // current_offset
+    {{0.0062, 0.0013}, {0.0056, 0.034}, {0.0011, 0.0034}},   // current_gain_mismatch
     {{0.087, 0.002}, {5.7e-05, 0.0034}, {0.0095, 0.0015}},   // angle_offset
     {{0.032, 0.00045}, {0.0037, 0.013}, {0.0048, 0.0024}},   // delay
     {{0.031, 0.00068}, {0.0038, 0.0015}, {0.0025, 0.0019}},  // skin_effect
-    {{0.58, 0.63}, {0.0088, 0.0072}, {0.0023, 0.0017}},      // phase_resistance_imbalance
+    {{0.0033, 0.002}, {0.0088, 0.0072}, {0.0023, 0.0017}},   // phase_resistance_imbalance
     {{0, 0}, {0.01, 0.0027}, {0.0068, 0.0015}},              // voltage_offset
 };
 
@@ -175,31 +175,22 @@ static void settled_rows(void)
     }
 }
 
-static int16_t q15(double x, double of) { return (int16_t)lrint(x / of * 32768); }
+static int16_t q15(double x, double of) { return (int16_t)lrint(fmax(-32768, fmin(32767, x / of * 32768))); }
 
 static dqw_sample_q15 fixed(const row *r)
 {
-    const dqw_sample_q15 s = {.v_d_q15 = q15(r->x[0], V_FULL),
-                              .v_q_q15 = q15(r->x[1], V_FULL),
-                              .i_d_q15 = q15(r->x[2], I_FULL),
-                              .i_q_q15 = q15(r->x[3], I_FULL),
-                              .w_m_q15 = q15(r->x[4], W_FULL),
-                              .theta_e_turn = (uint16_t)(lrint(remainder(r->theta, 2 * PI) / (2 * PI) * 65536) & 65535),
-                              .temp_winding_cC = (int16_t)lrint(100 * r->temp),
-                              .temp_magnet_cC = (int16_t)lrint(100 * r->temp)};
+    dqw_sample_q15 s = dqw_sample_from_dq_q15(q15(r->x[0], V_FULL), q15(r->x[1], V_FULL), q15(r->x[2], I_FULL), q15(r->x[3], I_FULL), q15(r->x[4], W_FULL),
+                                              (uint16_t)(lrint(remainder(r->theta, 2 * PI) / (2 * PI) * 65536) & 65535));
+    s.temp_winding_cC = (int16_t)lrint(100 * r->temp);
+    s.temp_magnet_cC = (int16_t)lrint(100 * r->temp);
     return s;
 }
 
 static dqw_sample exact(const row *r)
 {
-    const dqw_sample s = {.v_d_V = (float)r->x[0],
-                          .v_q_V = (float)r->x[1],
-                          .i_d_A = (float)r->x[2],
-                          .i_q_A = (float)r->x[3],
-                          .w_m_rad_s = (float)r->x[4],
-                          .theta_e_rad = (float)remainder(r->theta, 2 * PI),
-                          .temp_winding_C = (float)r->temp,
-                          .temp_magnet_C = (float)r->temp};
+    dqw_sample s = dqw_sample_from_dq((float)r->x[0], (float)r->x[1], (float)r->x[2], (float)r->x[3], (float)r->x[4], (float)remainder(r->theta, 2 * PI));
+    s.temp_winding_C = (float)r->temp;
+    s.temp_magnet_C = (float)r->temp;
     return s;
 }
 
@@ -208,9 +199,12 @@ static dqw_sample meant(const dqw_sample_q15 *x)
 {
     const row r = {{x->v_d_q15 / 32768.0 * V_FULL, x->v_q_q15 / 32768.0 * V_FULL, x->i_d_q15 / 32768.0 * I_FULL, x->i_q_q15 / 32768.0 * I_FULL,
                     x->w_m_q15 / 32768.0 * W_FULL},
-                   x->theta_e_turn / 65536.0 * 2 * PI,
+                   0,
                    x->temp_winding_cC / 100.0};
-    return exact(&r);
+    dqw_sample s = exact(&r);
+    s.cosine = (float)(x->cosine_q15 / 32768.0);
+    s.sine = (float)(x->sine_q15 / 32768.0);
+    return s;
 }
 
 static dqw_effect one;
@@ -420,7 +414,7 @@ static void test_tanh_and_turns(void)
     int32_t x_q[DQW_EFFECT_WEIGHTS];
     double worst = 0.0;
     for (int i = -32766; i <= 32766; i++) {
-        const dqw_sample_q15 s = {.i_d_q15 = (int16_t)i};
+        const dqw_sample_q15 s = {.i_d_q15 = (int16_t)i, .cosine_q15 = INT16_MAX};
         dqw_effect_static_q15(&two, &s, d, x_q);
         // Fixed point's cosine of nothing.
         const double one_less = 32767.0 / 32768;
@@ -661,7 +655,10 @@ static void test_any_bits(void)
         if (dqw_estimator_init_q15(&q, &c) != DQW_OK) continue;
         taken++;
         for (int k = 0; k < 250; k++) {
-            const dqw_sample_q15 s = {bits(&r), bits(&r), bits(&r), bits(&r), bits(&r), (uint16_t)random_bits(&r), bits(&r), bits(&r)};
+            const double length = random_uniform(&r, 0.94, 1.05);
+            const double theta = random_uniform(&r, -PI, PI);
+            const dqw_sample_q15 s = {bits(&r), bits(&r), bits(&r), bits(&r), bits(&r), q15(length * cos(theta), 1), q15(length * sin(theta), 1),
+                                      bits(&r), bits(&r)};
             (void)dqw_estimator_step_q15(&q, &s, false);
             const dqw_effect_q15 *f = &q.effect;
             for (int i = 0; i < f->weights; i++)

@@ -131,18 +131,9 @@ static told watch(twins *t, int from, int to)
     told o = {.f_service_s = INFINITY, .q_service_s = INFINITY};
     for (int k = from; k < to && k < row_count; k++) {
         const dqw_sim_row *r = &rows[k];
-        const dqw_sample s = {.v_d_V = (float)r->v_d_V,
-                              .v_q_V = (float)r->v_q_V,
-                              .i_d_A = (float)r->i_d_A,
-                              .i_q_A = (float)r->i_q_A,
-                              .w_m_rad_s = (float)r->w_m_rad_s,
-                              .theta_e_rad = (float)r->theta_e_rad};
-        const dqw_sample_q15 x = {.v_d_q15 = q15(r->v_d_V, V_FULL),
-                                  .v_q_q15 = q15(r->v_q_V, V_FULL),
-                                  .i_d_q15 = q15(r->i_d_A, I_FULL),
-                                  .i_q_q15 = q15(r->i_q_A, I_FULL),
-                                  .w_m_q15 = q15(r->w_m_rad_s, W_FULL),
-                                  .theta_e_turn = (uint16_t)(lrint(r->theta_e_rad / (2 * PI) * 65536) & 65535)};
+        const dqw_sample s = dqw_sample_from_dq((float)r->v_d_V, (float)r->v_q_V, (float)r->i_d_A, (float)r->i_q_A, (float)r->w_m_rad_s, (float)r->theta_e_rad);
+        const dqw_sample_q15 x = dqw_sample_from_dq_q15(q15(r->v_d_V, V_FULL), q15(r->v_q_V, V_FULL), q15(r->i_d_A, I_FULL), q15(r->i_q_A, I_FULL),
+                                                        q15(r->w_m_rad_s, W_FULL), (uint16_t)(lrint(r->theta_e_rad / (2 * PI) * 65536) & 65535));
         const bool f_waits = (dqw_monitor_sample(&t->f, &s, false) & DQW_EVENT_LEARNED) != 0;
         const bool q_waits = (dqw_monitor_sample_q15(&t->q, &x, false) & DQW_EVENT_LEARNED) != 0;
         HOLDS(f_waits == q_waits);
@@ -478,12 +469,8 @@ static void test_any_bits(void)
     for (int k = 0; k < scaled(600000); k++) {
         const uint64_t z = random_bits(&r);
         const uint64_t y = random_bits(&r);
-        const dqw_sample_q15 x = {.v_d_q15 = q15_bits(z),
-                                  .v_q_q15 = q15_bits(z >> 16),
-                                  .i_d_q15 = q15_bits(z >> 32),
-                                  .i_q_q15 = q15_bits(z >> 48),
-                                  .w_m_q15 = q15_bits(y),
-                                  .theta_e_turn = (uint16_t)(y >> 16 & 65535)};
+        const dqw_sample_q15 x = dqw_sample_from_dq_q15(q15_bits(z), q15_bits(z >> 16), q15_bits(z >> 32), q15_bits(z >> 48), q15_bits(y),
+                                                        (uint16_t)(y >> 16 & 65535));
         (void)dqw_monitor_sample_q15(&t.q, &x, y >> 60 == 0);
         if (!dqw_tracker_waits_q15(&t.q.tracker)) continue;
         if (y >> 32 & 1) {
@@ -553,12 +540,10 @@ static void test_any_configuration(void)
             const uint64_t z = random_bits(&r);
             const uint64_t y = random_bits(&r);
             const bool noise = n / 300 % 2 == 0;
-            const dqw_sample_q15 x = {.v_d_q15 = noise ? q15_bits(z) : (int16_t)(size * (n % 97)),
-                                      .v_q_q15 = noise ? q15_bits(z >> 16) : (int16_t)(size * (n % 89)),
-                                      .i_d_q15 = noise ? q15_bits(z >> 32) : (int16_t)(size * (n % 83)),
-                                      .i_q_q15 = noise ? q15_bits(z >> 48) : (int16_t)(size * (n % 79)),
-                                      .w_m_q15 = noise ? q15_bits(y) : 12000,
-                                      .theta_e_turn = (uint16_t)(17 * n)};
+            const dqw_sample_q15 x = dqw_sample_from_dq_q15(
+                noise ? q15_bits(z) : (int16_t)(size * (n % 97)), noise ? q15_bits(z >> 16) : (int16_t)(size * (n % 89)),
+                noise ? q15_bits(z >> 32) : (int16_t)(size * (n % 83)), noise ? q15_bits(z >> 48) : (int16_t)(size * (n % 79)), noise ? q15_bits(y) : 12000,
+                (uint16_t)(17 * n));
             (void)dqw_monitor_sample_q15(&m, &x, false);
             dqw_monitor_event_q15 e;
             (void)dqw_monitor_background_q15(&m, &e);

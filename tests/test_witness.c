@@ -81,7 +81,8 @@ static void hand_over(dqw_tracker *t, const defect *f, vector i, vector slope, d
     t->block[6] = (float)(2 * w_e / POLES * creal(i));
     t->block[7] = (float)(2 * w_e / POLES * cimag(i));
     t->block[8] = (float)(2 * w_e / POLES);
-    t->block_theta_rad = (float)theta;
+    t->block_cosine = (float)cos(theta);
+    t->block_sine = (float)sin(theta);
     t->e_pu[0] = (float)((creal(mean) + (noise_V > 0 ? noise_V * random_normal(r) : 0.0)) / V_BASE);
     t->e_pu[1] = (float)((cimag(mean) + (noise_V > 0 ? noise_V * random_normal(r) : 0.0)) / V_BASE);
 }
@@ -235,7 +236,7 @@ static void test_it_refuses_where_it_cannot_see(void)
         hand_over(&t, &f, 2 + 3 * I, 0, 200, 1.0, 0.0, NULL);
         const dqw_tracker good = t;
         if (k < 3)
-            t.block_theta_rad = bad[k];
+            t.block_cosine = bad[k];
         else if (k < 6)
             t.e_pu[k % 2] = bad[k % 3];
         else if (k < 9)

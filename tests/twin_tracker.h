@@ -84,12 +84,9 @@ static inline int16_t q15(double x, double full) { return (int16_t)lrint(fmax(-3
 
 static inline dqw_sample_q15 rounded(const dqw_sample *s)
 {
-    const dqw_sample_q15 r = {.v_d_q15 = q15((double)s->v_d_V, V_FULL),
-                              .v_q_q15 = q15((double)s->v_q_V, V_FULL),
-                              .i_d_q15 = q15((double)s->i_d_A, I_FULL),
-                              .i_q_q15 = q15((double)s->i_q_A, I_FULL),
-                              .w_m_q15 = q15((double)s->w_m_rad_s, W_FULL),
-                              .theta_e_turn = (uint16_t)(lrint((double)s->theta_e_rad / (2 * PI) * 65536) & 65535)};
+    const dqw_sample_q15 r = dqw_sample_from_dq_q15(q15((double)s->v_d_V, V_FULL), q15((double)s->v_q_V, V_FULL), q15((double)s->i_d_A, I_FULL),
+                                                    q15((double)s->i_q_A, I_FULL), q15((double)s->w_m_rad_s, W_FULL),
+                                                    (uint16_t)(lrint(atan2((double)s->sine, (double)s->cosine) / (2 * PI) * 65536) & 65535));
     return r;
 }
 
@@ -144,7 +141,7 @@ static inline dqw_sample sample(const journal *l, int k, double noise, test_rand
 {
     float x[CHANNELS];
     for (int c = 0; c < CHANNELS; c++) x[c] = (float)(l->x[k][c] + (noise > 0 ? noise * l->sd[c] * random_normal(r) : 0.0));
-    const dqw_sample s = {.v_d_V = x[0], .v_q_V = x[1], .i_d_A = x[2], .i_q_A = x[3], .w_m_rad_s = x[4], .theta_e_rad = (float)l->theta_rad[k]};
+    const dqw_sample s = dqw_sample_from_dq(x[0], x[1], x[2], x[3], x[4], (float)l->theta_rad[k]);
     return s;
 }
 

@@ -58,7 +58,7 @@ int main(int argc, char *argv[])
     float x[6];
     unsigned long n = 0;
     while (fread(x, sizeof x, 1, rows) == 1) {
-        dqw_sample s = {.v_d_V = x[0], .v_q_V = x[1], .i_d_A = x[2], .i_q_A = x[3], .w_m_rad_s = x[4], .theta_e_rad = x[5]};
+        dqw_sample s = dqw_sample_from_dq(x[0], x[1], x[2], x[3], x[4], x[5]);
         dqw_monitor_event event;
         bool limited = false;
         const float x_d[] = {s.i_d_A, 0.1f * s.i_q_A, s.w_m_rad_s * s.i_q_A * 0.01f};

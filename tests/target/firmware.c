@@ -57,7 +57,7 @@ int main(int argc, char *argv[])
     float x[6];
     unsigned long n = 0;
     while (fread(x, sizeof x, 1, rows) == 1) {
-        row.v_d_V = x[0], row.v_q_V = x[1], row.i_d_A = x[2], row.i_q_A = x[3], row.w_m_rad_s = x[4], row.theta_e_rad = x[5];
+        row = dqw_sample_from_dq(x[0], x[1], x[2], x[3], x[4], x[5]);
         interrupt();
         foc_background();
         n++;

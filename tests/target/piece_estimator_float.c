@@ -2,6 +2,7 @@
 #include "dqw_estimator.h"
 #include "target/board.h"
 #include "target/piece.h"
+#include "target/stimulus_float.h"
 
 static dqw_estimator e;
 static dqw_random_sample reservoir_d[20], reservoir_q[20];
@@ -29,12 +30,7 @@ void piece_start(void)
 
 void piece_load(const stimulus *s)
 {
-    sample.v_d_V = (float)s->v_d_q15 * ((float)STIMULUS_V / 32768);
-    sample.v_q_V = (float)s->v_q_q15 * ((float)STIMULUS_V / 32768);
-    sample.i_d_A = (float)s->i_d_q15 * ((float)STIMULUS_I / 32768);
-    sample.i_q_A = (float)s->i_q_q15 * ((float)STIMULUS_I / 32768);
-    sample.w_m_rad_s = (float)s->w_m_q15 * ((float)STIMULUS_W / 32768);
-    sample.theta_e_rad = (float)s->theta_e_turn * (6.2831853f / 65536);
+    sample = stimulus_float(s);
     limited = s->limited;
 }
 

@@ -14,8 +14,7 @@
 
 static inline dqw_sample_q15 stimulus_sample(const stimulus *s)
 {
-    const dqw_sample_q15 sample = {
-        .v_d_q15 = s->v_d_q15, .v_q_q15 = s->v_q_q15, .i_d_q15 = s->i_d_q15, .i_q_q15 = s->i_q_q15, .w_m_q15 = s->w_m_q15, .theta_e_turn = s->theta_e_turn};
+    const dqw_sample_q15 sample = dqw_sample_from_dq_q15(s->v_d_q15, s->v_q_q15, s->i_d_q15, s->i_q_q15, s->w_m_q15, s->theta_e_turn);
     return sample;
 }
 
