@@ -9,6 +9,8 @@
 #define HEAT_BASE_K 50.0f
 // A voltage one period late differs from the right one by no more than this part of the base, as a rule.
 #define DELAY_BASE 0.1f
+// Of weights that belong to one effect, those count whose deviation is below this part of the largest.
+#define DQW_KNOWN_RATIO 0.25f
 // Currents beyond this many bases heat no more.
 #define HEAT_MAX 100.0f
 

@@ -7,7 +7,7 @@
 #include <stdint.h>
 
 #include "dqw_effect_name.h"
-#include "dqw_model.h"
+#include "dqw_sample.h"
 #include "dqw_size.h"
 #include "dqw_status.h"
 

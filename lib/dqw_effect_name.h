@@ -40,6 +40,9 @@ enum dqw_effect_name {
 /// Weights of an effect; 0 where there is no such name.
 int dqw_effect_weights(enum dqw_effect_name name);
 
+/// Inputs of their own that its weights need: none for dead time, whose weight every estimator has.
+int dqw_effect_inputs(enum dqw_effect_name name);
+
 /// True for the effects of the shaft.
 bool dqw_effect_is_mechanical(enum dqw_effect_name name);
 

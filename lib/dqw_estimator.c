@@ -1,345 +1,292 @@
+// What the estimator does in the interrupt: admit a sample, gather it, hand blocks over.
 #include "dqw_estimator.h"
 
-#include <math.h>
 #include <stddef.h>
 
 #include "dqw_number.h"
 
-#define HALF_WINDOW 20
-#define EXCITATION_PU 0.002f
-#define THRESHOLD_PPM 50000u
-// Blocks that stage 2 may take per sample of its reservoir, and that stage 3 takes before it is judged.
-#define RANDOM_LIMIT 10u
-#define ORDINAL_BLOCKS 100u
-// No drive gives a sample of this many bases: least squares would weigh it as this squared blocks.
-#define WILD 10.0f
-// Stage 2: noisy samples move the weights by this much even when there is nothing left to learn.
-#define RANDOM_STEP 0.5f
-#define RANDOM_TOLERANCE 0.1f
+// Rows in the mean slope of dead time's input.
+#define SLOPE_ROWS 4096u
+#define SQRT3_2 0.8660254f
+#define INV_SQRT3 0.57735027f
+// tanh is 1 from here on, to 1e-3.
+#define TANH_ONE 3.6f
 
-static enum dqw_status check(const dqw_estimator_config *c)
+// Voltages as they came, the rest as the estimator takes it.
+static uint32_t admit(dqw_estimator *e, const dqw_sample *came, const dqw_sample *s, bool saturated)
 {
-    if (c->reservoir_d == NULL || c->reservoir_q == NULL || c->reservoir_d == c->reservoir_q) return DQW_ERR_NULL;
-    if (c->reservoir < 2) return DQW_ERR_SIZE;
-    if (c->regime != DQW_REGIME_DYNAMIC && c->regime != DQW_REGIME_STATIC) return DQW_ERR_RANGE;
-    if (!dqw_is_positive(c->dt_s) || !dqw_is_positive(c->v_base_V) || !dqw_is_positive(c->i_base_A) || !dqw_is_positive(c->w_base_rad_s)) return DQW_ERR_RANGE;
-    const float rest[] = {c->R_ohm, c->Ld_H, c->Lq_H, c->psi_Wb, c->v_limit_V, c->i_limit_A, c->excitation_pu};
-    for (unsigned i = 0; i < sizeof rest / sizeof rest[0]; i++)
-        if (!dqw_is_zero_or_positive(rest[i])) return DQW_ERR_RANGE;
-    return DQW_OK;
-}
-
-// What the effects of a configuration ask for, in one place: without room for effects, nothing.
+    const dqw_sample *l = &e->last;
+    const bool in_range = dqw_within(came->v_d_V, e->v_limit_V) && dqw_within(came->v_q_V, e->v_limit_V) && dqw_within(s->i_d_A, e->i_limit_A) &&
+                          dqw_within(s->i_q_A, e->i_limit_A) && dqw_within(s->w_m_rad_s, e->w_limit_rad_s);
+    bool finite = in_range || (dqw_is_finite(came->v_d_V) && dqw_is_finite(came->v_q_V) && dqw_is_finite(s->i_d_A) && dqw_is_finite(s->i_q_A) &&
+                               dqw_is_finite(s->w_m_rad_s));
+    finite = finite && (!e->config->angle || dqw_is_direction(s->cosine, s->sine));
 #if DQW_EFFECT_WEIGHTS > 0
-static int weights_of(const dqw_estimator *e)
-{
-    return e->effect.weights;
+    finite = finite && dqw_effect_finite(&e->effect, s);
+#endif
+    const bool repeated = e->has_last && s->i_d_A == l->i_d_A && s->i_q_A == l->i_q_A && s->w_m_rad_s == l->w_m_rad_s;
+    const dqw_gate_sample g = {.finite = finite, .saturated = saturated || !in_range, .repeated = repeated};
+    return dqw_gate_check(&e->gate, g);
 }
 
-static enum dqw_status init_effects(dqw_estimator *e, const dqw_estimator_config *c)
+// The sample with the voltage that acts from it on, seen in the rotating frame; the angle it has turned by the middle of its period is small.
+static dqw_sample adapted(dqw_estimator *e, const dqw_sample *s)
 {
-    const dqw_effect_base base = {c->dt_s, c->v_base_V, c->i_base_A, c->w_base_rad_s, c->pole_pairs};
-    return dqw_effect_init(&e->effect, c->effects, c->effect_count, &base);
-}
-
-// Bases and start values of the effects' inputs, behind an axis' own `first`.
-static void add_effects(const dqw_estimator *e, int first, dqw_learner_config *axis, float start[])
-{
-    for (int k = 0; k < e->effect.count; k++) {
-        const float base = dqw_effect_input_base(&e->effect, k);
-        const int weights = dqw_effect_weights(e->effect.list[k].effect);
-        for (int i = 0; i < weights; i++) {
-            axis->x_base[first] = base;
-            start[first++] = e->effect.list[k].start[i];
-        }
+    const dqw_estimator_config *c = e->config;
+    dqw_sample x = *s;
+    if (c->speed_electrical) x.w_m_rad_s /= (float)c->pole_pairs;
+    if (c->voltage_next) {
+        x.v_d_V = e->commanded ? e->command_d_V : 0.0f;
+        x.v_q_V = e->commanded ? e->command_q_V : 0.0f;
+        e->command_d_V = s->v_d_V;
+        e->command_q_V = s->v_q_V;
     }
-    axis->inputs = first;
+    if (c->voltage_held) {
+        float turn = (c->voltage_next ? 1.5f : 0.5f) * (float)c->pole_pairs * x.w_m_rad_s * c->dt_s;
+        turn = turn > 2.0f ? 2.0f : turn < -2.0f ? -2.0f : turn;
+        // Within 3e-4 to 1 rad.
+        const float turn2 = turn * turn;
+        const float cosine = 1.0f - turn2 * (0.5f - turn2 * (1.0f / 24.0f - turn2 * (1.0f / 720.0f)));
+        const float sine = turn * (1.0f - turn2 * (1.0f / 6.0f - turn2 * (1.0f / 120.0f)));
+        const float v_d = x.v_d_V;
+        x.v_d_V = cosine * v_d + sine * x.v_q_V;
+        x.v_q_V = cosine * x.v_q_V - sine * v_d;
+    }
+    return x;
 }
 
-static bool finite_for_effects(const dqw_estimator *e, const dqw_sample *s)
+// tanh to 1e-3, bounded by 1: its continued fraction to the fifth term.
+static float soft_sign(float x)
 {
-    return dqw_effect_finite(&e->effect, s);
+    const float a = x > TANH_ONE ? TANH_ONE : x < -TANH_ONE ? -TANH_ONE : x;
+    const float a2 = a * a;
+    return a * (945.0f + a2 * (105.0f + a2)) / (945.0f + a2 * (420.0f + 15.0f * a2));
 }
 
-// Signals of the pair, or of the settled row, that this sample ends, behind the plain ones: d first, then q. False where there are none yet.
+// What an inverter with dead time takes from each phase per volt of it, as dq. (E51)
+static void dead_time(dqw_estimator *e, const dqw_sample *s, float *d, float *q)
+{
+    const float width = e->dead_time_width_A;
+    if (!(width > 0.0f)) {
+        *d = *q = 0.0f;
+        return;
+    }
+    // Noise wider than the step would smooth it: so the noisier the currents, the slower they are followed here.
+    const float follow = e->last_good ? e->follow : 1.0f;
+    e->slow_d_A += follow * (s->i_d_A - e->slow_d_A);
+    e->slow_q_A += follow * (s->i_q_A - e->slow_q_A);
+    const float k = 1.0f / width;
+    const float alpha = k * (s->cosine * e->slow_d_A - s->sine * e->slow_q_A);
+    const float beta = SQRT3_2 * k * (s->sine * e->slow_d_A + s->cosine * e->slow_q_A);
+    const float a = soft_sign(alpha);
+    const float b = soft_sign(beta - 0.5f * alpha);
+    const float c = soft_sign(-0.5f * alpha - beta);
+    const float lost_alpha = (2.0f * a - b - c) * (1.0f / 3.0f);
+    const float lost_beta = (b - c) * INV_SQRT3;
+    *d = s->cosine * lost_alpha + s->sine * lost_beta;
+    *q = s->cosine * lost_beta - s->sine * lost_alpha;
+    // How much of it the current's noise moves, on average: what tanh gains at this current, (1 - tanh^2)/width. One sample in four, and
+    // never the one that ends a block, is enough.
+    if ((e->window.at & 3u) != 1u) return;
+    const float slope = k * (1.0f - (a * a + b * b + c * c) * (1.0f / 3.0f));
+    const uint32_t rows = e->noise.of.rows;
+    e->dead_slope_inv_A += (slope - e->dead_slope_inv_A) / (1.0f + 0.25f * (float)(rows < SLOPE_ROWS ? rows : SLOPE_ROWS));
+}
+
+// What the effects take a sample for, in one place: without room for effects, nothing. False where there is no pair yet.
+#if DQW_EFFECT_WEIGHTS > 0
+static int signals_of(const dqw_estimator *e)
+{
+    return DQW_PLAIN_SIGNALS + 2 * e->effect.weights;
+}
+
 static bool pair_effects(dqw_estimator *e, const dqw_sample *s, bool good, float pair[])
 {
-    if (e->effect.count == 0) return true;
-    float *x = pair + DQW_BLOCK_SIGNALS;
+    if (e->effect.count == 0) return good;
     bool there = good;
+    float *x = pair + DQW_PLAIN_SIGNALS;
     if (!good)
         dqw_effect_gap(&e->effect);
-    else if (e->regime == DQW_REGIME_STATIC)
-        dqw_effect_static(&e->effect, s, x, x + weights_of(e));
+    else if (e->config->settled)
+        dqw_effect_static(&e->effect, s, x, x + e->effect.weights);
     else
-        there = dqw_effect_pair(&e->effect, e->last_good ? &e->last : NULL, s, x, x + weights_of(e));
+        there = dqw_effect_pair(&e->effect, e->last_good ? &e->last : NULL, s, x, x + e->effect.weights);
     dqw_effect_heat(&e->effect, s->i_d_A, s->i_q_A);
     return there;
 }
 #else
-static int weights_of(const dqw_estimator *e)
+static int signals_of(const dqw_estimator *e)
 {
     (void)e;
-    return 0;
-}
-
-static enum dqw_status init_effects(dqw_estimator *e, const dqw_estimator_config *c)
-{
-    (void)e;
-    (void)c;
-    return DQW_OK;
-}
-
-static void add_effects(const dqw_estimator *e, int first, dqw_learner_config *axis, float start[])
-{
-    (void)e;
-    (void)start;
-    axis->inputs = first;
-}
-
-static bool finite_for_effects(const dqw_estimator *e, const dqw_sample *s)
-{
-    (void)e;
-    (void)s;
-    return true;
+    return DQW_PLAIN_SIGNALS;
 }
 
 static bool pair_effects(dqw_estimator *e, const dqw_sample *s, bool good, float pair[])
 {
     (void)e;
     (void)s;
-    (void)good;
     (void)pair;
-    return true;
+    return good;
 }
 #endif
 
-// A block's signals, and a pair's: the plain model's, then the effects' of d and of q.
-#define SIGNALS (DQW_BLOCK_SIGNALS + 2 * DQW_EFFECT_WEIGHTS)
-#define INPUTS (DQW_Q_INPUTS + DQW_EFFECT_WEIGHTS)
-
-static enum dqw_status init_axis(dqw_axis *axis, dqw_learner *coarse, const dqw_learner_config *config, const float start[])
+// The pair that a sample ends, as sums and steps: dqw_estimator_means() makes means and slopes of them. (E13)
+static void gather(dqw_estimator *e, const dqw_sample *s, float dead_d, float dead_q, float pair[])
 {
-    enum dqw_status status = dqw_axis_init(axis, config);
-    if (status == DQW_OK) status = dqw_learner_init(coarse, config);
-    for (int i = 0; status == DQW_OK && i < config->inputs; i++) {
-        status = dqw_learner_set_weight(&axis->neuron, i, start[i]);
-        if (status == DQW_OK) status = dqw_learner_set_weight(coarse, i, start[i]);
+    const dqw_sample *l = &e->last;
+    const float step_d_A = s->i_d_A - l->i_d_A;
+    const float step_q_A = s->i_q_A - l->i_q_A;
+    pair[0] = l->v_d_V;
+    pair[1] = l->v_q_V;
+    pair[2] = s->i_d_A + l->i_d_A;
+    pair[3] = s->i_q_A + l->i_q_A;
+    pair[4] = step_d_A;
+    pair[5] = step_q_A;
+    pair[6] = s->w_m_rad_s * s->i_d_A + l->w_m_rad_s * l->i_d_A;
+    pair[7] = s->w_m_rad_s * s->i_q_A + l->w_m_rad_s * l->i_q_A;
+    pair[8] = s->w_m_rad_s + l->w_m_rad_s;
+    pair[9] = dead_d + e->dead_d;
+    pair[10] = dead_q + e->dead_q;
+    dqw_window_add(&e->window, pair, signals_of(e));
+    // Steps less what the voltage made of them.
+    dqw_noise_step(&e->noise, step_d_A - e->step_A_per_V[0] * l->v_d_V, step_q_A - e->step_A_per_V[1] * l->v_q_V, s->w_m_rad_s - l->w_m_rad_s);
+}
+
+// A settled row as a block of its own.
+static uint32_t hand_over_row(dqw_estimator *e, const dqw_sample *s, float dead_d, float dead_q, const float pair[])
+{
+    e->halves++;
+    if (e->pending) {
+        if (e->missed < UINT8_MAX) e->missed++;
+        return DQW_EVENT_MISSED;
     }
-    return status;
-}
-
-enum dqw_status dqw_estimator_init(dqw_estimator *e, const dqw_estimator_config *config)
-{
-    if (e == NULL || config == NULL) return DQW_ERR_NULL;
-    enum dqw_status status = check(config);
-    if (status != DQW_OK) return status;
-
-    const float p = (float)(config->pole_pairs != 0 ? config->pole_pairs : 1);
-    const float w_base = config->w_base_rad_s;
-    dqw_learner_config d = {.step_size = RANDOM_STEP, .y_base = config->v_base_V, .indicator = true};
-    d.x_base[DQW_IN_R] = config->i_base_A;
-    d.x_base[DQW_IN_L] = config->i_base_A * w_base * p;
-    d.x_base[DQW_IN_CROSS] = config->i_base_A * w_base;
-    dqw_learner_config q = d;
-    q.x_base[DQW_IN_FLUX] = w_base;
-    float start_d[INPUTS] = {config->R_ohm, config->Ld_H, p * config->Lq_H};
-    float start_q[INPUTS] = {config->R_ohm, config->Lq_H, p * config->Ld_H, p * config->psi_Wb};
-
-    dqw_estimator n = {0};
-    status = init_effects(&n, config);
-    if (status != DQW_OK) return status;
-    add_effects(&n, DQW_D_INPUTS, &d, start_d);
-    add_effects(&n, DQW_Q_INPUTS, &q, start_q);
-    dqw_random_config random = {
-        .reservoir = config->reservoir_d, .capacity = config->reservoir, .draws = config->reservoir, .seed = config->seed, .tolerance = RANDOM_TOLERANCE};
-    status = init_axis(&n.d, &n.coarse_d, &d, start_d);
-    if (status == DQW_OK) status = init_axis(&n.q, &n.coarse_q, &q, start_q);
-    if (status == DQW_OK)
-        status = dqw_window_init(&n.window, config->half_window != 0 ? config->half_window : HALF_WINDOW, DQW_BLOCK_SIGNALS + 2 * weights_of(&n));
-    if (status == DQW_OK) status = dqw_random_init(&n.random_d, &random);
-    random.reservoir = config->reservoir_q;
-    if (status == DQW_OK) status = dqw_random_init(&n.random_q, &random);
-    if (status != DQW_OK) return status;
-
-    dqw_gate_init(&n.gate, config->stale_limit);
-    dqw_stage_init(&n.stage, config->threshold_ppm != 0 ? config->threshold_ppm : THRESHOLD_PPM, RANDOM_LIMIT * config->reservoir, ORDINAL_BLOCKS);
-    dqw_stage_define(&n.stage);
-    n.dt_s = config->dt_s;
-    n.v_limit_V = config->v_limit_V > 0.0f ? config->v_limit_V : WILD * config->v_base_V;
-    n.i_limit_A = config->i_limit_A > 0.0f ? config->i_limit_A : WILD * config->i_base_A;
-    n.w_limit_rad_s = WILD * config->w_base_rad_s;
-    n.excitation_pu = config->excitation_pu > 0.0f ? config->excitation_pu : EXCITATION_PU;
-    n.pole_pairs = config->pole_pairs;
-    n.regime = config->regime;
-    *e = n;
-    return DQW_OK;
-}
-
-static bool beyond(float x, float limit)
-{
-    return limit > 0.0f && fabsf(x) > limit;
-}
-
-static uint32_t admit(dqw_estimator *e, const dqw_sample *s, bool saturated)
-{
-    const dqw_gate_sample g = {
-        .finite = isfinite(s->v_d_V) && isfinite(s->v_q_V) && isfinite(s->i_d_A) && isfinite(s->i_q_A) && isfinite(s->w_m_rad_s) && finite_for_effects(e, s),
-        .saturated = saturated || beyond(s->v_d_V, e->v_limit_V) || beyond(s->v_q_V, e->v_limit_V) || beyond(s->i_d_A, e->i_limit_A) ||
-                     beyond(s->i_q_A, e->i_limit_A) || beyond(s->w_m_rad_s, e->w_limit_rad_s),
-        .repeated = e->has_last && s->i_d_A == e->last.i_d_A && s->i_q_A == e->last.i_q_A && s->w_m_rad_s == e->last.w_m_rad_s,
+    const dqw_estimator_block row = {
+        .sum = {s->v_d_V, s->v_q_V, 2.0f * s->i_d_A, 2.0f * s->i_q_A, 0.0f, 0.0f, 2.0f * s->w_m_rad_s * s->i_d_A, 2.0f * s->w_m_rad_s * s->i_q_A,
+                2.0f * s->w_m_rad_s, 2.0f * dead_d, 2.0f * dead_q},
+        .cosine = s->cosine,
+        .sine = s->sine,
+        .follow = 1.0f,
+        .number = e->halves,
     };
-    return dqw_gate_check(&e->gate, g);
+    e->block = row;
+#if DQW_EFFECT_WEIGHTS > 0
+    for (int i = DQW_PLAIN_SIGNALS; i < signals_of(e); i++) e->block.sum[i] = pair[i];
+#else
+    (void)pair;
+#endif
+    e->pending = true;
+    return DQW_EVENT_BLOCK;
 }
 
-// Inputs large enough to teach their weight.
-static uint32_t excited(const dqw_learner *l, const float x[], float threshold_pu)
+// Before a block is written: what the background made of those before it.
+static void take_given(dqw_estimator *e)
 {
-    uint32_t mask = 0;
-    for (int i = 0; i < l->inputs; i++)
-        if (fabsf(x[i]) * l->x_scale[i] >= threshold_pu) mask |= 1u << i;
-    return mask;
+    if (!e->given_ready) return;
+    e->step_A_per_V[0] = e->given.step_A_per_V[0];
+    e->step_A_per_V[1] = e->given.step_A_per_V[1];
+    e->follow = e->given.follow;
+    if (e->given.noise_anew) dqw_noise_init(&e->noise);
+    e->given_ready = false;
 }
 
-static uint32_t ppm(float ratio)
+static uint32_t end_half(dqw_estimator *e, const dqw_sample *s, bool good)
 {
-    return ratio < 4000.0f ? (uint32_t)(ratio * 1e6f) : 4000000000u;
-}
-
-float dqw_estimator_relative_residual(const dqw_estimator *e)
-{
-    const float v2 = e->d.target_pu2 + e->q.target_pu2;
-    return v2 > 0.0f ? sqrtf((e->d.error_pu2 + e->q.error_pu2 + e->parameters.misfit_pu2) / v2) : 0.0f;
-}
-
-static uint32_t learn(dqw_estimator *e, dqw_block *b, const float signals[])
-{
-    // [EST.1] regressors of both axes
-    float x_d[INPUTS];
-    float x_q[INPUTS];
-    const int weights = weights_of(e);
-    if (e->regime == DQW_REGIME_DYNAMIC) dqw_model_correct(b, &e->parameters, e->dt_s);
-    dqw_model_inputs(b, x_d, x_q);
-    for (int i = 0; i < weights; i++) {
-        x_d[DQW_D_INPUTS + i] = signals[DQW_BLOCK_SIGNALS + i];
-        x_q[DQW_Q_INPUTS + i] = signals[DQW_BLOCK_SIGNALS + weights + i];
+    const bool taken = e->pending;
+    const bool whole = e->window.valid == e->window.half;
+    const float v_V[2] = {e->window.sum[0], e->window.sum[1]};
+    float lost[DQW_ESTIMATOR_SIGNALS];
+    uint32_t event = dqw_window_end(&e->window, taken ? lost : e->block.sum);
+    e->halves++;
+    if (event == DQW_EVENT_BLOCK && taken) {
+        event = DQW_EVENT_MISSED;
+        if (e->missed < UINT8_MAX) e->missed++;
+    } else if (event == DQW_EVENT_BLOCK) {
+        dqw_estimator_block *b = &e->block;
+        b->v_step_V[0] = v_V[0] - e->half_v_V[0];
+        b->v_step_V[1] = v_V[1] - e->half_v_V[1];
+        b->cosine = e->half_cosine;
+        b->sine = e->half_sine;
+        b->noise = e->noise.of;
+        b->dead_slope_inv_A = e->dead_slope_inv_A;
+        b->follow = e->follow;
+        b->number = e->halves;
+        b->whole = whole && e->half_whole;
+        e->pending = true;
+    } else if (event == DQW_EVENT_INCOMPLETE && e->gate.incomplete < UINT32_MAX) {
+        e->gate.incomplete++;
     }
-
-    // [EST.2] what can be learned from this block
-    const uint32_t mask_d = excited(&e->d.neuron, x_d, e->excitation_pu);
-    const uint32_t mask_q = excited(&e->q.neuron, x_q, e->excitation_pu);
-    uint32_t event = dqw_gate_block(e->excited, mask_d, 0, DQW_D_INPUTS);
-    event |= dqw_gate_block(e->excited, mask_q, DQW_D_INPUTS, DQW_Q_INPUTS);
-    if (weights > 0) event |= dqw_gate_block(e->excited, mask_d >> DQW_D_INPUTS | mask_q >> DQW_Q_INPUTS, DQW_D_INPUTS + DQW_Q_INPUTS, (uint32_t)weights);
-    if (mask_d == 0 && mask_q == 0) return event;
-    if (e->gate.blocks < UINT32_MAX) e->gate.blocks++;
-
-    // [EST.3] stage 2 remembers, every stage learns in order
-    if (e->stage.name == DQW_STAGE_RANDOM) {
-        dqw_random_put(&e->random_d, x_d, DQW_D_INPUTS + weights, b->v_d_V);
-        dqw_random_put(&e->random_q, x_q, DQW_Q_INPUTS + weights, b->v_q_V);
-    }
-    if (mask_d != 0) (void)dqw_axis_learn(&e->d, x_d, b->v_d_V, mask_d);
-    if (mask_q != 0) (void)dqw_axis_learn(&e->q, x_q, b->v_q_V, mask_q);
-    e->parameters = dqw_model_read(&e->d, &e->q, e->pole_pairs, e->regime == DQW_REGIME_STATIC ? DQW_WEIGHT_COMMON : DQW_WEIGHT_EACH);
-
-    // [EST.4] which stage
-    const float v2 = e->d.target_pu2 + e->q.target_pu2;
-    const dqw_stage_input in = {
-        .random_converged = e->random_d.converged && e->random_q.converged,
-        .residual_ppm = ppm(dqw_estimator_relative_residual(e)),
-        .residual_recent_ppm = ppm(v2 > 0.0f ? sqrtf((e->d.recent_pu2 + e->q.recent_pu2) / v2) : 0.0f),
-    };
-    (void)dqw_stage_step(&e->stage, in);
-    return event | DQW_EVENT_LEARNED;
-}
-
-uint32_t dqw_estimator_step(dqw_estimator *e, const dqw_sample *s, bool saturated)
-{
-    uint32_t event = admit(e, s, saturated);
-    const bool good = event == 0;
-    dqw_block b;
-    float pair[SIGNALS] = {0};
-    const bool has_effects = pair_effects(e, s, good, pair);
-    if (e->regime == DQW_REGIME_STATIC) {
-        if (good) {
-            b = dqw_model_static(s);
-            event = learn(e, &b, pair);
-        }
-    } else {
-        float mean[SIGNALS];
-        const bool paired = good && e->last_good && has_effects;
-        if (paired) {
-            b = dqw_model_pair(&e->last, s, e->dt_s);
-            const float signals[] = {b.v_d_V, b.v_q_V, b.i_d_A, b.i_q_A, b.di_d_A_s, b.di_q_A_s, b.wi_d_A_rad_s, b.wi_q_A_rad_s, b.w_m_rad_s};
-            for (int i = 0; i < DQW_BLOCK_SIGNALS; i++) pair[i] = signals[i];
-        }
-        const uint32_t window = dqw_window_step(&e->window, paired ? pair : NULL, mean);
-        if (window == DQW_EVENT_LEARNED) {
-            const dqw_block block = {mean[0], mean[1], mean[2], mean[3], mean[4], mean[5], mean[6], mean[7], mean[8]};
-            b = block;
-            event |= learn(e, &b, mean);
-        } else if (window == DQW_EVENT_INCOMPLETE) {
-            event |= window;
-            if (e->gate.incomplete < UINT32_MAX) e->gate.incomplete++;
-        }
-    }
-    // Staleness compares with whatever came last; a pair needs both of its samples good.
-    e->has_last = true;
-    e->last_good = good;
-    e->last = *s;
-    e->events |= event;
+    take_given(e);
+    const bool has_angle = good && e->config->angle;
+    e->half_cosine = has_angle ? s->cosine : 0.0f;
+    e->half_sine = has_angle ? s->sine : 0.0f;
+    e->half_v_V[0] = v_V[0];
+    e->half_v_V[1] = v_V[1];
+    e->half_whole = whole;
     return event;
 }
 
-void dqw_estimator_gap(dqw_estimator *e)
+// A sample, or the last one again in the place of one that is missing or refused.
+static uint32_t take(dqw_estimator *e, const dqw_sample *s, uint32_t event)
 {
-    e->has_last = e->last_good = false;
+    const dqw_estimator_config *c = e->config;
+    const bool good = event == 0;
+    float dead_d = 0.0f;
+    float dead_q = 0.0f;
+    if (good) dead_time(e, s, &dead_d, &dead_q);
+
+    // [EST.2] the pair that it ends, into the window
+    float pair[DQW_ESTIMATOR_SIGNALS];
+    const bool there = pair_effects(e, s, good, pair);
+    if (c->settled) {
+        if (good) event |= hand_over_row(e, s, dead_d, dead_q, pair);
+    } else {
+        if (there && e->last_good) {
+            gather(e, s, dead_d, dead_q, pair);
+        } else {
+            dqw_window_add(&e->window, NULL, signals_of(e));
+            dqw_noise_gap(&e->noise);
+        }
+        // [EST.3] a block for the background
+        if (dqw_window_full(&e->window)) event |= end_half(e, s, good);
+    }
+    // A voltage that acts later is not known at the first sample.
+    e->last_good = good && (!c->voltage_next || e->commanded);
+    e->commanded = good;
+    e->dead_d = dead_d;
+    e->dead_q = dead_q;
+    return event;
+}
+
+uint32_t dqw_estimator_sample(dqw_estimator *e, const dqw_sample *sample, bool saturated)
+{
+    // [EST.1] may this sample be learned
+    const dqw_estimator_config *c = e->config;
+    const dqw_sample *s = sample;
+    dqw_sample changed;
+    if (c->voltage_next || c->voltage_held || c->speed_electrical) {
+        changed = adapted(e, sample);
+        s = &changed;
+    }
+    const uint32_t event = take(e, s, admit(e, sample, s, saturated));
+    e->last = *s;
+    e->has_last = true;
+    return event;
+}
+
+void dqw_estimator_missing(dqw_estimator *e, uint32_t periods)
+{
+    if (periods == 1) {
+        const dqw_gate_sample none = {.finite = false};
+        (void)take(e, &e->last, dqw_gate_check(&e->gate, none));
+        e->has_last = false;
+        return;
+    }
+    e->halves += (e->window.at + periods) / e->window.half;
+    e->has_last = e->last_good = e->commanded = e->half_whole = false;
+    e->half_cosine = e->half_sine = 0.0f;
 #if DQW_EFFECT_WEIGHTS > 0
     dqw_effect_gap(&e->effect);
 #endif
+    dqw_noise_gap(&e->noise);
     dqw_window_restart(&e->window);
-}
-
-enum dqw_status dqw_estimator_define(dqw_estimator *e, const dqw_estimator_config *config)
-{
-    if (e == NULL) return DQW_ERR_NULL;
-    const dqw_gate gate = e->gate;
-    uint32_t excited[DQW_GATE_INPUTS];
-    for (int i = 0; i < DQW_GATE_INPUTS; i++) excited[i] = e->excited[i];
-    const dqw_stage stage = e->stage;
-    const uint32_t events = e->events;
-    const enum dqw_status status = dqw_estimator_init(e, config);
-    if (status != DQW_OK) return status;
-    e->gate = gate;
-    for (int i = 0; i < DQW_GATE_INPUTS; i++) e->excited[i] = excited[i];
-    e->gate.stale_limit = config->stale_limit;
-    e->stage.back = stage.back;
-    e->stage.times_back = stage.times_back;
-    e->stage.residual_ppm = stage.residual_ppm;
-    e->events = events;
-    return DQW_OK;
-}
-
-#if DQW_EFFECT_WEIGHTS > 0
-int dqw_estimator_effect(const dqw_estimator *e, int index, float weights[], float sd[])
-{
-    if (index < 0 || index >= e->effect.count) return DQW_ERR_SIZE;
-    int first = 0;
-    for (int k = 0; k < index; k++) first += dqw_effect_weights(e->effect.list[k].effect);
-    const int n = dqw_effect_weights(e->effect.list[index].effect);
-    for (int i = 0; i < n; i++) {
-        weights[i] = e->parameters.effect[first + i];
-        sd[i] = e->parameters.effect_sd[first + i];
-    }
-    return (int)dqw_effect_known(weights, sd, n);
-}
-#endif
-
-bool dqw_estimator_background(dqw_estimator *e)
-{
-    if (e->stage.name != DQW_STAGE_RANDOM) return e->random_d.converged && e->random_q.converged;
-    const bool d = dqw_random_epoch(&e->random_d, &e->coarse_d);
-    const bool q = dqw_random_epoch(&e->random_q, &e->coarse_q);
-    return d && q;
 }

@@ -1,4 +1,5 @@
-// The terminal estimator: one step per PWM period from v_d, v_q, i_d, i_q and speed to R, L_d, L_q, p and flux.
+// The estimator: one neuron for both axes of a machine. Its weights are R, L_d, L_q, the flux, what the inverter and the encoder add, and those
+// of any list of effects. It follows parameters that change, and knows how sure it is. The interrupt gathers, the background learns.
 #ifndef DQW_ESTIMATOR_H
 #define DQW_ESTIMATOR_H
 
@@ -6,118 +7,210 @@
 #include <stdint.h>
 
 #include "dqw_effect.h"
+#include "dqw_gain.h"
 #include "dqw_gate.h"
-#include "dqw_model.h"
-#include "dqw_random.h"
+#include "dqw_nameplate.h"
+#include "dqw_noise.h"
+#include "dqw_parameter.h"
+#include "dqw_reading.h"
+#include "dqw_sample.h"
+#include "dqw_size.h"
 #include "dqw_stage.h"
+#include "dqw_status.h"
 #include "dqw_window.h"
 
 #ifdef __cplusplus
 extern "C" {
 #endif
 
-enum dqw_regime {
-    DQW_REGIME_DYNAMIC = 0,  ///< samples at a fixed period, currents move
-    DQW_REGIME_STATIC,       ///< every sample is a settled point of its own: steady and standstill logs
-};
+/// Most inputs of the joint neuron: its own, then the effects'.
+#define DQW_ESTIMATOR_INPUTS (DQW_PARAMETERS + DQW_EFFECT_WEIGHTS)
 
-/// All zero is refused.
+/// Weights whose blocks' autocorrelation is followed: R, L_d, L_q, flux, then the effects'.
+#define DQW_ESTIMATOR_SCORES (4 + DQW_EFFECT_WEIGHTS)
+
+/// Signals of a block: the model's and dead time's input on d and q, then the effects' on d and on q.
+#define DQW_PLAIN_SIGNALS 11
+#define DQW_ESTIMATOR_SIGNALS (DQW_PLAIN_SIGNALS + 2 * DQW_EFFECT_WEIGHTS)
+
+struct dqw_estimator;
+
+/// Memory that stage 2 borrows (dqw_random.h): free for other use once the stage is ordinal learning or later.
+struct dqw_estimator_random;
+
+/// All zero is refused. Constant: it may stay in flash. dqw_estimator_config_default() fills it from a nameplate.
 typedef struct dqw_estimator_config {
-    enum dqw_regime regime;
-    float dt_s;      ///< sampling period, > 0; in the static regime any positive number, but that from row to row where something heats
-    float v_base_V;  ///< rated voltage, current and mechanical speed: they scale. A sample beyond ten of them is saturated. > 0
-    float i_base_A;
-    float w_base_rad_s;
-    float R_ohm;  ///< nominal values to start from; 0: start from zero. Never a prior
+    float dt_s;          ///< PWM period, > 0
+    float v_base_V;      ///< rated voltage, current and mechanical speed: they scale. A sample beyond ten of them is saturated. > 0
+    float i_base_A;      ///< > 0
+    float w_base_rad_s;  ///< > 0
+    float R_ohm;         ///< nominal values to start from; 0: not known. Never a prior
     float Ld_H;
     float Lq_H;
     float psi_Wb;
-    uint16_t pole_pairs;   ///< 0: find it from the cross weights, but not where there are effects
-    uint16_t half_window;  ///< pairs in half a block, 1 .. 10000; 0: 20. Dynamic regime only
-    float v_limit_V;       ///< samples beyond are saturated, and not learned; 0: ten bases
-    float i_limit_A;
-    float excitation_pu;             ///< a block input below this part of its base teaches nothing; 0: 0.002
-    uint32_t stale_limit;            ///< equal samples in a row before a sensor counts as stuck; 0: never
-    uint32_t threshold_ppm;          ///< residual over voltage that stage 3 must reach; 0: 50000 (5 %)
-    dqw_random_sample *reservoir_d;  ///< the caller's memory for stage 2, `reservoir` samples each
-    dqw_random_sample *reservoir_q;
-    uint32_t reservoir;  ///< samples in each, >= 2; the paper: 50
-    uint32_t seed;
+    uint16_t pole_pairs;      ///< 0: found from the motion, where there are no effects
+    uint16_t half_window;     ///< pairs in half a block, 1 .. 10000; 0: 20
+    float v_limit_V;          ///< samples beyond are saturated, and not learned; 0: ten bases
+    float i_limit_A;          ///< the same
+    float excitation_pu;      ///< an input whose power stays below this part of its base, squared, teaches nothing; 0: 0.01
+    float dead_time_width_A;  ///< current at which the inverter's loss is three quarters of its full size; 0: no dead time is learned
+    float drift_per_sqrt_s;   ///< how far a parameter may wander, as part of itself, in 1 s; 0: it is constant, and nothing is forgotten
+    uint32_t stale_limit;     ///< equal samples in a row before a sensor counts as stuck; 0: never
+    uint32_t threshold_ppm;   ///< residual over the voltage base that stage 3 must reach; 0: 50000 (5 %)
+    bool angle;               ///< cosine and sine are given: dead time and some effects need them
+    bool encoder_offset;      ///< learn the flux that shows on the other axis where the angle is off
+    bool noise_on_inputs;     ///< take the noise of currents and speed out of what is learned, (E60)
+    bool settled;             ///< every sample is a settled point of its own: no slopes
+    bool voltage_next;        ///< a sample's voltage acts one period later: from the next sample on
+    bool voltage_held;        ///< it is a vector held in the stationary frame, given in the sample's: turned here to the middle of its period
+    bool speed_electrical;    ///< w_m_rad_s of a sample is electrical speed
+    struct dqw_estimator_random *random;  ///< stage 2's memory, made ready by dqw_estimator_random_init(); NULL: nominal values stand for its result
 #if DQW_EFFECT_WEIGHTS > 0
     const dqw_effect_config *effects;  ///< electrical effects to learn as well; stays in use as long as the object
-    uint8_t effect_count;              ///< their weights together <= DQW_EFFECT_WEIGHTS
+    uint8_t effect_count;              ///< their weights together <= DQW_EFFECT_WEIGHTS; dead time has its own
 #endif
 } dqw_estimator_config;
 
+/// What the interrupt hands over: all that the background reads of it.
+typedef struct dqw_estimator_block {
+    float sum[DQW_ESTIMATOR_SIGNALS];  ///< means of sums and steps of the pairs, under the triangle
+    float v_step_V[2];                 ///< sum of the voltages of the second half less that of the first, d and q
+    float cosine, sine;                ///< of the electrical angle at its middle; 0 and 0: not known
+    dqw_noise_variances noise;         ///< of the sensors
+    float dead_slope_inv_A, follow;    ///< mean slope of dead time's input; how fast that followed the currents
+    uint32_t number;                   ///< of the half that ended it, since init
+    bool whole;                        ///< none of its pairs was refused
+} dqw_estimator_block;
+
+/// What the background hands back: taken over at a half's end.
+typedef struct dqw_estimator_given {
+    float step_A_per_V[2];  ///< what a volt moves the currents in one period, d and q: dt/L
+    float follow;           ///< how fast dead time's input follows the currents
+    bool noise_anew;        ///< the noise was measured with a dt/L that is no longer believed
+} dqw_estimator_given;
+
 typedef struct dqw_estimator {
-    dqw_gate gate;
-    uint32_t excited[DQW_GATE_INPUTS];  ///< blocks in which input i could teach its weight: d's, q's, the effects'
+    const dqw_estimator_config *config;
+
+    // The interrupt's.
+    dqw_gate gate;  ///< but for gate.blocks, which the background counts
     dqw_window window;
-    dqw_axis d, q;
-    dqw_random random_d, random_q;
-    dqw_learner coarse_d, coarse_q;  ///< stage 2's neurons
-    dqw_stage stage;
-    dqw_parameters parameters;  ///< as read after the last block
-    dqw_sample last;
-    float dt_s, v_limit_V, i_limit_A, w_limit_rad_s, excitation_pu;
-    uint32_t events;  ///< all event bits since init
-    uint16_t pole_pairs;
-    enum dqw_regime regime;
-    bool has_last, last_good;
+    dqw_noise noise;
+    float v_limit_V, i_limit_A, w_limit_rad_s, dead_time_width_A;
+    dqw_sample last;                   ///< its voltages are those that act from it on
+    float command_d_V, command_q_V;    ///< with voltage_next: the last sample's voltage
+    float dead_d, dead_q, dead_slope_inv_A;
+    float slow_d_A, slow_q_A;          ///< currents as dead time's input takes them
+    float half_cosine, half_sine, half_v_V[2];
+    float step_A_per_V[2], follow;     ///< as given last
+    uint32_t halves;                   ///< halves of a window since init: the time
+    uint8_t missed;                    ///< blocks lost because the background came too late, up to 255
+    bool has_last, last_good, commanded, half_whole;
 #if DQW_EFFECT_WEIGHTS > 0
     dqw_effect effect;
 #endif
+
+    // Handed over: written by the interrupt while not `pending`, read by the background while it is; and the other way round.
+    dqw_estimator_block block;
+    bool pending;
+    dqw_estimator_given given;
+    bool given_ready;
+
+    // The background's: the joint neuron's weights, per unit, and the gain that replaces its step size.
+    float w_pu[DQW_ESTIMATOR_INPUTS];
+    dqw_gain gain;
+    float e_pu[2];       ///< the last block's error before the correction, d and q
+    float error_pu2[2];  ///< mean squared residual, d and q
+    float recent_pu2;    ///< of both, over about 64 blocks
+    float score2[DQW_ESTIMATOR_SCORES];      ///< what a block teaches a weight, squared,
+    float score_lag[DQW_ESTIMATOR_SCORES];   ///< times the next one's,
+    float score_last[DQW_ESTIMATOR_SCORES];  ///< and the last one's
+    float late_w[DQW_PARAMETERS];            ///< of the late voltage, what the inputs explain
+    float late_pu2, late_error_pu2;          ///< power of the rest, and its product with the residual
+    uint32_t number, elapsed;                ///< of the last block; halves between it and the one before
+    uint32_t learned;                        ///< weights of which anything was ever learned
+    int16_t excess_q10[DQW_ESTIMATOR_INPUTS];  ///< power of both axes' inputs above what teaches, over that; -1 .. 7
+    uint16_t blocks;                         ///< learned, up to 65535
+    uint16_t pole_pairs;                     ///< given or found; 0: not yet
+    uint8_t restarts;                        ///< times that the weights left all bounds, and learning began again, up to 255
+    uint8_t inputs;
+    dqw_stage stage;
 } dqw_estimator;
+
+/// A configuration for a machine of which no more than the nameplate is known; nominal values, an angle and the like may be set in it.
+///
+/// Source   (E80) in docs/EQUATIONS.md for half_window
+/// Returns  a configuration that init takes, where the nameplate's values are positive
+/// Context  at start
+dqw_estimator_config dqw_estimator_config_default(const dqw_nameplate *plate);
 
 /// Make an estimator.
 ///
-/// Source   Fig. 3 with terminal signals; (E13) to (E22) in docs/EQUATIONS.md
-/// Returns  DQW_OK; DQW_ERR_NULL, DQW_ERR_SIZE or DQW_ERR_RANGE, and then *e is untouched
-/// Context  at start; the reservoirs stay in use as long as the object
+/// Source   (E13) to (E17), (E50), (E60), (E61) in docs/EQUATIONS.md
+/// Returns  DQW_OK; else which field was refused, and then *e is untouched
+/// Context  at start; the configuration stays in use as long as the object
+#define dqw_estimator_init DQW_SIZED(dqw_estimator_init)
 enum dqw_status dqw_estimator_init(dqw_estimator *e, const dqw_estimator_config *config);
 
-/// Stage 1 again, after a way back (e->stage.back): other bases, other effects, all that was learned forgotten. What was counted,
-/// in e->gate, e->events and the stage's times_back, stays.
+/// Stage 1 again: with another configuration, as a trace wrote it, all that was learned forgotten. What was counted stays.
 ///
 /// Source   Fig. 1; (E21) in docs/EQUATIONS.md
 /// Returns  as dqw_estimator_init; on an error the old estimator goes on
-/// Context  as dqw_estimator_background
+/// Context  background; hold the interrupt back
 enum dqw_status dqw_estimator_define(dqw_estimator *e, const dqw_estimator_config *config);
 
-/// One sample. `saturated`: the inverter could not give the voltage of this sample, or a sensor is at its limit.
+/// One PWM period. `saturated`: the inverter could not give the voltage of this sample, or a sensor is at its limit.
 ///
-/// Source   (E13) to (E18) in docs/EQUATIONS.md
-/// Units    SI; s->v_d_V, s->v_q_V as applied from this sample to the next
+/// Source   (E13), (E15), (E19), (E60) in docs/EQUATIONS.md
+/// Units    SI
 /// Range    any float; what cannot be learned is skipped and counted in e->gate
-/// Returns  DQW_EVENT_* bits of this step
-/// Cost     about 70 flops; at a block's end (every half_window samples) about 1200 more. Effects: dqw_effect_pair, 6 flops a
-///          weight, and at a block's end dqw_model_read and dqw_gain_step with as many inputs more
-/// Context  ISR safe; one writer per object
-uint32_t dqw_estimator_step(dqw_estimator *e, const dqw_sample *s, bool saturated);
+/// Returns  DQW_EVENT_* bits; DQW_EVENT_BLOCK: a block waits for dqw_estimator_background
+/// Cost     docs/firmware.md; no loop depends on data
+/// Context  interrupt; one writer per object
+uint32_t dqw_estimator_sample(dqw_estimator *e, const dqw_sample *s, bool saturated);
 
-/// Time has jumped: the next sample does not follow the last one.
-/// Context  as dqw_estimator_step
-void dqw_estimator_gap(dqw_estimator *e);
-
-/// Stage 2's epochs: show the Random Learners what the reservoirs hold. Does nothing in other stages.
+/// There is no sample in this period, or in these.
 ///
-/// Source   section 4.2 of the paper; (E8) in docs/EQUATIONS.md
-/// Returns  true once both have converged
-/// Cost     two epochs of `reservoir` draws
-/// Context  background; must not be interrupted by dqw_estimator_step on the same object
+/// Units    periods: PWM periods without one. 1: it counts as a refused sample. Else time has jumped, 0 where nobody knows how far; of a jump's
+///          length a part of half a window is lost
+/// Context  as dqw_estimator_sample
+void dqw_estimator_missing(dqw_estimator *e, uint32_t periods);
+
+/// Learn the block that waits, if there is one. Must come before the next but one is full: every half_window periods.
+///
+/// Source   (E16), (E17), (E60), (E61) in docs/EQUATIONS.md
+/// Returns  true if a block was learned
+/// Cost     docs/firmware.md
+/// Context  background; dqw_estimator_sample may interrupt it anywhere
 bool dqw_estimator_background(dqw_estimator *e);
 
-#if DQW_EFFECT_WEIGHTS > 0
-/// What was learned of the effect config.effects[index]: SI weights and their deviations, in the order of its law.
+/// What was learned of a parameter.
 ///
-/// Source   (E18), (E50) in docs/EQUATIONS.md: one joint system with R, L_d, L_q and psi
-/// Shape    weights[], sd[]: dqw_effect_weights() of the name, written
-/// Returns  bit i set where weight i is known, as dqw_effect_known; DQW_ERR_SIZE for an index out of range
-int dqw_estimator_effect(const dqw_estimator *e, int index, float weights[], float sd[]);
-#endif
+/// Source   (E20), (E61) in docs/EQUATIONS.md
+/// Units    SI
+/// Range    not usable, and sd DQW_UNKNOWN, before anything was learned and for a parameter that does not exist
+/// Context  background
+dqw_reading dqw_estimator_read(const dqw_estimator *e, enum dqw_parameter parameter);
 
-/// Residual of both axes over their voltage, RMS, for one machine on both axes; 0 before the first block.
-float dqw_estimator_relative_residual(const dqw_estimator *e);
+/// What was learned of the effect config->effects[index]: SI weights and their deviations, in the order of its law.
+///
+/// Source   (E50) in docs/EQUATIONS.md
+/// Shape    weights[], sd[]: dqw_effect_weights() of the name, written
+/// Returns  bit i set where weight i is known: its deviation is below a quarter of the largest; DQW_ERR_SIZE for an index out of range
+/// Context  background
+int dqw_estimator_read_effect(const dqw_estimator *e, int index, float weights[], float sd[]);
+
+/// Pole pairs: given, or as the motion tells them; 0: not known yet.
+/// Source   (E22) in docs/EQUATIONS.md
+/// Context  background
+uint16_t dqw_estimator_pole_pairs(const dqw_estimator *e);
+
+/// When the voltage of a sample acts, as the motion shows it; the configuration says it with voltage_next.
+///
+/// Source   (E90) in docs/EQUATIONS.md
+/// Returns  DQW_VOLTAGE_NOT_KNOWN where it does not show: neither w_e dt above about 0.05 nor steps of the voltage
+/// Context  background
+enum dqw_voltage_acts dqw_estimator_voltage_acts(const dqw_estimator *e);
 
 #ifdef __cplusplus
 }

@@ -72,12 +72,10 @@ void dqw_gain_apply(const dqw_gain *g, const float z[], float out[])
     }
 }
 
-void dqw_gain_grow(dqw_gain *g, int i, float q)
+void dqw_gain_grow_along(dqw_gain *g, float a[], int n, float q)
 {
-    // U D U' + q a a' with a the unit vector i: columns beyond i keep.
-    float a[DQW_LEARNER_INPUTS] = {0};
-    a[i] = 1.0f;
-    for (int j = i; j >= 0 && q > 0.0f; j--) {
+    // U D U' + q a a': columns beyond a's last element keep.
+    for (int j = n - 1; j >= 0 && q > 0.0f; j--) {
         float *u = &g->u[DQW_GAIN_U(0, j)];
         const float s = a[j];
         const float before = g->d[j];
@@ -91,4 +89,11 @@ void dqw_gain_grow(dqw_gain *g, int i, float q)
             u[m] += turn * a[m];
         }
     }
+}
+
+void dqw_gain_grow(dqw_gain *g, int i, float q)
+{
+    float a[DQW_LEARNER_INPUTS] = {0};
+    a[i] = 1.0f;
+    dqw_gain_grow_along(g, a, i + 1, q);
 }

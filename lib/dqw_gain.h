@@ -55,6 +55,15 @@ void dqw_gain_apply(const dqw_gain *g, const float z[], float out[]);
 /// Context  ISR safe; one writer per object
 void dqw_gain_grow(dqw_gain *g, int i, float q);
 
+/// P + q a a'.
+///
+/// Source   Agee and Turner's update of U D U'; (E61) in docs/EQUATIONS.md
+/// Shape    a[n], the rest of the vector is zero; it is changed
+/// Units    q >= 0
+/// Cost     about 2 n^2 + 6 n flops, n divisions
+/// Context  background; one writer per object
+void dqw_gain_grow_along(dqw_gain *g, float a[], int n, float q);
+
 /// Covariance of weights i and j per unit of residual variance, per unit.
 ///
 /// Source   (E17) in docs/EQUATIONS.md

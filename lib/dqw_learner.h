@@ -19,12 +19,8 @@ extern "C" {
 #define DQW_UNROLL
 #endif
 
-/// Most inputs that a Learner takes, the constant input not counted.
-#if DQW_EFFECT_WEIGHTS > 2
-#define DQW_LEARNER_INPUTS (4 + DQW_EFFECT_WEIGHTS)
-#else
-#define DQW_LEARNER_INPUTS 6
-#endif
+/// Most inputs that a Learner takes, the constant input not counted: the joint neuron's six, and the effects'.
+#define DQW_LEARNER_INPUTS (6 + DQW_EFFECT_WEIGHTS)
 
 typedef struct dqw_learner_config {
     int inputs;                        ///< 1 .. DQW_LEARNER_INPUTS

@@ -5,44 +5,6 @@
 // Largest part of a current that the end correction may be: where it is more, the period is too long for its first term.
 #define CORRECTION_MAX 0.1f
 
-dqw_block dqw_model_pair(const dqw_sample *before, const dqw_sample *now, float dt_s)
-{
-    const dqw_block b = {
-        .v_d_V = before->v_d_V,
-        .v_q_V = before->v_q_V,
-        .i_d_A = 0.5f * (before->i_d_A + now->i_d_A),
-        .i_q_A = 0.5f * (before->i_q_A + now->i_q_A),
-        .di_d_A_s = (now->i_d_A - before->i_d_A) / dt_s,
-        .di_q_A_s = (now->i_q_A - before->i_q_A) / dt_s,
-        .wi_d_A_rad_s = 0.5f * (before->w_m_rad_s * before->i_d_A + now->w_m_rad_s * now->i_d_A),
-        .wi_q_A_rad_s = 0.5f * (before->w_m_rad_s * before->i_q_A + now->w_m_rad_s * now->i_q_A),
-        .w_m_rad_s = 0.5f * (before->w_m_rad_s + now->w_m_rad_s),
-    };
-    return b;
-}
-
-dqw_block dqw_model_static(const dqw_sample *s)
-{
-    const dqw_block b = {
-        .v_d_V = s->v_d_V,
-        .v_q_V = s->v_q_V,
-        .i_d_A = s->i_d_A,
-        .i_q_A = s->i_q_A,
-        .wi_d_A_rad_s = s->w_m_rad_s * s->i_d_A,
-        .wi_q_A_rad_s = s->w_m_rad_s * s->i_q_A,
-        .w_m_rad_s = s->w_m_rad_s,
-    };
-    return b;
-}
-
-void dqw_model_correct(dqw_block *b, const dqw_parameters *known, float dt_s)
-{
-    const uint8_t need = DQW_KNOWS_R | DQW_KNOWS_LD | DQW_KNOWS_LQ;
-    if ((known->known & need) != need || known->pole_pairs == 0) return;
-    const dqw_machine machine = {known->R_ohm, known->Ld_H, known->Lq_H, (float)known->pole_pairs};
-    dqw_model_bow(b, &machine, dt_s);
-}
-
 void dqw_model_bow(dqw_block *b, const dqw_machine *known, float dt_s)
 {
     const float w_e = known->pole_pairs * b->w_m_rad_s;
@@ -59,15 +21,4 @@ void dqw_model_bow(dqw_block *b, const dqw_machine *known, float dt_s)
     b->i_q_A -= fix_q;
     b->wi_d_A_rad_s -= b->w_m_rad_s * fix_d;
     b->wi_q_A_rad_s -= b->w_m_rad_s * fix_q;
-}
-
-void dqw_model_inputs(const dqw_block *b, float x_d[], float x_q[])
-{
-    x_d[DQW_IN_R] = b->i_d_A;
-    x_d[DQW_IN_L] = b->di_d_A_s;
-    x_d[DQW_IN_CROSS] = -b->wi_q_A_rad_s;
-    x_q[DQW_IN_R] = b->i_q_A;
-    x_q[DQW_IN_L] = b->di_q_A_s;
-    x_q[DQW_IN_CROSS] = b->wi_d_A_rad_s;
-    x_q[DQW_IN_FLUX] = b->w_m_rad_s;
 }

@@ -24,11 +24,11 @@ void dqw_noise_step(dqw_noise *n, float e_d_A, float e_q_A, float w_step_rad_s)
 {
     if (n->held >= PAST) {
         const float bend = w_step_rad_s - n->w_step_rad_s;
-        if (n->rows < DQW_NOISE_MEMORY) n->rows++;
-        const float part = 1.0f / (float)n->rows;
-        n->i_d_A2 += (-0.5f * (e_d_A - n->e_d_A[2]) * (n->e_d_A[0] - n->e_d_A[1]) - n->i_d_A2) * part;
-        n->i_q_A2 += (-0.5f * (e_q_A - n->e_q_A[2]) * (n->e_q_A[0] - n->e_q_A[1]) - n->i_q_A2) * part;
-        n->w_rad2_s2 += (bend * bend * (1.0f / 6.0f) - n->w_rad2_s2) * part;
+        if (n->of.rows < DQW_NOISE_MEMORY) n->of.rows++;
+        const float part = 1.0f / (float)n->of.rows;
+        n->of.i_d_A2 += (-0.5f * (e_d_A - n->e_d_A[2]) * (n->e_d_A[0] - n->e_d_A[1]) - n->of.i_d_A2) * part;
+        n->of.i_q_A2 += (-0.5f * (e_q_A - n->e_q_A[2]) * (n->e_q_A[0] - n->e_q_A[1]) - n->of.i_q_A2) * part;
+        n->of.w_rad2_s2 += (bend * bend * (1.0f / 6.0f) - n->of.w_rad2_s2) * part;
     } else {
         n->held++;
     }

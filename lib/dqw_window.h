@@ -16,7 +16,7 @@ extern "C" {
 
 /// Most signals that a window gathers: a block's, and what effects add on each axis, at least one.
 #if DQW_EFFECT_WEIGHTS > 0
-#define DQW_WINDOW_SIGNALS (9 + 2 * DQW_EFFECT_WEIGHTS)
+#define DQW_WINDOW_SIGNALS (11 + 2 * DQW_EFFECT_WEIGHTS)
 #else
 #define DQW_WINDOW_SIGNALS 11
 #endif

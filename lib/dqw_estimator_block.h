@@ -1,0 +1,78 @@
+// For the library's own files: a block on its way through the background, and what the joint neuron is.
+#ifndef DQW_ESTIMATOR_BLOCK_H
+#define DQW_ESTIMATOR_BLOCK_H
+
+#include "dqw_estimator.h"
+#include "dqw_model.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/// A block's rows as the joint neuron is shown them, per unit.
+typedef struct dqw_estimator_rows {
+    float x[2][DQW_ESTIMATOR_INPUTS];  ///< inputs of d and q
+    float y[2];                        ///< targets
+} dqw_estimator_rows;
+
+/// Weights in the place of dead time's and the other flux' while the pole pairs are not known.
+enum { DQW_POLES_LD = DQW_DEAD_TIME, DQW_POLES_LQ = DQW_PSI_Q };
+
+/// A block's residual to begin with, per unit: wide enough to be no prior, and narrow enough that noise on a machine at rest moves nothing.
+#define DQW_ESTIMATOR_START_RESIDUAL_PU 0.01f
+
+/// Copy the block that waits and let the interrupt write the next one.
+///
+/// Returns  false where none waits
+/// Context  background; dqw_estimator_sample may interrupt it anywhere
+bool dqw_estimator_take(dqw_estimator *e, dqw_estimator_block *b);
+
+/// Learn a block that was taken.
+///
+/// Source   (E16), (E17), (E60), (E61) in docs/EQUATIONS.md
+/// Returns  true if it was learned
+/// Context  background
+bool dqw_estimator_learn(dqw_estimator *e, const dqw_estimator_block *b);
+
+/// Means and slopes of a block.
+/// Source   (E13), (E15) in docs/EQUATIONS.md
+dqw_block dqw_estimator_means(const dqw_estimator *e, const dqw_estimator_block *b);
+
+/// Forget what was learned, and start from these weights per unit; NULL: from the nominal values.
+/// Source   (E61) in docs/EQUATIONS.md
+void dqw_estimator_start(dqw_estimator *e, const float start_pu[]);
+
+/// What one unit of a weight is, SI: weight per unit times this.
+/// Source   (P15); (E7) in docs/EQUATIONS.md
+float dqw_estimator_unit(const dqw_estimator *e, int weight);
+
+/// Start deviation of a weight, per unit, and how large a parameter is, for what it may wander.
+/// Source   (E61) in docs/EQUATIONS.md
+float dqw_estimator_start_sd_pu(int weight);
+
+/// Where R, L_d, L_q or the flux starts, per unit: the nominal value, or what is usual.
+float dqw_estimator_nominal_pu(const dqw_estimator *e, int weight);
+
+/// A weight, SI, and its deviation; DQW_UNKNOWN where nothing was learned of it.
+/// Source   (E20), (E61) in docs/EQUATIONS.md
+float dqw_estimator_value(const dqw_estimator *e, int weight);
+float dqw_estimator_sd(const dqw_estimator *e, int weight);
+
+/// Residual of both axes over the voltage base, RMS of about the last thousand blocks, and of the last 64.
+float dqw_estimator_residual_pu(const dqw_estimator *e);
+float dqw_estimator_recent_pu(const dqw_estimator *e);
+
+/// One learned block on in Fig. 1's stages.
+/// Source   (E21) in docs/EQUATIONS.md
+void dqw_estimator_stage_on(dqw_estimator *e, bool random_converged);
+
+/// Do the motion's blocks tell the pole pairs? Then the joint neuron goes on with them.
+/// Source   (E22), (E91) in docs/EQUATIONS.md
+void dqw_poles_find(dqw_estimator *e);
+/// p as the cross weights tell it, before it is taken for an integer, and its deviation; DQW_UNKNOWN where they cannot.
+void dqw_poles_evidence(const dqw_estimator *e, float *p, float *sd);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

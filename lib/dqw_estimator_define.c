@@ -1,0 +1,214 @@
+// How an estimator begins: which configuration it takes, and what it knows then.
+#include <stddef.h>
+
+#include "dqw_estimator_block.h"
+#include "dqw_estimator_random.h"
+#include "dqw_number.h"
+
+#define HALF_WINDOW 20
+#define HALF_WINDOW_MOST 10000
+// No drive gives a sample of this many bases.
+#define WILD 10.0f
+// Where nominal values are not known: parts of what the bases make of each.
+#define USUAL_R_PU 0.1f
+#define USUAL_L_PU 0.1f
+#define USUAL_PSI_PU 0.5f
+// Start deviations: no machine's weight is three bases, no inverter loses a third of its voltage; a polynomial's parts may be large against each other.
+#define START_SD_PU 3.0f
+#define START_DEAD_SD_PU 0.1f
+#define START_EFFECT_SD_PU 10.0f
+#define THRESHOLD_PPM 50000u
+// Blocks that stage 2 may take, and that stage 3 takes before it is judged.
+#define RANDOM_LIMIT 2000u
+#define ORDINAL_BLOCKS 500u
+// Of a default configuration.
+#define DEAD_TIME_WIDTH_PU 0.02f
+#define DRIFT_PER_SQRT_S 0.01f
+#define STALE 10u
+
+float dqw_estimator_unit(const dqw_estimator *e, int weight)
+{
+    const dqw_estimator_config *c = e->config;
+    const float turning = (float)(e->pole_pairs != 0 ? e->pole_pairs : 1) * c->w_base_rad_s;
+    switch (weight) {
+    case DQW_R: return c->v_base_V / c->i_base_A;
+    case DQW_LD:
+    case DQW_LQ: return c->v_base_V / (c->i_base_A * turning);
+    case DQW_PSI: return c->v_base_V / turning;
+    case DQW_DEAD_TIME: return e->pole_pairs == 0 && !c->settled ? c->v_base_V / (c->i_base_A * turning) : c->v_base_V;
+    case DQW_PSI_Q: return e->pole_pairs == 0 && !c->settled ? c->v_base_V / (c->i_base_A * turning) : c->v_base_V / turning;
+    default: break;
+    }
+#if DQW_EFFECT_WEIGHTS > 0
+    int first = DQW_PARAMETERS;
+    for (int k = 0; k < e->effect.count; k++) {
+        first += dqw_effect_inputs(e->effect.list[k].effect);
+        if (weight < first) return c->v_base_V / dqw_effect_input_base(&e->effect, k);
+    }
+#endif
+    return 0.0f;
+}
+
+float dqw_estimator_start_sd_pu(int weight)
+{
+    return weight == DQW_DEAD_TIME ? START_DEAD_SD_PU : weight < DQW_PARAMETERS ? START_SD_PU : START_EFFECT_SD_PU;
+}
+
+float dqw_estimator_nominal_pu(const dqw_estimator *e, int weight)
+{
+    const dqw_estimator_config *c = e->config;
+    const float nominal[] = {c->R_ohm, c->Ld_H, c->Lq_H, c->psi_Wb};
+    static const float usual_pu[] = {USUAL_R_PU, USUAL_L_PU, USUAL_L_PU, USUAL_PSI_PU};
+    return nominal[weight] > 0.0f ? nominal[weight] / dqw_estimator_unit(e, weight) : usual_pu[weight];
+}
+
+static void start_effects(dqw_estimator *e)
+{
+#if DQW_EFFECT_WEIGHTS > 0
+    int at = DQW_PARAMETERS;
+    for (int k = 0; k < e->effect.count; k++) {
+        const dqw_effect_config *effect = &e->effect.list[k];
+        if (effect->effect == DQW_EFFECT_DEAD_TIME) e->w_pu[DQW_DEAD_TIME] = effect->start[0] / dqw_estimator_unit(e, DQW_DEAD_TIME);
+        for (int i = 0; i < dqw_effect_inputs(effect->effect); i++, at++) e->w_pu[at] = effect->start[i] / dqw_estimator_unit(e, at);
+    }
+#else
+    (void)e;
+#endif
+}
+
+void dqw_estimator_start(dqw_estimator *e, const float start_pu[])
+{
+    const dqw_estimator_config *c = e->config;
+    (void)dqw_gain_init(&e->gain, e->inputs, 1.0f);
+    for (int i = 0; i < e->inputs; i++) {
+        float sd = dqw_estimator_start_sd_pu(i);
+        // The same place, an inductance.
+        if (i == DQW_POLES_LD && e->pole_pairs == 0 && !c->settled) sd = START_SD_PU;
+        sd *= 1.0f / DQW_ESTIMATOR_START_RESIDUAL_PU;
+        e->gain.d[i] = sd * sd;
+        e->w_pu[i] = 0.0f;
+        e->excess_q10[i] = 0;
+    }
+    for (int i = 0; i <= DQW_PSI; i++) e->w_pu[i] = dqw_estimator_nominal_pu(e, i);
+    start_effects(e);
+    for (int i = 0; start_pu != NULL && i < e->inputs; i++) e->w_pu[i] = start_pu[i];
+    for (int i = 0; i < DQW_ESTIMATOR_SCORES; i++) e->score2[i] = e->score_lag[i] = e->score_last[i] = 0.0f;
+    for (int i = 0; i < DQW_PARAMETERS; i++) e->late_w[i] = 0.0f;
+    e->late_pu2 = e->late_error_pu2 = 0.0f;
+    e->error_pu2[0] = e->error_pu2[1] = e->recent_pu2 = 0.0f;
+    e->blocks = 0;
+    e->learned = 0;
+}
+
+// Which field is refused; DQW_OK: none.
+static enum dqw_status check(const dqw_estimator_config *c)
+{
+    const struct {
+        float value;
+        enum dqw_status status;
+    } needed[] = {{c->dt_s, DQW_ERR_DT}, {c->v_base_V, DQW_ERR_V_BASE}, {c->i_base_A, DQW_ERR_I_BASE}, {c->w_base_rad_s, DQW_ERR_W_BASE}},
+      rest[] = {{c->R_ohm, DQW_ERR_R},
+                {c->Ld_H, DQW_ERR_LD},
+                {c->Lq_H, DQW_ERR_LQ},
+                {c->psi_Wb, DQW_ERR_PSI},
+                {c->v_limit_V, DQW_ERR_V_LIMIT},
+                {c->i_limit_A, DQW_ERR_I_LIMIT},
+                {c->excitation_pu, DQW_ERR_EXCITATION},
+                {c->dead_time_width_A, DQW_ERR_DEAD_TIME_WIDTH},
+                {c->drift_per_sqrt_s, DQW_ERR_DRIFT}};
+    for (unsigned i = 0; i < sizeof needed / sizeof needed[0]; i++)
+        if (!dqw_is_positive(needed[i].value)) return needed[i].status;
+    for (unsigned i = 0; i < sizeof rest / sizeof rest[0]; i++)
+        if (!dqw_is_zero_or_positive(rest[i].value)) return rest[i].status;
+    if (c->half_window > HALF_WINDOW_MOST) return DQW_ERR_HALF_WINDOW;
+    if (c->pole_pairs == 0 && (c->voltage_held || c->speed_electrical)) return DQW_ERR_POLE_PAIRS;
+    if (c->dead_time_width_A > 0.0f && !(c->angle && dqw_is_finite(1.0f / c->dead_time_width_A))) return DQW_ERR_DEAD_TIME_WIDTH;
+    if (c->random != NULL && c->random->learn == NULL) return DQW_ERR_RANDOM;
+    return DQW_OK;
+}
+
+static enum dqw_status init_effects(dqw_estimator *e, const dqw_estimator_config *c)
+{
+#if DQW_EFFECT_WEIGHTS > 0
+    const dqw_effect_base base = {c->dt_s, c->v_base_V, c->i_base_A, c->w_base_rad_s, c->pole_pairs};
+    const enum dqw_status status = dqw_effect_init(&e->effect, c->effects, c->effect_count, &base);
+    if (status != DQW_OK) return status;
+    if (e->effect.needs_angle && !c->angle) return DQW_ERR_EFFECT_ANGLE;
+    for (int k = 0; k < c->effect_count; k++)
+        if (c->effects[k].effect == DQW_EFFECT_DEAD_TIME) e->dead_time_width_A = c->effects[k].shape[0];
+    e->inputs = (uint8_t)(DQW_PARAMETERS + e->effect.weights);
+    return DQW_OK;
+#else
+    (void)e;
+    (void)c;
+    return DQW_OK;
+#endif
+}
+
+enum dqw_status dqw_estimator_init(dqw_estimator *e, const dqw_estimator_config *config)
+{
+    if (e == NULL || config == NULL) return DQW_ERR_NULL;
+    const dqw_estimator_config *c = config;
+    enum dqw_status status = check(c);
+    if (status != DQW_OK) return status;
+    dqw_estimator n = {.config = config, .follow = 1.0f, .inputs = DQW_PARAMETERS, .pole_pairs = c->pole_pairs};
+    n.dead_time_width_A = c->dead_time_width_A;
+    status = init_effects(&n, c);
+    if (status != DQW_OK) return status;
+    status = dqw_window_init(&n.window, c->half_window != 0 ? c->half_window : HALF_WINDOW, DQW_PLAIN_SIGNALS + 2 * (n.inputs - DQW_PARAMETERS));
+    if (status != DQW_OK) return DQW_ERR_HALF_WINDOW;
+    for (int i = 0; i < n.inputs; i++)
+        if (!dqw_is_positive(dqw_estimator_unit(&n, i))) return DQW_ERR_UNIT;
+    dqw_estimator_start(&n, NULL);
+    for (int i = 0; i < n.inputs; i++)
+        if (!dqw_is_finite(n.w_pu[i])) return DQW_ERR_UNIT;
+    n.given.follow = 1.0f;
+    n.v_limit_V = c->v_limit_V > 0.0f ? c->v_limit_V : WILD * c->v_base_V;
+    n.i_limit_A = c->i_limit_A > 0.0f ? c->i_limit_A : WILD * c->i_base_A;
+    n.w_limit_rad_s = WILD * c->w_base_rad_s;
+    dqw_gate_init(&n.gate, c->stale_limit);
+    dqw_noise_init(&n.noise);
+    dqw_stage_init(&n.stage, c->threshold_ppm != 0 ? c->threshold_ppm : THRESHOLD_PPM, RANDOM_LIMIT, ORDINAL_BLOCKS);
+    dqw_stage_define(&n.stage);
+    *e = n;
+    return DQW_OK;
+}
+
+enum dqw_status dqw_estimator_define(dqw_estimator *e, const dqw_estimator_config *config)
+{
+    if (e == NULL) return DQW_ERR_NULL;
+    const dqw_stage stage = e->stage;
+    dqw_gate gate = e->gate;
+    const uint32_t halves = e->halves;
+    const uint8_t missed = e->missed;
+    const enum dqw_status status = dqw_estimator_init(e, config);
+    if (status != DQW_OK) return status;
+    e->stage.back = stage.back;
+    e->stage.times_back = stage.times_back;
+    e->stage.residual_ppm = stage.residual_ppm;
+    gate.stale_limit = config->stale_limit;
+    e->gate = gate;
+    e->halves = e->number = halves;
+    e->missed = missed;
+    return DQW_OK;
+}
+
+dqw_estimator_config dqw_estimator_config_default(const dqw_nameplate *plate)
+{
+    const dqw_estimator_config none = {.dt_s = 0.0f};
+    dqw_estimator_config c = none;
+    if (plate == NULL) return c;
+    c.dt_s = plate->dt_s;
+    c.v_base_V = plate->v_V;
+    c.i_base_A = plate->i_A;
+    c.w_base_rad_s = plate->w_m_rad_s;
+    c.pole_pairs = plate->pole_pairs;
+    c.half_window = dqw_nameplate_half_window(plate);
+    c.dead_time_width_A = DEAD_TIME_WIDTH_PU * plate->i_A;
+    c.drift_per_sqrt_s = DRIFT_PER_SQRT_S;
+    c.stale_limit = STALE;
+    c.angle = true;
+    c.encoder_offset = true;
+    c.noise_on_inputs = true;
+    return c;
+}

@@ -1,0 +1,112 @@
+// Pole pairs from the motion: while they are not known, the flux of the other axis' current has a weight of its own, p times its inductance.
+#include <math.h>
+
+#include "dqw_estimator_block.h"
+#include "dqw_number.h"
+
+// Blocks, and deviations to every other integer, that an integer needs; and how near it must be.
+#define LEAST_BLOCKS 100
+#define EVIDENCE_SD 6.0f
+#define EVIDENCE_DISTANCE 0.25f
+#define POLE_PAIRS_MAX 100.0f
+// What makes a constraint of a row: its variance over that of what it says.
+#define CONSTRAINT 1e6f
+
+// One ratio of weights, top over bottom, and its variance.
+static bool ratio_of(const dqw_estimator *e, int top, int bottom, float *ratio, float *variance)
+{
+    const float t = dqw_estimator_sd(e, top);
+    const float b = dqw_estimator_sd(e, bottom);
+    if (!(t < DQW_UNKNOWN) || !(b < DQW_UNKNOWN) || e->w_pu[bottom] == 0.0f) return false;
+    const float r = e->w_pu[top] / e->w_pu[bottom];
+    const float pp = dqw_gain_covariance(&e->gain, top, top);
+    const float pb = dqw_gain_covariance(&e->gain, top, bottom);
+    const float bb = dqw_gain_covariance(&e->gain, bottom, bottom);
+    // Deviations over the covariance's own: the residual's variance, widened by autocorrelation.
+    const float unit = dqw_estimator_unit(e, bottom);
+    const float wide = b * b / (bb * unit * unit);
+    *ratio = r;
+    *variance = (pp - 2.0f * r * pb + r * r * bb) * wide / (e->w_pu[bottom] * e->w_pu[bottom]);
+    return r > 0.0f && *variance > 0.0f && dqw_is_finite(*variance);
+}
+
+void dqw_poles_evidence(const dqw_estimator *e, float *p, float *sd)
+{
+    static const int top[2] = {DQW_POLES_LD, DQW_POLES_LQ};
+    static const int bottom[2] = {DQW_LD, DQW_LQ};
+    float sum = 0.0f;
+    float information = 0.0f;
+    for (int axis = 0; axis < 2; axis++) {
+        float ratio;
+        float variance;
+        if (!ratio_of(e, top[axis], bottom[axis], &ratio, &variance)) continue;
+        sum += ratio / variance;
+        information += 1.0f / variance;
+    }
+    const bool known = information > 0.0f && dqw_is_finite(information);
+    *p = known ? sum / information : 0.0f;
+    *sd = known ? sqrtf(1.0f / information) : DQW_UNKNOWN;
+}
+
+// top - p bottom = 0, as a row that leaves no doubt.
+static void constrain(dqw_estimator *e, int top, int bottom, float p)
+{
+    float x[DQW_ESTIMATOR_INPUTS] = {0};
+    float k[DQW_ESTIMATOR_INPUTS];
+    const float own = dqw_gain_covariance(&e->gain, top, top) + p * p * dqw_gain_covariance(&e->gain, bottom, bottom);
+    const float size = sqrtf(CONSTRAINT / own);
+    x[top] = size;
+    x[bottom] = -size * p;
+    const float error = -(x[top] * e->w_pu[top] + x[bottom] * e->w_pu[bottom]);
+    dqw_gain_step(&e->gain, x, k);
+    for (int i = 0; i < e->inputs; i++) e->w_pu[i] += k[i] * error;
+}
+
+// A weight's unit is now 1/p of what it was.
+static void rescale(dqw_gain *g, int i, float p)
+{
+    for (int m = 0; m < i; m++) g->u[DQW_GAIN_U(m, i)] /= p;
+    for (int j = i + 1; j < g->inputs; j++) g->u[DQW_GAIN_U(i, j)] *= p;
+    g->d[i] *= p * p;
+}
+
+// A weight leaves, another takes its place: what was known of the others keeps. Only for the last, or where those behind it are new.
+static void replace(dqw_estimator *e, int i)
+{
+    dqw_gain *g = &e->gain;
+    float a[DQW_ESTIMATOR_INPUTS];
+    for (int m = 0; m < i; m++) {
+        a[m] = g->u[DQW_GAIN_U(m, i)];
+        g->u[DQW_GAIN_U(m, i)] = 0.0f;
+    }
+    dqw_gain_grow_along(g, a, i, g->d[i]);
+    const float sd = dqw_estimator_start_sd_pu(i) * (1.0f / DQW_ESTIMATOR_START_RESIDUAL_PU);
+    g->d[i] = sd * sd;
+    e->w_pu[i] = 0.0f;
+    e->excess_q10[i] = 0;
+    e->learned &= ~(1u << i);
+}
+
+void dqw_poles_find(dqw_estimator *e)
+{
+    float p;
+    float sd;
+    dqw_poles_evidence(e, &p, &sd);
+    if (e->blocks < LEAST_BLOCKS || !(p < POLE_PAIRS_MAX)) return;
+    const float nearest = floorf(p + 0.5f);
+    const float off = fabsf(p - nearest);
+    if (nearest < 1.0f || !(off < EVIDENCE_DISTANCE) || !(EVIDENCE_SD * sd < 1.0f - off)) return;
+
+    // [POL.1] both cross weights are p inductances
+    constrain(e, DQW_POLES_LD, DQW_LD, nearest);
+    constrain(e, DQW_POLES_LQ, DQW_LQ, nearest);
+
+    // [POL.2] units of the joint neuron; dead time and the other flux in the place of the cross weights
+    rescale(&e->gain, DQW_LD, nearest);
+    rescale(&e->gain, DQW_LQ, nearest);
+    e->w_pu[DQW_LD] *= nearest;
+    e->w_pu[DQW_LQ] *= nearest;
+    e->pole_pairs = (uint16_t)nearest;
+    replace(e, DQW_PSI_Q);
+    replace(e, DQW_DEAD_TIME);
+}
