@@ -255,8 +255,9 @@ static void evaluate(dqw_effect_q15 *e, const dqw_sample_q15 *last, const dqw_sa
     m.g_d = g_d;
     m.g_q = g_q;
     for (int k = 0; k < e->count; k++) {
+        const int weights = dqw_effect_inputs(e->list[k].effect);
+        if (weights == 0) continue;
         put(e, k, &m, s);
-        const int weights = dqw_effect_weights(e->list[k].effect);
         m.f_d += weights;
         m.f_q += weights;
         m.g_d += weights;
@@ -283,7 +284,7 @@ static void add_late(const dqw_effect_q15 *e, int32_t d[], int32_t q[])
             d[at] += 2 * coarse(e, times(e->late_d_q28, twice_q30));
             q[at] += 2 * coarse(e, times(e->late_q_q28, twice_q30));
         }
-        at += dqw_effect_weights(effect);
+        at += dqw_effect_inputs(effect);
     }
 }
 

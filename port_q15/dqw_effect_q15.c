@@ -209,8 +209,8 @@ enum dqw_status dqw_effect_init_q15(dqw_effect_q15 *e, const dqw_effect_q15_conf
     int windings = 0;
     int magnets = 0;
     for (int k = 0; k < count; k++) {
-        const int weights = dqw_effect_weights(list[k].effect);
-        if (weights == 0 || dqw_effect_is_mechanical(list[k].effect)) return DQW_ERR_RANGE;
+        const int weights = dqw_effect_inputs(list[k].effect);
+        if (dqw_effect_weights(list[k].effect) == 0 || dqw_effect_is_mechanical(list[k].effect)) return DQW_ERR_RANGE;
         if (weights > DQW_EFFECT_WEIGHTS - n.weights) return DQW_ERR_SIZE;
         if (!take_shape(&n, k)) return DQW_ERR_RANGE;
         take_needs(&n, &list[k]);

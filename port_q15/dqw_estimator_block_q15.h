@@ -55,10 +55,6 @@ bool dqw_estimator_take_q15(dqw_estimator_q15 *e, dqw_estimator_q15_block *b);
 /// Context  background
 bool dqw_estimator_learn_q15(dqw_estimator_q15 *e, const dqw_estimator_q15_block *b);
 
-/// Stage 2's part of a block: true where there is nothing left of it to do. Stage 3 then begins from what it found.
-/// Source   section 4.2 of the paper; (E8) in docs/EQUATIONS.md
-bool dqw_estimator_coarse_q15(dqw_estimator_q15 *e, const dqw_estimator_q15_block *b);
-
 /// Means of a block.
 /// Source   (E13), (E15) in docs/EQUATIONS.md
 dqw_block_q15 dqw_estimator_means_q15(const dqw_estimator_q15_block *b);
@@ -72,8 +68,27 @@ void dqw_estimator_rows_of_q15(const dqw_estimator_q15 *e, const dqw_estimator_q
 /// Largest input of a weight's unit, as part of the full voltage: by it a weight is in bases. Of an effect, its usual input.
 int64_t dqw_estimator_whole_q40(const dqw_estimator_q15 *e, const dqw_units_q15 *u, int weight);
 
+/// Are the pole pairs still to be found? Then the flux of the other axis' current has a slot of its own.
+static inline bool dqw_estimator_seeks_q15(const dqw_estimator_q15 *e)
+{
+    return e->pole_pairs == 0 && !e->config->settled;
+}
+
 /// Slot of the flux of the other axis' current in a row of this axis.
-int dqw_estimator_cross_q15(const dqw_estimator_q15 *e, int axis);
+static inline int dqw_estimator_cross_q15(const dqw_estimator_q15 *e, int axis)
+{
+    return (dqw_estimator_seeks_q15(e) ? DQW_POLES_LQ_Q15 : DQW_LQ) - axis;
+}
+
+/// What this configuration and what is known of the pole pairs leave to be learned.
+static inline bool dqw_estimator_has_dead_time_q15(const dqw_estimator_q15 *e)
+{
+    return e->wide_q28 > 0 && !dqw_estimator_seeks_q15(e);
+}
+static inline bool dqw_estimator_has_psi_q_q15(const dqw_estimator_q15 *e)
+{
+    return e->config->encoder_offset && !dqw_estimator_seeks_q15(e);
+}
 
 /// An effect's weight is in units of so many halvings of its input; a parameter's of none.
 static inline unsigned dqw_estimator_shift_q15(const dqw_estimator_q15 *e, int weight)
@@ -96,6 +111,10 @@ static inline int dqw_estimator_inputs_q15(const dqw_estimator_q15 *e)
     return DQW_PARAMETERS;
 #endif
 }
+
+/// Variance of a weight that starts, per unit of the residual's.
+/// Source   (E61) in docs/EQUATIONS.md
+int64_t dqw_estimator_start_cov_q40(const dqw_estimator_q15 *e, const dqw_units_q15 *u, int weight);
 
 /// Forget what was learned, and start from these weights; NULL: from the nominal values.
 /// Source   (E61) in docs/EQUATIONS.md
@@ -153,7 +172,7 @@ uint32_t dqw_estimator_recent_q27(const dqw_estimator_q15 *e);
 
 /// One block on in Fig. 1's stages.
 /// Source   (E21) in docs/EQUATIONS.md
-bool dqw_estimator_stage_on_q15(dqw_estimator_q15 *e, bool coarse_done);
+void dqw_estimator_stage_on_q15(dqw_estimator_q15 *e, bool random_converged);
 
 #ifdef __cplusplus
 }

@@ -2,6 +2,7 @@
 #include <stddef.h>
 
 #include "dqw_estimator_block_q15.h"
+#include "dqw_estimator_random_q15.h"
 #include "dqw_q15.h"
 
 #define HALF_WINDOW 20
@@ -20,12 +21,14 @@
 #define WIDE_LEAST_Q28 65537
 // Start variance over the residual's: (3 bases / 0.01)^2, and what the sums can hold of it, 2^21.
 #define START_COV 90000
+// An effect's weight: (10 bases / 0.01)^2.
+#define START_EFFECT_COV 1000000
 #define WIDEST_Q40 ((int64_t)1 << 61)
-#define START_INFORMATION_Q32 47722
 #define THRESHOLD_PPM 50000u
 #define RANDOM_LIMIT 2000u
 #define ORDINAL_BLOCKS 500u
-// Of a nameplate: drift, equal samples, and the angle that half a block may turn by, 1.1 rad.
+// Of a nameplate: the width of dead time in the rated current, drift, equal samples, and the angle that half a block may turn by, 1.1 rad.
+#define DEAD_TIME_PARTS 50u
 #define DRIFT_PPM 10000u
 #define STALE_LIMIT 10u
 #define HALF_TURN_Q28 295279002
@@ -115,7 +118,7 @@ int64_t dqw_estimator_whole_q40(const dqw_estimator_q15 *e, const dqw_units_q15 
 #if DQW_EFFECT_WEIGHTS > 0
     int at = DQW_PARAMETERS;
     for (int k = 0; k < e->effect.count && weight >= DQW_PARAMETERS; k++) {
-        at += dqw_effect_inputs_q15(&e->effect, k);
+        at += dqw_effect_inputs(e->effect.list[k].effect);
         if (weight < at) return (int64_t)e->effect.base_q28[k] * 4096;
     }
 #endif
@@ -123,12 +126,8 @@ int64_t dqw_estimator_whole_q40(const dqw_estimator_q15 *e, const dqw_units_q15 
     case DQW_R: return u->R_q40;
     case DQW_LD: return u->X_q40[0];
     case DQW_LQ: return u->X_q40[1];
-    case DQW_DEAD_TIME:
-        if (e->pole_pairs == 0) return u->X_q40[0];
-        return ((int64_t)1 << 40) / DQW_DEAD_TIME_Q15_PARTS;
-    case DQW_PSI_Q:
-        if (e->pole_pairs == 0) return u->X_q40[1];
-        return u->psi_q40;
+    case DQW_DEAD_TIME: return dqw_estimator_seeks_q15(e) ? u->X_q40[0] : ((int64_t)1 << 40) / DQW_DEAD_TIME_Q15_PARTS;
+    case DQW_PSI_Q: return dqw_estimator_seeks_q15(e) ? u->X_q40[1] : u->psi_q40;
     default: return u->psi_q40;
     }
 }
@@ -149,7 +148,7 @@ static void start_effects(dqw_estimator_q15 *e)
 {
     int at = 0;
     for (int k = 0; k < e->effect.count; k++)
-        for (int i = 0; i < dqw_effect_inputs_q15(&e->effect, k); i++, at++) {
+        for (int i = 0; i < dqw_effect_inputs(e->effect.list[k].effect); i++, at++) {
             e->shift[at] = (uint8_t)shift_of(&e->effect, k);
             const int64_t w_q24 = shifted_q24(&e->effect, k, i, e->shift[at]);
             e->w_q24[DQW_PARAMETERS + at] = (int32_t)(w_q24 > START_MOST_Q24 ? START_MOST_Q24 : w_q24 < -START_MOST_Q24 ? -START_MOST_Q24 : w_q24);
@@ -169,10 +168,7 @@ static enum dqw_status check_effects(const dqw_estimator_q15_config *c, dqw_scal
     *scale = c->scale;
     if (c->speed_electrical) scale->pole_pairs = 1;
     if (c->effect_count > 0 && scale->pole_pairs == 0) return DQW_ERR_EFFECT_POLE_PAIRS;
-    const dqw_effect_q15_base base = {.scale = scale,
-                                      .settled = c->settled,
-                                      .half_window = c->half_window != 0 ? c->half_window : HALF_WINDOW,
-                                      .dead_time_apart = true};
+    const dqw_effect_q15_base base = {.scale = scale, .settled = c->settled, .half_window = c->half_window != 0 ? c->half_window : HALF_WINDOW};
     const enum dqw_status status = dqw_effect_init_q15(effect, c->effects, c->effect_count, &base);
     return status == DQW_OK && effect->needs_angle && !c->angle ? DQW_ERR_EFFECT_ANGLE : status;
 }
@@ -183,10 +179,21 @@ static void start_effects(dqw_estimator_q15 *e)
 }
 #endif
 
+int64_t dqw_estimator_start_cov_q40(const dqw_estimator_q15 *e, const dqw_units_q15 *u, int weight)
+{
+    // Dead time's deviation is a tenth of the full voltage, as much as three of its units.
+    const bool dead_time = weight == DQW_DEAD_TIME && !dqw_estimator_seeks_q15(e);
+    const int64_t whole_q40 = dead_time ? (int64_t)1 << 40 : dqw_estimator_whole_q40(e, u, weight);
+    const int64_t square_q40 = dqw_q_product64(whole_q40, whole_q40, -40);
+    const int64_t cov_q40 = dqw_q_quotient64(weight < DQW_PARAMETERS ? START_COV : START_EFFECT_COV, square_q40, 80);
+    return cov_q40 > 0 && cov_q40 < WIDEST_Q40 ? cov_q40 : WIDEST_Q40;
+}
+
 void dqw_estimator_start_q15(dqw_estimator_q15 *e, const int32_t start_q24[])
 {
     // What the motion told of the pole pairs goes too.
     e->pole_pairs = e->config->scale.pole_pairs;
+    e->turn_q28 = (int32_t)dqw_scale_turn_q28(&e->config->scale, turning(e->config, e->pole_pairs));
     dqw_units_q15 u;
     (void)dqw_units_of_q15(e->config, e->pole_pairs, &u);
     int64_t prior_q32[DQW_NORMAL_INPUTS];
@@ -194,15 +201,11 @@ void dqw_estimator_start_q15(dqw_estimator_q15 *e, const int32_t start_q24[])
     const int n = dqw_estimator_inputs_q15(e);
     start_effects(e);
     for (int i = 0; i < n; i++) {
-        const int64_t whole_q40 = i == DQW_DEAD_TIME && e->pole_pairs != 0 ? (int64_t)1 << 40 : dqw_estimator_whole_q40(e, &u, i);
-        const int64_t square_q40 = dqw_q_product64(whole_q40, whole_q40, -40);
-        const int64_t information_q32 = dqw_q_product64(START_INFORMATION_Q32, square_q40, -40);
-        const int64_t cov_q40 = dqw_q_quotient64(START_COV, square_q40, 80);
-        prior_q32[i] = information_q32 > 0 ? information_q32 : 1;
-        e->cov_q40[i] = cov_q40 < WIDEST_Q40 ? cov_q40 : WIDEST_Q40;
+        e->cov_q40[i] = dqw_estimator_start_cov_q40(e, &u, i);
+        prior_q32[i] = dqw_q_quotient64((int64_t)1 << 40, e->cov_q40[i], 32);
         e->excess_q10[i] = 0;
         if (i < DQW_PARAMETERS) e->w_q24[i] = i < 4 ? u.w_q24[i] : 0;
-        if (i < 4 && start_q24 != NULL) e->w_q24[i] = start_q24[i];
+        if (start_q24 != NULL) e->w_q24[i] = start_q24[i];
     }
     prior_q32[n] = 1;
     (void)dqw_normal_init_q15(&e->normal, n + 1, prior_q32, zero_q40);
@@ -210,7 +213,7 @@ void dqw_estimator_start_q15(dqw_estimator_q15 *e, const int32_t start_q24[])
         e->score2_q68[i] = e->score_lag_q68[i] = 0;
         e->score_last_q34[i] = 0;
     }
-    e->error_q56[0] = e->error_q56[1] = 0;
+    e->error_q56[0] = e->error_q56[1] = e->recent_q54 = 0;
     e->blocks = 0;
     e->learned = 0;
     e->turn = 0;
@@ -222,7 +225,9 @@ static enum dqw_status check(const dqw_estimator_q15_config *c, dqw_units_q15 *u
     if (scale != DQW_OK) return scale;
     if (c->excitation_q15 > DQW_SCALE_MOST_Q15) return DQW_ERR_EXCITATION;
     if (c->drift_ppm > DRIFT_MOST_PPM) return DQW_ERR_DRIFT;
-    if (c->speed_electrical && c->scale.pole_pairs == 0) return DQW_ERR_POLE_PAIRS;
+    if (c->scale.pole_pairs == 0 && (c->voltage_held || c->speed_electrical)) return DQW_ERR_POLE_PAIRS;
+    if (c->random != NULL && c->random->learn == NULL) return DQW_ERR_RANDOM;
+    if (c->dead_time_width_mA > 0 && !c->angle) return DQW_ERR_DEAD_TIME_WIDTH;
     // Below one radian a period, and not standing still
     const int64_t turn_q28 = dqw_scale_turn_q28(&c->scale, turning(c, c->scale.pole_pairs));
     if (turn_q28 < 1 || turn_q28 >= RADIAN_Q28) return DQW_ERR_DT;
@@ -272,7 +277,6 @@ enum dqw_status dqw_estimator_init_q15(dqw_estimator_q15 *e, const dqw_estimator
         e->wide_q28 = (int32_t)dqw_q_floor64(18 * u.width_q40 / 5, 12);
         e->per_wide = dqw_q31_sat(dqw_q_quotient64(1, e->wide_q28, 47));
     }
-    e->turn_q28 = (int32_t)dqw_scale_turn_q28(&c->scale, turning(c, c->scale.pole_pairs));
     dqw_estimator_start_q15(e, NULL);
     dqw_gate_init(&e->gate, c->stale_limit);
     dqw_stage_init(&e->stage, c->threshold_ppm != 0 ? c->threshold_ppm : THRESHOLD_PPM, RANDOM_LIMIT, ORDINAL_BLOCKS);
@@ -286,7 +290,7 @@ enum dqw_status dqw_estimator_define_q15(dqw_estimator_q15 *e, const dqw_estimat
     const dqw_stage stage = e->stage;
     dqw_gate gate = e->gate;
     const uint32_t halves = e->halves;
-    const uint32_t number = e->number;
+    const uint8_t missed = e->missed;
     const enum dqw_status status = dqw_estimator_init_q15(e, config);
     if (status != DQW_OK) return status;
     e->stage.back = stage.back;
@@ -294,8 +298,8 @@ enum dqw_status dqw_estimator_define_q15(dqw_estimator_q15 *e, const dqw_estimat
     e->stage.residual_ppm = stage.residual_ppm;
     gate.stale_limit = config->stale_limit;
     e->gate = gate;
-    e->halves = halves;
-    e->number = e->drifted = number;
+    e->halves = e->number = e->drifted = halves;
+    e->missed = missed;
     return DQW_OK;
 }
 
@@ -312,9 +316,12 @@ dqw_estimator_q15_config dqw_estimator_config_default_q15(const dqw_nameplate_q1
                                             .w_full_mrad_s = half_more(plate->w_mrad_s),
                                             .dt_ns = plate->dt_ns,
                                             .pole_pairs = plate->pole_pairs},
+                                  .dead_time_width_mA = plate->i_mA / DEAD_TIME_PARTS,
                                   .drift_ppm = DRIFT_PPM,
                                   .stale_limit = STALE_LIMIT,
                                   .half_window = HALF_WINDOW,
+                                  .angle = true,
+                                  .encoder_offset = true,
                                   .noise_on_inputs = true};
     // Ripples twice a turn must not average out in a block.
     const int64_t turn_q28 = dqw_scale_turn_q28(&c.scale, plate->pole_pairs);

@@ -4,7 +4,6 @@
 #include <stddef.h>
 
 #include "dqw_q15.h"
-#include "dqw_transform_q15.h"
 
 // Slopes of dead time's input in their sum.
 #define SLOPES_SHIFT 10u
@@ -80,7 +79,7 @@ static uint32_t admit(dqw_estimator_q15 *e, const dqw_sample_q15 *s, bool satura
 {
     const dqw_sample_q15 *l = &e->last;
     const dqw_gate_sample g = {
-        .finite = finite_for_effects(e, s),
+        .finite = (!e->config->angle || dqw_scale_is_direction(s->cosine_q15, s->sine_q15)) && finite_for_effects(e, s),
         .saturated = saturated || dqw_scale_beyond(s->v_d_q15) || dqw_scale_beyond(s->v_q_q15) || dqw_scale_beyond(s->i_d_q15) ||
                      dqw_scale_beyond(s->i_q_q15) || dqw_scale_beyond(s->w_m_q15) || beyond_for_effects(e, s),
         .repeated = e->has_last && s->i_d_q15 == l->i_d_q15 && s->i_q_q15 == l->i_q_q15 && s->w_m_q15 == l->w_m_q15,
@@ -151,11 +150,6 @@ static int32_t follow(int32_t slow_q28, int16_t now_q15, int32_t part_q15)
     return slow_q28 + (int32_t)dqw_q_floor64((int64_t)(now_q15 * 8192 - slow_q28) * part_q15, 15);
 }
 
-static void angle_of(const dqw_sample_q15 *s, int16_t *cosine, int16_t *sine)
-{
-    dqw_cosine_sine_q15(s->theta_e_turn, cosine, sine);
-}
-
 // What an inverter with dead time takes from each phase per volt of it, as dq. (E51)
 static void dead_time(dqw_estimator_q15 *e, const dqw_sample_q15 *s, int32_t *d_q15, int32_t *q_q15)
 {
@@ -167,9 +161,8 @@ static void dead_time(dqw_estimator_q15 *e, const dqw_sample_q15 *s, int32_t *d_
     const int32_t part_q15 = e->last_good ? e->use.follow_q15 : ONE_Q15;
     e->slow_d_q28 = follow(e->slow_d_q28, s->i_d_q15, part_q15);
     e->slow_q_q28 = follow(e->slow_q_q28, s->i_q_q15, part_q15);
-    int16_t cosine;
-    int16_t sine;
-    angle_of(s, &cosine, &sine);
+    const int16_t cosine = s->cosine_q15;
+    const int16_t sine = s->sine_q15;
     const int32_t alpha = along(e->slow_d_q28, cosine, -e->slow_q_q28, sine);
     const int32_t beta = (int32_t)dqw_q_floor64((int64_t)along(e->slow_d_q28, sine, e->slow_q_q28, cosine) * SQRT3_2_Q31, 31);
     const int32_t half = dqw_q_floor32(alpha, 1);
@@ -225,7 +218,8 @@ static uint32_t hand_over_row(dqw_estimator_q15 *e, const dqw_sample_q15 *s, int
     b->weight = 1;
     b->follow_q15 = e->use.follow_q15;
     b->number = e->halves;
-    if (e->config->angle) angle_of(s, &b->cosine_q15, &b->sine_q15);
+    b->cosine_q15 = e->config->angle ? s->cosine_q15 : 0;
+    b->sine_q15 = e->config->angle ? s->sine_q15 : 0;
     e->pending = true;
     return DQW_EVENT_BLOCK;
 }
@@ -276,8 +270,9 @@ static uint32_t end_half(dqw_estimator_q15 *e, const dqw_sample_q15 *s, bool goo
         e->gate.incomplete++;
     }
     adopt(e);
-    e->half_cosine_q15 = e->half_sine_q15 = 0;
-    if (good && e->config->angle) angle_of(s, &e->half_cosine_q15, &e->half_sine_q15);
+    const bool has_angle = good && e->config->angle;
+    e->half_cosine_q15 = has_angle ? s->cosine_q15 : 0;
+    e->half_sine_q15 = has_angle ? s->sine_q15 : 0;
     e->half_v_q15[0] = v_d_q15;
     e->half_v_q15[1] = v_q_q15;
     e->half_whole = whole;
