@@ -124,8 +124,9 @@ int64_t dqw_estimator_whole_q40(const dqw_estimator_q15 *e, const dqw_units_q15 
 #endif
     switch (weight) {
     case DQW_R: return u->R_q40;
-    case DQW_LD: return u->X_q40[0];
-    case DQW_LQ: return u->X_q40[1];
+    // Of a slope, what one pole pair would make.
+    case DQW_LD:
+    case DQW_LQ: return u->X_q40[weight - DQW_LD] / (dqw_estimator_seeks_q15(e) ? DQW_POLES_Q15_SCALE : 1);
     case DQW_DEAD_TIME: return dqw_estimator_seeks_q15(e) ? u->X_q40[0] : ((int64_t)1 << 40) / DQW_DEAD_TIME_Q15_PARTS;
     case DQW_PSI_Q: return dqw_estimator_seeks_q15(e) ? u->X_q40[1] : u->psi_q40;
     default: return u->psi_q40;
