@@ -15,7 +15,8 @@ extern "C" {
 enum { DQW_POLES_LD_Q15 = DQW_DEAD_TIME, DQW_POLES_LQ_Q15 = DQW_PSI_Q };
 
 /// Pole pairs by which inputs are scaled while they are not known: a power of two, so that nothing is lost when they are found.
-#define DQW_POLES_Q15_SCALE 8
+#define DQW_POLES_Q15_BITS 3u
+#define DQW_POLES_Q15_SCALE (1u << DQW_POLES_Q15_BITS)
 
 /// Units of the weights as parts of the full voltage at full scale of what they act on, and where the weights start.
 typedef struct dqw_units_q15 {

@@ -96,7 +96,7 @@ enum dqw_status dqw_units_of_q15(const dqw_estimator_q15_config *config, uint32_
         u->w_q24[i] = ONE_Q24;
         if (fits_all(config, i, q40[i], turn_q28)) continue;
         if (base < 1 || base > UINT32_MAX) return DQW_ERR_UNIT;
-        if (nominal[i] / base >= NOMINAL_MOST) return refused[i];
+        if (nominal[i] >= NOMINAL_MOST * base) return refused[i];
         u->si[i] = (uint32_t)base;
         q40[i] = at_full_scale_q40(s, i, u->si[i]);
         if (!fits_all(config, i, q40[i], turn_q28)) return DQW_ERR_UNIT;
@@ -126,7 +126,7 @@ int64_t dqw_estimator_whole_q40(const dqw_estimator_q15 *e, const dqw_units_q15 
     case DQW_R: return u->R_q40;
     // Of a slope, what one pole pair would make.
     case DQW_LD:
-    case DQW_LQ: return u->X_q40[weight - DQW_LD] / (dqw_estimator_seeks_q15(e) ? DQW_POLES_Q15_SCALE : 1);
+    case DQW_LQ: return dqw_q_floor64(u->X_q40[weight - DQW_LD], dqw_estimator_seeks_q15(e) ? DQW_POLES_Q15_BITS : 0u);
     case DQW_DEAD_TIME: return dqw_estimator_seeks_q15(e) ? u->X_q40[0] : ((int64_t)1 << 40) / DQW_DEAD_TIME_Q15_PARTS;
     case DQW_PSI_Q: return dqw_estimator_seeks_q15(e) ? u->X_q40[1] : u->psi_q40;
     default: return u->psi_q40;
@@ -235,7 +235,7 @@ static enum dqw_status check(const dqw_estimator_q15_config *c, dqw_units_q15 *u
     const enum dqw_status units = dqw_units_of_q15(c, c->scale.pole_pairs, u);
     if (units != DQW_OK) return units;
     if (u->width_q40 >= (int64_t)1 << 44) return DQW_ERR_DEAD_TIME_WIDTH;
-    const int64_t wide_q28 = dqw_q_floor64(18 * u->width_q40 / 5, 12);
+    const int64_t wide_q28 = dqw_q_quotient64(18 * u->width_q40, 5, -12);
     if (u->width_q40 > 0 && (wide_q28 < WIDE_LEAST_Q28 || wide_q28 > INT32_MAX)) return DQW_ERR_DEAD_TIME_WIDTH;
     return dqw_window_init_q15(window, c->half_window != 0 ? c->half_window : HALF_WINDOW, DQW_PLAIN_Q15_SIGNALS) == DQW_OK ? DQW_OK : DQW_ERR_HALF_WINDOW;
 }
@@ -268,14 +268,14 @@ enum dqw_status dqw_estimator_init_q15(dqw_estimator_q15 *e, const dqw_estimator
     e->inputs = (uint8_t)(DQW_PARAMETERS + effect.weights);
     e->window.signals = (uint8_t)(DQW_PLAIN_Q15_SIGNALS + 2 * effect.weights);
 #endif
-    e->use.follow_q15 = ONE_Q15;
+    e->about.follow_q15 = ONE_Q15;
     for (int axis = 0; axis < 2; axis++) {
-        const int64_t L_q40 = dqw_q_product64(u.L_q40[axis], u.w_q24[DQW_LD + axis], -24);
-        e->use.step_q15[axis] = dqw_q15_sat(dqw_q31_sat(dqw_q_quotient64((int64_t)1 << 40, L_q40, 15)));
+        const int64_t L_q40 = dqw_q_times64(u.L_q40[axis], u.w_q24[DQW_LD + axis], -24);
+        e->given.step_q15[axis] = e->step_q15[axis] = dqw_q15_sat(dqw_q31_sat(dqw_q_quotient64((int64_t)1 << 40, L_q40, 15)));
     }
-    e->given = e->use;
+    e->given.follow_q15 = ONE_Q15;
     if (u.width_q40 > 0) {
-        e->wide_q28 = (int32_t)dqw_q_floor64(18 * u.width_q40 / 5, 12);
+        e->wide_q28 = (int32_t)dqw_q_quotient64(18 * u.width_q40, 5, -12);
         e->per_wide = dqw_q31_sat(dqw_q_quotient64(1, e->wide_q28, 47));
     }
     dqw_estimator_start_q15(e, NULL);
@@ -290,7 +290,7 @@ enum dqw_status dqw_estimator_define_q15(dqw_estimator_q15 *e, const dqw_estimat
     if (e == NULL || config == NULL) return DQW_ERR_NULL;
     const dqw_stage stage = e->stage;
     dqw_gate gate = e->gate;
-    const uint32_t halves = e->halves;
+    const uint32_t halves = e->about.number;
     const uint8_t missed = e->missed;
     const enum dqw_status status = dqw_estimator_init_q15(e, config);
     if (status != DQW_OK) return status;
@@ -299,7 +299,7 @@ enum dqw_status dqw_estimator_define_q15(dqw_estimator_q15 *e, const dqw_estimat
     e->stage.residual_ppm = stage.residual_ppm;
     gate.stale_limit = config->stale_limit;
     e->gate = gate;
-    e->halves = e->number = e->drifted = halves;
+    e->about.number = e->number = e->drifted = halves;
     e->missed = missed;
     return DQW_OK;
 }

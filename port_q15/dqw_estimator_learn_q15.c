@@ -83,7 +83,7 @@ static void choose(dqw_estimator_q15 *e, const dqw_rows_q15 *r, uint32_t mask[2]
     for (int i = 0; i < dqw_estimator_inputs_q15(e); i++) {
         const int32_t d = r->x_q28[D][i];
         const int32_t q = r->x_q28[Q][i];
-        const int64_t least_q40 = dqw_q_product64(dqw_estimator_whole_q40(e, &u, i), part_q15, -15);
+        const int64_t least_q40 = dqw_q_times64(dqw_estimator_whole_q40(e, &u, i), part_q15, -15);
         bool teaches[2] = {d != 0, q != 0};
         if (c->settled) {
             for (int axis = 0; axis < 2; axis++) teaches[axis] = teaches[axis] && size(r->x_q28[axis][i]) >= dqw_q_floor64(least_q40, 12);
@@ -137,12 +137,12 @@ static void publish(dqw_estimator_q15 *e, const dqw_estimator_q15_block *b)
     for (int axis = 0; axis < 2; axis++) {
         const int32_t w_q24 = e->w_q24[DQW_LD + axis];
         if ((int64_t)dqw_estimator_sd_q24(e, DQW_LD + axis) * PUBLISHED_PARTS >= w_q24) continue;
-        const int64_t L_q40 = dqw_q_product64(u.L_q40[axis], w_q24, -24);
+        const int64_t L_q40 = dqw_q_times64(u.L_q40[axis], w_q24, -24);
         g->step_q15[axis] = dqw_q15_sat(dqw_q31_sat(dqw_q_quotient64((int64_t)1 << 40, L_q40, 15)));
     }
     if (e->wide_q28 > 0) {
-        const int64_t both_q36 = dqw_q_floor64((int64_t)b->means.i_d_q36 + b->means.i_q_q36, 1);
-        const int64_t sd_q18 = dqw_q_root64((uint64_t)dqw_noise_variance_q36(dqw_q31_sat(both_q36), b->rows, -2));
+        const int64_t both_q36 = dqw_q_floor64((int64_t)b->about.means.i_d_q36 + b->about.means.i_q_q36, 1);
+        const int64_t sd_q18 = dqw_q_root64((uint64_t)dqw_noise_variance_q36(dqw_q31_sat(both_q36), b->about.rows, -2));
         const int64_t width_q28 = dqw_q_floor64(u.width_q40, 12);
         g->follow_q15 = (uint16_t)dqw_q_quotient64(width_q28, width_q28 + dqw_q_floor64(sd_q18 * 1024 * FOLLOW_Q15, 15), 15);
     }
@@ -231,8 +231,8 @@ bool dqw_estimator_take_q15(dqw_estimator_q15 *e, dqw_estimator_q15_block *b)
     // Volatile, as the flag that guards it: read between the flag's reading and its writing.
     *b = *(const volatile dqw_estimator_q15_block *)&e->block;
     *(volatile bool *)&e->pending = false;
-    e->elapsed = b->number - e->number;
-    e->number = b->number;
+    e->elapsed = b->about.number - e->number;
+    e->number = b->about.number;
     return true;
 }
 
@@ -248,7 +248,7 @@ bool dqw_estimator_learn_q15(dqw_estimator_q15 *e, const dqw_estimator_q15_block
     // [EST.5] what can be learned from this block; its signals are within ten bases, the gate saw to that
     uint32_t mask[2];
     choose(e, &r, mask);
-    const bool warm = c->settled || !c->noise_on_inputs || b->rows >= WARM_UP;
+    const bool warm = c->settled || !c->noise_on_inputs || b->about.rows >= WARM_UP;
     if ((mask[D] | mask[Q]) == 0 || !warm) {
         dqw_estimator_drift_q15(e);
         return false;

@@ -65,18 +65,24 @@ typedef struct dqw_estimator_q15_config {
 #endif
 } dqw_estimator_q15_config;
 
+/// What goes with a block's sums. The interrupt writes one as it goes, and copies it where a block is full.
+typedef struct dqw_estimator_q15_about {
+    dqw_noise_means_q15 means;     ///< of the sensors' noise, over
+    uint32_t slope_q15;            ///< sum of the slopes of dead time's tanh, of 1 at no current, over the last rows
+    uint32_t number;               ///< of the half that ended it, since init: the time
+    int32_t v_step_q15[2];         ///< sum of the voltages of the second half less that of the first, d and q
+    uint16_t rows;                 ///< in the noise's means
+    uint16_t slopes;               ///< in their sum, up to 1024
+    uint16_t follow_q15;           ///< how fast dead time's input follows the currents, 1 .. 32768
+    uint16_t weight;               ///< of the sums
+    int16_t cosine_q15, sine_q15;  ///< of the electrical angle at the block's middle; 0 and 0: not known
+    bool whole;                    ///< none of its pairs was refused
+} dqw_estimator_q15_about;
+
 /// What the interrupt hands over: all that the background reads of it.
 typedef struct dqw_estimator_q15_block {
     int32_t sums[DQW_ESTIMATOR_Q15_SIGNALS];  ///< under the triangle
-    int32_t v_step_q15[2];                    ///< sum of the voltages of the second half less that of the first, d and q
-    dqw_noise_means_q15 means;                ///< of the sensors' noise, over
-    uint16_t rows;                            ///< so many rows
-    uint16_t weight;                          ///< of the sums
-    uint16_t slopes, follow_q15;              ///< up to 1024; how fast dead time's input followed the currents
-    uint32_t slope_q15;                       ///< sum of the tanh's slopes, of 1 at no current, over the last rows
-    uint32_t number;                          ///< of the half that ended it, since init
-    int16_t cosine_q15, sine_q15;             ///< of the electrical angle at its middle; 0 and 0: not known
-    bool whole;                               ///< none of its pairs was refused
+    dqw_estimator_q15_about about;
 } dqw_estimator_q15_block;
 
 /// What the background hands back: taken over at a half's end.
@@ -97,14 +103,10 @@ typedef struct dqw_estimator_q15 {
     int32_t slow_d_q28, slow_q_q28;        ///< currents as dead time's input takes them,
     int32_t wide_q28, per_wide;            ///< 3.6 widths, and 2^47 over that; 0: no dead time
     int32_t turn_q28;                      ///< electrical angle a period at full speed, rad; with voltage_held
-    uint32_t slope_q15;                    ///< as in a block
-    uint32_t halves;                       ///< halves of a window since init: the time
     int32_t half_v_q15[2];                 ///< sums of the last half's voltages
-    dqw_noise_means_q15 means;             ///< at this half's start, as
-    uint16_t rows, slopes;                 ///< these
-    int16_t half_cosine_q15, half_sine_q15;
+    dqw_estimator_q15_about about;         ///< of the block that this half will end
     int16_t command_d_q15, command_q_q15;  ///< with voltage_next: the last sample's voltage
-    dqw_estimator_q15_given use;           ///< as given last
+    int16_t step_q15[2];                   ///< as given last
     uint8_t missed;                        ///< blocks lost because the background came too late, up to 255
     bool has_last, last_good, commanded, half_whole;
 #if DQW_EFFECT_WEIGHTS > 0

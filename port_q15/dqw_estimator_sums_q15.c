@@ -39,24 +39,24 @@ void dqw_estimator_take_noise_out_q15(dqw_estimator_q15 *e, const dqw_rows_q15 *
             if ((mask[axis] >> i & 1u) != 0) z_q48[i] += dqw_q_product64(r->var_q56[axis][i], by_q24[axis], -32);
     for (int i = 0; i < N; i++) {
         if (dqw_q_product64(z_q48[i], e->cov_q40[i], -48) > NOISE_PART_MAX_Q40) return;
-        z_q48[i] = dqw_q_product64(z_q48[i], w[i], -24);
+        z_q48[i] = dqw_q_times64(z_q48[i], w[i], -24);
     }
     for (int axis = 0; axis < 2; axis++) {
         const int L = dqw_estimator_cross_q15(e, axis);
         const int flux = axis == Q ? DQW_PSI : DQW_PSI_Q;
         const int64_t by = by_q24[axis];
-        z_q48[DQW_R] += dqw_q_product64(dqw_q_product64(r->dead_in_R_q56[axis], by, -32), w[DQW_DEAD_TIME], -24);
-        z_q48[DQW_DEAD_TIME] += dqw_q_product64(dqw_q_product64(r->R_in_dead_q56[axis], by, -32), w[DQW_R], -24);
+        z_q48[DQW_R] += dqw_q_times64(dqw_q_product64(r->dead_in_R_q56[axis], by, -32), w[DQW_DEAD_TIME], -24);
+        z_q48[DQW_DEAD_TIME] += dqw_q_times64(dqw_q_product64(r->R_in_dead_q56[axis], by, -32), w[DQW_R], -24);
         if ((mask[axis] >> L & mask[axis] >> flux & 1u) == 0) continue;
         const int64_t shared = dqw_q_product64(r->speed_q56[axis], by, -32);
-        z_q48[L] += dqw_q_product64(shared, w[flux], -24);
-        z_q48[flux] += dqw_q_product64(shared, w[L], -24);
+        z_q48[L] += dqw_q_times64(shared, w[flux], -24);
+        z_q48[flux] += dqw_q_times64(shared, w[L], -24);
     }
     for (int i = 0; i < N; i++) {
         // The target's sum keeps above what the gradient explains.
         const int64_t z_q32 = dqw_q_scale64(z_q48[i], -16);
         e->normal.b_q32[i] += z_q32;
-        const int64_t more_q32 = dqw_q_product64(z_q32, w[i], -24);
+        const int64_t more_q32 = dqw_q_times64(z_q32, w[i], -24);
         e->normal.c_q32 += more_q32 < 0 ? -more_q32 : more_q32;
     }
 }

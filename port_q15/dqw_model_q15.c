@@ -28,22 +28,25 @@ static int64_t size(int64_t x)
 
 void dqw_model_correct_q15(dqw_block_q15 *b, const dqw_machine_q15 *known)
 {
-    const int64_t R = known->R_q40;
-    const int64_t Ld = known->L_q40[0];
-    const int64_t Lq = known->L_q40[1];
-    const int64_t turn_q28 = dqw_q_product64(known->turn_q28, b->w_m, -28);
-    if (R <= 0 || R >= Ld || R >= Lq || size(turn_q28) >= RADIAN_Q28) return;
+    const int64_t turn_q28 = dqw_q_times64(known->turn_q28, b->w_m, -28);
+    if (known->R_q40 <= 0 || size(turn_q28) >= RADIAN_Q28) return;
 
     // How much the step of the current changes from the start of a period to its end, on average over the block: a twelfth of that.
-    const int64_t v_q = b->v_q + dqw_q_product64(Lq, b->di_q, -40);
-    const int64_t v_d = b->v_d + dqw_q_product64(Ld, b->di_d, -40);
-    const int64_t jump_d = dqw_q_product64(turn_q28, v_q, -28) - dqw_q_product64(R, b->di_d, -40);
-    const int64_t jump_q = -dqw_q_product64(turn_q28, v_d, -28) - dqw_q_product64(R, b->di_q, -40);
-    const int64_t fix_d = dqw_q_quotient64(jump_d, 12 * Ld, 40);
-    const int64_t fix_q = dqw_q_quotient64(jump_q, 12 * Lq, 40);
-    if (10 * (size(fix_d) + size(fix_q)) >= size(b->i_d) + size(b->i_q) + size(b->di_d) + size(b->di_q)) return;
-    b->i_d = dqw_q31_sat(b->i_d - fix_d);
-    b->i_q = dqw_q31_sat(b->i_q - fix_q);
-    b->wi_d = dqw_q31_sat(b->wi_d - dqw_q_product64(b->w_m, fix_d, -28));
-    b->wi_q = dqw_q31_sat(b->wi_q - dqw_q_product64(b->w_m, fix_q, -28));
+    const int32_t v_q28[] = {b->v_d, b->v_q};
+    const int32_t di_q28[] = {b->di_d, b->di_q};
+    int64_t fix_q28[2];
+    for (int axis = 0; axis < 2; axis++) {
+        const int other = 1 - axis;
+        const int64_t L = known->L_q40[axis];
+        if (known->R_q40 >= L) return;
+        const int64_t turned = dqw_q_product64(turn_q28, v_q28[other] + dqw_q_times64(known->L_q40[other], di_q28[other], -40), -28);
+        const int64_t jump = (axis == 0 ? turned : -turned) - dqw_q_times64(known->R_q40, di_q28[axis], -40);
+        fix_q28[axis] = dqw_q_quotient64(jump, 12 * L, 40);
+    }
+    const int64_t signals = size(b->i_d) + size(b->i_q) + size(di_q28[0]) + size(di_q28[1]);
+    if (10 * (size(fix_q28[0]) + size(fix_q28[1])) >= signals) return;
+    b->i_d = dqw_q31_sat(b->i_d - fix_q28[0]);
+    b->i_q = dqw_q31_sat(b->i_q - fix_q28[1]);
+    b->wi_d = dqw_q31_sat(b->wi_d - dqw_q_times64(fix_q28[0], b->w_m, -28));
+    b->wi_q = dqw_q31_sat(b->wi_q - dqw_q_times64(fix_q28[1], b->w_m, -28));
 }

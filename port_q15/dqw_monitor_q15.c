@@ -148,7 +148,7 @@ static int64_t accelerating_q24(const dqw_estimator_q15_config *c, const dqw_uni
     // 1e-12 over 1e-12, in seconds; then over 1.5e-9. Up to 2^56 each, and 2^56; each stops at 2^62, and no drive comes near
     const int64_t part_q30 = dqw_q_quotient64((int64_t)J_nkgm2 * s->w_full_mrad_s, (int64_t)u->si[DQW_PSI] * s->i_full_mA, 30);
     const int64_t per_ns_q54 = dqw_q_quotient64(part_q30, (int64_t)s->dt_ns * half * 3 * s->pole_pairs, 24);
-    return dqw_q_quotient64(dqw_q_product64(per_ns_q54, 2000000000, -30), c->speed_electrical ? s->pole_pairs : 1, 0);
+    return dqw_q_quotient64(dqw_q_times64(per_ns_q54, 2000000000, -30), c->speed_electrical ? s->pole_pairs : 1, 0);
 }
 
 // The torque that does not accelerate.
@@ -160,11 +160,11 @@ static void watch_friction(dqw_monitor_q15 *m, const dqw_estimator_q15_block *bl
     const dqw_block_q15 b = dqw_estimator_means_q15(block);
     dqw_units_q15 n;
     (void)dqw_units_of_q15(t->config, t->pole_pairs, &n);
-    const int64_t Ld = dqw_q_product64(dqw_q_quotient64(n.X_q40[0], n.psi_q40, 24), value(m, DQW_LD), -24);
-    const int64_t Lq = dqw_q_product64(dqw_q_quotient64(n.X_q40[1], n.psi_q40, 24), value(m, DQW_LQ), -24);
-    const int64_t flux_q24 = value(m, DQW_PSI) + dqw_q_product64(Ld - Lq, b.i_d, -28);
+    const int64_t Ld = dqw_q_times64(dqw_q_quotient64(n.X_q40[0], n.psi_q40, 24), value(m, DQW_LD), -24);
+    const int64_t Lq = dqw_q_times64(dqw_q_quotient64(n.X_q40[1], n.psi_q40, 24), value(m, DQW_LQ), -24);
+    const int64_t flux_q24 = value(m, DQW_PSI) + dqw_q_times64(Ld - Lq, b.i_d, -28);
     const int64_t faster_q24 = dqw_q_product64(accelerating_q24(t->config, &n, J_nkgm2, t->window.half), (int64_t)b.w_m - m->is.w_before_q28, -28);
-    const int32_t used_q24 = dqw_q31_sat(dqw_q_product64(flux_q24, b.i_q, -28) - faster_q24);
+    const int32_t used_q24 = dqw_q31_sat(dqw_q_times64(flux_q24, b.i_q, -28) - faster_q24);
     m->is.w_before_q28 = b.w_m;
     const int way = b.w_m > SLOWEST_Q28 ? 1 : b.w_m < -SLOWEST_Q28 ? -1 : 0;
     // A torque of 128 times the nominal one is none.
@@ -185,11 +185,11 @@ static int32_t band_of(const dqw_monitor_q15 *m, int channel)
     switch (channel) {
     case DQW_WATCH_DEAD_TIME: wide = band * DQW_DEAD_TIME_Q15_PARTS; break;
     case DQW_WATCH_OFFSET: wide = band; break;
-    case DQW_WATCH_RESISTANCE: wide = dqw_q_quotient64(dqw_q_product64(band, h[DQW_R], -24), 3, 0); break;
+    case DQW_WATCH_RESISTANCE: wide = dqw_q_quotient64(dqw_q_times64(band, h[DQW_R], -24), 3, 0); break;
     case DQW_WATCH_REACTANCE:
         wide = dqw_q_quotient64(dqw_q_product64(band, dqw_witness_mean_L_q24(c, h[DQW_LD], h[DQW_LQ]), -24), 3, 0);
         break;
-    case DQW_WATCH_SHORT: wide = dqw_q_quotient64(band, 3 * dqw_q_product64(dqw_witness_short_q40(c), h[DQW_R], -24), 40); break;
+    case DQW_WATCH_SHORT: wide = dqw_q_quotient64(band, 3 * dqw_q_times64(dqw_witness_short_q40(c), h[DQW_R], -24), 40); break;
     case DQW_WATCH_ANGLE:
     case DQW_WATCH_FRICTION: wide = dqw_q_product64(band, h[DQW_PSI], -24); break;
     default: wide = dqw_q_product64(band, h[channel], -24); break;

@@ -19,7 +19,7 @@ static const uint8_t stands_for[BEFORE] = {DQW_R, DQW_LD, DQW_LQ, DQW_PSI, DQW_L
 
 static int64_t part(int64_t x, int slot, int32_t p)
 {
-    return slot >= DQW_PSI ? dqw_q_product64(x, p, -3) : x;
+    return slot >= DQW_PSI ? dqw_q_times64(x, p, -3) : x;
 }
 
 static int64_t sum_of(const dqw_normal_q15 *m, int i, int j)
@@ -34,7 +34,7 @@ static void fold(const dqw_estimator_q15 *e, int32_t p, dqw_normal_q15 *m, dqw_s
     static const int64_t least[AFTER] = {1, 1, 1, 1};
     const int32_t *w = e->w_q24;
     // Off by this much where the inductances stay, and the cross weights follow them.
-    const int64_t off_q24[2] = {dqw_q_product64(w[DQW_LD], p, -3) - w[DQW_POLES_LD_Q15], dqw_q_product64(w[DQW_LQ], p, -3) - w[DQW_POLES_LQ_Q15]};
+    const int64_t off_q24[2] = {dqw_q_times64(w[DQW_LD], p, -3) - w[DQW_POLES_LD_Q15], dqw_q_times64(w[DQW_LQ], p, -3) - w[DQW_POLES_LQ_Q15]};
     (void)dqw_normal_init_q15(m, AFTER, least, none);
     for (int j = 0; j < BEFORE; j++) {
         const int to = stands_for[j];
@@ -126,7 +126,7 @@ void dqw_poles_find_q15(dqw_estimator_q15 *e, const dqw_rows_q15 *r)
         }
         const int64_t size_q20 = off_q20 < 0 ? -off_q20 : off_q20;
         const int64_t sd2_q32 = dqw_q_product64(dqw_estimator_common_variance_q56(e), dqw_estimator_inflation_q20(e, own), -44);
-        const int64_t apart_q20 = (ONE_Q20 - size_q20) * (ONE_Q20 - size_q20) / ONE_Q20;
+        const int64_t apart_q20 = dqw_q_floor64((ONE_Q20 - size_q20) * (ONE_Q20 - size_q20), 20);
         const bool told = size_q20 < QUARTER_Q20 && 2 * EVIDENCE_SD2 * sd2_q32 < dqw_q_product64(twice, apart_q20, -20);
         if (told && dqw_scale_turn_q28(&e->config->scale, (uint32_t)p) < 268435456 && !shrunk(e, r, (int32_t)p)) go_on(e, (int32_t)p);
         return;

@@ -78,11 +78,11 @@ static void inputs(const dqw_estimator_q15 *t, const dqw_estimator_q15_block *bl
 {
     dqw_units_q15 n;
     (void)dqw_units_of_q15(t->config, t->pole_pairs, &n);
-    const complex_number once = {(int64_t)block->cosine_q15 * 32768, -(int64_t)block->sine_q15 * 32768};  // Q30
+    const complex_number once = {(int64_t)block->about.cosine_q15 * 32768, -(int64_t)block->about.sine_q15 * 32768};  // Q30
     const complex_number twice = scaled(product(once, once, 30), left_of(2 * turn_q28), 28);
     const int64_t w_q28 = b->w_m;
-    const int64_t R_q40 = dqw_q_product64(n.R_q40, t->w_q24[DQW_R], -24);
-    const int64_t L_q40 = dqw_q_product64(n.X_q40[0], t->w_q24[DQW_LD], -25) + dqw_q_product64(n.X_q40[1], t->w_q24[DQW_LQ], -25);
+    const int64_t R_q40 = dqw_q_times64(n.R_q40, t->w_q24[DQW_R], -24);
+    const int64_t L_q40 = dqw_q_times64(n.X_q40[0], t->w_q24[DQW_LD], -25) + dqw_q_times64(n.X_q40[1], t->w_q24[DQW_LQ], -25);
     const int64_t X_nominal_q40 = dqw_q_floor64(n.X_q40[0] + n.X_q40[1], 1);
     const complex_number conjugate = {b->i_d, -(int64_t)b->i_q};
     const complex_number with_current = product(twice, conjugate, 30);  // Q28
@@ -95,16 +95,16 @@ static void inputs(const dqw_estimator_q15 *t, const dqw_estimator_q15_block *bl
     // e j (R - j w_e L), of nominal R and reactance together
     const int64_t both_q40 = n.R_q40 + X_nominal_q40;
     const complex_number impedance = {dqw_q_quotient64(dqw_q_product64(L_q40, w_q28, -28), both_q40, 30), dqw_q_quotient64(R_q40, both_q40, 30)};
-    const int64_t e_q40 = dqw_q_product64(dqw_q_product64(n.psi_q40, t->w_q24[DQW_PSI], -24), w_q28, -28);
+    const int64_t e_q40 = dqw_q_product64(dqw_q_times64(n.psi_q40, t->w_q24[DQW_PSI], -24), w_q28, -28);
     x[DQW_WITNESS_SHORT_Q15] = bounded(scaled(product(twice, impedance, 30), e_q40, 44));
 }
 
 bool dqw_witness_learn_q15(dqw_witness_q15 *w, const dqw_estimator_q15 *t, const dqw_estimator_q15_block *block)
 {
     const dqw_block_q15 b = dqw_estimator_means_q15(block);
-    const int64_t turn = dqw_q_product64((int64_t)t->turn_q28 * t->window.half, b.w_m, -28);
+    const int64_t turn = dqw_q_times64((int64_t)t->turn_q28 * t->window.half, b.w_m, -28);
     const int64_t turn_q28 = turn < 0 ? -turn : turn;
-    if (t->pole_pairs == 0 || !dqw_scale_is_direction(block->cosine_q15, block->sine_q15) || turn_q28 <= SLOWEST_Q28 || turn_q28 >= FASTEST_Q28) return false;
+    if (t->pole_pairs == 0 || !dqw_scale_is_direction(block->about.cosine_q15, block->about.sine_q15) || turn_q28 <= SLOWEST_Q28 || turn_q28 >= FASTEST_Q28) return false;
 
     // [WIT.1] inputs at the middle of the block
     complex_number x[DQW_WITNESS_Q15_INPUTS];
