@@ -269,10 +269,6 @@ enum dqw_status dqw_estimator_init_q15(dqw_estimator_q15 *e, const dqw_estimator
     e->window.signals = (uint8_t)(DQW_PLAIN_Q15_SIGNALS + 2 * effect.weights);
 #endif
     e->about.follow_q15 = ONE_Q15;
-    for (int axis = 0; axis < 2; axis++) {
-        const int64_t L_q40 = dqw_q_times64(u.L_q40[axis], u.w_q24[DQW_LD + axis], -24);
-        e->given.step_q15[axis] = e->step_q15[axis] = dqw_q15_sat(dqw_q31_sat(dqw_q_quotient64((int64_t)1 << 40, L_q40, 15)));
-    }
     e->given.follow_q15 = ONE_Q15;
     if (u.width_q40 > 0) {
         e->wide_q28 = (int32_t)dqw_q_quotient64(18 * u.width_q40, 5, -12);
