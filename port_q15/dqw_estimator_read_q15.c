@@ -104,7 +104,7 @@ uint32_t dqw_estimator_recent_q27(const dqw_estimator_q15 *e)
 
 enum dqw_voltage_acts dqw_estimator_voltage_acts_q15(const dqw_estimator_q15 *e)
 {
-    if (e->blocks < FEW_BLOCKS) return DQW_VOLTAGE_NOT_KNOWN;
+    if (e->blocks < FEW_BLOCKS || e->config->settled) return DQW_VOLTAGE_NOT_KNOWN;
     // What the inputs leave of the late voltage, as one more of them.
     const int n = dqw_estimator_inputs_q15(e);
     static const int64_t stay_q40[DQW_NORMAL_INPUTS] = {0};
