@@ -1,6 +1,7 @@
 #include "dqw_estimator_random_q15.h"
 
 #define CAPACITY 50u
+// Normalised by the inputs alone: with the constant input among them, signals far below full scale would move nothing.
 #define STEP_Q15 16384
 // Noisy rows move the weights by this much even when there is nothing left to learn: 0.1.
 #define TOLERANCE_Q15 3277
@@ -29,7 +30,7 @@ static bool learn(dqw_estimator_random_q15 *lent, const int32_t x_q28[], int32_t
 
 void dqw_estimator_random_init_q15(dqw_estimator_random_q15 *lent)
 {
-    const dqw_learner_config_q15 coarse = {.inputs = DQW_PARAMETERS, .step_size_q15 = STEP_Q15, .indicator = true};
+    const dqw_learner_config_q15 coarse = {.inputs = DQW_PARAMETERS, .step_size_q15 = STEP_Q15};
     const dqw_random_config_q15 random = {.reservoir = lent->reservoir, .capacity = CAPACITY, .draws = CAPACITY, .seed = 1, .tolerance_q15 = TOLERANCE_Q15};
     (void)dqw_learner_init_q15(&lent->coarse, &coarse);
     (void)dqw_random_init_q15(&lent->random, &random);

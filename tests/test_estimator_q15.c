@@ -459,7 +459,7 @@ static void test_stage_two_with_lent_memory(void)
         began = true;
         for (int i = 0; i < 4; i++) {
             CASE("%s, as the Random Learner found it", NAME[i]);
-            BETWEEN(-30, 100 * (q_value(&p, i) / TRUTH[i] - 1), 30);
+            BETWEEN(-3, 100 * (q_value(&p, i) / TRUTH[i] - 1), 3);  // 0.7
         }
     }
     HOLDS(began && p.q.stage.name == DQW_STAGE_IN_SERVICE);
