@@ -54,7 +54,7 @@ DYGRAPHS_LICENCE ?= /usr/share/doc/libjs-dygraphs
 C_BENCHES := $(patsubst %,$(BUILD)/bench/%,sim_speed regressors usage accuracy tracking faults healthy step_sizes)
 ARCHIVES := $(BUILD)/libapp.a $(BUILD)/libref.a $(BUILD)/libsim.a $(BUILD)/libdqw_q15.a $(BUILD)/libdqw.a
 # Tests that stay away from the sanitizers: what they run others run there too, and they take long.
-PLAIN_ALONE := blind target target_q15 browser other_simulator semi_synthetic circle cli_measured cli_scenarios cli_compare cli_effect_q15 cli_q15_config cli_mechanical_q15 cli_estimate cli_trace cli_rows cli_monitor app_learn app_report app_sense \
+PLAIN_ALONE := blind api_warnings fast_math target target_q15 browser other_simulator semi_synthetic circle cli_measured cli_scenarios cli_compare cli_effect_q15 cli_q15_config cli_mechanical_q15 cli_estimate cli_trace cli_rows cli_monitor app_learn app_report app_sense \
                app_speed_unit report_page fit_effects closed_loop ref_noise ref_identify ref_dynamic ref_static ref_residual ref_mechanical trace ref_measured app_paper
 TESTS := $(patsubst tests/%.c,$(BUILD)/tests/%,$(wildcard tests/test_*.c)) \
          $(patsubst tests/%.cpp,$(BUILD)/tests/%,$(wildcard tests/test_*.cpp))

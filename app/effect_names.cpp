@@ -5,35 +5,37 @@
 #include <cctype>
 #include <stdexcept>
 
+#include "dqw_text.h"
+
 namespace dqw {
 namespace {
 
-struct Name {
-    const char* name;
+struct Shapes {
     dqw_effect_name id;
-    std::size_t shapes;
+    std::size_t count;
 };
 
-constexpr std::array<Name, DQW_EFFECT_NAMES - 1> kNames{{
-    {"dead_time", DQW_EFFECT_DEAD_TIME, 1},
-    {"saturation", DQW_EFFECT_SATURATION, 1},
-    {"cross_saturation", DQW_EFFECT_CROSS_SATURATION, 1},
-    {"winding_temperature", DQW_EFFECT_WINDING_TEMPERATURE, 3},
-    {"magnet_temperature", DQW_EFFECT_MAGNET_TEMPERATURE, 3},
-    {"iron_loss", DQW_EFFECT_IRON_LOSS, 3},
-    {"flux_harmonics", DQW_EFFECT_FLUX_HARMONICS, 1},
-    {"current_offset", DQW_EFFECT_CURRENT_OFFSET, 3},
-    {"current_gain_mismatch", DQW_EFFECT_CURRENT_GAIN_MISMATCH, 3},
-    {"angle_offset", DQW_EFFECT_ANGLE_OFFSET, 3},
-    {"delay", DQW_EFFECT_DELAY, 0},
-    {"skin_effect", DQW_EFFECT_SKIN_EFFECT, 0},
-    {"phase_resistance_imbalance", DQW_EFFECT_PHASE_RESISTANCE_IMBALANCE, 0},
-    {"voltage_offset", DQW_EFFECT_VOLTAGE_OFFSET, 0},
-    {"coulomb_friction", DQW_EFFECT_COULOMB_FRICTION, 1},
-    {"direction_asymmetry", DQW_EFFECT_DIRECTION_ASYMMETRY, 1},
-    {"stribeck_friction", DQW_EFFECT_STRIBECK_FRICTION, 2},
-    {"cogging_torque", DQW_EFFECT_COGGING_TORQUE, 1},
-    {"load_torque", DQW_EFFECT_LOAD_TORQUE, 0},
+/// In the order of the enumerators.
+constexpr std::array<Shapes, DQW_EFFECT_NAMES - 1> kShapes{{
+    {DQW_EFFECT_DEAD_TIME, 1},
+    {DQW_EFFECT_SATURATION, 1},
+    {DQW_EFFECT_CROSS_SATURATION, 1},
+    {DQW_EFFECT_WINDING_TEMPERATURE, 3},
+    {DQW_EFFECT_MAGNET_TEMPERATURE, 3},
+    {DQW_EFFECT_IRON_LOSS, 3},
+    {DQW_EFFECT_FLUX_HARMONICS, 1},
+    {DQW_EFFECT_CURRENT_OFFSET, 3},
+    {DQW_EFFECT_CURRENT_GAIN_MISMATCH, 3},
+    {DQW_EFFECT_ANGLE_OFFSET, 3},
+    {DQW_EFFECT_DELAY, 0},
+    {DQW_EFFECT_SKIN_EFFECT, 0},
+    {DQW_EFFECT_PHASE_RESISTANCE_IMBALANCE, 0},
+    {DQW_EFFECT_VOLTAGE_OFFSET, 0},
+    {DQW_EFFECT_COULOMB_FRICTION, 1},
+    {DQW_EFFECT_DIRECTION_ASYMMETRY, 1},
+    {DQW_EFFECT_STRIBECK_FRICTION, 2},
+    {DQW_EFFECT_COGGING_TORQUE, 1},
+    {DQW_EFFECT_LOAD_TORQUE, 0},
 }};
 
 }  // namespace
@@ -42,7 +44,7 @@ const std::vector<std::string>& effect_names()
 {
     static const std::vector<std::string> names = [] {
         std::vector<std::string> all;
-        for (const Name& n : kNames) all.emplace_back(n.name);
+        for (const Shapes& s : kShapes) all.emplace_back(dqw_effect_text(s.id));
         return all;
     }();
     return names;
@@ -50,8 +52,8 @@ const std::vector<std::string>& effect_names()
 
 std::optional<dqw_effect_name> effect_named(const std::string& name)
 {
-    for (const Name& n : kNames)
-        if (name == n.name) return n.id;
+    for (const Shapes& s : kShapes)
+        if (name == dqw_effect_text(s.id)) return s.id;
     return {};
 }
 
@@ -64,8 +66,8 @@ std::string enumerator_of(const std::string& name)
 
 std::size_t shapes_of(dqw_effect_name name)
 {
-    for (const Name& n : kNames)
-        if (name == n.id) return n.shapes;
+    for (const Shapes& s : kShapes)
+        if (name == s.id) return s.count;
     return 0;
 }
 

@@ -38,7 +38,7 @@ std::size_t all_rows(const std::vector<Log>& logs)
 
 std::uint16_t half_window(double span_s, double dt_s, int least)
 {
-    return static_cast<std::uint16_t>(std::clamp(std::lround(span_s / dt_s), static_cast<long>(least), 10000L));
+    return static_cast<std::uint16_t>(std::lround(std::clamp(span_s / dt_s, static_cast<double>(least), 10000.0)));
 }
 
 float nominal(const Machine& machine, const Machine& start, std::optional<double> Machine::*value)

@@ -1,14 +1,15 @@
-// The fixed-point mechanical axis of port_q15/ over logs, as a core without floating point would run it.
+// The fixed-point shaft of port_q15/ over logs, as a core without floating point would run it.
 #include <fmt/format.h>
 
 #include <cmath>
 #include <stdexcept>
 
-#include "dqw_mechanical_q15.h"
+#include "dqw_shaft_q15.h"
 #include "effect_names.hpp"
 #include "fixed_point.hpp"
 #include "learn_mechanical.hpp"
 #include "learn_signals.hpp"
+#include "torque_constant.hpp"
 
 namespace dqw {
 namespace {
@@ -17,7 +18,7 @@ struct Units {
     double torque_Nm, w_rad_s, J_kgm2, B_Nms_rad;
 };
 
-Units units_of(const dqw_mechanical_scale& scale)
+Units units_of(const dqw_shaft_scale& scale)
 {
     const double torque = 1e-6 * scale.torque_full_uNm, w = 1e-3 * scale.w_full_mrad_s;
     return {torque, w, torque * 1e-9 * scale.dt_ns / w, torque / w};
@@ -41,38 +42,12 @@ dqw_torque_q15_config torque_config(const TraceInput& input)
 
 double sd_of(std::int64_t sd_q40, double unit) { return sd_q40 == INT64_MAX ? INFINITY : si(sd_q40, unit); }
 
-ShaftValue value_of(const dqw_friction_q15& f, int i, double unit) { return {si(f.value_q40[i], unit), sd_of(f.sd_q40[i], unit), (f.known >> i & 1U) != 0}; }
-
-/// K_t from the same neuron with one static input.
-class TorqueConstant {
-public:
-    TorqueConstant(double i_full_A, double torque_full_Nm) : i_full_A_(i_full_A), torque_full_Nm_(torque_full_Nm)
-    {
-        const std::int64_t zero = 0;
-        (void)dqw_axis_init_q15(&axis_, 1, &zero);
-    }
-    void learn(double i_q_A, double torque_Nm)
-    {
-        const std::int32_t x_q28 = q15(i_q_A, i_full_A_) * 8192;
-        (void)dqw_axis_learn_q15(&axis_, &x_q28, q15(torque_Nm, torque_full_Nm_) * 8192, 1);
-        dqw_axis_solve_q15(&axis_, &solution_);
-    }
-    ShaftValue read()
-    {
-        dqw_axis_solve_q15(&axis_, &solution_);
-        if (solution_.cov_q40[0] == INT64_MAX || axis_.blocks == 0) return {0.0, INFINITY, false};
-        const double unit = torque_full_Nm_ / i_full_A_, value = si(solution_.w_q40[0], unit);
-        const double variance = std::ldexp(static_cast<double>(dqw_axis_variance_q56(&axis_, &solution_)), -56);
-        const double inflation = std::ldexp(static_cast<double>(dqw_axis_inflation_q20(&axis_)), -20);
-        const double sd = std::sqrt(si(solution_.cov_q40[0], variance * inflation)) * unit;
-        return {value, sd, value > 0.0 && sd < static_cast<double>(DQW_KNOWN_RATIO) * value};
-    }
-
-private:
-    double i_full_A_, torque_full_Nm_;
-    dqw_axis_q15 axis_{};
-    dqw_solution_q15 solution_{};
-};
+/// Known where the deviation is below a quarter of the value: what a report may still name.
+ShaftValue value_of(const dqw_reading_q15& r, double unit)
+{
+    const double value = si(r.value_q40, unit), sd = sd_of(r.sd_q40, unit);
+    return {value, sd, value > 0.0 && sd < static_cast<double>(DQW_KNOWN_RATIO) * value};
+}
 
 }  // namespace
 
@@ -83,8 +58,8 @@ Learned learn_mechanical_q15(const std::vector<Log>& logs, const LearnOptions& o
     std::vector<dqw_torque_q15_config> list;
     for (const TraceInput& in : shaft.inputs) list.push_back(torque_config(in));
 
-    dqw_mechanical_q15_config config{};
-    config.scale.torque_full_uNm = full_scale(shaft.largest_torque_Nm, 1e6, "a torque", DQW_MECHANICAL_SCALE_MAX);
+    dqw_shaft_q15_config config{};
+    config.scale.torque_full_uNm = full_scale(shaft.largest_torque_Nm, 1e6, "a torque", DQW_SHAFT_TORQUE_MAX);
     config.scale.w_full_mrad_s = full_scale(shaft.largest_w_rad_s, 1e3, "a speed", DQW_SCALE_MAX);
     config.scale.dt_ns = whole(1e9 * first.dt_s);
     config.J_gmm2 = whole(1e9 * static_cast<double>(nominal(first.machine, options.start, &Machine::J_kgm2)));
@@ -92,15 +67,18 @@ Learned learn_mechanical_q15(const std::vector<Log>& logs, const LearnOptions& o
     config.half_window = static_cast<std::uint8_t>(std::min<std::uint16_t>(shaft.half_window, DQW_WINDOW_Q15_HALF));
     // lib/'s threshold, of the largest signal: a coarse encoder puts many blocks right at it.
     config.excitation_q15 = static_cast<std::uint16_t>(std::lround(0.002 / kRoom * 32768.0));
-    // A host has the time to read after every block, as the float learners do.
-    config.read_blocks = 1;
+    // A host has the time to solve after every block, as the float learners do.
+    config.solve_blocks = 1;
     config.effects = list.data();
     config.effect_count = static_cast<std::uint8_t>(list.size());
-    dqw_mechanical_q15 m;
-    if (dqw_mechanical_init_q15(&m, &config) != DQW_OK)
+    dqw_shaft_q15 m;
+    if (dqw_shaft_init_q15(&m, &config) != DQW_OK)
         throw std::invalid_argument("the fixed-point learners refuse these full scales, nominal values or shapes of effects");
     const Units units = units_of(config.scale);
-    TorqueConstant torque_constant(kRoom * static_cast<double>(largest(logs, &Log::i_q_A, &Log::i_q_A)), units.torque_Nm);
+    // As sixteen bits give it.
+    const double i_full_A = kRoom * static_cast<double>(largest(logs, &Log::i_q_A, &Log::i_q_A));
+    const auto quantised = [](double x, double full) { return q15(x, full) * full / 32768.0; };
+    TorqueConstant torque_constant;
 
     std::size_t done = 0;
     const std::size_t total = all_rows(logs);
@@ -109,29 +87,27 @@ Learned learn_mechanical_q15(const std::vector<Log>& logs, const LearnOptions& o
         const bool both = !log.torque_Nm.empty() && !log.i_q_A.empty();
         const std::vector<float> angle = shaft.inputs.empty() ? std::vector<float>(log.rows()) : shaft_angle_of(log);
         walk(
-            log, done, total, options, [&] { dqw_mechanical_gap_q15(&m); },
+            log, done, total, options, [&] { dqw_shaft_missing_q15(&m, 0); },
             [&](std::size_t k, bool held) {
                 if (held) return;
-                (void)dqw_mechanical_step_q15(&m, q15(shaft.torques[n][k], units.torque_Nm), q15(log.w_m_rad_s[k], units.w_rad_s),
-                                              turn_of(static_cast<double>(angle[k])), false);
-                if (both) torque_constant.learn(log.i_q_A[k], log.torque_Nm[k]);
-                if ((dqw_mechanical_background_q15(&m) & DQW_EVENT_LEARNED) == 0 || !options.block) return;
-                options.block(log.t_s[k], {si(m.friction.value_q40[DQW_J_Q15], units.J_kgm2), si(m.friction.value_q40[DQW_B_Q15], units.B_Nms_rad), 0.0, 0.0});
+                (void)dqw_shaft_sample_q15(&m, q15(shaft.torques[n][k], units.torque_Nm), q15(log.w_m_rad_s[k], units.w_rad_s),
+                                           turn_of(static_cast<double>(angle[k])), false);
+                if (both) torque_constant.learn(quantised(log.i_q_A[k], i_full_A), quantised(log.torque_Nm[k], units.torque_Nm));
+                if (!dqw_shaft_background_q15(&m) || !options.block) return;
+                options.block(log.t_s[k], {si(dqw_shaft_read_q15(&m, DQW_J).value_q40, units.J_kgm2),
+                                           si(dqw_shaft_read_q15(&m, DQW_B).value_q40, units.B_Nms_rad), 0.0, 0.0});
             });
     }
-    dqw_mechanical_read_q15(&m);
 
-    const dqw_friction_q15& f = m.friction;
-    ShaftRead read{value_of(f, DQW_J_Q15, units.J_kgm2), value_of(f, DQW_B_Q15, units.B_Nms_rad), torque_constant.read(), {}};
-    int at = DQW_FRICTION_Q15_PLAIN;
+    ShaftRead read{value_of(dqw_shaft_read_q15(&m, DQW_J), units.J_kgm2), value_of(dqw_shaft_read_q15(&m, DQW_B), units.B_Nms_rad), torque_constant.read(), {}};
     for (std::size_t n = 0; n < shaft.inputs.size(); n++) {
-        InputRead input{shaft.inputs[n], {}, 0};
+        std::int64_t w_q40[DQW_EFFECT_STARTS], sd_q40[DQW_EFFECT_STARTS];
+        const int known = dqw_shaft_read_effect_q15(&m, static_cast<int>(n), w_q40, sd_q40);
+        InputRead input{shaft.inputs[n], {}, static_cast<std::uint32_t>(known)};
         input.input.weights.clear();
-        for (int i = 0; i < dqw_effect_weights(list[n].effect); ++i, ++at) {
-            const ShaftValue v = value_of(f, at, units.torque_Nm);
-            input.input.weights.push_back(v.value);
-            input.sd.push_back(v.sd);
-            input.known |= v.known ? 1U << i : 0U;
+        for (int i = 0; i < dqw_effect_weights(list[n].effect); ++i) {
+            input.input.weights.push_back(si(w_q40[i], units.torque_Nm));
+            input.sd.push_back(sd_of(sd_q40[i], units.torque_Nm));
         }
         read.inputs.push_back(input);
     }

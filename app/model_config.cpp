@@ -94,9 +94,9 @@ std::string model_config_text(const TraceResult& trace, const std::vector<std::s
 
     std::string out = fmt::format("// What `dqwatch trace` found in{}: the effects that the plain model lacks, for the learners.\n",
                                   sources.empty() ? " a log" : sources);
-    const std::string init = mechanical ? "dqw_mechanical" : "dqw_estimator";
+    const std::string init = mechanical ? "dqw_shaft" : "dqw_estimator";
     out += fmt::format("// Fill in a {0}_config as before, call dqw_model_config_apply(&config), then {0}_init(); on a running estimator\n", init);
-    out += mechanical ? "// nothing else is needed.\n"
+    out += mechanical ? "// dqw_shaft_define().\n"
                       : "// that has gone back to its first stage, dqw_estimator_define(). The pole pairs must be given where there are effects.\n";
     out += "#ifndef DQW_MODEL_CONFIG_H\n#define DQW_MODEL_CONFIG_H\n\n#include \"dqw.h\"\n\n";
     if (!values.empty()) out += "// To start from, SI.\n" + values + "\n";

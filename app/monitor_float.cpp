@@ -1,12 +1,17 @@
 // The monitor of lib/.
 #include <cmath>
+#include <limits>
 #include <stdexcept>
 
 #include "dqw_monitor.h"
+#include "dqw_number.h"
 #include "monitor_engine.hpp"
 
 namespace dqw {
 namespace {
+
+/// What lib/ does not know is infinite here.
+double deviation(float sd) { return sd < DQW_UNKNOWN ? static_cast<double>(sd) : std::numeric_limits<double>::infinity(); }
 
 class FloatMonitor : public MonitorEngine {
 public:
@@ -46,13 +51,13 @@ public:
         for (int i = 0; i < DQW_TRACK_WEIGHTS; ++i) {
             const auto weight = static_cast<dqw_tracker_weight>(i);
             r.weight[weight] = static_cast<double>(dqw_tracker_value(&m_.tracker, weight));
-            r.weight_sd[weight] = static_cast<double>(dqw_tracker_sd(&m_.tracker, weight));
+            r.weight_sd[weight] = deviation(dqw_tracker_sd(&m_.tracker, weight));
             r.healthy[weight] = static_cast<double>(m_.healthy[weight]);
         }
         for (int k = 0; k < DQW_WITNESS_INPUTS; ++k) {
             const auto input = static_cast<dqw_witness_input>(k);
             r.ripple[input] = static_cast<double>(dqw_witness_size(&m_.witness, input));
-            r.ripple_sd[input] = static_cast<double>(dqw_witness_sd(&m_.witness, &m_.tracker, input));
+            r.ripple_sd[input] = deviation(dqw_witness_sd(&m_.witness, &m_.tracker, input));
             r.healthy_ripple[input] = std::hypot(static_cast<double>(m_.healthy_re[input]), static_cast<double>(m_.healthy_im[input]));
         }
         r.friction_Nm = static_cast<double>(m_.friction_Nm);

@@ -1,74 +1,65 @@
 #include "monitor_names.hpp"
 
-#include <array>
 #include <cctype>
+#include <cstring>
+
+#include "dqw_text.h"
 
 namespace dqw {
 namespace {
 
-const std::array<MonitorChannel, DQW_WATCH_CHANNELS> channels = {{
-    {"R_ohm", "R"},
-    {"Ld_H", "L_d"},
-    {"Lq_H", "L_q"},
-    {"psi_Wb", "ψ"},
-    {"dead_time_V", "dead time"},
-    {"angle_rad", "encoder angle"},
-    {"offset_A", "current offset"},
-    {"phase_resistance_ohm", "one phase's extra resistance"},
-    {"gain", "one current sensor's extra gain"},
-    {"short_S", "shorted turns' conductance"},
-    {"friction_Nm", "friction"},
-    {"temperature_K", "winding above cold"},
-    {"residual_V", "residual"},
-}};
-
-struct Fault {
-    const char *name, *told;
-    bool has_phase;
-};
+const char* title_of(int channel)
+{
+    switch (static_cast<dqw_monitor_channel>(channel)) {
+    case DQW_WATCH_R: return "R";
+    case DQW_WATCH_LD: return "L_d";
+    case DQW_WATCH_LQ: return "L_q";
+    case DQW_WATCH_PSI: return "ψ";
+    case DQW_WATCH_DEAD_TIME: return "dead time";
+    case DQW_WATCH_ANGLE: return "encoder angle";
+    case DQW_WATCH_OFFSET: return "current offset";
+    case DQW_WATCH_RESISTANCE: return "one phase's extra resistance";
+    case DQW_WATCH_REACTANCE: return "one current sensor's extra gain";
+    case DQW_WATCH_SHORT: return "shorted turns' conductance";
+    case DQW_WATCH_FRICTION: return "friction";
+    case DQW_WATCH_TEMPERATURE: return "winding above cold";
+    case DQW_WATCH_RESIDUAL:
+    case DQW_WATCH_CHANNELS: break;
+    }
+    return "residual";
+}
 
 /// %: the phase.
-const std::array<Fault, DQW_FAULT_NAMES> faults = {{
-    {"none", "nothing has happened", false},
-    {"over_temperature", "the winding is too hot", false},
-    {"demagnetisation", "the magnets have lost flux", false},
-    {"turn_short", "turns of phase % are shorted", true},
-    {"phase_connection", "phase % has gained resistance", true},
-    {"current_offset", "a current sensor reads a constant too much", false},
-    {"current_gain", "the current sensor of phase % reads another gain", true},
-    {"encoder_offset", "the encoder has turned against the rotor", false},
-    {"bearing_wear", "friction has risen in both directions", false},
-    {"inverter_fault", "the inverter loses another voltage than before", false},
-    {"unknown", "something has changed that no fault of the table explains", false},
-}};
-
-struct Stage {
-    const char *name, *spoken;
-};
-const std::array<Stage, 4> stages = {{
-    {"domain knowledge", "stage 1, domain knowledge"},
-    {"random learning", "stage 2, random learning: coarse values"},
-    {"ordinal learning", "stage 3, ordinal learning: fine values"},
-    {"in service", "in service"},
-}};
-
-/// Of an enumerator that this table does not have, the last entry.
-template <class T, std::size_t n> const T& entry(const std::array<T, n>& table, int at)
+const char* told_of(dqw_fault_name fault)
 {
-    const auto place = static_cast<std::size_t>(at);
-    return place < n ? table[place] : table.back();
+    switch (fault) {
+    case DQW_FAULT_NONE: return "nothing has happened";
+    case DQW_FAULT_OVER_TEMPERATURE: return "the winding is too hot";
+    case DQW_FAULT_DEMAGNETISATION: return "the magnets have lost flux";
+    case DQW_FAULT_TURN_SHORT: return "turns of phase % are shorted";
+    case DQW_FAULT_PHASE_CONNECTION: return "phase % has gained resistance";
+    case DQW_FAULT_CURRENT_OFFSET: return "a current sensor reads a constant too much";
+    case DQW_FAULT_CURRENT_GAIN: return "the current sensor of phase % reads another gain";
+    case DQW_FAULT_ENCODER_OFFSET: return "the encoder has turned against the rotor";
+    case DQW_FAULT_BEARING_WEAR: return "friction has risen in both directions";
+    case DQW_FAULT_INVERTER_FAULT: return "the inverter loses another voltage than before";
+    case DQW_FAULT_UNKNOWN:
+    case DQW_FAULT_NAMES: break;
+    }
+    return "something has changed that no fault of the table explains";
 }
 
 }  // namespace
 
-const MonitorChannel& channel_named(int channel) { return entry(channels, channel); }
+MonitorChannel channel_named(int channel) { return {dqw_parameter_text(static_cast<dqw_monitor_channel>(channel)), title_of(channel)}; }
 
-const char* fault_named(dqw_fault_name fault) { return entry(faults, fault).name; }
+const char* fault_named(dqw_fault_name fault) { return dqw_fault_text(fault); }
 
 const char* phase_of(const dqw_fault_verdict& fault)
 {
     static const char* const phases[] = {"a", "b", "c"};
-    return entry(faults, fault.name).has_phase && fault.phase < 3 ? phases[fault.phase] : "";
+    const bool has_phase = std::strchr(told_of(fault.name), '%') != nullptr;
+    return has_phase && fault.phase < 3 ? phases[fault.phase] : "";
 }
 
 std::string fault_spoken(const dqw_fault_verdict& fault)
@@ -82,7 +73,7 @@ std::string fault_spoken(const dqw_fault_verdict& fault)
 
 std::string fault_told(const dqw_fault_verdict& fault)
 {
-    std::string out = entry(faults, fault.name).told;
+    std::string out = told_of(fault.name);
     if (const std::size_t at = out.find('%'); at != std::string::npos) out.replace(at, 1, phase_of(fault));
     return out;
 }
@@ -93,7 +84,16 @@ std::string capital(std::string text)
     return text;
 }
 
-const char* stage_named(dqw_stage_name stage) { return entry(stages, stage).name; }
-const char* stage_spoken(dqw_stage_name stage) { return entry(stages, stage).spoken; }
+const char* stage_named(dqw_stage_name stage) { return dqw_stage_text(stage); }
+const char* stage_spoken(dqw_stage_name stage)
+{
+    switch (stage) {
+    case DQW_STAGE_DOMAIN: return "stage 1, domain knowledge";
+    case DQW_STAGE_RANDOM: return "stage 2, random learning: coarse values";
+    case DQW_STAGE_ORDINAL: return "stage 3, ordinal learning: fine values";
+    case DQW_STAGE_IN_SERVICE: break;
+    }
+    return dqw_stage_text(DQW_STAGE_IN_SERVICE);
+}
 
 }  // namespace dqw

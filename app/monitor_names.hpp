@@ -1,4 +1,4 @@
-// The monitor's channels, faults and stages in words: the only place that turns its enumerators into names.
+// The monitor's channels, faults and stages in words, for people: their names are those of dqw_text.h.
 #ifndef DQW_APP_MONITOR_NAMES_HPP
 #define DQW_APP_MONITOR_NAMES_HPP
 
@@ -12,7 +12,7 @@ namespace dqw {
 struct MonitorChannel {
     const char *parameter, *title;
 };
-const MonitorChannel& channel_named(int channel);
+MonitorChannel channel_named(int channel);
 
 /// "demagnetisation": the name in dqwatch.event/1.
 const char* fault_named(dqw_fault_name fault);

@@ -10,34 +10,10 @@
 #ifndef DQW_H
 #define DQW_H
 
-#include "dqw_axis.h"
-#include "dqw_change.h"
-#include "dqw_effect.h"
-#include "dqw_effect_name.h"
 #include "dqw_estimator.h"
-#include "dqw_fault.h"
-#include "dqw_fault_name.h"
-#include "dqw_gain.h"
-#include "dqw_gate.h"
-#include "dqw_learner.h"
-#include "dqw_mechanical.h"
-#include "dqw_model.h"
 #include "dqw_monitor.h"
-#include "dqw_noise.h"
-#include "dqw_ordinal.h"
-#include "dqw_random.h"
-#include "dqw_size.h"
-#include "dqw_stage.h"
-#include "dqw_status.h"
-#include "dqw_tapped.h"
-#include "dqw_tracker.h"
-#include "dqw_transform.h"
-#include "dqw_watch.h"
-#include "dqw_window.h"
-#include "dqw_witness.h"
-
-#ifdef __FAST_MATH__
-#error "dqwatch needs NaN to compare as NaN: build it without -ffast-math"
-#endif
+#include "dqw_sample.h"
+#include "dqw_shaft.h"
+#include "dqw_text.h"
 
 #endif

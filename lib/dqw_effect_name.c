@@ -8,11 +8,6 @@ int dqw_effect_weights(enum dqw_effect_name name)
     return (unsigned)name < DQW_EFFECT_NAMES ? weights[name] : 0;
 }
 
-int dqw_effect_inputs(enum dqw_effect_name name)
-{
-    return name == DQW_EFFECT_DEAD_TIME ? 0 : dqw_effect_weights(name);
-}
-
 bool dqw_effect_is_mechanical(enum dqw_effect_name name)
 {
     return (unsigned)name >= DQW_EFFECT_COULOMB_FRICTION && (unsigned)name < DQW_EFFECT_NAMES;

@@ -29,7 +29,7 @@ enum dqw_effect_name {
     DQW_EFFECT_SKIN_EFFECT,                 ///< [ohm s^2]
     DQW_EFFECT_PHASE_RESISTANCE_IMBALANCE,  ///< [a, b, ohm]
     DQW_EFFECT_VOLTAGE_OFFSET,              ///< [d, q, V]
-    DQW_EFFECT_COULOMB_FRICTION,            ///< [Nm]: width, rad/s. From here on for dqw_mechanical
+    DQW_EFFECT_COULOMB_FRICTION,            ///< [Nm]: width, rad/s. From here on for dqw_shaft
     DQW_EFFECT_DIRECTION_ASYMMETRY,         ///< [Nm]: width, rad/s
     DQW_EFFECT_STRIBECK_FRICTION,           ///< [Nm]: width, speed at which it has fallen to 1/e, rad/s
     DQW_EFFECT_COGGING_TORQUE,              ///< [cos, sin, Nm]: periods a revolution
@@ -39,9 +39,6 @@ enum dqw_effect_name {
 
 /// Weights of an effect; 0 where there is no such name.
 int dqw_effect_weights(enum dqw_effect_name name);
-
-/// Inputs of their own that its weights need: none for dead time, whose weight every estimator has.
-int dqw_effect_inputs(enum dqw_effect_name name);
 
 /// True for the effects of the shaft.
 bool dqw_effect_is_mechanical(enum dqw_effect_name name);

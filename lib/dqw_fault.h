@@ -26,7 +26,7 @@ typedef struct dqw_fault_verdict {
 ///
 /// Source   (E64) in docs/EQUATIONS.md
 /// Shape    change[], unit[]: DQW_SIGNS, read only. change: R, L_d, L_q, flux as parts of the healthy ones, V, rad, then the witness' weights, SI;
-///          unit: deviation of each that means nothing, > 0, infinite where it is not known
+///          unit: deviation of each that means nothing, > 0, DQW_UNKNOWN or more where it is not known
 /// Returns  DQW_FAULT_UNKNOWN where no pattern explains most of it
 /// Cost     about 2000 flops: once an event
 /// Context  background; no state

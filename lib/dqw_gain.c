@@ -1,13 +1,14 @@
 #include "dqw_gain.h"
 
-#include <math.h>
 #include <stddef.h>
+
+#include "dqw_number.h"
 
 enum dqw_status dqw_gain_init(dqw_gain *g, int inputs, float p0)
 {
     if (g == NULL) return DQW_ERR_NULL;
     if (inputs < 1 || inputs > DQW_LEARNER_INPUTS) return DQW_ERR_SIZE;
-    if (!isfinite(p0) || p0 <= 0.0f) return DQW_ERR_RANGE;
+    if (!dqw_is_positive(p0)) return DQW_ERR_RANGE;
     const dqw_gain zero = {0};
     *g = zero;
     g->inputs = (uint8_t)inputs;

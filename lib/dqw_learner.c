@@ -21,7 +21,8 @@ enum dqw_status dqw_learner_init(dqw_learner *l, const dqw_learner_config *confi
     if (config->inputs < 1 || config->inputs > DQW_LEARNER_INPUTS) return DQW_ERR_SIZE;
     if (!dqw_is_positive(config->step_size) || config->step_size >= 2.0f || !dqw_is_positive(config->y_base)) return DQW_ERR_RANGE;
     for (int i = 0; i < config->inputs; i++)
-        if (!dqw_is_positive(config->x_base[i]) || !dqw_is_positive(1.0f / config->x_base[i])) return DQW_ERR_RANGE;
+        if (!dqw_is_positive(config->x_base[i]) || !dqw_is_positive(1.0f / config->x_base[i]) || !dqw_is_positive(config->y_base * (1.0f / config->x_base[i])))
+            return DQW_ERR_RANGE;
 
     const dqw_learner zero = {0};
     *l = zero;
@@ -55,7 +56,7 @@ float dqw_learner_learn(dqw_learner *l, const float x[], float target)
 
     // [LMS.2] error before the correction
     const float e_pu = (target - dqw_learner_forward(l, x)) / l->y_base;
-    if (!isfinite(e_pu) || !isfinite(norm)) {
+    if (!dqw_is_finite(e_pu) || !dqw_is_finite(norm)) {
         if (l->skipped < UINT32_MAX) l->skipped++;
         return 0.0f;
     }
@@ -77,7 +78,7 @@ float dqw_learner_learn(dqw_learner *l, const float x[], float target)
 
 float dqw_learner_weight(const dqw_learner *l, int i)
 {
-    if (i < 0 || i >= l->inputs) return NAN;
+    if (i < 0 || i >= l->inputs) return dqw_number_nan();
     return l->w_pu[i] * l->y_base * l->x_scale[i];
 }
 
@@ -86,7 +87,7 @@ enum dqw_status dqw_learner_set_weight(dqw_learner *l, int i, float weight)
     if (l == NULL) return DQW_ERR_NULL;
     if (i < 0 || i >= l->inputs) return DQW_ERR_SIZE;
     const float w_pu = weight / (l->y_base * l->x_scale[i]);
-    if (!isfinite(w_pu)) return DQW_ERR_RANGE;
+    if (!dqw_is_finite(w_pu)) return DQW_ERR_RANGE;
     l->w_pu[i] = w_pu;
     return DQW_OK;
 }

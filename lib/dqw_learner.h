@@ -5,6 +5,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "dqw_number.h"
 #include "dqw_size.h"
 #include "dqw_status.h"
 
@@ -26,7 +27,7 @@ typedef struct dqw_learner_config {
     int inputs;                        ///< 1 .. DQW_LEARNER_INPUTS
     float step_size;                   ///< normalised step, 0 < step_size < 2; 0.5 is a good start
     float x_base[DQW_LEARNER_INPUTS];  ///< what one unit of each input is, in the input's own unit; > 0. (P15)
-    float y_base;                      ///< the same for the target; > 0
+    float y_base;                      ///< the same for the target; > 0, and y_base / x_base, what a weight is counted in, too
     bool noisy_inputs;                 ///< inputs as noisy as the target, per unit: minimise the orthogonal distance
     bool indicator;                    ///< watch the weight of a constant input, W_o, as convergence indicator
 } dqw_learner_config;
@@ -95,7 +96,7 @@ static inline float dqw_learner_step_pu(float w_pu[], const float x_pu[], int n,
         e_pu -= w_pu[i] * x_pu[i];
         norm += x_pu[i] * x_pu[i];
     }
-    if (e_pu < 1e3f && e_pu > -1e3f) {
+    if (dqw_within(e_pu, 1e3f)) {
         const float g = step_size * e_pu / norm;
         DQW_UNROLL
         for (int i = 0; i < n; i++) w_pu[i] += g * x_pu[i];

@@ -6,100 +6,159 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "dqw_estimator.h"
 #include "dqw_fault.h"
-#include "dqw_random.h"
+#include "dqw_nameplate.h"
+#include "dqw_reading.h"
 #include "dqw_stage.h"
-#include "dqw_tracker.h"
 #include "dqw_watch.h"
+#include "dqw_why.h"
 #include "dqw_witness.h"
 
 #ifdef __cplusplus
 extern "C" {
 #endif
 
-/// Memory that stage 2 borrows: free for other use once dqw_monitor_stage() says DQW_STAGE_ORDINAL or later. A firmware that lends none
-/// carries no code for it.
-typedef struct dqw_monitor_random {
-    bool (*learn)(struct dqw_monitor_random *lent, const dqw_tracker *t);
-    dqw_random random;
-    dqw_learner coarse;
-    dqw_random_sample reservoir[50];
-} dqw_monitor_random;
-
-/// Make stage 2's memory ready to be lent: 50 rows, as the paper's 50 samples.
-///
-/// Source   section 4.2 of the paper; (E8) in docs/EQUATIONS.md
-/// Context  before dqw_monitor_init and dqw_monitor_define
-void dqw_monitor_random_init(dqw_monitor_random *lent);
-
-/// All zero is refused. Constant: it may stay in flash. 0 takes the value in brackets.
+/// All zero is refused. Constant: it may stay in flash. 0 takes the value in brackets. dqw_monitor_config_default() fills it from a nameplate.
 typedef struct dqw_monitor_config {
-    dqw_tracker_config tracker;  ///< nominal values. Give it a drift_per_sqrt_s, 0.01 is a good start, or it follows nothing
+    dqw_estimator_config estimator;  ///< pole pairs are needed. Give it a drift_per_sqrt_s, 0.01 is a good start, or it follows nothing
     /// A change by less is healthy. Of R, L_d, L_q, flux [0.04, 0.06, 0.06, 0.012] as part of the healthy value; dead time [0.005] as part of
     /// the voltage base; angle [0.02] rad; offset [0.01] as part of the current base; resistance and reactance of one phase against the others
     /// [0.03, 0.03]; shorted turns' conductance times R [0.003]; friction [0.05] as part of the torque at the current base; winding above
     /// cold [110] K; residual against the healthy one [3]
     float band[DQW_WATCH_CHANNELS];
-    float alpha_per_K;       ///< of the winding's resistance [0.0039]
-    float beta_per_K;        ///< of the magnet's flux, as a positive fall [0.001]
-    float heating_K_s;       ///< the fastest healthy heating or cooling [1]
-    float J_kgm2;            ///< inertia; 0: friction is not watched
-    uint32_t threshold_ppm;  ///< residual over the voltage base that stage 3 must reach [50000: 5 %]
-    bool commissioned;       ///< the tracker's nominal values were measured on this machine, cold: temperatures count from them
+    float alpha_per_K;  ///< of the winding's resistance [0.0039]
+    float beta_per_K;   ///< of the magnet's flux, as a positive fall [0.001]
+    float heating_K_s;  ///< the fastest healthy heating or cooling [1]
+    float J_kgm2;       ///< inertia; 0: friction is not watched
+    bool commissioned;  ///< the estimator's nominal values were measured on this machine, cold: temperatures count from them
 } dqw_monitor_config;
 
-/// One event.
-typedef struct dqw_monitor_event {
-    uint32_t half;   ///< halves of a window since init: times half_window * dt_s it is the time
-    uint32_t since;  ///< the same, when the change began to show: in looks of 16 learned blocks, 255 at most; later than true where blocks were lost
+/// What has changed. Times in samples since init.
+typedef struct dqw_monitor_change {
+    uint64_t sample;  ///< when it was named
+    uint64_t since;   ///< when it began to show: in looks of 16 learned blocks, 255 at most; later than true where blocks were lost
     enum dqw_monitor_channel parameter;
-    float value, sd;  ///< of the parameter, SI
+    float value, sd;  ///< SI
+    float healthy;    ///< what it was before; of temperature and residual the limit
     dqw_fault_verdict fault;
-} dqw_monitor_event;
+} dqw_monitor_change;
 
 typedef struct dqw_monitor {
-    dqw_tracker tracker;  ///< its configuration is the first part of the monitor's
+    const dqw_monitor_config *config;
+    dqw_estimator estimator;
     dqw_witness witness;
-    dqw_stage stage;
-    dqw_monitor_random *lent;
-    float healthy[DQW_TRACK_WEIGHTS];  ///< SI; R and flux follow the temperature
+    float healthy[DQW_PARAMETERS];  ///< SI; R and flux follow the temperature
     float healthy_re[DQW_WITNESS_INPUTS], healthy_im[DQW_WITNESS_INPUTS];
     float cold_R_ohm, cold_psi_Wb, hottest_K;  ///< where they may follow from, and the winding's highest rise, slowly forgotten
-    float residual_pu2, healthy_residual_pu2;
+    float healthy_residual_pu2;
     // Friction: mean over reversals, its variance, the healthy one; the mean torque being gathered, and that before it.
     float friction_Nm, spread_Nm2, healthy_friction_Nm, w_before_rad_s, gathered_Nm, before_Nm;
     dqw_watch watch;
+    // The change that was named last, as dqw_monitor_event() tells it; times in halves of a window.
+    uint32_t named_at, named_since;
+    float named_value, named_sd, named_healthy;
+    dqw_fault_verdict named_fault;
+    uint8_t named_channel;
+    bool has_change;
+    bool restored;    ///< healthy values came from a store
 } dqw_monitor;
 
-/// Make a monitor. `lent` from dqw_monitor_random_init, or NULL: the nominal values then stand for stage 2's result.
+/// A configuration for a machine of which no more than the nameplate is known; nominal values, bands and the like may be set in it.
+///
+/// Source   (E80) in docs/EQUATIONS.md for half_window
+/// Returns  a configuration that init takes, where the nameplate's values are positive and the pole pairs known
+/// Context  at start
+dqw_monitor_config dqw_monitor_config_default(const dqw_nameplate *plate);
+
+/// Make a monitor.
 ///
 /// Source   Fig. 1; (E21), (E60) to (E65) in docs/EQUATIONS.md
-/// Returns  DQW_OK; DQW_ERR_NULL, DQW_ERR_SIZE or DQW_ERR_RANGE, and then *m is untouched
-/// Context  at start; the configuration stays in use as long as the object, `lent` through stage 2
-enum dqw_status dqw_monitor_init(dqw_monitor *m, const dqw_monitor_config *config, dqw_monitor_random *lent);
+/// Returns  DQW_OK; else which field was refused, and then *m is untouched
+/// Context  at start; the configuration stays in use as long as the object
+#define dqw_monitor_init DQW_SIZED(dqw_monitor_init)
+enum dqw_status dqw_monitor_init(dqw_monitor *m, const dqw_monitor_config *config);
 
-/// One PWM period.
+/// Stage 1 again, after a way back: with what the domain knowledge had lacked, as a trace wrote it; all learned anew. What was counted stays.
 ///
-/// Returns  DQW_EVENT_* bits; DQW_EVENT_LEARNED: a block waits for dqw_monitor_background
+/// Source   Fig. 1; (E21) in docs/EQUATIONS.md
+/// Returns  as dqw_monitor_init; on an error the old monitor goes on
+/// Context  background; hold the interrupt back
+enum dqw_status dqw_monitor_define(dqw_monitor *m, const dqw_monitor_config *config);
+
+/// One PWM period. `saturated`: the inverter could not give the voltage of this sample, or a sensor is at its limit.
+///
+/// Units    SI
+/// Range    any float; what cannot be learned is skipped and counted in m->estimator.gate
+/// Returns  DQW_EVENT_* bits; DQW_EVENT_BLOCK: a block waits for dqw_monitor_background
 /// Cost     docs/firmware.md; no loop depends on data
-/// Context  ISR safe; one writer per object
+/// Context  interrupt; one writer per object
 uint32_t dqw_monitor_sample(dqw_monitor *m, const dqw_sample *s, bool saturated);
 
-/// The slow part: learn the block that waits, watch, name.
+/// There is no sample in this period, or in these: as dqw_estimator_missing.
+/// Context  as dqw_monitor_sample
+void dqw_monitor_missing(dqw_monitor *m, uint32_t periods);
+
+/// The slow part: learn the block that waits, watch, name. Must run at least every half_window periods.
 ///
 /// Source   (E60) to (E65) in docs/EQUATIONS.md
-/// Returns  true where there is an event; *event is written then
-/// Cost     docs/firmware.md. Must run at least every half_window periods
-/// Context  background; dqw_monitor_sample may interrupt it
-bool dqw_monitor_background(dqw_monitor *m, dqw_monitor_event *event);
+/// Returns  true where something has changed: dqw_monitor_event() says what
+/// Cost     docs/firmware.md
+/// Context  background; dqw_monitor_sample may interrupt it anywhere
+bool dqw_monitor_background(dqw_monitor *m);
 
-/// The configuration in use.
-const dqw_monitor_config *dqw_monitor_config_of(const dqw_monitor *m);
+/// What has changed, once for each change: the last one, if nobody asked in time.
+///
+/// Returns  true where *change was written
+/// Context  background
+bool dqw_monitor_event(dqw_monitor *m, dqw_monitor_change *change);
 
-/// Where Fig. 1 is; and stage 1 again after a way back: with what the domain knowledge had lacked, all learned anew.
-/// Context  background; hold the interrupt back during dqw_monitor_define
+/// A channel's value as it is now, and how sure it is.
+///
+/// Source   (E20), (E61), (E62) in docs/EQUATIONS.md
+/// Units    SI; angle in Wb of flux on the other axis; temperature in K above cold; residual in V
+/// Range    not usable, and sd DQW_UNKNOWN, where it is not known
+/// Context  background
+dqw_reading dqw_monitor_read(const dqw_monitor *m, enum dqw_monitor_channel channel);
+
+/// The smallest change of a channel that would be an event now, in its unit: its band, or five deviations.
+///
+/// Source   (E63) in docs/EQUATIONS.md
+/// Returns  DQW_UNKNOWN where it is not watched now
+/// Context  background
+float dqw_monitor_sensitivity(const dqw_monitor *m, enum dqw_monitor_channel channel);
+
+/// Where Fig. 1 is, and why it is not in service or watches nothing now.
+/// Source   Fig. 1; (E21) in docs/EQUATIONS.md
+/// Context  background
 enum dqw_stage_name dqw_monitor_stage(const dqw_monitor *m);
-enum dqw_status dqw_monitor_define(dqw_monitor *m, const dqw_monitor_config *config, dqw_monitor_random *lent);
+enum dqw_why dqw_monitor_why(const dqw_monitor *m);
+
+/// What was learned as healthy, to outlive a power cycle: a plain struct, for flash or a file of the same machine.
+typedef struct dqw_monitor_stored {
+    uint32_t version;  ///< of this struct
+    uint32_t config;   ///< hash of the configuration
+    float healthy[DQW_PARAMETERS];
+    float healthy_re[DQW_WITNESS_INPUTS], healthy_im[DQW_WITNESS_INPUTS];
+    float cold_R_ohm, cold_psi_Wb, hottest_K, healthy_residual_pu2, healthy_friction_Nm;
+    uint8_t looks[DQW_WATCH_TEMPERATURE];  ///< that each healthy value is the mean of
+    uint8_t unused[1];
+    uint32_t check;  ///< sum over all that stands before it
+} dqw_monitor_stored;
+
+/// Take what was learned as healthy.
+///
+/// Returns  false before the monitor was in service with healthy values that stand, and then *stored is untouched
+/// Context  background
+bool dqw_monitor_store(const dqw_monitor *m, dqw_monitor_stored *stored);
+
+/// Give it back, after init and before the first sample: on entering service the machine is compared with it, so that what has changed meanwhile is an
+/// event. R and flux may differ by what heat explains.
+///
+/// Returns  DQW_OK; DQW_ERR_NULL, DQW_ERR_STORE_VERSION, DQW_ERR_STORE_DAMAGED, DQW_ERR_STORE_CONFIG where it was written with other bases, nominal
+///          values or effects: then *m is as it was
+/// Context  at start
+enum dqw_status dqw_monitor_restore(dqw_monitor *m, const dqw_monitor_stored *stored);
 
 #ifdef __cplusplus
 }

@@ -1,5 +1,4 @@
-// Small questions about numbers that several files ask, answered from their bits: so that a compiler that is told that there is no NaN and
-// no infinity (-ffast-math) answers them too.
+// What a number is, asked of its bits: the same under every compiler's floating-point flags, -ffast-math and -ffinite-math-only too.
 #ifndef DQW_NUMBER_H
 #define DQW_NUMBER_H
 
@@ -10,50 +9,90 @@
 extern "C" {
 #endif
 
-/// A deviation that is not known: larger than all others, and finite. Ask `sd < DQW_UNKNOWN`.
+/// Asks for a small function to be part of its caller, or to stay apart from it, where a size setting would do otherwise.
+#if defined(__GNUC__)
+#define DQW_INLINE static inline __attribute__((always_inline))
+#define DQW_APART static __attribute__((noinline))
+#else
+#define DQW_INLINE static inline
+#define DQW_APART static
+#endif
+
+/// A standard deviation that is not known: finite, so that comparisons hold where a compiler assumes that there is no infinity. What is
+/// known is `sd < DQW_UNKNOWN`.
 #define DQW_UNKNOWN 3.4e38f
 
-/// The number's bits as IEEE 754 has them: sign, exponent, fraction.
-static inline uint32_t dqw_bits(float x)
+/// Bits of infinity; a NaN's are more.
+#define DQW_NUMBER_INFINITE UINT32_C(0x7f800000)
+
+// A compiler that was promised finite numbers may draw conclusions from a float that it holds, and none from one that it must read.
+#if defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__
+#define DQW_NUMBER_READ volatile
+#else
+#define DQW_NUMBER_READ
+#endif
+
+/// The bits of a float, IEEE 754 binary32.
+static inline uint32_t dqw_number_bits(float x)
 {
-    const union {
+    DQW_NUMBER_READ union {
         float number;
         uint32_t bits;
-    } both = {x};
-    return both.bits;
+    } same;
+    same.number = x;
+    return same.bits;
+}
+
+/// NaN, for read-outs that have nothing to say.
+static inline float dqw_number_nan(void)
+{
+    DQW_NUMBER_READ union {
+        uint32_t bits;
+        float number;
+    } same;
+    same.bits = UINT32_C(0x7fc00000);
+    return same.number;
+}
+
+/// The size of a number: as integers these have the order of the numbers, infinity and then NaN above all.
+static inline uint32_t dqw_size_bits(float x)
+{
+    return dqw_number_bits(x) & UINT32_C(0x7fffffff);
 }
 
 /// Neither NaN nor infinity.
 static inline bool dqw_is_finite(float x)
 {
-    return (dqw_bits(x) & 0x7fffffffu) < 0x7f800000u;
-}
-
-/// |x| <= limit; false for NaN.
-/// Range    limit >= 0
-static inline bool dqw_within(float x, float limit)
-{
-    return (dqw_bits(x) & 0x7fffffffu) <= dqw_bits(limit);
+    return dqw_size_bits(x) < DQW_NUMBER_INFINITE;
 }
 
 /// A number above zero.
 static inline bool dqw_is_positive(float x)
 {
-    return dqw_bits(x) - 1u < 0x7f7fffffu;
+    const uint32_t bits = dqw_number_bits(x);
+    return bits != 0 && bits < DQW_NUMBER_INFINITE;
 }
 
-/// A number that is not negative.
+/// A number that is not negative; minus zero is zero.
 static inline bool dqw_is_zero_or_positive(float x)
 {
-    return dqw_bits(x) < 0x7f800000u || dqw_bits(x) == 0x80000000u;
+    const uint32_t bits = dqw_number_bits(x);
+    return bits < DQW_NUMBER_INFINITE || bits == UINT32_C(0x80000000);
 }
 
-/// Cosine and sine of one angle, within what a sensor's amplitude leaves open.
+/// A number of at most this size, |x| <= limit.
+/// Range    limit >= 0, not NaN; false for x NaN or infinite, whatever the limit
+static inline bool dqw_within(float x, float limit)
+{
+    const uint32_t size = dqw_number_bits(x) & UINT32_C(0x7fffffff);
+    return size < DQW_NUMBER_INFINITE && size <= (dqw_number_bits(limit) & UINT32_C(0x7fffffff));
+}
+
+/// Cosine and sine of one angle: their length, squared, is within 0.9 .. 1.1.
 static inline bool dqw_is_direction(float cosine, float sine)
 {
-    if (!dqw_within(cosine, 1.01f) || !dqw_within(sine, 1.01f)) return false;
-    const float square = cosine * cosine + sine * sine;
-    return square > 0.9f && square < 1.1f;
+    const uint32_t least = UINT32_C(0x3f666666), most = UINT32_C(0x3f8ccccd);
+    return dqw_number_bits(cosine * cosine + sine * sine) - least <= most - least;
 }
 
 #ifdef __cplusplus

@@ -75,7 +75,7 @@ void dqw_ordinal_step(dqw_ordinal *o, float x_V, float y_A)
 {
     const float x_pu = x_V * o->x_scale;
     const float y_pu = y_A * o->y_scale;
-    if (!(fabsf(x_pu) < WILD_PU) || !(fabsf(y_pu) < WILD_PU)) {
+    if (!dqw_within(x_pu, WILD_PU) || !dqw_within(y_pu, WILD_PU)) {
         if (o->skipped < UINT32_MAX) o->skipped++;
         o->started = false;
         return;
@@ -128,7 +128,7 @@ float dqw_ordinal_R_from_x(const dqw_ordinal *o, float L_H)
 {
     const float a = o->a + o->delta_pu[1];
     const float b = (o->b_pu + o->delta_pu[0]) * o->x_scale / o->y_scale;
-    if (!(b > 0.0f)) return NAN;
+    if (!(b > 0.0f)) return dqw_number_nan();
     if (o->discretisation == DQW_ORDINAL_BACKWARD) return 1.0f / b - L_H / o->dt_s;
     return (1.0f - a) / b;
 }
@@ -136,7 +136,7 @@ float dqw_ordinal_R_from_x(const dqw_ordinal *o, float L_H)
 float dqw_ordinal_R_from_y(const dqw_ordinal *o, float L_H)
 {
     const float a = o->a + o->delta_pu[1];
-    if (!(a > 0.0f)) return NAN;
+    if (!(a > 0.0f)) return dqw_number_nan();
     if (o->discretisation == DQW_ORDINAL_BACKWARD) return L_H / o->dt_s * (1.0f / a - 1.0f);
     return -L_H / o->dt_s * logf(a);
 }

@@ -3,6 +3,8 @@
 #include <math.h>
 #include <stddef.h>
 
+#include "dqw_number.h"
+
 static uint32_t next(uint32_t *state)
 {
     uint32_t s = *state;
@@ -23,7 +25,7 @@ enum dqw_status dqw_random_init(dqw_random *r, const dqw_random_config *config)
 {
     if (r == NULL || config == NULL || config->reservoir == NULL) return DQW_ERR_NULL;
     if (config->capacity < 2 || config->draws < 1 || config->draws > config->capacity) return DQW_ERR_SIZE;
-    if (!isfinite(config->tolerance) || config->tolerance <= 0.0f) return DQW_ERR_RANGE;
+    if (!dqw_is_positive(config->tolerance)) return DQW_ERR_RANGE;
     const dqw_random zero = {0};
     *r = zero;
     r->reservoir = config->reservoir;
@@ -37,9 +39,9 @@ enum dqw_status dqw_random_init(dqw_random *r, const dqw_random_config *config)
 void dqw_random_put(dqw_random *r, const float x[], int inputs, float target)
 {
     // What cannot be learned takes no place.
-    if (!isfinite(target)) return;
+    if (!dqw_is_finite(target)) return;
     for (int i = 0; i < inputs && i < DQW_LEARNER_INPUTS; i++)
-        if (!isfinite(x[i])) return;
+        if (!dqw_is_finite(x[i])) return;
     // Past 2^32 - 1 samples the odds stay where they are.
     if (r->seen < UINT32_MAX) r->seen++;
     uint32_t slot = r->held;

@@ -1,7 +1,8 @@
 #include "dqw_tapped.h"
 
-#include <math.h>
 #include <stddef.h>
+
+#include "dqw_number.h"
 
 enum dqw_status dqw_tapped_init(dqw_tapped *t, const dqw_tapped_config *config)
 {
@@ -60,5 +61,5 @@ float dqw_tapped_pole_pairs(const dqw_tapped *t)
 
 float dqw_tapped_flux_weight(const dqw_tapped *t)
 {
-    return t->taps > DQW_TAP_FLUX ? dqw_learner_weight(&t->learner[DQW_TAP_FLUX], 0) : NAN;
+    return t->taps > DQW_TAP_FLUX ? dqw_learner_weight(&t->learner[DQW_TAP_FLUX], 0) : dqw_number_nan();
 }

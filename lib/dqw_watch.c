@@ -93,6 +93,11 @@ void dqw_watch_adopt(dqw_watch *w, uint32_t halves)
     quiet(w);
 }
 
+void dqw_watch_restore(dqw_watch *w, const uint8_t looks[])
+{
+    for (int i = 0; i < DQW_WATCH_TEMPERATURE; i++) w->looks[i] = looks[i];
+}
+
 void dqw_watch_rest(dqw_watch *w)
 {
     w->wait = REST_TICKS;

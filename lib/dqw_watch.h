@@ -15,7 +15,7 @@ extern "C" {
 
 /// What is watched.
 enum dqw_monitor_channel {
-    DQW_WATCH_R = 0,  // the tracker's weights first, in its order
+    DQW_WATCH_R = 0,  // the estimator's weights first, in the order of enum dqw_parameter
     DQW_WATCH_LD,
     DQW_WATCH_LQ,
     DQW_WATCH_PSI,
@@ -53,8 +53,8 @@ typedef struct dqw_watch {
     uint8_t blocks, wait;                  ///< since the last look; looks to come until an event is named, or the rest after it or a pause is over
     uint8_t reversals;                     ///< of the direction, that friction is a mean over
     int8_t gathered;                       ///< blocks of a stretch in one direction, with its sign
-    signed int before : 2;                 ///< direction of the stretch before it
-    bool resting : 1, too_hot : 1, back : 1;
+    int8_t before;                         ///< direction of the stretch before it
+    bool resting, too_hot, back;
 } dqw_watch;
 
 /// What a look begins with.
@@ -98,6 +98,9 @@ enum dqw_watch_begins dqw_watch_begin(dqw_watch *w);
 
 /// Healthy values were taken as they are: they settle anew.
 void dqw_watch_adopt(dqw_watch *w, uint32_t halves);
+
+/// Healthy values come from a store: as many looks as they are the mean of.
+void dqw_watch_restore(dqw_watch *w, const uint8_t looks[]);
 
 /// Watch nothing for a while, healthy values are taken meanwhile: on entering service, and after an event.
 void dqw_watch_rest(dqw_watch *w);

@@ -2,6 +2,7 @@
 
 #include <math.h>
 
+#include "dqw_estimator_block.h"
 #include "dqw_number.h"
 
 // Electrical angle that a block's half must turn by: less, and a ripple is a constant within the memory; and where twice that is too much
@@ -33,19 +34,19 @@ static float left_of(float turn_rad)
     return sinc * sinc;
 }
 
-bool dqw_witness_learn(dqw_witness *w, const dqw_tracker *t)
+bool dqw_witness_learn(dqw_witness *w, const dqw_estimator *e, const dqw_estimator_block *block)
 {
-    const dqw_tracker_config *c = t->config;
-    const dqw_block b = dqw_tracker_block(t);
-    const float w_e = (float)c->pole_pairs * b.w_m_rad_s;
-    const float turn = fabsf(w_e) * c->dt_s * (float)t->window.half;
-    if (!c->angle || !dqw_is_direction(t->block_cosine, t->block_sine) || !(turn > SLOWEST_RAD) || !(turn < FASTEST_RAD)) return false;
+    const dqw_estimator_config *c = e->config;
+    const dqw_block b = dqw_estimator_means(e, block);
+    const float w_e = (float)e->pole_pairs * b.w_m_rad_s;
+    const float turn = fabsf(w_e) * c->dt_s * (float)e->window.half;
+    if (!dqw_is_direction(block->cosine, block->sine) || !(turn > SLOWEST_RAD) || !(turn < FASTEST_RAD)) return false;
 
     // [WIT.1] inputs at the middle of the block
-    const complex_number once = {t->block_cosine, -t->block_sine};
-    const float R = dqw_tracker_value(t, DQW_TRACK_R);
-    const float L = 0.5f * (dqw_tracker_value(t, DQW_TRACK_LD) + dqw_tracker_value(t, DQW_TRACK_LQ));
-    const float e = w_e * dqw_tracker_value(t, DQW_TRACK_PSI);
+    const complex_number once = {block->cosine, -block->sine};
+    const float R = dqw_estimator_value(e, DQW_R);
+    const float L = 0.5f * (dqw_estimator_value(e, DQW_LD) + dqw_estimator_value(e, DQW_LQ));
+    const float induced = w_e * dqw_estimator_value(e, DQW_PSI);
     const float left = left_of(2.0f * turn);
     complex_number twice = product(once, once);
     twice.re *= left;
@@ -59,11 +60,11 @@ bool dqw_witness_learn(dqw_witness *w, const dqw_tracker *t)
         {first * once.re, first * once.im},
         with_current,
         {-w_e * with_current.im, w_e * with_current.re},
-        {e * shorted.re, e * shorted.im},
+        {induced * shorted.re, induced * shorted.im},
     };
 
     // [WIT.2] the shared error
-    complex_number error = {t->e_pu[0] * c->v_base_V, t->e_pu[1] * c->v_base_V};
+    complex_number error = {e->e_pu[0] * c->v_base_V, e->e_pu[1] * c->v_base_V};
     for (int k = 0; k < DQW_WITNESS_INPUTS; k++) {
         const complex_number weight = {w->re[k], w->im[k]};
         const complex_number said = product(weight, x[k]);
@@ -92,9 +93,9 @@ float dqw_witness_size(const dqw_witness *w, enum dqw_witness_input input)
     return sqrtf(w->re[input] * w->re[input] + w->im[input] * w->im[input]);
 }
 
-float dqw_witness_sd(const dqw_witness *w, const dqw_tracker *t, enum dqw_witness_input input)
+float dqw_witness_sd(const dqw_witness *w, const dqw_estimator *e, enum dqw_witness_input input)
 {
-    if (w->blocks < DQW_WITNESS_MEMORY || !(w->power[input] > 0.0f)) return INFINITY;
-    const float variance = 0.5f * (t->error_pu2[0] + t->error_pu2[1]) * t->config->v_base_V * t->config->v_base_V;
+    if (w->blocks < DQW_WITNESS_MEMORY || !(w->power[input] > 0.0f)) return DQW_UNKNOWN;
+    const float variance = 0.5f * (e->error_pu2[0] + e->error_pu2[1]) * e->config->v_base_V * e->config->v_base_V;
     return sqrtf(variance / (2.0f * (float)DQW_WITNESS_MEMORY * w->power[input]));
 }

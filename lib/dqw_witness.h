@@ -1,4 +1,4 @@
-// The witness: one complex neuron on what the tracker leaves over. Its inputs turn once and twice with the rotor: what a current
+// The witness: one complex neuron on what the estimator leaves over. Its inputs turn once and twice with the rotor: what a current
 // sensor's offset, an unlike phase, an unlike sensor and shorted turns add. Knows nothing of faults' names.
 #ifndef DQW_WITNESS_H
 #define DQW_WITNESS_H
@@ -6,7 +6,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "dqw_tracker.h"
+#include "dqw_estimator.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -20,6 +20,8 @@ enum dqw_witness_input {
     DQW_WITNESS_INPUTS
 };
 
+struct dqw_estimator_block;
+
 typedef struct dqw_witness {
     float re[DQW_WITNESS_INPUTS], im[DQW_WITNESS_INPUTS];  ///< weights, SI; their angle is twice that of the phase (offset: the vector in the stator)
     float power[DQW_WITNESS_INPUTS];                       ///< mean squared input, SI: volts per unit of the weight
@@ -32,19 +34,19 @@ typedef struct dqw_witness {
 /// Forget everything.
 void dqw_witness_init(dqw_witness *w);
 
-/// Learn the residual of the block that the tracker has just learned. Without effect where the angle is not known, the machine turns
+/// Learn the residual of the block that the estimator has just learned. Without effect where the angle is not known, the machine turns
 /// too slowly to tell a ripple from a constant, or so fast that a block averages it away.
 ///
 /// Source   (E62) in docs/EQUATIONS.md: all inputs share one error, each has its own mean power as step
 /// Returns  true if it learned
 /// Cost     about 150 flops, 5 divisions
 /// Context  background
-bool dqw_witness_learn(dqw_witness *w, const dqw_tracker *t);
+bool dqw_witness_learn(dqw_witness *w, const dqw_estimator *e, const struct dqw_estimator_block *block);
 
-/// Size of a weight, and its standard deviation (of one of its two parts), SI.
+/// Size of a weight, and its standard deviation (of one of its two parts), SI; DQW_UNKNOWN until the memory is full.
 /// Source   (E62) in docs/EQUATIONS.md
 float dqw_witness_size(const dqw_witness *w, enum dqw_witness_input input);
-float dqw_witness_sd(const dqw_witness *w, const dqw_tracker *t, enum dqw_witness_input input);
+float dqw_witness_sd(const dqw_witness *w, const dqw_estimator *e, enum dqw_witness_input input);
 
 #ifdef __cplusplus
 }

@@ -149,6 +149,7 @@ static void put(const dqw_effect_q15 *e, int k, const moment *m, const dqw_sampl
     const int32_t side = times(m->beta_q28, SQRT3_2_Q30);
     switch (c->effect) {
     case DQW_EFFECT_DEAD_TIME:
+        if (e->dead_time_apart) break;
         put_phases(m, soft_sign_q28(m->alpha_q28, p[0], e->shift[k]), soft_sign_q28(side - half, p[0], e->shift[k]),
                    soft_sign_q28(-half - side, p[0], e->shift[k]), m->f_d, m->f_q);
         break;
@@ -255,9 +256,8 @@ static void evaluate(dqw_effect_q15 *e, const dqw_sample_q15 *last, const dqw_sa
     m.g_d = g_d;
     m.g_q = g_q;
     for (int k = 0; k < e->count; k++) {
-        const int weights = dqw_effect_inputs(e->list[k].effect);
-        if (weights == 0) continue;
         put(e, k, &m, s);
+        const int weights = dqw_effect_weights_of_q15(e, e->list[k].effect);
         m.f_d += weights;
         m.f_q += weights;
         m.g_d += weights;
@@ -284,7 +284,7 @@ static void add_late(const dqw_effect_q15 *e, int32_t d[], int32_t q[])
             d[at] += 2 * coarse(e, times(e->late_d_q28, twice_q30));
             q[at] += 2 * coarse(e, times(e->late_q_q28, twice_q30));
         }
-        at += dqw_effect_inputs(effect);
+        at += dqw_effect_weights_of_q15(e, effect);
     }
 }
 

@@ -27,11 +27,10 @@
 #define THRESHOLD_PPM 50000u
 #define RANDOM_LIMIT 2000u
 #define ORDINAL_BLOCKS 500u
-// Of a nameplate: the width of dead time in the rated current, drift, equal samples, and the angle that half a block may turn by, 1.1 rad.
+// Of a nameplate: the width of dead time in the rated current, drift, equal samples.
 #define DEAD_TIME_PARTS 50u
 #define DRIFT_PPM 10000u
 #define STALE_LIMIT 10u
-#define HALF_TURN_Q28 295279002
 
 static uint32_t turning(const dqw_estimator_q15_config *c, uint32_t pole_pairs)
 {
@@ -118,7 +117,7 @@ int64_t dqw_estimator_whole_q40(const dqw_estimator_q15 *e, const dqw_units_q15 
 #if DQW_EFFECT_WEIGHTS > 0
     int at = DQW_PARAMETERS;
     for (int k = 0; k < e->effect.count && weight >= DQW_PARAMETERS; k++) {
-        at += dqw_effect_inputs(e->effect.list[k].effect);
+        at += dqw_effect_weights_of_q15(&e->effect, e->effect.list[k].effect);
         if (weight < at) return (int64_t)e->effect.base_q28[k] * 4096;
     }
 #endif
@@ -149,7 +148,7 @@ static void start_effects(dqw_estimator_q15 *e)
 {
     int at = 0;
     for (int k = 0; k < e->effect.count; k++)
-        for (int i = 0; i < dqw_effect_inputs(e->effect.list[k].effect); i++, at++) {
+        for (int i = 0; i < dqw_effect_weights_of_q15(&e->effect, e->effect.list[k].effect); i++, at++) {
             e->shift[at] = (uint8_t)shift_of(&e->effect, k);
             const int64_t w_q24 = shifted_q24(&e->effect, k, i, e->shift[at]);
             e->w_q24[DQW_PARAMETERS + at] = (int32_t)(w_q24 > START_MOST_Q24 ? START_MOST_Q24 : w_q24 < -START_MOST_Q24 ? -START_MOST_Q24 : w_q24);
@@ -158,7 +157,7 @@ static void start_effects(dqw_estimator_q15 *e)
 
 static enum dqw_status check_effects(const dqw_estimator_q15_config *c, dqw_scale *scale, dqw_effect_q15 *effect)
 {
-    if (c->effect_count > 0 && c->effects == NULL) return DQW_ERR_NULL;
+    if (c->effect_count > 0 && c->effects == NULL) return DQW_ERR_EFFECT_LIST;
     int dead = c->dead_time_width_mA != 0;
     for (int k = 0; k < c->effect_count; k++) {
         if (c->effects[k].effect != DQW_EFFECT_DEAD_TIME) continue;
@@ -169,7 +168,7 @@ static enum dqw_status check_effects(const dqw_estimator_q15_config *c, dqw_scal
     *scale = c->scale;
     if (c->speed_electrical) scale->pole_pairs = 1;
     if (c->effect_count > 0 && scale->pole_pairs == 0) return DQW_ERR_EFFECT_POLE_PAIRS;
-    const dqw_effect_q15_base base = {.scale = scale, .settled = c->settled, .half_window = c->half_window != 0 ? c->half_window : HALF_WINDOW};
+    const dqw_effect_q15_base base = {.scale = scale, .settled = c->settled, .dead_time_apart = true, .half_window = c->half_window != 0 ? c->half_window : HALF_WINDOW};
     const enum dqw_status status = dqw_effect_init_q15(effect, c->effects, c->effect_count, &base);
     return status == DQW_OK && effect->needs_angle && !c->angle ? DQW_ERR_EFFECT_ANGLE : status;
 }
@@ -316,12 +315,10 @@ dqw_estimator_q15_config dqw_estimator_config_default_q15(const dqw_nameplate_q1
                                   .dead_time_width_mA = plate->i_mA / DEAD_TIME_PARTS,
                                   .drift_ppm = DRIFT_PPM,
                                   .stale_limit = STALE_LIMIT,
-                                  .half_window = HALF_WINDOW,
                                   .angle = true,
                                   .encoder_offset = true,
                                   .noise_on_inputs = true};
-    // Ripples twice a turn must not average out in a block.
-    const int64_t turn_q28 = dqw_scale_turn_q28(&c.scale, plate->pole_pairs);
-    if (turn_q28 * HALF_WINDOW > HALF_TURN_Q28) c.half_window = (uint8_t)(turn_q28 < HALF_TURN_Q28 ? dqw_q_quotient64(HALF_TURN_Q28, turn_q28, 0) : 1);
+    const uint16_t half = dqw_nameplate_half_window_q15(&c.scale);
+    c.half_window = (uint8_t)(half < DQW_WINDOW_Q15_HALF ? half : DQW_WINDOW_Q15_HALF);
     return c;
 }

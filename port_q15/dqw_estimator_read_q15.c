@@ -73,16 +73,17 @@ int32_t dqw_estimator_sd_q24(const dqw_estimator_q15 *e, int weight)
 
 dqw_reading_q15 dqw_estimator_read_q15(const dqw_estimator_q15 *e, enum dqw_parameter parameter)
 {
-    dqw_reading_q15 r = {.value_q24 = 0, .sd_q24 = INT32_MAX, .sd_change_q24 = INT32_MAX, .usable = false};
+    dqw_reading_q15 r = {.value_q40 = 0, .sd_q40 = INT64_MAX, .sd_change_q40 = INT64_MAX, .usable = false};
     if ((unsigned)parameter >= DQW_PARAMETERS) return r;
     const bool seeks = dqw_estimator_seeks_q15(e);
-    if (!seeks || parameter <= DQW_PSI) r.value_q24 = e->w_q24[parameter];
+    if (!seeks || parameter <= DQW_PSI) r.value_q40 = (int64_t)e->w_q24[parameter] * 65536;
     // What these rows cannot tell without the pole pairs.
     if (e->pole_pairs == 0 && parameter != DQW_R && (e->config->settled || parameter > DQW_LQ)) return r;
-    r.sd_q24 = r.sd_change_q24 = dqw_estimator_sd_q24(e, (int)parameter);
+    const int32_t sd_q24 = dqw_estimator_sd_q24(e, (int)parameter);
+    if (sd_q24 == INT32_MAX) return r;
+    r.sd_q40 = r.sd_change_q40 = (int64_t)sd_q24 * 65536;
     const bool either_sign = parameter == DQW_DEAD_TIME || parameter == DQW_PSI_Q;
-    const int64_t value = either_sign ? size(r.value_q24) : r.value_q24;
-    r.usable = r.sd_q24 < INT32_MAX && (int64_t)r.sd_q24 * USABLE_PARTS < value;
+    r.usable = r.sd_q40 * USABLE_PARTS < (either_sign ? size(r.value_q40) : r.value_q40);
     return r;
 }
 
@@ -127,7 +128,7 @@ int dqw_estimator_read_effect_q15(const dqw_estimator_q15 *e, int index, int64_t
     if (index < 0 || index >= e->effect.count) return DQW_ERR_SIZE;
     const dqw_effect_q15_config *list = e->effect.list;
     int first = DQW_PARAMETERS;
-    for (int k = 0; k < index; k++) first += dqw_effect_inputs(list[k].effect);
+    for (int k = 0; k < index; k++) first += dqw_effect_weights_of_q15(&e->effect, list[k].effect);
     const bool dead_time = list[index].effect == DQW_EFFECT_DEAD_TIME;
     const int n = dqw_effect_weights(list[index].effect);
     for (int i = 0; i < n; i++) {

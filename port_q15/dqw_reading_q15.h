@@ -1,4 +1,4 @@
-// What a read-out of one parameter says.
+// What is read of one parameter, in whole numbers.
 #ifndef DQW_READING_Q15_H
 #define DQW_READING_Q15_H
 
@@ -9,11 +9,12 @@
 extern "C" {
 #endif
 
+/// Q40 of the unit that the object's header gives for the parameter: 64 bits, since no one unit suits a large and a small machine.
 typedef struct dqw_reading_q15 {
-    int32_t value_q24;      ///< of the unit that stands beside the call
-    int32_t sd_q24;         ///< standard deviation of the value; INT32_MAX where nothing was learned
-    int32_t sd_change_q24;  ///< that of its change against the healthy value
-    bool usable;            ///< known, of the right sign, and three deviations are below a tenth of the value
+    int64_t value_q40;      ///< where nothing was learned yet, what it starts from
+    int64_t sd_q40;         ///< standard deviation of the value; INT64_MAX: nothing was learned
+    int64_t sd_change_q40;  ///< of its change against the healthy value
+    bool usable;            ///< known, of the right sign, and three deviations are below a tenth of it
 } dqw_reading_q15;
 
 #ifdef __cplusplus

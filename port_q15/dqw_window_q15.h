@@ -15,7 +15,7 @@
 extern "C" {
 #endif
 
-/// Most signals: a block's with dead time, and what effects add on each axis.
+/// Most signals: a block's, dead time's, and what effects add on each axis.
 #define DQW_WINDOW_Q15_SIGNALS (11 + 2 * DQW_EFFECT_WEIGHTS)
 
 /// Most pairs in half a window: h (h + 1) 2^17 < 2^31.

@@ -360,50 +360,53 @@ static void test_effect_lists(void)
             if (random_bits(&r) & 1u) list[n] = (dqw_effect_config){.effect = list[n].effect, .shape = {0.5f, 1e-3f, 2e-3f}};
         }
         const int count = (int)(random_bits(&r) % 4);
-        const dqw_effect_base base = {1e-4f, 100, 10, 100, 4};
+        const dqw_effect_base base = {1e-4f, 100, 10, 100, 4, (random_bits(&r) & 1u) != 0};
         dqw_effect e;
         if (dqw_effect_init(&e, list, count, &base) == DQW_OK) {
             for (int n = 0; n < count; n++) HOLDS(dqw_effect_input_base(&e, n) >= 0.0f);
             float x[2][DQW_EFFECT_WEIGHTS];
             dqw_sample s[2];
-            bits(&r, &s[0].v_d_V, 8);
-            bits(&r, &s[1].v_d_V, 8);
+            bits(&r, &s[0].v_d_V, 9);
+            bits(&r, &s[1].v_d_V, 9);
             dqw_effect_heat(&e, s[0].i_d_A, s[0].i_q_A);
+            dqw_effect_warm(&e, 1);
             (void)dqw_effect_pair(&e, NULL, &s[0], x[0], x[1]);
             (void)dqw_effect_pair(&e, &s[0], &s[1], x[0], x[1]);
             dqw_effect_static(&e, &s[0], x[0], x[1]);
+            dqw_effect_dead_time(&e, &s[0], &s[1], x[0], x[1]);
         }
     }
 }
 
-static void test_mechanical(void)
+static void test_shaft(void)
 {
-    const dqw_mechanical_config c = {
-        .dt_s = 1e-3f, .torque_base_Nm = 1.0f, .w_base_rad_s = 100.0f, .half_window = 5, .coulomb = true, .standstill_rad_s = 0.5f};
-    dqw_mechanical m;
-    TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_mechanical_init(&m, &c));
+    const dqw_shaft_config c = {.dt_s = 1e-3f, .torque_base_Nm = 1.0f, .w_base_rad_s = 100.0f, .half_window = 5, .coulomb = true, .standstill_rad_s = 0.5f};
+    dqw_shaft m;
+    TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_shaft_init(&m, &c));
     test_random r = {21};
     const int wild = scaled(steps);
     for (int k = 0; k < wild; k++) {
-        float x[2];
-        bits(&r, x, 2);
-        (void)dqw_mechanical_step(&m, x[0], x[1]);
-        if (k % 5000 == 0) dqw_mechanical_gap(&m);
-        if (k % 100 == 0) (void)dqw_mechanical_read(&m);
+        float x[3];
+        bits(&r, x, 3);
+        (void)dqw_shaft_sample(&m, x[0], x[1], x[2], random_bits(&r) % 50 == 0);
+        if (random_bits(&r) % 8 != 0) (void)dqw_shaft_background(&m);
+        if (k % 5000 == 0) dqw_shaft_missing(&m, 0);
+        if (k % 100 == 0) HOLDS(dqw_shaft_read(&m, (enum dqw_shaft_parameter)(k / 100 % 3)).sd >= 0.0f);
     }
     TEST_ASSERT_EQUAL_UINT32((uint32_t)wild, m.gate.accepted + m.gate.nonfinite + m.gate.saturated);
-    for (int i = 0; i < 3; i++) HOLDS(isfinite(m.axis.neuron.w_pu[i]) && m.axis.gain.d[i] > 0.0f && isfinite(m.axis.gain.d[i]));
-    dqw_mechanical_gap(&m);
+    for (int i = 0; i < 3; i++) HOLDS(isfinite(m.w_pu[i]) && m.gain.d[i] > 0.0f && isfinite(m.gain.d[i]));
+    HOLDS(isfinite(m.error_pu2) && m.error_pu2 >= 0.0f && isfinite(m.lag_pu2));
+    dqw_shaft_missing(&m, 0);
     for (int k = 0; k < 400000; k++) {
         const double w0 = 50 * sin(0.01 * k) + 30 * sin(0.003 * k);
         const double w1 = 50 * sin(0.01 * (k + 1)) + 30 * sin(0.003 * (k + 1));
         const double d = 0.5 * ((w0 > 0.5) - (w0 < -0.5) + (w1 > 0.5) - (w1 < -0.5));
-        (void)dqw_mechanical_step(&m, (float)(2e-3 * (w1 - w0) / 1e-3 + 4e-3 * 0.5 * (w0 + w1) + 0.1 * d), (float)w0);
+        (void)dqw_shaft_sample(&m, (float)(2e-3 * (w1 - w0) / 1e-3 + 4e-3 * 0.5 * (w0 + w1) + 0.1 * d), (float)w0, 0.0f, false);
+        (void)dqw_shaft_background(&m);
     }
-    const dqw_friction f = dqw_mechanical_read(&m);
-    BETWEEN(-0.1, f.J_kgm2 / 2e-3 - 1, 0.1);
-    BETWEEN(-0.1, f.B_Nms_rad / 4e-3 - 1, 0.1);
-    BETWEEN(-0.1, f.coulomb_Nm / 0.1 - 1, 0.1);
+    BETWEEN(-0.1, dqw_shaft_read(&m, DQW_J).value / 2e-3 - 1, 0.1);
+    BETWEEN(-0.1, dqw_shaft_read(&m, DQW_B).value / 4e-3 - 1, 0.1);
+    BETWEEN(-0.1, dqw_shaft_read(&m, DQW_COULOMB).value / 0.1 - 1, 0.1);
 }
 
 static void test_tapped(void)
@@ -644,7 +647,7 @@ int main(void)
     RUN_TEST(test_estimator_without_limits_in_the_static_regime);
     RUN_TEST(test_estimator_with_effects);
     RUN_TEST(test_effect_lists);
-    RUN_TEST(test_mechanical);
+    RUN_TEST(test_shaft);
     RUN_TEST(test_tapped);
     RUN_TEST(test_tracker);
     RUN_TEST(test_monitor);

@@ -154,7 +154,7 @@ void the_header_compiles_and_says_what_was_found()
 void the_header_of_a_shaft()
 {
     const std::vector<std::string> c = {command::environment("CC", "cc"), "-std=c99"};
-    const std::string program = "static dqw_mechanical_config c;\nint main(void)\n{\n    dqw_model_config_apply(&c);\n"
+    const std::string program = "static dqw_shaft_config c;\nint main(void)\n{\n    dqw_model_config_apply(&c);\n"
                                 "    printf(\"%.4f %u %d\", (double)c.J_kgm2, (unsigned)c.effect_count, (int)c.effects[0].effect);\n    return 0;\n}\n";
     const auto found = made(dqw::Regime::mechanical, {{"coulomb_friction", {1.0}, {0.1}}});
     TEST_ASSERT_EQUAL_STRING(("0.0020 1 " + std::to_string(DQW_EFFECT_COULOMB_FRICTION)).c_str(),

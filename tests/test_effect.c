@@ -444,38 +444,248 @@ static void test_init_refuses_and_leaves_the_object_alone(void)
     dqw_estimator_config c = config_of(1);
     TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_estimator_init(&e, &c));
     c.pole_pairs = 0;
-    REFUSED(e, DQW_ERR_RANGE, dqw_estimator_init(&e, &c));
+    REFUSED(e, DQW_ERR_EFFECT_POLE_PAIRS, dqw_estimator_init(&e, &c));
     c = config_of(1);
     c.effects = NULL;
-    REFUSED(e, DQW_ERR_NULL, dqw_estimator_init(&e, &c));
+    REFUSED(e, DQW_ERR_EFFECT_LIST, dqw_estimator_init(&e, &c));
     const float bad[] = {0.0f, -1.0f, NAN, INFINITY, 1e-39f};
     for (int k = 0; k < 5; k++) {
         CASE("width %g", (double)bad[k]);
         list[0].shape[0] = bad[k];
         c = config_of(1);
-        REFUSED(e, DQW_ERR_RANGE, dqw_estimator_init(&e, &c));
+        REFUSED(e, DQW_ERR_EFFECT_SHAPE, dqw_estimator_init(&e, &c));
     }
     list[0].shape[0] = 0.3f;
     list[0].start[0] = NAN;
-    REFUSED(e, DQW_ERR_RANGE, dqw_estimator_init(&e, &c));
+    REFUSED(e, DQW_ERR_EFFECT_SHAPE, dqw_estimator_init(&e, &c));
     list[0].start[0] = 0.0f;
     const enum dqw_effect_name wrong[] = {DQW_EFFECT_NONE, DQW_EFFECT_NAMES, (enum dqw_effect_name)1000, DQW_EFFECT_COULOMB_FRICTION};
     for (int k = 0; k < 4; k++) {
         list[0].effect = wrong[k];
-        REFUSED(e, DQW_ERR_RANGE, dqw_estimator_init(&e, &c));
+        REFUSED(e, DQW_ERR_EFFECT_NAME, dqw_estimator_init(&e, &c));
     }
     // Twice the same heating, more weights than there is room for, an iron loss without inductances.
     list[0] = list[1] = (dqw_effect_config){.effect = DQW_EFFECT_WINDING_TEMPERATURE, .shape = {25, 100}};
     c = config_of(2);
-    REFUSED(e, DQW_ERR_RANGE, dqw_estimator_init(&e, &c));
+    REFUSED(e, DQW_ERR_EFFECT_TWICE, dqw_estimator_init(&e, &c));
     static dqw_effect_config many[DQW_EFFECT_WEIGHTS / 5 + 1];
     for (int k = 0; k < DQW_EFFECT_WEIGHTS / 5 + 1; k++) many[k] = (dqw_effect_config){.effect = DQW_EFFECT_SATURATION, .shape = {10}};
     c.effects = many;
     c.effect_count = DQW_EFFECT_WEIGHTS / 5 + 1;
-    REFUSED(e, DQW_ERR_SIZE, dqw_estimator_init(&e, &c));
+    REFUSED(e, DQW_ERR_EFFECT_ROOM, dqw_estimator_init(&e, &c));
     list[0] = (dqw_effect_config){.effect = DQW_EFFECT_IRON_LOSS};
     c = config_of(1);
-    REFUSED(e, DQW_ERR_RANGE, dqw_estimator_init(&e, &c));
+    REFUSED(e, DQW_ERR_EFFECT_SHAPE, dqw_estimator_init(&e, &c));
+}
+
+// What an effect itself refuses, by name; and a dead time that is someone else's weight.
+static void test_each_refusal_has_its_code(void)
+{
+    const dqw_effect_base good = {1e-4f, 100, 15, 100, P_TRUE, false};
+    const dqw_effect_config plain[3] = {
+        {.effect = DQW_EFFECT_DEAD_TIME, .shape = {0.3f}}, {.effect = DQW_EFFECT_SKIN_EFFECT}, {.effect = DQW_EFFECT_DEAD_TIME, .shape = {0.3f}}};
+    dqw_effect e;
+    TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_effect_init(&e, plain, 3, &good));
+    TEST_ASSERT_EQUAL_UINT8(3, e.weights);
+    TEST_ASSERT_EQUAL_INT(DQW_ERR_NULL, dqw_effect_init(NULL, plain, 2, &good));
+    REFUSED(e, DQW_ERR_NULL, dqw_effect_init(&e, plain, 2, NULL));
+    REFUSED(e, DQW_ERR_EFFECT_LIST, dqw_effect_init(&e, plain, -1, &good));
+    REFUSED(e, DQW_ERR_EFFECT_LIST, dqw_effect_init(&e, NULL, 1, &good));
+    const float bad[] = {0.0f, -1.0f, NAN, INFINITY};
+    for (int k = 0; k < 4; k++) {
+        CASE("%g", (double)bad[k]);
+        dqw_effect_base b = good;
+        b.dt_s = bad[k];
+        REFUSED(e, DQW_ERR_DT, dqw_effect_init(&e, plain, 2, &b));
+        b = good;
+        b.v_V = bad[k];
+        REFUSED(e, DQW_ERR_V_BASE, dqw_effect_init(&e, plain, 2, &b));
+        b = good;
+        b.i_A = bad[k];
+        REFUSED(e, DQW_ERR_I_BASE, dqw_effect_init(&e, plain, 2, &b));
+        b = good;
+        b.w_m_rad_s = bad[k];
+        REFUSED(e, DQW_ERR_W_BASE, dqw_effect_init(&e, plain, 2, &b));
+    }
+    const float orders[] = {0, -6, 1.5f, DQW_EFFECT_ORDERS + 1, NAN};
+    for (int k = 0; k < 5; k++) {
+        CASE("order %g", (double)orders[k]);
+        const dqw_effect_config harmonics = {.effect = DQW_EFFECT_FLUX_HARMONICS, .shape = {orders[k]}};
+        REFUSED(e, DQW_ERR_EFFECT_SHAPE, dqw_effect_init(&e, &harmonics, 1, &good));
+    }
+    // Its room is the others'; it needs no angle here, and there is one of it.
+    dqw_effect_base apart = good;
+    apart.dead_time_apart = true;
+    TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_effect_init(&e, plain, 2, &apart));
+    TEST_ASSERT_EQUAL_UINT8(1, e.weights);
+    HOLDS(!e.needs_angle);
+    REFUSED(e, DQW_ERR_EFFECT_TWICE, dqw_effect_init(&e, plain, 3, &apart));
+    static dqw_effect_config full[DQW_EFFECT_WEIGHTS + 2];
+    full[0] = plain[0];
+    for (int k = 1; k < DQW_EFFECT_WEIGHTS + 2; k++) full[k] = plain[1];
+    TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_effect_init(&e, full, DQW_EFFECT_WEIGHTS + 1, &apart));
+    TEST_ASSERT_EQUAL_UINT8(DQW_EFFECT_WEIGHTS, e.weights);
+    REFUSED(e, DQW_ERR_EFFECT_ROOM, dqw_effect_init(&e, full, DQW_EFFECT_WEIGHTS + 2, &apart));
+    REFUSED(e, DQW_ERR_EFFECT_ROOM, dqw_effect_init(&e, full, DQW_EFFECT_WEIGHTS + 1, &good));
+}
+
+// What an input is at the machine's bases: a measured temperature by 50 K, a heating state by 1, whatever T_0 is.
+static void test_input_bases(void)
+{
+    const dqw_effect_base base = {1e-4f, 100, 15, 110, P_TRUE, false};
+    const double w_e = P_TRUE * 110;
+    const struct {
+        dqw_effect_config c;
+        double base;
+    } cases[] = {{{.effect = DQW_EFFECT_SATURATION, .shape = {10}}, w_e},
+                 {{.effect = DQW_EFFECT_CROSS_SATURATION, .shape = {10}}, w_e},
+                 {{.effect = DQW_EFFECT_WINDING_TEMPERATURE, .shape = {25, 0}}, 50 * 15},
+                 {{.effect = DQW_EFFECT_WINDING_TEMPERATURE, .shape = {0, 0}}, 50 * 15},
+                 {{.effect = DQW_EFFECT_WINDING_TEMPERATURE, .shape = {25, 600}}, 15},
+                 {{.effect = DQW_EFFECT_WINDING_TEMPERATURE, .shape = {0, 600}}, 15},
+                 {{.effect = DQW_EFFECT_MAGNET_TEMPERATURE, .shape = {25, 0}}, 50 * w_e},
+                 {{.effect = DQW_EFFECT_MAGNET_TEMPERATURE, .shape = {0, 600}}, w_e},
+                 {{.effect = DQW_EFFECT_IRON_LOSS, .shape = {0.9f, 2e-3f, 3e-3f}}, 3e-3 * 100 * w_e},
+                 {{.effect = DQW_EFFECT_FLUX_HARMONICS, .shape = {6}}, 6 * w_e},
+                 {{.effect = DQW_EFFECT_CURRENT_OFFSET, .shape = {0.9f, 2e-3f, 3e-3f}}, 0.9 + 3e-3 * w_e},
+                 {{.effect = DQW_EFFECT_CURRENT_GAIN_MISMATCH, .shape = {0.9f, 4e-3f, 3e-3f}}, (0.9 + 4e-3 * w_e) * 15},
+                 {{.effect = DQW_EFFECT_ANGLE_OFFSET, .shape = {4e-3f, 3e-3f, 0.1f}}, (0.1 + 1e-3 * 15) * w_e},
+                 {{.effect = DQW_EFFECT_DELAY}, 10},
+                 {{.effect = DQW_EFFECT_SKIN_EFFECT}, w_e * w_e * 15},
+                 {{.effect = DQW_EFFECT_PHASE_RESISTANCE_IMBALANCE}, 15},
+                 {{.effect = DQW_EFFECT_VOLTAGE_OFFSET}, 1},
+                 {{.effect = DQW_EFFECT_DEAD_TIME, .shape = {0.3f}}, 1}};
+    for (unsigned k = 0; k < sizeof cases / sizeof cases[0]; k++) {
+        CASE("case %u", k);
+        dqw_effect e;
+        TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_effect_init(&e, &cases[k].c, 1, &base));
+        BETWEEN(cases[k].base * 0.999999, dqw_effect_input_base(&e, 0), cases[k].base * 1.000001);
+    }
+}
+
+// A list without effects goes along with everything, also after a gap; a list with some does not.
+static void test_an_empty_list_after_a_gap(void)
+{
+    const dqw_effect_base base = {1e-4f, 100, 15, 100, P_TRUE, false};
+    const dqw_sample s = dqw_sample_from_dq(1, 2, 3, 4, 50, 1);
+    float d[DQW_EFFECT_WEIGHTS];
+    float q[DQW_EFFECT_WEIGHTS];
+    dqw_window_cell cell[2 * DQW_EFFECT_WEIGHTS] = {{0}};
+    list[0] = (dqw_effect_config){.effect = DQW_EFFECT_VOLTAGE_OFFSET};
+    for (int count = 0; count <= 1; count++) {
+        CASE("%d effects", count);
+        dqw_effect e;
+        TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_effect_init(&e, count > 0 ? list : NULL, count, &base));
+        HOLDS(dqw_effect_pair(&e, &s, &s, d, q) == (count == 0));
+        HOLDS(dqw_effect_pair(&e, &s, &s, d, q));
+        dqw_effect_gap(&e);
+        HOLDS(dqw_effect_pair(&e, &s, &s, d, q) == (count == 0));
+        dqw_effect_gap(&e);
+        // Without effects it is a pair where there is a last sample.
+        HOLDS(!dqw_effect_gather(&e, NULL, &s, cell));
+        HOLDS(dqw_effect_gather(&e, &s, &s, cell));
+        dqw_effect_gap(&e);
+        HOLDS(dqw_effect_gather(&e, &s, &s, cell) == (count == 0));
+        HOLDS(dqw_effect_pair(&e, NULL, &s, d, q) == (count == 0));
+    }
+}
+
+// A block's inputs from what was gathered of it, every effect behind two others, against the weighted mean of its pairs' own inputs.
+static void test_a_block_is_the_mean_of_its_pairs(void)
+{
+    enum { HALF = 10, PLAIN = DQW_BLOCK_SIGNALS };
+    plant p = {.effect = DQW_EFFECT_VOLTAGE_OFFSET};
+    simulate(&p, 77);
+    const dqw_effect_base base = {(float)DT_S, 100, (float)I_BASE, 140, P_TRUE, false};
+    const dqw_effect_base apart = {(float)DT_S, 100, (float)I_BASE, 140, P_TRUE, true};
+    const struct {
+        dqw_effect_config c;
+        double bound;  // of the largest input
+    } cases[] = {{{.effect = DQW_EFFECT_SATURATION, .shape = {15}}, 2e-6},
+                 {{.effect = DQW_EFFECT_CROSS_SATURATION, .shape = {15}}, 2e-6},
+                 {{.effect = DQW_EFFECT_WINDING_TEMPERATURE, .shape = {25}}, 1.5e-3},
+                 {{.effect = DQW_EFFECT_WINDING_TEMPERATURE, .shape = {25, 0.4f}}, 1.5e-2},
+                 {{.effect = DQW_EFFECT_MAGNET_TEMPERATURE, .shape = {25}}, 5e-5},
+                 {{.effect = DQW_EFFECT_MAGNET_TEMPERATURE, .shape = {25, 0.4f}}, 1.5e-2},
+                 {{.effect = DQW_EFFECT_IRON_LOSS, .shape = {0.9f, 2.2e-3f, 2.8e-3f}}, 1.5e-3},
+                 {{.effect = DQW_EFFECT_FLUX_HARMONICS, .shape = {6}}, 2e-6},
+                 {{.effect = DQW_EFFECT_CURRENT_OFFSET, .shape = {0.9f, 2.2e-3f, 2.8e-3f}}, 2e-6},
+                 {{.effect = DQW_EFFECT_CURRENT_GAIN_MISMATCH, .shape = {0.9f, 2.2e-3f, 2.8e-3f}}, 2e-6},
+                 {{.effect = DQW_EFFECT_ANGLE_OFFSET, .shape = {2.2e-3f, 2.8e-3f, 0.12f}}, 1e-5},
+                 {{.effect = DQW_EFFECT_DELAY}, 1.5e-3},
+                 {{.effect = DQW_EFFECT_SKIN_EFFECT}, 2e-6},
+                 {{.effect = DQW_EFFECT_PHASE_RESISTANCE_IMBALANCE}, 2e-6},
+                 {{.effect = DQW_EFFECT_VOLTAGE_OFFSET}, 2e-6}};
+    for (unsigned n = 0; n < sizeof cases / sizeof cases[0]; n++) {
+        CASE("effect %d", (int)cases[n].c.effect);
+        const dqw_effect_config both[] = {{.effect = DQW_EFFECT_VOLTAGE_OFFSET}, {.effect = DQW_EFFECT_DEAD_TIME, .shape = {0.3f}}, cases[n].c};
+        const int weights = dqw_effect_weights(cases[n].c.effect);
+        dqw_effect e, alone;
+        TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_effect_init(&e, both, 3, n % 2 ? &apart : &base));
+        TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_effect_init(&alone, &both[2], 1, &base));
+        const int first = n % 2 ? 2 : 3;
+        TEST_ASSERT_EQUAL_UINT8(first + weights, e.weights);
+        dqw_window w;
+        TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_window_init(&w, HALF, PLAIN + 2 * e.weights));
+        static double pairs[ROWS][2][WEIGHTS];
+        static bool good[ROWS];
+        double worst = 0.0;
+        double largest = 0.0;
+        dqw_sample last = {0};
+        int blocks = 0;
+        for (int k = 0; k < 4000; k++) {
+            const row *r = &rows[k];
+            dqw_sample s = dqw_sample_from_dq((float)r->v_d, (float)r->v_q, (float)r->i_d, (float)r->i_q, (float)r->w_m, (float)remainder(r->theta, 2 * PI));
+            s.temp_winding_C = s.temp_magnet_C = (float)r->temp;
+            const dqw_sample *before = k > 0 && k % 211 != 100 ? &last : NULL;
+            dqw_effect_heat(&e, s.i_d_A, s.i_q_A);
+            dqw_effect_heat(&alone, s.i_d_A, s.i_q_A);
+            float d[DQW_EFFECT_WEIGHTS];
+            float q[DQW_EFFECT_WEIGHTS];
+            good[k] = dqw_effect_pair(&alone, before, &s, d, q);
+            dqw_effect_warm(&alone, 1);
+            for (int i = 0; i < weights; i++) {
+                pairs[k][0][i] = d[i];
+                pairs[k][1][i] = q[i];
+            }
+            HOLDS(dqw_effect_gather(&e, before, &s, w.cell + PLAIN) == good[k]);
+            float plain[PLAIN];
+            if (good[k]) {
+                const dqw_block b = dqw_model_pair(&last, &s, (float)DT_S);
+                memcpy(plain, &b, sizeof plain);
+            }
+            dqw_window_add(&w, good[k] ? plain : NULL, good[k] ? PLAIN : w.signals);
+            last = s;
+            if (!dqw_window_full(&w)) continue;
+            dqw_effect_warm(&e, HALF);
+            float block[DQW_WINDOW_SIGNALS];
+            if (dqw_window_end(&w, block) != DQW_EVENT_LEARNED) continue;
+            blocks++;
+            for (int i = 0; i < e.weights; i++) {
+                d[i] = block[PLAIN + 2 * i];
+                q[i] = block[PLAIN + 2 * i + 1];
+            }
+            dqw_block b;
+            memcpy(&b, block, sizeof b);
+            dqw_effect_inputs(&e, &b, d, q);
+            HOLDS(d[0] == 1.0f && q[0] == 0.0f && d[1] == 0.0f && q[1] == 1.0f);
+            for (int i = 0; i < weights; i++) {
+                double mean[2] = {0, 0};
+                double sum = 0.0;
+                for (int j = 1; j <= 2 * HALF; j++) {
+                    const int at = k - 2 * HALF + j;
+                    const double weight = !good[at] ? 0 : j <= HALF ? j : 2 * HALF + 1 - j;
+                    sum += weight;
+                    for (int axis = 0; axis < 2; axis++) mean[axis] += weight * pairs[at][axis][i];
+                }
+                worst = fmax(worst, fmax(fabs((double)d[first + i] - mean[0] / sum), fabs((double)q[first + i] - mean[1] / sum)));
+                largest = fmax(largest, fmax(fabs(mean[0] / sum), fabs(mean[1] / sum)));
+            }
+        }
+        HOLDS(blocks > 380 && largest > 0.0);
+        if (getenv("DQW_TEST_VALUES") != NULL) printf("effect %d: %.2g\n", (int)cases[n].c.effect, worst / largest);
+        BETWEEN(0.0, worst / largest, cases[n].bound);
+    }
 }
 
 static void test_what_an_effect_needs_must_be_a_number(void)
@@ -534,17 +744,30 @@ static void test_no_pair_uses_a_refused_sample(void)
 static void test_slow_heat_is_not_lost_to_rounding(void)
 {
     list[0] = (dqw_effect_config){.effect = DQW_EFFECT_WINDING_TEMPERATURE, .shape = {25, 600, 10}};
-    const dqw_effect_base base = {1e-4f, 100, 15, 100, P_TRUE};
+    const dqw_effect_base base = {1e-4f, 100, 15, 100, P_TRUE, false};
     dqw_effect e;
     TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_effect_init(&e, list, 1, &base));
-    for (int k = 0; k < 3000000; k++) dqw_effect_heat(&e, 6.0f, -4.0f);
-    BETWEEN(0.52 * (1 - exp(-0.5)) * 0.99999, e.heat[0], 0.52 * (1 - exp(-0.5)) * 1.00001);
-    // What is no number heats nothing; what is wild heats as ten bases do.
-    const float before = e.heat[0];
-    dqw_effect_heat(&e, NAN, 1.0f);
-    HOLDS(e.heat[0] == before);
-    dqw_effect_heat(&e, 1e30f, INFINITY);
-    BETWEEN(0.0, e.heat[0] - before, 1e-4 / 600 * 100 * 1.1);
+    const dqw_effect cold = e;
+    for (int half = 1; half <= 20; half += 19) {
+        CASE("half %d", half);
+        e = cold;
+        for (int k = 1; k <= 3000000; k++) {
+            dqw_effect_heat(&e, 6.0f, -4.0f);
+            if (k % half == 0) dqw_effect_warm(&e, (uint32_t)half);
+        }
+        BETWEEN(0.52 * (1 - exp(-0.5)) * 0.99999, e.heat[0], 0.52 * (1 - exp(-0.5)) * 1.00001);
+        // What is no number heats nothing; what is wild heats as ten bases do.
+        const float before = e.heat[0];
+        dqw_effect_heat(&e, NAN, 1.0f);
+        dqw_effect_warm(&e, (uint32_t)half);
+        HOLDS(e.heat[0] == before);
+        dqw_effect_heat(&e, 1e30f, INFINITY);
+        dqw_effect_warm(&e, (uint32_t)half);
+        HOLDS(e.heat[0] == before);
+        dqw_effect_heat(&e, 1e10f, 3.0f);
+        dqw_effect_warm(&e, (uint32_t)half);
+        BETWEEN(half * 1e-4 / 600 * 100 * 0.9, e.heat[0] - before, half * 1e-4 / 600 * 100 * 1.1);
+    }
 }
 
 static void test_defined_anew_it_forgets_all_but_the_counts(void)
@@ -568,7 +791,7 @@ static void test_defined_anew_it_forgets_all_but_the_counts(void)
             c.effects = NULL;
             c.effect_count = 1;
             const dqw_estimator old = e;
-            TEST_ASSERT_EQUAL_INT(DQW_ERR_NULL, dqw_estimator_define(&e, &c));
+            TEST_ASSERT_EQUAL_INT(DQW_ERR_EFFECT_LIST, dqw_estimator_define(&e, &c));
             TEST_ASSERT_EQUAL_MEMORY(&old, &e, sizeof e);
             c = config_of(1);
             c.threshold_ppm = 15000;
@@ -590,6 +813,10 @@ int main(void)
     RUN_TEST(test_settled_rows_give_back_what_has_no_slope);
     RUN_TEST(test_an_effect_that_the_rows_do_not_show_is_not_known);
     RUN_TEST(test_init_refuses_and_leaves_the_object_alone);
+    RUN_TEST(test_each_refusal_has_its_code);
+    RUN_TEST(test_input_bases);
+    RUN_TEST(test_an_empty_list_after_a_gap);
+    RUN_TEST(test_a_block_is_the_mean_of_its_pairs);
     RUN_TEST(test_what_an_effect_needs_must_be_a_number);
     RUN_TEST(test_no_pair_uses_a_refused_sample);
     RUN_TEST(test_slow_heat_is_not_lost_to_rounding);

@@ -74,8 +74,8 @@ static void test_a_nameplate_is_enough(void)
     const dqw_estimator_q15_config c = dqw_estimator_config_default_q15(&plate);
     dqw_estimator_q15 e;
     TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_estimator_init_q15(&e, &c));
-    // 450 rad/s by 7 by 0.1 ms: three and a half periods are 1.1 rad
-    HOLDS(c.half_window == 3 && c.scale.v_full_mV == 36000 && c.dead_time_width_mA == 200 && c.angle && c.encoder_offset && c.noise_on_inputs);
+    // 450 rad/s by 7 by 0.1 ms: no less than five
+    HOLDS(c.half_window == 5 && c.scale.v_full_mV == 36000 && c.dead_time_width_mA == 200 && c.angle && c.encoder_offset && c.noise_on_inputs);
 }
 
 static void test_fresh_estimator_has_the_nominal_values_and_knows_nothing(void)
@@ -87,14 +87,14 @@ static void test_fresh_estimator_has_the_nominal_values_and_knows_nothing(void)
         CASE("%s", NAME[i]);
         BETWEEN(-1e-6, q_value(&p, i) - f_value(&p, i), 1e-6);
         const dqw_reading_q15 r = dqw_estimator_read_q15(&p.q, (enum dqw_parameter)i);
-        HOLDS(r.sd_q24 == INT32_MAX && r.sd_change_q24 == INT32_MAX && !r.usable);
+        HOLDS(r.sd_q40 == INT64_MAX && r.sd_change_q40 == INT64_MAX && !r.usable);
     }
     HOLDS(!dqw_estimator_background_q15(&p.q) && dqw_estimator_voltage_acts_q15(&p.q) == DQW_VOLTAGE_NOT_KNOWN && dqw_estimator_pole_pairs_q15(&p.q) == 4);
     HOLDS(dqw_estimator_residual_q28(&p.q) == 0 && dqw_estimator_recent_q27(&p.q) == 0);
     int64_t w[DQW_EFFECT_STARTS];
     HOLDS(dqw_estimator_read_effect_q15(&p.q, 0, w, w) == DQW_ERR_SIZE && dqw_estimator_read_effect_q15(&p.q, -1, w, w) == DQW_ERR_SIZE);
     const dqw_reading_q15 none = dqw_estimator_read_q15(&p.q, DQW_PARAMETERS);
-    HOLDS(none.sd_q24 == INT32_MAX && !none.usable && dqw_estimator_unit_q15(&p.qc, DQW_PARAMETERS) == 0);
+    HOLDS(none.sd_q40 == INT64_MAX && !none.usable && dqw_estimator_unit_q15(&p.qc, DQW_PARAMETERS) == 0);
 }
 
 // A burst of bad samples amid good ones: counted one by one, and the result is as good as without.

@@ -53,6 +53,14 @@ static void test_init_refuses_and_leaves_the_object_alone(void)
     c = good;
     c.x_base[0] = 1e-45f;
     REFUSED(l, DQW_ERR_RANGE, dqw_learner_init(&l, &c));
+    // Nor may what a weight is counted in vanish: the bases are numbers, their ratio is none.
+    c = good;
+    c.y_base = 1e-30f;
+    c.x_base[2] = 1e30f;
+    REFUSED(l, DQW_ERR_RANGE, dqw_learner_init(&l, &c));
+    c.y_base = 1e30f;
+    c.x_base[2] = 1e-30f;
+    REFUSED(l, DQW_ERR_RANGE, dqw_learner_init(&l, &c));
 }
 
 static void test_fresh_learner_puts_out_zero_and_restores_what_is_set(void)
@@ -410,8 +418,9 @@ static void test_the_plain_step_learns_nothing_from_wild_samples(void)
     for (int sign = -1; sign <= 1; sign += 2) {
         float w = 0.0f;
         const float x = 1.0f;
-        HOLDS(dqw_learner_step_pu(&w, &x, 1, (float)sign * 1000.0f, 0.5f) == (float)sign * 1000.0f && w == 0.0f);
-        HOLDS(dqw_learner_step_pu(&w, &x, 1, (float)sign * 999.0f, 0.5f) == (float)sign * 999.0f && fabsf(w - (float)sign * 249.75f) < 1e-3f);
+        const float beyond = (float)sign * nextafterf(1000.0f, 2000.0f);
+        HOLDS(dqw_learner_step_pu(&w, &x, 1, beyond, 0.5f) == beyond && w == 0.0f);
+        HOLDS(dqw_learner_step_pu(&w, &x, 1, (float)sign * 1000.0f, 0.5f) == (float)sign * 1000.0f && fabsf(w - (float)sign * 250.0f) < 1e-3f);
     }
 }
 

@@ -76,13 +76,13 @@ static inline double f_sd(const pair *p, int i) { return (double)dqw_estimator_r
 static inline double q_unit(const pair *p, int i)
 {
     static const double si[N] = {1e-6, 1e-9, 1e-9, 1e-9, 1e-6, 1e-9};
-    return (double)dqw_estimator_unit_q15(&p->qc, (enum dqw_parameter)i) * si[i] / 16777216.0;
+    return (double)dqw_estimator_unit_q15(&p->qc, (enum dqw_parameter)i) * si[i] / 1099511627776.0;
 }
-static inline double q_value(const pair *p, int i) { return dqw_estimator_read_q15(&p->q, (enum dqw_parameter)i).value_q24 * q_unit(p, i); }
+static inline double q_value(const pair *p, int i) { return (double)dqw_estimator_read_q15(&p->q, (enum dqw_parameter)i).value_q40 * q_unit(p, i); }
 static inline double q_sd(const pair *p, int i)
 {
-    const int32_t sd = dqw_estimator_read_q15(&p->q, (enum dqw_parameter)i).sd_q24;
-    return sd == INT32_MAX ? (double)DQW_UNKNOWN : sd * q_unit(p, i);
+    const int64_t sd = dqw_estimator_read_q15(&p->q, (enum dqw_parameter)i).sd_q40;
+    return sd == INT64_MAX ? (double)DQW_UNKNOWN : (double)sd * q_unit(p, i);
 }
 
 static inline int16_t q15(double x, double full) { return (int16_t)lrint(fmax(-32768.0, fmin(32767.0, 32768 * x / full))); }

@@ -3,11 +3,11 @@
 #define TARGET_HASH_ROOM_H
 
 #include "dqw_estimator_q15.h"
-#include "dqw_mechanical_q15.h"
+#include "dqw_shaft_q15.h"
 
 typedef union hash_room {
     dqw_estimator_q15 estimator;
-    dqw_mechanical_q15 mechanical;
+    dqw_shaft_q15 shaft;
 } hash_room;
 
 extern hash_room hash_shared;

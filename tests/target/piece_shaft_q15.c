@@ -1,18 +1,18 @@
-// The mechanical axis' step in Q15, a soft friction with it; blocks are learned in the background.
-#include "dqw_mechanical_q15.h"
+// The shaft's sample in Q15, a soft friction with it; blocks are learned in the background.
+#include "dqw_shaft_q15.h"
 #include "target/board.h"
 #include "target/piece.h"
 
-static const dqw_mechanical_q15_config config = {
+static const dqw_shaft_q15_config config = {
     .scale = {1500000, 1000 * STIMULUS_W, 1000000}, .J_gmm2 = 2000000, .B_nNms_rad = 1000000, .coulomb = true, .coulomb_width_urad_s = 1000000};
-static dqw_mechanical_q15 m;
+static dqw_shaft_q15 m;
 static int16_t torque_q15, w_m_q15;
 static bool limited;
 const uint32_t piece_bytes = sizeof m;
 
 void piece_start(void)
 {
-    if (dqw_mechanical_init_q15(&m, &config) != DQW_OK) board_end("no mechanical axis\n", 2);
+    if (dqw_shaft_init_q15(&m, &config) != DQW_OK) board_end("no shaft\n", 2);
 }
 
 // What turns the shaft here is the drive's current.
@@ -23,6 +23,6 @@ void piece_load(const stimulus *s)
     limited = s->limited;
 }
 
-void piece_step(void) { (void)dqw_mechanical_step_q15(&m, torque_q15, w_m_q15, 0, limited); }
+void piece_step(void) { (void)dqw_shaft_sample_q15(&m, torque_q15, w_m_q15, 0, limited); }
 
-void piece_background(void) { (void)dqw_mechanical_background_q15(&m); }
+void piece_background(void) { (void)dqw_shaft_background_q15(&m); }

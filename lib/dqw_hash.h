@@ -1,0 +1,29 @@
+// A check sum over words: any one that differs makes another sum.
+#ifndef DQW_HASH_H
+#define DQW_HASH_H
+
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/// FNV-1a, byte by byte.
+static inline uint32_t dqw_hash_begin(void)
+{
+    return 2166136261u;
+}
+
+static inline uint32_t dqw_hash_add(uint32_t hash, uint32_t word)
+{
+    for (int i = 0; i < 4; i++) {
+        hash = (hash ^ (word & 0xffu)) * 16777619u;
+        word >>= 8;
+    }
+    return hash;
+}
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,149 @@
+// What the monitor reads: every channel's value, its change from the healthy one, its deviation and its band.
+#include "dqw_monitor_channel.h"
+
+#include <math.h>
+
+#include "dqw_estimator_block.h"
+#include "dqw_number.h"
+
+// No band is narrower than this many deviations.
+#define DEVIATIONS 5.0f
+#define USABLE_SD (0.1f / 3.0f)
+
+static const float BAND[DQW_WATCH_CHANNELS] = {
+    [DQW_WATCH_R] = 0.04f,          [DQW_WATCH_LD] = 0.06f,         [DQW_WATCH_LQ] = 0.06f,       [DQW_WATCH_PSI] = 0.012f,
+    [DQW_WATCH_DEAD_TIME] = 0.005f, [DQW_WATCH_ANGLE] = 0.02f,      [DQW_WATCH_OFFSET] = 0.01f,   [DQW_WATCH_RESISTANCE] = 0.03f,
+    [DQW_WATCH_REACTANCE] = 0.03f,  [DQW_WATCH_SHORT] = 0.003f,     [DQW_WATCH_FRICTION] = 0.05f, [DQW_WATCH_TEMPERATURE] = 110.0f,
+    [DQW_WATCH_RESIDUAL] = 3.0f,
+};
+#define ALPHA_PER_K 0.0039f
+#define BETA_PER_K 0.001f
+
+static float or_else(float configured, float otherwise)
+{
+    return configured > 0.0f ? configured : otherwise;
+}
+
+float dqw_monitor_band(const dqw_monitor *m, int channel)
+{
+    return or_else(m->config->band[channel], BAND[channel]);
+}
+
+float dqw_monitor_alpha(const dqw_monitor *m)
+{
+    return or_else(m->config->alpha_per_K, ALPHA_PER_K);
+}
+
+float dqw_monitor_beta(const dqw_monitor *m)
+{
+    return or_else(m->config->beta_per_K, BETA_PER_K);
+}
+
+float dqw_monitor_rise_K(const dqw_monitor *m, float R_ohm)
+{
+    return (R_ohm / m->cold_R_ohm - 1.0f) / dqw_monitor_alpha(m);
+}
+
+static float friction_sd_Nm(const dqw_monitor *m)
+{
+    const uint8_t n = m->watch.reversals;
+    return n >= DQW_WATCH_REVERSALS_LEAST ? sqrtf(2.0f * m->spread_Nm2 / (float)n) : DQW_UNKNOWN;
+}
+
+// A channel's band in its own unit.
+float dqw_monitor_band_of(const dqw_monitor *m, int channel)
+{
+    const dqw_estimator_config *c = &m->config->estimator;
+    const float *h = m->healthy;
+    const float L3 = (h[DQW_LD] + h[DQW_LQ]) * (1.0f / 6.0f);
+    const float unit[DQW_WATCH_TEMPERATURE] = {
+        h[DQW_R],
+        h[DQW_LD],
+        h[DQW_LQ],
+        h[DQW_PSI],
+        c->v_base_V,
+        h[DQW_PSI],
+        c->i_base_A,
+        h[DQW_R] * (1.0f / 3.0f),
+        L3,
+        1.0f / (3.0f * h[DQW_R]),
+        1.5f * (float)c->pole_pairs * h[DQW_PSI] * c->i_base_A,
+    };
+    return dqw_monitor_band(m, channel) * unit[channel];
+}
+
+// Value, its change from the healthy one, and its deviation, of a channel; of temperature and residual the change is the value.
+void dqw_monitor_read_channel(const dqw_monitor *m, int channel, float *now, float *change, float *deviation)
+{
+    if (channel < DQW_PARAMETERS) {
+        *now = dqw_estimator_value(&m->estimator, channel);
+        *change = *now - m->healthy[channel];
+        *deviation = dqw_estimator_sd(&m->estimator, channel);
+    } else if (channel < DQW_WATCH_FRICTION) {
+        const int k = channel - DQW_WATCH_OFFSET;
+        const float re = m->witness.re[k] - m->healthy_re[k];
+        const float im = m->witness.im[k] - m->healthy_im[k];
+        *now = dqw_witness_size(&m->witness, (enum dqw_witness_input)k);
+        *change = sqrtf(re * re + im * im);
+        *deviation = dqw_witness_sd(&m->witness, &m->estimator, (enum dqw_witness_input)k);
+    } else if (channel == DQW_WATCH_FRICTION) {
+        *now = m->friction_Nm;
+        *change = *now - m->healthy_friction_Nm;
+        *deviation = friction_sd_Nm(m);
+    } else {
+        const bool hot = channel == DQW_WATCH_TEMPERATURE;
+        *now = *change = hot ? dqw_monitor_rise_K(m, dqw_estimator_value(&m->estimator, DQW_R)) : sqrtf(m->estimator.recent_pu2) * m->config->estimator.v_base_V;
+        const float R_sd = dqw_estimator_sd(&m->estimator, DQW_R);
+        *deviation = !hot ? 0.0f : R_sd < DQW_UNKNOWN ? R_sd / (m->cold_R_ohm * dqw_monitor_alpha(m)) : DQW_UNKNOWN;
+    }
+}
+
+// The healthy value as far from the present one as `keep` says: 0 takes it over.
+void dqw_monitor_move_healthy(dqw_monitor *m, int channel, float keep)
+{
+    if (channel < DQW_PARAMETERS) {
+        m->healthy[channel] = dqw_estimator_value(&m->estimator, channel) + keep * (m->healthy[channel] - dqw_estimator_value(&m->estimator, channel));
+    } else if (channel < DQW_WATCH_FRICTION) {
+        const int k = channel - DQW_WATCH_OFFSET;
+        m->healthy_re[k] = m->witness.re[k] + keep * (m->healthy_re[k] - m->witness.re[k]);
+        m->healthy_im[k] = m->witness.im[k] + keep * (m->healthy_im[k] - m->witness.im[k]);
+    } else {
+        m->healthy_friction_Nm = m->friction_Nm + keep * (m->healthy_friction_Nm - m->friction_Nm);
+    }
+}
+
+float dqw_monitor_surely(const dqw_monitor *m, int channel, float deviation)
+{
+    // The healthy value has a deviation too: less, the more looks it is the mean of.
+    if (!(deviation < DQW_UNKNOWN)) return DQW_UNKNOWN;
+    const float looks = (float)m->watch.looks[channel];
+    const float sure = DEVIATIONS * deviation * sqrtf(1.0f + (float)DQW_WATCH_LOOKS_ALIKE / ((float)DQW_WATCH_LOOKS_ALIKE + looks));
+    const float width = dqw_monitor_band_of(m, channel);
+    return width > sure ? width : sure;
+}
+
+dqw_reading dqw_monitor_read(const dqw_monitor *m, enum dqw_monitor_channel channel)
+{
+    dqw_reading r = {.value = 0.0f, .sd = DQW_UNKNOWN, .sd_change = DQW_UNKNOWN, .usable = false};
+    if ((unsigned)channel >= DQW_WATCH_CHANNELS) return r;
+    if ((int)channel < DQW_PARAMETERS) return dqw_estimator_read(&m->estimator, (enum dqw_parameter)channel);
+    // Temperature counts from a cold value that is taken on entering service.
+    if (channel == DQW_WATCH_TEMPERATURE && !(m->cold_R_ohm > 0.0f)) return r;
+    float change;
+    dqw_monitor_read_channel(m, (int)channel, &r.value, &change, &r.sd);
+    r.sd_change = r.sd;
+    r.usable = r.sd < USABLE_SD * fabsf(r.value);
+    return r;
+}
+
+float dqw_monitor_sensitivity(const dqw_monitor *m, enum dqw_monitor_channel channel)
+{
+    if ((unsigned)channel >= DQW_WATCH_CHANNELS || dqw_monitor_why(m) != DQW_WHY_IN_SERVICE) return DQW_UNKNOWN;
+    float now;
+    float change;
+    float deviation;
+    dqw_monitor_read_channel(m, (int)channel, &now, &change, &deviation);
+    if (channel == DQW_WATCH_TEMPERATURE) return deviation < DQW_UNKNOWN ? dqw_monitor_band(m, (int)channel) : DQW_UNKNOWN;
+    if (channel == DQW_WATCH_RESIDUAL) return dqw_monitor_band(m, (int)channel) * sqrtf(m->healthy_residual_pu2) * m->config->estimator.v_base_V;
+    return m->watch.looks[channel] >= DQW_WATCH_LOOKS_LEAST ? dqw_monitor_surely(m, (int)channel, deviation) : DQW_UNKNOWN;
+}

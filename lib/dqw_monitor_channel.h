@@ -1,0 +1,33 @@
+// For the monitor's own files: its channels.
+#ifndef DQW_MONITOR_CHANNEL_H
+#define DQW_MONITOR_CHANNEL_H
+
+#include "dqw_monitor.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/// As configured, or usual; and a channel's band in its own unit.
+float dqw_monitor_band(const dqw_monitor *m, int channel);
+float dqw_monitor_band_of(const dqw_monitor *m, int channel);
+float dqw_monitor_alpha(const dqw_monitor *m);
+float dqw_monitor_beta(const dqw_monitor *m);
+
+/// The winding's rise above cold, K, where its resistance is this.
+float dqw_monitor_rise_K(const dqw_monitor *m, float R_ohm);
+
+/// Value, its change from the healthy one, and its deviation, of a channel; of temperature and residual the change is the value.
+void dqw_monitor_read_channel(const dqw_monitor *m, int channel, float *now, float *change, float *deviation);
+
+/// The change of a channel that counts: its band, or five deviations of the change, in its own unit.
+/// Source   (E63) in docs/EQUATIONS.md
+float dqw_monitor_surely(const dqw_monitor *m, int channel, float deviation);
+
+/// The healthy value as far from the present one as `keep` says: 0 takes it over.
+void dqw_monitor_move_healthy(dqw_monitor *m, int channel, float keep);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,95 @@
+// What was learned as healthy, out of a monitor and back into one after a power cycle.
+#include <stddef.h>
+
+#include "dqw_hash.h"
+#include "dqw_monitor_channel.h"
+#include "dqw_number.h"
+
+#define VERSION 1u
+
+static uint32_t hash_of_effects(uint32_t hash, const dqw_estimator_config *c)
+{
+#if DQW_EFFECT_WEIGHTS > 0
+    for (int k = 0; k < c->effect_count; k++) {
+        hash = dqw_hash_add(hash, (uint32_t)c->effects[k].effect);
+        for (int i = 0; i < DQW_EFFECT_SHAPES; i++) hash = dqw_hash_add(hash, dqw_number_bits(c->effects[k].shape[i]));
+    }
+#else
+    (void)c;
+#endif
+    return hash;
+}
+
+// Of what gives the healthy values their meaning: the machine and its bases, what a sample is, what is learned.
+static uint32_t hash_of(const dqw_monitor *m)
+{
+    const dqw_estimator_config *c = &m->config->estimator;
+    const float values[] = {c->dt_s, c->v_base_V, c->i_base_A, c->w_base_rad_s, c->R_ohm, c->Ld_H, c->Lq_H, c->psi_Wb, c->dead_time_width_A, m->config->J_kgm2};
+    const bool flags[] = {c->angle, c->encoder_offset, c->noise_on_inputs, c->voltage_next, c->voltage_held, c->speed_electrical, m->config->commissioned};
+    uint32_t hash = dqw_hash_begin();
+    for (unsigned i = 0; i < sizeof values / sizeof values[0]; i++) hash = dqw_hash_add(hash, dqw_number_bits(values[i]));
+    for (unsigned i = 0; i < sizeof flags / sizeof flags[0]; i++) hash = dqw_hash_add(hash, flags[i] ? 1u : 0u);
+    hash = dqw_hash_add(hash, c->pole_pairs);
+    hash = dqw_hash_add(hash, m->estimator.window.half);
+    return hash_of_effects(hash, c);
+}
+
+// Field by field: padding, if there is any, holds nothing.
+static uint32_t check_of(const dqw_monitor_stored *s)
+{
+    const float values[] = {s->cold_R_ohm, s->cold_psi_Wb, s->hottest_K, s->healthy_residual_pu2, s->healthy_friction_Nm};
+    uint32_t hash = dqw_hash_add(dqw_hash_add(dqw_hash_begin(), s->version), s->config);
+    for (int i = 0; i < DQW_PARAMETERS; i++) hash = dqw_hash_add(hash, dqw_number_bits(s->healthy[i]));
+    for (int i = 0; i < DQW_WITNESS_INPUTS; i++) hash = dqw_hash_add(hash, dqw_number_bits(s->healthy_re[i]));
+    for (int i = 0; i < DQW_WITNESS_INPUTS; i++) hash = dqw_hash_add(hash, dqw_number_bits(s->healthy_im[i]));
+    for (unsigned i = 0; i < sizeof values / sizeof values[0]; i++) hash = dqw_hash_add(hash, dqw_number_bits(values[i]));
+    for (int i = 0; i < DQW_WATCH_TEMPERATURE; i++) hash = dqw_hash_add(hash, s->looks[i]);
+    return dqw_hash_add(hash, s->unused[0]);
+}
+
+bool dqw_monitor_store(const dqw_monitor *m, dqw_monitor_stored *stored)
+{
+    if (m == NULL || stored == NULL || dqw_monitor_why(m) != DQW_WHY_IN_SERVICE) return false;
+    const uint8_t *looks = m->watch.looks;
+    if (looks[DQW_WATCH_R] < DQW_WATCH_LOOKS_LEAST || looks[DQW_WATCH_LQ] < DQW_WATCH_LOOKS_LEAST || looks[DQW_WATCH_PSI] < DQW_WATCH_LOOKS_LEAST) return false;
+    dqw_monitor_stored s = {
+        .version = VERSION,
+        .config = hash_of(m),
+        .cold_R_ohm = m->cold_R_ohm,
+        .cold_psi_Wb = m->cold_psi_Wb,
+        .hottest_K = m->hottest_K,
+        .healthy_residual_pu2 = m->healthy_residual_pu2,
+        .healthy_friction_Nm = m->healthy_friction_Nm,
+    };
+    for (int i = 0; i < DQW_PARAMETERS; i++) s.healthy[i] = m->healthy[i];
+    for (int i = 0; i < DQW_WITNESS_INPUTS; i++) {
+        s.healthy_re[i] = m->healthy_re[i];
+        s.healthy_im[i] = m->healthy_im[i];
+    }
+    for (int i = 0; i < DQW_WATCH_TEMPERATURE; i++) s.looks[i] = looks[i];
+    s.check = check_of(&s);
+    *stored = s;
+    return true;
+}
+
+enum dqw_status dqw_monitor_restore(dqw_monitor *m, const dqw_monitor_stored *stored)
+{
+    if (m == NULL || stored == NULL) return DQW_ERR_NULL;
+    const dqw_monitor_stored *s = stored;
+    if (s->version != VERSION) return DQW_ERR_STORE_VERSION;
+    if (s->check != check_of(s)) return DQW_ERR_STORE_DAMAGED;
+    if (s->config != hash_of(m)) return DQW_ERR_STORE_CONFIG;
+    for (int i = 0; i < DQW_PARAMETERS; i++) m->healthy[i] = s->healthy[i];
+    for (int i = 0; i < DQW_WITNESS_INPUTS; i++) {
+        m->healthy_re[i] = s->healthy_re[i];
+        m->healthy_im[i] = s->healthy_im[i];
+    }
+    m->cold_R_ohm = s->cold_R_ohm;
+    m->cold_psi_Wb = s->cold_psi_Wb;
+    m->hottest_K = s->hottest_K;
+    m->healthy_residual_pu2 = s->healthy_residual_pu2;
+    m->healthy_friction_Nm = s->healthy_friction_Nm;
+    dqw_watch_restore(&m->watch, s->looks);
+    m->restored = true;
+    return DQW_OK;
+}

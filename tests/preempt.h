@@ -1,0 +1,61 @@
+// An interrupt after any instruction: the trap flag of x86-64 stops the program after each of them, and a handler runs in its place. Include it
+// first.
+#ifndef PREEMPT_H
+#define PREEMPT_H
+
+#if defined(__linux__) && defined(__x86_64__)
+#define PREEMPT_HERE 1
+#ifndef _GNU_SOURCE
+#define _GNU_SOURCE 1  // NOLINT(bugprone-reserved-identifier,cert-dcl37-c,cert-dcl51-cpp): the names of the registers
+#endif
+#include <signal.h>
+#include <stdbool.h>
+#include <stddef.h>
+#include <ucontext.h>
+
+enum { PREEMPT_TRAP = 0x100 };
+static struct {
+    volatile long count, at;
+    volatile bool stepping;
+    void (*interrupt)(void);
+} preempt;
+
+static void preempt_handler(int number, siginfo_t *info, void *context)
+{
+    ucontext_t *c = context;
+    (void)number;
+    (void)info;
+    const long trap = PREEMPT_TRAP;
+    const bool now = preempt.stepping && preempt.count++ == preempt.at;
+    // What comes after the interrupt need not be stopped.
+    if (now || !preempt.stepping)
+        c->uc_mcontext.gregs[REG_EFL] &= ~trap;
+    else
+        c->uc_mcontext.gregs[REG_EFL] |= trap;
+    if (now) preempt.interrupt();
+    if (now) preempt.stepping = false;
+}
+
+/// Run `background` with `interrupt` after its instruction number `at`. Returns false where it ended before.
+static inline bool preempt_run(long at, void (*background)(void), void (*interrupt)(void))
+{
+    struct sigaction trap;
+    sigemptyset(&trap.sa_mask);
+    trap.sa_flags = SA_SIGINFO;
+    trap.sa_sigaction = preempt_handler;
+    (void)sigaction(SIGTRAP, &trap, NULL);
+    preempt.count = 0;
+    preempt.at = at;
+    preempt.interrupt = interrupt;
+    preempt.stepping = true;
+    (void)raise(SIGTRAP);
+    background();
+    const bool came = !preempt.stepping;
+    preempt.stepping = false;
+    return came;
+}
+#else
+#define PREEMPT_HERE 0
+#endif
+
+#endif
