@@ -233,9 +233,10 @@ static enum dqw_status check(const dqw_estimator_q15_config *c, dqw_units_q15 *u
     if (turn_q28 < 1 || turn_q28 >= RADIAN_Q28) return DQW_ERR_DT;
     const enum dqw_status units = dqw_units_of_q15(c, c->scale.pole_pairs, u);
     if (units != DQW_OK) return units;
-    if (u->width_q40 >= (int64_t)1 << 44) return DQW_ERR_DEAD_TIME_WIDTH;
+    const enum dqw_status width = c->dead_time_width_mA > 0 ? DQW_ERR_DEAD_TIME_WIDTH : DQW_ERR_EFFECT_SHAPE;
+    if (u->width_q40 >= (int64_t)1 << 44) return width;
     const int64_t wide_q28 = dqw_q_quotient64(18 * u->width_q40, 5, -12);
-    if (u->width_q40 > 0 && (wide_q28 < WIDE_LEAST_Q28 || wide_q28 > INT32_MAX)) return DQW_ERR_DEAD_TIME_WIDTH;
+    if (u->width_q40 > 0 && (wide_q28 < WIDE_LEAST_Q28 || wide_q28 > INT32_MAX)) return width;
     return dqw_window_init_q15(window, c->half_window != 0 ? c->half_window : HALF_WINDOW, DQW_PLAIN_Q15_SIGNALS) == DQW_OK ? DQW_OK : DQW_ERR_HALF_WINDOW;
 }
 
