@@ -49,7 +49,7 @@ int64_t dqw_scale_psi_q40(const dqw_scale *scale, uint32_t psi_nWb);
 
 /// May these be full scales?
 ///
-/// Returns  DQW_OK; DQW_ERR_NULL, or DQW_ERR_RANGE where a value is outside the range that stands beside it
+/// Returns  DQW_OK; DQW_ERR_NULL, or the field whose value is outside the range that stands beside it
 /// Context  at start
 enum dqw_status dqw_scale_check(const dqw_scale *scale);
 

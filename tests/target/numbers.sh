@@ -10,9 +10,8 @@ cores="m0 m3 m4f m33 rv32"
 pieces="neurons_float|$cores|the paper's neurons, both axes, float
 neurons_q15|$cores|the same, Q15
 estimator_float|m0 m3 m4f m33|\`dqw_estimator_step\`, float
-estimator_q15|$cores|\`dqw_estimator_step_q15\`
+estimator_q15|$cores|\`dqw_estimator_sample_q15\`, with dead time
 shaft_q15|$cores|\`dqw_shaft_sample_q15\`, with a soft friction
-tracker_q15|$cores|\`dqw_tracker_sample_q15\`, with dead time
 monitor_float|m0 m3 m4f m33|\`dqw_monitor_sample\`, float
 monitor_q15|$cores|the same, Q15"
 

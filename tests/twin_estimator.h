@@ -1,11 +1,14 @@
-// The float tracker and the fixed-point one with the same nominal values and bases, and the logs that both are shown.
-#ifndef TWIN_TRACKER_H
-#define TWIN_TRACKER_H
+// The float estimator and the fixed-point one with the same nominal values and bases, and the logs that both are shown.
+#ifndef TWIN_ESTIMATOR_H
+#define TWIN_ESTIMATOR_H
 
 #include "dqw_sim.h"
 #include "dqw_test.h"
-#include "dqw_tracker.h"
-#include "dqw_tracker_q15.h"
+#include "dqw_estimator.h"
+#include "dqw_estimator_block.h"
+#include "dqw_estimator_q15.h"
+#include "dqw_estimator_block_q15.h"
+#include "dqw_number.h"
 #include "moving_joint.h"
 
 #define V_FULL 32.0
@@ -18,18 +21,18 @@ static const double FULL[CHANNELS] = {V_FULL, V_FULL, I_FULL, I_FULL, W_FULL};
 
 static inline bool quick(void) { return scaled(10) == 1; }
 
-// Both trackers, with the same nominal values and bases.
+// Both estimators, with the same nominal values and bases.
 typedef struct pair {
-    dqw_tracker_config fc;
-    dqw_tracker_q15_config qc;
-    dqw_tracker f;
-    dqw_tracker_q15 q;
+    dqw_estimator_config fc;
+    dqw_estimator_q15_config qc;
+    dqw_estimator f;
+    dqw_estimator_q15 q;
 } pair;
 
 static inline void configure(pair *p, double wrong, double width_A, double drift)
 {
     const double nominal[] = {TRUTH[0] * (1 + wrong), TRUTH[1] * (1 - wrong), TRUTH[2] * (1 + wrong), TRUTH[3] * (1 - wrong)};
-    const dqw_tracker_config fc = {.dt_s = (float)DT_S,
+    const dqw_estimator_config fc = {.dt_s = (float)DT_S,
                                    .v_base_V = (float)V_FULL,
                                    .i_base_A = (float)I_FULL,
                                    .w_base_rad_s = (float)W_FULL,
@@ -41,8 +44,9 @@ static inline void configure(pair *p, double wrong, double width_A, double drift
                                    .dead_time_width_A = (float)width_A,
                                    .drift_per_sqrt_s = (float)drift,
                                    .angle = width_A > 0,
+                                   .encoder_offset = width_A > 0,
                                    .noise_on_inputs = true};
-    const dqw_tracker_q15_config qc = {.scale = {.v_full_mV = 1000 * (uint32_t)V_FULL,
+    const dqw_estimator_q15_config qc = {.scale = {.v_full_mV = 1000 * (uint32_t)V_FULL,
                                                  .i_full_mA = 1000 * (uint32_t)I_FULL,
                                                  .w_full_mrad_s = 1000 * (uint32_t)W_FULL,
                                                  .dt_ns = 50000,
@@ -54,6 +58,7 @@ static inline void configure(pair *p, double wrong, double width_A, double drift
                                        .dead_time_width_mA = (uint32_t)lrint(1000 * width_A),
                                        .drift_ppm = (uint32_t)lrint(1e6 * drift),
                                        .angle = width_A > 0,
+                                   .encoder_offset = width_A > 0,
                                        .noise_on_inputs = true};
     p->fc = fc;
     p->qc = qc;
@@ -61,23 +66,23 @@ static inline void configure(pair *p, double wrong, double width_A, double drift
 
 static inline void begin(pair *p)
 {
-    TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_tracker_init(&p->f, &p->fc));
-    TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_tracker_init_q15(&p->q, &p->qc));
+    TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_estimator_init(&p->f, &p->fc));
+    TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_estimator_init_q15(&p->q, &p->qc));
 }
 
-static inline double f_value(const pair *p, int i) { return (double)dqw_tracker_value(&p->f, (enum dqw_tracker_weight)i); }
-static inline double f_sd(const pair *p, int i) { return (double)dqw_tracker_sd(&p->f, (enum dqw_tracker_weight)i); }
+static inline double f_value(const pair *p, int i) { return (double)dqw_estimator_read(&p->f, (enum dqw_parameter)i).value; }
+static inline double f_sd(const pair *p, int i) { return (double)dqw_estimator_read(&p->f, (enum dqw_parameter)i).sd; }
 
 static inline double q_unit(const pair *p, int i)
 {
     static const double si[N] = {1e-6, 1e-9, 1e-9, 1e-9, 1e-6, 1e-9};
-    return (double)dqw_tracker_unit_q15(&p->qc, (enum dqw_tracker_weight_q15)i) * si[i] / 16777216.0;
+    return (double)dqw_estimator_unit_q15(&p->qc, (enum dqw_parameter)i) * si[i] / 1099511627776.0;
 }
-static inline double q_value(const pair *p, int i) { return dqw_tracker_value_q15(&p->q, (enum dqw_tracker_weight_q15)i) * q_unit(p, i); }
+static inline double q_value(const pair *p, int i) { return (double)dqw_estimator_read_q15(&p->q, (enum dqw_parameter)i).value_q40 * q_unit(p, i); }
 static inline double q_sd(const pair *p, int i)
 {
-    const int32_t sd = dqw_tracker_sd_q15(&p->q, (enum dqw_tracker_weight_q15)i);
-    return sd == INT32_MAX ? INFINITY : sd * q_unit(p, i);
+    const int64_t sd = dqw_estimator_read_q15(&p->q, (enum dqw_parameter)i).sd_q40;
+    return sd == INT64_MAX ? (double)DQW_UNKNOWN : (double)sd * q_unit(p, i);
 }
 
 static inline int16_t q15(double x, double full) { return (int16_t)lrint(fmax(-32768.0, fmin(32767.0, 32768 * x / full))); }
@@ -94,8 +99,8 @@ static inline dqw_sample_q15 rounded(const dqw_sample *s)
 static inline bool step(pair *p, const dqw_sample *s)
 {
     const dqw_sample_q15 r = rounded(s);
-    if (dqw_tracker_sample(&p->f, s, false) & DQW_EVENT_LEARNED) (void)dqw_tracker_learn(&p->f);
-    return (dqw_tracker_sample_q15(&p->q, &r, false) & DQW_EVENT_LEARNED) != 0 && dqw_tracker_learn_q15(&p->q);
+    if (dqw_estimator_sample(&p->f, s, false) & DQW_EVENT_BLOCK) (void)dqw_estimator_background(&p->f);
+    return (dqw_estimator_sample_q15(&p->q, &r, false) & DQW_EVENT_BLOCK) != 0 && dqw_estimator_background_q15(&p->q);
 }
 
 // Rows without noise, and by how much each channel varies.
