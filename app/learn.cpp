@@ -63,12 +63,13 @@ std::vector<dqw_effect_config> lists_of(const std::vector<TraceInput>& inputs)
     return list;
 }
 
-void check_room(const std::vector<TraceInput>& inputs, bool fixed_point)
+void check_room(const std::vector<TraceInput>& inputs)
 {
     int weights = 0;
     for (const TraceInput& in : inputs) {
         const dqw_effect_name name = effect_config(in).effect;
-        weights += fixed_point ? dqw_effect_weights(name) : dqw_effect_inputs(name);
+        // Every estimator has a weight for dead time.
+        weights += name == DQW_EFFECT_DEAD_TIME ? 0 : dqw_effect_weights(name);
     }
     if (weights > DQW_EFFECT_WEIGHTS)
         throw std::invalid_argument(

@@ -29,7 +29,7 @@ std::uint32_t positive(double x, const char* what, double most = 4e9)
 
 dqw_monitor_q15_config config_of(const dqw_monitor_config& from)
 {
-    const dqw_tracker_config& f = from.tracker;
+    const dqw_estimator_config& f = from.estimator;
     dqw_monitor_q15_config c{};
     dqw_estimator_q15_config& t = c.estimator;
     t.scale.v_full_mV = positive(1e3 * kFaultRoom * si(f.v_base_V), "the voltage", DQW_SCALE_MAX);
@@ -46,7 +46,7 @@ dqw_monitor_q15_config config_of(const dqw_monitor_config& from)
     t.stale_limit = f.stale_limit;
     t.half_window = static_cast<std::uint8_t>(std::min<std::uint32_t>(f.half_window, DQW_WINDOW_Q15_HALF));
     t.angle = f.angle;
-    t.encoder_offset = f.angle;
+    t.encoder_offset = f.encoder_offset;
     t.noise_on_inputs = f.noise_on_inputs;
     // The same in volts, amperes and newton metres as with the bases; L, whose input is a product, a half more.
     t.excitation_q15 = static_cast<std::uint16_t>(std::round(0.01 / kFaultRoom * 32768.0));
