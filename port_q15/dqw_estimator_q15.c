@@ -190,8 +190,8 @@ static void gather(dqw_estimator_q15 *e, const dqw_sample_q15 *s, int32_t dead_d
     pair[DQW_BLOCK_Q15_SIGNALS + 1] = dead_q_q15 + e->dead_q_q15;
     dqw_window_add_q15(&e->window, pair, signals_of(e));
     // Steps less what the voltage made of them.
-    dqw_noise_step_q15(&e->noise, pair[4] - dqw_q_round32(e->step_q15[0] * l->v_d_q15, 15),
-                       pair[5] - dqw_q_round32(e->step_q15[1] * l->v_q_q15, 15), s->w_m_q15 - l->w_m_q15);
+    dqw_noise_step_q15(&e->noise, pair[4] - dqw_q_round32(e->step_q15[0] * l->v_d_q15, 15), pair[5] - dqw_q_round32(e->step_q15[1] * l->v_q_q15, 15),
+                       s->w_m_q15 - l->w_m_q15);
 }
 
 static uint32_t miss(dqw_estimator_q15 *e)

@@ -60,7 +60,8 @@ static void run(hash *h, int list, bool settled, int steps)
 {
     static stimulus s;
     dqw_estimator_q15 *e = &hash_shared.estimator;
-    const dqw_estimator_q15_config config = {.scale = STIMULUS_SCALE, .half_window = 10, .angle = true, .settled = settled, .effects = lists[list], .effect_count = 4};
+    const dqw_estimator_q15_config config = {
+        .scale = STIMULUS_SCALE, .half_window = 10, .angle = true, .settled = settled, .effects = lists[list], .effect_count = 4};
     stimulus_start(&s);
     hash_put(h, dqw_estimator_init_q15(e, &config));
     for (int k = 1; k <= steps; k++) {
