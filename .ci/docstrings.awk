@@ -1,6 +1,8 @@
 # Functions of a header that have no `///` directly above. Prototypes on neighbouring lines share one docstring.
 FNR == 1 { depth = 0; statement = ""; comment = shared = continued = 0 }
 {
+    # A name that carries its size stands between the docstring and its function.
+    if (/^#define .* DQW_SIZED\(/) next
     directive = continued || /^[ \t]*#/
     continued = directive && /\\$/
     if (directive || /^extern "C"/ || /^}$/ && depth == 0) { comment = shared = 0; next }

@@ -64,7 +64,7 @@ int run(const Options& options)
         notes.insert(notes.end(), setup.notes.begin(), setup.notes.end());
         if (options.arith == "q15") {
             const dqw_monitor_q15_config c = q15_monitor_config(setup);
-            const FullScales full = full_scales(c.tracker.scale);
+            const FullScales full = full_scales(c.estimator.scale);
             notes.push_back(fmt::format("fixed point; full scales {:.4g} V, {:.4g} A, {:.4g} rad/s; its configuration is in dqw_q15_monitor.h", full.v_V,
                                         full.i_A, full.w_rad_s));
             config = q15_monitor_text(c, options.log);

@@ -38,7 +38,7 @@ std::size_t all_rows(const std::vector<Log>& logs)
 
 std::uint16_t half_window(double span_s, double dt_s, int least)
 {
-    return static_cast<std::uint16_t>(std::clamp(std::lround(span_s / dt_s), static_cast<long>(least), 10000L));
+    return static_cast<std::uint16_t>(std::lround(std::clamp(span_s / dt_s, static_cast<double>(least), 10000.0)));
 }
 
 float nominal(const Machine& machine, const Machine& start, std::optional<double> Machine::*value)
@@ -63,12 +63,13 @@ std::vector<dqw_effect_config> lists_of(const std::vector<TraceInput>& inputs)
     return list;
 }
 
-void check_room(const std::vector<TraceInput>& inputs, bool fixed_point)
+void check_room(const std::vector<TraceInput>& inputs)
 {
     int weights = 0;
     for (const TraceInput& in : inputs) {
         const dqw_effect_name name = effect_config(in).effect;
-        weights += fixed_point ? dqw_effect_weights(name) : dqw_effect_inputs(name);
+        // Every estimator has a weight for dead time.
+        weights += name == DQW_EFFECT_DEAD_TIME ? 0 : dqw_effect_weights(name);
     }
     if (weights > DQW_EFFECT_WEIGHTS)
         throw std::invalid_argument(

@@ -496,7 +496,7 @@ Learned learn_in_passes(const std::vector<Log>& logs, const LearnOptions& option
     known.psi_Wb = nominal_or(&Machine::psi_Wb, known.psi_Wb);
 
     // [LEARN.2] learn; where a shape rests on values that lacked the effects, once more with better ones
-    check_room(options.inputs, options.fixed_point);
+    check_room(options.inputs);
     const bool again = needs_machine(options.inputs);
     LearnOptions first = options;
     if (again) first.block = {};

@@ -29,7 +29,7 @@ void take_from(Log& log, const std::vector<TraceInput>& inputs, const std::vecto
     const bool settled = log.regime != Regime::dynamic;
     const std::vector<double> weights = weights_of(inputs, log);
     dqw_effect effect;
-    const dqw_effect_base base{period_of(log, inputs), 1.0F, i_base_A, 1.0F, static_cast<std::uint16_t>(std::max(pole_pairs, 1.0))};
+    const dqw_effect_base base{period_of(log, inputs), 1.0F, i_base_A, 1.0F, static_cast<std::uint16_t>(std::max(pole_pairs, 1.0)), false};
     if (dqw_effect_init(&effect, list.data(), static_cast<int>(list.size()), &base) != DQW_OK) return;
     const SampleSource sample(log, pole_pairs, inputs);
     std::vector<double> d(log.rows()), q(log.rows());
@@ -49,7 +49,9 @@ void take_from(Log& log, const std::vector<TraceInput>& inputs, const std::vecto
             dqw_effect_static(&effect, &now, x_d, x_q);
         else
             there = dqw_effect_pair(&effect, has_last ? &last : nullptr, &now, x_d, x_q);
+        if (there) dqw_effect_dead_time(&effect, settled ? nullptr : &last, &now, x_d, x_q);
         dqw_effect_heat(&effect, now.i_d_A, now.i_q_A);
+        dqw_effect_warm(&effect, 1);
         const std::size_t row = settled ? k : k - 1;
         for (std::size_t i = 0; there && i < weights.size(); ++i) {
             d[row] += weights[i] * static_cast<double>(x_d[i]);

@@ -46,6 +46,7 @@ public:
         read_rows();
         settle_regime();
         check_size();
+        check_period();
         find_segments();
         warn_of_rpm();
         turn_voltages();
@@ -186,13 +187,22 @@ private:
         if (rows_ < fewest) refuse(fmt::format("{} only; expected at least {} in a {} log", counted(rows_, "row"), fewest, name_of(log_.regime)));
     }
 
+    bool timed() const { return log_.regime == Regime::dynamic || log_.regime == Regime::mechanical; }
+
+    /// No converter samples that fast: the time is in another unit, or something else.
+    void check_period() const
+    {
+        constexpr double shortest_s = 1e-9;
+        if (!has_[col_t] || !timed() || !(base_.median_s < shortest_s)) return;
+        throw InputError(path_, line_of_row(0), fmt::format("t_s: {:.3g} s from row to row; expected seconds, 1 ns at least", base_.median_s));
+    }
+
     void find_segments()
     {
         log_.dt_s = base_.median_s;
-        const bool timed = log_.regime == Regime::dynamic || log_.regime == Regime::mechanical;
-        if (!has_[col_t] || base_.gaps.empty() || (!timed && !base_.regular)) return;
+        if (!has_[col_t] || base_.gaps.empty() || (!timed() && !base_.regular)) return;
         log_.segments.insert(log_.segments.end(), base_.gaps.begin(), base_.gaps.end());
-        if (!timed) return;
+        if (!timed()) return;
         const std::size_t row = base_.gaps.front();
         note(fmt::format("{} in time, the longest {:.4g} s, the first before line {} ({:.4g} s, usual {:.4g} s); a new segment begins behind each",
                          counted(base_.gaps.size(), "gap"), base_.longest_gap_s, line_of_row(row), log_.t_s[row] - log_.t_s[row - 1], base_.median_s));

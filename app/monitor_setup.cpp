@@ -1,3 +1,4 @@
+#include "dqw_effect_kind.h"
 #include "monitor_setup.hpp"
 
 #include <fmt/format.h>

@@ -4,11 +4,9 @@
 
 namespace dqw {
 
-std::string shown(std::string_view bytes, std::size_t max)
+std::string printable(std::string_view bytes)
 {
-    std::string out = "\"";
-    const bool cut = bytes.size() > max;
-    if (cut) bytes = bytes.substr(0, max);
+    std::string out;
     for (const char c : bytes) {
         const auto byte = static_cast<unsigned char>(c);
         // Bytes from 0x80 stay: names may be UTF-8.
@@ -17,8 +15,10 @@ std::string shown(std::string_view bytes, std::size_t max)
         else
             out += c;
     }
-    return out + (cut ? "…\"" : "\"");
+    return out;
 }
+
+std::string shown(std::string_view bytes, std::size_t max) { return "\"" + printable(bytes.substr(0, max)) + (bytes.size() > max ? "…\"" : "\""); }
 
 std::string list(const std::vector<std::string>& items, std::size_t max)
 {

@@ -9,7 +9,10 @@
 
 namespace dqw {
 
-/// `bytes` in double quotes, safe on a terminal: control bytes as \xNN, cut to about `max` bytes.
+/// `bytes` as one line that is safe on a terminal: control bytes as \xNN.
+std::string printable(std::string_view bytes);
+
+/// The same in double quotes, cut to about `max` bytes.
 std::string shown(std::string_view bytes, std::size_t max = 40);
 
 /// "a, b, c"; after `max` items "… and 12 more".

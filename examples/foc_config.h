@@ -1,25 +1,27 @@
 // The example's configuration, also that of what is measured on the target. From the data sheet: starting points, no more; it is constant
-// and stays in flash.
+// and stays in flash. dqw_monitor_config_default() makes much the same of a nameplate.
 #ifndef FOC_CONFIG_H
 #define FOC_CONFIG_H
 
 #include "dqw_monitor.h"
 
 static const dqw_monitor_config CONFIG = {
-    .tracker = {.dt_s = 50e-6f,
-                .v_base_V = 14,
-                .i_base_A = 6,
-                .w_base_rad_s = 110,
-                .R_ohm = 0.6f,
-                .Ld_H = 0.9e-3f,
-                .Lq_H = 1.6e-3f,
-                .psi_Wb = 0.018f,
-                .pole_pairs = 4,
-                .dead_time_width_A = 0.05f,
-                .drift_per_sqrt_s = 0.01f,
-                .stale_limit = 10,
-                .angle = true,
-                .noise_on_inputs = true},
+    .estimator = {.dt_s = 50e-6f,
+                  .v_base_V = 14,
+                  .i_base_A = 6,
+                  .w_base_rad_s = 110,
+                  .R_ohm = 0.6f,
+                  .Ld_H = 0.9e-3f,
+                  .Lq_H = 1.6e-3f,
+                  .psi_Wb = 0.018f,
+                  .pole_pairs = 4,
+                  .half_window = 20,
+                  .dead_time_width_A = 0.05f,
+                  .drift_per_sqrt_s = 0.01f,
+                  .stale_limit = 10,
+                  .angle = true,
+                  .encoder_offset = true,
+                  .noise_on_inputs = true},
     .J_kgm2 = 3e-4f,
 };
 

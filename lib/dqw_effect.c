@@ -1,4 +1,5 @@
 #include "dqw_effect.h"
+#include "dqw_effect_kind.h"
 
 #include <math.h>
 #include <stddef.h>
@@ -17,7 +18,7 @@
 static bool none_negative(const float x[], int n)
 {
     for (int i = 0; i < n; i++)
-        if (!(x[i] >= 0.0f)) return false;
+        if (!dqw_is_zero_or_positive(x[i])) return false;
     return true;
 }
 
@@ -26,9 +27,9 @@ static bool sound(const dqw_effect_config *c)
 {
     const float *s = c->shape;
     for (int i = 0; i < DQW_EFFECT_SHAPES; i++)
-        if (!isfinite(s[i])) return false;
+        if (!dqw_is_finite(s[i])) return false;
     for (int i = 0; i < DQW_EFFECT_STARTS; i++)
-        if (!isfinite(c->start[i])) return false;
+        if (!dqw_is_finite(c->start[i])) return false;
     switch (c->effect) {
     case DQW_EFFECT_DEAD_TIME:
     case DQW_EFFECT_SATURATION:
@@ -48,33 +49,41 @@ static bool sound(const dqw_effect_config *c)
     }
 }
 
-int dqw_effect_check(const dqw_effect_config *list, int count, bool mechanical)
+static int check(const dqw_effect_config *list, int count, bool mechanical, bool dead_time_apart)
 {
-    if (count < 0) return DQW_ERR_SIZE;
-    if (count > 0 && list == NULL) return DQW_ERR_NULL;
+    if (count < 0 || (count > 0 && list == NULL)) return DQW_ERR_EFFECT_LIST;
     int sum = 0;
     int windings = 0;
     int magnets = 0;
+    int apart = 0;
     for (int k = 0; k < count; k++) {
         const int weights = dqw_effect_weights(list[k].effect);
-        if (weights == 0 || dqw_effect_is_mechanical(list[k].effect) != mechanical) return DQW_ERR_RANGE;
-        if (weights > DQW_EFFECT_WEIGHTS - sum) return DQW_ERR_SIZE;
-        if (!sound(&list[k])) return DQW_ERR_RANGE;
-        sum += weights;
+        if (weights == 0 || dqw_effect_is_mechanical(list[k].effect) != mechanical) return DQW_ERR_EFFECT_NAME;
+        if (!sound(&list[k])) return DQW_ERR_EFFECT_SHAPE;
+        if (dead_time_apart && list[k].effect == DQW_EFFECT_DEAD_TIME)
+            apart++;
+        else
+            sum += weights;
+        if (sum > DQW_EFFECT_WEIGHTS) return DQW_ERR_EFFECT_ROOM;
         if (list[k].effect == DQW_EFFECT_WINDING_TEMPERATURE) windings++;
         if (list[k].effect == DQW_EFFECT_MAGNET_TEMPERATURE) magnets++;
     }
-    return windings > 1 || magnets > 1 ? DQW_ERR_RANGE : sum;
+    return windings > 1 || magnets > 1 || apart > 1 ? DQW_ERR_EFFECT_TWICE : sum;
+}
+
+int dqw_effect_check(const dqw_effect_config *list, int count, bool mechanical)
+{
+    return check(list, count, mechanical, false);
 }
 
 uint32_t dqw_effect_known(const float weights[], const float sd[], int n)
 {
     float largest = 0.0f;
     for (int i = 0; i < n; i++)
-        if (isfinite(sd[i])) largest = fmaxf(largest, fabsf(weights[i]));
+        if (dqw_is_finite(weights[i]) && dqw_within(sd[i], DQW_UNKNOWN) && sd[i] < DQW_UNKNOWN) largest = fmaxf(largest, fabsf(weights[i]));
     uint32_t known = 0;
     for (int i = 0; i < n; i++)
-        if (isfinite(weights[i]) && sd[i] < DQW_KNOWN_RATIO * largest) known |= 1u << i;
+        if (dqw_is_finite(weights[i]) && dqw_is_finite(sd[i]) && sd[i] < DQW_KNOWN_RATIO * largest) known |= 1u << i;
     return known;
 }
 
@@ -100,27 +109,57 @@ void dqw_effect_torque(const dqw_effect_config *config, float w_m_rad_s, float t
 
 #if DQW_EFFECT_WEIGHTS > 0
 
+static enum dqw_status check_base(const dqw_effect_base *base)
+{
+    if (!dqw_is_positive(base->dt_s) || !dqw_is_positive(1.0f / base->dt_s)) return DQW_ERR_DT;
+    if (!dqw_is_positive(base->v_V)) return DQW_ERR_V_BASE;
+    if (!dqw_is_positive(base->i_A)) return DQW_ERR_I_BASE;
+    return dqw_is_positive(base->w_m_rad_s) ? DQW_OK : DQW_ERR_W_BASE;
+}
+
+// What an effect asks of samples, and its heating state.
+static void take_needs(dqw_effect *e, const dqw_effect_config *c)
+{
+    const enum dqw_effect_name name = c->effect;
+    const bool dead_time = name == DQW_EFFECT_DEAD_TIME && !e->base.dead_time_apart;
+    e->needs_angle = e->needs_angle || dead_time || name == DQW_EFFECT_FLUX_HARMONICS || name == DQW_EFFECT_CURRENT_OFFSET ||
+                     name == DQW_EFFECT_CURRENT_GAIN_MISMATCH || name == DQW_EFFECT_PHASE_RESISTANCE_IMBALANCE;
+    e->needs_last = e->needs_last || name == DQW_EFFECT_DELAY || name == DQW_EFFECT_IRON_LOSS;
+    if (name != DQW_EFFECT_WINDING_TEMPERATURE && name != DQW_EFFECT_MAGNET_TEMPERATURE) return;
+    const int state = name == DQW_EFFECT_WINDING_TEMPERATURE ? 0 : 1;
+    if (c->shape[1] > 0.0f) {
+        const float i_A = c->shape[2] > 0.0f ? c->shape[2] : e->base.i_A;
+        e->heating = (uint8_t)(e->heating | 1u << state);
+        e->heat_part[state] = e->base.dt_s / c->shape[1];
+        e->heat_unit[state] = 1.0f / i_A / i_A;
+    } else if (state == 0) {
+        e->needs_winding = true;
+    } else {
+        e->needs_magnet = true;
+    }
+}
+
 enum dqw_status dqw_effect_init(dqw_effect *e, const dqw_effect_config *list, int count, const dqw_effect_base *base)
 {
     if (e == NULL || base == NULL) return DQW_ERR_NULL;
-    const int weights = dqw_effect_check(list, count, false);
-    if (weights < 0) return (enum dqw_status)weights;
-    if (!dqw_is_positive(base->dt_s) || !dqw_is_positive(base->v_V) || !dqw_is_positive(base->i_A) || !dqw_is_positive(base->w_m_rad_s)) return DQW_ERR_RANGE;
-    if (count > 0 && base->pole_pairs == 0) return DQW_ERR_RANGE;
+    const int sum = check(list, count, false, base->dead_time_apart);
+    if (sum < 0) return (enum dqw_status)sum;
+    const enum dqw_status status = check_base(base);
+    if (status != DQW_OK) return status;
+    if (count > 0 && base->pole_pairs == 0) return DQW_ERR_EFFECT_POLE_PAIRS;
     dqw_effect n = {0};
     n.list = list;
     n.count = (uint8_t)count;
-    n.weights = (uint8_t)weights;
     n.base = *base;
+    n.poles = (float)base->pole_pairs;
+    n.poles_4 = 0.25f * n.poles;
+    n.step_Hz = 1.0f / base->dt_s;
+    n.turn_4 = n.poles_4 * base->dt_s;
     for (int k = 0; k < count; k++) {
-        const enum dqw_effect_name name = list[k].effect;
-        const bool measured = list[k].shape[1] == 0.0f;
-        n.needs_angle = n.needs_angle || name == DQW_EFFECT_DEAD_TIME || name == DQW_EFFECT_FLUX_HARMONICS || name == DQW_EFFECT_CURRENT_OFFSET ||
-                        name == DQW_EFFECT_CURRENT_GAIN_MISMATCH || name == DQW_EFFECT_PHASE_RESISTANCE_IMBALANCE;
-        n.needs_winding = n.needs_winding || (name == DQW_EFFECT_WINDING_TEMPERATURE && measured);
-        n.needs_magnet = n.needs_magnet || (name == DQW_EFFECT_MAGNET_TEMPERATURE && measured);
-        n.needs_last = n.needs_last || name == DQW_EFFECT_DELAY || name == DQW_EFFECT_IRON_LOSS;
+        n.weights = (uint8_t)(n.weights + dqw_effect_weights_of(&n, list[k].effect));
+        take_needs(&n, &list[k]);
     }
+    dqw_effect_plan(&n);
     *e = n;
     return DQW_OK;
 }
@@ -129,7 +168,7 @@ float dqw_effect_input_base(const dqw_effect *e, int index)
 {
     const dqw_effect_config *c = &e->list[index];
     const float *s = c->shape;
-    const float w_e = (float)e->base.pole_pairs * e->base.w_m_rad_s;
+    const float w_e = e->poles * e->base.w_m_rad_s;
     const float i = e->base.i_A;
     const float heat = s[1] > 0.0f ? 1.0f : HEAT_BASE_K;
     switch (c->effect) {
@@ -152,35 +191,39 @@ float dqw_effect_input_base(const dqw_effect *e, int index)
 bool dqw_effect_finite(const dqw_effect *e, const dqw_sample *s)
 {
     if (e->needs_angle && !dqw_is_direction(s->cosine, s->sine)) return false;
-    if (e->needs_winding && !isfinite(s->temp_winding_C)) return false;
-    return !e->needs_magnet || isfinite(s->temp_magnet_C);
+    if (e->needs_winding && !dqw_is_finite(s->temp_winding_C)) return false;
+    return !e->needs_magnet || dqw_is_finite(s->temp_magnet_C);
 }
 
-void dqw_effect_heat(dqw_effect *e, float i_d_A, float i_q_A)
+static void warm_one(dqw_effect *e, int state, float periods, float mean_A2)
 {
-    for (int k = 0; k < e->count; k++) {
-        const dqw_effect_config *c = &e->list[k];
-        const bool winding = c->effect == DQW_EFFECT_WINDING_TEMPERATURE;
-        if ((!winding && c->effect != DQW_EFFECT_MAGNET_TEMPERATURE) || !(c->shape[1] > 0.0f)) continue;
-        const float i_base = c->shape[2] > 0.0f ? c->shape[2] : e->base.i_A;
-        const float d = i_d_A / i_base;
-        const float q = i_q_A / i_base;
-        const float square = d * d + q * q;
-        if (square != square) continue;
-        float *h = &e->heat[winding ? 0 : 1];
-        float *rest = &e->heat_rest[winding ? 0 : 1];
-        // Time constants of minutes against periods of microseconds: without the rest the sum would stand still.
-        const float part = fminf(e->base.dt_s / c->shape[1], 1.0f);
-        const float step = part * (fminf(square, HEAT_MAX) - *h) - *rest;
-        const float sum = *h + step;
-        *rest = (sum - *h) - step;
-        *h = sum;
-    }
+    const float whole = e->heat_part[state] * periods;
+    const float part = whole < 1.0f ? whole : 1.0f;
+    const float to = e->heat_unit[state] * mean_A2;
+    const float h = e->heat[state];
+    // Time constants of minutes against periods of microseconds: without the rest the sum would stand still. A volatile sum, so that no
+    // compiler finds that in real numbers there is no rest.
+    const float step = part * ((to < HEAT_MAX ? to : HEAT_MAX) - h) - e->heat_rest[state];
+    volatile float sum = h + step;
+    volatile float moved = sum - h;
+    e->heat_rest[state] = moved - step;
+    e->heat[state] = sum;
+}
+
+void dqw_effect_warm(dqw_effect *e, uint32_t periods)
+{
+    if (e->heating == 0 || periods == 0) return;
+    const float mean_A2 = e->square_A2 / (float)periods;
+    e->square_A2 = 0.0f;
+    if (!dqw_is_finite(mean_A2)) return;
+    if ((e->heating & 1u) != 0) warm_one(e, 0, (float)periods, mean_A2);
+    if ((e->heating & 2u) != 0) warm_one(e, 1, (float)periods, mean_A2);
 }
 
 void dqw_effect_gap(dqw_effect *e)
 {
     e->has_sample = false;
+    e->square_A2 = 0.0f;
 }
 
 #endif

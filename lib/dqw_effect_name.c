@@ -1,4 +1,4 @@
-#include "dqw_effect_name.h"
+#include "dqw_effect_kind.h"
 
 #include <stdint.h>
 
@@ -6,11 +6,6 @@ int dqw_effect_weights(enum dqw_effect_name name)
 {
     static const uint8_t weights[DQW_EFFECT_NAMES] = {0, 1, 5, 3, 1, 1, 1, 4, 2, 2, 1, 1, 1, 2, 2, 1, 1, 1, 2, 1};
     return (unsigned)name < DQW_EFFECT_NAMES ? weights[name] : 0;
-}
-
-int dqw_effect_inputs(enum dqw_effect_name name)
-{
-    return name == DQW_EFFECT_DEAD_TIME ? 0 : dqw_effect_weights(name);
 }
 
 bool dqw_effect_is_mechanical(enum dqw_effect_name name)

@@ -3,6 +3,7 @@
 
 #include <stddef.h>
 
+#include "dqw_estimator_block.h"
 #include "dqw_number.h"
 
 // Rows in the mean slope of dead time's input.
@@ -15,44 +16,18 @@
 // Voltages as they came, the rest as the estimator takes it.
 static uint32_t admit(dqw_estimator *e, const dqw_sample *came, const dqw_sample *s, bool saturated)
 {
-    const dqw_sample *l = &e->last;
-    const bool in_range = dqw_within(came->v_d_V, e->v_limit_V) && dqw_within(came->v_q_V, e->v_limit_V) && dqw_within(s->i_d_A, e->i_limit_A) &&
-                          dqw_within(s->i_q_A, e->i_limit_A) && dqw_within(s->w_m_rad_s, e->w_limit_rad_s);
-    bool finite = in_range || (dqw_is_finite(came->v_d_V) && dqw_is_finite(came->v_q_V) && dqw_is_finite(s->i_d_A) && dqw_is_finite(s->i_q_A) &&
-                               dqw_is_finite(s->w_m_rad_s));
+    const bool in_range = dqw_size_bits(came->v_d_V) <= e->v_limit_bits && dqw_size_bits(came->v_q_V) <= e->v_limit_bits &&
+                          dqw_size_bits(s->i_d_A) <= e->i_limit_bits && dqw_size_bits(s->i_q_A) <= e->i_limit_bits &&
+                          dqw_size_bits(s->w_m_rad_s) <= e->w_limit_bits;
+    bool finite = in_range || dqw_sample_finite(came, s);
     finite = finite && (!e->config->angle || dqw_is_direction(s->cosine, s->sine));
 #if DQW_EFFECT_WEIGHTS > 0
     finite = finite && dqw_effect_finite(&e->effect, s);
 #endif
-    const bool repeated = e->has_last && s->i_d_A == l->i_d_A && s->i_q_A == l->i_q_A && s->w_m_rad_s == l->w_m_rad_s;
+    const bool repeated = e->has_last && dqw_number_bits(s->i_d_A) == dqw_number_bits(e->i_d_A) && dqw_number_bits(s->i_q_A) == dqw_number_bits(e->i_q_A) &&
+                          dqw_number_bits(s->w_m_rad_s) == dqw_number_bits(e->w_m_rad_s);
     const dqw_gate_sample g = {.finite = finite, .saturated = saturated || !in_range, .repeated = repeated};
     return dqw_gate_check(&e->gate, g);
-}
-
-// The sample with the voltage that acts from it on, seen in the rotating frame; the angle it has turned by the middle of its period is small.
-static dqw_sample adapted(dqw_estimator *e, const dqw_sample *s)
-{
-    const dqw_estimator_config *c = e->config;
-    dqw_sample x = *s;
-    if (c->speed_electrical) x.w_m_rad_s /= (float)c->pole_pairs;
-    if (c->voltage_next) {
-        x.v_d_V = e->commanded ? e->command_d_V : 0.0f;
-        x.v_q_V = e->commanded ? e->command_q_V : 0.0f;
-        e->command_d_V = s->v_d_V;
-        e->command_q_V = s->v_q_V;
-    }
-    if (c->voltage_held) {
-        float turn = (c->voltage_next ? 1.5f : 0.5f) * (float)c->pole_pairs * x.w_m_rad_s * c->dt_s;
-        turn = turn > 2.0f ? 2.0f : turn < -2.0f ? -2.0f : turn;
-        // Within 3e-4 to 1 rad.
-        const float turn2 = turn * turn;
-        const float cosine = 1.0f - turn2 * (0.5f - turn2 * (1.0f / 24.0f - turn2 * (1.0f / 720.0f)));
-        const float sine = turn * (1.0f - turn2 * (1.0f / 6.0f - turn2 * (1.0f / 120.0f)));
-        const float v_d = x.v_d_V;
-        x.v_d_V = cosine * v_d + sine * x.v_q_V;
-        x.v_q_V = cosine * x.v_q_V - sine * v_d;
-    }
-    return x;
 }
 
 // tanh to 1e-3, bounded by 1: its continued fraction to the fifth term.
@@ -93,92 +68,98 @@ static void dead_time(dqw_estimator *e, const dqw_sample *s, float *d, float *q)
     e->dead_slope_inv_A += (slope - e->dead_slope_inv_A) / (1.0f + 0.25f * (float)(rows < SLOPE_ROWS ? rows : SLOPE_ROWS));
 }
 
-// What the effects take a sample for, in one place: without room for effects, nothing. False where there is no pair yet.
+// What the inputs of the effects are made of, behind the plain signals. Without room for effects, nothing. False where there is no pair.
+static bool gather_effects(dqw_estimator *e, const dqw_sample *s, bool good)
+{
+    bool there = good && e->last_good;
 #if DQW_EFFECT_WEIGHTS > 0
-static int signals_of(const dqw_estimator *e)
-{
-    return DQW_PLAIN_SIGNALS + 2 * e->effect.weights;
-}
-
-static bool pair_effects(dqw_estimator *e, const dqw_sample *s, bool good, float pair[])
-{
-    if (e->effect.count == 0) return good;
-    bool there = good;
-    float *x = pair + DQW_PLAIN_SIGNALS;
+    if (e->effect.count == 0) return there;
+    dqw_window_cell *cell = dqw_window_cells(&e->window) + DQW_PLAIN_SIGNALS;
+    const dqw_sample last = {.v_d_V = e->v_d_V, .v_q_V = e->v_q_V, .i_d_A = e->i_d_A, .i_q_A = e->i_q_A, .w_m_rad_s = e->w_m_rad_s};
     if (!good)
         dqw_effect_gap(&e->effect);
-    else if (e->config->settled)
-        dqw_effect_static(&e->effect, s, x, x + e->effect.weights);
     else
-        there = dqw_effect_pair(&e->effect, e->last_good ? &e->last : NULL, s, x, x + e->effect.weights);
-    dqw_effect_heat(&e->effect, s->i_d_A, s->i_q_A);
+        there = dqw_effect_gather(&e->effect, e->last_good ? &last : NULL, s, cell);
+#else
+    (void)s;
+#endif
     return there;
 }
-#else
-static int signals_of(const dqw_estimator *e)
-{
-    (void)e;
-    return DQW_PLAIN_SIGNALS;
-}
 
-static bool pair_effects(dqw_estimator *e, const dqw_sample *s, bool good, float pair[])
+static void gather_static_effects(dqw_estimator *e, const dqw_sample *s, dqw_window_cell *cell)
 {
+#if DQW_EFFECT_WEIGHTS > 0
+    if (e->effect.count == 0) return;
+    float d[DQW_EFFECT_WEIGHTS];
+    float q[DQW_EFFECT_WEIGHTS];
+    dqw_effect_static(&e->effect, s, d, q);
+    for (int i = 0; i < e->effect.weights; i++) {
+        dqw_window_gather(&cell[DQW_PLAIN_SIGNALS + 2 * i], d[i]);
+        dqw_window_gather(&cell[DQW_PLAIN_SIGNALS + 2 * i + 1], q[i]);
+    }
+#else
     (void)e;
     (void)s;
-    (void)pair;
-    return good;
-}
+    (void)cell;
 #endif
+}
+
+// Every sample heats, also one that may not be learned; the heating states go on by what was gathered.
+static void heat(dqw_estimator *e, const dqw_sample *s)
+{
+#if DQW_EFFECT_WEIGHTS > 0
+    if (e->effect.count > 0) dqw_effect_heat(&e->effect, s->i_d_A, s->i_q_A);
+#else
+    (void)e;
+    (void)s;
+#endif
+}
+
+static void warm(dqw_estimator *e, uint32_t periods)
+{
+#if DQW_EFFECT_WEIGHTS > 0
+    if (e->effect.count > 0) dqw_effect_warm(&e->effect, periods);
+#else
+    (void)e;
+    (void)periods;
+#endif
+}
 
 // The pair that a sample ends, as sums and steps: dqw_estimator_means() makes means and slopes of them. (E13)
-static void gather(dqw_estimator *e, const dqw_sample *s, float dead_d, float dead_q, float pair[])
+static void gather(dqw_estimator *e, const dqw_sample *s, float dead_d, float dead_q)
 {
-    const dqw_sample *l = &e->last;
-    const float step_d_A = s->i_d_A - l->i_d_A;
-    const float step_q_A = s->i_q_A - l->i_q_A;
-    pair[0] = l->v_d_V;
-    pair[1] = l->v_q_V;
-    pair[2] = s->i_d_A + l->i_d_A;
-    pair[3] = s->i_q_A + l->i_q_A;
-    pair[4] = step_d_A;
-    pair[5] = step_q_A;
-    pair[6] = s->w_m_rad_s * s->i_d_A + l->w_m_rad_s * l->i_d_A;
-    pair[7] = s->w_m_rad_s * s->i_q_A + l->w_m_rad_s * l->i_q_A;
-    pair[8] = s->w_m_rad_s + l->w_m_rad_s;
-    pair[9] = dead_d + e->dead_d;
-    pair[10] = dead_q + e->dead_q;
-    dqw_window_add(&e->window, pair, signals_of(e));
+    const float step_d_A = s->i_d_A - e->i_d_A;
+    const float step_q_A = s->i_q_A - e->i_q_A;
+    dqw_window_cell *cell = dqw_window_cells(&e->window);
+    dqw_window_gather(&cell[0], e->v_d_V);
+    dqw_window_gather(&cell[1], e->v_q_V);
+    dqw_window_gather(&cell[2], s->i_d_A + e->i_d_A);
+    dqw_window_gather(&cell[3], s->i_q_A + e->i_q_A);
+    dqw_window_gather(&cell[4], step_d_A);
+    dqw_window_gather(&cell[5], step_q_A);
+    dqw_window_gather(&cell[6], s->w_m_rad_s * s->i_d_A + e->w_m_rad_s * e->i_d_A);
+    dqw_window_gather(&cell[7], s->w_m_rad_s * s->i_q_A + e->w_m_rad_s * e->i_q_A);
+    dqw_window_gather(&cell[8], s->w_m_rad_s + e->w_m_rad_s);
+    dqw_window_gather(&cell[9], dead_d + e->dead_d);
+    dqw_window_gather(&cell[10], dead_q + e->dead_q);
+    dqw_window_count(&e->window);
     // Steps less what the voltage made of them.
-    dqw_noise_step(&e->noise, step_d_A - e->step_A_per_V[0] * l->v_d_V, step_q_A - e->step_A_per_V[1] * l->v_q_V, s->w_m_rad_s - l->w_m_rad_s);
+    dqw_noise_step(&e->noise, step_d_A - e->step_A_per_V[0] * e->v_d_V, step_q_A - e->step_A_per_V[1] * e->v_q_V, s->w_m_rad_s - e->w_m_rad_s);
 }
 
-// A settled row as a block of its own.
-static uint32_t hand_over_row(dqw_estimator *e, const dqw_sample *s, float dead_d, float dead_q, const float pair[])
+// A settled row is a block of its own.
+static void gather_row(dqw_estimator *e, const dqw_sample *s, float dead_d, float dead_q)
 {
-    e->halves++;
-    if (e->pending) {
-        if (e->missed < UINT8_MAX) e->missed++;
-        return DQW_EVENT_MISSED;
-    }
-    const dqw_estimator_block row = {
-        .sum = {s->v_d_V, s->v_q_V, 2.0f * s->i_d_A, 2.0f * s->i_q_A, 0.0f, 0.0f, 2.0f * s->w_m_rad_s * s->i_d_A, 2.0f * s->w_m_rad_s * s->i_q_A,
-                2.0f * s->w_m_rad_s, 2.0f * dead_d, 2.0f * dead_q},
-        .cosine = s->cosine,
-        .sine = s->sine,
-        .follow = 1.0f,
-        .number = e->halves,
-    };
-    e->block = row;
-#if DQW_EFFECT_WEIGHTS > 0
-    for (int i = DQW_PLAIN_SIGNALS; i < signals_of(e); i++) e->block.sum[i] = pair[i];
-#else
-    (void)pair;
-#endif
-    e->pending = true;
-    return DQW_EVENT_BLOCK;
+    dqw_window_cell *cell = dqw_window_cells(&e->window);
+    const float row[DQW_PLAIN_SIGNALS] = {
+        s->v_d_V, s->v_q_V, 2.0f * s->i_d_A, 2.0f * s->i_q_A, 0.0f, 0.0f, 2.0f * s->w_m_rad_s * s->i_d_A, 2.0f * s->w_m_rad_s * s->i_q_A,
+        2.0f * s->w_m_rad_s, 2.0f * dead_d, 2.0f * dead_q};
+    for (int i = 0; i < DQW_PLAIN_SIGNALS; i++) dqw_window_gather(&cell[i], row[i]);
+    gather_static_effects(e, s, cell);
+    dqw_window_count(&e->window);
 }
 
-// Before a block is written: what the background made of those before it.
+// Before a half is gathered: what the background made of those before it.
 static void take_given(dqw_estimator *e)
 {
     if (!e->given_ready) return;
@@ -191,41 +172,25 @@ static void take_given(dqw_estimator *e)
 
 static uint32_t end_half(dqw_estimator *e, const dqw_sample *s, bool good)
 {
-    const bool taken = e->pending;
-    const bool whole = e->window.valid == e->window.half;
-    const float v_V[2] = {e->window.sum[0], e->window.sum[1]};
-    float lost[DQW_ESTIMATOR_SIGNALS];
-    uint32_t event = dqw_window_end(&e->window, taken ? lost : e->block.sum);
     e->halves++;
-    if (event == DQW_EVENT_BLOCK && taken) {
-        event = DQW_EVENT_MISSED;
+    warm(e, e->window.half);
+    if (!dqw_window_turn(&e->window)) {
         if (e->missed < UINT8_MAX) e->missed++;
-    } else if (event == DQW_EVENT_BLOCK) {
-        dqw_estimator_block *b = &e->block;
-        b->v_step_V[0] = v_V[0] - e->half_v_V[0];
-        b->v_step_V[1] = v_V[1] - e->half_v_V[1];
-        b->cosine = e->half_cosine;
-        b->sine = e->half_sine;
-        b->noise = e->noise.of;
-        b->dead_slope_inv_A = e->dead_slope_inv_A;
-        b->follow = e->follow;
-        b->number = e->halves;
-        b->whole = whole && e->half_whole;
-        e->pending = true;
-    } else if (event == DQW_EVENT_INCOMPLETE && e->gate.incomplete < UINT32_MAX) {
-        e->gate.incomplete++;
+        return DQW_EVENT_MISSED;
     }
-    take_given(e);
+    dqw_estimator_handed *h = &e->handed;
     const bool has_angle = good && e->config->angle;
-    e->half_cosine = has_angle ? s->cosine : 0.0f;
-    e->half_sine = has_angle ? s->sine : 0.0f;
-    e->half_v_V[0] = v_V[0];
-    e->half_v_V[1] = v_V[1];
-    e->half_whole = whole;
-    return event;
+    h->cosine = has_angle ? s->cosine : 0.0f;
+    h->sine = has_angle ? s->sine : 0.0f;
+    h->noise = e->noise.of;
+    h->dead_slope_inv_A = e->dead_slope_inv_A;
+    h->follow = e->follow;
+    h->number = e->halves;
+    take_given(e);
+    return DQW_EVENT_BLOCK;
 }
 
-// A sample, or the last one again in the place of one that is missing or refused.
+// A sample; or what stands for one that is missing or refused, whose numbers are not used.
 static uint32_t take(dqw_estimator *e, const dqw_sample *s, uint32_t event)
 {
     const dqw_estimator_config *c = e->config;
@@ -235,20 +200,17 @@ static uint32_t take(dqw_estimator *e, const dqw_sample *s, uint32_t event)
     if (good) dead_time(e, s, &dead_d, &dead_q);
 
     // [EST.2] the pair that it ends, into the window
-    float pair[DQW_ESTIMATOR_SIGNALS];
-    const bool there = pair_effects(e, s, good, pair);
     if (c->settled) {
-        if (good) event |= hand_over_row(e, s, dead_d, dead_q, pair);
+        if (good) gather_row(e, s, dead_d, dead_q);
+    } else if (gather_effects(e, s, good)) {
+        gather(e, s, dead_d, dead_q);
     } else {
-        if (there && e->last_good) {
-            gather(e, s, dead_d, dead_q, pair);
-        } else {
-            dqw_window_add(&e->window, NULL, signals_of(e));
-            dqw_noise_gap(&e->noise);
-        }
-        // [EST.3] a block for the background
-        if (dqw_window_full(&e->window)) event |= end_half(e, s, good);
+        dqw_window_refuse(&e->window);
+        dqw_noise_gap(&e->noise);
     }
+    heat(e, s);
+    // [EST.3] a half for the background
+    if (dqw_window_full(&e->window)) event |= end_half(e, s, good);
     // A voltage that acts later is not known at the first sample.
     e->last_good = good && (!c->voltage_next || e->commanded);
     e->commanded = good;
@@ -257,33 +219,39 @@ static uint32_t take(dqw_estimator *e, const dqw_sample *s, uint32_t event)
     return event;
 }
 
-uint32_t dqw_estimator_sample(dqw_estimator *e, const dqw_sample *sample, bool saturated)
+static uint32_t step(dqw_estimator *e, const dqw_sample *came, const dqw_sample *s, bool saturated)
+{
+    const uint32_t event = take(e, s, admit(e, came, s, saturated));
+    e->v_d_V = s->v_d_V;
+    e->v_q_V = s->v_q_V;
+    e->i_d_A = s->i_d_A;
+    e->i_q_A = s->i_q_A;
+    e->w_m_rad_s = s->w_m_rad_s;
+    e->has_last = true;
+    return event;
+}
+
+uint32_t dqw_estimator_sample(dqw_estimator *e, const dqw_sample *s, bool saturated)
 {
     // [EST.1] may this sample be learned
     const dqw_estimator_config *c = e->config;
-    const dqw_sample *s = sample;
+    if (!c->voltage_next && !c->voltage_held && !c->speed_electrical) return step(e, s, s, saturated);
     dqw_sample changed;
-    if (c->voltage_next || c->voltage_held || c->speed_electrical) {
-        changed = adapted(e, sample);
-        s = &changed;
-    }
-    const uint32_t event = take(e, s, admit(e, sample, s, saturated));
-    e->last = *s;
-    e->has_last = true;
-    return event;
+    dqw_estimator_adapt(e, s, &changed);
+    return step(e, s, &changed, saturated);
 }
 
 void dqw_estimator_missing(dqw_estimator *e, uint32_t periods)
 {
     if (periods == 1) {
-        const dqw_gate_sample none = {.finite = false};
-        (void)take(e, &e->last, dqw_gate_check(&e->gate, none));
+        const dqw_sample none = {.i_d_A = e->i_d_A, .i_q_A = e->i_q_A};
+        const dqw_gate_sample g = {.finite = false};
+        (void)take(e, &none, dqw_gate_check(&e->gate, g));
         e->has_last = false;
         return;
     }
     e->halves += (e->window.at + periods) / e->window.half;
-    e->has_last = e->last_good = e->commanded = e->half_whole = false;
-    e->half_cosine = e->half_sine = 0.0f;
+    e->has_last = e->last_good = e->commanded = false;
 #if DQW_EFFECT_WEIGHTS > 0
     dqw_effect_gap(&e->effect);
 #endif

@@ -6,18 +6,13 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "dqw_effect.h"
-#include "dqw_gain.h"
-#include "dqw_gate.h"
 #include "dqw_nameplate.h"
-#include "dqw_noise.h"
 #include "dqw_parameter.h"
+#include "dqw_parts.h"
 #include "dqw_reading.h"
 #include "dqw_sample.h"
 #include "dqw_size.h"
-#include "dqw_stage.h"
 #include "dqw_status.h"
-#include "dqw_window.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -71,16 +66,13 @@ typedef struct dqw_estimator_config {
 #endif
 } dqw_estimator_config;
 
-/// What the interrupt hands over: all that the background reads of it.
-typedef struct dqw_estimator_block {
-    float sum[DQW_ESTIMATOR_SIGNALS];  ///< means of sums and steps of the pairs, under the triangle
-    float v_step_V[2];                 ///< sum of the voltages of the second half less that of the first, d and q
-    float cosine, sine;                ///< of the electrical angle at its middle; 0 and 0: not known
-    dqw_noise_variances noise;         ///< of the sensors
-    float dead_slope_inv_A, follow;    ///< mean slope of dead time's input; how fast that followed the currents
-    uint32_t number;                   ///< of the half that ended it, since init
-    bool whole;                        ///< none of its pairs was refused
-} dqw_estimator_block;
+/// What goes with a half that the interrupt hands over.
+typedef struct dqw_estimator_handed {
+    float cosine, sine;              ///< of the electrical angle at its end; 0 and 0: not known
+    dqw_noise_variances noise;       ///< of the sensors
+    float dead_slope_inv_A, follow;  ///< mean slope of dead time's input; how fast that followed the currents
+    uint32_t number;                 ///< of the half, since init
+} dqw_estimator_handed;
 
 /// What the background hands back: taken over at a half's end.
 typedef struct dqw_estimator_given {
@@ -93,30 +85,32 @@ typedef struct dqw_estimator {
     const dqw_estimator_config *config;
 
     // The interrupt's.
-    dqw_gate gate;  ///< but for gate.blocks, which the background counts
+    dqw_gate gate;  ///< but for blocks and incomplete, which the background counts
     dqw_window window;
     dqw_noise noise;
-    float v_limit_V, i_limit_A, w_limit_rad_s, dead_time_width_A;
-    dqw_sample last;                   ///< its voltages are those that act from it on
-    float command_d_V, command_q_V;    ///< with voltage_next: the last sample's voltage
+    uint32_t v_limit_bits, i_limit_bits, w_limit_bits;  ///< limits of the samples, as dqw_size_bits() has them
+    float dead_time_width_A;
+    float v_d_V, v_q_V, i_d_A, i_q_A, w_m_rad_s;  ///< the last sample; its voltages are those that act from it on
+    float command_d_V, command_q_V;               ///< with voltage_next: the last sample's voltage
     float dead_d, dead_q, dead_slope_inv_A;
-    float slow_d_A, slow_q_A;          ///< currents as dead time's input takes them
-    float half_cosine, half_sine, half_v_V[2];
-    float step_A_per_V[2], follow;     ///< as given last
-    uint32_t halves;                   ///< halves of a window since init: the time
-    uint8_t missed;                    ///< blocks lost because the background came too late, up to 255
-    bool has_last, last_good, commanded, half_whole;
+    float slow_d_A, slow_q_A;       ///< currents as dead time's input takes them
+    float step_A_per_V[2], follow;  ///< as given last
+    uint32_t halves;                ///< halves of a window since init: the time
+    uint8_t missed;                 ///< halves lost because the background came too late, up to 255
+    bool has_last, last_good, commanded;
 #if DQW_EFFECT_WEIGHTS > 0
     dqw_effect effect;
 #endif
 
-    // Handed over: written by the interrupt while not `pending`, read by the background while it is; and the other way round.
-    dqw_estimator_block block;
-    bool pending;
+    // Handed over with window.pending; and the other way round.
+    dqw_estimator_handed handed;
     dqw_estimator_given given;
     bool given_ready;
 
-    // The background's: the joint neuron's weights, per unit, and the gain that replaces its step size.
+    // The background's: the half before.
+    dqw_window_rise rise;
+    float rise_cosine, rise_sine, rise_v_V[2];
+    // The joint neuron's weights, per unit, and the gain that replaces its step size.
     float w_pu[DQW_ESTIMATOR_INPUTS];
     dqw_gain gain;
     float e_pu[2];       ///< the last block's error before the correction, d and q
@@ -127,7 +121,7 @@ typedef struct dqw_estimator {
     float score_last[DQW_ESTIMATOR_SCORES];  ///< and the last one's
     float late_w[DQW_PARAMETERS];            ///< of the late voltage, what the inputs explain
     float late_pu2, late_error_pu2;          ///< power of the rest, and its product with the residual
-    uint32_t number, elapsed;                ///< of the last block; halves between it and the one before
+    uint32_t number, elapsed;                ///< of the half that ended the last block; halves since the block before
     uint32_t noise_rows;                     ///< that its noise was a mean of
     uint32_t learned;                        ///< weights of which anything was ever learned
     int16_t excess_q10[DQW_ESTIMATOR_INPUTS];  ///< power of both axes' inputs above what teaches, over that; -1 .. 7

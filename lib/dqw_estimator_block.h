@@ -2,12 +2,28 @@
 #ifndef DQW_ESTIMATOR_BLOCK_H
 #define DQW_ESTIMATOR_BLOCK_H
 
+#include "dqw_effect.h"
 #include "dqw_estimator.h"
+#include "dqw_gain.h"
+#include "dqw_gate.h"
 #include "dqw_model.h"
+#include "dqw_noise.h"
+#include "dqw_stage.h"
+#include "dqw_window.h"
 
 #ifdef __cplusplus
 extern "C" {
 #endif
+
+/// A block: two halves that were handed over, joined.
+typedef struct dqw_estimator_block {
+    float sum[DQW_ESTIMATOR_SIGNALS];  ///< means of sums and steps of the pairs, under the triangle
+    float v_step_V[2];                 ///< sum of the voltages of the second half less that of the first, d and q
+    float cosine, sine;                ///< of the electrical angle at its middle; 0 and 0: not known
+    float dead_slope_inv_A, follow;    ///< as handed over with its second half
+    dqw_noise_variances noise;
+    bool whole;  ///< none of its pairs was refused
+} dqw_estimator_block;
 
 /// A block's rows as the joint neuron is shown them, per unit.
 typedef struct dqw_estimator_rows {
@@ -21,9 +37,16 @@ enum { DQW_POLES_LD = DQW_DEAD_TIME, DQW_POLES_LQ = DQW_PSI_Q };
 /// A block's residual to begin with, per unit: wide enough to be no prior, and narrow enough that noise on a machine at rest moves nothing.
 #define DQW_ESTIMATOR_START_RESIDUAL_PU 0.01f
 
-/// Copy the block that waits and let the interrupt write the next one.
+/// The sample with the voltage that acts from it on, as a mean in the rotating frame, and mechanical speed.
+/// Context  interrupt
+void dqw_estimator_adapt(dqw_estimator *e, const dqw_sample *s, dqw_sample *x);
+
+/// Is every channel a number?
+bool dqw_sample_finite(const dqw_sample *came, const dqw_sample *s);
+
+/// Join the half that waits to a block, and let the interrupt hand over the next one.
 ///
-/// Returns  false where none waits
+/// Returns  false where none waits, or none is complete
 /// Context  background; dqw_estimator_sample may interrupt it anywhere
 bool dqw_estimator_take(dqw_estimator *e, dqw_estimator_block *b);
 
@@ -48,7 +71,7 @@ float dqw_estimator_unit(const dqw_estimator *e, int weight);
 
 /// Start deviation of a weight, per unit, and how large a parameter is, for what it may wander.
 /// Source   (E61) in docs/EQUATIONS.md
-float dqw_estimator_start_sd_pu(int weight);
+float dqw_estimator_start_sd_pu(const dqw_estimator *e, int weight);
 
 /// Where R, L_d, L_q or the flux starts, per unit: the nominal value, or what is usual.
 float dqw_estimator_nominal_pu(const dqw_estimator *e, int weight);

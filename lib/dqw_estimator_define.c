@@ -3,6 +3,7 @@
 
 #include "dqw_estimator_block.h"
 #include "dqw_estimator_random.h"
+#include "dqw_half_window.h"
 #include "dqw_number.h"
 
 #define HALF_WINDOW 20
@@ -42,15 +43,17 @@ float dqw_estimator_unit(const dqw_estimator *e, int weight)
 #if DQW_EFFECT_WEIGHTS > 0
     int first = DQW_PARAMETERS;
     for (int k = 0; k < e->effect.count; k++) {
-        first += dqw_effect_inputs(e->effect.list[k].effect);
+        first += dqw_effect_weights_of(&e->effect, e->effect.list[k].effect);
         if (weight < first) return c->v_base_V / dqw_effect_input_base(&e->effect, k);
     }
 #endif
     return 0.0f;
 }
 
-float dqw_estimator_start_sd_pu(int weight)
+float dqw_estimator_start_sd_pu(const dqw_estimator *e, int weight)
 {
+    // The same place, an inductance.
+    if (weight == DQW_POLES_LD && e->pole_pairs == 0 && !e->config->settled) return START_SD_PU;
     return weight == DQW_DEAD_TIME ? START_DEAD_SD_PU : weight < DQW_PARAMETERS ? START_SD_PU : START_EFFECT_SD_PU;
 }
 
@@ -69,7 +72,7 @@ static void start_effects(dqw_estimator *e)
     for (int k = 0; k < e->effect.count; k++) {
         const dqw_effect_config *effect = &e->effect.list[k];
         if (effect->effect == DQW_EFFECT_DEAD_TIME) e->w_pu[DQW_DEAD_TIME] = effect->start[0] / dqw_estimator_unit(e, DQW_DEAD_TIME);
-        for (int i = 0; i < dqw_effect_inputs(effect->effect); i++, at++) e->w_pu[at] = effect->start[i] / dqw_estimator_unit(e, at);
+        for (int i = 0; i < dqw_effect_weights_of(&e->effect, effect->effect); i++, at++) e->w_pu[at] = effect->start[i] / dqw_estimator_unit(e, at);
     }
 #else
     (void)e;
@@ -78,13 +81,9 @@ static void start_effects(dqw_estimator *e)
 
 void dqw_estimator_start(dqw_estimator *e, const float start_pu[])
 {
-    const dqw_estimator_config *c = e->config;
     (void)dqw_gain_init(&e->gain, e->inputs, 1.0f);
     for (int i = 0; i < e->inputs; i++) {
-        float sd = dqw_estimator_start_sd_pu(i);
-        // The same place, an inductance.
-        if (i == DQW_POLES_LD && e->pole_pairs == 0 && !c->settled) sd = START_SD_PU;
-        sd *= 1.0f / DQW_ESTIMATOR_START_RESIDUAL_PU;
+        const float sd = dqw_estimator_start_sd_pu(e, i) * (1.0f / DQW_ESTIMATOR_START_RESIDUAL_PU);
         e->gain.d[i] = sd * sd;
         e->w_pu[i] = 0.0f;
         e->excess_q10[i] = 0;
@@ -103,23 +102,13 @@ void dqw_estimator_start(dqw_estimator *e, const float start_pu[])
 // Which field is refused; DQW_OK: none.
 static enum dqw_status check(const dqw_estimator_config *c)
 {
-    const struct {
-        float value;
-        enum dqw_status status;
-    } needed[] = {{c->dt_s, DQW_ERR_DT}, {c->v_base_V, DQW_ERR_V_BASE}, {c->i_base_A, DQW_ERR_I_BASE}, {c->w_base_rad_s, DQW_ERR_W_BASE}},
-      rest[] = {{c->R_ohm, DQW_ERR_R},
-                {c->Ld_H, DQW_ERR_LD},
-                {c->Lq_H, DQW_ERR_LQ},
-                {c->psi_Wb, DQW_ERR_PSI},
-                {c->v_limit_V, DQW_ERR_V_LIMIT},
-                {c->i_limit_A, DQW_ERR_I_LIMIT},
-                {c->excitation_pu, DQW_ERR_EXCITATION},
-                {c->dead_time_width_A, DQW_ERR_DEAD_TIME_WIDTH},
-                {c->drift_per_sqrt_s, DQW_ERR_DRIFT}};
-    for (unsigned i = 0; i < sizeof needed / sizeof needed[0]; i++)
-        if (!dqw_is_positive(needed[i].value)) return needed[i].status;
-    for (unsigned i = 0; i < sizeof rest / sizeof rest[0]; i++)
-        if (!dqw_is_zero_or_positive(rest[i].value)) return rest[i].status;
+    enum { NEEDED = 4 };
+    const float field[] = {c->dt_s, c->v_base_V, c->i_base_A, c->w_base_rad_s, c->R_ohm, c->Ld_H, c->Lq_H, c->psi_Wb, c->v_limit_V, c->i_limit_A,
+                           c->excitation_pu, c->dead_time_width_A, c->drift_per_sqrt_s};
+    static const int8_t status[] = {DQW_ERR_DT, DQW_ERR_V_BASE, DQW_ERR_I_BASE, DQW_ERR_W_BASE, DQW_ERR_R, DQW_ERR_LD, DQW_ERR_LQ, DQW_ERR_PSI, DQW_ERR_V_LIMIT,
+                                    DQW_ERR_I_LIMIT, DQW_ERR_EXCITATION, DQW_ERR_DEAD_TIME_WIDTH, DQW_ERR_DRIFT};
+    for (unsigned i = 0; i < sizeof field / sizeof field[0]; i++)
+        if (!dqw_is_zero_or_positive(field[i]) || (i < NEEDED && !(field[i] > 0.0f))) return (enum dqw_status)status[i];
     if (c->half_window > HALF_WINDOW_MOST) return DQW_ERR_HALF_WINDOW;
     if (c->pole_pairs == 0 && (c->voltage_held || c->speed_electrical)) return DQW_ERR_POLE_PAIRS;
     if (c->dead_time_width_A > 0.0f && !(c->angle && dqw_is_finite(1.0f / c->dead_time_width_A))) return DQW_ERR_DEAD_TIME_WIDTH;
@@ -130,7 +119,7 @@ static enum dqw_status check(const dqw_estimator_config *c)
 static enum dqw_status init_effects(dqw_estimator *e, const dqw_estimator_config *c)
 {
 #if DQW_EFFECT_WEIGHTS > 0
-    const dqw_effect_base base = {c->dt_s, c->v_base_V, c->i_base_A, c->w_base_rad_s, c->pole_pairs};
+    const dqw_effect_base base = {c->dt_s, c->v_base_V, c->i_base_A, c->w_base_rad_s, c->pole_pairs, true};
     const enum dqw_status status = dqw_effect_init(&e->effect, c->effects, c->effect_count, &base);
     if (status != DQW_OK) return status;
     if (e->effect.needs_angle && !c->angle) return DQW_ERR_EFFECT_ANGLE;
@@ -155,7 +144,8 @@ enum dqw_status dqw_estimator_init(dqw_estimator *e, const dqw_estimator_config 
     n.dead_time_width_A = c->dead_time_width_A;
     status = init_effects(&n, c);
     if (status != DQW_OK) return status;
-    status = dqw_window_init(&n.window, c->half_window != 0 ? c->half_window : HALF_WINDOW, DQW_PLAIN_SIGNALS + 2 * (n.inputs - DQW_PARAMETERS));
+    const int half = c->settled ? 1 : c->half_window != 0 ? c->half_window : HALF_WINDOW;
+    status = dqw_window_init(&n.window, half, DQW_PLAIN_SIGNALS + 2 * (n.inputs - DQW_PARAMETERS));
     if (status != DQW_OK) return DQW_ERR_HALF_WINDOW;
     for (int i = 0; i < n.inputs; i++)
         if (!dqw_is_positive(dqw_estimator_unit(&n, i))) return DQW_ERR_UNIT;
@@ -163,9 +153,12 @@ enum dqw_status dqw_estimator_init(dqw_estimator *e, const dqw_estimator_config 
     for (int i = 0; i < n.inputs; i++)
         if (!dqw_is_finite(n.w_pu[i])) return DQW_ERR_UNIT;
     n.given.follow = 1.0f;
-    n.v_limit_V = c->v_limit_V > 0.0f ? c->v_limit_V : WILD * c->v_base_V;
-    n.i_limit_A = c->i_limit_A > 0.0f ? c->i_limit_A : WILD * c->i_base_A;
-    n.w_limit_rad_s = WILD * c->w_base_rad_s;
+    n.v_limit_bits = dqw_size_bits(c->v_limit_V > 0.0f ? c->v_limit_V : WILD * c->v_base_V);
+    n.i_limit_bits = dqw_size_bits(c->i_limit_A > 0.0f ? c->i_limit_A : WILD * c->i_base_A);
+    n.w_limit_bits = dqw_size_bits(WILD * c->w_base_rad_s);
+    if (!dqw_is_finite(WILD * c->v_base_V)) return DQW_ERR_V_BASE;
+    if (!dqw_is_finite(WILD * c->i_base_A)) return DQW_ERR_I_BASE;
+    if (!dqw_is_finite(WILD * c->w_base_rad_s)) return DQW_ERR_W_BASE;
     dqw_gate_init(&n.gate, c->stale_limit);
     dqw_noise_init(&n.noise);
     dqw_stage_init(&n.stage, c->threshold_ppm != 0 ? c->threshold_ppm : THRESHOLD_PPM, RANDOM_LIMIT, ORDINAL_BLOCKS);

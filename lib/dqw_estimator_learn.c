@@ -168,9 +168,8 @@ static dqw_block exact(const dqw_estimator *e, const dqw_estimator_block *b)
 {
     dqw_block means = dqw_estimator_means(e, b);
     if (e->blocks <= 10 || e->config->settled) return means;
-    float p = (float)e->pole_pairs;
-    float sd;
-    if (e->pole_pairs == 0) dqw_poles_evidence(e, &p, &sd);
+    // While the pole pairs are not known, as their weight has them.
+    const float p = e->pole_pairs != 0 ? (float)e->pole_pairs : e->w_pu[DQW_POLES_LQ] / e->w_pu[DQW_LQ];
     const dqw_machine known = {dqw_estimator_value(e, DQW_R), dqw_estimator_value(e, DQW_LD), dqw_estimator_value(e, DQW_LQ), p};
     if (known.R_ohm > 0.0f && p > 0.0f) dqw_model_bow(&means, &known, e->config->dt_s);
     return means;
@@ -206,11 +205,11 @@ static void rows_of(const dqw_estimator *e, const dqw_estimator_block *b, const 
     }
     if (has_flux_q(e)) x_d[DQW_PSI_Q] = p * m->w_m_rad_s;
 #if DQW_EFFECT_WEIGHTS > 0
-    const int extra = e->effect.weights;
-    for (int i = 0; i < extra; i++) {
-        x_d[DQW_PARAMETERS + i] = b->sum[DQW_PLAIN_SIGNALS + i];
-        x_q[DQW_PARAMETERS + i] = b->sum[DQW_PLAIN_SIGNALS + extra + i];
+    for (int i = 0; i < e->effect.weights; i++) {
+        x_d[DQW_PARAMETERS + i] = b->sum[DQW_PLAIN_SIGNALS + 2 * i];
+        x_q[DQW_PARAMETERS + i] = b->sum[DQW_PLAIN_SIGNALS + 2 * i + 1];
     }
+    if (!e->config->settled) dqw_effect_inputs(&e->effect, m, x_d + DQW_PARAMETERS, x_q + DQW_PARAMETERS);
 #endif
     const float to_pu = 1.0f / e->config->v_base_V;
     for (int i = 0; i < e->inputs; i++) {
@@ -363,7 +362,7 @@ static void keep_scores(dqw_estimator *e, const float score[])
 // How large a parameter is, per unit: what it may wander is a part of that.
 static float size_pu(const dqw_estimator *e, int i)
 {
-    if (i == DQW_DEAD_TIME && has_dead_time(e)) return dqw_estimator_start_sd_pu(DQW_DEAD_TIME) * (1.0f / 3.0f);
+    if (i == DQW_DEAD_TIME && has_dead_time(e)) return dqw_estimator_start_sd_pu(e, DQW_DEAD_TIME) * (1.0f / 3.0f);
     return fabsf(e->w_pu[i == DQW_PSI_Q && has_flux_q(e) ? DQW_PSI : i]);
 }
 
@@ -423,7 +422,7 @@ static bool sound(dqw_estimator *e)
             if (e->restarts < UINT8_MAX) e->restarts++;
             return false;
         }
-        const float sd = dqw_estimator_start_sd_pu(i);
+        const float sd = dqw_estimator_start_sd_pu(e, i);
         const float start = sd * sd / (DQW_ESTIMATOR_START_RESIDUAL_PU * DQW_ESTIMATOR_START_RESIDUAL_PU);
         if (dqw_gain_covariance(&e->gain, i, i) < LEARNED_RATIO * start) e->learned |= 1u << i;
     }
@@ -455,13 +454,37 @@ static void publish(dqw_estimator *e, const dqw_estimator_block *b)
 
 bool dqw_estimator_take(dqw_estimator *e, dqw_estimator_block *b)
 {
-    if (!*(const volatile bool *)&e->pending) return false;
-    // Volatile, as the flag that guards it: read between the flag's reading and its writing.
-    *b = *(const volatile dqw_estimator_block *)&e->block;
-    *(volatile bool *)&e->pending = false;
-    e->elapsed = b->number - e->number;
-    e->number = b->number;
-    e->noise_rows = b->noise.rows;
+    if (!dqw_window_waits(&e->window)) return false;
+    float v_V[2];
+    const uint32_t before = e->rise.valid;
+    uint32_t event = dqw_window_join(&e->window, &e->rise, b->sum, v_V);
+    const dqw_estimator_handed h = *(const volatile dqw_estimator_handed *)&e->handed;
+    dqw_window_release(&e->window);
+    if (e->config->settled) {
+        // A row is a half of one pair: what rises next is the row itself.
+        for (int i = 0; i < e->window.signals; i++) b->sum[i] = e->rise.rise[i];
+        event = DQW_EVENT_BLOCK;
+        b->cosine = h.cosine;
+        b->sine = h.sine;
+    } else {
+        b->cosine = e->rise_cosine;
+        b->sine = e->rise_sine;
+    }
+    b->v_step_V[0] = v_V[0] - e->rise_v_V[0];
+    b->v_step_V[1] = v_V[1] - e->rise_v_V[1];
+    b->dead_slope_inv_A = h.dead_slope_inv_A;
+    b->follow = h.follow;
+    b->noise = h.noise;
+    b->whole = before == e->window.half && e->rise.valid == e->window.half;
+    e->rise_cosine = h.cosine;
+    e->rise_sine = h.sine;
+    e->rise_v_V[0] = v_V[0];
+    e->rise_v_V[1] = v_V[1];
+    e->noise_rows = h.noise.rows;
+    if (event == DQW_EVENT_INCOMPLETE && e->gate.incomplete < UINT32_MAX) e->gate.incomplete++;
+    if (event != DQW_EVENT_BLOCK) return false;
+    e->elapsed = h.number - e->number;
+    e->number = h.number;
     return true;
 }
 
@@ -502,7 +525,7 @@ static bool random_stage(dqw_estimator *e, const dqw_estimator_rows *r)
 }
 
 // Without: the first blocks in their order. What is far from the start values had its part in all that was learned until now, for the noise of
-// the inputs goes with the weights: then stage 3 begins from what was found, else it goes on.
+// the inputs goes with the weights: then stage 3 begins from what was found, else it goes on. Settled rows have no such part, and each counts.
 static void coarse_stage(dqw_estimator *e)
 {
     const bool done = e->blocks >= COARSE_BLOCKS;
@@ -514,7 +537,7 @@ static void coarse_stage(dqw_estimator *e)
         const float start = dqw_estimator_nominal_pu(e, i);
         far = far || !(w[i] < COARSE_RATIO * start) || !(start < COARSE_RATIO * w[i]);
     }
-    if (far) dqw_estimator_start(e, w);
+    if (far && !e->config->settled) dqw_estimator_start(e, w);
     dqw_estimator_stage_on(e, done);
 }
 
@@ -557,7 +580,6 @@ bool dqw_estimator_learn(dqw_estimator *e, const dqw_estimator_block *b)
     e->recent_pu2 += (e->e_pu[D] * e->e_pu[D] + e->e_pu[Q] * e->e_pu[Q] - e->recent_pu2) * RECENT_PART;
     if (c->noise_on_inputs && !c->settled) take_noise_out(e, &noise, ratio, mask);
     if (!sound(e)) return false;
-    if (e->pole_pairs == 0 && !c->settled) dqw_poles_find(e);
     if (!c->settled) publish(e, b);
     drift(e);
     if (e->stage.name == DQW_STAGE_RANDOM) coarse_stage(e);
@@ -583,28 +605,23 @@ bool dqw_estimator_background(dqw_estimator *e)
     if (!dqw_estimator_take(e, &b) || e->stage.name == DQW_STAGE_DOMAIN) return false;
     const bool judged = e->stage.name != DQW_STAGE_RANDOM;
     if (!dqw_estimator_learn(e, &b)) return false;
+    if (e->pole_pairs == 0 && !e->config->settled) dqw_poles_find(e);
     if (judged) dqw_estimator_stage_on(e, true);
     return true;
 }
 
 #if DQW_EFFECT_WEIGHTS > 0
-static int base_weight_of(enum dqw_effect_name name)
-{
-    return name == DQW_EFFECT_DEAD_TIME ? DQW_DEAD_TIME : -1;
-}
-
 int dqw_estimator_read_effect(const dqw_estimator *e, int index, float weights[], float sd[])
 {
     if (index < 0 || index >= e->config->effect_count) return DQW_ERR_SIZE;
     const dqw_effect_config *list = e->config->effects;
     int first = DQW_PARAMETERS;
-    for (int k = 0; k < index; k++) first += base_weight_of(list[k].effect) < 0 ? dqw_effect_weights(list[k].effect) : 0;
-    const int own = base_weight_of(list[index].effect);
+    for (int k = 0; k < index; k++) first += dqw_effect_weights_of(&e->effect, list[k].effect);
+    if (list[index].effect == DQW_EFFECT_DEAD_TIME) first = DQW_DEAD_TIME;
     const int n = dqw_effect_weights(list[index].effect);
     for (int i = 0; i < n; i++) {
-        const int weight = own >= 0 ? own : first + i;
-        weights[i] = dqw_estimator_value(e, weight);
-        sd[i] = dqw_estimator_sd(e, weight);
+        weights[i] = dqw_estimator_value(e, first + i);
+        sd[i] = dqw_estimator_sd(e, first + i);
     }
     return (int)dqw_effect_known(weights, sd, n);
 }

@@ -5,6 +5,36 @@
 // Largest part of a current that the end correction may be: where it is more, the period is too long for its first term.
 #define CORRECTION_MAX 0.1f
 
+dqw_block dqw_model_pair(const dqw_sample *before, const dqw_sample *now, float dt_s)
+{
+    const dqw_block b = {
+        .v_d_V = before->v_d_V,
+        .v_q_V = before->v_q_V,
+        .i_d_A = 0.5f * (before->i_d_A + now->i_d_A),
+        .i_q_A = 0.5f * (before->i_q_A + now->i_q_A),
+        .di_d_A_s = (now->i_d_A - before->i_d_A) / dt_s,
+        .di_q_A_s = (now->i_q_A - before->i_q_A) / dt_s,
+        .wi_d_A_rad_s = 0.5f * (before->w_m_rad_s * before->i_d_A + now->w_m_rad_s * now->i_d_A),
+        .wi_q_A_rad_s = 0.5f * (before->w_m_rad_s * before->i_q_A + now->w_m_rad_s * now->i_q_A),
+        .w_m_rad_s = 0.5f * (before->w_m_rad_s + now->w_m_rad_s),
+    };
+    return b;
+}
+
+dqw_block dqw_model_static(const dqw_sample *s)
+{
+    const dqw_block b = {
+        .v_d_V = s->v_d_V,
+        .v_q_V = s->v_q_V,
+        .i_d_A = s->i_d_A,
+        .i_q_A = s->i_q_A,
+        .wi_d_A_rad_s = s->w_m_rad_s * s->i_d_A,
+        .wi_q_A_rad_s = s->w_m_rad_s * s->i_q_A,
+        .w_m_rad_s = s->w_m_rad_s,
+    };
+    return b;
+}
+
 void dqw_model_bow(dqw_block *b, const dqw_machine *known, float dt_s)
 {
     const float w_e = known->pole_pairs * b->w_m_rad_s;

@@ -2,6 +2,8 @@
 #ifndef DQW_MODEL_H
 #define DQW_MODEL_H
 
+#include "dqw_sample.h"
+
 #ifdef __cplusplus
 extern "C" {
 #endif
@@ -17,6 +19,18 @@ typedef struct dqw_block {
 
 /// Signals in a dqw_block, in the order of its fields.
 #define DQW_BLOCK_SIGNALS 9
+
+/// One consecutive pair: row k-1 and row k.
+///
+/// Source   (P6), (P7) integrated over one period; (E13) in docs/EQUATIONS.md
+/// Units    SI; dt_s > 0
+/// Cost     25 flops
+/// Context  any; no state
+dqw_block dqw_model_pair(const dqw_sample *before, const dqw_sample *now, float dt_s);
+
+/// A settled row: no slope.
+/// Source   (P6), (P7) with d/dt = 0; (E14) in docs/EQUATIONS.md
+dqw_block dqw_model_static(const dqw_sample *s);
 
 /// What the end correction must know of a machine.
 typedef struct dqw_machine {

@@ -4,6 +4,7 @@
 #include <stddef.h>
 
 #include "dqw_estimator_block.h"
+#include "dqw_fault.h"
 #include "dqw_monitor_channel.h"
 #include "dqw_number.h"
 
@@ -263,19 +264,17 @@ static float healthy_of(const dqw_monitor *m, int channel)
     return sqrtf(m->healthy_re[k] * m->healthy_re[k] + m->healthy_im[k] * m->healthy_im[k]);
 }
 
-static void tell(dqw_monitor *m, int channel)
+static void name(dqw_monitor *m, int channel)
 {
-    dqw_monitor_change *told = &m->change;
     float change;
-    dqw_monitor_read_channel(m, channel, &told->value, &change, &told->sd);
-    const uint32_t number = m->estimator.number;
-    told->sample = (uint64_t)number * m->estimator.window.half;
-    told->since = (uint64_t)(number - (uint32_t)dqw_watch_since(&m->watch, channel) * DQW_WATCH_TICK_BLOCKS) * m->estimator.window.half;
-    told->parameter = (enum dqw_monitor_channel)channel;
-    told->healthy = healthy_of(m, channel);
+    dqw_monitor_read_channel(m, channel, &m->named_value, &change, &m->named_sd);
+    m->named_at = m->estimator.number;
+    m->named_since = m->estimator.number - (uint32_t)dqw_watch_since(&m->watch, channel) * DQW_WATCH_TICK_BLOCKS;
+    m->named_channel = (uint8_t)channel;
+    m->named_healthy = healthy_of(m, channel);
     const enum dqw_fault_name of_channel = dqw_watch_fault_of(channel, change > 0.0f);
     const dqw_fault_verdict sure = {.name = of_channel, .confidence = SURE, .phase = 0};
-    told->fault = of_channel != DQW_FAULT_NONE ? sure : name_it(m);
+    m->named_fault = of_channel != DQW_FAULT_NONE ? sure : name_it(m);
 }
 
 static bool look(dqw_monitor *m)
@@ -295,16 +294,16 @@ static bool look(dqw_monitor *m)
     if (!dqw_watch_look(&m->watch, q5)) return false;
     const int worst = dqw_watch_worst(&m->watch, q5, ppm(sqrtf(m->estimator.recent_pu2)) > m->estimator.stage.threshold_ppm);
     if (worst < 0) return false;
-    tell(m, worst);
-    const enum dqw_watch_follows follows = dqw_watch_named(&m->watch, worst, m->change.fault.name);
+    name(m, worst);
+    const enum dqw_watch_follows follows = dqw_watch_named(&m->watch, worst, m->named_fault.name);
     if (follows == DQW_WATCH_LATER) return false;
     if (follows == DQW_WATCH_APART) {
         if (worst == DQW_WATCH_FRICTION) dqw_monitor_move_healthy(m, worst, 0.0f);
         return true;
     }
     // Temperatures go on counting from where they were: what has broken is not what has heated.
-    const enum dqw_fault_name name = m->change.fault.name;
-    if (name == DQW_FAULT_PHASE_CONNECTION || name == DQW_FAULT_CURRENT_GAIN) m->cold_R_ohm *= value(m, DQW_R) / m->healthy[DQW_R];
+    const enum dqw_fault_name fault = m->named_fault.name;
+    if (fault == DQW_FAULT_PHASE_CONNECTION || fault == DQW_FAULT_CURRENT_GAIN) m->cold_R_ohm *= value(m, DQW_R) / m->healthy[DQW_R];
     m->cold_psi_Wb *= value(m, DQW_PSI) / m->healthy[DQW_PSI];
     begin_rest(m);
     return true;
@@ -406,7 +405,14 @@ bool dqw_monitor_background(dqw_monitor *m)
 bool dqw_monitor_event(dqw_monitor *m, dqw_monitor_change *change)
 {
     if (!m->has_change) return false;
-    *change = m->change;
+    const uint64_t half = m->estimator.window.half;
+    change->sample = m->named_at * half;
+    change->since = m->named_since * half;
+    change->parameter = (enum dqw_monitor_channel)m->named_channel;
+    change->value = m->named_value;
+    change->sd = m->named_sd;
+    change->healthy = m->named_healthy;
+    change->fault = m->named_fault;
     m->has_change = false;
     return true;
 }

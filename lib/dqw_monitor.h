@@ -7,13 +7,10 @@
 #include <stdint.h>
 
 #include "dqw_estimator.h"
-#include "dqw_fault.h"
 #include "dqw_nameplate.h"
+#include "dqw_parts.h"
 #include "dqw_reading.h"
-#include "dqw_stage.h"
-#include "dqw_watch.h"
 #include "dqw_why.h"
-#include "dqw_witness.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -55,8 +52,12 @@ typedef struct dqw_monitor {
     // Friction: mean over reversals, its variance, the healthy one; the mean torque being gathered, and that before it.
     float friction_Nm, spread_Nm2, healthy_friction_Nm, w_before_rad_s, gathered_Nm, before_Nm;
     dqw_watch watch;
-    dqw_monitor_change change;
-    bool has_change;  ///< told by dqw_monitor_event() already, or not
+    // The change that was named last, as dqw_monitor_event() tells it; times in halves of a window.
+    uint32_t named_at, named_since;
+    float named_value, named_sd, named_healthy;
+    dqw_fault_verdict named_fault;
+    uint8_t named_channel;
+    bool has_change;
     bool restored;    ///< healthy values came from a store
 } dqw_monitor;
 

@@ -9,6 +9,15 @@
 extern "C" {
 #endif
 
+/// Asks for a small function to be part of its caller, or to stay apart from it, where a size setting would do otherwise.
+#if defined(__GNUC__)
+#define DQW_INLINE static inline __attribute__((always_inline))
+#define DQW_APART static __attribute__((noinline))
+#else
+#define DQW_INLINE static inline
+#define DQW_APART static
+#endif
+
 /// A standard deviation that is not known: finite, so that comparisons hold where a compiler assumes that there is no infinity. What is
 /// known is `sd < DQW_UNKNOWN`.
 #define DQW_UNKNOWN 3.4e38f
@@ -45,10 +54,16 @@ static inline float dqw_number_nan(void)
     return same.number;
 }
 
+/// The size of a number: as integers these have the order of the numbers, infinity and then NaN above all.
+static inline uint32_t dqw_size_bits(float x)
+{
+    return dqw_number_bits(x) & UINT32_C(0x7fffffff);
+}
+
 /// Neither NaN nor infinity.
 static inline bool dqw_is_finite(float x)
 {
-    return (dqw_number_bits(x) & UINT32_C(0x7fffffff)) < DQW_NUMBER_INFINITE;
+    return dqw_size_bits(x) < DQW_NUMBER_INFINITE;
 }
 
 /// A number above zero.
@@ -73,12 +88,11 @@ static inline bool dqw_within(float x, float limit)
     return size < DQW_NUMBER_INFINITE && size <= (dqw_number_bits(limit) & UINT32_C(0x7fffffff));
 }
 
-/// Cosine and sine of one angle, within what a sensor's amplitude leaves open.
+/// Cosine and sine of one angle: their length, squared, is within 0.9 .. 1.1.
 static inline bool dqw_is_direction(float cosine, float sine)
 {
-    if (!dqw_within(cosine, 1.01f) || !dqw_within(sine, 1.01f)) return false;
-    const float square = cosine * cosine + sine * sine;
-    return square > 0.9f && square < 1.1f;
+    const uint32_t least = UINT32_C(0x3f666666), most = UINT32_C(0x3f8ccccd);
+    return dqw_number_bits(cosine * cosine + sine * sine) - least <= most - least;
 }
 
 #ifdef __cplusplus

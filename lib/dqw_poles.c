@@ -9,6 +9,8 @@
 #define EVIDENCE_SD 6.0f
 #define EVIDENCE_DISTANCE 0.25f
 #define POLE_PAIRS_MAX 100.0f
+// Both axes' ratios may be so many deviations apart.
+#define AGREEMENT_SD 3.0f
 // What makes a constraint of a row: its variance over that of what it says.
 #define CONSTRAINT 1e6f
 
@@ -32,20 +34,26 @@ static bool ratio_of(const dqw_estimator *e, int top, int bottom, float *ratio, 
 
 void dqw_poles_evidence(const dqw_estimator *e, float *p, float *sd)
 {
-    static const int top[2] = {DQW_POLES_LD, DQW_POLES_LQ};
-    static const int bottom[2] = {DQW_LD, DQW_LQ};
-    float sum = 0.0f;
-    float information = 0.0f;
+    static const int top[2] = {DQW_POLES_LQ, DQW_POLES_LD};
+    static const int bottom[2] = {DQW_LQ, DQW_LD};
+    float ratio[2] = {0.0f, 0.0f};
+    float information[2] = {0.0f, 0.0f};
     for (int axis = 0; axis < 2; axis++) {
-        float ratio;
         float variance;
-        if (!ratio_of(e, top[axis], bottom[axis], &ratio, &variance)) continue;
-        sum += ratio / variance;
-        information += 1.0f / variance;
+        // An encoder that is off shows flux on d, which has no weight there yet: L_q's cross weight would take it up.
+        if (axis == 0 && e->config->encoder_offset) continue;
+        if (ratio_of(e, top[axis], bottom[axis], &ratio[axis], &variance)) information[axis] = 1.0f / variance;
     }
-    const bool known = information > 0.0f && dqw_is_finite(information);
-    *p = known ? sum / information : 0.0f;
-    *sd = known ? sqrtf(1.0f / information) : DQW_UNKNOWN;
+    const float both = information[0] + information[1];
+    bool known = both > 0.0f && dqw_is_finite(both);
+    if (information[0] > 0.0f && information[1] > 0.0f) {
+        // Rows that do not hold what the model lacks tell the same on both axes.
+        const float apart = ratio[0] - ratio[1];
+        const float sure = 1.0f / information[0] + 1.0f / information[1];
+        known = known && (fabsf(apart) < 2.0f * EVIDENCE_DISTANCE || apart * apart < AGREEMENT_SD * AGREEMENT_SD * sure);
+    }
+    *p = known ? (ratio[0] * information[0] + ratio[1] * information[1]) / both : 0.0f;
+    *sd = known ? sqrtf(1.0f / both) : DQW_UNKNOWN;
 }
 
 // top - p bottom = 0, as a row that leaves no doubt.
@@ -80,7 +88,7 @@ static void replace(dqw_estimator *e, int i)
         g->u[DQW_GAIN_U(m, i)] = 0.0f;
     }
     dqw_gain_grow_along(g, a, i, g->d[i]);
-    const float sd = dqw_estimator_start_sd_pu(i) * (1.0f / DQW_ESTIMATOR_START_RESIDUAL_PU);
+    const float sd = dqw_estimator_start_sd_pu(e, i) * (1.0f / DQW_ESTIMATOR_START_RESIDUAL_PU);
     g->d[i] = sd * sd;
     e->w_pu[i] = 0.0f;
     e->excess_q10[i] = 0;
@@ -109,4 +117,10 @@ void dqw_poles_find(dqw_estimator *e)
     e->pole_pairs = (uint16_t)nearest;
     replace(e, DQW_PSI_Q);
     replace(e, DQW_DEAD_TIME);
+
+    // [POL.3] what had no weight until now is in all that was learned: a start, and no more
+    if (!(e->dead_time_width_A > 0.0f) && !e->config->encoder_offset) return;
+    float start[DQW_ESTIMATOR_INPUTS];
+    for (int i = 0; i < e->inputs; i++) start[i] = e->w_pu[i];
+    dqw_estimator_start(e, start);
 }

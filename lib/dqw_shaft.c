@@ -1,10 +1,15 @@
 // dqw_shaft: the start, and what the interrupt does. dqw_shaft_learn.c has the background.
 #include "dqw_shaft.h"
+#include "dqw_effect_kind.h"
 
 #include <math.h>
 #include <stddef.h>
 
+#include "dqw_effect.h"
+#include "dqw_gain.h"
+#include "dqw_gate.h"
 #include "dqw_number.h"
+#include "dqw_window.h"
 
 #define HALF_WINDOW 25
 #define HALF_MAX 10000
@@ -146,27 +151,21 @@ static float direction(const dqw_shaft *s, float w)
     return w > 0.0f ? 1.0f : -1.0f;
 }
 
-// Half a window is full: a block for the background, unless it still has to take the last one.
-static uint32_t hand_over(dqw_shaft *s)
-{
-    float lost[DQW_SHAFT_SIGNALS];
-    const bool taken = s->pending;
-    const uint32_t event = dqw_window_end(&s->window, taken ? lost : s->block);
-    if (event == DQW_EVENT_INCOMPLETE && s->gate.incomplete < UINT32_MAX) s->gate.incomplete++;
-    if (event != DQW_EVENT_BLOCK) return event;
-    if (taken) {
-        if (s->missed < UINT32_MAX) s->missed++;
-        return DQW_EVENT_MISSED;
-    }
-    *(volatile bool *)&s->pending = true;
-    return DQW_EVENT_BLOCK;
-}
-
-// One pair, NULL where it is none.
+// One pair, NULL where it is none; half a window that is full goes to the background, unless it still has the one before.
 static uint32_t gather(dqw_shaft *s, const float pair[])
 {
-    dqw_window_add(&s->window, pair, s->window.signals);
-    return dqw_window_full(&s->window) ? hand_over(s) : 0u;
+    dqw_window *w = &s->window;
+    if (pair == NULL) {
+        dqw_window_refuse(w);
+    } else {
+        dqw_window_cell *cell = dqw_window_cells(w);
+        for (int i = 0; i < w->signals; i++) dqw_window_gather(&cell[i], pair[i]);
+        dqw_window_count(w);
+    }
+    if (!dqw_window_full(w)) return 0;
+    if (dqw_window_turn(w)) return DQW_EVENT_BLOCK;
+    if (s->missed < UINT32_MAX) s->missed++;
+    return DQW_EVENT_MISSED;
 }
 
 uint32_t dqw_shaft_sample(dqw_shaft *s, float torque_Nm, float w_m_rad_s, float theta_m_rad, bool saturated)
@@ -180,20 +179,21 @@ uint32_t dqw_shaft_sample(dqw_shaft *s, float torque_Nm, float w_m_rad_s, float 
     const uint32_t refused = dqw_gate_check(&s->gate, g);
     const bool paired = refused == 0 && s->has_last;
     s->has_last = refused == 0;
-    if (refused != 0) return refused | gather(s, NULL);
 
     // [SHAFT.2] the pair that it ends
     float pair[DQW_SHAFT_SIGNALS];
-    const float now = direction(s, w_m_rad_s);
-    pair[TORQUE] = s->torque_last_Nm;
-    pair[STEP] = w_m_rad_s - s->w_last_rad_s;
-    pair[SPEEDS] = w_m_rad_s + s->w_last_rad_s;
-    pair[DIRECTIONS] = now + s->direction_last;
-    pair_effects(s, w_m_rad_s, theta_m_rad, pair);
-    s->torque_last_Nm = torque_Nm;
-    s->w_last_rad_s = w_m_rad_s;
-    s->direction_last = now;
-    return gather(s, paired ? pair : NULL);
+    if (refused == 0) {
+        const float now = direction(s, w_m_rad_s);
+        pair[TORQUE] = s->torque_last_Nm;
+        pair[STEP] = w_m_rad_s - s->w_last_rad_s;
+        pair[SPEEDS] = w_m_rad_s + s->w_last_rad_s;
+        pair[DIRECTIONS] = now + s->direction_last;
+        pair_effects(s, w_m_rad_s, theta_m_rad, pair);
+        s->torque_last_Nm = torque_Nm;
+        s->w_last_rad_s = w_m_rad_s;
+        s->direction_last = now;
+    }
+    return refused | gather(s, paired ? pair : NULL);
 }
 
 void dqw_shaft_missing(dqw_shaft *s, uint32_t periods)

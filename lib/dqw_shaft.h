@@ -5,12 +5,11 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "dqw_effect.h"
-#include "dqw_gain.h"
-#include "dqw_gate.h"
+#include "dqw_parts.h"
 #include "dqw_reading.h"
 #include "dqw_shaft_parameter.h"
-#include "dqw_window.h"
+#include "dqw_size.h"
+#include "dqw_status.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -55,18 +54,16 @@ typedef struct dqw_shaft {
     uint8_t inputs, weights;            ///< of the neuron; how many of them are effects'
     bool needs_angle;
     // The interrupt's.
-    dqw_gate gate;  ///< all but `blocks`, which the background counts
+    dqw_gate gate;  ///< all but `blocks` and `incomplete`, which the background counts
     dqw_window window;
     float torque_last_Nm, w_last_rad_s, direction_last;
 #if DQW_EFFECT_WEIGHTS > 0
     float x_last[DQW_EFFECT_WEIGHTS];  ///< the effects' inputs at the last sample
 #endif
-    uint32_t missed;  ///< blocks lost because the background came too late
+    uint32_t missed;  ///< halves lost because the background came too late
     bool has_last;
-    // Handed over: the interrupt writes while `pending` is false, the background reads while it is true and then clears it.
-    bool pending;
-    float block[DQW_SHAFT_SIGNALS];
-    // The background's: the neuron, and what it leaves unexplained.
+    // The background's: the half before, the neuron, and what it leaves unexplained.
+    dqw_window_rise rise;
     float w_pu[DQW_SHAFT_INPUTS];
     dqw_gain gain;
     float error_pu2, lag_pu2, target_pu2;  ///< means: squared residual, product of two in a row, squared target
@@ -88,6 +85,7 @@ dqw_shaft_config dqw_shaft_config_default(const dqw_shaft_nameplate *nameplate);
 /// Returns  DQW_OK; DQW_ERR_NULL, or the enumerator of the field that was refused, DQW_ERR_UNIT where bases and start values go too far apart;
 ///          then *s is untouched
 /// Context  at start; the configuration stays in use as long as the object
+#define dqw_shaft_init DQW_SIZED(dqw_shaft_init)
 enum dqw_status dqw_shaft_init(dqw_shaft *s, const dqw_shaft_config *config);
 
 /// Begin anew with another configuration: all that was learned is forgotten.

@@ -2,7 +2,11 @@
 #include <math.h>
 #include <stddef.h>
 
+#include "dqw_effect.h"
+#include "dqw_gain.h"
+#include "dqw_gate.h"
 #include "dqw_number.h"
+#include "dqw_window.h"
 #include "dqw_shaft.h"
 
 #define EXCITATION_PU 0.002f
@@ -85,20 +89,15 @@ static bool learn(dqw_shaft *s, const float block[DQW_SHAFT_SIGNALS])
     return true;
 }
 
-static const volatile bool *waits(const dqw_shaft *s)
-{
-    return &s->pending;
-}
-
 bool dqw_shaft_background(dqw_shaft *s)
 {
-    if (!*waits(s)) return false;
-    // Volatile, as the flag that guards them.
-    const volatile float *from = s->block;
+    if (!dqw_window_waits(&s->window)) return false;
     float block[DQW_SHAFT_SIGNALS];
-    for (int i = 0; i < DQW_SHAFT_SIGNALS; i++) block[i] = from[i];
-    *(volatile bool *)&s->pending = false;
-    return learn(s, block);
+    float sum[2];
+    const uint32_t event = dqw_window_join(&s->window, &s->rise, block, sum);
+    dqw_window_release(&s->window);
+    if (event == DQW_EVENT_INCOMPLETE && s->gate.incomplete < UINT32_MAX) s->gate.incomplete++;
+    return event == DQW_EVENT_BLOCK && learn(s, block);
 }
 
 // Of one block's residual: variance, times what the autocorrelation of blocks in a row makes of it.

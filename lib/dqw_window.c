@@ -8,55 +8,73 @@ enum dqw_status dqw_window_init(dqw_window *w, int half, int signals)
 {
     if (w == NULL) return DQW_ERR_NULL;
     if (half < 1 || half > HALF_MAX || signals < 1 || signals > DQW_WINDOW_SIGNALS) return DQW_ERR_SIZE;
-    const dqw_window zero = {0};
+    const dqw_window zero = {.half = 0};
     *w = zero;
     w->half = (uint16_t)half;
     w->signals = (uint8_t)signals;
     return DQW_OK;
 }
 
-static void clear_half(dqw_window *w)
+static void clear(volatile dqw_window_part *p, int signals)
 {
-    for (int i = 0; i < w->signals; i++) w->sum[i] = w->fall[i] = 0.0f;
-    w->fall_weight = 0;
-    w->at = w->valid = 0;
+    for (int i = 0; i < signals; i++) p->cell[i].sum = p->cell[i].fall = 0.0f;
+    p->fall_weight = 0;
+    p->valid = 0;
 }
 
 void dqw_window_restart(dqw_window *w)
 {
-    clear_half(w);
-    w->has_rise = false;
+    clear(&w->part[w->now], w->signals);
+    w->at = 0;
+    w->follows = false;
 }
 
-uint32_t dqw_window_end(dqw_window *w, float block[])
+void dqw_window_refuse(dqw_window *w)
 {
-    // [WIN.2] join the half before, rising, with this one, falling
-    const bool enough = w->has_rise && 4 * (w->valid + w->rise_valid) >= 3 * 2 * w->half;
-    const uint32_t event = enough ? (uint32_t)DQW_EVENT_LEARNED : w->has_rise ? (uint32_t)DQW_EVENT_INCOMPLETE : 0u;
-    const float scale = enough ? 1.0f / (float)(w->rise_weight + w->fall_weight) : 0.0f;
-    // [WIN.3] this half rises in the next block
-    // fall_weight < 5.1e7, top * valid < 1.1e8
-    const uint32_t top = (uint32_t)w->half + 1u;
-    const float top_f = (float)top;
-    const int n = w->signals;
-    for (int i = 0; i < n; i++) {
-        const float sum = w->sum[i];
-        const float fall = w->fall[i];
-        if (enough) block[i] = (w->rise[i] + fall) * scale;
-        w->rise[i] = top_f * sum - fall;
-        w->sum[i] = 0.0f;
-        w->fall[i] = 0.0f;
+    dqw_window_part *p = &w->part[w->now];
+    w->at++;
+    for (int i = 0; i < w->signals; i++) p->cell[i].fall += p->cell[i].sum;
+    p->fall_weight += p->valid;
+}
+
+bool dqw_window_turn(dqw_window *w)
+{
+    if (w->pending) {
+        dqw_window_restart(w);
+        return false;
     }
-    w->rise_weight = top * w->valid - w->fall_weight;
-    w->rise_valid = w->valid;
-    w->has_rise = true;
-    w->fall_weight = 0;
-    w->at = w->valid = 0;
-    return event;
+    w->followed = w->follows;
+    w->follows = true;
+    w->at = 0;
+    w->now ^= 1u;
+    w->pending = true;
+    return true;
 }
 
-uint32_t dqw_window_step(dqw_window *w, const float x[], float block[])
+uint32_t dqw_window_join(dqw_window *w, dqw_window_rise *r, float block[], float sum[])
 {
-    dqw_window_add(w, x, w->signals);
-    return dqw_window_full(w) ? dqw_window_end(w, block) : 0;
+    // All that the interrupt wrote is read by volatile reads, as the flag that guards it.
+    volatile dqw_window_part *p = &w->part[1u - *(const volatile uint8_t *)&w->now];
+    const bool joins = r->has && *(const volatile bool *)&w->followed;
+    const uint16_t valid = p->valid;
+    const uint32_t fall_weight = p->fall_weight;
+    const uint32_t top = (uint32_t)w->half + 1u;
+    // [WIN.1] join the half before, rising, with this one, falling
+    const bool enough = joins && 4 * (valid + r->valid) >= 3 * 2 * w->half;
+    const float scale = enough ? 1.0f / (float)(r->weight + fall_weight) : 0.0f;
+    // [WIN.2] this half rises in the next block
+    // fall_weight < 5.1e7, top * valid < 1.1e8
+    const float top_f = (float)top;
+    sum[0] = p->cell[0].sum;
+    sum[1] = p->cell[1].sum;
+    for (int i = 0; i < w->signals; i++) {
+        const float fall = p->cell[i].fall;
+        if (enough) block[i] = (r->rise[i] + fall) * scale;
+        r->rise[i] = top_f * p->cell[i].sum - fall;
+    }
+    r->weight = top * valid - fall_weight;
+    r->valid = valid;
+    r->has = true;
+    clear(p, w->signals);
+    return enough ? (uint32_t)DQW_EVENT_BLOCK : joins ? (uint32_t)DQW_EVENT_INCOMPLETE : 0u;
 }

@@ -149,6 +149,7 @@ static void put(const dqw_effect_q15 *e, int k, const moment *m, const dqw_sampl
     const int32_t side = times(m->beta_q28, SQRT3_2_Q30);
     switch (c->effect) {
     case DQW_EFFECT_DEAD_TIME:
+        if (e->dead_time_apart) break;
         put_phases(m, soft_sign_q28(m->alpha_q28, p[0], e->shift[k]), soft_sign_q28(side - half, p[0], e->shift[k]),
                    soft_sign_q28(-half - side, p[0], e->shift[k]), m->f_d, m->f_q);
         break;
@@ -256,7 +257,7 @@ static void evaluate(dqw_effect_q15 *e, const dqw_sample_q15 *last, const dqw_sa
     m.g_q = g_q;
     for (int k = 0; k < e->count; k++) {
         put(e, k, &m, s);
-        const int weights = dqw_effect_weights(e->list[k].effect);
+        const int weights = dqw_effect_weights_of_q15(e, e->list[k].effect);
         m.f_d += weights;
         m.f_q += weights;
         m.g_d += weights;
@@ -283,7 +284,7 @@ static void add_late(const dqw_effect_q15 *e, int32_t d[], int32_t q[])
             d[at] += 2 * coarse(e, times(e->late_d_q28, twice_q30));
             q[at] += 2 * coarse(e, times(e->late_q_q28, twice_q30));
         }
-        at += dqw_effect_weights(effect);
+        at += dqw_effect_weights_of_q15(e, effect);
     }
 }
 
@@ -295,7 +296,7 @@ bool dqw_effect_pair_q15(dqw_effect_q15 *e, const dqw_sample_q15 *last, const dq
     e->has_sample = last != NULL || !e->needs_last;
     if (!e->has_sample) return false;
 
-    // [EFF.1] the pair: what its first sample began, ...
+    // The pair: what its first sample began, ...
     if (pair) {
         for (int i = 0; i < e->weights; i++) {
             d[i] = e->a_d[i];
@@ -304,7 +305,7 @@ bool dqw_effect_pair_q15(dqw_effect_q15 *e, const dqw_sample_q15 *last, const dq
         if (e->needs_last) add_late(e, d, q);
     }
 
-    // [EFF.2] ... and this one ends
+    // ... and this one ends
     evaluate(e, last, s, a_d, a_q, g_d, g_q);
     for (int i = 0; i < e->weights; i++) {
         if (pair) {

@@ -1,4 +1,5 @@
 #include "dqw_effect_q15.h"
+#include "dqw_effect_kind.h"
 
 #include <stddef.h>
 
@@ -188,8 +189,8 @@ static void take_needs(dqw_effect_q15 *e, const dqw_effect_q15_config *c)
 {
     const enum dqw_effect_name name = c->effect;
     const bool measured = c->tau_us == 0;
-    e->needs_angle = e->needs_angle || name == DQW_EFFECT_DEAD_TIME || name == DQW_EFFECT_FLUX_HARMONICS || name == DQW_EFFECT_CURRENT_OFFSET ||
-                     name == DQW_EFFECT_CURRENT_GAIN_MISMATCH || name == DQW_EFFECT_PHASE_RESISTANCE_IMBALANCE;
+    e->needs_angle = e->needs_angle || (name == DQW_EFFECT_DEAD_TIME && !e->dead_time_apart) || name == DQW_EFFECT_FLUX_HARMONICS ||
+                     name == DQW_EFFECT_CURRENT_OFFSET || name == DQW_EFFECT_CURRENT_GAIN_MISMATCH || name == DQW_EFFECT_PHASE_RESISTANCE_IMBALANCE;
     e->needs_winding = e->needs_winding || (name == DQW_EFFECT_WINDING_TEMPERATURE && measured);
     e->needs_magnet = e->needs_magnet || (name == DQW_EFFECT_MAGNET_TEMPERATURE && measured);
     e->needs_last = e->needs_last || name == DQW_EFFECT_DELAY || name == DQW_EFFECT_IRON_LOSS;
@@ -198,28 +199,30 @@ static void take_needs(dqw_effect_q15 *e, const dqw_effect_q15_config *c)
 enum dqw_status dqw_effect_init_q15(dqw_effect_q15 *e, const dqw_effect_q15_config *list, int count, const dqw_effect_q15_base *base)
 {
     if (e == NULL || base == NULL || base->scale == NULL) return DQW_ERR_NULL;
-    if (count < 0) return DQW_ERR_SIZE;
-    if (count > 0 && list == NULL) return DQW_ERR_NULL;
-    if (count > 0 && base->scale->pole_pairs == 0) return DQW_ERR_RANGE;
+    if (count < 0 || (count > 0 && list == NULL)) return DQW_ERR_EFFECT_LIST;
+    if (count > 0 && base->scale->pole_pairs == 0) return DQW_ERR_EFFECT_POLE_PAIRS;
     const uint32_t h = base->half_window;
     // 8 h (h + 1) 2^fraction <= 2^31
     const int fraction = base->settled ? 28 : 28 - (int)dqw_q_bits64((int64_t)(h * (h + 1u)) - 1);
-    dqw_effect_q15 n = {.list = list, .scale = base->scale, .settled = base->settled, .fraction = (uint8_t)fraction};
+    dqw_effect_q15 n = {.list = list, .scale = base->scale, .settled = base->settled, .dead_time_apart = base->dead_time_apart, .fraction = (uint8_t)fraction};
     n.turn_q30 = base->settled || count == 0 ? ONE_Q30 : dqw_q31_sat(dqw_q_floor64(angle_q40(base->scale), 10));
     int windings = 0;
     int magnets = 0;
+    int apart = 0;
     for (int k = 0; k < count; k++) {
-        const int weights = dqw_effect_weights(list[k].effect);
-        if (weights == 0 || dqw_effect_is_mechanical(list[k].effect)) return DQW_ERR_RANGE;
-        if (weights > DQW_EFFECT_WEIGHTS - n.weights) return DQW_ERR_SIZE;
-        if (!take_shape(&n, k)) return DQW_ERR_RANGE;
+        if (dqw_effect_weights(list[k].effect) == 0 || dqw_effect_is_mechanical(list[k].effect)) return DQW_ERR_EFFECT_NAME;
+        const int weights = dqw_effect_weights_of_q15(&n, list[k].effect);
+        apart += weights == 0;
+        if (apart > 1) return DQW_ERR_EFFECT_TWICE;
+        if (weights > DQW_EFFECT_WEIGHTS - n.weights) return DQW_ERR_EFFECT_ROOM;
+        if (!take_shape(&n, k)) return DQW_ERR_EFFECT_SHAPE;
         take_needs(&n, &list[k]);
         n.weights = (uint8_t)(n.weights + weights);
         n.count++;
         windings += list[k].effect == DQW_EFFECT_WINDING_TEMPERATURE;
         magnets += list[k].effect == DQW_EFFECT_MAGNET_TEMPERATURE;
     }
-    if (windings > 1 || magnets > 1) return DQW_ERR_RANGE;
+    if (windings > 1 || magnets > 1) return DQW_ERR_EFFECT_TWICE;
     *e = n;
     return DQW_OK;
 }

@@ -42,14 +42,14 @@ typedef struct dqw_effect_q15 {
     // Per weight, in `fraction` fraction bits: voltage f + w_e J g of the last sample, |a| <= 2; flux linkage g of it, |g| <= 1.
     int32_t a_d[DQW_EFFECT_WEIGHTS], a_q[DQW_EFFECT_WEIGHTS];
     int32_t g_d[DQW_EFFECT_WEIGHTS], g_q[DQW_EFFECT_WEIGHTS];
-    int32_t part_q30[DQW_EFFECT_WEIGHTS][DQW_EFFECT_Q15_PARTS];  ///< of each effect: what its law multiplies by, |.| <= 1
-    int32_t base_q28[DQW_EFFECT_WEIGHTS];                        ///< of each effect: what a usual input is, per unit of its base
-    uint8_t shift[DQW_EFFECT_WEIGHTS];                           ///< of each effect: fraction bits of a first part that may be any number
-    int64_t heat_q60[2];                                         ///< winding, magnet: the state, of the full current squared; 0 .. 2
-    int32_t late_d_q28, late_q_q28;                              ///< the last sample's voltage less that of the one before, as seen in its period; |.| <= 2.42
-    int32_t turn_q30;                                            ///< electrical angle a period at full speed, rad; settled: 1
+    int32_t part_q30[DQW_EFFECT_WEIGHTS + 1][DQW_EFFECT_Q15_PARTS];  ///< of each effect: what its law multiplies by, |.| <= 1
+    int32_t base_q28[DQW_EFFECT_WEIGHTS + 1];                        ///< of each effect: what a usual input is, per unit of its base
+    uint8_t shift[DQW_EFFECT_WEIGHTS + 1];                           ///< of each effect: fraction bits of a first part that may be any number
+    int64_t heat_q60[2];                                             ///< winding, magnet: the state, of the full current squared; 0 .. 2
+    int32_t late_d_q28, late_q_q28;  ///< the last sample's voltage less that of the one before, as seen in its period; |.| <= 2.42
+    int32_t turn_q30;                ///< electrical angle a period at full speed, rad; settled: 1
     uint8_t count, weights, fraction;
-    bool settled, needs_angle, needs_winding, needs_magnet, needs_last;
+    bool settled, dead_time_apart, needs_angle, needs_winding, needs_magnet, needs_last;
     bool has_sample;
 } dqw_effect_q15;
 
@@ -57,6 +57,7 @@ typedef struct dqw_effect_q15 {
 typedef struct dqw_effect_q15_base {
     const dqw_scale *scale;  ///< stays in use as long as the object; pole_pairs > 0
     bool settled;            ///< every sample is a settled point of its own
+    bool dead_time_apart;    ///< dead time in the list is someone else's weight: it has none here
     uint8_t half_window;     ///< pairs in half a block, 1 .. 100: what is left of 31 bits is the inputs'
 } dqw_effect_q15_base;
 
@@ -65,10 +66,17 @@ typedef struct dqw_effect_q15_base {
 /// Source   (E50), (E75) in docs/EQUATIONS.md
 /// Range    a width of 2^-15 of the full current or more; a polynomial's unit, and the current that heats, within 1/64 and 16 of it; R T < 8 L
 ///          for iron loss. The scale has been checked
-/// Returns  DQW_OK; DQW_ERR_NULL, DQW_ERR_SIZE where there are more than DQW_EFFECT_WEIGHTS, DQW_ERR_RANGE for a list that no estimator takes: an
-///          unknown or mechanical effect, a shape without a meaning, a second winding or magnet, no pole pairs. Then *e is untouched
+/// Returns  DQW_OK; DQW_ERR_NULL; or why no estimator takes the list: DQW_ERR_EFFECT_LIST without one, DQW_ERR_EFFECT_POLE_PAIRS without pole pairs,
+///          DQW_ERR_EFFECT_NAME for an unknown or mechanical effect, DQW_ERR_EFFECT_SHAPE for a shape without a meaning, DQW_ERR_EFFECT_TWICE for a second
+///          winding or magnet, DQW_ERR_EFFECT_ROOM for more than DQW_EFFECT_WEIGHTS. Then *e is untouched
 /// Context  at start; the list stays in use as long as the object
 enum dqw_status dqw_effect_init_q15(dqw_effect_q15 *e, const dqw_effect_q15_config *list, int count, const dqw_effect_q15_base *base);
+
+/// Weights of an effect in this list: those of its name, but none of a dead time that is someone else's.
+static inline int dqw_effect_weights_of_q15(const dqw_effect_q15 *e, enum dqw_effect_name name)
+{
+    return name == DQW_EFFECT_DEAD_TIME && e->dead_time_apart ? 0 : dqw_effect_weights(name);
+}
 
 /// Is every temperature and angle that the effects need a number (not INT16_MIN, not beside the unit circle); is one of them 327 K or more from T_0?
 /// Cost     up to four comparisons an effect of temperature

@@ -10,8 +10,10 @@
 
 void dqw_noise_init_q15(dqw_noise_q15 *n)
 {
-    const dqw_noise_q15 zero = {0};
-    *n = zero;
+    // The last rows are not read before there are new ones.
+    n->i_d_q30 = n->i_q_q30 = n->w_q30 = 0;
+    n->rows = 0;
+    n->held = 0;
 }
 
 void dqw_noise_gap_q15(dqw_noise_q15 *n)

@@ -145,17 +145,15 @@ static inline unsigned dqw_q_bits64(int64_t x)
 
 /// x times 2^n, n of either sign; rounded where bits are lost, bounded where they do not fit.
 /// Range    any
-static inline int64_t dqw_q_scale64(int64_t x, int n)
-{
-    if (x == 0 || n < -63) return 0;
-    if (n < 0) return dqw_q_floor64(x, (unsigned)-n) + (dqw_q_floor64(x, (unsigned)-n - 1u) & 1);
-    if ((int)dqw_q_bits64(x) + n > 62) return x < 0 ? -((int64_t)1 << 62) : (int64_t)1 << 62;
-    return x * ((int64_t)1 << n);
-}
+int64_t dqw_q_scale64(int64_t x, int n);
 
 /// a b 2^n, rounded, bounded to 62 bits: as if through a product without a bound. Good to 31 bits of each factor.
 /// Range    any; n in -126 .. 126
 int64_t dqw_q_product64(int64_t a, int64_t b, int n);
+
+/// The same of a factor of 32 bits, which a core passes in fewer registers; and bounded to 32 bits.
+int64_t dqw_q_times64(int64_t a, int32_t b, int n);
+int32_t dqw_q_times32(int64_t a, int32_t b, int n);
 
 /// a / b 2^n, rounded, bounded to 62 bits; 0 for b = 0. Good to 28 bits. No division of 64 bits.
 /// Range    any; n in -126 .. 126

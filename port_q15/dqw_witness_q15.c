@@ -1,7 +1,7 @@
 #include "dqw_witness_q15.h"
 
 #include "dqw_q15.h"
-#include "dqw_tracker_rows_q15.h"
+#include "dqw_estimator_block_q15.h"
 
 // Electrical angle that a block's half must turn by, 0.06 and 1.2 rad: less, and a ripple is a constant within the memory; and where twice
 // that is too much for one block.
@@ -58,33 +58,31 @@ static int64_t left_of(int64_t turn_q28)
     return dqw_q_round64(sinc * sinc, 28);
 }
 
-int64_t dqw_witness_short_q40(const dqw_tracker_q15_config *config)
+int64_t dqw_witness_short_q40(const dqw_estimator_q15_config *config)
 {
-    dqw_tracker_nominal_q15 n;
-    (void)dqw_tracker_nominal_of_q15(config, &n);
+    dqw_units_q15 n;
+    (void)dqw_units_of_q15(config, config->scale.pole_pairs, &n);
     return dqw_q_quotient64(n.R_q40, n.R_q40 + dqw_q_floor64(n.X_q40[0] + n.X_q40[1], 1), 40);
 }
 
-int32_t dqw_witness_mean_L_q24(const dqw_tracker_q15_config *config, int32_t Ld_q24, int32_t Lq_q24)
+int32_t dqw_witness_mean_L_q24(const dqw_estimator_q15_config *config, int32_t Ld_q24, int32_t Lq_q24)
 {
-    // Below 2^63: nominal values are below 2^32
-    const int64_t both = (int64_t)config->Ld_nH + config->Lq_nH;
-    const int64_t part_q30 = dqw_q_quotient64(config->Ld_nH, both, 30);
+    dqw_units_q15 u;
+    (void)dqw_units_of_q15(config, config->scale.pole_pairs, &u);
+    const int64_t part_q30 = dqw_q_quotient64(u.L_q40[0], u.L_q40[0] + u.L_q40[1], 30);
     return dqw_q31_sat(dqw_q_round64(part_q30 * Ld_q24, 30) + dqw_q_round64((((int64_t)1 << 30) - part_q30) * Lq_q24, 30));
 }
 
 // What one unit of each weight adds to the block's voltage, Q26.
-static void inputs(const dqw_tracker_q15 *t, const dqw_block_q15 *b, int64_t turn_q28, complex_number x[])
+static void inputs(const dqw_estimator_q15 *t, const dqw_estimator_q15_block *block, const dqw_block_q15 *b, int64_t turn_q28, complex_number x[])
 {
-    dqw_tracker_nominal_q15 n;
-    (void)dqw_tracker_nominal_of_q15(t->config, &n);
-    const int16_t cosine = *(const volatile int16_t *)&t->block_cosine_q15;
-    const int16_t sine = *(const volatile int16_t *)&t->block_sine_q15;
-    const complex_number once = {(int64_t)cosine * 32768, -(int64_t)sine * 32768};  // Q30
+    dqw_units_q15 n;
+    (void)dqw_units_of_q15(t->config, t->pole_pairs, &n);
+    const complex_number once = {(int64_t)block->about.cosine_q15 * 32768, -(int64_t)block->about.sine_q15 * 32768};  // Q30
     const complex_number twice = scaled(product(once, once, 30), left_of(2 * turn_q28), 28);
     const int64_t w_q28 = b->w_m;
-    const int64_t R_q40 = dqw_q_product64(n.R_q40, t->w_q24[DQW_TRACK_R_Q15], -24);
-    const int64_t L_q40 = dqw_q_product64(n.X_q40[0], t->w_q24[DQW_TRACK_LD_Q15], -25) + dqw_q_product64(n.X_q40[1], t->w_q24[DQW_TRACK_LQ_Q15], -25);
+    const int64_t R_q40 = dqw_q_times64(n.R_q40, t->w_q24[DQW_R], -24);
+    const int64_t L_q40 = dqw_q_times64(n.X_q40[0], t->w_q24[DQW_LD], -25) + dqw_q_times64(n.X_q40[1], t->w_q24[DQW_LQ], -25);
     const int64_t X_nominal_q40 = dqw_q_floor64(n.X_q40[0] + n.X_q40[1], 1);
     const complex_number conjugate = {b->i_d, -(int64_t)b->i_q};
     const complex_number with_current = product(twice, conjugate, 30);  // Q28
@@ -97,22 +95,21 @@ static void inputs(const dqw_tracker_q15 *t, const dqw_block_q15 *b, int64_t tur
     // e j (R - j w_e L), of nominal R and reactance together
     const int64_t both_q40 = n.R_q40 + X_nominal_q40;
     const complex_number impedance = {dqw_q_quotient64(dqw_q_product64(L_q40, w_q28, -28), both_q40, 30), dqw_q_quotient64(R_q40, both_q40, 30)};
-    const int64_t e_q40 = dqw_q_product64(dqw_q_product64(n.psi_q40, t->w_q24[DQW_TRACK_PSI_Q15], -24), w_q28, -28);
+    const int64_t e_q40 = dqw_q_product64(dqw_q_times64(n.psi_q40, t->w_q24[DQW_PSI], -24), w_q28, -28);
     x[DQW_WITNESS_SHORT_Q15] = bounded(scaled(product(twice, impedance, 30), e_q40, 44));
 }
 
-bool dqw_witness_learn_q15(dqw_witness_q15 *w, const dqw_tracker_q15 *t)
+bool dqw_witness_learn_q15(dqw_witness_q15 *w, const dqw_estimator_q15 *t, const dqw_estimator_q15_block *block)
 {
-    const dqw_tracker_q15_config *c = t->config;
-    const dqw_block_q15 b = dqw_tracker_block_q15(t);
-    const int64_t turn = dqw_q_product64(dqw_scale_turn_q28(&c->scale) * t->window.half, b.w_m, -28);
+    const dqw_block_q15 b = dqw_estimator_means_q15(block);
+    const int64_t turn = dqw_q_times64((int64_t)t->turn_q28 * t->window.half, b.w_m, -28);
     const int64_t turn_q28 = turn < 0 ? -turn : turn;
-    const bool has_theta = dqw_scale_is_direction(*(const volatile int16_t *)&t->block_cosine_q15, *(const volatile int16_t *)&t->block_sine_q15);
-    if (!c->angle || !has_theta || turn_q28 <= SLOWEST_Q28 || turn_q28 >= FASTEST_Q28) return false;
+    if (t->pole_pairs == 0 || !dqw_scale_is_direction(block->about.cosine_q15, block->about.sine_q15) || turn_q28 <= SLOWEST_Q28 || turn_q28 >= FASTEST_Q28)
+        return false;
 
     // [WIT.1] inputs at the middle of the block
     complex_number x[DQW_WITNESS_Q15_INPUTS];
-    inputs(t, &b, turn_q28, x);
+    inputs(t, block, &b, turn_q28, x);
 
     // [WIT.2] the shared error
     complex_number error = {t->e_q28[0], t->e_q28[1]};
@@ -146,7 +143,7 @@ int32_t dqw_witness_size_q28(const dqw_witness_q15 *w, enum dqw_witness_input_q1
     return dqw_q_length32(w->re_q28[input], w->im_q28[input]);
 }
 
-int32_t dqw_witness_sd_q28(const dqw_witness_q15 *w, const dqw_tracker_q15 *t, enum dqw_witness_input_q15 input)
+int32_t dqw_witness_sd_q28(const dqw_witness_q15 *w, const dqw_estimator_q15 *t, enum dqw_witness_input_q15 input)
 {
     if (w->blocks < DQW_WITNESS_Q15_MEMORY || w->power_q52[input] <= 0) return INT32_MAX;
     const int64_t both = dqw_q_product64(w->power_q52[input], (int64_t)2 * DQW_WITNESS_Q15_MEMORY, -10);  // Q42

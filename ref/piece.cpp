@@ -8,6 +8,8 @@ namespace dqw {
 namespace {
 
 constexpr double kUneven = 0.05;
+// More than any log has; a number beyond size_t would be undefined.
+constexpr double kMostRows = 1e9;
 
 double even_period_s(const Log& log, std::size_t begin, std::size_t end)
 {
@@ -33,7 +35,7 @@ double span_s(const Piece& piece, std::size_t k, std::size_t n)
 std::size_t block_rows(const Log& log)
 {
     constexpr double kDynamic_s = 1e-3, kMechanical_s = 50e-3, kDynamicRows = 20.0;
-    const auto rows = [&log](double span) { return log.dt_s > 0.0 ? std::ceil(span / log.dt_s - 1e-6) : 1.0; };
+    const auto rows = [&log](double span) { return log.dt_s > 0.0 ? std::min(std::ceil(span / log.dt_s - 1e-6), kMostRows) : 1.0; };
     switch (log.regime) {
     case Regime::dynamic: return static_cast<std::size_t>(std::max(kDynamicRows, rows(kDynamic_s)));
     case Regime::mechanical: return static_cast<std::size_t>(std::max(1.0, rows(kMechanical_s)));

@@ -13,8 +13,8 @@ HEADERS='dqw.h dqw_paper.h dqw_text.h dqw_nameplate.h dqw_q15.h dqw_paper_q15.h 
 CONFIGURATIONS='
 dqw_nameplate.h     dqw_nameplate       -  dt_s      5e-5f
 dqw_scale.h         dqw_scale           -  dt_ns     50000
-dqw_monitor.h       dqw_monitor_config  -  J_kgm2    1e-5f
-dqw_mechanical.h    dqw_mechanical_config  -  dt_s   1e-4f
+dqw_estimator.h     dqw_estimator_config  dqw_estimator_config_default  R_ohm 0.5f
+dqw_monitor.h       dqw_monitor_config  dqw_monitor_config_default  J_kgm2    1e-5f
 dqw_learner.h       dqw_learner_config  -  step_size 0.5f
 '
 WARNINGS="-Wall -Wextra -pedantic -Wshadow -Wmissing-field-initializers -Wconversion -Wsign-conversion -Wdouble-promotion -Wundef -Werror"

@@ -3,7 +3,7 @@
 #define MOVING_JOINT_H
 
 #include "dqw_test.h"
-#include "dqw_tracker.h"
+#include "dqw_estimator.h"
 
 #define DT_S 5e-5
 

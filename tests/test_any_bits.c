@@ -360,18 +360,20 @@ static void test_effect_lists(void)
             if (random_bits(&r) & 1u) list[n] = (dqw_effect_config){.effect = list[n].effect, .shape = {0.5f, 1e-3f, 2e-3f}};
         }
         const int count = (int)(random_bits(&r) % 4);
-        const dqw_effect_base base = {1e-4f, 100, 10, 100, 4};
+        const dqw_effect_base base = {1e-4f, 100, 10, 100, 4, (random_bits(&r) & 1u) != 0};
         dqw_effect e;
         if (dqw_effect_init(&e, list, count, &base) == DQW_OK) {
             for (int n = 0; n < count; n++) HOLDS(dqw_effect_input_base(&e, n) >= 0.0f);
             float x[2][DQW_EFFECT_WEIGHTS];
             dqw_sample s[2];
-            bits(&r, &s[0].v_d_V, 8);
-            bits(&r, &s[1].v_d_V, 8);
+            bits(&r, &s[0].v_d_V, 9);
+            bits(&r, &s[1].v_d_V, 9);
             dqw_effect_heat(&e, s[0].i_d_A, s[0].i_q_A);
+            dqw_effect_warm(&e, 1);
             (void)dqw_effect_pair(&e, NULL, &s[0], x[0], x[1]);
             (void)dqw_effect_pair(&e, &s[0], &s[1], x[0], x[1]);
             dqw_effect_static(&e, &s[0], x[0], x[1]);
+            dqw_effect_dead_time(&e, &s[0], &s[1], x[0], x[1]);
         }
     }
 }

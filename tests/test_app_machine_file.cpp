@@ -76,6 +76,14 @@ static void wrong_values_are_refused_with_their_line(void)
         {"[machine]\n\n[\nlog]\n", 3, "TOML"},
         {"R_ohm = = 1\n", 1, "TOML"},
         {"\xff\xfe\x01", 1, "TOML"},
+        // Letters that toml++ 3.3 takes for none that can be.
+        {"\xd0\x90 = 1", 1, "TOML"},
+        {"[machine]\nR_ohm = 1 \xc3\xa9\n", 2, "TOML"},
+        {"\xe3\x80\x81 = 1", 1, "TOML"},
+        {"\xef\xb4\x80 = 1", 1, "TOML"},
+        // Errors that quote a newline.
+        {"[machine]\nname = t\n", 2, "true"},
+        {"[machine]\nname = f\r\n", 2, "false"},
     };
     for (const auto& b : bad) {
         try {
@@ -87,6 +95,15 @@ static void wrong_values_are_refused_with_their_line(void)
             TEST_ASSERT_TRUE_MESSAGE(std::string(error.what()).find('\n') == std::string::npos, error.what());
         }
     }
+}
+
+static void other_letters_stand_in_texts(void)
+{
+    const auto file = read("# \xd0\x90\n[machine] # \xc3\xa9\nname = \"\"\"\\\n  \xc3\xa9 \xd0\x90\"\"\"\n\"\xc3\xa9\" = 1\n\"two\\nlines\" = 1\n");
+    TEST_ASSERT_EQUAL_STRING("\xc3\xa9 \xd0\x90", file.machine.name.c_str());
+    TEST_ASSERT_EQUAL_size_t(1, file.notes.size());
+    TEST_ASSERT_TRUE_MESSAGE(file.notes[0].find("machine.\xc3\xa9") != std::string::npos, file.notes[0].c_str());
+    TEST_ASSERT_TRUE_MESSAGE(file.notes[0].find("machine.two\\x0alines") != std::string::npos, file.notes[0].c_str());
 }
 
 static void a_friction_or_flux_of_zero_is_a_value(void)
@@ -121,6 +138,7 @@ int main(void)
     RUN_TEST(everything_documented_is_read);
     RUN_TEST(unknown_keys_are_one_note);
     RUN_TEST(wrong_values_are_refused_with_their_line);
+    RUN_TEST(other_letters_stand_in_texts);
     RUN_TEST(a_friction_or_flux_of_zero_is_a_value);
     RUN_TEST(the_file_beside_the_log_is_found_and_another_wins);
     return UNITY_END();

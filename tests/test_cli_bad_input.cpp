@@ -152,6 +152,22 @@ static void time_that_does_not_increase(void)
     refused(good(200, 2, [](std::string& row) { put(row, 0, "1e300"); }), 3, "increase");
 }
 
+// No converter samples that fast; from 5e-23 s on a block of a millisecond has more rows than there are whole numbers.
+static void time_in_no_unit(void)
+{
+    for (const char* unit : {"e-13", "e-24", "e-27", "e-320"}) {
+        std::string text = "t_s,v_d_V,v_q_V,i_d_A,i_q_A,w_m_rad_s\n";
+        for (int k = 0; k < 400; ++k)
+            text += std::to_string(k) + unit + "," + std::to_string(k * 37 % 20) + "," + std::to_string(k * 53 % 20) + "," + std::to_string(k * 11 % 7) + "," +
+                    std::to_string(k * 29 % 5) + "," + std::to_string(100 + k % 30) + "\n";
+        const Folder folder;
+        const std::string path = folder.write("log.csv", text);
+        folder.write("log.toml", "[machine]\npole_pairs = 4\nR_ohm = 0.4\nLd_H = 1e-3\nLq_H = 1e-3\npsi_Wb = 0.02\n");
+        for (const char* reader : {"fit", "learn", "trace", "monitor", "compare"})
+            expect_refused(command::dqwatch({reader, path, "--out", folder / "out"}, {}, 20), path, 2, "expected seconds");
+    }
+}
+
 static void too_few_rows(void) { refused(good(20), 21, "20 rows"); }
 
 static void binary_junk(void)
@@ -272,6 +288,7 @@ int main(void)
     RUN_TEST(rows_of_unequal_length);
     RUN_TEST(a_truncated_file);
     RUN_TEST(time_that_does_not_increase);
+    RUN_TEST(time_in_no_unit);
     RUN_TEST(too_few_rows);
     RUN_TEST(binary_junk);
     RUN_TEST(a_line_of_10_MB);

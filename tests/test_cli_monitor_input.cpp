@@ -53,6 +53,10 @@ static void a_log_that_teaches_nothing_says_what_would_help(void)
     holds(page, "The monitor did not enter service");
     command::write_log(folder / "brief.csv", 60);
     monitor({folder / "brief.csv", "--pole-pairs", "4", "--json", "--out", folder / "o"});
+    // What is not known has no row.
+    const Outcome brief = monitor({folder / "brief.csv", "--pole-pairs", "4", "--out", folder / "o"});
+    for (const char* name : {"offset_A", "phase_resistance_ohm", "gain", "short_S"})
+        TEST_ASSERT_EQUAL_size_t_MESSAGE(0, count(brief.out, name), brief.out.c_str());
 }
 
 static void expect_refused(const std::string& path, long line, const std::string& reason, const std::vector<std::string>& more = {})

@@ -248,7 +248,7 @@ static void test_noise_free_with_coulomb_friction(void)
     const dqw_shaft_config less = config_of(false);
     const dqw_shaft n = learn(&less);
     BETWEEN(1.3, read_all(&n).B.value / B_TRUE, 3.0);  // 2.08
-    BETWEEN(5, sqrt(n.error_pu2 / n.target_pu2) / sqrt(m.error_pu2 / m.target_pu2), 1e4);
+    BETWEEN(5, sqrtf(n.error_pu2 / n.target_pu2 / (m.error_pu2 / m.target_pu2)), 1e4);
 }
 
 static void test_one_percent_noise(void)
@@ -616,6 +616,27 @@ static void test_what_is_usable(void)
     HOLDS(is(dqw_shaft_read(&m, DQW_B), 3e38f, DQW_UNKNOWN, false));
 }
 
+// (E20) in the reading: errors of a model that lacks the friction are alike from block to block, and widen the deviation.
+static void test_autocorrelation_widens_the_deviation(void)
+{
+    make_log(COULOMB_TRUE, 0.0, 2);
+    const dqw_shaft_config less = config_of(false);
+    dqw_shaft m = learn(&less);
+    BETWEEN(0.5, m.lag_pu2 / m.error_pu2, 0.8);  // 0.61
+    make_log(0.0, 0.05, 2);
+    m = learn(&less);
+    BETWEEN(-0.5, m.lag_pu2 / m.error_pu2, -0.3);  // noise of speed: steps of next blocks share an end
+    const double lag[] = {-0.5, 0.0, 0.5, 0.9, 0.99, 2.0};
+    const double wider[] = {1.0, 1.0, 3.0, 19.0, 99.0, 99.0};
+    m.lag_pu2 = 0.0f;
+    const double plain = dqw_shaft_read(&m, DQW_J).sd;
+    for (int k = 0; k < 6; k++) {
+        CASE("lag %g", lag[k]);
+        m.lag_pu2 = (float)(lag[k] * m.error_pu2);
+        BETWEEN(0.999, dqw_shaft_read(&m, DQW_J).sd / (plain * sqrt(wider[k])), 1.001);
+    }
+}
+
 static void test_inputs_that_are_no_number_teach_nothing(void)
 {
     // cos(n theta) of a product beyond single precision.
@@ -661,7 +682,7 @@ static void test_missing_samples(void)
         CASE("%u periods", (unsigned)periods);
         for (int k = 0; k < 2 * HALF + 3; k++) step(&none, 0.1f, 1.0f, 0.0f);
         dqw_shaft_missing(&none, periods);
-        HOLDS((none.window.at == 0) == (periods != 1) && none.window.has_rise == (periods == 1) && !none.has_last);
+        HOLDS((none.window.at == 0) == (periods != 1) && none.window.follows == (periods == 1) && !none.has_last);
     }
 }
 
@@ -673,7 +694,8 @@ static void test_saturated_samples_are_counted_and_not_learned(void)
     TEST_ASSERT_EQUAL_UINT32(DQW_EVENT_SATURATED, dqw_shaft_sample(&m, 0.1f, 10.0f, 0.0f, true));
     TEST_ASSERT_EQUAL_UINT32(DQW_EVENT_SATURATED, dqw_shaft_sample(&m, -10.01f, 10.0f, 0.0f, false));
     TEST_ASSERT_EQUAL_UINT32(DQW_EVENT_SATURATED, dqw_shaft_sample(&m, 0.1f, -1501.0f, 0.0f, false));
-    TEST_ASSERT_EQUAL_UINT32(0, dqw_shaft_sample(&m, -10.0f, 1500.0f, 0.0f, false));
+    // Nothing here reads the angle.
+    TEST_ASSERT_EQUAL_UINT32(0, dqw_shaft_sample(&m, -10.0f, 1500.0f, NAN, false));
     TEST_ASSERT_EQUAL_UINT32(3, m.gate.saturated);
     TEST_ASSERT_EQUAL_UINT32(1, m.gate.accepted);
 }
@@ -694,7 +716,7 @@ static void test_define_begins_anew(void)
     HOLDS(m.config == &other && is(dqw_shaft_read(&m, DQW_J), 0.0f, DQW_UNKNOWN, false) && m.gate.accepted == 0 && m.missed == 0);
 }
 
-// A background that comes for every third block misses two of three, says so, and learns the others as they are.
+// A background that stays away for three of nine halves misses them, says so, and learns the blocks of the others as they are.
 static void test_a_late_background_is_counted(void)
 {
     make_log(0.0, 0.0, 1);
@@ -708,12 +730,14 @@ static void test_a_late_background_is_counted(void)
         const uint32_t event = dqw_shaft_sample(&m, (float)torque[k], (float)speed[k], 0.0f, false);
         waiting += (event & DQW_EVENT_BLOCK) != 0;
         lost += (event & DQW_EVENT_MISSED) != 0;
-        if (k % (3 * HALF) == 0) learned += dqw_shaft_background(&m);
+        if (k % HALF == 0 && k / HALF % 9 < 6) learned += dqw_shaft_background(&m);
     }
     TEST_ASSERT_EQUAL_INT(lost, m.missed);
     TEST_ASSERT_EQUAL_INT(learned, m.gate.blocks);
-    TEST_ASSERT_EQUAL_INT(ROWS / HALF - 1, waiting + lost);
-    BETWEEN(130, learned, 134);
+    TEST_ASSERT_EQUAL_INT(ROWS / HALF, waiting + lost);
+    // Of nine halves six are handed over, of which one follows nothing.
+    BETWEEN(220, learned, 224);
+    BETWEEN(130, lost, 134);
     BETWEEN(-1e-3, dqw_shaft_read(&m, DQW_J).value / J_TRUE - 1, 1e-3);
     BETWEEN(-1e-3, dqw_shaft_read(&m, DQW_B).value / B_TRUE - 1, 1e-3);
     m.missed = UINT32_MAX;
@@ -735,7 +759,7 @@ static void begin_held(dqw_shaft *s, const dqw_shaft_config *c)
     make_log(COULOMB_TRUE, 0.01, 2);
     TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_shaft_init(s, c));
     held_at = 0;
-    while (held_at < 40 * HALF || !s->pending) {
+    while (held_at < 40 * HALF || !s->window.pending) {
         (void)dqw_shaft_background(s);
         (void)dqw_shaft_sample(s, (float)torque[held_at], (float)speed[held_at], (float)(0.01 * held_at), false);
         held_at++;
@@ -774,7 +798,7 @@ static void test_samples_may_interrupt_the_background_anywhere(void)
         const bool lost = held.missed != 0;
         places[lost]++;
         HOLDS(lost == (places[0] == 0));
-        HOLDS(memcmp(&held, lost ? &before : &behind, sizeof held) == 0);
+        TEST_ASSERT_EQUAL_MEMORY_MESSAGE(lost ? &before : &behind, &held, sizeof held, test_case);
     }
     BETWEEN(20, places[1], 3000);
     BETWEEN(20, places[0], 3000);
@@ -792,6 +816,7 @@ int main(void)
     RUN_TEST(test_known_by_what_was_learned);
     RUN_TEST(test_the_threshold_of_learned);
     RUN_TEST(test_what_is_usable);
+    RUN_TEST(test_autocorrelation_widens_the_deviation);
     RUN_TEST(test_inputs_that_are_no_number_teach_nothing);
     RUN_TEST(test_missing_samples);
     RUN_TEST(test_saturated_samples_are_counted_and_not_learned);

@@ -192,7 +192,9 @@ static void trajectory(const setup *s, double *most, double *apart_sd)
         r.torque_Nm += 0.5 * s->noise * s->log->torque_Nm * random_normal(&random);
         r.w_m_rad_s += 0.5 * s->noise * s->log->w_rad_s * random_normal(&random);
         const uint32_t one = dqw_shaft_sample(&g, (float)r.torque_Nm, (float)r.w_m_rad_s, (float)remainder(r.theta_m_rad, 2 * PI), false);
-        TEST_ASSERT_EQUAL_UINT32(one, step(&m, &r, false));
+        // What waits for the background is half a block here, a whole one there.
+        const uint32_t same = ~(uint32_t)(DQW_EVENT_BLOCK | DQW_EVENT_INCOMPLETE);
+        TEST_ASSERT_EQUAL_UINT32(one & same, step(&m, &r, false) & same);
         const bool learned = dqw_shaft_background(&g);
         TEST_ASSERT_EQUAL(learned, dqw_shaft_background_q15(&m));
         if (!learned || ++blocks % 20 != 0) continue;
@@ -372,7 +374,7 @@ static void test_a_late_background_is_counted(void)
     TEST_ASSERT_EQUAL_INT(said / 3, blocks);
     BETWEEN(0.7, worst(&m), 5.0);  // 2.2: a third of the blocks
     m.missed = UINT32_MAX;
-    for (size_t k = 0; k < 5 * HALF; k++) (void)step(&m, &coast.rows[k], false);
+    for (size_t k = 0; k < (size_t)5 * HALF; k++) (void)step(&m, &coast.rows[k], false);
     TEST_ASSERT_EQUAL_UINT32(UINT32_MAX, m.missed);
 }
 
@@ -402,7 +404,7 @@ static void test_samples_may_interrupt_the_background_anywhere(void)
     static dqw_shaft_q15 behind;
     static dqw_shaft_q15 before;
     start = begin(&c);
-    for (held_at = 0; held_at < 40 * HALF || !start.pending; held_at++) {
+    for (held_at = 0; held_at < (size_t)40 * HALF || !start.pending; held_at++) {
         (void)dqw_shaft_background_q15(&start);
         (void)step(&start, &rough.rows[held_at], false);
     }
@@ -425,7 +427,7 @@ static void test_samples_may_interrupt_the_background_anywhere(void)
         const bool lost = held.missed != 0;
         places[lost]++;
         HOLDS(lost == (places[0] == 0));
-        HOLDS(memcmp(&held, lost ? &before : &behind, sizeof held) == 0);
+        TEST_ASSERT_EQUAL_MEMORY_MESSAGE(lost ? &before : &behind, &held, sizeof held, test_case);
     }
     BETWEEN(20, places[1], 3000);
     BETWEEN(20, places[0], 3000);
@@ -440,7 +442,7 @@ static void test_missing_samples(void)
     dqw_shaft_q15 bad;
     memcpy(&bad, &none, sizeof bad);
     uint32_t lost = 0;
-    for (size_t k = 0; k < 20 * HALF; k++) {
+    for (size_t k = 0; k < (size_t)20 * HALF; k++) {
         const bool here = k % 17 != 3;
         lost += !here;
         if (here)

@@ -5,6 +5,45 @@
 void setUp(void) { test_case[0] = 0; }
 void tearDown(void) {}
 
+// Both sides, one pair: NULL where it was refused.
+typedef struct both {
+    dqw_window w;
+    dqw_window_rise r;
+} both;
+
+static void begin(both *b, int half, int signals)
+{
+    memset(b, 0, sizeof *b);
+    TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_window_init(&b->w, half, signals));
+}
+
+static void gather(both *b, const float x[])
+{
+    if (x == NULL) {
+        dqw_window_refuse(&b->w);
+        return;
+    }
+    for (int i = 0; i < b->w.signals; i++) dqw_window_gather(&dqw_window_cells(&b->w)[i], x[i]);
+    dqw_window_count(&b->w);
+}
+
+static uint32_t join(both *b, float block[])
+{
+    float sum[2];
+    TEST_ASSERT_TRUE(dqw_window_waits(&b->w));
+    const uint32_t event = dqw_window_join(&b->w, &b->r, block, sum);
+    dqw_window_release(&b->w);
+    return event;
+}
+
+static uint32_t pair(both *b, const float x[], float block[])
+{
+    gather(b, x);
+    if (!dqw_window_full(&b->w)) return 0;
+    TEST_ASSERT_TRUE(dqw_window_turn(&b->w));
+    return join(b, block);
+}
+
 static void test_init_refuses_and_leaves_the_object_alone(void)
 {
     dqw_window w;
@@ -51,18 +90,18 @@ static void test_is_the_triangular_mean_of_what_was_there(void)
                 present[k] = random_uniform(&r, 0, 1) >= missing[m];
                 for (int i = 0; i < SIGNALS; i++) signal[k][i] = (float)(i + random_normal(&r));
             }
-            dqw_window w;
-            TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_window_init(&w, half, SIGNALS));
+            both w;
+            begin(&w, half, SIGNALS);
             for (int k = 0; k < LENGTH; k++) {
                 CASE("half %d, missing %g, pair %d", half, missing[m], k);
                 float block[SIGNALS] = {-99.0f, -99.0f, -99.0f};
-                const uint32_t event = dqw_window_step(&w, present[k] ? signal[k] : NULL, block);
+                const uint32_t event = pair(&w, present[k] ? signal[k] : NULL, block);
                 double expected[SIGNALS];
                 if ((k + 1) % half != 0 || k + 1 < 2 * half) {
                     HOLDS(event == 0);
                     HOLDS(block[0] == -99.0f);
                 } else if (naive(half, (k + 1) / half - 2, expected)) {
-                    HOLDS(event == DQW_EVENT_LEARNED);
+                    HOLDS(event == DQW_EVENT_BLOCK);
                     for (int i = 0; i < SIGNALS; i++) worst = fmax(worst, fabs(block[i] - expected[i]));
                 } else {
                     HOLDS(event == DQW_EVENT_INCOMPLETE);
@@ -80,22 +119,22 @@ static void test_restart_forgets(void)
     test_random r = {22};
     for (int at = 0; at < 60; at++) {
         CASE("restart after %d", at);
-        dqw_window fresh;
-        dqw_window used;
-        TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_window_init(&fresh, 10, 1));
-        TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_window_init(&used, 10, 1));
+        both fresh;
+        both used;
+        begin(&fresh, 10, 1);
+        begin(&used, 10, 1);
         float block = 0.0f;
         for (int k = 0; k < at; k++) {
             const float x = (float)random_normal(&r);
-            (void)dqw_window_step(&used, k % 7 ? &x : NULL, &block);
+            (void)pair(&used, k % 7 ? &x : NULL, &block);
         }
-        dqw_window_restart(&used);
+        dqw_window_restart(&used.w);
         for (int k = 0; k < 50; k++) {
             const float x = (float)random_normal(&r);
             float a = 0.0f;
             float b = 0.0f;
-            const uint32_t one = dqw_window_step(&fresh, &x, &a);
-            const uint32_t two = dqw_window_step(&used, &x, &b);
+            const uint32_t one = pair(&fresh, &x, &a);
+            const uint32_t two = pair(&used, &x, &b);
             HOLDS(one == two);
             HOLDS(a == b);
         }
@@ -113,8 +152,8 @@ static void test_a_linear_pair_equation_survives(void)
         const double L = random_uniform(&r, 1e-5, 1e-2);
         const double c = random_uniform(&r, -5, 5);
         const double dt = 1e-4;
-        dqw_window w;
-        TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_window_init(&w, half, 3));
+        both w;
+        begin(&w, half, 3);
         double i = 0.0;
         double size = fabs(c);
         for (int k = 0; k < 500; k++) {
@@ -125,7 +164,7 @@ static void test_a_linear_pair_equation_survives(void)
             const float x[] = {(float)(R * mean + L * slope + c), (float)mean, (float)slope};
             size = fmax(size, fabs(R * mean) + fabs(L * slope));
             float b[3];
-            if (dqw_window_step(&w, random_bits(&r) % 20 ? x : NULL, b) == DQW_EVENT_LEARNED) {
+            if (pair(&w, random_bits(&r) % 20 ? x : NULL, b) == DQW_EVENT_BLOCK) {
                 const double rest = b[0] - R * b[1] - L * b[2] - c;
                 BETWEEN(-1e-6, rest / size, 1e-6);  // 2e-7
             }
@@ -140,8 +179,8 @@ static void test_noise_of_the_slope(void)
     for (int h = 0; h < 3; h++) {
         const int half = halves[h];
         CASE("half %d", half);
-        dqw_window w;
-        TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_window_init(&w, half, 1));
+        both w;
+        begin(&w, half, 1);
         test_random r = {24};
         double last = random_normal(&r);
         double sum = 0.0;
@@ -151,7 +190,7 @@ static void test_noise_of_the_slope(void)
             const float slope = (float)(now - last);
             last = now;
             float b;
-            if (dqw_window_step(&w, &slope, &b) == DQW_EVENT_LEARNED) {
+            if (pair(&w, &slope, &b) == DQW_EVENT_BLOCK) {
                 sum += (double)b * b;
                 blocks++;
             }
@@ -162,6 +201,29 @@ static void test_noise_of_the_slope(void)
     }
 }
 
+// A background that comes too late loses the half that was full meanwhile; the next one follows nothing.
+static void test_a_late_background_loses_a_half(void)
+{
+    both b;
+    begin(&b, 3, 1);
+    float block = 0.0f;
+    float x = 1.0f;
+    for (int k = 0; k < 3; k++) gather(&b, &x);
+    TEST_ASSERT_TRUE(dqw_window_turn(&b.w));
+    x = 100.0f;
+    for (int k = 0; k < 3; k++) gather(&b, &x);
+    TEST_ASSERT_FALSE(dqw_window_turn(&b.w));
+    TEST_ASSERT_EQUAL_UINT32(0, join(&b, &block));
+    TEST_ASSERT_FALSE(dqw_window_waits(&b.w));
+    x = 3.0f;
+    for (int k = 0; k < 2; k++) TEST_ASSERT_EQUAL_UINT32(0, pair(&b, &x, &block));
+    TEST_ASSERT_EQUAL_UINT32(0, pair(&b, &x, &block));
+    x = 5.0f;
+    for (int k = 0; k < 2; k++) TEST_ASSERT_EQUAL_UINT32(0, pair(&b, &x, &block));
+    TEST_ASSERT_EQUAL_UINT32(DQW_EVENT_BLOCK, pair(&b, &x, &block));
+    TEST_ASSERT_EQUAL_FLOAT(4.0f, block);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -170,5 +232,6 @@ int main(void)
     RUN_TEST(test_restart_forgets);
     RUN_TEST(test_a_linear_pair_equation_survives);
     RUN_TEST(test_noise_of_the_slope);
+    RUN_TEST(test_a_late_background_loses_a_half);
     return UNITY_END();
 }

@@ -28,49 +28,21 @@ static dqw_monitor_config config;
 
 static bool begin(void)
 {
-    const dqw_monitor_config c = {.tracker = {.dt_s = 5e-5f,
-                                              .v_base_V = 14.0f,
-                                              .i_base_A = 6.0f,
-                                              .w_base_rad_s = 110.0f,
-                                              .R_ohm = 0.65f,
-                                              .Ld_H = 0.7e-3f,
-                                              .Lq_H = 1.8e-3f,
-                                              .psi_Wb = 0.014f,
-                                              .pole_pairs = 4,
-                                              .noise_on_inputs = true,
-                                              .drift_per_sqrt_s = 0.01f,
-                                              .angle = true}};
-    config = c;
-    return dqw_monitor_init(&object, &config, NULL) == DQW_OK;
+    const dqw_nameplate plate = {.dt_s = 5e-5f, .v_V = 14.0f, .i_A = 6.0f, .w_m_rad_s = 110.0f, .pole_pairs = 4};
+    config = dqw_monitor_config_default(&plate);
+    config.estimator.R_ohm = 0.65f;
+    config.estimator.Ld_H = 0.7e-3f;
+    config.estimator.Lq_H = 1.8e-3f;
+    config.estimator.psi_Wb = 0.014f;
+    config.estimator.angle = true;
+    return dqw_monitor_init(&object, &config) == DQW_OK;
 }
-#ifdef DQW_SAMPLE_H
-enum { CHANNELS = 7 };
-#else
-enum { CHANNELS = 6 };
-#endif
-static float *channel_of(dqw_sample *s, int channel)
-{
-#ifdef DQW_SAMPLE_H
-    float *const all[] = {&s->v_d_V, &s->v_q_V, &s->i_d_A, &s->i_q_A, &s->w_m_rad_s, &s->cosine, &s->sine};
-#else
-    float *const all[] = {&s->v_d_V, &s->v_q_V, &s->i_d_A, &s->i_q_A, &s->w_m_rad_s, &s->theta_e_rad};
-#endif
-    return all[channel];
-}
-static void turn(dqw_sample *s, double theta)
-{
-#ifdef DQW_SAMPLE_H
-    s->cosine = (float)cos(theta);
-    s->sine = (float)sin(theta);
-#else
-    s->theta_e_rad = (float)fmod(theta, 6.283185307179586);
-#endif
-}
-static uint32_t refused(void) { return object.tracker.gate.nonfinite; }
+static bool told(void) { return dqw_monitor_background(&object); }
+static uint32_t refused(void) { return object.estimator.gate.nonfinite; }
 static void print_parameters(void)
 {
     static const char *const names[] = {"R_ohm", "Ld_H", "Lq_H", "psi_Wb"};
-    for (int i = 0; i < 4; i++) printf("%s %.9g\n", names[i], (double)dqw_tracker_value(&object.tracker, (enum dqw_tracker_weight)i));
+    for (int i = 0; i < 4; i++) printf("%s %.9g\n", names[i], (double)dqw_monitor_read(&object, (enum dqw_monitor_channel)i).value);
 }
 static bool in_service(void) { return dqw_monitor_stage(&object) == DQW_STAGE_IN_SERVICE; }
 
@@ -92,8 +64,17 @@ static dqw_sample healthy(long k)
                     .i_d_A = (float)i[0][0],
                     .i_q_A = (float)i[0][1],
                     .w_m_rad_s = (float)w[0]};
-    turn(&s, 4 * 70 / 18.85 * (1 - cos(18.85 * (double)k * 5e-5)));
+    const double theta = 4 * 70 / 18.85 * (1 - cos(18.85 * (double)k * 5e-5));
+    s.cosine = (float)cos(theta);
+    s.sine = (float)sin(theta);
     return s;
+}
+
+enum { CHANNELS = 7 };
+static float *channel_of(dqw_sample *s, int channel)
+{
+    float *const all[] = {&s->v_d_V, &s->v_q_V, &s->i_d_A, &s->i_q_A, &s->w_m_rad_s, &s->cosine, &s->sine};
+    return all[channel];
 }
 
 static int through_the_object(void)
@@ -109,8 +90,7 @@ static int through_the_object(void)
         const uint32_t before = refused();
         const uint32_t event = dqw_monitor_sample(&object, &s, false);
         if (((event & DQW_EVENT_NONFINITE) != 0) != spoilt || refused() != before + (spoilt ? 1u : 0u)) wrong++;
-        dqw_monitor_event told;
-        if (dqw_monitor_background(&object, &told)) wrong++;
+        if (told()) wrong++;
     }
     printf("spoilt %ld\nspoilt_wrong %ld\nin_service %d\n", made, wrong, in_service());
     print_parameters();

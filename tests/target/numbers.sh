@@ -10,11 +10,71 @@ cores="m0 m3 m4f m33 rv32"
 pieces="neurons_float|$cores|the paper's neurons, both axes, float
 neurons_q15|$cores|the same, Q15
 estimator_float|m0 m3 m4f m33|\`dqw_estimator_step\`, float
-estimator_q15|$cores|\`dqw_estimator_step_q15\`
+estimator_q15|$cores|\`dqw_estimator_sample_q15\`, with dead time
 shaft_q15|$cores|\`dqw_shaft_sample_q15\`, with a soft friction
-tracker_q15|$cores|\`dqw_tracker_sample_q15\`, with dead time
 monitor_float|m0 m3 m4f m33|\`dqw_monitor_sample\`, float
 monitor_q15|$cores|the same, Q15"
+
+# Each further weight of an effect: its name and how many weights it has, in the order of dqw_effect_name.h.
+weights=12
+effects="saturation 5
+cross_saturation 3
+winding_temperature, by heating 1
+magnet_temperature, by heating 1
+iron_loss 1
+flux_harmonics 4
+current_offset 2
+current_gain_mismatch 2
+angle_offset 1
+delay 1
+skin_effect 1
+phase_resistance_imbalance 2
+voltage_offset 2"
+
+# The libraries with room for so many weights, and the piece with the list of one effect, 0 without: out NAME.txt.
+effect_piece() { # CORE PIECE ROOM LIST
+    dir=$out/$1/room$3
+    elf=$dir/$2.$4
+    # shellcheck disable=SC2086
+    "$here/run_on.sh" "$1" "$elf" "$here/numbers.c" "$here/stimulus.c" "$here/piece_$2.c" -DSTEPS=600u -DLIST="$4" -DDQW_EFFECT_WEIGHTS="$3" -Ilib -Iport_q15 \
+        -I"$here/.." "$dir/lib.a" -lm -lc >"$elf.txt" </dev/null || {
+        cat "$elf.txt" >&2
+        exit 1
+    }
+}
+effect_core() { # CORE
+    compile=$("$here/run_on.sh" "$1") || exit 0
+    cc=${compile%% *}
+    for room in $weights $((weights - 1)) 0; do
+        dir=$out/$1/room$room
+        mkdir -p "$dir"
+        defines="-DDQW_EFFECT_WEIGHTS=$room -Ilib -Iport_q15 -I$here/.."
+        for source in lib/dqw_effect*.c lib/dqw_window.c lib/dqw_transform.c lib/dqw_sample.c lib/dqw_model.c lib/dqw_gate.c port_q15/dqw_effect*.c port_q15/dqw_window_q15.c \
+            port_q15/dqw_transform_q15.c port_q15/dqw_sample_q15.c port_q15/dqw_q15.c port_q15/dqw_scale.c; do
+            # shellcheck disable=SC2086
+            $compile -Os $defines -c "$source" -o "$dir/$(basename "$source" .c).o"
+        done
+        "${cc%gcc}ar" rcs "$dir/lib.a" "$dir"/*.o
+        for piece in effect_float effect_q15; do
+            effect_piece "$1" "$piece" "$room" 0
+            # shellcheck disable=SC2086
+            $compile -Os $defines -DLIST=7 "$here/piece_$piece.c" "$dir/$piece.0.bare.o" "$dir/lib.a" -nostdlib \
+                -Wl,-e,piece_step,-u,piece_start,-u,piece_background,--gc-sections -lm -lc -lgcc -o "$dir/$piece.flash"
+            "${cc%gcc}size" "$dir/$piece.flash" | awk 'NR == 2 { print "flash", $1 + $2 }' >>"$dir/$piece.0.txt"
+        done
+    done
+    for piece in effect_float effect_q15; do
+        list=1
+        echo "$effects" | while read -r _; do
+            list=$((list + 1))
+            effect_piece "$1" "$piece" "$weights" "$list"
+        done
+    done
+}
+[ "${1:-}" != --effects ] || {
+    effect_core "$2"
+    exit 0
+}
 
 # One core: the libraries once, then each piece: run, and linked alone for its bytes of flash.
 if [ "${1:-}" = --core ]; then
@@ -58,6 +118,7 @@ for core in $cores; do "$here/run_on.sh" "$core" >"$out/$core.compiler" || {
 }; done
 export BUILD="${BUILD:-build}"
 for core in $cores; do echo "$core"; done | xargs -n 1 -P "$(nproc)" "$0" --core
+printf '%s\n' m0 m4f | xargs -n 1 -P "$(nproc)" "$0" --effects
 
 value() { # CORE PIECE NAME
     awk -v name="$3" '$1 == name { print $2 }' "$out/$1/$2.txt"
@@ -84,6 +145,31 @@ estimates() {
         said=1
     done
 }
+of_effect() { # CORE PIECE ROOM LIST NAME
+    awk -v name="$5" '$1 == name { print $2 }' "$out/$1/room$3/$2.$4.txt"
+}
+further() { # CORE PIECE LIST WEIGHTS: instructions
+    awk "BEGIN { printf \" | %.0f\", ($(of_effect "$1" "$2" $weights "$3" worst) - $(of_effect "$1" "$2" $weights 0 worst)) / $4 }"
+}
+effect_table() {
+    printf '| each further weight of an effect: instructions in the interrupt | M4F, float | M4, Q15 | M0, float | M0, Q15 |\n| --- | --: | --: | --: | --: |\n'
+    list=1
+    echo "$effects" | while read -r line; do
+        list=$((list + 1))
+        printf '| %s' "${line% *}"
+        for core in m4f m0; do for piece in effect_float effect_q15; do further $core $piece $list "${line##* }"; done; done
+        printf ' |\n'
+    done
+    for name in state flash; do
+        case $name in state) printf '| bytes of state a weight' ;; flash) printf '| bytes of flash, all effects' ;; esac
+        for core in m4f m0; do for piece in effect_float effect_q15; do
+            least=$([ $name = state ] && echo $((weights - 1)) || echo 0)
+            printf ' | %s' $(($(of_effect $core $piece $weights 0 $name) - $(of_effect $core $piece "$least" 0 $name)))
+        done; done
+        printf ' |\n'
+    done
+    printf '\nWorst step with that effect less one without, over its weights: the inputs, the heat and the two signals of the window. dead_time is a weight of the estimator itself.\n'
+}
 table() {
     printf '| one step: instructions, worst and mean; bytes of flash, state, stack | M0 | M3 | M4F | M33 | RV32IMC |\n| --- | --: | --: | --: | --: | --: |\n'
     echo "$pieces" | while IFS='|' read -r piece _ label; do
@@ -99,7 +185,11 @@ table() {
     estimated=$(estimates)
     [ -z "$estimated" ] || printf 'Cycles of a Cortex-M4, as llvm-mca %s estimates them, for a step of so many instructions: %s.\n' "$(llvm-mca --version | sed -n 's/.*LLVM version \([0-9.]*\).*/\1/p')" "$estimated"
 }
-table >"$out/table.md"
+{
+    table
+    echo
+    effect_table
+} >"$out/table.md"
 [ $# = 1 ] || {
     cat "$out/table.md"
     exit 0

@@ -1,4 +1,4 @@
-// The interrupt's step of the condition monitor in float, with the example's configuration and without memory for stage 2.
+// The interrupt's step of the condition monitor in float, with the example's configuration, dead time and angle on, without memory for stage 2.
 #include "dqw_monitor.h"
 #include "foc_config.h"
 #include "target/board.h"
@@ -12,7 +12,7 @@ const uint32_t piece_bytes = sizeof m;
 
 void piece_start(void)
 {
-    if (dqw_monitor_init(&m, &CONFIG, NULL) != DQW_OK) board_end("no monitor\n", 2);
+    if (dqw_monitor_init(&m, &CONFIG) != DQW_OK) board_end("no monitor\n", 2);
 }
 
 void piece_load(const stimulus *s)
@@ -25,6 +25,6 @@ void piece_step(void) { (void)dqw_monitor_sample(&m, &sample, limited); }
 
 void piece_background(void)
 {
-    dqw_monitor_event event;
-    (void)dqw_monitor_background(&m, &event);
+    dqw_monitor_change change;
+    if (dqw_monitor_background(&m)) (void)dqw_monitor_event(&m, &change);
 }

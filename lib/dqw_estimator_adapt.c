@@ -1,0 +1,35 @@
+// A sample whose voltage acts later, or is held in the stationary frame, or whose speed is electrical.
+#include "dqw_estimator_block.h"
+#include "dqw_number.h"
+
+// An angle that a voltage turns by in one and a half periods: where it is more, nobody controls the current.
+#define TURN_MOST 2.0f
+
+void dqw_estimator_adapt(dqw_estimator *e, const dqw_sample *s, dqw_sample *x)
+{
+    const dqw_estimator_config *c = e->config;
+    *x = *s;
+    if (c->speed_electrical) x->w_m_rad_s /= (float)c->pole_pairs;
+    if (c->voltage_next) {
+        x->v_d_V = e->commanded ? e->command_d_V : 0.0f;
+        x->v_q_V = e->commanded ? e->command_q_V : 0.0f;
+        e->command_d_V = s->v_d_V;
+        e->command_q_V = s->v_q_V;
+    }
+    if (c->voltage_held) {
+        float turn = (c->voltage_next ? 1.5f : 0.5f) * (float)c->pole_pairs * x->w_m_rad_s * c->dt_s;
+        turn = turn > TURN_MOST ? TURN_MOST : turn < -TURN_MOST ? -TURN_MOST : turn;
+        // To 3e-5 within 1 rad.
+        const float turn2 = turn * turn;
+        const float cosine = 1.0f - turn2 * (0.5f - turn2 * (1.0f / 24.0f - turn2 * (1.0f / 720.0f)));
+        const float sine = turn * (1.0f - turn2 * (1.0f / 6.0f - turn2 * (1.0f / 120.0f - turn2 * (1.0f / 5040.0f))));
+        const float v_d = x->v_d_V;
+        x->v_d_V = cosine * v_d + sine * x->v_q_V;
+        x->v_q_V = cosine * x->v_q_V - sine * v_d;
+    }
+}
+
+bool dqw_sample_finite(const dqw_sample *came, const dqw_sample *s)
+{
+    return dqw_is_finite(came->v_d_V) && dqw_is_finite(came->v_q_V) && dqw_is_finite(s->i_d_A) && dqw_is_finite(s->i_q_A) && dqw_is_finite(s->w_m_rad_s);
+}
