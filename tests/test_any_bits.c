@@ -1,5 +1,6 @@
 // Any bit patterns into every public step: no trap, and afterwards each object still learns a clean signal, where it can.
 #include "dqw.h"
+#include "dqw_fault.h"
 #include "dqw_estimator_block.h"
 #include "dqw_estimator_random.h"
 #include "dqw_number.h"
