@@ -566,9 +566,9 @@ static void test_an_angle_that_is_none(void)
         const dqw_sample_q15 s = {.i_q_q15 = (int16_t)(1000 * n), .cosine_q15 = cases[n].cosine, .sine_q15 = cases[n].sine};
         dqw_estimator_q15_config c;
         q = begin_one(&list, &c);
-        TEST_ASSERT_EQUAL_UINT32(cases[n].good ? 0 : DQW_EVENT_NONFINITE, dqw_estimator_step_q15(&q, &s, false));
+        TEST_ASSERT_EQUAL_UINT32(cases[n].good ? 0 : DQW_EVENT_NONFINITE, dqw_estimator_sample_q15(&q, &s, false));
         q = begin_one(&other, &c);
-        TEST_ASSERT_EQUAL_UINT32(0, dqw_estimator_step_q15(&q, &s, false));
+        TEST_ASSERT_EQUAL_UINT32(0, dqw_estimator_sample_q15(&q, &s, false));
     }
 }
 
