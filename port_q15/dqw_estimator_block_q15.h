@@ -18,6 +18,15 @@ enum { DQW_POLES_LD_Q15 = DQW_DEAD_TIME, DQW_POLES_LQ_Q15 = DQW_PSI_Q };
 #define DQW_POLES_Q15_BITS 3u
 #define DQW_POLES_Q15_SCALE (1u << DQW_POLES_Q15_BITS)
 
+/// A block: two halves that were handed over, joined.
+typedef struct dqw_estimator_q15_block {
+    int32_t sums[DQW_ESTIMATOR_Q15_SIGNALS];  ///< under the triangle
+    int32_t v_step_q15[2];                    ///< sum of the voltages of the second half less that of the first, d and q
+    dqw_estimator_q15_handed with;            ///< as handed over with its second half; but the angle is that at its middle
+    uint16_t weight;                          ///< of the sums
+    bool whole;                               ///< none of its pairs was refused
+} dqw_estimator_q15_block;
+
 /// Units of the weights as parts of the full voltage at full scale of what they act on, and where the weights start.
 typedef struct dqw_units_q15 {
     int64_t R_q40;      ///< at the full current
@@ -43,9 +52,9 @@ typedef struct dqw_rows_q15 {
 /// Returns  DQW_OK, or the field with which they do not fit
 enum dqw_status dqw_units_of_q15(const dqw_estimator_q15_config *config, uint32_t pole_pairs, dqw_units_q15 *u);
 
-/// Copy the block that waits and let the interrupt write the next one.
+/// Join the half that waits to a block, and let the interrupt hand over the next one.
 ///
-/// Returns  false where none waits
+/// Returns  false where none waits, or none is complete
 /// Context  background; dqw_estimator_sample_q15 may interrupt it anywhere
 bool dqw_estimator_take_q15(dqw_estimator_q15 *e, dqw_estimator_q15_block *b);
 

@@ -127,25 +127,32 @@ static bool sound(dqw_estimator_q15 *e)
 }
 
 // What the interrupt takes: the voltage's part in a step, from an L that is known, and how fast dead time's input follows the currents: the
-// slower, the noisier they are. It reads this only where `given_ready` is set.
+// slower, the noisier they are.
 static void publish(dqw_estimator_q15 *e, const dqw_estimator_q15_block *b)
 {
     volatile dqw_estimator_q15_given *g = &e->given;
+    const bool waits = *(volatile bool *)&e->given_ready;
     *(volatile bool *)&e->given_ready = false;
+    bool noise_anew = waits && g->noise_anew;
     dqw_units_q15 u;
     (void)dqw_units_of_q15(e->config, e->pole_pairs, &u);
     for (int axis = 0; axis < 2; axis++) {
         const int32_t w_q24 = e->w_q24[DQW_LD + axis];
         if ((int64_t)dqw_estimator_sd_q24(e, DQW_LD + axis) * PUBLISHED_PARTS >= w_q24) continue;
         const int64_t L_q40 = dqw_q_times64(u.L_q40[axis], w_q24, -24);
-        g->step_q15[axis] = dqw_q15_sat(dqw_q31_sat(dqw_q_quotient64((int64_t)1 << 40, L_q40, 15)));
+        const int32_t step = dqw_q15_sat(dqw_q31_sat(dqw_q_quotient64((int64_t)1 << 40, L_q40, 15)));
+        const int32_t last = g->step_q15[axis];
+        // By a quarter, either way: then the noise was measured with a wrong one.
+        if (4 * step > 5 * last || 4 * last > 5 * step) noise_anew = true;
+        g->step_q15[axis] = (int16_t)step;
     }
     if (e->wide_q28 > 0) {
-        const int64_t both_q36 = dqw_q_floor64((int64_t)b->about.means.i_d_q36 + b->about.means.i_q_q36, 1);
-        const int64_t sd_q18 = dqw_q_root64((uint64_t)dqw_noise_variance_q36(dqw_q31_sat(both_q36), b->about.rows, -2));
+        const int64_t both_q30 = dqw_q_floor64(b->with.noise_q30[DQW_NOISE_ID_Q15] + b->with.noise_q30[DQW_NOISE_IQ_Q15], 1);
+        const int64_t sd_q18 = dqw_q_root64((uint64_t)dqw_noise_variance_q36(both_q30, b->with.rows, -2));
         const int64_t width_q28 = dqw_q_floor64(u.width_q40, 12);
         g->follow_q15 = (uint16_t)dqw_q_quotient64(width_q28, width_q28 + dqw_q_floor64(sd_q18 * 1024 * FOLLOW_Q15, 15), 15);
     }
+    g->noise_anew = noise_anew;
     *(volatile bool *)&e->given_ready = true;
 }
 
@@ -227,12 +234,34 @@ static void coarse_stage(dqw_estimator_q15 *e)
 
 bool dqw_estimator_take_q15(dqw_estimator_q15 *e, dqw_estimator_q15_block *b)
 {
-    if (!*(const volatile bool *)&e->pending) return false;
-    // Volatile, as the flag that guards it: read between the flag's reading and its writing.
-    *b = *(const volatile dqw_estimator_q15_block *)&e->block;
-    *(volatile bool *)&e->pending = false;
-    e->elapsed = b->about.number - e->number;
-    e->number = b->about.number;
+    if (!dqw_window_waits_q15(&e->window)) return false;
+    const bool settled = e->config->settled;
+    const uint8_t before = e->rise.valid;
+    int32_t v_q15[2];
+    const uint32_t event = dqw_window_join_q15(&e->window, &e->rise, b->sums, &b->weight, v_q15);
+    b->with = *(const volatile dqw_estimator_q15_handed *)&e->handed;
+    dqw_window_release_q15(&e->window);
+    const int16_t cosine = b->with.cosine_q15;
+    const int16_t sine = b->with.sine_q15;
+    if (settled) {
+        // A row is a half of one pair: what rises next is the row itself.
+        for (int i = 0; i < e->window.signals; i++) b->sums[i] = e->rise.rise[i];
+        b->weight = 1;
+    } else {
+        b->with.cosine_q15 = e->rise_cosine_q15;
+        b->with.sine_q15 = e->rise_sine_q15;
+    }
+    b->whole = before == e->window.half && e->rise.valid == e->window.half;
+    e->rise_cosine_q15 = cosine;
+    e->rise_sine_q15 = sine;
+    for (int axis = 0; axis < 2; axis++) {
+        b->v_step_q15[axis] = v_q15[axis] - e->rise_v_q15[axis];
+        e->rise_v_q15[axis] = v_q15[axis];
+    }
+    if (event == DQW_EVENT_INCOMPLETE && !settled && e->gate.incomplete < UINT32_MAX) e->gate.incomplete++;
+    if (event != DQW_EVENT_BLOCK && !settled) return false;
+    e->elapsed = b->with.number - e->number;
+    e->number = b->with.number;
     return true;
 }
 
@@ -248,7 +277,7 @@ bool dqw_estimator_learn_q15(dqw_estimator_q15 *e, const dqw_estimator_q15_block
     // [EST.5] what can be learned from this block; its signals are within ten bases, the gate saw to that
     uint32_t mask[2];
     choose(e, &r, mask);
-    const bool warm = c->settled || !c->noise_on_inputs || b->about.rows >= WARM_UP;
+    const bool warm = c->settled || !c->noise_on_inputs || b->with.rows >= WARM_UP;
     if ((mask[D] | mask[Q]) == 0 || !warm) {
         dqw_estimator_drift_q15(e);
         return false;

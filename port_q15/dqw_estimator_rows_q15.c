@@ -13,7 +13,7 @@ static int64_t product(int64_t a_q40, int64_t b)
 
 dqw_block_q15 dqw_estimator_means_q15(const dqw_estimator_q15_block *b)
 {
-    return dqw_model_block_q15(b->sums, b->about.weight);
+    return dqw_model_block_q15(b->sums, b->weight);
 }
 
 static dqw_block_q15 exact(const dqw_estimator_q15 *e, const dqw_estimator_q15_block *b, const dqw_units_q15 *u)
@@ -35,12 +35,12 @@ static dqw_block_q15 exact(const dqw_estimator_q15 *e, const dqw_estimator_q15_b
 // Mean slope of dead time's input, per full current, Q16.
 static int64_t dead_slope_q16(const dqw_estimator_q15_block *b, const dqw_units_q15 *u)
 {
-    return b->about.slopes == 0 ? 0 : dqw_q_quotient64(dqw_q_quotient64(b->about.slope_q15, b->about.slopes, 16), u->width_q40, 25);
+    return b->with.slopes == 0 ? 0 : dqw_q_quotient64(dqw_q_quotient64(b->with.slope_q15, b->with.slopes, 16), u->width_q40, 25);
 }
 
 static int32_t dead_input(const dqw_estimator_q15_block *b, int axis, int64_t late_q16, int32_t di_q28)
 {
-    const int64_t part_q30 = 1073741824u / b->about.weight;
+    const int64_t part_q30 = 1073741824u / b->weight;
     // Its input saw the currents late: on average that is its mean slope times the delay times the current's.
     const int64_t whole_q28 = dqw_q_round64(b->sums[DQW_BLOCK_Q15_SIGNALS + axis] * part_q30, 18) + dqw_q_times64(late_q16, di_q28, -16);
     return dqw_q31_sat(dqw_q_quotient64(whole_q28, DQW_DEAD_TIME_Q15_PARTS, 0));
@@ -52,7 +52,7 @@ static void effect_inputs(const dqw_estimator_q15 *e, const dqw_estimator_q15_bl
     const int weights = e->effect.weights;
     for (int axis = 0; axis < 2; axis++)
         for (int i = 0; i < weights; i++)
-            r->x_q28[axis][N + i] = dqw_effect_mean_q15(&e->effect, b->sums[DQW_PLAIN_Q15_SIGNALS + axis * weights + i], b->about.weight);
+            r->x_q28[axis][N + i] = dqw_effect_mean_q15(&e->effect, b->sums[DQW_PLAIN_Q15_SIGNALS + axis * weights + i], b->weight);
 }
 #else
 static void effect_inputs(const dqw_estimator_q15 *e, const dqw_estimator_q15_block *b, dqw_rows_q15 *r)
@@ -70,7 +70,7 @@ static void inputs(const dqw_estimator_q15 *e, const dqw_estimator_q15_block *b,
     const int32_t wi_q28[] = {m->wi_d, m->wi_q};
     const int32_t flux = dqw_q_times32(u->psi_q40, m->w_m, -40);
     const int64_t late_q16 = dqw_estimator_has_dead_time_q15(e)
-                                 ? dqw_q_quotient64(dead_slope_q16(b, u) * (ONE_Q15 - b->about.follow_q15), b->about.follow_q15, 0)
+                                 ? dqw_q_quotient64(dead_slope_q16(b, u) * (ONE_Q15 - b->with.follow_q15), b->with.follow_q15, 0)
                                  : 0;
     for (int axis = 0; axis < 2; axis++) {
         int32_t *x = r->x_q28[axis];
@@ -93,12 +93,12 @@ static void inputs(const dqw_estimator_q15 *e, const dqw_estimator_q15_block *b,
 static void late_of(const dqw_estimator_q15 *e, const dqw_estimator_q15_block *b, const dqw_block_q15 *m, dqw_rows_q15 *r)
 {
     r->late_q28[D] = r->late_q28[Q] = 0;
-    if (e->config->settled || e->pole_pairs == 0 || !b->about.whole) return;
-    const int64_t part_q30 = 1073741824u / b->about.weight;
+    if (e->config->settled || e->pole_pairs == 0 || !b->whole) return;
+    const int64_t part_q30 = 1073741824u / b->weight;
     const int64_t turn_q28 = e->config->voltage_held ? dqw_q_times64(e->turn_q28, m->w_m, -28) : 0;
     // |sum| < 2^22; angles below one radian
-    r->late_q28[D] = dqw_q31_sat(dqw_q_round64(b->about.v_step_q15[D] * part_q30, 17) - dqw_q_times64(turn_q28, m->v_q, -28));
-    r->late_q28[Q] = dqw_q31_sat(dqw_q_round64(b->about.v_step_q15[Q] * part_q30, 17) + dqw_q_times64(turn_q28, m->v_d, -28));
+    r->late_q28[D] = dqw_q31_sat(dqw_q_round64(b->v_step_q15[D] * part_q30, 17) - dqw_q_times64(turn_q28, m->v_q, -28));
+    r->late_q28[Q] = dqw_q31_sat(dqw_q_round64(b->v_step_q15[Q] * part_q30, 17) + dqw_q_times64(turn_q28, m->v_d, -28));
 }
 
 // mean_q40: what a mean holds of a variance.
@@ -106,7 +106,7 @@ static void noise_of_dead_time(const dqw_estimator_q15_block *b, const dqw_units
 {
     const int64_t slope_q16 = dead_slope_q16(b, u);
     const int64_t held_q56 = dqw_q_product64(var_q36, mean_q40, -20);
-    const int64_t left_q36 = dqw_q_quotient64(var_q36 * b->about.follow_q15, 2 * ONE_Q15 - b->about.follow_q15, 0);
+    const int64_t left_q36 = dqw_q_quotient64(var_q36 * b->with.follow_q15, 2 * ONE_Q15 - b->with.follow_q15, 0);
     const int64_t sd_q40 = (int64_t)dqw_q_root64((uint64_t)left_q36) << 22;
     // Where what is left of the current's noise is wide, that of a step; where narrow, tanh's own; and all of it where the currents stay
     // within the width. In the resistance's equation a wide noise also smooths the step, which takes half.
@@ -130,9 +130,9 @@ static void noise_of(const dqw_estimator_q15 *e, const dqw_estimator_q15_block *
     // (h (4 h^2 - 1) / 6 + h^2) / S^2, and 2 h / S^2: up to 2^22 over up to 2^27
     const int64_t mean_q40 = dqw_q_quotient64(h * (4 * h * h - 1) + 6 * h * h, 6 * sum * sum, 40);
     const int64_t slope_q40 = dqw_q_quotient64(2 * h, sum * sum, 40);
-    const int64_t var_q36[2] = {dqw_noise_variance_q36(b->about.means.i_d_q36, b->about.rows, -2),
-                                dqw_noise_variance_q36(b->about.means.i_q_q36, b->about.rows, -2)};
-    const int64_t w_q56 = dqw_q_product64(dqw_noise_variance_q36(b->about.means.w_q36, b->about.rows, 6), mean_q40, -20);
+    const int64_t var_q36[2] = {dqw_noise_variance_q36(b->with.noise_q30[DQW_NOISE_ID_Q15], b->with.rows, -2),
+                                dqw_noise_variance_q36(b->with.noise_q30[DQW_NOISE_IQ_Q15], b->with.rows, -2)};
+    const int64_t w_q56 = dqw_q_product64(dqw_noise_variance_q36(b->with.noise_q30[DQW_NOISE_W_Q15], b->with.rows, 6), mean_q40, -20);
     const int64_t w2_q56 = (int64_t)m->w_m * m->w_m;
     const int64_t flux_q56 = squared(u->psi_q40, w_q56);
     const int32_t i_q28[2] = {m->i_d, m->i_q};

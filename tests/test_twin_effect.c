@@ -486,7 +486,7 @@ static void test_slow_heat_is_not_lost_to_rounding(void)
 static dqw_estimator_q15 begin_one(const dqw_effect_q15_config *list, dqw_estimator_q15_config *c)
 {
     static dqw_estimator_q15 fresh;
-    *c = (dqw_estimator_q15_config){.scale = scale, .angle = list->effect == DQW_EFFECT_DEAD_TIME, .effects = list, .effect_count = 1};
+    *c = (dqw_estimator_q15_config){.scale = scale, .angle = true, .effects = list, .effect_count = 1};
     TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_estimator_init_q15(&fresh, c));
     return fresh;
 }
