@@ -215,7 +215,7 @@ static bool random_stage(dqw_estimator_q15 *e, const dqw_rows_q15 *r)
 }
 
 // Without: the first blocks in their order. What is far from the start values had its part in all that was learned until now, for the noise of
-// the inputs goes with the weights: then stage 3 begins from what was found, else it goes on.
+// the inputs goes with the weights: then stage 3 begins from what was found, else it goes on. Settled rows have no such part, and each counts.
 static void coarse_stage(dqw_estimator_q15 *e)
 {
     const bool done = e->blocks >= COARSE_BLOCKS;
@@ -228,7 +228,7 @@ static void coarse_stage(dqw_estimator_q15 *e)
         if (i > DQW_PSI || (e->learned >> i & 1u) == 0) continue;
         far = far || 2 * w >= (int64_t)COARSE_RATIO_Q1 * u.w_q24[i] || 2 * (int64_t)u.w_q24[i] >= COARSE_RATIO_Q1 * w;
     }
-    if (far) dqw_estimator_start_q15(e, w_q24);
+    if (far && !e->config->settled) dqw_estimator_start_q15(e, w_q24);
     dqw_estimator_stage_on_q15(e, done);
 }
 
