@@ -38,14 +38,22 @@ typedef struct dqw_units_q15 {
     int32_t w_q24[4];   ///< nominal values in them
 } dqw_units_q15;
 
+/// What is known of the noise of an axis' inputs: variances, in the order of dqw_parameter.h, then the covariance of the speed's two inputs, and those of
+/// dead time's with R's.
+enum {
+    DQW_NOISE_Q15_SPEED = DQW_PARAMETERS,
+    DQW_NOISE_Q15_DEAD_IN_R,
+    DQW_NOISE_Q15_R_IN_DEAD,
+    DQW_NOISE_Q15_COVARIANCES,
+};
+
 /// One block's rows.
 typedef struct dqw_rows_q15 {
-    int32_t x_q28[2][DQW_ESTIMATOR_Q15_INPUTS];  ///< inputs of d and q
-    int32_t y_q28[2];                            ///< targets
-    int32_t late_q28[2];                         ///< what a voltage one period late differs by; 0: not known
-    int64_t var_q56[2][DQW_PARAMETERS];          ///< variances of the inputs' noise,
-    int64_t speed_q56[2];                        ///< covariance of the speed's two inputs in a row,
-    int64_t dead_in_R_q56[2], R_in_dead_q56[2];  ///< and those of dead time's with R's
+    dqw_units_q15 unit;                                 ///< of the weights
+    int32_t x_q28[2][DQW_ESTIMATOR_Q15_INPUTS];         ///< inputs of d and q
+    int32_t y_q28[2];                                   ///< targets
+    int32_t late_q28[2];                                ///< what a voltage one period late differs by; 0: not known
+    int64_t noise_q56[2][DQW_NOISE_Q15_COVARIANCES];  ///< of the inputs
 } dqw_rows_q15;
 
 /// Units of a configuration, for so many pole pairs; 0: not known.
@@ -157,11 +165,11 @@ void dqw_estimator_drift_q15(dqw_estimator_q15 *e);
 /// Context  background
 void dqw_estimator_solve_q15(dqw_estimator_q15 *e);
 
-/// Do the blocks tell the pole pairs? Then the joint neuron goes on with them. Of weights that were just solved.
+/// Do the blocks tell the pole pairs? Then the joint neuron goes on with them. Of weights that were just solved, with the block learned last.
 ///
 /// Source   (E22), (E91) in docs/EQUATIONS.md
 /// Context  background
-void dqw_poles_find_q15(dqw_estimator_q15 *e, const dqw_rows_q15 *r);
+void dqw_poles_find_q15(dqw_estimator_q15 *e, const dqw_estimator_q15_block *b);
 
 /// Variance of an axis' residual, and of both, never below that of the sampling, Q56.
 /// Source   (E61) in docs/EQUATIONS.md
