@@ -78,7 +78,7 @@ static void inputs(const dqw_estimator_q15 *t, const dqw_estimator_q15_block *bl
 {
     dqw_units_q15 n;
     (void)dqw_units_of_q15(t->config, t->pole_pairs, &n);
-    const complex_number once = {(int64_t)block->about.cosine_q15 * 32768, -(int64_t)block->about.sine_q15 * 32768};  // Q30
+    const complex_number once = {(int64_t)block->with.cosine_q15 * 32768, -(int64_t)block->with.sine_q15 * 32768};  // Q30
     const complex_number twice = scaled(product(once, once, 30), left_of(2 * turn_q28), 28);
     const int64_t w_q28 = b->w_m;
     const int64_t R_q40 = dqw_q_times64(n.R_q40, t->w_q24[DQW_R], -24);
@@ -104,7 +104,7 @@ bool dqw_witness_learn_q15(dqw_witness_q15 *w, const dqw_estimator_q15 *t, const
     const dqw_block_q15 b = dqw_estimator_means_q15(block);
     const int64_t turn = dqw_q_times64((int64_t)t->turn_q28 * t->window.half, b.w_m, -28);
     const int64_t turn_q28 = turn < 0 ? -turn : turn;
-    if (t->pole_pairs == 0 || !dqw_scale_is_direction(block->about.cosine_q15, block->about.sine_q15) || turn_q28 <= SLOWEST_Q28 || turn_q28 >= FASTEST_Q28)
+    if (t->pole_pairs == 0 || !dqw_scale_is_direction(block->with.cosine_q15, block->with.sine_q15) || turn_q28 <= SLOWEST_Q28 || turn_q28 >= FASTEST_Q28)
         return false;
 
     // [WIT.1] inputs at the middle of the block
