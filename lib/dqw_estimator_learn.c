@@ -280,7 +280,7 @@ static bool random_stage(dqw_estimator *e, const dqw_estimator_rows *r)
 }
 
 // Without: the first blocks in their order. What is far from the start values had its part in all that was learned until now, for the noise of
-// the inputs goes with the weights: then stage 3 begins from what was found, else it goes on. Settled rows have no such part, and each counts.
+// the inputs goes with the weights: then stage 3 begins from what was found, else it goes on. (E93) Settled rows have no such part, and each counts.
 static void coarse_stage(dqw_estimator *e)
 {
     const bool done = e->blocks >= COARSE_BLOCKS;
