@@ -202,19 +202,21 @@ void dqw_estimator_start_q15(dqw_estimator_q15 *e, const int32_t start_q24[])
     e->turn_q28 = (int32_t)dqw_scale_turn_q28(&e->config->scale, turning(e->config, e->pole_pairs));
     dqw_units_q15 u;
     (void)dqw_units_of_q15(e->config, e->pole_pairs, &u);
-    int64_t prior_q32[DQW_NORMAL_INPUTS];
-    static const int64_t zero_q40[DQW_NORMAL_INPUTS] = {0};
     const int n = dqw_estimator_inputs_q15(e);
+    const dqw_normal_q15 nothing = {.inputs = (uint8_t)(n + 1), .c_q32 = n + 1};
+    e->normal = nothing;
     start_effects(e);
-    for (int i = 0; i < n; i++) {
-        e->cov_q40[i] = dqw_estimator_start_cov_q40(e, &u, i);
-        prior_q32[i] = dqw_q_quotient64((int64_t)1 << 40, e->cov_q40[i], 32);
-        e->excess_q10[i] = 0;
-        if (i < DQW_PARAMETERS) e->w_q24[i] = i < 4 ? u.w_q24[i] : 0;
-        if (start_q24 != NULL) e->w_q24[i] = start_q24[i];
+    for (int i = 0; i <= n; i++) {
+        int64_t prior_q32 = 1;
+        if (i < n) {
+            e->cov_q40[i] = dqw_estimator_start_cov_q40(e, &u, i);
+            prior_q32 = dqw_q_quotient64((int64_t)1 << 40, e->cov_q40[i], 32);
+            e->excess_q10[i] = 0;
+            if (i < DQW_PARAMETERS) e->w_q24[i] = i < 4 ? u.w_q24[i] : 0;
+            if (start_q24 != NULL) e->w_q24[i] = start_q24[i];
+        }
+        e->normal.a_q32[DQW_NORMAL_A(i, i)] = prior_q32;
     }
-    prior_q32[n] = 1;
-    (void)dqw_normal_init_q15(&e->normal, n + 1, prior_q32, zero_q40);
     for (int i = 0; i < DQW_ESTIMATOR_Q15_SCORES; i++) {
         e->score2_q68[i] = e->score_lag_q68[i] = 0;
         e->score_last_q34[i] = 0;
