@@ -61,6 +61,9 @@ static inline int32_t dqw_q31_sat(int64_t x)
     return (int32_t)(x > INT32_MAX ? INT32_MAX : x < INT32_MIN ? INT32_MIN : x);
 }
 
+/// The same as a call, where flash counts for more than time.
+int32_t dqw_q31_bound(int64_t x);
+
 /// a + b, bounded to 32 bits.
 static inline int32_t dqw_q31_add(int32_t a, int32_t b)
 {
@@ -158,6 +161,9 @@ int32_t dqw_q_times32(int64_t a, int32_t b, int n);
 /// a / b 2^n, rounded, bounded to 62 bits; 0 for b = 0. Good to 28 bits. No division of 64 bits.
 /// Range    any; n in -126 .. 126
 int64_t dqw_q_quotient64(int64_t a, int64_t b, int n);
+
+/// The same bounded to 32 bits.
+int32_t dqw_q_quotient32(int64_t a, int64_t b, int n);
 
 /// The integer square root, rounded down.
 uint32_t dqw_q_root64(uint64_t x);
