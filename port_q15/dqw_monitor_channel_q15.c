@@ -54,7 +54,7 @@ int32_t dqw_monitor_rise_q16(const dqw_monitor_q15 *m, int32_t R_q24)
 static int32_t friction_sd(const dqw_monitor_q15 *m)
 {
     const uint8_t n = m->watch.reversals;
-    return n >= DQW_WATCH_REVERSALS_LEAST ? dqw_q31_bound(dqw_q_root64((uint64_t)dqw_q_quotient64(m->is.spread_q48, n, 1))) : INT32_MAX;
+    return n >= DQW_WATCH_REVERSALS_LEAST ? dqw_q31_sat(dqw_q_root64((uint64_t)dqw_q_quotient64(m->is.spread_q48, n, 1))) : INT32_MAX;
 }
 
 int32_t dqw_monitor_band_of_q15(const dqw_monitor_q15 *m, int channel)
@@ -64,8 +64,8 @@ int32_t dqw_monitor_band_of_q15(const dqw_monitor_q15 *m, int channel)
     const int64_t band = dqw_monitor_band_q24(m, channel);
     int32_t of = h[DQW_PSI];
     switch (channel) {
-    case DQW_WATCH_DEAD_TIME: return dqw_q31_bound(band * DQW_DEAD_TIME_Q15_PARTS);
-    case DQW_WATCH_OFFSET: return dqw_q31_bound(band);
+    case DQW_WATCH_DEAD_TIME: return dqw_q31_sat(band * DQW_DEAD_TIME_Q15_PARTS);
+    case DQW_WATCH_OFFSET: return dqw_q31_sat(band);
     case DQW_WATCH_SHORT: return dqw_q_quotient32(band, 3 * dqw_q_times64(dqw_witness_short_q40(c), h[DQW_R], -24), 40);
     case DQW_WATCH_RESISTANCE: of = h[DQW_R] / 3; break;
     case DQW_WATCH_REACTANCE: of = dqw_witness_mean_L_q24(c, h[DQW_LD], h[DQW_LQ]) / 3; break;
@@ -83,7 +83,7 @@ static int32_t q24_of(int32_t x_q28)
 
 static int32_t difference(int32_t a, int32_t b)
 {
-    return dqw_q31_bound((int64_t)a - b);
+    return dqw_q31_sat((int64_t)a - b);
 }
 
 void dqw_monitor_read_channel_q15(const dqw_monitor_q15 *m, int channel, dqw_monitor_channel_q15 *r)
@@ -115,7 +115,7 @@ void dqw_monitor_read_channel_q15(const dqw_monitor_q15 *m, int channel, dqw_mon
 
 static void nearer(int32_t *healthy, int32_t now, int n)
 {
-    *healthy = dqw_q31_bound(*healthy + dqw_q_quotient64((int64_t)now - *healthy, n, 0));
+    *healthy = dqw_q31_sat(*healthy + dqw_q_quotient64((int64_t)now - *healthy, n, 0));
 }
 
 void dqw_monitor_move_healthy_q15(dqw_monitor_q15 *m, int channel, int n)
@@ -143,7 +143,7 @@ int64_t dqw_monitor_surely_q15(const dqw_monitor_q15 *m, int channel, int32_t de
 
 int32_t dqw_monitor_residual_limit_q24(const dqw_monitor_q15 *m)
 {
-    return dqw_q_times32(dqw_monitor_band_q24(m, DQW_WATCH_RESIDUAL), dqw_q31_bound(dqw_q_root64((uint64_t)m->is.healthy_residual_q54)), -27);
+    return dqw_q_times32(dqw_monitor_band_q24(m, DQW_WATCH_RESIDUAL), dqw_q31_sat(dqw_q_root64((uint64_t)m->is.healthy_residual_q54)), -27);
 }
 
 int64_t dqw_monitor_q40_of(int channel, int32_t x)

@@ -122,9 +122,9 @@ static void reversal(dqw_monitor_q15 *m, int way, int32_t torque_q24)
 {
     if (dqw_watch_reversal(&m->watch, way)) {
         const int64_t half = dqw_q_round64(way * ((int64_t)torque_q24 - m->is.before_q24), 1);
-        const int32_t off = dqw_q31_bound(half - m->is.friction_q24);
+        const int32_t off = dqw_q31_sat(half - m->is.friction_q24);
         const int n = m->watch.reversals;
-        m->is.friction_q24 = dqw_q31_bound((int64_t)m->is.friction_q24 + off / n);
+        m->is.friction_q24 = dqw_q31_sat((int64_t)m->is.friction_q24 + off / n);
         // The first is no spread: nothing was known.
         if (n > 1) m->is.spread_q48 += dqw_q_quotient64((int64_t)off * off - m->is.spread_q48, n, 0);
     }
@@ -153,7 +153,7 @@ static void watch_friction(dqw_monitor_q15 *m, const dqw_estimator_q15_block *bl
     const int64_t Lq = dqw_q_times64(dqw_q_quotient64(n.X_q40[1], n.psi_q40, 24), value(m, DQW_LQ), -24);
     const int64_t flux_q24 = value(m, DQW_PSI) + dqw_q_times64(Ld - Lq, b.i_d, -28);
     const int64_t faster_q24 = dqw_q_product64(accelerating_q24(t->config, &n, J_nkgm2, t->window.half), (int64_t)b.w_m - m->is.w_before_q28, -28);
-    const int32_t used_q24 = dqw_q31_bound(dqw_q_times64(flux_q24, b.i_q, -28) - faster_q24);
+    const int32_t used_q24 = dqw_q31_sat(dqw_q_times64(flux_q24, b.i_q, -28) - faster_q24);
     m->is.w_before_q28 = b.w_m;
     const int way = b.w_m > SLOWEST_Q28 ? 1 : b.w_m < -SLOWEST_Q28 ? -1 : 0;
     // A torque of 128 times the nominal one is none.
@@ -328,7 +328,7 @@ static int32_t healthy_of(const dqw_monitor_q15 *m, int channel)
 {
     if (channel < DQW_PARAMETERS) return m->is.healthy_q24[channel];
     if (channel == DQW_WATCH_FRICTION) return m->is.healthy_friction_q24;
-    if (channel == DQW_WATCH_TEMPERATURE) return dqw_q31_bound(dqw_q_round64(dqw_monitor_band_q24(m, channel), 8));
+    if (channel == DQW_WATCH_TEMPERATURE) return dqw_q31_sat(dqw_q_round64(dqw_monitor_band_q24(m, channel), 8));
     if (channel == DQW_WATCH_RESIDUAL) return dqw_monitor_residual_limit_q24(m);
     const int k = channel - DQW_WATCH_OFFSET;
     return dqw_q_floor32(dqw_q_length32(m->is.healthy_re_q28[k], m->is.healthy_im_q28[k]), 4);

@@ -1,11 +1,6 @@
 // The wide operations: products and quotients whose exponent is free, as a background needs them. Built of 32-bit ones.
 #include "dqw_q15.h"
 
-int32_t dqw_q31_bound(int64_t x)
-{
-    return dqw_q31_sat(x);
-}
-
 int64_t dqw_q_scale64(int64_t x, int n)
 {
     if (x == 0 || n < -63) return 0;
@@ -63,6 +58,11 @@ int64_t dqw_q_quotient64(int64_t a, int64_t b, int n)
     const uint32_t r = size_b > 0x7fffffffu ? 0x80000000u : reciprocal(size_b);
     const int64_t p = (int64_t)m_a * r;  // r <= 2^32
     return dqw_q_scale64(m_b < 0 ? -p : p, e_a - e_b - 62 + n);
+}
+
+int64_t dqw_q_within64(int64_t x, int64_t most)
+{
+    return x > most ? most : x < -most ? -most : x;
 }
 
 int32_t dqw_q_quotient32(int64_t a, int64_t b, int n)

@@ -58,11 +58,11 @@ static inline int16_t dqw_q15_sat(int32_t x)
 /// Bounded to 32 bits.
 static inline int32_t dqw_q31_sat(int64_t x)
 {
-    return (int32_t)(x > INT32_MAX ? INT32_MAX : x < INT32_MIN ? INT32_MIN : x);
+    // Where it fits, the upper half is what the sign of the lower one says: half the code of two comparisons.
+    const uint32_t low = (uint32_t)((uint64_t)x & UINT32_MAX);
+    const uint32_t high = (uint32_t)((uint64_t)x >> 32);
+    return dqw_q_signed32((low >> 31) + high == 0 ? low : (high >> 31) + INT32_MAX);
 }
-
-/// The same as a call, where flash counts for more than time.
-int32_t dqw_q31_bound(int64_t x);
 
 /// a + b, bounded to 32 bits.
 static inline int32_t dqw_q31_add(int32_t a, int32_t b)
@@ -164,6 +164,9 @@ int64_t dqw_q_quotient64(int64_t a, int64_t b, int n);
 
 /// The same bounded to 32 bits.
 int32_t dqw_q_quotient32(int64_t a, int64_t b, int n);
+
+/// x within -most .. most.
+int64_t dqw_q_within64(int64_t x, int64_t most);
 
 /// The integer square root, rounded down.
 uint32_t dqw_q_root64(uint64_t x);
