@@ -2,8 +2,14 @@
 #ifndef DQW_ESTIMATOR_BLOCK_H
 #define DQW_ESTIMATOR_BLOCK_H
 
+#include "dqw_effect.h"
 #include "dqw_estimator.h"
+#include "dqw_gain.h"
+#include "dqw_gate.h"
 #include "dqw_model.h"
+#include "dqw_noise.h"
+#include "dqw_stage.h"
+#include "dqw_window.h"
 
 #ifdef __cplusplus
 extern "C" {

@@ -3,6 +3,7 @@
 
 #include "dqw_estimator_block.h"
 #include "dqw_estimator_random.h"
+#include "dqw_half_window.h"
 #include "dqw_number.h"
 
 #define HALF_WINDOW 20

@@ -4,6 +4,7 @@
 #include <stddef.h>
 
 #include "dqw_estimator_block.h"
+#include "dqw_fault.h"
 #include "dqw_monitor_channel.h"
 #include "dqw_number.h"
 

@@ -20,13 +20,13 @@ enum { DQW_POLES_LD_Q15 = DQW_DEAD_TIME, DQW_POLES_LQ_Q15 = DQW_PSI_Q };
 
 /// Units of the weights as parts of the full voltage at full scale of what they act on, and where the weights start.
 typedef struct dqw_units_q15 {
-    int64_t R_q40;       ///< at the full current
-    int64_t L_q40[2];    ///< at a step by the full current in one period, d and q
-    int64_t X_q40[2];    ///< at full current and speed
-    int64_t psi_q40;     ///< at full speed
-    int64_t width_q40;   ///< of dead time, in full currents; 0: no dead time is learned
-    uint32_t si[4];      ///< the units themselves: uOhm, nH, nH, nWb
-    int32_t w_q24[4];    ///< nominal values in them
+    int64_t R_q40;      ///< at the full current
+    int64_t L_q40[2];   ///< at a step by the full current in one period, d and q
+    int64_t X_q40[2];   ///< at full current and speed
+    int64_t psi_q40;    ///< at full speed
+    int64_t width_q40;  ///< of dead time, in full currents; 0: no dead time is learned
+    uint32_t si[4];     ///< the units themselves: uOhm, nH, nH, nWb
+    int32_t w_q24[4];   ///< nominal values in them
 } dqw_units_q15;
 
 /// One block's rows.
@@ -78,7 +78,7 @@ static inline bool dqw_estimator_seeks_q15(const dqw_estimator_q15 *e)
 /// Slot of the flux of the other axis' current in a row of this axis.
 static inline int dqw_estimator_cross_q15(const dqw_estimator_q15 *e, int axis)
 {
-    return (dqw_estimator_seeks_q15(e) ? DQW_POLES_LQ_Q15 : DQW_LQ) - axis;
+    return (dqw_estimator_seeks_q15(e) ? (int)DQW_POLES_LQ_Q15 : (int)DQW_LQ) - axis;
 }
 
 /// What this configuration and what is known of the pole pairs leave to be learned.

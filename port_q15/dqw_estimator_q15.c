@@ -120,11 +120,10 @@ static dqw_sample_q15 adapted(dqw_estimator_q15 *e, const dqw_sample_q15 *s)
 }
 
 // tanh to 1e-3, bounded by 1, of a current: its continued fraction to the fifth term, with u the current over 3.6 widths.
-static int32_t soft_sign(const dqw_estimator_q15 *e, int32_t i_q28)
+static int32_t soft_sign(int32_t most, int32_t per_most, int32_t i_q28)
 {
     const int32_t size_q28 = i_q28 < 0 ? -i_q28 : i_q28;
-    const int32_t most = e->wide_q28;
-    const uint32_t u_q15 = (uint32_t)dqw_q_floor64((int64_t)(size_q28 > most ? most : size_q28) * e->per_wide, 32);  // <= 1
+    const uint32_t u_q15 = (uint32_t)((uint64_t)((int64_t)(size_q28 > most ? most : size_q28) * per_most) >> 32);  // <= 1
     const uint32_t u2_q15 = u_q15 * u_q15 >> 15;
     // u (3.6 + 5.184 u^2 + 0.63985 u^4), and 1 + 5.76 u^2 + 2.66606 u^4: up to 9.43
     const uint32_t above_q13 = 29491u + ((42467u + (5242u * u2_q15 >> 15)) * u2_q15 >> 15);
@@ -162,9 +161,9 @@ static void dead_time(dqw_estimator_q15 *e, const dqw_sample_q15 *s, int32_t *d_
     const int32_t alpha = along(e->slow_d_q28, cosine, -e->slow_q_q28, sine);
     const int32_t beta = (int32_t)dqw_q_floor64((int64_t)along(e->slow_d_q28, sine, e->slow_q_q28, cosine) * SQRT3_2_Q31, 31);
     const int32_t half = dqw_q_floor32(alpha, 1);
-    const int32_t a = soft_sign(e, alpha);
-    const int32_t b = soft_sign(e, beta - half);
-    const int32_t c = soft_sign(e, -half - beta);
+    const int32_t a = soft_sign(e->wide_q28, e->per_wide, alpha);
+    const int32_t b = soft_sign(e->wide_q28, e->per_wide, beta - half);
+    const int32_t c = soft_sign(e->wide_q28, e->per_wide, -half - beta);
     // |.| <= 4/3, products below 2^30.5
     const int32_t lost_alpha = dqw_q_round32((2 * a - b - c) * THIRD_Q15, 15);
     const int32_t lost_beta = dqw_q_round32((b - c) * INV_SQRT3_Q15, 15);
@@ -191,8 +190,8 @@ static void gather(dqw_estimator_q15 *e, const dqw_sample_q15 *s, int32_t dead_d
     pair[DQW_BLOCK_Q15_SIGNALS + 1] = dead_q_q15 + e->dead_q_q15;
     dqw_window_add_q15(&e->window, pair, signals_of(e));
     // Steps less what the voltage made of them.
-    dqw_noise_step_q15(&e->noise, pair[4] - dqw_q_round32(e->step_q15[0] * l->v_d_q15, 15),
-                       pair[5] - dqw_q_round32(e->step_q15[1] * l->v_q_q15, 15), s->w_m_q15 - l->w_m_q15);
+    dqw_noise_step_q15(&e->noise, pair[4] - dqw_q_round32(e->step_q15[0] * l->v_d_q15, 15), pair[5] - dqw_q_round32(e->step_q15[1] * l->v_q_q15, 15),
+                       s->w_m_q15 - l->w_m_q15);
 }
 
 static uint32_t miss(dqw_estimator_q15 *e)

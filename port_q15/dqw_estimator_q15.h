@@ -42,22 +42,22 @@ struct dqw_estimator_random_q15;
 
 /// All zero is refused. Constant: it may stay in flash. dqw_estimator_config_default_q15() fills it from a nameplate.
 typedef struct dqw_estimator_q15_config {
-    dqw_scale scale;                         ///< full scales: they are the bases too; pole_pairs 0: found from the motion, where there are no effects
-    uint32_t R_uohm, Ld_nH, Lq_nH, psi_nWb;  ///< nominal values to start from; 0: not known. Never a prior
-    uint32_t dead_time_width_mA;             ///< current at which the inverter's loss is three quarters of its full size; 0: no dead time is learned
-    uint32_t drift_ppm;                      ///< how far a parameter may wander in 1 s, in millionths of itself, up to 10^6; 0: nothing is forgotten
-    uint32_t stale_limit;                    ///< equal samples in a row before a sensor counts as stuck; 0: never
-    uint32_t threshold_ppm;                  ///< residual over the full voltage that stage 3 must reach; 0: 50000 (5 %)
-    uint16_t excitation_q15;                 ///< an input whose power stays below this part of its full scale, squared, teaches nothing; 0: 328 (0.01)
-    uint8_t half_window;                     ///< pairs in half a block, 1 .. 100; 0: 20
-    uint8_t solve_blocks;                    ///< blocks between two solutions once 64 were learned; 0: 4. More cost less
-    bool angle;                              ///< the electrical angle is given: dead time and some effects need it
-    bool encoder_offset;                     ///< learn the flux that shows on the other axis where the angle is off
-    bool noise_on_inputs;                    ///< take the noise of currents and speed out of what is learned, (E60)
-    bool settled;                            ///< every sample is a settled point of its own: no slopes
-    bool voltage_next;                       ///< a sample's voltage acts one period later: from the next sample on
-    bool voltage_held;                       ///< it is a vector held in the stationary frame, given in the sample's: turned here to the middle of its period
-    bool speed_electrical;                   ///< w_m_q15 of a sample is electrical speed, and w_full_mrad_s its full scale
+    dqw_scale scale;                          ///< full scales: they are the bases too; pole_pairs 0: found from the motion, where there are no effects
+    uint32_t R_uohm, Ld_nH, Lq_nH, psi_nWb;   ///< nominal values to start from; 0: not known. Never a prior
+    uint32_t dead_time_width_mA;              ///< current at which the inverter's loss is three quarters of its full size; 0: no dead time is learned
+    uint32_t drift_ppm;                       ///< how far a parameter may wander in 1 s, in millionths of itself, up to 10^6; 0: nothing is forgotten
+    uint32_t stale_limit;                     ///< equal samples in a row before a sensor counts as stuck; 0: never
+    uint32_t threshold_ppm;                   ///< residual over the full voltage that stage 3 must reach; 0: 50000 (5 %)
+    uint16_t excitation_q15;                  ///< an input whose power stays below this part of its full scale, squared, teaches nothing; 0: 328 (0.01)
+    uint8_t half_window;                      ///< pairs in half a block, 1 .. 100; 0: 20
+    uint8_t solve_blocks;                     ///< blocks between two solutions once 64 were learned; 0: 4. More cost less
+    bool angle;                               ///< the electrical angle is given: dead time and some effects need it
+    bool encoder_offset;                      ///< learn the flux that shows on the other axis where the angle is off
+    bool noise_on_inputs;                     ///< take the noise of currents and speed out of what is learned, (E60)
+    bool settled;                             ///< every sample is a settled point of its own: no slopes
+    bool voltage_next;                        ///< a sample's voltage acts one period later: from the next sample on
+    bool voltage_held;                        ///< it is a vector held in the stationary frame, given in the sample's: turned here to the middle of its period
+    bool speed_electrical;                    ///< w_m_q15 of a sample is electrical speed, and w_full_mrad_s its full scale
     struct dqw_estimator_random_q15 *random;  ///< stage 2's memory, made ready by dqw_estimator_random_init_q15(); NULL: nominal values stand for its result
 #if DQW_EFFECT_WEIGHTS > 0
     const dqw_effect_q15_config *effects;  ///< electrical effects to learn as well; stays in use as long as the object
@@ -123,11 +123,11 @@ typedef struct dqw_estimator_q15 {
     // The background's: the joint neuron's weights as solved last, what was learned of them, and what was shown since; the late voltage behind the inputs.
     int32_t w_q24[DQW_ESTIMATOR_Q15_INPUTS];  ///< |w| < 2^30
     dqw_normal_q15 normal;
-    int64_t cov_q40[DQW_ESTIMATOR_Q15_INPUTS];        ///< P_ii, per unit of the residual's variance
-    int64_t error_q56[2];                             ///< mean squared residual, d and q
-    int64_t recent_q54;                               ///< of both, over about 64 blocks
-    int64_t score2_q68[DQW_ESTIMATOR_Q15_SCORES];     ///< what a block teaches a weight, squared,
-    int64_t score_lag_q68[DQW_ESTIMATOR_Q15_SCORES];  ///< times the next one's,
+    int64_t cov_q40[DQW_ESTIMATOR_Q15_INPUTS];         ///< P_ii, per unit of the residual's variance
+    int64_t error_q56[2];                              ///< mean squared residual, d and q
+    int64_t recent_q54;                                ///< of both, over about 64 blocks
+    int64_t score2_q68[DQW_ESTIMATOR_Q15_SCORES];      ///< what a block teaches a weight, squared,
+    int64_t score_lag_q68[DQW_ESTIMATOR_Q15_SCORES];   ///< times the next one's,
     int32_t score_last_q34[DQW_ESTIMATOR_Q15_SCORES];  ///< and the last one's
     int32_t e_q28[2];                                  ///< the last block's error before the correction, d and q
     uint32_t number, elapsed;                          ///< of the last block; halves between it and the one before

@@ -69,8 +69,9 @@ static void inputs(const dqw_estimator_q15 *e, const dqw_estimator_q15_block *b,
     const int32_t di_q28[] = {m->di_d, m->di_q};
     const int32_t wi_q28[] = {m->wi_d, m->wi_q};
     const int32_t flux = dqw_q_times32(u->psi_q40, m->w_m, -40);
-    const int64_t late_q16 =
-        dqw_estimator_has_dead_time_q15(e) ? dqw_q_quotient64(dead_slope_q16(b, u) * (ONE_Q15 - b->about.follow_q15), b->about.follow_q15, 0) : 0;
+    const int64_t late_q16 = dqw_estimator_has_dead_time_q15(e)
+                                 ? dqw_q_quotient64(dead_slope_q16(b, u) * (ONE_Q15 - b->about.follow_q15), b->about.follow_q15, 0)
+                                 : 0;
     for (int axis = 0; axis < 2; axis++) {
         int32_t *x = r->x_q28[axis];
         const int other = 1 - axis;
@@ -111,8 +112,7 @@ static void noise_of_dead_time(const dqw_estimator_q15_block *b, const dqw_units
     // within the width. In the resistance's equation a wide noise also smooths the step, which takes half.
     const int64_t wide_q16 = dqw_q_quotient64(582741650317, sd_q40 + dqw_q_quotient64(6 * u->width_q40, 5, 0), 16);  // 0.53
     const int64_t g_q56 = dqw_q_quotient64(dqw_q_product64(held_q56, slope_q16, -16), DQW_DEAD_TIME_Q15_PARTS, 0);
-    r->var_q56[axis][DQW_DEAD_TIME] =
-        dqw_q_quotient64(dqw_q_product64(g_q56, slope_q16 > wide_q16 ? slope_q16 : wide_q16, -16), DQW_DEAD_TIME_Q15_PARTS, 0);
+    r->var_q56[axis][DQW_DEAD_TIME] = dqw_q_quotient64(dqw_q_product64(g_q56, slope_q16 > wide_q16 ? slope_q16 : wide_q16, -16), DQW_DEAD_TIME_Q15_PARTS, 0);
     r->R_in_dead_q56[axis] = product(u->R_q40, g_q56);
     const int64_t smooth_q36 = dqw_q_product64(left_q36, dqw_q_quotient64(sd_q40, sd_q40 + u->width_q40, 30), -31);
     r->dead_in_R_q56[axis] = dqw_q_product64(r->R_in_dead_q56[axis], dqw_q_quotient64(var_q36 - smooth_q36, var_q36, 30), -30);
@@ -130,7 +130,8 @@ static void noise_of(const dqw_estimator_q15 *e, const dqw_estimator_q15_block *
     // (h (4 h^2 - 1) / 6 + h^2) / S^2, and 2 h / S^2: up to 2^22 over up to 2^27
     const int64_t mean_q40 = dqw_q_quotient64(h * (4 * h * h - 1) + 6 * h * h, 6 * sum * sum, 40);
     const int64_t slope_q40 = dqw_q_quotient64(2 * h, sum * sum, 40);
-    const int64_t var_q36[2] = {dqw_noise_variance_q36(b->about.means.i_d_q36, b->about.rows, -2), dqw_noise_variance_q36(b->about.means.i_q_q36, b->about.rows, -2)};
+    const int64_t var_q36[2] = {dqw_noise_variance_q36(b->about.means.i_d_q36, b->about.rows, -2),
+                                dqw_noise_variance_q36(b->about.means.i_q_q36, b->about.rows, -2)};
     const int64_t w_q56 = dqw_q_product64(dqw_noise_variance_q36(b->about.means.w_q36, b->about.rows, 6), mean_q40, -20);
     const int64_t w2_q56 = (int64_t)m->w_m * m->w_m;
     const int64_t flux_q56 = squared(u->psi_q40, w_q56);

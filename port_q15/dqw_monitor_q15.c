@@ -186,9 +186,7 @@ static int32_t band_of(const dqw_monitor_q15 *m, int channel)
     case DQW_WATCH_DEAD_TIME: wide = band * DQW_DEAD_TIME_Q15_PARTS; break;
     case DQW_WATCH_OFFSET: wide = band; break;
     case DQW_WATCH_RESISTANCE: wide = dqw_q_quotient64(dqw_q_times64(band, h[DQW_R], -24), 3, 0); break;
-    case DQW_WATCH_REACTANCE:
-        wide = dqw_q_quotient64(dqw_q_product64(band, dqw_witness_mean_L_q24(c, h[DQW_LD], h[DQW_LQ]), -24), 3, 0);
-        break;
+    case DQW_WATCH_REACTANCE: wide = dqw_q_quotient64(dqw_q_product64(band, dqw_witness_mean_L_q24(c, h[DQW_LD], h[DQW_LQ]), -24), 3, 0); break;
     case DQW_WATCH_SHORT: wide = dqw_q_quotient64(band, 3 * dqw_q_times64(dqw_witness_short_q40(c), h[DQW_R], -24), 40); break;
     case DQW_WATCH_ANGLE:
     case DQW_WATCH_FRICTION: wide = dqw_q_product64(band, h[DQW_PSI], -24); break;
@@ -309,7 +307,8 @@ static int32_t heat_since(const dqw_monitor_q15 *m, int channel)
     const int64_t halves = dqw_watch_unfollowed(&m->watch, channel, m->estimator.number);
     // Millionths by mK up to 2^40, by 13 over 10^10; ns up to 2^30 by 2^31
     const int64_t rate_q40 = dqw_q_quotient64((flux ? beta_ppm(m) : alpha_ppm(m)) * or_else(c->heating_mK_s, HEATING_MK_S) * SLACK_TENTHS, 10000000000, 40);
-    const int64_t time_q20 = dqw_q_quotient64((int64_t)c->estimator.scale.dt_ns * ((halves << DQW_WATCH_FOLLOW_SHIFT) * m->estimator.window.half), 1000000000, 20);
+    const int64_t time_q20 = dqw_q_quotient64((int64_t)c->estimator.scale.dt_ns * ((halves << DQW_WATCH_FOLLOW_SHIFT) * m->estimator.window.half), 1000000000,
+                                              20);
     return dqw_q31_sat(dqw_q_product64(dqw_q_product64(rate_q40, flux ? m->is.cold_psi_q24 : m->is.cold_R_q24, -40), time_q20, -20));
 }
 
@@ -400,8 +399,7 @@ static dqw_fault_verdict_q15 name_it(const dqw_monitor_q15 *m)
         }
     }
     const dqw_estimator_q15_config *c = m->estimator.config;
-    const dqw_fault_machine_q15 machine = {m->is.healthy_q24[DQW_R],
-                                           dqw_witness_mean_L_q24(c, m->is.healthy_q24[DQW_LD], m->is.healthy_q24[DQW_LQ]),
+    const dqw_fault_machine_q15 machine = {m->is.healthy_q24[DQW_R], dqw_witness_mean_L_q24(c, m->is.healthy_q24[DQW_LD], m->is.healthy_q24[DQW_LQ]),
                                            dqw_witness_short_q40(c)};
     return dqw_fault_name_it_q15(change_q24, unit_q24, machine);
 }
@@ -456,8 +454,7 @@ static bool look(dqw_monitor_q15 *m, dqw_monitor_event_q15 *event)
     }
     // Temperatures go on counting from where they were: what has broken is not what has heated.
     const enum dqw_fault_name name = event->fault.name;
-    if (name == DQW_FAULT_PHASE_CONNECTION || name == DQW_FAULT_CURRENT_GAIN)
-        recount(&m->is.cold_R_q24, value(m, DQW_R), m->is.healthy_q24[DQW_R]);
+    if (name == DQW_FAULT_PHASE_CONNECTION || name == DQW_FAULT_CURRENT_GAIN) recount(&m->is.cold_R_q24, value(m, DQW_R), m->is.healthy_q24[DQW_R]);
     recount(&m->is.cold_psi_q24, value(m, DQW_PSI), m->is.healthy_q24[DQW_PSI]);
     begin_rest(m);
     return true;

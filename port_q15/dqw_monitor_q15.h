@@ -47,7 +47,7 @@ typedef struct dqw_monitor_measures_q15 {
     int32_t healthy_q24[DQW_PARAMETERS];  ///< R and flux follow the temperature
     int32_t healthy_re_q28[DQW_WITNESS_Q15_INPUTS], healthy_im_q28[DQW_WITNESS_Q15_INPUTS];
     int32_t cold_R_q24, cold_psi_q24, hottest_q16;  ///< where they may follow from, and the winding's highest rise, K, slowly forgotten
-    int64_t healthy_residual_q54;                ///< of the full voltage, squared
+    int64_t healthy_residual_q54;                   ///< of the full voltage, squared
     // Friction, of the torque at the flux's unit and full current: mean over reversals, its variance, the healthy one; the mean torque being
     // gathered, and that before it.
     int64_t spread_q48;

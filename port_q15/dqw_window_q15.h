@@ -73,8 +73,8 @@ static inline bool dqw_window_full_q15(const dqw_window_q15 *w)
 /// End half a window.
 ///
 /// Source   (E15) in docs/EQUATIONS.md
-/// Shape    block[signals]: weighted sums, written where the event is DQW_EVENT_LEARNED; |block| < 2^31
-/// Returns  DQW_EVENT_LEARNED, DQW_EVENT_INCOMPLETE where too much was refused, 0 for the first half; *weight the sum of the weights
+/// Shape    block[signals]: weighted sums, written where the event is DQW_EVENT_BLOCK; |block| < 2^31
+/// Returns  DQW_EVENT_BLOCK, DQW_EVENT_INCOMPLETE where too much was refused, 0 for the first half; *weight the sum of the weights
 /// Context  ISR safe; after dqw_window_add_q15, where dqw_window_full_q15
 uint32_t dqw_window_end_q15(dqw_window_q15 *w, int32_t block[], uint16_t *weight);
 

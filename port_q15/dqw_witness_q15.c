@@ -104,7 +104,8 @@ bool dqw_witness_learn_q15(dqw_witness_q15 *w, const dqw_estimator_q15 *t, const
     const dqw_block_q15 b = dqw_estimator_means_q15(block);
     const int64_t turn = dqw_q_times64((int64_t)t->turn_q28 * t->window.half, b.w_m, -28);
     const int64_t turn_q28 = turn < 0 ? -turn : turn;
-    if (t->pole_pairs == 0 || !dqw_scale_is_direction(block->about.cosine_q15, block->about.sine_q15) || turn_q28 <= SLOWEST_Q28 || turn_q28 >= FASTEST_Q28) return false;
+    if (t->pole_pairs == 0 || !dqw_scale_is_direction(block->about.cosine_q15, block->about.sine_q15) || turn_q28 <= SLOWEST_Q28 || turn_q28 >= FASTEST_Q28)
+        return false;
 
     // [WIT.1] inputs at the middle of the block
     complex_number x[DQW_WITNESS_Q15_INPUTS];

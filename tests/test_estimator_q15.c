@@ -330,6 +330,10 @@ static void test_pole_pairs_are_found(void)
             p.qc.scale.pole_pairs = 0;
             p.qc.scale.w_full_mrad_s = (uint32_t)(400000 / poles[n]);
             TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_estimator_init_q15(&p.q, &p.qc));
+            dqw_estimator_q15_config told = p.qc;
+            told.scale.pole_pairs = (uint16_t)poles[n];
+            static dqw_estimator_q15 given;
+            TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_estimator_init_q15(&given, &told));
             test_random r = {(uint64_t)(300 + n)};
             int found = -1;
             for (int k = 0; k < 30000; k++) {
@@ -338,9 +342,13 @@ static void test_pole_pairs_are_found(void)
                 s.w_m_rad_s *= (float)(4 * W_FULL / 400.0);
                 const dqw_sample_q15 q = rounded(&s);
                 if (dqw_estimator_sample_q15(&p.q, &q, false) & DQW_EVENT_BLOCK) (void)dqw_estimator_background_q15(&p.q);
+                if (dqw_estimator_sample_q15(&given, &q, false) & DQW_EVENT_BLOCK) (void)dqw_estimator_background_q15(&given);
                 CASE("%d pole pairs, noise %d, sample %d", poles[n], noisy, k);
                 HOLDS(p.q.pole_pairs == 0 || p.q.pole_pairs == poles[n]);
-                if (found < 0 && p.q.pole_pairs != 0) found = k;
+                if (found >= 0 || p.q.pole_pairs == 0) continue;
+                found = k;
+                // All that was learned until now is there.
+                for (int i = 0; i < 4; i++) BETWEEN(0.6, (double)p.q.cov_q40[i] / (double)given.cov_q40[i], 3.0);
             }
             BETWEEN(2000, found, noisy == 2 && poles[n] == 40 ? 30000 : 12000);
             for (int i = 0; i < 4; i++) {
@@ -377,7 +385,8 @@ static void test_settled_rows(void)
             for (int i = 0; i < 4; i++) v[0] += truth[i] * x_d[i], v[1] += truth[i] * x_q[i];
             ls_add(&ls, x_d, v[0]);
             ls_add(&ls, x_q, v[1]);
-            dqw_sample_q15 s = {.v_d_q15 = q15(v[0], 180), .v_q_q15 = q15(v[1], 180), .i_d_q15 = q15(i_d, 15), .i_q_q15 = q15(i_q, 15), .w_m_q15 = q15(w_m, 250)};
+            dqw_sample_q15 s = {
+                .v_d_q15 = q15(v[0], 180), .v_q_q15 = q15(v[1], 180), .i_d_q15 = q15(i_d, 15), .i_q_q15 = q15(i_q, 15), .w_m_q15 = q15(w_m, 250)};
             channel[0] = &s.v_d_q15;
             TEST_ASSERT_EQUAL_UINT32(DQW_EVENT_BLOCK, dqw_estimator_sample_q15(&p.q, &s, false));
             if (k == 100) {
@@ -438,6 +447,37 @@ static void test_when_the_voltage_acts(void)
     }
 }
 
+// What noise of the currents makes of dead time's and R's equations, (E60), in double.
+static void test_noise_in_dead_time(void)
+{
+    pair p;
+    configure(&p, 0.0, 0.8, 0.0);
+    begin(&p);
+    const double sd[2] = {0.02, 0.005};  // of the full current
+    const double slope = 0.6 / (0.8 / I_FULL);
+    dqw_estimator_q15_block b = {.about = {.weight = 420, .rows = 8192, .slopes = 1000, .slope_q15 = (uint32_t)(0.6 * 32768 * 1000), .follow_q15 = 20000}};
+    b.about.means.i_d_q36 = (int32_t)(-2 * sd[0] * sd[0] * 68719476736.0);
+    b.about.means.i_q_q36 = (int32_t)(-2 * sd[1] * sd[1] * 68719476736.0);
+    dqw_rows_q15 r;
+    dqw_estimator_rows_of_q15(&p.q, &b, &r);
+    const double h = 20;
+    const double mean = (h * (4 * h * h - 1) / 6 + h * h) / (h * h * (h + 1) * (h + 1));
+    const double R = TRUTH[0] * I_FULL / V_FULL;
+    const double follow = 20000 / 32768.0;
+    const double width = 0.8 / I_FULL;
+    for (int axis = 0; axis < 2; axis++) {
+        CASE("axis %d", axis);
+        const double var = sd[axis] * sd[axis];
+        const double left = var * follow / (2 - follow);
+        const double wide = 0.53 / (sqrt(left) + 1.2 * width);
+        const double g = mean * slope / 30;
+        BETWEEN(0.999, ldexp((double)r.R_in_dead_q56[axis], -56) / (g * R * var), 1.001);
+        BETWEEN(0.999, ldexp((double)r.dead_in_R_q56[axis], -56) / (g * R * (var - 0.5 * left * sqrt(left) / (sqrt(left) + width))), 1.001);
+        BETWEEN(0.999, ldexp((double)r.var_q56[axis][DQW_DEAD_TIME], -56) / (g * var * fmax(slope, wide) / 30), 1.001);
+        BETWEEN(0.999, ldexp((double)r.var_q56[axis][DQW_R], -56) / (mean * R * R * var), 1.001);
+    }
+}
+
 // Stage 2 with lent memory: the Random Learner alone, then learning begins from its weights, which are near.
 static void test_stage_two_with_lent_memory(void)
 {
@@ -481,6 +521,7 @@ int main(void)
     RUN_TEST(test_pole_pairs_are_found);
     RUN_TEST(test_settled_rows);
     RUN_TEST(test_when_the_voltage_acts);
+    RUN_TEST(test_noise_in_dead_time);
     RUN_TEST(test_stage_two_with_lent_memory);
     return UNITY_END();
 }

@@ -7,17 +7,17 @@
 
 static dqw_estimator_random_q15 lent;
 static const dqw_monitor_q15_config config = {.estimator = {.scale = STIMULUS_SCALE,
-                                                          .R_uohm = 400000,
-                                                          .Ld_nH = 700000,
-                                                          .Lq_nH = 1900000,
-                                                          .psi_nWb = 12000000,
-                                                          .dead_time_width_mA = 200,
-                                                          .drift_ppm = 10000,
-                                                          .stale_limit = 10,
-                                                          .angle = true,
-                                                          .encoder_offset = true,
-                                                          .noise_on_inputs = true,
-                                                          .random = &lent},
+                                                            .R_uohm = 400000,
+                                                            .Ld_nH = 700000,
+                                                            .Lq_nH = 1900000,
+                                                            .psi_nWb = 12000000,
+                                                            .dead_time_width_mA = 200,
+                                                            .drift_ppm = 10000,
+                                                            .stale_limit = 10,
+                                                            .angle = true,
+                                                            .encoder_offset = true,
+                                                            .noise_on_inputs = true,
+                                                            .random = &lent},
                                               .J_nkgm2 = 100000};
 static dqw_monitor_q15 m;
 static dqw_sample_q15 sample;
