@@ -5,6 +5,7 @@
 #include <time.h>
 
 #include "either_monitor.h"
+#include "dqw_number.h"
 #include "joint.h"
 
 enum { PIECES = 25, MACHINES = 2 };
