@@ -152,7 +152,7 @@ void dqw_estimator_solve_q15(dqw_estimator_q15 *e);
 ///
 /// Source   (E22), (E91) in docs/EQUATIONS.md
 /// Context  background
-void dqw_poles_find_q15(dqw_estimator_q15 *e, const dqw_rows_q15 *r);
+void dqw_poles_find_q15(dqw_estimator_q15 *e, const dqw_estimator_q15_block *b);
 
 /// Variance of an axis' residual, and of both, never below that of the sampling, Q56.
 /// Source   (E61) in docs/EQUATIONS.md

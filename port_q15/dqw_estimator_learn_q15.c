@@ -274,7 +274,6 @@ bool dqw_estimator_learn_q15(dqw_estimator_q15 *e, const dqw_estimator_q15_block
     if (solved) dqw_estimator_solve_q15(e);
     keep(e, &r, mask, by_q24, before_q24, solved);
     if (!sound(e)) return false;
-    if (solved && dqw_estimator_seeks_q15(e)) dqw_poles_find_q15(e, &r);
     if (solved && !c->settled) publish(e, b);
     dqw_estimator_drift_q15(e);
     if (e->stage.name == DQW_STAGE_RANDOM) coarse_stage(e);
@@ -287,6 +286,8 @@ bool dqw_estimator_background_q15(dqw_estimator_q15 *e)
     if (!dqw_estimator_take_q15(e, &b) || e->stage.name == DQW_STAGE_DOMAIN) return false;
     const bool judged = e->stage.name != DQW_STAGE_RANDOM;
     if (!dqw_estimator_learn_q15(e, &b)) return false;
+    // Of weights that were just solved. Not in learn: a monitor is given the pole pairs, and carries no code for them.
+    if (dqw_estimator_seeks_q15(e) && e->gate.blocks % every(e) == 0) dqw_poles_find_q15(e, &b);
     if (judged) dqw_estimator_stage_on_q15(e, true);
     return true;
 }

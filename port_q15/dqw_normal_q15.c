@@ -80,11 +80,6 @@ typedef struct factors {
 } factors;
 
 // Rows have length 1, but for what rounding makes of several directions that hardly were learned: then sums stop before they overflow.
-static int64_t bounded(int64_t x, int64_t most)
-{
-    return x > most ? most : x < -most ? -most : x;
-}
-
 static int half_of(int64_t own)
 {
     // To 59 or 60 bits, by an even number of them.
@@ -103,7 +98,7 @@ static void factor(const dqw_normal_q15 *n, factors *f)
             const int32_t *above = &f->l_q31[DQW_NORMAL_A(0, j)];
             // Q60, below 2^60; each product is below 2^62 in Q62
             int64_t rest = dqw_q_scale64(n->a_q32[DQW_NORMAL_A(j, i)], f->half[i] + f->half[j]);
-            for (int k = 0; k < j; k++) rest = bounded(rest - dqw_q_round64((int64_t)row[k] * above[k], 2), TWO_Q60);
+            for (int k = 0; k < j; k++) rest = dqw_q_within64(rest - dqw_q_round64((int64_t)row[k] * above[k], 2), TWO_Q60);
             if (j < i) {
                 row[j] = above[j] == 0 ? 0 : dqw_q31_sat(dqw_q_quotient64(rest, above[j], 2));
             } else if (rest < (int64_t)1 << (60 - PIVOT_BITS)) {
@@ -126,7 +121,7 @@ static int64_t inverse_diagonal_q40(const factors *f, int inputs, int i)
         if (row[k] == 0) continue;
         int64_t rest_q51 = k == i ? (int64_t)1 << 51 : 0;
         // 2^62 and a product of 2^31 by less than 2^31
-        for (int m = i; m < k; m++) rest_q51 = bounded(rest_q51 - row[m] * z_q20[m], BOUND_Q20 * BOUND_Q20);
+        for (int m = i; m < k; m++) rest_q51 = dqw_q_within64(rest_q51 - row[m] * z_q20[m], BOUND_Q20 * BOUND_Q20);
         z_q20[k] = dqw_q_quotient64(rest_q51, row[k], 0);
         if (z_q20[k] >= BOUND_Q20 || z_q20[k] <= -BOUND_Q20) return NOT_LEARNED;
         sum_q40 += z_q20[k] * z_q20[k];
@@ -148,7 +143,7 @@ static void leave_out(const factors *f, int inputs, dqw_solution_q15 *s)
             int64_t rest_q51 = (int64_t)f->l_q31[DQW_NORMAL_A(j, i)] * ((int64_t)1 << 20);
             for (int k = j + 1; k < i; k++) rest_q51 -= f->l_q31[DQW_NORMAL_A(j, k)] * t_q20[k];
             // Bounded to 2^7, so that what follows from it stays below 2^62: it is tied in any case.
-            t_q20[j] = bounded(dqw_q_quotient64(rest_q51, own, 0), (int64_t)1 << 27);
+            t_q20[j] = dqw_q_within64(dqw_q_quotient64(rest_q51, own, 0), (int64_t)1 << 27);
             if (t_q20[j] > TIE_Q20 || t_q20[j] < -TIE_Q20) s->cov_q40[j] = NOT_LEARNED;
         }
     }
@@ -167,9 +162,9 @@ void dqw_normal_solve_q15(const dqw_normal_q15 *n, const int64_t start_q40[], dq
     for (int i = 0; i < inputs; i++) {
         const int32_t *row = &f.l_q31[DQW_NORMAL_A(0, i)];
         int64_t rest_q60 = dqw_q_scale64(n->b_q32[i], f.half[i] + half_y);
-        for (int k = 0; k < i; k++) rest_q60 = bounded(rest_q60 - dqw_q_round64((int64_t)row[k] * y_q31[k], 2), TWO_Q60);
+        for (int k = 0; k < i; k++) rest_q60 = dqw_q_within64(rest_q60 - dqw_q_round64((int64_t)row[k] * y_q31[k], 2), TWO_Q60);
         y_q31[i] = row[i] == 0 ? 0 : dqw_q31_sat(dqw_q_quotient64(rest_q60, row[i], 2));
-        left_q60 = bounded(left_q60 - dqw_q_round64((int64_t)y_q31[i] * y_q31[i], 2), TWO_Q60);
+        left_q60 = dqw_q_within64(left_q60 - dqw_q_round64((int64_t)y_q31[i] * y_q31[i], 2), TWO_Q60);
     }
     s->left_q32 = left_q60 > 0 ? dqw_q_scale64(left_q60, -2 * half_y) : 0;
 
@@ -179,7 +174,7 @@ void dqw_normal_solve_q15(const dqw_normal_q15 *n, const int64_t start_q40[], dq
         const int32_t own = f.l_q31[DQW_NORMAL_A(j, j)];
         int64_t rest_q40 = (int64_t)y_q31[j] * 512;
         for (int i = j + 1; i < inputs; i++) rest_q40 -= dqw_q_product64(f.l_q31[DQW_NORMAL_A(j, i)], w_q40[i], -31);
-        w_q40[j] = own == 0 ? 0 : bounded(dqw_q_quotient64(rest_q40, own, 31), (int64_t)1 << 57);
+        w_q40[j] = own == 0 ? 0 : dqw_q_within64(dqw_q_quotient64(rest_q40, own, 31), (int64_t)1 << 57);
     }
     s->out = f.out;
     for (int i = 0; i < inputs; i++) {

@@ -90,18 +90,20 @@ static void go_on(dqw_estimator_q15 *e, int32_t p)
 }
 
 // An inductance's slope that noise on its currents has shrunk would tell too many pole pairs: by less than a quarter, where nobody takes it out.
-static bool shrunk(const dqw_estimator_q15 *e, const dqw_rows_q15 *r, int32_t p)
+static bool shrunk(const dqw_estimator_q15 *e, const dqw_estimator_q15_block *b, int32_t p)
 {
     if (e->config->noise_on_inputs) return false;
+    dqw_rows_q15 r;
+    dqw_estimator_rows_of_q15(e, b, &r);
     for (int axis = 0; axis < 2; axis++) {
         const int i = DQW_LD + axis;
-        const int64_t part_q20 = dqw_q_product64(dqw_q_product64(r->var_q56[axis][i], e->cov_q40[i], -56), e->blocks, -20);
+        const int64_t part_q20 = dqw_q_product64(dqw_q_product64(r.var_q56[axis][i], e->cov_q40[i], -56), e->blocks, -20);
         if ((e->learned >> i & 1u) != 0 && part_q20 * p > QUARTER_Q20) return true;
     }
     return false;
 }
 
-void dqw_poles_find_q15(dqw_estimator_q15 *e, const dqw_rows_q15 *r)
+void dqw_poles_find_q15(dqw_estimator_q15 *e, const dqw_estimator_q15_block *b)
 {
     if (e->blocks < LEAST_BLOCKS) return;
     for (int i = DQW_R; i < BEFORE; i++)
@@ -128,7 +130,7 @@ void dqw_poles_find_q15(dqw_estimator_q15 *e, const dqw_rows_q15 *r)
         const int64_t sd2_q32 = dqw_q_product64(dqw_estimator_common_variance_q56(e), dqw_estimator_inflation_q20(e, own), -44);
         const int64_t apart_q20 = dqw_q_floor64((ONE_Q20 - size_q20) * (ONE_Q20 - size_q20), 20);
         const bool told = size_q20 < QUARTER_Q20 && 2 * EVIDENCE_SD2 * sd2_q32 < dqw_q_product64(twice, apart_q20, -20);
-        if (told && dqw_scale_turn_q28(&e->config->scale, (uint32_t)p) < 268435456 && !shrunk(e, r, (int32_t)p)) go_on(e, (int32_t)p);
+        if (told && dqw_scale_turn_q28(&e->config->scale, (uint32_t)p) < 268435456 && !shrunk(e, b, (int32_t)p)) go_on(e, (int32_t)p);
         return;
     }
 }

@@ -40,6 +40,6 @@ void piece_step(void) { (void)dqw_monitor_sample_q15(&m, &sample, limited); }
 
 void piece_background(void)
 {
-    dqw_monitor_event_q15 event;
-    (void)dqw_monitor_background_q15(&m, &event);
+    dqw_monitor_change_q15 change;
+    if (dqw_monitor_background_q15(&m)) (void)dqw_monitor_event_q15(&m, &change);
 }
