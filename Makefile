@@ -120,11 +120,11 @@ measured:
 	@$(BUILD)/bench/measured $(DATA) docs/measured.md $(BUILD)/bench/reports
 	@bench/pictures.sh $(BUILD)/bench/reports docs/pictures
 
-## bench        accuracy, coverage, tracking, faults and false alarms of the learners; regressor forms; speed; peers from their registries beside them
+## bench        accuracy, coverage, start values, tracking, faults and false alarms of the learners; regressor forms; speed; peers from their registries
 .PHONY: bench
 bench:
 	@.ci/install build
-	@$(MAKE) --no-print-directory all $(C_BENCHES)
+	@$(MAKE) --no-print-directory all $(C_BENCHES) $(BUILD)/tests/test_handover
 	@BUILD=$(BUILD) bench/run
 
 ## blind        trace 320 simulated logs whose effects a seed draws, and print the confusion table
