@@ -267,16 +267,16 @@ void effects_by_name_on_simulated_logs()
         double base_percent;    // of R, L_d, L_q, psi
     };
     const Case cases[] = {
-        {"dead_time", "nonideal.dead_time_V=4", "voltage_V", 4.0, 0.6, 0.6},                                // 0.25, 0.29
-        {"iron_loss", "nonideal.iron_loss_S=0.01", "R_fe_ohm", 100.0, 0.02, 0.1},                           // 0.002, 0.03
-        {"delay", "nonideal.delay_periods=0.4", "periods", 0.4, 1.6, 0.1},                                  // 1.1: the current's lag, 0.03
-        {"skin_effect", "nonideal.skin_effect_s2_rad2=2e-6", "k_s2_rad2", 2e-6, 0.6, 0.15},                 // 0.23, 0.06
-        {"phase_resistance_imbalance", "nonideal.phase_resistance_a_ohm=0.3", "dR_a_ohm", 0.3, 0.6, 0.2},   // 0.27, 0.09
-        {"flux_harmonics", "nonideal.flux_harmonic_6d_Wb=0.002", "psi_6d_Wb", 0.002, 0.3, 0.2},             // 0.1, 0.07
-        {"angle_offset", "nonideal.angle_offset_rad=0.05", "angle_rad", 0.05, 0.2, 0.25},                   // 0.06, 0.12
-        {"current_offset", "nonideal.current_offset_alpha_A=0.3", "i_alpha_A", 0.3, 0.8, 0.1},              // 0.32, 0.03
-        {"voltage_offset", "nonideal.voltage_offset_q_V=1", "v_q_V", 1.0, 0.5, 0.1},                        // 0.17, 0.03
-        {"winding_temperature", "nonideal.winding_alpha_per_K=0.0039", "alpha_per_K", 0.0039, 0.8, 0.15},   // 0.38, 0.07
+        {"dead_time", "nonideal.dead_time_V=4", "voltage_V", 4.0, 0.6, 0.6},                               // 0.25, 0.29
+        {"iron_loss", "nonideal.iron_loss_S=0.01", "R_fe_ohm", 100.0, 0.02, 0.1},                          // 0.002, 0.03
+        {"delay", "nonideal.delay_periods=0.4", "periods", 0.4, 1.6, 0.1},                                 // 1.1: the current's lag, 0.03
+        {"skin_effect", "nonideal.skin_effect_s2_rad2=2e-6", "k_s2_rad2", 2e-6, 0.6, 0.15},                // 0.23, 0.06
+        {"phase_resistance_imbalance", "nonideal.phase_resistance_a_ohm=0.3", "dR_a_ohm", 0.3, 0.6, 0.2},  // 0.27, 0.09
+        {"flux_harmonics", "nonideal.flux_harmonic_6d_Wb=0.002", "psi_6d_Wb", 0.002, 0.3, 0.2},            // 0.1, 0.07
+        {"angle_offset", "nonideal.angle_offset_rad=0.05", "angle_rad", 0.05, 0.2, 0.25},                  // 0.06, 0.12
+        {"current_offset", "nonideal.current_offset_alpha_A=0.3", "i_alpha_A", 0.3, 0.8, 0.1},             // 0.32, 0.03
+        {"voltage_offset", "nonideal.voltage_offset_q_V=1", "v_q_V", 1.0, 0.5, 0.1},                       // 0.17, 0.03
+        {"winding_temperature", "nonideal.winding_alpha_per_K=0.0039", "alpha_per_K", 0.0039, 0.8, 0.15},  // 0.38, 0.07
     };
     for (const Case& c : cases) {
         std::vector<std::string> settings = {c.setting, "noise=0.005"};
