@@ -9,7 +9,7 @@
 #include <cstdint>
 #include <stdexcept>
 
-#include "dqw_model.h"
+#include "dqw_sample.h"
 #include "dqw_scale.h"
 
 namespace dqw {

@@ -66,7 +66,11 @@ std::vector<dqw_effect_config> lists_of(const std::vector<TraceInput>& inputs)
 void check_room(const std::vector<TraceInput>& inputs)
 {
     int weights = 0;
-    for (const TraceInput& in : inputs) weights += dqw_effect_weights(effect_config(in).effect);
+    for (const TraceInput& in : inputs) {
+        const dqw_effect_name name = effect_config(in).effect;
+        // Every estimator has a weight for dead time.
+        weights += name == DQW_EFFECT_DEAD_TIME ? 0 : dqw_effect_weights(name);
+    }
     if (weights > DQW_EFFECT_WEIGHTS)
         throw std::invalid_argument(
             fmt::format("these effects have {} weights together; the learners have room for {} (DQW_EFFECT_WEIGHTS)", weights, DQW_EFFECT_WEIGHTS));

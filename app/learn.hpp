@@ -14,6 +14,9 @@
 
 namespace dqw {
 
+/// A value is known where its deviation is below this part of it.
+constexpr double kKnownRatio = 0.25;
+
 struct LearnOptions {
     std::vector<std::string> parameters;             ///< asked for; empty: the regime's default
     std::vector<TraceInput> inputs;                  ///< effects to learn as well; what their shapes lack is taken from the logs

@@ -1,8 +1,14 @@
+// The estimator of lib/ over electrical logs.
 #include <fmt/format.h>
 
+#include <array>
 #include <cmath>
+#include <memory>
 #include <stdexcept>
 
+#include "dqw_estimator_block.h"
+#include "dqw_number.h"
+#include "effect_names.hpp"
 #include "learn_inputs.hpp"
 #include "learn_parts.hpp"
 #include "learn_residual.hpp"
@@ -11,75 +17,361 @@
 namespace dqw {
 namespace {
 
-constexpr std::uint32_t kReservoir = 50;  // as in the paper
+// Least part of its base that an input teaches from.
+constexpr float kExcitation_pu = 0.002F;
 // Half a block may see this much of an effect's own angle: averaged over more of it, the effect is gone.
 constexpr double kHalfAngle_rad = 1.5;
-constexpr int kLeastHalfWindowOfAngle = 3;
+constexpr int kFewestPairs = 3;
+constexpr double kLeastHalves = 14.0;
+// Pole pairs of a log too short for the estimator's own rule: every other integer is so many deviations away, and itself so near.
+constexpr float kPolesSd = 4.0F, kPolesDistance = 0.25F, kPolesMost = 100.0F;
+// Rows of noise that the estimator waits for; and how far a dt/L may be off, either way, with which it was measured.
+constexpr std::uint32_t kNoiseRows = 400;
+constexpr float kStepRatio = 1.25F;
+constexpr int kMostRuns = 4;
+// Statistics of the residual from the run before count as so many blocks: above the fifty after which the estimator believes them.
+constexpr std::uint16_t kBlocksCarried = 60;
 
-void note_stage(const dqw_estimator& e, Result& result)
+bool is_settled(const std::vector<Log>& logs) { return logs.front().regime != Regime::dynamic; }
+
+/// The mean of the noise reaches over all of it.
+bool is_short(const std::vector<Log>& logs) { return all_rows(logs) <= DQW_NOISE_MEMORY; }
+
+double sd_of(float sd) { return sd < DQW_UNKNOWN ? static_cast<double>(sd) : INFINITY; }
+
+bool is_known(const dqw_reading& r) { return r.value > 0.0F && sd_of(r.sd) < kKnownRatio * static_cast<double>(r.value); }
+
+const TraceInput* dead_time_of(const std::vector<TraceInput>& inputs)
 {
-    static const char* const names[] = {"domain knowledge", "random learning", "ordinal learning", "in service"};
+    const auto found = std::find_if(inputs.begin(), inputs.end(), [](const TraceInput& in) { return in.effect == "dead_time"; });
+    return found == inputs.end() ? nullptr : &*found;
+}
+
+/// Pole pairs as a run tells them; 0: it does not.
+struct Poles {
+    std::uint16_t pairs = 0;
+    float raw = 0.0F, sd = DQW_UNKNOWN;
+};
+
+/// What a run over the logs leaves for the next: then every row is learned, with the noise known from the first one on, and each axis by its own.
+struct Before {
+    dqw_noise_variances noise{};
+    float step_A_per_V[2] = {0.0F, 0.0F}, follow = 1.0F;
+    float error_pu2[2] = {0.0F, 0.0F};
+    std::array<float, DQW_ESTIMATOR_SCORES> score2{}, score_lag{};
+    std::uint16_t blocks = 0;
+    std::array<float, 4> start{};  ///< R, L_d, L_q, psi; 0: not known
+};
+
+/// The estimator, sample by sample as firmware has it, but that no residual ends it: whoever asks what a log tells wants all of its rows.
+class Run {
+public:
+    Run(const std::vector<Log>& logs, const LearnOptions& options, const std::vector<TraceInput>& inputs, double pole_pairs, const Before* before)
+        : logs_(logs), inputs_(inputs), pole_pairs_(pole_pairs)
+    {
+        configure(options, before);
+        const dqw_status status = dqw_estimator_init(&e_, &config_);
+        if (status != DQW_OK) throw std::invalid_argument(fmt::format("the learners refuse this: {}", dqw_status_text(status)));
+        // Settled rows need no coarse values, and a run before this one has them.
+        if (config_.settled || before != nullptr) dqw_estimator_stage_on(&e_, true);
+        if (before != nullptr) take(*before);
+        stage_ = e_.stage;
+    }
+    Run(const Run&) = delete;
+    Run& operator=(const Run&) = delete;
+
+    void over(const LearnOptions& options)
+    {
+        std::size_t done = 0;
+        const std::size_t total = all_rows(logs_);
+        for (const Log& log : logs_) {
+            const SampleSource sample(log, pole_pairs_, inputs_);
+            walk(
+                log, done, total, options, [&] { dqw_estimator_missing(&e_, 0); },
+                [&](std::size_t k, bool held) {
+                    // What is held out is not learned, but it heats.
+                    if (held && inputs_.empty()) return;
+                    const dqw_sample s = sample(k);
+                    heldout_ += held ? 1U : 0U;
+                    (void)dqw_estimator_sample(&e_, &s, held);
+                    if (learn() && options.block) options.block(log.t_s.empty() ? static_cast<double>(k) : log.t_s[k], now());
+                });
+        }
+        // A deviation is of the blocks of this run.
+        if (e_.blocks < UINT16_MAX) e_.blocks = static_cast<std::uint16_t>(e_.blocks - carried_);
+    }
+
+    /// Of these logs, with what `before` knows of the inductances.
+    static dqw_noise_variances noise(const std::vector<Log>& logs, const LearnOptions& options, const std::vector<TraceInput>& inputs, double pole_pairs,
+                                     const Before& before)
+    {
+        Run run(logs, options, inputs, pole_pairs, &before);
+        dqw_noise_init(&run.e_.noise);
+        run.measures_ = true;
+        LearnOptions quiet;
+        quiet.heldout_row = options.heldout_row;
+        run.over(quiet);
+        return run.e_.noise.of;
+    }
+
+    const dqw_estimator& estimator() const { return e_; }
+    const dqw_estimator_config& config() const { return config_; }
+    const dqw_stage& stage() const { return stage_; }
+    std::uint32_t heldout() const { return heldout_; }
+    std::uint32_t excited(int parameter) const { return excited_[static_cast<std::size_t>(parameter)]; }
+    std::uint32_t blocks() const { return handed_; }
+
+    Poles poles() const
+    {
+        Poles p = poles_;
+        if (e_.pole_pairs != 0) {
+            p.pairs = e_.pole_pairs;
+            return p;
+        }
+        const float nearest = std::round(p.raw), off = std::fabs(p.raw - nearest);
+        if (nearest >= 1.0F && nearest < kPolesMost && off < kPolesDistance && kPolesSd * p.sd < 1.0F - off) p.pairs = static_cast<std::uint16_t>(nearest);
+        return p;
+    }
+
+    Before left() const
+    {
+        Before b;
+        b.noise = e_.noise.of;
+        for (int axis = 0; axis < 2; ++axis) b.step_A_per_V[axis] = e_.given.step_A_per_V[axis];
+        b.follow = e_.given.follow;
+        std::copy(std::begin(e_.error_pu2), std::end(e_.error_pu2), b.error_pu2);
+        std::copy(std::begin(e_.score2), std::end(e_.score2), b.score2.begin());
+        std::copy(std::begin(e_.score_lag), std::end(e_.score_lag), b.score_lag.begin());
+        b.blocks = e_.blocks;
+        for (int i = 0; i <= DQW_PSI; ++i) {
+            const dqw_reading r = dqw_estimator_read(&e_, static_cast<dqw_parameter>(i));
+            if (is_known(r)) b.start[static_cast<std::size_t>(i)] = r.value;
+        }
+        return b;
+    }
+
+private:
+    void configure(const LearnOptions& options, const Before* before)
+    {
+        const Log& first = logs_.front();
+        for (const TraceInput& in : inputs_)
+            if (in.effect != "dead_time") list_.push_back(effect_of(in));
+        config_.dt_s = period_of(first, inputs_);
+        config_.v_base_V = largest(logs_, &Log::v_d_V, &Log::v_q_V);
+        config_.i_base_A = largest(logs_, &Log::i_d_A, &Log::i_q_A);
+        config_.w_base_rad_s = largest(logs_, &Log::w_m_rad_s, &Log::w_m_rad_s);
+        const std::pair<float dqw_estimator_config::*, std::optional<double> Machine::*> nominals[] = {{&dqw_estimator_config::R_ohm, &Machine::R_ohm},
+                                                                                                       {&dqw_estimator_config::Ld_H, &Machine::Ld_H},
+                                                                                                       {&dqw_estimator_config::Lq_H, &Machine::Lq_H},
+                                                                                                       {&dqw_estimator_config::psi_Wb, &Machine::psi_Wb}};
+        for (std::size_t i = 0; i < 4; ++i) {
+            const auto& [place, member] = nominals[i];
+            config_.*place = before != nullptr && before->start[i] > 0.0F ? before->start[i] : nominal(first.machine, options.start, member);
+        }
+        config_.pole_pairs = static_cast<std::uint16_t>(pole_pairs_);
+        config_.settled = is_settled(logs_);
+        // The first run over a short log has no rows to spare for measuring the noise.
+        config_.noise_on_inputs = !config_.settled && (before != nullptr || !is_short(logs_));
+        if (!config_.settled) config_.half_window = half_window_of(logs_, inputs_, pole_pairs_);
+        config_.excitation_pu = kExcitation_pu;
+        config_.angle = std::any_of(inputs_.begin(), inputs_.end(), [](const TraceInput& in) { return needs_angle(in.effect); });
+        if (const TraceInput* dead_time = dead_time_of(inputs_)) config_.dead_time_width_A = width_of(*dead_time);
+        config_.effects = list_.data();
+        config_.effect_count = static_cast<std::uint8_t>(list_.size());
+    }
+
+    dqw_effect_config effect_of(const TraceInput& in) const
+    {
+        dqw_effect_config c = effect_config(in);
+        c.start[0] /= static_cast<float>(weight_unit(in, logs_.front(), inputs_));
+        return c;
+    }
+
+    static float width_of(const TraceInput& dead_time)
+    {
+        const float width_A = effect_config(dead_time).shape[0];
+        if (!dqw_is_positive(width_A)) throw std::invalid_argument("dead_time: its width is not above 0 A");
+        return width_A;
+    }
+
+    void take(const Before& before)
+    {
+        follows_ = true;
+        e_.noise.of = before.noise;
+        // All the rows that there are, even where the estimator would like more.
+        e_.noise.of.rows = std::max(before.noise.rows, kNoiseRows);
+        e_.follow = e_.given.follow = before.follow;
+        for (int axis = 0; axis < 2; ++axis) e_.step_A_per_V[axis] = e_.given.step_A_per_V[axis] = before.step_A_per_V[axis];
+        if (before.blocks == 0) return;
+        std::copy(std::begin(before.error_pu2), std::end(before.error_pu2), e_.error_pu2);
+        std::copy(before.score2.begin(), before.score2.end(), e_.score2);
+        std::copy(before.score_lag.begin(), before.score_lag.end(), e_.score_lag);
+        e_.blocks = carried_ = kBlocksCarried;
+    }
+
+    /// The block that waits, if there is one.
+    bool learn()
+    {
+        dqw_estimator_block block;
+        if (!dqw_estimator_take(&e_, &block) || measures_) return false;
+        ++handed_;
+        const bool coarse = e_.stage.name == DQW_STAGE_RANDOM;
+        const bool learned = dqw_estimator_learn(&e_, &block);
+        count_excited(block);
+        // The noise that was measured with all of a run's rows stands.
+        if (follows_) e_.given_ready = false;
+        if (!learned) return false;
+        if (!config_.settled && e_.pole_pairs == 0) dqw_poles_evidence(&e_, &poles_.raw, &poles_.sd);
+        if (coarse)
+            stage_ = e_.stage;
+        else if (stage_.name != DQW_STAGE_DOMAIN)
+            step_stage();
+        return true;
+    }
+
+    void step_stage()
+    {
+        const auto ppm = static_cast<std::uint32_t>(std::min(1e6 * static_cast<double>(dqw_estimator_recent_pu(&e_)), 4e9));
+        (void)dqw_stage_step(&stage_, {true, ppm, ppm});
+    }
+
+    void count_excited(const dqw_estimator_block& block)
+    {
+        if (!config_.settled) {
+            for (std::size_t i = 0; i < excited_.size(); ++i) excited_[i] += e_.excess_q10[i] > 0 ? 1U : 0U;
+            return;
+        }
+        const dqw_block m = dqw_estimator_means(&e_, &block);
+        const float i = kExcitation_pu * config_.i_base_A, w = kExcitation_pu * config_.w_base_rad_s;
+        excited_[DQW_R] += std::max(std::fabs(m.i_d_A), std::fabs(m.i_q_A)) >= i ? 1U : 0U;
+        excited_[DQW_LD] += std::fabs(m.wi_d_A_rad_s) >= w * config_.i_base_A ? 1U : 0U;
+        excited_[DQW_LQ] += std::fabs(m.wi_q_A_rad_s) >= w * config_.i_base_A ? 1U : 0U;
+        excited_[DQW_PSI] += std::fabs(m.w_m_rad_s) >= w ? 1U : 0U;
+    }
+
+    /// 0: not known yet.
+    std::array<double, 4> now() const
+    {
+        std::array<double, 4> all{};
+        for (int i = 0; i <= DQW_PSI; ++i) {
+            const dqw_reading r = dqw_estimator_read(&e_, static_cast<dqw_parameter>(i));
+            if (r.sd < DQW_UNKNOWN) all[static_cast<std::size_t>(i)] = static_cast<double>(r.value);
+        }
+        return all;
+    }
+
+    const std::vector<Log>& logs_;
+    const std::vector<TraceInput>& inputs_;
+    const double pole_pairs_;
+    std::vector<dqw_effect_config> list_;
+    dqw_estimator_config config_{};
+    dqw_estimator e_{};
+    dqw_stage stage_{};
+    Poles poles_;
+    std::uint16_t carried_ = 0;
+    bool follows_ = false, measures_ = false;
+    std::uint32_t heldout_ = 0, handed_ = 0;
+    std::array<std::uint32_t, 4> excited_{};
+};
+
+void note_stage(const dqw_stage& stage, Result& result)
+{
     static const char* const whys[] = {"", "the Random Learners did not settle", "the residual stayed above the threshold", "the residual left its band"};
-    std::string text = fmt::format("stage {}: {}", e.stage.name == DQW_STAGE_IN_SERVICE ? 4 : static_cast<int>(e.stage.name) + 1, names[e.stage.name]);
-    if (e.stage.back != DQW_BACK_NONE)
-        text += fmt::format("; went back because {} ({:.1f} %, threshold {:.1f} %)", whys[e.stage.back], 1e-4 * e.stage.residual_ppm,
-                            1e-4 * e.stage.threshold_ppm);
+    std::string text = fmt::format("stage {}: {}", stage.name == DQW_STAGE_IN_SERVICE ? 4 : static_cast<int>(stage.name) + 1, dqw_stage_text(stage.name));
+    if (stage.back != DQW_BACK_NONE)
+        text += fmt::format("; went back because {} ({:.1f} %, threshold {:.1f} %)", whys[stage.back], 1e-4 * stage.residual_ppm, 1e-4 * stage.threshold_ppm);
     result.notes.push_back(text);
 }
 
-std::string why_unknown(const dqw_estimator& e, float value, float sd, std::uint32_t excited_blocks, const char* what)
+std::string why_unknown(const Run& run, const dqw_reading& r, std::uint32_t excited, const char* what)
 {
-    if (excited_blocks == 0) return fmt::format("{} is below {:.1f} % of its base in all {} blocks", what, 100.0 * e.excitation_pu, e.gate.blocks);
-    if (std::isfinite(sd) && value > 0.0F)
-        return fmt::format("its deviation is {:.0f} % of it; {} is large enough in {} of {} blocks", 100.0 * sd / value, what, excited_blocks, e.gate.blocks);
-    return fmt::format("its effect cannot be told from another parameter's; {} is large enough in {} of {} blocks", what, excited_blocks, e.gate.blocks);
+    const double percent = 100.0 * static_cast<double>(kExcitation_pu);
+    if (excited == 0) return fmt::format("{} is below {:.1f} % of its base, or of the size of its noise, in all {} blocks", what, percent, run.blocks());
+    if (r.sd < DQW_UNKNOWN && r.value > 0.0F)
+        return fmt::format("its deviation is {:.0f} % of it; {} is large enough in {} of {} blocks", 100.0 * static_cast<double>(r.sd / r.value), what, excited,
+                           run.blocks());
+    return fmt::format("its effect cannot be told from another parameter's; {} is large enough in {} of {} blocks", what, excited, run.blocks());
 }
 
-void put_electrical(const dqw_estimator& e, const dqw_parameters& q, bool is_static, bool p_given, const Asked& asked, Result& result)
+void put_electrical(const Run& run, const Poles& poles, bool p_given, const Asked& asked, Result& result)
 {
-    const auto* excited = e.excited;
-    const auto both = [&](int d_input, int q_input) { return std::max(excited[d_input], excited[DQW_D_INPUTS + q_input]); };
-    const bool no_p = q.pole_pairs == 0;
+    const dqw_estimator& e = run.estimator();
+    const bool settled = run.config().settled;
     const std::string needs_p = "only its product with the pole pairs is in this log, and these are not known";
-    struct Row {
+    const struct {
         const char *name, *what;
-        float value, sd;
-        std::uint8_t bit;
-        std::uint32_t blocks;
+        dqw_parameter parameter;
         bool through_p;
         const char* excitation;
+    } rows[] = {
+        {"R_ohm", "the current", DQW_R, false, "a current of several levels on either axis, best at low speed"},
+        {"Ld_H", settled ? "i_d times speed" : "the change of i_d (and i_d times speed)", DQW_LD, settled,
+         settled ? "i_d at several levels while the machine turns, and pole_pairs" : "a varying i_d: steps of its reference or a random binary voltage on v_d"},
+        {"Lq_H", settled ? "i_q times speed" : "the change of i_q (and i_q times speed)", DQW_LQ, settled,
+         settled ? "i_q at several levels while the machine turns, and pole_pairs" : "a varying i_q: steps of torque or a random binary voltage on v_q"},
+        {"psi_Wb", "the speed", DQW_PSI, true, "a turning machine with i_d and i_q at several levels, and pole_pairs where they cannot be found"},
     };
-    const Row rows[] = {
-        {"R_ohm", "the current", q.R_ohm, q.R_sd_ohm, DQW_KNOWS_R, both(DQW_IN_R, DQW_IN_R), false,
-         "a current of several levels on either axis, best at low speed"},
-        {"Ld_H", is_static ? "i_d times speed" : "the change of i_d (and i_d times speed)", q.Ld_H, q.Ld_sd_H, DQW_KNOWS_LD, both(DQW_IN_L, DQW_IN_CROSS),
-         is_static,
-         is_static ? "i_d at several levels while the machine turns, and pole_pairs"
-                   : "a varying i_d: steps of its reference or a random binary voltage on v_d"},
-        {"Lq_H", is_static ? "i_q times speed" : "the change of i_q (and i_q times speed)", q.Lq_H, q.Lq_sd_H, DQW_KNOWS_LQ,
-         std::max(excited[DQW_IN_CROSS], excited[DQW_D_INPUTS + DQW_IN_L]), is_static,
-         is_static ? "i_q at several levels while the machine turns, and pole_pairs" : "a varying i_q: steps of torque or a random binary voltage on v_q"},
-        {"psi_Wb", "the speed", q.psi_Wb, q.psi_sd_Wb, DQW_KNOWS_PSI, excited[DQW_D_INPUTS + DQW_IN_FLUX], true,
-         "a turning machine with i_d and i_q at several levels, and pole_pairs where they cannot be found"},
-    };
-    for (const Row& r : rows) {
-        if (!asked(r.name)) continue;
-        if (q.known & r.bit)
-            result.parameters.push_back({r.name, r.value, r.sd, false});
+    for (const auto& row : rows) {
+        if (!asked(row.name)) continue;
+        const dqw_reading r = dqw_estimator_read(&e, row.parameter);
+        const std::uint32_t excited = run.excited(row.parameter);
+        if (is_known(r))
+            result.parameters.push_back({row.name, static_cast<double>(r.value), static_cast<double>(r.sd), false});
         else
             result.not_identifiable.push_back(
-                {r.name, no_p && r.through_p && r.blocks > 0 ? needs_p : why_unknown(e, r.value, r.sd, r.blocks, r.what), r.excitation});
+                {row.name, e.pole_pairs == 0 && row.through_p && excited > 0 ? needs_p : why_unknown(run, r, excited, row.what), row.excitation});
     }
     if (p_given)
         result.parameters.push_back({"pole_pairs", static_cast<double>(e.pole_pairs), 0.0, true});
-    else if (e.pole_pairs == 0 && (q.known & DQW_KNOWS_POLE_PAIRS))
-        result.parameters.push_back({"pole_pairs", static_cast<double>(q.pole_pairs), q.pole_pairs_raw_sd, false});
-    else if (e.pole_pairs == 0 && (asked("pole_pairs") || (no_p && asked("psi_Wb"))))
+    else if (poles.pairs != 0)
+        result.parameters.push_back({"pole_pairs", static_cast<double>(poles.pairs), static_cast<double>(poles.sd), false});
+    else if (asked("pole_pairs") || asked("psi_Wb"))
         result.not_identifiable.push_back({"pole_pairs",
-                                           std::isfinite(q.pole_pairs_raw_sd)
-                                               ? fmt::format("the cross weights say {:.2f} with a deviation of {:.2f}", q.pole_pairs_raw, q.pole_pairs_raw_sd)
-                                               : std::string("the slopes of the currents or their products with the speed are too small"),
+                                           poles.sd < DQW_UNKNOWN ? fmt::format("the cross weights say {:.2f} with a deviation of {:.2f}", poles.raw, poles.sd)
+                                                                  : std::string("the slopes of the currents or their products with the speed are too small"),
                                            "currents that change on both axes while the machine turns, or --pole-pairs"});
+}
+
+/// Did a run begin with the inductances and pole pairs that it ended with?
+bool agrees(const Before& began, const Before& ended, double began_poles, double poles)
+{
+    if (began_poles != poles) return false;
+    for (int axis = 0; axis < 2; ++axis) {
+        const float a = began.step_A_per_V[axis], b = ended.step_A_per_V[axis];
+        if (a > kStepRatio * b || b > kStepRatio * a) return false;
+    }
+    return true;
+}
+
+/// As many runs over the logs as it takes; the last one counts. `block` hears the first that learns.
+std::unique_ptr<Run> run_all(const std::vector<Log>& logs, const LearnOptions& options, const std::vector<TraceInput>& inputs, double pole_pairs, Poles& poles)
+{
+    std::unique_ptr<Run> run;
+    Before before;
+    bool heard = false;
+    for (int n = 0; n < kMostRuns; ++n) {
+        LearnOptions now = options;
+        if (options.progress) now.progress = [&options, n](double part) { options.progress(std::min(0.5 * (n + part), 1.0)); };
+        if (heard) now.block = {};
+        if (options.block && !heard)
+            now.block = [&](double t_s, const std::array<double, 4>& value) {
+                heard = true;
+                options.block(t_s, value);
+            };
+        run = std::make_unique<Run>(logs, options, inputs, pole_pairs, n == 0 ? nullptr : &before);
+        run->over(now);
+        if (is_settled(logs)) break;
+        Before after = run->left();
+        const double began = pole_pairs;
+        if (pole_pairs == 0.0) {
+            poles = run->poles();
+            pole_pairs = poles.pairs;
+        }
+        if (n > 0 && agrees(before, after, began, pole_pairs)) break;
+        if (is_short(logs)) after.noise = Run::noise(logs, options, inputs, pole_pairs, after);
+        before = after;
+    }
+    return run;
 }
 
 /// Times the electrical angle with which an effect comes and goes on the axes; 0: not with the angle.
@@ -97,11 +389,14 @@ std::uint16_t half_window_of(const std::vector<Log>& logs, const std::vector<Tra
     const double dt_s = logs.front().dt_s;
     double span_s = kElectricalHalf_s;
     int least = kLeastElectricalHalf;
+    // A short log still has blocks enough for a deviation.
+    const double most_s = static_cast<double>(all_rows(logs)) / kLeastHalves * dt_s;
+    if (most_s < span_s) span_s = most_s, least = kFewestPairs;
     const double w_e = pole_pairs * static_cast<double>(largest(logs, &Log::w_m_rad_s, &Log::w_m_rad_s));
     for (const TraceInput& in : inputs)
         if (order_of(in) > 0.0 && kHalfAngle_rad / (order_of(in) * w_e) < span_s) {
             span_s = kHalfAngle_rad / (order_of(in) * w_e);
-            least = kLeastHalfWindowOfAngle;
+            least = kFewestPairs;
         }
     return half_window(span_s, dt_s, least);
 }
@@ -112,85 +407,47 @@ namespace {
 Learned pass(const std::vector<Log>& logs, const LearnOptions& options, const std::vector<TraceInput>& inputs, double pole_pairs, bool p_given)
 {
     const Log& first = logs.front();
-    const bool is_static = first.regime != Regime::dynamic;
-    std::vector<dqw_random_sample> reservoir_d(kReservoir);
-    std::vector<dqw_random_sample> reservoir_q(kReservoir);
-    std::vector<dqw_effect_config> list = lists_of(inputs);
-    std::vector<double> units;
-    for (std::size_t n = 0; n < inputs.size(); n++) {
-        units.push_back(weight_unit(inputs[n], first, inputs));
-        list[n].start[0] /= static_cast<float>(units[n]);
-    }
-
-    dqw_estimator_config config{};
-    config.regime = is_static ? DQW_REGIME_STATIC : DQW_REGIME_DYNAMIC;
-    config.dt_s = period_of(first, inputs);
-    config.v_base_V = largest(logs, &Log::v_d_V, &Log::v_q_V);
-    config.i_base_A = largest(logs, &Log::i_d_A, &Log::i_q_A);
-    config.w_base_rad_s = largest(logs, &Log::w_m_rad_s, &Log::w_m_rad_s);
-    config.R_ohm = nominal(first.machine, options.start, &Machine::R_ohm);
-    config.Ld_H = nominal(first.machine, options.start, &Machine::Ld_H);
-    config.Lq_H = nominal(first.machine, options.start, &Machine::Lq_H);
-    config.psi_Wb = nominal(first.machine, options.start, &Machine::psi_Wb);
-    config.pole_pairs = static_cast<std::uint16_t>(pole_pairs);
-    if (!is_static) config.half_window = half_window_of(logs, inputs, pole_pairs);
-    config.reservoir_d = reservoir_d.data();
-    config.reservoir_q = reservoir_q.data();
-    config.reservoir = kReservoir;
-    config.seed = 1;
-    config.effects = list.data();
-    config.effect_count = static_cast<std::uint8_t>(list.size());
-    dqw_estimator e;
-    if (dqw_estimator_init(&e, &config) != DQW_OK) throw std::invalid_argument("the learners refuse these bases, nominal values or shapes of effects");
-
-    std::size_t done = 0;
-    std::uint32_t heldout = 0;
-    const std::size_t total = all_rows(logs);
-    for (const Log& log : logs) {
-        const SampleSource sample(log, pole_pairs, inputs);
-        walk(
-            log, done, total, options, [&] { dqw_estimator_gap(&e); },
-            [&](std::size_t k, bool held) {
-                // What is held out is not learned, but it heats.
-                if (held && list.empty()) return;
-                const dqw_sample s = sample(k);
-                heldout += held ? 1U : 0U;
-                if ((dqw_estimator_step(&e, &s, held) & DQW_EVENT_LEARNED) == 0) return;
-                dqw_estimator_background(&e);
-                const dqw_parameters& now = e.parameters;
-                if (options.block) options.block(log.t_s.empty() ? static_cast<double>(k) : log.t_s[k], {now.R_ohm, now.Ld_H, now.Lq_H, now.psi_Wb});
-            });
-    }
+    Poles poles;
+    const auto run = run_all(logs, options, inputs, pole_pairs, poles);
+    const dqw_estimator& e = run->estimator();
 
     Learned learned;
     Result& result = learned.result;
-    result.rows = total;
+    result.rows = all_rows(logs);
     result.regime = first.regime;
     Asked asked{options.parameters, {"R_ohm", "Ld_H", "Lq_H", "psi_Wb"}};
     if (first.regime == Regime::standstill) asked.defaults = {"R_ohm"};
-    put_electrical(e, e.parameters, is_static, p_given, asked, result);
-    note_gate(e.gate, heldout, result);
-    note_stage(e, result);
+    put_electrical(*run, poles, p_given, asked, result);
+    note_gate(e.gate, run->heldout(), result);
+    note_stage(run->stage(), result);
 
-    // The residual needs p L and p psi only, so where p is not known it is reckoned with p = 1.
-    const dqw_parameters q = is_static && e.parameters.pole_pairs == 0 ? dqw_model_read(&e.d, &e.q, 1, DQW_WEIGHT_COMMON) : e.parameters;
+    // Without pole pairs the weights are those of one pair, and the residual needs no more.
     PlainModel& model = learned.model;
-    model.pole_pairs = q.pole_pairs != 0 ? q.pole_pairs : 1;
-    model.R_ohm = q.R_ohm;
-    model.Ld_H = q.Ld_H;
-    model.Lq_H = q.Lq_H;
-    model.psi_Wb = q.psi_Wb;
+    model.pole_pairs = e.pole_pairs != 0 ? e.pole_pairs : 1;
+    model.R_ohm = static_cast<double>(dqw_estimator_value(&e, DQW_R));
+    model.Ld_H = static_cast<double>(dqw_estimator_value(&e, DQW_LD));
+    model.Lq_H = static_cast<double>(dqw_estimator_value(&e, DQW_LQ));
+    model.psi_Wb = static_cast<double>(dqw_estimator_value(&e, DQW_PSI));
     std::vector<InputRead> read;
-    for (std::size_t n = 0; n < inputs.size(); n++) {
+    int at = 0;
+    for (const TraceInput& in : inputs) {
         float w[DQW_EFFECT_STARTS], sd[DQW_EFFECT_STARTS];
-        const auto weights = static_cast<std::size_t>(dqw_effect_weights(list[n].effect));
-        const int known = dqw_estimator_effect(&e, static_cast<int>(n), w, sd);
-        read.push_back({inputs[n], {}, static_cast<std::uint32_t>(known)});
-        read.back().input.weights.clear();
-        for (std::size_t i = 0; i < weights; i++) {
-            read.back().input.weights.push_back(static_cast<double>(w[i]) * units[n]);
-            read.back().sd.push_back(static_cast<double>(sd[i]) * units[n]);
+        InputRead r{in, {}, 0};
+        auto weights = static_cast<std::size_t>(dqw_effect_weights(effect_config(in).effect));
+        if (in.effect == "dead_time") {
+            w[0] = dqw_estimator_value(&e, DQW_DEAD_TIME);
+            sd[0] = dqw_estimator_sd(&e, DQW_DEAD_TIME);
+            r.known = dqw_effect_known(w, sd, 1);
+        } else {
+            r.known = static_cast<std::uint32_t>(dqw_estimator_read_effect(&e, at++, w, sd));
         }
+        const double unit = weight_unit(in, first, inputs);
+        r.input.weights.clear();
+        for (std::size_t i = 0; i < weights; ++i) {
+            r.input.weights.push_back(static_cast<double>(w[i]) * unit);
+            r.sd.push_back(sd_of(sd[i]) * unit);
+        }
+        read.push_back(r);
     }
     put_effects(read, learned);
     return learned;

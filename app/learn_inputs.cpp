@@ -1,3 +1,4 @@
+#include "dqw_effect_kind.h"
 #include "learn_inputs.hpp"
 
 #include <algorithm>
@@ -37,12 +38,6 @@ double span_s(const std::vector<Log>& logs)
 bool of_machine(const std::string& effect)
 {
     return effect == "iron_loss" || effect == "current_offset" || effect == "current_gain_mismatch" || effect == "angle_offset";
-}
-
-bool needs_angle(const std::string& effect)
-{
-    return effect == "dead_time" || effect == "flux_harmonics" || effect == "current_offset" || effect == "current_gain_mismatch" ||
-           effect == "phase_resistance_imbalance";
 }
 
 std::vector<double> heat_shape(const TraceInput& in, const std::vector<Log>& logs)
@@ -168,6 +163,12 @@ std::vector<std::string> effects_of(const LearnConfig& config)
     for (const TraceInput& in : config.inputs)
         if (std::find(names.begin(), names.end(), in.effect) == names.end()) names.push_back(in.effect);
     return names;
+}
+
+bool needs_angle(const std::string& effect)
+{
+    return effect == "dead_time" || effect == "flux_harmonics" || effect == "current_offset" || effect == "current_gain_mismatch" ||
+           effect == "phase_resistance_imbalance";
 }
 
 bool needs_machine(const std::vector<TraceInput>& inputs)

@@ -15,7 +15,7 @@ float at(const std::vector<double>& column, std::size_t row) { return column.emp
 double sd_of(float sd) { return sd < DQW_UNKNOWN ? static_cast<double>(sd) : INFINITY; }
 
 /// Known where the deviation is below a quarter of the value: what a report may still name.
-ShaftValue value_of(const dqw_reading& r) { return {r.value, sd_of(r.sd), r.value > 0.0F && r.sd < DQW_KNOWN_RATIO * r.value}; }
+ShaftValue value_of(const dqw_reading& r) { return {r.value, sd_of(r.sd), r.value > 0.0F && sd_of(r.sd) < kKnownRatio * static_cast<double>(r.value)}; }
 
 }  // namespace
 

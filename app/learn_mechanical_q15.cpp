@@ -46,7 +46,7 @@ double sd_of(std::int64_t sd_q40, double unit) { return sd_q40 == INT64_MAX ? IN
 ShaftValue value_of(const dqw_reading_q15& r, double unit)
 {
     const double value = si(r.value_q40, unit), sd = sd_of(r.sd_q40, unit);
-    return {value, sd, value > 0.0 && sd < static_cast<double>(DQW_KNOWN_RATIO) * value};
+    return {value, sd, value > 0.0 && sd < kKnownRatio * value};
 }
 
 }  // namespace

@@ -57,7 +57,7 @@ void note_gate(const dqw_gate& gate, std::uint32_t heldout, Result& result);
 
 /// The inputs for lib/, in their order.
 std::vector<dqw_effect_config> lists_of(const std::vector<TraceInput>& inputs);
-/// Throws std::invalid_argument where their weights are more than this build of lib/ has room for.
+/// Throws std::invalid_argument where their weights are more than this build of lib/ has room for. In float dead time needs none.
 void check_room(const std::vector<TraceInput>& inputs);
 
 /// What was read of one input: the learned weights, their deviations, and a bit for each that is known.

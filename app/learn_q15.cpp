@@ -19,17 +19,30 @@ const char* const excitations[] = {"a current of several levels on either axis, 
                                    "a varying i_q, or a turning machine with i_q at several levels",
                                    "a turning machine with i_d and i_q at several levels, and pole_pairs where they cannot be found"};
 
-/// Full scales in SI, and what one unit of each parameter is.
-struct Units {
-    FullScales full;
-    double parameter[DQW_PARAMETERS_Q15];
+/// A parameter counts as known below this ratio of deviation to value.
+constexpr double kKnownRatio = 0.25;
+/// Rows that the mean of the noise reaches over: of a shorter log none are spared for measuring it.
+constexpr std::size_t kShort = DQW_NOISE_Q15_MEMORY;
+/// What 1 of dqw_estimator_unit_q15() is, SI.
+constexpr double kUnit[] = {1e-6, 1e-9, 1e-9, 1e-9, 1e-6, 1e-9};
+
+/// Effects that come and go with the electrical angle.
+bool turns(const std::string& effect)
+{
+    static const char* const list[] = {"dead_time", "flux_harmonics", "current_offset", "current_gain_mismatch", "phase_resistance_imbalance"};
+    return std::find(std::begin(list), std::end(list), effect) != std::end(list);
+}
+
+struct Read {
+    double value = 0.0, sd = INFINITY;
+    bool known() const { return value > 0.0 && sd < kKnownRatio * value; }
 };
 
-Units units_of(const dqw_scale& scale)
+Read read(const dqw_estimator_q15& e, int i)
 {
-    const FullScales full = full_scales(scale);
-    const double L = full.v_V * full.dt_s / full.i_A;
-    return {full, {full.v_V / full.i_A, L, L, full.v_V * full.dt_s}};
+    const dqw_reading_q15 r = dqw_estimator_read_q15(&e, static_cast<dqw_parameter>(i));
+    const double unit = dqw_estimator_unit_q15(e.config, static_cast<dqw_parameter>(i)) * kUnit[i];
+    return {si(r.value_q40, unit), r.sd_q40 == INT64_MAX ? INFINITY : si(r.sd_q40, unit)};
 }
 
 dqw_estimator_q15_config config_of(const std::vector<Log>& logs, const LearnOptions& options, const std::vector<TraceInput>& inputs, double pole_pairs)
@@ -38,8 +51,8 @@ dqw_estimator_q15_config config_of(const std::vector<Log>& logs, const LearnOpti
     const bool is_static = first.regime != Regime::dynamic;
     dqw_estimator_q15_config c{};
     c.settled = is_static;
-    // A host has the time to read after every block, as the float learners do.
-    c.read_blocks = 1;
+    // A host has the time to solve after every block, as the float learners do.
+    c.solve_blocks = 1;
     c.scale.v_full_mV = full_scale(largest(logs, &Log::v_d_V, &Log::v_q_V), 1e3, "a voltage", DQW_SCALE_MAX);
     c.scale.i_full_mA = full_scale(largest(logs, &Log::i_d_A, &Log::i_q_A), 1e3, "a current", DQW_SCALE_MAX);
     c.scale.w_full_mrad_s = full_scale(largest(logs, &Log::w_m_rad_s, &Log::w_m_rad_s), 1e3, "a speed", DQW_SCALE_MAX);
@@ -50,17 +63,19 @@ dqw_estimator_q15_config config_of(const std::vector<Log>& logs, const LearnOpti
     c.Ld_nH = whole(1e9 * static_cast<double>(nominal(first.machine, options.start, &Machine::Ld_H)));
     c.Lq_nH = whole(1e9 * static_cast<double>(nominal(first.machine, options.start, &Machine::Lq_H)));
     c.psi_nWb = whole(1e9 * static_cast<double>(nominal(first.machine, options.start, &Machine::psi_Wb)));
+    c.noise_on_inputs = !is_static && all_rows(logs) > kShort;
+    c.angle = std::any_of(inputs.begin(), inputs.end(), [](const TraceInput& in) { return turns(in.effect); });
     if (!is_static) c.half_window = static_cast<std::uint8_t>(std::min<std::uint16_t>(half_window_of(logs, inputs, pole_pairs), DQW_WINDOW_Q15_HALF));
     return c;
 }
 
-void put(const dqw_parameters_q15& p, const Units& units, const Asked& asked, bool p_given, std::uint16_t said, Result& result)
+void put(const dqw_estimator_q15& e, const Asked& asked, bool p_given, std::uint16_t said, Result& result)
 {
-    for (int i = 0; i < DQW_PARAMETERS_Q15; ++i) {
+    for (int i = 0; i <= DQW_PSI; ++i) {
         if (!asked(names[i])) continue;
-        const double value = si(p.value_q40[i], units.parameter[i]);
-        const double sd = p.sd_q40[i] == INT64_MAX ? INFINITY : si(p.sd_q40[i], units.parameter[i]);
-        if ((p.known >> i & 1U) != 0)
+        const Read r = read(e, i);
+        const auto [value, sd] = r;
+        if (r.known())
             result.parameters.push_back({names[i], value, sd, false});
         else
             result.not_identifiable.push_back({names[i],
@@ -70,8 +85,8 @@ void put(const dqw_parameters_q15& p, const Units& units, const Asked& asked, bo
     }
     if (p_given)
         result.parameters.push_back({"pole_pairs", static_cast<double>(said), 0.0, true});
-    else if (p.pole_pairs != 0)
-        result.parameters.push_back({"pole_pairs", static_cast<double>(p.pole_pairs), 0.0, false});
+    else if (e.pole_pairs != 0)
+        result.parameters.push_back({"pole_pairs", static_cast<double>(e.pole_pairs), 0.0, false});
     else if (asked("pole_pairs") || asked("psi_Wb"))
         result.not_identifiable.push_back(
             {"pole_pairs", "the cross weights do not tell them", "currents that change on both axes while the machine turns, or --pole-pairs"});
@@ -82,20 +97,24 @@ Learned pass(const std::vector<Log>& logs, const LearnOptions& options, const st
 {
     const Log& first = logs.front();
     dqw_estimator_q15_config config = config_of(logs, options, inputs, pole_pairs);
-    const Units units = units_of(config.scale);
+    const FullScales full = full_scales(config.scale);
     std::vector<dqw_effect_q15_config> list;
     std::vector<double> effect_units;
     for (const TraceInput& in : inputs) {
         // A settled log's delay is in seconds.
-        const double weight_unit = in.effect == "delay" && config.settled ? units.full.dt_s : 1.0;
-        list.push_back(effect_config_q15(in, units.full, weight_unit, config.settled ? static_cast<double>(period_of(first, inputs)) : 0.0));
-        effect_units.push_back(effect_unit(list.back().effect, units.full) * weight_unit);
+        const double weight_unit = in.effect == "delay" && config.settled ? full.dt_s : 1.0;
+        list.push_back(effect_config_q15(in, full, weight_unit, config.settled ? static_cast<double>(period_of(first, inputs)) : 0.0));
+        effect_units.push_back(effect_unit(list.back().effect, full) * weight_unit);
     }
     config.effects = list.data();
     config.effect_count = static_cast<std::uint8_t>(list.size());
     dqw_estimator_q15 e;
     if (dqw_estimator_init_q15(&e, &config) != DQW_OK)
         throw std::invalid_argument("the fixed-point learners refuse these full scales, nominal values or shapes of effects");
+    // Whoever asks what a log tells wants all of its rows, whatever its residual.
+    e.stage.threshold_ppm = UINT32_MAX;
+    // Settled rows need no coarse values.
+    if (config.settled) (void)dqw_stage_step(&e.stage, {true, 0, 0});
 
     std::size_t done = 0;
     std::uint32_t heldout = 0;
@@ -103,22 +122,20 @@ Learned pass(const std::vector<Log>& logs, const LearnOptions& options, const st
     for (const Log& log : logs) {
         const SampleSource sample(log, pole_pairs, inputs);
         walk(
-            log, done, total, options, [&] { dqw_estimator_gap_q15(&e); },
+            log, done, total, options, [&] { dqw_estimator_missing_q15(&e, 0); },
             [&](std::size_t k, bool held) {
                 // What is held out is not learned, but it heats.
                 if (held && list.empty()) return;
                 dqw_sample_q15 x;
-                const bool good = fixed(sample(k), units.full, x);
+                const bool good = fixed(sample(k), full, x);
                 heldout += held ? 1U : 0U;
-                (void)dqw_estimator_step_q15(&e, &x, held || !good);
-                if ((dqw_estimator_background_q15(&e) & DQW_EVENT_LEARNED) == 0 || !options.block) return;
-                // As read last: a reading of our own would change what follows.
+                (void)dqw_estimator_sample_q15(&e, &x, held || !good);
+                if (!dqw_estimator_background_q15(&e) || !options.block) return;
                 std::array<double, 4> now{};
-                for (std::size_t i = 0; i < now.size(); ++i) now[i] = si(e.parameters.value_q40[i], units.parameter[i]);
+                for (std::size_t i = 0; i < now.size(); ++i) now[i] = read(e, static_cast<int>(i)).value;
                 options.block(log.t_s.empty() ? static_cast<double>(k) : log.t_s[k], now);
             });
     }
-    dqw_estimator_read_q15(&e);
 
     Learned learned;
     Result& result = learned.result;
@@ -126,26 +143,26 @@ Learned pass(const std::vector<Log>& logs, const LearnOptions& options, const st
     result.regime = first.regime;
     Asked asked{options.parameters, {"R_ohm", "Ld_H", "Lq_H", "psi_Wb"}};
     if (first.regime == Regime::standstill) asked.defaults = {"R_ohm"};
-    put(e.parameters, units, asked, p_given, config.scale.pole_pairs, result);
+    put(e, asked, p_given, config.scale.pole_pairs, result);
     note_gate(e.gate, heldout, result);
-    result.notes.push_back(fmt::format("fixed point; full scales {:.4g} V, {:.4g} A, {:.4g} rad/s", units.full.v_V, units.full.i_A, units.full.w_rad_s));
-    std::copy(std::begin(units.parameter), std::end(units.parameter), learned.unit.begin());
+    result.notes.push_back(fmt::format("fixed point; full scales {:.4g} V, {:.4g} A, {:.4g} rad/s", full.v_V, full.i_A, full.w_rad_s));
+    for (int i = 0; i <= DQW_PSI; ++i) learned.unit[static_cast<std::size_t>(i)] = dqw_estimator_unit_q15(&config, static_cast<dqw_parameter>(i)) * kUnit[i];
     PlainModel& model = learned.model;
-    model.pole_pairs = e.parameters.pole_pairs != 0 ? e.parameters.pole_pairs : 1;
+    model.pole_pairs = e.pole_pairs != 0 ? e.pole_pairs : 1;
     double* const values[] = {&model.R_ohm, &model.Ld_H, &model.Lq_H, &model.psi_Wb};
-    for (int i = 0; i < DQW_PARAMETERS_Q15; ++i) *values[i] = si(e.parameters.value_q40[i], units.parameter[i]);
-    std::vector<InputRead> read;
+    for (int i = 0; i <= DQW_PSI; ++i) *values[i] = read(e, i).value;
+    std::vector<InputRead> of_inputs;
     for (std::size_t n = 0; n < inputs.size(); ++n) {
         std::int64_t w[DQW_EFFECT_STARTS], sd[DQW_EFFECT_STARTS];
-        const int known = dqw_estimator_effect_q15(&e, static_cast<int>(n), w, sd);
-        read.push_back({inputs[n], {}, static_cast<std::uint32_t>(known)});
-        read.back().input.weights.clear();
+        const int known = dqw_estimator_read_effect_q15(&e, static_cast<int>(n), w, sd);
+        of_inputs.push_back({inputs[n], {}, static_cast<std::uint32_t>(known)});
+        of_inputs.back().input.weights.clear();
         for (int i = 0; i < dqw_effect_weights(list[n].effect); ++i) {
-            read.back().input.weights.push_back(si(w[i], effect_units[n]));
-            read.back().sd.push_back(sd[i] == INT64_MAX ? INFINITY : si(sd[i], effect_units[n]));
+            of_inputs.back().input.weights.push_back(si(w[i], effect_units[n]));
+            of_inputs.back().sd.push_back(sd[i] == INT64_MAX ? INFINITY : si(sd[i], effect_units[n]));
         }
     }
-    put_effects(read, learned);
+    put_effects(of_inputs, learned);
     return learned;
 }
 

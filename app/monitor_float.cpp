@@ -1,63 +1,72 @@
 // The monitor of lib/.
 #include <cmath>
-#include <limits>
 #include <stdexcept>
 
+#include "dqw_estimator_block.h"
+#include "dqw_estimator_random.h"
 #include "dqw_monitor.h"
 #include "dqw_number.h"
+#include "dqw_text.h"
+#include "learn_parts.hpp"
 #include "monitor_engine.hpp"
 
 namespace dqw {
 namespace {
 
-/// What lib/ does not know is infinite here.
-double deviation(float sd) { return sd < DQW_UNKNOWN ? static_cast<double>(sd) : std::numeric_limits<double>::infinity(); }
-
 class FloatMonitor : public MonitorEngine {
 public:
-    explicit FloatMonitor(const MonitorSetup& setup) : config_(setup.config)
+    explicit FloatMonitor(const MonitorSetup& setup) : config_(setup.config), effects_(lists_of(setup.inputs))
     {
-        dqw_monitor_random_init(&lent_);
-        accept(dqw_monitor_init(&m_, &config_, &lent_));
+        config_.estimator.effects = effects_.data();
+        config_.estimator.effect_count = static_cast<std::uint8_t>(effects_.size());
+        config_.estimator.random = &lent_;
+        dqw_estimator_random_init(&lent_);
+        accept(dqw_monitor_init(&m_, &config_));
     }
 
-    void gap(std::uint32_t periods) override { dqw_tracker_gap(&m_.tracker, periods); }
+    void gap(std::uint32_t periods) override { dqw_monitor_missing(&m_, periods); }
 
     bool sample(const dqw_sample& s) override
     {
         (void)dqw_monitor_sample(&m_, &s, false);
-        return m_.tracker.pending;
+        return m_.estimator.window.pending;
     }
 
     std::optional<MonitorTold> background() override
     {
-        dqw_monitor_event e{};
-        if (!dqw_monitor_background(&m_, &e)) return std::nullopt;
+        dqw_monitor_change e{};
+        if (!dqw_monitor_background(&m_) || !dqw_monitor_event(&m_, &e)) return std::nullopt;
         const double unit = channel_unit(measures(), e.parameter);
-        return MonitorTold{e.half, e.since, e.parameter, static_cast<double>(e.value) * unit, static_cast<double>(e.sd) * unit, e.fault};
+        const std::uint64_t half = m_.estimator.window.half;
+        return MonitorTold{static_cast<std::uint32_t>(e.sample / half),
+                           static_cast<std::uint32_t>(e.since / half),
+                           e.parameter,
+                           static_cast<double>(e.value) * unit,
+                           sd_of(e.sd) * unit,
+                           e.fault};
     }
 
     void define() override
     {
-        dqw_monitor_random_init(&lent_);
-        accept(dqw_monitor_define(&m_, &config_, &lent_));
+        dqw_estimator_random_init(&lent_);
+        accept(dqw_monitor_define(&m_, &config_));
     }
 
-    std::uint32_t halves() const override { return m_.tracker.halves; }
+    std::uint32_t halves() const override { return m_.estimator.halves; }
 
     MonitorMeasures measures() const override
     {
         MonitorMeasures r{};
-        for (int i = 0; i < DQW_TRACK_WEIGHTS; ++i) {
-            const auto weight = static_cast<dqw_tracker_weight>(i);
-            r.weight[weight] = static_cast<double>(dqw_tracker_value(&m_.tracker, weight));
-            r.weight_sd[weight] = deviation(dqw_tracker_sd(&m_.tracker, weight));
-            r.healthy[weight] = static_cast<double>(m_.healthy[weight]);
+        for (int i = 0; i < DQW_PARAMETERS; ++i) {
+            const auto at = static_cast<std::size_t>(i);
+            r.weight[at] = static_cast<double>(dqw_estimator_value(&m_.estimator, i));
+            r.weight_sd[at] = sd_of(dqw_estimator_sd(&m_.estimator, i));
+            r.healthy[at] = static_cast<double>(m_.healthy[i]);
         }
         for (int k = 0; k < DQW_WITNESS_INPUTS; ++k) {
             const auto input = static_cast<dqw_witness_input>(k);
             r.ripple[input] = static_cast<double>(dqw_witness_size(&m_.witness, input));
-            r.ripple_sd[input] = deviation(dqw_witness_sd(&m_.witness, &m_.tracker, input));
+            r.ripple_sd[input] = sd_of(dqw_witness_sd(&m_.witness, &m_.estimator, input));
             r.healthy_ripple[input] = std::hypot(static_cast<double>(m_.healthy_re[input]), static_cast<double>(m_.healthy_im[input]));
         }
         r.friction_Nm = static_cast<double>(m_.friction_Nm);
@@ -65,24 +74,24 @@ public:
         r.healthy_friction_Nm = static_cast<double>(m_.healthy_friction_Nm);
         r.cold_R_ohm = static_cast<double>(m_.cold_R_ohm);
         r.alpha_per_K = static_cast<double>(config_.alpha_per_K);
-        const auto base_V = static_cast<double>(config_.tracker.v_base_V);
-        r.residual_V = base_V * std::sqrt(static_cast<double>(m_.residual_pu2));
+        const auto base_V = static_cast<double>(config_.estimator.v_base_V);
+        r.residual_V = base_V * std::sqrt(static_cast<double>(m_.estimator.recent_pu2));
         r.healthy_residual_V = base_V * std::sqrt(static_cast<double>(m_.healthy_residual_pu2));
-        r.blocks = m_.tracker.blocks;
+        r.blocks = m_.estimator.blocks;
         r.friction_known = m_.watch.reversals > 0 && m_.watch.looks[DQW_WATCH_FRICTION] > 0;
-        r.in_service = m_.stage.name == DQW_STAGE_IN_SERVICE;
+        r.in_service = m_.estimator.stage.name == DQW_STAGE_IN_SERVICE;
         r.resting = m_.watch.resting;
         return r;
     }
 
     MonitorState state() const override
     {
-        return {m_.stage,
-                m_.tracker.gate,
-                static_cast<double>(dqw_tracker_residual_pu(&m_.tracker)),
-                m_.tracker.blocks,
-                m_.tracker.missed,
-                m_.tracker.restarts,
+        return {m_.estimator.stage,
+                m_.estimator.gate,
+                static_cast<double>(dqw_estimator_residual_pu(&m_.estimator)),
+                m_.estimator.blocks,
+                m_.estimator.missed,
+                m_.estimator.restarts,
                 m_.witness.blocks,
                 m_.watch.looks[DQW_WATCH_FRICTION]};
     }
@@ -90,12 +99,15 @@ public:
 private:
     static void accept(dqw_status status)
     {
-        if (status != DQW_OK) throw std::invalid_argument("the monitor refuses these bases or nominal values");
+        if (status != DQW_OK) throw std::invalid_argument(std::string("the monitor refuses its configuration: ") + dqw_status_text(status));
     }
 
-    const dqw_monitor_config& config_;
+    static double sd_of(float sd) { return sd < DQW_UNKNOWN ? static_cast<double>(sd) : INFINITY; }
+
+    dqw_monitor_config config_;
+    const std::vector<dqw_effect_config> effects_;
+    dqw_estimator_random lent_{};
     dqw_monitor m_{};
-    dqw_monitor_random lent_{};
 };
 
 }  // namespace

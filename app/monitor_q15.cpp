@@ -5,6 +5,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "dqw_estimator_block_q15.h"
 #include "dqw_monitor_q15.h"
 #include "fixed_point.hpp"
 #include "monitor_engine.hpp"
@@ -15,8 +16,8 @@ namespace {
 // Full scales are so many bases: what a fault makes of a signal still fits.
 constexpr double kFaultRoom = 1.5;
 constexpr double kOneQ24 = 0x1p24, kOneQ28 = 0x1p28;
-// What 1 of dqw_tracker_unit_q15() is: uOhm, nH, nH, nWb, uV, nWb.
-constexpr std::array<double, DQW_TRACK_WEIGHTS> kUnit = {1e-6, 1e-9, 1e-9, 1e-9, 1e-6, 1e-9};
+// What 1 of dqw_estimator_unit_q15() is: uOhm, nH, nH, nWb, uV, nWb.
+constexpr std::array<double, DQW_PARAMETERS> kUnit = {1e-6, 1e-9, 1e-9, 1e-9, 1e-6, 1e-9};
 
 double si(float x) { return static_cast<double>(x); }
 
@@ -28,9 +29,9 @@ std::uint32_t positive(double x, const char* what, double most = 4e9)
 
 dqw_monitor_q15_config config_of(const dqw_monitor_config& from)
 {
-    const dqw_tracker_config& f = from.tracker;
+    const dqw_estimator_config& f = from.estimator;
     dqw_monitor_q15_config c{};
-    dqw_tracker_q15_config& t = c.tracker;
+    dqw_estimator_q15_config& t = c.estimator;
     t.scale.v_full_mV = positive(1e3 * kFaultRoom * si(f.v_base_V), "the voltage", DQW_SCALE_MAX);
     t.scale.i_full_mA = positive(1e3 * kFaultRoom * si(f.i_base_A), "the current", DQW_SCALE_MAX);
     t.scale.w_full_mrad_s = positive(1e3 * kFaultRoom * si(f.w_base_rad_s), "the speed", DQW_SCALE_MAX);
@@ -45,13 +46,14 @@ dqw_monitor_q15_config config_of(const dqw_monitor_config& from)
     t.stale_limit = f.stale_limit;
     t.half_window = static_cast<std::uint8_t>(std::min<std::uint32_t>(f.half_window, DQW_WINDOW_Q15_HALF));
     t.angle = f.angle;
+    t.encoder_offset = f.encoder_offset;
     t.noise_on_inputs = f.noise_on_inputs;
     // The same in volts, amperes and newton metres as with the bases; L, whose input is a product, a half more.
     t.excitation_q15 = static_cast<std::uint16_t>(std::round(0.01 / kFaultRoom * 32768.0));
     c.band_ppm[DQW_WATCH_DEAD_TIME] = whole(5000.0 / kFaultRoom);
     c.band_ppm[DQW_WATCH_OFFSET] = whole(10000.0 / kFaultRoom);
     c.band_ppm[DQW_WATCH_FRICTION] = whole(50000.0 / kFaultRoom);
-    c.threshold_ppm = whole(50000.0 / kFaultRoom);
+    t.threshold_ppm = whole(50000.0 / kFaultRoom);
     c.residual_floor_ppm = whole(2000.0 / kFaultRoom);
     c.alpha_ppm_per_K = whole(1e6 * si(from.alpha_per_K));
     c.J_nkgm2 = from.J_kgm2 > 0.0F ? positive(1e9 * si(from.J_kgm2), "J_kgm2") : 0;
@@ -60,13 +62,9 @@ dqw_monitor_q15_config config_of(const dqw_monitor_config& from)
 
 class Q15Monitor : public MonitorEngine {
 public:
-    explicit Q15Monitor(const MonitorSetup& setup) : config_(config_of(setup.config))
-    {
-        dqw_monitor_random_init_q15(&lent_);
-        accept(dqw_monitor_init_q15(&m_, &config_, &lent_));
-    }
+    explicit Q15Monitor(const MonitorSetup& setup) : config_(config_of(setup.config)) { accept(dqw_monitor_init_q15(&m_, &config_)); }
 
-    void gap(std::uint32_t periods) override { dqw_tracker_gap_q15(&m_.tracker, periods); }
+    void gap(std::uint32_t periods) override { dqw_estimator_missing_q15(&m_.estimator, periods); }
 
     bool sample(const dqw_sample& s) override
     {
@@ -75,7 +73,7 @@ public:
         // Sixteen bits have no not-a-number: the port is told of a limit, and it is counted here.
         if (!good) ++not_numbers_;
         (void)dqw_monitor_sample_q15(&m_, &x, !good);
-        return dqw_tracker_waits_q15(&m_.tracker);
+        return m_.estimator.window.pending;
     }
 
     std::optional<MonitorTold> background() override
@@ -91,22 +89,17 @@ public:
                            {e.fault.name, static_cast<float>(e.fault.confidence_q15) / 32768.0F, e.fault.phase}};
     }
 
-    void define() override
-    {
-        dqw_monitor_random_init_q15(&lent_);
-        accept(dqw_monitor_define_q15(&m_, &config_, &lent_));
-    }
+    void define() override { accept(dqw_monitor_define_q15(&m_, &config_)); }
 
-    std::uint32_t halves() const override { return m_.tracker.halves; }
+    std::uint32_t halves() const override { return m_.estimator.halves; }
 
     MonitorMeasures measures() const override
     {
         MonitorMeasures r{};
-        for (int i = 0; i < DQW_TRACK_WEIGHTS; ++i) {
+        for (int i = 0; i < DQW_PARAMETERS; ++i) {
             const auto at = static_cast<std::size_t>(i);
-            const auto weight = static_cast<dqw_tracker_weight_q15>(i);
-            const std::int32_t sd = dqw_tracker_sd_q15(&m_.tracker, weight);
-            r.weight[at] = dqw_tracker_value_q15(&m_.tracker, weight) * unit_of(i);
+            const std::int32_t sd = dqw_estimator_sd_q24(&m_.estimator, i);
+            r.weight[at] = m_.estimator.w_q24[i] * unit_of(i);
             r.weight_sd[at] = sd == INT32_MAX ? INFINITY : sd * unit_of(i);
             r.healthy[at] = m_.is.healthy_q24[i] * unit_of(i);
         }
@@ -114,7 +107,7 @@ public:
             const auto at = static_cast<std::size_t>(k);
             const auto input = static_cast<dqw_witness_input_q15>(k);
             const double unit = unit_of(DQW_WATCH_OFFSET + k) * kOneQ24 / kOneQ28;
-            const std::int32_t sd = dqw_witness_sd_q28(&m_.witness, &m_.tracker, input);
+            const std::int32_t sd = dqw_witness_sd_q28(&m_.witness, &m_.estimator, input);
             r.ripple[at] = dqw_witness_size_q28(&m_.witness, input) * unit;
             r.ripple_sd[at] = sd == INT32_MAX ? INFINITY : sd * unit;
             r.healthy_ripple[at] = std::hypot(m_.is.healthy_re_q28[k], m_.is.healthy_im_q28[k]) * unit;
@@ -125,11 +118,11 @@ public:
         r.healthy_friction_Nm = m_.is.healthy_friction_q24 * torque_Nm;
         r.cold_R_ohm = m_.is.cold_R_q24 * unit_of(DQW_WATCH_R);
         r.alpha_per_K = 1e-6 * config_.alpha_ppm_per_K;
-        r.residual_V = full_.v_V * std::sqrt(std::ldexp(static_cast<double>(m_.is.residual_q54), -54));
+        r.residual_V = full_.v_V * std::sqrt(std::ldexp(static_cast<double>(m_.estimator.recent_q54), -54));
         r.healthy_residual_V = full_.v_V * std::sqrt(std::ldexp(static_cast<double>(m_.is.healthy_residual_q54), -54));
-        r.blocks = m_.tracker.blocks;
+        r.blocks = m_.estimator.blocks;
         r.friction_known = m_.watch.reversals > 0 && m_.watch.looks[DQW_WATCH_FRICTION] > 0;
-        r.in_service = m_.stage.name == DQW_STAGE_IN_SERVICE;
+        r.in_service = m_.estimator.stage.name == DQW_STAGE_IN_SERVICE;
         r.resting = m_.watch.resting;
         return r;
     }
@@ -137,18 +130,18 @@ public:
     MonitorState state() const override
     {
         // Parts of the full voltage, told as parts of the base.
-        dqw_stage stage = m_.stage;
+        dqw_stage stage = m_.estimator.stage;
         stage.threshold_ppm = whole(kFaultRoom * stage.threshold_ppm);
         stage.residual_ppm = whole(kFaultRoom * stage.residual_ppm);
-        dqw_gate gate = m_.tracker.gate;
+        dqw_gate gate = m_.estimator.gate;
         gate.saturated -= not_numbers_;
         gate.nonfinite += not_numbers_;
         return {stage,
                 gate,
-                kFaultRoom * dqw_tracker_residual_q28(&m_.tracker) / kOneQ28,
-                m_.tracker.blocks,
-                m_.tracker.missed,
-                m_.tracker.restarts,
+                kFaultRoom * dqw_estimator_residual_q28(&m_.estimator) / kOneQ28,
+                m_.estimator.blocks,
+                m_.estimator.missed,
+                m_.estimator.restarts,
                 m_.witness.blocks,
                 m_.watch.looks[DQW_WATCH_FRICTION]};
     }
@@ -162,24 +155,24 @@ private:
     /// What 1 in an event's format is, SI.
     double unit_of(int channel) const
     {
-        const dqw_tracker_q15_config& t = config_.tracker;
-        const double R = 1e-6 * t.R_uohm, L = 0.5e-9 * (static_cast<double>(t.Ld_nH) + t.Lq_nH);
+        const dqw_estimator_q15_config& t = config_.estimator;
+        const auto unit = [&](dqw_parameter i) { return dqw_estimator_unit_q15(&t, i) * kUnit[static_cast<std::size_t>(i)]; };
+        const double R = unit(DQW_R), L = 0.5 * (unit(DQW_LD) + unit(DQW_LQ));
         switch (channel) {
         case DQW_WATCH_OFFSET: return full_.i_A / kOneQ24;
         case DQW_WATCH_RESISTANCE: return R / kOneQ24;
         case DQW_WATCH_REACTANCE: return L / kOneQ24;
         case DQW_WATCH_SHORT: return std::ldexp(static_cast<double>(dqw_witness_short_q40(&t)), -40) / R / kOneQ24;
-        case DQW_WATCH_FRICTION: return 1.5 * t.scale.pole_pairs * 1e-9 * t.psi_nWb * full_.i_A / kOneQ24;
+        case DQW_WATCH_FRICTION: return 1.5 * t.scale.pole_pairs * unit(DQW_PSI) * full_.i_A / kOneQ24;
         case DQW_WATCH_TEMPERATURE: return 0x1p-16;
         case DQW_WATCH_RESIDUAL: return full_.v_V / kOneQ24;
-        default: return dqw_tracker_unit_q15(&t, static_cast<dqw_tracker_weight_q15>(channel)) * kUnit[static_cast<std::size_t>(channel)] / kOneQ24;
+        default: return dqw_estimator_unit_q15(&t, static_cast<dqw_parameter>(channel)) * kUnit[static_cast<std::size_t>(channel)] / kOneQ24;
         }
     }
 
     const dqw_monitor_q15_config config_;
-    const FullScales full_ = full_scales(config_.tracker.scale);
+    const FullScales full_ = full_scales(config_.estimator.scale);
     dqw_monitor_q15 m_{};
-    dqw_monitor_random_q15 lent_{};
     std::uint32_t not_numbers_ = 0;
 };
 

@@ -23,9 +23,9 @@ MonitorReading temperature_reading(const MonitorMeasures& m, const MonitorReadin
 
 double channel_unit(const MonitorMeasures& m, int channel)
 {
-    const double L = 0.5 * (m.weight[DQW_TRACK_LD] + m.weight[DQW_TRACK_LQ]);
+    const double L = 0.5 * (m.weight[DQW_LD] + m.weight[DQW_LQ]);
     switch (channel) {
-    case DQW_WATCH_ANGLE: return 1.0 / m.weight[DQW_TRACK_PSI];
+    case DQW_WATCH_ANGLE: return 1.0 / m.weight[DQW_PSI];
     case DQW_WATCH_RESISTANCE: return 3.0;
     case DQW_WATCH_REACTANCE: return 3.0 / L;
     case DQW_WATCH_SHORT: return 3.0;

@@ -15,14 +15,14 @@ constexpr double kLongestGap = 4e9;  // periods
 class Runner {
 public:
     Runner(const Log& log, const MonitorSetup& setup, MonitorEngine& monitor, const MonitorWatch& watch)
-        : log_(log), watch_(watch), sample_(log, setup.config.tracker.pole_pairs, angle_input(setup)), m_(monitor)
+        : log_(log), watch_(watch), sample_(log, setup.config.estimator.pole_pairs, signals_of(setup)), m_(monitor)
     {
         run_.rows = log.rows();
         run_.begin_s = log.t_s.front(), run_.end_s = log.t_s.back();
-        run_.angle = setup.config.tracker.angle;
+        run_.angle = setup.config.estimator.angle;
         run_.friction_wanted = setup.config.J_kgm2 > 0.0F;
         halves_.push_back({0, run_.begin_s});
-        every_ = 1 + log.rows() / std::max<std::size_t>(setup.config.tracker.half_window, 1) / kMostPoints;
+        every_ = 1 + log.rows() / std::max<std::size_t>(setup.config.estimator.half_window, 1) / kMostPoints;
         stage_from(run_.begin_s);
     }
 
@@ -44,9 +44,12 @@ public:
     }
 
 private:
-    static std::vector<TraceInput> angle_input(const MonitorSetup& setup)
+    /// What needs signals beyond voltages, currents and speed.
+    static std::vector<TraceInput> signals_of(const MonitorSetup& setup)
     {
-        return setup.config.tracker.angle ? std::vector<TraceInput>{{"dead_time", {}, {}}} : std::vector<TraceInput>{};
+        std::vector<TraceInput> inputs = setup.inputs;
+        if (setup.config.estimator.angle) inputs.push_back({"dead_time", {}, {}});
+        return inputs;
     }
 
     void step(std::size_t k)

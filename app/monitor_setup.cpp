@@ -1,3 +1,4 @@
+#include "dqw_effect_kind.h"
 #include "monitor_setup.hpp"
 
 #include <fmt/format.h>
@@ -6,6 +7,7 @@
 #include <cmath>
 
 #include "columns.hpp"
+#include "effect_names.hpp"
 #include "input_error.hpp"
 #include "learn_parts.hpp"
 #include "learn_signals.hpp"
@@ -49,20 +51,20 @@ Log beginning(const Log& log)
 struct Nominal {
     const char* name;
     std::optional<double> Machine::*value;
-    float dqw_tracker_config::*place;
+    float dqw_estimator_config::*place;
     double PlainModel::*learned;
 };
 const Nominal nominals[] = {
-    {"R_ohm", &Machine::R_ohm, &dqw_tracker_config::R_ohm, &PlainModel::R_ohm},
-    {"Ld_H", &Machine::Ld_H, &dqw_tracker_config::Ld_H, &PlainModel::Ld_H},
-    {"Lq_H", &Machine::Lq_H, &dqw_tracker_config::Lq_H, &PlainModel::Lq_H},
-    {"psi_Wb", &Machine::psi_Wb, &dqw_tracker_config::psi_Wb, &PlainModel::psi_Wb},
+    {"R_ohm", &Machine::R_ohm, &dqw_estimator_config::R_ohm, &PlainModel::R_ohm},
+    {"Ld_H", &Machine::Ld_H, &dqw_estimator_config::Ld_H, &PlainModel::Ld_H},
+    {"Lq_H", &Machine::Lq_H, &dqw_estimator_config::Lq_H, &PlainModel::Lq_H},
+    {"psi_Wb", &Machine::psi_Wb, &dqw_estimator_config::psi_Wb, &PlainModel::psi_Wb},
 };
 
 bool usable(double x) { return static_cast<float>(x) > 0.0F && std::isfinite(static_cast<float>(x)); }
 
 /// A machine's order of magnitude, from its largest signals.
-double rough(const Nominal& n, const dqw_tracker_config& c)
+double rough(const Nominal& n, const dqw_estimator_config& c)
 {
     const auto v = static_cast<double>(c.v_base_V), i = static_cast<double>(c.i_base_A), w_e = c.pole_pairs * static_cast<double>(c.w_base_rad_s);
     if (n.value == &Machine::R_ohm) return 0.1 * v / i;
@@ -70,18 +72,19 @@ double rough(const Nominal& n, const dqw_tracker_config& c)
 }
 
 /// Where learning starts: whatever is said, and of the rest what the estimator makes of the log's first seconds.
-void start_values(const Log& log, const Machine& start, MonitorSetup& setup)
+void start_values(const Log& log, const Machine& start, const std::vector<TraceInput>& effects, MonitorSetup& setup)
 {
     std::vector<const Nominal*> missing;
     for (const Nominal& n : nominals) {
-        setup.config.tracker.*(n.place) = nominal(log.machine, start, n.value);
-        if (!usable(static_cast<double>(setup.config.tracker.*(n.place)))) missing.push_back(&n);
+        setup.config.estimator.*(n.place) = nominal(log.machine, start, n.value);
+        if (!usable(static_cast<double>(setup.config.estimator.*(n.place)))) missing.push_back(&n);
     }
     if (missing.empty()) return;
     const Log first = beginning(log);
     LearnOptions options;
-    if (setup.config.tracker.angle) options.inputs = {{"dead_time", {}, {}}};
-    options.start.pole_pairs = setup.config.tracker.pole_pairs;
+    options.inputs = effects;
+    if (setup.config.estimator.angle) options.inputs.push_back({"dead_time", {}, {}});
+    options.start.pole_pairs = setup.config.estimator.pole_pairs;
     const Learned learned = learn_all({first}, options);
     std::vector<std::string> from_log, guessed;
     for (const Nominal* n : missing) {
@@ -90,7 +93,7 @@ void start_values(const Log& log, const Machine& start, MonitorSetup& setup)
         const double value = learned.model.*(n->learned);
         const bool good = known && usable(value);
         (good ? from_log : guessed).emplace_back(n->name);
-        setup.config.tracker.*(n->place) = static_cast<float>(good ? value : rough(*n, setup.config.tracker));
+        setup.config.estimator.*(n->place) = static_cast<float>(good ? value : rough(*n, setup.config.estimator));
     }
     const double span_s = static_cast<double>(first.rows()) * log.dt_s;
     if (!from_log.empty()) setup.notes.push_back(fmt::format("{} not said: learning starts from the log's first {:.3g} s", list(from_log), span_s));
@@ -99,18 +102,41 @@ void start_values(const Log& log, const Machine& start, MonitorSetup& setup)
             fmt::format("{} not said, and the first {:.3g} s do not tell: learning starts from the size of the signals", list(guessed), span_s));
 }
 
-/// An effect is either an input of the monitor, or named in a note.
-void take_effects(const std::vector<TraceInput>& inputs, MonitorSetup& setup)
+bool has_thermometer(const TraceInput& in, const Log& log)
 {
-    static const char* const of_angle[] = {"dead_time", "angle_offset", "current_offset", "current_gain_mismatch", "phase_resistance_imbalance"};
-    dqw_tracker_config& c = setup.config.tracker;
-    std::vector<std::string> unused;
+    const bool heats = in.effect == "winding_temperature" || in.effect == "magnet_temperature";
+    if (!heats || heats_by_current(in) || in.shape.size() < 2) return true;
+    return !log.temp_winding_C.empty() || (in.effect == "magnet_temperature" && !log.temp_magnet_C.empty());
+}
+
+/// Why the estimator cannot have an effect over this log; empty: it can.
+std::string why_not(const TraceInput& in, const Log& log, bool angle)
+{
+    if (dqw_effect_is_mechanical(effect_config(in).effect)) return "the monitor watches the machine, and of the shaft its friction";
+    if (needs_angle(in.effect) && !angle) return "it needs theta_e_rad or theta_m_rad";
+    return has_thermometer(in, log) ? "" : "it needs a temperature";
+}
+
+/// An effect is watched by an input that the monitor has, or the estimator learns it, or a note says why not.
+std::vector<TraceInput> effects_to_learn(const std::vector<TraceInput>& inputs, const Log& log, MonitorSetup& setup)
+{
+    dqw_estimator_config& c = setup.config.estimator;
+    std::vector<TraceInput> learned;
     for (const TraceInput& in : inputs) {
-        const bool watched = std::any_of(std::begin(of_angle), std::end(of_angle), [&](const char* name) { return in.effect == name; });
-        if (!watched && std::find(unused.begin(), unused.end(), in.effect) == unused.end()) unused.push_back(in.effect);
         if (c.angle && in.effect == "dead_time" && !in.shape.empty() && usable(in.shape[0])) c.dead_time_width_A = static_cast<float>(in.shape[0]);
+        if (monitor_watches(in.effect)) continue;
+        const std::string why = why_not(in, log, c.angle);
+        if (why.empty())
+            learned.push_back(in);
+        else
+            setup.notes.push_back(fmt::format("not used: {}; {}", in.effect, why));
+        // A settled log's delay is in seconds.
+        if (why.empty() && in.effect == "delay" && !in.shape.empty()) {
+            for (double& w : learned.back().weights) w /= log.dt_s;
+            learned.back().shape.clear();
+        }
     }
-    if (!unused.empty()) setup.notes.push_back(fmt::format("not used: {}; the monitor has no input for {}", list(unused), unused.size() == 1 ? "it" : "them"));
+    return learned;
 }
 
 /// The size that all but a few rows of two channels stay below; the largest where that is nothing.
@@ -127,7 +153,7 @@ float usual_largest(const std::vector<Log>& logs, std::vector<double> Log::*a, s
 }
 
 /// Short enough for the witness at the largest speed.
-std::uint16_t half_window_of(const Log& log, const dqw_tracker_config& c)
+std::uint16_t half_window_of(const Log& log, const dqw_estimator_config& c)
 {
     const double w_e = c.pole_pairs * static_cast<double>(c.w_base_rad_s);
     const std::uint16_t usual = half_window(kHalfWindow_s, log.dt_s, kLeastHalfWindow);
@@ -150,13 +176,14 @@ MonitorSetup monitor_setup(const std::vector<Log>& logs, const LearnConfig& aske
     const Log& log = logs.front();
     check(log, asked.start);
     MonitorSetup setup;
-    dqw_tracker_config& c = setup.config.tracker;
+    dqw_estimator_config& c = setup.config.estimator;
     c.dt_s = static_cast<float>(log.dt_s);
     c.v_base_V = usual_largest(logs, &Log::v_d_V, &Log::v_q_V);
     c.i_base_A = usual_largest(logs, &Log::i_d_A, &Log::i_q_A);
     c.w_base_rad_s = usual_largest(logs, &Log::w_m_rad_s, &Log::w_m_rad_s);
     c.pole_pairs = static_cast<std::uint16_t>(log.machine.pole_pairs ? *log.machine.pole_pairs : *asked.start.pole_pairs);
     c.angle = !log.theta_e_rad.empty() || !log.theta_m_rad.empty();
+    c.encoder_offset = c.angle;
     c.noise_on_inputs = true;
     c.drift_per_sqrt_s = static_cast<float>(kDrift);
     c.stale_limit = kStale;
@@ -165,11 +192,17 @@ MonitorSetup monitor_setup(const std::vector<Log>& logs, const LearnConfig& aske
         c.dead_time_width_A = static_cast<float>(kDeadTimeWidth) * c.i_base_A;
     else
         setup.notes.emplace_back("no theta_e_rad or theta_m_rad: dead time, unlike phases, current sensors and the encoder are not watched");
-    take_effects(asked.inputs, setup);
+    const std::vector<TraceInput> effects = effects_to_learn(asked.inputs, log, setup);
+    check_room(effects);
     setup.config.alpha_per_K = static_cast<float>(kAlpha_per_K);
     setup.config.J_kgm2 = nominal(log.machine, asked.start, &Machine::J_kgm2);
     if (!(setup.config.J_kgm2 > 0.0F)) setup.notes.emplace_back("friction is not watched: no J_kgm2");
-    start_values(log, asked.start, setup);
+    start_values(log, asked.start, effects, setup);
+    PlainModel machine;
+    for (const Nominal& n : nominals) machine.*(n.learned) = static_cast<double>(c.*(n.place));
+    machine.pole_pairs = c.pole_pairs;
+    setup.inputs = completed(effects, logs, machine);
+    if (!effects.empty()) setup.notes.push_back("learned as well: " + list(effects_of({effects, {}})));
     return setup;
 }
 

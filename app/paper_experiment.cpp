@@ -5,7 +5,7 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "dqw.h"
+#include "dqw_paper.h"
 
 namespace dqw {
 namespace {

@@ -116,7 +116,7 @@ std::string q15_config_text(const std::vector<Log>& logs, const std::vector<Esti
                                   "//     static const dqw_estimator_q15_config config = {{DQW_Q15_ESTIMATOR, .stale_limit = 10}};\n",
                                   names);
     out += formats(c);
-    out += "#ifndef DQW_Q15_CONFIG_H\n#define DQW_Q15_CONFIG_H\n\n#include \"dqw_estimator_q15.h\"\n#include \"dqw_tracker_q15.h\"\n\n";
+    out += "#ifndef DQW_Q15_CONFIG_H\n#define DQW_Q15_CONFIG_H\n\n#include \"dqw_estimator_q15.h\"\n\n";
     out += fmt::format("#define DQW_Q15_SCALE \\\n    {{.v_full_mV = {}u, .i_full_mA = {}u, .w_full_mrad_s = {}u, .dt_ns = {}u, .pole_pairs = {}u}}\n\n",
                        c.scale.v_full_mV, c.scale.i_full_mA, c.scale.w_full_mrad_s, c.scale.dt_ns, c.scale.pole_pairs);
     std::string values = ".scale = DQW_Q15_SCALE";
@@ -140,7 +140,7 @@ std::string q15_config_text(const std::vector<Log>& logs, const std::vector<Esti
 
 std::string q15_monitor_text(const dqw_monitor_q15_config& c, const std::string& log)
 {
-    const dqw_tracker_q15_config& t = c.tracker;
+    const dqw_estimator_q15_config& t = c.estimator;
     std::string tracker = ".scale = DQW_Q15_MONITOR_SCALE", rest;
     const auto put = [](std::string& to, const char* name, std::uint32_t value) {
         if (value != 0) to += fmt::format(", .{} = {}u", name, value);
@@ -155,14 +155,14 @@ std::string q15_monitor_text(const dqw_monitor_q15_config& c, const std::string&
     put(tracker, "excitation_q15", t.excitation_q15);
     put(tracker, "half_window", t.half_window);
     put(tracker, "solve_blocks", t.solve_blocks);
-    tracker += fmt::format(", .angle = {}, .noise_on_inputs = {}", t.angle, t.noise_on_inputs);
+    tracker += fmt::format(", .angle = {}, .encoder_offset = {}, .noise_on_inputs = {}", t.angle, t.encoder_offset, t.noise_on_inputs);
     std::string bands;
     for (int i = 0; i < DQW_WATCH_CHANNELS; ++i) bands += fmt::format("{}{}u", i ? ", " : "", c.band_ppm[i]);
     put(rest, "alpha_ppm_per_K", c.alpha_ppm_per_K);
     put(rest, "beta_ppm_per_K", c.beta_ppm_per_K);
     put(rest, "heating_mK_s", c.heating_mK_s);
     put(rest, "J_nkgm2", c.J_nkgm2);
-    put(rest, "threshold_ppm", c.threshold_ppm);
+    put(tracker, "threshold_ppm", t.threshold_ppm);
     put(rest, "residual_floor_ppm", c.residual_floor_ppm);
     if (c.commissioned) rest += ", .commissioned = true";
     const FullScales full = full_scales(t.scale);
@@ -173,7 +173,7 @@ std::string q15_monitor_text(const dqw_monitor_q15_config& c, const std::string&
                        "#ifndef DQW_Q15_MONITOR_H\n#define DQW_Q15_MONITOR_H\n\n#include \"dqw_monitor_q15.h\"\n\n"
                        "#define DQW_Q15_MONITOR_SCALE \\\n"
                        "    {{.v_full_mV = {}u, .i_full_mA = {}u, .w_full_mrad_s = {}u, .dt_ns = {}u, .pole_pairs = {}u}}\n\n"
-                       "#define DQW_Q15_MONITOR \\\n    .tracker = {{{}}}, \\\n    .band_ppm = {{{}}}{}\n\n#endif\n",
+                       "#define DQW_Q15_MONITOR \\\n    .estimator = {{{}}}, \\\n    .band_ppm = {{{}}}{}\n\n#endif\n",
                        harmless(log), full.v_V, full.i_A, full.w_rad_s, t.scale.v_full_mV, t.scale.i_full_mA, t.scale.w_full_mrad_s, t.scale.dt_ns,
                        t.scale.pole_pairs, tracker, bands, rest);
 }

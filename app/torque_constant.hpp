@@ -6,7 +6,7 @@
 #include <cmath>
 #include <cstddef>
 
-#include "dqw_model.h"
+#include "learn.hpp"
 #include "learn_mechanical.hpp"
 
 namespace dqw {
@@ -36,7 +36,7 @@ public:
         const double variance = std::max(ee_ / freedom, kFloor * tt_ / static_cast<double>(rows_));
         const double r = ee_ > kFloor * tt_ ? std::clamp(lag_ / ee_, 0.0, kLagMost) : 0.0;
         const double sd = std::sqrt(variance / ii_ * (1.0 + r) / (1.0 - r));
-        return {value(), sd, value() > 0.0 && sd < static_cast<double>(DQW_KNOWN_RATIO) * value()};
+        return {value(), sd, value() > 0.0 && sd < kKnownRatio * value()};
     }
 
 private:

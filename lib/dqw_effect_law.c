@@ -55,7 +55,10 @@ void dqw_effect_plan(dqw_effect *e)
     for (int k = 0; k < e->count; k++) {
         const enum law law = law_of(e, e->list[k].effect);
         if (law == OFFSET || law == GAIN_MISMATCH) last[2] = 0.5f * e->base.dt_s * e->list[k].shape[0];
-        if (law == HARMONICS) last[4] = 1.5f, last[5] = 0.5f;
+        if (law == HARMONICS) {
+            last[4] = 1.5f;
+            last[5] = 0.5f;
+        }
         e->law[k] = (uint8_t)law;
         last += 2 * dqw_effect_weights_of(e, e->list[k].effect);
     }
@@ -70,13 +73,42 @@ DQW_INLINE float both(float *last, float x)
     return two;
 }
 
+// Speeds at both ends of a pair.
+typedef struct speeds {
+    float now, before;
+} speeds;
+
+DQW_INLINE speeds speeds_of(const dqw_sample *before, const dqw_sample *s)
+{
+    const speeds w = {s->w_m_rad_s, before->w_m_rad_s};
+    return w;
+}
+
+// Half the angles that they turn by in a period.
+DQW_INLINE speeds turns_of(const dqw_effect *e, const dqw_sample *before, const dqw_sample *s)
+{
+    const float half = e->turn_4 + e->turn_4;
+    const speeds turn = {half * s->w_m_rad_s, half * before->w_m_rad_s};
+    return turn;
+}
+
+// Two products into a cell.
+DQW_INLINE void gather_two(dqw_window_cell *cell, float a, float x, float b, float y)
+{
+    float all = cell->sum;
+    all += a * x;
+    all += b * y;
+    cell->sum = all;
+    cell->fall += all;
+}
+
 // A flux linkage along one axis: its step, and what turns with the rotor.
-DQW_INLINE void add_flux(dqw_window_cell *step_cell, dqw_window_cell *turn_cell, float *last, float w2, float g)
+DQW_INLINE void add_flux(dqw_window_cell *step_cell, dqw_window_cell *turn_cell, float *last, speeds w, float g)
 {
     const float old = *last;
     *last = g;
     dqw_window_gather(step_cell, g - old);
-    dqw_window_gather(turn_cell, w2 * (g + old));
+    gather_two(turn_cell, w.now, g, w.before, old);
 }
 
 // A number of both ends on each axis.
@@ -86,37 +118,32 @@ DQW_INLINE void add_two(dqw_window_cell cell[], float last[], float x, float y)
     dqw_window_gather(&cell[1], both(&last[1], y));
 }
 
-DQW_INLINE float speeds(const dqw_sample *before, const dqw_sample *s)
-{
-    return s->w_m_rad_s + before->w_m_rad_s;
-}
-
 // Powers of the currents. (E52)
-DQW_INLINE void add_saturation(dqw_window_cell cell[], float last[], float w2, float x, float y)
+DQW_INLINE void add_saturation(dqw_window_cell cell[], float last[], speeds w, float x, float y)
 {
     const float x2 = x * x;
     const float y2 = y * y;
     const float y3 = y2 * y;
-    add_flux(&cell[0], &cell[1], &last[0], w2, x2);
-    add_flux(&cell[2], &cell[3], &last[1], w2, x2 * x);
-    add_flux(&cell[4], &cell[5], &last[2], w2, x2 * x2);
-    add_flux(&cell[7], &cell[6], &last[3], w2, y3);
-    add_flux(&cell[9], &cell[8], &last[4], w2, y3 * y2);
+    add_flux(&cell[0], &cell[1], &last[0], w, x2);
+    add_flux(&cell[2], &cell[3], &last[1], w, x2 * x);
+    add_flux(&cell[4], &cell[5], &last[2], w, x2 * x2);
+    add_flux(&cell[7], &cell[6], &last[3], w, y3);
+    add_flux(&cell[9], &cell[8], &last[4], w, y3 * y2);
 }
 
 // A flux linkage along both axes: its inputs times the period.
-DQW_INLINE void add_fluxes(dqw_window_cell cell[], float last[], float turn, float g_d, float g_q)
+DQW_INLINE void add_fluxes(dqw_window_cell cell[], float last[], speeds turn, float g_d, float g_q)
 {
     const float old_d = last[0];
     const float old_q = last[1];
     last[0] = g_d;
     last[1] = g_q;
-    dqw_window_gather(&cell[0], g_d - old_d - turn * (g_q + old_q));
-    dqw_window_gather(&cell[1], g_q - old_q + turn * (g_d + old_d));
+    dqw_window_gather(&cell[0], g_d - old_d - turn.now * g_q - turn.before * old_q);
+    dqw_window_gather(&cell[1], g_q - old_q + turn.now * g_d + turn.before * old_d);
 }
 
 // (E52)'s, of x y^2 half. No constants in the laws: a compiler would load those of all for each.
-DQW_INLINE void add_cross_saturation(dqw_window_cell cell[], float last[], float turn, float x, float y)
+DQW_INLINE void add_cross_saturation(dqw_window_cell cell[], float last[], speeds turn, float x, float y)
 {
     const float y2 = y * y;
     const float xy = x * y;
@@ -128,7 +155,7 @@ DQW_INLINE void add_cross_saturation(dqw_window_cell cell[], float last[], float
 }
 
 // Cosine and sine of n times the angle. The weights of q have the same. In last[4] and last[5] are 3/2 and 1/2.
-DQW_INLINE void add_harmonics(dqw_window_cell cell[], float last[], float w2, unsigned n, float c, float s)
+DQW_INLINE void add_harmonics(dqw_window_cell cell[], float last[], speeds w, unsigned n, float c, float s)
 {
     // To length 1, to first order: what a sensor's amplitude is off by would count n times.
     const float by = last[4] - last[5] * (c * c + s * s);
@@ -149,8 +176,8 @@ DQW_INLINE void add_harmonics(dqw_window_cell cell[], float last[], float w2, un
         z_s += z_s;
         z_c = square;
     }
-    add_flux(&cell[0], &cell[1], &last[0], w2, c);
-    add_flux(&cell[2], &cell[3], &last[1], w2, s);
+    add_flux(&cell[0], &cell[1], &last[0], w, c);
+    add_flux(&cell[2], &cell[3], &last[1], w, s);
 }
 
 // Three products into a cell.
@@ -230,11 +257,11 @@ bool dqw_effect_gather_pair(dqw_effect *e, const dqw_sample *before, const dqw_s
         int weights = 0;
         switch ((enum law) * law) {
         case SATURATION:
-            add_saturation(cell, last, speeds(before, s), s->i_d_A, s->i_q_A);
+            add_saturation(cell, last, speeds_of(before, s), s->i_d_A, s->i_q_A);
             weights = 5;
             break;
         case CROSS_SATURATION:
-            add_cross_saturation(cell, last, e->turn_4 * speeds(before, s), s->i_d_A, s->i_q_A);
+            add_cross_saturation(cell, last, turns_of(e, before, s), s->i_d_A, s->i_q_A);
             weights = 3;
             break;
         case WINDING:
@@ -258,7 +285,7 @@ bool dqw_effect_gather_pair(dqw_effect *e, const dqw_sample *before, const dqw_s
             weights = 1;
             break;
         case HARMONICS:
-            add_harmonics(cell, last, speeds(before, s), (unsigned)c->shape[0], s->cosine, s->sine);
+            add_harmonics(cell, last, speeds_of(before, s), (unsigned)c->shape[0], s->cosine, s->sine);
             weights = 4;
             break;
         case OFFSET:
@@ -272,7 +299,7 @@ bool dqw_effect_gather_pair(dqw_effect *e, const dqw_sample *before, const dqw_s
                 d = cosine * s->i_d_A - sine * s->i_q_A;
                 q = sine * s->i_d_A + cosine * s->i_q_A;
             }
-            add_sensor(cell, last, c->shape, e->turn_4 * speeds(before, s), d, q);
+            add_sensor(cell, last, c->shape, e->turn_4 * (s->w_m_rad_s + before->w_m_rad_s), d, q);
             weights = 2;
             break;
         }
@@ -324,7 +351,7 @@ static void flux_inputs(const dqw_effect *e, int along, float scale, float *d, f
     float *const step = along == 0 ? d : q;
     float *const turns = along == 0 ? q : d;
     *step *= e->step_Hz * scale;
-    *turns *= along == 0 ? e->poles_4 * scale : -e->poles_4 * scale;
+    *turns *= along == 0 ? 2.0f * e->poles_4 * scale : -2.0f * e->poles_4 * scale;
 }
 
 static void saturation_inputs(const dqw_effect *e, float unit_A, float d[], float q[])

@@ -80,7 +80,6 @@ static bool gather_effects(dqw_estimator *e, const dqw_sample *s, bool good)
         dqw_effect_gap(&e->effect);
     else
         there = dqw_effect_gather(&e->effect, e->last_good ? &last : NULL, s, cell);
-    dqw_effect_heat(&e->effect, s->i_d_A, s->i_q_A);
 #else
     (void)s;
 #endif
@@ -105,7 +104,17 @@ static void gather_static_effects(dqw_estimator *e, const dqw_sample *s, dqw_win
 #endif
 }
 
-// Heating states go on by what was gathered.
+// Every sample heats, also one that may not be learned; the heating states go on by what was gathered.
+static void heat(dqw_estimator *e, const dqw_sample *s)
+{
+#if DQW_EFFECT_WEIGHTS > 0
+    if (e->effect.count > 0) dqw_effect_heat(&e->effect, s->i_d_A, s->i_q_A);
+#else
+    (void)e;
+    (void)s;
+#endif
+}
+
 static void warm(dqw_estimator *e, uint32_t periods)
 {
 #if DQW_EFFECT_WEIGHTS > 0
@@ -199,6 +208,7 @@ static uint32_t take(dqw_estimator *e, const dqw_sample *s, uint32_t event)
         dqw_window_refuse(&e->window);
         dqw_noise_gap(&e->noise);
     }
+    heat(e, s);
     // [EST.3] a half for the background
     if (dqw_window_full(&e->window)) event |= end_half(e, s, good);
     // A voltage that acts later is not known at the first sample.

@@ -1,10 +1,15 @@
 // dqw_shaft: the start, and what the interrupt does. dqw_shaft_learn.c has the background.
 #include "dqw_shaft.h"
+#include "dqw_effect_kind.h"
 
 #include <math.h>
 #include <stddef.h>
 
+#include "dqw_effect.h"
+#include "dqw_gain.h"
+#include "dqw_gate.h"
 #include "dqw_number.h"
+#include "dqw_window.h"
 
 #define HALF_WINDOW 25
 #define HALF_MAX 10000
@@ -174,20 +179,21 @@ uint32_t dqw_shaft_sample(dqw_shaft *s, float torque_Nm, float w_m_rad_s, float 
     const uint32_t refused = dqw_gate_check(&s->gate, g);
     const bool paired = refused == 0 && s->has_last;
     s->has_last = refused == 0;
-    if (refused != 0) return refused | gather(s, NULL);
 
     // [SHAFT.2] the pair that it ends
     float pair[DQW_SHAFT_SIGNALS];
-    const float now = direction(s, w_m_rad_s);
-    pair[TORQUE] = s->torque_last_Nm;
-    pair[STEP] = w_m_rad_s - s->w_last_rad_s;
-    pair[SPEEDS] = w_m_rad_s + s->w_last_rad_s;
-    pair[DIRECTIONS] = now + s->direction_last;
-    pair_effects(s, w_m_rad_s, theta_m_rad, pair);
-    s->torque_last_Nm = torque_Nm;
-    s->w_last_rad_s = w_m_rad_s;
-    s->direction_last = now;
-    return gather(s, paired ? pair : NULL);
+    if (refused == 0) {
+        const float now = direction(s, w_m_rad_s);
+        pair[TORQUE] = s->torque_last_Nm;
+        pair[STEP] = w_m_rad_s - s->w_last_rad_s;
+        pair[SPEEDS] = w_m_rad_s + s->w_last_rad_s;
+        pair[DIRECTIONS] = now + s->direction_last;
+        pair_effects(s, w_m_rad_s, theta_m_rad, pair);
+        s->torque_last_Nm = torque_Nm;
+        s->w_last_rad_s = w_m_rad_s;
+        s->direction_last = now;
+    }
+    return refused | gather(s, paired ? pair : NULL);
 }
 
 void dqw_shaft_missing(dqw_shaft *s, uint32_t periods)

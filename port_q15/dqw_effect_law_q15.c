@@ -296,7 +296,7 @@ bool dqw_effect_pair_q15(dqw_effect_q15 *e, const dqw_sample_q15 *last, const dq
     e->has_sample = last != NULL || !e->needs_last;
     if (!e->has_sample) return false;
 
-    // [EFF.1] the pair: what its first sample began, ...
+    // The pair: what its first sample began, ...
     if (pair) {
         for (int i = 0; i < e->weights; i++) {
             d[i] = e->a_d[i];
@@ -305,7 +305,7 @@ bool dqw_effect_pair_q15(dqw_effect_q15 *e, const dqw_sample_q15 *last, const dq
         if (e->needs_last) add_late(e, d, q);
     }
 
-    // [EFF.2] ... and this one ends
+    // ... and this one ends
     evaluate(e, last, s, a_d, a_q, g_d, g_q);
     for (int i = 0; i < e->weights; i++) {
         if (pair) {

@@ -3,16 +3,10 @@
 // An angle of one radian, Q28.
 #define RADIAN_Q28 268435456
 
-int64_t dqw_scale_angle_q28(const dqw_scale *scale)
+int64_t dqw_scale_turn_q28(const dqw_scale *scale, uint32_t pole_pairs)
 {
-    // mrad/s times ns are 1e-12 rad; below 1e16
-    return dqw_q_quotient64((int64_t)scale->w_full_mrad_s * scale->dt_ns, 1000000000000, 28);
-}
-
-int64_t dqw_scale_turn_q28(const dqw_scale *scale)
-{
-    // As above; with pole pairs below 2^70, in eight bits less
-    const int64_t turns = dqw_q_product64((int64_t)scale->w_full_mrad_s * scale->dt_ns, scale->pole_pairs, -8);
+    // mrad/s times ns are 1e-12 rad; with pole pairs below 2^70, in eight bits less
+    const int64_t turns = dqw_q_product64((int64_t)scale->w_full_mrad_s * scale->dt_ns, pole_pairs, -8);
     return dqw_q_quotient64(turns, 1000000000000, 36);
 }
 
@@ -32,37 +26,33 @@ static int64_t size(int64_t x)
     return x < 0 ? -x : x;
 }
 
-void dqw_model_correct_q15(dqw_block_q15 *b, const dqw_parameters_q15 *known, const dqw_scale *scale)
+static void less(int32_t *x_q28, int64_t by_q28)
 {
-    const uint8_t need = 1u << DQW_R_Q15 | 1u << DQW_LD_Q15 | 1u << DQW_LQ_Q15;
-    if ((known->known & need) != need || known->pole_pairs == 0) return;
-    const int64_t R = known->value_q40[DQW_R_Q15];
-    const int64_t Ld = known->value_q40[DQW_LD_Q15];
-    const int64_t Lq = known->value_q40[DQW_LQ_Q15];
-    const int64_t turn_q28 = dqw_q_product64(dqw_scale_angle_q28(scale) * known->pole_pairs, b->w_m, -28);
-    if (R >= Ld || R >= Lq || size(turn_q28) >= RADIAN_Q28) return;
-
-    // How much the step of the current changes from the start of a period to its end, on average over the block: a twelfth of that.
-    const int64_t v_q = b->v_q + dqw_q_product64(Lq, b->di_q, -40);
-    const int64_t v_d = b->v_d + dqw_q_product64(Ld, b->di_d, -40);
-    const int64_t jump_d = dqw_q_product64(turn_q28, v_q, -28) - dqw_q_product64(R, b->di_d, -40);
-    const int64_t jump_q = -dqw_q_product64(turn_q28, v_d, -28) - dqw_q_product64(R, b->di_q, -40);
-    const int64_t fix_d = dqw_q_quotient64(jump_d, 12 * Ld, 40);
-    const int64_t fix_q = dqw_q_quotient64(jump_q, 12 * Lq, 40);
-    if (10 * (size(fix_d) + size(fix_q)) >= size(b->i_d) + size(b->i_q) + size(b->di_d) + size(b->di_q)) return;
-    b->i_d = dqw_q31_sat(b->i_d - fix_d);
-    b->i_q = dqw_q31_sat(b->i_q - fix_q);
-    b->wi_d = dqw_q31_sat(b->wi_d - dqw_q_product64(b->w_m, fix_d, -28));
-    b->wi_q = dqw_q31_sat(b->wi_q - dqw_q_product64(b->w_m, fix_q, -28));
+    *x_q28 = dqw_q31_sat(*x_q28 - by_q28);
 }
 
-void dqw_model_inputs_q15(const dqw_block_q15 *b, int32_t x_d[], int32_t x_q[])
+void dqw_model_correct_q15(dqw_block_q15 *b, const dqw_machine_q15 *known)
 {
-    x_d[0] = b->i_d;
-    x_d[1] = b->di_d;
-    x_d[2] = b->wi_q == INT32_MIN ? INT32_MAX : -b->wi_q;
-    x_q[0] = b->i_q;
-    x_q[1] = b->di_q;
-    x_q[2] = b->wi_d;
-    x_q[3] = b->w_m;
+    const int64_t turn_q28 = dqw_q_times64(known->turn_q28, b->w_m, -28);
+    if (known->R_q40 <= 0 || size(turn_q28) >= RADIAN_Q28) return;
+
+    // How much the step of the current changes from the start of a period to its end, on average over the block: a twelfth of that.
+    const int32_t v_q28[] = {b->v_d, b->v_q};
+    const int32_t di_q28[] = {b->di_d, b->di_q};
+    int64_t fix_q28[2];
+    int64_t signals = size(b->i_d) + size(b->i_q);
+    for (int axis = 0; axis < 2; axis++) {
+        const int other = 1 - axis;
+        const int64_t L = known->L_q40[axis];
+        if (known->R_q40 >= L) return;
+        const int64_t turned = dqw_q_product64(turn_q28, v_q28[other] + dqw_q_times64(known->L_q40[other], di_q28[other], -40), -28);
+        const int64_t jump = (axis == 0 ? turned : -turned) - dqw_q_times64(known->R_q40, di_q28[axis], -40);
+        fix_q28[axis] = dqw_q_quotient64(jump, 12 * L, 40);
+        signals += size(di_q28[axis]) - 10 * size(fix_q28[axis]);
+    }
+    if (signals <= 0) return;
+    less(&b->i_d, fix_q28[0]);
+    less(&b->i_q, fix_q28[1]);
+    less(&b->wi_d, dqw_q_times64(fix_q28[0], b->w_m, -28));
+    less(&b->wi_q, dqw_q_times64(fix_q28[1], b->w_m, -28));
 }

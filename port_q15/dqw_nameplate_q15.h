@@ -10,6 +10,14 @@
 extern "C" {
 #endif
 
+/// What is on a motor's nameplate.
+typedef struct dqw_nameplate_q15 {
+    uint32_t dt_ns;       ///< PWM period
+    uint32_t v_mV, i_mA;  ///< rated phase voltage and current, peak
+    uint32_t w_mrad_s;    ///< rated mechanical speed
+    uint16_t pole_pairs;  ///< 0: not known
+} dqw_nameplate_q15;
+
 /// Pairs in half a block: a millisecond, less where the full scale's speed needs it.
 ///
 /// Source   (E80) in docs/EQUATIONS.md

@@ -13,8 +13,8 @@
 extern "C" {
 #endif
 
-/// Most inputs, those of the effects included.
-#define DQW_NORMAL_INPUTS (6 + DQW_EFFECT_WEIGHTS)
+/// Most inputs, those of the effects included, and one that only watches.
+#define DQW_NORMAL_INPUTS (7 + DQW_EFFECT_WEIGHTS)
 
 /// Inputs and target are Q28 of their bases: up to eight of them.
 #define DQW_NORMAL_X_BITS 28

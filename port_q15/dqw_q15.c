@@ -1,6 +1,14 @@
 // The wide operations: products and quotients whose exponent is free, as a background needs them. Built of 32-bit ones.
 #include "dqw_q15.h"
 
+int64_t dqw_q_scale64(int64_t x, int n)
+{
+    if (x == 0 || n < -63) return 0;
+    if (n < 0) return dqw_q_floor64(x, (unsigned)-n) + (dqw_q_floor64(x, (unsigned)-n - 1u) & 1);
+    if ((int)dqw_q_bits64(x) + n > 62) return x < 0 ? -((int64_t)1 << 62) : (int64_t)1 << 62;
+    return x * ((int64_t)1 << n);
+}
+
 // x = m 2^e with m of 31 bits and a sign, truncated.
 static int32_t mantissa(int64_t x, int *e)
 {
@@ -16,6 +24,16 @@ int64_t dqw_q_product64(int64_t a, int64_t b, int n)
     const int32_t m_a = mantissa(a, &e_a);
     const int32_t m_b = mantissa(b, &e_b);
     return dqw_q_scale64((int64_t)m_a * m_b, e_a + e_b + n);
+}
+
+int64_t dqw_q_times64(int64_t a, int32_t b, int n)
+{
+    return dqw_q_product64(a, b, n);
+}
+
+int32_t dqw_q_times32(int64_t a, int32_t b, int n)
+{
+    return dqw_q31_sat(dqw_q_product64(a, b, n));
 }
 
 // 2^62 / m for 2^30 <= m < 2^31, to 29 bits: a division of 32 bits, and one of Newton's steps.
@@ -40,6 +58,16 @@ int64_t dqw_q_quotient64(int64_t a, int64_t b, int n)
     const uint32_t r = size_b > 0x7fffffffu ? 0x80000000u : reciprocal(size_b);
     const int64_t p = (int64_t)m_a * r;  // r <= 2^32
     return dqw_q_scale64(m_b < 0 ? -p : p, e_a - e_b - 62 + n);
+}
+
+int64_t dqw_q_within64(int64_t x, int64_t most)
+{
+    return x > most ? most : x < -most ? -most : x;
+}
+
+int32_t dqw_q_quotient32(int64_t a, int64_t b, int n)
+{
+    return dqw_q31_sat(dqw_q_quotient64(a, b, n));
 }
 
 uint32_t dqw_q_root64(uint64_t x)

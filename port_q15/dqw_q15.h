@@ -58,7 +58,10 @@ static inline int16_t dqw_q15_sat(int32_t x)
 /// Bounded to 32 bits.
 static inline int32_t dqw_q31_sat(int64_t x)
 {
-    return (int32_t)(x > INT32_MAX ? INT32_MAX : x < INT32_MIN ? INT32_MIN : x);
+    // Where it fits, the upper half is what the sign of the lower one says: half the code of two comparisons.
+    const uint32_t low = (uint32_t)((uint64_t)x & UINT32_MAX);
+    const uint32_t high = (uint32_t)((uint64_t)x >> 32);
+    return dqw_q_signed32((low >> 31) + high == 0 ? low : (high >> 31) + INT32_MAX);
 }
 
 /// a + b, bounded to 32 bits.
@@ -145,21 +148,25 @@ static inline unsigned dqw_q_bits64(int64_t x)
 
 /// x times 2^n, n of either sign; rounded where bits are lost, bounded where they do not fit.
 /// Range    any
-static inline int64_t dqw_q_scale64(int64_t x, int n)
-{
-    if (x == 0 || n < -63) return 0;
-    if (n < 0) return dqw_q_floor64(x, (unsigned)-n) + (dqw_q_floor64(x, (unsigned)-n - 1u) & 1);
-    if ((int)dqw_q_bits64(x) + n > 62) return x < 0 ? -((int64_t)1 << 62) : (int64_t)1 << 62;
-    return x * ((int64_t)1 << n);
-}
+int64_t dqw_q_scale64(int64_t x, int n);
 
 /// a b 2^n, rounded, bounded to 62 bits: as if through a product without a bound. Good to 31 bits of each factor.
 /// Range    any; n in -126 .. 126
 int64_t dqw_q_product64(int64_t a, int64_t b, int n);
 
+/// The same of a factor of 32 bits, which a core passes in fewer registers; and bounded to 32 bits.
+int64_t dqw_q_times64(int64_t a, int32_t b, int n);
+int32_t dqw_q_times32(int64_t a, int32_t b, int n);
+
 /// a / b 2^n, rounded, bounded to 62 bits; 0 for b = 0. Good to 28 bits. No division of 64 bits.
 /// Range    any; n in -126 .. 126
 int64_t dqw_q_quotient64(int64_t a, int64_t b, int n);
+
+/// The same bounded to 32 bits.
+int32_t dqw_q_quotient32(int64_t a, int64_t b, int n);
+
+/// x within -most .. most.
+int64_t dqw_q_within64(int64_t x, int64_t most);
 
 /// The integer square root, rounded down.
 uint32_t dqw_q_root64(uint64_t x);

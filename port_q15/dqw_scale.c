@@ -12,8 +12,10 @@ static bool full_scale(uint32_t value)
 enum dqw_status dqw_scale_check(const dqw_scale *scale)
 {
     if (scale == NULL) return DQW_ERR_NULL;
-    if (!full_scale(scale->v_full_mV) || !full_scale(scale->i_full_mA) || !full_scale(scale->w_full_mrad_s)) return DQW_ERR_RANGE;
-    if (scale->dt_ns < 1u || scale->dt_ns > 1000000000u) return DQW_ERR_RANGE;
+    if (!full_scale(scale->v_full_mV)) return DQW_ERR_V_BASE;
+    if (!full_scale(scale->i_full_mA)) return DQW_ERR_I_BASE;
+    if (!full_scale(scale->w_full_mrad_s)) return DQW_ERR_W_BASE;
+    if (scale->dt_ns < 1u || scale->dt_ns > 1000000000u) return DQW_ERR_DT;
     return DQW_OK;
 }
 

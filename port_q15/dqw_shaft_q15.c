@@ -1,5 +1,6 @@
 // dqw_shaft_q15: the start, and what the interrupt does. dqw_shaft_learn_q15.c has the background.
 #include "dqw_shaft_q15.h"
+#include "dqw_effect_kind.h"
 
 #include <stddef.h>
 
@@ -81,7 +82,8 @@ static enum dqw_status init_effects(dqw_shaft_q15 *s, const dqw_shaft_q15_config
         if (!dqw_effect_is_mechanical(e->effect)) return DQW_ERR_EFFECT_NAME;
         if (weights > DQW_EFFECT_WEIGHTS - s->weights) return DQW_ERR_EFFECT_ROOM;
         if (dqw_torque_init_q15(&s->effect[k], e, c->scale.w_full_mrad_s) != DQW_OK) return DQW_ERR_EFFECT_SHAPE;
-        for (int i = 0; i < weights; i++) s->start_q40[s->inputs++] = dqw_q_quotient64(e->start_uNm[i], c->scale.torque_full_uNm, 40);
+        for (int i = 0; i < weights; i++, s->inputs++)
+            s->w_q40[s->inputs] = s->start_q40[s->inputs] = dqw_q_quotient64(e->start_uNm[i], c->scale.torque_full_uNm, 40);
         s->weights = (uint8_t)(s->weights + weights);
     }
     s->effect_count = c->effect_count;
@@ -127,8 +129,8 @@ enum dqw_status dqw_shaft_init_q15(dqw_shaft_q15 *s, const dqw_shaft_q15_config 
     if (status != DQW_OK) return status;
 
     dqw_shaft_q15 n = {.config = config};
-    n.start_q40[DQW_J] = J_q40(c);
-    n.start_q40[DQW_B] = B_q40(c);
+    n.w_q40[DQW_J] = n.start_q40[DQW_J] = J_q40(c);
+    n.w_q40[DQW_B] = n.start_q40[DQW_B] = B_q40(c);
     n.inputs = c->coulomb ? DQW_COULOMB + 1 : DQW_COULOMB;
     if (c->coulomb && c->coulomb_width_urad_s != 0) n.coulomb_rate_q16 = dqw_soft_rate_q15(c->coulomb_width_urad_s, c->scale.w_full_mrad_s);
     status = init_effects(&n, c);
@@ -137,10 +139,7 @@ enum dqw_status dqw_shaft_init_q15(dqw_shaft_q15 *s, const dqw_shaft_q15_config 
     int64_t information_q32[INPUTS];
     for (int i = 0; i < n.inputs; i++) information_q32[i] = START_INFORMATION_Q32;
     if (dqw_normal_init_q15(&n.normal, n.inputs, information_q32, n.start_q40) != DQW_OK) return DQW_ERR_UNIT;
-    for (int i = 0; i < n.inputs; i++) {
-        n.w_q40[i] = n.start_q40[i];
-        n.sd_q40[i] = NOT_LEARNED;
-    }
+    for (int i = 0; i < n.inputs; i++) n.sd_q40[i] = NOT_LEARNED;
     dqw_gate_init(&n.gate, 0);
     const int64_t standstill_q15 = dqw_q_quotient64(c->standstill_urad_s, (int64_t)c->scale.w_full_mrad_s * 1000, 15);
     n.standstill_q15 = standstill_q15 > INT16_MAX ? INT16_MAX : (int32_t)standstill_q15;
@@ -160,29 +159,21 @@ static int32_t direction(const dqw_shaft_q15 *s, int16_t w_q15)
     return w_q15 > 0 ? 32768 : -32768;
 }
 
-// Half a window is full: a block for the background, unless it still has to take the last one.
-static uint32_t hand_over(dqw_shaft_q15 *s)
-{
-    int32_t lost[SIGNALS];
-    uint16_t weight;
-    const bool taken = s->pending;
-    const uint32_t event = dqw_window_end_q15(&s->window, taken ? lost : s->block, &weight);
-    if (event == DQW_EVENT_INCOMPLETE && s->gate.incomplete < UINT32_MAX) s->gate.incomplete++;
-    if (event != DQW_EVENT_BLOCK) return event;
-    if (taken) {
-        if (s->missed < UINT32_MAX) s->missed++;
-        return DQW_EVENT_MISSED;
-    }
-    s->weight = weight;
-    *(volatile bool *)&s->pending = true;
-    return DQW_EVENT_BLOCK;
-}
-
-// One pair, NULL where it is none.
+// One pair, NULL where it is none; half a window that is full goes to the background, unless it still has the one before.
 static uint32_t gather(dqw_shaft_q15 *s, const int32_t pair[])
 {
-    dqw_window_add_q15(&s->window, pair, SIGNALS);
-    return dqw_window_full_q15(&s->window) ? hand_over(s) : 0u;
+    dqw_window_q15 *w = &s->window;
+    if (pair == NULL) {
+        dqw_window_refuse_q15(w);
+    } else {
+        dqw_window_q15_cell *cell = dqw_window_cells_q15(w);
+        for (int i = 0; i < w->signals; i++) dqw_window_gather_q15(&cell[i], pair[i]);
+        dqw_window_count_q15(w);
+    }
+    if (!dqw_window_full_q15(w)) return 0;
+    if (dqw_window_turn_q15(w)) return DQW_EVENT_BLOCK;
+    if (s->missed < UINT32_MAX) s->missed++;
+    return DQW_EVENT_MISSED;
 }
 
 uint32_t dqw_shaft_sample_q15(dqw_shaft_q15 *s, int16_t torque_q15, int16_t w_m_q15, uint16_t theta_m_turn, bool saturated)
@@ -192,20 +183,21 @@ uint32_t dqw_shaft_sample_q15(dqw_shaft_q15 *s, int16_t torque_q15, int16_t w_m_
     const uint32_t refused = dqw_gate_check(&s->gate, g);
     const bool paired = refused == 0 && s->has_last;
     s->has_last = refused == 0;
-    if (refused != 0) return refused | gather(s, NULL);
 
     // [SHAFT.2] the pair that it ends
-    int32_t pair[SIGNALS] = {0};
-    const int32_t now_q15 = direction(s, w_m_q15);
-    pair[TORQUE] = s->torque_last_q15;
-    pair[STEP] = w_m_q15 - s->w_last_q15;
-    pair[SPEEDS] = w_m_q15 + s->w_last_q15;
-    pair[DIRECTIONS] = now_q15 + s->direction_last_q15;
-    pair_effects(s, w_m_q15, theta_m_turn, pair);
-    s->torque_last_q15 = torque_q15;
-    s->w_last_q15 = w_m_q15;
-    s->direction_last_q15 = now_q15;
-    return gather(s, paired ? pair : NULL);
+    int32_t pair[SIGNALS];
+    if (refused == 0) {
+        const int32_t now_q15 = direction(s, w_m_q15);
+        pair[TORQUE] = s->torque_last_q15;
+        pair[STEP] = w_m_q15 - s->w_last_q15;
+        pair[SPEEDS] = w_m_q15 + s->w_last_q15;
+        pair[DIRECTIONS] = now_q15 + s->direction_last_q15;
+        pair_effects(s, w_m_q15, theta_m_turn, pair);
+        s->torque_last_q15 = torque_q15;
+        s->w_last_q15 = w_m_q15;
+        s->direction_last_q15 = now_q15;
+    }
+    return refused | gather(s, paired ? pair : NULL);
 }
 
 void dqw_shaft_missing_q15(dqw_shaft_q15 *s, uint32_t periods)

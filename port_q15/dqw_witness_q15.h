@@ -1,4 +1,4 @@
-// The witness in whole numbers: one complex neuron on what the tracker leaves over. Its inputs turn once and twice with the rotor: what a
+// The witness in whole numbers: one complex neuron on what the estimator leaves over. Its inputs turn once and twice with the rotor: what a
 // current sensor's offset, an unlike phase, an unlike sensor and shorted turns add. Knows nothing of faults' names.
 #ifndef DQW_WITNESS_Q15_H
 #define DQW_WITNESS_Q15_H
@@ -6,7 +6,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "dqw_tracker_q15.h"
+#include "dqw_estimator_block_q15.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -15,9 +15,9 @@ extern "C" {
 /// In the order of dqw_witness.h, with what 1 of a weight is.
 enum dqw_witness_input_q15 {
     DQW_WITNESS_OFFSET_Q15 = 0,  ///< the full current
-    DQW_WITNESS_RESISTANCE_Q15,  ///< the nominal R: a third of one phase's extra resistance
-    DQW_WITNESS_REACTANCE_Q15,   ///< the mean of the nominal L_d and L_q: L times a third of one sensor's extra gain
-    DQW_WITNESS_SHORT_Q15,       ///< dqw_witness_short_q40 over nominal R, a conductance: a third of the shorted turns'
+    DQW_WITNESS_RESISTANCE_Q15,  ///< R's unit: a third of one phase's extra resistance
+    DQW_WITNESS_REACTANCE_Q15,   ///< the mean of L_d's and L_q's units: L times a third of one sensor's extra gain
+    DQW_WITNESS_SHORT_Q15,       ///< dqw_witness_short_q40 over R's unit, a conductance: a third of the shorted turns'
     DQW_WITNESS_Q15_INPUTS
 };
 
@@ -33,7 +33,7 @@ typedef struct dqw_witness_q15 {
 /// Forget everything.
 void dqw_witness_init_q15(dqw_witness_q15 *w);
 
-/// Learn the residual of the block that the tracker has just learned. Without effect where the angle is not known, the machine turns
+/// Learn the residual of the block that the estimator has just learned. Without effect where the angle is not known, the machine turns
 /// too slowly to tell a ripple from a constant, or so fast that a block averages it away.
 ///
 /// Source   (E62) in docs/EQUATIONS.md: all inputs share one error, each has its own mean power as step
@@ -41,19 +41,19 @@ void dqw_witness_init_q15(dqw_witness_q15 *w);
 /// Returns  true if it learned
 /// Cost     about 60 products and 10 quotients of free exponents; one cosine and sine
 /// Context  background
-bool dqw_witness_learn_q15(dqw_witness_q15 *w, const dqw_tracker_q15 *t);
+bool dqw_witness_learn_q15(dqw_witness_q15 *w, const dqw_estimator_q15 *e, const dqw_estimator_q15_block *b);
 
-/// Nominal R over R and reactance at full speed: what 1 of the short's weight takes at nominal R. Q40, 0 .. 1.
-int64_t dqw_witness_short_q40(const dqw_tracker_q15_config *config);
+/// R's unit over that and reactance's at full speed: what 1 of the short's weight takes at R's unit. Q40, 0 .. 1.
+int64_t dqw_witness_short_q40(const dqw_estimator_q15_config *config);
 
-/// Mean of L_d and L_q, given as parts of their nominal values, as part of the mean of those: the unit of the reactance's weight. Q24
-int32_t dqw_witness_mean_L_q24(const dqw_tracker_q15_config *config, int32_t Ld_q24, int32_t Lq_q24);
+/// Mean of L_d and L_q, in their units, as part of the mean of those: the unit of the reactance's weight. Q24
+int32_t dqw_witness_mean_L_q24(const dqw_estimator_q15_config *config, int32_t Ld_q24, int32_t Lq_q24);
 
 /// Size of a weight, and its standard deviation (of one of its two parts); INT32_MAX for what is not known.
 /// Source   (E62) in docs/EQUATIONS.md
 /// Format   Q28
 int32_t dqw_witness_size_q28(const dqw_witness_q15 *w, enum dqw_witness_input_q15 input);
-int32_t dqw_witness_sd_q28(const dqw_witness_q15 *w, const dqw_tracker_q15 *t, enum dqw_witness_input_q15 input);
+int32_t dqw_witness_sd_q28(const dqw_witness_q15 *w, const dqw_estimator_q15 *t, enum dqw_witness_input_q15 input);
 
 #ifdef __cplusplus
 }

@@ -11,7 +11,9 @@
 #include <signal.h>
 #include <stdbool.h>
 #include <stddef.h>
+#include <sys/wait.h>
 #include <ucontext.h>
+#include <unistd.h>
 
 enum { PREEMPT_TRAP = 0x100 };
 static struct {
@@ -53,6 +55,62 @@ static inline bool preempt_run(long at, void (*background)(void), void (*interru
     const bool came = !preempt.stepping;
     preempt.stepping = false;
     return came;
+}
+
+static struct {
+    volatile long count, stride, failed_at;
+    volatile bool stepping, child;
+    void (*interrupt)(void);
+} everywhere;
+
+static void everywhere_handler(int number, siginfo_t *info, void *context)
+{
+    ucontext_t *c = context;
+    (void)number;
+    (void)info;
+    const long trap = PREEMPT_TRAP;
+    if (!everywhere.stepping) {
+        c->uc_mcontext.gregs[REG_EFL] &= ~trap;
+        return;
+    }
+    c->uc_mcontext.gregs[REG_EFL] |= trap;
+    if (everywhere.count++ % everywhere.stride != 0) return;
+    // A copy of the program is interrupted here, and runs on; this one goes to the next instruction.
+    const pid_t copy = fork();
+    if (copy == 0) {
+        everywhere.child = true;
+        everywhere.stepping = false;
+        c->uc_mcontext.gregs[REG_EFL] &= ~trap;
+        everywhere.interrupt();
+        return;
+    }
+    int status = 1;
+    if (copy < 0 || waitpid(copy, &status, 0) < 0 || status != 0) {
+        everywhere.failed_at = everywhere.count;
+        everywhere.stepping = false;
+        c->uc_mcontext.gregs[REG_EFL] &= ~trap;
+    }
+}
+
+/// Run `background` with `interrupt` after each of its instructions in turn, or every stride-th, and ask `equal` each time how it ended. Returns how
+/// many instructions there were; minus the first one after which it did not end well.
+static inline long preempt_everywhere(long stride, void (*background)(void), void (*interrupt)(void), bool (*equal)(void))
+{
+    struct sigaction trap;
+    sigemptyset(&trap.sa_mask);
+    trap.sa_flags = SA_SIGINFO;
+    trap.sa_sigaction = everywhere_handler;
+    (void)sigaction(SIGTRAP, &trap, NULL);
+    everywhere.count = everywhere.failed_at = 0;
+    everywhere.stride = stride;
+    everywhere.interrupt = interrupt;
+    everywhere.child = false;
+    everywhere.stepping = true;
+    (void)raise(SIGTRAP);
+    background();
+    if (everywhere.child) _exit(equal() ? 0 : 1);
+    everywhere.stepping = false;
+    return everywhere.failed_at != 0 ? -everywhere.failed_at : everywhere.count;
 }
 #else
 #define PREEMPT_HERE 0

@@ -2,11 +2,13 @@
 #include "dqw.h"
 #include "dqw_estimator_block.h"
 #include "dqw_estimator_random.h"
+#include "dqw_fault.h"
 #include "dqw_number.h"
 #include "dqw_paper.h"
 #include "dqw_shaft.h"
 #include "dqw_test.h"
 #include "dqw_transform.h"
+#include "dqw_witness.h"
 
 void setUp(void) { test_case[0] = 0; }
 void tearDown(void) {}

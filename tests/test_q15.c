@@ -151,7 +151,9 @@ static void test_scale_is_checked(void)
         dqw_scale s = good;
         uint32_t *const fields[] = {&s.v_full_mV, &s.i_full_mA, &s.w_full_mrad_s, &s.dt_ns};
         static const uint32_t last[] = {DQW_SCALE_MAX, DQW_SCALE_MAX, DQW_SCALE_MAX, 1000000000u};
-        static const int status[] = {DQW_ERR_RANGE, DQW_OK, DQW_OK, DQW_ERR_RANGE, DQW_ERR_RANGE};
+        static const enum dqw_status refused[] = {DQW_ERR_V_BASE, DQW_ERR_I_BASE, DQW_ERR_W_BASE, DQW_ERR_DT};
+        const int bad = refused[field];
+        const int status[] = {bad, DQW_OK, DQW_OK, bad, bad};
         const uint32_t value[] = {0, 1, last[field], last[field] + 1u, UINT32_MAX};
         for (int k = 0; k < 5; k++) {
             CASE("field %d, %u", field, (unsigned)value[k]);

@@ -248,7 +248,7 @@ static void test_noise_free_with_coulomb_friction(void)
     const dqw_shaft_config less = config_of(false);
     const dqw_shaft n = learn(&less);
     BETWEEN(1.3, read_all(&n).B.value / B_TRUE, 3.0);  // 2.08
-    BETWEEN(5, sqrt(n.error_pu2 / n.target_pu2) / sqrt(m.error_pu2 / m.target_pu2), 1e4);
+    BETWEEN(5, sqrtf(n.error_pu2 / n.target_pu2 / (m.error_pu2 / m.target_pu2)), 1e4);
 }
 
 static void test_one_percent_noise(void)
@@ -798,7 +798,7 @@ static void test_samples_may_interrupt_the_background_anywhere(void)
         const bool lost = held.missed != 0;
         places[lost]++;
         HOLDS(lost == (places[0] == 0));
-        HOLDS(memcmp(&held, lost ? &before : &behind, sizeof held) == 0);
+        TEST_ASSERT_EQUAL_MEMORY_MESSAGE(lost ? &before : &behind, &held, sizeof held, test_case);
     }
     BETWEEN(20, places[1], 3000);
     BETWEEN(20, places[0], 3000);

@@ -1,11 +1,27 @@
-// The estimator's step in Q15: what the interrupt does; blocks are learned in the background.
+// The estimator's interrupt part in Q15, dead time's input with it; its background beside it. HELD: its voltage acts a period later, and is held in the
+// stationary frame.
 #include "dqw_estimator_q15.h"
 #include "target/board.h"
 #include "target/piece.h"
 #include "target/stimulus_q15.h"
 
-static const dqw_estimator_q15_config config = {
-    .scale = STIMULUS_SCALE, .R_uohm = 400000, .Ld_nH = 700000, .Lq_nH = 1900000, .psi_nWb = 12000000, .stale_limit = 10};
+#ifndef HELD
+#define HELD false
+#endif
+
+static const dqw_estimator_q15_config config = {.scale = STIMULUS_SCALE,
+                                                .R_uohm = 400000,
+                                                .Ld_nH = 700000,
+                                                .Lq_nH = 1900000,
+                                                .psi_nWb = 12000000,
+                                                .dead_time_width_mA = 200,
+                                                .drift_ppm = 10000,
+                                                .stale_limit = 10,
+                                                .angle = true,
+                                                .encoder_offset = true,
+                                                .noise_on_inputs = true,
+                                                .voltage_next = HELD,
+                                                .voltage_held = HELD};
 static dqw_estimator_q15 e;
 static dqw_sample_q15 sample;
 static bool limited;
@@ -22,6 +38,6 @@ void piece_load(const stimulus *s)
     limited = s->limited;
 }
 
-void piece_step(void) { (void)dqw_estimator_step_q15(&e, &sample, limited); }
+void piece_step(void) { (void)dqw_estimator_sample_q15(&e, &sample, limited); }
 
 void piece_background(void) { (void)dqw_estimator_background_q15(&e); }

@@ -1,0 +1,198 @@
+// For the port's own files: a block on its way through the background, and what the joint neuron is.
+#ifndef DQW_ESTIMATOR_BLOCK_Q15_H
+#define DQW_ESTIMATOR_BLOCK_Q15_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "dqw_estimator_q15.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/// Slots of the flux that the other axis' current makes, as long as the pole pairs are not known: p L_d on q, p L_q on d.
+enum { DQW_POLES_LD_Q15 = DQW_DEAD_TIME, DQW_POLES_LQ_Q15 = DQW_PSI_Q };
+
+/// Pole pairs by which inputs are scaled while they are not known: a power of two, so that nothing is lost when they are found.
+#define DQW_POLES_Q15_BITS 3u
+#define DQW_POLES_Q15_SCALE (1u << DQW_POLES_Q15_BITS)
+
+/// A block: two halves that were handed over, joined.
+typedef struct dqw_estimator_q15_block {
+    int32_t sums[DQW_ESTIMATOR_Q15_SIGNALS];  ///< under the triangle
+    int32_t v_step_q15[2];                    ///< sum of the voltages of the second half less that of the first, d and q
+    dqw_estimator_q15_handed with;            ///< as handed over with its second half; but the angle is that at its middle
+    uint16_t weight;                          ///< of the sums
+    bool whole;                               ///< none of its pairs was refused
+} dqw_estimator_q15_block;
+
+/// Units of the weights as parts of the full voltage at full scale of what they act on, and where the weights start.
+typedef struct dqw_units_q15 {
+    int64_t R_q40;      ///< at the full current
+    int64_t L_q40[2];   ///< at a step by the full current in one period, d and q
+    int64_t X_q40[2];   ///< at full current and speed
+    int64_t psi_q40;    ///< at full speed
+    int64_t width_q40;  ///< of dead time, in full currents; 0: no dead time is learned
+    uint32_t si[4];     ///< the units themselves: uOhm, nH, nH, nWb
+    int32_t w_q24[4];   ///< nominal values in them
+} dqw_units_q15;
+
+/// What is known of the noise of an axis' inputs: variances, in the order of dqw_parameter.h, then the covariance of the speed's two inputs, and those of
+/// dead time's with R's.
+enum {
+    DQW_NOISE_Q15_SPEED = DQW_PARAMETERS,
+    DQW_NOISE_Q15_DEAD_IN_R,
+    DQW_NOISE_Q15_R_IN_DEAD,
+    DQW_NOISE_Q15_COVARIANCES,
+};
+
+/// One block's rows.
+typedef struct dqw_rows_q15 {
+    dqw_units_q15 unit;                                 ///< of the weights
+    int32_t x_q28[2][DQW_ESTIMATOR_Q15_INPUTS];         ///< inputs of d and q
+    int32_t y_q28[2];                                   ///< targets
+    int32_t late_q28[2];                                ///< what a voltage one period late differs by; 0: not known
+    int64_t noise_q56[2][DQW_NOISE_Q15_COVARIANCES];  ///< of the inputs
+} dqw_rows_q15;
+
+/// Units of a configuration, for so many pole pairs; 0: not known.
+/// Returns  DQW_OK, or the field with which they do not fit
+enum dqw_status dqw_units_of_q15(const dqw_estimator_q15_config *config, uint32_t pole_pairs, dqw_units_q15 *u);
+
+/// Join the half that waits to a block, and let the interrupt hand over the next one.
+///
+/// Returns  false where none waits, or none is complete
+/// Context  background; dqw_estimator_sample_q15 may interrupt it anywhere
+bool dqw_estimator_take_q15(dqw_estimator_q15 *e, dqw_estimator_q15_block *b);
+
+/// Learn a block that was taken.
+///
+/// Source   (E16), (E17), (E60), (E61), (E70), (E71) in docs/EQUATIONS.md
+/// Returns  true if it was learned
+/// Context  background
+bool dqw_estimator_learn_q15(dqw_estimator_q15 *e, const dqw_estimator_q15_block *b);
+
+/// Means of a block.
+/// Source   (E13), (E15) in docs/EQUATIONS.md
+dqw_block_q15 dqw_estimator_means_q15(const dqw_estimator_q15_block *b);
+
+/// The same as rows, with the end correction.
+///
+/// Source   (E13), (E16), (E60) in docs/EQUATIONS.md
+/// Cost     about 100 products of 64 bits
+void dqw_estimator_rows_of_q15(const dqw_estimator_q15 *e, const dqw_estimator_q15_block *b, dqw_rows_q15 *r);
+
+/// Largest input of a weight's unit, as part of the full voltage: by it a weight is in bases. Of an effect, its usual input.
+int64_t dqw_estimator_whole_q40(const dqw_estimator_q15 *e, const dqw_units_q15 *u, int weight);
+
+/// Are the pole pairs still to be found? Then the flux of the other axis' current has a slot of its own.
+static inline bool dqw_estimator_seeks_q15(const dqw_estimator_q15 *e)
+{
+    return e->pole_pairs == 0 && !e->config->settled;
+}
+
+/// Slot of the flux of the other axis' current in a row of this axis.
+static inline int dqw_estimator_cross_q15(const dqw_estimator_q15 *e, int axis)
+{
+    return (dqw_estimator_seeks_q15(e) ? (int)DQW_POLES_LQ_Q15 : (int)DQW_LQ) - axis;
+}
+
+/// What this configuration and what is known of the pole pairs leave to be learned.
+static inline bool dqw_estimator_has_dead_time_q15(const dqw_estimator_q15 *e)
+{
+    return e->wide_q28 > 0 && !dqw_estimator_seeks_q15(e);
+}
+static inline bool dqw_estimator_has_psi_q_q15(const dqw_estimator_q15 *e)
+{
+    return e->config->encoder_offset && !dqw_estimator_seeks_q15(e);
+}
+
+/// An effect's weight is in units of so many halvings of its input; a parameter's of none.
+static inline unsigned dqw_estimator_shift_q15(const dqw_estimator_q15 *e, int weight)
+{
+#if DQW_EFFECT_WEIGHTS > 0
+    if (weight >= DQW_PARAMETERS) return e->shift[weight - DQW_PARAMETERS];
+#endif
+    (void)e;
+    (void)weight;
+    return 0;
+}
+
+/// Inputs of the joint neuron: a constant where there is no room for effects.
+static inline int dqw_estimator_inputs_q15(const dqw_estimator_q15 *e)
+{
+#if DQW_EFFECT_WEIGHTS > 0
+    return e->inputs;
+#else
+    (void)e;
+    return DQW_PARAMETERS;
+#endif
+}
+
+/// Variance of a weight that starts, per unit of the residual's.
+/// Source   (E61) in docs/EQUATIONS.md
+int64_t dqw_estimator_start_cov_q40(const dqw_estimator_q15 *e, const dqw_units_q15 *u, int weight);
+
+/// Forget what was learned, and start from these weights; NULL: from the nominal values.
+/// Source   (E61) in docs/EQUATIONS.md
+void dqw_estimator_start_q15(dqw_estimator_q15 *e, const int32_t start_q24[]);
+
+/// One axis' row to the sums, around the weights as solved last; weighed by how little of that axis is noise.
+///
+/// Source   (E61), (E70), (E90) in docs/EQUATIONS.md
+/// Format   weigh_q24 up to 8: one over the root of the axis' part of the variance
+/// Returns  the error before the correction, Q28, bounded
+/// Context  background
+int32_t dqw_estimator_show_q15(dqw_estimator_q15 *e, int axis, const dqw_rows_q15 *r, uint32_t mask, int64_t weigh_q24);
+
+/// Noise of the inputs turns the gradient by C w: put back, b += C w. Not where it is much of what was learned, there it could run away.
+///
+/// Source   (E60), (E70) in docs/EQUATIONS.md: (A^-1)(b + C w) is w + P C w
+/// Format   by_q24[2]: the weighing of d and q, squared
+/// Context  background
+void dqw_estimator_take_noise_out_q15(dqw_estimator_q15 *e, const dqw_rows_q15 *r, const int64_t by_q24[], const uint32_t mask[]);
+
+/// A parameter may wander: its variance grows with the time since it last grew, up to three of its size or to what the sums can hold, 2^21.
+///
+/// Source   (E61), (E71) in docs/EQUATIONS.md
+/// Context  background
+void dqw_estimator_drift_q15(dqw_estimator_q15 *e);
+
+/// Weights that explain all that was shown; the sums go on around them.
+///
+/// Source   (E70) in docs/EQUATIONS.md
+/// Context  background
+void dqw_estimator_solve_q15(dqw_estimator_q15 *e);
+
+/// Do the blocks tell the pole pairs? Then the joint neuron goes on with them. Of weights that were just solved, with the block learned last.
+///
+/// Source   (E22), (E91) in docs/EQUATIONS.md
+/// Context  background
+void dqw_poles_find_q15(dqw_estimator_q15 *e, const dqw_estimator_q15_block *b);
+
+/// Variance of an axis' residual, and of both, never below that of the sampling, Q56.
+/// Source   (E61) in docs/EQUATIONS.md
+int64_t dqw_estimator_variance_q56(const dqw_estimator_q15 *e, int axis);
+int64_t dqw_estimator_common_variance_q56(const dqw_estimator_q15 *e);
+
+/// How much wider a weight's deviation is for the autocorrelation of what blocks teach it, squared, Q20.
+/// Source   (E20), (E61) in docs/EQUATIONS.md
+int64_t dqw_estimator_inflation_q20(const dqw_estimator_q15 *e, int weight);
+
+/// Standard deviation of a weight, in its unit; INT32_MAX where nothing was learned.
+/// Source   (E20), (E61) in docs/EQUATIONS.md
+int32_t dqw_estimator_sd_q24(const dqw_estimator_q15 *e, int weight);
+
+/// Residual of both axes over the full voltage: RMS of about the last thousand blocks, Q28, and of the last 64, Q27.
+uint32_t dqw_estimator_residual_q28(const dqw_estimator_q15 *e);
+uint32_t dqw_estimator_recent_q27(const dqw_estimator_q15 *e);
+
+/// One block on in Fig. 1's stages.
+/// Source   (E21) in docs/EQUATIONS.md
+void dqw_estimator_stage_on_q15(dqw_estimator_q15 *e, bool random_converged);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

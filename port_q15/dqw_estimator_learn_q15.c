@@ -1,0 +1,314 @@
+// What the estimator does in the background: choose what a block can teach, learn it, keep the statistics.
+#include <stddef.h>
+
+#include "dqw_estimator_block_q15.h"
+#include "dqw_estimator_random_q15.h"
+#include "dqw_q15.h"
+
+#define EXCITATION_Q15 328
+#define EXCITATION_SETTLED_Q15 66
+// R needs currents of so many of dead time's widths, squared.
+#define STEP_MARGIN 16
+// A weight whose variance fell by less than a hundredth was not learned.
+#define LEARNED_PARTS 100
+// Blocks over which statistics are means.
+#define MEMORY 1000u
+#define RECENT_BITS 6
+#define FEW_BLOCKS 50u
+// Blocks of stage 2 without lent memory; and how far what they found may be from the start values, either way, for these to stand: 1.5.
+#define COARSE_BLOCKS 50u
+#define COARSE_RATIO_Q1 3
+// Rows that only measure the noise: its variance is then known to an eighth.
+#define WARM_UP 400u
+// An input whose power is not three times its noise teaches nothing; noise alone would need ten deviations.
+#define NOISE_MARGIN 3
+// A mean over 32 blocks, in which a strong one counts as so many weak ones, so that a drive that stops is soon seen to have stopped.
+#define EXCESS_BLOCKS 32
+#define EXCESS_MAX_Q10 8192
+// A weight of so many units is no machine's: 64.
+#define WEIGHT_MAX_Q24 1073741824
+// An inductance is handed to the interrupt where its deviation is below this part of it.
+#define PUBLISHED_PARTS 5
+// Currents are followed so fast that the noise left is about as wide as the step that dead time makes of them: 0.7.
+#define FOLLOW_Q15 22938
+// Weights are solved at every block while they are young, then every so many.
+#define YOUNG_BLOCKS 64u
+#define SOLVE_BLOCKS 4u
+// An axis weighs up to 8 times what the other does.
+#define WEIGH_MAX_Q24 134217728
+#define ONE_Q24 16777216
+#define MILLION 1000000
+
+enum { D = 0, Q = 1, SCORES = DQW_ESTIMATOR_Q15_SCORES };
+
+// m moves to x by a part, the difference below 2^63.
+static void toward(int64_t *m, int64_t x, int64_t part_q31)
+{
+    *m += dqw_q_product64(x - *m, part_q31, -31);
+}
+
+// Part of a mean that a block is, of so many looks that are remembered: while it is young, later ones count for more, for the first ones are about
+// the start values.
+static int64_t part_q31(uint32_t looks, uint32_t memory)
+{
+    return (int64_t)(looks + 1u < 2u * memory ? UINT32_MAX / (looks + 1u) : (1u << 31) / memory);
+}
+
+static uint32_t every(const dqw_estimator_q15 *e)
+{
+    return e->blocks <= YOUNG_BLOCKS ? 1u : e->config->solve_blocks != 0 ? e->config->solve_blocks : SOLVE_BLOCKS;
+}
+
+static int64_t size(int64_t x)
+{
+    return x < 0 ? -x : x;
+}
+
+static int64_t square_q56(int64_t x_q40)
+{
+    return dqw_q_product64(x_q40, x_q40, -24);
+}
+
+// Inputs large enough to teach their weight, by their power above the noise: a choice by the mean and not by the block, which would bias. A settled
+// row stands for itself.
+static void choose(dqw_estimator_q15 *e, const dqw_rows_q15 *r, uint32_t mask[2])
+{
+    const dqw_estimator_q15_config *c = e->config;
+    const int32_t usual_q15 = c->settled ? EXCITATION_SETTLED_Q15 : EXCITATION_Q15;
+    const int32_t part_q15 = c->excitation_q15 != 0 ? c->excitation_q15 : usual_q15;
+    const bool dead_time = dqw_estimator_has_dead_time_q15(e);
+    const dqw_units_q15 *u = &r->unit;
+    mask[D] = mask[Q] = 0;
+    for (int i = 0; i < dqw_estimator_inputs_q15(e); i++) {
+        const int32_t d = r->x_q28[D][i];
+        const int32_t q = r->x_q28[Q][i];
+        const int64_t least_q40 = dqw_q_times64(dqw_estimator_whole_q40(e, u, i), part_q15, -15);
+        bool teaches[2] = {d != 0, q != 0};
+        if (c->settled) {
+            for (int axis = 0; axis < 2; axis++) teaches[axis] = teaches[axis] && size(r->x_q28[axis][i]) >= dqw_q_floor64(least_q40, 12);
+        } else {
+            int64_t least_q56 = square_q56(least_q40);
+            if (i < DQW_PARAMETERS) least_q56 += NOISE_MARGIN * (r->noise_q56[D][i] + r->noise_q56[Q][i]);
+            // Among currents as small as dead time's step, its shape decides what is left for R.
+            if (i == DQW_R && dead_time) {
+                // Of 1.4 full voltages nobody learns R.
+                const int64_t step2_q56 = square_q56(dqw_q_product64(u->R_q40, u->width_q40, -40));
+                least_q56 += STEP_MARGIN * (step2_q56 < (int64_t)1 << 57 ? step2_q56 : (int64_t)1 << 57);
+            }
+            // Up to 2^61
+            const int64_t power_q56 = dqw_q_round64((int64_t)d * d, 2) + dqw_q_round64((int64_t)q * q, 2);
+            const int64_t ratio_q10 = dqw_q_quotient64(power_q56, least_q56, 12);
+            const int32_t excess_q10 = (int32_t)(ratio_q10 < EXCESS_MAX_Q10 ? ratio_q10 : EXCESS_MAX_Q10) - 1024;
+            e->excess_q10[i] = (int16_t)(((EXCESS_BLOCKS - 1) * e->excess_q10[i] + excess_q10) / EXCESS_BLOCKS);
+            if (e->excess_q10[i] <= 0) continue;
+        }
+        if (teaches[D]) mask[D] |= 1u << i;
+        if (teaches[Q]) mask[Q] |= 1u << i;
+    }
+    // There the other weights would take up what is wrong with dead time's shape.
+    if (!c->settled && dead_time && e->excess_q10[DQW_R] <= 0) mask[D] = mask[Q] = 0;
+}
+
+// What has left all bounds begins again; what was learned for the first time is noted.
+static bool sound(dqw_estimator_q15 *e, const dqw_units_q15 *u)
+{
+    for (int i = 0; i < dqw_estimator_inputs_q15(e); i++) {
+        if (e->w_q24[i] >= WEIGHT_MAX_Q24 || e->w_q24[i] <= -WEIGHT_MAX_Q24) {
+            dqw_estimator_start_q15(e, NULL);
+            if (e->restarts < UINT8_MAX) e->restarts++;
+            return false;
+        }
+        if ((e->learned >> i & 1u) == 0 && e->cov_q40[i] < dqw_q_quotient64(dqw_estimator_start_cov_q40(e, u, i), LEARNED_PARTS, 0)) e->learned |= 1u << i;
+    }
+    return true;
+}
+
+// What the interrupt takes: the voltage's part in a step, from an L that is known, and how fast dead time's input follows the currents: the
+// slower, the noisier they are.
+static void publish(dqw_estimator_q15 *e, const dqw_estimator_q15_block *b, const dqw_units_q15 *u)
+{
+    volatile dqw_estimator_q15_given *g = &e->given;
+    const bool waits = *(volatile bool *)&e->given_ready;
+    *(volatile bool *)&e->given_ready = false;
+    bool noise_anew = waits && g->noise_anew;
+    for (int axis = 0; axis < 2; axis++) {
+        const int32_t w_q24 = e->w_q24[DQW_LD + axis];
+        if ((int64_t)dqw_estimator_sd_q24(e, DQW_LD + axis) * PUBLISHED_PARTS >= w_q24) continue;
+        const int64_t L_q40 = dqw_q_times64(u->L_q40[axis], w_q24, -24);
+        const int32_t step = dqw_q15_sat(dqw_q31_sat(dqw_q_quotient64((int64_t)1 << 40, L_q40, 15)));
+        const int32_t last = g->step_q15[axis];
+        // By a quarter, either way: then the noise was measured with a wrong one.
+        if (4 * step > 5 * last || 4 * last > 5 * step) noise_anew = true;
+        g->step_q15[axis] = (int16_t)step;
+    }
+    if (e->wide_q28 > 0) {
+        const int64_t both_q30 = dqw_q_floor64(b->with.noise_q30[DQW_NOISE_ID_Q15] + b->with.noise_q30[DQW_NOISE_IQ_Q15], 1);
+        const int64_t sd_q18 = dqw_q_root64((uint64_t)dqw_noise_variance_q36(both_q30, b->with.rows, -2));
+        const int64_t width_q28 = dqw_q_floor64(u->width_q40, 12);
+        g->follow_q15 = (uint16_t)dqw_q_quotient64(width_q28, width_q28 + dqw_q_floor64(sd_q18 * 1024 * FOLLOW_Q15, 15), 15);
+    }
+    g->noise_anew = noise_anew;
+    *(volatile bool *)&e->given_ready = true;
+}
+
+// Residuals, before the correction and after it: their product has the residual's variance as mean, where the weights were solved. And what the
+// block taught.
+static void keep(dqw_estimator_q15 *e, const dqw_rows_q15 *r, const uint32_t mask[2], const int64_t by_q24[2], const int32_t before_q24[], bool solved)
+{
+    const int n = dqw_estimator_inputs_q15(e);
+    const uint32_t looks = e->blocks / every(e);
+    const int64_t part = part_q31(e->blocks, MEMORY);
+    const int64_t part_error = part_q31(looks != 0 ? looks : 1u, MEMORY / every(e));
+    int64_t e2_q54 = 0;
+    int32_t after_q28[2];
+    for (int axis = 0; axis < 2; axis++) {
+        const int32_t before = e->e_q28[axis];
+        int64_t after = before;
+        for (int i = 0; i < n; i++)
+            if ((mask[axis] >> i & 1u) != 0)
+                after -= dqw_q_product64(r->x_q28[axis][i], (int64_t)e->w_q24[i] - before_q24[i], (int)dqw_estimator_shift_q15(e, i) - 24);
+        after_q28[axis] = dqw_q31_sat(after);
+        if (solved) toward(&e->error_q56[axis], (int64_t)before * after_q28[axis], part_error);
+        e2_q54 += dqw_q_floor64((int64_t)before * before, 2);
+    }
+    e->recent_q54 += dqw_q_round64(e2_q54 - e->recent_q54, RECENT_BITS);
+    for (int k = 0; k < n - DQW_PARAMETERS + 4; k++) {
+        const int i = k < 4 ? k : DQW_PARAMETERS + k - 4;
+        int64_t score_q34 = 0;
+        for (int axis = 0; axis < 2; axis++)
+            if ((mask[axis] >> i & 1u) != 0) score_q34 += dqw_q_product64((int64_t)r->x_q28[axis][i] * after_q28[axis], by_q24[axis], -46);
+        const int32_t score = dqw_q31_sat(score_q34);
+        toward(&e->score2_q68[k], (int64_t)score * score, part);
+        toward(&e->score_lag_q68[k], (int64_t)score * e->score_last_q34[k], part);
+        e->score_last_q34[k] = score;
+    }
+}
+
+static uint32_t ppm(uint32_t ratio_q27)
+{
+    return (uint32_t)(((uint64_t)ratio_q27 * MILLION) >> 27);  // up to 32 millions
+}
+
+void dqw_estimator_stage_on_q15(dqw_estimator_q15 *e, bool random_converged)
+{
+    const uint32_t recent_ppm = ppm(dqw_estimator_recent_q27(e));
+    const dqw_stage_input in = {.random_converged = random_converged, .residual_ppm = recent_ppm, .residual_recent_ppm = recent_ppm};
+    (void)dqw_stage_step(&e->stage, in);
+}
+
+// Stage 2 with lent memory: the Random Learner alone. Stage 3 begins from its weights.
+static bool random_stage(dqw_estimator_q15 *e, const dqw_rows_q15 *r)
+{
+    struct dqw_estimator_random_q15 *lent = e->config->random;
+    int32_t w_q24[DQW_ESTIMATOR_Q15_INPUTS];
+    for (int i = 0; i < dqw_estimator_inputs_q15(e); i++) w_q24[i] = e->w_q24[i];
+    (void)lent->learn(lent, r->x_q28[D], r->y_q28[D], NULL);
+    const bool done = lent->learn(lent, r->x_q28[Q], r->y_q28[Q], w_q24);
+    if (done) dqw_estimator_start_q15(e, w_q24);
+    dqw_estimator_stage_on_q15(e, done);
+    return false;
+}
+
+// Without: the first blocks in their order. What is far from the start values had its part in all that was learned until now, for the noise of
+// the inputs goes with the weights: then stage 3 begins from what was found, else it goes on. Settled rows have no such part, and each counts.
+static void coarse_stage(dqw_estimator_q15 *e, const int32_t start_q24[])
+{
+    const bool done = e->blocks >= COARSE_BLOCKS;
+    int32_t w_q24[DQW_ESTIMATOR_Q15_INPUTS];
+    bool far = false;
+    for (int i = 0; done && i < dqw_estimator_inputs_q15(e); i++) {
+        const int64_t w = w_q24[i] = e->w_q24[i];
+        if (i > DQW_PSI || (e->learned >> i & 1u) == 0) continue;
+        far = far || 2 * w >= (int64_t)COARSE_RATIO_Q1 * start_q24[i] || 2 * (int64_t)start_q24[i] >= COARSE_RATIO_Q1 * w;
+    }
+    if (far && !e->config->settled) dqw_estimator_start_q15(e, w_q24);
+    dqw_estimator_stage_on_q15(e, done);
+}
+
+bool dqw_estimator_take_q15(dqw_estimator_q15 *e, dqw_estimator_q15_block *b)
+{
+    if (!dqw_window_waits_q15(&e->window)) return false;
+    const bool settled = e->config->settled;
+    const uint8_t before = e->rise.valid;
+    int32_t v_q15[2];
+    const uint32_t event = dqw_window_join_q15(&e->window, &e->rise, b->sums, &b->weight, v_q15);
+    b->with = *(const volatile dqw_estimator_q15_handed *)&e->handed;
+    dqw_window_release_q15(&e->window);
+    const int16_t cosine = b->with.cosine_q15;
+    const int16_t sine = b->with.sine_q15;
+    if (settled) {
+        // A row is a half of one pair: what rises next is the row itself.
+        for (int i = 0; i < e->window.signals; i++) b->sums[i] = e->rise.rise[i];
+        b->weight = 1;
+    } else {
+        b->with.cosine_q15 = e->rise_cosine_q15;
+        b->with.sine_q15 = e->rise_sine_q15;
+    }
+    b->whole = before == e->window.half && e->rise.valid == e->window.half;
+    e->rise_cosine_q15 = cosine;
+    e->rise_sine_q15 = sine;
+    for (int axis = 0; axis < 2; axis++) {
+        b->v_step_q15[axis] = v_q15[axis] - e->rise_v_q15[axis];
+        e->rise_v_q15[axis] = v_q15[axis];
+    }
+    if (event == DQW_EVENT_INCOMPLETE && !settled && e->gate.incomplete < UINT32_MAX) e->gate.incomplete++;
+    if (event != DQW_EVENT_BLOCK && !settled) return false;
+    e->elapsed = b->with.number - e->number;
+    e->number = b->with.number;
+    return true;
+}
+
+bool dqw_estimator_learn_q15(dqw_estimator_q15 *e, const dqw_estimator_q15_block *b)
+{
+    const dqw_estimator_q15_config *c = e->config;
+
+    // [EST.4] inputs of both axes
+    // cppcheck-suppress uninitvar; every element is set
+    dqw_rows_q15 r;
+    dqw_estimator_rows_of_q15(e, b, &r);
+
+    // [EST.5] what can be learned from this block; its signals are within ten bases, the gate saw to that
+    uint32_t mask[2];
+    choose(e, &r, mask);
+    const bool warm = c->settled || !c->noise_on_inputs || b->with.rows >= WARM_UP;
+    if ((mask[D] | mask[Q]) == 0 || !warm) {
+        dqw_estimator_drift_q15(e);
+        return false;
+    }
+    if (e->stage.name == DQW_STAGE_RANDOM && c->random != NULL) return random_stage(e, &r);
+    if (e->gate.blocks < UINT32_MAX) e->gate.blocks++;
+    if (e->blocks < UINT16_MAX) e->blocks++;
+
+    // [EST.6] both rows, then the noise of their inputs, then what may have drifted
+    int64_t by_q24[2];
+    for (int axis = 0; axis < 2; axis++) {
+        const bool alike = c->settled || e->blocks <= FEW_BLOCKS;
+        const int64_t by = alike ? ONE_Q24 : dqw_q_quotient64(dqw_estimator_common_variance_q56(e), dqw_estimator_variance_q56(e, axis), 24);
+        const int64_t weigh_q24 = (int64_t)dqw_q_root64((uint64_t)dqw_q_scale64(by, 24));
+        const int64_t bounded_q24 = weigh_q24 < WEIGH_MAX_Q24 ? weigh_q24 : WEIGH_MAX_Q24;
+        by_q24[axis] = dqw_q_floor64(bounded_q24 * bounded_q24, 24);
+        e->e_q28[axis] = dqw_estimator_show_q15(e, axis, &r, mask[axis], bounded_q24);
+    }
+    if (c->noise_on_inputs && !c->settled) dqw_estimator_take_noise_out_q15(e, &r, by_q24, mask);
+    int32_t before_q24[DQW_ESTIMATOR_Q15_INPUTS];
+    for (int i = 0; i < dqw_estimator_inputs_q15(e); i++) before_q24[i] = e->w_q24[i];
+    const bool solved = e->gate.blocks % every(e) == 0;
+    if (solved) dqw_estimator_solve_q15(e);
+    keep(e, &r, mask, by_q24, before_q24, solved);
+    if (!sound(e, &r.unit)) return false;
+    if (solved && !c->settled) publish(e, b, &r.unit);
+    dqw_estimator_drift_q15(e);
+    if (e->stage.name == DQW_STAGE_RANDOM) coarse_stage(e, r.unit.w_q24);
+    return true;
+}
+
+bool dqw_estimator_background_q15(dqw_estimator_q15 *e)
+{
+    dqw_estimator_q15_block b;
+    if (!dqw_estimator_take_q15(e, &b) || e->stage.name == DQW_STAGE_DOMAIN) return false;
+    const bool judged = e->stage.name != DQW_STAGE_RANDOM;
+    if (!dqw_estimator_learn_q15(e, &b)) return false;
+    if (e->gate.blocks % every(e) == 0 && dqw_estimator_seeks_q15(e)) dqw_poles_find_q15(e, &b);
+    if (judged) dqw_estimator_stage_on_q15(e, true);
+    return true;
+}

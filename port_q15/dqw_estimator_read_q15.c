@@ -1,0 +1,155 @@
+// What the estimator says was learned.
+#include "dqw_estimator_block_q15.h"
+#include "dqw_q15.h"
+
+// A smaller residual is the sampling's own, and rounding: 1e-8; of settled rows, which have no sampling, of their last places alone: 1e-10.
+#define VARIANCE_FLOOR_Q56 720575940
+#define VARIANCE_FLOOR_SETTLED_Q56 7205759
+#define FEW_BLOCKS 50u
+#define LAG_MAX_Q20 1027604
+#define LAG_MIN_Q20 (-419430)
+#define ONE_Q20 1048576
+// Usable: three deviations are below a tenth of the value.
+#define USABLE_PARTS 30
+// The period by which a voltage is late counts as 0 or 1 within 0.35, and a deviation of 0.16.
+#define LATE_NEAR_Q20 367002
+#define LATE_SD_Q20 167772
+
+static int64_t size(int64_t x)
+{
+    return x < 0 ? -x : x;
+}
+
+uint32_t dqw_estimator_unit_q15(const dqw_estimator_q15_config *config, enum dqw_parameter parameter)
+{
+    dqw_units_q15 u;
+    if ((unsigned)parameter >= DQW_PARAMETERS || dqw_units_of_q15(config, config->scale.pole_pairs, &u) != DQW_OK) return 0;
+    if (parameter == DQW_DEAD_TIME) return config->scale.v_full_mV * 100u / DQW_DEAD_TIME_Q15_PARTS * 10u;
+    return u.si[parameter == DQW_PSI_Q ? DQW_PSI : parameter];
+}
+
+int64_t dqw_estimator_variance_q56(const dqw_estimator_q15 *e, int axis)
+{
+    const int64_t least = e->config->settled ? VARIANCE_FLOOR_SETTLED_Q56 : VARIANCE_FLOOR_Q56;
+    return e->error_q56[axis] > least ? e->error_q56[axis] : least;
+}
+
+int64_t dqw_estimator_common_variance_q56(const dqw_estimator_q15 *e)
+{
+    return dqw_q_floor64(dqw_estimator_variance_q56(e, 0) + dqw_estimator_variance_q56(e, 1), 1);
+}
+
+// Blocks overlap by half, so that next ones are alike, or unlike, in what they teach a weight: that widens or narrows its deviation. Dead
+// time goes with the current as R does, the flux on the other axis with the speed as the flux. (E61) Settled rows do not overlap: there a
+// residual that goes on is the model's, for as long as it lasts. (E20)
+int64_t dqw_estimator_inflation_q20(const dqw_estimator_q15 *e, int weight)
+{
+    const int k = weight >= DQW_PARAMETERS ? weight - DQW_PARAMETERS + 4 : weight == DQW_DEAD_TIME ? DQW_R : weight == DQW_PSI_Q ? DQW_PSI : weight;
+    if (e->score2_q68[k] <= 0) return ONE_Q20;
+    const int64_t r_q20 = dqw_q_quotient64(e->score_lag_q68[k], e->score2_q68[k], 20);
+    const int64_t bounded_q20 = r_q20 < LAG_MIN_Q20 ? LAG_MIN_Q20 : r_q20 > LAG_MAX_Q20 ? LAG_MAX_Q20 : r_q20;
+    if (!e->config->settled) return ONE_Q20 + 2 * bounded_q20;
+    return bounded_q20 > 0 ? dqw_q_quotient64(ONE_Q20 + bounded_q20, ONE_Q20 - bounded_q20, 20) : ONE_Q20;
+}
+
+// The same of a covariance, wider where the rows are few.
+static int64_t variance_q56(const dqw_estimator_q15 *e, int weight, int64_t cov_q40)
+{
+    return dqw_q_product64(dqw_q_product64(cov_q40, dqw_estimator_common_variance_q56(e), -40), dqw_estimator_inflation_q20(e, weight), -20);
+}
+
+int32_t dqw_estimator_sd_q24(const dqw_estimator_q15 *e, int weight)
+{
+    // Rows less weights: of few settled ones each counts.
+    const int n = dqw_estimator_inputs_q15(e);
+    const int rows = 2 * (int)e->blocks;
+    int freedom = rows;
+    for (int i = 0; i < n; i++) freedom -= (int)(e->learned >> i & 1u);
+    if ((e->learned >> weight & 1u) == 0 || freedom < (e->config->settled ? 1 : 2 * n)) return INT32_MAX;
+    const int64_t v_q56 = dqw_q_quotient64(dqw_q_product64(variance_q56(e, weight, e->cov_q40[weight]), rows, -4), freedom, 4);
+    // The root of 2^62 at most, Q28
+    return dqw_q_floor32((int32_t)dqw_q_root64((uint64_t)v_q56 >> 2), 3u + dqw_estimator_shift_q15(e, weight));
+}
+
+dqw_reading_q15 dqw_estimator_read_q15(const dqw_estimator_q15 *e, enum dqw_parameter parameter)
+{
+    dqw_reading_q15 r = {.value_q40 = 0, .sd_q40 = INT64_MAX, .sd_change_q40 = INT64_MAX, .usable = false};
+    if ((unsigned)parameter >= DQW_PARAMETERS) return r;
+    const bool seeks = dqw_estimator_seeks_q15(e);
+    if (!seeks || parameter <= DQW_PSI) r.value_q40 = (int64_t)e->w_q24[parameter] * 65536;
+    // What these rows cannot tell without the pole pairs.
+    if (e->pole_pairs == 0 && parameter != DQW_R && (e->config->settled || parameter > DQW_LQ)) return r;
+    const int32_t sd_q24 = dqw_estimator_sd_q24(e, (int)parameter);
+    if (sd_q24 == INT32_MAX) return r;
+    r.sd_q40 = r.sd_change_q40 = (int64_t)sd_q24 * 65536;
+    const bool either_sign = parameter == DQW_DEAD_TIME || parameter == DQW_PSI_Q;
+    r.usable = r.sd_q40 * USABLE_PARTS < (either_sign ? size(r.value_q40) : r.value_q40);
+    return r;
+}
+
+uint16_t dqw_estimator_pole_pairs_q15(const dqw_estimator_q15 *e)
+{
+    return e->pole_pairs;
+}
+
+uint32_t dqw_estimator_residual_q28(const dqw_estimator_q15 *e)
+{
+    const int64_t both_q56 = e->error_q56[0] + e->error_q56[1];
+    return both_q56 > 0 ? dqw_q_root64((uint64_t)both_q56) : 0;
+}
+
+uint32_t dqw_estimator_recent_q27(const dqw_estimator_q15 *e)
+{
+    return dqw_q_root64((uint64_t)e->recent_q54);
+}
+
+enum dqw_voltage_acts dqw_estimator_voltage_acts_q15(const dqw_estimator_q15 *e)
+{
+    if (e->blocks < FEW_BLOCKS || e->config->settled) return DQW_VOLTAGE_NOT_KNOWN;
+    // What the inputs leave of the late voltage, as one more of them.
+    const int n = dqw_estimator_inputs_q15(e);
+    static const int64_t stay_q40[DQW_NORMAL_INPUTS] = {0};
+    dqw_solution_q15 s;
+    dqw_normal_solve_q15(&e->normal, stay_q40, &s);
+    if (s.cov_q40[n] == INT64_MAX) return DQW_VOLTAGE_NOT_KNOWN;
+    const int64_t sd_q20 = dqw_q_root64((uint64_t)dqw_q_scale64(variance_q56(e, DQW_R, s.cov_q40[n]), -16));
+    // The others' gradient is 0 where the weights were solved, and next to nothing since then.
+    const int64_t periods_q20 = dqw_q_product64(s.cov_q40[n], e->normal.b_q32[n], -52);
+    const bool next = e->config->voltage_next;
+    if (sd_q20 >= LATE_SD_Q20) return DQW_VOLTAGE_NOT_KNOWN;
+    if (size(periods_q20) < LATE_NEAR_Q20) return next ? DQW_VOLTAGE_NEXT : DQW_VOLTAGE_NOW;
+    if (size(periods_q20 + (next ? ONE_Q20 : -ONE_Q20)) < LATE_NEAR_Q20) return next ? DQW_VOLTAGE_NOW : DQW_VOLTAGE_NEXT;
+    return DQW_VOLTAGE_NOT_KNOWN;
+}
+
+#if DQW_EFFECT_WEIGHTS > 0
+int dqw_estimator_read_effect_q15(const dqw_estimator_q15 *e, int index, int64_t weights_q40[], int64_t sd_q40[])
+{
+    if (index < 0 || index >= e->effect.count) return DQW_ERR_SIZE;
+    const dqw_effect_q15_config *list = e->effect.list;
+    int first = DQW_PARAMETERS;
+    for (int k = 0; k < index; k++) first += dqw_effect_weights_of_q15(&e->effect, list[k].effect);
+    const bool dead_time = list[index].effect == DQW_EFFECT_DEAD_TIME;
+    const int n = dqw_effect_weights(list[index].effect);
+    for (int i = 0; i < n; i++) {
+        const int weight = dead_time ? DQW_DEAD_TIME : first + i;
+        const int more = 16 + (int)dqw_estimator_shift_q15(e, weight);
+        const int32_t sd_q24 = dqw_estimator_sd_q24(e, weight);
+        const int64_t w = dqw_q_scale64(e->w_q24[weight], more);
+        const int64_t sd = dqw_q_scale64(sd_q24, more);
+        weights_q40[i] = dead_time ? dqw_q_quotient64(w, DQW_DEAD_TIME_Q15_PARTS, 0) : dqw_effect_restored_q40(&e->effect, index, i, w);
+        sd_q40[i] = dead_time ? dqw_q_quotient64(sd, DQW_DEAD_TIME_Q15_PARTS, 0) : dqw_effect_restored_q40(&e->effect, index, i, sd);
+        if (sd_q24 == INT32_MAX) sd_q40[i] = INT64_MAX;
+    }
+    return (int)dqw_effect_known_q15(weights_q40, sd_q40, n);
+}
+#else
+int dqw_estimator_read_effect_q15(const dqw_estimator_q15 *e, int index, int64_t weights_q40[], int64_t sd_q40[])
+{
+    (void)e;
+    (void)index;
+    (void)weights_q40;
+    (void)sd_q40;
+    return DQW_ERR_SIZE;
+}
+#endif

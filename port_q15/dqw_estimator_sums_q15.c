@@ -1,0 +1,129 @@
+// The joint neuron in its information form: what rows, noise and time make of the sums, and the weights that they say.
+#include "dqw_estimator_block_q15.h"
+#include "dqw_q15.h"
+
+// Where noise is more than this part of all that was learned of a weight, taking it out could run away: 0.05.
+#define NOISE_PART_MAX_Q40 54975581389
+// What the sums can hold of a variance: 2^21 of the residual's.
+#define WIDEST_Q40 ((int64_t)1 << 61)
+#define ONE_Q24 16777216
+
+enum { D = 0, Q = 1, N = DQW_PARAMETERS };
+
+// One axis' row to the sums, around the weights as solved last; weighed by how little of that axis is noise.
+int32_t dqw_estimator_show_q15(dqw_estimator_q15 *e, int axis, const dqw_rows_q15 *r, uint32_t mask, int64_t weigh_q24)
+{
+    const int n = dqw_estimator_inputs_q15(e);
+    int32_t x_q28[DQW_NORMAL_INPUTS];
+    int64_t e_q28 = r->y_q28[axis];
+    for (int i = 0; i < n; i++) {
+        const int32_t x = r->x_q28[axis][i];
+        e_q28 -= dqw_q_round64((int64_t)x * e->w_q24[i], 24u - dqw_estimator_shift_q15(e, i));
+        x_q28[i] = (mask >> i & 1u) != 0 ? dqw_q31_sat(dqw_q_round64(x * weigh_q24, 24)) : 0;
+    }
+    // Behind the inputs, the late voltage: what the others leave of it, and of the residual with it, says how late the voltage acts. (E90)
+    x_q28[n] = dqw_q31_sat(dqw_q_round64(r->late_q28[axis] * weigh_q24, 24));
+    const int32_t error = dqw_q31_sat(e_q28);
+    dqw_normal_add_q15(&e->normal, x_q28, dqw_q31_sat(dqw_q_round64(error * weigh_q24, 24)));
+    return error;
+}
+
+static int64_t weighed(int64_t x_q56, int64_t by_q24)
+{
+    return dqw_q_product64(x_q56, by_q24, -32);
+}
+
+// Noise of the inputs turns the gradient by C w: put back. Not where it is much of what was learned, there it could run away. (E60)
+void dqw_estimator_take_noise_out_q15(dqw_estimator_q15 *e, const dqw_rows_q15 *r, const int64_t by_q24[], const uint32_t mask[])
+{
+    // Each term below 2^54 2^6 in Q56, 2^52 in Q48; a weight below 2^6: seven such sums are below 2^61.
+    const int32_t *w = e->w_q24;
+    int64_t z_q48[N] = {0};
+    for (int axis = 0; axis < 2; axis++)
+        for (int i = 0; i < N; i++)
+            if ((mask[axis] >> i & 1u) != 0) z_q48[i] += weighed(r->noise_q56[axis][i], by_q24[axis]);
+    for (int i = 0; i < N; i++) {
+        if (dqw_q_product64(z_q48[i], e->cov_q40[i], -48) > NOISE_PART_MAX_Q40) return;
+        z_q48[i] = dqw_q_times64(z_q48[i], w[i], -24);
+    }
+    for (int axis = 0; axis < 2; axis++) {
+        const int L = dqw_estimator_cross_q15(e, axis);
+        const int flux = axis == Q ? DQW_PSI : DQW_PSI_Q;
+        // To the gradient of one the weight of the other.
+        const uint8_t pairs[4][3] = {{DQW_R, DQW_DEAD_TIME, DQW_NOISE_Q15_DEAD_IN_R},
+                                     {DQW_DEAD_TIME, DQW_R, DQW_NOISE_Q15_R_IN_DEAD},
+                                     {(uint8_t)L, (uint8_t)flux, DQW_NOISE_Q15_SPEED},
+                                     {(uint8_t)flux, (uint8_t)L, DQW_NOISE_Q15_SPEED}};
+        const int known = (mask[axis] >> L & mask[axis] >> flux & 1u) != 0 ? 4 : 2;
+        for (int k = 0; k < known; k++) z_q48[pairs[k][0]] += dqw_q_times64(weighed(r->noise_q56[axis][pairs[k][2]], by_q24[axis]), w[pairs[k][1]], -24);
+    }
+    for (int i = 0; i < N; i++) {
+        // The target's sum keeps above what the gradient explains.
+        const int64_t z_q32 = dqw_q_scale64(z_q48[i], -16);
+        e->normal.b_q32[i] += z_q32;
+        const int64_t more_q32 = dqw_q_times64(z_q32, w[i], -24);
+        e->normal.c_q32 += more_q32 < 0 ? -more_q32 : more_q32;
+    }
+}
+
+// How large a parameter is: what it may wander is a part of that. Q24, with the halvings of its input.
+static int64_t size_q24(const dqw_estimator_q15 *e, int i)
+{
+    if (i == DQW_DEAD_TIME && dqw_estimator_has_dead_time_q15(e)) return ONE_Q24;
+    const int64_t w = e->w_q24[i == DQW_PSI_Q && dqw_estimator_has_psi_q_q15(e) ? DQW_PSI : i];
+    return (w < 0 ? -w : w) * ((int64_t)1 << dqw_estimator_shift_q15(e, i));
+}
+
+// A parameter may wander: its variance grows with time, here in halves of a window, up to three of its size. One weight a block, each by the
+// time that the last turn took. (E61)
+void dqw_estimator_drift_q15(dqw_estimator_q15 *e)
+{
+    const dqw_estimator_q15_config *c = e->config;
+    if (c->drift_ppm == 0 || c->settled) return;
+    if (e->turn == 0) {
+        e->span = e->number - e->drifted;
+        e->drifted = e->number;
+    }
+    // Of what was never learned nothing can wander away.
+    const int n = dqw_estimator_inputs_q15(e);
+    int i = e->turn;
+    while (i < n - 1 && (e->learned >> i & 1u) == 0) i++;
+    int next = i + 1;
+    while (next < n && (e->learned >> next & 1u) == 0) next++;
+    e->turn = (uint8_t)(next < n ? next : 0);
+    // The size squared over the residual's variance, and nine times that, at most.
+    const int64_t size = size_q24(e, i);
+    const int64_t one_q20 = dqw_q_quotient64(dqw_q_product64(size, size, 0), dqw_estimator_common_variance_q56(e), 28);
+    const int64_t cap_q20 = one_q20 < WIDEST_Q40 >> 24 ? 9 * one_q20 : WIDEST_Q40 >> 20;
+    const int64_t cap_q40 = cap_q20 < WIDEST_Q40 >> 20 ? cap_q20 * ((int64_t)1 << 20) : WIDEST_Q40;
+    if (e->cov_q40[i] >= cap_q40) return;
+    // ns up to 2^37 by halves up to 2^32; ppm^2 up to 2^40
+    const int64_t time_q20 = dqw_q_quotient64(dqw_q_product64((int64_t)c->scale.dt_ns * e->window.half, e->span, -8), 1000000000, 28);
+    const int64_t rate_q40 = dqw_q_quotient64((int64_t)c->drift_ppm * c->drift_ppm, 1000000000000, 40);
+    int64_t q_q40 = dqw_q_product64(dqw_q_product64(rate_q40, time_q20, -20), one_q20, -20);
+    if (q_q40 > cap_q40) q_q40 = cap_q40;
+    dqw_normal_grow_q15(&e->normal, i, q_q40);
+    e->cov_q40[i] += q_q40;
+}
+
+// Weights that explain all that was shown; the sums go on around them.
+void dqw_estimator_solve_q15(dqw_estimator_q15 *e)
+{
+    static const int64_t stay_q40[DQW_NORMAL_INPUTS] = {0};
+    dqw_normal_q15 *m = &e->normal;
+    dqw_solution_q15 s;
+    const int n = dqw_estimator_inputs_q15(e);
+    // With noise taken out, the gradient may explain more than there was; twice is enough.
+    m->c_q32 = 2 * m->c_q32 + 16;
+    // The late voltage only watches.
+    m->inputs = (uint8_t)n;
+    dqw_normal_solve_q15(m, stay_q40, &s);
+    m->inputs = (uint8_t)(n + 1);
+    for (int i = 0; i < n; i++) {
+        m->b_q32[n] -= dqw_q_product64(m->a_q32[DQW_NORMAL_A(i, n)], s.w_q40[i], -40);
+        e->w_q24[i] = dqw_q31_sat(e->w_q24[i] + dqw_q_round64(s.w_q40[i], 16u + dqw_estimator_shift_q15(e, i)));
+        e->cov_q40[i] = s.cov_q40[i] < WIDEST_Q40 ? s.cov_q40[i] : WIDEST_Q40;
+        m->b_q32[i] = 0;
+    }
+    m->c_q32 = 0;
+}
