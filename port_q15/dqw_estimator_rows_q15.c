@@ -148,7 +148,7 @@ static void noise_of(const dqw_estimator_q15 *e, const dqw_estimator_q15_block *
         if (dqw_estimator_has_dead_time_q15(e) && var_q36[axis] > 0) noise_of_dead_time(b, u, var_q36[axis], held_q56[axis], noise);
         // A noise of half the full voltage is more than anybody learns from: sums of such variances stay within their bits.
         const int64_t most = (int64_t)1 << 54;
-        for (int i = 0; i < DQW_NOISE_Q15_COVARIANCES; i++) noise[i] = noise[i] > most ? most : noise[i] < -most ? -most : noise[i];
+        for (int i = 0; i < DQW_NOISE_Q15_COVARIANCES; i++) noise[i] = dqw_q_within64(noise[i], most);
     }
 }
 

@@ -60,6 +60,16 @@ int64_t dqw_q_quotient64(int64_t a, int64_t b, int n)
     return dqw_q_scale64(m_b < 0 ? -p : p, e_a - e_b - 62 + n);
 }
 
+int64_t dqw_q_within64(int64_t x, int64_t most)
+{
+    return x > most ? most : x < -most ? -most : x;
+}
+
+int32_t dqw_q_quotient32(int64_t a, int64_t b, int n)
+{
+    return dqw_q31_sat(dqw_q_quotient64(a, b, n));
+}
+
 uint32_t dqw_q_root64(uint64_t x)
 {
     uint32_t root = 0;

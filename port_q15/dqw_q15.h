@@ -58,7 +58,10 @@ static inline int16_t dqw_q15_sat(int32_t x)
 /// Bounded to 32 bits.
 static inline int32_t dqw_q31_sat(int64_t x)
 {
-    return (int32_t)(x > INT32_MAX ? INT32_MAX : x < INT32_MIN ? INT32_MIN : x);
+    // Where it fits, the upper half is what the sign of the lower one says: half the code of two comparisons.
+    const uint32_t low = (uint32_t)((uint64_t)x & UINT32_MAX);
+    const uint32_t high = (uint32_t)((uint64_t)x >> 32);
+    return dqw_q_signed32((low >> 31) + high == 0 ? low : (high >> 31) + INT32_MAX);
 }
 
 /// a + b, bounded to 32 bits.
@@ -158,6 +161,12 @@ int32_t dqw_q_times32(int64_t a, int32_t b, int n);
 /// a / b 2^n, rounded, bounded to 62 bits; 0 for b = 0. Good to 28 bits. No division of 64 bits.
 /// Range    any; n in -126 .. 126
 int64_t dqw_q_quotient64(int64_t a, int64_t b, int n);
+
+/// The same bounded to 32 bits.
+int32_t dqw_q_quotient32(int64_t a, int64_t b, int n);
+
+/// x within -most .. most.
+int64_t dqw_q_within64(int64_t x, int64_t most);
 
 /// The integer square root, rounded down.
 uint32_t dqw_q_root64(uint64_t x);

@@ -29,17 +29,11 @@ static void scale(complex_number *a, int64_t by, int n)
     a->im = dqw_q_product64(a->im, by, -n);
 }
 
-static int64_t within(int64_t x)
-{
-    const int64_t most = (int64_t)1 << 30;
-    return x > most ? most : x < -most ? -most : x;
-}
-
 // Inputs up to 16 full voltages, more than nominal parameters take of full signals; errors up to 4. So products of two have a bit to spare.
 static void bound(complex_number *a)
 {
-    a->re = within(a->re);
-    a->im = within(a->im);
+    a->re = dqw_q_within64(a->re, (int64_t)1 << 30);
+    a->im = dqw_q_within64(a->im, (int64_t)1 << 30);
 }
 
 void dqw_witness_init_q15(dqw_witness_q15 *w)
@@ -70,7 +64,7 @@ int32_t dqw_witness_mean_L_q24(const dqw_estimator_q15_config *config, int32_t L
     dqw_units_q15 u;
     (void)dqw_units_of_q15(config, config->scale.pole_pairs, &u);
     const int64_t both_q40 = dqw_q_times64(u.L_q40[0], Ld_q24, -24) + dqw_q_times64(u.L_q40[1], Lq_q24, -24);
-    return dqw_q31_sat(dqw_q_quotient64(both_q40, u.L_q40[0] + u.L_q40[1], 24));
+    return dqw_q_quotient32(both_q40, u.L_q40[0] + u.L_q40[1], 24);
 }
 
 // What one unit of each weight adds to the block's voltage, Q26.
