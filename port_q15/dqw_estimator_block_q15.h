@@ -95,7 +95,7 @@ static inline bool dqw_estimator_seeks_q15(const dqw_estimator_q15 *e)
 /// Slot of the flux of the other axis' current in a row of this axis.
 static inline int dqw_estimator_cross_q15(const dqw_estimator_q15 *e, int axis)
 {
-    return (dqw_estimator_seeks_q15(e) ? DQW_POLES_LQ_Q15 : DQW_LQ) - axis;
+    return (dqw_estimator_seeks_q15(e) ? (int)DQW_POLES_LQ_Q15 : (int)DQW_LQ) - axis;
 }
 
 /// What this configuration and what is known of the pole pairs leave to be learned.

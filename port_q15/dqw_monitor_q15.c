@@ -2,12 +2,12 @@
 
 #include <stddef.h>
 
-#include "dqw_q15.h"
 #include "dqw_estimator_block_q15.h"
+#include "dqw_monitor_channel_q15.h"
+#include "dqw_q15.h"
 
-// No band is narrower than this many deviations.
-#define DEVIATIONS 5
-// A healthy value is learned while its deviation is within this part of its band, as in dqw_monitor.c: 0.2, flux 0.4, witness 0.5.
+// A healthy value is learned while its deviation is within this part of its band. A wider one does where looks are soon unlike, so that their
+// mean is better than each, as in dqw_monitor.c: 0.2, flux 0.4, witness 0.5.
 #define KNOWN_PART_Q15 6554
 #define KNOWN_PART_FLUX_Q15 13107
 #define KNOWN_PART_WITNESS_Q15 16384
@@ -15,74 +15,71 @@
 #define HOTTEST_FORGETS 100000
 // A parameter is known well enough to be watched: deviation within a tenth.
 #define SERVICE_PARTS 10
-// Slack on rates and rises of temperature, in tenths.
+// Slack on rates and rises of temperature, in tenths; and the coldest that a machine is switched on at, below cold.
 #define SLACK_TENTHS 13
+#define COLDER_K 40
 // Confidence of what needs no pattern: 0.99.
 #define SURE_Q15 32440
 #define TEMPERATURE_BAND_K 5
 // Part of the full speed above which a direction is one: a fifteenth, a full scale being half as much again as a rated value.
 #define SLOWEST_Q28 17895697
+#define HEATING_MK_S 1000u
+#define FLOOR_PPM 2000u
 #define PARTS_MOST 1000000u
+// Rows that the estimator wants of the noise.
+#define WARM_UP 400u
+// Of what is rated: dead time's, offset's and friction's band, threshold, floor and excitation where a full scale is half as much again.
+#define RATED_DEAD_TIME_PPM 3333u
+#define RATED_OFFSET_PPM 6667u
+#define RATED_FRICTION_PPM 33333u
+#define RATED_THRESHOLD_PPM 33333u
+#define RATED_FLOOR_PPM 1333u
+#define RATED_EXCITATION_Q15 218u
 #define ONE_Q16 65536
 #define ONE_Q24 16777216
 #define MILLION 1000000
 
-static const uint32_t BAND_PPM[DQW_WATCH_CHANNELS] = {40000, 60000, 60000, 12000, 5000, 20000, 10000, 30000, 30000, 3000, 50000, 110000000, 3000000};
-#define ALPHA_PPM_PER_K 3900u
-#define BETA_PPM_PER_K 1000u
-#define HEATING_MK_S 1000u
-#define FLOOR_PPM 2000u
-
-// The estimator was given the first part of it.
-const dqw_monitor_q15_config *dqw_monitor_config_of_q15(const dqw_monitor_q15 *m)
+dqw_monitor_q15_config dqw_monitor_config_default_q15(const dqw_nameplate_q15 *plate)
 {
-    return (const dqw_monitor_q15_config *)(const void *)m->estimator.config;
+    dqw_monitor_q15_config c = {.J_nkgm2 = 0};
+    c.estimator = dqw_estimator_config_default_q15(plate);
+    c.estimator.threshold_ppm = RATED_THRESHOLD_PPM;
+    c.estimator.excitation_q15 = RATED_EXCITATION_Q15;
+    c.band_ppm[DQW_WATCH_DEAD_TIME] = RATED_DEAD_TIME_PPM;
+    c.band_ppm[DQW_WATCH_OFFSET] = RATED_OFFSET_PPM;
+    c.band_ppm[DQW_WATCH_FRICTION] = RATED_FRICTION_PPM;
+    c.residual_floor_ppm = RATED_FLOOR_PPM;
+    return c;
 }
 
-static int64_t or_else(uint32_t configured, uint32_t otherwise)
+static enum dqw_status check(const dqw_monitor_q15 *m, const dqw_monitor_q15_config *c)
 {
-    return configured != 0 ? configured : otherwise;
+    if (m == NULL || c == NULL) return DQW_ERR_NULL;
+    if (c->alpha_ppm_per_K > PARTS_MOST) return DQW_ERR_ALPHA;
+    if (c->beta_ppm_per_K > PARTS_MOST) return DQW_ERR_BETA;
+    if (c->heating_mK_s > PARTS_MOST) return DQW_ERR_HEATING;
+    if (c->residual_floor_ppm > PARTS_MOST) return DQW_ERR_RESIDUAL_FLOOR;
+    if (c->estimator.scale.pole_pairs == 0) return DQW_ERR_POLE_PAIRS;
+    if (c->commissioned && c->estimator.R_uohm == 0) return DQW_ERR_R;
+    return c->commissioned && c->estimator.psi_nWb == 0 ? DQW_ERR_PSI : DQW_OK;
 }
 
-static int64_t band_q24(const dqw_monitor_q15 *m, int channel)
-{
-    return dqw_q_quotient64(or_else(dqw_monitor_config_of_q15(m)->band_ppm[channel], BAND_PPM[channel]), MILLION, 24);
-}
-
-static int64_t alpha_ppm(const dqw_monitor_q15 *m)
-{
-    return or_else(dqw_monitor_config_of_q15(m)->alpha_ppm_per_K, ALPHA_PPM_PER_K);
-}
-
-static int64_t beta_ppm(const dqw_monitor_q15 *m)
-{
-    return or_else(dqw_monitor_config_of_q15(m)->beta_ppm_per_K, BETA_PPM_PER_K);
-}
-
-static enum dqw_status check(const dqw_monitor_q15 *m, const dqw_monitor_q15_config *config)
-{
-    if (m == NULL || config == NULL) return DQW_ERR_NULL;
-    if (config->alpha_ppm_per_K > PARTS_MOST) return DQW_ERR_ALPHA;
-    if (config->beta_ppm_per_K > PARTS_MOST) return DQW_ERR_BETA;
-    if (config->heating_mK_s > PARTS_MOST) return DQW_ERR_HEATING;
-    if (config->residual_floor_ppm > PARTS_MOST) return DQW_ERR_RESIDUAL_FLOOR;
-    return config->estimator.scale.pole_pairs != 0 ? DQW_OK : DQW_ERR_POLE_PAIRS;
-}
-
-static void begin(dqw_monitor_q15 *m)
+// In place, once nothing can be refused any more: a small core's stack has no room for a second one.
+static void begin(dqw_monitor_q15 *m, const dqw_monitor_q15_config *config)
 {
     const dqw_monitor_measures_q15 nothing = {.friction_q24 = 0};
+    m->config = config;
     m->is = nothing;
+    m->has_change = m->restored = false;
     dqw_witness_init_q15(&m->witness);
     dqw_watch_init(&m->watch);
 }
 
-// In place, once nothing can be refused any more: a small core's stack has no room for a second one.
 enum dqw_status dqw_monitor_init_q15(dqw_monitor_q15 *m, const dqw_monitor_q15_config *config)
 {
     enum dqw_status status = check(m, config);
     if (status == DQW_OK) status = dqw_estimator_init_q15(&m->estimator, &config->estimator);
-    if (status == DQW_OK) begin(m);
+    if (status == DQW_OK) begin(m, config);
     return status;
 }
 
@@ -90,7 +87,7 @@ enum dqw_status dqw_monitor_define_q15(dqw_monitor_q15 *m, const dqw_monitor_q15
 {
     enum dqw_status status = check(m, config);
     if (status == DQW_OK) status = dqw_estimator_define_q15(&m->estimator, &config->estimator);
-    if (status == DQW_OK) begin(m);
+    if (status == DQW_OK) begin(m, config);
     return status;
 }
 
@@ -104,6 +101,11 @@ uint32_t dqw_monitor_sample_q15(dqw_monitor_q15 *m, const dqw_sample_q15 *s, boo
     return dqw_estimator_sample_q15(&m->estimator, s, saturated);
 }
 
+void dqw_monitor_missing_q15(dqw_monitor_q15 *m, uint32_t periods)
+{
+    dqw_estimator_missing_q15(&m->estimator, periods);
+}
+
 static int32_t value(const dqw_monitor_q15 *m, int weight)
 {
     return m->estimator.w_q24[weight];
@@ -112,18 +114,6 @@ static int32_t value(const dqw_monitor_q15 *m, int weight)
 static int32_t sd(const dqw_monitor_q15 *m, int weight)
 {
     return dqw_estimator_sd_q24(&m->estimator, weight);
-}
-
-// (R / cold - 1) / alpha, K
-static int32_t rise_q16(const dqw_monitor_q15 *m, int32_t R_q24)
-{
-    return dqw_q31_sat(dqw_q_quotient64(((int64_t)R_q24 - m->is.cold_R_q24) * MILLION, m->is.cold_R_q24 * alpha_ppm(m), 16));
-}
-
-static int32_t friction_sd(const dqw_monitor_q15 *m)
-{
-    const uint8_t n = m->watch.reversals;
-    return n >= DQW_WATCH_REVERSALS_LEAST ? dqw_q31_sat(dqw_q_root64((uint64_t)dqw_q_quotient64(m->is.spread_q48, n, 1))) : INT32_MAX;
 }
 
 // Half the difference of two stretches' mean torque, one in each direction, is friction: a load is the same on both sides of a reversal, or
@@ -152,11 +142,10 @@ static int64_t accelerating_q24(const dqw_estimator_q15_config *c, const dqw_uni
 }
 
 // The torque that does not accelerate.
-static void watch_friction(dqw_monitor_q15 *m, const dqw_estimator_q15_block *block)
+static void watch_friction(dqw_monitor_q15 *m, const dqw_estimator_q15_block *block, bool unbroken)
 {
-    const bool unbroken = m->estimator.elapsed == 1;
     const dqw_estimator_q15 *t = &m->estimator;
-    const uint32_t J_nkgm2 = dqw_monitor_config_of_q15(m)->J_nkgm2;
+    const uint32_t J_nkgm2 = m->config->J_nkgm2;
     const dqw_block_q15 b = dqw_estimator_means_q15(block);
     dqw_units_q15 n;
     (void)dqw_units_of_q15(t->config, t->pole_pairs, &n);
@@ -175,94 +164,6 @@ static void watch_friction(dqw_monitor_q15 *m, const dqw_estimator_q15_block *bl
     if (gathered == DQW_WATCH_STRETCH_BLOCKS) reversal(m, way, m->is.gathered_q24);
 }
 
-// A channel's band, in the format of its reading: Q24.
-static int32_t band_of(const dqw_monitor_q15 *m, int channel)
-{
-    const dqw_estimator_q15_config *c = &dqw_monitor_config_of_q15(m)->estimator;
-    const int32_t *h = m->is.healthy_q24;
-    const int64_t band = band_q24(m, channel);
-    int64_t wide;
-    switch (channel) {
-    case DQW_WATCH_DEAD_TIME: wide = band * DQW_DEAD_TIME_Q15_PARTS; break;
-    case DQW_WATCH_OFFSET: wide = band; break;
-    case DQW_WATCH_RESISTANCE: wide = dqw_q_quotient64(dqw_q_times64(band, h[DQW_R], -24), 3, 0); break;
-    case DQW_WATCH_REACTANCE: wide = dqw_q_quotient64(dqw_q_product64(band, dqw_witness_mean_L_q24(c, h[DQW_LD], h[DQW_LQ]), -24), 3, 0); break;
-    case DQW_WATCH_SHORT: wide = dqw_q_quotient64(band, 3 * dqw_q_times64(dqw_witness_short_q40(c), h[DQW_R], -24), 40); break;
-    case DQW_WATCH_ANGLE:
-    case DQW_WATCH_FRICTION: wide = dqw_q_product64(band, h[DQW_PSI], -24); break;
-    default: wide = dqw_q_product64(band, h[channel], -24); break;
-    }
-    return dqw_q31_sat(wide);
-}
-
-typedef struct {
-    int32_t now, change, sd;  // in the format of the event
-} reading;
-
-static int32_t q24_of(int32_t x_q28)
-{
-    return x_q28 == INT32_MAX ? INT32_MAX : dqw_q_floor32(x_q28, 4);
-}
-
-static int32_t difference(int32_t a, int32_t b)
-{
-    return dqw_q31_sat((int64_t)a - b);
-}
-
-static uint32_t residual_q27(const dqw_monitor_q15 *m)
-{
-    return dqw_q_root64((uint64_t)m->estimator.recent_q54);
-}
-
-// Value, its change from the healthy one, and its deviation, of a channel; of temperature and residual the change is the value.
-static reading read_channel(const dqw_monitor_q15 *m, int channel)
-{
-    reading r;
-    if (channel < DQW_PARAMETERS) {
-        r.now = value(m, channel);
-        r.change = difference(r.now, m->is.healthy_q24[channel]);
-        r.sd = sd(m, channel);
-    } else if (channel < DQW_WATCH_FRICTION) {
-        const int k = channel - DQW_WATCH_OFFSET;
-        const int32_t re = difference(m->witness.re_q28[k], m->is.healthy_re_q28[k]);
-        const int32_t im = difference(m->witness.im_q28[k], m->is.healthy_im_q28[k]);
-        r.now = q24_of(dqw_witness_size_q28(&m->witness, (enum dqw_witness_input_q15)k));
-        r.change = q24_of(dqw_q_length32(re, im));
-        r.sd = q24_of(dqw_witness_sd_q28(&m->witness, &m->estimator, (enum dqw_witness_input_q15)k));
-    } else if (channel == DQW_WATCH_FRICTION) {
-        r.now = m->is.friction_q24;
-        r.change = difference(r.now, m->is.healthy_friction_q24);
-        r.sd = friction_sd(m);
-    } else if (channel == DQW_WATCH_TEMPERATURE) {
-        const int32_t sd_R = sd(m, DQW_R);
-        r.now = r.change = rise_q16(m, value(m, DQW_R));
-        r.sd = sd_R == INT32_MAX ? INT32_MAX : dqw_q31_sat(dqw_q_quotient64((int64_t)sd_R * MILLION, m->is.cold_R_q24 * alpha_ppm(m), 16));
-    } else {
-        r.now = r.change = (int32_t)(residual_q27(m) >> 3);
-        r.sd = 0;
-    }
-    return r;
-}
-
-// The healthy value moves to the present one by one part in n.
-static void nearer(int32_t *healthy, int32_t now, int n)
-{
-    *healthy = dqw_q31_sat(*healthy + dqw_q_quotient64((int64_t)now - *healthy, n, 0));
-}
-
-static void move_healthy(dqw_monitor_q15 *m, int channel, int n)
-{
-    if (channel < DQW_PARAMETERS) {
-        nearer(&m->is.healthy_q24[channel], value(m, channel), n);
-    } else if (channel < DQW_WATCH_FRICTION) {
-        const int k = channel - DQW_WATCH_OFFSET;
-        nearer(&m->is.healthy_re_q28[k], m->witness.re_q28[k], n);
-        nearer(&m->is.healthy_im_q28[k], m->witness.im_q28[k], n);
-    } else {
-        nearer(&m->is.healthy_friction_q24, m->is.friction_q24, n);
-    }
-}
-
 static bool within_part(int32_t deviation, int32_t part_q15, int32_t band)
 {
     return deviation != INT32_MAX && (int64_t)deviation * 32768 < (int64_t)part_q15 * band;
@@ -272,22 +173,29 @@ static bool within_part(int32_t deviation, int32_t part_q15, int32_t band)
 static void settle(dqw_monitor_q15 *m, int channel)
 {
     if (channel == DQW_WATCH_FRICTION) {
-        if (dqw_watch_friction_settles(&m->watch)) move_healthy(m, channel, 1);
+        if (dqw_watch_friction_settles(&m->watch)) dqw_monitor_move_healthy_q15(m, channel, 1);
         return;
     }
     if (!dqw_watch_settles(&m->watch, channel)) return;
     const uint8_t looks = m->watch.looks[channel];
     const int32_t part_q15 = channel > DQW_WATCH_ANGLE ? KNOWN_PART_WITNESS_Q15 : channel == DQW_WATCH_PSI ? KNOWN_PART_FLUX_Q15 : KNOWN_PART_Q15;
-    const bool known_now = within_part(read_channel(m, channel).sd, part_q15, band_of(m, channel));
+    dqw_monitor_channel_q15 x;
+    dqw_monitor_read_channel_q15(m, channel, &x);
+    const bool known_now = within_part(x.sd, part_q15, dqw_monitor_band_of_q15(m, channel));
     if (known_now) m->watch.looks[channel]++;
-    if (known_now || looks == 0) move_healthy(m, channel, looks + 1);
+    if (known_now || looks == 0) dqw_monitor_move_healthy_q15(m, channel, looks + 1);
+}
+
+static uint32_t or_else(uint32_t configured, uint32_t otherwise)
+{
+    return configured != 0 ? configured : otherwise;
 }
 
 // Healthy values as they are now.
 static void adopt(dqw_monitor_q15 *m)
 {
-    for (int i = 0; i < DQW_WATCH_TEMPERATURE; i++) move_healthy(m, i, 1);
-    const int64_t floor_q27 = dqw_q_quotient64(or_else(dqw_monitor_config_of_q15(m)->residual_floor_ppm, FLOOR_PPM), MILLION, 27);
+    for (int i = 0; i < DQW_WATCH_TEMPERATURE; i++) dqw_monitor_move_healthy_q15(m, i, 1);
+    const int64_t floor_q27 = dqw_q_quotient64(or_else(m->config->residual_floor_ppm, FLOOR_PPM), MILLION, 27);
     const int64_t floor_q54 = floor_q27 * floor_q27;  // up to 2^54
     m->is.healthy_residual_q54 = m->estimator.recent_q54 > floor_q54 ? m->estimator.recent_q54 : floor_q54;
     dqw_watch_adopt(&m->watch, m->estimator.number);
@@ -302,14 +210,14 @@ static void begin_rest(dqw_monitor_q15 *m)
 // What heat can have made of R or the flux since its healthy value last followed, Q24.
 static int32_t heat_since(const dqw_monitor_q15 *m, int channel)
 {
-    const dqw_monitor_q15_config *c = dqw_monitor_config_of_q15(m);
+    const dqw_monitor_q15_config *c = m->config;
     const bool flux = channel == DQW_WATCH_PSI;
     const int64_t halves = dqw_watch_unfollowed(&m->watch, channel, m->estimator.number);
+    const int64_t ppm_per_K = flux ? dqw_monitor_beta_ppm(m) : dqw_monitor_alpha_ppm(m);
     // Millionths by mK up to 2^40, by 13 over 10^10; ns up to 2^30 by 2^31
-    const int64_t rate_q40 = dqw_q_quotient64((flux ? beta_ppm(m) : alpha_ppm(m)) * or_else(c->heating_mK_s, HEATING_MK_S) * SLACK_TENTHS, 10000000000, 40);
-    const int64_t time_q20 = dqw_q_quotient64((int64_t)c->estimator.scale.dt_ns * ((halves << DQW_WATCH_FOLLOW_SHIFT) * m->estimator.window.half), 1000000000,
-                                              20);
-    return dqw_q31_sat(dqw_q_product64(dqw_q_product64(rate_q40, flux ? m->is.cold_psi_q24 : m->is.cold_R_q24, -40), time_q20, -20));
+    const int64_t rate_q40 = dqw_q_quotient64(ppm_per_K * or_else(c->heating_mK_s, HEATING_MK_S) * SLACK_TENTHS, 10000000000, 40);
+    const int64_t time_q20 = dqw_q_quotient64((int64_t)c->estimator.scale.dt_ns * ((halves << DQW_WATCH_FOLLOW_SHIFT) * m->estimator.window.half), 1000000000, 20);
+    return dqw_q_times32(dqw_q_product64(rate_q40, time_q20, -20), flux ? m->is.cold_psi_q24 : m->is.cold_R_q24, -40);
 }
 
 // Healthy R or flux goes with the measured one, no faster than heat can. Not while the measured one is unsure: it would follow noise.
@@ -317,10 +225,22 @@ static void follow(dqw_monitor_q15 *m, int channel)
 {
     const int32_t bound = heat_since(m, channel);
     const bool flux = channel == DQW_WATCH_PSI;
-    if (bound <= 0 || !within_part(sd(m, channel), flux ? KNOWN_PART_FLUX_Q15 : KNOWN_PART_Q15, band_of(m, channel))) return;
-    const int32_t off = difference(value(m, channel), m->is.healthy_q24[channel]);
-    m->is.healthy_q24[channel] += off > bound ? bound : off < -bound ? -bound : off;
+    if (bound <= 0 || !within_part(sd(m, channel), flux ? KNOWN_PART_FLUX_Q15 : KNOWN_PART_Q15, dqw_monitor_band_of_q15(m, channel))) return;
+    const int64_t off = (int64_t)value(m, channel) - m->is.healthy_q24[channel];
+    m->is.healthy_q24[channel] += (int32_t)(off > bound ? bound : off < -bound ? -bound : off);
     dqw_watch_follow(&m->watch, channel, m->estimator.number);
+}
+
+// So much of a cold value, which is 1 and `more`.
+static int32_t of_cold(int32_t cold_q24, int64_t more_q24)
+{
+    return dqw_q_times32(ONE_Q24 + more_q24, cold_q24, -24);
+}
+
+// What the magnet loses where the winding's rise is this, and half a band. 2^20 by 2^31 by 2^4
+static int64_t flux_lost_q24(const dqw_monitor_q15 *m, int64_t rise_q16)
+{
+    return dqw_q_quotient64(dqw_monitor_beta_ppm(m) * rise_q16 * SLACK_TENTHS, (int64_t)10 * MILLION, 8) + dqw_q_round64(dqw_monitor_band_q24(m, DQW_WATCH_PSI), 1);
 }
 
 // The flux no further than the winding's heat explains, now or a while ago.
@@ -328,13 +248,10 @@ static void follow_temperature(dqw_monitor_q15 *m)
 {
     follow(m, DQW_WATCH_R);
     follow(m, DQW_WATCH_PSI);
-    const int32_t rise = rise_q16(m, m->is.healthy_q24[DQW_R]);
+    const int32_t rise = dqw_monitor_rise_q16(m, m->is.healthy_q24[DQW_R]);
     m->is.hottest_q16 -= m->is.hottest_q16 / HOTTEST_FORGETS;
     if (rise > m->is.hottest_q16) m->is.hottest_q16 = rise;
-    // 2^20 by 2^31 by 2^4
-    const int64_t lost_q24 = dqw_q_quotient64(beta_ppm(m) * m->is.hottest_q16 * SLACK_TENTHS, (int64_t)10 * MILLION, 8) +
-                             dqw_q_round64(band_q24(m, DQW_WATCH_PSI), 1);
-    const int32_t coldest = dqw_q31_sat(dqw_q_product64(ONE_Q24 - lost_q24, m->is.cold_psi_q24, -24));
+    const int32_t coldest = of_cold(m->is.cold_psi_q24, -flux_lost_q24(m, m->is.hottest_q16));
     if (m->is.healthy_q24[DQW_PSI] < coldest) m->is.healthy_q24[DQW_PSI] = coldest;
 }
 
@@ -342,93 +259,103 @@ static void follow_temperature(dqw_monitor_q15 *m)
 static int32_t deviation_q5(const dqw_monitor_q15 *m, int channel)
 {
     const int64_t most = (int64_t)100 * DQW_CHANGE_BAND_Q5;
-    int64_t q5;
+    int64_t over;
+    int64_t width;
+    int n = 5;
     if (channel == DQW_WATCH_TEMPERATURE) {
-        if (sd(m, DQW_R) >= band_of(m, DQW_WATCH_R)) return 0;
-        const int64_t above_q16 = rise_q16(m, value(m, DQW_R)) - dqw_q_round64(band_q24(m, channel), 8);
-        q5 = dqw_q_quotient64(above_q16 + (int64_t)TEMPERATURE_BAND_K * ONE_Q16, TEMPERATURE_BAND_K, -11);
+        if (sd(m, DQW_R) >= dqw_monitor_band_of_q15(m, DQW_WATCH_R)) return 0;
+        over = dqw_monitor_rise_q16(m, value(m, DQW_R)) - dqw_q_round64(dqw_monitor_band_q24(m, channel), 8) + (int64_t)TEMPERATURE_BAND_K * ONE_Q16;
+        width = TEMPERATURE_BAND_K;
+        n = -11;
     } else if (channel == DQW_WATCH_RESIDUAL) {
-        const int64_t ratio_q10 = dqw_q_root64((uint64_t)dqw_q_quotient64(m->estimator.recent_q54, m->is.healthy_residual_q54, 20));
-        q5 = dqw_q_quotient64(ratio_q10, band_q24(m, channel), 19);
+        over = dqw_q_root64((uint64_t)dqw_q_quotient64(m->estimator.recent_q54, m->is.healthy_residual_q54, 20));  // Q10
+        width = dqw_monitor_band_q24(m, channel);
+        n = 19;
     } else {
-        const reading r = read_channel(m, channel);
-        const int looks = m->watch.looks[channel];
-        if (looks < DQW_WATCH_LOOKS_LEAST || r.sd == INT32_MAX) return 0;
-        const int64_t width = band_of(m, channel);
-        // The healthy value has a deviation too: less, the more looks it is the mean of.
-        const int32_t one_q30 = 1 << 30;
-        const uint32_t wider_q15 = dqw_q_root64((uint64_t)one_q30 + (uint64_t)(one_q30 / (DQW_WATCH_LOOKS_ALIKE + looks) * DQW_WATCH_LOOKS_ALIKE));
-        const int64_t sure = dqw_q_round64((int64_t)r.sd * DEVIATIONS * wider_q15, 15);
+        dqw_monitor_channel_q15 x;
+        dqw_monitor_read_channel_q15(m, channel, &x);
+        if (m->watch.looks[channel] < DQW_WATCH_LOOKS_LEAST || x.sd == INT32_MAX) return 0;
         // What heat may have made of it meanwhile is no change.
         const int64_t heat = channel == DQW_WATCH_R || channel == DQW_WATCH_PSI ? heat_since(m, channel) : 0;
-        const int64_t size = r.change < 0 ? -(int64_t)r.change : r.change;
-        q5 = dqw_q_quotient64(size - heat, width > sure ? width : sure, 5);
+        over = (x.change < 0 ? -(int64_t)x.change : x.change) - heat;
+        width = dqw_monitor_surely_q15(m, channel, x.sd);
     }
+    const int64_t q5 = dqw_q_quotient64(over, width, n);
     return (int32_t)(q5 < 0 ? 0 : q5 < most ? q5 : most);
-}
-
-// A change of a third of a band is none.
-static int32_t least_of(int32_t deviation, int32_t band)
-{
-    return deviation == INT32_MAX ? INT32_MAX : dqw_q_length32(deviation, band / 3);
 }
 
 static int32_t over(int32_t a, int32_t b_q24)
 {
-    return a == INT32_MAX ? INT32_MAX : dqw_q31_sat(dqw_q_quotient64(a, b_q24, 24));
+    return a == INT32_MAX ? INT32_MAX : dqw_q_quotient32(a, b_q24, 24);
 }
 
 static dqw_fault_verdict_q15 name_it(const dqw_monitor_q15 *m)
 {
     int32_t change_q24[DQW_SIGNS];
     int32_t unit_q24[DQW_SIGNS];
+    const int32_t *h = m->is.healthy_q24;
     for (int channel = 0; channel < DQW_WATCH_FRICTION; channel++) {
-        const reading r = read_channel(m, channel);
-        const int32_t least = least_of(r.sd, band_of(m, channel));
+        dqw_monitor_channel_q15 x;
+        dqw_monitor_read_channel_q15(m, channel, &x);
+        // A change of a third of a band is none; what is not known counts for nothing.
+        const int32_t least = x.sd == INT32_MAX ? INT32_MAX : dqw_q_length32(x.sd, dqw_monitor_band_of_q15(m, channel) / 3);
         if (channel < DQW_PARAMETERS) {
-            const int32_t *h = m->is.healthy_q24;
             const int32_t scale = channel == DQW_WATCH_ANGLE ? h[DQW_PSI] : channel == DQW_WATCH_DEAD_TIME ? ONE_Q24 : h[channel];
-            change_q24[channel] = over(r.change, scale);
+            change_q24[channel] = over(x.change, scale);
             unit_q24[channel] = over(least, scale);
         } else {
             const int k = channel - DQW_WATCH_OFFSET;
             const int at = DQW_SIGN_OFFSET_RE + 2 * k;
-            change_q24[at] = dqw_q_floor32(difference(m->witness.re_q28[k], m->is.healthy_re_q28[k]), 4);
-            change_q24[at + 1] = dqw_q_floor32(difference(m->witness.im_q28[k], m->is.healthy_im_q28[k]), 4);
+            change_q24[at] = (int32_t)dqw_q_floor64((int64_t)m->witness.re_q28[k] - m->is.healthy_re_q28[k], 4);
+            change_q24[at + 1] = (int32_t)dqw_q_floor64((int64_t)m->witness.im_q28[k] - m->is.healthy_im_q28[k], 4);
             unit_q24[at] = unit_q24[at + 1] = least;
         }
     }
     const dqw_estimator_q15_config *c = m->estimator.config;
-    const dqw_fault_machine_q15 machine = {m->is.healthy_q24[DQW_R], dqw_witness_mean_L_q24(c, m->is.healthy_q24[DQW_LD], m->is.healthy_q24[DQW_LQ]),
-                                           dqw_witness_short_q40(c)};
+    const dqw_fault_machine_q15 machine = {h[DQW_R], dqw_witness_mean_L_q24(c, h[DQW_LD], h[DQW_LQ]), dqw_witness_short_q40(c)};
     return dqw_fault_name_it_q15(change_q24, unit_q24, machine);
 }
 
-static uint32_t ppm(uint32_t ratio_q27)
+static bool above_threshold(const dqw_monitor_q15 *m)
 {
-    return (uint32_t)(((uint64_t)ratio_q27 * MILLION) >> 27);  // up to 32 millions
+    // Up to 32 millions
+    const uint32_t ppm = (uint32_t)(((uint64_t)dqw_estimator_recent_q27(&m->estimator) * MILLION) >> 27);
+    return ppm > m->estimator.stage.threshold_ppm;
 }
 
-static void tell(const dqw_monitor_q15 *m, int channel, dqw_monitor_event_q15 *event)
+// What the healthy value of a channel is; of temperature and residual the limit.
+static int32_t healthy_of(const dqw_monitor_q15 *m, int channel)
 {
-    const reading r = read_channel(m, channel);
-    event->value = r.now;
-    event->sd = r.sd;
-    event->half = m->estimator.number;
-    event->since = m->estimator.number - (uint32_t)dqw_watch_since(&m->watch, channel) * DQW_WATCH_TICK_BLOCKS;
-    event->parameter = (enum dqw_monitor_channel)channel;
-    const enum dqw_fault_name of_channel = dqw_watch_fault_of(channel, r.change > 0);
+    if (channel < DQW_PARAMETERS) return m->is.healthy_q24[channel];
+    if (channel == DQW_WATCH_FRICTION) return m->is.healthy_friction_q24;
+    if (channel == DQW_WATCH_TEMPERATURE) return dqw_q31_sat(dqw_q_round64(dqw_monitor_band_q24(m, channel), 8));
+    if (channel == DQW_WATCH_RESIDUAL) return dqw_monitor_residual_limit_q24(m);
+    const int k = channel - DQW_WATCH_OFFSET;
+    return dqw_q_floor32(dqw_q_length32(m->is.healthy_re_q28[k], m->is.healthy_im_q28[k]), 4);
+}
+
+static void name(dqw_monitor_q15 *m, int channel)
+{
+    dqw_monitor_channel_q15 x;
+    dqw_monitor_read_channel_q15(m, channel, &x);
+    m->named_value = x.now;
+    m->named_sd = x.sd;
+    m->named_at = m->estimator.number;
+    m->named_since = m->estimator.number - (uint32_t)dqw_watch_since(&m->watch, channel) * DQW_WATCH_TICK_BLOCKS;
+    m->named_channel = (uint8_t)channel;
+    m->named_healthy = healthy_of(m, channel);
+    const enum dqw_fault_name of_channel = dqw_watch_fault_of(channel, x.change > 0);
     const dqw_fault_verdict_q15 sure = {.name = of_channel, .confidence_q15 = SURE_Q15, .phase = 0};
-    event->fault = of_channel != DQW_FAULT_NONE ? sure : name_it(m);
+    m->named_fault = of_channel != DQW_FAULT_NONE ? sure : name_it(m);
 }
 
 // Where a temperature counts from, after what has broken.
 static void recount(int32_t *cold, int32_t now, int32_t healthy)
 {
-    *cold = dqw_q31_sat(dqw_q_product64(dqw_q_quotient64(now, healthy, 24), *cold, -24));
+    *cold = dqw_q_times32(dqw_q_quotient64(now, healthy, 24), *cold, -24);
 }
 
-static bool look(dqw_monitor_q15 *m, dqw_monitor_event_q15 *event)
+static bool look(dqw_monitor_q15 *m)
 {
     const enum dqw_watch_begins begins = dqw_watch_begin(&m->watch);
     if (begins == DQW_WATCH_PAUSES) return false;
@@ -443,26 +370,52 @@ static bool look(dqw_monitor_q15 *m, dqw_monitor_event_q15 *event)
     int32_t q5[DQW_WATCH_CHANNELS];
     for (int i = 0; i < DQW_WATCH_CHANNELS; i++) q5[i] = deviation_q5(m, i);
     if (!dqw_watch_look(&m->watch, q5)) return false;
-    const int worst = dqw_watch_worst(&m->watch, q5, ppm(residual_q27(m)) > m->estimator.stage.threshold_ppm);
+    const int worst = dqw_watch_worst(&m->watch, q5, above_threshold(m));
     if (worst < 0) return false;
-    tell(m, worst, event);
-    const enum dqw_watch_follows follows = dqw_watch_named(&m->watch, worst, event->fault.name);
+    name(m, worst);
+    const enum dqw_watch_follows follows = dqw_watch_named(&m->watch, worst, m->named_fault.name);
     if (follows == DQW_WATCH_LATER) return false;
     if (follows == DQW_WATCH_APART) {
-        if (worst == DQW_WATCH_FRICTION) move_healthy(m, worst, 1);
+        if (worst == DQW_WATCH_FRICTION) dqw_monitor_move_healthy_q15(m, worst, 1);
         return true;
     }
     // Temperatures go on counting from where they were: what has broken is not what has heated.
-    const enum dqw_fault_name name = event->fault.name;
-    if (name == DQW_FAULT_PHASE_CONNECTION || name == DQW_FAULT_CURRENT_GAIN) recount(&m->is.cold_R_q24, value(m, DQW_R), m->is.healthy_q24[DQW_R]);
+    const enum dqw_fault_name fault = m->named_fault.name;
+    if (fault == DQW_FAULT_PHASE_CONNECTION || fault == DQW_FAULT_CURRENT_GAIN) recount(&m->is.cold_R_q24, value(m, DQW_R), m->is.healthy_q24[DQW_R]);
     recount(&m->is.cold_psi_q24, value(m, DQW_PSI), m->is.healthy_q24[DQW_PSI]);
     begin_rest(m);
     return true;
 }
 
+static int32_t between(int32_t x, int32_t low, int32_t high)
+{
+    return x < low ? low : x > high ? high : x;
+}
+
+// The machine is compared with what was stored. Of R and flux only what no heat explains is a change: it may have been switched off hot and on cold,
+// and its magnet may still be as hot as it was.
+static void enter_as_stored(dqw_monitor_q15 *m)
+{
+    const int64_t alpha_ppm = dqw_monitor_alpha_ppm(m);
+    const int64_t colder_q24 = dqw_q_quotient64(alpha_ppm * COLDER_K, MILLION, 24);
+    const int64_t hotter_q24 = dqw_q_quotient64(alpha_ppm * dqw_monitor_band_q24(m, DQW_WATCH_TEMPERATURE), MILLION, 0);  // 2^20 by 2^37
+    m->is.healthy_q24[DQW_R] = between(value(m, DQW_R), of_cold(m->is.cold_R_q24, -colder_q24), of_cold(m->is.cold_R_q24, hotter_q24));
+    const int32_t rise = dqw_monitor_rise_q16(m, m->is.healthy_q24[DQW_R]);
+    const int32_t hot = rise > m->is.hottest_q16 ? rise : m->is.hottest_q16;
+    const int64_t cold = rise < 0 ? -(int64_t)rise : 0;
+    m->is.healthy_q24[DQW_PSI] = between(value(m, DQW_PSI), of_cold(m->is.cold_psi_q24, -flux_lost_q24(m, hot)), of_cold(m->is.cold_psi_q24, flux_lost_q24(m, cold)));
+    dqw_watch_follow(&m->watch, DQW_WATCH_R, m->estimator.number);
+    dqw_watch_follow(&m->watch, DQW_WATCH_PSI, m->estimator.number);
+    m->restored = false;
+}
+
 static void enter_service(dqw_monitor_q15 *m)
 {
-    const bool commissioned = dqw_monitor_config_of_q15(m)->commissioned;
+    if (m->restored) {
+        enter_as_stored(m);
+        return;
+    }
+    const bool commissioned = m->config->commissioned;
     dqw_units_q15 u;
     (void)dqw_units_of_q15(m->estimator.config, m->estimator.pole_pairs, &u);
     m->is.cold_R_q24 = commissioned ? u.w_q24[DQW_R] : value(m, DQW_R);
@@ -471,48 +424,98 @@ static void enter_service(dqw_monitor_q15 *m)
     begin_rest(m);
 }
 
+static bool is_known(const dqw_monitor_q15 *m, int weight)
+{
+    return (int64_t)sd(m, weight) * SERVICE_PARTS < value(m, weight);
+}
+
+// L_d shows only where i_d is not 0: without it the other three are watched.
 static bool known(const dqw_monitor_q15 *m)
 {
-    // L_d shows only where i_d is not 0: without it the other three are watched.
-    for (int i = 0; i <= DQW_PSI; i++)
-        if (i != DQW_LD && (int64_t)sd(m, i) * SERVICE_PARTS >= value(m, i)) return false;
-    return true;
+    return is_known(m, DQW_R) && is_known(m, DQW_LQ) && is_known(m, DQW_PSI);
 }
 
 // Fig. 1: which stage, after a block.
 static void stage(dqw_monitor_q15 *m)
 {
-    const dqw_stage *now = &m->estimator.stage;
-    const uint32_t recent_ppm = ppm(residual_q27(m));
-    if (now->name == DQW_STAGE_IN_SERVICE) {
+    const dqw_stage *s = &m->estimator.stage;
+    const enum dqw_stage_name before = s->name;
+    if (before == DQW_STAGE_IN_SERVICE) {
         // A residual above the threshold is named first: a sudden fault is one too.
-        if (recent_ppm > now->threshold_ppm) dqw_watch_alarm_residual(&m->watch);
+        if (above_threshold(m)) dqw_watch_alarm_residual(&m->watch);
         if (m->watch.back) dqw_estimator_stage_on_q15(&m->estimator, true);
         m->watch.back = false;
         return;
     }
-    if (now->name == DQW_STAGE_ORDINAL && recent_ppm <= now->threshold_ppm && !known(m)) return;
+    if (before == DQW_STAGE_ORDINAL && !above_threshold(m) && !known(m)) return;
     dqw_estimator_stage_on_q15(&m->estimator, true);
-    if (now->name == DQW_STAGE_IN_SERVICE) enter_service(m);
+    if (s->name == DQW_STAGE_IN_SERVICE) enter_service(m);
 }
 
-bool dqw_monitor_background_q15(dqw_monitor_q15 *m, dqw_monitor_event_q15 *event)
+bool dqw_monitor_background_q15(dqw_monitor_q15 *m)
 {
-    dqw_estimator_q15_block b;
-    const enum dqw_stage_name before = m->estimator.stage.name;
-    if (!dqw_estimator_take_q15(&m->estimator, &b) || before == DQW_STAGE_DOMAIN) return false;
+    dqw_estimator_q15 *e = &m->estimator;
+    dqw_estimator_q15_block block;
+    if (!dqw_estimator_take_q15(e, &block) || e->stage.name == DQW_STAGE_DOMAIN) return false;
 
     // [MON.1] learn
-    const bool learned = dqw_estimator_learn_q15(&m->estimator, &b);
-    if (dqw_monitor_config_of_q15(m)->J_nkgm2 > 0) watch_friction(m, &b);
+    const bool judged = e->stage.name != DQW_STAGE_RANDOM;
+    const bool learned = dqw_estimator_learn_q15(e, &block);
+    if (m->config->J_nkgm2 > 0) watch_friction(m, &block, e->elapsed == 1);
     if (!learned) return false;
-    dqw_watch_learned(&m->watch, m->estimator.number);
-    (void)dqw_witness_learn_q15(&m->witness, &m->estimator, &b);
+    dqw_watch_learned(&m->watch, e->number);
+    (void)dqw_witness_learn_q15(&m->witness, e, &block);
 
     // [MON.2] the stage
-    if (before != DQW_STAGE_RANDOM) stage(m);
-    if (m->estimator.stage.name != DQW_STAGE_IN_SERVICE) return false;
+    if (judged) stage(m);
+    if (e->stage.name != DQW_STAGE_IN_SERVICE) return false;
 
     // [MON.3] every so often, a look at every channel
-    return dqw_watch_block(&m->watch) && look(m, event);
+    if (!dqw_watch_block(&m->watch) || !look(m)) return false;
+    m->has_change = true;
+    return true;
+}
+
+bool dqw_monitor_event_q15(dqw_monitor_q15 *m, dqw_monitor_change_q15 *change)
+{
+    if (!m->has_change) return false;
+    const uint64_t half = m->estimator.window.half;
+    const int channel = m->named_channel;
+    change->sample = m->named_at * half;
+    change->since = m->named_since * half;
+    change->parameter = (enum dqw_monitor_channel)channel;
+    change->value_q40 = dqw_monitor_q40_of(channel, m->named_value);
+    change->sd_q40 = dqw_monitor_q40_of(channel, m->named_sd);
+    change->healthy_q40 = dqw_monitor_q40_of(channel, m->named_healthy);
+    change->fault = m->named_fault;
+    m->has_change = false;
+    return true;
+}
+
+// A motion that teaches something now.
+static bool excited(const dqw_estimator_q15 *e)
+{
+    for (int i = 0; i < dqw_estimator_inputs_q15(e); i++)
+        if (e->excess_q10[i] > 0) return true;
+    return false;
+}
+
+enum dqw_why dqw_monitor_why_q15(const dqw_monitor_q15 *m)
+{
+    const dqw_estimator_q15 *e = &m->estimator;
+    const dqw_stage *s = &e->stage;
+    if (s->name == DQW_STAGE_IN_SERVICE)
+        return m->watch.resting ? DQW_WHY_RESTS : m->watch.alarms != 0 ? DQW_WHY_NAMING : m->watch.wait != 0 ? DQW_WHY_PAUSE : DQW_WHY_IN_SERVICE;
+    if (s->name == DQW_STAGE_DOMAIN)
+        return s->back == DQW_BACK_NOT_CONVERGED ? DQW_WHY_NOT_CONVERGED : s->back == DQW_BACK_LEFT_BAND ? DQW_WHY_LEFT_BAND : DQW_WHY_THRESHOLD;
+    if (e->number == 0) return DQW_WHY_NO_BLOCK;
+    // Of the block that was handed over last: one number of 16 bits, whenever it is read.
+    if (e->config->noise_on_inputs && e->handed.rows < WARM_UP) return DQW_WHY_NOISE;
+    if (!excited(e)) return DQW_WHY_EXCITATION;
+    const enum dqw_voltage_acts acts = dqw_estimator_voltage_acts_q15(e);
+    if (acts != DQW_VOLTAGE_NOT_KNOWN && (acts == DQW_VOLTAGE_NEXT) != e->config->voltage_next) return DQW_WHY_VOLTAGE;
+    if (s->name == DQW_STAGE_ORDINAL && above_threshold(m)) return DQW_WHY_RESIDUAL;
+    if (!is_known(m, DQW_R)) return DQW_WHY_R;
+    if (!is_known(m, DQW_LQ)) return DQW_WHY_LQ;
+    return is_known(m, DQW_PSI) ? DQW_WHY_BLOCKS : DQW_WHY_PSI;
 }

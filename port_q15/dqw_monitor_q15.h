@@ -6,19 +6,22 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "dqw_fault_q15.h"
-#include "dqw_stage.h"
 #include "dqw_estimator_q15.h"
+#include "dqw_fault_q15.h"
+#include "dqw_nameplate_q15.h"
+#include "dqw_reading_q15.h"
+#include "dqw_stage.h"
 #include "dqw_watch.h"
+#include "dqw_why.h"
 #include "dqw_witness_q15.h"
 
 #ifdef __cplusplus
 extern "C" {
 #endif
 
-/// All zero is refused. Constant: it may stay in flash. 0 takes the value in brackets.
+/// All zero is refused. Constant: it may stay in flash. 0 takes the value in brackets. dqw_monitor_config_default_q15() fills it from a nameplate.
 typedef struct dqw_monitor_q15_config {
-    dqw_estimator_q15_config estimator;  ///< pole pairs given. Give it drift_ppm, 10000 is a good start, or it follows nothing
+    dqw_estimator_q15_config estimator;  ///< pole pairs are needed. Give it drift_ppm, 10000 is a good start, or it follows nothing
     /// A change by less is healthy, in millionths. Of R, L_d, L_q, flux [40000, 60000, 60000, 12000] of the healthy value; dead time [5000] of the
     /// full voltage; angle [20000] rad; offset [10000] of the full current; resistance and reactance of one phase against the others
     /// [30000, 30000]; shorted turns' conductance times R [3000]; friction [50000] of the torque at the full current; winding above cold
@@ -32,64 +35,141 @@ typedef struct dqw_monitor_q15_config {
     bool commissioned;            ///< the estimator's nominal values were measured on this machine, cold: temperatures count from them
 } dqw_monitor_q15_config;
 
-/// One event. value, sd: Q24 of dqw_estimator_unit_q15() for a parameter, of dqw_witness_input_q15 for one of the witness, of the
-/// torque at the flux's unit and full current for friction, of the full voltage for the residual; Q16 K for the temperature.
-typedef struct dqw_monitor_event_q15 {
-    uint32_t half;   ///< halves of a window since init: times half_window * dt it is the time
-    uint32_t since;  ///< the same, when the change began to show: in looks of 16 learned blocks, 255 at most; later than true where blocks were lost
+/// What has changed. Times in samples since init; values as dqw_monitor_read_q15() has them.
+typedef struct dqw_monitor_change_q15 {
+    uint64_t sample;  ///< when it was named
+    uint64_t since;   ///< when it began to show: in looks of 16 learned blocks, 255 at most; later than true where blocks were lost
     enum dqw_monitor_channel parameter;
-    int32_t value, sd;
+    int64_t value_q40, sd_q40;
+    int64_t healthy_q40;  ///< what it was before; of temperature and residual the limit
     dqw_fault_verdict_q15 fault;
-} dqw_monitor_event_q15;
+} dqw_monitor_change_q15;
 
 /// What it measures beside estimator and witness.
 typedef struct dqw_monitor_measures_q15 {
+    int64_t healthy_residual_q54;  ///< of the full voltage, squared
+    int64_t spread_q48;            ///< friction's variance over reversals
     int32_t healthy_q24[DQW_PARAMETERS];  ///< R and flux follow the temperature
     int32_t healthy_re_q28[DQW_WITNESS_Q15_INPUTS], healthy_im_q28[DQW_WITNESS_Q15_INPUTS];
     int32_t cold_R_q24, cold_psi_q24, hottest_q16;  ///< where they may follow from, and the winding's highest rise, K, slowly forgotten
-    int64_t healthy_residual_q54;                   ///< of the full voltage, squared
-    // Friction, of the torque at the flux's unit and full current: mean over reversals, its variance, the healthy one; the mean torque being
-    // gathered, and that before it.
-    int64_t spread_q48;
+    // Friction, of the torque at the flux's unit and full current: mean over reversals, the healthy one; the mean torque being gathered, and
+    // that before it.
     int32_t friction_q24, healthy_friction_q24, w_before_q28, gathered_q24, before_q24;
 } dqw_monitor_measures_q15;
 
 typedef struct dqw_monitor_q15 {
-    dqw_estimator_q15 estimator;  ///< its configuration is the first part of the monitor's
+    const dqw_monitor_q15_config *config;
+    dqw_estimator_q15 estimator;
     dqw_witness_q15 witness;
     dqw_monitor_measures_q15 is;
     dqw_watch watch;
+    // The change that was named last, as dqw_monitor_event_q15() tells it; times in halves of a window.
+    uint32_t named_at, named_since;
+    int32_t named_value, named_sd, named_healthy;
+    dqw_fault_verdict_q15 named_fault;
+    uint8_t named_channel;
+    bool has_change;
+    bool restored;  ///< healthy values came from a store
 } dqw_monitor_q15;
+
+/// A configuration for a machine of which no more than the nameplate is known; nominal values, bands and the like may be set in it. Full scales are
+/// half as much again as rated; what counts as part of them is as in dqw_monitor_config_default(), part of what is rated.
+///
+/// Source   (E80) in docs/EQUATIONS.md for half_window
+/// Returns  a configuration that init takes, where the nameplate's values are positive and the pole pairs known
+/// Context  at start
+dqw_monitor_q15_config dqw_monitor_config_default_q15(const dqw_nameplate_q15 *plate);
 
 /// Make a monitor.
 ///
 /// Source   Fig. 1; (E21), (E60) to (E65) in docs/EQUATIONS.md
 /// Returns  DQW_OK; else which field was refused, and then *m is untouched
 /// Context  at start; the configuration stays in use as long as the object
+#define dqw_monitor_init_q15 DQW_SIZED(dqw_monitor_init_q15)
 enum dqw_status dqw_monitor_init_q15(dqw_monitor_q15 *m, const dqw_monitor_q15_config *config);
 
-/// One PWM period.
+/// Stage 1 again, after a way back: with what the domain knowledge had lacked, as a trace wrote it; all learned anew. What was counted stays.
 ///
+/// Source   Fig. 1; (E21) in docs/EQUATIONS.md
+/// Returns  as dqw_monitor_init_q15; on an error the old monitor goes on
+/// Context  background; hold the interrupt back
+enum dqw_status dqw_monitor_define_q15(dqw_monitor_q15 *m, const dqw_monitor_q15_config *config);
+
+/// One PWM period. `saturated`: the inverter could not give the voltage of this sample, or a sensor is at its limit.
+///
+/// Format   Q15 of the full scales
+/// Range    any; what cannot be learned is skipped and counted in m->estimator.gate
 /// Returns  DQW_EVENT_* bits; DQW_EVENT_BLOCK: a block waits for dqw_monitor_background_q15
-/// Cost     the table in README.md; no loop depends on data
-/// Context  ISR safe; one writer per object
+/// Cost     docs/firmware.md; no loop depends on data
+/// Context  interrupt; one writer per object
 uint32_t dqw_monitor_sample_q15(dqw_monitor_q15 *m, const dqw_sample_q15 *s, bool saturated);
 
-/// The slow part: learn the block that waits, watch, name.
+/// There is no sample in this period, or in these: as dqw_estimator_missing_q15.
+/// Context  as dqw_monitor_sample_q15
+void dqw_monitor_missing_q15(dqw_monitor_q15 *m, uint32_t periods);
+
+/// The slow part: learn the block that waits, watch, name. Must run at least every half_window periods.
 ///
 /// Source   (E60) to (E65) in docs/EQUATIONS.md
-/// Returns  true where there is an event; *event is written then
-/// Cost     rows, dqw_normal_add_q15 twice, a solution every solve_blocks, the witness; a look every 16 blocks. Must run at least every half_window periods
-/// Context  background; dqw_monitor_sample_q15 may interrupt it
-bool dqw_monitor_background_q15(dqw_monitor_q15 *m, dqw_monitor_event_q15 *event);
+/// Returns  true where something has changed: dqw_monitor_event_q15() says what
+/// Cost     rows, dqw_normal_add_q15 twice, a solution every solve_blocks, the witness; a look every 16 blocks
+/// Context  background; dqw_monitor_sample_q15 may interrupt it anywhere
+bool dqw_monitor_background_q15(dqw_monitor_q15 *m);
 
-/// The configuration in use.
-const dqw_monitor_q15_config *dqw_monitor_config_of_q15(const dqw_monitor_q15 *m);
+/// What has changed, once for each change: the last one, if nobody asked in time.
+///
+/// Returns  true where *change was written
+/// Context  background
+bool dqw_monitor_event_q15(dqw_monitor_q15 *m, dqw_monitor_change_q15 *change);
 
-/// Where Fig. 1 is; and stage 1 again after a way back: with what the domain knowledge had lacked, all learned anew.
-/// Context  background; hold the interrupt back during dqw_monitor_define_q15
+/// A channel's value as it is now, and how sure it is.
+///
+/// Source   (E20), (E61), (E62) in docs/EQUATIONS.md
+/// Format   Q40 of dqw_estimator_unit_q15() for a parameter, of dqw_witness_input_q15's unit for one of the witness, of the torque at the flux's unit
+///          and full current for friction, of the full voltage for the residual; Q40 K above cold for the temperature
+/// Range    not usable, and sd INT64_MAX, where it is not known
+/// Context  background
+dqw_reading_q15 dqw_monitor_read_q15(const dqw_monitor_q15 *m, enum dqw_monitor_channel channel);
+
+/// The smallest change of a channel that would be an event now, in the format of its reading: its band, or five deviations.
+///
+/// Source   (E63) in docs/EQUATIONS.md
+/// Returns  INT64_MAX where it is not watched now
+/// Context  background
+int64_t dqw_monitor_sensitivity_q15(const dqw_monitor_q15 *m, enum dqw_monitor_channel channel);
+
+/// Where Fig. 1 is, and why it is not in service or watches nothing now.
+/// Source   Fig. 1; (E21) in docs/EQUATIONS.md
+/// Context  background
 enum dqw_stage_name dqw_monitor_stage_q15(const dqw_monitor_q15 *m);
-enum dqw_status dqw_monitor_define_q15(dqw_monitor_q15 *m, const dqw_monitor_q15_config *config);
+enum dqw_why dqw_monitor_why_q15(const dqw_monitor_q15 *m);
+
+/// What was learned as healthy, to outlive a power cycle: a plain struct, for flash or a file of the same machine.
+typedef struct dqw_monitor_stored_q15 {
+    uint32_t version;  ///< of this struct
+    uint32_t config;   ///< hash of the configuration
+    int64_t healthy_residual_q54;
+    int32_t healthy_q24[DQW_PARAMETERS];
+    int32_t healthy_re_q28[DQW_WITNESS_Q15_INPUTS], healthy_im_q28[DQW_WITNESS_Q15_INPUTS];
+    int32_t cold_R_q24, cold_psi_q24, hottest_q16, healthy_friction_q24;
+    uint8_t looks[DQW_WATCH_TEMPERATURE];  ///< that each healthy value is the mean of
+    uint8_t unused[1];
+    uint32_t check;  ///< sum over all that stands before it
+} dqw_monitor_stored_q15;
+
+/// Take what was learned as healthy.
+///
+/// Returns  false before the monitor was in service with healthy values that stand, and then *stored is untouched
+/// Context  background
+bool dqw_monitor_store_q15(const dqw_monitor_q15 *m, dqw_monitor_stored_q15 *stored);
+
+/// Give it back, after init and before the first sample: on entering service the machine is compared with it, so that what has changed meanwhile is an
+/// event. R and flux may differ by what heat explains.
+///
+/// Returns  DQW_OK; DQW_ERR_NULL, DQW_ERR_STORE_VERSION, DQW_ERR_STORE_DAMAGED, DQW_ERR_STORE_CONFIG where it was written with other full scales, nominal
+///          values or effects: then *m is as it was
+/// Context  at start
+enum dqw_status dqw_monitor_restore_q15(dqw_monitor_q15 *m, const dqw_monitor_stored_q15 *stored);
 
 #ifdef __cplusplus
 }

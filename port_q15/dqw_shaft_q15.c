@@ -1,5 +1,6 @@
 // dqw_shaft_q15: the start, and what the interrupt does. dqw_shaft_learn_q15.c has the background.
 #include "dqw_shaft_q15.h"
+#include "dqw_effect_kind.h"
 
 #include <stddef.h>
 

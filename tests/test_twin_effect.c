@@ -1,5 +1,6 @@
 // The effects' inputs in fixed point beside the float ones, each law over a whole trajectory; what is learned of them beside what float
 // learns; heat, refusals, any bits.
+#include "dqw_effect.h"
 #include "dqw_estimator.h"
 #include "dqw_estimator_q15.h"
 #include "dqw_number.h"

@@ -1,0 +1,178 @@
+// What the monitor reads: every channel's value, its change from the healthy one, its deviation and its band.
+#include "dqw_monitor_channel_q15.h"
+
+#include "dqw_estimator_block_q15.h"
+#include "dqw_q15.h"
+
+// No band is narrower than this many deviations.
+#define DEVIATIONS 5
+// Usable: three deviations are below a tenth of the value.
+#define USABLE_PARTS 30
+#define MILLION 1000000
+#define ONE_Q30 1073741824
+
+static const uint32_t BAND_PPM[DQW_WATCH_CHANNELS] = {
+    [DQW_WATCH_R] = 40000,        [DQW_WATCH_LD] = 60000,     [DQW_WATCH_LQ] = 60000,     [DQW_WATCH_PSI] = 12000,
+    [DQW_WATCH_DEAD_TIME] = 5000, [DQW_WATCH_ANGLE] = 20000,  [DQW_WATCH_OFFSET] = 10000, [DQW_WATCH_RESISTANCE] = 30000,
+    [DQW_WATCH_REACTANCE] = 30000, [DQW_WATCH_SHORT] = 3000,  [DQW_WATCH_FRICTION] = 50000, [DQW_WATCH_TEMPERATURE] = 110000000,
+    [DQW_WATCH_RESIDUAL] = 3000000,
+};
+#define ALPHA_PPM_PER_K 3900u
+#define BETA_PPM_PER_K 1000u
+
+static uint32_t or_else(uint32_t configured, uint32_t otherwise)
+{
+    return configured != 0 ? configured : otherwise;
+}
+
+int64_t dqw_monitor_band_q24(const dqw_monitor_q15 *m, int channel)
+{
+    return dqw_q_quotient64(or_else(m->config->band_ppm[channel], BAND_PPM[channel]), MILLION, 24);
+}
+
+int64_t dqw_monitor_alpha_ppm(const dqw_monitor_q15 *m)
+{
+    return or_else(m->config->alpha_ppm_per_K, ALPHA_PPM_PER_K);
+}
+
+int64_t dqw_monitor_beta_ppm(const dqw_monitor_q15 *m)
+{
+    return or_else(m->config->beta_ppm_per_K, BETA_PPM_PER_K);
+}
+
+// A part of R, which is that of its cold value per kelvin, in kelvin.
+static int32_t kelvin_q16(const dqw_monitor_q15 *m, int64_t R_q24)
+{
+    return dqw_q_quotient32(R_q24 * MILLION, m->is.cold_R_q24 * dqw_monitor_alpha_ppm(m), 16);
+}
+
+int32_t dqw_monitor_rise_q16(const dqw_monitor_q15 *m, int32_t R_q24)
+{
+    return kelvin_q16(m, (int64_t)R_q24 - m->is.cold_R_q24);
+}
+
+static int32_t friction_sd(const dqw_monitor_q15 *m)
+{
+    const uint8_t n = m->watch.reversals;
+    return n >= DQW_WATCH_REVERSALS_LEAST ? dqw_q31_sat(dqw_q_root64((uint64_t)dqw_q_quotient64(m->is.spread_q48, n, 1))) : INT32_MAX;
+}
+
+int32_t dqw_monitor_band_of_q15(const dqw_monitor_q15 *m, int channel)
+{
+    const dqw_estimator_q15_config *c = &m->config->estimator;
+    const int32_t *h = m->is.healthy_q24;
+    const int64_t band = dqw_monitor_band_q24(m, channel);
+    int32_t of = h[DQW_PSI];
+    switch (channel) {
+    case DQW_WATCH_DEAD_TIME: return dqw_q31_sat(band * DQW_DEAD_TIME_Q15_PARTS);
+    case DQW_WATCH_OFFSET: return dqw_q31_sat(band);
+    case DQW_WATCH_SHORT: return dqw_q_quotient32(band, 3 * dqw_q_times64(dqw_witness_short_q40(c), h[DQW_R], -24), 40);
+    case DQW_WATCH_RESISTANCE: of = h[DQW_R] / 3; break;
+    case DQW_WATCH_REACTANCE: of = dqw_witness_mean_L_q24(c, h[DQW_LD], h[DQW_LQ]) / 3; break;
+    case DQW_WATCH_ANGLE:
+    case DQW_WATCH_FRICTION: break;
+    default: of = h[channel]; break;
+    }
+    return dqw_q_times32(band, of, -24);
+}
+
+static int32_t q24_of(int32_t x_q28)
+{
+    return x_q28 == INT32_MAX ? INT32_MAX : dqw_q_floor32(x_q28, 4);
+}
+
+static int32_t difference(int32_t a, int32_t b)
+{
+    return dqw_q31_sat((int64_t)a - b);
+}
+
+void dqw_monitor_read_channel_q15(const dqw_monitor_q15 *m, int channel, dqw_monitor_channel_q15 *r)
+{
+    if (channel < DQW_PARAMETERS) {
+        r->now = m->estimator.w_q24[channel];
+        r->change = difference(r->now, m->is.healthy_q24[channel]);
+        r->sd = dqw_estimator_sd_q24(&m->estimator, channel);
+    } else if (channel < DQW_WATCH_FRICTION) {
+        const int k = channel - DQW_WATCH_OFFSET;
+        const int32_t re = difference(m->witness.re_q28[k], m->is.healthy_re_q28[k]);
+        const int32_t im = difference(m->witness.im_q28[k], m->is.healthy_im_q28[k]);
+        r->now = q24_of(dqw_witness_size_q28(&m->witness, (enum dqw_witness_input_q15)k));
+        r->change = q24_of(dqw_q_length32(re, im));
+        r->sd = q24_of(dqw_witness_sd_q28(&m->witness, &m->estimator, (enum dqw_witness_input_q15)k));
+    } else if (channel == DQW_WATCH_FRICTION) {
+        r->now = m->is.friction_q24;
+        r->change = difference(r->now, m->is.healthy_friction_q24);
+        r->sd = friction_sd(m);
+    } else if (channel == DQW_WATCH_TEMPERATURE) {
+        const int32_t R_sd = dqw_estimator_sd_q24(&m->estimator, DQW_R);
+        r->now = r->change = dqw_monitor_rise_q16(m, m->estimator.w_q24[DQW_R]);
+        r->sd = R_sd == INT32_MAX ? INT32_MAX : kelvin_q16(m, R_sd);
+    } else {
+        r->now = r->change = (int32_t)(dqw_estimator_recent_q27(&m->estimator) >> 3);
+        r->sd = 0;
+    }
+}
+
+static void nearer(int32_t *healthy, int32_t now, int n)
+{
+    *healthy = dqw_q31_sat(*healthy + dqw_q_quotient64((int64_t)now - *healthy, n, 0));
+}
+
+void dqw_monitor_move_healthy_q15(dqw_monitor_q15 *m, int channel, int n)
+{
+    if (channel < DQW_PARAMETERS) {
+        nearer(&m->is.healthy_q24[channel], m->estimator.w_q24[channel], n);
+    } else if (channel < DQW_WATCH_FRICTION) {
+        const int k = channel - DQW_WATCH_OFFSET;
+        nearer(&m->is.healthy_re_q28[k], m->witness.re_q28[k], n);
+        nearer(&m->is.healthy_im_q28[k], m->witness.im_q28[k], n);
+    } else {
+        nearer(&m->is.healthy_friction_q24, m->is.friction_q24, n);
+    }
+}
+
+int64_t dqw_monitor_surely_q15(const dqw_monitor_q15 *m, int channel, int32_t deviation)
+{
+    // The healthy value has a deviation too: less, the more looks it is the mean of.
+    const uint32_t looks = m->watch.looks[channel];
+    const uint32_t wider_q15 = dqw_q_root64((uint64_t)ONE_Q30 + ONE_Q30 / (DQW_WATCH_LOOKS_ALIKE + looks) * DQW_WATCH_LOOKS_ALIKE);
+    const int64_t sure = dqw_q_round64((int64_t)deviation * DEVIATIONS * wider_q15, 15);
+    const int64_t width = dqw_monitor_band_of_q15(m, channel);
+    return width > sure ? width : sure;
+}
+
+int32_t dqw_monitor_residual_limit_q24(const dqw_monitor_q15 *m)
+{
+    return dqw_q_times32(dqw_monitor_band_q24(m, DQW_WATCH_RESIDUAL), dqw_q31_sat(dqw_q_root64((uint64_t)m->is.healthy_residual_q54)), -27);
+}
+
+int64_t dqw_monitor_q40_of(int channel, int32_t x)
+{
+    return x == INT32_MAX ? INT64_MAX : x * (channel == DQW_WATCH_TEMPERATURE ? (int64_t)1 << 24 : (int64_t)1 << 16);
+}
+
+dqw_reading_q15 dqw_monitor_read_q15(const dqw_monitor_q15 *m, enum dqw_monitor_channel channel)
+{
+    dqw_reading_q15 r = {.value_q40 = 0, .sd_q40 = INT64_MAX, .sd_change_q40 = INT64_MAX, .usable = false};
+    if ((unsigned)channel >= DQW_WATCH_CHANNELS) return r;
+    if ((int)channel < DQW_PARAMETERS) return dqw_estimator_read_q15(&m->estimator, (enum dqw_parameter)channel);
+    // Temperature counts from a cold value that is taken on entering service.
+    if (channel == DQW_WATCH_TEMPERATURE && m->is.cold_R_q24 <= 0) return r;
+    dqw_monitor_channel_q15 x;
+    dqw_monitor_read_channel_q15(m, (int)channel, &x);
+    r.value_q40 = dqw_monitor_q40_of((int)channel, x.now);
+    r.sd_q40 = r.sd_change_q40 = dqw_monitor_q40_of((int)channel, x.sd);
+    r.usable = (int64_t)x.sd * USABLE_PARTS < (x.now < 0 ? -(int64_t)x.now : x.now);
+    return r;
+}
+
+int64_t dqw_monitor_sensitivity_q15(const dqw_monitor_q15 *m, enum dqw_monitor_channel channel)
+{
+    if ((unsigned)channel >= DQW_WATCH_CHANNELS || dqw_monitor_why_q15(m) != DQW_WHY_IN_SERVICE) return INT64_MAX;
+    if (channel == DQW_WATCH_RESIDUAL) return dqw_monitor_q40_of((int)channel, dqw_monitor_residual_limit_q24(m));
+    dqw_monitor_channel_q15 x;
+    dqw_monitor_read_channel_q15(m, (int)channel, &x);
+    if (x.sd == INT32_MAX) return INT64_MAX;
+    if (channel == DQW_WATCH_TEMPERATURE) return dqw_monitor_band_q24(m, (int)channel) * 65536;
+    return m->watch.looks[channel] >= DQW_WATCH_LOOKS_LEAST ? dqw_monitor_surely_q15(m, (int)channel, x.sd) * 65536 : INT64_MAX;
+}

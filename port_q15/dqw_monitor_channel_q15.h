@@ -1,0 +1,44 @@
+// For the monitor's own files: its channels.
+#ifndef DQW_MONITOR_CHANNEL_Q15_H
+#define DQW_MONITOR_CHANNEL_Q15_H
+
+#include "dqw_monitor_q15.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/// A channel's value, its change from the healthy one, and its deviation, INT32_MAX where it is not known: Q24 of its unit; temperature Q16 K.
+typedef struct dqw_monitor_channel_q15 {
+    int32_t now, change, sd;
+} dqw_monitor_channel_q15;
+
+/// As configured, or usual; and a channel's band in the format of its reading.
+int64_t dqw_monitor_band_q24(const dqw_monitor_q15 *m, int channel);
+int32_t dqw_monitor_band_of_q15(const dqw_monitor_q15 *m, int channel);
+int64_t dqw_monitor_alpha_ppm(const dqw_monitor_q15 *m);
+int64_t dqw_monitor_beta_ppm(const dqw_monitor_q15 *m);
+
+/// The winding's rise above cold, Q16 K, where its resistance is this.
+int32_t dqw_monitor_rise_q16(const dqw_monitor_q15 *m, int32_t R_q24);
+
+/// Of temperature and residual the change is the value.
+void dqw_monitor_read_channel_q15(const dqw_monitor_q15 *m, int channel, dqw_monitor_channel_q15 *r);
+
+/// The change of a channel that counts: its band, or five deviations of the change, in the format of its reading; for a deviation that is known.
+/// Source   (E63) in docs/EQUATIONS.md
+int64_t dqw_monitor_surely_q15(const dqw_monitor_q15 *m, int channel, int32_t deviation);
+
+/// The healthy value by one part in n nearer to the present one: 1 takes it over.
+void dqw_monitor_move_healthy_q15(dqw_monitor_q15 *m, int channel, int n);
+
+/// The residual's limit, Q24 of the full voltage.
+int32_t dqw_monitor_residual_limit_q24(const dqw_monitor_q15 *m);
+
+/// In the format of a reading.
+int64_t dqw_monitor_q40_of(int channel, int32_t x);
+
+#ifdef __cplusplus
+}
+#endif
+#endif
