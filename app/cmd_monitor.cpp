@@ -99,12 +99,12 @@ Command add_monitor(CLI::App& app)
     command->get_option("--json")->description("print one JSON object an event, one a line, and nothing else on stdout");
     command
         ->add_option("--effect", options->effects,
-                     "effect that the machine has, repeatable; a note says where the monitor has no input for it: " + list(effect_names(), 99))
+                     "effect that the machine has, learned as well; repeatable; a note says where this log cannot have it: " + list(effect_names(), 99))
         ->take_all()
         ->allow_extra_args(false)
         ->check(CLI::IsMember(effect_names()))
         ->type_name("NAME");
-    command->add_option("--config", options->config_file, "what a trace found: start values and the width of dead time")->type_name("trace.json");
+    command->add_option("--config", options->config_file, "what a trace found: start values, and the effects to learn")->type_name("trace.json");
     command->add_option("--arith", options->arith, "arithmetic of the monitor")->check(CLI::IsMember({"float", "q15"}))->capture_default_str();
     command->footer("Writes monitor.html into DIR, with --arith q15 dqw_q15_monitor.h as well. Exit code 0 with and without events.");
     return {command, [=] { return run(*options); }};

@@ -64,6 +64,12 @@ std::string enumerator_of(const std::string& name)
     return text;
 }
 
+bool monitor_watches(const std::string& name)
+{
+    static const char* const names[] = {"dead_time", "angle_offset", "current_offset", "current_gain_mismatch", "phase_resistance_imbalance"};
+    return std::find(std::begin(names), std::end(names), name) != std::end(names);
+}
+
 std::size_t shapes_of(dqw_effect_name name)
 {
     for (const Shapes& s : kShapes)

@@ -19,6 +19,9 @@ std::optional<dqw_effect_name> effect_named(const std::string& name);
 /// "DQW_EFFECT_DEAD_TIME".
 std::string enumerator_of(const std::string& name);
 
+/// What a monitor watches by inputs of its own.
+bool monitor_watches(const std::string& name);
+
 /// How many numbers the shape of a law has; a trace may give more (a start angle).
 std::size_t shapes_of(dqw_effect_name name);
 

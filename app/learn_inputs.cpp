@@ -1,3 +1,4 @@
+#include "dqw_effect_kind.h"
 #include "learn_inputs.hpp"
 
 #include <algorithm>

@@ -66,6 +66,39 @@ std::string values_text(const TraceResult& trace, const std::vector<Field>& fiel
     return out;
 }
 
+/// The list of effects, those last that a monitor has inputs of its own for.
+struct EffectRows {
+    std::string text, width;
+    int count = 0, unwatched = 0, weights = 0;
+    bool angle = false;
+};
+
+EffectRows effect_rows(const TraceResult& trace, std::string& assignments)
+{
+    EffectRows rows;
+    std::string watched;
+    for (const TraceInput& in : trace.inputs) {
+        const dqw_effect_config c = effect_config(in);
+        if (c.effect == DQW_EFFECT_DEAD_TIME) {
+            rows.width += fmt::format("// Dead time: the current at which the inverter's loss is three quarters of its full size. It needs the angle.\n"
+                                      "#define DQW_MODEL_DEAD_TIME_WIDTH_A {}\n\n",
+                                      literal(static_cast<double>(c.shape[0])));
+            assignments += "    config->dead_time_width_A = DQW_MODEL_DEAD_TIME_WIDTH_A;\n";
+            continue;
+        }
+        rows.count++;
+        rows.weights += dqw_effect_weights(c.effect);
+        rows.unwatched += monitor_watches(in.effect) ? 0 : 1;
+        (monitor_watches(in.effect) ? watched : rows.text) += row_of(in, trace.regime, lacks_pole_pairs(trace));
+        if (c.effect == DQW_EFFECT_ANGLE_OFFSET && !rows.angle) {
+            assignments += "    // One weight for the angle: that of the effect.\n    config->encoder_offset = false;\n";
+            rows.angle = true;
+        }
+    }
+    rows.text += watched;
+    return rows;
+}
+
 }  // namespace
 
 std::string harmless(const std::string& path)
@@ -85,30 +118,39 @@ std::string model_config_text(const TraceResult& trace, const std::vector<std::s
     for (const std::string& log : logs) sources += (sources.empty() ? " " : ", ") + harmless(log);
     std::string assignments;
     const std::string values = values_text(trace, mechanical ? mechanical_fields : electrical_fields, assignments);
-    int weights = 0;
-    std::string rows;
-    for (const TraceInput& in : trace.inputs) {
-        weights += dqw_effect_weights(effect_config(in).effect);
-        rows += row_of(in, trace.regime, lacks_pole_pairs(trace));
-    }
+    const EffectRows rows = effect_rows(trace, assignments);
 
     std::string out = fmt::format("// What `dqwatch trace` found in{}: the effects that the plain model lacks, for the learners.\n",
                                   sources.empty() ? " a log" : sources);
     const std::string init = mechanical ? "dqw_shaft" : "dqw_estimator";
-    out += fmt::format("// Fill in a {0}_config as before, call dqw_model_config_apply(&config), then {0}_init(); on a running estimator\n", init);
-    out += mechanical ? "// dqw_shaft_define().\n"
-                      : "// that has gone back to its first stage, dqw_estimator_define(). The pole pairs must be given where there are effects.\n";
+    out += fmt::format("// Fill in a {0}_config as before, call dqw_model_config_apply(&config), then {0}_init(); on a running one {0}_define().\n", init);
+    if (!mechanical)
+        out += "// Of a monitor: dqw_model_config_apply_monitor(&config), dqw_monitor_init(), dqw_monitor_define(). Pole pairs must be given where there are "
+               "effects.\n";
     out += "#ifndef DQW_MODEL_CONFIG_H\n#define DQW_MODEL_CONFIG_H\n\n#include \"dqw.h\"\n\n";
     if (!values.empty()) out += "// To start from, SI.\n" + values + "\n";
-    out += fmt::format("#define DQW_MODEL_EFFECT_COUNT {}\n\n", trace.inputs.size());
-    if (!trace.inputs.empty()) {
-        out += fmt::format("#if DQW_EFFECT_WEIGHTS < {0}\n#error \"build lib/ with -DDQW_EFFECT_WEIGHTS={0} or more\"\n#endif\n\n", weights);
-        out += "// Effect, shape, weights to start from.\nstatic const dqw_effect_config dqw_model_effects[DQW_MODEL_EFFECT_COUNT] = {\n" + rows + "};\n\n";
+    out += rows.width;
+    out += fmt::format("#define DQW_MODEL_EFFECT_COUNT {}\n", rows.count);
+    // What a monitor watches by inputs of its own is none of the effects that it learns.
+    if (!mechanical) out += fmt::format("#define DQW_MODEL_MONITOR_EFFECT_COUNT {}\n", rows.unwatched);
+    out += "\n";
+    if (rows.count > 0) {
+        out += fmt::format("#if DQW_EFFECT_WEIGHTS < {0}\n#error \"build lib/ with -DDQW_EFFECT_WEIGHTS={0} or more\"\n#endif\n\n", rows.weights);
+        out += "// Effect, shape, weights to start from.\nstatic const dqw_effect_config dqw_model_effects[DQW_MODEL_EFFECT_COUNT] = {\n" + rows.text +
+               "};\n\n";
         assignments += "    config->effects = dqw_model_effects;\n    config->effect_count = DQW_MODEL_EFFECT_COUNT;\n";
     }
     if (assignments.empty()) assignments = "    (void)config;\n";
-    out += fmt::format("static inline void dqw_model_config_apply({}_config *config)\n{{\n{}}}\n\n#endif\n", init, assignments);
-    return out;
+    out += fmt::format("static inline void dqw_model_config_apply({}_config *config)\n{{\n{}}}\n", init, assignments);
+    if (!mechanical) {
+        std::string monitor = "    dqw_model_config_apply(&config->estimator);\n";
+        if (rows.count > 0) monitor += "    config->estimator.effect_count = DQW_MODEL_MONITOR_EFFECT_COUNT;\n";
+        if (rows.angle) monitor += "    config->estimator.encoder_offset = true;\n";
+        out += "\n// A monitor has inputs of its own for the angle, the current sensors and unlike phases.\n"
+               "static inline void dqw_model_config_apply_monitor(dqw_monitor_config *config)\n{\n" +
+               monitor + "}\n";
+    }
+    return out + "\n#endif\n";
 }
 
 }  // namespace dqw

@@ -62,10 +62,7 @@ dqw_monitor_q15_config config_of(const dqw_monitor_config& from)
 
 class Q15Monitor : public MonitorEngine {
 public:
-    explicit Q15Monitor(const MonitorSetup& setup) : config_(config_of(setup.config))
-    {
-        accept(dqw_monitor_init_q15(&m_, &config_));
-    }
+    explicit Q15Monitor(const MonitorSetup& setup) : config_(config_of(setup.config)) { accept(dqw_monitor_init_q15(&m_, &config_)); }
 
     void gap(std::uint32_t periods) override { dqw_estimator_missing_q15(&m_.estimator, periods); }
 
@@ -76,7 +73,7 @@ public:
         // Sixteen bits have no not-a-number: the port is told of a limit, and it is counted here.
         if (!good) ++not_numbers_;
         (void)dqw_monitor_sample_q15(&m_, &x, !good);
-        return m_.estimator.pending;
+        return m_.estimator.window.pending;
     }
 
     std::optional<MonitorTold> background() override
@@ -92,12 +89,9 @@ public:
                            {e.fault.name, static_cast<float>(e.fault.confidence_q15) / 32768.0F, e.fault.phase}};
     }
 
-    void define() override
-    {
-        accept(dqw_monitor_define_q15(&m_, &config_));
-    }
+    void define() override { accept(dqw_monitor_define_q15(&m_, &config_)); }
 
-    std::uint32_t halves() const override { return m_.estimator.about.number; }
+    std::uint32_t halves() const override { return m_.estimator.halves; }
 
     MonitorMeasures measures() const override
     {

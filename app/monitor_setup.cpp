@@ -1,3 +1,4 @@
+#include "dqw_effect_kind.h"
 #include "monitor_setup.hpp"
 
 #include <fmt/format.h>
@@ -101,13 +102,6 @@ void start_values(const Log& log, const Machine& start, const std::vector<TraceI
             fmt::format("{} not said, and the first {:.3g} s do not tell: learning starts from the size of the signals", list(guessed), span_s));
 }
 
-/// What the monitor watches by inputs of its own.
-bool is_watched(const std::string& effect)
-{
-    static const char* const names[] = {"dead_time", "angle_offset", "current_offset", "current_gain_mismatch", "phase_resistance_imbalance"};
-    return std::any_of(std::begin(names), std::end(names), [&](const char* name) { return effect == name; });
-}
-
 bool has_thermometer(const TraceInput& in, const Log& log)
 {
     const bool heats = in.effect == "winding_temperature" || in.effect == "magnet_temperature";
@@ -130,7 +124,7 @@ std::vector<TraceInput> effects_to_learn(const std::vector<TraceInput>& inputs, 
     std::vector<TraceInput> learned;
     for (const TraceInput& in : inputs) {
         if (c.angle && in.effect == "dead_time" && !in.shape.empty() && usable(in.shape[0])) c.dead_time_width_A = static_cast<float>(in.shape[0]);
-        if (is_watched(in.effect)) continue;
+        if (monitor_watches(in.effect)) continue;
         const std::string why = why_not(in, log, c.angle);
         if (why.empty())
             learned.push_back(in);
@@ -208,6 +202,7 @@ MonitorSetup monitor_setup(const std::vector<Log>& logs, const LearnConfig& aske
     for (const Nominal& n : nominals) machine.*(n.learned) = static_cast<double>(c.*(n.place));
     machine.pole_pairs = c.pole_pairs;
     setup.inputs = completed(effects, logs, machine);
+    if (!effects.empty()) setup.notes.push_back("learned as well: " + list(effects_of({effects, {}})));
     return setup;
 }
 

@@ -1,5 +1,5 @@
-// The example's configuration, also that of what is measured on the target. From the data sheet: starting points, no more; it is constant
-// and stays in flash. dqw_monitor_config_default() makes much the same of a nameplate.
+// The example's configuration, also that of what is measured on the target. From the data sheet: starting points, no more; it is constant and
+// stays in flash. Of a nameplate alone dqw_monitor_config_default() makes much the same, without what this board's samples are.
 #ifndef FOC_CONFIG_H
 #define FOC_CONFIG_H
 
@@ -21,7 +21,9 @@ static const dqw_monitor_config CONFIG = {
                   .stale_limit = 10,
                   .angle = true,
                   .encoder_offset = true,
-                  .noise_on_inputs = true},
+                  .noise_on_inputs = true,
+                  .voltage_next = true,   // the timer loads it a period later,
+                  .voltage_held = true},  // as a vector that the inverter holds: alpha-beta
     .J_kgm2 = 3e-4f,
 };
 

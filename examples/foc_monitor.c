@@ -2,50 +2,76 @@
 // what each signal must be, and what to do on each event.
 #include "foc_monitor.h"
 
-#include <math.h>
-
+#include "dqw_sample.h"
+#include "dqw_text.h"
 #include "foc_board.h"
 #include "foc_config.h"
+#if DQW_EFFECT_WEIGHTS > 0
+#include "dqw_model_config.h"
+#endif
 
 static dqw_monitor monitor;
-// Needed until the stage is past random learning, and again after a way back.
-static dqw_monitor_random lent;
 
 bool foc_monitor_start(void)
 {
-    dqw_monitor_random_init(&lent);
-    return dqw_monitor_init(&monitor, &CONFIG, &lent) == DQW_OK;
+    const enum dqw_status status = dqw_monitor_init(&monitor, &CONFIG);
+    if (status != DQW_OK) {
+        board_say("monitor refused", dqw_status_text(status), 0, 0);
+        return false;
+    }
+    // What was healthy before the power went.
+    dqw_monitor_stored stored;
+    if (!board_flash_read(&stored, sizeof stored)) return true;
+    const enum dqw_status restored = dqw_monitor_restore(&monitor, &stored);
+    if (restored != DQW_OK) board_say("learns anew", dqw_status_text(restored), 0, 0);
+    return true;
 }
 
 void foc_pwm_interrupt(void)
 {
-    dqw_sample now;
-    bool limited = false;
-    // A period without a sample is a period: time goes on by calls.
-    if (!board_signals(&now, &limited)) now.i_d_A = NAN;
-    (void)dqw_monitor_sample(&monitor, &now, limited);
+    board_signals now;
+    if (!board_sample(&now)) {
+        dqw_monitor_missing(&monitor, 1);
+        return;
+    }
+    const dqw_sample s = dqw_sample_from_alphabeta(now.v_alpha_V, now.v_beta_V, now.i_alpha_A, now.i_beta_A, now.w_m_rad_s, now.cosine, now.sine);
+    (void)dqw_monitor_sample(&monitor, &s, now.limited);
+}
+
+// Stage 1 again. What the model lacked dqwatch trace finds in a log of the machine, and writes as dqw_model_config.h. Without it, the
+// same once more.
+static void define_anew(void)
+{
+#if DQW_EFFECT_WEIGHTS > 0
+    static dqw_monitor_config traced;
+#endif
+    board_say("way back", dqw_why_text(dqw_monitor_why(&monitor)), 0, 0);
+    board_interrupt(false);
+#if DQW_EFFECT_WEIGHTS > 0
+    traced = CONFIG;
+    dqw_model_config_apply(&traced.estimator);
+    const enum dqw_status status = dqw_monitor_define(&monitor, &traced);
+#else
+    const enum dqw_status status = dqw_monitor_define(&monitor, &CONFIG);
+#endif
+    board_interrupt(true);
+    if (status != DQW_OK) board_say("monitor refused", dqw_status_text(status), 0, 0);
 }
 
 void foc_background(void)
 {
-    dqw_monitor_event event;
-    if (dqw_monitor_background(&monitor, &event)) board_event(&event);
-    // The model no longer fits: trace a log of it on the host, and give the monitor what was missing. Until then it learns anew.
-    if (dqw_monitor_stage(&monitor) == DQW_STAGE_DOMAIN) {
-        board_interrupt(false);
-        dqw_monitor_random_init(&lent);
-        (void)dqw_monitor_define(&monitor, &CONFIG, &lent);
-        board_interrupt(true);
-    }
+    dqw_monitor_change change;
+    if (dqw_monitor_background(&monitor) && dqw_monitor_event(&monitor, &change))
+        board_say(dqw_fault_text(change.fault.name), dqw_parameter_text(change.parameter), change.value, change.healthy);
+    if (dqw_monitor_stage(&monitor) == DQW_STAGE_DOMAIN) define_anew();
 }
 
-bool foc_parameter(enum dqw_tracker_weight which, float *value, float *sd)
+dqw_reading foc_parameter(enum dqw_monitor_channel which) { return dqw_monitor_read(&monitor, which); }
+
+enum dqw_why foc_why(void) { return dqw_monitor_why(&monitor); }
+
+void foc_store(void)
 {
-    *value = dqw_tracker_value(&monitor.tracker, which);
-    *sd = dqw_tracker_sd(&monitor.tracker, which);
-    // Not learned yet, or not from this motion: the deviation says so. Do not use the value then. Dead time and the flux on the other axis
-    // may be negative.
-    return *sd < 0.1f * (*value < 0.0f ? -*value : *value);
+    dqw_monitor_stored stored;
+    if (dqw_monitor_store(&monitor, &stored)) board_flash_write(&stored, sizeof stored);
 }
-
-bool foc_in_service(void) { return dqw_monitor_stage(&monitor) == DQW_STAGE_IN_SERVICE; }

@@ -4,9 +4,9 @@
 
 #include <stdbool.h>
 
-#include "dqw_tracker.h"
+#include "dqw_monitor.h"
 
-/// Once, before the interrupt runs. False: the configuration is refused.
+/// Once, before the interrupt runs. False: the configuration is refused, and board_say() has said which field.
 bool foc_monitor_start(void);
 
 /// At the end of the FOC loop, every PWM period.
@@ -15,10 +15,13 @@ void foc_pwm_interrupt(void);
 /// In the main loop or a low-priority task, at least every 20 PWM periods.
 void foc_background(void);
 
-/// A parameter and its standard deviation, SI. False: not to be used.
-bool foc_parameter(enum dqw_tracker_weight which, float *value, float *sd);
+/// A parameter as it is now: use `value` where it is `usable`, and nowhere else.
+dqw_reading foc_parameter(enum dqw_monitor_channel which);
 
-/// The healthy machine is known; it is watched some eighty looks later, when its healthy values have been taken.
-bool foc_in_service(void);
+/// DQW_WHY_IN_SERVICE: the machine is watched. Else why not; dqw_why_text() has it in words.
+enum dqw_why foc_why(void);
+
+/// Before the power goes, or once a day.
+void foc_store(void);
 
 #endif

@@ -5,17 +5,14 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "dqw_state.h"
+
 #ifdef __cplusplus
 extern "C" {
 #endif
 
 /// One band, in the format of a deviation.
 #define DQW_CHANGE_BAND_Q5 32
-
-typedef struct dqw_change {
-    uint8_t sum_q5;  ///< how long and how far beyond, in bands times steps, 0 .. limit
-    uint8_t above;   ///< steps since the sum was last 0, up to 255: since when
-} dqw_change;
 
 /// Nothing seen yet.
 void dqw_change_init(dqw_change *c);

@@ -1,4 +1,5 @@
 #include "dqw_effect.h"
+#include "dqw_effect_kind.h"
 
 #include <math.h>
 #include <stddef.h>

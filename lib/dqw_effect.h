@@ -9,6 +9,7 @@
 
 #include "dqw_effect_name.h"
 #include "dqw_model.h"
+#include "dqw_parts.h"
 #include "dqw_sample.h"
 #include "dqw_size.h"
 #include "dqw_status.h"
@@ -17,16 +18,6 @@
 #ifdef __cplusplus
 extern "C" {
 #endif
-
-#define DQW_EFFECT_SHAPES 4
-/// The highest flux harmonic.
-#define DQW_EFFECT_ORDERS 100
-
-typedef struct dqw_effect_config {
-    enum dqw_effect_name effect;
-    float shape[DQW_EFFECT_SHAPES];
-    float start[DQW_EFFECT_STARTS];  ///< weights to start from, SI. Never a prior
-} dqw_effect_config;
 
 /// Weights of the whole list, all electrical or all mechanical.
 ///
@@ -47,30 +38,6 @@ uint32_t dqw_effect_known(const float weights[], const float sd[], int n);
 void dqw_effect_torque(const dqw_effect_config *config, float w_m_rad_s, float theta_m_rad, float x[]);
 
 #if DQW_EFFECT_WEIGHTS > 0
-
-/// What scales, and what is given of the machine.
-typedef struct dqw_effect_base {
-    float dt_s, v_V, i_A, w_m_rad_s;
-    uint16_t pole_pairs;
-    bool dead_time_apart;  ///< dead time in the list is someone else's weight: it has none here
-} dqw_effect_base;
-
-/// The configured effects of one machine. The interrupt's, but for what init has set.
-typedef struct dqw_effect {
-    const dqw_effect_config *list;
-    float last[2 * DQW_EFFECT_WEIGHTS];  ///< what each weight keeps of the last sample
-    float heat[2], heat_rest[2];         ///< winding, magnet: the state, and what rounding took from it
-    float square_A2;                     ///< sum of squared currents since dqw_effect_warm()
-    float heat_part[2], heat_unit[2];    ///< of the states: what is left of the way in a period; of A^2
-    float poles, poles_4, step_Hz;       ///< pole pairs, a quarter of them, 1/dt
-    float turn_4;                        ///< a quarter of pole pairs times dt
-    dqw_effect_base base;
-    uint8_t law[DQW_EFFECT_WEIGHTS + 2];  ///< of each list entry, by what the interrupt has to gather; 0: the end
-    uint8_t count, weights;
-    uint8_t heating;  ///< bit 0: the winding has a heating state; bit 1: the magnet
-    bool needs_angle, needs_winding, needs_magnet, needs_last;
-    bool has_sample;
-} dqw_effect;
 
 /// Make the inputs of a list of electrical effects. A count of 0 costs nothing later on.
 ///

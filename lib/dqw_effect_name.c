@@ -1,4 +1,4 @@
-#include "dqw_effect_name.h"
+#include "dqw_effect_kind.h"
 
 #include <stdint.h>
 

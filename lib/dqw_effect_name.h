@@ -2,8 +2,6 @@
 #ifndef DQW_EFFECT_NAME_H
 #define DQW_EFFECT_NAME_H
 
-#include <stdbool.h>
-
 #ifdef __cplusplus
 extern "C" {
 #endif
@@ -39,9 +37,6 @@ enum dqw_effect_name {
 
 /// Weights of an effect; 0 where there is no such name.
 int dqw_effect_weights(enum dqw_effect_name name);
-
-/// True for the effects of the shaft.
-bool dqw_effect_is_mechanical(enum dqw_effect_name name);
 
 #ifdef __cplusplus
 }

@@ -6,18 +6,13 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "dqw_effect.h"
-#include "dqw_gain.h"
-#include "dqw_gate.h"
 #include "dqw_nameplate.h"
-#include "dqw_noise.h"
 #include "dqw_parameter.h"
+#include "dqw_parts.h"
 #include "dqw_reading.h"
 #include "dqw_sample.h"
 #include "dqw_size.h"
-#include "dqw_stage.h"
 #include "dqw_status.h"
-#include "dqw_window.h"
 
 #ifdef __cplusplus
 extern "C" {

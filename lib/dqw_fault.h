@@ -6,6 +6,7 @@
 #include <stdint.h>
 
 #include "dqw_fault_name.h"
+#include "dqw_parts.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -15,12 +16,6 @@ extern "C" {
 typedef struct dqw_fault_machine {
     float R_ohm, L_H;
 } dqw_fault_machine;
-
-typedef struct dqw_fault_verdict {
-    enum dqw_fault_name name;
-    float confidence;  ///< 0 .. 1: how much of what changed the pattern explains, against the next best one
-    uint8_t phase;     ///< 0, 1, 2: a, b, c, where the fault has one
-} dqw_fault_verdict;
 
 /// Name what changed.
 ///

@@ -5,19 +5,12 @@
 
 #include <stdint.h>
 
-#include "dqw_learner.h"
+#include "dqw_parts.h"
 #include "dqw_status.h"
 
 #ifdef __cplusplus
 extern "C" {
 #endif
-
-/// Covariance of the weights per unit of residual variance, P = U D U', U unit upper triangular.
-typedef struct dqw_gain {
-    float u[DQW_LEARNER_INPUTS * (DQW_LEARNER_INPUTS - 1) / 2];  ///< column by column above the diagonal
-    float d[DQW_LEARNER_INPUTS];
-    uint8_t inputs;
-} dqw_gain;
 
 /// Where element i, j of U is, i < j.
 #define DQW_GAIN_U(i, j) ((j) * ((j)-1) / 2 + (i))

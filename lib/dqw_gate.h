@@ -6,6 +6,7 @@
 #include <stdint.h>
 
 #include "dqw_size.h"
+#include "dqw_state.h"
 #include "dqw_status.h"
 
 #ifdef __cplusplus
@@ -14,13 +15,6 @@ extern "C" {
 
 /// Most inputs whose excitation is counted: both axes' own, then the effects' weights.
 #define DQW_GATE_INPUTS (8 + DQW_EFFECT_WEIGHTS)
-
-/// What became of every sample and block. Counters stop at their maximum instead of starting again.
-typedef struct dqw_gate {
-    uint32_t accepted, nonfinite, saturated, stale;  ///< samples
-    uint32_t blocks, incomplete;                     ///< blocks learned from; blocks dropped
-    uint32_t repeats, stale_limit;
-} dqw_gate;
 
 /// What is known of one sample.
 typedef struct dqw_gate_sample {

@@ -14,6 +14,7 @@ static inline uint32_t dqw_hash_begin(void)
     return 2166136261u;
 }
 
+/// One word on.
 static inline uint32_t dqw_hash_add(uint32_t hash, uint32_t word)
 {
     for (int i = 0; i < 4; i++) {

@@ -20,9 +20,6 @@ extern "C" {
 #define DQW_UNROLL
 #endif
 
-/// Most inputs that a Learner takes, the constant input not counted: the joint neuron's six, and the effects'.
-#define DQW_LEARNER_INPUTS (6 + DQW_EFFECT_WEIGHTS)
-
 typedef struct dqw_learner_config {
     int inputs;                        ///< 1 .. DQW_LEARNER_INPUTS
     float step_size;                   ///< normalised step, 0 < step_size < 2; 0.5 is a good start

@@ -7,13 +7,10 @@
 #include <stdint.h>
 
 #include "dqw_estimator.h"
-#include "dqw_fault.h"
 #include "dqw_nameplate.h"
+#include "dqw_parts.h"
 #include "dqw_reading.h"
-#include "dqw_stage.h"
-#include "dqw_watch.h"
 #include "dqw_why.h"
-#include "dqw_witness.h"
 
 #ifdef __cplusplus
 extern "C" {

@@ -3,6 +3,8 @@
 #define DQW_MONITOR_CHANNEL_H
 
 #include "dqw_monitor.h"
+#include "dqw_watch.h"
+#include "dqw_witness.h"
 
 #ifdef __cplusplus
 extern "C" {

@@ -16,15 +16,6 @@ typedef struct dqw_nameplate {
     uint16_t pole_pairs;  ///< 0: not known
 } dqw_nameplate;
 
-/// Pairs in half a block: a millisecond, less where the highest speed needs it.
-///
-/// Source   (E80) in docs/EQUATIONS.md
-/// Range    any nameplate; a number that is none, or not positive, is as if it were not there, a period without one gives 20
-/// Returns  5 .. 10000
-/// Cost     3 divisions
-/// Context  at start; no state
-uint16_t dqw_nameplate_half_window(const dqw_nameplate *plate);
-
 #ifdef __cplusplus
 }
 #endif

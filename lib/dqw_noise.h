@@ -4,25 +4,14 @@
 
 #include <stdint.h>
 
+#include "dqw_parts.h"
+
 #ifdef __cplusplus
 extern "C" {
 #endif
 
 /// Rows over which the variances are means.
 #define DQW_NOISE_MEMORY 8192u
-
-/// Variances; they may come out slightly negative, read them through dqw_noise_variance().
-typedef struct dqw_noise_variances {
-    float i_d_A2, i_q_A2, w_rad2_s2;
-    uint32_t rows;  ///< that they are means of
-} dqw_noise_variances;
-
-typedef struct dqw_noise {
-    dqw_noise_variances of;
-    float e_d_A[3], e_q_A[3];  ///< the last rows' current steps less what the voltage made
-    float w_step_rad_s;
-    uint8_t held;
-} dqw_noise;
 
 /// Forget everything.
 void dqw_noise_init(dqw_noise *n);

@@ -1,10 +1,15 @@
 // dqw_shaft: the start, and what the interrupt does. dqw_shaft_learn.c has the background.
 #include "dqw_shaft.h"
+#include "dqw_effect_kind.h"
 
 #include <math.h>
 #include <stddef.h>
 
+#include "dqw_effect.h"
+#include "dqw_gain.h"
+#include "dqw_gate.h"
 #include "dqw_number.h"
+#include "dqw_window.h"
 
 #define HALF_WINDOW 25
 #define HALF_MAX 10000

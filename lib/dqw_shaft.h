@@ -5,12 +5,11 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "dqw_effect.h"
-#include "dqw_gain.h"
-#include "dqw_gate.h"
+#include "dqw_parts.h"
 #include "dqw_reading.h"
 #include "dqw_shaft_parameter.h"
-#include "dqw_window.h"
+#include "dqw_size.h"
+#include "dqw_status.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -86,6 +85,7 @@ dqw_shaft_config dqw_shaft_config_default(const dqw_shaft_nameplate *nameplate);
 /// Returns  DQW_OK; DQW_ERR_NULL, or the enumerator of the field that was refused, DQW_ERR_UNIT where bases and start values go too far apart;
 ///          then *s is untouched
 /// Context  at start; the configuration stays in use as long as the object
+#define dqw_shaft_init DQW_SIZED(dqw_shaft_init)
 enum dqw_status dqw_shaft_init(dqw_shaft *s, const dqw_shaft_config *config);
 
 /// Begin anew with another configuration: all that was learned is forgotten.

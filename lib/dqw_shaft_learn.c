@@ -2,7 +2,11 @@
 #include <math.h>
 #include <stddef.h>
 
+#include "dqw_effect.h"
+#include "dqw_gain.h"
+#include "dqw_gate.h"
 #include "dqw_number.h"
+#include "dqw_window.h"
 #include "dqw_shaft.h"
 
 #define EXCITATION_PU 0.002f

@@ -11,6 +11,9 @@
 #error "DQW_EFFECT_WEIGHTS is 0 .. 24: an axis' inputs are bits of one word"
 #endif
 
+/// Most inputs that a Learner takes, the constant input not counted: the joint neuron's six, and the effects'.
+#define DQW_LEARNER_INPUTS (6 + DQW_EFFECT_WEIGHTS)
+
 /// The name that a linker sees of a function that makes an object: with the size in it, so that a program built with two sizes does not link.
 #define DQW_SIZED(name) DQW_SIZED_WITH(name, DQW_EFFECT_WEIGHTS)
 #define DQW_SIZED_WITH(name, weights) DQW_SIZED_AS(name, weights)

@@ -4,9 +4,8 @@
 
 #include "dqw_effect_name.h"
 #include "dqw_fault_name.h"
-#include "dqw_stage.h"
+#include "dqw_state.h"
 #include "dqw_status.h"
-#include "dqw_watch.h"
 #include "dqw_why.h"
 
 #ifdef __cplusplus

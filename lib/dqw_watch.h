@@ -8,28 +8,11 @@
 
 #include "dqw_change.h"
 #include "dqw_fault_name.h"
+#include "dqw_state.h"
 
 #ifdef __cplusplus
 extern "C" {
 #endif
-
-/// What is watched.
-enum dqw_monitor_channel {
-    DQW_WATCH_R = 0,  // the estimator's weights first, in the order of enum dqw_parameter
-    DQW_WATCH_LD,
-    DQW_WATCH_LQ,
-    DQW_WATCH_PSI,
-    DQW_WATCH_DEAD_TIME,
-    DQW_WATCH_ANGLE,
-    DQW_WATCH_OFFSET,  // then the witness'
-    DQW_WATCH_RESISTANCE,
-    DQW_WATCH_REACTANCE,
-    DQW_WATCH_SHORT,
-    DQW_WATCH_FRICTION,
-    DQW_WATCH_TEMPERATURE,
-    DQW_WATCH_RESIDUAL,
-    DQW_WATCH_CHANNELS
-};
 
 /// Blocks between two looks at every channel.
 #define DQW_WATCH_TICK_BLOCKS 16
@@ -43,19 +26,6 @@ enum dqw_monitor_channel {
 #define DQW_WATCH_STRETCH_BLOCKS 32
 #define DQW_WATCH_REVERSALS_MOST 32
 #define DQW_WATCH_REVERSALS_LEAST 8
-
-typedef struct dqw_watch {
-    uint32_t learned_at;   ///< when the last block was learned, in halves of a window
-    uint16_t followed[2];  ///< when healthy R and flux last followed, in 256 halves
-    uint16_t alarms;       ///< channels of the event that is being named
-    dqw_change change[DQW_WATCH_CHANNELS];
-    uint8_t looks[DQW_WATCH_TEMPERATURE];  ///< that each healthy value is the mean of, up to 255
-    uint8_t blocks, wait;                  ///< since the last look; looks to come until an event is named, or the rest after it or a pause is over
-    uint8_t reversals;                     ///< of the direction, that friction is a mean over
-    int8_t gathered;                       ///< blocks of a stretch in one direction, with its sign
-    int8_t before;                         ///< direction of the stretch before it
-    bool resting, too_hot, back;
-} dqw_watch;
 
 /// What a look begins with.
 enum dqw_watch_begins {

@@ -9,47 +9,13 @@
 #include <stdint.h>
 
 #include "dqw_number.h"
+#include "dqw_parts.h"
 #include "dqw_size.h"
 #include "dqw_status.h"
 
 #ifdef __cplusplus
 extern "C" {
 #endif
-
-/// Most signals that a window gathers: a block's and dead time's, and two of each weight of an effect.
-#define DQW_WINDOW_SIGNALS (11 + 2 * DQW_EFFECT_WEIGHTS)
-
-/// One signal of a half.
-typedef struct dqw_window_cell {
-    float sum;   ///< of x
-    float fall;  ///< sum of those sums, in which pair j weighs half + 1 - j
-} dqw_window_cell;
-
-/// A half that is being gathered, or was handed over.
-typedef struct dqw_window_part {
-    dqw_window_cell cell[DQW_WINDOW_SIGNALS];
-    uint32_t fall_weight;
-    uint16_t valid;  ///< pairs in it
-} dqw_window_part;
-
-/// The interrupt's side.
-typedef struct dqw_window {
-    dqw_window_part part[2];
-    uint16_t half, at;  ///< pairs in a half; of them passed
-    uint8_t signals;
-    uint8_t now;    ///< which part is being gathered; the other one is free, or handed over
-    bool pending;   ///< the other one is handed over: the background's until it clears this
-    bool follows;   ///< what is being gathered follows what was handed over last
-    bool followed;  ///< what is handed over follows what was handed over before
-} dqw_window;
-
-/// The background's side: the half before, rising.
-typedef struct dqw_window_rise {
-    float rise[DQW_WINDOW_SIGNALS];  ///< weighted by j
-    uint32_t weight;
-    uint16_t valid;
-    bool has;
-} dqw_window_rise;
 
 /// Make an empty window of 2 half pairs.
 ///

@@ -6,27 +6,12 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "dqw_estimator.h"
+#include "dqw_estimator_block.h"
+#include "dqw_parts.h"
 
 #ifdef __cplusplus
 extern "C" {
 #endif
-
-enum dqw_witness_input {
-    DQW_WITNESS_OFFSET = 0,  ///< once a turn: R times a constant current error. A
-    DQW_WITNESS_RESISTANCE,  ///< twice a turn, with the current: a third of one phase's extra resistance. Ohm
-    DQW_WITNESS_REACTANCE,   ///< twice a turn, with current and speed: L times a third of one sensor's extra gain. H
-    DQW_WITNESS_SHORT,       ///< twice a turn, with the flux' voltage: a third of a shorted turn's conductance across one phase. S
-    DQW_WITNESS_INPUTS
-};
-
-struct dqw_estimator_block;
-
-typedef struct dqw_witness {
-    float re[DQW_WITNESS_INPUTS], im[DQW_WITNESS_INPUTS];  ///< weights, SI; their angle is twice that of the phase (offset: the vector in the stator)
-    float power[DQW_WITNESS_INPUTS];                       ///< mean squared input, SI: volts per unit of the weight
-    uint16_t blocks;                                       ///< learned, up to the memory
-} dqw_witness;
 
 /// Blocks over which the witness remembers.
 #define DQW_WITNESS_MEMORY 300u
@@ -41,7 +26,7 @@ void dqw_witness_init(dqw_witness *w);
 /// Returns  true if it learned
 /// Cost     about 150 flops, 5 divisions
 /// Context  background
-bool dqw_witness_learn(dqw_witness *w, const dqw_estimator *e, const struct dqw_estimator_block *block);
+bool dqw_witness_learn(dqw_witness *w, const dqw_estimator *e, const dqw_estimator_block *block);
 
 /// Size of a weight, and its standard deviation (of one of its two parts), SI; DQW_UNKNOWN until the memory is full.
 /// Source   (E62) in docs/EQUATIONS.md

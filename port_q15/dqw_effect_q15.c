@@ -1,4 +1,5 @@
 #include "dqw_effect_q15.h"
+#include "dqw_effect_kind.h"
 
 #include <stddef.h>
 

@@ -39,7 +39,7 @@ static inline bool dqw_scale_is_direction(int16_t cosine_q15, int16_t sine_q15)
 /// Is a sample beyond the full scale?
 static inline bool dqw_scale_beyond(int16_t x_q15)
 {
-    return x_q15 > DQW_SCALE_MOST_Q15 || x_q15 < -DQW_SCALE_MOST_Q15;
+    return (uint32_t)(x_q15 + DQW_SCALE_MOST_Q15) > 2u * DQW_SCALE_MOST_Q15;
 }
 
 /// Parameters per unit of the full scales: R in v/i, L in v dt/i, flux in v dt. Q40, bounded to 62 bits.

@@ -1,4 +1,5 @@
 #include "dqw_torque_q15.h"
+#include "dqw_effect_kind.h"
 
 #include <stdbool.h>
 #include <stddef.h>

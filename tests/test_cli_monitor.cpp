@@ -233,6 +233,39 @@ static void a_way_back_is_told_and_learning_goes_on(void)
     }
 }
 
+// What the trace of a log found goes into the monitor: the way back leads into service.
+static void what_a_trace_found_is_learned(void)
+{
+    const Folder folder;
+    const Outcome sim = command::dqwatch({"sim", "servo", "--set", "duration_s=4", "--set", "noise=0.005", "--set", "nonideal.flux_harmonic_6d_Wb=0.012",
+                                          "--set", "nonideal.flux_harmonic_6q_Wb=0.012", "--out", folder / ""});
+    TEST_ASSERT_EQUAL_INT_MESSAGE(0, sim.code, sim.err.c_str());
+    const std::string log = folder / "servo.csv";
+    const Outcome without = monitor({log, "--out", folder / "o"});
+    holds(without.err, "back to stage 1");
+    holds(without.err, "the model lacks something, dqwatch trace tells what");
+    TEST_ASSERT_TRUE(without.out.find("in service") == std::string::npos);
+
+    TEST_ASSERT_EQUAL_INT(0, command::dqwatch({"trace", log, "--out", folder / "t"}).code);
+    for (const std::vector<std::string>& with : {std::vector<std::string>{"--config", folder / "t/trace.json"}, {"--effect", "flux_harmonics"}}) {
+        std::vector<std::string> args = {log, "--out", folder / "o"};
+        args.insert(args.end(), with.begin(), with.end());
+        const Outcome run = monitor(args);
+        holds(run.out, "in service since 0.");
+        holds(run.out, "events   0");
+        TEST_ASSERT_TRUE_MESSAGE(run.err.find("not used") == std::string::npos && run.err.find("back to stage") == std::string::npos, run.err.c_str());
+    }
+
+    // What it cannot have, it says.
+    const std::string other = monitor({log, "--effect", "coulomb_friction", "--effect", "dead_time", "--out", folder / "o"}).err;
+    holds(other, "not used: coulomb_friction");
+    TEST_ASSERT_TRUE_MESSAGE(other.find("dead_time") == std::string::npos, other.c_str());
+    const Outcome room = command::dqwatch({"monitor", log, "--effect", "saturation", "--effect", "cross_saturation", "--effect", "flux_harmonics", "--effect",
+                                           "voltage_offset", "--out", folder / "o"});
+    TEST_ASSERT_EQUAL_INT(3, room.code);
+    holds(room.err, "these effects have 14 weights together; the learners have room for 12 (DQW_EFFECT_WEIGHTS)");
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -243,6 +276,7 @@ int main(void)
         RUN_TEST(faults_have_their_names_and_phases);
         RUN_TEST(an_angle_and_a_machine_file_are_no_must);
         RUN_TEST(events_keep_the_logs_time);
+        RUN_TEST(what_a_trace_found_is_learned);
     }
     RUN_TEST(frozen_rows_are_counted_and_told_nothing);
     RUN_TEST(a_way_back_is_told_and_learning_goes_on);

@@ -16,17 +16,27 @@ using monitor_command::monitor;
 using monitor_command::noisy;
 using nlohmann::json;
 
-static void effects_without_an_input_are_named(void)
+static void effects_that_a_log_cannot_have_are_named(void)
 {
     const Folder folder;
     command::write_log(folder / "log.csv", 6000);
-    const Outcome run = monitor({folder / "log.csv", "--pole-pairs", "4", "--effect", "saturation", "--effect", "dead_time", "--out", folder / "o"});
-    holds(run.err, "not used: saturation; the monitor has no input for it");
-    const std::string trace =
-        R"({"inputs": [{"effect": "iron_loss", "shape": [1, 1, 1]}], "after": {"parameters": {"R_ohm": {"value": 0.5}, "pole_pairs": {"value": 4}}}})";
+    const Outcome run = monitor({folder / "log.csv", "--pole-pairs", "4", "--effect", "flux_harmonics", "--effect", "saturation", "--effect", "load_torque",
+                                 "--effect", "dead_time", "--out", folder / "o"});
+    holds(run.err, "note: learned as well: saturation\n");
+    holds(run.err, "not used: flux_harmonics; it needs theta_e_rad or theta_m_rad");
+    holds(run.err, "not used: load_torque; ");
+    const std::string trace = R"({"inputs": [{"effect": "iron_loss", "shape": [1, 1, 1]}, {"effect": "winding_temperature", "shape": [25, 0, 1]}],
+        "after": {"parameters": {"R_ohm": {"value": 0.5}, "pole_pairs": {"value": 4}}}})";
     const Outcome configured = monitor({folder / "log.csv", "--config", folder.write("trace.json", trace), "--out", folder / "o"});
-    holds(configured.err, "not used: iron_loss; the monitor has no input for it");
+    holds(configured.err, "note: learned as well: iron_loss\n");
+    holds(configured.err, "not used: winding_temperature; it needs a temperature");
     holds(configured.err, "note: Ld_H, Lq_H, psi_Wb not said");
+    // A shape that means nothing is refused, and why.
+    const std::string wrong = R"({"inputs": [{"effect": "saturation", "shape": [-1]}]})";
+    const Outcome refused = command::dqwatch(
+        {"monitor", folder / "log.csv", "--pole-pairs", "4", "--config", folder.write("wrong.json", wrong), "--out", folder / "o"});
+    TEST_ASSERT_EQUAL_INT(3, refused.code);
+    holds(refused.err, "the learners refuse this: ");
 }
 
 static void a_log_that_teaches_nothing_says_what_would_help(void)
@@ -186,7 +196,7 @@ static void the_page_opens_offline_and_no_name_breaks_out(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(effects_without_an_input_are_named);
+    RUN_TEST(effects_that_a_log_cannot_have_are_named);
     RUN_TEST(a_log_that_teaches_nothing_says_what_would_help);
     RUN_TEST(poor_logs_are_refused_in_one_line);
     RUN_TEST(wrong_usage_is_exit_code_2);

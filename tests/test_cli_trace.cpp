@@ -105,7 +105,7 @@ static void a_known_dead_time_is_found_and_written_down(void)
     TEST_ASSERT_EQUAL_STRING(j.dump().c_str(), json::parse(command::read_file(dir + "/trace.json")).dump().c_str());
     const std::string page = command::read_file(dir + "/report.html");
     TEST_ASSERT_TRUE(page.find("The inverter loses") != std::string::npos && page.rfind("</html>\n") == page.size() - 8);
-    TEST_ASSERT_TRUE(command::read_file(dir + "/dqw_model_config.h").find("DQW_EFFECT_DEAD_TIME") != std::string::npos);
+    TEST_ASSERT_TRUE(command::read_file(dir + "/dqw_model_config.h").find("config->dead_time_width_A = DQW_MODEL_DEAD_TIME_WIDTH_A;") != std::string::npos);
 }
 
 static void the_text_says_it_in_a_sentence(void)
@@ -248,7 +248,8 @@ static void what_is_no_trace_starts_no_learner(void)
     expect_refused(folder, log, {"learn", "--config", folder / "absent.json"}, "absent.json:0: ");
     expect_refused(folder, log, {"learn", "--config", folder / "o"}, "is a directory");
     // A shape that cannot be, and effects that these logs cannot have.
-    expect_refused(folder, log, {"learn", "--config", folder.write("x.json", R"({"inputs": [{"effect": "dead_time", "shape": [-1]}]})")}, "its width is not above 0 A");
+    expect_refused(folder, log, {"learn", "--config", folder.write("x.json", R"({"inputs": [{"effect": "dead_time", "shape": [-1]}]})")},
+                   "its width is not above 0 A");
     for (const char* command : {"learn", "fit"}) {
         expect_refused(folder, log, {command, "--effect", "cogging_torque"}, "cogging_torque is");
         expect_refused(folder, still, {command, "--effect", "flux_harmonics"}, "angle column");

@@ -288,6 +288,41 @@ static void test_variances_stay_positive_over_mixed_steps_and_growth(void)
     }
 }
 
+// P + q a a' of the first n weights, a zero behind them, against the same in double; over and over, with updates between.
+static void test_growing_along_a_vector(void)
+{
+    enum { MOST = 6 };
+    test_random r = {77};
+    double worst = 0.0;
+    for (int run = 0; run < scaled(400); run++) {
+        const int inputs = 1 + (int)(random_bits(&r) % MOST);
+        dqw_gain g;
+        TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_gain_init(&g, inputs, (float)pow(10, random_uniform(&r, -2, 4))));
+        for (int step = 0; step < 6; step++) {
+            CASE("run %d, step %d, %d inputs", run, step, inputs);
+            float x[DQW_LEARNER_INPUTS] = {0};
+            float k[DQW_LEARNER_INPUTS];
+            for (int i = 0; i < inputs; i++) x[i] = (float)random_normal(&r);
+            dqw_gain_step(&g, x, k);
+            double expected[MOST][MOST];
+            const int n = (int)(random_bits(&r) % (uint64_t)(inputs + 1));
+            const double q = random_bits(&r) % 5 == 0 ? 0.0 : pow(10, random_uniform(&r, -4, 3));
+            float a[DQW_LEARNER_INPUTS] = {0};
+            for (int i = 0; i < n; i++) a[i] = random_bits(&r) % 4 == 0 ? 0.0f : (float)random_normal(&r);
+            for (int i = 0; i < inputs; i++)
+                for (int j = 0; j < inputs; j++) expected[i][j] = (double)dqw_gain_covariance(&g, i, j) + (double)(float)q * (double)a[i] * (double)a[j];
+            dqw_gain_grow_along(&g, a, n, (float)q);
+            for (int i = 0; i < inputs; i++) {
+                HOLDS(g.d[i] > 0.0f);
+                for (int j = 0; j < inputs; j++)
+                    worst = fmax(worst, fabs((double)dqw_gain_covariance(&g, i, j) - expected[i][j]) / sqrt(expected[i][i] * expected[j][j]));
+            }
+        }
+    }
+    test_case[0] = 0;
+    BETWEEN(1e-8, worst, 1e-5);  // 1.4e-6
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -299,5 +334,6 @@ int main(void)
     RUN_TEST(test_apply_and_grow_are_those_of_a_dense_matrix);
     RUN_TEST(test_growth_of_nothing_changes_nothing);
     RUN_TEST(test_variances_stay_positive_over_mixed_steps_and_growth);
+    RUN_TEST(test_growing_along_a_vector);
     return UNITY_END();
 }

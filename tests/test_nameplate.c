@@ -1,5 +1,5 @@
 // Half a block's pairs from the nameplate: machines by hand, the three bounds everywhere, float and fixed point against exact integers.
-#include "dqw_nameplate.h"
+#include "dqw_half_window.h"
 #include "dqw_nameplate_q15.h"
 #include "dqw_test.h"
 

@@ -49,7 +49,7 @@ static void of_runs(drive d, int runs, uint64_t seed, spread out[3])
     memset(out, 0, 3 * sizeof out[0]);
     for (int k = 0; k < runs; k++) {
         const dqw_noise n = listen(d, 16000, seed + 1000u * (uint64_t)k);
-        const double found[3] = {n.i_d_A2, n.i_q_A2, n.w_rad2_s2};
+        const double found[3] = {n.of.i_d_A2, n.of.i_q_A2, n.of.w_rad2_s2};
         for (int i = 0; i < 3; i++) {
             out[i].mean += found[i] / truth[i] / runs;
             square[i] += found[i] / truth[i] * found[i] / truth[i] / runs;
@@ -98,14 +98,14 @@ static void test_without_noise_next_to_nothing_is_found(void)
 {
     const drive slow = {.slow_A = 6, .slow_rad_s = 100};
     dqw_noise n = listen(slow, 20000, 3);
-    BETWEEN(0.0, sqrt(dqw_noise_variance(n.i_d_A2)), 2e-3);  // 0, of 6 A
-    BETWEEN(0.0, sqrt(dqw_noise_variance(n.i_q_A2)), 2e-3);
-    BETWEEN(1e-4, sqrt(dqw_noise_variance(n.w_rad2_s2)), 6e-4);  // 2.6e-4, of 100 rad/s
+    BETWEEN(0.0, sqrt(dqw_noise_variance(n.of.i_d_A2)), 2e-3);  // 0, of 6 A
+    BETWEEN(0.0, sqrt(dqw_noise_variance(n.of.i_q_A2)), 2e-3);
+    BETWEEN(1e-4, sqrt(dqw_noise_variance(n.of.w_rad2_s2)), 6e-4);  // 2.6e-4, of 100 rad/s
     const drive voltage = {.voltage_sd_A = 0.1};
     n = listen(voltage, 20000, 4);
-    BETWEEN(-5e-4, n.i_d_A2, 5e-4);  // 8e-5, 2.5e-4 of 0.01
-    BETWEEN(-5e-4, n.i_q_A2, 5e-4);
-    TEST_ASSERT_EQUAL_FLOAT(0.0f, n.w_rad2_s2);
+    BETWEEN(-5e-4, n.of.i_d_A2, 5e-4);  // 8e-5, 2.5e-4 of 0.01
+    BETWEEN(-5e-4, n.of.i_q_A2, 5e-4);
+    TEST_ASSERT_EQUAL_FLOAT(0.0f, n.of.w_rad2_s2);
 }
 
 static void test_it_follows_noise_that_changes(void)
@@ -119,10 +119,10 @@ static void test_it_follows_noise_that_changes(void)
     d.w_sd_rad_s = 0.25;
     for (int k = 0; k < (int)DQW_NOISE_MEMORY; k++) row(&d, &n, k, &r);
     // One memory later what it was counts 1/e.
-    BETWEEN(0.16 + (0.01 - 0.16) * 0.45, n.i_d_A2, 0.16 + (0.01 - 0.16) * 0.29);
-    BETWEEN(0.009, n.i_q_A2, 0.011);
-    BETWEEN(0.0625 + 0.9375 * 0.33, n.w_rad2_s2, 0.0625 + 0.9375 * 0.41);
-    TEST_ASSERT_EQUAL_UINT16(DQW_NOISE_MEMORY, n.rows);
+    BETWEEN(0.16 + (0.01 - 0.16) * 0.45, n.of.i_d_A2, 0.16 + (0.01 - 0.16) * 0.29);
+    BETWEEN(0.009, n.of.i_q_A2, 0.011);
+    BETWEEN(0.0625 + 0.9375 * 0.33, n.of.w_rad2_s2, 0.0625 + 0.9375 * 0.41);
+    TEST_ASSERT_EQUAL_UINT16(DQW_NOISE_MEMORY, n.of.rows);
 }
 
 // Between gaps all is level; across them it jumps by far more than the noise.
@@ -142,10 +142,10 @@ static void test_a_gap_is_not_spanned(void)
             dqw_noise_step(&n, (float)(same + 0.1 * random_normal(&r)), (float)same, (float)(k % length ? n.w_step_rad_s : level));
             expected += k % length >= 3;
         }
-        HOLDS(n.rows == expected);
-        BETWEEN(-1.0, n.i_d_A2, 1.0);
-        BETWEEN(-1.0, n.i_q_A2, 1.0);
-        BETWEEN(0.0, n.w_rad2_s2, 1.0);
+        HOLDS(n.of.rows == expected);
+        BETWEEN(-1.0, n.of.i_d_A2, 1.0);
+        BETWEEN(-1.0, n.of.i_q_A2, 1.0);
+        BETWEEN(0.0, n.of.w_rad2_s2, 1.0);
     }
 }
 
@@ -157,7 +157,7 @@ static void test_variances_as_read_are_not_negative(void)
     TEST_ASSERT_EQUAL_FLOAT(2.5f, dqw_noise_variance(2.5f));
 }
 
-// Signals as large as the tracker lets through, and none at all.
+// Signals as large as the estimator lets through, and none at all.
 static void test_numbers_stay_numbers(void)
 {
     dqw_noise n;
@@ -167,7 +167,7 @@ static void test_numbers_stay_numbers(void)
         const double size = pow(10, random_uniform(&r, -45, 12));
         dqw_noise_step(&n, (float)(size * random_normal(&r)), random_bits(&r) % 2 ? 0.0f : (float)size, (float)(size * random_normal(&r)));
         if (random_bits(&r) % 100 == 0) dqw_noise_gap(&n);
-        HOLDS(isfinite(n.i_d_A2) && isfinite(n.i_q_A2) && isfinite(n.w_rad2_s2) && n.w_rad2_s2 >= 0.0f);
+        HOLDS(isfinite(n.of.i_d_A2) && isfinite(n.of.i_q_A2) && isfinite(n.of.w_rad2_s2) && n.of.w_rad2_s2 >= 0.0f);
     }
 }
 

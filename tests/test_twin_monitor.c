@@ -457,7 +457,7 @@ static void test_any_bits(void)
         const dqw_sample_q15 x = dqw_sample_from_dq_q15(q15_bits(z), q15_bits(z >> 16), q15_bits(z >> 32), q15_bits(z >> 48), q15_bits(y),
                                                         (uint16_t)(y >> 16 & 65535));
         (void)dqw_monitor_sample_q15(&t.q, &x, y >> 60 == 0);
-        if (!t.q.estimator.pending) continue;
+        if (!t.q.estimator.window.pending) continue;
         if (y >> 32 & 1) {
             dqw_monitor_q15 *m = &t.q;
             const int i = (int)(y >> 40 & 3);

@@ -2,6 +2,7 @@
 // scatter by; where it cannot see it refuses.
 #include <complex.h>
 
+#include "dqw_estimator_block.h"
 #include "dqw_test.h"
 #include "dqw_witness.h"
 
@@ -17,19 +18,19 @@ enum { POLES = 4, HALF = 8 };
 
 typedef double complex vector;
 
-static dqw_tracker_config config_of(bool angle)
+static dqw_estimator_config config_of(void)
 {
-    const dqw_tracker_config c = {.dt_s = (float)DT_S,
-                                  .v_base_V = (float)V_BASE,
-                                  .i_base_A = 6.0f,
-                                  .w_base_rad_s = 110.0f,
-                                  .R_ohm = (float)R_OHM,
-                                  .Ld_H = (float)L_H,
-                                  .Lq_H = (float)L_H,
-                                  .psi_Wb = (float)PSI_WB,
-                                  .pole_pairs = POLES,
-                                  .half_window = HALF,
-                                  .angle = angle};
+    const dqw_estimator_config c = {.dt_s = (float)DT_S,
+                                    .v_base_V = (float)V_BASE,
+                                    .i_base_A = 6.0f,
+                                    .w_base_rad_s = 110.0f,
+                                    .R_ohm = (float)R_OHM,
+                                    .Ld_H = (float)L_H,
+                                    .Lq_H = (float)L_H,
+                                    .psi_Wb = (float)PSI_WB,
+                                    .pole_pairs = POLES,
+                                    .half_window = HALF,
+                                    .angle = true};
     return c;
 }
 
@@ -40,7 +41,7 @@ typedef struct defect {
     int phase;
 } defect;
 
-// What the model leaves over at one instant, in the rotating frame, but for the mean, which the tracker takes for R, L and flux. Phase
+// What the model leaves over at one instant, in the rotating frame, but for the mean, which the estimator takes for R, L and flux. Phase
 // quantities x_n of a vector x are Re(x exp(-j a_n)), and a value y of one phase is the vector 2/3 y exp(j a_n).
 static vector left_over(const defect *f, vector i, vector slope, double w_e, double theta)
 {
@@ -63,8 +64,9 @@ static vector left_over(const defect *f, vector i, vector slope, double w_e, dou
     return v;
 }
 
-// One block as a tracker would hand it over: all means under the triangle, pair by pair, each pair over its own period.
-static void hand_over(dqw_tracker *t, const defect *f, vector i, vector slope, double w_e, double theta, double noise_V, test_random *r)
+// One block as an estimator would take it: all means under the triangle, pair by pair, each pair over its own period.
+static void hand_over(dqw_estimator *t, dqw_estimator_block *b, const defect *f, vector i, vector slope, double w_e, double theta, double noise_V,
+                      test_random *r)
 {
     vector mean = 0;
     const bool sound = f->offset_A == 0 && f->extra_ohm == 0 && f->sensor_gain == 0 && f->short_S == 0;
@@ -73,16 +75,16 @@ static void hand_over(dqw_tracker *t, const defect *f, vector i, vector slope, d
         const double time = (j - HALF - 0.5) * DT_S;
         mean += weight * left_over(f, i + slope * time, slope, w_e, theta + w_e * time);
     }
-    memset(t->block, 0, sizeof t->block);
-    t->block[2] = (float)(2 * creal(i));
-    t->block[3] = (float)(2 * cimag(i));
-    t->block[4] = (float)(creal(slope) * DT_S);
-    t->block[5] = (float)(cimag(slope) * DT_S);
-    t->block[6] = (float)(2 * w_e / POLES * creal(i));
-    t->block[7] = (float)(2 * w_e / POLES * cimag(i));
-    t->block[8] = (float)(2 * w_e / POLES);
-    t->block_cosine = (float)cos(theta);
-    t->block_sine = (float)sin(theta);
+    memset(b, 0, sizeof *b);
+    b->sum[2] = (float)(2 * creal(i));
+    b->sum[3] = (float)(2 * cimag(i));
+    b->sum[4] = (float)(creal(slope) * DT_S);
+    b->sum[5] = (float)(cimag(slope) * DT_S);
+    b->sum[6] = (float)(2 * w_e / POLES * creal(i));
+    b->sum[7] = (float)(2 * w_e / POLES * cimag(i));
+    b->sum[8] = (float)(2 * w_e / POLES);
+    b->cosine = (float)cos(theta);
+    b->sine = (float)sin(theta);
     t->e_pu[0] = (float)((creal(mean) + (noise_V > 0 ? noise_V * random_normal(r) : 0.0)) / V_BASE);
     t->e_pu[1] = (float)((cimag(mean) + (noise_V > 0 ? noise_V * random_normal(r) : 0.0)) / V_BASE);
 }
@@ -96,9 +98,10 @@ typedef struct drive {
 
 static dqw_witness learned(const defect *f, drive d, int blocks, uint64_t seed)
 {
-    const dqw_tracker_config c = config_of(true);
-    dqw_tracker t;
-    TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_tracker_init(&t, &c));
+    const dqw_estimator_config c = config_of();
+    dqw_estimator t;
+    dqw_estimator_block b;
+    TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_estimator_init(&t, &c));
     dqw_witness w;
     memset(&w, 0x5a, sizeof w);
     dqw_witness_init(&w);
@@ -113,8 +116,8 @@ static dqw_witness learned(const defect *f, drive d, int blocks, uint64_t seed)
         }
         const vector slope = d.changing ? 400 * (random_normal(&r) + I * random_normal(&r)) : 0;
         theta = fmod(theta + w_e * HALF * DT_S, 2 * PI);
-        hand_over(&t, f, i, slope, w_e, theta, d.noise_V, &r);
-        HOLDS(dqw_witness_learn(&w, &t));
+        hand_over(&t, &b, f, i, slope, w_e, theta, d.noise_V, &r);
+        HOLDS(dqw_witness_learn(&w, &t, &b));
     }
     return w;
 }
@@ -183,14 +186,14 @@ static void test_deviation_is_what_repeated_runs_scatter_by(void)
 {
     static const double noises[] = {0.02, 0.3};
     const int runs = scaled(120);
-    const dqw_tracker_config c = config_of(true);
+    const dqw_estimator_config c = config_of();
     for (int n = 0; n < 2; n++) {
         const defect none = {.phase = 0};
         const drive d = {.noise_V = noises[n]};
         double square[DQW_WITNESS_INPUTS] = {0};
         double told[DQW_WITNESS_INPUTS] = {0};
-        dqw_tracker t;
-        TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_tracker_init(&t, &c));
+        dqw_estimator t;
+        TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_estimator_init(&t, &c));
         t.error_pu2[0] = t.error_pu2[1] = (float)(noises[n] / V_BASE * (noises[n] / V_BASE));
         for (int run = 0; run < runs; run++) {
             const dqw_witness w = learned(&none, d, 1000, (uint64_t)(1000 * n + run));
@@ -209,11 +212,11 @@ static void test_deviation_is_what_repeated_runs_scatter_by(void)
 
 static void test_it_refuses_where_it_cannot_see(void)
 {
-    const dqw_tracker_config c = config_of(true);
-    const dqw_tracker_config blind = config_of(false);
+    const dqw_estimator_config c = config_of();
     const defect f = {.extra_ohm = 0.1};
-    dqw_tracker t;
-    TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_tracker_init(&t, &c));
+    dqw_estimator t;
+    dqw_estimator_block b;
+    TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_estimator_init(&t, &c));
     // Half a block turns by w_e HALF DT_S: not below 0.06 rad, not above 1.2.
     for (int way = -1; way <= 1; way += 2)
         for (double turn = 0.0; turn < 3.0; turn += 0.0101) {
@@ -221,9 +224,9 @@ static void test_it_refuses_where_it_cannot_see(void)
             dqw_witness w;
             dqw_witness_init(&w);
             const dqw_witness before = w;
-            hand_over(&t, &f, 2 + 3 * I, 0, way * turn / (HALF * DT_S), 1.0, 0.0, NULL);
+            hand_over(&t, &b, &f, 2 + 3 * I, 0, way * turn / (HALF * DT_S), 1.0, 0.0, NULL);
             const bool sees = turn > 0.06 && turn < 1.2;
-            HOLDS(dqw_witness_learn(&w, &t) == sees);
+            HOLDS(dqw_witness_learn(&w, &t, &b) == sees);
             HOLDS((memcmp(&before, &w, sizeof w) != 0) == sees);
         }
     // Without an angle, at the block's middle or ever; without a number.
@@ -233,31 +236,33 @@ static void test_it_refuses_where_it_cannot_see(void)
         dqw_witness w;
         dqw_witness_init(&w);
         const dqw_witness before = w;
-        hand_over(&t, &f, 2 + 3 * I, 0, 200, 1.0, 0.0, NULL);
-        const dqw_tracker good = t;
+        hand_over(&t, &b, &f, 2 + 3 * I, 0, 200, 1.0, 0.0, NULL);
+        const dqw_estimator good = t;
+        const dqw_estimator_block good_block = b;
         if (k < 3)
-            t.block_cosine = bad[k];
+            b.cosine = bad[k];
         else if (k < 6)
             t.e_pu[k % 2] = bad[k % 3];
         else if (k < 9)
-            t.block[8] = bad[k % 3];
+            b.sum[8] = bad[k % 3];
         else if (k < 11)
-            t.block[2 + k % 2] = NAN;
+            b.sum[2 + k % 2] = NAN;
         else
-            t.config = &blind;
-        HOLDS(!dqw_witness_learn(&w, &t));
+            b.cosine = b.sine = 0.0f;
+        HOLDS(!dqw_witness_learn(&w, &t, &b));
         HOLDS(memcmp(&before, &w, sizeof w) == 0);
         t = good;
-        HOLDS(dqw_witness_learn(&w, &t));
+        b = good_block;
+        HOLDS(dqw_witness_learn(&w, &t, &b));
     }
 }
 
 static void test_it_knows_no_deviation_before_its_memory_is_full(void)
 {
     const defect f = {.extra_ohm = 0.1};
-    const dqw_tracker_config c = config_of(true);
-    dqw_tracker t;
-    TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_tracker_init(&t, &c));
+    const dqw_estimator_config c = config_of();
+    dqw_estimator t;
+    TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_estimator_init(&t, &c));
     t.error_pu2[0] = t.error_pu2[1] = 1e-6f;
     const drive d = {.changing = false};
     for (int k = 0; k < DQW_WITNESS_INPUTS; k++) {

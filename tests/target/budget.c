@@ -3,9 +3,12 @@
 #include <math.h>
 #include <stdio.h>
 
+#include "dqw_estimator_random.h"
+#include "dqw_learner.h"
 #include "dqw_monitor.h"
 #include "foc_config.h"
 #include "target/count.h"
+#include "target/foc_rows.h"
 #include "target/stack.h"
 
 typedef struct {
@@ -36,7 +39,8 @@ static void plain(const float x_d[], float v_d, const float x_q[], float v_q)
 }
 
 static dqw_monitor m;
-static dqw_monitor_random lent;
+static dqw_monitor_config config;
+static dqw_estimator_random lent;
 
 // Every so often something that no good sample takes the way of.
 static void spoil(dqw_sample *s, unsigned long n, bool *limited)
@@ -47,61 +51,79 @@ static void spoil(dqw_sample *s, unsigned long n, bool *limited)
     if (n % 5000 > 4700) s->i_d_A = s->i_q_A = s->w_m_rad_s = 1.0f;
 }
 
+static void sample(cost *c, unsigned long n, const dqw_sample *s, bool limited)
+{
+    if (n % 17 == 0) {
+        stack_paint();
+        (void)dqw_monitor_sample(&m, s, limited);
+        deep(c, stack_used());
+    } else {
+        count_start();
+        (void)dqw_monitor_sample(&m, s, limited);
+        counted(c, count_stop());
+    }
+}
+
+static void background(cost *c, unsigned long n)
+{
+    dqw_monitor_change change;
+    bool told;
+    if (n % 3 == 0) {
+        stack_paint();
+        told = dqw_monitor_background(&m);
+        deep(c, stack_used());
+    } else {
+        count_start();
+        told = dqw_monitor_background(&m);
+        counted(c, count_stop());
+    }
+    if (told) (void)dqw_monitor_event(&m, &change);
+    if (dqw_monitor_stage(&m) != DQW_STAGE_DOMAIN) return;
+    dqw_estimator_random_init(&lent);
+    (void)dqw_monitor_define(&m, &config);
+}
+
+static void neurons(cost *c, const foc_row *r)
+{
+    const float x_d[] = {r->i_d_A, 0.1f * r->i_q_A, r->w_m_rad_s * r->i_q_A * 0.01f};
+    const float x_q[] = {r->i_q_A, 0.1f * r->i_d_A, r->w_m_rad_s * r->i_d_A * 0.01f, 0.01f * r->w_m_rad_s};
+    count_start();
+    plain(x_d, r->v_d_V, x_q, r->v_q_V);
+    counted(c, count_stop());
+}
+
 int main(int argc, char *argv[])
 {
-    FILE *rows = argc == 2 ? fopen(argv[1], "rb") : NULL;
-    dqw_monitor_random_init(&lent);
-    if (rows == NULL || dqw_monitor_init(&m, &CONFIG, &lent) != DQW_OK) return 2;
+    static foc_rows rows;
+    config = CONFIG;
+    config.estimator.random = &lent;
+    dqw_estimator_random_init(&lent);
+    if (argc != 2 || !foc_rows_begin(&rows, fopen(argv[1], "rb"), 0) || dqw_monitor_init(&m, &config) != DQW_OK) return 2;
     cost paper = {0};
+    cost make = {0};
     cost step = {0};
-    cost background = {0};
-    float x[6];
-    unsigned long n = 0;
-    while (fread(x, sizeof x, 1, rows) == 1) {
-        dqw_sample s = dqw_sample_from_dq(x[0], x[1], x[2], x[3], x[4], x[5]);
-        dqw_monitor_event event;
+    cost slow = {0};
+    board_signals b;
+    for (unsigned long n = 0; foc_rows_next(&rows, &b); n++) {
         bool limited = false;
-        const float x_d[] = {s.i_d_A, 0.1f * s.i_q_A, s.w_m_rad_s * s.i_q_A * 0.01f};
-        const float x_q[] = {s.i_q_A, 0.1f * s.i_d_A, s.w_m_rad_s * s.i_d_A * 0.01f, 0.01f * s.w_m_rad_s};
-        if (n % 10 == 0) {
-            count_start();
-            plain(x_d, s.v_d_V, x_q, s.v_q_V);
-            counted(&paper, count_stop());
-        }
-        if (n > 40000) spoil(&s, n, &limited);
-        if (n % 17 == 0) {
-            stack_paint();
-            (void)dqw_monitor_sample(&m, &s, limited);
-            deep(&step, stack_used());
-        } else {
-            count_start();
-            (void)dqw_monitor_sample(&m, &s, limited);
-            counted(&step, count_stop());
-        }
-        const bool waits = m.tracker.pending;
-        if (waits && n % 3 == 0) {
-            stack_paint();
-            (void)dqw_monitor_background(&m, &event);
-            deep(&background, stack_used());
-        } else if (waits) {
-            count_start();
-            (void)dqw_monitor_background(&m, &event);
-            counted(&background, count_stop());
-        }
-        if (dqw_monitor_stage(&m) == DQW_STAGE_DOMAIN) {
-            dqw_monitor_random_init(&lent);
-            (void)dqw_monitor_define(&m, &CONFIG, &lent);
-        }
-        n++;
+        if (n % 10 == 0) neurons(&paper, &rows.now);
+        count_start();
+        dqw_sample s = dqw_sample_from_alphabeta(b.v_alpha_V, b.v_beta_V, b.i_alpha_A, b.i_beta_A, b.w_m_rad_s, b.cosine, b.sine);
+        counted(&make, count_stop());
+        if (n > 60000) spoil(&s, n, &limited);
+        sample(&step, n, &s, limited);
+        if (m.estimator.window.pending) background(&slow, n);
     }
     printf("plain_worst %lu\n", (unsigned long)paper.most);
+    printf("make_worst %lu\n", (unsigned long)make.most);
     printf("step_worst %lu\n", (unsigned long)step.most);
     printf("step_mean %lu\n", (unsigned long)(step.sum / step.calls));
     printf("step_stack %lu\n", (unsigned long)step.stack);
-    printf("background_worst %lu\n", (unsigned long)background.most);
-    printf("background_mean %lu\n", (unsigned long)(background.sum / background.calls));
-    printf("background_stack %lu\n", (unsigned long)background.stack);
+    printf("background_worst %lu\n", (unsigned long)slow.most);
+    printf("background_mean %lu\n", (unsigned long)(slow.sum / slow.calls));
+    printf("background_stack %lu\n", (unsigned long)slow.stack);
     printf("state_bytes %u\n", (unsigned)sizeof m);
+    printf("stored_bytes %u\n", (unsigned)sizeof(dqw_monitor_stored));
     printf("lent_bytes %u\n", (unsigned)sizeof lent);
     return 0;
 }

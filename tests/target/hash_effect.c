@@ -44,11 +44,11 @@ static void put_inputs(hash *h, const dqw_effect_q15 *f)
 
 static void put_learned(hash *h, const dqw_estimator_q15 *e)
 {
-    for (int i = 0; i < DQW_PARAMETERS_Q15; i++) hash_put(h, e->parameters.value_q40[i]);
+    for (int i = 0; i < DQW_PARAMETERS; i++) hash_put(h, e->w_q24[i]);
     for (int k = 0; k < e->effect.count; k++) {
         int64_t w[DQW_EFFECT_STARTS];
         int64_t sd[DQW_EFFECT_STARTS];
-        hash_put(h, dqw_estimator_effect_q15(e, k, w, sd));
+        hash_put(h, dqw_estimator_read_effect_q15(e, k, w, sd));
         for (int i = 0; i < dqw_effect_weights(e->effect.list[k].effect); i++) {
             hash_put(h, w[i]);
             hash_put(h, sd[i]);
@@ -60,7 +60,8 @@ static void run(hash *h, int list, bool settled, int steps)
 {
     static stimulus s;
     dqw_estimator_q15 *e = &hash_shared.estimator;
-    const dqw_estimator_q15_config config = {.scale = STIMULUS_SCALE, .half_window = 10, .settled = settled, .effects = lists[list], .effect_count = 4};
+    const dqw_estimator_q15_config config = {
+        .scale = STIMULUS_SCALE, .half_window = 10, .angle = true, .settled = settled, .effects = lists[list], .effect_count = 4};
     stimulus_start(&s);
     hash_put(h, dqw_estimator_init_q15(e, &config));
     for (int k = 1; k <= steps; k++) {
@@ -68,11 +69,11 @@ static void run(hash *h, int list, bool settled, int steps)
         dqw_sample_q15 sample = stimulus_sample(&s);
         sample.temp_winding_cC = (int16_t)(2500 + k);
         sample.temp_magnet_cC = (int16_t)(3500 - k / 2);
-        hash_put(h, dqw_estimator_step_q15(e, &sample, s.limited) | dqw_estimator_background_q15(e));
+        hash_put(h, dqw_estimator_sample_q15(e, &sample, s.limited));
+        hash_put(h, dqw_estimator_background_q15(e));
         put_inputs(h, &e->effect);
         if (k % 200 == 0) put_learned(h, e);
     }
-    dqw_estimator_read_q15(e);
     put_learned(h, e);
 }
 

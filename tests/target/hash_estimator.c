@@ -1,79 +1,101 @@
-// The estimator over the drive's signals, dynamic and settled: events, blocks and weights after every step, what is known at the end.
+// The estimator over the drive's signals, with dead time, drift and a held voltage, without, with the pole pairs to find, and settled: events, window,
+// noise and what is handed over after every step, weights and sums after every block, what is read at the end.
+#include "dqw_estimator_block_q15.h"
 #include "target/hash.h"
 #include "target/hash_room.h"
 #include "target/stimulus_q15.h"
 
-static void put_axis(hash *h, const dqw_axis_q15 *a)
-{
-    const int inputs = a->normal.inputs;
-    for (int i = 0; i < inputs * (inputs + 1) / 2; i++) hash_put(h, a->normal.a_q32[i]);
-    for (int i = 0; i < inputs; i++) {
-        hash_put(h, a->normal.b_q32[i]);
-        hash_put(h, a->w_q40[i]);
-        hash_put(h, a->start_q40[i]);
-    }
-    hash_put(h, a->normal.c_q32);
-    hash_put(h, a->error_q56);
-    hash_put(h, a->lag_q56);
-    hash_put(h, a->recent_q56);
-    hash_put(h, a->target_q56);
-    hash_put(h, a->error_last_q28);
-    hash_put(h, a->blocks);
-}
-
-static void put_state(hash *h, const dqw_estimator_q15 *e)
-{
-    put_axis(h, &e->d);
-    put_axis(h, &e->q);
-    for (int i = 0; i < DQW_PARAMETERS_Q15; i++) {
-        hash_put(h, e->parameters.value_q40[i]);
-        hash_put(h, e->parameters.sd_q40[i]);
-    }
-    hash_put(h, e->parameters.pole_pairs);
-    hash_put(h, e->parameters.known);
-    hash_put(h, e->stage.name);
-    hash_put(h, e->stage.back);
-    hash_put(h, e->events);
-}
-
-static void put_window(hash *h, const dqw_window_q15 *w)
-{
-    for (int i = 0; i < w->signals; i++) {
-        hash_put(h, w->sum[i]);
-        hash_put(h, w->fall[i]);
-        hash_put(h, w->rise[i]);
-    }
-    hash_put(h, w->fall_weight);
-    hash_put(h, w->rise_weight);
-}
-
 hash_room hash_shared;
 
-static void run(hash *h, bool settled, int steps)
+static void put_learned(hash *h, const dqw_estimator_q15 *e)
+{
+    const int n = e->normal.inputs;
+    for (int i = 0; i < n * (n + 1) / 2; i++) hash_put(h, e->normal.a_q32[i]);
+    for (int i = 0; i < n; i++) hash_put(h, e->normal.b_q32[i]);
+    for (int i = 0; i < DQW_PARAMETERS; i++) {
+        hash_put(h, e->w_q24[i]);
+        hash_put(h, e->cov_q40[i]);
+        hash_put(h, e->excess_q10[i]);
+        hash_put(h, dqw_estimator_sd_q24(e, i));
+    }
+    for (int i = 0; i < 4; i++) {
+        hash_put(h, e->score2_q68[i]);
+        hash_put(h, e->score_lag_q68[i]);
+    }
+    for (int axis = 0; axis < 2; axis++) {
+        hash_put(h, e->error_q56[axis]);
+        hash_put(h, e->e_q28[axis]);
+        hash_put(h, e->given.step_q15[axis]);
+    }
+    hash_put(h, e->recent_q54);
+    hash_put(h, e->given.follow_q15);
+    hash_put(h, e->learned);
+    hash_put(h, e->restarts);
+    hash_put(h, e->blocks);
+    hash_put(h, e->pole_pairs);
+    hash_put(h, e->stage.name);
+}
+
+static void put_step(hash *h, const dqw_estimator_q15 *e)
+{
+    for (int i = 0; i < DQW_PLAIN_Q15_SIGNALS; i++) {
+        hash_put(h, e->window.part[e->window.now].cell[i].sum);
+        hash_put(h, e->window.part[e->window.now].cell[i].fall);
+    }
+    for (int k = 0; k < DQW_NOISE_Q15_SUMS; k++) hash_put(h, e->noise.sum_q30[k]);
+    hash_put(h, e->slow_d_q28);
+    hash_put(h, e->slow_q_q28);
+    hash_put(h, e->slope_q15);
+}
+
+static void run(hash *h, dqw_estimator_q15_config config, int steps)
 {
     static stimulus s;
     dqw_estimator_q15 *e = &hash_shared.estimator;
-    const dqw_estimator_q15_config config = {
-        .scale = STIMULUS_SCALE, .R_uohm = 400000, .Ld_nH = 700000, .Lq_nH = 1900000, .psi_nWb = 12000000, .stale_limit = 10, .settled = settled};
+    config.R_uohm = 400000;
+    config.Ld_nH = 700000;
+    config.psi_nWb = 12000000;
+    config.stale_limit = 10;
     stimulus_start(&s);
     hash_put(h, dqw_estimator_init_q15(e, &config));
     for (int k = 1; k <= steps; k++) {
         stimulus_next(&s);
         const dqw_sample_q15 sample = stimulus_sample(&s);
-        const uint32_t events = dqw_estimator_step_q15(e, &sample, s.limited) | dqw_estimator_background_q15(e);
-        hash_put(h, events);
-        put_window(h, &e->window);
-        if (events != 0) put_state(h, e);
-        if (k % 2000 == 0) dqw_estimator_gap_q15(e);
+        hash_put(h, dqw_estimator_sample_q15(e, &sample, s.limited));
+        if (k % 8 == 0) put_step(h, e);
+        if ((k % 20 < 15 || config.settled) && e->window.pending) {
+            hash_put(h, dqw_estimator_background_q15(e));
+            put_learned(h, e);
+        }
+        if (k % 3000 == 0) dqw_estimator_missing_q15(e, k % 2 != 0 ? 1 : 77);
     }
-    dqw_estimator_read_q15(e);
-    put_state(h, e);
+    for (int i = 0; i < DQW_PARAMETERS; i++) {
+        const dqw_reading_q15 r = dqw_estimator_read_q15(e, (enum dqw_parameter)i);
+        hash_put(h, r.value_q40);
+        hash_put(h, r.sd_q40);
+        hash_put(h, r.usable);
+    }
+    hash_put(h, dqw_estimator_voltage_acts_q15(e));
 }
 
 hash hash_estimator(void)
 {
     hash h = HASH_EMPTY;
-    run(&h, false, 6000);
-    run(&h, true, 300);
+    const dqw_estimator_q15_config whole = {.scale = STIMULUS_SCALE,
+                                            .dead_time_width_mA = 200,
+                                            .drift_ppm = 10000,
+                                            .angle = true,
+                                            .encoder_offset = true,
+                                            .noise_on_inputs = true,
+                                            .voltage_next = true,
+                                            .voltage_held = true};
+    const dqw_estimator_q15_config plain = {.scale = STIMULUS_SCALE, .noise_on_inputs = true};
+    dqw_estimator_q15_config poles = plain;
+    poles.scale.pole_pairs = 0;
+    const dqw_estimator_q15_config settled = {.scale = STIMULUS_SCALE, .settled = true};
+    run(&h, whole, 6000);
+    run(&h, plain, 6000);
+    run(&h, poles, 6000);
+    run(&h, settled, 300);
     return h;
 }

@@ -1,8 +1,10 @@
-// The monitor over the drive's signals until an event is told: the witness, the healthy values and what it decides, block by block; then
-// patterns of every fault.
+// The monitor over the drive's signals until an event is told: the witness, the healthy values and what it decides, block by block; what is read and stored at
+// its end; then patterns of every fault.
+#include "dqw_estimator_random_q15.h"
 #include "dqw_monitor_q15.h"
 #include "dqw_q15.h"
 #include "target/hash.h"
+#include "target/hash_room.h"
 #include "target/stimulus_q15.h"
 
 static void put_block(hash *h, const dqw_monitor_q15 *m)
@@ -12,18 +14,18 @@ static void put_block(hash *h, const dqw_monitor_q15 *m)
         hash_put(h, m->witness.im_q28[k]);
         hash_put(h, m->witness.power_q52[k]);
     }
-    hash_put(h, m->is.residual_q54);
+    hash_put(h, m->estimator.recent_q54);
     hash_put(h, m->is.friction_q24);
     hash_put(h, m->is.spread_q48);
 }
 
 static void put_look(hash *h, const dqw_monitor_q15 *m)
 {
-    for (int i = 0; i < DQW_TRACK_Q15_WEIGHTS; i++) hash_put(h, m->is.healthy_q24[i]);
+    for (int i = 0; i < DQW_PARAMETERS; i++) hash_put(h, m->is.healthy_q24[i]);
     for (int i = 0; i < DQW_WATCH_CHANNELS; i++) hash_put(h, m->watch.change[i].sum_q5);
     hash_put(h, m->is.hottest_q16);
     hash_put(h, m->is.healthy_residual_q54);
-    hash_put(h, m->stage.name);
+    hash_put(h, m->estimator.stage.name);
     hash_put(h, m->watch.alarms);
 }
 
@@ -34,49 +36,67 @@ static void put_verdict(hash *h, dqw_fault_verdict_q15 v)
     hash_put(h, v.phase);
 }
 
+static void put_end(hash *h, const dqw_monitor_q15 *m)
+{
+    for (int i = 0; i < DQW_WATCH_CHANNELS; i++) {
+        const dqw_reading_q15 r = dqw_monitor_read_q15(m, (enum dqw_monitor_channel)i);
+        hash_put(h, r.value_q40);
+        hash_put(h, r.sd_q40);
+        hash_put(h, r.usable);
+        hash_put(h, dqw_monitor_sensitivity_q15(m, (enum dqw_monitor_channel)i));
+    }
+    hash_put(h, dqw_monitor_why_q15(m));
+    dqw_monitor_stored_q15 stored;
+    if (dqw_monitor_store_q15(m, &stored)) hash_put(h, stored.check);
+}
+
 static uint32_t run(hash *h, bool lent)
 {
     // Not static: the smallest board's data are full.
     stimulus s;
-    dqw_monitor_q15 m;
-    dqw_monitor_random_q15 memory;
-    const dqw_monitor_q15_config config = {.tracker = {.scale = STIMULUS_SCALE,
-                                                       .R_uohm = 400000,
-                                                       .Ld_nH = 700000,
-                                                       .Lq_nH = 1900000,
-                                                       .psi_nWb = 12000000,
-                                                       .dead_time_width_mA = 200,
-                                                       .drift_ppm = 30000,
-                                                       .stale_limit = 10,
-                                                       .half_window = 4,
-                                                       .angle = true,
-                                                       .noise_on_inputs = true},
+    dqw_estimator_random_q15 memory;
+    dqw_monitor_q15 *m = &hash_shared.monitor;
+    const dqw_monitor_q15_config config = {.estimator = {.scale = STIMULUS_SCALE,
+                                                         .R_uohm = 400000,
+                                                         .Ld_nH = 700000,
+                                                         .Lq_nH = 1900000,
+                                                         .psi_nWb = 12000000,
+                                                         .dead_time_width_mA = 200,
+                                                         .drift_ppm = 30000,
+                                                         .stale_limit = 10,
+                                                         .half_window = 4,
+                                                         .angle = true,
+                                                         .encoder_offset = true,
+                                                         .noise_on_inputs = true,
+                                                         .threshold_ppm = 400000,
+                                                         .random = lent ? &memory : NULL},
                                            .band_ppm = {500000, 500000, 500000, 100000, 200000, 500000, 100000, 900000, 900000, 100000},
-                                           .J_nkgm2 = 100000,
-                                           .threshold_ppm = 400000};
+                                           .J_nkgm2 = 100000};
     uint32_t events = 0;
-    dqw_monitor_random_init_q15(&memory);
+    dqw_estimator_random_init_q15(&memory);
     stimulus_start(&s);
-    hash_put(h, dqw_monitor_init_q15(&m, &config, lent ? &memory : NULL));
+    hash_put(h, dqw_monitor_init_q15(m, &config));
     for (int k = 1; k <= (lent ? 6000 : 24000); k++) {
         stimulus_next(&s);
         dqw_sample_q15 sample = stimulus_sample(&s);
         // From here on, a fifth more flux.
         if (k > 16000) sample.v_q_q15 = dqw_q15_sat(sample.v_q_q15 + sample.w_m_q15 / 4);
-        hash_put(h, dqw_monitor_sample_q15(&m, &sample, s.limited));
-        if (!dqw_tracker_waits_q15(&m.tracker)) continue;
-        dqw_monitor_event_q15 event;
-        const bool told = dqw_monitor_background_q15(&m, &event);
-        put_block(h, &m);
-        if (m.watch.blocks == 0) put_look(h, &m);
-        if (dqw_monitor_stage_q15(&m) == DQW_STAGE_DOMAIN) hash_put(h, dqw_monitor_define_q15(&m, &config, NULL));
+        hash_put(h, dqw_monitor_sample_q15(m, &sample, s.limited));
+        if (!m->estimator.pending) continue;
+        dqw_monitor_change_q15 change;
+        const bool told = dqw_monitor_background_q15(m) && dqw_monitor_event_q15(m, &change);
+        put_block(h, m);
+        if (m->watch.blocks == 0) put_look(h, m);
+        if (dqw_monitor_stage_q15(m) == DQW_STAGE_DOMAIN) hash_put(h, dqw_monitor_define_q15(m, &config));
         if (!told) continue;
         events++;
-        hash_put(h, event.value);
-        hash_put(h, event.sd);
-        hash_put(h, event.since);
-        put_verdict(h, event.fault);
+        hash_put(h, change.value_q40);
+        hash_put(h, change.sd_q40);
+        hash_put(h, change.healthy_q40);
+        hash_put(h, (int64_t)change.since);
+        put_verdict(h, change.fault);
     }
+    put_end(h, m);
     return events;
 }
 

@@ -3,11 +3,13 @@
 #define TARGET_HASH_ROOM_H
 
 #include "dqw_estimator_q15.h"
+#include "dqw_monitor_q15.h"
 #include "dqw_shaft_q15.h"
 
 typedef union hash_room {
     dqw_estimator_q15 estimator;
     dqw_shaft_q15 shaft;
+    dqw_monitor_q15 monitor;
 } hash_room;
 
 extern hash_room hash_shared;

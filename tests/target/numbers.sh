@@ -1,7 +1,7 @@
 #!/bin/sh
-# What a step costs on each core, float beside Q15: instructions under QEMU, flash, state and stack. Prints the table of README.md;
-# `tests/target/numbers.sh FILE.md` writes it there between `<!-- numbers -->` and `<!-- /numbers -->`. A further row is a piece_NAME.c and
-# a line of `pieces`. BUILD: build folder. 77 where a tool is absent.
+# What a step costs on each core, float beside Q15: instructions under QEMU, flash, state and stack; and what of it has a limit. Prints the tables
+# of README.md; `tests/target/numbers.sh FILE.md` writes them there between `<!-- numbers -->` and `<!-- /numbers -->`. A further row is a
+# piece_NAME.c and a line of `pieces`. BUILD: build folder. 77 where a tool is absent.
 set -eu
 here=$(dirname "$0")
 out=${BUILD:-build}/numbers
@@ -9,11 +9,18 @@ cores="m0 m3 m4f m33 rv32"
 # Name, cores, what the table says.
 pieces="neurons_float|$cores|the paper's neurons, both axes, float
 neurons_q15|$cores|the same, Q15
-estimator_float|m0 m3 m4f m33|\`dqw_estimator_step\`, float
-estimator_q15|$cores|\`dqw_estimator_sample_q15\`, with dead time
-shaft_q15|$cores|\`dqw_shaft_sample_q15\`, with a soft friction
-monitor_float|m0 m3 m4f m33|\`dqw_monitor_sample\`, float
-monitor_q15|$cores|the same, Q15"
+sample_float|m0 m3 m4f m33|\`dqw_sample_from_dq\`
+sample_q15|$cores|\`dqw_sample_from_dq_q15\`
+alphabeta_float|m0 m3 m4f m33|\`dqw_sample_from_alphabeta\`
+alphabeta_q15|$cores|\`dqw_sample_from_alphabeta_q15\`
+estimator_float|m0 m3 m4f m33|\`dqw_estimator_sample\`, dead time and angle
+estimator_q15|$cores|\`dqw_estimator_sample_q15\`, the same
+held_float|m0 m3 m4f m33|\`dqw_estimator_sample\`, \`voltage_next\` and \`voltage_held\` too
+held_q15|$cores|\`dqw_estimator_sample_q15\`, the same
+shaft_float|m0 m3 m4f m33|\`dqw_shaft_sample\`, a soft friction
+shaft_q15|$cores|\`dqw_shaft_sample_q15\`, the same
+monitor_float|m0 m3 m4f m33|\`dqw_monitor_sample\`, dead time and angle
+monitor_q15|$cores|\`dqw_monitor_sample_q15\`, the same"
 
 # Each further weight of an effect: its name and how many weights it has, in the order of dqw_effect_name.h.
 weights=12
@@ -92,6 +99,12 @@ if [ "${1:-}" = --core ]; then
     done
     cc=${compile%% *}
     "${cc%gcc}ar" rcs "$out/$core/lib.a" "$out/$core"/*.o
+    flash_of() { # SOURCE FLAGS...
+        # shellcheck disable=SC2086
+        $compile -Os $defines "$@" "$elf.bare.o" "$out/$core/lib.a" -nostdlib -Wl,-e,piece_step,-u,piece_start,-u,piece_background,--gc-sections \
+            $math -lgcc -o "$elf.flash"
+        "${cc%gcc}size" "$elf.flash" | awk 'NR == 2 { print "flash", $1 + $2 }'
+    }
     echo "$pieces" | while IFS='|' read -r piece on _; do
         source=$here/piece_$piece.c
         case " $on " in *" $core "*) ;; *) continue ;; esac
@@ -102,10 +115,12 @@ if [ "${1:-}" = --core ]; then
             cat "$elf.txt" >&2
             exit 1
         }
-        # shellcheck disable=SC2086
-        $compile -Os $defines "$source" "$elf.bare.o" "$out/$core/lib.a" -nostdlib -Wl,-e,piece_step,-u,piece_start,-u,piece_background,--gc-sections \
-            $math -lgcc -o "$elf.flash"
-        "${cc%gcc}size" "$elf.flash" | awk 'NR == 2 { print "flash", $1 + $2 }' >>"$elf.txt"
+        flash_of "$source" >>"$elf.txt"
+        case $piece in monitor_*)
+            flash_of "$source" -DLENT >>"$elf.lent.txt"
+            flash_of "$source" -DSTORED >>"$elf.stored.txt"
+            ;;
+        esac
     done
     exit 0
 fi
@@ -170,6 +185,47 @@ effect_table() {
     done
     printf '\nWorst step with that effect less one without, over its weights: the inputs, the heat and the two signals of the window. dead_time is a weight of the estimator itself.\n'
 }
+# What has a limit: MEASURED [AT_MOST]
+limit() {
+    if [ $# = 1 ]; then printf ' | %s' "$1"; elif [ "$1" -le "$2" ]; then printf ' | %s of %s' "$1" "$2"; else printf ' | **%s, over %s**' "$1" "$2"; fi
+}
+worst_of() { # CORE NAMES...: the most instructions of these pieces
+    core=$1
+    shift
+    for piece; do value "$core" "$piece" worst; done | sort -n | tail -n 1
+}
+limits() {
+    printf '| measured, and its limit | M4F, float | M4, Q15 | M0, Q15 |\n| --- | --: | --: | --: |\n| every step of an interrupt, worst: instructions'
+    limit "$(worst_of m4f sample_float alphabeta_float estimator_float held_float shaft_float monitor_float)" 800
+    limit "$(worst_of m4f sample_q15 alphabeta_q15 estimator_q15 shaft_q15 monitor_q15)" 720
+    limit "$(worst_of m0 sample_q15 alphabeta_q15 estimator_q15 shaft_q15 monitor_q15)" 1900
+    printf ' |\n| state of a motor, monitor: bytes'
+    limit "$(value m4f monitor_float state)" 1024
+    limit "$(value m4f monitor_q15 state)" 1280
+    limit "$(value m0 monitor_q15 state)" 1280
+    printf ' |\n| flash, monitor with `init`, `sample`, `background`, `event`: bytes'
+    limit "$(value m4f monitor_float flash)" 17000
+    limit "$(value m4f monitor_q15 flash)" 23000
+    limit "$(value m0 monitor_q15 flash)" 27000
+    for more in lent stored; do
+        case $more in lent) printf ' |\n| with memory lent to stage 2, its Random Learner' ;; *) printf ' |\n| with `store` and `restore`' ;; esac
+        for piece in m4f/monitor_float m4f/monitor_q15 m0/monitor_q15; do limit "$(value "${piece%/*}" "${piece#*/}.$more" flash)"; done
+    done
+    printf ' |\n| each further weight of an effect, worst: instructions'
+    limit "$(worst_weight m4f effect_float)" 40
+    limit "$(worst_weight m4f effect_q15)"
+    limit "$(worst_weight m0 effect_q15)"
+    printf ' |\n\nM4F, M4: one core, with and without its floating-point unit in use. No link-time optimisation. Q15 with `voltage_next` and `voltage_held`: %s and %s instructions.\n' \
+        "$(value m4f held_q15 worst)" "$(value m0 held_q15 worst)"
+}
+worst_weight() { # CORE PIECE
+    list=1
+    echo "$effects" | while read -r line; do
+        list=$((list + 1))
+        further "$1" "$2" $list "${line##* }" | tr -d ' |'
+        echo
+    done | sort -n | tail -n 1
+}
 table() {
     printf '| one step: instructions, worst and mean; bytes of flash, state, stack | M0 | M3 | M4F | M33 | RV32IMC |\n| --- | --: | --: | --: | --: | --: |\n'
     echo "$pieces" | while IFS='|' read -r piece _ label; do
@@ -186,6 +242,8 @@ table() {
     [ -z "$estimated" ] || printf 'Cycles of a Cortex-M4, as llvm-mca %s estimates them, for a step of so many instructions: %s.\n' "$(llvm-mca --version | sed -n 's/.*LLVM version \([0-9.]*\).*/\1/p')" "$estimated"
 }
 {
+    limits
+    echo
     table
     echo
     effect_table

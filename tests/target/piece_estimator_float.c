@@ -1,11 +1,14 @@
-// The estimator's step in float: most of them gather, one in twenty learns a block. Its background learns from the reservoirs.
+// The estimator's interrupt part in float, dead time's input with it; its background beside it. HELD: its voltage acts a period later, and is held in
+// the stationary frame.
 #include "dqw_estimator.h"
 #include "target/board.h"
 #include "target/piece.h"
 #include "target/stimulus_float.h"
 
-static dqw_estimator e;
-static dqw_random_sample reservoir_d[20], reservoir_q[20];
+#ifndef HELD
+#define HELD false
+#endif
+
 static const dqw_estimator_config config = {.dt_s = (float)STIMULUS_DT_NS * 1e-9f,
                                             .v_base_V = 14,
                                             .i_base_A = 6,
@@ -15,10 +18,15 @@ static const dqw_estimator_config config = {.dt_s = (float)STIMULUS_DT_NS * 1e-9
                                             .Lq_H = 1.9e-3f,
                                             .psi_Wb = 12e-3f,
                                             .pole_pairs = STIMULUS_PAIRS,
+                                            .dead_time_width_A = 0.2f,
+                                            .drift_per_sqrt_s = 0.01f,
                                             .stale_limit = 10,
-                                            .reservoir_d = reservoir_d,
-                                            .reservoir_q = reservoir_q,
-                                            .reservoir = 20};
+                                            .angle = true,
+                                            .encoder_offset = true,
+                                            .noise_on_inputs = true,
+                                            .voltage_next = HELD,
+                                            .voltage_held = HELD};
+static dqw_estimator e;
 static dqw_sample sample;
 static bool limited;
 const uint32_t piece_bytes = sizeof e;
@@ -34,6 +42,6 @@ void piece_load(const stimulus *s)
     limited = s->limited;
 }
 
-void piece_step(void) { (void)dqw_estimator_step(&e, &sample, limited); }
+void piece_step(void) { (void)dqw_estimator_sample(&e, &sample, limited); }
 
-void piece_background(void) { dqw_estimator_background(&e); }
+void piece_background(void) { (void)dqw_estimator_background(&e); }

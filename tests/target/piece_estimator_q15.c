@@ -1,8 +1,13 @@
-// The estimator's interrupt part in Q15, dead time's input with it; its background beside it.
+// The estimator's interrupt part in Q15, dead time's input with it; its background beside it. HELD: its voltage acts a period later, and is held in the
+// stationary frame.
 #include "dqw_estimator_q15.h"
 #include "target/board.h"
 #include "target/piece.h"
 #include "target/stimulus_q15.h"
+
+#ifndef HELD
+#define HELD false
+#endif
 
 static const dqw_estimator_q15_config config = {.scale = STIMULUS_SCALE,
                                                 .R_uohm = 400000,
@@ -14,7 +19,9 @@ static const dqw_estimator_q15_config config = {.scale = STIMULUS_SCALE,
                                                 .stale_limit = 10,
                                                 .angle = true,
                                                 .encoder_offset = true,
-                                                .noise_on_inputs = true};
+                                                .noise_on_inputs = true,
+                                                .voltage_next = HELD,
+                                                .voltage_held = HELD};
 static dqw_estimator_q15 e;
 static dqw_sample_q15 sample;
 static bool limited;

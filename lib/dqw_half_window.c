@@ -1,4 +1,4 @@
-#include "dqw_nameplate.h"
+#include "dqw_half_window.h"
 
 #include <stddef.h>
 

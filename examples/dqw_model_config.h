@@ -1,0 +1,38 @@
+// What `dqwatch trace` found in joint_24v.csv: the effects that the plain model lacks, for the learners.
+// Fill in a dqw_estimator_config as before, call dqw_model_config_apply(&config), then dqw_estimator_init(); on a running estimator
+// that has gone back to its first stage, dqw_estimator_define(). The pole pairs must be given where there are effects.
+#ifndef DQW_MODEL_CONFIG_H
+#define DQW_MODEL_CONFIG_H
+
+#include "dqw.h"
+
+// To start from, SI.
+#define DQW_MODEL_POLE_PAIRS 4
+#define DQW_MODEL_R_OHM 0.4999971f
+#define DQW_MODEL_LD_H 0.001000321f
+#define DQW_MODEL_LQ_H 0.001400186f
+#define DQW_MODEL_PSI_WB 0.01999945f
+
+#define DQW_MODEL_EFFECT_COUNT 1
+
+#if DQW_EFFECT_WEIGHTS < 4
+#error "build lib/ with -DDQW_EFFECT_WEIGHTS=4 or more"
+#endif
+
+// Effect, shape, weights to start from.
+static const dqw_effect_config dqw_model_effects[DQW_MODEL_EFFECT_COUNT] = {
+    {DQW_EFFECT_FLUX_HARMONICS, {6.0f, 0.0f, 0.0f, 0.0f}, {0.0004002732f, -1.795429e-07f, -6.224766e-07f, 0.0003006462f, 0.0f}},
+};
+
+static inline void dqw_model_config_apply(dqw_estimator_config *config)
+{
+    config->pole_pairs = DQW_MODEL_POLE_PAIRS;
+    config->R_ohm = DQW_MODEL_R_OHM;
+    config->Ld_H = DQW_MODEL_LD_H;
+    config->Lq_H = DQW_MODEL_LQ_H;
+    config->psi_Wb = DQW_MODEL_PSI_WB;
+    config->effects = dqw_model_effects;
+    config->effect_count = DQW_MODEL_EFFECT_COUNT;
+}
+
+#endif

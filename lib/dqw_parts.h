@@ -1,0 +1,134 @@
+// What the parts measure with, of which the objects in float are made: for their place and size. What the parts do is in the headers of their
+// names.
+#ifndef DQW_PARTS_H
+#define DQW_PARTS_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "dqw_effect_name.h"
+#include "dqw_fault_name.h"
+#include "dqw_size.h"
+#include "dqw_state.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/// Variances; they may come out slightly negative, read them through dqw_noise_variance().
+typedef struct dqw_noise_variances {
+    float i_d_A2, i_q_A2, w_rad2_s2;
+    uint32_t rows;  ///< that they are means of
+} dqw_noise_variances;
+
+typedef struct dqw_noise {
+    dqw_noise_variances of;
+    float e_d_A[3], e_q_A[3];  ///< the last rows' current steps less what the voltage made
+    float w_step_rad_s;
+    uint8_t held;
+} dqw_noise;
+
+/// Most signals that a window gathers: a block's and dead time's, and two of each weight of an effect.
+#define DQW_WINDOW_SIGNALS (11 + 2 * DQW_EFFECT_WEIGHTS)
+
+/// One signal of a half.
+typedef struct dqw_window_cell {
+    float sum;   ///< of x
+    float fall;  ///< sum of those sums, in which pair j weighs half + 1 - j
+} dqw_window_cell;
+
+/// A half that is being gathered, or was handed over.
+typedef struct dqw_window_part {
+    dqw_window_cell cell[DQW_WINDOW_SIGNALS];
+    uint32_t fall_weight;
+    uint16_t valid;  ///< pairs in it
+} dqw_window_part;
+
+/// The interrupt's side.
+typedef struct dqw_window {
+    dqw_window_part part[2];
+    uint16_t half, at;  ///< pairs in a half; of them passed
+    uint8_t signals;
+    uint8_t now;    ///< which part is being gathered; the other one is free, or handed over
+    bool pending;   ///< the other one is handed over: the background's until it clears this
+    bool follows;   ///< what is being gathered follows what was handed over last
+    bool followed;  ///< what is handed over follows what was handed over before
+} dqw_window;
+
+/// The background's side: the half before, rising.
+typedef struct dqw_window_rise {
+    float rise[DQW_WINDOW_SIGNALS];  ///< weighted by j
+    uint32_t weight;
+    uint16_t valid;
+    bool has;
+} dqw_window_rise;
+
+/// Covariance of the weights per unit of residual variance, P = U D U', U unit upper triangular.
+typedef struct dqw_gain {
+    float u[DQW_LEARNER_INPUTS * (DQW_LEARNER_INPUTS - 1) / 2];  ///< column by column above the diagonal
+    float d[DQW_LEARNER_INPUTS];
+    uint8_t inputs;
+} dqw_gain;
+
+#define DQW_EFFECT_SHAPES 4
+/// The highest flux harmonic.
+#define DQW_EFFECT_ORDERS 100
+
+typedef struct dqw_effect_config {
+    enum dqw_effect_name effect;
+    float shape[DQW_EFFECT_SHAPES];
+    float start[DQW_EFFECT_STARTS];  ///< weights to start from, SI. Never a prior
+} dqw_effect_config;
+
+#if DQW_EFFECT_WEIGHTS > 0
+
+/// What scales, and what is given of the machine.
+typedef struct dqw_effect_base {
+    float dt_s, v_V, i_A, w_m_rad_s;
+    uint16_t pole_pairs;
+    bool dead_time_apart;  ///< dead time in the list is someone else's weight: it has none here
+} dqw_effect_base;
+
+/// The configured effects of one machine. The interrupt's, but for what init has set.
+typedef struct dqw_effect {
+    const dqw_effect_config *list;
+    float last[2 * DQW_EFFECT_WEIGHTS];  ///< what each weight keeps of the last sample
+    float heat[2], heat_rest[2];         ///< winding, magnet: the state, and what rounding took from it
+    float square_A2;                     ///< sum of squared currents since dqw_effect_warm()
+    float heat_part[2], heat_unit[2];    ///< of the states: what is left of the way in a period; of A^2
+    float poles, poles_4, step_Hz;       ///< pole pairs, a quarter of them, 1/dt
+    float turn_4;                        ///< a quarter of pole pairs times dt
+    dqw_effect_base base;
+    uint8_t law[DQW_EFFECT_WEIGHTS + 2];  ///< of each list entry, by what the interrupt has to gather; 0: the end
+    uint8_t count, weights;
+    uint8_t heating;  ///< bit 0: the winding has a heating state; bit 1: the magnet
+    bool needs_angle, needs_winding, needs_magnet, needs_last;
+    bool has_sample;
+} dqw_effect;
+
+#endif
+
+enum dqw_witness_input {
+    DQW_WITNESS_OFFSET = 0,  ///< once a turn: R times a constant current error. A
+    DQW_WITNESS_RESISTANCE,  ///< twice a turn, with the current: a third of one phase's extra resistance. Ohm
+    DQW_WITNESS_REACTANCE,   ///< twice a turn, with current and speed: L times a third of one sensor's extra gain. H
+    DQW_WITNESS_SHORT,       ///< twice a turn, with the flux' voltage: a third of a shorted turn's conductance across one phase. S
+    DQW_WITNESS_INPUTS
+};
+
+typedef struct dqw_witness {
+    float re[DQW_WITNESS_INPUTS], im[DQW_WITNESS_INPUTS];  ///< weights, SI; their angle is twice that of the phase (offset: the vector in the stator)
+    float power[DQW_WITNESS_INPUTS];                       ///< mean squared input, SI: volts per unit of the weight
+    uint16_t blocks;                                       ///< learned, up to the memory
+} dqw_witness;
+
+typedef struct dqw_fault_verdict {
+    enum dqw_fault_name name;
+    float confidence;  ///< 0 .. 1: how much of what changed the pattern explains, against the next best one
+    uint8_t phase;     ///< 0, 1, 2: a, b, c, where the fault has one
+} dqw_fault_verdict;
+
+#ifdef __cplusplus
+}
+#endif
+#endif
