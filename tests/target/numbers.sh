@@ -56,8 +56,7 @@ effect_core() { # CORE
         dir=$out/$1/room$room
         mkdir -p "$dir"
         defines="-DDQW_EFFECT_WEIGHTS=$room -Ilib -Iport_q15 -I$here/.."
-        for source in lib/dqw_effect*.c lib/dqw_window.c lib/dqw_transform.c lib/dqw_sample.c lib/dqw_model.c lib/dqw_gate.c port_q15/dqw_effect*.c port_q15/dqw_window_q15.c \
-            port_q15/dqw_transform_q15.c port_q15/dqw_sample_q15.c port_q15/dqw_q15.c port_q15/dqw_scale.c; do
+        for source in lib/*.c port_q15/*.c; do
             # shellcheck disable=SC2086
             $compile -Os $defines -c "$source" -o "$dir/$(basename "$source" .c).o"
         done
@@ -183,7 +182,7 @@ effect_table() {
         done; done
         printf ' |\n'
     done
-    printf '\nWorst step with that effect less one without, over its weights: the inputs, the heat and the two signals of the window. dead_time is a weight of the estimator itself.\n'
+    printf '\nWorst step of the estimator with that effect less one without, over its weights. dead_time is a weight of the estimator itself.\n'
 }
 # What has a limit: MEASURED [AT_MOST]
 limit() {
