@@ -51,7 +51,7 @@ APP_O := $(patsubst %.cpp,$(BUILD)/%.o,$(filter-out app/main.cpp,$(wildcard app/
 # The plotting library of the reports, and its licence, as Debian installs them.
 DYGRAPHS ?= /usr/share/javascript/dygraphs
 DYGRAPHS_LICENCE ?= /usr/share/doc/libjs-dygraphs
-C_BENCHES := $(patsubst %,$(BUILD)/bench/%,sim_speed regressors usage accuracy tracking faults healthy step_sizes)
+C_BENCHES := $(patsubst %,$(BUILD)/bench/%,sim_speed regressors usage accuracy tracking faults healthy scenarios step_sizes)
 ARCHIVES := $(BUILD)/libapp.a $(BUILD)/libref.a $(BUILD)/libsim.a $(BUILD)/libdqw_q15.a $(BUILD)/libdqw.a
 # Tests that stay away from the sanitizers: what they run others run there too, and they take long.
 PLAIN_ALONE := blind api_warnings fast_math target target_q15 browser other_simulator semi_synthetic circle cli_measured cli_scenarios cli_compare cli_effect_q15 cli_q15_config cli_mechanical_q15 cli_estimate cli_trace cli_rows cli_monitor app_learn app_report app_sense \
@@ -120,11 +120,11 @@ measured:
 	@$(BUILD)/bench/measured $(DATA) docs/measured.md $(BUILD)/bench/reports
 	@bench/pictures.sh $(BUILD)/bench/reports docs/pictures
 
-## bench        accuracy, coverage, tracking, faults and false alarms of the learners; regressor forms; speed; peers from their registries beside them
+## bench        accuracy, coverage, start values, tracking, faults and false alarms of the learners; regressor forms; speed; peers from their registries
 .PHONY: bench
 bench:
 	@.ci/install build
-	@$(MAKE) --no-print-directory all $(C_BENCHES)
+	@$(MAKE) --no-print-directory all $(C_BENCHES) $(BUILD)/tests/test_handover
 	@BUILD=$(BUILD) bench/run
 
 ## blind        trace 320 simulated logs whose effects a seed draws, and print the confusion table

@@ -161,9 +161,9 @@ private:
         config_.i_base_A = largest(logs_, &Log::i_d_A, &Log::i_q_A);
         config_.w_base_rad_s = largest(logs_, &Log::w_m_rad_s, &Log::w_m_rad_s);
         const std::pair<float dqw_estimator_config::*, std::optional<double> Machine::*> nominals[] = {{&dqw_estimator_config::R_ohm, &Machine::R_ohm},
-                                                                                                      {&dqw_estimator_config::Ld_H, &Machine::Ld_H},
-                                                                                                      {&dqw_estimator_config::Lq_H, &Machine::Lq_H},
-                                                                                                      {&dqw_estimator_config::psi_Wb, &Machine::psi_Wb}};
+                                                                                                       {&dqw_estimator_config::Ld_H, &Machine::Ld_H},
+                                                                                                       {&dqw_estimator_config::Lq_H, &Machine::Lq_H},
+                                                                                                       {&dqw_estimator_config::psi_Wb, &Machine::psi_Wb}};
         for (std::size_t i = 0; i < 4; ++i) {
             const auto& [place, member] = nominals[i];
             config_.*place = before != nullptr && before->start[i] > 0.0F ? before->start[i] : nominal(first.machine, options.start, member);
@@ -277,8 +277,7 @@ private:
 void note_stage(const dqw_stage& stage, Result& result)
 {
     static const char* const whys[] = {"", "the Random Learners did not settle", "the residual stayed above the threshold", "the residual left its band"};
-    std::string text =
-        fmt::format("stage {}: {}", stage.name == DQW_STAGE_IN_SERVICE ? 4 : static_cast<int>(stage.name) + 1, dqw_stage_text(stage.name));
+    std::string text = fmt::format("stage {}: {}", stage.name == DQW_STAGE_IN_SERVICE ? 4 : static_cast<int>(stage.name) + 1, dqw_stage_text(stage.name));
     if (stage.back != DQW_BACK_NONE)
         text += fmt::format("; went back because {} ({:.1f} %, threshold {:.1f} %)", whys[stage.back], 1e-4 * stage.residual_ppm, 1e-4 * stage.threshold_ppm);
     result.notes.push_back(text);
@@ -328,9 +327,8 @@ void put_electrical(const Run& run, const Poles& poles, bool p_given, const Aske
         result.parameters.push_back({"pole_pairs", static_cast<double>(poles.pairs), static_cast<double>(poles.sd), false});
     else if (asked("pole_pairs") || asked("psi_Wb"))
         result.not_identifiable.push_back({"pole_pairs",
-                                           poles.sd < DQW_UNKNOWN
-                                               ? fmt::format("the cross weights say {:.2f} with a deviation of {:.2f}", poles.raw, poles.sd)
-                                               : std::string("the slopes of the currents or their products with the speed are too small"),
+                                           poles.sd < DQW_UNKNOWN ? fmt::format("the cross weights say {:.2f} with a deviation of {:.2f}", poles.raw, poles.sd)
+                                                                  : std::string("the slopes of the currents or their products with the speed are too small"),
                                            "currents that change on both axes while the machine turns, or --pole-pairs"});
 }
 

@@ -113,6 +113,8 @@ Learned pass(const std::vector<Log>& logs, const LearnOptions& options, const st
         throw std::invalid_argument("the fixed-point learners refuse these full scales, nominal values or shapes of effects");
     // Whoever asks what a log tells wants all of its rows, whatever its residual.
     e.stage.threshold_ppm = UINT32_MAX;
+    // Settled rows need no coarse values.
+    if (config.settled) (void)dqw_stage_step(&e.stage, {true, 0, 0});
 
     std::size_t done = 0;
     std::uint32_t heldout = 0;

@@ -136,7 +136,8 @@ std::string model_config_text(const TraceResult& trace, const std::vector<std::s
     out += "\n";
     if (rows.count > 0) {
         out += fmt::format("#if DQW_EFFECT_WEIGHTS < {0}\n#error \"build lib/ with -DDQW_EFFECT_WEIGHTS={0} or more\"\n#endif\n\n", rows.weights);
-        out += "// Effect, shape, weights to start from.\nstatic const dqw_effect_config dqw_model_effects[DQW_MODEL_EFFECT_COUNT] = {\n" + rows.text + "};\n\n";
+        out += "// Effect, shape, weights to start from.\nstatic const dqw_effect_config dqw_model_effects[DQW_MODEL_EFFECT_COUNT] = {\n" + rows.text +
+               "};\n\n";
         assignments += "    config->effects = dqw_model_effects;\n    config->effect_count = DQW_MODEL_EFFECT_COUNT;\n";
     }
     if (assignments.empty()) assignments = "    (void)config;\n";
@@ -146,7 +147,8 @@ std::string model_config_text(const TraceResult& trace, const std::vector<std::s
         if (rows.count > 0) monitor += "    config->estimator.effect_count = DQW_MODEL_MONITOR_EFFECT_COUNT;\n";
         if (rows.angle) monitor += "    config->estimator.encoder_offset = true;\n";
         out += "\n// A monitor has inputs of its own for the angle, the current sensors and unlike phases.\n"
-               "static inline void dqw_model_config_apply_monitor(dqw_monitor_config *config)\n{\n" + monitor + "}\n";
+               "static inline void dqw_model_config_apply_monitor(dqw_monitor_config *config)\n{\n" +
+               monitor + "}\n";
     }
     return out + "\n#endif\n";
 }

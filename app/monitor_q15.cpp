@@ -73,7 +73,7 @@ public:
         // Sixteen bits have no not-a-number: the port is told of a limit, and it is counted here.
         if (!good) ++not_numbers_;
         (void)dqw_monitor_sample_q15(&m_, &x, !good);
-        return m_.estimator.pending;
+        return m_.estimator.window.pending;
     }
 
     std::optional<MonitorTold> background() override
@@ -91,7 +91,7 @@ public:
 
     void define() override { accept(dqw_monitor_define_q15(&m_, &config_)); }
 
-    std::uint32_t halves() const override { return m_.estimator.about.number; }
+    std::uint32_t halves() const override { return m_.estimator.halves; }
 
     MonitorMeasures measures() const override
     {

@@ -12,8 +12,8 @@
 namespace dqw {
 
 struct MonitorSetup {
-    dqw_monitor_config config{};        ///< but for its effects
-    std::vector<TraceInput> inputs;     ///< those effects, shapes completed
+    dqw_monitor_config config{};     ///< but for its effects
+    std::vector<TraceInput> inputs;  ///< those effects, shapes completed
     std::vector<std::string> notes;  ///< what is assumed, and what is not watched
 };
 

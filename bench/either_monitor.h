@@ -21,28 +21,29 @@ static inline uint32_t either_whole(double x) { return (uint32_t)lrint(x); }
 
 static inline dqw_monitor_q15_config either_config(const dqw_monitor_config *c)
 {
-    const dqw_tracker_config *t = &c->tracker;
-    dqw_monitor_q15_config q = {.tracker = {.scale = {.v_full_mV = either_whole(1e3 * EITHER_ROOM * (double)t->v_base_V),
-                                                      .i_full_mA = either_whole(1e3 * EITHER_ROOM * (double)t->i_base_A),
-                                                      .w_full_mrad_s = either_whole(1e3 * EITHER_ROOM * (double)t->w_base_rad_s),
-                                                      .dt_ns = either_whole(1e9 * (double)t->dt_s),
-                                                      .pole_pairs = t->pole_pairs},
-                                            .R_uohm = either_whole(1e6 * (double)t->R_ohm),
-                                            .Ld_nH = either_whole(1e9 * (double)t->Ld_H),
-                                            .Lq_nH = either_whole(1e9 * (double)t->Lq_H),
-                                            .psi_nWb = either_whole(1e9 * (double)t->psi_Wb),
-                                            .dead_time_width_mA = either_whole(1e3 * (double)t->dead_time_width_A),
-                                            .drift_ppm = either_whole(1e6 * (double)t->drift_per_sqrt_s),
-                                            .stale_limit = t->stale_limit,
-                                            .excitation_q15 = (uint16_t)lrint(0.01 / EITHER_ROOM * 32768),
-                                            .half_window = (uint8_t)t->half_window,
-                                            .angle = t->angle,
-                                            .noise_on_inputs = t->noise_on_inputs},
+    const dqw_estimator_config *t = &c->estimator;
+    dqw_monitor_q15_config q = {.estimator = {.scale = {.v_full_mV = either_whole(1e3 * EITHER_ROOM * (double)t->v_base_V),
+                                                        .i_full_mA = either_whole(1e3 * EITHER_ROOM * (double)t->i_base_A),
+                                                        .w_full_mrad_s = either_whole(1e3 * EITHER_ROOM * (double)t->w_base_rad_s),
+                                                        .dt_ns = either_whole(1e9 * (double)t->dt_s),
+                                                        .pole_pairs = t->pole_pairs},
+                                              .R_uohm = either_whole(1e6 * (double)t->R_ohm),
+                                              .Ld_nH = either_whole(1e9 * (double)t->Ld_H),
+                                              .Lq_nH = either_whole(1e9 * (double)t->Lq_H),
+                                              .psi_nWb = either_whole(1e9 * (double)t->psi_Wb),
+                                              .dead_time_width_mA = either_whole(1e3 * (double)t->dead_time_width_A),
+                                              .drift_ppm = either_whole(1e6 * (double)t->drift_per_sqrt_s),
+                                              .stale_limit = t->stale_limit,
+                                              .threshold_ppm = either_whole((t->threshold_ppm != 0 ? t->threshold_ppm : 50000) / EITHER_ROOM),
+                                              .excitation_q15 = (uint16_t)lrint(0.01 / EITHER_ROOM * 32768),
+                                              .half_window = (uint8_t)t->half_window,
+                                              .angle = t->angle,
+                                              .encoder_offset = t->encoder_offset,
+                                              .noise_on_inputs = t->noise_on_inputs},
                                 .alpha_ppm_per_K = either_whole(1e6 * (double)c->alpha_per_K),
                                 .beta_ppm_per_K = either_whole(1e6 * (double)c->beta_per_K),
                                 .heating_mK_s = either_whole(1e3 * (double)c->heating_K_s),
                                 .J_nkgm2 = either_whole(1e9 * (double)c->J_kgm2),
-                                .threshold_ppm = either_whole((c->threshold_ppm != 0 ? c->threshold_ppm : 50000) / EITHER_ROOM),
                                 .residual_floor_ppm = either_whole(2000 / EITHER_ROOM),
                                 .commissioned = c->commissioned};
     for (int i = 0; i < DQW_WATCH_CHANNELS; i++) q.band_ppm[i] = either_whole(1e6 * (double)c->band[i]);
@@ -56,27 +57,28 @@ static inline enum dqw_status either_init(either_monitor *m, const dqw_monitor_c
 {
     m->q15 = q15;
     m->config_q15 = either_config(config);
-    return q15 ? dqw_monitor_init_q15(&m->q, &m->config_q15, NULL) : dqw_monitor_init(&m->f, config, NULL);
+    return q15 ? dqw_monitor_init_q15(&m->q, &m->config_q15) : dqw_monitor_init(&m->f, config);
 }
 
-static inline void either_gap(either_monitor *m)
+/// Time has jumped.
+static inline void either_jump(either_monitor *m)
 {
     if (m->q15)
-        dqw_tracker_gap_q15(&m->q.tracker, 0);
+        dqw_estimator_missing_q15(&m->q.estimator, 0);
     else
-        dqw_tracker_gap(&m->f.tracker, 0);
+        dqw_monitor_missing(&m->f, 0);
 }
 
 static inline int16_t either_q15(double x, double base) { return (int16_t)lrint(fmax(-32768, fmin(32767, 32768 * x / (EITHER_ROOM * base)))); }
 
-/// One sample and the background. The event's value is in parts of its format where it is in whole numbers.
-static inline bool either_step(either_monitor *m, const dqw_monitor_config *c, const dqw_sample *s, dqw_monitor_event *e)
+/// One sample and the background. What has changed has its value in parts of its format where that is in whole numbers.
+static inline bool either_step(either_monitor *m, const dqw_monitor_config *c, const dqw_sample *s, dqw_monitor_change *e)
 {
     if (!m->q15) {
         (void)dqw_monitor_sample(&m->f, s, false);
-        return dqw_monitor_background(&m->f, e);
+        return dqw_monitor_background(&m->f) && dqw_monitor_event(&m->f, e);
     }
-    const dqw_tracker_config *t = &c->tracker;
+    const dqw_estimator_config *t = &c->estimator;
     const double turn = atan2((double)s->sine, (double)s->cosine) / (2 * acos(-1.0));
     const dqw_sample_q15 x = dqw_sample_from_dq_q15(either_q15((double)s->v_d_V, (double)t->v_base_V), either_q15((double)s->v_q_V, (double)t->v_base_V),
                                                     either_q15((double)s->i_d_A, (double)t->i_base_A), either_q15((double)s->i_q_A, (double)t->i_base_A),
@@ -86,8 +88,8 @@ static inline bool either_step(either_monitor *m, const dqw_monitor_config *c, c
     (void)dqw_monitor_sample_q15(&m->q, &x, false);
     if (!dqw_monitor_background_q15(&m->q, &q)) return false;
     const float one = q.parameter == DQW_WATCH_TEMPERATURE ? 65536.0f : 16777216.0f;
-    e->half = q.half;
-    e->since = q.since;
+    e->sample = (uint64_t)q.half * m->q.estimator.window.half;
+    e->since = (uint64_t)q.since * m->q.estimator.window.half;
     e->parameter = q.parameter;
     e->value = (float)q.value / one;
     e->sd = (float)q.sd / one;
@@ -97,6 +99,6 @@ static inline bool either_step(either_monitor *m, const dqw_monitor_config *c, c
     return true;
 }
 
-static inline const dqw_stage *either_stage(const either_monitor *m) { return m->q15 ? &m->q.stage : &m->f.stage; }
+static inline const dqw_stage *either_stage(const either_monitor *m) { return m->q15 ? &m->q.estimator.stage : &m->f.estimator.stage; }
 
 #endif

@@ -41,20 +41,6 @@ static const fault_case CASES[] = {
     {"unknown (R of all phases)", "of R", DQW_FAULT_UNKNOWN, FAULT_RESISTANCE, NULL, {0.05, 0.1, 0.2}, END_S, 0},
 };
 
-static const char *const FAULT_TEXT[DQW_FAULT_NAMES] = {"-",
-                                                        "over_temperature",
-                                                        "demagnetisation",
-                                                        "turn_short",
-                                                        "phase_connection",
-                                                        "current_offset",
-                                                        "current_gain",
-                                                        "encoder_offset",
-                                                        "bearing_wear",
-                                                        "inverter_fault",
-                                                        "unknown"};
-static const char *const CHANNEL_TEXT[DQW_WATCH_CHANNELS] = {"R",          "L_d",       "L_q",   "psi",      "dead_time",   "angle",   "offset",
-                                                             "resistance", "reactance", "short", "friction", "temperature", "residual"};
-
 // What many logs of one fault and severity gave.
 typedef struct {
     int logs, told, right, early;
@@ -137,22 +123,19 @@ static double fault_at_s(const fault_case *c, const joint_log *log)
 static dqw_monitor_config monitor_of(const fault_case *c)
 {
     const dqw_sim_scenario s = joint_scenario(1, 0, 1);
-    dqw_monitor_config m = {.tracker = joint_tracker(&s.machine), .J_kgm2 = (float)s.machine.J_kgm2};
-    m.tracker.dead_time_width_A = 0.05f;
-    m.tracker.angle = true;
-    m.tracker.drift_per_sqrt_s = 0.01f;
+    dqw_monitor_config m = {.estimator = joint_in_service(&s.machine, 0.05), .J_kgm2 = (float)s.machine.J_kgm2};
     if (c->kind == FAULT_HEAT) {
         m.commissioned = true;
         m.band[DQW_WATCH_TEMPERATURE] = (float)LIMIT_K;
-        m.tracker.R_ohm = (float)s.machine.R_ohm;
-        m.tracker.Ld_H = (float)s.machine.Ld_H;
-        m.tracker.Lq_H = (float)s.machine.Lq_H;
-        m.tracker.psi_Wb = (float)s.machine.psi_Wb;
+        m.estimator.R_ohm = (float)s.machine.R_ohm;
+        m.estimator.Ld_H = (float)s.machine.Ld_H;
+        m.estimator.Lq_H = (float)s.machine.Lq_H;
+        m.estimator.psi_Wb = (float)s.machine.psi_Wb;
     }
     return m;
 }
 
-static void count(outcome *o, const fault_case *c, const dqw_monitor_event *e, double after_s, bool *told)
+static void count(outcome *o, const fault_case *c, const dqw_monitor_change *e, double after_s, bool *told)
 {
     const bool right = e->fault.name == c->expected && e->fault.phase == 0;  // every fault of one phase is one of phase a
     if (after_s < 0 || c->expected == DQW_FAULT_NONE) {
@@ -179,13 +162,13 @@ static void watch(outcome *o, const fault_case *c, const joint_log *log, int see
     for (size_t k = 0; k < log->count; k++) {
         const dqw_sample x = joint_sample(&log->row[k]);
         const double t_s = log->row[k].t_s;
-        if (c->kind == FAULT_DEAD_TIME && k > 0 && t_s >= START_S && log->row[k - 1].t_s < START_S) either_gap(&m);
-        dqw_monitor_event e;
+        if (c->kind == FAULT_DEAD_TIME && k > 0 && t_s >= START_S && log->row[k - 1].t_s < START_S) either_jump(&m);
+        dqw_monitor_change e;
         if (!either_step(&m, &config, &x, &e)) continue;
         if (events)
             printf("  %s %g seed %d: %.3f s (since %.3f; fault at %.3f) %s %g +- %.2g, %s %.2f phase %d\n", c->name, severity, seed, t_s,
-                   e.since * (double)config.tracker.dt_s * 20, fault_s, CHANNEL_TEXT[e.parameter], (double)e.value, (double)e.sd, FAULT_TEXT[e.fault.name],
-                   (double)e.fault.confidence, e.fault.phase);
+                   (double)e.since * (double)config.estimator.dt_s, fault_s, dqw_parameter_text(e.parameter), (double)e.value, (double)e.sd,
+                   dqw_fault_text(e.fault.name), (double)e.fault.confidence, e.fault.phase);
         count(o, c, &e, t_s - fault_s, &told);
     }
     o->logs++;
@@ -195,7 +178,7 @@ static void watch(outcome *o, const fault_case *c, const joint_log *log, int see
 static void print_names(const char *before, const int named[], int but)
 {
     for (int i = 0; i < DQW_FAULT_NAMES; i++)
-        if (named[i] > 0 && i != but) printf(" %s%s %d", before, FAULT_TEXT[i], named[i]);
+        if (named[i] > 0 && i != but) printf(" %s%s %d", before, dqw_fault_text((enum dqw_fault_name)i), named[i]);
 }
 
 static void print(const fault_case *c, double severity, const outcome *o)

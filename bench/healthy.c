@@ -1,10 +1,11 @@
 // Does the monitor stay quiet on healthy drives? Joint and servo motor, in pieces of 5 s: load, speed and excitation drawn anew for each,
-// copper and magnet warming and cooling, steady sensor noise of 1 to 5 %. Every event is a false alarm, and is printed. Then a tracker
+// copper and magnet warming and cooling, steady sensor noise of 1 to 5 %. Every event is a false alarm, and is printed. Then an estimator
 // that hears noise alone. Options: --samples N (1e7), --idle N (1e8), --first DRIVE (begins there), --lively (no piece is
-// steady or at rest), --quick (1e6 each), --q15 (the monitor in whole numbers; the tracker at rest stays in float).
+// steady or at rest), --quick (1e6 each), --q15 (the monitor in whole numbers; the estimator at rest stays in float).
 #include <time.h>
 
 #include "either_monitor.h"
+#include "dqw_number.h"
 #include "joint.h"
 
 enum { PIECES = 25, MACHINES = 2 };
@@ -36,9 +37,6 @@ typedef struct {
     bool lively;                 // never steady
     uint64_t random;
 } drive;
-
-static const char *const CHANNEL_TEXT[DQW_WATCH_CHANNELS] = {"R",          "L_d",       "L_q",   "psi",      "dead_time",   "angle",   "offset",
-                                                             "resistance", "reactance", "short", "friction", "temperature", "residual"};
 
 static double now_s(void)
 {
@@ -177,21 +175,19 @@ static joint_log piece(drive *d, int index)
 static dqw_monitor_config monitor_of(const machine_kind *kind)
 {
     const dqw_sim_scenario *s = dqw_sim_scenario_find(kind->name);
-    dqw_monitor_config m = {.tracker = joint_tracker(&s->machine), .J_kgm2 = (float)s->machine.J_kgm2};
-    m.tracker.dt_s = (float)s->drive.dt_s;
-    m.tracker.v_base_V = kind->v_base_V;
-    m.tracker.i_base_A = kind->i_base_A;
-    m.tracker.w_base_rad_s = kind->w_base_rad_s;
-    m.tracker.dead_time_width_A = (float)kind->dead_width_A;
-    m.tracker.angle = true;
-    m.tracker.drift_per_sqrt_s = 0.01f;
+    dqw_monitor_config m = {.estimator = joint_in_service(&s->machine, kind->dead_width_A), .J_kgm2 = (float)s->machine.J_kgm2};
+    m.estimator.dt_s = (float)s->drive.dt_s;
+    m.estimator.v_base_V = kind->v_base_V;
+    m.estimator.i_base_A = kind->i_base_A;
+    m.estimator.w_base_rad_s = kind->w_base_rad_s;
     return m;
 }
 
-static void print_event(const drive *d, const dqw_monitor_event *e, double t_s)
+static void print_event(const drive *d, const dqw_monitor_change *e, double t_s)
 {
     printf("| %5d | %-11s | %5.1f %% | %7.2f | %-11s | %10.4g +- %7.2g | %5d | %4.0f | %4.0f | %s, then %s |\n", d->number + 1, d->machine->name,
-           100 * d->noise, t_s, CHANNEL_TEXT[e->parameter], (double)e->value, (double)e->sd, (int)e->fault.name, d->copper_K, d->magnet_K, d->before, d->asked);
+           100 * d->noise, t_s, dqw_parameter_text(e->parameter), (double)e->value, (double)e->sd, (int)e->fault.name, d->copper_K, d->magnet_K, d->before,
+           d->asked);
     fflush(stdout);
 }
 
@@ -208,13 +204,13 @@ static int one_drive(int number, bool lively, bool q15, double *left, double *sp
     for (int i = 0; i<PIECES && * left> 0; i++) {
         const joint_log log = piece(&d, i);
         const double start_s = now_s();
-        either_gap(&m);
+        either_jump(&m);
         for (size_t k = 0; k < log.count; k++) {
             const dqw_sample x = joint_sample(&log.row[k]);
-            dqw_monitor_event e;
+            dqw_monitor_change e;
             if (!either_step(&m, &config, &x, &e)) continue;
             events++;
-            print_event(&d, &e, (double)(before + k) * (double)config.tracker.dt_s);
+            print_event(&d, &e, (double)(before + k) * (double)config.estimator.dt_s);
         }
         *spent_s += now_s() - start_s;
         before += log.count;
@@ -232,43 +228,43 @@ static void idle(double samples, bool taught)
 {
     const dqw_sim_scenario s = joint_scenario(1, 0.01, 2);
     drive d = {.machine = &MACHINE[0], .noise = 0.01, .random = 3};
-    dqw_tracker_config config = joint_tracker(&s.machine);
-    dqw_tracker t;
-    config.dead_time_width_A = 0.05f;
-    config.angle = true;
-    config.drift_per_sqrt_s = 0.01f;
-    if (dqw_tracker_init(&t, &config) != DQW_OK) exit(1);
+    const dqw_estimator_config config = joint_in_service(&s.machine, 0.05);
+    dqw_estimator e;
+    if (dqw_estimator_init(&e, &config) != DQW_OK) exit(1);
     if (taught) {
         const joint_log log = joint_run(&s);
         for (size_t k = 0; k < log.count; k++) {
             const dqw_sample x = joint_sample(&log.row[k]);
-            (void)dqw_tracker_sample(&t, &x, false);
-            (void)dqw_tracker_learn(&t);
+            joint_learn(&e, &x);
         }
         free(log.row);
     }
-    dqw_tracker_gap(&t, 0);
+    dqw_estimator_missing(&e, 0);
     measure_noise(&d);
-    double start[DQW_TRACK_WEIGHTS];
-    double most[DQW_TRACK_WEIGHTS] = {0};
-    for (int i = 0; i < DQW_TRACK_WEIGHTS; i++) start[i] = dqw_tracker_value(&t, (enum dqw_tracker_weight)i);
+    double start[DQW_PARAMETERS];
+    double most[DQW_PARAMETERS] = {0};
+    for (int i = 0; i < DQW_PARAMETERS; i++) start[i] = (double)dqw_estimator_read(&e, (enum dqw_parameter)i).value;
     const double from_s = now_s();
     for (double k = 0; k < samples; k++) {
         double n[6];
         for (int i = 0; i < 6; i += 2) normal(&d.random, n + i);
         const dqw_sample x = dqw_sample_from_dq((float)(n[0] * d.sd[0]), (float)(n[1] * d.sd[1]), (float)(n[2] * d.sd[2]), (float)(n[3] * d.sd[3]),
                                                 (float)(n[4] * d.sd[4]), 0.3f);
-        (void)dqw_tracker_sample(&t, &x, false);
-        if (!t.pending) continue;
-        (void)dqw_tracker_learn(&t);
-        for (int i = 0; i < DQW_TRACK_WEIGHTS; i++) most[i] = fmax(most[i], fabs(dqw_tracker_value(&t, (enum dqw_tracker_weight)i) - start[i]));
+        if (!(dqw_estimator_sample(&e, &x, false) & DQW_EVENT_BLOCK)) continue;
+        (void)dqw_estimator_background(&e);
+        for (int i = 0; i < DQW_PARAMETERS; i++) most[i] = fmax(most[i], fabs((double)dqw_estimator_read(&e, (enum dqw_parameter)i).value - start[i]));
     }
-    const double unit[DQW_TRACK_WEIGHTS] = {s.machine.R_ohm, s.machine.Ld_H, s.machine.Lq_H, s.machine.psi_Wb, 0.24, s.machine.psi_Wb};
+    const double unit[DQW_PARAMETERS] = {s.machine.R_ohm, s.machine.Ld_H, s.machine.Lq_H, s.machine.psi_Wb, 0.24, s.machine.psi_Wb};
     printf("%s, %g samples of noise at rest (%.0f s): largest change, and deviation at the end, %% of the truth (dead time: 0.24 V)\n",
            taught ? "After 2 s of learning" : "Never taught", samples, now_s() - from_s);
-    for (int i = 0; i < DQW_TRACK_WEIGHTS; i++)
-        printf("  %-9s %9.4f   %9.4g\n", (const char *[]){"R", "L_d", "L_q", "flux", "dead time", "flux on q"}[i], 100 * most[i] / unit[i],
-               100 * (double)dqw_tracker_sd(&t, (enum dqw_tracker_weight)i) / unit[i]);
+    for (int i = 0; i < DQW_PARAMETERS; i++) {
+        const dqw_reading r = dqw_estimator_read(&e, (enum dqw_parameter)i);
+        printf("  %-9s %9.4f   ", (const char *[]){"R", "L_d", "L_q", "flux", "dead time", "flux on q"}[i], 100 * most[i] / unit[i]);
+        if (r.sd < DQW_UNKNOWN)
+            printf("%9.4g\n", 100 * (double)r.sd / unit[i]);
+        else
+            printf("not known\n");
+    }
     fflush(stdout);
 }
 

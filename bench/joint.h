@@ -1,4 +1,4 @@
-// What the benches on the simulated joint (scenario joint_24v) share: its log, the tracker's set-up, options.
+// What the benches on the simulated joint (scenario joint_24v) share: its log, the estimator's set-up, options.
 #ifndef BENCH_JOINT_H
 #define BENCH_JOINT_H
 
@@ -11,7 +11,7 @@
 #include "dqw.h"
 #include "dqw_sim.h"
 
-enum { JOINT_PARAMETERS = 4 };  // R, L_d, L_q, flux: the tracker's first weights
+enum { JOINT_PARAMETERS = 4 };  // R, L_d, L_q, flux: the estimator's first weights
 
 typedef struct {
     size_t count;
@@ -78,23 +78,38 @@ static inline dqw_sample joint_sample(const dqw_sim_row *r)
     return s;
 }
 
-/// The tracker, told values that are 30 % wrong, once too high and once too low.
-static inline dqw_tracker_config joint_tracker(const dqw_sim_machine *m)
+/// The estimator, with nominal values that are 30 % wrong, two too high and two too low.
+static inline dqw_estimator_config joint_estimator(const dqw_sim_machine *m)
 {
-    const dqw_tracker_config c = {.dt_s = 5e-5f,
-                                  .v_base_V = 14,
-                                  .i_base_A = 6,
-                                  .w_base_rad_s = 110,
-                                  .R_ohm = (float)(1.3 * m->R_ohm),
-                                  .Ld_H = (float)(0.7 * m->Ld_H),
-                                  .Lq_H = (float)(1.3 * m->Lq_H),
-                                  .psi_Wb = (float)(0.7 * m->psi_Wb),
-                                  .pole_pairs = (uint16_t)m->pole_pairs,
-                                  .noise_on_inputs = true};
+    const dqw_estimator_config c = {.dt_s = 5e-5f,
+                                    .v_base_V = 14,
+                                    .i_base_A = 6,
+                                    .w_base_rad_s = 110,
+                                    .R_ohm = (float)(1.3 * m->R_ohm),
+                                    .Ld_H = (float)(0.7 * m->Ld_H),
+                                    .Lq_H = (float)(1.3 * m->Lq_H),
+                                    .psi_Wb = (float)(0.7 * m->psi_Wb),
+                                    .pole_pairs = (uint16_t)m->pole_pairs,
+                                    .noise_on_inputs = true};
     return c;
 }
 
-/// A parameter of the simulated machine, in the tracker's order.
+/// And with what a drive adds: dead time and the encoder's offset are learned too, parameters may wander.
+static inline dqw_estimator_config joint_in_service(const dqw_sim_machine *m, double dead_time_width_A)
+{
+    dqw_estimator_config c = joint_estimator(m);
+    c.dead_time_width_A = (float)dead_time_width_A;
+    c.angle = c.encoder_offset = true;
+    c.drift_per_sqrt_s = 0.01f;
+    return c;
+}
+
+static inline void joint_learn(dqw_estimator *e, const dqw_sample *s)
+{
+    if (dqw_estimator_sample(e, s, false) & DQW_EVENT_BLOCK) (void)dqw_estimator_background(e);
+}
+
+/// A parameter of the simulated machine, in the estimator's order.
 static inline double joint_truth(const dqw_sim_machine *m, int parameter)
 {
     const double truth[JOINT_PARAMETERS] = {m->R_ohm, m->Ld_H, m->Lq_H, m->psi_Wb};

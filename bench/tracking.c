@@ -1,4 +1,4 @@
-// How the tracker follows a joint whose parameters change: steps of R, flux and L_q, and a slow rise of R. Options: --seeds N,
+// How the estimator follows a joint whose parameters change: steps of R, flux and L_q, and a slow rise of R. Options: --seeds N,
 // --quick (2 seeds, the slow rise within 10 s).
 #include "joint.h"
 
@@ -16,13 +16,13 @@ typedef struct {
 } change_case;
 
 static const change_case CASES[] = {
-    {"R +20 %, step", STEP_R, DQW_TRACK_R, 0.2},
-    {"flux -5 %, step", STEP_FLUX, DQW_TRACK_PSI, -0.05},
-    {"L_q -15 %, step (joined logs)", STEP_LQ, DQW_TRACK_LQ, -0.15},
-    {"R +20 %, slowly", RAMP_R, DQW_TRACK_R, 0.2},
+    {"R +20 %, step", STEP_R, DQW_R, 0.2},
+    {"flux -5 %, step", STEP_FLUX, DQW_PSI, -0.05},
+    {"L_q -15 %, step (joined logs)", STEP_LQ, DQW_LQ, -0.15},
+    {"R +20 %, slowly", RAMP_R, DQW_R, 0.2},
 };
 
-// A run of the tracker: one parameter against the truth, row by row.
+// A run of the estimator: one parameter against the truth, row by row.
 typedef struct {
     size_t count, change_at;
     double dt_s;
@@ -75,26 +75,23 @@ static double truth_at(const change_case *c, const dqw_sim_scenario *s, double t
 
 static course follow(const change_case *c, const dqw_sim_scenario *s, const joint_log *log, double *others_percent)
 {
-    dqw_tracker_config config = joint_tracker(&s->machine);
-    config.drift_per_sqrt_s = 0.01f;
-    config.dead_time_width_A = 0.05f;
-    config.angle = true;
-    dqw_tracker t;
+    const dqw_estimator_config config = joint_in_service(&s->machine, 0.05);
+    dqw_estimator e;
     course o = {
         .count = log->count, .change_at = (size_t)(CHANGE_S / s->drive.dt_s + 0.5), .dt_s = s->drive.dt_s, .value = malloc(3 * log->count * sizeof(float))};
-    if (o.value == NULL || dqw_tracker_init(&t, &config) != DQW_OK) exit(1);
+    if (o.value == NULL || dqw_estimator_init(&e, &config) != DQW_OK) exit(1);
     o.sd = o.value + log->count;
     o.truth = o.sd + log->count;
     for (size_t k = 0; k < log->count; k++) {
         const dqw_sample x = joint_sample(&log->row[k]);
-        if (c->kind == STEP_LQ && k == o.change_at) dqw_tracker_gap(&t, 0);
-        (void)dqw_tracker_sample(&t, &x, false);
-        (void)dqw_tracker_learn(&t);
-        o.value[k] = dqw_tracker_value(&t, (enum dqw_tracker_weight)c->parameter);
-        o.sd[k] = dqw_tracker_sd(&t, (enum dqw_tracker_weight)c->parameter);
+        if (c->kind == STEP_LQ && k == o.change_at) dqw_estimator_missing(&e, 0);
+        joint_learn(&e, &x);
+        const dqw_reading r = dqw_estimator_read(&e, (enum dqw_parameter)c->parameter);
+        o.value[k] = r.value;
+        o.sd[k] = r.sd;
         o.truth[k] = (float)truth_at(c, s, log->row[k].t_s);
         for (int i = 0; i < JOINT_PARAMETERS && k > o.change_at; i++) {
-            const double off = 100 * fabs(dqw_tracker_value(&t, (enum dqw_tracker_weight)i) / joint_truth(&s->machine, i) - 1);
+            const double off = 100 * fabs((double)dqw_estimator_read(&e, (enum dqw_parameter)i).value / joint_truth(&s->machine, i) - 1);
             if (i != c->parameter) *others_percent = fmax(*others_percent, off);
         }
     }
@@ -157,9 +154,9 @@ int main(int argc, char **argv)
     const int seeds = (int)joint_number(argc, argv, "--seeds", quick ? 2 : 10);
     const double rise_s = quick ? 10 : 60;
     const double noise[] = {0.01, 0.05};
-    printf("Tracker, drift 0.01 per root second, dead time learned: parameter changes at %g s (the slow one within %g s). Until within\n"
+    printf("Drift 0.01 per root second, dead time learned: parameter changes at %g s (the slow one within %g s). Until within\n"
            "%g %% of the new value for good, mean and slowest log, s; then in %% of it: overshoot (worst log), mean error and RMS error after\n"
-           "that (slow: from 1 s on), the tracker's own deviation, and the largest error of any other parameter\n\n",
+           "that (slow: from 1 s on), the estimator's own deviation, and the largest error of any other parameter\n\n",
            CHANGE_S, rise_s, WITHIN_PERCENT);
     printf("| noise | change                         |  logs | within | worst  | over   | mean   | RMS    | sd     | others |\n");
     printf("| ----: | ------------------------------ | ----: | -----: | -----: | -----: | -----: | -----: | -----: | -----: |\n");

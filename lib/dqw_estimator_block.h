@@ -25,17 +25,68 @@ typedef struct dqw_estimator_block {
     bool whole;  ///< none of its pairs was refused
 } dqw_estimator_block;
 
-/// A block's rows as the joint neuron is shown them, per unit.
-typedef struct dqw_estimator_rows {
-    float x[2][DQW_ESTIMATOR_INPUTS];  ///< inputs of d and q
-    float y[2];                        ///< targets
-} dqw_estimator_rows;
-
 /// Weights in the place of dead time's and the other flux' while the pole pairs are not known.
 enum { DQW_POLES_LD = DQW_DEAD_TIME, DQW_POLES_LQ = DQW_PSI_Q };
 
 /// A block's residual to begin with, per unit: wide enough to be no prior, and narrow enough that noise on a machine at rest moves nothing.
 #define DQW_ESTIMATOR_START_RESIDUAL_PU 0.01f
+
+/// The two axes.
+enum { DQW_AXIS_D = 0, DQW_AXIS_Q = 1 };
+
+/// The weight that the flux of the other axis' current has in an axis' row: its inductance, or one of its own while the pole pairs are not known.
+static inline int dqw_estimator_cross(const dqw_estimator *e, int axis)
+{
+    const bool seeks = e->pole_pairs == 0 && !e->config->settled;
+    return (seeks ? (int)DQW_POLES_LQ : (int)DQW_LQ) - axis;
+}
+
+/// The weight of the magnet's flux in an axis' row.
+static inline int dqw_estimator_flux(int axis)
+{
+    return axis == DQW_AXIS_Q ? DQW_PSI : DQW_PSI_Q;
+}
+
+/// Are these learned?
+static inline bool dqw_estimator_has_flux_q(const dqw_estimator *e)
+{
+    return e->config->encoder_offset && dqw_estimator_cross(e, DQW_AXIS_D) == DQW_LQ;
+}
+static inline bool dqw_estimator_has_dead_time(const dqw_estimator *e)
+{
+    return e->dead_time_width_A > 0.0f && dqw_estimator_cross(e, DQW_AXIS_D) == DQW_LQ;
+}
+
+/// A block's rows as the joint neuron is shown them, per unit; variances of the noise of their inputs; the covariance of the speed's two inputs in a
+/// row, the other axis' inductance and the flux; and those of dead time's with R's. (E60)
+typedef struct dqw_estimator_rows {
+    float x[2][DQW_ESTIMATOR_INPUTS];  ///< inputs of d and q
+    float y[2];                        ///< targets
+    float late[2];                     ///< by how much a voltage one period late would differ
+    float var[2][DQW_PARAMETERS];
+    float speed[2];
+    float dead_in_R[2], R_in_dead[2];
+} dqw_estimator_rows;
+
+/// The rows of a block, with the end correction. Of settled ones no noise.
+///
+/// Source   (E13), (E16), (E60), (E90) in docs/EQUATIONS.md
+/// Context  background
+void dqw_estimator_rows_of(const dqw_estimator *e, const dqw_estimator_block *b, dqw_estimator_rows *r);
+
+/// Variance of an axis' residual, and of both, never below that of the sampling.
+/// Source   (E61) in docs/EQUATIONS.md
+float dqw_estimator_variance(const dqw_estimator *e, int axis);
+float dqw_estimator_common_variance(const dqw_estimator *e);
+
+/// Part of a mean over the last thousand blocks that a block is: while it is young, later blocks count for more, for the first ones are about the
+/// start values.
+/// Source   (E61) in docs/EQUATIONS.md
+float dqw_estimator_part(const dqw_estimator *e);
+
+/// By how many periods the voltage acts later than it is said to, and its deviation.
+/// Source   (E90) in docs/EQUATIONS.md
+void dqw_estimator_late(const dqw_estimator *e, float *periods, float *sd);
 
 /// The sample with the voltage that acts from it on, as a mean in the rotating frame, and mechanical speed.
 /// Context  interrupt

@@ -14,7 +14,8 @@
 #define USUAL_R_PU 0.1f
 #define USUAL_L_PU 0.1f
 #define USUAL_PSI_PU 0.5f
-// Start deviations: no machine's weight is three bases, no inverter loses a third of its voltage; a polynomial's parts may be large against each other.
+// Start deviations: no machine's weight is three bases, no inverter loses a third of its voltage; a polynomial's parts may be large against each
+// other. (E92)
 #define START_SD_PU 3.0f
 #define START_DEAD_SD_PU 0.1f
 #define START_EFFECT_SD_PU 10.0f

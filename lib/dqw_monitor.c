@@ -315,7 +315,7 @@ static float between(float x, float low, float high)
 }
 
 // The machine is compared with what was stored. Of R and flux only what no heat explains is a change: it may have been switched off hot and on cold,
-// and its magnet may still be as hot as it was.
+// and its magnet may still be as hot as it was. (E94)
 static void enter_as_stored(dqw_monitor *m)
 {
     const float alpha = dqw_monitor_alpha(m);

@@ -18,6 +18,15 @@ enum { DQW_POLES_LD_Q15 = DQW_DEAD_TIME, DQW_POLES_LQ_Q15 = DQW_PSI_Q };
 #define DQW_POLES_Q15_BITS 3u
 #define DQW_POLES_Q15_SCALE (1u << DQW_POLES_Q15_BITS)
 
+/// A block: two halves that were handed over, joined.
+typedef struct dqw_estimator_q15_block {
+    int32_t sums[DQW_ESTIMATOR_Q15_SIGNALS];  ///< under the triangle
+    int32_t v_step_q15[2];                    ///< sum of the voltages of the second half less that of the first, d and q
+    dqw_estimator_q15_handed with;            ///< as handed over with its second half; but the angle is that at its middle
+    uint16_t weight;                          ///< of the sums
+    bool whole;                               ///< none of its pairs was refused
+} dqw_estimator_q15_block;
+
 /// Units of the weights as parts of the full voltage at full scale of what they act on, and where the weights start.
 typedef struct dqw_units_q15 {
     int64_t R_q40;      ///< at the full current
@@ -29,23 +38,31 @@ typedef struct dqw_units_q15 {
     int32_t w_q24[4];   ///< nominal values in them
 } dqw_units_q15;
 
+/// What is known of the noise of an axis' inputs: variances, in the order of dqw_parameter.h, then the covariance of the speed's two inputs, and those of
+/// dead time's with R's.
+enum {
+    DQW_NOISE_Q15_SPEED = DQW_PARAMETERS,
+    DQW_NOISE_Q15_DEAD_IN_R,
+    DQW_NOISE_Q15_R_IN_DEAD,
+    DQW_NOISE_Q15_COVARIANCES,
+};
+
 /// One block's rows.
 typedef struct dqw_rows_q15 {
-    int32_t x_q28[2][DQW_ESTIMATOR_Q15_INPUTS];  ///< inputs of d and q
-    int32_t y_q28[2];                            ///< targets
-    int32_t late_q28[2];                         ///< what a voltage one period late differs by; 0: not known
-    int64_t var_q56[2][DQW_PARAMETERS];          ///< variances of the inputs' noise,
-    int64_t speed_q56[2];                        ///< covariance of the speed's two inputs in a row,
-    int64_t dead_in_R_q56[2], R_in_dead_q56[2];  ///< and those of dead time's with R's
+    dqw_units_q15 unit;                                 ///< of the weights
+    int32_t x_q28[2][DQW_ESTIMATOR_Q15_INPUTS];         ///< inputs of d and q
+    int32_t y_q28[2];                                   ///< targets
+    int32_t late_q28[2];                                ///< what a voltage one period late differs by; 0: not known
+    int64_t noise_q56[2][DQW_NOISE_Q15_COVARIANCES];  ///< of the inputs
 } dqw_rows_q15;
 
 /// Units of a configuration, for so many pole pairs; 0: not known.
 /// Returns  DQW_OK, or the field with which they do not fit
 enum dqw_status dqw_units_of_q15(const dqw_estimator_q15_config *config, uint32_t pole_pairs, dqw_units_q15 *u);
 
-/// Copy the block that waits and let the interrupt write the next one.
+/// Join the half that waits to a block, and let the interrupt hand over the next one.
 ///
-/// Returns  false where none waits
+/// Returns  false where none waits, or none is complete
 /// Context  background; dqw_estimator_sample_q15 may interrupt it anywhere
 bool dqw_estimator_take_q15(dqw_estimator_q15 *e, dqw_estimator_q15_block *b);
 
@@ -148,7 +165,7 @@ void dqw_estimator_drift_q15(dqw_estimator_q15 *e);
 /// Context  background
 void dqw_estimator_solve_q15(dqw_estimator_q15 *e);
 
-/// Do the blocks tell the pole pairs? Then the joint neuron goes on with them. Of weights that were just solved.
+/// Do the blocks tell the pole pairs? Then the joint neuron goes on with them. Of weights that were just solved, with the block learned last.
 ///
 /// Source   (E22), (E91) in docs/EQUATIONS.md
 /// Context  background

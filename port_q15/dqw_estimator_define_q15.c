@@ -37,6 +37,11 @@ static uint32_t turning(const dqw_estimator_q15_config *c, uint32_t pole_pairs)
     return c->speed_electrical ? 1u : pole_pairs != 0 ? pole_pairs : DQW_POLES_Q15_SCALE;
 }
 
+static uint8_t half_of(const dqw_estimator_q15_config *c)
+{
+    return c->half_window != 0 ? c->half_window : HALF_WINDOW;
+}
+
 static int64_t at_full_scale_q40(const dqw_scale *s, int parameter, uint32_t si)
 {
     return parameter == DQW_R ? dqw_scale_R_q40(s, si) : parameter == DQW_PSI ? dqw_scale_psi_q40(s, si) : dqw_scale_L_q40(s, si);
@@ -169,7 +174,7 @@ static enum dqw_status check_effects(const dqw_estimator_q15_config *c, dqw_scal
     if (c->speed_electrical) scale->pole_pairs = 1;
     if (c->effect_count > 0 && scale->pole_pairs == 0) return DQW_ERR_EFFECT_POLE_PAIRS;
     const dqw_effect_q15_base base = {
-        .scale = scale, .settled = c->settled, .dead_time_apart = true, .half_window = c->half_window != 0 ? c->half_window : HALF_WINDOW};
+        .scale = scale, .settled = c->settled, .dead_time_apart = true, .half_window = half_of(c)};
     const enum dqw_status status = dqw_effect_init_q15(effect, c->effects, c->effect_count, &base);
     return status == DQW_OK && effect->needs_angle && !c->angle ? DQW_ERR_EFFECT_ANGLE : status;
 }
@@ -197,19 +202,21 @@ void dqw_estimator_start_q15(dqw_estimator_q15 *e, const int32_t start_q24[])
     e->turn_q28 = (int32_t)dqw_scale_turn_q28(&e->config->scale, turning(e->config, e->pole_pairs));
     dqw_units_q15 u;
     (void)dqw_units_of_q15(e->config, e->pole_pairs, &u);
-    int64_t prior_q32[DQW_NORMAL_INPUTS];
-    static const int64_t zero_q40[DQW_NORMAL_INPUTS] = {0};
     const int n = dqw_estimator_inputs_q15(e);
+    const dqw_normal_q15 nothing = {.inputs = (uint8_t)(n + 1), .c_q32 = n + 1};
+    e->normal = nothing;
     start_effects(e);
-    for (int i = 0; i < n; i++) {
-        e->cov_q40[i] = dqw_estimator_start_cov_q40(e, &u, i);
-        prior_q32[i] = dqw_q_quotient64((int64_t)1 << 40, e->cov_q40[i], 32);
-        e->excess_q10[i] = 0;
-        if (i < DQW_PARAMETERS) e->w_q24[i] = i < 4 ? u.w_q24[i] : 0;
-        if (start_q24 != NULL) e->w_q24[i] = start_q24[i];
+    for (int i = 0; i <= n; i++) {
+        int64_t prior_q32 = 1;
+        if (i < n) {
+            e->cov_q40[i] = dqw_estimator_start_cov_q40(e, &u, i);
+            prior_q32 = dqw_q_quotient64((int64_t)1 << 40, e->cov_q40[i], 32);
+            e->excess_q10[i] = 0;
+            if (i < DQW_PARAMETERS) e->w_q24[i] = i < 4 ? u.w_q24[i] : 0;
+            if (start_q24 != NULL) e->w_q24[i] = start_q24[i];
+        }
+        e->normal.a_q32[DQW_NORMAL_A(i, i)] = prior_q32;
     }
-    prior_q32[n] = 1;
-    (void)dqw_normal_init_q15(&e->normal, n + 1, prior_q32, zero_q40);
     for (int i = 0; i < DQW_ESTIMATOR_Q15_SCORES; i++) {
         e->score2_q68[i] = e->score_lag_q68[i] = 0;
         e->score_last_q34[i] = 0;
@@ -220,7 +227,7 @@ void dqw_estimator_start_q15(dqw_estimator_q15 *e, const int32_t start_q24[])
     e->turn = 0;
 }
 
-static enum dqw_status check(const dqw_estimator_q15_config *c, dqw_units_q15 *u, dqw_window_q15 *window)
+static enum dqw_status check(const dqw_estimator_q15_config *c, dqw_units_q15 *u)
 {
     const enum dqw_status scale = dqw_scale_check(&c->scale);
     if (scale != DQW_OK) return scale;
@@ -238,7 +245,7 @@ static enum dqw_status check(const dqw_estimator_q15_config *c, dqw_units_q15 *u
     if (u->width_q40 >= (int64_t)1 << 44) return width;
     const int64_t wide_q28 = dqw_q_quotient64(18 * u->width_q40, 5, -12);
     if (u->width_q40 > 0 && (wide_q28 < WIDE_LEAST_Q28 || wide_q28 > INT32_MAX)) return width;
-    return dqw_window_init_q15(window, c->half_window != 0 ? c->half_window : HALF_WINDOW, DQW_PLAIN_Q15_SIGNALS) == DQW_OK ? DQW_OK : DQW_ERR_HALF_WINDOW;
+    return c->half_window <= DQW_WINDOW_Q15_HALF ? DQW_OK : DQW_ERR_HALF_WINDOW;
 }
 
 enum dqw_status dqw_estimator_init_q15(dqw_estimator_q15 *e, const dqw_estimator_q15_config *config)
@@ -246,8 +253,7 @@ enum dqw_status dqw_estimator_init_q15(dqw_estimator_q15 *e, const dqw_estimator
     if (e == NULL || config == NULL) return DQW_ERR_NULL;
     const dqw_estimator_q15_config *c = config;
     dqw_units_q15 u;
-    dqw_window_q15 window;
-    const enum dqw_status status = check(c, &u, &window);
+    const enum dqw_status status = check(c, &u);
     if (status != DQW_OK) return status;
 #if DQW_EFFECT_WEIGHTS > 0
     dqw_effect_q15 effect;
@@ -260,16 +266,15 @@ enum dqw_status dqw_estimator_init_q15(dqw_estimator_q15 *e, const dqw_estimator
     const dqw_estimator_q15 zero = {.config = NULL};
     *e = zero;
     e->config = config;
-    e->window = window;
     e->inputs = DQW_PARAMETERS;
 #if DQW_EFFECT_WEIGHTS > 0
     e->scale = scale;
     e->effect = effect;
     e->effect.scale = &e->scale;
     e->inputs = (uint8_t)(DQW_PARAMETERS + effect.weights);
-    e->window.signals = (uint8_t)(DQW_PLAIN_Q15_SIGNALS + 2 * effect.weights);
 #endif
-    e->about.follow_q15 = ONE_Q15;
+    (void)dqw_window_init_q15(&e->window, c->settled ? 1 : half_of(c), DQW_PLAIN_Q15_SIGNALS + 2 * (e->inputs - DQW_PARAMETERS));
+    e->follow_q15 = ONE_Q15;
     e->given.follow_q15 = ONE_Q15;
     if (u.width_q40 > 0) {
         e->wide_q28 = (int32_t)dqw_q_quotient64(18 * u.width_q40, 5, -12);
@@ -287,7 +292,7 @@ enum dqw_status dqw_estimator_define_q15(dqw_estimator_q15 *e, const dqw_estimat
     if (e == NULL || config == NULL) return DQW_ERR_NULL;
     const dqw_stage stage = e->stage;
     dqw_gate gate = e->gate;
-    const uint32_t halves = e->about.number;
+    const uint32_t halves = e->halves;
     const uint8_t missed = e->missed;
     const enum dqw_status status = dqw_estimator_init_q15(e, config);
     if (status != DQW_OK) return status;
@@ -296,7 +301,7 @@ enum dqw_status dqw_estimator_define_q15(dqw_estimator_q15 *e, const dqw_estimat
     e->stage.residual_ppm = stage.residual_ppm;
     gate.stale_limit = config->stale_limit;
     e->gate = gate;
-    e->about.number = e->number = e->drifted = halves;
+    e->halves = e->number = e->drifted = halves;
     e->missed = missed;
     return DQW_OK;
 }

@@ -77,23 +77,22 @@ static void choose(dqw_estimator_q15 *e, const dqw_rows_q15 *r, uint32_t mask[2]
     const int32_t usual_q15 = c->settled ? EXCITATION_SETTLED_Q15 : EXCITATION_Q15;
     const int32_t part_q15 = c->excitation_q15 != 0 ? c->excitation_q15 : usual_q15;
     const bool dead_time = dqw_estimator_has_dead_time_q15(e);
-    dqw_units_q15 u;
-    (void)dqw_units_of_q15(c, e->pole_pairs, &u);
+    const dqw_units_q15 *u = &r->unit;
     mask[D] = mask[Q] = 0;
     for (int i = 0; i < dqw_estimator_inputs_q15(e); i++) {
         const int32_t d = r->x_q28[D][i];
         const int32_t q = r->x_q28[Q][i];
-        const int64_t least_q40 = dqw_q_times64(dqw_estimator_whole_q40(e, &u, i), part_q15, -15);
+        const int64_t least_q40 = dqw_q_times64(dqw_estimator_whole_q40(e, u, i), part_q15, -15);
         bool teaches[2] = {d != 0, q != 0};
         if (c->settled) {
             for (int axis = 0; axis < 2; axis++) teaches[axis] = teaches[axis] && size(r->x_q28[axis][i]) >= dqw_q_floor64(least_q40, 12);
         } else {
             int64_t least_q56 = square_q56(least_q40);
-            if (i < DQW_PARAMETERS) least_q56 += NOISE_MARGIN * (r->var_q56[D][i] + r->var_q56[Q][i]);
+            if (i < DQW_PARAMETERS) least_q56 += NOISE_MARGIN * (r->noise_q56[D][i] + r->noise_q56[Q][i]);
             // Among currents as small as dead time's step, its shape decides what is left for R.
             if (i == DQW_R && dead_time) {
                 // Of 1.4 full voltages nobody learns R.
-                const int64_t step2_q56 = square_q56(dqw_q_product64(u.R_q40, u.width_q40, -40));
+                const int64_t step2_q56 = square_q56(dqw_q_product64(u->R_q40, u->width_q40, -40));
                 least_q56 += STEP_MARGIN * (step2_q56 < (int64_t)1 << 57 ? step2_q56 : (int64_t)1 << 57);
             }
             // Up to 2^61
@@ -111,41 +110,44 @@ static void choose(dqw_estimator_q15 *e, const dqw_rows_q15 *r, uint32_t mask[2]
 }
 
 // What has left all bounds begins again; what was learned for the first time is noted.
-static bool sound(dqw_estimator_q15 *e)
+static bool sound(dqw_estimator_q15 *e, const dqw_units_q15 *u)
 {
-    dqw_units_q15 u;
-    (void)dqw_units_of_q15(e->config, e->pole_pairs, &u);
     for (int i = 0; i < dqw_estimator_inputs_q15(e); i++) {
         if (e->w_q24[i] >= WEIGHT_MAX_Q24 || e->w_q24[i] <= -WEIGHT_MAX_Q24) {
             dqw_estimator_start_q15(e, NULL);
             if (e->restarts < UINT8_MAX) e->restarts++;
             return false;
         }
-        if ((e->learned >> i & 1u) == 0 && e->cov_q40[i] < dqw_q_quotient64(dqw_estimator_start_cov_q40(e, &u, i), LEARNED_PARTS, 0)) e->learned |= 1u << i;
+        if ((e->learned >> i & 1u) == 0 && e->cov_q40[i] < dqw_q_quotient64(dqw_estimator_start_cov_q40(e, u, i), LEARNED_PARTS, 0)) e->learned |= 1u << i;
     }
     return true;
 }
 
 // What the interrupt takes: the voltage's part in a step, from an L that is known, and how fast dead time's input follows the currents: the
-// slower, the noisier they are. It reads this only where `given_ready` is set.
-static void publish(dqw_estimator_q15 *e, const dqw_estimator_q15_block *b)
+// slower, the noisier they are.
+static void publish(dqw_estimator_q15 *e, const dqw_estimator_q15_block *b, const dqw_units_q15 *u)
 {
     volatile dqw_estimator_q15_given *g = &e->given;
+    const bool waits = *(volatile bool *)&e->given_ready;
     *(volatile bool *)&e->given_ready = false;
-    dqw_units_q15 u;
-    (void)dqw_units_of_q15(e->config, e->pole_pairs, &u);
+    bool noise_anew = waits && g->noise_anew;
     for (int axis = 0; axis < 2; axis++) {
         const int32_t w_q24 = e->w_q24[DQW_LD + axis];
         if ((int64_t)dqw_estimator_sd_q24(e, DQW_LD + axis) * PUBLISHED_PARTS >= w_q24) continue;
-        const int64_t L_q40 = dqw_q_times64(u.L_q40[axis], w_q24, -24);
-        g->step_q15[axis] = dqw_q15_sat(dqw_q31_sat(dqw_q_quotient64((int64_t)1 << 40, L_q40, 15)));
+        const int64_t L_q40 = dqw_q_times64(u->L_q40[axis], w_q24, -24);
+        const int32_t step = dqw_q15_sat(dqw_q31_sat(dqw_q_quotient64((int64_t)1 << 40, L_q40, 15)));
+        const int32_t last = g->step_q15[axis];
+        // By a quarter, either way: then the noise was measured with a wrong one.
+        if (4 * step > 5 * last || 4 * last > 5 * step) noise_anew = true;
+        g->step_q15[axis] = (int16_t)step;
     }
     if (e->wide_q28 > 0) {
-        const int64_t both_q36 = dqw_q_floor64((int64_t)b->about.means.i_d_q36 + b->about.means.i_q_q36, 1);
-        const int64_t sd_q18 = dqw_q_root64((uint64_t)dqw_noise_variance_q36(dqw_q31_sat(both_q36), b->about.rows, -2));
-        const int64_t width_q28 = dqw_q_floor64(u.width_q40, 12);
+        const int64_t both_q30 = dqw_q_floor64(b->with.noise_q30[DQW_NOISE_ID_Q15] + b->with.noise_q30[DQW_NOISE_IQ_Q15], 1);
+        const int64_t sd_q18 = dqw_q_root64((uint64_t)dqw_noise_variance_q36(both_q30, b->with.rows, -2));
+        const int64_t width_q28 = dqw_q_floor64(u->width_q40, 12);
         g->follow_q15 = (uint16_t)dqw_q_quotient64(width_q28, width_q28 + dqw_q_floor64(sd_q18 * 1024 * FOLLOW_Q15, 15), 15);
     }
+    g->noise_anew = noise_anew;
     *(volatile bool *)&e->given_ready = true;
 }
 
@@ -208,31 +210,51 @@ static bool random_stage(dqw_estimator_q15 *e, const dqw_rows_q15 *r)
 }
 
 // Without: the first blocks in their order. What is far from the start values had its part in all that was learned until now, for the noise of
-// the inputs goes with the weights: then stage 3 begins from what was found, else it goes on.
-static void coarse_stage(dqw_estimator_q15 *e)
+// the inputs goes with the weights: then stage 3 begins from what was found, else it goes on. Settled rows have no such part, and each counts.
+static void coarse_stage(dqw_estimator_q15 *e, const int32_t start_q24[])
 {
     const bool done = e->blocks >= COARSE_BLOCKS;
-    dqw_units_q15 u;
-    (void)dqw_units_of_q15(e->config, e->pole_pairs, &u);
     int32_t w_q24[DQW_ESTIMATOR_Q15_INPUTS];
     bool far = false;
     for (int i = 0; done && i < dqw_estimator_inputs_q15(e); i++) {
         const int64_t w = w_q24[i] = e->w_q24[i];
         if (i > DQW_PSI || (e->learned >> i & 1u) == 0) continue;
-        far = far || 2 * w >= (int64_t)COARSE_RATIO_Q1 * u.w_q24[i] || 2 * (int64_t)u.w_q24[i] >= COARSE_RATIO_Q1 * w;
+        far = far || 2 * w >= (int64_t)COARSE_RATIO_Q1 * start_q24[i] || 2 * (int64_t)start_q24[i] >= COARSE_RATIO_Q1 * w;
     }
-    if (far) dqw_estimator_start_q15(e, w_q24);
+    if (far && !e->config->settled) dqw_estimator_start_q15(e, w_q24);
     dqw_estimator_stage_on_q15(e, done);
 }
 
 bool dqw_estimator_take_q15(dqw_estimator_q15 *e, dqw_estimator_q15_block *b)
 {
-    if (!*(const volatile bool *)&e->pending) return false;
-    // Volatile, as the flag that guards it: read between the flag's reading and its writing.
-    *b = *(const volatile dqw_estimator_q15_block *)&e->block;
-    *(volatile bool *)&e->pending = false;
-    e->elapsed = b->about.number - e->number;
-    e->number = b->about.number;
+    if (!dqw_window_waits_q15(&e->window)) return false;
+    const bool settled = e->config->settled;
+    const uint8_t before = e->rise.valid;
+    int32_t v_q15[2];
+    const uint32_t event = dqw_window_join_q15(&e->window, &e->rise, b->sums, &b->weight, v_q15);
+    b->with = *(const volatile dqw_estimator_q15_handed *)&e->handed;
+    dqw_window_release_q15(&e->window);
+    const int16_t cosine = b->with.cosine_q15;
+    const int16_t sine = b->with.sine_q15;
+    if (settled) {
+        // A row is a half of one pair: what rises next is the row itself.
+        for (int i = 0; i < e->window.signals; i++) b->sums[i] = e->rise.rise[i];
+        b->weight = 1;
+    } else {
+        b->with.cosine_q15 = e->rise_cosine_q15;
+        b->with.sine_q15 = e->rise_sine_q15;
+    }
+    b->whole = before == e->window.half && e->rise.valid == e->window.half;
+    e->rise_cosine_q15 = cosine;
+    e->rise_sine_q15 = sine;
+    for (int axis = 0; axis < 2; axis++) {
+        b->v_step_q15[axis] = v_q15[axis] - e->rise_v_q15[axis];
+        e->rise_v_q15[axis] = v_q15[axis];
+    }
+    if (event == DQW_EVENT_INCOMPLETE && !settled && e->gate.incomplete < UINT32_MAX) e->gate.incomplete++;
+    if (event != DQW_EVENT_BLOCK && !settled) return false;
+    e->elapsed = b->with.number - e->number;
+    e->number = b->with.number;
     return true;
 }
 
@@ -248,7 +270,7 @@ bool dqw_estimator_learn_q15(dqw_estimator_q15 *e, const dqw_estimator_q15_block
     // [EST.5] what can be learned from this block; its signals are within ten bases, the gate saw to that
     uint32_t mask[2];
     choose(e, &r, mask);
-    const bool warm = c->settled || !c->noise_on_inputs || b->about.rows >= WARM_UP;
+    const bool warm = c->settled || !c->noise_on_inputs || b->with.rows >= WARM_UP;
     if ((mask[D] | mask[Q]) == 0 || !warm) {
         dqw_estimator_drift_q15(e);
         return false;
@@ -273,10 +295,10 @@ bool dqw_estimator_learn_q15(dqw_estimator_q15 *e, const dqw_estimator_q15_block
     const bool solved = e->gate.blocks % every(e) == 0;
     if (solved) dqw_estimator_solve_q15(e);
     keep(e, &r, mask, by_q24, before_q24, solved);
-    if (!sound(e)) return false;
-    if (solved && !c->settled) publish(e, b);
+    if (!sound(e, &r.unit)) return false;
+    if (solved && !c->settled) publish(e, b, &r.unit);
     dqw_estimator_drift_q15(e);
-    if (e->stage.name == DQW_STAGE_RANDOM) coarse_stage(e);
+    if (e->stage.name == DQW_STAGE_RANDOM) coarse_stage(e, r.unit.w_q24);
     return true;
 }
 
@@ -286,8 +308,7 @@ bool dqw_estimator_background_q15(dqw_estimator_q15 *e)
     if (!dqw_estimator_take_q15(e, &b) || e->stage.name == DQW_STAGE_DOMAIN) return false;
     const bool judged = e->stage.name != DQW_STAGE_RANDOM;
     if (!dqw_estimator_learn_q15(e, &b)) return false;
-    // Of weights that were just solved. Not in learn: a monitor is given the pole pairs, and carries no code for them.
-    if (dqw_estimator_seeks_q15(e) && e->gate.blocks % every(e) == 0) dqw_poles_find_q15(e, &b);
+    if (e->gate.blocks % every(e) == 0 && dqw_estimator_seeks_q15(e)) dqw_poles_find_q15(e, &b);
     if (judged) dqw_estimator_stage_on_q15(e, true);
     return true;
 }

@@ -153,7 +153,7 @@ static void dead_time(dqw_estimator_q15 *e, const dqw_sample_q15 *s, int32_t *d_
         return;
     }
     // Noise wider than the step would smooth it: so the noisier the currents, the slower they are followed here.
-    const int32_t part_q15 = e->last_good ? e->about.follow_q15 : ONE_Q15;
+    const int32_t part_q15 = e->last_good ? e->follow_q15 : ONE_Q15;
     e->slow_d_q28 = follow(e->slow_d_q28, s->i_d_q15, part_q15);
     e->slow_q_q28 = follow(e->slow_q_q28, s->i_q_q15, part_q15);
     const int16_t cosine = s->cosine_q15;
@@ -174,91 +174,73 @@ static void dead_time(dqw_estimator_q15 *e, const dqw_sample_q15 *s, int32_t *d_
     if ((e->window.at & 3u) != 1u) return;
     const uint32_t squares_q13 = (uint32_t)(a * a >> 17) + (uint32_t)(b * b >> 17) + (uint32_t)(c * c >> 17);
     const uint32_t slope_q15 = 32768u - (squares_q13 * (4u * 10923u) >> 15);
-    if (e->about.slopes >> SLOPES_SHIFT != 0)
-        e->about.slope_q15 -= e->about.slope_q15 >> SLOPES_SHIFT;
+    if (e->slopes >> SLOPES_SHIFT != 0)
+        e->slope_q15 -= e->slope_q15 >> SLOPES_SHIFT;
     else
-        e->about.slopes++;
-    e->about.slope_q15 += slope_q15;
+        e->slopes++;
+    e->slope_q15 += slope_q15;
+}
+
+static void gather(dqw_estimator_q15 *e, const int32_t pair[])
+{
+    dqw_window_q15_cell *cell = dqw_window_cells_q15(&e->window);
+    const int n = signals_of(e);
+    for (int i = 0; i < n; i++) dqw_window_gather_q15(&cell[i], pair[i]);
+    dqw_window_count_q15(&e->window);
 }
 
 // The pair that a sample ends, as sums and steps. (E13)
-static void gather(dqw_estimator_q15 *e, const dqw_sample_q15 *s, int32_t dead_d_q15, int32_t dead_q_q15, int32_t pair[])
+static void gather_pair(dqw_estimator_q15 *e, const dqw_sample_q15 *s, int32_t dead_d_q15, int32_t dead_q_q15, int32_t pair[])
 {
     const dqw_sample_q15 *l = &e->last;
     dqw_model_pair_q15(l, s, pair);
     pair[DQW_BLOCK_Q15_SIGNALS] = dead_d_q15 + e->dead_d_q15;
     pair[DQW_BLOCK_Q15_SIGNALS + 1] = dead_q_q15 + e->dead_q_q15;
-    dqw_window_add_q15(&e->window, pair, signals_of(e));
+    gather(e, pair);
     // Steps less what the voltage made of them.
     dqw_noise_step_q15(&e->noise, pair[4] - dqw_q_round32(e->step_q15[0] * l->v_d_q15, 15), pair[5] - dqw_q_round32(e->step_q15[1] * l->v_q_q15, 15),
                        s->w_m_q15 - l->w_m_q15);
 }
 
-static uint32_t miss(dqw_estimator_q15 *e)
+// A settled row is a block of its own.
+static void gather_row(dqw_estimator_q15 *e, const dqw_sample_q15 *s, int32_t dead_d_q15, int32_t dead_q_q15, int32_t pair[])
 {
-    if (e->missed < UINT8_MAX) e->missed++;
-    return DQW_EVENT_MISSED;
-}
-
-// A settled row as a block of its own.
-static uint32_t hand_over_row(dqw_estimator_q15 *e, const dqw_sample_q15 *s, int32_t dead_d_q15, int32_t dead_q_q15, int32_t pair[])
-{
-    e->about.number++;
-    if (e->pending) return miss(e);
-    dqw_estimator_q15_block *b = &e->block;
     dqw_model_pair_q15(s, s, pair);
     pair[DQW_BLOCK_Q15_SIGNALS] = 2 * dead_d_q15;
     pair[DQW_BLOCK_Q15_SIGNALS + 1] = 2 * dead_q_q15;
-    for (int i = 0; i < signals_of(e); i++) b->sums[i] = pair[i];
-    e->about.weight = 1;
-    e->about.cosine_q15 = e->config->angle ? s->cosine_q15 : 0;
-    e->about.sine_q15 = e->config->angle ? s->sine_q15 : 0;
-    b->about = e->about;
-    e->pending = true;
-    return DQW_EVENT_BLOCK;
+    gather(e, pair);
 }
 
-// What the background made of the blocks before: adopted again until there is something newer, which changes nothing.
-static void adopt(dqw_estimator_q15 *e)
+// Before a half is gathered: what the background made of those before it.
+static void take_given(dqw_estimator_q15 *e)
 {
     if (!e->given_ready) return;
-    for (int axis = 0; axis < 2; axis++) {
-        const int32_t last = e->step_q15[axis];
-        const int32_t now = e->given.step_q15[axis];
-        // Measured with a dt/L that is no longer believed.
-        if (4 * now > 5 * last || 4 * last > 5 * now) dqw_noise_init_q15(&e->noise);
-        e->step_q15[axis] = (int16_t)now;
-    }
-    e->about.follow_q15 = e->given.follow_q15;
+    e->step_q15[0] = e->given.step_q15[0];
+    e->step_q15[1] = e->given.step_q15[1];
+    e->follow_q15 = e->given.follow_q15;
+    if (e->given.noise_anew) dqw_noise_init_q15(&e->noise);
+    e->given_ready = false;
 }
 
 static uint32_t end_half(dqw_estimator_q15 *e, const dqw_sample_q15 *s, bool good)
 {
-    dqw_estimator_q15_about *about = &e->about;
-    int32_t lost[DQW_ESTIMATOR_Q15_SIGNALS];
-    const bool taken = e->pending;
-    const bool whole = e->window.valid == e->window.half;
-    about->whole = whole && e->half_whole;
-    e->half_whole = whole;
-    for (int axis = 0; axis < 2; axis++) {
-        about->v_step_q15[axis] = e->window.sum[axis] - e->half_v_q15[axis];
-        e->half_v_q15[axis] = e->window.sum[axis];
+    e->halves++;
+    if (!dqw_window_turn_q15(&e->window)) {
+        if (e->missed < UINT8_MAX) e->missed++;
+        return DQW_EVENT_MISSED;
     }
-    about->number++;
-    uint32_t event = dqw_window_end_q15(&e->window, taken ? lost : e->block.sums, &about->weight);
-    if (event == DQW_EVENT_BLOCK && taken) {
-        event = miss(e);
-    } else if (event == DQW_EVENT_BLOCK) {
-        e->block.about = *about;
-        e->pending = true;
-    } else if (event == DQW_EVENT_INCOMPLETE && e->gate.incomplete < UINT32_MAX) {
-        e->gate.incomplete++;
-    }
-    adopt(e);
+    dqw_estimator_q15_handed *h = &e->handed;
     const bool has_angle = good && e->config->angle;
-    about->cosine_q15 = has_angle ? s->cosine_q15 : 0;
-    about->sine_q15 = has_angle ? s->sine_q15 : 0;
-    return event;
+    h->cosine_q15 = has_angle ? s->cosine_q15 : 0;
+    h->sine_q15 = has_angle ? s->sine_q15 : 0;
+    for (int k = 0; k < DQW_NOISE_Q15_SUMS; k++) h->noise_q30[k] = e->noise.sum_q30[k];
+    h->rows = e->noise.rows;
+    h->slope_q15 = e->slope_q15;
+    h->slopes = e->slopes;
+    h->follow_q15 = e->follow_q15;
+    h->number = e->halves;
+    take_given(e);
+    return DQW_EVENT_BLOCK;
 }
 
 // A sample, or the last one again in the place of one that is missing.
@@ -273,21 +255,15 @@ static uint32_t take(dqw_estimator_q15 *e, const dqw_sample_q15 *s, uint32_t eve
     int32_t pair[DQW_ESTIMATOR_Q15_SIGNALS];
     const bool there = pair_effects(e, s, good, pair);
     if (e->config->settled) {
-        if (good) event |= hand_over_row(e, s, dead_d_q15, dead_q_q15, pair);
+        if (good) gather_row(e, s, dead_d_q15, dead_q_q15, pair);
+    } else if (there && e->last_good) {
+        gather_pair(e, s, dead_d_q15, dead_q_q15, pair);
     } else {
-        if (e->window.at == 0) {
-            e->about.means = dqw_noise_means_of_q15(&e->noise);
-            e->about.rows = e->noise.rows;
-        }
-        if (there && e->last_good) {
-            gather(e, s, dead_d_q15, dead_q_q15, pair);
-        } else {
-            dqw_window_add_q15(&e->window, NULL, signals_of(e));
-            dqw_noise_gap_q15(&e->noise);
-        }
-        // [EST.3] a block for the background
-        if (dqw_window_full_q15(&e->window)) event |= end_half(e, s, good);
+        dqw_window_refuse_q15(&e->window);
+        dqw_noise_gap_q15(&e->noise);
     }
+    // [EST.3] a half for the background
+    if (dqw_window_full_q15(&e->window)) event |= end_half(e, s, good);
     // A voltage that acts later is not known at the first sample.
     e->last_good = good && (!e->config->voltage_next || e->commanded);
     e->commanded = good;
@@ -320,9 +296,8 @@ void dqw_estimator_missing_q15(dqw_estimator_q15 *e, uint32_t periods)
         (void)take(e, &e->last, dqw_gate_check(&e->gate, none));
         return;
     }
-    e->about.number += (e->window.at + periods) / e->window.half;
-    e->last_good = e->commanded = e->half_whole = false;
-    e->about.cosine_q15 = e->about.sine_q15 = 0;
+    e->halves += (e->window.at + periods) / e->window.half;
+    e->last_good = e->commanded = false;
 #if DQW_EFFECT_WEIGHTS > 0
     dqw_effect_gap_q15(&e->effect);
 #endif

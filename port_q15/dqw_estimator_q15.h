@@ -65,37 +65,29 @@ typedef struct dqw_estimator_q15_config {
 #endif
 } dqw_estimator_q15_config;
 
-/// What goes with a block's sums. The interrupt writes one as it goes, and copies it where a block is full.
-typedef struct dqw_estimator_q15_about {
-    dqw_noise_means_q15 means;     ///< of the sensors' noise, over
-    uint32_t slope_q15;            ///< sum of the slopes of dead time's tanh, of 1 at no current, over the last rows
-    uint32_t number;               ///< of the half that ended it, since init: the time
-    int32_t v_step_q15[2];         ///< sum of the voltages of the second half less that of the first, d and q
-    uint16_t rows;                 ///< in the noise's means
-    uint16_t slopes;               ///< in their sum, up to 1024
-    uint16_t follow_q15;           ///< how fast dead time's input follows the currents, 1 .. 32768
-    uint16_t weight;               ///< of the sums
-    int16_t cosine_q15, sine_q15;  ///< of the electrical angle at the block's middle; 0 and 0: not known
-    bool whole;                    ///< none of its pairs was refused
-} dqw_estimator_q15_about;
-
-/// What the interrupt hands over: all that the background reads of it.
-typedef struct dqw_estimator_q15_block {
-    int32_t sums[DQW_ESTIMATOR_Q15_SIGNALS];  ///< under the triangle
-    dqw_estimator_q15_about about;
-} dqw_estimator_q15_block;
+/// What is handed over with a half.
+typedef struct dqw_estimator_q15_handed {
+    int64_t noise_q30[DQW_NOISE_Q15_SUMS];  ///< of the sensors, over
+    uint32_t slope_q15;                     ///< sum of the slopes of dead time's tanh, of 1 at no current, over the last rows
+    uint32_t number;                        ///< of the half, since init: the time
+    uint16_t rows;                          ///< in the noise's sums
+    uint16_t slopes;                        ///< in their sum, up to 1024
+    uint16_t follow_q15;                    ///< how fast dead time's input follows the currents, 1 .. 32768
+    int16_t cosine_q15, sine_q15;           ///< of the electrical angle at its end; 0 and 0: not known
+} dqw_estimator_q15_handed;
 
 /// What the background hands back: taken over at a half's end.
 typedef struct dqw_estimator_q15_given {
     int16_t step_q15[2];  ///< part of the full current that the full voltage moves in a period, d and q: dt/L
     uint16_t follow_q15;  ///< how fast dead time's input follows the currents, 1 .. 32768
+    bool noise_anew;      ///< the noise was measured with another dt/L
 } dqw_estimator_q15_given;
 
 typedef struct dqw_estimator_q15 {
     const dqw_estimator_q15_config *config;
 
     // The interrupt's.
-    dqw_gate gate;  ///< but for gate.blocks, which the background counts
+    dqw_gate gate;  ///< but for its blocks, learned and incomplete, which the background counts
     dqw_window_q15 window;
     dqw_noise_q15 noise;
     dqw_sample_q15 last;                   ///< its voltages are those that act from it on
@@ -103,24 +95,30 @@ typedef struct dqw_estimator_q15 {
     int32_t slow_d_q28, slow_q_q28;        ///< currents as dead time's input takes them,
     int32_t wide_q28, per_wide;            ///< 3.6 widths, and 2^47 over that; 0: no dead time
     int32_t turn_q28;                      ///< electrical angle a period at full speed, rad; with voltage_held
-    int32_t half_v_q15[2];                 ///< sums of the last half's voltages
-    dqw_estimator_q15_about about;         ///< of the block that this half will end
+    uint32_t halves;                       ///< since init: the time
+    uint32_t slope_q15;                    ///< sum of the slopes of dead time's tanh,
+    uint16_t slopes;                       ///< so many
+    uint16_t follow_q15;                   ///< as given last
+    int16_t step_q15[2];                   ///< the same
     int16_t command_d_q15, command_q_q15;  ///< with voltage_next: the last sample's voltage
-    int16_t step_q15[2];                   ///< as given last
-    uint8_t missed;                        ///< blocks lost because the background came too late, up to 255
-    bool has_last, last_good, commanded, half_whole;
+    uint8_t missed;                        ///< halves lost because the background came too late, up to 255
+    bool has_last, last_good, commanded;
 #if DQW_EFFECT_WEIGHTS > 0
     dqw_scale scale;  ///< with the pole pairs of the speed that is given
     dqw_effect_q15 effect;
 #endif
 
-    // Handed over: written by the interrupt while not `pending`, read by the background while it is; and the other way round.
-    dqw_estimator_q15_block block;
-    bool pending;
+    // Handed over beside the window's part, while window.pending: the background's.
+    dqw_estimator_q15_handed handed;
+    // Given back: the background's until given_ready, then the interrupt's until it clears that.
     bool given_ready;
     dqw_estimator_q15_given given;
 
-    // The background's: the joint neuron's weights as solved last, what was learned of them, and what was shown since; the late voltage behind the inputs.
+    // The background's: the half before,
+    dqw_window_q15_rise rise;
+    int32_t rise_v_q15[2];                     ///< sums of its voltages
+    int16_t rise_cosine_q15, rise_sine_q15;    ///< at its end
+    // the joint neuron's weights as solved last, what was learned of them, and what was shown since; the late voltage behind the inputs.
     int32_t w_q24[DQW_ESTIMATOR_Q15_INPUTS];  ///< |w| < 2^30
     dqw_normal_q15 normal;
     int64_t cov_q40[DQW_ESTIMATOR_Q15_INPUTS];         ///< P_ii, per unit of the residual's variance
@@ -185,7 +183,7 @@ uint32_t dqw_estimator_sample_q15(dqw_estimator_q15 *e, const dqw_sample_q15 *s,
 /// Context  as dqw_estimator_sample_q15
 void dqw_estimator_missing_q15(dqw_estimator_q15 *e, uint32_t periods);
 
-/// Learn the block that waits, if there is one. Must come before the next but one is full: every half_window periods.
+/// Learn the block that waits, if there is one. Must come before the next half is full: every half_window periods.
 ///
 /// Source   (E16), (E17), (E60), (E61), (E70), (E71) in docs/EQUATIONS.md
 /// Returns  true if a block was learned

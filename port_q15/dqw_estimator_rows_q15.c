@@ -13,14 +13,14 @@ static int64_t product(int64_t a_q40, int64_t b)
 
 dqw_block_q15 dqw_estimator_means_q15(const dqw_estimator_q15_block *b)
 {
-    return dqw_model_block_q15(b->sums, b->about.weight);
+    return dqw_model_block_q15(b->sums, b->weight);
 }
 
-static dqw_block_q15 exact(const dqw_estimator_q15 *e, const dqw_estimator_q15_block *b, const dqw_units_q15 *u)
+static void exact(const dqw_estimator_q15 *e, const dqw_estimator_q15_block *b, const dqw_units_q15 *u, dqw_block_q15 *m)
 {
-    dqw_block_q15 m = dqw_estimator_means_q15(b);
+    *m = dqw_estimator_means_q15(b);
     const int32_t *w = e->w_q24;
-    if (e->blocks <= 10 || e->config->settled) return m;
+    if (e->blocks <= 10 || e->config->settled) return;
     dqw_machine_q15 known = {.R_q40 = dqw_q_times64(u->R_q40, w[DQW_R], -24), .turn_q28 = e->turn_q28};
     for (int axis = 0; axis < 2; axis++) known.L_q40[axis] = dqw_q_times64(u->L_q40[axis], w[DQW_LD + axis], -24);
     // Of what the cross weights say, the more learned one.
@@ -28,19 +28,18 @@ static dqw_block_q15 exact(const dqw_estimator_q15 *e, const dqw_estimator_q15_b
         const int i = e->cov_q40[DQW_POLES_LQ_Q15] < e->cov_q40[DQW_POLES_LD_Q15] ? DQW_LQ : DQW_LD;
         known.turn_q28 = dqw_q_quotient64(known.turn_q28 * (int64_t)w[i + DQW_POLES_LD_Q15 - DQW_LD], w[i], 0);
     }
-    dqw_model_correct_q15(&m, &known);
-    return m;
+    dqw_model_correct_q15(m, &known);
 }
 
 // Mean slope of dead time's input, per full current, Q16.
 static int64_t dead_slope_q16(const dqw_estimator_q15_block *b, const dqw_units_q15 *u)
 {
-    return b->about.slopes == 0 ? 0 : dqw_q_quotient64(dqw_q_quotient64(b->about.slope_q15, b->about.slopes, 16), u->width_q40, 25);
+    return b->with.slopes == 0 ? 0 : dqw_q_quotient64(dqw_q_quotient64(b->with.slope_q15, b->with.slopes, 16), u->width_q40, 25);
 }
 
 static int32_t dead_input(const dqw_estimator_q15_block *b, int axis, int64_t late_q16, int32_t di_q28)
 {
-    const int64_t part_q30 = 1073741824u / b->about.weight;
+    const int64_t part_q30 = 1073741824u / b->weight;
     // Its input saw the currents late: on average that is its mean slope times the delay times the current's.
     const int64_t whole_q28 = dqw_q_round64(b->sums[DQW_BLOCK_Q15_SIGNALS + axis] * part_q30, 18) + dqw_q_times64(late_q16, di_q28, -16);
     return dqw_q31_sat(dqw_q_quotient64(whole_q28, DQW_DEAD_TIME_Q15_PARTS, 0));
@@ -52,7 +51,7 @@ static void effect_inputs(const dqw_estimator_q15 *e, const dqw_estimator_q15_bl
     const int weights = e->effect.weights;
     for (int axis = 0; axis < 2; axis++)
         for (int i = 0; i < weights; i++)
-            r->x_q28[axis][N + i] = dqw_effect_mean_q15(&e->effect, b->sums[DQW_PLAIN_Q15_SIGNALS + axis * weights + i], b->about.weight);
+            r->x_q28[axis][N + i] = dqw_effect_mean_q15(&e->effect, b->sums[DQW_PLAIN_Q15_SIGNALS + axis * weights + i], b->weight);
 }
 #else
 static void effect_inputs(const dqw_estimator_q15 *e, const dqw_estimator_q15_block *b, dqw_rows_q15 *r)
@@ -63,14 +62,15 @@ static void effect_inputs(const dqw_estimator_q15 *e, const dqw_estimator_q15_bl
 }
 #endif
 
-static void inputs(const dqw_estimator_q15 *e, const dqw_estimator_q15_block *b, const dqw_units_q15 *u, const dqw_block_q15 *m, dqw_rows_q15 *r)
+static void inputs(const dqw_estimator_q15 *e, const dqw_estimator_q15_block *b, const dqw_block_q15 *m, dqw_rows_q15 *r)
 {
+    const dqw_units_q15 *u = &r->unit;
     const int32_t i_q28[] = {m->i_d, m->i_q};
     const int32_t di_q28[] = {m->di_d, m->di_q};
     const int32_t wi_q28[] = {m->wi_d, m->wi_q};
     const int32_t flux = dqw_q_times32(u->psi_q40, m->w_m, -40);
     const int64_t late_q16 = dqw_estimator_has_dead_time_q15(e)
-                                 ? dqw_q_quotient64(dead_slope_q16(b, u) * (ONE_Q15 - b->about.follow_q15), b->about.follow_q15, 0)
+                                 ? dqw_q_quotient64(dead_slope_q16(b, u) * (ONE_Q15 - b->with.follow_q15), b->with.follow_q15, 0)
                                  : 0;
     for (int axis = 0; axis < 2; axis++) {
         int32_t *x = r->x_q28[axis];
@@ -93,29 +93,28 @@ static void inputs(const dqw_estimator_q15 *e, const dqw_estimator_q15_block *b,
 static void late_of(const dqw_estimator_q15 *e, const dqw_estimator_q15_block *b, const dqw_block_q15 *m, dqw_rows_q15 *r)
 {
     r->late_q28[D] = r->late_q28[Q] = 0;
-    if (e->config->settled || e->pole_pairs == 0 || !b->about.whole) return;
-    const int64_t part_q30 = 1073741824u / b->about.weight;
+    if (e->config->settled || e->pole_pairs == 0 || !b->whole) return;
+    const int64_t part_q30 = 1073741824u / b->weight;
     const int64_t turn_q28 = e->config->voltage_held ? dqw_q_times64(e->turn_q28, m->w_m, -28) : 0;
     // |sum| < 2^22; angles below one radian
-    r->late_q28[D] = dqw_q31_sat(dqw_q_round64(b->about.v_step_q15[D] * part_q30, 17) - dqw_q_times64(turn_q28, m->v_q, -28));
-    r->late_q28[Q] = dqw_q31_sat(dqw_q_round64(b->about.v_step_q15[Q] * part_q30, 17) + dqw_q_times64(turn_q28, m->v_d, -28));
+    r->late_q28[D] = dqw_q31_sat(dqw_q_round64(b->v_step_q15[D] * part_q30, 17) - dqw_q_times64(turn_q28, m->v_q, -28));
+    r->late_q28[Q] = dqw_q31_sat(dqw_q_round64(b->v_step_q15[Q] * part_q30, 17) + dqw_q_times64(turn_q28, m->v_d, -28));
 }
 
 // mean_q40: what a mean holds of a variance.
-static void noise_of_dead_time(const dqw_estimator_q15_block *b, const dqw_units_q15 *u, int axis, int64_t var_q36, int64_t mean_q40, dqw_rows_q15 *r)
+static void noise_of_dead_time(const dqw_estimator_q15_block *b, const dqw_units_q15 *u, int64_t var_q36, int64_t held_q56, int64_t noise_q56[])
 {
     const int64_t slope_q16 = dead_slope_q16(b, u);
-    const int64_t held_q56 = dqw_q_product64(var_q36, mean_q40, -20);
-    const int64_t left_q36 = dqw_q_quotient64(var_q36 * b->about.follow_q15, 2 * ONE_Q15 - b->about.follow_q15, 0);
+    const int64_t left_q36 = dqw_q_quotient64(var_q36 * b->with.follow_q15, 2 * ONE_Q15 - b->with.follow_q15, 0);
     const int64_t sd_q40 = (int64_t)dqw_q_root64((uint64_t)left_q36) << 22;
     // Where what is left of the current's noise is wide, that of a step; where narrow, tanh's own; and all of it where the currents stay
     // within the width. In the resistance's equation a wide noise also smooths the step, which takes half.
     const int64_t wide_q16 = dqw_q_quotient64(582741650317, sd_q40 + dqw_q_quotient64(6 * u->width_q40, 5, 0), 16);  // 0.53
     const int64_t g_q56 = dqw_q_quotient64(dqw_q_product64(held_q56, slope_q16, -16), DQW_DEAD_TIME_Q15_PARTS, 0);
-    r->var_q56[axis][DQW_DEAD_TIME] = dqw_q_quotient64(dqw_q_product64(g_q56, slope_q16 > wide_q16 ? slope_q16 : wide_q16, -16), DQW_DEAD_TIME_Q15_PARTS, 0);
-    r->R_in_dead_q56[axis] = product(u->R_q40, g_q56);
+    noise_q56[DQW_DEAD_TIME] = dqw_q_quotient64(dqw_q_product64(g_q56, slope_q16 > wide_q16 ? slope_q16 : wide_q16, -16), DQW_DEAD_TIME_Q15_PARTS, 0);
+    noise_q56[DQW_NOISE_Q15_R_IN_DEAD] = product(u->R_q40, g_q56);
     const int64_t smooth_q36 = dqw_q_product64(left_q36, dqw_q_quotient64(sd_q40, sd_q40 + u->width_q40, 30), -31);
-    r->dead_in_R_q56[axis] = dqw_q_product64(r->R_in_dead_q56[axis], dqw_q_quotient64(var_q36 - smooth_q36, var_q36, 30), -30);
+    noise_q56[DQW_NOISE_Q15_DEAD_IN_R] = product(noise_q56[DQW_NOISE_Q15_R_IN_DEAD], dqw_q_quotient64(var_q36 - smooth_q36, var_q36, 40));
 }
 
 static int64_t squared(int64_t a_q40, int64_t x_q56)
@@ -123,65 +122,50 @@ static int64_t squared(int64_t a_q40, int64_t x_q56)
     return product(a_q40, product(a_q40, x_q56));
 }
 
-static void noise_of(const dqw_estimator_q15 *e, const dqw_estimator_q15_block *b, const dqw_units_q15 *u, const dqw_block_q15 *m, dqw_rows_q15 *r)
+static void noise_of(const dqw_estimator_q15 *e, const dqw_estimator_q15_block *b, const dqw_block_q15 *m, dqw_rows_q15 *r)
 {
+    const dqw_units_q15 *u = &r->unit;
     const int64_t h = e->window.half;
     const int64_t sum = h * (h + 1);
-    // (h (4 h^2 - 1) / 6 + h^2) / S^2, and 2 h / S^2: up to 2^22 over up to 2^27
-    const int64_t mean_q40 = dqw_q_quotient64(h * (4 * h * h - 1) + 6 * h * h, 6 * sum * sum, 40);
-    const int64_t slope_q40 = dqw_q_quotient64(2 * h, sum * sum, 40);
-    const int64_t var_q36[2] = {dqw_noise_variance_q36(b->about.means.i_d_q36, b->about.rows, -2),
-                                dqw_noise_variance_q36(b->about.means.i_q_q36, b->about.rows, -2)};
-    const int64_t w_q56 = dqw_q_product64(dqw_noise_variance_q36(b->about.means.w_q36, b->about.rows, 6), mean_q40, -20);
-    const int64_t w2_q56 = (int64_t)m->w_m * m->w_m;
-    const int64_t flux_q56 = squared(u->psi_q40, w_q56);
-    const int32_t i_q28[2] = {m->i_d, m->i_q};
-    for (int axis = 0; axis < 2; axis++) {
-        int64_t *var = r->var_q56[axis];
-        const int other = 1 - axis;
-        const int64_t held_q56 = dqw_q_product64(var_q36[axis], mean_q40, -20);
-        const int64_t held_other_q56 = dqw_q_product64(var_q36[other], mean_q40, -20);
-        const int64_t i2_q56 = (int64_t)i_q28[other] * i_q28[other];
-        const int64_t both_q56 = dqw_q_product64(w2_q56, held_other_q56, -56) + dqw_q_product64(w_q56, i2_q56 + var_q36[other] * 1048576, -56);
-        const bool has_flux = axis == Q || dqw_estimator_has_psi_q_q15(e);
-        for (int i = 0; i < N; i++) var[i] = 0;
-        var[DQW_R] = squared(u->R_q40, held_q56);
-        var[DQW_LD + axis] = squared(u->L_q40[axis], dqw_q_product64(var_q36[axis], slope_q40, -20));
-        var[dqw_estimator_cross_q15(e, axis)] = squared(u->X_q40[other], both_q56);
-        if (has_flux) var[axis == Q ? DQW_PSI : DQW_PSI_Q] = flux_q56;
-        const int64_t shared_q56 = product(u->X_q40[other], product(u->psi_q40, dqw_q_product64(w_q56, i_q28[other], -28)));
-        r->speed_q56[axis] = !has_flux ? 0 : axis == Q ? shared_q56 : -shared_q56;
-        r->dead_in_R_q56[axis] = r->R_in_dead_q56[axis] = 0;
-        if (dqw_estimator_has_dead_time_q15(e) && var_q36[axis] > 0) noise_of_dead_time(b, u, axis, var_q36[axis], mean_q40, r);
+    // (h (4 h^2 - 1) / 6 + h^2) / S^2, and 2 h / S^2: up to 2^22 over up to 2^27; Q40, and 2^20 more from a variance in Q36
+    const int64_t mean_q60 = dqw_q_quotient64(h * (4 * h * h - 1) + 6 * h * h, 6 * sum * sum, 60);
+    const int64_t slope_q60 = dqw_q_quotient64(2 * h, sum * sum, 60);
+    int64_t var_q36[DQW_NOISE_Q15_SUMS];
+    int64_t held_q56[DQW_NOISE_Q15_SUMS];
+    for (int k = 0; k < DQW_NOISE_Q15_SUMS; k++) {
+        var_q36[k] = dqw_noise_variance_q36(b->with.noise_q30[k], b->with.rows, k < DQW_NOISE_W_Q15 ? -2 : 6);
+        held_q56[k] = product(var_q36[k], mean_q60);
     }
-}
-
-// A noise of half the full voltage is more than anybody learns from: sums of such variances stay within their bits.
-static void bound(int64_t *x_q56)
-{
-    const int64_t most = (int64_t)1 << 54;
-    if (*x_q56 > most) *x_q56 = most;
-    if (*x_q56 < -most) *x_q56 = -most;
-}
-
-static void bound_noise(dqw_rows_q15 *r)
-{
+    const int64_t w_q56 = held_q56[DQW_NOISE_W_Q15];
+    const int64_t w2_q56 = (int64_t)m->w_m * m->w_m;
+    const int32_t i_q28[2] = {m->i_d, -m->i_q};
     for (int axis = 0; axis < 2; axis++) {
-        for (int i = 0; i < N; i++) bound(&r->var_q56[axis][i]);
-        bound(&r->speed_q56[axis]);
-        bound(&r->dead_in_R_q56[axis]);
-        bound(&r->R_in_dead_q56[axis]);
+        int64_t *noise = r->noise_q56[axis];
+        const int other = 1 - axis;
+        const int64_t i2_q56 = (int64_t)i_q28[other] * i_q28[other];
+        const int64_t both_q56 = dqw_q_product64(w2_q56, held_q56[other], -56) + dqw_q_product64(w_q56, i2_q56 + var_q36[other] * 1048576, -56);
+        for (int i = 0; i < DQW_NOISE_Q15_COVARIANCES; i++) noise[i] = 0;
+        noise[DQW_R] = squared(u->R_q40, held_q56[axis]);
+        noise[DQW_LD + axis] = squared(u->L_q40[axis], product(var_q36[axis], slope_q60));
+        noise[dqw_estimator_cross_q15(e, axis)] = squared(u->X_q40[other], both_q56);
+        if (axis == Q || dqw_estimator_has_psi_q_q15(e)) {
+            noise[axis == Q ? DQW_PSI : DQW_PSI_Q] = squared(u->psi_q40, w_q56);
+            noise[DQW_NOISE_Q15_SPEED] = product(u->X_q40[other], product(u->psi_q40, dqw_q_times64(w_q56, i_q28[other], -28)));
+        }
+        if (dqw_estimator_has_dead_time_q15(e) && var_q36[axis] > 0) noise_of_dead_time(b, u, var_q36[axis], held_q56[axis], noise);
+        // A noise of half the full voltage is more than anybody learns from: sums of such variances stay within their bits.
+        const int64_t most = (int64_t)1 << 54;
+        for (int i = 0; i < DQW_NOISE_Q15_COVARIANCES; i++) noise[i] = noise[i] > most ? most : noise[i] < -most ? -most : noise[i];
     }
 }
 
 void dqw_estimator_rows_of_q15(const dqw_estimator_q15 *e, const dqw_estimator_q15_block *b, dqw_rows_q15 *r)
 {
-    dqw_units_q15 u;
-    (void)dqw_units_of_q15(e->config, e->pole_pairs, &u);
-    const dqw_block_q15 m = exact(e, b, &u);
-    inputs(e, b, &u, &m, r);
+    (void)dqw_units_of_q15(e->config, e->pole_pairs, &r->unit);
+    dqw_block_q15 m;
+    exact(e, b, &r->unit, &m);
+    inputs(e, b, &m, r);
     late_of(e, b, &m, r);
     // Of settled rows nobody measures it: there are no rows, and so all of it is 0.
-    noise_of(e, b, &u, &m, r);
-    bound_noise(r);
+    noise_of(e, b, &m, r);
 }

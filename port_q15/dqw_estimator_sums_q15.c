@@ -28,6 +28,11 @@ int32_t dqw_estimator_show_q15(dqw_estimator_q15 *e, int axis, const dqw_rows_q1
     return error;
 }
 
+static int64_t weighed(int64_t x_q56, int64_t by_q24)
+{
+    return dqw_q_product64(x_q56, by_q24, -32);
+}
+
 // Noise of the inputs turns the gradient by C w: put back. Not where it is much of what was learned, there it could run away. (E60)
 void dqw_estimator_take_noise_out_q15(dqw_estimator_q15 *e, const dqw_rows_q15 *r, const int64_t by_q24[], const uint32_t mask[])
 {
@@ -36,7 +41,7 @@ void dqw_estimator_take_noise_out_q15(dqw_estimator_q15 *e, const dqw_rows_q15 *
     int64_t z_q48[N] = {0};
     for (int axis = 0; axis < 2; axis++)
         for (int i = 0; i < N; i++)
-            if ((mask[axis] >> i & 1u) != 0) z_q48[i] += dqw_q_product64(r->var_q56[axis][i], by_q24[axis], -32);
+            if ((mask[axis] >> i & 1u) != 0) z_q48[i] += weighed(r->noise_q56[axis][i], by_q24[axis]);
     for (int i = 0; i < N; i++) {
         if (dqw_q_product64(z_q48[i], e->cov_q40[i], -48) > NOISE_PART_MAX_Q40) return;
         z_q48[i] = dqw_q_times64(z_q48[i], w[i], -24);
@@ -44,13 +49,13 @@ void dqw_estimator_take_noise_out_q15(dqw_estimator_q15 *e, const dqw_rows_q15 *
     for (int axis = 0; axis < 2; axis++) {
         const int L = dqw_estimator_cross_q15(e, axis);
         const int flux = axis == Q ? DQW_PSI : DQW_PSI_Q;
-        const int64_t by = by_q24[axis];
-        z_q48[DQW_R] += dqw_q_times64(dqw_q_product64(r->dead_in_R_q56[axis], by, -32), w[DQW_DEAD_TIME], -24);
-        z_q48[DQW_DEAD_TIME] += dqw_q_times64(dqw_q_product64(r->R_in_dead_q56[axis], by, -32), w[DQW_R], -24);
-        if ((mask[axis] >> L & mask[axis] >> flux & 1u) == 0) continue;
-        const int64_t shared = dqw_q_product64(r->speed_q56[axis], by, -32);
-        z_q48[L] += dqw_q_times64(shared, w[flux], -24);
-        z_q48[flux] += dqw_q_times64(shared, w[L], -24);
+        // To the gradient of one the weight of the other.
+        const uint8_t pairs[4][3] = {{DQW_R, DQW_DEAD_TIME, DQW_NOISE_Q15_DEAD_IN_R},
+                                     {DQW_DEAD_TIME, DQW_R, DQW_NOISE_Q15_R_IN_DEAD},
+                                     {(uint8_t)L, (uint8_t)flux, DQW_NOISE_Q15_SPEED},
+                                     {(uint8_t)flux, (uint8_t)L, DQW_NOISE_Q15_SPEED}};
+        const int known = (mask[axis] >> L & mask[axis] >> flux & 1u) != 0 ? 4 : 2;
+        for (int k = 0; k < known; k++) z_q48[pairs[k][0]] += dqw_q_times64(weighed(r->noise_q56[axis][pairs[k][2]], by_q24[axis]), w[pairs[k][1]], -24);
     }
     for (int i = 0; i < N; i++) {
         // The target's sum keeps above what the gradient explains.

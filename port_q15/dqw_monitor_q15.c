@@ -510,7 +510,7 @@ enum dqw_why dqw_monitor_why_q15(const dqw_monitor_q15 *m)
         return s->back == DQW_BACK_NOT_CONVERGED ? DQW_WHY_NOT_CONVERGED : s->back == DQW_BACK_LEFT_BAND ? DQW_WHY_LEFT_BAND : DQW_WHY_THRESHOLD;
     if (e->number == 0) return DQW_WHY_NO_BLOCK;
     // Of the block that was handed over last: one number of 16 bits, whenever it is read.
-    if (e->config->noise_on_inputs && e->block.about.rows < WARM_UP) return DQW_WHY_NOISE;
+    if (e->config->noise_on_inputs && e->handed.rows < WARM_UP) return DQW_WHY_NOISE;
     if (!excited(e)) return DQW_WHY_EXCITATION;
     const enum dqw_voltage_acts acts = dqw_estimator_voltage_acts_q15(e);
     if (acts != DQW_VOLTAGE_NOT_KNOWN && (acts == DQW_VOLTAGE_NEXT) != e->config->voltage_next) return DQW_WHY_VOLTAGE;

@@ -5,13 +5,11 @@
 #include "dqw_q15.h"
 
 #define PAST 3u
-// Q30 sums over 2^13 rows, to means in Q36.
-#define TO_MEAN 7u
 
 void dqw_noise_init_q15(dqw_noise_q15 *n)
 {
     // The last rows are not read before there are new ones.
-    n->i_d_q30 = n->i_q_q30 = n->w_q30 = 0;
+    for (int k = 0; k < DQW_NOISE_Q15_SUMS; k++) n->sum_q30[k] = 0;
     n->rows = 0;
     n->held = 0;
 }
@@ -28,37 +26,35 @@ static void shift(int32_t e[3], int32_t now)
     e[0] = now;
 }
 
+// A sum of all rows until the memory is full, then each row takes its part away, as a mean of 2^13 forgets.
+static void add(int64_t *sum_q30, int32_t a_q15, int32_t b_q15, bool full)
+{
+    // Differences below 2^18, products below 2^36.
+    const int64_t sum = *sum_q30 + (int64_t)a_q15 * b_q15;
+    *sum_q30 = full ? sum - dqw_q_floor64(sum, DQW_NOISE_Q15_SHIFT) : sum;
+}
+
 void dqw_noise_step_q15(dqw_noise_q15 *n, int32_t e_d_q15, int32_t e_q_q15, int32_t w_step_q15)
 {
+    int32_t *d = n->e_q15[0];
+    int32_t *q = n->e_q15[1];
     if (n->held >= PAST) {
-        // Differences below 2^18, products below 2^36.
         const int32_t bend = w_step_q15 - n->w_step_q15;
-        const int64_t d_q30 = n->i_d_q30 + (int64_t)(e_d_q15 - n->e_d_q15[2]) * (n->e_d_q15[0] - n->e_d_q15[1]);
-        const int64_t q_q30 = n->i_q_q30 + (int64_t)(e_q_q15 - n->e_q_q15[2]) * (n->e_q_q15[0] - n->e_q_q15[1]);
-        const int64_t w_q30 = n->w_q30 + (int64_t)bend * bend;
-        // A sum of all rows until the memory is full, then each row takes its part away, as a mean of 2^13 forgets.
         const bool full = n->rows >= DQW_NOISE_Q15_MEMORY;
         n->rows = (uint16_t)(n->rows + !full);
-        n->i_d_q30 = full ? d_q30 - dqw_q_floor64(d_q30, DQW_NOISE_Q15_SHIFT) : d_q30;
-        n->i_q_q30 = full ? q_q30 - dqw_q_floor64(q_q30, DQW_NOISE_Q15_SHIFT) : q_q30;
-        n->w_q30 = full ? w_q30 - dqw_q_floor64(w_q30, DQW_NOISE_Q15_SHIFT) : w_q30;
+        add(&n->sum_q30[DQW_NOISE_ID_Q15], e_d_q15 - d[2], d[0] - d[1], full);
+        add(&n->sum_q30[DQW_NOISE_IQ_Q15], e_q_q15 - q[2], q[0] - q[1], full);
+        add(&n->sum_q30[DQW_NOISE_W_Q15], bend, bend, full);
     } else {
         n->held++;
     }
-    shift(n->e_d_q15, e_d_q15);
-    shift(n->e_q_q15, e_q_q15);
+    shift(d, e_d_q15);
+    shift(q, e_q_q15);
     n->w_step_q15 = w_step_q15;
 }
 
-dqw_noise_means_q15 dqw_noise_means_of_q15(const dqw_noise_q15 *n)
+int64_t dqw_noise_variance_q36(int64_t sum_q30, uint16_t rows, int parts)
 {
-    const dqw_noise_means_q15 m = {dqw_q31_sat(dqw_q_floor64(n->i_d_q30, TO_MEAN)), dqw_q31_sat(dqw_q_floor64(n->i_q_q30, TO_MEAN)),
-                                   dqw_q31_sat(dqw_q_floor64(n->w_q30, TO_MEAN))};
-    return m;
-}
-
-int64_t dqw_noise_variance_q36(int32_t mean_q36, uint16_t rows, int parts)
-{
-    const int64_t v_q36 = dqw_q_quotient64((int64_t)mean_q36 * (int64_t)DQW_NOISE_Q15_MEMORY, (int64_t)rows * parts, 0);
+    const int64_t v_q36 = dqw_q_quotient64(sum_q30, (int64_t)rows * parts, 6);
     return v_q36 > 0 ? v_q36 : 0;
 }

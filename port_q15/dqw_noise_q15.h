@@ -12,18 +12,16 @@ extern "C" {
 #define DQW_NOISE_Q15_SHIFT 13
 #define DQW_NOISE_Q15_MEMORY (1u << DQW_NOISE_Q15_SHIFT)
 
+/// Where a sum stands: currents d and q, speed.
+enum { DQW_NOISE_ID_Q15 = 0, DQW_NOISE_IQ_Q15, DQW_NOISE_W_Q15, DQW_NOISE_Q15_SUMS };
+
 typedef struct dqw_noise_q15 {
-    int64_t i_d_q30, i_q_q30, w_q30;  ///< sums over the memory: -2 var(i), -2 var(i), 6 var(w) times the rows. |sum| < 2^49
-    int32_t e_d_q15[3], e_q_q15[3];   ///< the last rows' current steps less what the voltage made. |e| < 2^17
-    int32_t w_step_q15;               ///< |step| < 2^16
-    uint16_t rows;                    ///< in the sums, up to the memory
+    int64_t sum_q30[DQW_NOISE_Q15_SUMS];  ///< over the memory: -2 var(i), -2 var(i), 6 var(w) times the rows. |sum| < 2^49
+    int32_t e_q15[2][3];                  ///< d and q: the last rows' current steps less what the voltage made. |e| < 2^17
+    int32_t w_step_q15;                   ///< |step| < 2^16
+    uint16_t rows;                        ///< in the sums, up to the memory
     uint8_t held;
 } dqw_noise_q15;
-
-/// What a block carries of them: means as if the memory were full, Q36 of the full scales squared; int32_t, so that no reader sees half of one.
-typedef struct dqw_noise_means_q15 {
-    int32_t i_d_q36, i_q_q36, w_q36;
-} dqw_noise_means_q15;
 
 /// Forget everything.
 void dqw_noise_init_q15(dqw_noise_q15 *n);
@@ -40,17 +38,11 @@ void dqw_noise_gap_q15(dqw_noise_q15 *n);
 /// Context  ISR safe; one writer per object
 void dqw_noise_step_q15(dqw_noise_q15 *n, int32_t e_d_q15, int32_t e_q_q15, int32_t w_step_q15);
 
-/// The sums as a block carries them.
+/// A variance from such a sum over `rows` rows: never negative. `parts`: -2 for a current's, 6 for the speed's.
 ///
-/// Format   Q36; bounded at 2^-5, a noise of an eighth of the full scale
-/// Context  where dqw_noise_step_q15 cannot come between
-dqw_noise_means_q15 dqw_noise_means_of_q15(const dqw_noise_q15 *n);
-
-/// A variance from such a mean over `rows` rows: never negative. `parts`: -2 for a current's, 6 for the speed's.
-///
-/// Format   Q36 of the full scale squared
-/// Range    rows >= 1
-int64_t dqw_noise_variance_q36(int32_t mean_q36, uint16_t rows, int parts);
+/// Format   Q36 of the full scale squared, below 2^42
+/// Range    0 without rows
+int64_t dqw_noise_variance_q36(int64_t sum_q30, uint16_t rows, int parts);
 
 #ifdef __cplusplus
 }

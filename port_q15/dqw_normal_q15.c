@@ -10,7 +10,7 @@
 // A pivot below this part of its diagonal says that the direction was never learned. Rounding leaves 2^-29.
 #define PIVOT_BITS 22u
 // A weight that is tied to such a direction by more than this is not learned either: 2^-10.
-#define TIE_Q20 1024
+#define TIE_Q40 ((int64_t)1 << 30)
 #define NOT_LEARNED INT64_MAX
 // 2^11, the root of the inverse of the smallest pivot.
 #define BOUND_Q20 ((int64_t)1 << 31)
@@ -73,13 +73,19 @@ void dqw_normal_grow_q15(dqw_normal_q15 *n, int i, int64_t q_q40)
     }
 }
 
+// The sums with the target behind the inputs, factored: its row is what the inputs explain of it, and what is left.
 typedef struct factors {
-    int32_t l_q31[N * (N + 1) / 2];  // Cholesky's lower factor, row i: DQW_NORMAL_A(k, i), k <= i. |l| <= 1
-    int half[N + 1];                 // sums scale by 2^half each way; the last is the target's
+    int32_t l_q31[DQW_NORMAL_A(0, N + 1)];  // Cholesky's lower factor, row i: DQW_NORMAL_A(k, i), k <= i. |l| <= 1
+    int half[N + 1];                        // sums scale by 2^half each way
     uint32_t out;
+    int64_t left_q60;  // of the target
 } factors;
 
-// Rows have length 1, but for what rounding makes of several directions that hardly were learned: then sums stop before they overflow.
+static int64_t bounded(int64_t x, int64_t most)
+{
+    return x > most ? most : x < -most ? -most : x;
+}
+
 static int half_of(int64_t own)
 {
     // To 59 or 60 bits, by an even number of them.
@@ -87,20 +93,28 @@ static int half_of(int64_t own)
     return more >= 0 ? more / 2 : -((1 - more) / 2);
 }
 
+// Sum of i by j, j <= i; the target's stand apart.
+static int64_t sum_of(const dqw_normal_q15 *n, int i, int j)
+{
+    return i < n->inputs ? n->a_q32[DQW_NORMAL_A(j, i)] : j < i ? n->b_q32[j] : n->c_q32;
+}
+
 static void factor(const dqw_normal_q15 *n, factors *f)
 {
+    const int inputs = n->inputs;
     f->out = 0;
-    for (int i = 0; i < n->inputs; i++) f->half[i] = half_of(n->a_q32[DQW_NORMAL_A(i, i)]);
-    f->half[n->inputs] = half_of(n->c_q32);
-    for (int i = 0; i < n->inputs; i++) {
+    for (int i = 0; i <= inputs; i++) {
+        f->half[i] = half_of(sum_of(n, i, i));
         int32_t *row = &f->l_q31[DQW_NORMAL_A(0, i)];
         for (int j = 0; j <= i; j++) {
             const int32_t *above = &f->l_q31[DQW_NORMAL_A(0, j)];
             // Q60, below 2^60; each product is below 2^62 in Q62
-            int64_t rest = dqw_q_scale64(n->a_q32[DQW_NORMAL_A(j, i)], f->half[i] + f->half[j]);
-            for (int k = 0; k < j; k++) rest = dqw_q_within64(rest - dqw_q_round64((int64_t)row[k] * above[k], 2), TWO_Q60);
+            int64_t rest = dqw_q_scale64(sum_of(n, i, j), f->half[i] + f->half[j]);
+            for (int k = 0; k < j; k++) rest = bounded(rest - dqw_q_round64((int64_t)row[k] * above[k], 2), TWO_Q60);
             if (j < i) {
-                row[j] = above[j] == 0 ? 0 : dqw_q31_sat(dqw_q_quotient64(rest, above[j], 2));
+                row[j] = dqw_q31_sat(dqw_q_quotient64(rest, above[j], 2));
+            } else if (i == inputs) {
+                f->left_q60 = rest;
             } else if (rest < (int64_t)1 << (60 - PIVOT_BITS)) {
                 row[i] = 0;
                 f->out |= 1u << i;
@@ -121,7 +135,7 @@ static int64_t inverse_diagonal_q40(const factors *f, int inputs, int i)
         if (row[k] == 0) continue;
         int64_t rest_q51 = k == i ? (int64_t)1 << 51 : 0;
         // 2^62 and a product of 2^31 by less than 2^31
-        for (int m = i; m < k; m++) rest_q51 = dqw_q_within64(rest_q51 - row[m] * z_q20[m], BOUND_Q20 * BOUND_Q20);
+        for (int m = i; m < k; m++) rest_q51 = bounded(rest_q51 - row[m] * z_q20[m], BOUND_Q20 * BOUND_Q20);
         z_q20[k] = dqw_q_quotient64(rest_q51, row[k], 0);
         if (z_q20[k] >= BOUND_Q20 || z_q20[k] <= -BOUND_Q20) return NOT_LEARNED;
         sum_q40 += z_q20[k] * z_q20[k];
@@ -130,59 +144,39 @@ static int64_t inverse_diagonal_q40(const factors *f, int inputs, int i)
     return sum_q40;
 }
 
-// A direction that was never learned has a part of others in it: those are not learned either.
-static void leave_out(const factors *f, int inputs, dqw_solution_q15 *s)
+// t = L^-T of a row of L: what an input, or the target, is of those before it. Q40, bounded to 2^17, which is beyond all that is learned, so that sums
+// of them stay below 2^62.
+static void back(const factors *f, int i, int64_t t_q40[])
 {
-    for (int i = 0; i < inputs; i++) {
-        if ((f->out >> i & 1u) == 0) continue;
-        s->cov_q40[i] = NOT_LEARNED;
-        int64_t t_q20[N] = {0};
-        for (int j = i - 1; j >= 0; j--) {
-            const int32_t own = f->l_q31[DQW_NORMAL_A(j, j)];
-            if (own == 0) continue;
-            int64_t rest_q51 = (int64_t)f->l_q31[DQW_NORMAL_A(j, i)] * ((int64_t)1 << 20);
-            for (int k = j + 1; k < i; k++) rest_q51 -= f->l_q31[DQW_NORMAL_A(j, k)] * t_q20[k];
-            // Bounded to 2^7, so that what follows from it stays below 2^62: it is tied in any case.
-            t_q20[j] = dqw_q_within64(dqw_q_quotient64(rest_q51, own, 0), (int64_t)1 << 27);
-            if (t_q20[j] > TIE_Q20 || t_q20[j] < -TIE_Q20) s->cov_q40[j] = NOT_LEARNED;
-        }
+    for (int j = i - 1; j >= 0; j--) {
+        int64_t rest_q40 = (int64_t)f->l_q31[DQW_NORMAL_A(j, i)] * 512;
+        for (int k = j + 1; k < i; k++) rest_q40 -= dqw_q_times64(t_q40[k], f->l_q31[DQW_NORMAL_A(j, k)], -31);
+        t_q40[j] = bounded(dqw_q_quotient64(rest_q40, f->l_q31[DQW_NORMAL_A(j, j)], 31), (int64_t)1 << 57);
     }
 }
 
 void dqw_normal_solve_q15(const dqw_normal_q15 *n, const int64_t start_q40[], dqw_solution_q15 *s)
 {
     factors f;
+    int64_t t_q40[N];
     const int inputs = n->inputs;
     factor(n, &f);
     const int half_y = f.half[inputs];
-
-    // Forward: what the inputs explain, y of unit length at most. Q31
-    int32_t y_q31[N];
-    int64_t left_q60 = dqw_q_scale64(n->c_q32, 2 * half_y);
-    for (int i = 0; i < inputs; i++) {
-        const int32_t *row = &f.l_q31[DQW_NORMAL_A(0, i)];
-        int64_t rest_q60 = dqw_q_scale64(n->b_q32[i], f.half[i] + half_y);
-        for (int k = 0; k < i; k++) rest_q60 = dqw_q_within64(rest_q60 - dqw_q_round64((int64_t)row[k] * y_q31[k], 2), TWO_Q60);
-        y_q31[i] = row[i] == 0 ? 0 : dqw_q31_sat(dqw_q_quotient64(rest_q60, row[i], 2));
-        left_q60 = dqw_q_within64(left_q60 - dqw_q_round64((int64_t)y_q31[i] * y_q31[i], 2), TWO_Q60);
-    }
-    s->left_q32 = left_q60 > 0 ? dqw_q_scale64(left_q60, -2 * half_y) : 0;
-
-    // Back: Q40. Bounded to 2^17, which is beyond all that is learned, so that sums of them stay below 2^62
-    int64_t w_q40[N];
-    for (int j = inputs - 1; j >= 0; j--) {
-        const int32_t own = f.l_q31[DQW_NORMAL_A(j, j)];
-        int64_t rest_q40 = (int64_t)y_q31[j] * 512;
-        for (int i = j + 1; i < inputs; i++) rest_q40 -= dqw_q_product64(f.l_q31[DQW_NORMAL_A(j, i)], w_q40[i], -31);
-        w_q40[j] = own == 0 ? 0 : dqw_q_within64(dqw_q_quotient64(rest_q40, own, 31), (int64_t)1 << 57);
-    }
+    s->left_q32 = f.left_q60 > 0 ? dqw_q_scale64(f.left_q60, -2 * half_y) : 0;
     s->out = f.out;
+    back(&f, inputs, t_q40);
     for (int i = 0; i < inputs; i++) {
         const bool out = (f.out >> i & 1u) != 0;
-        s->w_q40[i] = out ? start_q40[i] : dqw_q_scale64(w_q40[i], f.half[i] - half_y);
+        s->w_q40[i] = out ? start_q40[i] : dqw_q_scale64(t_q40[i], f.half[i] - half_y);
         // The sums were scaled from Q32 to Q60.
         const int64_t inverse_q40 = out ? NOT_LEARNED : inverse_diagonal_q40(&f, inputs, i);
         s->cov_q40[i] = inverse_q40 == NOT_LEARNED ? NOT_LEARNED : dqw_q_scale64(inverse_q40, 2 * f.half[i] - 28);
     }
-    leave_out(&f, inputs, s);
+    // A direction that was never learned has a part of others in it: those are not learned either.
+    for (int i = 0; i < inputs; i++) {
+        if ((f.out >> i & 1u) == 0) continue;
+        back(&f, i, t_q40);
+        for (int j = 0; j < i; j++)
+            if (t_q40[j] > TIE_Q40 || t_q40[j] < -TIE_Q40) s->cov_q40[j] = NOT_LEARNED;
+    }
 }

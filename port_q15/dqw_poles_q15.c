@@ -93,11 +93,12 @@ static void go_on(dqw_estimator_q15 *e, int32_t p)
 static bool shrunk(const dqw_estimator_q15 *e, const dqw_estimator_q15_block *b, int32_t p)
 {
     if (e->config->noise_on_inputs) return false;
+    // cppcheck-suppress uninitvar; every element is set
     dqw_rows_q15 r;
     dqw_estimator_rows_of_q15(e, b, &r);
     for (int axis = 0; axis < 2; axis++) {
         const int i = DQW_LD + axis;
-        const int64_t part_q20 = dqw_q_product64(dqw_q_product64(r.var_q56[axis][i], e->cov_q40[i], -56), e->blocks, -20);
+        const int64_t part_q20 = dqw_q_product64(dqw_q_product64(r.noise_q56[axis][i], e->cov_q40[i], -56), e->blocks, -20);
         if ((e->learned >> i & 1u) != 0 && part_q20 * p > QUARTER_Q20) return true;
     }
     return false;

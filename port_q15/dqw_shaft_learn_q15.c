@@ -131,21 +131,16 @@ static bool learn(dqw_shaft_q15 *s, const int32_t block[SIGNALS], uint16_t weigh
     return true;
 }
 
-static const volatile bool *waits(const dqw_shaft_q15 *s)
-{
-    return &s->pending;
-}
-
 bool dqw_shaft_background_q15(dqw_shaft_q15 *s)
 {
-    if (!*waits(s)) return false;
-    // Volatile, as the flag that guards them.
-    const volatile int32_t *from = s->block;
+    if (!dqw_window_waits_q15(&s->window)) return false;
     int32_t block[SIGNALS];
-    for (int i = 0; i < SIGNALS; i++) block[i] = from[i];
-    const uint16_t weight = *(const volatile uint16_t *)&s->weight;
-    *(volatile bool *)&s->pending = false;
-    return learn(s, block, weight);
+    int32_t sum[2];
+    uint16_t weight;
+    const uint32_t event = dqw_window_join_q15(&s->window, &s->rise, block, &weight, sum);
+    dqw_window_release_q15(&s->window);
+    if (event == DQW_EVENT_INCOMPLETE && s->gate.incomplete < UINT32_MAX) s->gate.incomplete++;
+    return event == DQW_EVENT_BLOCK && learn(s, block, weight);
 }
 
 dqw_reading_q15 dqw_shaft_read_q15(const dqw_shaft_q15 *s, enum dqw_shaft_parameter which)

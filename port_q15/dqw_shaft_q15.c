@@ -159,29 +159,21 @@ static int32_t direction(const dqw_shaft_q15 *s, int16_t w_q15)
     return w_q15 > 0 ? 32768 : -32768;
 }
 
-// Half a window is full: a block for the background, unless it still has to take the last one.
-static uint32_t hand_over(dqw_shaft_q15 *s)
-{
-    int32_t lost[SIGNALS];
-    uint16_t weight;
-    const bool taken = s->pending;
-    const uint32_t event = dqw_window_end_q15(&s->window, taken ? lost : s->block, &weight);
-    if (event == DQW_EVENT_INCOMPLETE && s->gate.incomplete < UINT32_MAX) s->gate.incomplete++;
-    if (event != DQW_EVENT_BLOCK) return event;
-    if (taken) {
-        if (s->missed < UINT32_MAX) s->missed++;
-        return DQW_EVENT_MISSED;
-    }
-    s->weight = weight;
-    *(volatile bool *)&s->pending = true;
-    return DQW_EVENT_BLOCK;
-}
-
-// One pair, NULL where it is none.
+// One pair, NULL where it is none; half a window that is full goes to the background, unless it still has the one before.
 static uint32_t gather(dqw_shaft_q15 *s, const int32_t pair[])
 {
-    dqw_window_add_q15(&s->window, pair, SIGNALS);
-    return dqw_window_full_q15(&s->window) ? hand_over(s) : 0u;
+    dqw_window_q15 *w = &s->window;
+    if (pair == NULL) {
+        dqw_window_refuse_q15(w);
+    } else {
+        dqw_window_q15_cell *cell = dqw_window_cells_q15(w);
+        for (int i = 0; i < w->signals; i++) dqw_window_gather_q15(&cell[i], pair[i]);
+        dqw_window_count_q15(w);
+    }
+    if (!dqw_window_full_q15(w)) return 0;
+    if (dqw_window_turn_q15(w)) return DQW_EVENT_BLOCK;
+    if (s->missed < UINT32_MAX) s->missed++;
+    return DQW_EVENT_MISSED;
 }
 
 uint32_t dqw_shaft_sample_q15(dqw_shaft_q15 *s, int16_t torque_q15, int16_t w_m_q15, uint16_t theta_m_turn, bool saturated)
@@ -193,7 +185,7 @@ uint32_t dqw_shaft_sample_q15(dqw_shaft_q15 *s, int16_t torque_q15, int16_t w_m_
     s->has_last = refused == 0;
 
     // [SHAFT.2] the pair that it ends
-    int32_t pair[SIGNALS] = {0};
+    int32_t pair[SIGNALS];
     if (refused == 0) {
         const int32_t now_q15 = direction(s, w_m_q15);
         pair[TORQUE] = s->torque_last_q15;

@@ -68,20 +68,17 @@ typedef struct dqw_shaft_q15 {
     dqw_torque_q15 effect[DQW_EFFECT_WEIGHTS];
 #endif
     // The interrupt's.
-    dqw_gate gate;  ///< all but `blocks`, which the background counts
+    dqw_gate gate;  ///< but for its blocks, learned and incomplete, which the background counts
     dqw_window_q15 window;
     int32_t direction_last_q15;
     int16_t torque_last_q15, w_last_q15;
 #if DQW_EFFECT_WEIGHTS > 0
     int32_t x_last_q15[DQW_EFFECT_WEIGHTS];  ///< the effects' inputs at the last sample
 #endif
-    uint32_t missed;  ///< blocks lost because the background came too late
+    uint32_t missed;  ///< halves lost because the background came too late
     bool has_last;
-    // Handed over: the interrupt writes while `pending` is false, the background reads while it is true and then clears it.
-    bool pending;
-    uint16_t weight;  ///< sum of the weights of the block's pairs
-    int32_t block[DQW_SHAFT_Q15_SIGNALS];
-    // The background's: the neuron, and what it leaves unexplained.
+    // The background's: the half before, the neuron, and what it leaves unexplained.
+    dqw_window_q15_rise rise;
     dqw_normal_q15 normal;
     int64_t w_q40[DQW_SHAFT_Q15_INPUTS];   ///< as solved last, per unit of the full scales; J: of a step in half a block
     int64_t sd_q40[DQW_SHAFT_Q15_INPUTS];  ///< deviations; INT64_MAX: nothing was learned

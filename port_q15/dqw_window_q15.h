@@ -1,4 +1,5 @@
-// Triangular blocks of consecutive pairs, in whole numbers: nothing is rounded until the block is read.
+// Consecutive pairs gathered into blocks under a triangular weight, in whole numbers: nothing is rounded until the block is read. The interrupt
+// gathers halves, in two places by turns; the background joins two of them that follow each other to a block.
 #ifndef DQW_WINDOW_Q15_H
 #define DQW_WINDOW_Q15_H
 
@@ -15,21 +16,43 @@
 extern "C" {
 #endif
 
-/// Most signals: a block's, dead time's, and what effects add on each axis.
+/// Most signals that a window gathers: a block's and dead time's, and two of each weight of an effect.
 #define DQW_WINDOW_Q15_SIGNALS (11 + 2 * DQW_EFFECT_WEIGHTS)
 
 /// Most pairs in half a window: h (h + 1) 2^17 < 2^31.
 #define DQW_WINDOW_Q15_HALF 100
 
+/// One signal of a half.
+typedef struct dqw_window_q15_cell {
+    int32_t sum;   ///< of x. |sum| <= half 2^17
+    int32_t fall;  ///< sum of those sums, in which pair j weighs half + 1 - j
+} dqw_window_q15_cell;
+
+/// A half that is being gathered, or was handed over.
+typedef struct dqw_window_q15_part {
+    dqw_window_q15_cell cell[DQW_WINDOW_Q15_SIGNALS];
+    uint16_t fall_weight;  ///< <= 5050
+    uint8_t valid;         ///< pairs in it
+} dqw_window_q15_part;
+
+/// The interrupt's side.
 typedef struct dqw_window_q15 {
-    int32_t sum[DQW_WINDOW_Q15_SIGNALS];   ///< this half: sum of x. |sum| <= half 2^17
-    int32_t fall[DQW_WINDOW_Q15_SIGNALS];  ///< this half: sum of those sums, in which pair j weighs half + 1 - j
-    int32_t rise[DQW_WINDOW_Q15_SIGNALS];  ///< the half before, weighted by j
-    uint16_t fall_weight, rise_weight;     ///< <= 5050
-    uint8_t half, at, valid, rise_valid;
+    dqw_window_q15_part part[2];
+    uint8_t half, at;  ///< pairs in a half; of them passed
     uint8_t signals;
-    bool has_rise;
+    uint8_t now;    ///< which part is being gathered; the other one is free, or handed over
+    bool pending;   ///< the other one is handed over: the background's until it clears this
+    bool follows;   ///< what is being gathered follows what was handed over last
+    bool followed;  ///< what is handed over follows what was handed over before
 } dqw_window_q15;
+
+/// The background's side: the half before, rising.
+typedef struct dqw_window_q15_rise {
+    int32_t rise[DQW_WINDOW_Q15_SIGNALS];  ///< weighted by j
+    uint16_t weight;                       ///< <= 5050
+    uint8_t valid;
+    bool has;
+} dqw_window_q15_rise;
 
 /// Make an empty window of 2 half pairs.
 ///
@@ -38,45 +61,77 @@ typedef struct dqw_window_q15 {
 /// Returns  DQW_OK; DQW_ERR_NULL or DQW_ERR_SIZE, and then *w is untouched
 enum dqw_status dqw_window_init_q15(dqw_window_q15 *w, int half, int signals);
 
-/// Forget what is in the window: after a gap in time.
+/// Forget what is being gathered: after a gap in time.
+/// Context  interrupt
 void dqw_window_restart_q15(dqw_window_q15 *w);
 
-/// Add a pair: the part that runs every period. x[signals], NULL for a pair that the gate refused.
+/// Take one signal of a pair.
 ///
-/// Source   (E15) in docs/EQUATIONS.md
-/// Range    |x| <= 2^17; signals: the window's; a constant here lets the compiler unroll
-/// Cost     2 additions a signal
-/// Context  ISR safe; dqw_window_end_q15() must follow
-static inline void dqw_window_add_q15(dqw_window_q15 *w, const int32_t x[], int signals)
+/// Source   (E15) in docs/EQUATIONS.md: the sum of the sums weighs pair j by half + 1 - j
+/// Range    |x| <= 2^17
+/// Cost     2 additions
+/// Context  interrupt; dqw_window_count_q15() once for all signals of the pair
+static inline void dqw_window_gather_q15(dqw_window_q15_cell *cell, int32_t x)
 {
-    // [WIN.1] gather: the sum of the sums weighs pair j by half + 1 - j
-    w->at++;
-    if (x != NULL) {
-        DQW_Q_UNROLL for (int i = 0; i < signals; i++)
-        {
-            w->sum[i] += x[i];
-            w->fall[i] += w->sum[i];
-        }
-        w->valid++;
-    } else {
-        for (int i = 0; i < signals; i++) w->fall[i] += w->sum[i];
-    }
-    w->fall_weight = (uint16_t)(w->fall_weight + w->valid);
+    const int32_t sum = cell->sum + x;
+    cell->sum = sum;
+    cell->fall += sum;
 }
 
-/// Is half a window full?
+/// Where the signals of this pair go.
+static inline dqw_window_q15_cell *dqw_window_cells_q15(dqw_window_q15 *w)
+{
+    return w->part[w->now].cell;
+}
+
+/// The pair is whole; or the gate refused it.
+/// Cost     refused: an addition a signal
+/// Context  interrupt; dqw_window_full_q15() after it
+static inline void dqw_window_count_q15(dqw_window_q15 *w)
+{
+    dqw_window_q15_part *p = &w->part[w->now];
+    w->at++;
+    p->valid++;
+    p->fall_weight = (uint16_t)(p->fall_weight + p->valid);
+}
+void dqw_window_refuse_q15(dqw_window_q15 *w);
+
+/// True where a half is full and dqw_window_turn_q15() has something to do.
 static inline bool dqw_window_full_q15(const dqw_window_q15 *w)
 {
     return w->at >= w->half;
 }
 
-/// End half a window.
+/// A half is full: hand it over and go on in the other place.
 ///
-/// Source   (E15) in docs/EQUATIONS.md
-/// Shape    block[signals]: weighted sums, written where the event is DQW_EVENT_BLOCK; |block| < 2^31
-/// Returns  DQW_EVENT_BLOCK, DQW_EVENT_INCOMPLETE where too much was refused, 0 for the first half; *weight the sum of the weights
-/// Context  ISR safe; after dqw_window_add_q15, where dqw_window_full_q15
-uint32_t dqw_window_end_q15(dqw_window_q15 *w, int32_t block[], uint16_t *weight);
+/// Returns  false where the background still has the half before: then this one is lost
+/// Cost     a few instructions; one store a signal where it is lost
+/// Context  interrupt
+bool dqw_window_turn_q15(dqw_window_q15 *w);
+
+/// Is a half handed over?
+/// Context  background
+static inline bool dqw_window_waits_q15(const dqw_window_q15 *w)
+{
+    return *(const volatile bool *)&w->pending;
+}
+
+/// The interrupt may hand over the next one.
+/// Context  background
+static inline void dqw_window_release_q15(dqw_window_q15 *w)
+{
+    *(volatile bool *)&w->pending = false;
+}
+
+/// Join the half that was handed over with the one before, and clear its place.
+///
+/// Source   (E15) in docs/EQUATIONS.md: any weighted sum of exact pair equations is exact
+/// Shape    block[signals], weighted sums, and *weight, the sum of the weights, written when a block is ready; |block| < 2^31. sum[2]: the plain
+///          sums of the half's first two signals
+/// Returns  0, or DQW_EVENT_BLOCK when block[] is ready, or DQW_EVENT_INCOMPLETE when over a quarter of it was refused
+/// Cost     a product and 3 additions a signal
+/// Context  background, between dqw_window_waits_q15() and dqw_window_release_q15()
+uint32_t dqw_window_join_q15(dqw_window_q15 *w, dqw_window_q15_rise *r, int32_t block[], uint16_t *weight, int32_t sum[]);
 
 #ifdef __cplusplus
 }

@@ -10,30 +10,36 @@
 #define ONE_Q28 268435456
 #define TENTH_Q31 214748365
 
-// Q30 of 1, Q28 of a full scale, or Q26 of the full voltage.
+// Q26 of the full voltage, or Q30 of 1.
 typedef struct {
-    int32_t re, im;
+    int64_t re, im;
 } complex_number;
 
 // a b 2^-n
-static complex_number product(complex_number a, complex_number b, unsigned n)
+static void multiply(complex_number *a, const complex_number *b, int n)
 {
-    const complex_number c = {dqw_q31_sat(dqw_q_round64((int64_t)a.re * b.re - (int64_t)a.im * b.im, n)),
-                              dqw_q31_sat(dqw_q_round64((int64_t)a.re * b.im + (int64_t)a.im * b.re, n))};
-    return c;
+    const int64_t re = dqw_q_product64(a->re, b->re, -n) - dqw_q_product64(a->im, b->im, -n);
+    a->im = dqw_q_product64(a->re, b->im, -n) + dqw_q_product64(a->im, b->re, -n);
+    a->re = re;
+}
+
+static void scale(complex_number *a, int64_t by, int n)
+{
+    a->re = dqw_q_product64(a->re, by, -n);
+    a->im = dqw_q_product64(a->im, by, -n);
+}
+
+static int64_t within(int64_t x)
+{
+    const int64_t most = (int64_t)1 << 30;
+    return x > most ? most : x < -most ? -most : x;
 }
 
 // Inputs up to 16 full voltages, more than nominal parameters take of full signals; errors up to 4. So products of two have a bit to spare.
-static int32_t bounded(int64_t x)
+static void bound(complex_number *a)
 {
-    return (int32_t)dqw_q_within64(x, 1 << 30);
-}
-
-// a by 2^-n, bounded.
-static complex_number scaled(complex_number a, int64_t by, int n)
-{
-    const complex_number c = {bounded(dqw_q_times64(by, a.re, -n)), bounded(dqw_q_times64(by, a.im, -n))};
-    return c;
+    a->re = within(a->re);
+    a->im = within(a->im);
 }
 
 void dqw_witness_init_q15(dqw_witness_q15 *w)
@@ -72,24 +78,43 @@ static void inputs(const dqw_estimator_q15 *t, const dqw_estimator_q15_block *bl
 {
     dqw_units_q15 n;
     (void)dqw_units_of_q15(t->config, t->pole_pairs, &n);
-    const complex_number once = {block->about.cosine_q15 * 32768, -block->about.sine_q15 * 32768};  // Q30
-    const complex_number twice = scaled(product(once, once, 30), left_of(2 * turn_q28), 28);
-    const int32_t w_q28 = b->w_m;
-    const int64_t R_q40 = dqw_q_times64(n.R_q40, t->w_q24[DQW_R], -24);
-    const int64_t L_q40 = dqw_q_times64(n.X_q40[0], t->w_q24[DQW_LD], -25) + dqw_q_times64(n.X_q40[1], t->w_q24[DQW_LQ], -25);
+    const int32_t *w = t->w_q24;
+    const int64_t w_q28 = b->w_m;
+    const int64_t R_q40 = dqw_q_times64(n.R_q40, w[DQW_R], -24);
     const int64_t X_nominal_q40 = dqw_q_floor64(n.X_q40[0] + n.X_q40[1], 1);
-    const complex_number conjugate = {b->i_d, -b->i_q};
-    const complex_number with_current = product(twice, conjugate, 30);  // Q28
-    x[DQW_WITNESS_OFFSET_Q15] = scaled(once, -dqw_q_product64(R_q40, left_of(turn_q28), -28), 44);
-    x[DQW_WITNESS_RESISTANCE_Q15] = scaled(with_current, n.R_q40, 42);
-    const complex_number turned = scaled(with_current, dqw_q_times64(X_nominal_q40, w_q28, -28), 42);
+    const int64_t L_q40 = dqw_q_times64(n.X_q40[0], w[DQW_LD], -25) + dqw_q_times64(n.X_q40[1], w[DQW_LQ], -25);
+
+    const complex_number once = {(int64_t)block->with.cosine_q15 * 32768, -(int64_t)block->with.sine_q15 * 32768};  // Q30
+    complex_number *offset = &x[DQW_WITNESS_OFFSET_Q15];
+    *offset = once;
+    scale(offset, -dqw_q_product64(R_q40, left_of(turn_q28), -28), 44);
+
+    complex_number twice = once;
+    multiply(&twice, &once, 30);
+    scale(&twice, left_of(2 * turn_q28), 28);
+    complex_number *resistance = &x[DQW_WITNESS_RESISTANCE_Q15];
+    resistance->re = b->i_d;
+    resistance->im = -(int64_t)b->i_q;
+    multiply(resistance, &twice, 30);  // Q28
+    complex_number turned = *resistance;
+    scale(resistance, n.R_q40, 42);
+    scale(&turned, dqw_q_product64(X_nominal_q40, w_q28, -28), 42);
     x[DQW_WITNESS_REACTANCE_Q15].re = -turned.im;
     x[DQW_WITNESS_REACTANCE_Q15].im = turned.re;
-    // e j (R - j w_e L), of nominal R and reactance together: up to the weights themselves, which are below 64
+
+    // e j (R - j w_e L), of nominal R and reactance together
     const int64_t both_q40 = n.R_q40 + X_nominal_q40;
-    const complex_number impedance = {dqw_q_quotient32(dqw_q_times64(L_q40, w_q28, -28), both_q40, 24), dqw_q_quotient32(R_q40, both_q40, 24)};
-    const int64_t e_q40 = dqw_q_times64(dqw_q_times64(n.psi_q40, t->w_q24[DQW_PSI], -24), w_q28, -28);
-    x[DQW_WITNESS_SHORT_Q15] = scaled(product(twice, impedance, 30), e_q40, 38);
+    complex_number *shorted = &x[DQW_WITNESS_SHORT_Q15];
+    shorted->re = dqw_q_quotient64(dqw_q_product64(L_q40, w_q28, -28), both_q40, 30);
+    shorted->im = dqw_q_quotient64(R_q40, both_q40, 30);
+    multiply(shorted, &twice, 30);
+    scale(shorted, dqw_q_product64(dqw_q_times64(n.psi_q40, w[DQW_PSI], -24), w_q28, -28), 44);
+    for (int k = 0; k < DQW_WITNESS_Q15_INPUTS; k++) bound(&x[k]);
+}
+
+static void toward(int32_t *weight_q28, int64_t x, int64_t by)
+{
+    *weight_q28 = dqw_q31_sat(*weight_q28 + dqw_q_quotient64(x, by, 16));
 }
 
 bool dqw_witness_learn_q15(dqw_witness_q15 *w, const dqw_estimator_q15 *t, const dqw_estimator_q15_block *block)
@@ -97,7 +122,7 @@ bool dqw_witness_learn_q15(dqw_witness_q15 *w, const dqw_estimator_q15 *t, const
     const dqw_block_q15 b = dqw_estimator_means_q15(block);
     const int64_t turn = dqw_q_times64((int64_t)t->turn_q28 * t->window.half, b.w_m, -28);
     const int64_t turn_q28 = turn < 0 ? -turn : turn;
-    if (t->pole_pairs == 0 || !dqw_scale_is_direction(block->about.cosine_q15, block->about.sine_q15) || turn_q28 <= SLOWEST_Q28 || turn_q28 >= FASTEST_Q28)
+    if (t->pole_pairs == 0 || !dqw_scale_is_direction(block->with.cosine_q15, block->with.sine_q15) || turn_q28 <= SLOWEST_Q28 || turn_q28 >= FASTEST_Q28)
         return false;
 
     // [WIT.1] inputs at the middle of the block
@@ -107,23 +132,31 @@ bool dqw_witness_learn_q15(dqw_witness_q15 *w, const dqw_estimator_q15 *t, const
     // [WIT.2] the shared error
     complex_number error = {t->e_q28[0], t->e_q28[1]};
     for (int k = 0; k < DQW_WITNESS_Q15_INPUTS; k++) {
-        const complex_number weight = {w->re_q28[k], w->im_q28[k]};
-        const complex_number said = product(weight, x[k], 26);
-        error.re = bounded((int64_t)error.re - said.re);
-        error.im = bounded((int64_t)error.im - said.im);
+        complex_number said = {w->re_q28[k], w->im_q28[k]};
+        multiply(&said, &x[k], 26);
+        error.re -= said.re;
+        error.im -= said.im;
     }
+    bound(&error);
 
     // [WIT.3] each weight by its own mean power
     if (w->blocks < DQW_WITNESS_Q15_MEMORY) w->blocks++;
     for (int k = 0; k < DQW_WITNESS_Q15_INPUTS; k++) {
-        const int64_t power = (int64_t)x[k].re * x[k].re + (int64_t)x[k].im * x[k].im;
-        w->power_q52[k] += dqw_q_quotient64(power - w->power_q52[k], w->blocks, 0);
-        if (w->power_q52[k] <= 0) continue;
-        const int64_t tenth = dqw_q_quotient64(power, 10, 0);
-        const int64_t by = dqw_q_times64(w->power_q52[k] > tenth ? w->power_q52[k] : tenth, DQW_WITNESS_Q15_MEMORY, -10);  // Q42
+        // |x|, |e| <= 2^30: exact
+        const int32_t x_re = (int32_t)x[k].re;
+        const int32_t x_im = (int32_t)x[k].im;
+        const int32_t e_re = (int32_t)error.re;
+        const int32_t e_im = (int32_t)error.im;
+        const int64_t power = (int64_t)x_re * x_re + (int64_t)x_im * x_im;
+        int64_t mean = w->power_q52[k];
+        mean += dqw_q_product64(power - mean, (1u << 31) / w->blocks, -31);
+        w->power_q52[k] = mean;
+        if (mean <= 0) continue;
+        const int64_t tenth = dqw_q_times64(power, TENTH_Q31, -31);
+        const int64_t by = dqw_q_times64(mean > tenth ? mean : tenth, DQW_WITNESS_Q15_MEMORY, -10);  // Q42
         // Q54 over Q42
-        w->re_q28[k] = dqw_q31_sat(w->re_q28[k] + dqw_q_quotient64((int64_t)x[k].re * error.re + (int64_t)x[k].im * error.im, by, 16));
-        w->im_q28[k] = dqw_q31_sat(w->im_q28[k] + dqw_q_quotient64((int64_t)x[k].re * error.im - (int64_t)x[k].im * error.re, by, 16));
+        toward(&w->re_q28[k], (int64_t)x_re * e_re + (int64_t)x_im * e_im, by);
+        toward(&w->im_q28[k], (int64_t)x_re * e_im - (int64_t)x_im * e_re, by);
     }
     return true;
 }

@@ -6,7 +6,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "dqw_estimator_q15.h"
+#include "dqw_estimator_block_q15.h"
 
 #ifdef __cplusplus
 extern "C" {

@@ -51,11 +51,94 @@ void terminal_accuracy_on_every_dynamic_scenario()
             const bool clean = std::string(noise) == "noise=0";
             const auto log = simulated(name, {noise});
             const auto r = dqw::learn({log});
-            near_truth(r, "R_ohm", *log.machine.R_ohm, clean ? 0.5 : 1.0);
-            near_truth(r, "Ld_H", *log.machine.Ld_H, clean ? 0.5 : 2.0);
-            near_truth(r, "Lq_H", *log.machine.Lq_H, clean ? 0.5 : 2.0);
-            near_truth(r, "psi_Wb", *log.machine.psi_Wb, clean ? 0.2 : 0.3);
+            // Clean 0.0044 at most, the flux 0.0002; with noise 0.07, 0.07, 0.02.
+            near_truth(r, "R_ohm", *log.machine.R_ohm, clean ? 0.01 : 0.15);
+            near_truth(r, "Ld_H", *log.machine.Ld_H, clean ? 0.01 : 0.15);
+            near_truth(r, "Lq_H", *log.machine.Lq_H, clean ? 0.01 : 0.15);
+            near_truth(r, "psi_Wb", *log.machine.psi_Wb, clean ? 0.002 : 0.05);
         }
+}
+
+struct Sum {
+    double off2 = 0.0, score2 = 0.0;
+    int n = 0;
+};
+
+void add(const Result& r, const std::string& name, double truth, Sum& to)
+{
+    const auto* e = find(r, name);
+    TEST_ASSERT_NOT_NULL_MESSAGE(e, name.c_str());
+    to.off2 += std::pow(100 * (e->value / truth - 1), 2);
+    to.score2 += std::pow((e->value - truth) / e->sd, 2);
+    to.n++;
+}
+
+/// RMS of all, in percent and in deviations.
+void within(const std::string& name, const Sum& s, double low, double high, double least_score, double most_score)
+{
+    const double off = std::sqrt(s.off2 / s.n), score = std::sqrt(s.score2 / s.n);
+    const std::string text = name + ": off by " + std::to_string(off) + " %, " + std::to_string(score) + " deviations, RMS of " + std::to_string(s.n);
+    TEST_ASSERT_TRUE_MESSAGE(off >= low && off <= high && score >= least_score && score <= most_score, text.c_str());
+}
+
+void noise_of_a_fifth_shrinks_nothing()
+{
+    Sum R, Ld, Lq, psi;
+    for (const char* seed : {"seed=1", "seed=2", "seed=3", "seed=4", "seed=5", "seed=6", "seed=7", "seed=8"}) {
+        const auto log = simulated("joint_24v", {"noise=0.2", seed});
+        const auto r = dqw::learn({log});
+        add(r, "R_ohm", *log.machine.R_ohm, R);
+        add(r, "Ld_H", *log.machine.Ld_H, Ld);
+        add(r, "Lq_H", *log.machine.Lq_H, Lq);
+        add(r, "psi_Wb", *log.machine.psi_Wb, psi);
+    }
+    // Over 20 seeds 0.25, 0.84, 0.26 and 0.19 %; 1.1, 1.0, 0.9 and 1.3 deviations.
+    within("R", R, 0.1, 0.5, 0.5, 1.7);
+    within("L_d", Ld, 0.3, 1.4, 0.5, 1.7);
+    within("L_q", Lq, 0.1, 0.5, 0.5, 1.7);
+    within("psi", psi, 0.05, 0.35, 0.5, 2.0);
+}
+
+/// Rows of a log, from one on.
+dqw::Log part(const dqw::Log& log, std::size_t first, std::size_t rows)
+{
+    dqw::Log some = log;
+    some.segments = {0};
+    for (auto column : {&dqw::Log::t_s, &dqw::Log::v_d_V, &dqw::Log::v_q_V, &dqw::Log::i_d_A, &dqw::Log::i_q_A, &dqw::Log::w_m_rad_s})
+        (some.*column).assign((log.*column).begin() + static_cast<std::ptrdiff_t>(first), (log.*column).begin() + static_cast<std::ptrdiff_t>(first + rows));
+    for (auto column : {&dqw::Log::theta_e_rad, &dqw::Log::theta_m_rad, &dqw::Log::v_dc_V, &dqw::Log::temp_winding_C, &dqw::Log::temp_magnet_C,
+                        &dqw::Log::torque_Nm, &dqw::Log::torque_cmd_Nm})
+        (some.*column).clear();
+    return some;
+}
+
+// Every row counts, and the deviation says how few there were.
+void short_logs_are_learned_too()
+{
+    auto log = simulated("servo", {"noise=0.01", "seed=1"});
+    for (const std::size_t rows : {std::size_t{100}, std::size_t{400}, std::size_t{1000}}) {
+        Sum R, Ld, Lq, psi;
+        for (std::size_t first = 300; first + rows < log.rows(); first += 950) {
+            const auto r = dqw::learn({part(log, first, rows)});
+            add(r, "R_ohm", *log.machine.R_ohm, R);
+            add(r, "Ld_H", *log.machine.Ld_H, Ld);
+            add(r, "Lq_H", *log.machine.Lq_H, Lq);
+            add(r, "psi_Wb", *log.machine.psi_Wb, psi);
+        }
+        TEST_ASSERT_TRUE(R.n >= 20);
+        // Of 100, 400 and 1000 rows 1.1, 0.6, 0.35 %; 0.4, 0.4, 0.17 %; 0.8, 0.16, 0.09 %; 0.5, 0.10, 0.06 %.
+        const double part = rows == 100 ? 1.0 : rows == 400 ? 0.5 : 0.25;
+        within("R", R, 0.4 * part, 2.2 * part, 0.4, 2.2);
+        within("L_d", Ld, 0.2 * part, 1.6 * part, 0.4, 2.2);
+        within("L_q", Lq, 0.1 * part, 1.6 * part, 0.4, 2.2);
+        within("psi", psi, 0.05 * part, 1.1 * part, 0.4, 2.6);
+    }
+    // 400 rows tell the pole pairs, 30 do not.
+    log.machine.pole_pairs.reset();
+    const auto few = dqw::learn({part(log, 10000, 400)});
+    TEST_ASSERT_TRUE(find(few, "pole_pairs") != nullptr && find(few, "pole_pairs")->value == 4.0);
+    const auto none = dqw::learn({part(log, 10000, 30)});
+    TEST_ASSERT_TRUE(denied(none, "pole_pairs") && denied(none, "psi_Wb"));
 }
 
 void start_values_are_no_prior()
@@ -136,22 +219,23 @@ void agrees_with_the_reference_on_measured_logs()
         const char* parameter;
         double percent;  // largest difference; beside it what was measured
     };
+    // Electrical ones at most 0.0016; friction 0.26, inertia 2.6.
     const Case cases[] = {
-        {"dq_grid_3000rpm.csv", "R_ohm", 0.5},
-        {"dq_grid_3000rpm.csv", "Ld_H", 0.5},
-        {"dq_grid_3000rpm.csv", "Lq_H", 0.5},
-        {"dq_grid_3000rpm.csv", "psi_Wb", 0.1},
-        {"inverter_sweep_d_axis_a.csv", "R_ohm", 0.1},
-        {"inverter_sweep_beta_axis_a.csv", "R_ohm", 0.1},
-        {"motorcycle_laps_practice.csv", "R_ohm", 1.0},
-        {"motorcycle_laps_practice.csv", "Ld_H", 1.0},
-        {"motorcycle_laps_practice.csv", "Lq_H", 0.5},
-        {"motorcycle_laps_practice.csv", "psi_Wb", 0.2},
-        {"standstill_heating_20A.csv", "R_ohm", 0.1},
-        {"servo_friction_neg_0p045_1.csv", "B_Nms_rad", 3.0},
-        {"servo_friction_pos_0p06_1.csv", "B_Nms_rad", 3.0},
-        {"servo_friction_neg_0p045_2.csv", "J_kgm2", 10.0},
-        {"servo_friction_pos_0p06_3.csv", "J_kgm2", 10.0},
+        {"dq_grid_3000rpm.csv", "R_ohm", 0.01},
+        {"dq_grid_3000rpm.csv", "Ld_H", 0.01},
+        {"dq_grid_3000rpm.csv", "Lq_H", 0.01},
+        {"dq_grid_3000rpm.csv", "psi_Wb", 0.01},
+        {"inverter_sweep_d_axis_a.csv", "R_ohm", 0.01},
+        {"inverter_sweep_beta_axis_a.csv", "R_ohm", 0.01},
+        {"motorcycle_laps_practice.csv", "R_ohm", 0.01},
+        {"motorcycle_laps_practice.csv", "Ld_H", 0.01},
+        {"motorcycle_laps_practice.csv", "Lq_H", 0.01},
+        {"motorcycle_laps_practice.csv", "psi_Wb", 0.01},
+        {"standstill_heating_20A.csv", "R_ohm", 0.01},
+        {"servo_friction_neg_0p045_1.csv", "B_Nms_rad", 0.6},
+        {"servo_friction_pos_0p06_1.csv", "B_Nms_rad", 0.6},
+        {"servo_friction_neg_0p045_2.csv", "J_kgm2", 5.0},
+        {"servo_friction_pos_0p06_3.csv", "J_kgm2", 5.0},
     };
     for (const Case& c : cases) {
         const auto log = dqw::read_log((data / c.file).string(), {});
@@ -183,16 +267,16 @@ void effects_by_name_on_simulated_logs()
         double base_percent;    // of R, L_d, L_q, psi
     };
     const Case cases[] = {
-        {"dead_time", "nonideal.dead_time_V=4", "voltage_V", 4.0, 1.0, 0.7},                               // 0.3, 0.3
-        {"iron_loss", "nonideal.iron_loss_S=0.01", "R_fe_ohm", 100.0, 0.5, 0.3},                           // 0.005, 0.03
-        {"delay", "nonideal.delay_periods=0.4", "periods", 0.4, 2.0, 0.3},                                 // 1.1: the current's lag, 0.03
-        {"skin_effect", "nonideal.skin_effect_s2_rad2=2e-6", "k_s2_rad2", 2e-6, 1.0, 0.3},                 // 0.1, 0.05
-        {"phase_resistance_imbalance", "nonideal.phase_resistance_a_ohm=0.3", "dR_a_ohm", 0.3, 1.0, 0.3},  // 0.3, 0.09
-        {"flux_harmonics", "nonideal.flux_harmonic_6d_Wb=0.002", "psi_6d_Wb", 0.002, 1.0, 0.5},
-        {"angle_offset", "nonideal.angle_offset_rad=0.05", "angle_rad", 0.05, 0.5, 0.3},        // 0.07, 0.12
-        {"current_offset", "nonideal.current_offset_alpha_A=0.3", "i_alpha_A", 0.3, 1.5, 0.3},  // 0.4, 0.03
-        {"voltage_offset", "nonideal.voltage_offset_q_V=1", "v_q_V", 1.0, 1.0, 0.3},
-        {"winding_temperature", "nonideal.winding_alpha_per_K=0.0039", "alpha_per_K", 0.0039, 2.0, 1.0},
+        {"dead_time", "nonideal.dead_time_V=4", "voltage_V", 4.0, 0.6, 0.6},                               // 0.25, 0.29
+        {"iron_loss", "nonideal.iron_loss_S=0.01", "R_fe_ohm", 100.0, 0.02, 0.1},                          // 0.002, 0.03
+        {"delay", "nonideal.delay_periods=0.4", "periods", 0.4, 1.6, 0.1},                                 // 1.1: the current's lag, 0.03
+        {"skin_effect", "nonideal.skin_effect_s2_rad2=2e-6", "k_s2_rad2", 2e-6, 0.6, 0.15},                // 0.23, 0.06
+        {"phase_resistance_imbalance", "nonideal.phase_resistance_a_ohm=0.3", "dR_a_ohm", 0.3, 0.6, 0.2},  // 0.27, 0.09
+        {"flux_harmonics", "nonideal.flux_harmonic_6d_Wb=0.002", "psi_6d_Wb", 0.002, 0.3, 0.2},            // 0.1, 0.07
+        {"angle_offset", "nonideal.angle_offset_rad=0.05", "angle_rad", 0.05, 0.2, 0.25},                  // 0.06, 0.12
+        {"current_offset", "nonideal.current_offset_alpha_A=0.3", "i_alpha_A", 0.3, 0.8, 0.1},             // 0.32, 0.03
+        {"voltage_offset", "nonideal.voltage_offset_q_V=1", "v_q_V", 1.0, 0.5, 0.1},                       // 0.17, 0.03
+        {"winding_temperature", "nonideal.winding_alpha_per_K=0.0039", "alpha_per_K", 0.0039, 0.8, 0.15},  // 0.38, 0.07
     };
     for (const Case& c : cases) {
         std::vector<std::string> settings = {c.setting, "noise=0.005"};
@@ -397,6 +481,8 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(terminal_accuracy_on_every_dynamic_scenario);
+    RUN_TEST(noise_of_a_fifth_shrinks_nothing);
+    RUN_TEST(short_logs_are_learned_too);
     RUN_TEST(start_values_are_no_prior);
     RUN_TEST(pole_pairs_are_found);
     RUN_TEST(mechanical_scenario);

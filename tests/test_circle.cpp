@@ -185,21 +185,21 @@ void the_header_compiles_and_says_what_was_found()
 {
     const std::vector<std::string> c = {command::environment("CC", "cc"), "-std=c99"};
     const std::vector<std::string> cxx = {command::environment("CXX", "c++"), "-std=c++11"};
-    const std::string program = "int main(void)\n{\n    dqw_monitor_config m = dqw_monitor_config();\n    dqw_estimator_config c = m.estimator;\n"
-                                "    m.estimator.encoder_offset = c.encoder_offset = true;\n"
-                                "    dqw_model_config_apply(&c);\n    dqw_model_config_apply_monitor(&m);\n"
-                                "    printf(\"%u %.4f %.3f %d\", (unsigned)c.pole_pairs, (double)c.R_ohm, (double)c.dead_time_width_A, (int)c.encoder_offset);\n"
-                                "    for (int i = 0; i < c.effect_count; i++) printf(\" %d %.3f %.3f\", (int)c.effects[i].effect, "
-                                "(double)c.effects[i].shape[0], (double)c.effects[i].start[0]);\n"
-                                "    printf(\" | %u %.3f %d\", (unsigned)m.estimator.effect_count, (double)m.estimator.dead_time_width_A, "
-                                "(int)m.estimator.encoder_offset);\n    return 0;\n}\n";
+    const std::string program =
+        "int main(void)\n{\n    dqw_monitor_config m = dqw_monitor_config();\n    dqw_estimator_config c = m.estimator;\n"
+        "    m.estimator.encoder_offset = c.encoder_offset = true;\n"
+        "    dqw_model_config_apply(&c);\n    dqw_model_config_apply_monitor(&m);\n"
+        "    printf(\"%u %.4f %.3f %d\", (unsigned)c.pole_pairs, (double)c.R_ohm, (double)c.dead_time_width_A, (int)c.encoder_offset);\n"
+        "    for (int i = 0; i < c.effect_count; i++) printf(\" %d %.3f %.3f\", (int)c.effects[i].effect, "
+        "(double)c.effects[i].shape[0], (double)c.effects[i].start[0]);\n"
+        "    printf(\" | %u %.3f %d\", (unsigned)m.estimator.effect_count, (double)m.estimator.dead_time_width_A, "
+        "(int)m.estimator.encoder_offset);\n    return 0;\n}\n";
     std::string in_c = "static dqw_monitor_config zero;\n" + program;
     in_c.replace(in_c.find("dqw_monitor_config()"), 20, "zero");
     const std::string nasty = "/tmp/a*/b\nc\\.csv";
     // What a monitor watches by itself stands behind the rest.
-    const auto with = made(dqw::Regime::dynamic, {{"dead_time", {0.3, 0.26}, {4.0}},
-                                                  {"angle_offset", {2e-3, 3e-3, 0.1}, {0.05}},
-                                                  {"saturation", {12.0}, {-1e-3, 0, 0, -2e-3, 0}}});
+    const auto with = made(dqw::Regime::dynamic,
+                           {{"dead_time", {0.3, 0.26}, {4.0}}, {"angle_offset", {2e-3, 3e-3, 0.1}, {0.05}}, {"saturation", {12.0}, {-1e-3, 0, 0, -2e-3, 0}}});
     const auto without = made(dqw::Regime::dynamic, {});
     const std::string found = "4 0.9000 0.300 0 2 12.000 -0.001 10 0.002 0.050 | 1 0.300 1";
     TEST_ASSERT_EQUAL_STRING(found.c_str(), compiled(c, "c", dqw::model_config_text(with, {nasty}), in_c).c_str());

@@ -33,8 +33,8 @@ static void effects_that_a_log_cannot_have_are_named(void)
     holds(configured.err, "note: Ld_H, Lq_H, psi_Wb not said");
     // A shape that means nothing is refused, and why.
     const std::string wrong = R"({"inputs": [{"effect": "saturation", "shape": [-1]}]})";
-    const Outcome refused = command::dqwatch({"monitor", folder / "log.csv", "--pole-pairs", "4", "--config", folder.write("wrong.json", wrong), "--out",
-                                              folder / "o"});
+    const Outcome refused = command::dqwatch(
+        {"monitor", folder / "log.csv", "--pole-pairs", "4", "--config", folder.write("wrong.json", wrong), "--out", folder / "o"});
     TEST_ASSERT_EQUAL_INT(3, refused.code);
     holds(refused.err, "the learners refuse this: ");
 }

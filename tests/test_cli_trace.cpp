@@ -248,7 +248,8 @@ static void what_is_no_trace_starts_no_learner(void)
     expect_refused(folder, log, {"learn", "--config", folder / "absent.json"}, "absent.json:0: ");
     expect_refused(folder, log, {"learn", "--config", folder / "o"}, "is a directory");
     // A shape that cannot be, and effects that these logs cannot have.
-    expect_refused(folder, log, {"learn", "--config", folder.write("x.json", R"({"inputs": [{"effect": "dead_time", "shape": [-1]}]})")}, "its width is not above 0 A");
+    expect_refused(folder, log, {"learn", "--config", folder.write("x.json", R"({"inputs": [{"effect": "dead_time", "shape": [-1]}]})")},
+                   "its width is not above 0 A");
     for (const char* command : {"learn", "fit"}) {
         expect_refused(folder, log, {command, "--effect", "cogging_torque"}, "cogging_torque is");
         expect_refused(folder, still, {command, "--effect", "flux_harmonics"}, "angle column");

@@ -1069,7 +1069,7 @@ static void test_samples_may_interrupt_the_background_anywhere(void)
         }
         if (getenv("DQW_TEST_VALUES") != NULL) printf("way %d: places %d, %d, %d\n", way, places[0], places[1], places[2]);
         if (way == 0) HOLDS(places[0] > 100);
-        if (way == 1) HOLDS(places[0] >= 1 && places[1] > 5 && places[2] > 20);
+        if (way == 1) HOLDS(places[2] > 20 && places[0] + places[1] > 2 && (quick() || (places[0] >= 1 && places[1] > 5)));
 #endif
     }
 }

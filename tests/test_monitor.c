@@ -1,108 +1,78 @@
-// The monitor on the simulated joint: quiet while healthy, each fault by its name, the way back.
+// The monitor on the simulated joint: quiet while healthy, each fault by its name, why it is not in service, the way back, with effects.
 #include "dqw_monitor.h"
-#include "faulty_joint.h"
+#include "dqw_monitor_channel.h"
+#include "watched_joint.h"
 
 void setUp(void) { test_case[0] = 0; }
 void tearDown(void) {}
 
-static dqw_monitor_config config_of(void)
-{
-    const dqw_sim_machine *m = &dqw_sim_scenario_find("joint_24v")->machine;
-    const dqw_monitor_config c = {.tracker = {.dt_s = (float)DT_S,
-                                              .v_base_V = 14.0f,
-                                              .i_base_A = 6.0f,
-                                              .w_base_rad_s = 110.0f,
-                                              .R_ohm = (float)(1.3 * m->R_ohm),
-                                              .Ld_H = (float)(0.7 * m->Ld_H),
-                                              .Lq_H = (float)(1.3 * m->Lq_H),
-                                              .psi_Wb = (float)(0.7 * m->psi_Wb),
-                                              .pole_pairs = 4,
-                                              .noise_on_inputs = true,
-                                              .dead_time_width_A = 0.05f,
-                                              .angle = true,
-                                              .drift_per_sqrt_s = 0.01f},
-                                  .J_kgm2 = (float)m->J_kgm2};
-    return c;
-}
-
-static dqw_monitor begin(const dqw_monitor_config *c, dqw_monitor_random *lent)
-{
-    dqw_monitor m;
-    if (lent != NULL) dqw_monitor_random_init(lent);
-    TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_monitor_init(&m, c, lent));
-    return m;
-}
-
-typedef struct course {
-    int events;
-    dqw_monitor_event first;
-    double first_s;    ///< when it was told
-    double service_s;  ///< when it entered service, infinite: never
-    double through_s[4];
-} course;
-
-// The rows from..to through a monitor.
-static course watch(dqw_monitor *m, int from, int to)
-{
-    course o = {.service_s = INFINITY, .through_s = {INFINITY, INFINITY, INFINITY, INFINITY}};
-    for (int k = from; k < to && k < row_count; k++) {
-        const dqw_sim_row *r = &rows[k];
-        const dqw_sample s = dqw_sample_from_dq((float)r->v_d_V, (float)r->v_q_V, (float)r->i_d_A, (float)r->i_q_A, (float)r->w_m_rad_s, (float)r->theta_e_rad);
-        const bool waits = (dqw_monitor_sample(m, &s, false) & DQW_EVENT_LEARNED) != 0;
-        dqw_monitor_event e;
-        memset(&e, 0x5a, sizeof e);
-        const bool told = dqw_monitor_background(m, &e);
-        HOLDS(waits || !told);
-        const enum dqw_stage_name stage = dqw_monitor_stage(m);
-        if (!isfinite(o.through_s[stage])) o.through_s[stage] = k * DT_S;
-        if (stage == DQW_STAGE_IN_SERVICE && !isfinite(o.service_s)) o.service_s = k * DT_S;
-        if (!told) continue;
-        HOLDS(stage == DQW_STAGE_IN_SERVICE);
-        if (o.events++ == 0) o.first = e, o.first_s = k * DT_S;
-    }
-    return o;
-}
-
-static void test_init_refuses_and_leaves_the_object_alone(void)
+static void test_init_names_the_field_that_it_refuses_and_leaves_the_object_alone(void)
 {
     const dqw_monitor_config good = config_of();
     dqw_monitor m;
-    TEST_ASSERT_EQUAL_INT(DQW_ERR_NULL, dqw_monitor_init(NULL, &good, NULL));
-    REFUSED(m, DQW_ERR_NULL, dqw_monitor_init(&m, NULL, NULL));
-    static dqw_monitor_random lent;
+    TEST_ASSERT_EQUAL_INT(DQW_ERR_NULL, dqw_monitor_init(NULL, &good));
+    REFUSED(m, DQW_ERR_NULL, dqw_monitor_init(&m, NULL));
+    static dqw_estimator_random lent;
     memset(&lent, 0, sizeof lent);
-    REFUSED(m, DQW_ERR_NULL, dqw_monitor_init(&m, &good, &lent));
-    const dqw_monitor_config zero = {.J_kgm2 = 0.0f};
-    REFUSED(m, DQW_ERR_RANGE, dqw_monitor_init(&m, &zero, NULL));
     dqw_monitor_config c = good;
+    c.estimator.random = &lent;
+    REFUSED(m, DQW_ERR_RANDOM, dqw_monitor_init(&m, &c));
+    const dqw_monitor_config zero = {.J_kgm2 = 0.0f};
+    REFUSED(m, DQW_ERR_POLE_PAIRS, dqw_monitor_init(&m, &zero));
     float *fields[DQW_WATCH_CHANNELS + 4];
-    for (int i = 0; i < DQW_WATCH_CHANNELS; i++) fields[i] = &c.band[i];
-    fields[DQW_WATCH_CHANNELS] = &c.alpha_per_K;
-    fields[DQW_WATCH_CHANNELS + 1] = &c.beta_per_K;
-    fields[DQW_WATCH_CHANNELS + 2] = &c.heating_K_s;
-    fields[DQW_WATCH_CHANNELS + 3] = &c.J_kgm2;
+    enum dqw_status status[DQW_WATCH_CHANNELS + 4];
+    for (int i = 0; i < DQW_WATCH_CHANNELS; i++) fields[i] = &c.band[i], status[i] = DQW_ERR_BAND;
+    fields[DQW_WATCH_CHANNELS] = &c.alpha_per_K, status[DQW_WATCH_CHANNELS] = DQW_ERR_ALPHA;
+    fields[DQW_WATCH_CHANNELS + 1] = &c.beta_per_K, status[DQW_WATCH_CHANNELS + 1] = DQW_ERR_BETA;
+    fields[DQW_WATCH_CHANNELS + 2] = &c.heating_K_s, status[DQW_WATCH_CHANNELS + 2] = DQW_ERR_HEATING;
+    fields[DQW_WATCH_CHANNELS + 3] = &c.J_kgm2, status[DQW_WATCH_CHANNELS + 3] = DQW_ERR_J;
     const float bad[] = {-1.0f, NAN, INFINITY, -INFINITY, -1e-30f};
     for (int i = 0; i < DQW_WATCH_CHANNELS + 4; i++)
         for (int k = 0; k < 5; k++) {
             CASE("field %d is %g", i, (double)bad[k]);
             c = good;
             *fields[i] = bad[k];
-            REFUSED(m, DQW_ERR_RANGE, dqw_monitor_init(&m, &c, NULL));
-            dqw_monitor defined = begin(&good, NULL);
+            REFUSED(m, status[i], dqw_monitor_init(&m, &c));
+            dqw_monitor defined = begin(&good);
             const dqw_monitor before = defined;
-            HOLDS(dqw_monitor_define(&defined, &c, NULL) == DQW_ERR_RANGE);
+            HOLDS(dqw_monitor_define(&defined, &c) == status[i]);
             HOLDS(memcmp(&before, &defined, sizeof before) == 0);
         }
     c = good;
-    c.tracker.R_ohm = -1.0f;
-    REFUSED(m, DQW_ERR_RANGE, dqw_monitor_init(&m, &c, NULL));
+    c.estimator.R_ohm = -1.0f;
+    REFUSED(m, DQW_ERR_R, dqw_monitor_init(&m, &c));
     c = good;
-    c.tracker.half_window = 10001;
-    REFUSED(m, DQW_ERR_SIZE, dqw_monitor_init(&m, &c, NULL));
-    TEST_ASSERT_EQUAL_INT(DQW_ERR_NULL, dqw_monitor_define(NULL, &good, NULL));
-    m = begin(&good, &lent);
-    TEST_ASSERT_EQUAL_PTR(&good, dqw_monitor_config_of(&m));
+    c.estimator.half_window = 10001;
+    REFUSED(m, DQW_ERR_HALF_WINDOW, dqw_monitor_init(&m, &c));
+    c = good;
+    c.estimator.pole_pairs = 0;
+    REFUSED(m, DQW_ERR_POLE_PAIRS, dqw_monitor_init(&m, &c));
+    // Temperatures that count from nominal values need these.
+    c = good;
+    c.commissioned = true;
+    TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_monitor_init(&m, &c));
+    c.estimator.R_ohm = 0.0f;
+    REFUSED(m, DQW_ERR_R, dqw_monitor_init(&m, &c));
+    c.estimator.R_ohm = 1.0f;
+    c.estimator.psi_Wb = 0.0f;
+    REFUSED(m, DQW_ERR_PSI, dqw_monitor_init(&m, &c));
+    TEST_ASSERT_EQUAL_INT(DQW_ERR_NULL, dqw_monitor_define(NULL, &good));
+    m = begin(&good);
+    TEST_ASSERT_EQUAL_INT(DQW_ERR_NULL, dqw_monitor_define(&m, NULL));
+    TEST_ASSERT_EQUAL_PTR(&good, m.config);
     TEST_ASSERT_EQUAL_INT(DQW_STAGE_RANDOM, dqw_monitor_stage(&m));
+    // Nothing is known of any channel yet, and nothing is watched.
+    dqw_monitor_change change;
+    memset(&change, 0x5a, sizeof change);
+    const dqw_monitor_change untouched = change;
+    HOLDS(!dqw_monitor_event(&m, &change) && memcmp(&change, &untouched, sizeof change) == 0);
+    for (int i = -1; i <= DQW_WATCH_CHANNELS; i++) {
+        CASE("channel %d", i);
+        const dqw_reading x = dqw_monitor_read(&m, (enum dqw_monitor_channel)i);
+        HOLDS(!x.usable && isfinite(x.value));
+        HOLDS(x.sd == DQW_UNKNOWN || i == DQW_WATCH_RESIDUAL);
+        HOLDS(dqw_monitor_sensitivity(&m, (enum dqw_monitor_channel)i) == DQW_UNKNOWN);
+    }
 }
 
 // With and without stage 2's memory; 4 s without an event.
@@ -110,27 +80,28 @@ static void test_a_healthy_joint_enters_service_and_is_left_alone(void)
 {
     const dqw_sim_scenario s = joint(quick() ? 1.6 : 4.0);
     simulate(&s);
-    const dqw_monitor_config c = config_of();
+    dqw_monitor_config c = config_of();
     for (int way = 0; way < 2; way++) {
-        static dqw_monitor_random lent;
-        dqw_monitor m = begin(&c, way == 1 ? &lent : NULL);
+        static dqw_estimator_random lent;
+        c.estimator.random = way == 1 ? &lent : NULL;
+        dqw_monitor m = begin(&c);
         const course o = watch(&m, 0, row_count);
         CASE("%s; service at %g s; %d events, first of channel %d, fault %d at %g s", way == 1 ? "lent" : "nothing lent", o.service_s, o.events,
              (int)o.first.parameter, (int)o.first.fault.name, o.first_s);
         BETWEEN(0.5, o.service_s, 1.5);  // 0.62
         HOLDS(o.events == 0);
-        HOLDS(m.stage.times_back == 0 && m.stage.back == DQW_BACK_NONE);
+        HOLDS(m.estimator.stage.times_back == 0 && m.estimator.stage.back == DQW_BACK_NONE);
         if (way == 0)
             HOLDS(o.through_s[DQW_STAGE_RANDOM] < 0.1 && o.through_s[DQW_STAGE_ORDINAL] < 0.15);
         else
-            BETWEEN(0.1, o.through_s[DQW_STAGE_ORDINAL], 1.0);  // the reservoir of 50 rows comes first
+            BETWEEN(0.02, o.through_s[DQW_STAGE_ORDINAL], 0.2);  // 0.045: the reservoir comes first
         HOLDS(!isfinite(o.through_s[DQW_STAGE_DOMAIN]));
         // Its healthy values are the machine's.
-        BETWEEN(-0.02, m.healthy[DQW_TRACK_R] / 0.5 - 1, 0.02);
-        BETWEEN(-0.005, m.healthy[DQW_TRACK_PSI] / 0.020 - 1, 0.005);
+        BETWEEN(-0.02, m.healthy[DQW_R] / 0.5 - 1, 0.02);
+        BETWEEN(-0.005, m.healthy[DQW_PSI] / 0.020 - 1, 0.005);
         // What was lent is not used in service: overwritten, nothing changes.
         memset(&lent, 0xa5, sizeof lent);
-        dqw_tracker_gap(&m.tracker, 0);
+        dqw_monitor_missing(&m, 0);
         const course again = watch(&m, row_count / 2, row_count);
         HOLDS(again.events == 0 && dqw_monitor_stage(&m) == DQW_STAGE_IN_SERVICE);
     }
@@ -139,16 +110,17 @@ static void test_a_healthy_joint_enters_service_and_is_left_alone(void)
 static void one_fault(const fault *f, bool with_lent)
 {
     const int joined = simulate_fault(f);
-    const dqw_monitor_config c = config_of();
-    static dqw_monitor_random lent;
-    dqw_monitor m = begin(&c, with_lent ? &lent : NULL);
+    dqw_monitor_config c = config_of();
+    static dqw_estimator_random lent;
+    c.estimator.random = with_lent ? &lent : NULL;
+    dqw_monitor m = begin(&c);
     const int onset = joined > 0 ? joined : (int)(ONSET_S / DT_S);
     const course healthy = watch(&m, 0, onset);
-    if (joined > 0) dqw_tracker_gap(&m.tracker, 0);
+    if (joined > 0) dqw_monitor_missing(&m, 0);
     const course o = watch(&m, onset, row_count);
     CASE("%s of %g: %d events before, %d after, the first at %g s, channel %d, fault %d, confidence %g, phase %d, since %g s", f->text, f->size, healthy.events,
          o.events, o.first_s, (int)o.first.parameter, (int)o.first.fault.name, (double)o.first.fault.confidence, o.first.fault.phase,
-         o.first.since * 20 * DT_S);
+         (double)o.first.since * DT_S);
     if (getenv("DQW_TEST_VALUES") != NULL) printf("%s\n", test_case);
     HOLDS(healthy.events == 0 && healthy.service_s < 1.5);
     HOLDS(o.events >= 1);
@@ -157,8 +129,8 @@ static void one_fault(const fault *f, bool with_lent)
     BETWEEN(0.7 * f->delay_s, o.first_s - ONSET_S, fmin(1.4 * f->delay_s, 1.0));
     BETWEEN(0.7, o.first.fault.confidence, 1.0001);  // 0.83 to 0.98
     // The event tells when, and since when.
-    BETWEEN(o.first_s - 0.002, o.first.half * 20 * DT_S, o.first_s + 0.002);
-    BETWEEN(ONSET_S, o.first.since * 20 * DT_S, ONSET_S + 0.4);  // 0.06 to 0.26
+    BETWEEN(o.first_s - 0.002, (double)o.first.sample * DT_S, o.first_s + 0.002);
+    BETWEEN(ONSET_S, (double)o.first.since * DT_S, ONSET_S + 0.4);  // 0.06 to 0.26
     HOLDS(isfinite(o.first.value) && o.first.sd >= 0.0f && isfinite(o.first.sd));
     HOLDS(dqw_monitor_stage(&m) == DQW_STAGE_IN_SERVICE);
 }
@@ -180,7 +152,7 @@ static void test_healthy_heating_tells_nothing(void)
     s.nonideal.winding_alpha_per_K = (dqw_sim_ramp){0.0039 * 10 * (end_s - 1.0), 1.0, end_s};
     s.nonideal.magnet_beta_per_K = (dqw_sim_ramp){-0.001 * 10 * (end_s - 1.0) * 0.9, 1.0, end_s};
     simulate(&s);
-    dqw_monitor m = begin(&c, NULL);
+    dqw_monitor m = begin(&c);
     const course o = watch(&m, 0, row_count);
     CASE("service at %g s, %d events, first of channel %d, fault %d at %g s", o.service_s, o.events, (int)o.first.parameter, (int)o.first.fault.name,
          o.first_s);
@@ -188,12 +160,12 @@ static void test_healthy_heating_tells_nothing(void)
     BETWEEN(0.5, o.service_s, 1.5);
     if (quick()) return;
     // It has followed: R is up by 11.7 %, the flux down by 2.7 %.
-    BETWEEN(0.09, m.healthy[DQW_TRACK_R] / 0.5 - 1, 0.13);
-    BETWEEN(-0.030, m.healthy[DQW_TRACK_PSI] / 0.020 - 1, -0.020);
+    BETWEEN(0.09, m.healthy[DQW_R] / 0.5 - 1, 0.13);
+    BETWEEN(-0.030, m.healthy[DQW_PSI] / 0.020 - 1, -0.020);
     // A monitor that expects a hundred times slower heat, and whose band is half as wide, does say so.
     c.heating_K_s = 0.1f;
     c.band[DQW_WATCH_R] = 0.02f;
-    m = begin(&c, NULL);
+    m = begin(&c);
     HOLDS(watch(&m, 0, row_count).events >= 1);
 }
 
@@ -207,7 +179,7 @@ static void test_a_slow_demagnetisation_is_told(void)
     dqw_monitor_config c = config_of();
     // 2 %/s of the flux is what 20 K/s could do; a drive takes a minute, at 1 K/s.
     c.heating_K_s = 20.0f;
-    dqw_monitor m = begin(&c, NULL);
+    dqw_monitor m = begin(&c);
     const course o = watch(&m, 0, row_count);
     CASE("%d events, first of channel %d, fault %d at %g s", o.events, (int)o.first.parameter, (int)o.first.fault.name, o.first_s);
     HOLDS(o.events >= 1 && o.first.parameter == DQW_WATCH_PSI && o.first.fault.name == DQW_FAULT_DEMAGNETISATION);
@@ -226,48 +198,71 @@ static void test_an_event_of_temperature_hides_no_other(void)
     dqw_monitor_config c = config_of();
     c.band[DQW_WATCH_TEMPERATURE] = 20.0f;
     c.heating_K_s = 30.0f;
-    dqw_monitor m = begin(&c, NULL);
-    const course hot = watch(&m, 0, (int)(3.1 / DT_S));
+    dqw_monitor m = begin(&c);
+    const course hot = watch(&m, 0, (int)(3.14 / DT_S));
     CASE("%d events, first of channel %d, fault %d at %g s", hot.events, (int)hot.first.parameter, (int)hot.first.fault.name, hot.first_s);
     HOLDS(hot.events == 1 && hot.first.parameter == DQW_WATCH_TEMPERATURE && hot.first.fault.name == DQW_FAULT_OVER_TEMPERATURE);
-    BETWEEN(2.6, hot.first_s, 3.1);  // the limit is passed at 2.4 s
+    BETWEEN(2.8, hot.first_s, 3.14);  // 3.10: the limit is passed at 2.4 s, seen a tenth later, and 24 looks follow
     BETWEEN(25, hot.first.value, 33);
-    const course o = watch(&m, (int)(3.1 / DT_S), row_count);
+    const course o = watch(&m, (int)(3.14 / DT_S), row_count);
     CASE("%d events, first of channel %d, fault %d at %g s", o.events, (int)o.first.parameter, (int)o.first.fault.name, o.first_s);
     HOLDS(o.events == 1 && o.first.fault.name == DQW_FAULT_DEMAGNETISATION);
     BETWEEN(3.2, o.first_s, 3.7);
 }
 
-// A drive that stops and goes for ever, and a background that comes late, are watched all the same.
+// A drive that stops and goes for ever, and a background that is late by a half in every eight, are watched all the same.
 static void test_pauses_blind_nobody(void)
 {
     if (quick()) return;
-    dqw_sim_scenario s = joint(5.5);
+    dqw_sim_scenario s = joint(4.0);
     s.nonideal.demagnetisation = (dqw_sim_ramp){0.10, 2.2, 2.3};
     simulate(&s);
     const dqw_monitor_config c = config_of();
     for (int way = 0; way < 2; way++) {
-        dqw_monitor m = begin(&c, NULL);
+        dqw_monitor m = begin(&c);
         int events = 0;
         double first_s = INFINITY;
         for (int k = 0; k < row_count; k++) {
-            const dqw_sim_row *r = &rows[k];
-            dqw_sample x = dqw_sample_from_dq((float)r->v_d_V, (float)r->v_q_V, (float)r->i_d_A, (float)r->i_q_A, (float)r->w_m_rad_s, (float)r->theta_e_rad);
-            // From 2 s on: 90 ms in 400 nothing is measured; or the background comes every 5 ms.
+            dqw_sample x = row_sample(k);
+            // From 2 s on: 90 ms in 400 nothing is measured; or the background does not come for two halves of eight.
             const bool later = k > 40000;
             if (way == 0 && later && k % 8000 < 1800) x.i_d_A = NAN;
             (void)dqw_monitor_sample(&m, &x, false);
-            dqw_monitor_event e;
-            if (way == 1 && later && k % 100 != 0) continue;
-            if (!dqw_monitor_background(&m, &e)) continue;
+            if (way == 1 && later && (k + 1) / 20 % 8 < 2) continue;
+            if (!dqw_monitor_background(&m)) continue;
+            dqw_monitor_change e;
+            HOLDS(dqw_monitor_event(&m, &e));
             if (events++ == 0) first_s = k * DT_S;
             HOLDS(e.fault.name == DQW_FAULT_DEMAGNETISATION);
         }
         CASE("%s: %d events, the first at %g s", way == 0 ? "stop and go" : "late background", events, first_s);
         HOLDS(events >= 1);
-        BETWEEN(2.3, first_s, way == 0 ? 3.2 : 5.2);  // 2.73, 4.6: a look is 16 blocks
-        HOLDS(way == 0 ? m.tracker.missed == 0 : m.tracker.missed > 0);
+        BETWEEN(2.5, first_s, way == 0 ? 3.2 : 3.8);  // 2.73, ...: a look is 16 blocks
+        HOLDS(way == 0 ? m.estimator.missed == 0 : m.estimator.missed > 0);
     }
+}
+
+// A change that nobody asked for in time is told as the last one; asked twice, once.
+static void test_an_event_is_told_once(void)
+{
+    (void)simulate_fault(&faults[0]);
+    const dqw_monitor_config c = config_of();
+    dqw_monitor m = begin(&c);
+    int named = 0;
+    for (int k = 0; k < row_count; k++) {
+        const dqw_sample s = row_sample(k);
+        (void)dqw_monitor_sample(&m, &s, false);
+        named += dqw_monitor_background(&m);
+    }
+    HOLDS(named >= 1);
+    dqw_monitor_change e;
+    HOLDS(dqw_monitor_event(&m, &e) && e.fault.name == DQW_FAULT_DEMAGNETISATION && e.parameter == DQW_WATCH_PSI);
+    HOLDS(!dqw_monitor_event(&m, &e));
+    // What it was before, what it is, and when, in samples.
+    BETWEEN(0.0199, e.healthy, 0.0201);
+    BETWEEN(0.0192, e.value, 0.0196);
+    HOLDS(e.sd > 0.0f && e.sd < 1e-4f && e.since <= e.sample && e.sample <= (uint64_t)row_count);
+    BETWEEN(ONSET_S / DT_S, (double)e.since, (ONSET_S + 0.4) / DT_S);
 }
 
 static void test_the_way_back_and_again(void)
@@ -275,85 +270,343 @@ static void test_the_way_back_and_again(void)
     const dqw_sim_scenario s = joint(quick() ? 1.3 : 2.5);
     simulate(&s);
     dqw_monitor_config c = config_of();
-    c.threshold_ppm = 1;
-    dqw_monitor m = begin(&c, NULL);
+    c.estimator.threshold_ppm = 1;
+    dqw_monitor m = begin(&c);
     const course o = watch(&m, 0, row_count);
     TEST_ASSERT_EQUAL_INT(DQW_STAGE_DOMAIN, dqw_monitor_stage(&m));
-    TEST_ASSERT_EQUAL_INT(DQW_BACK_THRESHOLD, m.stage.back);
-    TEST_ASSERT_EQUAL_UINT32(1, m.stage.times_back);
-    BETWEEN(600, m.stage.residual_ppm, 2500);  // 1272
+    TEST_ASSERT_EQUAL_INT(DQW_BACK_THRESHOLD, m.estimator.stage.back);
+    TEST_ASSERT_EQUAL_UINT32(1, m.estimator.stage.times_back);
+    TEST_ASSERT_EQUAL_INT(DQW_WHY_THRESHOLD, dqw_monitor_why(&m));
+    BETWEEN(600, m.estimator.stage.residual_ppm, 2500);  // 1272
     HOLDS(o.events == 0 && !isfinite(o.service_s));
     BETWEEN(0.5, o.through_s[DQW_STAGE_DOMAIN], 0.8);  // 0.62: the 500 blocks of stage 3
     // In stage 1 nothing is learned.
-    const dqw_tracker_config *t = &c.tracker;
-    float before[DQW_TRACK_WEIGHTS];
-    memcpy(before, m.tracker.w_pu, sizeof before);
+    const dqw_estimator_config *t = &c.estimator;
+    float before[DQW_ESTIMATOR_INPUTS];
+    memcpy(before, m.estimator.w_pu, sizeof before);
     (void)watch(&m, 0, 10000);
-    TEST_ASSERT_EQUAL_MEMORY(before, m.tracker.w_pu, sizeof before);
+    TEST_ASSERT_EQUAL_MEMORY(before, m.estimator.w_pu, sizeof before);
     // Defined anew, with a threshold that can be met: learns from the nominal values again, and the counters go on.
-    const dqw_gate gate = m.tracker.gate;
-    const uint32_t halves = m.tracker.halves;
+    const dqw_gate gate = m.estimator.gate;
+    const uint32_t halves = m.estimator.halves;
     dqw_monitor_config better = c;
-    better.threshold_ppm = 0;
-    better.tracker.stale_limit = 50;
-    TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_monitor_define(&m, &better, NULL));
-    TEST_ASSERT_EQUAL_PTR(&better, dqw_monitor_config_of(&m));
+    better.estimator.threshold_ppm = 0;
+    better.estimator.stale_limit = 50;
+    TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_monitor_define(&m, &better));
+    TEST_ASSERT_EQUAL_PTR(&better, m.config);
     TEST_ASSERT_EQUAL_INT(DQW_STAGE_RANDOM, dqw_monitor_stage(&m));
-    TEST_ASSERT_EQUAL_INT(DQW_BACK_THRESHOLD, m.stage.back);
-    TEST_ASSERT_EQUAL_UINT32(1, m.stage.times_back);
-    TEST_ASSERT_EQUAL_UINT32(50, m.tracker.gate.stale_limit);
-    TEST_ASSERT_EQUAL_UINT32(gate.accepted, m.tracker.gate.accepted);
-    TEST_ASSERT_EQUAL_UINT32(gate.blocks, m.tracker.gate.blocks);
-    TEST_ASSERT_EQUAL_UINT32(halves, m.tracker.halves);
-    BETWEEN(t->R_ohm * (1 - 1e-6), dqw_tracker_value(&m.tracker, DQW_TRACK_R), t->R_ohm * (1 + 1e-6));
+    TEST_ASSERT_EQUAL_INT(DQW_BACK_THRESHOLD, m.estimator.stage.back);
+    TEST_ASSERT_EQUAL_UINT32(1, m.estimator.stage.times_back);
+    TEST_ASSERT_EQUAL_UINT32(50, m.estimator.gate.stale_limit);
+    TEST_ASSERT_EQUAL_UINT32(gate.accepted, m.estimator.gate.accepted);
+    TEST_ASSERT_EQUAL_UINT32(gate.blocks, m.estimator.gate.blocks);
+    TEST_ASSERT_EQUAL_UINT32(halves, m.estimator.halves);
+    BETWEEN(t->R_ohm * (1 - 1e-6), dqw_monitor_read(&m, DQW_WATCH_R).value, t->R_ohm * (1 + 1e-6));
     const course again = watch(&m, 0, row_count);
     HOLDS(again.service_s < 1.5 && again.events == 0);
-    TEST_ASSERT_EQUAL_UINT32(gate.accepted + (uint32_t)row_count, m.tracker.gate.accepted);
-    TEST_ASSERT_EQUAL_UINT32(halves + (uint32_t)row_count / 20, m.tracker.halves);
+    TEST_ASSERT_EQUAL_UINT32(gate.accepted + (uint32_t)row_count, m.estimator.gate.accepted);
+    TEST_ASSERT_EQUAL_UINT32(halves + (uint32_t)row_count / 20, m.estimator.halves);
 
     // In service, a machine that the model no longer fits at all goes back by itself: voltages of another sign.
     for (int k = 0; k < row_count; k++) rows[k].v_q_V = -rows[k].v_q_V;
     // Short logs end before it is named.
     for (int n = 0; n < 3 && dqw_monitor_stage(&m) == DQW_STAGE_IN_SERVICE; n++) (void)watch(&m, 0, row_count);
     TEST_ASSERT_EQUAL_INT(DQW_STAGE_DOMAIN, dqw_monitor_stage(&m));
-    TEST_ASSERT_EQUAL_INT(DQW_BACK_LEFT_BAND, m.stage.back);
-    TEST_ASSERT_EQUAL_UINT32(2, m.stage.times_back);
+    TEST_ASSERT_EQUAL_INT(DQW_BACK_LEFT_BAND, m.estimator.stage.back);
+    TEST_ASSERT_EQUAL_INT(DQW_WHY_LEFT_BAND, dqw_monitor_why(&m));
+    TEST_ASSERT_EQUAL_UINT32(2, m.estimator.stage.times_back);
 }
 
-// Stage 2 without an end: a background that hands over rows that never settle.
-static bool never(dqw_monitor_random *lent, const dqw_tracker *t)
+// Stage 2 without an end: rows that never settle.
+static bool never(dqw_estimator_random *lent, const float x_d[], const float x_q[], const float y[], int inputs)
 {
-    (void)lent;
-    (void)t;
+    (void)lent, (void)x_d, (void)x_q, (void)y, (void)inputs;
     return false;
 }
 
 static void test_the_way_back_where_random_learning_does_not_settle(void)
 {
-    const dqw_sim_scenario s = joint(2.5);
     if (quick()) return;
+    const dqw_sim_scenario s = joint(2.5);
     simulate(&s);
-    const dqw_monitor_config c = config_of();
-    static dqw_monitor_random lent;
-    dqw_monitor m = begin(&c, &lent);
+    dqw_monitor_config c = config_of();
+    static dqw_estimator_random lent;
+    c.estimator.random = &lent;
+    dqw_monitor m = begin(&c);
     lent.learn = never;
     const course o = watch(&m, 0, row_count);
     TEST_ASSERT_EQUAL_INT(DQW_STAGE_DOMAIN, dqw_monitor_stage(&m));
-    TEST_ASSERT_EQUAL_INT(DQW_BACK_NOT_CONVERGED, m.stage.back);
-    BETWEEN(2.0, o.through_s[DQW_STAGE_DOMAIN], 2.3);  // 2000 blocks of 1 ms, and the tracker's own warm-up
+    TEST_ASSERT_EQUAL_INT(DQW_BACK_NOT_CONVERGED, m.estimator.stage.back);
+    TEST_ASSERT_EQUAL_INT(DQW_WHY_NOT_CONVERGED, dqw_monitor_why(&m));
+    BETWEEN(2.0, o.through_s[DQW_STAGE_DOMAIN], 2.3);  // 2000 blocks of 1 ms, and the warm-up of the noise
+}
+
+// Fig. 1 as a circle: an inverter's loss of a machine whose configuration lacks it keeps the residual above the threshold; defined anew with the
+// effect, the monitor is in service, learns its weight and watches.
+static void test_the_circle_with_an_effect(void)
+{
+    dqw_sim_scenario s = joint(quick() ? 2.0 : 2.6);
+    s.nonideal.dead_time_V.value = 1.5;
+    s.nonideal.dead_time_width_A = 0.5;
+    simulate(&s);
+    dqw_monitor_config c = config_of();
+    c.estimator.dead_time_width_A = 0.0f;
+    c.estimator.threshold_ppm = 10000;
+    dqw_monitor m = begin(&c);
+    const course lacking = watch(&m, 0, row_count);
+    CASE("residual %u ppm", (unsigned)m.estimator.stage.residual_ppm);
+    HOLDS(dqw_monitor_stage(&m) == DQW_STAGE_DOMAIN && dqw_monitor_why(&m) == DQW_WHY_THRESHOLD && lacking.events == 0 && !isfinite(lacking.service_s));
+    BETWEEN(10000, m.estimator.stage.residual_ppm, 100000);
+    static const dqw_effect_config list[] = {{.effect = DQW_EFFECT_DEAD_TIME, .shape = {0.5f}}, {.effect = DQW_EFFECT_VOLTAGE_OFFSET}};
+    dqw_monitor_config better = c;
+    better.estimator.effects = list;
+    better.estimator.effect_count = 2;
+    TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_monitor_define(&m, &better));
+    TEST_ASSERT_EQUAL_UINT32(1, m.estimator.stage.times_back);
+    dqw_monitor_missing(&m, 0);
+    const course o = watch(&m, 0, row_count);
+    CASE("service at %g s, %d events", o.service_s, o.events);
+    HOLDS(o.events == 0 && dqw_monitor_stage(&m) == DQW_STAGE_IN_SERVICE);
+    BETWEEN(0.5, o.service_s, 1.0);
+    float weights[DQW_EFFECT_STARTS];
+    float sd[DQW_EFFECT_STARTS];
+    HOLDS(dqw_estimator_read_effect(&m.estimator, 0, weights, sd) == 1);
+    BETWEEN(1.45, weights[0], 1.55);
+    HOLDS(dqw_estimator_read_effect(&m.estimator, 1, weights, sd) >= 0);
+    for (int i = 0; i < 2; i++) BETWEEN(-0.02, weights[i], 0.02);
+}
+
+// ---- why, and what would be an event ----
+
+static void test_why_a_monitor_is_not_in_service(void)
+{
+    const dqw_sim_scenario s = joint(quick() ? 1.8 : 3.0);
+    simulate(&s);
+    dqw_monitor_config c = config_of();
+    dqw_monitor m = begin(&c);
+    TEST_ASSERT_EQUAL_INT(DQW_WHY_NO_BLOCK, dqw_monitor_why(&m));
+    // The whole way of a healthy drive.
+    const course o = watch(&m, 0, row_count);
+    CASE("whys %x", (unsigned)o.whys);
+    const uint32_t expected = 1u << DQW_WHY_NO_BLOCK | 1u << DQW_WHY_NOISE | 1u << DQW_WHY_BLOCKS | 1u << DQW_WHY_RESTS | 1u << DQW_WHY_IN_SERVICE;
+    const uint32_t may = 1u << DQW_WHY_R | 1u << DQW_WHY_LQ | 1u << DQW_WHY_PSI | 1u << DQW_WHY_EXCITATION | 1u << DQW_WHY_NAMING | 1u << DQW_WHY_RESIDUAL;
+    HOLDS((o.whys & expected) == expected && (o.whys & ~(expected | may)) == 0);
+    BETWEEN(0.8, o.watching_s - o.service_s, 1.1);  // a rest of 60 looks of 16 blocks
+    // A pause: a while without blocks, then the weights catch up.
+    const dqw_sample none = {.v_d_V = NAN};
+    for (int k = 0; k < 4000; k++) {
+        (void)dqw_monitor_sample(&m, &none, false);
+        (void)dqw_monitor_background(&m);
+    }
+    double paused_s = 0.0;
+    for (int k = 0; k < 8000; k++) {
+        HOLDS(watch(&m, k, k + 1).events == 0);
+        if (dqw_monitor_why(&m) == DQW_WHY_PAUSE) paused_s += DT_S;
+    }
+    BETWEEN(0.15, paused_s, 0.25);  // as long as it was: 0.2 s
+
+    // At rest, with noise: nothing moves enough.
+    m = begin(&c);
+    test_random r = {1};
+    for (int k = 0; k < 20000; k++) {
+        const dqw_sample x = dqw_sample_from_dq((float)(0.05 * random_normal(&r)), (float)(0.05 * random_normal(&r)), (float)(0.02 * random_normal(&r)),
+                                                (float)(0.02 * random_normal(&r)), (float)(0.1 * random_normal(&r)), 0.3f);
+        (void)dqw_monitor_sample(&m, &x, false);
+        (void)dqw_monitor_background(&m);
+    }
+    TEST_ASSERT_EQUAL_INT(DQW_WHY_EXCITATION, dqw_monitor_why(&m));
+
+    // The voltage a period off, said neither way right.
+    for (int said = 0; said < 2; said++) {
+        c.estimator.voltage_next = said == 1;
+        m = begin(&c);
+        uint32_t whys = 0;
+        for (int k = 0; k + 1 < 20000; k++) {
+            dqw_sample x = row_sample(k);
+            if (said == 0) x.v_d_V = (float)rows[k + 1].v_d_V, x.v_q_V = (float)rows[k + 1].v_q_V;
+            (void)dqw_monitor_sample(&m, &x, false);
+            if (dqw_monitor_background(&m) || k % 20 == 0) whys |= 1u << dqw_monitor_why(&m);
+        }
+        CASE("said %d: whys %x", said, (unsigned)whys);
+        HOLDS((whys & 1u << DQW_WHY_VOLTAGE) != 0);
+    }
+    c.estimator.voltage_next = false;
+
+    // A machine that turns and has no current: R, L_q and the flux, in this order.
+    static const enum dqw_why expect[] = {DQW_WHY_R, DQW_WHY_LQ, DQW_WHY_PSI};
+    c.estimator.dead_time_width_A = 0.0f;
+    for (int kind = 0; kind < 3; kind++) {
+        m = begin(&c);
+        for (int k = 0; k < 30000; k++) {
+            const double w = kind == 2 ? 0.0 : 60 + 20 * sin(2 * PI * 1e-4 * k);
+            const double i_d = kind == 0 ? 0.0 : 2 * sin(2 * PI * 1e-4 * k * 3);
+            const double i_q = kind == 2 ? 2 * sin(2 * PI * 1e-4 * k * 7) : 0.0;
+            const double slope[2] = {kind == 0 ? 0.0 : 2 * cos(2 * PI * 1e-4 * k * 3) * 2 * PI * 1e-4 * 3 / DT_S,
+                                     kind == 2 ? 2 * cos(2 * PI * 1e-4 * k * 7) * 2 * PI * 1e-4 * 7 / DT_S : 0.0};
+            const double v_d = 0.5 * i_d + 1e-3 * slope[0] - 4 * w * 1.4e-3 * i_q + 0.01 * random_normal(&r);
+            const double v_q = 0.5 * i_q + 1.4e-3 * slope[1] + 4 * w * (1e-3 * i_d + 0.02) + 0.01 * random_normal(&r);
+            const dqw_sample x = dqw_sample_from_dq((float)v_d, (float)v_q, (float)(i_d + 0.003 * random_normal(&r)), (float)(i_q + 0.003 * random_normal(&r)),
+                                                    (float)(w + 0.01 * random_normal(&r)), (float)remainder(4 * 60 * k * DT_S, 2 * PI));
+            (void)dqw_monitor_sample(&m, &x, false);
+            (void)dqw_monitor_background(&m);
+        }
+        CASE("kind %d", kind);
+        HOLDS(dqw_monitor_why(&m) == expect[kind]);
+        HOLDS(dqw_monitor_stage(&m) == DQW_STAGE_ORDINAL);
+    }
+}
+
+// Above the threshold while stage 3 goes on.
+static void test_why_the_residual(void)
+{
+    const dqw_sim_scenario s = joint(0.6);
+    simulate(&s);
+    dqw_monitor_config c = config_of();
+    c.estimator.threshold_ppm = 1;
+    dqw_monitor m = begin(&c);
+    (void)watch(&m, 0, 8000);
+    HOLDS(dqw_monitor_stage(&m) == DQW_STAGE_ORDINAL && dqw_monitor_why(&m) == DQW_WHY_RESIDUAL);
+}
+
+// What would be an event is the band, or five deviations; what changes by a little less is none, by a little more is one.
+static void test_sensitivity(void)
+{
+    const dqw_sim_scenario s = joint(quick() ? 2.4 : 3.2);
+    simulate(&s);
+    const dqw_monitor_config c = config_of();
+    dqw_monitor m = begin(&c);
+    const course o = watch(&m, 0, row_count);
+    HOLDS(o.events == 0 && dqw_monitor_why(&m) == DQW_WHY_IN_SERVICE);
+    // Of R, L_d, L_q, flux, dead time, offset: bands in their units.
+    static const struct {
+        enum dqw_monitor_channel channel;
+        double band;
+    } bands[] = {{DQW_WATCH_R, 0.04 * 0.5},         {DQW_WATCH_LD, 0.06 * 1e-3},    {DQW_WATCH_LQ, 0.06 * 1.4e-3}, {DQW_WATCH_PSI, 0.012 * 0.02},
+                 {DQW_WATCH_DEAD_TIME, 0.005 * 14}, {DQW_WATCH_ANGLE, 0.02 * 0.02}, {DQW_WATCH_OFFSET, 0.01 * 6},  {DQW_WATCH_RESISTANCE, 0.03 * 0.5 / 3},
+                 {DQW_WATCH_SHORT, 0.003 / 1.5},    {DQW_WATCH_TEMPERATURE, 110}};
+    for (unsigned i = 0; i < sizeof bands / sizeof bands[0]; i++) {
+        CASE("channel %d", (int)bands[i].channel);
+        const double x = (double)dqw_monitor_sensitivity(&m, bands[i].channel);
+        const double sd = (double)dqw_monitor_read(&m, bands[i].channel).sd;
+        HOLDS(x < (double)DQW_UNKNOWN);
+        BETWEEN(0.97, x / fmax(bands[i].band, bands[i].channel == DQW_WATCH_TEMPERATURE ? 0 : 5.0 * sd), 1.45);
+    }
+    const double residual = (double)dqw_monitor_sensitivity(&m, DQW_WATCH_RESIDUAL);
+    BETWEEN(2.0, residual / (double)dqw_monitor_read(&m, DQW_WATCH_RESIDUAL).value, 6.0);  // 4.5: three healthy ones, over what it is now
+    HOLDS(dqw_monitor_sensitivity(&m, (enum dqw_monitor_channel) - 1) == DQW_UNKNOWN);
+    HOLDS(dqw_monitor_sensitivity(&m, DQW_WATCH_CHANNELS) == DQW_UNKNOWN);
+}
+
+// ---- parts ----
+
+// After a phase connection has failed the winding is as warm as it was: what has broken is not what has heated.
+static void test_a_bad_connection_is_no_heat(void)
+{
+    if (quick()) return;
+    for (int k = 0; k < FAULTS; k++) {
+        if (faults[k].name != DQW_FAULT_PHASE_CONNECTION && faults[k].name != DQW_FAULT_CURRENT_GAIN) continue;
+        fault f = faults[k];
+        if (f.name == DQW_FAULT_PHASE_CONNECTION) f.size = 0.15;
+        (void)simulate_fault(&f);
+        const dqw_monitor_config c = config_of();
+        dqw_monitor m = begin(&c);
+        (void)watch(&m, 0, (int)(ONSET_S / DT_S));
+        const double before_K = (double)dqw_monitor_read(&m, DQW_WATCH_TEMPERATURE).value;
+        const double before_ohm = (double)dqw_monitor_read(&m, DQW_WATCH_R).value;
+        const course o = watch(&m, (int)(ONSET_S / DT_S), row_count);
+        const double grown = (double)dqw_monitor_read(&m, DQW_WATCH_R).value / before_ohm - 1;
+        CASE("%s: R by %g %%, temperature by %g K", f.text, 100 * grown, (double)dqw_monitor_read(&m, DQW_WATCH_TEMPERATURE).value - before_K);
+        HOLDS(o.events >= 1 && o.first.fault.name == f.name);
+        HOLDS(fabs(grown) > 0.01);
+        // Heat would have been grown over alpha: 18 K and -3.4 K.
+        BETWEEN(-11.0, (double)dqw_monitor_read(&m, DQW_WATCH_TEMPERATURE).value - before_K, 8.0);  // -6.7, ...: R's deviation is 2.7 K
+    }
+}
+
+// Healthy R follows while it is known to a fifth of its band, the flux to two fifths: each by its own.
+static void test_healthy_values_follow_while_they_are_known(void)
+{
+    const dqw_sim_scenario s = joint(quick() ? 2.0 : 2.6);
+    simulate(&s);
+    for (int channel = DQW_WATCH_R; channel <= DQW_WATCH_PSI; channel += DQW_WATCH_PSI - DQW_WATCH_R)
+        for (int unsure = 0; unsure < 2; unsure++) {
+            dqw_monitor_config c = config_of();
+            dqw_monitor probe = begin(&c);
+            (void)watch(&probe, 0, row_count);
+            dqw_monitor_missing(&probe, 0);
+            (void)watch(&probe, 20000, 24000);
+            HOLDS(dqw_monitor_why(&probe) == DQW_WHY_IN_SERVICE);
+            // The band in which what is known now is just enough, and just not.
+            const double part = channel == DQW_WATCH_R ? 0.2 : 0.4;
+            const double sd = (double)dqw_monitor_read(&probe, (enum dqw_monitor_channel)channel).sd;
+            const double value = (double)probe.healthy[channel];
+            c.band[channel] = (float)(sd / part / value * (unsure ? 0.7 : 1.4));
+            probe.config = &c;
+            // Long ago, so that much may be made good at once.
+            probe.healthy[channel] = (float)(0.97 * value);
+            probe.watch.followed[channel == DQW_WATCH_PSI] = (uint16_t)(probe.watch.followed[channel == DQW_WATCH_PSI] - 400);
+            // The flux may be this low: the winding was hot.
+            probe.hottest_K = 100.0f;
+            for (int i = 0; i < DQW_WATCH_CHANNELS; i++) dqw_change_init(&probe.watch.change[i]);
+            probe.watch.looks[channel] = DQW_WATCH_LOOKS_MOST;
+            (void)watch(&probe, 24000, 24000 + 20 * 18);
+            const double moved = ((double)probe.healthy[channel] - 0.97 * value) / (0.03 * value);
+            CASE("%s, %s: sd %g, part of the way %g", channel == DQW_WATCH_R ? "R" : "flux", unsure ? "unsure" : "sure", sd, moved);
+            if (unsure)
+                BETWEEN(-1e-3, moved, 1e-3);
+            else
+                BETWEEN(0.5, moved, 1.2);
+        }
+}
+
+// Friction's torque is what does not accelerate: over halves that do not follow each other nobody knows.
+static void test_friction_takes_no_lost_half_for_one(void)
+{
+    const dqw_sim_scenario s = joint(quick() ? 2.0 : 3.2);
+    simulate(&s);
+    const dqw_monitor_config c = config_of();
+    for (int lossy = 0; lossy < 2; lossy++) {
+        dqw_monitor m = begin(&c);
+        int lost = 0;
+        for (int k = 0; k < row_count; k++) {
+            const dqw_sample x = row_sample(k);
+            const bool missed = (dqw_monitor_sample(&m, &x, false) & DQW_EVENT_MISSED) != 0;
+            lost += missed;
+            const int8_t gathered = m.watch.gathered;
+            // Two halves in about sixty are not taken in time.
+            if (lossy && (k + 1) / 20 % 61 < 2) continue;
+            if (!dqw_window_waits(&m.estimator.window)) continue;
+            (void)dqw_monitor_background(&m);
+            // The first block behind a loss begins a stretch.
+            if (m.estimator.elapsed > 1) HOLDS(m.watch.gathered == 0 || m.watch.gathered == gathered);
+        }
+        CASE("%s: %d lost, %d reversals, friction %g +- %g", lossy ? "lossy" : "all there", lost, m.watch.reversals, (double)m.friction_Nm,
+             (double)dqw_monitor_read(&m, DQW_WATCH_FRICTION).sd);
+        HOLDS((lost > 0) == (lossy == 1));
+        HOLDS(m.watch.reversals > (quick() ? 0 : 3));
+        BETWEEN(quick() ? -0.3 : -0.05, m.friction_Nm, quick() ? 0.3 : 0.1);  // 0.02 Nm, what is viscous, and the load of the few reversals: 0.041, -0.014
+    }
 }
 
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(test_init_refuses_and_leaves_the_object_alone);
+    RUN_TEST(test_init_names_the_field_that_it_refuses_and_leaves_the_object_alone);
     RUN_TEST(test_a_healthy_joint_enters_service_and_is_left_alone);
     RUN_TEST(test_each_fault_is_told_by_its_name);
     RUN_TEST(test_healthy_heating_tells_nothing);
     RUN_TEST(test_a_slow_demagnetisation_is_told);
     RUN_TEST(test_an_event_of_temperature_hides_no_other);
     RUN_TEST(test_pauses_blind_nobody);
+    RUN_TEST(test_an_event_is_told_once);
     RUN_TEST(test_the_way_back_and_again);
     RUN_TEST(test_the_way_back_where_random_learning_does_not_settle);
+    RUN_TEST(test_the_circle_with_an_effect);
+    RUN_TEST(test_why_a_monitor_is_not_in_service);
+    RUN_TEST(test_why_the_residual);
+    RUN_TEST(test_sensitivity);
+    RUN_TEST(test_a_bad_connection_is_no_heat);
+    RUN_TEST(test_healthy_values_follow_while_they_are_known);
+    RUN_TEST(test_friction_takes_no_lost_half_for_one);
     return UNITY_END();
 }

@@ -5,6 +5,45 @@
 void setUp(void) { test_case[0] = 0; }
 void tearDown(void) {}
 
+// Both sides, one pair: NULL where it was refused.
+typedef struct both {
+    dqw_window_q15 w;
+    dqw_window_q15_rise r;
+} both;
+
+static void begin(both *b, int half, int signals)
+{
+    memset(b, 0, sizeof *b);
+    TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_window_init_q15(&b->w, half, signals));
+}
+
+static void gather(both *b, const int32_t x[])
+{
+    if (x == NULL) {
+        dqw_window_refuse_q15(&b->w);
+        return;
+    }
+    for (int i = 0; i < b->w.signals; i++) dqw_window_gather_q15(&dqw_window_cells_q15(&b->w)[i], x[i]);
+    dqw_window_count_q15(&b->w);
+}
+
+static uint32_t join(both *b, int32_t block[], uint16_t *weight)
+{
+    int32_t sum[2];
+    TEST_ASSERT_TRUE(dqw_window_waits_q15(&b->w));
+    const uint32_t event = dqw_window_join_q15(&b->w, &b->r, block, weight, sum);
+    dqw_window_release_q15(&b->w);
+    return event;
+}
+
+static uint32_t step(both *b, const int32_t x[], int32_t block[], uint16_t *weight)
+{
+    gather(b, x);
+    if (!dqw_window_full_q15(&b->w)) return 0;
+    TEST_ASSERT_TRUE(dqw_window_turn_q15(&b->w));
+    return join(b, block, weight);
+}
+
 static void test_init_refuses_and_leaves_the_object_alone(void)
 {
     dqw_window_q15 w;
@@ -36,12 +75,6 @@ static bool naive(int half, int block, int64_t out[SIGNALS], int64_t *weight)
     return 4 * valid >= 3 * 2 * half;
 }
 
-static uint32_t step(dqw_window_q15 *w, const int32_t x[], int signals, int32_t block[], uint16_t *weight)
-{
-    dqw_window_add_q15(w, x, signals);
-    return dqw_window_full_q15(w) ? dqw_window_end_q15(w, block, weight) : 0;
-}
-
 static void test_is_the_triangular_sum_of_what_was_there(void)
 {
     static const int halves[] = {1, 2, 3, 20, 25, 77, 100};
@@ -59,20 +92,20 @@ static void test_is_the_triangular_sum_of_what_was_there(void)
                 signal[k][1] = EDGE;
                 signal[k][2] = k / 500 % 2 ? EDGE : -EDGE;
             }
-            dqw_window_q15 w;
-            TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_window_init_q15(&w, half, SIGNALS));
+            both w;
+            begin(&w, half, SIGNALS);
             for (int k = 0; k < LENGTH; k++) {
                 CASE("half %d, missing %g, pair %d", half, missing[m], k);
                 int32_t block[SIGNALS] = {-99, -99, -99};
                 uint16_t weight = 9999;
-                const uint32_t event = step(&w, present[k] ? signal[k] : NULL, SIGNALS, block, &weight);
+                const uint32_t event = step(&w, present[k] ? signal[k] : NULL, block, &weight);
                 int64_t expected[SIGNALS];
                 int64_t expected_weight;
                 if ((k + 1) % half != 0 || k + 1 < 2 * half) {
                     HOLDS(event == 0);
                     HOLDS(block[0] == -99 && weight == 9999);
                 } else if (naive(half, (k + 1) / half - 2, expected, &expected_weight)) {
-                    HOLDS(event == DQW_EVENT_LEARNED);
+                    HOLDS(event == DQW_EVENT_BLOCK);
                     HOLDS(weight == expected_weight);
                     for (int i = 0; i < SIGNALS; i++) HOLDS(block[i] == expected[i]);
                     largest = fmax(largest, fabs((double)block[1]));
@@ -95,27 +128,51 @@ static void test_restart_forgets(void)
     test_random r = {22};
     for (int at = 0; at < 60; at++) {
         CASE("restart after %d", at);
-        dqw_window_q15 fresh;
-        dqw_window_q15 used;
-        TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_window_init_q15(&fresh, 10, 1));
-        TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_window_init_q15(&used, 10, 1));
+        both fresh;
+        both used;
+        begin(&fresh, 10, 1);
+        begin(&used, 10, 1);
         int32_t block = 0;
         uint16_t weight = 0;
         for (int k = 0; k < at; k++) {
             const int32_t x = (int32_t)(random_bits(&r) % EDGE);
-            (void)step(&used, k % 7 ? &x : NULL, 1, &block, &weight);
+            (void)step(&used, k % 7 ? &x : NULL, &block, &weight);
         }
-        dqw_window_restart_q15(&used);
+        dqw_window_restart_q15(&used.w);
         for (int k = 0; k < 50; k++) {
             const int32_t x = (int32_t)(random_bits(&r) % EDGE);
             int32_t a = 0;
             int32_t b = 0;
-            const uint32_t one = step(&fresh, &x, 1, &a, &weight);
-            const uint32_t two = step(&used, &x, 1, &b, &weight);
+            const uint32_t one = step(&fresh, &x, &a, &weight);
+            const uint32_t two = step(&used, &x, &b, &weight);
             HOLDS(one == two);
             HOLDS(a == b);
         }
     }
+}
+
+// A background that comes too late loses the half that was full meanwhile; the next one follows nothing.
+static void test_a_late_background_loses_a_half(void)
+{
+    both b;
+    begin(&b, 3, 1);
+    int32_t block = 0;
+    uint16_t weight = 0;
+    int32_t x = 1;
+    for (int k = 0; k < 3; k++) gather(&b, &x);
+    TEST_ASSERT_TRUE(dqw_window_turn_q15(&b.w));
+    x = 100;
+    for (int k = 0; k < 3; k++) gather(&b, &x);
+    TEST_ASSERT_FALSE(dqw_window_turn_q15(&b.w));
+    TEST_ASSERT_EQUAL_UINT32(0, join(&b, &block, &weight));
+    TEST_ASSERT_FALSE(dqw_window_waits_q15(&b.w));
+    x = 3;
+    for (int k = 0; k < 3; k++) TEST_ASSERT_EQUAL_UINT32(0, step(&b, &x, &block, &weight));
+    x = 5;
+    for (int k = 0; k < 2; k++) TEST_ASSERT_EQUAL_UINT32(0, step(&b, &x, &block, &weight));
+    TEST_ASSERT_EQUAL_UINT32(DQW_EVENT_BLOCK, step(&b, &x, &block, &weight));
+    TEST_ASSERT_EQUAL_INT32(3 * 6 + 5 * 6, block);
+    TEST_ASSERT_EQUAL_UINT16(12, weight);
 }
 
 int main(void)
@@ -124,5 +181,6 @@ int main(void)
     RUN_TEST(test_init_refuses_and_leaves_the_object_alone);
     RUN_TEST(test_is_the_triangular_sum_of_what_was_there);
     RUN_TEST(test_restart_forgets);
+    RUN_TEST(test_a_late_background_loses_a_half);
     return UNITY_END();
 }

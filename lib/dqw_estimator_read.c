@@ -1,0 +1,149 @@
+// What the estimator says was learned.
+#include <math.h>
+
+#include "dqw_estimator_block.h"
+#include "dqw_number.h"
+
+// A smaller residual is the sampling's own, and rounding.
+#define VARIANCE_FLOOR_PU2 1e-8f
+// Settled rows have no sampling: single precision's rounding.
+#define VARIANCE_FLOOR_SETTLED_PU2 1e-13f
+#define LAG_MAX 0.98f
+#define LAG_MIN -0.4f
+// Three deviations are below a tenth.
+#define USABLE_SD (0.1f / 3.0f)
+// The period by which a voltage is late counts as 0 or 1 within this, this deviation, and after so many blocks.
+#define LATE_NEAR 0.35f
+#define LATE_SD 0.16f
+#define FEW_BLOCKS 50u
+
+float dqw_estimator_value(const dqw_estimator *e, int weight)
+{
+    return e->w_pu[weight] * dqw_estimator_unit(e, weight);
+}
+
+float dqw_estimator_variance(const dqw_estimator *e, int axis)
+{
+    const float least = e->config->settled ? VARIANCE_FLOOR_SETTLED_PU2 : VARIANCE_FLOOR_PU2;
+    return e->error_pu2[axis] > least ? e->error_pu2[axis] : least;
+}
+
+float dqw_estimator_common_variance(const dqw_estimator *e)
+{
+    return 0.5f * (dqw_estimator_variance(e, DQW_AXIS_D) + dqw_estimator_variance(e, DQW_AXIS_Q));
+}
+
+// Weights of which something was learned.
+static int learned_count(const dqw_estimator *e)
+{
+    int n = 0;
+    for (int i = 0; i < e->inputs; i++) n += (int)(e->learned >> i & 1u);
+    return n;
+}
+
+// Blocks overlap by half, so that next ones are alike, or unlike, in what they teach a weight: that widens or narrows its deviation. Dead
+// time goes with the current as R does, the flux on the other axis with the speed as the flux. (E61) Settled rows do not overlap: there a
+// residual that goes on is the model's, for as long as it lasts. (E20)
+static float inflation(const dqw_estimator *e, int i)
+{
+    const int score = i >= DQW_PARAMETERS ? i - DQW_PARAMETERS + 4 : i == DQW_DEAD_TIME ? DQW_R : i == DQW_PSI_Q ? DQW_PSI : i;
+    if (!(e->score2[score] > 0.0f)) return 1.0f;
+    const float r = e->score_lag[score] / e->score2[score];
+    const float bounded = r < LAG_MIN ? LAG_MIN : r > LAG_MAX ? LAG_MAX : r;
+    if (!e->config->settled) return 1.0f + 2.0f * bounded;
+    return bounded > 0.0f ? (1.0f + bounded) / (1.0f - bounded) : 1.0f;
+}
+
+float dqw_estimator_sd(const dqw_estimator *e, int weight)
+{
+    // Rows less weights: of few settled ones each counts.
+    const float rows = 2.0f * (float)e->blocks;
+    const float freedom = rows - (float)learned_count(e);
+    const float least = e->config->settled ? 1.0f : 2.0f * (float)e->inputs;
+    if ((e->learned >> weight & 1u) == 0 || freedom < least) return DQW_UNKNOWN;
+    const float v = dqw_gain_covariance(&e->gain, weight, weight) * dqw_estimator_common_variance(e) * inflation(e, weight) * (rows / freedom);
+    return sqrtf(v) * dqw_estimator_unit(e, weight);
+}
+
+float dqw_estimator_residual_pu(const dqw_estimator *e)
+{
+    return sqrtf(dqw_noise_variance(e->error_pu2[0]) + dqw_noise_variance(e->error_pu2[1]));
+}
+
+float dqw_estimator_recent_pu(const dqw_estimator *e)
+{
+    return sqrtf(e->recent_pu2);
+}
+
+// Is it a parameter that these rows and this configuration can tell?
+static bool has(const dqw_estimator *e, int parameter)
+{
+    if (e->pole_pairs == 0 && parameter != DQW_R && (e->config->settled || parameter > DQW_LQ)) return false;
+    return true;
+}
+
+dqw_reading dqw_estimator_read(const dqw_estimator *e, enum dqw_parameter parameter)
+{
+    dqw_reading r = {.value = 0.0f, .sd = DQW_UNKNOWN, .sd_change = DQW_UNKNOWN, .usable = false};
+    if ((unsigned)parameter >= DQW_PARAMETERS) return r;
+    r.value = dqw_estimator_value(e, (int)parameter);
+    if (!has(e, (int)parameter)) return r;
+    r.sd = r.sd_change = dqw_estimator_sd(e, (int)parameter);
+    const bool either_sign = parameter == DQW_DEAD_TIME || parameter == DQW_PSI_Q;
+    const float size = either_sign ? fabsf(r.value) : r.value;
+    r.usable = r.sd < USABLE_SD * size;
+    return r;
+}
+
+uint16_t dqw_estimator_pole_pairs(const dqw_estimator *e)
+{
+    return e->pole_pairs;
+}
+
+// (E90)
+void dqw_estimator_late(const dqw_estimator *e, float *periods, float *sd)
+{
+    const bool known = e->late_pu2 > 0.0f && e->blocks >= FEW_BLOCKS;
+    *periods = known ? e->late_error_pu2 / e->late_pu2 : 0.0f;
+    const float part = dqw_estimator_part(e);
+    *sd = known ? sqrtf(dqw_estimator_common_variance(e) * part / e->late_pu2 * inflation(e, DQW_R)) : DQW_UNKNOWN;
+}
+
+enum dqw_voltage_acts dqw_estimator_voltage_acts(const dqw_estimator *e)
+{
+    float periods;
+    float sd;
+    dqw_estimator_late(e, &periods, &sd);
+    const bool next = e->config->voltage_next;
+    if (!(sd < LATE_SD)) return DQW_VOLTAGE_NOT_KNOWN;
+    if (fabsf(periods) < LATE_NEAR) return next ? DQW_VOLTAGE_NEXT : DQW_VOLTAGE_NOW;
+    if (!next && fabsf(periods - 1.0f) < LATE_NEAR) return DQW_VOLTAGE_NEXT;
+    if (next && fabsf(periods + 1.0f) < LATE_NEAR) return DQW_VOLTAGE_NOW;
+    return DQW_VOLTAGE_NOT_KNOWN;
+}
+
+#if DQW_EFFECT_WEIGHTS > 0
+int dqw_estimator_read_effect(const dqw_estimator *e, int index, float weights[], float sd[])
+{
+    if (index < 0 || index >= e->config->effect_count) return DQW_ERR_SIZE;
+    const dqw_effect_config *list = e->config->effects;
+    int first = DQW_PARAMETERS;
+    for (int k = 0; k < index; k++) first += dqw_effect_weights_of(&e->effect, list[k].effect);
+    if (list[index].effect == DQW_EFFECT_DEAD_TIME) first = DQW_DEAD_TIME;
+    const int n = dqw_effect_weights(list[index].effect);
+    for (int i = 0; i < n; i++) {
+        weights[i] = dqw_estimator_value(e, first + i);
+        sd[i] = dqw_estimator_sd(e, first + i);
+    }
+    return (int)dqw_effect_known(weights, sd, n);
+}
+#else
+int dqw_estimator_read_effect(const dqw_estimator *e, int index, float weights[], float sd[])
+{
+    (void)e;
+    (void)index;
+    (void)weights;
+    (void)sd;
+    return DQW_ERR_SIZE;
+}
+#endif

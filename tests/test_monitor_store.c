@@ -1,0 +1,251 @@
+// What a monitor knows as healthy, over a power cycle: refused where it is not this machine's, told where the machine has changed meanwhile, and
+// not where it is only warmer or colder.
+#include <stddef.h>
+
+#include "dqw_number.h"
+#include "watched_joint.h"
+
+void setUp(void) { test_case[0] = 0; }
+void tearDown(void) {}
+
+static dqw_monitor_stored healthy;
+
+// A healthy joint's, taken at 2.6 s.
+static const dqw_monitor_stored *stored(void)
+{
+    if (healthy.version != 0) return &healthy;
+    const dqw_sim_scenario s = joint(2.6);
+    simulate(&s);
+    const dqw_monitor_config c = config_of();
+    dqw_monitor m = begin(&c);
+    dqw_monitor_stored untouched;
+    memset(&untouched, 0x5a, sizeof untouched);
+    // Not before its healthy values stand.
+    double at_s = 0.0;
+    for (int k = 0; k < row_count; k += 200) {
+        const course o = watch(&m, k, k + 200);
+        HOLDS(o.events == 0);
+        dqw_monitor_stored now;
+        memset(&now, 0x5a, sizeof now);
+        if (dqw_monitor_store(&m, &now)) {
+            if (at_s == 0.0) at_s = k * DT_S;
+            HOLDS(now.looks[DQW_WATCH_R] >= 20 && now.looks[DQW_WATCH_LQ] >= 20 && now.looks[DQW_WATCH_PSI] >= 20);
+        } else {
+            HOLDS(memcmp(&now, &untouched, sizeof now) == 0);
+        }
+    }
+    BETWEEN(1.6, at_s, 2.3);  // service, a rest, 20 looks
+    HOLDS(dqw_monitor_store(&m, &healthy));
+    HOLDS(!dqw_monitor_store(&m, NULL) && !dqw_monitor_store(NULL, &healthy));
+    BETWEEN(0.0199, healthy.healthy[DQW_PSI], 0.0201);
+    BETWEEN(0.49, healthy.healthy[DQW_R], 0.51);
+    return &healthy;
+}
+
+static void test_what_was_damaged_is_refused(void)
+{
+    const dqw_monitor_stored good = *stored();
+    const dqw_monitor_config c = config_of();
+    dqw_monitor m = begin(&c);
+    const dqw_monitor before = m;
+    TEST_ASSERT_EQUAL_INT(DQW_ERR_NULL, dqw_monitor_restore(NULL, &good));
+    TEST_ASSERT_EQUAL_INT(DQW_ERR_NULL, dqw_monitor_restore(&m, NULL));
+    int refused[3] = {0};
+    for (size_t at = 0; at < sizeof good; at++)
+        for (int bit = 0; bit < 8; bit++) {
+            CASE("byte %d, bit %d", (int)at, bit);
+            dqw_monitor_stored s = good;
+            ((unsigned char *)&s)[at] ^= (unsigned char)(1u << bit);
+            const enum dqw_status status = dqw_monitor_restore(&m, &s);
+            HOLDS(status == (at < offsetof(dqw_monitor_stored, config) ? DQW_ERR_STORE_VERSION : DQW_ERR_STORE_DAMAGED));
+            TEST_ASSERT_EQUAL_MEMORY(&before, &m, sizeof m);
+            refused[status == DQW_ERR_STORE_VERSION]++;
+        }
+    TEST_ASSERT_EQUAL_INT(32, refused[1]);
+    TEST_ASSERT_EQUAL_INT(8 * (int)sizeof good - 32, refused[0]);
+    // All bits of a byte at once, and memory that was never written.
+    for (size_t at = 0; at < sizeof good; at++) {
+        CASE("byte %d", (int)at);
+        dqw_monitor_stored s = good;
+        ((unsigned char *)&s)[at] = (unsigned char)~((unsigned char *)&s)[at];
+        HOLDS(dqw_monitor_restore(&m, &s) != DQW_OK);
+    }
+    static const int fills[] = {0x00, 0xff, 0x5a};
+    for (int k = 0; k < 3; k++) {
+        dqw_monitor_stored s;
+        memset(&s, fills[k], sizeof s);
+        HOLDS(dqw_monitor_restore(&m, &s) == DQW_ERR_STORE_VERSION);
+        s.version = good.version;
+        HOLDS(dqw_monitor_restore(&m, &s) == DQW_ERR_STORE_DAMAGED);
+    }
+    TEST_ASSERT_EQUAL_MEMORY(&before, &m, sizeof m);
+    TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_monitor_restore(&m, &good));
+}
+
+static void test_another_configuration_is_refused(void)
+{
+    const dqw_monitor_stored *good = stored();
+    static const dqw_effect_config list[] = {{.effect = DQW_EFFECT_VOLTAGE_OFFSET}, {.effect = DQW_EFFECT_DEAD_TIME, .shape = {0.1f}}};
+    enum { CHANGES = 19, SAME = 5 };
+    for (int k = 0; k < CHANGES + SAME; k++) {
+        CASE("change %d", k);
+        dqw_monitor_config c = config_of();
+        dqw_estimator_config *e = &c.estimator;
+        float *const values[] = {&e->dt_s, &e->v_base_V, &e->i_base_A, &e->w_base_rad_s,      &e->R_ohm,
+                                 &e->Ld_H, &e->Lq_H,     &e->psi_Wb,   &e->dead_time_width_A, &c.J_kgm2};
+        bool *const flags[] = {&e->encoder_offset, &e->noise_on_inputs, &e->voltage_next, &e->voltage_held, &e->speed_electrical, &c.commissioned};
+        if (k < 10) *values[k] *= 1.01f;
+        if (k >= 10 && k < 16) *flags[k - 10] = !*flags[k - 10];
+        if (k == 16) e->pole_pairs = 5;
+        if (k == 17) e->half_window = 19;
+        if (k == 18) e->effects = list, e->effect_count = 1;
+        // What does not give the healthy values their meaning may be another one.
+        if (k == CHANGES) e->half_window = 20;
+        if (k == CHANGES + 1) c.band[DQW_WATCH_R] = 0.1f;
+        if (k == CHANGES + 2) c.heating_K_s = 2.0f;
+        if (k == CHANGES + 3) e->threshold_ppm = 20000;
+        if (k == CHANGES + 4) e->stale_limit = 7;
+        dqw_monitor m = begin(&c);
+        const dqw_monitor before = m;
+        HOLDS(dqw_monitor_restore(&m, good) == (k < CHANGES ? DQW_ERR_STORE_CONFIG : DQW_OK));
+        if (k < CHANGES) TEST_ASSERT_EQUAL_MEMORY(&before, &m, sizeof m);
+    }
+    // Another list, another shape, another order are others.
+    dqw_effect_config other[] = {list[1], list[0]};
+    dqw_monitor_config c = config_of();
+    c.estimator.dead_time_width_A = 0.0f;
+    c.estimator.effects = list;
+    c.estimator.effect_count = 2;
+    dqw_monitor m = begin(&c);
+    m.estimator.stage.name = DQW_STAGE_IN_SERVICE;
+    for (int i = 0; i < DQW_WATCH_TEMPERATURE; i++) m.watch.looks[i] = 100;
+    dqw_monitor_stored s;
+    HOLDS(dqw_monitor_store(&m, &s));
+    for (int k = 0; k < 3; k++) {
+        CASE("list %d", k);
+        dqw_effect_config changed[] = {list[0], list[1]};
+        if (k == 1) changed[1].shape[0] = 0.11f;
+        if (k == 2) memcpy(changed, other, sizeof changed);
+        dqw_monitor_config d = c;
+        d.estimator.effects = changed;
+        dqw_monitor n = begin(&d);
+        HOLDS(dqw_monitor_restore(&n, &s) == (k == 0 ? DQW_OK : DQW_ERR_STORE_CONFIG));
+    }
+}
+
+// A machine in which something has been, or has not, since the store was written: from its first sample on.
+static course after_power_cycle(const dqw_sim_scenario *s, const dqw_monitor_stored *given, dqw_monitor *m, const dqw_monitor_config *c)
+{
+    simulate(s);
+    *m = begin(c);
+    if (given != NULL) TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_monitor_restore(m, given));
+    return watch(m, 0, row_count);
+}
+
+// In service and watching at once where a fresh one rests first; and its healthy values are the stored ones.
+static void test_a_restored_monitor_watches_at_once(void)
+{
+    const dqw_monitor_stored *given = stored();
+    const dqw_monitor_config c = config_of();
+    const dqw_sim_scenario s = joint(2.4);
+    dqw_monitor m;
+    const course fresh = after_power_cycle(&s, NULL, &m, &c);
+    const course o = after_power_cycle(&s, given, &m, &c);
+    CASE("service at %g s, watching at %g s, fresh at %g s; %d events", o.service_s, o.watching_s, fresh.watching_s, o.events);
+    HOLDS(o.events == 0 && fresh.events == 0);
+    BETWEEN(-1e-9, o.service_s - fresh.service_s, 1e-9);
+    BETWEEN(0.0, o.watching_s - o.service_s, 0.01);
+    BETWEEN(0.8, fresh.watching_s - o.watching_s, 1.1);
+    BETWEEN(-1e-3, m.healthy[DQW_LQ] / given->healthy[DQW_LQ] - 1, 5e-3);
+    // It can be stored again at once.
+    dqw_monitor_stored again;
+    HOLDS(dqw_monitor_store(&m, &again));
+}
+
+// What broke while the drive was off is told before a fresh monitor would watch at all.
+static void test_what_broke_while_it_was_off_is_told(void)
+{
+    static const struct {
+        const char *text, *key;
+        double size;
+        enum dqw_fault_name name;
+        double told_s;  ///< measured
+    } broken[] = {{"demagnetisation", "nonideal.demagnetisation", 0.06, DQW_FAULT_DEMAGNETISATION, 0.99},
+                  {"turn short", "nonideal.turn_short", 0.03, DQW_FAULT_TURN_SHORT, 1.02},
+                  {"phase connection", "nonideal.phase_connection_ohm", 0.05, DQW_FAULT_PHASE_CONNECTION, 1.00},
+                  {"current offset", "nonideal.current_offset_alpha_A", 0.2, DQW_FAULT_CURRENT_OFFSET, 1.00},
+                  {"encoder offset", "nonideal.angle_offset_rad", 0.05, DQW_FAULT_ENCODER_OFFSET, 1.02}};
+    const dqw_monitor_stored *given = stored();
+    const dqw_monitor_config c = config_of();
+    for (unsigned k = 0; k < (quick() ? 1 : sizeof broken / sizeof broken[0]); k++) {
+        dqw_sim_scenario s = joint(2.2);
+        s.seed = 2;
+        set(&s, broken[k].key, "", broken[k].size);
+        dqw_monitor m;
+        const course fresh = after_power_cycle(&s, NULL, &m, &c);
+        const course o = after_power_cycle(&s, given, &m, &c);
+        CASE("%s: told at %g s, fault %d, channel %d, watching at %g s, a fresh one at %g s", broken[k].text, o.first_s, (int)o.first.fault.name,
+             (int)o.first.parameter, o.watching_s, fresh.watching_s);
+        if (getenv("DQW_TEST_VALUES") != NULL) printf("%s\n", test_case);
+        HOLDS(o.events >= 1 && o.first.fault.name == broken[k].name && o.first.fault.phase == 0);
+        HOLDS(o.first_s < fresh.watching_s);
+        BETWEEN(0.8 * broken[k].told_s, o.first_s, 1.25 * broken[k].told_s);
+        // A fresh monitor takes it for healthy.
+        HOLDS(fresh.events == 0);
+    }
+}
+
+// Switched off warm and on cold, or the other way: nothing but heat.
+static void test_only_warmer_or_colder_is_no_event(void)
+{
+    static const struct {
+        double winding_K, magnet_K;
+    } rises[] = {{40, 0}, {40, 30}, {-30, -30}, {80, 60}, {0, 0}};
+    const dqw_monitor_stored *given = stored();
+    const dqw_monitor_config c = config_of();
+    for (unsigned k = 0; k < (quick() ? 2 : sizeof rises / sizeof rises[0]); k++) {
+        dqw_sim_scenario s = joint(2.4);
+        s.seed = 3;
+        s.machine.temp_start_C = s.machine.temp_ref_C + 1;
+        s.nonideal.winding_alpha_per_K.value = 0.0039 * rises[k].winding_K;
+        s.nonideal.magnet_beta_per_K.value = -0.001 * rises[k].magnet_K;
+        dqw_monitor m;
+        const course o = after_power_cycle(&s, given, &m, &c);
+        CASE("winding %g K, magnet %g K: %d events, the first at %g s, channel %d, fault %d", rises[k].winding_K, rises[k].magnet_K, o.events, o.first_s,
+             (int)o.first.parameter, (int)o.first.fault.name);
+        HOLDS(o.events == 0 && isfinite(o.watching_s));
+        BETWEEN(rises[k].winding_K - 4, dqw_monitor_read(&m, DQW_WATCH_TEMPERATURE).value, rises[k].winding_K + 4);
+    }
+    // Switched off hot, its magnet warm: the winding is cold on switching on, and the flux still lower; but not by a demagnetisation's part.
+    dqw_monitor_stored hot = *given;
+    dqw_monitor m = begin(&c);
+    HOLDS(dqw_monitor_restore(&m, &hot) == DQW_OK);
+    for (int way = 0; way < 2; way++) {
+        dqw_sim_scenario s = joint(2.4);
+        s.seed = 4;
+        s.machine.temp_start_C = s.machine.temp_ref_C + 1;
+        s.nonideal.magnet_beta_per_K.value = -0.001 * 40;
+        simulate(&s);
+        m = begin(&c);
+        TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_monitor_restore(&m, &hot));
+        // What it was when it was switched off.
+        if (way == 1) m.hottest_K = 60.0f;
+        const course o = watch(&m, 0, row_count);
+        CASE("hottest %g K: %d events, first fault %d", way == 1 ? 60.0 : 0.0, o.events, (int)o.first.fault.name);
+        if (way == 1)
+            HOLDS(o.events == 0);
+        else
+            HOLDS(o.events >= 1 && o.first.fault.name == DQW_FAULT_DEMAGNETISATION);
+    }
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_what_was_damaged_is_refused);
+    RUN_TEST(test_another_configuration_is_refused);
+    RUN_TEST(test_a_restored_monitor_watches_at_once);
+    RUN_TEST(test_what_broke_while_it_was_off_is_told);
+    RUN_TEST(test_only_warmer_or_colder_is_no_event);
+    return UNITY_END();
+}
