@@ -473,7 +473,8 @@ static void test_noise_in_dead_time(void)
         const double wide = 0.53 / (sqrt(left) + 1.2 * width);
         const double g = mean * slope / 30;
         BETWEEN(0.999, ldexp((double)r.noise_q56[axis][DQW_NOISE_Q15_R_IN_DEAD], -56) / (g * R * var), 1.001);
-        BETWEEN(0.999, ldexp((double)r.noise_q56[axis][DQW_NOISE_Q15_DEAD_IN_R], -56) / (g * R * (var - 0.5 * left * sqrt(left) / (sqrt(left) + width))), 1.001);
+        BETWEEN(0.999, ldexp((double)r.noise_q56[axis][DQW_NOISE_Q15_DEAD_IN_R], -56) / (g * R * (var - 0.5 * left * sqrt(left) / (sqrt(left) + width))),
+                1.001);
         BETWEEN(0.999, ldexp((double)r.noise_q56[axis][DQW_DEAD_TIME], -56) / (g * var * fmax(slope, wide) / 30), 1.001);
         BETWEEN(0.999, ldexp((double)r.noise_q56[axis][DQW_R], -56) / (mean * R * R * var), 1.001);
     }
