@@ -428,12 +428,12 @@ static void test_both_go_the_way_back(void)
     t.fc.estimator.threshold_ppm = t.qc.estimator.threshold_ppm = 22000;
     t.qc.estimator.stale_limit = 50;
     const dqw_gate gate = t.q.estimator.gate;
-    const uint32_t halves = t.q.estimator.about.number;
+    const uint32_t halves = t.q.estimator.halves;
     TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_monitor_define(&t.f, &t.fc));
     TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_monitor_define_q15(&t.q, &t.qc));
     TEST_ASSERT_EQUAL_UINT32(50, t.q.estimator.gate.stale_limit);
     TEST_ASSERT_EQUAL_UINT32(gate.accepted, t.q.estimator.gate.accepted);
-    TEST_ASSERT_EQUAL_UINT32(halves, t.q.estimator.about.number);
+    TEST_ASSERT_EQUAL_UINT32(halves, t.q.estimator.halves);
     HOLDS(t.q.estimator.stage.times_back == 1 && t.q.estimator.w_q24[0] == 16777216);
     const told again = watch(&t, 0, row_count);
     HOLDS(again.q == 0 && again.q_service_s < 1.5);
