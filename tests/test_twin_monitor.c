@@ -184,7 +184,7 @@ static void test_both_leave_a_healthy_joint_alone(void)
         for (int i = 0; i < N; i++) {
             const double size = i == DQW_PSI_Q ? 0.02 : (double)t.f.healthy[i];
             CASE("healthy %d: %g, %g", i, t.q.is.healthy_q24[i] / 16777216.0 * weight_unit(&t, i), (double)t.f.healthy[i]);
-            BETWEEN(-0.003, (t.q.is.healthy_q24[i] / 16777216.0 * weight_unit(&t, i) - (double)t.f.healthy[i]) / size, 0.003);
+            BETWEEN(quick() ? -0.006 : -0.003, (t.q.is.healthy_q24[i] / 16777216.0 * weight_unit(&t, i) - (double)t.f.healthy[i]) / size, quick() ? 0.006 : 0.003);
         }
         if (quick()) continue;
         const double torque_Nm = 1.5 * 4 * weight_unit(&t, 3) * I_FULL;
@@ -451,12 +451,15 @@ static void test_any_bits(void)
     begin(&t, true, 0);
     test_random r = {11};
     int events = 0;
+    dqw_sample_q15 last = dqw_sample_from_dq_q15(0, 0, 0, 0, 0, 0);
     for (int k = 0; k < scaled(600000); k++) {
         const uint64_t z = random_bits(&r);
         const uint64_t y = random_bits(&r);
-        const dqw_sample_q15 x = dqw_sample_from_dq_q15(q15_bits(z), q15_bits(z >> 16), q15_bits(z >> 32), q15_bits(z >> 48), q15_bits(y),
-                                                        (uint16_t)(y >> 16 & 65535));
-        (void)dqw_monitor_sample_q15(&t.q, &x, y >> 60 == 0);
+        dqw_sample_q15 x = dqw_sample_from_dq_q15(q15_bits(z), q15_bits(z >> 16), q15_bits(z >> 32), q15_bits(z >> 48), q15_bits(y), (uint16_t)(y >> 16 & 65535));
+        // White noise teaches nothing: some of the time currents and speed stay for a while.
+        if (k / 20000 % 2 == 0 && (y >> 52 & 31) != 0) x.i_d_q15 = last.i_d_q15, x.i_q_q15 = last.i_q_q15, x.w_m_q15 = last.w_m_q15;
+        last = x;
+        (void)dqw_monitor_sample_q15(&t.q, &x, y >> 58 == 0);
         if (!t.q.estimator.window.pending) continue;
         if (y >> 32 & 1) {
             dqw_monitor_q15 *m = &t.q;
