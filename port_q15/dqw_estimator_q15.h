@@ -84,8 +84,6 @@ typedef struct dqw_estimator_q15_given {
 } dqw_estimator_q15_given;
 
 typedef struct dqw_estimator_q15 {
-    const dqw_estimator_q15_config *config;
-
     // The interrupt's.
     dqw_gate gate;  ///< but for its blocks, learned and incomplete, which the background counts
     dqw_window_q15 window;
@@ -141,6 +139,8 @@ typedef struct dqw_estimator_q15 {
     uint8_t shift[DQW_EFFECT_WEIGHTS];  ///< an effect's weight is in units of so many halvings of its input
 #endif
     dqw_stage stage;
+
+    const dqw_estimator_q15_config *config;  ///< behind what is wider: so there is no gap
 } dqw_estimator_q15;
 
 /// A configuration for a machine of which no more than the nameplate is known; nominal values, an angle and the like may be set in it. Full
