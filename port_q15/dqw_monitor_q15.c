@@ -341,7 +341,7 @@ static void name(dqw_monitor_q15 *m, int channel)
     m->named_value = x.now;
     m->named_sd = x.sd;
     m->named_at = m->estimator.number;
-    m->named_since = m->estimator.number - (uint32_t)dqw_watch_since(&m->watch, channel) * DQW_WATCH_TICK_BLOCKS;
+    m->named_looks = dqw_watch_since(&m->watch, channel);
     m->named_channel = (uint8_t)channel;
     m->named_healthy = healthy_of(m, channel);
     const enum dqw_fault_name of_channel = dqw_watch_fault_of(channel, x.change > 0);
@@ -482,7 +482,7 @@ bool dqw_monitor_event_q15(dqw_monitor_q15 *m, dqw_monitor_change_q15 *change)
     const uint64_t half = m->estimator.window.half;
     const int channel = m->named_channel;
     change->sample = m->named_at * half;
-    change->since = m->named_since * half;
+    change->since = (m->named_at - (uint32_t)m->named_looks * DQW_WATCH_TICK_BLOCKS) * half;
     change->parameter = (enum dqw_monitor_channel)channel;
     change->value_q40 = dqw_monitor_q40_of(channel, m->named_value);
     change->sd_q40 = dqw_monitor_q40_of(channel, m->named_sd);

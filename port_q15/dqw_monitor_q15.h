@@ -58,16 +58,16 @@ typedef struct dqw_monitor_measures_q15 {
 } dqw_monitor_measures_q15;
 
 typedef struct dqw_monitor_q15 {
-    const dqw_monitor_q15_config *config;
     dqw_estimator_q15 estimator;
     dqw_witness_q15 witness;
     dqw_monitor_measures_q15 is;
     dqw_watch watch;
-    // The change that was named last, as dqw_monitor_event_q15() tells it; times in halves of a window.
-    uint32_t named_at, named_since;
+    const dqw_monitor_q15_config *config;
+    // The change that was named last, as dqw_monitor_event_q15() tells it; its time in halves of a window.
+    uint32_t named_at;
     int32_t named_value, named_sd, named_healthy;
     dqw_fault_verdict_q15 named_fault;
-    uint8_t named_channel;
+    uint8_t named_channel, named_looks;  ///< looks since it began to show
     bool has_change;
     bool restored;  ///< healthy values came from a store
 } dqw_monitor_q15;
