@@ -64,7 +64,7 @@ class Q15Monitor : public MonitorEngine {
 public:
     explicit Q15Monitor(const MonitorSetup& setup) : config_(config_of(setup.config)) { accept(dqw_monitor_init_q15(&m_, &config_)); }
 
-    void gap(std::uint32_t periods) override { dqw_estimator_missing_q15(&m_.estimator, periods); }
+    void gap(std::uint32_t periods) override { dqw_monitor_missing_q15(&m_, periods); }
 
     bool sample(const dqw_sample& s) override
     {
@@ -78,14 +78,15 @@ public:
 
     std::optional<MonitorTold> background() override
     {
-        dqw_monitor_event_q15 e{};
-        if (!dqw_monitor_background_q15(&m_, &e)) return std::nullopt;
+        dqw_monitor_change_q15 e{};
+        if (!dqw_monitor_background_q15(&m_) || !dqw_monitor_event_q15(&m_, &e)) return std::nullopt;
         const double unit = unit_of(e.parameter) * channel_unit(measures(), e.parameter);
-        return MonitorTold{e.half,
-                           e.since,
+        const std::uint64_t half = m_.estimator.window.half;
+        return MonitorTold{static_cast<std::uint32_t>(e.sample / half),
+                           static_cast<std::uint32_t>(e.since / half),
                            e.parameter,
-                           e.value * unit,
-                           e.sd == INT32_MAX ? INFINITY : e.sd * unit,
+                           static_cast<double>(e.value_q40) / 65536.0 * unit,
+                           e.sd_q40 == INT64_MAX ? INFINITY : static_cast<double>(e.sd_q40) / 65536.0 * unit,
                            {e.fault.name, static_cast<float>(e.fault.confidence_q15) / 32768.0F, e.fault.phase}};
     }
 

@@ -138,13 +138,15 @@ int64_t dqw_estimator_start_cov_q40(const dqw_estimator_q15 *e, const dqw_units_
 /// Source   (E61) in docs/EQUATIONS.md
 void dqw_estimator_start_q15(dqw_estimator_q15 *e, const int32_t start_q24[]);
 
-/// One axis' row to the sums, around the weights as solved last; weighed by how little of that axis is noise.
+/// What an axis' row leaves of its target, Q28, bounded.
+int32_t dqw_estimator_error_q28(const dqw_estimator_q15 *e, int axis, const dqw_rows_q15 *r);
+
+/// One axis' row to the sums, around the weights as solved last; weighed by how little of that axis is noise. e->e_q28[axis] is its error.
 ///
 /// Source   (E61), (E70), (E90) in docs/EQUATIONS.md
 /// Format   weigh_q24 up to 8: one over the root of the axis' part of the variance
-/// Returns  the error before the correction, Q28, bounded
 /// Context  background
-int32_t dqw_estimator_show_q15(dqw_estimator_q15 *e, int axis, const dqw_rows_q15 *r, uint32_t mask, int64_t weigh_q24);
+void dqw_estimator_show_q15(dqw_estimator_q15 *e, int axis, const dqw_rows_q15 *r, uint32_t mask, int64_t weigh_q24);
 
 /// Noise of the inputs turns the gradient by C w: put back, b += C w. Not where it is much of what was learned, there it could run away.
 ///

@@ -149,12 +149,13 @@ static unsigned shift_of(const dqw_effect_q15 *f, int k)
     return 28u - (dqw_q_bits64(f->base_q28[k]) < 9u ? 9u : dqw_q_bits64(f->base_q28[k]) > 28u ? 28u : dqw_q_bits64(f->base_q28[k]));
 }
 
-static void start_effects(dqw_estimator_q15 *e)
+static void start_effects(dqw_estimator_q15 *e, bool nominal)
 {
     int at = 0;
     for (int k = 0; k < e->effect.count; k++)
         for (int i = 0; i < dqw_effect_weights_of_q15(&e->effect, e->effect.list[k].effect); i++, at++) {
             e->shift[at] = (uint8_t)shift_of(&e->effect, k);
+            if (!nominal) continue;
             const int64_t w_q24 = shifted_q24(&e->effect, k, i, e->shift[at]);
             e->w_q24[DQW_PARAMETERS + at] = (int32_t)(w_q24 > START_MOST_Q24 ? START_MOST_Q24 : w_q24 < -START_MOST_Q24 ? -START_MOST_Q24 : w_q24);
         }
@@ -179,8 +180,9 @@ static enum dqw_status check_effects(const dqw_estimator_q15_config *c, dqw_scal
     return status == DQW_OK && effect->needs_angle && !c->angle ? DQW_ERR_EFFECT_ANGLE : status;
 }
 #else
-static void start_effects(dqw_estimator_q15 *e)
+static void start_effects(dqw_estimator_q15 *e, bool nominal)
 {
+    (void)nominal;
     (void)e;
 }
 #endif
@@ -205,15 +207,17 @@ void dqw_estimator_start_q15(dqw_estimator_q15 *e, const int32_t start_q24[])
     const int n = dqw_estimator_inputs_q15(e);
     const dqw_normal_q15 nothing = {.inputs = (uint8_t)(n + 1), .c_q32 = n + 1};
     e->normal = nothing;
-    start_effects(e);
+    start_effects(e, start_q24 == NULL);
     for (int i = 0; i <= n; i++) {
         int64_t prior_q32 = 1;
         if (i < n) {
             e->cov_q40[i] = dqw_estimator_start_cov_q40(e, &u, i);
             prior_q32 = dqw_q_quotient64((int64_t)1 << 40, e->cov_q40[i], 32);
             e->excess_q10[i] = 0;
-            if (i < DQW_PARAMETERS) e->w_q24[i] = i < 4 ? u.w_q24[i] : 0;
-            if (start_q24 != NULL) e->w_q24[i] = start_q24[i];
+            if (start_q24 != NULL)
+                e->w_q24[i] = start_q24[i];
+            else if (i < DQW_PARAMETERS)
+                e->w_q24[i] = i < 4 ? u.w_q24[i] : 0;
         }
         e->normal.a_q32[DQW_NORMAL_A(i, i)] = prior_q32;
     }

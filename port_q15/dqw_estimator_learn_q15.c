@@ -15,9 +15,8 @@
 #define MEMORY 1000u
 #define RECENT_BITS 6
 #define FEW_BLOCKS 50u
-// Blocks of stage 2 without lent memory; and how far what they found may be from the start values, either way, for these to stand: 1.5.
+// Blocks of stage 2 without lent memory.
 #define COARSE_BLOCKS 50u
-#define COARSE_RATIO_Q1 3
 // Rows that only measure the noise: its variance is then known to an eighth.
 #define WARM_UP 400u
 // An input whose power is not three times its noise teaches nothing; noise alone would need ten deviations.
@@ -42,16 +41,17 @@
 enum { D = 0, Q = 1, SCORES = DQW_ESTIMATOR_Q15_SCORES };
 
 // m moves to x by a part, the difference below 2^63.
-static void toward(int64_t *m, int64_t x, int64_t part_q31)
+static void toward(int64_t *m, int64_t x, int32_t part_q31)
 {
-    *m += dqw_q_product64(x - *m, part_q31, -31);
+    *m += dqw_q_times64(x - *m, part_q31, -31);
 }
 
 // Part of a mean that a block is, of so many looks that are remembered: while it is young, later ones count for more, for the first ones are about
 // the start values.
-static int64_t part_q31(uint32_t looks, uint32_t memory)
+static int32_t part_q31(uint32_t looks, uint32_t memory)
 {
-    return (int64_t)(looks + 1u < 2u * memory ? UINT32_MAX / (looks + 1u) : (1u << 31) / memory);
+    // Half of it at most: there is at least one.
+    return (int32_t)(looks + 1u < 2u * memory ? UINT32_MAX / (looks + 1u) : (1u << 31) / memory);
 }
 
 static uint32_t every(const dqw_estimator_q15 *e)
@@ -80,12 +80,11 @@ static void choose(dqw_estimator_q15 *e, const dqw_rows_q15 *r, uint32_t mask[2]
     const dqw_units_q15 *u = &r->unit;
     mask[D] = mask[Q] = 0;
     for (int i = 0; i < dqw_estimator_inputs_q15(e); i++) {
-        const int32_t d = r->x_q28[D][i];
-        const int32_t q = r->x_q28[Q][i];
+        const int32_t x_q28[] = {r->x_q28[D][i], r->x_q28[Q][i]};
         const int64_t least_q40 = dqw_q_times64(dqw_estimator_whole_q40(e, u, i), part_q15, -15);
-        bool teaches[2] = {d != 0, q != 0};
+        int64_t each_q28 = 1;
         if (c->settled) {
-            for (int axis = 0; axis < 2; axis++) teaches[axis] = teaches[axis] && size(r->x_q28[axis][i]) >= dqw_q_floor64(least_q40, 12);
+            each_q28 += dqw_q_floor64(least_q40 - 1, 12);
         } else {
             int64_t least_q56 = square_q56(least_q40);
             if (i < DQW_PARAMETERS) least_q56 += NOISE_MARGIN * (r->noise_q56[D][i] + r->noise_q56[Q][i]);
@@ -96,14 +95,14 @@ static void choose(dqw_estimator_q15 *e, const dqw_rows_q15 *r, uint32_t mask[2]
                 least_q56 += STEP_MARGIN * (step2_q56 < (int64_t)1 << 57 ? step2_q56 : (int64_t)1 << 57);
             }
             // Up to 2^61
-            const int64_t power_q56 = dqw_q_round64((int64_t)d * d, 2) + dqw_q_round64((int64_t)q * q, 2);
-            const int64_t ratio_q10 = dqw_q_quotient64(power_q56, least_q56, 12);
+            const uint64_t power_q56 = ((uint64_t)((int64_t)x_q28[D] * x_q28[D]) + (uint64_t)((int64_t)x_q28[Q] * x_q28[Q])) >> 2;
+            const int64_t ratio_q10 = dqw_q_quotient64((int64_t)power_q56, least_q56, 12);
             const int32_t excess_q10 = (int32_t)(ratio_q10 < EXCESS_MAX_Q10 ? ratio_q10 : EXCESS_MAX_Q10) - 1024;
             e->excess_q10[i] = (int16_t)(((EXCESS_BLOCKS - 1) * e->excess_q10[i] + excess_q10) / EXCESS_BLOCKS);
             if (e->excess_q10[i] <= 0) continue;
         }
-        if (teaches[D]) mask[D] |= 1u << i;
-        if (teaches[Q]) mask[Q] |= 1u << i;
+        for (int axis = 0; axis < 2; axis++)
+            if (size(x_q28[axis]) >= each_q28) mask[axis] |= 1u << i;
     }
     // There the other weights would take up what is wrong with dead time's shape.
     if (!c->settled && dead_time && e->excess_q10[DQW_R] <= 0) mask[D] = mask[Q] = 0;
@@ -142,10 +141,10 @@ static void publish(dqw_estimator_q15 *e, const dqw_estimator_q15_block *b, cons
         g->step_q15[axis] = (int16_t)step;
     }
     if (e->wide_q28 > 0) {
-        const int64_t both_q30 = dqw_q_floor64(b->with.noise_q30[DQW_NOISE_ID_Q15] + b->with.noise_q30[DQW_NOISE_IQ_Q15], 1);
-        const int64_t sd_q18 = dqw_q_root64((uint64_t)dqw_noise_variance_q36(both_q30, b->with.rows, -2));
+        const int64_t both_q30 = b->with.noise_q30[DQW_NOISE_ID_Q15] + b->with.noise_q30[DQW_NOISE_IQ_Q15];
+        const int64_t sd_q18 = dqw_q_root64((uint64_t)dqw_noise_variance_q36(both_q30, b->with.rows, -4));
         const int64_t width_q28 = dqw_q_floor64(u->width_q40, 12);
-        g->follow_q15 = (uint16_t)dqw_q_quotient64(width_q28, width_q28 + dqw_q_floor64(sd_q18 * 1024 * FOLLOW_Q15, 15), 15);
+        g->follow_q15 = (uint16_t)dqw_q_quotient64(width_q28, width_q28 + dqw_q_times64(sd_q18, FOLLOW_Q15, -5), 15);
     }
     g->noise_anew = noise_anew;
     *(volatile bool *)&e->given_ready = true;
@@ -153,26 +152,21 @@ static void publish(dqw_estimator_q15 *e, const dqw_estimator_q15_block *b, cons
 
 // Residuals, before the correction and after it: their product has the residual's variance as mean, where the weights were solved. And what the
 // block taught.
-static void keep(dqw_estimator_q15 *e, const dqw_rows_q15 *r, const uint32_t mask[2], const int64_t by_q24[2], const int32_t before_q24[], bool solved)
+static void keep(dqw_estimator_q15 *e, const dqw_rows_q15 *r, const uint32_t mask[2], const int64_t by_q24[2], bool solved)
 {
-    const int n = dqw_estimator_inputs_q15(e);
     const uint32_t looks = e->blocks / every(e);
-    const int64_t part = part_q31(e->blocks, MEMORY);
-    const int64_t part_error = part_q31(looks != 0 ? looks : 1u, MEMORY / every(e));
+    const int32_t part = part_q31(e->blocks, MEMORY);
+    const int32_t part_error = part_q31(looks != 0 ? looks : 1u, MEMORY / every(e));
     int64_t e2_q54 = 0;
     int32_t after_q28[2];
     for (int axis = 0; axis < 2; axis++) {
         const int32_t before = e->e_q28[axis];
-        int64_t after = before;
-        for (int i = 0; i < n; i++)
-            if ((mask[axis] >> i & 1u) != 0)
-                after -= dqw_q_product64(r->x_q28[axis][i], (int64_t)e->w_q24[i] - before_q24[i], (int)dqw_estimator_shift_q15(e, i) - 24);
-        after_q28[axis] = dqw_q31_sat(after);
+        after_q28[axis] = dqw_estimator_error_q28(e, axis, r);
         if (solved) toward(&e->error_q56[axis], (int64_t)before * after_q28[axis], part_error);
         e2_q54 += dqw_q_floor64((int64_t)before * before, 2);
     }
     e->recent_q54 += dqw_q_round64(e2_q54 - e->recent_q54, RECENT_BITS);
-    for (int k = 0; k < n - DQW_PARAMETERS + 4; k++) {
+    for (int k = 0; k < dqw_estimator_inputs_q15(e) - DQW_PARAMETERS + 4; k++) {
         const int i = k < 4 ? k : DQW_PARAMETERS + k - 4;
         int64_t score_q34 = 0;
         for (int axis = 0; axis < 2; axis++)
@@ -214,14 +208,15 @@ static bool random_stage(dqw_estimator_q15 *e, const dqw_rows_q15 *r)
 static void coarse_stage(dqw_estimator_q15 *e, const int32_t start_q24[])
 {
     const bool done = e->blocks >= COARSE_BLOCKS;
-    int32_t w_q24[DQW_ESTIMATOR_Q15_INPUTS];
     bool far = false;
-    for (int i = 0; done && i < dqw_estimator_inputs_q15(e); i++) {
-        const int64_t w = w_q24[i] = e->w_q24[i];
-        if (i > DQW_PSI || (e->learned >> i & 1u) == 0) continue;
-        far = far || 2 * w >= (int64_t)COARSE_RATIO_Q1 * start_q24[i] || 2 * (int64_t)start_q24[i] >= COARSE_RATIO_Q1 * w;
+    for (int i = 0; done && i <= DQW_PSI; i++) {
+        if ((e->learned >> i & 1u) == 0) continue;
+        // By a factor of 1.5, either way. |w| < 2^30, start values up to 2^29
+        const int32_t w = e->w_q24[i];
+        const int32_t start = start_q24[i];
+        far = far || w >= start + start / 2 || start >= w + w / 2;
     }
-    if (far && !e->config->settled) dqw_estimator_start_q15(e, w_q24);
+    if (far && !e->config->settled) dqw_estimator_start_q15(e, e->w_q24);
     dqw_estimator_stage_on_q15(e, done);
 }
 
@@ -287,14 +282,13 @@ bool dqw_estimator_learn_q15(dqw_estimator_q15 *e, const dqw_estimator_q15_block
         const int64_t weigh_q24 = (int64_t)dqw_q_root64((uint64_t)dqw_q_scale64(by, 24));
         const int64_t bounded_q24 = weigh_q24 < WEIGH_MAX_Q24 ? weigh_q24 : WEIGH_MAX_Q24;
         by_q24[axis] = dqw_q_floor64(bounded_q24 * bounded_q24, 24);
-        e->e_q28[axis] = dqw_estimator_show_q15(e, axis, &r, mask[axis], bounded_q24);
+        e->e_q28[axis] = dqw_estimator_error_q28(e, axis, &r);
+        dqw_estimator_show_q15(e, axis, &r, mask[axis], bounded_q24);
     }
     if (c->noise_on_inputs && !c->settled) dqw_estimator_take_noise_out_q15(e, &r, by_q24, mask);
-    int32_t before_q24[DQW_ESTIMATOR_Q15_INPUTS];
-    for (int i = 0; i < dqw_estimator_inputs_q15(e); i++) before_q24[i] = e->w_q24[i];
     const bool solved = e->gate.blocks % every(e) == 0;
     if (solved) dqw_estimator_solve_q15(e);
-    keep(e, &r, mask, by_q24, before_q24, solved);
+    keep(e, &r, mask, by_q24, solved);
     if (!sound(e, &r.unit)) return false;
     if (solved && !c->settled) publish(e, b, &r.unit);
     dqw_estimator_drift_q15(e);

@@ -31,18 +31,10 @@ static void exact(const dqw_estimator_q15 *e, const dqw_estimator_q15_block *b, 
     dqw_model_correct_q15(m, &known);
 }
 
-// Mean slope of dead time's input, per full current, Q16.
-static int64_t dead_slope_q16(const dqw_estimator_q15_block *b, const dqw_units_q15 *u)
+// Mean slope of dead time's input, per full current, Q24.
+static int64_t dead_slope_q24(const dqw_estimator_q15_block *b, const dqw_units_q15 *u)
 {
-    return b->with.slopes == 0 ? 0 : dqw_q_quotient64(dqw_q_quotient64(b->with.slope_q15, b->with.slopes, 16), u->width_q40, 25);
-}
-
-static int32_t dead_input(const dqw_estimator_q15_block *b, int axis, int64_t late_q16, int32_t di_q28)
-{
-    const int64_t part_q30 = 1073741824u / b->weight;
-    // Its input saw the currents late: on average that is its mean slope times the delay times the current's.
-    const int64_t whole_q28 = dqw_q_round64(b->sums[DQW_BLOCK_Q15_SIGNALS + axis] * part_q30, 18) + dqw_q_times64(late_q16, di_q28, -16);
-    return dqw_q31_sat(dqw_q_quotient64(whole_q28, DQW_DEAD_TIME_Q15_PARTS, 0));
+    return dqw_q_quotient64(dqw_q_quotient64(b->with.slope_q15, b->with.slopes, 16), DQW_DEAD_TIME_Q15_PARTS * u->width_q40, 33);
 }
 
 #if DQW_EFFECT_WEIGHTS > 0
@@ -69,9 +61,9 @@ static void inputs(const dqw_estimator_q15 *e, const dqw_estimator_q15_block *b,
     const int32_t di_q28[] = {m->di_d, m->di_q};
     const int32_t wi_q28[] = {m->wi_d, m->wi_q};
     const int32_t flux = dqw_q_times32(u->psi_q40, m->w_m, -40);
-    const int64_t late_q16 = dqw_estimator_has_dead_time_q15(e)
-                                 ? dqw_q_quotient64(dead_slope_q16(b, u) * (ONE_Q15 - b->with.follow_q15), b->with.follow_q15, 0)
-                                 : 0;
+    // Dead time's input saw the currents late: on average that is its mean slope times the delay times the current's.
+    const bool dead_time = dqw_estimator_has_dead_time_q15(e);
+    const int64_t late_q24 = dead_time ? dqw_q_quotient64(dead_slope_q24(b, u) * (ONE_Q15 - b->with.follow_q15), b->with.follow_q15, 0) : 0;
     for (int axis = 0; axis < 2; axis++) {
         int32_t *x = r->x_q28[axis];
         const int other = 1 - axis;
@@ -81,7 +73,9 @@ static void inputs(const dqw_estimator_q15 *e, const dqw_estimator_q15_block *b,
         x[DQW_LD + axis] = dqw_q_times32(u->L_q40[axis], di_q28[axis], -40);
         x[dqw_estimator_cross_q15(e, axis)] = across;
         if (axis == Q || dqw_estimator_has_psi_q_q15(e)) x[axis == Q ? DQW_PSI : DQW_PSI_Q] = flux;
-        if (dqw_estimator_has_dead_time_q15(e)) x[DQW_DEAD_TIME] = dead_input(b, axis, late_q16, di_q28[axis]);
+        if (dead_time)
+            x[DQW_DEAD_TIME] = dqw_q31_sat(dqw_q_quotient64(b->sums[DQW_BLOCK_Q15_SIGNALS + axis], DQW_DEAD_TIME_Q15_PARTS * b->weight, 12) +
+                                           dqw_q_times64(late_q24, di_q28[axis], -24));
     }
     effect_inputs(e, b, r);
     r->y_q28[D] = m->v_d;
@@ -92,28 +86,27 @@ static void inputs(const dqw_estimator_q15 *e, const dqw_estimator_q15_block *b,
 // frame is turned besides; one that is given in the frame of its own period is not. (E90)
 static void late_of(const dqw_estimator_q15 *e, const dqw_estimator_q15_block *b, const dqw_block_q15 *m, dqw_rows_q15 *r)
 {
-    r->late_q28[D] = r->late_q28[Q] = 0;
-    if (e->config->settled || e->pole_pairs == 0 || !b->whole) return;
-    const int64_t part_q30 = 1073741824u / b->weight;
+    const bool known = !e->config->settled && e->pole_pairs != 0 && b->whole;
     const int64_t turn_q28 = e->config->voltage_held ? dqw_q_times64(e->turn_q28, m->w_m, -28) : 0;
-    // |sum| < 2^22; angles below one radian
-    r->late_q28[D] = dqw_q31_sat(dqw_q_round64(b->v_step_q15[D] * part_q30, 17) - dqw_q_times64(turn_q28, m->v_q, -28));
-    r->late_q28[Q] = dqw_q31_sat(dqw_q_round64(b->v_step_q15[Q] * part_q30, 17) + dqw_q_times64(turn_q28, m->v_d, -28));
+    // Angles below one radian
+    const int32_t across_q28[] = {-m->v_q, m->v_d};
+    for (int axis = 0; axis < 2; axis++)
+        r->late_q28[axis] =
+            known ? dqw_q31_sat(dqw_q_quotient64(b->v_step_q15[axis], b->weight, 13) + dqw_q_times64(turn_q28, across_q28[axis], -28)) : 0;
 }
 
-// mean_q40: what a mean holds of a variance.
 static void noise_of_dead_time(const dqw_estimator_q15_block *b, const dqw_units_q15 *u, int64_t var_q36, int64_t held_q56, int64_t noise_q56[])
 {
-    const int64_t slope_q16 = dead_slope_q16(b, u);
+    const int64_t slope_q24 = dead_slope_q24(b, u);
     const int64_t left_q36 = dqw_q_quotient64(var_q36 * b->with.follow_q15, 2 * ONE_Q15 - b->with.follow_q15, 0);
     const int64_t sd_q40 = (int64_t)dqw_q_root64((uint64_t)left_q36) << 22;
     // Where what is left of the current's noise is wide, that of a step; where narrow, tanh's own; and all of it where the currents stay
     // within the width. In the resistance's equation a wide noise also smooths the step, which takes half.
-    const int64_t wide_q16 = dqw_q_quotient64(582741650317, sd_q40 + dqw_q_quotient64(6 * u->width_q40, 5, 0), 16);  // 0.53
-    const int64_t g_q56 = dqw_q_quotient64(dqw_q_product64(held_q56, slope_q16, -16), DQW_DEAD_TIME_Q15_PARTS, 0);
-    noise_q56[DQW_DEAD_TIME] = dqw_q_quotient64(dqw_q_product64(g_q56, slope_q16 > wide_q16 ? slope_q16 : wide_q16, -16), DQW_DEAD_TIME_Q15_PARTS, 0);
+    const int64_t wide_q24 = dqw_q_quotient64(97123608386, 5 * sd_q40 + 6 * u->width_q40, 24);  // 0.53 / 30 / (sd + 1.2 width)
+    const int64_t g_q56 = dqw_q_product64(held_q56, slope_q24, -24);
+    noise_q56[DQW_DEAD_TIME] = dqw_q_product64(g_q56, slope_q24 > wide_q24 ? slope_q24 : wide_q24, -24);
     noise_q56[DQW_NOISE_Q15_R_IN_DEAD] = product(u->R_q40, g_q56);
-    const int64_t smooth_q36 = dqw_q_product64(left_q36, dqw_q_quotient64(sd_q40, sd_q40 + u->width_q40, 30), -31);
+    const int64_t smooth_q36 = product(left_q36, dqw_q_quotient64(sd_q40, sd_q40 + u->width_q40, 39));
     noise_q56[DQW_NOISE_Q15_DEAD_IN_R] = product(noise_q56[DQW_NOISE_Q15_R_IN_DEAD], dqw_q_quotient64(var_q36 - smooth_q36, var_q36, 40));
 }
 
@@ -125,9 +118,9 @@ static int64_t squared(int64_t a_q40, int64_t x_q56)
 static void noise_of(const dqw_estimator_q15 *e, const dqw_estimator_q15_block *b, const dqw_block_q15 *m, dqw_rows_q15 *r)
 {
     const dqw_units_q15 *u = &r->unit;
-    const int64_t h = e->window.half;
-    const int64_t sum = h * (h + 1);
-    // (h (4 h^2 - 1) / 6 + h^2) / S^2, and 2 h / S^2: up to 2^22 over up to 2^27; Q40, and 2^20 more from a variance in Q36
+    const int32_t h = e->window.half;
+    const int32_t sum = h * (h + 1);
+    // (h (4 h^2 - 1) / 6 + h^2) / S^2, and 2 h / S^2: up to 2^22 over up to 2^30; Q40, and 2^20 more from a variance in Q36
     const int64_t mean_q60 = dqw_q_quotient64(h * (4 * h * h - 1) + 6 * h * h, 6 * sum * sum, 60);
     const int64_t slope_q60 = dqw_q_quotient64(2 * h, sum * sum, 60);
     int64_t var_q36[DQW_NOISE_Q15_SUMS];
@@ -155,7 +148,7 @@ static void noise_of(const dqw_estimator_q15 *e, const dqw_estimator_q15_block *
         if (dqw_estimator_has_dead_time_q15(e) && var_q36[axis] > 0) noise_of_dead_time(b, u, var_q36[axis], held_q56[axis], noise);
         // A noise of half the full voltage is more than anybody learns from: sums of such variances stay within their bits.
         const int64_t most = (int64_t)1 << 54;
-        for (int i = 0; i < DQW_NOISE_Q15_COVARIANCES; i++) noise[i] = noise[i] > most ? most : noise[i] < -most ? -most : noise[i];
+        for (int i = 0; i < DQW_NOISE_Q15_COVARIANCES; i++) noise[i] = dqw_q_within64(noise[i], most);
     }
 }
 

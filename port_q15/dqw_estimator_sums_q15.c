@@ -10,22 +10,29 @@
 
 enum { D = 0, Q = 1, N = DQW_PARAMETERS };
 
-// One axis' row to the sums, around the weights as solved last; weighed by how little of that axis is noise.
-int32_t dqw_estimator_show_q15(dqw_estimator_q15 *e, int axis, const dqw_rows_q15 *r, uint32_t mask, int64_t weigh_q24)
+int32_t dqw_estimator_error_q28(const dqw_estimator_q15 *e, int axis, const dqw_rows_q15 *r)
+{
+    int64_t e_q28 = r->y_q28[axis];
+    for (int i = 0; i < dqw_estimator_inputs_q15(e); i++)
+        e_q28 -= dqw_q_round64((int64_t)r->x_q28[axis][i] * e->w_q24[i], 24u - dqw_estimator_shift_q15(e, i));
+    return dqw_q31_sat(e_q28);
+}
+
+// Weighed by how little of that axis is noise.
+static int32_t lighter(int32_t x_q28, int64_t weigh_q24)
+{
+    return dqw_q31_sat(dqw_q_round64(x_q28 * weigh_q24, 24));
+}
+
+// One axis' row to the sums, around the weights as solved last.
+void dqw_estimator_show_q15(dqw_estimator_q15 *e, int axis, const dqw_rows_q15 *r, uint32_t mask, int64_t weigh_q24)
 {
     const int n = dqw_estimator_inputs_q15(e);
     int32_t x_q28[DQW_NORMAL_INPUTS];
-    int64_t e_q28 = r->y_q28[axis];
-    for (int i = 0; i < n; i++) {
-        const int32_t x = r->x_q28[axis][i];
-        e_q28 -= dqw_q_round64((int64_t)x * e->w_q24[i], 24u - dqw_estimator_shift_q15(e, i));
-        x_q28[i] = (mask >> i & 1u) != 0 ? dqw_q31_sat(dqw_q_round64(x * weigh_q24, 24)) : 0;
-    }
+    for (int i = 0; i < n; i++) x_q28[i] = (mask >> i & 1u) != 0 ? lighter(r->x_q28[axis][i], weigh_q24) : 0;
     // Behind the inputs, the late voltage: what the others leave of it, and of the residual with it, says how late the voltage acts. (E90)
-    x_q28[n] = dqw_q31_sat(dqw_q_round64(r->late_q28[axis] * weigh_q24, 24));
-    const int32_t error = dqw_q31_sat(e_q28);
-    dqw_normal_add_q15(&e->normal, x_q28, dqw_q31_sat(dqw_q_round64(error * weigh_q24, 24)));
-    return error;
+    x_q28[n] = lighter(r->late_q28[axis], weigh_q24);
+    dqw_normal_add_q15(&e->normal, x_q28, lighter(e->e_q28[axis], weigh_q24));
 }
 
 static int64_t weighed(int64_t x_q56, int64_t by_q24)

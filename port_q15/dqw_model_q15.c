@@ -16,7 +16,7 @@ dqw_block_q15 dqw_model_block_q15(const int32_t sums[], uint16_t weight)
     const int32_t part_q30 = (int32_t)(1073741824u / weight);
     int32_t mean_q28[DQW_BLOCK_Q15_SIGNALS];
     static const uint8_t less[DQW_BLOCK_Q15_SIGNALS] = {17, 17, 18, 18, 17, 17, 19, 19, 18};
-    for (int i = 0; i < DQW_BLOCK_Q15_SIGNALS; i++) mean_q28[i] = dqw_q31_sat(dqw_q_round64((int64_t)sums[i] * part_q30, less[i]));
+    for (int i = 0; i < DQW_BLOCK_Q15_SIGNALS; i++) mean_q28[i] = dqw_q31_sat(dqw_q_scale64((int64_t)sums[i] * part_q30, -less[i]));
     const dqw_block_q15 b = {mean_q28[0], mean_q28[1], mean_q28[2], mean_q28[3], mean_q28[4], mean_q28[5], mean_q28[6], mean_q28[7], mean_q28[8]};
     return b;
 }

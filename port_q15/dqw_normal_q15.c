@@ -60,7 +60,7 @@ void dqw_normal_grow_q15(dqw_normal_q15 *n, int i, int64_t q_q40)
     if (q_q40 <= 0 || own <= 0) return;
     // A - a a' q / (1 + q a_ii) = A - a a' part / a_ii, part = q a_ii / (1 + q a_ii): in 0 .. 1.
     const int64_t size_q31 = dqw_q_product64(own, q_q40, -41);  // Q31, up to 2^62
-    const int32_t part_q31 = dqw_q31_sat(dqw_q_quotient64(size_q31, size_q31 + ((int64_t)1 << 31), 31));
+    const int32_t part_q31 = dqw_q_quotient32(size_q31, size_q31 + ((int64_t)1 << 31), 31);
     int64_t column[N];
     for (int k = 0; k < n->inputs; k++) column[k] = n->a_q32[k < i ? DQW_NORMAL_A(k, i) : DQW_NORMAL_A(i, k)];
     const int64_t b = n->b_q32[i];
@@ -80,11 +80,6 @@ typedef struct factors {
     uint32_t out;
     int64_t left_q60;  // of the target
 } factors;
-
-static int64_t bounded(int64_t x, int64_t most)
-{
-    return x > most ? most : x < -most ? -most : x;
-}
 
 static int half_of(int64_t own)
 {
@@ -110,9 +105,9 @@ static void factor(const dqw_normal_q15 *n, factors *f)
             const int32_t *above = &f->l_q31[DQW_NORMAL_A(0, j)];
             // Q60, below 2^60; each product is below 2^62 in Q62
             int64_t rest = dqw_q_scale64(sum_of(n, i, j), f->half[i] + f->half[j]);
-            for (int k = 0; k < j; k++) rest = bounded(rest - dqw_q_round64((int64_t)row[k] * above[k], 2), TWO_Q60);
+            for (int k = 0; k < j; k++) rest = dqw_q_within64(rest - dqw_q_round64((int64_t)row[k] * above[k], 2), TWO_Q60);
             if (j < i) {
-                row[j] = dqw_q31_sat(dqw_q_quotient64(rest, above[j], 2));
+                row[j] = dqw_q_quotient32(rest, above[j], 2);
             } else if (i == inputs) {
                 f->left_q60 = rest;
             } else if (rest < (int64_t)1 << (60 - PIVOT_BITS)) {
@@ -135,7 +130,7 @@ static int64_t inverse_diagonal_q40(const factors *f, int inputs, int i)
         if (row[k] == 0) continue;
         int64_t rest_q51 = k == i ? (int64_t)1 << 51 : 0;
         // 2^62 and a product of 2^31 by less than 2^31
-        for (int m = i; m < k; m++) rest_q51 = bounded(rest_q51 - row[m] * z_q20[m], BOUND_Q20 * BOUND_Q20);
+        for (int m = i; m < k; m++) rest_q51 = dqw_q_within64(rest_q51 - row[m] * z_q20[m], BOUND_Q20 * BOUND_Q20);
         z_q20[k] = dqw_q_quotient64(rest_q51, row[k], 0);
         if (z_q20[k] >= BOUND_Q20 || z_q20[k] <= -BOUND_Q20) return NOT_LEARNED;
         sum_q40 += z_q20[k] * z_q20[k];
@@ -151,7 +146,7 @@ static void back(const factors *f, int i, int64_t t_q40[])
     for (int j = i - 1; j >= 0; j--) {
         int64_t rest_q40 = (int64_t)f->l_q31[DQW_NORMAL_A(j, i)] * 512;
         for (int k = j + 1; k < i; k++) rest_q40 -= dqw_q_times64(t_q40[k], f->l_q31[DQW_NORMAL_A(j, k)], -31);
-        t_q40[j] = bounded(dqw_q_quotient64(rest_q40, f->l_q31[DQW_NORMAL_A(j, j)], 31), (int64_t)1 << 57);
+        t_q40[j] = dqw_q_within64(dqw_q_quotient64(rest_q40, f->l_q31[DQW_NORMAL_A(j, j)], 31), (int64_t)1 << 57);
     }
 }
 

@@ -11,7 +11,7 @@ enum dqw_status dqw_window_init_q15(dqw_window_q15 *w, int half, int signals)
     return DQW_OK;
 }
 
-static void clear(volatile dqw_window_q15_part *p, int signals)
+static void clear(dqw_window_q15_part *p, int signals)
 {
     for (int i = 0; i < signals; i++) p->cell[i].sum = p->cell[i].fall = 0;
     p->fall_weight = 0;
@@ -61,16 +61,18 @@ uint32_t dqw_window_join_q15(dqw_window_q15 *w, dqw_window_q15_rise *r, int32_t 
     if (enough) *weight = (uint16_t)(r->weight + fall_weight);
     // [WIN.2] this half rises in the next block
     // |top sum| <= 101 100 2^17 < 2^31
-    sum[0] = p->cell[0].sum;
-    sum[1] = p->cell[1].sum;
     for (int i = 0; i < w->signals; i++) {
+        const int32_t plain = p->cell[i].sum;
         const int32_t fall = p->cell[i].fall;
+        p->cell[i].sum = p->cell[i].fall = 0;
+        if (i < 2) sum[i] = plain;
         if (enough) block[i] = r->rise[i] + fall;
-        r->rise[i] = top * p->cell[i].sum - fall;
+        r->rise[i] = top * plain - fall;
     }
+    p->fall_weight = 0;
+    p->valid = 0;
     r->weight = (uint16_t)(top * valid - fall_weight);
     r->valid = valid;
     r->has = true;
-    clear(p, w->signals);
     return enough ? (uint32_t)DQW_EVENT_BLOCK : joins ? (uint32_t)DQW_EVENT_INCOMPLETE : 0u;
 }

@@ -10,36 +10,32 @@
 #define ONE_Q28 268435456
 #define TENTH_Q31 214748365
 
-// Q26 of the full voltage, or Q30 of 1.
+// Q30 of 1, Q28 of a full scale, or Q26 of the full voltage.
 typedef struct {
-    int64_t re, im;
+    int32_t re, im;
 } complex_number;
 
 // a b 2^-n
 static void multiply(complex_number *a, const complex_number *b, int n)
 {
-    const int64_t re = dqw_q_product64(a->re, b->re, -n) - dqw_q_product64(a->im, b->im, -n);
-    a->im = dqw_q_product64(a->re, b->im, -n) + dqw_q_product64(a->im, b->re, -n);
-    a->re = re;
-}
-
-static void scale(complex_number *a, int64_t by, int n)
-{
-    a->re = dqw_q_product64(a->re, by, -n);
-    a->im = dqw_q_product64(a->im, by, -n);
-}
-
-static int64_t within(int64_t x)
-{
-    const int64_t most = (int64_t)1 << 30;
-    return x > most ? most : x < -most ? -most : x;
+    // Each below 2^31 by 2^30
+    const int64_t re = (int64_t)a->re * b->re - (int64_t)a->im * b->im;
+    const int64_t im = (int64_t)a->re * b->im + (int64_t)a->im * b->re;
+    a->re = dqw_q31_sat(dqw_q_scale64(re, -n));
+    a->im = dqw_q31_sat(dqw_q_scale64(im, -n));
 }
 
 // Inputs up to 16 full voltages, more than nominal parameters take of full signals; errors up to 4. So products of two have a bit to spare.
-static void bound(complex_number *a)
+static int32_t bounded(int64_t x)
 {
-    a->re = within(a->re);
-    a->im = within(a->im);
+    return (int32_t)dqw_q_within64(x, (int64_t)1 << 30);
+}
+
+// a by 2^-n, bounded.
+static void scale(complex_number *a, int64_t by, int n)
+{
+    a->re = bounded(dqw_q_times64(by, a->re, -n));
+    a->im = bounded(dqw_q_times64(by, a->im, -n));
 }
 
 void dqw_witness_init_q15(dqw_witness_q15 *w)
@@ -69,8 +65,8 @@ int32_t dqw_witness_mean_L_q24(const dqw_estimator_q15_config *config, int32_t L
 {
     dqw_units_q15 u;
     (void)dqw_units_of_q15(config, config->scale.pole_pairs, &u);
-    const int64_t part_q30 = dqw_q_quotient64(u.L_q40[0], u.L_q40[0] + u.L_q40[1], 30);
-    return dqw_q31_sat(dqw_q_round64(part_q30 * Ld_q24, 30) + dqw_q_round64((((int64_t)1 << 30) - part_q30) * Lq_q24, 30));
+    const int64_t both_q40 = dqw_q_times64(u.L_q40[0], Ld_q24, -24) + dqw_q_times64(u.L_q40[1], Lq_q24, -24);
+    return dqw_q_quotient32(both_q40, u.L_q40[0] + u.L_q40[1], 24);
 }
 
 // What one unit of each weight adds to the block's voltage, Q26.
@@ -79,12 +75,12 @@ static void inputs(const dqw_estimator_q15 *t, const dqw_estimator_q15_block *bl
     dqw_units_q15 n;
     (void)dqw_units_of_q15(t->config, t->pole_pairs, &n);
     const int32_t *w = t->w_q24;
-    const int64_t w_q28 = b->w_m;
+    const int32_t w_q28 = b->w_m;
     const int64_t R_q40 = dqw_q_times64(n.R_q40, w[DQW_R], -24);
     const int64_t X_nominal_q40 = dqw_q_floor64(n.X_q40[0] + n.X_q40[1], 1);
     const int64_t L_q40 = dqw_q_times64(n.X_q40[0], w[DQW_LD], -25) + dqw_q_times64(n.X_q40[1], w[DQW_LQ], -25);
 
-    const complex_number once = {(int64_t)block->with.cosine_q15 * 32768, -(int64_t)block->with.sine_q15 * 32768};  // Q30
+    const complex_number once = {block->with.cosine_q15 * 32768, -block->with.sine_q15 * 32768};  // Q30
     complex_number *offset = &x[DQW_WITNESS_OFFSET_Q15];
     *offset = once;
     scale(offset, -dqw_q_product64(R_q40, left_of(turn_q28), -28), 44);
@@ -94,22 +90,21 @@ static void inputs(const dqw_estimator_q15 *t, const dqw_estimator_q15_block *bl
     scale(&twice, left_of(2 * turn_q28), 28);
     complex_number *resistance = &x[DQW_WITNESS_RESISTANCE_Q15];
     resistance->re = b->i_d;
-    resistance->im = -(int64_t)b->i_q;
+    resistance->im = -b->i_q;
     multiply(resistance, &twice, 30);  // Q28
     complex_number turned = *resistance;
     scale(resistance, n.R_q40, 42);
-    scale(&turned, dqw_q_product64(X_nominal_q40, w_q28, -28), 42);
+    scale(&turned, dqw_q_times64(X_nominal_q40, w_q28, -28), 42);
     x[DQW_WITNESS_REACTANCE_Q15].re = -turned.im;
     x[DQW_WITNESS_REACTANCE_Q15].im = turned.re;
 
-    // e j (R - j w_e L), of nominal R and reactance together
+    // e j (R - j w_e L), of nominal R and reactance together: up to the weights themselves, which are below 64
     const int64_t both_q40 = n.R_q40 + X_nominal_q40;
     complex_number *shorted = &x[DQW_WITNESS_SHORT_Q15];
-    shorted->re = dqw_q_quotient64(dqw_q_product64(L_q40, w_q28, -28), both_q40, 30);
-    shorted->im = dqw_q_quotient64(R_q40, both_q40, 30);
+    shorted->re = dqw_q_quotient32(dqw_q_times64(L_q40, w_q28, -28), both_q40, 24);
+    shorted->im = dqw_q_quotient32(R_q40, both_q40, 24);
     multiply(shorted, &twice, 30);
-    scale(shorted, dqw_q_product64(dqw_q_times64(n.psi_q40, w[DQW_PSI], -24), w_q28, -28), 44);
-    for (int k = 0; k < DQW_WITNESS_Q15_INPUTS; k++) bound(&x[k]);
+    scale(shorted, dqw_q_times64(dqw_q_times64(n.psi_q40, w[DQW_PSI], -24), w_q28, -28), 38);
 }
 
 static void toward(int32_t *weight_q28, int64_t x, int64_t by)
@@ -134,20 +129,15 @@ bool dqw_witness_learn_q15(dqw_witness_q15 *w, const dqw_estimator_q15 *t, const
     for (int k = 0; k < DQW_WITNESS_Q15_INPUTS; k++) {
         complex_number said = {w->re_q28[k], w->im_q28[k]};
         multiply(&said, &x[k], 26);
-        error.re -= said.re;
-        error.im -= said.im;
+        error.re = bounded((int64_t)error.re - said.re);
+        error.im = bounded((int64_t)error.im - said.im);
     }
-    bound(&error);
 
     // [WIT.3] each weight by its own mean power
     if (w->blocks < DQW_WITNESS_Q15_MEMORY) w->blocks++;
     for (int k = 0; k < DQW_WITNESS_Q15_INPUTS; k++) {
-        // |x|, |e| <= 2^30: exact
-        const int32_t x_re = (int32_t)x[k].re;
-        const int32_t x_im = (int32_t)x[k].im;
-        const int32_t e_re = (int32_t)error.re;
-        const int32_t e_im = (int32_t)error.im;
-        const int64_t power = (int64_t)x_re * x_re + (int64_t)x_im * x_im;
+        const complex_number *at = &x[k];
+        const int64_t power = (int64_t)at->re * at->re + (int64_t)at->im * at->im;
         int64_t mean = w->power_q52[k];
         mean += dqw_q_product64(power - mean, (1u << 31) / w->blocks, -31);
         w->power_q52[k] = mean;
@@ -155,8 +145,8 @@ bool dqw_witness_learn_q15(dqw_witness_q15 *w, const dqw_estimator_q15 *t, const
         const int64_t tenth = dqw_q_times64(power, TENTH_Q31, -31);
         const int64_t by = dqw_q_times64(mean > tenth ? mean : tenth, DQW_WITNESS_Q15_MEMORY, -10);  // Q42
         // Q54 over Q42
-        toward(&w->re_q28[k], (int64_t)x_re * e_re + (int64_t)x_im * e_im, by);
-        toward(&w->im_q28[k], (int64_t)x_re * e_im - (int64_t)x_im * e_re, by);
+        toward(&w->re_q28[k], (int64_t)at->re * error.re + (int64_t)at->im * error.im, by);
+        toward(&w->im_q28[k], (int64_t)at->re * error.im - (int64_t)at->im * error.re, by);
     }
     return true;
 }

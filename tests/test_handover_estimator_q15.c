@@ -63,7 +63,7 @@ static void test_samples_may_interrupt_the_background_anywhere(void)
     static dqw_estimator_q15 start;
     // Every instruction where it may take a minute; else one in so many.
     const long stride = getenv("DQW_FULL") != NULL ? 1 : 997;
-    static const int until[] = {HALF, 2 * HALF, 600, 1000, 1500, 3000, 8000};
+    static const int until[] = {2 * HALF, 600, 1500, 8000};
     long places = 0;
     int learned = 0;
     for (int way = 0; way < 2; way++)
@@ -84,7 +84,7 @@ static void test_samples_may_interrupt_the_background_anywhere(void)
                 HOLDS(instructions > 100);
             }
         }
-    TEST_ASSERT_TRUE(places > 30 && learned > 10);
+    TEST_ASSERT_TRUE(places > 30 && learned > 6);
     if (stride == 1) printf("%ld places\n", places);
 #else
     TEST_IGNORE_MESSAGE("no single step here");

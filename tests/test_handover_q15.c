@@ -122,20 +122,22 @@ static void test_a_background_that_takes_too_long_loses_blocks_alone(void)
     const dqw_monitor_q15_config c = config_of();
     static dqw_monitor_q15 m;
     begin(&m, &c, 12000);
-    const uint32_t number = m.estimator.block.about.number;
+    const uint32_t number = m.estimator.handed.number;
     samples = HALF;
     memcpy(&held, &m, sizeof held);
     interrupt();
     TEST_ASSERT_EQUAL_UINT8(m.estimator.missed + 1, held.estimator.missed);
-    TEST_ASSERT_EQUAL_UINT32(number, held.estimator.block.about.number);
+    TEST_ASSERT_EQUAL_UINT32(number, held.estimator.handed.number);
     (void)dqw_monitor_background_q15(&m);
     (void)dqw_monitor_background_q15(&held);
     TEST_ASSERT_EQUAL_MEMORY(m.estimator.w_q24, held.estimator.w_q24, sizeof m.estimator.w_q24);
     // The next one does not follow: what accelerated meanwhile, nobody knows.
-    at_row += HALF;
-    interrupt();
-    (void)dqw_monitor_background_q15(&held);
-    TEST_ASSERT_EQUAL_UINT32(2, held.estimator.elapsed);
+    for (int k = 0; k < 2; k++) {
+        at_row += HALF;
+        interrupt();
+        (void)dqw_monitor_background_q15(&held);
+    }
+    TEST_ASSERT_EQUAL_UINT32(3, held.estimator.elapsed);
     TEST_ASSERT_EQUAL_INT8(0, held.watch.gathered);
 }
 
