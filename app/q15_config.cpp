@@ -198,8 +198,8 @@ std::string q15_monitor_text(const dqw_monitor_q15_config& c, const std::string&
                        "#define DQW_Q15_MONITOR_SCALE \\\n"
                        "    {{.v_full_mV = {}u, .i_full_mA = {}u, .w_full_mrad_s = {}u, .dt_ns = {}u, .pole_pairs = {}u}}\n\n"
                        "#define DQW_Q15_MONITOR \\\n    .estimator = {{{}}}, \\\n    .band_ppm = {{{}}}{}\n\n#endif\n",
-                       harmless(log), rows.weights, list, full.v_V, full.i_A, full.w_rad_s, effects, t.scale.v_full_mV, t.scale.i_full_mA, t.scale.w_full_mrad_s, t.scale.dt_ns,
-                       t.scale.pole_pairs, tracker, bands, rest);
+                       harmless(log), rows.weights, list, full.v_V, full.i_A, full.w_rad_s, effects, t.scale.v_full_mV, t.scale.i_full_mA,
+                       t.scale.w_full_mrad_s, t.scale.dt_ns, t.scale.pole_pairs, tracker, bands, rest);
 }
 
 }  // namespace dqw

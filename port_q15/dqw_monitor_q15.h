@@ -47,8 +47,8 @@ typedef struct dqw_monitor_change_q15 {
 
 /// What it measures beside estimator and witness.
 typedef struct dqw_monitor_measures_q15 {
-    int64_t healthy_residual_q54;  ///< of the full voltage, squared
-    int64_t spread_q48;            ///< friction's variance over reversals
+    int64_t healthy_residual_q54;         ///< of the full voltage, squared
+    int64_t spread_q48;                   ///< friction's variance over reversals
     int32_t healthy_q24[DQW_PARAMETERS];  ///< R and flux follow the temperature
     int32_t healthy_re_q28[DQW_WITNESS_Q15_INPUTS], healthy_im_q28[DQW_WITNESS_Q15_INPUTS];
     int32_t cold_R_q24, cold_psi_q24, hottest_q16;  ///< where they may follow from, and the winding's highest rise, K, slowly forgotten
