@@ -97,8 +97,8 @@ public:
                     if (learn() && options.block) options.block(log.t_s.empty() ? static_cast<double>(k) : log.t_s[k], now());
                 });
         }
-        // A deviation is of the blocks of this run.
-        if (e_.blocks < UINT16_MAX) e_.blocks = static_cast<std::uint16_t>(e_.blocks - carried_);
+        // A deviation is of the blocks of this run; after a restart they are that alone.
+        if (e_.restarts == 0 && e_.blocks < UINT16_MAX) e_.blocks = static_cast<std::uint16_t>(e_.blocks - carried_);
     }
 
     /// Of these logs, with what `before` knows of the inductances.

@@ -64,14 +64,14 @@ static inline enum dqw_status either_init(either_monitor *m, const dqw_monitor_c
 static inline void either_jump(either_monitor *m)
 {
     if (m->q15)
-        dqw_estimator_missing_q15(&m->q.estimator, 0);
+        dqw_monitor_missing_q15(&m->q, 0);
     else
         dqw_monitor_missing(&m->f, 0);
 }
 
 static inline int16_t either_q15(double x, double base) { return (int16_t)lrint(fmax(-32768, fmin(32767, 32768 * x / (EITHER_ROOM * base)))); }
 
-/// One sample and the background. What has changed has its value in parts of its format where that is in whole numbers.
+/// One sample and the background. What has changed has its values in parts of its unit there where they are whole numbers.
 static inline bool either_step(either_monitor *m, const dqw_monitor_config *c, const dqw_sample *s, dqw_monitor_change *e)
 {
     if (!m->q15) {
@@ -84,15 +84,15 @@ static inline bool either_step(either_monitor *m, const dqw_monitor_config *c, c
                                                     either_q15((double)s->i_d_A, (double)t->i_base_A), either_q15((double)s->i_q_A, (double)t->i_base_A),
                                                     either_q15((double)s->w_m_rad_s, (double)t->w_base_rad_s),
                                                     (uint16_t)(lrint((turn - floor(turn)) * 65536) & 65535));
-    dqw_monitor_event_q15 q;
+    dqw_monitor_change_q15 q;
     (void)dqw_monitor_sample_q15(&m->q, &x, false);
-    if (!dqw_monitor_background_q15(&m->q, &q)) return false;
-    const float one = q.parameter == DQW_WATCH_TEMPERATURE ? 65536.0f : 16777216.0f;
-    e->sample = (uint64_t)q.half * m->q.estimator.window.half;
-    e->since = (uint64_t)q.since * m->q.estimator.window.half;
+    if (!dqw_monitor_background_q15(&m->q) || !dqw_monitor_event_q15(&m->q, &q)) return false;
+    e->sample = q.sample;
+    e->since = q.since;
     e->parameter = q.parameter;
-    e->value = (float)q.value / one;
-    e->sd = (float)q.sd / one;
+    e->value = ldexpf((float)q.value_q40, -40);
+    e->sd = ldexpf((float)q.sd_q40, -40);
+    e->healthy = ldexpf((float)q.healthy_q40, -40);
     e->fault.name = q.fault.name;
     e->fault.confidence = (float)q.fault.confidence_q15 / 32768.0f;
     e->fault.phase = q.fault.phase;

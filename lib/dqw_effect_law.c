@@ -328,7 +328,8 @@ bool dqw_effect_gather_pair(dqw_effect *e, const dqw_sample *before, const dqw_s
 // A pair's other end, for the next one.
 DQW_APART bool begin_pair(dqw_effect *e, const dqw_sample *last, const dqw_sample *s)
 {
-    dqw_window_cell lost[2 * DQW_EFFECT_WEIGHTS] = {{0.0f, 0.0f}};
+    dqw_window_cell lost[2 * DQW_EFFECT_WEIGHTS];
+    for (int i = 0; i < 2 * e->weights; i++) lost[i].sum = lost[i].fall = 0.0f;
     e->has_sample = last != NULL || !e->needs_last;
     (void)dqw_effect_gather_pair(e, last != NULL ? last : s, s, lost);
     return false;

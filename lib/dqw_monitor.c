@@ -38,10 +38,9 @@ dqw_monitor_config dqw_monitor_config_default(const dqw_nameplate *plate)
     return c;
 }
 
-enum dqw_status dqw_monitor_init(dqw_monitor *m, const dqw_monitor_config *config)
+static enum dqw_status check(const dqw_monitor *m, const dqw_monitor_config *c)
 {
-    if (m == NULL || config == NULL) return DQW_ERR_NULL;
-    const dqw_monitor_config *c = config;
+    if (m == NULL || c == NULL) return DQW_ERR_NULL;
     for (int i = 0; i < DQW_WATCH_CHANNELS; i++)
         if (!dqw_is_zero_or_positive(c->band[i])) return DQW_ERR_BAND;
     if (!dqw_is_zero_or_positive(c->alpha_per_K)) return DQW_ERR_ALPHA;
@@ -50,26 +49,35 @@ enum dqw_status dqw_monitor_init(dqw_monitor *m, const dqw_monitor_config *confi
     if (!dqw_is_zero_or_positive(c->J_kgm2)) return DQW_ERR_J;
     if (c->estimator.pole_pairs == 0) return DQW_ERR_POLE_PAIRS;
     if (c->commissioned && !(c->estimator.R_ohm > 0.0f)) return DQW_ERR_R;
-    if (c->commissioned && !(c->estimator.psi_Wb > 0.0f)) return DQW_ERR_PSI;
-    dqw_monitor n = {.config = config};
-    const enum dqw_status status = dqw_estimator_init(&n.estimator, &config->estimator);
-    if (status != DQW_OK) return status;
-    dqw_witness_init(&n.witness);
-    dqw_watch_init(&n.watch);
-    *m = n;
-    return DQW_OK;
+    return c->commissioned && !(c->estimator.psi_Wb > 0.0f) ? DQW_ERR_PSI : DQW_OK;
+}
+
+// In place, once nothing can be refused any more: a small core's stack has no room for a second one.
+static void begin(dqw_monitor *m, const dqw_monitor_config *config)
+{
+    m->config = config;
+    for (int i = 0; i < DQW_PARAMETERS; i++) m->healthy[i] = 0.0f;
+    for (int i = 0; i < DQW_WITNESS_INPUTS; i++) m->healthy_re[i] = m->healthy_im[i] = 0.0f;
+    m->cold_R_ohm = m->cold_psi_Wb = m->hottest_K = m->healthy_residual_pu2 = 0.0f;
+    m->friction_Nm = m->spread_Nm2 = m->healthy_friction_Nm = m->w_before_rad_s = m->gathered_Nm = m->before_Nm = 0.0f;
+    m->has_change = m->restored = false;
+    dqw_witness_init(&m->witness);
+    dqw_watch_init(&m->watch);
+}
+
+enum dqw_status dqw_monitor_init(dqw_monitor *m, const dqw_monitor_config *config)
+{
+    enum dqw_status status = check(m, config);
+    if (status == DQW_OK) status = dqw_estimator_init(&m->estimator, &config->estimator);
+    if (status == DQW_OK) begin(m, config);
+    return status;
 }
 
 enum dqw_status dqw_monitor_define(dqw_monitor *m, const dqw_monitor_config *config)
 {
-    if (m == NULL) return DQW_ERR_NULL;
-    dqw_monitor n;
-    enum dqw_status status = dqw_monitor_init(&n, config);
-    if (status != DQW_OK) return status;
-    dqw_estimator *e = &m->estimator;
-    status = dqw_estimator_define(e, &config->estimator);
-    n.estimator = *e;
-    *m = n;
+    enum dqw_status status = check(m, config);
+    if (status == DQW_OK) status = dqw_estimator_define(&m->estimator, &config->estimator);
+    if (status == DQW_OK) begin(m, config);
     return status;
 }
 

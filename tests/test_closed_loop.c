@@ -47,7 +47,7 @@ static void test_nominal_values_are_no_prior(void)
     BETWEEN(0.0, worst[1], 0.01);  // the reservoir's weights are the same whatever the neuron began with
 }
 
-// The whole 2 s, noise that no sensor has: 20 %.
+// A second with noise that no sensor has, 20 %, and nothing is forgotten: what was learned beside a wrong start value has to go.
 static void test_nominal_values_are_no_prior_under_heavy_noise(void)
 {
     static const double factor[] = {0, 10, 0.1};
@@ -55,11 +55,13 @@ static void test_nominal_values_are_no_prior_under_heavy_noise(void)
     double worst = 0.0;
     for (int n = 0; n < 3; n++) {
         const drive_log *l = drive(names[n], 1);
-        const dqw_estimator_config right = drive_config(l, 1);
-        const dqw_estimator a = drive_learned(l, &right, 0.2, 11, 0);
+        dqw_estimator_config right = drive_config(l, 1);
+        right.drift_per_sqrt_s = right.dead_time_width_A = 0.0f;
+        const dqw_estimator a = drive_learned(l, &right, 0.2, 11, of_a_second(l));
         for (int f = 0; f < 3; f++) {
-            const dqw_estimator_config c = drive_config(l, factor[f]);
-            const dqw_estimator b = drive_learned(l, &c, 0.2, 11, 0);
+            dqw_estimator_config c = drive_config(l, factor[f]);
+            c.drift_per_sqrt_s = c.dead_time_width_A = 0.0f;
+            const dqw_estimator b = drive_learned(l, &c, 0.2, 11, of_a_second(l));
             for (int i = 0; i < DQW_PARAMETERS; i++) {
                 CASE("%s, nominal values times %g, %s", names[n], factor[f], PARAMETER[i]);
                 if (!is_known(&a, i)) continue;
@@ -70,7 +72,7 @@ static void test_nominal_values_are_no_prior_under_heavy_noise(void)
         }
     }
     test_case[0] = 0;
-    BETWEEN(0.1, worst, 1.0);  // 0.36
+    BETWEEN(0.3, worst, 1.9);  // 0.95: joint_24v; 3.3 where stage 3 does not begin anew
 }
 
 // Percent: RMS over the seeds, R, L_d, L_q, flux.

@@ -403,6 +403,9 @@ static void test_the_first_sample_repeats_none(void)
     dqw_estimator_missing(&t, 0);
     TEST_ASSERT_EQUAL_UINT32(0, dqw_estimator_sample(&t, &zero, false));
     TEST_ASSERT_EQUAL_UINT32(DQW_EVENT_STALE, dqw_estimator_sample(&t, &zero, false));
+    // Nor one behind a sample that is missing.
+    dqw_estimator_missing(&t, 1);
+    TEST_ASSERT_EQUAL_UINT32(0, dqw_estimator_sample(&t, &zero, false));
 }
 
 // Halves that come while one waits are lost, and counted; those that are learned are whole. Two that follow each other make a block, so that a

@@ -195,7 +195,9 @@ static void test_why_a_monitor_is_not_in_service(void)
         (void)dqw_monitor_sample_q15(&m, &x, true);
         HOLDS(!dqw_monitor_background_q15(&m));
     }
-    const course after = watch(&m, 0, 8000);
+    // Two halves make the first block: only then it shows.
+    (void)watch(&m, 0, 2 * 20 + 1);
+    const course after = watch(&m, 2 * 20 + 1, 8000);
     HOLDS((after.whys & 1u << DQW_WHY_PAUSE) != 0 && after.events == 0);
     BETWEEN(0.1, after.pause_s, 0.25);  // as long as the pause was: 0.2 s
 

@@ -101,6 +101,7 @@ static void the_costs_are_those_of_the_readme(void)
         if (estimate && told[i].substr(0, told[i].find(':')) != measured[i].substr(0, measured[i].find(':'))) continue;
         compare(measured[i], told[i]);
     }
+    TEST_ASSERT_TRUE_MESSAGE(run.out.find(", over ") == std::string::npos, ("something is over its limit:\n" + run.out).c_str());
 }
 
 int main(void)

@@ -98,6 +98,14 @@ int main(int argc, char *argv[])
     config = CONFIG;
     config.estimator.random = &lent;
     dqw_estimator_random_init(&lent);
+    cost start = {0};
+    stack_paint();
+    (void)dqw_monitor_init(&m, &config);
+    deep(&start, stack_used());
+    stack_paint();
+    (void)dqw_monitor_define(&m, &config);
+    deep(&start, stack_used());
+    dqw_estimator_random_init(&lent);
     if (argc != 2 || !foc_rows_begin(&rows, fopen(argv[1], "rb"), 0) || dqw_monitor_init(&m, &config) != DQW_OK) return 2;
     cost paper = {0};
     cost make = {0};
@@ -122,6 +130,7 @@ int main(int argc, char *argv[])
     printf("background_worst %lu\n", (unsigned long)slow.most);
     printf("background_mean %lu\n", (unsigned long)(slow.sum / slow.calls));
     printf("background_stack %lu\n", (unsigned long)slow.stack);
+    printf("start_stack %lu\n", (unsigned long)start.stack);
     printf("state_bytes %u\n", (unsigned)sizeof m);
     printf("stored_bytes %u\n", (unsigned)sizeof(dqw_monitor_stored));
     printf("lent_bytes %u\n", (unsigned)sizeof lent);

@@ -1,7 +1,5 @@
-// What the inputs of one list of effects cost in the interrupt, in Q15: the inputs of each pair, the heat, and the window's signals. LIST chooses the
-// effect, by its number in dqw_effect_name.h; 0: none.
-#include "dqw_effect_q15.h"
-#include "dqw_window_q15.h"
+// The estimator's interrupt part in Q15 with one effect. LIST chooses it, by its number in dqw_effect_name.h; 0: none.
+#include "dqw_estimator_q15.h"
 #include "target/board.h"
 #include "target/piece.h"
 #include "target/stimulus_q15.h"
@@ -9,14 +7,7 @@
 #ifndef LIST
 #define LIST 0
 #endif
-#define PLAIN 11
 
-static dqw_window_q15 window;
-static int32_t pair[DQW_WINDOW_Q15_SIGNALS], block[DQW_WINDOW_Q15_SIGNALS];
-static dqw_sample_q15 sample, last;
-
-#if DQW_EFFECT_WEIGHTS > 0
-#define MACHINE .R_uohm = 400000, .Ld_nH = 700000, .Lq_nH = 1900000, .psi_nWb = 12000000
 #if LIST == 2 || LIST == 3
 #define SHAPE .i_uA = 6000000
 #elif LIST == 4 || LIST == 5
@@ -24,50 +15,40 @@ static dqw_sample_q15 sample, last;
 #elif LIST == 7
 #define SHAPE .order = 6
 #else
-#define SHAPE MACHINE
+#define SHAPE .R_uohm = 400000, .Ld_nH = 700000, .Lq_nH = 1900000, .psi_nWb = 12000000
 #endif
+
+#if DQW_EFFECT_WEIGHTS > 0
 static const dqw_effect_q15_config list[] = {{.effect = (enum dqw_effect_name)LIST, SHAPE}};
-static const dqw_scale scale = STIMULUS_SCALE;
-static const dqw_effect_q15_base base = {.scale = &scale, .half_window = 20, .dead_time_apart = true};
-static dqw_effect_q15 e;
-const uint32_t piece_bytes = sizeof e + sizeof window;
-
-static int start_effect(void)
-{
-    if (dqw_effect_init_q15(&e, list, LIST != 0, &base) != DQW_OK) board_end("no effect\n", 2);
-    // The first sample ends no pair.
-    (void)dqw_effect_pair_q15(&e, NULL, &sample, pair + PLAIN, pair + PLAIN + e.weights);
-    (void)dqw_effect_pair_q15(&e, &sample, &sample, pair + PLAIN, pair + PLAIN + e.weights);
-    return e.weights;
-}
-
-static bool take_effect(void)
-{
-    const bool there = dqw_effect_pair_q15(&e, &last, &sample, pair + PLAIN, pair + PLAIN + e.weights);
-    dqw_effect_heat_q15(&e, sample.i_d_q15, sample.i_q_q15);
-    return there;
-}
-#else
-const uint32_t piece_bytes = sizeof window;
-static int start_effect(void) { return 0; }
-static bool take_effect(void) { return true; }
 #endif
+static const dqw_estimator_q15_config config = {.scale = STIMULUS_SCALE,
+                                                .dead_time_width_mA = 200,
+                                                .drift_ppm = 10000,
+                                                .stale_limit = 10,
+                                                .angle = true,
+                                                .encoder_offset = true,
+                                                .noise_on_inputs = true,
+#if DQW_EFFECT_WEIGHTS > 0
+                                                .effects = list,
+                                                .effect_count = LIST != 0
+#endif
+};
+static dqw_estimator_q15 e;
+static dqw_sample_q15 sample;
+static bool limited;
+const uint32_t piece_bytes = sizeof e;
 
 void piece_start(void)
 {
-    if (dqw_window_init_q15(&window, 20, PLAIN + 2 * start_effect()) != DQW_OK) board_end("no window\n", 2);
+    if (dqw_estimator_init_q15(&e, &config) != DQW_OK) board_end("no estimator\n", 2);
 }
 
 void piece_load(const stimulus *s)
 {
-    last = sample;
     sample = stimulus_sample(s);
+    limited = s->limited;
 }
 
-void piece_step(void) { dqw_window_add_q15(&window, take_effect() ? pair : NULL, window.signals); }
+void piece_step(void) { (void)dqw_estimator_sample_q15(&e, &sample, limited); }
 
-void piece_background(void)
-{
-    uint16_t weight;
-    if (dqw_window_full_q15(&window)) (void)dqw_window_end_q15(&window, block, &weight);
-}
+void piece_background(void) { (void)dqw_estimator_background_q15(&e); }
