@@ -67,7 +67,7 @@ int run(const Options& options)
             const FullScales full = full_scales(c.estimator.scale);
             notes.push_back(fmt::format("fixed point; full scales {:.4g} V, {:.4g} A, {:.4g} rad/s; its configuration is in dqw_q15_monitor.h", full.v_V,
                                         full.i_A, full.w_rad_s));
-            config = q15_monitor_text(c, options.log);
+            config = q15_monitor_text(c, options.log, setup.inputs);
         }
         note(report, notes);
         report.run = watched(logs.front(), setup, options, report);

@@ -7,6 +7,8 @@
 
 #include "dqw_estimator_block_q15.h"
 #include "dqw_monitor_q15.h"
+#include "dqw_text.h"
+#include "effect_q15.hpp"
 #include "fixed_point.hpp"
 #include "monitor_engine.hpp"
 
@@ -15,7 +17,7 @@ namespace {
 
 // Full scales are so many bases: what a fault makes of a signal still fits.
 constexpr double kFaultRoom = 1.5;
-constexpr double kOneQ24 = 0x1p24, kOneQ28 = 0x1p28;
+constexpr double kQ24 = 0x1p-24, kQ28 = 0x1p-28, kQ40 = 0x1p-40;
 // What 1 of dqw_estimator_unit_q15() is: uOhm, nH, nH, nWb, uV, nWb.
 constexpr std::array<double, DQW_PARAMETERS> kUnit = {1e-6, 1e-9, 1e-9, 1e-9, 1e-6, 1e-9};
 
@@ -48,21 +50,46 @@ dqw_monitor_q15_config config_of(const dqw_monitor_config& from)
     t.angle = f.angle;
     t.encoder_offset = f.encoder_offset;
     t.noise_on_inputs = f.noise_on_inputs;
+    t.voltage_next = f.voltage_next;
+    t.voltage_held = f.voltage_held;
+    t.speed_electrical = f.speed_electrical;
     // The same in volts, amperes and newton metres as with the bases; L, whose input is a product, a half more.
     t.excitation_q15 = static_cast<std::uint16_t>(std::round(0.01 / kFaultRoom * 32768.0));
-    c.band_ppm[DQW_WATCH_DEAD_TIME] = whole(5000.0 / kFaultRoom);
-    c.band_ppm[DQW_WATCH_OFFSET] = whole(10000.0 / kFaultRoom);
-    c.band_ppm[DQW_WATCH_FRICTION] = whole(50000.0 / kFaultRoom);
-    t.threshold_ppm = whole(50000.0 / kFaultRoom);
+    for (int i = 0; i < DQW_WATCH_CHANNELS; ++i) {
+        const bool of_base = i == DQW_WATCH_DEAD_TIME || i == DQW_WATCH_OFFSET || i == DQW_WATCH_FRICTION;
+        c.band_ppm[i] = whole(1e6 * si(from.band[i]) / (of_base ? kFaultRoom : 1.0));
+    }
+    const auto usual = [&](int channel, double ppm) {
+        if (c.band_ppm[channel] == 0) c.band_ppm[channel] = whole(ppm / kFaultRoom);
+    };
+    usual(DQW_WATCH_DEAD_TIME, 5000.0);
+    usual(DQW_WATCH_OFFSET, 10000.0);
+    usual(DQW_WATCH_FRICTION, 50000.0);
+    t.threshold_ppm = whole((f.threshold_ppm != 0 ? f.threshold_ppm : 50000U) / kFaultRoom);
     c.residual_floor_ppm = whole(2000.0 / kFaultRoom);
     c.alpha_ppm_per_K = whole(1e6 * si(from.alpha_per_K));
+    c.beta_ppm_per_K = whole(1e6 * si(from.beta_per_K));
+    c.heating_mK_s = whole(1e3 * si(from.heating_K_s));
     c.J_nkgm2 = from.J_kgm2 > 0.0F ? positive(1e9 * si(from.J_kgm2), "J_kgm2") : 0;
+    c.commissioned = from.commissioned;
     return c;
+}
+
+std::vector<dqw_effect_q15_config> effects_of(const MonitorSetup& setup, const dqw_scale& scale)
+{
+    std::vector<dqw_effect_q15_config> list;
+    for (const TraceInput& in : setup.inputs) list.push_back(effect_config_q15(in, full_scales(scale), 1.0, 0.0));
+    return list;
 }
 
 class Q15Monitor : public MonitorEngine {
 public:
-    explicit Q15Monitor(const MonitorSetup& setup) : config_(config_of(setup.config)) { accept(dqw_monitor_init_q15(&m_, &config_)); }
+    explicit Q15Monitor(const MonitorSetup& setup) : config_(config_of(setup.config)), effects_(effects_of(setup, config_.estimator.scale))
+    {
+        config_.estimator.effects = effects_.data();
+        config_.estimator.effect_count = static_cast<std::uint8_t>(effects_.size());
+        accept(dqw_monitor_init_q15(&m_, &config_));
+    }
 
     void gap(std::uint32_t periods) override { dqw_monitor_missing_q15(&m_, periods); }
 
@@ -80,13 +107,13 @@ public:
     {
         dqw_monitor_change_q15 e{};
         if (!dqw_monitor_background_q15(&m_) || !dqw_monitor_event_q15(&m_, &e)) return std::nullopt;
-        const double unit = unit_of(e.parameter) * channel_unit(measures(), e.parameter);
+        const double unit = kQ40 * unit_of(e.parameter) * channel_unit(measures(), e.parameter);
         const std::uint64_t half = m_.estimator.window.half;
         return MonitorTold{static_cast<std::uint32_t>(e.sample / half),
                            static_cast<std::uint32_t>(e.since / half),
                            e.parameter,
-                           static_cast<double>(e.value_q40) / 65536.0 * unit,
-                           e.sd_q40 == INT64_MAX ? INFINITY : static_cast<double>(e.sd_q40) / 65536.0 * unit,
+                           static_cast<double>(e.value_q40) * unit,
+                           sd_of(e.sd_q40) * unit,
                            {e.fault.name, static_cast<float>(e.fault.confidence_q15) / 32768.0F, e.fault.phase}};
     }
 
@@ -99,25 +126,24 @@ public:
         MonitorMeasures r{};
         for (int i = 0; i < DQW_PARAMETERS; ++i) {
             const auto at = static_cast<std::size_t>(i);
-            const std::int32_t sd = dqw_estimator_sd_q24(&m_.estimator, i);
-            r.weight[at] = m_.estimator.w_q24[i] * unit_of(i);
-            r.weight_sd[at] = sd == INT32_MAX ? INFINITY : sd * unit_of(i);
-            r.healthy[at] = m_.is.healthy_q24[i] * unit_of(i);
+            const dqw_reading_q15 now = read(i);
+            r.weight[at] = static_cast<double>(now.value_q40) * kQ40 * unit_of(i);
+            r.weight_sd[at] = sd_of(now.sd_q40) * kQ40 * unit_of(i);
+            r.healthy[at] = m_.is.healthy_q24[i] * kQ24 * unit_of(i);
         }
         for (int k = 0; k < DQW_WITNESS_INPUTS; ++k) {
             const auto at = static_cast<std::size_t>(k);
-            const auto input = static_cast<dqw_witness_input_q15>(k);
-            const double unit = unit_of(DQW_WATCH_OFFSET + k) * kOneQ24 / kOneQ28;
-            const std::int32_t sd = dqw_witness_sd_q28(&m_.witness, &m_.estimator, input);
-            r.ripple[at] = dqw_witness_size_q28(&m_.witness, input) * unit;
-            r.ripple_sd[at] = sd == INT32_MAX ? INFINITY : sd * unit;
-            r.healthy_ripple[at] = std::hypot(m_.is.healthy_re_q28[k], m_.is.healthy_im_q28[k]) * unit;
+            const dqw_reading_q15 now = read(DQW_WATCH_OFFSET + k);
+            const double unit = unit_of(DQW_WATCH_OFFSET + k);
+            r.ripple[at] = static_cast<double>(now.value_q40) * kQ40 * unit;
+            r.ripple_sd[at] = sd_of(now.sd_q40) * kQ40 * unit;
+            r.healthy_ripple[at] = std::hypot(m_.is.healthy_re_q28[k], m_.is.healthy_im_q28[k]) * kQ28 * unit;
         }
-        const double torque_Nm = unit_of(DQW_WATCH_FRICTION);
+        const double torque_Nm = kQ24 * unit_of(DQW_WATCH_FRICTION);
         r.friction_Nm = m_.is.friction_q24 * torque_Nm;
         r.friction_sd_Nm = std::sqrt(2.0 * static_cast<double>(m_.is.spread_q48) / m_.watch.reversals) * torque_Nm;
         r.healthy_friction_Nm = m_.is.healthy_friction_q24 * torque_Nm;
-        r.cold_R_ohm = m_.is.cold_R_q24 * unit_of(DQW_WATCH_R);
+        r.cold_R_ohm = m_.is.cold_R_q24 * kQ24 * unit_of(DQW_WATCH_R);
         r.alpha_per_K = 1e-6 * config_.alpha_ppm_per_K;
         r.residual_V = full_.v_V * std::sqrt(std::ldexp(static_cast<double>(m_.estimator.recent_q54), -54));
         r.healthy_residual_V = full_.v_V * std::sqrt(std::ldexp(static_cast<double>(m_.is.healthy_residual_q54), -54));
@@ -139,7 +165,7 @@ public:
         gate.nonfinite += not_numbers_;
         return {stage,
                 gate,
-                kFaultRoom * dqw_estimator_residual_q28(&m_.estimator) / kOneQ28,
+                kFaultRoom * dqw_estimator_residual_q28(&m_.estimator) * kQ28,
                 m_.estimator.blocks,
                 m_.estimator.missed,
                 m_.estimator.restarts,
@@ -150,28 +176,32 @@ public:
 private:
     static void accept(dqw_status status)
     {
-        if (status != DQW_OK) throw std::invalid_argument("the fixed-point monitor refuses these full scales or nominal values");
+        if (status != DQW_OK) throw std::invalid_argument(fmt::format("the fixed-point monitor refuses its configuration: {}", dqw_status_text(status)));
     }
 
-    /// What 1 in an event's format is, SI.
+    dqw_reading_q15 read(int channel) const { return dqw_monitor_read_q15(&m_, static_cast<dqw_monitor_channel>(channel)); }
+
+    static double sd_of(std::int64_t sd_q40) { return sd_q40 == INT64_MAX ? INFINITY : static_cast<double>(sd_q40); }
+
+    /// What 1 of a channel's reading is, SI.
     double unit_of(int channel) const
     {
         const dqw_estimator_q15_config& t = config_.estimator;
         const auto unit = [&](dqw_parameter i) { return dqw_estimator_unit_q15(&t, i) * kUnit[static_cast<std::size_t>(i)]; };
-        const double R = unit(DQW_R), L = 0.5 * (unit(DQW_LD) + unit(DQW_LQ));
         switch (channel) {
-        case DQW_WATCH_OFFSET: return full_.i_A / kOneQ24;
-        case DQW_WATCH_RESISTANCE: return R / kOneQ24;
-        case DQW_WATCH_REACTANCE: return L / kOneQ24;
-        case DQW_WATCH_SHORT: return std::ldexp(static_cast<double>(dqw_witness_short_q40(&t)), -40) / R / kOneQ24;
-        case DQW_WATCH_FRICTION: return 1.5 * t.scale.pole_pairs * unit(DQW_PSI) * full_.i_A / kOneQ24;
-        case DQW_WATCH_TEMPERATURE: return 0x1p-16;
-        case DQW_WATCH_RESIDUAL: return full_.v_V / kOneQ24;
-        default: return dqw_estimator_unit_q15(&t, static_cast<dqw_parameter>(channel)) * kUnit[static_cast<std::size_t>(channel)] / kOneQ24;
+        case DQW_WATCH_OFFSET: return full_.i_A;
+        case DQW_WATCH_RESISTANCE: return unit(DQW_R);
+        case DQW_WATCH_REACTANCE: return 0.5 * (unit(DQW_LD) + unit(DQW_LQ));
+        case DQW_WATCH_SHORT: return kQ40 * static_cast<double>(dqw_witness_short_q40(&t)) / unit(DQW_R);
+        case DQW_WATCH_FRICTION: return 1.5 * t.scale.pole_pairs * unit(DQW_PSI) * full_.i_A;
+        case DQW_WATCH_TEMPERATURE: return 1.0;
+        case DQW_WATCH_RESIDUAL: return full_.v_V;
+        default: return unit(static_cast<dqw_parameter>(channel));
         }
     }
 
-    const dqw_monitor_q15_config config_;
+    dqw_monitor_q15_config config_;
+    const std::vector<dqw_effect_q15_config> effects_;
     const FullScales full_ = full_scales(config_.estimator.scale);
     dqw_monitor_q15 m_{};
     std::uint32_t not_numbers_ = 0;

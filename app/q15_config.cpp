@@ -80,26 +80,35 @@ std::string effect_row(const TraceInput& input, const dqw_effect_q15_config& c)
     return out + fmt::format(", .start_q40 = {{{}}}}}", start);
 }
 
+/// Its rows, and the room that they need.
+struct EffectRows {
+    std::string text;
+    int weights = 0;
+};
+EffectRows effect_rows(const FullScales& full, const std::vector<TraceInput>& inputs, double delay_unit, double row_s)
+{
+    EffectRows rows;
+    for (const TraceInput& in : inputs) {
+        const auto config = effect_config_q15(in, full, in.effect == "delay" ? delay_unit : 1.0, row_s);
+        rows.weights += dqw_effect_weights(config.effect);
+        rows.text += fmt::format("{}    {}", rows.text.empty() ? "" : ", \\\n", effect_row(in, config));
+    }
+    return rows;
+}
+
 /// The list of a firmware's effects, and what it asks of the build.
 std::string effects_text(const std::vector<Log>& logs, const dqw_estimator_q15_config& c, const std::vector<TraceInput>& inputs)
 {
     if (inputs.empty()) return {};
     const FullScales full = full_scales(c.scale);
-    std::string rows;
-    int weights = 0;
-    for (const TraceInput& in : inputs) {
-        const double weight_unit = in.effect == "delay" && c.settled ? full.dt_s : 1.0;
-        const auto config = effect_config_q15(in, full, weight_unit, c.settled ? static_cast<double>(period_of(logs.front(), inputs)) : 0.0);
-        weights += dqw_effect_weights(config.effect);
-        rows += fmt::format("{}    {}", rows.empty() ? "" : ", \\\n", effect_row(in, config));
-    }
+    const EffectRows rows = effect_rows(full, inputs, c.settled ? full.dt_s : 1.0, c.settled ? static_cast<double>(period_of(logs.front(), inputs)) : 0.0);
     return fmt::format(
         "\n#if DQW_EFFECT_WEIGHTS < {0}\n#error \"build lib/ and port_q15/ with -DDQW_EFFECT_WEIGHTS={0} or more\"\n#endif\n"
         "// What the plain model lacks. The sizes go with the full scales:\n"
         "//     static const dqw_effect_q15_config effects[] = {{DQW_Q15_EFFECTS}};\n"
         "//     static const dqw_estimator_q15_config config = {{DQW_Q15_ESTIMATOR, .effects = effects, .effect_count = DQW_Q15_EFFECT_COUNT}};\n"
         "#define DQW_Q15_EFFECT_COUNT {1}\n#define DQW_Q15_EFFECTS \\\n{2}\n",
-        weights, inputs.size(), rows);
+        rows.weights, inputs.size(), rows.text);
 }
 
 }  // namespace
@@ -138,7 +147,7 @@ std::string q15_config_text(const std::vector<Log>& logs, const std::vector<Esti
     return out + effects_text(logs, c, inputs) + "\n#endif\n";
 }
 
-std::string q15_monitor_text(const dqw_monitor_q15_config& c, const std::string& log)
+std::string q15_monitor_text(const dqw_monitor_q15_config& c, const std::string& log, const std::vector<TraceInput>& inputs)
 {
     const dqw_estimator_q15_config& t = c.estimator;
     std::string tracker = ".scale = DQW_Q15_MONITOR_SCALE", rest;
@@ -156,6 +165,10 @@ std::string q15_monitor_text(const dqw_monitor_q15_config& c, const std::string&
     put(tracker, "half_window", t.half_window);
     put(tracker, "solve_blocks", t.solve_blocks);
     tracker += fmt::format(", .angle = {}, .encoder_offset = {}, .noise_on_inputs = {}", t.angle, t.encoder_offset, t.noise_on_inputs);
+    if (t.voltage_next) tracker += ", .voltage_next = true";
+    if (t.voltage_held) tracker += ", .voltage_held = true";
+    if (t.speed_electrical) tracker += ", .speed_electrical = true";
+    if (!inputs.empty()) tracker += fmt::format(", .effects = monitor_effects, .effect_count = {}u", inputs.size());
     std::string bands;
     for (int i = 0; i < DQW_WATCH_CHANNELS; ++i) bands += fmt::format("{}{}u", i ? ", " : "", c.band_ppm[i]);
     put(rest, "alpha_ppm_per_K", c.alpha_ppm_per_K);
@@ -166,16 +179,25 @@ std::string q15_monitor_text(const dqw_monitor_q15_config& c, const std::string&
     put(rest, "residual_floor_ppm", c.residual_floor_ppm);
     if (c.commissioned) rest += ", .commissioned = true";
     const FullScales full = full_scales(t.scale);
-    return fmt::format("// With what `dqwatch monitor --arith q15` ran over {}. In firmware, with DQW_EFFECT_WEIGHTS=0 for all of lib/ and port_q15/:\n"
+    const EffectRows rows = effect_rows(full, inputs, 1.0, 0.0);
+    std::string list, effects;
+    if (!inputs.empty()) {
+        list = "//     static const dqw_effect_q15_config monitor_effects[] = {DQW_Q15_MONITOR_EFFECTS};\n";
+        effects = fmt::format("#if DQW_EFFECT_WEIGHTS < {0}\n#error \"build lib/ and port_q15/ with -DDQW_EFFECT_WEIGHTS={0} or more\"\n#endif\n"
+                              "#define DQW_Q15_MONITOR_EFFECTS \\\n{1}\n\n",
+                              rows.weights, rows.text);
+    }
+    return fmt::format("// With what `dqwatch monitor --arith q15` ran over {}. In firmware, with DQW_EFFECT_WEIGHTS={} for all of lib/ and port_q15/:\n"
+                       "{}"
                        "//     static const dqw_monitor_q15_config config = {{DQW_Q15_MONITOR}};\n"
                        "// Samples are parts of {:.6g} V, {:.6g} A, {:.6g} rad/s: lround(32768 x / full scale), within +-32767; the angle 65536 a turn.\n"
                        "// Bands, threshold and floor that are parts of a full scale are those of the usual largest signals, a third less.\n"
-                       "#ifndef DQW_Q15_MONITOR_H\n#define DQW_Q15_MONITOR_H\n\n#include \"dqw_monitor_q15.h\"\n\n"
+                       "#ifndef DQW_Q15_MONITOR_H\n#define DQW_Q15_MONITOR_H\n\n#include \"dqw_monitor_q15.h\"\n\n{}"
                        "#define DQW_Q15_MONITOR_SCALE \\\n"
                        "    {{.v_full_mV = {}u, .i_full_mA = {}u, .w_full_mrad_s = {}u, .dt_ns = {}u, .pole_pairs = {}u}}\n\n"
                        "#define DQW_Q15_MONITOR \\\n    .estimator = {{{}}}, \\\n    .band_ppm = {{{}}}{}\n\n#endif\n",
-                       harmless(log), full.v_V, full.i_A, full.w_rad_s, t.scale.v_full_mV, t.scale.i_full_mA, t.scale.w_full_mrad_s, t.scale.dt_ns,
-                       t.scale.pole_pairs, tracker, bands, rest);
+                       harmless(log), rows.weights, list, full.v_V, full.i_A, full.w_rad_s, effects, t.scale.v_full_mV, t.scale.i_full_mA,
+                       t.scale.w_full_mrad_s, t.scale.dt_ns, t.scale.pole_pairs, tracker, bands, rest);
 }
 
 }  // namespace dqw

@@ -17,8 +17,8 @@ namespace dqw {
 /// Throws std::invalid_argument (one line) where a signal is more than fixed point takes. Not for mechanical logs.
 std::string q15_config_text(const std::vector<Log>& logs, const std::vector<Estimate>& found, const std::vector<TraceInput>& inputs);
 
-/// The same for the monitor: with what `monitor --arith q15` ran over `log`, whole.
-std::string q15_monitor_text(const dqw_monitor_q15_config& config, const std::string& log);
+/// The same for the monitor: with what `monitor --arith q15` ran over `log`, whole, with the effects `inputs` that it learned.
+std::string q15_monitor_text(const dqw_monitor_q15_config& config, const std::string& log, const std::vector<TraceInput>& inputs);
 
 }  // namespace dqw
 #endif

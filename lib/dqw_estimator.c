@@ -151,9 +151,17 @@ static void gather(dqw_estimator *e, const dqw_sample *s, float dead_d, float de
 static void gather_row(dqw_estimator *e, const dqw_sample *s, float dead_d, float dead_q)
 {
     dqw_window_cell *cell = dqw_window_cells(&e->window);
-    const float row[DQW_PLAIN_SIGNALS] = {
-        s->v_d_V, s->v_q_V, 2.0f * s->i_d_A, 2.0f * s->i_q_A, 0.0f, 0.0f, 2.0f * s->w_m_rad_s * s->i_d_A, 2.0f * s->w_m_rad_s * s->i_q_A,
-        2.0f * s->w_m_rad_s, 2.0f * dead_d, 2.0f * dead_q};
+    const float row[DQW_PLAIN_SIGNALS] = {s->v_d_V,
+                                          s->v_q_V,
+                                          2.0f * s->i_d_A,
+                                          2.0f * s->i_q_A,
+                                          0.0f,
+                                          0.0f,
+                                          2.0f * s->w_m_rad_s * s->i_d_A,
+                                          2.0f * s->w_m_rad_s * s->i_q_A,
+                                          2.0f * s->w_m_rad_s,
+                                          2.0f * dead_d,
+                                          2.0f * dead_q};
     for (int i = 0; i < DQW_PLAIN_SIGNALS; i++) dqw_window_gather(&cell[i], row[i]);
     gather_static_effects(e, s, cell);
     dqw_window_count(&e->window);

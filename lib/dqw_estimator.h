@@ -43,22 +43,22 @@ typedef struct dqw_estimator_config {
     float Ld_H;
     float Lq_H;
     float psi_Wb;
-    uint16_t pole_pairs;      ///< 0: found from the motion, where there are no effects
-    uint16_t half_window;     ///< pairs in half a block, 1 .. 10000; 0: 20
-    float v_limit_V;          ///< samples beyond are saturated, and not learned; 0: ten bases
-    float i_limit_A;          ///< the same
-    float excitation_pu;      ///< an input whose power stays below this part of its base, squared, teaches nothing; 0: 0.01
-    float dead_time_width_A;  ///< current at which the inverter's loss is three quarters of its full size; 0: no dead time is learned
-    float drift_per_sqrt_s;   ///< how far a parameter may wander, as part of itself, in 1 s; 0: it is constant, and nothing is forgotten
-    uint32_t stale_limit;     ///< equal samples in a row before a sensor counts as stuck; 0: never
-    uint32_t threshold_ppm;   ///< residual over the voltage base that stage 3 must reach; 0: 50000 (5 %)
-    bool angle;               ///< cosine and sine are given: dead time and some effects need them
-    bool encoder_offset;      ///< learn the flux that shows on the other axis where the angle is off
-    bool noise_on_inputs;     ///< take the noise of currents and speed out of what is learned, (E60)
-    bool settled;             ///< every sample is a settled point of its own: no slopes
-    bool voltage_next;        ///< a sample's voltage acts one period later: from the next sample on
-    bool voltage_held;        ///< it is a vector held in the stationary frame, given in the sample's: turned here to the middle of its period
-    bool speed_electrical;    ///< w_m_rad_s of a sample is electrical speed
+    uint16_t pole_pairs;                  ///< 0: found from the motion, where there are no effects
+    uint16_t half_window;                 ///< pairs in half a block, 1 .. 10000; 0: 20
+    float v_limit_V;                      ///< samples beyond are saturated, and not learned; 0: ten bases
+    float i_limit_A;                      ///< the same
+    float excitation_pu;                  ///< an input whose power stays below this part of its base, squared, teaches nothing; 0: 0.01
+    float dead_time_width_A;              ///< current at which the inverter's loss is three quarters of its full size; 0: no dead time is learned
+    float drift_per_sqrt_s;               ///< how far a parameter may wander, as part of itself, in 1 s; 0: it is constant, and nothing is forgotten
+    uint32_t stale_limit;                 ///< equal samples in a row before a sensor counts as stuck; 0: never
+    uint32_t threshold_ppm;               ///< residual over the voltage base that stage 3 must reach; 0: 50000 (5 %)
+    bool angle;                           ///< cosine and sine are given: dead time and some effects need them
+    bool encoder_offset;                  ///< learn the flux that shows on the other axis where the angle is off
+    bool noise_on_inputs;                 ///< take the noise of currents and speed out of what is learned, (E60)
+    bool settled;                         ///< every sample is a settled point of its own: no slopes
+    bool voltage_next;                    ///< a sample's voltage acts one period later: from the next sample on
+    bool voltage_held;                    ///< it is a vector held in the stationary frame, given in the sample's: turned here to the middle of its period
+    bool speed_electrical;                ///< w_m_rad_s of a sample is electrical speed
     struct dqw_estimator_random *random;  ///< stage 2's memory, made ready by dqw_estimator_random_init(); NULL: nominal values stand for its result
 #if DQW_EFFECT_WEIGHTS > 0
     const dqw_effect_config *effects;  ///< electrical effects to learn as well; stays in use as long as the object
@@ -113,21 +113,21 @@ typedef struct dqw_estimator {
     // The joint neuron's weights, per unit, and the gain that replaces its step size.
     float w_pu[DQW_ESTIMATOR_INPUTS];
     dqw_gain gain;
-    float e_pu[2];       ///< the last block's error before the correction, d and q
-    float error_pu2[2];  ///< mean squared residual, d and q
-    float recent_pu2;    ///< of both, over about 64 blocks
-    float score2[DQW_ESTIMATOR_SCORES];      ///< what a block teaches a weight, squared,
-    float score_lag[DQW_ESTIMATOR_SCORES];   ///< times the next one's,
-    float score_last[DQW_ESTIMATOR_SCORES];  ///< and the last one's
-    float late_w[DQW_PARAMETERS];            ///< of the late voltage, what the inputs explain
-    float late_pu2, late_error_pu2;          ///< power of the rest, and its product with the residual
-    uint32_t number, elapsed;                ///< of the half that ended the last block; halves since the block before
-    uint32_t noise_rows;                     ///< that its noise was a mean of
-    uint32_t learned;                        ///< weights of which anything was ever learned
+    float e_pu[2];                             ///< the last block's error before the correction, d and q
+    float error_pu2[2];                        ///< mean squared residual, d and q
+    float recent_pu2;                          ///< of both, over about 64 blocks
+    float score2[DQW_ESTIMATOR_SCORES];        ///< what a block teaches a weight, squared,
+    float score_lag[DQW_ESTIMATOR_SCORES];     ///< times the next one's,
+    float score_last[DQW_ESTIMATOR_SCORES];    ///< and the last one's
+    float late_w[DQW_PARAMETERS];              ///< of the late voltage, what the inputs explain
+    float late_pu2, late_error_pu2;            ///< power of the rest, and its product with the residual
+    uint32_t number, elapsed;                  ///< of the half that ended the last block; halves since the block before
+    uint32_t noise_rows;                       ///< that its noise was a mean of
+    uint32_t learned;                          ///< weights of which anything was ever learned
     int16_t excess_q10[DQW_ESTIMATOR_INPUTS];  ///< power of both axes' inputs above what teaches, over that; -1 .. 7
-    uint16_t blocks;                         ///< learned, up to 65535
-    uint16_t pole_pairs;                     ///< given or found; 0: not yet
-    uint8_t restarts;                        ///< times that the weights left all bounds, and learning began again, up to 255
+    uint16_t blocks;                           ///< learned, up to 65535
+    uint16_t pole_pairs;                       ///< given or found; 0: not yet
+    uint8_t restarts;                          ///< times that the weights left all bounds, and learning began again, up to 255
     uint8_t inputs;
     dqw_stage stage;
 } dqw_estimator;

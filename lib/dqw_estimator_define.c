@@ -104,10 +104,11 @@ void dqw_estimator_start(dqw_estimator *e, const float start_pu[])
 static enum dqw_status check(const dqw_estimator_config *c)
 {
     enum { NEEDED = 4 };
-    const float field[] = {c->dt_s, c->v_base_V, c->i_base_A, c->w_base_rad_s, c->R_ohm, c->Ld_H, c->Lq_H, c->psi_Wb, c->v_limit_V, c->i_limit_A,
-                           c->excitation_pu, c->dead_time_width_A, c->drift_per_sqrt_s};
-    static const int8_t status[] = {DQW_ERR_DT, DQW_ERR_V_BASE, DQW_ERR_I_BASE, DQW_ERR_W_BASE, DQW_ERR_R, DQW_ERR_LD, DQW_ERR_LQ, DQW_ERR_PSI, DQW_ERR_V_LIMIT,
-                                    DQW_ERR_I_LIMIT, DQW_ERR_EXCITATION, DQW_ERR_DEAD_TIME_WIDTH, DQW_ERR_DRIFT};
+    const float field[] = {c->dt_s,      c->v_base_V,  c->i_base_A,      c->w_base_rad_s,      c->R_ohm,           c->Ld_H, c->Lq_H, c->psi_Wb,
+                           c->v_limit_V, c->i_limit_A, c->excitation_pu, c->dead_time_width_A, c->drift_per_sqrt_s};
+    static const int8_t status[] = {DQW_ERR_DT,   DQW_ERR_V_BASE, DQW_ERR_I_BASE,  DQW_ERR_W_BASE,  DQW_ERR_R,          DQW_ERR_LD,
+                                    DQW_ERR_LQ,   DQW_ERR_PSI,    DQW_ERR_V_LIMIT, DQW_ERR_I_LIMIT, DQW_ERR_EXCITATION, DQW_ERR_DEAD_TIME_WIDTH,
+                                    DQW_ERR_DRIFT};
     for (unsigned i = 0; i < sizeof field / sizeof field[0]; i++)
         if (!dqw_is_zero_or_positive(field[i]) || (i < NEEDED && !(field[i] > 0.0f))) return (enum dqw_status)status[i];
     if (c->half_window > HALF_WINDOW_MOST) return DQW_ERR_HALF_WINDOW;

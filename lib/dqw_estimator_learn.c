@@ -344,4 +344,3 @@ bool dqw_estimator_background(dqw_estimator *e)
     if (judged) dqw_estimator_stage_on(e, true);
     return true;
 }
-

@@ -11,9 +11,9 @@
 #define USABLE_SD (0.1f / 3.0f)
 
 static const float BAND[DQW_WATCH_CHANNELS] = {
-    [DQW_WATCH_R] = 0.04f,          [DQW_WATCH_LD] = 0.06f,         [DQW_WATCH_LQ] = 0.06f,       [DQW_WATCH_PSI] = 0.012f,
-    [DQW_WATCH_DEAD_TIME] = 0.005f, [DQW_WATCH_ANGLE] = 0.02f,      [DQW_WATCH_OFFSET] = 0.01f,   [DQW_WATCH_RESISTANCE] = 0.03f,
-    [DQW_WATCH_REACTANCE] = 0.03f,  [DQW_WATCH_SHORT] = 0.003f,     [DQW_WATCH_FRICTION] = 0.05f, [DQW_WATCH_TEMPERATURE] = 110.0f,
+    [DQW_WATCH_R] = 0.04f,          [DQW_WATCH_LD] = 0.06f,     [DQW_WATCH_LQ] = 0.06f,       [DQW_WATCH_PSI] = 0.012f,
+    [DQW_WATCH_DEAD_TIME] = 0.005f, [DQW_WATCH_ANGLE] = 0.02f,  [DQW_WATCH_OFFSET] = 0.01f,   [DQW_WATCH_RESISTANCE] = 0.03f,
+    [DQW_WATCH_REACTANCE] = 0.03f,  [DQW_WATCH_SHORT] = 0.003f, [DQW_WATCH_FRICTION] = 0.05f, [DQW_WATCH_TEMPERATURE] = 110.0f,
     [DQW_WATCH_RESIDUAL] = 3.0f,
 };
 #define ALPHA_PER_K 0.0039f
@@ -92,7 +92,8 @@ void dqw_monitor_read_channel(const dqw_monitor *m, int channel, float *now, flo
         *deviation = friction_sd_Nm(m);
     } else {
         const bool hot = channel == DQW_WATCH_TEMPERATURE;
-        *now = *change = hot ? dqw_monitor_rise_K(m, dqw_estimator_value(&m->estimator, DQW_R)) : sqrtf(m->estimator.recent_pu2) * m->config->estimator.v_base_V;
+        *now = *change = hot ? dqw_monitor_rise_K(m, dqw_estimator_value(&m->estimator, DQW_R))
+                             : sqrtf(m->estimator.recent_pu2) * m->config->estimator.v_base_V;
         const float R_sd = dqw_estimator_sd(&m->estimator, DQW_R);
         *deviation = !hot ? 0.0f : R_sd < DQW_UNKNOWN ? R_sd / (m->cold_R_ohm * dqw_monitor_alpha(m)) : DQW_UNKNOWN;
     }

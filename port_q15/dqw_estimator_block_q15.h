@@ -49,10 +49,10 @@ enum {
 
 /// One block's rows.
 typedef struct dqw_rows_q15 {
-    dqw_units_q15 unit;                                 ///< of the weights
-    int32_t x_q28[2][DQW_ESTIMATOR_Q15_INPUTS];         ///< inputs of d and q
-    int32_t y_q28[2];                                   ///< targets
-    int32_t late_q28[2];                                ///< what a voltage one period late differs by; 0: not known
+    dqw_units_q15 unit;                               ///< of the weights
+    int32_t x_q28[2][DQW_ESTIMATOR_Q15_INPUTS];       ///< inputs of d and q
+    int32_t y_q28[2];                                 ///< targets
+    int32_t late_q28[2];                              ///< what a voltage one period late differs by; 0: not known
     int64_t noise_q56[2][DQW_NOISE_Q15_COVARIANCES];  ///< of the inputs
 } dqw_rows_q15;
 

@@ -174,8 +174,7 @@ static enum dqw_status check_effects(const dqw_estimator_q15_config *c, dqw_scal
     *scale = c->scale;
     if (c->speed_electrical) scale->pole_pairs = 1;
     if (c->effect_count > 0 && scale->pole_pairs == 0) return DQW_ERR_EFFECT_POLE_PAIRS;
-    const dqw_effect_q15_base base = {
-        .scale = scale, .settled = c->settled, .dead_time_apart = true, .half_window = half_of(c)};
+    const dqw_effect_q15_base base = {.scale = scale, .settled = c->settled, .dead_time_apart = true, .half_window = half_of(c)};
     const enum dqw_status status = dqw_effect_init_q15(effect, c->effects, c->effect_count, &base);
     return status == DQW_OK && effect->needs_angle && !c->angle ? DQW_ERR_EFFECT_ANGLE : status;
 }
@@ -270,14 +269,13 @@ enum dqw_status dqw_estimator_init_q15(dqw_estimator_q15 *e, const dqw_estimator
     const dqw_estimator_q15 zero = {.config = NULL};
     *e = zero;
     e->config = config;
-    e->inputs = DQW_PARAMETERS;
 #if DQW_EFFECT_WEIGHTS > 0
     e->scale = scale;
     e->effect = effect;
     e->effect.scale = &e->scale;
     e->inputs = (uint8_t)(DQW_PARAMETERS + effect.weights);
 #endif
-    (void)dqw_window_init_q15(&e->window, c->settled ? 1 : half_of(c), DQW_PLAIN_Q15_SIGNALS + 2 * (e->inputs - DQW_PARAMETERS));
+    (void)dqw_window_init_q15(&e->window, c->settled ? 1 : half_of(c), DQW_PLAIN_Q15_SIGNALS + 2 * (dqw_estimator_inputs_q15(e) - DQW_PARAMETERS));
     e->follow_q15 = ONE_Q15;
     e->given.follow_q15 = ONE_Q15;
     if (u.width_q40 > 0) {

@@ -127,8 +127,8 @@ static bool sound(dqw_estimator_q15 *e, const dqw_units_q15 *u)
 static void publish(dqw_estimator_q15 *e, const dqw_estimator_q15_block *b, const dqw_units_q15 *u)
 {
     volatile dqw_estimator_q15_given *g = &e->given;
-    const bool waits = *(volatile bool *)&e->given_ready;
-    *(volatile bool *)&e->given_ready = false;
+    const bool waits = *(volatile bool *)&e->given.ready;
+    *(volatile bool *)&e->given.ready = false;
     bool noise_anew = waits && g->noise_anew;
     for (int axis = 0; axis < 2; axis++) {
         const int32_t w_q24 = e->w_q24[DQW_LD + axis];
@@ -147,7 +147,7 @@ static void publish(dqw_estimator_q15 *e, const dqw_estimator_q15_block *b, cons
         g->follow_q15 = (uint16_t)dqw_q_quotient64(width_q28, width_q28 + dqw_q_times64(sd_q18, FOLLOW_Q15, -5), 15);
     }
     g->noise_anew = noise_anew;
-    *(volatile bool *)&e->given_ready = true;
+    *(volatile bool *)&e->given.ready = true;
 }
 
 // Residuals, before the correction and after it: their product has the residual's variance as mean, where the weights were solved. And what the

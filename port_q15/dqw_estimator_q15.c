@@ -214,12 +214,12 @@ static void gather_row(dqw_estimator_q15 *e, const dqw_sample_q15 *s, int32_t de
 // Before a half is gathered: what the background made of those before it.
 static void take_given(dqw_estimator_q15 *e)
 {
-    if (!e->given_ready) return;
+    if (!e->given.ready) return;
     e->step_q15[0] = e->given.step_q15[0];
     e->step_q15[1] = e->given.step_q15[1];
     e->follow_q15 = e->given.follow_q15;
     if (e->given.noise_anew) dqw_noise_init_q15(&e->noise);
-    e->given_ready = false;
+    e->given.ready = false;
 }
 
 static uint32_t end_half(dqw_estimator_q15 *e, const dqw_sample_q15 *s, bool good)

@@ -76,30 +76,34 @@ typedef struct dqw_estimator_q15_handed {
     int16_t cosine_q15, sine_q15;           ///< of the electrical angle at its end; 0 and 0: not known
 } dqw_estimator_q15_handed;
 
-/// What the background hands back: taken over at a half's end.
+/// What the background gives back: taken over at a half's end.
 typedef struct dqw_estimator_q15_given {
     int16_t step_q15[2];  ///< part of the full current that the full voltage moves in a period, d and q: dt/L
     uint16_t follow_q15;  ///< how fast dead time's input follows the currents, 1 .. 32768
     bool noise_anew;      ///< the noise was measured with another dt/L
+    bool ready;
 } dqw_estimator_q15_given;
 
 typedef struct dqw_estimator_q15 {
     const dqw_estimator_q15_config *config;
 
-    // The interrupt's.
+    // The interrupt's. In this order nothing is lost to alignment.
     dqw_gate gate;  ///< but for its blocks, learned and incomplete, which the background counts
     dqw_window_q15 window;
+    int32_t turn_q28;  ///< electrical angle a period at full speed, rad
     dqw_noise_q15 noise;
-    dqw_sample_q15 last;                   ///< its voltages are those that act from it on
-    int32_t dead_d_q15, dead_q_q15;        ///< dead time's input there; |D| <= 4/3
-    int32_t slow_d_q28, slow_q_q28;        ///< currents as dead time's input takes them,
-    int32_t wide_q28, per_wide;            ///< 3.6 widths, and 2^47 over that; 0: no dead time
-    int32_t turn_q28;                      ///< electrical angle a period at full speed, rad; with voltage_held
-    uint32_t halves;                       ///< since init: the time
-    uint32_t slope_q15;                    ///< sum of the slopes of dead time's tanh,
-    uint16_t slopes;                       ///< so many
+    dqw_sample_q15 last;             ///< its voltages are those that act from it on
+    uint16_t slopes;                 ///< in their sum
+    int32_t dead_d_q15, dead_q_q15;  ///< dead time's input there; |D| <= 4/3
+    int32_t slow_d_q28, slow_q_q28;  ///< currents as dead time's input takes them,
+    int32_t wide_q28, per_wide;      ///< 3.6 widths, and 2^47 over that; 0: no dead time
+    uint32_t halves;                 ///< since init: the time
+    uint32_t slope_q15;              ///< sum of the slopes of dead time's tanh
+    int16_t step_q15[2];             ///< as given last
+    // Handed over beside the window's part, while window.pending: the background's.
+    dqw_estimator_q15_handed handed;
+    // The interrupt's again.
     uint16_t follow_q15;                   ///< as given last
-    int16_t step_q15[2];                   ///< the same
     int16_t command_d_q15, command_q_q15;  ///< with voltage_next: the last sample's voltage
     uint8_t missed;                        ///< halves lost because the background came too late, up to 255
     bool has_last, last_good, commanded;
@@ -108,18 +112,13 @@ typedef struct dqw_estimator_q15 {
     dqw_effect_q15 effect;
 #endif
 
-    // Handed over beside the window's part, while window.pending: the background's.
-    dqw_estimator_q15_handed handed;
-    // Given back: the background's until given_ready, then the interrupt's until it clears that.
-    bool given_ready;
+    // Given back: the background's until it is ready, then the interrupt's until it clears that.
     dqw_estimator_q15_given given;
 
-    // The background's: the half before,
-    dqw_window_q15_rise rise;
-    int32_t rise_v_q15[2];                     ///< sums of its voltages
-    int16_t rise_cosine_q15, rise_sine_q15;    ///< at its end
-    // the joint neuron's weights as solved last, what was learned of them, and what was shown since; the late voltage behind the inputs.
-    int32_t w_q24[DQW_ESTIMATOR_Q15_INPUTS];  ///< |w| < 2^30
+    // The background's: the angle at the end of the half before, and further down that half,
+    int16_t rise_cosine_q15, rise_sine_q15;
+    uint16_t blocks;  ///< learned, up to 65535
+    // what was shown since the weights were solved, with the late voltage behind the inputs, what was learned of them,
     dqw_normal_q15 normal;
     int64_t cov_q40[DQW_ESTIMATOR_Q15_INPUTS];         ///< P_ii, per unit of the residual's variance
     int64_t error_q56[2];                              ///< mean squared residual, d and q
@@ -127,20 +126,22 @@ typedef struct dqw_estimator_q15 {
     int64_t score2_q68[DQW_ESTIMATOR_Q15_SCORES];      ///< what a block teaches a weight, squared,
     int64_t score_lag_q68[DQW_ESTIMATOR_Q15_SCORES];   ///< times the next one's,
     int32_t score_last_q34[DQW_ESTIMATOR_Q15_SCORES];  ///< and the last one's
-    int32_t e_q28[2];                                  ///< the last block's error before the correction, d and q
-    uint32_t number, elapsed;                          ///< of the last block; halves between it and the one before
-    uint32_t drifted, span;                            ///< when the last turn of drift began, and how long the one before took
-    uint32_t learned;                                  ///< weights of which anything was ever learned
-    int16_t excess_q10[DQW_ESTIMATOR_Q15_INPUTS];      ///< power of both axes' inputs above what teaches, over that; -1 .. 7
-    uint16_t blocks;                                   ///< learned, up to 65535
-    uint16_t pole_pairs;                               ///< given or found; 0: not yet
-    uint8_t restarts;                                  ///< times that the weights left all bounds, and learning began again, up to 255
-    uint8_t turn;                                      ///< weight whose variance grows next
-    uint8_t inputs;
+    dqw_window_q15_rise rise;
+    int32_t rise_v_q15[2];                         ///< sums of its voltages
+    int32_t w_q24[DQW_ESTIMATOR_Q15_INPUTS];       ///< the joint neuron's weights as solved last. |w| < 2^30
+    int32_t e_q28[2];                              ///< the last block's error before the correction, d and q
+    uint32_t number, elapsed;                      ///< of the last block; halves between it and the one before
+    uint32_t drifted, span;                        ///< when the last turn of drift began, and how long the one before took
+    uint32_t learned;                              ///< weights of which anything was ever learned
+    int16_t excess_q10[DQW_ESTIMATOR_Q15_INPUTS];  ///< power of both axes' inputs above what teaches, over that; -1 .. 7
+    uint16_t pole_pairs;                           ///< given or found; 0: not yet
+    uint8_t restarts;                              ///< times that the weights left all bounds, and learning began again, up to 255
+    uint8_t turn;                                  ///< weight whose variance grows next
+    dqw_stage stage;
 #if DQW_EFFECT_WEIGHTS > 0
+    uint8_t inputs;
     uint8_t shift[DQW_EFFECT_WEIGHTS];  ///< an effect's weight is in units of so many halvings of its input
 #endif
-    dqw_stage stage;
 } dqw_estimator_q15;
 
 /// A configuration for a machine of which no more than the nameplate is known; nominal values, an angle and the like may be set in it. Full

@@ -91,8 +91,7 @@ static void late_of(const dqw_estimator_q15 *e, const dqw_estimator_q15_block *b
     // Angles below one radian
     const int32_t across_q28[] = {-m->v_q, m->v_d};
     for (int axis = 0; axis < 2; axis++)
-        r->late_q28[axis] =
-            known ? dqw_q31_sat(dqw_q_quotient64(b->v_step_q15[axis], b->weight, 13) + dqw_q_times64(turn_q28, across_q28[axis], -28)) : 0;
+        r->late_q28[axis] = known ? dqw_q31_sat(dqw_q_quotient64(b->v_step_q15[axis], b->weight, 13) + dqw_q_times64(turn_q28, across_q28[axis], -28)) : 0;
 }
 
 static void noise_of_dead_time(const dqw_estimator_q15_block *b, const dqw_units_q15 *u, int64_t var_q36, int64_t held_q56, int64_t noise_q56[])

@@ -13,8 +13,7 @@ enum { D = 0, Q = 1, N = DQW_PARAMETERS };
 int32_t dqw_estimator_error_q28(const dqw_estimator_q15 *e, int axis, const dqw_rows_q15 *r)
 {
     int64_t e_q28 = r->y_q28[axis];
-    for (int i = 0; i < dqw_estimator_inputs_q15(e); i++)
-        e_q28 -= dqw_q_round64((int64_t)r->x_q28[axis][i] * e->w_q24[i], 24u - dqw_estimator_shift_q15(e, i));
+    for (int i = 0; i < dqw_estimator_inputs_q15(e); i++) e_q28 -= dqw_q_round64((int64_t)r->x_q28[axis][i] * e->w_q24[i], 24u - dqw_estimator_shift_q15(e, i));
     return dqw_q31_sat(e_q28);
 }
 

@@ -216,7 +216,8 @@ static int32_t heat_since(const dqw_monitor_q15 *m, int channel)
     const int64_t ppm_per_K = flux ? dqw_monitor_beta_ppm(m) : dqw_monitor_alpha_ppm(m);
     // Millionths by mK up to 2^40, by 13 over 10^10; ns up to 2^30 by 2^31
     const int64_t rate_q40 = dqw_q_quotient64(ppm_per_K * or_else(c->heating_mK_s, HEATING_MK_S) * SLACK_TENTHS, 10000000000, 40);
-    const int64_t time_q20 = dqw_q_quotient64((int64_t)c->estimator.scale.dt_ns * ((halves << DQW_WATCH_FOLLOW_SHIFT) * m->estimator.window.half), 1000000000, 20);
+    const int64_t time_q20 = dqw_q_quotient64((int64_t)c->estimator.scale.dt_ns * ((halves << DQW_WATCH_FOLLOW_SHIFT) * m->estimator.window.half), 1000000000,
+                                              20);
     return dqw_q_times32(dqw_q_product64(rate_q40, time_q20, -20), flux ? m->is.cold_psi_q24 : m->is.cold_R_q24, -40);
 }
 
@@ -240,7 +241,8 @@ static int32_t of_cold(int32_t cold_q24, int64_t more_q24)
 // What the magnet loses where the winding's rise is this, and half a band. 2^20 by 2^31 by 2^4
 static int64_t flux_lost_q24(const dqw_monitor_q15 *m, int64_t rise_q16)
 {
-    return dqw_q_quotient64(dqw_monitor_beta_ppm(m) * rise_q16 * SLACK_TENTHS, (int64_t)10 * MILLION, 8) + dqw_q_round64(dqw_monitor_band_q24(m, DQW_WATCH_PSI), 1);
+    return dqw_q_quotient64(dqw_monitor_beta_ppm(m) * rise_q16 * SLACK_TENTHS, (int64_t)10 * MILLION, 8) +
+           dqw_q_round64(dqw_monitor_band_q24(m, DQW_WATCH_PSI), 1);
 }
 
 // The flux no further than the winding's heat explains, now or a while ago.
@@ -341,7 +343,7 @@ static void name(dqw_monitor_q15 *m, int channel)
     m->named_value = x.now;
     m->named_sd = x.sd;
     m->named_at = m->estimator.number;
-    m->named_since = m->estimator.number - (uint32_t)dqw_watch_since(&m->watch, channel) * DQW_WATCH_TICK_BLOCKS;
+    m->named_looks = dqw_watch_since(&m->watch, channel);
     m->named_channel = (uint8_t)channel;
     m->named_healthy = healthy_of(m, channel);
     const enum dqw_fault_name of_channel = dqw_watch_fault_of(channel, x.change > 0);
@@ -403,7 +405,8 @@ static void enter_as_stored(dqw_monitor_q15 *m)
     const int32_t rise = dqw_monitor_rise_q16(m, m->is.healthy_q24[DQW_R]);
     const int32_t hot = rise > m->is.hottest_q16 ? rise : m->is.hottest_q16;
     const int64_t cold = rise < 0 ? -(int64_t)rise : 0;
-    m->is.healthy_q24[DQW_PSI] = between(value(m, DQW_PSI), of_cold(m->is.cold_psi_q24, -flux_lost_q24(m, hot)), of_cold(m->is.cold_psi_q24, flux_lost_q24(m, cold)));
+    m->is.healthy_q24[DQW_PSI] = between(value(m, DQW_PSI), of_cold(m->is.cold_psi_q24, -flux_lost_q24(m, hot)),
+                                         of_cold(m->is.cold_psi_q24, flux_lost_q24(m, cold)));
     dqw_watch_follow(&m->watch, DQW_WATCH_R, m->estimator.number);
     dqw_watch_follow(&m->watch, DQW_WATCH_PSI, m->estimator.number);
     m->restored = false;
@@ -482,7 +485,7 @@ bool dqw_monitor_event_q15(dqw_monitor_q15 *m, dqw_monitor_change_q15 *change)
     const uint64_t half = m->estimator.window.half;
     const int channel = m->named_channel;
     change->sample = m->named_at * half;
-    change->since = m->named_since * half;
+    change->since = (m->named_at - (uint32_t)m->named_looks * DQW_WATCH_TICK_BLOCKS) * half;
     change->parameter = (enum dqw_monitor_channel)channel;
     change->value_q40 = dqw_monitor_q40_of(channel, m->named_value);
     change->sd_q40 = dqw_monitor_q40_of(channel, m->named_sd);

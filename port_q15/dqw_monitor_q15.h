@@ -47,8 +47,8 @@ typedef struct dqw_monitor_change_q15 {
 
 /// What it measures beside estimator and witness.
 typedef struct dqw_monitor_measures_q15 {
-    int64_t healthy_residual_q54;  ///< of the full voltage, squared
-    int64_t spread_q48;            ///< friction's variance over reversals
+    int64_t healthy_residual_q54;         ///< of the full voltage, squared
+    int64_t spread_q48;                   ///< friction's variance over reversals
     int32_t healthy_q24[DQW_PARAMETERS];  ///< R and flux follow the temperature
     int32_t healthy_re_q28[DQW_WITNESS_Q15_INPUTS], healthy_im_q28[DQW_WITNESS_Q15_INPUTS];
     int32_t cold_R_q24, cold_psi_q24, hottest_q16;  ///< where they may follow from, and the winding's highest rise, K, slowly forgotten
@@ -58,16 +58,16 @@ typedef struct dqw_monitor_measures_q15 {
 } dqw_monitor_measures_q15;
 
 typedef struct dqw_monitor_q15 {
-    const dqw_monitor_q15_config *config;
     dqw_estimator_q15 estimator;
     dqw_witness_q15 witness;
     dqw_monitor_measures_q15 is;
     dqw_watch watch;
-    // The change that was named last, as dqw_monitor_event_q15() tells it; times in halves of a window.
-    uint32_t named_at, named_since;
+    const dqw_monitor_q15_config *config;
+    // The change that was named last, as dqw_monitor_event_q15() tells it; its time in halves of a window.
+    uint32_t named_at;
     int32_t named_value, named_sd, named_healthy;
     dqw_fault_verdict_q15 named_fault;
-    uint8_t named_channel;
+    uint8_t named_channel, named_looks;  ///< looks since it began to show
     bool has_change;
     bool restored;  ///< healthy values came from a store
 } dqw_monitor_q15;

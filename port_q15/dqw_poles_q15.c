@@ -60,9 +60,12 @@ static int64_t cost_q32(const dqw_estimator_q15 *e, int32_t p)
 // The joint neuron goes on with what was learned, and with p; dead time and the other flux are new.
 static void go_on(dqw_estimator_q15 *e, int32_t p)
 {
+    // [POL.1] both cross weights are p inductances
     dqw_normal_q15 m;
     dqw_solution_q15 s;
     fold(e, p, &m, &s);
+
+    // [POL.2] units of the joint neuron; dead time and the other flux in the place of the cross weights
     const int n = dqw_estimator_inputs_q15(e);
     int32_t w_q24[DQW_ESTIMATOR_Q15_INPUTS];
     for (int i = 0; i < n; i++) w_q24[i] = i < DQW_PSI ? e->w_q24[i] : 0;
@@ -87,6 +90,11 @@ static void go_on(dqw_estimator_q15 *e, int32_t p)
     }
     e->normal.b_q32[n] = e->normal.c_q32 = 0;
     e->learned &= (1u << AFTER) - 1u;
+
+    // [POL.3] what had no weight until now is in all that was learned: a start, and no more
+    if (e->wide_q28 == 0 && !e->config->encoder_offset) return;
+    for (int i = 0; i < n; i++) w_q24[i] = e->w_q24[i];
+    dqw_estimator_start_q15(e, w_q24);
 }
 
 // An inductance's slope that noise on its currents has shrunk would tell too many pole pairs: by less than a quarter, where nobody takes it out.

@@ -108,8 +108,9 @@ static inline long preempt_everywhere(long stride, void (*background)(void), voi
     everywhere.stepping = true;
     (void)raise(SIGTRAP);
     background();
-    if (everywhere.child) _exit(equal() ? 0 : 1);
+    // First: a copy that were made once the next line has read `child` would take itself for the program, and run all the rest as well.
     everywhere.stepping = false;
+    if (everywhere.child) _exit(equal() ? 0 : 1);
     return everywhere.failed_at != 0 ? -everywhere.failed_at : everywhere.count;
 }
 #else
