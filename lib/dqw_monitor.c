@@ -41,27 +41,25 @@ dqw_monitor_config dqw_monitor_config_default(const dqw_nameplate *plate)
 static enum dqw_status check(const dqw_monitor *m, const dqw_monitor_config *c)
 {
     if (m == NULL || c == NULL) return DQW_ERR_NULL;
+    const float field[] = {c->alpha_per_K, c->beta_per_K, c->heating_K_s, c->J_kgm2};
+    static const int8_t status[] = {DQW_ERR_ALPHA, DQW_ERR_BETA, DQW_ERR_HEATING, DQW_ERR_J};
     for (int i = 0; i < DQW_WATCH_CHANNELS; i++)
         if (!dqw_is_zero_or_positive(c->band[i])) return DQW_ERR_BAND;
-    if (!dqw_is_zero_or_positive(c->alpha_per_K)) return DQW_ERR_ALPHA;
-    if (!dqw_is_zero_or_positive(c->beta_per_K)) return DQW_ERR_BETA;
-    if (!dqw_is_zero_or_positive(c->heating_K_s)) return DQW_ERR_HEATING;
-    if (!dqw_is_zero_or_positive(c->J_kgm2)) return DQW_ERR_J;
+    for (unsigned i = 0; i < sizeof field / sizeof field[0]; i++)
+        if (!dqw_is_zero_or_positive(field[i])) return (enum dqw_status)status[i];
     if (c->estimator.pole_pairs == 0) return DQW_ERR_POLE_PAIRS;
     if (c->commissioned && !(c->estimator.R_ohm > 0.0f)) return DQW_ERR_R;
     return c->commissioned && !(c->estimator.psi_Wb > 0.0f) ? DQW_ERR_PSI : DQW_OK;
 }
 
-// In place, once nothing can be refused any more: a small core's stack has no room for a second one.
+// Once nothing can be refused any more. Without a second monitor: a small core's stack has no room for it.
 static void begin(dqw_monitor *m, const dqw_monitor_config *config)
 {
+    static const dqw_monitor zero = {.config = NULL};
+    const dqw_estimator e = m->estimator;
+    *m = zero;
     m->config = config;
-    for (int i = 0; i < DQW_PARAMETERS; i++) m->healthy[i] = 0.0f;
-    for (int i = 0; i < DQW_WITNESS_INPUTS; i++) m->healthy_re[i] = m->healthy_im[i] = 0.0f;
-    m->cold_R_ohm = m->cold_psi_Wb = m->hottest_K = m->healthy_residual_pu2 = 0.0f;
-    m->friction_Nm = m->spread_Nm2 = m->healthy_friction_Nm = m->w_before_rad_s = m->gathered_Nm = m->before_Nm = 0.0f;
-    m->has_change = m->restored = false;
-    dqw_witness_init(&m->witness);
+    m->estimator = e;
     dqw_watch_init(&m->watch);
 }
 

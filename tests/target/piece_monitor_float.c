@@ -1,19 +1,38 @@
-// The interrupt's step of the condition monitor in float, with the example's configuration, but with a voltage that acts now; its background beside
-// it. LENT: with memory for stage 2; STORED: with store and restore.
+// The interrupt's step of the condition monitor in float; its background beside it. LENT: with memory for stage 2; STORED: with store and restore.
+#include <stddef.h>
+
 #include "dqw_estimator_random.h"
 #include "dqw_monitor.h"
-#include "foc_config.h"
 #include "target/board.h"
 #include "target/piece.h"
 #include "target/stimulus_float.h"
 
-static dqw_monitor_config config;
+#ifdef LENT
+static dqw_estimator_random lent;
+#define RANDOM &lent
+#else
+#define RANDOM NULL
+#endif
+static const dqw_monitor_config config = {.estimator = {.dt_s = (float)STIMULUS_DT_NS * 1e-9f,
+                                                        .v_base_V = 14,
+                                                        .i_base_A = 6,
+                                                        .w_base_rad_s = 110,
+                                                        .R_ohm = 0.4f,
+                                                        .Ld_H = 0.7e-3f,
+                                                        .Lq_H = 1.9e-3f,
+                                                        .psi_Wb = 12e-3f,
+                                                        .pole_pairs = STIMULUS_PAIRS,
+                                                        .dead_time_width_A = 0.2f,
+                                                        .drift_per_sqrt_s = 0.01f,
+                                                        .stale_limit = 10,
+                                                        .angle = true,
+                                                        .encoder_offset = true,
+                                                        .noise_on_inputs = true,
+                                                        .random = RANDOM},
+                                          .J_kgm2 = 1e-4f};
 static dqw_monitor m;
 static dqw_sample sample;
 static bool limited;
-#ifdef LENT
-static dqw_estimator_random lent;
-#endif
 #ifdef STORED
 static dqw_monitor_stored stored;
 #endif
@@ -21,11 +40,8 @@ const uint32_t piece_bytes = sizeof m;
 
 void piece_start(void)
 {
-    config = CONFIG;
-    config.estimator.voltage_next = config.estimator.voltage_held = false;
 #ifdef LENT
     dqw_estimator_random_init(&lent);
-    config.estimator.random = &lent;
 #endif
     if (dqw_monitor_init(&m, &config) != DQW_OK) board_end("no monitor\n", 2);
 #ifdef STORED
