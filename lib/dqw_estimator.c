@@ -130,18 +130,21 @@ static void gather(dqw_estimator *e, const dqw_sample *s, float dead_d, float de
 {
     const float step_d_A = s->i_d_A - e->i_d_A;
     const float step_q_A = s->i_q_A - e->i_q_A;
+    const float pair[DQW_PLAIN_SIGNALS] = {
+        e->v_d_V,
+        e->v_q_V,
+        s->i_d_A + e->i_d_A,
+        s->i_q_A + e->i_q_A,
+        step_d_A,
+        step_q_A,
+        s->w_m_rad_s * s->i_d_A + e->w_m_rad_s * e->i_d_A,
+        s->w_m_rad_s * s->i_q_A + e->w_m_rad_s * e->i_q_A,
+        s->w_m_rad_s + e->w_m_rad_s,
+        dead_d + e->dead_d,
+        dead_q + e->dead_q,
+    };
     dqw_window_cell *cell = dqw_window_cells(&e->window);
-    dqw_window_gather(&cell[0], e->v_d_V);
-    dqw_window_gather(&cell[1], e->v_q_V);
-    dqw_window_gather(&cell[2], s->i_d_A + e->i_d_A);
-    dqw_window_gather(&cell[3], s->i_q_A + e->i_q_A);
-    dqw_window_gather(&cell[4], step_d_A);
-    dqw_window_gather(&cell[5], step_q_A);
-    dqw_window_gather(&cell[6], s->w_m_rad_s * s->i_d_A + e->w_m_rad_s * e->i_d_A);
-    dqw_window_gather(&cell[7], s->w_m_rad_s * s->i_q_A + e->w_m_rad_s * e->i_q_A);
-    dqw_window_gather(&cell[8], s->w_m_rad_s + e->w_m_rad_s);
-    dqw_window_gather(&cell[9], dead_d + e->dead_d);
-    dqw_window_gather(&cell[10], dead_q + e->dead_q);
+    for (int i = 0; i < DQW_PLAIN_SIGNALS; i++) dqw_window_gather(&cell[i], pair[i]);
     dqw_window_count(&e->window);
     // Steps less what the voltage made of them.
     dqw_noise_step(&e->noise, step_d_A - e->step_A_per_V[0] * e->v_d_V, step_q_A - e->step_A_per_V[1] * e->v_q_V, s->w_m_rad_s - e->w_m_rad_s);
