@@ -261,11 +261,8 @@ static uint32_t ppm(float ratio)
 
 void dqw_estimator_stage_on(dqw_estimator *e, bool random_converged)
 {
-    const dqw_stage_input in = {
-        .random_converged = random_converged,
-        .residual_ppm = ppm(dqw_estimator_recent_pu(e)),
-        .residual_recent_ppm = ppm(dqw_estimator_recent_pu(e)),
-    };
+    const uint32_t residual_ppm = ppm(dqw_estimator_recent_pu(e));
+    const dqw_stage_input in = {.random_converged = random_converged, .residual_ppm = residual_ppm, .residual_recent_ppm = residual_ppm};
     (void)dqw_stage_step(&e->stage, in);
 }
 
