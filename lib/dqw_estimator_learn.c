@@ -101,7 +101,7 @@ static void learn_row(dqw_estimator *e, int axis, const dqw_estimator_rows *r, u
     float seen = 0.0f;
     for (int i = 0; i < e->inputs; i++) {
         e->w_pu[i] += k[i] * (error * weigh);  // NOLINT(clang-analyzer-core.UndefinedBinaryOperatorResult): the gain has as many inputs
-        seen += k[i] * x[i];
+        seen += k[i] * x[i];                   // NOLINT(clang-analyzer-core.UndefinedBinaryOperatorResult): the same
     }
     // seen rounds to above 1 where next to nothing was known.
     const float left = seen < 1.0f ? 1.0f - seen : 0.0f;
