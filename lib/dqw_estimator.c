@@ -125,24 +125,31 @@ static void warm(dqw_estimator *e, uint32_t periods)
 #endif
 }
 
+// The plain signals of a pair, which is whole then.
+static void gather_plain(dqw_window *w, const float signal[])
+{
+    dqw_window_cell *cell = dqw_window_cells(w);
+    for (int i = 0; i < DQW_PLAIN_SIGNALS; i++) dqw_window_gather(&cell[i], signal[i]);
+    dqw_window_count(w);
+}
+
 // The pair that a sample ends, as sums and steps: dqw_estimator_means() makes means and slopes of them. (E13)
 static void gather(dqw_estimator *e, const dqw_sample *s, float dead_d, float dead_q)
 {
     const float step_d_A = s->i_d_A - e->i_d_A;
     const float step_q_A = s->i_q_A - e->i_q_A;
-    dqw_window_cell *cell = dqw_window_cells(&e->window);
-    dqw_window_gather(&cell[0], e->v_d_V);
-    dqw_window_gather(&cell[1], e->v_q_V);
-    dqw_window_gather(&cell[2], s->i_d_A + e->i_d_A);
-    dqw_window_gather(&cell[3], s->i_q_A + e->i_q_A);
-    dqw_window_gather(&cell[4], step_d_A);
-    dqw_window_gather(&cell[5], step_q_A);
-    dqw_window_gather(&cell[6], s->w_m_rad_s * s->i_d_A + e->w_m_rad_s * e->i_d_A);
-    dqw_window_gather(&cell[7], s->w_m_rad_s * s->i_q_A + e->w_m_rad_s * e->i_q_A);
-    dqw_window_gather(&cell[8], s->w_m_rad_s + e->w_m_rad_s);
-    dqw_window_gather(&cell[9], dead_d + e->dead_d);
-    dqw_window_gather(&cell[10], dead_q + e->dead_q);
-    dqw_window_count(&e->window);
+    const float pair[DQW_PLAIN_SIGNALS] = {e->v_d_V,
+                                           e->v_q_V,
+                                           s->i_d_A + e->i_d_A,
+                                           s->i_q_A + e->i_q_A,
+                                           step_d_A,
+                                           step_q_A,
+                                           s->w_m_rad_s * s->i_d_A + e->w_m_rad_s * e->i_d_A,
+                                           s->w_m_rad_s * s->i_q_A + e->w_m_rad_s * e->i_q_A,
+                                           s->w_m_rad_s + e->w_m_rad_s,
+                                           dead_d + e->dead_d,
+                                           dead_q + e->dead_q};
+    gather_plain(&e->window, pair);
     // Steps less what the voltage made of them.
     dqw_noise_step(&e->noise, step_d_A - e->step_A_per_V[0] * e->v_d_V, step_q_A - e->step_A_per_V[1] * e->v_q_V, s->w_m_rad_s - e->w_m_rad_s);
 }
@@ -150,7 +157,6 @@ static void gather(dqw_estimator *e, const dqw_sample *s, float dead_d, float de
 // A settled row is a block of its own.
 static void gather_row(dqw_estimator *e, const dqw_sample *s, float dead_d, float dead_q)
 {
-    dqw_window_cell *cell = dqw_window_cells(&e->window);
     const float row[DQW_PLAIN_SIGNALS] = {s->v_d_V,
                                           s->v_q_V,
                                           2.0f * s->i_d_A,
@@ -162,9 +168,8 @@ static void gather_row(dqw_estimator *e, const dqw_sample *s, float dead_d, floa
                                           2.0f * s->w_m_rad_s,
                                           2.0f * dead_d,
                                           2.0f * dead_q};
-    for (int i = 0; i < DQW_PLAIN_SIGNALS; i++) dqw_window_gather(&cell[i], row[i]);
-    gather_static_effects(e, s, cell);
-    dqw_window_count(&e->window);
+    gather_static_effects(e, s, dqw_window_cells(&e->window));
+    gather_plain(&e->window, row);
 }
 
 // Before a half is gathered: what the background made of those before it.
