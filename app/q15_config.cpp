@@ -7,6 +7,7 @@
 
 #include "effect_q15.hpp"
 #include "effect_names.hpp"
+#include "learn_inputs.hpp"
 #include "learn_parts.hpp"
 #include "learn_signals.hpp"
 #include "model_config.hpp"
@@ -135,6 +136,7 @@ std::string q15_config_text(const std::vector<Log>& logs, const std::vector<Esti
         all = all && c.*n.field != 0;
     }
     if (c.half_window != 0) values += fmt::format(", .half_window = {}u", c.half_window);
+    if (std::any_of(inputs.begin(), inputs.end(), [](const TraceInput& in) { return needs_angle(in.effect); })) values += ", .angle = true";
     out += fmt::format("// Initialisers; others may follow them.\n#define DQW_Q15_ESTIMATOR \\\n    {}{}\n", values, c.settled ? ", .settled = true" : "");
     // Ripples twice a turn must not average out in a block.
     const double half_angle = 1e-3 * c.scale.w_full_mrad_s * c.scale.pole_pairs * 1e-9 * c.scale.dt_ns;

@@ -125,31 +125,27 @@ static void warm(dqw_estimator *e, uint32_t periods)
 #endif
 }
 
-// The plain signals of a pair, which is whole then.
-static void gather_plain(dqw_window *w, const float signal[])
-{
-    dqw_window_cell *cell = dqw_window_cells(w);
-    for (int i = 0; i < DQW_PLAIN_SIGNALS; i++) dqw_window_gather(&cell[i], signal[i]);
-    dqw_window_count(w);
-}
-
 // The pair that a sample ends, as sums and steps: dqw_estimator_means() makes means and slopes of them. (E13)
 static void gather(dqw_estimator *e, const dqw_sample *s, float dead_d, float dead_q)
 {
     const float step_d_A = s->i_d_A - e->i_d_A;
     const float step_q_A = s->i_q_A - e->i_q_A;
-    const float pair[DQW_PLAIN_SIGNALS] = {e->v_d_V,
-                                           e->v_q_V,
-                                           s->i_d_A + e->i_d_A,
-                                           s->i_q_A + e->i_q_A,
-                                           step_d_A,
-                                           step_q_A,
-                                           s->w_m_rad_s * s->i_d_A + e->w_m_rad_s * e->i_d_A,
-                                           s->w_m_rad_s * s->i_q_A + e->w_m_rad_s * e->i_q_A,
-                                           s->w_m_rad_s + e->w_m_rad_s,
-                                           dead_d + e->dead_d,
-                                           dead_q + e->dead_q};
-    gather_plain(&e->window, pair);
+    const float pair[DQW_PLAIN_SIGNALS] = {
+        e->v_d_V,
+        e->v_q_V,
+        s->i_d_A + e->i_d_A,
+        s->i_q_A + e->i_q_A,
+        step_d_A,
+        step_q_A,
+        s->w_m_rad_s * s->i_d_A + e->w_m_rad_s * e->i_d_A,
+        s->w_m_rad_s * s->i_q_A + e->w_m_rad_s * e->i_q_A,
+        s->w_m_rad_s + e->w_m_rad_s,
+        dead_d + e->dead_d,
+        dead_q + e->dead_q,
+    };
+    dqw_window_cell *cell = dqw_window_cells(&e->window);
+    for (int i = 0; i < DQW_PLAIN_SIGNALS; i++) dqw_window_gather(&cell[i], pair[i]);
+    dqw_window_count(&e->window);
     // Steps less what the voltage made of them.
     dqw_noise_step(&e->noise, step_d_A - e->step_A_per_V[0] * e->v_d_V, step_q_A - e->step_A_per_V[1] * e->v_q_V, s->w_m_rad_s - e->w_m_rad_s);
 }
@@ -157,6 +153,7 @@ static void gather(dqw_estimator *e, const dqw_sample *s, float dead_d, float de
 // A settled row is a block of its own.
 static void gather_row(dqw_estimator *e, const dqw_sample *s, float dead_d, float dead_q)
 {
+    dqw_window_cell *cell = dqw_window_cells(&e->window);
     const float row[DQW_PLAIN_SIGNALS] = {s->v_d_V,
                                           s->v_q_V,
                                           2.0f * s->i_d_A,
@@ -168,8 +165,9 @@ static void gather_row(dqw_estimator *e, const dqw_sample *s, float dead_d, floa
                                           2.0f * s->w_m_rad_s,
                                           2.0f * dead_d,
                                           2.0f * dead_q};
-    gather_static_effects(e, s, dqw_window_cells(&e->window));
-    gather_plain(&e->window, row);
+    for (int i = 0; i < DQW_PLAIN_SIGNALS; i++) dqw_window_gather(&cell[i], row[i]);
+    gather_static_effects(e, s, cell);
+    dqw_window_count(&e->window);
 }
 
 // Before a half is gathered: what the background made of those before it.

@@ -3,7 +3,7 @@
 #include "dqw_number.h"
 
 // An angle that a voltage turns by in one and a half periods: where it is more, nobody controls the current.
-#define TURN_MOST 2.0f
+#define TURN_MOST 1.0f
 
 void dqw_estimator_adapt(dqw_estimator *e, const dqw_sample *s, dqw_sample *x)
 {
@@ -19,10 +19,10 @@ void dqw_estimator_adapt(dqw_estimator *e, const dqw_sample *s, dqw_sample *x)
     if (c->voltage_held) {
         float turn = (c->voltage_next ? 1.5f : 0.5f) * (float)c->pole_pairs * x->w_m_rad_s * c->dt_s;
         turn = turn > TURN_MOST ? TURN_MOST : turn < -TURN_MOST ? -TURN_MOST : turn;
-        // To 3e-5 within 1 rad.
+        // To 3e-5 within half a radian.
         const float turn2 = turn * turn;
-        const float cosine = 1.0f - turn2 * (0.5f - turn2 * (1.0f / 24.0f - turn2 * (1.0f / 720.0f)));
-        const float sine = turn * (1.0f - turn2 * (1.0f / 6.0f - turn2 * (1.0f / 120.0f - turn2 * (1.0f / 5040.0f))));
+        const float cosine = 1.0f - turn2 * (0.5f - turn2 * (1.0f / 24.0f));
+        const float sine = turn * (1.0f - turn2 * (1.0f / 6.0f - turn2 * (1.0f / 120.0f)));
         const float v_d = x->v_d_V;
         x->v_d_V = cosine * v_d + sine * x->v_q_V;
         x->v_q_V = cosine * x->v_q_V - sine * v_d;

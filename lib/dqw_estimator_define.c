@@ -8,6 +8,8 @@
 
 #define HALF_WINDOW 20
 #define HALF_WINDOW_MOST 10000
+// No number of a drive is larger.
+#define FIELD_MOST 1e30f
 // No drive gives a sample of this many bases.
 #define WILD 10.0f
 // Where nominal values are not known: parts of what the bases make of each.
@@ -100,17 +102,28 @@ void dqw_estimator_start(dqw_estimator *e, const float start_pu[])
     e->learned = 0;
 }
 
+// Which number of a configuration is refused, where it is; DQW_OK: none.
+static enum dqw_status check_numbers(const dqw_estimator_config *c)
+{
+    enum { NEEDED = 4 };
+#define AT(member) offsetof(dqw_estimator_config, member)
+    static const uint8_t at[] = {AT(dt_s),      AT(v_base_V),  AT(i_base_A),      AT(w_base_rad_s),      AT(R_ohm),           AT(Ld_H), AT(Lq_H), AT(psi_Wb),
+                                 AT(v_limit_V), AT(i_limit_A), AT(excitation_pu), AT(dead_time_width_A), AT(drift_per_sqrt_s)};
+#undef AT
+    static const int8_t status[] = {DQW_ERR_DT,  DQW_ERR_V_BASE,  DQW_ERR_I_BASE,  DQW_ERR_W_BASE,     DQW_ERR_R,               DQW_ERR_LD,   DQW_ERR_LQ,
+                                    DQW_ERR_PSI, DQW_ERR_V_LIMIT, DQW_ERR_I_LIMIT, DQW_ERR_EXCITATION, DQW_ERR_DEAD_TIME_WIDTH, DQW_ERR_DRIFT};
+    for (unsigned i = 0; i < sizeof at; i++) {
+        const float field = *(const float *)(const void *)((const char *)c + at[i]);
+        if (!dqw_within(field, FIELD_MOST) || !(field >= 0.0f) || (i < NEEDED && field == 0.0f)) return (enum dqw_status)status[i];
+    }
+    return DQW_OK;
+}
+
 // Which field is refused; DQW_OK: none.
 static enum dqw_status check(const dqw_estimator_config *c)
 {
-    enum { NEEDED = 4 };
-    const float field[] = {c->dt_s,      c->v_base_V,  c->i_base_A,      c->w_base_rad_s,      c->R_ohm,           c->Ld_H, c->Lq_H, c->psi_Wb,
-                           c->v_limit_V, c->i_limit_A, c->excitation_pu, c->dead_time_width_A, c->drift_per_sqrt_s};
-    static const int8_t status[] = {DQW_ERR_DT,   DQW_ERR_V_BASE, DQW_ERR_I_BASE,  DQW_ERR_W_BASE,  DQW_ERR_R,          DQW_ERR_LD,
-                                    DQW_ERR_LQ,   DQW_ERR_PSI,    DQW_ERR_V_LIMIT, DQW_ERR_I_LIMIT, DQW_ERR_EXCITATION, DQW_ERR_DEAD_TIME_WIDTH,
-                                    DQW_ERR_DRIFT};
-    for (unsigned i = 0; i < sizeof field / sizeof field[0]; i++)
-        if (!dqw_is_zero_or_positive(field[i]) || (i < NEEDED && !(field[i] > 0.0f))) return (enum dqw_status)status[i];
+    const enum dqw_status status = check_numbers(c);
+    if (status != DQW_OK) return status;
     if (c->half_window > HALF_WINDOW_MOST) return DQW_ERR_HALF_WINDOW;
     if (c->pole_pairs == 0 && (c->voltage_held || c->speed_electrical)) return DQW_ERR_POLE_PAIRS;
     if (c->dead_time_width_A > 0.0f && !(c->angle && dqw_is_finite(1.0f / c->dead_time_width_A))) return DQW_ERR_DEAD_TIME_WIDTH;
@@ -158,9 +171,6 @@ enum dqw_status dqw_estimator_init(dqw_estimator *e, const dqw_estimator_config 
     n.v_limit_bits = dqw_size_bits(c->v_limit_V > 0.0f ? c->v_limit_V : WILD * c->v_base_V);
     n.i_limit_bits = dqw_size_bits(c->i_limit_A > 0.0f ? c->i_limit_A : WILD * c->i_base_A);
     n.w_limit_bits = dqw_size_bits(WILD * c->w_base_rad_s);
-    if (!dqw_is_finite(WILD * c->v_base_V)) return DQW_ERR_V_BASE;
-    if (!dqw_is_finite(WILD * c->i_base_A)) return DQW_ERR_I_BASE;
-    if (!dqw_is_finite(WILD * c->w_base_rad_s)) return DQW_ERR_W_BASE;
     dqw_gate_init(&n.gate, c->stale_limit);
     dqw_noise_init(&n.noise);
     dqw_stage_init(&n.stage, c->threshold_ppm != 0 ? c->threshold_ppm : THRESHOLD_PPM, RANDOM_LIMIT, ORDINAL_BLOCKS);

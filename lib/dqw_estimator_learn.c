@@ -100,7 +100,7 @@ static void learn_row(dqw_estimator *e, int axis, const dqw_estimator_rows *r, u
     dqw_gain_step(&e->gain, x, k);
     float seen = 0.0f;
     for (int i = 0; i < e->inputs; i++) {
-        e->w_pu[i] += k[i] * (error * weigh);
+        e->w_pu[i] += k[i] * (error * weigh);  // NOLINT(clang-analyzer-core.UndefinedBinaryOperatorResult): the gain has as many inputs
         seen += k[i] * x[i];
     }
     // seen rounds to above 1 where next to nothing was known.
@@ -261,11 +261,8 @@ static uint32_t ppm(float ratio)
 
 void dqw_estimator_stage_on(dqw_estimator *e, bool random_converged)
 {
-    const dqw_stage_input in = {
-        .random_converged = random_converged,
-        .residual_ppm = ppm(dqw_estimator_recent_pu(e)),
-        .residual_recent_ppm = ppm(dqw_estimator_recent_pu(e)),
-    };
+    const uint32_t residual_ppm = ppm(dqw_estimator_recent_pu(e));
+    const dqw_stage_input in = {.random_converged = random_converged, .residual_ppm = residual_ppm, .residual_recent_ppm = residual_ppm};
     (void)dqw_stage_step(&e->stage, in);
 }
 

@@ -49,14 +49,12 @@ static enum dqw_status check(const dqw_monitor *m, const dqw_monitor_config *c)
     return c->commissioned && !(c->estimator.psi_Wb > 0.0f) ? DQW_ERR_PSI : DQW_OK;
 }
 
-// Once nothing can be refused any more. Without a second monitor: a small core's stack has no room for it.
+// Once nothing can be refused any more: all that stands behind the estimator begins anew, in place, for a small core's stack has no room for another.
 static void begin(dqw_monitor *m, const dqw_monitor_config *config)
 {
-    static const dqw_monitor zero = {.config = NULL};
-    const dqw_estimator e = m->estimator;
-    *m = zero;
+    unsigned char *bytes = (unsigned char *)(void *)m;
+    for (size_t i = offsetof(dqw_monitor, witness); i < sizeof *m; i++) bytes[i] = 0;
     m->config = config;
-    m->estimator = e;
     dqw_watch_init(&m->watch);
 }
 
@@ -251,9 +249,9 @@ static dqw_fault_verdict name_it(const dqw_monitor *m)
     return dqw_fault_name_it(change, unit, machine);
 }
 
-static uint32_t ppm(float ratio)
+static bool above_threshold(const dqw_monitor *m)
 {
-    return ratio < 4000.0f ? (uint32_t)(ratio * 1e6f) : 4000000000u;
+    return dqw_estimator_recent_pu(&m->estimator) * 1e6f > (float)m->estimator.stage.threshold_ppm;
 }
 
 // What the healthy value of a channel is; of temperature and residual the limit.
@@ -295,7 +293,7 @@ static bool look(dqw_monitor *m)
     int32_t q5[DQW_WATCH_CHANNELS];
     for (int i = 0; i < DQW_WATCH_CHANNELS; i++) q5[i] = deviation_q5(m, i);
     if (!dqw_watch_look(&m->watch, q5)) return false;
-    const int worst = dqw_watch_worst(&m->watch, q5, ppm(sqrtf(m->estimator.recent_pu2)) > m->estimator.stage.threshold_ppm);
+    const int worst = dqw_watch_worst(&m->watch, q5, above_threshold(m));
     if (worst < 0) return false;
     name(m, worst);
     const enum dqw_watch_follows follows = dqw_watch_named(&m->watch, worst, m->named_fault.name);
@@ -335,11 +333,6 @@ static bool is_known(const dqw_monitor *m, int weight)
 static bool known(const dqw_monitor *m)
 {
     return is_known(m, DQW_R) && is_known(m, DQW_LQ) && is_known(m, DQW_PSI);
-}
-
-static bool above_threshold(const dqw_monitor *m)
-{
-    return ppm(dqw_estimator_recent_pu(&m->estimator)) > m->estimator.stage.threshold_ppm;
 }
 
 // Fig. 1: which stage, after a block.

@@ -5,6 +5,8 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "dqw_reading.h"
+
 #ifdef __cplusplus
 extern "C" {
 #endif
@@ -17,10 +19,6 @@ extern "C" {
 #define DQW_INLINE static inline
 #define DQW_APART static
 #endif
-
-/// A standard deviation that is not known: finite, so that comparisons hold where a compiler assumes that there is no infinity. What is
-/// known is `sd < DQW_UNKNOWN`.
-#define DQW_UNKNOWN 3.4e38f
 
 /// Bits of infinity; a NaN's are more.
 #define DQW_NUMBER_INFINITE UINT32_C(0x7f800000)

@@ -8,6 +8,10 @@
 extern "C" {
 #endif
 
+/// A standard deviation that is not known: finite, so that comparisons hold where a compiler assumes that there is no infinity. What is
+/// known is `sd < DQW_UNKNOWN`.
+#define DQW_UNKNOWN 3.4e38f
+
 typedef struct dqw_reading {
     float value;      ///< SI
     float sd;         ///< standard deviation of the value; DQW_UNKNOWN where nothing was learned

@@ -52,14 +52,13 @@ enum dqw_status {
 
 /// Event bits: what happened in one step. A step never fails; it holds its last good values, sets a bit and counts.
 enum dqw_event {
-    DQW_EVENT_BLOCK = 1 << 0,             ///< a block waits for the background
-    DQW_EVENT_LEARNED = DQW_EVENT_BLOCK,  ///< goes with the old estimator
-    DQW_EVENT_NONFINITE = 1 << 1,         ///< NaN or infinity among the samples: skipped
-    DQW_EVENT_SATURATED = 1 << 2,         ///< beyond the range of the sensor, or the caller said so: skipped
-    DQW_EVENT_STALE = 1 << 3,             ///< the same sample again and again: skipped
-    DQW_EVENT_UNEXCITED = 1 << 4,         ///< a block that could teach at least one parameter nothing
-    DQW_EVENT_INCOMPLETE = 1 << 5,        ///< a block dropped because too many of its samples were skipped
-    DQW_EVENT_MISSED = 1 << 6,            ///< a block lost because the background had not taken the one before it
+    DQW_EVENT_BLOCK = 1 << 0,       ///< a block waits for the background
+    DQW_EVENT_NONFINITE = 1 << 1,   ///< NaN or infinity among the samples: skipped
+    DQW_EVENT_SATURATED = 1 << 2,   ///< beyond the range of the sensor, or the caller said so: skipped
+    DQW_EVENT_STALE = 1 << 3,       ///< the same sample again and again: skipped
+    DQW_EVENT_UNEXCITED = 1 << 4,   ///< a block that could teach at least one parameter nothing
+    DQW_EVENT_INCOMPLETE = 1 << 5,  ///< a block dropped because too many of its samples were skipped
+    DQW_EVENT_MISSED = 1 << 6,      ///< a block lost because the background had not taken the one before it
 };
 
 #endif

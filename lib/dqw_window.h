@@ -35,7 +35,7 @@ void dqw_window_restart(dqw_window *w);
 /// Context  interrupt; dqw_window_count() once for all signals of the pair
 DQW_INLINE void dqw_window_gather(dqw_window_cell *cell, float x)
 {
-    const float sum = cell->sum + x;
+    const float sum = cell->sum + x;  // NOLINT(clang-analyzer-core.UndefinedBinaryOperatorResult): cleared by init, restart and join
     cell->sum = sum;
     cell->fall += sum;
 }

@@ -91,7 +91,7 @@ static uint32_t admit(dqw_estimator_q15 *e, const dqw_sample_q15 *s, bool satura
 static void turn_back(const dqw_estimator_q15 *e, int32_t halves, dqw_sample_q15 *x)
 {
     // Below 1.5 rad, its square below 2.25: wrong by less than 3e-4 there, by a last place at 1 rad
-    const int32_t turn_q15 = (int32_t)dqw_q_floor64((int64_t)e->turn_q28 * (halves * x->w_m_q15), 29);
+    const int32_t turn_q15 = (int32_t)dqw_q_floor64((int64_t)e->turn_q28 * halves * x->w_m_q15, 29);
     const int32_t turn2_q15 = (int32_t)((uint32_t)turn_q15 * (uint32_t)turn_q15 >> 15);
     const int32_t fourth_q15 = turn2_q15 * (1365 - turn2_q15 / 720) >> 15;
     const int32_t fifth_q15 = turn2_q15 * (273 - turn2_q15 / 5040) >> 15;

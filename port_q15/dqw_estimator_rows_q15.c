@@ -74,7 +74,7 @@ static void inputs(const dqw_estimator_q15 *e, const dqw_estimator_q15_block *b,
         x[dqw_estimator_cross_q15(e, axis)] = across;
         if (axis == Q || dqw_estimator_has_psi_q_q15(e)) x[axis == Q ? DQW_PSI : DQW_PSI_Q] = flux;
         if (dead_time)
-            x[DQW_DEAD_TIME] = dqw_q31_sat(dqw_q_quotient64(b->sums[DQW_BLOCK_Q15_SIGNALS + axis], DQW_DEAD_TIME_Q15_PARTS * b->weight, 12) +
+            x[DQW_DEAD_TIME] = dqw_q31_sat(dqw_q_quotient64(b->sums[DQW_BLOCK_Q15_SIGNALS + axis], (int64_t)DQW_DEAD_TIME_Q15_PARTS * b->weight, 12) +
                                            dqw_q_times64(late_q24, di_q28[axis], -24));
     }
     effect_inputs(e, b, r);
@@ -117,8 +117,8 @@ static int64_t squared(int64_t a_q40, int64_t x_q56)
 static void noise_of(const dqw_estimator_q15 *e, const dqw_estimator_q15_block *b, const dqw_block_q15 *m, dqw_rows_q15 *r)
 {
     const dqw_units_q15 *u = &r->unit;
-    const int32_t h = e->window.half;
-    const int32_t sum = h * (h + 1);
+    const int64_t h = e->window.half;
+    const int64_t sum = h * (h + 1);
     // (h (4 h^2 - 1) / 6 + h^2) / S^2, and 2 h / S^2: up to 2^22 over up to 2^30; Q40, and 2^20 more from a variance in Q36
     const int64_t mean_q60 = dqw_q_quotient64(h * (4 * h * h - 1) + 6 * h * h, 6 * sum * sum, 60);
     const int64_t slope_q60 = dqw_q_quotient64(2 * h, sum * sum, 60);

@@ -135,7 +135,7 @@ int64_t dqw_monitor_surely_q15(const dqw_monitor_q15 *m, int channel, int32_t de
 {
     // The healthy value has a deviation too: less, the more looks it is the mean of.
     const uint32_t looks = m->watch.looks[channel];
-    const uint32_t wider_q15 = dqw_q_root64((uint64_t)ONE_Q30 + ONE_Q30 / (DQW_WATCH_LOOKS_ALIKE + looks) * DQW_WATCH_LOOKS_ALIKE);
+    const uint32_t wider_q15 = dqw_q_root64((uint64_t)ONE_Q30 + (uint64_t)ONE_Q30 / (DQW_WATCH_LOOKS_ALIKE + looks) * DQW_WATCH_LOOKS_ALIKE);
     const int64_t sure = dqw_q_round64((int64_t)deviation * DEVIATIONS * wider_q15, 15);
     const int64_t width = dqw_monitor_band_of_q15(m, channel);
     return width > sure ? width : sure;

@@ -88,9 +88,10 @@ static int half_of(int64_t own)
     return more >= 0 ? more / 2 : -((1 - more) / 2);
 }
 
-// Sum of i by j, j <= i; the target's stand apart.
+// Sum of i by j, 0 <= j <= i; the target's stand apart.
 static int64_t sum_of(const dqw_normal_q15 *n, int i, int j)
 {
+    // cppcheck-suppress negativeIndex; j is 0 at least
     return i < n->inputs ? n->a_q32[DQW_NORMAL_A(j, i)] : j < i ? n->b_q32[j] : n->c_q32;
 }
 

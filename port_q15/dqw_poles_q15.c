@@ -138,7 +138,7 @@ void dqw_poles_find_q15(dqw_estimator_q15 *e, const dqw_estimator_q15_block *b)
         const int64_t size_q20 = off_q20 < 0 ? -off_q20 : off_q20;
         const int64_t sd2_q32 = dqw_q_product64(dqw_estimator_common_variance_q56(e), dqw_estimator_inflation_q20(e, own), -44);
         const int64_t apart_q20 = dqw_q_floor64((ONE_Q20 - size_q20) * (ONE_Q20 - size_q20), 20);
-        const bool told = size_q20 < QUARTER_Q20 && 2 * EVIDENCE_SD2 * sd2_q32 < dqw_q_product64(twice, apart_q20, -20);
+        const bool told = size_q20 < QUARTER_Q20 && (int64_t)2 * EVIDENCE_SD2 * sd2_q32 < dqw_q_product64(twice, apart_q20, -20);
         if (told && dqw_scale_turn_q28(&e->config->scale, (uint32_t)p) < 268435456 && !shrunk(e, b, (int32_t)p)) go_on(e, (int32_t)p);
         return;
     }

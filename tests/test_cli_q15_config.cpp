@@ -186,16 +186,14 @@ static void a_monitors_whole_configuration()
 #include <stdlib.h>
 static const dqw_monitor_q15_config config = {DQW_Q15_MONITOR};
 static dqw_monitor_q15 m;
-static dqw_monitor_random_q15 lent;
 static float column(char **at) { const float x = (float)strtod(*at, at); ++*at; return x; }
 static int16_t part(float x, uint32_t full) { return (int16_t)floor((double)x / (1e-3 * full) * 32768.0 + 0.5); }
 int main(int argc, char *argv[])
 {
     char line[1000];
     FILE *log = argc == 2 ? fopen(argv[1], "r") : NULL;
-    dqw_monitor_random_init_q15(&lent);
-    if (log == NULL || dqw_monitor_init_q15(&m, &config, &lent) != DQW_OK || fgets(line, sizeof line, log) == NULL) return 2;
-    const dqw_scale *f = &config.tracker.scale;
+    if (log == NULL || dqw_monitor_init_q15(&m, &config) != DQW_OK || fgets(line, sizeof line, log) == NULL) return 2;
+    const dqw_scale *f = &config.estimator.scale;
     while (fgets(line, sizeof line, log) != NULL) {
         char *at = line;
         (void)column(&at);
@@ -208,12 +206,11 @@ int main(int argc, char *argv[])
         const double theta_rad = (double)column(&at);
         s = dqw_sample_from_dq_q15(s.v_d_q15, s.v_q_q15, s.i_d_q15, s.i_q_q15, s.w_m_q15,
                                    (uint16_t)(lround(theta_rad / 6.283185307179586 * 65536.0) & 65535));
-        dqw_monitor_event_q15 e;
+        dqw_monitor_change_q15 e;
         (void)dqw_monitor_sample_q15(&m, &s, false);
-        if (!dqw_monitor_background_q15(&m, &e)) continue;
-        printf("event fault %d channel %d time %.9g value %.12g confidence %.9g\n", (int)e.fault.name, (int)e.parameter,
-               e.half * (double)config.tracker.half_window * 1e-9 * f->dt_ns, e.value / 16777216.0 * 1e-9 * config.tracker.psi_nWb,
-               e.fault.confidence_q15 / 32768.0);
+        if (!dqw_monitor_background_q15(&m) || !dqw_monitor_event_q15(&m, &e)) continue;
+        printf("event fault %d channel %d time %.9g value %.12g confidence %.9g\n", (int)e.fault.name, (int)e.parameter, (double)e.sample * 1e-9 * f->dt_ns,
+               (double)e.value_q40 / 1099511627776.0 * 1e-9 * config.estimator.psi_nWb, e.fault.confidence_q15 / 32768.0);
     }
     (void)fclose(log);
     return 0;

@@ -119,7 +119,7 @@ static void test_init_names_the_field_that_it_refuses_and_leaves_the_object_alon
     REFUSED(e, DQW_ERR_UNIT, dqw_estimator_init(&e, &c));
     c = good;
     c.Ld_H = 1e38f;
-    REFUSED(e, DQW_ERR_UNIT, dqw_estimator_init(&e, &c));
+    REFUSED(e, DQW_ERR_LD, dqw_estimator_init(&e, &c));
 }
 
 static void test_a_fresh_estimator_knows_nothing(void)
