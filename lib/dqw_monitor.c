@@ -19,9 +19,6 @@
 #define SERVICE_SD 0.1f
 // A residual counts as at least 0.2 % of the base.
 #define RESIDUAL_FLOOR_PU2 4e-6f
-// Slack on rates and rises of temperature; and the coldest that a machine is switched on at, below cold.
-#define SLACK 1.3f
-#define COLDER_K 40.0f
 // Confidence of what needs no pattern.
 #define SURE 0.99f
 #define TEMPERATURE_BAND_K 5.0f
@@ -172,7 +169,7 @@ static float heat_since(const dqw_monitor *m, int channel)
     const bool flux = channel == DQW_WATCH_PSI;
     const float rate = flux ? dqw_monitor_beta(m) * m->cold_psi_Wb : dqw_monitor_alpha(m) * m->cold_R_ohm;
     const uint16_t halves = dqw_watch_unfollowed(&m->watch, channel, m->estimator.number);
-    return rate * (c->heating_K_s > 0.0f ? c->heating_K_s : HEATING_K_S) * (SLACK * (float)(1u << DQW_WATCH_FOLLOW_SHIFT)) * c->estimator.dt_s *
+    return rate * (c->heating_K_s > 0.0f ? c->heating_K_s : HEATING_K_S) * (DQW_MONITOR_SLACK * (float)(1u << DQW_WATCH_FOLLOW_SHIFT)) * c->estimator.dt_s *
            (float)(halves * m->estimator.window.half);
 }
 
@@ -196,7 +193,7 @@ static void follow_temperature(dqw_monitor *m)
     const float rise = dqw_monitor_rise_K(m, m->healthy[DQW_R]);
     m->hottest_K *= HOTTEST_KEPT;
     if (rise > m->hottest_K) m->hottest_K = rise;
-    const float coldest = m->cold_psi_Wb * (1.0f - SLACK * beta * m->hottest_K - 0.5f * dqw_monitor_band(m, DQW_WATCH_PSI));
+    const float coldest = m->cold_psi_Wb * (1.0f - DQW_MONITOR_SLACK * beta * m->hottest_K - 0.5f * dqw_monitor_band(m, DQW_WATCH_PSI));
     if (m->healthy[DQW_PSI] < coldest) m->healthy[DQW_PSI] = coldest;
 }
 
@@ -313,33 +310,11 @@ static bool look(dqw_monitor *m)
     return true;
 }
 
-static float between(float x, float low, float high)
-{
-    return x < low ? low : x > high ? high : x;
-}
-
-// The machine is compared with what was stored. Of R and flux only what no heat explains is a change: it may have been switched off hot and on cold,
-// and its magnet may still be as hot as it was. (E94)
-static void enter_as_stored(dqw_monitor *m)
-{
-    const float alpha = dqw_monitor_alpha(m);
-    const float beta = SLACK * dqw_monitor_beta(m);
-    const float half_band = 0.5f * dqw_monitor_band(m, DQW_WATCH_PSI);
-    const float limit_K = dqw_monitor_band(m, DQW_WATCH_TEMPERATURE);
-    m->healthy[DQW_R] = between(value(m, DQW_R), m->cold_R_ohm * (1.0f - alpha * COLDER_K), m->cold_R_ohm * (1.0f + alpha * limit_K));
-    const float rise = dqw_monitor_rise_K(m, m->healthy[DQW_R]);
-    const float hot = rise > m->hottest_K ? rise : m->hottest_K;
-    const float cold = rise < 0.0f ? -rise : 0.0f;
-    m->healthy[DQW_PSI] = between(value(m, DQW_PSI), m->cold_psi_Wb * (1.0f - beta * hot - half_band), m->cold_psi_Wb * (1.0f + beta * cold + half_band));
-    dqw_watch_follow(&m->watch, DQW_WATCH_R, m->estimator.number);
-    dqw_watch_follow(&m->watch, DQW_WATCH_PSI, m->estimator.number);
-    m->restored = false;
-}
-
 static void enter_service(dqw_monitor *m)
 {
-    if (m->restored) {
-        enter_as_stored(m);
+    if (m->enter_as_stored != NULL) {
+        m->enter_as_stored(m);
+        m->enter_as_stored = NULL;
         return;
     }
     const dqw_estimator_config *c = &m->config->estimator;

@@ -58,7 +58,7 @@ typedef struct dqw_monitor {
     dqw_fault_verdict named_fault;
     uint8_t named_channel;
     bool has_change;
-    bool restored;  ///< healthy values came from a store
+    void (*enter_as_stored)(struct dqw_monitor *m);  ///< healthy values came from a store, which a firmware without one carries no code for
 } dqw_monitor;
 
 /// A configuration for a machine of which no more than the nameplate is known; nominal values, bands and the like may be set in it.

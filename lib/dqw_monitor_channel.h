@@ -10,6 +10,9 @@
 extern "C" {
 #endif
 
+/// Slack on rates and rises of temperature.
+#define DQW_MONITOR_SLACK 1.3f
+
 /// As configured, or usual; and a channel's band in its own unit.
 float dqw_monitor_band(const dqw_monitor *m, int channel);
 float dqw_monitor_band_of(const dqw_monitor *m, int channel);

@@ -6,6 +6,8 @@
 #include "dqw_number.h"
 
 #define VERSION 1u
+// The coldest that a machine is switched on at, below cold.
+#define COLDER_K 40.0f
 
 static uint32_t hash_of_effects(uint32_t hash, const dqw_estimator_config *c)
 {
@@ -72,6 +74,29 @@ bool dqw_monitor_store(const dqw_monitor *m, dqw_monitor_stored *stored)
     return true;
 }
 
+static float between(float x, float low, float high)
+{
+    return x < low ? low : x > high ? high : x;
+}
+
+// The machine is compared with what was stored. Of R and flux only what no heat explains is a change: it may have been switched off hot and on cold,
+// and its magnet may still be as hot as it was. (E94)
+static void enter_as_stored(dqw_monitor *m)
+{
+    const float alpha = dqw_monitor_alpha(m);
+    const float beta = DQW_MONITOR_SLACK * dqw_monitor_beta(m);
+    const float half_band = 0.5f * dqw_monitor_band(m, DQW_WATCH_PSI);
+    const float limit_K = dqw_monitor_band(m, DQW_WATCH_TEMPERATURE);
+    m->healthy[DQW_R] = between(dqw_estimator_value(&m->estimator, DQW_R), m->cold_R_ohm * (1.0f - alpha * COLDER_K), m->cold_R_ohm * (1.0f + alpha * limit_K));
+    const float rise = dqw_monitor_rise_K(m, m->healthy[DQW_R]);
+    const float hot = rise > m->hottest_K ? rise : m->hottest_K;
+    const float cold = rise < 0.0f ? -rise : 0.0f;
+    m->healthy[DQW_PSI] = between(dqw_estimator_value(&m->estimator, DQW_PSI), m->cold_psi_Wb * (1.0f - beta * hot - half_band),
+                                  m->cold_psi_Wb * (1.0f + beta * cold + half_band));
+    dqw_watch_follow(&m->watch, DQW_WATCH_R, m->estimator.number);
+    dqw_watch_follow(&m->watch, DQW_WATCH_PSI, m->estimator.number);
+}
+
 enum dqw_status dqw_monitor_restore(dqw_monitor *m, const dqw_monitor_stored *stored)
 {
     if (m == NULL || stored == NULL) return DQW_ERR_NULL;
@@ -90,6 +115,6 @@ enum dqw_status dqw_monitor_restore(dqw_monitor *m, const dqw_monitor_stored *st
     m->healthy_residual_pu2 = s->healthy_residual_pu2;
     m->healthy_friction_Nm = s->healthy_friction_Nm;
     dqw_watch_restore(&m->watch, s->looks);
-    m->restored = true;
+    m->enter_as_stored = enter_as_stored;
     return DQW_OK;
 }
