@@ -1,6 +1,7 @@
 // The fixed-point learners of port_q15/ over logs, as a core without floating point would run them.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 
@@ -23,6 +24,10 @@ const char* const excitations[] = {"a current of several levels on either axis, 
 constexpr double kKnownRatio = 0.25;
 /// Rows that the mean of the noise reaches over: of a shorter log none are spared for measuring it.
 constexpr std::size_t kShort = DQW_NOISE_Q15_MEMORY;
+/// As the float learner's runs: how many, how near a dt/L must be to the one before, and for how many blocks what a run leaves of its residual counts.
+constexpr int kMostRuns = 4;
+constexpr double kStepRatio = 1.25;
+constexpr std::uint16_t kBlocksCarried = 60;
 /// What 1 of dqw_estimator_unit_q15() is, SI.
 constexpr double kUnit[] = {1e-6, 1e-9, 1e-9, 1e-9, 1e-6, 1e-9};
 
@@ -92,6 +97,89 @@ void put(const dqw_estimator_q15& e, const Asked& asked, bool p_given, std::uint
             {"pole_pairs", "the cross weights do not tell them", "currents that change on both axes while the machine turns, or --pole-pairs"});
 }
 
+/// What the run before knows in place of the nominal values.
+void start_from(const dqw_estimator_q15& before, dqw_estimator_q15_config& config)
+{
+    std::uint32_t* const nominals[] = {&config.R_uohm, &config.Ld_nH, &config.Lq_nH, &config.psi_nWb};
+    for (int i = 0; i <= DQW_PSI; ++i) {
+        const Read r = read(before, i);
+        if (r.known()) *nominals[i] = whole(r.value / kUnit[i]);
+    }
+}
+
+/// What the run before left of its noise and of its residual: then every row is learned, and each axis by its own.
+void take(const dqw_estimator_q15& before, const dqw_estimator_q15_config& began, dqw_estimator_q15& e)
+{
+    e.noise = before.noise;
+    dqw_noise_gap_q15(&e.noise);
+    std::copy(std::begin(before.given.step_q15), std::end(before.given.step_q15), e.step_q15);
+    std::copy(std::begin(before.given.step_q15), std::end(before.given.step_q15), e.given.step_q15);
+    e.follow_q15 = e.given.follow_q15 = before.given.follow_q15;
+    std::copy(std::begin(before.error_q56), std::end(before.error_q56), e.error_q56);
+    for (int i = 0; i < DQW_ESTIMATOR_Q15_SCORES; ++i) {
+        const auto parameter = static_cast<dqw_parameter>(i);
+        // A score goes with its input, and so with the weight's unit.
+        const double ratio = i > DQW_PSI ? 1.0
+                                         : std::pow(static_cast<double>(dqw_estimator_unit_q15(e.config, parameter)) /
+                                                        static_cast<double>(std::max(dqw_estimator_unit_q15(&began, parameter), 1U)),
+                                                    2.0);
+        e.score2_q68[i] = static_cast<std::int64_t>(std::clamp(ratio * static_cast<double>(before.score2_q68[i]), -0x1p60, 0x1p60));
+        e.score_lag_q68[i] = static_cast<std::int64_t>(std::clamp(ratio * static_cast<double>(before.score_lag_q68[i]), -0x1p60, 0x1p60));
+    }
+    e.blocks = kBlocksCarried;
+}
+
+/// Did a run begin with the inductances and pole pairs that it ended with?
+bool agrees(const dqw_estimator_q15& began, const dqw_estimator_q15& ended)
+{
+    if (began.pole_pairs != ended.pole_pairs) return false;
+    for (int axis = 0; axis < 2; ++axis) {
+        const double a = began.given.step_q15[axis], b = ended.given.step_q15[axis];
+        if (a > kStepRatio * b || b > kStepRatio * a) return false;
+    }
+    return true;
+}
+
+LearnOptions quiet(const LearnOptions& options)
+{
+    LearnOptions now = options;
+    now.block = {};
+    return now;
+}
+
+/// One run over the logs. Returns the rows held out.
+std::uint32_t over(const std::vector<Log>& logs, const LearnOptions& options, const std::vector<TraceInput>& inputs, double pole_pairs, const FullScales& full,
+                   bool follows, dqw_estimator_q15& e)
+{
+    const std::uint16_t carried = e.blocks;
+    std::size_t done = 0;
+    std::uint32_t heldout = 0;
+    const std::size_t total = all_rows(logs);
+    for (const Log& log : logs) {
+        const SampleSource sample(log, pole_pairs, inputs);
+        walk(
+            log, done, total, options, [&] { dqw_estimator_missing_q15(&e, 0); },
+            [&](std::size_t k, bool held) {
+                // What is held out is not learned, but it heats.
+                if (held && inputs.empty()) return;
+                dqw_sample_q15 x;
+                const bool good = fixed(sample(k), full, x);
+                heldout += held ? 1U : 0U;
+                (void)dqw_estimator_sample_q15(&e, &x, held || !good);
+                const bool learned = dqw_estimator_background_q15(&e);
+                // The noise that was measured with all of a run's rows stands.
+                if (follows) e.given.ready = false;
+                if (!learned || !options.block) return;
+                std::array<double, 4> now{};
+                for (std::size_t i = 0; i < now.size(); ++i) now[i] = read(e, static_cast<int>(i)).value;
+                options.block(log.t_s.empty() ? static_cast<double>(k) : log.t_s[k], now);
+            });
+    }
+    // A deviation is of the blocks of this run.
+    if (e.restarts == 0 && e.blocks < UINT16_MAX) e.blocks = static_cast<std::uint16_t>(e.blocks - carried);
+    return heldout;
+}
+
 /// One pass of port_q15/.
 Learned pass(const std::vector<Log>& logs, const LearnOptions& options, const std::vector<TraceInput>& inputs, double pole_pairs, bool p_given)
 {
@@ -108,34 +196,24 @@ Learned pass(const std::vector<Log>& logs, const LearnOptions& options, const st
     }
     config.effects = list.data();
     config.effect_count = static_cast<std::uint8_t>(list.size());
-    dqw_estimator_q15 e;
-    if (dqw_estimator_init_q15(&e, &config) != DQW_OK)
-        throw std::invalid_argument("the fixed-point learners refuse these full scales, nominal values or shapes of effects");
-    // Whoever asks what a log tells wants all of its rows, whatever its residual.
-    e.stage.threshold_ppm = UINT32_MAX;
-    // Settled rows need no coarse values.
-    if (config.settled) (void)dqw_stage_step(&e.stage, {true, 0, 0});
-
-    std::size_t done = 0;
+    dqw_estimator_q15 e{};
     std::uint32_t heldout = 0;
-    const std::size_t total = all_rows(logs);
-    for (const Log& log : logs) {
-        const SampleSource sample(log, pole_pairs, inputs);
-        walk(
-            log, done, total, options, [&] { dqw_estimator_missing_q15(&e, 0); },
-            [&](std::size_t k, bool held) {
-                // What is held out is not learned, but it heats.
-                if (held && list.empty()) return;
-                dqw_sample_q15 x;
-                const bool good = fixed(sample(k), full, x);
-                heldout += held ? 1U : 0U;
-                (void)dqw_estimator_sample_q15(&e, &x, held || !good);
-                if (!dqw_estimator_background_q15(&e) || !options.block) return;
-                std::array<double, 4> now{};
-                for (std::size_t i = 0; i < now.size(); ++i) now[i] = read(e, static_cast<int>(i)).value;
-                options.block(log.t_s.empty() ? static_cast<double>(k) : log.t_s[k], now);
-            });
+    for (int n = 0; n < kMostRuns; ++n) {
+        const dqw_estimator_q15 before = e;
+        const dqw_estimator_q15_config began = config;
+        if (n > 0) start_from(before, config);
+        if (dqw_estimator_init_q15(&e, &config) != DQW_OK)
+            throw std::invalid_argument("the fixed-point learners refuse these full scales, nominal values or shapes of effects");
+        // Whoever asks what a log tells wants all of its rows, whatever its residual.
+        e.stage.threshold_ppm = UINT32_MAX;
+        // Settled rows need no coarse values, and a run before this one has them.
+        if (config.settled || n > 0) (void)dqw_stage_step(&e.stage, {true, 0, 0});
+        if (n > 0) take(before, began, e);
+        heldout = over(logs, n == 0 ? options : quiet(options), inputs, pole_pairs, full, n > 0, e);
+        if (config.settled || all_rows(logs) <= kShort || (n > 0 && agrees(before, e))) break;
+        if (pole_pairs == 0.0) config.scale.pole_pairs = e.pole_pairs;
     }
+    const std::size_t total = all_rows(logs);
 
     Learned learned;
     Result& result = learned.result;

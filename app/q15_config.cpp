@@ -49,13 +49,11 @@ std::string formats(const dqw_estimator_q15_config& c)
     signal("i_d_q15, i_q_q15", i, "A");
     signal("w_m_q15", w, "rad/s");
     signal("cosine_q15, sine_q15", 1.0, "");
-    out += "//\n// parameter  estimator's value_q40: 1, last place    tracker's value in Q24: 1, last place\n";
-    const double units[] = {v / i, v * dt / i, v * dt / i, v * dt};
-    for (std::size_t k = 0; k < 4; ++k) {
+    out += "//\n// parameter  value_q40: 1, last place\n";
+    for (int k = 0; k <= DQW_PSI; ++k) {
         const Nominal& n = nominals[k];
-        const double nominal = c.*n.field / n.whole;
-        out += fmt::format("// {:<10} {:<39}", n.symbol, fmt::format("{:.6g} {}, {:.4g} {}", units[k], n.unit, units[k] * 0x1p-40, n.unit));
-        out += nominal > 0.0 ? fmt::format(" {:.6g} {}, {:.4g} {}\n", nominal, n.unit, nominal * 0x1p-24, n.unit) : std::string(" no nominal value\n");
+        const double unit = dqw_estimator_unit_q15(&c, static_cast<dqw_parameter>(k)) / n.whole;
+        out += fmt::format("// {:<10} {:.6g} {}, {:.4g} {}\n", n.symbol, unit, n.unit, unit * 0x1p-40, n.unit);
     }
     return out;
 }
@@ -130,54 +128,42 @@ std::string q15_config_text(const std::vector<Log>& logs, const std::vector<Esti
     out += fmt::format("#define DQW_Q15_SCALE \\\n    {{.v_full_mV = {}u, .i_full_mA = {}u, .w_full_mrad_s = {}u, .dt_ns = {}u, .pole_pairs = {}u}}\n\n",
                        c.scale.v_full_mV, c.scale.i_full_mA, c.scale.w_full_mrad_s, c.scale.dt_ns, c.scale.pole_pairs);
     std::string values = ".scale = DQW_Q15_SCALE";
-    bool all = c.scale.pole_pairs != 0 && !c.settled;
-    for (const Nominal& n : nominals) {
-        values += fmt::format(", .{} = {}u", n.name, c.*n.field);
-        all = all && c.*n.field != 0;
-    }
+    for (const Nominal& n : nominals) values += fmt::format(", .{} = {}u", n.name, c.*n.field);
     if (c.half_window != 0) values += fmt::format(", .half_window = {}u", c.half_window);
     if (std::any_of(inputs.begin(), inputs.end(), [](const TraceInput& in) { return needs_angle(in.effect); })) values += ", .angle = true";
-    out += fmt::format("// Initialisers; others may follow them.\n#define DQW_Q15_ESTIMATOR \\\n    {}{}\n", values, c.settled ? ", .settled = true" : "");
-    // Ripples twice a turn must not average out in a block.
-    const double half_angle = 1e-3 * c.scale.w_full_mrad_s * c.scale.pole_pairs * 1e-9 * c.scale.dt_ns;
-    const double half = std::clamp(std::floor(1.1 / std::max(half_angle, 1e-9)), 1.0, static_cast<double>(std::max<std::uint8_t>(c.half_window, 1)));
-    const std::string tracker = values.substr(0, values.find(", .half_window")) + fmt::format(", .half_window = {:.0f}u", half);
-    out += all ? fmt::format(
-                     "// For the monitor rather take dqw_q15_monitor.h, which `dqwatch monitor --arith q15` writes.\n#define DQW_Q15_TRACKER \\\n    {}\n",
-                     tracker)
-               : std::string("// No DQW_Q15_TRACKER: it wants a dynamic log, pole pairs and all four nominal values.\n");
+    out += fmt::format("// Initialisers; others may follow them. For the monitor rather take dqw_q15_monitor.h, which `dqwatch monitor --arith q15` writes.\n#define DQW_Q15_ESTIMATOR \\\n    {}{}\n", values, c.settled ? ", .settled = true" : "");
     return out + effects_text(logs, c, inputs) + "\n#endif\n";
 }
 
 std::string q15_monitor_text(const dqw_monitor_q15_config& c, const std::string& log, const std::vector<TraceInput>& inputs)
 {
     const dqw_estimator_q15_config& t = c.estimator;
-    std::string tracker = ".scale = DQW_Q15_MONITOR_SCALE", rest;
+    std::string estimator = ".scale = DQW_Q15_MONITOR_SCALE", rest;
     const auto put = [](std::string& to, const char* name, std::uint32_t value) {
         if (value != 0) to += fmt::format(", .{} = {}u", name, value);
     };
-    put(tracker, "R_uohm", t.R_uohm);
-    put(tracker, "Ld_nH", t.Ld_nH);
-    put(tracker, "Lq_nH", t.Lq_nH);
-    put(tracker, "psi_nWb", t.psi_nWb);
-    put(tracker, "dead_time_width_mA", t.dead_time_width_mA);
-    put(tracker, "drift_ppm", t.drift_ppm);
-    put(tracker, "stale_limit", t.stale_limit);
-    put(tracker, "excitation_q15", t.excitation_q15);
-    put(tracker, "half_window", t.half_window);
-    put(tracker, "solve_blocks", t.solve_blocks);
-    tracker += fmt::format(", .angle = {}, .encoder_offset = {}, .noise_on_inputs = {}", t.angle, t.encoder_offset, t.noise_on_inputs);
-    if (t.voltage_next) tracker += ", .voltage_next = true";
-    if (t.voltage_held) tracker += ", .voltage_held = true";
-    if (t.speed_electrical) tracker += ", .speed_electrical = true";
-    if (!inputs.empty()) tracker += fmt::format(", .effects = monitor_effects, .effect_count = {}u", inputs.size());
+    put(estimator, "R_uohm", t.R_uohm);
+    put(estimator, "Ld_nH", t.Ld_nH);
+    put(estimator, "Lq_nH", t.Lq_nH);
+    put(estimator, "psi_nWb", t.psi_nWb);
+    put(estimator, "dead_time_width_mA", t.dead_time_width_mA);
+    put(estimator, "drift_ppm", t.drift_ppm);
+    put(estimator, "stale_limit", t.stale_limit);
+    put(estimator, "excitation_q15", t.excitation_q15);
+    put(estimator, "half_window", t.half_window);
+    put(estimator, "solve_blocks", t.solve_blocks);
+    estimator += fmt::format(", .angle = {}, .encoder_offset = {}, .noise_on_inputs = {}", t.angle, t.encoder_offset, t.noise_on_inputs);
+    if (t.voltage_next) estimator += ", .voltage_next = true";
+    if (t.voltage_held) estimator += ", .voltage_held = true";
+    if (t.speed_electrical) estimator += ", .speed_electrical = true";
+    if (!inputs.empty()) estimator += fmt::format(", .effects = monitor_effects, .effect_count = {}u", inputs.size());
     std::string bands;
     for (int i = 0; i < DQW_WATCH_CHANNELS; ++i) bands += fmt::format("{}{}u", i ? ", " : "", c.band_ppm[i]);
     put(rest, "alpha_ppm_per_K", c.alpha_ppm_per_K);
     put(rest, "beta_ppm_per_K", c.beta_ppm_per_K);
     put(rest, "heating_mK_s", c.heating_mK_s);
     put(rest, "J_nkgm2", c.J_nkgm2);
-    put(tracker, "threshold_ppm", t.threshold_ppm);
+    put(estimator, "threshold_ppm", t.threshold_ppm);
     put(rest, "residual_floor_ppm", c.residual_floor_ppm);
     if (c.commissioned) rest += ", .commissioned = true";
     const FullScales full = full_scales(t.scale);
@@ -199,7 +185,7 @@ std::string q15_monitor_text(const dqw_monitor_q15_config& c, const std::string&
                        "    {{.v_full_mV = {}u, .i_full_mA = {}u, .w_full_mrad_s = {}u, .dt_ns = {}u, .pole_pairs = {}u}}\n\n"
                        "#define DQW_Q15_MONITOR \\\n    .estimator = {{{}}}, \\\n    .band_ppm = {{{}}}{}\n\n#endif\n",
                        harmless(log), rows.weights, list, full.v_V, full.i_A, full.w_rad_s, effects, t.scale.v_full_mV, t.scale.i_full_mA,
-                       t.scale.w_full_mrad_s, t.scale.dt_ns, t.scale.pole_pairs, tracker, bands, rest);
+                       t.scale.w_full_mrad_s, t.scale.dt_ns, t.scale.pole_pairs, estimator, bands, rest);
 }
 
 }  // namespace dqw
