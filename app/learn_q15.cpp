@@ -25,9 +25,13 @@ constexpr double kKnownRatio = 0.25;
 /// Rows that the mean of the noise reaches over: of a shorter log none are spared for measuring it.
 constexpr std::size_t kShort = DQW_NOISE_Q15_MEMORY;
 /// As the float learner's runs: how many, how near a dt/L must be to the one before, and for how many blocks what a run leaves of its residual counts.
+/// Least part of its full scale that an input teaches from.
+constexpr double kExcitation_pu = 0.002;
 constexpr int kMostRuns = 4;
 constexpr double kStepRatio = 1.25;
 constexpr std::uint16_t kBlocksCarried = 60;
+/// Rows of noise that the estimator waits for.
+constexpr std::uint16_t kNoiseRows = 400;
 /// What 1 of dqw_estimator_unit_q15() is, SI.
 constexpr double kUnit[] = {1e-6, 1e-9, 1e-9, 1e-9, 1e-6, 1e-9};
 
@@ -68,6 +72,7 @@ dqw_estimator_q15_config config_of(const std::vector<Log>& logs, const LearnOpti
     c.Ld_nH = whole(1e9 * static_cast<double>(nominal(first.machine, options.start, &Machine::Ld_H)));
     c.Lq_nH = whole(1e9 * static_cast<double>(nominal(first.machine, options.start, &Machine::Lq_H)));
     c.psi_nWb = whole(1e9 * static_cast<double>(nominal(first.machine, options.start, &Machine::psi_Wb)));
+    c.excitation_q15 = static_cast<std::uint16_t>(std::lround(32768.0 * kExcitation_pu));
     c.noise_on_inputs = !is_static && all_rows(logs) > kShort;
     c.angle = std::any_of(inputs.begin(), inputs.end(), [](const TraceInput& in) { return turns(in.effect); });
     if (!is_static) c.half_window = static_cast<std::uint8_t>(std::min<std::uint16_t>(half_window_of(logs, inputs, pole_pairs), DQW_WINDOW_Q15_HALF));
@@ -112,6 +117,11 @@ void take(const dqw_estimator_q15& before, const dqw_estimator_q15_config& began
 {
     e.noise = before.noise;
     dqw_noise_gap_q15(&e.noise);
+    // All the rows that there are, even where the estimator would like more.
+    if (e.noise.rows > 0 && e.noise.rows < kNoiseRows) {
+        for (std::int64_t& sum : e.noise.sum_q30) sum = sum * kNoiseRows / e.noise.rows;
+        e.noise.rows = kNoiseRows;
+    }
     std::copy(std::begin(before.given.step_q15), std::end(before.given.step_q15), e.step_q15);
     std::copy(std::begin(before.given.step_q15), std::end(before.given.step_q15), e.given.step_q15);
     e.follow_q15 = e.given.follow_q15 = before.given.follow_q15;
@@ -140,6 +150,8 @@ bool agrees(const dqw_estimator_q15& began, const dqw_estimator_q15& ended)
     return true;
 }
 
+enum class RunKind : std::uint8_t { first, follows, measures };
+
 LearnOptions quiet(const LearnOptions& options)
 {
     LearnOptions now = options;
@@ -147,9 +159,18 @@ LearnOptions quiet(const LearnOptions& options)
     return now;
 }
 
-/// One run over the logs. Returns the rows held out.
+/// The half that was handed over: nobody learns it.
+void forget(dqw_estimator_q15& e)
+{
+    std::int32_t block[DQW_ESTIMATOR_Q15_SIGNALS], sum[2];
+    std::uint16_t weight = 0;
+    (void)dqw_window_join_q15(&e.window, &e.rise, block, &weight, sum);
+    dqw_window_release_q15(&e.window);
+}
+
+/// One run over the logs, or one that only measures their noise. Returns the rows held out.
 std::uint32_t over(const std::vector<Log>& logs, const LearnOptions& options, const std::vector<TraceInput>& inputs, double pole_pairs, const FullScales& full,
-                   bool follows, dqw_estimator_q15& e)
+                   RunKind kind, dqw_estimator_q15& e)
 {
     const std::uint16_t carried = e.blocks;
     std::size_t done = 0;
@@ -166,9 +187,10 @@ std::uint32_t over(const std::vector<Log>& logs, const LearnOptions& options, co
                 const bool good = fixed(sample(k), full, x);
                 heldout += held ? 1U : 0U;
                 (void)dqw_estimator_sample_q15(&e, &x, held || !good);
-                const bool learned = dqw_estimator_background_q15(&e);
+                const bool learned = kind != RunKind::measures && dqw_estimator_background_q15(&e);
+                if (kind == RunKind::measures && dqw_window_waits_q15(&e.window)) forget(e);
                 // The noise that was measured with all of a run's rows stands.
-                if (follows) e.given.ready = false;
+                if (kind != RunKind::first) e.given.ready = false;
                 if (!learned || !options.block) return;
                 std::array<double, 4> now{};
                 for (std::size_t i = 0; i < now.size(); ++i) now[i] = read(e, static_cast<int>(i)).value;
@@ -198,22 +220,35 @@ Learned pass(const std::vector<Log>& logs, const LearnOptions& options, const st
     config.effect_count = static_cast<std::uint8_t>(list.size());
     dqw_estimator_q15 e{};
     std::uint32_t heldout = 0;
-    for (int n = 0; n < kMostRuns; ++n) {
-        const dqw_estimator_q15 before = e;
+    const std::size_t total = all_rows(logs);
+    const auto begin = [&](const dqw_estimator_q15* before) {
         const dqw_estimator_q15_config began = config;
-        if (n > 0) start_from(before, config);
+        if (before != nullptr) start_from(*before, config);
         if (dqw_estimator_init_q15(&e, &config) != DQW_OK)
             throw std::invalid_argument("the fixed-point learners refuse these full scales, nominal values or shapes of effects");
         // Whoever asks what a log tells wants all of its rows, whatever its residual.
         e.stage.threshold_ppm = UINT32_MAX;
         // Settled rows need no coarse values, and a run before this one has them.
-        if (config.settled || n > 0) (void)dqw_stage_step(&e.stage, {true, 0, 0});
-        if (n > 0) take(before, began, e);
-        heldout = over(logs, n == 0 ? options : quiet(options), inputs, pole_pairs, full, n > 0, e);
-        if (config.settled || all_rows(logs) <= kShort || (n > 0 && agrees(before, e))) break;
+        if (config.settled || before != nullptr) (void)dqw_stage_step(&e.stage, {true, 0, 0});
+        if (before != nullptr) take(*before, began, e);
+    };
+    begin(nullptr);
+    heldout = over(logs, options, inputs, pole_pairs, full, RunKind::first, e);
+    for (int n = 1; n < kMostRuns && !config.settled; ++n) {
+        dqw_estimator_q15 before = e;
         if (pole_pairs == 0.0) config.scale.pole_pairs = e.pole_pairs;
+        config.noise_on_inputs = true;
+        // The mean of the noise reaches over all of a short log: measured with the inductances as they are known now.
+        if (total <= kShort) {
+            begin(&before);
+            dqw_noise_init_q15(&e.noise);
+            (void)over(logs, quiet(options), inputs, pole_pairs, full, RunKind::measures, e);
+            before.noise = e.noise;
+        }
+        begin(&before);
+        heldout = over(logs, quiet(options), inputs, pole_pairs, full, RunKind::follows, e);
+        if (agrees(before, e)) break;
     }
-    const std::size_t total = all_rows(logs);
 
     Learned learned;
     Result& result = learned.result;

@@ -40,7 +40,7 @@ void take(const std::vector<Estimate>& found, dqw_estimator_q15_config& c)
 
 std::string formats(const dqw_estimator_q15_config& c)
 {
-    const double v = 1e-3 * c.scale.v_full_mV, i = 1e-3 * c.scale.i_full_mA, w = 1e-3 * c.scale.w_full_mrad_s, dt = 1e-9 * c.scale.dt_ns;
+    const double v = 1e-3 * c.scale.v_full_mV, i = 1e-3 * c.scale.i_full_mA, w = 1e-3 * c.scale.w_full_mrad_s;
     std::string out = "//\n// signal            format  full scale            last place\n";
     const auto signal = [&](const char* name, double full, const char* unit) {
         out += fmt::format("// {:<17} Q15     {:<21} {:.4g} {}\n", name, fmt::format("{:.6g} {}", full, unit), full / 32768.0, unit);
@@ -131,7 +131,9 @@ std::string q15_config_text(const std::vector<Log>& logs, const std::vector<Esti
     for (const Nominal& n : nominals) values += fmt::format(", .{} = {}u", n.name, c.*n.field);
     if (c.half_window != 0) values += fmt::format(", .half_window = {}u", c.half_window);
     if (std::any_of(inputs.begin(), inputs.end(), [](const TraceInput& in) { return needs_angle(in.effect); })) values += ", .angle = true";
-    out += fmt::format("// Initialisers; others may follow them. For the monitor rather take dqw_q15_monitor.h, which `dqwatch monitor --arith q15` writes.\n#define DQW_Q15_ESTIMATOR \\\n    {}{}\n", values, c.settled ? ", .settled = true" : "");
+    out += fmt::format("// Initialisers; others may follow them. For the monitor rather take dqw_q15_monitor.h, which `dqwatch monitor --arith q15` "
+                       "writes.\n#define DQW_Q15_ESTIMATOR \\\n    {}{}\n",
+                       values, c.settled ? ", .settled = true" : "");
     return out + effects_text(logs, c, inputs) + "\n#endif\n";
 }
 

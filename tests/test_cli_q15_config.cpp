@@ -69,8 +69,7 @@ static void a_dynamic_log()
     TEST_ASSERT_EQUAL_INT_MESSAGE(0, run.code, run.err.c_str());
     const std::string header = command::read_file(folder / "dqw_q15_config.h");
     const std::string out = ran(
-        folder, estimator +
-                    "int main(void)\n{\n" + print_estimator +
+        folder, estimator + "int main(void)\n{\n" + print_estimator +
                     "    printf(\"unit %u %u %u %u\\n\", (unsigned)dqw_estimator_unit_q15(&config, DQW_R), (unsigned)dqw_estimator_unit_q15(&config, DQW_LD),\n"
                     "           (unsigned)dqw_estimator_unit_q15(&config, DQW_LQ), (unsigned)dqw_estimator_unit_q15(&config, DQW_PSI));\n"
                     "    return 0;\n}\n");

@@ -196,7 +196,7 @@ effect_table() {
         done; done
         printf ' |\n'
     done
-    printf '\nMean step of the estimator with that effect, less one with the cheapest, over its weights; a heating state takes about 60 more at the end of a half. dead_time is a weight of the estimator itself.\n'
+    printf '\nMean step of the estimator with that effect, less one with the cheapest, divided by its weights; a heating state takes about 60 more at the end of a half. dead_time is a weight of the estimator itself.\n'
 }
 # What has a limit: MEASURED [AT_MOST]
 limit() {
