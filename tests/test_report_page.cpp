@@ -1,6 +1,5 @@
 // What a trace's report says: the JSON object, sentences, thinning, and a page that no name in a file can break out of.
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <limits>
 #include <string>
@@ -284,19 +283,15 @@ static void the_page_asks_for_nothing_from_outside(void)
     holds(page, "Permission is hereby granted");
 }
 
-static void a_million_rows_are_quick_and_small(void)
+static void a_million_rows_are_a_small_page(void)
 {
     // Dynamic: 20 rows a block. Settled: one.
     for (const std::size_t blocks : {std::size_t{50000}, std::size_t{1000000}}) {
         if (command::sanitized() && blocks > 100000) continue;
         const auto report = trace_sample::report("explained", blocks);
-        const auto start = std::chrono::steady_clock::now();
         const std::string page = dqw::report_page(report);
-        const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
         // 0.9 MB.
         TEST_ASSERT_TRUE_MESSAGE(page.size() > 400000 && page.size() < 1500000, std::to_string(page.size()).c_str());
-        // 0.03 s and 0.6 s; other tests run beside it.
-        if (!command::sanitized()) TEST_ASSERT_TRUE_MESSAGE(seconds < (blocks > 100000 ? 3.0 : 1.0), std::to_string(seconds).c_str());
     }
 }
 
@@ -316,6 +311,6 @@ int main(void)
     RUN_TEST(several_logs_stand_one_after_the_other);
     RUN_TEST(no_name_breaks_out_of_the_page);
     RUN_TEST(the_page_asks_for_nothing_from_outside);
-    RUN_TEST(a_million_rows_are_quick_and_small);
+    RUN_TEST(a_million_rows_are_a_small_page);
     return UNITY_END();
 }
