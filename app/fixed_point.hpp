@@ -5,10 +5,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <stdexcept>
 
+#include "dqw_estimator_q15.h"
 #include "dqw_sample.h"
 #include "dqw_scale.h"
 
@@ -64,6 +66,15 @@ inline bool fixed(const dqw_sample& s, const FullScales& full, dqw_sample_q15& x
     x.temp_winding_cC = hundredths(s.temp_winding_C);
     x.temp_magnet_cC = hundredths(s.temp_magnet_C);
     return true;
+}
+
+/// What 1 of dqw_estimator_unit_q15() is: uOhm, nH, nH, nWb, uV, nWb.
+constexpr std::array<double, DQW_PARAMETERS> kUnitQ15 = {1e-6, 1e-9, 1e-9, 1e-9, 1e-6, 1e-9};
+
+/// What 1 of a parameter's reading is, SI.
+inline double unit_q15(const dqw_estimator_q15_config& c, int parameter)
+{
+    return dqw_estimator_unit_q15(&c, static_cast<dqw_parameter>(parameter)) * kUnitQ15[static_cast<std::size_t>(parameter)];
 }
 
 inline double si(std::int64_t x_q40, double unit) { return static_cast<double>(x_q40) * 0x1p-40 * unit; }

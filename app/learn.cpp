@@ -41,6 +41,27 @@ std::uint16_t half_window(double span_s, double dt_s, int least)
     return static_cast<std::uint16_t>(std::lround(std::clamp(span_s / dt_s, static_cast<double>(least), 10000.0)));
 }
 
+LearnOptions options_of_run(const LearnOptions& options, int n, bool& heard)
+{
+    LearnOptions now = options;
+    // Two runs are enough for most logs.
+    if (options.progress) now.progress = [&options, n](double part) { options.progress(std::min(0.5 * (n + part), 1.0)); };
+    if (heard) now.block = {};
+    if (options.block && !heard)
+        now.block = [&options, &heard](double t_s, const std::array<double, 4>& value) {
+            heard = true;
+            options.block(t_s, value);
+        };
+    return now;
+}
+
+LearnOptions quiet(LearnOptions options)
+{
+    options.progress = {};
+    options.block = {};
+    return options;
+}
+
 float nominal(const Machine& machine, const Machine& start, std::optional<double> Machine::*value)
 {
     return static_cast<float>((machine.*value).value_or((start.*value).value_or(0.0)));

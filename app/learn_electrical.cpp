@@ -17,20 +17,12 @@
 namespace dqw {
 namespace {
 
-// Least part of its base that an input teaches from.
-constexpr float kExcitation_pu = 0.002F;
 // Half a block may see this much of an effect's own angle: averaged over more of it, the effect is gone.
 constexpr double kHalfAngle_rad = 1.5;
 constexpr int kFewestPairs = 3;
 constexpr double kLeastHalves = 14.0;
 // Pole pairs of a log too short for the estimator's own rule: every other integer is so many deviations away, and itself so near.
 constexpr float kPolesSd = 4.0F, kPolesDistance = 0.25F, kPolesMost = 100.0F;
-// Rows of noise that the estimator waits for; and how far a dt/L may be off, either way, with which it was measured.
-constexpr std::uint32_t kNoiseRows = 400;
-constexpr float kStepRatio = 1.25F;
-constexpr int kMostRuns = 4;
-// Statistics of the residual from the run before count as so many blocks: above the fifty after which the estimator believes them.
-constexpr std::uint16_t kBlocksCarried = 60;
 
 bool is_settled(const std::vector<Log>& logs) { return logs.front().regime != Regime::dynamic; }
 
@@ -108,9 +100,7 @@ public:
         Run run(logs, options, inputs, pole_pairs, &before);
         dqw_noise_init(&run.e_.noise);
         run.measures_ = true;
-        LearnOptions quiet;
-        quiet.heldout_row = options.heldout_row;
-        run.over(quiet);
+        run.over(quiet(options));
         return run.e_.noise.of;
     }
 
@@ -173,7 +163,7 @@ private:
         // The first run over a short log has no rows to spare for measuring the noise.
         config_.noise_on_inputs = !config_.settled && (before != nullptr || !is_short(logs_));
         if (!config_.settled) config_.half_window = half_window_of(logs_, inputs_, pole_pairs_);
-        config_.excitation_pu = kExcitation_pu;
+        config_.excitation_pu = static_cast<float>(kExcitation_pu);
         config_.angle = std::any_of(inputs_.begin(), inputs_.end(), [](const TraceInput& in) { return needs_angle(in.effect); });
         if (const TraceInput* dead_time = dead_time_of(inputs_)) config_.dead_time_width_A = width_of(*dead_time);
         config_.effects = list_.data();
@@ -242,7 +232,7 @@ private:
             return;
         }
         const dqw_block m = dqw_estimator_means(&e_, &block);
-        const float i = kExcitation_pu * config_.i_base_A, w = kExcitation_pu * config_.w_base_rad_s;
+        const float i = config_.excitation_pu * config_.i_base_A, w = config_.excitation_pu * config_.w_base_rad_s;
         excited_[DQW_R] += std::max(std::fabs(m.i_d_A), std::fabs(m.i_q_A)) >= i ? 1U : 0U;
         excited_[DQW_LD] += std::fabs(m.wi_d_A_rad_s) >= w * config_.i_base_A ? 1U : 0U;
         excited_[DQW_LQ] += std::fabs(m.wi_q_A_rad_s) >= w * config_.i_base_A ? 1U : 0U;
@@ -285,7 +275,7 @@ void note_stage(const dqw_stage& stage, Result& result)
 
 std::string why_unknown(const Run& run, const dqw_reading& r, std::uint32_t excited, const char* what)
 {
-    const double percent = 100.0 * static_cast<double>(kExcitation_pu);
+    const double percent = 100.0 * kExcitation_pu;
     if (excited == 0) return fmt::format("{} is below {:.1f} % of its base, or of the size of its noise, in all {} blocks", what, percent, run.blocks());
     if (r.sd < DQW_UNKNOWN && r.value > 0.0F)
         return fmt::format("its deviation is {:.0f} % of it; {} is large enough in {} of {} blocks", 100.0 * static_cast<double>(r.sd / r.value), what, excited,
@@ -332,34 +322,15 @@ void put_electrical(const Run& run, const Poles& poles, bool p_given, const Aske
                                            "currents that change on both axes while the machine turns, or --pole-pairs"});
 }
 
-/// Did a run begin with the inductances and pole pairs that it ended with?
-bool agrees(const Before& began, const Before& ended, double began_poles, double poles)
-{
-    if (began_poles != poles) return false;
-    for (int axis = 0; axis < 2; ++axis) {
-        const float a = began.step_A_per_V[axis], b = ended.step_A_per_V[axis];
-        if (a > kStepRatio * b || b > kStepRatio * a) return false;
-    }
-    return true;
-}
-
-/// As many runs over the logs as it takes; the last one counts. `block` hears the first that learns.
+/// As many runs over the logs as it takes; the last one counts.
 std::unique_ptr<Run> run_all(const std::vector<Log>& logs, const LearnOptions& options, const std::vector<TraceInput>& inputs, double pole_pairs, Poles& poles)
 {
     std::unique_ptr<Run> run;
     Before before;
     bool heard = false;
     for (int n = 0; n < kMostRuns; ++n) {
-        LearnOptions now = options;
-        if (options.progress) now.progress = [&options, n](double part) { options.progress(std::min(0.5 * (n + part), 1.0)); };
-        if (heard) now.block = {};
-        if (options.block && !heard)
-            now.block = [&](double t_s, const std::array<double, 4>& value) {
-                heard = true;
-                options.block(t_s, value);
-            };
         run = std::make_unique<Run>(logs, options, inputs, pole_pairs, n == 0 ? nullptr : &before);
-        run->over(now);
+        run->over(options_of_run(options, n, heard));
         if (is_settled(logs)) break;
         Before after = run->left();
         const double began = pole_pairs;
@@ -367,7 +338,7 @@ std::unique_ptr<Run> run_all(const std::vector<Log>& logs, const LearnOptions& o
             poles = run->poles();
             pole_pairs = poles.pairs;
         }
-        if (n > 0 && agrees(before, after, began, pole_pairs)) break;
+        if (n > 0 && runs_agree(before.step_A_per_V, began, after.step_A_per_V, pole_pairs)) break;
         if (is_short(logs)) after.noise = Run::noise(logs, options, inputs, pole_pairs, after);
         before = after;
     }
@@ -472,9 +443,7 @@ Learned learn_in_passes(const std::vector<Log>& logs, const LearnOptions& option
     double pole_pairs = said.value_or(0.0);
     std::optional<Estimate> found;
     if (!said || needs_machine(options.inputs)) {
-        LearnOptions plain = options;
-        plain.progress = {};
-        plain.block = {};
+        LearnOptions plain = quiet(options);
         plain.parameters.clear();
         const Learned first = pass(logs, plain, {}, pole_pairs, said.has_value());
         known = first.model;

@@ -38,6 +38,34 @@ std::size_t all_rows(const std::vector<Log>& logs);
 constexpr double kElectricalHalf_s = 2e-3;
 constexpr int kLeastElectricalHalf = 10;
 
+/// Least part of its base that an input teaches from.
+constexpr double kExcitation_pu = 0.002;
+
+/// Runs over the same logs, each from what the one before knows: the most of them.
+constexpr int kMostRuns = 4;
+/// Statistics of the residual from the run before count as so many blocks: above the fifty after which the estimators believe them.
+constexpr std::uint16_t kBlocksCarried = 60;
+/// Rows of noise that the estimators wait for.
+constexpr std::uint32_t kNoiseRows = 400;
+/// How far a dt/L may be off, either way, with which a run began: else its noise and its pairs were weighed wrongly.
+constexpr double kStepRatio = 1.25;
+
+/// Did a run begin with the dt/L of both axes and the pole pairs that it ended with?
+template <class Step> bool runs_agree(const Step (&began)[2], double began_poles, const Step (&ended)[2], double ended_poles)
+{
+    if (began_poles != ended_poles) return false;
+    for (int axis = 0; axis < 2; ++axis) {
+        const double a = static_cast<double>(began[axis]), b = static_cast<double>(ended[axis]);
+        if (a > kStepRatio * b || b > kStepRatio * a) return false;
+    }
+    return true;
+}
+
+/// The options of run n of several: progress is told as a part of them all, blocks of the first run that learns; that it was heard is kept in `heard`.
+LearnOptions options_of_run(const LearnOptions& options, int n, bool& heard);
+/// The options of a run that tells nothing.
+LearnOptions quiet(LearnOptions options);
+
 /// Pairs in half a block.
 std::uint16_t half_window(double span_s, double dt_s, int least);
 

@@ -8,6 +8,7 @@
 #include "dqw_estimator_q15.h"
 #include "effect_q15.hpp"
 #include "fixed_point.hpp"
+#include "learn_inputs.hpp"
 #include "learn_parts.hpp"
 #include "learn_signals.hpp"
 
@@ -20,27 +21,8 @@ const char* const excitations[] = {"a current of several levels on either axis, 
                                    "a varying i_q, or a turning machine with i_q at several levels",
                                    "a turning machine with i_d and i_q at several levels, and pole_pairs where they cannot be found"};
 
-/// A parameter counts as known below this ratio of deviation to value.
-constexpr double kKnownRatio = 0.25;
 /// Rows that the mean of the noise reaches over: of a shorter log none are spared for measuring it.
 constexpr std::size_t kShort = DQW_NOISE_Q15_MEMORY;
-/// As the float learner's runs: how many, how near a dt/L must be to the one before, and for how many blocks what a run leaves of its residual counts.
-/// Least part of its full scale that an input teaches from.
-constexpr double kExcitation_pu = 0.002;
-constexpr int kMostRuns = 4;
-constexpr double kStepRatio = 1.25;
-constexpr std::uint16_t kBlocksCarried = 60;
-/// Rows of noise that the estimator waits for.
-constexpr std::uint16_t kNoiseRows = 400;
-/// What 1 of dqw_estimator_unit_q15() is, SI.
-constexpr double kUnit[] = {1e-6, 1e-9, 1e-9, 1e-9, 1e-6, 1e-9};
-
-/// Effects that come and go with the electrical angle.
-bool turns(const std::string& effect)
-{
-    static const char* const list[] = {"dead_time", "flux_harmonics", "current_offset", "current_gain_mismatch", "phase_resistance_imbalance"};
-    return std::find(std::begin(list), std::end(list), effect) != std::end(list);
-}
 
 struct Read {
     double value = 0.0, sd = INFINITY;
@@ -50,7 +32,7 @@ struct Read {
 Read read(const dqw_estimator_q15& e, int i)
 {
     const dqw_reading_q15 r = dqw_estimator_read_q15(&e, static_cast<dqw_parameter>(i));
-    const double unit = dqw_estimator_unit_q15(e.config, static_cast<dqw_parameter>(i)) * kUnit[i];
+    const double unit = unit_q15(*e.config, i);
     return {si(r.value_q40, unit), r.sd_q40 == INT64_MAX ? INFINITY : si(r.sd_q40, unit)};
 }
 
@@ -74,7 +56,7 @@ dqw_estimator_q15_config config_of(const std::vector<Log>& logs, const LearnOpti
     c.psi_nWb = whole(1e9 * static_cast<double>(nominal(first.machine, options.start, &Machine::psi_Wb)));
     c.excitation_q15 = static_cast<std::uint16_t>(std::lround(32768.0 * kExcitation_pu));
     c.noise_on_inputs = !is_static && all_rows(logs) > kShort;
-    c.angle = std::any_of(inputs.begin(), inputs.end(), [](const TraceInput& in) { return turns(in.effect); });
+    c.angle = std::any_of(inputs.begin(), inputs.end(), [](const TraceInput& in) { return needs_angle(in.effect); });
     if (!is_static) c.half_window = static_cast<std::uint8_t>(std::min<std::uint16_t>(half_window_of(logs, inputs, pole_pairs), DQW_WINDOW_Q15_HALF));
     return c;
 }
@@ -108,7 +90,7 @@ void start_from(const dqw_estimator_q15& before, dqw_estimator_q15_config& confi
     std::uint32_t* const nominals[] = {&config.R_uohm, &config.Ld_nH, &config.Lq_nH, &config.psi_nWb};
     for (int i = 0; i <= DQW_PSI; ++i) {
         const Read r = read(before, i);
-        if (r.known()) *nominals[i] = whole(r.value / kUnit[i]);
+        if (r.known()) *nominals[i] = whole(r.value / kUnitQ15[static_cast<std::size_t>(i)]);
     }
 }
 
@@ -139,25 +121,7 @@ void take(const dqw_estimator_q15& before, const dqw_estimator_q15_config& began
     e.blocks = kBlocksCarried;
 }
 
-/// Did a run begin with the inductances and pole pairs that it ended with?
-bool agrees(const dqw_estimator_q15& began, const dqw_estimator_q15& ended)
-{
-    if (began.pole_pairs != ended.pole_pairs) return false;
-    for (int axis = 0; axis < 2; ++axis) {
-        const double a = began.given.step_q15[axis], b = ended.given.step_q15[axis];
-        if (a > kStepRatio * b || b > kStepRatio * a) return false;
-    }
-    return true;
-}
-
 enum class RunKind : std::uint8_t { first, follows, measures };
-
-LearnOptions quiet(const LearnOptions& options)
-{
-    LearnOptions now = options;
-    now.block = {};
-    return now;
-}
 
 /// The half that was handed over: nobody learns it.
 void forget(dqw_estimator_q15& e)
@@ -233,7 +197,8 @@ Learned pass(const std::vector<Log>& logs, const LearnOptions& options, const st
         if (before != nullptr) take(*before, began, e);
     };
     begin(nullptr);
-    heldout = over(logs, options, inputs, pole_pairs, full, RunKind::first, e);
+    bool heard = false;
+    heldout = over(logs, options_of_run(options, 0, heard), inputs, pole_pairs, full, RunKind::first, e);
     for (int n = 1; n < kMostRuns && !config.settled; ++n) {
         dqw_estimator_q15 before = e;
         if (pole_pairs == 0.0) config.scale.pole_pairs = e.pole_pairs;
@@ -246,8 +211,8 @@ Learned pass(const std::vector<Log>& logs, const LearnOptions& options, const st
             before.noise = e.noise;
         }
         begin(&before);
-        heldout = over(logs, quiet(options), inputs, pole_pairs, full, RunKind::follows, e);
-        if (agrees(before, e)) break;
+        heldout = over(logs, options_of_run(options, n, heard), inputs, pole_pairs, full, RunKind::follows, e);
+        if (runs_agree(before.given.step_q15, before.pole_pairs, e.given.step_q15, e.pole_pairs)) break;
     }
 
     Learned learned;
@@ -259,7 +224,7 @@ Learned pass(const std::vector<Log>& logs, const LearnOptions& options, const st
     put(e, asked, p_given, config.scale.pole_pairs, result);
     note_gate(e.gate, heldout, result);
     result.notes.push_back(fmt::format("fixed point; full scales {:.4g} V, {:.4g} A, {:.4g} rad/s", full.v_V, full.i_A, full.w_rad_s));
-    for (int i = 0; i <= DQW_PSI; ++i) learned.unit[static_cast<std::size_t>(i)] = dqw_estimator_unit_q15(&config, static_cast<dqw_parameter>(i)) * kUnit[i];
+    for (int i = 0; i <= DQW_PSI; ++i) learned.unit[static_cast<std::size_t>(i)] = unit_q15(config, i);
     PlainModel& model = learned.model;
     model.pole_pairs = e.pole_pairs != 0 ? e.pole_pairs : 1;
     double* const values[] = {&model.R_ohm, &model.Ld_H, &model.Lq_H, &model.psi_Wb};

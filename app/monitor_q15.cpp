@@ -18,8 +18,6 @@ namespace {
 // Full scales are so many bases: what a fault makes of a signal still fits.
 constexpr double kFaultRoom = 1.5;
 constexpr double kQ24 = 0x1p-24, kQ28 = 0x1p-28, kQ40 = 0x1p-40;
-// What 1 of dqw_estimator_unit_q15() is: uOhm, nH, nH, nWb, uV, nWb.
-constexpr std::array<double, DQW_PARAMETERS> kUnit = {1e-6, 1e-9, 1e-9, 1e-9, 1e-6, 1e-9};
 
 double si(float x) { return static_cast<double>(x); }
 
@@ -187,7 +185,7 @@ private:
     double unit_of(int channel) const
     {
         const dqw_estimator_q15_config& t = config_.estimator;
-        const auto unit = [&](dqw_parameter i) { return dqw_estimator_unit_q15(&t, i) * kUnit[static_cast<std::size_t>(i)]; };
+        const auto unit = [&](int i) { return unit_q15(t, i); };
         switch (channel) {
         case DQW_WATCH_OFFSET: return full_.i_A;
         case DQW_WATCH_RESISTANCE: return unit(DQW_R);
@@ -196,7 +194,7 @@ private:
         case DQW_WATCH_FRICTION: return 1.5 * t.scale.pole_pairs * unit(DQW_PSI) * full_.i_A;
         case DQW_WATCH_TEMPERATURE: return 1.0;
         case DQW_WATCH_RESIDUAL: return full_.v_V;
-        default: return unit(static_cast<dqw_parameter>(channel));
+        default: return unit(channel);
         }
     }
 
