@@ -25,7 +25,8 @@ QUICKOPT ?= $(OPT)
 WARN     := -Wall -Wextra -Wshadow
 LIBWARN  := $(WARN) -Wconversion -Wsign-conversion -Wdouble-promotion
 FP       := -ffp-contract=off
-INC      := -Ilib -Iport_q15 -Isim -Iref -Iapp
+# app/ and ref/ have rooms: their files are included by their whole path.
+INC      := -I. -Ilib -Iport_q15 -Isim
 # Ceres' and Eigen's headers as system headers: their warnings are not ours.
 CXXINC   := $(INC) -isystem /usr/include/eigen3
 CFLAGS   ?=
@@ -46,22 +47,26 @@ CERESLIBS = -lceres -lglog -lfmt -pthread
 LIB_O := $(patsubst %.c,$(BUILD)/%.o,$(wildcard lib/*.c))
 Q15_O := $(patsubst %.c,$(BUILD)/%.o,$(wildcard port_q15/*.c))
 SIM_O := $(patsubst %.c,$(BUILD)/%.o,$(wildcard sim/*.c))
-REF_O := $(patsubst %.cpp,$(BUILD)/%.o,$(wildcard ref/*.cpp))
-APP_O := $(patsubst %.cpp,$(BUILD)/%.o,$(filter-out app/main.cpp,$(wildcard app/*.cpp))) $(BUILD)/app/asset_bytes.o
+REF_O := $(patsubst %.cpp,$(BUILD)/%.o,$(wildcard ref/*/*.cpp))
+APP_O := $(patsubst %.cpp,$(BUILD)/%.o,$(filter-out app/cmd/main.cpp,$(wildcard app/*/*.cpp))) $(BUILD)/app/page/asset_bytes.o
 # The plotting library of the reports, and its licence, as Debian installs them.
 DYGRAPHS ?= /usr/share/javascript/dygraphs
 DYGRAPHS_LICENCE ?= /usr/share/doc/libjs-dygraphs
 C_BENCHES := $(patsubst %,$(BUILD)/bench/%,sim_speed regressors usage accuracy tracking faults healthy scenarios step_sizes)
 ARCHIVES := $(BUILD)/libapp.a $(BUILD)/libref.a $(BUILD)/libsim.a $(BUILD)/libdqw_q15.a $(BUILD)/libdqw.a
-# Tests that stay away from the sanitizers: what they run others run there too, and they take long.
-PLAIN_ALONE := blind api_warnings fast_math target target_q15 browser other_simulator semi_synthetic circle cli_measured cli_scenarios cli_compare cli_effect_q15 cli_q15_config cli_mechanical_q15 cli_estimate cli_trace cli_rows cli_monitor app_learn app_report app_sense \
-               app_speed_unit report_page fit_effects closed_loop ref_noise ref_identify ref_dynamic ref_static ref_residual ref_mechanical trace ref_measured app_paper
-TESTS := $(patsubst tests/%.c,$(BUILD)/tests/%,$(wildcard tests/test_*.c)) \
-         $(patsubst tests/%.cpp,$(BUILD)/tests/%,$(wildcard tests/test_*.cpp))
-
+# A test's binary is build/tests/test_NAME, whatever room its source is in.
+TEST_C   := $(wildcard tests/*/test_*.c)
+TEST_CXX := $(wildcard tests/*/test_*.cpp tests/*/*/test_*.cpp)
+vpath test_%.c $(sort $(dir $(TEST_C)))
+vpath test_%.cpp $(sort $(dir $(TEST_CXX)))
+# A test that stays away from the sanitizers says so, and why.
+PLAIN_ONLY := $(shell grep -l '^// Plain only: ' $(TEST_C) $(TEST_CXX))
 ifdef SANITIZE
-TESTS := $(filter-out $(patsubst %,$(BUILD)/tests/test_%,$(PLAIN_ALONE)),$(TESTS))
+TEST_C   := $(filter-out $(PLAIN_ONLY),$(TEST_C))
+TEST_CXX := $(filter-out $(PLAIN_ONLY),$(TEST_CXX))
 endif
+binaries  = $(patsubst %,$(BUILD)/tests/%,$(basename $(notdir $(1))))
+TESTS    := $(call binaries,$(TEST_C) $(TEST_CXX))
 
 ## all          build build/dqwatch
 .PHONY: all
@@ -79,14 +84,30 @@ demo:
 	@$(MAKE) --no-print-directory all
 	@$(BUILD)/dqwatch demo --out $(BUILD)/demo
 
-## test         install what is missing, build, and run every test plain, and all but the longest under AddressSanitizer and UBSan
+## test         install what is missing, build, and run every test
 .PHONY: test
 test:
 	@.ci/install build
 	@.ci/unity $(UNITY_DIR)
 	@$(MAKE) --no-print-directory test-binaries
-	@$(MAKE) --no-print-directory BUILD=$(BUILD)/asan SANITIZE=1 UNITY_DIR=$(UNITY_DIR) test-binaries
-	@PLAIN_ALONE="$(PLAIN_ALONE)" BUILD=$(BUILD) DATA=$(DATA) CC="$(CC)" CXX="$(CXX)" tests/run
+	@BUILD=$(BUILD) DATA=$(DATA) CC="$(CC)" CXX="$(CXX)" tests/run plain $(TESTS)
+
+## check        lint's quick part and every test in C: what to run after a change of lib/, port_q15/ or sim/
+.PHONY: check
+check:
+	@.ci/lint dependencies citations docstrings twins public-functions text
+	@$(MAKE) --no-print-directory $(call binaries,$(TEST_C))
+	@BUILD=$(BUILD) DATA=$(DATA) CC="$(CC)" CXX="$(CXX)" tests/run plain $(call binaries,$(TEST_C))
+
+## sanitized    every test but the longest, under AddressSanitizer and UBSan
+.PHONY: sanitized
+sanitized:
+	@.ci/install build
+	@.ci/unity $(UNITY_DIR)
+	@$(MAKE) --no-print-directory BUILD=$(BUILD)/asan SANITIZE=1 UNITY_DIR=$(UNITY_DIR) run-sanitized
+.PHONY: run-sanitized
+run-sanitized: test-binaries
+	@BUILD=$(BUILD) DATA=$(DATA) CC="$(CC)" CXX="$(CXX)" tests/run asan $(TESTS)
 
 ## test-binaries  build every test and build/dqwatch, run nothing
 .PHONY: test-binaries
@@ -94,7 +115,7 @@ test-binaries: $(TESTS) $(BUILD)/dqwatch
 
 $(UNITY_DIR)/unity.c:
 	@.ci/unity $(UNITY_DIR)
-$(patsubst tests/%.c,$(BUILD)/tests/%.o,$(wildcard tests/test_*.c)) $(patsubst tests/%.cpp,$(BUILD)/tests/%.o,$(wildcard tests/test_*.cpp)): | $(UNITY_DIR)/unity.c
+$(addsuffix .o,$(TESTS)): | $(UNITY_DIR)/unity.c
 
 ## tools        install the checkers that make lint uses
 .PHONY: tools
@@ -149,14 +170,14 @@ target:
 
 # The fixed-point port and its tests where an overflow, a shift that C does not define, or a conversion that loses a bit or the sign ends the program.
 TRAP      := -fsanitize=undefined,implicit-conversion -fsanitize-trap=all
-Q15_TESTS := $(wildcard tests/test_*q15.c tests/test_twin_*.c)
+Q15_TESTS  = $(call binaries,$(wildcard tests/port_q15/test_*.c))
 ## trap         every test of the fixed-point port in full, built with arithmetic that traps
 .PHONY: trap
 trap:
 	@.ci/install build tools
 	@.ci/unity $(UNITY_DIR)
-	@$(MAKE) --no-print-directory BUILD=$(BUILD)/trap UNITY_DIR=$(UNITY_DIR) CC=clang CFLAGS="$(TRAP)" $(patsubst tests/%.c,$(BUILD)/trap/tests/%,$(Q15_TESTS))
-	@printf '%s\n' $(patsubst tests/%.c,$(BUILD)/trap/tests/%,$(Q15_TESTS)) | xargs -P $(shell nproc) -I {} sh -c \
+	@$(MAKE) --no-print-directory BUILD=$(BUILD)/trap UNITY_DIR=$(UNITY_DIR) CC=clang CFLAGS="$(TRAP)" $(Q15_TESTS:$(BUILD)/%=$(BUILD)/trap/%)
+	@printf '%s\n' $(Q15_TESTS:$(BUILD)/%=$(BUILD)/trap/%) | xargs -P $(shell nproc) -I {} sh -c \
 	    '{} >{}.log 2>&1; status=$$?; sed "s|^|{}: |" {}.log | tail -n 3; [ $$status = 0 ] || { echo "{}: status $$status"; exit 255; }'
 
 ## prove        the fixed-point arithmetic and the plain learner's step for every value, by Frama-C; the package is 290 MB, and Debian's
@@ -187,17 +208,17 @@ $(BUILD)/sim/%.o: sim/%.c
 	$(CC) $(C99) $(WARN) -Isim $(MPIINC) $(CFLAGS) -c $< -o $@
 $(BUILD)/ref/%.o: ref/%.cpp
 	@mkdir -p $(@D)
-	$(CXX) $(CXX17) $(WARN) -Iref -isystem /usr/include/eigen3 $(CXXFLAGS) -c $< -o $@
+	$(CXX) $(CXX17) $(WARN) -I. -isystem /usr/include/eigen3 $(CXXFLAGS) -c $< -o $@
 $(BUILD)/app/%.o: app/%.cpp
 	@mkdir -p $(@D)
 	$(CXX) $(CXX17) $(QUICKOPT) $(WARN) $(CXXINC) $(CXXFLAGS) -c $< -o $@
-$(BUILD)/app/asset_bytes.o: app/asset_bytes.S $(wildcard app/report_page.*s) $(DYGRAPHS)/dygraph.min.js $(DYGRAPHS)/dygraph.min.css
+$(BUILD)/app/page/asset_bytes.o: app/page/asset_bytes.S $(wildcard app/page/page.*s) $(DYGRAPHS)/dygraph.min.js $(DYGRAPHS)/dygraph.min.css
 	@mkdir -p $(@D)
-	$(CC) -Wa,-Iapp,-I$(DYGRAPHS),-I$(DYGRAPHS_LICENCE) -c $< -o $@
-$(BUILD)/tests/%.o: tests/%.c
+	$(CC) -Wa,-Iapp/page,-I$(DYGRAPHS),-I$(DYGRAPHS_LICENCE) -c $< -o $@
+$(BUILD)/tests/%.o: %.c
 	@mkdir -p $(@D)
 	$(CC) $(C99) -D_POSIX_C_SOURCE=200809L $(WARN) $(INC) -Itests -isystem $(UNITY_DIR) -DUNITY_INCLUDE_DOUBLE $(CFLAGS) -c $< -o $@
-$(BUILD)/tests/%.o: tests/%.cpp
+$(BUILD)/tests/%.o: %.cpp
 	@mkdir -p $(@D)
 	$(CXX) $(CXX17) $(QUICKOPT) $(WARN) $(CXXINC) -Itests -isystem $(UNITY_DIR) -DUNITY_INCLUDE_DOUBLE $(CXXFLAGS) -c $< -o $@
 $(BUILD)/bench/%.o: bench/%.c
@@ -221,13 +242,13 @@ $(BUILD)/libref.a: $(REF_O)
 	@rm -f $@; ar rcs $@ $^
 $(BUILD)/libapp.a: $(APP_O)
 	@rm -f $@; ar rcs $@ $^
-$(BUILD)/dqwatch: $(BUILD)/app/main.o $(ARCHIVES)
+$(BUILD)/dqwatch: $(BUILD)/app/cmd/main.o $(ARCHIVES)
 	$(CXX) $(SANFLAGS) $^ $(SUNLIBS) $(CERESLIBS) -lm -o $@
 
 # C tests see lib/, port_q15/ and sim/; C++ tests see ref/ and app/ as well.
-$(patsubst tests/%.c,$(BUILD)/tests/%,$(wildcard tests/test_*.c)): $(BUILD)/tests/%: $(BUILD)/tests/%.o $(BUILD)/tests/unity.o $(BUILD)/libsim.a $(BUILD)/libdqw_q15.a $(BUILD)/libdqw.a
+$(call binaries,$(TEST_C)): %: %.o $(BUILD)/tests/unity.o $(BUILD)/libsim.a $(BUILD)/libdqw_q15.a $(BUILD)/libdqw.a
 	$(CC) $(SANFLAGS) $^ $(SUNLIBS) -lm -o $@
-$(patsubst tests/%.cpp,$(BUILD)/tests/%,$(filter-out tests/test_blind.cpp,$(wildcard tests/test_*.cpp))): $(BUILD)/tests/%: $(BUILD)/tests/%.o $(BUILD)/tests/unity.o $(ARCHIVES)
+$(call binaries,$(filter-out %/test_blind.cpp,$(TEST_CXX))): %: %.o $(BUILD)/tests/unity.o $(ARCHIVES)
 	$(CXX) $(SANFLAGS) $^ $(SUNLIBS) $(CERESLIBS) -lm -o $@
 # What a blind log is, and its judge; its main program apart, for the test.
 BLIND_O := $(patsubst %.cpp,$(BUILD)/%.o,$(filter-out bench/blind_main.cpp,$(wildcard bench/blind*.cpp)))
@@ -241,4 +262,4 @@ $(C_BENCHES): %: %.o $(BUILD)/libsim.a $(BUILD)/libdqw_q15.a $(BUILD)/libdqw.a
 	$(CC) $^ $(SUNLIBS) -lm -o $@
 
 .SECONDARY:
--include $(wildcard $(BUILD)/*/*.d)
+-include $(wildcard $(BUILD)/*/*.d $(BUILD)/*/*/*.d)

@@ -6,7 +6,7 @@
 #include <stdexcept>
 
 #include "blind_effect.hpp"
-#include "result.hpp"
+#include "ref/log/result.hpp"
 
 namespace blind {
 namespace {

@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
-#include "log.hpp"
-#include "residual.hpp"
-#include "trace.hpp"
+#include "ref/log/log.hpp"
+#include "ref/log/residual.hpp"
+#include "ref/trace/trace.hpp"
 
 namespace blind {
 

@@ -11,8 +11,8 @@
 #include <map>
 #include <thread>
 
+#include "app/base/output.hpp"
 #include "blind.hpp"
-#include "output.hpp"
 
 namespace {
 

@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "dqw_sim.h"
-#include "log.hpp"
-#include "residual.hpp"
+#include "ref/log/log.hpp"
+#include "ref/log/residual.hpp"
 
 namespace blind {
 

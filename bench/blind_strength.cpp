@@ -4,8 +4,8 @@
 #include <cmath>
 
 #include "blind_effect.hpp"
-#include "piece.hpp"
-#include "symmetric.hpp"
+#include "ref/log/piece.hpp"
+#include "ref/log/symmetric.hpp"
 
 namespace blind {
 namespace {

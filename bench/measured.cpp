@@ -13,13 +13,13 @@
 #include <map>
 #include <set>
 
-#include "columns.hpp"
-#include "fit.hpp"
-#include "log_reader.hpp"
-#include "machine_file.hpp"
-#include "output.hpp"
-#include "report_page.hpp"
-#include "text.hpp"
+#include "app/base/columns.hpp"
+#include "app/base/output.hpp"
+#include "app/base/text.hpp"
+#include "app/read/log_reader.hpp"
+#include "app/read/machine_file.hpp"
+#include "app/trace/page.hpp"
+#include "ref/fit/fit.hpp"
 
 namespace fs = std::filesystem;
 

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "result.hpp"
-#include "trace_report.hpp"
+#include "app/trace/report.hpp"
+#include "ref/log/result.hpp"
 
 namespace measured {
 

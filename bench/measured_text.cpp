@@ -1,9 +1,9 @@
 // docs/measured.md: what the plain model makes of every measured log, and all that is known of each.
 #include <fmt/format.h>
 
-#include "columns.hpp"
+#include "app/base/columns.hpp"
+#include "app/base/quantity.hpp"
 #include "measured.hpp"
-#include "quantity.hpp"
 
 namespace measured {
 namespace {

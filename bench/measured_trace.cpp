@@ -3,13 +3,13 @@
 
 #include <algorithm>
 
-#include "columns.hpp"
-#include "learn_trace.hpp"
+#include "app/base/columns.hpp"
+#include "app/base/quantity.hpp"
+#include "app/base/text.hpp"
+#include "app/learn/trace.hpp"
+#include "app/trace/rows.hpp"
+#include "app/trace/verdict.hpp"
 #include "measured.hpp"
-#include "quantity.hpp"
-#include "text.hpp"
-#include "trace_rows.hpp"
-#include "verdict.hpp"
 
 namespace measured {
 namespace {

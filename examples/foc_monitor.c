@@ -49,7 +49,7 @@ static void define_anew(void)
     board_interrupt(false);
 #if DQW_EFFECT_WEIGHTS > 0
     traced = CONFIG;
-    dqw_model_config_apply(&traced.estimator);
+    dqw_model_config_apply_monitor(&traced);
     const enum dqw_status status = dqw_monitor_define(&monitor, &traced);
 #else
     const enum dqw_status status = dqw_monitor_define(&monitor, &CONFIG);

@@ -45,6 +45,7 @@ void dqw_effect_torque(const dqw_effect_config *config, float w_m_rad_s, float t
 /// Returns  DQW_OK; or as dqw_effect_check; DQW_ERR_DT, _V_BASE, _I_BASE, _W_BASE where a base is no positive number; DQW_ERR_EFFECT_POLE_PAIRS
 ///          without pole pairs: w_e is in most inputs. Then *e is untouched
 /// Context  at start; the list stays in use as long as the object
+#define dqw_effect_init DQW_SIZED(dqw_effect_init)
 enum dqw_status dqw_effect_init(dqw_effect *e, const dqw_effect_config *list, int count, const dqw_effect_base *base);
 
 /// What the interrupt has to gather of each entry of a list that is no longer than its weights, and one: the last step of init.
@@ -122,6 +123,7 @@ void dqw_effect_static(dqw_effect *e, const dqw_sample *s, float d[], float q[])
 ///
 /// Source   (E51) in docs/EQUATIONS.md
 /// Cost     6 tanhf
+#define dqw_effect_dead_time DQW_SIZED(dqw_effect_dead_time)
 void dqw_effect_dead_time(const dqw_effect *e, const dqw_sample *last, const dqw_sample *s, float d[], float q[]);
 
 /// Time has jumped: the next sample ends no pair. Heat stays.

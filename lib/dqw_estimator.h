@@ -162,6 +162,7 @@ enum dqw_status dqw_estimator_define(dqw_estimator *e, const dqw_estimator_confi
 /// Returns  DQW_EVENT_* bits; DQW_EVENT_BLOCK: a block waits for dqw_estimator_background
 /// Cost     docs/firmware.md; no loop depends on data
 /// Context  interrupt; one writer per object
+#define dqw_estimator_sample DQW_SIZED(dqw_estimator_sample)
 uint32_t dqw_estimator_sample(dqw_estimator *e, const dqw_sample *s, bool saturated);
 
 /// There is no sample in this period, or in these.
@@ -185,6 +186,7 @@ bool dqw_estimator_background(dqw_estimator *e);
 /// Units    SI
 /// Range    not usable, and sd DQW_UNKNOWN, before anything was learned and for a parameter that does not exist
 /// Context  background
+#define dqw_estimator_read DQW_SIZED(dqw_estimator_read)
 dqw_reading dqw_estimator_read(const dqw_estimator *e, enum dqw_parameter parameter);
 
 /// What was learned of the effect config->effects[index]: SI weights and their deviations, in the order of its law.

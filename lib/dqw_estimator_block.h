@@ -72,10 +72,12 @@ typedef struct dqw_estimator_rows {
 ///
 /// Source   (E13), (E16), (E60), (E90) in docs/EQUATIONS.md
 /// Context  background
+#define dqw_estimator_rows_of DQW_SIZED(dqw_estimator_rows_of)
 void dqw_estimator_rows_of(const dqw_estimator *e, const dqw_estimator_block *b, dqw_estimator_rows *r);
 
 /// Variance of an axis' residual, and of both, never below that of the sampling.
 /// Source   (E61) in docs/EQUATIONS.md
+#define dqw_estimator_variance DQW_SIZED(dqw_estimator_variance)
 float dqw_estimator_variance(const dqw_estimator *e, int axis);
 float dqw_estimator_common_variance(const dqw_estimator *e);
 
@@ -84,12 +86,9 @@ float dqw_estimator_common_variance(const dqw_estimator *e);
 /// Source   (E61) in docs/EQUATIONS.md
 float dqw_estimator_part(const dqw_estimator *e);
 
-/// By how many periods the voltage acts later than it is said to, and its deviation.
-/// Source   (E90) in docs/EQUATIONS.md
-void dqw_estimator_late(const dqw_estimator *e, float *periods, float *sd);
-
 /// The sample with the voltage that acts from it on, as a mean in the rotating frame, and mechanical speed.
 /// Context  interrupt
+#define dqw_estimator_adapt DQW_SIZED(dqw_estimator_adapt)
 void dqw_estimator_adapt(dqw_estimator *e, const dqw_sample *s, dqw_sample *x);
 
 /// Is every channel a number?
@@ -99,6 +98,7 @@ bool dqw_sample_finite(const dqw_sample *came, const dqw_sample *s);
 ///
 /// Returns  false where none waits, or none is complete
 /// Context  background; dqw_estimator_sample may interrupt it anywhere
+#define dqw_estimator_take DQW_SIZED(dqw_estimator_take)
 bool dqw_estimator_take(dqw_estimator *e, dqw_estimator_block *b);
 
 /// Learn a block that was taken.
@@ -106,10 +106,12 @@ bool dqw_estimator_take(dqw_estimator *e, dqw_estimator_block *b);
 /// Source   (E16), (E17), (E60), (E61) in docs/EQUATIONS.md
 /// Returns  true if it was learned
 /// Context  background
+#define dqw_estimator_learn DQW_SIZED(dqw_estimator_learn)
 bool dqw_estimator_learn(dqw_estimator *e, const dqw_estimator_block *b);
 
 /// Means and slopes of a block.
 /// Source   (E13), (E15) in docs/EQUATIONS.md
+#define dqw_estimator_means DQW_SIZED(dqw_estimator_means)
 dqw_block dqw_estimator_means(const dqw_estimator *e, const dqw_estimator_block *b);
 
 /// Forget what was learned, and start from these weights per unit; NULL: from the nominal values.
@@ -142,6 +144,7 @@ void dqw_estimator_stage_on(dqw_estimator *e, bool random_converged);
 
 /// Do the motion's blocks tell the pole pairs? Then the joint neuron goes on with them.
 /// Source   (E22), (E91) in docs/EQUATIONS.md
+#define dqw_poles_find DQW_SIZED(dqw_poles_find)
 void dqw_poles_find(dqw_estimator *e);
 /// p as the cross weights tell it, before it is taken for an integer, and its deviation; DQW_UNKNOWN where they cannot.
 void dqw_poles_evidence(const dqw_estimator *e, float *p, float *sd);

@@ -127,7 +127,7 @@ static enum dqw_status check(const dqw_estimator_config *c)
     if (status != DQW_OK) return status;
     if (c->half_window > HALF_WINDOW_MOST) return DQW_ERR_HALF_WINDOW;
     if (c->pole_pairs == 0 && (c->voltage_held || c->speed_electrical)) return DQW_ERR_POLE_PAIRS;
-    if (c->dead_time_width_A > 0.0f && !(c->angle && dqw_is_finite(1.0f / c->dead_time_width_A))) return DQW_ERR_DEAD_TIME_WIDTH;
+    if (c->dead_time_width_A > 0.0f && !dqw_is_finite(1.0f / c->dead_time_width_A)) return DQW_ERR_DEAD_TIME_WIDTH;
     if (c->random != NULL && c->random->learn == NULL) return DQW_ERR_RANDOM;
     return DQW_OK;
 }
@@ -157,7 +157,8 @@ enum dqw_status dqw_estimator_init(dqw_estimator *e, const dqw_estimator_config 
     enum dqw_status status = check(c);
     if (status != DQW_OK) return status;
     dqw_estimator n = {.config = config, .follow = 1.0f, .inputs = DQW_PARAMETERS, .pole_pairs = c->pole_pairs};
-    n.dead_time_width_A = c->dead_time_width_A;
+    // Without an angle there is no phase whose current has a sign.
+    n.dead_time_width_A = c->angle ? c->dead_time_width_A : 0.0f;
     status = init_effects(&n, c);
     if (status != DQW_OK) return status;
     const int half = c->settled ? 1 : c->half_window != 0 ? c->half_window : HALF_WINDOW;

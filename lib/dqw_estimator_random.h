@@ -21,6 +21,7 @@ typedef struct dqw_estimator_random {
 ///
 /// Source   section 4.2 of the paper; (E8) in docs/EQUATIONS.md
 /// Context  before init and before define; free for other use once the stage is ordinal learning or later
+#define dqw_estimator_random_init DQW_SIZED(dqw_estimator_random_init)
 void dqw_estimator_random_init(dqw_estimator_random *lent);
 
 #ifdef __cplusplus

@@ -100,8 +100,8 @@ uint16_t dqw_estimator_pole_pairs(const dqw_estimator *e)
     return e->pole_pairs;
 }
 
-// (E90)
-void dqw_estimator_late(const dqw_estimator *e, float *periods, float *sd)
+// By how many periods the voltage acts later than it is said to, and its deviation. (E90)
+static void late(const dqw_estimator *e, float *periods, float *sd)
 {
     const bool known = e->late_pu2 > 0.0f && e->blocks >= FEW_BLOCKS;
     *periods = known ? e->late_error_pu2 / e->late_pu2 : 0.0f;
@@ -113,7 +113,7 @@ enum dqw_voltage_acts dqw_estimator_voltage_acts(const dqw_estimator *e)
 {
     float periods;
     float sd;
-    dqw_estimator_late(e, &periods, &sd);
+    late(e, &periods, &sd);
     const bool next = e->config->voltage_next;
     if (!(sd < LATE_SD)) return DQW_VOLTAGE_NOT_KNOWN;
     if (fabsf(periods) < LATE_NEAR) return next ? DQW_VOLTAGE_NEXT : DQW_VOLTAGE_NOW;

@@ -1,4 +1,4 @@
-// Which fault is it? Each fault leaves a pattern in what the tracker and the witness learned; the pattern that leaves least unexplained
+// Which fault is it? Each fault leaves a pattern in what the estimator and the witness learned; the pattern that leaves least unexplained
 // names it.
 #ifndef DQW_FAULT_H
 #define DQW_FAULT_H

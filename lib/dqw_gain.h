@@ -20,6 +20,7 @@ extern "C" {
 /// Source   (E17) in docs/EQUATIONS.md
 /// Units    p0: squared per-unit weight per squared per-unit residual, > 0; 1e6 forgets the start after a few samples
 /// Returns  DQW_OK; DQW_ERR_NULL, DQW_ERR_SIZE or DQW_ERR_RANGE, and then *g is untouched
+#define dqw_gain_init DQW_SIZED(dqw_gain_init)
 enum dqw_status dqw_gain_init(dqw_gain *g, int inputs, float p0);
 
 /// Take one sample into account and give the gain for it.
@@ -29,6 +30,7 @@ enum dqw_status dqw_gain_init(dqw_gain *g, int inputs, float p0);
 /// Range    finite x_pu, |x_pu| < 1e9; an input of zero leaves its weight's variance alone
 /// Cost     1.5 n^2 + 5 n flops, n divisions; no loop depends on data
 /// Context  ISR safe; one writer per object
+#define dqw_gain_step DQW_SIZED(dqw_gain_step)
 void dqw_gain_step(dqw_gain *g, const float x_pu[], float k_pu[]);
 
 /// What a gradient moves the weights by: P z.

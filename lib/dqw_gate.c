@@ -33,15 +33,3 @@ uint32_t dqw_gate_check(dqw_gate *g, dqw_gate_sample s)
     count(&g->accepted);
     return 0;
 }
-
-uint32_t dqw_gate_block(uint32_t count_of[], uint32_t excited, uint32_t first, uint32_t inputs)
-{
-    uint32_t event = 0;
-    for (uint32_t i = 0; i < inputs && first + i < DQW_GATE_INPUTS; i++) {
-        if (excited >> i & 1u)
-            count(&count_of[first + i]);
-        else
-            event = DQW_EVENT_UNEXCITED;
-    }
-    return event;
-}

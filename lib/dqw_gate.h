@@ -5,16 +5,12 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "dqw_size.h"
 #include "dqw_state.h"
 #include "dqw_status.h"
 
 #ifdef __cplusplus
 extern "C" {
 #endif
-
-/// Most inputs whose excitation is counted: both axes' own, then the effects' weights.
-#define DQW_GATE_INPUTS (8 + DQW_EFFECT_WEIGHTS)
 
 /// What is known of one sample.
 typedef struct dqw_gate_sample {
@@ -34,13 +30,6 @@ void dqw_gate_init(dqw_gate *g, uint32_t stale_limit);
 /// Cost     a few comparisons
 /// Context  ISR safe; one writer per object
 uint32_t dqw_gate_check(dqw_gate *g, dqw_gate_sample s);
-
-/// Count a block whose inputs i with bit i of `excited` set can teach their weight: count_of[first + i], of `inputs` inputs.
-///
-/// Source   (E19) in docs/EQUATIONS.md
-/// Shape    count_of[DQW_GATE_INPUTS]
-/// Returns  0, or DQW_EVENT_UNEXCITED where a bit is missing
-uint32_t dqw_gate_block(uint32_t count_of[], uint32_t excited, uint32_t first, uint32_t inputs);
 
 #ifdef __cplusplus
 }

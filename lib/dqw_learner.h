@@ -50,6 +50,7 @@ typedef struct dqw_learner {
 /// Source   Fig. 2; (P15)
 /// Returns  DQW_OK; DQW_ERR_NULL, DQW_ERR_SIZE or DQW_ERR_RANGE, and then *l is untouched
 /// Context  at start; one writer per object
+#define dqw_learner_init DQW_SIZED(dqw_learner_init)
 enum dqw_status dqw_learner_init(dqw_learner *l, const dqw_learner_config *config);
 
 /// Forward mode: the output for these inputs.

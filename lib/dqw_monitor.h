@@ -90,6 +90,7 @@ enum dqw_status dqw_monitor_define(dqw_monitor *m, const dqw_monitor_config *con
 /// Returns  DQW_EVENT_* bits; DQW_EVENT_BLOCK: a block waits for dqw_monitor_background
 /// Cost     docs/firmware.md; no loop depends on data
 /// Context  interrupt; one writer per object
+#define dqw_monitor_sample DQW_SIZED(dqw_monitor_sample)
 uint32_t dqw_monitor_sample(dqw_monitor *m, const dqw_sample *s, bool saturated);
 
 /// There is no sample in this period, or in these: as dqw_estimator_missing.
@@ -102,6 +103,7 @@ void dqw_monitor_missing(dqw_monitor *m, uint32_t periods);
 /// Returns  true where something has changed: dqw_monitor_event() says what
 /// Cost     docs/firmware.md
 /// Context  background; dqw_monitor_sample may interrupt it anywhere
+#define dqw_monitor_background DQW_SIZED(dqw_monitor_background)
 bool dqw_monitor_background(dqw_monitor *m);
 
 /// What has changed, once for each change: the last one, if nobody asked in time.
@@ -147,6 +149,7 @@ typedef struct dqw_monitor_stored {
 ///
 /// Returns  false before the monitor was in service with healthy values that stand, and then *stored is untouched
 /// Context  background
+#define dqw_monitor_store DQW_SIZED(dqw_monitor_store)
 bool dqw_monitor_store(const dqw_monitor *m, dqw_monitor_stored *stored);
 
 /// Give it back, after init and before the first sample: on entering service the machine is compared with it, so that what has changed meanwhile is an
@@ -155,6 +158,7 @@ bool dqw_monitor_store(const dqw_monitor *m, dqw_monitor_stored *stored);
 /// Returns  DQW_OK; DQW_ERR_NULL, DQW_ERR_STORE_VERSION, DQW_ERR_STORE_DAMAGED, DQW_ERR_STORE_CONFIG where it was written with other bases, nominal
 ///          values or effects: then *m is as it was
 /// Context  at start
+#define dqw_monitor_restore DQW_SIZED(dqw_monitor_restore)
 enum dqw_status dqw_monitor_restore(dqw_monitor *m, const dqw_monitor_stored *stored);
 
 #ifdef __cplusplus

@@ -14,6 +14,7 @@ extern "C" {
 #define DQW_MONITOR_SLACK 1.3f
 
 /// As configured, or usual; and a channel's band in its own unit.
+#define dqw_monitor_band DQW_SIZED(dqw_monitor_band)
 float dqw_monitor_band(const dqw_monitor *m, int channel);
 float dqw_monitor_band_of(const dqw_monitor *m, int channel);
 float dqw_monitor_alpha(const dqw_monitor *m);
@@ -23,6 +24,7 @@ float dqw_monitor_beta(const dqw_monitor *m);
 float dqw_monitor_rise_K(const dqw_monitor *m, float R_ohm);
 
 /// Value, its change from the healthy one, and its deviation, of a channel; of temperature and residual the change is the value.
+#define dqw_monitor_read_channel DQW_SIZED(dqw_monitor_read_channel)
 void dqw_monitor_read_channel(const dqw_monitor *m, int channel, float *now, float *change, float *deviation);
 
 /// The change of a channel that counts: its band, or five deviations of the change, in its own unit.

@@ -56,6 +56,7 @@ typedef struct dqw_ordinal {
 ///
 /// Source   (P16) to (P21), the sign slips of (P21) corrected; (E9), (E11), (E12) in docs/EQUATIONS.md
 /// Returns  DQW_OK; DQW_ERR_NULL or DQW_ERR_RANGE, and then *o is untouched
+#define dqw_ordinal_init DQW_SIZED(dqw_ordinal_init)
 enum dqw_status dqw_ordinal_init(dqw_ordinal *o, const dqw_ordinal_config *config);
 
 /// Show the next sample of an epoch, in the order of time.

@@ -41,6 +41,7 @@ typedef struct dqw_random {
 ///
 /// Source   section 4.2 of the paper: 50 samples drawn at random out of 301; (E8) in docs/EQUATIONS.md
 /// Returns  DQW_OK; DQW_ERR_NULL, DQW_ERR_SIZE or DQW_ERR_RANGE, and then *r is untouched
+#define dqw_random_init DQW_SIZED(dqw_random_init)
 enum dqw_status dqw_random_init(dqw_random *r, const dqw_random_config *config);
 
 /// Offer a sample to the reservoir: kept with probability capacity / seen, in place of a random other.

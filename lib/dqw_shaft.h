@@ -103,6 +103,7 @@ enum dqw_status dqw_shaft_define(dqw_shaft *s, const dqw_shaft_config *config);
 /// Returns  DQW_EVENT_* bits of this step; DQW_EVENT_BLOCK: a block waits for dqw_shaft_background
 /// Cost     about 20 flops, 6 a signal more at a block's end; a tanhf for a soft direction; each effect: dqw_effect_torque and 3 flops a weight
 /// Context  ISR safe; one writer per object
+#define dqw_shaft_sample DQW_SIZED(dqw_shaft_sample)
 uint32_t dqw_shaft_sample(dqw_shaft *s, float torque_Nm, float w_m_rad_s, float theta_m_rad, bool saturated);
 
 /// No sample came in these periods. 1: as a sample that is refused. 0, where nobody knows, or more: time has jumped, the next sample does not
@@ -116,6 +117,7 @@ void dqw_shaft_missing(dqw_shaft *s, uint32_t periods);
 /// Returns  true if a block was learned
 /// Cost     dqw_gain_step, about 10 flops a weight and 30 more
 /// Context  background; dqw_shaft_sample and dqw_shaft_missing may interrupt it anywhere
+#define dqw_shaft_background DQW_SIZED(dqw_shaft_background)
 bool dqw_shaft_background(dqw_shaft *s);
 
 /// J, B or the Coulomb torque.

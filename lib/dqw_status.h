@@ -32,6 +32,7 @@ enum dqw_status {
     DQW_ERR_STANDSTILL = -29,
     DQW_ERR_UNIT = -30,  ///< bases and nominal values together: what they make of a weight does not fit the arithmetic
     DQW_ERR_RANDOM = -31,
+    DQW_ERR_TURN = -32,  ///< full speed, pole pairs and period together
     DQW_ERR_EFFECT_LIST = -40,
     DQW_ERR_EFFECT_NAME = -41,
     DQW_ERR_EFFECT_SHAPE = -42,
@@ -56,7 +57,6 @@ enum dqw_event {
     DQW_EVENT_NONFINITE = 1 << 1,   ///< NaN or infinity among the samples: skipped
     DQW_EVENT_SATURATED = 1 << 2,   ///< beyond the range of the sensor, or the caller said so: skipped
     DQW_EVENT_STALE = 1 << 3,       ///< the same sample again and again: skipped
-    DQW_EVENT_UNEXCITED = 1 << 4,   ///< a block that could teach at least one parameter nothing
     DQW_EVENT_INCOMPLETE = 1 << 5,  ///< a block dropped because too many of its samples were skipped
     DQW_EVENT_MISSED = 1 << 6,      ///< a block lost because the background had not taken the one before it
 };

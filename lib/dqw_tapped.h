@@ -40,6 +40,7 @@ typedef struct dqw_tapped {
 ///
 /// Source   Fig. 3, (P12); (E6), (E24) in docs/EQUATIONS.md
 /// Returns  DQW_OK; DQW_ERR_NULL, DQW_ERR_SIZE or DQW_ERR_RANGE, and then *t is untouched
+#define dqw_tapped_init DQW_SIZED(dqw_tapped_init)
 enum dqw_status dqw_tapped_init(dqw_tapped *t, const dqw_tapped_config *config);
 
 /// Remember one sample: x[taps] inputs, y_A_s[taps] the tapped slopes of current.

@@ -22,6 +22,7 @@ extern "C" {
 /// Source   (E15) in docs/EQUATIONS.md
 /// Range    half 1 .. 10000 pairs, signals 1 .. DQW_WINDOW_SIGNALS
 /// Returns  DQW_OK; DQW_ERR_NULL or DQW_ERR_SIZE, and then *w is untouched
+#define dqw_window_init DQW_SIZED(dqw_window_init)
 enum dqw_status dqw_window_init(dqw_window *w, int half, int signals);
 
 /// Forget what is being gathered: after a gap in time.

@@ -26,6 +26,7 @@ void dqw_witness_init(dqw_witness *w);
 /// Returns  true if it learned
 /// Cost     about 150 flops, 5 divisions
 /// Context  background
+#define dqw_witness_learn DQW_SIZED(dqw_witness_learn)
 bool dqw_witness_learn(dqw_witness *w, const dqw_estimator *e, const dqw_estimator_block *block);
 
 /// Size of a weight, and its standard deviation (of one of its two parts), SI; DQW_UNKNOWN until the memory is full.

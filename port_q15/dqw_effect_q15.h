@@ -70,6 +70,7 @@ typedef struct dqw_effect_q15_base {
 ///          DQW_ERR_EFFECT_NAME for an unknown or mechanical effect, DQW_ERR_EFFECT_SHAPE for a shape without a meaning, DQW_ERR_EFFECT_TWICE for a second
 ///          winding or magnet, DQW_ERR_EFFECT_ROOM for more than DQW_EFFECT_WEIGHTS. Then *e is untouched
 /// Context  at start; the list stays in use as long as the object
+#define dqw_effect_init_q15 DQW_SIZED(dqw_effect_init_q15)
 enum dqw_status dqw_effect_init_q15(dqw_effect_q15 *e, const dqw_effect_q15_config *list, int count, const dqw_effect_q15_base *base);
 
 /// Weights of an effect in this list: those of its name, but none of a dead time that is someone else's.

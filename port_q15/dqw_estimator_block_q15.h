@@ -64,6 +64,7 @@ enum dqw_status dqw_units_of_q15(const dqw_estimator_q15_config *config, uint32_
 ///
 /// Returns  false where none waits, or none is complete
 /// Context  background; dqw_estimator_sample_q15 may interrupt it anywhere
+#define dqw_estimator_take_q15 DQW_SIZED(dqw_estimator_take_q15)
 bool dqw_estimator_take_q15(dqw_estimator_q15 *e, dqw_estimator_q15_block *b);
 
 /// Learn a block that was taken.
@@ -71,16 +72,19 @@ bool dqw_estimator_take_q15(dqw_estimator_q15 *e, dqw_estimator_q15_block *b);
 /// Source   (E16), (E17), (E60), (E61), (E70), (E71) in docs/EQUATIONS.md
 /// Returns  true if it was learned
 /// Context  background
+#define dqw_estimator_learn_q15 DQW_SIZED(dqw_estimator_learn_q15)
 bool dqw_estimator_learn_q15(dqw_estimator_q15 *e, const dqw_estimator_q15_block *b);
 
 /// Means of a block.
 /// Source   (E13), (E15) in docs/EQUATIONS.md
+#define dqw_estimator_means_q15 DQW_SIZED(dqw_estimator_means_q15)
 dqw_block_q15 dqw_estimator_means_q15(const dqw_estimator_q15_block *b);
 
 /// The same as rows, with the end correction.
 ///
 /// Source   (E13), (E16), (E60) in docs/EQUATIONS.md
 /// Cost     about 100 products of 64 bits
+#define dqw_estimator_rows_of_q15 DQW_SIZED(dqw_estimator_rows_of_q15)
 void dqw_estimator_rows_of_q15(const dqw_estimator_q15 *e, const dqw_estimator_q15_block *b, dqw_rows_q15 *r);
 
 /// Largest input of a weight's unit, as part of the full voltage: by it a weight is in bases. Of an effect, its usual input.
@@ -146,6 +150,7 @@ int32_t dqw_estimator_error_q28(const dqw_estimator_q15 *e, int axis, const dqw_
 /// Source   (E61), (E70), (E90) in docs/EQUATIONS.md
 /// Format   weigh_q24 up to 8: one over the root of the axis' part of the variance
 /// Context  background
+#define dqw_estimator_show_q15 DQW_SIZED(dqw_estimator_show_q15)
 void dqw_estimator_show_q15(dqw_estimator_q15 *e, int axis, const dqw_rows_q15 *r, uint32_t mask, int64_t weigh_q24);
 
 /// Noise of the inputs turns the gradient by C w: put back, b += C w. Not where it is much of what was learned, there it could run away.
@@ -165,16 +170,19 @@ void dqw_estimator_drift_q15(dqw_estimator_q15 *e);
 ///
 /// Source   (E70) in docs/EQUATIONS.md
 /// Context  background
+#define dqw_estimator_solve_q15 DQW_SIZED(dqw_estimator_solve_q15)
 void dqw_estimator_solve_q15(dqw_estimator_q15 *e);
 
 /// Do the blocks tell the pole pairs? Then the joint neuron goes on with them. Of weights that were just solved, with the block learned last.
 ///
 /// Source   (E22), (E91) in docs/EQUATIONS.md
 /// Context  background
+#define dqw_poles_find_q15 DQW_SIZED(dqw_poles_find_q15)
 void dqw_poles_find_q15(dqw_estimator_q15 *e, const dqw_estimator_q15_block *b);
 
 /// Variance of an axis' residual, and of both, never below that of the sampling, Q56.
 /// Source   (E61) in docs/EQUATIONS.md
+#define dqw_estimator_variance_q56 DQW_SIZED(dqw_estimator_variance_q56)
 int64_t dqw_estimator_variance_q56(const dqw_estimator_q15 *e, int axis);
 int64_t dqw_estimator_common_variance_q56(const dqw_estimator_q15 *e);
 

@@ -163,7 +163,6 @@ static void start_effects(dqw_estimator_q15 *e, bool nominal)
 
 static enum dqw_status check_effects(const dqw_estimator_q15_config *c, dqw_scale *scale, dqw_effect_q15 *effect)
 {
-    if (c->effect_count > 0 && c->effects == NULL) return DQW_ERR_EFFECT_LIST;
     int dead = c->dead_time_width_mA != 0;
     for (int k = 0; k < c->effect_count; k++) {
         if (c->effects[k].effect != DQW_EFFECT_DEAD_TIME) continue;
@@ -234,14 +233,18 @@ static enum dqw_status check(const dqw_estimator_q15_config *c, dqw_units_q15 *u
 {
     const enum dqw_status scale = dqw_scale_check(&c->scale);
     if (scale != DQW_OK) return scale;
+#if DQW_EFFECT_WEIGHTS > 0
+    if (c->effect_count > 0 && c->effects == NULL) return DQW_ERR_EFFECT_LIST;
+    // Each of the list has a weight, but dead time, which stands in it once at most.
+    if (c->effect_count > DQW_EFFECT_WEIGHTS + 1) return DQW_ERR_EFFECT_ROOM;
+#endif
     if (c->excitation_q15 > DQW_SCALE_MOST_Q15) return DQW_ERR_EXCITATION;
     if (c->drift_ppm > DRIFT_MOST_PPM) return DQW_ERR_DRIFT;
     if (c->scale.pole_pairs == 0 && (c->voltage_held || c->speed_electrical)) return DQW_ERR_POLE_PAIRS;
     if (c->random != NULL && c->random->learn == NULL) return DQW_ERR_RANDOM;
-    if (c->dead_time_width_mA > 0 && !c->angle) return DQW_ERR_DEAD_TIME_WIDTH;
     // Below one radian a period, and not standing still
     const int64_t turn_q28 = dqw_scale_turn_q28(&c->scale, turning(c, c->scale.pole_pairs));
-    if (turn_q28 < 1 || turn_q28 >= RADIAN_Q28) return DQW_ERR_DT;
+    if (turn_q28 < 1 || turn_q28 >= RADIAN_Q28) return DQW_ERR_TURN;
     const enum dqw_status units = dqw_units_of_q15(c, c->scale.pole_pairs, u);
     if (units != DQW_OK) return units;
     const enum dqw_status width = c->dead_time_width_mA > 0 ? DQW_ERR_DEAD_TIME_WIDTH : DQW_ERR_EFFECT_SHAPE;
@@ -316,6 +319,8 @@ static uint32_t half_more(uint32_t rated)
 
 dqw_estimator_q15_config dqw_estimator_config_default_q15(const dqw_nameplate_q15 *plate)
 {
+    const dqw_estimator_q15_config none = {.R_uohm = 0};
+    if (plate == NULL) return none;
     dqw_estimator_q15_config c = {.scale = {.v_full_mV = half_more(plate->v_mV),
                                             .i_full_mA = half_more(plate->i_mA),
                                             .w_full_mrad_s = half_more(plate->w_mrad_s),

@@ -148,7 +148,8 @@ typedef struct dqw_estimator_q15 {
 /// scales are half as much again as rated: what a fault makes of a signal still fits.
 ///
 /// Source   (E80) in docs/EQUATIONS.md for half_window
-/// Returns  a configuration that init takes, where the nameplate's values are
+/// Returns  a configuration that init takes, where the nameplate's values are positive and its speed turns less than 2/3 rad in a period, electrical;
+///          without a nameplate one that init refuses
 /// Context  at start
 dqw_estimator_q15_config dqw_estimator_config_default_q15(const dqw_nameplate_q15 *plate);
 
@@ -175,6 +176,7 @@ enum dqw_status dqw_estimator_define_q15(dqw_estimator_q15 *e, const dqw_estimat
 /// Returns  DQW_EVENT_* bits; DQW_EVENT_BLOCK: a block waits for dqw_estimator_background_q15
 /// Cost     the table in README.md; no loop depends on data
 /// Context  interrupt; one writer per object
+#define dqw_estimator_sample_q15 DQW_SIZED(dqw_estimator_sample_q15)
 uint32_t dqw_estimator_sample_q15(dqw_estimator_q15 *e, const dqw_sample_q15 *s, bool saturated);
 
 /// There is no sample in this period, or in these.
@@ -199,6 +201,7 @@ uint32_t dqw_estimator_unit_q15(const dqw_estimator_q15_config *config, enum dqw
 /// Source   (E20), (E61) in docs/EQUATIONS.md
 /// Range    not usable, and sd INT64_MAX, before anything was learned and for a parameter that does not exist
 /// Context  background
+#define dqw_estimator_read_q15 DQW_SIZED(dqw_estimator_read_q15)
 dqw_reading_q15 dqw_estimator_read_q15(const dqw_estimator_q15 *e, enum dqw_parameter parameter);
 
 /// What was learned of the effect config->effects[index]: weights and their deviations, in the order of its law.

@@ -14,6 +14,7 @@ typedef struct dqw_monitor_channel_q15 {
 } dqw_monitor_channel_q15;
 
 /// As configured, or usual; and a channel's band in the format of its reading.
+#define dqw_monitor_band_q24 DQW_SIZED(dqw_monitor_band_q24)
 int64_t dqw_monitor_band_q24(const dqw_monitor_q15 *m, int channel);
 int32_t dqw_monitor_band_of_q15(const dqw_monitor_q15 *m, int channel);
 int64_t dqw_monitor_alpha_ppm(const dqw_monitor_q15 *m);

@@ -76,7 +76,8 @@ typedef struct dqw_monitor_q15 {
 /// half as much again as rated; what counts as part of them is as in dqw_monitor_config_default(), part of what is rated.
 ///
 /// Source   (E80) in docs/EQUATIONS.md for half_window
-/// Returns  a configuration that init takes, where the nameplate's values are positive and the pole pairs known
+/// Returns  a configuration that init takes, where the nameplate's values are positive, the pole pairs known, and its speed turns less than 2/3 rad in a
+///          period, electrical; without a nameplate one that init refuses
 /// Context  at start
 dqw_monitor_q15_config dqw_monitor_config_default_q15(const dqw_nameplate_q15 *plate);
 
@@ -102,6 +103,7 @@ enum dqw_status dqw_monitor_define_q15(dqw_monitor_q15 *m, const dqw_monitor_q15
 /// Returns  DQW_EVENT_* bits; DQW_EVENT_BLOCK: a block waits for dqw_monitor_background_q15
 /// Cost     docs/firmware.md; no loop depends on data
 /// Context  interrupt; one writer per object
+#define dqw_monitor_sample_q15 DQW_SIZED(dqw_monitor_sample_q15)
 uint32_t dqw_monitor_sample_q15(dqw_monitor_q15 *m, const dqw_sample_q15 *s, bool saturated);
 
 /// There is no sample in this period, or in these: as dqw_estimator_missing_q15.
@@ -114,6 +116,7 @@ void dqw_monitor_missing_q15(dqw_monitor_q15 *m, uint32_t periods);
 /// Returns  true where something has changed: dqw_monitor_event_q15() says what
 /// Cost     rows, dqw_normal_add_q15 twice, a solution every solve_blocks, the witness; a look every 16 blocks
 /// Context  background; dqw_monitor_sample_q15 may interrupt it anywhere
+#define dqw_monitor_background_q15 DQW_SIZED(dqw_monitor_background_q15)
 bool dqw_monitor_background_q15(dqw_monitor_q15 *m);
 
 /// What has changed, once for each change: the last one, if nobody asked in time.
@@ -161,6 +164,7 @@ typedef struct dqw_monitor_stored_q15 {
 ///
 /// Returns  false before the monitor was in service with healthy values that stand, and then *stored is untouched
 /// Context  background
+#define dqw_monitor_store_q15 DQW_SIZED(dqw_monitor_store_q15)
 bool dqw_monitor_store_q15(const dqw_monitor_q15 *m, dqw_monitor_stored_q15 *stored);
 
 /// Give it back, after init and before the first sample: on entering service the machine is compared with it, so that what has changed meanwhile is an
@@ -169,6 +173,7 @@ bool dqw_monitor_store_q15(const dqw_monitor_q15 *m, dqw_monitor_stored_q15 *sto
 /// Returns  DQW_OK; DQW_ERR_NULL, DQW_ERR_STORE_VERSION, DQW_ERR_STORE_DAMAGED, DQW_ERR_STORE_CONFIG where it was written with other full scales, nominal
 ///          values or effects: then *m is as it was
 /// Context  at start
+#define dqw_monitor_restore_q15 DQW_SIZED(dqw_monitor_restore_q15)
 enum dqw_status dqw_monitor_restore_q15(dqw_monitor_q15 *m, const dqw_monitor_stored_q15 *stored);
 
 #ifdef __cplusplus

@@ -41,6 +41,7 @@ typedef struct dqw_solution_q15 {
 ///
 /// Source   (E17), (E70) in docs/EQUATIONS.md
 /// Returns  DQW_OK; DQW_ERR_NULL, DQW_ERR_SIZE or DQW_ERR_RANGE, and then *n is untouched
+#define dqw_normal_init_q15 DQW_SIZED(dqw_normal_init_q15)
 enum dqw_status dqw_normal_init_q15(dqw_normal_q15 *n, int inputs, const int64_t prior_q32[], const int64_t start_q40[]);
 
 /// Learn one row.
@@ -64,6 +65,7 @@ void dqw_normal_grow_q15(dqw_normal_q15 *n, int i, int64_t q_q40);
 /// Source   (E70) in docs/EQUATIONS.md
 /// Shape    start_q40[inputs]: what a weight that was left out is
 /// Cost     about n^3 / 2 products, n square roots and n divisions of 32 bits
+#define dqw_normal_solve_q15 DQW_SIZED(dqw_normal_solve_q15)
 void dqw_normal_solve_q15(const dqw_normal_q15 *n, const int64_t start_q40[], dqw_solution_q15 *out);
 
 #ifdef __cplusplus

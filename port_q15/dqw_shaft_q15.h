@@ -101,6 +101,7 @@ dqw_shaft_q15_config dqw_shaft_config_default_q15(const dqw_shaft_q15_nameplate 
 /// Returns  DQW_OK; DQW_ERR_NULL, or the enumerator of the field that was refused, DQW_ERR_UNIT where full scales and start values go too far
 ///          apart; then *s is untouched
 /// Context  at start; the configuration stays in use as long as the object
+#define dqw_shaft_init_q15 DQW_SIZED(dqw_shaft_init_q15)
 enum dqw_status dqw_shaft_init_q15(dqw_shaft_q15 *s, const dqw_shaft_q15_config *config);
 
 /// Begin anew with another configuration: all that was learned is forgotten.
@@ -118,6 +119,7 @@ enum dqw_status dqw_shaft_define_q15(dqw_shaft_q15 *s, const dqw_shaft_q15_confi
 /// Returns  DQW_EVENT_* bits of this step; DQW_EVENT_BLOCK: a block waits for dqw_shaft_background_q15
 /// Cost     2 additions a signal; dqw_torque_at_q15 for each effect, dqw_soft_sign_q15 for a soft direction. No loop depends on data
 /// Context  ISR safe; one writer per object
+#define dqw_shaft_sample_q15 DQW_SIZED(dqw_shaft_sample_q15)
 uint32_t dqw_shaft_sample_q15(dqw_shaft_q15 *s, int16_t torque_q15, int16_t w_m_q15, uint16_t theta_m_turn, bool saturated);
 
 /// No sample came in these periods. 1: as a sample that is refused. 0, where nobody knows, or more: time has jumped, the next sample does not
@@ -131,6 +133,7 @@ void dqw_shaft_missing_q15(dqw_shaft_q15 *s, uint32_t periods);
 /// Returns  true if a block was learned
 /// Cost     (n + 2)^2 / 2 products of 64 bits for n inputs; a solution: dqw_normal_solve_q15 and a square root a weight
 /// Context  background; dqw_shaft_sample_q15 and dqw_shaft_missing_q15 may interrupt it anywhere
+#define dqw_shaft_background_q15 DQW_SIZED(dqw_shaft_background_q15)
 bool dqw_shaft_background_q15(dqw_shaft_q15 *s);
 
 /// J, B or the Coulomb torque, as solved last.

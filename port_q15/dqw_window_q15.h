@@ -59,6 +59,7 @@ typedef struct dqw_window_q15_rise {
 /// Source   (E15) in docs/EQUATIONS.md
 /// Range    half 1 .. DQW_WINDOW_Q15_HALF pairs, signals 1 .. DQW_WINDOW_Q15_SIGNALS
 /// Returns  DQW_OK; DQW_ERR_NULL or DQW_ERR_SIZE, and then *w is untouched
+#define dqw_window_init_q15 DQW_SIZED(dqw_window_init_q15)
 enum dqw_status dqw_window_init_q15(dqw_window_q15 *w, int half, int signals);
 
 /// Forget what is being gathered: after a gap in time.

@@ -41,6 +41,7 @@ void dqw_witness_init_q15(dqw_witness_q15 *w);
 /// Returns  true if it learned
 /// Cost     about 60 products and 10 quotients of free exponents; one cosine and sine
 /// Context  background
+#define dqw_witness_learn_q15 DQW_SIZED(dqw_witness_learn_q15)
 bool dqw_witness_learn_q15(dqw_witness_q15 *w, const dqw_estimator_q15 *e, const dqw_estimator_q15_block *b);
 
 /// R's unit over that and reactance's at full speed: what 1 of the short's weight takes at R's unit. Q40, 0 .. 1.

@@ -1,4 +1,4 @@
-// A joint whose pairs of samples hold exactly, in double: for the trackers, which are shown pairs.
+// A joint whose pairs of samples hold exactly, in double: for the estimators, which are shown pairs.
 #ifndef MOVING_JOINT_H
 #define MOVING_JOINT_H
 

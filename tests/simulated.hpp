@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
+#include "app/cmd/simulate.hpp"
+#include "app/read/log_reader.hpp"
 #include "command.hpp"
-#include "log_reader.hpp"
-#include "simulate.hpp"
 
 enum class Beside {
     truth,   ///< the TOML that the simulator writes

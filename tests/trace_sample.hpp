@@ -7,7 +7,7 @@
 #include <limits>
 #include <string>
 
-#include "trace_report.hpp"
+#include "app/trace/report.hpp"
 
 namespace trace_sample {
 

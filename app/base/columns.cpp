@@ -1,0 +1,78 @@
+#include "app/base/columns.hpp"
+
+namespace dqw {
+
+const std::array<ColumnInfo, column_count> columns = {{
+    {"t_s", &Log::t_s},
+    {"v_d_V", &Log::v_d_V},
+    {"v_q_V", &Log::v_q_V},
+    {"i_d_A", &Log::i_d_A},
+    {"i_q_A", &Log::i_q_A},
+    {"w_m_rad_s", &Log::w_m_rad_s},
+    {"theta_e_rad", &Log::theta_e_rad},
+    {"theta_m_rad", &Log::theta_m_rad},
+    {"v_dc_V", &Log::v_dc_V},
+    {"temp_winding_C", &Log::temp_winding_C},
+    {"temp_magnet_C", &Log::temp_magnet_C},
+    {"torque_Nm", &Log::torque_Nm},
+    {"torque_cmd_Nm", &Log::torque_cmd_Nm},
+}};
+
+static const std::array<const char*, 4> regime_names = {"dynamic", "steady", "standstill", "mechanical"};
+
+const char* name_of(Regime regime) { return regime_names[static_cast<std::size_t>(regime)]; }
+
+std::optional<Regime> regime_named(std::string_view name)
+{
+    for (std::size_t i = 0; i < regime_names.size(); ++i)
+        if (name == regime_names[i]) return static_cast<Regime>(i);
+    return {};
+}
+
+std::optional<Column> column_named(std::string_view name)
+{
+    for (std::size_t i = 0; i < column_count; ++i)
+        if (name == columns[i].name) return static_cast<Column>(i);
+    return {};
+}
+
+std::optional<Regime> regime_of_columns(const ColumnSet& has)
+{
+    const bool torque = has[col_torque] || has[col_torque_cmd] || has[col_i_q];
+    if (!has[col_v_d] && !has[col_v_q]) return has[col_t] && has[col_w_m] && torque ? std::optional(Regime::mechanical) : std::nullopt;
+    if (!has[col_w_m]) return Regime::standstill;
+    return {};
+}
+
+std::vector<std::string> missing_columns(Regime regime, const ColumnSet& has, bool torque_constant_known)
+{
+    std::vector<std::string> missing;
+    const auto need = [&](Column c) {
+        if (!has[c]) missing.push_back(columns[c].name);
+    };
+    const bool electrical = regime != Regime::mechanical;
+    if (regime == Regime::dynamic || !electrical) need(col_t);
+    if (electrical)
+        for (const Column c : {col_v_d, col_v_q, col_i_d, col_i_q}) need(c);
+    if (regime != Regime::standstill) need(col_w_m);
+    if (!electrical && !has[col_torque] && !has[col_torque_cmd]) {
+        if (!has[col_i_q])
+            missing.push_back("torque_Nm (or i_q_A with a torque constant, or torque_cmd_Nm)");
+        else if (!torque_constant_known)
+            missing.push_back("torque_Nm (or torque_constant_Nm_A under [machine] for i_q_A, or torque_cmd_Nm)");
+    }
+    return missing;
+}
+
+ColumnSet columns_of_plain_model(Regime regime)
+{
+    ColumnSet use = {};
+    use[col_t] = use[col_w_m] = use[col_i_q] = true;
+    if (regime == Regime::mechanical)
+        use[col_torque] = use[col_torque_cmd] = true;
+    else
+        use[col_v_d] = use[col_v_q] = use[col_i_d] = true;
+    return use;
+}
+
+}  // namespace dqw

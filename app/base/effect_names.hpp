@@ -1,0 +1,32 @@
+// The effects' names in logs, traces and on the command line, and what they are in lib/.
+#ifndef DQW_APP_BASE_EFFECT_NAMES_HPP
+#define DQW_APP_BASE_EFFECT_NAMES_HPP
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "dqw_effect.h"
+#include "ref/effect/found.hpp"
+
+namespace dqw {
+
+/// All names, electrical ones first.
+const std::vector<std::string>& effect_names();
+
+std::optional<dqw_effect_name> effect_named(const std::string& name);
+
+/// "DQW_EFFECT_DEAD_TIME".
+std::string enumerator_of(const std::string& name);
+
+/// What a monitor watches by inputs of its own.
+bool monitor_watches(const std::string& name);
+
+/// How many numbers the shape of a law has; a trace may give more (a start angle).
+std::size_t shapes_of(dqw_effect_name name);
+
+/// For lib/: shape and start values in single precision, what is missing 0. Throws std::invalid_argument for an unknown name.
+dqw_effect_config effect_config(const TraceInput& input);
+
+}  // namespace dqw
+#endif

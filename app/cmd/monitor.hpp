@@ -1,0 +1,12 @@
+// `monitor`: the condition monitor over one log, that of lib/ or that of port_q15/.
+#ifndef DQW_APP_CMD_MONITOR_HPP
+#define DQW_APP_CMD_MONITOR_HPP
+
+#include "app/cmd/command.hpp"
+
+namespace dqw {
+
+Command add_monitor(CLI::App& app);
+
+}  // namespace dqw
+#endif

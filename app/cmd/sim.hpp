@@ -1,0 +1,12 @@
+// `sim`: simulates a drive.
+#ifndef DQW_APP_CMD_SIM_HPP
+#define DQW_APP_CMD_SIM_HPP
+
+#include "app/cmd/command.hpp"
+
+namespace dqw {
+
+Command add_sim(CLI::App& app);
+
+}  // namespace dqw
+#endif

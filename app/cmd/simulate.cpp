@@ -1,0 +1,149 @@
+#include "app/cmd/simulate.hpp"
+
+#include <fmt/format.h>
+
+#include <iterator>
+
+#include "app/base/input_error.hpp"
+#include "app/base/output.hpp"
+#include "app/base/text.hpp"
+#include "app/cmd/command.hpp"
+
+namespace dqw {
+namespace {
+
+/// 1.9 GB of rows. A longer run can be logged more rarely (drive.log_every).
+constexpr std::size_t most_rows = 20000000;
+
+struct Field {
+    const char* name;
+    double dqw_sim_row::*value;
+    bool mechanical;  ///< also in a log of the mechanical side alone
+};
+
+const Field fields[] = {
+    {"t_s", &dqw_sim_row::t_s, true},
+    {"v_d_V", &dqw_sim_row::v_d_V, false},
+    {"v_q_V", &dqw_sim_row::v_q_V, false},
+    {"i_d_A", &dqw_sim_row::i_d_A, false},
+    {"i_q_A", &dqw_sim_row::i_q_A, true},
+    {"w_m_rad_s", &dqw_sim_row::w_m_rad_s, true},
+    {"theta_e_rad", &dqw_sim_row::theta_e_rad, false},
+    {"theta_m_rad", &dqw_sim_row::theta_m_rad, true},
+    {"v_dc_V", &dqw_sim_row::v_dc_V, false},
+    {"temp_winding_C", &dqw_sim_row::temp_winding_C, false},
+    {"temp_magnet_C", &dqw_sim_row::temp_magnet_C, false},
+    {"torque_Nm", &dqw_sim_row::torque_Nm, true},
+};
+
+[[noreturn]] void fail(const dqw_sim_scenario& scenario, int status, const dqw_sim_report& report)
+{
+    const std::string what = fmt::format("{}: {}", scenario.name, report.message[0] ? report.message : dqw_sim_status_text(status));
+    if (status == DQW_SIM_ERR_SCENARIO) throw UsageError(what);
+    if (status == DQW_SIM_ERR_MAP) {
+        const std::string curve = scenario.nonideal.inverter_curve, said = report.message[0] ? report.message : dqw_sim_status_text(status);
+        throw InputError(!curve.empty() && said.compare(0, curve.size(), curve) == 0 ? curve : scenario.machine.flux_map, 1, said);
+    }
+    throw std::runtime_error(what);
+}
+
+}  // namespace
+
+dqw_sim_scenario scenario_named(const std::string& name)
+{
+    if (const dqw_sim_scenario* found = dqw_sim_scenario_find(name.c_str())) return *found;
+    std::vector<std::string> names;
+    for (std::size_t i = 0; i < dqw_sim_scenario_count(); ++i) names.push_back(dqw_sim_scenario_at(i)->name);
+    throw UsageError(fmt::format("no scenario {}; there are {}", shown(name), list(names, 100)));
+}
+
+void set(dqw_sim_scenario& scenario, const std::string& assignment)
+{
+    const auto equals = assignment.find('=');
+    if (equals == assignment.npos || equals == 0) throw UsageError(fmt::format("--set {}: expected key=value", shown(assignment)));
+    const std::string key = assignment.substr(0, equals), value = assignment.substr(equals + 1);
+    const int status = dqw_sim_set(&scenario, key.c_str(), value.c_str());
+    if (status == DQW_SIM_ERR_KEY) throw UsageError(fmt::format("--set: no key {}; `dqwatch sim --list-keys` names all", shown(key)));
+    if (status != DQW_SIM_OK) throw UsageError(fmt::format("--set {}: {} is no value for it", key, shown(value)));
+}
+
+Simulation simulate(const dqw_sim_scenario& scenario, const std::function<void(double)>& progress)
+{
+    Simulation run;
+    run.scenario = scenario;
+    const std::size_t count = dqw_sim_rows(&scenario);
+    if (count > most_rows) throw UsageError(fmt::format("{}: {} rows; at most {}: raise drive.log_every or lower duration_s", scenario.name, count, most_rows));
+    run.rows.resize(count);
+    dqw_sim_report report = {};
+    const auto forward = [](void* context, double fraction) {
+        (*static_cast<const std::function<void(double)>*>(context))(fraction);
+        return 0;
+    };
+    auto* context = const_cast<std::function<void(double)>*>(&progress);
+    const int status = dqw_sim_run(&scenario, run.rows.data(), count, &report, forward, context);
+    if (status != DQW_SIM_OK) fail(scenario, status, report);
+    if (count == 0) throw UsageError(fmt::format("{}: no rows", scenario.name));
+
+    const dqw_sim_machine& m = scenario.machine;
+    const bool map = m.flux_map[0] != '\0';
+    run.truth.name = scenario.name;
+    run.truth.pole_pairs = m.pole_pairs;
+    run.truth.R_ohm = m.R_ohm;
+    run.truth.Ld_H = map ? report.Ld_H : m.Ld_H;
+    run.truth.Lq_H = map ? report.Lq_H : m.Lq_H;
+    run.truth.psi_Wb = map ? report.psi_Wb : m.psi_Wb;
+    run.truth.J_kgm2 = m.J_kgm2;
+    run.truth.B_Nms_rad = m.B_Nms_rad;
+    run.truth.torque_constant_Nm_A = 1.5 * m.pole_pairs * *run.truth.psi_Wb;
+    return run;
+}
+
+void write_csv(const Simulation& simulation, const std::string& path)
+{
+    const bool mechanical = std::string(simulation.scenario.regime) == "mechanical";
+    std::vector<const Field*> written;
+    for (const Field& f : fields)
+        if (!mechanical || f.mechanical) written.push_back(&f);
+    OutputFile file(path);
+    std::string text;
+    for (const Field* f : written) text += (f == written.front() ? "" : ",") + std::string(f->name);
+    text += '\n';
+    auto out = std::back_inserter(text);
+    for (const dqw_sim_row& row : simulation.rows) {
+        for (const Field* f : written) {
+            if (f != written.front()) text += ',';
+            // Time keeps its steps in a long log; nine digits are more than any sensor has.
+            fmt::format_to(out, f->value == &dqw_sim_row::t_s ? "{:.12g}" : "{:.9g}", row.*(f->value));
+        }
+        text += '\n';
+        if (text.size() < (std::size_t{1} << 16)) continue;
+        file.write(text);
+        text.clear();
+    }
+    file.write(text);
+    file.close();
+}
+
+void write_toml(const Simulation& simulation, const std::string& path, const std::string& command)
+{
+    const Machine& m = simulation.truth;
+    std::string text = "# " + command + "\n# The values are the simulated machine's own.\n[log]\n";
+    text += fmt::format("regime = \"{}\"\nvoltage_interval = \"next\"\n[machine]\nname = \"{}\"\npole_pairs = {}\n", simulation.scenario.regime, m.name,
+                        simulation.scenario.machine.pole_pairs);
+    const auto say = [&](const char* key, const std::optional<double>& value) {
+        // What the reader would refuse is left out: a machine without inertia data has J = 0.
+        if (value && *value > 0) text += fmt::format("{} = {}\n", key, *value);
+    };
+    say("R_ohm", m.R_ohm);
+    say("Ld_H", m.Ld_H);
+    say("Lq_H", m.Lq_H);
+    say("psi_Wb", m.psi_Wb);
+    say("J_kgm2", m.J_kgm2);
+    say("B_Nms_rad", m.B_Nms_rad);
+    say("torque_constant_Nm_A", m.torque_constant_Nm_A);
+    OutputFile file(path);
+    file.write(text);
+    file.close();
+}
+
+}  // namespace dqw

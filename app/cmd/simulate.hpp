@@ -1,0 +1,36 @@
+// Runs a scenario of the simulator and writes its log in the documented format.
+#ifndef DQW_APP_CMD_SIMULATE_HPP
+#define DQW_APP_CMD_SIMULATE_HPP
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "dqw_sim.h"
+#include "ref/log/log.hpp"
+
+namespace dqw {
+
+struct Simulation {
+    dqw_sim_scenario scenario;
+    std::vector<dqw_sim_row> rows;
+    Machine truth;  ///< of the healthy machine at its reference temperature
+};
+
+/// The scenario called `name`; throws UsageError, naming those there are.
+dqw_sim_scenario scenario_named(const std::string& name);
+
+/// Applies "key=value"; throws UsageError.
+void set(dqw_sim_scenario& scenario, const std::string& assignment);
+
+/// Simulates. Throws UsageError where the scenario contradicts itself, InputError on a flux map, std::runtime_error otherwise.
+Simulation simulate(const dqw_sim_scenario& scenario, const std::function<void(double)>& progress);
+
+/// Writes the log. A mechanical one has no voltages.
+void write_csv(const Simulation& simulation, const std::string& path);
+
+/// Writes what the simulated machine is, as nominal values; `command` says how to make it again.
+void write_toml(const Simulation& simulation, const std::string& path, const std::string& command);
+
+}  // namespace dqw
+#endif

@@ -1,0 +1,42 @@
+#include "app/learn/learn.hpp"
+
+#include <cmath>
+#include <stdexcept>
+
+#include "app/learn/electrical.hpp"
+#include "app/learn/mechanical.hpp"
+#include "app/learn/mechanical_q15.hpp"
+#include "app/learn/parts.hpp"
+#include "app/learn/q15.hpp"
+
+namespace dqw {
+namespace {
+
+void check(const std::vector<Log>& logs, const LearnOptions& options)
+{
+    static const char* const known[] = {"R_ohm", "Ld_H", "Lq_H", "psi_Wb", "pole_pairs", "J_kgm2", "B_Nms_rad", "torque_constant_Nm_A"};
+    for (const std::string& name : options.parameters)
+        if (std::find(std::begin(known), std::end(known), name) == std::end(known)) throw std::invalid_argument("unknown parameter '" + name + "'");
+    if (logs.empty()) throw std::invalid_argument("no log");
+    for (const Log& log : logs) {
+        if (log.regime != logs.front().regime) throw std::invalid_argument(log.path + ": its regime differs from " + logs.front().path);
+        const bool timed = log.regime == Regime::dynamic || log.regime == Regime::mechanical;
+        if (timed && std::abs(log.dt_s / logs.front().dt_s - 1.0) > 1e-3)
+            throw std::invalid_argument(log.path + ": its sampling period differs from " + logs.front().path + "; learn them one at a time");
+    }
+}
+
+}  // namespace
+
+Learned learn_all(const std::vector<Log>& logs, const LearnOptions& options)
+{
+    check(logs, options);
+    if (options.heldout_row != nullptr && options.heldout_row->size() != all_rows(logs))
+        throw std::invalid_argument("not one mark for each row of what is held out");
+    if (logs.front().regime == Regime::mechanical) return options.fixed_point ? learn_mechanical_q15(logs, options) : learn_mechanical(logs, options);
+    return options.fixed_point ? learn_q15(logs, options) : learn_electrical(logs, options);
+}
+
+Result learn(const std::vector<Log>& logs, const LearnOptions& options) { return learn_all(logs, options).result; }
+
+}  // namespace dqw

@@ -1,0 +1,159 @@
+#include "app/learn/residual.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "app/base/effect_names.hpp"
+#include "app/learn/parts.hpp"
+#include "app/learn/signals.hpp"
+
+namespace dqw {
+namespace {
+
+/// As the learners have them.
+std::vector<double> weights_of(const std::vector<TraceInput>& inputs, const Log& log)
+{
+    std::vector<double> all;
+    for (const TraceInput& in : inputs) {
+        std::vector<double> w = in.weights;
+        w.resize(static_cast<std::size_t>(dqw_effect_weights(*effect_named(in.effect))));
+        for (double& x : w) x = std::isfinite(x) ? x / weight_unit(in, log, inputs) : 0.0;
+        all.insert(all.end(), w.begin(), w.end());
+    }
+    return all;
+}
+
+void take_from(Log& log, const std::vector<TraceInput>& inputs, const std::vector<dqw_effect_config>& list, double pole_pairs, float i_base_A)
+{
+    const bool settled = log.regime != Regime::dynamic;
+    const std::vector<double> weights = weights_of(inputs, log);
+    dqw_effect effect;
+    const dqw_effect_base base{period_of(log, inputs), 1.0F, i_base_A, 1.0F, static_cast<std::uint16_t>(std::max(pole_pairs, 1.0)), false};
+    if (dqw_effect_init(&effect, list.data(), static_cast<int>(list.size()), &base) != DQW_OK) return;
+    const SampleSource sample(log, pole_pairs, inputs);
+    std::vector<double> d(log.rows()), q(log.rows());
+    float x_d[DQW_EFFECT_WEIGHTS], x_q[DQW_EFFECT_WEIGHTS];
+    dqw_sample last{};
+    std::size_t next_segment = 0;
+    bool has_last = false;
+    for (std::size_t k = 0; k < log.rows(); ++k) {
+        if (next_segment < log.segments.size() && k == log.segments[next_segment]) {
+            dqw_effect_gap(&effect);
+            has_last = false;
+            ++next_segment;
+        }
+        const dqw_sample now = sample(k);
+        bool there = true;
+        if (settled)
+            dqw_effect_static(&effect, &now, x_d, x_q);
+        else
+            there = dqw_effect_pair(&effect, has_last ? &last : nullptr, &now, x_d, x_q);
+        if (there) dqw_effect_dead_time(&effect, settled ? nullptr : &last, &now, x_d, x_q);
+        dqw_effect_heat(&effect, now.i_d_A, now.i_q_A);
+        dqw_effect_warm(&effect, 1);
+        const std::size_t row = settled ? k : k - 1;
+        for (std::size_t i = 0; there && i < weights.size(); ++i) {
+            d[row] += weights[i] * static_cast<double>(x_d[i]);
+            q[row] += weights[i] * static_cast<double>(x_q[i]);
+        }
+        last = now;
+        has_last = true;
+    }
+    for (std::size_t k = 0; k < log.rows(); ++k) {
+        if (!log.v_d_V.empty()) log.v_d_V[k] -= d[k];
+        if (!log.v_q_V.empty()) log.v_q_V[k] -= q[k];
+    }
+}
+
+void take_torque_from(Log& log, const std::vector<TraceInput>& inputs, const std::vector<dqw_effect_config>& list, double torque_constant_Nm_A)
+{
+    std::string source;
+    std::vector<double> torque = torque_of(log, torque_constant_Nm_A, source);
+    const std::vector<float> angle = shaft_angle_of(log);
+    const std::vector<double> weights = weights_of(inputs, log);
+    for (std::size_t k = 0; k < torque.size(); ++k) {
+        std::size_t n = 0;
+        for (const dqw_effect_config& c : list) {
+            float x[DQW_EFFECT_STARTS];
+            dqw_effect_torque(&c, static_cast<float>(log.w_m_rad_s[k]), angle[k], x);
+            for (int i = 0; i < dqw_effect_weights(c.effect); ++i) torque[k] -= weights[n++] * static_cast<double>(x[i]);
+        }
+    }
+    log.torque_Nm = torque;
+}
+
+/// The marked rows of a log, each stretch of them a segment of its own.
+Log part_of(const Log& log, const std::vector<char>& marks, std::size_t first)
+{
+    Log part = log;
+    part.segments.clear();
+    std::vector<std::size_t> rows;
+    for (std::size_t k = 0; k < log.rows(); ++k) {
+        if (marks[first + k] == 0) continue;
+        const bool begins = k == 0 || marks[first + k - 1] == 0 || std::binary_search(log.segments.begin(), log.segments.end(), k);
+        if (begins) part.segments.push_back(rows.size());
+        rows.push_back(k);
+    }
+    for (auto column : {&Log::t_s, &Log::v_d_V, &Log::v_q_V, &Log::i_d_A, &Log::i_q_A, &Log::w_m_rad_s, &Log::theta_e_rad, &Log::theta_m_rad, &Log::v_dc_V,
+                        &Log::temp_winding_C, &Log::temp_magnet_C, &Log::torque_Nm, &Log::torque_cmd_Nm}) {
+        std::vector<double>& to = part.*column;
+        if (to.empty()) continue;
+        for (std::size_t n = 0; n < rows.size(); ++n) to[n] = to[rows[n]];
+        to.resize(rows.size());
+    }
+    return part;
+}
+
+std::vector<Log> parts_of(const std::vector<Log>& logs, const std::vector<char>& marks)
+{
+    std::vector<Log> parts;
+    std::size_t first = 0;
+    for (const Log& log : logs) {
+        Log part = part_of(log, marks, first);
+        if (!part.segments.empty()) parts.push_back(std::move(part));
+        first += log.rows();
+    }
+    return parts;
+}
+
+}  // namespace
+
+std::vector<Log> without_effects(const std::vector<Log>& logs, const std::vector<TraceInput>& inputs, const PlainModel& model)
+{
+    std::vector<Log> left = logs;
+    if (inputs.empty()) return left;
+    const std::vector<dqw_effect_config> list = lists_of(inputs);
+    const auto i_base_A = static_cast<float>(largest_current(logs));
+    for (Log& log : left) {
+        if (log.regime == Regime::mechanical)
+            take_torque_from(log, inputs, list, model.torque_constant_Nm_A);
+        else
+            take_from(log, inputs, list, model.pole_pairs, i_base_A);
+    }
+    return left;
+}
+
+void report_residual_of(const std::vector<Log>& logs, const std::vector<TraceInput>& inputs, const PlainModel& model, const std::vector<char>* heldout_row,
+                        Result& result)
+{
+    if (inputs.empty() && heldout_row == nullptr) {
+        report_residual(logs, model, result);
+        return;
+    }
+    std::vector<Log> left = without_effects(logs, inputs, model);
+    if (heldout_row != nullptr) left = parts_of(left, *heldout_row);
+    report_residual(left, model, result);
+    if (inputs.empty()) return;
+    Result measured;
+    if (heldout_row != nullptr)
+        report_residual(parts_of(logs, *heldout_row), model, measured);
+    else
+        report_residual(logs, model, measured);
+    for (std::size_t n = 0; n < std::min(result.axes.size(), measured.axes.size()); ++n) {
+        const double signal = measured.axes[n].percent > 0.0 ? measured.axes[n].rms / measured.axes[n].percent : 0.0;
+        result.axes[n].percent = signal > 0.0 ? result.axes[n].rms / signal : 0.0;
+    }
+}
+
+}  // namespace dqw

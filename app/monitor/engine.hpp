@@ -1,0 +1,54 @@
+// A condition monitor as the command runs it: that of lib/ in float, or that of port_q15/ in fixed point, with SI on the outside.
+#ifndef DQW_APP_MONITOR_ENGINE_HPP
+#define DQW_APP_MONITOR_ENGINE_HPP
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+
+#include "app/monitor/readings.hpp"
+#include "app/monitor/setup.hpp"
+#include "dqw_fault.h"
+#include "dqw_gate.h"
+#include "dqw_model.h"
+#include "dqw_monitor_q15.h"
+#include "dqw_stage.h"
+
+namespace dqw {
+
+/// What a monitor says of itself, between two samples.
+struct MonitorState {
+    dqw_stage stage;
+    dqw_gate gate;
+    double residual_pu;  ///< of the voltage base
+    std::uint32_t blocks, missed, restarts, witness_blocks, friction_looks;
+};
+
+/// An event, in halves of a window; value and deviation in the unit of its name.
+struct MonitorTold {
+    std::uint32_t half, since;
+    dqw_monitor_channel parameter;
+    double value, sd;
+    dqw_fault_verdict fault;
+};
+
+class MonitorEngine {
+public:
+    MonitorEngine() = default;
+    MonitorEngine(const MonitorEngine&) = delete;
+    MonitorEngine& operator=(const MonitorEngine&) = delete;
+    virtual ~MonitorEngine() = default;
+    virtual void gap(std::uint32_t periods) = 0;
+    /// True where a block waits for background().
+    virtual bool sample(const dqw_sample& s) = 0;
+    virtual std::optional<MonitorTold> background() = 0;
+    /// Stage 1 again. Throws std::invalid_argument where the configuration is refused.
+    virtual void define() = 0;
+    /// Halves of a window since it began.
+    virtual std::uint32_t halves() const = 0;
+    virtual MonitorMeasures measures() const = 0;
+    virtual MonitorState state() const = 0;
+};
+
+}  // namespace dqw
+#endif

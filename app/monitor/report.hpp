@@ -1,0 +1,43 @@
+// A monitor's run in words and numbers: events as lines, summary, tables that text and page share.
+#ifndef DQW_APP_MONITOR_REPORT_HPP
+#define DQW_APP_MONITOR_REPORT_HPP
+
+#include <string>
+#include <vector>
+
+#include "app/monitor/run.hpp"
+
+namespace dqw {
+
+struct MonitorReport {
+    std::string log;
+    MonitorRun run;
+    std::vector<std::string> notes;
+};
+
+/// One object of schema dqwatch.event/1, one line. Beyond it: since_s, healthy, and phase where the fault has one.
+std::string event_json(const MonitorEvent& event);
+/// The same for people, one line.
+std::string event_text(const MonitorEvent& event);
+
+/// What came of it, in one sentence.
+std::string monitor_outcome(const MonitorRun& run);
+
+/// What is another value since; half a sentence.
+std::string relearned_text(const MonitorRelearned& relearned);
+
+/// Seconds in service.
+double served_s(const MonitorRun& run);
+
+using MonitorRows = std::vector<std::vector<std::string>>;
+/// Healthy and last values of what is watched; the first row is the heading. Called by title, or as in the events.
+MonitorRows value_rows(const MonitorRun& run, bool titles);
+/// Stage, rows, what was refused, events.
+MonitorRows summary_rows(const MonitorRun& run);
+MonitorRows event_rows(const MonitorRun& run, std::size_t most);
+
+/// After the events: summary and values.
+std::string monitor_text(const MonitorRun& run);
+
+}  // namespace dqw
+#endif

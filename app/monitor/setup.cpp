@@ -1,0 +1,209 @@
+#include "app/monitor/setup.hpp"
+#include "dqw_effect_kind.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "app/base/columns.hpp"
+#include "app/base/effect_names.hpp"
+#include "app/base/input_error.hpp"
+#include "app/base/text.hpp"
+#include "app/learn/parts.hpp"
+#include "app/learn/signals.hpp"
+
+namespace dqw {
+namespace {
+
+// Half a block: 1 ms, 20 rows at least.
+constexpr double kHalfWindow_s = 1e-3;
+constexpr int kLeastHalfWindow = 20, kLeastOfFast = 10;
+// Electrical angle of half a block above which the witness sees no ripple, with some room.
+constexpr double kHalfAngle_rad = 1.1;
+constexpr double kDeadTimeWidth = 0.02;  // of the current base
+// A base is what this part of the rows stays below: a glitch scales nothing, and is refused as one.
+constexpr double kUsual = 0.999;
+constexpr double kDrift = 0.01;
+constexpr std::uint32_t kStale = 10;  // equal rows in a row
+constexpr double kAlpha_per_K = 0.0039;
+// What stands for a machine that nobody has described.
+constexpr double kFirst_s = 2.0;
+constexpr std::size_t kFirstRows = 5000;
+
+/// The log's first seconds.
+Log beginning(const Log& log)
+{
+    const auto wanted = static_cast<std::size_t>(std::min(std::ceil(kFirst_s / log.dt_s), 1e9));
+    const std::size_t rows = std::min(std::max(wanted, kFirstRows), log.rows() / 2);
+    Log first;
+    first.path = log.path, first.regime = log.regime, first.machine = log.machine, first.dt_s = log.dt_s;
+    for (const ColumnInfo& c : columns) {
+        const std::vector<double>& all = log.*(c.values);
+        if (!all.empty()) (first.*(c.values)).assign(all.begin(), all.begin() + static_cast<std::ptrdiff_t>(rows));
+    }
+    first.segments.clear();
+    for (const std::size_t s : log.segments)
+        if (s < rows) first.segments.push_back(s);
+    return first;
+}
+
+struct Nominal {
+    const char* name;
+    std::optional<double> Machine::*value;
+    float dqw_estimator_config::*place;
+    double PlainModel::*learned;
+};
+const Nominal nominals[] = {
+    {"R_ohm", &Machine::R_ohm, &dqw_estimator_config::R_ohm, &PlainModel::R_ohm},
+    {"Ld_H", &Machine::Ld_H, &dqw_estimator_config::Ld_H, &PlainModel::Ld_H},
+    {"Lq_H", &Machine::Lq_H, &dqw_estimator_config::Lq_H, &PlainModel::Lq_H},
+    {"psi_Wb", &Machine::psi_Wb, &dqw_estimator_config::psi_Wb, &PlainModel::psi_Wb},
+};
+
+bool usable(double x) { return static_cast<float>(x) > 0.0F && std::isfinite(static_cast<float>(x)); }
+
+/// A machine's order of magnitude, from its largest signals.
+double rough(const Nominal& n, const dqw_estimator_config& c)
+{
+    const auto v = static_cast<double>(c.v_base_V), i = static_cast<double>(c.i_base_A), w_e = c.pole_pairs * static_cast<double>(c.w_base_rad_s);
+    if (n.value == &Machine::R_ohm) return 0.1 * v / i;
+    return n.value == &Machine::psi_Wb ? 0.5 * v / w_e : 0.1 * v / (i * w_e);
+}
+
+/// Where learning starts: whatever is said, and of the rest what the estimator makes of the log's first seconds.
+void start_values(const Log& log, const Machine& start, const std::vector<TraceInput>& effects, MonitorSetup& setup)
+{
+    std::vector<const Nominal*> missing;
+    for (const Nominal& n : nominals) {
+        setup.config.estimator.*(n.place) = nominal(log.machine, start, n.value);
+        if (!usable(static_cast<double>(setup.config.estimator.*(n.place)))) missing.push_back(&n);
+    }
+    if (missing.empty()) return;
+    const Log first = beginning(log);
+    LearnOptions options;
+    options.inputs = effects;
+    if (setup.config.estimator.angle) options.inputs.push_back({"dead_time", {}, {}});
+    options.start.pole_pairs = setup.config.estimator.pole_pairs;
+    const Learned learned = learn_all({first}, options);
+    std::vector<std::string> from_log, guessed;
+    for (const Nominal* n : missing) {
+        const auto& found = learned.result.parameters;
+        const bool known = std::any_of(found.begin(), found.end(), [&](const Estimate& e) { return e.name == n->name; });
+        const double value = learned.model.*(n->learned);
+        const bool good = known && usable(value);
+        (good ? from_log : guessed).emplace_back(n->name);
+        setup.config.estimator.*(n->place) = static_cast<float>(good ? value : rough(*n, setup.config.estimator));
+    }
+    const double span_s = static_cast<double>(first.rows()) * log.dt_s;
+    if (!from_log.empty()) setup.notes.push_back(fmt::format("{} not said: learning starts from the log's first {:.3g} s", list(from_log), span_s));
+    if (!guessed.empty())
+        setup.notes.push_back(
+            fmt::format("{} not said, and the first {:.3g} s do not tell: learning starts from the size of the signals", list(guessed), span_s));
+}
+
+bool has_thermometer(const TraceInput& in, const Log& log)
+{
+    const bool heats = in.effect == "winding_temperature" || in.effect == "magnet_temperature";
+    if (!heats || heats_by_current(in) || in.shape.size() < 2) return true;
+    return !log.temp_winding_C.empty() || (in.effect == "magnet_temperature" && !log.temp_magnet_C.empty());
+}
+
+/// Why the estimator cannot have an effect over this log; empty: it can.
+std::string why_not(const TraceInput& in, const Log& log, bool angle)
+{
+    if (dqw_effect_is_mechanical(effect_config(in).effect)) return "the monitor watches the machine, and of the shaft its friction";
+    if (needs_angle(in.effect) && !angle) return "it needs theta_e_rad or theta_m_rad";
+    return has_thermometer(in, log) ? "" : "it needs a temperature";
+}
+
+/// An effect is watched by an input that the monitor has, or the estimator learns it, or a note says why not.
+std::vector<TraceInput> effects_to_learn(const std::vector<TraceInput>& inputs, const Log& log, MonitorSetup& setup)
+{
+    dqw_estimator_config& c = setup.config.estimator;
+    std::vector<TraceInput> learned;
+    for (const TraceInput& in : inputs) {
+        if (c.angle && in.effect == "dead_time" && !in.shape.empty() && usable(in.shape[0])) c.dead_time_width_A = static_cast<float>(in.shape[0]);
+        if (monitor_watches(in.effect)) continue;
+        const std::string why = why_not(in, log, c.angle);
+        if (why.empty())
+            learned.push_back(in);
+        else
+            setup.notes.push_back(fmt::format("not used: {}; {}", in.effect, why));
+        // A settled log's delay is in seconds.
+        if (why.empty() && in.effect == "delay" && !in.shape.empty()) {
+            for (double& w : learned.back().weights) w /= log.dt_s;
+            learned.back().shape.clear();
+        }
+    }
+    return learned;
+}
+
+/// The size that all but a few rows of two channels stay below; the largest where that is nothing.
+float usual_largest(const std::vector<Log>& logs, std::vector<double> Log::*a, std::vector<double> Log::*b)
+{
+    std::vector<double> sizes;
+    for (const Log& log : logs)
+        for (std::size_t k = 0; k < log.rows(); ++k) sizes.push_back(std::max(std::fabs((log.*a)[k]), std::fabs((log.*b)[k])));
+    if (sizes.empty()) return largest(logs, a, b);
+    const auto at = static_cast<std::ptrdiff_t>(kUsual * static_cast<double>(sizes.size() - 1));
+    std::nth_element(sizes.begin(), sizes.begin() + at, sizes.end());
+    const double usual = sizes[static_cast<std::size_t>(at)];
+    return usable(usual) ? static_cast<float>(usual) : largest(logs, a, b);
+}
+
+/// Short enough for the witness at the largest speed.
+std::uint16_t half_window_of(const Log& log, const dqw_estimator_config& c)
+{
+    const double w_e = c.pole_pairs * static_cast<double>(c.w_base_rad_s);
+    const std::uint16_t usual = half_window(kHalfWindow_s, log.dt_s, kLeastHalfWindow);
+    if (!c.angle || w_e * usual * log.dt_s <= kHalfAngle_rad) return usual;
+    return std::min(usual, half_window(kHalfAngle_rad / w_e, log.dt_s, kLeastOfFast));
+}
+
+void check(const Log& log, const Machine& start)
+{
+    if (log.regime != Regime::dynamic)
+        throw InputError(log.path, 1, fmt::format("a {} log; expected a dynamic one, with t_s, voltages, currents and speed", name_of(log.regime)));
+    if (!log.machine.pole_pairs && !start.pole_pairs)
+        throw InputError(log.path, 1, "the pole pairs are not known; expected --pole-pairs N, or pole_pairs in the machine file");
+}
+
+}  // namespace
+
+MonitorSetup monitor_setup(const std::vector<Log>& logs, const LearnConfig& asked)
+{
+    const Log& log = logs.front();
+    check(log, asked.start);
+    MonitorSetup setup;
+    dqw_estimator_config& c = setup.config.estimator;
+    c.dt_s = static_cast<float>(log.dt_s);
+    c.v_base_V = usual_largest(logs, &Log::v_d_V, &Log::v_q_V);
+    c.i_base_A = usual_largest(logs, &Log::i_d_A, &Log::i_q_A);
+    c.w_base_rad_s = usual_largest(logs, &Log::w_m_rad_s, &Log::w_m_rad_s);
+    c.pole_pairs = static_cast<std::uint16_t>(log.machine.pole_pairs ? *log.machine.pole_pairs : *asked.start.pole_pairs);
+    c.angle = !log.theta_e_rad.empty() || !log.theta_m_rad.empty();
+    c.encoder_offset = c.angle;
+    c.noise_on_inputs = true;
+    c.drift_per_sqrt_s = static_cast<float>(kDrift);
+    c.stale_limit = kStale;
+    c.half_window = half_window_of(log, c);
+    if (c.angle)
+        c.dead_time_width_A = static_cast<float>(kDeadTimeWidth) * c.i_base_A;
+    else
+        setup.notes.emplace_back("no theta_e_rad or theta_m_rad: dead time, unlike phases, current sensors and the encoder are not watched");
+    const std::vector<TraceInput> effects = effects_to_learn(asked.inputs, log, setup);
+    check_room(effects);
+    setup.config.alpha_per_K = static_cast<float>(kAlpha_per_K);
+    setup.config.J_kgm2 = nominal(log.machine, asked.start, &Machine::J_kgm2);
+    if (!(setup.config.J_kgm2 > 0.0F)) setup.notes.emplace_back("friction is not watched: no J_kgm2");
+    start_values(log, asked.start, effects, setup);
+    PlainModel machine;
+    for (const Nominal& n : nominals) machine.*(n.learned) = static_cast<double>(c.*(n.place));
+    machine.pole_pairs = c.pole_pairs;
+    setup.inputs = completed(effects, logs, machine);
+    if (!effects.empty()) setup.notes.push_back("learned as well: " + list(effects_of({effects, {}})));
+    return setup;
+}
+
+}  // namespace dqw

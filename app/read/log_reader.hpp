@@ -1,0 +1,28 @@
+// Reads LOG.csv, and LOG.toml beside it, into memory.
+#ifndef DQW_APP_READ_LOG_READER_HPP
+#define DQW_APP_READ_LOG_READER_HPP
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/base/input_error.hpp"
+#include "ref/log/log.hpp"
+
+namespace dqw {
+
+struct ReadOptions {
+    std::string machine_file;                   ///< instead of LOG.toml; empty: LOG.toml if it is there
+    std::optional<double> pole_pairs;           ///< wins over the machine file's
+    bool plain_only = false;                    ///< keep only the columns that a plain fit uses: 10 million rows in 0.5 GB
+    std::vector<std::string>* notes = nullptr;  ///< gets what was assumed, ignored or skipped; warnings begin "warning: "
+    std::function<void(double)> progress = {};  ///< called with 0..1 now and then
+};
+
+/// Reads a log of the documented format; throws InputError. Every row is used, or counted in a note.
+/// Memory: 8 bytes a row for each column kept, and 1 MiB.
+Log read_log(const std::string& path, const ReadOptions& options = {});
+
+}  // namespace dqw
+#endif

@@ -1,0 +1,202 @@
+#include "app/report/compare.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "app/base/columns.hpp"
+#include "app/base/quantity.hpp"
+#include "app/base/text.hpp"
+#include "app/page/html.hpp"
+#include "app/page/page.hpp"
+#include "app/report/compare_plots.hpp"
+#include "app/report/report.hpp"
+
+namespace dqw {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr double kFullScale = 32768.0;
+/// Decimal places of a percentage.
+constexpr int kPlaces = 4;
+
+const Estimate* find(const Result& result, const std::string& name)
+{
+    for (const Estimate& e : result.parameters)
+        if (e.name == name) return &e;
+    return nullptr;
+}
+
+std::string signed_number(double x, int places)
+{
+    const std::string text = fmt::format("{:+.{}f}", x, places);
+    // No sign of nothing.
+    return text.find_first_of("123456789") == std::string::npos ? text.substr(1) : text;
+}
+
+std::string percent(const Result& first, const Result& second, const std::string& name)
+{
+    const auto d = difference_percent(first, second, name);
+    return d ? signed_number(*d, kPlaces) : "–";
+}
+
+/// Q15 less float, in parts of 1/32768 of the parameter's unit.
+std::string last_places(const Comparison& c, const std::string& name)
+{
+    const auto& all = compared_parameters(c.reference.regime);
+    const auto at = std::find_if(all.begin(), all.end(), [&](const Compared& p) { return p.name == name; });
+    const Estimate *a = find(c.fixed, name), *b = find(c.single, name);
+    if (at == all.end() || a == nullptr || b == nullptr) return "–";
+    return signed_number((a->value - b->value) / c.unit[static_cast<std::size_t>(at - all.begin())] * kFullScale, 2);
+}
+
+/// Every parameter that one of the three may have, the effects' behind the machine's.
+std::vector<std::string> names_in(const Comparison& c)
+{
+    std::vector<std::string> out = known_parameters();
+    for (const Result* result : {&c.reference, &c.single, &c.fixed})
+        for (const Estimate& e : result->parameters)
+            if (std::find(out.begin(), out.end(), e.name) == out.end()) out.push_back(e.name);
+    return out;
+}
+
+/// Heading first.
+std::vector<std::vector<std::string>> table_rows(const Comparison& c)
+{
+    std::vector<std::vector<std::string>> rows = {
+        {"parameter", "unit", "reference", "float", "Q15", "float−reference %", "Q15−float %", "Q15−reference %", "Q15−float LSB"}};
+    for (const std::string& name : names_in(c)) {
+        const Estimate* const three[] = {find(c.reference, name), find(c.single, name), find(c.fixed, name)};
+        const auto first = std::find_if(std::begin(three), std::end(three), [](const Estimate* e) { return e != nullptr; });
+        if (first == std::end(three)) continue;
+        const Quantity q = quantity(name, (*first)->value, 0.0, 6);
+        std::vector<std::string> row = {name, q.unit};
+        for (const Estimate* e : three)
+            row.push_back(e == nullptr ? "–" : name == "pole_pairs" ? fmt::format("{:g}", e->value) : number_like(q, name, e->value, 6));
+        for (const auto& [a, b] : {std::pair(&c.single, &c.reference), std::pair(&c.fixed, &c.single), std::pair(&c.fixed, &c.reference)})
+            row.push_back(percent(*a, *b, name));
+        row.push_back(last_places(c, name));
+        rows.push_back(row);
+    }
+    return rows;
+}
+
+std::string about_last_places(const Comparison& c)
+{
+    const Regime regime = c.reference.regime;
+    const auto& all = compared_parameters(regime);
+    std::string units, symbols;
+    for (std::size_t k = 0; k < all.size(); ++k) {
+        const Quantity q = quantity(all[k].name, c.unit[k], 0.0);
+        units += fmt::format("{}{} {}", k ? ", " : "", q.value, q.unit);
+        symbols += (k ? ", " : "") + std::string(all[k].symbol);
+    }
+    const bool timed = regime == Regime::dynamic || regime == Regime::mechanical;
+    return "1 LSB is 1/32768 of " + units + ": the unit that the full scales make of " + symbols + (timed ? "" : ", with 1 µs as the period of settled rows");
+}
+
+std::vector<std::string> missing(const Comparison& c)
+{
+    std::vector<std::string> out;
+    const std::pair<const char*, const Result*> all[] = {{"reference", &c.reference}, {"float", &c.single}, {"Q15", &c.fixed}};
+    for (const auto& [who, result] : all)
+        for (const NotIdentifiable& n : result->not_identifiable)
+            out.push_back(fmt::format("{}, {}: {}{}", n.name, who, n.why, n.excitation.empty() ? "" : "; what would help: " + n.excitation));
+    return out;
+}
+
+Json differences(const Result& first, const Result& second)
+{
+    Json out = Json::object();
+    for (const Estimate& e : first.parameters)
+        if (const auto d = difference_percent(first, second, e.name)) out[e.name] = *d;
+    return out;
+}
+
+/// The parameter on which two results differ most, in percent; none: a null name.
+std::pair<const char*, double> worst(const Result& first, const Result& second)
+{
+    std::pair<const char*, double> out{nullptr, 0.0};
+    for (const auto& [name, symbol] : compared_parameters(first.regime))
+        if (const auto d = difference_percent(first, second, name))
+            if (out.first == nullptr || std::fabs(*d) > std::fabs(out.second)) out = {name, *d};
+    return out;
+}
+
+std::string apart(const char* what, const std::pair<const char*, double>& w)
+{
+    return w.first == nullptr ? fmt::format("{} have no parameter in common", what)
+                              : fmt::format("{} differ by {:.2g} % at most ({})", what, std::fabs(w.second), w.first);
+}
+
+}  // namespace
+
+const std::vector<Compared>& compared_parameters(Regime regime)
+{
+    static const std::vector<Compared> electrical = {{"R_ohm", "R"}, {"Ld_H", "L_d"}, {"Lq_H", "L_q"}, {"psi_Wb", "psi"}};
+    static const std::vector<Compared> mechanical = {{"J_kgm2", "J"}, {"B_Nms_rad", "B"}};
+    return regime == Regime::mechanical ? mechanical : electrical;
+}
+
+std::optional<double> difference_percent(const Result& first, const Result& second, const std::string& parameter)
+{
+    const Estimate *a = find(first, parameter), *b = find(second, parameter);
+    if (a == nullptr || b == nullptr || b->value == 0.0) return {};
+    return 100.0 * (a->value - b->value) / b->value;
+}
+
+Json compare_json(const Comparison& c)
+{
+    const auto parameters = [&](const Result& r) { return result_json(r, c.nominal).at("parameters"); };
+    return {{"schema", "dqwatch.compare/1"},
+            {"reference", parameters(c.reference)},
+            {"float", parameters(c.single)},
+            {"q15", parameters(c.fixed)},
+            {"difference_percent",
+             {{"float_reference", differences(c.single, c.reference)},
+              {"q15_float", differences(c.fixed, c.single)},
+              {"q15_reference", differences(c.fixed, c.reference)}}}};
+}
+
+std::string compare_text(const Comparison& c)
+{
+    const auto rows = table_rows(c);
+    std::string out = fmt::format("{}, {}\n\n", name_of(c.reference.regime), counted(c.reference.rows, "row"));
+    if (rows.size() > 1) out += with_minus(table(rows)) + "\n" + about_last_places(c) + "\n";
+    const auto left = missing(c);
+    if (!left.empty()) out += "\nnot identifiable from this log\n";
+    for (const std::string& line : left) out += "  " + line + "\n";
+    return out;
+}
+
+std::string compare_page(const Comparison& c)
+{
+    PagePlots plots;
+    const std::string name = names_of_files({c.log});
+    const auto fixed = worst(c.fixed, c.single), single = worst(c.single, c.reference);
+    const auto left = missing(c);
+    std::string body = fmt::format(
+        "<header><p class=\"log\">{} · comparison, {}, {} rows</p>\n<p id=\"verdict\"><span class=\"badge {}\">{}</span> {}</p></header>\n<main>\n",
+        escaped(name), escaped(name_of(c.reference.regime)), grouped(c.reference.rows), left.empty() ? "clean" : "part",
+        left.empty() ? "compared" : "compared in part", unbroken(apart("Q15 and float", fixed) + "; " + apart("float and the reference fit", single) + "."));
+    auto rows = table_rows(c);
+    for (auto& row : rows)
+        for (auto& cell : row) cell = with_minus(cell);
+    body += "<section class=\"card\"><h2>Parameters</h2>\n" + html_table(rows, "numbers named") + "<p class=\"hint\">" + unbroken(about_last_places(c)) +
+            ".</p></section>\n";
+    const std::vector<Plot> all = compare_plots(c);
+    if (!all.empty()) {
+        body += "<section><h2>Parameters over time</h2><p>What float and Q15 learners have read after each block; dashed: the reference fit of the whole log. "
+                "Drag over a plot to zoom in, double-click to see all of it again; point at it for its values.</p><div class=\"plots\">\n";
+        for (const Plot& plot : all) body += plots.figure(plot, "card");
+        body += "</div></section>\n";
+    }
+    std::vector<std::string> notes = left;
+    for (const std::string& note : c.notes) notes.push_back(with_minus(note));
+    body += "<section><h2>Log and notes</h2>\n" + html_list({c.log}) + (notes.empty() ? "" : html_list(notes)) + "</section>\n</main>\n";
+    return page_around(name + " – dqwatch compare", body, plots);
+}
+
+}  // namespace dqw

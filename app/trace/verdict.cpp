@@ -1,0 +1,254 @@
+#include "app/trace/verdict.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <set>
+
+#include "app/base/quantity.hpp"
+#include "app/base/text.hpp"
+
+namespace dqw {
+namespace {
+
+/// {name} stands for that parameter with its deviation and unit. Of several sentences for one effect the first that finds its
+/// parameters is said.
+struct Sentence {
+    const char *effect, *text;
+};
+
+const Sentence sentences[] = {
+    {"dead_time", "The inverter loses {voltage_V} per phase (dead time)"},
+    {"winding_temperature", "The winding warms up: R grows by {alpha_per_K} (winding temperature)"},
+    {"winding_temperature", "The winding warms up: R grows by {rise_percent} within the log (winding temperature)"},
+    {"magnet_temperature", "The magnet warms up: ψ changes by {beta_per_K} (magnet temperature)"},
+    {"magnet_temperature", "The magnet warms up: ψ falls by {fall_percent} within the log (magnet temperature)"},
+    {"iron_loss", "The iron loses power like a resistance of {R_fe_ohm} across the induced voltage (iron loss)"},
+    {"flux_harmonics", "The flux ripples six times a turn by {psi_6d_Wb} in d and {psi_6q_Wb} in q (flux harmonics)"},
+    {"flux_harmonics", "The flux ripples twelve times a turn by {psi_12d_Wb} in d and {psi_12q_Wb} in q (flux harmonics)"},
+    {"current_offset", "The current sensors are off by {i_alpha_A} in α and {i_beta_A} in β (current offset)"},
+    {"current_gain_mismatch", "The phases' current sensors differ in gain by {gain} (current gain mismatch)"},
+    {"angle_offset", "The angle is off by {angle_rad}, electrical (angle offset)"},
+    {"delay", "The voltage comes {periods} periods late (delay)"},
+    {"delay", "The voltage comes {delay_s} late (delay)"},
+    {"skin_effect", "R grows with the square of the speed, by {k_s2_rad2} (skin effect)"},
+    {"phase_resistance_imbalance", "The phases differ in resistance: a by {dR_a_ohm} and b by {dR_b_ohm} from c (phase resistance imbalance)"},
+    {"voltage_offset", "A constant voltage is in the log: {v_d_V} in d, {v_q_V} in q (voltage offset)"},
+    {"coulomb_friction", "Dry friction takes {torque_Nm} (Coulomb friction)"},
+    {"direction_asymmetry", "Friction differs with the direction: {torque_Nm} more one way, less the other (direction asymmetry)"},
+    {"stribeck_friction", "Friction rises by {torque_Nm} near standstill (Stribeck friction)"},
+    {"cogging_torque", "The torque ripples by {torque_Nm}, {order} times a turn (cogging torque)"},
+    {"load_torque", "A constant load takes {torque_Nm} (load torque)"},
+};
+
+std::string value_text(const std::string& name, const TraceEffect& effect)
+{
+    for (const Estimate& e : effect.parameters)
+        if (e.name == name) return with_sd(quantity(name, e.value, e.given ? 0.0 : e.sd, 3, 1));
+    return "";
+}
+
+/// Fills {name} from the effect's parameters; nothing where one is missing.
+std::string filled(std::string text, const TraceEffect& effect)
+{
+    for (std::size_t open = text.find('{'); open != std::string::npos; open = text.find('{', open)) {
+        const std::size_t close = text.find('}', open);
+        const std::string value = value_text(text.substr(open + 1, close - open - 1), effect);
+        if (value.empty()) return "";
+        text.replace(open, close - open + 1, value);
+        open += value.size();
+    }
+    return text;
+}
+
+double value_of(const TraceEffect& effect, const char* name)
+{
+    for (const Estimate& e : effect.parameters)
+        if (e.name == name) return e.value;
+    return 0.0;
+}
+
+std::string flux_text(double flux_Wb) { return with_sd(quantity("_Wb", flux_Wb + 0.0, 0.0, 3)); }
+
+/// "−20 A": a place on an axis needs no digits that say nothing.
+std::string current_text(double i_A)
+{
+    Quantity q = quantity("_A", i_A, 0.0, 3);
+    if (q.value.find('.') != std::string::npos) q.value.erase(std::min(q.value.find_last_not_of('0') + 1, q.value.size()));
+    if (q.value.back() == '.') q.value.pop_back();
+    return with_sd(q);
+}
+
+/// The row with an axis' largest current: beyond it a polynomial says nothing. None without blocks.
+std::optional<std::size_t> largest_of(const std::vector<double>& current)
+{
+    std::optional<std::size_t> most;
+    for (std::size_t k = 0; k < current.size(); ++k)
+        if (std::isfinite(current[k]) && (!most || std::fabs(current[k]) > std::fabs(current[*most]))) most = k;
+    return most;
+}
+
+/// What the polynomials of (E52) add to a flux at the largest current that the log has.
+std::string flux_sentence(const TraceEffect& effect, const TraceBlocks& blocks)
+{
+    const double i_base_A = value_of(effect, "i_base_A");
+    const auto weight = [&](const char* name) { return value_of(effect, name); };
+    const auto d_row = largest_of(blocks.i_d_A), q_row = largest_of(blocks.i_q_A);
+    if (!d_row || !q_row || !(i_base_A > 0.0)) return "";
+    if (effect.name == "saturation") {
+        const double x = blocks.i_d_A[*d_row] / i_base_A, y = blocks.i_q_A[*q_row] / i_base_A;
+        const double d_Wb = x * x * (weight("psi_d2_Wb") + x * (weight("psi_d3_Wb") + x * weight("psi_d4_Wb")));
+        const double q_Wb = y * y * y * (weight("psi_q3_Wb") + y * y * weight("psi_q5_Wb"));
+        return fmt::format("The iron saturates: it changes the flux of d by {} at i_d = {}, that of q by {} at i_q = {} (saturation)", flux_text(d_Wb),
+                           current_text(blocks.i_d_A[*d_row]), flux_text(q_Wb), current_text(blocks.i_q_A[*q_row]));
+    }
+    if (effect.name != "cross_saturation" || *q_row >= blocks.i_d_A.size()) return "";
+    const double x = blocks.i_d_A[*q_row] / i_base_A, y = blocks.i_q_A[*q_row] / i_base_A;
+    const double d_Wb = y * y * (weight("psi_c12_Wb") + 2 * x * weight("psi_c22_Wb") + y * y * weight("psi_c14_Wb"));
+    return fmt::format("Each axis saturates the other: it changes the flux of d by {} at i_q = {} and i_d = {} (cross saturation)", flux_text(d_Wb),
+                       current_text(blocks.i_q_A[*q_row]), current_text(blocks.i_d_A[*q_row]));
+}
+
+std::string in_unit(double value, const std::string& unit) { return number_like({"", "", unit}, "_" + unit, value, 2) + " " + unit; }
+
+std::string joined(const std::vector<std::string>& items, const char* last)
+{
+    std::string out;
+    for (std::size_t i = 0; i < items.size(); ++i) out += (i == 0 ? "" : i + 1 < items.size() ? ", " : last) + items[i];
+    return out;
+}
+
+std::string without_them(const TraceResult& trace)
+{
+    double before = 0.0;
+    const Estimate* wrong = most_wrong(trace, before);
+    if (!wrong) return "";
+    const Quantity like = quantity(wrong->name, std::fmax(std::fabs(before), std::fabs(wrong->value)), 0.0, 3);
+    const auto text = [&](double value) { return with_sd({number_like(like, wrong->name, value, 3), "", like.unit}); };
+    return fmt::format(" Without {}, {} reads {} instead of {}.", trace.effects.size() == 1 ? "it" : "them", symbol(wrong->name), text(before),
+                       text(wrong->value));
+}
+
+std::string look_alikes(const TraceResult& trace)
+{
+    std::string out;
+    for (const TraceEffect& e : trace.effects) {
+        if (e.confusable_with.empty()) continue;
+        std::vector<std::string> names;
+        for (const std::string& name : e.confusable_with) names.push_back(spoken(name));
+        out += fmt::format(" This log cannot tell it from {}.", joined(names, " or "));
+        if (trace.effects.size() > 1) out.replace(out.rfind(" it "), 4, " " + spoken(e.name) + " ");
+    }
+    return out;
+}
+
+struct Tried {
+    std::set<std::string> yes, no;
+};
+
+Tried tried(const TraceResult& trace)
+{
+    Tried t;
+    for (const TraceRejected& r : trace.rejected) (std::isfinite(r.heldout_rms) ? t.yes : t.no).insert(r.name);
+    for (const TraceEffect& e : trace.effects) t.yes.insert(e.name);
+    return t;
+}
+
+bool nothing_tried(const TraceResult& trace)
+{
+    const Tried t = tried(trace);
+    return t.yes.empty() && !t.no.empty();
+}
+
+/// Where most of the catalogue was not tried, "nothing is missing" says little.
+std::string untested(const TraceResult& trace)
+{
+    const Tried t = tried(trace);
+    if (!trace.effects.empty() || t.yes.empty() || t.no.size() <= t.yes.size()) return "";
+    return fmt::format(" {} of {} effects could not be tested on this log: the list says why.", t.no.size(), t.no.size() + t.yes.size());
+}
+
+/// "1.53 V, 10 times the log's own noise".
+std::string against_noise(double rms, const TraceResult& trace)
+{
+    const double ratio = rms / trace.noise_floor;
+    if (!std::isfinite(ratio)) return in_unit(rms, trace.unit);
+    return fmt::format("{}, {:.{}f} times the log's own noise", in_unit(rms, trace.unit), ratio, ratio < 9.95 ? 1 : 0);
+}
+
+}  // namespace
+
+std::string spoken(const std::string& name)
+{
+    std::string out = name;
+    std::replace(out.begin(), out.end(), '_', ' ');
+    return out;
+}
+
+std::string symbol(const std::string& parameter)
+{
+    const std::pair<const char*, const char*> symbols[] = {{"R_ohm", "R"},      {"Ld_H", "L_d"}, {"Lq_H", "L_q"},    {"psi_Wb", "ψ"},
+                                                           {"pole_pairs", "p"}, {"J_kgm2", "J"}, {"B_Nms_rad", "B"}, {"torque_constant_Nm_A", "K_t"}};
+    for (const auto& [name, text] : symbols)
+        if (parameter == name) return text;
+    return parameter;
+}
+
+const Estimate* most_wrong(const TraceResult& trace, double& before)
+{
+    const Estimate* most = nullptr;
+    double largest = 0.01;
+    for (const Estimate& after : trace.after.parameters)
+        for (const Estimate& b : trace.before.parameters) {
+            if (b.name != after.name || after.given || b.given) continue;
+            const double moved = std::fabs(b.value - after.value);
+            const double part = moved / std::fabs(after.value);
+            if (!(part > largest) || !(moved > 2 * after.sd)) continue;
+            largest = part, most = &after, before = b.value;
+        }
+    return most;
+}
+
+std::string effect_sentence(const TraceEffect& effect, const TraceBlocks& blocks)
+{
+    if (const std::string text = flux_sentence(effect, blocks); !text.empty()) return with_minus(text) + ".";
+    for (const Sentence& s : sentences) {
+        if (effect.name != s.effect) continue;
+        const std::string text = filled(s.text, effect);
+        if (!text.empty()) return with_minus(text) + ".";
+    }
+    std::vector<std::string> values;
+    for (const Estimate& e : effect.parameters) values.push_back(e.name + " = " + with_sd(quantity(e.name, e.value, e.given ? 0.0 : e.sd, 3)));
+    return with_minus(fmt::format("The log shows {}{}{}.", spoken(effect.name), values.empty() ? "" : ": ", joined(values, ", ")));
+}
+
+std::string verdict_sentence(const TraceResult& trace)
+{
+    const bool blind = nothing_tried(trace);
+    const char* const why = "no effect could be tested on this log, the list says why";
+    if (trace.verdict == "clean")
+        return fmt::format("{}: on rows that it never saw the plain model leaves {}, and the log's own noise is {}.",
+                           blind ? fmt::format("What is missing is not known, {}", why) : "Nothing is missing", in_unit(trace.before.heldout_rms, trace.unit),
+                           in_unit(trace.noise_floor, trace.unit));
+    if (!trace.doubt.empty()) return fmt::format("The plain model makes no sense of this log: {}", trace.doubt);
+    if (trace.effects.empty())
+        return fmt::format("Something is missing{}: the plain model leaves {}.",
+                           blind ? fmt::format(", and {}", why) : " that no effect of the catalogue explains", against_noise(trace.before.heldout_rms, trace));
+    std::string out;
+    for (const TraceEffect& e : trace.effects) out += (out.empty() ? "" : " ") + effect_sentence(e, trace.blocks);
+    return out + with_minus(without_them(trace));
+}
+
+std::string verdict_remark(const TraceResult& trace)
+{
+    std::string out = look_alikes(trace) + untested(trace);
+    if (trace.verdict == "partly_explained") out += fmt::format(" A structured rest remains: {}.", against_noise(trace.after.heldout_rms, trace));
+    std::string rest = trace.doubt.empty() ? trace.rest_signature : "";
+    if (!rest.empty() && rest[0] >= 'a' && rest[0] <= 'z') rest[0] = static_cast<char>(rest[0] - 'a' + 'A');
+    if (!rest.empty()) out += " " + rest + (rest.back() == '.' ? "" : ".");
+    return out.empty() ? out : with_minus(out.substr(1));
+}
+
+}  // namespace dqw

@@ -1,0 +1,29 @@
+// Columns of a log that effects need: angle, temperatures, heating states.
+#ifndef DQW_REF_EFFECT_COLUMNS_HPP
+#define DQW_REF_EFFECT_COLUMNS_HPP
+
+#include <vector>
+
+#include "ref/effect/input.hpp"
+#include "ref/log/log.hpp"
+
+namespace dqw {
+
+/// Columns that a log brings for effects, or what stands in for them.
+struct TraceColumns {
+    std::vector<double> cos_e, sin_e;         ///< of the angle: measured, or integrated from 0
+    std::vector<double> winding_K, magnet_K;  ///< above 25 degC; empty without the column
+    std::vector<std::vector<double>> heat;    ///< heating states (E55), one for each time constant
+};
+
+constexpr double kReferenceTemperature_C = 25.0;
+/// Time constants of the heating states tried, over the length of the log.
+constexpr double kHeatTimes[] = {0.05, 0.25, 1.0, 20.0};
+
+TraceColumns trace_columns(const Log& log, double pole_pairs, double i_base_A, double span_s);
+
+/// Heat of a Moment at row k: the log's temperature above 25 degC or a heating state.
+double heat_at(const TraceColumns& columns, const Input& input, std::size_t k);
+
+}  // namespace dqw
+#endif

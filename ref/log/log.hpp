@@ -1,0 +1,43 @@
+// A measured or simulated log in memory, in SI units. Plain data: no Ceres, no file format.
+#ifndef DQW_REF_LOG_LOG_HPP
+#define DQW_REF_LOG_LOG_HPP
+
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace dqw {
+
+enum class Regime { dynamic, steady, standstill, mechanical };
+
+/// What the machine file says. Nominal values are starting points and bases, never a prior.
+struct Machine {
+    std::string name;
+    std::optional<double> pole_pairs, R_ohm, Ld_H, Lq_H, psi_Wb, J_kgm2, B_Nms_rad, torque_constant_Nm_A;
+};
+
+/// One machine's log. A column that the file lacks is empty; every other has rows() entries, all finite.
+/// Row k: currents, speed and angle at t_k; v_d, v_q are the rotating-frame means from t_k to t_{k+1}
+/// (the reader has already turned `voltage_interval = "previous"` round).
+struct Log {
+    std::string path;
+    Regime regime = Regime::dynamic;
+    Machine machine;
+    std::vector<double> t_s, v_d_V, v_q_V, i_d_A, i_q_A, w_m_rad_s;
+    std::vector<double> theta_e_rad, theta_m_rad, v_dc_V, temp_winding_C, temp_magnet_C, torque_Nm, torque_cmd_Nm;
+    /// First row of each stretch without a gap in time; {0} for a log without gaps or without time.
+    std::vector<std::size_t> segments{0};
+    /// Median sampling period; 0 without t_s.
+    double dt_s = 0.0;
+
+    std::size_t rows() const
+    {
+        for (const auto* c : {&w_m_rad_s, &i_q_A, &i_d_A, &v_q_V, &v_d_V, &t_s})
+            if (!c->empty()) return c->size();
+        return 0;
+    }
+};
+
+}  // namespace dqw
+#endif

@@ -1,0 +1,47 @@
+// What a fit or a learner reports: the data behind the schema dqwatch.parameters/1.
+#ifndef DQW_REF_LOG_RESULT_HPP
+#define DQW_REF_LOG_RESULT_HPP
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "ref/log/log.hpp"
+
+namespace dqw {
+
+/// A parameter, named as in the schema: R_ohm Ld_H Lq_H psi_Wb pole_pairs J_kgm2 B_Nms_rad torque_constant_Nm_A.
+struct Estimate {
+    std::string name;
+    double value = 0.0;
+    double sd = 0.0;
+    bool given = false;  ///< said by the user, not estimated; sd is then meaningless
+};
+
+/// A parameter that the log cannot determine. It has no value.
+struct NotIdentifiable {
+    std::string name;
+    std::string why;         ///< the cause in this log, with figures where they help
+    std::string excitation;  ///< what the next log should contain
+};
+
+/// Block residual of one axis ("d", "q" or "torque"), as the design defines it.
+struct AxisResidual {
+    std::string axis;
+    double rms = 0.0;      ///< V or Nm
+    double percent = 0.0;  ///< of the RMS of that axis' voltage (torque)
+};
+
+struct Result {
+    std::size_t rows = 0;
+    Regime regime = Regime::dynamic;
+    std::vector<Estimate> parameters;
+    std::vector<NotIdentifiable> not_identifiable;
+    double residual_rms = 0.0;  ///< over all blocks and axes
+    std::string residual_unit = "V";
+    std::vector<AxisResidual> axes;
+    std::vector<std::string> notes;  ///< one line each: gaps, skipped rows, what was assumed
+};
+
+}  // namespace dqw
+#endif

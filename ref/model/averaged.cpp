@@ -1,0 +1,81 @@
+#include "ref/model/averaged.hpp"
+
+#include "ref/model/blocks.hpp"
+
+namespace dqw {
+namespace {
+
+std::size_t rows_in_block(const Piece& piece) { return block_rows(*piece.log); }
+
+}  // namespace
+
+std::unique_ptr<LinearModel> averaged_electrical(const std::vector<Piece>& pieces, double pole_pairs, double noise_d_A, double noise_q_A)
+{
+    // Scatter of a difference of two ends, and of a mean, of white noise.
+    double ends = 0.0, mean = 0.0, turning = 0.0, blocks = 0.0;
+    for (const Piece& piece : pieces) {
+        const std::size_t n = rows_in_block(piece);
+        for (std::size_t k = piece.begin; k + n < piece.end; k += n) {
+            const Block b = block_at(piece, k, n);
+            ends += 2.0 / (b.time_s * b.time_s), mean += 1.0 / static_cast<double>(n);
+            turning += pole_pairs * b.w * pole_pairs * b.w / static_cast<double>(n), blocks += 1.0;
+        }
+    }
+    if (blocks > 0.0) ends /= blocks, mean /= blocks, turning /= blocks;
+    const double d = noise_d_A * noise_d_A, q = noise_q_A * noise_q_A;
+    const auto source = [pieces, pole_pairs](const auto& visit) {
+        for (const Piece& piece : pieces) {
+            const std::size_t n = rows_in_block(piece);
+            for (std::size_t k = piece.begin; k + n < piece.end; k += n) {
+                const Block b = block_at(piece, k, n);
+                LinearModel::Row row;
+                row.y = {b.v_d, b.v_q};
+                row.x[0] = {b.i_d, b.di_d, -pole_pairs * b.wi_q, 0.0};
+                row.x[1] = {b.i_q, pole_pairs * b.wi_d, b.di_q, pole_pairs * b.w};
+                visit(row);
+            }
+        }
+    };
+    auto model = std::make_unique<LinearModel>(std::vector<std::string>{"R_ohm", "Ld_H", "Lq_H", "psi_Wb"}, 2, source);
+    model->set_regressor_noise({{{mean * d, ends * d, turning * q, 0.0}, {mean * q, turning * d, ends * q, 0.0}}});
+    return model;
+}
+
+std::unique_ptr<LinearModel> averaged_mechanical(const std::vector<Piece>& pieces, const std::vector<const std::vector<double>*>& torque, double noise_rad_s)
+{
+    double ends = 0.0, mean = 0.0, blocks = 0.0;
+    for (const Piece& piece : pieces) {
+        const std::size_t n = rows_in_block(piece);
+        for (std::size_t k = piece.begin; k + n < piece.end; k += n) {
+            const double time_s = span_s(piece, k, n);
+            ends += 2.0 / (time_s * time_s), mean += 1.0 / static_cast<double>(n), blocks += 1.0;
+        }
+    }
+    if (blocks > 0.0) ends /= blocks, mean /= blocks;
+    const double w = noise_rad_s * noise_rad_s;
+    const auto source = [pieces, torque](const auto& visit) {
+        for (std::size_t i = 0; i < pieces.size(); ++i) {
+            const std::size_t n = rows_in_block(pieces[i]);
+            for (std::size_t k = pieces[i].begin; k + n < pieces[i].end; k += n) {
+                const MotionBlock b = motion_block_at(pieces[i], *torque[i], k, n);
+                LinearModel::Row row;
+                row.y[0] = b.torque;
+                row.x[0] = {b.dw, b.w, 0.0, 0.0};
+                visit(row);
+            }
+        }
+    };
+    auto model = std::make_unique<LinearModel>(std::vector<std::string>{"J_kgm2", "B_Nms_rad"}, 1, source);
+    model->set_regressor_noise({{{ends * w, mean * w, 0.0, 0.0}, {}}});
+    return model;
+}
+
+bool clearly_better(const LinearModel& model, double averaged, double predicted)
+{
+    const double values = static_cast<double>(model.rows()) * model.channels();
+    const double limit = 1.06 + 10.0 * static_cast<double>(model.names().size()) / values;
+    const double gained = predicted * predicted - averaged * averaged;
+    return predicted * predicted > limit * averaged * averaged && gained > 2.5e-5 * model.power().sum() / values;
+}
+
+}  // namespace dqw

@@ -1,0 +1,36 @@
+#include "ref/search/plan.hpp"
+
+#include <algorithm>
+
+namespace dqw {
+
+Plan alternate_plan(std::vector<Piece> pieces, std::size_t stretches, std::size_t fine, std::size_t guard)
+{
+    Plan plan;
+    plan.pieces = std::move(pieces);
+    plan.guard = guard;
+    const std::size_t total = rows_of(plan.pieces);
+    const std::size_t length = std::max<std::size_t>(total / std::max<std::size_t>(stretches, 1), 1);
+    // A short stretch keeps three quarters of its rows.
+    guard = std::min(guard, length / 4);
+    plan.guard = guard;
+    std::size_t passed = 0;
+    for (const Piece& piece : plan.pieces) {
+        for (std::size_t k = piece.begin; k < piece.end;) {
+            const std::size_t at = passed + (k - piece.begin), stretch = at / length;
+            const std::size_t left = std::min((stretch + 1) * length - at, piece.end - k);
+            std::size_t begin = k, end = k + left;
+            k = end;
+            // A guard where the next stretch is of the other kind, and at a piece's start.
+            begin += std::min(guard, left);
+            if (begin >= end) continue;
+            const std::size_t parts = std::clamp<std::size_t>((end - begin) * fine / length, 1, fine);
+            for (std::size_t p = 0; p < parts; ++p)
+                plan.blocks.push_back({&piece, begin + p * (end - begin) / parts, begin + (p + 1) * (end - begin) / parts, stretch % 2 != 0});
+        }
+        passed += piece.rows();
+    }
+    return plan;
+}
+
+}  // namespace dqw

@@ -1,0 +1,351 @@
+#include "ref/search/select.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "ref/fit/explain.hpp"
+
+namespace dqw {
+namespace {
+
+constexpr double kGains[] = {0.003, 0.02, 0.1, 0.4};
+constexpr double kSeparateT = 3.0;
+constexpr std::size_t kMostAlike = 3;
+constexpr std::size_t kRefined = 5;
+constexpr int kPasses = 12;
+
+std::vector<Eigen::Index> with_columns(const Point& at, Eigen::Index first, int count)
+{
+    std::vector<Eigen::Index> use;
+    for (Eigen::Index j = 0; j < at.columns(); ++j) use.push_back(j);
+    for (int j = 0; j < count; ++j) use.push_back(first + j);
+    return use;
+}
+
+Point joined(Point at, const Candidate& c, const Eigen::VectorXd* weights)
+{
+    Eigen::Index j = 0;
+    for (const Input& input : c.inputs) {
+        Term term{input, {}};
+        for (int w = 0; w < weights_of(input.law); ++w, ++j)
+            if (weights) term.weights[static_cast<std::size_t>(w)] = (*weights)[j];
+        at.terms.push_back(term);
+    }
+    return at;
+}
+
+int weights_of(const Candidate& c)
+{
+    int n = 0;
+    for (const Input& input : c.inputs) n += weights_of(input.law);
+    return n;
+}
+
+bool has(const Point& at, Law law)
+{
+    return std::any_of(at.terms.begin(), at.terms.end(), [&](const Term& t) { return t.input.law == law; });
+}
+
+bool has_any(const Point& at, const Candidate& c)
+{
+    return std::any_of(c.inputs.begin(), c.inputs.end(), [&](const Input& i) { return has(at, i.law); });
+}
+
+Point without(Point at, const std::string& name)
+{
+    at.terms.erase(std::remove_if(at.terms.begin(), at.terms.end(), [&](const Term& t) { return name_of(t.input.law) == name; }), at.terms.end());
+    return at;
+}
+
+/// The best of several gains: a wrong model wants a large one, a right one a small one, and each has its own valley.
+Refined refine_gains(const TraceModel& model, const Point& start)
+{
+    Refined best;
+    if (model.gains() == 0) return refine(model, start, kPasses);
+    for (double gain : {0.0, 0.02, 0.3}) {
+        Point at = start;
+        if (gain > 0.0) at.gain.setConstant(gain);
+        Refined r = refine(model, at, kPasses);
+        if (r.ok && (!best.ok || r.left.seen > best.left.seen)) best = std::move(r);
+    }
+    return best;
+}
+
+double joint(const std::vector<double>& rms)
+{
+    double square = 0.0;
+    for (double r : rms) square += r * r / static_cast<double>(rms.size());
+    return std::sqrt(square);
+}
+
+/// More than chance, and enough to name it: 5 % of one axis' reported residual, or, where that grows on none, of the predictions'
+/// errors. What a log with a rest has many of are small gains that mean nothing.
+bool needed(const TraceModel& model, const Refined& without, const Refined& with, const SelectOptions& options)
+{
+    constexpr double kLeastPart = 0.05, kLeastNats = 0.05, kSame = 1.01;
+    const Better gain = better(model, without.left, with.left);
+    if (!confirmed(model, gain)) return false;
+    const std::vector<double> a = options.reported_rms(without.point), b = options.reported_rms(with.point);
+    bool grows = false;
+    for (std::size_t c = 0; c < a.size(); ++c) {
+        if (b[c] < (1.0 - kLeastPart) * a[c]) return true;
+        grows = grows || b[c] > kSame * a[c];
+    }
+    double rows = 0.0;
+    for (std::size_t k = 0; k < without.left.rows.size(); ++k)
+        if (model.plan().blocks[k].heldout) rows += without.left.rows[k];
+    return !grows && gain.nats > kLeastNats * rows;
+}
+
+struct Screened {
+    double seen = -HUGE_VAL, heldout = -HUGE_VAL;
+    double gain = 0.0;
+    Eigen::VectorXd weights;
+    Point point;  ///< the linear step's end
+    const Candidate* candidate = nullptr;
+};
+
+/// Each candidate as a linear step from `at`, at the gain where it does best on the rows seen.
+std::vector<Screened> screen(const TraceModel& model, const Point& at, const std::vector<const Candidate*>& candidates, const SelectOptions& options)
+{
+    std::vector<Screened> out(candidates.size());
+    std::vector<Input> inputs;
+    std::vector<Eigen::Index> first;
+    Eigen::Index column = at.columns();
+    for (const Candidate* c : candidates) {
+        first.push_back(column);
+        for (const Input& i : c->inputs) inputs.push_back(i);
+        column += weights_of(*c);
+    }
+    std::vector<double> gains{0.0};
+    if (model.gains() > 0) gains.insert(gains.end(), std::begin(kGains), std::end(kGains));
+    for (double gain : gains) {
+        Point there = at;
+        if (gain > 0.0) there.gain.setConstant(gain);
+        std::vector<BlockSum> sums;
+        if (options.tick) options.tick();
+        if (!model.pass(there, inputs, sums)) continue;
+        for (std::size_t c = 0; c < candidates.size(); ++c) {
+            const int n = weights_of(*candidates[c]);
+            std::vector<Eigen::Index> use = with_columns(at, first[c], n);
+            // The gain stays: a step of it is far from linear.
+            use.erase(use.begin() + at.base.size(), use.begin() + at.base.size() + at.gain.size());
+            const Eigen::VectorXd delta = linear_step(model, sums, use, 0.0);
+            const Left left = left_after(model, sums, delta);
+            if (left.seen <= out[c].seen) continue;
+            Point end = there;
+            end.set(there.values() + delta.head(at.columns()));
+            const Eigen::VectorXd weights = delta.segment(first[c], n);
+            out[c] = {left.seen, left.heldout, gain, weights, joined(end, *candidates[c], &weights), candidates[c]};
+        }
+    }
+    return out;
+}
+
+Tried attempt(const TraceModel& model, const Refined& base, const Screened& s)
+{
+    Tried t;
+    t.candidate = *s.candidate;
+    for (const std::string& name : t.candidate.names()) t.name += (t.name.empty() ? "" : " and ") + name;
+    Point start = joined(base.point, t.candidate, &s.weights);
+    if (s.gain > 0.0) start.gain.setConstant(s.gain);
+    // Where the linear step leads astray, the effect grows from nothing.
+    int passes = kPasses;
+    std::vector<BlockSum> sums;
+    if (!model.pass(start, {}, sums) || left_of(model, sums).seen < base.left.seen) start = joined(base.point, t.candidate, nullptr), passes = 3 * kPasses;
+    t.refined = refine(model, start, passes);
+    if (t.refined.ok) t.over = better(model, base.left, t.refined.left);
+    return t;
+}
+
+/// The best, or one that is hardly worse and plainer, or as plain and the more common.
+bool stands_before(const Tried& t, const Tried& best)
+{
+    constexpr double kHardly = 10.0, kSame = 1.0;
+    const double lost = best.over.nats - t.over.nats;
+    const int weights = weights_of(t.candidate) - weights_of(best.candidate);
+    return weights < 0 ? lost < kHardly : weights == 0 && lost < kSame && t.candidate.inputs.front().law < best.candidate.inputs.front().law;
+}
+
+/// The candidates that are not on, tried on top of `base`, best first; one for each name.
+std::vector<Tried> round(const TraceModel& model, const Refined& base, const std::vector<Candidate>& candidates, const SelectOptions& options,
+                         std::vector<std::pair<std::string, Point>>* alone)
+{
+    std::vector<const Candidate*> open;
+    for (const Candidate& c : candidates)
+        if (!has_any(base.point, c)) open.push_back(&c);
+    std::vector<Screened> screened = screen(model, base.point, open, options);
+    std::sort(screened.begin(), screened.end(), [](const Screened& a, const Screened& b) { return a.heldout > b.heldout; });
+    std::vector<Tried> tried;
+    std::map<std::string, int> times;
+    for (const Screened& s : screened) {
+        if (!s.candidate) continue;
+        std::string key;
+        for (const std::string& n : s.candidate->names()) key += n + " ";
+        if (++times[key] > 1) continue;
+        if (alone && s.candidate->names().size() == 1 && !s.candidate->is_fault()) alone->push_back({s.candidate->names().front(), s.point});
+        if (tried.size() >= kRefined && s.candidate->inputs.front().law != Law::saturation) {
+            if (alone) continue;
+            break;
+        }
+        tried.push_back(attempt(model, base, s));
+        if (options.tick) options.tick();
+    }
+    std::sort(tried.begin(), tried.end(), [](const Tried& a, const Tried& b) {
+        if (a.refined.ok != b.refined.ok) return a.refined.ok;
+        return a.refined.left.heldout > b.refined.left.heldout;
+    });
+    return tried;
+}
+
+}  // namespace
+
+std::vector<std::string> Candidate::names() const
+{
+    std::vector<std::string> out;
+    for (const Input& i : inputs)
+        if (std::find(out.begin(), out.end(), name_of(i.law)) == out.end()) out.push_back(name_of(i.law));
+    return out;
+}
+
+namespace {
+
+/// Drops the effects at `gone` where the rest does without them.
+bool drop(const TraceModel& model, const std::vector<std::size_t>& gone, const std::vector<std::size_t>& others, const SelectOptions& options, Selection& s)
+{
+    Point less = s.best.point;
+    for (std::size_t k : gone) less = without(less, s.found[k].name);
+    Refined r = refine(model, less, kPasses);
+    if (!r.ok) return false;
+    // What was found goes only where it clearly does nothing.
+    const Better lost = better(model, r.left, s.best.left);
+    if (needed(model, r, s.best, options) || (lost.t > 1.0 && lost.nats_each > 5.0)) return false;
+    // One of several that came together goes only where the others hold without it.
+    if (!others.empty()) {
+        Point none = less;
+        for (std::size_t k : others) none = without(none, s.found[k].name);
+        const Refined bare = refine(model, none, kPasses);
+        if (!bare.ok || !needed(model, bare, r, options)) return false;
+    }
+    s.best = std::move(r);
+    for (std::size_t n = gone.size(); n-- > 0;) {
+        s.found.erase(s.found.begin() + static_cast<std::ptrdiff_t>(gone[n]));
+        s.after.erase(s.after.begin() + static_cast<std::ptrdiff_t>(gone[n]));
+    }
+    return true;
+}
+
+/// What a later effect has made superfluous goes: whole rounds first, then one of several that came together.
+void drop_superfluous(const TraceModel& model, const SelectOptions& options, Selection& s)
+{
+    for (bool changed = true; changed && s.found.size() > 1;) {
+        changed = false;
+        for (std::size_t k = 0; k < s.found.size() && !changed; ++k) {
+            std::vector<std::size_t> together;
+            for (std::size_t j = 0; j < s.found.size(); ++j)
+                if (s.found[j].round == s.found[k].round) together.push_back(j);
+            if (together.size() < s.found.size()) changed = drop(model, together, {}, options, s);
+            if (changed || together.size() == 1) continue;
+            together.erase(std::find(together.begin(), together.end(), k));
+            changed = drop(model, {k}, together, options, s);
+        }
+    }
+}
+
+}  // namespace
+
+void look_alikes(const TraceModel& model, const std::vector<Candidate>& candidates, const SelectOptions& options, Selection& s)
+{
+    const double rms = joint(options.reported_rms(s.best.point));
+    for (Found& found : s.found) {
+        const Refined base = refine(model, without(s.best.point, found.name), kPasses);
+        if (!base.ok) continue;
+        std::vector<Candidate> rivals;
+        for (const Candidate& c : candidates)
+            if (c.names().size() == 1 && c.names().front() != found.name && !c.is_fault()) rivals.push_back(c);
+        for (const Tried& t : round(model, base, rivals, options, nullptr)) {
+            if (!t.refined.ok || found.confusable_with.size() >= kMostAlike) continue;
+            if (better(model, t.refined.left, s.best.left).t > kSeparateT + (options.one_speed ? 0.5 : 0.0)) continue;
+            if (joint(options.reported_rms(t.refined.point)) > (options.one_speed ? 1.4 : 1.1) * rms) continue;
+            if (options.veto && !options.veto(t.refined.point).empty()) continue;
+            found.confusable_with.push_back(t.name);
+        }
+    }
+}
+
+namespace {
+
+/// Two effects of which neither alone is confirmed, each hiding what the other would explain: taken only where both together are,
+/// halve the reported residual, and neither does without the other.
+bool take_pair(const TraceModel& model, const std::vector<Tried>& tried, const std::vector<Candidate>& candidates, const SelectOptions& options,
+               int round_number, Selection& s)
+{
+    constexpr int kFirsts = 3;
+    constexpr double kHalf = 0.5;
+    const double before = joint(options.reported_rms(s.best.point));
+    Refined best;
+    int firsts = 0;
+    std::vector<Candidate> chosen;
+    for (const Tried& first : tried) {
+        if (!first.refined.ok || first.candidate.is_fault() || first.candidate.names().size() > 1) continue;
+        if (firsts == kFirsts) break;
+        ++firsts;
+        for (const Tried& second : round(model, first.refined, candidates, options, nullptr)) {
+            if (!second.refined.ok || second.candidate.is_fault() || second.candidate.names().size() > 1) continue;
+            if (best.ok && second.refined.left.heldout <= best.left.heldout) break;
+            if (!confirmed(model, better(model, s.best.left, second.refined.left))) continue;
+            if (joint(options.reported_rms(second.refined.point)) > kHalf * before) continue;
+            if (options.veto && !options.veto(second.refined.point).empty()) continue;
+            const Refined alone = refine(model, without(second.refined.point, first.name), kPasses);
+            if (!alone.ok || !needed(model, first.refined, second.refined, options) || !needed(model, alone, second.refined, options)) continue;
+            best = second.refined;
+            chosen = {first.candidate, second.candidate};
+            break;
+        }
+    }
+    if (!best.ok) return false;
+    s.best = std::move(best);
+    for (const Candidate& c : chosen) s.found.push_back({c.names().front(), {}, round_number}), s.after.push_back(s.best.point);
+    return true;
+}
+
+}  // namespace
+
+Selection select(const TraceModel& model, const Point& start, const std::vector<Candidate>& candidates, const SelectOptions& options)
+{
+    Selection s;
+    s.plain = refine_gains(model, start);
+    if (!s.plain.ok) return s;
+    s.best = s.plain;
+    for (int n = 0; n < 6; ++n) {
+        if (below(options.reported_rms(s.best.point), options.exact)) break;
+        std::vector<Tried> tried = round(model, s.best, candidates, options, n == 0 ? &s.alone : nullptr);
+        const Tried* taken = nullptr;
+        for (const Tried& t : tried) {
+            if (!t.refined.ok || !confirmed(model, t.over)) continue;
+            if (taken && !stands_before(t, *taken)) continue;
+            const std::string why = options.veto ? options.veto(t.refined.point) : std::string();
+            if (!why.empty()) {
+                s.vetoed.push_back({t.name, why});
+                continue;
+            }
+            if (needed(model, s.best, t.refined, options)) taken = &t;
+        }
+        if (!taken) {
+            if (n > 0 || !take_pair(model, tried, candidates, options, n, s)) break;
+            continue;
+        }
+        if (taken->candidate.is_fault()) {
+            s.fault = "the residual is that of current sensors that stop at about " + figure(taken->refined.point.terms.back().input.shape[0]) + " A";
+            s.best = s.plain, s.found.clear(), s.after.clear();
+            return s;
+        }
+        s.best = taken->refined;
+        for (const std::string& name : taken->candidate.names()) s.found.push_back({name, {}, n}), s.after.push_back(s.best.point);
+    }
+    drop_superfluous(model, options, s);
+    return s;
+}
+
+}  // namespace dqw

@@ -1,0 +1,69 @@
+// Which effects a log needs, one after the other: screen, refit jointly, judge on rows held out.
+#ifndef DQW_REF_SEARCH_SELECT_HPP
+#define DQW_REF_SEARCH_SELECT_HPP
+
+#include <functional>
+#include <limits>
+
+#include "ref/search/solve.hpp"
+
+namespace dqw {
+
+/// An effect, or two that only make sense together, in one shape of several that are tried.
+struct Candidate {
+    std::vector<Input> inputs;
+    /// Names of its effects, each once.
+    std::vector<std::string> names() const;
+    /// A fault of the record, no effect.
+    bool is_fault() const { return inputs.front().law == Law::clipped_current; }
+};
+
+/// How a candidate did when it was tried.
+struct Tried {
+    std::string name;
+    Candidate candidate;
+    Refined refined;
+    Better over;  ///< the point without it
+};
+
+/// Every entry below its limit; false where there are no limits.
+inline bool below(const std::vector<double>& rms, const std::vector<double>& limits)
+{
+    for (std::size_t c = 0; c < limits.size(); ++c)
+        if (!(rms[c] < limits[c])) return false;
+    return !limits.empty();
+}
+
+struct SelectOptions {
+    /// Whether a point's parameters make physical sense; else the reason.
+    std::function<std::string(const Point&)> veto;
+    /// RMS of the reported held-out residual of a point, of each channel.
+    std::function<std::vector<double>(const Point&)> reported_rms;
+    std::vector<double> exact;  ///< of each axis: below all of them no further effect is sought
+    bool one_speed = false;     ///< of settled points: what turns with the speed cannot be told apart there but by small terms
+    std::function<void()> tick;
+};
+
+struct Found {
+    std::string name;  ///< of one effect
+    std::vector<std::string> confusable_with;
+    int round = 0;  ///< effects of one round came together
+};
+
+struct Selection {
+    Refined plain, best;
+    std::vector<Found> found;                                 ///< in the order found
+    std::string fault;                                        ///< of the record, found beside or instead of an effect; else empty
+    std::vector<Point> after;                                 ///< the point after each of them
+    std::vector<std::pair<std::string, Point>> alone;         ///< every candidate on the plain model: what each would explain alone
+    std::vector<std::pair<std::string, std::string>> vetoed;  ///< name and reason
+};
+
+/// What could stand in for each effect found: rivals that, in its place, leave as little on the rows held out (within 10 % of the
+/// reported RMS; of one speed alone 40 %), and that a joint fit cannot tell from it. At most three each.
+void look_alikes(const TraceModel& model, const std::vector<Candidate>& candidates, const SelectOptions& options, Selection& selection);
+
+Selection select(const TraceModel& model, const Point& start, const std::vector<Candidate>& candidates, const SelectOptions& options);
+
+}  // namespace dqw
+#endif

@@ -1,0 +1,270 @@
+#include "ref/search/solve.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "ref/log/symmetric.hpp"
+
+namespace dqw {
+namespace {
+
+constexpr double kLeast = 1e-300;
+constexpr double kGainLeast = 1e-4;
+
+void total_up(const TraceModel& model, Left& left)
+{
+    const auto& blocks = model.plan().blocks;
+    double rows[2] = {}, square[2][8] = {};
+    for (std::size_t b = 0; b < blocks.size(); ++b) {
+        const int h = blocks[b].heldout ? 1 : 0;
+        rows[h] += left.rows[b];
+        for (std::size_t c = 0; c < left.of.size(); ++c) square[h][c] += left.of[c][b];
+    }
+    double* ll[2] = {&left.seen, &left.heldout};
+    for (int h = 0; h < 2; ++h) {
+        *ll[h] = 0.0;
+        if (!(rows[h] > 0.0)) continue;
+        const double channels = static_cast<double>(left.of.size());
+        if (model.common_weight()) {
+            double all = 0.0;
+            for (std::size_t c = 0; c < left.of.size(); ++c) all += square[h][c];
+            *ll[h] = -0.5 * channels * rows[h] * std::log(all / (channels * rows[h]) + kLeast);
+        } else {
+            for (std::size_t c = 0; c < left.of.size(); ++c) *ll[h] -= 0.5 * rows[h] * std::log(square[h][c] / rows[h] + kLeast);
+        }
+    }
+}
+
+std::vector<Eigen::MatrixXd> seen_total(const TraceModel& model, const std::vector<BlockSum>& sums, double& rows)
+{
+    const auto& blocks = model.plan().blocks;
+    std::vector<Eigen::MatrixXd> total;
+    rows = 0.0;
+    for (std::size_t b = 0; b < blocks.size(); ++b) {
+        if (blocks[b].heldout) continue;
+        rows += sums[b].rows;
+        for (std::size_t c = 0; c < sums[b].gram.size(); ++c) {
+            if (total.size() <= c) total.push_back(Eigen::MatrixXd::Zero(sums[b].gram[c].rows(), sums[b].gram[c].cols()));
+            total[c] += sums[b].gram[c];
+        }
+    }
+    return total;
+}
+
+double quadratic(const Eigen::MatrixXd& gram, const Eigen::VectorXd& row) { return std::max(row.dot(gram * row), 0.0); }
+
+/// Variance of each channel of the rows seen, after the step.
+Eigen::VectorXd variances(const TraceModel& model, const std::vector<Eigen::MatrixXd>& total, double rows, const Eigen::VectorXd& with_e)
+{
+    Eigen::VectorXd v(static_cast<Eigen::Index>(total.size()));
+    for (std::size_t c = 0; c < total.size(); ++c) v[static_cast<Eigen::Index>(c)] = quadratic(total[c], with_e) / std::max(rows, 1.0) + kLeast;
+    if (model.common_weight()) {
+        // An axis without current or voltage says nothing about the noise.
+        double sum = 0.0, told = 0.0;
+        for (std::size_t c = 0; c < total.size(); ++c)
+            if (total[c].diagonal().maxCoeff() > 0.0) sum += v[static_cast<Eigen::Index>(c)], told += 1.0;
+        v.setConstant(told > 0.0 ? sum / told : v.mean());
+    }
+    return v.cwiseMax(v.maxCoeff() * 1e-6);
+}
+
+Eigen::VectorXd with_error(const Eigen::VectorXd& delta)
+{
+    Eigen::VectorXd row(delta.size() + 1);
+    row << delta, 1.0;
+    return row;
+}
+
+}  // namespace
+
+Left left_after(const TraceModel& model, const std::vector<BlockSum>& sums, const Eigen::VectorXd& delta)
+{
+    Left left;
+    const Eigen::VectorXd row = with_error(delta);
+    left.of.resize(static_cast<std::size_t>(model.channels()));
+    for (const BlockSum& s : sums) {
+        left.rows.push_back(s.rows);
+        for (std::size_t c = 0; c < left.of.size(); ++c) left.of[c].push_back(quadratic(s.gram[c], row));
+    }
+    total_up(model, left);
+    return left;
+}
+
+Left left_of(const TraceModel& model, const std::vector<BlockSum>& sums)
+{
+    return left_after(model, sums, Eigen::VectorXd::Zero(sums.front().gram.front().rows() - 1));
+}
+
+Eigen::VectorXd linear_step(const TraceModel& model, const std::vector<BlockSum>& sums, const std::vector<Eigen::Index>& use, double damping)
+{
+    double rows = 0.0;
+    const std::vector<Eigen::MatrixXd> total = seen_total(model, sums, rows);
+    const Eigen::Index n = total.front().rows() - 1, m = static_cast<Eigen::Index>(use.size());
+    Eigen::VectorXd delta = Eigen::VectorXd::Zero(n);
+    for (int round = 0; round < 3; ++round) {
+        const Eigen::VectorXd v = variances(model, total, rows, with_error(delta));
+        Eigen::MatrixXd a = Eigen::MatrixXd::Zero(m, m);
+        Eigen::VectorXd b = Eigen::VectorXd::Zero(m);
+        for (std::size_t c = 0; c < total.size(); ++c) {
+            const double w = 1.0 / v[static_cast<Eigen::Index>(c)];
+            for (Eigen::Index i = 0; i < m; ++i) {
+                b[i] -= w * total[c](use[static_cast<std::size_t>(i)], n);
+                for (Eigen::Index j = 0; j < m; ++j) a(i, j) += w * total[c](use[static_cast<std::size_t>(i)], use[static_cast<std::size_t>(j)]);
+            }
+        }
+        const Eigen::VectorXd size = a.diagonal().cwiseMax(kLeast).cwiseSqrt();
+        Eigen::MatrixXd unit = size.cwiseInverse().asDiagonal() * a * size.cwiseInverse().asDiagonal();
+        for (Eigen::Index i = 0; i < m; ++i)
+            if (!(a(i, i) > kLeast)) unit.row(i).setZero(), unit.col(i).setZero();
+        const Symmetric eigen(unit);
+        Eigen::VectorXd z = eigen.eigenvectors().transpose() * b.cwiseQuotient(size);
+        for (Eigen::Index i = 0; i < m; ++i) z[i] = eigen.eigenvalues()[i] > 1e-9 ? z[i] / (eigen.eigenvalues()[i] + damping) : 0.0;
+        const Eigen::VectorXd step = (eigen.eigenvectors() * z).cwiseQuotient(size);
+        delta.setZero();
+        for (Eigen::Index i = 0; i < m; ++i) delta[use[static_cast<std::size_t>(i)]] = step[i];
+    }
+    return delta;
+}
+
+Better better(const TraceModel& model, const Left& a, const Left& b)
+{
+    const auto& blocks = model.plan().blocks;
+    std::vector<double> gain;
+    const double floor = kLeast;
+    // Settled points' errors are no noise of one size: a block whose error is far below the mean does not count there.
+    double mean_square = 0.0, rows = 0.0;
+    for (std::size_t k = 0; k < blocks.size(); ++k)
+        if (blocks[k].heldout) {
+            rows += a.rows[k];
+            for (const auto& channel : b.of) mean_square += channel[k];
+        }
+    mean_square = mean_square / std::max(rows * static_cast<double>(b.of.size()), 1.0) + kLeast;
+    for (std::size_t k = 0; k < blocks.size(); ++k) {
+        if (!blocks[k].heldout || !(a.rows[k] > 0.0)) continue;
+        double g = 0.0;
+        if (model.common_weight()) {
+            double x = 0.0, y = 0.0;
+            for (std::size_t c = 0; c < a.of.size(); ++c) x += a.of[c][k], y += b.of[c][k];
+            const double size = a.rows[k] * static_cast<double>(a.of.size()) * mean_square;
+            g = 0.5 * std::log((x + size) / (y + size));
+        } else {
+            for (std::size_t c = 0; c < a.of.size(); ++c) g += 0.5 * std::log((a.of[c][k] + floor) / (b.of[c][k] + floor));
+        }
+        gain.push_back(g);
+    }
+    Better out;
+    out.nats = b.heldout - a.heldout;
+    const double n = static_cast<double>(gain.size());
+    out.nats_each = out.nats * n / std::max(rows, 1.0);
+    if (gain.size() < 3) return out;
+    double mean = 0.0, square = 0.0, lag = 0.0;
+    for (double g : gain) mean += g / n;
+    for (std::size_t k = 0; k < gain.size(); ++k) {
+        square += (gain[k] - mean) * (gain[k] - mean);
+        if (k > 0) lag += (gain[k] - mean) * (gain[k - 1] - mean);
+    }
+    const double r = std::clamp(lag / std::max(square, kLeast), 0.0, 0.95);
+    const double sd = std::sqrt(square / (n - 1.0) / n);
+    out.t = sd > 0.0 ? mean / sd * std::sqrt((1.0 - r) / (1.0 + r)) : 0.0;
+    return out;
+}
+
+bool confirmed(const TraceModel& model, const Better& gain)
+{
+    constexpr double kLeastT = 4.0, kUnevenT = 2.0, kFewT = 1.5, kLeastNats = 10.0, kUneven = 15.0, kFew = 40.0;
+    if (gain.nats < kLeastNats) return false;
+    const double uneven = gain.t * gain.nats_each;
+    return gain.t >= kLeastT || (gain.t >= kUnevenT && uneven >= kUneven) || (gain.t >= kFewT && uneven >= (model.common_weight() ? kUneven : kFew));
+}
+
+Refined refine(const TraceModel& model, const Point& start, int passes)
+{
+    Refined best;
+    best.point = start;
+    if (!model.pass(start, {}, best.sums)) return best;
+    best.left = left_of(model, best.sums);
+    best.ok = true;
+    std::vector<Eigen::Index> use;
+    for (Eigen::Index j = 0; j < start.columns(); ++j) use.push_back(j);
+    const Eigen::Index first_gain = start.base.size(), first_weight = first_gain + start.gain.size();
+    // Of the ten nats that confirm an effect.
+    constexpr double kSettled = 0.2;
+    double damping = 1e-9;
+    int failed = 0;
+    for (int pass = 1; pass < passes; ++pass) {
+        const Eigen::VectorXd old = best.point.values();
+        Eigen::VectorXd next = old + linear_step(model, best.sums, use, damping);
+        for (Eigen::Index j = 0; j < first_gain; ++j) {
+            const double reach = 0.6 * std::abs(old[j]);
+            // psi may start at zero and R at a wrong sign; an inductance may do neither.
+            if (j == 1 || j == 2) next[j] = std::clamp(next[j], old[j] - reach, old[j] + 2.0 * reach);
+        }
+        for (Eigen::Index j = first_gain; j < first_weight; ++j) next[j] = std::clamp(next[j], std::max(kGainLeast, 0.2 * old[j]), std::min(1.0, 5.0 * old[j]));
+        Eigen::Index j = first_weight;
+        for (const Term& t : start.terms) {
+            j += weights_of(t.input.law);
+            for (int s = 0; s < free_shapes_of(t.input); ++s, ++j) {
+                if (s == 0 || !t.input.free_angle)
+                    next[j] = std::clamp(next[j], 0.5 * old[j], 2.0 * old[j]);
+                else
+                    next[j] = std::clamp(next[j], old[j] - 0.3, old[j] + 0.3);
+            }
+        }
+        Refined trial;
+        trial.point = best.point;
+        trial.point.set(next);
+        trial.ok = model.pass(trial.point, {}, trial.sums);
+        if (trial.ok) trial.left = left_of(model, trial.sums);
+        if (trial.ok && trial.left.seen > best.left.seen) {
+            const double gained = trial.left.seen - best.left.seen;
+            best = std::move(trial);
+            damping = std::max(damping * 0.1, 1e-9);
+            failed = 0;
+            if (gained < kSettled) break;
+        } else {
+            if ((trial.ok && best.left.seen - trial.left.seen < kSettled) || ++failed == 7) break;
+            damping = std::max(damping * 30.0, 1e-4);
+            if (damping > 1e3) break;
+        }
+    }
+    return best;
+}
+
+Eigen::VectorXd deviations(const TraceModel& model, const Refined& refined)
+{
+    double rows = 0.0;
+    const std::vector<Eigen::MatrixXd> total = seen_total(model, refined.sums, rows);
+    const Eigen::Index n = total.front().rows() - 1;
+    const Eigen::VectorXd v = variances(model, total, rows, with_error(Eigen::VectorXd::Zero(n)));
+    Eigen::MatrixXd m = Eigen::MatrixXd::Zero(n, n);
+    for (std::size_t c = 0; c < total.size(); ++c) m += total[c].topLeftCorner(n, n) / v[static_cast<Eigen::Index>(c)];
+    const Eigen::VectorXd size = m.diagonal().cwiseMax(kLeast).cwiseSqrt();
+    const Eigen::MatrixXd unit = size.cwiseInverse().asDiagonal() * m * size.cwiseInverse().asDiagonal();
+    const Symmetric eigen(unit);
+    const Eigen::VectorXd inverse = eigen.eigenvalues().unaryExpr([](double x) { return x > 1e-10 ? 1.0 / x : 0.0; });
+    const Eigen::MatrixXd pinv = eigen.eigenvectors() * inverse.asDiagonal() * eigen.eigenvectors().transpose();
+    // Scores of the fine blocks, neighbours joined in fives: rows and blocks are correlated where the model lacks something.
+    Eigen::MatrixXd scatter = Eigen::MatrixXd::Zero(n, n);
+    Eigen::VectorXd score = Eigen::VectorXd::Zero(n);
+    int joined = 0;
+    const auto& blocks = model.plan().blocks;
+    for (std::size_t b = 0; b < blocks.size(); ++b) {
+        if (blocks[b].heldout) continue;
+        for (std::size_t c = 0; c < total.size(); ++c) score += refined.sums[b].gram[c].col(n).head(n) / v[static_cast<Eigen::Index>(c)];
+        if (++joined == 5) scatter += score * score.transpose(), score.setZero(), joined = 0;
+    }
+    scatter += score * score.transpose();
+    const Eigen::MatrixXd s = size.cwiseInverse().asDiagonal() * scatter * size.cwiseInverse().asDiagonal();
+    const Eigen::VectorXd white = pinv.diagonal(), robust = (pinv * s * pinv).diagonal();
+    Eigen::VectorXd sd(n);
+    for (Eigen::Index j = 0; j < n; ++j) {
+        // A direction that the rows do not tell.
+        double lost = 0.0;
+        for (Eigen::Index k = 0; k < n; ++k)
+            if (!(eigen.eigenvalues()[k] > 1e-10)) lost += eigen.eigenvectors()(j, k) * eigen.eigenvectors()(j, k);
+        sd[j] = lost > 1e-3 || !(m(j, j) > kLeast) ? HUGE_VAL : std::sqrt(std::max(white[j], robust[j])) / size[j];
+    }
+    return sd;
+}
+
+}  // namespace dqw

@@ -1,0 +1,201 @@
+#include "ref/trace/candidates.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "ref/effect/range.hpp"
+
+namespace dqw {
+namespace {
+
+constexpr double kLeastSpan_K = 0.5;  ///< of a temperature column, below which it tells nothing
+
+class Catalogue {
+public:
+    Catalogue(TraceSetup& setup, const std::vector<std::string>& only) : setup_(setup), only_(only) {}
+
+    bool wanted(Law law) const { return only_.empty() || std::find(only_.begin(), only_.end(), name_of(law)) != only_.end(); }
+    void add(const Input& input)
+    {
+        if (wanted(input.law)) setup_.candidates.push_back({{input}});
+    }
+    void add(const Input& a, const Input& b)
+    {
+        if (wanted(a.law) && wanted(b.law)) setup_.candidates.push_back({{a, b}});
+    }
+    void cannot(Law law, const std::string& why)
+    {
+        if (wanted(law)) setup_.untestable.push_back({name_of(law), "not tested: " + why, std::nan("")});
+    }
+    /// Adds the input where `why` is empty.
+    void add_unless(const Input& input, const std::string& why)
+    {
+        if (why.empty())
+            add(input);
+        else
+            cannot(input.law, why);
+    }
+
+private:
+    TraceSetup& setup_;
+    const std::vector<std::string>& only_;
+};
+
+void temperature_candidates(const std::vector<Log>& logs, Catalogue& c, bool turns, bool moves)
+{
+    const bool winding = everywhere(logs, &Log::temp_winding_C) && range_of(logs, &Log::temp_winding_C).span() > kLeastSpan_K;
+    const bool magnet = everywhere(logs, &Log::temp_magnet_C) && range_of(logs, &Log::temp_magnet_C).span() > kLeastSpan_K;
+    const bool heats = everywhere(logs, &Log::t_s) && moves;
+    const auto state = [](Law law, int heat) {
+        Input in{law};
+        in.heat = heat;
+        return in;
+    };
+    constexpr int kTimes = static_cast<int>(sizeof kHeatTimes / sizeof *kHeatTimes);
+    if (winding)
+        c.add({Law::winding_temperature});
+    else if (heats)
+        for (int n = 1; n <= kTimes; ++n) c.add(state(Law::winding_temperature, n));
+    else
+        c.cannot(Law::winding_temperature, "no temperature that changes, and no time or no current for a heating state");
+    if (!turns) {
+        c.cannot(Law::magnet_temperature, "the machine does not turn");
+        return;
+    }
+    if (magnet)
+        c.add({Law::magnet_temperature});
+    else if (winding)
+        c.add(state(Law::magnet_temperature, -1));
+    else if (heats)
+        for (int n = 1; n <= kTimes; ++n) c.add(state(Law::magnet_temperature, n));
+    else
+        c.cannot(Law::magnet_temperature, "no temperature that changes, and no time or no current for a heating state");
+    if (winding)
+        c.add({Law::winding_temperature}, magnet ? Input{Law::magnet_temperature} : state(Law::magnet_temperature, -1));
+    else if (heats)
+        for (int n = 1; n <= kTimes; ++n)
+            for (int m = n; m <= kTimes; ++m) c.add(state(Law::winding_temperature, n), state(Law::magnet_temperature, m));
+}
+
+/// Faults of the current sensors, tried beside the effects so that no effect is named for them.
+void clipped_candidates(TraceSetup& setup, bool angle)
+{
+    double most = 0.0;
+    for (std::size_t n = 0; n < setup.logs->size(); ++n) {
+        const Log& log = (*setup.logs)[n];
+        for (std::size_t k = 0; k < log.rows(); ++k) {
+            const double alpha = setup.columns[n].cos_e[k] * log.i_d_A[k] - setup.columns[n].sin_e[k] * log.i_q_A[k];
+            const double beta = setup.columns[n].sin_e[k] * log.i_d_A[k] + setup.columns[n].cos_e[k] * log.i_q_A[k];
+            most = std::max({most, std::abs(alpha), 0.5 * std::abs(alpha) + 0.5 * std::sqrt(3.0) * std::abs(beta)});
+        }
+    }
+    for (double part : {0.5, 0.7, 0.85})
+        for (double start : angle ? std::vector<double>{0.0} : std::vector<double>{0.0, 0.26, 0.52, 0.79}) {
+            Input in{Law::clipped_current, {part * most, start, 0, 0}};
+            in.free_angle = !angle;
+            setup.candidates.push_back({{in}});
+        }
+}
+
+void electrical_candidates(TraceSetup& setup, Catalogue& c)
+{
+    const std::vector<Log>& logs = *setup.logs;
+    const bool settled = setup.regime != Regime::dynamic;
+    const double ib = setup.i_base_A;
+    Range w, i_d, i_q;
+    for (const Log& log : logs)
+        for (std::size_t k = 0; k < log.rows(); ++k)
+            w.add(setup.regime == Regime::standstill ? 0.0 : at_row(log.w_m_rad_s, k)), i_d.add(at_row(log.i_d_A, k)), i_q.add(at_row(log.i_q_A, k));
+    const bool turns = w.size() > 0.0, angle = everywhere(logs, &Log::theta_e_rad) || everywhere(logs, &Log::theta_m_rad);
+    const bool moves = std::max(i_d.sd(), i_q.sd()) > 1e-3 * ib;
+    // An angle is swept where it covers a turn; an integrated one needs rows in time.
+    double swept = 0.0;
+    for (std::size_t n = 0; n < logs.size(); ++n) {
+        if (!angle && settled) continue;
+        const TraceColumns& columns = setup.columns[n];
+        for (std::size_t k = 1; k < logs[n].rows(); ++k)
+            swept += std::abs(
+                std::remainder(std::atan2(columns.sin_e[k], columns.cos_e[k]) - std::atan2(columns.sin_e[k - 1], columns.cos_e[k - 1]), 2.0 * M_PI));
+    }
+    const std::string no_current = moves ? "" : "the currents do not change";
+    const std::string one_point = moves || w.span() > 1e-3 * w.size() ? "" : "one operating point: neither the currents nor the speed change";
+    const std::string no_turn = turns ? "" : "the machine does not turn";
+    const std::string no_sweep = swept > 6.0 ? "" : angle ? "the angle hardly changes" : "no angle column, and none can be integrated";
+    const auto first = [](const std::string& a, const std::string& b) { return a.empty() ? b : a; };
+
+    std::string dead = no_current;
+    if (dead.empty() && settled && !angle && turns) dead = "no angle column: the phases' currents are not known";
+    if (dead.empty()) {
+        for (double width : {0.005, 0.02, 0.08}) {
+            if (angle) {
+                c.add({Law::dead_time, {width * ib, 0, 0, 0}});
+                continue;
+            }
+            for (double start : {0.0, 0.26, 0.52, 0.79}) {
+                Input in{Law::dead_time, {width * ib, start, 0, 0}};
+                in.free_angle = true;
+                c.add(in);
+            }
+        }
+    } else {
+        c.cannot(Law::dead_time, dead);
+    }
+    const std::string no_flux = first(settled ? no_turn : "", no_current);
+    c.add_unless({Law::saturation, {ib}}, no_flux);
+    c.add_unless({Law::cross_saturation, {ib}}, no_flux);
+    if (no_flux.empty()) c.add({Law::saturation, {ib}}, {Law::cross_saturation, {ib}});
+    temperature_candidates(logs, c, turns, i_d.size() + i_q.size() > 0.0);
+    c.add_unless({Law::iron_loss}, first(no_turn, no_current));
+    if (no_sweep.empty() && setup.regime == Regime::dynamic && c.wanted(Law::clipped_current)) clipped_candidates(setup, angle);
+    c.add_unless({Law::flux_harmonics, {6}}, first(no_turn, no_sweep));
+    if (no_turn.empty() && no_sweep.empty()) c.add({Law::flux_harmonics, {6}}, {Law::flux_harmonics, {12}});
+    c.add_unless({Law::current_offset}, no_sweep);
+    c.add_unless({Law::current_gain_mismatch}, first(no_sweep, no_current));
+    c.add_unless({Law::angle_offset}, first(no_turn, one_point));
+    c.add_unless({Law::delay}, settled ? first(no_turn, one_point) : no_current);
+    c.add_unless({Law::skin_effect}, first(no_turn, first(no_current, w.span() > 0.1 * w.size() ? "" : "one speed only")));
+    c.add_unless({Law::phase_resistance_imbalance}, first(no_sweep, no_current));
+    c.add_unless({Law::voltage_offset}, no_current);
+}
+
+void mechanical_candidates(TraceSetup& setup, Catalogue& c)
+{
+    const Range w = range_of(*setup.logs, &Log::w_m_rad_s);
+    const double base = w.size();
+    const std::string still = w.sd() > 1e-3 * base ? "" : "the speed does not change";
+    const bool both_ways = w.least < -0.02 * base && w.most > 0.02 * base;
+    // Each log may turn one way only, and they the other way.
+    const std::string one_way = both_ways ? "" : "the machine turns one way only: it cannot be told from Coulomb friction";
+    for (double part : {0.005, 0.03}) {
+        if (still.empty()) c.add({Law::coulomb_friction, {part * base}});
+        if (still.empty() && one_way.empty())
+            c.add({Law::direction_asymmetry, {part * base}}), c.add({Law::coulomb_friction, {part * base}}, {Law::direction_asymmetry, {part * base}});
+        if (still.empty())
+            for (double fall : {0.03, 0.1, 0.3})
+                c.add({Law::stribeck_friction, {part * base, fall * base}}),
+                    c.add({Law::coulomb_friction, {part * base}}, {Law::stribeck_friction, {part * base, fall * base}});
+    }
+    if (!still.empty()) c.cannot(Law::coulomb_friction, still), c.cannot(Law::stribeck_friction, still);
+    if (!still.empty() || !one_way.empty()) c.cannot(Law::direction_asymmetry, still.empty() ? one_way : still);
+    c.add_unless({Law::load_torque}, still);
+    double turned = 0.0;
+    for (const auto& angle : setup.angle)
+        for (std::size_t k = 1; k < angle.size(); ++k) turned += std::abs(std::remainder(angle[k] - angle[k - 1], 2.0 * M_PI));
+    if (turned > 6.0)
+        for (int n = 1; n <= 48; ++n) c.add({Law::cogging_torque, {static_cast<double>(n)}});
+    else
+        c.cannot(Law::cogging_torque, "the shaft does not make a turn");
+}
+
+}  // namespace
+
+void add_candidates(TraceSetup& setup, const std::vector<std::string>& only)
+{
+    Catalogue catalogue(setup, only);
+    if (setup.regime == Regime::mechanical)
+        mechanical_candidates(setup, catalogue);
+    else
+        electrical_candidates(setup, catalogue);
+}
+
+}  // namespace dqw

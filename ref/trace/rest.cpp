@@ -1,0 +1,332 @@
+#include "ref/trace/rest.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <unsupported/Eigen/FFT>
+
+#include "ref/effect/range.hpp"
+#include "ref/fit/explain.hpp"
+
+namespace dqw {
+namespace {
+
+constexpr std::size_t kChunk = 200;
+constexpr double kLeastShare = 0.05;
+
+double median(std::vector<double> x)
+{
+    if (x.empty()) return 0.0;
+    std::nth_element(x.begin(), x.begin() + static_cast<std::ptrdiff_t>(x.size() / 2), x.end());
+    return x[x.size() / 2];
+}
+
+/// Mean squares of two filters: (1 -4 6 -4 1), at the top of the band, and second differences of means over five rows, around a
+/// tenth of the sampling rate. Medians over chunks, so that a few wild stretches do not count.
+struct HighBand {
+    double top = 0.0, fifth = 0.0;
+};
+
+HighBand high_band(const std::vector<double>& x, const std::vector<std::size_t>& starts)
+{
+    std::vector<double> top, fifth;
+    for (std::size_t s = 0; s < starts.size(); ++s) {
+        const std::size_t begin = starts[s], end = s + 1 < starts.size() ? starts[s + 1] : x.size();
+        for (std::size_t k = begin; k + 15 < end; k += kChunk) {
+            const std::size_t stop = std::min(k + kChunk, end - 15);
+            if (stop < k + 20) break;
+            double a = 0.0, b = 0.0;
+            for (std::size_t r = k; r < stop; ++r) {
+                const double y = x[r] - 4.0 * x[r + 1] + 6.0 * x[r + 2] - 4.0 * x[r + 3] + x[r + 4];
+                double z = 0.0;
+                for (std::size_t n = 0; n < 5; ++n) z += 0.2 * (x[r + n] - 2.0 * x[r + 5 + n] + x[r + 10 + n]);
+                a += y * y, b += z * z;
+            }
+            top.push_back(a / 70.0 / static_cast<double>(stop - k)), fifth.push_back(b / 6.0 / static_cast<double>(stop - k));
+        }
+    }
+    return {median(top), median(fifth)};
+}
+
+/// Variance of a block's mean over `rows` rows, told apart into noise A |1 - z|^2 of the state's sensor, white noise S, and the
+/// known noise W |1 + z|^2 / 4 of the speed sensor: top = 3.6 A + S + 0.1 W, fifth = 0.133 A + 0.2 S + 0.167 W.
+double block_variance(HighBand seen, double speed, double rows, double damped)
+{
+    double differenced = (seen.top - 5.0 * seen.fifth + 0.7333 * speed) / 2.933;
+    double white = 5.0 * (seen.fifth - 0.1333 * differenced - 0.1667 * speed);
+    if (differenced < 0.0) differenced = 0.0, white = std::max(5.0 * seen.fifth - 0.8333 * speed, 0.0);
+    if (white < 0.0) white = 0.0, differenced = std::max(seen.top - 0.1 * speed, 0.0) / 3.6;
+    return 2.0 * differenced / (rows * rows) + differenced * damped * damped / rows + (white + speed) / rows;
+}
+
+double moving_floor(const TraceSetup& setup, const Point& at)
+{
+    const std::vector<ReportBlock> single = setup.full->report(at, 1);
+    const int channels = setup.full->channels();
+    std::vector<std::size_t> starts;
+    std::vector<double> residual[2], speed;
+    double flux[2] = {}, dt = 0.0, turned = 0.0;
+    for (std::size_t k = 0; k < single.size(); ++k) {
+        const ReportBlock& b = single[k];
+        if (k == 0 || single[k - 1].log != b.log || single[k - 1].end != b.begin) starts.push_back(k);
+        for (int c = 0; c < channels; ++c) residual[c].push_back(b.residual[c]);
+        speed.push_back(b.log->w_m_rad_s[b.begin]);
+        dt = b.log->dt_s;
+        if (channels == 2) {
+            turned += std::pow(setup.pole_pairs * speed.back() * dt, 2) / static_cast<double>(single.size());
+            const double d = at.base[1] * b.log->i_d_A[b.begin] + at.base[3], q = at.base[2] * b.log->i_q_A[b.begin];
+            flux[0] += q * q, flux[1] += d * d;
+        }
+    }
+    if (single.empty()) return 0.0;
+    const double speed_noise = high_band(speed, starts).top, rows = static_cast<double>(block_rows(*single.front().log));
+    double sum = 0.0;
+    for (int c = 0; c < channels; ++c) {
+        const double inertia = channels == 2 ? at.base[1 + c] : at.base[0], drag = channels == 2 ? at.base[0] : at.base[1];
+        const double w = channels == 2 ? setup.pole_pairs * setup.pole_pairs * speed_noise * flux[c] / static_cast<double>(single.size()) : 0.0;
+        // The other axis' current, of about the same noise, comes in by the turning.
+        const double across = channels == 2 ? at.base[2 - c] / inertia : 0.0;
+        sum += block_variance(high_band(residual[c], starts), w, rows, std::sqrt(std::pow(drag * dt / inertia, 2) + across * across * turned));
+    }
+    return std::sqrt(sum / channels);
+}
+
+double settled_floor(const TraceSetup& setup, const Point& at)
+{
+    const std::vector<ReportBlock> blocks = setup.full->report(at, 1);
+    std::vector<double> square;
+    for (std::size_t k = 2; k < blocks.size(); ++k) {
+        if (blocks[k].log != blocks[k - 2].log) continue;
+        double sum = 0.0;
+        for (int c = 0; c < 2; ++c) {
+            const double y = blocks[k].residual[c] - 2.0 * blocks[k - 1].residual[c] + blocks[k - 2].residual[c];
+            sum += y * y / 6.0;
+        }
+        square.push_back(0.5 * sum);
+    }
+    if (square.empty()) return 0.0;
+    double mean = 0.0;
+    for (double x : square) mean += x / static_cast<double>(square.size());
+    return std::sqrt(mean);
+}
+
+/// Part of the variance of y that its means over 24 equally filled bins of x explain beyond chance.
+double share_by_bins(const std::vector<double>& x, const std::vector<double>& y, double excess)
+{
+    constexpr std::size_t kBins = 24;
+    const std::size_t n = x.size();
+    if (n < 4 * kBins || !(excess > 0.0)) return 0.0;
+    std::vector<std::size_t> order(n);
+    for (std::size_t k = 0; k < n; ++k) order[k] = k;
+    std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return x[a] < x[b]; });
+    if (!(x[order[n - 1 - n / 50]] - x[order[n / 50]] > 1e-9 * (std::abs(x[order[n - 1]]) + std::abs(x[order[0]])))) return 0.0;
+    double mean = 0.0, square = 0.0, between = 0.0;
+    for (double v : y) mean += v / static_cast<double>(n);
+    for (double v : y) square += (v - mean) * (v - mean) / static_cast<double>(n);
+    for (std::size_t b = 0; b < kBins; ++b) {
+        const std::size_t begin = b * n / kBins, end = (b + 1) * n / kBins;
+        double sum = 0.0;
+        for (std::size_t k = begin; k < end; ++k) sum += y[order[k]] - mean;
+        between += sum * sum / static_cast<double>(end - begin) / static_cast<double>(n);
+    }
+    return std::clamp((between - square * kBins / static_cast<double>(n)) / excess, 0.0, 1.0);
+}
+
+struct Series {
+    std::vector<double> y, t, angle, i_d, i_q, speed, heat, v, sign;
+};
+
+Series series_of(const TraceSetup& setup, const std::vector<ReportBlock>& blocks, int axis)
+{
+    Series s;
+    for (const ReportBlock& b : blocks) {
+        const Log& log = *b.log;
+        const std::size_t k = (b.begin + b.end) / 2, n = static_cast<std::size_t>(b.log - setup.logs->data());
+        s.y.push_back(b.residual[axis]);
+        if (!log.t_s.empty()) s.t.push_back(log.t_s[k]);
+        if (!log.w_m_rad_s.empty()) s.speed.push_back(log.w_m_rad_s[k]);
+        if (!log.temp_winding_C.empty()) s.heat.push_back(log.temp_winding_C[k]);
+        if (setup.regime == Regime::mechanical) {
+            s.angle.push_back(setup.angle[n][k]);
+            continue;
+        }
+        const TraceColumns& c = setup.columns[n];
+        s.angle.push_back(std::atan2(c.sin_e[k], c.cos_e[k]));
+        s.i_d.push_back(at_row(log.i_d_A, k)), s.i_q.push_back(at_row(log.i_q_A, k));
+        s.v.push_back(std::hypot(b.measured[0], b.measured[1]));
+        Moment m;
+        m.i_d = s.i_d.back(), m.i_q = s.i_q.back(), m.cos_e = c.cos_e[k], m.sin_e = c.sin_e[k];
+        Vector2 f[kMostWeights], g[kMostWeights];
+        evaluate({Law::dead_time, {0.01 * setup.i_base_A}}, m, f, g);
+        s.sign.push_back(axis == 0 ? f[0].d : f[0].q);
+    }
+    return s;
+}
+
+double amplitude_at(const Series& s, int order)
+{
+    std::complex<double> sum = 0.0;
+    for (std::size_t k = 0; k < s.y.size(); ++k) sum += s.y[k] * std::polar(1.0, -order * s.angle[k]);
+    return 2.0 * std::abs(sum) / static_cast<double>(std::max<std::size_t>(s.y.size(), 1));
+}
+
+/// |mean of e^(j angle)|: 1 where the angle stands still, near 0 where it goes round.
+double amplitude_of_angle(const Series& s)
+{
+    std::complex<double> sum = 0.0;
+    for (double a : s.angle) sum += std::polar(1.0, a);
+    return std::abs(sum) / static_cast<double>(std::max<std::size_t>(s.angle.size(), 1));
+}
+
+/// Amplitudes of an evenly sampled series, Hann window; at most 2^16 points of it.
+void amplitudes(const std::vector<double>& y, double period_s, std::vector<double>& frequency_Hz, std::vector<double>& amplitude)
+{
+    std::size_t n = 1;
+    while (2 * n <= y.size() && n < 65536) n *= 2;
+    if (n < 32) return;
+    std::vector<double> x(n);
+    double mean = 0.0;
+    for (std::size_t k = 0; k < n; ++k) mean += y[k] / static_cast<double>(n);
+    for (std::size_t k = 0; k < n; ++k) x[k] = (y[k] - mean) * (1.0 - std::cos(2.0 * M_PI * static_cast<double>(k) / static_cast<double>(n)));
+    std::vector<std::complex<double>> spectrum;
+    Eigen::FFT<double> fft;
+    fft.fwd(spectrum, x);
+    frequency_Hz.clear(), amplitude.clear();
+    for (std::size_t k = 1; k < n / 2; ++k) {
+        frequency_Hz.push_back(static_cast<double>(k) / (static_cast<double>(n) * period_s));
+        amplitude.push_back(2.0 * std::abs(spectrum[k]) / static_cast<double>(n));
+    }
+}
+
+/// The longest run of blocks that follow one another.
+std::vector<double> longest_run(const std::vector<ReportBlock>& blocks, int axis, double& period_s)
+{
+    std::vector<double> best, now;
+    for (std::size_t k = 0; k < blocks.size(); ++k) {
+        if (k > 0 && (blocks[k].log != blocks[k - 1].log || blocks[k].begin != blocks[k - 1].end)) now.clear();
+        now.push_back(blocks[k].residual[axis]);
+        if (now.size() > best.size()) best = now, period_s = blocks[k].log->dt_s * static_cast<double>(blocks[k].end - blocks[k].begin);
+    }
+    return best;
+}
+
+const char* axis_name(const TraceSetup& setup, int axis) { return setup.regime == Regime::mechanical ? "torque" : axis == 0 ? "d" : "q"; }
+
+void add_line(const TraceSetup& setup, const std::vector<ReportBlock>& blocks, int axis, double excess, std::vector<TraceCorrelate>& out)
+{
+    double period_s = 0.0;
+    const std::vector<double> y = longest_run(blocks, axis, period_s);
+    std::vector<double> f, a;
+    if (setup.regime == Regime::steady || setup.regime == Regime::standstill || !(period_s > 0.0)) return;
+    amplitudes(y, period_s, f, a);
+    if (a.size() < 16) return;
+    const std::size_t top = static_cast<std::size_t>(std::max_element(a.begin(), a.end()) - a.begin());
+    double local = 0.0;
+    for (std::size_t k = top >= 2 ? top - 2 : 0; k < std::min(top + 3, a.size()); ++k) local += a[k] * a[k] / 3.0;
+    const double level = median(a);
+    if (top >= 3 && a[top] > 8.0 * level) out.push_back({"a line at " + figure(f[top]) + " Hz", axis_name(setup, axis), std::clamp(local / excess, 0.0, 1.0)});
+}
+
+}  // namespace
+
+double rms_of(const std::vector<ReportBlock>& blocks, int channels)
+{
+    double sum = 0.0;
+    for (const ReportBlock& b : blocks)
+        for (int c = 0; c < channels; ++c) sum += b.residual[c] * b.residual[c];
+    return blocks.empty() ? 0.0 : std::sqrt(sum / static_cast<double>(blocks.size()) / channels);
+}
+
+double noise_floor(const TraceSetup& setup, const Point& at)
+{
+    const bool moving = setup.regime == Regime::dynamic || setup.regime == Regime::mechanical;
+    return moving ? moving_floor(setup, at) : settled_floor(setup, at);
+}
+
+std::vector<TraceCorrelate> correlates(const TraceSetup& setup, const std::vector<ReportBlock>& blocks, double floor)
+{
+    std::vector<TraceCorrelate> out;
+    for (int axis = 0; axis < setup.full->channels(); ++axis) {
+        const Series s = series_of(setup, blocks, axis);
+        double square = 0.0;
+        for (double y : s.y) square += y * y / static_cast<double>(s.y.size());
+        const double excess = square - floor * floor;
+        if (!(excess > 0.05 * floor * floor) || s.y.size() < 8) continue;
+        const auto add = [&](const std::string& with, double share) {
+            if (share > kLeastShare) out.push_back({with, axis_name(setup, axis), share});
+        };
+        if (!s.t.empty()) add("time", share_by_bins(s.t, s.y, excess));
+        if (!s.speed.empty()) add("speed", share_by_bins(s.speed, s.y, excess));
+        if (!s.heat.empty()) add("temperature", share_by_bins(s.heat, s.y, excess));
+        if (!s.i_d.empty())
+            add("i_d", share_by_bins(s.i_d, s.y, excess)), add("i_q", share_by_bins(s.i_q, s.y, excess)), add("voltage", share_by_bins(s.v, s.y, excess));
+        if (!s.sign.empty()) {
+            double xy = 0.0, xx = 0.0;
+            for (std::size_t k = 0; k < s.y.size(); ++k) xy += s.sign[k] * s.y[k], xx += s.sign[k] * s.sign[k];
+            if (xx > 0.0) add("signs of the phase currents", std::clamp(xy * xy / xx / static_cast<double>(s.y.size()) / excess, 0.0, 1.0));
+        }
+        const bool swept = amplitude_of_angle(s) < 0.7;
+        for (int order : swept ? std::vector<int>{1, 2, 3, 6, 12} : std::vector<int>{}) {
+            const double a = amplitude_at(s, order);
+            add("angle, order " + std::to_string(order), std::clamp(0.5 * a * a / excess, 0.0, 1.0));
+        }
+        add_line(setup, blocks, axis, excess, out);
+    }
+    std::stable_sort(out.begin(), out.end(), [](const TraceCorrelate& a, const TraceCorrelate& b) { return a.share > b.share; });
+    return out;
+}
+
+std::vector<TraceSpectrum> spectra(const TraceSetup& setup, const std::vector<ReportBlock>& before, const std::vector<ReportBlock>& after)
+{
+    std::vector<TraceSpectrum> out;
+    for (int axis = 0; axis < setup.full->channels(); ++axis) {
+        TraceSpectrum s;
+        s.axis = axis_name(setup, axis);
+        const Series x = series_of(setup, before, axis), y = series_of(setup, after, axis);
+        for (int order = 1; order <= 24; ++order)
+            s.order.push_back(order), s.before.push_back(amplitude_at(x, order)), s.after.push_back(amplitude_at(y, order));
+        if (setup.regime == Regime::dynamic || setup.regime == Regime::mechanical) {
+            double period_s = 0.0;
+            const std::vector<double> b = longest_run(before, axis, period_s), a = longest_run(after, axis, period_s);
+            if (period_s > 0.0) amplitudes(b, period_s, s.frequency_Hz, s.before_at), amplitudes(a, period_s, s.frequency_Hz, s.after_at);
+        }
+        out.push_back(s);
+    }
+    return out;
+}
+
+std::string record_fault(const std::vector<Log>& logs)
+{
+    constexpr std::size_t kLongestHeld = 10;
+    constexpr double kCatchesUp = 0.3;
+    std::size_t held = 0, rows = 0;
+    for (const Log& log : logs) {
+        if (log.regime != Regime::dynamic) return "";
+        std::vector<double> moves;
+        double least = HUGE_VAL;
+        for (std::size_t k = 1; k < log.rows(); ++k) {
+            const double move = std::abs(log.i_d_A[k] - log.i_d_A[k - 1]) + std::abs(log.i_q_A[k] - log.i_q_A[k - 1]);
+            moves.push_back(move);
+            if (move > 0.0) least = std::min(least, move);
+        }
+        rows += log.rows();
+        std::vector<double> moved = moves;
+        moved.erase(std::remove(moved.begin(), moved.end(), 0.0), moved.end());
+        const double usual = median(moved);
+        // On a coarse converter a repeated value is nothing; on a fine one it is a held sample, unless the current rests.
+        if (!(usual > 20.0 * least) || 2 * moved.size() < moves.size()) continue;
+        std::size_t run = 0;
+        for (double move : moves) {
+            if (move == 0.0) {
+                ++run;
+                continue;
+            }
+            if (run <= kLongestHeld && move > kCatchesUp * usual) held += run;
+            run = 0;
+        }
+    }
+    if (held > 5 && held > rows / 2000) return std::to_string(held) + " rows repeat the currents of the row before to the last digit: held or dropped samples";
+    return "";
+}
+
+}  // namespace dqw

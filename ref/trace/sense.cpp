@@ -1,0 +1,104 @@
+#include "ref/trace/sense.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "ref/effect/effect.hpp"
+#include "ref/effect/physical.hpp"
+#include "ref/fit/explain.hpp"
+
+namespace dqw {
+namespace {
+
+constexpr double kMostOfBase = 0.5;  ///< a sensor's or a flux's error beyond this part of its base is none
+constexpr double kSlow = 0.4;        ///< part of the top speed below which Stribeck friction fades
+constexpr double kLeastInductance = 0.05, kMostInductance = 3.0;
+
+/// Incremental inductances at the log's own currents, over those at zero current; rare extremes apart, where a polynomial ends.
+std::string inductance_sense(const TraceSetup& setup, const Point& at)
+{
+    std::vector<double> part;
+    for (const Log& log : *setup.logs) {
+        const std::size_t rows = std::min(log.i_d_A.size(), log.i_q_A.size());
+        for (std::size_t k = 0; k < rows; k += std::max<std::size_t>(rows / 500, 1)) {
+            Moment m;
+            m.i_d = log.i_d_A[k], m.i_q = log.i_q_A[k];
+            double f[4] = {}, g[4] = {};
+            for (const Term& t : at.terms)
+                if (t.input.law != Law::dead_time) evaluate_slope(t.input, t.weights.data(), m, f, g);
+            part.push_back(1.0 + g[0] / at.base[1]), part.push_back(1.0 + g[3] / at.base[2]);
+        }
+    }
+    if (part.empty()) return "";
+    std::sort(part.begin(), part.end());
+    const double least = part[part.size() / 50], most = part[part.size() - 1 - part.size() / 50];
+    if (least < kLeastInductance) return "an incremental inductance would vanish";
+    if (most > kMostInductance) return "an incremental inductance would grow " + figure(most) + " times";
+    return "";
+}
+
+bool has(const Point& at, Law law)
+{
+    return std::any_of(at.terms.begin(), at.terms.end(), [&](const Term& t) { return t.input.law == law; });
+}
+
+}  // namespace
+
+std::string sense_of(const TraceSetup& setup, const Point& at)
+{
+    PlainModel plain;
+    if (setup.regime == Regime::mechanical) {
+        if (!(at.base[0] > 0.0)) return "the inertia would be negative";
+        if (at.base[1] < 0.0) return "the viscous friction would be negative";
+    } else {
+        plain.R_ohm = at.base[0], plain.Ld_H = at.base[1], plain.Lq_H = at.base[2], plain.psi_Wb = at.base[3];
+        if (!(at.base[0] > 0.0)) return "the resistance would be negative";
+        const bool turns = setup.regime != Regime::standstill;
+        if (turns && (!(at.base[1] > 0.0) || !(at.base[2] > 0.0))) return "an inductance would be negative";
+        if (has(at, Law::saturation) || has(at, Law::cross_saturation)) {
+            std::string why = inductance_sense(setup, at);
+            if (!why.empty()) return why;
+        }
+    }
+    for (const Term& t : at.terms) {
+        const TraceInput in = input_of(setup, at, t);
+        const std::vector<std::vector<double>> sd{std::vector<double>(in.weights.size(), 0.0)};
+        const Effect* effect = find_effect(in.effect);
+        // A fault of the record is no effect, but its measure must make sense too.
+        if (!effect) {
+            if (!(in.weights[0] > 0.2 && in.weights[0] < 5.0)) return "no clipped sensor does that";
+            continue;
+        }
+        for (const Estimate& e : physical({in}, sd, {0.0}, plain))
+            for (const EffectParameter& p : effect->parameters)
+                if (e.name == p.name && !(e.value >= p.least && e.value <= p.most))
+                    return e.name + " would be " + figure(e.value) + ", outside " + figure(p.least) + " to " + figure(p.most);
+        if (in.effect == "current_offset" && std::hypot(in.weights[0], in.weights[1]) > kMostOfBase * setup.i_base_A)
+            return "the offset would be half of the largest current";
+        if (in.effect == "stribeck_friction" && in.shape[1] > kSlow * setup.speed_base_rad_s)
+            return "it would fade at " + figure(in.shape[1]) + " rad/s, the log's own speeds: viscous friction";
+        if (in.effect == "dead_time" && in.shape[0] > 2.0 * setup.i_base_A) return "its width would be beyond the largest current: a resistance";
+    }
+    return "";
+}
+
+std::string doubt_of(const TraceSetup& setup, const Point& plain, const TraceFit& fit)
+{
+    constexpr double kMostLeft = 10.0, kMostLeftSettled = 30.0;
+    const char* const ask = ": are columns, units and signs those of the log format?";
+    if (setup.regime == Regime::mechanical) return plain.base[0] < 0.0 ? std::string("the inertia comes out negative") + ask : "";
+    if (setup.regime == Regime::dynamic && plain.base[0] < 0.0 && plain.base[1] < 0.0 && plain.base[2] < 0.0)
+        return std::string("resistance and inductances come out negative") + ask;
+    if (!setup.turns_apart.empty()) return setup.turns_apart;
+    double left = 0.0, all = 0.0;
+    for (const AxisResidual& a : fit.axes) {
+        const double measured = a.percent > 0.0 ? 100.0 * a.rms / a.percent : 0.0;
+        left += a.rms * a.rms, all += measured * measured;
+    }
+    const double percent = all > 0.0 ? 100.0 * std::sqrt(left / all) : 0.0;
+    if (percent > (setup.regime == Regime::dynamic ? kMostLeft : kMostLeftSettled))
+        return "the plain model leaves " + figure(percent) + " % of the voltage" + ask;
+    return "";
+}
+
+}  // namespace dqw

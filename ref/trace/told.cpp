@@ -1,0 +1,127 @@
+#include "ref/trace/told.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "ref/log/symmetric.hpp"
+#include "ref/trace/shapes.hpp"
+
+namespace dqw {
+namespace {
+
+constexpr double kUncertain = 0.3;   ///< sd over value
+constexpr double kNoEffect = 1e-6;   ///< of the largest effect of a base parameter
+constexpr double kCollinear = 1e-8;  ///< eigenvalue of the information of unit columns
+constexpr double kPartner = 0.03;    ///< component in a null direction that counts
+
+std::vector<std::string> column_names(const TraceModel& model, const Point& at)
+{
+    std::vector<std::string> names = model.base_names();
+    names.resize(static_cast<std::size_t>(at.base.size() + at.gain.size()));
+    for (const Term& t : at.terms) {
+        const std::string name = name_of(t.input.law);
+        names.push_back(std::find(names.begin(), names.end(), name) == names.end() ? name : "");
+        names.resize(names.size() + static_cast<std::size_t>(weights_of(t.input.law) + free_shapes_of(t.input)) - 1);
+    }
+    return names;
+}
+
+/// Information of the columns, each channel weighed by what is left of it.
+Eigen::MatrixXd information(const TraceModel& model, const std::vector<BlockSum>& sums)
+{
+    const Eigen::Index n = sums.front().gram.front().rows() - 1;
+    std::vector<Eigen::MatrixXd> total(static_cast<std::size_t>(model.channels()), Eigen::MatrixXd::Zero(n + 1, n + 1));
+    double most = 0.0;
+    for (std::size_t c = 0; c < total.size(); ++c) {
+        for (const BlockSum& s : sums) total[c] += s.gram[c];
+        most = std::max(most, total[c](n, n));
+    }
+    Eigen::MatrixXd m = Eigen::MatrixXd::Zero(n, n);
+    for (const Eigen::MatrixXd& t : total) m += t.topLeftCorner(n, n) / (model.common_weight() ? 1.0 : std::max(t(n, n), 1e-6 * most + 1e-300));
+    return m;
+}
+
+/// A size of each base parameter that would matter: psi beside the flux linkage of the currents.
+Eigen::VectorXd typical_of(const TraceSetup& setup, const Point& at)
+{
+    Eigen::VectorXd typical = at.base.cwiseAbs();
+    if (setup.regime == Regime::mechanical) return typical;
+    double d = 0.0, q = 0.0, rows = 0.0;
+    for (const Log& log : *setup.logs) {
+        for (double i : log.i_d_A) d += i * i;
+        for (double i : log.i_q_A) q += i * i;
+        rows += static_cast<double>(log.rows());
+    }
+    typical[3] = std::max(typical[3], 0.1 * std::sqrt((at.base[1] * at.base[1] * d + at.base[2] * at.base[2] * q) / std::max(rows, 1.0)));
+    return typical;
+}
+
+/// Verdicts that do not need deviations: no effect, or only together with others.
+void mark_untold(const Eigen::MatrixXd& m, const Eigen::VectorXd& typical, const std::vector<std::string>& names, std::vector<Assessment>& base)
+{
+    const auto effect = [&](Eigen::Index j) { return typical[j] * std::sqrt(m(j, j)); };
+    double largest = 0.0;
+    for (Eigen::Index j = 0; j < typical.size(); ++j) largest = std::max(largest, effect(j));
+    const Eigen::VectorXd size = m.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
+    const Symmetric eigen(size.asDiagonal() * m * size.asDiagonal());
+    for (std::size_t j = 0; j < base.size(); ++j) {
+        const auto column = static_cast<Eigen::Index>(j);
+        if (!(effect(column) > kNoEffect * largest)) {
+            base[j].verdict = Verdict::no_effect;
+            continue;
+        }
+        for (Eigen::Index k = 0; k < m.rows(); ++k) {
+            const Eigen::VectorXd v = eigen.eigenvectors().col(k);
+            if (eigen.eigenvalues()[k] > kCollinear || std::abs(v[column]) < kPartner) continue;
+            for (Eigen::Index other = 0; other < v.size(); ++other)
+                if (other != column && std::abs(v[other]) >= kPartner && !names[static_cast<std::size_t>(other)].empty())
+                    base[j].partners.push_back(static_cast<int>(other));
+            base[j].verdict = base[j].partners.empty() ? Verdict::uncertain : Verdict::collinear;
+        }
+    }
+}
+
+/// Deviations if nothing corrected the state. Noise that the gains let into it looks like excitation.
+Eigen::VectorXd simulated(const TraceModel& model, const Refined& refined)
+{
+    Refined bare = refined;
+    bare.point.gain.setZero();
+    if (!model.pass(bare.point, {}, bare.sums)) return deviations(model, refined);
+    const Eigen::Index first = bare.point.base.size(), count = bare.point.gain.size();
+    for (BlockSum& s : bare.sums)
+        for (Eigen::MatrixXd& g : s.gram) g.middleRows(first, count).setZero(), g.middleCols(first, count).setZero();
+    return deviations(model, bare);
+}
+
+}  // namespace
+
+bool Told::knows(const Point& at, const std::string& effect) const
+{
+    Eigen::Index j = at.base.size() + at.gain.size();
+    for (const Term& t : at.terms) {
+        for (int w = 0; w < weights_of(t.input.law); ++w)
+            if (effect == name_of(t.input.law) && sd[j + w] < kUncertain * std::abs(t.weights[static_cast<std::size_t>(w)])) return true;
+        j += weights_of(t.input.law) + free_shapes_of(t.input);
+    }
+    return false;
+}
+
+Told told_of(const TraceSetup& setup, const Refined& refined)
+{
+    const Replanned model(*setup.full, all_seen(*setup.full));
+    const Point& at = refined.point;
+    Told told;
+    told.sd = deviations(model, refined);
+    told.names = column_names(model, at);
+    const Eigen::VectorXd bare = model.gains() > 0 ? simulated(model, refined) : told.sd, typical = typical_of(setup, at);
+    for (Eigen::Index j = 0; j < at.base.size(); ++j) {
+        Assessment a;
+        a.value = at.base[j], a.sd = told.sd[j];
+        if (const double sd = std::max(told.sd[j], bare[j]); !(sd <= kUncertain * typical[j])) a.verdict = Verdict::uncertain, a.sd = sd;
+        told.base.push_back(a);
+    }
+    mark_untold(information(model, refined.sums), typical, told.names, told.base);
+    return told;
+}
+
+}  // namespace dqw

@@ -1,0 +1,363 @@
+#include "ref/trace/trace.hpp"
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <stdexcept>
+#include <thread>
+
+#include "ref/effect/effect.hpp"
+#include "ref/fit/explain.hpp"
+#include "ref/log/symmetric.hpp"
+#include "ref/trace/rest.hpp"
+#include "ref/trace/result.hpp"
+#include "ref/trace/sense.hpp"
+#include "ref/trace/setup.hpp"
+
+namespace dqw {
+namespace {
+
+constexpr double kStructured = 1.3;      ///< block RMS over the noise floor that is more than noise
+constexpr double kLeastExplained = 0.5;  ///< part of the excess that effects must explain, or they are not named
+constexpr double kExact = 5e-4;          ///< part of an axis' voltage (torque): where all are below, the residual is the sampling's own
+constexpr double kGrown = 1.02;          ///< a residual that effects make larger than that is not explained by them
+constexpr std::size_t kLeastBlocks = 3;
+constexpr double kClearlyLess = 0.9, kClearlyT = 3.0;
+constexpr double kLeastTurn_rad = 0.08;  ///< in a period, below which it does not matter in whose frame a voltage is held
+constexpr int kPasses = 12;
+
+using Blocks = std::vector<ReportBlock>;
+
+/// Reported RMS of each axis that is the sampling's own.
+std::vector<double> exact_of(const Blocks& blocks, int channels)
+{
+    std::vector<double> out;
+    for (int c = 0; c < channels; ++c) {
+        double square = 0.0;
+        for (const ReportBlock& b : blocks) square += b.measured[c] * b.measured[c];
+        out.push_back(blocks.empty() ? 0.0 : kExact * std::sqrt(square / static_cast<double>(blocks.size())));
+    }
+    return out;
+}
+
+/// Rows that no fit saw.
+std::vector<std::vector<char>> heldout_rows(const TraceSetup& setup)
+{
+    std::vector<std::vector<char>> held;
+    for (const Log& log : *setup.logs) held.emplace_back(log.rows(), 0);
+    for (const FineBlock& b : setup.full->plan().blocks)
+        if (b.heldout)
+            for (std::size_t k = b.begin; k < b.end; ++k) held[static_cast<std::size_t>(b.piece->log - setup.logs->data())][k] = 1;
+    return held;
+}
+
+struct Judge {
+    const TraceSetup& setup;
+    std::vector<std::vector<char>> held;
+    int channels;
+
+    explicit Judge(const TraceSetup& s) : setup(s), held(heldout_rows(s)), channels(s.full->channels()) {}
+
+    bool is_held(const ReportBlock& b) const
+    {
+        const auto& h = held[static_cast<std::size_t>(b.log - setup.logs->data())];
+        return h[b.begin] && h[b.end - 1];
+    }
+    bool is_seen(const ReportBlock& b) const
+    {
+        const auto& h = held[static_cast<std::size_t>(b.log - setup.logs->data())];
+        return !h[b.begin] && !h[b.end - 1];
+    }
+    Blocks of(const Point& at, bool seen) const
+    {
+        Blocks out;
+        for (const ReportBlock& b : setup.full->report(at, 0))
+            if (seen ? is_seen(b) : is_held(b)) out.push_back(b);
+        return out;
+    }
+    double rms(const Point& at) const { return rms_of(of(at, false), channels); }
+    std::vector<double> each(const Point& at) const
+    {
+        std::vector<double> out;
+        for (const AxisResidual& a : axes_of(setup, of(at, false))) out.push_back(a.rms);
+        return out;
+    }
+};
+
+/// The plain model that leaves the least reported residual on the rows seen: the residual is linear in the parameters, but for a
+/// trace, so two steps of least squares do. Where the model lacks something, prediction and least residual differ.
+Point least_residual(const Judge& judge, Point at)
+{
+    for (int round = 0; round < 2; ++round) {
+        const Blocks here = judge.of(at, true);
+        const Eigen::Index n = at.base.size(), m = static_cast<Eigen::Index>(here.size()) * judge.channels;
+        if (m < 4 * n) return at;
+        Eigen::MatrixXd x(m, n);
+        Eigen::VectorXd y(m);
+        const auto fill = [&](const Blocks& blocks, auto&& column) {
+            for (std::size_t k = 0; k < blocks.size(); ++k)
+                for (int c = 0; c < judge.channels; ++c) column(static_cast<Eigen::Index>(k) * judge.channels + c) = blocks[k].residual[c];
+        };
+        fill(here, y);
+        for (Eigen::Index j = 0; j < n; ++j) {
+            Point moved = at;
+            const double step = std::max(std::abs(at.base[j]) * 1e-3, 1e-9);
+            moved.base[j] += step;
+            fill(judge.of(moved, true), x.col(j));
+            x.col(j) = (x.col(j) - y) / step;
+        }
+        const Eigen::VectorXd size = x.colwise().norm().cwiseMax(1e-300);
+        const Eigen::VectorXd delta = -least_squares(x * size.cwiseInverse().asDiagonal(), y).cwiseQuotient(size);
+        Point next = at;
+        next.base += delta;
+        if (!next.base.allFinite()) return at;
+        at = next;
+    }
+    return at;
+}
+
+TraceFit fit_of(const TraceSetup& setup, const Judge& judge, const Point& at, const Eigen::VectorXd& sd)
+{
+    const Blocks blocks = judge.of(at, false);
+    return {base_parameters(setup, at, sd), rms_of(blocks, judge.channels), axes_of(setup, blocks)};
+}
+
+void fill_blocks(const TraceSetup& setup, const Judge& judge, const Point& before, const Point& after, TraceResult& result)
+{
+    const Blocks a = setup.full->report(before, 0), b = setup.full->report(after, 0);
+    TraceBlocks& out = result.blocks;
+    for (int c = 0; c < judge.channels; ++c) out.axes.push_back({setup.regime == Regime::mechanical ? "torque" : c == 0 ? "d" : "q", {}, {}, {}});
+    for (std::size_t k = 0; k < a.size(); ++k) {
+        const Log& log = *a[k].log;
+        const std::size_t row = (a[k].begin + a[k].end) / 2, n = static_cast<std::size_t>(&log - setup.logs->data());
+        const auto put = [&](std::vector<double>& to, const std::vector<double>& from) {
+            if (!from.empty()) to.push_back(from[row]);
+        };
+        put(out.t_s, log.t_s), put(out.i_d_A, log.i_d_A), put(out.i_q_A, log.i_q_A), put(out.w_m_rad_s, log.w_m_rad_s), put(out.temp_C, log.temp_winding_C);
+        if (setup.regime == Regime::dynamic || !log.theta_e_rad.empty()) {
+            const double angle = std::atan2(setup.columns[n].sin_e[row], setup.columns[n].cos_e[row]);
+            out.theta_e_rad.push_back(angle < 0.0 ? angle + 2.0 * M_PI : angle);
+        }
+        out.heldout.push_back(judge.is_held(a[k]) ? 1 : 0);
+        for (int c = 0; c < judge.channels; ++c) {
+            TraceAxisBlocks& axis = out.axes[static_cast<std::size_t>(c)];
+            axis.measured.push_back(a[k].measured[c]), axis.residual_before.push_back(a[k].residual[c]), axis.residual_after.push_back(b[k].residual[c]);
+        }
+    }
+    out.spectra = spectra(setup, a, b);
+}
+
+std::string describe(const std::vector<TraceCorrelate>& rest)
+{
+    if (rest.empty()) return "what remains goes with nothing that was tested";
+    std::string text = "what remains goes with ";
+    for (std::size_t k = 0; k < std::min<std::size_t>(rest.size(), 3); ++k)
+        text += (k > 0 ? ", " : "") + rest[k].with + " (axis " + rest[k].axis + ", " + std::to_string(static_cast<int>(std::lround(100.0 * rest[k].share))) +
+                " % of it)";
+    return text;
+}
+
+/// The best of the log's own starting points.
+Point best_start(const TraceSetup& setup)
+{
+    const TraceModel& model = setup.search();
+    Point best = setup.starts.front();
+    double most = -HUGE_VAL;
+    for (const Point& start : setup.starts) {
+        std::vector<BlockSum> sums;
+        if (!model.pass(start, {}, sums)) continue;
+        const double seen = left_of(model, sums).seen;
+        if (seen > most) best = start, most = seen;
+    }
+    return best;
+}
+
+SelectOptions select_options(const TraceSetup& setup, const Judge& judge, const TraceOptions& options, int& ticks)
+{
+    SelectOptions o;
+    o.veto = [&setup](const Point& p) { return sense_of(setup, p); };
+    o.reported_rms = [&judge](const Point& p) { return judge.each(p); };
+    const Blocks held = judge.of(setup.starts.front(), false);
+    if (held.size() < kLeastBlocks)
+        throw std::invalid_argument(setup.logs->front().path + ": too few rows to hold some out: " + std::to_string(held.size()) + " blocks of the residual");
+    o.exact = exact_of(held, judge.channels);
+    o.one_speed = setup.one_speed;
+    if (options.progress)
+        o.tick = [&options, &ticks] {
+            ++ticks;
+            options.progress(0.95 * ticks / (ticks + 20.0));
+        };
+    return o;
+}
+
+void reject(const TraceSetup& setup, const Judge& judge, const Selection& s, TraceResult& result)
+{
+    // A long log takes a while for each of them.
+    std::vector<double> left(s.alone.size());
+    std::atomic<std::size_t> next{0};
+    const auto work = [&] {
+        for (std::size_t k = next++; k < left.size(); k = next++) left[k] = judge.rms(s.alone[k].second);
+    };
+    std::vector<std::thread> others;
+    for (unsigned k = 1; k < std::thread::hardware_concurrency(); ++k) others.emplace_back(work);
+    work();
+    for (std::thread& t : others) t.join();
+    for (std::size_t k = 0; k < left.size(); ++k) {
+        const std::string& name = s.alone[k].first;
+        const auto is_it = [&name](const auto& x) { return x.name == name; };
+        if (std::any_of(result.effects.begin(), result.effects.end(), is_it)) continue;
+        std::string why = "explains nothing that the rows held out confirm";
+        for (const TraceEffect& e : result.effects)
+            if (std::find(e.confusable_with.begin(), e.confusable_with.end(), name) != e.confusable_with.end()) why = "cannot be told from " + e.name + " here";
+        for (const auto& [vetoed, reason] : s.vetoed)
+            if (vetoed == name) why = reason;
+        result.rejected.push_back({name, why, left[k]});
+    }
+    for (const TraceRejected& r : setup.untestable) result.rejected.push_back(r);
+}
+
+}  // namespace
+
+namespace {
+
+/// A search and its judge; `judge` refers to `setup`.
+struct Search {
+    std::unique_ptr<TraceSetup> setup;
+    std::unique_ptr<Judge> judge;
+    Selection selection;
+    std::vector<double> exact;  ///< reported RMS of each axis that is the sampling's own
+    double rms = HUGE_VAL;
+};
+
+Search search(const std::vector<Log>& logs, const TraceOptions& options, Variant variant, int& ticks)
+{
+    Search out;
+    out.setup = trace_setup(logs, options.effects, variant);
+    out.judge = std::make_unique<Judge>(*out.setup);
+    const SelectOptions by = select_options(*out.setup, *out.judge, options, ticks);
+    out.exact = by.exact;
+    Selection& s = out.selection = select(out.setup->search(), best_start(*out.setup), out.setup->candidates, by);
+    if (!s.plain.ok) throw std::invalid_argument(logs.front().path + ": a sampling period spans many time constants of the machine; is this log steady?");
+    look_alikes(out.setup->search(), out.setup->candidates, by, s);
+    if (out.setup->part) {
+        s.plain = refine(*out.setup->full, s.plain.point, kPasses);
+        s.best = s.found.empty() ? s.plain : refine(*out.setup->full, s.best.point, kPasses);
+    }
+    out.rms = out.judge->rms(s.best.point);
+    return out;
+}
+
+/// Largest electrical angle within a period, rare extremes apart.
+double widest_turn(const TraceSetup& setup)
+{
+    std::vector<double> turn;
+    for (const Log& log : *setup.logs)
+        for (double w : log.w_m_rad_s) turn.push_back(std::abs(setup.pole_pairs * w * log.dt_s));
+    const auto high = turn.begin() + static_cast<std::ptrdiff_t>(turn.size() - 1 - turn.size() / 50);
+    std::nth_element(turn.begin(), high, turn.end());
+    return *high;
+}
+
+Search search(const std::vector<Log>& logs, const TraceOptions& options)
+{
+    int ticks = 0;
+    Search found = search(logs, options, Variant::usual, ticks);
+    if (found.setup->regime == Regime::mechanical) {
+        Search other = search(logs, options, Variant::averaged, ticks);
+        return other.rms < kClearlyLess * found.rms ? std::move(other) : std::move(found);
+    }
+    if (found.setup->regime != Regime::dynamic || widest_turn(*found.setup) < kLeastTurn_rad) return found;
+    // What a voltage that turns otherwise looks like.
+    const bool alike = std::any_of(found.selection.found.begin(), found.selection.found.end(),
+                                   [](const Found& f) { return f.name == "iron_loss" || f.name == "voltage_offset" || f.name == "delay"; });
+    if (!alike &&
+        (found.rms < kStructured * noise_floor(*found.setup, found.selection.best.point) || below(found.judge->each(found.selection.best.point), found.exact)))
+        return found;
+    Search other = search(logs, options, Variant::rotor_held, ticks);
+    const double t = better(*found.setup->full, found.selection.best.left, other.selection.best.left).t;
+    const bool plainer = other.selection.found.size() < found.selection.found.size();
+    if (t < -kClearlyT || (t < kClearlyT && !plainer)) return found;
+    other.setup->notes.push_back("the voltage fits best as held in the rotor's frame within a period, not in the stator's");
+    return other;
+}
+
+/// Whether the plain model leaves far less where each voltage is that of the period before its row.
+bool fits_previous(const std::vector<Log>& logs, double before)
+{
+    constexpr double kFarLess = 0.5;
+    if (logs.front().regime != Regime::dynamic) return false;
+    std::vector<Log> shifted = logs;
+    for (Log& log : shifted)
+        for (auto* v : {&log.v_d_V, &log.v_q_V}) std::rotate(v->begin(), v->begin() + 1, v->end());
+    const auto setup = trace_setup(shifted, {});
+    const Judge judge(*setup);
+    SelectOptions by;
+    by.reported_rms = [&judge](const Point& p) { return judge.each(p); };
+    const Selection s = select(setup->search(), best_start(*setup), {}, by);
+    return s.plain.ok && judge.rms(s.plain.point) < kFarLess * before;
+}
+
+}  // namespace
+
+TraceResult trace(const std::vector<Log>& logs, const TraceOptions& options)
+{
+    const Search found = search(logs, options);
+    const std::unique_ptr<TraceSetup>& setup = found.setup;
+    const Judge& judge = *found.judge;
+    Selection s = found.selection;
+
+    TraceResult result;
+    result.regime = setup->regime;
+    result.unit = setup->regime == Regime::mechanical ? "Nm" : "V";
+    result.notes = setup->notes;
+    for (const Log& log : logs) result.rows += log.rows();
+    for (const auto& held : judge.held) result.heldout_row.insert(result.heldout_row.end(), held.begin(), held.end());
+    result.heldout_rows = static_cast<std::size_t>(std::count(result.heldout_row.begin(), result.heldout_row.end(), 1));
+
+    Point plain = s.plain.point;
+    const Point least = least_residual(judge, plain);
+    if (rms_of(judge.of(least, true), judge.channels) < 0.97 * rms_of(judge.of(plain, true), judge.channels)) plain.base = least.base;
+    const double before = judge.rms(plain);
+    double floor = noise_floor(*setup, s.best.point), after = judge.rms(s.best.point);
+    const bool was_exact = below(judge.each(plain), found.exact);
+    const std::string fault = !s.fault.empty() || was_exact ? s.fault : record_fault(logs);
+    const double excess_before = std::max(before * before - floor * floor, 0.0), excess_after = std::max(after * after - floor * floor, 0.0);
+    const bool rests = after > kStructured * floor && !below(judge.each(s.best.point), found.exact);
+    if (!fault.empty() || was_exact || after > kGrown * before || (rests && excess_after > (1.0 - kLeastExplained) * excess_before)) {
+        s.found.clear(), s.after.clear();
+        s.best = s.plain;
+        floor = noise_floor(*setup, s.best.point), after = before;
+    }
+    result.noise_floor = floor;
+    const Eigen::VectorXd sd = deviations(*setup->full, s.best), plain_sd = deviations(*setup->full, s.plain);
+    result.before = fit_of(*setup, judge, plain, plain_sd);
+    result.after = s.found.empty() ? result.before : fit_of(*setup, judge, s.best.point, sd);
+    const Point& last = s.found.empty() ? plain : s.best.point;
+    for (std::size_t k = 0; k < s.found.size(); ++k) {
+        TraceEffect e;
+        e.name = s.found[k].name;
+        e.parameters = effect_parameters(*setup, s.best.point, sd, e.name);
+        e.heldout_rms_after = k + 1 == s.found.size() ? result.after.heldout_rms : judge.rms(s.after[k]);
+        e.confusable_with = s.found[k].confusable_with;
+        if (!e.confusable_with.empty()) e.separate = find_effect(e.name)->separate;
+        result.effects.push_back(e);
+    }
+    for (const Term& t : s.found.empty() ? std::vector<Term>() : s.best.point.terms) result.inputs.push_back(input_of(*setup, s.best.point, t));
+    reject(*setup, judge, s, result);
+    result.structure = correlates(*setup, judge.of(plain, false), floor);
+    result.rest = correlates(*setup, judge.of(last, false), floor);
+    // A model that is wrong at every row makes a floor that is none.
+    const bool no_floor = s.found.empty() && floor > kStructured * before && !(found.selection.found.empty() && s.vetoed.empty());
+    const bool structured = (result.after.heldout_rms > kStructured * floor && !below(judge.each(last), found.exact)) || !fault.empty() || no_floor;
+    result.doubt = result.effects.empty() ? doubt_of(*setup, plain, result.before) : "";
+    if (structured) result.rest_signature = fault.empty() ? describe(result.rest) : fault;
+    if (result.effects.empty() && (structured || !result.doubt.empty()) && fault.empty() && fits_previous(logs, before))
+        result.doubt = "each voltage fits the period before its row far better: is voltage_interval = \"previous\" missing in the TOML?";
+    if (!result.doubt.empty()) result.rest_signature = result.doubt;
+    result.verdict = result.effects.empty() ? (structured || !result.doubt.empty() ? "unexplained" : "clean") : (structured ? "partly_explained" : "explained");
+    fill_blocks(*setup, judge, plain, last, result);
+    if (options.progress) options.progress(1.0);
+    return result;
+}
+
+}  // namespace dqw

@@ -1,0 +1,285 @@
+// `monitor` on simulated logs with and without a fault: its events, what it says, the page it writes.
+// Plain only: long, and what it runs others run under the sanitizers.
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "monitor_command.hpp"
+#include "unity.h"
+
+void setUp(void) {}
+void tearDown(void) {}
+
+using command::Folder;
+using command::Outcome;
+using monitor_command::count;
+using monitor_command::holds;
+using monitor_command::monitor;
+using nlohmann::json;
+
+/// A joint with 0.24 V of dead time; each of `sets` is a --set. Returns the log's path.
+static std::string joint(const Folder& folder, const std::vector<std::string>& sets)
+{
+    std::vector<std::string> args = {"sim", "joint_24v", "--out", folder / ""};
+    std::vector<std::string> all = {"duration_s=4", "nonideal.dead_time_V=0.24", "nonideal.dead_time_width_A=0.05"};
+    all.insert(all.end(), sets.begin(), sets.end());
+    for (const std::string& set : all) args.insert(args.end(), {"--set", set});
+    const Outcome run = command::dqwatch(args);
+    TEST_ASSERT_EQUAL_INT_MESSAGE(0, run.code, run.err.c_str());
+    return folder / "joint_24v.csv";
+}
+
+/// A fault that comes within 0.1 s from 2 s on.
+static std::vector<std::string> fault(const std::string& key, const std::string& size)
+{
+    return {key + "=" + size, key + ".t_start_s=2", key + ".t_end_s=2.1"};
+}
+
+/// Every line of `text` as an event, its schema checked.
+static std::vector<json> events(const std::string& text)
+{
+    std::vector<json> all;
+    for (std::size_t at = 0; at < text.size();) {
+        const std::size_t end = text.find('\n', at);
+        TEST_ASSERT_TRUE(end != std::string::npos);
+        const json j = json::parse(text.substr(at, end - at));
+        at = end + 1;
+        for (const char* key : {"t_s", "value", "sd", "confidence", "since_s"}) TEST_ASSERT_TRUE_MESSAGE(j.at(key).is_number(), key);
+        TEST_ASSERT_EQUAL_STRING("dqwatch.event/1", j.at("schema").get<std::string>().c_str());
+        TEST_ASSERT_TRUE(j.at("parameter").is_string() && j.at("fault").is_string());
+        TEST_ASSERT_TRUE(j.at("confidence").get<double>() >= 0 && j.at("confidence").get<double>() <= 1);
+        TEST_ASSERT_TRUE(j.at("since_s").get<double>() <= j.at("t_s").get<double>());
+        all.push_back(j);
+    }
+    return all;
+}
+
+static json one_event(const std::string& text)
+{
+    const std::vector<json> all = events(text);
+    TEST_ASSERT_EQUAL_size_t_MESSAGE(1, all.size(), text.c_str());
+    return all[0];
+}
+
+static void a_healthy_machine_raises_no_event(void)
+{
+    const Folder folder;
+    const std::string log = joint(folder, {"duration_s=6"});
+    const Outcome machine = monitor({log, "--json", "--out", folder / "o"});
+    TEST_ASSERT_EQUAL_STRING("", machine.out.c_str());
+    const Outcome text = monitor({log, "--out", folder / "o"});
+    holds(text.out, "in service since 0.");
+    holds(text.out, "refused  no sample");
+    holds(text.out, "events   0");
+    for (const char* name :
+         {"R_ohm", "Ld_H", "Lq_H", "psi_Wb", "dead_time_V", "angle_rad", "offset_A", "phase_resistance_ohm", "gain", "short_S", "residual_V"})
+        holds(text.out, std::string("\n") + name + " ");
+    holds(command::read_file(folder / "o/monitor.html"), "No parameter left its healthy band");
+}
+
+static void lost_flux_is_one_event_in_lines_text_and_page(void)
+{
+    const Folder folder;
+    const std::string log = joint(folder, fault("nonideal.demagnetisation", "0.05"));
+    const json e = one_event(monitor({log, "--json", "--out", folder / "o"}).out);
+    TEST_ASSERT_EQUAL_STRING("psi_Wb", e.at("parameter").get<std::string>().c_str());
+    TEST_ASSERT_EQUAL_STRING("demagnetisation", e.at("fault").get<std::string>().c_str());
+    TEST_ASSERT_FALSE(e.contains("phase"));
+    // 18.98 mWb at 2.50 s, since 2.03 s, with 0.99.
+    TEST_ASSERT_DOUBLE_WITHIN(0.5, 2.5, e.at("t_s").get<double>());
+    TEST_ASSERT_DOUBLE_WITHIN(0.15, 2.05, e.at("since_s").get<double>());
+    TEST_ASSERT_DOUBLE_WITHIN(0.1e-3, 19.0e-3, e.at("value").get<double>());
+    TEST_ASSERT_DOUBLE_WITHIN(0.1e-3, 20.0e-3, e.at("healthy").get<double>());
+    TEST_ASSERT_TRUE(e.at("sd").get<double>() > 5e-6 && e.at("sd").get<double>() < 2e-4);
+    TEST_ASSERT_TRUE(e.at("confidence").get<double>() > 0.8);
+
+    const std::string out = monitor({log, "--out", folder / "o"}).out, line = out.substr(0, out.find('\n'));
+    char begin[60];
+    std::snprintf(begin, sizeof begin, "%.3f s  demagnetisation: psi_Wb %.2f", e.at("t_s").get<double>(), 1e3 * e.at("value").get<double>());
+    TEST_ASSERT_EQUAL_size_t_MESSAGE(0, line.find(std::string(begin).substr(0, 35)), line.c_str());
+    std::snprintf(begin, sizeof begin, ", since %.3f s, confidence %.2f", e.at("since_s").get<double>(), e.at("confidence").get<double>());
+    holds(line, begin);
+    holds(out, "events   1");
+
+    const std::string page = command::read_file(folder / "o/monitor.html");
+    std::snprintf(begin, sizeof begin, "named at %.3f", e.at("t_s").get<double>());
+    holds(page, "The magnets have lost flux (demagnetisation)");
+    holds(page, "1 event</span>");
+    TEST_ASSERT_EQUAL_size_t(1, count(page, "class=\"pin\""));
+}
+
+static void faults_have_their_names_and_phases(void)
+{
+    const struct {
+        const char *key, *size, *name, *parameter, *phase;
+        double value, within;
+    } cases[] = {
+        {"nonideal.turn_short", "0.05", "turn_short", "short_S", "a", 0.0337, 0.006},
+        {"nonideal.current_gain_b", "0.1", "current_gain", "gain", "b", 0.095, 0.03},
+        {"nonideal.angle_offset_rad", "0.05", "encoder_offset", "angle_rad", "", 0.05, 0.008},
+        {"nonideal.phase_connection_ohm", "0.1", "phase_connection", "phase_resistance_ohm", "a", 0.07, 0.02},
+        {"nonideal.current_offset_alpha_A", "0.3", "current_offset", "offset_A", "", 0.28, 0.04},
+    };
+    for (const auto& c : cases) {
+        const Folder folder;
+        std::vector<std::string> sets = fault(c.key, c.size);
+        sets.insert(sets.end(), {"nonideal.turn_short_ohm=0.05", "duration_s=3.5"});
+        const json e = one_event(monitor({joint(folder, sets), "--json", "--out", folder / "o"}).out);
+        TEST_ASSERT_EQUAL_STRING(c.name, e.at("fault").get<std::string>().c_str());
+        TEST_ASSERT_EQUAL_STRING(c.parameter, e.at("parameter").get<std::string>().c_str());
+        TEST_ASSERT_EQUAL_STRING(c.phase, e.value("phase", "").c_str());
+        TEST_ASSERT_DOUBLE_WITHIN(c.within, c.value, e.at("value").get<double>());
+        TEST_ASSERT_DOUBLE_WITHIN(0.6, 2.6, e.at("t_s").get<double>());
+
+        // The same in whole numbers; one look is 16 ms.
+        const json q = one_event(monitor({folder / "joint_24v.csv", "--arith", "q15", "--json", "--out", folder / "o"}).out);
+        TEST_ASSERT_EQUAL_STRING(c.name, q.at("fault").get<std::string>().c_str());
+        TEST_ASSERT_EQUAL_STRING(c.parameter, q.at("parameter").get<std::string>().c_str());
+        TEST_ASSERT_EQUAL_STRING(c.phase, q.value("phase", "").c_str());
+        TEST_ASSERT_DOUBLE_WITHIN(c.within, c.value, q.at("value").get<double>());
+        TEST_ASSERT_DOUBLE_WITHIN(0.05, e.at("t_s").get<double>(), q.at("t_s").get<double>());
+        TEST_ASSERT_DOUBLE_WITHIN(0.05, e.at("confidence").get<double>(), q.at("confidence").get<double>());
+        TEST_ASSERT_DOUBLE_WITHIN(0.25 * e.at("sd").get<double>(), e.at("sd").get<double>(), q.at("sd").get<double>());
+    }
+}
+
+/// The columns of `log` of these names, rows passed through `change`.
+template <class Change> static std::string some_columns(const std::string& log, std::size_t columns, Change change)
+{
+    const std::string text = command::read_file(log);
+    std::string out;
+    std::size_t row = 0;
+    for (std::size_t at = 0; at < text.size(); ++row) {
+        const std::size_t end = text.find('\n', at);
+        std::size_t cut = at;
+        for (std::size_t c = 0; c < columns; ++c) cut = std::min(end, text.find(',', cut + (c > 0 ? 1 : 0)));
+        if (row == 0 || change(row)) out.append(text, at, cut - at).append("\n");
+        at = end + 1;
+    }
+    return out;
+}
+
+static void an_angle_and_a_machine_file_are_no_must(void)
+{
+    const Folder folder;
+    const std::string log = joint(folder, fault("nonideal.demagnetisation", "0.1"));
+    const auto all = [](std::size_t) { return true; };
+    const std::string angle = folder.write("angle.csv", some_columns(log, 7, all)), bare = folder.write("bare.csv", some_columns(log, 6, all));
+
+    const Outcome first = monitor({angle, "--pole-pairs", "4", "--json", "--out", folder / "o"});
+    TEST_ASSERT_EQUAL_STRING("demagnetisation", one_event(first.out).at("fault").get<std::string>().c_str());
+    holds(first.err, "R_ohm, Ld_H, Lq_H, psi_Wb not said: learning starts from the log's first 2 s");
+    holds(first.err, "friction is not watched: no J_kgm2");
+
+    const Outcome second = monitor({bare, "--machine", folder / "joint_24v.toml", "--out", folder / "o"});
+    holds(second.err, "no theta_e_rad or theta_m_rad");
+    TEST_ASSERT_TRUE(second.err.find("not said") == std::string::npos);
+    // Without the ripple it may be taken for shorted turns.
+    holds(second.out, ": psi_Wb 17.");
+    const std::string page = command::read_file(folder / "o/monitor.html");
+    for (const std::string& text : {second.out, page})
+        for (const char* name : {"dead_time_V", "Encoder angle", "short_S"}) TEST_ASSERT_TRUE_MESSAGE(text.find(name) == std::string::npos, name);
+    holds(page, "no theta_e_rad or theta_m_rad");
+}
+
+static void events_keep_the_logs_time(void)
+{
+    const Folder folder;
+    const std::string key = "nonideal.demagnetisation";
+    const std::string log = joint(folder, {"duration_s=4", key + "=0.05", key + ".t_start_s=3", key + ".t_end_s=3.1"});
+    // 0.26 s are missing before the fault.
+    const std::string gap = folder.write("gap.csv", some_columns(log, 7, [](std::size_t row) { return row < 34000 || row > 40000 - 800; }));
+    const Outcome run = monitor({gap, "--machine", folder / "joint_24v.toml", "--json", "--out", folder / "o"});
+    const json e = one_event(run.out);
+    holds(run.err, "1 gap in time");
+    TEST_ASSERT_DOUBLE_WITHIN(0.1, 3.05, e.at("since_s").get<double>());
+    TEST_ASSERT_DOUBLE_WITHIN(0.3, 3.5, e.at("t_s").get<double>());
+}
+
+// Sampling that stands still for 0.1 s, time running on, is no fault of the machine.
+static void frozen_rows_are_counted_and_told_nothing(void)
+{
+    const Folder folder;
+    const std::string text = command::read_file(joint(folder, {"duration_s=4"}));
+    std::string out, frozen;
+    std::size_t row = 0;
+    for (std::size_t at = 0; at < text.size(); ++row) {
+        const std::size_t end = text.find('\n', at), comma = text.find(',', at);
+        if (row == 50000) frozen = text.substr(comma, end - comma);
+        out += row > 50000 && row <= 52000 ? text.substr(at, comma - at) + frozen : text.substr(at, end - at);
+        out += '\n';
+        at = end + 1;
+    }
+    const std::string log = folder.write("frozen.csv", out);
+    for (const char* arith : {"float", "q15"}) {
+        const Outcome run = monitor({log, "--machine", folder / "joint_24v.toml", "--arith", arith, "--out", folder / "o"});
+        holds(run.out, "events   0");
+        holds(run.out, "1991 stuck");
+    }
+}
+
+static void a_way_back_is_told_and_learning_goes_on(void)
+{
+    const Folder folder;
+    // A voltage that no model has: an event without a name, then stage 1.
+    const std::string log = joint(folder, {"duration_s=4", "nonideal.disturbance_V=3", "nonideal.disturbance_Hz=37", "nonideal.disturbance_V.t_start_s=2",
+                                           "nonideal.disturbance_V.t_end_s=2.001"});
+    for (const char* arith : {"float", "q15"}) {
+        const Outcome run = monitor({log, "--arith", arith, "--out", folder / "o"});
+        holds(run.out, "unknown: residual_V");
+        holds(run.err, "note: back to stage 1 at 2.");
+        holds(run.err, "threshold 5 %");
+        holds(run.out, "back to stage 1");
+        holds(command::read_file(folder / "o/monitor.html"), "learned anew");
+    }
+}
+
+// What the trace of a log found goes into the monitor: the way back leads into service.
+static void what_a_trace_found_is_learned(void)
+{
+    const Folder folder;
+    const Outcome sim = command::dqwatch({"sim", "servo", "--set", "duration_s=4", "--set", "noise=0.005", "--set", "nonideal.flux_harmonic_6d_Wb=0.012",
+                                          "--set", "nonideal.flux_harmonic_6q_Wb=0.012", "--out", folder / ""});
+    TEST_ASSERT_EQUAL_INT_MESSAGE(0, sim.code, sim.err.c_str());
+    const std::string log = folder / "servo.csv";
+    const Outcome without = monitor({log, "--out", folder / "o"});
+    holds(without.err, "back to stage 1");
+    holds(without.err, "the model lacks something, dqwatch trace tells what");
+    TEST_ASSERT_TRUE(without.out.find("in service") == std::string::npos);
+
+    TEST_ASSERT_EQUAL_INT(0, command::dqwatch({"trace", log, "--out", folder / "t"}).code);
+    for (const std::vector<std::string>& with : {std::vector<std::string>{"--config", folder / "t/trace.json"}, {"--effect", "flux_harmonics"}}) {
+        std::vector<std::string> args = {log, "--out", folder / "o"};
+        args.insert(args.end(), with.begin(), with.end());
+        const Outcome run = monitor(args);
+        holds(run.out, "in service since 0.");
+        holds(run.out, "events   0");
+        TEST_ASSERT_TRUE_MESSAGE(run.err.find("not used") == std::string::npos && run.err.find("back to stage") == std::string::npos, run.err.c_str());
+    }
+
+    // What it cannot have, it says.
+    const std::string other = monitor({log, "--effect", "coulomb_friction", "--effect", "dead_time", "--out", folder / "o"}).err;
+    holds(other, "not used: coulomb_friction");
+    TEST_ASSERT_TRUE_MESSAGE(other.find("dead_time") == std::string::npos, other.c_str());
+    const Outcome room = command::dqwatch({"monitor", log, "--effect", "saturation", "--effect", "cross_saturation", "--effect", "flux_harmonics", "--effect",
+                                           "voltage_offset", "--out", folder / "o"});
+    TEST_ASSERT_EQUAL_INT(3, room.code);
+    holds(room.err, "these effects have 14 weights together; the learners have room for 12 (DQW_EFFECT_WEIGHTS)");
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    // The simulator takes its time under the sanitizers.
+    if (!command::sanitized()) {
+        RUN_TEST(a_healthy_machine_raises_no_event);
+        RUN_TEST(lost_flux_is_one_event_in_lines_text_and_page);
+        RUN_TEST(faults_have_their_names_and_phases);
+        RUN_TEST(an_angle_and_a_machine_file_are_no_must);
+        RUN_TEST(events_keep_the_logs_time);
+        RUN_TEST(what_a_trace_found_is_learned);
+    }
+    RUN_TEST(frozen_rows_are_counted_and_told_nothing);
+    RUN_TEST(a_way_back_is_told_and_learning_goes_on);
+    return UNITY_END();
+}

@@ -1,0 +1,207 @@
+// From a CSV file to a log in memory: columns, regimes, gaps, intervals, notes.
+#include <string>
+
+#include "app/base/columns.hpp"
+#include "app/read/log_reader.hpp"
+#include "command.hpp"
+#include "unity.h"
+
+void setUp(void) {}
+void tearDown(void) {}
+
+static std::vector<std::string> notes;
+
+static dqw::Log read(const std::string& csv, const std::string& toml = "", bool plain_only = false)
+{
+    const command::Folder folder;
+    if (!toml.empty()) folder.write("x.toml", toml);
+    dqw::ReadOptions options;
+    notes.clear();
+    options.notes = &notes;
+    options.plain_only = plain_only;
+    return dqw::read_log(folder.write("x.csv", csv), options);
+}
+
+static bool noted(const std::string& what)
+{
+    for (const auto& note : notes)
+        if (note.find(what) != std::string::npos) return true;
+    return false;
+}
+
+static std::string dynamic_rows(int rows, int gap_before = -1)
+{
+    std::string text = "t_s,v_d_V,v_q_V,i_d_A,i_q_A,w_m_rad_s\n";
+    for (int k = 0; k < rows; ++k) {
+        const double t_s = 1e-3 * (k + (gap_before >= 0 && k >= gap_before ? 500 : 0));
+        text += std::to_string(t_s) + "," + std::to_string(k) + "," + std::to_string(k + 0.5) + "," + std::to_string(k % 7) + "," + std::to_string(k % 5) +
+                "," + std::to_string(10 + k % 3) + "\n";
+    }
+    return text;
+}
+
+static void expect_refused(const std::string& csv, const std::string& toml, std::size_t line, const std::string& names)
+{
+    try {
+        read(csv, toml);
+        TEST_FAIL_MESSAGE(("accepted: " + names).c_str());
+    } catch (const dqw::InputError& error) {
+        TEST_ASSERT_TRUE_MESSAGE(std::string(error.what()).find(names) != std::string::npos, error.what());
+        TEST_ASSERT_EQUAL_size_t_MESSAGE(line, error.line, error.what());
+    }
+}
+
+static void columns_come_in_any_order_and_others_are_named(void)
+{
+    const auto log = read("note,i_q_A,v_q_V,v_d_V,i_d_A,w_m_rad_s\nfirst,1,2,3,4,5\n\"a,b\",1,2,3,4,5\n,1.5,2,3,4,6\n");
+    TEST_ASSERT_TRUE(log.regime == dqw::Regime::steady);
+    TEST_ASSERT_EQUAL_size_t(3, log.rows());
+    TEST_ASSERT_EQUAL_DOUBLE(1.5, log.i_q_A[2]);
+    TEST_ASSERT_EQUAL_DOUBLE(3, log.v_d_V[1]);
+    TEST_ASSERT_TRUE(log.t_s.empty());
+    TEST_ASSERT_TRUE(noted("columns not used: note"));
+}
+
+static void the_machine_file_renames_and_scales(void)
+{
+    const auto log = read("vd,v_q_V,id,Iq_mA,w_m_rad_s\n1,2,3,4000,5\n1,2,3,-4,6\n1,2,3,0,6\n",
+                          "[columns]\nv_d_V = \"vd\"\ni_d_A = { from = \"id\", scale = -1 }\ni_q_A = { from = \"Iq_mA\", scale = 0.001 }\n");
+    TEST_ASSERT_EQUAL_DOUBLE(-3, log.i_d_A[0]);
+    TEST_ASSERT_EQUAL_DOUBLE(4, log.i_q_A[0]);
+    TEST_ASSERT_EQUAL_DOUBLE(-0.004, log.i_q_A[1]);
+}
+
+static void one_field_may_serve_two_columns(void)
+{
+    const auto log = read("v_d_V,v_q_V,i,w_m_rad_s\n1,2,3,4\n1,2,4,5\n1,2,3,6\n", "[columns]\ni_d_A = { from = \"i\", scale = 2 }\ni_q_A = \"i\"\n");
+    TEST_ASSERT_EQUAL_DOUBLE(8, log.i_d_A[1]);
+    TEST_ASSERT_EQUAL_DOUBLE(4, log.i_q_A[1]);
+}
+
+static void the_regime_is_found_from_the_columns(void)
+{
+    TEST_ASSERT_TRUE(read(dynamic_rows(60)).regime == dqw::Regime::dynamic);
+    TEST_ASSERT_TRUE(noted("regime taken as dynamic"));
+    TEST_ASSERT_TRUE(read("v_d_V,v_q_V,i_d_A,i_q_A\n1,2,3,4\n1,2,3,5\n").regime == dqw::Regime::standstill);
+    TEST_ASSERT_TRUE(read("v_d_V,v_q_V,i_d_A,i_q_A,w_m_rad_s\n1,2,3,4,0\n1,2,3,5,-0\n").regime == dqw::Regime::standstill);
+    std::string rest = "t_s,w_m_rad_s,torque_Nm\n", uneven = "t_s,v_d_V,v_q_V,i_d_A,i_q_A,w_m_rad_s\n", slow = uneven;
+    double t_s = 0;
+    for (int k = 0; k < 50; ++k) {
+        rest += std::to_string(0.01 * k) + "," + std::to_string(k) + ",1\n";
+        t_s += k % 4 ? 0.001 : 3.0;
+        uneven += std::to_string(t_s) + ",1,2,3,4,5\n";
+        slow += std::to_string(2 * k) + ",1,2,3,4,5\n";
+    }
+    TEST_ASSERT_TRUE(read(rest).regime == dqw::Regime::mechanical);
+    TEST_ASSERT_TRUE(read(uneven).regime == dqw::Regime::steady);
+    TEST_ASSERT_TRUE(read(slow).regime == dqw::Regime::steady);
+    TEST_ASSERT_EQUAL_size_t(1, read(uneven).segments.size());
+    TEST_ASSERT_TRUE(read(slow, "[log]\nregime = \"dynamic\"\n").regime == dqw::Regime::dynamic);
+    TEST_ASSERT_FALSE(noted("regime taken"));
+}
+
+static void an_angle_that_moves_is_no_standstill(void) { expect_refused("v_d_V,v_q_V,i_d_A,i_q_A,theta_e_rad\n1,2,3,4,0\n1,2,3,5,1\n", "", 1, "w_m_rad_s"); }
+
+static void missing_columns_are_named_with_those_there(void)
+{
+    expect_refused("t_s,v_d_V,i_d_A,i_q_A,w_m_rad_s\n1,2,3,4,5\n", "", 1, "missing column v_q_V");
+    expect_refused("t_s,v_d_V,i_d_A,i_q_A,w_m_rad_s\n1,2,3,4,5\n", "", 1, "t_s, v_d_V, i_d_A, i_q_A, w_m_rad_s");
+    expect_refused("a,b\n1,2\n", "", 1, "the file has a, b");
+    expect_refused("t_s,w_m_rad_s,i_q_A\n1,2,3\n", "", 1, "torque_constant_Nm_A");
+    expect_refused("t_s,w_m_rad_s\n1,2\n", "[log]\nregime = \"mechanical\"\n", 1, "torque_Nm");
+    expect_refused("v_d_V,v_q_V,i_d_A,i_q_A,w_m_rad_s\n1,2,3,4,5\n", "[log]\nregime = \"dynamic\"\n", 1, "t_s");
+    expect_refused("v_d_V,v_q_V,i_d_A,w_m_rad_s\n1,2,3,4\n", "[columns]\ni_q_A = \"Iq\"\n", 1, "\"Iq\"");
+}
+
+static void a_gap_begins_a_segment(void)
+{
+    const auto log = read(dynamic_rows(100, 60));
+    TEST_ASSERT_EQUAL_size_t(100, log.rows());
+    TEST_ASSERT_EQUAL_size_t(2, log.segments.size());
+    TEST_ASSERT_EQUAL_size_t(60, log.segments[1]);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-9, 1e-3, log.dt_s);
+    TEST_ASSERT_TRUE(noted("1 gap in time"));
+    TEST_ASSERT_TRUE(noted("before line 62"));
+}
+
+static void blank_lines_are_counted_and_shift_no_line_number(void)
+{
+    std::string text = dynamic_rows(60);
+    text.insert(text.find('\n') + 1, "\n  \n");
+    TEST_ASSERT_EQUAL_size_t(60, read(text + "\n\n\r\n").rows());
+    TEST_ASSERT_TRUE(noted("2 blank lines"));
+    text.insert(0, "");
+    expect_refused(text + "oops,1,2,3,4,5\n", "", 64, "t_s");
+    std::string gap = dynamic_rows(100, 60);
+    gap.insert(gap.find('\n') + 1, "\n");
+    read(gap);
+    TEST_ASSERT_TRUE(noted("before line 63"));
+}
+
+static void previous_voltages_move_up_a_row_in_each_segment(void)
+{
+    const auto log = read(dynamic_rows(100, 60), "[log]\nvoltage_interval = \"previous\"\n");
+    TEST_ASSERT_EQUAL_size_t(98, log.rows());
+    TEST_ASSERT_EQUAL_size_t(59, log.segments[1]);
+    TEST_ASSERT_EQUAL_DOUBLE(1, log.v_d_V[0]);
+    TEST_ASSERT_EQUAL_DOUBLE(0, log.i_d_A[0]);
+    TEST_ASSERT_EQUAL_DOUBLE(59, log.v_d_V[58]);
+    TEST_ASSERT_EQUAL_DOUBLE(61, log.v_d_V[59]);
+    TEST_ASSERT_EQUAL_DOUBLE(0.56, log.t_s[59]);
+    TEST_ASSERT_TRUE(noted("2 rows at the ends"));
+}
+
+static void only_what_a_plain_fit_uses_is_kept_on_request(void)
+{
+    const std::string csv = "v_d_V,v_q_V,i_d_A,i_q_A,w_m_rad_s,temp_winding_C\n1,2,3,4,5,25\n1,2,3,4,6,25\n1,2,3,4,6,25\n";
+    TEST_ASSERT_EQUAL_size_t(3, read(csv).temp_winding_C.size());
+    TEST_ASSERT_EQUAL_size_t(0, read(csv, "", true).temp_winding_C.size());
+    TEST_ASSERT_TRUE(noted("temp_winding_C"));
+    // A log is valid or not, whoever reads it.
+    try {
+        read("v_d_V,v_q_V,i_d_A,i_q_A,w_m_rad_s,temp_winding_C\n1,2,3,4,5,nan\n1,2,3,4,6,25\n1,2,3,4,6,25\n", "", true);
+        TEST_FAIL_MESSAGE("accepted");
+    } catch (const dqw::InputError& error) {
+        TEST_ASSERT_EQUAL_size_t(2, error.line);
+    }
+}
+
+static void too_few_rows_are_refused(void)
+{
+    expect_refused(dynamic_rows(39), "", 40, "39 rows");
+    expect_refused("v_d_V,v_q_V,i_d_A,i_q_A,w_m_rad_s\n1,2,3,4,5\n1,2,3,4,5\n", "", 3, "2 rows");
+}
+
+static void ten_thousand_columns_are_refused(void)
+{
+    std::string header;
+    for (int i = 0; i < 10000; ++i) header += "c" + std::to_string(i) + ",";
+    expect_refused(header + "t_s\n", "", 1, "10001 columns");
+}
+
+static void quoted_numbers_and_trailing_separators_work(void)
+{
+    const auto log = read("\"v_d_V\";\"v_q_V\"; i_d_A ;i_q_A;w_m_rad_s;\n\"1\";2; 3 ;4;5;\n1;2;3;4;6\n1;2;3;4;6;\n");
+    TEST_ASSERT_EQUAL_size_t(3, log.rows());
+    TEST_ASSERT_EQUAL_DOUBLE(3, log.i_d_A[0]);
+    expect_refused("v_d_V,v_q_V,i_d_A,i_q_A,w_m_rad_s\n1,2,3,4,5,\n", "", 2, "6 fields");
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(columns_come_in_any_order_and_others_are_named);
+    RUN_TEST(the_machine_file_renames_and_scales);
+    RUN_TEST(one_field_may_serve_two_columns);
+    RUN_TEST(the_regime_is_found_from_the_columns);
+    RUN_TEST(an_angle_that_moves_is_no_standstill);
+    RUN_TEST(missing_columns_are_named_with_those_there);
+    RUN_TEST(a_gap_begins_a_segment);
+    RUN_TEST(blank_lines_are_counted_and_shift_no_line_number);
+    RUN_TEST(previous_voltages_move_up_a_row_in_each_segment);
+    RUN_TEST(only_what_a_plain_fit_uses_is_kept_on_request);
+    RUN_TEST(too_few_rows_are_refused);
+    RUN_TEST(ten_thousand_columns_are_refused);
+    RUN_TEST(quoted_numbers_and_trailing_separators_work);
+    return UNITY_END();
+}

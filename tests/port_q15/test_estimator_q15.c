@@ -1,0 +1,585 @@
+// The fixed-point estimator by itself: refusals, bad samples, hand-over, gaps, any bits, weights out of bounds, pole pairs, settled rows, when the
+// voltage acts, stage 2.
+#include "dqw_estimator_random_q15.h"
+#include "twin_estimator.h"
+
+void setUp(void) { test_case[0] = 0; }
+void tearDown(void) {}
+
+static void test_init_names_the_field_and_leaves_the_object_alone(void)
+{
+    pair p;
+    configure(&p, 0.0, 0.05, 0.01);
+    dqw_estimator_q15 e;
+    TEST_ASSERT_EQUAL_INT(DQW_ERR_NULL, dqw_estimator_init_q15(NULL, &p.qc));
+    REFUSED(e, DQW_ERR_NULL, dqw_estimator_init_q15(&e, NULL));
+    static const dqw_estimator_q15_config zero = {.half_window = 0};
+    REFUSED(e, DQW_ERR_V_BASE, dqw_estimator_init_q15(&e, &zero));
+    const dqw_estimator_q15_config good = p.qc;
+    dqw_estimator_random_q15 raw = {.learn = NULL};
+    const struct {
+        dqw_estimator_q15_config c;
+        enum dqw_status status;
+    } bad[] = {
+#define BAD(field, value, name) {good, DQW_ERR_##name},
+#define FIELDS                                                                                                                                                 \
+    FIELD(scale.v_full_mV, 0, V_BASE)                                                                                                                          \
+    FIELD(scale.i_full_mA, DQW_SCALE_MAX + 1, I_BASE)                                                                                                          \
+    FIELD(scale.w_full_mrad_s, 0, W_BASE)                                                                                                                      \
+    FIELD(scale.dt_ns, 1000000001, DT)                                                                                                                         \
+    FIELD(scale.dt_ns, 2000000, TURN)                                                                                                                          \
+    FIELD(R_uohm, UINT32_MAX, R)                                                                                                                               \
+    FIELD(Ld_nH, UINT32_MAX, LD)                                                                                                                               \
+    FIELD(Lq_nH, UINT32_MAX, LQ)                                                                                                                               \
+    FIELD(drift_ppm, 1000001, DRIFT)                                                                                                                           \
+    FIELD(excitation_q15, 32767, EXCITATION)                                                                                                                   \
+    FIELD(half_window, 101, HALF_WINDOW)                                                                                                                       \
+    FIELD(dead_time_width_mA, 1, DEAD_TIME_WIDTH)                                                                                                              \
+    FIELD(random, &raw, RANDOM)
+#define FIELD BAD
+        FIELDS
+#undef FIELD
+    };
+    int n = 0;
+#define FIELD(field, value, name)                                                                                                                              \
+    {                                                                                                                                                          \
+        dqw_estimator_q15_config c = bad[n].c;                                                                                                                 \
+        c.field = (value);                                                                                                                                     \
+        CASE("%s", #field);                                                                                                                                    \
+        REFUSED(e, bad[n].status, dqw_estimator_init_q15(&e, &c));                                                                                             \
+        n++;                                                                                                                                                   \
+    }
+    FIELDS
+#undef FIELD
+    // Without an angle a width means nothing.
+    p.qc = good;
+    p.qc.angle = false;
+    TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_estimator_init_q15(&p.q, &p.qc));
+    HOLDS(p.q.wide_q28 == 0);
+#if DQW_EFFECT_WEIGHTS > 0
+    // A list that is not there, and one longer than any that has room.
+    p.qc = good;
+    p.qc.effect_count = 1;
+    REFUSED(e, DQW_ERR_EFFECT_LIST, dqw_estimator_init_q15(&e, &p.qc));
+    static const dqw_effect_q15_config one = {.effect = DQW_EFFECT_IRON_LOSS};
+    p.qc.effects = &one;
+    p.qc.effect_count = UINT8_MAX;
+    REFUSED(e, DQW_ERR_EFFECT_ROOM, dqw_estimator_init_q15(&e, &p.qc));
+    p.qc.effect_count = 0;
+#endif
+    p.qc = good;
+    p.qc.scale.pole_pairs = 0;
+    p.qc.voltage_held = true;
+    REFUSED(e, DQW_ERR_POLE_PAIRS, dqw_estimator_init_q15(&e, &p.qc));
+    // The old one goes on where another configuration is refused.
+    TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_estimator_init_q15(&p.q, &good));
+    p.q.halves = 77;
+    p.q.gate.accepted = 5;
+    const dqw_estimator_q15 before = p.q;
+    TEST_ASSERT_EQUAL_INT(DQW_ERR_POLE_PAIRS, dqw_estimator_define_q15(&p.q, &p.qc));
+    TEST_ASSERT_EQUAL_MEMORY(&before, &p.q, sizeof before);
+    p.q.blocks = 100;
+    TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_estimator_define_q15(&p.q, &good));
+    HOLDS(p.q.halves == 77 && p.q.gate.accepted == 5 && p.q.blocks == 0 && p.q.stage.name == DQW_STAGE_RANDOM);
+}
+
+static void test_a_nameplate_is_enough(void)
+{
+    const dqw_nameplate_q15 plate = {.dt_ns = 100000, .v_mV = 24000, .i_mA = 10000, .w_mrad_s = 300000, .pole_pairs = 7};
+    const dqw_estimator_q15_config c = dqw_estimator_config_default_q15(&plate);
+    dqw_estimator_q15 e;
+    TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_estimator_init_q15(&e, &c));
+    // 450 rad/s by 7 by 0.1 ms: no less than five
+    HOLDS(dqw_estimator_config_default_q15(NULL).scale.dt_ns == 0);
+    HOLDS(c.half_window == 5 && c.scale.v_full_mV == 36000 && c.dead_time_width_mA == 200 && c.angle && c.encoder_offset && c.noise_on_inputs);
+}
+
+static void test_fresh_estimator_has_the_nominal_values_and_knows_nothing(void)
+{
+    pair p;
+    configure(&p, 0.3, 0.05, 0.0);
+    begin(&p);
+    for (int i = 0; i < N; i++) {
+        CASE("%s", NAME[i]);
+        BETWEEN(-1e-6, q_value(&p, i) - f_value(&p, i), 1e-6);
+        const dqw_reading_q15 r = dqw_estimator_read_q15(&p.q, (enum dqw_parameter)i);
+        HOLDS(r.sd_q40 == INT64_MAX && r.sd_change_q40 == INT64_MAX && !r.usable);
+    }
+    HOLDS(!dqw_estimator_background_q15(&p.q) && dqw_estimator_voltage_acts_q15(&p.q) == DQW_VOLTAGE_NOT_KNOWN && dqw_estimator_pole_pairs_q15(&p.q) == 4);
+    HOLDS(dqw_estimator_residual_q28(&p.q) == 0 && dqw_estimator_recent_q27(&p.q) == 0);
+    int64_t w[DQW_EFFECT_STARTS];
+    HOLDS(dqw_estimator_read_effect_q15(&p.q, 0, w, w) == DQW_ERR_SIZE && dqw_estimator_read_effect_q15(&p.q, -1, w, w) == DQW_ERR_SIZE);
+    const dqw_reading_q15 none = dqw_estimator_read_q15(&p.q, DQW_PARAMETERS);
+    HOLDS(none.sd_q40 == INT64_MAX && !none.usable && dqw_estimator_unit_q15(&p.qc, DQW_PARAMETERS) == 0);
+}
+
+// A burst of bad samples amid good ones: counted one by one, and the result is as good as without.
+static void test_bursts_of_bad_samples_are_counted_and_harmless(void)
+{
+    const journal *l = simulated(0.0);
+    double undisturbed[4] = {0};
+    for (int kind = -1; kind < 4; kind++) {
+        CASE("kind %d", kind);
+        pair p;
+        configure(&p, 0.3, 0.0, 0.0);
+        p.qc.stale_limit = 10;
+        begin(&p);
+        test_random r = {90};
+        dqw_sample_q15 held = {0};
+        uint32_t events[2] = {0};
+        for (int k = 0; k < l->rows; k++) {
+            const dqw_sample whole = sample(l, k, 0.01, &r);
+            dqw_sample_q15 s = rounded(&whole);
+            int16_t *const channel[] = {&s.v_d_q15, &s.v_q_q15, &s.i_d_q15, &s.i_q_q15, &s.w_m_q15};
+            const bool burst = kind >= 0 && k % 10000 >= 5000 && k % 10000 < 5200;
+            if (!burst)
+                held = s;
+            else if (kind == 0)
+                *channel[k % 5] = k % 2 ? 32767 : -32768;
+            else if (kind == 1)
+                *channel[k % 5] = -32767;
+            else if (kind == 2)
+                s.i_d_q15 = held.i_d_q15, s.i_q_q15 = held.i_q_q15, s.w_m_q15 = held.w_m_q15;
+            const uint32_t e = dqw_estimator_sample_q15(&p.q, &s, burst && kind == 3);
+            events[0] += (e & DQW_EVENT_SATURATED) != 0;
+            events[1] += (e & DQW_EVENT_STALE) != 0;
+            if (e & DQW_EVENT_BLOCK) (void)dqw_estimator_background_q15(&p.q);
+        }
+        if (kind < 0) {
+            for (int i = 0; i < 4; i++) undisturbed[i] = q_value(&p, i);
+            continue;
+        }
+        const uint32_t bad = 4 * 200;
+        const dqw_gate *g = &p.q.gate;
+        TEST_ASSERT_EQUAL_UINT32(kind == 2 ? 0 : bad, g->saturated);
+        TEST_ASSERT_EQUAL_UINT32(kind == 2 ? bad - 4 * 9 : 0, g->stale);
+        TEST_ASSERT_EQUAL_UINT32((uint32_t)l->rows, g->accepted + g->saturated + g->stale);
+        TEST_ASSERT_EQUAL_UINT32(g->saturated, events[0]);
+        TEST_ASSERT_EQUAL_UINT32(g->stale, events[1]);
+        BETWEEN(40, g->incomplete, 48);
+        for (int i = 0; i < 4; i++) {
+            CASE("kind %d, %s", kind, NAME[i]);
+            BETWEEN(-0.02, 100 * (q_value(&p, i) - undisturbed[i]) / TRUTH[i], 0.02);
+        }
+    }
+}
+
+// Halves that are full while one waits are lost, and counted; gaps are not spanned, and carry time.
+static void test_late_backgrounds_and_gaps(void)
+{
+    for (int every = 2; every <= 4; every++) {
+        pair p;
+        configure(&p, 0.3, 0.0, 0.0);
+        begin(&p);
+        uint32_t offered = 0;
+        uint32_t taken = 0;
+        for (long k = 0; k < 40000; k++) {
+            CASE("background misses every %d. half of ten, sample %ld", every, k);
+            const dqw_sample s = moving(k, 0.5, 0.01, &(test_random){(uint64_t)k});
+            const dqw_sample_q15 q = rounded(&s);
+            const dqw_window_q15_part *part = &p.q.window.part[1 - p.q.window.now];
+            const dqw_window_q15_part waits = *part;
+            const bool waited = p.q.window.pending;
+            offered += (dqw_estimator_sample_q15(&p.q, &q, false) & (DQW_EVENT_BLOCK | DQW_EVENT_MISSED)) != 0;
+            if (waited) HOLDS(memcmp(&waits, part, sizeof waits) == 0);
+            if (k % 20 != 19 || (k / 20 % 10 == 0 && k / 200 % every == 0)) continue;
+            taken += p.q.window.pending;
+            (void)dqw_estimator_background_q15(&p.q);
+            HOLDS(!p.q.window.pending);
+        }
+        const uint32_t lost = offered - taken - p.q.window.pending;
+        HOLDS(p.q.missed == lost && lost > 40);
+        for (int i = 0; i < 4; i++) BETWEEN(-0.5, 100 * (q_value(&p, i) / TRUTH[i] - 1), 0.5);
+    }
+    pair p;
+    configure(&p, 0.3, 0.0, 0.0);
+    begin(&p);
+    int since = 0;
+    test_random r = {120};
+    for (long k = 0; k < 30000; k++) {
+        if (since >= 317) {
+            k += 1 + (long)(random_bits(&r) % 200);
+            since = 0;
+            dqw_estimator_missing_q15(&p.q, 0);
+        }
+        since++;
+        CASE("sample %ld, %d after a gap", k, since);
+        const dqw_sample s = moving(k, 0.5, 0.0, NULL);
+        const dqw_sample_q15 q = rounded(&s);
+        const bool block = (dqw_estimator_sample_q15(&p.q, &q, false) & DQW_EVENT_BLOCK) != 0;
+        HOLDS(block == (since % 20 == 0));
+        if (block) (void)dqw_estimator_background_q15(&p.q);
+    }
+    for (int i = 0; i < 4; i++) BETWEEN(-0.05, 100 * (q_value(&p, i) / TRUTH[i] - 1), 0.05);
+    const uint32_t halves = p.q.halves;
+    dqw_estimator_missing_q15(&p.q, 2000);
+    BETWEEN(100, p.q.halves - halves, 101);
+}
+
+// Whatever comes: no overflow, which the sanitizers would see; weights stay within their bound, and what is learned is bounded below.
+static void test_any_bits(void)
+{
+    for (int way = 0; way < 8; way++) {
+        pair p;
+        configure(&p, way & 1 ? 0.9 : -0.9, way & 2 ? 0.05 : 0.0, way & 4 ? 1.0 : 0.0);
+        p.qc.half_window = (uint8_t)(way % 3 == 0 ? 1 : way % 3 == 1 ? 100 : 7);
+        begin(&p);
+        test_random r = {(uint64_t)(500 + way)};
+        for (int k = 0; k < scaled(200000); k++) {
+            const uint64_t z = random_bits(&r);
+            const bool mild = k / 5000 % 2 == 0;
+            dqw_sample_q15 s = dqw_sample_from_dq_q15((int16_t)(z & 65535), (int16_t)(z >> 16 & 65535), 0, 0, 0, (uint16_t)(z >> 7 & 65535));
+            s.i_d_q15 = (int16_t)(z >> 32 & 65535), s.i_q_q15 = (int16_t)(z >> 48 & 65535), s.w_m_q15 = (int16_t)(random_bits(&r) & 65535);
+            if (mild) s.v_d_q15 /= 64, s.i_q_q15 /= 1024, s.w_m_q15 /= 4;
+            if (k % 30011 == 30010) dqw_estimator_missing_q15(&p.q, (uint32_t)z);
+            if (dqw_estimator_sample_q15(&p.q, &s, false) & DQW_EVENT_BLOCK) (void)dqw_estimator_background_q15(&p.q);
+            for (int i = 0; i < N; i++) {
+                CASE("way %d, sample %d, weight %d: %d", way, k, i, (int)p.q.w_q24[i]);
+                HOLDS(p.q.w_q24[i] < 1 << 30 && p.q.w_q24[i] > -(1 << 30) && p.q.cov_q40[i] >= 0);
+            }
+        }
+    }
+}
+
+// A weight of 64 nominal values is no machine's: learning begins again, and is counted.
+static void test_weights_out_of_bounds_begin_again(void)
+{
+    pair p;
+    configure(&p, 0.0, 0.0, 0.0);
+    begin(&p);
+    test_random r = {130};
+    for (long k = 0; k < 20000; k++) {
+        const dqw_sample s = moving(k, 0.5, 0.01, &r);
+        if (k == 10000) p.q.w_q24[DQW_PSI_Q] = -(1 << 30);
+        (void)step(&p, &s);
+    }
+    TEST_ASSERT_EQUAL_UINT32(1, p.q.restarts);
+    for (int i = 0; i < 4; i++) BETWEEN(-0.5, 100 * (q_value(&p, i) / TRUTH[i] - 1), 0.5);
+}
+
+// All in one object, but for what the interrupt has gone on with.
+static bool learned_alike(const dqw_estimator_q15 *a, const dqw_estimator_q15 *b)
+{
+    return memcmp(a->w_q24, b->w_q24, sizeof a->w_q24) == 0 && memcmp(&a->normal, &b->normal, sizeof a->normal) == 0 &&
+           memcmp(a->cov_q40, b->cov_q40, sizeof a->cov_q40) == 0 && memcmp(&a->given, &b->given, sizeof a->given) == 0 && a->blocks == b->blocks &&
+           memcmp(&a->noise, &b->noise, sizeof a->noise) == 0 && a->follow_q15 == b->follow_q15;
+}
+
+// Samples that come between taking a block and learning it change nothing, to the bit; a block that was lost shows in the time.
+static void test_a_background_that_is_interrupted_learns_the_same(void)
+{
+    pair p;
+    configure(&p, 0.3, 0.05, 0.01);
+    begin(&p);
+    dqw_estimator_q15 late = p.q;
+    test_random r = {77};
+    const journal *l = simulated(0.24);
+    dqw_estimator_q15_block b;
+    int waits = -1;
+    bool taken = false;
+    uint32_t blocks = 0;
+    for (int k = 0; k < 12000; k++) {
+        CASE("sample %d", k);
+        const dqw_sample s = sample(l, k, 0.02, &r);
+        const dqw_sample_q15 q = rounded(&s);
+        if ((dqw_estimator_sample_q15(&p.q, &q, false) & DQW_EVENT_BLOCK) != 0) (void)dqw_estimator_background_q15(&p.q);
+        if ((dqw_estimator_sample_q15(&late, &q, false) & DQW_EVENT_BLOCK) != 0) {
+            taken = dqw_estimator_take_q15(&late, &b);
+            HOLDS(taken == (k >= 39) && !late.window.pending && !dqw_estimator_take_q15(&late, &b));
+            waits = (int)(random_bits(&r) % 20);
+        }
+        if (waits-- != 0 || !taken) continue;
+        const bool judged = late.stage.name != DQW_STAGE_RANDOM;
+        if (dqw_estimator_learn_q15(&late, &b) && judged) dqw_estimator_stage_on_q15(&late, true);
+        HOLDS(learned_alike(&p.q, &late) && late.stage.name == p.q.stage.name && late.elapsed == (blocks++ == 0 ? 2u : 1u));
+    }
+    HOLDS(p.q.blocks > 300 && blocks > 500);
+    // Three halves are lost.
+    for (int k = 0; k < 80; k++) {
+        const dqw_sample s = sample(l, k, 0.02, &r);
+        const dqw_sample_q15 q = rounded(&s);
+        (void)dqw_estimator_sample_q15(&p.q, &q, false);
+    }
+    (void)dqw_estimator_background_q15(&p.q);
+    for (int k = 80; k < 120; k++) {
+        const dqw_sample s = sample(l, k, 0.02, &r);
+        const dqw_sample_q15 q = rounded(&s);
+        (void)dqw_estimator_sample_q15(&p.q, &q, false);
+        if (k % 20 == 19) (void)dqw_estimator_background_q15(&p.q);
+    }
+    HOLDS(p.q.elapsed == 5 && p.q.missed == 3);
+}
+
+// Start values ten times too large or too small, or none: what is learned does not show them, and no weight leaves its bits.
+static void test_start_values_are_no_prior(void)
+{
+    static const double factor[] = {1.0, 10.0, 0.1, 0.0};
+    for (int way = 0; way < 8; way++) {
+        const double f = factor[way % 4];
+        pair p;
+        configure(&p, 0.0, 0.0, 0.0);
+        p.qc.R_uohm = (uint32_t)(f * p.qc.R_uohm), p.qc.Ld_nH = (uint32_t)(f * p.qc.Ld_nH);
+        p.qc.Lq_nH = (uint32_t)(f * p.qc.Lq_nH), p.qc.psi_nWb = (uint32_t)(f * p.qc.psi_nWb);
+        if (way >= 4) p.qc.scale.pole_pairs = 0;
+        TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_estimator_init_q15(&p.q, &p.qc));
+        test_random r = {130};
+        for (long k = 0; k < 30000; k++) {
+            const dqw_sample s = moving(k, 0.5, 0.01, &r);
+            const dqw_sample_q15 q = rounded(&s);
+            if (dqw_estimator_sample_q15(&p.q, &q, false) & DQW_EVENT_BLOCK) (void)dqw_estimator_background_q15(&p.q);
+        }
+        for (int i = 0; i < 4; i++) {
+            CASE("start %g times the truth, pole pairs %s, %s", f, way >= 4 ? "found" : "given", NAME[i]);
+            BETWEEN(-0.1, 100 * (q_value(&p, i) / TRUTH[i] - 1), 0.1);
+            HOLDS(dqw_estimator_read_q15(&p.q, (enum dqw_parameter)i).usable);
+        }
+        HOLDS(p.q.restarts == 0 && p.q.pole_pairs == 4 && p.q.stage.name == DQW_STAGE_IN_SERVICE);
+    }
+}
+
+// Pole pairs of a machine with the same electrical signals, found in time and not before; L_d, L_q, flux go on from there.
+static void test_pole_pairs_are_found(void)
+{
+    static const int poles[] = {1, 2, 4, 15, 40};
+    for (int n = 0; n < 5; n++)
+        for (int noisy = 0; noisy < 3; noisy++) {
+            pair p;
+            configure(&p, 0.3, 0.0, 0.0);
+            p.qc.scale.pole_pairs = 0;
+            p.qc.scale.w_full_mrad_s = (uint32_t)(400000 / poles[n]);
+            TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_estimator_init_q15(&p.q, &p.qc));
+            dqw_estimator_q15_config told = p.qc;
+            told.scale.pole_pairs = (uint16_t)poles[n];
+            static dqw_estimator_q15 given;
+            TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_estimator_init_q15(&given, &told));
+            test_random r = {(uint64_t)(300 + n)};
+            int found = -1;
+            for (int k = 0; k < 30000; k++) {
+                dqw_sample s = moving(k, 0.5, noisy * 0.01, &r);
+                // Of the full speed as much in all.
+                s.w_m_rad_s *= (float)(4 * W_FULL / 400.0);
+                const dqw_sample_q15 q = rounded(&s);
+                if (dqw_estimator_sample_q15(&p.q, &q, false) & DQW_EVENT_BLOCK) (void)dqw_estimator_background_q15(&p.q);
+                if (dqw_estimator_sample_q15(&given, &q, false) & DQW_EVENT_BLOCK) (void)dqw_estimator_background_q15(&given);
+                CASE("%d pole pairs, noise %d, sample %d", poles[n], noisy, k);
+                HOLDS(p.q.pole_pairs == 0 || p.q.pole_pairs == poles[n]);
+                if (found >= 0 || p.q.pole_pairs == 0) continue;
+                found = k;
+                // All that was learned until now is there.
+                for (int i = 0; i < 4; i++) BETWEEN(0.6, (double)p.q.cov_q40[i] / (double)given.cov_q40[i], 3.0);
+            }
+            BETWEEN(2000, found, noisy == 2 && poles[n] == 40 ? 30000 : 12000);
+            for (int i = 0; i < 4; i++) {
+                CASE("%d pole pairs, noise %d, %s", poles[n], noisy, NAME[i]);
+                BETWEEN(-0.15, 100 * (q_value(&p, i) / TRUTH[i] - 1), 0.15);
+            }
+            HOLDS(p.q.restarts == 0);
+        }
+}
+
+// Without the pole pairs settled rows tell R alone; with them all four, as least squares in double do.
+static void test_settled_rows(void)
+{
+    static const double truth[] = {0.9, 2.2e-3, 2.8e-3, 0.12};
+    for (int given = 0; given < 2; given++) {
+        const dqw_estimator_q15_config c = {
+            .scale = {.v_full_mV = 180000, .i_full_mA = 15000, .w_full_mrad_s = 250000, .dt_ns = 1000, .pole_pairs = given ? 4 : 0}, .settled = true};
+        pair p;
+        p.qc = c;
+        TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_estimator_init_q15(&p.q, &p.qc));
+        test_random r = {31};
+        test_ls ls;
+        ls_begin(&ls, 4, 0.0);
+        int16_t *channel[5];
+        for (int k = 0; k < 400; k++) {
+            const double i_d = random_uniform(&r, -10, 10);
+            const double i_q = random_uniform(&r, -10, 10);
+            const double w_m = random_uniform(&r, -200, 200);
+            const double w = 4 * w_m;
+            const double e[] = {0.05 * random_normal(&r), 0.05 * random_normal(&r)};
+            const double x_d[] = {i_d, 0, -w * i_q, 0};
+            const double x_q[] = {i_q, w * i_d, 0, w};
+            double v[] = {e[0], e[1]};
+            for (int i = 0; i < 4; i++) v[0] += truth[i] * x_d[i], v[1] += truth[i] * x_q[i];
+            ls_add(&ls, x_d, v[0]);
+            ls_add(&ls, x_q, v[1]);
+            dqw_sample_q15 s = {
+                .v_d_q15 = q15(v[0], 180), .v_q_q15 = q15(v[1], 180), .i_d_q15 = q15(i_d, 15), .i_q_q15 = q15(i_q, 15), .w_m_q15 = q15(w_m, 250)};
+            channel[0] = &s.v_d_q15;
+            TEST_ASSERT_EQUAL_UINT32(DQW_EVENT_BLOCK, dqw_estimator_sample_q15(&p.q, &s, false));
+            if (k == 100) {
+                *channel[0] = INT16_MAX;
+                TEST_ASSERT_EQUAL_UINT32(DQW_EVENT_SATURATED, dqw_estimator_sample_q15(&p.q, &s, false));
+                *channel[0] = 0;
+                TEST_ASSERT_EQUAL_UINT32(DQW_EVENT_MISSED, dqw_estimator_sample_q15(&p.q, &s, false));
+            }
+            HOLDS(dqw_estimator_background_q15(&p.q));
+        }
+        double best[LS_MAX];
+        double inverse[LS_MAX][LS_MAX];
+        (void)ls_solve(&ls, best, inverse);
+        HOLDS(p.q.missed == 1 && p.q.gate.saturated == 1 && p.q.restarts == 0 && dqw_estimator_voltage_acts_q15(&p.q) == DQW_VOLTAGE_NOT_KNOWN);
+        for (int i = 0; i < 4; i++) {
+            CASE("%s, pole pairs %d", NAME[i], given);
+            if (i > 0 && !given) {
+                HOLDS(isinf(q_sd(&p, i)) || q_sd(&p, i) > 1e37);
+                continue;
+            }
+            // All rows count, those of stage 2 as well: what is left is the rounding of the signals, 0.05 deviations of the noise.
+            BETWEEN(-0.1, (q_value(&p, i) - best[i]) / (0.05 * sqrt(inverse[i][i])), 0.1);
+            BETWEEN(0.8, q_sd(&p, i) / (0.05 * sqrt(inverse[i][i])), 1.3);
+        }
+    }
+}
+
+// The late voltage's gradient goes on around the weights that were solved: as if every row had been shown around them.
+static void test_the_late_voltage_goes_on_around_what_was_solved(void)
+{
+    enum { LATE = 6, SHOWN = 300 };
+    pair p;
+    configure(&p, 0.0, 0.0, 0.0);
+    begin(&p);
+    test_random r = {91};
+    static double x[SHOWN][LATE + 1];
+    static double y[SHOWN];
+    int32_t before[LATE];
+    for (int i = 0; i < LATE; i++) before[i] = p.q.w_q24[i];
+    for (int k = 0; k < SHOWN; k++) {
+        int32_t x_q28[LATE + 1];
+        y[k] = 0.02 * random_normal(&r);
+        for (int i = 0; i <= LATE; i++) {
+            // Alike: what the weights explain, the late voltage would too.
+            x[k][i] = (i == LATE ? 0.5 * x[k][0] + 0.3 * x[k][3] : 0.0) + 0.2 * random_normal(&r);
+            x_q28[i] = (int32_t)lrint(ldexp(x[k][i], 28));
+            if (i < LATE) y[k] += 0.1 * (i + 1) * x[k][i];
+        }
+        dqw_normal_add_q15(&p.q.normal, x_q28, (int32_t)lrint(ldexp(y[k], 28)));
+    }
+    dqw_estimator_solve_q15(&p.q);
+    double around = 0.0;
+    double was = 0.0;
+    for (int k = 0; k < SHOWN; k++) {
+        double left = y[k];
+        for (int i = 0; i < LATE; i++) left -= ldexp((double)p.q.w_q24[i] - before[i], -24) * x[k][i];
+        around += x[k][LATE] * left;
+        was += x[k][LATE] * y[k];
+    }
+    CASE("%g of %g, is %g", around, was, ldexp((double)p.q.normal.b_q32[LATE], -32));
+    HOLDS(fabs(around) < 0.1 * fabs(was));
+    BETWEEN(-0.002, (ldexp((double)p.q.normal.b_q32[LATE], -32) - around) / was, 0.002);
+    for (int i = 0; i < LATE; i++) HOLDS(p.q.normal.b_q32[i] == 0);
+}
+
+// A voltage that acts a period after the sample it comes with, and one held in the stationary frame: said so, they are learned as well; not said, the
+// motion tells. 4 pole pairs of 70 rad/s in 50 us turn by 0.014 rad.
+static void test_when_the_voltage_acts(void)
+{
+    for (int way = 0; way < 16; way++) {
+        const bool next = way & 1;
+        const bool held = way & 2;
+        const bool said = way & 4;
+        const bool electrical = way & 8;
+        pair p;
+        configure(&p, 0.3, 0.0, 0.0);
+        p.qc.voltage_next = said == next;
+        p.qc.voltage_held = held;
+        p.qc.speed_electrical = electrical;
+        if (electrical) p.qc.scale.w_full_mrad_s *= 4;
+        TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_estimator_init_q15(&p.q, &p.qc));
+        test_random r = {41};
+        for (long k = 0; k < 30000; k++) {
+            dqw_sample s = moving(k, 0.5, 0.003, &r);
+            const dqw_sample acts = moving(k + (next ? 1 : 0), 0.5, 0.003, &r);
+            const double turn = held ? (next ? 1.5 : 0.5) * 4 * (double)s.w_m_rad_s * DT_S : 0.0;
+            s.v_d_V = (float)(cos(turn) * (double)acts.v_d_V - sin(turn) * (double)acts.v_q_V);
+            s.v_q_V = (float)(sin(turn) * (double)acts.v_d_V + cos(turn) * (double)acts.v_q_V);
+            const dqw_sample_q15 q = rounded(&s);
+            if (dqw_estimator_sample_q15(&p.q, &q, false) & DQW_EVENT_BLOCK) (void)dqw_estimator_background_q15(&p.q);
+        }
+        CASE("acts %s, held %d, said %d, electrical %d", next ? "next" : "now", held, said, electrical);
+        HOLDS(dqw_estimator_voltage_acts_q15(&p.q) == (next ? DQW_VOLTAGE_NEXT : DQW_VOLTAGE_NOW));
+        double worst = 0;
+        for (int i = 0; i < 4; i++) worst = fmax(worst, 100 * fabs(q_value(&p, i) / TRUTH[i] - 1));
+        BETWEEN(said ? 0.0 : 0.3, worst, said ? 0.1 : 40);
+    }
+}
+
+// What noise of the currents makes of dead time's and R's equations, (E60), in double.
+static void test_noise_in_dead_time(void)
+{
+    pair p;
+    configure(&p, 0.0, 0.8, 0.0);
+    begin(&p);
+    const double sd[2] = {0.02, 0.005};  // of the full current
+    const double slope = 0.6 / (0.8 / I_FULL);
+    dqw_estimator_q15_block b = {.weight = 420, .with = {.rows = 8192, .slopes = 1000, .slope_q15 = (uint32_t)(0.6 * 32768 * 1000), .follow_q15 = 20000}};
+    for (int axis = 0; axis < 2; axis++) b.with.noise_q30[axis] = (int64_t)(-2 * sd[axis] * sd[axis] * 8192 * 1073741824.0);
+    dqw_rows_q15 r;
+    dqw_estimator_rows_of_q15(&p.q, &b, &r);
+    const double h = 20;
+    const double mean = (h * (4 * h * h - 1) / 6 + h * h) / (h * h * (h + 1) * (h + 1));
+    const double R = TRUTH[0] * I_FULL / V_FULL;
+    const double follow = 20000 / 32768.0;
+    const double width = 0.8 / I_FULL;
+    for (int axis = 0; axis < 2; axis++) {
+        CASE("axis %d", axis);
+        const double var = sd[axis] * sd[axis];
+        const double left = var * follow / (2 - follow);
+        const double wide = 0.53 / (sqrt(left) + 1.2 * width);
+        const double g = mean * slope / 30;
+        BETWEEN(0.999, ldexp((double)r.noise_q56[axis][DQW_NOISE_Q15_R_IN_DEAD], -56) / (g * R * var), 1.001);
+        BETWEEN(0.999, ldexp((double)r.noise_q56[axis][DQW_NOISE_Q15_DEAD_IN_R], -56) / (g * R * (var - 0.5 * left * sqrt(left) / (sqrt(left) + width))),
+                1.001);
+        BETWEEN(0.999, ldexp((double)r.noise_q56[axis][DQW_DEAD_TIME], -56) / (g * var * fmax(slope, wide) / 30), 1.001);
+        BETWEEN(0.999, ldexp((double)r.noise_q56[axis][DQW_R], -56) / (mean * R * R * var), 1.001);
+    }
+}
+
+// Stage 2 with lent memory: the Random Learner alone, then learning begins from its weights, which are near.
+static void test_stage_two_with_lent_memory(void)
+{
+    static dqw_estimator_random_q15 lent;
+    pair p;
+    configure(&p, 0.0, 0.0, 0.0);
+    p.qc.R_uohm = p.qc.Ld_nH = p.qc.Lq_nH = p.qc.psi_nWb = 0;
+    p.qc.random = &lent;
+    dqw_estimator_random_init_q15(&lent);
+    TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_estimator_init_q15(&p.q, &p.qc));
+    test_random r = {130};
+    bool began = false;
+    for (long k = 0; k < 40000; k++) {
+        const dqw_sample s = moving(k, 0.5, 0.01, &r);
+        const dqw_sample_q15 q = rounded(&s);
+        if (dqw_estimator_sample_q15(&p.q, &q, false) & DQW_EVENT_BLOCK) (void)dqw_estimator_background_q15(&p.q);
+        if (p.q.stage.name == DQW_STAGE_RANDOM) HOLDS(p.q.blocks == 0);
+        if (p.q.stage.name == DQW_STAGE_RANDOM || began) continue;
+        began = true;
+        for (int i = 0; i < 4; i++) {
+            CASE("%s, as the Random Learner found it", NAME[i]);
+            BETWEEN(-3, 100 * (q_value(&p, i) / TRUTH[i] - 1), 3);  // 0.7
+        }
+    }
+    HOLDS(began && p.q.stage.name == DQW_STAGE_IN_SERVICE);
+    for (int i = 0; i < 4; i++) BETWEEN(-0.1, 100 * (q_value(&p, i) / TRUTH[i] - 1), 0.1);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_init_names_the_field_and_leaves_the_object_alone);
+    RUN_TEST(test_a_nameplate_is_enough);
+    RUN_TEST(test_fresh_estimator_has_the_nominal_values_and_knows_nothing);
+    RUN_TEST(test_bursts_of_bad_samples_are_counted_and_harmless);
+    RUN_TEST(test_late_backgrounds_and_gaps);
+    RUN_TEST(test_any_bits);
+    RUN_TEST(test_weights_out_of_bounds_begin_again);
+    RUN_TEST(test_a_background_that_is_interrupted_learns_the_same);
+    RUN_TEST(test_start_values_are_no_prior);
+    RUN_TEST(test_pole_pairs_are_found);
+    RUN_TEST(test_settled_rows);
+    RUN_TEST(test_the_late_voltage_goes_on_around_what_was_solved);
+    RUN_TEST(test_when_the_voltage_acts);
+    RUN_TEST(test_noise_in_dead_time);
+    RUN_TEST(test_stage_two_with_lent_memory);
+    return UNITY_END();
+}

@@ -1,0 +1,151 @@
+// The tracer on a drive that shares nothing with sim/: Runge-Kutta on rotor-frame flux linkages, a plain PI controller, currents
+// that rest between steps, noise on currents and speed alone; nothing is injected.
+// Plain only: long, and what it runs others run under the sanitizers.
+#include <cmath>
+#include <random>
+
+#include "command.hpp"
+#include "ref/trace/trace.hpp"
+#include "unity.h"
+
+extern "C" void setUp(void) {}
+extern "C" void tearDown(void) {}
+
+namespace {
+
+using dqw::Log;
+using dqw::TraceResult;
+
+constexpr double kR = 0.9, kLd = 2.2e-3, kLq = 2.8e-3, kPsi = 0.12, kPolePairs = 4, kTop_rad_s = 250;
+
+struct Drive {
+    double period_s = 1e-4;
+    bool rotor_held = false;
+    double dead_time_V = 0, angle_rad = 0;
+    unsigned seed = 1;
+};
+
+struct Flux {
+    double d, q;
+};
+
+double speed(double t) { return kTop_rad_s * (0.15 + 0.85 * (0.5 - 0.5 * std::cos(4.4 * t + 0.2)) * (0.75 + 0.25 * std::sin(14.5 * t + 1))); }
+
+/// v is held in the stationary frame, or turns with the rotor.
+Flux slope(const Drive& drive, Flux x, double theta, double w_e, double v_x, double v_y)
+{
+    const double c = std::cos(theta), s = std::sin(theta), i_d = (x.d - kPsi) / kLd, i_q = x.q / kLq;
+    double v_d = drive.rotor_held ? v_x : c * v_x + s * v_y, v_q = drive.rotor_held ? v_y : c * v_y - s * v_x;
+    const double phase[3] = {c * i_d - s * i_q, std::cos(theta - 2 * M_PI / 3) * i_d - std::sin(theta - 2 * M_PI / 3) * i_q,
+                             std::cos(theta + 2 * M_PI / 3) * i_d - std::sin(theta + 2 * M_PI / 3) * i_q};
+    for (int n = 0; n < 3; ++n) {
+        const double lost = 2.0 / 3.0 * drive.dead_time_V * std::tanh(phase[n] / 0.15), axis = n * 2 * M_PI / 3;
+        v_d -= lost * std::cos(theta - axis), v_q += lost * std::sin(theta - axis);
+    }
+    return {v_d - kR * i_d + w_e * x.q, v_q - kR * i_q - w_e * x.d};
+}
+
+Log run(const Drive& drive)
+{
+    constexpr int kSteps = 20;
+    constexpr double kBandwidth = 1900;
+    std::mt19937 random(drive.seed);
+    std::normal_distribution<double> normal;
+    std::uniform_real_distribution<double> even(0, 1);
+    Log log;
+    log.path = "other.csv";
+    log.machine.pole_pairs = kPolePairs;
+    log.dt_s = drive.period_s;
+    Flux x{kPsi, 0};
+    double theta = 0.3, sum_d = 0, sum_q = 0, wanted_d = 0, wanted_q = 0, next_s = 0;
+    const double T = drive.period_s, h = T / kSteps;
+    for (int k = 0; k < 16000; ++k) {
+        const double t = k * T, w = speed(t);
+        if (t >= next_s) next_s = t + 0.04 * (0.5 + even(random)), wanted_d = -4 * even(random), wanted_q = 6.8 * (2 * even(random) - 1);
+        // The drive sees currents and voltages in the frame of its encoder.
+        const double c = std::cos(drive.angle_rad), s = std::sin(drive.angle_rad), i_d = (x.d - kPsi) / kLd, i_q = x.q / kLq;
+        const double seen_d = c * i_d + s * i_q + 0.04 * normal(random), seen_q = c * i_q - s * i_d + 0.04 * normal(random);
+        const double seen_w = w + 0.125 * normal(random), e_d = wanted_d - seen_d, e_q = wanted_q - seen_q;
+        sum_d += kR * kBandwidth * T * e_d, sum_q += kR * kBandwidth * T * e_q;
+        const double v_d = kLd * kBandwidth * e_d + sum_d - kPolePairs * seen_w * kLq * seen_q;
+        const double v_q = kLq * kBandwidth * e_q + sum_q + kPolePairs * seen_w * (kLd * seen_d + kPsi);
+        const double mid = theta + drive.angle_rad + 0.5 * kPolePairs * seen_w * T;
+        const double v_x = drive.rotor_held ? c * v_d - s * v_q : std::cos(mid) * v_d - std::sin(mid) * v_q;
+        const double v_y = drive.rotor_held ? s * v_d + c * v_q : std::sin(mid) * v_d + std::cos(mid) * v_q;
+        double mean_d = 0, mean_q = 0;
+        const double seen_theta = theta + drive.angle_rad;
+        for (int j = 0; j < kSteps; ++j) {
+            const double w_e = kPolePairs * speed(t + (j + 0.5) * h), half = theta + 0.5 * h * w_e, end = theta + h * w_e, seen = half + drive.angle_rad;
+            mean_d += (drive.rotor_held ? v_d : std::cos(seen) * v_x + std::sin(seen) * v_y) / kSteps;
+            mean_q += (drive.rotor_held ? v_q : std::cos(seen) * v_y - std::sin(seen) * v_x) / kSteps;
+            const Flux a = slope(drive, x, theta, w_e, v_x, v_y), b = slope(drive, {x.d + 0.5 * h * a.d, x.q + 0.5 * h * a.q}, half, w_e, v_x, v_y);
+            const Flux m = slope(drive, {x.d + 0.5 * h * b.d, x.q + 0.5 * h * b.q}, half, w_e, v_x, v_y);
+            const Flux z = slope(drive, {x.d + h * m.d, x.q + h * m.q}, end, w_e, v_x, v_y);
+            x.d += h / 6 * (a.d + 2 * b.d + 2 * m.d + z.d), x.q += h / 6 * (a.q + 2 * b.q + 2 * m.q + z.q);
+            theta = end;
+        }
+        const double row[] = {t, mean_d, mean_q, seen_d, seen_q, seen_w, seen_theta};
+        std::vector<double>* const columns[] = {&log.t_s, &log.v_d_V, &log.v_q_V, &log.i_d_A, &log.i_q_A, &log.w_m_rad_s, &log.theta_e_rad};
+        for (int n = 0; n < 7; ++n) columns[n]->push_back(row[n]);
+    }
+    return log;
+}
+
+double value(const std::vector<dqw::Estimate>& list, const char* name)
+{
+    for (const dqw::Estimate& e : list)
+        if (e.name == name) return e.value;
+    TEST_FAIL_MESSAGE(name);
+    return 0;
+}
+
+void base_is_right(const TraceResult& r)
+{
+    TEST_ASSERT_DOUBLE_WITHIN(0.01 * kR, kR, value(r.after.parameters, "R_ohm"));
+    TEST_ASSERT_DOUBLE_WITHIN(0.01 * kLd, kLd, value(r.after.parameters, "Ld_H"));
+    TEST_ASSERT_DOUBLE_WITHIN(0.01 * kLq, kLq, value(r.after.parameters, "Lq_H"));
+    TEST_ASSERT_DOUBLE_WITHIN(0.003 * kPsi, kPsi, value(r.after.parameters, "psi_Wb"));
+}
+
+void nothing_is_found_where_nothing_is()
+{
+    if (command::sanitized()) TEST_IGNORE_MESSAGE("takes long under the sanitizers");
+    Drive drive;
+    for (const bool held : {false, true}) {
+        drive.rotor_held = held, drive.period_s = held ? 3e-4 : 1e-4;
+        const TraceResult r = dqw::trace({run(drive)});
+        TEST_ASSERT_EQUAL_STRING("clean", r.verdict.c_str());
+        base_is_right(r);
+    }
+}
+
+/// Each hides part of the other: R reads 1.5 to 2 ohm without them.
+void effects_that_hide_each_other()
+{
+    if (command::sanitized()) TEST_IGNORE_MESSAGE("takes long under the sanitizers");
+    Drive drive;
+    drive.dead_time_V = 3, drive.angle_rad = 0.04;
+    for (const bool held : {false, true}) {
+        drive.rotor_held = held;
+        const TraceResult r = dqw::trace({run(drive)});
+        TEST_ASSERT_EQUAL_STRING("explained", r.verdict.c_str());
+        TEST_ASSERT_EQUAL_size_t(2, r.effects.size());
+        const bool turned = r.effects[0].name == "dead_time";
+        const dqw::TraceEffect &lost = r.effects[turned ? 0 : 1], &angle = r.effects[turned ? 1 : 0];
+        TEST_ASSERT_EQUAL_STRING("dead_time", lost.name.c_str());
+        TEST_ASSERT_EQUAL_STRING("angle_offset", angle.name.c_str());
+        TEST_ASSERT_DOUBLE_WITHIN(0.03, 3, value(lost.parameters, "voltage_V"));
+        TEST_ASSERT_DOUBLE_WITHIN(4e-4, 0.04, value(angle.parameters, "angle_rad"));
+        base_is_right(r);
+    }
+}
+
+}  // namespace
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(nothing_is_found_where_nothing_is);
+    RUN_TEST(effects_that_hide_each_other);
+    return UNITY_END();
+}
