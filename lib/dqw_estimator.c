@@ -261,7 +261,7 @@ void dqw_estimator_missing(dqw_estimator *e, uint32_t periods)
         e->has_last = false;
         return;
     }
-    e->halves += (e->window.at + periods) / e->window.half;
+    e->halves += periods / e->window.half + (e->window.at + periods % e->window.half) / e->window.half;
     e->has_last = e->last_good = e->commanded = false;
 #if DQW_EFFECT_WEIGHTS > 0
     dqw_effect_gap(&e->effect);

@@ -172,7 +172,7 @@ uint32_t dqw_estimator_sample(dqw_estimator *e, const dqw_sample *s, bool satura
 /// Context  as dqw_estimator_sample
 void dqw_estimator_missing(dqw_estimator *e, uint32_t periods);
 
-/// Learn the block that waits, if there is one. Must come before the next but one is full: every half_window periods.
+/// Learn the block that waits, if there is one. Must come before the next one is full: within half_window periods.
 ///
 /// Source   (E16), (E17), (E60), (E61) in docs/EQUATIONS.md
 /// Returns  true if a block was learned

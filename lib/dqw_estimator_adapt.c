@@ -19,10 +19,11 @@ void dqw_estimator_adapt(dqw_estimator *e, const dqw_sample *s, dqw_sample *x)
     if (c->voltage_held) {
         float turn = (c->voltage_next ? 1.5f : 0.5f) * (float)c->pole_pairs * x->w_m_rad_s * c->dt_s;
         turn = turn > TURN_MOST ? TURN_MOST : turn < -TURN_MOST ? -TURN_MOST : turn;
-        // To 3e-5 within half a radian.
+        // To 3e-5 within half a radian; and less by the sine of half a period's angle over that angle, the mean of what turns by. (E89)
         const float turn2 = turn * turn;
-        const float cosine = 1.0f - turn2 * (0.5f - turn2 * (1.0f / 24.0f));
-        const float sine = turn * (1.0f - turn2 * (1.0f / 6.0f - turn2 * (1.0f / 120.0f)));
+        const float mean = 1.0f - turn2 * (c->voltage_next ? 1.0f / 54.0f : 1.0f / 6.0f);
+        const float cosine = mean * (1.0f - turn2 * (0.5f - turn2 * (1.0f / 24.0f)));
+        const float sine = mean * turn * (1.0f - turn2 * (1.0f / 6.0f - turn2 * (1.0f / 120.0f)));
         const float v_d = x->v_d_V;
         x->v_d_V = cosine * v_d + sine * x->v_q_V;
         x->v_q_V = cosine * x->v_q_V - sine * v_d;

@@ -81,6 +81,9 @@ void dqw_estimator_rows_of(const dqw_estimator *e, const dqw_estimator_block *b,
 float dqw_estimator_variance(const dqw_estimator *e, int axis);
 float dqw_estimator_common_variance(const dqw_estimator *e);
 
+/// How large a parameter is, per unit: what it may wander is a part of that.
+float dqw_estimator_size_pu(const dqw_estimator *e, int i);
+
 /// Part of a mean over the last thousand blocks that a block is: while it is young, later blocks count for more, for the first ones are about the
 /// start values.
 /// Source   (E61) in docs/EQUATIONS.md

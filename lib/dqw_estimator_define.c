@@ -126,6 +126,7 @@ static enum dqw_status check(const dqw_estimator_config *c)
     const enum dqw_status status = check_numbers(c);
     if (status != DQW_OK) return status;
     if (c->half_window > HALF_WINDOW_MOST) return DQW_ERR_HALF_WINDOW;
+    if (c->settled && (c->voltage_next || c->voltage_held)) return DQW_ERR_SETTLED;
     if (c->pole_pairs == 0 && (c->voltage_held || c->speed_electrical)) return DQW_ERR_POLE_PAIRS;
     if (c->dead_time_width_A > 0.0f && !dqw_is_finite(1.0f / c->dead_time_width_A)) return DQW_ERR_DEAD_TIME_WIDTH;
     if (c->random != NULL && c->random->learn == NULL) return DQW_ERR_RANDOM;

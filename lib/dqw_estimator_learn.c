@@ -125,8 +125,7 @@ static void keep_scores(dqw_estimator *e, const float score[])
     }
 }
 
-// How large a parameter is, per unit: what it may wander is a part of that.
-static float size_pu(const dqw_estimator *e, int i)
+float dqw_estimator_size_pu(const dqw_estimator *e, int i)
 {
     if (i == DQW_DEAD_TIME && dqw_estimator_has_dead_time(e)) return dqw_estimator_start_sd_pu(e, DQW_DEAD_TIME) * (1.0f / 3.0f);
     return fabsf(e->w_pu[i == DQW_PSI_Q && dqw_estimator_has_flux_q(e) ? DQW_PSI : i]);
@@ -141,7 +140,7 @@ static void drift(dqw_estimator *e)
     float unit = rate * rate * (float)e->elapsed * (float)e->window.half * e->config->dt_s;
     if (unit > 9.0f) unit = 9.0f;
     for (int i = 0; i < e->inputs; i++) {
-        const float size = size_pu(e, i);
+        const float size = dqw_estimator_size_pu(e, i);
         if (dqw_gain_covariance(&e->gain, i, i) < 9.0f * widest * size * size) dqw_gain_grow(&e->gain, i, unit * widest * size * size);
     }
 }

@@ -75,6 +75,15 @@ float dqw_estimator_recent_pu(const dqw_estimator *e)
     return sqrtf(e->recent_pu2);
 }
 
+// A deviation as it is now: since the last block the parameter may have wandered on. (E61)
+static float aged(const dqw_estimator *e, int weight, float sd)
+{
+    const uint32_t halves = *(const volatile uint32_t *)&e->halves;
+    const float since_s = (float)(halves - e->number) * (float)e->window.half * e->config->dt_s;
+    const float wander = e->config->drift_per_sqrt_s * dqw_estimator_size_pu(e, weight) * dqw_estimator_unit(e, weight);
+    return sd < DQW_UNKNOWN && !e->config->settled ? sqrtf(sd * sd + wander * wander * since_s) : sd;
+}
+
 // Is it a parameter that these rows and this configuration can tell?
 static bool has(const dqw_estimator *e, int parameter)
 {
@@ -88,10 +97,11 @@ dqw_reading dqw_estimator_read(const dqw_estimator *e, enum dqw_parameter parame
     if ((unsigned)parameter >= DQW_PARAMETERS) return r;
     r.value = dqw_estimator_value(e, (int)parameter);
     if (!has(e, (int)parameter)) return r;
-    r.sd = r.sd_change = dqw_estimator_sd(e, (int)parameter);
+    r.sd = r.sd_change = aged(e, (int)parameter, dqw_estimator_sd(e, (int)parameter));
     const bool either_sign = parameter == DQW_DEAD_TIME || parameter == DQW_PSI_Q;
     const float size = either_sign ? fabsf(r.value) : r.value;
-    r.usable = r.sd < USABLE_SD * size;
+    // A stage that begins anew learns nothing: what it has is of a model that did not fit.
+    r.usable = e->stage.name != DQW_STAGE_DOMAIN && r.sd < USABLE_SD * size;
     return r;
 }
 

@@ -2,9 +2,6 @@
 
 #include <math.h>
 
-// Largest part of a current that the end correction may be: where it is more, the period is too long for its first term.
-#define CORRECTION_MAX 0.1f
-
 dqw_block dqw_model_pair(const dqw_sample *before, const dqw_sample *now, float dt_s)
 {
     const dqw_block b = {
@@ -45,8 +42,6 @@ void dqw_model_bow(dqw_block *b, const dqw_machine *known, float dt_s)
     const float jump_q = (-w_e * (b->v_d_V + known->Ld_H * b->di_d_A_s) - known->R_ohm * b->di_q_A_s) * dt_s / known->Lq_H;
     const float fix_d = dt_s / 12.0f * jump_d;
     const float fix_q = dt_s / 12.0f * jump_q;
-    const float size = fabsf(b->i_d_A) + fabsf(b->i_q_A) + (fabsf(b->di_d_A_s) + fabsf(b->di_q_A_s)) * dt_s;
-    if (!(fabsf(fix_d) + fabsf(fix_q) < CORRECTION_MAX * size)) return;
     b->i_d_A -= fix_d;
     b->i_q_A -= fix_q;
     b->wi_d_A_rad_s -= b->w_m_rad_s * fix_d;

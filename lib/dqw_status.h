@@ -33,6 +33,7 @@ enum dqw_status {
     DQW_ERR_UNIT = -30,  ///< bases and nominal values together: what they make of a weight does not fit the arithmetic
     DQW_ERR_RANDOM = -31,
     DQW_ERR_TURN = -32,  ///< full speed, pole pairs and period together
+    DQW_ERR_SETTLED = -33,
     DQW_ERR_EFFECT_LIST = -40,
     DQW_ERR_EFFECT_NAME = -41,
     DQW_ERR_EFFECT_SHAPE = -42,

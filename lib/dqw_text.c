@@ -35,6 +35,7 @@ static const char *const status_texts[] = {
     [-DQW_ERR_UNIT] = "bases and start values together: what they make of a weight is no number that the arithmetic holds; look for a wrong unit",
     [-DQW_ERR_RANDOM] = "random: the memory lent to stage 2 is not made, dqw_estimator_random_init makes it",
     [-DQW_ERR_TURN] = "w_full_mrad_s, pole_pairs and dt_ns together: the electrical angle that full speed turns in a period, above 0 and below 1 rad",
+    [-DQW_ERR_SETTLED] = "settled: a settled point has no period in which its voltage could act later, be held or be turned",
     [-DQW_ERR_EFFECT_LIST] = "effects: the list is null where effect_count is not 0",
     [-DQW_ERR_EFFECT_NAME] = "effects: a name that is none, or one of the shaft where the machine's belong, or the other way round",
     [-DQW_ERR_EFFECT_SHAPE] = "effects: a shape or start value that means nothing; dqw_effect_name.h says what each effect's shape is",

@@ -202,6 +202,16 @@ uint32_t dqw_estimator_recent_q27(const dqw_estimator_q15 *e);
 /// Source   (E21) in docs/EQUATIONS.md
 void dqw_estimator_stage_on_q15(dqw_estimator_q15 *e, bool random_converged);
 
+/// How large a parameter is: what it may wander is a part of that.
+///
+/// Format   Q24, with the halvings of its input
+int64_t dqw_estimator_size_q24(const dqw_estimator_q15 *e, int i);
+
+/// How far a parameter may wander in so many halves, as a part of its size, squared.
+///
+/// Source   (E61) in docs/EQUATIONS.md
+int64_t dqw_estimator_wander_q40(const dqw_estimator_q15 *e, uint32_t halves);
+
 #ifdef __cplusplus
 }
 #endif

@@ -240,6 +240,7 @@ static enum dqw_status check(const dqw_estimator_q15_config *c, dqw_units_q15 *u
 #endif
     if (c->excitation_q15 > DQW_SCALE_MOST_Q15) return DQW_ERR_EXCITATION;
     if (c->drift_ppm > DRIFT_MOST_PPM) return DQW_ERR_DRIFT;
+    if (c->settled && (c->voltage_next || c->voltage_held)) return DQW_ERR_SETTLED;
     if (c->scale.pole_pairs == 0 && (c->voltage_held || c->speed_electrical)) return DQW_ERR_POLE_PAIRS;
     if (c->random != NULL && c->random->learn == NULL) return DQW_ERR_RANDOM;
     // Below one radian a period, and not standing still
@@ -332,7 +333,8 @@ dqw_estimator_q15_config dqw_estimator_config_default_q15(const dqw_nameplate_q1
                                   .angle = true,
                                   .encoder_offset = true,
                                   .noise_on_inputs = true};
-    const uint16_t half = dqw_nameplate_half_window_q15(&c.scale);
+    const dqw_scale rated = {.w_full_mrad_s = plate->w_mrad_s, .dt_ns = plate->dt_ns, .pole_pairs = plate->pole_pairs};
+    const uint16_t half = dqw_nameplate_half_window_q15(&rated);
     c.half_window = (uint8_t)(half < DQW_WINDOW_Q15_HALF ? half : DQW_WINDOW_Q15_HALF);
     return c;
 }

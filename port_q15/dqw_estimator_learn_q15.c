@@ -59,6 +59,12 @@ static uint32_t every(const dqw_estimator_q15 *e)
     return e->blocks <= YOUNG_BLOCKS ? 1u : e->config->solve_blocks != 0 ? e->config->solve_blocks : SOLVE_BLOCKS;
 }
 
+// Are the weights solved at this block? A count that is full counts no further.
+static bool is_due(const dqw_estimator_q15 *e)
+{
+    return e->gate.blocks == UINT32_MAX || e->gate.blocks % every(e) == 0;
+}
+
 static int64_t size(int64_t x)
 {
     return x < 0 ? -x : x;
@@ -286,7 +292,7 @@ bool dqw_estimator_learn_q15(dqw_estimator_q15 *e, const dqw_estimator_q15_block
         dqw_estimator_show_q15(e, axis, &r, mask[axis], bounded_q24);
     }
     if (c->noise_on_inputs && !c->settled) dqw_estimator_take_noise_out_q15(e, &r, by_q24, mask);
-    const bool solved = e->gate.blocks % every(e) == 0;
+    const bool solved = is_due(e);
     if (solved) dqw_estimator_solve_q15(e);
     keep(e, &r, mask, by_q24, solved);
     if (!sound(e, &r.unit)) return false;
@@ -302,7 +308,7 @@ bool dqw_estimator_background_q15(dqw_estimator_q15 *e)
     if (!dqw_estimator_take_q15(e, &b) || e->stage.name == DQW_STAGE_DOMAIN) return false;
     const bool judged = e->stage.name != DQW_STAGE_RANDOM;
     if (!dqw_estimator_learn_q15(e, &b)) return false;
-    if (e->gate.blocks % every(e) == 0 && dqw_estimator_seeks_q15(e)) dqw_poles_find_q15(e, &b);
+    if (is_due(e) && dqw_estimator_seeks_q15(e)) dqw_poles_find_q15(e, &b);
     if (judged) dqw_estimator_stage_on_q15(e, true);
     return true;
 }

@@ -97,8 +97,10 @@ static void turn_back(const dqw_estimator_q15 *e, int32_t halves, dqw_sample_q15
     // 1/4!, 1/6!, 1/5! and 1/7!, the small ones as 91 and 13 parts of 2^16
     const int32_t fourth_q15 = turn2_q15 * (1365 - (turn2_q15 * 91 >> 16)) >> 15;
     const int32_t fifth_q15 = turn2_q15 * (273 - (turn2_q15 * 13 >> 16)) >> 15;
-    const int32_t cosine = ONE_Q15 - dqw_q_round32(turn2_q15 * (ONE_Q15 / 2 - fourth_q15), 15);
-    const int32_t sine = dqw_q_round32(turn_q15 * (ONE_Q15 - (turn2_q15 * (5461 - fifth_q15) >> 15)), 15);
+    // The mean over a period of what turns by: the sine of half its angle over that angle, one or a third of this one. (E89)
+    const int32_t mean_q15 = ONE_Q15 - (turn2_q15 * (halves == 1 ? 5461 : 607) >> 15);
+    const int32_t cosine = (ONE_Q15 - dqw_q_round32(turn2_q15 * (ONE_Q15 / 2 - fourth_q15), 15)) * mean_q15 >> 15;
+    const int32_t sine = dqw_q_round32(turn_q15 * (ONE_Q15 - (turn2_q15 * (5461 - fifth_q15) >> 15)), 15) * mean_q15 >> 15;
     const int16_t v_d = x->v_d_q15;
     x->v_d_q15 = dqw_q15_sat(dqw_q_round32(cosine * v_d + sine * x->v_q_q15, 15));
     x->v_q_q15 = dqw_q15_sat(dqw_q_round32(cosine * x->v_q_q15 - sine * v_d, 15));
@@ -316,7 +318,7 @@ void dqw_estimator_missing_q15(dqw_estimator_q15 *e, uint32_t periods)
         (void)take(e, &e->last, dqw_gate_check(&e->gate, none));
         return;
     }
-    e->halves += (e->window.at + periods) / e->window.half;
+    e->halves += periods / e->window.half + (e->window.at + periods % e->window.half) / e->window.half;
     e->last_good = e->commanded = false;
 #if DQW_EFFECT_WEIGHTS > 0
     dqw_effect_gap_q15(&e->effect);

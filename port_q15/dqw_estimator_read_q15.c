@@ -71,6 +71,18 @@ int32_t dqw_estimator_sd_q24(const dqw_estimator_q15 *e, int weight)
     return dqw_q_floor32((int32_t)dqw_q_root64((uint64_t)v_q56 >> 2), 3u + dqw_estimator_shift_q15(e, weight));
 }
 
+// A deviation as it is now: since the last block the parameter may have wandered on. (E61)
+static int32_t aged_q24(const dqw_estimator_q15 *e, int weight, int32_t sd_q24)
+{
+    if (e->config->settled) return sd_q24;
+    const uint32_t halves = *(const volatile uint32_t *)&e->halves;
+    const int64_t size = dqw_estimator_size_q24(e, weight);
+    const int64_t wander_q48 = dqw_q_product64(dqw_q_product64(size, size, 0), dqw_estimator_wander_q40(e, halves - e->number), -40);
+    const uint64_t both_q48 = (uint64_t)((int64_t)sd_q24 * sd_q24) + (uint64_t)wander_q48;
+    const uint32_t root = dqw_q_root64(both_q48);
+    return root < INT32_MAX ? (int32_t)root : INT32_MAX - 1;
+}
+
 dqw_reading_q15 dqw_estimator_read_q15(const dqw_estimator_q15 *e, enum dqw_parameter parameter)
 {
     dqw_reading_q15 r = {.value_q40 = 0, .sd_q40 = INT64_MAX, .sd_change_q40 = INT64_MAX, .usable = false};
@@ -81,9 +93,10 @@ dqw_reading_q15 dqw_estimator_read_q15(const dqw_estimator_q15 *e, enum dqw_para
     if (e->pole_pairs == 0 && parameter != DQW_R && (e->config->settled || parameter > DQW_LQ)) return r;
     const int32_t sd_q24 = dqw_estimator_sd_q24(e, (int)parameter);
     if (sd_q24 == INT32_MAX) return r;
-    r.sd_q40 = r.sd_change_q40 = (int64_t)sd_q24 * 65536;
+    r.sd_q40 = r.sd_change_q40 = (int64_t)aged_q24(e, (int)parameter, sd_q24) * 65536;
     const bool either_sign = parameter == DQW_DEAD_TIME || parameter == DQW_PSI_Q;
-    r.usable = r.sd_q40 * USABLE_PARTS < (either_sign ? size(r.value_q40) : r.value_q40);
+    // A stage that begins anew learns nothing: what it has is of a model that did not fit.
+    r.usable = e->stage.name != DQW_STAGE_DOMAIN && r.sd_q40 * USABLE_PARTS < (either_sign ? size(r.value_q40) : r.value_q40);
     return r;
 }
 

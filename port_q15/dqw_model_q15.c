@@ -40,7 +40,6 @@ void dqw_model_correct_q15(dqw_block_q15 *b, const dqw_machine_q15 *known)
     const int32_t v_q28[] = {b->v_d, b->v_q};
     const int32_t di_q28[] = {b->di_d, b->di_q};
     int64_t fix_q28[2];
-    int64_t signals = size(b->i_d) + size(b->i_q);
     for (int axis = 0; axis < 2; axis++) {
         const int other = 1 - axis;
         const int64_t L = known->L_q40[axis];
@@ -48,9 +47,7 @@ void dqw_model_correct_q15(dqw_block_q15 *b, const dqw_machine_q15 *known)
         const int64_t turned = dqw_q_product64(turn_q28, v_q28[other] + dqw_q_times64(known->L_q40[other], di_q28[other], -40), -28);
         const int64_t jump = (axis == 0 ? turned : -turned) - dqw_q_times64(known->R_q40, di_q28[axis], -40);
         fix_q28[axis] = dqw_q_quotient64(jump, 12 * L, 40);
-        signals += size(di_q28[axis]) - 10 * size(fix_q28[axis]);
     }
-    if (signals <= 0) return;
     less(&b->i_d, fix_q28[0]);
     less(&b->i_q, fix_q28[1]);
     less(&b->wi_d, dqw_q_times64(fix_q28[0], b->w_m, -28));

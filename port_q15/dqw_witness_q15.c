@@ -66,7 +66,8 @@ int32_t dqw_witness_mean_L_q24(const dqw_estimator_q15_config *config, int32_t L
     dqw_units_q15 u;
     (void)dqw_units_of_q15(config, config->scale.pole_pairs, &u);
     const int64_t both_q40 = dqw_q_times64(u.L_q40[0], Ld_q24, -24) + dqw_q_times64(u.L_q40[1], Lq_q24, -24);
-    return dqw_q_quotient32(both_q40, u.L_q40[0] + u.L_q40[1], 24);
+    // Halves: each alone may be 2^62.
+    return dqw_q_quotient32(dqw_q_floor64(both_q40, 1), dqw_q_floor64(u.L_q40[0], 1) + dqw_q_floor64(u.L_q40[1], 1), 24);
 }
 
 // What one unit of each weight adds to the block's voltage, Q26.

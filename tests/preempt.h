@@ -59,6 +59,7 @@ static inline bool preempt_run(long at, void (*background)(void), void (*interru
 
 static struct {
     volatile long count, stride, failed_at;
+    volatile long first, last;  ///< so many at the beginning and from this one on, where it is above 0, after each
     volatile bool stepping, child;
     void (*interrupt)(void);
 } everywhere;
@@ -74,7 +75,9 @@ static void everywhere_handler(int number, siginfo_t *info, void *context)
         return;
     }
     c->uc_mcontext.gregs[REG_EFL] |= trap;
-    if (everywhere.count++ % everywhere.stride != 0) return;
+    const long now = everywhere.count++;
+    const bool each = now < everywhere.first || (everywhere.last > 0 && now >= everywhere.last);
+    if (!each && now % everywhere.stride != 0) return;
     // A copy of the program is interrupted here, and runs on; this one goes to the next instruction.
     const pid_t copy = fork();
     if (copy == 0) {
@@ -92,7 +95,7 @@ static void everywhere_handler(int number, siginfo_t *info, void *context)
     }
 }
 
-/// Run `background` with `interrupt` after each of its instructions in turn, or every stride-th, and ask `equal` each time how it ended. Returns how
+/// Run `background` with `interrupt` after each of its instructions in turn, or of those in the middle every stride-th, and ask `equal` each time how it ended. Returns how
 /// many instructions there were; minus the first one after which it did not end well.
 static inline long preempt_everywhere(long stride, void (*background)(void), void (*interrupt)(void), bool (*equal)(void))
 {

@@ -203,6 +203,12 @@ static void test_correction_is_left_out_where_it_must_be(void)
     TEST_ASSERT_TRUE(b.i_d_A != before.i_d_A && b.i_q_A != before.i_q_A);
     TEST_ASSERT_TRUE(b.wi_d_A_rad_s != before.wi_d_A_rad_s && b.wi_q_A_rad_s != before.wi_q_A_rad_s);
     TEST_ASSERT_TRUE(b.v_d_V == before.v_d_V && b.di_q_A_s == before.di_q_A_s && b.w_m_rad_s == before.w_m_rad_s);
+    // By no block's own size: a choice by the block would bias.
+    const dqw_block still = {0.5f, 80, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 500};
+    b = still;
+    dqw_model_bow(&b, &good, 2e-4f);
+    // w_e v_q dt^2 / 12 L_d
+    BETWEEN(0.9999, (double)b.i_d_A / (-2000.0 * 80.0 * 4e-8 / 12.0 / 2.2e-3), 1.0001);
     const dqw_machine odd[] = {{0.9f, -1e-3f, 2.8e-3f, 4.0f}, {0.9f, 2.2e-3f, 0.0f, 4.0f},   {100.0f, 2.2e-3f, 2.8e-3f, 4.0f}, {0.9f, 2.2e-3f, 2.8e-3f, 60.0f},
                                {0.9f, NAN, 2.8e-3f, 4.0f},    {NAN, 2.2e-3f, 2.8e-3f, 4.0f}, {0.9f, 2.2e-3f, 1e-30f, 4.0f},    {0.9f, 2.2e-3f, 2.8e-3f, NAN}};
     for (unsigned k = 0; k < sizeof odd / sizeof odd[0]; k++) {

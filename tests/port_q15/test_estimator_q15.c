@@ -51,6 +51,9 @@ static void test_init_names_the_field_and_leaves_the_object_alone(void)
     }
     FIELDS
 #undef FIELD
+    p.qc = good;
+    p.qc.settled = p.qc.voltage_held = true;
+    REFUSED(e, DQW_ERR_SETTLED, dqw_estimator_init_q15(&e, &p.qc));
     // Without an angle a width means nothing.
     p.qc = good;
     p.qc.angle = false;
@@ -111,6 +114,56 @@ static void test_fresh_estimator_has_the_nominal_values_and_knows_nothing(void)
     HOLDS(dqw_estimator_read_effect_q15(&p.q, 0, w, w) == DQW_ERR_SIZE && dqw_estimator_read_effect_q15(&p.q, -1, w, w) == DQW_ERR_SIZE);
     const dqw_reading_q15 none = dqw_estimator_read_q15(&p.q, DQW_PARAMETERS);
     HOLDS(none.sd_q40 == INT64_MAX && !none.usable && dqw_estimator_unit_q15(&p.qc, DQW_PARAMETERS) == 0);
+}
+
+static void learn_log(pair *p, int from, int rows)
+{
+    const journal *l = simulated(0.0);
+    test_random r = {91};
+    for (int k = from; k < from + rows; k++) {
+        const dqw_sample whole = sample(l, k % l->rows, 0.01, &r);
+        const dqw_sample_q15 s = rounded(&whole);
+        if (dqw_estimator_sample_q15(&p->q, &s, false) & DQW_EVENT_BLOCK) (void)dqw_estimator_background_q15(&p->q);
+    }
+}
+
+// Nothing is learned for a while: what the parameter may have wandered meanwhile is in its deviation; and in stage 1 nothing is usable. (E61)
+static void test_a_deviation_grows_while_nothing_is_learned(void)
+{
+    pair p;
+    configure(&p, 0.3, 0.0, 0.01);
+    begin(&p);
+    learn_log(&p, 0, 20000);
+    const dqw_reading_q15 before = dqw_estimator_read_q15(&p.q, DQW_LQ);
+    HOLDS(before.usable);
+    p.q.stage.name = DQW_STAGE_DOMAIN;
+    HOLDS(!dqw_estimator_read_q15(&p.q, DQW_LQ).usable);
+    p.q.stage.name = DQW_STAGE_ORDINAL;
+    double usable_s = 0.0;
+    for (int n = 1; n <= 100; n++) {
+        dqw_estimator_missing_q15(&p.q, 1000000000u / p.qc.scale.dt_ns);
+        const dqw_reading_q15 now = dqw_estimator_read_q15(&p.q, DQW_LQ);
+        CASE("%d s", n);
+        BETWEEN(0.99, (double)now.sd_q40 / hypot((double)before.sd_q40, 0.01 * (double)before.value_q40 * sqrt(n)), 1.01);
+        if (now.usable) usable_s = n;
+    }
+    BETWEEN(7, usable_s, 12);
+}
+
+// A count that is full ends nothing: weights are solved for as long as there are blocks.
+static void test_a_full_count_of_blocks_still_learns(void)
+{
+    pair p;
+    configure(&p, 0.3, 0.0, 0.0);
+    begin(&p);
+    learn_log(&p, 0, 4000);
+    p.q.gate.blocks = UINT32_MAX - 2;
+    const int32_t before = p.q.w_q24[DQW_LQ];
+    learn_log(&p, 4000, 4000);
+    HOLDS(p.q.gate.blocks == UINT32_MAX && p.q.w_q24[DQW_LQ] != before);
+    const int32_t full = p.q.w_q24[DQW_LQ];
+    learn_log(&p, 8000, 4000);
+    HOLDS(p.q.w_q24[DQW_LQ] != full);
 }
 
 // A burst of bad samples amid good ones: counted one by one, and the result is as good as without.
@@ -569,6 +622,8 @@ int main(void)
     RUN_TEST(test_init_names_the_field_and_leaves_the_object_alone);
     RUN_TEST(test_a_nameplate_is_enough);
     RUN_TEST(test_fresh_estimator_has_the_nominal_values_and_knows_nothing);
+    RUN_TEST(test_a_deviation_grows_while_nothing_is_learned);
+    RUN_TEST(test_a_full_count_of_blocks_still_learns);
     RUN_TEST(test_bursts_of_bad_samples_are_counted_and_harmless);
     RUN_TEST(test_late_backgrounds_and_gaps);
     RUN_TEST(test_any_bits);

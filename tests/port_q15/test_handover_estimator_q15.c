@@ -2,6 +2,7 @@
 // they come behind it, to the bit.
 #include "preempt.h"
 // The above comes first: it asks for the names of the registers.
+#include "dqw_estimator_block_q15.h"
 #include "dqw_estimator_q15.h"
 #include "dqw_test.h"
 #include "target/stimulus.c"  // NOLINT(bugprone-suspicious-include): the drive of the target's tests
@@ -91,6 +92,80 @@ static void test_samples_may_interrupt_the_background_anywhere(void)
 #endif
 }
 
+// What may come of a whole half: behind the background, between taking the block and learning it, before both.
+static dqw_estimator_q15 after[4];
+static bool one_of_them(void)
+{
+    background();
+    for (int n = 0; n < 4; n++)
+        if (memcmp(&after[n], &held, sizeof held) == 0) return true;
+    return false;
+}
+
+// A whole half comes after any one instruction: as before the background where it had not taken its block, whose successor is lost; else behind it,
+// with what it gave back adopted at once or a half later.
+static void test_a_half_may_end_in_the_background_anywhere(void)
+{
+#if PREEMPT_HERE
+    make_rows();
+    static dqw_estimator_q15 start;
+    static const int until[] = {8000, 1100};
+    for (unsigned k = 0; k < sizeof until / sizeof until[0]; k++) {
+        begin(&start, &given, until[k]);
+        samples = HALF;
+        // What was given back waits because the half that would have taken it was lost.
+        for (int row = until[k]; k == 1 && !start.given.ready; row += HALF) {
+            dqw_estimator_q15_block slow;
+            begin(&held, &given, row);
+            (void)dqw_estimator_take_q15(&held, &slow);
+            interrupt();
+            (void)dqw_estimator_learn_q15(&held, &slow);
+            interrupt();
+            memcpy(&start, &held, sizeof held);
+            HOLDS(start.window.pending && start.missed == 1);
+        }
+        CASE("row %d", at_row);
+        memcpy(&held, &start, sizeof held);
+        background(), interrupt(), background();
+        memcpy(&after[0], &held, sizeof held);
+        memcpy(&held, &start, sizeof held);
+        dqw_estimator_q15_block block;
+        HOLDS(dqw_estimator_take_q15(&held, &block));
+        interrupt();
+        const bool judged = held.stage.name != DQW_STAGE_RANDOM;
+        if (dqw_estimator_learn_q15(&held, &block) && judged) dqw_estimator_stage_on_q15(&held, true);
+        background();
+        memcpy(&after[1], &held, sizeof held);
+        memcpy(&held, &start, sizeof held);
+        interrupt(), background(), background();
+        memcpy(&after[2], &held, sizeof held);
+        // While what is given back is written anew.
+        memcpy(&held, &start, sizeof held);
+        HOLDS(dqw_estimator_take_q15(&held, &block));
+        const bool waits = held.given.ready;
+        held.given.ready = false;
+        interrupt();
+        held.given.ready = waits;
+        const bool stage = held.stage.name != DQW_STAGE_RANDOM;
+        if (dqw_estimator_learn_q15(&held, &block) && stage) dqw_estimator_stage_on_q15(&held, true);
+        background();
+        memcpy(&after[3], &held, sizeof held);
+        memcpy(&held, &start, sizeof held);
+        everywhere.first = 2000;
+        const long stride = getenv("DQW_FULL") != NULL ? 1 : 499;
+        const long count = preempt_everywhere(stride, background, interrupt, one_of_them);
+        HOLDS(count > 5000);
+        everywhere.first = 0;
+        everywhere.last = count - 4000;
+        memcpy(&held, &start, sizeof held);
+        HOLDS(preempt_everywhere(stride, background, interrupt, one_of_them) == count);
+        everywhere.last = 0;
+    }
+#else
+    TEST_IGNORE_MESSAGE("no single step here");
+#endif
+}
+
 // A background that takes longer than half a window loses the next half, says so, and nothing else.
 static void test_a_background_that_takes_too_long_loses_halves_alone(void)
 {
@@ -112,6 +187,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_samples_may_interrupt_the_background_anywhere);
+    RUN_TEST(test_a_half_may_end_in_the_background_anywhere);
     RUN_TEST(test_a_background_that_takes_too_long_loses_halves_alone);
     return UNITY_END();
 }
