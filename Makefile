@@ -89,8 +89,7 @@ demo:
 test:
 	@.ci/install build
 	@.ci/unity $(UNITY_DIR)
-	@$(MAKE) --no-print-directory test-binaries
-	@BUILD=$(BUILD) DATA=$(DATA) CC="$(CC)" CXX="$(CXX)" tests/run plain $(TESTS)
+	@$(MAKE) --no-print-directory run-tests
 
 ## check        lint's quick part and every test in C: what to run after a change of lib/, port_q15/ or sim/
 .PHONY: check
@@ -104,10 +103,12 @@ check:
 sanitized:
 	@.ci/install build
 	@.ci/unity $(UNITY_DIR)
-	@$(MAKE) --no-print-directory BUILD=$(BUILD)/asan SANITIZE=1 UNITY_DIR=$(UNITY_DIR) run-sanitized
-.PHONY: run-sanitized
-run-sanitized: test-binaries
-	@BUILD=$(BUILD) DATA=$(DATA) CC="$(CC)" CXX="$(CXX)" tests/run asan $(TESTS)
+	@$(MAKE) --no-print-directory BUILD=$(BUILD)/asan SANITIZE=1 UNITY_DIR=$(UNITY_DIR) run-tests
+
+## run-tests    build and run every test, install nothing
+.PHONY: run-tests
+run-tests: test-binaries
+	@BUILD=$(BUILD) DATA=$(DATA) CC="$(CC)" CXX="$(CXX)" tests/run $(if $(SANITIZE),asan,plain) $(TESTS)
 
 ## test-binaries  build every test and build/dqwatch, run nothing
 .PHONY: test-binaries
@@ -186,11 +187,11 @@ prove:
 	@.ci/install proof
 	@tests/proof/prove.sh
 
-## numbers      instructions, bytes and stack of a step on five cores, float and Q15, into the table of README.md
+## numbers      instructions, bytes and stack of a step on five cores, float and Q15, into docs/cost.md
 .PHONY: numbers
 numbers:
 	@.ci/install build tools
-	@BUILD=$(BUILD) tests/target/numbers.sh README.md
+	@BUILD=$(BUILD) tests/target/numbers.sh docs/cost.md
 
 ## clean        remove what was built
 .PHONY: clean

@@ -1,4 +1,4 @@
-// The fixed-point port on five cores under QEMU: the same trajectories to the last bit everywhere, and costs as README.md says.
+// The fixed-point port on five cores under QEMU: the same trajectories to the last bit everywhere, and costs as docs/cost.md says.
 // Plain only: runs other programs.
 #include <cmath>
 #include <cstdlib>
@@ -71,20 +71,20 @@ static void compare(const std::string& measured, const std::string& told)
 {
     const Cells now(measured);
     const Cells then(told);
-    const std::string both = "measured: " + measured + "\nREADME.md: " + told + "\nmake numbers";
+    const std::string both = "measured: " + measured + "\ndocs/cost.md: " + told + "\nmake numbers";
     TEST_ASSERT_EQUAL_STRING_MESSAGE(then.text.c_str(), now.text.c_str(), both.c_str());
     TEST_ASSERT_EQUAL_INT_MESSAGE(then.numbers.size(), now.numbers.size(), both.c_str());
     for (std::size_t i = 0; i < now.numbers.size(); i++)
         TEST_ASSERT_TRUE_MESSAGE(std::fabs(now.numbers[i] - then.numbers[i]) <= std::fmax(0.05 * then.numbers[i], 2.0), both.c_str());
 }
 
-static void the_costs_are_those_of_the_readme(void)
+static void the_costs_are_those_of_the_page(void)
 {
     if (command::sanitized()) TEST_IGNORE_MESSAGE("the targets' code is not sanitized");
-    const std::string page = command::read_file("README.md");
+    const std::string page = command::read_file("docs/cost.md");
     const std::size_t begin = page.find("<!-- numbers -->\n");
     const std::size_t end = page.find("<!-- /numbers -->");
-    TEST_ASSERT_TRUE_MESSAGE(begin < end && end != std::string::npos, "README.md has no table of numbers");
+    TEST_ASSERT_TRUE_MESSAGE(begin < end && end != std::string::npos, "docs/cost.md has no table of numbers");
     const std::vector<std::string> told = lines_of(page.substr(begin + 17, end - begin - 17));
 
     const command::Outcome run = command::run_program({"tests/target/numbers.sh"}, {}, 900);
@@ -92,7 +92,7 @@ static void the_costs_are_those_of_the_readme(void)
     TEST_ASSERT_EQUAL_INT_MESSAGE(0, run.code, (run.out + run.err).c_str());
     const std::vector<std::string> measured = lines_of(run.out);
     TEST_ASSERT_TRUE_MESSAGE(measured.size() > 4, run.out.c_str());
-    TEST_ASSERT_EQUAL_INT_MESSAGE(told.size(), measured.size(), "README.md's table has other rows: make numbers");
+    TEST_ASSERT_EQUAL_INT_MESSAGE(told.size(), measured.size(), "docs/cost.md's table has other rows: make numbers");
     for (std::size_t i = 0; i < told.size(); i++) {
         // Another compiler counts otherwise, another llvm-mca estimates otherwise: their lines name their versions.
         if (told[i].find("-gcc ") != std::string::npos && told[i] != measured[i]) TEST_IGNORE_MESSAGE(("other compilers: " + measured[i]).c_str());
@@ -110,6 +110,6 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(the_counters_are_exact);
     RUN_TEST(every_core_and_compiler_gives_the_same_bits);
-    RUN_TEST(the_costs_are_those_of_the_readme);
+    RUN_TEST(the_costs_are_those_of_the_page);
     return UNITY_END();
 }
