@@ -8,69 +8,15 @@
 
 #include "app/q15/effect_q15.hpp"
 #include "app/q15/fixed_point.hpp"
+#include "app/q15/monitor_config.h"
 #include "dqw_estimator_block_q15.h"
 #include "dqw_text.h"
 
 namespace dqw {
 namespace {
 
-// Full scales are so many bases: what a fault makes of a signal still fits.
-constexpr double kFaultRoom = 1.5;
+constexpr double kFaultRoom = DQW_Q15_ROOM;
 constexpr double kQ24 = 0x1p-24, kQ28 = 0x1p-28, kQ40 = 0x1p-40;
-
-double si(float x) { return static_cast<double>(x); }
-
-std::uint32_t positive(double x, const char* what, double most = 4e9)
-{
-    if (!(std::round(x) >= 1.0 && x <= most)) throw std::invalid_argument(fmt::format("{} is beyond what fixed point takes", what));
-    return static_cast<std::uint32_t>(std::round(x));
-}
-
-dqw_monitor_q15_config config_of(const dqw_monitor_config& from)
-{
-    const dqw_estimator_config& f = from.estimator;
-    dqw_monitor_q15_config c{};
-    dqw_estimator_q15_config& t = c.estimator;
-    t.scale.v_full_mV = positive(1e3 * kFaultRoom * si(f.v_base_V), "the voltage", DQW_SCALE_MAX);
-    t.scale.i_full_mA = positive(1e3 * kFaultRoom * si(f.i_base_A), "the current", DQW_SCALE_MAX);
-    t.scale.w_full_mrad_s = positive(1e3 * kFaultRoom * si(f.w_base_rad_s), "the speed", DQW_SCALE_MAX);
-    t.scale.dt_ns = positive(1e9 * si(f.dt_s), "the period", 1e9);
-    t.scale.pole_pairs = f.pole_pairs;
-    t.R_uohm = positive(1e6 * si(f.R_ohm), "R_ohm");
-    t.Ld_nH = positive(1e9 * si(f.Ld_H), "Ld_H");
-    t.Lq_nH = positive(1e9 * si(f.Lq_H), "Lq_H");
-    t.psi_nWb = positive(1e9 * si(f.psi_Wb), "psi_Wb");
-    t.dead_time_width_mA = f.angle ? positive(std::max(1e3 * si(f.dead_time_width_A), 1.0), "the width of dead time") : 0;
-    t.drift_ppm = whole(1e6 * si(f.drift_per_sqrt_s));
-    t.stale_limit = f.stale_limit;
-    t.half_window = static_cast<std::uint8_t>(std::min<std::uint32_t>(f.half_window, DQW_WINDOW_Q15_HALF));
-    t.angle = f.angle;
-    t.encoder_offset = f.encoder_offset;
-    t.noise_on_inputs = f.noise_on_inputs;
-    t.voltage_next = f.voltage_next;
-    t.voltage_held = f.voltage_held;
-    t.speed_electrical = f.speed_electrical;
-    // The same in volts, amperes and newton metres as with the bases; L, whose input is a product, a half more.
-    t.excitation_q15 = static_cast<std::uint16_t>(std::round(0.01 / kFaultRoom * 32768.0));
-    for (int i = 0; i < DQW_WATCH_CHANNELS; ++i) {
-        const bool of_base = i == DQW_WATCH_DEAD_TIME || i == DQW_WATCH_OFFSET || i == DQW_WATCH_FRICTION;
-        c.band_ppm[i] = whole(1e6 * si(from.band[i]) / (of_base ? kFaultRoom : 1.0));
-    }
-    const auto usual = [&](int channel, double ppm) {
-        if (c.band_ppm[channel] == 0) c.band_ppm[channel] = whole(ppm / kFaultRoom);
-    };
-    usual(DQW_WATCH_DEAD_TIME, 5000.0);
-    usual(DQW_WATCH_OFFSET, 10000.0);
-    usual(DQW_WATCH_FRICTION, 50000.0);
-    t.threshold_ppm = whole((f.threshold_ppm != 0 ? f.threshold_ppm : 50000U) / kFaultRoom);
-    c.residual_floor_ppm = whole(2000.0 / kFaultRoom);
-    c.alpha_ppm_per_K = whole(1e6 * si(from.alpha_per_K));
-    c.beta_ppm_per_K = whole(1e6 * si(from.beta_per_K));
-    c.heating_mK_s = whole(1e3 * si(from.heating_K_s));
-    c.J_nkgm2 = from.J_kgm2 > 0.0F ? positive(1e9 * si(from.J_kgm2), "J_kgm2") : 0;
-    c.commissioned = from.commissioned;
-    return c;
-}
 
 std::vector<dqw_effect_q15_config> effects_of(const MonitorSetup& setup, const dqw_scale& scale)
 {
@@ -81,7 +27,7 @@ std::vector<dqw_effect_q15_config> effects_of(const MonitorSetup& setup, const d
 
 class Q15Monitor : public MonitorEngine {
 public:
-    explicit Q15Monitor(const MonitorSetup& setup) : config_(config_of(setup.config)), effects_(effects_of(setup, config_.estimator.scale))
+    explicit Q15Monitor(const MonitorSetup& setup) : config_(q15_monitor_config(setup)), effects_(effects_of(setup, config_.estimator.scale))
     {
         config_.estimator.effects = effects_.data();
         config_.estimator.effect_count = static_cast<std::uint8_t>(effects_.size());
@@ -206,7 +152,7 @@ private:
 
 }  // namespace
 
-dqw_monitor_q15_config q15_monitor_config(const MonitorSetup& setup) { return config_of(setup.config); }
+dqw_monitor_q15_config q15_monitor_config(const MonitorSetup& setup) { return dqw_monitor_config_in_q15(&setup.config, DQW_Q15_ROOM); }
 
 std::unique_ptr<MonitorEngine> q15_monitor(const MonitorSetup& setup) { return std::make_unique<Q15Monitor>(setup); }
 

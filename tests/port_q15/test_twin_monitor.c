@@ -1,4 +1,5 @@
 // The fixed-point monitor beside the float one on the same rows: each step of the way, healthy values, events and their names.
+#include "app/q15/monitor_config.h"
 #include "dqw_estimator_block.h"
 #include "dqw_estimator_block_q15.h"
 #include "dqw_estimator_random.h"
@@ -50,25 +51,10 @@ static void configure(twins *t)
                                                  .drift_per_sqrt_s = 0.01f},
                                    .band = {[DQW_WATCH_DEAD_TIME] = 0.0022f, [DQW_WATCH_OFFSET] = 0.004f, [DQW_WATCH_FRICTION] = 0.02f},
                                    .J_kgm2 = (float)m->J_kgm2};
-    const dqw_monitor_q15_config qc = {.estimator = {.scale = {.v_full_mV = 1000 * (uint32_t)V_FULL,
-                                                               .i_full_mA = 1000 * (uint32_t)I_FULL,
-                                                               .w_full_mrad_s = 1000 * (uint32_t)W_FULL,
-                                                               .dt_ns = 50000,
-                                                               .pole_pairs = 4},
-                                                     .R_uohm = (uint32_t)lrint(1e6 * nominal[0]),
-                                                     .Ld_nH = (uint32_t)lrint(1e9 * nominal[1]),
-                                                     .Lq_nH = (uint32_t)lrint(1e9 * nominal[2]),
-                                                     .psi_nWb = (uint32_t)lrint(1e9 * nominal[3]),
-                                                     .dead_time_width_mA = 50,
-                                                     .drift_ppm = 10000,
-                                                     .excitation_q15 = 164,
-                                                     .angle = true,
-                                                     .encoder_offset = true,
-                                                     .noise_on_inputs = true},
-                                       .band_ppm = {[DQW_WATCH_DEAD_TIME] = 2200, [DQW_WATCH_OFFSET] = 4000, [DQW_WATCH_FRICTION] = 20000},
-                                       .J_nkgm2 = (uint32_t)lrint(1e9 * m->J_kgm2)};
     t->fc = fc;
-    t->qc = qc;
+    t->qc = dqw_monitor_config_in_q15(&fc, 1.0);
+    // Standstill is a part of the rated speed.
+    t->qc.estimator.scale.w_full_mrad_s = 1000 * (uint32_t)W_FULL;
 }
 
 static void begin_with(twins *t, bool lent)
