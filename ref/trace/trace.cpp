@@ -11,16 +11,14 @@
 #include "ref/log/symmetric.hpp"
 #include "ref/trace/rest.hpp"
 #include "ref/trace/result.hpp"
+#include "ref/trace/rules.hpp"
 #include "ref/trace/sense.hpp"
 #include "ref/trace/setup.hpp"
 
 namespace dqw {
 namespace {
 
-constexpr double kStructured = 1.3;      ///< block RMS over the noise floor that is more than noise
-constexpr double kLeastExplained = 0.5;  ///< part of the excess that effects must explain, or they are not named
-constexpr double kExact = 5e-4;          ///< part of an axis' voltage (torque): where all are below, the residual is the sampling's own
-constexpr double kGrown = 1.02;          ///< a residual that effects make larger than that is not explained by them
+constexpr double kExact = 5e-4;  ///< part of an axis' voltage (torque): where all are below, the residual is the sampling's own
 constexpr std::size_t kLeastBlocks = 3;
 constexpr double kClearlyLess = 0.9, kClearlyT = 3.0;
 constexpr double kLeastTurn_rad = 0.08;  ///< in a period, below which it does not matter in whose frame a voltage is held
@@ -321,9 +319,8 @@ TraceResult trace(const std::vector<Log>& logs, const TraceOptions& options)
     double floor = noise_floor(*setup, s.best.point), after = judge.rms(s.best.point);
     const bool was_exact = below(judge.each(plain), found.exact);
     const std::string fault = !s.fault.empty() || was_exact ? s.fault : record_fault(logs);
-    const double excess_before = std::max(before * before - floor * floor, 0.0), excess_after = std::max(after * after - floor * floor, 0.0);
-    const bool rests = after > kStructured * floor && !below(judge.each(s.best.point), found.exact);
-    if (!fault.empty() || was_exact || after > kGrown * before || (rests && excess_after > (1.0 - kLeastExplained) * excess_before)) {
+    const Finding finding{before, after, floor, was_exact, below(judge.each(s.best.point), found.exact), !fault.empty()};
+    if (!explains(finding)) {
         s.found.clear(), s.after.clear();
         s.best = s.plain;
         floor = noise_floor(*setup, s.best.point), after = before;
@@ -346,15 +343,15 @@ TraceResult trace(const std::vector<Log>& logs, const TraceOptions& options)
     reject(*setup, judge, s, result);
     result.structure = correlates(*setup, judge.of(plain, false), floor);
     result.rest = correlates(*setup, judge.of(last, false), floor);
-    // A model that is wrong at every row makes a floor that is none.
-    const bool no_floor = s.found.empty() && floor > kStructured * before && !(found.selection.found.empty() && s.vetoed.empty());
-    const bool structured = (result.after.heldout_rms > kStructured * floor && !below(judge.each(last), found.exact)) || !fault.empty() || no_floor;
+    const bool taken_back = s.found.empty() && !(found.selection.found.empty() && s.vetoed.empty());
+    const Finding rest{before, result.after.heldout_rms, floor, was_exact, below(judge.each(last), found.exact), !fault.empty()};
+    const bool structured = is_structured({rest, !s.found.empty(), taken_back});
     result.doubt = result.effects.empty() ? doubt_of(*setup, plain, result.before) : "";
     if (structured) result.rest_signature = fault.empty() ? describe(result.rest) : fault;
     if (result.effects.empty() && (structured || !result.doubt.empty()) && fault.empty() && fits_previous(logs, before))
         result.doubt = "each voltage fits the period before its row far better: is voltage_interval = \"previous\" missing in the TOML?";
     if (!result.doubt.empty()) result.rest_signature = result.doubt;
-    result.verdict = result.effects.empty() ? (structured || !result.doubt.empty() ? "unexplained" : "clean") : (structured ? "partly_explained" : "explained");
+    result.verdict = verdict_of(!result.effects.empty(), structured, !result.doubt.empty());
     fill_blocks(*setup, judge, plain, last, result);
     if (options.progress) options.progress(1.0);
     return result;

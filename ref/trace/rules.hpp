@@ -1,0 +1,37 @@
+// When a trace names effects, and what it calls the rest: rules of numbers alone.
+#ifndef DQW_REF_TRACE_RULES_HPP
+#define DQW_REF_TRACE_RULES_HPP
+
+#include <string>
+
+namespace dqw {
+
+/// Block RMS over the noise floor that is more than noise: of some fifty blocks the RMS of noise alone is within a tenth.
+constexpr double kStructured = 1.3;
+
+/// RMS of the reported residual on rows that no fit saw, and the noise that the log itself shows; V or Nm.
+struct Finding {
+    double before = 0.0, after = 0.0, floor = 0.0;
+    bool before_exact = false, after_exact = false;  ///< each axis within the sampling's own error
+    bool fault = false;                              ///< a fault of the record: clipped, held, a line in its spectrum
+};
+
+/// Are the effects that the search took to be named? Not where a fault may have caused it, where there was nothing to explain, where the residual
+/// grew, or where most of what is above the noise stays.
+bool explains(const Finding& f);
+
+/// What is left, with the effects that are named or without any.
+struct Rest {
+    Finding is;
+    bool effects = false;     ///< some are named
+    bool taken_back = false;  ///< some were found, or made no physical sense, and none is named
+};
+
+/// Does the residual hold something that has no name?
+bool is_structured(const Rest& rest);
+
+/// clean, explained, partly_explained or unexplained.
+std::string verdict_of(bool effects, bool structured, bool doubt);
+
+}  // namespace dqw
+#endif

@@ -1,0 +1,65 @@
+// The rules of a trace's verdict, each at its edge.
+#include "ref/trace/rules.hpp"
+
+#include "unity.h"
+
+void setUp(void) {}
+void tearDown(void) {}
+
+using dqw::Finding;
+using dqw::Rest;
+
+static void effects_are_named_where_they_explain(void)
+{
+    const struct {
+        const char* what;
+        Finding f;
+        bool named;
+    } table[] = {
+        {"all of it", {1.0, 0.1, 0.1, false, false, false}, true},
+        {"all of it, by what is exact", {1.0, 0.5, 0.1, false, true, false}, true},
+        {"a little above the noise", {1.0, 0.129, 0.1, false, false, false}, true},
+        {"half of it, nearly", {1.0, 0.715, 0.1, false, false, false}, false},
+        {"half of it, just", {1.0, 0.70, 0.1, false, false, false}, true},
+        {"nothing, all of it noise", {0.1, 0.1, 0.1, false, false, false}, true},
+        {"less than nothing", {1.0, 1.021, 1.0, false, false, false}, false},
+        {"as good as nothing", {1.0, 1.019, 1.0, false, false, false}, true},
+        {"a residual that was the sampling's own", {1.0, 0.1, 0.1, true, false, false}, false},
+        {"a fault of the record", {1.0, 0.1, 0.1, false, false, true}, false},
+    };
+    for (const auto& row : table) TEST_ASSERT_EQUAL_INT_MESSAGE(row.named, dqw::explains(row.f), row.what);
+}
+
+static void what_is_left_is_structured_or_noise(void)
+{
+    const struct {
+        const char* what;
+        Rest rest;
+        bool structured;
+    } table[] = {
+        {"noise", {{1.0, 0.129, 0.1, false, false, false}, true, false}, false},
+        {"more than noise", {{1.0, 0.131, 0.1, false, false, false}, true, false}, true},
+        {"more than noise, but exact", {{1.0, 0.131, 0.1, false, true, false}, true, false}, false},
+        {"a fault", {{1.0, 0.1, 0.1, false, true, true}, false, false}, true},
+        {"effects taken back, a floor that contains the model's error", {{1.0, 1.0, 1.31, false, false, false}, false, true}, true},
+        {"effects taken back, a floor that does not", {{1.0, 1.0, 1.29, false, false, false}, false, true}, false},
+        {"such a floor, and effects named", {{1.0, 1.0, 1.31, false, false, false}, true, false}, false},
+        {"such a floor, and nothing ever found", {{1.0, 1.0, 1.31, false, false, false}, false, false}, false},
+    };
+    for (const auto& row : table) TEST_ASSERT_EQUAL_INT_MESSAGE(row.structured, dqw::is_structured(row.rest), row.what);
+}
+
+static void verdicts_are_four(void)
+{
+    const char* const words[] = {"clean", "unexplained", "unexplained", "unexplained", "explained", "explained", "partly_explained", "partly_explained"};
+    for (int i = 0; i < 8; i++) TEST_ASSERT_EQUAL_STRING(words[i], dqw::verdict_of((i & 4) != 0, (i & 2) != 0, (i & 1) != 0).c_str());
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(effects_are_named_where_they_explain);
+    RUN_TEST(what_is_left_is_structured_or_noise);
+    RUN_TEST(verdicts_are_four);
+    return UNITY_END();
+}
