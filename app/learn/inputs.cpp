@@ -139,6 +139,8 @@ LearnConfig read_learn_config(const std::string& path)
     }
     if (!trace.is_object() || !trace.contains("inputs") || !trace["inputs"].is_array())
         refuse(path, 1, "no list \"inputs\"; expected the trace.json of `dqwatch trace`");
+    if (trace.contains("schema") && trace["schema"] != "dqwatch.trace/1")
+        refuse(path, 1, "\"schema\" is not dqwatch.trace/1; expected the trace.json of this release's `dqwatch trace`");
     if (trace["inputs"].size() > kMostInputs) refuse(path, 1, "more than " + std::to_string(kMostInputs) + " inputs");
     LearnConfig config;
     for (const Json& entry : trace["inputs"]) config.inputs.push_back(input_of(entry, path));

@@ -95,6 +95,7 @@ std::string doubt_of(const TraceSetup& setup, const Point& plain, const TraceFit
         const double measured = a.percent > 0.0 ? 100.0 * a.rms / a.percent : 0.0;
         left += a.rms * a.rms, all += measured * measured;
     }
+    if (!fit.axes.empty() && !(all > 0.0)) return setup.regime == Regime::mechanical ? "no torque in any row" : "no voltage in any row: is this the log that was meant?";
     const double percent = all > 0.0 ? 100.0 * std::sqrt(left / all) : 0.0;
     if (percent > (setup.regime == Regime::dynamic ? kMostLeft : kMostLeftSettled))
         return "the plain model leaves " + figure(percent) + " % of the voltage" + ask;

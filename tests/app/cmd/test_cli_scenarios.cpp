@@ -64,6 +64,8 @@ static void a_seed_repeats_and_another_differs(void)
     TEST_ASSERT_TRUE(text[0] == text[1]);
     TEST_ASSERT_FALSE(text[0] == text[2]);
     TEST_ASSERT_TRUE(command::read_file(folder / "servo.toml").find("--seed 8") != std::string::npos);
+    for (const char* none : {"-1", "1.5", "seven", "", "18446744073709551616", "7 "})
+        TEST_ASSERT_EQUAL_INT_MESSAGE(2, command::dqwatch({"sim", "servo", "--seed", none, "--out", folder / ""}).code, none);
 }
 
 /// The speed column, the sixth of an electrical and the third of a mechanical log, times `factor`.

@@ -244,7 +244,8 @@ static void what_is_no_trace_starts_no_learner(void)
     traced({log, "--pole-pairs", "4", "--out", folder / "o"});
     const std::string good = command::read_file(folder / "o/trace.json");
     for (const std::string& text : {std::string(), good.substr(0, good.size() / 2), good.substr(0, good.size() - 3), noisy(3), std::string("[1, 2]"),
-                                    std::string(R"({"schema": "dqwatch.result/1", "parameters": {}})"), std::string(R"({"inputs": [{"effect": "gremlins"}]})")})
+                                    std::string(R"({"schema": "dqwatch.result/1", "parameters": {}})"), std::string(R"({"inputs": [{"effect": "gremlins"}]})"),
+                                    std::string(R"({"schema": "dqwatch.trace/99", "inputs": []})")})
         for (const char* command : {"learn", "fit"}) expect_refused(folder, log, {command, "--config", folder.write("broken.json", text)}, "broken.json:");
     expect_refused(folder, log, {"learn", "--config", folder / "absent.json"}, "absent.json:0: ");
     expect_refused(folder, log, {"learn", "--config", folder / "o"}, "is a directory");
@@ -335,6 +336,16 @@ static void a_dead_time_at_standstill_is_found(void)
     TEST_ASSERT_DOUBLE_WITHIN(0.01, 0.5, j.at("after").at("parameters").at("R_ohm").at("value").get<double>());
 }
 
+static void a_log_of_nothing_is_not_clean(void)
+{
+    const Folder folder;
+    std::string text = "t_s,v_d_V,v_q_V,i_d_A,i_q_A,w_m_rad_s\n";
+    for (int k = 0; k < 2000; ++k) text += std::to_string(k * 1e-4) + ",0,0,0,0,0\n";
+    const json j = traced({folder.write("log.csv", text), "--pole-pairs", "4", "--out", folder / "o"});
+    TEST_ASSERT_EQUAL_STRING("unexplained", j.at("verdict").get<std::string>().c_str());
+    TEST_ASSERT_EQUAL_size_t(0, j.at("effects").size());
+}
+
 static void a_log_without_angle_or_temperature_is_traced(void)
 {
     // No angle, no time to integrate a speed over: settled points.
@@ -410,7 +421,8 @@ int main(void)
         RUN_TEST(a_clean_log_names_nothing);
         RUN_TEST(several_logs_are_traced_jointly);
         RUN_TEST(unknown_pole_pairs_are_in_no_table);
-        RUN_TEST(a_log_without_angle_or_temperature_is_traced);
+        RUN_TEST(a_log_of_nothing_is_not_clean);
+    RUN_TEST(a_log_without_angle_or_temperature_is_traced);
     }
     RUN_TEST(only_what_is_named_is_tried);
     RUN_TEST(poor_logs_are_refused_in_one_line);
