@@ -120,13 +120,12 @@ static enum dqw_status check_base(const dqw_effect_base *base)
 // What an effect asks of samples, and its heating state.
 static void take_needs(dqw_effect *e, const dqw_effect_config *c)
 {
-    const enum dqw_effect_name name = c->effect;
-    const bool dead_time = name == DQW_EFFECT_DEAD_TIME && !e->base.dead_time_apart;
-    e->needs_angle = e->needs_angle || dead_time || name == DQW_EFFECT_FLUX_HARMONICS || name == DQW_EFFECT_CURRENT_OFFSET ||
-                     name == DQW_EFFECT_CURRENT_GAIN_MISMATCH || name == DQW_EFFECT_PHASE_RESISTANCE_IMBALANCE;
-    e->needs_last = e->needs_last || name == DQW_EFFECT_DELAY || name == DQW_EFFECT_IRON_LOSS;
-    if (name != DQW_EFFECT_WINDING_TEMPERATURE && name != DQW_EFFECT_MAGNET_TEMPERATURE) return;
-    const int state = name == DQW_EFFECT_WINDING_TEMPERATURE ? 0 : 1;
+    const unsigned needs = dqw_effect_needs(c->effect);
+    const bool apart = c->effect == DQW_EFFECT_DEAD_TIME && e->base.dead_time_apart;
+    e->needs_angle = e->needs_angle || ((needs & DQW_NEEDS_ANGLE) != 0 && !apart);
+    e->needs_last = e->needs_last || (needs & DQW_NEEDS_LAST) != 0;
+    if ((needs & (DQW_NEEDS_WINDING | DQW_NEEDS_MAGNET)) == 0) return;
+    const int state = (needs & DQW_NEEDS_WINDING) != 0 ? 0 : 1;
     if (c->shape[1] > 0.0f) {
         const float i_A = c->shape[2] > 0.0f ? c->shape[2] : e->base.i_A;
         e->heating = (uint8_t)(e->heating | 1u << state);

@@ -1,4 +1,4 @@
-// Of the machine, or of its shaft?
+// What an effect asks for: of the machine or of its shaft, and of which samples.
 #ifndef DQW_EFFECT_KIND_H
 #define DQW_EFFECT_KIND_H
 
@@ -9,6 +9,18 @@
 #ifdef __cplusplus
 extern "C" {
 #endif
+
+/// Bits of dqw_effect_needs().
+enum {
+    DQW_NEEDS_ANGLE = 1 << 0,    ///< electrical, of every sample
+    DQW_NEEDS_LAST = 1 << 1,     ///< the row before a pair
+    DQW_NEEDS_WINDING = 1 << 2,  ///< the winding's temperature, or a heating state
+    DQW_NEEDS_MAGNET = 1 << 3,   ///< the magnet's
+    DQW_NEEDS_SHAFT = 1 << 4     ///< it is of the shaft
+};
+
+/// What an effect asks for; 0 where there is no such name.
+unsigned dqw_effect_needs(enum dqw_effect_name name);
 
 /// True for the effects of the shaft.
 bool dqw_effect_is_mechanical(enum dqw_effect_name name);

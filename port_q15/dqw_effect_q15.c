@@ -187,13 +187,13 @@ static bool take_shape(dqw_effect_q15 *e, int k)
 
 static void take_needs(dqw_effect_q15 *e, const dqw_effect_q15_config *c)
 {
-    const enum dqw_effect_name name = c->effect;
+    const unsigned needs = dqw_effect_needs(c->effect);
     const bool measured = c->tau_us == 0;
-    e->needs_angle = e->needs_angle || (name == DQW_EFFECT_DEAD_TIME && !e->dead_time_apart) || name == DQW_EFFECT_FLUX_HARMONICS ||
-                     name == DQW_EFFECT_CURRENT_OFFSET || name == DQW_EFFECT_CURRENT_GAIN_MISMATCH || name == DQW_EFFECT_PHASE_RESISTANCE_IMBALANCE;
-    e->needs_winding = e->needs_winding || (name == DQW_EFFECT_WINDING_TEMPERATURE && measured);
-    e->needs_magnet = e->needs_magnet || (name == DQW_EFFECT_MAGNET_TEMPERATURE && measured);
-    e->needs_last = e->needs_last || name == DQW_EFFECT_DELAY || name == DQW_EFFECT_IRON_LOSS;
+    const bool apart = c->effect == DQW_EFFECT_DEAD_TIME && e->dead_time_apart;
+    e->needs_angle = e->needs_angle || ((needs & DQW_NEEDS_ANGLE) != 0 && !apart);
+    e->needs_winding = e->needs_winding || ((needs & DQW_NEEDS_WINDING) != 0 && measured);
+    e->needs_magnet = e->needs_magnet || ((needs & DQW_NEEDS_MAGNET) != 0 && measured);
+    e->needs_last = e->needs_last || (needs & DQW_NEEDS_LAST) != 0;
 }
 
 enum dqw_status dqw_effect_init_q15(dqw_effect_q15 *e, const dqw_effect_q15_config *list, int count, const dqw_effect_q15_base *base)

@@ -22,6 +22,15 @@ std::string enumerator_of(const std::string& name);
 /// What a monitor watches by inputs of its own.
 bool monitor_watches(const std::string& name);
 
+/// True where an effect goes with the electrical angle.
+bool needs_angle(const std::string& name);
+
+/// True where a shape that was not given needs R, L_d, L_q or psi.
+bool shape_needs_machine(const std::string& name);
+
+/// Times the electrical angle with which an effect comes and goes on the axes; 0: not with the angle.
+double angle_order(const TraceInput& in);
+
 /// How many numbers the shape of a law has; a trace may give more (a start angle).
 std::size_t shapes_of(dqw_effect_name name);
 

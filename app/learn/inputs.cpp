@@ -35,11 +35,6 @@ double span_s(const std::vector<Log>& logs)
     return longest > 0.0 ? longest : 1.0;
 }
 
-bool of_machine(const std::string& effect)
-{
-    return effect == "iron_loss" || effect == "current_offset" || effect == "current_gain_mismatch" || effect == "angle_offset";
-}
-
 std::vector<double> heat_shape(const TraceInput& in, const std::vector<Log>& logs)
 {
     const bool winding = in.effect == "winding_temperature";
@@ -167,15 +162,9 @@ std::vector<std::string> effects_of(const LearnConfig& config)
     return names;
 }
 
-bool needs_angle(const std::string& effect)
-{
-    return effect == "dead_time" || effect == "flux_harmonics" || effect == "current_offset" || effect == "current_gain_mismatch" ||
-           effect == "phase_resistance_imbalance";
-}
-
 bool needs_machine(const std::vector<TraceInput>& inputs)
 {
-    return std::any_of(inputs.begin(), inputs.end(), [](const TraceInput& in) { return in.shape.empty() && of_machine(in.effect); });
+    return std::any_of(inputs.begin(), inputs.end(), [](const TraceInput& in) { return in.shape.empty() && shape_needs_machine(in.effect); });
 }
 
 std::vector<TraceInput> completed(std::vector<TraceInput> inputs, const std::vector<Log>& logs, const PlainModel& machine)

@@ -31,9 +31,6 @@ std::vector<std::string> effects_of(const LearnConfig& config);
 /// Throws std::invalid_argument for an effect that is not of these logs' regime, or needs an angle that they lack.
 std::vector<TraceInput> completed(std::vector<TraceInput> inputs, const std::vector<Log>& logs, const PlainModel& machine);
 
-/// True where an effect goes with the electrical angle.
-bool needs_angle(const std::string& effect);
-
 /// True where a shape that was not given needs R, L_d, L_q or psi.
 bool needs_machine(const std::vector<TraceInput>& inputs);
 

@@ -4,6 +4,7 @@
 #include <optional>
 #include <stdexcept>
 
+#include "app/base/effect_names.hpp"
 #include "app/learn/inputs.hpp"
 #include "app/learn/residual.hpp"
 #include "app/learn/signals.hpp"
@@ -19,14 +20,6 @@ constexpr double kHalfAngle_rad = 1.5;
 constexpr int kFewestPairs = 3;
 constexpr double kLeastHalves = 14.0;
 
-/// Times the electrical angle with which an effect comes and goes on the axes; 0: not with the angle.
-double order_of(const TraceInput& in)
-{
-    if (in.effect == "flux_harmonics") return in.shape[0];
-    if (in.effect == "current_gain_mismatch" || in.effect == "phase_resistance_imbalance") return 2.0;
-    return in.effect == "current_offset" ? 1.0 : 0.0;
-}
-
 }  // namespace
 
 std::uint16_t half_window_of(const std::vector<Log>& logs, const std::vector<TraceInput>& inputs, double pole_pairs)
@@ -39,8 +32,8 @@ std::uint16_t half_window_of(const std::vector<Log>& logs, const std::vector<Tra
     if (most_s < span_s) span_s = most_s, least = kFewestPairs;
     const double w_e = pole_pairs * static_cast<double>(largest(logs, &Log::w_m_rad_s, &Log::w_m_rad_s));
     for (const TraceInput& in : inputs)
-        if (order_of(in) > 0.0 && kHalfAngle_rad / (order_of(in) * w_e) < span_s) {
-            span_s = kHalfAngle_rad / (order_of(in) * w_e);
+        if (angle_order(in) > 0.0 && kHalfAngle_rad / (angle_order(in) * w_e) < span_s) {
+            span_s = kHalfAngle_rad / (angle_order(in) * w_e);
             least = kFewestPairs;
         }
     return half_window(span_s, dt_s, least);

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "app/base/effect_names.hpp"
 #include "app/learn/inputs.hpp"
 #include "app/learn/parts.hpp"
 #include "app/learn/passes.hpp"
