@@ -1,5 +1,6 @@
-// How near the estimator comes to the truth on the joint, sample by sample in one pass, from nominal values that are 30 % wrong; and how
-// often its intervals hold the truth. Options: --seeds N, --coverage N (runs; 0: leave it out), --csv DIR (only writes logs).
+// How near the estimator comes to the truth on the joint, sample by sample in one pass, from nominal values that are 30
+// % wrong; and how often its intervals hold the truth. Options: --seeds N, --coverage N (runs; 0: leave it out), --csv
+// DIR (only writes logs).
 #include "joint.h"
 #include "sim_sensor.h"
 
@@ -11,7 +12,8 @@ enum { LEVELS = 4, CSV_SEEDS = 3, AXES = 2 };
 #define NORMAL_95 1.96
 
 static const double NOISE_PERCENT[LEVELS] = {0, 1, 5, 20};
-static const double TARGET[LEVELS][JOINT_PARAMETERS] = {{0.5, 0.5, 0.5, 0.2}, {0.5, 1, 1, 0.2}, {0.5, 1, 1, 0.3}, {0.5, 1, 1, 0.3}};
+static const double TARGET[LEVELS][JOINT_PARAMETERS] = {
+    {0.5, 0.5, 0.5, 0.2}, {0.5, 1, 1, 0.2}, {0.5, 1, 1, 0.3}, {0.5, 1, 1, 0.3}};
 static const double DEAD_TIME_TARGET_R = 2;
 
 typedef struct {
@@ -22,7 +24,8 @@ typedef struct {
 // What is learned with R, L_d, L_q and the flux, or left out.
 typedef enum { PLAIN, NOISE_LEFT_IN, WITH_DEAD_TIME, WAYS } way;
 
-// Squared errors in percent of the truth, means over the seeds; readings that were not usable. bound: for noise as large as the signals.
+// Squared errors in percent of the truth, means over the seeds; readings that were not usable. bound: for noise as
+// large as the signals.
 typedef struct {
     double off[WAYS][LEVELS][JOINT_PARAMETERS], bound[JOINT_PARAMETERS];
     int unusable[WAYS][LEVELS];
@@ -99,13 +102,14 @@ static void deviations(const joint_log *log, double sd[SIGNALS])
     for (int i = 0; i < SIGNALS; i++) sd[i] = sqrt(square[i] - mean[i] * mean[i]);
 }
 
-// What the noise of i_d, i_q and w_m at a pair's first row and at its second one adds to the equation of one axis, times that noise's
-// deviation.
+// What the noise of i_d, i_q and w_m at a pair's first row and at its second one adds to the equation of one axis,
+// times that noise's deviation.
 typedef struct {
     double first[3], second[3];
 } pair_noise;
 
-static pair_noise noise_of(const dqw_sim_machine *m, const dqw_sim_row *a, const dqw_sim_row *b, double dt_s, int axis, const double sd[SIGNALS])
+static pair_noise noise_of(const dqw_sim_machine *m, const dqw_sim_row *a, const dqw_sim_row *b, double dt_s, int axis,
+                           const double sd[SIGNALS])
 {
     const double half_p = 0.5 * m->pole_pairs;
     const double sign = axis == 0 ? 1 : -1;
@@ -124,18 +128,23 @@ static pair_noise noise_of(const dqw_sim_machine *m, const dqw_sim_row *a, const
 }
 
 // Inputs of a pair's equation on one axis, each times its parameter: the information is about relative errors.
-static void relative_inputs(const dqw_sim_machine *m, const dqw_sim_row *a, const dqw_sim_row *b, double dt_s, int axis, double x[JOINT_PARAMETERS])
+static void relative_inputs(const dqw_sim_machine *m, const dqw_sim_row *a, const dqw_sim_row *b, double dt_s, int axis,
+                            double x[JOINT_PARAMETERS])
 {
     const double half_p = 0.5 * m->pole_pairs;
     const bool d = axis == 0;
     x[DQW_R] = 0.5 * m->R_ohm * (d ? a->i_d_A + b->i_d_A : a->i_q_A + b->i_q_A);
-    x[DQW_LD] = m->Ld_H * (d ? (b->i_d_A - a->i_d_A) / dt_s : half_p * (a->w_m_rad_s * a->i_d_A + b->w_m_rad_s * b->i_d_A));
-    x[DQW_LQ] = m->Lq_H * (d ? -half_p * (a->w_m_rad_s * a->i_q_A + b->w_m_rad_s * b->i_q_A) : (b->i_q_A - a->i_q_A) / dt_s);
+    x[DQW_LD] = m->Ld_H *
+                (d ? (b->i_d_A - a->i_d_A) / dt_s : half_p * (a->w_m_rad_s * a->i_d_A + b->w_m_rad_s * b->i_d_A));
+    x[DQW_LQ] = m->Lq_H *
+                (d ? -half_p * (a->w_m_rad_s * a->i_q_A + b->w_m_rad_s * b->i_q_A) : (b->i_q_A - a->i_q_A) / dt_s);
     x[DQW_PSI] = d ? 0 : half_p * m->psi_Wb * (a->w_m_rad_s + b->w_m_rad_s);
 }
 
-// One axis' X' S^-1 X for noise as large as the signals. The tridiagonal S = C C' is factored, and C z = x solved, row by row.
-static void add_information(const dqw_sim_scenario *s, const joint_log *truth, int axis, double info[JOINT_PARAMETERS][JOINT_PARAMETERS])
+// One axis' X' S^-1 X for noise as large as the signals. The tridiagonal S = C C' is factored, and C z = x solved, row
+// by row.
+static void add_information(const dqw_sim_scenario *s, const joint_log *truth, int axis,
+                            double info[JOINT_PARAMETERS][JOINT_PARAMETERS])
 {
     const double dt_s = s->drive.dt_s;
     double sd[SIGNALS];
@@ -179,10 +188,12 @@ static void invert(double a[JOINT_PARAMETERS][JOINT_PARAMETERS])
     }
 }
 
-// Cramér-Rao bound of the relative variances. The equations of consecutive pairs are linear in R, L_d, L_q and psi; their errors are
-// Gaussian, and neighbours share a row's noise. It is the bound of an estimator that is told the true currents and speed as its
-// regressors, while its equations' errors hold all their noise. Left out: that both axes share the noise of one row, which would make
-// it a few percent lower. It grows with the square of the noise, so that one level tells all.
+// Cramér-Rao bound of the relative variances. The equations of consecutive pairs are linear in R, L_d, L_q and psi;
+// their errors are
+// Gaussian, and neighbours share a row's noise. It is the bound of an estimator that is told the true currents and
+// speed as its regressors, while its equations' errors hold all their noise. Left out: that both axes share the noise
+// of one row, which would make it a few percent lower. It grows with the square of the noise, so that one level tells
+// all.
 static void bound(const dqw_sim_scenario *s, const joint_log *truth, double variance[JOINT_PARAMETERS])
 {
     double info[JOINT_PARAMETERS][JOINT_PARAMETERS] = {{0}};
@@ -268,8 +279,10 @@ static void accuracy(int seeds)
 {
     squares sum = {.bound = {0}};
     for (int seed = 1; seed <= seeds; seed++) one_seed(seed, seeds, &sum);
-    printf("Accuracy on the joint, %g s at 20 kHz, nominal values 30 %% wrong, noise on currents, voltages and speed: RMS error in %% over %d seeds;\n"
-           "readings of all seeds and parameters that are not usable. Bound: Cramér-Rao. Dead time: %g V, not declared, learned with the rest\n\n",
+    printf("Accuracy on the joint, %g s at 20 kHz, nominal values 30 %% wrong, noise on currents, voltages and speed: "
+           "RMS error in %% over %d seeds;\n"
+           "readings of all seeds and parameters that are not usable. Bound: Cramér-Rao. Dead time: %g V, not "
+           "declared, learned with the rest\n\n",
            DURATION_S, seeds, DEAD_TIME_V);
     printf("| noise | estimator              | R       | L_d     | L_q     | flux    | unusable |\n");
     printf("| ----: | ---------------------- | ------: | ------: | ------: | ------: | -------: |\n");
@@ -308,7 +321,9 @@ static void coverage(int runs)
         free(truth.row);
         free(log.row);
     }
-    printf("\nIts 95 %% intervals: share of %d runs in which they hold the truth (RMS of error over deviation). Wanted: 90 to 99 %%\n\n", runs);
+    printf("\nIts 95 %% intervals: share of %d runs in which they hold the truth (RMS of error over deviation). "
+           "Wanted: 90 to 99 %%\n\n",
+           runs);
     printf("| noise | R               | L_d             | L_q             | flux            |\n");
     printf("| ----: | --------------: | --------------: | --------------: | --------------: |\n");
     for (int l = 1; l < LEVELS; l++) print_cover(NOISE_PERCENT[l], &c[l]);
@@ -326,7 +341,8 @@ static void write_log(const char *folder, double noise_percent, int seed, const 
     fprintf(out, "t_s,v_d_V,v_q_V,i_d_A,i_q_A,w_m_rad_s,theta_e_rad\n");
     for (size_t k = 0; k < log->count; k++) {
         const dqw_sim_row *r = &log->row[k];
-        fprintf(out, "%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g\n", r->t_s, r->v_d_V, r->v_q_V, r->i_d_A, r->i_q_A, r->w_m_rad_s, r->theta_e_rad);
+        fprintf(out, "%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g\n", r->t_s, r->v_d_V, r->v_q_V, r->i_d_A, r->i_q_A,
+                r->w_m_rad_s, r->theta_e_rad);
     }
     const bool failed = ferror(out) != 0;
     if (fclose(out) != 0 || failed) exit(1);

@@ -26,7 +26,9 @@ std::vector<Drawn> draw_effects(Random& random, const Setup& s, Kind kind)
     if (kind == Kind::clean) return drawn;
     const auto names = kind == Kind::outside ? faults_for(s) : effects_for(s);
     // Log-uniform; a fault is judged where it shows clearly.
-    const auto one = [&] { return Drawn{names[random.below(names.size())], 0.0, random.log_uniform(kind == Kind::outside ? 2.5 : 1.6, 30)}; };
+    const auto one = [&] {
+        return Drawn{names[random.below(names.size())], 0.0, random.log_uniform(kind == Kind::outside ? 2.5 : 1.6, 30)};
+    };
     drawn.push_back(one());
     while (kind == Kind::two && drawn.size() < 2) {
         const Drawn other = one();
@@ -39,7 +41,8 @@ std::vector<Drawn> draw_effects(Random& random, const Setup& s, Kind kind)
 void heat_idly(const Setup& s, dqw_sim_scenario& x)
 {
     if (!s.temperatures || !s.heats || x.machine.winding_heat_J_K > 0) return;
-    x.machine.winding_heat_J_K = s.copper_W * x.duration_s / 40, x.machine.magnet_heat_J_K = 3 * x.machine.winding_heat_J_K;
+    x.machine.winding_heat_J_K = s.copper_W * x.duration_s / 40,
+    x.machine.magnet_heat_J_K = 3 * x.machine.winding_heat_J_K;
     x.machine.winding_magnet_W_K = x.machine.winding_heat_J_K / x.duration_s;
 }
 
@@ -48,9 +51,9 @@ const char* const regimes[] = {"dynamic", "steady", "standstill", "mechanical"};
 std::string about_of(const Setup& s, const Case& c)
 {
     const dqw_sim_scenario& x = s.scenario;
-    std::string text = fmt::format("{}, {}, {}{}, {} rows at {:.4g} kHz, noise {:.2g}/{:.2g}/{:.2g} %", s.machine, regimes[static_cast<int>(s.regime)],
-                                   s.profile, s.injection ? " with injection" : "", c.log.rows(), 1e-3 / c.log.dt_s, 100 * x.noise.i, 100 * x.noise.v,
-                                   100 * x.noise.w);
+    std::string text = fmt::format("{}, {}, {}{}, {} rows at {:.4g} kHz, noise {:.2g}/{:.2g}/{:.2g} %", s.machine,
+                                   regimes[static_cast<int>(s.regime)], s.profile, s.injection ? " with injection" : "",
+                                   c.log.rows(), 1e-3 / c.log.dt_s, 100 * x.noise.i, 100 * x.noise.v, 100 * x.noise.w);
     if (x.noise.step_i_A > 0) text += ", ADC";
     if (!s.angle) text += ", no angle";
     if (s.temperatures) text += ", temperatures";
@@ -130,7 +133,9 @@ Outcome run(std::uint64_t seed)
 {
     const Case c = draw(seed);
     const auto start = std::chrono::steady_clock::now();
-    const auto seconds = [&] { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(); };
+    const auto seconds = [&] {
+        return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    };
     try {
         const dqw::TraceResult result = dqw::trace({c.log});
         return score(c, result, seconds());

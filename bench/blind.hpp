@@ -19,8 +19,9 @@ Kind kind_of(std::uint64_t seed);
 /// An effect that is in a log, or a fault outside the catalogue.
 struct Drawn {
     std::string name;
-    double size = 0.0;      ///< in the law's own unit
-    double strength = 1.0;  ///< block residual over the noise floor that it alone would leave, after the plain model's best fit
+    double size = 0.0;  ///< in the law's own unit
+    /// block residual over the noise floor that it alone would leave, after the plain model's best fit
+    double strength = 1.0;
 };
 
 struct Case {
@@ -36,7 +37,8 @@ struct Case {
     double strength() const;
 };
 
-/// The log of a seed. Of 20 seeds in a row 4 are clean, 9 have one effect, 4 two, 3 a fault from outside. Cost: about a second.
+/// The log of a seed. Of 20 seeds in a row 4 are clean, 9 have one effect, 4 two, 3 a fault from outside. Cost: about a
+/// second.
 Case draw(std::uint64_t seed);
 
 /// A base parameter after tracing beside the truth.
@@ -56,7 +58,8 @@ struct Outcome {
     double seconds = 0.0;
     std::string failure;  ///< what trace() threw; empty where it returned
 
-    /// Each true effect is named or confusable with a named one, and each named one is true or confusable with a true one.
+    /// Each true effect is named or confusable with a named one, and each named one is true or confusable with a true
+    /// one.
     bool right() const;
     /// R, L within 2 %, psi within 0.5 %.
     bool base_right() const;

@@ -44,18 +44,22 @@ std::vector<std::string> effects_for(const Setup& s)
 {
     switch (s.regime) {
     case dqw::Regime::mechanical:
-        if (s.slow) return {"coulomb_friction", "direction_asymmetry", "stribeck_friction", "cogging_torque", "cogging_torque", "load_torque"};
+        if (s.slow)
+            return {"coulomb_friction", "direction_asymmetry", "stribeck_friction",
+                    "cogging_torque",   "cogging_torque",      "load_torque"};
         return {"coulomb_friction", "direction_asymmetry", "stribeck_friction", "load_torque"};
-    case dqw::Regime::standstill: return {"dead_time", "winding_temperature", "voltage_offset", "phase_resistance_imbalance"};
+    case dqw::Regime::standstill:
+        return {"dead_time", "winding_temperature", "voltage_offset", "phase_resistance_imbalance"};
     case dqw::Regime::steady:
         return {"dead_time", "saturation",   "cross_saturation", "winding_temperature", "magnet_temperature",
                 "iron_loss", "angle_offset", "skin_effect",      "voltage_offset"};
     case dqw::Regime::dynamic: break;
     }
-    std::vector<std::string> names = {
-        "dead_time",      "saturation",     "cross_saturation",      "winding_temperature", "magnet_temperature", "iron_loss",
-        "flux_harmonics", "current_offset", "current_gain_mismatch", "angle_offset",        "skin_effect",        "phase_resistance_imbalance",
-        "voltage_offset"};
+    std::vector<std::string> names = {"dead_time",           "saturation",         "cross_saturation",
+                                      "winding_temperature", "magnet_temperature", "iron_loss",
+                                      "flux_harmonics",      "current_offset",     "current_gain_mismatch",
+                                      "angle_offset",        "skin_effect",        "phase_resistance_imbalance",
+                                      "voltage_offset"};
     // Without a voltage that changes a delay is an angle offset of the voltage.
     if (s.injection) names.insert(names.end(), {"delay", "delay"});
     return names;
@@ -99,7 +103,8 @@ void apply(const std::string& name, double size, const Setup& s, dqw_sim_scenari
 {
     dqw_sim_nonideal& n = x.nonideal;
     const dqw_sim_machine& m = s.scenario.machine;
-    const double around = two_pi * s.shape[2], c = std::cos(around), sn = std::sin(around), sign = s.shape[3] < 0.5 ? -1 : 1;
+    const double around = two_pi * s.shape[2], c = std::cos(around), sn = std::sin(around),
+                 sign = s.shape[3] < 0.5 ? -1 : 1;
     if (name == "dead_time") {
         n.dead_time_V = always(size), n.dead_time_width_A = s.current_A * 0.008 * std::pow(10.0, s.shape[0]);
     } else if (name == "saturation" || name == "cross_saturation") {
@@ -141,7 +146,8 @@ void apply(const std::string& name, double size, const Setup& s, dqw_sim_scenari
         n.stribeck_Nm = always(size), n.stribeck_width_rad_s = s.speed_rad_s * (0.05 + 0.1 * s.shape[0]);
     } else if (name == "cogging_torque") {
         const int orders[] = {6, 12, 24};
-        n.cogging_Nm = always(size), n.cogging_order = orders[static_cast<int>(2.99 * s.shape[0])], n.cogging_phase_rad = around;
+        n.cogging_Nm = always(size), n.cogging_order = orders[static_cast<int>(2.99 * s.shape[0])],
+        n.cogging_phase_rad = around;
     } else if (name == "load_torque") {
         x.profile.load_Nm.value = sign * size;
     } else if (name == "disturbance") {

@@ -20,12 +20,14 @@ double most_of(const std::string& name, const Setup& setup);
 /// Puts an effect of this size into the scenario.
 void apply(const std::string& name, double size, const Setup& setup, dqw_sim_scenario& scenario);
 
-/// Block residuals (E43) of the plain model fitted to the log itself by least squares, one axis after the other, starting at the truth.
+/// Block residuals (E43) of the plain model fitted to the log itself by least squares, one axis after the other,
+/// starting at the truth.
 std::vector<double> best_rest(const dqw::Log& log, const dqw::PlainModel& truth);
 
 double rms(const std::vector<double>& x);
 
-/// Sizes each effect so that it leaves its strength over the noise floor, the second one beyond what the first one explains.
+/// Sizes each effect so that it leaves its strength over the noise floor, the second one beyond what the first one
+/// explains.
 /// False where one of them cannot be seen, or is too much like the other.
 bool calibrate(const Setup& setup, double noise_floor, std::vector<Drawn>& effects);
 

@@ -28,7 +28,8 @@ struct Options {
 std::string drawn_line(std::uint64_t seed)
 {
     const blind::Case c = blind::draw(seed);
-    return fmt::format("{} {} {:.1f}x floor {:.3g}; {}", seed, blind::name_of(c.kind), c.strength(), c.noise_floor, c.about);
+    return fmt::format("{} {} {:.1f}x floor {:.3g}; {}", seed, blind::name_of(c.kind), c.strength(), c.noise_floor,
+                       c.about);
 }
 
 /// The work of one seed, as a line; a child of its own, so that a crash or an endless fit is one failed log.
@@ -94,7 +95,8 @@ std::map<std::uint64_t, std::string> all_lines(const Options& options)
         lines[done->second.seed] = read_all(done->second.pipe);
         if (kept.is_open()) kept << lines[done->second.seed] << std::endl;
         running.erase(done);
-        if (isatty(2)) std::fprintf(stderr, "\r%zu of %llu", lines.size(), static_cast<unsigned long long>(options.count));
+        if (isatty(2))
+            std::fprintf(stderr, "\r%zu of %llu", lines.size(), static_cast<unsigned long long>(options.count));
     }
     if (isatty(2)) std::fprintf(stderr, "\r\033[K");
     return lines;
@@ -128,9 +130,11 @@ void write_csv(const blind::Case& c, const std::string& folder)
     csv.write(header + "\n" + text);
     csv.close();
     const char* const regimes[] = {"dynamic", "steady", "standstill", "mechanical"};
-    std::string said = fmt::format("# {}\n[log]\nregime = \"{}\"\n[machine]\n", c.about, regimes[static_cast<int>(c.log.regime)]);
+    std::string said = fmt::format("# {}\n[log]\nregime = \"{}\"\n[machine]\n", c.about,
+                                   regimes[static_cast<int>(c.log.regime)]);
     if (c.log.machine.pole_pairs) said += fmt::format("pole_pairs = {}\n", *c.log.machine.pole_pairs);
-    if (c.log.machine.torque_constant_Nm_A) said += fmt::format("torque_constant_Nm_A = {}\n", *c.log.machine.torque_constant_Nm_A);
+    if (c.log.machine.torque_constant_Nm_A)
+        said += fmt::format("torque_constant_Nm_A = {}\n", *c.log.machine.torque_constant_Nm_A);
     toml.write(said);
     toml.close();
 }
@@ -138,19 +142,22 @@ void write_csv(const blind::Case& c, const std::string& folder)
 int one(const Options& options)
 {
     const blind::Case c = blind::draw(options.from);
-    std::printf("%s\ntruth: p %g R %.6g Ld %.6g Lq %.6g psi %.6g J %.4g B %.4g; noise floor %.4g\n", c.about.c_str(), c.truth.pole_pairs, c.truth.R_ohm,
-                c.truth.Ld_H, c.truth.Lq_H, c.truth.psi_Wb, c.truth.J_kgm2, c.truth.B_Nms_rad, c.noise_floor);
+    std::printf("%s\ntruth: p %g R %.6g Ld %.6g Lq %.6g psi %.6g J %.4g B %.4g; noise floor %.4g\n", c.about.c_str(),
+                c.truth.pole_pairs, c.truth.R_ohm, c.truth.Ld_H, c.truth.Lq_H, c.truth.psi_Wb, c.truth.J_kgm2,
+                c.truth.B_Nms_rad, c.noise_floor);
     if (!options.csv.empty()) write_csv(c, options.csv);
     if (options.draw) return 0;
     const dqw::TraceResult r = dqw::trace({c.log});
-    std::printf("%s: floor %.4g, before %.4g, after %.4g %s\n", r.verdict.c_str(), r.noise_floor, r.before.heldout_rms, r.after.heldout_rms, r.unit.c_str());
+    std::printf("%s: floor %.4g, before %.4g, after %.4g %s\n", r.verdict.c_str(), r.noise_floor, r.before.heldout_rms,
+                r.after.heldout_rms, r.unit.c_str());
     for (const dqw::TraceEffect& e : r.effects) {
         std::string text = fmt::format("  {} -> {:.4g}:", e.name, e.heldout_rms_after);
         for (const dqw::Estimate& p : e.parameters) text += fmt::format(" {} {:.4g} +- {:.2g}", p.name, p.value, p.sd);
         for (const std::string& other : e.confusable_with) text += fmt::format("; or {}", other);
         std::puts(text.c_str());
     }
-    for (const dqw::TraceRejected& e : r.rejected) std::printf("  not %s (%.4g): %s\n", e.name.c_str(), e.heldout_rms, e.why.c_str());
+    for (const dqw::TraceRejected& e : r.rejected)
+        std::printf("  not %s (%.4g): %s\n", e.name.c_str(), e.heldout_rms, e.why.c_str());
     for (const std::string& note : r.notes) std::printf("  note: %s\n", note.c_str());
     if (!r.rest_signature.empty()) std::printf("  rest: %s\n", r.rest_signature.c_str());
     std::fputs(blind::report({blind::score(c, r, 0)}).c_str(), stdout);
@@ -176,7 +183,8 @@ int main(int argc, char** argv)
             (key == "--count" ? options.count : key == "--jobs" ? options.jobs : options.from) = value;
             options.alone = options.alone || key == "--seed";
         } else {
-            std::fprintf(stderr, "blind [--from SEED] [--count N] [--jobs N] [--draw] [--lines FILE] | --seed SEED [--draw] [--csv DIR]\n");
+            std::fprintf(stderr, "blind [--from SEED] [--count N] [--jobs N] [--draw] [--lines FILE] | --seed SEED "
+                                 "[--draw] [--csv DIR]\n");
             return 2;
         }
     }

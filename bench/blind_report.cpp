@@ -12,7 +12,10 @@ namespace {
 
 constexpr double kClear = 3.0;
 
-bool holds(const std::vector<std::string>& list, const std::string& name) { return std::find(list.begin(), list.end(), name) != list.end(); }
+bool holds(const std::vector<std::string>& list, const std::string& name)
+{
+    return std::find(list.begin(), list.end(), name) != list.end();
+}
 
 /// What became of one true thing over all logs.
 struct Row {
@@ -43,7 +46,8 @@ void count(const Outcome& o, const std::string& truth, Row& row)
 
 std::string rate(const char* what, int part, int of, const char* wanted)
 {
-    return fmt::format("{:<62} {:>3} of {:>3}  {:5.1f} %  ({})\n", what, part, of, of ? 100.0 * part / of : 0.0, wanted);
+    return fmt::format("{:<62} {:>3} of {:>3}  {:5.1f} %  ({})\n", what, part, of, of ? 100.0 * part / of : 0.0,
+                       wanted);
 }
 
 bool failed(const Outcome& o) { return !o.right() || (o.kind == Kind::clean && o.verdict != "clean"); }
@@ -54,7 +58,8 @@ std::string report(const std::vector<Outcome>& outcomes)
 {
     std::map<std::string, Row> rows[2];
     std::map<std::string, int> extra;
-    int exact[2] = {}, effects[2] = {}, clean = 0, false_effect = 0, structured = 0, outside = 0, named_outside = 0, missed_outside = 0, base = 0, base_ok = 0;
+    int exact[2] = {}, effects[2] = {}, clean = 0, false_effect = 0, structured = 0, outside = 0, named_outside = 0,
+        missed_outside = 0, base = 0, base_ok = 0;
     int present = 0;
     double seconds = 0, slowest = 0;
     for (const Outcome& o : outcomes) {
@@ -62,7 +67,8 @@ std::string report(const std::vector<Outcome>& outcomes)
         const bool clear = o.strength >= kClear;
         for (const std::string& t : o.truth) count(o, t, rows[o.kind == Kind::outside][t]);
         if (o.kind == Kind::clean) {
-            ++clean, false_effect += !o.named.empty() || !o.failure.empty(), structured += o.named.empty() && o.verdict != "clean";
+            ++clean, false_effect += !o.named.empty() || !o.failure.empty(),
+                structured += o.named.empty() && o.verdict != "clean";
             Row& row = rows[0]["none"];
             ++row.logs, row.nothing += o.named.empty();
             for (const std::string& n : o.named) ++row.instead[n];
@@ -79,13 +85,17 @@ std::string report(const std::vector<Outcome>& outcomes)
         present += static_cast<int>(o.off.size());
     }
 
-    std::string text = fmt::format("{} logs, {:.0f} s of tracing, the slowest {:.1f} s\n\n", outcomes.size(), seconds, slowest);
-    text += "| true | logs | named | confusable | nothing | failed | instead |\n| --- | --: | --: | --: | --: | --: | --- |\n";
+    std::string text = fmt::format("{} logs, {:.0f} s of tracing, the slowest {:.1f} s\n\n", outcomes.size(), seconds,
+                                   slowest);
+    text += "| true | logs | named | confusable | nothing | failed | instead |\n| --- | --: | --: | --: | --: | --: | "
+            "--- |\n";
     for (const auto& part : rows)
         for (const auto& [name, row] : part) {
             std::string instead;
-            for (const auto& [other, times] : row.instead) instead += fmt::format("{}{} {}", instead.empty() ? "" : ", ", other, times);
-            text += fmt::format("| {} | {} | {} | {} | {} | {} | {} |\n", name, row.logs, row.named, row.confusable, row.nothing, row.failed, instead);
+            for (const auto& [other, times] : row.instead)
+                instead += fmt::format("{}{} {}", instead.empty() ? "" : ", ", other, times);
+            text += fmt::format("| {} | {} | {} | {} | {} | {} | {} |\n", name, row.logs, row.named, row.confusable,
+                                row.nothing, row.failed, instead);
         }
     text += "\n";
     text += rate("exact set right, every effect above 3 times the noise floor", exact[1], effects[1], "95 %");
@@ -94,7 +104,8 @@ std::string report(const std::vector<Outcome>& outcomes)
     text += rate("clean logs without one, but said to be structured", structured, clean, "0");
     text += rate("outside effects named as something of the catalogue", named_outside, outside, "5 % at most");
     text += rate("outside effects taken for clean", missed_outside, outside, "no bound");
-    text += rate("base parameters: R, L within 2 %, psi within 0.5 %", base_ok, base, "all; effects above 3 times, and clean");
+    text += rate("base parameters: R, L within 2 %, psi within 0.5 %", base_ok, base,
+                 "all; effects above 3 times, and clean");
     text += fmt::format("({} parameters of {} logs; one that the tracer withholds is not counted)\n", present, base);
     if (!extra.empty()) {
         text += "named beside or instead of the truth:";
@@ -102,7 +113,8 @@ std::string report(const std::vector<Outcome>& outcomes)
         text += "\n";
     }
     for (const Outcome& o : outcomes) {
-        const bool off = !o.base_right() && o.failure.empty() && o.kind != Kind::outside && (o.kind == Kind::clean || o.strength >= kClear);
+        const bool off = !o.base_right() && o.failure.empty() && o.kind != Kind::outside &&
+                         (o.kind == Kind::clean || o.strength >= kClear);
         if (!failed(o) && !off) continue;
         std::string named, wide;
         for (std::size_t n = 0; n < o.named.size(); ++n) {
@@ -110,10 +122,12 @@ std::string report(const std::vector<Outcome>& outcomes)
             for (const std::string& c : o.confusable[n]) named += "/" + c;
         }
         for (const Off& x : o.off)
-            if (std::abs(x.percent) > (x.name == "psi_Wb" ? 0.5 : 2.0)) wide += fmt::format(" {} {:+.2g} %", x.name, x.percent);
-        text += fmt::format("{} seed {}: {} ({:.1f}x): {}: [{}]{}{}\n    {}\n    build/bench/blind --seed {}\n", failed(o) ? "WRONG" : "OFF  ", o.seed,
-                            name_of(o.kind), o.strength, o.failure.empty() ? o.verdict : "threw: " + o.failure, named, wide.empty() ? "" : " off:", wide,
-                            o.about, o.seed);
+            if (std::abs(x.percent) > (x.name == "psi_Wb" ? 0.5 : 2.0))
+                wide += fmt::format(" {} {:+.2g} %", x.name, x.percent);
+        text += fmt::format("{} seed {}: {} ({:.1f}x): {}: [{}]{}{}\n    {}\n    build/bench/blind --seed {}\n",
+                            failed(o) ? "WRONG" : "OFF  ", o.seed, name_of(o.kind), o.strength,
+                            o.failure.empty() ? o.verdict : "threw: " + o.failure, named,
+                            wide.empty() ? "" : " off:", wide, o.about, o.seed);
     }
     return text;
 }

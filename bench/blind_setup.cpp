@@ -119,7 +119,8 @@ void draw_settled(Random& random, Setup& s)
     dqw_sim_drive& d = x.drive;
     d.dt_s = 0.06 * std::max(m.Ld_H, m.Lq_H) / m.R_ohm;
     s.speed_rad_s = turning ? std::min(speed_of(s, 0.5), 0.3 / (d.dt_s * m.pole_pairs)) : 0;
-    d.hold = DQW_SIM_HOLD_DQ, d.current_bandwidth_rad_s = 0.15 / d.dt_s, d.i_max_A = 1.5 * s.current_A, d.log_every = 250, d.log_window = 20;
+    d.hold = DQW_SIM_HOLD_DQ, d.current_bandwidth_rad_s = 0.15 / d.dt_s, d.i_max_A = 1.5 * s.current_A,
+    d.log_every = 250, d.log_window = 20;
     const double row = d.dt_s * d.log_every, hold = row * (1 + 2e-5);
     x.duration_s = row * std::round(random.uniform(150, 400));
     dqw_sim_profile& p = x.profile;
@@ -175,10 +176,12 @@ Setup draw_setup(Random& random, dqw::Regime regime)
     for (double& u : s.shape) u = random.uniform(0, 1);
     for (double& f : s.nominal) f = random.uniform(0.7, 1.3);
     s.angle = random.chance(0.6), s.temperatures = random.chance(0.5), s.heats = random.chance(0.4);
-    s.torque = random.chance(0.3), s.bus = random.chance(0.5), s.nominal_given = random.chance(0.4), s.gap = random.chance(0.06);
+    s.torque = random.chance(0.3), s.bus = random.chance(0.5), s.nominal_given = random.chance(0.4),
+    s.gap = random.chance(0.06);
     // An integrated speed must still tell the angle at the end of the log.
     const double rows = s.scenario.duration_s / s.scenario.drive.dt_s;
-    const double drift = m.pole_pairs * s.scenario.drive.dt_s * s.scenario.noise.w * 0.7 * s.speed_rad_s * std::sqrt(rows);
+    const double drift = m.pole_pairs * s.scenario.drive.dt_s * s.scenario.noise.w * 0.7 * s.speed_rad_s *
+                         std::sqrt(rows);
     if (s.gap || drift > 0.1 || regime != dqw::Regime::dynamic) s.angle = true;
     s.pole_pairs_given = !s.angle || regime != dqw::Regime::dynamic || random.chance(0.8);
     if (regime == dqw::Regime::mechanical) s.torque = random.chance(0.7);
@@ -189,7 +192,8 @@ dqw::PlainModel truth_of(const Setup& s)
 {
     const dqw_sim_machine& m = s.scenario.machine;
     dqw::PlainModel truth;
-    truth.pole_pairs = m.pole_pairs, truth.R_ohm = m.R_ohm, truth.Ld_H = m.Ld_H, truth.Lq_H = m.Lq_H, truth.psi_Wb = m.psi_Wb;
+    truth.pole_pairs = m.pole_pairs, truth.R_ohm = m.R_ohm, truth.Ld_H = m.Ld_H, truth.Lq_H = m.Lq_H,
+    truth.psi_Wb = m.psi_Wb;
     truth.J_kgm2 = m.J_kgm2, truth.B_Nms_rad = m.B_Nms_rad, truth.torque_constant_Nm_A = 1.5 * m.pole_pairs * m.psi_Wb;
     return truth;
 }
@@ -218,9 +222,11 @@ dqw::Log log_of(const Setup& s, const dqw_sim_scenario& scenario, bool noise)
     fill(log.v_d_V, &dqw_sim_row::v_d_V, electrical), fill(log.v_q_V, &dqw_sim_row::v_q_V, electrical);
     fill(log.i_d_A, &dqw_sim_row::i_d_A, electrical), fill(log.i_q_A, &dqw_sim_row::i_q_A, electrical || !s.torque);
     fill(log.w_m_rad_s, &dqw_sim_row::w_m_rad_s, true);
-    fill(log.theta_e_rad, &dqw_sim_row::theta_e_rad, electrical && s.angle), fill(log.theta_m_rad, &dqw_sim_row::theta_m_rad, s.angle);
+    fill(log.theta_e_rad, &dqw_sim_row::theta_e_rad, electrical && s.angle),
+        fill(log.theta_m_rad, &dqw_sim_row::theta_m_rad, s.angle);
     fill(log.v_dc_V, &dqw_sim_row::v_dc_V, electrical && s.bus);
-    fill(log.temp_winding_C, &dqw_sim_row::temp_winding_C, temperatures), fill(log.temp_magnet_C, &dqw_sim_row::temp_magnet_C, temperatures);
+    fill(log.temp_winding_C, &dqw_sim_row::temp_winding_C, temperatures),
+        fill(log.temp_magnet_C, &dqw_sim_row::temp_magnet_C, temperatures);
     fill(log.torque_Nm, &dqw_sim_row::torque_Nm, s.torque);
     log.dt_s = x.drive.dt_s * std::max(x.drive.log_every, 1);
     if (s.pole_pairs_given) log.machine.pole_pairs = x.machine.pole_pairs;

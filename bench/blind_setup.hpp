@@ -17,7 +17,10 @@ namespace blind {
 class Random {
 public:
     explicit Random(std::uint64_t seed) : bits_(seed) {}
-    double uniform(double low, double high) { return low + (high - low) * static_cast<double>(bits_() >> 11) * 0x1p-53; }
+    double uniform(double low, double high)
+    {
+        return low + (high - low) * static_cast<double>(bits_() >> 11) * 0x1p-53;
+    }
     double log_uniform(double low, double high);
     bool chance(double probability) { return uniform(0, 1) < probability; }
     std::size_t below(std::size_t n) { return static_cast<std::size_t>(uniform(0, static_cast<double>(n))); }
@@ -29,13 +32,14 @@ private:
 struct Setup {
     dqw_sim_scenario scenario{};
     dqw::Regime regime = dqw::Regime::dynamic;
-    bool injection = false, slow = false;                                    ///< slow: cogging can be seen
-    bool angle = true, temperatures = false, heats = false, torque = false;  ///< columns; heats: though nothing follows it
+    bool injection = false, slow = false;  ///< slow: cogging can be seen
+    /// columns; heats: though nothing follows it
+    bool angle = true, temperatures = false, heats = false, torque = false;
     bool bus = false, pole_pairs_given = true, nominal_given = false, gap = false;
     double current_A = 0, speed_rad_s = 0, voltage_V = 0, torque_Nm = 0;  ///< how large the signals may become
     double copper_W = 0;                                                  ///< about what heats the winding
-    std::array<double, 6> shape{};                                        ///< uniform draws: whatever an effect has beside its size
-    std::array<double, 4> nominal{};                                      ///< factors on what the machine file says
+    std::array<double, 6> shape{};    ///< uniform draws: whatever an effect has beside its size
+    std::array<double, 4> nominal{};  ///< factors on what the machine file says
     std::string machine, profile;
 };
 

@@ -29,7 +29,9 @@ std::vector<double> residuals(const dqw::Log& log, const dqw::PlainModel& m)
                 double e_d = 0, e_q = 0;
                 for (std::size_t r = k; r < k + n; ++r) {
                     if (mechanical)
-                        e_d += 0.5 * (torque[r] + torque[r + 1] - m.B_Nms_rad * (log.w_m_rad_s[r] + log.w_m_rad_s[r + 1])) * piece.period_s(r);
+                        e_d += 0.5 *
+                               (torque[r] + torque[r + 1] - m.B_Nms_rad * (log.w_m_rad_s[r] + log.w_m_rad_s[r + 1])) *
+                               piece.period_s(r);
                     else
                         dqw::add_period(log, m, r, piece.period_s(r), e_d, e_q);
                 }
@@ -71,7 +73,8 @@ std::vector<double> rest_of(const Setup& s, const std::vector<Drawn>& before, co
 std::vector<double> best_rest(const dqw::Log& log, const dqw::PlainModel& truth)
 {
     using Field = double dqw::PlainModel::*;
-    std::vector<Field> fields = {&dqw::PlainModel::R_ohm, &dqw::PlainModel::Ld_H, &dqw::PlainModel::Lq_H, &dqw::PlainModel::psi_Wb};
+    std::vector<Field> fields = {&dqw::PlainModel::R_ohm, &dqw::PlainModel::Ld_H, &dqw::PlainModel::Lq_H,
+                                 &dqw::PlainModel::psi_Wb};
     if (log.regime == dqw::Regime::standstill) fields.resize(1);
     if (log.regime == dqw::Regime::mechanical) fields = {&dqw::PlainModel::J_kgm2, &dqw::PlainModel::B_Nms_rad};
     dqw::PlainModel m = truth;
@@ -85,17 +88,22 @@ std::vector<double> best_rest(const dqw::Log& log, const dqw::PlainModel& truth)
             const double step = 1e-3 * std::abs(truth.*fields[f]);
             moved.*fields[f] += step;
             std::vector<double> there = residuals(log, moved);
-            slope.col(static_cast<Eigen::Index>(f)) = (Eigen::Map<Eigen::VectorXd>(there.data(), at.size()) - at) / step;
+            slope.col(static_cast<Eigen::Index>(f)) = (Eigen::Map<Eigen::VectorXd>(there.data(), at.size()) - at) /
+                                                      step;
         }
         const Eigen::VectorXd scale = slope.colwise().norm().cwiseMax(1e-300);
-        const Eigen::VectorXd change = dqw::least_squares(slope * scale.cwiseInverse().asDiagonal(), -at).cwiseQuotient(scale);
+        const Eigen::VectorXd change =
+            dqw::least_squares(slope * scale.cwiseInverse().asDiagonal(), -at).cwiseQuotient(scale);
         for (std::size_t f = 0; f < fields.size(); ++f) m.*fields[f] += change(static_cast<Eigen::Index>(f));
         e = residuals(log, m);
     }
     return e;
 }
 
-double rms(const std::vector<double>& x) { return x.empty() ? 0.0 : std::sqrt(dot(x, x) / static_cast<double>(x.size())); }
+double rms(const std::vector<double>& x)
+{
+    return x.empty() ? 0.0 : std::sqrt(dot(x, x) / static_cast<double>(x.size()));
+}
 
 bool calibrate(const Setup& s, double floor, std::vector<Drawn>& effects)
 {

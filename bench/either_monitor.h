@@ -32,10 +32,15 @@ static inline void either_jump(either_monitor *m)
         dqw_monitor_missing(&m->f, 0);
 }
 
-static inline int16_t either_q15(double x, double base) { return (int16_t)lrint(fmax(-32768, fmin(32767, 32768 * x / (DQW_Q15_ROOM * base)))); }
+static inline int16_t either_q15(double x, double base)
+{
+    return (int16_t)lrint(fmax(-32768, fmin(32767, 32768 * x / (DQW_Q15_ROOM * base))));
+}
 
-/// One sample and the background. What has changed has its values in parts of its unit there where they are whole numbers.
-static inline bool either_step(either_monitor *m, const dqw_monitor_config *c, const dqw_sample *s, dqw_monitor_change *e)
+/// One sample and the background. What has changed has its values in parts of its unit there where they are whole
+/// numbers.
+static inline bool either_step(either_monitor *m, const dqw_monitor_config *c, const dqw_sample *s,
+                               dqw_monitor_change *e)
 {
     if (!m->q15) {
         (void)dqw_monitor_sample(&m->f, s, false);
@@ -43,10 +48,11 @@ static inline bool either_step(either_monitor *m, const dqw_monitor_config *c, c
     }
     const dqw_estimator_config *t = &c->estimator;
     const double turn = atan2((double)s->sine, (double)s->cosine) / (2 * acos(-1.0));
-    const dqw_sample_q15 x = dqw_sample_from_dq_q15(either_q15((double)s->v_d_V, (double)t->v_base_V), either_q15((double)s->v_q_V, (double)t->v_base_V),
-                                                    either_q15((double)s->i_d_A, (double)t->i_base_A), either_q15((double)s->i_q_A, (double)t->i_base_A),
-                                                    either_q15((double)s->w_m_rad_s, (double)t->w_base_rad_s),
-                                                    (uint16_t)(lrint((turn - floor(turn)) * 65536) & 65535));
+    const dqw_sample_q15 x = dqw_sample_from_dq_q15(
+        either_q15((double)s->v_d_V, (double)t->v_base_V), either_q15((double)s->v_q_V, (double)t->v_base_V),
+        either_q15((double)s->i_d_A, (double)t->i_base_A), either_q15((double)s->i_q_A, (double)t->i_base_A),
+        either_q15((double)s->w_m_rad_s, (double)t->w_base_rad_s),
+        (uint16_t)(lrint((turn - floor(turn)) * 65536) & 65535));
     dqw_monitor_change_q15 q;
     (void)dqw_monitor_sample_q15(&m->q, &x, false);
     if (!dqw_monitor_background_q15(&m->q) || !dqw_monitor_event_q15(&m->q, &q)) return false;
@@ -62,6 +68,9 @@ static inline bool either_step(either_monitor *m, const dqw_monitor_config *c, c
     return true;
 }
 
-static inline const dqw_stage *either_stage(const either_monitor *m) { return m->q15 ? &m->q.estimator.stage : &m->f.estimator.stage; }
+static inline const dqw_stage *either_stage(const either_monitor *m)
+{
+    return m->q15 ? &m->q.estimator.stage : &m->f.estimator.stage;
+}
 
 #endif

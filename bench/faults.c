@@ -1,6 +1,6 @@
-// Every fault of the monitor's table at three severities: told at all, how soon, and by which name. The joint is healthy until 2 s;
-// the fault then grows within 0.1 s. Options: --seeds N, --noise X, --only FAULT, --quick (3 seeds), --events (prints every event), --q15
-// (in whole numbers).
+// Every fault of the monitor's table at three severities: told at all, how soon, and by which name. The joint is
+// healthy until 2 s; the fault then grows within 0.1 s. Options: --seeds N, --noise X, --only FAULT, --quick (3 seeds),
+// --events (prints every event), --q15 (in whole numbers).
 #include "either_monitor.h"
 #include "joint.h"
 
@@ -28,23 +28,73 @@ typedef struct {
 
 static const fault_case CASES[] = {
     {"healthy", "", DQW_FAULT_NONE, FAULT_RAMP, NULL, {0}, END_S, 0},
-    {"demagnetisation", "of the flux", DQW_FAULT_DEMAGNETISATION, FAULT_RAMP, "nonideal.demagnetisation", {0.03, 0.05, 0.1}, END_S, 0},
+    {"demagnetisation",
+     "of the flux",
+     DQW_FAULT_DEMAGNETISATION,
+     FAULT_RAMP,
+     "nonideal.demagnetisation",
+     {0.03, 0.05, 0.1},
+     END_S,
+     0},
     {"turn_short", "of a phase", DQW_FAULT_TURN_SHORT, FAULT_RAMP, "nonideal.turn_short", {0.03, 0.05, 0.1}, END_S, 0},
-    {"phase_connection", "ohm", DQW_FAULT_PHASE_CONNECTION, FAULT_RAMP, "nonideal.phase_connection_ohm", {0.05, 0.1, 0.25}, END_S, 0},
-    {"current_offset", "A", DQW_FAULT_CURRENT_OFFSET, FAULT_RAMP, "nonideal.current_offset_alpha_A", {0.1, 0.2, 0.5}, END_S, 0},
-    {"current_gain", "of a sensor", DQW_FAULT_CURRENT_GAIN, FAULT_RAMP, "nonideal.current_gain_a", {0.05, 0.1, 0.2}, END_S, 0},
-    {"encoder_offset", "rad", DQW_FAULT_ENCODER_OFFSET, FAULT_RAMP, "nonideal.angle_offset_rad", {0.03, 0.05, 0.1}, END_S, 0},
+    {"phase_connection",
+     "ohm",
+     DQW_FAULT_PHASE_CONNECTION,
+     FAULT_RAMP,
+     "nonideal.phase_connection_ohm",
+     {0.05, 0.1, 0.25},
+     END_S,
+     0},
+    {"current_offset",
+     "A",
+     DQW_FAULT_CURRENT_OFFSET,
+     FAULT_RAMP,
+     "nonideal.current_offset_alpha_A",
+     {0.1, 0.2, 0.5},
+     END_S,
+     0},
+    {"current_gain",
+     "of a sensor",
+     DQW_FAULT_CURRENT_GAIN,
+     FAULT_RAMP,
+     "nonideal.current_gain_a",
+     {0.05, 0.1, 0.2},
+     END_S,
+     0},
+    {"encoder_offset",
+     "rad",
+     DQW_FAULT_ENCODER_OFFSET,
+     FAULT_RAMP,
+     "nonideal.angle_offset_rad",
+     {0.03, 0.05, 0.1},
+     END_S,
+     0},
     {"inverter_fault", "V, 0.24 before", DQW_FAULT_INVERTER_FAULT, FAULT_DEAD_TIME, NULL, {0.36, 0.48, 0.72}, END_S, 0},
     {"over_temperature", "K/s", DQW_FAULT_OVER_TEMPERATURE, FAULT_HEAT, NULL, {0.7, 1, 1.4}, END_S, 0},
-    {"bearing_wear", "Nm", DQW_FAULT_BEARING_WEAR, FAULT_RAMP, "nonideal.bearing_Nm", {0.1, 0.2, 0.3}, BEARING_END_S, 0},
-    {"bearing_wear, load 0.1", "Nm", DQW_FAULT_BEARING_WEAR, FAULT_RAMP, "nonideal.bearing_Nm", {0.1, 0.2, 0.3}, BEARING_END_S, 0.1},
+    {"bearing_wear",
+     "Nm",
+     DQW_FAULT_BEARING_WEAR,
+     FAULT_RAMP,
+     "nonideal.bearing_Nm",
+     {0.1, 0.2, 0.3},
+     BEARING_END_S,
+     0},
+    {"bearing_wear, load 0.1",
+     "Nm",
+     DQW_FAULT_BEARING_WEAR,
+     FAULT_RAMP,
+     "nonideal.bearing_Nm",
+     {0.1, 0.2, 0.3},
+     BEARING_END_S,
+     0.1},
     {"unknown (R of all phases)", "of R", DQW_FAULT_UNKNOWN, FAULT_RESISTANCE, NULL, {0.05, 0.1, 0.2}, END_S, 0},
 };
 
 // What many logs of one fault and severity gave.
 typedef struct {
     int logs, told, right, early;
-    int named[DQW_FAULT_NAMES], later[DQW_FAULT_NAMES];  // the first event after the fault; every further one by another name
+    int named[DQW_FAULT_NAMES],
+        later[DQW_FAULT_NAMES];  // the first event after the fault; every further one by another name
     double delay_s, worst_s;
 } outcome;
 
@@ -67,7 +117,10 @@ static void heat(dqw_sim_scenario *s, double rate_K_s)
     s->machine.temp_start_C = s->machine.temp_ref_C + LIMIT_K - 2.5 * rate_K_s;
 }
 
-static double start_of(const fault_case *c) { return c->expected == DQW_FAULT_BEARING_WEAR ? BEARING_START_S : START_S; }
+static double start_of(const fault_case *c)
+{
+    return c->expected == DQW_FAULT_BEARING_WEAR ? BEARING_START_S : START_S;
+}
 
 static dqw_sim_scenario scenario(const fault_case *c, double severity, int seed, double noise)
 {
@@ -137,7 +190,8 @@ static dqw_monitor_config monitor_of(const fault_case *c)
 
 static void count(outcome *o, const fault_case *c, const dqw_monitor_change *e, double after_s, bool *told)
 {
-    const bool right = e->fault.name == c->expected && e->fault.phase == 0;  // every fault of one phase is one of phase a
+    const bool right = e->fault.name == c->expected &&
+                       e->fault.phase == 0;  // every fault of one phase is one of phase a
     if (after_s < 0 || c->expected == DQW_FAULT_NONE) {
         o->early++;
     } else if (!*told) {
@@ -152,7 +206,8 @@ static void count(outcome *o, const fault_case *c, const dqw_monitor_change *e, 
     }
 }
 
-static void watch(outcome *o, const fault_case *c, const joint_log *log, int seed, double severity, bool events, bool q15)
+static void watch(outcome *o, const fault_case *c, const joint_log *log, int seed, double severity, bool events,
+                  bool q15)
 {
     const dqw_monitor_config config = monitor_of(c);
     const double fault_s = fault_at_s(c, log);
@@ -166,13 +221,15 @@ static void watch(outcome *o, const fault_case *c, const joint_log *log, int see
         dqw_monitor_change e;
         if (!either_step(&m, &config, &x, &e)) continue;
         if (events)
-            printf("  %s %g seed %d: %.3f s (since %.3f; fault at %.3f) %s %g +- %.2g, %s %.2f phase %d\n", c->name, severity, seed, t_s,
-                   (double)e.since * (double)config.estimator.dt_s, fault_s, dqw_parameter_text(e.parameter), (double)e.value, (double)e.sd,
-                   dqw_fault_text(e.fault.name), (double)e.fault.confidence, e.fault.phase);
+            printf("  %s %g seed %d: %.3f s (since %.3f; fault at %.3f) %s %g +- %.2g, %s %.2f phase %d\n", c->name,
+                   severity, seed, t_s, (double)e.since * (double)config.estimator.dt_s, fault_s,
+                   dqw_parameter_text(e.parameter), (double)e.value, (double)e.sd, dqw_fault_text(e.fault.name),
+                   (double)e.fault.confidence, e.fault.phase);
         count(o, c, &e, t_s - fault_s, &told);
     }
     o->logs++;
-    if (events && !told && c->expected != DQW_FAULT_NONE) printf("  %s %g seed %d: not told, stage %d\n", c->name, severity, seed, (int)either_stage(&m)->name);
+    if (events && !told && c->expected != DQW_FAULT_NONE)
+        printf("  %s %g seed %d: not told, stage %d\n", c->name, severity, seed, (int)either_stage(&m)->name);
 }
 
 static void print_names(const char *before, const int named[], int but)
@@ -216,12 +273,15 @@ int main(int argc, char **argv)
     const int seeds = (int)joint_number(argc, argv, "--seeds", joint_flag(argc, argv, "--quick") ? 3 : 20);
     const double noise = atof(joint_option(argc, argv, "--noise", "0.01"));
     const char *only = joint_option(argc, argv, "--only", NULL);
-    printf("Faults of the joint, %g %% noise, healthy until %g s (friction: 16 s), %d seeds (friction: 5): told, how long after the fault (s), by the right "
+    printf("Faults of the joint, %g %% noise, healthy until %g s (friction: 16 s), %d seeds (friction: 5): told, how "
+           "long after the fault (s), by the right "
            "name (%%),\n"
            "by which others (\"later\": by a further event), and events before the fault\n\n",
            100 * noise, START_S, seeds);
-    printf("| fault                     | severity            | told       | mean  | worst | right | others | before |\n");
-    printf("| ------------------------- | ------------------- | ---------- | ----: | ----: | ----: | ------ | -----: |\n");
+    printf(
+        "| fault                     | severity            | told       | mean  | worst | right | others | before |\n");
+    printf(
+        "| ------------------------- | ------------------- | ---------- | ----: | ----: | ----: | ------ | -----: |\n");
     for (size_t f = 0; f < sizeof CASES / sizeof CASES[0]; f++)
         if (only == NULL || strncmp(only, CASES[f].name, strlen(only)) == 0)
             one_case(&CASES[f], seeds, noise, joint_flag(argc, argv, "--events"), joint_flag(argc, argv, "--q15"));

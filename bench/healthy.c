@@ -1,7 +1,8 @@
-// Does the monitor stay quiet on healthy drives? Joint and servo motor, in pieces of 5 s: load, speed and excitation drawn anew for each,
-// copper and magnet warming and cooling, steady sensor noise of 1 to 5 %. Every event is a false alarm, and is printed. Then an estimator
-// that hears noise alone. Options: --samples N (1e7), --idle N (1e8), --first DRIVE (begins there), --lively (no piece is
-// steady or at rest), --quick (1e6 each), --q15 (the monitor in whole numbers; the estimator at rest stays in float).
+// Does the monitor stay quiet on healthy drives? Joint and servo motor, in pieces of 5 s: load, speed and excitation
+// drawn anew for each, copper and magnet warming and cooling, steady sensor noise of 1 to 5 %. Every event is a false
+// alarm, and is printed. Then an estimator that hears noise alone. Options: --samples N (1e7), --idle N (1e8), --first
+// DRIVE (begins there), --lively (no piece is steady or at rest), --quick (1e6 each), --q15 (the monitor in whole
+// numbers; the estimator at rest stays in float).
 #include <time.h>
 
 #include "either_monitor.h"
@@ -83,7 +84,8 @@ static void measure_noise(drive *d)
     double sum[5] = {0};
     double square[5] = {0};
     for (size_t k = 0; k < log.count; k++) {
-        const double x[5] = {log.row[k].v_d_V, log.row[k].v_q_V, log.row[k].i_d_A, log.row[k].i_q_A, log.row[k].w_m_rad_s};
+        const double x[5] = {log.row[k].v_d_V, log.row[k].v_q_V, log.row[k].i_d_A, log.row[k].i_q_A,
+                             log.row[k].w_m_rad_s};
         for (int i = 0; i < 5; i++) {
             sum[i] += x[i];
             square[i] += x[i] * x[i];
@@ -96,7 +98,10 @@ static void measure_noise(drive *d)
 
 static drive drive_of(int number)
 {
-    drive d = {.number = number, .machine = &MACHINE[number % MACHINES], .asked = "start", .random = 1000003u * (uint64_t)number + 7u};
+    drive d = {.number = number,
+               .machine = &MACHINE[number % MACHINES],
+               .asked = "start",
+               .random = 1000003u * (uint64_t)number + 7u};
     d.noise = between(&d.random, 0.01, 0.05);
     d.heating_K_s = between(&d.random, 0.3, 1);
     d.hottest_K = between(&d.random, 40, 100);
@@ -111,7 +116,9 @@ static drive drive_of(int number)
 static void warm(drive *d, double t_s)
 {
     const double step = d->heating_K_s * PIECE_S;
-    d->copper_K = t_s < 5 ? d->copper_K : t_s >= d->cools_at_s ? fmax(d->copper_K - step, 0) : fmin(d->copper_K + step, d->hottest_K);
+    d->copper_K = t_s < 5                ? d->copper_K
+                  : t_s >= d->cools_at_s ? fmax(d->copper_K - step, 0)
+                                         : fmin(d->copper_K + step, d->hottest_K);
     d->magnet_K += (d->copper_K - d->magnet_K) * (1 - exp(-PIECE_S / MAGNET_S));
 }
 
@@ -125,7 +132,8 @@ static void ask(drive *d, dqw_sim_profile *p)
     p->load_Nm = (dqw_sim_signal){.value = between(&d->random, -0.4, 0.4) * m->load_Nm,
                                   .random = between(&d->random, 0.1, 1) * m->load_Nm,
                                   .random_hold_s = between(&d->random, 0.02, 0.5)};
-    p->speed_rad_s = (dqw_sim_signal){.wave = between(&d->random, 0.2, 1) * m->speed_rad_s, .wave_period_s = between(&d->random, 0.4, 2)};
+    p->speed_rad_s = (dqw_sim_signal){.wave = between(&d->random, 0.2, 1) * m->speed_rad_s,
+                                      .wave_period_s = between(&d->random, 0.4, 2)};
     p->i_d_A.random = between(&d->random, 0.3, 1) * m->current_A;
     p->v_d_V.binary = p->v_q_V.binary = between(&d->random, 0.5, 1) * m->binary_V;
     if (kind > 0.7) {
@@ -137,7 +145,8 @@ static void ask(drive *d, dqw_sim_profile *p)
     if (kind > 0.95) p->load_Nm.value = p->load_Nm.random = 0;
 }
 
-// One piece, its temperatures moving on in straight lines: machine one kelvin above its reference, whose coefficients are ramps.
+// One piece, its temperatures moving on in straight lines: machine one kelvin above its reference, whose coefficients
+// are ramps.
 static joint_log piece(drive *d, int index)
 {
     dqw_sim_scenario s = *dqw_sim_scenario_find(d->machine->name);
@@ -161,7 +170,8 @@ static joint_log piece(drive *d, int index)
     ask(d, &s.profile);
     const joint_log log = joint_run(&s);
     for (size_t k = 0; k < log.count; k++) {
-        double *const x[6] = {&log.row[k].v_d_V, &log.row[k].v_q_V, &log.row[k].i_d_A, &log.row[k].i_q_A, &log.row[k].w_m_rad_s, NULL};
+        double *const x[6] = {&log.row[k].v_d_V, &log.row[k].v_q_V,     &log.row[k].i_d_A,
+                              &log.row[k].i_q_A, &log.row[k].w_m_rad_s, NULL};
         for (int i = 0; i < 6; i += 2) {
             double n[2];
             normal(&d->random, n);
@@ -175,7 +185,8 @@ static joint_log piece(drive *d, int index)
 static dqw_monitor_config monitor_of(const machine_kind *kind)
 {
     const dqw_sim_scenario *s = dqw_sim_scenario_find(kind->name);
-    dqw_monitor_config m = {.estimator = joint_in_service(&s->machine, kind->dead_width_A), .J_kgm2 = (float)s->machine.J_kgm2};
+    dqw_monitor_config m = {.estimator = joint_in_service(&s->machine, kind->dead_width_A),
+                            .J_kgm2 = (float)s->machine.J_kgm2};
     m.estimator.dt_s = (float)s->drive.dt_s;
     m.estimator.v_base_V = kind->v_base_V;
     m.estimator.i_base_A = kind->i_base_A;
@@ -185,9 +196,9 @@ static dqw_monitor_config monitor_of(const machine_kind *kind)
 
 static void print_event(const drive *d, const dqw_monitor_change *e, double t_s)
 {
-    printf("| %5d | %-11s | %5.1f %% | %7.2f | %-11s | %10.4g +- %7.2g | %5d | %4.0f | %4.0f | %s, then %s |\n", d->number + 1, d->machine->name,
-           100 * d->noise, t_s, dqw_parameter_text(e->parameter), (double)e->value, (double)e->sd, (int)e->fault.name, d->copper_K, d->magnet_K, d->before,
-           d->asked);
+    printf("| %5d | %-11s | %5.1f %% | %7.2f | %-11s | %10.4g +- %7.2g | %5d | %4.0f | %4.0f | %s, then %s |\n",
+           d->number + 1, d->machine->name, 100 * d->noise, t_s, dqw_parameter_text(e->parameter), (double)e->value,
+           (double)e->sd, (int)e->fault.name, d->copper_K, d->magnet_K, d->before, d->asked);
     fflush(stdout);
 }
 
@@ -219,7 +230,8 @@ static int one_drive(int number, bool lively, bool q15, double *left, double *sp
     }
     const dqw_stage *stage = either_stage(&m);
     if (stage->name != DQW_STAGE_IN_SERVICE || stage->times_back > 0)
-        printf("| %5d | %-11s | stage %d at the end, %u ways back\n", number + 1, d.machine->name, (int)stage->name, (unsigned)stage->times_back);
+        printf("| %5d | %-11s | stage %d at the end, %u ways back\n", number + 1, d.machine->name, (int)stage->name,
+               (unsigned)stage->times_back);
     return events;
 }
 
@@ -248,18 +260,23 @@ static void idle(double samples, bool taught)
     for (double k = 0; k < samples; k++) {
         double n[6];
         for (int i = 0; i < 6; i += 2) normal(&d.random, n + i);
-        const dqw_sample x = dqw_sample_from_dq((float)(n[0] * d.sd[0]), (float)(n[1] * d.sd[1]), (float)(n[2] * d.sd[2]), (float)(n[3] * d.sd[3]),
+        const dqw_sample x = dqw_sample_from_dq((float)(n[0] * d.sd[0]), (float)(n[1] * d.sd[1]),
+                                                (float)(n[2] * d.sd[2]), (float)(n[3] * d.sd[3]),
                                                 (float)(n[4] * d.sd[4]), 0.3f);
         if (!(dqw_estimator_sample(&e, &x, false) & DQW_EVENT_BLOCK)) continue;
         (void)dqw_estimator_background(&e);
-        for (int i = 0; i < DQW_PARAMETERS; i++) most[i] = fmax(most[i], fabs((double)dqw_estimator_read(&e, (enum dqw_parameter)i).value - start[i]));
+        for (int i = 0; i < DQW_PARAMETERS; i++)
+            most[i] = fmax(most[i], fabs((double)dqw_estimator_read(&e, (enum dqw_parameter)i).value - start[i]));
     }
-    const double unit[DQW_PARAMETERS] = {s.machine.R_ohm, s.machine.Ld_H, s.machine.Lq_H, s.machine.psi_Wb, 0.24, s.machine.psi_Wb};
-    printf("%s, %g samples of noise at rest (%.0f s): largest change, and deviation at the end, %% of the truth (dead time: 0.24 V)\n",
+    const double unit[DQW_PARAMETERS] = {s.machine.R_ohm,  s.machine.Ld_H, s.machine.Lq_H,
+                                         s.machine.psi_Wb, 0.24,           s.machine.psi_Wb};
+    printf("%s, %g samples of noise at rest (%.0f s): largest change, and deviation at the end, %% of the truth (dead "
+           "time: 0.24 V)\n",
            taught ? "After 2 s of learning" : "Never taught", samples, now_s() - from_s);
     for (int i = 0; i < DQW_PARAMETERS; i++) {
         const dqw_reading r = dqw_estimator_read(&e, (enum dqw_parameter)i);
-        printf("  %-9s %9.4f   ", (const char *[]){"R", "L_d", "L_q", "flux", "dead time", "flux on q"}[i], 100 * most[i] / unit[i]);
+        printf("  %-9s %9.4f   ", (const char *[]){"R", "L_d", "L_q", "flux", "dead time", "flux on q"}[i],
+               100 * most[i] / unit[i]);
         if (r.sd < DQW_UNKNOWN)
             printf("%9.4g\n", 100 * (double)r.sd / unit[i]);
         else
@@ -272,19 +289,21 @@ int main(int argc, char **argv)
 {
     const long usual = joint_flag(argc, argv, "--quick") ? 1000000 : 10000000;
     double left = (double)joint_number(argc, argv, "--samples", usual);
-    const double idle_samples = (double)joint_number(argc, argv, "--idle", joint_flag(argc, argv, "--quick") ? 1000000 : 100000000);
+    const double idle_samples = (double)joint_number(argc, argv, "--idle",
+                                                     joint_flag(argc, argv, "--quick") ? 1000000 : 100000000);
     const double all = left;
     const bool q15 = joint_flag(argc, argv, "--q15");
     double spent_s = 0;
     int events = 0;
     const double start_s = now_s();
     printf("Healthy drives, %g samples%s: events, every one a false alarm\n\n", all, q15 ? ", in whole numbers" : "");
-    printf("| drive | machine     | noise   | t (s)   | channel     | value                 | fault | copper, magnet (K) | pieces |\n");
+    printf("| drive | machine     | noise   | t (s)   | channel     | value                 | fault | copper, magnet "
+           "(K) | pieces |\n");
     for (int number = (int)joint_number(argc, argv, "--first", 1) - 1; left > 0; number++)
         events += one_drive(number, joint_flag(argc, argv, "--lively"), q15, &left, &spent_s);
     const double took_s = now_s() - start_s;
-    printf("\n%d events in %g samples. A simulated 1e7 samples take %.0f s, of these the monitor %.1f s.\n\n", events, all - left, took_s * 1e7 / (all - left),
-           spent_s * 1e7 / (all - left));
+    printf("\n%d events in %g samples. A simulated 1e7 samples take %.0f s, of these the monitor %.1f s.\n\n", events,
+           all - left, took_s * 1e7 / (all - left), spent_s * 1e7 / (all - left));
     if (q15) return 0;
     idle(idle_samples / 10, false);
     idle(idle_samples, true);

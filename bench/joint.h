@@ -74,7 +74,8 @@ static inline joint_log joint_run(const dqw_sim_scenario *s)
 
 static inline dqw_sample joint_sample(const dqw_sim_row *r)
 {
-    const dqw_sample s = dqw_sample_from_dq((float)r->v_d_V, (float)r->v_q_V, (float)r->i_d_A, (float)r->i_q_A, (float)r->w_m_rad_s, (float)r->theta_e_rad);
+    const dqw_sample s = dqw_sample_from_dq((float)r->v_d_V, (float)r->v_q_V, (float)r->i_d_A, (float)r->i_q_A,
+                                            (float)r->w_m_rad_s, (float)r->theta_e_rad);
     return s;
 }
 

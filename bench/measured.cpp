@@ -1,4 +1,5 @@
-// Fits and traces every measured log of a folder, alone and together with the others of its machine, and writes the result as Markdown:
+// Fits and traces every measured log of a folder, alone and together with the others of its machine, and writes the
+// result as Markdown:
 //     measured DATA docs/measured.md REPORTS
 // REPORTS gets the report of each entry that has a picture.
 #include "measured.hpp"
@@ -72,7 +73,8 @@ void write_reports(std::vector<Entry>& entries, const std::string& folder)
     std::set<std::string> seen;
     for (Entry& e : entries) {
         const dqw::Log& log = e.logs.front();
-        if (!e.report || (e.logs.size() == 1 && !log.machine.name.empty() && !seen.insert(log.machine.name).second)) continue;
+        if (!e.report || (e.logs.size() == 1 && !log.machine.name.empty() && !seen.insert(log.machine.name).second))
+            continue;
         e.picture = file_name(e.name) + ".png";
         dqw::OutputFile file(dqw::path_in(folder, file_name(e.name) + ".html"));
         file.write(dqw::report_page(*e.report));
@@ -87,7 +89,9 @@ int run(const std::string& data, const std::string& out, const std::string& repo
     for (const auto& file : fs::directory_iterator(data, error))
         if (file.path().extension() == ".csv" && !is_map(file.path().string())) paths.push_back(file.path().string());
     if (paths.empty()) {
-        dqw::complain(fmt::format("measured: no logs in DATA={}; {} stays as it is. Set DATA to a folder of logs (*.csv, and *.toml beside them).", data, out));
+        dqw::complain(fmt::format("measured: no logs in DATA={}; {} stays as it is. Set DATA to a folder of logs "
+                                  "(*.csv, and *.toml beside them).",
+                                  data, out));
         return 1;
     }
     std::sort(paths.begin(), paths.end());
@@ -114,7 +118,8 @@ int run(const std::string& data, const std::string& out, const std::string& repo
         for (auto& note : notes) note = without(dir, note);
         entry.result.notes.insert(entry.result.notes.begin(), notes.begin(), notes.end());
         const dqw::Log& log = entry.logs.front();
-        if (!log.machine.name.empty()) machines[log.machine.name + "/" + dqw::name_of(log.regime)].push_back(entries.size());
+        if (!log.machine.name.empty())
+            machines[log.machine.name + "/" + dqw::name_of(log.regime)].push_back(entries.size());
         fmt::print("{}: {}, {}\n", entry.name, dqw::name_of(log.regime), dqw::counted(log.rows(), "row"));
         entries.push_back(std::move(entry));
     }

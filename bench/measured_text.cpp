@@ -20,7 +20,10 @@ std::string estimate(const dqw::Result& result, const std::string& name)
 std::string percent(const dqw::Result& result, const std::string& axis)
 {
     for (const dqw::AxisResidual& a : result.axes)
-        if (a.axis == axis) return a.rms > 0 || a.percent > 0 ? fmt::format("{:.3g} {} ({:.3g} %)", a.rms, result.residual_unit, a.percent) : "0";
+        if (a.axis == axis)
+            return a.rms > 0 || a.percent > 0
+                       ? fmt::format("{:.3g} {} ({:.3g} %)", a.rms, result.residual_unit, a.percent)
+                       : "0";
     return "–";
 }
 
@@ -59,17 +62,22 @@ std::string row(const std::vector<std::string>& cells)
 
 std::string document(const std::vector<Entry>& entries, const std::vector<std::string>& unread)
 {
-    std::string out = "<!-- make measured -->\n# Measured logs\n\n`make measured` fits every log of `DATA` by the plain model, traces what that lacks, and "
+    std::string out = "<!-- make measured -->\n# Measured logs\n\n`make measured` fits every log of `DATA` by the "
+                      "plain model, traces what that lacks, and "
                       "writes this page. Each estimate is\n"
-                      "followed by its standard deviation; a dash stands for what the log cannot tell. A residual is in volts (Nm) and in per cent of\n"
-                      "the RMS of that axis' voltage (of the torque), over the blocks that DESIGN.md defines.\n\n## Fitted: the plain model, all rows\n";
+                      "followed by its standard deviation; a dash stands for what the log cannot tell. A residual is "
+                      "in volts (Nm) and in per cent of\n"
+                      "the RMS of that axis' voltage (of the torque), over the blocks that DESIGN.md defines.\n\n## "
+                      "Fitted: the plain model, all rows\n";
     for (const bool mechanical : {false, true}) {
         std::string rows;
         for (const Entry& e : entries)
             if (e.problems.empty() && (e.result.regime == dqw::Regime::mechanical) == mechanical) rows += fit_row(e);
         if (rows.empty()) continue;
-        out += mechanical ? "\n### Mechanical\n\n| log | regime | rows | J | B | K_t | residual |\n| --- | --- | --: | --: | --: | --: | --: |\n"
-                          : "\n### Electrical\n\n| log | regime | rows | R | L_d | L_q | ψ | pole pairs | residual | v_d | v_q |\n"
+        out += mechanical ? "\n### Mechanical\n\n| log | regime | rows | J | B | K_t | residual |\n| --- | --- | --: | "
+                            "--: | --: | --: | --: |\n"
+                          : "\n### Electrical\n\n| log | regime | rows | R | L_d | L_q | ψ | pole pairs | residual | "
+                            "v_d | v_q |\n"
                             "| --- | --- | --: | --: | --: | --: | --: | --: | --: | --: | --: |\n";
         out += rows;
     }
@@ -80,7 +88,8 @@ std::string document(const std::vector<Entry>& entries, const std::vector<std::s
         for (const auto& source : e.sources) out += "- Source: " + source + "\n";
         out += traced_lines(e);
         for (const auto& n : e.result.not_identifiable)
-            out += fmt::format("- Not identifiable: `{}`: {}{}\n", n.name, n.why, n.excitation.empty() ? "" : "; what would help: " + n.excitation);
+            out += fmt::format("- Not identifiable: `{}`: {}{}\n", n.name, n.why,
+                               n.excitation.empty() ? "" : "; what would help: " + n.excitation);
         for (const auto& note : e.result.notes) out += "- Note: " + note + "\n";
         for (const auto& problem : e.problems) out += "- **Not done**: " + problem + "\n";
     }

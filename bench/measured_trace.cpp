@@ -89,21 +89,24 @@ dqw::TraceReport traced(const std::vector<dqw::Log>& logs)
 
 std::string traced_tables(const std::vector<Entry>& entries)
 {
-    std::string out = "\n## Traced: before and after, on rows that no fit saw\n\nThe tracer is told nothing but the log and the pole pairs. Before: the plain "
-                      "model; after: with the effects found. Learners: the\nsame for the float learners of `lib/`. Noise floor: what the log's own noise would "
+    std::string out = "\n## Traced: before and after, on rows that no fit saw\n\nThe tracer is told nothing but the "
+                      "log and the pole pairs. Before: the plain "
+                      "model; after: with the effects found. Learners: the\nsame for the float learners of `lib/`. "
+                      "Noise floor: what the log's own noise would "
                       "leave.\n";
     for (const bool wanted : {false, true}) {
         std::string residuals, parameters;
         for (const Entry& e : entries)
             if (e.report && mechanical(e) == wanted) residuals += residual_row(e), parameters += parameter_row(e);
         if (residuals.empty()) continue;
-        out +=
-            wanted
-                ? "\n### Mechanical\n\n| log | verdict | effects | residual | torque | noise floor | learners |\n| --- | --- | --- | --: | --: | --: | --: |\n"
-                : "\n### Electrical\n\n| log | verdict | effects | residual | v_d | v_q | noise floor | learners |\n"
-                  "| --- | --- | --- | --: | --: | --: | --: | --: |\n";
+        out += wanted
+                   ? "\n### Mechanical\n\n| log | verdict | effects | residual | torque | noise floor | learners |\n| "
+                     "--- | --- | --- | --: | --: | --: | --: |\n"
+                   : "\n### Electrical\n\n| log | verdict | effects | residual | v_d | v_q | noise floor | learners |\n"
+                     "| --- | --- | --- | --: | --: | --: | --: | --: |\n";
         out += residuals;
-        out += wanted ? "\n| log | J | B |\n| --- | --: | --: |\n" : "\n| log | R | L_d | L_q | ψ |\n| --- | --: | --: | --: | --: |\n";
+        out += wanted ? "\n| log | J | B |\n| --- | --: | --: |\n"
+                      : "\n| log | R | L_d | L_q | ψ |\n| --- | --: | --: | --: | --: |\n";
         out += parameters;
     }
     return out;
@@ -120,19 +123,23 @@ std::string traced_lines(const Entry& entry)
         out += "- Effect `" + e.name + "`:";
         for (const dqw::Estimate& p : e.parameters)
             out += fmt::format("{} `{}` {}{}", &p == &e.parameters.front() ? "" : ",", p.name,
-                               dqw::with_sd(dqw::quantity(p.name, p.value, p.given ? 0.0 : p.sd)), p.given ? " (assumed)" : "");
+                               dqw::with_sd(dqw::quantity(p.name, p.value, p.given ? 0.0 : p.sd)),
+                               p.given ? " (assumed)" : "");
         out += fmt::format("; {} on unseen rows", dqw::residual_text(e.heldout_rms_after, t.unit));
-        if (!e.confusable_with.empty()) out += fmt::format(". Not told from {} here; what would: {}", dqw::list(e.confusable_with), e.separate);
+        if (!e.confusable_with.empty())
+            out += fmt::format(". Not told from {} here; what would: {}", dqw::list(e.confusable_with), e.separate);
         out += "\n";
     }
     std::string refused;
     for (const dqw::TraceRejected& r : t.rejected)
-        if (r.why.find("would be") != r.why.npos) refused += (refused.empty() ? "" : "; ") + fmt::format("`{}`: {}", r.name, r.why);
+        if (r.why.find("would be") != r.why.npos)
+            refused += (refused.empty() ? "" : "; ") + fmt::format("`{}`: {}", r.name, r.why);
     if (!refused.empty()) out += "- Without physical sense: " + refused + "\n";
     const std::vector<std::string>& known = entry.result.notes;
     for (const std::string& note : t.notes)
         if (std::find(known.begin(), known.end(), note) == known.end()) out += "- Note on the trace: " + note + "\n";
-    if (!entry.picture.empty()) out += fmt::format("\n![{}: first screen of the report](pictures/{})\n\n", entry.name, entry.picture);
+    if (!entry.picture.empty())
+        out += fmt::format("\n![{}: first screen of the report](pictures/{})\n\n", entry.name, entry.picture);
     return out;
 }
 

@@ -1,5 +1,6 @@
-// Which regressor form survives noise? Pairs, flat blocks and triangular blocks of consecutive pairs, all through the same neuron and gain,
-// on one simulated servo log at several noise levels; then the estimator, which takes the noise of its inputs out. Prints mean and RMS errors in %.
+// Which regressor form survives noise? Pairs, flat blocks and triangular blocks of consecutive pairs, all through the
+// same neuron and gain, on one simulated servo log at several noise levels; then the estimator, which takes the noise
+// of its inputs out. Prints mean and RMS errors in %.
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -33,15 +34,18 @@ static const form FORMS[] = {{"pairs (differenced currents)", FLAT, 1},
 
 static dqw_sample sample(const dqw_sim_row *r)
 {
-    return dqw_sample_from_dq((float)r->v_d_V, (float)r->v_q_V, (float)r->i_d_A, (float)r->i_q_A, (float)r->w_m_rad_s, (float)r->theta_e_rad);
+    return dqw_sample_from_dq((float)r->v_d_V, (float)r->v_q_V, (float)r->i_d_A, (float)r->i_q_A, (float)r->w_m_rad_s,
+                              (float)r->theta_e_rad);
 }
 
 static void largest(float *base, double a, double b) { *base = fmaxf(*base, fmaxf(fabsf((float)a), fabsf((float)b))); }
 
 static dqw_estimator_config bases(const dqw_sim_scenario *s, const dqw_sim_row *rows, size_t n, int pairs)
 {
-    dqw_estimator_config c = {
-        .dt_s = (float)s->drive.dt_s, .pole_pairs = (uint16_t)s->machine.pole_pairs, .half_window = (uint16_t)((pairs + 1) / 2), .noise_on_inputs = true};
+    dqw_estimator_config c = {.dt_s = (float)s->drive.dt_s,
+                              .pole_pairs = (uint16_t)s->machine.pole_pairs,
+                              .half_window = (uint16_t)((pairs + 1) / 2),
+                              .noise_on_inputs = true};
     for (size_t k = 0; k < n; k++) {
         largest(&c.v_base_V, rows[k].v_d_V, rows[k].v_q_V);
         largest(&c.i_base_A, rows[k].i_d_A, rows[k].i_q_A);
@@ -70,7 +74,8 @@ static dqw_block block_of(const form *f, const dqw_sim_row *rows, float dt_s)
         const dqw_sample a = sample(&rows[j]);
         const dqw_sample b = sample(&rows[j + 1]);
         const dqw_block p = dqw_model_pair(&a, &b, dt_s);
-        const float x[] = {p.v_d_V, p.v_q_V, p.i_d_A, p.i_q_A, p.di_d_A_s, p.di_q_A_s, p.wi_d_A_rad_s, p.wi_q_A_rad_s, p.w_m_rad_s};
+        const float x[] = {p.v_d_V,    p.v_q_V,        p.i_d_A,        p.i_q_A,    p.di_d_A_s,
+                           p.di_q_A_s, p.wi_d_A_rad_s, p.wi_q_A_rad_s, p.w_m_rad_s};
         const float weight = f->shape == FLAT ? 1.0f : fminf((float)(j + 1), (float)(f->pairs - j));
         for (int i = 0; i < DQW_BLOCK_SIGNALS; i++) sum[i] += weight * x[i];
         all += weight;
@@ -80,12 +85,15 @@ static dqw_block block_of(const form *f, const dqw_sim_row *rows, float dt_s)
     return m;
 }
 
-// Least squares of both axes' rows, weighed by how little of each axis is noise: R, L_d, L_q, flux, in units that make every input about 1.
-static void with_gain(const form *f, const dqw_estimator_config *c, const dqw_sim_row *rows, size_t n, double found[PARAMETERS])
+// Least squares of both axes' rows, weighed by how little of each axis is noise: R, L_d, L_q, flux, in units that make
+// every input about 1.
+static void with_gain(const form *f, const dqw_estimator_config *c, const dqw_sim_row *rows, size_t n,
+                      double found[PARAMETERS])
 {
     const float p = (float)c->pole_pairs;
     const float w_e = p * c->w_base_rad_s;
-    const float unit[PARAMETERS] = {c->v_base_V / c->i_base_A, c->v_base_V / (c->i_base_A * w_e), c->v_base_V / (c->i_base_A * w_e), c->v_base_V / w_e};
+    const float unit[PARAMETERS] = {c->v_base_V / c->i_base_A, c->v_base_V / (c->i_base_A * w_e),
+                                    c->v_base_V / (c->i_base_A * w_e), c->v_base_V / w_e};
     float w[PARAMETERS] = {0};
     float error2[2] = {0};
     float blocks = 0;
@@ -96,7 +104,8 @@ static void with_gain(const form *f, const dqw_estimator_config *c, const dqw_si
         dqw_block b = block_of(f, rows + k, c->dt_s);
         const dqw_machine known = {w[DQW_R] * unit[DQW_R], w[DQW_LD] * unit[DQW_LD], w[DQW_LQ] * unit[DQW_LQ], p};
         if (known.R_ohm > 0) dqw_model_bow(&b, &known, c->dt_s);
-        const float x[2][PARAMETERS] = {{b.i_d_A, b.di_d_A_s, -p * b.wi_q_A_rad_s, 0}, {b.i_q_A, p * b.wi_d_A_rad_s, b.di_q_A_s, p * b.w_m_rad_s}};
+        const float x[2][PARAMETERS] = {{b.i_d_A, b.di_d_A_s, -p * b.wi_q_A_rad_s, 0},
+                                        {b.i_q_A, p * b.wi_d_A_rad_s, b.di_q_A_s, p * b.w_m_rad_s}};
         const float v_V[2] = {b.v_d_V, b.v_q_V};
         blocks++;
         for (int axis = 0; axis < 2; axis++) {
@@ -137,7 +146,8 @@ int main(void)
     const size_t n = dqw_sim_rows(base);
     dqw_sim_row *rows = malloc(n * sizeof *rows);
     if (rows == NULL) return 1;
-    printf("Regressor forms on the scenario servo_ideal, white noise on every channel, %d seeds: mean error %% (RMS)\n", SEEDS);
+    printf("Regressor forms on the scenario servo_ideal, white noise on every channel, %d seeds: mean error %% (RMS)\n",
+           SEEDS);
     printf("%7s  %-29s %17s %17s %17s %17s\n", "noise", "form", "R", "L_d", "L_q", "flux");
     for (size_t l = 0; l < sizeof levels / sizeof levels[0]; l++) {
         double mean[sizeof FORMS / sizeof FORMS[0]][PARAMETERS] = {{0}};

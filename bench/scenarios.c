@@ -1,5 +1,6 @@
-// On every simulated drive that moves: what nominal values that are absent or wrong change of the result after a second, and how sure the
-// estimator is of when a voltage acts. What stands on the nameplate is given, and noise of 1, 5 and 20 %. Options: --seeds N (5).
+// On every simulated drive that moves: what nominal values that are absent or wrong change of the result after a
+// second, and how sure the estimator is of when a voltage acts. What stands on the nameplate is given, and noise of 1,
+// 5 and 20 %. Options: --seeds N (5).
 #include "dqw_number.h"
 #include "joint.h"
 #include "sim_sensor.h"
@@ -8,13 +9,14 @@ enum { SCENARIOS = 8, LEVELS = 3, FACTORS = 3, WAYS = 8 };
 
 #define DURATION_S 1.0
 
-static const char *const NAMES[SCENARIOS] = {"paper_step",   "servo_ideal",         "robot_joint",      "joint_24v",
-                                             "traction_ipm", "traction_ipm_linear", "effect_dead_time", "effect_angle_offset"};
+static const char *const NAMES[SCENARIOS] = {"paper_step",       "servo_ideal",        "robot_joint",
+                                             "joint_24v",        "traction_ipm",       "traction_ipm_linear",
+                                             "effect_dead_time", "effect_angle_offset"};
 static const double NOISE[LEVELS] = {0.01, 0.05, 0.2};
 static const double FACTOR[FACTORS] = {0, 10, 0.1};
 
-// Which voltage comes with a sample: its own period's or the next one's, as a mean in the rotating frame, or held in the stationary one and given in
-// the sample's.
+// Which voltage comes with a sample: its own period's or the next one's, as a mean in the rotating frame, or held in
+// the stationary one and given in the sample's.
 typedef struct {
     bool said_next, is_next, held;
 } acting;
@@ -25,7 +27,8 @@ typedef struct {
     double known_s, latest_s;
 } answers;
 
-// Distance to the result with right nominal values, in its deviations; runs in which something that should be known is not.
+// Distance to the result with right nominal values, in its deviations; runs in which something that should be known is
+// not.
 typedef struct {
     double worst[FACTORS], square;
     int count, lost;
@@ -176,7 +179,8 @@ static void print_distances(const char *name, double noise, const distances *d)
 
 static void print_answers(const char *name, double noise, const answers *a)
 {
-    printf("| %-19s | %3.0f %% | %4d | %5d | %7d | %5d | %10d |", name, 100 * noise, a->runs, a->right, a->unknown, a->wrong, a->ever_wrong);
+    printf("| %-19s | %3.0f %% | %4d | %5d | %7d | %5d | %10d |", name, 100 * noise, a->runs, a->right, a->unknown,
+           a->wrong, a->ever_wrong);
     if (a->right > 0)
         printf(" %5.2f | %5.2f |\n", a->known_s / a->right, a->latest_s);
     else
@@ -206,7 +210,8 @@ int main(int argc, char **argv)
     answers said[SCENARIOS][LEVELS] = {{{0, 0, 0, 0, 0, 0, 0}}};
     for (int n = 0; n < SCENARIOS; n++) one_scenario(n, seeds, apart[n], said[n]);
 
-    printf("Nominal values absent, ten times too large, ten times too small: distance to the result with right ones after %g s, in its deviations, the\n"
+    printf("Nominal values absent, ten times too large, ten times too small: distance to the result with right ones "
+           "after %g s, in its deviations, the\n"
            "worst of six parameters and %d seeds; RMS of all; parameters known to one alone\n\n",
            DURATION_S, seeds);
     printf("| scenario            | noise | absent | x 10   | x 0.1  | RMS    | lost |\n");
@@ -214,8 +219,10 @@ int main(int argc, char **argv)
     for (int n = 0; n < SCENARIOS; n++)
         for (int l = 0; l < LEVELS; l++) print_distances(NAMES[n], NOISE[l], &apart[n][l]);
 
-    printf("\nWhen a voltage acts, at once or one period later, whatever the configuration says, held in the stationary frame or turned: what the\n"
-           "estimator says after %g s; runs with a wrong answer at any time; when the right one was there, mean and latest, s\n\n",
+    printf("\nWhen a voltage acts, at once or one period later, whatever the configuration says, held in the "
+           "stationary frame or turned: what the\n"
+           "estimator says after %g s; runs with a wrong answer at any time; when the right one was there, mean and "
+           "latest, s\n\n",
            DURATION_S);
     printf("| scenario            | noise | runs | right | unknown | wrong | ever wrong | mean  | worst |\n");
     printf("| ------------------- | ----: | ---: | ----: | ------: | ----: | ---------: | ----: | ----: |\n");

@@ -1,6 +1,8 @@
-// Speed of the simulator: real-time factor with the controller in the loop, at the scenario's own tolerance (error to 1e-6) and at one
-// 200 times looser (to 1e-4). The error is the largest difference to a run at a thousandth of the tolerance, over the largest value of
-// the voltage vector, the current vector and the speed. One core, best of three, processor time. `--factor NAME` prints one factor alone.
+// Speed of the simulator: real-time factor with the controller in the loop, at the scenario's own tolerance (error to
+// 1e-6) and at one
+// 200 times looser (to 1e-4). The error is the largest difference to a run at a thousandth of the tolerance, over the
+// largest value of the voltage vector, the current vector and the speed. One core, best of three, processor time.
+// `--factor NAME` prints one factor alone.
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -29,8 +31,10 @@ static double relative_error(const dqw_sim_row *a, const dqw_sim_row *b, size_t 
 {
     double v = 0, dv = 0, i = 0, di = 0, w = 0, dw = 0;
     for (size_t k = 0; k < count; ++k) {
-        v = fmax(v, hypot(b[k].v_d_V, b[k].v_q_V)), dv = fmax(dv, hypot(a[k].v_d_V - b[k].v_d_V, a[k].v_q_V - b[k].v_q_V));
-        i = fmax(i, hypot(b[k].i_d_A, b[k].i_q_A)), di = fmax(di, hypot(a[k].i_d_A - b[k].i_d_A, a[k].i_q_A - b[k].i_q_A));
+        v = fmax(v, hypot(b[k].v_d_V, b[k].v_q_V)),
+        dv = fmax(dv, hypot(a[k].v_d_V - b[k].v_d_V, a[k].v_q_V - b[k].v_q_V));
+        i = fmax(i, hypot(b[k].i_d_A, b[k].i_q_A)),
+        di = fmax(di, hypot(a[k].i_d_A - b[k].i_d_A, a[k].i_q_A - b[k].i_q_A));
         w = fmax(w, fabs(b[k].w_m_rad_s)), dw = fmax(dw, fabs(a[k].w_m_rad_s - b[k].w_m_rad_s));
     }
     return fmax(dv / v, fmax(di / i, w > 0 ? dw / w : 0));
@@ -57,8 +61,9 @@ static double measure(const char *name, double looser, bool bdf, bool quiet)
     if (!quiet) {
         s.rtol /= 1000;
         run(&s, tight, count, &unused);
-        printf("%-16s %-5s %7.1e  %7.1e  %8.1f  %6.2f  %6.1f  %6.1f\n", name, s.method == DQW_SIM_ADAMS ? "Adams" : "BDF", s.rtol * 1000,
-               relative_error(rows, tight, count), factor, 1e6 * best_s / periods, (double)report.steps / periods, (double)report.rhs_evaluations / periods);
+        printf("%-16s %-5s %7.1e  %7.1e  %8.1f  %6.2f  %6.1f  %6.1f\n", name,
+               s.method == DQW_SIM_ADAMS ? "Adams" : "BDF", s.rtol * 1000, relative_error(rows, tight, count), factor,
+               1e6 * best_s / periods, (double)report.steps / periods, (double)report.rhs_evaluations / periods);
     }
     free(rows), free(tight);
     return factor;
@@ -71,7 +76,8 @@ int main(int argc, char **argv)
         printf("%.2f\n", measure(argv[2], 1, false, true));
         return 0;
     }
-    static const char *const names[] = {"servo_ideal", "paper_step", "robot_joint", "traction_ipm", "fault_turn_short", "heating"};
+    static const char *const names[] = {"servo_ideal",  "paper_step",       "robot_joint",
+                                        "traction_ipm", "fault_turn_short", "heating"};
     puts("simulator, controller in the loop, one core      per control period:");
     puts("scenario         method  rtol     error  x real time   us    steps    rhs");
     double fine = INFINITY, coarse = INFINITY;

@@ -1,6 +1,8 @@
-// The neuron at every step size and amplitude, float and Q15: a filter of four taps is learned from white noise, and the weights' error, RMS over
-// the last quarter of a run, is printed in % of the weights, a line `NAME STEP_SIZE AMPLITUDE SAMPLES ERROR` each.
-// `step_sizes AMPLITUDE SAMPLES` writes the signals instead, input and target as pairs of 16-bit numbers, for who else learns them.
+// The neuron at every step size and amplitude, float and Q15: a filter of four taps is learned from white noise, and
+// the weights' error, RMS over the last quarter of a run, is printed in % of the weights, a line `NAME STEP_SIZE
+// AMPLITUDE SAMPLES ERROR` each.
+// `step_sizes AMPLITUDE SAMPLES` writes the signals instead, input and target as pairs of 16-bit numbers, for who else
+// learns them.
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -71,8 +73,10 @@ static void learn(uint16_t step, double amplitude)
         for (int kind = 0; kind < 2; kind++) square[kind] += off(is[kind]);
         count++;
     }
-    printf("float %g %g %ld %.6f\n", round(step * 1e4 / 32768) / 1e4, amplitude, samples, sqrt(square[0] / (double)count));
-    printf("Q15 %g %g %ld %.6f\n", round(step * 1e4 / 32768) / 1e4, amplitude, samples, sqrt(square[1] / (double)count));
+    printf("float %g %g %ld %.6f\n", round(step * 1e4 / 32768) / 1e4, amplitude, samples,
+           sqrt(square[0] / (double)count));
+    printf("Q15 %g %g %ld %.6f\n", round(step * 1e4 / 32768) / 1e4, amplitude, samples,
+           sqrt(square[1] / (double)count));
 }
 
 int main(int argc, char **argv)

@@ -1,4 +1,5 @@
-// How the estimator follows a joint whose parameters change: steps of R, flux and L_q, and a slow rise of R. Options: --seeds N,
+// How the estimator follows a joint whose parameters change: steps of R, flux and L_q, and a slow rise of R. Options:
+// --seeds N,
 // --quick (2 seeds, the slow rise within 10 s).
 #include "joint.h"
 
@@ -51,7 +52,8 @@ static dqw_sim_scenario scenario(const change_case *c, int seed, double noise, d
     return s;
 }
 
-// The simulator cannot change an inductance at constant current: two logs of the same references, one of each machine, are joined.
+// The simulator cannot change an inductance at constant current: two logs of the same references, one of each machine,
+// are joined.
 static joint_log log_of(const change_case *c, const dqw_sim_scenario *whole)
 {
     if (c->kind != STEP_LQ) return joint_run(whole);
@@ -77,8 +79,10 @@ static course follow(const change_case *c, const dqw_sim_scenario *s, const join
 {
     const dqw_estimator_config config = joint_in_service(&s->machine, 0.05);
     dqw_estimator e;
-    course o = {
-        .count = log->count, .change_at = (size_t)(CHANGE_S / s->drive.dt_s + 0.5), .dt_s = s->drive.dt_s, .value = malloc(3 * log->count * sizeof(float))};
+    course o = {.count = log->count,
+                .change_at = (size_t)(CHANGE_S / s->drive.dt_s + 0.5),
+                .dt_s = s->drive.dt_s,
+                .value = malloc(3 * log->count * sizeof(float))};
     if (o.value == NULL || dqw_estimator_init(&e, &config) != DQW_OK) exit(1);
     o.sd = o.value + log->count;
     o.truth = o.sd + log->count;
@@ -91,7 +95,9 @@ static course follow(const change_case *c, const dqw_sim_scenario *s, const join
         o.sd[k] = r.sd;
         o.truth[k] = (float)truth_at(c, s, log->row[k].t_s);
         for (int i = 0; i < JOINT_PARAMETERS && k > o.change_at; i++) {
-            const double off = 100 * fabs((double)dqw_estimator_read(&e, (enum dqw_parameter)i).value / joint_truth(&s->machine, i) - 1);
+            const double off = 100 * fabs((double)dqw_estimator_read(&e, (enum dqw_parameter)i).value /
+                                              joint_truth(&s->machine, i) -
+                                          1);
             if (i != c->parameter) *others_percent = fmax(*others_percent, off);
         }
     }
@@ -143,8 +149,8 @@ static void one_case(const change_case *c, int seeds, double noise, double rise_
         free(o.value);
         free(log.row);
     }
-    printf("| %3.0f %% | %-30s | %5d | %6.3f | %6.3f | %6.2f | %+6.2f | %6.2f | %6.2f | %6.2f |\n", 100 * noise, c->name, logs, sum.settled_s, slowest_s,
-           sum.overshoot, sum.bias, sqrt(sum.rms), sum.sd, sum.others);
+    printf("| %3.0f %% | %-30s | %5d | %6.3f | %6.3f | %6.2f | %+6.2f | %6.2f | %6.2f | %6.2f |\n", 100 * noise,
+           c->name, logs, sum.settled_s, slowest_s, sum.overshoot, sum.bias, sqrt(sum.rms), sum.sd, sum.others);
     fflush(stdout);
 }
 
@@ -154,12 +160,16 @@ int main(int argc, char **argv)
     const int seeds = (int)joint_number(argc, argv, "--seeds", quick ? 2 : 10);
     const double rise_s = quick ? 10 : 60;
     const double noise[] = {0.01, 0.05};
-    printf("Drift 0.01 per root second, dead time learned: parameter changes at %g s (the slow one within %g s). Until within\n"
-           "%g %% of the new value for good, mean and slowest log, s; then in %% of it: overshoot (worst log), mean error and RMS error after\n"
+    printf("Drift 0.01 per root second, dead time learned: parameter changes at %g s (the slow one within %g s). Until "
+           "within\n"
+           "%g %% of the new value for good, mean and slowest log, s; then in %% of it: overshoot (worst log), mean "
+           "error and RMS error after\n"
            "that (slow: from 1 s on), the estimator's own deviation, and the largest error of any other parameter\n\n",
            CHANGE_S, rise_s, WITHIN_PERCENT);
-    printf("| noise | change                         |  logs | within | worst  | over   | mean   | RMS    | sd     | others |\n");
-    printf("| ----: | ------------------------------ | ----: | -----: | -----: | -----: | -----: | -----: | -----: | -----: |\n");
+    printf("| noise | change                         |  logs | within | worst  | over   | mean   | RMS    | sd     | "
+           "others |\n");
+    printf("| ----: | ------------------------------ | ----: | -----: | -----: | -----: | -----: | -----: | -----: | "
+           "-----: |\n");
     for (size_t l = 0; l < sizeof noise / sizeof noise[0]; l++)
         for (size_t c = 0; c < sizeof CASES / sizeof CASES[0]; c++) one_case(&CASES[c], seeds, noise[l], rise_s);
     return 0;

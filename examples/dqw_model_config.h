@@ -1,6 +1,8 @@
 // What `dqwatch trace` found in joint_24v.csv: the effects that the plain model lacks, for the learners.
-// Fill in a dqw_estimator_config as before, call dqw_model_config_apply(&config), then dqw_estimator_init(); on a running one dqw_estimator_define().
-// Of a monitor: dqw_model_config_apply_monitor(&config), dqw_monitor_init(), dqw_monitor_define(). Pole pairs must be given where there are effects.
+// Fill in a dqw_estimator_config as before, call dqw_model_config_apply(&config), then dqw_estimator_init(); on a
+// running one dqw_estimator_define().
+// Of a monitor: dqw_model_config_apply_monitor(&config), dqw_monitor_init(), dqw_monitor_define(). Pole pairs must be
+// given where there are effects.
 #ifndef DQW_MODEL_CONFIG_H
 #define DQW_MODEL_CONFIG_H
 
@@ -22,7 +24,9 @@
 
 // Effect, shape, weights to start from.
 static const dqw_effect_config dqw_model_effects[DQW_MODEL_EFFECT_COUNT] = {
-    {DQW_EFFECT_FLUX_HARMONICS, {6.0f, 0.0f, 0.0f, 0.0f}, {0.0004001138f, -4.334987e-07f, -1.304746e-06f, 0.0002998986f, 0.0f}},
+    {DQW_EFFECT_FLUX_HARMONICS,
+     {6.0f, 0.0f, 0.0f, 0.0f},
+     {0.0004001138f, -4.334987e-07f, -1.304746e-06f, 0.0002998986f, 0.0f}},
 };
 
 static inline void dqw_model_config_apply(dqw_estimator_config *config)

@@ -10,8 +10,10 @@ typedef struct board_signals {
     float i_alpha_A, i_beta_A;  ///< sampled at the start of this period
     float cosine, sine;         ///< of the electrical angle at that moment
     float w_m_rad_s;            ///< at that moment
-    float v_alpha_V, v_beta_V;  ///< decided in this period, times V_dc as measured. The timer loads it at its end: it acts in the next one
-    bool limited;               ///< the inverter cannot give that voltage, or an ADC is at its end
+    float v_alpha_V,
+        /// decided in this period, times V_dc as measured. The timer loads it at its end: it acts in the next one
+        v_beta_V;
+    bool limited;  ///< the inverter cannot give that voltage, or an ADC is at its end
 } board_signals;
 
 /// This period's signals. False: there are none, the ADC or the encoder was late.

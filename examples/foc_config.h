@@ -1,5 +1,6 @@
-// The example's configuration, also that of what is measured on the target. From the data sheet: starting points, no more; it is constant and
-// stays in flash. Of a nameplate alone dqw_monitor_config_default() makes much the same, without what this board's samples are.
+// The example's configuration, also that of what is measured on the target. From the data sheet: starting points, no
+// more; it is constant and stays in flash. Of a nameplate alone dqw_monitor_config_default() makes much the same,
+// without what this board's samples are.
 #ifndef FOC_CONFIG_H
 #define FOC_CONFIG_H
 

@@ -1,5 +1,5 @@
-// The condition monitor in a motor controller: one call in the PWM interrupt, the slow part in the main loop. docs/INTEGRATION.md says
-// what each signal must be, and what to do on each event.
+// The condition monitor in a motor controller: one call in the PWM interrupt, the slow part in the main loop.
+// docs/INTEGRATION.md says what each signal must be, and what to do on each event.
 #include "foc_monitor.h"
 
 #include "dqw_sample.h"
@@ -34,12 +34,13 @@ void foc_pwm_interrupt(void)
         dqw_monitor_missing(&monitor, 1);
         return;
     }
-    const dqw_sample s = dqw_sample_from_alphabeta(now.v_alpha_V, now.v_beta_V, now.i_alpha_A, now.i_beta_A, now.w_m_rad_s, now.cosine, now.sine);
+    const dqw_sample s = dqw_sample_from_alphabeta(now.v_alpha_V, now.v_beta_V, now.i_alpha_A, now.i_beta_A,
+                                                   now.w_m_rad_s, now.cosine, now.sine);
     (void)dqw_monitor_sample(&monitor, &s, now.limited);
 }
 
-// Stage 1 again. What the model lacked dqwatch trace finds in a log of the machine, and writes as dqw_model_config.h. Without it, the
-// same once more.
+// Stage 1 again. What the model lacked dqwatch trace finds in a log of the machine, and writes as dqw_model_config.h.
+// Without it, the same once more.
 static void define_anew(void)
 {
 #if DQW_EFFECT_WEIGHTS > 0
@@ -62,7 +63,8 @@ void foc_background(void)
 {
     dqw_monitor_change change;
     if (dqw_monitor_background(&monitor) && dqw_monitor_event(&monitor, &change))
-        board_say(dqw_fault_text(change.fault.name), dqw_parameter_text(change.parameter), change.value, change.healthy);
+        board_say(dqw_fault_text(change.fault.name), dqw_parameter_text(change.parameter), change.value,
+                  change.healthy);
     if (dqw_monitor_stage(&monitor) == DQW_STAGE_DOMAIN) define_anew();
 }
 

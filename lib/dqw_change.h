@@ -1,4 +1,5 @@
-// Has it changed? A sequential detector: a cumulative sum that grows while a deviation is beyond its band. Integers only.
+// Has it changed? A sequential detector: a cumulative sum that grows while a deviation is beyond its band. Integers
+// only.
 #ifndef DQW_CHANGE_H
 #define DQW_CHANGE_H
 

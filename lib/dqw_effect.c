@@ -38,9 +38,12 @@ static bool sound(const dqw_effect_config *c)
     case DQW_EFFECT_DIRECTION_ASYMMETRY:
     case DQW_EFFECT_COGGING_TORQUE: return dqw_is_positive(s[0]) && dqw_is_positive(1.0f / s[0]);
     case DQW_EFFECT_FLUX_HARMONICS: return s[0] >= 1.0f && s[0] <= (float)DQW_EFFECT_ORDERS && s[0] == (float)(int)s[0];
-    case DQW_EFFECT_STRIBECK_FRICTION: return dqw_is_positive(s[0]) && dqw_is_positive(s[1]) && dqw_is_positive(1.0f / s[0]) && dqw_is_positive(1.0f / s[1]);
+    case DQW_EFFECT_STRIBECK_FRICTION:
+        return dqw_is_positive(s[0]) && dqw_is_positive(s[1]) && dqw_is_positive(1.0f / s[0]) &&
+               dqw_is_positive(1.0f / s[1]);
     case DQW_EFFECT_WINDING_TEMPERATURE:
-    case DQW_EFFECT_MAGNET_TEMPERATURE: return none_negative(s + 1, 2) && (s[1] == 0.0f || dqw_is_positive(1.0f / s[1]));
+    case DQW_EFFECT_MAGNET_TEMPERATURE:
+        return none_negative(s + 1, 2) && (s[1] == 0.0f || dqw_is_positive(1.0f / s[1]));
     case DQW_EFFECT_IRON_LOSS:
     case DQW_EFFECT_CURRENT_OFFSET:
     case DQW_EFFECT_CURRENT_GAIN_MISMATCH:
@@ -80,7 +83,8 @@ uint32_t dqw_effect_known(const float weights[], const float sd[], int n)
 {
     float largest = 0.0f;
     for (int i = 0; i < n; i++)
-        if (dqw_is_finite(weights[i]) && dqw_within(sd[i], DQW_UNKNOWN) && sd[i] < DQW_UNKNOWN) largest = fmaxf(largest, fabsf(weights[i]));
+        if (dqw_is_finite(weights[i]) && dqw_within(sd[i], DQW_UNKNOWN) && sd[i] < DQW_UNKNOWN)
+            largest = fmaxf(largest, fabsf(weights[i]));
     uint32_t known = 0;
     for (int i = 0; i < n; i++)
         if (dqw_is_finite(weights[i]) && dqw_is_finite(sd[i]) && sd[i] < DQW_KNOWN_RATIO * largest) known |= 1u << i;
@@ -200,8 +204,8 @@ static void warm_one(dqw_effect *e, int state, float periods, float mean_A2)
     const float part = whole < 1.0f ? whole : 1.0f;
     const float to = e->heat_unit[state] * mean_A2;
     const float h = e->heat[state];
-    // Time constants of minutes against periods of microseconds: without the rest the sum would stand still. A volatile sum, so that no
-    // compiler finds that in real numbers there is no rest.
+    // Time constants of minutes against periods of microseconds: without the rest the sum would stand still. A volatile
+    // sum, so that no compiler finds that in real numbers there is no rest.
     const float step = part * ((to < HEAT_MAX ? to : HEAT_MAX) - h) - e->heat_rest[state];
     volatile float sum = h + step;
     volatile float moved = sum - h;

@@ -1,5 +1,6 @@
-// dqw_effect_gather(), dqw_effect_inputs(): the laws of the electrical effects. The interrupt gathers of each weight two numbers, from which the
-// background makes its inputs on both axes: what a block says anyway, and what divides, is not gathered.
+// dqw_effect_gather(), dqw_effect_inputs(): the laws of the electrical effects. The interrupt gathers of each weight
+// two numbers, from which the background makes its inputs on both axes: what a block says anyway, and what divides, is
+// not gathered.
 #include <stddef.h>
 
 #include "dqw_effect.h"
@@ -194,7 +195,8 @@ DQW_INLINE void gather_three(dqw_window_cell *cell, float a, float x, float b, f
     cell->fall += sum;
 }
 
-// A sensor adds (d, -q) to the true current, and that turned by a quarter: up to signs the inputs times the period. In last[2] is R dt/2. (E53)
+// A sensor adds (d, -q) to the true current, and that turned by a quarter: up to signs the inputs times the period. In
+// last[2] is R dt/2. (E53)
 DQW_INLINE void add_sensor(dqw_window_cell cell[], float last[], const float shape[], float turn, float d, float q)
 {
     const float L_d = shape[1];
@@ -399,11 +401,14 @@ static void iron_inputs(const dqw_effect *e, const float shape[], const dqw_bloc
         step = turned(cosine, sine, v.d - before.d, v.q - before.q);
         v = turned(cosine, sine, 0.5f * (v.d + before.d), 0.5f * (v.q + before.q));
     }
-    *d = -shape[1] * (step.d * e->step_Hz - R * b->di_d_A_s) + e->poles * shape[2] * (b->w_m_rad_s * v.q - R * b->wi_q_A_rad_s) + 0.5f * R * late.d;
-    *q = -shape[2] * (step.q * e->step_Hz - R * b->di_q_A_s) - e->poles * shape[1] * (b->w_m_rad_s * v.d - R * b->wi_d_A_rad_s) + 0.5f * R * late.q;
+    *d = -shape[1] * (step.d * e->step_Hz - R * b->di_d_A_s) +
+         e->poles * shape[2] * (b->w_m_rad_s * v.q - R * b->wi_q_A_rad_s) + 0.5f * R * late.d;
+    *q = -shape[2] * (step.q * e->step_Hz - R * b->di_q_A_s) -
+         e->poles * shape[1] * (b->w_m_rad_s * v.d - R * b->wi_d_A_rad_s) + 0.5f * R * late.q;
 }
 
-static void effect_inputs(const dqw_effect *e, const dqw_effect_config *c, const dqw_block *b, bool settled, float d[], float q[])
+static void effect_inputs(const dqw_effect *e, const dqw_effect_config *c, const dqw_block *b, bool settled, float d[],
+                          float q[])
 {
     const float *s = c->shape;
     switch (c->effect) {

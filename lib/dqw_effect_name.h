@@ -12,11 +12,12 @@ extern "C" {
 /// Weights in brackets, then the shape: what is assumed of the effect, not learned.
 /// Source   (E51) to (E54) in docs/EQUATIONS.md
 enum dqw_effect_name {
-    DQW_EFFECT_NONE = 0,                    ///< refused
-    DQW_EFFECT_DEAD_TIME,                   ///< [V]: width, A
-    DQW_EFFECT_SATURATION,                  ///< [d2 d3 d4 q3 q5, Wb]: current of the polynomial's unit, A
-    DQW_EFFECT_CROSS_SATURATION,            ///< [c12 c22 c14, Wb]: the same
-    DQW_EFFECT_WINDING_TEMPERATURE,         ///< [ohm per K]: T_0, C; time constant, s; current that heats by 1, A (0: the base)
+    DQW_EFFECT_NONE = 0,          ///< refused
+    DQW_EFFECT_DEAD_TIME,         ///< [V]: width, A
+    DQW_EFFECT_SATURATION,        ///< [d2 d3 d4 q3 q5, Wb]: current of the polynomial's unit, A
+    DQW_EFFECT_CROSS_SATURATION,  ///< [c12 c22 c14, Wb]: the same
+    /// [ohm per K]: T_0, C; time constant, s; current that heats by 1, A (0: the base)
+    DQW_EFFECT_WINDING_TEMPERATURE,
     DQW_EFFECT_MAGNET_TEMPERATURE,          ///< [Wb per K]: the same. A time constant of 0: the sample's temperature
     DQW_EFFECT_IRON_LOSS,                   ///< [G, S]: R, L_d, L_q
     DQW_EFFECT_FLUX_HARMONICS,              ///< [cos d, sin d, cos q, sin q, Wb]: order

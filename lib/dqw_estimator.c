@@ -16,15 +16,16 @@
 // Voltages as they came, the rest as the estimator takes it.
 static uint32_t admit(dqw_estimator *e, const dqw_sample *came, const dqw_sample *s, bool saturated)
 {
-    const bool in_range = dqw_size_bits(came->v_d_V) <= e->v_limit_bits && dqw_size_bits(came->v_q_V) <= e->v_limit_bits &&
-                          dqw_size_bits(s->i_d_A) <= e->i_limit_bits && dqw_size_bits(s->i_q_A) <= e->i_limit_bits &&
-                          dqw_size_bits(s->w_m_rad_s) <= e->w_limit_bits;
+    const bool in_range = dqw_size_bits(came->v_d_V) <= e->v_limit_bits &&
+                          dqw_size_bits(came->v_q_V) <= e->v_limit_bits && dqw_size_bits(s->i_d_A) <= e->i_limit_bits &&
+                          dqw_size_bits(s->i_q_A) <= e->i_limit_bits && dqw_size_bits(s->w_m_rad_s) <= e->w_limit_bits;
     bool finite = in_range || dqw_sample_finite(came, s);
     finite = finite && (!e->config->angle || dqw_is_direction(s->cosine, s->sine));
 #if DQW_EFFECT_WEIGHTS > 0
     finite = finite && dqw_effect_finite(&e->effect, s);
 #endif
-    const bool repeated = e->has_last && dqw_number_bits(s->i_d_A) == dqw_number_bits(e->i_d_A) && dqw_number_bits(s->i_q_A) == dqw_number_bits(e->i_q_A) &&
+    const bool repeated = e->has_last && dqw_number_bits(s->i_d_A) == dqw_number_bits(e->i_d_A) &&
+                          dqw_number_bits(s->i_q_A) == dqw_number_bits(e->i_q_A) &&
                           dqw_number_bits(s->w_m_rad_s) == dqw_number_bits(e->w_m_rad_s);
     const dqw_gate_sample g = {.finite = finite, .saturated = saturated || !in_range, .repeated = repeated};
     return dqw_gate_check(&e->gate, g);
@@ -60,22 +61,25 @@ static void dead_time(dqw_estimator *e, const dqw_sample *s, float *d, float *q)
     const float lost_beta = (b - c) * INV_SQRT3;
     *d = s->cosine * lost_alpha + s->sine * lost_beta;
     *q = s->cosine * lost_beta - s->sine * lost_alpha;
-    // How much of it the current's noise moves, on average: what tanh gains at this current, (1 - tanh^2)/width. One sample in four, and
-    // never the one that ends a block, is enough.
+    // How much of it the current's noise moves, on average: what tanh gains at this current, (1 - tanh^2)/width. One
+    // sample in four, and never the one that ends a block, is enough.
     if ((e->window.at & 3u) != 1u) return;
     const float slope = k * (1.0f - (a * a + b * b + c * c) * (1.0f / 3.0f));
     const uint32_t rows = e->noise.of.rows;
-    e->dead_slope_inv_A += (slope - e->dead_slope_inv_A) / (1.0f + 0.25f * (float)(rows < SLOPE_ROWS ? rows : SLOPE_ROWS));
+    e->dead_slope_inv_A += (slope - e->dead_slope_inv_A) /
+                           (1.0f + 0.25f * (float)(rows < SLOPE_ROWS ? rows : SLOPE_ROWS));
 }
 
-// What the inputs of the effects are made of, behind the plain signals. Without room for effects, nothing. False where there is no pair.
+// What the inputs of the effects are made of, behind the plain signals. Without room for effects, nothing. False where
+// there is no pair.
 static bool gather_effects(dqw_estimator *e, const dqw_sample *s, bool good)
 {
     bool there = good && e->last_good;
 #if DQW_EFFECT_WEIGHTS > 0
     if (e->effect.count == 0) return there;
     dqw_window_cell *cell = dqw_window_cells(&e->window) + DQW_PLAIN_SIGNALS;
-    const dqw_sample last = {.v_d_V = e->v_d_V, .v_q_V = e->v_q_V, .i_d_A = e->i_d_A, .i_q_A = e->i_q_A, .w_m_rad_s = e->w_m_rad_s};
+    const dqw_sample last = {
+        .v_d_V = e->v_d_V, .v_q_V = e->v_q_V, .i_d_A = e->i_d_A, .i_q_A = e->i_q_A, .w_m_rad_s = e->w_m_rad_s};
     if (!good)
         dqw_effect_gap(&e->effect);
     else
@@ -147,7 +151,8 @@ static void gather(dqw_estimator *e, const dqw_sample *s, float dead_d, float de
     for (int i = 0; i < DQW_PLAIN_SIGNALS; i++) dqw_window_gather(&cell[i], pair[i]);
     dqw_window_count(&e->window);
     // Steps less what the voltage made of them.
-    dqw_noise_step(&e->noise, step_d_A - e->step_A_per_V[0] * e->v_d_V, step_q_A - e->step_A_per_V[1] * e->v_q_V, s->w_m_rad_s - e->w_m_rad_s);
+    dqw_noise_step(&e->noise, step_d_A - e->step_A_per_V[0] * e->v_d_V, step_q_A - e->step_A_per_V[1] * e->v_q_V,
+                   s->w_m_rad_s - e->w_m_rad_s);
 }
 
 // A settled row is a block of its own.

@@ -1,5 +1,6 @@
-// The estimator: one neuron for both axes of a machine. Its weights are R, L_d, L_q, the flux, what the inverter and the encoder add, and those
-// of any list of effects. It follows parameters that change, and knows how sure it is. The interrupt gathers, the background learns.
+// The estimator: one neuron for both axes of a machine. Its weights are R, L_d, L_q, the flux, what the inverter and
+// the encoder add, and those of any list of effects. It follows parameters that change, and knows how sure it is. The
+// interrupt gathers, the background learns.
 #ifndef DQW_ESTIMATOR_H
 #define DQW_ESTIMATOR_H
 
@@ -35,31 +36,36 @@ struct dqw_estimator_random;
 
 /// All zero is refused. Constant: it may stay in flash. dqw_estimator_config_default() fills it from a nameplate.
 typedef struct dqw_estimator_config {
-    float dt_s;          ///< PWM period, > 0
-    float v_base_V;      ///< rated voltage, current and mechanical speed: they scale. A sample beyond ten of them is saturated. > 0
+    float dt_s;  ///< PWM period, > 0
+    /// rated voltage, current and mechanical speed: they scale. A sample beyond ten of them is saturated. > 0
+    float v_base_V;
     float i_base_A;      ///< > 0
     float w_base_rad_s;  ///< > 0
     float R_ohm;         ///< nominal values to start from; 0: not known. Never a prior
     float Ld_H;
     float Lq_H;
     float psi_Wb;
-    uint16_t pole_pairs;                  ///< 0: found from the motion, where there are no effects
-    uint16_t half_window;                 ///< pairs in half a block, 1 .. 10000; 0: 20
-    float v_limit_V;                      ///< samples beyond are saturated, and not learned; 0: ten bases
-    float i_limit_A;                      ///< the same
-    float excitation_pu;                  ///< an input whose power stays below this part of its base, squared, teaches nothing; 0: 0.01
-    float dead_time_width_A;              ///< current at which the inverter's loss is three quarters of its full size; 0: no dead time is learned
-    float drift_per_sqrt_s;               ///< how far a parameter may wander, as part of itself, in 1 s; 0: it is constant, and nothing is forgotten
-    uint32_t stale_limit;                 ///< equal samples in a row before a sensor counts as stuck; 0: never
-    uint32_t threshold_ppm;               ///< residual over the voltage base that stage 3 must reach; 0: 50000 (5 %)
-    bool angle;                           ///< cosine and sine are given: dead time and some effects need them
-    bool encoder_offset;                  ///< learn the flux that shows on the other axis where the angle is off
-    bool noise_on_inputs;                 ///< take the noise of currents and speed out of what is learned, (E60)
-    bool settled;                         ///< every sample is a settled point of its own: no slopes
-    bool voltage_next;                    ///< a sample's voltage acts one period later: from the next sample on
-    bool voltage_held;                    ///< it is a vector held in the stationary frame, given in the sample's: turned here to the middle of its period
-    bool speed_electrical;                ///< w_m_rad_s of a sample is electrical speed
-    struct dqw_estimator_random *random;  ///< stage 2's memory, made ready by dqw_estimator_random_init(); NULL: nominal values stand for its result
+    uint16_t pole_pairs;   ///< 0: found from the motion, where there are no effects
+    uint16_t half_window;  ///< pairs in half a block, 1 .. 10000; 0: 20
+    float v_limit_V;       ///< samples beyond are saturated, and not learned; 0: ten bases
+    float i_limit_A;       ///< the same
+    float excitation_pu;  ///< an input whose power stays below this part of its base, squared, teaches nothing; 0: 0.01
+    /// current at which the inverter's loss is three quarters of its full size; 0: no dead time is learned
+    float dead_time_width_A;
+    /// how far a parameter may wander, as part of itself, in 1 s; 0: it is constant, and nothing is forgotten
+    float drift_per_sqrt_s;
+    uint32_t stale_limit;    ///< equal samples in a row before a sensor counts as stuck; 0: never
+    uint32_t threshold_ppm;  ///< residual over the voltage base that stage 3 must reach; 0: 50000 (5 %)
+    bool angle;              ///< cosine and sine are given: dead time and some effects need them
+    bool encoder_offset;     ///< learn the flux that shows on the other axis where the angle is off
+    bool noise_on_inputs;    ///< take the noise of currents and speed out of what is learned, (E60)
+    bool settled;            ///< every sample is a settled point of its own: no slopes
+    bool voltage_next;       ///< a sample's voltage acts one period later: from the next sample on
+    /// it is a vector held in the stationary frame, given in the sample's: turned here to the middle of its period
+    bool voltage_held;
+    bool speed_electrical;  ///< w_m_rad_s of a sample is electrical speed
+    /// stage 2's memory, made ready by dqw_estimator_random_init(); NULL: nominal values stand for its result
+    struct dqw_estimator_random *random;
 #if DQW_EFFECT_WEIGHTS > 0
     const dqw_effect_config *effects;  ///< electrical effects to learn as well; stays in use as long as the object
     uint8_t effect_count;              ///< their weights together <= DQW_EFFECT_WEIGHTS; dead time has its own
@@ -127,12 +133,13 @@ typedef struct dqw_estimator {
     int16_t excess_q10[DQW_ESTIMATOR_INPUTS];  ///< power of both axes' inputs above what teaches, over that; -1 .. 7
     uint16_t blocks;                           ///< learned, up to 65535
     uint16_t pole_pairs;                       ///< given or found; 0: not yet
-    uint8_t restarts;                          ///< times that the weights left all bounds, and learning began again, up to 255
+    uint8_t restarts;  ///< times that the weights left all bounds, and learning began again, up to 255
     uint8_t inputs;
     dqw_stage stage;
 } dqw_estimator;
 
-/// A configuration for a machine of which no more than the nameplate is known; nominal values, an angle and the like may be set in it.
+/// A configuration for a machine of which no more than the nameplate is known; nominal values, an angle and the like
+/// may be set in it.
 ///
 /// Source   (E80) in docs/EQUATIONS.md for half_window
 /// Returns  a configuration that init takes, where the nameplate's values are positive
@@ -147,7 +154,8 @@ dqw_estimator_config dqw_estimator_config_default(const dqw_nameplate *plate);
 #define dqw_estimator_init DQW_SIZED(dqw_estimator_init)
 enum dqw_status dqw_estimator_init(dqw_estimator *e, const dqw_estimator_config *config);
 
-/// Stage 1 again: with another configuration, as a trace wrote it, all that was learned forgotten. What was counted stays.
+/// Stage 1 again: with another configuration, as a trace wrote it, all that was learned forgotten. What was counted
+/// stays.
 ///
 /// Source   Fig. 1; (E21) in docs/EQUATIONS.md
 /// Returns  as dqw_estimator_init; on an error the old estimator goes on
@@ -167,8 +175,8 @@ uint32_t dqw_estimator_sample(dqw_estimator *e, const dqw_sample *s, bool satura
 
 /// There is no sample in this period, or in these.
 ///
-/// Units    periods: PWM periods without one. 1: it counts as a refused sample. Else time has jumped, 0 where nobody knows how far; of a jump's
-///          length a part of half a window is lost
+/// Units    periods: PWM periods without one. 1: it counts as a refused sample. Else time has jumped, 0 where nobody
+///          knows how far; of a jump's length a part of half a window is lost
 /// Context  as dqw_estimator_sample
 void dqw_estimator_missing(dqw_estimator *e, uint32_t periods);
 
@@ -193,7 +201,8 @@ dqw_reading dqw_estimator_read(const dqw_estimator *e, enum dqw_parameter parame
 ///
 /// Source   (E50) in docs/EQUATIONS.md
 /// Shape    weights[], sd[]: dqw_effect_weights() of the name, written
-/// Returns  bit i set where weight i is known: its deviation is below a quarter of the largest; DQW_ERR_SIZE for an index out of range
+/// Returns  bit i set where weight i is known: its deviation is below a quarter of the largest; DQW_ERR_SIZE for an
+///          index out of range
 /// Context  background
 int dqw_estimator_read_effect(const dqw_estimator *e, int index, float weights[], float sd[]);
 

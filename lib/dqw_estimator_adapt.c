@@ -19,7 +19,8 @@ void dqw_estimator_adapt(dqw_estimator *e, const dqw_sample *s, dqw_sample *x)
     if (c->voltage_held) {
         float turn = (c->voltage_next ? 1.5f : 0.5f) * (float)c->pole_pairs * x->w_m_rad_s * c->dt_s;
         turn = turn > TURN_MOST ? TURN_MOST : turn < -TURN_MOST ? -TURN_MOST : turn;
-        // To 3e-5 within half a radian; and less by the sine of half a period's angle over that angle, the mean of what turns by. (E89)
+        // To 3e-5 within half a radian; and less by the sine of half a period's angle over that angle, the mean of what
+        // turns by. (E89)
         const float turn2 = turn * turn;
         const float mean = 1.0f - turn2 * (c->voltage_next ? 1.0f / 54.0f : 1.0f / 6.0f);
         const float cosine = mean * (1.0f - turn2 * (0.5f - turn2 * (1.0f / 24.0f)));
@@ -32,5 +33,6 @@ void dqw_estimator_adapt(dqw_estimator *e, const dqw_sample *s, dqw_sample *x)
 
 bool dqw_sample_finite(const dqw_sample *came, const dqw_sample *s)
 {
-    return dqw_is_finite(came->v_d_V) && dqw_is_finite(came->v_q_V) && dqw_is_finite(s->i_d_A) && dqw_is_finite(s->i_q_A) && dqw_is_finite(s->w_m_rad_s);
+    return dqw_is_finite(came->v_d_V) && dqw_is_finite(came->v_q_V) && dqw_is_finite(s->i_d_A) &&
+           dqw_is_finite(s->i_q_A) && dqw_is_finite(s->w_m_rad_s);
 }

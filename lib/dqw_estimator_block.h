@@ -28,13 +28,15 @@ typedef struct dqw_estimator_block {
 /// Weights in the place of dead time's and the other flux' while the pole pairs are not known.
 enum { DQW_POLES_LD = DQW_DEAD_TIME, DQW_POLES_LQ = DQW_PSI_Q };
 
-/// A block's residual to begin with, per unit: wide enough to be no prior, and narrow enough that noise on a machine at rest moves nothing.
+/// A block's residual to begin with, per unit: wide enough to be no prior, and narrow enough that noise on a machine at
+/// rest moves nothing.
 #define DQW_ESTIMATOR_START_RESIDUAL_PU 0.01f
 
 /// The two axes.
 enum { DQW_AXIS_D = 0, DQW_AXIS_Q = 1 };
 
-/// The weight that the flux of the other axis' current has in an axis' row: its inductance, or one of its own while the pole pairs are not known.
+/// The weight that the flux of the other axis' current has in an axis' row: its inductance, or one of its own while the
+/// pole pairs are not known.
 static inline int dqw_estimator_cross(const dqw_estimator *e, int axis)
 {
     const bool seeks = e->pole_pairs == 0 && !e->config->settled;
@@ -57,8 +59,9 @@ static inline bool dqw_estimator_has_dead_time(const dqw_estimator *e)
     return e->dead_time_width_A > 0.0f && dqw_estimator_cross(e, DQW_AXIS_D) == DQW_LQ;
 }
 
-/// A block's rows as the joint neuron is shown them, per unit; variances of the noise of their inputs; the covariance of the speed's two inputs in a
-/// row, the other axis' inductance and the flux; and those of dead time's with R's. (E60)
+/// A block's rows as the joint neuron is shown them, per unit; variances of the noise of their inputs; the covariance
+/// of the speed's two inputs in a row, the other axis' inductance and the flux; and those of dead time's with R's.
+/// (E60)
 typedef struct dqw_estimator_rows {
     float x[2][DQW_ESTIMATOR_INPUTS];  ///< inputs of d and q
     float y[2];                        ///< targets
@@ -84,8 +87,8 @@ float dqw_estimator_common_variance(const dqw_estimator *e);
 /// How large a parameter is, per unit: what it may wander is a part of that.
 float dqw_estimator_size_pu(const dqw_estimator *e, int i);
 
-/// Part of a mean over the last thousand blocks that a block is: while it is young, later blocks count for more, for the first ones are about the
-/// start values.
+/// Part of a mean over the last thousand blocks that a block is: while it is young, later blocks count for more, for
+/// the first ones are about the start values.
 /// Source   (E61) in docs/EQUATIONS.md
 float dqw_estimator_part(const dqw_estimator *e);
 

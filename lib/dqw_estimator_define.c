@@ -16,8 +16,8 @@
 #define USUAL_R_PU 0.1f
 #define USUAL_L_PU 0.1f
 #define USUAL_PSI_PU 0.5f
-// Start deviations: no machine's weight is three bases, no inverter loses a third of its voltage; a polynomial's parts may be large against each
-// other. (E92)
+// Start deviations: no machine's weight is three bases, no inverter loses a third of its voltage; a polynomial's parts
+// may be large against each other. (E92)
 #define START_SD_PU 3.0f
 #define START_DEAD_SD_PU 0.1f
 #define START_EFFECT_SD_PU 10.0f
@@ -40,7 +40,8 @@ float dqw_estimator_unit(const dqw_estimator *e, int weight)
     case DQW_LQ: return c->v_base_V / (c->i_base_A * turning);
     case DQW_PSI: return c->v_base_V / turning;
     case DQW_DEAD_TIME: return e->pole_pairs == 0 && !c->settled ? c->v_base_V / (c->i_base_A * turning) : c->v_base_V;
-    case DQW_PSI_Q: return e->pole_pairs == 0 && !c->settled ? c->v_base_V / (c->i_base_A * turning) : c->v_base_V / turning;
+    case DQW_PSI_Q:
+        return e->pole_pairs == 0 && !c->settled ? c->v_base_V / (c->i_base_A * turning) : c->v_base_V / turning;
     default: break;
     }
 #if DQW_EFFECT_WEIGHTS > 0
@@ -74,8 +75,10 @@ static void start_effects(dqw_estimator *e)
     int at = DQW_PARAMETERS;
     for (int k = 0; k < e->effect.count; k++) {
         const dqw_effect_config *effect = &e->effect.list[k];
-        if (effect->effect == DQW_EFFECT_DEAD_TIME) e->w_pu[DQW_DEAD_TIME] = effect->start[0] / dqw_estimator_unit(e, DQW_DEAD_TIME);
-        for (int i = 0; i < dqw_effect_weights_of(&e->effect, effect->effect); i++, at++) e->w_pu[at] = effect->start[i] / dqw_estimator_unit(e, at);
+        if (effect->effect == DQW_EFFECT_DEAD_TIME)
+            e->w_pu[DQW_DEAD_TIME] = effect->start[0] / dqw_estimator_unit(e, DQW_DEAD_TIME);
+        for (int i = 0; i < dqw_effect_weights_of(&e->effect, effect->effect); i++, at++)
+            e->w_pu[at] = effect->start[i] / dqw_estimator_unit(e, at);
     }
 #else
     (void)e;
@@ -107,15 +110,28 @@ static enum dqw_status check_numbers(const dqw_estimator_config *c)
 {
     enum { NEEDED = 4 };
 #define AT(member) offsetof(dqw_estimator_config, member)
-    static const uint8_t at[] = {AT(dt_s),      AT(v_base_V),  AT(i_base_A),      AT(w_base_rad_s),      AT(R_ohm),           AT(Ld_H), AT(Lq_H), AT(psi_Wb),
-                                 AT(v_limit_V), AT(i_limit_A), AT(excitation_pu), AT(dead_time_width_A), AT(drift_per_sqrt_s)};
+    static const uint8_t at[] = {AT(dt_s),
+                                 AT(v_base_V),
+                                 AT(i_base_A),
+                                 AT(w_base_rad_s),
+                                 AT(R_ohm),
+                                 AT(Ld_H),
+                                 AT(Lq_H),
+                                 AT(psi_Wb),
+                                 AT(v_limit_V),
+                                 AT(i_limit_A),
+                                 AT(excitation_pu),
+                                 AT(dead_time_width_A),
+                                 AT(drift_per_sqrt_s)};
 #undef AT
-    static const int8_t status[] = {DQW_ERR_DT,   DQW_ERR_V_BASE, DQW_ERR_I_BASE,  DQW_ERR_W_BASE,  DQW_ERR_R,          DQW_ERR_LD,
-                                    DQW_ERR_LQ,   DQW_ERR_PSI,    DQW_ERR_V_LIMIT, DQW_ERR_I_LIMIT, DQW_ERR_EXCITATION, DQW_ERR_DEAD_TIME_WIDTH,
+    static const int8_t status[] = {DQW_ERR_DT,      DQW_ERR_V_BASE,  DQW_ERR_I_BASE,     DQW_ERR_W_BASE,
+                                    DQW_ERR_R,       DQW_ERR_LD,      DQW_ERR_LQ,         DQW_ERR_PSI,
+                                    DQW_ERR_V_LIMIT, DQW_ERR_I_LIMIT, DQW_ERR_EXCITATION, DQW_ERR_DEAD_TIME_WIDTH,
                                     DQW_ERR_DRIFT};
     for (unsigned i = 0; i < sizeof at; i++) {
         const float field = *(const float *)(const void *)((const char *)c + at[i]);
-        if (!dqw_within(field, FIELD_MOST) || !(field >= 0.0f) || (i < NEEDED && field == 0.0f)) return (enum dqw_status)status[i];
+        if (!dqw_within(field, FIELD_MOST) || !(field >= 0.0f) || (i < NEEDED && field == 0.0f))
+            return (enum dqw_status)status[i];
     }
     return DQW_OK;
 }

@@ -14,7 +14,8 @@
 #define MEMORY 1000.0f
 #define RECENT_PART (1.0f / 64.0f)
 #define FEW_BLOCKS 50u
-// Blocks of stage 2 without lent memory; and how far what they found may be from the start values, either way, for these to stand.
+// Blocks of stage 2 without lent memory; and how far what they found may be from the start values, either way, for
+// these to stand.
 #define COARSE_BLOCKS 50u
 #define COARSE_RATIO 1.5f
 // Rows that only measure the noise: its variance is then known to an eighth.
@@ -32,14 +33,15 @@
 #define WEIGHT_MAX_PU 1e4f
 // Currents are followed so fast that the noise left is about as wide as the step that dead time makes of them.
 #define FOLLOW 0.7f
-// An inductance is handed to the interrupt where its deviation is below this part of it; beyond this ratio to the one in use, either way, the noise
-// was measured with a wrong one.
+// An inductance is handed to the interrupt where its deviation is below this part of it; beyond this ratio to the one
+// in use, either way, the noise was measured with a wrong one.
 #define PUBLISHED_SD 0.2f
 #define PUBLISHED_RATIO 1.25f
 
 enum { D = DQW_AXIS_D, Q = DQW_AXIS_Q };
 
-// Noise of the inputs turns the gradient by C w: put back. Not where it is much of what was learned, there it could run away. (E60)
+// Noise of the inputs turns the gradient by C w: put back. Not where it is much of what was learned, there it could run
+// away. (E60)
 static void take_noise_out(dqw_estimator *e, const dqw_estimator_rows *n, const float ratio[2], const uint32_t mask[2])
 {
     float z[DQW_ESTIMATOR_INPUTS] = {0};
@@ -69,14 +71,16 @@ static void take_noise_out(dqw_estimator *e, const dqw_estimator_rows *n, const 
     for (int i = 0; i < e->inputs; i++) e->w_pu[i] += move[i];
 }
 
-// Part of a mean that a block is: while it is young, later blocks count for more, for the first ones are about the start values.
+// Part of a mean that a block is: while it is young, later blocks count for more, for the first ones are about the
+// start values.
 float dqw_estimator_part(const dqw_estimator *e)
 {
     const float part = 2.0f / ((float)e->blocks + 1.0f);
     return part > 1.0f / MEMORY ? part : 1.0f / MEMORY;
 }
 
-// The same gain learns what of the late voltage the inputs explain; the rest, against the residual, is by how many periods it is late. (E90)
+// The same gain learns what of the late voltage the inputs explain; the rest, against the residual, is by how many
+// periods it is late. (E90)
 static void learn_late(dqw_estimator *e, const float x[], const float k[], float late_pu, float error_pu, float left)
 {
     float rest = late_pu;
@@ -87,7 +91,8 @@ static void learn_late(dqw_estimator *e, const float x[], const float k[], float
 }
 
 // One axis' row through the joint neuron: predict, compare, correct; weighed by how little of that axis is noise.
-static void learn_row(dqw_estimator *e, int axis, const dqw_estimator_rows *r, uint32_t mask, float ratio, const float *late_pu, float score[])
+static void learn_row(dqw_estimator *e, int axis, const dqw_estimator_rows *r, uint32_t mask, float ratio,
+                      const float *late_pu, float score[])
 {
     const float weigh = 1.0f / sqrtf(ratio);
     float x[DQW_ESTIMATOR_INPUTS];
@@ -100,8 +105,10 @@ static void learn_row(dqw_estimator *e, int axis, const dqw_estimator_rows *r, u
     dqw_gain_step(&e->gain, x, k);
     float seen = 0.0f;
     for (int i = 0; i < e->inputs; i++) {
-        e->w_pu[i] += k[i] * (error * weigh);  // NOLINT(clang-analyzer-core.UndefinedBinaryOperatorResult): the gain has as many inputs
-        seen += k[i] * x[i];                   // NOLINT(clang-analyzer-core.UndefinedBinaryOperatorResult): the same
+        e->w_pu[i] +=
+            k[i] *
+            (error * weigh);  // NOLINT(clang-analyzer-core.UndefinedBinaryOperatorResult): the gain has as many inputs
+        seen += k[i] * x[i];  // NOLINT(clang-analyzer-core.UndefinedBinaryOperatorResult): the same
     }
     // seen rounds to above 1 where next to nothing was known.
     const float left = seen < 1.0f ? 1.0f - seen : 0.0f;
@@ -127,7 +134,8 @@ static void keep_scores(dqw_estimator *e, const float score[])
 
 float dqw_estimator_size_pu(const dqw_estimator *e, int i)
 {
-    if (i == DQW_DEAD_TIME && dqw_estimator_has_dead_time(e)) return dqw_estimator_start_sd_pu(e, DQW_DEAD_TIME) * (1.0f / 3.0f);
+    if (i == DQW_DEAD_TIME && dqw_estimator_has_dead_time(e))
+        return dqw_estimator_start_sd_pu(e, DQW_DEAD_TIME) * (1.0f / 3.0f);
     return fabsf(e->w_pu[i == DQW_PSI_Q && dqw_estimator_has_flux_q(e) ? DQW_PSI : i]);
 }
 
@@ -141,12 +149,13 @@ static void drift(dqw_estimator *e)
     if (unit > 9.0f) unit = 9.0f;
     for (int i = 0; i < e->inputs; i++) {
         const float size = dqw_estimator_size_pu(e, i);
-        if (dqw_gain_covariance(&e->gain, i, i) < 9.0f * widest * size * size) dqw_gain_grow(&e->gain, i, unit * widest * size * size);
+        if (dqw_gain_covariance(&e->gain, i, i) < 9.0f * widest * size * size)
+            dqw_gain_grow(&e->gain, i, unit * widest * size * size);
     }
 }
 
-// Inputs large enough to teach their weight, by their power above the noise: a choice by the mean and not by the block, which would bias. A settled
-// row stands for itself.
+// Inputs large enough to teach their weight, by their power above the noise: a choice by the mean and not by the block,
+// which would bias. A settled row stands for itself.
 static void choose(dqw_estimator *e, const dqw_estimator_rows *r, uint32_t mask[2])
 {
     const dqw_estimator_config *c = e->config;
@@ -194,7 +203,8 @@ static bool sound(dqw_estimator *e)
     return true;
 }
 
-// What the interrupt takes: the voltage's part in a step, from an L that is known, and how fast dead time's input follows the currents.
+// What the interrupt takes: the voltage's part in a step, from an L that is known, and how fast dead time's input
+// follows the currents.
 static void publish(dqw_estimator *e, const dqw_estimator_block *b)
 {
     volatile dqw_estimator_given *g = &e->given;
@@ -261,7 +271,8 @@ static uint32_t ppm(float ratio)
 void dqw_estimator_stage_on(dqw_estimator *e, bool random_converged)
 {
     const uint32_t residual_ppm = ppm(dqw_estimator_recent_pu(e));
-    const dqw_stage_input in = {.random_converged = random_converged, .residual_ppm = residual_ppm, .residual_recent_ppm = residual_ppm};
+    const dqw_stage_input in = {
+        .random_converged = random_converged, .residual_ppm = residual_ppm, .residual_recent_ppm = residual_ppm};
     (void)dqw_stage_step(&e->stage, in);
 }
 
@@ -275,8 +286,9 @@ static bool random_stage(dqw_estimator *e, const dqw_estimator_rows *r)
     return false;
 }
 
-// Without: the first blocks in their order. What is far from the start values had its part in all that was learned until now, for the noise of
-// the inputs goes with the weights: then stage 3 begins from what was found, else it goes on. (E93) Settled rows have no such part, and each counts.
+// Without: the first blocks in their order. What is far from the start values had its part in all that was learned
+// until now, for the noise of the inputs goes with the weights: then stage 3 begins from what was found, else it goes
+// on. (E93) Settled rows have no such part, and each counts.
 static void coarse_stage(dqw_estimator *e)
 {
     const bool done = e->blocks >= COARSE_BLOCKS;
@@ -315,7 +327,8 @@ bool dqw_estimator_learn(dqw_estimator *e, const dqw_estimator_block *b)
     // [EST.6] both rows, then the noise of their inputs, then what may have drifted
     const float common = dqw_estimator_common_variance(e);
     float ratio[2];
-    for (int axis = 0; axis < 2; axis++) ratio[axis] = !c->settled && e->blocks > FEW_BLOCKS ? dqw_estimator_variance(e, axis) / common : 1.0f;
+    for (int axis = 0; axis < 2; axis++)
+        ratio[axis] = !c->settled && e->blocks > FEW_BLOCKS ? dqw_estimator_variance(e, axis) / common : 1.0f;
     const float *late_pu = !c->settled && e->pole_pairs != 0 && b->whole ? r.late : NULL;
     float score[DQW_ESTIMATOR_SCORES] = {0};
     learn_row(e, D, &r, mask[D], ratio[D], late_pu, score);

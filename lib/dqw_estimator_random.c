@@ -18,7 +18,8 @@ void dqw_estimator_random_init(dqw_estimator_random *lent)
     // The rows are per unit already.
     dqw_learner_config coarse = {.inputs = DQW_LEARNER_INPUTS, .step_size = STEP, .y_base = 1.0f, .indicator = true};
     for (int i = 0; i < DQW_LEARNER_INPUTS; i++) coarse.x_base[i] = 1.0f;
-    const dqw_random_config random = {.reservoir = lent->reservoir, .capacity = CAPACITY, .draws = CAPACITY, .seed = 1, .tolerance = TOLERANCE};
+    const dqw_random_config random = {
+        .reservoir = lent->reservoir, .capacity = CAPACITY, .draws = CAPACITY, .seed = 1, .tolerance = TOLERANCE};
     (void)dqw_learner_init(&lent->coarse, &coarse);
     (void)dqw_random_init(&lent->random, &random);
     lent->learn = learn;

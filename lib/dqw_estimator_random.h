@@ -1,4 +1,5 @@
-// Memory that stage 2 borrows: a Random Learner on the rows of an estimator's blocks. A firmware that lends none carries no code for it.
+// Memory that stage 2 borrows: a Random Learner on the rows of an estimator's blocks. A firmware that lends none
+// carries no code for it.
 #ifndef DQW_ESTIMATOR_RANDOM_H
 #define DQW_ESTIMATOR_RANDOM_H
 

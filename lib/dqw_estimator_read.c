@@ -41,12 +41,15 @@ static int learned_count(const dqw_estimator *e)
     return n;
 }
 
-// Blocks overlap by half, so that next ones are alike, or unlike, in what they teach a weight: that widens or narrows its deviation. Dead
-// time goes with the current as R does, the flux on the other axis with the speed as the flux. (E61) Settled rows do not overlap: there a
-// residual that goes on is the model's, for as long as it lasts. (E20)
+// Blocks overlap by half, so that next ones are alike, or unlike, in what they teach a weight: that widens or narrows
+// its deviation. Dead time goes with the current as R does, the flux on the other axis with the speed as the flux.
+// (E61) Settled rows do not overlap: there a residual that goes on is the model's, for as long as it lasts. (E20)
 static float inflation(const dqw_estimator *e, int i)
 {
-    const int score = i >= DQW_PARAMETERS ? i - DQW_PARAMETERS + 4 : i == DQW_DEAD_TIME ? DQW_R : i == DQW_PSI_Q ? DQW_PSI : i;
+    const int score = i >= DQW_PARAMETERS  ? i - DQW_PARAMETERS + 4
+                      : i == DQW_DEAD_TIME ? DQW_R
+                      : i == DQW_PSI_Q     ? DQW_PSI
+                                           : i;
     if (!(e->score2[score] > 0.0f)) return 1.0f;
     const float r = e->score_lag[score] / e->score2[score];
     const float bounded = r < LAG_MIN ? LAG_MIN : r > LAG_MAX ? LAG_MAX : r;
@@ -61,7 +64,8 @@ float dqw_estimator_sd(const dqw_estimator *e, int weight)
     const float freedom = rows - (float)learned_count(e);
     const float least = e->config->settled ? 1.0f : 2.0f * (float)e->inputs;
     if ((e->learned >> weight & 1u) == 0 || freedom < least) return DQW_UNKNOWN;
-    const float v = dqw_gain_covariance(&e->gain, weight, weight) * dqw_estimator_common_variance(e) * inflation(e, weight) * (rows / freedom);
+    const float v = dqw_gain_covariance(&e->gain, weight, weight) * dqw_estimator_common_variance(e) *
+                    inflation(e, weight) * (rows / freedom);
     return sqrtf(v) * dqw_estimator_unit(e, weight);
 }
 

@@ -9,7 +9,8 @@ dqw_block dqw_estimator_means(const dqw_estimator *e, const dqw_estimator_block 
 {
     const float *m = b->sum;
     const float rate = 1.0f / e->config->dt_s;
-    const dqw_block means = {m[0], m[1], 0.5f * m[2], 0.5f * m[3], rate * m[4], rate * m[5], 0.5f * m[6], 0.5f * m[7], 0.5f * m[8]};
+    const dqw_block means = {m[0],        m[1],        0.5f * m[2], 0.5f * m[3], rate * m[4],
+                             rate * m[5], 0.5f * m[6], 0.5f * m[7], 0.5f * m[8]};
     return means;
 }
 
@@ -19,7 +20,8 @@ static dqw_block exact(const dqw_estimator *e, const dqw_estimator_block *b)
     if (e->blocks <= 10 || e->config->settled) return means;
     // While the pole pairs are not known, as their weight has them.
     const float p = e->pole_pairs != 0 ? (float)e->pole_pairs : e->w_pu[DQW_POLES_LQ] / e->w_pu[DQW_LQ];
-    const dqw_machine known = {dqw_estimator_value(e, DQW_R), dqw_estimator_value(e, DQW_LD), dqw_estimator_value(e, DQW_LQ), p};
+    const dqw_machine known = {dqw_estimator_value(e, DQW_R), dqw_estimator_value(e, DQW_LD),
+                               dqw_estimator_value(e, DQW_LQ), p};
     if (known.R_ohm > 0.0f && p > 0.0f) dqw_model_bow(&means, &known, e->config->dt_s);
     return means;
 }
@@ -47,7 +49,8 @@ static void inputs(const dqw_estimator *e, const dqw_estimator_block *b, const d
     x_q[dqw_estimator_cross(e, Q)] += p * m->wi_d_A_rad_s;
     x_q[DQW_PSI] = p * m->w_m_rad_s;
     if (dqw_estimator_has_dead_time(e)) {
-        // Dead time's input saw the currents late: on average that is its mean slope times the delay times the current's.
+        // Dead time's input saw the currents late: on average that is its mean slope times the delay times the
+        // current's.
         const float late_s_A = late_dead(e, b);
         x_d[DQW_DEAD_TIME] = 0.5f * b->sum[DQW_BLOCK_SIGNALS] + late_s_A * m->di_d_A_s;
         x_q[DQW_DEAD_TIME] = 0.5f * b->sum[DQW_BLOCK_SIGNALS + 1] + late_s_A * m->di_q_A_s;
@@ -68,16 +71,19 @@ static void inputs(const dqw_estimator *e, const dqw_estimator_block *b, const d
     }
 }
 
-static void noise_of_dead_time(const dqw_estimator *e, const dqw_estimator_block *b, int axis, float var_i, float mean, const float s[], dqw_estimator_rows *n)
+static void noise_of_dead_time(const dqw_estimator *e, const dqw_estimator_block *b, int axis, float var_i, float mean,
+                               const float s[], dqw_estimator_rows *n)
 {
     const float width = e->dead_time_width_A;
     const float g = mean * b->dead_slope_inv_A * s[DQW_DEAD_TIME];
     const float left = var_i * b->follow / (2.0f - b->follow);
     const float sd = sqrtf(left);
-    // Where what is left of the current's noise is wide, that of a step; where narrow, tanh's own; and all of it where the currents stay
-    // within the width. In the resistance's equation a wide noise also smooths the step, which takes half.
+    // Where what is left of the current's noise is wide, that of a step; where narrow, tanh's own; and all of it where
+    // the currents stay within the width. In the resistance's equation a wide noise also smooths the step, which takes
+    // half.
     const float wide = 0.53f / (sd + 1.2f * width);
-    n->var[axis][DQW_DEAD_TIME] = g * var_i * (b->dead_slope_inv_A > wide ? b->dead_slope_inv_A : wide) * s[DQW_DEAD_TIME];
+    n->var[axis][DQW_DEAD_TIME] = g * var_i * (b->dead_slope_inv_A > wide ? b->dead_slope_inv_A : wide) *
+                                  s[DQW_DEAD_TIME];
     n->R_in_dead[axis] = g * s[DQW_R] * var_i;
     n->dead_in_R[axis] = g * s[DQW_R] * (var_i - 0.5f * left * sd / (sd + width));
 }
@@ -108,14 +114,17 @@ static void noise_of(const dqw_estimator *e, const dqw_estimator_block *b, const
         var[cross] = turn * m->w_m_rad_s * m->w_m_rad_s * var_i[other] + flux * (i[other] * i[other] + var_i[other]);
         if (has_flux) var[dqw_estimator_flux(axis)] = flux;
         for (int k = 0; k < DQW_PARAMETERS; k++) var[k] *= s[k] * s[k];
-        n->speed[axis] = has_flux ? (axis == Q ? flux * m->i_d_A : -flux * m->i_q_A) * s[cross] * s[dqw_estimator_flux(axis)] : 0.0f;
+        n->speed[axis] = has_flux
+                             ? (axis == Q ? flux * m->i_d_A : -flux * m->i_q_A) * s[cross] * s[dqw_estimator_flux(axis)]
+                             : 0.0f;
         n->dead_in_R[axis] = n->R_in_dead[axis] = 0.0f;
         if (dqw_estimator_has_dead_time(e)) noise_of_dead_time(e, b, axis, var_i[axis], mean, s, n);
     }
 }
 
-// A voltage one period late differs from that in time by this much, per unit: the triangle's weight steps by one a pair. One that is held in the
-// stationary frame is turned besides; one that is given in the frame of its own period is not. (E90)
+// A voltage one period late differs from that in time by this much, per unit: the triangle's weight steps by one a
+// pair. One that is held in the stationary frame is turned besides; one that is given in the frame of its own period is
+// not. (E90)
 static void late_of(const dqw_estimator *e, const dqw_estimator_block *b, const dqw_block *m, float late_pu[2])
 {
     const float h = (float)e->window.half;

@@ -67,7 +67,8 @@ dqw_fault_verdict dqw_fault_name_it(const float change[], const float unit[], dq
     float next = 0.0f;
     for (int name = DQW_FAULT_OVER_TEMPERATURE; name < DQW_FAULT_UNKNOWN; name++) {
         // Where ripples are not known, patterns with one are another fault's.
-        const bool ripples = name == DQW_FAULT_TURN_SHORT || name == DQW_FAULT_PHASE_CONNECTION || name == DQW_FAULT_CURRENT_GAIN;
+        const bool ripples = name == DQW_FAULT_TURN_SHORT || name == DQW_FAULT_PHASE_CONNECTION ||
+                             name == DQW_FAULT_CURRENT_GAIN;
         if (ripples && !(unit[DQW_SIGN_SHORT_RE] < DQW_UNKNOWN)) continue;
         float explained = 0.0f;
         uint8_t at = 0;

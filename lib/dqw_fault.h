@@ -1,5 +1,5 @@
-// Which fault is it? Each fault leaves a pattern in what the estimator and the witness learned; the pattern that leaves least unexplained
-// names it.
+// Which fault is it? Each fault leaves a pattern in what the estimator and the witness learned; the pattern that leaves
+// least unexplained names it.
 #ifndef DQW_FAULT_H
 #define DQW_FAULT_H
 
@@ -20,8 +20,9 @@ typedef struct dqw_fault_machine {
 /// Name what changed.
 ///
 /// Source   (E64) in docs/EQUATIONS.md
-/// Shape    change[], unit[]: DQW_SIGNS, read only. change: R, L_d, L_q, flux as parts of the healthy ones, V, rad, then the witness' weights, SI;
-///          unit: deviation of each that means nothing, > 0, DQW_UNKNOWN or more where it is not known
+/// Shape    change[], unit[]: DQW_SIGNS, read only. change: R, L_d, L_q, flux as parts of the healthy ones, V, rad,
+///          then the witness' weights, SI; unit: deviation of each that means nothing, > 0, DQW_UNKNOWN or more where
+///          it is not known
 /// Returns  DQW_FAULT_UNKNOWN where no pattern explains most of it
 /// Cost     about 2000 flops: once an event
 /// Context  background; no state

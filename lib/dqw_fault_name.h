@@ -10,14 +10,15 @@ enum dqw_fault_name {
     DQW_FAULT_NONE = 0,
     DQW_FAULT_OVER_TEMPERATURE,  ///< R beyond what the temperature limit allows
     DQW_FAULT_DEMAGNETISATION,   ///< flux down, R not up
-    DQW_FAULT_TURN_SHORT,        ///< a ripple at twice the frequency that follows the induced voltage; flux a little down
+    DQW_FAULT_TURN_SHORT,  ///< a ripple at twice the frequency that follows the induced voltage; flux a little down
     DQW_FAULT_PHASE_CONNECTION,  ///< one phase's R up: a ripple at twice the frequency that follows the current
     DQW_FAULT_CURRENT_OFFSET,    ///< a ripple once a turn
-    DQW_FAULT_CURRENT_GAIN,      ///< one phase's sensor: a ripple at twice the frequency that follows current and speed; R, L with it
-    DQW_FAULT_ENCODER_OFFSET,    ///< the magnet's flux shows on the other axis
-    DQW_FAULT_BEARING_WEAR,      ///< friction up, in both directions
-    DQW_FAULT_INVERTER_FAULT,    ///< dead time changed
-    DQW_FAULT_UNKNOWN,           ///< changed, and no pattern fits: trace it
+    /// one phase's sensor: a ripple at twice the frequency that follows current and speed; R, L with it
+    DQW_FAULT_CURRENT_GAIN,
+    DQW_FAULT_ENCODER_OFFSET,  ///< the magnet's flux shows on the other axis
+    DQW_FAULT_BEARING_WEAR,    ///< friction up, in both directions
+    DQW_FAULT_INVERTER_FAULT,  ///< dead time changed
+    DQW_FAULT_UNKNOWN,         ///< changed, and no pattern fits: trace it
     DQW_FAULT_NAMES
 };
 

@@ -11,7 +11,8 @@ extern "C" {
 /// Pairs in half a block: a millisecond, less where the highest speed needs it.
 ///
 /// Source   (E80) in docs/EQUATIONS.md
-/// Range    any nameplate; a number that is none, or not positive, is as if it were not there, a period without one gives 20
+/// Range    any nameplate; a number that is none, or not positive, is as if it were not there, a period without one
+///          gives 20
 /// Returns  5 .. 10000
 /// Cost     3 divisions
 /// Context  at start; no state

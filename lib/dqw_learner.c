@@ -19,9 +19,11 @@ enum dqw_status dqw_learner_init(dqw_learner *l, const dqw_learner_config *confi
 {
     if (l == NULL || config == NULL) return DQW_ERR_NULL;
     if (config->inputs < 1 || config->inputs > DQW_LEARNER_INPUTS) return DQW_ERR_SIZE;
-    if (!dqw_is_positive(config->step_size) || config->step_size >= 2.0f || !dqw_is_positive(config->y_base)) return DQW_ERR_RANGE;
+    if (!dqw_is_positive(config->step_size) || config->step_size >= 2.0f || !dqw_is_positive(config->y_base))
+        return DQW_ERR_RANGE;
     for (int i = 0; i < config->inputs; i++)
-        if (!dqw_is_positive(config->x_base[i]) || !dqw_is_positive(1.0f / config->x_base[i]) || !dqw_is_positive(config->y_base * (1.0f / config->x_base[i])))
+        if (!dqw_is_positive(config->x_base[i]) || !dqw_is_positive(1.0f / config->x_base[i]) ||
+            !dqw_is_positive(config->y_base * (1.0f / config->x_base[i])))
             return DQW_ERR_RANGE;
 
     const dqw_learner zero = {0};
@@ -62,8 +64,8 @@ float dqw_learner_learn(dqw_learner *l, const float x[], float target)
     }
 
     // [LMS.3] normalised step, the constant input counted in the norm; with noisy inputs down the gradient of
-    // e^2 / (1 + |w|^2), normalised by the inputs' expected power: their own would weigh the noise in, and bias. A sample so
-    // large that the step would more than mirror the error is normalised by itself after all
+    // e^2 / (1 + |w|^2), normalised by the inputs' expected power: their own would weigh the noise in, and bias. A
+    // sample so large that the step would more than mirror the error is normalised by itself after all
     if (l->noisy_inputs) {
         const float expected = (float)l->inputs + (l->indicator ? 1.0f : 0.0f);
         norm = fmaxf(expected, 0.5f * l->step_size * norm);

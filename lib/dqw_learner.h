@@ -24,16 +24,17 @@ typedef struct dqw_learner_config {
     int inputs;                        ///< 1 .. DQW_LEARNER_INPUTS
     float step_size;                   ///< normalised step, 0 < step_size < 2; 0.5 is a good start
     float x_base[DQW_LEARNER_INPUTS];  ///< what one unit of each input is, in the input's own unit; > 0. (P15)
-    float y_base;                      ///< the same for the target; > 0, and y_base / x_base, what a weight is counted in, too
-    bool noisy_inputs;                 ///< inputs as noisy as the target, per unit: minimise the orthogonal distance
-    bool indicator;                    ///< watch the weight of a constant input, W_o, as convergence indicator
+    float y_base;       ///< the same for the target; > 0, and y_base / x_base, what a weight is counted in, too
+    bool noisy_inputs;  ///< inputs as noisy as the target, per unit: minimise the orthogonal distance
+    bool indicator;     ///< watch the weight of a constant input, W_o, as convergence indicator
 } dqw_learner_config;
 
 /// One neuron. Weights are kept per unit; dqw_learner_weight() restores them.
 typedef struct dqw_learner {
     float w_pu[DQW_LEARNER_INPUTS];
-    /// Weight of the constant input 1, per unit of y_base: 0 when nothing is left to learn. It watches: it is learned from
-    /// the same error, but is no part of the output, where it would compete with the weight of an input that hardly varies.
+    /// Weight of the constant input 1, per unit of y_base: 0 when nothing is left to learn. It watches: it is learned
+    /// from the same error, but is no part of the output, where it would compete with the weight of an input that
+    /// hardly varies.
     float w_o;
     float x_scale[DQW_LEARNER_INPUTS];
     float y_base;
@@ -74,8 +75,8 @@ float dqw_learner_forward(const dqw_learner *l, const float x[]);
 /// Context  ISR safe; one writer per object
 float dqw_learner_learn(dqw_learner *l, const float x[], float target);
 
-/// The paper's neuron and nothing else, for signals that are per unit already: predict, compare, correct. With a constant n the compiler
-/// unrolls it: docs/firmware.md has the instructions of both axes.
+/// The paper's neuron and nothing else, for signals that are per unit already: predict, compare, correct. With a
+/// constant n the compiler unrolls it: docs/firmware.md has the instructions of both axes.
 ///
 /// Source   (P13), (P14); (E5) in docs/EQUATIONS.md
 /// Shape    w_pu[n] read and written, x_pu[n] read only
@@ -109,7 +110,8 @@ static inline float dqw_learner_step_pu(float w_pu[], const float x_pu[], int n,
 /// Context  ISR safe
 float dqw_learner_weight(const dqw_learner *l, int i);
 
-/// Set a weight, in the target's unit per the input's unit: a nominal value to start from. Refused as a whole if not finite.
+/// Set a weight, in the target's unit per the input's unit: a nominal value to start from. Refused as a whole if not
+/// finite.
 ///
 /// Source   (P15); (E7) in docs/EQUATIONS.md
 /// Returns  DQW_OK, DQW_ERR_SIZE for i out of range, DQW_ERR_RANGE for a non-finite value

@@ -40,7 +40,8 @@ typedef struct dqw_machine {
 /// Replace the trapezoid means of a block's currents by the exact ones.
 ///
 /// Source   Euler-Maclaurin end correction for a voltage held in the stationary frame; (E16) in docs/EQUATIONS.md
-/// Range    without effect where an inductance is not positive, R dt / L or w_e dt is above 1, or the correction is not small
+/// Range    without effect where an inductance is not positive, R dt / L or w_e dt is above 1, or the correction is not
+///          small
 /// Cost     35 flops, 2 divisions
 /// Context  background; no state
 void dqw_model_bow(dqw_block *b, const dqw_machine *known, float dt_s);

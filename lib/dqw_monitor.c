@@ -8,8 +8,9 @@
 #include "dqw_monitor_channel.h"
 #include "dqw_number.h"
 
-// A healthy value is learned while its deviation is within this part of its band. A wider one does where looks are soon unlike, so that their
-// mean is better than each: the witness forgets in 0.3 s, a weight in (deviation over drift) squared, the flux with its narrow band first.
+// A healthy value is learned while its deviation is within this part of its band. A wider one does where looks are soon
+// unlike, so that their mean is better than each: the witness forgets in 0.3 s, a weight in (deviation over drift)
+// squared, the flux with its narrow band first.
 #define KNOWN_PART 0.2f
 #define KNOWN_PART_FLUX 0.4f
 #define KNOWN_PART_WITNESS 0.5f
@@ -49,7 +50,8 @@ static enum dqw_status check(const dqw_monitor *m, const dqw_monitor_config *c)
     return c->commissioned && !(c->estimator.psi_Wb > 0.0f) ? DQW_ERR_PSI : DQW_OK;
 }
 
-// Once nothing can be refused any more: all that stands behind the estimator begins anew, in place, for a small core's stack has no room for another.
+// Once nothing can be refused any more: all that stands behind the estimator begins anew, in place, for a small core's
+// stack has no room for another.
 static void begin(dqw_monitor *m, const dqw_monitor_config *config)
 {
     unsigned char *bytes = (unsigned char *)(void *)m;
@@ -99,8 +101,8 @@ static float sd(const dqw_monitor *m, int weight)
     return dqw_estimator_sd(&m->estimator, weight);
 }
 
-// Half the difference of two stretches' mean torque, one in each direction, is friction: a load is the same on both sides of a reversal, or
-// its change has no sign.
+// Half the difference of two stretches' mean torque, one in each direction, is friction: a load is the same on both
+// sides of a reversal, or its change has no sign.
 static void reversal(dqw_monitor *m, int way, float torque_Nm)
 {
     if (dqw_watch_reversal(&m->watch, way)) {
@@ -120,13 +122,15 @@ static void watch_friction(dqw_monitor *m, const dqw_estimator_block *block, boo
     const dqw_estimator_config *c = e->config;
     const dqw_block b = dqw_estimator_means(e, block);
     const float w = b.w_m_rad_s;
-    const float torque = 1.5f * (float)c->pole_pairs * b.i_q_A * (value(m, DQW_PSI) + (value(m, DQW_LD) - value(m, DQW_LQ)) * b.i_d_A);
+    const float torque = 1.5f * (float)c->pole_pairs * b.i_q_A *
+                         (value(m, DQW_PSI) + (value(m, DQW_LD) - value(m, DQW_LQ)) * b.i_d_A);
     const float used = torque - m->config->J_kgm2 * (w - m->w_before_rad_s) / (c->dt_s * (float)e->window.half);
     m->w_before_rad_s = w;
     const int way = w > SLOWEST_PU * c->w_base_rad_s ? 1 : w < -SLOWEST_PU * c->w_base_rad_s ? -1 : 0;
     const int gathered = dqw_watch_stretch(&m->watch, dqw_within(used, 1e6f) ? way : 0, unbroken);
     m->gathered_Nm = gathered > 1 ? m->gathered_Nm + used : used;
-    if (gathered == DQW_WATCH_STRETCH_BLOCKS) reversal(m, way, m->gathered_Nm * (1.0f / (float)DQW_WATCH_STRETCH_BLOCKS));
+    if (gathered == DQW_WATCH_STRETCH_BLOCKS)
+        reversal(m, way, m->gathered_Nm * (1.0f / (float)DQW_WATCH_STRETCH_BLOCKS));
 }
 
 // A healthy value is the mean over the first looks at which it is known, as long as nothing seems to change.
@@ -142,7 +146,9 @@ static void settle(dqw_monitor *m, int channel)
     float deviation;
     dqw_monitor_read_channel(m, channel, &now, &change, &deviation);
     const uint8_t looks = m->watch.looks[channel];
-    const float part = channel > DQW_WATCH_ANGLE ? KNOWN_PART_WITNESS : channel == DQW_WATCH_PSI ? KNOWN_PART_FLUX : KNOWN_PART;
+    const float part = channel > DQW_WATCH_ANGLE  ? KNOWN_PART_WITNESS
+                       : channel == DQW_WATCH_PSI ? KNOWN_PART_FLUX
+                                                  : KNOWN_PART;
     const bool known_now = deviation < part * dqw_monitor_band_of(m, channel);
     if (known_now) m->watch.looks[channel]++;
     if (known_now || looks == 0) dqw_monitor_move_healthy(m, channel, 1.0f - 1.0f / (float)(looks + 1));
@@ -152,7 +158,8 @@ static void settle(dqw_monitor *m, int channel)
 static void adopt(dqw_monitor *m)
 {
     for (int i = 0; i < DQW_WATCH_TEMPERATURE; i++) dqw_monitor_move_healthy(m, i, 0.0f);
-    m->healthy_residual_pu2 = m->estimator.recent_pu2 > RESIDUAL_FLOOR_PU2 ? m->estimator.recent_pu2 : RESIDUAL_FLOOR_PU2;
+    m->healthy_residual_pu2 = m->estimator.recent_pu2 > RESIDUAL_FLOOR_PU2 ? m->estimator.recent_pu2
+                                                                           : RESIDUAL_FLOOR_PU2;
     dqw_watch_adopt(&m->watch, m->estimator.number);
 }
 
@@ -169,16 +176,19 @@ static float heat_since(const dqw_monitor *m, int channel)
     const bool flux = channel == DQW_WATCH_PSI;
     const float rate = flux ? dqw_monitor_beta(m) * m->cold_psi_Wb : dqw_monitor_alpha(m) * m->cold_R_ohm;
     const uint16_t halves = dqw_watch_unfollowed(&m->watch, channel, m->estimator.number);
-    return rate * (c->heating_K_s > 0.0f ? c->heating_K_s : HEATING_K_S) * (DQW_MONITOR_SLACK * (float)(1u << DQW_WATCH_FOLLOW_SHIFT)) * c->estimator.dt_s *
+    return rate * (c->heating_K_s > 0.0f ? c->heating_K_s : HEATING_K_S) *
+           (DQW_MONITOR_SLACK * (float)(1u << DQW_WATCH_FOLLOW_SHIFT)) * c->estimator.dt_s *
            (float)(halves * m->estimator.window.half);
 }
 
-// Healthy R or flux goes with the measured one, no faster than heat can. Not while the measured one is unsure: it would follow noise.
+// Healthy R or flux goes with the measured one, no faster than heat can. Not while the measured one is unsure: it would
+// follow noise.
 static void follow(dqw_monitor *m, int channel)
 {
     const float bound = heat_since(m, channel);
     const bool flux = channel == DQW_WATCH_PSI;
-    if (!(bound > 0.0f) || !(sd(m, channel) < (flux ? KNOWN_PART_FLUX : KNOWN_PART) * dqw_monitor_band_of(m, channel))) return;
+    if (!(bound > 0.0f) || !(sd(m, channel) < (flux ? KNOWN_PART_FLUX : KNOWN_PART) * dqw_monitor_band_of(m, channel)))
+        return;
     const float off = value(m, channel) - m->healthy[channel];
     m->healthy[channel] += off > bound ? bound : off < -bound ? -bound : off;
     dqw_watch_follow(&m->watch, channel, m->estimator.number);
@@ -193,7 +203,8 @@ static void follow_temperature(dqw_monitor *m)
     const float rise = dqw_monitor_rise_K(m, m->healthy[DQW_R]);
     m->hottest_K *= HOTTEST_KEPT;
     if (rise > m->hottest_K) m->hottest_K = rise;
-    const float coldest = m->cold_psi_Wb * (1.0f - DQW_MONITOR_SLACK * beta * m->hottest_K - 0.5f * dqw_monitor_band(m, DQW_WATCH_PSI));
+    const float coldest = m->cold_psi_Wb *
+                          (1.0f - DQW_MONITOR_SLACK * beta * m->hottest_K - 0.5f * dqw_monitor_band(m, DQW_WATCH_PSI));
     if (m->healthy[DQW_PSI] < coldest) m->healthy[DQW_PSI] = coldest;
 }
 
@@ -203,7 +214,9 @@ static int32_t deviation_q5(const dqw_monitor *m, int channel)
     float ratio;
     if (channel == DQW_WATCH_TEMPERATURE) {
         if (!(sd(m, DQW_R) < dqw_monitor_band_of(m, DQW_WATCH_R))) return 0;
-        ratio = (dqw_monitor_rise_K(m, value(m, DQW_R)) - dqw_monitor_band(m, DQW_WATCH_TEMPERATURE)) / TEMPERATURE_BAND_K + 1.0f;
+        ratio = (dqw_monitor_rise_K(m, value(m, DQW_R)) - dqw_monitor_band(m, DQW_WATCH_TEMPERATURE)) /
+                    TEMPERATURE_BAND_K +
+                1.0f;
     } else if (channel == DQW_WATCH_RESIDUAL) {
         ratio = sqrtf(m->estimator.recent_pu2 / m->healthy_residual_pu2) / dqw_monitor_band(m, DQW_WATCH_RESIDUAL);
     } else {
@@ -214,7 +227,9 @@ static int32_t deviation_q5(const dqw_monitor *m, int channel)
         // What heat may have made of it meanwhile is no change.
         const float heat = channel == DQW_WATCH_R || channel == DQW_WATCH_PSI ? heat_since(m, channel) : 0.0f;
         const float sure = dqw_monitor_surely(m, channel, deviation);
-        ratio = m->watch.looks[channel] < DQW_WATCH_LOOKS_LEAST || !(sure < DQW_UNKNOWN) ? 0.0f : (fabsf(change) - heat) / sure;
+        ratio = m->watch.looks[channel] < DQW_WATCH_LOOKS_LEAST || !(sure < DQW_UNKNOWN)
+                    ? 0.0f
+                    : (fabsf(change) - heat) / sure;
     }
     // What is no number counts as nothing.
     return dqw_is_positive(ratio) ? (int32_t)((ratio < 100.0f ? ratio : 100.0f) * (float)DQW_CHANGE_BAND_Q5) : 0;
@@ -234,7 +249,9 @@ static dqw_fault_verdict name_it(const dqw_monitor *m)
         const bool sure = deviation < DQW_UNKNOWN;
         const float least = sqrtf(deviation * deviation + third * third);
         if (channel < DQW_PARAMETERS) {
-            const float scale = channel == DQW_WATCH_ANGLE ? m->healthy[DQW_PSI] : channel == DQW_WATCH_DEAD_TIME ? 1.0f : m->healthy[channel];
+            const float scale = channel == DQW_WATCH_ANGLE       ? m->healthy[DQW_PSI]
+                                : channel == DQW_WATCH_DEAD_TIME ? 1.0f
+                                                                 : m->healthy[channel];
             change[channel] = off / scale;
             unit[channel] = sure ? least / fabsf(scale) : DQW_UNKNOWN;
         } else {
@@ -260,7 +277,8 @@ static float healthy_of(const dqw_monitor *m, int channel)
     if (channel < DQW_PARAMETERS) return m->healthy[channel];
     if (channel == DQW_WATCH_FRICTION) return m->healthy_friction_Nm;
     if (channel == DQW_WATCH_TEMPERATURE) return dqw_monitor_band(m, channel);
-    if (channel == DQW_WATCH_RESIDUAL) return dqw_monitor_band(m, channel) * sqrtf(m->healthy_residual_pu2) * m->config->estimator.v_base_V;
+    if (channel == DQW_WATCH_RESIDUAL)
+        return dqw_monitor_band(m, channel) * sqrtf(m->healthy_residual_pu2) * m->config->estimator.v_base_V;
     const int k = channel - DQW_WATCH_OFFSET;
     return sqrtf(m->healthy_re[k] * m->healthy_re[k] + m->healthy_im[k] * m->healthy_im[k]);
 }
@@ -304,7 +322,8 @@ static bool look(dqw_monitor *m)
     }
     // Temperatures go on counting from where they were: what has broken is not what has heated.
     const enum dqw_fault_name fault = m->named_fault.name;
-    if (fault == DQW_FAULT_PHASE_CONNECTION || fault == DQW_FAULT_CURRENT_GAIN) m->cold_R_ohm *= value(m, DQW_R) / m->healthy[DQW_R];
+    if (fault == DQW_FAULT_PHASE_CONNECTION || fault == DQW_FAULT_CURRENT_GAIN)
+        m->cold_R_ohm *= value(m, DQW_R) / m->healthy[DQW_R];
     m->cold_psi_Wb *= value(m, DQW_PSI) / m->healthy[DQW_PSI];
     begin_rest(m);
     return true;
@@ -404,9 +423,14 @@ enum dqw_why dqw_monitor_why(const dqw_monitor *m)
     const dqw_estimator *e = &m->estimator;
     const dqw_stage *s = &e->stage;
     if (s->name == DQW_STAGE_IN_SERVICE)
-        return m->watch.resting ? DQW_WHY_RESTS : m->watch.alarms != 0 ? DQW_WHY_NAMING : m->watch.wait != 0 ? DQW_WHY_PAUSE : DQW_WHY_IN_SERVICE;
+        return m->watch.resting       ? DQW_WHY_RESTS
+               : m->watch.alarms != 0 ? DQW_WHY_NAMING
+               : m->watch.wait != 0   ? DQW_WHY_PAUSE
+                                      : DQW_WHY_IN_SERVICE;
     if (s->name == DQW_STAGE_DOMAIN)
-        return s->back == DQW_BACK_NOT_CONVERGED ? DQW_WHY_NOT_CONVERGED : s->back == DQW_BACK_LEFT_BAND ? DQW_WHY_LEFT_BAND : DQW_WHY_THRESHOLD;
+        return s->back == DQW_BACK_NOT_CONVERGED ? DQW_WHY_NOT_CONVERGED
+               : s->back == DQW_BACK_LEFT_BAND   ? DQW_WHY_LEFT_BAND
+                                                 : DQW_WHY_THRESHOLD;
     if (e->number == 0) return DQW_WHY_NO_BLOCK;
     if (e->config->noise_on_inputs && e->noise_rows < WARM_UP) return DQW_WHY_NOISE;
     if (!excited(e)) return DQW_WHY_EXCITATION;

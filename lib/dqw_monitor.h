@@ -1,5 +1,5 @@
-// The condition monitor: the paper's Fig. 1 complete. Learns the healthy machine, then watches every parameter, says when one has
-// changed, and which fault that is.
+// The condition monitor: the paper's Fig. 1 complete. Learns the healthy machine, then watches every parameter, says
+// when one has changed, and which fault that is.
 #ifndef DQW_MONITOR_H
 #define DQW_MONITOR_H
 
@@ -16,25 +16,30 @@
 extern "C" {
 #endif
 
-/// All zero is refused. Constant: it may stay in flash. 0 takes the value in brackets. dqw_monitor_config_default() fills it from a nameplate.
+/// All zero is refused. Constant: it may stay in flash. 0 takes the value in brackets. dqw_monitor_config_default()
+/// fills it from a nameplate.
 typedef struct dqw_monitor_config {
-    dqw_estimator_config estimator;  ///< pole pairs are needed. Give it a drift_per_sqrt_s, 0.01 is a good start, or it follows nothing
-    /// A change by less is healthy. Of R, L_d, L_q, flux [0.04, 0.06, 0.06, 0.012] as part of the healthy value; dead time [0.005] as part of
-    /// the voltage base; angle [0.02] rad; offset [0.01] as part of the current base; resistance and reactance of one phase against the others
-    /// [0.03, 0.03]; shorted turns' conductance times R [0.003]; friction [0.05] as part of the torque at the current base; winding above
-    /// cold [110] K; residual against the healthy one [3]
+    /// pole pairs are needed. Give it a drift_per_sqrt_s, 0.01 is a good start, or it follows nothing
+    dqw_estimator_config estimator;
+    /// A change by less is healthy. Of R, L_d, L_q, flux [0.04, 0.06, 0.06, 0.012] as part of the healthy value; dead
+    /// time [0.005] as part of the voltage base; angle [0.02] rad; offset [0.01] as part of the current base;
+    /// resistance and reactance of one phase against the others
+    /// [0.03, 0.03]; shorted turns' conductance times R [0.003]; friction [0.05] as part of the torque at the current
+    /// base; winding above cold [110] K; residual against the healthy one [3]
     float band[DQW_WATCH_CHANNELS];
     float alpha_per_K;  ///< of the winding's resistance [0.0039]
     float beta_per_K;   ///< of the magnet's flux, as a positive fall [0.001]
     float heating_K_s;  ///< the fastest healthy heating or cooling [1]
     float J_kgm2;       ///< inertia; 0: friction is not watched
-    bool commissioned;  ///< the estimator's nominal values were measured on this machine, cold: temperatures count from them
+    /// the estimator's nominal values were measured on this machine, cold: temperatures count from them
+    bool commissioned;
 } dqw_monitor_config;
 
 /// What has changed. Times in samples since init.
 typedef struct dqw_monitor_change {
     uint64_t sample;  ///< when it was named
-    uint64_t since;   ///< when it began to show: in looks of 16 learned blocks, 255 at most; later than true where blocks were lost
+    /// when it began to show: in looks of 16 learned blocks, 255 at most; later than true where blocks were lost
+    uint64_t since;
     enum dqw_monitor_channel parameter;
     float value, sd;  ///< SI
     float healthy;    ///< what it was before; of temperature and residual the limit
@@ -47,7 +52,8 @@ typedef struct dqw_monitor {
     dqw_witness witness;
     float healthy[DQW_PARAMETERS];  ///< SI; R and flux follow the temperature
     float healthy_re[DQW_WITNESS_INPUTS], healthy_im[DQW_WITNESS_INPUTS];
-    float cold_R_ohm, cold_psi_Wb, hottest_K;  ///< where they may follow from, and the winding's highest rise, slowly forgotten
+    /// where they may follow from, and the winding's highest rise, slowly forgotten
+    float cold_R_ohm, cold_psi_Wb, hottest_K;
     float healthy_residual_pu2;
     // Friction: mean over reversals, its variance, the healthy one; the mean torque being gathered, and that before it.
     float friction_Nm, spread_Nm2, healthy_friction_Nm, w_before_rad_s, gathered_Nm, before_Nm;
@@ -58,10 +64,12 @@ typedef struct dqw_monitor {
     dqw_fault_verdict named_fault;
     uint8_t named_channel;
     bool has_change;
-    void (*enter_as_stored)(struct dqw_monitor *m);  ///< healthy values came from a store, which a firmware without one carries no code for
+    void (*enter_as_stored)(
+        struct dqw_monitor *m);  ///< healthy values came from a store, which a firmware without one carries no code for
 } dqw_monitor;
 
-/// A configuration for a machine of which no more than the nameplate is known; nominal values, bands and the like may be set in it.
+/// A configuration for a machine of which no more than the nameplate is known; nominal values, bands and the like may
+/// be set in it.
 ///
 /// Source   (E80) in docs/EQUATIONS.md for half_window
 /// Returns  a configuration that init takes, where the nameplate's values are positive and the pole pairs known
@@ -76,7 +84,8 @@ dqw_monitor_config dqw_monitor_config_default(const dqw_nameplate *plate);
 #define dqw_monitor_init DQW_SIZED(dqw_monitor_init)
 enum dqw_status dqw_monitor_init(dqw_monitor *m, const dqw_monitor_config *config);
 
-/// Stage 1 again, after a way back: with what the domain knowledge had lacked, as a trace wrote it; all learned anew. What was counted stays.
+/// Stage 1 again, after a way back: with what the domain knowledge had lacked, as a trace wrote it; all learned anew.
+/// What was counted stays.
 ///
 /// Source   Fig. 1; (E21) in docs/EQUATIONS.md
 /// Returns  as dqw_monitor_init; on an error the old monitor goes on
@@ -152,11 +161,11 @@ typedef struct dqw_monitor_stored {
 #define dqw_monitor_store DQW_SIZED(dqw_monitor_store)
 bool dqw_monitor_store(const dqw_monitor *m, dqw_monitor_stored *stored);
 
-/// Give it back, after init and before the first sample: on entering service the machine is compared with it, so that what has changed meanwhile is an
-/// event. R and flux may differ by what heat explains.
+/// Give it back, after init and before the first sample: on entering service the machine is compared with it, so that
+/// what has changed meanwhile is an event. R and flux may differ by what heat explains.
 ///
-/// Returns  DQW_OK; DQW_ERR_NULL, DQW_ERR_STORE_VERSION, DQW_ERR_STORE_DAMAGED, DQW_ERR_STORE_CONFIG where it was written with other bases, nominal
-///          values or effects: then *m is as it was
+/// Returns  DQW_OK; DQW_ERR_NULL, DQW_ERR_STORE_VERSION, DQW_ERR_STORE_DAMAGED, DQW_ERR_STORE_CONFIG where it was
+///          written with other bases, nominal values or effects: then *m is as it was
 /// Context  at start
 #define dqw_monitor_restore DQW_SIZED(dqw_monitor_restore)
 enum dqw_status dqw_monitor_restore(dqw_monitor *m, const dqw_monitor_stored *stored);

@@ -11,9 +11,10 @@
 #define USABLE_SD (0.1f / 3.0f)
 
 static const float BAND[DQW_WATCH_CHANNELS] = {
-    [DQW_WATCH_R] = 0.04f,          [DQW_WATCH_LD] = 0.06f,     [DQW_WATCH_LQ] = 0.06f,       [DQW_WATCH_PSI] = 0.012f,
-    [DQW_WATCH_DEAD_TIME] = 0.005f, [DQW_WATCH_ANGLE] = 0.02f,  [DQW_WATCH_OFFSET] = 0.01f,   [DQW_WATCH_RESISTANCE] = 0.03f,
-    [DQW_WATCH_REACTANCE] = 0.03f,  [DQW_WATCH_SHORT] = 0.003f, [DQW_WATCH_FRICTION] = 0.05f, [DQW_WATCH_TEMPERATURE] = 110.0f,
+    [DQW_WATCH_R] = 0.04f,       [DQW_WATCH_LD] = 0.06f,         [DQW_WATCH_LQ] = 0.06f,
+    [DQW_WATCH_PSI] = 0.012f,    [DQW_WATCH_DEAD_TIME] = 0.005f, [DQW_WATCH_ANGLE] = 0.02f,
+    [DQW_WATCH_OFFSET] = 0.01f,  [DQW_WATCH_RESISTANCE] = 0.03f, [DQW_WATCH_REACTANCE] = 0.03f,
+    [DQW_WATCH_SHORT] = 0.003f,  [DQW_WATCH_FRICTION] = 0.05f,   [DQW_WATCH_TEMPERATURE] = 110.0f,
     [DQW_WATCH_RESIDUAL] = 3.0f,
 };
 #define ALPHA_PER_K 0.0039f
@@ -72,7 +73,8 @@ float dqw_monitor_band_of(const dqw_monitor *m, int channel)
     return dqw_monitor_band(m, channel) * unit[channel];
 }
 
-// Value, its change from the healthy one, and its deviation, of a channel; of temperature and residual the change is the value.
+// Value, its change from the healthy one, and its deviation, of a channel; of temperature and residual the change is
+// the value.
 void dqw_monitor_read_channel(const dqw_monitor *m, int channel, float *now, float *change, float *deviation)
 {
     if (channel < DQW_PARAMETERS) {
@@ -103,7 +105,8 @@ void dqw_monitor_read_channel(const dqw_monitor *m, int channel, float *now, flo
 void dqw_monitor_move_healthy(dqw_monitor *m, int channel, float keep)
 {
     if (channel < DQW_PARAMETERS) {
-        m->healthy[channel] = dqw_estimator_value(&m->estimator, channel) + keep * (m->healthy[channel] - dqw_estimator_value(&m->estimator, channel));
+        m->healthy[channel] = dqw_estimator_value(&m->estimator, channel) +
+                              keep * (m->healthy[channel] - dqw_estimator_value(&m->estimator, channel));
     } else if (channel < DQW_WATCH_FRICTION) {
         const int k = channel - DQW_WATCH_OFFSET;
         m->healthy_re[k] = m->witness.re[k] + keep * (m->healthy_re[k] - m->witness.re[k]);
@@ -118,7 +121,8 @@ float dqw_monitor_surely(const dqw_monitor *m, int channel, float deviation)
     // The healthy value has a deviation too: less, the more looks it is the mean of.
     if (!(deviation < DQW_UNKNOWN)) return DQW_UNKNOWN;
     const float looks = (float)m->watch.looks[channel];
-    const float sure = DEVIATIONS * deviation * sqrtf(1.0f + (float)DQW_WATCH_LOOKS_ALIKE / ((float)DQW_WATCH_LOOKS_ALIKE + looks));
+    const float sure = DEVIATIONS * deviation *
+                       sqrtf(1.0f + (float)DQW_WATCH_LOOKS_ALIKE / ((float)DQW_WATCH_LOOKS_ALIKE + looks));
     const float width = dqw_monitor_band_of(m, channel);
     return width > sure ? width : sure;
 }
@@ -144,7 +148,10 @@ float dqw_monitor_sensitivity(const dqw_monitor *m, enum dqw_monitor_channel cha
     float change;
     float deviation;
     dqw_monitor_read_channel(m, (int)channel, &now, &change, &deviation);
-    if (channel == DQW_WATCH_TEMPERATURE) return deviation < DQW_UNKNOWN ? dqw_monitor_band(m, (int)channel) : DQW_UNKNOWN;
-    if (channel == DQW_WATCH_RESIDUAL) return dqw_monitor_band(m, (int)channel) * sqrtf(m->healthy_residual_pu2) * m->config->estimator.v_base_V;
-    return m->watch.looks[channel] >= DQW_WATCH_LOOKS_LEAST ? dqw_monitor_surely(m, (int)channel, deviation) : DQW_UNKNOWN;
+    if (channel == DQW_WATCH_TEMPERATURE)
+        return deviation < DQW_UNKNOWN ? dqw_monitor_band(m, (int)channel) : DQW_UNKNOWN;
+    if (channel == DQW_WATCH_RESIDUAL)
+        return dqw_monitor_band(m, (int)channel) * sqrtf(m->healthy_residual_pu2) * m->config->estimator.v_base_V;
+    return m->watch.looks[channel] >= DQW_WATCH_LOOKS_LEAST ? dqw_monitor_surely(m, (int)channel, deviation)
+                                                            : DQW_UNKNOWN;
 }

@@ -23,7 +23,8 @@ float dqw_monitor_beta(const dqw_monitor *m);
 /// The winding's rise above cold, K, where its resistance is this.
 float dqw_monitor_rise_K(const dqw_monitor *m, float R_ohm);
 
-/// Value, its change from the healthy one, and its deviation, of a channel; of temperature and residual the change is the value.
+/// Value, its change from the healthy one, and its deviation, of a channel; of temperature and residual the change is
+/// the value.
 #define dqw_monitor_read_channel DQW_SIZED(dqw_monitor_read_channel)
 void dqw_monitor_read_channel(const dqw_monitor *m, int channel, float *now, float *change, float *deviation);
 

@@ -26,10 +26,13 @@ static uint32_t hash_of_effects(uint32_t hash, const dqw_estimator_config *c)
 static uint32_t hash_of(const dqw_monitor *m)
 {
     const dqw_estimator_config *c = &m->config->estimator;
-    const float values[] = {c->dt_s, c->v_base_V, c->i_base_A, c->w_base_rad_s, c->R_ohm, c->Ld_H, c->Lq_H, c->psi_Wb, c->dead_time_width_A, m->config->J_kgm2};
-    const bool flags[] = {c->angle, c->encoder_offset, c->noise_on_inputs, c->voltage_next, c->voltage_held, c->speed_electrical, m->config->commissioned};
+    const float values[] = {c->dt_s, c->v_base_V, c->i_base_A, c->w_base_rad_s,      c->R_ohm,
+                            c->Ld_H, c->Lq_H,     c->psi_Wb,   c->dead_time_width_A, m->config->J_kgm2};
+    const bool flags[] = {c->angle,        c->encoder_offset,   c->noise_on_inputs,     c->voltage_next,
+                          c->voltage_held, c->speed_electrical, m->config->commissioned};
     uint32_t hash = dqw_hash_begin();
-    for (unsigned i = 0; i < sizeof values / sizeof values[0]; i++) hash = dqw_hash_add(hash, dqw_number_bits(values[i]));
+    for (unsigned i = 0; i < sizeof values / sizeof values[0]; i++)
+        hash = dqw_hash_add(hash, dqw_number_bits(values[i]));
     for (unsigned i = 0; i < sizeof flags / sizeof flags[0]; i++) hash = dqw_hash_add(hash, flags[i] ? 1u : 0u);
     hash = dqw_hash_add(hash, c->pole_pairs);
     hash = dqw_hash_add(hash, m->estimator.window.half);
@@ -39,12 +42,14 @@ static uint32_t hash_of(const dqw_monitor *m)
 // Field by field: padding, if there is any, holds nothing.
 static uint32_t check_of(const dqw_monitor_stored *s)
 {
-    const float values[] = {s->cold_R_ohm, s->cold_psi_Wb, s->hottest_K, s->healthy_residual_pu2, s->healthy_friction_Nm};
+    const float values[] = {s->cold_R_ohm, s->cold_psi_Wb, s->hottest_K, s->healthy_residual_pu2,
+                            s->healthy_friction_Nm};
     uint32_t hash = dqw_hash_add(dqw_hash_add(dqw_hash_begin(), s->version), s->config);
     for (int i = 0; i < DQW_PARAMETERS; i++) hash = dqw_hash_add(hash, dqw_number_bits(s->healthy[i]));
     for (int i = 0; i < DQW_WITNESS_INPUTS; i++) hash = dqw_hash_add(hash, dqw_number_bits(s->healthy_re[i]));
     for (int i = 0; i < DQW_WITNESS_INPUTS; i++) hash = dqw_hash_add(hash, dqw_number_bits(s->healthy_im[i]));
-    for (unsigned i = 0; i < sizeof values / sizeof values[0]; i++) hash = dqw_hash_add(hash, dqw_number_bits(values[i]));
+    for (unsigned i = 0; i < sizeof values / sizeof values[0]; i++)
+        hash = dqw_hash_add(hash, dqw_number_bits(values[i]));
     for (int i = 0; i < DQW_WATCH_TEMPERATURE; i++) hash = dqw_hash_add(hash, s->looks[i]);
     return dqw_hash_add(hash, s->unused[0]);
 }
@@ -53,7 +58,9 @@ bool dqw_monitor_store(const dqw_monitor *m, dqw_monitor_stored *stored)
 {
     if (m == NULL || stored == NULL || dqw_monitor_why(m) != DQW_WHY_IN_SERVICE) return false;
     const uint8_t *looks = m->watch.looks;
-    if (looks[DQW_WATCH_R] < DQW_WATCH_LOOKS_LEAST || looks[DQW_WATCH_LQ] < DQW_WATCH_LOOKS_LEAST || looks[DQW_WATCH_PSI] < DQW_WATCH_LOOKS_LEAST) return false;
+    if (looks[DQW_WATCH_R] < DQW_WATCH_LOOKS_LEAST || looks[DQW_WATCH_LQ] < DQW_WATCH_LOOKS_LEAST ||
+        looks[DQW_WATCH_PSI] < DQW_WATCH_LOOKS_LEAST)
+        return false;
     dqw_monitor_stored s = {
         .version = VERSION,
         .config = hash_of(m),
@@ -79,19 +86,21 @@ static float between(float x, float low, float high)
     return x < low ? low : x > high ? high : x;
 }
 
-// The machine is compared with what was stored. Of R and flux only what no heat explains is a change: it may have been switched off hot and on cold,
-// and its magnet may still be as hot as it was. (E94)
+// The machine is compared with what was stored. Of R and flux only what no heat explains is a change: it may have been
+// switched off hot and on cold, and its magnet may still be as hot as it was. (E94)
 static void enter_as_stored(dqw_monitor *m)
 {
     const float alpha = dqw_monitor_alpha(m);
     const float beta = DQW_MONITOR_SLACK * dqw_monitor_beta(m);
     const float half_band = 0.5f * dqw_monitor_band(m, DQW_WATCH_PSI);
     const float limit_K = dqw_monitor_band(m, DQW_WATCH_TEMPERATURE);
-    m->healthy[DQW_R] = between(dqw_estimator_value(&m->estimator, DQW_R), m->cold_R_ohm * (1.0f - alpha * COLDER_K), m->cold_R_ohm * (1.0f + alpha * limit_K));
+    m->healthy[DQW_R] = between(dqw_estimator_value(&m->estimator, DQW_R), m->cold_R_ohm * (1.0f - alpha * COLDER_K),
+                                m->cold_R_ohm * (1.0f + alpha * limit_K));
     const float rise = dqw_monitor_rise_K(m, m->healthy[DQW_R]);
     const float hot = rise > m->hottest_K ? rise : m->hottest_K;
     const float cold = rise < 0.0f ? -rise : 0.0f;
-    m->healthy[DQW_PSI] = between(dqw_estimator_value(&m->estimator, DQW_PSI), m->cold_psi_Wb * (1.0f - beta * hot - half_band),
+    m->healthy[DQW_PSI] = between(dqw_estimator_value(&m->estimator, DQW_PSI),
+                                  m->cold_psi_Wb * (1.0f - beta * hot - half_band),
                                   m->cold_psi_Wb * (1.0f + beta * cold + half_band));
     dqw_watch_follow(&m->watch, DQW_WATCH_R, m->estimator.number);
     dqw_watch_follow(&m->watch, DQW_WATCH_PSI, m->estimator.number);

@@ -21,7 +21,8 @@ void dqw_noise_gap(dqw_noise *n);
 
 /// One consecutive pair: the step of each current less T/L times its voltage, and the step of the speed.
 ///
-/// Source   (E60) in docs/EQUATIONS.md: E (e_k - e_k-3)(e_k-1 - e_k-2) = -2 var(i), whatever is slow, and whatever the voltage's noise
+/// Source   (E60) in docs/EQUATIONS.md: E (e_k - e_k-3)(e_k-1 - e_k-2) = -2 var(i), whatever is slow, and whatever the
+///          voltage's noise
 /// Units    SI
 /// Range    finite
 /// Cost     20 flops, one division

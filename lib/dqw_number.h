@@ -1,4 +1,5 @@
-// What a number is, asked of its bits: the same under every compiler's floating-point flags, -ffast-math and -ffinite-math-only too.
+// What a number is, asked of its bits: the same under every compiler's floating-point flags, -ffast-math and
+// -ffinite-math-only too.
 #ifndef DQW_NUMBER_H
 #define DQW_NUMBER_H
 
@@ -11,7 +12,8 @@
 extern "C" {
 #endif
 
-/// Asks for a small function to be part of its caller, or to stay apart from it, where a size setting would do otherwise.
+/// Asks for a small function to be part of its caller, or to stay apart from it, where a size setting would do
+/// otherwise.
 #if defined(__GNUC__)
 #define DQW_INLINE static inline __attribute__((always_inline))
 #define DQW_APART static __attribute__((noinline))
@@ -23,7 +25,8 @@ extern "C" {
 /// Bits of infinity; a NaN's are more.
 #define DQW_NUMBER_INFINITE UINT32_C(0x7f800000)
 
-// A compiler that was promised finite numbers may draw conclusions from a float that it holds, and none from one that it must read.
+// A compiler that was promised finite numbers may draw conclusions from a float that it holds, and none from one that
+// it must read.
 #if defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__
 #define DQW_NUMBER_READ volatile
 #else

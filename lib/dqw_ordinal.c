@@ -26,8 +26,8 @@ static float clamp(float x, float low, float high)
 enum dqw_status dqw_ordinal_init(dqw_ordinal *o, const dqw_ordinal_config *config)
 {
     if (o == NULL || config == NULL) return DQW_ERR_NULL;
-    if (!dqw_is_positive(config->dt_s) || !dqw_is_positive(config->x_base) || !dqw_is_positive(config->y_base) || !dqw_is_positive(config->R_ohm) ||
-        !dqw_is_positive(config->L_H))
+    if (!dqw_is_positive(config->dt_s) || !dqw_is_positive(config->x_base) || !dqw_is_positive(config->y_base) ||
+        !dqw_is_positive(config->R_ohm) || !dqw_is_positive(config->L_H))
         return DQW_ERR_RANGE;
     if (!dqw_is_positive(1.0f / config->x_base) || !dqw_is_positive(1.0f / config->y_base)) return DQW_ERR_RANGE;
     const dqw_ordinal zero = {0};
@@ -81,7 +81,8 @@ void dqw_ordinal_step(dqw_ordinal *o, float x_V, float y_A)
         return;
     }
     if (o->started) {
-        // The first epoch learns from pairs in either form: a start for the output error that is near enough to be linear.
+        // The first epoch learns from pairs in either form: a start for the output error that is near enough to be
+        // linear.
         if (o->form == DQW_ORDINAL_PAIRS || o->from_pairs)
             learn_pair(o, o->x_last_pu, y_pu);
         else
@@ -102,14 +103,15 @@ bool dqw_ordinal_end_epoch(dqw_ordinal *o)
     o->started = false;
     const bool pairs = o->form == DQW_ORDINAL_PAIRS;
 
-    // A Gauss-Newton step is kept short, and the pole inside a passive circuit's range: the neuron's own output then stays
-    // bounded, and far from the truth, where the linearisation overshoots, the next epoch can come back.
+    // A Gauss-Newton step is kept short, and the pole inside a passive circuit's range: the neuron's own output then
+    // stays bounded, and far from the truth, where the linearisation overshoots, the next epoch can come back.
     const float a = clamp(o->a + clamp(o->delta_pu[1], -STEP_MAX, STEP_MAX), POLE_MIN, POLE_MAX);
     const float b = o->from_pairs ? o->b_pu : clamp(o->b_pu + o->delta_pu[0], 0.1f * o->b_pu, 10.0f * o->b_pu);
     const bool inside = b > 0.0f && a > POLE_MIN && a < POLE_MAX;
     const bool still = fabsf(a - o->a) <= CONVERGED * o->a && fabsf(b - o->b_pu) <= CONVERGED * fabsf(b);
     o->converged = pairs || (!o->from_pairs && inside && still);
-    // Pairs that say what no passive circuit can are no start; nor is one from which no epoch comes to rest. Learn from pairs again.
+    // Pairs that say what no passive circuit can are no start; nor is one from which no epoch comes to rest. Learn from
+    // pairs again.
     const bool done_with_pairs = o->from_pairs && inside;
     o->restless = still || o->from_pairs ? 0 : (uint8_t)(o->restless + 1);
     if (done_with_pairs) o->from_pairs = false;

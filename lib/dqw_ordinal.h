@@ -21,7 +21,8 @@ enum dqw_ordinal_form {
 
 enum dqw_ordinal_discretisation {
     DQW_ORDINAL_EXACT = 0,  ///< x held from sample to sample
-    DQW_ORDINAL_BACKWARD,   ///< the paper's backward difference, (P21) with its signs corrected: from z^-1 y it reads R high by T R / 2 L
+    /// the paper's backward difference, (P21) with its signs corrected: from z^-1 y it reads R high by T R / 2 L
+    DQW_ORDINAL_BACKWARD,
 };
 
 typedef struct dqw_ordinal_config {
@@ -63,7 +64,8 @@ enum dqw_status dqw_ordinal_init(dqw_ordinal *o, const dqw_ordinal_config *confi
 ///
 /// Source   (E9), (E12) in docs/EQUATIONS.md
 /// Units    x_V: mean voltage across R and L from this sample to the next; y_A: the current at this sample
-/// Range    any float; a sample that is not finite, or beyond 1000 bases, is skipped and counted, and the chain starts anew after it
+/// Range    any float; a sample that is not finite, or beyond 1000 bases, is skipped and counted, and the chain starts
+///          anew after it
 /// Cost     about 40 flops; no loop depends on data
 /// Context  ISR safe; one writer per object
 void dqw_ordinal_step(dqw_ordinal *o, float x_V, float y_A);

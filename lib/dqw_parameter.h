@@ -6,14 +6,16 @@
 extern "C" {
 #endif
 
-/// Weights of the joint neuron. Bit i of a mask stands for weight i; effects' weights follow, in the order of their list.
+/// Weights of the joint neuron. Bit i of a mask stands for weight i; effects' weights follow, in the order of their
+/// list.
 enum dqw_parameter {
     DQW_R = 0,
     DQW_LD,
     DQW_LQ,
     DQW_PSI,
     DQW_DEAD_TIME,  ///< V that the inverter takes from each phase
-    DQW_PSI_Q,      ///< flux linkage of the magnet that shows on the other axis: psi times the angle by which the encoder is off
+    /// flux linkage of the magnet that shows on the other axis: psi times the angle by which the encoder is off
+    DQW_PSI_Q,
     DQW_PARAMETERS
 };
 

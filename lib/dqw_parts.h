@@ -1,5 +1,5 @@
-// What the parts measure with, of which the objects in float are made: for their place and size. What the parts do is in the headers of their
-// names.
+// What the parts measure with, of which the objects in float are made: for their place and size. What the parts do is
+// in the headers of their names.
 #ifndef DQW_PARTS_H
 #define DQW_PARTS_H
 
@@ -112,14 +112,17 @@ enum dqw_witness_input {
     DQW_WITNESS_OFFSET = 0,  ///< once a turn: R times a constant current error. A
     DQW_WITNESS_RESISTANCE,  ///< twice a turn, with the current: a third of one phase's extra resistance. Ohm
     DQW_WITNESS_REACTANCE,   ///< twice a turn, with current and speed: L times a third of one sensor's extra gain. H
-    DQW_WITNESS_SHORT,       ///< twice a turn, with the flux' voltage: a third of a shorted turn's conductance across one phase. S
+    /// twice a turn, with the flux' voltage: a third of a shorted turn's conductance across one phase. S
+    DQW_WITNESS_SHORT,
     DQW_WITNESS_INPUTS
 };
 
 typedef struct dqw_witness {
-    float re[DQW_WITNESS_INPUTS], im[DQW_WITNESS_INPUTS];  ///< weights, SI; their angle is twice that of the phase (offset: the vector in the stator)
-    float power[DQW_WITNESS_INPUTS];                       ///< mean squared input, SI: volts per unit of the weight
-    uint16_t blocks;                                       ///< learned, up to the memory
+    float re[DQW_WITNESS_INPUTS],
+        /// weights, SI; their angle is twice that of the phase (offset: the vector in the stator)
+        im[DQW_WITNESS_INPUTS];
+    float power[DQW_WITNESS_INPUTS];  ///< mean squared input, SI: volts per unit of the weight
+    uint16_t blocks;                  ///< learned, up to the memory
 } dqw_witness;
 
 typedef struct dqw_fault_verdict {

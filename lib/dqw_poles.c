@@ -1,4 +1,5 @@
-// Pole pairs from the motion: while they are not known, the flux of the other axis' current has a weight of its own, p times its inductance.
+// Pole pairs from the motion: while they are not known, the flux of the other axis' current has a weight of its own, p
+// times its inductance.
 #include <math.h>
 
 #include "dqw_estimator_block.h"
@@ -50,7 +51,8 @@ void dqw_poles_evidence(const dqw_estimator *e, float *p, float *sd)
         // Rows that do not hold what the model lacks tell the same on both axes.
         const float apart = ratio[0] - ratio[1];
         const float sure = 1.0f / information[0] + 1.0f / information[1];
-        known = known && (fabsf(apart) < 2.0f * EVIDENCE_DISTANCE || apart * apart < AGREEMENT_SD * AGREEMENT_SD * sure);
+        known = known &&
+                (fabsf(apart) < 2.0f * EVIDENCE_DISTANCE || apart * apart < AGREEMENT_SD * AGREEMENT_SD * sure);
     }
     *p = known ? (ratio[0] * information[0] + ratio[1] * information[1]) / both : 0.0f;
     *sd = known ? sqrtf(1.0f / both) : DQW_UNKNOWN;
@@ -78,7 +80,8 @@ static void rescale(dqw_gain *g, int i, float p)
     g->d[i] *= p * p;
 }
 
-// A weight leaves, another takes its place: what was known of the others keeps. Only for the last, or where those behind it are new.
+// A weight leaves, another takes its place: what was known of the others keeps. Only for the last, or where those
+// behind it are new.
 static void replace(dqw_estimator *e, int i)
 {
     dqw_gain *g = &e->gain;

@@ -24,7 +24,7 @@ typedef struct dqw_random_config {
     uint32_t capacity;             ///< samples that it holds, >= 2
     uint32_t draws;                ///< samples shown in an epoch, 1 .. capacity; the paper: 50 of 301
     uint32_t seed;                 ///< of the draw; 0 is taken as 1
-    float tolerance;               ///< converged when an epoch moves no weight by more than this part of the largest, > 0
+    float tolerance;  ///< converged when an epoch moves no weight by more than this part of the largest, > 0
 } dqw_random_config;
 
 typedef struct dqw_random {

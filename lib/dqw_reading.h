@@ -8,8 +8,8 @@
 extern "C" {
 #endif
 
-/// A standard deviation that is not known: finite, so that comparisons hold where a compiler assumes that there is no infinity. What is
-/// known is `sd < DQW_UNKNOWN`.
+/// A standard deviation that is not known: finite, so that comparisons hold where a compiler assumes that there is no
+/// infinity. What is known is `sd < DQW_UNKNOWN`.
 #define DQW_UNKNOWN 3.4e38f
 
 typedef struct dqw_reading {

@@ -14,12 +14,19 @@ dqw_sample dqw_sample_from_dq(float v_d_V, float v_q_V, float i_d_A, float i_q_A
     return s;
 }
 
-dqw_sample dqw_sample_from_alphabeta(float v_alpha_V, float v_beta_V, float i_alpha_A, float i_beta_A, float w_m_rad_s, float cosine, float sine)
+dqw_sample dqw_sample_from_alphabeta(float v_alpha_V, float v_beta_V, float i_alpha_A, float i_beta_A, float w_m_rad_s,
+                                     float cosine, float sine)
 {
     const dqw_alphabeta v = {v_alpha_V, v_beta_V};
     const dqw_alphabeta i = {i_alpha_A, i_beta_A};
     const dqw_dq v_dq = dqw_park(v, cosine, sine);
     const dqw_dq i_dq = dqw_park(i, cosine, sine);
-    const dqw_sample s = {.v_d_V = v_dq.d, .v_q_V = v_dq.q, .i_d_A = i_dq.d, .i_q_A = i_dq.q, .w_m_rad_s = w_m_rad_s, .cosine = cosine, .sine = sine};
+    const dqw_sample s = {.v_d_V = v_dq.d,
+                          .v_q_V = v_dq.q,
+                          .i_d_A = i_dq.d,
+                          .i_q_A = i_dq.q,
+                          .w_m_rad_s = w_m_rad_s,
+                          .cosine = cosine,
+                          .sine = sine};
     return s;
 }

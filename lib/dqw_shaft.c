@@ -40,7 +40,9 @@ dqw_shaft_config dqw_shaft_config_default(const dqw_shaft_nameplate *nameplate)
     c.coulomb_width_rad_s = DEFAULT_WIDTH * nameplate->w_m_rad_s;
     if (!dqw_is_positive(nameplate->dt_s)) return c;
     const float half = DEFAULT_HALF_S / nameplate->dt_s + 0.5f;
-    c.half_window = (uint16_t)(half < DEFAULT_HALF_LEAST ? DEFAULT_HALF_LEAST : half < (float)HALF_MAX ? half : (float)HALF_MAX);
+    c.half_window = (uint16_t)(half < DEFAULT_HALF_LEAST ? DEFAULT_HALF_LEAST
+                               : half < (float)HALF_MAX  ? half
+                                                         : (float)HALF_MAX);
     return c;
 }
 
@@ -55,7 +57,8 @@ static enum dqw_status check(const dqw_shaft_config *c)
     if (!dqw_is_zero_or_positive(c->excitation_pu)) return DQW_ERR_EXCITATION;
     if (!dqw_is_zero_or_positive(c->standstill_rad_s)) return DQW_ERR_STANDSTILL;
     const float width = c->coulomb_width_rad_s;
-    return dqw_is_zero_or_positive(width) && (width == 0.0f || dqw_is_positive(1.0f / width)) ? DQW_OK : DQW_ERR_COULOMB_WIDTH;
+    return dqw_is_zero_or_positive(width) && (width == 0.0f || dqw_is_positive(1.0f / width)) ? DQW_OK
+                                                                                              : DQW_ERR_COULOMB_WIDTH;
 }
 
 // A start value per unit; false where it or its unit does not fit.
@@ -127,7 +130,9 @@ enum dqw_status dqw_shaft_init(dqw_shaft *s, const dqw_shaft_config *config)
     n.B_unit_Nms_rad = c->torque_base_Nm / c->w_base_rad_s;
     // A full change of speed in half a block is one unit of the step.
     n.J_unit_kgm2 = n.B_unit_Nms_rad * c->dt_s * (float)half;
-    if (!start_at(&n.w_pu[DQW_J], c->J_kgm2, n.J_unit_kgm2) || !start_at(&n.w_pu[DQW_B], c->B_Nms_rad, n.B_unit_Nms_rad)) return DQW_ERR_UNIT;
+    if (!start_at(&n.w_pu[DQW_J], c->J_kgm2, n.J_unit_kgm2) ||
+        !start_at(&n.w_pu[DQW_B], c->B_Nms_rad, n.B_unit_Nms_rad))
+        return DQW_ERR_UNIT;
     n.inputs = c->coulomb ? DQW_COULOMB + 1 : DQW_COULOMB;
     if (c->coulomb && c->coulomb_width_rad_s > 0.0f) n.slope_s_rad = 1.0f / c->coulomb_width_rad_s;
     status = init_effects(&n, c);
@@ -151,7 +156,8 @@ static float direction(const dqw_shaft *s, float w)
     return w > 0.0f ? 1.0f : -1.0f;
 }
 
-// One pair, NULL where it is none; half a window that is full goes to the background, unless it still has the one before.
+// One pair, NULL where it is none; half a window that is full goes to the background, unless it still has the one
+// before.
 static uint32_t gather(dqw_shaft *s, const float pair[])
 {
     dqw_window *w = &s->window;
@@ -173,8 +179,10 @@ uint32_t dqw_shaft_sample(dqw_shaft *s, float torque_Nm, float w_m_rad_s, float 
     // [SHAFT.1] may this sample be learned
     const dqw_shaft_config *c = s->config;
     const dqw_gate_sample g = {
-        .finite = dqw_is_finite(torque_Nm) && dqw_is_finite(w_m_rad_s) && (!s->needs_angle || dqw_is_finite(theta_m_rad)),
-        .saturated = saturated || fabsf(torque_Nm) > WILD * c->torque_base_Nm || fabsf(w_m_rad_s) > WILD * c->w_base_rad_s,
+        .finite = dqw_is_finite(torque_Nm) && dqw_is_finite(w_m_rad_s) &&
+                  (!s->needs_angle || dqw_is_finite(theta_m_rad)),
+        .saturated = saturated || fabsf(torque_Nm) > WILD * c->torque_base_Nm ||
+                     fabsf(w_m_rad_s) > WILD * c->w_base_rad_s,
     };
     const uint32_t refused = dqw_gate_check(&s->gate, g);
     const bool paired = refused == 0 && s->has_last;

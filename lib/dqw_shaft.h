@@ -17,8 +17,9 @@ extern "C" {
 
 /// All zero is refused. Constant: it may stay in flash.
 typedef struct dqw_shaft_config {
-    float dt_s;            ///< sampling period, > 0
-    float torque_base_Nm;  ///< rated torque and mechanical speed: they scale. A sample beyond ten of them is saturated. > 0
+    float dt_s;  ///< sampling period, > 0
+    /// rated torque and mechanical speed: they scale. A sample beyond ten of them is saturated. > 0
+    float torque_base_Nm;
     float w_base_rad_s;
     float J_kgm2;  ///< nominal values to start from; 0: start from zero. Never a prior
     float B_Nms_rad;
@@ -40,7 +41,8 @@ typedef struct dqw_shaft_nameplate {
     float w_m_rad_s;  ///< rated mechanical speed
 } dqw_shaft_nameplate;
 
-/// Signals of a pair: torque, step of the speed, sums of two speeds and directions; then the effects' inputs, sums of two.
+/// Signals of a pair: torque, step of the speed, sums of two speeds and directions; then the effects' inputs, sums of
+/// two.
 #define DQW_SHAFT_SIGNALS (4 + DQW_EFFECT_WEIGHTS)
 
 /// Most inputs of the neuron: J, B, Coulomb friction where it is asked for, then the effects' weights.
@@ -72,8 +74,8 @@ typedef struct dqw_shaft {
     uint32_t skipped;  ///< blocks refused: not finite, or beyond 1e5 bases
 } dqw_shaft;
 
-/// A configuration from a nameplate: blocks of twice 25 ms (at least twice 10 samples), friction learned, its direction soft below a hundredth
-/// of the rated speed. Nominal values and effects are absent.
+/// A configuration from a nameplate: blocks of twice 25 ms (at least twice 10 samples), friction learned, its direction
+/// soft below a hundredth of the rated speed. Nominal values and effects are absent.
 ///
 /// Shape    nameplate: null gives all zero, and what is no number is passed on: dqw_shaft_init() refuses both
 /// Context  at start
@@ -82,8 +84,8 @@ dqw_shaft_config dqw_shaft_config_default(const dqw_shaft_nameplate *nameplate);
 /// Make a shaft for J dw/dt + B w + T_c sign(w) = T.
 ///
 /// Source   (E23), (E54) in docs/EQUATIONS.md
-/// Returns  DQW_OK; DQW_ERR_NULL, or the enumerator of the field that was refused, DQW_ERR_UNIT where bases and start values go too far apart;
-///          then *s is untouched
+/// Returns  DQW_OK; DQW_ERR_NULL, or the enumerator of the field that was refused, DQW_ERR_UNIT where bases and start
+///          values go too far apart; then *s is untouched
 /// Context  at start; the configuration stays in use as long as the object
 #define dqw_shaft_init DQW_SIZED(dqw_shaft_init)
 enum dqw_status dqw_shaft_init(dqw_shaft *s, const dqw_shaft_config *config);
@@ -97,17 +99,19 @@ enum dqw_status dqw_shaft_define(dqw_shaft *s, const dqw_shaft_config *config);
 /// One sample: gathers, never learns.
 ///
 /// Source   (E15), (E23), (E54) in docs/EQUATIONS.md
-/// Units    torque_Nm at the shaft, as applied from this sample to the next; mechanical speed w_m_rad_s at this sample; the shaft's angle,
-///          which cogging alone reads. `saturated`: the caller knows that the sample is beyond a limit
+/// Units    torque_Nm at the shaft, as applied from this sample to the next; mechanical speed w_m_rad_s at this sample;
+///          the shaft's angle, which cogging alone reads. `saturated`: the caller knows that the sample is beyond a
+///          limit
 /// Range    any float; a sample that is not finite, or beyond ten bases, is skipped and counted in s->gate
 /// Returns  DQW_EVENT_* bits of this step; DQW_EVENT_BLOCK: a block waits for dqw_shaft_background
-/// Cost     about 20 flops, 6 a signal more at a block's end; a tanhf for a soft direction; each effect: dqw_effect_torque and 3 flops a weight
+/// Cost     about 20 flops, 6 a signal more at a block's end; a tanhf for a soft direction; each effect:
+///          dqw_effect_torque and 3 flops a weight
 /// Context  ISR safe; one writer per object
 #define dqw_shaft_sample DQW_SIZED(dqw_shaft_sample)
 uint32_t dqw_shaft_sample(dqw_shaft *s, float torque_Nm, float w_m_rad_s, float theta_m_rad, bool saturated);
 
-/// No sample came in these periods. 1: as a sample that is refused. 0, where nobody knows, or more: time has jumped, the next sample does not
-/// follow the last one.
+/// No sample came in these periods. 1: as a sample that is refused. 0, where nobody knows, or more: time has jumped,
+/// the next sample does not follow the last one.
 /// Context  as dqw_shaft_sample
 void dqw_shaft_missing(dqw_shaft *s, uint32_t periods);
 
@@ -132,7 +136,8 @@ dqw_reading dqw_shaft_read(const dqw_shaft *s, enum dqw_shaft_parameter which);
 ///
 /// Source   (E20), (E54) in docs/EQUATIONS.md
 /// Shape    weights[], sd[]: dqw_effect_weights() of the name, written; DQW_UNKNOWN where nothing was learned
-/// Returns  bit i set where weight i is known: its deviation is below a quarter of the effect's largest; DQW_ERR_SIZE for an index out of range
+/// Returns  bit i set where weight i is known: its deviation is below a quarter of the effect's largest; DQW_ERR_SIZE
+///          for an index out of range
 /// Context  as dqw_shaft_read
 int dqw_shaft_read_effect(const dqw_shaft *s, int index, float weights[], float sd[]);
 #endif

@@ -10,7 +10,8 @@
 #include "dqw_shaft.h"
 
 #define EXCITATION_PU 0.002f
-// A weight whose variance is above this was not learned, it fell by less than a hundred times: what it holds is its start value.
+// A weight whose variance is above this was not learned, it fell by less than a hundred times: what it holds is its
+// start value.
 #define LEARNED_VARIANCE 1e4f
 // Blocks over which the residual's statistics are means: a plain sum would stop growing in single precision.
 #define MEMORY 65536u

@@ -2,7 +2,8 @@
 #ifndef DQW_SIZE_H
 #define DQW_SIZE_H
 
-/// Most weights that the effects of one estimator may have together (dqw_effect.h), 0 .. 24. 0: a firmware without effects pays nothing.
+/// Most weights that the effects of one estimator may have together (dqw_effect.h), 0 .. 24. 0: a firmware without
+/// effects pays nothing.
 #ifndef DQW_EFFECT_WEIGHTS
 #define DQW_EFFECT_WEIGHTS 12
 #endif
@@ -14,7 +15,8 @@
 /// Most inputs that a Learner takes, the constant input not counted: the joint neuron's six, and the effects'.
 #define DQW_LEARNER_INPUTS (6 + DQW_EFFECT_WEIGHTS)
 
-/// The name that a linker sees of a function that makes an object: with the size in it, so that a program built with two sizes does not link.
+/// The name that a linker sees of a function that makes an object: with the size in it, so that a program built with
+/// two sizes does not link.
 #define DQW_SIZED(name) DQW_SIZED_WITH(name, DQW_EFFECT_WEIGHTS)
 #define DQW_SIZED_WITH(name, weights) DQW_SIZED_AS(name, weights)
 #define DQW_SIZED_AS(name, weights) name##_w##weights

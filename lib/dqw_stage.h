@@ -22,8 +22,9 @@ typedef struct dqw_stage_input {
 /// Source   Fig. 1; (E21) in docs/EQUATIONS.md
 void dqw_stage_init(dqw_stage *s, uint32_t threshold_ppm, uint32_t random_limit, uint32_t ordinal_blocks);
 
-/// Domain knowledge is defined, or defined anew after a way back: go to stage 2. Elsewhere without effect. After a way back
-/// the owner first makes its Learners anew, with what the domain knowledge had lacked: dqw_estimator_define() does both.
+/// Domain knowledge is defined, or defined anew after a way back: go to stage 2. Elsewhere without effect. After a way
+/// back the owner first makes its Learners anew, with what the domain knowledge had lacked: dqw_estimator_define() does
+/// both.
 /// Source   Fig. 1; (E21) in docs/EQUATIONS.md
 void dqw_stage_define(dqw_stage *s);
 

@@ -1,5 +1,5 @@
-// What the parts count and decide with, of which the objects of both arithmetics are made: for their place and size. What the parts do is in the
-// headers of their names. Integers and booleans only.
+// What the parts count and decide with, of which the objects of both arithmetics are made: for their place and size.
+// What the parts do is in the headers of their names. Integers and booleans only.
 #ifndef DQW_STATE_H
 #define DQW_STATE_H
 
@@ -74,10 +74,11 @@ typedef struct dqw_watch {
     uint16_t alarms;       ///< channels of the event that is being named
     dqw_change change[DQW_WATCH_CHANNELS];
     uint8_t looks[DQW_WATCH_TEMPERATURE];  ///< that each healthy value is the mean of, up to 255
-    uint8_t blocks, wait;                  ///< since the last look; looks to come until an event is named, or the rest after it or a pause is over
-    uint8_t reversals;                     ///< of the direction, that friction is a mean over
-    int8_t gathered;                       ///< blocks of a stretch in one direction, with its sign
-    int8_t before;                         ///< direction of the stretch before it
+    /// since the last look; looks to come until an event is named, or the rest after it or a pause is over
+    uint8_t blocks, wait;
+    uint8_t reversals;  ///< of the direction, that friction is a mean over
+    int8_t gathered;    ///< blocks of a stretch in one direction, with its sign
+    int8_t before;      ///< direction of the stretch before it
     bool resting, too_hot, back;
 } dqw_watch;
 

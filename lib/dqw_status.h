@@ -2,8 +2,8 @@
 #ifndef DQW_STATUS_H
 #define DQW_STATUS_H
 
-/// Result of an init function. On a negative value the object is as it was before the call. dqw_status_text() says it in words: which field of
-/// the configuration, and what it may be.
+/// Result of an init function. On a negative value the object is as it was before the call. dqw_status_text() says it
+/// in words: which field of the configuration, and what it may be.
 enum dqw_status {
     DQW_OK = 0,
     DQW_ERR_NULL = -1,   ///< a pointer that must be there is null

@@ -14,7 +14,11 @@ enum dqw_status dqw_tapped_init(dqw_tapped *t, const dqw_tapped_config *config)
     n.step_size = config->step_size;
     n.draws = config->draws;
     for (int i = 0; i < config->taps; i++) {
-        dqw_learner_config learner = {.inputs = 1, .step_size = config->step_size, .y_base = config->y_base[i], .noisy_inputs = true, .indicator = true};
+        dqw_learner_config learner = {.inputs = 1,
+                                      .step_size = config->step_size,
+                                      .y_base = config->y_base[i],
+                                      .noisy_inputs = true,
+                                      .indicator = true};
         learner.x_base[0] = config->x_base[i];
         const dqw_random_config random = {.reservoir = config->reservoir[i],
                                           .capacity = config->capacity,

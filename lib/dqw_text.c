@@ -17,38 +17,42 @@ static const char *const status_texts[] = {
     [-DQW_ERR_I_BASE] = "i_base_A: the rated phase current, above 0 A; i_full_mA: 1 .. 10000000",
     [-DQW_ERR_W_BASE] = "w_base_rad_s: the rated mechanical speed, above 0 rad/s; w_full_mrad_s: 1 .. 10000000",
     [-DQW_ERR_TORQUE_BASE] = "torque_base_Nm: the rated torque, above 0 Nm",
-    [-DQW_ERR_R] = "R_ohm: the resistance of a phase to start from, 0 (from the bases) or above; above 0 where `commissioned`",
+    [-DQW_ERR_R] = "R_ohm: the resistance to start from, 0 (from the bases) or above; above 0 where `commissioned`",
     [-DQW_ERR_LD] = "Ld_H: the inductance to start from, 0 (from the bases) or above",
     [-DQW_ERR_LQ] = "Lq_H: the inductance to start from, 0 (from the bases) or above",
-    [-DQW_ERR_PSI] = "psi_Wb: the flux linkage to start from, 0 (from the bases) or above; above 0 where `commissioned`",
+    [-DQW_ERR_PSI] = "psi_Wb: the flux to start from, 0 (from the bases) or above; above 0 where `commissioned`",
     [-DQW_ERR_J] = "J_kgm2: the inertia, 0 (not known) or above",
     [-DQW_ERR_B] = "B_Nms_rad: the viscous friction to start from, 0 (not known) or above",
     [-DQW_ERR_POLE_PAIRS] = "pole_pairs: 1 .. 65535, or 0 (to be found) where the object finds them",
     [-DQW_ERR_HALF_WINDOW] = "half_window: 0 (the default) or 1 .. 10000 pairs, in fixed point up to 100",
     [-DQW_ERR_V_LIMIT] = "v_limit_V: a sample beyond it is saturated, 0 (ten bases) or above",
     [-DQW_ERR_I_LIMIT] = "i_limit_A: a sample beyond it is saturated, 0 (ten bases) or above",
-    [-DQW_ERR_EXCITATION] = "excitation_pu: the least input that teaches, 0 (the default) or above, as part of its base",
-    [-DQW_ERR_DEAD_TIME_WIDTH] = "dead_time_width_A: the current that makes three quarters of the step, 0 (none is learned) or above",
-    [-DQW_ERR_DRIFT] = "drift_per_sqrt_s: how far a parameter may wander in a second, 0 (constant) or above, as part of itself; drift_ppm up to 1000000",
+    [-DQW_ERR_EXCITATION] =
+        "excitation_pu: the least input that teaches, 0 (the default) or above, as part of its base",
+    [-DQW_ERR_DEAD_TIME_WIDTH] =
+        "dead_time_width_A: the current that makes three quarters of the step, 0 (none is learned) or above",
+    [-DQW_ERR_DRIFT] =
+        "drift_per_sqrt_s: a parameter's wander in 1 s, as part of itself, 0 (none) or above; ppm up to 10^6",
     [-DQW_ERR_COULOMB_WIDTH] = "coulomb_width_rad_s: where friction has changed its sign, 0 (at once) or above",
     [-DQW_ERR_STANDSTILL] = "standstill_rad_s: below it friction has no direction, 0 or above",
-    [-DQW_ERR_UNIT] = "bases and start values together: what they make of a weight is no number that the arithmetic holds; look for a wrong unit",
+    [-DQW_ERR_UNIT] =
+        "bases and start values together: a weight beyond what the arithmetic holds; look for a wrong unit",
     [-DQW_ERR_RANDOM] = "random: the memory lent to stage 2 is not made, dqw_estimator_random_init makes it",
-    [-DQW_ERR_TURN] = "w_full_mrad_s, pole_pairs and dt_ns together: the electrical angle that full speed turns in a period, above 0 and below 1 rad",
-    [-DQW_ERR_SETTLED] = "settled: a settled point has no period in which its voltage could act later, be held or be turned",
+    [-DQW_ERR_TURN] = "w_full_mrad_s, pole_pairs and dt_ns together: the angle in a period, above 0 and below 1 rad",
+    [-DQW_ERR_SETTLED] = "settled: a settled point has no period in which its voltage could act later or be held",
     [-DQW_ERR_EFFECT_LIST] = "effects: the list is null where effect_count is not 0",
-    [-DQW_ERR_EFFECT_NAME] = "effects: a name that is none, or one of the shaft where the machine's belong, or the other way round",
-    [-DQW_ERR_EFFECT_SHAPE] = "effects: a shape or start value that means nothing; dqw_effect_name.h says what each effect's shape is",
+    [-DQW_ERR_EFFECT_NAME] = "effects: no name, or one of the shaft where the machine's belong, or the other way round",
+    [-DQW_ERR_EFFECT_SHAPE] = "effects: a shape or start value that means nothing; dqw_effect_name.h says each shape",
     [-DQW_ERR_EFFECT_TWICE] = "effects: one of which there can only be one stands twice",
     [-DQW_ERR_EFFECT_ROOM] = "effects: their weights together are more than DQW_EFFECT_WEIGHTS",
     [-DQW_ERR_EFFECT_POLE_PAIRS] = "effects: one of the list needs pole_pairs, which are not given",
     [-DQW_ERR_EFFECT_ANGLE] = "effects: one of the list needs the angle, which the configuration says is not given",
     [-DQW_ERR_BAND] = "band: a change that is healthy, 0 (the default) or above, for every channel",
-    [-DQW_ERR_ALPHA] = "alpha_per_K: of the winding's resistance, 0 (0.0039) or above; alpha_ppm_per_K up to 1000000",
-    [-DQW_ERR_BETA] = "beta_per_K: of the magnet's flux, as a positive fall, 0 (0.001) or above; beta_ppm_per_K up to 1000000",
-    [-DQW_ERR_HEATING] = "heating_K_s: the fastest healthy heating, 0 (1) or above; heating_mK_s up to 1000000",
-    [-DQW_ERR_THRESHOLD] = "threshold_ppm: the residual that stage 3 must reach, 0 (the default) or above, of the voltage base",
-    [-DQW_ERR_RESIDUAL_FLOOR] = "residual_floor: a residual that is none whatever the healthy one, 0 (the default) or above; residual_floor_ppm up to 1000000",
+    [-DQW_ERR_ALPHA] = "alpha_per_K: of the winding's resistance, 0 (0.0039) or above; ppm up to 10^6",
+    [-DQW_ERR_BETA] = "beta_per_K: of the magnet's flux, as a positive fall, 0 (0.001) or above; ppm up to 10^6",
+    [-DQW_ERR_HEATING] = "heating_K_s: the fastest healthy heating, 0 (1) or above; mK up to 10^6",
+    [-DQW_ERR_THRESHOLD] = "threshold_ppm: the residual that stage 3 must reach, 0 (the default) or above, of the base",
+    [-DQW_ERR_RESIDUAL_FLOOR] = "residual_floor: a residual that is none, 0 (the default) or above; ppm up to 10^6",
     [-DQW_ERR_STORE_VERSION] = "the store was written by another version",
     [-DQW_ERR_STORE_DAMAGED] = "the store is damaged: its checksum does not fit",
     [-DQW_ERR_STORE_CONFIG] = "the store was written with another configuration",
@@ -146,7 +150,8 @@ static const char *text_of(const char *const table[], size_t length, long at)
 
 const char *dqw_status_text(enum dqw_status status)
 {
-    return text_of(status_texts, LENGTH(status_texts), status > DQW_OK || status < DQW_ERR_STORE_CONFIG ? -1 : -(long)status);
+    return text_of(status_texts, LENGTH(status_texts),
+                   status > DQW_OK || status < DQW_ERR_STORE_CONFIG ? -1 : -(long)status);
 }
 
 const char *dqw_parameter_text(enum dqw_monitor_channel channel)

@@ -47,7 +47,9 @@ void dqw_cosine_sine(float theta_rad, float *cosine, float *sine)
     const float x = ((theta_rad - k * 1.5703125f) - k * 4.8375129e-4f) - k * 7.5497900e-8f;
     const float x2 = x * x;
     const float s = x * (1.0f - x2 * (1.0f / 6.0f) * (1.0f - x2 * (1.0f / 20.0f) * (1.0f - x2 * (1.0f / 42.0f))));
-    const float c = 1.0f - x2 * 0.5f * (1.0f - x2 * (1.0f / 12.0f) * (1.0f - x2 * (1.0f / 30.0f) * (1.0f - x2 * (1.0f / 56.0f))));
+    const float c = 1.0f -
+                    x2 * 0.5f *
+                        (1.0f - x2 * (1.0f / 12.0f) * (1.0f - x2 * (1.0f / 30.0f) * (1.0f - x2 * (1.0f / 56.0f))));
     const bool swap = (n & 1) != 0;
     const float a = swap ? s : c;
     const float b = swap ? c : s;

@@ -63,7 +63,8 @@ dqw_dq dqw_park_paper(dqw_alphabeta x, float cos_theta, float sin_theta);
 ///
 /// Source   Taylor to x^8 within an eighth of a turn
 /// Units    rad
-/// Range    |theta_rad| <= 1e5; the error is below 1e-6 plus what single precision has lost of the angle. Non-finite: 1 and 0
+/// Range    |theta_rad| <= 1e5; the error is below 1e-6 plus what single precision has lost of the angle. Non-finite: 1
+///          and 0
 /// Cost     25 flops; no loop
 /// Context  ISR safe; no state
 void dqw_cosine_sine(float theta_rad, float *cosine, float *sine);

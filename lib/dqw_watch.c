@@ -10,7 +10,8 @@
 #define EXTENDED 0x2000u
 // Bands times looks that the sum must gather.
 #define LIMIT_Q5 (5 * DQW_CHANGE_BAND_Q5)
-// Halves of a window between two learned blocks that make a pause, and time that healthy values can follow in one step, less one.
+// Halves of a window between two learned blocks that make a pause, and time that healthy values can follow in one step,
+// less one.
 #define PAUSE 64u
 #define FOLLOW_MOST 0xffffu
 
@@ -25,9 +26,11 @@ void dqw_watch_learned(dqw_watch *w, uint32_t at)
     const uint32_t pause = at - w->learned_at;
     w->learned_at = at;
     if (pause <= PAUSE) return;
-    if (w->alarms == 0 && w->wait == 0) w->wait = (uint8_t)(pause < REST_TICKS * DQW_WATCH_TICK_BLOCKS ? pause / DQW_WATCH_TICK_BLOCKS : REST_TICKS);
+    if (w->alarms == 0 && w->wait == 0)
+        w->wait = (uint8_t)(pause < REST_TICKS * DQW_WATCH_TICK_BLOCKS ? pause / DQW_WATCH_TICK_BLOCKS : REST_TICKS);
     // The 16 bits of the healthy values' time must not come round.
-    if (pause >> DQW_WATCH_FOLLOW_SHIFT >= FOLLOW_MOST) w->followed[0] = w->followed[1] = (uint16_t)((at >> DQW_WATCH_FOLLOW_SHIFT) + 1u);
+    if (pause >> DQW_WATCH_FOLLOW_SHIFT >= FOLLOW_MOST)
+        w->followed[0] = w->followed[1] = (uint16_t)((at >> DQW_WATCH_FOLLOW_SHIFT) + 1u);
 }
 
 int dqw_watch_stretch(dqw_watch *w, int way, bool unbroken)

@@ -1,5 +1,6 @@
-// What the condition monitor decides, whatever arithmetic it measures with: when to look, when a healthy value stands, when something has
-// changed, what follows an event. Integers and booleans only, so that float and fixed point decide alike.
+// What the condition monitor decides, whatever arithmetic it measures with: when to look, when a healthy value stands,
+// when something has changed, what follows an event. Integers and booleans only, so that float and fixed point decide
+// alike.
 #ifndef DQW_WATCH_H
 #define DQW_WATCH_H
 
@@ -45,8 +46,8 @@ enum dqw_watch_follows {
 /// Nothing seen yet.
 void dqw_watch_init(dqw_watch *w);
 
-/// A block was learned at half `at`. After a pause nothing is told until the weights have caught up with what has changed meanwhile: for as
-/// long as it was, a second at most.
+/// A block was learned at half `at`. After a pause nothing is told until the weights have caught up with what has
+/// changed meanwhile: for as long as it was, a second at most.
 void dqw_watch_learned(dqw_watch *w, uint32_t at);
 
 /// A stretch's block in direction `way`, 0 for none; `unbroken`: it follows the last one.
@@ -75,7 +76,8 @@ void dqw_watch_restore(dqw_watch *w, const uint8_t looks[]);
 /// Watch nothing for a while, healthy values are taken meanwhile: on entering service, and after an event.
 void dqw_watch_rest(dqw_watch *w);
 
-/// May the healthy value of a channel, below DQW_WATCH_FRICTION, still settle? Not once it stands, nor while it seems to change.
+/// May the healthy value of a channel, below DQW_WATCH_FRICTION, still settle? Not once it stands, nor while it seems
+/// to change.
 bool dqw_watch_settles(const dqw_watch *w, int channel);
 
 /// The same of friction, which is a mean already: it stands as it is when its memory is full.
@@ -92,8 +94,8 @@ void dqw_watch_follow(dqw_watch *w, int channel, uint32_t halves);
 /// Returns  true where there is an event to be named
 bool dqw_watch_look(dqw_watch *w, const int32_t deviation_q5[]);
 
-/// The channel of that event: the one furthest out of its band; -1 where all are back within and the residual is not `above` its threshold:
-/// then nothing has changed.
+/// The channel of that event: the one furthest out of its band; -1 where all are back within and the residual is not
+/// `above` its threshold: then nothing has changed.
 int dqw_watch_worst(dqw_watch *w, const int32_t deviation_q5[], bool above);
 
 /// Looks since the sum of a channel began to grow.

@@ -1,6 +1,6 @@
-// Consecutive pairs gathered into blocks under a triangular weight. The weight is zero at both ends, so a current difference becomes the
-// difference of two means and its noise all but vanishes; blocks overlap by half. The interrupt gathers halves, in two places by turns; the
-// background joins two of them that follow each other to a block.
+// Consecutive pairs gathered into blocks under a triangular weight. The weight is zero at both ends, so a current
+// difference becomes the difference of two means and its noise all but vanishes; blocks overlap by half. The interrupt
+// gathers halves, in two places by turns; the background joins two of them that follow each other to a block.
 #ifndef DQW_WINDOW_H
 #define DQW_WINDOW_H
 
@@ -36,7 +36,8 @@ void dqw_window_restart(dqw_window *w);
 /// Context  interrupt; dqw_window_count() once for all signals of the pair
 DQW_INLINE void dqw_window_gather(dqw_window_cell *cell, float x)
 {
-    const float sum = cell->sum + x;  // NOLINT(clang-analyzer-core.UndefinedBinaryOperatorResult): cleared by init, restart and join
+    const float sum =
+        cell->sum + x;  // NOLINT(clang-analyzer-core.UndefinedBinaryOperatorResult): cleared by init, restart and join
     cell->sum = sum;
     cell->fall += sum;
 }
@@ -89,7 +90,8 @@ static inline void dqw_window_release(dqw_window *w)
 /// Join the half that was handed over with the one before, and clear its place.
 ///
 /// Source   (E15) in docs/EQUATIONS.md: any weighted sum of exact pair equations is exact
-/// Shape    block[signals] written when a block is ready; sum[2]: the plain sums of the half's first two signals, and what it counts
+/// Shape    block[signals] written when a block is ready; sum[2]: the plain sums of the half's first two signals, and
+///          what it counts
 /// Returns  0, or DQW_EVENT_BLOCK when block[] is ready, or DQW_EVENT_INCOMPLETE when over a quarter of it was refused
 /// Cost     6 flops a signal, one division
 /// Context  background, between dqw_window_waits() and dqw_window_release()

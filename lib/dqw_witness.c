@@ -5,8 +5,8 @@
 #include "dqw_estimator_block.h"
 #include "dqw_number.h"
 
-// Electrical angle that a block's half must turn by: less, and a ripple is a constant within the memory; and where twice that is too much
-// for one block.
+// Electrical angle that a block's half must turn by: less, and a ripple is a constant within the memory; and where
+// twice that is too much for one block.
 #define SLOWEST_RAD 0.06f
 #define FASTEST_RAD 1.2f
 
@@ -81,7 +81,8 @@ bool dqw_witness_learn(dqw_witness *w, const dqw_estimator *e, const dqw_estimat
         const float power = x[k].re * x[k].re + x[k].im * x[k].im;
         w->power[k] += (power - w->power[k]) * part;
         if (!(w->power[k] > 0.0f)) continue;
-        const float step = 1.0f / ((float)DQW_WITNESS_MEMORY * (w->power[k] > 0.1f * power ? w->power[k] : 0.1f * power));
+        const float step = 1.0f /
+                           ((float)DQW_WITNESS_MEMORY * (w->power[k] > 0.1f * power ? w->power[k] : 0.1f * power));
         w->re[k] += step * (x[k].re * error.re + x[k].im * error.im);
         w->im[k] += step * (x[k].re * error.im - x[k].im * error.re);
     }

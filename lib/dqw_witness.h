@@ -1,5 +1,6 @@
-// The witness: one complex neuron on what the estimator leaves over. Its inputs turn once and twice with the rotor: what a current
-// sensor's offset, an unlike phase, an unlike sensor and shorted turns add. Knows nothing of faults' names.
+// The witness: one complex neuron on what the estimator leaves over. Its inputs turn once and twice with the rotor:
+// what a current sensor's offset, an unlike phase, an unlike sensor and shorted turns add. Knows nothing of faults'
+// names.
 #ifndef DQW_WITNESS_H
 #define DQW_WITNESS_H
 
@@ -19,8 +20,8 @@ extern "C" {
 /// Forget everything.
 void dqw_witness_init(dqw_witness *w);
 
-/// Learn the residual of the block that the estimator has just learned. Without effect where the angle is not known, the machine turns
-/// too slowly to tell a ripple from a constant, or so fast that a block averages it away.
+/// Learn the residual of the block that the estimator has just learned. Without effect where the angle is not known,
+/// the machine turns too slowly to tell a ripple from a constant, or so fast that a block averages it away.
 ///
 /// Source   (E62) in docs/EQUATIONS.md: all inputs share one error, each has its own mean power as step
 /// Returns  true if it learned

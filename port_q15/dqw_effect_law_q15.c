@@ -1,4 +1,5 @@
-// dqw_effect_pair_q15(), dqw_effect_static_q15(): the laws of the electrical effects. f, g and currents are Q28 of their bases.
+// dqw_effect_pair_q15(), dqw_effect_static_q15(): the laws of the electrical effects. f, g and currents are Q28 of
+// their bases.
 #include <stddef.h>
 
 #include "dqw_effect_q15.h"
@@ -15,9 +16,9 @@
 // A sample as the laws see it, and where their parts go: voltage f, flux linkage g of one unit of each weight.
 typedef struct moment {
     int16_t i_d_q15, i_q_q15, w_m_q15;
-    int16_t cos_q15, sin_q15;      // of the electrical angle
-    int32_t alpha_q28, beta_q28;   // of the currents, |.| <= 1.42; 0 where no effect needs the angle
-    int32_t turn_q30;              // w_e: the angle in a period, of settled rows in parts of that at full speed; |.| < 1
+    int16_t cos_q15, sin_q15;     // of the electrical angle
+    int32_t alpha_q28, beta_q28;  // of the currents, |.| <= 1.42; 0 where no effect needs the angle
+    int32_t turn_q30;             // w_e: the angle in a period, of settled rows in parts of that at full speed; |.| < 1
     int32_t end_d_q28, end_q_q28;  // the voltage that the sample ends, as the rotor sees it then; |.| <= 1.42
     int32_t *f_d, *f_q, *g_d, *g_q;
 } moment;
@@ -85,13 +86,15 @@ static void put_saturation(enum dqw_effect_name effect, const moment *m)
 // tanh of a phase current over the width, wrong by 3e-6: the third order around the nearest eighth. Beyond 8 it is 1.
 static int32_t soft_sign_q28(int32_t i_q28, int32_t per_width, unsigned fraction)
 {
-    static const int32_t tanh_q30[] = {0,          133523019,  262979411,  384783327,  496194519,  595496917,  681985995,  755812887,  817755498,  868980407,
-                                       910837623,  944706725,  971895537,  993582944,  1010794288, 1024398298, 1035116732, 1043540415, 1050147544, 1055321814,
-                                       1059369036, 1062531689, 1065001270, 1066928539, 1068431906, 1069604193, 1070518060, 1071230320, 1071785356, 1072217818,
-                                       1072554741, 1072817210, 1073021665, 1073180922, 1073304968, 1073401585, 1073476836, 1073535446, 1073581093, 1073616644,
-                                       1073644333, 1073665897, 1073682692, 1073695771, 1073705958, 1073713891, 1073720070, 1073724882, 1073728629, 1073731548,
-                                       1073733821, 1073735591, 1073736970, 1073738044, 1073738880, 1073739531, 1073740038, 1073740433, 1073740741, 1073740980,
-                                       1073741167, 1073741312, 1073741426, 1073741514, 1073741582};
+    static const int32_t tanh_q30[] = {
+        0,          133523019,  262979411,  384783327,  496194519,  595496917,  681985995,  755812887,  817755498,
+        868980407,  910837623,  944706725,  971895537,  993582944,  1010794288, 1024398298, 1035116732, 1043540415,
+        1050147544, 1055321814, 1059369036, 1062531689, 1065001270, 1066928539, 1068431906, 1069604193, 1070518060,
+        1071230320, 1071785356, 1072217818, 1072554741, 1072817210, 1073021665, 1073180922, 1073304968, 1073401585,
+        1073476836, 1073535446, 1073581093, 1073616644, 1073644333, 1073665897, 1073682692, 1073695771, 1073705958,
+        1073713891, 1073720070, 1073724882, 1073728629, 1073731548, 1073733821, 1073735591, 1073736970, 1073738044,
+        1073738880, 1073739531, 1073740038, 1073740433, 1073740741, 1073740980, 1073741167, 1073741312, 1073741426,
+        1073741514, 1073741582};
     // |i| <= 1.42 times 2^31
     const int32_t x_q28 = dqw_q31_sat(dqw_q_round64((int64_t)i_q28 * per_width, fraction));
     const uint32_t size_q28 = x_q28 < 0 ? (uint32_t)(-(int64_t)x_q28) : (uint32_t)x_q28;
@@ -111,7 +114,8 @@ static int32_t within_one(int32_t x_q30)
     return x_q30 > ONE_Q30 ? ONE_Q30 : x_q30 < -ONE_Q30 ? -ONE_Q30 : x_q30;
 }
 
-// Cosine and sine of n times the angle, Q30, n <= DQW_EFFECT_Q15_ORDERS: |z| to 1 within 3e-4, its powers stay below 1.04.
+// Cosine and sine of n times the angle, Q30, n <= DQW_EFFECT_Q15_ORDERS: |z| to 1 within 3e-4, its powers stay below
+// 1.04.
 static void put_power(const moment *m, unsigned n, int32_t *cosine, int32_t *sine)
 {
     // (1 + x)^(-1/2), |x| < 0.1
@@ -208,8 +212,8 @@ static void put_seen(int16_t x_q15, int16_t y_q15, int32_t cos_q30, int32_t sin_
     *q_q28 = (int32_t)dqw_q_round64((int64_t)cos_q30 * y_q15 - (int64_t)sin_q30 * x_q15, 17);
 }
 
-// The voltage of the last row, as the rotor sees it at this sample, and what this row's is more than it; `last` NULL: a settled row, whose
-// voltage was always there.
+// The voltage of the last row, as the rotor sees it at this sample, and what this row's is more than it; `last` NULL: a
+// settled row, whose voltage was always there.
 static void put_voltages(dqw_effect_q15 *e, const dqw_sample_q15 *last, const dqw_sample_q15 *s, moment *m)
 {
     if (last == NULL) {
@@ -239,7 +243,8 @@ static int32_t coarse(const dqw_effect_q15 *e, int32_t x_q28)
 }
 
 // f + w_e J g and g of every weight.
-static void evaluate(dqw_effect_q15 *e, const dqw_sample_q15 *last, const dqw_sample_q15 *s, int32_t a_d[], int32_t a_q[], int32_t g_d[], int32_t g_q[])
+static void evaluate(dqw_effect_q15 *e, const dqw_sample_q15 *last, const dqw_sample_q15 *s, int32_t a_d[],
+                     int32_t a_q[], int32_t g_d[], int32_t g_q[])
 {
     moment m = {.i_d_q15 = s->i_d_q15, .i_q_q15 = s->i_q_q15, .w_m_q15 = s->w_m_q15};
     m.turn_q30 = (int32_t)dqw_q_round64((int64_t)e->turn_q30 * s->w_m_q15, 15);
@@ -271,8 +276,8 @@ static void evaluate(dqw_effect_q15 *e, const dqw_sample_q15 *last, const dqw_sa
     }
 }
 
-// What depends on the change of voltage at the start of a period holds for all of it: a delay; and the current that iron takes,
-// whose step the samples before and after do not show.
+// What depends on the change of voltage at the start of a period holds for all of it: a delay; and the current that
+// iron takes, whose step the samples before and after do not show.
 static void add_late(const dqw_effect_q15 *e, int32_t d[], int32_t q[])
 {
     int at = 0;
@@ -288,7 +293,8 @@ static void add_late(const dqw_effect_q15 *e, int32_t d[], int32_t q[])
     }
 }
 
-bool dqw_effect_pair_q15(dqw_effect_q15 *e, const dqw_sample_q15 *last, const dqw_sample_q15 *s, int32_t d[], int32_t q[])
+bool dqw_effect_pair_q15(dqw_effect_q15 *e, const dqw_sample_q15 *last, const dqw_sample_q15 *s, int32_t d[],
+                         int32_t q[])
 {
     if (e->count == 0) return true;
     int32_t a_d[DQW_EFFECT_WEIGHTS], a_q[DQW_EFFECT_WEIGHTS], g_d[DQW_EFFECT_WEIGHTS], g_q[DQW_EFFECT_WEIGHTS];

@@ -14,7 +14,8 @@
 #define HEAT_Q28 40960000
 #define DELAY_Q28 26843546
 #define TAU_MOST_US 1000000000000u
-// Currents that a law divides by lie within 1/64 and 16 of the full one: their fifth powers then keep ten bits of Q40, and fit.
+// Currents that a law divides by lie within 1/64 and 16 of the full one: their fifth powers then keep ten bits of Q40,
+// and fit.
 #define LEAST_PART 64u
 #define MOST_PARTS 16u
 // A width of 2^-15 of the full current is a last place.
@@ -126,8 +127,8 @@ static bool take_shape(dqw_effect_q15 *e, int k)
     const int64_t L_q = L_q40(e, c->Lq_nH);
     const int64_t R = R_q40(e, c);
     const int64_t base = own_base_q40(e, c);
-    const bool fits = base > 0 && dqw_q_bits64(L_d) <= MOST_BITS && dqw_q_bits64(L_q) <= MOST_BITS && dqw_q_bits64(R) <= MOST_BITS &&
-                      dqw_q_bits64(base) <= MOST_BITS;
+    const bool fits = base > 0 && dqw_q_bits64(L_d) <= MOST_BITS && dqw_q_bits64(L_q) <= MOST_BITS &&
+                      dqw_q_bits64(R) <= MOST_BITS && dqw_q_bits64(base) <= MOST_BITS;
     int64_t usual_q28 = ONE_Q28;
     bool good = true;
     switch (c->effect) {
@@ -196,7 +197,8 @@ static void take_needs(dqw_effect_q15 *e, const dqw_effect_q15_config *c)
     e->needs_last = e->needs_last || (needs & DQW_NEEDS_LAST) != 0;
 }
 
-enum dqw_status dqw_effect_init_q15(dqw_effect_q15 *e, const dqw_effect_q15_config *list, int count, const dqw_effect_q15_base *base)
+enum dqw_status dqw_effect_init_q15(dqw_effect_q15 *e, const dqw_effect_q15_config *list, int count,
+                                    const dqw_effect_q15_base *base)
 {
     if (e == NULL || base == NULL || base->scale == NULL) return DQW_ERR_NULL;
     if (count < 0 || (count > 0 && list == NULL)) return DQW_ERR_EFFECT_LIST;
@@ -204,13 +206,18 @@ enum dqw_status dqw_effect_init_q15(dqw_effect_q15 *e, const dqw_effect_q15_conf
     const uint32_t h = base->half_window;
     // 8 h (h + 1) 2^fraction <= 2^31
     const int fraction = base->settled ? 28 : 28 - (int)dqw_q_bits64((int64_t)(h * (h + 1u)) - 1);
-    dqw_effect_q15 n = {.list = list, .scale = base->scale, .settled = base->settled, .dead_time_apart = base->dead_time_apart, .fraction = (uint8_t)fraction};
+    dqw_effect_q15 n = {.list = list,
+                        .scale = base->scale,
+                        .settled = base->settled,
+                        .dead_time_apart = base->dead_time_apart,
+                        .fraction = (uint8_t)fraction};
     n.turn_q30 = base->settled || count == 0 ? ONE_Q30 : dqw_q31_sat(dqw_q_floor64(angle_q40(base->scale), 10));
     int windings = 0;
     int magnets = 0;
     int apart = 0;
     for (int k = 0; k < count; k++) {
-        if (dqw_effect_weights(list[k].effect) == 0 || dqw_effect_is_mechanical(list[k].effect)) return DQW_ERR_EFFECT_NAME;
+        if (dqw_effect_weights(list[k].effect) == 0 || dqw_effect_is_mechanical(list[k].effect))
+            return DQW_ERR_EFFECT_NAME;
         const int weights = dqw_effect_weights_of_q15(&n, list[k].effect);
         apart += weights == 0;
         if (apart > 1) return DQW_ERR_EFFECT_TWICE;
@@ -240,7 +247,8 @@ bool dqw_effect_saturated_q15(const dqw_effect_q15 *e, const dqw_sample_q15 *s)
     for (int k = 0; k < e->count; k++) {
         const dqw_effect_q15_config *c = &e->list[k];
         if (!is_temperature(c->effect) || c->tau_us > 0) continue;
-        const int32_t rise = (c->effect == DQW_EFFECT_WINDING_TEMPERATURE ? s->temp_winding_cC : s->temp_magnet_cC) - c->T_0_cC;
+        const int32_t rise = (c->effect == DQW_EFFECT_WINDING_TEMPERATURE ? s->temp_winding_cC : s->temp_magnet_cC) -
+                             c->T_0_cC;
         if (rise > INT16_MAX || rise < -INT16_MAX) return true;
     }
     return false;
@@ -279,7 +287,8 @@ int64_t dqw_effect_restored_q40(const dqw_effect_q15 *e, int index, int i, int64
     const dqw_effect_q15_config *c = &e->list[index];
     const int64_t angle = angle_q40(e->scale);
     int64_t w = w_q40;
-    if (is_temperature(c->effect)) w = c->tau_us > 0 ? powered(e, c, 2, dqw_q_scale64(w, -1)) : dqw_q_product64(w, 100, -15);
+    if (is_temperature(c->effect))
+        w = c->tau_us > 0 ? powered(e, c, 2, dqw_q_scale64(w, -1)) : dqw_q_product64(w, 100, -15);
     switch (c->effect) {
     case DQW_EFFECT_SATURATION: w = powered(e, c, power[i], w); break;
     case DQW_EFFECT_CROSS_SATURATION: w = powered(e, c, power[i], dqw_q_scale64(w, halvings[i])); break;
@@ -291,8 +300,8 @@ int64_t dqw_effect_restored_q40(const dqw_effect_q15 *e, int index, int i, int64
     case DQW_EFFECT_DELAY: return e->settled ? dqw_q_quotient64(w, angle, 40) : w;
     default: break;
     }
-    const bool flux = c->effect == DQW_EFFECT_SATURATION || c->effect == DQW_EFFECT_CROSS_SATURATION || c->effect == DQW_EFFECT_MAGNET_TEMPERATURE ||
-                      c->effect == DQW_EFFECT_FLUX_HARMONICS;
+    const bool flux = c->effect == DQW_EFFECT_SATURATION || c->effect == DQW_EFFECT_CROSS_SATURATION ||
+                      c->effect == DQW_EFFECT_MAGNET_TEMPERATURE || c->effect == DQW_EFFECT_FLUX_HARMONICS;
     return flux && e->settled ? dqw_q_quotient64(w, angle, 40) : w;
 }
 

@@ -1,5 +1,5 @@
-// What the plain model may lack, in whole numbers: each electrical effect is a few more inputs of the axes' neurons. Inputs are per unit of
-// a base of their own, chosen at init so that none can exceed it; read-outs restore it.
+// What the plain model may lack, in whole numbers: each electrical effect is a few more inputs of the axes' neurons.
+// Inputs are per unit of a base of their own, chosen at init so that none can exceed it; read-outs restore it.
 #ifndef DQW_EFFECT_Q15_H
 #define DQW_EFFECT_Q15_H
 
@@ -26,28 +26,33 @@ extern "C" {
 /// One effect and its shape; what its law does not name is not read. Constant: it may stay in flash.
 typedef struct dqw_effect_q15_config {
     enum dqw_effect_name effect;
-    uint32_t i_uA;                           ///< dead time: width; polynomials: their unit; heating: the current that heats by 1, 0: the full one
+    /// dead time: width; polynomials: their unit; heating: the current that heats by 1, 0: the full one
+    uint32_t i_uA;
     uint32_t R_uohm, Ld_nH, Lq_nH, psi_nWb;  ///< iron loss and sensors: R, L_d, L_q; angle offset: L_d, L_q, psi
-    uint64_t tau_us;                         ///< temperatures: time constant of a heating state, up to 10^12; 0: the sample's temperature
-    uint32_t row_us;                         ///< the same: time between two rows that are settled; 0: the sampling period
-    int16_t T_0_cC;                          ///< the same: temperature at which the effect is none, hundredths of a degree
-    uint16_t order;                          ///< flux harmonics: 1 .. DQW_EFFECT_Q15_ORDERS
-    int64_t start_q40[DQW_EFFECT_STARTS];    ///< weights to start from, as dqw_estimator_effect_q15 reads them. Never a prior
+    uint64_t tau_us;  ///< temperatures: time constant of a heating state, up to 10^12; 0: the sample's temperature
+    uint32_t row_us;  ///< the same: time between two rows that are settled; 0: the sampling period
+    int16_t T_0_cC;   ///< the same: temperature at which the effect is none, hundredths of a degree
+    uint16_t order;   ///< flux harmonics: 1 .. DQW_EFFECT_Q15_ORDERS
+    /// weights to start from, as dqw_estimator_effect_q15 reads them. Never a prior
+    int64_t start_q40[DQW_EFFECT_STARTS];
 } dqw_effect_q15_config;
 
 /// The configured effects of one machine, with the last sample's part of each input.
 typedef struct dqw_effect_q15 {
     const dqw_effect_q15_config *list;
     const dqw_scale *scale;
-    // Per weight, in `fraction` fraction bits: voltage f + w_e J g of the last sample, |a| <= 2; flux linkage g of it, |g| <= 1.
+    // Per weight, in `fraction` fraction bits: voltage f + w_e J g of the last sample, |a| <= 2; flux linkage g of it,
+    // |g| <= 1.
     int32_t a_d[DQW_EFFECT_WEIGHTS], a_q[DQW_EFFECT_WEIGHTS];
     int32_t g_d[DQW_EFFECT_WEIGHTS], g_q[DQW_EFFECT_WEIGHTS];
-    int32_t part_q30[DQW_EFFECT_WEIGHTS + 1][DQW_EFFECT_Q15_PARTS];  ///< of each effect: what its law multiplies by, |.| <= 1
-    int32_t base_q28[DQW_EFFECT_WEIGHTS + 1];                        ///< of each effect: what a usual input is, per unit of its base
-    uint8_t shift[DQW_EFFECT_WEIGHTS + 1];                           ///< of each effect: fraction bits of a first part that may be any number
-    int64_t heat_q60[2];                                             ///< winding, magnet: the state, of the full current squared; 0 .. 2
-    int32_t late_d_q28, late_q_q28;  ///< the last sample's voltage less that of the one before, as seen in its period; |.| <= 2.42
-    int32_t turn_q30;                ///< electrical angle a period at full speed, rad; settled: 1
+    int32_t part_q30[DQW_EFFECT_WEIGHTS + 1]
+                    [DQW_EFFECT_Q15_PARTS];    ///< of each effect: what its law multiplies by, |.| <= 1
+    int32_t base_q28[DQW_EFFECT_WEIGHTS + 1];  ///< of each effect: what a usual input is, per unit of its base
+    uint8_t shift[DQW_EFFECT_WEIGHTS + 1];     ///< of each effect: fraction bits of a first part that may be any number
+    int64_t heat_q60[2];                       ///< winding, magnet: the state, of the full current squared; 0 .. 2
+    /// the last sample's voltage less that of the one before, as seen in its period; |.| <= 2.42
+    int32_t late_d_q28, late_q_q28;
+    int32_t turn_q30;  ///< electrical angle a period at full speed, rad; settled: 1
     uint8_t count, weights, fraction;
     bool settled, dead_time_apart, needs_angle, needs_winding, needs_magnet, needs_last;
     bool has_sample;
@@ -64,14 +69,16 @@ typedef struct dqw_effect_q15_base {
 /// Make the inputs of a list of electrical effects. A count of 0 costs nothing later on.
 ///
 /// Source   (E50), (E75) in docs/EQUATIONS.md
-/// Range    a width of 2^-15 of the full current or more; a polynomial's unit, and the current that heats, within 1/64 and 16 of it; R T < 8 L
-///          for iron loss. The scale has been checked
-/// Returns  DQW_OK; DQW_ERR_NULL; or why no estimator takes the list: DQW_ERR_EFFECT_LIST without one, DQW_ERR_EFFECT_POLE_PAIRS without pole pairs,
-///          DQW_ERR_EFFECT_NAME for an unknown or mechanical effect, DQW_ERR_EFFECT_SHAPE for a shape without a meaning, DQW_ERR_EFFECT_TWICE for a second
-///          winding or magnet, DQW_ERR_EFFECT_ROOM for more than DQW_EFFECT_WEIGHTS. Then *e is untouched
+/// Range    a width of 2^-15 of the full current or more; a polynomial's unit, and the current that heats, within 1/64
+///          and 16 of it; R T < 8 L for iron loss. The scale has been checked
+/// Returns  DQW_OK; DQW_ERR_NULL; or why no estimator takes the list: DQW_ERR_EFFECT_LIST without one,
+///          DQW_ERR_EFFECT_POLE_PAIRS without pole pairs, DQW_ERR_EFFECT_NAME for an unknown or mechanical effect,
+///          DQW_ERR_EFFECT_SHAPE for a shape without a meaning, DQW_ERR_EFFECT_TWICE for a second winding or magnet,
+///          DQW_ERR_EFFECT_ROOM for more than DQW_EFFECT_WEIGHTS. Then *e is untouched
 /// Context  at start; the list stays in use as long as the object
 #define dqw_effect_init_q15 DQW_SIZED(dqw_effect_init_q15)
-enum dqw_status dqw_effect_init_q15(dqw_effect_q15 *e, const dqw_effect_q15_config *list, int count, const dqw_effect_q15_base *base);
+enum dqw_status dqw_effect_init_q15(dqw_effect_q15 *e, const dqw_effect_q15_config *list, int count,
+                                    const dqw_effect_q15_base *base);
 
 /// Weights of an effect in this list: those of its name, but none of a dead time that is someone else's.
 static inline int dqw_effect_weights_of_q15(const dqw_effect_q15 *e, enum dqw_effect_name name)
@@ -79,7 +86,8 @@ static inline int dqw_effect_weights_of_q15(const dqw_effect_q15 *e, enum dqw_ef
     return name == DQW_EFFECT_DEAD_TIME && e->dead_time_apart ? 0 : dqw_effect_weights(name);
 }
 
-/// Is every temperature and angle that the effects need a number (not INT16_MIN, not beside the unit circle); is one of them 327 K or more from T_0?
+/// Is every temperature and angle that the effects need a number (not INT16_MIN, not beside the unit circle); is one of
+/// them 327 K or more from T_0?
 /// Cost     up to four comparisons an effect of temperature
 bool dqw_effect_finite_q15(const dqw_effect_q15 *e, const dqw_sample_q15 *s);
 bool dqw_effect_saturated_q15(const dqw_effect_q15 *e, const dqw_sample_q15 *s);
@@ -96,13 +104,15 @@ void dqw_effect_heat_q15(dqw_effect_q15 *e, int16_t i_d_q15, int16_t i_q_q15);
 ///
 /// Source   (E50) to (E53), (E75) in docs/EQUATIONS.md
 /// Format   `fraction` fraction bits of the inputs' bases, twice the value: |x| < 8
-/// Shape    d[weights], q[weights] written where the result is true; `last` NULL after a gap or a sample that was refused
+/// Shape    d[weights], q[weights] written where the result is true; `last` NULL after a gap or a sample that was
+///          refused
 /// Range    s admitted: |x_q15| <= 32766
 /// Returns  true where there is a pair; `delay` and `iron_loss` need the row before it as well
 /// Cost     2 products of 32 by 32 bits a weight, and the law: dead_time 25; no loop depends on data. Set
 ///          DQW_EFFECT_WEIGHTS to what is needed: the window turns over all that there is room for
 /// Context  ISR safe; one writer per object
-bool dqw_effect_pair_q15(dqw_effect_q15 *e, const dqw_sample_q15 *last, const dqw_sample_q15 *s, int32_t d[], int32_t q[]);
+bool dqw_effect_pair_q15(dqw_effect_q15 *e, const dqw_sample_q15 *last, const dqw_sample_q15 *s, int32_t d[],
+                         int32_t q[]);
 
 /// A settled row: no slope; `delay` to first order.
 ///
@@ -115,9 +125,9 @@ void dqw_effect_static_q15(dqw_effect_q15 *e, const dqw_sample_q15 *s, int32_t d
 /// Range    weight >= 1, |sum| < 2^31
 int32_t dqw_effect_mean_q15(const dqw_effect_q15 *e, int32_t sum, uint16_t weight);
 
-/// Weight i of list entry `index`, per unit of its input's base, as plain units of V, A and the period make it, and the other way round:
-/// volts of v_full, flux of v_full dt, ohm of v_full / i_full, A of i_full, S of i_full / v_full, ohm s^2 of v_full dt^2 / i_full; per K, or per unit of
-/// a heating state; rad, periods and gains as they are.
+/// Weight i of list entry `index`, per unit of its input's base, as plain units of V, A and the period make it, and the
+/// other way round: volts of v_full, flux of v_full dt, ohm of v_full / i_full, A of i_full, S of i_full / v_full, ohm
+/// s^2 of v_full dt^2 / i_full; per K, or per unit of a heating state; rad, periods and gains as they are.
 ///
 /// Source   (E75) in docs/EQUATIONS.md
 /// Format   Q40 in and out

@@ -11,20 +11,22 @@
 extern "C" {
 #endif
 
-/// Slots of the flux that the other axis' current makes, as long as the pole pairs are not known: p L_d on q, p L_q on d.
+/// Slots of the flux that the other axis' current makes, as long as the pole pairs are not known: p L_d on q, p L_q on
+/// d.
 enum { DQW_POLES_LD_Q15 = DQW_DEAD_TIME, DQW_POLES_LQ_Q15 = DQW_PSI_Q };
 
-/// Pole pairs by which inputs are scaled while they are not known: a power of two, so that nothing is lost when they are found.
+/// Pole pairs by which inputs are scaled while they are not known: a power of two, so that nothing is lost when they
+/// are found.
 #define DQW_POLES_Q15_BITS 3u
 #define DQW_POLES_Q15_SCALE (1u << DQW_POLES_Q15_BITS)
 
 /// A block: two halves that were handed over, joined.
 typedef struct dqw_estimator_q15_block {
     int32_t sums[DQW_ESTIMATOR_Q15_SIGNALS];  ///< under the triangle
-    int32_t v_step_q15[2];                    ///< sum of the voltages of the second half less that of the first, d and q
-    dqw_estimator_q15_handed with;            ///< as handed over with its second half; but the angle is that at its middle
-    uint16_t weight;                          ///< of the sums
-    bool whole;                               ///< none of its pairs was refused
+    int32_t v_step_q15[2];          ///< sum of the voltages of the second half less that of the first, d and q
+    dqw_estimator_q15_handed with;  ///< as handed over with its second half; but the angle is that at its middle
+    uint16_t weight;                ///< of the sums
+    bool whole;                     ///< none of its pairs was refused
 } dqw_estimator_q15_block;
 
 /// Units of the weights as parts of the full voltage at full scale of what they act on, and where the weights start.
@@ -38,8 +40,8 @@ typedef struct dqw_units_q15 {
     int32_t w_q24[4];   ///< nominal values in them
 } dqw_units_q15;
 
-/// What is known of the noise of an axis' inputs: variances, in the order of dqw_parameter.h, then the covariance of the speed's two inputs, and those of
-/// dead time's with R's.
+/// What is known of the noise of an axis' inputs: variances, in the order of dqw_parameter.h, then the covariance of
+/// the speed's two inputs, and those of dead time's with R's.
 enum {
     DQW_NOISE_Q15_SPEED = DQW_PARAMETERS,
     DQW_NOISE_Q15_DEAD_IN_R,
@@ -87,7 +89,8 @@ dqw_block_q15 dqw_estimator_means_q15(const dqw_estimator_q15_block *b);
 #define dqw_estimator_rows_of_q15 DQW_SIZED(dqw_estimator_rows_of_q15)
 void dqw_estimator_rows_of_q15(const dqw_estimator_q15 *e, const dqw_estimator_q15_block *b, dqw_rows_q15 *r);
 
-/// Largest input of a weight's unit, as part of the full voltage: by it a weight is in bases. Of an effect, its usual input.
+/// Largest input of a weight's unit, as part of the full voltage: by it a weight is in bases. Of an effect, its usual
+/// input.
 int64_t dqw_estimator_whole_q40(const dqw_estimator_q15 *e, const dqw_units_q15 *u, int weight);
 
 /// Are the pole pairs still to be found? Then the flux of the other axis' current has a slot of its own.
@@ -145,7 +148,8 @@ void dqw_estimator_start_q15(dqw_estimator_q15 *e, const int32_t start_q24[]);
 /// What an axis' row leaves of its target, Q28, bounded.
 int32_t dqw_estimator_error_q28(const dqw_estimator_q15 *e, int axis, const dqw_rows_q15 *r);
 
-/// One axis' row to the sums, around the weights as solved last; weighed by how little of that axis is noise. e->e_q28[axis] is its error.
+/// One axis' row to the sums, around the weights as solved last; weighed by how little of that axis is noise.
+/// e->e_q28[axis] is its error.
 ///
 /// Source   (E61), (E70), (E90) in docs/EQUATIONS.md
 /// Format   weigh_q24 up to 8: one over the root of the axis' part of the variance
@@ -153,14 +157,17 @@ int32_t dqw_estimator_error_q28(const dqw_estimator_q15 *e, int axis, const dqw_
 #define dqw_estimator_show_q15 DQW_SIZED(dqw_estimator_show_q15)
 void dqw_estimator_show_q15(dqw_estimator_q15 *e, int axis, const dqw_rows_q15 *r, uint32_t mask, int64_t weigh_q24);
 
-/// Noise of the inputs turns the gradient by C w: put back, b += C w. Not where it is much of what was learned, there it could run away.
+/// Noise of the inputs turns the gradient by C w: put back, b += C w. Not where it is much of what was learned, there
+/// it could run away.
 ///
 /// Source   (E60), (E70) in docs/EQUATIONS.md: (A^-1)(b + C w) is w + P C w
 /// Format   by_q24[2]: the weighing of d and q, squared
 /// Context  background
-void dqw_estimator_take_noise_out_q15(dqw_estimator_q15 *e, const dqw_rows_q15 *r, const int64_t by_q24[], const uint32_t mask[]);
+void dqw_estimator_take_noise_out_q15(dqw_estimator_q15 *e, const dqw_rows_q15 *r, const int64_t by_q24[],
+                                      const uint32_t mask[]);
 
-/// A parameter may wander: its variance grows with the time since it last grew, up to three of its size or to what the sums can hold, 2^21.
+/// A parameter may wander: its variance grows with the time since it last grew, up to three of its size or to what the
+/// sums can hold, 2^21.
 ///
 /// Source   (E61), (E71) in docs/EQUATIONS.md
 /// Context  background
@@ -173,7 +180,8 @@ void dqw_estimator_drift_q15(dqw_estimator_q15 *e);
 #define dqw_estimator_solve_q15 DQW_SIZED(dqw_estimator_solve_q15)
 void dqw_estimator_solve_q15(dqw_estimator_q15 *e);
 
-/// Do the blocks tell the pole pairs? Then the joint neuron goes on with them. Of weights that were just solved, with the block learned last.
+/// Do the blocks tell the pole pairs? Then the joint neuron goes on with them. Of weights that were just solved, with
+/// the block learned last.
 ///
 /// Source   (E22), (E91) in docs/EQUATIONS.md
 /// Context  background

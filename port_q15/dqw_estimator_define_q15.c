@@ -10,7 +10,8 @@
 #define ONE_Q15 32768
 #define ONE_Q24 16777216
 #define RADIAN_Q28 268435456
-// A unit is a voltage at full scale of what it acts on: 8 full voltages at most, 2^-17 at least; what a step of the full current may take.
+// A unit is a voltage at full scale of what it acts on: 8 full voltages at most, 2^-17 at least; what a step of the
+// full current may take.
 #define MOST_BITS 43u
 #define SLOPE_MOST_BITS 52u
 #define LEAST_BITS 24u
@@ -44,7 +45,9 @@ static uint8_t half_of(const dqw_estimator_q15_config *c)
 
 static int64_t at_full_scale_q40(const dqw_scale *s, int parameter, uint32_t si)
 {
-    return parameter == DQW_R ? dqw_scale_R_q40(s, si) : parameter == DQW_PSI ? dqw_scale_psi_q40(s, si) : dqw_scale_L_q40(s, si);
+    return parameter == DQW_R     ? dqw_scale_R_q40(s, si)
+           : parameter == DQW_PSI ? dqw_scale_psi_q40(s, si)
+                                  : dqw_scale_L_q40(s, si);
 }
 
 static int64_t turned_q40(int64_t x_q40, int parameter, int64_t turn_q28)
@@ -70,7 +73,8 @@ static int64_t base_of(const dqw_scale *s, int parameter, uint32_t pairs)
 static bool fits_all(const dqw_estimator_q15_config *c, int parameter, int64_t x_q40, int64_t turn_q28)
 {
     const bool slope = parameter == DQW_LD || parameter == DQW_LQ;
-    return fits(turned_q40(x_q40, parameter, turn_q28), MOST_BITS) && (!slope || c->settled || fits(x_q40, SLOPE_MOST_BITS));
+    return fits(turned_q40(x_q40, parameter, turn_q28), MOST_BITS) &&
+           (!slope || c->settled || fits(x_q40, SLOPE_MOST_BITS));
 }
 
 // The width of dead time: of the configuration, or of its effect.
@@ -146,7 +150,9 @@ static int64_t shifted_q24(const dqw_effect_q15 *f, int k, int i, unsigned shift
 
 static unsigned shift_of(const dqw_effect_q15 *f, int k)
 {
-    return 28u - (dqw_q_bits64(f->base_q28[k]) < 9u ? 9u : dqw_q_bits64(f->base_q28[k]) > 28u ? 28u : dqw_q_bits64(f->base_q28[k]));
+    return 28u - (dqw_q_bits64(f->base_q28[k]) < 9u    ? 9u
+                  : dqw_q_bits64(f->base_q28[k]) > 28u ? 28u
+                                                       : dqw_q_bits64(f->base_q28[k]));
 }
 
 static void start_effects(dqw_estimator_q15 *e, bool nominal)
@@ -157,7 +163,9 @@ static void start_effects(dqw_estimator_q15 *e, bool nominal)
             e->shift[at] = (uint8_t)shift_of(&e->effect, k);
             if (!nominal) continue;
             const int64_t w_q24 = shifted_q24(&e->effect, k, i, e->shift[at]);
-            e->w_q24[DQW_PARAMETERS + at] = (int32_t)(w_q24 > START_MOST_Q24 ? START_MOST_Q24 : w_q24 < -START_MOST_Q24 ? -START_MOST_Q24 : w_q24);
+            e->w_q24[DQW_PARAMETERS + at] = (int32_t)(w_q24 > START_MOST_Q24    ? START_MOST_Q24
+                                                      : w_q24 < -START_MOST_Q24 ? -START_MOST_Q24
+                                                                                : w_q24);
         }
 }
 
@@ -173,7 +181,8 @@ static enum dqw_status check_effects(const dqw_estimator_q15_config *c, dqw_scal
     *scale = c->scale;
     if (c->speed_electrical) scale->pole_pairs = 1;
     if (c->effect_count > 0 && scale->pole_pairs == 0) return DQW_ERR_EFFECT_POLE_PAIRS;
-    const dqw_effect_q15_base base = {.scale = scale, .settled = c->settled, .dead_time_apart = true, .half_window = half_of(c)};
+    const dqw_effect_q15_base base = {
+        .scale = scale, .settled = c->settled, .dead_time_apart = true, .half_window = half_of(c)};
     const enum dqw_status status = dqw_effect_init_q15(effect, c->effects, c->effect_count, &base);
     return status == DQW_OK && effect->needs_angle && !c->angle ? DQW_ERR_EFFECT_ANGLE : status;
 }
@@ -279,7 +288,8 @@ enum dqw_status dqw_estimator_init_q15(dqw_estimator_q15 *e, const dqw_estimator
     e->effect.scale = &e->scale;
     e->inputs = (uint8_t)(DQW_PARAMETERS + effect.weights);
 #endif
-    (void)dqw_window_init_q15(&e->window, c->settled ? 1 : half_of(c), DQW_PLAIN_Q15_SIGNALS + 2 * (dqw_estimator_inputs_q15(e) - DQW_PARAMETERS));
+    (void)dqw_window_init_q15(&e->window, c->settled ? 1 : half_of(c),
+                              DQW_PLAIN_Q15_SIGNALS + 2 * (dqw_estimator_inputs_q15(e) - DQW_PARAMETERS));
     e->follow_q15 = ONE_Q15;
     e->given.follow_q15 = ONE_Q15;
     if (u.width_q40 > 0) {

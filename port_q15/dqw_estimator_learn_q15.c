@@ -21,7 +21,8 @@
 #define WARM_UP 400u
 // An input whose power is not three times its noise teaches nothing; noise alone would need ten deviations.
 #define NOISE_MARGIN 3
-// A mean over 32 blocks, in which a strong one counts as so many weak ones, so that a drive that stops is soon seen to have stopped.
+// A mean over 32 blocks, in which a strong one counts as so many weak ones, so that a drive that stops is soon seen to
+// have stopped.
 #define EXCESS_BLOCKS 32
 #define EXCESS_MAX_Q10 8192
 // A weight of so many units is no machine's: 64.
@@ -46,8 +47,8 @@ static void toward(int64_t *m, int64_t x, int32_t part_q31)
     *m += dqw_q_times64(x - *m, part_q31, -31);
 }
 
-// Part of a mean that a block is, of so many looks that are remembered: while it is young, later ones count for more, for the first ones are about
-// the start values.
+// Part of a mean that a block is, of so many looks that are remembered: while it is young, later ones count for more,
+// for the first ones are about the start values.
 static int32_t part_q31(uint32_t looks, uint32_t memory)
 {
     // Half of it at most: there is at least one.
@@ -75,8 +76,8 @@ static int64_t square_q56(int64_t x_q40)
     return dqw_q_product64(x_q40, x_q40, -24);
 }
 
-// Inputs large enough to teach their weight, by their power above the noise: a choice by the mean and not by the block, which would bias. A settled
-// row stands for itself.
+// Inputs large enough to teach their weight, by their power above the noise: a choice by the mean and not by the block,
+// which would bias. A settled row stands for itself.
 static void choose(dqw_estimator_q15 *e, const dqw_rows_q15 *r, uint32_t mask[2])
 {
     const dqw_estimator_q15_config *c = e->config;
@@ -101,7 +102,9 @@ static void choose(dqw_estimator_q15 *e, const dqw_rows_q15 *r, uint32_t mask[2]
                 least_q56 += STEP_MARGIN * (step2_q56 < (int64_t)1 << 57 ? step2_q56 : (int64_t)1 << 57);
             }
             // Up to 2^61
-            const uint64_t power_q56 = ((uint64_t)((int64_t)x_q28[D] * x_q28[D]) + (uint64_t)((int64_t)x_q28[Q] * x_q28[Q])) >> 2;
+            const uint64_t power_q56 = ((uint64_t)((int64_t)x_q28[D] * x_q28[D]) +
+                                        (uint64_t)((int64_t)x_q28[Q] * x_q28[Q])) >>
+                                       2;
             const int64_t ratio_q10 = dqw_q_quotient64((int64_t)power_q56, least_q56, 12);
             const int32_t excess_q10 = (int32_t)(ratio_q10 < EXCESS_MAX_Q10 ? ratio_q10 : EXCESS_MAX_Q10) - 1024;
             e->excess_q10[i] = (int16_t)(((EXCESS_BLOCKS - 1) * e->excess_q10[i] + excess_q10) / EXCESS_BLOCKS);
@@ -123,13 +126,15 @@ static bool sound(dqw_estimator_q15 *e, const dqw_units_q15 *u)
             if (e->restarts < UINT8_MAX) e->restarts++;
             return false;
         }
-        if ((e->learned >> i & 1u) == 0 && e->cov_q40[i] < dqw_q_quotient64(dqw_estimator_start_cov_q40(e, u, i), LEARNED_PARTS, 0)) e->learned |= 1u << i;
+        if ((e->learned >> i & 1u) == 0 &&
+            e->cov_q40[i] < dqw_q_quotient64(dqw_estimator_start_cov_q40(e, u, i), LEARNED_PARTS, 0))
+            e->learned |= 1u << i;
     }
     return true;
 }
 
-// What the interrupt takes: the voltage's part in a step, from an L that is known, and how fast dead time's input follows the currents: the
-// slower, the noisier they are.
+// What the interrupt takes: the voltage's part in a step, from an L that is known, and how fast dead time's input
+// follows the currents: the slower, the noisier they are.
 static void publish(dqw_estimator_q15 *e, const dqw_estimator_q15_block *b, const dqw_units_q15 *u)
 {
     volatile dqw_estimator_q15_given *g = &e->given;
@@ -156,9 +161,10 @@ static void publish(dqw_estimator_q15 *e, const dqw_estimator_q15_block *b, cons
     *(volatile bool *)&e->given.ready = true;
 }
 
-// Residuals, before the correction and after it: their product has the residual's variance as mean, where the weights were solved. And what the
-// block taught.
-static void keep(dqw_estimator_q15 *e, const dqw_rows_q15 *r, const uint32_t mask[2], const int64_t by_q24[2], bool solved)
+// Residuals, before the correction and after it: their product has the residual's variance as mean, where the weights
+// were solved. And what the block taught.
+static void keep(dqw_estimator_q15 *e, const dqw_rows_q15 *r, const uint32_t mask[2], const int64_t by_q24[2],
+                 bool solved)
 {
     const uint32_t looks = e->blocks / every(e);
     const int32_t part = part_q31(e->blocks, MEMORY);
@@ -176,7 +182,8 @@ static void keep(dqw_estimator_q15 *e, const dqw_rows_q15 *r, const uint32_t mas
         const int i = k < 4 ? k : DQW_PARAMETERS + k - 4;
         int64_t score_q34 = 0;
         for (int axis = 0; axis < 2; axis++)
-            if ((mask[axis] >> i & 1u) != 0) score_q34 += dqw_q_product64((int64_t)r->x_q28[axis][i] * after_q28[axis], by_q24[axis], -46);
+            if ((mask[axis] >> i & 1u) != 0)
+                score_q34 += dqw_q_product64((int64_t)r->x_q28[axis][i] * after_q28[axis], by_q24[axis], -46);
         const int32_t score = dqw_q31_sat(score_q34);
         toward(&e->score2_q68[k], (int64_t)score * score, part);
         toward(&e->score_lag_q68[k], (int64_t)score * e->score_last_q34[k], part);
@@ -192,7 +199,8 @@ static uint32_t ppm(uint32_t ratio_q27)
 void dqw_estimator_stage_on_q15(dqw_estimator_q15 *e, bool random_converged)
 {
     const uint32_t recent_ppm = ppm(dqw_estimator_recent_q27(e));
-    const dqw_stage_input in = {.random_converged = random_converged, .residual_ppm = recent_ppm, .residual_recent_ppm = recent_ppm};
+    const dqw_stage_input in = {
+        .random_converged = random_converged, .residual_ppm = recent_ppm, .residual_recent_ppm = recent_ppm};
     (void)dqw_stage_step(&e->stage, in);
 }
 
@@ -209,8 +217,9 @@ static bool random_stage(dqw_estimator_q15 *e, const dqw_rows_q15 *r)
     return false;
 }
 
-// Without: the first blocks in their order. What is far from the start values had its part in all that was learned until now, for the noise of
-// the inputs goes with the weights: then stage 3 begins from what was found, else it goes on. Settled rows have no such part, and each counts.
+// Without: the first blocks in their order. What is far from the start values had its part in all that was learned
+// until now, for the noise of the inputs goes with the weights: then stage 3 begins from what was found, else it goes
+// on. Settled rows have no such part, and each counts.
 static void coarse_stage(dqw_estimator_q15 *e, const int32_t start_q24[])
 {
     const bool done = e->blocks >= COARSE_BLOCKS;
@@ -284,7 +293,9 @@ bool dqw_estimator_learn_q15(dqw_estimator_q15 *e, const dqw_estimator_q15_block
     int64_t by_q24[2];
     for (int axis = 0; axis < 2; axis++) {
         const bool alike = c->settled || e->blocks <= FEW_BLOCKS;
-        const int64_t by = alike ? ONE_Q24 : dqw_q_quotient64(dqw_estimator_common_variance_q56(e), dqw_estimator_variance_q56(e, axis), 24);
+        const int64_t by = alike ? ONE_Q24
+                                 : dqw_q_quotient64(dqw_estimator_common_variance_q56(e),
+                                                    dqw_estimator_variance_q56(e, axis), 24);
         const int64_t weigh_q24 = (int64_t)dqw_q_root64((uint64_t)dqw_q_scale64(by, 24));
         const int64_t bounded_q24 = weigh_q24 < WEIGH_MAX_Q24 ? weigh_q24 : WEIGH_MAX_Q24;
         by_q24[axis] = dqw_q_floor64(bounded_q24 * bounded_q24, 24);

@@ -29,7 +29,8 @@ static bool beyond_for_effects(const dqw_estimator_q15 *e, const dqw_sample_q15 
     return dqw_effect_saturated_q15(&e->effect, s);
 }
 
-// Their inputs of the pair, or of the settled row, that this sample ends: d first, then q. False where there is none yet.
+// Their inputs of the pair, or of the settled row, that this sample ends: d first, then q. False where there is none
+// yet.
 static bool pair_effects(dqw_estimator_q15 *e, const dqw_sample_q15 *s, bool good, int32_t pair[])
 {
     if (e->effect.count == 0) return good;
@@ -79,15 +80,16 @@ static uint32_t admit(dqw_estimator_q15 *e, const dqw_sample_q15 *s, bool satura
     const dqw_sample_q15 *l = &e->last;
     const dqw_gate_sample g = {
         .finite = (!e->config->angle || dqw_scale_is_direction(s->cosine_q15, s->sine_q15)) && finite_for_effects(e, s),
-        .saturated = saturated || dqw_scale_beyond(s->v_d_q15) || dqw_scale_beyond(s->v_q_q15) || dqw_scale_beyond(s->i_d_q15) ||
-                     dqw_scale_beyond(s->i_q_q15) || dqw_scale_beyond(s->w_m_q15) || beyond_for_effects(e, s),
+        .saturated = saturated || dqw_scale_beyond(s->v_d_q15) || dqw_scale_beyond(s->v_q_q15) ||
+                     dqw_scale_beyond(s->i_d_q15) || dqw_scale_beyond(s->i_q_q15) || dqw_scale_beyond(s->w_m_q15) ||
+                     beyond_for_effects(e, s),
         .repeated = e->has_last && s->i_d_q15 == l->i_d_q15 && s->i_q_q15 == l->i_q_q15 && s->w_m_q15 == l->w_m_q15,
     };
     return dqw_gate_check(&e->gate, g);
 }
 
-// The voltage of a vector that stands still while the frame turns, seen from the frame after so many halves of a period; what leaves the full
-// scale counts as beyond it.
+// The voltage of a vector that stands still while the frame turns, seen from the frame after so many halves of a
+// period; what leaves the full scale counts as beyond it.
 static void turn_back(const dqw_estimator_q15 *e, int32_t halves, dqw_sample_q15 *x)
 {
     const int32_t halved_w_q15 = halves * x->w_m_q15;
@@ -97,10 +99,12 @@ static void turn_back(const dqw_estimator_q15 *e, int32_t halves, dqw_sample_q15
     // 1/4!, 1/6!, 1/5! and 1/7!, the small ones as 91 and 13 parts of 2^16
     const int32_t fourth_q15 = turn2_q15 * (1365 - (turn2_q15 * 91 >> 16)) >> 15;
     const int32_t fifth_q15 = turn2_q15 * (273 - (turn2_q15 * 13 >> 16)) >> 15;
-    // The mean over a period of what turns by: the sine of half its angle over that angle, one or a third of this one. (E89)
+    // The mean over a period of what turns by: the sine of half its angle over that angle, one or a third of this one.
+    // (E89)
     const int32_t mean_q15 = ONE_Q15 - (turn2_q15 * (halves == 1 ? 5461 : 607) >> 15);
     const int32_t cosine = (ONE_Q15 - dqw_q_round32(turn2_q15 * (ONE_Q15 / 2 - fourth_q15), 15)) * mean_q15 >> 15;
-    const int32_t sine = dqw_q_round32(turn_q15 * (ONE_Q15 - (turn2_q15 * (5461 - fifth_q15) >> 15)), 15) * mean_q15 >> 15;
+    const int32_t sine = dqw_q_round32(turn_q15 * (ONE_Q15 - (turn2_q15 * (5461 - fifth_q15) >> 15)), 15) * mean_q15 >>
+                         15;
     const int16_t v_d = x->v_d_q15;
     x->v_d_q15 = dqw_q15_sat(dqw_q_round32(cosine * v_d + sine * x->v_q_q15, 15));
     x->v_q_q15 = dqw_q15_sat(dqw_q_round32(cosine * x->v_q_q15 - sine * v_d, 15));
@@ -123,11 +127,13 @@ static void adapt(dqw_estimator_q15 *e, dqw_sample_q15 *x)
     if (dqw_scale_beyond(v_d_q15) || dqw_scale_beyond(v_q_q15)) x->v_d_q15 = INT16_MAX;
 }
 
-// tanh to 1e-3, bounded by 1, of a current: its continued fraction to the fifth term, with u the current over 3.6 widths.
+// tanh to 1e-3, bounded by 1, of a current: its continued fraction to the fifth term, with u the current over 3.6
+// widths.
 static int32_t soft_sign(int32_t most, int32_t per_most, int32_t i_q28)
 {
     const int32_t size_q28 = i_q28 < 0 ? -i_q28 : i_q28;
-    const uint32_t u_q15 = (uint32_t)((uint64_t)((int64_t)(size_q28 > most ? most : size_q28) * per_most) >> 32);  // <= 1
+    const uint32_t u_q15 = (uint32_t)((uint64_t)((int64_t)(size_q28 > most ? most : size_q28) * per_most) >>
+                                      32);  // <= 1
     const uint32_t u2_q15 = u_q15 * u_q15 >> 15;
     // u (3.6 + 5.184 u^2 + 0.63985 u^4), and 1 + 5.76 u^2 + 2.66606 u^4: up to 9.43
     const uint32_t above_q13 = 29491u + ((42467u + (5242u * u2_q15 >> 15)) * u2_q15 >> 15);
@@ -163,7 +169,8 @@ static void dead_time(dqw_estimator_q15 *e, const dqw_sample_q15 *s, int32_t *d_
     const int16_t cosine = s->cosine_q15;
     const int16_t sine = s->sine_q15;
     const int32_t alpha = along(e->slow_d_q28, cosine, -e->slow_q_q28, sine);
-    const int32_t beta = (int32_t)dqw_q_floor64((int64_t)along(e->slow_d_q28, sine, e->slow_q_q28, cosine) * SQRT3_2_Q31, 31);
+    const int32_t beta = (int32_t)dqw_q_floor64(
+        (int64_t)along(e->slow_d_q28, sine, e->slow_q_q28, cosine) * SQRT3_2_Q31, 31);
     const int32_t half = dqw_q_floor32(alpha, 1);
     const int32_t a = soft_sign(e->wide_q28, e->per_wide, alpha);
     const int32_t b = soft_sign(e->wide_q28, e->per_wide, beta - half);
@@ -173,8 +180,8 @@ static void dead_time(dqw_estimator_q15 *e, const dqw_sample_q15 *s, int32_t *d_
     const int32_t lost_beta = dqw_q_round32((b - c) * INV_SQRT3_Q15, 15);
     *d_q15 = dqw_q_round32(cosine * lost_alpha + sine * lost_beta, 15);
     *q_q15 = dqw_q_round32(cosine * lost_beta - sine * lost_alpha, 15);
-    // How much of it the current's noise moves, on average: what tanh gains at this current, 1 - tanh^2 of what it gains at none. One
-    // sample in four, and never the one that ends a block, is enough.
+    // How much of it the current's noise moves, on average: what tanh gains at this current, 1 - tanh^2 of what it
+    // gains at none. One sample in four, and never the one that ends a block, is enough.
     if ((e->window.at & 3u) != 1u) return;
     const uint32_t squares_q13 = (uint32_t)(a * a >> 17) + (uint32_t)(b * b >> 17) + (uint32_t)(c * c >> 17);
     const uint32_t slope_q15 = 32768u - (squares_q13 * (4u * 10923u) >> 15);
@@ -195,7 +202,8 @@ static void gather(dqw_estimator_q15 *e, const int32_t pair[])
 }
 
 // The pair that a sample ends, as sums and steps. (E13)
-static void gather_pair(dqw_estimator_q15 *e, const dqw_sample_q15 *s, int32_t dead_d_q15, int32_t dead_q_q15, int32_t pair[])
+static void gather_pair(dqw_estimator_q15 *e, const dqw_sample_q15 *s, int32_t dead_d_q15, int32_t dead_q_q15,
+                        int32_t pair[])
 {
     const dqw_sample_q15 *l = &e->last;
     dqw_model_pair_q15(l, s, pair);
@@ -203,12 +211,13 @@ static void gather_pair(dqw_estimator_q15 *e, const dqw_sample_q15 *s, int32_t d
     pair[DQW_BLOCK_Q15_SIGNALS + 1] = dead_q_q15 + e->dead_q_q15;
     gather(e, pair);
     // Steps less what the voltage made of them.
-    dqw_noise_step_q15(&e->noise, pair[4] - dqw_q_round32(e->step_q15[0] * l->v_d_q15, 15), pair[5] - dqw_q_round32(e->step_q15[1] * l->v_q_q15, 15),
-                       s->w_m_q15 - l->w_m_q15);
+    dqw_noise_step_q15(&e->noise, pair[4] - dqw_q_round32(e->step_q15[0] * l->v_d_q15, 15),
+                       pair[5] - dqw_q_round32(e->step_q15[1] * l->v_q_q15, 15), s->w_m_q15 - l->w_m_q15);
 }
 
 // A settled row is a block of its own.
-static void gather_row(dqw_estimator_q15 *e, const dqw_sample_q15 *s, int32_t dead_d_q15, int32_t dead_q_q15, int32_t pair[])
+static void gather_row(dqw_estimator_q15 *e, const dqw_sample_q15 *s, int32_t dead_d_q15, int32_t dead_q_q15,
+                       int32_t pair[])
 {
     dqw_model_pair_q15(s, s, pair);
     pair[DQW_BLOCK_Q15_SIGNALS] = 2 * dead_d_q15;

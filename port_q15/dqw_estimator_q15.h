@@ -1,5 +1,6 @@
-// The estimator in whole numbers: one neuron for both axes of a machine, its effects' inputs with it. Its weights are parts of a unit each, so that
-// every input is a voltage and every weight about 1. The interrupt gathers, the background learns.
+// The estimator in whole numbers: one neuron for both axes of a machine, its effects' inputs with it. Its weights are
+// parts of a unit each, so that every input is a voltage and every weight about 1. The interrupt gathers, the
+// background learns.
 #ifndef DQW_ESTIMATOR_Q15_H
 #define DQW_ESTIMATOR_Q15_H
 
@@ -37,28 +38,35 @@ extern "C" {
 /// Dead time's unit is the full voltage over this.
 #define DQW_DEAD_TIME_Q15_PARTS 30
 
-/// Memory that stage 2 borrows (dqw_estimator_random_q15.h): free for other use once the stage is ordinal learning or later.
+/// Memory that stage 2 borrows (dqw_estimator_random_q15.h): free for other use once the stage is ordinal learning or
+/// later.
 struct dqw_estimator_random_q15;
 
 /// All zero is refused. Constant: it may stay in flash. dqw_estimator_config_default_q15() fills it from a nameplate.
 typedef struct dqw_estimator_q15_config {
-    dqw_scale scale;                          ///< full scales: they are the bases too; pole_pairs 0: found from the motion, where there are no effects
-    uint32_t R_uohm, Ld_nH, Lq_nH, psi_nWb;   ///< nominal values to start from; 0: not known. Never a prior
-    uint32_t dead_time_width_mA;              ///< current at which the inverter's loss is three quarters of its full size; 0: no dead time is learned
-    uint32_t drift_ppm;                       ///< how far a parameter may wander in 1 s, in millionths of itself, up to 10^6; 0: nothing is forgotten
-    uint32_t stale_limit;                     ///< equal samples in a row before a sensor counts as stuck; 0: never
-    uint32_t threshold_ppm;                   ///< residual over the full voltage that stage 3 must reach; 0: 50000 (5 %)
-    uint16_t excitation_q15;                  ///< an input whose power stays below this part of its full scale, squared, teaches nothing; 0: 328 (0.01)
-    uint8_t half_window;                      ///< pairs in half a block, 1 .. 100; 0: 20
-    uint8_t solve_blocks;                     ///< blocks between two solutions once 64 were learned; 0: 4. More cost less
-    bool angle;                               ///< the electrical angle is given: dead time and some effects need it
-    bool encoder_offset;                      ///< learn the flux that shows on the other axis where the angle is off
-    bool noise_on_inputs;                     ///< take the noise of currents and speed out of what is learned, (E60)
-    bool settled;                             ///< every sample is a settled point of its own: no slopes
-    bool voltage_next;                        ///< a sample's voltage acts one period later: from the next sample on
-    bool voltage_held;                        ///< it is a vector held in the stationary frame, given in the sample's: turned here to the middle of its period
-    bool speed_electrical;                    ///< w_m_q15 of a sample is electrical speed, and w_full_mrad_s its full scale
-    struct dqw_estimator_random_q15 *random;  ///< stage 2's memory, made ready by dqw_estimator_random_init_q15(); NULL: nominal values stand for its result
+    /// full scales: they are the bases too; pole_pairs 0: found from the motion, where there are no effects
+    dqw_scale scale;
+    uint32_t R_uohm, Ld_nH, Lq_nH, psi_nWb;  ///< nominal values to start from; 0: not known. Never a prior
+    /// current at which the inverter's loss is three quarters of its full size; 0: no dead time is learned
+    uint32_t dead_time_width_mA;
+    /// how far a parameter may wander in 1 s, in millionths of itself, up to 10^6; 0: nothing is forgotten
+    uint32_t drift_ppm;
+    uint32_t stale_limit;    ///< equal samples in a row before a sensor counts as stuck; 0: never
+    uint32_t threshold_ppm;  ///< residual over the full voltage that stage 3 must reach; 0: 50000 (5 %)
+    /// an input whose power stays below this part of its full scale, squared, teaches nothing; 0: 328 (0.01)
+    uint16_t excitation_q15;
+    uint8_t half_window;   ///< pairs in half a block, 1 .. 100; 0: 20
+    uint8_t solve_blocks;  ///< blocks between two solutions once 64 were learned; 0: 4. More cost less
+    bool angle;            ///< the electrical angle is given: dead time and some effects need it
+    bool encoder_offset;   ///< learn the flux that shows on the other axis where the angle is off
+    bool noise_on_inputs;  ///< take the noise of currents and speed out of what is learned, (E60)
+    bool settled;          ///< every sample is a settled point of its own: no slopes
+    bool voltage_next;     ///< a sample's voltage acts one period later: from the next sample on
+    /// it is a vector held in the stationary frame, given in the sample's: turned here to the middle of its period
+    bool voltage_held;
+    bool speed_electrical;  ///< w_m_q15 of a sample is electrical speed, and w_full_mrad_s its full scale
+    /// stage 2's memory, made ready by dqw_estimator_random_init_q15(); NULL: nominal values stand for its result
+    struct dqw_estimator_random_q15 *random;
 #if DQW_EFFECT_WEIGHTS > 0
     const dqw_effect_q15_config *effects;  ///< electrical effects to learn as well; stays in use as long as the object
     uint8_t effect_count;                  ///< their weights together <= DQW_EFFECT_WEIGHTS; dead time has its own
@@ -68,12 +76,12 @@ typedef struct dqw_estimator_q15_config {
 /// What is handed over with a half.
 typedef struct dqw_estimator_q15_handed {
     int64_t noise_q30[DQW_NOISE_Q15_SUMS];  ///< of the sensors, over
-    uint32_t slope_q15;                     ///< sum of the slopes of dead time's tanh, of 1 at no current, over the last rows
-    uint32_t number;                        ///< of the half, since init: the time
-    uint16_t rows;                          ///< in the noise's sums
-    uint16_t slopes;                        ///< in their sum, up to 1024
-    uint16_t follow_q15;                    ///< how fast dead time's input follows the currents, 1 .. 32768
-    int16_t cosine_q15, sine_q15;           ///< of the electrical angle at its end; 0 and 0: not known
+    uint32_t slope_q15;            ///< sum of the slopes of dead time's tanh, of 1 at no current, over the last rows
+    uint32_t number;               ///< of the half, since init: the time
+    uint16_t rows;                 ///< in the noise's sums
+    uint16_t slopes;               ///< in their sum, up to 1024
+    uint16_t follow_q15;           ///< how fast dead time's input follows the currents, 1 .. 32768
+    int16_t cosine_q15, sine_q15;  ///< of the electrical angle at its end; 0 and 0: not known
 } dqw_estimator_q15_handed;
 
 /// What the background gives back: taken over at a half's end.
@@ -127,16 +135,17 @@ typedef struct dqw_estimator_q15 {
     int64_t score_lag_q68[DQW_ESTIMATOR_Q15_SCORES];   ///< times the next one's,
     int32_t score_last_q34[DQW_ESTIMATOR_Q15_SCORES];  ///< and the last one's
     dqw_window_q15_rise rise;
-    int32_t rise_v_q15[2];                         ///< sums of its voltages
-    int32_t w_q24[DQW_ESTIMATOR_Q15_INPUTS];       ///< the joint neuron's weights as solved last. |w| < 2^30
-    int32_t e_q28[2];                              ///< the last block's error before the correction, d and q
-    uint32_t number, elapsed;                      ///< of the last block; halves between it and the one before
-    uint32_t drifted, span;                        ///< when the last turn of drift began, and how long the one before took
-    uint32_t learned;                              ///< weights of which anything was ever learned
-    int16_t excess_q10[DQW_ESTIMATOR_Q15_INPUTS];  ///< power of both axes' inputs above what teaches, over that; -1 .. 7
-    uint16_t pole_pairs;                           ///< given or found; 0: not yet
-    uint8_t restarts;                              ///< times that the weights left all bounds, and learning began again, up to 255
-    uint8_t turn;                                  ///< weight whose variance grows next
+    int32_t rise_v_q15[2];                    ///< sums of its voltages
+    int32_t w_q24[DQW_ESTIMATOR_Q15_INPUTS];  ///< the joint neuron's weights as solved last. |w| < 2^30
+    int32_t e_q28[2];                         ///< the last block's error before the correction, d and q
+    uint32_t number, elapsed;                 ///< of the last block; halves between it and the one before
+    uint32_t drifted, span;                   ///< when the last turn of drift began, and how long the one before took
+    uint32_t learned;                         ///< weights of which anything was ever learned
+    /// power of both axes' inputs above what teaches, over that; -1 .. 7
+    int16_t excess_q10[DQW_ESTIMATOR_Q15_INPUTS];
+    uint16_t pole_pairs;  ///< given or found; 0: not yet
+    uint8_t restarts;     ///< times that the weights left all bounds, and learning began again, up to 255
+    uint8_t turn;         ///< weight whose variance grows next
     dqw_stage stage;
 #if DQW_EFFECT_WEIGHTS > 0
     uint8_t inputs;
@@ -144,12 +153,12 @@ typedef struct dqw_estimator_q15 {
 #endif
 } dqw_estimator_q15;
 
-/// A configuration for a machine of which no more than the nameplate is known; nominal values, an angle and the like may be set in it. Full
-/// scales are half as much again as rated: what a fault makes of a signal still fits.
+/// A configuration for a machine of which no more than the nameplate is known; nominal values, an angle and the like
+/// may be set in it. Full scales are half as much again as rated: what a fault makes of a signal still fits.
 ///
 /// Source   (E80) in docs/EQUATIONS.md for half_window
-/// Returns  a configuration that init takes, where the nameplate's values are positive and its speed turns less than 2/3 rad in a period, electrical;
-///          without a nameplate one that init refuses
+/// Returns  a configuration that init takes, where the nameplate's values are positive and its speed turns less than
+///          2/3 rad in a period, electrical; without a nameplate one that init refuses
 /// Context  at start
 dqw_estimator_q15_config dqw_estimator_config_default_q15(const dqw_nameplate_q15 *plate);
 
@@ -161,7 +170,8 @@ dqw_estimator_q15_config dqw_estimator_config_default_q15(const dqw_nameplate_q1
 #define dqw_estimator_init_q15 DQW_SIZED(dqw_estimator_init_q15)
 enum dqw_status dqw_estimator_init_q15(dqw_estimator_q15 *e, const dqw_estimator_q15_config *config);
 
-/// Stage 1 again: with another configuration, as a trace wrote it, all that was learned forgotten. What was counted stays.
+/// Stage 1 again: with another configuration, as a trace wrote it, all that was learned forgotten. What was counted
+/// stays.
 ///
 /// Source   Fig. 1; (E21) in docs/EQUATIONS.md
 /// Returns  as dqw_estimator_init_q15; on an error the old estimator goes on
@@ -181,8 +191,8 @@ uint32_t dqw_estimator_sample_q15(dqw_estimator_q15 *e, const dqw_sample_q15 *s,
 
 /// There is no sample in this period, or in these.
 ///
-/// Format   periods: PWM periods without one. 1: it counts as a refused sample. Else time has jumped, 0 where nobody knows how far; of a jump's
-///          length a part of half a window is lost
+/// Format   periods: PWM periods without one. 1: it counts as a refused sample. Else time has jumped, 0 where nobody
+///          knows how far; of a jump's length a part of half a window is lost
 /// Context  as dqw_estimator_sample_q15
 void dqw_estimator_missing_q15(dqw_estimator_q15 *e, uint32_t periods);
 
@@ -209,7 +219,8 @@ dqw_reading_q15 dqw_estimator_read_q15(const dqw_estimator_q15 *e, enum dqw_para
 /// Source   (E50), (E75) in docs/EQUATIONS.md
 /// Format   Q40 of the units that dqw_effect_restored_q40 names; a deviation of INT64_MAX: not known
 /// Shape    weights_q40[], sd_q40[]: dqw_effect_weights() of the name, written
-/// Returns  bit i set where weight i is known: its deviation is below a quarter of the largest; DQW_ERR_SIZE for an index out of range
+/// Returns  bit i set where weight i is known: its deviation is below a quarter of the largest; DQW_ERR_SIZE for an
+///          index out of range
 /// Context  background
 int dqw_estimator_read_effect_q15(const dqw_estimator_q15 *e, int index, int64_t weights_q40[], int64_t sd_q40[]);
 

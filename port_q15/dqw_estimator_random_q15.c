@@ -24,14 +24,19 @@ static bool learn(dqw_estimator_random_q15 *lent, const int32_t x_q28[], int32_t
     const bool done = dqw_random_epoch_q15(&lent->random, &lent->coarse);
     // What never moved was not seen.
     for (int i = 0; i < DQW_PARAMETERS && done; i++)
-        if (lent->coarse.w_q31[i] != 0) w_q24[i] = dqw_q_floor32(lent->coarse.w_q31[i], 7u - (TARGET_SHIFT - INPUT_SHIFT));
+        if (lent->coarse.w_q31[i] != 0)
+            w_q24[i] = dqw_q_floor32(lent->coarse.w_q31[i], 7u - (TARGET_SHIFT - INPUT_SHIFT));
     return done;
 }
 
 void dqw_estimator_random_init_q15(dqw_estimator_random_q15 *lent)
 {
     const dqw_learner_config_q15 coarse = {.inputs = DQW_PARAMETERS, .step_size_q15 = STEP_Q15};
-    const dqw_random_config_q15 random = {.reservoir = lent->reservoir, .capacity = CAPACITY, .draws = CAPACITY, .seed = 1, .tolerance_q15 = TOLERANCE_Q15};
+    const dqw_random_config_q15 random = {.reservoir = lent->reservoir,
+                                          .capacity = CAPACITY,
+                                          .draws = CAPACITY,
+                                          .seed = 1,
+                                          .tolerance_q15 = TOLERANCE_Q15};
     (void)dqw_learner_init_q15(&lent->coarse, &coarse);
     (void)dqw_random_init_q15(&lent->random, &random);
     lent->learn = learn;

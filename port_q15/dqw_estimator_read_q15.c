@@ -2,7 +2,8 @@
 #include "dqw_estimator_block_q15.h"
 #include "dqw_q15.h"
 
-// A smaller residual is the sampling's own, and rounding: 1e-8; of settled rows, which have no sampling, of their last places alone: 1e-10.
+// A smaller residual is the sampling's own, and rounding: 1e-8; of settled rows, which have no sampling, of their last
+// places alone: 1e-10.
 #define VARIANCE_FLOOR_Q56 720575940
 #define VARIANCE_FLOOR_SETTLED_Q56 7205759
 #define FEW_BLOCKS 50u
@@ -23,7 +24,8 @@ static int64_t size(int64_t x)
 uint32_t dqw_estimator_unit_q15(const dqw_estimator_q15_config *config, enum dqw_parameter parameter)
 {
     dqw_units_q15 u;
-    if ((unsigned)parameter >= DQW_PARAMETERS || dqw_units_of_q15(config, config->scale.pole_pairs, &u) != DQW_OK) return 0;
+    if ((unsigned)parameter >= DQW_PARAMETERS || dqw_units_of_q15(config, config->scale.pole_pairs, &u) != DQW_OK)
+        return 0;
     if (parameter == DQW_DEAD_TIME) return config->scale.v_full_mV * 100u / DQW_DEAD_TIME_Q15_PARTS * 10u;
     return u.si[parameter == DQW_PSI_Q ? DQW_PSI : parameter];
 }
@@ -39,12 +41,15 @@ int64_t dqw_estimator_common_variance_q56(const dqw_estimator_q15 *e)
     return dqw_q_floor64(dqw_estimator_variance_q56(e, 0) + dqw_estimator_variance_q56(e, 1), 1);
 }
 
-// Blocks overlap by half, so that next ones are alike, or unlike, in what they teach a weight: that widens or narrows its deviation. Dead
-// time goes with the current as R does, the flux on the other axis with the speed as the flux. (E61) Settled rows do not overlap: there a
-// residual that goes on is the model's, for as long as it lasts. (E20)
+// Blocks overlap by half, so that next ones are alike, or unlike, in what they teach a weight: that widens or narrows
+// its deviation. Dead time goes with the current as R does, the flux on the other axis with the speed as the flux.
+// (E61) Settled rows do not overlap: there a residual that goes on is the model's, for as long as it lasts. (E20)
 int64_t dqw_estimator_inflation_q20(const dqw_estimator_q15 *e, int weight)
 {
-    const int k = weight >= DQW_PARAMETERS ? weight - DQW_PARAMETERS + 4 : weight == DQW_DEAD_TIME ? DQW_R : weight == DQW_PSI_Q ? DQW_PSI : weight;
+    const int k = weight >= DQW_PARAMETERS  ? weight - DQW_PARAMETERS + 4
+                  : weight == DQW_DEAD_TIME ? DQW_R
+                  : weight == DQW_PSI_Q     ? DQW_PSI
+                                            : weight;
     if (e->score2_q68[k] <= 0) return ONE_Q20;
     const int64_t r_q20 = dqw_q_quotient64(e->score_lag_q68[k], e->score2_q68[k], 20);
     const int64_t bounded_q20 = r_q20 < LAG_MIN_Q20 ? LAG_MIN_Q20 : r_q20 > LAG_MAX_Q20 ? LAG_MAX_Q20 : r_q20;
@@ -55,7 +60,8 @@ int64_t dqw_estimator_inflation_q20(const dqw_estimator_q15 *e, int weight)
 // The same of a covariance, wider where the rows are few.
 static int64_t variance_q56(const dqw_estimator_q15 *e, int weight, int64_t cov_q40)
 {
-    return dqw_q_product64(dqw_q_product64(cov_q40, dqw_estimator_common_variance_q56(e), -40), dqw_estimator_inflation_q20(e, weight), -20);
+    return dqw_q_product64(dqw_q_product64(cov_q40, dqw_estimator_common_variance_q56(e), -40),
+                           dqw_estimator_inflation_q20(e, weight), -20);
 }
 
 int32_t dqw_estimator_sd_q24(const dqw_estimator_q15 *e, int weight)
@@ -66,7 +72,8 @@ int32_t dqw_estimator_sd_q24(const dqw_estimator_q15 *e, int weight)
     int freedom = rows;
     for (int i = 0; i < n; i++) freedom -= (int)(e->learned >> i & 1u);
     if ((e->learned >> weight & 1u) == 0 || freedom < (e->config->settled ? 1 : 2 * n)) return INT32_MAX;
-    const int64_t v_q56 = dqw_q_quotient64(dqw_q_product64(variance_q56(e, weight, e->cov_q40[weight]), rows, -4), freedom, 4);
+    const int64_t v_q56 = dqw_q_quotient64(dqw_q_product64(variance_q56(e, weight, e->cov_q40[weight]), rows, -4),
+                                           freedom, 4);
     // The root of 2^62 at most, Q28
     return dqw_q_floor32((int32_t)dqw_q_root64((uint64_t)v_q56 >> 2), 3u + dqw_estimator_shift_q15(e, weight));
 }
@@ -77,7 +84,8 @@ static int32_t aged_q24(const dqw_estimator_q15 *e, int weight, int32_t sd_q24)
     if (e->config->settled) return sd_q24;
     const uint32_t halves = *(const volatile uint32_t *)&e->halves;
     const int64_t size = dqw_estimator_size_q24(e, weight);
-    const int64_t wander_q48 = dqw_q_product64(dqw_q_product64(size, size, 0), dqw_estimator_wander_q40(e, halves - e->number), -40);
+    const int64_t wander_q48 = dqw_q_product64(dqw_q_product64(size, size, 0),
+                                               dqw_estimator_wander_q40(e, halves - e->number), -40);
     const uint64_t both_q48 = (uint64_t)((int64_t)sd_q24 * sd_q24) + (uint64_t)wander_q48;
     const uint32_t root = dqw_q_root64(both_q48);
     return root < INT32_MAX ? (int32_t)root : INT32_MAX - 1;
@@ -96,7 +104,8 @@ dqw_reading_q15 dqw_estimator_read_q15(const dqw_estimator_q15 *e, enum dqw_para
     r.sd_q40 = r.sd_change_q40 = (int64_t)aged_q24(e, (int)parameter, sd_q24) * 65536;
     const bool either_sign = parameter == DQW_DEAD_TIME || parameter == DQW_PSI_Q;
     // A stage that begins anew learns nothing: what it has is of a model that did not fit.
-    r.usable = e->stage.name != DQW_STAGE_DOMAIN && r.sd_q40 * USABLE_PARTS < (either_sign ? size(r.value_q40) : r.value_q40);
+    r.usable = e->stage.name != DQW_STAGE_DOMAIN &&
+               r.sd_q40 * USABLE_PARTS < (either_sign ? size(r.value_q40) : r.value_q40);
     return r;
 }
 
@@ -131,7 +140,8 @@ enum dqw_voltage_acts dqw_estimator_voltage_acts_q15(const dqw_estimator_q15 *e)
     const bool next = e->config->voltage_next;
     if (sd_q20 >= LATE_SD_Q20) return DQW_VOLTAGE_NOT_KNOWN;
     if (size(periods_q20) < LATE_NEAR_Q20) return next ? DQW_VOLTAGE_NEXT : DQW_VOLTAGE_NOW;
-    if (size(periods_q20 + (next ? ONE_Q20 : -ONE_Q20)) < LATE_NEAR_Q20) return next ? DQW_VOLTAGE_NOW : DQW_VOLTAGE_NEXT;
+    if (size(periods_q20 + (next ? ONE_Q20 : -ONE_Q20)) < LATE_NEAR_Q20)
+        return next ? DQW_VOLTAGE_NOW : DQW_VOLTAGE_NEXT;
     return DQW_VOLTAGE_NOT_KNOWN;
 }
 
@@ -150,8 +160,10 @@ int dqw_estimator_read_effect_q15(const dqw_estimator_q15 *e, int index, int64_t
         const int32_t sd_q24 = dqw_estimator_sd_q24(e, weight);
         const int64_t w = dqw_q_scale64(e->w_q24[weight], more);
         const int64_t sd = dqw_q_scale64(sd_q24, more);
-        weights_q40[i] = dead_time ? dqw_q_quotient64(w, DQW_DEAD_TIME_Q15_PARTS, 0) : dqw_effect_restored_q40(&e->effect, index, i, w);
-        sd_q40[i] = dead_time ? dqw_q_quotient64(sd, DQW_DEAD_TIME_Q15_PARTS, 0) : dqw_effect_restored_q40(&e->effect, index, i, sd);
+        weights_q40[i] = dead_time ? dqw_q_quotient64(w, DQW_DEAD_TIME_Q15_PARTS, 0)
+                                   : dqw_effect_restored_q40(&e->effect, index, i, w);
+        sd_q40[i] = dead_time ? dqw_q_quotient64(sd, DQW_DEAD_TIME_Q15_PARTS, 0)
+                              : dqw_effect_restored_q40(&e->effect, index, i, sd);
         if (sd_q24 == INT32_MAX) sd_q40[i] = INT64_MAX;
     }
     return (int)dqw_effect_known_q15(weights_q40, sd_q40, n);

@@ -13,7 +13,8 @@ enum { D = 0, Q = 1, N = DQW_PARAMETERS };
 int32_t dqw_estimator_error_q28(const dqw_estimator_q15 *e, int axis, const dqw_rows_q15 *r)
 {
     int64_t e_q28 = r->y_q28[axis];
-    for (int i = 0; i < dqw_estimator_inputs_q15(e); i++) e_q28 -= dqw_q_round64((int64_t)r->x_q28[axis][i] * e->w_q24[i], 24u - dqw_estimator_shift_q15(e, i));
+    for (int i = 0; i < dqw_estimator_inputs_q15(e); i++)
+        e_q28 -= dqw_q_round64((int64_t)r->x_q28[axis][i] * e->w_q24[i], 24u - dqw_estimator_shift_q15(e, i));
     return dqw_q31_sat(e_q28);
 }
 
@@ -29,7 +30,8 @@ void dqw_estimator_show_q15(dqw_estimator_q15 *e, int axis, const dqw_rows_q15 *
     const int n = dqw_estimator_inputs_q15(e);
     int32_t x_q28[DQW_NORMAL_INPUTS];
     for (int i = 0; i < n; i++) x_q28[i] = (mask >> i & 1u) != 0 ? lighter(r->x_q28[axis][i], weigh_q24) : 0;
-    // Behind the inputs, the late voltage: what the others leave of it, and of the residual with it, says how late the voltage acts. (E90)
+    // Behind the inputs, the late voltage: what the others leave of it, and of the residual with it, says how late the
+    // voltage acts. (E90)
     x_q28[n] = lighter(r->late_q28[axis], weigh_q24);
     dqw_normal_add_q15(&e->normal, x_q28, lighter(e->e_q28[axis], weigh_q24));
 }
@@ -39,8 +41,10 @@ static int64_t weighed(int64_t x_q56, int64_t by_q24)
     return dqw_q_product64(x_q56, by_q24, -32);
 }
 
-// Noise of the inputs turns the gradient by C w: put back. Not where it is much of what was learned, there it could run away. (E60)
-void dqw_estimator_take_noise_out_q15(dqw_estimator_q15 *e, const dqw_rows_q15 *r, const int64_t by_q24[], const uint32_t mask[])
+// Noise of the inputs turns the gradient by C w: put back. Not where it is much of what was learned, there it could run
+// away. (E60)
+void dqw_estimator_take_noise_out_q15(dqw_estimator_q15 *e, const dqw_rows_q15 *r, const int64_t by_q24[],
+                                      const uint32_t mask[])
 {
     // Each term below 2^54 2^6 in Q56, 2^52 in Q48; a weight below 2^6: seven such sums are below 2^61.
     const int32_t *w = e->w_q24;
@@ -61,7 +65,9 @@ void dqw_estimator_take_noise_out_q15(dqw_estimator_q15 *e, const dqw_rows_q15 *
                                      {(uint8_t)L, (uint8_t)flux, DQW_NOISE_Q15_SPEED},
                                      {(uint8_t)flux, (uint8_t)L, DQW_NOISE_Q15_SPEED}};
         const int known = (mask[axis] >> L & mask[axis] >> flux & 1u) != 0 ? 4 : 2;
-        for (int k = 0; k < known; k++) z_q48[pairs[k][0]] += dqw_q_times64(weighed(r->noise_q56[axis][pairs[k][2]], by_q24[axis]), w[pairs[k][1]], -24);
+        for (int k = 0; k < known; k++)
+            z_q48[pairs[k][0]] += dqw_q_times64(weighed(r->noise_q56[axis][pairs[k][2]], by_q24[axis]), w[pairs[k][1]],
+                                                -24);
     }
     for (int i = 0; i < N; i++) {
         // The target's sum keeps above what the gradient explains.
@@ -83,13 +89,14 @@ int64_t dqw_estimator_wander_q40(const dqw_estimator_q15 *e, uint32_t halves)
 {
     const dqw_estimator_q15_config *c = e->config;
     // ns up to 2^37 by halves up to 2^32; ppm^2 up to 2^40
-    const int64_t time_q20 = dqw_q_quotient64(dqw_q_product64((int64_t)c->scale.dt_ns * e->window.half, halves, -8), 1000000000, 28);
+    const int64_t time_q20 = dqw_q_quotient64(dqw_q_product64((int64_t)c->scale.dt_ns * e->window.half, halves, -8),
+                                              1000000000, 28);
     const int64_t rate_q40 = dqw_q_quotient64((int64_t)c->drift_ppm * c->drift_ppm, 1000000000000, 40);
     return dqw_q_product64(rate_q40, time_q20, -20);
 }
 
-// A parameter may wander: its variance grows with time, here in halves of a window, up to three of its size. One weight a block, each by the
-// time that the last turn took. (E61)
+// A parameter may wander: its variance grows with time, here in halves of a window, up to three of its size. One weight
+// a block, each by the time that the last turn took. (E61)
 void dqw_estimator_drift_q15(dqw_estimator_q15 *e)
 {
     const dqw_estimator_q15_config *c = e->config;

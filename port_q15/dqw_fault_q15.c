@@ -78,7 +78,8 @@ static int64_t explained_q20(const int64_t z_q10[], const int64_t p_q24[], const
     return dqw_q_product64(zp_q10, dqw_q_quotient64(zp_q10, pp_q10, 30), -20);
 }
 
-dqw_fault_verdict_q15 dqw_fault_name_it_q15(const int32_t change_q24[], const int32_t unit_q24[], dqw_fault_machine_q15 machine)
+dqw_fault_verdict_q15 dqw_fault_name_it_q15(const int32_t change_q24[], const int32_t unit_q24[],
+                                            dqw_fault_machine_q15 machine)
 {
     // [NAM.1] every change in units of what means nothing
     int64_t z_q10[DQW_SIGNS];
@@ -95,12 +96,14 @@ dqw_fault_verdict_q15 dqw_fault_name_it_q15(const int32_t change_q24[], const in
     int64_t next_q20 = 0;
     for (int name = DQW_FAULT_OVER_TEMPERATURE; name < DQW_FAULT_UNKNOWN; name++) {
         // Where ripples are not known, patterns with one are another fault's.
-        const bool ripples = name == DQW_FAULT_TURN_SHORT || name == DQW_FAULT_PHASE_CONNECTION || name == DQW_FAULT_CURRENT_GAIN;
+        const bool ripples = name == DQW_FAULT_TURN_SHORT || name == DQW_FAULT_PHASE_CONNECTION ||
+                             name == DQW_FAULT_CURRENT_GAIN;
         if (ripples && unit_q24[DQW_SIGN_SHORT_RE] == INT32_MAX) continue;
         int64_t explained = 0;
         uint8_t at = 0;
         if (name == DQW_FAULT_CURRENT_OFFSET) {
-            explained = z_q10[DQW_SIGN_OFFSET_RE] * z_q10[DQW_SIGN_OFFSET_RE] + z_q10[DQW_SIGN_OFFSET_IM] * z_q10[DQW_SIGN_OFFSET_IM];
+            explained = z_q10[DQW_SIGN_OFFSET_RE] * z_q10[DQW_SIGN_OFFSET_RE] +
+                        z_q10[DQW_SIGN_OFFSET_IM] * z_q10[DQW_SIGN_OFFSET_IM];
         } else {
             for (int phase = 0; phase < 3; phase++) {
                 int64_t p_q24[DQW_SIGNS];

@@ -26,12 +26,13 @@ typedef struct dqw_fault_verdict_q15 {
 ///
 /// Source   (E64) in docs/EQUATIONS.md
 /// Shape    change_q24[], unit_q24[]: DQW_SIGNS, read only
-/// Format   Q24. change: R, L_d, L_q, flux as parts of the healthy ones, dead time in its weight's unit, rad, then the witness' weights;
-///          unit: deviation of each that means nothing, > 0; INT32_MAX where it is not known
+/// Format   Q24. change: R, L_d, L_q, flux as parts of the healthy ones, dead time in its weight's unit, rad, then the
+///          witness' weights; unit: deviation of each that means nothing, > 0; INT32_MAX where it is not known
 /// Returns  DQW_FAULT_UNKNOWN where no pattern explains most of it
 /// Cost     about 500 products of free exponents: once an event
 /// Context  background; no state
-dqw_fault_verdict_q15 dqw_fault_name_it_q15(const int32_t change_q24[], const int32_t unit_q24[], dqw_fault_machine_q15 machine);
+dqw_fault_verdict_q15 dqw_fault_name_it_q15(const int32_t change_q24[], const int32_t unit_q24[],
+                                            dqw_fault_machine_q15 machine);
 
 #ifdef __cplusplus
 }

@@ -47,8 +47,8 @@ int32_t dqw_learner_learn_q15(dqw_learner_q15 *l, const int16_t x_q15[], int16_t
     const int32_t e_q28 = target_q15 * (1 << 13) - dqw_learner_forward_q15(l, x_q15);  // |e_q28| <= 7 * 2^28
 
     // [LMS.3] normalised step, the constant input counted in the norm; with noisy inputs down the gradient of
-    // e^2 / (1 + |w|^2), normalised by the inputs' expected power: their own would weigh the noise in, and bias. A sample so
-    // large that the step would more than mirror the error is normalised by itself after all
+    // e^2 / (1 + |w|^2), normalised by the inputs' expected power: their own would weigh the noise in, and bias. A
+    // sample so large that the step would more than mirror the error is normalised by itself after all
     if (l->noisy_inputs) {
         const int64_t expected_q30 = ((int64_t)l->inputs + (l->indicator ? 1 : 0)) << 30;
         const int64_t half_q30 = dqw_q_round64(norm_q30 * l->step_size_q15, 16);
@@ -63,8 +63,9 @@ int32_t dqw_learner_learn_q15(dqw_learner_q15 *l, const int16_t x_q15[], int16_t
     const int64_t capped_q28 = limit(e_q28, (int64_t)1 << 28);
     const int64_t pull_q28 = l->noisy_inputs ? dqw_q_round64(capped_q28 * dqw_q16_inverse(w_norm_q15), 16) : 0;
     for (int i = 0; i < l->inputs; i++) {
-        const int64_t z_q30 = (int64_t)x_q15[i] * (1 << 15) + dqw_q_round64(pull_q28 * l->w_q31[i], 29);  // |z_q30| <= 1.5 * 2^30
-        l->w_q31[i] = dqw_q31_sat(l->w_q31[i] + dqw_q_scale64(g_q31 * z_q30, 1 - bits));                  // |g z| <= 1.5 * 2^61
+        const int64_t z_q30 = (int64_t)x_q15[i] * (1 << 15) +
+                              dqw_q_round64(pull_q28 * l->w_q31[i], 29);                  // |z_q30| <= 1.5 * 2^30
+        l->w_q31[i] = dqw_q31_sat(l->w_q31[i] + dqw_q_scale64(g_q31 * z_q30, 1 - bits));  // |g z| <= 1.5 * 2^61
     }
     if (l->indicator) {
         const int64_t off_q28 = capped_q28 - dqw_q_round32(dqw_q_floor32(l->w_o_q31, 2), 1);  // |off_q28| <= 2^29

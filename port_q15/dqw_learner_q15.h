@@ -12,7 +12,8 @@
 extern "C" {
 #endif
 
-/// Most inputs that a Learner takes, the constant input not counted: with seven, a sum of products in Q28 could leave 32 bits.
+/// Most inputs that a Learner takes, the constant input not counted: with seven, a sum of products in Q28 could leave
+/// 32 bits.
 #define DQW_LEARNER_INPUTS_Q15 6
 
 typedef struct dqw_learner_config_q15 {
@@ -22,8 +23,9 @@ typedef struct dqw_learner_config_q15 {
     bool indicator;          ///< watch the weight of a constant input, W_o, as convergence indicator
 } dqw_learner_config_q15;
 
-/// One neuron. Signals are per unit of their full scales, and so are the weights: |w| <= 1, where they stop. That loses nothing: it is the
-/// nearest point to where they would go, and so no farther from any point within. Choose full scales with which the truth lies within.
+/// One neuron. Signals are per unit of their full scales, and so are the weights: |w| <= 1, where they stop. That loses
+/// nothing: it is the nearest point to where they would go, and so no farther from any point within. Choose full scales
+/// with which the truth lies within.
 typedef struct dqw_learner_q15 {
     int32_t w_q31[DQW_LEARNER_INPUTS_Q15];
     /// Weight of the constant input 1: 0 when nothing is left to learn. It watches, as in dqw_learner, errors up to 1.
@@ -57,26 +59,31 @@ int32_t dqw_learner_forward_q15(const dqw_learner_q15 *l, const int16_t x_q15[])
 /// Source   (P13), (P14); (E5), with noisy_inputs (E6), in docs/EQUATIONS.md
 /// Shape    x_q15[inputs], read only
 /// Format   returns Q28; the step is computed in 64 bits
-/// Range    any x_q15, target_q15; whether a signal is beyond its full scale is the gate's question. An error of which the step takes more
-///          than one full scale is learned as one
+/// Range    any x_q15, target_q15; whether a signal is beyond its full scale is the gate's question. An error of which
+///          the step takes more than one full scale is learned as one
 /// Returns  the error before the correction
-/// Cost     2 n + 4 products of 32 by 32 bits; one inverse, with noisy_inputs two. No loop depends on data but a search for a leading one
-/// Context  ISR safe, though made for the background: in an interrupt take dqw_learner_step_pu_q15; one writer per object
+/// Cost     2 n + 4 products of 32 by 32 bits; one inverse, with noisy_inputs two. No loop depends on data but a search
+///          for a leading one
+/// Context  ISR safe, though made for the background: in an interrupt take dqw_learner_step_pu_q15; one writer per
+///          object
 int32_t dqw_learner_learn_q15(dqw_learner_q15 *l, const int16_t x_q15[], int16_t target_q15);
 
 /// The paper's neuron and nothing else: predict, compare, correct. With a constant n the compiler unrolls it.
 ///
 /// Source   (P13), (P14); (E5) in docs/EQUATIONS.md
 /// Shape    w_q31[n] read and written, x_q15[n] read only; n in 1 .. DQW_LEARNER_INPUTS_Q15
-/// Format   products of 16 by 16 bits from the weights' rounded top halves; the gain has 29 fraction bits, the correction 31
-/// Range    any; a weight stops at +-1. Inputs of -32768, which a gate keeps out, may make the error wrong by 4 where two weights stand
-///          at -1. Where step_size |error| is above norm / 2 it is learned as that: with a step size up to a half
-///          an error up to 1 is learned whole. No step stalls above a gain of 2^-30: at step size 0.001 that is an error of 1e-6
+/// Format   products of 16 by 16 bits from the weights' rounded top halves; the gain has 29 fraction bits, the
+///          correction 31
+/// Range    any; a weight stops at +-1. Inputs of -32768, which a gate keeps out, may make the error wrong by 4 where
+///          two weights stand at -1. Where step_size |error| is above norm / 2 it is learned as that: with a step size
+///          up to a half an error up to 1 is learned whole. No step stalls above a gain of 2^-30: at step size 0.001
+///          that is an error of 1e-6
 /// Returns  the error before the correction, Q28
-/// Cost     2 n products of 16 by 16 bits, n of 32 by 32 (where a core keeps no upper half 2 n of 16 by 16), 4 for the gain, one inverse; no loop
-///          depends on data
+/// Cost     2 n products of 16 by 16 bits, n of 32 by 32 (where a core keeps no upper half 2 n of 16 by 16), 4 for the
+///          gain, one inverse; no loop depends on data
 /// Context  ISR safe; one writer per w_q31
-static inline int32_t dqw_learner_step_pu_q15(int32_t w_q31[], const int16_t x_q15[], int n, int16_t target_q15, uint16_t step_size_q15)
+static inline int32_t dqw_learner_step_pu_q15(int32_t w_q31[], const int16_t x_q15[], int n, int16_t target_q15,
+                                              uint16_t step_size_q15)
 {
     // [LMS.1] to [LMS.3] of dqw_learner_learn, the constant input counted in the norm
     int32_t e_q28 = target_q15 * (1 << 13);

@@ -16,8 +16,10 @@ dqw_block_q15 dqw_model_block_q15(const int32_t sums[], uint16_t weight)
     const int32_t part_q30 = (int32_t)(1073741824u / weight);
     int32_t mean_q28[DQW_BLOCK_Q15_SIGNALS];
     static const uint8_t less[DQW_BLOCK_Q15_SIGNALS] = {17, 17, 18, 18, 17, 17, 19, 19, 18};
-    for (int i = 0; i < DQW_BLOCK_Q15_SIGNALS; i++) mean_q28[i] = dqw_q31_sat(dqw_q_scale64((int64_t)sums[i] * part_q30, -less[i]));
-    const dqw_block_q15 b = {mean_q28[0], mean_q28[1], mean_q28[2], mean_q28[3], mean_q28[4], mean_q28[5], mean_q28[6], mean_q28[7], mean_q28[8]};
+    for (int i = 0; i < DQW_BLOCK_Q15_SIGNALS; i++)
+        mean_q28[i] = dqw_q31_sat(dqw_q_scale64((int64_t)sums[i] * part_q30, -less[i]));
+    const dqw_block_q15 b = {mean_q28[0], mean_q28[1], mean_q28[2], mean_q28[3], mean_q28[4],
+                             mean_q28[5], mean_q28[6], mean_q28[7], mean_q28[8]};
     return b;
 }
 
@@ -36,7 +38,8 @@ void dqw_model_correct_q15(dqw_block_q15 *b, const dqw_machine_q15 *known)
     const int64_t turn_q28 = dqw_q_times64(known->turn_q28, b->w_m, -28);
     if (known->R_q40 <= 0 || size(turn_q28) >= RADIAN_Q28) return;
 
-    // How much the step of the current changes from the start of a period to its end, on average over the block: a twelfth of that.
+    // How much the step of the current changes from the start of a period to its end, on average over the block: a
+    // twelfth of that.
     const int32_t v_q28[] = {b->v_d, b->v_q};
     const int32_t di_q28[] = {b->di_d, b->di_q};
     int64_t fix_q28[2];
@@ -44,7 +47,8 @@ void dqw_model_correct_q15(dqw_block_q15 *b, const dqw_machine_q15 *known)
         const int other = 1 - axis;
         const int64_t L = known->L_q40[axis];
         if (known->R_q40 >= L) return;
-        const int64_t turned = dqw_q_product64(turn_q28, v_q28[other] + dqw_q_times64(known->L_q40[other], di_q28[other], -40), -28);
+        const int64_t turned = dqw_q_product64(
+            turn_q28, v_q28[other] + dqw_q_times64(known->L_q40[other], di_q28[other], -40), -28);
         const int64_t jump = (axis == 0 ? turned : -turned) - dqw_q_times64(known->R_q40, di_q28[axis], -40);
         fix_q28[axis] = dqw_q_quotient64(jump, 12 * L, 40);
     }

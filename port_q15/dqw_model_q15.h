@@ -1,5 +1,5 @@
-// Domain knowledge of a permanent-magnet machine in whole numbers: what a block of samples says of it. Per unit of the full scales:
-// resistance v/i, inductance v dt/i, flux v dt.
+// Domain knowledge of a permanent-magnet machine in whole numbers: what a block of samples says of it. Per unit of the
+// full scales: resistance v/i, inductance v dt/i, flux v dt.
 #ifndef DQW_MODEL_Q15_H
 #define DQW_MODEL_Q15_H
 
@@ -26,7 +26,8 @@ typedef struct dqw_machine_q15 {
     int64_t turn_q28;         ///< electrical angle a period at full speed, rad
 } dqw_machine_q15;
 
-/// Signals of the pair that `now` ends, as dqw_window_q15 gathers them: |x| <= 2^17, sums of two (the voltage alone) in Q15, products in Q16.
+/// Signals of the pair that `now` ends, as dqw_window_q15 gathers them: |x| <= 2^17, sums of two (the voltage alone) in
+/// Q15, products in Q16.
 ///
 /// Source   (P6), (P7) integrated over one period; (E13) in docs/EQUATIONS.md
 /// Shape    pair[DQW_BLOCK_Q15_SIGNALS], written

@@ -12,9 +12,10 @@
 #define ONE_Q30 1073741824
 
 static const uint32_t BAND_PPM[DQW_WATCH_CHANNELS] = {
-    [DQW_WATCH_R] = 40000,          [DQW_WATCH_LD] = 60000,    [DQW_WATCH_LQ] = 60000,       [DQW_WATCH_PSI] = 12000,
-    [DQW_WATCH_DEAD_TIME] = 5000,   [DQW_WATCH_ANGLE] = 20000, [DQW_WATCH_OFFSET] = 10000,   [DQW_WATCH_RESISTANCE] = 30000,
-    [DQW_WATCH_REACTANCE] = 30000,  [DQW_WATCH_SHORT] = 3000,  [DQW_WATCH_FRICTION] = 50000, [DQW_WATCH_TEMPERATURE] = 110000000,
+    [DQW_WATCH_R] = 40000,          [DQW_WATCH_LD] = 60000,         [DQW_WATCH_LQ] = 60000,
+    [DQW_WATCH_PSI] = 12000,        [DQW_WATCH_DEAD_TIME] = 5000,   [DQW_WATCH_ANGLE] = 20000,
+    [DQW_WATCH_OFFSET] = 10000,     [DQW_WATCH_RESISTANCE] = 30000, [DQW_WATCH_REACTANCE] = 30000,
+    [DQW_WATCH_SHORT] = 3000,       [DQW_WATCH_FRICTION] = 50000,   [DQW_WATCH_TEMPERATURE] = 110000000,
     [DQW_WATCH_RESIDUAL] = 3000000,
 };
 #define ALPHA_PPM_PER_K 3900u
@@ -54,7 +55,9 @@ int32_t dqw_monitor_rise_q16(const dqw_monitor_q15 *m, int32_t R_q24)
 static int32_t friction_sd(const dqw_monitor_q15 *m)
 {
     const uint8_t n = m->watch.reversals;
-    return n >= DQW_WATCH_REVERSALS_LEAST ? dqw_q31_sat(dqw_q_root64((uint64_t)dqw_q_quotient64(m->is.spread_q48, n, 1))) : INT32_MAX;
+    return n >= DQW_WATCH_REVERSALS_LEAST
+               ? dqw_q31_sat(dqw_q_root64((uint64_t)dqw_q_quotient64(m->is.spread_q48, n, 1)))
+               : INT32_MAX;
 }
 
 int32_t dqw_monitor_band_of_q15(const dqw_monitor_q15 *m, int channel)
@@ -135,7 +138,8 @@ int64_t dqw_monitor_surely_q15(const dqw_monitor_q15 *m, int channel, int32_t de
 {
     // The healthy value has a deviation too: less, the more looks it is the mean of.
     const uint32_t looks = m->watch.looks[channel];
-    const uint32_t wider_q15 = dqw_q_root64((uint64_t)ONE_Q30 + (uint64_t)ONE_Q30 / (DQW_WATCH_LOOKS_ALIKE + looks) * DQW_WATCH_LOOKS_ALIKE);
+    const uint32_t wider_q15 = dqw_q_root64((uint64_t)ONE_Q30 + (uint64_t)ONE_Q30 / (DQW_WATCH_LOOKS_ALIKE + looks) *
+                                                                    DQW_WATCH_LOOKS_ALIKE);
     const int64_t sure = dqw_q_round64((int64_t)deviation * DEVIATIONS * wider_q15, 15);
     const int64_t width = dqw_monitor_band_of_q15(m, channel);
     return width > sure ? width : sure;
@@ -143,7 +147,8 @@ int64_t dqw_monitor_surely_q15(const dqw_monitor_q15 *m, int channel, int32_t de
 
 int32_t dqw_monitor_residual_limit_q24(const dqw_monitor_q15 *m)
 {
-    return dqw_q_times32(dqw_monitor_band_q24(m, DQW_WATCH_RESIDUAL), dqw_q31_sat(dqw_q_root64((uint64_t)m->is.healthy_residual_q54)), -27);
+    return dqw_q_times32(dqw_monitor_band_q24(m, DQW_WATCH_RESIDUAL),
+                         dqw_q31_sat(dqw_q_root64((uint64_t)m->is.healthy_residual_q54)), -27);
 }
 
 int64_t dqw_monitor_q40_of(int channel, int32_t x)
@@ -174,5 +179,6 @@ int64_t dqw_monitor_sensitivity_q15(const dqw_monitor_q15 *m, enum dqw_monitor_c
     dqw_monitor_read_channel_q15(m, (int)channel, &x);
     if (x.sd == INT32_MAX) return INT64_MAX;
     if (channel == DQW_WATCH_TEMPERATURE) return dqw_monitor_band_q24(m, (int)channel) * 65536;
-    return m->watch.looks[channel] >= DQW_WATCH_LOOKS_LEAST ? dqw_monitor_surely_q15(m, (int)channel, x.sd) * 65536 : INT64_MAX;
+    return m->watch.looks[channel] >= DQW_WATCH_LOOKS_LEAST ? dqw_monitor_surely_q15(m, (int)channel, x.sd) * 65536
+                                                            : INT64_MAX;
 }

@@ -8,7 +8,8 @@
 extern "C" {
 #endif
 
-/// A channel's value, its change from the healthy one, and its deviation, INT32_MAX where it is not known: Q24 of its unit; temperature Q16 K.
+/// A channel's value, its change from the healthy one, and its deviation, INT32_MAX where it is not known: Q24 of its
+/// unit; temperature Q16 K.
 typedef struct dqw_monitor_channel_q15 {
     int32_t now, change, sd;
 } dqw_monitor_channel_q15;
@@ -26,7 +27,8 @@ int32_t dqw_monitor_rise_q16(const dqw_monitor_q15 *m, int32_t R_q24);
 /// Of temperature and residual the change is the value.
 void dqw_monitor_read_channel_q15(const dqw_monitor_q15 *m, int channel, dqw_monitor_channel_q15 *r);
 
-/// The change of a channel that counts: its band, or five deviations of the change, in the format of its reading; for a deviation that is known.
+/// The change of a channel that counts: its band, or five deviations of the change, in the format of its reading; for a
+/// deviation that is known.
 /// Source   (E63) in docs/EQUATIONS.md
 int64_t dqw_monitor_surely_q15(const dqw_monitor_q15 *m, int channel, int32_t deviation);
 

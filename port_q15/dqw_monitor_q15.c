@@ -6,8 +6,8 @@
 #include "dqw_monitor_channel_q15.h"
 #include "dqw_q15.h"
 
-// A healthy value is learned while its deviation is within this part of its band. A wider one does where looks are soon unlike, so that their
-// mean is better than each, as in dqw_monitor.c: 0.2, flux 0.4, witness 0.5.
+// A healthy value is learned while its deviation is within this part of its band. A wider one does where looks are soon
+// unlike, so that their mean is better than each, as in dqw_monitor.c: 0.2, flux 0.4, witness 0.5.
 #define KNOWN_PART_Q15 6554
 #define KNOWN_PART_FLUX_Q15 13107
 #define KNOWN_PART_WITNESS_Q15 16384
@@ -21,14 +21,16 @@
 // Confidence of what needs no pattern: 0.99.
 #define SURE_Q15 32440
 #define TEMPERATURE_BAND_K 5
-// Part of the full speed above which a direction is one: a fifteenth, a full scale being half as much again as a rated value.
+// Part of the full speed above which a direction is one: a fifteenth, a full scale being half as much again as a rated
+// value.
 #define SLOWEST_Q28 17895697
 #define HEATING_MK_S 1000u
 #define FLOOR_PPM 2000u
 #define PARTS_MOST 1000000u
 // Rows that the estimator wants of the noise.
 #define WARM_UP 400u
-// Of what is rated: dead time's, offset's and friction's band, threshold, floor and excitation where a full scale is half as much again.
+// Of what is rated: dead time's, offset's and friction's band, threshold, floor and excitation where a full scale is
+// half as much again.
 #define RATED_DEAD_TIME_PPM 3333u
 #define RATED_OFFSET_PPM 6667u
 #define RATED_FRICTION_PPM 33333u
@@ -116,8 +118,8 @@ static int32_t sd(const dqw_monitor_q15 *m, int weight)
     return dqw_estimator_sd_q24(&m->estimator, weight);
 }
 
-// Half the difference of two stretches' mean torque, one in each direction, is friction: a load is the same on both sides of a reversal, or
-// its change has no sign.
+// Half the difference of two stretches' mean torque, one in each direction, is friction: a load is the same on both
+// sides of a reversal, or its change has no sign.
 static void reversal(dqw_monitor_q15 *m, int way, int32_t torque_q24)
 {
     if (dqw_watch_reversal(&m->watch, way)) {
@@ -131,12 +133,15 @@ static void reversal(dqw_monitor_q15 *m, int way, int32_t torque_q24)
     m->is.before_q24 = torque_q24;
 }
 
-// What the full speed, gained in half a window, takes: of the torque at nominal flux and full current. J w / (1.5 p psi i dt half), Q24
+// What the full speed, gained in half a window, takes: of the torque at nominal flux and full current. J w / (1.5 p psi
+// i dt half), Q24
 static int64_t accelerating_q24(const dqw_estimator_q15_config *c, const dqw_units_q15 *u, uint32_t J_nkgm2, int half)
 {
     const dqw_scale *s = &c->scale;
-    // 1e-12 over 1e-12, in seconds; then over 1.5e-9. Up to 2^56 each, and 2^56; each stops at 2^62, and no drive comes near
-    const int64_t part_q30 = dqw_q_quotient64((int64_t)J_nkgm2 * s->w_full_mrad_s, (int64_t)u->si[DQW_PSI] * s->i_full_mA, 30);
+    // 1e-12 over 1e-12, in seconds; then over 1.5e-9. Up to 2^56 each, and 2^56; each stops at 2^62, and no drive comes
+    // near
+    const int64_t part_q30 = dqw_q_quotient64((int64_t)J_nkgm2 * s->w_full_mrad_s,
+                                              (int64_t)u->si[DQW_PSI] * s->i_full_mA, 30);
     const int64_t per_ns_q54 = dqw_q_quotient64(part_q30, (int64_t)s->dt_ns * half * 3 * s->pole_pairs, 24);
     return dqw_q_quotient64(dqw_q_times64(per_ns_q54, 2000000000, -30), c->speed_electrical ? s->pole_pairs : 1, 0);
 }
@@ -152,7 +157,8 @@ static void watch_friction(dqw_monitor_q15 *m, const dqw_estimator_q15_block *bl
     const int64_t Ld = dqw_q_times64(dqw_q_quotient64(n.X_q40[0], n.psi_q40, 24), value(m, DQW_LD), -24);
     const int64_t Lq = dqw_q_times64(dqw_q_quotient64(n.X_q40[1], n.psi_q40, 24), value(m, DQW_LQ), -24);
     const int64_t flux_q24 = value(m, DQW_PSI) + dqw_q_times64(Ld - Lq, b.i_d, -28);
-    const int64_t faster_q24 = dqw_q_product64(accelerating_q24(t->config, &n, J_nkgm2, t->window.half), (int64_t)b.w_m - m->is.w_before_q28, -28);
+    const int64_t faster_q24 = dqw_q_product64(accelerating_q24(t->config, &n, J_nkgm2, t->window.half),
+                                               (int64_t)b.w_m - m->is.w_before_q28, -28);
     const int32_t used_q24 = dqw_q31_sat(dqw_q_times64(flux_q24, b.i_q, -28) - faster_q24);
     m->is.w_before_q28 = b.w_m;
     const int way = b.w_m > SLOWEST_Q28 ? 1 : b.w_m < -SLOWEST_Q28 ? -1 : 0;
@@ -178,7 +184,9 @@ static void settle(dqw_monitor_q15 *m, int channel)
     }
     if (!dqw_watch_settles(&m->watch, channel)) return;
     const uint8_t looks = m->watch.looks[channel];
-    const int32_t part_q15 = channel > DQW_WATCH_ANGLE ? KNOWN_PART_WITNESS_Q15 : channel == DQW_WATCH_PSI ? KNOWN_PART_FLUX_Q15 : KNOWN_PART_Q15;
+    const int32_t part_q15 = channel > DQW_WATCH_ANGLE  ? KNOWN_PART_WITNESS_Q15
+                             : channel == DQW_WATCH_PSI ? KNOWN_PART_FLUX_Q15
+                                                        : KNOWN_PART_Q15;
     dqw_monitor_channel_q15 x;
     dqw_monitor_read_channel_q15(m, channel, &x);
     const bool known_now = within_part(x.sd, part_q15, dqw_monitor_band_of_q15(m, channel));
@@ -215,18 +223,23 @@ static int32_t heat_since(const dqw_monitor_q15 *m, int channel)
     const int64_t halves = dqw_watch_unfollowed(&m->watch, channel, m->estimator.number);
     const int64_t ppm_per_K = flux ? dqw_monitor_beta_ppm(m) : dqw_monitor_alpha_ppm(m);
     // Millionths by mK up to 2^40, by 13 over 10^10; ns up to 2^30 by 2^31
-    const int64_t rate_q40 = dqw_q_quotient64(ppm_per_K * or_else(c->heating_mK_s, HEATING_MK_S) * SLACK_TENTHS, 10000000000, 40);
-    const int64_t time_q20 = dqw_q_quotient64((int64_t)c->estimator.scale.dt_ns * ((halves << DQW_WATCH_FOLLOW_SHIFT) * m->estimator.window.half), 1000000000,
-                                              20);
+    const int64_t rate_q40 = dqw_q_quotient64(ppm_per_K * or_else(c->heating_mK_s, HEATING_MK_S) * SLACK_TENTHS,
+                                              10000000000, 40);
+    const int64_t time_q20 = dqw_q_quotient64((int64_t)c->estimator.scale.dt_ns *
+                                                  ((halves << DQW_WATCH_FOLLOW_SHIFT) * m->estimator.window.half),
+                                              1000000000, 20);
     return dqw_q_times32(dqw_q_product64(rate_q40, time_q20, -20), flux ? m->is.cold_psi_q24 : m->is.cold_R_q24, -40);
 }
 
-// Healthy R or flux goes with the measured one, no faster than heat can. Not while the measured one is unsure: it would follow noise.
+// Healthy R or flux goes with the measured one, no faster than heat can. Not while the measured one is unsure: it would
+// follow noise.
 static void follow(dqw_monitor_q15 *m, int channel)
 {
     const int32_t bound = heat_since(m, channel);
     const bool flux = channel == DQW_WATCH_PSI;
-    if (bound <= 0 || !within_part(sd(m, channel), flux ? KNOWN_PART_FLUX_Q15 : KNOWN_PART_Q15, dqw_monitor_band_of_q15(m, channel))) return;
+    if (bound <= 0 ||
+        !within_part(sd(m, channel), flux ? KNOWN_PART_FLUX_Q15 : KNOWN_PART_Q15, dqw_monitor_band_of_q15(m, channel)))
+        return;
     const int64_t off = (int64_t)value(m, channel) - m->is.healthy_q24[channel];
     m->is.healthy_q24[channel] += (int32_t)(off > bound ? bound : off < -bound ? -bound : off);
     dqw_watch_follow(&m->watch, channel, m->estimator.number);
@@ -266,11 +279,13 @@ static int32_t deviation_q5(const dqw_monitor_q15 *m, int channel)
     int n = 5;
     if (channel == DQW_WATCH_TEMPERATURE) {
         if (sd(m, DQW_R) >= dqw_monitor_band_of_q15(m, DQW_WATCH_R)) return 0;
-        over = dqw_monitor_rise_q16(m, value(m, DQW_R)) - dqw_q_round64(dqw_monitor_band_q24(m, channel), 8) + (int64_t)TEMPERATURE_BAND_K * ONE_Q16;
+        over = dqw_monitor_rise_q16(m, value(m, DQW_R)) - dqw_q_round64(dqw_monitor_band_q24(m, channel), 8) +
+               (int64_t)TEMPERATURE_BAND_K * ONE_Q16;
         width = TEMPERATURE_BAND_K;
         n = -11;
     } else if (channel == DQW_WATCH_RESIDUAL) {
-        over = dqw_q_root64((uint64_t)dqw_q_quotient64(m->estimator.recent_q54, m->is.healthy_residual_q54, 20));  // Q10
+        over = dqw_q_root64(
+            (uint64_t)dqw_q_quotient64(m->estimator.recent_q54, m->is.healthy_residual_q54, 20));  // Q10
         width = dqw_monitor_band_q24(m, channel);
         n = 19;
     } else {
@@ -300,9 +315,12 @@ static dqw_fault_verdict_q15 name_it(const dqw_monitor_q15 *m)
         dqw_monitor_channel_q15 x;
         dqw_monitor_read_channel_q15(m, channel, &x);
         // A change of a third of a band is none; what is not known counts for nothing.
-        const int32_t least = x.sd == INT32_MAX ? INT32_MAX : dqw_q_length32(x.sd, dqw_monitor_band_of_q15(m, channel) / 3);
+        const int32_t least = x.sd == INT32_MAX ? INT32_MAX
+                                                : dqw_q_length32(x.sd, dqw_monitor_band_of_q15(m, channel) / 3);
         if (channel < DQW_PARAMETERS) {
-            const int32_t scale = channel == DQW_WATCH_ANGLE ? h[DQW_PSI] : channel == DQW_WATCH_DEAD_TIME ? ONE_Q24 : h[channel];
+            const int32_t scale = channel == DQW_WATCH_ANGLE       ? h[DQW_PSI]
+                                  : channel == DQW_WATCH_DEAD_TIME ? ONE_Q24
+                                                                   : h[channel];
             change_q24[channel] = over(x.change, scale);
             unit_q24[channel] = over(least, scale);
         } else {
@@ -314,7 +332,8 @@ static dqw_fault_verdict_q15 name_it(const dqw_monitor_q15 *m)
         }
     }
     const dqw_estimator_q15_config *c = m->estimator.config;
-    const dqw_fault_machine_q15 machine = {h[DQW_R], dqw_witness_mean_L_q24(c, h[DQW_LD], h[DQW_LQ]), dqw_witness_short_q40(c)};
+    const dqw_fault_machine_q15 machine = {h[DQW_R], dqw_witness_mean_L_q24(c, h[DQW_LD], h[DQW_LQ]),
+                                           dqw_witness_short_q40(c)};
     return dqw_fault_name_it_q15(change_q24, unit_q24, machine);
 }
 
@@ -383,7 +402,8 @@ static bool look(dqw_monitor_q15 *m)
     }
     // Temperatures go on counting from where they were: what has broken is not what has heated.
     const enum dqw_fault_name fault = m->named_fault.name;
-    if (fault == DQW_FAULT_PHASE_CONNECTION || fault == DQW_FAULT_CURRENT_GAIN) recount(&m->is.cold_R_q24, value(m, DQW_R), m->is.healthy_q24[DQW_R]);
+    if (fault == DQW_FAULT_PHASE_CONNECTION || fault == DQW_FAULT_CURRENT_GAIN)
+        recount(&m->is.cold_R_q24, value(m, DQW_R), m->is.healthy_q24[DQW_R]);
     recount(&m->is.cold_psi_q24, value(m, DQW_PSI), m->is.healthy_q24[DQW_PSI]);
     begin_rest(m);
     return true;
@@ -394,14 +414,16 @@ static int32_t between(int32_t x, int32_t low, int32_t high)
     return x < low ? low : x > high ? high : x;
 }
 
-// The machine is compared with what was stored. Of R and flux only what no heat explains is a change: it may have been switched off hot and on cold,
-// and its magnet may still be as hot as it was.
+// The machine is compared with what was stored. Of R and flux only what no heat explains is a change: it may have been
+// switched off hot and on cold, and its magnet may still be as hot as it was.
 static void enter_as_stored(dqw_monitor_q15 *m)
 {
     const int64_t alpha_ppm = dqw_monitor_alpha_ppm(m);
     const int64_t colder_q24 = dqw_q_quotient64(alpha_ppm * COLDER_K, MILLION, 24);
-    const int64_t hotter_q24 = dqw_q_quotient64(alpha_ppm * dqw_monitor_band_q24(m, DQW_WATCH_TEMPERATURE), MILLION, 0);  // 2^20 by 2^37
-    m->is.healthy_q24[DQW_R] = between(value(m, DQW_R), of_cold(m->is.cold_R_q24, -colder_q24), of_cold(m->is.cold_R_q24, hotter_q24));
+    const int64_t hotter_q24 = dqw_q_quotient64(alpha_ppm * dqw_monitor_band_q24(m, DQW_WATCH_TEMPERATURE), MILLION,
+                                                0);  // 2^20 by 2^37
+    m->is.healthy_q24[DQW_R] = between(value(m, DQW_R), of_cold(m->is.cold_R_q24, -colder_q24),
+                                       of_cold(m->is.cold_R_q24, hotter_q24));
     const int32_t rise = dqw_monitor_rise_q16(m, m->is.healthy_q24[DQW_R]);
     const int32_t hot = rise > m->is.hottest_q16 ? rise : m->is.hottest_q16;
     const int64_t cold = rise < 0 ? -(int64_t)rise : 0;
@@ -508,9 +530,14 @@ enum dqw_why dqw_monitor_why_q15(const dqw_monitor_q15 *m)
     const dqw_estimator_q15 *e = &m->estimator;
     const dqw_stage *s = &e->stage;
     if (s->name == DQW_STAGE_IN_SERVICE)
-        return m->watch.resting ? DQW_WHY_RESTS : m->watch.alarms != 0 ? DQW_WHY_NAMING : m->watch.wait != 0 ? DQW_WHY_PAUSE : DQW_WHY_IN_SERVICE;
+        return m->watch.resting       ? DQW_WHY_RESTS
+               : m->watch.alarms != 0 ? DQW_WHY_NAMING
+               : m->watch.wait != 0   ? DQW_WHY_PAUSE
+                                      : DQW_WHY_IN_SERVICE;
     if (s->name == DQW_STAGE_DOMAIN)
-        return s->back == DQW_BACK_NOT_CONVERGED ? DQW_WHY_NOT_CONVERGED : s->back == DQW_BACK_LEFT_BAND ? DQW_WHY_LEFT_BAND : DQW_WHY_THRESHOLD;
+        return s->back == DQW_BACK_NOT_CONVERGED ? DQW_WHY_NOT_CONVERGED
+               : s->back == DQW_BACK_LEFT_BAND   ? DQW_WHY_LEFT_BAND
+                                                 : DQW_WHY_THRESHOLD;
     if (e->number == 0) return DQW_WHY_NO_BLOCK;
     // Of the block that was handed over last: one number of 16 bits, whenever it is read.
     if (e->config->noise_on_inputs && e->handed.rows < WARM_UP) return DQW_WHY_NOISE;

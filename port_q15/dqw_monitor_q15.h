@@ -1,5 +1,5 @@
-// The condition monitor in whole numbers: the paper's Fig. 1 complete. It measures here, and decides in dqw_watch and dqw_stage, as the
-// monitor in float does.
+// The condition monitor in whole numbers: the paper's Fig. 1 complete. It measures here, and decides in dqw_watch and
+// dqw_stage, as the monitor in float does.
 #ifndef DQW_MONITOR_Q15_H
 #define DQW_MONITOR_Q15_H
 
@@ -19,26 +19,33 @@
 extern "C" {
 #endif
 
-/// All zero is refused. Constant: it may stay in flash. 0 takes the value in brackets. dqw_monitor_config_default_q15() fills it from a nameplate.
+/// All zero is refused. Constant: it may stay in flash. 0 takes the value in brackets. dqw_monitor_config_default_q15()
+/// fills it from a nameplate.
 typedef struct dqw_monitor_q15_config {
-    dqw_estimator_q15_config estimator;  ///< pole pairs are needed. Give it drift_ppm, 10000 is a good start, or it follows nothing
-    /// A change by less is healthy, in millionths. Of R, L_d, L_q, flux [40000, 60000, 60000, 12000] of the healthy value; dead time [5000] of the
-    /// full voltage; angle [20000] rad; offset [10000] of the full current; resistance and reactance of one phase against the others
-    /// [30000, 30000]; shorted turns' conductance times R [3000]; friction [50000] of the torque at the full current; winding above cold
+    /// pole pairs are needed. Give it drift_ppm, 10000 is a good start, or it follows nothing
+    dqw_estimator_q15_config estimator;
+    /// A change by less is healthy, in millionths. Of R, L_d, L_q, flux [40000, 60000, 60000, 12000] of the healthy
+    /// value; dead time [5000] of the full voltage; angle [20000] rad; offset [10000] of the full current; resistance
+    /// and reactance of one phase against the others
+    /// [30000, 30000]; shorted turns' conductance times R [3000]; friction [50000] of the torque at the full current;
+    /// winding above cold
     /// [110 K, as 110000000]; residual against the healthy one [3, as 3000000]
     uint32_t band_ppm[DQW_WATCH_CHANNELS];
-    uint32_t alpha_ppm_per_K;     ///< of the winding's resistance, up to 10^6 [3900]
-    uint32_t beta_ppm_per_K;      ///< of the magnet's flux, as a positive fall, up to 10^6 [1000]
-    uint32_t heating_mK_s;        ///< the fastest healthy heating or cooling, up to 10^6 [1000]
-    uint32_t J_nkgm2;             ///< inertia; 0: friction is not watched
-    uint32_t residual_floor_ppm;  ///< a healthy residual counts as at least this part of the full voltage, up to 10^6 [2000]
-    bool commissioned;            ///< the estimator's nominal values were measured on this machine, cold: temperatures count from them
+    uint32_t alpha_ppm_per_K;  ///< of the winding's resistance, up to 10^6 [3900]
+    uint32_t beta_ppm_per_K;   ///< of the magnet's flux, as a positive fall, up to 10^6 [1000]
+    uint32_t heating_mK_s;     ///< the fastest healthy heating or cooling, up to 10^6 [1000]
+    uint32_t J_nkgm2;          ///< inertia; 0: friction is not watched
+    /// a healthy residual counts as at least this part of the full voltage, up to 10^6 [2000]
+    uint32_t residual_floor_ppm;
+    /// the estimator's nominal values were measured on this machine, cold: temperatures count from them
+    bool commissioned;
 } dqw_monitor_q15_config;
 
 /// What has changed. Times in samples since init; values as dqw_monitor_read_q15() has them.
 typedef struct dqw_monitor_change_q15 {
     uint64_t sample;  ///< when it was named
-    uint64_t since;   ///< when it began to show: in looks of 16 learned blocks, 255 at most; later than true where blocks were lost
+    /// when it began to show: in looks of 16 learned blocks, 255 at most; later than true where blocks were lost
+    uint64_t since;
     enum dqw_monitor_channel parameter;
     int64_t value_q40, sd_q40;
     int64_t healthy_q40;  ///< what it was before; of temperature and residual the limit
@@ -51,9 +58,10 @@ typedef struct dqw_monitor_measures_q15 {
     int64_t spread_q48;                   ///< friction's variance over reversals
     int32_t healthy_q24[DQW_PARAMETERS];  ///< R and flux follow the temperature
     int32_t healthy_re_q28[DQW_WITNESS_Q15_INPUTS], healthy_im_q28[DQW_WITNESS_Q15_INPUTS];
-    int32_t cold_R_q24, cold_psi_q24, hottest_q16;  ///< where they may follow from, and the winding's highest rise, K, slowly forgotten
-    // Friction, of the torque at the flux's unit and full current: mean over reversals, the healthy one; the mean torque being gathered, and
-    // that before it.
+    /// where they may follow from, and the winding's highest rise, K, slowly forgotten
+    int32_t cold_R_q24, cold_psi_q24, hottest_q16;
+    // Friction, of the torque at the flux's unit and full current: mean over reversals, the healthy one; the mean
+    // torque being gathered, and that before it.
     int32_t friction_q24, healthy_friction_q24, w_before_q28, gathered_q24, before_q24;
 } dqw_monitor_measures_q15;
 
@@ -72,12 +80,13 @@ typedef struct dqw_monitor_q15 {
     bool restored;  ///< healthy values came from a store
 } dqw_monitor_q15;
 
-/// A configuration for a machine of which no more than the nameplate is known; nominal values, bands and the like may be set in it. Full scales are
-/// half as much again as rated; what counts as part of them is as in dqw_monitor_config_default(), part of what is rated.
+/// A configuration for a machine of which no more than the nameplate is known; nominal values, bands and the like may
+/// be set in it. Full scales are half as much again as rated; what counts as part of them is as in
+/// dqw_monitor_config_default(), part of what is rated.
 ///
 /// Source   (E80) in docs/EQUATIONS.md for half_window
-/// Returns  a configuration that init takes, where the nameplate's values are positive, the pole pairs known, and its speed turns less than 2/3 rad in a
-///          period, electrical; without a nameplate one that init refuses
+/// Returns  a configuration that init takes, where the nameplate's values are positive, the pole pairs known, and its
+///          speed turns less than 2/3 rad in a period, electrical; without a nameplate one that init refuses
 /// Context  at start
 dqw_monitor_q15_config dqw_monitor_config_default_q15(const dqw_nameplate_q15 *plate);
 
@@ -89,7 +98,8 @@ dqw_monitor_q15_config dqw_monitor_config_default_q15(const dqw_nameplate_q15 *p
 #define dqw_monitor_init_q15 DQW_SIZED(dqw_monitor_init_q15)
 enum dqw_status dqw_monitor_init_q15(dqw_monitor_q15 *m, const dqw_monitor_q15_config *config);
 
-/// Stage 1 again, after a way back: with what the domain knowledge had lacked, as a trace wrote it; all learned anew. What was counted stays.
+/// Stage 1 again, after a way back: with what the domain knowledge had lacked, as a trace wrote it; all learned anew.
+/// What was counted stays.
 ///
 /// Source   Fig. 1; (E21) in docs/EQUATIONS.md
 /// Returns  as dqw_monitor_init_q15; on an error the old monitor goes on
@@ -128,13 +138,15 @@ bool dqw_monitor_event_q15(dqw_monitor_q15 *m, dqw_monitor_change_q15 *change);
 /// A channel's value as it is now, and how sure it is.
 ///
 /// Source   (E20), (E61), (E62) in docs/EQUATIONS.md
-/// Format   Q40 of dqw_estimator_unit_q15() for a parameter, of dqw_witness_input_q15's unit for one of the witness, of the torque at the flux's unit
-///          and full current for friction, of the full voltage for the residual; Q40 K above cold for the temperature
+/// Format   Q40 of dqw_estimator_unit_q15() for a parameter, of dqw_witness_input_q15's unit for one of the witness, of
+///          the torque at the flux's unit and full current for friction, of the full voltage for the residual; Q40 K
+///          above cold for the temperature
 /// Range    not usable, and sd INT64_MAX, where it is not known
 /// Context  background
 dqw_reading_q15 dqw_monitor_read_q15(const dqw_monitor_q15 *m, enum dqw_monitor_channel channel);
 
-/// The smallest change of a channel that would be an event now, in the format of its reading: its band, or five deviations.
+/// The smallest change of a channel that would be an event now, in the format of its reading: its band, or five
+/// deviations.
 ///
 /// Source   (E63) in docs/EQUATIONS.md
 /// Returns  INT64_MAX where it is not watched now
@@ -167,11 +179,11 @@ typedef struct dqw_monitor_stored_q15 {
 #define dqw_monitor_store_q15 DQW_SIZED(dqw_monitor_store_q15)
 bool dqw_monitor_store_q15(const dqw_monitor_q15 *m, dqw_monitor_stored_q15 *stored);
 
-/// Give it back, after init and before the first sample: on entering service the machine is compared with it, so that what has changed meanwhile is an
-/// event. R and flux may differ by what heat explains.
+/// Give it back, after init and before the first sample: on entering service the machine is compared with it, so that
+/// what has changed meanwhile is an event. R and flux may differ by what heat explains.
 ///
-/// Returns  DQW_OK; DQW_ERR_NULL, DQW_ERR_STORE_VERSION, DQW_ERR_STORE_DAMAGED, DQW_ERR_STORE_CONFIG where it was written with other full scales, nominal
-///          values or effects: then *m is as it was
+/// Returns  DQW_OK; DQW_ERR_NULL, DQW_ERR_STORE_VERSION, DQW_ERR_STORE_DAMAGED, DQW_ERR_STORE_CONFIG where it was
+///          written with other full scales, nominal values or effects: then *m is as it was
 /// Context  at start
 #define dqw_monitor_restore_q15 DQW_SIZED(dqw_monitor_restore_q15)
 enum dqw_status dqw_monitor_restore_q15(dqw_monitor_q15 *m, const dqw_monitor_stored_q15 *stored);

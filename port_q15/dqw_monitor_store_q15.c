@@ -22,7 +22,8 @@ static uint32_t hash_of_effects(uint32_t hash, const dqw_estimator_q15_config *c
 #if DQW_EFFECT_WEIGHTS > 0
     for (int k = 0; k < c->effect_count; k++) {
         const dqw_effect_q15_config *e = &c->effects[k];
-        const uint32_t shape[] = {(uint32_t)e->effect, e->i_uA, e->R_uohm, e->Ld_nH, e->Lq_nH, e->psi_nWb, e->row_us, (uint32_t)e->T_0_cC, e->order};
+        const uint32_t shape[] = {(uint32_t)e->effect, e->i_uA,   e->R_uohm,           e->Ld_nH, e->Lq_nH,
+                                  e->psi_nWb,          e->row_us, (uint32_t)e->T_0_cC, e->order};
         for (unsigned i = 0; i < sizeof shape / sizeof shape[0]; i++) hash = dqw_hash_add(hash, shape[i]);
         hash = add64(hash, (int64_t)e->tau_us);
     }
@@ -36,9 +37,11 @@ static uint32_t hash_of_effects(uint32_t hash, const dqw_estimator_q15_config *c
 static uint32_t hash_of(const dqw_monitor_q15 *m)
 {
     const dqw_estimator_q15_config *c = &m->config->estimator;
-    const uint32_t values[] = {c->scale.v_full_mV, c->scale.i_full_mA, c->scale.w_full_mrad_s, c->scale.dt_ns,    c->R_uohm, c->Ld_nH,
-                               c->Lq_nH,           c->psi_nWb,         c->dead_time_width_mA,  m->config->J_nkgm2};
-    const bool flags[] = {c->angle, c->encoder_offset, c->noise_on_inputs, c->voltage_next, c->voltage_held, c->speed_electrical, m->config->commissioned};
+    const uint32_t values[] = {
+        c->scale.v_full_mV, c->scale.i_full_mA, c->scale.w_full_mrad_s, c->scale.dt_ns,    c->R_uohm, c->Ld_nH,
+        c->Lq_nH,           c->psi_nWb,         c->dead_time_width_mA,  m->config->J_nkgm2};
+    const bool flags[] = {c->angle,        c->encoder_offset,   c->noise_on_inputs,     c->voltage_next,
+                          c->voltage_held, c->speed_electrical, m->config->commissioned};
     uint32_t hash = dqw_hash_begin();
     for (unsigned i = 0; i < sizeof values / sizeof values[0]; i++) hash = dqw_hash_add(hash, values[i]);
     for (unsigned i = 0; i < sizeof flags / sizeof flags[0]; i++) hash = dqw_hash_add(hash, flags[i] ? 1u : 0u);
@@ -65,7 +68,9 @@ bool dqw_monitor_store_q15(const dqw_monitor_q15 *m, dqw_monitor_stored_q15 *sto
 {
     if (m == NULL || stored == NULL || dqw_monitor_why_q15(m) != DQW_WHY_IN_SERVICE) return false;
     const uint8_t *looks = m->watch.looks;
-    if (looks[DQW_WATCH_R] < DQW_WATCH_LOOKS_LEAST || looks[DQW_WATCH_LQ] < DQW_WATCH_LOOKS_LEAST || looks[DQW_WATCH_PSI] < DQW_WATCH_LOOKS_LEAST) return false;
+    if (looks[DQW_WATCH_R] < DQW_WATCH_LOOKS_LEAST || looks[DQW_WATCH_LQ] < DQW_WATCH_LOOKS_LEAST ||
+        looks[DQW_WATCH_PSI] < DQW_WATCH_LOOKS_LEAST)
+        return false;
     dqw_monitor_stored_q15 s = {
         .version = VERSION,
         .config = hash_of(m),

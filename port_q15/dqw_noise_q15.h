@@ -16,10 +16,11 @@ extern "C" {
 enum { DQW_NOISE_ID_Q15 = 0, DQW_NOISE_IQ_Q15, DQW_NOISE_W_Q15, DQW_NOISE_Q15_SUMS };
 
 typedef struct dqw_noise_q15 {
-    int64_t sum_q30[DQW_NOISE_Q15_SUMS];  ///< over the memory: -2 var(i), -2 var(i), 6 var(w) times the rows. |sum| < 2^49
-    int32_t e_q15[2][3];                  ///< d and q: the last rows' current steps less what the voltage made. |e| < 2^17
-    int32_t w_step_q15;                   ///< |step| < 2^16
-    uint16_t rows;                        ///< in the sums, up to the memory
+    /// over the memory: -2 var(i), -2 var(i), 6 var(w) times the rows. |sum| < 2^49
+    int64_t sum_q30[DQW_NOISE_Q15_SUMS];
+    int32_t e_q15[2][3];  ///< d and q: the last rows' current steps less what the voltage made. |e| < 2^17
+    int32_t w_step_q15;   ///< |step| < 2^16
+    uint16_t rows;        ///< in the sums, up to the memory
     uint8_t held;
 } dqw_noise_q15;
 
@@ -31,7 +32,8 @@ void dqw_noise_gap_q15(dqw_noise_q15 *n);
 
 /// One consecutive pair: the step of each current less T/L times its voltage, and the step of the speed.
 ///
-/// Source   (E60) in docs/EQUATIONS.md: E (e_k - e_k-3)(e_k-1 - e_k-2) = -2 var(i), whatever is slow, and whatever the voltage's noise
+/// Source   (E60) in docs/EQUATIONS.md: E (e_k - e_k-3)(e_k-1 - e_k-2) = -2 var(i), whatever is slow, and whatever the
+///          voltage's noise
 /// Format   Q15 of the full scales
 /// Range    |e| < 2^17, |w_step| < 2^16
 /// Cost     3 products of 32 by 32 bits

@@ -21,7 +21,8 @@ enum dqw_status dqw_normal_init_q15(dqw_normal_q15 *n, int inputs, const int64_t
     if (n == NULL || prior_q32 == NULL || start_q40 == NULL) return DQW_ERR_NULL;
     if (inputs < 1 || inputs > N) return DQW_ERR_SIZE;
     for (int i = 0; i < inputs; i++)
-        if (prior_q32[i] < 1 || dqw_q_bits64(prior_q32[i]) > 40 || dqw_q_bits64(start_q40[i]) > 60) return DQW_ERR_RANGE;
+        if (prior_q32[i] < 1 || dqw_q_bits64(prior_q32[i]) > 40 || dqw_q_bits64(start_q40[i]) > 60)
+            return DQW_ERR_RANGE;
     const dqw_normal_q15 zero = {.inputs = 0};
     *n = zero;
     n->inputs = (uint8_t)inputs;
@@ -106,7 +107,8 @@ static void factor(const dqw_normal_q15 *n, factors *f)
             const int32_t *above = &f->l_q31[DQW_NORMAL_A(0, j)];
             // Q60, below 2^60; each product is below 2^62 in Q62
             int64_t rest = dqw_q_scale64(sum_of(n, i, j), f->half[i] + f->half[j]);
-            for (int k = 0; k < j; k++) rest = dqw_q_within64(rest - dqw_q_round64((int64_t)row[k] * above[k], 2), TWO_Q60);
+            for (int k = 0; k < j; k++)
+                rest = dqw_q_within64(rest - dqw_q_round64((int64_t)row[k] * above[k], 2), TWO_Q60);
             if (j < i) {
                 row[j] = dqw_q_quotient32(rest, above[j], 2);
             } else if (i == inputs) {
@@ -140,8 +142,8 @@ static int64_t inverse_diagonal_q40(const factors *f, int inputs, int i)
     return sum_q40;
 }
 
-// t = L^-T of a row of L: what an input, or the target, is of those before it. Q40, bounded to 2^17, which is beyond all that is learned, so that sums
-// of them stay below 2^62.
+// t = L^-T of a row of L: what an input, or the target, is of those before it. Q40, bounded to 2^17, which is beyond
+// all that is learned, so that sums of them stay below 2^62.
 static void back(const factors *f, int i, int64_t t_q40[])
 {
     for (int j = i - 1; j >= 0; j--) {

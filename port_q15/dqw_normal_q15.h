@@ -1,5 +1,6 @@
-// Normal equations: the joint neuron's gain in the form that suits integers. Sums of products, exact to their last bit, solved when
-// somebody asks for the weights. The same estimate as dqw_gain's recursion, and no error gathers from step to step.
+// Normal equations: the joint neuron's gain in the form that suits integers. Sums of products, exact to their last bit,
+// solved when somebody asks for the weights. The same estimate as dqw_gain's recursion, and no error gathers from step
+// to step.
 #ifndef DQW_NORMAL_Q15_H
 #define DQW_NORMAL_Q15_H
 
@@ -20,9 +21,10 @@ extern "C" {
 #define DQW_NORMAL_X_BITS 28
 
 typedef struct dqw_normal_q15 {
-    int64_t a_q32[DQW_NORMAL_INPUTS * (DQW_NORMAL_INPUTS + 1) / 2];  ///< sums of x_i x_j, column by column of the upper triangle
-    int64_t b_q32[DQW_NORMAL_INPUTS];                                ///< sums of x_i y
-    int64_t c_q32;                                                   ///< sum of y y
+    int64_t a_q32[DQW_NORMAL_INPUTS * (DQW_NORMAL_INPUTS + 1) /
+                  2];                  ///< sums of x_i x_j, column by column of the upper triangle
+    int64_t b_q32[DQW_NORMAL_INPUTS];  ///< sums of x_i y
+    int64_t c_q32;                     ///< sum of y y
     uint8_t inputs;
 } dqw_normal_q15;
 
@@ -42,7 +44,8 @@ typedef struct dqw_solution_q15 {
 /// Source   (E17), (E70) in docs/EQUATIONS.md
 /// Returns  DQW_OK; DQW_ERR_NULL, DQW_ERR_SIZE or DQW_ERR_RANGE, and then *n is untouched
 #define dqw_normal_init_q15 DQW_SIZED(dqw_normal_init_q15)
-enum dqw_status dqw_normal_init_q15(dqw_normal_q15 *n, int inputs, const int64_t prior_q32[], const int64_t start_q40[]);
+enum dqw_status dqw_normal_init_q15(dqw_normal_q15 *n, int inputs, const int64_t prior_q32[],
+                                    const int64_t start_q40[]);
 
 /// Learn one row.
 ///

@@ -31,9 +31,13 @@ static int64_t clamp(int64_t x, int64_t low, int64_t high)
 enum dqw_status dqw_ordinal_init_q15(dqw_ordinal_q15 *o, const dqw_ordinal_config_q15 *config)
 {
     if (o == NULL || config == NULL) return DQW_ERR_NULL;
-    if (config->dt_ns < 1 || config->dt_ns > 1000000000u || config->R_uohm < 1 || config->L_nH < 1) return DQW_ERR_RANGE;
-    if (config->x_full_mV < 1 || config->x_full_mV > 10000000u || config->y_full_mA < 1 || config->y_full_mA > 10000000u) return DQW_ERR_RANGE;
-    const int64_t h_q40 = dqw_q_quotient64((int64_t)config->R_uohm * config->dt_ns, (int64_t)config->L_nH * 1000000, 40);
+    if (config->dt_ns < 1 || config->dt_ns > 1000000000u || config->R_uohm < 1 || config->L_nH < 1)
+        return DQW_ERR_RANGE;
+    if (config->x_full_mV < 1 || config->x_full_mV > 10000000u || config->y_full_mA < 1 ||
+        config->y_full_mA > 10000000u)
+        return DQW_ERR_RANGE;
+    const int64_t h_q40 = dqw_q_quotient64((int64_t)config->R_uohm * config->dt_ns, (int64_t)config->L_nH * 1000000,
+                                           40);
     const int64_t less_q31 = dqw_q_round64(dqw_one_less_exp_q40(h_q40), 9);
     const int64_t a_q31 = clamp(((int64_t)1 << 31) - less_q31, POLE_MIN_Q31, POLE_MAX_Q31);
     const int64_t volts = dqw_q_product64(((int64_t)1 << 31) - a_q31, (int64_t)config->x_full_mV * 1000000, -20);
@@ -71,7 +75,8 @@ static void sum_up(dqw_ordinal_q15 *o, int32_t x0, int32_t x1, int32_t e, uint32
 // [OL.1] learn b and a themselves from measured pairs
 static void learn_pair(dqw_ordinal_q15 *o, int16_t x_q15, int16_t y_q15)
 {
-    const int64_t y_q27 = dqw_q_round64((int64_t)o->b_q27 * x_q15, 15) + dqw_q_round64((int64_t)o->a_q31 * o->y_last_q15, 19);
+    const int64_t y_q27 = dqw_q_round64((int64_t)o->b_q27 * x_q15, 15) +
+                          dqw_q_round64((int64_t)o->a_q31 * o->y_last_q15, 19);
     // The change of y in the place of y: it gives a - 1, and keeps its digits where the pole is near 1
     sum_up(o, x_q15, o->y_last_q15, y_q15 - o->y_last_q15, PAIRS_MAX);
     watch(o, (int64_t)y_q15 * (1 << 12) - y_q27);
@@ -101,7 +106,8 @@ void dqw_ordinal_step_q15(dqw_ordinal_q15 *o, int16_t x_q15, int16_t y_q15)
         return;
     }
     if (o->started) {
-        // The first epoch learns from pairs in either form: a start for the output error that is near enough to be linear.
+        // The first epoch learns from pairs in either form: a start for the output error that is near enough to be
+        // linear.
         if (o->form == DQW_ORDINAL_PAIRS_Q15 || o->from_pairs)
             learn_pair(o, o->x_last_q15, y_q15);
         else
@@ -151,8 +157,8 @@ bool dqw_ordinal_end_epoch_q15(dqw_ordinal_q15 *o)
     int64_t found[2];
     const bool solved = solve(o->sum, of_pairs ? of_pairs_q : of_output_q, found);
 
-    // A Gauss-Newton step is kept short, and the pole inside a passive circuit's range: the neuron's own output then stays
-    // bounded, and far from the truth, where the linearisation overshoots, the next epoch can come back.
+    // A Gauss-Newton step is kept short, and the pole inside a passive circuit's range: the neuron's own output then
+    // stays bounded, and far from the truth, where the linearisation overshoots, the next epoch can come back.
     int64_t a_q31 = o->a_q31;
     int64_t b_q27 = o->b_q27;
     if (solved && of_pairs) {
@@ -169,7 +175,8 @@ bool dqw_ordinal_end_epoch_q15(dqw_ordinal_q15 *o)
     const int64_t moved_b = b_q27 < o->b_q27 ? o->b_q27 - b_q27 : b_q27 - o->b_q27;
     const bool still = solved && moved_a * CONVERGED <= o->a_q31 && moved_b * CONVERGED <= b_q27;
     o->converged = pairs || (!o->from_pairs && inside && still);
-    // Pairs that say what no passive circuit can are no start; nor is one from which no epoch comes to rest. Learn from pairs again.
+    // Pairs that say what no passive circuit can are no start; nor is one from which no epoch comes to rest. Learn from
+    // pairs again.
     const bool done_with_pairs = o->from_pairs && solved && inside;
     o->restless = still || o->from_pairs ? 0 : (uint8_t)(o->restless + 1);
     if (done_with_pairs) o->from_pairs = false;
@@ -202,13 +209,15 @@ int32_t dqw_ordinal_R_from_x_q15(const dqw_ordinal_q15 *o, uint32_t L_nH)
 {
     if (o->b_q27 <= 0) return 0;
     if (o->discretisation == DQW_ORDINAL_BACKWARD_Q15)
-        return dqw_q31_sat(of_full(o, dqw_q_quotient64((int64_t)1 << 27, o->b_q27, 30)) - of_slope(o, L_nH, (int64_t)1 << 30));
+        return dqw_q31_sat(of_full(o, dqw_q_quotient64((int64_t)1 << 27, o->b_q27, 30)) -
+                           of_slope(o, L_nH, (int64_t)1 << 30));
     return dqw_q31_sat(of_full(o, dqw_q_quotient64(((int64_t)1 << 31) - o->a_q31, o->b_q27, 26)));
 }
 
 int32_t dqw_ordinal_R_from_y_q15(const dqw_ordinal_q15 *o, uint32_t L_nH)
 {
     if (o->a_q31 <= 0) return 0;
-    if (o->discretisation == DQW_ORDINAL_BACKWARD_Q15) return dqw_q31_sat(of_slope(o, L_nH, dqw_q_quotient64(((int64_t)1 << 31) - o->a_q31, o->a_q31, 30)));
+    if (o->discretisation == DQW_ORDINAL_BACKWARD_Q15)
+        return dqw_q31_sat(of_slope(o, L_nH, dqw_q_quotient64(((int64_t)1 << 31) - o->a_q31, o->a_q31, 30)));
     return dqw_q31_sat(of_slope(o, L_nH, dqw_q_round64(dqw_minus_log_q40(o->a_q31), 10)));
 }

@@ -1,8 +1,9 @@
-// The Ordinal Learner in fixed point: consecutive pairs {x, y}_{j-1} -> {x, y}_j of a first-order circuit, and R from its two weights.
+// The Ordinal Learner in fixed point: consecutive pairs {x, y}_{j-1} -> {x, y}_j of a first-order circuit, and R from
+// its two weights.
 //
-// The float one learns by a recursion, sample by sample; this one by the sums of its normal equations, solved when the epoch ends. It is the
-// same estimate, without rounding from step to step. So weights move at the end of an epoch only, and the indicator watches the error of
-// those that the last epoch left.
+// The float one learns by a recursion, sample by sample; this one by the sums of its normal equations, solved when the
+// epoch ends. It is the same estimate, without rounding from step to step. So weights move at the end of an epoch only,
+// and the indicator watches the error of those that the last epoch left.
 #ifndef DQW_ORDINAL_Q15_H
 #define DQW_ORDINAL_Q15_H
 
@@ -52,7 +53,8 @@ typedef struct dqw_ordinal_q15 {
 /// Make an Ordinal Learner for L dy/dt = x - R y.
 ///
 /// Source   (P16) to (P21), the sign slips of (P21) corrected; (E9), (E11), (E12) in docs/EQUATIONS.md
-/// Range    b = (1 - exp(-R dt / L)) x_full / (R y_full), what a period of full voltage does to the current, per unit: 2^-12 .. 4 at the start
+/// Range    b = (1 - exp(-R dt / L)) x_full / (R y_full), what a period of full voltage does to the current, per unit:
+///          2^-12 .. 4 at the start
 /// Returns  DQW_OK; DQW_ERR_NULL or DQW_ERR_RANGE, and then *o is untouched
 enum dqw_status dqw_ordinal_init_q15(dqw_ordinal_q15 *o, const dqw_ordinal_config_q15 *config);
 
@@ -60,8 +62,9 @@ enum dqw_status dqw_ordinal_init_q15(dqw_ordinal_q15 *o, const dqw_ordinal_confi
 ///
 /// Source   (E9), (E12) in docs/EQUATIONS.md
 /// Format   x_q15: mean voltage across R and L from this sample to the next; y_q15: the current at this sample
-/// Range    any; -32768, -32767 and 32767 count as beyond the full scale: skipped and counted, and the chain starts anew after it. An epoch
-///          of more than 2^18 pairs, with pairs alone all epochs together of more than 2^31, learns nothing from what is beyond that
+/// Range    any; -32768, -32767 and 32767 count as beyond the full scale: skipped and counted, and the chain starts
+///          anew after it. An epoch of more than 2^18 pairs, with pairs alone all epochs together of more than 2^31,
+///          learns nothing from what is beyond that
 /// Cost     pairs: 5 products of 16 by 16 bits, 2 of 32 by 32; output error: 10 of 32 by 32. No loop
 /// Context  ISR safe; one writer per object
 void dqw_ordinal_step_q15(dqw_ordinal_q15 *o, int16_t x_q15, int16_t y_q15);

@@ -1,5 +1,6 @@
-// Pole pairs from the motion: while they are not known, the flux of the other axis' current has a weight of its own, p times its inductance. What it
-// costs, in squared residuals, to say that both are p of their own inductances: that is a parabola over p, and says p and its deviation. (E91)
+// Pole pairs from the motion: while they are not known, the flux of the other axis' current has a weight of its own, p
+// times its inductance. What it costs, in squared residuals, to say that both are p of their own inductances: that is a
+// parabola over p, and says p and its deviation. (E91)
 #include "dqw_estimator_block_q15.h"
 #include "dqw_q15.h"
 
@@ -34,7 +35,8 @@ static void fold(const dqw_estimator_q15 *e, int32_t p, dqw_normal_q15 *m, dqw_s
     static const int64_t least[AFTER] = {1, 1, 1, 1};
     const int32_t *w = e->w_q24;
     // Off by this much where the inductances stay, and the cross weights follow them.
-    const int64_t off_q24[2] = {dqw_q_times64(w[DQW_LD], p, -3) - w[DQW_POLES_LD_Q15], dqw_q_times64(w[DQW_LQ], p, -3) - w[DQW_POLES_LQ_Q15]};
+    const int64_t off_q24[2] = {dqw_q_times64(w[DQW_LD], p, -3) - w[DQW_POLES_LD_Q15],
+                                dqw_q_times64(w[DQW_LQ], p, -3) - w[DQW_POLES_LQ_Q15]};
     (void)dqw_normal_init_q15(m, AFTER, least, none);
     for (int j = 0; j < BEFORE; j++) {
         const int to = stands_for[j];
@@ -43,7 +45,8 @@ static void fold(const dqw_estimator_q15 *e, int32_t p, dqw_normal_q15 *m, dqw_s
         m->b_q32[to] -= part(gradient_q32, j, p);
         if (j >= DQW_POLES_LD_Q15) m->c_q32 += dqw_q_product64(gradient_q32, off_q24[j - DQW_POLES_LD_Q15], -24);
         for (int i = 0; i < BEFORE; i++)
-            if (stands_for[i] <= to) m->a_q32[DQW_NORMAL_A(stands_for[i], to)] += part(part(sum_of(&e->normal, i, j), i, p), j, p);
+            if (stands_for[i] <= to)
+                m->a_q32[DQW_NORMAL_A(stands_for[i], to)] += part(part(sum_of(&e->normal, i, j), i, p), j, p);
     }
     if (m->c_q32 < 1) m->c_q32 = 1;
     dqw_normal_solve_q15(m, none, s);
@@ -97,7 +100,8 @@ static void go_on(dqw_estimator_q15 *e, int32_t p)
     dqw_estimator_start_q15(e, w_q24);
 }
 
-// An inductance's slope that noise on its currents has shrunk would tell too many pole pairs: by less than a quarter, where nobody takes it out.
+// An inductance's slope that noise on its currents has shrunk would tell too many pole pairs: by less than a quarter,
+// where nobody takes it out.
 static bool shrunk(const dqw_estimator_q15 *e, const dqw_estimator_q15_block *b, int32_t p)
 {
     if (e->config->noise_on_inputs) return false;
@@ -106,7 +110,8 @@ static bool shrunk(const dqw_estimator_q15 *e, const dqw_estimator_q15_block *b,
     dqw_estimator_rows_of_q15(e, b, &r);
     for (int axis = 0; axis < 2; axis++) {
         const int i = DQW_LD + axis;
-        const int64_t part_q20 = dqw_q_product64(dqw_q_product64(r.noise_q56[axis][i], e->cov_q40[i], -56), e->blocks, -20);
+        const int64_t part_q20 = dqw_q_product64(dqw_q_product64(r.noise_q56[axis][i], e->cov_q40[i], -56), e->blocks,
+                                                 -20);
         if ((e->learned >> i & 1u) != 0 && part_q20 * p > QUARTER_Q20) return true;
     }
     return false;
@@ -136,10 +141,13 @@ void dqw_poles_find_q15(dqw_estimator_q15 *e, const dqw_estimator_q15_block *b)
             continue;
         }
         const int64_t size_q20 = off_q20 < 0 ? -off_q20 : off_q20;
-        const int64_t sd2_q32 = dqw_q_product64(dqw_estimator_common_variance_q56(e), dqw_estimator_inflation_q20(e, own), -44);
+        const int64_t sd2_q32 = dqw_q_product64(dqw_estimator_common_variance_q56(e),
+                                                dqw_estimator_inflation_q20(e, own), -44);
         const int64_t apart_q20 = dqw_q_floor64((ONE_Q20 - size_q20) * (ONE_Q20 - size_q20), 20);
-        const bool told = size_q20 < QUARTER_Q20 && (int64_t)2 * EVIDENCE_SD2 * sd2_q32 < dqw_q_product64(twice, apart_q20, -20);
-        if (told && dqw_scale_turn_q28(&e->config->scale, (uint32_t)p) < 268435456 && !shrunk(e, b, (int32_t)p)) go_on(e, (int32_t)p);
+        const bool told = size_q20 < QUARTER_Q20 &&
+                          (int64_t)2 * EVIDENCE_SD2 * sd2_q32 < dqw_q_product64(twice, apart_q20, -20);
+        if (told && dqw_scale_turn_q28(&e->config->scale, (uint32_t)p) < 268435456 && !shrunk(e, b, (int32_t)p))
+            go_on(e, (int32_t)p);
         return;
     }
 }

@@ -1,6 +1,6 @@
-// Fixed-point arithmetic: the few operations that the port is made of. Integers only, ISO C: no shift of a negative number, no
-// narrowing that a compiler may choose. Compilers turn the shifts below into one instruction. Where a core has an instruction that
-// compilers do not find by themselves, it is named; the number is the same.
+// Fixed-point arithmetic: the few operations that the port is made of. Integers only, ISO C: no shift of a negative
+// number, no narrowing that a compiler may choose. Compilers turn the shifts below into one instruction. Where a core
+// has an instruction that compilers do not find by themselves, it is named; the number is the same.
 #ifndef DQW_Q15_H
 #define DQW_Q15_H
 
@@ -196,7 +196,8 @@ static inline uint32_t dqw_q16_inverse_by_steps(uint32_t x_q15)
 /// Range    x_q15 in 2^15 .. 7 * 2^15
 static inline uint32_t dqw_q16_inverse(uint32_t x_q15)
 {
-#if (defined(__ARM_ARCH) && !defined(__ARM_FEATURE_IDIV) && !defined(__aarch64__)) || (defined(__riscv) && !defined(__riscv_div))
+#if (defined(__ARM_ARCH) && !defined(__ARM_FEATURE_IDIV) && !defined(__aarch64__)) ||                                  \
+    (defined(__riscv) && !defined(__riscv_div))
     return dqw_q16_inverse_by_steps(x_q15);
 #else
     return (1u << 31) / x_q15;

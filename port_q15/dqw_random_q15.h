@@ -1,4 +1,5 @@
-// The Random Learner in fixed point: which samples a neuron is shown. The same reservoir and the same draws as dqw_random.
+// The Random Learner in fixed point: which samples a neuron is shown. The same reservoir and the same draws as
+// dqw_random.
 #ifndef DQW_RANDOM_Q15_H
 #define DQW_RANDOM_Q15_H
 
@@ -23,7 +24,7 @@ typedef struct dqw_random_config_q15 {
     uint32_t capacity;                 ///< samples that it holds, >= 2
     uint32_t draws;                    ///< samples shown in an epoch, 1 .. capacity; the paper: 50 of 301
     uint32_t seed;                     ///< of the draw; 0 is taken as 1
-    uint16_t tolerance_q15;            ///< converged when an epoch moves no weight by more than this part of the largest, > 0
+    uint16_t tolerance_q15;  ///< converged when an epoch moves no weight by more than this part of the largest, > 0
 } dqw_random_config_q15;
 
 typedef struct dqw_random_q15 {

@@ -9,7 +9,8 @@
 extern "C" {
 #endif
 
-/// Q40 of the unit that the object's header gives for the parameter: 64 bits, since no one unit suits a large and a small machine.
+/// Q40 of the unit that the object's header gives for the parameter: 64 bits, since no one unit suits a large and a
+/// small machine.
 typedef struct dqw_reading_q15 {
     int64_t value_q40;      ///< where nothing was learned yet, what it starts from
     int64_t sd_q40;         ///< standard deviation of the value; INT64_MAX: nothing was learned

@@ -8,13 +8,16 @@
 extern "C" {
 #endif
 
-/// Terminal signals of one row, as dqw_sample. Of voltages, currents and speed -32768, -32767 and 32767 count as beyond the full scale.
+/// Terminal signals of one row, as dqw_sample. Of voltages, currents and speed -32768, -32767 and 32767 count as beyond
+/// the full scale.
 typedef struct dqw_sample_q15 {
-    int16_t v_d_q15, v_q_q15;                 ///< of v_full
-    int16_t i_d_q15, i_q_q15;                 ///< of i_full
-    int16_t w_m_q15;                          ///< of w_full; mechanical
-    int16_t cosine_q15, sine_q15;             ///< of the electrical angle; read only where the configuration says that there is one
-    int16_t temp_winding_cC, temp_magnet_cC;  ///< hundredths of a degree; INT16_MIN: no number. Read only where an effect needs it
+    int16_t v_d_q15, v_q_q15;  ///< of v_full
+    int16_t i_d_q15, i_q_q15;  ///< of i_full
+    int16_t w_m_q15;           ///< of w_full; mechanical
+    /// of the electrical angle; read only where the configuration says that there is one
+    int16_t cosine_q15, sine_q15;
+    /// hundredths of a degree; INT16_MIN: no number. Read only where an effect needs it
+    int16_t temp_winding_cC, temp_magnet_cC;
 } dqw_sample_q15;
 
 /// A sample from dq and the electrical angle.
@@ -24,7 +27,8 @@ typedef struct dqw_sample_q15 {
 /// Range    any
 /// Cost     9 products of 32 bits
 /// Context  ISR safe; no state
-dqw_sample_q15 dqw_sample_from_dq_q15(int16_t v_d_q15, int16_t v_q_q15, int16_t i_d_q15, int16_t i_q_q15, int16_t w_m_q15, uint16_t theta_e_turn);
+dqw_sample_q15 dqw_sample_from_dq_q15(int16_t v_d_q15, int16_t v_q_q15, int16_t i_d_q15, int16_t i_q_q15,
+                                      int16_t w_m_q15, uint16_t theta_e_turn);
 
 /// A sample from stationary-frame voltages and currents with the cosine and sine of the electrical angle.
 ///
@@ -33,8 +37,8 @@ dqw_sample_q15 dqw_sample_from_dq_q15(int16_t v_d_q15, int16_t v_q_q15, int16_t 
 /// Range    any; rounded once; what does not fit stops at the full scale, and so counts as beyond it
 /// Cost     8 products of 16 by 16 bits
 /// Context  ISR safe; no state
-dqw_sample_q15 dqw_sample_from_alphabeta_q15(int16_t v_alpha_q15, int16_t v_beta_q15, int16_t i_alpha_q15, int16_t i_beta_q15, int16_t w_m_q15,
-                                             int16_t cosine_q15, int16_t sine_q15);
+dqw_sample_q15 dqw_sample_from_alphabeta_q15(int16_t v_alpha_q15, int16_t v_beta_q15, int16_t i_alpha_q15,
+                                             int16_t i_beta_q15, int16_t w_m_q15, int16_t cosine_q15, int16_t sine_q15);
 
 #ifdef __cplusplus
 }

@@ -19,7 +19,8 @@
 #define LAG_MAX_Q20 1027604
 #define ONE_Q20 1048576
 #define NOT_LEARNED INT64_MAX
-// A weight whose variance is above this was not learned, it fell by less than a hundred times: what it holds is its start value.
+// A weight whose variance is above this was not learned, it fell by less than a hundred times: what it holds is its
+// start value.
 #define LEARNED_Q40 ((int64_t)10000 << 40)
 // Three deviations below a tenth.
 #define USABLE 30

@@ -7,7 +7,8 @@
 #include "dqw_q15.h"
 
 #define HALF_WINDOW 25
-// By default: half a block in time and samples; full scales in quarters of the rated values; parts of a rated speed in mrad/s are 10 urad/s.
+// By default: half a block in time and samples; full scales in quarters of the rated values; parts of a rated speed in
+// mrad/s are 10 urad/s.
 #define DEFAULT_HALF_NS 25000000u
 #define DEFAULT_HALF_LEAST 10u
 #define DEFAULT_TORQUE_QUARTERS 12u
@@ -36,9 +37,12 @@ dqw_shaft_q15_config dqw_shaft_config_default_q15(const dqw_shaft_q15_nameplate 
     c.scale.w_full_mrad_s = full_of(nameplate->w_m_mrad_s, DEFAULT_SPEED_QUARTERS, DQW_SCALE_MAX);
     c.scale.dt_ns = nameplate->dt_ns;
     c.coulomb = true;
-    c.coulomb_width_urad_s = nameplate->w_m_mrad_s <= DQW_SCALE_MAX ? DEFAULT_WIDTH_URAD_MRAD * nameplate->w_m_mrad_s : 0u;
+    c.coulomb_width_urad_s = nameplate->w_m_mrad_s <= DQW_SCALE_MAX ? DEFAULT_WIDTH_URAD_MRAD * nameplate->w_m_mrad_s
+                                                                    : 0u;
     const uint32_t half = nameplate->dt_ns > 0u ? (DEFAULT_HALF_NS + nameplate->dt_ns / 2u) / nameplate->dt_ns : 0u;
-    c.half_window = (uint8_t)(half < DEFAULT_HALF_LEAST ? DEFAULT_HALF_LEAST : half < DQW_WINDOW_Q15_HALF ? half : DQW_WINDOW_Q15_HALF);
+    c.half_window = (uint8_t)(half < DEFAULT_HALF_LEAST    ? DEFAULT_HALF_LEAST
+                              : half < DQW_WINDOW_Q15_HALF ? half
+                                                           : DQW_WINDOW_Q15_HALF);
     return c;
 }
 
@@ -51,7 +55,8 @@ static enum dqw_status check(const dqw_shaft_q15_config *c)
     if (c->half_window > DQW_WINDOW_Q15_HALF) return DQW_ERR_HALF_WINDOW;
     if (c->excitation_q15 > DQW_SCALE_MOST_Q15) return DQW_ERR_EXCITATION;
     const bool soft = c->coulomb && c->coulomb_width_urad_s != 0;
-    return soft && dqw_soft_rate_q15(c->coulomb_width_urad_s, scale->w_full_mrad_s) == 0 ? DQW_ERR_COULOMB_WIDTH : DQW_OK;
+    return soft && dqw_soft_rate_q15(c->coulomb_width_urad_s, scale->w_full_mrad_s) == 0 ? DQW_ERR_COULOMB_WIDTH
+                                                                                         : DQW_OK;
 }
 
 static int half_of(const dqw_shaft_q15_config *c)
@@ -62,14 +67,16 @@ static int half_of(const dqw_shaft_q15_config *c)
 // J over torque_full dt half / w_full, the unit of its input's weight: 10^-9 kg m^2 mrad/s / (uNm ns) = 10^3.
 static int64_t J_q40(const dqw_shaft_q15_config *c)
 {
-    const int64_t per_torque_q20 = dqw_q_quotient64((int64_t)c->J_gmm2 * c->scale.w_full_mrad_s, (int64_t)c->scale.torque_full_uNm * half_of(c), 20);
+    const int64_t per_torque_q20 = dqw_q_quotient64((int64_t)c->J_gmm2 * c->scale.w_full_mrad_s,
+                                                    (int64_t)c->scale.torque_full_uNm * half_of(c), 20);
     return dqw_q_quotient64(dqw_q_product64(per_torque_q20, 1000, 0), c->scale.dt_ns, 20);
 }
 
 // 10^-9 Nms/rad mrad/s / uNm = 10^-6
 static int64_t B_q40(const dqw_shaft_q15_config *c)
 {
-    return dqw_q_quotient64((int64_t)c->B_nNms_rad * c->scale.w_full_mrad_s, (int64_t)c->scale.torque_full_uNm * 1000000, 40);
+    return dqw_q_quotient64((int64_t)c->B_nNms_rad * c->scale.w_full_mrad_s,
+                            (int64_t)c->scale.torque_full_uNm * 1000000, 40);
 }
 
 #if DQW_EFFECT_WEIGHTS > 0
@@ -83,7 +90,8 @@ static enum dqw_status init_effects(dqw_shaft_q15 *s, const dqw_shaft_q15_config
         if (weights > DQW_EFFECT_WEIGHTS - s->weights) return DQW_ERR_EFFECT_ROOM;
         if (dqw_torque_init_q15(&s->effect[k], e, c->scale.w_full_mrad_s) != DQW_OK) return DQW_ERR_EFFECT_SHAPE;
         for (int i = 0; i < weights; i++, s->inputs++)
-            s->w_q40[s->inputs] = s->start_q40[s->inputs] = dqw_q_quotient64(e->start_uNm[i], c->scale.torque_full_uNm, 40);
+            s->w_q40[s->inputs] = s->start_q40[s->inputs] = dqw_q_quotient64(e->start_uNm[i], c->scale.torque_full_uNm,
+                                                                             40);
         s->weights = (uint8_t)(s->weights + weights);
     }
     s->effect_count = c->effect_count;
@@ -132,7 +140,8 @@ enum dqw_status dqw_shaft_init_q15(dqw_shaft_q15 *s, const dqw_shaft_q15_config 
     n.w_q40[DQW_J] = n.start_q40[DQW_J] = J_q40(c);
     n.w_q40[DQW_B] = n.start_q40[DQW_B] = B_q40(c);
     n.inputs = c->coulomb ? DQW_COULOMB + 1 : DQW_COULOMB;
-    if (c->coulomb && c->coulomb_width_urad_s != 0) n.coulomb_rate_q16 = dqw_soft_rate_q15(c->coulomb_width_urad_s, c->scale.w_full_mrad_s);
+    if (c->coulomb && c->coulomb_width_urad_s != 0)
+        n.coulomb_rate_q16 = dqw_soft_rate_q15(c->coulomb_width_urad_s, c->scale.w_full_mrad_s);
     status = init_effects(&n, c);
     if (status == DQW_OK) status = dqw_window_init_q15(&n.window, half_of(c), PLAIN + n.weights);
     if (status != DQW_OK) return status;
@@ -159,7 +168,8 @@ static int32_t direction(const dqw_shaft_q15 *s, int16_t w_q15)
     return w_q15 > 0 ? 32768 : -32768;
 }
 
-// One pair, NULL where it is none; half a window that is full goes to the background, unless it still has the one before.
+// One pair, NULL where it is none; half a window that is full goes to the background, unless it still has the one
+// before.
 static uint32_t gather(dqw_shaft_q15 *s, const int32_t pair[])
 {
     dqw_window_q15 *w = &s->window;
@@ -176,10 +186,12 @@ static uint32_t gather(dqw_shaft_q15 *s, const int32_t pair[])
     return DQW_EVENT_MISSED;
 }
 
-uint32_t dqw_shaft_sample_q15(dqw_shaft_q15 *s, int16_t torque_q15, int16_t w_m_q15, uint16_t theta_m_turn, bool saturated)
+uint32_t dqw_shaft_sample_q15(dqw_shaft_q15 *s, int16_t torque_q15, int16_t w_m_q15, uint16_t theta_m_turn,
+                              bool saturated)
 {
     // [SHAFT.1] may this sample be learned
-    const dqw_gate_sample g = {.finite = true, .saturated = saturated || dqw_scale_beyond(torque_q15) || dqw_scale_beyond(w_m_q15)};
+    const dqw_gate_sample g = {.finite = true,
+                               .saturated = saturated || dqw_scale_beyond(torque_q15) || dqw_scale_beyond(w_m_q15)};
     const uint32_t refused = dqw_gate_check(&s->gate, g);
     const bool paired = refused == 0 && s->has_last;
     s->has_last = refused == 0;

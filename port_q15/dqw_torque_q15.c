@@ -37,7 +37,8 @@ static uint32_t size_of(int16_t x)
     return (uint32_t)(x < 0 ? -x : x);
 }
 
-// 2^-t, Q16, for t < 16 in Q15: 1 - f (c1 - f (c2 - f (c3 - f c4))) of the fraction, halved as often as the whole part says.
+// 2^-t, Q16, for t < 16 in Q15: 1 - f (c1 - f (c2 - f (c3 - f c4))) of the fraction, halved as often as the whole part
+// says.
 static uint32_t half_to_the(uint32_t t_q15)
 {
     const uint32_t f_q16 = (t_q15 & 32767u) << 1;
@@ -87,7 +88,9 @@ enum dqw_status dqw_torque_init_q15(dqw_torque_q15 *t, const dqw_torque_q15_conf
     if (friction) n.rate_q16 = dqw_soft_rate_q15(c->width_urad_s, w_full_mrad_s);
     if (falls) n.fall_q15 = per_speed(c->fall_urad_s, w_full_mrad_s, PER_ROOT_LN2_Q28, 15);
     if (cogs) n.periods = c->periods;
-    if ((friction && n.rate_q16 == 0) || (falls && n.fall_q15 == 0) || (cogs && (n.periods < 1u || n.periods > PERIODS_MAX))) return DQW_ERR_RANGE;
+    if ((friction && n.rate_q16 == 0) || (falls && n.fall_q15 == 0) ||
+        (cogs && (n.periods < 1u || n.periods > PERIODS_MAX)))
+        return DQW_ERR_RANGE;
     *t = n;
     return DQW_OK;
 }
@@ -100,7 +103,8 @@ void dqw_torque_at_q15(const dqw_torque_q15 *t, int16_t w_m_q15, uint16_t theta_
     case DQW_EFFECT_DIRECTION_ASYMMETRY: x_q15[0] = (int32_t)soft(t->rate_q16, size_q15); break;
     case DQW_EFFECT_STRIBECK_FRICTION: {
         // 2^15 2^16 and the rounding are below 2^32
-        const int32_t s_q15 = (int32_t)((soft(t->rate_q16, size_q15) * fallen(t->fall_q15, size_q15) + (1u << 15)) >> 16);
+        const int32_t s_q15 = (int32_t)((soft(t->rate_q16, size_q15) * fallen(t->fall_q15, size_q15) + (1u << 15)) >>
+                                        16);
         x_q15[0] = w_m_q15 < 0 ? -s_q15 : s_q15;
         break;
     }

@@ -16,10 +16,10 @@ extern "C" {
 
 /// An effect of the shaft. All zero is refused.
 typedef struct dqw_torque_q15_config {
-    enum dqw_effect_name effect;                ///< DQW_EFFECT_COULOMB_FRICTION or one behind it
-    uint32_t width_urad_s;                      ///< frictions: of tanh, from w_full / 8192 to 16 w_full
-    uint32_t fall_urad_s;                       ///< stribeck_friction: speed at which it has fallen to 1/e, in the same range
-    uint16_t periods;                           ///< cogging_torque: in a revolution, 1 .. 1000
+    enum dqw_effect_name effect;  ///< DQW_EFFECT_COULOMB_FRICTION or one behind it
+    uint32_t width_urad_s;        ///< frictions: of tanh, from w_full / 8192 to 16 w_full
+    uint32_t fall_urad_s;         ///< stribeck_friction: speed at which it has fallen to 1/e, in the same range
+    uint16_t periods;             ///< cogging_torque: in a revolution, 1 .. 1000
     int32_t start_uNm[DQW_TORQUE_Q15_WEIGHTS];  ///< weights to start from. Never a prior
 } dqw_torque_q15_config;
 
@@ -51,11 +51,13 @@ int32_t dqw_soft_sign_q15(uint32_t rate_q16, int16_t w_q15);
 /// Make an effect ready.
 ///
 /// Source   (E54) in docs/EQUATIONS.md
-/// Returns  DQW_OK; DQW_ERR_NULL, or DQW_ERR_RANGE for a name that is not of the shaft or a shape outside its range, and then *t is untouched
+/// Returns  DQW_OK; DQW_ERR_NULL, or DQW_ERR_RANGE for a name that is not of the shaft or a shape outside its range,
+///          and then *t is untouched
 /// Context  at start
 enum dqw_status dqw_torque_init_q15(dqw_torque_q15 *t, const dqw_torque_q15_config *config, uint32_t w_full_mrad_s);
 
-/// Torque of one unit of each weight: at speed w_m_q15 and shaft angle theta_m_turn, x_q15[weights of the effect] written.
+/// Torque of one unit of each weight: at speed w_m_q15 and shaft angle theta_m_turn, x_q15[weights of the effect]
+/// written.
 ///
 /// Source   (E54), (E76) in docs/EQUATIONS.md
 /// Format   Q15 of w_full, 65536 a turn; x in Q15, 1 is 32768

@@ -17,7 +17,8 @@ dqw_alphabeta_q15 dqw_clarke_q15(dqw_abc_q15 x)
     const int32_t zero = x.a + x.b + x.c;
     const int32_t side = x.b - x.c;
     const int32_t beta_q30 = side * INV_SQRT3_Q15 - dqw_q_floor32(3 * side, 3);
-    const dqw_alphabeta_q15 y = {dqw_q15_sat(x.a - dqw_q_round32(zero * THIRD_Q16, 16)), dqw_q15_sat(dqw_q_round32(beta_q30, 15))};
+    const dqw_alphabeta_q15 y = {dqw_q15_sat(x.a - dqw_q_round32(zero * THIRD_Q16, 16)),
+                                 dqw_q15_sat(dqw_q_round32(beta_q30, 15))};
     return y;
 }
 
@@ -25,7 +26,8 @@ dqw_abc_q15 dqw_clarke_inverse_q15(dqw_alphabeta_q15 x)
 {
     const int32_t half_q30 = x.alpha * -(1 << 14);
     const int32_t side_q30 = x.beta * HALF_SQRT3_Q15;  // |half| + |side| < 1.4 * 2^30
-    const dqw_abc_q15 y = {x.alpha, dqw_q15_sat(dqw_q_round32(half_q30 + side_q30, 15)), dqw_q15_sat(dqw_q_round32(half_q30 - side_q30, 15))};
+    const dqw_abc_q15 y = {x.alpha, dqw_q15_sat(dqw_q_round32(half_q30 + side_q30, 15)),
+                           dqw_q15_sat(dqw_q_round32(half_q30 - side_q30, 15))};
     return y;
 }
 

@@ -24,7 +24,8 @@ typedef struct dqw_dq_q15 {
 ///
 /// Source   (P1), (P2); (E1) in docs/EQUATIONS.md
 /// Format   Q15, the same full scale in and out; amplitude invariant
-/// Range    any; wrong by 0.6 of a last place for balanced phases, by 1.1 for any; what does not fit stops at the full scale
+/// Range    any; wrong by 0.6 of a last place for balanced phases, by 1.1 for any; what does not fit stops at the full
+///          scale
 /// Cost     4 products of 16 by 16 bits
 /// Context  ISR safe; no state
 dqw_alphabeta_q15 dqw_clarke_q15(dqw_abc_q15 x);
@@ -56,7 +57,8 @@ dqw_dq_q15 dqw_park_q15(dqw_alphabeta_q15 x, int16_t cos_q15, int16_t sin_q15);
 /// Context  ISR safe; no state
 dqw_alphabeta_q15 dqw_park_inverse_q15(dqw_dq_q15 x, int16_t cos_q15, int16_t sin_q15);
 
-/// The transform as (P4), (P5) print it: the angle counted the other way round, so it is dqw_park_q15 at minus the angle.
+/// The transform as (P4), (P5) print it: the angle counted the other way round, so it is dqw_park_q15 at minus the
+/// angle.
 ///
 /// Source   (P4), (P5); (E3) in docs/EQUATIONS.md
 /// Format   Q15, the same full scale in and out

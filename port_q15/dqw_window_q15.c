@@ -47,7 +47,8 @@ bool dqw_window_turn_q15(dqw_window_q15 *w)
     return true;
 }
 
-uint32_t dqw_window_join_q15(dqw_window_q15 *w, dqw_window_q15_rise *r, int32_t block[], uint16_t *weight, int32_t sum[])
+uint32_t dqw_window_join_q15(dqw_window_q15 *w, dqw_window_q15_rise *r, int32_t block[], uint16_t *weight,
+                             int32_t sum[])
 {
     // All that the interrupt wrote is read by volatile reads, as the flag that guards it.
     volatile dqw_window_q15_part *p = &w->part[1u - *(const volatile uint8_t *)&w->now];

@@ -1,5 +1,6 @@
-// Consecutive pairs gathered into blocks under a triangular weight, in whole numbers: nothing is rounded until the block is read. The interrupt
-// gathers halves, in two places by turns; the background joins two of them that follow each other to a block.
+// Consecutive pairs gathered into blocks under a triangular weight, in whole numbers: nothing is rounded until the
+// block is read. The interrupt gathers halves, in two places by turns; the background joins two of them that follow
+// each other to a block.
 #ifndef DQW_WINDOW_Q15_H
 #define DQW_WINDOW_Q15_H
 
@@ -127,12 +128,13 @@ static inline void dqw_window_release_q15(dqw_window_q15 *w)
 /// Join the half that was handed over with the one before, and clear its place.
 ///
 /// Source   (E15) in docs/EQUATIONS.md: any weighted sum of exact pair equations is exact
-/// Shape    block[signals], weighted sums, and *weight, the sum of the weights, written when a block is ready; |block| < 2^31. sum[2]: the plain
-///          sums of the half's first two signals
+/// Shape    block[signals], weighted sums, and *weight, the sum of the weights, written when a block is ready; |block|
+///          < 2^31. sum[2]: the plain sums of the half's first two signals
 /// Returns  0, or DQW_EVENT_BLOCK when block[] is ready, or DQW_EVENT_INCOMPLETE when over a quarter of it was refused
 /// Cost     a product and 3 additions a signal
 /// Context  background, between dqw_window_waits_q15() and dqw_window_release_q15()
-uint32_t dqw_window_join_q15(dqw_window_q15 *w, dqw_window_q15_rise *r, int32_t block[], uint16_t *weight, int32_t sum[]);
+uint32_t dqw_window_join_q15(dqw_window_q15 *w, dqw_window_q15_rise *r, int32_t block[], uint16_t *weight,
+                             int32_t sum[]);
 
 #ifdef __cplusplus
 }

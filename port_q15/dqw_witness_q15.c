@@ -3,8 +3,8 @@
 #include "dqw_q15.h"
 #include "dqw_estimator_block_q15.h"
 
-// Electrical angle that a block's half must turn by, 0.06 and 1.2 rad: less, and a ripple is a constant within the memory; and where twice
-// that is too much for one block.
+// Electrical angle that a block's half must turn by, 0.06 and 1.2 rad: less, and a ripple is a constant within the
+// memory; and where twice that is too much for one block.
 #define SLOWEST_Q28 16106127
 #define FASTEST_Q28 322122547
 #define ONE_Q28 268435456
@@ -25,7 +25,8 @@ static void multiply(complex_number *a, const complex_number *b, int n)
     a->im = dqw_q31_sat(dqw_q_scale64(im, -n));
 }
 
-// Inputs up to 16 full voltages, more than nominal parameters take of full signals; errors up to 4. So products of two have a bit to spare.
+// Inputs up to 16 full voltages, more than nominal parameters take of full signals; errors up to 4. So products of two
+// have a bit to spare.
 static int32_t bounded(int64_t x)
 {
     return (int32_t)dqw_q_within64(x, (int64_t)1 << 30);
@@ -67,11 +68,13 @@ int32_t dqw_witness_mean_L_q24(const dqw_estimator_q15_config *config, int32_t L
     (void)dqw_units_of_q15(config, config->scale.pole_pairs, &u);
     const int64_t both_q40 = dqw_q_times64(u.L_q40[0], Ld_q24, -24) + dqw_q_times64(u.L_q40[1], Lq_q24, -24);
     // Halves: each alone may be 2^62.
-    return dqw_q_quotient32(dqw_q_floor64(both_q40, 1), dqw_q_floor64(u.L_q40[0], 1) + dqw_q_floor64(u.L_q40[1], 1), 24);
+    return dqw_q_quotient32(dqw_q_floor64(both_q40, 1), dqw_q_floor64(u.L_q40[0], 1) + dqw_q_floor64(u.L_q40[1], 1),
+                            24);
 }
 
 // What one unit of each weight adds to the block's voltage, Q26.
-static void inputs(const dqw_estimator_q15 *t, const dqw_estimator_q15_block *block, const dqw_block_q15 *b, int64_t turn_q28, complex_number x[])
+static void inputs(const dqw_estimator_q15 *t, const dqw_estimator_q15_block *block, const dqw_block_q15 *b,
+                   int64_t turn_q28, complex_number x[])
 {
     dqw_units_q15 n;
     (void)dqw_units_of_q15(t->config, t->pole_pairs, &n);
@@ -118,7 +121,8 @@ bool dqw_witness_learn_q15(dqw_witness_q15 *w, const dqw_estimator_q15 *t, const
     const dqw_block_q15 b = dqw_estimator_means_q15(block);
     const int64_t turn = dqw_q_times64((int64_t)t->turn_q28 * t->window.half, b.w_m, -28);
     const int64_t turn_q28 = turn < 0 ? -turn : turn;
-    if (t->pole_pairs == 0 || !dqw_scale_is_direction(block->with.cosine_q15, block->with.sine_q15) || turn_q28 <= SLOWEST_Q28 || turn_q28 >= FASTEST_Q28)
+    if (t->pole_pairs == 0 || !dqw_scale_is_direction(block->with.cosine_q15, block->with.sine_q15) ||
+        turn_q28 <= SLOWEST_Q28 || turn_q28 >= FASTEST_Q28)
         return false;
 
     // [WIT.1] inputs at the middle of the block

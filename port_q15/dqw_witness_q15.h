@@ -1,5 +1,6 @@
-// The witness in whole numbers: one complex neuron on what the estimator leaves over. Its inputs turn once and twice with the rotor: what a
-// current sensor's offset, an unlike phase, an unlike sensor and shorted turns add. Knows nothing of faults' names.
+// The witness in whole numbers: one complex neuron on what the estimator leaves over. Its inputs turn once and twice
+// with the rotor: what a current sensor's offset, an unlike phase, an unlike sensor and shorted turns add. Knows
+// nothing of faults' names.
 #ifndef DQW_WITNESS_Q15_H
 #define DQW_WITNESS_Q15_H
 
@@ -22,9 +23,10 @@ enum dqw_witness_input_q15 {
 };
 
 typedef struct dqw_witness_q15 {
-    int32_t re_q28[DQW_WITNESS_Q15_INPUTS], im_q28[DQW_WITNESS_Q15_INPUTS];  ///< weights, where they stop at 8; their angle as in dqw_witness.h
-    int64_t power_q52[DQW_WITNESS_Q15_INPUTS];                               ///< mean squared input, of the full voltage
-    uint16_t blocks;                                                         ///< learned, up to the memory
+    /// weights, where they stop at 8; their angle as in dqw_witness.h
+    int32_t re_q28[DQW_WITNESS_Q15_INPUTS], im_q28[DQW_WITNESS_Q15_INPUTS];
+    int64_t power_q52[DQW_WITNESS_Q15_INPUTS];  ///< mean squared input, of the full voltage
+    uint16_t blocks;                            ///< learned, up to the memory
 } dqw_witness_q15;
 
 /// Blocks over which the witness remembers.
@@ -33,8 +35,8 @@ typedef struct dqw_witness_q15 {
 /// Forget everything.
 void dqw_witness_init_q15(dqw_witness_q15 *w);
 
-/// Learn the residual of the block that the estimator has just learned. Without effect where the angle is not known, the machine turns
-/// too slowly to tell a ripple from a constant, or so fast that a block averages it away.
+/// Learn the residual of the block that the estimator has just learned. Without effect where the angle is not known,
+/// the machine turns too slowly to tell a ripple from a constant, or so fast that a block averages it away.
 ///
 /// Source   (E62) in docs/EQUATIONS.md: all inputs share one error, each has its own mean power as step
 /// Format   inputs in Q26, errors in Q28, of the full voltage

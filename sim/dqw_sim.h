@@ -23,8 +23,8 @@ enum dqw_sim_status {
     DQW_SIM_ERR_VALUE = -2,     ///< the text is not a value of this key's kind
     DQW_SIM_ERR_SCENARIO = -3,  ///< unphysical or contradictory scenario
     DQW_SIM_ERR_CAPACITY = -4,  ///< fewer rows offered than the run writes
-    DQW_SIM_ERR_MAP = -5,       ///< flux map or inverter curve unreadable or malformed; map not a grid, or not invertible
-    DQW_SIM_ERR_SOLVER = -6,    ///< CVODE gave up (the message says when and why)
+    DQW_SIM_ERR_MAP = -5,     ///< flux map or inverter curve unreadable or malformed; map not a grid, or not invertible
+    DQW_SIM_ERR_SOLVER = -6,  ///< CVODE gave up (the message says when and why)
     DQW_SIM_ERR_MEMORY = -7,
     DQW_SIM_ERR_ABORTED = -8  ///< the progress callback asked to stop
 };
@@ -61,29 +61,32 @@ typedef struct dqw_sim_nonideal {
     dqw_sim_ramp iron_loss_S;                                                    ///< 1/R_fe, across the induced voltage
     dqw_sim_ramp winding_alpha_per_K;                                            ///< R = R_0 (1 + alpha (T - T_ref))
     dqw_sim_ramp magnet_beta_per_K;                                              ///< psi = psi_0 (1 + beta (T - T_ref))
-    dqw_sim_ramp turn_short;                                                     ///< fault: shorted fraction of phase a's turns, 0..1
-    double turn_short_ohm;                                                       ///< resistance of that short
-    dqw_sim_ramp demagnetisation;                                                ///< fault: lost fraction of the magnet's flux, 0..1
-    dqw_sim_ramp phase_connection_ohm;                                           ///< fault: extra resistance in series with phase a
-    dqw_sim_ramp bearing_Nm;                                                     ///< fault: extra Coulomb friction (the machine's coulomb_width_rad_s)
-    dqw_sim_ramp bearing_B_Nms_rad;                                              ///< fault: extra viscous friction
-    dqw_sim_ramp skin_effect_s2_rad2;                                            ///< (E35): R (1 + k w_e^2)
-    dqw_sim_ramp phase_resistance_a_ohm, phase_resistance_b_ohm;                 ///< phase a, b: the healthy one plus this, which may be negative
+    dqw_sim_ramp turn_short;            ///< fault: shorted fraction of phase a's turns, 0..1
+    double turn_short_ohm;              ///< resistance of that short
+    dqw_sim_ramp demagnetisation;       ///< fault: lost fraction of the magnet's flux, 0..1
+    dqw_sim_ramp phase_connection_ohm;  ///< fault: extra resistance in series with phase a
+    dqw_sim_ramp bearing_Nm;            ///< fault: extra Coulomb friction (the machine's coulomb_width_rad_s)
+    dqw_sim_ramp bearing_B_Nms_rad;     ///< fault: extra viscous friction
+    dqw_sim_ramp skin_effect_s2_rad2;   ///< (E35): R (1 + k w_e^2)
+    /// phase a, b: the healthy one plus this, which may be negative
+    dqw_sim_ramp phase_resistance_a_ohm, phase_resistance_b_ohm;
     /// (E36): rotor-frame flux linkage gains d cos(n theta_e + phase), q sin(n theta_e + phase), n = 6, 12
     dqw_sim_ramp flux_harmonic_6d_Wb, flux_harmonic_6q_Wb, flux_harmonic_12d_Wb, flux_harmonic_12q_Wb;
     double flux_harmonic_6_phase_rad, flux_harmonic_12_phase_rad;
     dqw_sim_ramp delay_periods;  ///< (E37): the inverter switches this late, 0..2; the log's voltage is what was meant
     /// (E38): what the control loops and the log take for the phase currents: (1 + gain) i, then the offset
     dqw_sim_ramp current_gain_a, current_gain_b, current_gain_c, current_offset_alpha_A, current_offset_beta_A;
-    dqw_sim_ramp angle_offset_rad;                        ///< (E38): the drive's electrical angle is the true one plus this
+    dqw_sim_ramp angle_offset_rad;  ///< (E38): the drive's electrical angle is the true one plus this
     dqw_sim_ramp voltage_offset_d_V, voltage_offset_q_V;  ///< the log's voltage is the commanded one plus this
-    dqw_sim_ramp stribeck_Nm;                             ///< (E39): more friction near rest; smoothed as Coulomb friction is
+    dqw_sim_ramp stribeck_Nm;  ///< (E39): more friction near rest; smoothed as Coulomb friction is
     double stribeck_width_rad_s;
-    dqw_sim_ramp friction_asymmetry_Nm;  ///< (E39): Coulomb friction is this much more at positive speed, and less at negative
-    dqw_sim_ramp cogging_Nm;             ///< (E39): torque cogging_Nm sin(order theta_m + phase)
+    /// (E39): Coulomb friction is this much more at positive speed, and less at negative
+    dqw_sim_ramp friction_asymmetry_Nm;
+    dqw_sim_ramp cogging_Nm;  ///< (E39): torque cogging_Nm sin(order theta_m + phase)
     int cogging_order;
     double cogging_phase_rad;
-    char inverter_curve[256];  ///< CSV i_A,v_V: each phase's measured loss, see sim_curve.h; replaces dead_time_V; "": none
+    char inverter_curve
+        [256];  ///< CSV i_A,v_V: each phase's measured loss, see sim_curve.h; replaces dead_time_V; "": none
     // Not of the catalogue of effects: what a tracer must not give one of its names.
     dqw_sim_ramp disturbance_V;  ///< added to the applied voltage, not to the log's: d as sin, q a quarter turn later
     double disturbance_Hz;
@@ -106,8 +109,9 @@ typedef struct dqw_sim_drive {
     double current_bandwidth_rad_s, speed_bandwidth_rad_s;
     double i_max_A;  ///< current references are limited to this magnitude
     enum dqw_sim_hold hold;
-    int log_every;   ///< control periods per row; 0 counts as 1
-    int log_window;  ///< of these, the last so many are averaged in v_d, v_q, and the row samples at their start; 0: all
+    int log_every;  ///< control periods per row; 0 counts as 1
+    /// of these, the last so many are averaged in v_d, v_q, and the row samples at their start; 0: all
+    int log_window;
 } dqw_sim_drive;
 
 enum dqw_sim_control { DQW_SIM_CONTROL_SPEED = 0, DQW_SIM_CONTROL_CURRENT = 1, DQW_SIM_CONTROL_VOLTAGE = 2 };
@@ -115,7 +119,12 @@ enum dqw_sim_shaft {
     DQW_SIM_SHAFT_FREE = 0,    ///< inertia, friction and load torque decide the speed
     DQW_SIM_SHAFT_IMPOSED = 1  ///< a load machine imposes profile.speed_rad_s (0: locked rotor)
 };
-enum dqw_sim_shape { DQW_SIM_SHAPE_SINE = 0, DQW_SIM_SHAPE_SQUARE = 1, DQW_SIM_SHAPE_TRIANGLE = 2, DQW_SIM_SHAPE_STAIRS = 3 };
+enum dqw_sim_shape {
+    DQW_SIM_SHAPE_SINE = 0,
+    DQW_SIM_SHAPE_SQUARE = 1,
+    DQW_SIM_SHAPE_TRIANGLE = 2,
+    DQW_SIM_SHAPE_STAIRS = 3
+};
 
 /// A reference or excitation: the sum of its parts, each absent where its size is 0.
 typedef struct dqw_sim_signal {
@@ -139,8 +148,8 @@ typedef struct dqw_sim_profile {
     dqw_sim_signal load_Nm;       ///< against positive torque
 } dqw_sim_profile;
 
-/// White noise as a fraction of each signal's standard deviation over the log, and ADC steps (0: none). Noise is added to the log;
-/// the control loops see the quantised but noise-free signals. Currents are quantised phase by phase.
+/// White noise as a fraction of each signal's standard deviation over the log, and ADC steps (0: none). Noise is added
+/// to the log; the control loops see the quantised but noise-free signals. Currents are quantised phase by phase.
 typedef struct dqw_sim_noise {
     double i, v, w, theta, v_dc, temp, torque;
     double step_i_A, step_v_V, step_w_rad_s, step_theta_m_rad, step_v_dc_V, step_temp_C, step_torque_Nm;
@@ -170,10 +179,11 @@ typedef struct dqw_sim_report {
     double electrical_J;  ///< in at the machine's terminals
     double copper_J;      ///< winding, shorted turns and their short, bad connection
     double iron_J;
-    double mechanical_J;                   ///< air-gap torque times speed
-    double stored_start_J, stored_end_J;   ///< magnetic
-    double magnet_J;                       ///< work on the magnet and the iron as they change in time (temperature, ramps)
-    double kinetic_J, friction_J, load_J;  ///< mechanical = kinetic + friction + load (and cogging) where the shaft is free
+    double mechanical_J;                  ///< air-gap torque times speed
+    double stored_start_J, stored_end_J;  ///< magnetic
+    double magnet_J;  ///< work on the magnet and the iron as they change in time (temperature, ramps)
+    /// mechanical = kinetic + friction + load (and cogging) where the shaft is free
+    double kinetic_J, friction_J, load_J;
     double heat_stored_J, heat_ambient_J;  ///< copper + iron = these two where there are heat capacities
     long periods, steps, rhs_evaluations, error_test_failures;
     double map_rms_Wb, map_max_Wb;  ///< flux map minus its projection on one co-energy
@@ -199,9 +209,11 @@ const char *dqw_sim_key_at(size_t index);
 size_t dqw_sim_rows(const dqw_sim_scenario *s);
 
 /// Simulates, and writes dqw_sim_rows(s) rows. `report`, `progress` may be NULL; progress(ctx, 0..1) is called about
-/// a hundred times, and a nonzero answer stops the run. Returns 0 or a negative dqw_sim_status; report->message says why.
+/// a hundred times, and a nonzero answer stops the run. Returns 0 or a negative dqw_sim_status; report->message says
+/// why.
 /// Cost: some 5 to 15 microseconds a control period. Thread safe; the same scenario gives the same rows.
-int dqw_sim_run(const dqw_sim_scenario *s, dqw_sim_row *rows, size_t capacity, dqw_sim_report *report, int (*progress)(void *ctx, double fraction), void *ctx);
+int dqw_sim_run(const dqw_sim_scenario *s, dqw_sim_row *rows, size_t capacity, dqw_sim_report *report,
+                int (*progress)(void *ctx, double fraction), void *ctx);
 
 /// One line for a status.
 const char *dqw_sim_status_text(int status);

@@ -85,10 +85,14 @@ static int refuse(char *message, size_t size, const char *what, const char *why)
 
 static int check_signal(const dqw_sim_signal *g, const char *name, double dt_s, char *message, size_t size)
 {
-    if (g->wave != 0 && !(g->wave_period_s > 0)) return refuse(message, size, name, "has a wave whose wave_period_s is not above 0");
-    if (g->wave != 0 && g->shape == DQW_SIM_SHAPE_STAIRS && g->levels < 2) return refuse(message, size, name, "has stairs with fewer than 2 levels");
-    if (g->random != 0 && !(g->random_hold_s >= 0.5 * dt_s)) return refuse(message, size, name, "has a random_hold_s shorter than a period");
-    if (g->binary != 0 && !(g->binary_hold_s >= 0.5 * dt_s)) return refuse(message, size, name, "has a binary_hold_s shorter than a period");
+    if (g->wave != 0 && !(g->wave_period_s > 0))
+        return refuse(message, size, name, "has a wave whose wave_period_s is not above 0");
+    if (g->wave != 0 && g->shape == DQW_SIM_SHAPE_STAIRS && g->levels < 2)
+        return refuse(message, size, name, "has stairs with fewer than 2 levels");
+    if (g->random != 0 && !(g->random_hold_s >= 0.5 * dt_s))
+        return refuse(message, size, name, "has a random_hold_s shorter than a period");
+    if (g->binary != 0 && !(g->binary_hold_s >= 0.5 * dt_s))
+        return refuse(message, size, name, "has a binary_hold_s shorter than a period");
     return 0;
 }
 
@@ -96,19 +100,24 @@ static int check_nonideal(const dqw_sim_scenario *s, char *message, size_t size)
 {
     const dqw_sim_machine *m = &s->machine;
     const dqw_sim_nonideal *x = &s->nonideal;
-    const bool law = x->saturation_dd_A_Wb3.value != 0 || x->saturation_qq_A_Wb3.value != 0 || x->saturation_dq_A_Wb3.value != 0;
+    const bool law = x->saturation_dd_A_Wb3.value != 0 || x->saturation_qq_A_Wb3.value != 0 ||
+                     x->saturation_dq_A_Wb3.value != 0;
     if ((m->coulomb_Nm > 0 || x->bearing_Nm.value > 0 || x->stribeck_Nm.value > 0) && !(m->coulomb_width_rad_s > 0))
         return refuse(message, size, "machine.coulomb_width_rad_s", "must be above 0 where there is dry friction");
     if (x->stribeck_Nm.value > 0 && !(x->stribeck_width_rad_s > 0))
-        return refuse(message, size, "nonideal.stribeck_width_rad_s", "must be above 0 where there is Stribeck friction");
+        return refuse(message, size, "nonideal.stribeck_width_rad_s",
+                      "must be above 0 where there is Stribeck friction");
     if (fabs(x->friction_asymmetry_Nm.value) > m->coulomb_Nm)
-        return refuse(message, size, "nonideal.friction_asymmetry_Nm", "must be machine.coulomb_Nm at most: friction does not drive");
-    if (x->cogging_Nm.value > 0 && x->cogging_order < 1) return refuse(message, size, "nonideal.cogging_order", "must be 1 or more where there is cogging");
+        return refuse(message, size, "nonideal.friction_asymmetry_Nm",
+                      "must be machine.coulomb_Nm at most: friction does not drive");
+    if (x->cogging_Nm.value > 0 && x->cogging_order < 1)
+        return refuse(message, size, "nonideal.cogging_order", "must be 1 or more where there is cogging");
     if (x->dead_time_V.value > 0 && !(x->dead_time_width_A > 0))
         return refuse(message, size, "nonideal.dead_time_width_A", "must be above 0 where there is dead time");
     if (x->dead_time_V.value > 0 && x->inverter_curve[0])
         return refuse(message, size, "nonideal.dead_time_V", "and nonideal.inverter_curve exclude each other");
-    if (m->flux_map[0] && law) return refuse(message, size, "nonideal.saturation_*", "and machine.flux_map exclude each other");
+    if (m->flux_map[0] && law)
+        return refuse(message, size, "nonideal.saturation_*", "and machine.flux_map exclude each other");
     if (!(m->R_ohm + x->phase_resistance_a_ohm.value > 0 && m->R_ohm + x->phase_resistance_b_ohm.value > 0))
         return refuse(message, size, "nonideal.phase_resistance_*_ohm", "must leave some of machine.R_ohm");
     if (x->turn_short.value > 0 && x->phase_resistance_b_ohm.value != 0)
@@ -121,12 +130,16 @@ static int check_together(const dqw_sim_scenario *s, char *message, size_t size)
     const dqw_sim_machine *m = &s->machine;
     const dqw_sim_drive *d = &s->drive;
     const bool loops = s->profile.control != DQW_SIM_CONTROL_VOLTAGE;
-    if (m->pole_pairs < 1 || m->pole_pairs > 1000) return refuse(message, size, "machine.pole_pairs", "must be from 1 to 1000");
-    if (s->profile.shaft == DQW_SIM_SHAFT_FREE && !(m->J_kgm2 > 0)) return refuse(message, size, "machine.J_kgm2", "must be above 0 where the shaft is free");
-    if ((m->winding_heat_J_K > 0) != (m->magnet_heat_J_K > 0)) return refuse(message, size, "machine", "needs both heat capacities or neither");
+    if (m->pole_pairs < 1 || m->pole_pairs > 1000)
+        return refuse(message, size, "machine.pole_pairs", "must be from 1 to 1000");
+    if (s->profile.shaft == DQW_SIM_SHAFT_FREE && !(m->J_kgm2 > 0))
+        return refuse(message, size, "machine.J_kgm2", "must be above 0 where the shaft is free");
+    if ((m->winding_heat_J_K > 0) != (m->magnet_heat_J_K > 0))
+        return refuse(message, size, "machine", "needs both heat capacities or neither");
     if (loops && !(d->current_bandwidth_rad_s > 0))
         return refuse(message, size, "drive.current_bandwidth_rad_s", "must be above 0 where currents are controlled");
-    if (s->profile.control == DQW_SIM_CONTROL_SPEED && !(d->speed_bandwidth_rad_s > 0 && m->psi_Wb > 0 && s->profile.shaft == DQW_SIM_SHAFT_FREE))
+    if (s->profile.control == DQW_SIM_CONTROL_SPEED &&
+        !(d->speed_bandwidth_rad_s > 0 && m->psi_Wb > 0 && s->profile.shaft == DQW_SIM_SHAFT_FREE))
         return refuse(message, size, "profile.control = speed", "needs a speed bandwidth, a magnet and a free shaft");
     if (d->log_every < 0 || d->log_window < 0 || d->log_window > (d->log_every > 1 ? d->log_every : 1))
         return refuse(message, size, "drive.log_window", "must be from 0 to drive.log_every");

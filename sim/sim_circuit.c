@@ -5,7 +5,8 @@
 static const double sqrt3 = 1.7320508075688772;
 
 // What the inverter takes from each phase. The currents are those of the windings' flux, without the parts of iron
-// loss and short, which hang on the voltage and would close an algebraic loop. Turns the frame's x, y by c, s to phase a's axis.
+// loss and short, which hang on the voltage and would close an algebraic loop. Turns the frame's x, y by c, s to phase
+// a's axis.
 static void subtract_loss(const dqw_sim_plant *p, double c, double s, double im_x, double im_y, dqw_sim_point *o)
 {
     const double alpha = c * im_x - s * im_y, beta = s * im_x + c * im_y;
@@ -22,12 +23,15 @@ static void subtract_loss(const dqw_sim_plant *p, double c, double s, double im_
     o->v_y_V -= c * lost_beta - s * lost_alpha;
 }
 
-// Stator circuit with phase a unlike the others: dR more in series, and mu of its turns shorted through r_f. All turns share
-// one flux, so the short needs no state of its own: Bachir, Tnani, Trigeassou, Champenois, IEEE Trans. Ind. Electron. 53(3),
-// 2006, with their direct short generalised to r_f. Along phase a (alpha), with m = 2 mu / 3, d = 2 dR / 3 and G = 1/R_fe:
+// Stator circuit with phase a unlike the others: dR more in series, and mu of its turns shorted through r_f. All turns
+// share one flux, so the short needs no state of its own: Bachir, Tnani, Trigeassou, Champenois, IEEE Trans. Ind.
+// Electron. 53(3),
+// 2006, with their direct short generalised to r_f. Along phase a (alpha), with m = 2 mu / 3, d = 2 dR / 3 and G =
+// 1/R_fe:
 //     v = (R + d) i - m R i_f + e,   i = i_m + G e + m i_f,   (r_f + mu R) i_f = mu (R i + e);
 // along beta v = R i + e, i = i_m + G e.
-static void shorted_circuit(const dqw_sim_plant *p, double R, double c, double s, double im_x, double im_y, dqw_sim_point *o)
+static void shorted_circuit(const dqw_sim_plant *p, double R, double c, double s, double im_x, double im_y,
+                            dqw_sim_point *o)
 {
     const double mu = p->short_turns, m = mu * (2.0 / 3), dR = p->extra_a_ohm, d = dR * (2.0 / 3), G = p->iron_S;
     const double v_alpha = c * o->v_x_V - s * o->v_y_V, v_beta = s * o->v_x_V + c * o->v_y_V;
@@ -40,7 +44,8 @@ static void shorted_circuit(const dqw_sim_plant *p, double R, double c, double s
     o->e_x_V = c * e_alpha + s * e_beta, o->e_y_V = c * e_beta - s * e_alpha;
     o->i_x_A = c * i_alpha + s * i_beta, o->i_y_A = c * i_beta - s * i_alpha;
     const double in_short = i_alpha - i_f, bc = 0.5 * (i_alpha * i_alpha + 3 * i_beta * i_beta);
-    o->copper_W = R * ((1 - mu) * i_alpha * i_alpha + mu * in_short * in_short + bc) + p->short_ohm * i_f * i_f + dR * i_alpha * i_alpha;
+    o->copper_W = R * ((1 - mu) * i_alpha * i_alpha + mu * in_short * in_short + bc) + p->short_ohm * i_f * i_f +
+                  dR * i_alpha * i_alpha;
 }
 
 static void healthy_circuit(const dqw_sim_plant *p, double R, double im_x, double im_y, dqw_sim_point *o)
@@ -51,9 +56,11 @@ static void healthy_circuit(const dqw_sim_plant *p, double R, double im_x, doubl
     o->copper_W = 1.5 * R * (o->i_x_A * o->i_x_A + o->i_y_A * o->i_y_A);
 }
 
-// Extra resistances A, B in series with phases a and b, and the sum of the currents zero: in the stationary frame the matrix
+// Extra resistances A, B in series with phases a and b, and the sum of the currents zero: in the stationary frame the
+// matrix
 //     M = [2A/3 + B/6, -B/(2 sqrt 3); -B/(2 sqrt 3), B/2],   v = (R + M) i + e,   i = i_m + G e.
-static void unequal_circuit(const dqw_sim_plant *p, double R, double c, double s, double im_x, double im_y, dqw_sim_point *o)
+static void unequal_circuit(const dqw_sim_plant *p, double R, double c, double s, double im_x, double im_y,
+                            dqw_sim_point *o)
 {
     const double A = p->extra_a_ohm, B = p->extra_b_ohm, G = p->iron_S;
     const double m_aa = R + (2.0 / 3) * A + B / 6, m_ab = -B / (2 * sqrt3), m_bb = R + 0.5 * B;
@@ -61,8 +68,10 @@ static void unequal_circuit(const dqw_sim_plant *p, double R, double c, double s
     const double rest_alpha = c * o->v_x_V - s * o->v_y_V - m_aa * im_alpha - m_ab * im_beta;
     const double rest_beta = s * o->v_x_V + c * o->v_y_V - m_ab * im_alpha - m_bb * im_beta;
     const double a = 1 + G * m_aa, b = G * m_ab, d = 1 + G * m_bb, det_inv = 1 / (a * d - b * b);
-    const double e_alpha = (d * rest_alpha - b * rest_beta) * det_inv, e_beta = (a * rest_beta - b * rest_alpha) * det_inv;
-    const double i_alpha = im_alpha + G * e_alpha, i_beta = im_beta + G * e_beta, i_b = 0.5 * (sqrt3 * i_beta - i_alpha);
+    const double e_alpha = (d * rest_alpha - b * rest_beta) * det_inv,
+                 e_beta = (a * rest_beta - b * rest_alpha) * det_inv;
+    const double i_alpha = im_alpha + G * e_alpha, i_beta = im_beta + G * e_beta,
+                 i_b = 0.5 * (sqrt3 * i_beta - i_alpha);
     o->e_x_V = c * e_alpha + s * e_beta, o->e_y_V = c * e_beta - s * e_alpha;
     o->i_x_A = c * i_alpha + s * i_beta, o->i_y_A = c * i_beta - s * i_alpha;
     o->copper_W = 1.5 * R * (i_alpha * i_alpha + i_beta * i_beta) + A * i_alpha * i_alpha + B * i_b * i_b;
@@ -70,7 +79,8 @@ static void unequal_circuit(const dqw_sim_plant *p, double R, double c, double s
 
 void dqw_sim_circuit(const dqw_sim_plant *p, double R, double im_x, double im_y, dqw_sim_point *o)
 {
-    const bool loss = p->curve || p->dead_time_V != 0, unlike = p->short_turns > 0 || p->extra_a_ohm != 0 || p->extra_b_ohm != 0;
+    const bool loss = p->curve || p->dead_time_V != 0,
+               unlike = p->short_turns > 0 || p->extra_a_ohm != 0 || p->extra_b_ohm != 0;
     double c = 1, s = 0;
     if (loss || unlike) {
         const double frame = p->theta_e_rad + (p->turning_frame ? o->turn_rad : 0);

@@ -4,7 +4,8 @@
 
 #include "sim_plant.h"
 
-/// Takes the inverter's loss from o's terminal voltage, and fills its induced voltage, terminal currents and copper loss. R: of a phase.
+/// Takes the inverter's loss from o's terminal voltage, and fills its induced voltage, terminal currents and copper
+/// loss. R: of a phase.
 void dqw_sim_circuit(const dqw_sim_plant *p, double R, double im_x, double im_y, dqw_sim_point *o);
 
 #endif

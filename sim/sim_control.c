@@ -14,13 +14,15 @@ static double speed_loop(dqw_sim_controller *c, const dqw_sim_scenario *s, const
     const double kt = 1.5 * s->machine.pole_pairs * c->psi_Wb;
     const double kp = s->drive.speed_bandwidth_rad_s * s->machine.J_kgm2 / kt;
     const double ki_dt = kp * 0.25 * s->drive.speed_bandwidth_rad_s * s->drive.dt_s;
-    const double error = dqw_sim_signal_at(&s->profile.speed_rad_s, m->t_s, s->seed, DQW_SIM_STREAM_SPEED) - m->w_m_rad_s;
+    const double error = dqw_sim_signal_at(&s->profile.speed_rad_s, m->t_s, s->seed, DQW_SIM_STREAM_SPEED) -
+                         m->w_m_rad_s;
     const double wanted = kp * error + c->integral_speed_A, given = clamp(wanted, limit_A);
     c->integral_speed_A += ki_dt * error + back(given - wanted, ki_dt, kp);
     return given;
 }
 
-void dqw_sim_controller_step(dqw_sim_controller *c, const dqw_sim_scenario *s, const dqw_sim_measured *m, double t_apply_s, double *v_d_V, double *v_q_V)
+void dqw_sim_controller_step(dqw_sim_controller *c, const dqw_sim_scenario *s, const dqw_sim_measured *m,
+                             double t_apply_s, double *v_d_V, double *v_q_V)
 {
     const dqw_sim_drive *drive = &s->drive;
     double v_d = dqw_sim_signal_at(&s->profile.v_d_V, t_apply_s, s->seed, DQW_SIM_STREAM_V_D);
@@ -30,7 +32,8 @@ void dqw_sim_controller_step(dqw_sim_controller *c, const dqw_sim_scenario *s, c
     const double ki_dt = drive->current_bandwidth_rad_s * s->machine.R_ohm * drive->dt_s;
     double error_d = 0, error_q = 0;
     if (loops) {
-        const double i_d = clamp(dqw_sim_signal_at(&s->profile.i_d_A, m->t_s, s->seed, DQW_SIM_STREAM_I_D), drive->i_max_A);
+        const double i_d = clamp(dqw_sim_signal_at(&s->profile.i_d_A, m->t_s, s->seed, DQW_SIM_STREAM_I_D),
+                                 drive->i_max_A);
         const double limit = sqrt(drive->i_max_A * drive->i_max_A - i_d * i_d);
         double i_q = dqw_sim_signal_at(&s->profile.i_q_A, m->t_s, s->seed, DQW_SIM_STREAM_I_Q);
         if (s->profile.control == DQW_SIM_CONTROL_SPEED) i_q += speed_loop(c, s, m, limit);

@@ -16,12 +16,21 @@ typedef struct dqw_sim_measured {
 
 /// Voltage in the rotating frame for the period that begins at t_apply_s, within the voltage limit.
 ///
-/// Current loops: zero of the PI on the winding's pole (gain bandwidth L, integral gain bandwidth R); decoupling by the reference
-/// currents. Speed loop: gain bandwidth J / K_t, corner at a quarter of its bandwidth. All integrators are held back by what the
-/// limits cut off. Random parts of the references come from `s->seed`.
-void dqw_sim_controller_step(dqw_sim_controller *c, const dqw_sim_scenario *s, const dqw_sim_measured *m, double t_apply_s, double *v_d_V, double *v_q_V);
+/// Current loops: zero of the PI on the winding's pole (gain bandwidth L, integral gain bandwidth R); decoupling by the
+/// reference currents. Speed loop: gain bandwidth J / K_t, corner at a quarter of its bandwidth. All integrators are
+/// held back by what the limits cut off. Random parts of the references come from `s->seed`.
+void dqw_sim_controller_step(dqw_sim_controller *c, const dqw_sim_scenario *s, const dqw_sim_measured *m,
+                             double t_apply_s, double *v_d_V, double *v_q_V);
 
 /// Streams of the signals' random numbers.
-enum { DQW_SIM_STREAM_SPEED, DQW_SIM_STREAM_I_D, DQW_SIM_STREAM_I_Q, DQW_SIM_STREAM_V_D, DQW_SIM_STREAM_V_Q, DQW_SIM_STREAM_LOAD, DQW_SIM_STREAMS };
+enum {
+    DQW_SIM_STREAM_SPEED,
+    DQW_SIM_STREAM_I_D,
+    DQW_SIM_STREAM_I_Q,
+    DQW_SIM_STREAM_V_D,
+    DQW_SIM_STREAM_V_Q,
+    DQW_SIM_STREAM_LOAD,
+    DQW_SIM_STREAMS
+};
 
 #endif

@@ -22,7 +22,8 @@ typedef struct reader {
 
 static int refuse(const reader *r, const char *format, ...)
 {
-    const int n = r->line > 0 ? snprintf(r->message, r->size, "%s:%ld: ", r->path, r->line) : snprintf(r->message, r->size, "%s: ", r->path);
+    const int n = r->line > 0 ? snprintf(r->message, r->size, "%s:%ld: ", r->path, r->line)
+                              : snprintf(r->message, r->size, "%s: ", r->path);
     va_list args;
     va_start(args, format);
     if (n >= 0 && (size_t)n < r->size) vsnprintf(r->message + n, r->size - (size_t)n, format, args);
@@ -46,7 +47,8 @@ static int read_point(reader *r, char *text, dqw_sim_curve *c)
         if (r->at[k] >= n) return refuse(r, "%d fields, but %s is field %d", n, names[k], r->at[k] + 1);
         char *end;
         value[k] = strtod(field[r->at[k]], &end);
-        if (end == field[r->at[k]] || *end || !isfinite(value[k])) return refuse(r, "%s is '%.40s', not a finite number", names[k], field[r->at[k]]);
+        if (end == field[r->at[k]] || *end || !isfinite(value[k]))
+            return refuse(r, "%s is '%.40s', not a finite number", names[k], field[r->at[k]]);
     }
     if (c->count == DQW_SIM_CURVE_POINTS) return refuse(r, "more than %d points", DQW_SIM_CURVE_POINTS);
     if (c->count && !(value[0] > c->i_A[c->count - 1])) return refuse(r, "i_A = %g does not ascend", value[0]);
@@ -75,7 +77,8 @@ int dqw_sim_curve_read(const char *path, dqw_sim_curve *curve, char *message, si
     r.line = 0;
     if (curve->count < 2) return refuse(&r, "%d points; 2 are needed", (int)curve->count);
     if (curve->i_A[0] < 0 && curve->i_A[curve->count - 1] <= 0) return refuse(&r, "no point with a positive current");
-    if (curve->i_A[0] == 0 && curve->v_V[0] != 0) return refuse(&r, "v_V is %g at zero current, and jumps", curve->v_V[0]);
+    if (curve->i_A[0] == 0 && curve->v_V[0] != 0)
+        return refuse(&r, "v_V is %g at zero current, and jumps", curve->v_V[0]);
     if (curve->i_A[0] > 0) {
         memmove(curve->i_A + 1, curve->i_A, curve->count * sizeof *curve->i_A);
         memmove(curve->v_V + 1, curve->v_V, curve->count * sizeof *curve->v_V);

@@ -8,11 +8,14 @@ void dqw_sim_hold_in_frame(const dqw_sim_plant *p, const double held[2], double 
     *v_x_V = c * held[0] + s * held[1], *v_y_V = c * held[1] - s * held[0];
 }
 
-// 4-point Gauss over the cubic Hermite interpolant of the angle. Below 1 rad of turn its error is under 1e-9 of the voltage.
-void dqw_sim_hold_mean(const dqw_sim_plant *p, const double held[2], double dt_s, double turn_rad, double w0, double w1, double *v_d_V, double *v_q_V)
+// 4-point Gauss over the cubic Hermite interpolant of the angle. Below 1 rad of turn its error is under 1e-9 of the
+// voltage.
+void dqw_sim_hold_mean(const dqw_sim_plant *p, const double held[2], double dt_s, double turn_rad, double w0, double w1,
+                       double *v_d_V, double *v_q_V)
 {
     static const double node[4] = {0.06943184420297371, 0.33000947820757187, 0.6699905217924281, 0.9305681557970263};
-    static const double weight[4] = {0.17392742256872692, 0.32607257743127307, 0.32607257743127307, 0.17392742256872692};
+    static const double weight[4] = {0.17392742256872692, 0.32607257743127307, 0.32607257743127307,
+                                     0.17392742256872692};
     double v_x, v_y, c = 0, s = 0;
     dqw_sim_hold_in_frame(p, held, &v_x, &v_y);
     *v_d_V = v_x, *v_q_V = v_y;

@@ -8,6 +8,7 @@
 void dqw_sim_hold_in_frame(const dqw_sim_plant *p, const double held[2], double *v_x_V, double *v_y_V);
 
 /// Its mean over the period as the rotor sees it, which turns by turn_rad and has the speeds w0, w1 at both ends.
-void dqw_sim_hold_mean(const dqw_sim_plant *p, const double held[2], double dt_s, double turn_rad, double w0, double w1, double *v_d_V, double *v_q_V);
+void dqw_sim_hold_mean(const dqw_sim_plant *p, const double held[2], double dt_s, double turn_rad, double w0, double w1,
+                       double *v_d_V, double *v_q_V);
 
 #endif

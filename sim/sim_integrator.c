@@ -9,7 +9,10 @@
 #include <sunnonlinsol/sunnonlinsol_fixedpoint.h>
 
 // A failed evaluation (a flux map cannot be inverted there) asks CVODE for a smaller step.
-static int rhs(sunrealtype tau_s, N_Vector y, N_Vector dy, void *plant) { return dqw_sim_plant_rhs(plant, tau_s, NV_DATA_S(y), NV_DATA_S(dy)) ? 0 : 1; }
+static int rhs(sunrealtype tau_s, N_Vector y, N_Vector dy, void *plant)
+{
+    return dqw_sim_plant_rhs(plant, tau_s, NV_DATA_S(y), NV_DATA_S(dy)) ? 0 : 1;
+}
 
 static int create_context(SUNContext *context)
 {
@@ -35,7 +38,8 @@ static int attach_solver(dqw_sim_integrator *g, enum dqw_sim_method method)
     return g->linear && CVodeSetLinearSolver(g->cvode, g->linear, g->matrix) == 0 ? 0 : DQW_SIM_ERR_MEMORY;
 }
 
-int dqw_sim_integrator_init(dqw_sim_integrator *g, const dqw_sim_plant *plant, enum dqw_sim_method method, const double *tolerance)
+int dqw_sim_integrator_init(dqw_sim_integrator *g, const dqw_sim_plant *plant, enum dqw_sim_method method,
+                            const double *tolerance)
 {
     memset(g, 0, sizeof *g);
     g->plant = plant;
@@ -51,10 +55,11 @@ int dqw_sim_integrator_init(dqw_sim_integrator *g, const dqw_sim_plant *plant, e
 #if SUNDIALS_VERSION_MAJOR < 7
     CVodeSetErrFile(g->cvode, NULL);
 #endif
-    if (CVodeInit(g->cvode, rhs, 0, g->y) || CVodeSVtolerances(g->cvode, 0, g->tolerance) || CVodeSetUserData(g->cvode, (void *)plant) ||
-        CVodeSetMaxNumSteps(g->cvode, 100000))
+    if (CVodeInit(g->cvode, rhs, 0, g->y) || CVodeSVtolerances(g->cvode, 0, g->tolerance) ||
+        CVodeSetUserData(g->cvode, (void *)plant) || CVodeSetMaxNumSteps(g->cvode, 100000))
         return DQW_SIM_ERR_SOLVER;
-    // CVODE would try ten times the step after each early one, and fail every other time: 2 saves a quarter of the evaluations.
+    // CVODE would try ten times the step after each early one, and fail every other time: 2 saves a quarter of the
+    // evaluations.
     if (CVodeSetEtaMaxEarlyStep(g->cvode, 2)) return DQW_SIM_ERR_SOLVER;
     return attach_solver(g, method);
 }
@@ -85,8 +90,8 @@ static double first_error(dqw_sim_integrator *g)
     return sqrt(square / g->plant->states);
 }
 
-// Every period starts anew at order 1, whose error goes with the square of the step: aim at a third of the tolerance, so that the
-// next edge's larger jump does not cost a failure.
+// Every period starts anew at order 1, whose error goes with the square of the step: aim at a third of the tolerance,
+// so that the next edge's larger jump does not cost a failure.
 static void learn_first_step(dqw_sim_integrator *g, double dt_s)
 {
     sunrealtype taken = 0;

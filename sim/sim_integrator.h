@@ -21,9 +21,11 @@ typedef struct dqw_sim_integrator {
     long steps, rhs_evaluations, error_test_failures;
 } dqw_sim_integrator;
 
-/// Creates the solver: Adams with fixed-point iteration, or BDF with Newton and a dense matrix. tolerance[states]: absolute local
-/// error per step. Returns 0, DQW_SIM_ERR_MEMORY or DQW_SIM_ERR_SOLVER. Always end with dqw_sim_integrator_free.
-int dqw_sim_integrator_init(dqw_sim_integrator *g, const dqw_sim_plant *plant, enum dqw_sim_method method, const double *tolerance);
+/// Creates the solver: Adams with fixed-point iteration, or BDF with Newton and a dense matrix. tolerance[states]:
+/// absolute local error per step. Returns 0, DQW_SIM_ERR_MEMORY or DQW_SIM_ERR_SOLVER. Always end with
+/// dqw_sim_integrator_free.
+int dqw_sim_integrator_init(dqw_sim_integrator *g, const dqw_sim_plant *plant, enum dqw_sim_method method,
+                            const double *tolerance);
 void dqw_sim_integrator_free(dqw_sim_integrator *g);
 
 /// The state vector; set it before a period, read it after.

@@ -52,8 +52,10 @@ static const dqw_sim_field fields[] = {
 // clang-format on
 
 // Beside the fields: a name for all noise at once, and short names.
-static const char *const noise_channels[] = {"noise.i", "noise.v", "noise.w", "noise.theta", "noise.v_dc", "noise.temp", "noise.torque"};
-static const char *const shorthands[] = {"noise", "noise_i", "noise_v", "noise_w", "noise_theta", "noise_v_dc", "noise_temp", "noise_torque"};
+static const char *const noise_channels[] = {"noise.i",    "noise.v",    "noise.w",     "noise.theta",
+                                             "noise.v_dc", "noise.temp", "noise.torque"};
+static const char *const shorthands[] = {"noise",       "noise_i",    "noise_v",    "noise_w",
+                                         "noise_theta", "noise_v_dc", "noise_temp", "noise_torque"};
 enum {
     FIELDS = sizeof fields / sizeof *fields,
     CHANNELS = sizeof noise_channels / sizeof *noise_channels,

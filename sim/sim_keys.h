@@ -4,7 +4,14 @@
 
 #include <stddef.h>
 
-enum dqw_sim_field_kind { DQW_SIM_FIELD_DOUBLE, DQW_SIM_FIELD_INT, DQW_SIM_FIELD_BOOL, DQW_SIM_FIELD_SEED, DQW_SIM_FIELD_PATH, DQW_SIM_FIELD_CHOICE };
+enum dqw_sim_field_kind {
+    DQW_SIM_FIELD_DOUBLE,
+    DQW_SIM_FIELD_INT,
+    DQW_SIM_FIELD_BOOL,
+    DQW_SIM_FIELD_SEED,
+    DQW_SIM_FIELD_PATH,
+    DQW_SIM_FIELD_CHOICE
+};
 
 typedef struct dqw_sim_field {
     const char *key;

@@ -19,7 +19,8 @@ static void evaluate(const dqw_sim_map *map, double i_d_A, double i_q_A, double 
     }
 }
 
-void dqw_sim_map_flux(const dqw_sim_map *map, double i_d_A, double i_q_A, double *psi_d_Wb, double *psi_q_Wb, double L[3])
+void dqw_sim_map_flux(const dqw_sim_map *map, double i_d_A, double i_q_A, double *psi_d_Wb, double *psi_q_Wb,
+                      double L[3])
 {
     double v[6];
     evaluate(map, i_d_A, i_q_A, v);
@@ -35,7 +36,10 @@ double dqw_sim_map_coenergy(const dqw_sim_map *map, double i_d_A, double i_q_A)
     return at[0] - origin[0];
 }
 
-static double within(double x, const dqw_sim_map_axis *axis) { return fmin(fmax(x, axis->reach_low_A), axis->reach_high_A); }
+static double within(double x, const dqw_sim_map_axis *axis)
+{
+    return fmin(fmax(x, axis->reach_low_A), axis->reach_high_A);
+}
 
 bool dqw_sim_map_invert(dqw_sim_map *map, double psi_d_Wb, double psi_q_Wb, double *i_d_A, double *i_q_A)
 {
@@ -48,7 +52,8 @@ bool dqw_sim_map_invert(dqw_sim_map *map, double psi_d_Wb, double psi_q_Wb, doub
         if (!(det > 0)) return false;
         const double step_d = (v[5] * fd - v[4] * fq) / det, step_q = (v[3] * fq - v[4] * fd) / det;
         const double next_d = within(i_d + step_d, &map->d), next_q = within(i_q + step_q, &map->q);
-        // Newton squares the error: a step of 1e-8 of the range leaves 1e-16. Outside the reach it never gets this small.
+        // Newton squares the error: a step of 1e-8 of the range leaves 1e-16. Outside the reach it never gets this
+        // small.
         if (fabs(step_d) < small && fabs(step_q) < small) {
             *i_d_A = map->last_d_A = next_d, *i_q_A = map->last_q_A = next_q;
             return true;

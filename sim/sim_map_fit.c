@@ -48,9 +48,9 @@ static void add_point(normal *e, const dqw_sim_map *map, double i_d, double i_q,
     add_row(e, at, row_q, 25, psi_q);
 }
 
-// Third differences of the coefficients vanish where the inductance is constant. A small weight on them decides what the data
-// leave open (empty cells), and keeps noise at the edges out of the extension: on two measured maps 1e-3 raised the RMS error
-// by 2 % and let the extension stay invertible three times as far as 1e-5.
+// Third differences of the coefficients vanish where the inductance is constant. A small weight on them decides what
+// the data leave open (empty cells), and keeps noise at the edges out of the extension: on two measured maps 1e-3
+// raised the RMS error by 2 % and let the extension stay invertible three times as far as 1e-5.
 static void regularise(normal *e, const dqw_sim_map *map)
 {
     static const double third[4] = {-1, 3, -3, 1};
@@ -111,8 +111,10 @@ static void measure_curl(const dqw_sim_grid *g, dqw_sim_map *map)
     for (size_t j = 0; j + 1 < g->n_d; ++j)
         for (size_t k = 0; k + 1 < g->n_q; ++k) {
             const size_t a = j * g->n_q + k, b = a + 1, c = a + g->n_q, d = c + 1;
-            const double dq = 0.5 * (g->psi_d_Wb[b] + g->psi_d_Wb[d] - g->psi_d_Wb[a] - g->psi_d_Wb[c]) / (g->i_q_A[k + 1] - g->i_q_A[k]);
-            const double qd = 0.5 * (g->psi_q_Wb[c] + g->psi_q_Wb[d] - g->psi_q_Wb[a] - g->psi_q_Wb[b]) / (g->i_d_A[j + 1] - g->i_d_A[j]);
+            const double dq = 0.5 * (g->psi_d_Wb[b] + g->psi_d_Wb[d] - g->psi_d_Wb[a] - g->psi_d_Wb[c]) /
+                              (g->i_q_A[k + 1] - g->i_q_A[k]);
+            const double qd = 0.5 * (g->psi_q_Wb[c] + g->psi_q_Wb[d] - g->psi_q_Wb[a] - g->psi_q_Wb[b]) /
+                              (g->i_d_A[j + 1] - g->i_d_A[j]);
             curl += (dq - qd) * (dq - qd), mean += 0.25 * (dq + qd) * (dq + qd);
         }
     map->curl = mean > 0 ? sqrt(curl / mean) : 0;
@@ -151,9 +153,11 @@ int dqw_sim_map_fit(const dqw_sim_grid *g, dqw_sim_map *map, char *message, size
     int status = e.a && e.b ? 0 : DQW_SIM_ERR_MEMORY;
     if (status == 0) {
         for (size_t j = 0; j < g->n_d; ++j)
-            for (size_t k = 0; k < g->n_q; ++k) add_point(&e, map, g->i_d_A[j], g->i_q_A[k], g->psi_d_Wb[j * g->n_q + k], g->psi_q_Wb[j * g->n_q + k]);
+            for (size_t k = 0; k < g->n_q; ++k)
+                add_point(&e, map, g->i_d_A[j], g->i_q_A[k], g->psi_d_Wb[j * g->n_q + k], g->psi_q_Wb[j * g->n_q + k]);
         regularise(&e, map);
-        if (!solve(&e)) status = DQW_SIM_ERR_MAP, snprintf(message, size, "flux map: the projection on one co-energy is singular");
+        if (!solve(&e))
+            status = DQW_SIM_ERR_MAP, snprintf(message, size, "flux map: the projection on one co-energy is singular");
     }
     for (size_t j = 0; status == 0 && j < nd; ++j)
         for (size_t k = 0; k < nq; ++k) map->coef[j][k] = e.b[j * nq + k];

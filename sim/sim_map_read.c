@@ -29,7 +29,8 @@ typedef struct reader {
 
 static int refuse(reader *r, long line, const char *format, ...)
 {
-    const int n = line > 0 ? snprintf(r->message, r->size, "%s:%ld: ", r->path, line) : snprintf(r->message, r->size, "%s: ", r->path);
+    const int n = line > 0 ? snprintf(r->message, r->size, "%s:%ld: ", r->path, line)
+                           : snprintf(r->message, r->size, "%s: ", r->path);
     va_list args;
     va_start(args, format);
     if (n >= 0 && (size_t)n < r->size) vsnprintf(r->message + n, r->size - (size_t)n, format, args);
@@ -40,7 +41,9 @@ static int refuse(reader *r, long line, const char *format, ...)
 static int read_header(reader *r, char *text)
 {
     const int missing = dqw_sim_csv_header(text, names, COLUMNS, r->at);
-    return missing < COLUMNS ? refuse(r, 1, "no column %s; a flux map has i_d_A,i_q_A,psi_d_Wb,psi_q_Wb", names[missing]) : 0;
+    return missing < COLUMNS
+               ? refuse(r, 1, "no column %s; a flux map has i_d_A,i_q_A,psi_d_Wb,psi_q_Wb", names[missing])
+               : 0;
 }
 
 static int read_point(reader *r, char *text)
@@ -54,7 +57,8 @@ static int read_point(reader *r, char *text)
         char *end;
         const char *text_k = field[r->at[k]];
         p.value[k] = strtod(text_k, &end);
-        if (end == text_k || *end || !isfinite(p.value[k])) return refuse(r, r->line, "%s is '%.40s', not a finite number", names[k], text_k);
+        if (end == text_k || *end || !isfinite(p.value[k]))
+            return refuse(r, r->line, "%s is '%.40s', not a finite number", names[k], text_k);
     }
     if (r->count == r->room) {
         r->room = r->room ? 2 * r->room : 256;
@@ -82,18 +86,25 @@ static int make_grid(reader *r, dqw_sim_grid *g)
     while (g->n_q < r->count && p[g->n_q].value[0] == p[0].value[0]) ++g->n_q;
     for (size_t k = 0; k < r->count; ++k) {
         if (k && p[k].value[0] == p[k - 1].value[0] && p[k].value[1] == p[k - 1].value[1])
-            return refuse(r, p[k].line, "i_d_A = %g, i_q_A = %g is there twice (line %ld)", p[k].value[0], p[k].value[1], p[k - 1].line);
+            return refuse(r, p[k].line, "i_d_A = %g, i_q_A = %g is there twice (line %ld)", p[k].value[0],
+                          p[k].value[1], p[k - 1].line);
     }
-    if (r->count % g->n_q) return refuse(r, 0, "not a full grid: %lu points, %lu with the first i_d_A", (unsigned long)r->count, (unsigned long)g->n_q);
+    if (r->count % g->n_q)
+        return refuse(r, 0, "not a full grid: %lu points, %lu with the first i_d_A", (unsigned long)r->count,
+                      (unsigned long)g->n_q);
     g->n_d = r->count / g->n_q;
     for (size_t k = 0; k < r->count; ++k) {
         const point *row = &p[k - k % g->n_q], *column = &p[k % g->n_q];
         if (p[k].value[0] != row->value[0] || p[k].value[1] != column->value[1])
-            return refuse(r, p[k].line, "not a full grid: i_d_A = %g, i_q_A = %g has no place in it", p[k].value[0], p[k].value[1]);
+            return refuse(r, p[k].line, "not a full grid: i_d_A = %g, i_q_A = %g has no place in it", p[k].value[0],
+                          p[k].value[1]);
     }
-    if (g->n_d < 3 || g->n_q < 3) return refuse(r, 0, "a grid of %lu by %lu points; 3 by 3 are needed", (unsigned long)g->n_d, (unsigned long)g->n_q);
+    if (g->n_d < 3 || g->n_q < 3)
+        return refuse(r, 0, "a grid of %lu by %lu points; 3 by 3 are needed", (unsigned long)g->n_d,
+                      (unsigned long)g->n_q);
     const double *first = p[0].value, *last = p[r->count - 1].value;
-    if (first[0] > 0 || last[0] < 0 || first[1] > 0 || last[1] < 0) return refuse(r, 0, "zero current lies outside the map");
+    if (first[0] > 0 || last[0] < 0 || first[1] > 0 || last[1] < 0)
+        return refuse(r, 0, "zero current lies outside the map");
     g->i_d_A = malloc(g->n_d * sizeof(double)), g->i_q_A = malloc(g->n_q * sizeof(double));
     g->psi_d_Wb = malloc(r->count * sizeof(double)), g->psi_q_Wb = malloc(r->count * sizeof(double));
     if (!g->i_d_A || !g->i_q_A || !g->psi_d_Wb || !g->psi_q_Wb) return DQW_SIM_ERR_MEMORY;

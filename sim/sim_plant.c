@@ -28,7 +28,8 @@ void dqw_sim_plant_init(dqw_sim_plant *p, const dqw_sim_scenario *s, dqw_sim_map
     p->coulomb_width_inv = inverse(m->coulomb_width_rad_s);
     p->stribeck_width_inv = inverse(s->nonideal.stribeck_width_rad_s);
     p->cogging_order = s->nonideal.cogging_order, p->cogging_phase_rad = s->nonideal.cogging_phase_rad;
-    p->harmonic_phase_rad[0] = s->nonideal.flux_harmonic_6_phase_rad, p->harmonic_phase_rad[1] = s->nonideal.flux_harmonic_12_phase_rad;
+    p->harmonic_phase_rad[0] = s->nonideal.flux_harmonic_6_phase_rad,
+    p->harmonic_phase_rad[1] = s->nonideal.flux_harmonic_12_phase_rad;
     p->disturbance_rad_s = two_pi * s->nonideal.disturbance_Hz;
     p->winding_heat_inv = inverse(m->winding_heat_J_K);
     p->magnet_heat_inv = inverse(m->magnet_heat_J_K);
@@ -56,10 +57,13 @@ bool dqw_sim_plant_ramp(dqw_sim_plant *p, const dqw_sim_scenario *s, double t_s)
     p->extra_a_ohm = dqw_sim_ramp_at(&x->phase_connection_ohm, t_s) + dqw_sim_ramp_at(&x->phase_resistance_a_ohm, t_s);
     p->extra_b_ohm = dqw_sim_ramp_at(&x->phase_resistance_b_ohm, t_s);
     p->skin_s2_rad2 = dqw_sim_ramp_at(&x->skin_effect_s2_rad2, t_s);
-    p->harmonic_d_Wb[0] = dqw_sim_ramp_at(&x->flux_harmonic_6d_Wb, t_s), p->harmonic_q_Wb[0] = dqw_sim_ramp_at(&x->flux_harmonic_6q_Wb, t_s);
-    p->harmonic_d_Wb[1] = dqw_sim_ramp_at(&x->flux_harmonic_12d_Wb, t_s), p->harmonic_q_Wb[1] = dqw_sim_ramp_at(&x->flux_harmonic_12q_Wb, t_s);
+    p->harmonic_d_Wb[0] = dqw_sim_ramp_at(&x->flux_harmonic_6d_Wb, t_s),
+    p->harmonic_q_Wb[0] = dqw_sim_ramp_at(&x->flux_harmonic_6q_Wb, t_s);
+    p->harmonic_d_Wb[1] = dqw_sim_ramp_at(&x->flux_harmonic_12d_Wb, t_s),
+    p->harmonic_q_Wb[1] = dqw_sim_ramp_at(&x->flux_harmonic_12q_Wb, t_s);
     p->disturbance_V = dqw_sim_ramp_at(&x->disturbance_V, t_s);
-    p->stribeck_Nm = dqw_sim_ramp_at(&x->stribeck_Nm, t_s), p->asymmetry_Nm = dqw_sim_ramp_at(&x->friction_asymmetry_Nm, t_s);
+    p->stribeck_Nm = dqw_sim_ramp_at(&x->stribeck_Nm, t_s),
+    p->asymmetry_Nm = dqw_sim_ramp_at(&x->friction_asymmetry_Nm, t_s);
     p->cogging_Nm = dqw_sim_ramp_at(&x->cogging_Nm, t_s);
     p->coulomb_Nm = m->coulomb_Nm + dqw_sim_ramp_at(&x->bearing_Nm, t_s);
     p->B_Nms_rad = m->B_Nms_rad + dqw_sim_ramp_at(&x->bearing_B_Nms_rad, t_s);
@@ -73,17 +77,22 @@ bool dqw_sim_plant_ramp(dqw_sim_plant *p, const dqw_sim_scenario *s, double t_s)
     }
     p->psi_ref_Wb = m->psi_Wb * kept;
     return dqw_sim_flux_init(&p->flux, m->Ld_H, m->Lq_H, m->psi_Wb, dqw_sim_ramp_at(&x->saturation_dd_A_Wb3, t_s),
-                             dqw_sim_ramp_at(&x->saturation_qq_A_Wb3, t_s), dqw_sim_ramp_at(&x->saturation_dq_A_Wb3, t_s));
+                             dqw_sim_ramp_at(&x->saturation_qq_A_Wb3, t_s),
+                             dqw_sim_ramp_at(&x->saturation_dq_A_Wb3, t_s));
 }
 
-double dqw_sim_plant_magnet(const dqw_sim_plant *p, double temp_magnet_C) { return p->psi_ref_Wb * (1 + p->beta_per_K * (temp_magnet_C - p->temp_ref_C)); }
+double dqw_sim_plant_magnet(const dqw_sim_plant *p, double temp_magnet_C)
+{
+    return p->psi_ref_Wb * (1 + p->beta_per_K * (temp_magnet_C - p->temp_ref_C));
+}
 
 dqw_sim_harmonic dqw_sim_plant_harmonic(const dqw_sim_plant *p, double theta_e_rad)
 {
     dqw_sim_harmonic h = {0, 0, 0, 0};
     for (int k = 0; k < DQW_SIM_HARMONICS; ++k) {
         if (p->harmonic_d_Wb[k] == 0 && p->harmonic_q_Wb[k] == 0) continue;
-        const double n = harmonic_order[k], angle = n * theta_e_rad + p->harmonic_phase_rad[k], c = cos(angle), s = sin(angle);
+        const double n = harmonic_order[k], angle = n * theta_e_rad + p->harmonic_phase_rad[k], c = cos(angle),
+                     s = sin(angle);
         h.d_Wb += p->harmonic_d_Wb[k] * c, h.q_Wb += p->harmonic_q_Wb[k] * s;
         h.d_slope_Wb -= n * p->harmonic_d_Wb[k] * s, h.q_slope_Wb += n * p->harmonic_q_Wb[k] * c;
     }
@@ -119,13 +128,15 @@ bool dqw_sim_plant_point(const dqw_sim_plant *p, double tau_s, const double *y, 
     o->psi_q_Wb = c * y[1] - s * y[0];
     const dqw_sim_harmonic h = dqw_sim_plant_harmonic(p, p->theta_e_rad + o->turn_rad);
     double im_d, im_q;
-    if (!dqw_sim_flux_currents(&p->flux, o->psi_m_Wb, o->psi_d_Wb - h.d_Wb, o->psi_q_Wb - h.q_Wb, &im_d, &im_q)) return false;
+    if (!dqw_sim_flux_currents(&p->flux, o->psi_m_Wb, o->psi_d_Wb - h.d_Wb, o->psi_q_Wb - h.q_Wb, &im_d, &im_q))
+        return false;
     const double im_x = c * im_d - s * im_q, im_y = s * im_d + c * im_q;
     o->torque_Nm = 1.5 * p->p * (o->psi_d_Wb * im_q - o->psi_q_Wb * im_d + h.d_slope_Wb * im_d + h.q_slope_Wb * im_q);
 
     o->v_x_V = p->v_x_V, o->v_y_V = p->v_y_V;
     if (p->disturbance_V != 0) {
-        const double phase = p->disturbance_rad_s * (p->t_s + tau_s), d = p->disturbance_V * sin(phase), q = -p->disturbance_V * cos(phase);
+        const double phase = p->disturbance_rad_s * (p->t_s + tau_s), d = p->disturbance_V * sin(phase),
+                     q = -p->disturbance_V * cos(phase);
         o->v_x_V += c * d - s * q, o->v_y_V += s * d + c * q;
     }
     dqw_sim_circuit(p, R, im_x, im_y, o);
@@ -134,13 +145,16 @@ bool dqw_sim_plant_point(const dqw_sim_plant *p, double tau_s, const double *y, 
     o->iron_W = 1.5 * p->iron_S * (o->e_x_V * o->e_x_V + o->e_y_V * o->e_y_V);
     o->friction_Nm = friction_Nm(p, o->w_m_rad_s);
     o->against_Nm = p->load_Nm;
-    if (p->cogging_Nm != 0) o->against_Nm -= p->cogging_Nm * sin(p->cogging_order * (p->theta_m_rad + o->turn_rad / p->p) + p->cogging_phase_rad);
+    if (p->cogging_Nm != 0)
+        o->against_Nm -= p->cogging_Nm *
+                         sin(p->cogging_order * (p->theta_m_rad + o->turn_rad / p->p) + p->cogging_phase_rad);
     return true;
 }
 
 static double heat_out_W(const dqw_sim_plant *p, const dqw_sim_point *o)
 {
-    return p->winding_ambient_W_K * (o->temp_winding_C - p->temp_ambient_C) + p->magnet_ambient_W_K * (o->temp_magnet_C - p->temp_ambient_C);
+    return p->winding_ambient_W_K * (o->temp_winding_C - p->temp_ambient_C) +
+           p->magnet_ambient_W_K * (o->temp_magnet_C - p->temp_ambient_C);
 }
 
 bool dqw_sim_plant_rhs(const dqw_sim_plant *p, double tau_s, const double *y, double *dy)
@@ -157,14 +171,18 @@ bool dqw_sim_plant_rhs(const dqw_sim_plant *p, double tau_s, const double *y, do
     double magnet_K_s = 0;
     if (p->at_temp >= 0) {
         const double across = p->winding_magnet_W_K * (o.temp_winding_C - o.temp_magnet_C);
-        dy[p->at_temp] = p->winding_heat_inv * (o.copper_W - across - p->winding_ambient_W_K * (o.temp_winding_C - p->temp_ambient_C));
-        magnet_K_s = p->magnet_heat_inv * (o.iron_W + across - p->magnet_ambient_W_K * (o.temp_magnet_C - p->temp_ambient_C));
+        dy[p->at_temp] = p->winding_heat_inv *
+                         (o.copper_W - across - p->winding_ambient_W_K * (o.temp_winding_C - p->temp_ambient_C));
+        magnet_K_s = p->magnet_heat_inv *
+                     (o.iron_W + across - p->magnet_ambient_W_K * (o.temp_magnet_C - p->temp_ambient_C));
         dy[p->at_temp + 1] = magnet_K_s;
     }
     if (p->at_energy >= 0) {
         double *e = dy + p->at_energy, W, dW_dpsi_m = 0;
         const dqw_sim_harmonic h = dqw_sim_plant_harmonic(p, p->theta_e_rad + o.turn_rad);
-        if (magnet_K_s != 0 && !dqw_sim_flux_energy(&p->flux, o.psi_m_Wb, o.psi_d_Wb - h.d_Wb, o.psi_q_Wb - h.q_Wb, &W, &dW_dpsi_m)) return false;
+        if (magnet_K_s != 0 &&
+            !dqw_sim_flux_energy(&p->flux, o.psi_m_Wb, o.psi_d_Wb - h.d_Wb, o.psi_q_Wb - h.q_Wb, &W, &dW_dpsi_m))
+            return false;
         e[DQW_SIM_E_ELECTRICAL] = 1.5 * (o.v_x_V * o.i_x_A + o.v_y_V * o.i_y_A);
         e[DQW_SIM_E_COPPER] = o.copper_W;
         e[DQW_SIM_E_IRON] = o.iron_W;
@@ -177,7 +195,8 @@ bool dqw_sim_plant_rhs(const dqw_sim_plant *p, double tau_s, const double *y, do
     return true;
 }
 
-bool dqw_sim_plant_energy(const dqw_sim_plant *p, double theta_e_rad, double psi_m_Wb, double psi_d_Wb, double psi_q_Wb, double *joule)
+bool dqw_sim_plant_energy(const dqw_sim_plant *p, double theta_e_rad, double psi_m_Wb, double psi_d_Wb, double psi_q_Wb,
+                          double *joule)
 {
     const dqw_sim_harmonic h = dqw_sim_plant_harmonic(p, theta_e_rad);
     double W, unused;

@@ -1,4 +1,5 @@
-// The machine's differential equations, (E30), (E33), over one control period, during which voltage, load and faults are constant.
+// The machine's differential equations, (E30), (E33), over one control period, during which voltage, load and faults
+// are constant.
 #ifndef DQW_SIM_PLANT_H
 #define DQW_SIM_PLANT_H
 
@@ -22,7 +23,8 @@ enum {
 enum { DQW_SIM_STATES_MAX = 6 + DQW_SIM_ENERGIES, DQW_SIM_HARMONICS = 2 };
 
 /// Parameters of one period. Fluxes are integrated in the frame in which the inverter holds its voltage, so that the
-/// rotation costs the integrator nothing: the rotor's frame at t_k standing still (hold = abc), or turning with it (hold = dq).
+/// rotation costs the integrator nothing: the rotor's frame at t_k standing still (hold = abc), or turning with it
+/// (hold = dq).
 /// At t_k, and for dq always, the states are psi_d, psi_q themselves.
 typedef struct dqw_sim_plant {
     // Machine and non-idealities.
@@ -31,13 +33,15 @@ typedef struct dqw_sim_plant {
     double skin_s2_rad2;
     double short_turns, short_ohm, extra_a_ohm, extra_b_ohm;  ///< extra: in series with phases a, b
     double dead_time_V, dead_time_width_inv;
-    const dqw_sim_curve *curve;                                                                                        ///< NULL: dead time's law
-    double harmonic_d_Wb[DQW_SIM_HARMONICS], harmonic_q_Wb[DQW_SIM_HARMONICS], harmonic_phase_rad[DQW_SIM_HARMONICS];  ///< orders 6, 12
+    const dqw_sim_curve *curve;  ///< NULL: dead time's law
+    /// orders 6, 12
+    double harmonic_d_Wb[DQW_SIM_HARMONICS], harmonic_q_Wb[DQW_SIM_HARMONICS], harmonic_phase_rad[DQW_SIM_HARMONICS];
     double disturbance_V, disturbance_rad_s;
     double J_inv, B_Nms_rad, coulomb_Nm, coulomb_width_inv, asymmetry_Nm, stribeck_Nm, stribeck_width_inv;
     double cogging_Nm, cogging_phase_rad;
     int cogging_order;
-    double winding_heat_inv, magnet_heat_inv, winding_magnet_W_K, winding_ambient_W_K, magnet_ambient_W_K, temp_ambient_C;
+    double winding_heat_inv, magnet_heat_inv, winding_magnet_W_K, winding_ambient_W_K, magnet_ambient_W_K,
+        temp_ambient_C;
     bool turning_frame;
     // This period.
     double v_x_V, v_y_V;                   ///< held voltage in that frame
@@ -80,7 +84,8 @@ bool dqw_sim_plant_rhs(const dqw_sim_plant *p, double tau_s, const double *y, do
 dqw_sim_harmonic dqw_sim_plant_harmonic(const dqw_sim_plant *p, double theta_e_rad);
 
 /// Magnetic energy in joule of the plant at this angle and flux.
-bool dqw_sim_plant_energy(const dqw_sim_plant *p, double theta_e_rad, double psi_m_Wb, double psi_d_Wb, double psi_q_Wb, double *joule);
+bool dqw_sim_plant_energy(const dqw_sim_plant *p, double theta_e_rad, double psi_m_Wb, double psi_d_Wb, double psi_q_Wb,
+                          double *joule);
 
 /// Magnet flux at a magnet temperature.
 double dqw_sim_plant_magnet(const dqw_sim_plant *p, double temp_magnet_C);

@@ -10,7 +10,10 @@ static uint64_t mix(uint64_t z)
     return z ^ (z >> 31);
 }
 
-uint64_t dqw_sim_random_bits(uint64_t seed, uint64_t stream, uint64_t index) { return mix(mix(mix(seed) ^ stream) ^ index); }
+uint64_t dqw_sim_random_bits(uint64_t seed, uint64_t stream, uint64_t index)
+{
+    return mix(mix(mix(seed) ^ stream) ^ index);
+}
 
 double dqw_sim_random_uniform(uint64_t seed, uint64_t stream, uint64_t index)
 {

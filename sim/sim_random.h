@@ -1,4 +1,5 @@
-// Counter-based random numbers: a value is a pure function of seed, stream and index, so that no draw depends on another.
+// Counter-based random numbers: a value is a pure function of seed, stream and index, so that no draw depends on
+// another.
 #ifndef DQW_SIM_RANDOM_H
 #define DQW_SIM_RANDOM_H
 

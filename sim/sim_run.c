@@ -22,7 +22,9 @@ typedef struct run {
     dqw_sim_controller controller;
     dqw_sim_row sample;                   // what is true at t_k
     double psi_d_Wb, psi_q_Wb, psi_m_Wb;  // there too
-    double v_V[4][2];                     // stationary (hold = dq: rotor's): decided for the coming period, meant for this one and those before
+    double
+        v_V[4]
+           [2];  // stationary (hold = dq: rotor's): decided for the coming period, meant for this one and those before
     double energy_J[DQW_SIM_ENERGIES], edges_J;
     dqw_sim_report *report;
 } run;
@@ -42,10 +44,13 @@ static int refuse(dqw_sim_report *report, int status, const char *why, double t_
     return status;
 }
 
-static double speed_reference(const dqw_sim_scenario *s, double t_s) { return dqw_sim_signal_at(&s->profile.speed_rad_s, t_s, s->seed, DQW_SIM_STREAM_SPEED); }
+static double speed_reference(const dqw_sim_scenario *s, double t_s)
+{
+    return dqw_sim_signal_at(&s->profile.speed_rad_s, t_s, s->seed, DQW_SIM_STREAM_SPEED);
+}
 
-// The drive reads its sensors at t_k and decides the voltage that is applied `ahead` periods later. The angle is carried on to the
-// middle of that period.
+// The drive reads its sensors at t_k and decides the voltage that is applied `ahead` periods later. The angle is
+// carried on to the middle of that period.
 static void control(run *r, int ahead)
 {
     const dqw_sim_scenario *s = r->s;
@@ -57,7 +62,8 @@ static void control(run *r, int ahead)
     dqw_sim_controller_step(&r->controller, s, &m, seen.t_s + ahead * s->drive.dt_s, &v_d, &v_q);
     // hold = dq: the drive's frame as far as it is not the rotor's.
     double angle = dqw_sim_ramp_at(&s->nonideal.angle_offset_rad, seen.t_s);
-    if (s->drive.hold == DQW_SIM_HOLD_ABC) angle = m.theta_e_rad + (ahead + 0.5) * s->drive.dt_s * s->machine.pole_pairs * m.w_m_rad_s;
+    if (s->drive.hold == DQW_SIM_HOLD_ABC)
+        angle = m.theta_e_rad + (ahead + 0.5) * s->drive.dt_s * s->machine.pole_pairs * m.w_m_rad_s;
     r->v_V[0][0] = cos(angle) * v_d - sin(angle) * v_q;
     r->v_V[0][1] = sin(angle) * v_d + cos(angle) * v_q;
 }
@@ -79,10 +85,14 @@ static bool ramp(run *r, double t_s)
 {
     double before = 0, after = 0;
     const double psi_m = r->psi_m_Wb;
-    if (r->s->balance && !dqw_sim_plant_energy(&r->plant, r->sample.theta_e_rad, psi_m, r->psi_d_Wb, r->psi_q_Wb, &before)) return false;
+    if (r->s->balance &&
+        !dqw_sim_plant_energy(&r->plant, r->sample.theta_e_rad, psi_m, r->psi_d_Wb, r->psi_q_Wb, &before))
+        return false;
     if (!dqw_sim_plant_ramp(&r->plant, r->s, t_s)) return false;
     r->psi_m_Wb = dqw_sim_plant_magnet(&r->plant, r->sample.temp_magnet_C);
-    if (r->s->balance && !dqw_sim_plant_energy(&r->plant, r->sample.theta_e_rad, r->psi_m_Wb, r->psi_d_Wb, r->psi_q_Wb, &after)) return false;
+    if (r->s->balance &&
+        !dqw_sim_plant_energy(&r->plant, r->sample.theta_e_rad, r->psi_m_Wb, r->psi_d_Wb, r->psi_q_Wb, &after))
+        return false;
     r->edges_J -= after - before;
     return true;
 }
@@ -120,7 +130,8 @@ static int period(run *r, long k, double *v_d_V, double *v_q_V)
     dqw_sim_plant *p = &r->plant;
     const double dt = s->drive.dt_s, t = (double)k * dt;
     p->t_s = t, p->theta_e_rad = r->sample.theta_e_rad, p->theta_m_rad = r->sample.theta_m_rad;
-    if (!ramp(r, t + 0.5 * dt)) return refuse(r->report, DQW_SIM_ERR_SCENARIO, "the ramped machine is not invertible", t);
+    if (!ramp(r, t + 0.5 * dt))
+        return refuse(r->report, DQW_SIM_ERR_SCENARIO, "the ramped machine is not invertible", t);
     memmove(r->v_V[1], r->v_V[0], 3 * sizeof r->v_V[0]);
     p->load_Nm = dqw_sim_signal_at(&s->profile.load_Nm, t, s->seed, DQW_SIM_STREAM_LOAD);
     if (p->at_w < 0) {
@@ -135,7 +146,10 @@ static int period(run *r, long k, double *v_d_V, double *v_q_V)
     dqw_sim_point end;
     if (flag < 0 || !dqw_sim_plant_point(p, dt, y, &end)) {
         char why[120];
-        snprintf(why, sizeof why, p->flux.map ? "integration failed (CVODE %d; has the current left the flux map?)" : "integration failed (CVODE %d)", flag);
+        snprintf(why, sizeof why,
+                 p->flux.map ? "integration failed (CVODE %d; has the current left the flux map?)"
+                             : "integration failed (CVODE %d)",
+                 flag);
         return refuse(r->report, DQW_SIM_ERR_SOLVER, why, t);
     }
     dqw_sim_hold_mean(p, r->v_V[1], dt, end.turn_rad, r->sample.w_m_rad_s, end.w_m_rad_s, v_d_V, v_q_V);
@@ -148,13 +162,15 @@ static int begin(run *r)
 {
     const dqw_sim_scenario *s = r->s;
     dqw_sim_plant *p = &r->plant;
-    if (!dqw_sim_plant_ramp(p, s, 0)) return refuse(r->report, DQW_SIM_ERR_SCENARIO, "nonideal.saturation_* make the energy non-convex", -1);
+    if (!dqw_sim_plant_ramp(p, s, 0))
+        return refuse(r->report, DQW_SIM_ERR_SCENARIO, "nonideal.saturation_* make the energy non-convex", -1);
     p->w_m_rad_s = p->at_w >= 0 ? s->profile.speed_start_rad_s : speed_reference(s, 0);
     r->psi_m_Wb = dqw_sim_plant_magnet(p, s->machine.temp_start_C);
     dqw_sim_flux_at_rest(&p->flux, r->psi_m_Wb, &r->psi_d_Wb, &r->psi_q_Wb);
     const dqw_sim_harmonic h = dqw_sim_plant_harmonic(p, 0);
     r->psi_d_Wb += h.d_Wb, r->psi_q_Wb += h.q_Wb;
-    r->controller.Ld_H = s->machine.Ld_H, r->controller.Lq_H = s->machine.Lq_H, r->controller.psi_Wb = s->machine.psi_Wb;
+    r->controller.Ld_H = s->machine.Ld_H, r->controller.Lq_H = s->machine.Lq_H,
+    r->controller.psi_Wb = s->machine.psi_Wb;
     if (p->flux.map) {
         double L[3], psi_q;
         dqw_sim_map_flux(p->flux.map, 0, 0, &r->controller.psi_Wb, &psi_q, L);
@@ -164,15 +180,18 @@ static int begin(run *r)
     r->sample.w_m_rad_s = p->w_m_rad_s;
     r->sample.temp_winding_C = r->sample.temp_magnet_C = s->machine.temp_start_C;
     r->sample.v_dc_V = s->drive.v_dc_V;
-    if (s->balance && !dqw_sim_plant_energy(p, 0, r->psi_m_Wb, r->psi_d_Wb, r->psi_q_Wb, &r->report->stored_start_J)) return DQW_SIM_ERR_MAP;
+    if (s->balance && !dqw_sim_plant_energy(p, 0, r->psi_m_Wb, r->psi_d_Wb, r->psi_q_Wb, &r->report->stored_start_J))
+        return DQW_SIM_ERR_MAP;
 
-    const double L = fmin(r->controller.Ld_H, r->controller.Lq_H), v = s->drive.v_dc_V / sqrt(3), current = s->drive.i_max_A;
+    const double L = fmin(r->controller.Ld_H, r->controller.Lq_H), v = s->drive.v_dc_V / sqrt(3),
+                 current = s->drive.i_max_A;
     const double flux = L * current, speed = v / (p->p * (r->controller.psi_Wb + flux));
     double tolerance[DQW_SIM_STATES_MAX];
     tolerance[0] = tolerance[1] = s->rtol * flux;
     if (p->at_w >= 0) tolerance[p->at_w] = s->rtol * speed, tolerance[p->at_w + 1] = s->rtol;
     if (p->at_temp >= 0) tolerance[p->at_temp] = tolerance[p->at_temp + 1] = s->rtol * 100;
-    for (int e = 0; p->at_energy >= 0 && e < DQW_SIM_ENERGIES; ++e) tolerance[p->at_energy + e] = s->rtol * v * current * s->drive.dt_s;
+    for (int e = 0; p->at_energy >= 0 && e < DQW_SIM_ENERGIES; ++e)
+        tolerance[p->at_energy + e] = s->rtol * v * current * s->drive.dt_s;
     return dqw_sim_integrator_init(&r->integrator, p, s->method, tolerance);
 }
 
@@ -188,7 +207,8 @@ static void finish(run *r)
     o->mechanical_J = e[DQW_SIM_E_MECHANICAL], o->magnet_J = e[DQW_SIM_E_MAGNET] + r->edges_J;
     o->friction_J = e[DQW_SIM_E_FRICTION], o->load_J = e[DQW_SIM_E_LOAD], o->heat_ambient_J = e[DQW_SIM_E_AMBIENT];
     o->kinetic_J = r->plant.at_w >= 0 ? 0.5 * m->J_kgm2 * (w1 * w1 - w0 * w0) : 0;
-    o->heat_stored_J = m->winding_heat_J_K * (r->sample.temp_winding_C - m->temp_start_C) + m->magnet_heat_J_K * (r->sample.temp_magnet_C - m->temp_start_C);
+    o->heat_stored_J = m->winding_heat_J_K * (r->sample.temp_winding_C - m->temp_start_C) +
+                       m->magnet_heat_J_K * (r->sample.temp_magnet_C - m->temp_start_C);
     dqw_sim_plant_energy(&r->plant, r->sample.theta_e_rad, r->psi_m_Wb, r->psi_d_Wb, r->psi_q_Wb, &o->stored_end_J);
 }
 
@@ -208,7 +228,8 @@ static int all_periods(run *r, dqw_sim_row *rows, int (*progress)(void *, double
         r->report->periods = k + 1;
         if (phase >= 0) row->v_d_V += v_d / (double)window, row->v_q_V += v_q / (double)window;
         if (phase == window - 1) ++row;
-        if (progress && k % tick == 0 && progress(ctx, (double)k / (double)periods)) return refuse(r->report, DQW_SIM_ERR_ABORTED, "stopped by the caller", -1);
+        if (progress && k % tick == 0 && progress(ctx, (double)k / (double)periods))
+            return refuse(r->report, DQW_SIM_ERR_ABORTED, "stopped by the caller", -1);
     }
     return 0;
 }
@@ -229,10 +250,12 @@ static int load_map(const dqw_sim_scenario *s, dqw_sim_map **map, dqw_sim_report
 static int load_curve(const dqw_sim_scenario *s, dqw_sim_curve **curve, dqw_sim_report *report)
 {
     *curve = malloc(sizeof **curve);
-    return *curve ? dqw_sim_curve_read(s->nonideal.inverter_curve, *curve, report->message, sizeof report->message) : DQW_SIM_ERR_MEMORY;
+    return *curve ? dqw_sim_curve_read(s->nonideal.inverter_curve, *curve, report->message, sizeof report->message)
+                  : DQW_SIM_ERR_MEMORY;
 }
 
-int dqw_sim_run(const dqw_sim_scenario *s, dqw_sim_row *rows, size_t capacity, dqw_sim_report *report, int (*progress)(void *ctx, double fraction), void *ctx)
+int dqw_sim_run(const dqw_sim_scenario *s, dqw_sim_row *rows, size_t capacity, dqw_sim_report *report,
+                int (*progress)(void *ctx, double fraction), void *ctx)
 {
     dqw_sim_report unread;
     if (!report) report = &unread;

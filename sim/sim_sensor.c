@@ -22,16 +22,21 @@ static double held_at(const dqw_sim_ramp *r, const dqw_sim_row *row) { return dq
 
 void dqw_sim_sensor_mistake(const dqw_sim_nonideal *x, int pole_pairs, dqw_sim_row *row)
 {
-    const double gain_a = held_at(&x->current_gain_a, row), gain_b = held_at(&x->current_gain_b, row), gain_c = held_at(&x->current_gain_c, row);
-    const double off_alpha = held_at(&x->current_offset_alpha_A, row), off_beta = held_at(&x->current_offset_beta_A, row);
+    const double gain_a = held_at(&x->current_gain_a, row), gain_b = held_at(&x->current_gain_b, row),
+                 gain_c = held_at(&x->current_gain_c, row);
+    const double off_alpha = held_at(&x->current_offset_alpha_A, row),
+                 off_beta = held_at(&x->current_offset_beta_A, row);
     const double turn = held_at(&x->angle_offset_rad, row);
     if (gain_a != 0 || gain_b != 0 || gain_c != 0 || off_alpha != 0 || off_beta != 0 || turn != 0) {
         const double c = cos(row->theta_e_rad), s = sin(row->theta_e_rad);
         double alpha = c * row->i_d_A - s * row->i_q_A, beta = s * row->i_d_A + c * row->i_q_A;
-        const double a = (1 + gain_a) * alpha, b = (1 + gain_b) * 0.5 * (sqrt3 * beta - alpha), g = (1 + gain_c) * -0.5 * (sqrt3 * beta + alpha);
+        const double a = (1 + gain_a) * alpha, b = (1 + gain_b) * 0.5 * (sqrt3 * beta - alpha),
+                     g = (1 + gain_c) * -0.5 * (sqrt3 * beta + alpha);
         alpha = (2 * a - b - g) / 3 + off_alpha, beta = (b - g) / sqrt3 + off_beta;
-        row->theta_e_rad = wrapped(row->theta_e_rad + turn), row->theta_m_rad = wrapped(row->theta_m_rad + turn / pole_pairs);
-        const double cs = cos(row->theta_e_rad), ss = sin(row->theta_e_rad), ct = cos(turn), st = sin(turn), v_d = row->v_d_V;
+        row->theta_e_rad = wrapped(row->theta_e_rad + turn),
+        row->theta_m_rad = wrapped(row->theta_m_rad + turn / pole_pairs);
+        const double cs = cos(row->theta_e_rad), ss = sin(row->theta_e_rad), ct = cos(turn), st = sin(turn),
+                     v_d = row->v_d_V;
         row->i_d_A = cs * alpha + ss * beta, row->i_q_A = cs * beta - ss * alpha;
         row->v_d_V = ct * v_d + st * row->v_q_V, row->v_q_V = ct * row->v_q_V - st * v_d;
     }
@@ -49,7 +54,8 @@ static void clip_currents(double limit_A, dqw_sim_row *row)
 {
     const double c = cos(row->theta_e_rad), s = sin(row->theta_e_rad);
     double alpha = c * row->i_d_A - s * row->i_q_A, beta = s * row->i_d_A + c * row->i_q_A;
-    const double a = clamped(alpha, limit_A), b = clamped(0.5 * (sqrt3 * beta - alpha), limit_A), g = clamped(-0.5 * (sqrt3 * beta + alpha), limit_A);
+    const double a = clamped(alpha, limit_A), b = clamped(0.5 * (sqrt3 * beta - alpha), limit_A),
+                 g = clamped(-0.5 * (sqrt3 * beta + alpha), limit_A);
     alpha = (2 * a - b - g) / 3, beta = (b - g) / sqrt3;
     row->i_d_A = c * alpha + s * beta, row->i_q_A = c * beta - s * alpha;
 }
@@ -119,7 +125,8 @@ void dqw_sim_sensor_log(const dqw_sim_scenario *s, dqw_sim_row *rows, size_t cou
     // The angle last: the phases' quantisation needs the true one.
     for (size_t k = 0; k < count; ++k) dqw_sim_sensor_quantise(n, s->machine.pole_pairs, &rows[k]);
     for (size_t k = 1; x->dropped_fraction > 0 && k < count; ++k)
-        if (dqw_sim_random_uniform(seed, 11, k) < x->dropped_fraction) rows[k].i_d_A = rows[k - 1].i_d_A, rows[k].i_q_A = rows[k - 1].i_q_A;
+        if (dqw_sim_random_uniform(seed, 11, k) < x->dropped_fraction)
+            rows[k].i_d_A = rows[k - 1].i_d_A, rows[k].i_q_A = rows[k - 1].i_q_A;
     add_noise(rows, count, offsetof(dqw_sim_row, theta_e_rad), n->theta, seed, 9);
     add_noise(rows, count, offsetof(dqw_sim_row, theta_m_rad), n->theta, seed, 10);
     if (n->theta > 0)

@@ -6,7 +6,8 @@
 
 static const double two_pi = 6.283185307179586;
 
-// Holds and periods are multiples of the control period in exact arithmetic only: a sample this much early counts as there.
+// Holds and periods are multiples of the control period in exact arithmetic only: a sample this much early counts as
+// there.
 static const double edge = 1e-9;
 
 static double wave_at(const dqw_sim_signal *g, double t_s)
@@ -15,8 +16,10 @@ static double wave_at(const dqw_sim_signal *g, double t_s)
     const double phase = turns - floor(turns);
     switch (g->shape) {
     case DQW_SIM_SHAPE_SQUARE: return phase < 0.5 ? g->wave : -g->wave;
-    case DQW_SIM_SHAPE_TRIANGLE: return g->wave * (phase < 0.25 ? 4 * phase : phase < 0.75 ? 2 - 4 * phase : 4 * phase - 4);
-    case DQW_SIM_SHAPE_STAIRS: return g->levels > 1 ? g->wave * (2 * floor(phase * g->levels) / (g->levels - 1) - 1) : g->wave;
+    case DQW_SIM_SHAPE_TRIANGLE:
+        return g->wave * (phase < 0.25 ? 4 * phase : phase < 0.75 ? 2 - 4 * phase : 4 * phase - 4);
+    case DQW_SIM_SHAPE_STAIRS:
+        return g->levels > 1 ? g->wave * (2 * floor(phase * g->levels) / (g->levels - 1) - 1) : g->wave;
     case DQW_SIM_SHAPE_SINE: break;
     }
     return g->wave * sin(two_pi * phase);

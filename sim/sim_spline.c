@@ -5,7 +5,8 @@
 int dqw_sim_spline(const dqw_sim_map_axis *axis, double x_A, double b[3][5])
 {
     // Rows: the five functions; columns: powers of u in [0, 1], the place in the cell; times 24.
-    static const double poly[5][5] = {{1, -4, 6, -4, 1}, {11, -12, -6, 12, -4}, {11, 12, -6, -12, 6}, {1, 4, 6, 4, -4}, {0, 0, 0, 0, 1}};
+    static const double poly[5][5] = {
+        {1, -4, 6, -4, 1}, {11, -12, -6, 12, -4}, {11, 12, -6, -12, 6}, {1, 4, 6, 4, -4}, {0, 0, 0, 0, 1}};
     const double inside = (x_A - axis->low_A) / axis->step_A;
     double place = inside;
     if (place < 0) place = 0;

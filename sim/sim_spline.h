@@ -4,7 +4,8 @@
 
 #include "sim_map.h"
 
-/// The five basis functions that live at `x_A`: b[0] values, b[1] slopes, b[2] curvatures. Returns the first one's index.
+/// The five basis functions that live at `x_A`: b[0] values, b[1] slopes, b[2] curvatures. Returns the first one's
+/// index.
 /// Outside the cells each goes on with its value, slope and curvature at the edge.
 int dqw_sim_spline(const dqw_sim_map_axis *axis, double x_A, double b[3][5]);
 

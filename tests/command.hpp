@@ -66,7 +66,9 @@ inline Outcome run_program(const std::vector<std::string>& argv, const Redirect&
     for (const auto& a : argv) args.push_back(const_cast<char*>(a.c_str()));
     args.push_back(nullptr);
     const auto start = std::chrono::steady_clock::now();
-    const auto passed_s = [&] { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(); };
+    const auto passed_s = [&] {
+        return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    };
     pid_t pid = 0;
     const int failed = ::posix_spawnp(&pid, args[0], &actions, nullptr, args.data(), environ);
     posix_spawn_file_actions_destroy(&actions);
@@ -177,8 +179,8 @@ struct Machine {
             md += weight[i] * d[i], mq += weight[i] * q[i], mw += weight[i] * w[i];
             wd += weight[i] * w[i] * d[i], wq += weight[i] * w[i] * q[i];
         }
-        return {R_ohm * md + Ld_H * (d[2] - d[0]) / dt_s - p * Lq_H * wq, R_ohm * mq + Lq_H * (q[2] - q[0]) / dt_s + p * (Ld_H * wd + psi_Wb * mw), d[0], q[0],
-                w[0]};
+        return {R_ohm * md + Ld_H * (d[2] - d[0]) / dt_s - p * Lq_H * wq,
+                R_ohm * mq + Lq_H * (q[2] - q[0]) / dt_s + p * (Ld_H * wd + psi_Wb * mw), d[0], q[0], w[0]};
     }
 };
 
@@ -208,7 +210,8 @@ inline void write_log(const std::string& path, std::size_t rows, const Machine& 
         const Machine::Row r = machine.row(k);
         char text[160];
         const char s = style.separator;
-        std::snprintf(text, sizeof text, "%c%.9g%c%.9g%c%.9g%c%.9g%c%.9g", s, r.v_d_V, s, r.v_q_V, s, r.i_d_A, s, r.i_q_A, s, r.w_m_rad_s * style.speed_factor);
+        std::snprintf(text, sizeof text, "%c%.9g%c%.9g%c%.9g%c%.9g%c%.9g", s, r.v_d_V, s, r.v_q_V, s, r.i_d_A, s,
+                      r.i_q_A, s, r.w_m_rad_s * style.speed_factor);
         tails.push_back(text + end);
     }
     // Whole microseconds, so that the time text is two integers.
@@ -220,7 +223,8 @@ inline void write_log(const std::string& path, std::size_t rows, const Machine& 
         const int n = std::snprintf(time, sizeof time, "%lu.%06lu", us / 1000000, us % 1000000);
         text.append(time, static_cast<std::size_t>(n)).append(tails[k % machine.period]);
         if (text.size() < (1u << 20) && k + 1 < rows) continue;
-        if (std::fwrite(text.data(), 1, text.size(), file) != text.size()) throw std::runtime_error("disk full: " + path);
+        if (std::fwrite(text.data(), 1, text.size(), file) != text.size())
+            throw std::runtime_error("disk full: " + path);
         text.clear();
     }
     if (std::fclose(file) != 0) throw std::runtime_error("disk full: " + path);

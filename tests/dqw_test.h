@@ -18,35 +18,37 @@ static char test_case[160];
 
 #define CASE(...) ((void)snprintf(test_case, sizeof test_case, __VA_ARGS__))
 
-/// low <= value <= high. The comment beside a use gives the value when the bound was written; DQW_TEST_VALUES=1 prints it.
+/// low <= value <= high. The comment beside a use gives the value when the bound was written; DQW_TEST_VALUES=1 prints
+/// it.
 static inline void test_between(double low, double value, double high, const char *text, int line)
 {
     char message[400];
     const bool ok = value >= low && value <= high;
-    (void)snprintf(message, sizeof message, "%s = %.6g, bounds %.6g .. %.6g%s%s", text, value, low, high, test_case[0] ? "; " : "", test_case);
+    (void)snprintf(message, sizeof message, "%s = %.6g, bounds %.6g .. %.6g%s%s", text, value, low, high,
+                   test_case[0] ? "; " : "", test_case);
     if (getenv("DQW_TEST_VALUES") != NULL) printf("line %d: %s\n", line, message);
     if (!ok) UNITY_TEST_FAIL((UNITY_LINE_TYPE)line, message);
 }
 #define BETWEEN(low, value, high) test_between((low), (value), (high), #value, __LINE__)
 
 /// A condition whose failure names the case.
-#define HOLDS(condition)                                                                                                                                       \
-    do {                                                                                                                                                       \
-        if (!(condition)) {                                                                                                                                    \
-            char holds_message[400];                                                                                                                           \
-            (void)snprintf(holds_message, sizeof holds_message, "%s; %s", #condition, test_case);                                                              \
-            UNITY_TEST_FAIL((UNITY_LINE_TYPE)__LINE__, holds_message);                                                                                         \
-        }                                                                                                                                                      \
+#define HOLDS(condition)                                                                                               \
+    do {                                                                                                               \
+        if (!(condition)) {                                                                                            \
+            char holds_message[400];                                                                                   \
+            (void)snprintf(holds_message, sizeof holds_message, "%s; %s", #condition, test_case);                      \
+            UNITY_TEST_FAIL((UNITY_LINE_TYPE)__LINE__, holds_message);                                                 \
+        }                                                                                                              \
     } while (0)
 
 /// `call` returns `status` and leaves every byte of `object` as it was.
-#define REFUSED(object, status, call)                                                                                                                          \
-    do {                                                                                                                                                       \
-        unsigned char refused_before[sizeof(object)];                                                                                                          \
-        memset(&(object), 0x5a, sizeof(object));                                                                                                               \
-        memcpy(refused_before, &(object), sizeof(object));                                                                                                     \
-        TEST_ASSERT_EQUAL_INT((status), (call));                                                                                                               \
-        TEST_ASSERT_EQUAL_MEMORY(refused_before, &(object), sizeof(object));                                                                                   \
+#define REFUSED(object, status, call)                                                                                  \
+    do {                                                                                                               \
+        unsigned char refused_before[sizeof(object)];                                                                  \
+        memset(&(object), 0x5a, sizeof(object));                                                                       \
+        memcpy(refused_before, &(object), sizeof(object));                                                             \
+        TEST_ASSERT_EQUAL_INT((status), (call));                                                                       \
+        TEST_ASSERT_EQUAL_MEMORY(refused_before, &(object), sizeof(object));                                           \
     } while (0)
 
 /// Fewer repetitions where the sanitizers slow everything down.
@@ -84,7 +86,8 @@ static inline double random_normal(test_random *r)
 /// Any of the 2^32 bit patterns; every fourth is NaN, infinite, denormal, zero or huge.
 static inline float random_float_bits(test_random *r)
 {
-    static const uint32_t odd[] = {0x7fc00000u, 0xffc12345u, 0x7f800001u, 0x7f800000u, 0xff800000u, 0u, 0x80000000u, 1u, 0x807fffffu, 0x7f7fffffu, 0xff7fffffu};
+    static const uint32_t odd[] = {0x7fc00000u, 0xffc12345u, 0x7f800001u, 0x7f800000u, 0xff800000u, 0u,
+                                   0x80000000u, 1u,          0x807fffffu, 0x7f7fffffu, 0xff7fffffu};
     const uint64_t z = random_bits(r);
     uint32_t bits = (uint32_t)z;
     if ((z >> 32) % 4 == 0) bits = odd[(z >> 34) % (sizeof odd / sizeof odd[0])];

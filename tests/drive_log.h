@@ -1,4 +1,5 @@
-// Simulated drives through the estimator: each scenario's rows once, without noise, and what the estimator makes of them.
+// Simulated drives through the estimator: each scenario's rows once, without noise, and what the estimator makes of
+// them.
 #ifndef DRIVE_LOG_H
 #define DRIVE_LOG_H
 
@@ -51,7 +52,8 @@ static inline const drive_log *drive(const char *name, uint64_t seed)
     double square[DRIVE_CHANNELS] = {0};
     l->w_base_rad_s = 0.0;
     for (int k = 0; k < l->rows; k++) {
-        const double x[DRIVE_CHANNELS] = {rows[k].v_d_V, rows[k].v_q_V, rows[k].i_d_A, rows[k].i_q_A, rows[k].w_m_rad_s};
+        const double x[DRIVE_CHANNELS] = {rows[k].v_d_V, rows[k].v_q_V, rows[k].i_d_A, rows[k].i_q_A,
+                                          rows[k].w_m_rad_s};
         l->theta_rad[k] = rows[k].theta_e_rad;
         l->w_base_rad_s = fmax(l->w_base_rad_s, fabs(x[4]));
         for (int c = 0; c < DRIVE_CHANNELS; c++) {
@@ -86,7 +88,8 @@ static inline dqw_estimator_config drive_config(const drive_log *l, double nomin
 static inline dqw_sample drive_sample(const drive_log *l, int k, double noise, test_random *r)
 {
     float x[DRIVE_CHANNELS];
-    for (int c = 0; c < DRIVE_CHANNELS; c++) x[c] = (float)(l->x[k][c] + (noise > 0 ? noise * l->sd[c] * random_normal(r) : 0.0));
+    for (int c = 0; c < DRIVE_CHANNELS; c++)
+        x[c] = (float)(l->x[k][c] + (noise > 0 ? noise * l->sd[c] * random_normal(r) : 0.0));
     return dqw_sample_from_dq(x[0], x[1], x[2], x[3], x[4], (float)l->theta_rad[k]);
 }
 
@@ -99,7 +102,8 @@ static inline dqw_estimator drive_begin(const dqw_estimator_config *c)
 }
 
 /// The first `rows` of a log, all of it where that is 0, through a new estimator.
-static inline dqw_estimator drive_learned(const drive_log *l, const dqw_estimator_config *c, double noise, uint64_t seed, int rows)
+static inline dqw_estimator drive_learned(const drive_log *l, const dqw_estimator_config *c, double noise,
+                                          uint64_t seed, int rows)
 {
     dqw_estimator e = drive_begin(c);
     test_random r = {seed};
@@ -110,8 +114,14 @@ static inline dqw_estimator drive_learned(const drive_log *l, const dqw_estimato
     return e;
 }
 
-static inline double value_of(const dqw_estimator *e, int i) { return (double)dqw_estimator_read(e, (enum dqw_parameter)i).value; }
-static inline double sd_of(const dqw_estimator *e, int i) { return (double)dqw_estimator_read(e, (enum dqw_parameter)i).sd; }
+static inline double value_of(const dqw_estimator *e, int i)
+{
+    return (double)dqw_estimator_read(e, (enum dqw_parameter)i).value;
+}
+static inline double sd_of(const dqw_estimator *e, int i)
+{
+    return (double)dqw_estimator_read(e, (enum dqw_parameter)i).sd;
+}
 static inline bool is_known(const dqw_estimator *e, int i) { return sd_of(e, i) < (double)DQW_UNKNOWN; }
 
 #endif

@@ -1,4 +1,5 @@
-// The simulated joint of the monitors' tests: 1 % noise, dead time and Coulomb friction; healthy until ONSET_S, then a fault.
+// The simulated joint of the monitors' tests: 1 % noise, dead time and Coulomb friction; healthy until ONSET_S, then a
+// fault.
 #ifndef FAULTY_JOINT_H
 #define FAULTY_JOINT_H
 
@@ -37,7 +38,8 @@ static inline void simulate(const dqw_sim_scenario *s)
     dqw_sim_report report;
     row_count = (int)dqw_sim_rows(s);
     TEST_ASSERT_TRUE(row_count > 0 && row_count <= ROWS);
-    TEST_ASSERT_EQUAL_INT_MESSAGE(DQW_SIM_OK, dqw_sim_run(s, rows, (size_t)row_count, &report, NULL, NULL), report.message);
+    TEST_ASSERT_EQUAL_INT_MESSAGE(DQW_SIM_OK, dqw_sim_run(s, rows, (size_t)row_count, &report, NULL, NULL),
+                                  report.message);
 }
 
 typedef struct fault {
@@ -56,14 +58,15 @@ static inline void set(dqw_sim_scenario *s, const char *key, const char *part, d
     TEST_ASSERT_EQUAL_INT_MESSAGE(DQW_SIM_OK, dqw_sim_set(s, path, text), path);
 }
 
-static const fault faults[] = {{"demagnetisation", "nonideal.demagnetisation", 0.03, DQW_FAULT_DEMAGNETISATION, 0.57},
-                               {"turn short", "nonideal.turn_short", 0.03, DQW_FAULT_TURN_SHORT, 0.77},
-                               {"phase connection", "nonideal.phase_connection_ohm", 0.05, DQW_FAULT_PHASE_CONNECTION, 0.77},
-                               {"current offset", "nonideal.current_offset_alpha_A", 0.2, DQW_FAULT_CURRENT_OFFSET, 0.67},
-                               {"current gain", "nonideal.current_gain_a", 0.1, DQW_FAULT_CURRENT_GAIN, 0.68},
-                               {"encoder offset", "nonideal.angle_offset_rad", 0.05, DQW_FAULT_ENCODER_OFFSET, 0.54},
-                               {"inverter", NULL, 0.48, DQW_FAULT_INVERTER_FAULT, 0.46},
-                               {"R of all phases", NULL, 0.1, DQW_FAULT_UNKNOWN, 0.83}};
+static const fault faults[] = {
+    {"demagnetisation", "nonideal.demagnetisation", 0.03, DQW_FAULT_DEMAGNETISATION, 0.57},
+    {"turn short", "nonideal.turn_short", 0.03, DQW_FAULT_TURN_SHORT, 0.77},
+    {"phase connection", "nonideal.phase_connection_ohm", 0.05, DQW_FAULT_PHASE_CONNECTION, 0.77},
+    {"current offset", "nonideal.current_offset_alpha_A", 0.2, DQW_FAULT_CURRENT_OFFSET, 0.67},
+    {"current gain", "nonideal.current_gain_a", 0.1, DQW_FAULT_CURRENT_GAIN, 0.68},
+    {"encoder offset", "nonideal.angle_offset_rad", 0.05, DQW_FAULT_ENCODER_OFFSET, 0.54},
+    {"inverter", NULL, 0.48, DQW_FAULT_INVERTER_FAULT, 0.46},
+    {"R of all phases", NULL, 0.1, DQW_FAULT_UNKNOWN, 0.83}};
 enum { FAULTS = sizeof faults / sizeof faults[0] };
 
 // Its rows. Returns the row of a joint between two logs, 0 where there is none.

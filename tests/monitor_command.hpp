@@ -36,12 +36,14 @@ inline std::string noisy(std::size_t rows)
     const command::Machine machine;
     std::string text = "t_s,v_d_V,v_q_V,i_d_A,i_q_A,w_m_rad_s\n";
     unsigned state = 1;
-    const auto noise = [&] { return 0.2 * (static_cast<double>((state = state * 1664525u + 1013904223u) >> 8) / 16777216.0 - 0.5); };
+    const auto noise = [&] {
+        return 0.2 * (static_cast<double>((state = state * 1664525u + 1013904223u) >> 8) / 16777216.0 - 0.5);
+    };
     for (std::size_t k = 0; k < rows; ++k) {
         const command::Machine::Row r = machine.row(k);
         char line[200];
-        std::snprintf(line, sizeof line, "%.6f,%.7g,%.7g,%.7g,%.7g,%.7g\n", static_cast<double>(k) * machine.dt_s, r.v_d_V + noise(), r.v_q_V + noise(),
-                      r.i_d_A, r.i_q_A, r.w_m_rad_s);
+        std::snprintf(line, sizeof line, "%.6f,%.7g,%.7g,%.7g,%.7g,%.7g\n", static_cast<double>(k) * machine.dt_s,
+                      r.v_d_V + noise(), r.v_q_V + noise(), r.i_d_A, r.i_q_A, r.w_m_rad_s);
         text += line;
     }
     return text;

@@ -23,11 +23,16 @@ static inline dqw_sample moving(long k, double R_ohm, double noise, test_random 
     const double wd = 4 * 0.5 * (w[0] * i[0][0] + w[1] * i[1][0]);
     const double wq = 4 * 0.5 * (w[0] * i[0][1] + w[1] * i[1][1]);
     const double v_d = R_ohm * 0.5 * (i[0][0] + i[1][0]) + TRUTH[1] * (i[1][0] - i[0][0]) / DT_S - TRUTH[2] * wq;
-    const double v_q = R_ohm * 0.5 * (i[0][1] + i[1][1]) + TRUTH[2] * (i[1][1] - i[0][1]) / DT_S + TRUTH[1] * wd + 4 * TRUTH[3] * 0.5 * (w[0] + w[1]);
+    const double v_q = R_ohm * 0.5 * (i[0][1] + i[1][1]) + TRUTH[2] * (i[1][1] - i[0][1]) / DT_S + TRUTH[1] * wd +
+                       4 * TRUTH[3] * 0.5 * (w[0] + w[1]);
     double x[] = {v_d, v_q, i[0][0], i[0][1], w[0]};
     static const double size[] = {2, 2, 1.4, 1.7, 50};
     for (int n = 0; n < 5 && noise > 0; n++) x[n] += noise * size[n] * random_normal(r);
-    const dqw_sample s = {.v_d_V = (float)x[0], .v_q_V = (float)x[1], .i_d_A = (float)x[2], .i_q_A = (float)x[3], .w_m_rad_s = (float)x[4]};
+    const dqw_sample s = {.v_d_V = (float)x[0],
+                          .v_q_V = (float)x[1],
+                          .i_d_A = (float)x[2],
+                          .i_q_A = (float)x[3],
+                          .w_m_rad_s = (float)x[4]};
     return s;
 }
 

@@ -1,5 +1,5 @@
-// An interrupt after any instruction: the trap flag of x86-64 stops the program after each of them, and a handler runs in its place. Include it
-// first.
+// An interrupt after any instruction: the trap flag of x86-64 stops the program after each of them, and a handler runs
+// in its place. Include it first.
 #ifndef PREEMPT_H
 #define PREEMPT_H
 
@@ -95,9 +95,11 @@ static void everywhere_handler(int number, siginfo_t *info, void *context)
     }
 }
 
-/// Run `background` with `interrupt` after each of its instructions in turn, or of those in the middle every stride-th, and ask `equal` each time how it ended. Returns how
-/// many instructions there were; minus the first one after which it did not end well.
-static inline long preempt_everywhere(long stride, void (*background)(void), void (*interrupt)(void), bool (*equal)(void))
+/// Run `background` with `interrupt` after each of its instructions in turn, or of those in the middle every stride-th,
+/// and ask `equal` each time how it ended. Returns how many instructions there were; minus the first one after which it
+/// did not end well.
+static inline long preempt_everywhere(long stride, void (*background)(void), void (*interrupt)(void),
+                                      bool (*equal)(void))
 {
     struct sigaction trap;
     sigemptyset(&trap.sa_mask);
@@ -111,7 +113,8 @@ static inline long preempt_everywhere(long stride, void (*background)(void), voi
     everywhere.stepping = true;
     (void)raise(SIGTRAP);
     background();
-    // First: a copy that were made once the next line has read `child` would take itself for the program, and run all the rest as well.
+    // First: a copy that were made once the next line has read `child` would take itself for the program, and run all
+    // the rest as well.
     everywhere.stepping = false;
     if (everywhere.child) _exit(equal() ? 0 : 1);
     return everywhere.failed_at != 0 ? -everywhere.failed_at : everywhere.count;

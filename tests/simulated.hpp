@@ -15,7 +15,8 @@ enum class Beside {
     nothing  ///< pole pairs are told
 };
 
-inline dqw::Log simulated(const std::string& scenario, const std::vector<std::string>& settings = {}, Beside beside = Beside::truth)
+inline dqw::Log simulated(const std::string& scenario, const std::vector<std::string>& settings = {},
+                          Beside beside = Beside::truth)
 {
     dqw_sim_scenario s = dqw::scenario_named(scenario);
     for (const auto& setting : settings) dqw::set(s, setting);

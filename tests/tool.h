@@ -12,7 +12,8 @@
 
 static char tool_said[16384];
 
-/// Both outputs into tool_said, its end cut off where there is no room. Returns the exit code, -1 where it did not end by itself.
+/// Both outputs into tool_said, its end cut off where there is no room. Returns the exit code, -1 where it did not end
+/// by itself.
 static inline int tool(const char *command)
 {
     char line[1000];

@@ -42,8 +42,8 @@ inline void fill_blocks(dqw::TraceResult& r, std::size_t blocks)
     Noise noise;
     double theta = 0.0;
     for (std::size_t k = 0; k < blocks; ++k) {
-        const double t = static_cast<double>(k) * 2e-3, w = 150 * std::sin(3.14 * t), i_q = 6 * std::sin(10.7 * t) + 2 * std::sin(40 * t),
-                     i_d = -2 + 1.5 * std::sin(23 * t);
+        const double t = static_cast<double>(k) * 2e-3, w = 150 * std::sin(3.14 * t),
+                     i_q = 6 * std::sin(10.7 * t) + 2 * std::sin(40 * t), i_d = -2 + 1.5 * std::sin(23 * t);
         theta += 4 * w * 2e-3;
         b.t_s.push_back(t);
         b.theta_e_rad.push_back(std::fmod(theta, 6.283185307));
@@ -90,15 +90,22 @@ inline dqw::TraceReport report(const std::string& verdict, std::size_t blocks)
     r.rows = 20 * blocks;
     r.heldout_rows = r.rows / 2;
     r.noise_floor = 0.15;
-    r.before.parameters = {{"R_ohm", 2.83, 0.04, false}, {"Lq_H", 2.81e-3, 1.2e-5, false}, {"psi_Wb", 0.1204, 1e-4, false}, {"pole_pairs", 4, 0, true}};
-    r.after.parameters = {{"R_ohm", 1.21, 0.012, false}, {"Lq_H", 2.80e-3, 7e-6, false}, {"psi_Wb", 0.1201, 3e-5, false}, {"pole_pairs", 4, 0, true}};
+    r.before.parameters = {{"R_ohm", 2.83, 0.04, false},
+                           {"Lq_H", 2.81e-3, 1.2e-5, false},
+                           {"psi_Wb", 0.1204, 1e-4, false},
+                           {"pole_pairs", 4, 0, true}};
+    r.after.parameters = {{"R_ohm", 1.21, 0.012, false},
+                          {"Lq_H", 2.80e-3, 7e-6, false},
+                          {"psi_Wb", 0.1201, 3e-5, false},
+                          {"pole_pairs", 4, 0, true}};
     r.before.heldout_rms = 1.53, r.after.heldout_rms = 0.16;
     r.before.axes = {{"d", 1.2, 14.2}, {"q", 1.8, 4.6}};
     r.after.axes = {{"d", 0.15, 1.71}, {"q", 0.17, 0.43}};
     if (verdict == "explained" || verdict == "partly_explained")
         r.effects = {{"dead_time", {{"voltage_V", 3.61, 0.10, false}, {"width_A", 0.31, 0.02, false}}, 0.16, {}, ""}};
     if (verdict == "partly_explained") {
-        r.effects.push_back({"iron_loss", {{"R_fe_ohm", 420, 13, false}}, 0.158, {"angle_offset", "delay"}, "a second speed"});
+        r.effects.push_back(
+            {"iron_loss", {{"R_fe_ohm", 420, 13, false}}, 0.158, {"angle_offset", "delay"}, "a second speed"});
         r.rest = {{"a line at 37 Hz", "q", 0.61}};
         r.rest_signature = "a line at 37 Hz on the q axis";
     }

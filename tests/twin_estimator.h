@@ -31,7 +31,8 @@ typedef struct pair {
 
 static inline void configure(pair *p, double wrong, double width_A, double drift)
 {
-    const double nominal[] = {TRUTH[0] * (1 + wrong), TRUTH[1] * (1 - wrong), TRUTH[2] * (1 + wrong), TRUTH[3] * (1 - wrong)};
+    const double nominal[] = {TRUTH[0] * (1 + wrong), TRUTH[1] * (1 - wrong), TRUTH[2] * (1 + wrong),
+                              TRUTH[3] * (1 - wrong)};
     const dqw_estimator_config fc = {.dt_s = (float)DT_S,
                                      .v_base_V = (float)V_FULL,
                                      .i_base_A = (float)I_FULL,
@@ -70,7 +71,10 @@ static inline void begin(pair *p)
     TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_estimator_init_q15(&p->q, &p->qc));
 }
 
-static inline double f_value(const pair *p, int i) { return (double)dqw_estimator_read(&p->f, (enum dqw_parameter)i).value; }
+static inline double f_value(const pair *p, int i)
+{
+    return (double)dqw_estimator_read(&p->f, (enum dqw_parameter)i).value;
+}
 static inline double f_sd(const pair *p, int i) { return (double)dqw_estimator_read(&p->f, (enum dqw_parameter)i).sd; }
 
 static inline double q_unit(const pair *p, int i)
@@ -78,20 +82,27 @@ static inline double q_unit(const pair *p, int i)
     static const double si[N] = {1e-6, 1e-9, 1e-9, 1e-9, 1e-6, 1e-9};
     return (double)dqw_estimator_unit_q15(&p->qc, (enum dqw_parameter)i) * si[i] / 1099511627776.0;
 }
-static inline double q_value(const pair *p, int i) { return (double)dqw_estimator_read_q15(&p->q, (enum dqw_parameter)i).value_q40 * q_unit(p, i); }
+static inline double q_value(const pair *p, int i)
+{
+    return (double)dqw_estimator_read_q15(&p->q, (enum dqw_parameter)i).value_q40 * q_unit(p, i);
+}
 static inline double q_sd(const pair *p, int i)
 {
     const int64_t sd = dqw_estimator_read_q15(&p->q, (enum dqw_parameter)i).sd_q40;
     return sd == INT64_MAX ? (double)DQW_UNKNOWN : (double)sd * q_unit(p, i);
 }
 
-static inline int16_t q15(double x, double full) { return (int16_t)lrint(fmax(-32768.0, fmin(32767.0, 32768 * x / full))); }
+static inline int16_t q15(double x, double full)
+{
+    return (int16_t)lrint(fmax(-32768.0, fmin(32767.0, 32768 * x / full)));
+}
 
 static inline dqw_sample_q15 rounded(const dqw_sample *s)
 {
-    const dqw_sample_q15 r = dqw_sample_from_dq_q15(q15((double)s->v_d_V, V_FULL), q15((double)s->v_q_V, V_FULL), q15((double)s->i_d_A, I_FULL),
-                                                    q15((double)s->i_q_A, I_FULL), q15((double)s->w_m_rad_s, W_FULL),
-                                                    (uint16_t)(lrint(atan2((double)s->sine, (double)s->cosine) / (2 * PI) * 65536) & 65535));
+    const dqw_sample_q15 r = dqw_sample_from_dq_q15(
+        q15((double)s->v_d_V, V_FULL), q15((double)s->v_q_V, V_FULL), q15((double)s->i_d_A, I_FULL),
+        q15((double)s->i_q_A, I_FULL), q15((double)s->w_m_rad_s, W_FULL),
+        (uint16_t)(lrint(atan2((double)s->sine, (double)s->cosine) / (2 * PI) * 65536) & 65535));
     return r;
 }
 
@@ -145,7 +156,8 @@ static inline const journal *simulated(double dead_time_V)
 static inline dqw_sample sample(const journal *l, int k, double noise, test_random *r)
 {
     float x[CHANNELS];
-    for (int c = 0; c < CHANNELS; c++) x[c] = (float)(l->x[k][c] + (noise > 0 ? noise * l->sd[c] * random_normal(r) : 0.0));
+    for (int c = 0; c < CHANNELS; c++)
+        x[c] = (float)(l->x[k][c] + (noise > 0 ? noise * l->sd[c] * random_normal(r) : 0.0));
     const dqw_sample s = dqw_sample_from_dq(x[0], x[1], x[2], x[3], x[4], (float)l->theta_rad[k]);
     return s;
 }

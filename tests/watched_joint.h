@@ -40,7 +40,8 @@ static inline dqw_monitor begin(const dqw_monitor_config *c)
 static inline dqw_sample row_sample(int k)
 {
     const dqw_sim_row *r = &rows[k];
-    return dqw_sample_from_dq((float)r->v_d_V, (float)r->v_q_V, (float)r->i_d_A, (float)r->i_q_A, (float)r->w_m_rad_s, (float)r->theta_e_rad);
+    return dqw_sample_from_dq((float)r->v_d_V, (float)r->v_q_V, (float)r->i_d_A, (float)r->i_q_A, (float)r->w_m_rad_s,
+                              (float)r->theta_e_rad);
 }
 
 typedef struct course {

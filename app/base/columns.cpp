@@ -39,7 +39,8 @@ std::optional<Column> column_named(std::string_view name)
 std::optional<Regime> regime_of_columns(const ColumnSet& has)
 {
     const bool torque = has[col_torque] || has[col_torque_cmd] || has[col_i_q];
-    if (!has[col_v_d] && !has[col_v_q]) return has[col_t] && has[col_w_m] && torque ? std::optional(Regime::mechanical) : std::nullopt;
+    if (!has[col_v_d] && !has[col_v_q])
+        return has[col_t] && has[col_w_m] && torque ? std::optional(Regime::mechanical) : std::nullopt;
     if (!has[col_w_m]) return Regime::standstill;
     return {};
 }

@@ -16,7 +16,10 @@ struct Row {
     dqw_effect_name id;
     std::size_t shapes;  ///< numbers that the law's shape has
     unsigned needs = 0;  ///< bits of `Needs`
-    double order = 0.0;  ///< times the electrical angle with which it comes and goes on the axes; -1: its shape says; 0: not with the angle
+    double order =
+        /// times the electrical angle with which it comes and goes on the axes; -1: its shape says; 0: not with the
+        /// angle
+        0.0;
 };
 enum Needs : unsigned {
     machine = 1,  ///< R, L_d, L_q or psi in a shape that is not given
@@ -48,7 +51,8 @@ static_assert(std::size(kRows) == DQW_EFFECT_NAMES - 1, "an effect lacks its row
 
 const Row* row_of(const std::string& name)
 {
-    const auto found = std::find_if(std::begin(kRows), std::end(kRows), [&](const Row& r) { return name == dqw_effect_text(r.id); });
+    const auto found = std::find_if(std::begin(kRows), std::end(kRows),
+                                    [&](const Row& r) { return name == dqw_effect_text(r.id); });
     return found == std::end(kRows) ? nullptr : found;
 }
 
@@ -111,9 +115,11 @@ dqw_effect_config effect_config(const TraceInput& input)
     if (!name) throw std::invalid_argument("unknown effect " + input.effect);
     dqw_effect_config config{};
     config.effect = *name;
-    for (std::size_t i = 0; i < std::min(shapes_of(*name), input.shape.size()); ++i) config.shape[i] = static_cast<float>(input.shape[i]);
+    for (std::size_t i = 0; i < std::min(shapes_of(*name), input.shape.size()); ++i)
+        config.shape[i] = static_cast<float>(input.shape[i]);
     const auto weights = static_cast<std::size_t>(dqw_effect_weights(*name));
-    for (std::size_t i = 0; i < std::min(weights, input.weights.size()); ++i) config.start[i] = static_cast<float>(input.weights[i]);
+    for (std::size_t i = 0; i < std::min(weights, input.weights.size()); ++i)
+        config.start[i] = static_cast<float>(input.weights[i]);
     return config;
 }
 

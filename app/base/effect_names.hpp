@@ -34,7 +34,8 @@ double angle_order(const TraceInput& in);
 /// How many numbers the shape of a law has; a trace may give more (a start angle).
 std::size_t shapes_of(dqw_effect_name name);
 
-/// For lib/: shape and start values in single precision, what is missing 0. Throws std::invalid_argument for an unknown name.
+/// For lib/: shape and start values in single precision, what is missing 0. Throws std::invalid_argument for an unknown
+/// name.
 dqw_effect_config effect_config(const TraceInput& input);
 
 }  // namespace dqw

@@ -20,7 +20,10 @@ OutputFile::~OutputFile()
     std::remove(path_.c_str());
 }
 
-void OutputFile::fail(const char* what) { throw OutputError(fmt::format("{}: {}: {}", path_, what, std::strerror(errno))); }
+void OutputFile::fail(const char* what)
+{
+    throw OutputError(fmt::format("{}: {}: {}", path_, what, std::strerror(errno)));
+}
 
 void OutputFile::write(std::string_view text)
 {
@@ -40,11 +43,15 @@ void make_directory(const std::string& dir)
     std::error_code error;
     std::filesystem::create_directories(dir, error);
     // An existing folder is no error; an existing file is.
-    if (!error && !std::filesystem::is_directory(dir, error) && !error) error = std::make_error_code(std::errc::not_a_directory);
+    if (!error && !std::filesystem::is_directory(dir, error) && !error)
+        error = std::make_error_code(std::errc::not_a_directory);
     if (error) throw OutputError(fmt::format("{}: cannot be made a folder: {}", dir, error.message()));
 }
 
-std::string path_in(const std::string& dir, const std::string& name) { return dir == "." ? name : (std::filesystem::path(dir) / name).string(); }
+std::string path_in(const std::string& dir, const std::string& name)
+{
+    return dir == "." ? name : (std::filesystem::path(dir) / name).string();
+}
 
 void print(std::string_view text)
 {

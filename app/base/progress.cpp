@@ -9,7 +9,8 @@
 namespace dqw {
 
 Progress::Progress(std::string label)
-    : label_(std::move(label)), terminal_(::isatty(STDERR_FILENO) == 1), start_(std::chrono::steady_clock::now()), last_(start_)
+    : label_(std::move(label)), terminal_(::isatty(STDERR_FILENO) == 1), start_(std::chrono::steady_clock::now()),
+      last_(start_)
 {
 }
 
@@ -36,7 +37,8 @@ void Progress::update(double fraction)
     const auto full = static_cast<std::size_t>(part * width);
     const std::string bar = std::string(full, '#') + std::string(width - full, '.');
     const double left_s = part > 0.02 ? std::chrono::duration<double>(now - start_).count() * (1 - part) / part : 0;
-    const std::string text = fmt::format("\r{} [{}] {:3.0f} %{}\x1b[K", label_, bar, 100 * part, left_s >= 1 ? fmt::format(", {:.0f} s left", left_s) : "");
+    const std::string text = fmt::format("\r{} [{}] {:3.0f} %{}\x1b[K", label_, bar, 100 * part,
+                                         left_s >= 1 ? fmt::format(", {:.0f} s left", left_s) : "");
     std::fputs(text.c_str(), stderr);
     std::fflush(stderr);
 }

@@ -55,7 +55,8 @@ const Unit* unit_of(const std::string& parameter)
         if (parameter == u.parameter) return &u;
     for (const Unit& u : suffixes) {
         const std::string_view end = u.parameter;
-        if (parameter.size() >= end.size() && parameter.compare(parameter.size() - end.size(), end.size(), end) == 0) return &u;
+        if (parameter.size() >= end.size() && parameter.compare(parameter.size() - end.size(), end.size(), end) == 0)
+            return &u;
     }
     return nullptr;
 }
@@ -64,9 +65,13 @@ struct Prefix {
     int exponent;
     const char *text, *power;
 };
-const Prefix prefixes[] = {{6, "M", "10⁶ "}, {3, "k", "10³ "}, {0, "", ""}, {-3, "m", "10⁻³ "}, {-6, "µ", "10⁻⁶ "}, {-9, "n", "10⁻⁹ "}, {-12, "p", "10⁻¹² "}};
+const Prefix prefixes[] = {{6, "M", "10⁶ "},   {3, "k", "10³ "},   {0, "", ""},         {-3, "m", "10⁻³ "},
+                           {-6, "µ", "10⁻⁶ "}, {-9, "n", "10⁻⁹ "}, {-12, "p", "10⁻¹² "}};
 
-std::string with_prefix(const Unit& unit, const Prefix& prefix) { return std::string(unit.scale == Scale::prefix ? prefix.text : prefix.power) + unit.unit; }
+std::string with_prefix(const Unit& unit, const Prefix& prefix)
+{
+    return std::string(unit.scale == Scale::prefix ? prefix.text : prefix.power) + unit.unit;
+}
 
 /// The power of 1000 that puts `size` between 1 and 1000, within the prefixes there are.
 Prefix prefix_of(double size)
@@ -85,7 +90,8 @@ int decimals_of(double size, int digits)
 
 std::size_t width_of(std::string_view text)
 {
-    return static_cast<std::size_t>(std::count_if(text.begin(), text.end(), [](char c) { return (static_cast<unsigned char>(c) & 0xc0) != 0x80; }));
+    return static_cast<std::size_t>(
+        std::count_if(text.begin(), text.end(), [](char c) { return (static_cast<unsigned char>(c) & 0xc0) != 0x80; }));
 }
 
 }  // namespace
@@ -116,10 +122,14 @@ static Quantity rounded(Quantity q, const std::string& parameter, double value, 
     const bool has_sd = std::isfinite(sd) && sd > 0;
     // At most seven digits of the value: a noise-free log's sd is absurdly small.
     const int most = decimals_of(std::fabs(value) * factor, 7);
-    const int decimals = has_sd ? std::min(decimals_of(sd * factor, sd_digits), most) : decimals_of(std::fabs(value) * factor, digits);
+    const int decimals = has_sd ? std::min(decimals_of(sd * factor, sd_digits), most)
+                                : decimals_of(std::fabs(value) * factor, digits);
     const bool counts = parameter == "pole_pairs" || parameter == "order";
-    q.value = counts && value == std::floor(value) ? fmt::format("{:.0f}", value) : fmt::format("{:.{}f}", value * factor, decimals);
-    if (has_sd) q.sd = sd * factor < 0.5 * std::pow(10.0, -decimals) ? fmt::format("{:.1e}", sd * factor) : fmt::format("{:.{}f}", sd * factor, decimals);
+    q.value = counts && value == std::floor(value) ? fmt::format("{:.0f}", value)
+                                                   : fmt::format("{:.{}f}", value * factor, decimals);
+    if (has_sd)
+        q.sd = sd * factor < 0.5 * std::pow(10.0, -decimals) ? fmt::format("{:.1e}", sd * factor)
+                                                             : fmt::format("{:.{}f}", sd * factor, decimals);
     return q;
 }
 
@@ -128,7 +138,8 @@ Quantity quantity(const std::string& parameter, double value, double sd, int dig
     const Unit* unit = unit_of(parameter);
     Quantity q;
     q.unit = unit ? unit->unit : "";
-    if (unit && unit->scale != Scale::none && std::isfinite(value)) q.unit = with_prefix(*unit, prefix_of(std::fabs(value)));
+    if (unit && unit->scale != Scale::none && std::isfinite(value))
+        q.unit = with_prefix(*unit, prefix_of(std::fabs(value)));
     return rounded(q, parameter, value, sd, digits, sd_digits);
 }
 

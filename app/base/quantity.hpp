@@ -15,8 +15,8 @@ struct Quantity {
     std::string value, sd, unit;
 };
 
-/// `parameter` decides the unit, by its name or by its SI suffix; without either it has none. Rounded to `sd_digits` of a finite sd;
-/// without one `digits` digits, sd empty.
+/// `parameter` decides the unit, by its name or by its SI suffix; without either it has none. Rounded to `sd_digits` of
+/// a finite sd; without one `digits` digits, sd empty.
 Quantity quantity(const std::string& parameter, double value, double sd, int digits = 4, int sd_digits = 2);
 
 /// The same in the prefix that `like` got.
@@ -31,8 +31,8 @@ std::string with_sd(const Quantity& q);
 /// As `quantity`, in the prefix that `like` got: for a column of comparable numbers.
 std::string number_like(const Quantity& like, const std::string& parameter, double value, int digits = 4);
 
-/// Columns of a text table, padded to the widest cell by characters, not bytes (UTF-8). The first column is left-aligned, the
-/// others right-aligned, two spaces between; the first row is the heading.
+/// Columns of a text table, padded to the widest cell by characters, not bytes (UTF-8). The first column is
+/// left-aligned, the others right-aligned, two spaces between; the first row is the heading.
 std::string table(const std::vector<std::vector<std::string>>& rows);
 
 }  // namespace dqw

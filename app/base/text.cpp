@@ -18,7 +18,10 @@ std::string printable(std::string_view bytes)
     return out;
 }
 
-std::string shown(std::string_view bytes, std::size_t max) { return "\"" + printable(bytes.substr(0, max)) + (bytes.size() > max ? "…\"" : "\""); }
+std::string shown(std::string_view bytes, std::size_t max)
+{
+    return "\"" + printable(bytes.substr(0, max)) + (bytes.size() > max ? "…\"" : "\"");
+}
 
 std::string list(const std::vector<std::string>& items, std::size_t max)
 {

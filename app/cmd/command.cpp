@@ -13,7 +13,8 @@ void add_common(CLI::App& command, CommonOptions& options)
     command.add_flag("--json", options.json, "print one JSON object on stdout and nothing else");
     command
         .add_option_function<std::string>(
-            "--out", [&options](const std::string& dir) { options.out_dir = dir, options.out_given = true; }, "folder for what is written (default .)")
+            "--out", [&options](const std::string& dir) { options.out_dir = dir, options.out_given = true; },
+            "folder for what is written (default .)")
         ->type_name("DIR");
     command
         .add_option_function<int>(
@@ -35,12 +36,14 @@ void add_parameters(CLI::App& command, CommonOptions& options)
 
 void add_effects(CLI::App& command, EffectOptions& options)
 {
-    command.add_option("--effect", options.names, "effect to estimate as well, repeatable: " + list(effect_names(), 99))
+    command
+        .add_option("--effect", options.names, "effect to estimate as well, repeatable: " + list(effect_names(), 99))
         ->take_all()
         ->allow_extra_args(false)
         ->check(CLI::IsMember(effect_names()))
         ->type_name("NAME");
-    command.add_option("--config", options.config_file, "effects that a trace found, with their start values")->type_name("trace.json");
+    command.add_option("--config", options.config_file, "effects that a trace found, with their start values")
+        ->type_name("trace.json");
 }
 
 }  // namespace dqw

@@ -37,7 +37,8 @@ void take_effects(Estimated& e)
             if (!p.given) e.result.parameters.push_back({effect.name + "." + p.name, p.value, p.sd, false});
 }
 
-Estimated learned(const std::vector<Log>& logs, const Options& options, const LearnConfig& config, bool fixed_point, Comparison& c)
+Estimated learned(const std::vector<Log>& logs, const Options& options, const LearnConfig& config, bool fixed_point,
+                  Comparison& c)
 {
     Progress progress(fixed_point ? "learning in fixed point" : "learning");
     LearnOptions o;
@@ -46,7 +47,9 @@ Estimated learned(const std::vector<Log>& logs, const Options& options, const Le
     o.start = config.start;
     o.fixed_point = fixed_point;
     o.progress = progress.callback();
-    o.block = [&](double t_s, const std::array<double, 4>& value) { c.blocks[fixed_point ? 1 : 0].push_back({t_s, value}); };
+    o.block = [&](double t_s, const std::array<double, 4>& value) {
+        c.blocks[fixed_point ? 1 : 0].push_back({t_s, value});
+    };
     const Learned found = learn_all(logs, o);
     if (fixed_point) c.unit = found.unit;
     return {found.result, found.effects};
@@ -62,15 +65,20 @@ Estimated fitted(const std::vector<Log>& logs, const Options& options, const Lea
 /// Whose note it is stands behind "warning: "; a note of all three stands once, as its own.
 void gather_notes(Comparison& c)
 {
-    const std::pair<const char*, const Result*> all[] = {{"reference", &c.reference}, {"float", &c.single}, {"Q15", &c.fixed}};
+    const std::pair<const char*, const Result*> all[] = {
+        {"reference", &c.reference}, {"float", &c.single}, {"Q15", &c.fixed}};
     const std::string warning = "warning: ";
-    const auto has = [](const Result& r, const std::string& note) { return std::find(r.notes.begin(), r.notes.end(), note) != r.notes.end(); };
+    const auto has = [](const Result& r, const std::string& note) {
+        return std::find(r.notes.begin(), r.notes.end(), note) != r.notes.end();
+    };
     for (const auto& [who, result] : all)
         for (const std::string& note : result->notes) {
-            const bool common = std::all_of(std::begin(all), std::end(all), [&, &n = note](const auto& other) { return has(*other.second, n); });
+            const bool common = std::all_of(std::begin(all), std::end(all),
+                                            [&, &n = note](const auto& other) { return has(*other.second, n); });
             if (common && result != &c.reference) continue;
             const std::string whose = common ? "" : std::string(who) + ": ";
-            c.notes.push_back(note.rfind(warning, 0) == 0 ? warning + whose + note.substr(warning.size()) : whose + note);
+            c.notes.push_back(note.rfind(warning, 0) == 0 ? warning + whose + note.substr(warning.size())
+                                                          : whose + note);
         }
 }
 
@@ -98,7 +106,8 @@ int run(const Options& options)
         throw InputError(log.path, log.rows() + 1, what);
     }
     bool known = true;
-    for (auto [e, to] : {std::pair(&reference, &c.reference), std::pair(&single, &c.single), std::pair(&fixed, &c.fixed)}) {
+    for (auto [e, to] :
+         {std::pair(&reference, &c.reference), std::pair(&single, &c.single), std::pair(&fixed, &c.fixed)}) {
         check_sense(logs, e->result);
         name_what_was_left_out(e->result, options.parameters);
         take_effects(*e);
@@ -118,14 +127,17 @@ int run(const Options& options)
 
 Command add_compare(CLI::App& app)
 {
-    CLI::App* command = app.add_subcommand("compare", "learn a log in float and in fixed point, fit it, and say how far they are apart");
+    CLI::App* command = app.add_subcommand(
+        "compare", "learn a log in float and in fixed point, fit it, and say how far they are apart");
     auto options = std::make_shared<Options>();
     command->add_option("LOG.csv", options->log, "log of any regime")->required()->type_name("");
     add_common(*command, *options);
     add_parameters(*command, *options);
     add_effects(*command, options->effects);
-    command->footer("Differences are 100 (first - second) / second. One LSB of a parameter is 1/32768 of the unit that the full scales make of it:\n"
-                    "R V/I, L V T/I, psi V T; J M T/W, B M/W; full scales V, I, torque M, speed W, sampling period T. An effect's parameter is named "
+    command->footer("Differences are 100 (first - second) / second. One LSB of a parameter is 1/32768 of the unit that "
+                    "the full scales make of it:\n"
+                    "R V/I, L V T/I, psi V T; J M T/W, B M/W; full scales V, I, torque M, speed W, sampling period T. "
+                    "An effect's parameter is named "
                     "EFFECT.PARAMETER. Writes compare.html into DIR.\n"
                     "Exit code 4: a parameter asked for is not identifiable by all three.");
     return {command, [=] { return run(*options); }};

@@ -43,11 +43,12 @@ std::string comparison(const Machine& truth, const Result& learned, const Result
     for (const auto& name : known_parameters()) {
         const auto value = nominal_of(truth, name);
         if (!value || (!find(learned, name) && !find(fitted, name))) continue;
-        rows.push_back({name, with_sd(quantity(name, *value, 0)), cell(learned, name, *value), cell(fitted, name, *value)});
+        rows.push_back(
+            {name, with_sd(quantity(name, *value, 0)), cell(learned, name, *value), cell(fitted, name, *value)});
     }
     std::string out = table(rows);
-    out += fmt::format("residual: learner {:.4g} {}, reference {:.4g} {}\n", learned.residual_rms, learned.residual_unit, fitted.residual_rms,
-                       fitted.residual_unit);
+    out += fmt::format("residual: learner {:.4g} {}, reference {:.4g} {}\n", learned.residual_rms,
+                       learned.residual_unit, fitted.residual_rms, fitted.residual_unit);
     return out;
 }
 
@@ -101,8 +102,8 @@ int run(const Options& options)
     if (options.json)
         print(json);
     else
-        print(fmt::format("{}: {}\n{}, {}\n\n{}", scenario.name, scenario.about, csv, counted(logs.front().rows(), "row"),
-                          comparison(simulation.truth, learned, fitted)));
+        print(fmt::format("{}: {}\n{}, {}\n\n{}", scenario.name, scenario.about, csv,
+                          counted(logs.front().rows(), "row"), comparison(simulation.truth, learned, fitted)));
     return exit_done;
 }
 
@@ -110,7 +111,8 @@ int run(const Options& options)
 
 Command add_demo(CLI::App& app)
 {
-    CLI::App* command = app.add_subcommand("demo", "simulate a servo, learn it, fit it, and compare both with the truth");
+    CLI::App* command = app.add_subcommand("demo",
+                                           "simulate a servo, learn it, fit it, and compare both with the truth");
     auto options = std::make_shared<Options>();
     add_common(*command, *options);
     add_parameters(*command, *options);

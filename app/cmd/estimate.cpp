@@ -35,7 +35,8 @@ struct Options : CommonOptions {
     EffectOptions effects;
 };
 
-using Estimator = std::function<Estimated(const std::vector<Log>&, const Options&, const LearnConfig&, std::function<void(double)>)>;
+using Estimator =
+    std::function<Estimated(const std::vector<Log>&, const Options&, const LearnConfig&, std::function<void(double)>)>;
 
 int estimate(const std::string& name, const Options& options, const Estimator& estimator)
 {
@@ -82,12 +83,16 @@ Command add_estimator(CLI::App& app, const std::string& name, const std::string&
 {
     CLI::App* command = app.add_subcommand(name, about);
     auto options = std::make_shared<Options>();
-    command->add_option("LOG.csv", options->logs, "log, or several of one machine and regime")->required()->type_name("");
+    command->add_option("LOG.csv", options->logs, "log, or several of one machine and regime")
+        ->required()
+        ->type_name("");
     add_common(*command, *options);
     add_parameters(*command, *options);
     add_effects(*command, options->effects);
     if (name == "learn")
-        command->add_option("--arith", options->arith, "arithmetic of the learners")->check(CLI::IsMember({"float", "q15"}))->capture_default_str();
+        command->add_option("--arith", options->arith, "arithmetic of the learners")
+            ->check(CLI::IsMember({"float", "q15"}))
+            ->capture_default_str();
     command->footer("With --out, writes DIR/" + name + ".json as well" +
                     (name == "learn" ? ", with --arith q15 DIR/dqw_q15_config.h where the log is not mechanical" : "") +
                     ". Exit code 4: a parameter asked for is not identifiable.");
@@ -98,32 +103,36 @@ Command add_estimator(CLI::App& app, const std::string& name, const std::string&
 
 Command add_learn(CLI::App& app)
 {
-    return add_estimator(app, "learn", "run the C learners over a log", [](const auto& logs, const Options& o, const LearnConfig& config, auto progress) {
-        LearnOptions options;
-        options.fixed_point = o.arith == "q15";
-        options.parameters = o.parameters;
-        options.inputs = config.inputs;
-        options.start = config.start;
-        options.progress = std::move(progress);
-        const Learned learned = learn_all(logs, options);
-        const bool header = options.fixed_point && learned.result.regime != Regime::mechanical;
-        return Estimated{learned.result, learned.effects, header ? q15_config_text(logs, learned.result.parameters, learned.inputs) : ""};
-    });
+    return add_estimator(app, "learn", "run the C learners over a log",
+                         [](const auto& logs, const Options& o, const LearnConfig& config, auto progress) {
+                             LearnOptions options;
+                             options.fixed_point = o.arith == "q15";
+                             options.parameters = o.parameters;
+                             options.inputs = config.inputs;
+                             options.start = config.start;
+                             options.progress = std::move(progress);
+                             const Learned learned = learn_all(logs, options);
+                             const bool header = options.fixed_point && learned.result.regime != Regime::mechanical;
+                             return Estimated{learned.result, learned.effects,
+                                              header ? q15_config_text(logs, learned.result.parameters, learned.inputs)
+                                                     : ""};
+                         });
 }
 
 Command add_fit(CLI::App& app)
 {
-    return add_estimator(app, "fit", "fit the reference model to a log", [](const auto& logs, const Options& o, const LearnConfig& config, auto progress) {
-        const std::vector<std::string> names = effects_of(config);
-        if (!names.empty()) {
-            const EffectFit fitted = fit_effects(logs, names, o.parameters, std::move(progress));
-            return Estimated{fitted.result, fitted.effects};
-        }
-        FitOptions options;
-        options.parameters = o.parameters;
-        options.progress = std::move(progress);
-        return Estimated{fit(logs, options), {}};
-    });
+    return add_estimator(app, "fit", "fit the reference model to a log",
+                         [](const auto& logs, const Options& o, const LearnConfig& config, auto progress) {
+                             const std::vector<std::string> names = effects_of(config);
+                             if (!names.empty()) {
+                                 const EffectFit fitted = fit_effects(logs, names, o.parameters, std::move(progress));
+                                 return Estimated{fitted.result, fitted.effects};
+                             }
+                             FitOptions options;
+                             options.parameters = o.parameters;
+                             options.progress = std::move(progress);
+                             return Estimated{fit(logs, options), {}};
+                         });
 }
 
 }  // namespace dqw

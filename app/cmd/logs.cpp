@@ -14,7 +14,9 @@ void check_same_machine(const Log& first, const Log& log)
 {
     const auto differ = [&](const char* what, const std::optional<double>& a, const std::optional<double>& b) {
         if (a && b && *a != *b)
-            throw InputError(log.path, 1, fmt::format("{} is {:g}, but {:g} for {}; expected logs of one machine", what, *b, *a, first.path));
+            throw InputError(
+                log.path, 1,
+                fmt::format("{} is {:g}, but {:g} for {}; expected logs of one machine", what, *b, *a, first.path));
     };
     differ("pole_pairs", first.machine.pole_pairs, log.machine.pole_pairs);
     differ("torque_constant_Nm_A", first.machine.torque_constant_Nm_A, log.machine.torque_constant_Nm_A);
@@ -24,14 +26,15 @@ void check_same_machine(const Log& first, const Log& log)
 void complete(Machine& to, const Machine& from)
 {
     if (to.name.empty()) to.name = from.name;
-    for (const auto member : {&Machine::pole_pairs, &Machine::R_ohm, &Machine::Ld_H, &Machine::Lq_H, &Machine::psi_Wb, &Machine::J_kgm2, &Machine::B_Nms_rad,
-                              &Machine::torque_constant_Nm_A})
+    for (const auto member : {&Machine::pole_pairs, &Machine::R_ohm, &Machine::Ld_H, &Machine::Lq_H, &Machine::psi_Wb,
+                              &Machine::J_kgm2, &Machine::B_Nms_rad, &Machine::torque_constant_Nm_A})
         if (!(to.*member)) to.*member = from.*member;
 }
 
 }  // namespace
 
-std::vector<Log> read_logs(const std::vector<std::string>& paths, const CommonOptions& options, std::vector<std::string>& notes)
+std::vector<Log> read_logs(const std::vector<std::string>& paths, const CommonOptions& options,
+                           std::vector<std::string>& notes)
 {
     std::vector<Log> logs;
     Progress progress("reading");
@@ -41,12 +44,15 @@ std::vector<Log> read_logs(const std::vector<std::string>& paths, const CommonOp
         if (options.pole_pairs) read.pole_pairs = *options.pole_pairs;
         read.plain_only = !options.all_columns;
         read.notes = &notes;
-        read.progress = [&](double fraction) { progress.update((static_cast<double>(i) + fraction) / static_cast<double>(paths.size())); };
+        read.progress = [&](double fraction) {
+            progress.update((static_cast<double>(i) + fraction) / static_cast<double>(paths.size()));
+        };
         logs.push_back(read_log(paths[i], read));
         const Log &first = logs.front(), &log = logs.back();
         if (log.regime != first.regime)
             throw InputError(log.path, 1,
-                             fmt::format("a {} log, but {} is {}; expected logs of one regime", name_of(log.regime), first.path, name_of(first.regime)));
+                             fmt::format("a {} log, but {} is {}; expected logs of one regime", name_of(log.regime),
+                                         first.path, name_of(first.regime)));
         check_same_machine(first, log);
     }
     Machine machine;

@@ -10,8 +10,10 @@
 
 namespace dqw {
 
-/// Reads logs of one machine and one regime, for a joint estimate: what one machine file says holds for all. Throws InputError.
-std::vector<Log> read_logs(const std::vector<std::string>& paths, const CommonOptions& options, std::vector<std::string>& notes);
+/// Reads logs of one machine and one regime, for a joint estimate: what one machine file says holds for all. Throws
+/// InputError.
+std::vector<Log> read_logs(const std::vector<std::string>& paths, const CommonOptions& options,
+                           std::vector<std::string>& notes);
 
 }  // namespace dqw
 #endif

@@ -1,4 +1,5 @@
-// The command dqwatch: parses the command line, runs one subcommand, turns every failure into one line and an exit code.
+// The command dqwatch: parses the command line, runs one subcommand, turns every failure into one line and an exit
+// code.
 #include <fcntl.h>
 #include <unistd.h>
 
@@ -31,17 +32,20 @@ void hold_standard_streams()
 
 int run(int argc, char** argv)
 {
-    CLI::App app("dqwatch learns the parameters of a permanent-magnet motor, and checks them against a reference fit.", "dqwatch");
+    CLI::App app("dqwatch learns the parameters of a permanent-magnet motor, and checks them against a reference fit.",
+                 "dqwatch");
     app.set_version_flag("--version", version);
     app.require_subcommand(1);
-    const std::vector<dqw::Command> commands = {dqw::add_paper(app), dqw::add_sim(app),     dqw::add_learn(app),   dqw::add_fit(app),
-                                                dqw::add_trace(app), dqw::add_compare(app), dqw::add_monitor(app), dqw::add_demo(app)};
+    const std::vector<dqw::Command> commands = {dqw::add_paper(app),   dqw::add_sim(app),   dqw::add_learn(app),
+                                                dqw::add_fit(app),     dqw::add_trace(app), dqw::add_compare(app),
+                                                dqw::add_monitor(app), dqw::add_demo(app)};
     // The parser would only say that a subcommand is missing.
     const std::string first = argc > 1 ? argv[1] : "-";
     const auto is_first = [&](const dqw::Command& c) { return c.app->get_name() == first; };
     if (first[0] != '-' && std::none_of(commands.begin(), commands.end(), is_first))
         throw dqw::UsageError("no subcommand " + dqw::shown(first) + "; see dqwatch --help");
-    app.footer("Exit codes: 0 done; 1 anything else; 2 wrong usage; 3 input unreadable or invalid; 4 a parameter asked for is not identifiable.");
+    app.footer("Exit codes: 0 done; 1 anything else; 2 wrong usage; 3 input unreadable or invalid; 4 a parameter asked "
+               "for is not identifiable.");
     try {
         app.parse(argc, argv);
     } catch (const CLI::CallForHelp&) {

@@ -69,8 +69,9 @@ int run(const Options& options)
         if (options.arith == "q15") {
             const dqw_monitor_q15_config c = q15_monitor_config(setup);
             const FullScales full = full_scales(c.estimator.scale);
-            notes.push_back(fmt::format("fixed point; full scales {:.4g} V, {:.4g} A, {:.4g} rad/s; its configuration is in dqw_q15_monitor.h", full.v_V,
-                                        full.i_A, full.w_rad_s));
+            notes.push_back(fmt::format(
+                "fixed point; full scales {:.4g} V, {:.4g} A, {:.4g} rad/s; its configuration is in dqw_q15_monitor.h",
+                full.v_V, full.i_A, full.w_rad_s));
             config = q15_monitor_text(c, options.log, setup.inputs);
         }
         note(report, notes);
@@ -100,17 +101,24 @@ Command add_monitor(CLI::App& app)
     options->all_columns = true;
     command->add_option("LOG.csv", options->log, "dynamic log")->required()->type_name("");
     add_common(*command, *options);
-    command->get_option("--json")->description("print one JSON object an event, one a line, and nothing else on stdout");
+    command->get_option("--json")->description(
+        "print one JSON object an event, one a line, and nothing else on stdout");
     command
-        ->add_option("--effect", options->effects,
-                     "effect that the machine has, learned as well; repeatable; a note says where this log cannot have it: " + list(effect_names(), 99))
+        ->add_option(
+            "--effect", options->effects,
+            "effect that the machine has, learned as well; repeatable; a note says where this log cannot have it: " +
+                list(effect_names(), 99))
         ->take_all()
         ->allow_extra_args(false)
         ->check(CLI::IsMember(effect_names()))
         ->type_name("NAME");
-    command->add_option("--config", options->config_file, "what a trace found: start values, and the effects to learn")->type_name("trace.json");
-    command->add_option("--arith", options->arith, "arithmetic of the monitor")->check(CLI::IsMember({"float", "q15"}))->capture_default_str();
-    command->footer("Writes monitor.html into DIR, with --arith q15 dqw_q15_monitor.h as well. Exit code 0 with and without events.");
+    command->add_option("--config", options->config_file, "what a trace found: start values, and the effects to learn")
+        ->type_name("trace.json");
+    command->add_option("--arith", options->arith, "arithmetic of the monitor")
+        ->check(CLI::IsMember({"float", "q15"}))
+        ->capture_default_str();
+    command->footer("Writes monitor.html into DIR, with --arith q15 dqw_q15_monitor.h as well. Exit code 0 with and "
+                    "without events.");
     return {command, [=] { return run(*options); }};
 }
 

@@ -32,7 +32,11 @@ int list_scenarios(bool json)
         const dqw_sim_scenario* s = dqw_sim_scenario_at(i);
         rows.push_back({s->name, s->regime, std::to_string(dqw_sim_rows(s))});
         about.push_back(s->about);
-        all.push_back({{"name", s->name}, {"about", s->about}, {"regime", s->regime}, {"rows", dqw_sim_rows(s)}, {"duration_s", s->duration_s}});
+        all.push_back({{"name", s->name},
+                       {"about", s->about},
+                       {"regime", s->regime},
+                       {"rows", dqw_sim_rows(s)},
+                       {"duration_s", s->duration_s}});
     }
     if (json) {
         print(json_text({{"schema", "dqwatch.scenarios/1"}, {"scenarios", all}}));
@@ -104,7 +108,8 @@ int run(const Options& options)
     if (options.seed) scenario.seed = *options.seed;
 
     make_directory(options.out_dir);
-    const std::string csv = path_in(options.out_dir, options.scenario + ".csv"), toml = path_in(options.out_dir, options.scenario + ".toml");
+    const std::string csv = path_in(options.out_dir, options.scenario + ".csv"),
+                      toml = path_in(options.out_dir, options.scenario + ".toml");
     Simulation simulation;
     {
         Progress progress("simulating");
@@ -128,7 +133,8 @@ int run(const Options& options)
                          {"truth", truth},
                          {"notes", notes}}));
     } else {
-        print(fmt::format("{}: {}, {}; its machine: {}\n", csv, scenario.regime, counted(simulation.rows.size(), "row"), toml));
+        print(fmt::format("{}: {}, {}; its machine: {}\n", csv, scenario.regime, counted(simulation.rows.size(), "row"),
+                          toml));
     }
     return exit_done;
 }
@@ -139,7 +145,8 @@ std::uint64_t seed_of(const std::string& text)
     std::uint64_t seed = 0;
     const char* const end = text.data() + text.size();
     const auto [last, error] = std::from_chars(text.data(), end, seed);
-    if (error != std::errc{} || last != end) throw CLI::ValidationError("--seed", shown(text) + " is no whole number from 0 to 18446744073709551615");
+    if (error != std::errc{} || last != end)
+        throw CLI::ValidationError("--seed", shown(text) + " is no whole number from 0 to 18446744073709551615");
     return seed;
 }
 
@@ -158,7 +165,8 @@ Command add_sim(CLI::App& app)
         ->take_all();
     command
         ->add_option_function<std::string>(
-            "--seed", [options](const std::string& text) { options->seed = seed_of(text); }, "of noise and random excitation")
+            "--seed", [options](const std::string& text) { options->seed = seed_of(text); },
+            "of noise and random excitation")
         ->type_name("N");
     add_common(*command, *options);
     return {command, [=] { return run(*options); }};

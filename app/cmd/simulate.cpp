@@ -38,11 +38,14 @@ const Field fields[] = {
 
 [[noreturn]] void fail(const dqw_sim_scenario& scenario, int status, const dqw_sim_report& report)
 {
-    const std::string what = fmt::format("{}: {}", scenario.name, report.message[0] ? report.message : dqw_sim_status_text(status));
+    const std::string what = fmt::format("{}: {}", scenario.name,
+                                         report.message[0] ? report.message : dqw_sim_status_text(status));
     if (status == DQW_SIM_ERR_SCENARIO) throw UsageError(what);
     if (status == DQW_SIM_ERR_MAP) {
-        const std::string curve = scenario.nonideal.inverter_curve, said = report.message[0] ? report.message : dqw_sim_status_text(status);
-        throw InputError(!curve.empty() && said.compare(0, curve.size(), curve) == 0 ? curve : scenario.machine.flux_map, 1, said);
+        const std::string curve = scenario.nonideal.inverter_curve,
+                          said = report.message[0] ? report.message : dqw_sim_status_text(status);
+        throw InputError(
+            !curve.empty() && said.compare(0, curve.size(), curve) == 0 ? curve : scenario.machine.flux_map, 1, said);
     }
     throw std::runtime_error(what);
 }
@@ -60,10 +63,12 @@ dqw_sim_scenario scenario_named(const std::string& name)
 void set(dqw_sim_scenario& scenario, const std::string& assignment)
 {
     const auto equals = assignment.find('=');
-    if (equals == assignment.npos || equals == 0) throw UsageError(fmt::format("--set {}: expected key=value", shown(assignment)));
+    if (equals == assignment.npos || equals == 0)
+        throw UsageError(fmt::format("--set {}: expected key=value", shown(assignment)));
     const std::string key = assignment.substr(0, equals), value = assignment.substr(equals + 1);
     const int status = dqw_sim_set(&scenario, key.c_str(), value.c_str());
-    if (status == DQW_SIM_ERR_KEY) throw UsageError(fmt::format("--set: no key {}; `dqwatch sim --list-keys` names all", shown(key)));
+    if (status == DQW_SIM_ERR_KEY)
+        throw UsageError(fmt::format("--set: no key {}; `dqwatch sim --list-keys` names all", shown(key)));
     if (status != DQW_SIM_OK) throw UsageError(fmt::format("--set {}: {} is no value for it", key, shown(value)));
 }
 
@@ -72,7 +77,9 @@ Simulation simulate(const dqw_sim_scenario& scenario, const std::function<void(d
     Simulation run;
     run.scenario = scenario;
     const std::size_t count = dqw_sim_rows(&scenario);
-    if (count > most_rows) throw UsageError(fmt::format("{}: {} rows; at most {}: raise drive.log_every or lower duration_s", scenario.name, count, most_rows));
+    if (count > most_rows)
+        throw UsageError(fmt::format("{}: {} rows; at most {}: raise drive.log_every or lower duration_s",
+                                     scenario.name, count, most_rows));
     run.rows.resize(count);
     dqw_sim_report report = {};
     const auto forward = [](void* context, double fraction) {
@@ -128,8 +135,8 @@ void write_toml(const Simulation& simulation, const std::string& path, const std
 {
     const Machine& m = simulation.truth;
     std::string text = "# " + command + "\n# The values are the simulated machine's own.\n[log]\n";
-    text += fmt::format("regime = \"{}\"\nvoltage_interval = \"next\"\n[machine]\nname = \"{}\"\npole_pairs = {}\n", simulation.scenario.regime, m.name,
-                        simulation.scenario.machine.pole_pairs);
+    text += fmt::format("regime = \"{}\"\nvoltage_interval = \"next\"\n[machine]\nname = \"{}\"\npole_pairs = {}\n",
+                        simulation.scenario.regime, m.name, simulation.scenario.machine.pole_pairs);
     const auto say = [&](const char* key, const std::optional<double>& value) {
         // What the reader would refuse is left out: a machine without inertia data has J = 0.
         if (value && *value > 0) text += fmt::format("{} = {}\n", key, *value);

@@ -23,7 +23,8 @@ dqw_sim_scenario scenario_named(const std::string& name);
 /// Applies "key=value"; throws UsageError.
 void set(dqw_sim_scenario& scenario, const std::string& assignment);
 
-/// Simulates. Throws UsageError where the scenario contradicts itself, InputError on a flux map, std::runtime_error otherwise.
+/// Simulates. Throws UsageError where the scenario contradicts itself, InputError on a flux map, std::runtime_error
+/// otherwise.
 Simulation simulate(const dqw_sim_scenario& scenario, const std::function<void(double)>& progress);
 
 /// Writes the log. A mechanical one has no voltages.

@@ -68,7 +68,8 @@ void write_file(const std::string& path, const std::string& text)
 void write_q15_config(const std::vector<Log>& logs, TraceReport& report, const Options& options)
 {
     try {
-        write_file(path_in(options.out_dir, "dqw_q15_config.h"), q15_config_text(logs, report.trace.after.parameters, report.trace.inputs));
+        write_file(path_in(options.out_dir, "dqw_q15_config.h"),
+                   q15_config_text(logs, report.trace.after.parameters, report.trace.inputs));
     } catch (const std::invalid_argument& error) {
         report.trace.notes.push_back(std::string("no dqw_q15_config.h: ") + error.what());
     }
@@ -102,14 +103,17 @@ Command add_trace(CLI::App& app)
     CLI::App* command = app.add_subcommand("trace", "find the physical effect that the model of a log lacks");
     auto options = std::make_shared<Options>();
     options->all_columns = true;
-    command->add_option("LOG.csv", options->logs, "log, or several of one machine and regime")->required()->type_name("");
+    command->add_option("LOG.csv", options->logs, "log, or several of one machine and regime")
+        ->required()
+        ->type_name("");
     add_common(*command, *options);
     command->add_option("--effect", options->effects, "try this effect alone, or these: " + list(effect_names(), 99))
         ->take_all()
         ->allow_extra_args(false)
         ->check(CLI::IsMember(effect_names()))
         ->type_name("NAME");
-    command->footer("Writes trace.json, report.html, dqw_model_config.h and, where the log is not mechanical, dqw_q15_config.h for port_q15/ into DIR.");
+    command->footer("Writes trace.json, report.html, dqw_model_config.h and, where the log is not mechanical, "
+                    "dqw_q15_config.h for port_q15/ into DIR.");
     return {command, [=] { return run_trace(*options); }};
 }
 

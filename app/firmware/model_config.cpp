@@ -33,7 +33,8 @@ std::string macro_of(const std::string& parameter)
 bool lacks_pole_pairs(const TraceResult& trace)
 {
     const auto& all = trace.after.parameters;
-    return trace.regime == Regime::steady && std::none_of(all.begin(), all.end(), [](const Estimate& e) { return e.name == "pole_pairs"; });
+    return trace.regime == Regime::steady &&
+           std::none_of(all.begin(), all.end(), [](const Estimate& e) { return e.name == "pole_pairs"; });
 }
 
 std::string row_of(const TraceInput& input, Regime regime, bool scaled)
@@ -60,7 +61,8 @@ std::string values_text(const TraceResult& trace, const std::vector<Field>& fiel
             if (lacks_pole_pairs(trace) && e.name != "R_ohm") continue;
             if (e.name != f.parameter || !std::isfinite(e.value) || !(e.value > 0.0)) continue;
             const bool count = e.name == "pole_pairs";
-            out += fmt::format("#define {} {}\n", macro_of(e.name), count ? fmt::format("{:.0f}", e.value) : literal(e.value));
+            out += fmt::format("#define {} {}\n", macro_of(e.name),
+                               count ? fmt::format("{:.0f}", e.value) : literal(e.value));
             assignments += fmt::format("    config->{} = {};\n", f.field, macro_of(e.name));
         }
     return out;
@@ -80,7 +82,8 @@ EffectRows effect_rows(const TraceResult& trace, std::string& assignments)
     for (const TraceInput& in : trace.inputs) {
         const dqw_effect_config c = effect_config(in);
         if (c.effect == DQW_EFFECT_DEAD_TIME) {
-            rows.width += fmt::format("// Dead time: the current at which the inverter's loss is three quarters of its full size. It needs the angle.\n"
+            rows.width += fmt::format("// Dead time: the current at which the inverter's loss is three quarters of its "
+                                      "full size. It needs the angle.\n"
                                       "#define DQW_MODEL_DEAD_TIME_WIDTH_A {}\n\n",
                                       literal(static_cast<double>(c.shape[0])));
             assignments += "    config->dead_time_width_A = DQW_MODEL_DEAD_TIME_WIDTH_A;\n";
@@ -91,7 +94,8 @@ EffectRows effect_rows(const TraceResult& trace, std::string& assignments)
         rows.unwatched += monitor_watches(in.effect) ? 0 : 1;
         (monitor_watches(in.effect) ? watched : rows.text) += row_of(in, trace.regime, lacks_pole_pairs(trace));
         if (c.effect == DQW_EFFECT_ANGLE_OFFSET && !rows.angle) {
-            assignments += "    // One weight for the angle: that of the effect.\n    config->encoder_offset = false;\n";
+            assignments +=
+                "    // One weight for the angle: that of the effect.\n    config->encoder_offset = false;\n";
             rows.angle = true;
         }
     }
@@ -112,7 +116,8 @@ std::string harmless(const std::string& path)
 std::string model_config_text(const TraceResult& trace, const std::vector<std::string>& logs)
 {
     const bool mechanical = trace.regime == Regime::mechanical;
-    const std::vector<Field> electrical_fields = {{"pole_pairs", "pole_pairs"}, {"R_ohm", "R_ohm"}, {"Ld_H", "Ld_H"}, {"Lq_H", "Lq_H"}, {"psi_Wb", "psi_Wb"}};
+    const std::vector<Field> electrical_fields = {
+        {"pole_pairs", "pole_pairs"}, {"R_ohm", "R_ohm"}, {"Ld_H", "Ld_H"}, {"Lq_H", "Lq_H"}, {"psi_Wb", "psi_Wb"}};
     const std::vector<Field> mechanical_fields = {{"J_kgm2", "J_kgm2"}, {"B_Nms_rad", "B_Nms_rad"}};
     std::string sources;
     for (const std::string& log : logs) sources += (sources.empty() ? " " : ", ") + harmless(log);
@@ -120,12 +125,16 @@ std::string model_config_text(const TraceResult& trace, const std::vector<std::s
     const std::string values = values_text(trace, mechanical ? mechanical_fields : electrical_fields, assignments);
     const EffectRows rows = effect_rows(trace, assignments);
 
-    std::string out = fmt::format("// What `dqwatch trace` found in{}: the effects that the plain model lacks, for the learners.\n",
-                                  sources.empty() ? " a log" : sources);
+    std::string out = fmt::format(
+        "// What `dqwatch trace` found in{}: the effects that the plain model lacks, for the learners.\n",
+        sources.empty() ? " a log" : sources);
     const std::string init = mechanical ? "dqw_shaft" : "dqw_estimator";
-    out += fmt::format("// Fill in a {0}_config as before, call dqw_model_config_apply(&config), then {0}_init(); on a running one {0}_define().\n", init);
+    out += fmt::format("// Fill in a {0}_config as before, call dqw_model_config_apply(&config), then {0}_init(); on a "
+                       "running one {0}_define().\n",
+                       init);
     if (!mechanical)
-        out += "// Of a monitor: dqw_model_config_apply_monitor(&config), dqw_monitor_init(), dqw_monitor_define(). Pole pairs must be given where there are "
+        out += "// Of a monitor: dqw_model_config_apply_monitor(&config), dqw_monitor_init(), dqw_monitor_define(). "
+               "Pole pairs must be given where there are "
                "effects.\n";
     out += "#ifndef DQW_MODEL_CONFIG_H\n#define DQW_MODEL_CONFIG_H\n\n#include \"dqw.h\"\n\n";
     if (!values.empty()) out += "// To start from, SI.\n" + values + "\n";
@@ -135,9 +144,12 @@ std::string model_config_text(const TraceResult& trace, const std::vector<std::s
     if (!mechanical) out += fmt::format("#define DQW_MODEL_MONITOR_EFFECT_COUNT {}\n", rows.unwatched);
     out += "\n";
     if (rows.count > 0) {
-        out += fmt::format("#if DQW_EFFECT_WEIGHTS < {0}\n#error \"build lib/ with -DDQW_EFFECT_WEIGHTS={0} or more\"\n#endif\n\n", rows.weights);
-        out += "// Effect, shape, weights to start from.\nstatic const dqw_effect_config dqw_model_effects[DQW_MODEL_EFFECT_COUNT] = {\n" + rows.text +
-               "};\n\n";
+        out += fmt::format(
+            "#if DQW_EFFECT_WEIGHTS < {0}\n#error \"build lib/ with -DDQW_EFFECT_WEIGHTS={0} or more\"\n#endif\n\n",
+            rows.weights);
+        out += "// Effect, shape, weights to start from.\nstatic const dqw_effect_config "
+               "dqw_model_effects[DQW_MODEL_EFFECT_COUNT] = {\n" +
+               rows.text + "};\n\n";
         assignments += "    config->effects = dqw_model_effects;\n    config->effect_count = DQW_MODEL_EFFECT_COUNT;\n";
     }
     if (assignments.empty()) assignments = "    (void)config;\n";

@@ -9,8 +9,9 @@
 
 namespace dqw {
 
-/// A header in C99 and C++11 that includes dqw.h alone: nominal values, the effects found with their start values, and a function that
-/// puts both into a configuration. Also where no effect was found. `logs`: files that the trace read, named in a comment.
+/// A header in C99 and C++11 that includes dqw.h alone: nominal values, the effects found with their start values, and
+/// a function that puts both into a configuration. Also where no effect was found. `logs`: files that the trace read,
+/// named in a comment.
 std::string model_config_text(const TraceResult& trace, const std::vector<std::string>& logs = {});
 
 /// A file's name without its folder, that cannot end the comment it stands in.

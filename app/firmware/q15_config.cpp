@@ -35,7 +35,8 @@ void take(const std::vector<Estimate>& found, dqw_estimator_q15_config& c)
         if (!std::isfinite(e.value) || !(e.value > 0.0)) continue;
         if (e.name == "pole_pairs") c.scale.pole_pairs = static_cast<std::uint16_t>(std::lround(e.value));
         for (const Nominal& n : nominals)
-            if (e.name == n.parameter) c.*n.field = static_cast<std::uint32_t>(std::min(std::round(n.whole * e.value), 4e9));
+            if (e.name == n.parameter)
+                c.*n.field = static_cast<std::uint32_t>(std::min(std::round(n.whole * e.value), 4e9));
     }
 }
 
@@ -44,7 +45,8 @@ std::string formats(const dqw_estimator_q15_config& c)
     const double v = 1e-3 * c.scale.v_full_mV, i = 1e-3 * c.scale.i_full_mA, w = 1e-3 * c.scale.w_full_mrad_s;
     std::string out = "//\n// signal            format  full scale            last place\n";
     const auto signal = [&](const char* name, double full, const char* unit) {
-        out += fmt::format("// {:<17} Q15     {:<21} {:.4g} {}\n", name, fmt::format("{:.6g} {}", full, unit), full / 32768.0, unit);
+        out += fmt::format("// {:<17} Q15     {:<21} {:.4g} {}\n", name, fmt::format("{:.6g} {}", full, unit),
+                           full / 32768.0, unit);
     };
     signal("v_d_q15, v_q_q15", v, "V");
     signal("i_d_q15, i_q_q15", i, "A");
@@ -76,7 +78,8 @@ std::string effect_row(const TraceInput& input, const dqw_effect_q15_config& c)
     put("T_0_cC", c.T_0_cC, "{}");
     put("order", c.order, "{}u");
     std::string start;
-    for (int i = 0; i < dqw_effect_weights(c.effect); ++i) start += fmt::format("{}INT64_C({})", i ? ", " : "", c.start_q40[i]);
+    for (int i = 0; i < dqw_effect_weights(c.effect); ++i)
+        start += fmt::format("{}INT64_C({})", i ? ", " : "", c.start_q40[i]);
     return out + fmt::format(", .start_q40 = {{{}}}}}", start);
 }
 
@@ -97,48 +100,58 @@ EffectRows effect_rows(const FullScales& full, const std::vector<TraceInput>& in
 }
 
 /// The list of a firmware's effects, and what it asks of the build.
-std::string effects_text(const std::vector<Log>& logs, const dqw_estimator_q15_config& c, const std::vector<TraceInput>& inputs)
+std::string effects_text(const std::vector<Log>& logs, const dqw_estimator_q15_config& c,
+                         const std::vector<TraceInput>& inputs)
 {
     if (inputs.empty()) return {};
     const FullScales full = full_scales(c.scale);
-    const EffectRows rows = effect_rows(full, inputs, c.settled ? full.dt_s : 1.0, c.settled ? static_cast<double>(period_of(logs.front(), inputs)) : 0.0);
-    return fmt::format(
-        "\n#if DQW_EFFECT_WEIGHTS < {0}\n#error \"build lib/ and port_q15/ with -DDQW_EFFECT_WEIGHTS={0} or more\"\n#endif\n"
-        "// What the plain model lacks. The sizes go with the full scales:\n"
-        "//     static const dqw_effect_q15_config effects[] = {{DQW_Q15_EFFECTS}};\n"
-        "//     static const dqw_estimator_q15_config config = {{DQW_Q15_ESTIMATOR, .effects = effects, .effect_count = DQW_Q15_EFFECT_COUNT}};\n"
-        "#define DQW_Q15_EFFECT_COUNT {1}\n#define DQW_Q15_EFFECTS \\\n{2}\n",
-        rows.weights, inputs.size(), rows.text);
+    const EffectRows rows = effect_rows(full, inputs, c.settled ? full.dt_s : 1.0,
+                                        c.settled ? static_cast<double>(period_of(logs.front(), inputs)) : 0.0);
+    return fmt::format("\n#if DQW_EFFECT_WEIGHTS < {0}\n#error \"build lib/ and port_q15/ with "
+                       "-DDQW_EFFECT_WEIGHTS={0} or more\"\n#endif\n"
+                       "// What the plain model lacks. The sizes go with the full scales:\n"
+                       "//     static const dqw_effect_q15_config effects[] = {{DQW_Q15_EFFECTS}};\n"
+                       "//     static const dqw_estimator_q15_config config = {{DQW_Q15_ESTIMATOR, .effects = effects, "
+                       ".effect_count = DQW_Q15_EFFECT_COUNT}};\n"
+                       "#define DQW_Q15_EFFECT_COUNT {1}\n#define DQW_Q15_EFFECTS \\\n{2}\n",
+                       rows.weights, inputs.size(), rows.text);
 }
 
 }  // namespace
 
-std::string q15_config_text(const std::vector<Log>& logs, const std::vector<Estimate>& found, const std::vector<TraceInput>& inputs)
+std::string q15_config_text(const std::vector<Log>& logs, const std::vector<Estimate>& found,
+                            const std::vector<TraceInput>& inputs)
 {
     const Machine& machine = logs.front().machine;
     dqw_estimator_q15_config c = q15_config_of(logs, {}, machine.pole_pairs.value_or(0.0));
     take(found, c);
     std::string names;
     for (const Log& log : logs) names += (names.empty() ? " " : ", ") + harmless(log.path);
-    std::string out = fmt::format("// Full scales and nominal values for port_q15/, from{}: 1 % above the largest signals. What is beyond a full scale is\n"
-                                  "// counted and not learned: raise one where the drive goes farther; the sizes below go with it.\n"
-                                  "//     static const dqw_estimator_q15_config config = {{DQW_Q15_ESTIMATOR, .stale_limit = 10}};\n",
-                                  names);
+    std::string out = fmt::format(
+        "// Full scales and nominal values for port_q15/, from{}: 1 % above the largest signals. What is beyond a full "
+        "scale is\n"
+        "// counted and not learned: raise one where the drive goes farther; the sizes below go with it.\n"
+        "//     static const dqw_estimator_q15_config config = {{DQW_Q15_ESTIMATOR, .stale_limit = 10}};\n",
+        names);
     out += formats(c);
     out += "#ifndef DQW_Q15_CONFIG_H\n#define DQW_Q15_CONFIG_H\n\n#include \"dqw_estimator_q15.h\"\n\n";
-    out += fmt::format("#define DQW_Q15_SCALE \\\n    {{.v_full_mV = {}u, .i_full_mA = {}u, .w_full_mrad_s = {}u, .dt_ns = {}u, .pole_pairs = {}u}}\n\n",
+    out += fmt::format("#define DQW_Q15_SCALE \\\n    {{.v_full_mV = {}u, .i_full_mA = {}u, .w_full_mrad_s = {}u, "
+                       ".dt_ns = {}u, .pole_pairs = {}u}}\n\n",
                        c.scale.v_full_mV, c.scale.i_full_mA, c.scale.w_full_mrad_s, c.scale.dt_ns, c.scale.pole_pairs);
     std::string values = ".scale = DQW_Q15_SCALE";
     for (const Nominal& n : nominals) values += fmt::format(", .{} = {}u", n.name, c.*n.field);
     if (c.half_window != 0) values += fmt::format(", .half_window = {}u", c.half_window);
-    if (std::any_of(inputs.begin(), inputs.end(), [](const TraceInput& in) { return needs_angle(in.effect); })) values += ", .angle = true";
-    out += fmt::format("// Initialisers; others may follow them. For the monitor rather take dqw_q15_monitor.h, which `dqwatch monitor --arith q15` "
+    if (std::any_of(inputs.begin(), inputs.end(), [](const TraceInput& in) { return needs_angle(in.effect); }))
+        values += ", .angle = true";
+    out += fmt::format("// Initialisers; others may follow them. For the monitor rather take dqw_q15_monitor.h, which "
+                       "`dqwatch monitor --arith q15` "
                        "writes.\n#define DQW_Q15_ESTIMATOR \\\n    {}{}\n",
                        values, c.settled ? ", .settled = true" : "");
     return out + effects_text(logs, c, inputs) + "\n#endif\n";
 }
 
-std::string q15_monitor_text(const dqw_monitor_q15_config& c, const std::string& log, const std::vector<TraceInput>& inputs)
+std::string q15_monitor_text(const dqw_monitor_q15_config& c, const std::string& log,
+                             const std::vector<TraceInput>& inputs)
 {
     const dqw_estimator_q15_config& t = c.estimator;
     std::string estimator = ".scale = DQW_Q15_MONITOR_SCALE", rest;
@@ -155,7 +168,8 @@ std::string q15_monitor_text(const dqw_monitor_q15_config& c, const std::string&
     put(estimator, "excitation_q15", t.excitation_q15);
     put(estimator, "half_window", t.half_window);
     put(estimator, "solve_blocks", t.solve_blocks);
-    estimator += fmt::format(", .angle = {}, .encoder_offset = {}, .noise_on_inputs = {}", t.angle, t.encoder_offset, t.noise_on_inputs);
+    estimator += fmt::format(", .angle = {}, .encoder_offset = {}, .noise_on_inputs = {}", t.angle, t.encoder_offset,
+                             t.noise_on_inputs);
     if (t.voltage_next) estimator += ", .voltage_next = true";
     if (t.voltage_held) estimator += ", .voltage_held = true";
     if (t.speed_electrical) estimator += ", .speed_electrical = true";
@@ -174,21 +188,26 @@ std::string q15_monitor_text(const dqw_monitor_q15_config& c, const std::string&
     std::string list, effects;
     if (!inputs.empty()) {
         list = "//     static const dqw_effect_q15_config monitor_effects[] = {DQW_Q15_MONITOR_EFFECTS};\n";
-        effects = fmt::format("#if DQW_EFFECT_WEIGHTS < {0}\n#error \"build lib/ and port_q15/ with -DDQW_EFFECT_WEIGHTS={0} or more\"\n#endif\n"
+        effects = fmt::format("#if DQW_EFFECT_WEIGHTS < {0}\n#error \"build lib/ and port_q15/ with "
+                              "-DDQW_EFFECT_WEIGHTS={0} or more\"\n#endif\n"
                               "#define DQW_Q15_MONITOR_EFFECTS \\\n{1}\n\n",
                               rows.weights, rows.text);
     }
-    return fmt::format("// With what `dqwatch monitor --arith q15` ran over {}. In firmware, with DQW_EFFECT_WEIGHTS={} for all of lib/ and port_q15/:\n"
-                       "{}"
-                       "//     static const dqw_monitor_q15_config config = {{DQW_Q15_MONITOR}};\n"
-                       "// Samples are parts of {:.6g} V, {:.6g} A, {:.6g} rad/s: lround(32768 x / full scale), within +-32767; the angle 65536 a turn.\n"
-                       "// Bands, threshold and floor that are parts of a full scale are those of the usual largest signals, a third less.\n"
-                       "#ifndef DQW_Q15_MONITOR_H\n#define DQW_Q15_MONITOR_H\n\n#include \"dqw_monitor_q15.h\"\n\n{}"
-                       "#define DQW_Q15_MONITOR_SCALE \\\n"
-                       "    {{.v_full_mV = {}u, .i_full_mA = {}u, .w_full_mrad_s = {}u, .dt_ns = {}u, .pole_pairs = {}u}}\n\n"
-                       "#define DQW_Q15_MONITOR \\\n    .estimator = {{{}}}, \\\n    .band_ppm = {{{}}}{}\n\n#endif\n",
-                       harmless(log), rows.weights, list, full.v_V, full.i_A, full.w_rad_s, effects, t.scale.v_full_mV, t.scale.i_full_mA,
-                       t.scale.w_full_mrad_s, t.scale.dt_ns, t.scale.pole_pairs, estimator, bands, rest);
+    return fmt::format(
+        "// With what `dqwatch monitor --arith q15` ran over {}. In firmware, with DQW_EFFECT_WEIGHTS={} for all of "
+        "lib/ and port_q15/:\n"
+        "{}"
+        "//     static const dqw_monitor_q15_config config = {{DQW_Q15_MONITOR}};\n"
+        "// Samples are parts of {:.6g} V, {:.6g} A, {:.6g} rad/s: lround(32768 x / full scale), within +-32767; the "
+        "angle 65536 a turn.\n"
+        "// Bands, threshold and floor that are parts of a full scale are those of the usual largest signals, a third "
+        "less.\n"
+        "#ifndef DQW_Q15_MONITOR_H\n#define DQW_Q15_MONITOR_H\n\n#include \"dqw_monitor_q15.h\"\n\n{}"
+        "#define DQW_Q15_MONITOR_SCALE \\\n"
+        "    {{.v_full_mV = {}u, .i_full_mA = {}u, .w_full_mrad_s = {}u, .dt_ns = {}u, .pole_pairs = {}u}}\n\n"
+        "#define DQW_Q15_MONITOR \\\n    .estimator = {{{}}}, \\\n    .band_ppm = {{{}}}{}\n\n#endif\n",
+        harmless(log), rows.weights, list, full.v_V, full.i_A, full.w_rad_s, effects, t.scale.v_full_mV,
+        t.scale.i_full_mA, t.scale.w_full_mrad_s, t.scale.dt_ns, t.scale.pole_pairs, estimator, bands, rest);
 }
 
 }  // namespace dqw

@@ -12,13 +12,16 @@
 
 namespace dqw {
 
-/// A C99 header for port_q15/: full scales with which `learn --arith q15` learns these logs, nominal values from `found`, else from the logs' machine;
-/// the effects `inputs`, if there are any.
+/// A C99 header for port_q15/: full scales with which `learn --arith q15` learns these logs, nominal values from
+/// `found`, else from the logs' machine; the effects `inputs`, if there are any.
 /// Throws std::invalid_argument (one line) where a signal is more than fixed point takes. Not for mechanical logs.
-std::string q15_config_text(const std::vector<Log>& logs, const std::vector<Estimate>& found, const std::vector<TraceInput>& inputs);
+std::string q15_config_text(const std::vector<Log>& logs, const std::vector<Estimate>& found,
+                            const std::vector<TraceInput>& inputs);
 
-/// The same for the monitor: with what `monitor --arith q15` ran over `log`, whole, with the effects `inputs` that it learned.
-std::string q15_monitor_text(const dqw_monitor_q15_config& config, const std::string& log, const std::vector<TraceInput>& inputs);
+/// The same for the monitor: with what `monitor --arith q15` ran over `log`, whole, with the effects `inputs` that it
+/// learned.
+std::string q15_monitor_text(const dqw_monitor_q15_config& config, const std::string& log,
+                             const std::vector<TraceInput>& inputs);
 
 }  // namespace dqw
 #endif

@@ -18,7 +18,8 @@
 namespace dqw {
 namespace {
 
-// Pole pairs of a log too short for the estimator's own rule: every other integer is so many deviations away, and itself so near.
+// Pole pairs of a log too short for the estimator's own rule: every other integer is so many deviations away, and
+// itself so near.
 constexpr float kPolesSd = 4.0F, kPolesDistance = 0.25F, kPolesMost = 100.0F;
 
 bool is_settled(const std::vector<Log>& logs) { return logs.front().regime != Regime::dynamic; }
@@ -28,11 +29,15 @@ bool is_short(const std::vector<Log>& logs) { return all_rows(logs) <= DQW_NOISE
 
 double sd_of(float sd) { return sd < DQW_UNKNOWN ? static_cast<double>(sd) : INFINITY; }
 
-bool is_known(const dqw_reading& r) { return r.value > 0.0F && sd_of(r.sd) < kKnownRatio * static_cast<double>(r.value); }
+bool is_known(const dqw_reading& r)
+{
+    return r.value > 0.0F && sd_of(r.sd) < kKnownRatio * static_cast<double>(r.value);
+}
 
 const TraceInput* dead_time_of(const std::vector<TraceInput>& inputs)
 {
-    const auto found = std::find_if(inputs.begin(), inputs.end(), [](const TraceInput& in) { return in.effect == "dead_time"; });
+    const auto found = std::find_if(inputs.begin(), inputs.end(),
+                                    [](const TraceInput& in) { return in.effect == "dead_time"; });
     return found == inputs.end() ? nullptr : &*found;
 }
 
@@ -42,7 +47,8 @@ struct Poles {
     float raw = 0.0F, sd = DQW_UNKNOWN;
 };
 
-/// What a run over the logs leaves for the next: then every row is learned, with the noise known from the first one on, and each axis by its own.
+/// What a run over the logs leaves for the next: then every row is learned, with the noise known from the first one on,
+/// and each axis by its own.
 struct Before {
     dqw_noise_variances noise{};
     float step_A_per_V[2] = {0.0F, 0.0F}, follow = 1.0F;
@@ -52,15 +58,18 @@ struct Before {
     std::array<float, 4> start{};  ///< R, L_d, L_q, psi; 0: not known
 };
 
-/// The estimator, sample by sample as firmware has it, but that no residual ends it: whoever asks what a log tells wants all of its rows.
+/// The estimator, sample by sample as firmware has it, but that no residual ends it: whoever asks what a log tells
+/// wants all of its rows.
 class Run {
 public:
-    Run(const std::vector<Log>& logs, const LearnOptions& options, const std::vector<TraceInput>& inputs, double pole_pairs, const Before* before)
+    Run(const std::vector<Log>& logs, const LearnOptions& options, const std::vector<TraceInput>& inputs,
+        double pole_pairs, const Before* before)
         : logs_(logs), inputs_(inputs), pole_pairs_(pole_pairs)
     {
         configure(options, before);
         const dqw_status status = dqw_estimator_init(&e_, &config_);
-        if (status != DQW_OK) throw std::invalid_argument(fmt::format("the learners refuse this: {}", dqw_status_text(status)));
+        if (status != DQW_OK)
+            throw std::invalid_argument(fmt::format("the learners refuse this: {}", dqw_status_text(status)));
         // Settled rows need no coarse values, and a run before this one has them.
         if (config_.settled || before != nullptr) dqw_estimator_stage_on(&e_, true);
         if (before != nullptr) take(*before);
@@ -83,7 +92,8 @@ public:
                     const dqw_sample s = sample(k);
                     heldout_ += held ? 1U : 0U;
                     (void)dqw_estimator_sample(&e_, &s, held);
-                    if (learn() && options.block) options.block(log.t_s.empty() ? static_cast<double>(k) : log.t_s[k], now());
+                    if (learn() && options.block)
+                        options.block(log.t_s.empty() ? static_cast<double>(k) : log.t_s[k], now());
                 });
         }
         // A deviation is of the blocks of this run; after a restart they are that alone.
@@ -91,8 +101,8 @@ public:
     }
 
     /// Of these logs, with what `before` knows of the inductances.
-    static dqw_noise_variances noise(const std::vector<Log>& logs, const LearnOptions& options, const std::vector<TraceInput>& inputs, double pole_pairs,
-                                     const Before& before)
+    static dqw_noise_variances noise(const std::vector<Log>& logs, const LearnOptions& options,
+                                     const std::vector<TraceInput>& inputs, double pole_pairs, const Before& before)
     {
         Run run(logs, options, inputs, pole_pairs, &before);
         dqw_noise_init(&run.e_.noise);
@@ -116,7 +126,8 @@ public:
             return p;
         }
         const float nearest = std::round(p.raw), off = std::fabs(p.raw - nearest);
-        if (nearest >= 1.0F && nearest < kPolesMost && off < kPolesDistance && kPolesSd * p.sd < 1.0F - off) p.pairs = static_cast<std::uint16_t>(nearest);
+        if (nearest >= 1.0F && nearest < kPolesMost && off < kPolesDistance && kPolesSd * p.sd < 1.0F - off)
+            p.pairs = static_cast<std::uint16_t>(nearest);
         return p;
     }
 
@@ -147,13 +158,16 @@ private:
         config_.v_base_V = largest(logs_, &Log::v_d_V, &Log::v_q_V);
         config_.i_base_A = largest(logs_, &Log::i_d_A, &Log::i_q_A);
         config_.w_base_rad_s = largest(logs_, &Log::w_m_rad_s, &Log::w_m_rad_s);
-        const std::pair<float dqw_estimator_config::*, std::optional<double> Machine::*> nominals[] = {{&dqw_estimator_config::R_ohm, &Machine::R_ohm},
-                                                                                                       {&dqw_estimator_config::Ld_H, &Machine::Ld_H},
-                                                                                                       {&dqw_estimator_config::Lq_H, &Machine::Lq_H},
-                                                                                                       {&dqw_estimator_config::psi_Wb, &Machine::psi_Wb}};
+        const std::pair<float dqw_estimator_config::*, std::optional<double> Machine::*> nominals[] = {
+            {&dqw_estimator_config::R_ohm, &Machine::R_ohm},
+            {&dqw_estimator_config::Ld_H, &Machine::Ld_H},
+            {&dqw_estimator_config::Lq_H, &Machine::Lq_H},
+            {&dqw_estimator_config::psi_Wb, &Machine::psi_Wb}};
         for (std::size_t i = 0; i < 4; ++i) {
             const auto& [place, member] = nominals[i];
-            config_.*place = before != nullptr && before->start[i] > 0.0F ? before->start[i] : nominal(first.machine, options.start, member);
+            config_.*place = before != nullptr && before->start[i] > 0.0F
+                                 ? before->start[i]
+                                 : nominal(first.machine, options.start, member);
         }
         config_.pole_pairs = static_cast<std::uint16_t>(pole_pairs_);
         config_.settled = is_settled(logs_);
@@ -161,7 +175,8 @@ private:
         config_.noise_on_inputs = !config_.settled && (before != nullptr || !is_short(logs_));
         if (!config_.settled) config_.half_window = half_window_of(logs_, inputs_, pole_pairs_);
         config_.excitation_pu = static_cast<float>(kExcitation_pu);
-        config_.angle = std::any_of(inputs_.begin(), inputs_.end(), [](const TraceInput& in) { return needs_angle(in.effect); });
+        config_.angle = std::any_of(inputs_.begin(), inputs_.end(),
+                                    [](const TraceInput& in) { return needs_angle(in.effect); });
         if (const TraceInput* dead_time = dead_time_of(inputs_)) config_.dead_time_width_A = width_of(*dead_time);
         config_.effects = list_.data();
         config_.effect_count = static_cast<std::uint8_t>(list_.size());
@@ -188,7 +203,8 @@ private:
         // All the rows that there are, even where the estimator would like more.
         e_.noise.of.rows = std::max(before.noise.rows, kNoiseRows);
         e_.follow = e_.given.follow = before.follow;
-        for (int axis = 0; axis < 2; ++axis) e_.step_A_per_V[axis] = e_.given.step_A_per_V[axis] = before.step_A_per_V[axis];
+        for (int axis = 0; axis < 2; ++axis)
+            e_.step_A_per_V[axis] = e_.given.step_A_per_V[axis] = before.step_A_per_V[axis];
         if (before.blocks == 0) return;
         std::copy(std::begin(before.error_pu2), std::end(before.error_pu2), e_.error_pu2);
         std::copy(before.score2.begin(), before.score2.end(), e_.score2);
@@ -218,7 +234,8 @@ private:
 
     void step_stage()
     {
-        const auto ppm = static_cast<std::uint32_t>(std::min(1e6 * static_cast<double>(dqw_estimator_recent_pu(&e_)), 4e9));
+        const auto ppm = static_cast<std::uint32_t>(
+            std::min(1e6 * static_cast<double>(dqw_estimator_recent_pu(&e_)), 4e9));
         (void)dqw_stage_step(&stage_, {true, ppm, ppm});
     }
 
@@ -263,21 +280,28 @@ private:
 
 void note_stage(const dqw_stage& stage, Result& result)
 {
-    static const char* const whys[] = {"", "the Random Learners did not settle", "the residual stayed above the threshold", "the residual left its band"};
-    std::string text = fmt::format("stage {}: {}", stage.name == DQW_STAGE_IN_SERVICE ? 4 : static_cast<int>(stage.name) + 1, dqw_stage_text(stage.name));
+    static const char* const whys[] = {"", "the Random Learners did not settle",
+                                       "the residual stayed above the threshold", "the residual left its band"};
+    std::string text = fmt::format("stage {}: {}",
+                                   stage.name == DQW_STAGE_IN_SERVICE ? 4 : static_cast<int>(stage.name) + 1,
+                                   dqw_stage_text(stage.name));
     if (stage.back != DQW_BACK_NONE)
-        text += fmt::format("; went back because {} ({:.1f} %, threshold {:.1f} %)", whys[stage.back], 1e-4 * stage.residual_ppm, 1e-4 * stage.threshold_ppm);
+        text += fmt::format("; went back because {} ({:.1f} %, threshold {:.1f} %)", whys[stage.back],
+                            1e-4 * stage.residual_ppm, 1e-4 * stage.threshold_ppm);
     result.notes.push_back(text);
 }
 
 std::string why_unknown(const Run& run, const dqw_reading& r, std::uint32_t excited, const char* what)
 {
     const double percent = 100.0 * kExcitation_pu;
-    if (excited == 0) return fmt::format("{} is below {:.1f} % of its base, or of the size of its noise, in all {} blocks", what, percent, run.blocks());
+    if (excited == 0)
+        return fmt::format("{} is below {:.1f} % of its base, or of the size of its noise, in all {} blocks", what,
+                           percent, run.blocks());
     if (r.sd < DQW_UNKNOWN && r.value > 0.0F)
-        return fmt::format("its deviation is {:.0f} % of it; {} is large enough in {} of {} blocks", 100.0 * static_cast<double>(r.sd / r.value), what, excited,
-                           run.blocks());
-    return fmt::format("its effect cannot be told from another parameter's; {} is large enough in {} of {} blocks", what, excited, run.blocks());
+        return fmt::format("its deviation is {:.0f} % of it; {} is large enough in {} of {} blocks",
+                           100.0 * static_cast<double>(r.sd / r.value), what, excited, run.blocks());
+    return fmt::format("its effect cannot be told from another parameter's; {} is large enough in {} of {} blocks",
+                       what, excited, run.blocks());
 }
 
 void put_electrical(const Run& run, const Poles& poles, bool p_given, const Asked& asked, Result& result)
@@ -293,10 +317,13 @@ void put_electrical(const Run& run, const Poles& poles, bool p_given, const Aske
     } rows[] = {
         {"R_ohm", "the current", DQW_R, false, "a current of several levels on either axis, best at low speed"},
         {"Ld_H", settled ? "i_d times speed" : "the change of i_d (and i_d times speed)", DQW_LD, settled,
-         settled ? "i_d at several levels while the machine turns, and pole_pairs" : "a varying i_d: steps of its reference or a random binary voltage on v_d"},
+         settled ? "i_d at several levels while the machine turns, and pole_pairs"
+                 : "a varying i_d: steps of its reference or a random binary voltage on v_d"},
         {"Lq_H", settled ? "i_q times speed" : "the change of i_q (and i_q times speed)", DQW_LQ, settled,
-         settled ? "i_q at several levels while the machine turns, and pole_pairs" : "a varying i_q: steps of torque or a random binary voltage on v_q"},
-        {"psi_Wb", "the speed", DQW_PSI, true, "a turning machine with i_d and i_q at several levels, and pole_pairs where they cannot be found"},
+         settled ? "i_q at several levels while the machine turns, and pole_pairs"
+                 : "a varying i_q: steps of torque or a random binary voltage on v_q"},
+        {"psi_Wb", "the speed", DQW_PSI, true,
+         "a turning machine with i_d and i_q at several levels, and pole_pairs where they cannot be found"},
     };
     for (const auto& row : rows) {
         if (!asked(row.name)) continue;
@@ -306,21 +333,27 @@ void put_electrical(const Run& run, const Poles& poles, bool p_given, const Aske
             result.parameters.push_back({row.name, static_cast<double>(r.value), static_cast<double>(r.sd), false});
         else
             result.not_identifiable.push_back(
-                {row.name, e.pole_pairs == 0 && row.through_p && excited > 0 ? needs_p : why_unknown(run, r, excited, row.what), row.excitation});
+                {row.name,
+                 e.pole_pairs == 0 && row.through_p && excited > 0 ? needs_p : why_unknown(run, r, excited, row.what),
+                 row.excitation});
     }
     if (p_given)
         result.parameters.push_back({"pole_pairs", static_cast<double>(e.pole_pairs), 0.0, true});
     else if (poles.pairs != 0)
-        result.parameters.push_back({"pole_pairs", static_cast<double>(poles.pairs), static_cast<double>(poles.sd), false});
+        result.parameters.push_back(
+            {"pole_pairs", static_cast<double>(poles.pairs), static_cast<double>(poles.sd), false});
     else if (asked("pole_pairs") || asked("psi_Wb"))
-        result.not_identifiable.push_back({"pole_pairs",
-                                           poles.sd < DQW_UNKNOWN ? fmt::format("the cross weights say {:.2f} with a deviation of {:.2f}", poles.raw, poles.sd)
-                                                                  : std::string("the slopes of the currents or their products with the speed are too small"),
-                                           "currents that change on both axes while the machine turns, or --pole-pairs"});
+        result.not_identifiable.push_back(
+            {"pole_pairs",
+             poles.sd < DQW_UNKNOWN
+                 ? fmt::format("the cross weights say {:.2f} with a deviation of {:.2f}", poles.raw, poles.sd)
+                 : std::string("the slopes of the currents or their products with the speed are too small"),
+             "currents that change on both axes while the machine turns, or --pole-pairs"});
 }
 
 /// As many runs over the logs as it takes; the last one counts.
-std::unique_ptr<Run> run_all(const std::vector<Log>& logs, const LearnOptions& options, const std::vector<TraceInput>& inputs, double pole_pairs, Poles& poles)
+std::unique_ptr<Run> run_all(const std::vector<Log>& logs, const LearnOptions& options,
+                             const std::vector<TraceInput>& inputs, double pole_pairs, Poles& poles)
 {
     std::unique_ptr<Run> run;
     Before before;
@@ -343,7 +376,8 @@ std::unique_ptr<Run> run_all(const std::vector<Log>& logs, const LearnOptions& o
 }
 
 /// One pass of lib/.
-Learned pass(const std::vector<Log>& logs, const LearnOptions& options, const std::vector<TraceInput>& inputs, double pole_pairs, bool p_given)
+Learned pass(const std::vector<Log>& logs, const LearnOptions& options, const std::vector<TraceInput>& inputs,
+             double pole_pairs, bool p_given)
 {
     const Log& first = logs.front();
     Poles poles;
@@ -394,6 +428,9 @@ Learned pass(const std::vector<Log>& logs, const LearnOptions& options, const st
 
 }  // namespace
 
-Learned learn_electrical(const std::vector<Log>& logs, const LearnOptions& options) { return learn_in_passes(logs, options, pass); }
+Learned learn_electrical(const std::vector<Log>& logs, const LearnOptions& options)
+{
+    return learn_in_passes(logs, options, pass);
+}
 
 }  // namespace dqw

@@ -38,12 +38,15 @@ double span_s(const std::vector<Log>& logs)
 std::vector<double> heat_shape(const TraceInput& in, const std::vector<Log>& logs)
 {
     const bool winding = in.effect == "winding_temperature";
-    const auto measured = [&](const Log& log) { return !log.temp_winding_C.empty() || (!winding && !log.temp_magnet_C.empty()); };
+    const auto measured = [&](const Log& log) {
+        return !log.temp_winding_C.empty() || (!winding && !log.temp_magnet_C.empty());
+    };
     const double tau_s = std::all_of(logs.begin(), logs.end(), measured) ? 0.0 : kHeatTime * span_s(logs);
     return {kReference_C, tau_s, largest_current(logs)};
 }
 
-std::vector<double> usual_shape(const TraceInput& in, dqw_effect_name name, const std::vector<Log>& logs, const PlainModel& m)
+std::vector<double> usual_shape(const TraceInput& in, dqw_effect_name name, const std::vector<Log>& logs,
+                                const PlainModel& m)
 {
     const auto speed = static_cast<double>(largest(logs, &Log::w_m_rad_s, &Log::w_m_rad_s));
     switch (name) {
@@ -62,19 +65,24 @@ std::vector<double> usual_shape(const TraceInput& in, dqw_effect_name name, cons
     case DQW_EFFECT_STRIBECK_FRICTION: return {kWidth * speed, kFall * speed};
     case DQW_EFFECT_COGGING_TORQUE: return {kCogging};
     // Marks seconds, as the tracer does.
-    case DQW_EFFECT_DELAY: return logs.front().regime == Regime::dynamic ? std::vector<double>{} : std::vector<double>{1.0};
+    case DQW_EFFECT_DELAY:
+        return logs.front().regime == Regime::dynamic ? std::vector<double>{} : std::vector<double>{1.0};
     default: return {};
     }
 }
 
-[[noreturn]] void refuse(const std::string& path, std::size_t line, const std::string& what) { throw InputError(path, line, what); }
+[[noreturn]] void refuse(const std::string& path, std::size_t line, const std::string& what)
+{
+    throw InputError(path, line, what);
+}
 
 std::vector<double> numbers(const Json& object, const char* key, const std::string& path)
 {
     std::vector<double> values;
     const auto found = object.find(key);
     if (found == object.end()) return values;
-    if (!found->is_array() || found->size() > 8) refuse(path, 1, std::string("\"") + key + "\" is not a short list of numbers");
+    if (!found->is_array() || found->size() > 8)
+        refuse(path, 1, std::string("\"") + key + "\" is not a short list of numbers");
     for (const Json& x : *found) {
         if (!x.is_number() || !std::isfinite(static_cast<float>(x.get<double>())))
             refuse(path, 1, std::string("\"") + key + "\" holds something that is no number");
@@ -85,10 +93,12 @@ std::vector<double> numbers(const Json& object, const char* key, const std::stri
 
 TraceInput input_of(const Json& entry, const std::string& path)
 {
-    if (!entry.is_object() || !entry.contains("effect") || !entry["effect"].is_string()) refuse(path, 1, "an entry of \"inputs\" names no effect");
+    if (!entry.is_object() || !entry.contains("effect") || !entry["effect"].is_string())
+        refuse(path, 1, "an entry of \"inputs\" names no effect");
     TraceInput in;
     in.effect = entry["effect"].get<std::string>();
-    if (!effect_named(in.effect)) refuse(path, 1, "unknown effect " + shown(in.effect) + "; known are " + list(effect_names(), 99));
+    if (!effect_named(in.effect))
+        refuse(path, 1, "unknown effect " + shown(in.effect) + "; known are " + list(effect_names(), 99));
     in.shape = numbers(entry, "shape", path);
     in.weights = numbers(entry, "weights", path);
     return in;
@@ -98,17 +108,24 @@ Machine machine_of(const Json& trace)
 {
     Machine machine;
     const std::pair<const char*, std::optional<double> Machine::*> members[] = {
-        {"R_ohm", &Machine::R_ohm},           {"Ld_H", &Machine::Ld_H},     {"Lq_H", &Machine::Lq_H},           {"psi_Wb", &Machine::psi_Wb},
-        {"pole_pairs", &Machine::pole_pairs}, {"J_kgm2", &Machine::J_kgm2}, {"B_Nms_rad", &Machine::B_Nms_rad},
+        {"R_ohm", &Machine::R_ohm},
+        {"Ld_H", &Machine::Ld_H},
+        {"Lq_H", &Machine::Lq_H},
+        {"psi_Wb", &Machine::psi_Wb},
+        {"pole_pairs", &Machine::pole_pairs},
+        {"J_kgm2", &Machine::J_kgm2},
+        {"B_Nms_rad", &Machine::B_Nms_rad},
     };
     for (const auto& [name, member] : members) {
         const Json::json_pointer place(std::string("/after/parameters/") + name + "/value");
         if (!trace.contains(place)) continue;
         const Json& value = trace.at(place);
         // Start values only: what no machine has starts nothing.
-        if (value.is_number() && value.get<double>() > 0.0 && std::isfinite(static_cast<float>(value.get<double>()))) machine.*member = value.get<double>();
+        if (value.is_number() && value.get<double>() > 0.0 && std::isfinite(static_cast<float>(value.get<double>())))
+            machine.*member = value.get<double>();
     }
-    if (machine.pole_pairs && (*machine.pole_pairs != std::floor(*machine.pole_pairs) || *machine.pole_pairs > 1000.0)) machine.pole_pairs.reset();
+    if (machine.pole_pairs && (*machine.pole_pairs != std::floor(*machine.pole_pairs) || *machine.pole_pairs > 1000.0))
+        machine.pole_pairs.reset();
     return machine;
 }
 
@@ -117,11 +134,13 @@ Machine machine_of(const Json& trace)
 LearnConfig read_learn_config(const std::string& path)
 {
     std::error_code unknown;
-    if (std::filesystem::is_directory(path, unknown)) refuse(path, 0, "is a directory; expected the trace.json of `dqwatch trace`");
+    if (std::filesystem::is_directory(path, unknown))
+        refuse(path, 0, "is a directory; expected the trace.json of `dqwatch trace`");
     std::ifstream file(path, std::ios::binary);
     if (!file) refuse(path, 0, "cannot be opened; expected the trace.json of `dqwatch trace`");
     const std::string text{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
-    if (file.bad() || text.empty()) refuse(path, 1, "is empty or cannot be read; expected the trace.json of `dqwatch trace`");
+    if (file.bad() || text.empty())
+        refuse(path, 1, "is empty or cannot be read; expected the trace.json of `dqwatch trace`");
     Json trace;
     try {
         trace = Json::parse(text);
@@ -164,20 +183,25 @@ std::vector<std::string> effects_of(const LearnConfig& config)
 
 bool needs_machine(const std::vector<TraceInput>& inputs)
 {
-    return std::any_of(inputs.begin(), inputs.end(), [](const TraceInput& in) { return in.shape.empty() && shape_needs_machine(in.effect); });
+    return std::any_of(inputs.begin(), inputs.end(),
+                       [](const TraceInput& in) { return in.shape.empty() && shape_needs_machine(in.effect); });
 }
 
-std::vector<TraceInput> completed(std::vector<TraceInput> inputs, const std::vector<Log>& logs, const PlainModel& machine)
+std::vector<TraceInput> completed(std::vector<TraceInput> inputs, const std::vector<Log>& logs,
+                                  const PlainModel& machine)
 {
     const bool mechanical = logs.front().regime == Regime::mechanical;
     for (TraceInput& in : inputs) {
         const auto name = effect_named(in.effect);
         if (!name) throw std::invalid_argument("unknown effect " + in.effect);
         if (dqw_effect_is_mechanical(*name) != mechanical)
-            throw std::invalid_argument(in.effect + " is not an effect that a " + name_of(logs.front().regime) + " log can have");
+            throw std::invalid_argument(in.effect + " is not an effect that a " + name_of(logs.front().regime) +
+                                        " log can have");
         for (const Log& log : logs)
-            if (log.regime == Regime::steady && log.theta_e_rad.empty() && log.theta_m_rad.empty() && needs_angle(in.effect))
-                throw std::invalid_argument(log.path + ": " + in.effect + " needs an angle column: settled rows do not integrate to one");
+            if (log.regime == Regime::steady && log.theta_e_rad.empty() && log.theta_m_rad.empty() &&
+                needs_angle(in.effect))
+                throw std::invalid_argument(log.path + ": " + in.effect +
+                                            " needs an angle column: settled rows do not integrate to one");
         const std::vector<double> usual = usual_shape(in, *name, logs, machine);
         for (std::size_t i = in.shape.size(); i < usual.size(); ++i) in.shape.push_back(usual[i]);
         in.reach = heat_reach(in, logs);

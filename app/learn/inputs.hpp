@@ -26,10 +26,12 @@ LearnConfig asked_effects(const std::string& path, const std::vector<std::string
 /// Their names, each once.
 std::vector<std::string> effects_of(const LearnConfig& config);
 
-/// The inputs with every shape filled in that is missing: widths of 2 % of the largest current or speed, the largest current as unit of
-/// polynomials, order 6, 25 degC, a heating state where there is no thermometer; R, L_d, L_q, psi from `machine`.
+/// The inputs with every shape filled in that is missing: widths of 2 % of the largest current or speed, the largest
+/// current as unit of polynomials, order 6, 25 degC, a heating state where there is no thermometer; R, L_d, L_q, psi
+/// from `machine`.
 /// Throws std::invalid_argument for an effect that is not of these logs' regime, or needs an angle that they lack.
-std::vector<TraceInput> completed(std::vector<TraceInput> inputs, const std::vector<Log>& logs, const PlainModel& machine);
+std::vector<TraceInput> completed(std::vector<TraceInput> inputs, const std::vector<Log>& logs,
+                                  const PlainModel& machine);
 
 /// True where a shape that was not given needs R, L_d, L_q or psi.
 bool needs_machine(const std::vector<TraceInput>& inputs);

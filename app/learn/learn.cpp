@@ -14,15 +14,19 @@ namespace {
 
 void check(const std::vector<Log>& logs, const LearnOptions& options)
 {
-    static const char* const known[] = {"R_ohm", "Ld_H", "Lq_H", "psi_Wb", "pole_pairs", "J_kgm2", "B_Nms_rad", "torque_constant_Nm_A"};
+    static const char* const known[] = {"R_ohm",      "Ld_H",   "Lq_H",      "psi_Wb",
+                                        "pole_pairs", "J_kgm2", "B_Nms_rad", "torque_constant_Nm_A"};
     for (const std::string& name : options.parameters)
-        if (std::find(std::begin(known), std::end(known), name) == std::end(known)) throw std::invalid_argument("unknown parameter '" + name + "'");
+        if (std::find(std::begin(known), std::end(known), name) == std::end(known))
+            throw std::invalid_argument("unknown parameter '" + name + "'");
     if (logs.empty()) throw std::invalid_argument("no log");
     for (const Log& log : logs) {
-        if (log.regime != logs.front().regime) throw std::invalid_argument(log.path + ": its regime differs from " + logs.front().path);
+        if (log.regime != logs.front().regime)
+            throw std::invalid_argument(log.path + ": its regime differs from " + logs.front().path);
         const bool timed = log.regime == Regime::dynamic || log.regime == Regime::mechanical;
         if (timed && std::abs(log.dt_s / logs.front().dt_s - 1.0) > 1e-3)
-            throw std::invalid_argument(log.path + ": its sampling period differs from " + logs.front().path + "; learn them one at a time");
+            throw std::invalid_argument(log.path + ": its sampling period differs from " + logs.front().path +
+                                        "; learn them one at a time");
     }
 }
 
@@ -33,7 +37,8 @@ Learned learn_all(const std::vector<Log>& logs, const LearnOptions& options)
     check(logs, options);
     if (options.heldout_row != nullptr && options.heldout_row->size() != all_rows(logs))
         throw std::invalid_argument("not one mark for each row of what is held out");
-    if (logs.front().regime == Regime::mechanical) return options.fixed_point ? learn_mechanical_q15(logs, options) : learn_mechanical(logs, options);
+    if (logs.front().regime == Regime::mechanical)
+        return options.fixed_point ? learn_mechanical_q15(logs, options) : learn_mechanical(logs, options);
     return options.fixed_point ? learn_q15(logs, options) : learn_electrical(logs, options);
 }
 

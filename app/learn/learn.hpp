@@ -18,9 +18,9 @@ namespace dqw {
 constexpr double kKnownRatio = 0.25;
 
 struct LearnOptions {
-    std::vector<std::string> parameters;             ///< asked for; empty: the regime's default
-    std::vector<TraceInput> inputs;                  ///< effects to learn as well; what their shapes lack is taken from the logs
-    Machine start;                                   ///< where the logs' machine says nothing; pole pairs count as given
+    std::vector<std::string> parameters;  ///< asked for; empty: the regime's default
+    std::vector<TraceInput> inputs;       ///< effects to learn as well; what their shapes lack is taken from the logs
+    Machine start;                        ///< where the logs' machine says nothing; pole pairs count as given
     const std::vector<char>* heldout_row = nullptr;  ///< one for each row of all logs: 1 where nothing may be learned
     std::function<void(double)> progress = {};       ///< called with 0..1 now and then
     bool fixed_point = false;                        ///< port_q15/ in place of lib/
@@ -34,13 +34,13 @@ struct Learned {
     std::vector<TraceEffect> effects;  ///< those that the logs determine; the others are in result.not_identifiable
     std::vector<TraceInput> inputs;    ///< as learned, shapes completed: what `LearnOptions::inputs` asked for
     PlainModel model;                  ///< every value, also of what is not identifiable
-    std::array<double, 4> unit{};      ///< of R, L_d, L_q, psi, or J, B: what 1 stands for in fixed point; zero in float
+    std::array<double, 4> unit{};  ///< of R, L_d, L_q, psi, or J, B: what 1 stands for in fixed point; zero in float
 };
 
 /// One pass of the learners over all logs, one after the other, as if each followed a gap.
 /// Bases come from the logs' largest signals; nominal values only start the weights.
-/// Throws std::invalid_argument (one line) for logs of different regimes or periods, too few rows, an unknown parameter, or
-/// effects that these logs or this build of the learners cannot have.
+/// Throws std::invalid_argument (one line) for logs of different regimes or periods, too few rows, an unknown
+/// parameter, or effects that these logs or this build of the learners cannot have.
 Learned learn_all(const std::vector<Log>& logs, const LearnOptions& options);
 Result learn(const std::vector<Log>& logs, const LearnOptions& options = {});
 

@@ -12,12 +12,18 @@
 namespace dqw {
 namespace {
 
-float at(const std::vector<double>& column, std::size_t row) { return column.empty() ? 0.0F : static_cast<float>(column[row]); }
+float at(const std::vector<double>& column, std::size_t row)
+{
+    return column.empty() ? 0.0F : static_cast<float>(column[row]);
+}
 
 double sd_of(float sd) { return sd < DQW_UNKNOWN ? static_cast<double>(sd) : INFINITY; }
 
 /// Known where the deviation is below a quarter of the value: what a report may still name.
-ShaftValue value_of(const dqw_reading& r) { return {r.value, sd_of(r.sd), r.value > 0.0F && sd_of(r.sd) < kKnownRatio * static_cast<double>(r.value)}; }
+ShaftValue value_of(const dqw_reading& r)
+{
+    return {r.value, sd_of(r.sd), r.value > 0.0F && sd_of(r.sd) < kKnownRatio * static_cast<double>(r.value)};
+}
 
 }  // namespace
 
@@ -37,7 +43,8 @@ Learned learn_mechanical(const std::vector<Log>& logs, const LearnOptions& optio
     config.effects = list.data();
     config.effect_count = static_cast<std::uint8_t>(list.size());
     dqw_shaft m;
-    if (dqw_shaft_init(&m, &config) != DQW_OK) throw std::invalid_argument("the learners refuse these bases, nominal values or shapes of effects");
+    if (dqw_shaft_init(&m, &config) != DQW_OK)
+        throw std::invalid_argument("the learners refuse these bases, nominal values or shapes of effects");
 
     TorqueConstant torque_constant;
 
@@ -51,15 +58,17 @@ Learned learn_mechanical(const std::vector<Log>& logs, const LearnOptions& optio
             log, done, total, options, [&] { dqw_shaft_missing(&m, 0); },
             [&](std::size_t k, bool held) {
                 if (held) return;
-                (void)dqw_shaft_sample(&m, static_cast<float>(shaft.torques[n][k]), at(log.w_m_rad_s, k), angle[k], false);
+                (void)dqw_shaft_sample(&m, static_cast<float>(shaft.torques[n][k]), at(log.w_m_rad_s, k), angle[k],
+                                       false);
                 if (both) torque_constant.learn(log.i_q_A[k], log.torque_Nm[k]);
                 if (!dqw_shaft_background(&m) || !options.block) return;
-                options.block(log.t_s[k],
-                              {static_cast<double>(dqw_shaft_read(&m, DQW_J).value), static_cast<double>(dqw_shaft_read(&m, DQW_B).value), 0.0, 0.0});
+                options.block(log.t_s[k], {static_cast<double>(dqw_shaft_read(&m, DQW_J).value),
+                                           static_cast<double>(dqw_shaft_read(&m, DQW_B).value), 0.0, 0.0});
             });
     }
 
-    ShaftRead read{value_of(dqw_shaft_read(&m, DQW_J)), value_of(dqw_shaft_read(&m, DQW_B)), torque_constant.read(), {}};
+    ShaftRead read{
+        value_of(dqw_shaft_read(&m, DQW_J)), value_of(dqw_shaft_read(&m, DQW_B)), torque_constant.read(), {}};
     for (std::size_t n = 0; n < shaft.inputs.size(); n++) {
         float w[DQW_EFFECT_STARTS], sd[DQW_EFFECT_STARTS];
         const auto weights = static_cast<std::size_t>(dqw_effect_weights(list[n].effect));

@@ -30,14 +30,16 @@ dqw_torque_q15_config torque_config(const TraceInput& input)
     const dqw_effect_config c = effect_config(input);
     const double periods = c.shape[0];
     if (c.effect == DQW_EFFECT_COGGING_TORQUE && (periods != std::floor(periods) || periods > 1000.0))
-        throw std::invalid_argument(fmt::format("{} periods of cogging_torque; fixed point takes a whole number up to 1000", periods));
+        throw std::invalid_argument(
+            fmt::format("{} periods of cogging_torque; fixed point takes a whole number up to 1000", periods));
     dqw_torque_q15_config out{};
     out.effect = c.effect;
     out.width_urad_s = whole(1e6 * static_cast<double>(c.shape[0]));
     out.fall_urad_s = whole(1e6 * static_cast<double>(c.shape[1]));
     out.periods = c.effect == DQW_EFFECT_COGGING_TORQUE ? static_cast<std::uint16_t>(periods) : std::uint16_t{0};
     for (int i = 0; i < dqw_effect_weights(c.effect); ++i)
-        out.start_uNm[i] = static_cast<std::int32_t>(std::clamp(std::round(1e6 * static_cast<double>(c.start[i])), -2e9, 2e9));
+        out.start_uNm[i] = static_cast<std::int32_t>(
+            std::clamp(std::round(1e6 * static_cast<double>(c.start[i])), -2e9, 2e9));
     return out;
 }
 
@@ -74,7 +76,8 @@ Learned learn_mechanical_q15(const std::vector<Log>& logs, const LearnOptions& o
     config.effect_count = static_cast<std::uint8_t>(list.size());
     dqw_shaft_q15 m;
     if (dqw_shaft_init_q15(&m, &config) != DQW_OK)
-        throw std::invalid_argument("the fixed-point learners refuse these full scales, nominal values or shapes of effects");
+        throw std::invalid_argument(
+            "the fixed-point learners refuse these full scales, nominal values or shapes of effects");
     const Units units = units_of(config.scale);
     // As sixteen bits give it.
     const double i_full_A = kRoom * static_cast<double>(largest(logs, &Log::i_q_A, &Log::i_q_A));
@@ -91,16 +94,22 @@ Learned learn_mechanical_q15(const std::vector<Log>& logs, const LearnOptions& o
             log, done, total, options, [&] { dqw_shaft_missing_q15(&m, 0); },
             [&](std::size_t k, bool held) {
                 if (held) return;
-                (void)dqw_shaft_sample_q15(&m, q15(shaft.torques[n][k], units.torque_Nm), q15(log.w_m_rad_s[k], units.w_rad_s),
-                                           turn_of(static_cast<double>(angle[k])), false);
-                if (both) torque_constant.learn(quantised(log.i_q_A[k], i_full_A), quantised(log.torque_Nm[k], units.torque_Nm));
+                (void)dqw_shaft_sample_q15(&m, q15(shaft.torques[n][k], units.torque_Nm),
+                                           q15(log.w_m_rad_s[k], units.w_rad_s), turn_of(static_cast<double>(angle[k])),
+                                           false);
+                if (both)
+                    torque_constant.learn(quantised(log.i_q_A[k], i_full_A),
+                                          quantised(log.torque_Nm[k], units.torque_Nm));
                 if (!dqw_shaft_background_q15(&m) || !options.block) return;
                 options.block(log.t_s[k], {si(dqw_shaft_read_q15(&m, DQW_J).value_q40, units.J_kgm2),
                                            si(dqw_shaft_read_q15(&m, DQW_B).value_q40, units.B_Nms_rad), 0.0, 0.0});
             });
     }
 
-    ShaftRead read{value_of(dqw_shaft_read_q15(&m, DQW_J), units.J_kgm2), value_of(dqw_shaft_read_q15(&m, DQW_B), units.B_Nms_rad), torque_constant.read(), {}};
+    ShaftRead read{value_of(dqw_shaft_read_q15(&m, DQW_J), units.J_kgm2),
+                   value_of(dqw_shaft_read_q15(&m, DQW_B), units.B_Nms_rad),
+                   torque_constant.read(),
+                   {}};
     for (std::size_t n = 0; n < shaft.inputs.size(); n++) {
         std::int64_t w_q40[DQW_EFFECT_STARTS], sd_q40[DQW_EFFECT_STARTS];
         const int known = dqw_shaft_read_effect_q15(&m, static_cast<int>(n), w_q40, sd_q40);
@@ -114,9 +123,11 @@ Learned learn_mechanical_q15(const std::vector<Log>& logs, const LearnOptions& o
     }
     Learned learned;
     report_shaft(logs, options, shaft, read, m.gate, learned);
-    learned.result.notes.push_back(fmt::format("fixed point; full scales {:.4g} Nm, {:.4g} rad/s", units.torque_Nm, units.w_rad_s));
+    learned.result.notes.push_back(
+        fmt::format("fixed point; full scales {:.4g} Nm, {:.4g} rad/s", units.torque_Nm, units.w_rad_s));
     if (shaft.half_window > config.half_window)
-        learned.result.notes.push_back(fmt::format("blocks of twice {} pairs, where float has twice {}", config.half_window, shaft.half_window));
+        learned.result.notes.push_back(
+            fmt::format("blocks of twice {} pairs, where float has twice {}", config.half_window, shaft.half_window));
     learned.unit = {units.J_kgm2, units.B_Nms_rad, 0.0, 0.0};
     return learned;
 }

@@ -27,7 +27,8 @@ LearnOptions options_of_run(const LearnOptions& options, int n, bool& heard)
 {
     LearnOptions now = options;
     // Two runs are enough for most logs.
-    if (options.progress) now.progress = [&options, n](double part) { options.progress(std::min(0.5 * (n + part), 1.0)); };
+    if (options.progress)
+        now.progress = [&options, n](double part) { options.progress(std::min(0.5 * (n + part), 1.0)); };
     if (heard) now.block = {};
     if (options.block && !heard)
         now.block = [&options, &heard](double t_s, const std::array<double, 4>& value) {
@@ -53,10 +54,12 @@ void note_gate(const dqw_gate& gate, std::uint32_t heldout, Result& result)
 {
     const std::uint32_t saturated = gate.saturated - std::min(heldout, gate.saturated);
     if (gate.nonfinite + saturated + gate.stale > 0)
-        result.notes.push_back(fmt::format("skipped {} samples: {} not finite, {} saturated, {} stale", gate.nonfinite + saturated + gate.stale, gate.nonfinite,
-                                           saturated, gate.stale));
+        result.notes.push_back(fmt::format("skipped {} samples: {} not finite, {} saturated, {} stale",
+                                           gate.nonfinite + saturated + gate.stale, gate.nonfinite, saturated,
+                                           gate.stale));
     if (gate.incomplete > 0 && heldout == 0)
-        result.notes.push_back(fmt::format("dropped {} blocks with over a quarter of their samples skipped", gate.incomplete));
+        result.notes.push_back(
+            fmt::format("dropped {} blocks with over a quarter of their samples skipped", gate.incomplete));
 }
 
 std::vector<dqw_effect_config> lists_of(const std::vector<TraceInput>& inputs)
@@ -76,7 +79,8 @@ void check_room(const std::vector<TraceInput>& inputs)
     }
     if (weights > DQW_EFFECT_WEIGHTS)
         throw std::invalid_argument(
-            fmt::format("these effects have {} weights together; the learners have room for {} (DQW_EFFECT_WEIGHTS)", weights, DQW_EFFECT_WEIGHTS));
+            fmt::format("these effects have {} weights together; the learners have room for {} (DQW_EFFECT_WEIGHTS)",
+                        weights, DQW_EFFECT_WEIGHTS));
 }
 
 void put_effects(const std::vector<InputRead>& read, Learned& learned)
@@ -103,9 +107,12 @@ void put_effects(const std::vector<InputRead>& read, Learned& learned)
             learned.effects.push_back(effect);
             continue;
         }
-        std::string why = "none of its weights is four deviations from nothing, or it cannot be told from another parameter:";
+        std::string why =
+            "none of its weights is four deviations from nothing, or it cannot be told from another parameter:";
         for (const Estimate& e : effect.parameters)
-            if (!e.given) why += std::isfinite(e.sd) ? fmt::format(" {} {:.3g} with a deviation of {:.3g}", e.name, e.value, e.sd) : " " + e.name + " unknown";
+            if (!e.given)
+                why += std::isfinite(e.sd) ? fmt::format(" {} {:.3g} with a deviation of {:.3g}", e.name, e.value, e.sd)
+                                           : " " + e.name + " unknown";
         const Effect* catalogue = find_effect(name);
         learned.result.not_identifiable.push_back({name, why, catalogue != nullptr ? catalogue->separate : ""});
     }

@@ -31,7 +31,8 @@ constexpr double kExcitation_pu = 0.002;
 
 /// Runs over the same logs, each from what the one before knows: the most of them.
 constexpr int kMostRuns = 4;
-/// Statistics of the residual from the run before count as so many blocks: above the fifty after which the estimators believe them.
+/// Statistics of the residual from the run before count as so many blocks: above the fifty after which the estimators
+/// believe them.
 constexpr std::uint16_t kBlocksCarried = 60;
 /// Rows of noise that the estimators wait for.
 constexpr std::uint32_t kNoiseRows = 400;
@@ -39,7 +40,8 @@ constexpr std::uint32_t kNoiseRows = 400;
 constexpr double kStepRatio = 1.25;
 
 /// Did a run begin with the dt/L of both axes and the pole pairs that it ended with?
-template <class Step> bool runs_agree(const Step (&began)[2], double began_poles, const Step (&ended)[2], double ended_poles)
+template <class Step>
+bool runs_agree(const Step (&began)[2], double began_poles, const Step (&ended)[2], double ended_poles)
 {
     if (began_poles != ended_poles) return false;
     for (int axis = 0; axis < 2; ++axis) {
@@ -49,7 +51,8 @@ template <class Step> bool runs_agree(const Step (&began)[2], double began_poles
     return true;
 }
 
-/// The options of run n of several: progress is told as a part of them all, blocks of the first run that learns; that it was heard is kept in `heard`.
+/// The options of run n of several: progress is told as a part of them all, blocks of the first run that learns; that
+/// it was heard is kept in `heard`.
 LearnOptions options_of_run(const LearnOptions& options, int n, bool& heard);
 /// The options of a run that tells nothing.
 LearnOptions quiet(LearnOptions options);
@@ -65,7 +68,8 @@ void note_gate(const dqw_gate& gate, std::uint32_t heldout, Result& result);
 
 /// The inputs for lib/, in their order.
 std::vector<dqw_effect_config> lists_of(const std::vector<TraceInput>& inputs);
-/// Throws std::invalid_argument where their weights are more than this build of lib/ has room for. In float dead time needs none.
+/// Throws std::invalid_argument where their weights are more than this build of lib/ has room for. In float dead time
+/// needs none.
 void check_room(const std::vector<TraceInput>& inputs);
 
 /// What was read of one input: the learned weights, their deviations, and a bit for each that is known.
@@ -74,11 +78,13 @@ struct InputRead {
     std::vector<double> sd;
     std::uint32_t known = 0;
 };
-/// Fills `effects` and `inputs` of `learned`; an effect of which no weight is known goes to not_identifiable. Inputs of one name are one effect.
+/// Fills `effects` and `inputs` of `learned`; an effect of which no weight is known goes to not_identifiable. Inputs of
+/// one name are one effect.
 void put_effects(const std::vector<InputRead>& read, Learned& learned);
 
 /// Calls step(row, heldout) for all rows of a log, and gap() before each segment and at both ends of what is held out.
-template <class Gap, class Step> void walk(const Log& log, std::size_t& done, std::size_t total, const LearnOptions& options, Gap gap, Step step)
+template <class Gap, class Step>
+void walk(const Log& log, std::size_t& done, std::size_t total, const LearnOptions& options, Gap gap, Step step)
 {
     constexpr std::size_t kProgressRows = 65536;
     std::size_t next_segment = 0;
@@ -95,7 +101,8 @@ template <class Gap, class Step> void walk(const Log& log, std::size_t& done, st
         was_heldout = heldout;
         step(k, heldout);
         done++;
-        if (options.progress && done % kProgressRows == 0) options.progress(static_cast<double>(done) / static_cast<double>(total));
+        if (options.progress && done % kProgressRows == 0)
+            options.progress(static_cast<double>(done) / static_cast<double>(total));
     }
 }
 

@@ -12,7 +12,8 @@
 namespace dqw {
 namespace {
 
-// Half a block of an electrical log: short against a re-drawn reference, long against the sampling period; and its fewest pairs.
+// Half a block of an electrical log: short against a re-drawn reference, long against the sampling period; and its
+// fewest pairs.
 constexpr double kElectricalHalf_s = 2e-3;
 constexpr int kLeastElectricalHalf = 10;
 // Half a block may see this much of an effect's own angle: averaged over more of it, the effect is gone.
@@ -61,8 +62,11 @@ Learned learn_in_passes(const std::vector<Log>& logs, const LearnOptions& option
         if (!said && logs.front().regime == Regime::standstill) pole_pairs = 1.0;
         for (const Estimate& e : first.result.parameters)
             if (e.name == "pole_pairs" && !e.given) found = e, pole_pairs = e.value;
-        if (!(pole_pairs > 0.0)) throw std::invalid_argument("effects need the pole pairs, which this log does not tell; say --pole-pairs N");
-        for (double PlainModel::*value : {&PlainModel::R_ohm, &PlainModel::Ld_H, &PlainModel::Lq_H, &PlainModel::psi_Wb})
+        if (!(pole_pairs > 0.0))
+            throw std::invalid_argument(
+                "effects need the pole pairs, which this log does not tell; say --pole-pairs N");
+        for (double PlainModel::*value :
+             {&PlainModel::R_ohm, &PlainModel::Ld_H, &PlainModel::Lq_H, &PlainModel::psi_Wb})
             if (!(known.*value > 0.0)) known.*value = 0.0;
     }
     const auto nominal_or = [&](std::optional<double> Machine::*value, double otherwise) {
@@ -79,7 +83,8 @@ Learned learn_in_passes(const std::vector<Log>& logs, const LearnOptions& option
     LearnOptions first = options;
     if (again) first.block = {};
     Learned learned = pass(logs, first, completed(options.inputs, logs, known), pole_pairs, said.has_value());
-    if (again) learned = pass(logs, options, completed(options.inputs, logs, learned.model), pole_pairs, said.has_value());
+    if (again)
+        learned = pass(logs, options, completed(options.inputs, logs, learned.model), pole_pairs, said.has_value());
     if (found) learned.result.parameters.push_back(*found);
     report_residual_of(logs, learned.inputs, learned.model, nullptr, learned.result);
     return learned;

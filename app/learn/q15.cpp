@@ -18,10 +18,11 @@ namespace dqw {
 namespace {
 
 const char* const names[] = {"R_ohm", "Ld_H", "Lq_H", "psi_Wb"};
-const char* const excitations[] = {"a current of several levels on either axis, best at low speed",
-                                   "a varying i_d, or a turning machine with i_d at several levels",
-                                   "a varying i_q, or a turning machine with i_q at several levels",
-                                   "a turning machine with i_d and i_q at several levels, and pole_pairs where they cannot be found"};
+const char* const excitations[] = {
+    "a current of several levels on either axis, best at low speed",
+    "a varying i_d, or a turning machine with i_d at several levels",
+    "a varying i_q, or a turning machine with i_q at several levels",
+    "a turning machine with i_d and i_q at several levels, and pole_pairs where they cannot be found"};
 
 /// Rows that the mean of the noise reaches over: of a shorter log none are spared for measuring it.
 constexpr std::size_t kShort = DQW_NOISE_Q15_MEMORY;
@@ -38,7 +39,8 @@ Read read(const dqw_estimator_q15& e, int i)
     return {si(r.value_q40, unit), r.sd_q40 == INT64_MAX ? INFINITY : si(r.sd_q40, unit)};
 }
 
-dqw_estimator_q15_config config_of(const std::vector<Log>& logs, const LearnOptions& options, const std::vector<TraceInput>& inputs, double pole_pairs)
+dqw_estimator_q15_config config_of(const std::vector<Log>& logs, const LearnOptions& options,
+                                   const std::vector<TraceInput>& inputs, double pole_pairs)
 {
     const Log& first = logs.front();
     const bool is_static = first.regime != Regime::dynamic;
@@ -59,7 +61,9 @@ dqw_estimator_q15_config config_of(const std::vector<Log>& logs, const LearnOpti
     c.excitation_q15 = static_cast<std::uint16_t>(std::lround(32768.0 * kExcitation_pu));
     c.noise_on_inputs = !is_static && all_rows(logs) > kShort;
     c.angle = std::any_of(inputs.begin(), inputs.end(), [](const TraceInput& in) { return needs_angle(in.effect); });
-    if (!is_static) c.half_window = static_cast<std::uint8_t>(std::min<std::uint16_t>(half_window_of(logs, inputs, pole_pairs), DQW_WINDOW_Q15_HALF));
+    if (!is_static)
+        c.half_window = static_cast<std::uint8_t>(
+            std::min<std::uint16_t>(half_window_of(logs, inputs, pole_pairs), DQW_WINDOW_Q15_HALF));
     return c;
 }
 
@@ -73,8 +77,9 @@ void put(const dqw_estimator_q15& e, const Asked& asked, bool p_given, std::uint
             result.parameters.push_back({names[i], value, sd, false});
         else
             result.not_identifiable.push_back({names[i],
-                                               std::isfinite(sd) && value > 0.0 ? fmt::format("its deviation is {:.0f} % of it", 100.0 * sd / value)
-                                                                                : std::string("its effect cannot be told from another parameter's"),
+                                               std::isfinite(sd) && value > 0.0
+                                                   ? fmt::format("its deviation is {:.0f} % of it", 100.0 * sd / value)
+                                                   : std::string("its effect cannot be told from another parameter's"),
                                                excitations[i]});
     }
     if (p_given)
@@ -83,7 +88,8 @@ void put(const dqw_estimator_q15& e, const Asked& asked, bool p_given, std::uint
         result.parameters.push_back({"pole_pairs", static_cast<double>(e.pole_pairs), 0.0, false});
     else if (asked("pole_pairs") || asked("psi_Wb"))
         result.not_identifiable.push_back(
-            {"pole_pairs", "the cross weights do not tell them", "currents that change on both axes while the machine turns, or --pole-pairs"});
+            {"pole_pairs", "the cross weights do not tell them",
+             "currents that change on both axes while the machine turns, or --pole-pairs"});
 }
 
 /// What the run before knows in place of the nominal values.
@@ -115,10 +121,13 @@ void take(const dqw_estimator_q15& before, const dqw_estimator_q15_config& began
         // A score goes with its input, and so with the weight's unit.
         const double ratio = i > DQW_PSI ? 1.0
                                          : std::pow(static_cast<double>(dqw_estimator_unit_q15(e.config, parameter)) /
-                                                        static_cast<double>(std::max(dqw_estimator_unit_q15(&began, parameter), 1U)),
+                                                        static_cast<double>(
+                                                            std::max(dqw_estimator_unit_q15(&began, parameter), 1U)),
                                                     2.0);
-        e.score2_q68[i] = static_cast<std::int64_t>(std::clamp(ratio * static_cast<double>(before.score2_q68[i]), -0x1p60, 0x1p60));
-        e.score_lag_q68[i] = static_cast<std::int64_t>(std::clamp(ratio * static_cast<double>(before.score_lag_q68[i]), -0x1p60, 0x1p60));
+        e.score2_q68[i] = static_cast<std::int64_t>(
+            std::clamp(ratio * static_cast<double>(before.score2_q68[i]), -0x1p60, 0x1p60));
+        e.score_lag_q68[i] = static_cast<std::int64_t>(
+            std::clamp(ratio * static_cast<double>(before.score_lag_q68[i]), -0x1p60, 0x1p60));
     }
     e.blocks = kBlocksCarried;
 }
@@ -135,8 +144,8 @@ void forget(dqw_estimator_q15& e)
 }
 
 /// One run over the logs, or one that only measures their noise. Returns the rows held out.
-std::uint32_t over(const std::vector<Log>& logs, const LearnOptions& options, const std::vector<TraceInput>& inputs, double pole_pairs, const FullScales& full,
-                   RunKind kind, dqw_estimator_q15& e)
+std::uint32_t over(const std::vector<Log>& logs, const LearnOptions& options, const std::vector<TraceInput>& inputs,
+                   double pole_pairs, const FullScales& full, RunKind kind, dqw_estimator_q15& e)
 {
     const std::uint16_t carried = e.blocks;
     std::size_t done = 0;
@@ -169,7 +178,8 @@ std::uint32_t over(const std::vector<Log>& logs, const LearnOptions& options, co
 }
 
 /// One pass of port_q15/.
-Learned pass(const std::vector<Log>& logs, const LearnOptions& options, const std::vector<TraceInput>& inputs, double pole_pairs, bool p_given)
+Learned pass(const std::vector<Log>& logs, const LearnOptions& options, const std::vector<TraceInput>& inputs,
+             double pole_pairs, bool p_given)
 {
     const Log& first = logs.front();
     dqw_estimator_q15_config config = config_of(logs, options, inputs, pole_pairs);
@@ -179,7 +189,8 @@ Learned pass(const std::vector<Log>& logs, const LearnOptions& options, const st
     for (const TraceInput& in : inputs) {
         // A settled log's delay is in seconds.
         const double weight_unit = in.effect == "delay" && config.settled ? full.dt_s : 1.0;
-        list.push_back(effect_config_q15(in, full, weight_unit, config.settled ? static_cast<double>(period_of(first, inputs)) : 0.0));
+        list.push_back(effect_config_q15(in, full, weight_unit,
+                                         config.settled ? static_cast<double>(period_of(first, inputs)) : 0.0));
         effect_units.push_back(effect_unit(list.back().effect, full) * weight_unit);
     }
     config.effects = list.data();
@@ -191,7 +202,8 @@ Learned pass(const std::vector<Log>& logs, const LearnOptions& options, const st
         const dqw_estimator_q15_config began = config;
         if (before != nullptr) start_from(*before, config);
         if (dqw_estimator_init_q15(&e, &config) != DQW_OK)
-            throw std::invalid_argument("the fixed-point learners refuse these full scales, nominal values or shapes of effects");
+            throw std::invalid_argument(
+                "the fixed-point learners refuse these full scales, nominal values or shapes of effects");
         // Whoever asks what a log tells wants all of its rows, whatever its residual.
         e.stage.threshold_ppm = UINT32_MAX;
         // Settled rows need no coarse values, and a run before this one has them.
@@ -225,7 +237,8 @@ Learned pass(const std::vector<Log>& logs, const LearnOptions& options, const st
     if (first.regime == Regime::standstill) asked.defaults = {"R_ohm"};
     put(e, asked, p_given, config.scale.pole_pairs, result);
     note_gate(e.gate, heldout, result);
-    result.notes.push_back(fmt::format("fixed point; full scales {:.4g} V, {:.4g} A, {:.4g} rad/s", full.v_V, full.i_A, full.w_rad_s));
+    result.notes.push_back(
+        fmt::format("fixed point; full scales {:.4g} V, {:.4g} A, {:.4g} rad/s", full.v_V, full.i_A, full.w_rad_s));
     for (int i = 0; i <= DQW_PSI; ++i) learned.unit[static_cast<std::size_t>(i)] = unit_q15(config, i);
     PlainModel& model = learned.model;
     model.pole_pairs = e.pole_pairs != 0 ? e.pole_pairs : 1;
@@ -248,7 +261,10 @@ Learned pass(const std::vector<Log>& logs, const LearnOptions& options, const st
 
 }  // namespace
 
-Learned learn_q15(const std::vector<Log>& logs, const LearnOptions& options) { return learn_in_passes(logs, options, pass); }
+Learned learn_q15(const std::vector<Log>& logs, const LearnOptions& options)
+{
+    return learn_in_passes(logs, options, pass);
+}
 
 dqw_estimator_q15_config q15_config_of(const std::vector<Log>& logs, const LearnOptions& options, double pole_pairs)
 {

@@ -11,7 +11,8 @@ namespace dqw {
 
 Learned learn_q15(const std::vector<Log>& logs, const LearnOptions& options);
 
-/// What the fixed-point estimator is configured with: full scales from the logs' largest signals, nominal values. Throws std::invalid_argument.
+/// What the fixed-point estimator is configured with: full scales from the logs' largest signals, nominal values.
+/// Throws std::invalid_argument.
 dqw_estimator_q15_config q15_config_of(const std::vector<Log>& logs, const LearnOptions& options, double pole_pairs);
 
 }  // namespace dqw

@@ -24,12 +24,14 @@ std::vector<double> weights_of(const std::vector<TraceInput>& inputs, const Log&
     return all;
 }
 
-void take_from(Log& log, const std::vector<TraceInput>& inputs, const std::vector<dqw_effect_config>& list, double pole_pairs, float i_base_A)
+void take_from(Log& log, const std::vector<TraceInput>& inputs, const std::vector<dqw_effect_config>& list,
+               double pole_pairs, float i_base_A)
 {
     const bool settled = log.regime != Regime::dynamic;
     const std::vector<double> weights = weights_of(inputs, log);
     dqw_effect effect;
-    const dqw_effect_base base{period_of(log, inputs), 1.0F, i_base_A, 1.0F, static_cast<std::uint16_t>(std::max(pole_pairs, 1.0)), false};
+    const dqw_effect_base base{
+        period_of(log, inputs), 1.0F, i_base_A, 1.0F, static_cast<std::uint16_t>(std::max(pole_pairs, 1.0)), false};
     if (dqw_effect_init(&effect, list.data(), static_cast<int>(list.size()), &base) != DQW_OK) return;
     const SampleSource sample(log, pole_pairs, inputs);
     std::vector<double> d(log.rows()), q(log.rows());
@@ -66,7 +68,8 @@ void take_from(Log& log, const std::vector<TraceInput>& inputs, const std::vecto
     }
 }
 
-void take_torque_from(Log& log, const std::vector<TraceInput>& inputs, const std::vector<dqw_effect_config>& list, double torque_constant_Nm_A)
+void take_torque_from(Log& log, const std::vector<TraceInput>& inputs, const std::vector<dqw_effect_config>& list,
+                      double torque_constant_Nm_A)
 {
     std::string source;
     std::vector<double> torque = torque_of(log, torque_constant_Nm_A, source);
@@ -77,7 +80,8 @@ void take_torque_from(Log& log, const std::vector<TraceInput>& inputs, const std
         for (const dqw_effect_config& c : list) {
             float x[DQW_EFFECT_STARTS];
             dqw_effect_torque(&c, static_cast<float>(log.w_m_rad_s[k]), angle[k], x);
-            for (int i = 0; i < dqw_effect_weights(c.effect); ++i) torque[k] -= weights[n++] * static_cast<double>(x[i]);
+            for (int i = 0; i < dqw_effect_weights(c.effect); ++i)
+                torque[k] -= weights[n++] * static_cast<double>(x[i]);
         }
     }
     log.torque_Nm = torque;
@@ -91,12 +95,14 @@ Log part_of(const Log& log, const std::vector<char>& marks, std::size_t first)
     std::vector<std::size_t> rows;
     for (std::size_t k = 0; k < log.rows(); ++k) {
         if (marks[first + k] == 0) continue;
-        const bool begins = k == 0 || marks[first + k - 1] == 0 || std::binary_search(log.segments.begin(), log.segments.end(), k);
+        const bool begins = k == 0 || marks[first + k - 1] == 0 ||
+                            std::binary_search(log.segments.begin(), log.segments.end(), k);
         if (begins) part.segments.push_back(rows.size());
         rows.push_back(k);
     }
-    for (auto column : {&Log::t_s, &Log::v_d_V, &Log::v_q_V, &Log::i_d_A, &Log::i_q_A, &Log::w_m_rad_s, &Log::theta_e_rad, &Log::theta_m_rad, &Log::v_dc_V,
-                        &Log::temp_winding_C, &Log::temp_magnet_C, &Log::torque_Nm, &Log::torque_cmd_Nm}) {
+    for (auto column : {&Log::t_s, &Log::v_d_V, &Log::v_q_V, &Log::i_d_A, &Log::i_q_A, &Log::w_m_rad_s,
+                        &Log::theta_e_rad, &Log::theta_m_rad, &Log::v_dc_V, &Log::temp_winding_C, &Log::temp_magnet_C,
+                        &Log::torque_Nm, &Log::torque_cmd_Nm}) {
         std::vector<double>& to = part.*column;
         if (to.empty()) continue;
         for (std::size_t n = 0; n < rows.size(); ++n) to[n] = to[rows[n]];
@@ -119,7 +125,8 @@ std::vector<Log> parts_of(const std::vector<Log>& logs, const std::vector<char>&
 
 }  // namespace
 
-std::vector<Log> without_effects(const std::vector<Log>& logs, const std::vector<TraceInput>& inputs, const PlainModel& model)
+std::vector<Log> without_effects(const std::vector<Log>& logs, const std::vector<TraceInput>& inputs,
+                                 const PlainModel& model)
 {
     std::vector<Log> left = logs;
     if (inputs.empty()) return left;
@@ -134,8 +141,8 @@ std::vector<Log> without_effects(const std::vector<Log>& logs, const std::vector
     return left;
 }
 
-void report_residual_of(const std::vector<Log>& logs, const std::vector<TraceInput>& inputs, const PlainModel& model, const std::vector<char>* heldout_row,
-                        Result& result)
+void report_residual_of(const std::vector<Log>& logs, const std::vector<TraceInput>& inputs, const PlainModel& model,
+                        const std::vector<char>* heldout_row, Result& result)
 {
     if (inputs.empty() && heldout_row == nullptr) {
         report_residual(logs, model, result);

@@ -1,4 +1,5 @@
-// The residual of what the learners found, effects included: lib/'s own inputs with the learned weights, taken off the log.
+// The residual of what the learners found, effects included: lib/'s own inputs with the learned weights, taken off the
+// log.
 #ifndef DQW_APP_LEARN_RESIDUAL_HPP
 #define DQW_APP_LEARN_RESIDUAL_HPP
 
@@ -9,14 +10,15 @@
 
 namespace dqw {
 
-/// The logs without what the effects take: v (or the torque) less their part, so that the plain model is left. Every row counts,
-/// whether it was learned or not.
-std::vector<Log> without_effects(const std::vector<Log>& logs, const std::vector<TraceInput>& inputs, const PlainModel& model);
+/// The logs without what the effects take: v (or the torque) less their part, so that the plain model is left. Every
+/// row counts, whether it was learned or not.
+std::vector<Log> without_effects(const std::vector<Log>& logs, const std::vector<TraceInput>& inputs,
+                                 const PlainModel& model);
 
-/// (E43) as report_residual(), with effects; percentages are of what was measured. Where `heldout_row` is given, of the rows alone that
-/// it marks: blocks begin where a marked stretch does.
-void report_residual_of(const std::vector<Log>& logs, const std::vector<TraceInput>& inputs, const PlainModel& model, const std::vector<char>* heldout_row,
-                        Result& result);
+/// (E43) as report_residual(), with effects; percentages are of what was measured. Where `heldout_row` is given, of the
+/// rows alone that it marks: blocks begin where a marked stretch does.
+void report_residual_of(const std::vector<Log>& logs, const std::vector<TraceInput>& inputs, const PlainModel& model,
+                        const std::vector<char>* heldout_row, Result& result);
 
 }  // namespace dqw
 #endif

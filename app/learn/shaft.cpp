@@ -33,7 +33,10 @@ void put(Result& result, const char* name, const ShaftValue& read, const char* w
         result.parameters.push_back({name, read.value, read.sd, false});
     else
         result.not_identifiable.push_back(
-            {name, std::isfinite(read.sd) ? fmt::format("{}: {:.3g} with a deviation of {:.3g}", why, read.value, read.sd) : std::string(why), excitation});
+            {name,
+             std::isfinite(read.sd) ? fmt::format("{}: {:.3g} with a deviation of {:.3g}", why, read.value, read.sd)
+                                    : std::string(why),
+             excitation});
 }
 
 }  // namespace
@@ -54,19 +57,22 @@ ShaftLogs shaft_logs(const std::vector<Log>& logs, const LearnOptions& options)
     return shaft;
 }
 
-void report_shaft(const std::vector<Log>& logs, const LearnOptions& options, const ShaftLogs& shaft, const ShaftRead& read, const dqw_gate& gate,
-                  Learned& learned)
+void report_shaft(const std::vector<Log>& logs, const LearnOptions& options, const ShaftLogs& shaft,
+                  const ShaftRead& read, const dqw_gate& gate, Learned& learned)
 {
     Result& result = learned.result;
     result.rows = all_rows(logs);
     result.regime = Regime::mechanical;
     result.notes.push_back("torque: " + shaft.source);
     const Asked asked{options.parameters, {"J_kgm2", "B_Nms_rad"}};
-    if (asked("J_kgm2")) put(result, "J_kgm2", read.J_kgm2, "the speed hardly changes", "steps of torque that accelerate the machine");
+    if (asked("J_kgm2"))
+        put(result, "J_kgm2", read.J_kgm2, "the speed hardly changes", "steps of torque that accelerate the machine");
     if (asked("B_Nms_rad"))
-        put(result, "B_Nms_rad", read.B_Nms_rad, "no torque that grows with speed stands out", "several speeds, held long enough, in both directions");
+        put(result, "B_Nms_rad", read.B_Nms_rad, "no torque that grows with speed stands out",
+            "several speeds, held long enough, in both directions");
     if (asked("torque_constant_Nm_A"))
-        put(result, "torque_constant_Nm_A", read.torque_constant_Nm_A, "torque_Nm and i_q_A are not both logged, or hardly change",
+        put(result, "torque_constant_Nm_A", read.torque_constant_Nm_A,
+            "torque_Nm and i_q_A are not both logged, or hardly change",
             "a log with torque_Nm and i_q_A at several levels");
     note_gate(gate, 0, result);
     PlainModel& model = learned.model;

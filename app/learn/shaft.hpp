@@ -1,4 +1,5 @@
-// What the mechanical learners share in float and fixed point: the signals of the logs, and what is said of what was learned.
+// What the mechanical learners share in float and fixed point: the signals of the logs, and what is said of what was
+// learned.
 #ifndef DQW_APP_LEARN_SHAFT_HPP
 #define DQW_APP_LEARN_SHAFT_HPP
 
@@ -38,8 +39,8 @@ struct ShaftRead {
 };
 
 /// Fills all of `learned` but its unit.
-void report_shaft(const std::vector<Log>& logs, const LearnOptions& options, const ShaftLogs& shaft, const ShaftRead& read, const dqw_gate& gate,
-                  Learned& learned);
+void report_shaft(const std::vector<Log>& logs, const LearnOptions& options, const ShaftLogs& shaft,
+                  const ShaftRead& read, const dqw_gate& gate, Learned& learned);
 
 }  // namespace dqw
 #endif

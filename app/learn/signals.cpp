@@ -8,7 +8,10 @@ namespace {
 
 constexpr double kTurn_rad = 6.283185307179586;
 
-float at(const std::vector<double>& column, std::size_t row) { return column.empty() ? 0.0F : static_cast<float>(column[row]); }
+float at(const std::vector<double>& column, std::size_t row)
+{
+    return column.empty() ? 0.0F : static_cast<float>(column[row]);
+}
 
 double speed_integrated(const Log& log, std::size_t k)
 {
@@ -27,7 +30,8 @@ double start_angle(const std::vector<TraceInput>& inputs)
 
 bool heats_by_current(const TraceInput& in)
 {
-    return (in.effect == "winding_temperature" || in.effect == "magnet_temperature") && in.shape.size() > 1 && in.shape[1] > 0.0;
+    return (in.effect == "winding_temperature" || in.effect == "magnet_temperature") && in.shape.size() > 1 &&
+           in.shape[1] > 0.0;
 }
 
 double heat_reach(const TraceInput& in, const std::vector<Log>& logs)
@@ -40,7 +44,9 @@ double heat_reach(const TraceInput& in, const std::vector<Log>& logs)
         double heat = 0.0;
         for (std::size_t k = 0; k < log.rows(); ++k) {
             most = std::max(most, heat);
-            const double i = std::hypot(log.i_d_A.empty() ? 0.0 : log.i_d_A[k], log.i_q_A.empty() ? 0.0 : log.i_q_A[k]) / i_base_A;
+            const double i = std::hypot(log.i_d_A.empty() ? 0.0 : log.i_d_A[k],
+                                        log.i_q_A.empty() ? 0.0 : log.i_q_A[k]) /
+                             i_base_A;
             if (std::isfinite(i)) heat += part * (i * i - heat);
         }
     }
@@ -73,7 +79,8 @@ double largest_current(const std::vector<Log>& logs)
     double most = 0.0;
     for (const Log& log : logs)
         for (std::size_t k = 0; k < log.rows(); ++k)
-            most = std::max(most, std::hypot(log.i_d_A.empty() ? 0.0 : log.i_d_A[k], log.i_q_A.empty() ? 0.0 : log.i_q_A[k]));
+            most = std::max(most,
+                            std::hypot(log.i_d_A.empty() ? 0.0 : log.i_d_A[k], log.i_q_A.empty() ? 0.0 : log.i_q_A[k]));
     return most > 1e-30 ? most : 1.0;
 }
 
@@ -94,8 +101,8 @@ SampleSource::SampleSource(const Log& log, double pole_pairs, const std::vector<
 
 dqw_sample SampleSource::operator()(std::size_t k) const
 {
-    dqw_sample s = dqw_sample_from_dq(at(log_.v_d_V, k), at(log_.v_q_V, k), at(log_.i_d_A, k), at(log_.i_q_A, k), at(log_.w_m_rad_s, k),
-                                      theta_e_rad_.empty() ? 0.0F : theta_e_rad_[k]);
+    dqw_sample s = dqw_sample_from_dq(at(log_.v_d_V, k), at(log_.v_q_V, k), at(log_.i_d_A, k), at(log_.i_q_A, k),
+                                      at(log_.w_m_rad_s, k), theta_e_rad_.empty() ? 0.0F : theta_e_rad_[k]);
     if (theta_e_rad_.empty()) return s;
     s.temp_winding_C = at(log_.temp_winding_C, k);
     s.temp_magnet_C = at(log_.temp_magnet_C.empty() ? log_.temp_winding_C : log_.temp_magnet_C, k);
@@ -108,7 +115,8 @@ std::vector<float> shaft_angle_of(const Log& log)
     double integrated = 0.0;
     for (std::size_t k = 0; k < angle.size(); ++k) {
         integrated += speed_integrated(log, k);
-        angle[k] = static_cast<float>(std::remainder(log.theta_m_rad.empty() ? integrated : log.theta_m_rad[k], kTurn_rad));
+        angle[k] = static_cast<float>(
+            std::remainder(log.theta_m_rad.empty() ? integrated : log.theta_m_rad[k], kTurn_rad));
     }
     return angle;
 }

@@ -25,12 +25,12 @@ bool heats_by_current(const TraceInput& input);
 /// Largest heating state in any of the logs, each from cold, by the learners' rule; 1 for an input without.
 double heat_reach(const TraceInput& input, const std::vector<Log>& logs);
 
-/// What 1 of the learners' weights of an input is in the unit of `TraceInput::weights`: a settled log's delay is in seconds there, in
-/// the learners' periods here; all others are 1.
+/// What 1 of the learners' weights of an input is in the unit of `TraceInput::weights`: a settled log's delay is in
+/// seconds there, in the learners' periods here; all others are 1.
 double weight_unit(const TraceInput& input, const Log& log, const std::vector<TraceInput>& inputs);
 
-/// An electrical log's rows as samples. The angle, where an effect may need it, is theta_e_rad, else p theta_m_rad, else p w_m
-/// integrated from a dead time's start angle; a magnet without a thermometer follows the winding's.
+/// An electrical log's rows as samples. The angle, where an effect may need it, is theta_e_rad, else p theta_m_rad,
+/// else p w_m integrated from a dead time's start angle; a magnet without a thermometer follows the winding's.
 class SampleSource {
 public:
     SampleSource(const Log& log, double pole_pairs, const std::vector<TraceInput>& inputs);

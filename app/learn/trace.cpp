@@ -22,7 +22,9 @@ TraceFit learn_fit(const std::vector<Log>& logs, const TraceResult& trace, bool 
     report_residual_of(logs, learned.inputs, learned.model, &trace.heldout_row, judged);
     auto& parameters = learned.result.parameters;
     if (!known)
-        parameters.erase(std::remove_if(parameters.begin(), parameters.end(), [](const Estimate& e) { return e.name == "pole_pairs"; }), parameters.end());
+        parameters.erase(std::remove_if(parameters.begin(), parameters.end(),
+                                        [](const Estimate& e) { return e.name == "pole_pairs"; }),
+                         parameters.end());
     // In parts of the signal that the trace's own are of.
     for (AxisResidual& axis : judged.axes)
         for (const AxisResidual& own : trace.before.axes)

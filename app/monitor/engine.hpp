@@ -1,4 +1,5 @@
-// A condition monitor as the command runs it: that of lib/ in float, or that of port_q15/ in fixed point, with SI on the outside.
+// A condition monitor as the command runs it: that of lib/ in float, or that of port_q15/ in fixed point, with SI on
+// the outside.
 #ifndef DQW_APP_MONITOR_ENGINE_HPP
 #define DQW_APP_MONITOR_ENGINE_HPP
 

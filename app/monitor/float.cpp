@@ -67,7 +67,8 @@ public:
             const auto input = static_cast<dqw_witness_input>(k);
             r.ripple[input] = static_cast<double>(dqw_witness_size(&m_.witness, input));
             r.ripple_sd[input] = sd_of(dqw_witness_sd(&m_.witness, &m_.estimator, input));
-            r.healthy_ripple[input] = std::hypot(static_cast<double>(m_.healthy_re[input]), static_cast<double>(m_.healthy_im[input]));
+            r.healthy_ripple[input] = std::hypot(static_cast<double>(m_.healthy_re[input]),
+                                                 static_cast<double>(m_.healthy_im[input]));
         }
         r.friction_Nm = static_cast<double>(m_.friction_Nm);
         r.friction_sd_Nm = std::sqrt(2.0 * static_cast<double>(m_.spread_Nm2) / m_.watch.reversals);
@@ -99,7 +100,9 @@ public:
 private:
     static void accept(dqw_status status)
     {
-        if (status != DQW_OK) throw std::invalid_argument(std::string("the monitor refuses its configuration: ") + dqw_status_text(status));
+        if (status != DQW_OK)
+            throw std::invalid_argument(std::string("the monitor refuses its configuration: ") +
+                                        dqw_status_text(status));
     }
 
     static double sd_of(float sd) { return sd < DQW_UNKNOWN ? static_cast<double>(sd) : INFINITY; }
@@ -112,6 +115,9 @@ private:
 
 }  // namespace
 
-std::unique_ptr<MonitorEngine> float_monitor(const MonitorSetup& setup) { return std::make_unique<FloatMonitor>(setup); }
+std::unique_ptr<MonitorEngine> float_monitor(const MonitorSetup& setup)
+{
+    return std::make_unique<FloatMonitor>(setup);
+}
 
 }  // namespace dqw

@@ -8,7 +8,8 @@
 
 namespace dqw {
 
-/// Throws std::invalid_argument where the monitor refuses its configuration; `setup` stays in use as long as the engine.
+/// Throws std::invalid_argument where the monitor refuses its configuration; `setup` stays in use as long as the
+/// engine.
 std::unique_ptr<MonitorEngine> float_monitor(const MonitorSetup& setup);
 
 }  // namespace dqw

@@ -54,9 +54,10 @@ const char* told_of(dqw_fault_name fault)
 MonitorChannel channel_named(int channel)
 {
     // What lib/ has as a flux and as an inductance the command divides: by the flux, and by the mean inductance.
-    const char* const name = channel == DQW_WATCH_ANGLE       ? "angle_rad"
-                             : channel == DQW_WATCH_REACTANCE ? "gain"
-                                                              : dqw_parameter_text(static_cast<dqw_monitor_channel>(channel));
+    const char* const name = channel == DQW_WATCH_ANGLE ? "angle_rad"
+                             : channel == DQW_WATCH_REACTANCE
+                                 ? "gain"
+                                 : dqw_parameter_text(static_cast<dqw_monitor_channel>(channel));
     return {name, title_of(channel)};
 }
 

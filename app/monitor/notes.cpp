@@ -28,14 +28,17 @@ const Help helps[] = {
 
 std::string percents(const dqw_stage& stage)
 {
-    return fmt::format("{:.3g} % of the voltage base, threshold {:.3g} %", 1e-4 * stage.residual_ppm, 1e-4 * stage.threshold_ppm);
+    return fmt::format("{:.3g} % of the voltage base, threshold {:.3g} %", 1e-4 * stage.residual_ppm,
+                       1e-4 * stage.threshold_ppm);
 }
 
 std::string reason(const dqw_stage& stage)
 {
     switch (stage.back) {
     case DQW_BACK_NOT_CONVERGED: return "the coarse values did not settle";
-    case DQW_BACK_THRESHOLD: return "the residual stayed above its threshold (" + percents(stage) + "): the model lacks something, dqwatch trace tells what";
+    case DQW_BACK_THRESHOLD:
+        return "the residual stayed above its threshold (" + percents(stage) +
+               "): the model lacks something, dqwatch trace tells what";
     case DQW_BACK_LEFT_BAND: return "the residual rose above its threshold (" + percents(stage) + ")";
     case DQW_BACK_NONE: break;
     }
@@ -60,7 +63,9 @@ std::string why_no_service(const MonitorRun& run)
     if (!unknown.empty())
         return fmt::format(
             "{} {} not known within {:.0f} %; {}", list(unknown), unknown.size() == 1 ? "is" : "are", 100.0 * kKnown,
-            lacks ? fmt::format("the model leaves {:.2g} % of the voltage base unexplained, dqwatch trace tells what it lacks", 100.0 * run.residual_pu)
+            lacks ? fmt::format(
+                        "the model leaves {:.2g} % of the voltage base unexplained, dqwatch trace tells what it lacks",
+                        100.0 * run.residual_pu)
                   : fmt::format("what would help: {}", fmt::join(help, "; ")));
     if (run.stage.times_back > 0) return reason(run.stage);
     return "the log ends before all stages are done; what would help: a longer log";
@@ -75,16 +80,21 @@ std::vector<std::string> closing_notes(const MonitorRun& run)
 {
     std::vector<std::string> notes;
     if (!run.served) notes.push_back("not in service: " + why_no_service(run));
-    if (run.served && !run.watched) notes.emplace_back("nothing was watched: the log ends before healthy values were taken; what would help: a longer log");
+    if (run.served && !run.watched)
+        notes.emplace_back(
+            "nothing was watched: the log ends before healthy values were taken; what would help: a longer log");
     if (run.stage.times_back > 1) notes.push_back(fmt::format("{} ways back to stage 1 in all", run.stage.times_back));
     if (run.watched && run.angle && !run.ripple_watched)
-        notes.emplace_back("unlike phases and current sensors are not watched: the machine turned too slowly or too fast to tell their ripple");
+        notes.emplace_back("unlike phases and current sensors are not watched: the machine turned too slowly or too "
+                           "fast to tell their ripple");
     if (run.watched && run.friction_wanted && !std::isfinite(run.healthy[DQW_WATCH_FRICTION].healthy))
         notes.emplace_back("friction was not watched: it takes longer in both directions of motion than this log has");
-    for (std::size_t k = 0; k < run.relearned.size() && k < kMostTold; ++k) notes.push_back(relearned_text(run.relearned[k]));
+    for (std::size_t k = 0; k < run.relearned.size() && k < kMostTold; ++k)
+        notes.push_back(relearned_text(run.relearned[k]));
     if (run.missed > 0) notes.push_back(fmt::format("{} lost", counted(run.missed, "block")));
     if (run.restarts > 0)
-        notes.push_back(fmt::format("learning ran away and began again {}", run.restarts == 1 ? "once" : fmt::format("{} times", run.restarts)));
+        notes.push_back(fmt::format("learning ran away and began again {}",
+                                    run.restarts == 1 ? "once" : fmt::format("{} times", run.restarts)));
     return notes;
 }
 

@@ -18,7 +18,9 @@ constexpr std::size_t most_events = 200, most_stages = 500;
 
 const char* badge(const MonitorRun& run)
 {
-    return !run.watched || (run.events.empty() && !run.relearned.empty()) ? "part" : run.events.empty() ? "clean" : "unexplained";
+    return !run.watched || (run.events.empty() && !run.relearned.empty()) ? "part"
+           : run.events.empty()                                           ? "clean"
+                                                                          : "unexplained";
 }
 
 std::string badge_text(const MonitorRun& run)
@@ -58,17 +60,20 @@ std::string timeline(const MonitorRun& run)
     for (std::size_t k = 0; k < std::min(run.stages.size(), most_stages); ++k) {
         const double from = run.stages[k].from_s, to = k + 1 < run.stages.size() ? run.stages[k + 1].from_s : run.end_s;
         if (!(to > from)) continue;
-        out += fmt::format("<span class=\"stage {}\" style=\"left:{:.2f}%;width:{:.2f}%\" title=\"{}, {:.3f} s to {:.3f} s\"></span>",
-                           css[std::clamp<int>(run.stages[k].name, 0, 3)], percent(from), percent(to) - percent(from), escaped(stage_named(run.stages[k].name)),
-                           from, to);
+        out += fmt::format(
+            "<span class=\"stage {}\" style=\"left:{:.2f}%;width:{:.2f}%\" title=\"{}, {:.3f} s to {:.3f} s\"></span>",
+            css[std::clamp<int>(run.stages[k].name, 0, 3)], percent(from), percent(to) - percent(from),
+            escaped(stage_named(run.stages[k].name)), from, to);
     }
     for (std::size_t k = 0; k < std::min(run.events.size(), most_events); ++k)
-        out += fmt::format("<span class=\"pin\" style=\"left:{:.2f}%\" title=\"{}\"><b>{}</b></span>", percent(run.events[k].t_s),
-                           escaped(fmt::format("{}, {:.3f} s", fault_spoken(run.events[k].fault), run.events[k].t_s)), k + 1);
+        out += fmt::format(
+            "<span class=\"pin\" style=\"left:{:.2f}%\" title=\"{}\"><b>{}</b></span>", percent(run.events[k].t_s),
+            escaped(fmt::format("{}, {:.3f} s", fault_spoken(run.events[k].fault), run.events[k].t_s)), k + 1);
     out += "</div>\n<div class=\"ticks\">";
     const double step = tick_step(span);
     for (double t = step * std::ceil(run.begin_s / step); t <= run.end_s + 1e-3 * span; t += step)
-        out += fmt::format("<span style=\"left:{:.2f}%\">{:.6g}</span>", percent(t), std::fabs(t) < 1e-9 * step ? 0.0 : t);
+        out += fmt::format("<span style=\"left:{:.2f}%\">{:.6g}</span>", percent(t),
+                           std::fabs(t) < 1e-9 * step ? 0.0 : t);
     out += "</div>\n<p class=\"legend\">time [s] ";
     for (const dqw_stage_name name : {DQW_STAGE_RANDOM, DQW_STAGE_ORDINAL, DQW_STAGE_IN_SERVICE})
         out += fmt::format("<span><i class=\"stage {}\"></i> {}</span> ", css[name], escaped(stage_spoken(name)));
@@ -78,7 +83,8 @@ std::string timeline(const MonitorRun& run)
 std::string event_section(const MonitorRun& run)
 {
     if (run.events.empty()) return "";
-    std::string out = "<section class=\"card\"><h2>Events</h2>\n" + html_table(event_rows(run, most_events), "numbers events");
+    std::string out = "<section class=\"card\"><h2>Events</h2>\n" +
+                      html_table(event_rows(run, most_events), "numbers events");
     if (run.events.size() > most_events) out += fmt::format("<p>and {} more</p>\n", run.events.size() - most_events);
     return out + "</section>\n";
 }
@@ -87,7 +93,8 @@ std::string summary_card(const MonitorRun& run)
 {
     MonitorRows rows = summary_rows(run);
     std::string out = "<section class=\"card\"><h2>Summary</h2>\n<table class=\"plain\"><tbody>\n";
-    for (const auto& row : rows) out += fmt::format("<tr><th scope=\"row\">{}</th><td>{}</td></tr>\n", escaped(row[0]), escaped(row[1]));
+    for (const auto& row : rows)
+        out += fmt::format("<tr><th scope=\"row\">{}</th><td>{}</td></tr>\n", escaped(row[0]), escaped(row[1]));
     return out + "</tbody></table></section>\n";
 }
 
@@ -101,8 +108,10 @@ std::string value_card(const MonitorRun& run)
 /// Of the first event, or the residual where there is none.
 const Plot* key_plot(const MonitorRun& run, const std::vector<Plot>& all)
 {
-    const std::string title = channel_named(run.events.empty() ? DQW_WATCH_RESIDUAL : run.events.front().parameter).title;
-    const auto found = std::find_if(all.begin(), all.end(), [&](const Plot& p) { return p.y_label.rfind(title, 0) == 0; });
+    const std::string title =
+        channel_named(run.events.empty() ? DQW_WATCH_RESIDUAL : run.events.front().parameter).title;
+    const auto found = std::find_if(all.begin(), all.end(),
+                                    [&](const Plot& p) { return p.y_label.rfind(title, 0) == 0; });
     return found == all.end() ? nullptr : &*found;
 }
 
@@ -113,25 +122,29 @@ std::string monitor_page(const MonitorReport& report)
     const MonitorRun& run = report.run;
     const std::string name = names_of_files({report.log});
     PagePlots plots;
-    std::string body = fmt::format("<header><p class=\"log\">{} · condition monitor, {} rows, {:.4g} s</p>\n<p id=\"verdict\"><span class=\"badge "
-                                   "{}\">{}</span> {}</p>{}</header>\n<main>\n",
-                                   escaped(name), grouped(run.rows), run.end_s - run.begin_s, badge(run), escaped(badge_text(run)),
-                                   unbroken(monitor_outcome(run)), remark(run));
+    std::string body = fmt::format(
+        "<header><p class=\"log\">{} · condition monitor, {} rows, {:.4g} s</p>\n<p id=\"verdict\"><span class=\"badge "
+        "{}\">{}</span> {}</p>{}</header>\n<main>\n",
+        escaped(name), grouped(run.rows), run.end_s - run.begin_s, badge(run), escaped(badge_text(run)),
+        unbroken(monitor_outcome(run)), remark(run));
     body += "<div class=\"stack\">\n" + timeline(run) + event_section(run) + "</div>\n";
     const std::vector<Plot> all = monitor_plots(run);
     body += "<div class=\"first\">\n<div>" + summary_card(run) + value_card(run) + "</div>\n";
     if (const Plot* key = key_plot(run, all)) body += plots.figure(*key, "card wide");
     body += "</div>\n";
     if (!all.empty()) {
-        body += "<section><h2>Parameters over time</h2><p>Lines: what is learned, within its 95 % band where there is one. Dashed: healthy values. Shaded: "
-                "not in service. Upright: events. Drag over a plot to zoom in, double-click to see all of it again; point at it for its values.</p>"
+        body += "<section><h2>Parameters over time</h2><p>Lines: what is learned, within its 95 % band where there is "
+                "one. Dashed: healthy values. Shaded: "
+                "not in service. Upright: events. Drag over a plot to zoom in, double-click to see all of it again; "
+                "point at it for its values.</p>"
                 "<div class=\"plots\">\n";
         for (const Plot& plot : all) body += plots.figure(plot, "card");
         body += "</div></section>\n";
     }
     std::vector<std::string> notes;
     for (const std::string& note : report.notes) notes.push_back(with_minus(note));
-    body += "<section><h2>Log and notes</h2>\n" + html_list({report.log}) + (notes.empty() ? "" : html_list(notes)) + "</section>\n</main>\n";
+    body += "<section><h2>Log and notes</h2>\n" + html_list({report.log}) + (notes.empty() ? "" : html_list(notes)) +
+            "</section>\n</main>\n";
     return page_around(name + " – dqwatch monitor", body, plots);
 }
 

@@ -24,7 +24,8 @@ Columns columns_of(const MonitorRun& run, std::size_t channel)
         const double half = std::isfinite(r.sd) ? in_band * r.sd : 0.0;
         // Sizes are not negative.
         const bool size = channel >= DQW_WATCH_OFFSET && channel < DQW_WATCH_FRICTION;
-        const double row[] = {p.t_s, r.value, size ? std::max(r.value - half, 0.0) : r.value - half, r.value + half, r.healthy};
+        const double row[] = {p.t_s, r.value, size ? std::max(r.value - half, 0.0) : r.value - half, r.value + half,
+                              r.healthy};
         for (std::size_t k = 0; k < 5; ++k) c[k].push_back(row[k]);
     }
     return c;
@@ -114,7 +115,8 @@ std::vector<Plot> monitor_plots(const MonitorRun& run)
             c.pop_back();
         plot.columns = thinned(c);
         plot.shaded = out_of_service(run);
-        for (std::size_t k = 0; k < std::min(run.events.size(), most_marks); ++k) plot.marks.emplace_back(run.events[k].t_s, std::to_string(k + 1));
+        for (std::size_t k = 0; k < std::min(run.events.size(), most_marks); ++k)
+            plot.marks.emplace_back(run.events[k].t_s, std::to_string(k + 1));
         plots.push_back(std::move(plot));
     }
     return plots;

@@ -27,7 +27,8 @@ std::vector<dqw_effect_q15_config> effects_of(const MonitorSetup& setup, const d
 
 class Q15Monitor : public MonitorEngine {
 public:
-    explicit Q15Monitor(const MonitorSetup& setup) : config_(q15_monitor_config(setup)), effects_(effects_of(setup, config_.estimator.scale))
+    explicit Q15Monitor(const MonitorSetup& setup)
+        : config_(q15_monitor_config(setup)), effects_(effects_of(setup, config_.estimator.scale))
     {
         config_.estimator.effects = effects_.data();
         config_.estimator.effect_count = static_cast<std::uint8_t>(effects_.size());
@@ -119,10 +120,15 @@ public:
 private:
     static void accept(dqw_status status)
     {
-        if (status != DQW_OK) throw std::invalid_argument(fmt::format("the fixed-point monitor refuses its configuration: {}", dqw_status_text(status)));
+        if (status != DQW_OK)
+            throw std::invalid_argument(
+                fmt::format("the fixed-point monitor refuses its configuration: {}", dqw_status_text(status)));
     }
 
-    dqw_reading_q15 read(int channel) const { return dqw_monitor_read_q15(&m_, static_cast<dqw_monitor_channel>(channel)); }
+    dqw_reading_q15 read(int channel) const
+    {
+        return dqw_monitor_read_q15(&m_, static_cast<dqw_monitor_channel>(channel));
+    }
 
     static double sd_of(std::int64_t sd_q40) { return sd_q40 == INT64_MAX ? INFINITY : static_cast<double>(sd_q40); }
 
@@ -152,7 +158,10 @@ private:
 
 }  // namespace
 
-dqw_monitor_q15_config q15_monitor_config(const MonitorSetup& setup) { return dqw_monitor_config_in_q15(&setup.config, DQW_Q15_ROOM); }
+dqw_monitor_q15_config q15_monitor_config(const MonitorSetup& setup)
+{
+    return dqw_monitor_config_in_q15(&setup.config, DQW_Q15_ROOM);
+}
 
 std::unique_ptr<MonitorEngine> q15_monitor(const MonitorSetup& setup) { return std::make_unique<Q15Monitor>(setup); }
 

@@ -9,7 +9,8 @@
 
 namespace dqw {
 
-/// Throws std::invalid_argument where the monitor refuses its configuration; `setup` stays in use as long as the engine.
+/// Throws std::invalid_argument where the monitor refuses its configuration; `setup` stays in use as long as the
+/// engine.
 std::unique_ptr<MonitorEngine> q15_monitor(const MonitorSetup& setup);
 
 /// With what q15_monitor() runs. Throws std::invalid_argument for what fixed point does not take.

@@ -40,9 +40,10 @@ MonitorReadings readings_of(const MonitorMeasures& m)
     for (std::size_t i = 0; i < m.weight.size(); ++i)
         all[i] = known_where(m.weight[i], m.weight_sd[i], m.healthy[i], channel_unit(m, static_cast<int>(i)), watched);
     for (std::size_t k = 0; k < m.ripple.size(); ++k)
-        all[DQW_WATCH_OFFSET + k] = known_where(m.ripple[k], m.ripple_sd[k], m.healthy_ripple[k], channel_unit(m, DQW_WATCH_OFFSET + static_cast<int>(k)),
-                                                watched);
-    if (m.in_service && m.friction_known) all[DQW_WATCH_FRICTION] = known_where(m.friction_Nm, m.friction_sd_Nm, m.healthy_friction_Nm, 1.0, watched);
+        all[DQW_WATCH_OFFSET + k] = known_where(m.ripple[k], m.ripple_sd[k], m.healthy_ripple[k],
+                                                channel_unit(m, DQW_WATCH_OFFSET + static_cast<int>(k)), watched);
+    if (m.in_service && m.friction_known)
+        all[DQW_WATCH_FRICTION] = known_where(m.friction_Nm, m.friction_sd_Nm, m.healthy_friction_Nm, 1.0, watched);
     all[DQW_WATCH_TEMPERATURE] = temperature_reading(m, all[DQW_WATCH_R]);
     if (m.blocks > 0) all[DQW_WATCH_RESIDUAL] = {m.residual_V, nothing, watched ? m.healthy_residual_V : nothing};
     return all;

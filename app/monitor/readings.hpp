@@ -29,8 +29,8 @@ struct MonitorMeasures {
     bool friction_known, in_service, resting;
 };
 
-/// What 1 of a monitor's own unit of a channel is in that of its name: radians for the flux on the other axis, one phase's or one
-/// sensor's share for the witness' weights.
+/// What 1 of a monitor's own unit of a channel is in that of its name: radians for the flux on the other axis, one
+/// phase's or one sensor's share for the witness' weights.
 double channel_unit(const MonitorMeasures& m, int channel);
 
 /// All channels. A weight without a deviation has no value; nothing is healthy before service, nor

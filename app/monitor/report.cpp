@@ -53,11 +53,15 @@ std::string healthy_text(const char* name, const MonitorReading& r)
 }
 
 /// Where the healthy value is not about zero.
-bool has_percent(int channel) { return channel <= DQW_WATCH_DEAD_TIME || channel == DQW_WATCH_FRICTION || channel == DQW_WATCH_RESIDUAL; }
+bool has_percent(int channel)
+{
+    return channel <= DQW_WATCH_DEAD_TIME || channel == DQW_WATCH_FRICTION || channel == DQW_WATCH_RESIDUAL;
+}
 
 std::string changed(int channel, const MonitorReading& r)
 {
-    if (!has_percent(channel) || !std::isfinite(r.value) || !(r.healthy > 0.0) || r.healthy < kDeviations * r.sd) return "";
+    if (!has_percent(channel) || !std::isfinite(r.value) || !(r.healthy > 0.0) || r.healthy < kDeviations * r.sd)
+        return "";
     const double percent = 100.0 * (r.value / r.healthy - 1.0);
     if (percent > 1000.0) return fmt::format("{:.0f} times", r.value / r.healthy);
     return std::fabs(percent) < 0.05 ? "0 %" : with_minus(fmt::format("{:+.1f} %", percent));
@@ -67,9 +71,11 @@ std::string refused_text(const MonitorRun& run)
 {
     const dqw_gate& g = run.gate;
     const std::uint32_t samples = g.nonfinite + g.saturated + g.stale;
-    std::string out = samples == 0 ? "no sample"
-                                   : fmt::format("{}: {} not finite, {} beyond ten times what 99.9 % of the rows stay below, {} stuck",
-                                                 counted(samples, "sample"), g.nonfinite, g.saturated, g.stale);
+    std::string out = samples == 0
+                          ? "no sample"
+                          : fmt::format(
+                                "{}: {} not finite, {} beyond ten times what 99.9 % of the rows stay below, {} stuck",
+                                counted(samples, "sample"), g.nonfinite, g.saturated, g.stale);
     if (g.incomplete > 0) out += fmt::format("; {} incomplete", counted(g.incomplete, "block"));
     return out;
 }
@@ -77,7 +83,8 @@ std::string refused_text(const MonitorRun& run)
 std::string stage_text(const MonitorRun& run)
 {
     const MonitorStage& last = run.stages.back();
-    return fmt::format("{}{} {:.3f} s", stage_spoken(last.name), last.name == DQW_STAGE_IN_SERVICE ? " since" : ", from", last.from_s);
+    return fmt::format("{}{} {:.3f} s", stage_spoken(last.name),
+                       last.name == DQW_STAGE_IN_SERVICE ? " since" : ", from", last.from_s);
 }
 
 }  // namespace
@@ -102,36 +109,45 @@ std::string event_text(const MonitorEvent& e)
 {
     const char* name = channel_named(e.parameter).parameter;
     const std::string percent = changed(e.parameter, e.reading);
-    return fmt::format("{:.3f} s  {}: {} {}{}{}, since {:.3f} s, confidence {:.2f}\n", e.t_s, fault_spoken(e.fault), name, now_text(name, e.reading),
-                       std::isfinite(e.reading.healthy) ? ", healthy " + healthy_text(name, e.reading) : "", percent.empty() ? "" : " (" + percent + ")",
-                       e.since_s, e.fault.confidence);
+    return fmt::format("{:.3f} s  {}: {} {}{}{}, since {:.3f} s, confidence {:.2f}\n", e.t_s, fault_spoken(e.fault),
+                       name, now_text(name, e.reading),
+                       std::isfinite(e.reading.healthy) ? ", healthy " + healthy_text(name, e.reading) : "",
+                       percent.empty() ? "" : " (" + percent + ")", e.since_s, e.fault.confidence);
 }
 
 double served_s(const MonitorRun& run)
 {
     double sum = 0.0;
     for (std::size_t k = 0; k < run.stages.size(); ++k)
-        if (run.stages[k].name == DQW_STAGE_IN_SERVICE) sum += (k + 1 < run.stages.size() ? run.stages[k + 1].from_s : run.end_s) - run.stages[k].from_s;
+        if (run.stages[k].name == DQW_STAGE_IN_SERVICE)
+            sum += (k + 1 < run.stages.size() ? run.stages[k + 1].from_s : run.end_s) - run.stages[k].from_s;
     return sum;
 }
 
 std::string monitor_outcome(const MonitorRun& run)
 {
     if (!run.served) return "The monitor did not enter service: " + why_no_service(run) + ".";
-    if (!run.watched) return "The monitor entered service, but the log ends before healthy values were taken: a longer log would help.";
+    if (!run.watched)
+        return "The monitor entered service, but the log ends before healthy values were taken: a longer log would "
+               "help.";
     if (run.events.empty() && !run.relearned.empty()) return capital(relearned_text(run.relearned.front())) + ".";
     if (run.events.empty())
-        return fmt::format("No parameter left its healthy band in {:.3g} s of service, watched since {:.3f} s.", served_s(run), run.watched_from_s);
+        return fmt::format("No parameter left its healthy band in {:.3g} s of service, watched since {:.3f} s.",
+                           served_s(run), run.watched_from_s);
     const MonitorEvent& e = run.events.front();
     const MonitorChannel& c = channel_named(e.parameter);
-    const std::string healthy = std::isfinite(e.reading.healthy) ? ", healthy " + healthy_text(c.parameter, e.reading) : "";
-    return fmt::format("{} ({}): {} {}{}. It began to show at {:.3f} s and was named at {:.3f} s, with a confidence of {:.2f}.", capital(fault_told(e.fault)),
-                       fault_spoken(e.fault), c.title, now_text(c.parameter, e.reading), healthy, e.since_s, e.t_s, e.fault.confidence);
+    const std::string healthy = std::isfinite(e.reading.healthy) ? ", healthy " + healthy_text(c.parameter, e.reading)
+                                                                 : "";
+    return fmt::format(
+        "{} ({}): {} {}{}. It began to show at {:.3f} s and was named at {:.3f} s, with a confidence of {:.2f}.",
+        capital(fault_told(e.fault)), fault_spoken(e.fault), c.title, now_text(c.parameter, e.reading), healthy,
+        e.since_s, e.t_s, e.fault.confidence);
 }
 
 std::string relearned_text(const MonitorRelearned& r)
 {
-    std::string out = fmt::format("at {:.3f} s the residual rose above its threshold, and the monitor learned anew", r.t_s);
+    std::string out = fmt::format("at {:.3f} s the residual rose above its threshold, and the monitor learned anew",
+                                  r.t_s);
     if (!r.again) return out + "; the log ends before it is in service again";
     std::vector<std::string> moved;
     for (int channel = 0; channel <= DQW_WATCH_DEAD_TIME; ++channel) {
@@ -141,7 +157,8 @@ std::string relearned_text(const MonitorRelearned& r)
         const double off = std::fabs(now.value - now.healthy);
         if (!(off > kMoved * std::fabs(now.healthy)) || !(off > kDeviations * now.sd)) continue;
         const MonitorChannel& c = channel_named(channel);
-        moved.push_back(fmt::format("{} {} instead of {}", c.title, now_text(c.parameter, now), healthy_text(c.parameter, now)));
+        moved.push_back(
+            fmt::format("{} {} instead of {}", c.title, now_text(c.parameter, now), healthy_text(c.parameter, now)));
     }
     return out + (moved.empty() ? "; what it learned then is as before" : "; since then it reads " + list(moved));
 }
@@ -154,7 +171,8 @@ MonitorRows value_rows(const MonitorRun& run, bool titles)
         r.healthy = run.healthy[static_cast<std::size_t>(channel)].healthy;
         if (!std::isfinite(r.value) && !std::isfinite(r.healthy)) continue;
         const MonitorChannel& c = channel_named(channel);
-        rows.push_back({titles ? c.title : c.parameter, healthy_text(c.parameter, r), now_text(c.parameter, r), changed(channel, r)});
+        rows.push_back({titles ? c.title : c.parameter, healthy_text(c.parameter, r), now_text(c.parameter, r),
+                        changed(channel, r)});
     }
     return rows;
 }
@@ -163,7 +181,8 @@ MonitorRows summary_rows(const MonitorRun& run)
 {
     MonitorRows rows = {{"stage", stage_text(run)}};
     if (run.served && run.stage.times_back > 0)
-        rows.push_back({"", fmt::format("first in service at {:.3f} s; {} to stage 1", run.entered_s, counted(run.stage.times_back, "way") + " back")});
+        rows.push_back({"", fmt::format("first in service at {:.3f} s; {} to stage 1", run.entered_s,
+                                        counted(run.stage.times_back, "way") + " back")});
     rows.push_back({"rows", fmt::format("{}, {:.4g} s", run.rows, run.end_s - run.begin_s)});
     rows.push_back({"refused", refused_text(run)});
     rows.push_back({"events", std::to_string(run.events.size())});
@@ -176,8 +195,9 @@ MonitorRows event_rows(const MonitorRun& run, std::size_t most)
     for (const MonitorEvent& e : run.events) {
         if (rows.size() > most) break;
         const MonitorChannel& c = channel_named(e.parameter);
-        rows.push_back({std::to_string(rows.size()), fmt::format("{:.3f} s", e.t_s), fmt::format("{:.3f} s", e.since_s), fault_spoken(e.fault), c.title,
-                        now_text(c.parameter, e.reading), healthy_text(c.parameter, e.reading), fmt::format("{:.2f}", e.fault.confidence)});
+        rows.push_back({std::to_string(rows.size()), fmt::format("{:.3f} s", e.t_s), fmt::format("{:.3f} s", e.since_s),
+                        fault_spoken(e.fault), c.title, now_text(c.parameter, e.reading),
+                        healthy_text(c.parameter, e.reading), fmt::format("{:.2f}", e.fault.confidence)});
     }
     return rows;
 }

@@ -75,8 +75,10 @@ private:
         if (is.stage.name == DQW_STAGE_IN_SERVICE) serve(t_s, is);
         if (told) tell(before, *told);
         if (is.stage.name == DQW_STAGE_DOMAIN) go_back(t_s, before, is.stage);
-        if (halves_.size() % every_ == 0) run_.points.push_back({t_s, is.stage.name == DQW_STAGE_IN_SERVICE, readings_of(m_.measures())});
-        if (settled_ && (was.friction_looks != is.friction_looks || was.witness_blocks != is.witness_blocks)) complete();
+        if (halves_.size() % every_ == 0)
+            run_.points.push_back({t_s, is.stage.name == DQW_STAGE_IN_SERVICE, readings_of(m_.measures())});
+        if (settled_ && (was.friction_looks != is.friction_looks || was.witness_blocks != is.witness_blocks))
+            complete();
     }
 
     void stage_from(double t_s)
@@ -119,14 +121,16 @@ private:
 
     double at(std::uint32_t half) const
     {
-        const auto after = std::upper_bound(halves_.begin(), halves_.end(), half, [](std::uint32_t number, const Half& h) { return number < h.number; });
+        const auto after = std::upper_bound(halves_.begin(), halves_.end(), half,
+                                            [](std::uint32_t number, const Half& h) { return number < h.number; });
         return after == halves_.begin() ? run_.begin_s : std::prev(after)->end_s;
     }
 
     void go_back(double t_s, const MonitorMeasures& before, const dqw_stage& stage)
     {
         const bool lost = settled_ && stage.back == DQW_BACK_LEFT_BAND;
-        if (lost && (run_.relearned.empty() || run_.relearned.back().again)) run_.relearned.push_back({t_s, stage, readings_of(before), {}, false});
+        if (lost && (run_.relearned.empty() || run_.relearned.back().again))
+            run_.relearned.push_back({t_s, stage, readings_of(before), {}, false});
         if (watch_.back) watch_.back(t_s, stage);
         m_.define();
         stage_from(t_s);

@@ -66,7 +66,8 @@ bool usable(double x) { return static_cast<float>(x) > 0.0F && std::isfinite(sta
 /// A machine's order of magnitude, from its largest signals.
 double rough(const Nominal& n, const dqw_estimator_config& c)
 {
-    const auto v = static_cast<double>(c.v_base_V), i = static_cast<double>(c.i_base_A), w_e = c.pole_pairs * static_cast<double>(c.w_base_rad_s);
+    const auto v = static_cast<double>(c.v_base_V), i = static_cast<double>(c.i_base_A),
+               w_e = c.pole_pairs * static_cast<double>(c.w_base_rad_s);
     if (n.value == &Machine::R_ohm) return 0.1 * v / i;
     return n.value == &Machine::psi_Wb ? 0.5 * v / w_e : 0.1 * v / (i * w_e);
 }
@@ -89,17 +90,21 @@ void start_values(const Log& log, const Machine& start, const std::vector<TraceI
     std::vector<std::string> from_log, guessed;
     for (const Nominal* n : missing) {
         const auto& found = learned.result.parameters;
-        const bool known = std::any_of(found.begin(), found.end(), [&](const Estimate& e) { return e.name == n->name; });
+        const bool known = std::any_of(found.begin(), found.end(),
+                                       [&](const Estimate& e) { return e.name == n->name; });
         const double value = learned.model.*(n->learned);
         const bool good = known && usable(value);
         (good ? from_log : guessed).emplace_back(n->name);
         setup.config.estimator.*(n->place) = static_cast<float>(good ? value : rough(*n, setup.config.estimator));
     }
     const double span_s = static_cast<double>(first.rows()) * log.dt_s;
-    if (!from_log.empty()) setup.notes.push_back(fmt::format("{} not said: learning starts from the log's first {:.3g} s", list(from_log), span_s));
+    if (!from_log.empty())
+        setup.notes.push_back(
+            fmt::format("{} not said: learning starts from the log's first {:.3g} s", list(from_log), span_s));
     if (!guessed.empty())
         setup.notes.push_back(
-            fmt::format("{} not said, and the first {:.3g} s do not tell: learning starts from the size of the signals", list(guessed), span_s));
+            fmt::format("{} not said, and the first {:.3g} s do not tell: learning starts from the size of the signals",
+                        list(guessed), span_s));
 }
 
 bool has_thermometer(const TraceInput& in, const Log& log)
@@ -112,7 +117,8 @@ bool has_thermometer(const TraceInput& in, const Log& log)
 /// Why the estimator cannot have an effect over this log; empty: it can.
 std::string why_not(const TraceInput& in, const Log& log, bool angle)
 {
-    if (dqw_effect_is_mechanical(effect_config(in).effect)) return "the monitor watches the machine, and of the shaft its friction";
+    if (dqw_effect_is_mechanical(effect_config(in).effect))
+        return "the monitor watches the machine, and of the shaft its friction";
     if (needs_angle(in.effect) && !angle) return "it needs theta_e_rad or theta_m_rad";
     return has_thermometer(in, log) ? "" : "it needs a temperature";
 }
@@ -123,7 +129,8 @@ std::vector<TraceInput> effects_to_learn(const std::vector<TraceInput>& inputs, 
     dqw_estimator_config& c = setup.config.estimator;
     std::vector<TraceInput> learned;
     for (const TraceInput& in : inputs) {
-        if (c.angle && in.effect == "dead_time" && !in.shape.empty() && usable(in.shape[0])) c.dead_time_width_A = static_cast<float>(in.shape[0]);
+        if (c.angle && in.effect == "dead_time" && !in.shape.empty() && usable(in.shape[0]))
+            c.dead_time_width_A = static_cast<float>(in.shape[0]);
         if (monitor_watches(in.effect)) continue;
         const std::string why = why_not(in, log, c.angle);
         if (why.empty())
@@ -144,7 +151,8 @@ float usual_largest(const std::vector<Log>& logs, std::vector<double> Log::*a, s
 {
     std::vector<double> sizes;
     for (const Log& log : logs)
-        for (std::size_t k = 0; k < log.rows(); ++k) sizes.push_back(std::max(std::fabs((log.*a)[k]), std::fabs((log.*b)[k])));
+        for (std::size_t k = 0; k < log.rows(); ++k)
+            sizes.push_back(std::max(std::fabs((log.*a)[k]), std::fabs((log.*b)[k])));
     if (sizes.empty()) return largest(logs, a, b);
     const auto at = static_cast<std::ptrdiff_t>(kUsual * static_cast<double>(sizes.size() - 1));
     std::nth_element(sizes.begin(), sizes.begin() + at, sizes.end());
@@ -164,9 +172,12 @@ std::uint16_t half_window_of(const Log& log, const dqw_estimator_config& c)
 void check(const Log& log, const Machine& start)
 {
     if (log.regime != Regime::dynamic)
-        throw InputError(log.path, 1, fmt::format("a {} log; expected a dynamic one, with t_s, voltages, currents and speed", name_of(log.regime)));
+        throw InputError(log.path, 1,
+                         fmt::format("a {} log; expected a dynamic one, with t_s, voltages, currents and speed",
+                                     name_of(log.regime)));
     if (!log.machine.pole_pairs && !start.pole_pairs)
-        throw InputError(log.path, 1, "the pole pairs are not known; expected --pole-pairs N, or pole_pairs in the machine file");
+        throw InputError(log.path, 1,
+                         "the pole pairs are not known; expected --pole-pairs N, or pole_pairs in the machine file");
 }
 
 }  // namespace
@@ -181,7 +192,8 @@ MonitorSetup monitor_setup(const std::vector<Log>& logs, const LearnConfig& aske
     c.v_base_V = usual_largest(logs, &Log::v_d_V, &Log::v_q_V);
     c.i_base_A = usual_largest(logs, &Log::i_d_A, &Log::i_q_A);
     c.w_base_rad_s = usual_largest(logs, &Log::w_m_rad_s, &Log::w_m_rad_s);
-    c.pole_pairs = static_cast<std::uint16_t>(log.machine.pole_pairs ? *log.machine.pole_pairs : *asked.start.pole_pairs);
+    c.pole_pairs = static_cast<std::uint16_t>(log.machine.pole_pairs ? *log.machine.pole_pairs
+                                                                     : *asked.start.pole_pairs);
     c.angle = !log.theta_e_rad.empty() || !log.theta_m_rad.empty();
     c.encoder_offset = c.angle;
     c.noise_on_inputs = true;
@@ -191,7 +203,8 @@ MonitorSetup monitor_setup(const std::vector<Log>& logs, const LearnConfig& aske
     if (c.angle)
         c.dead_time_width_A = static_cast<float>(kDeadTimeWidth) * c.i_base_A;
     else
-        setup.notes.emplace_back("no theta_e_rad or theta_m_rad: dead time, unlike phases, current sensors and the encoder are not watched");
+        setup.notes.emplace_back(
+            "no theta_e_rad or theta_m_rad: dead time, unlike phases, current sensors and the encoder are not watched");
     const std::vector<TraceInput> effects = effects_to_learn(asked.inputs, log, setup);
     check_room(effects);
     setup.config.alpha_per_K = static_cast<float>(kAlpha_per_K);

@@ -25,7 +25,10 @@ std::string_view without_source_map(std::string_view text)
 }  // namespace
 
 std::string_view dygraphs_js() { return without_source_map(between(dqw_asset_dygraphs_js, dqw_asset_dygraphs_js_end)); }
-std::string_view dygraphs_css() { return without_source_map(between(dqw_asset_dygraphs_css, dqw_asset_dygraphs_css_end)); }
+std::string_view dygraphs_css()
+{
+    return without_source_map(between(dqw_asset_dygraphs_css, dqw_asset_dygraphs_css_end));
+}
 std::string_view dygraphs_licence() { return between(dqw_asset_dygraphs_licence, dqw_asset_dygraphs_licence_end); }
 std::string_view report_css() { return between(dqw_asset_report_css, dqw_asset_report_css_end); }
 std::string_view report_js() { return between(dqw_asset_report_js, dqw_asset_report_js_end); }

@@ -48,7 +48,10 @@ std::string html_table(const std::vector<std::vector<std::string>>& rows, std::s
         out += r == 0 ? "<thead><tr>" : "<tr>";
         for (std::size_t c = 0; c < rows[r].size(); ++c) {
             const char* tag = r == 0 || c == 0 ? "th" : "td";
-            out += fmt::format("<{0}{2}>{1}</{0}>", tag, escaped(rows[r][c]), r == 0 ? " scope=\"col\"" : c == 0 ? " scope=\"row\"" : "");
+            out += fmt::format("<{0}{2}>{1}</{0}>", tag, escaped(rows[r][c]),
+                               r == 0   ? " scope=\"col\""
+                               : c == 0 ? " scope=\"row\""
+                                        : "");
         }
         out += r == 0 ? "</tr></thead><tbody>\n" : "</tr>\n";
     }

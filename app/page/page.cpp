@@ -14,18 +14,22 @@ namespace {
 std::string plot_data(const Plot& plot)
 {
     const char* const kinds[] = {"lines", "points", "bars", "band"};
-    std::string out = fmt::format("{{\"kind\":\"{}\",\"x\":{},\"y\":{},\"log\":{},\"series\":[", kinds[static_cast<int>(plot.kind)],
-                                  script_string(plot.x_label), script_string(plot.y_label), plot.log_y);
+    std::string out = fmt::format("{{\"kind\":\"{}\",\"x\":{},\"y\":{},\"log\":{},\"series\":[",
+                                  kinds[static_cast<int>(plot.kind)], script_string(plot.x_label),
+                                  script_string(plot.y_label), plot.log_y);
     for (std::size_t i = 0; i < plot.series.size(); ++i) out += (i ? "," : "") + script_string(plot.series[i]);
     Columns shaded(2);
     for (const auto& [from, to] : plot.shaded) {
         shaded[0].push_back(from);
         shaded[1].push_back(to);
     }
-    out += "],\"rows\":" + script_rows(plot.columns) + ",\"means\":" + script_rows(plot.means) + ",\"shaded\":" + script_rows(shaded) + ",\"marks\":[";
-    for (const auto& [at, text] : plot.marks) out += fmt::format("{}[{:.8g},{}]", &at == &plot.marks.front().first ? "" : ",", at, script_string(text));
+    out += "],\"rows\":" + script_rows(plot.columns) + ",\"means\":" + script_rows(plot.means) +
+           ",\"shaded\":" + script_rows(shaded) + ",\"marks\":[";
+    for (const auto& [at, text] : plot.marks)
+        out += fmt::format("{}[{:.8g},{}]", &at == &plot.marks.front().first ? "" : ",", at, script_string(text));
     out += "]";
-    if (plot.y_range[1] > plot.y_range[0]) out += fmt::format(",\"range\":[{:.6g},{:.6g}]", plot.y_range[0], plot.y_range[1]);
+    if (plot.y_range[1] > plot.y_range[0])
+        out += fmt::format(",\"range\":[{:.6g},{:.6g}]", plot.y_range[0], plot.y_range[1]);
     return out + "}";
 }
 
@@ -42,14 +46,20 @@ std::string PagePlots::figure(const Plot& plot, const char* css)
 std::string page_around(const std::string& title, const std::string& body, const PagePlots& plots)
 {
     std::string page = "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
-                       "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; "
+                       "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; script-src "
+                       "'unsafe-inline'; style-src 'unsafe-inline'; "
                        "base-uri 'none'; form-action 'none'\">\n"
-                       "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<meta name=\"color-scheme\" content=\"light dark\">\n";
+                       "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<meta "
+                       "name=\"color-scheme\" content=\"light dark\">\n";
     page += "<title>" + escaped(title) + "</title>\n<style>\n";
     page.append(dygraphs_css()).append("\n").append(report_css()).append("</style>\n</head>\n<body>\n");
-    page += body + "<footer><details><summary>Plots by dygraphs</summary><pre>" + escaped(dygraphs_licence()) + "</pre></details></footer>\n";
+    page += body + "<footer><details><summary>Plots by dygraphs</summary><pre>" + escaped(dygraphs_licence()) +
+            "</pre></details></footer>\n";
     page += "<script type=\"application/json\" id=\"plots\">[" + plots.data() + "]</script>\n<script>\n";
-    page.append(dygraphs_js()).append("\n</script>\n<script>\n").append(report_js()).append("</script>\n</body>\n</html>\n");
+    page.append(dygraphs_js())
+        .append("\n</script>\n<script>\n")
+        .append(report_js())
+        .append("</script>\n</body>\n</html>\n");
     return page;
 }
 

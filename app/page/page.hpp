@@ -20,8 +20,8 @@ private:
     std::string data_;
 };
 
-/// The whole page around `body`, which is HTML from <header> to </main>. It asks for nothing from outside, and says so in a content
-/// security policy.
+/// The whole page around `body`, which is HTML from <header> to </main>. It asks for nothing from outside, and says so
+/// in a content security policy.
 std::string page_around(const std::string& title, const std::string& body, const PagePlots& plots);
 
 /// 1 000 000 with narrow spaces.

@@ -14,7 +14,8 @@ constexpr double nothing = std::numeric_limits<double>::quiet_NaN();
 std::size_t rows_of(const Columns& columns) { return columns.empty() ? 0 : columns[0].size(); }
 
 /// Places of the least and the greatest value in [begin, end), in their order; `end` where all are NaN.
-void places(const std::vector<double>& column, std::size_t begin, std::size_t end, std::size_t& first, std::size_t& second)
+void places(const std::vector<double>& column, std::size_t begin, std::size_t end, std::size_t& first,
+            std::size_t& second)
 {
     std::size_t low = end, high = end;
     for (std::size_t k = begin; k < end; ++k) {
@@ -84,7 +85,8 @@ Columns bin_means(const Columns& columns, std::size_t bins, std::size_t least)
     }
     for (std::size_t bin = 0; bin < bins; ++bin)
         if (counts[bin] >= least)
-            for (std::size_t c = 0; c < columns.size(); ++c) out[c].push_back(sums[c][bin] / static_cast<double>(counts[bin]));
+            for (std::size_t c = 0; c < columns.size(); ++c)
+                out[c].push_back(sums[c][bin] / static_cast<double>(counts[bin]));
     return out;
 }
 

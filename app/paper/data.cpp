@@ -9,8 +9,9 @@
 namespace dqw {
 
 const std::vector<Table1Row> kPaperTable1 = {
-    {0, 0.326, 0.326, 4, 4, 245.400, 0.0200},          {10, 0.319, 0.312, 3.978, 4.128, 231.248, 0.0175}, {10, 0.326, 0.336, 4.073, 4.415, 256.350, 0.0195},
-    {10, 0.330, 0.330, 4.086, 3.955, 258.500, 0.0216}, {20, 0.326, 0.338, 3.918, 4.645, 269.093, 0.0196}, {20, 0.336, 0.349, 4.068, 3.797, 263.751, 0.0242},
+    {0, 0.326, 0.326, 4, 4, 245.400, 0.0200},          {10, 0.319, 0.312, 3.978, 4.128, 231.248, 0.0175},
+    {10, 0.326, 0.336, 4.073, 4.415, 256.350, 0.0195}, {10, 0.330, 0.330, 4.086, 3.955, 258.500, 0.0216},
+    {20, 0.326, 0.338, 3.918, 4.645, 269.093, 0.0196}, {20, 0.336, 0.349, 4.068, 3.797, 263.751, 0.0242},
     {20, 0.323, 0.395, 4.007, 3.458, 246.805, 0.0282},
 };
 
@@ -27,7 +28,8 @@ PaperData paper_data()
     if (s == nullptr) throw std::runtime_error("scenario paper_step is missing");
     std::vector<dqw_sim_row> rows(dqw_sim_rows(s));
     dqw_sim_report report;
-    if (dqw_sim_run(s, rows.data(), rows.size(), &report, nullptr, nullptr) != DQW_SIM_OK) throw std::runtime_error(report.message);
+    if (dqw_sim_run(s, rows.data(), rows.size(), &report, nullptr, nullptr) != DQW_SIM_OK)
+        throw std::runtime_error(report.message);
 
     const dqw_sim_machine& m = s->machine;
     const double p = m.pole_pairs;

@@ -31,7 +31,8 @@ Axis with_noise(const Axis& clean, double fraction, std::uint64_t seed);
 
 double rms(const std::vector<double>& x);
 
-/// One row of Table 1. p_q: as the paper's q-axis column; psi from the row's own columns (the printed one is ten times that).
+/// One row of Table 1. p_q: as the paper's q-axis column; psi from the row's own columns (the printed one is ten times
+/// that).
 struct Table1Row {
     double noise_percent, Ld_mH, Lq_mH, p_d, p_q, flux_weight, psi_Wb;
 };

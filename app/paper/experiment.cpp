@@ -35,7 +35,8 @@ public:
             config.y_base[i] = static_cast<float>(rms(axis.target[i]));
             config.reservoir[i] = reservoir_[i].data();
         }
-        if (dqw_tapped_init(&learners, &config) != DQW_OK) throw std::runtime_error("the tapped Learners refuse the paper's data");
+        if (dqw_tapped_init(&learners, &config) != DQW_OK)
+            throw std::runtime_error("the tapped Learners refuse the paper's data");
         for (std::size_t k = 0; k < n; k++) {
             float x[DQW_TAPS];
             float y[DQW_TAPS];
@@ -65,7 +66,13 @@ Table1Row learn_row(const PaperData& clean, double noise, std::uint64_t seed)
     const double L_q = dqw_tapped_L_H(&q.learners);
     const double p_q = dqw_tapped_pole_pairs(&q.learners);
     const double weight = dqw_tapped_flux_weight(&q.learners);
-    return {100 * noise, 1e3 * dqw_tapped_L_H(&d.learners), 1e3 * L_q, dqw_tapped_pole_pairs(&d.learners), p_q, weight, weight * L_q / p_q};
+    return {100 * noise,
+            1e3 * dqw_tapped_L_H(&d.learners),
+            1e3 * L_q,
+            dqw_tapped_pole_pairs(&d.learners),
+            p_q,
+            weight,
+            weight * L_q / p_q};
 }
 
 void widen(Worst& worst, const Table1Row& r, const PaperMachine& m)
@@ -76,7 +83,8 @@ void widen(Worst& worst, const Table1Row& r, const PaperMachine& m)
     worst.psi = std::max(worst.psi, off(r.psi_Wb, m.psi_Wb));
 }
 
-dqw_ordinal make_ordinal(const Axis& axis, const PaperMachine& m, dqw_ordinal_form form, dqw_ordinal_discretisation discretisation)
+dqw_ordinal make_ordinal(const Axis& axis, const PaperMachine& m, dqw_ordinal_form form,
+                         dqw_ordinal_discretisation discretisation)
 {
     dqw_ordinal_config config{};
     config.dt_s = static_cast<float>(m.dt_s);
@@ -88,7 +96,8 @@ dqw_ordinal make_ordinal(const Axis& axis, const PaperMachine& m, dqw_ordinal_fo
     config.form = form;
     config.discretisation = discretisation;
     dqw_ordinal o;
-    if (dqw_ordinal_init(&o, &config) != DQW_OK) throw std::runtime_error("the Ordinal Learner refuses the paper's data");
+    if (dqw_ordinal_init(&o, &config) != DQW_OK)
+        throw std::runtime_error("the Ordinal Learner refuses the paper's data");
     return o;
 }
 
@@ -97,11 +106,13 @@ struct Ordinal {
     std::uint32_t samples;
 };
 
-Ordinal learn_ordinal(const Axis& axis, const PaperMachine& m, std::size_t n, dqw_ordinal_form form, dqw_ordinal_discretisation discretisation, double L_H)
+Ordinal learn_ordinal(const Axis& axis, const PaperMachine& m, std::size_t n, dqw_ordinal_form form,
+                      dqw_ordinal_discretisation discretisation, double L_H)
 {
     dqw_ordinal o = make_ordinal(axis, m, form, discretisation);
     for (int epoch = 0; epoch < kOrdinalEpochs && !o.converged; epoch++) {
-        for (std::size_t k = 0; k < n; k++) dqw_ordinal_step(&o, static_cast<float>(axis.x_V[k]), static_cast<float>(axis.y_A[k]));
+        for (std::size_t k = 0; k < n; k++)
+            dqw_ordinal_step(&o, static_cast<float>(axis.x_V[k]), static_cast<float>(axis.y_A[k]));
         dqw_ordinal_end_epoch(&o);
     }
     const auto L = static_cast<float>(L_H);
@@ -185,12 +196,14 @@ void random_learners(const PaperData& data, PaperResults& out)
         out.paper_worst[i].noise_percent = out.our_worst[i].noise_percent = 100 * kLevels[i];
         for (const Table1Row& r : kPaperTable1)
             if (std::abs(r.noise_percent - 100 * kLevels[i]) < 1e-9) widen(out.paper_worst[i], r, data.machine);
-        for (int s = 1; s <= kPaperSeeds; s++) widen(out.our_worst[i], learn_row(data, kLevels[i], static_cast<std::uint64_t>(s)), data.machine);
+        for (int s = 1; s <= kPaperSeeds; s++)
+            widen(out.our_worst[i], learn_row(data, kLevels[i], static_cast<std::uint64_t>(s)), data.machine);
     }
 }
 
 // Readings of both axes from one noisy data set. L, where it is needed, is the Random Learner's from the same seed.
-std::array<double, 4> readings(const PaperData& data, double noise, std::uint64_t seed, std::size_t n, dqw_ordinal_form form, std::uint32_t& iterations)
+std::array<double, 4> readings(const PaperData& data, double noise, std::uint64_t seed, std::size_t n,
+                               dqw_ordinal_form form, std::uint32_t& iterations)
 {
     const Axis d = with_noise(data.d, noise, 2 * seed);
     const Axis q = with_noise(data.q, noise, 2 * seed + 1);
@@ -228,13 +241,16 @@ OrdinalRow ordinal_learners(const PaperData& data, double noise, PaperResults& o
 void figures(const PaperData& data, PaperResults& out)
 {
     const PaperMachine& m = data.machine;
-    out.figures = {trace_random(data.d, m, false), trace_random(data.q, m, true), trace_ordinal(data.d, m), trace_ordinal(data.q, m)};
-    const char* const titles[] = {"Random Learners, d-axis", "Random Learners, q-axis", "Ordinal Learner, d-axis", "Ordinal Learner, q-axis"};
+    out.figures = {trace_random(data.d, m, false), trace_random(data.q, m, true), trace_ordinal(data.d, m),
+                   trace_ordinal(data.q, m)};
+    const char* const titles[] = {"Random Learners, d-axis", "Random Learners, q-axis", "Ordinal Learner, d-axis",
+                                  "Ordinal Learner, q-axis"};
     for (std::size_t i = 0; i < 4; i++) {
         Figure& f = out.figures[i];
         f.title = titles[i];
         f.name = "fig" + std::to_string(6 + i) + ".svg";
-        for (std::size_t k = 0; k + 1 < f.panels.size(); k++) out.settled[i] = std::max(out.settled[i], settled_at(f.panels[k].trace));
+        for (std::size_t k = 0; k + 1 < f.panels.size(); k++)
+            out.settled[i] = std::max(out.settled[i], settled_at(f.panels[k].trace));
     }
 }
 
@@ -248,7 +264,9 @@ PaperResults paper_results()
     out.samples = data.d.y_A.size();
     random_learners(data, out);
     for (std::size_t i = 0; i < 3; i++) out.ordinal[i] = ordinal_learners(data, kLevels[i], out);
-    out.backward_R_ohm = learn_ordinal(data.d, data.machine, kPaperOrdinalSamples, DQW_ORDINAL_PAIRS, DQW_ORDINAL_BACKWARD, data.machine.L_H).R_y;
+    out.backward_R_ohm = learn_ordinal(data.d, data.machine, kPaperOrdinalSamples, DQW_ORDINAL_PAIRS,
+                                       DQW_ORDINAL_BACKWARD, data.machine.L_H)
+                             .R_y;
     figures(data, out);
 
     const auto everything = static_cast<std::uint32_t>(out.samples);
@@ -256,7 +274,8 @@ PaperResults paper_results()
     const Cost subset_q = learning_cost(data.q, kPaperDraws);
     const Cost whole_d = learning_cost(data.d, everything);
     const Cost whole_q = learning_cost(data.q, everything);
-    out.whole_over_subset_iterations = (whole_d.iterations + whole_q.iterations) / (subset_d.iterations + subset_q.iterations);
+    out.whole_over_subset_iterations = (whole_d.iterations + whole_q.iterations) /
+                                       (subset_d.iterations + subset_q.iterations);
     out.whole_over_subset_time = (whole_d.seconds + whole_q.seconds) / (subset_d.seconds + subset_q.seconds);
     return out;
 }

@@ -21,7 +21,8 @@ struct Worst {
     double noise_percent = 0, L = 0, p = 0, psi = 0;
 };
 
-/// The Ordinal Learner at one noise level. Values of the first seed in ohm; worst errors and mean biases of all, percent.
+/// The Ordinal Learner at one noise level. Values of the first seed in ohm; worst errors and mean biases of all,
+/// percent.
 struct OrdinalRow {
     double noise_percent = 0;
     std::size_t samples = 0;

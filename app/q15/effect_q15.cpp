@@ -17,7 +17,8 @@ constexpr double kStartMost = 0x1p60;
 template <class Integer> Integer whole(double value, const TraceInput& input)
 {
     const double rounded = std::round(value);
-    if (!(rounded >= static_cast<double>(std::numeric_limits<Integer>::min()) && rounded <= static_cast<double>(std::numeric_limits<Integer>::max())))
+    if (!(rounded >= static_cast<double>(std::numeric_limits<Integer>::min()) &&
+          rounded <= static_cast<double>(std::numeric_limits<Integer>::max())))
         throw std::invalid_argument(fmt::format("{}: its shape is more than fixed point takes", input.effect));
     return static_cast<Integer>(rounded);
 }
@@ -42,7 +43,8 @@ double effect_unit(dqw_effect_name name, const FullScales& full)
     }
 }
 
-dqw_effect_q15_config effect_config_q15(const TraceInput& input, const FullScales& full, double weight_unit, double row_s)
+dqw_effect_q15_config effect_config_q15(const TraceInput& input, const FullScales& full, double weight_unit,
+                                        double row_s)
 {
     const dqw_effect_config f = effect_config(input);
     const auto shape = [&](std::size_t i, double unit) { return static_cast<double>(f.shape[i]) / unit; };
@@ -77,7 +79,8 @@ dqw_effect_q15_config effect_config_q15(const TraceInput& input, const FullScale
     }
     const double unit = effect_unit(f.effect, full) * weight_unit;
     for (std::size_t i = 0; i < DQW_EFFECT_STARTS; ++i)
-        c.start_q40[i] = static_cast<std::int64_t>(std::clamp(std::round(static_cast<double>(f.start[i]) / unit * 0x1p40), -kStartMost, kStartMost));
+        c.start_q40[i] = static_cast<std::int64_t>(
+            std::clamp(std::round(static_cast<double>(f.start[i]) / unit * 0x1p40), -kStartMost, kStartMost));
     return c;
 }
 

@@ -1,4 +1,5 @@
-// The fixed-point monitor's configuration from the float one's: the same bands, thresholds and nominal values. For C and C++.
+// The fixed-point monitor's configuration from the float one's: the same bands, thresholds and nominal values. For C
+// and C++.
 #ifndef DQW_APP_Q15_MONITOR_CONFIG_H
 #define DQW_APP_Q15_MONITOR_CONFIG_H
 
@@ -14,11 +15,11 @@
 static inline uint32_t dqw_q15_whole(double x) { return x >= 0.0 && x <= 4e9 ? (uint32_t)lround(x) : UINT32_MAX; }
 
 /// With full scales of `room` bases. Effects and lent memory are left out: they are of one arithmetic.
-static inline dqw_monitor_q15_config dqw_monitor_config_in_q15(const dqw_monitor_config *from, double room)
+static inline dqw_monitor_q15_config dqw_monitor_config_in_q15(const dqw_monitor_config* from, double room)
 {
-    const dqw_estimator_config *f = &from->estimator;
+    const dqw_estimator_config* f = &from->estimator;
     dqw_monitor_q15_config c = dqw_monitor_config_default_q15(NULL);
-    dqw_estimator_q15_config *t = &c.estimator;
+    dqw_estimator_q15_config* t = &c.estimator;
     t->scale.v_full_mV = dqw_q15_whole(1e3 * room * (double)f->v_base_V);
     t->scale.i_full_mA = dqw_q15_whole(1e3 * room * (double)f->i_base_A);
     t->scale.w_full_mrad_s = dqw_q15_whole(1e3 * room * (double)f->w_base_rad_s);
@@ -45,7 +46,10 @@ static inline dqw_monitor_q15_config dqw_monitor_config_in_q15(const dqw_monitor
     t->threshold_ppm = dqw_q15_whole((f->threshold_ppm != 0 ? f->threshold_ppm : 50000u) / room);
     for (int i = 0; i < DQW_WATCH_CHANNELS; i++) {
         // What is a part of a base, and its default; else of the healthy value.
-        const double usual = i == DQW_WATCH_DEAD_TIME ? 5000.0 : i == DQW_WATCH_OFFSET ? 10000.0 : i == DQW_WATCH_FRICTION ? 50000.0 : 0.0;
+        const double usual = i == DQW_WATCH_DEAD_TIME  ? 5000.0
+                             : i == DQW_WATCH_OFFSET   ? 10000.0
+                             : i == DQW_WATCH_FRICTION ? 50000.0
+                                                       : 0.0;
         const double ppm = from->band[i] > 0.0f ? 1e6 * (double)from->band[i] : usual;
         c.band_ppm[i] = dqw_q15_whole(ppm / (usual > 0.0 ? room : 1.0));
     }

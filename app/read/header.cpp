@@ -36,7 +36,9 @@ std::vector<std::string> shown_all(const std::vector<std::string>& names)
 Header parse_header(const std::string& path, std::string_view line, const MachineFile& machine)
 {
     refuse_foreign_encodings(path, line);
-    if (trimmed(line).empty()) throw InputError(path, 1, "an empty first line; expected a CSV header such as t_s,v_d_V,v_q_V,i_d_A,i_q_A,w_m_rad_s");
+    if (trimmed(line).empty())
+        throw InputError(path, 1,
+                         "an empty first line; expected a CSV header such as t_s,v_d_V,v_q_V,i_d_A,i_q_A,w_m_rad_s");
     Header header;
     header.separator = separator_of(line);
     header.fields = split(line, header.separator);
@@ -45,7 +47,8 @@ Header parse_header(const std::string& path, std::string_view line, const Machin
         header.fields.pop_back();
     }
     if (header.fields.size() > Header::most_fields)
-        throw InputError(path, 1, fmt::format("{} columns; expected at most {}", header.fields.size(), Header::most_fields));
+        throw InputError(path, 1,
+                         fmt::format("{} columns; expected at most {}", header.fields.size(), Header::most_fields));
     header.field_of.fill(Header::none);
     header.scale.fill(1.0);
 
@@ -57,7 +60,8 @@ Header parse_header(const std::string& path, std::string_view line, const Machin
             if (header.fields[f] != name) continue;
             if (header.field_of[c] != Header::none)
                 throw InputError(path, 1,
-                                 fmt::format("column {} is there twice (fields {} and {}); expected once", shown(name), header.field_of[c] + 1, f + 1));
+                                 fmt::format("column {} is there twice (fields {} and {}); expected once", shown(name),
+                                             header.field_of[c] + 1, f + 1));
             header.field_of[c] = f;
             header.scale[c] = source.scale;
             used[f] = true;
@@ -69,17 +73,20 @@ Header parse_header(const std::string& path, std::string_view line, const Machin
     return header;
 }
 
-void require_columns(const std::string& path, const Header& header, std::optional<Regime> regime, const MachineFile& machine)
+void require_columns(const std::string& path, const Header& header, std::optional<Regime> regime,
+                     const MachineFile& machine)
 {
     const Regime assumed = regime.value_or(Regime::dynamic);
     auto missing = missing_columns(assumed, header.has(), machine.machine.torque_constant_Nm_A.has_value());
     if (missing.empty()) return;
     for (auto& name : missing) {
         const auto column = column_named(name);
-        if (column && machine.sources[*column].line) name += fmt::format(" (from {})", shown(machine.sources[*column].name));
+        if (column && machine.sources[*column].line)
+            name += fmt::format(" (from {})", shown(machine.sources[*column].name));
     }
     throw InputError(path, 1,
-                     fmt::format("missing column{} {}; a {} log needs {}, the file has {}", missing.size() == 1 ? "" : "s", list(missing), name_of(assumed),
+                     fmt::format("missing column{} {}; a {} log needs {}, the file has {}",
+                                 missing.size() == 1 ? "" : "s", list(missing), name_of(assumed),
                                  missing.size() == 1 ? "it" : "them", list(shown_all(header.fields))));
 }
 

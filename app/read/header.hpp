@@ -38,7 +38,8 @@ Header parse_header(const std::string& path, std::string_view line, const Machin
 
 /// Throws the InputError that says which columns are missing for `regime` and which are there.
 /// Without a regime: for dynamic, which names all.
-void require_columns(const std::string& path, const Header& header, std::optional<Regime> regime, const MachineFile& machine);
+void require_columns(const std::string& path, const Header& header, std::optional<Regime> regime,
+                     const MachineFile& machine);
 
 }  // namespace dqw
 #endif

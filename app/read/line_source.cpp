@@ -14,7 +14,8 @@ namespace dqw {
 LineSource::LineSource(const std::string& path) : path_(path)
 {
     fd_ = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NOCTTY);
-    if (fd_ < 0) throw InputError(path_, 0, std::string("cannot be opened: ") + std::strerror(errno) + "; expected a CSV log");
+    if (fd_ < 0)
+        throw InputError(path_, 0, std::string("cannot be opened: ") + std::strerror(errno) + "; expected a CSV log");
     struct stat info = {};
     if (::fstat(fd_, &info) == 0) {
         if (S_ISDIR(info.st_mode)) {
@@ -37,7 +38,8 @@ bool LineSource::fill()
         begin_ = 0;
     }
     if (end_ == buffer_.size()) {
-        if (buffer_.size() >= longest_line_bytes) throw InputError(path_, line_ + 1, "a line of more than 1 MiB; expected a CSV text file");
+        if (buffer_.size() >= longest_line_bytes)
+            throw InputError(path_, line_ + 1, "a line of more than 1 MiB; expected a CSV text file");
         buffer_.resize(buffer_.size() * 2);
     }
     ssize_t got = 0;
@@ -54,7 +56,9 @@ bool LineSource::next(std::string_view& line)
     std::size_t searched = 0;  // bytes from begin_ that hold no LF
     const char* lf = nullptr;
     for (;;) {
-        if (end_ > begin_ + searched) lf = static_cast<const char*>(std::memchr(buffer_.data() + begin_ + searched, '\n', end_ - begin_ - searched));
+        if (end_ > begin_ + searched)
+            lf = static_cast<const char*>(
+                std::memchr(buffer_.data() + begin_ + searched, '\n', end_ - begin_ - searched));
         if (lf) break;
         searched = end_ - begin_;
         if (!fill()) break;

@@ -101,7 +101,8 @@ private:
             store_row(values);
             if (rows_ == 1000) reserve(source_.bytes_consumed() - header_bytes);
             if (options_.progress && rows_ % 65536 == 0 && source_.file_bytes())
-                options_.progress(static_cast<double>(source_.bytes_consumed()) / static_cast<double>(source_.file_bytes()));
+                options_.progress(static_cast<double>(source_.bytes_consumed()) /
+                                  static_cast<double>(source_.file_bytes()));
         }
         if (blank_lines) note(counted(blank_lines, "blank line") + " between rows skipped");
         if (rows_ == 0) throw InputError(path_, 1, "a header and no data; expected at least one row below it");
@@ -109,7 +110,8 @@ private:
 
     void check_time(double t_s)
     {
-        if (rows_ > 0 && !(t_s > t_before_s_)) refuse(fmt::format("t_s is {} after {}; expected time to increase from row to row", t_s, t_before_s_));
+        if (rows_ > 0 && !(t_s > t_before_s_))
+            refuse(fmt::format("t_s is {} after {}; expected time to increase from row to row", t_s, t_before_s_));
         if (!std::isfinite(t_s - t_before_s_)) refuse(fmt::format("t_s jumps from {:g} to {:g}", t_before_s_, t_s));
         t_before_s_ = t_s;
     }
@@ -130,7 +132,8 @@ private:
     void reserve(std::uint64_t bytes)
     {
         if (source_.file_bytes() == 0) return;
-        const double estimate = 1.03 * static_cast<double>(source_.file_bytes()) * static_cast<double>(rows_) / static_cast<double>(bytes);
+        const double estimate = 1.03 * static_cast<double>(source_.file_bytes()) * static_cast<double>(rows_) /
+                                static_cast<double>(bytes);
         const auto rows = static_cast<std::size_t>(estimate) + 1000;
         for (std::size_t c = 0; c < column_count; ++c)
             if (has_[c]) (log_.*(columns[c].values)).reserve(keep_[c] ? rows : std::min(rows, probe_rows));
@@ -173,18 +176,22 @@ private:
             log_.regime = Regime::dynamic;
             why = "an even time base";
         }
-        note(fmt::format("regime taken as {}: {} ([log] regime in the machine file overrides)", name_of(log_.regime), why));
+        note(fmt::format("regime taken as {}: {} ([log] regime in the machine file overrides)", name_of(log_.regime),
+                         why));
     }
 
     static bool theta_moves(const std::vector<double>& theta)
     {
-        return !theta.empty() && *std::max_element(theta.begin(), theta.end()) - *std::min_element(theta.begin(), theta.end()) > 0.1;
+        return !theta.empty() &&
+               *std::max_element(theta.begin(), theta.end()) - *std::min_element(theta.begin(), theta.end()) > 0.1;
     }
 
     void check_size() const
     {
         const std::size_t fewest = fewest_rows(log_.regime);
-        if (rows_ < fewest) refuse(fmt::format("{} only; expected at least {} in a {} log", counted(rows_, "row"), fewest, name_of(log_.regime)));
+        if (rows_ < fewest)
+            refuse(fmt::format("{} only; expected at least {} in a {} log", counted(rows_, "row"), fewest,
+                               name_of(log_.regime)));
     }
 
     bool timed() const { return log_.regime == Regime::dynamic || log_.regime == Regime::mechanical; }
@@ -194,7 +201,8 @@ private:
     {
         constexpr double shortest_s = 1e-9;
         if (!has_[col_t] || !timed() || !(base_.median_s < shortest_s)) return;
-        throw InputError(path_, line_of_row(0), fmt::format("t_s: {:.3g} s from row to row; expected seconds, 1 ns at least", base_.median_s));
+        throw InputError(path_, line_of_row(0),
+                         fmt::format("t_s: {:.3g} s from row to row; expected seconds, 1 ns at least", base_.median_s));
     }
 
     void find_segments()
@@ -204,11 +212,16 @@ private:
         log_.segments.insert(log_.segments.end(), base_.gaps.begin(), base_.gaps.end());
         if (!timed()) return;
         const std::size_t row = base_.gaps.front();
-        note(fmt::format("{} in time, the longest {:.4g} s, the first before line {} ({:.4g} s, usual {:.4g} s); a new segment begins behind each",
-                         counted(base_.gaps.size(), "gap"), base_.longest_gap_s, line_of_row(row), log_.t_s[row] - log_.t_s[row - 1], base_.median_s));
+        note(fmt::format("{} in time, the longest {:.4g} s, the first before line {} ({:.4g} s, usual {:.4g} s); a new "
+                         "segment begins behind each",
+                         counted(base_.gaps.size(), "gap"), base_.longest_gap_s, line_of_row(row),
+                         log_.t_s[row] - log_.t_s[row - 1], base_.median_s));
         std::size_t lone = 0;
-        for (std::size_t s = 0; s < log_.segments.size(); ++s) lone += (s + 1 < log_.segments.size() ? log_.segments[s + 1] : rows_) - log_.segments[s] == 1;
-        if (lone) note(counted(lone, "row") + " alone between gaps: without a neighbour, of no use to a " + name_of(log_.regime) + " fit");
+        for (std::size_t s = 0; s < log_.segments.size(); ++s)
+            lone += (s + 1 < log_.segments.size() ? log_.segments[s + 1] : rows_) - log_.segments[s] == 1;
+        if (lone)
+            note(counted(lone, "row") + " alone between gaps: without a neighbour, of no use to a " +
+                 name_of(log_.regime) + " fit");
     }
 
     void warn_of_rpm() const
@@ -221,19 +234,22 @@ private:
         probe.regime = log_.regime;
         const auto evidence = evidence_of_rpm(probe, machine_.machine);
         if (!evidence || !options_.notes) return;
-        options_.notes->push_back(fmt::format("warning: {}: w_m_rad_s: the numbers look like rpm, not rad/s: {}; if so, put "
-                                              "w_m_rad_s = {{ from = {}, scale = 0.104720 }} under [columns] of the machine file",
-                                              path_, *evidence, shown(header_.fields[header_.field_of[col_w_m]], 200)));
+        options_.notes->push_back(
+            fmt::format("warning: {}: w_m_rad_s: the numbers look like rpm, not rad/s: {}; if so, put "
+                        "w_m_rad_s = {{ from = {}, scale = 0.104720 }} under [columns] of the machine file",
+                        path_, *evidence, shown(header_.fields[header_.field_of[col_w_m]], 200)));
     }
 
     void turn_voltages()
     {
-        const bool interval_matters = log_.regime == Regime::dynamic || (log_.regime == Regime::standstill && has_[col_t] && base_.regular);
+        const bool interval_matters = log_.regime == Regime::dynamic ||
+                                      (log_.regime == Regime::standstill && has_[col_t] && base_.regular);
         if (!machine_.voltage_previous || !interval_matters) return;
         for (std::size_t c = 0; c < column_count; ++c)
             if (!keep_[c]) log_.*(columns[c].values) = {};
         const std::size_t dropped = turn_voltage_interval(log_);
-        note(fmt::format("voltage_interval previous: voltages moved up by one row; {} at the ends of segments dropped", counted(dropped, "row")));
+        note(fmt::format("voltage_interval previous: voltages moved up by one row; {} at the ends of segments dropped",
+                         counted(dropped, "row")));
     }
 
     void name_unused() const

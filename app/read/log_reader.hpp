@@ -13,10 +13,11 @@
 namespace dqw {
 
 struct ReadOptions {
-    std::string machine_file;                   ///< instead of LOG.toml; empty: LOG.toml if it is there
-    std::optional<double> pole_pairs;           ///< wins over the machine file's
-    bool plain_only = false;                    ///< keep only the columns that a plain fit uses: 10 million rows in 0.5 GB
-    std::vector<std::string>* notes = nullptr;  ///< gets what was assumed, ignored or skipped; warnings begin "warning: "
+    std::string machine_file;          ///< instead of LOG.toml; empty: LOG.toml if it is there
+    std::optional<double> pole_pairs;  ///< wins over the machine file's
+    bool plain_only = false;           ///< keep only the columns that a plain fit uses: 10 million rows in 0.5 GB
+    /// gets what was assumed, ignored or skipped; warnings begin "warning: "
+    std::vector<std::string>* notes = nullptr;
     std::function<void(double)> progress = {};  ///< called with 0..1 now and then
 };
 

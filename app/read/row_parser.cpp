@@ -16,7 +16,8 @@ constexpr double kLargest = 1e18;
 
 }  // namespace
 
-RowParser::RowParser(const std::string& path, const Header& header) : path_(path), header_(header), column_of_(header.fields.size(), Header::none)
+RowParser::RowParser(const std::string& path, const Header& header)
+    : path_(path), header_(header), column_of_(header.fields.size(), Header::none)
 {
     for (std::size_t c = 0; c < column_count; ++c) {
         if (header.field_of[c] == Header::none) continue;
@@ -39,7 +40,8 @@ const RowValues& RowParser::parse(std::string_view line, std::size_t line_number
     for (const auto& [to, from] : copies_) values_[to] = values_[from];
     scale();
     for (const std::size_t c : signals_)
-        if (std::fabs(values_[c]) > kLargest) refuse(fmt::format("{} is {:g}; expected no more than {:g}", columns[c].name, values_[c], kLargest));
+        if (std::fabs(values_[c]) > kLargest)
+            refuse(fmt::format("{} is {:g}; expected no more than {:g}", columns[c].name, values_[c], kLargest));
     return values_;
 }
 
@@ -67,7 +69,8 @@ void RowParser::parse_any(std::string_view line)
     std::vector<std::string> fields = split(line, header_.separator);
     const std::size_t expected = header_.fields.size();
     if (fields.size() == expected + 1 && header_.trailing_separator && fields.back().empty()) fields.pop_back();
-    if (fields.size() != expected) refuse(fmt::format("{}; expected {}, as in the header", counted(fields.size(), "field"), expected));
+    if (fields.size() != expected)
+        refuse(fmt::format("{}; expected {}, as in the header", counted(fields.size(), "field"), expected));
     for (std::size_t f = 0; f < expected; ++f)
         if (column_of_[f] != Header::none) parse_field(column_of_[f], fields[f]);
 }
@@ -79,7 +82,8 @@ void RowParser::parse_field(std::size_t c, const std::string& field)
     case NumberError::none: return;
     case NumberError::empty: refuse(fmt::format("{} is empty; expected a number", name));
     case NumberError::not_finite: refuse(fmt::format("{} is {}; expected a finite number", name, shown(field)));
-    case NumberError::decimal_comma: refuse(fmt::format("{} is {}; expected a decimal point, not a comma", name, shown(field)));
+    case NumberError::decimal_comma:
+        refuse(fmt::format("{} is {}; expected a decimal point, not a comma", name, shown(field)));
     case NumberError::text: refuse(fmt::format("{} is {}; expected a number", name, shown(field)));
     }
 }
@@ -88,7 +92,8 @@ void RowParser::scale()
 {
     for (const std::size_t c : scaled_) {
         values_[c] *= header_.scale[c];
-        if (!std::isfinite(values_[c])) refuse(fmt::format("{} times its scale {:g} is not finite", columns[c].name, header_.scale[c]));
+        if (!std::isfinite(values_[c]))
+            refuse(fmt::format("{} times its scale {:g} is not finite", columns[c].name, header_.scale[c]));
     }
 }
 

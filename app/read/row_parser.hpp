@@ -20,7 +20,8 @@ class RowParser {
 public:
     RowParser(const std::string& path, const Header& header);
 
-    /// The row's numbers in SI units, finite and of a sane size where the file has the column; throws InputError at `line_number`.
+    /// The row's numbers in SI units, finite and of a sane size where the file has the column; throws InputError at
+    /// `line_number`.
     const RowValues& parse(std::string_view line, std::size_t line_number);
 
 private:

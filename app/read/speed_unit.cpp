@@ -19,10 +19,13 @@ using Maybe = std::optional<Finding>;
 constexpr double pi = 3.14159265358979323846;
 constexpr double rpm_per_rad_s = 30.0 / pi;
 
-bool gap_before(const SpeedProbe& p, std::size_t k) { return p.column[col_t][k] - p.column[col_t][k - 1] > 1.5 * p.median_dt_s; }
+bool gap_before(const SpeedProbe& p, std::size_t k)
+{
+    return p.column[col_t][k] - p.column[col_t][k - 1] > 1.5 * p.median_dt_s;
+}
 
-/// Turns of an angle against the integral of w, over blocks of 64 rows. Only where w, taken as rad/s, leaves no doubt which
-/// way the angle went from row to row: less than 2.5 rad of it.
+/// Turns of an angle against the integral of w, over blocks of 64 rows. Only where w, taken as rad/s, leaves no doubt
+/// which way the angle went from row to row: less than 2.5 rad of it.
 Maybe from_angle(const SpeedProbe& p, Column angle, std::optional<double> turns_per_turn)
 {
     const double *t = p.column[col_t], *w = p.column[col_w_m], *theta = p.column[angle];
@@ -58,7 +61,8 @@ Maybe from_angle(const SpeedProbe& p, Column angle, std::optional<double> turns_
 Maybe from_power(const SpeedProbe& p)
 {
     const double* torque = p.column[col_torque] ? p.column[col_torque] : p.column[col_torque_cmd];
-    const double *v_d = p.column[col_v_d], *v_q = p.column[col_v_q], *i_d = p.column[col_i_d], *i_q = p.column[col_i_q], *w = p.column[col_w_m];
+    const double *v_d = p.column[col_v_d], *v_q = p.column[col_v_q], *i_d = p.column[col_i_d], *i_q = p.column[col_i_q],
+                 *w = p.column[col_w_m];
     if (!torque || !v_d || !v_q || !i_d || !i_q || !w) return {};
     double mechanical_W = 0, electrical_W = 0;
     for (std::size_t k = 0; k < p.rows; ++k) {
@@ -70,7 +74,8 @@ Maybe from_power(const SpeedProbe& p)
     if (!(electrical_W > 0)) return {};
     const double ratio = mechanical_W / electrical_W;
     // Conventions of voltage and current differ by up to 2, and one measured log has 1.8; losses lower the ratio.
-    if (ratio > 4 && ratio < 40) return Finding{rpm_per_rad_s, fmt::format("torque times speed is {:.3g} times the electrical power", ratio)};
+    if (ratio > 4 && ratio < 40)
+        return Finding{rpm_per_rad_s, fmt::format("torque times speed is {:.3g} times the electrical power", ratio)};
     if (ratio > 0.5 && ratio < 2) return Finding{1.0, ""};
     return {};
 }
@@ -85,7 +90,8 @@ struct Electrical {
 /// The voltage equations with w as logged, over blocks of 20 rows (dynamic) or row by row.
 Electrical fit_voltages(const SpeedProbe& p)
 {
-    const double *v_d = p.column[col_v_d], *v_q = p.column[col_v_q], *i_d = p.column[col_i_d], *i_q = p.column[col_i_q], *w = p.column[col_w_m];
+    const double *v_d = p.column[col_v_d], *v_q = p.column[col_v_q], *i_d = p.column[col_i_d], *i_q = p.column[col_i_q],
+                 *w = p.column[col_w_m];
     LeastSquares<unknown_count> fit;
     if (p.regime != Regime::dynamic) {
         for (std::size_t k = 0; k < p.rows; ++k) {
@@ -102,7 +108,8 @@ Electrical fit_voltages(const SpeedProbe& p)
                 whole = whole && !gap_before(p, k + 1);
                 const double dt = t[k + 1] - t[k], wm = 0.5 * (w[k] + w[k + 1]);
                 const double d = 0.5 * (i_d[k] + i_d[k + 1]), q = 0.5 * (i_q[k] + i_q[k + 1]);
-                s_vd += v_d[k] * dt, s_vq += v_q[k] * dt, s_id += d * dt, s_iq += q * dt, s_w += wm * dt, s_wid += wm * d * dt, s_wiq += wm * q * dt;
+                s_vd += v_d[k] * dt, s_vq += v_q[k] * dt, s_id += d * dt, s_iq += q * dt, s_w += wm * dt,
+                    s_wid += wm * d * dt, s_wiq += wm * q * dt;
             }
             if (!whole) continue;
             fit.add({s_id, i_d[first + block] - i_d[first], 0, 0, -s_wiq, 0}, s_vd);
@@ -116,16 +123,20 @@ Electrical fit_voltages(const SpeedProbe& p)
 
 Maybe against_nominal(const char* what, double found, double nominal, const char* unit)
 {
-    return Finding{nominal / found, fmt::format("with it {} comes out as {:.3g} {}, the machine file says {:.3g}", what, found, unit, nominal)};
+    return Finding{nominal / found, fmt::format("with it {} comes out as {:.3g} {}, the machine file says {:.3g}", what,
+                                                found, unit, nominal)};
 }
 
 Maybe from_induced_voltage(const Machine& m, const Electrical& e)
 {
     if (e.known(ppsi)) {
-        if (m.psi_Wb && *m.psi_Wb > 0 && m.pole_pairs) return against_nominal("psi", e.value[ppsi] / *m.pole_pairs, *m.psi_Wb, "Wb");
-        if (m.torque_constant_Nm_A) return against_nominal("the torque constant", 1.5 * e.value[ppsi], *m.torque_constant_Nm_A, "Nm/A");
+        if (m.psi_Wb && *m.psi_Wb > 0 && m.pole_pairs)
+            return against_nominal("psi", e.value[ppsi] / *m.pole_pairs, *m.psi_Wb, "Wb");
+        if (m.torque_constant_Nm_A)
+            return against_nominal("the torque constant", 1.5 * e.value[ppsi], *m.torque_constant_Nm_A, "Nm/A");
     }
-    if (e.known(pLq) && m.Lq_H && m.pole_pairs) return against_nominal("Lq", 1e3 * e.value[pLq] / *m.pole_pairs, 1e3 * *m.Lq_H, "mH");
+    if (e.known(pLq) && m.Lq_H && m.pole_pairs)
+        return against_nominal("Lq", 1e3 * e.value[pLq] / *m.pole_pairs, 1e3 * *m.Lq_H, "mH");
     return {};
 }
 
@@ -139,7 +150,8 @@ Maybe from_pole_pairs(const SpeedProbe& p, const Machine& m, const Electrical& e
     else if (e.known(Ld) && e.known(pLd))
         pole_pairs = e.value[pLd] / e.value[Ld];
     if (!(pole_pairs > 0)) return {};
-    const std::string evidence = fmt::format("with it the cross-coupling tells {:.3g} pole pairs, expected {}", pole_pairs,
+    const std::string evidence = fmt::format("with it the cross-coupling tells {:.3g} pole pairs, expected {}",
+                                             pole_pairs,
                                              m.pole_pairs ? fmt::format("{:g}", *m.pole_pairs) : "1 or more");
     if (m.pole_pairs) return Finding{*m.pole_pairs / pole_pairs, evidence};
     if (pole_pairs < 0.75) return Finding{rpm_per_rad_s, evidence};
@@ -152,7 +164,8 @@ Maybe from_inertia(const SpeedProbe& p, const Machine& m)
     const double *t = p.column[col_t], *w = p.column[col_w_m];
     const double* torque = p.column[col_torque];
     double gain = 1;
-    if (!torque && p.column[col_i_q] && m.torque_constant_Nm_A) torque = p.column[col_i_q], gain = *m.torque_constant_Nm_A;
+    if (!torque && p.column[col_i_q] && m.torque_constant_Nm_A)
+        torque = p.column[col_i_q], gain = *m.torque_constant_Nm_A;
     if (!torque) torque = p.column[col_torque_cmd];
     if (!t || !w || !torque || !m.J_kgm2) return {};
     constexpr std::size_t block = 50;
@@ -181,7 +194,8 @@ Maybe from_size(const SpeedProbe& p)
     double fastest = 0;
     for (std::size_t k = 0; k < p.rows; ++k) fastest = std::fmax(fastest, std::fabs(p.column[col_w_m][k]));
     if (fastest < 2000) return {};
-    return Finding{rpm_per_rad_s, fmt::format("it reaches {:.4g}, which as rad/s would be {:.0f} rpm", fastest, fastest * rpm_per_rad_s)};
+    return Finding{rpm_per_rad_s, fmt::format("it reaches {:.4g}, which as rad/s would be {:.0f} rpm", fastest,
+                                              fastest * rpm_per_rad_s)};
 }
 
 }  // namespace
@@ -197,7 +211,8 @@ std::optional<std::string> evidence_of_rpm(const SpeedProbe& probe, const Machin
         return verdict || (finding->ratio > 0.5 && finding->ratio < 2);
     };
     const bool electrical = probe.regime != Regime::mechanical;
-    if (decided(from_angle(probe, col_theta_m, 1.0)) || decided(from_angle(probe, col_theta_e, machine.pole_pairs))) return verdict;
+    if (decided(from_angle(probe, col_theta_m, 1.0)) || decided(from_angle(probe, col_theta_e, machine.pole_pairs)))
+        return verdict;
     if (electrical) {
         if (decided(from_power(probe))) return verdict;
         const Electrical e = fit_voltages(probe);

@@ -1,4 +1,5 @@
-// Is the speed in rad/s, as it should be, or in rpm? Judged by physics, not by the size of the numbers where that can be.
+// Is the speed in rad/s, as it should be, or in rpm? Judged by physics, not by the size of the numbers where that can
+// be.
 #ifndef DQW_APP_READ_SPEED_UNIT_HPP
 #define DQW_APP_READ_SPEED_UNIT_HPP
 

@@ -65,17 +65,22 @@ std::vector<std::string> names_in(const Comparison& c)
 /// Heading first.
 std::vector<std::vector<std::string>> table_rows(const Comparison& c)
 {
-    std::vector<std::vector<std::string>> rows = {
-        {"parameter", "unit", "reference", "float", "Q15", "float−reference %", "Q15−float %", "Q15−reference %", "Q15−float LSB"}};
+    std::vector<std::vector<std::string>> rows = {{"parameter", "unit", "reference", "float", "Q15",
+                                                   "float−reference %", "Q15−float %", "Q15−reference %",
+                                                   "Q15−float LSB"}};
     for (const std::string& name : names_in(c)) {
         const Estimate* const three[] = {find(c.reference, name), find(c.single, name), find(c.fixed, name)};
-        const auto first = std::find_if(std::begin(three), std::end(three), [](const Estimate* e) { return e != nullptr; });
+        const auto first = std::find_if(std::begin(three), std::end(three),
+                                        [](const Estimate* e) { return e != nullptr; });
         if (first == std::end(three)) continue;
         const Quantity q = quantity(name, (*first)->value, 0.0, 6);
         std::vector<std::string> row = {name, q.unit};
         for (const Estimate* e : three)
-            row.push_back(e == nullptr ? "–" : name == "pole_pairs" ? fmt::format("{:g}", e->value) : number_like(q, name, e->value, 6));
-        for (const auto& [a, b] : {std::pair(&c.single, &c.reference), std::pair(&c.fixed, &c.single), std::pair(&c.fixed, &c.reference)})
+            row.push_back(e == nullptr           ? "–"
+                          : name == "pole_pairs" ? fmt::format("{:g}", e->value)
+                                                 : number_like(q, name, e->value, 6));
+        for (const auto& [a, b] :
+             {std::pair(&c.single, &c.reference), std::pair(&c.fixed, &c.single), std::pair(&c.fixed, &c.reference)})
             row.push_back(percent(*a, *b, name));
         row.push_back(last_places(c, name));
         rows.push_back(row);
@@ -94,16 +99,19 @@ std::string about_last_places(const Comparison& c)
         symbols += (k ? ", " : "") + std::string(all[k].symbol);
     }
     const bool timed = regime == Regime::dynamic || regime == Regime::mechanical;
-    return "1 LSB is 1/32768 of " + units + ": the unit that the full scales make of " + symbols + (timed ? "" : ", with 1 µs as the period of settled rows");
+    return "1 LSB is 1/32768 of " + units + ": the unit that the full scales make of " + symbols +
+           (timed ? "" : ", with 1 µs as the period of settled rows");
 }
 
 std::vector<std::string> missing(const Comparison& c)
 {
     std::vector<std::string> out;
-    const std::pair<const char*, const Result*> all[] = {{"reference", &c.reference}, {"float", &c.single}, {"Q15", &c.fixed}};
+    const std::pair<const char*, const Result*> all[] = {
+        {"reference", &c.reference}, {"float", &c.single}, {"Q15", &c.fixed}};
     for (const auto& [who, result] : all)
         for (const NotIdentifiable& n : result->not_identifiable)
-            out.push_back(fmt::format("{}, {}: {}{}", n.name, who, n.why, n.excitation.empty() ? "" : "; what would help: " + n.excitation));
+            out.push_back(fmt::format("{}, {}: {}{}", n.name, who, n.why,
+                                      n.excitation.empty() ? "" : "; what would help: " + n.excitation));
     return out;
 }
 
@@ -135,7 +143,8 @@ std::string apart(const char* what, const std::pair<const char*, double>& w)
 
 const std::vector<Compared>& compared_parameters(Regime regime)
 {
-    static const std::vector<Compared> electrical = {{"R_ohm", "R"}, {"Ld_H", "L_d"}, {"Lq_H", "L_q"}, {"psi_Wb", "psi"}};
+    static const std::vector<Compared> electrical = {
+        {"R_ohm", "R"}, {"Ld_H", "L_d"}, {"Lq_H", "L_q"}, {"psi_Wb", "psi"}};
     static const std::vector<Compared> mechanical = {{"J_kgm2", "J"}, {"B_Nms_rad", "B"}};
     return regime == Regime::mechanical ? mechanical : electrical;
 }
@@ -178,24 +187,29 @@ std::string compare_page(const Comparison& c)
     const auto fixed = worst(c.fixed, c.single), single = worst(c.single, c.reference);
     const auto left = missing(c);
     std::string body = fmt::format(
-        "<header><p class=\"log\">{} · comparison, {}, {} rows</p>\n<p id=\"verdict\"><span class=\"badge {}\">{}</span> {}</p></header>\n<main>\n",
+        "<header><p class=\"log\">{} · comparison, {}, {} rows</p>\n<p id=\"verdict\"><span class=\"badge "
+        "{}\">{}</span> {}</p></header>\n<main>\n",
         escaped(name), escaped(name_of(c.reference.regime)), grouped(c.reference.rows), left.empty() ? "clean" : "part",
-        left.empty() ? "compared" : "compared in part", unbroken(apart("Q15 and float", fixed) + "; " + apart("float and the reference fit", single) + "."));
+        left.empty() ? "compared" : "compared in part",
+        unbroken(apart("Q15 and float", fixed) + "; " + apart("float and the reference fit", single) + "."));
     auto rows = table_rows(c);
     for (auto& row : rows)
         for (auto& cell : row) cell = with_minus(cell);
-    body += "<section class=\"card\"><h2>Parameters</h2>\n" + html_table(rows, "numbers named") + "<p class=\"hint\">" + unbroken(about_last_places(c)) +
-            ".</p></section>\n";
+    body += "<section class=\"card\"><h2>Parameters</h2>\n" + html_table(rows, "numbers named") + "<p class=\"hint\">" +
+            unbroken(about_last_places(c)) + ".</p></section>\n";
     const std::vector<Plot> all = compare_plots(c);
     if (!all.empty()) {
-        body += "<section><h2>Parameters over time</h2><p>What float and Q15 learners have read after each block; dashed: the reference fit of the whole log. "
-                "Drag over a plot to zoom in, double-click to see all of it again; point at it for its values.</p><div class=\"plots\">\n";
+        body += "<section><h2>Parameters over time</h2><p>What float and Q15 learners have read after each block; "
+                "dashed: the reference fit of the whole log. "
+                "Drag over a plot to zoom in, double-click to see all of it again; point at it for its values.</p><div "
+                "class=\"plots\">\n";
         for (const Plot& plot : all) body += plots.figure(plot, "card");
         body += "</div></section>\n";
     }
     std::vector<std::string> notes = left;
     for (const std::string& note : c.notes) notes.push_back(with_minus(note));
-    body += "<section><h2>Log and notes</h2>\n" + html_list({c.log}) + (notes.empty() ? "" : html_list(notes)) + "</section>\n</main>\n";
+    body += "<section><h2>Log and notes</h2>\n" + html_list({c.log}) + (notes.empty() ? "" : html_list(notes)) +
+            "</section>\n</main>\n";
     return page_around(name + " – dqwatch compare", body, plots);
 }
 

@@ -30,7 +30,8 @@ Columns columns_of(const Comparison& c, std::size_t k, double reference)
     const auto& [single, fixed] = c.blocks;
     double now[2] = {nothing, nothing};
     for (std::size_t a = 0, b = 0; a < single.size() || b < fixed.size();) {
-        const double t = std::min(a < single.size() ? single[a].t_s : HUGE_VAL, b < fixed.size() ? fixed[b].t_s : HUGE_VAL);
+        const double t = std::min(a < single.size() ? single[a].t_s : HUGE_VAL,
+                                  b < fixed.size() ? fixed[b].t_s : HUGE_VAL);
         if (a < single.size() && single[a].t_s <= t) now[0] = single[a++].value[k];
         if (b < fixed.size() && fixed[b].t_s <= t) now[1] = fixed[b++].value[k];
         out[0].push_back(t);
@@ -49,7 +50,8 @@ std::array<double, 2> range_of(const Columns& c)
         for (std::size_t i = 1; i < c.size(); ++i)
             if (std::isfinite(c[i][k])) low = std::min(low, c[i][k]), high = std::max(high, c[i][k]);
     if (!(high >= low)) return {0.0, 0.0};
-    const double least = least_span * std::max(std::fabs(low), std::fabs(high)), missing = std::max(0.0, least - (high - low));
+    const double least = least_span * std::max(std::fabs(low), std::fabs(high)),
+                 missing = std::max(0.0, least - (high - low));
     const double pad = 0.08 * std::max(high - low, least);
     return {low - 0.5 * missing - pad, high + 0.5 * missing + pad};
 }
@@ -64,7 +66,8 @@ std::vector<Plot> compare_plots(const Comparison& c)
     for (std::size_t k = 0; k < compared.size(); ++k) {
         const auto& [name, symbol] = compared[k];
         const double reference = value_of(c.reference, name);
-        if (std::isnan(reference) && std::isnan(value_of(c.single, name)) && std::isnan(value_of(c.fixed, name))) continue;
+        if (std::isnan(reference) && std::isnan(value_of(c.single, name)) && std::isnan(value_of(c.fixed, name)))
+            continue;
         Columns all = columns_of(c, k, reference);
         if (all[0].empty()) continue;
         Plot plot;
@@ -75,8 +78,10 @@ std::vector<Plot> compare_plots(const Comparison& c)
             for (double& x : all[i]) x *= factor;
         for (double& x : plot.y_range) x *= factor;
         plot.title = symbol;
-        plot.x_label = regime == Regime::dynamic || regime == Regime::mechanical || all[0].back() != static_cast<double>(all[0].size() - 1) ? "time [s]"
-                                                                                                                                            : "time or row";
+        plot.x_label = regime == Regime::dynamic || regime == Regime::mechanical ||
+                               all[0].back() != static_cast<double>(all[0].size() - 1)
+                           ? "time [s]"
+                           : "time or row";
         plot.y_label = fmt::format("{} [{}]", symbol, q.unit);
         plot.series = {"float", "Q15"};
         if (std::isfinite(reference))

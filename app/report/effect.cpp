@@ -31,7 +31,8 @@ std::string effects_text(const std::vector<TraceEffect>& effects)
     for (const TraceEffect& effect : effects)
         for (const Estimate& e : effect.parameters) {
             const Quantity q = quantity(e.name, e.value, e.given ? 0.0 : e.sd);
-            rows.push_back({&e == &effect.parameters.front() ? effect.name : "", e.name, q.value, e.given ? "given" : q.sd, q.unit});
+            rows.push_back({&e == &effect.parameters.front() ? effect.name : "", e.name, q.value,
+                            e.given ? "given" : q.sd, q.unit});
         }
     return "\n" + table(rows);
 }

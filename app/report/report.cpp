@@ -55,10 +55,12 @@ Json result_json(const Result& result, const Machine& nominal)
     json["parameters"] = parameters;
     json["effects"] = Json::array();
     Json missing = Json::array();
-    for (const NotIdentifiable& n : result.not_identifiable) missing.push_back({{"name", n.name}, {"why", n.why}, {"excitation", n.excitation}});
+    for (const NotIdentifiable& n : result.not_identifiable)
+        missing.push_back({{"name", n.name}, {"why", n.why}, {"excitation", n.excitation}});
     json["not_identifiable"] = missing;
     Json axes = Json::array();
-    for (const AxisResidual& a : result.axes) axes.push_back({{"axis", a.axis}, {"rms", a.rms}, {"percent", a.percent}});
+    for (const AxisResidual& a : result.axes)
+        axes.push_back({{"axis", a.axis}, {"rms", a.rms}, {"percent", a.percent}});
     json["residual"] = {{"rms", result.residual_rms}, {"unit", result.residual_unit}, {"axes", axes}};
     json["notes"] = result.notes;
     return json;
@@ -71,8 +73,8 @@ void name_what_was_left_out(Result& result, const std::vector<std::string>& aske
         if (std::any_of(result.parameters.begin(), result.parameters.end(), is_it)) continue;
         if (std::any_of(result.not_identifiable.begin(), result.not_identifiable.end(), is_it)) continue;
         const bool mechanical = result.regime == Regime::mechanical;
-        result.not_identifiable.push_back(
-            {name, fmt::format("not estimated from a {} log", name_of(result.regime)), mechanical ? "a log with voltages" : "a log of another regime"});
+        result.not_identifiable.push_back({name, fmt::format("not estimated from a {} log", name_of(result.regime)),
+                                           mechanical ? "a log with voltages" : "a log of another regime"});
     }
 }
 
@@ -96,14 +98,16 @@ std::string result_text(const Result& result, const Machine& nominal)
         rows.push_back(row);
     }
     if (rows.size() > 1) out += table(rows);
-    if (!result.not_identifiable.empty()) out += rows.size() > 1 ? "\nnot identifiable from this log\n" : "not identifiable from this log\n";
+    if (!result.not_identifiable.empty())
+        out += rows.size() > 1 ? "\nnot identifiable from this log\n" : "not identifiable from this log\n";
     for (const NotIdentifiable& n : result.not_identifiable) {
         out += fmt::format("  {}: {}\n", n.name, n.why);
         if (!n.excitation.empty()) out += fmt::format("    what would help: {}\n", n.excitation);
     }
     out += fmt::format("\nresidual {:.4g} {}", result.residual_rms, result.residual_unit);
     for (const AxisResidual& a : result.axes)
-        out += fmt::format("{} {} {:.4g} {} ({:.3g} %)", &a == &result.axes[0] ? ":" : ",", a.axis, a.rms, result.residual_unit, a.percent);
+        out += fmt::format("{} {} {:.4g} {} ({:.3g} %)", &a == &result.axes[0] ? ":" : ",", a.axis, a.rms,
+                           result.residual_unit, a.percent);
     return out + "\n";
 }
 

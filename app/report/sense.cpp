@@ -75,29 +75,35 @@ template <class Doubtful> void withhold(Result& result, const Doubtful& doubtful
 
 void check_sense(const std::vector<Log>& logs, Result& result)
 {
-    if (result.regime == Regime::dynamic && turns(logs) && !moves(logs, &Log::i_d_A) && !moves(logs, &Log::i_q_A) && !moves(logs, &Log::w_m_rad_s))
+    if (result.regime == Regime::dynamic && turns(logs) && !moves(logs, &Log::i_d_A) && !moves(logs, &Log::i_q_A) &&
+        !moves(logs, &Log::w_m_rad_s))
         withhold(
             result,
             [](const Estimate&) {
-                return std::string("currents and speed stay within their own noise: one operating point, where all parameters act together");
+                return std::string("currents and speed stay within their own noise: one operating point, where all "
+                                   "parameters act together");
             },
             "steps of i_d, i_q and speed");
     withhold(
         result,
         [](const Estimate& e) {
             const bool positive = e.name == "B_Nms_rad" || e.value > 0.0;
-            return positive ? std::string() : fmt::format("it comes out as {:.3g}, which no machine has: a sign or a column is probably wrong", e.value);
+            return positive ? std::string()
+                            : fmt::format(
+                                  "it comes out as {:.3g}, which no machine has: a sign or a column is probably wrong",
+                                  e.value);
         },
         "a check of the signs and columns of voltage, current and speed");
 
     for (const AxisResidual& axis : result.axes) {
         if (!(axis.percent > kMisfitPercent) || !(axis.rms > 0.1 * result.residual_rms)) continue;
         if (axis.percent > 100.0 && !result.not_identifiable.empty())
-            result.notes.push_back(fmt::format("warning: the residual on {} says nothing: parameters that it needs are not known", axis.axis));
+            result.notes.push_back(fmt::format(
+                "warning: the residual on {} says nothing: parameters that it needs are not known", axis.axis));
         else
-            result.notes.push_back(
-                fmt::format("warning: the model leaves {:.3g} % of {} unexplained; the values take up what it lacks (wrong signs, columns or units included)",
-                            axis.percent, axis.axis));
+            result.notes.push_back(fmt::format("warning: the model leaves {:.3g} % of {} unexplained; the values take "
+                                               "up what it lacks (wrong signs, columns or units included)",
+                                               axis.percent, axis.axis));
     }
 }
 

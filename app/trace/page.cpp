@@ -18,14 +18,17 @@ std::string report_page(const TraceReport& report)
     const std::string names = names_of_files(report.logs);
     const std::string remark = verdict_remark(trace);
     PagePlots plots;
-    std::string body = fmt::format(
-        "<header><p class=\"log\">{} · {} log, {} rows, {} held out</p>\n<p id=\"verdict\"><span class=\"badge {}\">{}</span> {}</p>{}</header>\n<main>\n",
-        escaped(names), name_of(trace.regime), grouped(trace.rows), grouped(trace.heldout_rows), escaped(trace.verdict), escaped(spoken(trace.verdict)),
-        unbroken(verdict_sentence(trace)), remark.empty() ? "" : "<p class=\"remark\">" + unbroken(remark) + "</p>");
+    std::string body = fmt::format("<header><p class=\"log\">{} · {} log, {} rows, {} held out</p>\n<p "
+                                   "id=\"verdict\"><span class=\"badge {}\">{}</span> {}</p>{}</header>\n<main>\n",
+                                   escaped(names), name_of(trace.regime), grouped(trace.rows),
+                                   grouped(trace.heldout_rows), escaped(trace.verdict), escaped(spoken(trace.verdict)),
+                                   unbroken(verdict_sentence(trace)),
+                                   remark.empty() ? "" : "<p class=\"remark\">" + unbroken(remark) + "</p>");
     body += "<div class=\"first\">\n<div>" + error_card(report) + parameter_card(report) + "</div>\n";
     const Plot key = key_plot(trace);
     if (!key.series.empty()) body += plots.figure(key, "card wide");
-    body += "</div>\n<p class=\"hint\">Drag over a plot to zoom in, double-click to see all of it again; point at it for its values.</p>\n";
+    body += "</div>\n<p class=\"hint\">Drag over a plot to zoom in, double-click to see all of it again; point at it "
+            "for its values.</p>\n";
     body += effect_section(trace) + learner_section(report) + candidate_section(trace);
     for (const PlotGroup& group : plot_groups(trace)) {
         body += fmt::format("<section><h2>{}</h2>{}<div class=\"plots\">\n", escaped(group.title),

@@ -8,8 +8,9 @@
 
 namespace dqw {
 
-/// The whole page: text, tables, plots with the library that draws them. It asks for nothing from outside, and says so in a
-/// content security policy. Every string that may come from a file is escaped. Time grows with the number of blocks, size does not.
+/// The whole page: text, tables, plots with the library that draws them. It asks for nothing from outside, and says so
+/// in a content security policy. Every string that may come from a file is escaped. Time grows with the number of
+/// blocks, size does not.
 std::string report_page(const TraceReport& report);
 
 }  // namespace dqw

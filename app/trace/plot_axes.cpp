@@ -26,7 +26,9 @@ PlotAxis time_axis(const TraceBlocks& blocks, Regime regime)
     PlotAxis axis{"time", "time [s]", blocks.t_s, true};
     std::vector<double>& t = axis.values;
     if (!varies(t)) {
-        axis.name = "number", axis.label = regime == Regime::steady || regime == Regime::standstill ? "number of the point [1]" : "number of the block [1]";
+        axis.name = "number", axis.label = regime == Regime::steady || regime == Regime::standstill
+                                               ? "number of the point [1]"
+                                               : "number of the block [1]";
         t.resize(blocks.axes.empty() ? 0 : blocks.axes[0].measured.size());
         for (std::size_t k = 0; k < t.size(); ++k) t[k] = static_cast<double>(k + 1);
         return axis;
@@ -52,13 +54,13 @@ PlotAxis time_axis(const TraceBlocks& blocks, Regime regime)
 std::vector<PlotAxis> plot_axes(const TraceBlocks& blocks, Regime regime)
 {
     const bool mechanical = regime == Regime::mechanical;
-    std::vector<PlotAxis> all = {
-        {"current i_q", "i_q [A]", blocks.i_q_A, false},
-        {"current i_d", "i_d [A]", blocks.i_d_A, false},
-        {mechanical ? "shaft angle" : "electrical angle", mechanical ? "shaft angle [°]" : "electrical angle [°]", blocks.theta_e_rad, false},
-        {"speed", "speed w_m [rad/s]", blocks.w_m_rad_s, false},
-        {"temperature", "temperature [°C]", blocks.temp_C, false},
-        time_axis(blocks, regime)};
+    std::vector<PlotAxis> all = {{"current i_q", "i_q [A]", blocks.i_q_A, false},
+                                 {"current i_d", "i_d [A]", blocks.i_d_A, false},
+                                 {mechanical ? "shaft angle" : "electrical angle",
+                                  mechanical ? "shaft angle [°]" : "electrical angle [°]", blocks.theta_e_rad, false},
+                                 {"speed", "speed w_m [rad/s]", blocks.w_m_rad_s, false},
+                                 {"temperature", "temperature [°C]", blocks.temp_C, false},
+                                 time_axis(blocks, regime)};
     for (double& angle : all[2].values) {
         angle = std::fmod(angle * degrees, 360.0);
         if (angle < 0) angle += 360.0;

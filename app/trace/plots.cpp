@@ -22,7 +22,8 @@ Columns residuals(const std::vector<double>& x, const TraceAxisBlocks& axis)
     Columns columns(3);
     const std::size_t n = std::min({x.size(), axis.residual_before.size(), axis.residual_after.size()});
     for (std::size_t k = 0; k < n; ++k) {
-        if (!std::isfinite(x[k]) || !std::isfinite(axis.residual_before[k]) || !std::isfinite(axis.residual_after[k])) continue;
+        if (!std::isfinite(x[k]) || !std::isfinite(axis.residual_before[k]) || !std::isfinite(axis.residual_after[k]))
+            continue;
         columns[0].push_back(x[k]);
         columns[1].push_back(axis.residual_before[k]);
         columns[2].push_back(axis.residual_after[k]);
@@ -68,8 +69,8 @@ Plot against(const PlotAxis& x, const TraceAxisBlocks& axis, const TraceResult& 
     return plot;
 }
 
-/// How much of the residual goes with x: variance of the means of as many rows each, in order of x; less of it after than before, or
-/// all of it where nothing was found. A few rows far from the others count as the few that they are.
+/// How much of the residual goes with x: variance of the means of as many rows each, in order of x; less of it after
+/// than before, or all of it where nothing was found. A few rows far from the others count as the few that they are.
 double explained(const Columns& columns, bool effects_found)
 {
     const std::size_t n = columns[0].size(), bins = std::clamp<std::size_t>(n / 16, 8, 48);
@@ -91,7 +92,8 @@ double explained(const Columns& columns, bool effects_found)
     return variance_of_means(columns[1]) - (effects_found ? variance_of_means(columns[2]) : 0.0);
 }
 
-Columns measured_and_predicted(const std::vector<double>& x, const TraceAxisBlocks& axis, std::size_t begin, std::size_t end)
+Columns measured_and_predicted(const std::vector<double>& x, const TraceAxisBlocks& axis, std::size_t begin,
+                               std::size_t end)
 {
     Columns columns(4);
     for (std::size_t k = begin; k < end; ++k) {
@@ -123,19 +125,24 @@ std::size_t worst_stretch(const TraceAxisBlocks& axis, const std::vector<char>& 
 
 PlotGroup predictions(const TraceResult& trace)
 {
-    PlotGroup group{"Measured and predicted", "Block means. The close-ups show where the plain model errs most among the rows that no fit saw.", {}};
+    PlotGroup group{"Measured and predicted",
+                    "Block means. The close-ups show where the plain model errs most among the rows that no fit saw.",
+                    {}};
     const PlotAxis time = time_axis(trace.blocks, trace.regime);
     for (const bool close : {true, false})
         for (const TraceAxisBlocks& axis : trace.blocks.axes) {
-            const std::size_t n = std::min({time.values.size(), axis.measured.size(), axis.residual_before.size(), axis.residual_after.size()});
+            const std::size_t n = std::min(
+                {time.values.size(), axis.measured.size(), axis.residual_before.size(), axis.residual_after.size()});
             if (n == 0 || (close && n < 2 * close_blocks)) continue;
             const std::size_t begin = close ? worst_stretch(axis, trace.blocks.heldout) : 0;
             Plot plot;
             plot.title = fmt::format("{}, {}", close ? "Close-up" : "Whole log", axis_text(axis));
             plot.x_label = time.label;
-            plot.y_label = fmt::format("{} [{}]", trace.unit == "V" ? "voltage, " + axis_text(axis) : "torque", trace.unit);
+            plot.y_label = fmt::format("{} [{}]", trace.unit == "V" ? "voltage, " + axis_text(axis) : "torque",
+                                       trace.unit);
             plot.series = {"measured", "before", "after"};
-            plot.columns = extremes(measured_and_predicted(time.values, axis, begin, close ? begin + close_blocks : n), most_rows);
+            plot.columns = extremes(measured_and_predicted(time.values, axis, begin, close ? begin + close_blocks : n),
+                                    most_rows);
             if (!close) plot.shaded = heldout_stretches(time, trace.blocks.heldout);
             drop_after(plot, trace);
             group.plots.push_back(plot);
@@ -145,13 +152,17 @@ PlotGroup predictions(const TraceResult& trace)
 
 PlotGroup residual_group(const TraceResult& trace)
 {
-    PlotGroup group{"Residual", "Dots are blocks, drawn at random where there are many; lines are means of all of them. Shaded: rows that no fit saw.", {}};
+    PlotGroup group{"Residual",
+                    "Dots are blocks, drawn at random where there are many; lines are means of all of them. Shaded: "
+                    "rows that no fit saw.",
+                    {}};
     for (const PlotAxis& x : plot_axes(trace.blocks, trace.regime))
         for (const TraceAxisBlocks& axis : trace.blocks.axes) group.plots.push_back(against(x, axis, trace));
     return group;
 }
 
-Plot spectrum(const std::string& axis, const TraceResult& trace, const char* over, const std::string& x_label, const Columns& columns)
+Plot spectrum(const std::string& axis, const TraceResult& trace, const char* over, const std::string& x_label,
+              const Columns& columns)
 {
     Plot plot;
     const std::string text = axis == "torque" ? "torque" : axis + " axis";
@@ -171,9 +182,13 @@ PlotGroup spectra(const TraceResult& trace)
     PlotGroup group{"Spectra of the residual", "", {}};
     const std::string shaft = trace.regime == Regime::mechanical ? "shaft angle" : "electrical angle";
     for (const TraceSpectrum& s : trace.blocks.spectra)
-        if (!s.order.empty()) group.plots.push_back(spectrum(s.axis, trace, "order", "order of the " + shaft + " [1]", {s.order, s.before, s.after}));
+        if (!s.order.empty())
+            group.plots.push_back(
+                spectrum(s.axis, trace, "order", "order of the " + shaft + " [1]", {s.order, s.before, s.after}));
     for (const TraceSpectrum& s : trace.blocks.spectra)
-        if (!s.frequency_Hz.empty()) group.plots.push_back(spectrum(s.axis, trace, "frequency", "frequency [Hz]", {s.frequency_Hz, s.before_at, s.after_at}));
+        if (!s.frequency_Hz.empty())
+            group.plots.push_back(
+                spectrum(s.axis, trace, "frequency", "frequency [Hz]", {s.frequency_Hz, s.before_at, s.after_at}));
     return group;
 }
 

@@ -58,8 +58,10 @@ Json trace_json(const TraceReport& report)
                            {"heldout_rms_after", e.heldout_rms_after},
                            {"confusable_with", e.confusable_with},
                            {"separate", e.separate}});
-    for (const TraceRejected& r : trace.rejected) rejected.push_back({{"name", r.name}, {"why", r.why}, {"heldout_rms", r.heldout_rms}});
-    for (const TraceInput& i : trace.inputs) inputs.push_back({{"effect", i.effect}, {"shape", i.shape}, {"weights", i.weights}});
+    for (const TraceRejected& r : trace.rejected)
+        rejected.push_back({{"name", r.name}, {"why", r.why}, {"heldout_rms", r.heldout_rms}});
+    for (const TraceInput& i : trace.inputs)
+        inputs.push_back({{"effect", i.effect}, {"shape", i.shape}, {"weights", i.weights}});
     json["effects"] = effects;
     json["rejected"] = rejected;
     json["structure"] = correlates_json(trace.structure);

@@ -18,7 +18,8 @@ struct TraceReport {
     std::vector<std::string> logs;
 };
 
-/// The object of schema dqwatch.trace/1. Beyond it: `sentence`, `remark`, `logs`, `axes` of each fit, `separate`, `structure`, `rest`, `inputs`, `notes`.
+/// The object of schema dqwatch.trace/1. Beyond it: `sentence`, `remark`, `logs`, `axes` of each fit, `separate`,
+/// `structure`, `rest`, `inputs`, `notes`.
 nlohmann::ordered_json trace_json(const TraceReport& report);
 
 }  // namespace dqw

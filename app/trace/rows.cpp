@@ -14,19 +14,22 @@ namespace {
 
 const Estimate* named(const std::vector<Estimate>& parameters, const std::string& name)
 {
-    const auto found = std::find_if(parameters.begin(), parameters.end(), [&](const Estimate& e) { return e.name == name; });
+    const auto found = std::find_if(parameters.begin(), parameters.end(),
+                                    [&](const Estimate& e) { return e.name == name; });
     return found == parameters.end() ? nullptr : &*found;
 }
 
 std::string cell(const Estimate* e, const Quantity& like)
 {
     if (!e) return "not determined";
-    return with_minus(with_sd(quantity_like(like, e->name, e->value, e->given ? 0.0 : e->sd))) + (e->given ? " (given)" : "");
+    return with_minus(with_sd(quantity_like(like, e->name, e->value, e->given ? 0.0 : e->sd))) +
+           (e->given ? " (given)" : "");
 }
 
 std::string change_text(double percent)
 {
-    return with_minus(std::fabs(percent) < 99.5 ? fmt::format("{:+.2g} %", percent) : fmt::format("{:+.0f} %", percent));
+    return with_minus(std::fabs(percent) < 99.5 ? fmt::format("{:+.2g} %", percent)
+                                                : fmt::format("{:+.0f} %", percent));
 }
 
 /// The prefix of the larger: a row of them compares.
@@ -48,7 +51,8 @@ Rows parameter_rows(const TraceFit& before, const TraceFit& after, bool effects_
         const auto& known = known_parameters();
         return std::find(known.begin(), known.end(), name) - known.begin();
     };
-    std::stable_sort(names.begin(), names.end(), [&](const std::string& a, const std::string& b) { return place(a) < place(b); });
+    std::stable_sort(names.begin(), names.end(),
+                     [&](const std::string& a, const std::string& b) { return place(a) < place(b); });
     if (!effects_found) {
         Rows rows = {{"", "value"}};
         for (const Estimate& e : before.parameters) rows.push_back({symbol(e.name), cell(&e, larger(&e, nullptr))});
@@ -59,7 +63,8 @@ Rows parameter_rows(const TraceFit& before, const TraceFit& after, bool effects_
         const Estimate *b = named(before.parameters, name), *a = named(after.parameters, name);
         const bool comparable = a && b && !a->given && a->value != 0 && std::isfinite(b->value);
         const Quantity like = larger(a, b);
-        rows.push_back({symbol(name), cell(b, like), cell(a, like), comparable ? change_text(100 * (a->value - b->value) / std::fabs(b->value)) : ""});
+        rows.push_back({symbol(name), cell(b, like), cell(a, like),
+                        comparable ? change_text(100 * (a->value - b->value) / std::fabs(b->value)) : ""});
     }
     return rows;
 }
@@ -68,14 +73,17 @@ Rows residual_rows(const TraceReport& report)
 {
     const TraceResult& trace = report.trace;
     Rows rows = {{"residual on unseen rows", "before", "after"}};
-    rows.push_back({"reference fit", residual_text(trace.before.heldout_rms, trace.unit), residual_text(trace.after.heldout_rms, trace.unit)});
+    rows.push_back({"reference fit", residual_text(trace.before.heldout_rms, trace.unit),
+                    residual_text(trace.after.heldout_rms, trace.unit)});
     for (const AxisResidual& b : trace.before.axes)
         for (const AxisResidual& a : trace.after.axes)
-            if (a.axis == b.axis) rows.push_back({"  " + a.axis, fmt::format("{:.3g} %", b.percent), fmt::format("{:.3g} %", a.percent)});
+            if (a.axis == b.axis)
+                rows.push_back({"  " + a.axis, fmt::format("{:.3g} %", b.percent), fmt::format("{:.3g} %", a.percent)});
     if (report.learner_before && report.learner_after)
         rows.push_back({"learners in firmware", residual_text(report.learner_before->heldout_rms, trace.unit),
                         residual_text(report.learner_after->heldout_rms, trace.unit)});
-    rows.push_back({"noise floor of the log", residual_text(trace.noise_floor, trace.unit), residual_text(trace.noise_floor, trace.unit)});
+    rows.push_back({"noise floor of the log", residual_text(trace.noise_floor, trace.unit),
+                    residual_text(trace.noise_floor, trace.unit)});
     if (!trace.effects.empty()) return rows;
     for (auto& row : rows) row.pop_back();
     rows[0][1] = "plain model";
@@ -87,8 +95,9 @@ Rows effect_rows(const TraceResult& trace)
     Rows rows = {{"effect", "parameter", "value"}};
     for (const TraceEffect& e : trace.effects)
         for (const Estimate& p : e.parameters)
-            rows.push_back({&p == &e.parameters[0] ? e.name : "", p.name,
-                            with_minus(with_sd(quantity(p.name, p.value, p.given ? 0.0 : p.sd))) + (p.given ? " (assumed)" : "")});
+            rows.push_back(
+                {&p == &e.parameters[0] ? e.name : "", p.name,
+                 with_minus(with_sd(quantity(p.name, p.value, p.given ? 0.0 : p.sd))) + (p.given ? " (assumed)" : "")});
     return rows;
 }
 

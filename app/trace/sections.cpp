@@ -16,16 +16,21 @@ namespace dqw {
 namespace {
 
 /// One row of a table of bars; `size` and `noise` as parts of the widest bar.
-std::string bar_row(const std::string& name, const std::string& css, double value, double widest, double noise, const std::string& unit,
-                    const std::string& remark)
+std::string bar_row(const std::string& name, const std::string& css, double value, double widest, double noise,
+                    const std::string& unit, const std::string& remark)
 {
-    const auto percent = [&](double x) { return std::isfinite(x) && widest > 0 ? std::clamp(100 * x / widest, 0.0, 100.0) : 0.0; };
+    const auto percent = [&](double x) {
+        return std::isfinite(x) && widest > 0 ? std::clamp(100 * x / widest, 0.0, 100.0) : 0.0;
+    };
     std::string bar;
     if (std::isfinite(value))
-        bar = fmt::format("<span class=\"bar {}\" style=\"width:{:.1f}%\"></span><span class=\"floor\" style=\"left:{:.1f}%\"></span>", css, percent(value),
-                          percent(noise));
-    return fmt::format("<tr><th scope=\"row\">{}</th><td class=\"track\"><div>{}</div></td><td class=\"number\">{}</td>{}</tr>\n", escaped(name), bar,
-                       escaped(residual_text(value, unit)), remark.empty() ? "" : "<td class=\"why\">" + escaped(with_minus(remark)) + "</td>");
+        bar = fmt::format("<span class=\"bar {}\" style=\"width:{:.1f}%\"></span><span class=\"floor\" "
+                          "style=\"left:{:.1f}%\"></span>",
+                          css, percent(value), percent(noise));
+    return fmt::format(
+        "<tr><th scope=\"row\">{}</th><td class=\"track\"><div>{}</div></td><td class=\"number\">{}</td>{}</tr>\n",
+        escaped(name), bar, escaped(residual_text(value, unit)),
+        remark.empty() ? "" : "<td class=\"why\">" + escaped(with_minus(remark)) + "</td>");
 }
 
 std::string percents(const TraceFit& fit)
@@ -62,10 +67,11 @@ std::string error_card(const TraceReport& report)
     if (found) row("after", "after", t.after);
     if (learners) row(found ? "learner, before" : "learner", "before", *report.learner_before);
     if (learners && found) row("learner, after", "after", *report.learner_after);
-    out += fmt::format(
-        "<tr class=\"noise\"><th scope=\"row\">noise floor</th><td class=\"track\"><div><span class=\"floor\" style=\"left:{:.1f}%\"></span></div></td>"
-        "<td class=\"number\">{}</td></tr>\n",
-        widest > 0 && std::isfinite(t.noise_floor) ? 100 * t.noise_floor / widest : 0.0, escaped(residual_text(t.noise_floor, t.unit)));
+    out += fmt::format("<tr class=\"noise\"><th scope=\"row\">noise floor</th><td class=\"track\"><div><span "
+                       "class=\"floor\" style=\"left:{:.1f}%\"></span></div></td>"
+                       "<td class=\"number\">{}</td></tr>\n",
+                       widest > 0 && std::isfinite(t.noise_floor) ? 100 * t.noise_floor / widest : 0.0,
+                       escaped(residual_text(t.noise_floor, t.unit)));
     return out + "</tbody></table></section>\n";
 }
 
@@ -81,7 +87,8 @@ std::string learner_section(const TraceReport& report)
     if (!report.learner_before || !report.learner_after) return "";
     const Rows rows = parameter_rows(*report.learner_before, *report.learner_after, !report.trace.effects.empty());
     if (rows.size() < 2) return "";
-    return "<section><h2>The learners in firmware</h2>\n<p>The same rows, learned by the C library without and with the effects as Learner inputs.</p>\n" +
+    return "<section><h2>The learners in firmware</h2>\n<p>The same rows, learned by the C library without and with "
+           "the effects as Learner inputs.</p>\n" +
            html_table(rows, "numbers effects") + "</section>\n";
 }
 
@@ -92,8 +99,10 @@ std::string effect_section(const TraceResult& trace)
     for (const TraceEffect& e : trace.effects) {
         if (e.confusable_with.empty()) continue;
         std::string names;
-        for (const std::string& name : e.confusable_with) names += (names.empty() ? "" : &name == &e.confusable_with.back() ? " or " : ", ") + spoken(name);
-        out += fmt::format("<p class=\"confusable\"><b>{}</b> cannot be told from {} on this log.{}</p>\n", escaped(spoken(e.name)), escaped(names),
+        for (const std::string& name : e.confusable_with)
+            names += (names.empty() ? "" : &name == &e.confusable_with.back() ? " or " : ", ") + spoken(name);
+        out += fmt::format("<p class=\"confusable\"><b>{}</b> cannot be told from {} on this log.{}</p>\n",
+                           escaped(spoken(e.name)), escaped(names),
                            e.separate.empty() ? "" : " What would separate them: " + escaped(e.separate));
     }
     return out + "</section>\n";
@@ -104,18 +113,21 @@ std::string candidate_section(const TraceResult& trace)
     if (trace.effects.empty() && trace.rejected.empty()) return "";
     double widest = std::max(trace.before.heldout_rms, trace.noise_floor);
     for (const TraceRejected& r : trace.rejected)
-        if (std::isfinite(r.heldout_rms)) widest = std::max(widest, std::min(r.heldout_rms, 1.5 * trace.before.heldout_rms));
+        if (std::isfinite(r.heldout_rms))
+            widest = std::max(widest, std::min(r.heldout_rms, 1.5 * trace.before.heldout_rms));
     const auto row = [&](const std::string& name, const char* css, double value, const std::string& why) {
         return bar_row(name, css, value, widest, trace.noise_floor, trace.unit, why);
     };
-    std::string out =
-        "<section><h2>What each candidate would leave</h2>\n<p>Residual on unseen rows: of the effects found, each with those above it; of the others, "
-        "were they alone added to the plain model. The line is the noise floor.</p>\n<div class=\"scroll\"><table class=\"bars candidates\"><tbody>\n";
+    std::string out = "<section><h2>What each candidate would leave</h2>\n<p>Residual on unseen rows: of the effects "
+                      "found, each with those above it; of the others, "
+                      "were they alone added to the plain model. The line is the noise floor.</p>\n<div "
+                      "class=\"scroll\"><table class=\"bars candidates\"><tbody>\n";
     out += row("plain model", "before", trace.before.heldout_rms, "without any effect");
     for (const TraceEffect& e : trace.effects) out += row(e.name, "after", e.heldout_rms_after, "found");
     std::vector<TraceRejected> rejected = trace.rejected;
     std::stable_sort(rejected.begin(), rejected.end(), [](const TraceRejected& a, const TraceRejected& b) {
-        return (std::isfinite(a.heldout_rms) ? a.heldout_rms : HUGE_VAL) < (std::isfinite(b.heldout_rms) ? b.heldout_rms : HUGE_VAL);
+        return (std::isfinite(a.heldout_rms) ? a.heldout_rms : HUGE_VAL) <
+               (std::isfinite(b.heldout_rms) ? b.heldout_rms : HUGE_VAL);
     });
     for (const TraceRejected& r : rejected) out += row(r.name, "other", r.heldout_rms, r.why);
     return out + "</tbody></table></div></section>\n";

@@ -17,7 +17,8 @@ std::string correlates_text(const std::vector<TraceCorrelate>& correlates)
 {
     std::string out;
     for (std::size_t i = 0; i < correlates.size() && i < 3; ++i)
-        out += fmt::format("{}{} ({}, {:.0f} %)", i ? "; " : "", correlates[i].with, correlates[i].axis, 100 * correlates[i].share);
+        out += fmt::format("{}{} ({}, {:.0f} %)", i ? "; " : "", correlates[i].with, correlates[i].axis,
+                           100 * correlates[i].share);
     return out;
 }
 
@@ -36,7 +37,8 @@ std::string trace_text(const TraceReport& report)
     std::string out = verdict_sentence(trace) + "\n";
     const std::string remark = verdict_remark(trace);
     out += remark + (remark.empty() ? "\n" : "\n\n");
-    out += fmt::format("{}: {}, {}, {} held out\n\n", trace.verdict, name_of(trace.regime), counted(trace.rows, "row"), trace.heldout_rows);
+    out += fmt::format("{}: {}, {}, {} held out\n\n", trace.verdict, name_of(trace.regime), counted(trace.rows, "row"),
+                       trace.heldout_rows);
     const bool found = !trace.effects.empty();
     const auto parameters = [&](const std::string& heading, const TraceFit& before, const TraceFit& after) {
         const Rows rows = parameter_rows(before, after, found);
@@ -44,14 +46,18 @@ std::string trace_text(const TraceReport& report)
     };
     out += table(residual_rows(report)) + parameters("", trace.before, trace.after);
     if (found) out += "\n" + table(effect_rows(trace));
-    if (report.learner_before && report.learner_after) out += parameters("learners in firmware\n", *report.learner_before, *report.learner_after);
+    if (report.learner_before && report.learner_after)
+        out += parameters("learners in firmware\n", *report.learner_before, *report.learner_after);
     for (const TraceEffect& e : trace.effects) out += confusable_text(e);
-    if (!trace.structure.empty()) out += fmt::format("\nthe residual {}goes with: {}\n", found ? "before " : "", correlates_text(trace.structure));
+    if (!trace.structure.empty())
+        out += fmt::format("\nthe residual {}goes with: {}\n", found ? "before " : "",
+                           correlates_text(trace.structure));
     if (found && !trace.rest.empty()) out += "the residual after goes with: " + correlates_text(trace.rest) + "\n";
     if (trace.rejected.empty()) return out;
     // The reason is a sentence, so it stands behind the table, not in it.
     Rows rows;
-    for (const TraceRejected& r : trace.rejected) rows.push_back({"  " + r.name, std::isfinite(r.heldout_rms) ? residual_text(r.heldout_rms, trace.unit) : ""});
+    for (const TraceRejected& r : trace.rejected)
+        rows.push_back({"  " + r.name, std::isfinite(r.heldout_rms) ? residual_text(r.heldout_rms, trace.unit) : ""});
     const std::string padded = table(rows);
     out += "\nnot taken\n";
     std::size_t at = 0;

@@ -13,8 +13,8 @@
 namespace dqw {
 namespace {
 
-/// {name} stands for that parameter with its deviation and unit. Of several sentences for one effect the first that finds its
-/// parameters is said.
+/// {name} stands for that parameter with its deviation and unit. Of several sentences for one effect the first that
+/// finds its parameters is said.
 struct Sentence {
     const char *effect, *text;
 };
@@ -27,17 +27,20 @@ const Sentence sentences[] = {
     {"magnet_temperature", "The magnet warms up: ψ falls by {fall_percent} within the log (magnet temperature)"},
     {"iron_loss", "The iron loses power like a resistance of {R_fe_ohm} across the induced voltage (iron loss)"},
     {"flux_harmonics", "The flux ripples six times a turn by {psi_6d_Wb} in d and {psi_6q_Wb} in q (flux harmonics)"},
-    {"flux_harmonics", "The flux ripples twelve times a turn by {psi_12d_Wb} in d and {psi_12q_Wb} in q (flux harmonics)"},
+    {"flux_harmonics",
+     "The flux ripples twelve times a turn by {psi_12d_Wb} in d and {psi_12q_Wb} in q (flux harmonics)"},
     {"current_offset", "The current sensors are off by {i_alpha_A} in α and {i_beta_A} in β (current offset)"},
     {"current_gain_mismatch", "The phases' current sensors differ in gain by {gain} (current gain mismatch)"},
     {"angle_offset", "The angle is off by {angle_rad}, electrical (angle offset)"},
     {"delay", "The voltage comes {periods} periods late (delay)"},
     {"delay", "The voltage comes {delay_s} late (delay)"},
     {"skin_effect", "R grows with the square of the speed, by {k_s2_rad2} (skin effect)"},
-    {"phase_resistance_imbalance", "The phases differ in resistance: a by {dR_a_ohm} and b by {dR_b_ohm} from c (phase resistance imbalance)"},
+    {"phase_resistance_imbalance",
+     "The phases differ in resistance: a by {dR_a_ohm} and b by {dR_b_ohm} from c (phase resistance imbalance)"},
     {"voltage_offset", "A constant voltage is in the log: {v_d_V} in d, {v_q_V} in q (voltage offset)"},
     {"coulomb_friction", "Dry friction takes {torque_Nm} (Coulomb friction)"},
-    {"direction_asymmetry", "Friction differs with the direction: {torque_Nm} more one way, less the other (direction asymmetry)"},
+    {"direction_asymmetry",
+     "Friction differs with the direction: {torque_Nm} more one way, less the other (direction asymmetry)"},
     {"stribeck_friction", "Friction rises by {torque_Nm} near standstill (Stribeck friction)"},
     {"cogging_torque", "The torque ripples by {torque_Nm}, {order} times a turn (cogging torque)"},
     {"load_torque", "A constant load takes {torque_Nm} (load torque)"},
@@ -76,7 +79,8 @@ std::string flux_text(double flux_Wb) { return with_sd(quantity("_Wb", flux_Wb +
 std::string current_text(double i_A)
 {
     Quantity q = quantity("_A", i_A, 0.0, 3);
-    if (q.value.find('.') != std::string::npos) q.value.erase(std::min(q.value.find_last_not_of('0') + 1, q.value.size()));
+    if (q.value.find('.') != std::string::npos)
+        q.value.erase(std::min(q.value.find_last_not_of('0') + 1, q.value.size()));
     if (q.value.back() == '.') q.value.pop_back();
     return with_sd(q);
 }
@@ -101,17 +105,22 @@ std::string flux_sentence(const TraceEffect& effect, const TraceBlocks& blocks)
         const double x = blocks.i_d_A[*d_row] / i_base_A, y = blocks.i_q_A[*q_row] / i_base_A;
         const double d_Wb = x * x * (weight("psi_d2_Wb") + x * (weight("psi_d3_Wb") + x * weight("psi_d4_Wb")));
         const double q_Wb = y * y * y * (weight("psi_q3_Wb") + y * y * weight("psi_q5_Wb"));
-        return fmt::format("The iron saturates: it changes the flux of d by {} at i_d = {}, that of q by {} at i_q = {} (saturation)", flux_text(d_Wb),
-                           current_text(blocks.i_d_A[*d_row]), flux_text(q_Wb), current_text(blocks.i_q_A[*q_row]));
+        return fmt::format(
+            "The iron saturates: it changes the flux of d by {} at i_d = {}, that of q by {} at i_q = {} (saturation)",
+            flux_text(d_Wb), current_text(blocks.i_d_A[*d_row]), flux_text(q_Wb), current_text(blocks.i_q_A[*q_row]));
     }
     if (effect.name != "cross_saturation" || *q_row >= blocks.i_d_A.size()) return "";
     const double x = blocks.i_d_A[*q_row] / i_base_A, y = blocks.i_q_A[*q_row] / i_base_A;
     const double d_Wb = y * y * (weight("psi_c12_Wb") + 2 * x * weight("psi_c22_Wb") + y * y * weight("psi_c14_Wb"));
-    return fmt::format("Each axis saturates the other: it changes the flux of d by {} at i_q = {} and i_d = {} (cross saturation)", flux_text(d_Wb),
-                       current_text(blocks.i_q_A[*q_row]), current_text(blocks.i_d_A[*q_row]));
+    return fmt::format(
+        "Each axis saturates the other: it changes the flux of d by {} at i_q = {} and i_d = {} (cross saturation)",
+        flux_text(d_Wb), current_text(blocks.i_q_A[*q_row]), current_text(blocks.i_d_A[*q_row]));
 }
 
-std::string in_unit(double value, const std::string& unit) { return number_like({"", "", unit}, "_" + unit, value, 2) + " " + unit; }
+std::string in_unit(double value, const std::string& unit)
+{
+    return number_like({"", "", unit}, "_" + unit, value, 2) + " " + unit;
+}
 
 std::string joined(const std::vector<std::string>& items, const char* last)
 {
@@ -127,8 +136,8 @@ std::string without_them(const TraceResult& trace)
     if (!wrong) return "";
     const Quantity like = quantity(wrong->name, std::fmax(std::fabs(before), std::fabs(wrong->value)), 0.0, 3);
     const auto text = [&](double value) { return with_sd({number_like(like, wrong->name, value, 3), "", like.unit}); };
-    return fmt::format(" Without {}, {} reads {} instead of {}.", trace.effects.size() == 1 ? "it" : "them", symbol(wrong->name), text(before),
-                       text(wrong->value));
+    return fmt::format(" Without {}, {} reads {} instead of {}.", trace.effects.size() == 1 ? "it" : "them",
+                       symbol(wrong->name), text(before), text(wrong->value));
 }
 
 std::string look_alikes(const TraceResult& trace)
@@ -167,7 +176,8 @@ std::string untested(const TraceResult& trace)
 {
     const Tried t = tried(trace);
     if (!trace.effects.empty() || t.yes.empty() || t.no.size() <= t.yes.size()) return "";
-    return fmt::format(" {} of {} effects could not be tested on this log: the list says why.", t.no.size(), t.no.size() + t.yes.size());
+    return fmt::format(" {} of {} effects could not be tested on this log: the list says why.", t.no.size(),
+                       t.no.size() + t.yes.size());
 }
 
 /// "1.53 V, 10 times the log's own noise".
@@ -189,8 +199,9 @@ std::string spoken(const std::string& name)
 
 std::string symbol(const std::string& parameter)
 {
-    const std::pair<const char*, const char*> symbols[] = {{"R_ohm", "R"},      {"Ld_H", "L_d"}, {"Lq_H", "L_q"},    {"psi_Wb", "ψ"},
-                                                           {"pole_pairs", "p"}, {"J_kgm2", "J"}, {"B_Nms_rad", "B"}, {"torque_constant_Nm_A", "K_t"}};
+    const std::pair<const char*, const char*> symbols[] = {
+        {"R_ohm", "R"},      {"Ld_H", "L_d"}, {"Lq_H", "L_q"},    {"psi_Wb", "ψ"},
+        {"pole_pairs", "p"}, {"J_kgm2", "J"}, {"B_Nms_rad", "B"}, {"torque_constant_Nm_A", "K_t"}};
     for (const auto& [name, text] : symbols)
         if (parameter == name) return text;
     return parameter;
@@ -220,8 +231,10 @@ std::string effect_sentence(const TraceEffect& effect, const TraceBlocks& blocks
         if (!text.empty()) return with_minus(text) + ".";
     }
     std::vector<std::string> values;
-    for (const Estimate& e : effect.parameters) values.push_back(e.name + " = " + with_sd(quantity(e.name, e.value, e.given ? 0.0 : e.sd, 3)));
-    return with_minus(fmt::format("The log shows {}{}{}.", spoken(effect.name), values.empty() ? "" : ": ", joined(values, ", ")));
+    for (const Estimate& e : effect.parameters)
+        values.push_back(e.name + " = " + with_sd(quantity(e.name, e.value, e.given ? 0.0 : e.sd, 3)));
+    return with_minus(
+        fmt::format("The log shows {}{}{}.", spoken(effect.name), values.empty() ? "" : ": ", joined(values, ", ")));
 }
 
 std::string verdict_sentence(const TraceResult& trace)
@@ -230,12 +243,13 @@ std::string verdict_sentence(const TraceResult& trace)
     const char* const why = "no effect could be tested on this log, the list says why";
     if (trace.verdict == "clean")
         return fmt::format("{}: on rows that it never saw the plain model leaves {}, and the log's own noise is {}.",
-                           blind ? fmt::format("What is missing is not known, {}", why) : "Nothing is missing", in_unit(trace.before.heldout_rms, trace.unit),
-                           in_unit(trace.noise_floor, trace.unit));
+                           blind ? fmt::format("What is missing is not known, {}", why) : "Nothing is missing",
+                           in_unit(trace.before.heldout_rms, trace.unit), in_unit(trace.noise_floor, trace.unit));
     if (!trace.doubt.empty()) return fmt::format("The plain model makes no sense of this log: {}", trace.doubt);
     if (trace.effects.empty())
         return fmt::format("Something is missing{}: the plain model leaves {}.",
-                           blind ? fmt::format(", and {}", why) : " that no effect of the catalogue explains", against_noise(trace.before.heldout_rms, trace));
+                           blind ? fmt::format(", and {}", why) : " that no effect of the catalogue explains",
+                           against_noise(trace.before.heldout_rms, trace));
     std::string out;
     for (const TraceEffect& e : trace.effects) out += (out.empty() ? "" : " ") + effect_sentence(e, trace.blocks);
     return out + with_minus(without_them(trace));
@@ -244,7 +258,8 @@ std::string verdict_sentence(const TraceResult& trace)
 std::string verdict_remark(const TraceResult& trace)
 {
     std::string out = look_alikes(trace) + untested(trace);
-    if (trace.verdict == "partly_explained") out += fmt::format(" A structured rest remains: {}.", against_noise(trace.after.heldout_rms, trace));
+    if (trace.verdict == "partly_explained")
+        out += fmt::format(" A structured rest remains: {}.", against_noise(trace.after.heldout_rms, trace));
     std::string rest = trace.doubt.empty() ? trace.rest_signature : "";
     if (!rest.empty() && rest[0] >= 'a' && rest[0] <= 'z') rest[0] = static_cast<char>(rest[0] - 'a' + 'A');
     if (!rest.empty()) out += " " + rest + (rest.back() == '.' ? "" : ".");

@@ -8,18 +8,19 @@
 
 namespace dqw {
 
-/// "The inverter loses 3.6 ± 0.1 V per phase (dead time)." Without its sentence's parameters: their names and values. A flux is told at
-/// the largest currents of `blocks`.
+/// "The inverter loses 3.6 ± 0.1 V per phase (dead time)." Without its sentence's parameters: their names and values. A
+/// flux is told at the largest currents of `blocks`.
 std::string effect_sentence(const TraceEffect& effect, const TraceBlocks& blocks);
 
-/// The verdict: a sentence for each effect, and the base parameter that was most wrong without them. For a clean log, and for one
-/// that nothing of the catalogue fits, what the plain model leaves against the log's own noise.
+/// The verdict: a sentence for each effect, and the base parameter that was most wrong without them. For a clean log,
+/// and for one that nothing of the catalogue fits, what the plain model leaves against the log's own noise.
 std::string verdict_sentence(const TraceResult& trace);
 
 /// What must be said beside it: look-alikes, and what is left. Empty where there is nothing.
 std::string verdict_remark(const TraceResult& trace);
 
-/// The base parameter that the effects moved most, as a part of its value; nullptr where none moved by a percent and two deviations.
+/// The base parameter that the effects moved most, as a part of its value; nullptr where none moved by a percent and
+/// two deviations.
 const Estimate* most_wrong(const TraceResult& trace, double& before);
 
 /// "dead time" for dead_time.

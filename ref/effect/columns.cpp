@@ -25,7 +25,9 @@ TraceColumns trace_columns(const Log& log, double pole_pairs, double i_base_A, d
         std::vector<double> h(rows);
         const double tau = part * span_s;
         for (std::size_t k = 1; k < rows; ++k) {
-            const auto square = [&](const std::vector<double>& i) { return i.empty() ? 0.0 : i[k - 1] * i[k - 1] / (i_base_A * i_base_A); };
+            const auto square = [&](const std::vector<double>& i) {
+                return i.empty() ? 0.0 : i[k - 1] * i[k - 1] / (i_base_A * i_base_A);
+            };
             const double z = (log.t_s[k] - log.t_s[k - 1]) / tau, kept = std::exp(-z);
             h[k] = kept * h[k - 1] + (1.0 - kept) * (square(log.i_d_A) + square(log.i_q_A));
         }

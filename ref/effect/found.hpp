@@ -11,14 +11,16 @@ namespace dqw {
 
 struct TraceEffect {
     std::string name;
-    std::vector<Estimate> parameters;  ///< named with their SI suffix, e.g. voltage_V, width_A; `given`: assumed, not fitted
-    double heldout_rms_after = 0.0;    ///< with this effect and those before it
+    /// named with their SI suffix, e.g. voltage_V, width_A; `given`: assumed, not fitted
+    std::vector<Estimate> parameters;
+    double heldout_rms_after = 0.0;  ///< with this effect and those before it
     std::vector<std::string> confusable_with;
     std::string separate;  ///< which experiment would tell it from those; empty where there are none
 };
 
-/// One term that firmware's Learner must know to have the effects found: the input of the named effect of lib/dqw_effect.h,
-/// its shape (widths, base currents, time constants) and its weights' starting values, both in the order that the law states.
+/// One term that firmware's Learner must know to have the effects found: the input of the named effect of
+/// lib/dqw_effect.h, its shape (widths, base currents, time constants) and its weights' starting values, both in the
+/// order that the law states.
 struct TraceInput {
     std::string effect;
     std::vector<double> shape;

@@ -63,8 +63,14 @@ const Moment& turned(const Input& input, const Moment& at, Moment& m)
     return m;
 }
 
-Phases phases_of(double alpha, double beta) { return {alpha, 0.5 * (kRoot3 * beta - alpha), -0.5 * (kRoot3 * beta + alpha)}; }
-Phases phases_of(const Moment& at) { return phases_of(at.cos_e * at.i_d - at.sin_e * at.i_q, at.sin_e * at.i_d + at.cos_e * at.i_q); }
+Phases phases_of(double alpha, double beta)
+{
+    return {alpha, 0.5 * (kRoot3 * beta - alpha), -0.5 * (kRoot3 * beta + alpha)};
+}
+Phases phases_of(const Moment& at)
+{
+    return phases_of(at.cos_e * at.i_d - at.sin_e * at.i_q, at.sin_e * at.i_d + at.cos_e * at.i_q);
+}
 
 /// tanh and ln cosh by one exponential.
 struct Soft {
@@ -86,7 +92,8 @@ struct MeanTanh {
         if (std::abs(step) < 1e-3) {
             mean = 0.5 * (from.tanh + to.tanh), by_from = by_to = 0.5 * (1.0 - mean * mean);
         } else {
-            mean = (to.log_cosh - from.log_cosh) / step, by_from = (mean - from.tanh) / step, by_to = (to.tanh - mean) / step;
+            mean = (to.log_cosh - from.log_cosh) / step, by_from = (mean - from.tanh) / step,
+            by_to = (to.tanh - mean) / step;
         }
     }
 };
@@ -103,9 +110,15 @@ struct Bowed {
     }
 };
 
-Vector2 to_dq(const Moment& at, double alpha, double beta) { return {at.cos_e * alpha + at.sin_e * beta, at.cos_e * beta - at.sin_e * alpha}; }
+Vector2 to_dq(const Moment& at, double alpha, double beta)
+{
+    return {at.cos_e * alpha + at.sin_e * beta, at.cos_e * beta - at.sin_e * alpha};
+}
 
-Vector2 of_phases(const Moment& at, double a, double b, double c) { return to_dq(at, (2.0 * a - b - c) / 3.0, (b - c) / kRoot3); }
+Vector2 of_phases(const Moment& at, double a, double b, double c)
+{
+    return to_dq(at, (2.0 * a - b - c) / 3.0, (b - c) / kRoot3);
+}
 
 double beyond(double i, double limit) { return i > limit ? i - limit : i < -limit ? i + limit : 0.0; }
 
@@ -180,7 +193,8 @@ Law law_named(const std::string& name)
     throw std::invalid_argument("unknown effect " + name);
 }
 
-void evaluate(const Input& input, const Moment& at, Vector2 f[kMostWeights], Vector2 g[kMostWeights], const double weights[])
+void evaluate(const Input& input, const Moment& at, Vector2 f[kMostWeights], Vector2 g[kMostWeights],
+              const double weights[])
 {
     for (int j = 0; j < weights_of(input.law); ++j) f[j] = g[j] = {};
     switch (input.law) {
@@ -192,7 +206,9 @@ void evaluate(const Input& input, const Moment& at, Vector2 f[kMostWeights], Vec
         const double k = 1.0 / input.shape[0];
         if (at.ends) {
             const Phases x = phases_of(m.past_alpha, m.past_beta), bow = phases_of(m.bow_alpha, m.bow_beta);
-            const auto twice = [&](double from, double by, double to) { return 2.0 * Bowed(k * from, k * by, k * to).mean; };
+            const auto twice = [&](double from, double by, double to) {
+                return 2.0 * Bowed(k * from, k * by, k * to).mean;
+            };
             f[0] = of_phases(m, twice(x.a, bow.a, p.a), twice(x.b, bow.b, p.b), twice(x.c, bow.c, p.c));
         } else {
             f[0] = of_phases(m, fast_tanh(k * p.a), fast_tanh(k * p.b), fast_tanh(k * p.c));
@@ -246,7 +262,8 @@ void evaluate(const Input& input, const Moment& at, Vector2 f[kMostWeights], Vec
         const Moment& m = turned(input, at, seen);
         const Phases p = phases_of(m);
         const double limit = input.shape[0];
-        const Vector2 missing = of_phases(m, 3.0 * beyond(p.a, limit), 3.0 * beyond(p.b, limit), 3.0 * beyond(p.c, limit));
+        const Vector2 missing = of_phases(m, 3.0 * beyond(p.a, limit), 3.0 * beyond(p.b, limit),
+                                          3.0 * beyond(p.c, limit));
         sensor(at, {-missing.d, -missing.q}, f[0], g[0]);
         break;
     }
@@ -316,8 +333,10 @@ void evaluate_slope(const Input& input, const double weights[], const Moment& at
         const auto slope = [&](double i) { return std::abs(i) > input.shape[0] ? 3.0 * weights[0] : 0.0; };
         double out[4];
         phase_slopes(m, slope(p.a), slope(p.b), slope(p.c), out);
-        f_slope[0] += at.R * out[0], f_slope[1] += at.R * out[1], f_slope[2] += at.R * out[2], f_slope[3] += at.R * out[3];
-        g_slope[0] += at.Ld * out[0], g_slope[1] += at.Ld * out[1], g_slope[2] += at.Lq * out[2], g_slope[3] += at.Lq * out[3];
+        f_slope[0] += at.R * out[0], f_slope[1] += at.R * out[1], f_slope[2] += at.R * out[2],
+            f_slope[3] += at.R * out[3];
+        g_slope[0] += at.Ld * out[0], g_slope[1] += at.Ld * out[1], g_slope[2] += at.Lq * out[2],
+            g_slope[3] += at.Lq * out[3];
         break;
     }
     default: break;

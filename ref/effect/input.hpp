@@ -1,4 +1,5 @@
-// The inputs of the effects, (E50) to (E55): what each adds to the voltage and to the flux linkage for one unit of each weight.
+// The inputs of the effects, (E50) to (E55): what each adds to the voltage and to the flux linkage for one unit of each
+// weight.
 #ifndef DQW_REF_EFFECT_INPUT_HPP
 #define DQW_REF_EFFECT_INPUT_HPP
 
@@ -33,8 +34,8 @@ enum class Law {
 constexpr int kMostWeights = 5;
 constexpr int kPast = 3;  ///< voltages that a delay looks back
 
-/// A law with its shape; the weights are what is fitted. `heat` names the heating state of a temperature law: 0 is the log's
-/// own temperature, n the n-th time constant that the model prepared.
+/// A law with its shape; the weights are what is fitted. `heat` names the heating state of a temperature law: 0 is the
+/// log's own temperature, n the n-th time constant that the model prepared.
 struct Input {
     Law law;
     std::array<double, 4> shape{};
@@ -53,8 +54,8 @@ struct Vector2 {
     double d = 0, q = 0;
 };
 
-/// What a sample holds for an input. Voltages: v of the period, v_end as the rotor sees it at this sample, change[0]: v less the
-/// last row's stationary voltage as seen in this period, change[1]: that less the one before ...
+/// What a sample holds for an input. Voltages: v of the period, v_end as the rotor sees it at this sample, change[0]: v
+/// less the last row's stationary voltage as seen in this period, change[1]: that less the one before ...
 struct Moment {
     double i_d = 0, i_q = 0, w_e = 0, cos_e = 1, sin_e = 0;
     double v_end_d = 0, v_end_q = 0;
@@ -63,18 +64,20 @@ struct Moment {
     bool settled = false;  ///< a point that lasts: its voltage has not just stepped
     double heat_K = 0;
     double R = 0, Ld = 0, Lq = 0, psi = 0;
-    /// Of a sampling period: what jumps within one is taken as its mean there, at its end, and counts nothing at its start.
+    /// Of a sampling period: what jumps within one is taken as its mean there, at its end, and counts nothing at its
+    /// start.
     bool starts = false, ends = false;
     double past_alpha = 0, past_beta = 0;  ///< stationary currents at its start, for its end
     double bow_alpha = 0, bow_beta = 0;    ///< how far its current lies, half-way, from the line between its ends
-    double bow_d = 0;                      ///< the same on average, in the rotor's frame: the magnet turns while the voltage is held
-    double mean_of_held = 1.0;             ///< what a constant rotor-frame f keeps of itself as a mean over it
+    double bow_d = 0;  ///< the same on average, in the rotor's frame: the magnet turns while the voltage is held
+    double mean_of_held = 1.0;  ///< what a constant rotor-frame f keeps of itself as a mean over it
 };
 
-/// f and g of one unit of each weight, (E51) to (E53); of a delay the slope at `weights`, where given. clipped_current: three
-/// sensors that stop at shape[0] A; where one does, the true phase current is beyond it by three times what the measured one,
-/// less the three's mean, is.
-void evaluate(const Input& input, const Moment& at, Vector2 f[kMostWeights], Vector2 g[kMostWeights], const double weights[] = nullptr);
+/// f and g of one unit of each weight, (E51) to (E53); of a delay the slope at `weights`, where given. clipped_current:
+/// three sensors that stop at shape[0] A; where one does, the true phase current is beyond it by three times what the
+/// measured one, less the three's mean, is.
+void evaluate(const Input& input, const Moment& at, Vector2 f[kMostWeights], Vector2 g[kMostWeights],
+              const double weights[] = nullptr);
 
 /// Sum over the weights; angle_offset and delay exactly instead of to first order.
 void evaluate_sum(const Input& input, const double weights[], const Moment& at, Vector2& f, Vector2& g);

@@ -19,8 +19,8 @@ Polar polar(double a, double b, double a_sd, double b_sd)
 
 }  // namespace
 
-std::vector<Estimate> physical(const std::vector<TraceInput>& inputs, const std::vector<std::vector<double>>& sd, const std::vector<double>& shape_sd,
-                               const PlainModel& model)
+std::vector<Estimate> physical(const std::vector<TraceInput>& inputs, const std::vector<std::vector<double>>& sd,
+                               const std::vector<double>& shape_sd, const PlainModel& model)
 {
     std::vector<Estimate> out;
     for (std::size_t n = 0; n < inputs.size(); ++n) {
@@ -28,7 +28,9 @@ std::vector<Estimate> physical(const std::vector<TraceInput>& inputs, const std:
         const std::vector<double>&w = in.weights, &s = sd[n];
         const auto shape = [&](std::size_t i) { return i < in.shape.size() ? in.shape[i] : 0.0; };
         const auto fixed = [&](const char* name, double value) { out.push_back({name, value, 0.0, true}); };
-        const auto scaled = [&](const char* name, std::size_t i, double by) { out.push_back({name, w[i] * by, s[i] * std::abs(by), false}); };
+        const auto scaled = [&](const char* name, std::size_t i, double by) {
+            out.push_back({name, w[i] * by, s[i] * std::abs(by), false});
+        };
         const auto plain = [&](std::initializer_list<const char*> names) {
             std::size_t i = 0;
             for (const char* name : names) scaled(name, i, 1.0), ++i;

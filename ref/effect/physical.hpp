@@ -9,10 +9,12 @@
 
 namespace dqw {
 
-/// Parameters of all inputs of one effect, as effects() names them, with their deviations; shapes that were assumed are `given`.
-/// `sd` belongs to the weights, input by input. Of a shape that was fitted, `shape_sd[i]` is the deviation of input i's first entry; else 0.
-std::vector<Estimate> physical(const std::vector<TraceInput>& inputs, const std::vector<std::vector<double>>& sd, const std::vector<double>& shape_sd,
-                               const PlainModel& model);
+/// Parameters of all inputs of one effect, as effects() names them, with their deviations; shapes that were assumed are
+/// `given`.
+/// `sd` belongs to the weights, input by input. Of a shape that was fitted, `shape_sd[i]` is the deviation of input i's
+/// first entry; else 0.
+std::vector<Estimate> physical(const std::vector<TraceInput>& inputs, const std::vector<std::vector<double>>& sd,
+                               const std::vector<double>& shape_sd, const PlainModel& model);
 
 }  // namespace dqw
 #endif

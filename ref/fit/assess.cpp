@@ -19,7 +19,8 @@ Eigen::MatrixXd picked(const Eigen::MatrixXd& m, const std::vector<int>& index)
     const auto n = static_cast<Eigen::Index>(index.size());
     Eigen::MatrixXd out(n, n);
     for (Eigen::Index i = 0; i < n; ++i)
-        for (Eigen::Index j = 0; j < n; ++j) out(i, j) = m(index[static_cast<std::size_t>(i)], index[static_cast<std::size_t>(j)]);
+        for (Eigen::Index j = 0; j < n; ++j)
+            out(i, j) = m(index[static_cast<std::size_t>(i)], index[static_cast<std::size_t>(j)]);
     return out;
 }
 
@@ -41,7 +42,8 @@ Eigen::MatrixXd scores(const Solution& s, const std::vector<int>& index)
         Eigen::VectorXd score = Eigen::VectorXd::Zero(n);
         for (int c = 0; c < s.sums.channels; ++c) {
             const Eigen::MatrixXd& m = s.sums.at(b, c);
-            for (Eigen::Index i = 0; i < n; ++i) score[i] += m(index[static_cast<std::size_t>(i)], m.cols() - 1) / (s.sigma[c] * s.sigma[c]);
+            for (Eigen::Index i = 0; i < n; ++i)
+                score[i] += m(index[static_cast<std::size_t>(i)], m.cols() - 1) / (s.sigma[c] * s.sigma[c]);
         }
         meat += score * score.transpose();
     }
@@ -112,7 +114,8 @@ Covariance assess(const Solution& s, const Model& model, const Eigen::VectorXd& 
         for (Eigen::Index j = 0; j < n; ++j) out.of(row, index[static_cast<std::size_t>(j)]) = cov(i, j);
         Assessment& a = out.each[static_cast<std::size_t>(row)];
         a.sd = std::sqrt(std::max(cov(i, i), out.robust ? white(i, i) : 0.0));
-        if (a.verdict == Verdict::determined && a.sd > kUncertain * std::max(std::abs(a.value), 0.1 * typical[row])) a.verdict = Verdict::uncertain;
+        if (a.verdict == Verdict::determined && a.sd > kUncertain * std::max(std::abs(a.value), 0.1 * typical[row]))
+            a.verdict = Verdict::uncertain;
     }
     return out;
 }
@@ -134,7 +137,8 @@ Covariance assess_excited(const Solution& solution, Model& model, const Eigen::V
     if (!done) return covariance;
     const Covariance signal = assess(simulated, model, typical);
     for (std::size_t j = 0; j < covariance.each.size(); ++j)
-        if (covariance.each[j].verdict == Verdict::determined && signal.each[j].verdict != Verdict::determined) covariance.each[j] = signal.each[j];
+        if (covariance.each[j].verdict == Verdict::determined && signal.each[j].verdict != Verdict::determined)
+            covariance.each[j] = signal.each[j];
     return covariance;
 }
 

@@ -30,8 +30,8 @@ struct Covariance {
 /// (E42). White innovations: cov = M^-1 W M^-1, M = sum_c J_c'J_c / sigma_c^2, W = sum_c noise_c^2 J_c'J_c / sigma_c^4.
 /// Where the scores of the blocks scatter significantly more than
 /// white innovations' would (some parameter's variance above 1 + 3.5 sqrt(2 / blocks) times): M^-1 (sum s_b s_b') M^-1.
-/// `typical[j]` is a size of theta[j] that would matter: an entry whose effect at max(|theta|, typical) is below 1e-6 of
-/// the signal has no effect; an sd is judged against max(|theta|, 0.1 typical).
+/// `typical[j]` is a size of theta[j] that would matter: an entry whose effect at max(|theta|, typical) is below 1e-6
+/// of the signal has no effect; an sd is judged against max(|theta|, 0.1 typical).
 Covariance assess(const Solution& solution, const Model& model, const Eigen::VectorXd& typical);
 
 /// assess() of a model with gains. Noise that the gains let into the state looks like excitation, and so does a start

@@ -17,7 +17,7 @@ namespace {
 
 constexpr std::size_t kLeastRows = 100;
 constexpr std::size_t kFirstRows = 20000, kFirstWindow = 1000;  ///< of the part a long log converges on first
-constexpr std::size_t kHuge = 1000000;                          ///< rows beyond which a pass is dear and standard deviations are tiny
+constexpr std::size_t kHuge = 1000000;  ///< rows beyond which a pass is dear and standard deviations are tiny
 constexpr double kCoarse_rad = 0.6;
 constexpr double kGains[] = {0.02, 0.5};
 
@@ -46,7 +46,8 @@ Eigen::VectorXd best_start(Dynamic& model, const std::vector<ElectricalStart>& s
     return best;
 }
 
-Solution best_of_two_gains(Dynamic& model, const Eigen::VectorXd& start, const std::vector<bool>& free, const Task& task)
+Solution best_of_two_gains(Dynamic& model, const Eigen::VectorXd& start, const std::vector<bool>& free,
+                           const Task& task)
 {
     SolveOptions options;
     options.passes = 4, options.tolerance = 1e-6, options.sigma_tolerance = 1e-2, options.tick = task.tick;
@@ -78,11 +79,14 @@ PlainModel plain_model(const Eigen::VectorXd& theta)
 }
 
 /// Publishes the averaged fit in place of the predicting one where its reported residual is clearly less.
-bool publish_averaged(const Task& task, const std::vector<Piece>& pieces, const Dynamic& all, const Solution& predicted, Result& result)
+bool publish_averaged(const Task& task, const std::vector<Piece>& pieces, const Dynamic& all, const Solution& predicted,
+                      Result& result)
 {
     const Eigen::VectorXd& theta = predicted.theta;
     // A steady gain g tells the sensor's share of the innovation: (1 - g) of its variance.
-    const auto sensor = [&](int axis) { return predicted.noise[axis] * std::sqrt(std::max(0.0, 1.0 - theta[Dynamic::kGainD + axis])); };
+    const auto sensor = [&](int axis) {
+        return predicted.noise[axis] * std::sqrt(std::max(0.0, 1.0 - theta[Dynamic::kGainD + axis]));
+    };
     const auto model = averaged_electrical(pieces, theta[Dynamic::kPolePairs], sensor(0), sensor(1));
     if (model->rows() < 10) return false;
     SolveOptions options;
@@ -97,7 +101,8 @@ bool publish_averaged(const Task& task, const std::vector<Piece>& pieces, const 
     result = averaged;
     const Covariance covariance = assess(s, *model, typical_of(all, s.theta));
     publish(task, model->names(), covariance, result);
-    result.notes.push_back("the plain model does not hold; fitted to voltages averaged over blocks, which leaves less than prediction");
+    result.notes.push_back(
+        "the plain model does not hold; fitted to voltages averaged over blocks, which leaves less than prediction");
     note_robust(covariance, result);
     return true;
 }
@@ -135,9 +140,10 @@ Eigen::VectorXd with_whole(Eigen::VectorXd theta, double whole)
     return theta;
 }
 
-/// From the first look `s`, `p` to the fit of all rows. Pole pairs that stand out already are fixed, and only confirmed:
-/// by one step of a fit with all parameters free.
-void fit_all(const std::vector<Piece>& pieces, std::vector<bool>& free, const SolveOptions& options, Solution& s, PolePairs& p)
+/// From the first look `s`, `p` to the fit of all rows. Pole pairs that stand out already are fixed, and only
+/// confirmed: by one step of a fit with all parameters free.
+void fit_all(const std::vector<Piece>& pieces, std::vector<bool>& free, const SolveOptions& options, Solution& s,
+             PolePairs& p)
 {
     std::vector<bool> fixed = free;
     fixed[Dynamic::kPolePairs] = false;
@@ -174,7 +180,8 @@ double largest_turn_rad(const std::vector<Piece>& pieces, double pole_pairs)
 double product_sd(const Eigen::VectorXd& theta, const Covariance& c)
 {
     const double psi = theta[Dynamic::kPsi], p = theta[Dynamic::kPolePairs];
-    const double variance = p * p * c.of(Dynamic::kPsi, Dynamic::kPsi) + psi * psi * c.of(Dynamic::kPolePairs, Dynamic::kPolePairs) +
+    const double variance = p * p * c.of(Dynamic::kPsi, Dynamic::kPsi) +
+                            psi * psi * c.of(Dynamic::kPolePairs, Dynamic::kPolePairs) +
                             2.0 * p * psi * c.of(Dynamic::kPsi, Dynamic::kPolePairs);
     return std::sqrt(std::max(variance, 0.0));
 }
@@ -186,13 +193,15 @@ Result fit_dynamic(const Task& task)
     const std::vector<Piece> pieces = pieces_of(task.logs, kLeastPiece);
     const std::string& path = task.logs.front().path;
     if (rows_of(pieces) < kLeastRows)
-        throw std::invalid_argument(path + ": " + std::to_string(rows_of(pieces)) + " rows without a gap; a dynamic fit needs at least " +
-                                    std::to_string(kLeastRows));
+        throw std::invalid_argument(path + ": " + std::to_string(rows_of(pieces)) +
+                                    " rows without a gap; a dynamic fit needs at least " + std::to_string(kLeastRows));
     std::vector<bool> free(Dynamic::kSize, true);
     free[Dynamic::kPolePairs] = !task.pole_pairs && turns(task.logs);
     PolePairs p;
     Solution s = first_look(task, pieces, free, p);
-    if (!s.ok) throw std::invalid_argument(path + ": a sampling period spans many time constants of the windings; is this log steady?");
+    if (!s.ok)
+        throw std::invalid_argument(
+            path + ": a sampling period spans many time constants of the windings; is this log steady?");
     SolveOptions options;
     options.tick = task.tick;
     if (rows_of(pieces) > kHuge) options.tolerance = 1e-7;
@@ -213,9 +222,11 @@ Result fit_dynamic(const Task& task)
         report_pole_pairs(rest, p, product, 0.0, result);
     }
     if (const double turn = largest_turn_rad(pieces, s.theta[Dynamic::kPolePairs]); turn > kCoarse_rad)
-        result.notes.push_back("the rotor turns by up to " + figure(turn) + " rad in a sampling period; a voltage held that long is " +
+        result.notes.push_back("the rotor turns by up to " + figure(turn) +
+                               " rad in a sampling period; a voltage held that long is " +
                                "hardly meant: average it and call the log steady, or sample faster");
-    result.notes.push_back("correction gain of the currents: d " + figure(s.theta[Dynamic::kGainD]) + ", q " + figure(s.theta[Dynamic::kGainQ]));
+    result.notes.push_back("correction gain of the currents: d " + figure(s.theta[Dynamic::kGainD]) + ", q " +
+                           figure(s.theta[Dynamic::kGainQ]));
     return result;
 }
 

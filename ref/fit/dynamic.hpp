@@ -7,7 +7,8 @@
 
 namespace dqw {
 
-/// Returns parameters, not_identifiable, residual and notes; rows and regime are fit()'s. Throws std::invalid_argument where rows are too few.
+/// Returns parameters, not_identifiable, residual and notes; rows and regime are fit()'s. Throws std::invalid_argument
+///         where rows are too few.
 Result fit_dynamic(const Task& task);
 
 }  // namespace dqw

@@ -25,7 +25,8 @@ Spread spread(const std::vector<Log>& logs, std::vector<double> Log::*column)
 
 std::string current(const char* name, const Spread& s)
 {
-    return std::string(name) + " is " + figure(s.rms) + " A RMS (mean " + figure(s.mean) + ", standard deviation " + figure(s.sd) + ")";
+    return std::string(name) + " is " + figure(s.rms) + " A RMS (mean " + figure(s.mean) + ", standard deviation " +
+           figure(s.sd) + ")";
 }
 
 /// What in the signals bears on the parameter.
@@ -75,22 +76,26 @@ std::string excitation_for(const std::string& name, Regime regime)
         return dynamic ? "the machine turning, speed or currents changing, and the pole pairs given"
                        : "the machine turning, at two speeds or two values of i_d, and the pole pairs given";
     if (name == "pole_pairs")
-        return dynamic ? "steps of i_d and i_q while the machine turns fast" : "a dynamic log with steps of i_d and i_q at speed; or give the pole pairs";
+        return dynamic ? "steps of i_d and i_q while the machine turns fast"
+                       : "a dynamic log with steps of i_d and i_q at speed; or give the pole pairs";
     if (name == "J_kgm2") return "steps of torque, so that the speed changes";
     if (name == "B_Nms_rad") return "several settled speeds, also high ones";
     return "steps of i_q, with a measured torque_Nm";
 }
 
-NotIdentifiable explain(const std::string& name, const Assessment& a, const std::vector<std::string>& names, const std::vector<Log>& logs)
+NotIdentifiable explain(const std::string& name, const Assessment& a, const std::vector<std::string>& names,
+                        const std::vector<Log>& logs)
 {
     std::string why;
     switch (a.verdict) {
     case Verdict::no_effect: why = "it has no effect on this log: " + signals(name, logs); break;
     case Verdict::collinear:
-        why = "it acts only together with " + list(a.partners, names) + ", and no row tells them apart (both stayed in the fit): " + signals(name, logs);
+        why = "it acts only together with " + list(a.partners, names) +
+              ", and no row tells them apart (both stayed in the fit): " + signals(name, logs);
         break;
     default:
-        why = "its standard deviation is " + (a.value != 0.0 ? figure(100.0 * a.sd / std::abs(a.value)) + " % of its value" : "all of its value") +
+        why = "its standard deviation is " +
+              (a.value != 0.0 ? figure(100.0 * a.sd / std::abs(a.value)) + " % of its value" : "all of its value") +
               " (it stayed in the fit): " + signals(name, logs);
     }
     return {name, why, excitation_for(name, logs.front().regime)};

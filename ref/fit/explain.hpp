@@ -12,7 +12,8 @@
 namespace dqw {
 
 /// The reason and the remedy. `names` belongs to the entries of the theta that was assessed; never quotes the value.
-NotIdentifiable explain(const std::string& name, const Assessment& assessment, const std::vector<std::string>& names, const std::vector<Log>& logs);
+NotIdentifiable explain(const std::string& name, const Assessment& assessment, const std::vector<std::string>& names,
+                        const std::vector<Log>& logs);
 
 /// What the next log should contain so that `name` can be told.
 std::string excitation_for(const std::string& name, Regime regime);

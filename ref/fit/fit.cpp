@@ -44,7 +44,10 @@ const char* name_of(Regime regime)
     }
 }
 
-bool has(const Names& names, const std::string& name) { return std::find(names.begin(), names.end(), name) != names.end(); }
+bool has(const Names& names, const std::string& name)
+{
+    return std::find(names.begin(), names.end(), name) != names.end();
+}
 
 void need(const Log& log, const std::vector<double>& column, const char* name)
 {
@@ -79,7 +82,8 @@ std::optional<double> stated(const std::vector<Log>& logs, std::optional<double>
     for (const Log& log : logs) {
         const auto& x = log.machine.*field;
         if (!x) continue;
-        if (value && *value != *x) throw std::invalid_argument(log.path + ": " + name + " differs from the other logs': not one machine");
+        if (value && *value != *x)
+            throw std::invalid_argument(log.path + ": " + name + " differs from the other logs': not one machine");
         value = x;
     }
     return value;
@@ -93,7 +97,9 @@ Result fit(const std::vector<Log>& logs, const FitOptions& options)
     const Regime regime = logs.front().regime;
     std::size_t rows = 0, gaps = 0;
     for (const Log& log : logs) {
-        if (log.regime != regime) throw std::invalid_argument(log.path + ": a " + name_of(log.regime) + " log beside a " + name_of(regime) + " one");
+        if (log.regime != regime)
+            throw std::invalid_argument(log.path + ": a " + name_of(log.regime) + " log beside a " + name_of(regime) +
+                                        " one");
         check_columns(log);
         rows += log.rows();
         gaps += log.segments.empty() ? 0 : log.segments.size() - 1;
@@ -112,22 +118,26 @@ Result fit(const std::vector<Log>& logs, const FitOptions& options)
             ++evaluations;
             options.progress(evaluations / (evaluations + 30.0));  // how many there will be is not known before
         };
-    Result result = regime == Regime::dynamic ? fit_dynamic(task) : regime == Regime::mechanical ? fit_mechanical(task) : fit_static(task);
+    Result result = regime == Regime::dynamic      ? fit_dynamic(task)
+                    : regime == Regime::mechanical ? fit_mechanical(task)
+                                                   : fit_static(task);
     result.rows = rows;
     result.regime = regime;
     for (const std::string& name : task.asked)
         if (!has(possible_parameters(regime), name))
-            result.not_identifiable.push_back({name, std::string("a ") + name_of(regime) + " log does not contain it", excitation_for(name, regime)});
+            result.not_identifiable.push_back(
+                {name, std::string("a ") + name_of(regime) + " log does not contain it", excitation_for(name, regime)});
     std::stable_sort(result.parameters.begin(), result.parameters.end(), [](const Estimate& a, const Estimate& b) {
         return std::find(kEvery.begin(), kEvery.end(), a.name) < std::find(kEvery.begin(), kEvery.end(), b.name);
     });
     const bool simulated = regime == Regime::dynamic || regime == Regime::mechanical;
     const std::size_t left_out = simulated ? rows - rows_of(pieces_of(logs, kLeastPiece)) : 0;
     if (left_out > 0)
-        result.notes.push_back(std::to_string(left_out) + " rows left out: they stand in stretches of fewer than " + std::to_string(kLeastPiece) +
-                               " rows between gaps");
+        result.notes.push_back(std::to_string(left_out) + " rows left out: they stand in stretches of fewer than " +
+                               std::to_string(kLeastPiece) + " rows between gaps");
     if (gaps > 0 && simulated)
-        result.notes.push_back(std::to_string(gaps) + " gap" + (gaps > 1 ? "s" : "") + " in time: the simulation starts anew after each");
+        result.notes.push_back(std::to_string(gaps) + " gap" + (gaps > 1 ? "s" : "") +
+                               " in time: the simulation starts anew after each");
     if (options.progress) options.progress(1.0);
     return result;
 }

@@ -34,7 +34,8 @@ void fit_torque_constant(const Task& task, Result& result)
         }
     });
     if (model.rows() < kLeastRows) {
-        result.not_identifiable.push_back({name, "no log has both torque_Nm and i_q_A", excitation_for(name, Regime::mechanical)});
+        result.not_identifiable.push_back(
+            {name, "no log has both torque_Nm and i_q_A", excitation_for(name, Regime::mechanical)});
         return;
     }
     SolveOptions options;
@@ -43,10 +44,12 @@ void fit_torque_constant(const Task& task, Result& result)
     publish(task, model.names(), assess(s, model, Eigen::VectorXd::Zero(1)), result);
 }
 
-std::vector<const std::vector<double>*> torque_of_pieces(const Task& task, const std::vector<Piece>& pieces, const std::vector<std::vector<double>>& torque)
+std::vector<const std::vector<double>*> torque_of_pieces(const Task& task, const std::vector<Piece>& pieces,
+                                                         const std::vector<std::vector<double>>& torque)
 {
     std::vector<const std::vector<double>*> of_piece;
-    for (const Piece& piece : pieces) of_piece.push_back(&torque[static_cast<std::size_t>(piece.log - task.logs.data())]);
+    for (const Piece& piece : pieces)
+        of_piece.push_back(&torque[static_cast<std::size_t>(piece.log - task.logs.data())]);
     return of_piece;
 }
 
@@ -60,7 +63,8 @@ Solution first_look(const Task& task, const std::vector<Piece>& pieces, const st
     Solution best;
     for (const MechanicalStart& start : mechanical_starts(part, torque_of_pieces(task, part, torque))) {
         for (double gain : kGains) {
-            const Solution s = solve(model, Eigen::Vector3d(start.J_kgm2, start.B_Nms_rad, gain), {true, true, true}, options);
+            const Solution s = solve(model, Eigen::Vector3d(start.J_kgm2, start.B_Nms_rad, gain), {true, true, true},
+                                     options);
             if (s.ok && (!best.ok || s.log_likelihood > best.log_likelihood)) best = s;
         }
     }
@@ -76,7 +80,8 @@ PlainModel plain_model(const Eigen::VectorXd& theta, double torque_constant_Nm_A
 }
 
 /// Publishes the averaged fit in place of the predicting one where its reported residual is clearly less.
-bool publish_averaged(const Task& task, LinearModel& model, const Eigen::VectorXd& start, double torque_constant_Nm_A, Result& result)
+bool publish_averaged(const Task& task, LinearModel& model, const Eigen::VectorXd& start, double torque_constant_Nm_A,
+                      Result& result)
 {
     if (model.rows() < 10) return false;
     SolveOptions options;
@@ -90,7 +95,8 @@ bool publish_averaged(const Task& task, LinearModel& model, const Eigen::VectorX
     result = averaged;
     const Covariance covariance = assess(s, model, Eigen::VectorXd::Zero(2));
     publish(task, model.names(), covariance, result);
-    result.notes.push_back("the plain model does not hold; fitted to torque averaged over blocks, which leaves less than prediction");
+    result.notes.push_back(
+        "the plain model does not hold; fitted to torque averaged over blocks, which leaves less than prediction");
     note_robust(covariance, result);
     return true;
 }
@@ -101,7 +107,8 @@ Result fit_mechanical(const Task& task)
 {
     const std::vector<Piece> pieces = pieces_of(task.logs, kLeastPiece);
     if (rows_of(pieces) < kLeastRows)
-        throw std::invalid_argument(task.logs.front().path + ": " + std::to_string(rows_of(pieces)) + " rows without a gap; a mechanical fit needs at least " +
+        throw std::invalid_argument(task.logs.front().path + ": " + std::to_string(rows_of(pieces)) +
+                                    " rows without a gap; a mechanical fit needs at least " +
                                     std::to_string(kLeastRows));
     Result result;
     std::vector<std::vector<double>> torque;
@@ -109,7 +116,8 @@ Result fit_mechanical(const Task& task)
     for (const Log& log : task.logs) {
         torque.push_back(torque_of(log, task.torque_constant_Nm_A.value_or(0.0), source));
         if (torque.back().empty())
-            throw std::invalid_argument(log.path + ": no torque: neither torque_Nm, nor i_q_A with a torque constant, nor torque_cmd_Nm");
+            throw std::invalid_argument(
+                log.path + ": no torque: neither torque_Nm, nor i_q_A with a torque constant, nor torque_cmd_Nm");
         if (source != first_source) result.notes.push_back("torque is " + source);
         first_source = source;
     }
@@ -118,7 +126,9 @@ Result fit_mechanical(const Task& task)
     options.tick = task.tick;
     Solution best = first_look(task, pieces, torque);
     if (best.ok) best = solve(model, best.theta, {true, true, true}, options);
-    if (!best.ok) throw std::invalid_argument(task.logs.front().path + ": one sampling period spans many time constants of the machine");
+    if (!best.ok)
+        throw std::invalid_argument(task.logs.front().path +
+                                    ": one sampling period spans many time constants of the machine");
     const Covariance covariance = assess_excited(best, model, Eigen::VectorXd::Zero(3));
     const double torque_constant = task.torque_constant_Nm_A.value_or(0.0);
     report_residual(task.logs, plain_model(best.theta, torque_constant), result);

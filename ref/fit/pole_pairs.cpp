@@ -27,24 +27,27 @@ void report_pole_pairs(Task& task, const PolePairs& p, double product, double pr
     }
     if (p.clear) {
         result.parameters.push_back({"pole_pairs", p.whole, p.real.sd, false});
-        result.notes.push_back("pole_pairs rounded to a whole number from " + figure(p.real.value) + " with standard deviation " + figure(p.real.sd));
+        result.notes.push_back("pole_pairs rounded to a whole number from " + figure(p.real.value) +
+                               " with standard deviation " + figure(p.real.sd));
         return;
     }
     if (!task.asks("pole_pairs") && !task.asks("psi_Wb")) return;
     NotIdentifiable n;
     if (!p.sought) {
-        n = {"pole_pairs", "w_m is 0 rad/s on every row, and the pole pairs act only through it", excitation_for("pole_pairs", Regime::dynamic)};
+        n = {"pole_pairs", "w_m is 0 rad/s on every row, and the pole pairs act only through it",
+             excitation_for("pole_pairs", Regime::dynamic)};
     } else if (p.real.verdict == Verdict::determined) {
         n = {"pole_pairs",
-             "no whole number stands out: standard deviation " + figure(p.real.sd) + ", " + figure(std::abs(p.real.value - p.whole)) +
-                 " off the nearest (a real number stayed in the fit)",
+             "no whole number stands out: standard deviation " + figure(p.real.sd) + ", " +
+                 figure(std::abs(p.real.value - p.whole)) + " off the nearest (a real number stayed in the fit)",
              excitation_for("pole_pairs", Regime::dynamic)};
     } else {
         n = explain("pole_pairs", p.real, {"R_ohm", "Ld_H", "Lq_H", "psi_Wb", "", "", "pole_pairs"}, task.logs);
     }
     result.not_identifiable.push_back(n);
     constexpr double kDoubt = 0.1;
-    if (p.sought && !(p.real.sd < kDoubt * std::abs(p.real.value))) withhold_product(task, "psi_Wb", product, product_sd, result);
+    if (p.sought && !(p.real.sd < kDoubt * std::abs(p.real.value)))
+        withhold_product(task, "psi_Wb", product, product_sd, result);
 }
 
 }  // namespace dqw

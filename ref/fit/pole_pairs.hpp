@@ -13,7 +13,8 @@ struct PolePairs {
     Assessment real;      ///< as fitted
 };
 
-/// A whole number stands out where the real one is nearer to it than 0.3, and the next is four standard deviations away.
+/// A whole number stands out where the real one is nearer to it than 0.3, and the next is four standard deviations
+/// away.
 PolePairs decide_pole_pairs(const Assessment& real);
 
 /// Given, estimated, or not identifiable, into `result`. Where they are in doubt by more than a tenth, psi_Wb is

@@ -14,8 +14,9 @@ void withhold_product(Task& task, const std::string& name, double product, doubl
     if (!task.asks(name)) return;
     const std::string unit = name == "psi_Wb" ? " Wb" : " H";
     result.not_identifiable.push_back({name,
-                                       "the pole pairs are not known, and of " + name + " only the product pole_pairs * " + name + " = " + figure(product) +
-                                           unit + " (standard deviation " + figure(sd) + ")",
+                                       "the pole pairs are not known, and of " + name +
+                                           " only the product pole_pairs * " + name + " = " + figure(product) + unit +
+                                           " (standard deviation " + figure(sd) + ")",
                                        "give the pole pairs; or " + excitation_for("pole_pairs", Regime::dynamic)});
     task.asked.erase(std::remove(task.asked.begin(), task.asked.end(), name), task.asked.end());
 }
@@ -35,8 +36,9 @@ void publish(const Task& task, const std::vector<std::string>& names, const Cova
 void note_robust(const Covariance& covariance, Result& result)
 {
     if (covariance.robust)
-        result.notes.push_back("the residual is correlated in time: standard deviations are from the scatter of blocks, up to " + figure(covariance.inflation) +
-                               " times those of white noise");
+        result.notes.push_back(
+            "the residual is correlated in time: standard deviations are from the scatter of blocks, up to " +
+            figure(covariance.inflation) + " times those of white noise");
 }
 
 }  // namespace dqw

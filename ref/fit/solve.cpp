@@ -12,7 +12,7 @@
 namespace dqw {
 namespace {
 
-constexpr double kSigmaRatio = 1e-3;       ///< smallest noise of a channel against the largest: keeps one from ruling alone
+constexpr double kSigmaRatio = 1e-3;  ///< smallest noise of a channel against the largest: keeps one from ruling alone
 constexpr double kLeastVariance = 1e-200;  ///< of a log of zeros: its inverse must stay finite
 
 /// The entries of theta that Ceres sees: the free ones, each over its size at the start.
@@ -52,7 +52,8 @@ struct Latest {
 
 class RootCost : public ceres::CostFunction {
 public:
-    RootCost(const Model& model, const Scaling& scaling, Eigen::VectorXd sigma, Latest& latest, const std::function<void()>& tick)
+    RootCost(const Model& model, const Scaling& scaling, Eigen::VectorXd sigma, Latest& latest,
+             const std::function<void()>& tick)
         : model_(model), scaling_(scaling), sigma_(std::move(sigma)), latest_(latest), tick_(tick)
     {
         const int n = static_cast<int>(scaling.free.size());
@@ -95,11 +96,13 @@ private:
         }
         pick(last, n) = 1.0;
         Eigen::MatrixXd gram = Eigen::MatrixXd::Zero(n + 1, n + 1);
-        for (int c = 0; c < sums.channels; ++c) gram += pick.transpose() * sums.total(c) * pick / (sigma_[c] * sigma_[c]);
+        for (int c = 0; c < sums.channels; ++c)
+            gram += pick.transpose() * sums.total(c) * pick / (sigma_[c] * sigma_[c]);
         const Eigen::VectorXd size = gram.diagonal().cwiseMax(std::numeric_limits<double>::min()).cwiseSqrt();
         const Eigen::MatrixXd unit = size.cwiseInverse().asDiagonal() * gram * size.cwiseInverse().asDiagonal();
         const Symmetric eigen(unit);
-        return eigen.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal() * eigen.eigenvectors().transpose() * size.asDiagonal();
+        return eigen.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal() * eigen.eigenvectors().transpose() *
+               size.asDiagonal();
     }
 
     const Model& model_;
@@ -109,7 +112,8 @@ private:
     const std::function<void()>& tick_;
 };
 
-void minimise(Scaling& scaling, const Model& model, const Eigen::VectorXd& sigma, Latest& latest, const SolveOptions& options)
+void minimise(Scaling& scaling, const Model& model, const Eigen::VectorXd& sigma, Latest& latest,
+              const SolveOptions& options)
 {
     // Ceres complains on stderr where its first evaluation fails.
     std::vector<double> z = scaling.scaled();
@@ -135,7 +139,9 @@ void minimise(Scaling& scaling, const Model& model, const Eigen::VectorXd& sigma
 /// What innovations of this noise are divided by.
 Eigen::VectorXd weights(const Eigen::VectorXd& noise, bool common)
 {
-    if (common) return Eigen::VectorXd::Constant(noise.size(), std::sqrt(noise.squaredNorm() / static_cast<double>(noise.size())));
+    if (common)
+        return Eigen::VectorXd::Constant(noise.size(),
+                                         std::sqrt(noise.squaredNorm() / static_cast<double>(noise.size())));
     return noise.cwiseMax(noise.maxCoeff() * kSigmaRatio);
 }
 
@@ -152,14 +158,16 @@ Eigen::VectorXd noise(const Sums& sums, const std::vector<int>& free, const Eige
         squares[c] = total(last, last);
         Eigen::MatrixXd m(n, n);
         for (Eigen::Index i = 0; i < n; ++i)
-            for (Eigen::Index j = 0; j < n; ++j) m(i, j) = total(free[static_cast<std::size_t>(i)], free[static_cast<std::size_t>(j)]);
+            for (Eigen::Index j = 0; j < n; ++j)
+                m(i, j) = total(free[static_cast<std::size_t>(i)], free[static_cast<std::size_t>(j)]);
         part.push_back(m / (old[c] * old[c]));
         all += part.back();
     }
     const Eigen::VectorXd size = all.diagonal().cwiseMax(std::numeric_limits<double>::min()).cwiseSqrt().cwiseInverse();
     const Eigen::MatrixXd unit = size.asDiagonal() * all * size.asDiagonal();
     const Eigen::MatrixXd inverse = pseudo_inverse(unit);
-    for (int c = 0; c < sums.channels; ++c) used[c] = (inverse * (size.asDiagonal() * part[static_cast<std::size_t>(c)] * size.asDiagonal())).trace();
+    for (int c = 0; c < sums.channels; ++c)
+        used[c] = (inverse * (size.asDiagonal() * part[static_cast<std::size_t>(c)] * size.asDiagonal())).trace();
     Eigen::VectorXd variance(sums.channels);
     for (int c = 0; c < sums.channels; ++c) variance[c] = squares[c] / std::max(rows - used[c], 0.5);
     return variance.cwiseMax(kLeastVariance).cwiseSqrt();

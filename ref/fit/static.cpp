@@ -51,15 +51,17 @@ LinearModel standstill_model(const std::vector<Log>& logs)
 Result fit_static(const Task& task)
 {
     const bool standstill = task.logs.front().regime == Regime::standstill;
-    LinearModel model = standstill ? standstill_model(task.logs) : steady_model(task.logs, task.pole_pairs.value_or(1.0));
+    LinearModel model = standstill ? standstill_model(task.logs)
+                                   : steady_model(task.logs, task.pole_pairs.value_or(1.0));
     if (model.rows() < kLeastRows)
-        throw std::invalid_argument(task.logs.front().path + ": " + std::to_string(model.rows()) + " rows; a fit of settled points needs at least " +
-                                    std::to_string(kLeastRows));
+        throw std::invalid_argument(task.logs.front().path + ": " + std::to_string(model.rows()) +
+                                    " rows; a fit of settled points needs at least " + std::to_string(kLeastRows));
     const auto n = static_cast<Eigen::Index>(model.names().size());
     SolveOptions options;
     options.tick = task.tick;
     options.common_weight = true;  // what is left is mostly not noise, and an axis at rest would otherwise rule
-    const Solution s = solve(model, Eigen::VectorXd::Zero(n), std::vector<bool>(static_cast<std::size_t>(n), true), options);
+    const Solution s = solve(model, Eigen::VectorXd::Zero(n), std::vector<bool>(static_cast<std::size_t>(n), true),
+                             options);
     Eigen::VectorXd typical = Eigen::VectorXd::Zero(n);
     const Covariance covariance = assess(s, model, typical);
 
@@ -79,7 +81,8 @@ Result fit_static(const Task& task)
         result.parameters.push_back({"pole_pairs", *task.pole_pairs, 0.0, true});
     else if (task.asks("pole_pairs") || rest.asked.size() < task.asked.size())
         result.not_identifiable.push_back({"pole_pairs",
-                                           standstill ? "at rest the pole pairs have no effect" : "in settled points they act only as factors of L and psi",
+                                           standstill ? "at rest the pole pairs have no effect"
+                                                      : "in settled points they act only as factors of L and psi",
                                            excitation_for("pole_pairs", task.logs.front().regime)});
     note_robust(covariance, result);
     report_residual(task.logs, plain, result);

@@ -19,7 +19,8 @@ double even_period_s(const Log& log, std::size_t begin, std::size_t end)
     bool even = true;
     for (std::size_t k = begin; k + 1 < end; ++k) {
         const double period = t[k + 1] - t[k];
-        if (!(period > 0.0)) throw std::invalid_argument(log.path + ": time does not increase at data row " + std::to_string(k + 2));
+        if (!(period > 0.0))
+            throw std::invalid_argument(log.path + ": time does not increase at data row " + std::to_string(k + 2));
         if (std::abs(period - mean) > kUneven * mean) even = false;
     }
     return even ? mean : 0.0;
@@ -35,7 +36,9 @@ double span_s(const Piece& piece, std::size_t k, std::size_t n)
 std::size_t block_rows(const Log& log)
 {
     constexpr double kDynamic_s = 1e-3, kMechanical_s = 50e-3, kDynamicRows = 20.0;
-    const auto rows = [&log](double span) { return log.dt_s > 0.0 ? std::min(std::ceil(span / log.dt_s - 1e-6), kMostRows) : 1.0; };
+    const auto rows = [&log](double span) {
+        return log.dt_s > 0.0 ? std::min(std::ceil(span / log.dt_s - 1e-6), kMostRows) : 1.0;
+    };
     switch (log.regime) {
     case Regime::dynamic: return static_cast<std::size_t>(std::max(kDynamicRows, rows(kDynamic_s)));
     case Regime::mechanical: return static_cast<std::size_t>(std::max(1.0, rows(kMechanical_s)));
@@ -49,7 +52,8 @@ std::vector<Piece> pieces_of(const Log& log, std::size_t min_rows)
     for (std::size_t s = 0; s < log.segments.size(); ++s) {
         const std::size_t begin = log.segments[s];
         const std::size_t end = s + 1 < log.segments.size() ? log.segments[s + 1] : log.rows();
-        if (end >= begin + std::max<std::size_t>(min_rows, 2)) pieces.push_back({&log, begin, end, even_period_s(log, begin, end)});
+        if (end >= begin + std::max<std::size_t>(min_rows, 2))
+            pieces.push_back({&log, begin, end, even_period_s(log, begin, end)});
     }
     return pieces;
 }

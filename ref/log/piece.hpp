@@ -23,7 +23,8 @@ struct Piece {
 /// From row k to row k + n, s.
 double span_s(const Piece& piece, std::size_t k, std::size_t n);
 
-/// Rows of a block of the reported residual: max(20 rows, 1 ms) in a dynamic log, 50 ms in a mechanical one, 1 otherwise.
+/// Rows of a block of the reported residual: max(20 rows, 1 ms) in a dynamic log, 50 ms in a mechanical one, 1
+/// otherwise.
 std::size_t block_rows(const Log& log);
 
 /// Every segment of every log that has at least `min_rows` rows. Sampling counts as even where each period is within

@@ -60,7 +60,8 @@ void add_dynamic(const Log& log, const Piece& piece, const PlainModel& m, Axis& 
     }
 }
 
-void add_mechanical(const Log& log, const Piece& piece, const std::vector<double>& torque, const PlainModel& m, Axis& axis)
+void add_mechanical(const Log& log, const Piece& piece, const std::vector<double>& torque, const PlainModel& m,
+                    Axis& axis)
 {
     const std::size_t n = block_rows(log);
     const auto& w = log.w_m_rad_s;
@@ -99,7 +100,8 @@ void report(const std::vector<Axis>& axes, const char* unit, Result& result)
 void add_period(const Log& log, const PlainModel& m, std::size_t k, double dt_s, double& d, double& q)
 {
     const double w0 = m.pole_pairs * log.w_m_rad_s[k], w1 = m.pole_pairs * log.w_m_rad_s[k + 1], w = 0.5 * (w0 + w1);
-    const double bend = m.rotor_held ? 0.0 : dt_s * dt_s / 12.0 * w, bend_d = -bend * log.v_q_V[k], bend_q = bend * log.v_d_V[k];
+    const double bend = m.rotor_held ? 0.0 : dt_s * dt_s / 12.0 * w, bend_d = -bend * log.v_q_V[k],
+                 bend_q = bend * log.v_d_V[k];
     const double i_d = 0.5 * (log.i_d_A[k] + log.i_d_A[k + 1]) + (m.Ld_H > 0.0 ? bend_d / m.Ld_H : 0.0);
     const double i_q = 0.5 * (log.i_q_A[k] + log.i_q_A[k + 1]) + (m.Lq_H > 0.0 ? bend_q / m.Lq_H : 0.0);
     const double psi_d0 = m.Ld_H * log.i_d_A[k] + m.psi_Wb, psi_d1 = m.Ld_H * log.i_d_A[k + 1] + m.psi_Wb;

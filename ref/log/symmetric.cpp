@@ -13,6 +13,9 @@ Symmetric::Symmetric(const Eigen::MatrixXd& m)
 
 Eigen::MatrixXd pseudo_inverse(const Eigen::MatrixXd& m) { return m.completeOrthogonalDecomposition().pseudoInverse(); }
 
-Eigen::VectorXd least_squares(const Eigen::MatrixXd& a, const Eigen::VectorXd& y) { return a.completeOrthogonalDecomposition().solve(y); }
+Eigen::VectorXd least_squares(const Eigen::MatrixXd& a, const Eigen::VectorXd& y)
+{
+    return a.completeOrthogonalDecomposition().solve(y);
+}
 
 }  // namespace dqw

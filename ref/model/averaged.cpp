@@ -9,7 +9,8 @@ std::size_t rows_in_block(const Piece& piece) { return block_rows(*piece.log); }
 
 }  // namespace
 
-std::unique_ptr<LinearModel> averaged_electrical(const std::vector<Piece>& pieces, double pole_pairs, double noise_d_A, double noise_q_A)
+std::unique_ptr<LinearModel> averaged_electrical(const std::vector<Piece>& pieces, double pole_pairs, double noise_d_A,
+                                                 double noise_q_A)
 {
     // Scatter of a difference of two ends, and of a mean, of white noise.
     double ends = 0.0, mean = 0.0, turning = 0.0, blocks = 0.0;
@@ -41,7 +42,9 @@ std::unique_ptr<LinearModel> averaged_electrical(const std::vector<Piece>& piece
     return model;
 }
 
-std::unique_ptr<LinearModel> averaged_mechanical(const std::vector<Piece>& pieces, const std::vector<const std::vector<double>*>& torque, double noise_rad_s)
+std::unique_ptr<LinearModel> averaged_mechanical(const std::vector<Piece>& pieces,
+                                                 const std::vector<const std::vector<double>*>& torque,
+                                                 double noise_rad_s)
 {
     double ends = 0.0, mean = 0.0, blocks = 0.0;
     for (const Piece& piece : pieces) {

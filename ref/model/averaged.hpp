@@ -16,12 +16,16 @@ namespace dqw {
 /// to the regressors. Less efficient than prediction where the model holds; the better fit where it does not.
 
 /// Parameters R, L_d, L_q, psi; two channels, v_d and v_q. `noise_A`: of one sample of i_d and i_q.
-std::unique_ptr<LinearModel> averaged_electrical(const std::vector<Piece>& pieces, double pole_pairs, double noise_d_A, double noise_q_A);
+std::unique_ptr<LinearModel> averaged_electrical(const std::vector<Piece>& pieces, double pole_pairs, double noise_d_A,
+                                                 double noise_q_A);
 
 /// Parameters J, B; one channel, the torque. `torque[i]` belongs to pieces[i]; `noise_rad_s`: of one sample of w_m.
-std::unique_ptr<LinearModel> averaged_mechanical(const std::vector<Piece>& pieces, const std::vector<const std::vector<double>*>& torque, double noise_rad_s);
+std::unique_ptr<LinearModel> averaged_mechanical(const std::vector<Piece>& pieces,
+                                                 const std::vector<const std::vector<double>*>& torque,
+                                                 double noise_rad_s);
 
-/// Whether the averaged fit, with this reported residual (RMS), is clearly better than prediction with that: by more than
+/// Whether the averaged fit, with this reported residual (RMS), is clearly better than prediction with that: by more
+/// than
 /// 3 %, than what its parameters gain by chance, and than 0.5 % of the signal, since a turning voltage held over a
 /// period is averaged to no better than that.
 bool clearly_better(const LinearModel& model, double averaged, double predicted);

@@ -99,7 +99,8 @@ MotionBlock motion_block_at(const Piece& piece, const std::vector<double>& torqu
     const auto& w = piece.log->w_m_rad_s;
     const double share = 0.5 / static_cast<double>(n);
     MotionBlock s;
-    for (std::size_t r = k; r < k + n; ++r) s.w += share * (w[r] + w[r + 1]), s.torque += share * (torque[r] + torque[r + 1]);
+    for (std::size_t r = k; r < k + n; ++r)
+        s.w += share * (w[r] + w[r + 1]), s.torque += share * (torque[r] + torque[r + 1]);
     s.dw = (w[k + n] - w[k]) / span_s(piece, k, n);
     return s;
 }
@@ -132,7 +133,8 @@ std::vector<ElectricalStart> electrical_starts(const std::vector<Piece>& pieces,
     return starts;
 }
 
-std::vector<MechanicalStart> mechanical_starts(const std::vector<Piece>& pieces, const std::vector<const std::vector<double>*>& torque)
+std::vector<MechanicalStart> mechanical_starts(const std::vector<Piece>& pieces,
+                                               const std::vector<const std::vector<double>*>& torque)
 {
     std::vector<MechanicalStart> starts;
     for (const std::size_t length : {20, 50, 200, 1000}) {

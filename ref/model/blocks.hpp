@@ -35,7 +35,8 @@ struct MechanicalStart {
 };
 
 /// The same for J dw/dt + B w = T, blocks of 20 to 1000 rows. `torque(piece)` gives the torque of a piece's log.
-std::vector<MechanicalStart> mechanical_starts(const std::vector<Piece>& pieces, const std::vector<const std::vector<double>*>& torque);
+std::vector<MechanicalStart> mechanical_starts(const std::vector<Piece>& pieces,
+                                               const std::vector<const std::vector<double>*>& torque);
 
 }  // namespace dqw
 #endif

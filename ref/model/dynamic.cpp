@@ -52,7 +52,10 @@ void DynamicModel::confine(Eigen::VectorXd& theta, const std::vector<bool>& free
         if (free[static_cast<std::size_t>(j)]) theta[j] = confined_gain(theta[j], wake);
 }
 
-bool DynamicModel::at_bound(const Eigen::VectorXd& theta, int j) const { return (j == kGainD || j == kGainQ) && (theta[j] <= 0.0 || theta[j] >= 1.0); }
+bool DynamicModel::at_bound(const Eigen::VectorXd& theta, int j) const
+{
+    return (j == kGainD || j == kGainQ) && (theta[j] <= 0.0 || theta[j] >= 1.0);
+}
 
 bool DynamicModel::in_domain(const Eigen::VectorXd& theta) const
 {
@@ -63,7 +66,8 @@ bool DynamicModel::in_domain(const Eigen::VectorXd& theta) const
     return rate * dt_max_s_ <= kLargestRateDt;
 }
 
-template <typename T, typename W, typename Visit> bool DynamicModel::run(const T* theta, const W& pole_pairs, Visit&& visit) const
+template <typename T, typename W, typename Visit>
+bool DynamicModel::run(const T* theta, const W& pole_pairs, Visit&& visit) const
 {
     const T &ld = theta[kLd], &lq = theta[kLq], &psi = theta[kPsi];
     const T a = theta[kR] / ld, b = theta[kR] / lq;
@@ -71,7 +75,9 @@ template <typename T, typename W, typename Visit> bool DynamicModel::run(const T
     const T g_d = on_unit(theta[kGainD]), g_q = on_unit(theta[kGainQ]);
     const GainSchedule s_d = gain_schedule(value_of(g_d), decay_[0]), s_q = gain_schedule(value_of(g_q), decay_[1]);
     const T shift_d = g_d - value_of(g_d), shift_q = g_q - value_of(g_q);
-    const int order = series_order((std::max(std::abs(value_of(a)), std::abs(value_of(b))) + std::abs(value_of(pole_pairs)) * w_max_rad_s_) * dt_max_s_);
+    const int order = series_order(
+        (std::max(std::abs(value_of(a)), std::abs(value_of(b))) + std::abs(value_of(pole_pairs)) * w_max_rad_s_) *
+        dt_max_s_);
     const auto gain_at = [](const GainSchedule& s, const T& shift, const T& steady, std::size_t n) -> T {
         return n < s.gain.size() ? s.derivative[n] * shift + s.gain[n] : steady;
     };
@@ -101,7 +107,9 @@ template <int N> bool DynamicModel::sweep_jets(const Eigen::VectorXd& theta, Sum
     T jets[kSize];
     for (int j = 0; j < kSize; ++j) jets[j] = j < N ? T(theta[j], j) : T(theta[j]);
     Collector<N, 2> collector(sums, rows_);
-    const auto visit = [&](const T& e_d, const T& e_q, double w_d, double w_q) { collector.add({e_d, e_q}, {w_d, w_q}); };
+    const auto visit = [&](const T& e_d, const T& e_q, double w_d, double w_q) {
+        collector.add({e_d, e_q}, {w_d, w_q});
+    };
     bool done = false;
     if constexpr (N == kSize)
         done = run<T, T>(jets, jets[kPolePairs], visit);

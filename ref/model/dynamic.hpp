@@ -34,7 +34,8 @@ public:
 
 private:
     template <int N> bool sweep_jets(const Eigen::VectorXd& theta, Sums& sums) const;
-    template <typename T, typename W, typename Visit> bool run(const T* theta, const W& pole_pairs, Visit&& visit) const;
+    template <typename T, typename W, typename Visit>
+    bool run(const T* theta, const W& pole_pairs, Visit&& visit) const;
     bool in_domain(const Eigen::VectorXd& theta) const;
 
     std::vector<Piece> pieces_;

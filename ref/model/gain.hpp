@@ -19,7 +19,10 @@ struct GainSchedule {
     static constexpr std::size_t kLongest = 20000, kLongestStart = 500;
 
     /// Weight of the innovation of row n + 1; 0 before the gain has settled, unless those rows count.
-    double weight_at(std::size_t n, bool count_start) const { return !count_start && n < settled ? 0.0 : n < weight.size() ? weight[n] : 1.0; }
+    double weight_at(std::size_t n, bool count_start) const
+    {
+        return !count_start && n < settled ? 0.0 : n < weight.size() ? weight[n] : 1.0;
+    }
 };
 
 /// 0 <= steady_gain <= 1, 0 < decay <= 1.

@@ -5,12 +5,13 @@
 namespace dqw {
 
 LinearModel::LinearModel(std::vector<std::string> names, int channels, Source source)
-    : names_(std::move(names)), channels_(channels), source_(std::move(source)), power_(Eigen::VectorXd::Zero(channels)),
-      offset_(Eigen::VectorXd::Zero(channels))
+    : names_(std::move(names)), channels_(channels), source_(std::move(source)),
+      power_(Eigen::VectorXd::Zero(channels)), offset_(Eigen::VectorXd::Zero(channels))
 {
     source_([this](const Row& row) {
         ++rows_;
-        for (int c = 0; c < channels_; ++c) power_[c] += row.y[static_cast<std::size_t>(c)] * row.y[static_cast<std::size_t>(c)];
+        for (int c = 0; c < channels_; ++c)
+            power_[c] += row.y[static_cast<std::size_t>(c)] * row.y[static_cast<std::size_t>(c)];
     });
 }
 
@@ -76,7 +77,8 @@ bool LinearModel::squares(const Eigen::VectorXd& theta, Eigen::VectorXd& sum) co
     source_([&](const Row& row) {
         for (int c = 0; c < channels_; ++c) {
             double e = row.y[static_cast<std::size_t>(c)];
-            for (Eigen::Index j = 0; j < theta.size(); ++j) e -= row.x[static_cast<std::size_t>(c)][static_cast<std::size_t>(j)] * theta[j];
+            for (Eigen::Index j = 0; j < theta.size(); ++j)
+                e -= row.x[static_cast<std::size_t>(c)][static_cast<std::size_t>(j)] * theta[j];
             sum[c] += e * e;
         }
     });

@@ -33,7 +33,8 @@ template <typename T> struct Period {
 
 }  // namespace
 
-MechanicalModel::MechanicalModel(std::vector<Piece> pieces, const std::vector<Log>& logs, const std::vector<std::vector<double>>& torque)
+MechanicalModel::MechanicalModel(std::vector<Piece> pieces, const std::vector<Log>& logs,
+                                 const std::vector<std::vector<double>>& torque)
     : pieces_(std::move(pieces)), logs_(logs), torque_(torque), power_(Eigen::VectorXd::Zero(1))
 {
     double time_s = 0.0;
@@ -65,14 +66,20 @@ void MechanicalModel::confine(Eigen::VectorXd& theta, const std::vector<bool>& f
     if (free[kGain]) theta[kGain] = confined_gain(theta[kGain], wake);
 }
 
-bool MechanicalModel::at_bound(const Eigen::VectorXd& theta, int j) const { return j == kGain && (theta[j] <= 0.0 || theta[j] >= 1.0); }
+bool MechanicalModel::at_bound(const Eigen::VectorXd& theta, int j) const
+{
+    return j == kGain && (theta[j] <= 0.0 || theta[j] >= 1.0);
+}
 
 bool MechanicalModel::in_domain(const Eigen::VectorXd& theta) const
 {
     return theta.allFinite() && theta[kJ] > 0.0 && std::abs(theta[kB]) * dt_max_s_ < 5.0 * theta[kJ];
 }
 
-const std::vector<double>& MechanicalModel::torque_of_piece(const Piece& piece) const { return torque_[static_cast<std::size_t>(piece.log - logs_.data())]; }
+const std::vector<double>& MechanicalModel::torque_of_piece(const Piece& piece) const
+{
+    return torque_[static_cast<std::size_t>(piece.log - logs_.data())];
+}
 
 template <typename T, typename Visit> bool MechanicalModel::run(const T* theta, Visit&& visit) const
 {

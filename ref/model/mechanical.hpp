@@ -15,7 +15,8 @@ public:
     enum Index { kJ, kB, kGain, kSize };
 
     /// `torque[i]` belongs to the log of `logs[i]`; both must outlive the model.
-    MechanicalModel(std::vector<Piece> pieces, const std::vector<Log>& logs, const std::vector<std::vector<double>>& torque);
+    MechanicalModel(std::vector<Piece> pieces, const std::vector<Log>& logs,
+                    const std::vector<std::vector<double>>& torque);
 
     const std::vector<std::string>& names() const override;
     int channels() const override { return 1; }

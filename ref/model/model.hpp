@@ -44,7 +44,10 @@ public:
     /// Fixes what must not change while theta is searched (weights of a start, series order).
     virtual void prepare(const Eigen::VectorXd& theta) { (void)theta; }
     /// Brings free entries back into range, e.g. a gain onto [0, 1]. `wake` lifts them off a bound to try again.
-    virtual void confine(Eigen::VectorXd& theta, const std::vector<bool>& free, bool wake) const { (void)theta, (void)free, (void)wake; }
+    virtual void confine(Eigen::VectorXd& theta, const std::vector<bool>& free, bool wake) const
+    {
+        (void)theta, (void)free, (void)wake;
+    }
     /// Whether the innovations stop depending on theta[j] because it sits on a bound.
     virtual bool at_bound(const Eigen::VectorXd& theta, int j) const { return (void)theta, (void)j, false; }
     /// Whether the rows count over which the first sample of a piece is still being forgotten. They always do where

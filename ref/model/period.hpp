@@ -13,7 +13,10 @@ template <typename T> T h_cot_h(const T& h)
     using std::sin;
     const T s = h * h;
     if (s < T(0.25))
-        return 1.0 - s * (1.0 / 3.0 + s * (1.0 / 45.0 + s * (2.0 / 945.0 + s * (1.0 / 4725.0 + s * (2.0 / 93555.0 + s * (1382.0 / 638512875.0))))));
+        return 1.0 -
+               s * (1.0 / 3.0 +
+                    s * (1.0 / 45.0 +
+                         s * (2.0 / 945.0 + s * (1.0 / 4725.0 + s * (2.0 / 93555.0 + s * (1382.0 / 638512875.0))))));
     return h * cos(h) / sin(h);
 }
 
@@ -32,7 +35,8 @@ inline int series_order(double rate_dt)
 /// dt, so at the start it is v e^(jh) / sinc h = v (h cot h + j h) with h = w dt / 2.
 /// T: double or Jet. W: type of the speed, double where the pole pairs are known. Cost: 10 order products of a Jet.
 template <typename T, typename W>
-inline void advance_flux(T& x_d, T& x_q, const T& a_dt, const T& b_dt, const T& psi, const W& w_dt, double v_d, double v_q, double dt, int order)
+inline void advance_flux(T& x_d, T& x_q, const T& a_dt, const T& b_dt, const T& psi, const W& w_dt, double v_d,
+                         double v_q, double dt, int order)
 {
     const W h = 0.5 * w_dt;
     const W c = h_cot_h(h);

@@ -6,7 +6,8 @@ void Sums::reset(int parameters, int channel_count, int block_count)
 {
     channels = channel_count;
     blocks = block_count;
-    of.assign(static_cast<std::size_t>(block_count * channel_count), Eigen::MatrixXd::Zero(parameters + 1, parameters + 1));
+    of.assign(static_cast<std::size_t>(block_count * channel_count),
+              Eigen::MatrixXd::Zero(parameters + 1, parameters + 1));
 }
 
 Eigen::MatrixXd Sums::total(int channel) const

@@ -43,8 +43,9 @@ private:
     void clear()
     {
         for (auto& p : part_) p.setZero();
-        next_ = block_ + 1 < sums_.blocks ? (static_cast<std::size_t>(block_) + 1) * rows_ / static_cast<std::size_t>(sums_.blocks)
-                                          : static_cast<std::size_t>(-1);
+        next_ = block_ + 1 < sums_.blocks
+                    ? (static_cast<std::size_t>(block_) + 1) * rows_ / static_cast<std::size_t>(sums_.blocks)
+                    : static_cast<std::size_t>(-1);
     }
     void flush()
     {

@@ -27,10 +27,13 @@ Held held_from(Vector2 v)
 /// A voltage held over a period in which the rotor turns by 2 h, from its mean in the rotor's frame.
 struct Hold {
     double sinc;
-    double bow;                ///< half-way, of a flux that stands in the rotor, while the voltage does not turn with it
+    double bow;  ///< half-way, of a flux that stands in the rotor, while the voltage does not turn with it
     Matrix2 to_start, to_end;  ///< from the frame of a period's start (end) to that of its middle
     Vector2 end;               ///< as seen at the end
-    Vector2 change[kPast];     ///< mean less the mean of the last held voltage, had it gone on; that less the one before ...; as an f of constant value
+    Vector2 change
+        /// mean less the mean of the last held voltage, had it gone on; that less the one before ...; as an f of
+        /// constant value
+        [kPast];
     /// `held`: the last voltages, as seen at the start; as seen at the end, this one first, when done.
     Hold(double h, Vector2 mean, Held& held, bool rotor_held)
     {
@@ -56,7 +59,8 @@ struct Lane {
 
 }  // namespace
 
-TraceDynamic::TraceDynamic(const std::vector<Log>& logs, const std::vector<TraceColumns>& columns, double pole_pairs, Plan plan, bool rotor_held)
+TraceDynamic::TraceDynamic(const std::vector<Log>& logs, const std::vector<TraceColumns>& columns, double pole_pairs,
+                           Plan plan, bool rotor_held)
     : logs_(logs), columns_(columns), pole_pairs_(pole_pairs), plan_(std::move(plan)), rotor_held_(rotor_held)
 {
     for (const Piece& piece : plan_.pieces)
@@ -85,9 +89,11 @@ struct TraceDynamic::Run {
     Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic> rows_d, rows_q;
     int gathered = 0;
 
-    Run(const TraceDynamic& m, const Point& p, const std::vector<Input>& c, std::vector<BlockSum>& s, Eigen::Index n, std::size_t first_block)
-        : model(m), at(p), candidates(c), sums(s), columns(n), lanes(static_cast<std::size_t>(n)), s_d(static_cast<std::size_t>(n)),
-          s_q(static_cast<std::size_t>(n)), block(first_block), rows_d(n + 1, kChunk), rows_q(n + 1, kChunk)
+    Run(const TraceDynamic& m, const Point& p, const std::vector<Input>& c, std::vector<BlockSum>& s, Eigen::Index n,
+        std::size_t first_block)
+        : model(m), at(p), candidates(c), sums(s), columns(n), lanes(static_cast<std::size_t>(n)),
+          s_d(static_cast<std::size_t>(n)), s_q(static_cast<std::size_t>(n)), block(first_block), rows_d(n + 1, kChunk),
+          rows_q(n + 1, kChunk)
     {
     }
 
@@ -110,7 +116,8 @@ struct TraceDynamic::Run {
         }
         if (block >= blocks.size() || blocks[block].piece != &piece || row < blocks[block].begin) return;
         for (Eigen::Index j = 0; j < columns; ++j)
-            rows_d(j, gathered) = -s_d[static_cast<std::size_t>(j)], rows_q(j, gathered) = -s_q[static_cast<std::size_t>(j)];
+            rows_d(j, gathered) = -s_d[static_cast<std::size_t>(j)],
+                      rows_q(j, gathered) = -s_q[static_cast<std::size_t>(j)];
         rows_d(columns, gathered) = e_d, rows_q(columns, gathered) = e_q;
         if (++gathered == kChunk) flush();
     }
@@ -129,9 +136,11 @@ struct TraceDynamic::Run {
     static void pair(const Hold& hold, Moment& m0, Moment& m1)
     {
         m0.starts = m1.ends = true;
-        std::copy(std::begin(hold.change), std::end(hold.change), m0.change), std::copy(std::begin(hold.change), std::end(hold.change), m1.change);
+        std::copy(std::begin(hold.change), std::end(hold.change), m0.change),
+            std::copy(std::begin(hold.change), std::end(hold.change), m1.change);
         m0.mean_of_held = m1.mean_of_held = hold.sinc * hold.to_end.dd;
-        // Voltage held, magnet turning: the current bows by the flux' (w_e T)^2/8 over L_d, two thirds of it on average.
+        // Voltage held, magnet turning: the current bows by the flux' (w_e T)^2/8 over L_d, two thirds of it on
+        // average.
         const double c = hold.to_end.dd, s = hold.to_end.qd, bow = hold.bow * m0.psi / m0.Ld;
         m0.bow_d = m1.bow_d = 2.0 / 3.0 * bow;
         m1.bow_alpha = bow * (c * m0.cos_e - s * m0.sin_e), m1.bow_beta = bow * (s * m0.cos_e + c * m0.sin_e);
@@ -188,8 +197,8 @@ struct TraceDynamic::Run {
         }
     }
 
-    /// The terms' mean voltage over the period from row k, from measured currents. `held`: the last voltages as seen at its
-    /// start, and then at its end.
+    /// The terms' mean voltage over the period from row k, from measured currents. `held`: the last voltages as seen at
+    /// its start, and then at its end.
     Vector2 lost(const Piece& piece, const TraceColumns& c, std::size_t k, double dt, Held& held) const
     {
         const Log& log = *piece.log;
@@ -223,13 +232,16 @@ struct TraceDynamic::Run {
         Held held = held_from({log.v_d_V[piece.begin], log.v_q_V[piece.begin]});
         const bool with_terms = !at.terms.empty();
         for (std::size_t k = piece.begin; k + 1 < piece.end; ++k) {
-            const double dt = piece.period_s(k), w_dt = model.pole_pairs_ * 0.5 * (log.w_m_rad_s[k] + log.w_m_rad_s[k + 1]) * dt, h = 0.5 * w_dt;
+            const double dt = piece.period_s(k),
+                         w_dt = model.pole_pairs_ * 0.5 * (log.w_m_rad_s[k] + log.w_m_rad_s[k + 1]) * dt,
+                         h = 0.5 * w_dt;
             const Response r = table.at(w_dt, dt);
             const Matrix2 A{r[0], r[2], r[1], r[3]}, B{r[4], r[6], r[5], r[7]};
             const Vector2 v{log.v_d_V[k], log.v_q_V[k]};
             const Vector2 v_end = held[0];
             const Hold hold(h, v, held, model.rotor_held_);
-            const Matrix2 &to_start = hold.to_start, &to_end = hold.to_end, Bs{hold.sinc * B.dd, hold.sinc * B.dq, hold.sinc * B.qd, hold.sinc * B.qq};
+            const Matrix2 &to_start = hold.to_start, &to_end = hold.to_end,
+                          Bs{hold.sinc * B.dd, hold.sinc * B.dq, hold.sinc * B.qd, hold.sinc * B.qq};
             const Vector2 end_v = hold.end;
 
             Moment m0 = moment(piece, c, k, i, v_end, dt), m1;
@@ -247,7 +259,8 @@ struct TraceDynamic::Run {
                 slopes(m0, fs, gs);
                 const Matrix2 Q = Bs * to_start;
                 const Vector2 given = Q * Vector2{g0.d / dt - 0.5 * f0.d, g0.q / dt - 0.5 * f0.q};
-                const Matrix2 change0 = Q * Matrix2{gs[0] / dt - 0.5 * fs[0], gs[1] / dt - 0.5 * fs[1], gs[2] / dt - 0.5 * fs[2], gs[3] / dt - 0.5 * fs[3]};
+                const Matrix2 change0 = Q * Matrix2{gs[0] / dt - 0.5 * fs[0], gs[1] / dt - 0.5 * fs[1],
+                                                    gs[2] / dt - 0.5 * fs[2], gs[3] / dt - 0.5 * fs[3]};
                 start = {start.dd + change0.dd, start.dq + change0.dq, start.qd + change0.qd, start.qq + change0.qq};
                 x.d += given.d, x.q += given.q;
                 next = i;
@@ -259,11 +272,14 @@ struct TraceDynamic::Run {
                     double fe[4] = {}, ge[4] = {};
                     slopes(m1, fe, ge);
                     const Vector2 taken = P * Vector2{0.5 * f1.d + g1.d / dt, 0.5 * f1.q + g1.q / dt};
-                    const Matrix2 d = P * Matrix2{0.5 * fe[0] + ge[0] / dt, 0.5 * fe[1] + ge[1] / dt, 0.5 * fe[2] + ge[2] / dt, 0.5 * fe[3] + ge[3] / dt};
+                    const Matrix2 d = P * Matrix2{0.5 * fe[0] + ge[0] / dt, 0.5 * fe[1] + ge[1] / dt,
+                                                  0.5 * fe[2] + ge[2] / dt, 0.5 * fe[3] + ge[3] / dt};
                     jacobian = {Ld + d.dd, d.dq, d.qd, Lq + d.qq};
-                    const Vector2 step = inverse(jacobian) * Vector2{x.d - taken.d - Ld * next.d, x.q - taken.q - Lq * next.q};
+                    const Vector2 step = inverse(jacobian) *
+                                         Vector2{x.d - taken.d - Ld * next.d, x.q - taken.q - Lq * next.q};
                     next.d += step.d, next.q += step.q;
-                    if (std::abs(step.d) + std::abs(step.q) < 1e-9 * (std::abs(next.d) + std::abs(next.q) + 1e-9)) break;
+                    if (std::abs(step.d) + std::abs(step.q) < 1e-9 * (std::abs(next.d) + std::abs(next.q) + 1e-9))
+                        break;
                 }
             } else {
                 next = {x.d / Ld, x.q / Lq};
@@ -350,10 +366,12 @@ bool TraceDynamic::pass(const Point& at, const std::vector<Input>& candidates, s
     double R_most = std::abs(at.base[kR]);
     for (const Term& t : at.terms)
         if (t.input.law == Law::skin_effect) R_most += std::abs(t.weights[0]) * w_max_rad_s_ * w_max_rad_s_;
-    if (!at.values().allFinite() || !(l_min > 0.0) || (R_most / l_min + w_max_rad_s_) * dt_max_s_ > kLargestRateDt) return false;
+    if (!at.values().allFinite() || !(l_min > 0.0) || (R_most / l_min + w_max_rad_s_) * dt_max_s_ > kLargestRateDt)
+        return false;
     // A piece's blocks are its own: pieces are worked on side by side, and the sums do not depend on how.
     std::vector<std::size_t> first(plan_.pieces.size(), plan_.blocks.size());
-    for (std::size_t b = plan_.blocks.size(); b-- > 0;) first[static_cast<std::size_t>(plan_.blocks[b].piece - plan_.pieces.data())] = b;
+    for (std::size_t b = plan_.blocks.size(); b-- > 0;)
+        first[static_cast<std::size_t>(plan_.blocks[b].piece - plan_.pieces.data())] = b;
     std::atomic<std::size_t> next{0};
     std::atomic<bool> ok{true};
     const auto work = [&] {
@@ -364,7 +382,8 @@ bool TraceDynamic::pass(const Point& at, const std::vector<Input>& candidates, s
         }
     };
     std::vector<std::thread> others;
-    const std::size_t hands = std::min<std::size_t>(std::max(1U, std::thread::hardware_concurrency()), plan_.pieces.size());
+    const std::size_t hands = std::min<std::size_t>(std::max(1U, std::thread::hardware_concurrency()),
+                                                    plan_.pieces.size());
     for (std::size_t k = 1; k < hands; ++k) others.emplace_back(work);
     work();
     for (std::thread& t : others) t.join();

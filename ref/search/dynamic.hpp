@@ -11,8 +11,10 @@ class TraceDynamic : public TraceModel {
 public:
     enum Index { kR, kLd, kLq, kPsi, kBase };
 
-    /// `columns[i]` belongs to logs[i]; both outlive the model. `rotor_held`: within a period the voltage turns with the rotor.
-    TraceDynamic(const std::vector<Log>& logs, const std::vector<TraceColumns>& columns, double pole_pairs, Plan plan, bool rotor_held = false);
+    /// `columns[i]` belongs to logs[i]; both outlive the model. `rotor_held`: within a period the voltage turns with
+    /// the rotor.
+    TraceDynamic(const std::vector<Log>& logs, const std::vector<TraceColumns>& columns, double pole_pairs, Plan plan,
+                 bool rotor_held = false);
 
     const std::vector<std::string>& base_names() const override;
     int channels() const override { return 2; }

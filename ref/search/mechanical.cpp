@@ -23,7 +23,8 @@ double terms_torque(const Point& at, double w, double theta)
     return sum;
 }
 
-void add_inputs(const Point& at, const std::vector<Input>& candidates, double w, double theta, double part, Eigen::VectorXd& x)
+void add_inputs(const Point& at, const std::vector<Input>& candidates, double w, double theta, double part,
+                Eigen::VectorXd& x)
 {
     double torque[kMostWeights];
     Eigen::Index j = at.base.size() + at.gain.size();
@@ -51,7 +52,8 @@ std::vector<double> shaft_angle(const Log& log)
 {
     if (!log.theta_m_rad.empty()) return log.theta_m_rad;
     std::vector<double> angle(log.rows());
-    for (std::size_t k = 1; k < angle.size(); ++k) angle[k] = angle[k - 1] + 0.5 * (log.w_m_rad_s[k] + log.w_m_rad_s[k - 1]) * (log.t_s[k] - log.t_s[k - 1]);
+    for (std::size_t k = 1; k < angle.size(); ++k)
+        angle[k] = angle[k - 1] + 0.5 * (log.w_m_rad_s[k] + log.w_m_rad_s[k - 1]) * (log.t_s[k] - log.t_s[k - 1]);
     return angle;
 }
 
@@ -65,14 +67,17 @@ std::vector<ReportBlock> TraceMechanical::report(const Point& at, std::size_t ro
 {
     std::vector<ReportBlock> out;
     for (const Log& log : logs_) {
-        const auto &torque = torque_[static_cast<std::size_t>(&log - logs_.data())], &angle = angle_[static_cast<std::size_t>(&log - logs_.data())];
+        const auto &torque = torque_[static_cast<std::size_t>(&log - logs_.data())],
+                   &angle = angle_[static_cast<std::size_t>(&log - logs_.data())];
         const auto& w = log.w_m_rad_s;
         const std::size_t n = rows > 0 ? rows : block_rows(log);
         for (const Piece& piece : pieces_of(log, 2))
             for (std::size_t k = piece.begin; k + n < piece.end; k += n) {
                 ReportBlock b{&log, k, k + n, {}, {}};
                 const double time_s = span_s(piece, k, n);
-                const auto less = [&](std::size_t r) { return torque[r] - at.base[kB] * w[r] - terms_torque(at, w[r], angle[r]); };
+                const auto less = [&](std::size_t r) {
+                    return torque[r] - at.base[kB] * w[r] - terms_torque(at, w[r], angle[r]);
+                };
                 for (std::size_t r = k; r < k + n; ++r) {
                     const double dt = piece.period_s(r);
                     b.measured[0] += 0.5 * (torque[r] + torque[r + 1]) * dt;
@@ -108,7 +113,8 @@ void TraceMechanical::average(const Point& at, const std::vector<Input>& candida
     for (std::size_t b = 0; b < sums.size(); ++b) {
         const FineBlock& fine = plan_.blocks[b];
         const Log& log = *fine.piece->log;
-        const auto &torque = torque_[static_cast<std::size_t>(&log - logs_.data())], &angle = angle_[static_cast<std::size_t>(&log - logs_.data())];
+        const auto &torque = torque_[static_cast<std::size_t>(&log - logs_.data())],
+                   &angle = angle_[static_cast<std::size_t>(&log - logs_.data())];
         const auto& w = log.w_m_rad_s;
         const std::size_t length = block_rows(log);
         for (std::size_t k = fine.begin; k + length < std::min(fine.end + 1, fine.piece->end); k += length) {
@@ -136,15 +142,18 @@ bool TraceMechanical::predict(const Point& at, const std::vector<Input>& candida
     std::size_t block = 0;
     for (const Piece& piece : plan_.pieces) {
         const Log& log = *piece.log;
-        const auto &torque = torque_[static_cast<std::size_t>(&log - logs_.data())], &angle = angle_[static_cast<std::size_t>(&log - logs_.data())];
+        const auto &torque = torque_[static_cast<std::size_t>(&log - logs_.data())],
+                   &angle = angle_[static_cast<std::size_t>(&log - logs_.data())];
         s.setZero();
         double w = log.w_m_rad_s[piece.begin];
         while (block < sums.size() && plan_.blocks[block].piece != &piece) ++block;
         for (std::size_t k = piece.begin; k + 1 < piece.end; ++k) {
-            const double dt = piece.period_s(k), z = B * dt / J, decay = std::exp(-z), push = dt / J * (std::abs(z) > 1e-8 ? (1.0 - decay) / z : 1.0);
+            const double dt = piece.period_s(k), z = B * dt / J, decay = std::exp(-z),
+                         push = dt / J * (std::abs(z) > 1e-8 ? (1.0 - decay) / z : 1.0);
             const double given = 0.5 * (torque[k] + torque[k + 1]), lost0 = terms_torque(at, w, angle[k]);
             double next = decay * w + push * (given - lost0);
-            for (int i = 0; i < 2 && !at.terms.empty(); ++i) next = decay * w + push * (given - 0.5 * (lost0 + terms_torque(at, next, angle[k + 1])));
+            for (int i = 0; i < 2 && !at.terms.empty(); ++i)
+                next = decay * w + push * (given - 0.5 * (lost0 + terms_torque(at, next, angle[k + 1])));
             if (!std::isfinite(next)) return false;
             x.setZero();
             x[kJ] = (next - w) / dt;
@@ -152,7 +161,8 @@ bool TraceMechanical::predict(const Point& at, const std::vector<Input>& candida
             add_inputs(at, candidates, next, angle[k + 1], 0.5, x);
             s = decay * s - push * x;
             const double e = log.w_m_rad_s[k + 1] - next;
-            while (block < sums.size() && plan_.blocks[block].piece == &piece && k + 1 >= plan_.blocks[block].end) ++block;
+            while (block < sums.size() && plan_.blocks[block].piece == &piece && k + 1 >= plan_.blocks[block].end)
+                ++block;
             if (block < sums.size() && plan_.blocks[block].piece == &piece && k + 1 >= plan_.blocks[block].begin) {
                 row << -s, e;
                 sums[block].gram[0].selfadjointView<Eigen::Lower>().rankUpdate(row);

@@ -9,10 +9,10 @@ namespace dqw {
 class TraceMechanical : public TraceModel {
 public:
     /// `torque[i]` and `angle[i]` (of the shaft; measured or integrated) belong to logs[i]; all outlive the model.
-    /// `averaged`: regress the torque itself on means over the blocks of the reported residual, without a prediction. Less
-    /// efficient; but where what the model lacks is fast (a shaft that twists), prediction looks at nothing else.
-    TraceMechanical(const std::vector<Log>& logs, const std::vector<std::vector<double>>& torque, const std::vector<std::vector<double>>& angle, Plan plan,
-                    bool averaged)
+    /// `averaged`: regress the torque itself on means over the blocks of the reported residual, without a prediction.
+    /// Less efficient; but where what the model lacks is fast (a shaft that twists), prediction looks at nothing else.
+    TraceMechanical(const std::vector<Log>& logs, const std::vector<std::vector<double>>& torque,
+                    const std::vector<std::vector<double>>& angle, Plan plan, bool averaged)
         : logs_(logs), torque_(torque), angle_(angle), plan_(std::move(plan)), averaged_(averaged)
     {
     }

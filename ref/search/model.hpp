@@ -28,14 +28,16 @@ struct Point {
     void set(const Eigen::VectorXd& values);
 };
 
-/// Rows that are judged together. Even in stretches: rows of neighbouring blocks are alike, so whole stretches are held out.
+/// Rows that are judged together. Even in stretches: rows of neighbouring blocks are alike, so whole stretches are held
+/// out.
 struct FineBlock {
     const Piece* piece = nullptr;
     std::size_t begin = 0, end = 0;  ///< rows of the log; row k is judged by its prediction
     bool heldout = false;
 };
 
-/// The stretches of each log that the fit sees and those held out, some twenty a log in turn, each cut into fine blocks.
+/// The stretches of each log that the fit sees and those held out, some twenty a log in turn, each cut into fine
+/// blocks.
 /// `guard`: rows at the edges of a stretch that count in neither.
 struct Plan {
     std::vector<Piece> pieces;
@@ -71,7 +73,8 @@ public:
     virtual const Plan& plan() const = 0;
     /// Reported residuals of all logs at `at`, block by block of `rows` rows; 0: the regime's own length.
     virtual std::vector<ReportBlock> report(const Point& at, std::size_t rows) const = 0;
-    /// Errors at `at`, with derivatives by its columns and by the weights (at zero) of `candidates`. False outside the model's domain.
+    /// Errors at `at`, with derivatives by its columns and by the weights (at zero) of `candidates`. False outside the
+    /// model's domain.
     virtual bool pass(const Point& at, const std::vector<Input>& candidates, std::vector<BlockSum>& sums) const = 0;
 };
 

@@ -26,7 +26,8 @@ Plan alternate_plan(std::vector<Piece> pieces, std::size_t stretches, std::size_
             if (begin >= end) continue;
             const std::size_t parts = std::clamp<std::size_t>((end - begin) * fine / length, 1, fine);
             for (std::size_t p = 0; p < parts; ++p)
-                plan.blocks.push_back({&piece, begin + p * (end - begin) / parts, begin + (p + 1) * (end - begin) / parts, stretch % 2 != 0});
+                plan.blocks.push_back({&piece, begin + p * (end - begin) / parts,
+                                       begin + (p + 1) * (end - begin) / parts, stretch % 2 != 0});
         }
         passed += piece.rows();
     }

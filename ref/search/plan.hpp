@@ -6,7 +6,8 @@
 
 namespace dqw {
 
-/// Twenty stretches in turn over the pieces' rows, seen and held out, with `fine` fine blocks in each. Pieces are copied in.
+/// Twenty stretches in turn over the pieces' rows, seen and held out, with `fine` fine blocks in each. Pieces are
+/// copied in.
 Plan alternate_plan(std::vector<Piece> pieces, std::size_t stretches, std::size_t fine, std::size_t guard);
 
 }  // namespace dqw

@@ -54,7 +54,9 @@ bool has_any(const Point& at, const Candidate& c)
 
 Point without(Point at, const std::string& name)
 {
-    at.terms.erase(std::remove_if(at.terms.begin(), at.terms.end(), [&](const Term& t) { return name_of(t.input.law) == name; }), at.terms.end());
+    at.terms.erase(
+        std::remove_if(at.terms.begin(), at.terms.end(), [&](const Term& t) { return name_of(t.input.law) == name; }),
+        at.terms.end());
     return at;
 }
 
@@ -79,8 +81,8 @@ double joint(const std::vector<double>& rms)
     return std::sqrt(square);
 }
 
-/// More than chance, and enough to name it: 5 % of one axis' reported residual, or, where that grows on none, of the predictions'
-/// errors. What a log with a rest has many of are small gains that mean nothing.
+/// More than chance, and enough to name it: 5 % of one axis' reported residual, or, where that grows on none, of the
+/// predictions' errors. What a log with a rest has many of are small gains that mean nothing.
 bool needed(const TraceModel& model, const Refined& without, const Refined& with, const SelectOptions& options)
 {
     constexpr double kLeastPart = 0.05, kLeastNats = 0.05, kSame = 1.01;
@@ -107,7 +109,8 @@ struct Screened {
 };
 
 /// Each candidate as a linear step from `at`, at the gain where it does best on the rows seen.
-std::vector<Screened> screen(const TraceModel& model, const Point& at, const std::vector<const Candidate*>& candidates, const SelectOptions& options)
+std::vector<Screened> screen(const TraceModel& model, const Point& at, const std::vector<const Candidate*>& candidates,
+                             const SelectOptions& options)
 {
     std::vector<Screened> out(candidates.size());
     std::vector<Input> inputs;
@@ -153,7 +156,8 @@ Tried attempt(const TraceModel& model, const Refined& base, const Screened& s)
     // Where the linear step leads astray, the effect grows from nothing.
     int passes = kPasses;
     std::vector<BlockSum> sums;
-    if (!model.pass(start, {}, sums) || left_of(model, sums).seen < base.left.seen) start = joined(base.point, t.candidate, nullptr), passes = 3 * kPasses;
+    if (!model.pass(start, {}, sums) || left_of(model, sums).seen < base.left.seen)
+        start = joined(base.point, t.candidate, nullptr), passes = 3 * kPasses;
     t.refined = refine(model, start, passes);
     if (t.refined.ok) t.over = better(model, base.left, t.refined.left);
     return t;
@@ -165,18 +169,21 @@ bool stands_before(const Tried& t, const Tried& best)
     constexpr double kHardly = 10.0, kSame = 1.0;
     const double lost = best.over.nats - t.over.nats;
     const int weights = weights_of(t.candidate) - weights_of(best.candidate);
-    return weights < 0 ? lost < kHardly : weights == 0 && lost < kSame && t.candidate.inputs.front().law < best.candidate.inputs.front().law;
+    return weights < 0
+               ? lost < kHardly
+               : weights == 0 && lost < kSame && t.candidate.inputs.front().law < best.candidate.inputs.front().law;
 }
 
 /// The candidates that are not on, tried on top of `base`, best first; one for each name.
-std::vector<Tried> round(const TraceModel& model, const Refined& base, const std::vector<Candidate>& candidates, const SelectOptions& options,
-                         std::vector<std::pair<std::string, Point>>* alone)
+std::vector<Tried> round(const TraceModel& model, const Refined& base, const std::vector<Candidate>& candidates,
+                         const SelectOptions& options, std::vector<std::pair<std::string, Point>>* alone)
 {
     std::vector<const Candidate*> open;
     for (const Candidate& c : candidates)
         if (!has_any(base.point, c)) open.push_back(&c);
     std::vector<Screened> screened = screen(model, base.point, open, options);
-    std::sort(screened.begin(), screened.end(), [](const Screened& a, const Screened& b) { return a.heldout > b.heldout; });
+    std::sort(screened.begin(), screened.end(),
+              [](const Screened& a, const Screened& b) { return a.heldout > b.heldout; });
     std::vector<Tried> tried;
     std::map<std::string, int> times;
     for (const Screened& s : screened) {
@@ -184,7 +191,8 @@ std::vector<Tried> round(const TraceModel& model, const Refined& base, const std
         std::string key;
         for (const std::string& n : s.candidate->names()) key += n + " ";
         if (++times[key] > 1) continue;
-        if (alone && s.candidate->names().size() == 1 && !s.candidate->is_fault()) alone->push_back({s.candidate->names().front(), s.point});
+        if (alone && s.candidate->names().size() == 1 && !s.candidate->is_fault())
+            alone->push_back({s.candidate->names().front(), s.point});
         if (tried.size() >= kRefined && s.candidate->inputs.front().law != Law::saturation) {
             if (alone) continue;
             break;
@@ -212,7 +220,8 @@ std::vector<std::string> Candidate::names() const
 namespace {
 
 /// Drops the effects at `gone` where the rest does without them.
-bool drop(const TraceModel& model, const std::vector<std::size_t>& gone, const std::vector<std::size_t>& others, const SelectOptions& options, Selection& s)
+bool drop(const TraceModel& model, const std::vector<std::size_t>& gone, const std::vector<std::size_t>& others,
+          const SelectOptions& options, Selection& s)
 {
     Point less = s.best.point;
     for (std::size_t k : gone) less = without(less, s.found[k].name);
@@ -255,7 +264,8 @@ void drop_superfluous(const TraceModel& model, const SelectOptions& options, Sel
 
 }  // namespace
 
-void look_alikes(const TraceModel& model, const std::vector<Candidate>& candidates, const SelectOptions& options, Selection& s)
+void look_alikes(const TraceModel& model, const std::vector<Candidate>& candidates, const SelectOptions& options,
+                 Selection& s)
 {
     const double rms = joint(options.reported_rms(s.best.point));
     for (Found& found : s.found) {
@@ -276,10 +286,10 @@ void look_alikes(const TraceModel& model, const std::vector<Candidate>& candidat
 
 namespace {
 
-/// Two effects of which neither alone is confirmed, each hiding what the other would explain: taken only where both together are,
-/// halve the reported residual, and neither does without the other.
-bool take_pair(const TraceModel& model, const std::vector<Tried>& tried, const std::vector<Candidate>& candidates, const SelectOptions& options,
-               int round_number, Selection& s)
+/// Two effects of which neither alone is confirmed, each hiding what the other would explain: taken only where both
+/// together are, halve the reported residual, and neither does without the other.
+bool take_pair(const TraceModel& model, const std::vector<Tried>& tried, const std::vector<Candidate>& candidates,
+               const SelectOptions& options, int round_number, Selection& s)
 {
     constexpr int kFirsts = 3;
     constexpr double kHalf = 0.5;
@@ -298,7 +308,9 @@ bool take_pair(const TraceModel& model, const std::vector<Tried>& tried, const s
             if (joint(options.reported_rms(second.refined.point)) > kHalf * before) continue;
             if (options.veto && !options.veto(second.refined.point).empty()) continue;
             const Refined alone = refine(model, without(second.refined.point, first.name), kPasses);
-            if (!alone.ok || !needed(model, first.refined, second.refined, options) || !needed(model, alone, second.refined, options)) continue;
+            if (!alone.ok || !needed(model, first.refined, second.refined, options) ||
+                !needed(model, alone, second.refined, options))
+                continue;
             best = second.refined;
             chosen = {first.candidate, second.candidate};
             break;
@@ -306,13 +318,15 @@ bool take_pair(const TraceModel& model, const std::vector<Tried>& tried, const s
     }
     if (!best.ok) return false;
     s.best = std::move(best);
-    for (const Candidate& c : chosen) s.found.push_back({c.names().front(), {}, round_number}), s.after.push_back(s.best.point);
+    for (const Candidate& c : chosen)
+        s.found.push_back({c.names().front(), {}, round_number}), s.after.push_back(s.best.point);
     return true;
 }
 
 }  // namespace
 
-Selection select(const TraceModel& model, const Point& start, const std::vector<Candidate>& candidates, const SelectOptions& options)
+Selection select(const TraceModel& model, const Point& start, const std::vector<Candidate>& candidates,
+                 const SelectOptions& options)
 {
     Selection s;
     s.plain = refine_gains(model, start);
@@ -337,12 +351,14 @@ Selection select(const TraceModel& model, const Point& start, const std::vector<
             continue;
         }
         if (taken->candidate.is_fault()) {
-            s.fault = "the residual is that of current sensors that stop at about " + figure(taken->refined.point.terms.back().input.shape[0]) + " A";
+            s.fault = "the residual is that of current sensors that stop at about " +
+                      figure(taken->refined.point.terms.back().input.shape[0]) + " A";
             s.best = s.plain, s.found.clear(), s.after.clear();
             return s;
         }
         s.best = taken->refined;
-        for (const std::string& name : taken->candidate.names()) s.found.push_back({name, {}, n}), s.after.push_back(s.best.point);
+        for (const std::string& name : taken->candidate.names())
+            s.found.push_back({name, {}, n}), s.after.push_back(s.best.point);
     }
     drop_superfluous(model, options, s);
     return s;

@@ -40,7 +40,8 @@ struct SelectOptions {
     /// RMS of the reported held-out residual of a point, of each channel.
     std::function<std::vector<double>(const Point&)> reported_rms;
     std::vector<double> exact;  ///< of each axis: below all of them no further effect is sought
-    bool one_speed = false;     ///< of settled points: what turns with the speed cannot be told apart there but by small terms
+    /// of settled points: what turns with the speed cannot be told apart there but by small terms
+    bool one_speed = false;
     std::function<void()> tick;
 };
 
@@ -52,18 +53,21 @@ struct Found {
 
 struct Selection {
     Refined plain, best;
-    std::vector<Found> found;                                 ///< in the order found
-    std::string fault;                                        ///< of the record, found beside or instead of an effect; else empty
-    std::vector<Point> after;                                 ///< the point after each of them
-    std::vector<std::pair<std::string, Point>> alone;         ///< every candidate on the plain model: what each would explain alone
+    std::vector<Found> found;  ///< in the order found
+    std::string fault;         ///< of the record, found beside or instead of an effect; else empty
+    std::vector<Point> after;  ///< the point after each of them
+    /// every candidate on the plain model: what each would explain alone
+    std::vector<std::pair<std::string, Point>> alone;
     std::vector<std::pair<std::string, std::string>> vetoed;  ///< name and reason
 };
 
-/// What could stand in for each effect found: rivals that, in its place, leave as little on the rows held out (within 10 % of the
-/// reported RMS; of one speed alone 40 %), and that a joint fit cannot tell from it. At most three each.
-void look_alikes(const TraceModel& model, const std::vector<Candidate>& candidates, const SelectOptions& options, Selection& selection);
+/// What could stand in for each effect found: rivals that, in its place, leave as little on the rows held out (within
+/// 10 % of the reported RMS; of one speed alone 40 %), and that a joint fit cannot tell from it. At most three each.
+void look_alikes(const TraceModel& model, const std::vector<Candidate>& candidates, const SelectOptions& options,
+                 Selection& selection);
 
-Selection select(const TraceModel& model, const Point& start, const std::vector<Candidate>& candidates, const SelectOptions& options);
+Selection select(const TraceModel& model, const Point& start, const std::vector<Candidate>& candidates,
+                 const SelectOptions& options);
 
 }  // namespace dqw
 #endif

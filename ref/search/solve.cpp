@@ -30,7 +30,8 @@ void total_up(const TraceModel& model, Left& left)
             for (std::size_t c = 0; c < left.of.size(); ++c) all += square[h][c];
             *ll[h] = -0.5 * channels * rows[h] * std::log(all / (channels * rows[h]) + kLeast);
         } else {
-            for (std::size_t c = 0; c < left.of.size(); ++c) *ll[h] -= 0.5 * rows[h] * std::log(square[h][c] / rows[h] + kLeast);
+            for (std::size_t c = 0; c < left.of.size(); ++c)
+                *ll[h] -= 0.5 * rows[h] * std::log(square[h][c] / rows[h] + kLeast);
         }
     }
 }
@@ -44,7 +45,8 @@ std::vector<Eigen::MatrixXd> seen_total(const TraceModel& model, const std::vect
         if (blocks[b].heldout) continue;
         rows += sums[b].rows;
         for (std::size_t c = 0; c < sums[b].gram.size(); ++c) {
-            if (total.size() <= c) total.push_back(Eigen::MatrixXd::Zero(sums[b].gram[c].rows(), sums[b].gram[c].cols()));
+            if (total.size() <= c)
+                total.push_back(Eigen::MatrixXd::Zero(sums[b].gram[c].rows(), sums[b].gram[c].cols()));
             total[c] += sums[b].gram[c];
         }
     }
@@ -54,10 +56,12 @@ std::vector<Eigen::MatrixXd> seen_total(const TraceModel& model, const std::vect
 double quadratic(const Eigen::MatrixXd& gram, const Eigen::VectorXd& row) { return std::max(row.dot(gram * row), 0.0); }
 
 /// Variance of each channel of the rows seen, after the step.
-Eigen::VectorXd variances(const TraceModel& model, const std::vector<Eigen::MatrixXd>& total, double rows, const Eigen::VectorXd& with_e)
+Eigen::VectorXd variances(const TraceModel& model, const std::vector<Eigen::MatrixXd>& total, double rows,
+                          const Eigen::VectorXd& with_e)
 {
     Eigen::VectorXd v(static_cast<Eigen::Index>(total.size()));
-    for (std::size_t c = 0; c < total.size(); ++c) v[static_cast<Eigen::Index>(c)] = quadratic(total[c], with_e) / std::max(rows, 1.0) + kLeast;
+    for (std::size_t c = 0; c < total.size(); ++c)
+        v[static_cast<Eigen::Index>(c)] = quadratic(total[c], with_e) / std::max(rows, 1.0) + kLeast;
     if (model.common_weight()) {
         // An axis without current or voltage says nothing about the noise.
         double sum = 0.0, told = 0.0;
@@ -95,7 +99,8 @@ Left left_of(const TraceModel& model, const std::vector<BlockSum>& sums)
     return left_after(model, sums, Eigen::VectorXd::Zero(sums.front().gram.front().rows() - 1));
 }
 
-Eigen::VectorXd linear_step(const TraceModel& model, const std::vector<BlockSum>& sums, const std::vector<Eigen::Index>& use, double damping)
+Eigen::VectorXd linear_step(const TraceModel& model, const std::vector<BlockSum>& sums,
+                            const std::vector<Eigen::Index>& use, double damping)
 {
     double rows = 0.0;
     const std::vector<Eigen::MatrixXd> total = seen_total(model, sums, rows);
@@ -109,7 +114,8 @@ Eigen::VectorXd linear_step(const TraceModel& model, const std::vector<BlockSum>
             const double w = 1.0 / v[static_cast<Eigen::Index>(c)];
             for (Eigen::Index i = 0; i < m; ++i) {
                 b[i] -= w * total[c](use[static_cast<std::size_t>(i)], n);
-                for (Eigen::Index j = 0; j < m; ++j) a(i, j) += w * total[c](use[static_cast<std::size_t>(i)], use[static_cast<std::size_t>(j)]);
+                for (Eigen::Index j = 0; j < m; ++j)
+                    a(i, j) += w * total[c](use[static_cast<std::size_t>(i)], use[static_cast<std::size_t>(j)]);
             }
         }
         const Eigen::VectorXd size = a.diagonal().cwiseMax(kLeast).cwiseSqrt();
@@ -118,7 +124,8 @@ Eigen::VectorXd linear_step(const TraceModel& model, const std::vector<BlockSum>
             if (!(a(i, i) > kLeast)) unit.row(i).setZero(), unit.col(i).setZero();
         const Symmetric eigen(unit);
         Eigen::VectorXd z = eigen.eigenvectors().transpose() * b.cwiseQuotient(size);
-        for (Eigen::Index i = 0; i < m; ++i) z[i] = eigen.eigenvalues()[i] > 1e-9 ? z[i] / (eigen.eigenvalues()[i] + damping) : 0.0;
+        for (Eigen::Index i = 0; i < m; ++i)
+            z[i] = eigen.eigenvalues()[i] > 1e-9 ? z[i] / (eigen.eigenvalues()[i] + damping) : 0.0;
         const Eigen::VectorXd step = (eigen.eigenvectors() * z).cwiseQuotient(size);
         delta.setZero();
         for (Eigen::Index i = 0; i < m; ++i) delta[use[static_cast<std::size_t>(i)]] = step[i];
@@ -148,7 +155,8 @@ Better better(const TraceModel& model, const Left& a, const Left& b)
             const double size = a.rows[k] * static_cast<double>(a.of.size()) * mean_square;
             g = 0.5 * std::log((x + size) / (y + size));
         } else {
-            for (std::size_t c = 0; c < a.of.size(); ++c) g += 0.5 * std::log((a.of[c][k] + floor) / (b.of[c][k] + floor));
+            for (std::size_t c = 0; c < a.of.size(); ++c)
+                g += 0.5 * std::log((a.of[c][k] + floor) / (b.of[c][k] + floor));
         }
         gain.push_back(g);
     }
@@ -174,7 +182,8 @@ bool confirmed(const TraceModel& model, const Better& gain)
     constexpr double kLeastT = 4.0, kUnevenT = 2.0, kFewT = 1.5, kLeastNats = 10.0, kUneven = 15.0, kFew = 40.0;
     if (gain.nats < kLeastNats) return false;
     const double uneven = gain.t * gain.nats_each;
-    return gain.t >= kLeastT || (gain.t >= kUnevenT && uneven >= kUneven) || (gain.t >= kFewT && uneven >= (model.common_weight() ? kUneven : kFew));
+    return gain.t >= kLeastT || (gain.t >= kUnevenT && uneven >= kUneven) ||
+           (gain.t >= kFewT && uneven >= (model.common_weight() ? kUneven : kFew));
 }
 
 Refined refine(const TraceModel& model, const Point& start, int passes)
@@ -199,7 +208,8 @@ Refined refine(const TraceModel& model, const Point& start, int passes)
             // psi may start at zero and R at a wrong sign; an inductance may do neither.
             if (j == 1 || j == 2) next[j] = std::clamp(next[j], old[j] - reach, old[j] + 2.0 * reach);
         }
-        for (Eigen::Index j = first_gain; j < first_weight; ++j) next[j] = std::clamp(next[j], std::max(kGainLeast, 0.2 * old[j]), std::min(1.0, 5.0 * old[j]));
+        for (Eigen::Index j = first_gain; j < first_weight; ++j)
+            next[j] = std::clamp(next[j], std::max(kGainLeast, 0.2 * old[j]), std::min(1.0, 5.0 * old[j]));
         Eigen::Index j = first_weight;
         for (const Term& t : start.terms) {
             j += weights_of(t.input.law);
@@ -243,14 +253,16 @@ Eigen::VectorXd deviations(const TraceModel& model, const Refined& refined)
     const Symmetric eigen(unit);
     const Eigen::VectorXd inverse = eigen.eigenvalues().unaryExpr([](double x) { return x > 1e-10 ? 1.0 / x : 0.0; });
     const Eigen::MatrixXd pinv = eigen.eigenvectors() * inverse.asDiagonal() * eigen.eigenvectors().transpose();
-    // Scores of the fine blocks, neighbours joined in fives: rows and blocks are correlated where the model lacks something.
+    // Scores of the fine blocks, neighbours joined in fives: rows and blocks are correlated where the model lacks
+    // something.
     Eigen::MatrixXd scatter = Eigen::MatrixXd::Zero(n, n);
     Eigen::VectorXd score = Eigen::VectorXd::Zero(n);
     int joined = 0;
     const auto& blocks = model.plan().blocks;
     for (std::size_t b = 0; b < blocks.size(); ++b) {
         if (blocks[b].heldout) continue;
-        for (std::size_t c = 0; c < total.size(); ++c) score += refined.sums[b].gram[c].col(n).head(n) / v[static_cast<Eigen::Index>(c)];
+        for (std::size_t c = 0; c < total.size(); ++c)
+            score += refined.sums[b].gram[c].col(n).head(n) / v[static_cast<Eigen::Index>(c)];
         if (++joined == 5) scatter += score * score.transpose(), score.setZero(), joined = 0;
     }
     scatter += score * score.transpose();

@@ -19,7 +19,8 @@ Left left_after(const TraceModel& model, const std::vector<BlockSum>& sums, cons
 
 /// The step of the columns `use` that leaves least on the rows seen; `damping` in units of each column's own square.
 /// A column that others span to 1e-9 does not move.
-Eigen::VectorXd linear_step(const TraceModel& model, const std::vector<BlockSum>& sums, const std::vector<Eigen::Index>& use, double damping);
+Eigen::VectorXd linear_step(const TraceModel& model, const std::vector<BlockSum>& sums,
+                            const std::vector<Eigen::Index>& use, double damping);
 
 /// How much better `b` is than `a` on the held-out blocks, (E45).
 struct Better {
@@ -28,8 +29,9 @@ struct Better {
     double nats_each = 0.0;  ///< the gain if each block counted as one row: rows within a block may all be alike
 };
 Better better(const TraceModel& model, const Left& a, const Left& b);
-/// Whether that is more than chance: ten nats, and t above 4. An effect may show in few blocks, strongly: where t times the gain
-/// that would be left if each block were one row is above 15, a t of 2 does; 1.5 where it is above 40, and among settled points.
+/// Whether that is more than chance: ten nats, and t above 4. An effect may show in few blocks, strongly: where t times
+/// the gain that would be left if each block were one row is above 15, a t of 2 does; 1.5 where it is above 40, and
+/// among settled points.
 bool confirmed(const TraceModel& model, const Better& gain);
 
 /// A point with all of its columns fitted to the rows seen.

@@ -14,7 +14,10 @@ class Catalogue {
 public:
     Catalogue(TraceSetup& setup, const std::vector<std::string>& only) : setup_(setup), only_(only) {}
 
-    bool wanted(Law law) const { return only_.empty() || std::find(only_.begin(), only_.end(), name_of(law)) != only_.end(); }
+    bool wanted(Law law) const
+    {
+        return only_.empty() || std::find(only_.begin(), only_.end(), name_of(law)) != only_.end();
+    }
     void add(const Input& input)
     {
         if (wanted(input.law)) setup_.candidates.push_back({{input}});
@@ -43,8 +46,10 @@ private:
 
 void temperature_candidates(const std::vector<Log>& logs, Catalogue& c, bool turns, bool moves)
 {
-    const bool winding = everywhere(logs, &Log::temp_winding_C) && range_of(logs, &Log::temp_winding_C).span() > kLeastSpan_K;
-    const bool magnet = everywhere(logs, &Log::temp_magnet_C) && range_of(logs, &Log::temp_magnet_C).span() > kLeastSpan_K;
+    const bool winding = everywhere(logs, &Log::temp_winding_C) &&
+                         range_of(logs, &Log::temp_winding_C).span() > kLeastSpan_K;
+    const bool magnet = everywhere(logs, &Log::temp_magnet_C) &&
+                        range_of(logs, &Log::temp_magnet_C).span() > kLeastSpan_K;
     const bool heats = everywhere(logs, &Log::t_s) && moves;
     const auto state = [](Law law, int heat) {
         Input in{law};
@@ -57,7 +62,8 @@ void temperature_candidates(const std::vector<Log>& logs, Catalogue& c, bool tur
     else if (heats)
         for (int n = 1; n <= kTimes; ++n) c.add(state(Law::winding_temperature, n));
     else
-        c.cannot(Law::winding_temperature, "no temperature that changes, and no time or no current for a heating state");
+        c.cannot(Law::winding_temperature,
+                 "no temperature that changes, and no time or no current for a heating state");
     if (!turns) {
         c.cannot(Law::magnet_temperature, "the machine does not turn");
         return;
@@ -74,7 +80,8 @@ void temperature_candidates(const std::vector<Log>& logs, Catalogue& c, bool tur
         c.add({Law::winding_temperature}, magnet ? Input{Law::magnet_temperature} : state(Law::magnet_temperature, -1));
     else if (heats)
         for (int n = 1; n <= kTimes; ++n)
-            for (int m = n; m <= kTimes; ++m) c.add(state(Law::winding_temperature, n), state(Law::magnet_temperature, m));
+            for (int m = n; m <= kTimes; ++m)
+                c.add(state(Law::winding_temperature, n), state(Law::magnet_temperature, m));
 }
 
 /// Faults of the current sensors, tried beside the effects so that no effect is named for them.
@@ -105,8 +112,10 @@ void electrical_candidates(TraceSetup& setup, Catalogue& c)
     Range w, i_d, i_q;
     for (const Log& log : logs)
         for (std::size_t k = 0; k < log.rows(); ++k)
-            w.add(setup.regime == Regime::standstill ? 0.0 : at_row(log.w_m_rad_s, k)), i_d.add(at_row(log.i_d_A, k)), i_q.add(at_row(log.i_q_A, k));
-    const bool turns = w.size() > 0.0, angle = everywhere(logs, &Log::theta_e_rad) || everywhere(logs, &Log::theta_m_rad);
+            w.add(setup.regime == Regime::standstill ? 0.0 : at_row(log.w_m_rad_s, k)), i_d.add(at_row(log.i_d_A, k)),
+                i_q.add(at_row(log.i_q_A, k));
+    const bool turns = w.size() > 0.0,
+               angle = everywhere(logs, &Log::theta_e_rad) || everywhere(logs, &Log::theta_m_rad);
     const bool moves = std::max(i_d.sd(), i_q.sd()) > 1e-3 * ib;
     // An angle is swept where it covers a turn; an integrated one needs rows in time.
     double swept = 0.0;
@@ -114,13 +123,18 @@ void electrical_candidates(TraceSetup& setup, Catalogue& c)
         if (!angle && settled) continue;
         const TraceColumns& columns = setup.columns[n];
         for (std::size_t k = 1; k < logs[n].rows(); ++k)
-            swept += std::abs(
-                std::remainder(std::atan2(columns.sin_e[k], columns.cos_e[k]) - std::atan2(columns.sin_e[k - 1], columns.cos_e[k - 1]), 2.0 * M_PI));
+            swept += std::abs(std::remainder(std::atan2(columns.sin_e[k], columns.cos_e[k]) -
+                                                 std::atan2(columns.sin_e[k - 1], columns.cos_e[k - 1]),
+                                             2.0 * M_PI));
     }
     const std::string no_current = moves ? "" : "the currents do not change";
-    const std::string one_point = moves || w.span() > 1e-3 * w.size() ? "" : "one operating point: neither the currents nor the speed change";
+    const std::string one_point = moves || w.span() > 1e-3 * w.size()
+                                      ? ""
+                                      : "one operating point: neither the currents nor the speed change";
     const std::string no_turn = turns ? "" : "the machine does not turn";
-    const std::string no_sweep = swept > 6.0 ? "" : angle ? "the angle hardly changes" : "no angle column, and none can be integrated";
+    const std::string no_sweep = swept > 6.0 ? ""
+                                 : angle     ? "the angle hardly changes"
+                                             : "no angle column, and none can be integrated";
     const auto first = [](const std::string& a, const std::string& b) { return a.empty() ? b : a; };
 
     std::string dead = no_current;
@@ -146,14 +160,16 @@ void electrical_candidates(TraceSetup& setup, Catalogue& c)
     if (no_flux.empty()) c.add({Law::saturation, {ib}}, {Law::cross_saturation, {ib}});
     temperature_candidates(logs, c, turns, i_d.size() + i_q.size() > 0.0);
     c.add_unless({Law::iron_loss}, first(no_turn, no_current));
-    if (no_sweep.empty() && setup.regime == Regime::dynamic && c.wanted(Law::clipped_current)) clipped_candidates(setup, angle);
+    if (no_sweep.empty() && setup.regime == Regime::dynamic && c.wanted(Law::clipped_current))
+        clipped_candidates(setup, angle);
     c.add_unless({Law::flux_harmonics, {6}}, first(no_turn, no_sweep));
     if (no_turn.empty() && no_sweep.empty()) c.add({Law::flux_harmonics, {6}}, {Law::flux_harmonics, {12}});
     c.add_unless({Law::current_offset}, no_sweep);
     c.add_unless({Law::current_gain_mismatch}, first(no_sweep, no_current));
     c.add_unless({Law::angle_offset}, first(no_turn, one_point));
     c.add_unless({Law::delay}, settled ? first(no_turn, one_point) : no_current);
-    c.add_unless({Law::skin_effect}, first(no_turn, first(no_current, w.span() > 0.1 * w.size() ? "" : "one speed only")));
+    c.add_unless({Law::skin_effect},
+                 first(no_turn, first(no_current, w.span() > 0.1 * w.size() ? "" : "one speed only")));
     c.add_unless({Law::phase_resistance_imbalance}, first(no_sweep, no_current));
     c.add_unless({Law::voltage_offset}, no_current);
 }
@@ -165,11 +181,13 @@ void mechanical_candidates(TraceSetup& setup, Catalogue& c)
     const std::string still = w.sd() > 1e-3 * base ? "" : "the speed does not change";
     const bool both_ways = w.least < -0.02 * base && w.most > 0.02 * base;
     // Each log may turn one way only, and they the other way.
-    const std::string one_way = both_ways ? "" : "the machine turns one way only: it cannot be told from Coulomb friction";
+    const std::string one_way = both_ways ? ""
+                                          : "the machine turns one way only: it cannot be told from Coulomb friction";
     for (double part : {0.005, 0.03}) {
         if (still.empty()) c.add({Law::coulomb_friction, {part * base}});
         if (still.empty() && one_way.empty())
-            c.add({Law::direction_asymmetry, {part * base}}), c.add({Law::coulomb_friction, {part * base}}, {Law::direction_asymmetry, {part * base}});
+            c.add({Law::direction_asymmetry, {part * base}}),
+                c.add({Law::coulomb_friction, {part * base}}, {Law::direction_asymmetry, {part * base}});
         if (still.empty())
             for (double fall : {0.03, 0.1, 0.3})
                 c.add({Law::stribeck_friction, {part * base, fall * base}}),
@@ -180,7 +198,8 @@ void mechanical_candidates(TraceSetup& setup, Catalogue& c)
     c.add_unless({Law::load_torque}, still);
     double turned = 0.0;
     for (const auto& angle : setup.angle)
-        for (std::size_t k = 1; k < angle.size(); ++k) turned += std::abs(std::remainder(angle[k] - angle[k - 1], 2.0 * M_PI));
+        for (std::size_t k = 1; k < angle.size(); ++k)
+            turned += std::abs(std::remainder(angle[k] - angle[k - 1], 2.0 * M_PI));
     if (turned > 6.0)
         for (int n = 1; n <= 48; ++n) c.add({Law::cogging_torque, {static_cast<double>(n)}});
     else

@@ -6,8 +6,8 @@
 
 namespace dqw {
 
-/// Fills the candidates and the untestable ones of a setup whose columns stand. `only`: names of the effects to try; empty: all,
-/// and the faults of the record that could be mistaken for them.
+/// Fills the candidates and the untestable ones of a setup whose columns stand. `only`: names of the effects to try;
+/// empty: all, and the faults of the record that could be mistaken for them.
 void add_candidates(TraceSetup& setup, const std::vector<std::string>& only);
 
 }  // namespace dqw

@@ -21,7 +21,10 @@ constexpr double kClearlyLess = 0.9;
 
 using Names = std::vector<std::string>;
 
-bool has(const Names& names, const std::string& name) { return std::find(names.begin(), names.end(), name) != names.end(); }
+bool has(const Names& names, const std::string& name)
+{
+    return std::find(names.begin(), names.end(), name) != names.end();
+}
 
 struct Fitted {
     std::unique_ptr<TraceSetup> setup;
@@ -35,7 +38,9 @@ Fitted fitted(const std::vector<Log>& logs, const Names& effects, bool averaged,
     Fitted out;
     out.setup = trace_setup(logs, effects, averaged ? Variant::averaged : Variant::usual);
     out.refined = fit_named(*out.setup, effects, tick);
-    if (!out.refined.ok) throw std::invalid_argument(logs.front().path + ": a sampling period spans many time constants of the machine; is this log steady?");
+    if (!out.refined.ok)
+        throw std::invalid_argument(
+            logs.front().path + ": a sampling period spans many time constants of the machine; is this log steady?");
     out.blocks = out.setup->full->report(out.refined.point, 0);
     out.rms = rms_of(out.blocks, out.setup->full->channels());
     return out;
@@ -59,8 +64,9 @@ void check_effects(const std::vector<Log>& logs, const Names& effects)
         const Effect* effect = find_effect(name);
         if (effect == nullptr) throw std::invalid_argument("unknown effect " + name);
         if (effect->mechanical != mechanical)
-            throw std::invalid_argument(logs.front().path + ": " + name + " is of " + (effect->mechanical ? "a mechanical" : "an electrical") +
-                                        " log; this one is " + (mechanical ? "mechanical" : "electrical"));
+            throw std::invalid_argument(logs.front().path + ": " + name + " is of " +
+                                        (effect->mechanical ? "a mechanical" : "an electrical") + " log; this one is " +
+                                        (mechanical ? "mechanical" : "electrical"));
     }
 }
 
@@ -88,10 +94,12 @@ void put_parameters(const std::vector<Log>& logs, const Fitted& f, const Told& t
     const TraceSetup& setup = *f.setup;
     const Names joint = joint_parameters(setup);
     if (asked.empty()) asked = joint;
-    const bool electrical = setup.regime != Regime::mechanical, turns = electrical && setup.regime != Regime::standstill;
+    const bool electrical = setup.regime != Regime::mechanical,
+               turns = electrical && setup.regime != Regime::standstill;
     Task task{logs, asked, {}, {}, {}};
     for (std::size_t j = 1; turns && !setup.pole_pairs_known && j < joint.size(); ++j)
-        if (told.base[j].verdict == Verdict::determined) withhold_product(task, joint[j], told.base[j].value, told.base[j].sd, result);
+        if (told.base[j].verdict == Verdict::determined)
+            withhold_product(task, joint[j], told.base[j].value, told.base[j].sd, result);
     for (std::size_t j = 0; j < joint.size(); ++j) {
         if (!has(task.asked, joint[j])) continue;
         if (told.base[j].verdict == Verdict::determined)
@@ -102,7 +110,8 @@ void put_parameters(const std::vector<Log>& logs, const Fitted& f, const Told& t
     Names others;
     for (const std::string& name : task.asked)
         if (!has(joint, name) && !(name == "pole_pairs" && turns && setup.pole_pairs_known)) others.push_back(name);
-    if (turns && setup.pole_pairs_known) result.parameters.push_back({"pole_pairs", setup.pole_pairs, 0.0, logs.front().machine.pole_pairs.has_value()});
+    if (turns && setup.pole_pairs_known)
+        result.parameters.push_back({"pole_pairs", setup.pole_pairs, 0.0, logs.front().machine.pole_pairs.has_value()});
     if (!others.empty()) take_plain(logs, others, result);
 }
 
@@ -115,13 +124,15 @@ void put_effect(const Fitted& f, const Told& told, const std::string& name, Effe
     for (const Estimate& e : effect_parameters(*f.setup, f.refined.point, told.sd, name)) {
         if (!e.given)
             values += (values.empty() ? "" : ", ") + e.name +
-                      (std::isfinite(e.sd) ? " " + figure(e.value) + " with a standard deviation of " + figure(e.sd) : " cannot be told");
+                      (std::isfinite(e.sd) ? " " + figure(e.value) + " with a standard deviation of " + figure(e.sd)
+                                           : " cannot be told");
         if (e.given || std::isfinite(e.sd)) effect.parameters.push_back(e);
     }
     if (told.knows(f.refined.point, name))
         out.effects.push_back(effect);
     else
-        out.result.not_identifiable.push_back({name, "none of its weights stands out (it stayed in the fit): " + values, find_effect(name)->separate});
+        out.result.not_identifiable.push_back(
+            {name, "none of its weights stands out (it stayed in the fit): " + values, find_effect(name)->separate});
 }
 
 void put_notes(const std::vector<Log>& logs, const Fitted& f, bool all_told, Result& result)
@@ -130,19 +141,22 @@ void put_notes(const std::vector<Log>& logs, const Fitted& f, bool all_told, Res
     std::size_t gaps = 0;
     for (const Log& log : logs) gaps += log.segments.empty() ? 0 : log.segments.size() - 1;
     if (gaps > 0 && f.setup->full->gains() > 0)
-        result.notes.push_back(std::to_string(gaps) + " gap" + (gaps > 1 ? "s" : "") + " in time: the simulation starts anew after each");
+        result.notes.push_back(std::to_string(gaps) + " gap" + (gaps > 1 ? "s" : "") +
+                               " in time: the simulation starts anew after each");
     // What is not told apart has no value to make sense.
     const std::string nonsense = sense_of(*f.setup, f.refined.point);
-    if (!nonsense.empty() && all_told) result.notes.push_back("warning: this explanation makes no physical sense: " + nonsense);
+    if (!nonsense.empty() && all_told)
+        result.notes.push_back("warning: this explanation makes no physical sense: " + nonsense);
     const Eigen::VectorXd& gain = f.refined.point.gain;
-    if (gain.size() == 2) result.notes.push_back("correction gain of the currents: d " + figure(gain[0]) + ", q " + figure(gain[1]));
+    if (gain.size() == 2)
+        result.notes.push_back("correction gain of the currents: d " + figure(gain[0]) + ", q " + figure(gain[1]));
     if (gain.size() == 1) result.notes.push_back("correction gain of the speed: " + figure(gain[0]));
 }
 
 }  // namespace
 
-EffectFit fit_effects(const std::vector<Log>& logs, const std::vector<std::string>& effects, const std::vector<std::string>& parameters,
-                      std::function<void(double)> progress)
+EffectFit fit_effects(const std::vector<Log>& logs, const std::vector<std::string>& effects,
+                      const std::vector<std::string>& parameters, std::function<void(double)> progress)
 {
     if (logs.empty()) throw std::invalid_argument("no log to fit");
     if (effects.empty()) return {fit(logs, {parameters, std::move(progress)}), {}};

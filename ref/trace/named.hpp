@@ -18,8 +18,8 @@ struct EffectFit {
     Result result;
     std::vector<TraceEffect> effects;
 };
-EffectFit fit_effects(const std::vector<Log>& logs, const std::vector<std::string>& effects, const std::vector<std::string>& parameters,
-                      std::function<void(double)> progress = {});
+EffectFit fit_effects(const std::vector<Log>& logs, const std::vector<std::string>& effects,
+                      const std::vector<std::string>& parameters, std::function<void(double)> progress = {});
 
 }  // namespace dqw
 #endif

@@ -21,8 +21,8 @@ double median(std::vector<double> x)
     return x[x.size() / 2];
 }
 
-/// Mean squares of two filters: (1 -4 6 -4 1), at the top of the band, and second differences of means over five rows, around a
-/// tenth of the sampling rate. Medians over chunks, so that a few wild stretches do not count.
+/// Mean squares of two filters: (1 -4 6 -4 1), at the top of the band, and second differences of means over five rows,
+/// around a tenth of the sampling rate. Medians over chunks, so that a few wild stretches do not count.
 struct HighBand {
     double top = 0.0, fifth = 0.0;
 };
@@ -42,14 +42,15 @@ HighBand high_band(const std::vector<double>& x, const std::vector<std::size_t>&
                 for (std::size_t n = 0; n < 5; ++n) z += 0.2 * (x[r + n] - 2.0 * x[r + 5 + n] + x[r + 10 + n]);
                 a += y * y, b += z * z;
             }
-            top.push_back(a / 70.0 / static_cast<double>(stop - k)), fifth.push_back(b / 6.0 / static_cast<double>(stop - k));
+            top.push_back(a / 70.0 / static_cast<double>(stop - k)),
+                fifth.push_back(b / 6.0 / static_cast<double>(stop - k));
         }
     }
     return {median(top), median(fifth)};
 }
 
-/// Variance of a block's mean over `rows` rows, told apart into noise A |1 - z|^2 of the state's sensor, white noise S, and the
-/// known noise W |1 + z|^2 / 4 of the speed sensor: top = 3.6 A + S + 0.1 W, fifth = 0.133 A + 0.2 S + 0.167 W.
+/// Variance of a block's mean over `rows` rows, told apart into noise A |1 - z|^2 of the state's sensor, white noise S,
+/// and the known noise W |1 + z|^2 / 4 of the speed sensor: top = 3.6 A + S + 0.1 W, fifth = 0.133 A + 0.2 S + 0.167 W.
 double block_variance(HighBand seen, double speed, double rows, double damped)
 {
     double differenced = (seen.top - 5.0 * seen.fifth + 0.7333 * speed) / 2.933;
@@ -79,14 +80,19 @@ double moving_floor(const TraceSetup& setup, const Point& at)
         }
     }
     if (single.empty()) return 0.0;
-    const double speed_noise = high_band(speed, starts).top, rows = static_cast<double>(block_rows(*single.front().log));
+    const double speed_noise = high_band(speed, starts).top,
+                 rows = static_cast<double>(block_rows(*single.front().log));
     double sum = 0.0;
     for (int c = 0; c < channels; ++c) {
-        const double inertia = channels == 2 ? at.base[1 + c] : at.base[0], drag = channels == 2 ? at.base[0] : at.base[1];
-        const double w = channels == 2 ? setup.pole_pairs * setup.pole_pairs * speed_noise * flux[c] / static_cast<double>(single.size()) : 0.0;
+        const double inertia = channels == 2 ? at.base[1 + c] : at.base[0],
+                     drag = channels == 2 ? at.base[0] : at.base[1];
+        const double w = channels == 2 ? setup.pole_pairs * setup.pole_pairs * speed_noise * flux[c] /
+                                             static_cast<double>(single.size())
+                                       : 0.0;
         // The other axis' current, of about the same noise, comes in by the turning.
         const double across = channels == 2 ? at.base[2 - c] / inertia : 0.0;
-        sum += block_variance(high_band(residual[c], starts), w, rows, std::sqrt(std::pow(drag * dt / inertia, 2) + across * across * turned));
+        sum += block_variance(high_band(residual[c], starts), w, rows,
+                              std::sqrt(std::pow(drag * dt / inertia, 2) + across * across * turned));
     }
     return std::sqrt(sum / channels);
 }
@@ -119,7 +125,8 @@ double share_by_bins(const std::vector<double>& x, const std::vector<double>& y,
     std::vector<std::size_t> order(n);
     for (std::size_t k = 0; k < n; ++k) order[k] = k;
     std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return x[a] < x[b]; });
-    if (!(x[order[n - 1 - n / 50]] - x[order[n / 50]] > 1e-9 * (std::abs(x[order[n - 1]]) + std::abs(x[order[0]])))) return 0.0;
+    if (!(x[order[n - 1 - n / 50]] - x[order[n / 50]] > 1e-9 * (std::abs(x[order[n - 1]]) + std::abs(x[order[0]]))))
+        return 0.0;
     double mean = 0.0, square = 0.0, between = 0.0;
     for (double v : y) mean += v / static_cast<double>(n);
     for (double v : y) square += (v - mean) * (v - mean) / static_cast<double>(n);
@@ -179,7 +186,8 @@ double amplitude_of_angle(const Series& s)
 }
 
 /// Amplitudes of an evenly sampled series, Hann window; at most 2^16 points of it.
-void amplitudes(const std::vector<double>& y, double period_s, std::vector<double>& frequency_Hz, std::vector<double>& amplitude)
+void amplitudes(const std::vector<double>& y, double period_s, std::vector<double>& frequency_Hz,
+                std::vector<double>& amplitude)
 {
     std::size_t n = 1;
     while (2 * n <= y.size() && n < 65536) n *= 2;
@@ -187,7 +195,8 @@ void amplitudes(const std::vector<double>& y, double period_s, std::vector<doubl
     std::vector<double> x(n);
     double mean = 0.0;
     for (std::size_t k = 0; k < n; ++k) mean += y[k] / static_cast<double>(n);
-    for (std::size_t k = 0; k < n; ++k) x[k] = (y[k] - mean) * (1.0 - std::cos(2.0 * M_PI * static_cast<double>(k) / static_cast<double>(n)));
+    for (std::size_t k = 0; k < n; ++k)
+        x[k] = (y[k] - mean) * (1.0 - std::cos(2.0 * M_PI * static_cast<double>(k) / static_cast<double>(n)));
     std::vector<std::complex<double>> spectrum;
     Eigen::FFT<double> fft;
     fft.fwd(spectrum, x);
@@ -205,14 +214,19 @@ std::vector<double> longest_run(const std::vector<ReportBlock>& blocks, int axis
     for (std::size_t k = 0; k < blocks.size(); ++k) {
         if (k > 0 && (blocks[k].log != blocks[k - 1].log || blocks[k].begin != blocks[k - 1].end)) now.clear();
         now.push_back(blocks[k].residual[axis]);
-        if (now.size() > best.size()) best = now, period_s = blocks[k].log->dt_s * static_cast<double>(blocks[k].end - blocks[k].begin);
+        if (now.size() > best.size())
+            best = now, period_s = blocks[k].log->dt_s * static_cast<double>(blocks[k].end - blocks[k].begin);
     }
     return best;
 }
 
-const char* axis_name(const TraceSetup& setup, int axis) { return setup.regime == Regime::mechanical ? "torque" : axis == 0 ? "d" : "q"; }
+const char* axis_name(const TraceSetup& setup, int axis)
+{
+    return setup.regime == Regime::mechanical ? "torque" : axis == 0 ? "d" : "q";
+}
 
-void add_line(const TraceSetup& setup, const std::vector<ReportBlock>& blocks, int axis, double excess, std::vector<TraceCorrelate>& out)
+void add_line(const TraceSetup& setup, const std::vector<ReportBlock>& blocks, int axis, double excess,
+              std::vector<TraceCorrelate>& out)
 {
     double period_s = 0.0;
     const std::vector<double> y = longest_run(blocks, axis, period_s);
@@ -224,7 +238,9 @@ void add_line(const TraceSetup& setup, const std::vector<ReportBlock>& blocks, i
     double local = 0.0;
     for (std::size_t k = top >= 2 ? top - 2 : 0; k < std::min(top + 3, a.size()); ++k) local += a[k] * a[k] / 3.0;
     const double level = median(a);
-    if (top >= 3 && a[top] > 8.0 * level) out.push_back({"a line at " + figure(f[top]) + " Hz", axis_name(setup, axis), std::clamp(local / excess, 0.0, 1.0)});
+    if (top >= 3 && a[top] > 8.0 * level)
+        out.push_back(
+            {"a line at " + figure(f[top]) + " Hz", axis_name(setup, axis), std::clamp(local / excess, 0.0, 1.0)});
 }
 
 }  // namespace
@@ -259,11 +275,14 @@ std::vector<TraceCorrelate> correlates(const TraceSetup& setup, const std::vecto
         if (!s.speed.empty()) add("speed", share_by_bins(s.speed, s.y, excess));
         if (!s.heat.empty()) add("temperature", share_by_bins(s.heat, s.y, excess));
         if (!s.i_d.empty())
-            add("i_d", share_by_bins(s.i_d, s.y, excess)), add("i_q", share_by_bins(s.i_q, s.y, excess)), add("voltage", share_by_bins(s.v, s.y, excess));
+            add("i_d", share_by_bins(s.i_d, s.y, excess)), add("i_q", share_by_bins(s.i_q, s.y, excess)),
+                add("voltage", share_by_bins(s.v, s.y, excess));
         if (!s.sign.empty()) {
             double xy = 0.0, xx = 0.0;
             for (std::size_t k = 0; k < s.y.size(); ++k) xy += s.sign[k] * s.y[k], xx += s.sign[k] * s.sign[k];
-            if (xx > 0.0) add("signs of the phase currents", std::clamp(xy * xy / xx / static_cast<double>(s.y.size()) / excess, 0.0, 1.0));
+            if (xx > 0.0)
+                add("signs of the phase currents",
+                    std::clamp(xy * xy / xx / static_cast<double>(s.y.size()) / excess, 0.0, 1.0));
         }
         const bool swept = amplitude_of_angle(s) < 0.7;
         for (int order : swept ? std::vector<int>{1, 2, 3, 6, 12} : std::vector<int>{}) {
@@ -272,11 +291,13 @@ std::vector<TraceCorrelate> correlates(const TraceSetup& setup, const std::vecto
         }
         add_line(setup, blocks, axis, excess, out);
     }
-    std::stable_sort(out.begin(), out.end(), [](const TraceCorrelate& a, const TraceCorrelate& b) { return a.share > b.share; });
+    std::stable_sort(out.begin(), out.end(),
+                     [](const TraceCorrelate& a, const TraceCorrelate& b) { return a.share > b.share; });
     return out;
 }
 
-std::vector<TraceSpectrum> spectra(const TraceSetup& setup, const std::vector<ReportBlock>& before, const std::vector<ReportBlock>& after)
+std::vector<TraceSpectrum> spectra(const TraceSetup& setup, const std::vector<ReportBlock>& before,
+                                   const std::vector<ReportBlock>& after)
 {
     std::vector<TraceSpectrum> out;
     for (int axis = 0; axis < setup.full->channels(); ++axis) {
@@ -284,11 +305,14 @@ std::vector<TraceSpectrum> spectra(const TraceSetup& setup, const std::vector<Re
         s.axis = axis_name(setup, axis);
         const Series x = series_of(setup, before, axis), y = series_of(setup, after, axis);
         for (int order = 1; order <= 24; ++order)
-            s.order.push_back(order), s.before.push_back(amplitude_at(x, order)), s.after.push_back(amplitude_at(y, order));
+            s.order.push_back(order), s.before.push_back(amplitude_at(x, order)),
+                s.after.push_back(amplitude_at(y, order));
         if (setup.regime == Regime::dynamic || setup.regime == Regime::mechanical) {
             double period_s = 0.0;
             const std::vector<double> b = longest_run(before, axis, period_s), a = longest_run(after, axis, period_s);
-            if (period_s > 0.0) amplitudes(b, period_s, s.frequency_Hz, s.before_at), amplitudes(a, period_s, s.frequency_Hz, s.after_at);
+            if (period_s > 0.0)
+                amplitudes(b, period_s, s.frequency_Hz, s.before_at),
+                    amplitudes(a, period_s, s.frequency_Hz, s.after_at);
         }
         out.push_back(s);
     }
@@ -313,7 +337,8 @@ std::string record_fault(const std::vector<Log>& logs)
         std::vector<double> moved = moves;
         moved.erase(std::remove(moved.begin(), moved.end(), 0.0), moved.end());
         const double usual = median(moved);
-        // On a coarse converter a repeated value is nothing; on a fine one it is a held sample, unless the current rests.
+        // On a coarse converter a repeated value is nothing; on a fine one it is a held sample, unless the current
+        // rests.
         if (!(usual > 20.0 * least) || 2 * moved.size() < moves.size()) continue;
         std::size_t run = 0;
         for (double move : moves) {
@@ -325,7 +350,9 @@ std::string record_fault(const std::vector<Log>& logs)
             run = 0;
         }
     }
-    if (held > 5 && held > rows / 2000) return std::to_string(held) + " rows repeat the currents of the row before to the last digit: held or dropped samples";
+    if (held > 5 && held > rows / 2000)
+        return std::to_string(held) +
+               " rows repeat the currents of the row before to the last digit: held or dropped samples";
     return "";
 }
 

@@ -7,8 +7,9 @@
 namespace dqw {
 
 /// (E46). Block RMS that the sensors' noise alone would leave, all axes together.
-/// Dynamic and mechanical: the single rows' residual in the upper half band, where slow structure is not, told apart into
-/// noise of the state's sensor (differenced) and of the input (white), with the speed sensor's own noise beside them.
+/// Dynamic and mechanical: the single rows' residual in the upper half band, where slow structure is not, told apart
+/// into noise of the state's sensor (differenced) and of the input (white), with the speed sensor's own noise beside
+/// them.
 /// Settled: second differences of rows that follow one another.
 double noise_floor(const TraceSetup& setup, const Point& at);
 
@@ -16,7 +17,8 @@ double noise_floor(const TraceSetup& setup, const Point& at);
 std::vector<TraceCorrelate> correlates(const TraceSetup& setup, const std::vector<ReportBlock>& blocks, double floor);
 
 /// Amplitude over order of the angle and over frequency, of the residual of `before` and `after`.
-std::vector<TraceSpectrum> spectra(const TraceSetup& setup, const std::vector<ReportBlock>& before, const std::vector<ReportBlock>& after);
+std::vector<TraceSpectrum> spectra(const TraceSetup& setup, const std::vector<ReportBlock>& before,
+                                   const std::vector<ReportBlock>& after);
 
 /// A fault of the record itself (held rows, clipped currents), in words; empty where there is none.
 std::string record_fault(const std::vector<Log>& logs);

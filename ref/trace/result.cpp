@@ -28,7 +28,8 @@ std::vector<Estimate> base_parameters(const TraceSetup& setup, const Point& at, 
         out.push_back({names[static_cast<std::size_t>(j)], at.base[j], sd[j], false});
     }
     const auto& given = setup.logs->front().machine.pole_pairs;
-    if (setup.regime != Regime::mechanical && setup.pole_pairs_known) out.push_back({"pole_pairs", setup.pole_pairs, 0.0, given.has_value()});
+    if (setup.regime != Regime::mechanical && setup.pole_pairs_known)
+        out.push_back({"pole_pairs", setup.pole_pairs, 0.0, given.has_value()});
     return out;
 }
 
@@ -39,12 +40,16 @@ std::vector<AxisResidual> axes_of(const TraceSetup& setup, const std::vector<Rep
         double r = 0.0, m = 0.0;
         for (const ReportBlock& b : blocks) r += b.residual[c] * b.residual[c], m += b.measured[c] * b.measured[c];
         const double n = static_cast<double>(std::max<std::size_t>(blocks.size(), 1));
-        out.push_back({setup.regime == Regime::mechanical ? "torque" : c == 0 ? "d" : "q", std::sqrt(r / n), m > 0.0 ? 100.0 * std::sqrt(r / m) : 0.0});
+        out.push_back({setup.regime == Regime::mechanical ? "torque"
+                       : c == 0                           ? "d"
+                                                          : "q",
+                       std::sqrt(r / n), m > 0.0 ? 100.0 * std::sqrt(r / m) : 0.0});
     }
     return out;
 }
 
-std::vector<Estimate> effect_parameters(const TraceSetup& setup, const Point& at, const Eigen::VectorXd& sd, const std::string& name)
+std::vector<Estimate> effect_parameters(const TraceSetup& setup, const Point& at, const Eigen::VectorXd& sd,
+                                        const std::string& name)
 {
     std::vector<TraceInput> inputs;
     std::vector<std::vector<double>> weight_sd;

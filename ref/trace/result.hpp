@@ -13,7 +13,8 @@ PlainModel plain_of(const TraceSetup& setup, const Point& at);
 std::vector<Estimate> base_parameters(const TraceSetup& setup, const Point& at, const Eigen::VectorXd& sd);
 
 /// Physical parameters of the effect `name`.
-std::vector<Estimate> effect_parameters(const TraceSetup& setup, const Point& at, const Eigen::VectorXd& sd, const std::string& name);
+std::vector<Estimate> effect_parameters(const TraceSetup& setup, const Point& at, const Eigen::VectorXd& sd,
+                                        const std::string& name);
 
 /// RMS of each axis' reported residual, and what part it is of the axis' voltage (torque).
 std::vector<AxisResidual> axes_of(const TraceSetup& setup, const std::vector<ReportBlock>& blocks);

@@ -7,7 +7,8 @@ namespace {
 
 /// Part of the excess that effects must explain, or they are not named: the larger part.
 constexpr double kLeastExplained = 0.5;
-/// A residual that effects make larger than that is not explained by them; two parts in a hundred are what a joint refit may lose.
+/// A residual that effects make larger than that is not explained by them; two parts in a hundred are what a joint
+/// refit may lose.
 constexpr double kGrown = 1.02;
 
 double excess(double rms, double floor) { return std::max(rms * rms - floor * floor, 0.0); }
@@ -19,13 +20,15 @@ bool above(double rms, double floor, bool exact) { return rms > kStructured * fl
 bool explains(const Finding& f)
 {
     if (f.fault || f.before_exact || f.after > kGrown * f.before) return false;
-    return !above(f.after, f.floor, f.after_exact) || excess(f.after, f.floor) <= (1.0 - kLeastExplained) * excess(f.before, f.floor);
+    return !above(f.after, f.floor, f.after_exact) ||
+           excess(f.after, f.floor) <= (1.0 - kLeastExplained) * excess(f.before, f.floor);
 }
 
 bool is_structured(const Rest& rest)
 {
     const Finding& f = rest.is;
-    // Something was found, and is not named: a floor above the whole residual then contains the model's error, and is unusable.
+    // Something was found, and is not named: a floor above the whole residual then contains the model's error, and is
+    // unusable.
     const bool no_floor = !rest.effects && rest.taken_back && f.floor > kStructured * f.before;
     return above(f.after, f.floor, f.after_exact) || f.fault || no_floor;
 }

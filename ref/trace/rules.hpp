@@ -6,7 +6,8 @@
 
 namespace dqw {
 
-/// Block RMS over the noise floor that is more than noise: of some fifty blocks the RMS of noise alone is within a tenth.
+/// Block RMS over the noise floor that is more than noise: of some fifty blocks the RMS of noise alone is within a
+/// tenth.
 constexpr double kStructured = 1.3;
 
 /// RMS of the reported residual on rows that no fit saw, and the noise that the log itself shows; V or Nm.
@@ -16,8 +17,8 @@ struct Finding {
     bool fault = false;                              ///< a fault of the record: clipped, held, a line in its spectrum
 };
 
-/// Are the effects that the search took to be named? Not where a fault may have caused it, where there was nothing to explain, where the residual
-/// grew, or where most of what is above the noise stays.
+/// Are the effects that the search took to be named? Not where a fault may have caused it, where there was nothing to
+/// explain, where the residual grew, or where most of what is above the noise stays.
 bool explains(const Finding& f);
 
 /// What is left, with the effects that are named or without any.

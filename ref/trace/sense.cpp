@@ -14,7 +14,8 @@ constexpr double kMostOfBase = 0.5;  ///< a sensor's or a flux's error beyond th
 constexpr double kSlow = 0.4;        ///< part of the top speed below which Stribeck friction fades
 constexpr double kLeastInductance = 0.05, kMostInductance = 3.0;
 
-/// Incremental inductances at the log's own currents, over those at zero current; rare extremes apart, where a polynomial ends.
+/// Incremental inductances at the log's own currents, over those at zero current; rare extremes apart, where a
+/// polynomial ends.
 std::string inductance_sense(const TraceSetup& setup, const Point& at)
 {
     std::vector<double> part;
@@ -72,12 +73,14 @@ std::string sense_of(const TraceSetup& setup, const Point& at)
         for (const Estimate& e : physical({in}, sd, {0.0}, plain))
             for (const EffectParameter& p : effect->parameters)
                 if (e.name == p.name && !(e.value >= p.least && e.value <= p.most))
-                    return e.name + " would be " + figure(e.value) + ", outside " + figure(p.least) + " to " + figure(p.most);
+                    return e.name + " would be " + figure(e.value) + ", outside " + figure(p.least) + " to " +
+                           figure(p.most);
         if (in.effect == "current_offset" && std::hypot(in.weights[0], in.weights[1]) > kMostOfBase * setup.i_base_A)
             return "the offset would be half of the largest current";
         if (in.effect == "stribeck_friction" && in.shape[1] > kSlow * setup.speed_base_rad_s)
             return "it would fade at " + figure(in.shape[1]) + " rad/s, the log's own speeds: viscous friction";
-        if (in.effect == "dead_time" && in.shape[0] > 2.0 * setup.i_base_A) return "its width would be beyond the largest current: a resistance";
+        if (in.effect == "dead_time" && in.shape[0] > 2.0 * setup.i_base_A)
+            return "its width would be beyond the largest current: a resistance";
     }
     return "";
 }
@@ -86,7 +89,8 @@ std::string doubt_of(const TraceSetup& setup, const Point& plain, const TraceFit
 {
     constexpr double kMostLeft = 10.0, kMostLeftSettled = 30.0;
     const char* const ask = ": are columns, units and signs those of the log format?";
-    if (setup.regime == Regime::mechanical) return plain.base[0] < 0.0 ? std::string("the inertia comes out negative") + ask : "";
+    if (setup.regime == Regime::mechanical)
+        return plain.base[0] < 0.0 ? std::string("the inertia comes out negative") + ask : "";
     if (setup.regime == Regime::dynamic && plain.base[0] < 0.0 && plain.base[1] < 0.0 && plain.base[2] < 0.0)
         return std::string("resistance and inductances come out negative") + ask;
     if (!setup.turns_apart.empty()) return setup.turns_apart;
@@ -95,7 +99,9 @@ std::string doubt_of(const TraceSetup& setup, const Point& plain, const TraceFit
         const double measured = a.percent > 0.0 ? 100.0 * a.rms / a.percent : 0.0;
         left += a.rms * a.rms, all += measured * measured;
     }
-    if (!fit.axes.empty() && !(all > 0.0)) return setup.regime == Regime::mechanical ? "no torque in any row" : "no voltage in any row: is this the log that was meant?";
+    if (!fit.axes.empty() && !(all > 0.0))
+        return setup.regime == Regime::mechanical ? "no torque in any row"
+                                                  : "no voltage in any row: is this the log that was meant?";
     const double percent = all > 0.0 ? 100.0 * std::sqrt(left / all) : 0.0;
     if (percent > (setup.regime == Regime::dynamic ? kMostLeft : kMostLeftSettled))
         return "the plain model leaves " + figure(percent) + " % of the voltage" + ask;

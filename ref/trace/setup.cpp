@@ -35,8 +35,12 @@ Plan point_plan(const std::vector<Log>& logs, double i_base_A, double w_base)
         bool heldout = false;
         for (std::size_t k = 0; k < log.rows();) {
             std::size_t end = k + 1;
-            const auto same = [&](const std::vector<double>& column, double base) { return std::abs(at_row(column, end) - at_row(column, k)) <= 0.01 * base; };
-            while (end < log.rows() && same(log.i_d_A, i_base_A) && same(log.i_q_A, i_base_A) && same(log.w_m_rad_s, w_base)) ++end;
+            const auto same = [&](const std::vector<double>& column, double base) {
+                return std::abs(at_row(column, end) - at_row(column, k)) <= 0.01 * base;
+            };
+            while (end < log.rows() && same(log.i_d_A, i_base_A) && same(log.i_q_A, i_base_A) &&
+                   same(log.w_m_rad_s, w_base))
+                ++end;
             plan.blocks.push_back({&piece, k, end, heldout});
             heldout = !heldout;
             k = end;
@@ -74,13 +78,15 @@ std::optional<double> stated_pole_pairs(const std::vector<Log>& logs)
     std::optional<double> p;
     for (const Log& log : logs) {
         if (!log.machine.pole_pairs) continue;
-        if (p && *p != *log.machine.pole_pairs) throw std::invalid_argument(log.path + ": pole_pairs differs from the other logs': not one machine");
+        if (p && *p != *log.machine.pole_pairs)
+            throw std::invalid_argument(log.path + ": pole_pairs differs from the other logs': not one machine");
         p = log.machine.pole_pairs;
     }
     return p;
 }
 
-/// Electrical turns in a mechanical one, by the log's own angle, negative where they run against each other; 0 where it does not say.
+/// Electrical turns in a mechanical one, by the log's own angle, negative where they run against each other; 0 where it
+/// does not say.
 double turns_of_angles(const std::vector<Log>& logs)
 {
     constexpr double kMostStep_rad = 2.0, kLeastTurned_rad = 6.0;
@@ -94,7 +100,8 @@ double turns_of_angles(const std::vector<Log>& logs)
                 const double electrical = std::remainder(log.theta_e_rad[k] - log.theta_e_rad[k - 1], 2.0 * M_PI);
                 // A step near half a turn may be one the other way.
                 if (std::abs(electrical) > kMostStep_rad) return 0.0;
-                sum_e += electrical, sum_m += 0.5 * (log.w_m_rad_s[k] + log.w_m_rad_s[k - 1]) * (log.t_s[k] - log.t_s[k - 1]);
+                sum_e += electrical,
+                    sum_m += 0.5 * (log.w_m_rad_s[k] + log.w_m_rad_s[k - 1]) * (log.t_s[k] - log.t_s[k - 1]);
                 // Over many rows the speed's noise, which would make the ratio small, is averaged away.
                 if ((k - piece.begin) % kTogether != 0 && k + 1 != piece.end) continue;
                 xy += sum_e * sum_m, xx += sum_m * sum_m, turned += std::abs(sum_e);
@@ -110,7 +117,8 @@ double pole_pairs_of_angles(const std::vector<Log>& logs)
 {
     constexpr double kMost = 200.0, kNear = 0.05;
     const double p = turns_of_angles(logs), whole = std::round(p);
-    return whole >= 1.0 && whole <= kMost && std::abs(p - whole) < kNear * whole && std::abs(p - whole) < 0.3 ? whole : 0.0;
+    return whole >= 1.0 && whole <= kMost && std::abs(p - whole) < kNear * whole && std::abs(p - whole) < 0.3 ? whole
+                                                                                                              : 0.0;
 }
 
 void find_pole_pairs(TraceSetup& setup)
@@ -121,7 +129,8 @@ void find_pole_pairs(TraceSetup& setup)
         setup.pole_pairs = *p;
         const double turns = turns_of_angles(logs);
         if (turns != 0.0 && std::abs(turns / *p - 1.0) > kNear)
-            setup.turns_apart = "theta_e_rad turns " + figure(turns) + " times as far as the shaft by w_m_rad_s, and the pole pairs are " + figure(*p) +
+            setup.turns_apart = "theta_e_rad turns " + figure(turns) +
+                                " times as far as the shaft by w_m_rad_s, and the pole pairs are " + figure(*p) +
                                 ": check the speed's unit and sign";
         if (!setup.turns_apart.empty()) setup.notes.push_back(setup.turns_apart);
         return;
@@ -132,7 +141,8 @@ void find_pole_pairs(TraceSetup& setup)
     }
     if (const double turns = pole_pairs_of_angles(logs); turns > 0.0) {
         setup.pole_pairs = turns;
-        setup.notes.push_back("pole pairs found: " + std::to_string(static_cast<int>(turns)) + ", from the electrical angle");
+        setup.notes.push_back("pole pairs found: " + std::to_string(static_cast<int>(turns)) +
+                              ", from the electrical angle");
         return;
     }
     if (setup.regime == Regime::dynamic) {
@@ -146,11 +156,15 @@ void find_pole_pairs(TraceSetup& setup)
             }
     }
     setup.pole_pairs_known = false;
-    setup.notes.push_back("the pole pairs are not known: L, psi and a delay come out multiplied by them (say --pole-pairs)");
+    setup.notes.push_back(
+        "the pole pairs are not known: L, psi and a delay come out multiplied by them (say --pole-pairs)");
 }
 
 /// As many stretches as are long enough to hold blocks of the reported residual.
-std::size_t stretches_of(const std::vector<Piece>& pieces, std::size_t most) { return std::clamp(rows_of(pieces) / kLeastStretch, kFewestStretches, most); }
+std::size_t stretches_of(const std::vector<Piece>& pieces, std::size_t most)
+{
+    return std::clamp(rows_of(pieces) / kLeastStretch, kFewestStretches, most);
+}
 
 void electrical_setup(TraceSetup& setup, bool rotor_held)
 {
@@ -159,22 +173,26 @@ void electrical_setup(TraceSetup& setup, bool rotor_held)
     double begin = HUGE_VAL, end = -HUGE_VAL;
     setup.i_base_A = 0.0;
     for (const Log& log : logs) {
-        for (std::size_t k = 0; k < log.rows(); ++k) setup.i_base_A = std::max(setup.i_base_A, std::hypot(at_row(log.i_d_A, k), at_row(log.i_q_A, k)));
+        for (std::size_t k = 0; k < log.rows(); ++k)
+            setup.i_base_A = std::max(setup.i_base_A, std::hypot(at_row(log.i_d_A, k), at_row(log.i_q_A, k)));
         if (!log.t_s.empty()) begin = std::min(begin, log.t_s.front()), end = std::max(end, log.t_s.back());
     }
     if (!(setup.i_base_A > 0.0)) setup.i_base_A = 1.0;
     setup.span_s = std::max(end - begin, 0.0);
     if (!std::isfinite(setup.span_s)) setup.span_s = 0.0;
-    for (const Log& log : logs) setup.columns.push_back(trace_columns(log, setup.pole_pairs, setup.i_base_A, setup.span_s));
+    for (const Log& log : logs)
+        setup.columns.push_back(trace_columns(log, setup.pole_pairs, setup.i_base_A, setup.span_s));
     if (setup.regime != Regime::dynamic) {
         std::size_t rows = 0;
         for (const Log& log : logs) rows += log.rows();
         if (rows < kLeastSettled)
-            throw std::invalid_argument(logs.front().path + ": " + std::to_string(rows) + " rows; a trace needs at least " + std::to_string(kLeastSettled) +
+            throw std::invalid_argument(logs.front().path + ": " + std::to_string(rows) +
+                                        " rows; a trace needs at least " + std::to_string(kLeastSettled) +
                                         " to hold some out");
         Plan plan = rows < kFewRows ? point_plan(logs, setup.i_base_A, range_of(logs, &Log::w_m_rad_s).size())
                                     : alternate_plan(settled_pieces(logs), kSettledStretches, kSettledFine, 0);
-        if (plan.blocks.size() < kLeastSettled) plan = alternate_plan(settled_pieces(logs), kSettledStretches, kSettledFine, 0);
+        if (plan.blocks.size() < kLeastSettled)
+            plan = alternate_plan(settled_pieces(logs), kSettledStretches, kSettledFine, 0);
         setup.full = std::make_unique<TraceStatic>(logs, setup.columns, setup.pole_pairs, std::move(plan));
         Point start;
         start.base = Eigen::Vector4d(1.0, 1e-3, 1e-3, 0.0);
@@ -183,14 +201,18 @@ void electrical_setup(TraceSetup& setup, bool rotor_held)
     }
     const std::vector<Piece> pieces = pieces_of(logs, kLeastPiece);
     if (rows_of(pieces) < kLeastRows)
-        throw std::invalid_argument(logs.front().path + ": " + std::to_string(rows_of(pieces)) + " rows in even pieces of " + std::to_string(kLeastPiece) +
-                                    " and more; a trace needs at least " + std::to_string(kLeastRows) + " to hold some out");
-    setup.full = std::make_unique<TraceDynamic>(logs, setup.columns, setup.pole_pairs,
-                                                alternate_plan(cut(pieces), stretches_of(pieces, kStretches), kFine, kGuard), rotor_held);
+        throw std::invalid_argument(logs.front().path + ": " + std::to_string(rows_of(pieces)) +
+                                    " rows in even pieces of " + std::to_string(kLeastPiece) +
+                                    " and more; a trace needs at least " + std::to_string(kLeastRows) +
+                                    " to hold some out");
+    setup.full = std::make_unique<TraceDynamic>(
+        logs, setup.columns, setup.pole_pairs,
+        alternate_plan(cut(pieces), stretches_of(pieces, kStretches), kFine, kGuard), rotor_held);
     const std::vector<Piece> windows = spread_sample(pieces, kSearchRows, kSearchWindow);
     if (rows_of(windows) < rows_of(pieces))
-        setup.part = std::make_unique<TraceDynamic>(logs, setup.columns, setup.pole_pairs,
-                                                    alternate_plan(windows, rows_of(windows) / kSearchWindow, kFine, 2 * kGuard), rotor_held);
+        setup.part = std::make_unique<TraceDynamic>(
+            logs, setup.columns, setup.pole_pairs,
+            alternate_plan(windows, rows_of(windows) / kSearchWindow, kFine, 2 * kGuard), rotor_held);
     for (const ElectricalStart& s : electrical_starts(setup.part ? windows : pieces, setup.pole_pairs)) {
         Point start;
         start.base = Eigen::Vector4d(s.R_ohm, s.Ld_H, s.Lq_H, s.psi_Wb);
@@ -209,24 +231,30 @@ void mechanical_setup(TraceSetup& setup, bool averaged)
     for (const Log& log : logs) {
         setup.torque.push_back(torque_of(log, constant, source));
         if (setup.torque.back().empty())
-            throw std::invalid_argument(log.path + ": no torque: neither torque_Nm, nor i_q_A with a torque constant, nor torque_cmd_Nm");
+            throw std::invalid_argument(
+                log.path + ": no torque: neither torque_Nm, nor i_q_A with a torque constant, nor torque_cmd_Nm");
         setup.angle.push_back(shaft_angle(log));
         if (source != said) setup.notes.push_back("torque is " + source);
         said = source;
     }
     const std::vector<Piece> pieces = pieces_of(logs, kLeastPiece);
     if (rows_of(pieces) < kLeastRows)
-        throw std::invalid_argument(logs.front().path + ": " + std::to_string(rows_of(pieces)) + " rows in even pieces of " + std::to_string(kLeastPiece) +
-                                    " and more; a trace needs at least " + std::to_string(kLeastRows) + " to hold some out");
+        throw std::invalid_argument(logs.front().path + ": " + std::to_string(rows_of(pieces)) +
+                                    " rows in even pieces of " + std::to_string(kLeastPiece) +
+                                    " and more; a trace needs at least " + std::to_string(kLeastRows) +
+                                    " to hold some out");
     const std::size_t stretches = stretches_of(pieces, kStretches * logs.size());
-    setup.full = std::make_unique<TraceMechanical>(logs, setup.torque, setup.angle, alternate_plan(pieces, stretches, averaged ? kFine / 2 : kFine, kGuard),
-                                                   averaged);
+    setup.full = std::make_unique<TraceMechanical>(
+        logs, setup.torque, setup.angle, alternate_plan(pieces, stretches, averaged ? kFine / 2 : kFine, kGuard),
+        averaged);
     const std::vector<Piece> windows = spread_sample(pieces, 2 * kSearchRows, 2 * kSearchWindow);
     if (rows_of(windows) < rows_of(pieces))
-        setup.part = std::make_unique<TraceMechanical>(logs, setup.torque, setup.angle,
-                                                       alternate_plan(windows, rows_of(windows) / (2 * kSearchWindow), kFine, kGuard), averaged);
+        setup.part = std::make_unique<TraceMechanical>(
+            logs, setup.torque, setup.angle,
+            alternate_plan(windows, rows_of(windows) / (2 * kSearchWindow), kFine, kGuard), averaged);
     std::vector<const std::vector<double>*> of_piece;
-    for (const Piece& piece : pieces) of_piece.push_back(&setup.torque[static_cast<std::size_t>(piece.log - logs.data())]);
+    for (const Piece& piece : pieces)
+        of_piece.push_back(&setup.torque[static_cast<std::size_t>(piece.log - logs.data())]);
     for (const MechanicalStart& s : mechanical_starts(pieces, of_piece)) {
         Point start;
         start.base = Eigen::Vector2d(s.J_kgm2, s.B_Nms_rad);
@@ -239,20 +267,24 @@ void check(const std::vector<Log>& logs)
 {
     if (logs.empty()) throw std::invalid_argument("no log to trace");
     const auto need = [](const Log& log, const std::vector<double>& column, const char* name) {
-        if (column.empty() || column.size() != log.rows()) throw std::invalid_argument(log.path + ": this regime needs " + std::string(name) + " on every row");
+        if (column.empty() || column.size() != log.rows())
+            throw std::invalid_argument(log.path + ": this regime needs " + std::string(name) + " on every row");
     };
     for (const Log& log : logs) {
-        if (log.regime != logs.front().regime) throw std::invalid_argument(log.path + ": its regime is not that of " + logs.front().path);
+        if (log.regime != logs.front().regime)
+            throw std::invalid_argument(log.path + ": its regime is not that of " + logs.front().path);
         if (log.regime == Regime::dynamic || log.regime == Regime::mechanical) need(log, log.t_s, "t_s");
         if (log.regime != Regime::standstill) need(log, log.w_m_rad_s, "w_m_rad_s");
         if (log.regime == Regime::dynamic || log.regime == Regime::steady)
-            need(log, log.v_d_V, "v_d_V"), need(log, log.v_q_V, "v_q_V"), need(log, log.i_d_A, "i_d_A"), need(log, log.i_q_A, "i_q_A");
+            need(log, log.v_d_V, "v_d_V"), need(log, log.v_q_V, "v_q_V"), need(log, log.i_d_A, "i_d_A"),
+                need(log, log.i_q_A, "i_q_A");
     }
 }
 
 }  // namespace
 
-std::unique_ptr<TraceSetup> trace_setup(const std::vector<Log>& logs, const std::vector<std::string>& only, Variant variant)
+std::unique_ptr<TraceSetup> trace_setup(const std::vector<Log>& logs, const std::vector<std::string>& only,
+                                        Variant variant)
 {
     check(logs);
     for (const std::string& name : only)
@@ -287,7 +319,8 @@ TraceInput input_of(const TraceSetup& setup, const Point& at, const Term& term)
     case Law::cogging_torque: in.shape = {s[0]}; break;
     case Law::winding_temperature:
     case Law::magnet_temperature:
-        in.shape = {kReferenceTemperature_C, term.input.heat > 0 ? kHeatTimes[term.input.heat - 1] * setup.span_s : 0.0};
+        in.shape = {kReferenceTemperature_C,
+                    term.input.heat > 0 ? kHeatTimes[term.input.heat - 1] * setup.span_s : 0.0};
         // The heating state is 1 where this current flows for long.
         if (term.input.heat > 0) {
             in.shape.push_back(setup.i_base_A);

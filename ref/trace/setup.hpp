@@ -41,7 +41,8 @@ enum class Variant {
 
 /// Throws std::invalid_argument (one line) where logs do not fit together or rows are too few to hold some out.
 /// `only`: names of the effects to try; empty: all.
-std::unique_ptr<TraceSetup> trace_setup(const std::vector<Log>& logs, const std::vector<std::string>& only, Variant variant = Variant::usual);
+std::unique_ptr<TraceSetup> trace_setup(const std::vector<Log>& logs, const std::vector<std::string>& only,
+                                        Variant variant = Variant::usual);
 
 /// The firmware's view of a term: its shape completed from the base parameters.
 TraceInput input_of(const TraceSetup& setup, const Point& at, const Term& term);

@@ -18,13 +18,15 @@ Shapes shapes_of(const TraceSetup& setup, const std::string& name)
 {
     for (const TraceRejected& r : setup.untestable)
         if (r.name == name) {
-            const std::string begin = "not tested: ", why = r.why.rfind(begin, 0) == 0 ? r.why.substr(begin.size()) : r.why;
+            const std::string begin = "not tested: ",
+                              why = r.why.rfind(begin, 0) == 0 ? r.why.substr(begin.size()) : r.why;
             throw std::invalid_argument(setup.logs->front().path + ": " + name + " cannot be fitted: " + why);
         }
     Shapes shapes;
     for (const Candidate& c : setup.candidates)
         if (c.names() == std::vector<std::string>{name}) shapes.push_back(&c);
-    if (shapes.empty()) throw std::invalid_argument(setup.logs->front().path + ": " + name + " cannot be fitted to a log of this kind");
+    if (shapes.empty())
+        throw std::invalid_argument(setup.logs->front().path + ": " + name + " cannot be fitted to a log of this kind");
     return shapes;
 }
 
@@ -58,7 +60,8 @@ std::vector<BlockSum> folded(const TraceModel& model, const std::vector<BlockSum
 /// Linear steps from one point, for any shapes: all of them are columns of the same sums.
 class Steps {
 public:
-    Steps(const TraceModel& model, const Point& at, const std::vector<Shapes>& effects) : model_(model, folded_plan()), at_(at), effects_(effects)
+    Steps(const TraceModel& model, const Point& at, const std::vector<Shapes>& effects)
+        : model_(model, folded_plan()), at_(at), effects_(effects)
     {
         std::vector<Input> inputs;
         Eigen::Index column = at.columns();
@@ -93,7 +96,8 @@ public:
             Eigen::Index column = first_[n][picked[n]];
             for (const Input& input : effects_[n][picked[n]]->inputs) {
                 Term term{input, {}};
-                for (int w = 0; w < weights_of(input.law); ++w) term.weights[static_cast<std::size_t>(w)] = delta[column++];
+                for (int w = 0; w < weights_of(input.law); ++w)
+                    term.weights[static_cast<std::size_t>(w)] = delta[column++];
                 out.point.terms.push_back(term);
             }
         }

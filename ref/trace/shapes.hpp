@@ -16,7 +16,10 @@ public:
     bool common_weight() const override { return of_.common_weight(); }
     const Plan& plan() const override { return plan_; }
     std::vector<ReportBlock> report(const Point& at, std::size_t rows) const override { return of_.report(at, rows); }
-    bool pass(const Point& at, const std::vector<Input>& candidates, std::vector<BlockSum>& sums) const override { return of_.pass(at, candidates, sums); }
+    bool pass(const Point& at, const std::vector<Input>& candidates, std::vector<BlockSum>& sums) const override
+    {
+        return of_.pass(at, candidates, sums);
+    }
 
 private:
     const TraceModel& of_;
@@ -26,8 +29,9 @@ private:
 /// The blocks of a model's plan, none held out: a fit sees all rows but the guards between stretches.
 Plan all_seen(const TraceModel& model);
 
-/// (E47). The plain model and every effect of `names`, jointly, fitted to all rows. Which of its shapes an effect takes, the rows held
-/// out decide. Throws std::invalid_argument (one line) where the log cannot test an effect. Not ok: no start could be predicted from.
+/// (E47). The plain model and every effect of `names`, jointly, fitted to all rows. Which of its shapes an effect
+/// takes, the rows held out decide. Throws std::invalid_argument (one line) where the log cannot test an effect. Not
+/// ok: no start could be predicted from.
 Refined fit_named(const TraceSetup& setup, const std::vector<std::string>& names, const std::function<void()>& tick);
 
 }  // namespace dqw

@@ -37,7 +37,8 @@ Eigen::MatrixXd information(const TraceModel& model, const std::vector<BlockSum>
         most = std::max(most, total[c](n, n));
     }
     Eigen::MatrixXd m = Eigen::MatrixXd::Zero(n, n);
-    for (const Eigen::MatrixXd& t : total) m += t.topLeftCorner(n, n) / (model.common_weight() ? 1.0 : std::max(t(n, n), 1e-6 * most + 1e-300));
+    for (const Eigen::MatrixXd& t : total)
+        m += t.topLeftCorner(n, n) / (model.common_weight() ? 1.0 : std::max(t(n, n), 1e-6 * most + 1e-300));
     return m;
 }
 
@@ -52,12 +53,14 @@ Eigen::VectorXd typical_of(const TraceSetup& setup, const Point& at)
         for (double i : log.i_q_A) q += i * i;
         rows += static_cast<double>(log.rows());
     }
-    typical[3] = std::max(typical[3], 0.1 * std::sqrt((at.base[1] * at.base[1] * d + at.base[2] * at.base[2] * q) / std::max(rows, 1.0)));
+    typical[3] = std::max(
+        typical[3], 0.1 * std::sqrt((at.base[1] * at.base[1] * d + at.base[2] * at.base[2] * q) / std::max(rows, 1.0)));
     return typical;
 }
 
 /// Verdicts that do not need deviations: no effect, or only together with others.
-void mark_untold(const Eigen::MatrixXd& m, const Eigen::VectorXd& typical, const std::vector<std::string>& names, std::vector<Assessment>& base)
+void mark_untold(const Eigen::MatrixXd& m, const Eigen::VectorXd& typical, const std::vector<std::string>& names,
+                 std::vector<Assessment>& base)
 {
     const auto effect = [&](Eigen::Index j) { return typical[j] * std::sqrt(m(j, j)); };
     double largest = 0.0;
@@ -74,7 +77,8 @@ void mark_untold(const Eigen::MatrixXd& m, const Eigen::VectorXd& typical, const
             const Eigen::VectorXd v = eigen.eigenvectors().col(k);
             if (eigen.eigenvalues()[k] > kCollinear || std::abs(v[column]) < kPartner) continue;
             for (Eigen::Index other = 0; other < v.size(); ++other)
-                if (other != column && std::abs(v[other]) >= kPartner && !names[static_cast<std::size_t>(other)].empty())
+                if (other != column && std::abs(v[other]) >= kPartner &&
+                    !names[static_cast<std::size_t>(other)].empty())
                     base[j].partners.push_back(static_cast<int>(other));
             base[j].verdict = base[j].partners.empty() ? Verdict::uncertain : Verdict::collinear;
         }
@@ -100,7 +104,9 @@ bool Told::knows(const Point& at, const std::string& effect) const
     Eigen::Index j = at.base.size() + at.gain.size();
     for (const Term& t : at.terms) {
         for (int w = 0; w < weights_of(t.input.law); ++w)
-            if (effect == name_of(t.input.law) && sd[j + w] < kUncertain * std::abs(t.weights[static_cast<std::size_t>(w)])) return true;
+            if (effect == name_of(t.input.law) &&
+                sd[j + w] < kUncertain * std::abs(t.weights[static_cast<std::size_t>(w)]))
+                return true;
         j += weights_of(t.input.law) + free_shapes_of(t.input);
     }
     return false;
@@ -113,11 +119,13 @@ Told told_of(const TraceSetup& setup, const Refined& refined)
     Told told;
     told.sd = deviations(model, refined);
     told.names = column_names(model, at);
-    const Eigen::VectorXd bare = model.gains() > 0 ? simulated(model, refined) : told.sd, typical = typical_of(setup, at);
+    const Eigen::VectorXd bare = model.gains() > 0 ? simulated(model, refined) : told.sd,
+                          typical = typical_of(setup, at);
     for (Eigen::Index j = 0; j < at.base.size(); ++j) {
         Assessment a;
         a.value = at.base[j], a.sd = told.sd[j];
-        if (const double sd = std::max(told.sd[j], bare[j]); !(sd <= kUncertain * typical[j])) a.verdict = Verdict::uncertain, a.sd = sd;
+        if (const double sd = std::max(told.sd[j], bare[j]); !(sd <= kUncertain * typical[j]))
+            a.verdict = Verdict::uncertain, a.sd = sd;
         told.base.push_back(a);
     }
     mark_untold(information(model, refined.sums), typical, told.names, told.base);

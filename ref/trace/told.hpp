@@ -9,15 +9,17 @@ namespace dqw {
 
 /// Standard deviations of a point fitted to all rows, and a verdict on each parameter of the machine.
 struct Told {
-    Eigen::VectorXd sd;              ///< of each column; infinite where the rows do not tell it
-    std::vector<Assessment> base;    ///< partners: columns
-    std::vector<std::string> names;  ///< of the columns: the machine's parameters, then effects where they begin; else empty
+    Eigen::VectorXd sd;            ///< of each column; infinite where the rows do not tell it
+    std::vector<Assessment> base;  ///< partners: columns
+    /// of the columns: the machine's parameters, then effects where they begin; else empty
+    std::vector<std::string> names;
 
     /// Whether a weight of the effect stands out: its deviation is below three tenths of it.
     bool knows(const Point& at, const std::string& effect) const;
 };
 
-/// (E47). As assess_excited() does, a parameter counts as determined only if the simulation alone (gains 0) determines it too. Costs a pass.
+/// (E47). As assess_excited() does, a parameter counts as determined only if the simulation alone (gains 0) determines
+/// it too. Costs a pass.
 Told told_of(const TraceSetup& setup, const Refined& refined);
 
 }  // namespace dqw

@@ -18,10 +18,12 @@
 namespace dqw {
 namespace {
 
-constexpr double kExact = 5e-4;  ///< part of an axis' voltage (torque): where all are below, the residual is the sampling's own
+constexpr double kExact =
+    5e-4;  ///< part of an axis' voltage (torque): where all are below, the residual is the sampling's own
 constexpr std::size_t kLeastBlocks = 3;
 constexpr double kClearlyLess = 0.9, kClearlyT = 3.0;
-constexpr double kLeastTurn_rad = 0.08;  ///< in a period, below which it does not matter in whose frame a voltage is held
+constexpr double kLeastTurn_rad =
+    0.08;  ///< in a period, below which it does not matter in whose frame a voltage is held
 constexpr int kPasses = 12;
 
 using Blocks = std::vector<ReportBlock>;
@@ -45,7 +47,8 @@ std::vector<std::vector<char>> heldout_rows(const TraceSetup& setup)
     for (const Log& log : *setup.logs) held.emplace_back(log.rows(), 0);
     for (const FineBlock& b : setup.full->plan().blocks)
         if (b.heldout)
-            for (std::size_t k = b.begin; k < b.end; ++k) held[static_cast<std::size_t>(b.piece->log - setup.logs->data())][k] = 1;
+            for (std::size_t k = b.begin; k < b.end; ++k)
+                held[static_cast<std::size_t>(b.piece->log - setup.logs->data())][k] = 1;
     return held;
 }
 
@@ -82,8 +85,9 @@ struct Judge {
     }
 };
 
-/// The plain model that leaves the least reported residual on the rows seen: the residual is linear in the parameters, but for a
-/// trace, so two steps of least squares do. Where the model lacks something, prediction and least residual differ.
+/// The plain model that leaves the least reported residual on the rows seen: the residual is linear in the parameters,
+/// but for a trace, so two steps of least squares do. Where the model lacks something, prediction and least residual
+/// differ.
 Point least_residual(const Judge& judge, Point at)
 {
     for (int round = 0; round < 2; ++round) {
@@ -94,7 +98,8 @@ Point least_residual(const Judge& judge, Point at)
         Eigen::VectorXd y(m);
         const auto fill = [&](const Blocks& blocks, auto&& column) {
             for (std::size_t k = 0; k < blocks.size(); ++k)
-                for (int c = 0; c < judge.channels; ++c) column(static_cast<Eigen::Index>(k) * judge.channels + c) = blocks[k].residual[c];
+                for (int c = 0; c < judge.channels; ++c)
+                    column(static_cast<Eigen::Index>(k) * judge.channels + c) = blocks[k].residual[c];
         };
         fill(here, y);
         for (Eigen::Index j = 0; j < n; ++j) {
@@ -120,18 +125,21 @@ TraceFit fit_of(const TraceSetup& setup, const Judge& judge, const Point& at, co
     return {base_parameters(setup, at, sd), rms_of(blocks, judge.channels), axes_of(setup, blocks)};
 }
 
-void fill_blocks(const TraceSetup& setup, const Judge& judge, const Point& before, const Point& after, TraceResult& result)
+void fill_blocks(const TraceSetup& setup, const Judge& judge, const Point& before, const Point& after,
+                 TraceResult& result)
 {
     const Blocks a = setup.full->report(before, 0), b = setup.full->report(after, 0);
     TraceBlocks& out = result.blocks;
-    for (int c = 0; c < judge.channels; ++c) out.axes.push_back({setup.regime == Regime::mechanical ? "torque" : c == 0 ? "d" : "q", {}, {}, {}});
+    for (int c = 0; c < judge.channels; ++c)
+        out.axes.push_back({setup.regime == Regime::mechanical ? "torque" : c == 0 ? "d" : "q", {}, {}, {}});
     for (std::size_t k = 0; k < a.size(); ++k) {
         const Log& log = *a[k].log;
         const std::size_t row = (a[k].begin + a[k].end) / 2, n = static_cast<std::size_t>(&log - setup.logs->data());
         const auto put = [&](std::vector<double>& to, const std::vector<double>& from) {
             if (!from.empty()) to.push_back(from[row]);
         };
-        put(out.t_s, log.t_s), put(out.i_d_A, log.i_d_A), put(out.i_q_A, log.i_q_A), put(out.w_m_rad_s, log.w_m_rad_s), put(out.temp_C, log.temp_winding_C);
+        put(out.t_s, log.t_s), put(out.i_d_A, log.i_d_A), put(out.i_q_A, log.i_q_A), put(out.w_m_rad_s, log.w_m_rad_s),
+            put(out.temp_C, log.temp_winding_C);
         if (setup.regime == Regime::dynamic || !log.theta_e_rad.empty()) {
             const double angle = std::atan2(setup.columns[n].sin_e[row], setup.columns[n].cos_e[row]);
             out.theta_e_rad.push_back(angle < 0.0 ? angle + 2.0 * M_PI : angle);
@@ -139,7 +147,8 @@ void fill_blocks(const TraceSetup& setup, const Judge& judge, const Point& befor
         out.heldout.push_back(judge.is_held(a[k]) ? 1 : 0);
         for (int c = 0; c < judge.channels; ++c) {
             TraceAxisBlocks& axis = out.axes[static_cast<std::size_t>(c)];
-            axis.measured.push_back(a[k].measured[c]), axis.residual_before.push_back(a[k].residual[c]), axis.residual_after.push_back(b[k].residual[c]);
+            axis.measured.push_back(a[k].measured[c]), axis.residual_before.push_back(a[k].residual[c]),
+                axis.residual_after.push_back(b[k].residual[c]);
         }
     }
     out.spectra = spectra(setup, a, b);
@@ -150,8 +159,8 @@ std::string describe(const std::vector<TraceCorrelate>& rest)
     if (rest.empty()) return "what remains goes with nothing that was tested";
     std::string text = "what remains goes with ";
     for (std::size_t k = 0; k < std::min<std::size_t>(rest.size(), 3); ++k)
-        text += (k > 0 ? ", " : "") + rest[k].with + " (axis " + rest[k].axis + ", " + std::to_string(static_cast<int>(std::lround(100.0 * rest[k].share))) +
-                " % of it)";
+        text += (k > 0 ? ", " : "") + rest[k].with + " (axis " + rest[k].axis + ", " +
+                std::to_string(static_cast<int>(std::lround(100.0 * rest[k].share))) + " % of it)";
     return text;
 }
 
@@ -177,7 +186,8 @@ SelectOptions select_options(const TraceSetup& setup, const Judge& judge, const 
     o.reported_rms = [&judge](const Point& p) { return judge.each(p); };
     const Blocks held = judge.of(setup.starts.front(), false);
     if (held.size() < kLeastBlocks)
-        throw std::invalid_argument(setup.logs->front().path + ": too few rows to hold some out: " + std::to_string(held.size()) + " blocks of the residual");
+        throw std::invalid_argument(setup.logs->front().path + ": too few rows to hold some out: " +
+                                    std::to_string(held.size()) + " blocks of the residual");
     o.exact = exact_of(held, judge.channels);
     o.one_speed = setup.one_speed;
     if (options.progress)
@@ -206,7 +216,8 @@ void reject(const TraceSetup& setup, const Judge& judge, const Selection& s, Tra
         if (std::any_of(result.effects.begin(), result.effects.end(), is_it)) continue;
         std::string why = "explains nothing that the rows held out confirm";
         for (const TraceEffect& e : result.effects)
-            if (std::find(e.confusable_with.begin(), e.confusable_with.end(), name) != e.confusable_with.end()) why = "cannot be told from " + e.name + " here";
+            if (std::find(e.confusable_with.begin(), e.confusable_with.end(), name) != e.confusable_with.end())
+                why = "cannot be told from " + e.name + " here";
         for (const auto& [vetoed, reason] : s.vetoed)
             if (vetoed == name) why = reason;
         result.rejected.push_back({name, why, left[k]});
@@ -235,7 +246,9 @@ Search search(const std::vector<Log>& logs, const TraceOptions& options, Variant
     const SelectOptions by = select_options(*out.setup, *out.judge, options, ticks);
     out.exact = by.exact;
     Selection& s = out.selection = select(out.setup->search(), best_start(*out.setup), out.setup->candidates, by);
-    if (!s.plain.ok) throw std::invalid_argument(logs.front().path + ": a sampling period spans many time constants of the machine; is this log steady?");
+    if (!s.plain.ok)
+        throw std::invalid_argument(
+            logs.front().path + ": a sampling period spans many time constants of the machine; is this log steady?");
     look_alikes(out.setup->search(), out.setup->candidates, by, s);
     if (out.setup->part) {
         s.plain = refine(*out.setup->full, s.plain.point, kPasses);
@@ -266,16 +279,18 @@ Search search(const std::vector<Log>& logs, const TraceOptions& options)
     }
     if (found.setup->regime != Regime::dynamic || widest_turn(*found.setup) < kLeastTurn_rad) return found;
     // What a voltage that turns otherwise looks like.
-    const bool alike = std::any_of(found.selection.found.begin(), found.selection.found.end(),
-                                   [](const Found& f) { return f.name == "iron_loss" || f.name == "voltage_offset" || f.name == "delay"; });
-    if (!alike &&
-        (found.rms < kStructured * noise_floor(*found.setup, found.selection.best.point) || below(found.judge->each(found.selection.best.point), found.exact)))
+    const bool alike = std::any_of(found.selection.found.begin(), found.selection.found.end(), [](const Found& f) {
+        return f.name == "iron_loss" || f.name == "voltage_offset" || f.name == "delay";
+    });
+    if (!alike && (found.rms < kStructured * noise_floor(*found.setup, found.selection.best.point) ||
+                   below(found.judge->each(found.selection.best.point), found.exact)))
         return found;
     Search other = search(logs, options, Variant::rotor_held, ticks);
     const double t = better(*found.setup->full, found.selection.best.left, other.selection.best.left).t;
     const bool plainer = other.selection.found.size() < found.selection.found.size();
     if (t < -kClearlyT || (t < kClearlyT && !plainer)) return found;
-    other.setup->notes.push_back("the voltage fits best as held in the rotor's frame within a period, not in the stator's");
+    other.setup->notes.push_back(
+        "the voltage fits best as held in the rotor's frame within a period, not in the stator's");
     return other;
 }
 
@@ -314,12 +329,14 @@ TraceResult trace(const std::vector<Log>& logs, const TraceOptions& options)
 
     Point plain = s.plain.point;
     const Point least = least_residual(judge, plain);
-    if (rms_of(judge.of(least, true), judge.channels) < 0.97 * rms_of(judge.of(plain, true), judge.channels)) plain.base = least.base;
+    if (rms_of(judge.of(least, true), judge.channels) < 0.97 * rms_of(judge.of(plain, true), judge.channels))
+        plain.base = least.base;
     const double before = judge.rms(plain);
     double floor = noise_floor(*setup, s.best.point), after = judge.rms(s.best.point);
     const bool was_exact = below(judge.each(plain), found.exact);
     const std::string fault = !s.fault.empty() || was_exact ? s.fault : record_fault(logs);
-    const Finding finding{before, after, floor, was_exact, below(judge.each(s.best.point), found.exact), !fault.empty()};
+    const Finding finding{before,        after, floor, was_exact, below(judge.each(s.best.point), found.exact),
+                          !fault.empty()};
     if (!explains(finding)) {
         s.found.clear(), s.after.clear();
         s.best = s.plain;
@@ -339,17 +356,20 @@ TraceResult trace(const std::vector<Log>& logs, const TraceOptions& options)
         if (!e.confusable_with.empty()) e.separate = find_effect(e.name)->separate;
         result.effects.push_back(e);
     }
-    for (const Term& t : s.found.empty() ? std::vector<Term>() : s.best.point.terms) result.inputs.push_back(input_of(*setup, s.best.point, t));
+    for (const Term& t : s.found.empty() ? std::vector<Term>() : s.best.point.terms)
+        result.inputs.push_back(input_of(*setup, s.best.point, t));
     reject(*setup, judge, s, result);
     result.structure = correlates(*setup, judge.of(plain, false), floor);
     result.rest = correlates(*setup, judge.of(last, false), floor);
     const bool taken_back = s.found.empty() && !(found.selection.found.empty() && s.vetoed.empty());
-    const Finding rest{before, result.after.heldout_rms, floor, was_exact, below(judge.each(last), found.exact), !fault.empty()};
+    const Finding rest{before,        result.after.heldout_rms, floor, was_exact, below(judge.each(last), found.exact),
+                       !fault.empty()};
     const bool structured = is_structured({rest, !s.found.empty(), taken_back});
     result.doubt = result.effects.empty() ? doubt_of(*setup, plain, result.before) : "";
     if (structured) result.rest_signature = fault.empty() ? describe(result.rest) : fault;
     if (result.effects.empty() && (structured || !result.doubt.empty()) && fault.empty() && fits_previous(logs, before))
-        result.doubt = "each voltage fits the period before its row far better: is voltage_interval = \"previous\" missing in the TOML?";
+        result.doubt = "each voltage fits the period before its row far better: is voltage_interval = \"previous\" "
+                       "missing in the TOML?";
     if (!result.doubt.empty()) result.rest_signature = result.doubt;
     result.verdict = verdict_of(!result.effects.empty(), structured, !result.doubt.empty());
     fill_blocks(*setup, judge, plain, last, result);

@@ -1,4 +1,5 @@
-// Finds what a log holds that the plain model lacks: residual, effect, the same residual again. The data behind dqwatch.trace/1.
+// Finds what a log holds that the plain model lacks: residual, effect, the same residual again. The data behind
+// dqwatch.trace/1.
 #ifndef DQW_REF_TRACE_TRACE_HPP
 #define DQW_REF_TRACE_TRACE_HPP
 
@@ -19,14 +20,16 @@ struct TraceFit {
     std::vector<AxisResidual> axes;  ///< of the held-out blocks
 };
 
-/// A candidate that was not taken. `heldout_rms`: what it would leave if it alone were added to the plain model (NaN: not tried).
+/// A candidate that was not taken. `heldout_rms`: what it would leave if it alone were added to the plain model (NaN:
+/// not tried).
 struct TraceRejected {
     std::string name;
     std::string why;
     double heldout_rms = 0.0;
 };
 
-/// One thing that a residual goes with: "time", "angle, order 6", "i_q", "speed", "temperature", "voltage", "signs of the phase currents",
+/// One thing that a residual goes with: "time", "angle, order 6", "i_q", "speed", "temperature", "voltage", "signs of
+/// the phase currents",
 /// "a line at 37 Hz". `share`: part of the residual's variance above the noise that a smooth function of it explains.
 struct TraceCorrelate {
     std::string with;
@@ -43,7 +46,7 @@ struct TraceAxisBlocks {
 };
 struct TraceSpectrum {
     std::string axis;
-    std::vector<double> order;                              ///< of the electrical angle (mechanical logs: of the shaft angle); empty: no angle
+    std::vector<double> order;  ///< of the electrical angle (mechanical logs: of the shaft angle); empty: no angle
     std::vector<double> before, after;                      ///< amplitude, V or Nm
     std::vector<double> frequency_Hz, before_at, after_at;  ///< amplitude over frequency; empty: no time
 };
@@ -66,10 +69,10 @@ struct TraceResult {
     std::vector<TraceCorrelate> structure;  ///< of the residual before, strongest first
     std::vector<TraceCorrelate> rest;       ///< of the residual after
     std::string rest_signature;             ///< one sentence on what remains; empty where nothing does
-    std::string doubt;                      ///< why the log may not be what the format says; empty: nothing speaks against it
-    std::vector<std::string> notes;         ///< gaps, what could not be tested and why
-    std::vector<TraceInput> inputs;         ///< of the effects found, for lib/
-    std::vector<char> heldout_row;          ///< one for each row of all logs, one after the other: 1 where no fit saw it
+    std::string doubt;               ///< why the log may not be what the format says; empty: nothing speaks against it
+    std::vector<std::string> notes;  ///< gaps, what could not be tested and why
+    std::vector<TraceInput> inputs;  ///< of the effects found, for lib/
+    std::vector<char> heldout_row;   ///< one for each row of all logs, one after the other: 1 where no fit saw it
     TraceBlocks blocks;
 };
 
@@ -78,7 +81,8 @@ struct TraceOptions {
     std::function<void(double)> progress = {};  ///< called with 0..1 now and then
 };
 
-/// Traces all logs jointly. Throws std::invalid_argument (one line) as fit() does, and where rows are too few to hold some out.
+/// Traces all logs jointly. Throws std::invalid_argument (one line) as fit() does, and where rows are too few to hold
+/// some out.
 TraceResult trace(const std::vector<Log>& logs, const TraceOptions& options = {});
 
 }  // namespace dqw

@@ -1,4 +1,5 @@
-// Any bit patterns into every public step: no trap, and afterwards each object still learns a clean signal, where it can.
+// Any bit patterns into every public step: no trap, and afterwards each object still learns a clean signal, where it
+// can.
 #include "dqw.h"
 #include "dqw_change.h"
 #include "dqw_estimator_block.h"
@@ -42,8 +43,12 @@ static void test_learner(void)
 {
     for (int mode = 0; mode < 4; mode++) {
         CASE("mode %d", mode);
-        dqw_learner_config c = {
-            .inputs = 3, .step_size = 0.5f, .x_base = {1.0f, 1.0f, 1.0f}, .y_base = 1.0f, .noisy_inputs = (mode & 1) != 0, .indicator = (mode & 2) != 0};
+        dqw_learner_config c = {.inputs = 3,
+                                .step_size = 0.5f,
+                                .x_base = {1.0f, 1.0f, 1.0f},
+                                .y_base = 1.0f,
+                                .noisy_inputs = (mode & 1) != 0,
+                                .indicator = (mode & 2) != 0};
         dqw_learner l;
         TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_learner_init(&l, &c));
         test_random r = {(uint64_t)(2 + mode)};
@@ -204,8 +209,9 @@ static void test_gate_and_stage(void)
         const uint64_t z = random_bits(&r);
         const dqw_gate_sample in = {.finite = z & 1u, .saturated = z >> 1 & 1u, .repeated = z >> 2 & 1u};
         (void)dqw_gate_check(&g, in);
-        const dqw_stage_input step = {
-            .random_converged = z >> 3 & 1u, .residual_ppm = (uint32_t)random_bits(&r), .residual_recent_ppm = (uint32_t)random_bits(&r) & 65535u};
+        const dqw_stage_input step = {.random_converged = z >> 3 & 1u,
+                                      .residual_ppm = (uint32_t)random_bits(&r),
+                                      .residual_recent_ppm = (uint32_t)random_bits(&r) & 65535u};
         (void)dqw_stage_step(&s, step);
         if (z % 32 == 0) dqw_stage_define(&s);
         HOLDS((unsigned)s.name <= DQW_STAGE_IN_SERVICE && (unsigned)s.back <= DQW_BACK_LEFT_BAND);
@@ -227,7 +233,8 @@ static void test_effect_lists(void)
             list[n].effect = (enum dqw_effect_name)(random_bits(&r) % (DQW_EFFECT_NAMES + 1));
             bits(&r, list[n].shape, DQW_EFFECT_SHAPES);
             bits(&r, list[n].start, DQW_EFFECT_STARTS);
-            if (random_bits(&r) & 1u) list[n] = (dqw_effect_config){.effect = list[n].effect, .shape = {0.5f, 1e-3f, 2e-3f}};
+            if (random_bits(&r) & 1u)
+                list[n] = (dqw_effect_config){.effect = list[n].effect, .shape = {0.5f, 1e-3f, 2e-3f}};
         }
         const int count = (int)(random_bits(&r) % 4);
         const dqw_effect_base base = {1e-4f, 100, 10, 100, 4, (random_bits(&r) & 1u) != 0};
@@ -250,7 +257,12 @@ static void test_effect_lists(void)
 
 static void test_shaft(void)
 {
-    const dqw_shaft_config c = {.dt_s = 1e-3f, .torque_base_Nm = 1.0f, .w_base_rad_s = 100.0f, .half_window = 5, .coulomb = true, .standstill_rad_s = 0.5f};
+    const dqw_shaft_config c = {.dt_s = 1e-3f,
+                                .torque_base_Nm = 1.0f,
+                                .w_base_rad_s = 100.0f,
+                                .half_window = 5,
+                                .coulomb = true,
+                                .standstill_rad_s = 0.5f};
     dqw_shaft m;
     TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_shaft_init(&m, &c));
     test_random r = {21};
@@ -271,7 +283,8 @@ static void test_shaft(void)
         const double w0 = 50 * sin(0.01 * k) + 30 * sin(0.003 * k);
         const double w1 = 50 * sin(0.01 * (k + 1)) + 30 * sin(0.003 * (k + 1));
         const double d = 0.5 * ((w0 > 0.5) - (w0 < -0.5) + (w1 > 0.5) - (w1 < -0.5));
-        (void)dqw_shaft_sample(&m, (float)(2e-3 * (w1 - w0) / 1e-3 + 4e-3 * 0.5 * (w0 + w1) + 0.1 * d), (float)w0, 0.0f, false);
+        (void)dqw_shaft_sample(&m, (float)(2e-3 * (w1 - w0) / 1e-3 + 4e-3 * 0.5 * (w0 + w1) + 0.1 * d), (float)w0, 0.0f,
+                               false);
         (void)dqw_shaft_background(&m);
     }
     BETWEEN(-0.1, dqw_shaft_read(&m, DQW_J).value / 2e-3 - 1, 0.1);
@@ -318,8 +331,10 @@ static dqw_sample machine_row(int k)
     const double wq = 4 * 0.5 * (w[0] * i[0][1] + w[1] * i[1][1]);
     return dqw_sample_from_dq(
         (float)(R_TRUE * 0.5 * (i[0][0] + i[1][0]) + LD_TRUE * (i[1][0] - i[0][0]) / 1e-4 - LQ_TRUE * wq),
-        (float)(R_TRUE * 0.5 * (i[0][1] + i[1][1]) + LQ_TRUE * (i[1][1] - i[0][1]) / 1e-4 + LD_TRUE * wd + 4 * PSI_TRUE * 0.5 * (w[0] + w[1])), (float)i[0][0],
-        (float)i[0][1], (float)w[0], (float)fmod(4 * (100 * k * 1e-4 - 60 / (2 * PI * 3) * cos(2 * PI * 3 * k * 1e-4)), 2 * PI));
+        (float)(R_TRUE * 0.5 * (i[0][1] + i[1][1]) + LQ_TRUE * (i[1][1] - i[0][1]) / 1e-4 + LD_TRUE * wd +
+                4 * PSI_TRUE * 0.5 * (w[0] + w[1])),
+        (float)i[0][0], (float)i[0][1], (float)w[0],
+        (float)fmod(4 * (100 * k * 1e-4 - 60 / (2 * PI * 3) * cos(2 * PI * 3 * k * 1e-4)), 2 * PI));
 }
 
 // The voltage of a settled point at the same currents and speed.
@@ -342,7 +357,8 @@ static dqw_sample machine_row_adapted(int k)
     return s;
 }
 
-// A fifth of the time bits alone, else a machine's rows with some among them: blocks are learned, and what the wild ones taught is used.
+// A fifth of the time bits alone, else a machine's rows with some among them: blocks are learned, and what the wild
+// ones taught is used.
 static dqw_sample wild_sample(test_random *r, int k)
 {
     dqw_sample s = {0};
@@ -379,7 +395,8 @@ static dqw_estimator_config config_of(int way)
 
 static void is_sound(const dqw_estimator *e, int samples)
 {
-    TEST_ASSERT_EQUAL_UINT32((uint32_t)samples, e->gate.accepted + e->gate.nonfinite + e->gate.saturated + e->gate.stale);
+    TEST_ASSERT_EQUAL_UINT32((uint32_t)samples,
+                             e->gate.accepted + e->gate.nonfinite + e->gate.saturated + e->gate.stale);
     HOLDS(e->gate.blocks > 100 && e->gate.nonfinite > 100);
     for (int i = 0; i < e->inputs; i++) {
         HOLDS(isfinite(e->w_pu[i]) && e->gain.d[i] > 0.0f && isfinite(e->gain.d[i]));
@@ -388,9 +405,11 @@ static void is_sound(const dqw_estimator *e, int samples)
         HOLDS(e->excess_q10[i] >= -1024 && e->excess_q10[i] <= 7 * 1024);
         for (int j = i + 1; j < e->inputs; j++) HOLDS(isfinite(e->gain.u[DQW_GAIN_U(i, j)]));
     }
-    for (int axis = 0; axis < 2; axis++) HOLDS(isfinite(e->e_pu[axis]) && isfinite(e->error_pu2[axis]) && e->error_pu2[axis] >= 0.0f);
+    for (int axis = 0; axis < 2; axis++)
+        HOLDS(isfinite(e->e_pu[axis]) && isfinite(e->error_pu2[axis]) && e->error_pu2[axis] >= 0.0f);
     HOLDS(isfinite(e->noise.of.i_d_A2) && isfinite(e->noise.of.i_q_A2) && isfinite(e->noise.of.w_rad2_s2));
-    HOLDS(isfinite(dqw_estimator_residual_pu(e)) && isfinite(dqw_estimator_recent_pu(e)) && isfinite(e->late_pu2) && isfinite(e->late_error_pu2));
+    HOLDS(isfinite(dqw_estimator_residual_pu(e)) && isfinite(dqw_estimator_recent_pu(e)) && isfinite(e->late_pu2) &&
+          isfinite(e->late_error_pu2));
 }
 
 // Everything that a caller may ask, of any parameter.
@@ -490,7 +509,8 @@ static void test_monitor(void)
             if (random_bits(&r) % 16 != 0 && dqw_monitor_background(&m)) {
                 HOLDS(dqw_monitor_event(&m, &e));
                 events++;
-                HOLDS((unsigned)e.parameter < DQW_WATCH_CHANNELS && (unsigned)e.fault.name < DQW_FAULT_NAMES && e.fault.phase < 3);
+                HOLDS((unsigned)e.parameter < DQW_WATCH_CHANNELS && (unsigned)e.fault.name < DQW_FAULT_NAMES &&
+                      e.fault.phase < 3);
                 HOLDS(e.fault.confidence >= 0.0f && e.fault.confidence <= 1.001f);
                 HOLDS(e.sample <= 5ull * m.estimator.halves && e.since <= e.sample);
                 HOLDS(isfinite(e.value) && isfinite(e.healthy));
@@ -511,16 +531,19 @@ static void test_monitor(void)
             if (z % 5000 == 0 && dqw_monitor_store(&m, &stored)) HOLDS(dqw_monitor_restore(&m, &stored) == DQW_OK);
             if (z % 5000 == 1) {
                 dqw_monitor_stored wild_store = stored;
-                ((unsigned char *)&wild_store)[(z >> 20) % sizeof wild_store] ^= (unsigned char)(1u << ((z >> 40) & 7u));
+                ((unsigned char *)&wild_store)[(z >> 20) % sizeof wild_store] ^= (unsigned char)(1u
+                                                                                                 << ((z >> 40) & 7u));
                 HOLDS(dqw_monitor_restore(&m, &wild_store) != DQW_OK);
             }
         }
         const dqw_gate *g = &m.estimator.gate;
         TEST_ASSERT_EQUAL_UINT32((uint32_t)wild, g->accepted + g->nonfinite + g->saturated + g->stale);
         for (int i = 0; i < DQW_PARAMETERS; i++) HOLDS(isfinite(m.estimator.w_pu[i]) && isfinite(m.healthy[i]));
-        for (int k = 0; k < DQW_WITNESS_INPUTS; k++) HOLDS(isfinite(m.witness.re[k]) && isfinite(m.witness.im[k]) && isfinite(m.witness.power[k]));
+        for (int k = 0; k < DQW_WITNESS_INPUTS; k++)
+            HOLDS(isfinite(m.witness.re[k]) && isfinite(m.witness.im[k]) && isfinite(m.witness.power[k]));
         if (getenv("DQW_TEST_VALUES") != NULL)
-            printf("way %d: %d events, stage %d, %u ways back\n", way, events, (int)m.estimator.stage.name, (unsigned)m.estimator.stage.times_back);
+            printf("way %d: %d events, stage %d, %u ways back\n", way, events, (int)m.estimator.stage.name,
+                   (unsigned)m.estimator.stage.times_back);
     }
 }
 
@@ -538,7 +561,8 @@ static void test_witness(void)
     int learned = 0;
     for (int k = 0; k < scaled(steps) / 2; k++) {
         // Within what an estimator hands over: samples up to ten bases, weights below 1e4, finite errors.
-        for (int n = 0; n < DQW_PLAIN_SIGNALS; n++) b.sum[n] = (float)(pow(10, random_uniform(&r, -8, 2)) * random_normal(&r));
+        for (int n = 0; n < DQW_PLAIN_SIGNALS; n++)
+            b.sum[n] = (float)(pow(10, random_uniform(&r, -8, 2)) * random_normal(&r));
         b.sum[8] = (float)(random_normal(&r) * 600);
         const double theta_rad = random_uniform(&r, -PI, PI);
         b.cosine = (float)cos(theta_rad);
@@ -552,7 +576,8 @@ static void test_witness(void)
         for (int i = 0; i < DQW_WITNESS_INPUTS; i++) {
             CASE("step %d, input %d", k, i);
             HOLDS(isfinite(w.re[i]) && isfinite(w.im[i]) && isfinite(w.power[i]) && w.power[i] >= 0.0f);
-            HOLDS(!isnan(dqw_witness_size(&w, (enum dqw_witness_input)i)) && !isnan(dqw_witness_sd(&w, &e, (enum dqw_witness_input)i)));
+            HOLDS(!isnan(dqw_witness_size(&w, (enum dqw_witness_input)i)) &&
+                  !isnan(dqw_witness_sd(&w, &e, (enum dqw_witness_input)i)));
         }
     }
     HOLDS(learned > scaled(steps) / 50);

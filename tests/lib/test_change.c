@@ -7,7 +7,8 @@ void tearDown(void) {}
 
 enum { BAND = 32, MOST = 4 * BAND };
 
-// Page's sum in its other form: how far the walk of the excesses stands above the lowest it has been, as long as it stays below the limit.
+// Page's sum in its other form: how far the walk of the excesses stands above the lowest it has been, as long as it
+// stays below the limit.
 // A walk that would pass the limit is pushed down onto it, all its past with it.
 typedef struct walk {
     long at, lowest;

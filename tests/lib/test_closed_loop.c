@@ -1,20 +1,25 @@
-// Simulated drives through the estimator: whatever nominal values it begins with, the accuracy that is required, honesty under noise, pole
-// pairs, when the voltage acts, and the way back in service.
+// Simulated drives through the estimator: whatever nominal values it begins with, the accuracy that is required,
+// honesty under noise, pole pairs, when the voltage acts, and the way back in service.
 // Plain only: long, and what it runs others run under the sanitizers.
 #include "drive_log.h"
 
 void setUp(void) { test_case[0] = 0; }
 void tearDown(void) {}
 
-static const char *const NAMES[] = {
-    "paper_step", "servo", "servo_ideal", "robot_joint", "joint_24v", "traction_ipm", "traction_ipm_linear", "effect_dead_time", "effect_angle_offset"};
+static const char *const NAMES[] = {"paper_step",         "servo",        "servo_ideal",         "robot_joint",
+                                    "joint_24v",          "traction_ipm", "traction_ipm_linear", "effect_dead_time",
+                                    "effect_angle_offset"};
 enum { SCENARIOS = sizeof NAMES / sizeof NAMES[0] };
 
-static double off_percent(const dqw_estimator *e, const drive_log *l, int i) { return 100 * (value_of(e, i) / l->truth[i] - 1); }
+static double off_percent(const dqw_estimator *e, const drive_log *l, int i)
+{
+    return 100 * (value_of(e, i) / l->truth[i] - 1);
+}
 
 static int of_a_second(const drive_log *l) { return (int)(1.0 / l->scenario.drive.dt_s) + 1; }
 
-// Absent, ten times too large, ten times too small: after a second the result is that of right ones, with and without stage 2's memory.
+// Absent, ten times too large, ten times too small: after a second the result is that of right ones, with and without
+// stage 2's memory.
 static void test_nominal_values_are_no_prior(void)
 {
     static dqw_estimator_random lent;
@@ -32,7 +37,8 @@ static void test_nominal_values_are_no_prior(void)
                 const dqw_estimator b = drive_learned(l, &c, 0.01, 7, of_a_second(l));
                 HOLDS(b.restarts == 0 && b.stage.name == DQW_STAGE_IN_SERVICE);
                 for (int i = 0; i < DQW_PARAMETERS; i++) {
-                    CASE("%s, nominal values times %g, %s, %s", NAMES[n], factor[f], way == 1 ? "lent" : "nothing lent", PARAMETER[i]);
+                    CASE("%s, nominal values times %g, %s, %s", NAMES[n], factor[f], way == 1 ? "lent" : "nothing lent",
+                         PARAMETER[i]);
                     HOLDS(is_known(&a, i) == is_known(&b, i));
                     if (!is_known(&a, i)) continue;
                     const double apart = fabs(value_of(&b, i) - value_of(&a, i)) / sd_of(&a, i);
@@ -48,7 +54,8 @@ static void test_nominal_values_are_no_prior(void)
     BETWEEN(0.0, worst[1], 0.01);  // the reservoir's weights are the same whatever the neuron began with
 }
 
-// A second with noise that no sensor has, 20 %, and nothing is forgotten: what was learned beside a wrong start value has to go.
+// A second with noise that no sensor has, 20 %, and nothing is forgotten: what was learned beside a wrong start value
+// has to go.
 static void test_nominal_values_are_no_prior_under_heavy_noise(void)
 {
     static const double factor[] = {0, 10, 0.1};
@@ -96,7 +103,8 @@ static const plainness ways[] = {
      {{0.012, 0.039, 0.018, 0.011}, {0.057, 0.157, 0.078, 0.039}, {0.285, 0.753, 0.271, 0.109}},
      0.929,
      1.05},
-    // A parameter that may wander by 1 % in a second is known no better; dead time's weight goes with the current, as R does.
+    // A parameter that may wander by 1 % in a second is known no better; dead time's weight goes with the current, as R
+    // does.
     {"as the nameplate gives it",
      0.01,
      true,
@@ -218,7 +226,8 @@ static void test_pole_pairs_are_found_or_not_claimed(void)
                 // Who says that the encoder is right is believed.
                 if (way == 1 && strcmp(NAMES[n], "effect_angle_offset") == 0) continue;
                 for (int run = 0; run < 2; run++) {
-                    CASE("%s, %g %% noise, encoder %s, run %d", NAMES[n], 100 * noises[q], way == 0 ? "may be off" : "is right", run);
+                    CASE("%s, %g %% noise, encoder %s, run %d", NAMES[n], 100 * noises[q],
+                         way == 0 ? "may be off" : "is right", run);
                     dqw_estimator_config c = drive_config(l, run);
                     const uint16_t truth = c.pole_pairs;
                     c.pole_pairs = 0;
@@ -242,11 +251,12 @@ static void test_pole_pairs_are_found_or_not_claimed(void)
         }
 }
 
-// Whoever finds the pole pairs knows in the end what one knows to whom they were given: dead time and an encoder that is off, which had no
-// weight until then, leave nothing behind. Without them what was learned goes on.
+// Whoever finds the pole pairs knows in the end what one knows to whom they were given: dead time and an encoder that
+// is off, which had no weight until then, leave nothing behind. Without them what was learned goes on.
 static void test_found_pole_pairs_give_the_same_parameters(void)
 {
-    static const char *const names[] = {"joint_24v", "robot_joint", "servo_ideal", "effect_angle_offset", "effect_dead_time"};
+    static const char *const names[] = {"joint_24v", "robot_joint", "servo_ideal", "effect_angle_offset",
+                                        "effect_dead_time"};
     double worst[2] = {0};
     for (int way = 0; way < 2; way++)
         for (int n = 0; n < (way == 0 ? 5 : 3); n++) {
@@ -273,14 +283,16 @@ static void test_found_pole_pairs_give_the_same_parameters(void)
     BETWEEN(1e-4, worst[1], 0.01);
 }
 
-// A sample whose voltage acts `late` periods later; as a vector that is held in the stationary frame, in the sample's own, where `held`.
+// A sample whose voltage acts `late` periods later; as a vector that is held in the stationary frame, in the sample's
+// own, where `held`.
 static dqw_sample with_voltage(const drive_log *l, int k, int late, bool held, double noise, test_random *r)
 {
     dqw_sample s = drive_sample(l, k, noise, r);
     const int at = k + late;
     const double d = l->x[at][0] + noise * l->sd[0] * random_normal(r);
     const double q = l->x[at][1] + noise * l->sd[1] * random_normal(r);
-    const double middle = l->theta_rad[at] + 0.5 * l->scenario.machine.pole_pairs * l->x[at][4] * l->scenario.drive.dt_s;
+    const double middle = l->theta_rad[at] +
+                          0.5 * l->scenario.machine.pole_pairs * l->x[at][4] * l->scenario.drive.dt_s;
     const double turn = held ? middle - l->theta_rad[k] : 0.0;
     s.v_d_V = (float)(cos(turn) * d - sin(turn) * q);
     s.v_q_V = (float)(sin(turn) * d + cos(turn) * q);
@@ -298,7 +310,8 @@ static void test_the_motion_tells_when_the_voltage_acts(void)
             const bool is_next = way & 2;
             const bool held = way & 4;
             const double noise = n % 2 ? 0.05 : 0.01;
-            CASE("%s, %s, said %s, is %s, %g %% noise", NAMES[n], held ? "held" : "turned", said_next ? "next" : "now", is_next ? "next" : "now", 100 * noise);
+            CASE("%s, %s, said %s, is %s, %g %% noise", NAMES[n], held ? "held" : "turned", said_next ? "next" : "now",
+                 is_next ? "next" : "now", 100 * noise);
             dqw_estimator_config c = drive_config(l, 1);
             c.voltage_next = said_next;
             c.voltage_held = held;
@@ -338,7 +351,8 @@ static void test_a_steady_voltage_does_not_tell_when_it_acts(void)
             const double x[] = {-4 * w * t[2] * i_q, t[0] * i_q + 4 * w * t[3], 0.0, i_q, w};
             float y[5];
             for (int n = 0; n < 5; n++) y[n] = (float)(x[n] + 0.02 * random_normal(&r));
-            const dqw_sample s = dqw_sample_from_dq(y[0], y[1], y[2], y[3], y[4], (float)remainder(4 * w * k * 5e-5, 2 * PI));
+            const dqw_sample s = dqw_sample_from_dq(y[0], y[1], y[2], y[3], y[4],
+                                                    (float)remainder(4 * w * k * 5e-5, 2 * PI));
             (void)dqw_estimator_sample(&e, &s, false);
             (void)dqw_estimator_background(&e);
             CASE("said %d, sample %d", said, k);
@@ -348,7 +362,8 @@ static void test_a_steady_voltage_does_not_tell_when_it_acts(void)
     }
 }
 
-// A voltage that acts one period later is a log shifted by a row: to the bit, but for the first sample, whose voltage nobody gave.
+// A voltage that acts one period later is a log shifted by a row: to the bit, but for the first sample, whose voltage
+// nobody gave.
 static void test_voltage_next_is_a_log_shifted_by_a_row(void)
 {
     const drive_log *l = drive("joint_24v", 1);
@@ -374,8 +389,8 @@ static void test_voltage_next_is_a_log_shifted_by_a_row(void)
     TEST_ASSERT_EQUAL_MEMORY(&a.gain, &b.gain, sizeof a.gain);
 }
 
-// The simulator holds the vector; seen in the sample's frame it is half a period's angle from its mean. (E2) The same vector comes from
-// stationary-frame voltages and currents.
+// The simulator holds the vector; seen in the sample's frame it is half a period's angle from its mean. (E2) The same
+// vector comes from stationary-frame voltages and currents.
 static void test_a_vector_that_is_held_is_turned_to_the_middle_of_its_period(void)
 {
     static const char *const names[] = {"servo_ideal", "robot_joint"};
@@ -399,21 +414,25 @@ static void test_a_vector_that_is_held_is_turned_to_the_middle_of_its_period(voi
                 // The mean over the period is shorter than the vector by sin x / x.
                 const double size = fabs(half) > 1e-9 ? half / sin(half) : 1.0;
                 const double at = l->theta_rad[k + next] + half;
-                const double v[2] = {size * (cos(at) * x[0] - sin(at) * x[1]), size * (sin(at) * x[0] + cos(at) * x[1])};
+                const double v[2] = {size * (cos(at) * x[0] - sin(at) * x[1]),
+                                     size * (sin(at) * x[0] + cos(at) * x[1])};
                 const double now = l->theta_rad[k];
-                const double i[2] = {cos(now) * l->x[k][2] - sin(now) * l->x[k][3], sin(now) * l->x[k][2] + cos(now) * l->x[k][3]};
-                const dqw_sample s = dqw_sample_from_alphabeta((float)v[0], (float)v[1], (float)i[0], (float)i[1], (float)l->x[k][4], (float)cos(now),
-                                                               (float)sin(now));
+                const double i[2] = {cos(now) * l->x[k][2] - sin(now) * l->x[k][3],
+                                     sin(now) * l->x[k][2] + cos(now) * l->x[k][3]};
+                const dqw_sample s = dqw_sample_from_alphabeta((float)v[0], (float)v[1], (float)i[0], (float)i[1],
+                                                               (float)l->x[k][4], (float)cos(now), (float)sin(now));
                 if (dqw_estimator_sample(&held, &s, false) & DQW_EVENT_BLOCK) (void)dqw_estimator_background(&held);
                 if (dqw_estimator_sample(&wrong, &s, false) & DQW_EVENT_BLOCK) (void)dqw_estimator_background(&wrong);
                 widest = fmax(widest, fabs(half));
                 // What acts from this sample on, as the estimator has turned it.
                 const double *acts = l->x[k];
-                const double off = hypot((double)held.v_d_V - acts[0], (double)held.v_q_V - acts[1]) / fmax(1.0, hypot(acts[0], acts[1]));
+                const double off = hypot((double)held.v_d_V - acts[0], (double)held.v_q_V - acts[1]) /
+                                   fmax(1.0, hypot(acts[0], acts[1]));
                 if (k > 0) worst_V = fmax(worst_V, off);
             }
             CASE("%s, %s", names[n], next ? "next" : "now");
-            BETWEEN(1e-8, worst_V, next ? 1e-3 : 2e-6);  // 2.6e-7; 3.3e-4 where the speed of a period later turned the vector
+            BETWEEN(1e-8, worst_V,
+                    next ? 1e-3 : 2e-6);  // 2.6e-7; 3.3e-4 where the speed of a period later turned the vector
             for (int i = 0; i < 4; i++) {
                 CASE("%s, %s, %s", names[n], next ? "next" : "now", PARAMETER[i]);
                 BETWEEN(-0.5, (value_of(&held, i) - value_of(&mean, i)) / sd_of(&mean, i), 0.5);
@@ -554,9 +573,10 @@ static void test_stages_with_and_without_lent_memory(void)
         }
         TEST_ASSERT_EQUAL_INT(-1, at[DQW_STAGE_DOMAIN]);
         TEST_ASSERT_EQUAL_INT(0, at[DQW_STAGE_RANDOM]);
-        // The noise wants 400 rows more than the speed's; then 50 blocks of ten samples, or as many as the reservoir takes.
+        // The noise wants 400 rows more than the speed's; then 50 blocks of ten samples, or as many as the reservoir
+        // takes.
         BETWEEN(way == 1 ? 450 : 900, at[DQW_STAGE_ORDINAL], way == 1 ? 900 : 1800);  // 649, 1299
-        BETWEEN(5000, at[DQW_STAGE_IN_SERVICE] - at[DQW_STAGE_ORDINAL], 5500);        // 500 blocks, and noise measured anew
+        BETWEEN(5000, at[DQW_STAGE_IN_SERVICE] - at[DQW_STAGE_ORDINAL], 5500);  // 500 blocks, and noise measured anew
         TEST_ASSERT_EQUAL_INT(DQW_STAGE_IN_SERVICE, e.stage.name);
         TEST_ASSERT_EQUAL_INT(DQW_BACK_NONE, e.stage.back);
     }

@@ -1,5 +1,6 @@
-// Every effect against a machine that has it by its physical law, integrated finely in double: the float learners must give
-// back its weight and R, L_d, L_q, psi beside it. The plant works in phases, co-energies and circuits, not in (E51) to (E55).
+// Every effect against a machine that has it by its physical law, integrated finely in double: the float learners must
+// give back its weight and R, L_d, L_q, psi beside it. The plant works in phases, co-energies and circuits, not in
+// (E51) to (E55).
 #include "dqw_effect.h"
 #include "dqw_estimator.h"
 #include "dqw_test.h"
@@ -31,7 +32,11 @@ typedef struct row {
 static row rows[ROWS];
 
 static double speed(double t) { return 20 + 100 * sin(2 * PI * 1.3 * t) + 15 * sin(2 * PI * 7 * t); }
-static double angle(double t) { return P_TRUE * (20 * t + 100 * (1 - cos(2 * PI * 1.3 * t)) / (2 * PI * 1.3) + 15 * (1 - cos(2 * PI * 7 * t)) / (2 * PI * 7)); }
+static double angle(double t)
+{
+    return P_TRUE * (20 * t + 100 * (1 - cos(2 * PI * 1.3 * t)) / (2 * PI * 1.3) +
+                     15 * (1 - cos(2 * PI * 7 * t)) / (2 * PI * 7));
+}
 
 static void turn(double by, const double x[2], double y[2])
 {
@@ -60,8 +65,10 @@ static double coenergy(const plant *p, double i_d, double i_q)
     const double y = i_q / I_BASE;
     double w = 0.5 * LD_TRUE * i_d * i_d + 0.5 * LQ_TRUE * i_q * i_q + PSI_TRUE * i_d;
     if (p->effect == DQW_EFFECT_SATURATION)
-        w += I_BASE * (p->w[0] * pow(x, 3) / 3 + p->w[1] * pow(x, 4) / 4 + p->w[2] * pow(x, 5) / 5 + p->w[3] * pow(y, 4) / 4 + p->w[4] * pow(y, 6) / 6);
-    if (p->effect == DQW_EFFECT_CROSS_SATURATION) w += I_BASE * (p->w[0] * x * y * y + p->w[1] * x * x * y * y + p->w[2] * x * pow(y, 4));
+        w += I_BASE * (p->w[0] * pow(x, 3) / 3 + p->w[1] * pow(x, 4) / 4 + p->w[2] * pow(x, 5) / 5 +
+                       p->w[3] * pow(y, 4) / 4 + p->w[4] * pow(y, 6) / 6);
+    if (p->effect == DQW_EFFECT_CROSS_SATURATION)
+        w += I_BASE * (p->w[0] * x * y * y + p->w[1] * x * x * y * y + p->w[2] * x * pow(y, 4));
     if (p->effect == DQW_EFFECT_MAGNET_TEMPERATURE) w += p->w[0] * (p->shape > 0 ? p->heat : p->temp_C - 25) * i_d;
     return w;
 }
@@ -262,8 +269,8 @@ static uint32_t show(dqw_estimator *e, const dqw_sample *s, bool saturated)
 
 static dqw_sample sample_of(int k)
 {
-    dqw_sample s = dqw_sample_from_dq((float)rows[k].v_d, (float)rows[k].v_q, (float)rows[k].i_d, (float)rows[k].i_q, (float)rows[k].w_m,
-                                      (float)remainder(rows[k].theta, 2 * PI));
+    dqw_sample s = dqw_sample_from_dq((float)rows[k].v_d, (float)rows[k].v_q, (float)rows[k].i_d, (float)rows[k].i_q,
+                                      (float)rows[k].w_m, (float)remainder(rows[k].theta, 2 * PI));
     s.temp_winding_C = s.temp_magnet_C = (float)rows[k].temp;
     return s;
 }
@@ -293,7 +300,8 @@ static dqw_estimator learned(const dqw_estimator_config *c, double noise, uint64
     for (int k = 0; k < ROWS; k++) {
         double x[5];
         for (int n = 0; n < 5; n++) x[n] = (&rows[k].v_d)[n] + (noise > 0 ? sd[n] * random_normal(&r) : 0.0);
-        dqw_sample s = dqw_sample_from_dq((float)x[0], (float)x[1], (float)x[2], (float)x[3], (float)x[4], (float)remainder(rows[k].theta, 2 * PI));
+        dqw_sample s = dqw_sample_from_dq((float)x[0], (float)x[1], (float)x[2], (float)x[3], (float)x[4],
+                                          (float)remainder(rows[k].theta, 2 * PI));
         s.temp_winding_C = (float)rows[k].temp;
         s.temp_magnet_C = (float)rows[k].temp;
         (void)show(&e, &s, false);
@@ -307,31 +315,120 @@ typedef struct law {
     int weights;
     double w[WEIGHTS], shape;
     float config[4];
-    // Measured: largest error of the weights in % of the largest, of R, L_d, L_q, psi in % of each; without noise, with 1 %.
+    // Measured: largest error of the weights in % of the largest, of R, L_d, L_q, psi in % of each; without noise, with
+    // 1 %.
     double weight[2], plain[2];
     double alone;  ///< measured: the worst of R, L_d, L_q, psi where the effect is not configured
 } law;
 
-#define MACHINE_SHAPE                                                                                                                                          \
-    {                                                                                                                                                          \
-        (float)R_TRUE, (float)LD_TRUE, (float)LQ_TRUE                                                                                                          \
+#define MACHINE_SHAPE                                                                                                  \
+    {                                                                                                                  \
+        (float)R_TRUE, (float)LD_TRUE, (float)LQ_TRUE                                                                  \
     }
 static const law laws[] = {
     {DQW_EFFECT_DEAD_TIME, "dead_time", 1, {4}, 0.3, {0.3f}, {0.349, 0.268}, {0.226, 0.132}, 78.7},
-    {DQW_EFFECT_SATURATION, "saturation", 5, {-0.004, -0.003, -0.002, -0.008, -0.003}, 0, {(float)I_BASE}, {0.371, 7.63}, {0.0104, 0.128}, 6.2},
-    {DQW_EFFECT_CROSS_SATURATION, "cross_saturation", 3, {-0.006, -0.003, 0.002}, 0, {(float)I_BASE}, {0.0184, 0.172}, {0.00526, 0.0288}, 3.21},
-    {DQW_EFFECT_WINDING_TEMPERATURE, "winding_temperature", 1, {R_TRUE * 0.0039}, 0, {25, 0}, {0.00231, 0.251}, {0.00109, 0.0365}, 12.8},
-    {DQW_EFFECT_WINDING_TEMPERATURE, "winding_temperature by heating", 1, {0.5}, 0.7, {25, 0.7f, (float)I_BASE}, {0.0259, 0.259}, {0.00123, 0.0523}, 10},
-    {DQW_EFFECT_MAGNET_TEMPERATURE, "magnet_temperature", 1, {-PSI_TRUE * 0.0012}, 0, {25, 0}, {0.0074, 0.15}, {0.00968, 0.0389}, 3.61},
-    {DQW_EFFECT_MAGNET_TEMPERATURE, "magnet_temperature by heating", 1, {-0.02}, 0.7, {25, 0.7f, (float)I_BASE}, {0.141, 0.0864}, {0.0249, 0.0458}, 3.15},
+    {DQW_EFFECT_SATURATION,
+     "saturation",
+     5,
+     {-0.004, -0.003, -0.002, -0.008, -0.003},
+     0,
+     {(float)I_BASE},
+     {0.371, 7.63},
+     {0.0104, 0.128},
+     6.2},
+    {DQW_EFFECT_CROSS_SATURATION,
+     "cross_saturation",
+     3,
+     {-0.006, -0.003, 0.002},
+     0,
+     {(float)I_BASE},
+     {0.0184, 0.172},
+     {0.00526, 0.0288},
+     3.21},
+    {DQW_EFFECT_WINDING_TEMPERATURE,
+     "winding_temperature",
+     1,
+     {R_TRUE * 0.0039},
+     0,
+     {25, 0},
+     {0.00231, 0.251},
+     {0.00109, 0.0365},
+     12.8},
+    {DQW_EFFECT_WINDING_TEMPERATURE,
+     "winding_temperature by heating",
+     1,
+     {0.5},
+     0.7,
+     {25, 0.7f, (float)I_BASE},
+     {0.0259, 0.259},
+     {0.00123, 0.0523},
+     10},
+    {DQW_EFFECT_MAGNET_TEMPERATURE,
+     "magnet_temperature",
+     1,
+     {-PSI_TRUE * 0.0012},
+     0,
+     {25, 0},
+     {0.0074, 0.15},
+     {0.00968, 0.0389},
+     3.61},
+    {DQW_EFFECT_MAGNET_TEMPERATURE,
+     "magnet_temperature by heating",
+     1,
+     {-0.02},
+     0.7,
+     {25, 0.7f, (float)I_BASE},
+     {0.141, 0.0864},
+     {0.0249, 0.0458},
+     3.15},
     {DQW_EFFECT_IRON_LOSS, "iron_loss", 1, {1.0 / 60}, 0, MACHINE_SHAPE, {0.0427, 0.0342}, {0.00192, 0.0219}, 1.86},
-    {DQW_EFFECT_FLUX_HARMONICS, "flux_harmonics", 4, {2e-3, -1e-3, 0.5e-3, 1.5e-3}, 6, {6}, {0.0208, 0.095}, {0.00699, 0.0122}, 9.56},
-    {DQW_EFFECT_CURRENT_OFFSET, "current_offset", 2, {0.4, -0.25}, 0, MACHINE_SHAPE, {0.0168, 0.0479}, {0.000973, 0.049}, 0.232},
-    {DQW_EFFECT_CURRENT_GAIN_MISMATCH, "current_gain_mismatch", 2, {0.03, -0.02}, 0, MACHINE_SHAPE, {0.151, 0.461}, {0.131, 0.154}, 0.419},
-    {DQW_EFFECT_ANGLE_OFFSET, "angle_offset", 1, {0.05}, 0, {(float)LD_TRUE, (float)LQ_TRUE, (float)PSI_TRUE}, {0.0482, 0.0537}, {0.125, 0.131}, 0.215},
+    {DQW_EFFECT_FLUX_HARMONICS,
+     "flux_harmonics",
+     4,
+     {2e-3, -1e-3, 0.5e-3, 1.5e-3},
+     6,
+     {6},
+     {0.0208, 0.095},
+     {0.00699, 0.0122},
+     9.56},
+    {DQW_EFFECT_CURRENT_OFFSET,
+     "current_offset",
+     2,
+     {0.4, -0.25},
+     0,
+     MACHINE_SHAPE,
+     {0.0168, 0.0479},
+     {0.000973, 0.049},
+     0.232},
+    {DQW_EFFECT_CURRENT_GAIN_MISMATCH,
+     "current_gain_mismatch",
+     2,
+     {0.03, -0.02},
+     0,
+     MACHINE_SHAPE,
+     {0.151, 0.461},
+     {0.131, 0.154},
+     0.419},
+    {DQW_EFFECT_ANGLE_OFFSET,
+     "angle_offset",
+     1,
+     {0.05},
+     0,
+     {(float)LD_TRUE, (float)LQ_TRUE, (float)PSI_TRUE},
+     {0.0482, 0.0537},
+     {0.125, 0.131},
+     0.215},
     {DQW_EFFECT_DELAY, "delay", 1, {0.3}, 0, {0}, {1.35, 1.27}, {0.00323, 0.0464}, 1.98},
     {DQW_EFFECT_SKIN_EFFECT, "skin_effect", 1, {R_TRUE * 1.5e-6}, 0, {0}, {0.0177, 0.117}, {0.00349, 0.0277}, 12.4},
-    {DQW_EFFECT_PHASE_RESISTANCE_IMBALANCE, "phase_resistance_imbalance", 2, {0.2, -0.1}, 0, {0}, {0.0667, 0.284}, {0.00519, 0.0403}, 3.72},
+    {DQW_EFFECT_PHASE_RESISTANCE_IMBALANCE,
+     "phase_resistance_imbalance",
+     2,
+     {0.2, -0.1},
+     0,
+     {0},
+     {0.0667, 0.284},
+     {0.00519, 0.0403},
+     3.72},
     {DQW_EFFECT_VOLTAGE_OFFSET, "voltage_offset", 2, {1.5, -1.0}, 0, {0}, {0.00332, 0.41}, {0.00161, 0.0354}, 3.67},
 };
 enum { LAWS = sizeof laws / sizeof laws[0] };
@@ -340,7 +437,8 @@ static double plain_error(const dqw_estimator *e)
 {
     static const double truth[] = {R_TRUE, LD_TRUE, LQ_TRUE, PSI_TRUE};
     double worst = 0.0;
-    for (int i = 0; i < 4; i++) worst = fmax(worst, 100 * fabs((double)dqw_estimator_read(e, (enum dqw_parameter)i).value / truth[i] - 1));
+    for (int i = 0; i < 4; i++)
+        worst = fmax(worst, 100 * fabs((double)dqw_estimator_read(e, (enum dqw_parameter)i).value / truth[i] - 1));
     return worst;
 }
 
@@ -351,12 +449,15 @@ static bool all_usable(const dqw_estimator *e)
     return true;
 }
 
-// A law behind others that this machine has not: its weights are where the list says, and the others' are about nothing.
+// A law behind others that this machine has not: its weights are where the list says, and the others' are about
+// nothing.
 static void behind_others(const law *l)
 {
     // Looked for beside each other they are alike.
     if (l->effect == DQW_EFFECT_VOLTAGE_OFFSET || l->effect == DQW_EFFECT_SKIN_EFFECT) return;
-    dqw_effect_config behind[3] = {{.effect = DQW_EFFECT_VOLTAGE_OFFSET}, {.effect = DQW_EFFECT_DEAD_TIME, .shape = {0.3f}}, {.effect = l->effect}};
+    dqw_effect_config behind[3] = {{.effect = DQW_EFFECT_VOLTAGE_OFFSET},
+                                   {.effect = DQW_EFFECT_DEAD_TIME, .shape = {0.3f}},
+                                   {.effect = l->effect}};
     memcpy(behind[2].shape, l->config, sizeof l->config);
     dqw_estimator_config c = config_of(0);
     c.effects = behind;
@@ -368,7 +469,8 @@ static void behind_others(const law *l)
     HOLDS(dqw_estimator_read_effect(&e, c.effect_count - 1, weights, sd) == (1 << l->weights) - 1);
     double largest = 0.0;
     for (int i = 0; i < l->weights; i++) largest = fmax(largest, fabs(l->w[i]));
-    for (int i = 0; i < l->weights; i++) BETWEEN(-3 * l->weight[0] - 0.2, 100 * (weights[i] - l->w[i]) / largest, 3 * l->weight[0] + 0.2);
+    for (int i = 0; i < l->weights; i++)
+        BETWEEN(-3 * l->weight[0] - 0.2, 100 * (weights[i] - l->w[i]) / largest, 3 * l->weight[0] + 0.2);
     // Of a base of 100 V: what the law leaves out goes there.
     HOLDS(dqw_estimator_read_effect(&e, 0, weights, sd) >= 0);
     for (int i = 0; i < 2; i++) BETWEEN(-0.02, weights[i], 0.02);                                              // 0.003
@@ -397,7 +499,8 @@ static void test_every_effect_gives_back_its_weight(void)
             for (int i = 0; i < l->weights; i++) worst = fmax(worst, 100 * fabs(weights[i] - l->w[i]) / largest);
             BETWEEN(l->weight[noisy] / 3 - 0.02, worst, 1.5 * l->weight[noisy] + 0.02);
             // What is known is right by its own deviation, but for what the law leaves out.
-            for (int i = 0; i < l->weights && noisy == 1; i++) BETWEEN(-4.5, (weights[i] - l->w[i]) / fmax(sd[i], 0.015 * fabs(l->w[i])), 4.5);
+            for (int i = 0; i < l->weights && noisy == 1; i++)
+                BETWEEN(-4.5, (weights[i] - l->w[i]) / fmax(sd[i], 0.015 * fabs(l->w[i])), 4.5);
             BETWEEN(l->plain[noisy] / 3 - 0.01, plain_error(&e), 1.5 * l->plain[noisy] + 0.01);
             HOLDS(all_usable(&e));
             HOLDS(known == (1 << l->weights) - 1);
@@ -432,8 +535,9 @@ static void test_settled_rows_give_back_what_has_no_slope(void)
     for (int k = 0; k < LAWS; k++) {
         const law *l = &laws[k];
         // What turns with the angle does not settle; a delay needs a change, heat needs time.
-        if (l->effect == DQW_EFFECT_FLUX_HARMONICS || l->effect == DQW_EFFECT_CURRENT_OFFSET || l->effect == DQW_EFFECT_CURRENT_GAIN_MISMATCH ||
-            l->effect == DQW_EFFECT_DELAY || (l->effect != DQW_EFFECT_DEAD_TIME && l->shape > 0))
+        if (l->effect == DQW_EFFECT_FLUX_HARMONICS || l->effect == DQW_EFFECT_CURRENT_OFFSET ||
+            l->effect == DQW_EFFECT_CURRENT_GAIN_MISMATCH || l->effect == DQW_EFFECT_DELAY ||
+            (l->effect != DQW_EFFECT_DEAD_TIME && l->shape > 0))
             continue;
         CASE("%s", l->name);
         plant p = {.effect = l->effect, .shape = l->shape};
@@ -454,7 +558,8 @@ static void test_settled_rows_give_back_what_has_no_slope(void)
             terminal(&p, v, x, i);
             row s = {v[0], v[1], i[0], i[1], speed(t), angle(t), p.temp_C};
             sense(&p, angle(t), &s);
-            dqw_sample sample = dqw_sample_from_dq((float)s.v_d, (float)s.v_q, (float)s.i_d, (float)s.i_q, (float)s.w_m, (float)remainder(s.theta, 2 * PI));
+            dqw_sample sample = dqw_sample_from_dq((float)s.v_d, (float)s.v_q, (float)s.i_d, (float)s.i_q, (float)s.w_m,
+                                                   (float)remainder(s.theta, 2 * PI));
             sample.temp_winding_C = (float)s.temp;
             sample.temp_magnet_C = (float)s.temp;
             (void)show(&e, &sample, false);
@@ -464,7 +569,9 @@ static void test_settled_rows_give_back_what_has_no_slope(void)
         double largest = 0.0;
         for (int i = 0; i < l->weights; i++) largest = fmax(largest, fabs(l->w[i]));
         // An angle offset is its first order alone; neighbouring powers are alike.
-        const double bound = l->effect == DQW_EFFECT_ANGLE_OFFSET ? 0.3 : l->effect == DQW_EFFECT_SATURATION ? 0.2 : 0.05;
+        const double bound = l->effect == DQW_EFFECT_ANGLE_OFFSET ? 0.3
+                             : l->effect == DQW_EFFECT_SATURATION ? 0.2
+                                                                  : 0.05;
         for (int i = 0; i < l->weights; i++) BETWEEN(-bound, 100 * (weights[i] - l->w[i]) / largest, bound);
         BETWEEN(0.0, plain_error(&e), bound);
     }
@@ -514,7 +621,8 @@ static void test_read_before_anything_was_learned(void)
         for (int way = 0; way < 2; way++) {
             float w[DQW_EFFECT_STARTS] = {9, 9, 9, 9, 9};
             float sd[DQW_EFFECT_STARTS] = {9, 9, 9, 9, 9};
-            HOLDS(dqw_estimator_read_effect(&e, -1, w, sd) == DQW_ERR_SIZE && dqw_estimator_read_effect(&e, 2, w, sd) == DQW_ERR_SIZE);
+            HOLDS(dqw_estimator_read_effect(&e, -1, w, sd) == DQW_ERR_SIZE &&
+                  dqw_estimator_read_effect(&e, 2, w, sd) == DQW_ERR_SIZE);
             HOLDS(w[0] == 9.0f && sd[0] == 9.0f);
             HOLDS(dqw_estimator_read_effect(&e, 1, w, sd) == 0);
             for (int i = 0; i < laws[k].weights; i++) {
@@ -545,7 +653,8 @@ static void test_an_effect_that_the_rows_do_not_show_is_not_known(void)
         TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_estimator_init(&e, &c));
         for (int k = 0; k < 20000; k++) {
             const float w = 100.0f + 50.0f * (float)sin(0.001 * k);
-            dqw_sample s = dqw_sample_from_dq(0, (float)(P_TRUE * PSI_TRUE * w), 0, 0, w, (float)fmod(0.04 * k, 2 * PI));
+            dqw_sample s = dqw_sample_from_dq(0, (float)(P_TRUE * PSI_TRUE * w), 0, 0, w,
+                                              (float)fmod(0.04 * k, 2 * PI));
             s.temp_magnet_C = 80.0f;
             (void)show(&e, &s, false);
         }
@@ -579,7 +688,8 @@ static void test_init_refuses_and_leaves_the_object_alone(void)
     list[0].start[0] = NAN;
     REFUSED(e, DQW_ERR_EFFECT_SHAPE, dqw_estimator_init(&e, &c));
     list[0].start[0] = 0.0f;
-    const enum dqw_effect_name wrong[] = {DQW_EFFECT_NONE, DQW_EFFECT_NAMES, (enum dqw_effect_name)1000, DQW_EFFECT_COULOMB_FRICTION};
+    const enum dqw_effect_name wrong[] = {DQW_EFFECT_NONE, DQW_EFFECT_NAMES, (enum dqw_effect_name)1000,
+                                          DQW_EFFECT_COULOMB_FRICTION};
     for (int k = 0; k < 4; k++) {
         list[0].effect = wrong[k];
         REFUSED(e, DQW_ERR_EFFECT_NAME, dqw_estimator_init(&e, &c));
@@ -589,7 +699,8 @@ static void test_init_refuses_and_leaves_the_object_alone(void)
     c = config_of(2);
     REFUSED(e, DQW_ERR_EFFECT_TWICE, dqw_estimator_init(&e, &c));
     static dqw_effect_config many[DQW_EFFECT_WEIGHTS / 5 + 1];
-    for (int k = 0; k < DQW_EFFECT_WEIGHTS / 5 + 1; k++) many[k] = (dqw_effect_config){.effect = DQW_EFFECT_SATURATION, .shape = {10}};
+    for (int k = 0; k < DQW_EFFECT_WEIGHTS / 5 + 1; k++)
+        many[k] = (dqw_effect_config){.effect = DQW_EFFECT_SATURATION, .shape = {10}};
     c.effects = many;
     c.effect_count = DQW_EFFECT_WEIGHTS / 5 + 1;
     REFUSED(e, DQW_ERR_EFFECT_ROOM, dqw_estimator_init(&e, &c));
@@ -602,8 +713,9 @@ static void test_init_refuses_and_leaves_the_object_alone(void)
 static void test_each_refusal_has_its_code(void)
 {
     const dqw_effect_base good = {1e-4f, 100, 15, 100, P_TRUE, false};
-    const dqw_effect_config plain[3] = {
-        {.effect = DQW_EFFECT_DEAD_TIME, .shape = {0.3f}}, {.effect = DQW_EFFECT_SKIN_EFFECT}, {.effect = DQW_EFFECT_DEAD_TIME, .shape = {0.3f}}};
+    const dqw_effect_config plain[3] = {{.effect = DQW_EFFECT_DEAD_TIME, .shape = {0.3f}},
+                                        {.effect = DQW_EFFECT_SKIN_EFFECT},
+                                        {.effect = DQW_EFFECT_DEAD_TIME, .shape = {0.3f}}};
     dqw_effect e;
     TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_effect_init(&e, plain, 3, &good));
     TEST_ASSERT_EQUAL_UINT8(3, e.weights);
@@ -710,7 +822,8 @@ static void test_an_empty_list_after_a_gap(void)
     }
 }
 
-// A block's inputs from what was gathered of it, every effect behind two others, against the weighted mean of its pairs' own inputs.
+// A block's inputs from what was gathered of it, every effect behind two others, against the weighted mean of its
+// pairs' own inputs.
 static void test_a_block_is_the_mean_of_its_pairs(void)
 {
     enum { HALF = 10, PLAIN = DQW_BLOCK_SIGNALS };
@@ -738,7 +851,8 @@ static void test_a_block_is_the_mean_of_its_pairs(void)
                  {{.effect = DQW_EFFECT_VOLTAGE_OFFSET}, 2e-6}};
     for (unsigned n = 0; n < sizeof cases / sizeof cases[0]; n++) {
         CASE("effect %d", (int)cases[n].c.effect);
-        const dqw_effect_config both[] = {{.effect = DQW_EFFECT_VOLTAGE_OFFSET}, {.effect = DQW_EFFECT_DEAD_TIME, .shape = {0.3f}}, cases[n].c};
+        const dqw_effect_config both[] = {
+            {.effect = DQW_EFFECT_VOLTAGE_OFFSET}, {.effect = DQW_EFFECT_DEAD_TIME, .shape = {0.3f}}, cases[n].c};
         const int weights = dqw_effect_weights(cases[n].c.effect);
         dqw_effect e, alone;
         TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_effect_init(&e, both, 3, n % 2 ? &apart : &base));
@@ -756,7 +870,8 @@ static void test_a_block_is_the_mean_of_its_pairs(void)
         int blocks = 0;
         for (int k = 0; k < 4000; k++) {
             const row *r = &rows[k];
-            dqw_sample s = dqw_sample_from_dq((float)r->v_d, (float)r->v_q, (float)r->i_d, (float)r->i_q, (float)r->w_m, (float)remainder(r->theta, 2 * PI));
+            dqw_sample s = dqw_sample_from_dq((float)r->v_d, (float)r->v_q, (float)r->i_d, (float)r->i_q, (float)r->w_m,
+                                              (float)remainder(r->theta, 2 * PI));
             s.temp_winding_C = s.temp_magnet_C = (float)r->temp;
             const dqw_sample *before = k > 0 && k % 211 != 100 ? &last : NULL;
             dqw_effect_heat(&e, s.i_d_A, s.i_q_A);
@@ -806,7 +921,8 @@ static void test_a_block_is_the_mean_of_its_pairs(void)
                     sum += weight;
                     for (int axis = 0; axis < 2; axis++) mean[axis] += weight * pairs[at][axis][i];
                 }
-                worst = fmax(worst, fmax(fabs((double)d[first + i] - mean[0] / sum), fabs((double)q[first + i] - mean[1] / sum)));
+                worst = fmax(worst, fmax(fabs((double)d[first + i] - mean[0] / sum),
+                                         fabs((double)q[first + i] - mean[1] / sum)));
                 largest = fmax(largest, fmax(fabs(mean[0] / sum), fabs(mean[1] / sum)));
             }
         }

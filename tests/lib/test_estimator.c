@@ -1,5 +1,5 @@
-// The estimator: refusals, its block against sums in double, changes, rest, disturbances, pole pairs of exact pairs, and the hand-over
-// between interrupt and background.
+// The estimator: refusals, its block against sums in double, changes, rest, disturbances, pole pairs of exact pairs,
+// and the hand-over between interrupt and background.
 #include "preempt.h"  // first
 #include "drive_log.h"
 #include "moving_joint.h"
@@ -33,7 +33,10 @@ static double off_percent(const dqw_estimator *e, int i) { return 100 * (value_o
 
 static const drive_log *simulated(void) { return drive("joint_24v", 1); }
 
-static bool shown(dqw_estimator *e, const dqw_sample *s) { return (dqw_estimator_sample(e, s, false) & DQW_EVENT_BLOCK) != 0 && dqw_estimator_background(e); }
+static bool shown(dqw_estimator *e, const dqw_sample *s)
+{
+    return (dqw_estimator_sample(e, s, false) & DQW_EVENT_BLOCK) != 0 && dqw_estimator_background(e);
+}
 
 typedef struct refused {
     size_t field;
@@ -43,8 +46,10 @@ typedef struct refused {
 
 static void test_init_names_the_field_that_it_refuses_and_leaves_the_object_alone(void)
 {
-    static const refused must[] = {
-        {FIELD(dt_s), DQW_ERR_DT}, {FIELD(v_base_V), DQW_ERR_V_BASE}, {FIELD(i_base_A), DQW_ERR_I_BASE}, {FIELD(w_base_rad_s), DQW_ERR_W_BASE}};
+    static const refused must[] = {{FIELD(dt_s), DQW_ERR_DT},
+                                   {FIELD(v_base_V), DQW_ERR_V_BASE},
+                                   {FIELD(i_base_A), DQW_ERR_I_BASE},
+                                   {FIELD(w_base_rad_s), DQW_ERR_W_BASE}};
     static const refused may[] = {{FIELD(R_ohm), DQW_ERR_R},
                                   {FIELD(Ld_H), DQW_ERR_LD},
                                   {FIELD(Lq_H), DQW_ERR_LQ},
@@ -217,8 +222,8 @@ static void test_a_deviation_grows_while_nothing_is_learned(void)
     TEST_ASSERT_EQUAL_FLOAT((float)value, (float)value_of(&e, DQW_LQ));
 }
 
-// The block handed over, from the pairs in double: pair j of two halves weighs as a triangle, refused pairs weigh nothing; where more than a
-// quarter of the pairs is refused there is none.
+// The block handed over, from the pairs in double: pair j of two halves weighs as a triangle, refused pairs weigh
+// nothing; where more than a quarter of the pairs is refused there is none.
 static void test_block_is_the_triangle_of_the_pairs(void)
 {
     static const uint16_t halves[] = {1, 2, 5, 20, 33};
@@ -263,15 +268,16 @@ static void test_block_is_the_triangle_of_the_pairs(void)
                 const dqw_sample *a = &s[at - 1];
                 const dqw_sample *b = &s[at];
                 const double w = j <= halves[h] ? j : 2 * halves[h] + 1 - j;
-                const double pair[DQW_BLOCK_SIGNALS] = {a->v_d_V,
-                                                        a->v_q_V,
-                                                        ((double)a->i_d_A + (double)b->i_d_A) / 2,
-                                                        ((double)a->i_q_A + (double)b->i_q_A) / 2,
-                                                        ((double)b->i_d_A - (double)a->i_d_A) / DT_S,
-                                                        ((double)b->i_q_A - (double)a->i_q_A) / DT_S,
-                                                        ((double)a->w_m_rad_s * (double)a->i_d_A + (double)b->w_m_rad_s * (double)b->i_d_A) / 2,
-                                                        ((double)a->w_m_rad_s * (double)a->i_q_A + (double)b->w_m_rad_s * (double)b->i_q_A) / 2,
-                                                        ((double)a->w_m_rad_s + (double)b->w_m_rad_s) / 2};
+                const double pair[DQW_BLOCK_SIGNALS] = {
+                    a->v_d_V,
+                    a->v_q_V,
+                    ((double)a->i_d_A + (double)b->i_d_A) / 2,
+                    ((double)a->i_q_A + (double)b->i_q_A) / 2,
+                    ((double)b->i_d_A - (double)a->i_d_A) / DT_S,
+                    ((double)b->i_q_A - (double)a->i_q_A) / DT_S,
+                    ((double)a->w_m_rad_s * (double)a->i_d_A + (double)b->w_m_rad_s * (double)b->i_d_A) / 2,
+                    ((double)a->w_m_rad_s * (double)a->i_q_A + (double)b->w_m_rad_s * (double)b->i_q_A) / 2,
+                    ((double)a->w_m_rad_s + (double)b->w_m_rad_s) / 2};
                 for (int n = 0; n < DQW_BLOCK_SIGNALS; n++) sum[n] += w * pair[n];
                 weight += w;
                 valid++;
@@ -283,12 +289,15 @@ static void test_block_is_the_triangle_of_the_pairs(void)
             }
             blocks++;
             const dqw_block b = dqw_estimator_means(&t, &block);
-            const float found[DQW_BLOCK_SIGNALS] = {b.v_d_V, b.v_q_V, b.i_d_A, b.i_q_A, b.di_d_A_s, b.di_q_A_s, b.wi_d_A_rad_s, b.wi_q_A_rad_s, b.w_m_rad_s};
+            const float found[DQW_BLOCK_SIGNALS] = {b.v_d_V,    b.v_q_V,        b.i_d_A,        b.i_q_A,    b.di_d_A_s,
+                                                    b.di_q_A_s, b.wi_d_A_rad_s, b.wi_q_A_rad_s, b.w_m_rad_s};
             for (int n = 0; n < DQW_BLOCK_SIGNALS; n++) {
                 const double size = n == 4 || n == 5 ? 1 / DT_S : 1.0;
-                if (!(fabs((double)found[n] - sum[n] / weight) < 3e-6 * size)) BETWEEN(sum[n] / weight - 3e-6 * size, found[n], sum[n] / weight + 3e-6 * size);
+                if (!(fabs((double)found[n] - sum[n] / weight) < 3e-6 * size))
+                    BETWEEN(sum[n] / weight - 3e-6 * size, found[n], sum[n] / weight + 3e-6 * size);
             }
-            HOLDS(block.cosine == (good[k - halves[h]] ? s[k - halves[h]].cosine : 0.0f) && block.sine == (good[k - halves[h]] ? s[k - halves[h]].sine : 0.0f));
+            HOLDS(block.cosine == (good[k - halves[h]] ? s[k - halves[h]].cosine : 0.0f) &&
+                  block.sine == (good[k - halves[h]] ? s[k - halves[h]].sine : 0.0f));
             HOLDS(block.whole == (valid == 2 * halves[h]));
             HOLDS(t.number == (uint32_t)((k + 1) / halves[h]));
         }
@@ -332,7 +341,8 @@ static void test_it_follows_a_resistance_that_steps(void)
         double worst_other = 0.0;
         for (long k = 0; k < end; k++) {
             const dqw_sample s = moving(k, k < at ? 0.5 : 0.6, 0.01, &r);
-            if (!(dqw_estimator_sample(&t, &s, false) & DQW_EVENT_BLOCK) || !dqw_estimator_background(&t) || k < at) continue;
+            if (!(dqw_estimator_sample(&t, &s, false) & DQW_EVENT_BLOCK) || !dqw_estimator_background(&t) || k < at)
+                continue;
             if (fabs(value_of(&t, DQW_R) / 0.6 - 1) > 0.02) last_off = k;
             for (int i = 1; i < 4; i++) worst_other = fmax(worst_other, fabs(off_percent(&t, i)));
         }
@@ -376,7 +386,8 @@ static void test_noise_on_a_machine_at_rest_teaches_nothing(void)
             if (dqw_estimator_sample(&t, &s, false) & DQW_EVENT_BLOCK) (void)dqw_estimator_background(&t);
         }
         for (int i = 0; i < DQW_PARAMETERS; i++) {
-            CASE("%s, drift %g, weight %d: %.9g to %.9g", taught ? "taught" : "fresh", (double)c.drift_per_sqrt_s, i, (double)before[i], (double)t.w_pu[i]);
+            CASE("%s, drift %g, weight %d: %.9g to %.9g", taught ? "taught" : "fresh", (double)c.drift_per_sqrt_s, i,
+                 (double)before[i], (double)t.w_pu[i]);
             HOLDS(before[i] == t.w_pu[i]);
             HOLDS(sd_of(&t, i) >= 0.9999 * sd_before[i]);
         }
@@ -418,7 +429,8 @@ static void test_bursts_of_bad_samples_are_counted_and_harmless(void)
         TEST_ASSERT_EQUAL_UINT32(kind == 0 ? bad : 0, t.gate.nonfinite);
         TEST_ASSERT_EQUAL_UINT32(kind == 1 || kind == 3 ? bad : 0, t.gate.saturated);
         TEST_ASSERT_EQUAL_UINT32(kind == 2 ? bad - 4 * 9 : 0, t.gate.stale);
-        TEST_ASSERT_EQUAL_UINT32((uint32_t)l->rows, t.gate.accepted + t.gate.nonfinite + t.gate.saturated + t.gate.stale);
+        TEST_ASSERT_EQUAL_UINT32((uint32_t)l->rows,
+                                 t.gate.accepted + t.gate.nonfinite + t.gate.saturated + t.gate.stale);
         TEST_ASSERT_EQUAL_UINT32(t.gate.nonfinite, events[0]);
         TEST_ASSERT_EQUAL_UINT32(t.gate.saturated, events[1]);
         TEST_ASSERT_EQUAL_UINT32(t.gate.stale, events[2]);
@@ -447,8 +459,8 @@ static void test_the_first_sample_repeats_none(void)
     TEST_ASSERT_EQUAL_UINT32(0, dqw_estimator_sample(&t, &zero, false));
 }
 
-// Halves that come while one waits are lost, and counted; those that are learned are whole. Two that follow each other make a block, so that a
-// background that is late every time learns nothing.
+// Halves that come while one waits are lost, and counted; those that are learned are whole. Two that follow each other
+// make a block, so that a background that is late every time learns nothing.
 static void test_a_late_background_loses_halves_and_nothing_else(void)
 {
     const drive_log *l = simulated();
@@ -593,8 +605,10 @@ static void test_noise_of_the_speed_in_two_inputs(void)
             if (k == 0) continue;
             const double mean_d = 0.5 * (i_d[0] + i_d[1]);
             const double mean_q = 0.5 * (i_q[0] + i_q[1]);
-            const double v_d = TRUTH[0] * mean_d + TRUTH[1] * (i_d[1] - i_d[0]) / DT_S - 4 * TRUTH[2] * 0.5 * (w[0] * i_q[0] + w[1] * i_q[1]);
-            const double v_q = TRUTH[0] * mean_q + TRUTH[2] * (i_q[1] - i_q[0]) / DT_S + 4 * TRUTH[1] * 0.5 * (w[0] * i_d[0] + w[1] * i_d[1]) +
+            const double v_d = TRUTH[0] * mean_d + TRUTH[1] * (i_d[1] - i_d[0]) / DT_S -
+                               4 * TRUTH[2] * 0.5 * (w[0] * i_q[0] + w[1] * i_q[1]);
+            const double v_q = TRUTH[0] * mean_q + TRUTH[2] * (i_q[1] - i_q[0]) / DT_S +
+                               4 * TRUTH[1] * 0.5 * (w[0] * i_d[0] + w[1] * i_d[1]) +
                                4 * TRUTH[3] * 0.5 * (w[0] + w[1]);
             const dqw_sample s = {.v_d_V = (float)(v_d + 0.2 * random_normal(&r)),
                                   .v_q_V = (float)(v_q + 0.2 * random_normal(&r)),
@@ -605,13 +619,15 @@ static void test_noise_of_the_speed_in_two_inputs(void)
         }
         for (int i = 0; i < 4; i++) {
             CASE("i_d around %g A, %s: %g %%", i_d_A, PARAMETER[i], off_percent(&t, i));
-            BETWEEN(quick() ? -8.0 : -4.0, off_percent(&t, i), quick() ? 8.0 : 4.0);  // L_d 1.7, of half the rows 4.9; 15 where the covariance is forgotten
+            BETWEEN(quick() ? -8.0 : -4.0, off_percent(&t, i),
+                    quick() ? 8.0 : 4.0);  // L_d 1.7, of half the rows 4.9; 15 where the covariance is forgotten
             BETWEEN(-4.0, (value_of(&t, i) - TRUTH[i]) / sd_of(&t, i), 4.0);
         }
     }
 }
 
-// Whatever the half window, the pole pairs given or found, with p = 1 to 21; what is found is what would have been given.
+// Whatever the half window, the pole pairs given or found, with p = 1 to 21; what is found is what would have been
+// given.
 static void test_exact_pairs_give_the_truth(void)
 {
     static const int pole_pairs[] = {1, 4, 15, 21};
@@ -643,7 +659,8 @@ static void test_exact_pairs_give_the_truth(void)
             }
 }
 
-// p counts where it is told: not by a machine at rest, nor one whose currents stand, nor through so much noise that several would do.
+// p counts where it is told: not by a machine at rest, nor one whose currents stand, nor through so much noise that
+// several would do.
 static void test_pole_pairs_are_never_wrong(void)
 {
     const int seeds = scaled(20);
@@ -660,8 +677,10 @@ static void test_pole_pairs_are_never_wrong(void)
                 // At rest: what speed would induce is taken off.
                 if (kind == 0) {
                     const dqw_sample next = moving(k + 1, 0.5, 0.0, NULL);
-                    s.v_d_V = (float)(TRUTH[0] * 0.5 * (double)(s.i_d_A + next.i_d_A) + TRUTH[1] * (double)(next.i_d_A - s.i_d_A) / DT_S);
-                    s.v_q_V = (float)(TRUTH[0] * 0.5 * (double)(s.i_q_A + next.i_q_A) + TRUTH[2] * (double)(next.i_q_A - s.i_q_A) / DT_S);
+                    s.v_d_V = (float)(TRUTH[0] * 0.5 * (double)(s.i_d_A + next.i_d_A) +
+                                      TRUTH[1] * (double)(next.i_d_A - s.i_d_A) / DT_S);
+                    s.v_q_V = (float)(TRUTH[0] * 0.5 * (double)(s.i_q_A + next.i_q_A) +
+                                      TRUTH[2] * (double)(next.i_q_A - s.i_q_A) / DT_S);
                     s.w_m_rad_s = 0.0f;
                     for (int n = 0; n < 4; n++) (&s.v_d_V)[n] += (float)(0.01 * random_normal(&r));
                 }
@@ -681,8 +700,11 @@ static void test_pole_pairs_are_never_wrong(void)
             HOLDS(e.pole_pairs == 0 || e.pole_pairs == 4);
             found[kind] += e.pole_pairs == 4;
             // R, L_d and L_q are known without them, the flux is not.
-            if (e.pole_pairs == 0) HOLDS(!is_known(&e, DQW_PSI) && !is_known(&e, DQW_DEAD_TIME) && !is_known(&e, DQW_PSI_Q));
-            if (kind == 0) HOLDS(dqw_estimator_read(&e, DQW_R).usable && dqw_estimator_read(&e, DQW_LD).usable && dqw_estimator_read(&e, DQW_LQ).usable);
+            if (e.pole_pairs == 0)
+                HOLDS(!is_known(&e, DQW_PSI) && !is_known(&e, DQW_DEAD_TIME) && !is_known(&e, DQW_PSI_Q));
+            if (kind == 0)
+                HOLDS(dqw_estimator_read(&e, DQW_R).usable && dqw_estimator_read(&e, DQW_LD).usable &&
+                      dqw_estimator_read(&e, DQW_LQ).usable);
         }
     TEST_ASSERT_EQUAL_INT(0, found[0]);
     TEST_ASSERT_EQUAL_INT(0, found[1]);
@@ -751,7 +773,8 @@ static void test_one_missing_sample_is_a_refused_one(void)
     for (int i = 0; i < 4; i++) BETWEEN(-0.3, off_percent(&missing, i), 0.3);
 }
 
-// The missing period that ends a half hands its block over all the same; and one that is missing where the block is full is none too many.
+// The missing period that ends a half hands its block over all the same; and one that is missing where the block is
+// full is none too many.
 static void test_a_missing_sample_may_end_a_half(void)
 {
     dqw_estimator_config c = config_of(0.0);
@@ -775,7 +798,8 @@ static void test_a_missing_sample_may_end_a_half(void)
     for (int i = 0; i < 4; i++) BETWEEN(-0.1, off_percent(&e, i), 0.1);
 }
 
-// A jump of n periods: time goes on by n, to a part of half a window, and no block spans it. Of unknown length: no time.
+// A jump of n periods: time goes on by n, to a part of half a window, and no block spans it. Of unknown length: no
+// time.
 static void test_a_jump_in_time(void)
 {
     static const uint32_t jumps[] = {0, 2, 3, 19, 20, 21, 1000, 4000000};
@@ -860,12 +884,13 @@ static void test_samples_beyond_the_limits_are_saturated(void)
         dqw_estimator_config c = config_of(0.0);
         c.i_limit_A = limits[n];
         c.v_limit_V = 3.0f * limits[n];
-        const float most[5] = {limits[n] > 0 ? 3 * limits[n] : 140.0f, limits[n] > 0 ? 3 * limits[n] : 140.0f, limits[n] > 0 ? limits[n] : 60.0f,
-                               limits[n] > 0 ? limits[n] : 60.0f, 1100.0f};
+        const float most[5] = {limits[n] > 0 ? 3 * limits[n] : 140.0f, limits[n] > 0 ? 3 * limits[n] : 140.0f,
+                               limits[n] > 0 ? limits[n] : 60.0f, limits[n] > 0 ? limits[n] : 60.0f, 1100.0f};
         for (int channel = 0; channel < 5; channel++)
             for (int sign = -1; sign <= 1; sign += 2)
                 for (int beyond = 0; beyond < 2; beyond++) {
-                    CASE("limit %g, channel %d, sign %d, %s", (double)limits[n], channel, sign, beyond ? "beyond" : "at it");
+                    CASE("limit %g, channel %d, sign %d, %s", (double)limits[n], channel, sign,
+                         beyond ? "beyond" : "at it");
                     dqw_estimator e = begin(&c);
                     dqw_sample s = {.v_d_V = 0.0f};
                     (&s.v_d_V)[channel] = (float)sign * most[channel] * (beyond ? 1.000001f : 1.0f);
@@ -901,11 +926,13 @@ static void test_counters_stop_at_their_maximum(void)
         (void)dqw_estimator_sample(&e, k % 1000 < 100 ? &bad : &s, false);
         if (k % 300 == 0) (void)dqw_estimator_background(&e);
     }
-    HOLDS(e.gate.blocks == UINT32_MAX && e.gate.incomplete == UINT32_MAX && e.gate.nonfinite == UINT32_MAX && e.gate.accepted == UINT32_MAX);
+    HOLDS(e.gate.blocks == UINT32_MAX && e.gate.incomplete == UINT32_MAX && e.gate.nonfinite == UINT32_MAX &&
+          e.gate.accepted == UINT32_MAX);
     TEST_ASSERT_EQUAL_UINT8(UINT8_MAX, e.missed);
 }
 
-// Accepted configurations at the edge of what is a machine: no number that is none, in any weight, variance or reading, after any block.
+// Accepted configurations at the edge of what is a machine: no number that is none, in any weight, variance or reading,
+// after any block.
 static void test_numbers_stay_numbers(void)
 {
     int most_learned = 0;
@@ -931,17 +958,20 @@ static void test_numbers_stay_numbers(void)
         const bool one = random_bits(&r) % 2;
         for (int k = 0; k < 800; k++) {
             const double x = one ? 1.0 : random_normal(&r);
-            const dqw_sample s = dqw_sample_from_dq((float)(x * scale * (double)c.v_base_V), (float)(scale * (double)c.v_base_V),
-                                                    (float)(x * scale * (double)c.i_base_A), (float)(scale * (double)c.i_base_A),
-                                                    (float)(scale * (double)c.w_base_rad_s), 0.01f * (float)k);
+            const dqw_sample s = dqw_sample_from_dq(
+                (float)(x * scale * (double)c.v_base_V), (float)(scale * (double)c.v_base_V),
+                (float)(x * scale * (double)c.i_base_A), (float)(scale * (double)c.i_base_A),
+                (float)(scale * (double)c.w_base_rad_s), 0.01f * (float)k);
             (void)dqw_estimator_sample(&e, &s, false);
             if (!dqw_estimator_background(&e)) continue;
             CASE("seed %d, sample %d", seed, k);
             const double residual = (double)dqw_estimator_residual_pu(&e);
             HOLDS(residual >= 0.0 && isfinite(residual) && isfinite(dqw_estimator_recent_pu(&e)));
             HOLDS(e.error_pu2[0] >= 0.0f && e.error_pu2[1] >= 0.0f && e.recent_pu2 >= 0.0f && e.late_pu2 >= 0.0f);
-            for (int i = 0; i < e.inputs; i++) HOLDS(isfinite(e.w_pu[i]) && e.gain.d[i] > 0.0f && isfinite(e.gain.d[i]));
-            for (int i = 0; i < DQW_PARAMETERS; i++) HOLDS(isfinite(value_of(&e, i)) && sd_of(&e, i) >= 0.0 && isfinite(sd_of(&e, i)));
+            for (int i = 0; i < e.inputs; i++)
+                HOLDS(isfinite(e.w_pu[i]) && e.gain.d[i] > 0.0f && isfinite(e.gain.d[i]));
+            for (int i = 0; i < DQW_PARAMETERS; i++)
+                HOLDS(isfinite(value_of(&e, i)) && sd_of(&e, i) >= 0.0 && isfinite(sd_of(&e, i)));
             most_learned = most_learned > e.blocks ? most_learned : e.blocks;
         }
     }
@@ -965,8 +995,8 @@ static void test_what_leaves_all_bounds_begins_again(void)
     for (int i = 0; i < 4; i++) BETWEEN(-0.1, off_percent(&e, i), 0.1);
 }
 
-// What is constant is known better and better; what may wander, to where what is forgotten and what is learned balance, deviations of the drift's
-// size; and neither is surer than its parameter wanders.
+// What is constant is known better and better; what may wander, to where what is forgotten and what is learned balance,
+// deviations of the drift's size; and neither is surer than its parameter wanders.
 static void test_drift(void)
 {
     double sd[3][2];
@@ -992,7 +1022,8 @@ static void test_drift(void)
 
 // ---- the hand-over ----
 
-// A block is taken after some samples of the next half, and learned after some more: to the bit what it is where the background comes at once.
+// A block is taken after some samples of the next half, and learned after some more: to the bit what it is where the
+// background comes at once.
 static void test_a_background_of_any_delay_learns_the_same(void)
 {
     enum { SAMPLES = 4000 };
@@ -1035,7 +1066,8 @@ static void test_a_background_of_any_delay_learns_the_same(void)
             TEST_ASSERT_EQUAL_MEMORY_MESSAGE(&at_once.noise, &e.noise, sizeof e.noise, test_case);
             TEST_ASSERT_EQUAL_MEMORY_MESSAGE(&at_once.window, &e.window, sizeof e.window, test_case);
             TEST_ASSERT_EQUAL_MEMORY_MESSAGE(at_once.score2, e.score2, sizeof e.score2, test_case);
-            HOLDS(at_once.late_pu2 == e.late_pu2 && at_once.recent_pu2 == e.recent_pu2 && at_once.step_A_per_V[0] == e.step_A_per_V[0]);
+            HOLDS(at_once.late_pu2 == e.late_pu2 && at_once.recent_pu2 == e.recent_pu2 &&
+                  at_once.step_A_per_V[0] == e.step_A_per_V[0]);
         }
 }
 
@@ -1050,8 +1082,8 @@ static void samples_into_interrupted(void)
     for (int k = 0; k < coming_count; k++) (void)dqw_estimator_sample(&interrupted, &coming[k], false);
 }
 
-// What may come of it: samples behind the background, between taking the block and learning it, before both; or where what was given back is just
-// being written anew.
+// What may come of it: samples behind the background, between taking the block and learning it, before both; or where
+// what was given back is just being written anew.
 static dqw_estimator after[4];
 static bool one_of_them(void)
 {
@@ -1061,8 +1093,9 @@ static bool one_of_them(void)
     return false;
 }
 
-// Samples come after any one instruction of the background. Fewer than end a half: to the bit what it is where they come behind it. A whole half:
-// as before it where it had not taken its block, whose successor is lost; else behind it, with what it gave back adopted at once or a half later.
+// Samples come after any one instruction of the background. Fewer than end a half: to the bit what it is where they
+// come behind it. A whole half: as before it where it had not taken its block, whose successor is lost; else behind it,
+// with what it gave back adopted at once or a half later.
 static void test_samples_may_interrupt_the_background_anywhere(void)
 {
     dqw_estimator_config c = config_of(0.3);
@@ -1141,14 +1174,17 @@ static void test_samples_may_interrupt_the_background_anywhere(void)
             HOLDS(same >= 0);
             places[same]++;
         }
-        if (getenv("DQW_TEST_VALUES") != NULL) printf("way %d: places %d, %d, %d\n", way, places[0], places[1], places[2]);
+        if (getenv("DQW_TEST_VALUES") != NULL)
+            printf("way %d: places %d, %d, %d\n", way, places[0], places[1], places[2]);
         if (way == 0) HOLDS(places[0] > 100);
         // Nearly everywhere: what is handed over and what is given back is a few instructions each.
         CASE("way %d, everywhere", way);
         memcpy(&interrupted, &start, sizeof start);
         everywhere.first = 1200;
-        HOLDS(preempt_everywhere(getenv("DQW_FULL") != NULL ? 1 : 17, background_of_interrupted, samples_into_interrupted, one_of_them) > 1000);
-        if (way != 0) HOLDS(places[2] > 20 && places[0] + places[1] > 2 && (quick() || (places[0] >= 1 && places[1] > 5)));
+        HOLDS(preempt_everywhere(getenv("DQW_FULL") != NULL ? 1 : 17, background_of_interrupted,
+                                 samples_into_interrupted, one_of_them) > 1000);
+        if (way != 0)
+            HOLDS(places[2] > 20 && places[0] + places[1] > 2 && (quick() || (places[0] >= 1 && places[1] > 5)));
 #endif
     }
 }

@@ -1,4 +1,5 @@
-// lib/ under floating-point flags that promise finite numbers: what is none is still refused and counted, and what is learned is the same.
+// lib/ under floating-point flags that promise finite numbers: what is none is still refused and counted, and what is
+// learned is the same.
 // Plain only: runs other programs.
 #include <unistd.h>
 
@@ -20,7 +21,8 @@ static double said(const char *name)
 {
     const char *at = tool_said;
     const size_t length = strlen(name);
-    while (at != NULL && (strncmp(at, name, length) != 0 || at[length] != ' ')) at = strchr(at, '\n') != NULL ? strchr(at, '\n') + 1 : NULL;
+    while (at != NULL && (strncmp(at, name, length) != 0 || at[length] != ' '))
+        at = strchr(at, '\n') != NULL ? strchr(at, '\n') + 1 : NULL;
     return at != NULL ? strtod(at + length, NULL) : NAN;
 }
 
@@ -38,7 +40,8 @@ static outcome run(const char *compiler, const char *flags)
     if (built == TOOL_ABSENT) TEST_IGNORE_MESSAGE(tool_said);
     TEST_ASSERT_EQUAL_INT_MESSAGE(0, built, tool_said);
     TEST_ASSERT_EQUAL_INT_MESSAGE(0, ran, tool_said);
-    outcome o = {(long)said("numbers_wrong"), (long)said("learners_wrong"), (long)said("spoilt"), (long)said("spoilt_wrong"), (long)said("in_service"), {0}};
+    outcome o = {(long)said("numbers_wrong"), (long)said("learners_wrong"), (long)said("spoilt"),
+                 (long)said("spoilt_wrong"),  (long)said("in_service"),     {0}};
     for (int i = 0; i < PARAMETERS; i++) o.parameter[i] = said(names[i]);
     return o;
 }
@@ -49,12 +52,13 @@ static void judge(const char *compiler)
     const outcome plain = run(compiler, "-O2 -ffp-contract=off");
     for (int f = -1; f < 3; f++) {
         const outcome o = f < 0 ? plain : run(compiler, flags[f]);
-        CASE("%s %s: wrong numbers %ld, Learners %ld, samples %ld of %ld", compiler, f < 0 ? "plain" : flags[f], o.numbers_wrong, o.learners_wrong,
-             o.spoilt_wrong, o.spoilt);
+        CASE("%s %s: wrong numbers %ld, Learners %ld, samples %ld of %ld", compiler, f < 0 ? "plain" : flags[f],
+             o.numbers_wrong, o.learners_wrong, o.spoilt_wrong, o.spoilt);
         HOLDS(o.numbers_wrong == 0 && o.learners_wrong == 0 && o.spoilt_wrong == 0);
         HOLDS(o.spoilt >= 50 && o.in_service == 1);
         for (int i = 0; i < PARAMETERS; i++) {
-            CASE("%s %s: %s %g, plain %g", compiler, f < 0 ? "plain" : flags[f], names[i], o.parameter[i], plain.parameter[i]);
+            CASE("%s %s: %s %g, plain %g", compiler, f < 0 ? "plain" : flags[f], names[i], o.parameter[i],
+                 plain.parameter[i]);
             HOLDS(fabs(o.parameter[i] / plain.parameter[i] - 1) < 0.01);
         }
     }

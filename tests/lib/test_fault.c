@@ -1,4 +1,5 @@
-// Naming of faults: every pattern, as the motor's equations give it, is told by its name and its phase; what is none stays unknown.
+// Naming of faults: every pattern, as the motor's equations give it, is told by its name and its phase; what is none
+// stays unknown.
 #include "dqw_fault.h"
 #include "dqw_test.h"
 
@@ -10,10 +11,23 @@ void tearDown(void) {}
 
 static const dqw_fault_machine machine = {(float)R_OHM, (float)L_H};
 
-// What a change must exceed to mean something: 4 % of R, L_d, L_q, 1 % of the flux, 0.07 V, 0.02 rad; then both parts of 0.06 A, 3 % of R,
+// What a change must exceed to mean something: 4 % of R, L_d, L_q, 1 % of the flux, 0.07 V, 0.02 rad; then both parts
+// of 0.06 A, 3 % of R,
 // 3 % of L, 0.1 % of 1/R.
-static const double UNIT[DQW_SIGNS] = {
-    0.013, 0.013, 0.013, 0.004, 0.023, 0.0067, 0.02, 0.02, 0.01 * R_OHM / 3, 0.01 * R_OHM / 3, 0.01 * L_H / 3, 0.01 * L_H / 3, 0.0003 / R_OHM, 0.0003 / R_OHM};
+static const double UNIT[DQW_SIGNS] = {0.013,
+                                       0.013,
+                                       0.013,
+                                       0.004,
+                                       0.023,
+                                       0.0067,
+                                       0.02,
+                                       0.02,
+                                       0.01 * R_OHM / 3,
+                                       0.01 * R_OHM / 3,
+                                       0.01 * L_H / 3,
+                                       0.01 * L_H / 3,
+                                       0.0003 / R_OHM,
+                                       0.0003 / R_OHM};
 
 typedef struct pattern {
     enum dqw_fault_name name;
@@ -32,8 +46,9 @@ static const pattern PATTERNS[] = {{DQW_FAULT_DEMAGNETISATION, "demagnetisation"
 
 enum { PATTERNS_N = sizeof PATTERNS / sizeof PATTERNS[0] };
 
-// What each fault does, phase by phase in the stator: phase n lies at angle a_n = n 120 degrees. A quantity x(n) = x that one phase has more
-// makes x/3 for all, and x/3 turning with exp(-2j a) ... exp(2j a_n): its ripple's weight is x/3 exp(2j a_n).
+// What each fault does, phase by phase in the stator: phase n lies at angle a_n = n 120 degrees. A quantity x(n) = x
+// that one phase has more makes x/3 for all, and x/3 turning with exp(-2j a) ... exp(2j a_n): its ripple's weight is
+// x/3 exp(2j a_n).
 static void change_of(enum dqw_fault_name name, int phase, double size, double at_rad, double change[])
 {
     for (int i = 0; i < DQW_SIGNS; i++) change[i] = 0.0;
@@ -98,10 +113,11 @@ static void test_every_pattern_is_named_with_its_phase(void)
                 const double sign = s < 3 ? 1.0 : -1.0;
                 const double at_rad = random_uniform(&r, -PI, PI);
                 double change[DQW_SIGNS];
-                change_of(PATTERNS[k].name, phase, sign * size_of(PATTERNS[k].name, phase, sizes[s % 3]), at_rad, change);
+                change_of(PATTERNS[k].name, phase, sign * size_of(PATTERNS[k].name, phase, sizes[s % 3]), at_rad,
+                          change);
                 const dqw_fault_verdict v = judge(change, 0.0, NULL);
-                CASE("%s, phase %d, %g units: name %d, phase %d, confidence %g", PATTERNS[k].text, phase, sign * sizes[s % 3], (int)v.name, v.phase,
-                     (double)v.confidence);
+                CASE("%s, phase %d, %g units: name %d, phase %d, confidence %g", PATTERNS[k].text, phase,
+                     sign * sizes[s % 3], (int)v.name, v.phase, (double)v.confidence);
                 if (sign > 0.0 || PATTERNS[k].both_signs) {
                     HOLDS(v.name == PATTERNS[k].name);
                     HOLDS(v.phase == phase);
@@ -139,8 +155,8 @@ static void test_noise_on_every_sign_keeps_the_name(void)
 
 static void test_what_no_pattern_explains_is_unknown(void)
 {
-    // R of all phases; L_d; L_q; both L; R and flux both; flux up; two faults at once with as much of each in R; a ripple that flux should
-    // have gone with.
+    // R of all phases; L_d; L_q; both L; R and flux both; flux up; two faults at once with as much of each in R; a
+    // ripple that flux should have gone with.
     static const struct {
         const char *text;
         double z[DQW_SIGNS];
@@ -152,7 +168,8 @@ static void test_what_no_pattern_explains_is_unknown(void)
                 {"R and demagnetisation", {[DQW_SIGN_R] = 10, [DQW_SIGN_PSI] = -10}},
                 {"dead time and offset, R", {[DQW_SIGN_R] = 10, [DQW_SIGN_DEAD_TIME] = 8, [DQW_SIGN_OFFSET_RE] = 8}},
                 {"dead time and angle", {[DQW_SIGN_DEAD_TIME] = 10, [DQW_SIGN_ANGLE] = -10}},
-                {"connection of phase c, and flux", {[DQW_SIGN_RESISTANCE_RE] = -6, [DQW_SIGN_RESISTANCE_IM] = 10.4, [DQW_SIGN_PSI] = -10}},
+                {"connection of phase c, and flux",
+                 {[DQW_SIGN_RESISTANCE_RE] = -6, [DQW_SIGN_RESISTANCE_IM] = 10.4, [DQW_SIGN_PSI] = -10}},
                 {"offset and angle", {[DQW_SIGN_OFFSET_IM] = 10, [DQW_SIGN_ANGLE] = 10}}};
     for (unsigned k = 0; k < sizeof none / sizeof none[0]; k++) {
         double change[DQW_SIGNS];
@@ -199,7 +216,9 @@ static void test_confidence_falls_where_two_names_fit(void)
         if (fabs(most - 0.6) < 0.01) continue;
         const dqw_fault_verdict v = dqw_fault_name_it(change, unit, machine);
         CASE("%d degrees: flux alone explains %g, turns %g; name %d", degree, magnet, turns, (int)v.name);
-        HOLDS(v.name == (most < 0.6 ? DQW_FAULT_UNKNOWN : magnet > turns ? DQW_FAULT_DEMAGNETISATION : DQW_FAULT_TURN_SHORT));
+        HOLDS(v.name == (most < 0.6       ? DQW_FAULT_UNKNOWN
+                         : magnet > turns ? DQW_FAULT_DEMAGNETISATION
+                                          : DQW_FAULT_TURN_SHORT));
         const double lead = fmin(fabs(magnet - turns) / 0.1, 1.0);
         const double expected = most < 0.6 ? 1 - most : most * (0.5 + 0.5 * lead);
         BETWEEN(expected - 1e-3, v.confidence, expected + 1e-3);

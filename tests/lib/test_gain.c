@@ -12,7 +12,8 @@ static void test_init_refuses_and_leaves_the_object_alone(void)
     dqw_gain g;
     TEST_ASSERT_EQUAL_INT(DQW_ERR_NULL, dqw_gain_init(NULL, 2, 1.0f));
     static const int sizes[] = {0, -1, DQW_LEARNER_INPUTS + 1, INT32_MAX, INT32_MIN};
-    for (unsigned k = 0; k < sizeof sizes / sizeof sizes[0]; k++) REFUSED(g, DQW_ERR_SIZE, dqw_gain_init(&g, sizes[k], 1.0f));
+    for (unsigned k = 0; k < sizeof sizes / sizeof sizes[0]; k++)
+        REFUSED(g, DQW_ERR_SIZE, dqw_gain_init(&g, sizes[k], 1.0f));
     const float bad[] = {0.0f, -0.0f, -1.0f, NAN, INFINITY, -INFINITY};
     for (unsigned k = 0; k < sizeof bad / sizeof bad[0]; k++) REFUSED(g, DQW_ERR_RANGE, dqw_gain_init(&g, 2, bad[k]));
     TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_gain_init(&g, 3, 100.0f));
@@ -25,7 +26,8 @@ typedef struct difference {
     double covariance;  ///< largest |P_ij - P_ij,ls| / sqrt(P_ii P_jj)
 } difference;
 
-// Regressors mixed by a random matrix after scaling by 1 .. 1/condition. Ridge 1 / p0 in the batch: the same problem exactly.
+// Regressors mixed by a random matrix after scaling by 1 .. 1/condition. Ridge 1 / p0 in the batch: the same problem
+// exactly.
 static difference compare(int n, int samples, double condition, double noise, uint64_t seed)
 {
     const double p0 = 1e6;
@@ -99,12 +101,13 @@ static void test_weights_and_covariances_are_those_of_batch_least_squares(void)
 static void test_ill_conditioned_regressors(void)
 {
     static const double conditions[] = {1e1, 1e2, 1e3, 1e4};
-    // The error of single precision grows with the condition number of the regressors, not with its square: the worst of
-    // five was 1.2e-6, 2.9e-6, 6.3e-5, 1.1e-4.
+    // The error of single precision grows with the condition number of the regressors, not with its square: the worst
+    // of five was 1.2e-6, 2.9e-6, 6.3e-5, 1.1e-4.
     static const double weight[] = {4e-6, 1e-5, 2e-4, 4e-4};
     for (int c = 0; c < 4; c++) {
         difference worst = {0, 0};
-        for (int n = 2; n <= 6; n++) worst = larger(worst, compare(n, 10000, conditions[c], 0.0, (uint64_t)(1000 * c + n)));
+        for (int n = 2; n <= 6; n++)
+            worst = larger(worst, compare(n, 10000, conditions[c], 0.0, (uint64_t)(1000 * c + n)));
         CASE("condition %g", conditions[c]);
         BETWEEN(weight[c] / 10, worst.weight, weight[c]);
         BETWEEN(3e-6, worst.covariance, 5e-4);  // 1.9e-5 to 1.5e-4
@@ -146,7 +149,8 @@ static void test_variances_stay_positive(void)
                     const uint64_t kind = random_bits(&r) % 8;
                     x[i] = kind == 0   ? 0.0f
                            : kind == 1 ? 1e-42f
-                                       : (float)(random_normal(&r) < 0 ? -1 : 1) * (float)pow(10, random_uniform(&r, -20, largest[c]));
+                                       : (float)(random_normal(&r) < 0 ? -1 : 1) *
+                                             (float)pow(10, random_uniform(&r, -20, largest[c]));
                 }
                 dqw_gain_step(&g, x, gain);
                 for (int i = 0; i < n; i++) {
@@ -176,7 +180,8 @@ static void dense_step(dense *d, const float x[])
         for (int j = 0; j < d->n; j++) d->p[i][j] -= px[i] * px[j] / alpha;
 }
 
-// Largest |P_ij - P_ij,dense| / sqrt(P_ii P_jj), and the same of P z for a z that is as large in every direction that P has.
+// Largest |P_ij - P_ij,dense| / sqrt(P_ii P_jj), and the same of P z for a z that is as large in every direction that P
+// has.
 static difference against_dense(const dqw_gain *g, const dense *d, test_random *r)
 {
     difference off = {0, 0};
@@ -189,11 +194,13 @@ static difference against_dense(const dqw_gain *g, const dense *d, test_random *
     for (int i = 0; i < d->n; i++)
         for (int j = 0; j < d->n; j++) {
             const double scale = sqrt((double)(d->p[i][i] * d->p[j][j]));
-            off.covariance = fmax(off.covariance, fabs((double)dqw_gain_covariance(g, i, j) - (double)d->p[i][j]) / scale);
+            off.covariance = fmax(off.covariance,
+                                  fabs((double)dqw_gain_covariance(g, i, j) - (double)d->p[i][j]) / scale);
             pz[i] += (double)d->p[i][j] * (double)z[j];
         }
     for (int i = 0; i < d->n; i++) size = fmax(size, fabs((double)z[i]) * sqrt((double)d->p[i][i]));
-    for (int i = 0; i < d->n; i++) off.weight = fmax(off.weight, fabs((double)out[i] - pz[i]) / sqrt((double)d->p[i][i]) / size);
+    for (int i = 0; i < d->n; i++)
+        off.weight = fmax(off.weight, fabs((double)out[i] - pz[i]) / sqrt((double)d->p[i][i]) / size);
     return off;
 }
 
@@ -201,8 +208,9 @@ static difference against_dense(const dqw_gain *g, const dense *d, test_random *
 static void test_apply_and_grow_are_those_of_a_dense_matrix(void)
 {
     static const double grown[] = {1e-6, 1e-3, 1.0, 10.0};  // largest part by which a variance grows in a step
-    // Growth forgets rounding with the rest: the worst of six was 3.1e-6, 4.5e-6, 5.8e-7, 5.1e-7, and 3.7e-6, 4.6e-6, 5.4e-7, 5.6e-7. Beyond,
-    // a thousand times a step, P is as good as singular in between, and single precision keeps 5 %.
+    // Growth forgets rounding with the rest: the worst of six was 3.1e-6, 4.5e-6, 5.8e-7, 5.1e-7, and 3.7e-6, 4.6e-6,
+    // 5.4e-7, 5.6e-7. Beyond, a thousand times a step, P is as good as singular in between, and single precision keeps
+    // 5 %.
     static const double weight[] = {1e-5, 1.4e-5, 2e-6, 2e-6};
     static const double covariance[] = {1e-5, 1.4e-5, 2e-6, 2e-6};
     for (int c = 0; c < 4; c++) {
@@ -256,7 +264,8 @@ static void test_growth_of_nothing_changes_nothing(void)
             for (int b = 0; b < 6; b++) {
                 CASE("grown %d, element %d %d", i, a, b);
                 const double was = (double)dqw_gain_covariance(&before, a, b) + (a == i && b == i ? 5.0 : 0.0);
-                const double scale = sqrt((double)dqw_gain_covariance(&h, a, a) * (double)dqw_gain_covariance(&h, b, b));
+                const double scale = sqrt((double)dqw_gain_covariance(&h, a, a) *
+                                          (double)dqw_gain_covariance(&h, b, b));
                 BETWEEN(-1e-6, ((double)dqw_gain_covariance(&h, a, b) - was) / scale, 1e-6);
             }
     }
@@ -272,7 +281,9 @@ static void test_variances_stay_positive_over_mixed_steps_and_growth(void)
             CASE("%d inputs, step %d", n, k);
             float x[6];
             float gain[6];
-            for (int i = 0; i < n; i++) x[i] = random_bits(&r) % 8 == 0 ? 0.0f : (float)(random_normal(&r) * pow(10, random_uniform(&r, -10, 4)));
+            for (int i = 0; i < n; i++)
+                x[i] = random_bits(&r) % 8 == 0 ? 0.0f
+                                                : (float)(random_normal(&r) * pow(10, random_uniform(&r, -10, 4)));
             dqw_gain_step(&g, x, gain);
             dqw_gain_grow(&g, (int)(random_bits(&r) % (uint64_t)n), (float)pow(10, random_uniform(&r, -30, 6)));
             for (int i = 0; i < n; i++) {
@@ -280,7 +291,8 @@ static void test_variances_stay_positive_over_mixed_steps_and_growth(void)
                 HOLDS(isfinite(dqw_gain_covariance(&g, i, i)) && dqw_gain_covariance(&g, i, i) > 0.0f);
                 for (int j = 0; j < i; j++) {
                     const double rho = (double)dqw_gain_covariance(&g, i, j) /
-                                       sqrt((double)dqw_gain_covariance(&g, i, i) * (double)dqw_gain_covariance(&g, j, j));
+                                       sqrt((double)dqw_gain_covariance(&g, i, i) *
+                                            (double)dqw_gain_covariance(&g, j, j));
                     HOLDS(fabs(rho) <= 1.0001);
                 }
             }
@@ -288,7 +300,8 @@ static void test_variances_stay_positive_over_mixed_steps_and_growth(void)
     }
 }
 
-// P + q a a' of the first n weights, a zero behind them, against the same in double; over and over, with updates between.
+// P + q a a' of the first n weights, a zero behind them, against the same in double; over and over, with updates
+// between.
 static void test_growing_along_a_vector(void)
 {
     enum { MOST = 6 };
@@ -310,12 +323,15 @@ static void test_growing_along_a_vector(void)
             float a[DQW_LEARNER_INPUTS] = {0};
             for (int i = 0; i < n; i++) a[i] = random_bits(&r) % 4 == 0 ? 0.0f : (float)random_normal(&r);
             for (int i = 0; i < inputs; i++)
-                for (int j = 0; j < inputs; j++) expected[i][j] = (double)dqw_gain_covariance(&g, i, j) + (double)(float)q * (double)a[i] * (double)a[j];
+                for (int j = 0; j < inputs; j++)
+                    expected[i][j] = (double)dqw_gain_covariance(&g, i, j) +
+                                     (double)(float)q * (double)a[i] * (double)a[j];
             dqw_gain_grow_along(&g, a, n, (float)q);
             for (int i = 0; i < inputs; i++) {
                 HOLDS(g.d[i] > 0.0f);
                 for (int j = 0; j < inputs; j++)
-                    worst = fmax(worst, fabs((double)dqw_gain_covariance(&g, i, j) - expected[i][j]) / sqrt(expected[i][i] * expected[j][j]));
+                    worst = fmax(worst, fabs((double)dqw_gain_covariance(&g, i, j) - expected[i][j]) /
+                                            sqrt(expected[i][i] * expected[j][j]));
             }
         }
     }

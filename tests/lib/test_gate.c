@@ -27,7 +27,8 @@ static void test_every_short_sequence(void)
             uint32_t count[4] = {0};
             for (int k = 0; k < 6; k++) {
                 const int kind = sequence >> (3 * k) & 7;
-                const dqw_gate_sample s = {.finite = !(kind & 1), .saturated = (kind & 2) != 0, .repeated = (kind & 4) != 0};
+                const dqw_gate_sample s = {
+                    .finite = !(kind & 1), .saturated = (kind & 2) != 0, .repeated = (kind & 4) != 0};
                 // Repeats in a row that end here; samples that are no numbers neither count nor break the row.
                 uint32_t row = 0;
                 for (int m = k; m >= 0; m--) {
@@ -56,7 +57,8 @@ static void test_counters_stop_at_their_maximum(void)
     dqw_gate g;
     memset(&g, 0xff, sizeof g);
     const dqw_gate full = g;
-    const dqw_gate_sample kinds[] = {{.finite = false}, {.finite = true, .saturated = true, .repeated = true}, {.finite = true, .repeated = true}};
+    const dqw_gate_sample kinds[] = {
+        {.finite = false}, {.finite = true, .saturated = true, .repeated = true}, {.finite = true, .repeated = true}};
     for (int k = 0; k < 3; k++) (void)dqw_gate_check(&g, kinds[k]);
     TEST_ASSERT_EQUAL_MEMORY(&full, &g, sizeof g);
     g.stale_limit = 0;

@@ -1,5 +1,5 @@
-// Samples interrupt the background of estimator and monitor after any one of its instructions: what is learned is what would be learned had they
-// come behind it, to the bit.
+// Samples interrupt the background of estimator and monitor after any one of its instructions: what is learned is what
+// would be learned had they come behind it, to the bit.
 #include "preempt.h"
 // The above comes first: it asks for the names of the registers.
 #include "dqw.h"
@@ -24,7 +24,8 @@ static void make_log(void)
 static dqw_sample sample(int k)
 {
     const dqw_sim_row *r = &rows[k];
-    return dqw_sample_from_dq((float)r->v_d_V, (float)r->v_q_V, (float)r->i_d_A, (float)r->i_q_A, (float)r->w_m_rad_s, (float)r->theta_e_rad);
+    return dqw_sample_from_dq((float)r->v_d_V, (float)r->v_q_V, (float)r->i_d_A, (float)r->i_q_A, (float)r->w_m_rad_s,
+                              (float)r->theta_e_rad);
 }
 
 static dqw_monitor_config config_of(void)

@@ -85,8 +85,8 @@ static void test_fresh_learner_puts_out_zero_and_restores_what_is_set(void)
     TEST_ASSERT_TRUE(isnan(dqw_learner_weight(&l, -1)));
 }
 
-// After a step the same sample's error is (1 - mu |x|^2 / (norm + floor)) times what it was, the constant input in the norm
-// where there is one; and the distance to any exact solution falls by mu (2 - mu s) e^2 / norm, s = |x|^2 / norm.
+// After a step the same sample's error is (1 - mu |x|^2 / (norm + floor)) times what it was, the constant input in the
+// norm where there is one; and the distance to any exact solution falls by mu (2 - mu s) e^2 / norm, s = |x|^2 / norm.
 static void test_energy_of_one_step(void)
 {
     test_random r = {5};
@@ -180,7 +180,8 @@ static void test_permuted_inputs_permute_the_weights(void)
     }
 }
 
-// Scaling every input's base and the target's by powers of two changes no rounding, and so not one bit of a restored weight.
+// Scaling every input's base and the target's by powers of two changes no rounding, and so not one bit of a restored
+// weight.
 static void test_scaled_bases_leave_the_restored_weights_alone(void)
 {
     test_random r = {8};
@@ -314,7 +315,8 @@ static void test_a_wild_sample_does_not_wedge_it(void)
     static const float sizes[] = {1e3f, 1e6f, 1e12f, 1e18f, 1e19f, 1e25f, 1e30f, 3e38f};
     for (unsigned k = 0; k < 4 * sizeof sizes / sizeof sizes[0]; k++) {
         const float size = sizes[k / 4];
-        CASE("a sample of %g, in %s, %s", (double)size, k % 2 ? "the target" : "an input", k / 2 % 2 ? "noisy" : "plain");
+        CASE("a sample of %g, in %s, %s", (double)size, k % 2 ? "the target" : "an input",
+             k / 2 % 2 ? "noisy" : "plain");
         dqw_learner_config c = config_of(2);
         c.noisy_inputs = k / 2 % 2 == 1;
         c.indicator = true;
@@ -361,7 +363,8 @@ static void test_counters_stop_at_their_maximum(void)
     TEST_ASSERT_EQUAL_UINT32(UINT32_MAX, l.skipped);
 }
 
-// The neuron for the interrupt takes the same path as the Learner with unit bases whose constant input is counted in the norm.
+// The neuron for the interrupt takes the same path as the Learner with unit bases whose constant input is counted in
+// the norm.
 static void test_the_plain_step_takes_the_same_path(void)
 {
     for (int n = 1; n <= DQW_LEARNER_INPUTS && n <= 6; n++) {
@@ -420,7 +423,8 @@ static void test_the_plain_step_learns_nothing_from_wild_samples(void)
         const float x = 1.0f;
         const float beyond = (float)sign * nextafterf(1000.0f, 2000.0f);
         HOLDS(dqw_learner_step_pu(&w, &x, 1, beyond, 0.5f) == beyond && w == 0.0f);
-        HOLDS(dqw_learner_step_pu(&w, &x, 1, (float)sign * 1000.0f, 0.5f) == (float)sign * 1000.0f && fabsf(w - (float)sign * 250.0f) < 1e-3f);
+        HOLDS(dqw_learner_step_pu(&w, &x, 1, (float)sign * 1000.0f, 0.5f) == (float)sign * 1000.0f &&
+              fabsf(w - (float)sign * 250.0f) < 1e-3f);
     }
 }
 

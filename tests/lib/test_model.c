@@ -1,4 +1,5 @@
-// The machine's equations in pairs and blocks against a finely integrated machine, and the end correction of a block's currents.
+// The machine's equations in pairs and blocks against a finely integrated machine, and the end correction of a block's
+// currents.
 #include "dqw_model.h"
 #include "dqw_test.h"
 #include "dqw_window.h"
@@ -82,7 +83,8 @@ typedef struct errors {
 static double residual(const machine *m, const dqw_block *b)
 {
     const double d = b->v_d_V - m->R * b->i_d_A - m->Ld * b->di_d_A_s + m->p * m->Lq * b->wi_q_A_rad_s;
-    const double q = b->v_q_V - m->R * b->i_q_A - m->Lq * b->di_q_A_s - m->p * (m->Ld * b->wi_d_A_rad_s + m->psi * b->w_m_rad_s);
+    const double q = b->v_q_V - m->R * b->i_q_A - m->Lq * b->di_q_A_s -
+                     m->p * (m->Ld * b->wi_d_A_rad_s + m->psi * b->w_m_rad_s);
     return hypot(d, q);
 }
 
@@ -126,7 +128,8 @@ static errors blocks(const machine *m, double w_e, double dt, bool correct, doub
         const double middle = s.theta + 0.5 * w * dt;
         const double v_d = m->R * s.i_d - w * m->Lq * s.i_q - 3 * s.i_d + held[0];
         const double v_q = m->R * s.i_q + w * (m->Ld * s.i_d + m->psi) - 3 * (s.i_q - 5) + held[1];
-        const period now = integrate(m, &s, cos(middle) * v_d - sin(middle) * v_q, sin(middle) * v_d + cos(middle) * v_q, dt, acceleration);
+        const period now = integrate(m, &s, cos(middle) * v_d - sin(middle) * v_q,
+                                     sin(middle) * v_d + cos(middle) * v_q, dt, acceleration);
         if (k > 0) {
             const dqw_block b = dqw_model_pair(&last.start, &now.start, (float)dt);
             for (int n = 0; n < 40; n++) all[n] = all[n + 1];
@@ -209,8 +212,10 @@ static void test_correction_is_left_out_where_it_must_be(void)
     dqw_model_bow(&b, &good, 2e-4f);
     // w_e v_q dt^2 / 12 L_d
     BETWEEN(0.9999, (double)b.i_d_A / (-2000.0 * 80.0 * 4e-8 / 12.0 / 2.2e-3), 1.0001);
-    const dqw_machine odd[] = {{0.9f, -1e-3f, 2.8e-3f, 4.0f}, {0.9f, 2.2e-3f, 0.0f, 4.0f},   {100.0f, 2.2e-3f, 2.8e-3f, 4.0f}, {0.9f, 2.2e-3f, 2.8e-3f, 60.0f},
-                               {0.9f, NAN, 2.8e-3f, 4.0f},    {NAN, 2.2e-3f, 2.8e-3f, 4.0f}, {0.9f, 2.2e-3f, 1e-30f, 4.0f},    {0.9f, 2.2e-3f, 2.8e-3f, NAN}};
+    const dqw_machine odd[] = {{0.9f, -1e-3f, 2.8e-3f, 4.0f},    {0.9f, 2.2e-3f, 0.0f, 4.0f},
+                               {100.0f, 2.2e-3f, 2.8e-3f, 4.0f}, {0.9f, 2.2e-3f, 2.8e-3f, 60.0f},
+                               {0.9f, NAN, 2.8e-3f, 4.0f},       {NAN, 2.2e-3f, 2.8e-3f, 4.0f},
+                               {0.9f, 2.2e-3f, 1e-30f, 4.0f},    {0.9f, 2.2e-3f, 2.8e-3f, NAN}};
     for (unsigned k = 0; k < sizeof odd / sizeof odd[0]; k++) {
         CASE("case %u", k);
         b = before;

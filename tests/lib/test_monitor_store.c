@@ -1,5 +1,5 @@
-// What a monitor knows as healthy, over a power cycle: refused where it is not this machine's, told where the machine has changed meanwhile, and
-// not where it is only warmer or colder.
+// What a monitor knows as healthy, over a power cycle: refused where it is not this machine's, told where the machine
+// has changed meanwhile, and not where it is only warmer or colder.
 #include <stddef.h>
 
 #include "dqw_number.h"
@@ -57,7 +57,8 @@ static void test_what_was_damaged_is_refused(void)
             dqw_monitor_stored s = good;
             ((unsigned char *)&s)[at] ^= (unsigned char)(1u << bit);
             const enum dqw_status status = dqw_monitor_restore(&m, &s);
-            HOLDS(status == (at < offsetof(dqw_monitor_stored, config) ? DQW_ERR_STORE_VERSION : DQW_ERR_STORE_DAMAGED));
+            HOLDS(status ==
+                  (at < offsetof(dqw_monitor_stored, config) ? DQW_ERR_STORE_VERSION : DQW_ERR_STORE_DAMAGED));
             TEST_ASSERT_EQUAL_MEMORY(&before, &m, sizeof m);
             refused[status == DQW_ERR_STORE_VERSION]++;
         }
@@ -85,7 +86,8 @@ static void test_what_was_damaged_is_refused(void)
 static void test_another_configuration_is_refused(void)
 {
     const dqw_monitor_stored *good = stored();
-    static const dqw_effect_config list[] = {{.effect = DQW_EFFECT_VOLTAGE_OFFSET}, {.effect = DQW_EFFECT_DEAD_TIME, .shape = {0.1f}}};
+    static const dqw_effect_config list[] = {{.effect = DQW_EFFECT_VOLTAGE_OFFSET},
+                                             {.effect = DQW_EFFECT_DEAD_TIME, .shape = {0.1f}}};
     enum { CHANGES = 19, SAME = 5 };
     for (int k = 0; k < CHANGES + SAME; k++) {
         CASE("change %d", k);
@@ -93,7 +95,8 @@ static void test_another_configuration_is_refused(void)
         dqw_estimator_config *e = &c.estimator;
         float *const values[] = {&e->dt_s, &e->v_base_V, &e->i_base_A, &e->w_base_rad_s,      &e->R_ohm,
                                  &e->Ld_H, &e->Lq_H,     &e->psi_Wb,   &e->dead_time_width_A, &c.J_kgm2};
-        bool *const flags[] = {&e->encoder_offset, &e->noise_on_inputs, &e->voltage_next, &e->voltage_held, &e->speed_electrical, &c.commissioned};
+        bool *const flags[] = {&e->encoder_offset, &e->noise_on_inputs,  &e->voltage_next,
+                               &e->voltage_held,   &e->speed_electrical, &c.commissioned};
         if (k < 10) *values[k] *= 1.01f;
         if (k >= 10 && k < 16) *flags[k - 10] = !*flags[k - 10];
         if (k == 16) e->pole_pairs = 5;
@@ -134,7 +137,8 @@ static void test_another_configuration_is_refused(void)
 }
 
 // A machine in which something has been, or has not, since the store was written: from its first sample on.
-static course after_power_cycle(const dqw_sim_scenario *s, const dqw_monitor_stored *given, dqw_monitor *m, const dqw_monitor_config *c)
+static course after_power_cycle(const dqw_sim_scenario *s, const dqw_monitor_stored *given, dqw_monitor *m,
+                                const dqw_monitor_config *c)
 {
     simulate(s);
     *m = begin(c);
@@ -151,7 +155,8 @@ static void test_a_restored_monitor_watches_at_once(void)
     dqw_monitor m;
     const course fresh = after_power_cycle(&s, NULL, &m, &c);
     const course o = after_power_cycle(&s, given, &m, &c);
-    CASE("service at %g s, watching at %g s, fresh at %g s; %d events", o.service_s, o.watching_s, fresh.watching_s, o.events);
+    CASE("service at %g s, watching at %g s, fresh at %g s; %d events", o.service_s, o.watching_s, fresh.watching_s,
+         o.events);
     HOLDS(o.events == 0 && fresh.events == 0);
     BETWEEN(-1e-9, o.service_s - fresh.service_s, 1e-9);
     BETWEEN(0.0, o.watching_s - o.service_s, 0.01);
@@ -184,8 +189,8 @@ static void test_what_broke_while_it_was_off_is_told(void)
         dqw_monitor m;
         const course fresh = after_power_cycle(&s, NULL, &m, &c);
         const course o = after_power_cycle(&s, given, &m, &c);
-        CASE("%s: told at %g s, fault %d, channel %d, watching at %g s, a fresh one at %g s", broken[k].text, o.first_s, (int)o.first.fault.name,
-             (int)o.first.parameter, o.watching_s, fresh.watching_s);
+        CASE("%s: told at %g s, fault %d, channel %d, watching at %g s, a fresh one at %g s", broken[k].text, o.first_s,
+             (int)o.first.fault.name, (int)o.first.parameter, o.watching_s, fresh.watching_s);
         if (getenv("DQW_TEST_VALUES") != NULL) printf("%s\n", test_case);
         HOLDS(o.events >= 1 && o.first.fault.name == broken[k].name && o.first.fault.phase == 0);
         HOLDS(o.first_s < fresh.watching_s);
@@ -211,12 +216,13 @@ static void test_only_warmer_or_colder_is_no_event(void)
         s.nonideal.magnet_beta_per_K.value = -0.001 * rises[k].magnet_K;
         dqw_monitor m;
         const course o = after_power_cycle(&s, given, &m, &c);
-        CASE("winding %g K, magnet %g K: %d events, the first at %g s, channel %d, fault %d", rises[k].winding_K, rises[k].magnet_K, o.events, o.first_s,
-             (int)o.first.parameter, (int)o.first.fault.name);
+        CASE("winding %g K, magnet %g K: %d events, the first at %g s, channel %d, fault %d", rises[k].winding_K,
+             rises[k].magnet_K, o.events, o.first_s, (int)o.first.parameter, (int)o.first.fault.name);
         HOLDS(o.events == 0 && isfinite(o.watching_s));
         BETWEEN(rises[k].winding_K - 4, dqw_monitor_read(&m, DQW_WATCH_TEMPERATURE).value, rises[k].winding_K + 4);
     }
-    // Switched off hot, its magnet warm: the winding is cold on switching on, and the flux still lower; but not by a demagnetisation's part.
+    // Switched off hot, its magnet warm: the winding is cold on switching on, and the flux still lower; but not by a
+    // demagnetisation's part.
     dqw_monitor_stored hot = *given;
     dqw_monitor m = begin(&c);
     HOLDS(dqw_monitor_restore(&m, &hot) == DQW_OK);

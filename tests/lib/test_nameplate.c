@@ -1,4 +1,5 @@
-// Half a block's pairs from the nameplate: machines by hand, the three bounds everywhere, float and fixed point against exact integers.
+// Half a block's pairs from the nameplate: machines by hand, the three bounds everywhere, float and fixed point against
+// exact integers.
 #include "dqw_half_window.h"
 #include "dqw_nameplate_q15.h"
 #include "dqw_test.h"
@@ -25,8 +26,11 @@ static void test_machines(void)
         {"speed not known", 5e-5f, 0.0f, 4, 20},
     };
     for (unsigned k = 0; k < sizeof machines / sizeof machines[0]; k++) {
-        const dqw_nameplate plate = {
-            .dt_s = machines[k].dt_s, .v_V = 14.0f, .i_A = 6.0f, .w_m_rad_s = machines[k].w_m_rad_s, .pole_pairs = machines[k].pole_pairs};
+        const dqw_nameplate plate = {.dt_s = machines[k].dt_s,
+                                     .v_V = 14.0f,
+                                     .i_A = 6.0f,
+                                     .w_m_rad_s = machines[k].w_m_rad_s,
+                                     .pole_pairs = machines[k].pole_pairs};
         CASE("%s: %u", machines[k].text, (unsigned)dqw_nameplate_half_window(&plate));
         HOLDS(dqw_nameplate_half_window(&plate) == machines[k].half);
         const dqw_scale scale = {.dt_ns = (uint32_t)lround(1e9 * (double)machines[k].dt_s),
@@ -46,7 +50,9 @@ static void test_no_longer_and_no_shorter_than_it_says(void)
         const dqw_scale scale = {.dt_ns = (uint32_t)pow(10, random_uniform(&r, 1, 7)),
                                  .w_full_mrad_s = (uint32_t)pow(10, random_uniform(&r, 0, 7)),
                                  .pole_pairs = (uint16_t)random_uniform(&r, 0, 40)};
-        const dqw_nameplate plate = {.dt_s = (float)(1e-9 * scale.dt_ns), .w_m_rad_s = (float)(1e-3 * scale.w_full_mrad_s), .pole_pairs = scale.pole_pairs};
+        const dqw_nameplate plate = {.dt_s = (float)(1e-9 * scale.dt_ns),
+                                     .w_m_rad_s = (float)(1e-3 * scale.w_full_mrad_s),
+                                     .pole_pairs = scale.pole_pairs};
         const int halves[] = {dqw_nameplate_half_window(&plate), dqw_nameplate_half_window_q15(&scale)};
         for (int arithmetic = 0; arithmetic < 2; arithmetic++) {
             const int h = halves[arithmetic];
@@ -66,12 +72,16 @@ static void test_any_bits(void)
 {
     test_random r = {4};
     for (int k = 0; k < scaled(100000); k++) {
-        const dqw_nameplate plate = {random_float_bits(&r), random_float_bits(&r), random_float_bits(&r), random_float_bits(&r), (uint16_t)random_bits(&r)};
+        const dqw_nameplate plate = {random_float_bits(&r), random_float_bits(&r), random_float_bits(&r),
+                                     random_float_bits(&r), (uint16_t)random_bits(&r)};
         const int h = dqw_nameplate_half_window(&plate);
-        CASE("period %g s, speed %g rad/s, %u pole pairs: %d", (double)plate.dt_s, (double)plate.w_m_rad_s, (unsigned)plate.pole_pairs, h);
+        CASE("period %g s, speed %g rad/s, %u pole pairs: %d", (double)plate.dt_s, (double)plate.w_m_rad_s,
+             (unsigned)plate.pole_pairs, h);
         HOLDS(h >= 5 && h <= 10000);
         if (!(isfinite(plate.dt_s) && plate.dt_s > 0.0f)) HOLDS(h == 20);
-        const dqw_scale scale = {.dt_ns = (uint32_t)random_bits(&r), .w_full_mrad_s = (uint32_t)random_bits(&r), .pole_pairs = (uint16_t)random_bits(&r)};
+        const dqw_scale scale = {.dt_ns = (uint32_t)random_bits(&r),
+                                 .w_full_mrad_s = (uint32_t)random_bits(&r),
+                                 .pole_pairs = (uint16_t)random_bits(&r)};
         const int q = dqw_nameplate_half_window_q15(&scale);
         HOLDS(q >= 5 && q <= 10000);
     }

@@ -5,8 +5,8 @@
 void setUp(void) { test_case[0] = 0; }
 void tearDown(void) {}
 
-// What a drive's rows hold: true currents and speed that move slowly, white noise on them, and white noise on the voltage times T/L, which
-// the step of the current is freed of.
+// What a drive's rows hold: true currents and speed that move slowly, white noise on them, and white noise on the
+// voltage times T/L, which the step of the current is freed of.
 typedef struct drive {
     double i_sd_A[2], w_sd_rad_s, voltage_sd_A;
     double slow_A, slow_rad_s;
@@ -79,9 +79,10 @@ static void test_slow_signals_and_noise_on_the_voltage_change_nothing(void)
 {
     const int runs = scaled(40);
     const double sd = 0.05;
-    const drive cases[] = {{.i_sd_A = {sd, sd}, .w_sd_rad_s = 0.5, .slow_A = 6, .slow_rad_s = 100},
-                           {.i_sd_A = {sd, sd}, .w_sd_rad_s = 0.5, .voltage_sd_A = sd},
-                           {.i_sd_A = {sd, sd}, .w_sd_rad_s = 0.5, .slow_A = 6, .slow_rad_s = 100, .voltage_sd_A = 2 * sd}};
+    const drive cases[] = {
+        {.i_sd_A = {sd, sd}, .w_sd_rad_s = 0.5, .slow_A = 6, .slow_rad_s = 100},
+        {.i_sd_A = {sd, sd}, .w_sd_rad_s = 0.5, .voltage_sd_A = sd},
+        {.i_sd_A = {sd, sd}, .w_sd_rad_s = 0.5, .slow_A = 6, .slow_rad_s = 100, .voltage_sd_A = 2 * sd}};
     for (int c = 0; c < 3; c++) {
         spread x[3];
         of_runs(cases[c], runs, (uint64_t)(100 + 10 * c), x);
@@ -139,7 +140,8 @@ static void test_a_gap_is_not_spanned(void)
             // In threes, so that a row is unlike the last and the last but two.
             const double level = 1e4 * (double)(random_bits(&r) % 2 == 0 || k % length ? k / length % 5 : -9);
             const double same = k % length ? n.e_d_A[0] : level;
-            dqw_noise_step(&n, (float)(same + 0.1 * random_normal(&r)), (float)same, (float)(k % length ? n.w_step_rad_s : level));
+            dqw_noise_step(&n, (float)(same + 0.1 * random_normal(&r)), (float)same,
+                           (float)(k % length ? n.w_step_rad_s : level));
             expected += k % length >= 3;
         }
         HOLDS(n.of.rows == expected);
@@ -165,7 +167,8 @@ static void test_numbers_stay_numbers(void)
     test_random r = {9};
     for (int k = 0; k < scaled(200000); k++) {
         const double size = pow(10, random_uniform(&r, -45, 12));
-        dqw_noise_step(&n, (float)(size * random_normal(&r)), random_bits(&r) % 2 ? 0.0f : (float)size, (float)(size * random_normal(&r)));
+        dqw_noise_step(&n, (float)(size * random_normal(&r)), random_bits(&r) % 2 ? 0.0f : (float)size,
+                       (float)(size * random_normal(&r)));
         if (random_bits(&r) % 100 == 0) dqw_noise_gap(&n);
         HOLDS(isfinite(n.of.i_d_A2) && isfinite(n.of.i_q_A2) && isfinite(n.of.w_rad2_s2) && n.of.w_rad2_s2 >= 0.0f);
     }

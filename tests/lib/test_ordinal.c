@@ -35,10 +35,16 @@ static double rms(const double v[], int n)
     return sqrt(sum / n);
 }
 
-static dqw_ordinal begin(enum dqw_ordinal_form form, enum dqw_ordinal_discretisation discretisation, double R_start, double L_start)
+static dqw_ordinal begin(enum dqw_ordinal_form form, enum dqw_ordinal_discretisation discretisation, double R_start,
+                         double L_start)
 {
-    const dqw_ordinal_config c = {
-        .dt_s = (float)T_S, .x_base = 2.0f, .y_base = 5.0f, .R_ohm = (float)R_start, .L_H = (float)L_start, .form = form, .discretisation = discretisation};
+    const dqw_ordinal_config c = {.dt_s = (float)T_S,
+                                  .x_base = 2.0f,
+                                  .y_base = 5.0f,
+                                  .R_ohm = (float)R_start,
+                                  .L_H = (float)L_start,
+                                  .form = form,
+                                  .discretisation = discretisation};
     dqw_ordinal o;
     TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_ordinal_init(&o, &c));
     return o;
@@ -51,7 +57,8 @@ static int learn(dqw_ordinal *o, int samples, double noise, uint64_t seed)
     const double sd = noise * rms(y_true, samples);
     do {
         test_random r = {seed};
-        for (int k = 0; k < samples; k++) dqw_ordinal_step(o, (float)x_true[k], (float)(y_true[k] + sd * random_normal(&r)));
+        for (int k = 0; k < samples; k++)
+            dqw_ordinal_step(o, (float)x_true[k], (float)(y_true[k] + sd * random_normal(&r)));
         epoch++;
     } while (!dqw_ordinal_end_epoch(o) && epoch < 40);
     return epoch;
@@ -87,7 +94,8 @@ static void test_exact_R_from_100_samples(void)
         for (int form = 0; form < 2; form++) {
             CASE("start at %g R, form %d", start[s], form);
             make_signals(1);
-            dqw_ordinal o = begin((enum dqw_ordinal_form)form, DQW_ORDINAL_EXACT, start[s] * TRUE_R_OHM, TRUE_L_H / start[s]);
+            dqw_ordinal o = begin((enum dqw_ordinal_form)form, DQW_ORDINAL_EXACT, start[s] * TRUE_R_OHM,
+                                  TRUE_L_H / start[s]);
             const int epochs = learn(&o, 100, 0.0, 1);
             BETWEEN(-1e-4, dqw_ordinal_R_from_x(&o, NAN) / TRUE_R_OHM - 1, 1e-4);
             BETWEEN(-1e-4, dqw_ordinal_R_from_y(&o, (float)TRUE_L_H) / TRUE_R_OHM - 1, 1e-4);
@@ -102,8 +110,8 @@ static void test_start_values_are_read_back(void)
     BETWEEN(0.4999, dqw_ordinal_R_from_y(&o, 1e-3f), 0.5001);
 }
 
-// T R / L = 0.1135: the exact pole read with the backward difference is R = L/T (e^0.1135 - 1) = 0.392. Its weight of x,
-// which the backward difference expects at the end of the period, reads R / (1 - e^-0.1135) - L/T = 0.188.
+// T R / L = 0.1135: the exact pole read with the backward difference is R = L/T (e^0.1135 - 1) = 0.392. Its weight of
+// x, which the backward difference expects at the end of the period, reads R / (1 - e^-0.1135) - L/T = 0.188.
 static void test_backward_difference_is_off_by_what_theory_says(void)
 {
     make_signals(2);
@@ -115,7 +123,8 @@ static void test_backward_difference_is_off_by_what_theory_says(void)
     BETWEEN(-2e-3, dqw_ordinal_R_from_x(&o, (float)TRUE_L_H) / (TRUE_R_OHM / (1 - exp(-t)) - TRUE_L_H / T_S) - 1, 2e-3);
 }
 
-// R that least squares on pairs tends to with white noise of this size on the current: the noise adds to the power of z^-1 y.
+// R that least squares on pairs tends to with white noise of this size on the current: the noise adds to the power of
+// z^-1 y.
 static double biased_R(double noise)
 {
     double xx = 0.0, xy = 0.0, yy = 0.0, xn = 0.0, yn = 0.0;
@@ -245,7 +254,8 @@ static void test_a_wild_sample_does_not_wedge_it(void)
                     for (int epoch = 0; epoch < 20; epoch++) {
                         for (int k = 0; k < SAMPLES; k++) {
                             const bool wild = epoch == when && k == 100;
-                            dqw_ordinal_step(&o, wild && !where ? sizes[s] : (float)x_true[k], wild && where ? sizes[s] : (float)y_true[k]);
+                            dqw_ordinal_step(&o, wild && !where ? sizes[s] : (float)x_true[k],
+                                             wild && where ? sizes[s] : (float)y_true[k]);
                         }
                         (void)dqw_ordinal_end_epoch(&o);
                     }

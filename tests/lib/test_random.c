@@ -10,7 +10,8 @@ static dqw_random_sample memory[CAPACITY];
 
 static dqw_random_config config_of(uint32_t seed)
 {
-    dqw_random_config c = {.reservoir = memory, .capacity = CAPACITY, .draws = CAPACITY, .seed = seed, .tolerance = 0.01f};
+    dqw_random_config c = {
+        .reservoir = memory, .capacity = CAPACITY, .draws = CAPACITY, .seed = seed, .tolerance = 0.01f};
     return c;
 }
 
@@ -72,7 +73,8 @@ static void test_reservoir_is_a_fair_sample(void)
         const double off = kept[k] - runs * p;
         chi2 += off * off / (runs * p * (1 - p));
     }
-    // Expected 301 (the sum being fixed takes one away, the exact count's smaller variance gives it back), deviation 24.5.
+    // Expected 301 (the sum being fixed takes one away, the exact count's smaller variance gives it back), deviation
+    // 24.5.
     BETWEEN(225, chi2, 380);  // 296
     // The first 50 have no advantage.
     double early = 0.0;
@@ -113,7 +115,8 @@ static void test_no_sample_twice_within_an_epoch(void)
         double chi2 = 0.0;
         const double expected = 2000.0 * draws[d] / CAPACITY;
         for (int k = 1; k <= CAPACITY; k++) chi2 += (drawn[k] - expected) * (drawn[k] - expected) / expected;
-        if (draws[d] < CAPACITY) BETWEEN(0.0, chi2 / (1.0 - (double)draws[d] / CAPACITY), 95);  // 49 degrees of freedom; 40 to 60
+        if (draws[d] < CAPACITY)
+            BETWEEN(0.0, chi2 / (1.0 - (double)draws[d] / CAPACITY), 95);  // 49 degrees of freedom; 40 to 60
     }
 }
 

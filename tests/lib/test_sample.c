@@ -14,13 +14,15 @@ static void test_from_dq_keeps_all_and_turns_the_angle(void)
     for (int k = 0; k < 20000; k++) {
         const double theta = random_uniform(&r, -1, 1) * (k % 3 == 0 ? 1e4 : k % 3 == 1 ? 100 : PI);
         const dqw_sample s = dqw_sample_from_dq(1, 2, 3, 4, 5, (float)theta);
-        HOLDS(s.v_d_V == 1 && s.v_q_V == 2 && s.i_d_A == 3 && s.i_q_A == 4 && s.w_m_rad_s == 5 && s.temp_winding_C == 0 && s.temp_magnet_C == 0);
+        HOLDS(s.v_d_V == 1 && s.v_q_V == 2 && s.i_d_A == 3 && s.i_q_A == 4 && s.w_m_rad_s == 5 &&
+              s.temp_winding_C == 0 && s.temp_magnet_C == 0);
         BETWEEN(cos((float)theta) - 2e-6, s.cosine, cos((float)theta) + 2e-6);
         BETWEEN(sin((float)theta) - 2e-6, s.sine, sin((float)theta) + 2e-6);
         HOLDS(dqw_is_direction(s.cosine, s.sine));
         const uint16_t turn = (uint16_t)(random_bits(&r) & 65535);
         const dqw_sample_q15 q = dqw_sample_from_dq_q15(1, 2, 3, 4, 5, turn);
-        HOLDS(q.v_d_q15 == 1 && q.v_q_q15 == 2 && q.i_d_q15 == 3 && q.i_q_q15 == 4 && q.w_m_q15 == 5 && q.temp_winding_cC == 0 && q.temp_magnet_cC == 0);
+        HOLDS(q.v_d_q15 == 1 && q.v_q_q15 == 2 && q.i_d_q15 == 3 && q.i_q_q15 == 4 && q.w_m_q15 == 5 &&
+              q.temp_winding_cC == 0 && q.temp_magnet_cC == 0);
         BETWEEN(32768 * cos(turn * 2 * PI / 65536) - 1.01, q.cosine_q15, 32768 * cos(turn * 2 * PI / 65536) + 1.01);
         BETWEEN(32768 * sin(turn * 2 * PI / 65536) - 1.01, q.sine_q15, 32768 * sin(turn * 2 * PI / 65536) + 1.01);
         HOLDS(dqw_scale_is_direction(q.cosine_q15, q.sine_q15));
@@ -37,8 +39,10 @@ static void test_from_alphabeta_turns_both(void)
         const double i[2] = {random_uniform(&r, -0.6, 0.6), random_uniform(&r, -0.6, 0.6)};
         const double c = cos(theta);
         const double z = sin(theta);
-        const double right[] = {c * v[0] + z * v[1], c * v[1] - z * v[0], c * i[0] + z * i[1], c * i[1] - z * i[0], 0.25};
-        const dqw_sample s = dqw_sample_from_alphabeta((float)v[0], (float)v[1], (float)i[0], (float)i[1], 0.25f, (float)c, (float)z);
+        const double right[] = {c * v[0] + z * v[1], c * v[1] - z * v[0], c * i[0] + z * i[1], c * i[1] - z * i[0],
+                                0.25};
+        const dqw_sample s = dqw_sample_from_alphabeta((float)v[0], (float)v[1], (float)i[0], (float)i[1], 0.25f,
+                                                       (float)c, (float)z);
         HOLDS(s.cosine == (float)c && s.sine == (float)z && s.temp_winding_C == 0 && s.temp_magnet_C == 0);
         const float got[] = {s.v_d_V, s.v_q_V, s.i_d_A, s.i_q_A, s.w_m_rad_s};
         int16_t x[6];
@@ -65,15 +69,18 @@ static void test_no_angle_no_direction(void)
         HOLDS(!dqw_is_direction(s.cosine, s.sine) && s.cosine == 0.0f && s.sine == 0.0f);
         HOLDS(!dqw_is_direction(bad[k], 0.0f) && !dqw_is_direction(0.0f, bad[k]) && !dqw_is_direction(1.0f, bad[k]));
     }
-    HOLDS(dqw_is_direction(1, 0) && dqw_is_direction(-0.96f, 0) && dqw_is_direction(0.6f, -0.8f) && dqw_is_direction(0.3f, 1.0f));
-    HOLDS(!dqw_is_direction(0.94f, 0) && !dqw_is_direction(1.06f, 0) && !dqw_is_direction(0.8f, 0.8f) && !dqw_is_direction(0, 0));
+    HOLDS(dqw_is_direction(1, 0) && dqw_is_direction(-0.96f, 0) && dqw_is_direction(0.6f, -0.8f) &&
+          dqw_is_direction(0.3f, 1.0f));
+    HOLDS(!dqw_is_direction(0.94f, 0) && !dqw_is_direction(1.06f, 0) && !dqw_is_direction(0.8f, 0.8f) &&
+          !dqw_is_direction(0, 0));
 }
 
 // Numbers by their bits, against the library's words, over every exponent.
 static void test_numbers(void)
 {
     test_random r = {3};
-    const float ends[] = {0.0f, -0.0f, NAN, -NAN, INFINITY, -INFINITY, 3.4028235e38f, -3.4028235e38f, 1e-45f, -1e-45f, 1.1754944e-38f, DQW_UNKNOWN};
+    const float ends[] = {0.0f,          -0.0f,          NAN,    -NAN,    INFINITY,       -INFINITY,
+                          3.4028235e38f, -3.4028235e38f, 1e-45f, -1e-45f, 1.1754944e-38f, DQW_UNKNOWN};
     for (int k = 0; k < 200000; k++) {
         const float x = k < 12 ? ends[k] : random_float_bits(&r);
         const float limit = fabsf(k % 2 ? random_float_bits(&r) : x);

@@ -1,4 +1,5 @@
-// Settled rows, each a point of its own: batch least squares in double, what they cannot teach, bad rows, a late background.
+// Settled rows, each a point of its own: batch least squares in double, what they cannot teach, bad rows, a late
+// background.
 #include "dqw_estimator.h"
 #include "dqw_estimator_block.h"
 #include "dqw_test.h"
@@ -13,7 +14,12 @@ enum { KNOWS_R = 1, KNOWS_LD = 2, KNOWS_LQ = 4, KNOWS_PSI = 8 };
 
 static dqw_estimator_config config_of(void)
 {
-    const dqw_estimator_config c = {.dt_s = 1e-4f, .v_base_V = 180.0f, .i_base_A = 15.0f, .w_base_rad_s = 200.0f, .pole_pairs = P_TRUE, .settled = true};
+    const dqw_estimator_config c = {.dt_s = 1e-4f,
+                                    .v_base_V = 180.0f,
+                                    .i_base_A = 15.0f,
+                                    .w_base_rad_s = 200.0f,
+                                    .pole_pairs = P_TRUE,
+                                    .settled = true};
     return c;
 }
 
@@ -35,7 +41,10 @@ static dqw_sample settled(double i_d, double i_q, double w_m)
     return s;
 }
 
-static double value_of(const dqw_estimator *e, int i) { return (double)dqw_estimator_read(e, (enum dqw_parameter)i).value; }
+static double value_of(const dqw_estimator *e, int i)
+{
+    return (double)dqw_estimator_read(e, (enum dqw_parameter)i).value;
+}
 static double sd_of(const dqw_estimator *e, int i) { return (double)dqw_estimator_read(e, (enum dqw_parameter)i).sd; }
 
 static unsigned known(const dqw_estimator *e)
@@ -51,7 +60,8 @@ static void no_wrong_number(const dqw_estimator *e)
     for (int i = 0; i < 4; i++) {
         const double off = fabs(value_of(e, i) - TRUTH[i]);
         char message[300];
-        (void)snprintf(message, sizeof message, "%s is known as %g +- %g, is %g; %s", NAME[i], value_of(e, i), sd_of(e, i), TRUTH[i], test_case);
+        (void)snprintf(message, sizeof message, "%s is known as %g +- %g, is %g; %s", NAME[i], value_of(e, i),
+                       sd_of(e, i), TRUTH[i], test_case);
         if ((known(e) >> i & 1u) && off > 0.01 * TRUTH[i] && off > 6 * sd_of(e, i)) TEST_FAIL_MESSAGE(message);
     }
 }
@@ -66,7 +76,8 @@ static void test_settled_rows_are_batch_least_squares(void)
         test_ls ls;
         ls_begin(&ls, kind ? 1 : 4, 0.0);
         for (int k = 0; k < 400; k++) {
-            dqw_sample s = settled(random_uniform(&r, -8, 8), random_uniform(&r, -8, 8), kind ? 0.0 : random_uniform(&r, -200, 200));
+            dqw_sample s = settled(random_uniform(&r, -8, 8), random_uniform(&r, -8, 8),
+                                   kind ? 0.0 : random_uniform(&r, -200, 200));
             s.v_d_V += (float)(0.3 * random_normal(&r));
             s.v_q_V += (float)(0.3 * random_normal(&r));
             HOLDS(dqw_estimator_sample(&e, &s, false) == DQW_EVENT_BLOCK);
@@ -144,14 +155,16 @@ static void test_what_cannot_be_taught_is_not_known(void)
         for (int n = 0; n < 3; n++)
             for (int c = 0; c < 4; c++)
                 for (int p = 0; p <= P_TRUE; p += P_TRUE) {
-                    CASE("%s, noise %g V, %d rows, p %s", kinds[k].name, noises[n], counts[c], p ? "given" : "not given");
+                    CASE("%s, noise %g V, %d rows, p %s", kinds[k].name, noises[n], counts[c],
+                         p ? "given" : "not given");
                     dqw_estimator_config config = config_of();
                     config.pole_pairs = (uint16_t)p;
                     dqw_estimator e = begin(&config);
                     test_random r = {(uint64_t)(10 + k)};
                     for (int row = 0; row < counts[c]; row++) {
                         dqw_sample s = settled(kinds[k].i_d + kinds[k].di_d * random_uniform(&r, -1, 1),
-                                               kinds[k].i_q + kinds[k].di_q * random_uniform(&r, -1, 1), kinds[k].w + kinds[k].dw * random_uniform(&r, -1, 1));
+                                               kinds[k].i_q + kinds[k].di_q * random_uniform(&r, -1, 1),
+                                               kinds[k].w + kinds[k].dw * random_uniform(&r, -1, 1));
                         s.v_d_V += (float)(noises[n] * random_normal(&r));
                         s.v_q_V += (float)(noises[n] * random_normal(&r));
                         (void)dqw_estimator_sample(&e, &s, false);
@@ -161,7 +174,8 @@ static void test_what_cannot_be_taught_is_not_known(void)
                     // From two rows with noise no deviation can be judged.
                     if (counts[c] >= 10 || noises[n] == 0.0) no_wrong_number(&e);
                     const unsigned can = p ? kinds[k].can : kinds[k].can & KNOWS_R;
-                    if (getenv("DQW_TEST_VALUES") != NULL && (known(&e) & ~can || (counts[c] == 1000 && known(&e) != can)))
+                    if (getenv("DQW_TEST_VALUES") != NULL &&
+                        (known(&e) & ~can || (counts[c] == 1000 && known(&e) != can)))
                         printf("%s: knows %u can %u\n", test_case, known(&e), can);
                     HOLDS((known(&e) & ~can) == 0);
                     if (counts[c] == 1000) HOLDS(known(&e) == can);

@@ -59,8 +59,11 @@ static void make_log(double coulomb, double noise, uint64_t seed) { make_log_abo
 
 static dqw_shaft_config config_of(bool coulomb)
 {
-    const dqw_shaft_config c = {
-        .dt_s = (float)DT_S, .torque_base_Nm = 1.0f, .w_base_rad_s = 150.0f, .coulomb = coulomb, .standstill_rad_s = coulomb ? (float)standstill : 0.0f};
+    const dqw_shaft_config c = {.dt_s = (float)DT_S,
+                                .torque_base_Nm = 1.0f,
+                                .w_base_rad_s = 150.0f,
+                                .coulomb = coulomb,
+                                .standstill_rad_s = coulomb ? (float)standstill : 0.0f};
     return c;
 }
 
@@ -176,10 +179,15 @@ static void test_a_configuration_from_a_nameplate(void)
         CASE("period %g", (double)sampled[k].dt_s);
         const dqw_shaft_nameplate plate = {sampled[k].dt_s, 1.0f, 150.0f};
         const dqw_shaft_config c = dqw_shaft_config_default(&plate);
-        HOLDS(c.half_window == sampled[k].half && c.coulomb && c.coulomb_width_rad_s == 1.5f && c.effect_count == 0 && c.J_kgm2 == 0.0f);
+        HOLDS(c.half_window == sampled[k].half && c.coulomb && c.coulomb_width_rad_s == 1.5f && c.effect_count == 0 &&
+              c.J_kgm2 == 0.0f);
         HOLDS(dqw_shaft_init(&m, &c) == (k == 5 ? DQW_ERR_UNIT : DQW_OK));
     }
-    const dqw_shaft_nameplate bad[] = {{0.0f, 1.0f, 150.0f}, {NAN, 1.0f, 150.0f}, {-1.0f, 1.0f, 150.0f}, {1e-3f, NAN, 150.0f}, {1e-3f, 1.0f, INFINITY}};
+    const dqw_shaft_nameplate bad[] = {{0.0f, 1.0f, 150.0f},
+                                       {NAN, 1.0f, 150.0f},
+                                       {-1.0f, 1.0f, 150.0f},
+                                       {1e-3f, NAN, 150.0f},
+                                       {1e-3f, 1.0f, INFINITY}};
     static const int refused[] = {DQW_ERR_DT, DQW_ERR_DT, DQW_ERR_DT, DQW_ERR_TORQUE_BASE, DQW_ERR_W_BASE};
     for (int k = 0; k < 5; k++) {
         const dqw_shaft_config c = dqw_shaft_config_default(&bad[k]);
@@ -309,7 +317,8 @@ static void test_missing_samples_and_gaps_do_not_bias(void)
         const uint64_t kind = random_bits(&r) % 40;
         offered++;
         if (kind < 2) bad++;
-        const uint32_t event = step(&m, kind == 0 ? NAN : (float)torque[k], kind == 1 ? INFINITY : (float)speed[k], 0.0f);
+        const uint32_t event = step(&m, kind == 0 ? NAN : (float)torque[k], kind == 1 ? INFINITY : (float)speed[k],
+                                    0.0f);
         TEST_ASSERT_EQUAL(kind < 2, (event & DQW_EVENT_NONFINITE) != 0);
     }
     const friction f = read_all(&m);
@@ -334,7 +343,8 @@ static void test_what_the_signals_cannot_teach_is_not_known(void)
             step(&m, (float)t, (float)w, 0.0f);
         }
         const friction f = read_all(&m);
-        // At rest nothing; at one speed viscous and Coulomb friction are one; in one direction at many speeds all of it.
+        // At rest nothing; at one speed viscous and Coulomb friction are one; in one direction at many speeds all of
+        // it.
         HOLDS(f.J.usable == (kind == 2) && f.B.usable == (kind == 2) && f.coulomb.usable == (kind == 2));
         if (kind == 2) {
             BETWEEN(-0.01, f.J.value / J_TRUE - 1, 0.01);
@@ -409,15 +419,21 @@ static void test_every_effect_of_the_shaft_gives_back_its_weight(void)
         int weights;
         double a[2];
         float shape[2];
-        double measured[2], alone;  ///< largest error in %: without noise, with 1 %; of J and B where it is not configured
+        double measured[2],
+            alone;  ///< largest error in %: without noise, with 1 %; of J and B where it is not configured
     } laws[] = {
-        {DQW_EFFECT_COULOMB_FRICTION, 1, {0.15}, {1}, {0.046, 0.24}, 232},     {DQW_EFFECT_DIRECTION_ASYMMETRY, 1, {0.08}, {1}, {0.0003, 0.039}, 57},
-        {DQW_EFFECT_STRIBECK_FRICTION, 1, {0.2}, {1, 20}, {0.029, 0.27}, 177}, {DQW_EFFECT_COGGING_TORQUE, 2, {0.2, -0.1}, {6}, {0.10, 0.58}, 7.5},
+        {DQW_EFFECT_COULOMB_FRICTION, 1, {0.15}, {1}, {0.046, 0.24}, 232},
+        {DQW_EFFECT_DIRECTION_ASYMMETRY, 1, {0.08}, {1}, {0.0003, 0.039}, 57},
+        {DQW_EFFECT_STRIBECK_FRICTION, 1, {0.2}, {1, 20}, {0.029, 0.27}, 177},
+        {DQW_EFFECT_COGGING_TORQUE, 2, {0.2, -0.1}, {6}, {0.10, 0.58}, 7.5},
         {DQW_EFFECT_LOAD_TORQUE, 1, {0.25}, {0}, {0.0003, 0.067}, 203},
     };
     for (int k = 0; k < 5; k++)
         for (int kind = 0; kind < 3; kind++) {
-            CASE("effect %d, %s", (int)laws[k].effect, kind == 0 ? "no noise" : kind == 1 ? "noise 1 %" : "not configured");
+            CASE("effect %d, %s", (int)laws[k].effect,
+                 kind == 0   ? "no noise"
+                 : kind == 1 ? "noise 1 %"
+                             : "not configured");
             make_log_with(laws[k].effect, laws[k].a, kind == 1 ? 0.01 : 0.0, (uint64_t)(70 + k));
             const dqw_effect_config list = {.effect = laws[k].effect, .shape = {laws[k].shape[0], laws[k].shape[1]}};
             dqw_shaft_config c = config_of(false);
@@ -427,7 +443,8 @@ static void test_every_effect_of_the_shaft_gives_back_its_weight(void)
             if (laws[k].effect == DQW_EFFECT_COGGING_TORQUE) c.half_window = 5;
             dqw_shaft m;
             TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_shaft_init(&m, &c));
-            for (int n = 0; n < ROWS; n++) step(&m, (float)torque[n], (float)speed[n], (float)remainder(shaft_angle[n], 2 * PI));
+            for (int n = 0; n < ROWS; n++)
+                step(&m, (float)torque[n], (float)speed[n], (float)remainder(shaft_angle[n], 2 * PI));
             const friction f = read_all(&m);
             double worst = fmax(100 * fabs(f.J.value / J_TRUE - 1), 100 * fabs(f.B.value / B_TRUE - 1));
             if (kind == 2) {
@@ -437,7 +454,8 @@ static void test_every_effect_of_the_shaft_gives_back_its_weight(void)
             float w[2], sd[2];
             HOLDS(dqw_shaft_read_effect(&m, 0, w, sd) == (1 << laws[k].weights) - 1);
             HOLDS(f.J.usable && f.B.usable);
-            for (int i = 0; i < laws[k].weights; i++) worst = fmax(worst, 100 * fabs(w[i] - laws[k].a[i]) / fabs(laws[k].a[0]));
+            for (int i = 0; i < laws[k].weights; i++)
+                worst = fmax(worst, 100 * fabs(w[i] - laws[k].a[i]) / fabs(laws[k].a[0]));
             BETWEEN(laws[k].measured[kind] / 3 - 0.02, worst, 1.5 * laws[k].measured[kind] + 0.02);
         }
 }
@@ -495,8 +513,10 @@ static void test_an_effect_behind_another(void)
     make_log_with(DQW_EFFECT_COGGING_TORQUE, a, 0.0, 73);
     // A load on top, as if from outside.
     for (int k = 0; k < ROWS; k++) torque[k] += 0.25;
-    static const dqw_effect_config list[] = {{.effect = DQW_EFFECT_LOAD_TORQUE}, {.effect = DQW_EFFECT_COGGING_TORQUE, .shape = {6}}};
-    static const dqw_effect_config other[] = {{.effect = DQW_EFFECT_COGGING_TORQUE, .shape = {6}}, {.effect = DQW_EFFECT_LOAD_TORQUE}};
+    static const dqw_effect_config list[] = {{.effect = DQW_EFFECT_LOAD_TORQUE},
+                                             {.effect = DQW_EFFECT_COGGING_TORQUE, .shape = {6}}};
+    static const dqw_effect_config other[] = {{.effect = DQW_EFFECT_COGGING_TORQUE, .shape = {6}},
+                                              {.effect = DQW_EFFECT_LOAD_TORQUE}};
     for (int kind = 0; kind < 4; kind++) {
         CASE("kind %d", kind);
         dqw_shaft_config c = config_of(kind & 1);
@@ -506,7 +526,8 @@ static void test_an_effect_behind_another(void)
         c.effect_count = 2;
         dqw_shaft m;
         TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_shaft_init(&m, &c));
-        for (int k = 0; k < ROWS; k++) step(&m, (float)torque[k], (float)speed[k], (float)remainder(shaft_angle[k], 2 * PI));
+        for (int k = 0; k < ROWS; k++)
+            step(&m, (float)torque[k], (float)speed[k], (float)remainder(shaft_angle[k], 2 * PI));
         float w[2];
         float sd[2];
         HOLDS(dqw_shaft_read_effect(&m, kind & 2 ? 1 : 0, w, sd) == 1);
@@ -520,7 +541,10 @@ static void test_an_effect_behind_another(void)
     }
 }
 
-static bool is(dqw_reading r, float value, float sd, bool usable) { return r.value == value && r.sd == sd && r.sd_change == sd && r.usable == usable; }
+static bool is(dqw_reading r, float value, float sd, bool usable)
+{
+    return r.value == value && r.sd == sd && r.sd_change == sd && r.usable == usable;
+}
 
 static void test_read_before_anything_was_learned(void)
 {
@@ -616,7 +640,8 @@ static void test_what_is_usable(void)
     HOLDS(is(dqw_shaft_read(&m, DQW_B), 3e38f, DQW_UNKNOWN, false));
 }
 
-// (E20) in the reading: errors of a model that lacks the friction are alike from block to block, and widen the deviation.
+// (E20) in the reading: errors of a model that lacks the friction are alike from block to block, and widen the
+// deviation.
 static void test_autocorrelation_widens_the_deviation(void)
 {
     make_log(COULOMB_TRUE, 0.0, 2);
@@ -713,10 +738,12 @@ static void test_define_begins_anew(void)
     TEST_ASSERT_TRUE(m.config == &c && dqw_shaft_read(&m, DQW_J).usable);
     const dqw_shaft_config other = config_of(false);
     TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_shaft_define(&m, &other));
-    HOLDS(m.config == &other && is(dqw_shaft_read(&m, DQW_J), 0.0f, DQW_UNKNOWN, false) && m.gate.accepted == 0 && m.missed == 0);
+    HOLDS(m.config == &other && is(dqw_shaft_read(&m, DQW_J), 0.0f, DQW_UNKNOWN, false) && m.gate.accepted == 0 &&
+          m.missed == 0);
 }
 
-// A background that stays away for three of nine halves misses them, says so, and learns the blocks of the others as they are.
+// A background that stays away for three of nine halves misses them, says so, and learns the blocks of the others as
+// they are.
 static void test_a_late_background_is_counted(void)
 {
     make_log(0.0, 0.0, 1);
@@ -750,7 +777,8 @@ static int held_at;
 
 static void half_more(void)
 {
-    for (int k = held_at; k < held_at + HALF; k++) (void)dqw_shaft_sample(&held, (float)torque[k], (float)speed[k], (float)(0.01 * k), false);
+    for (int k = held_at; k < held_at + HALF; k++)
+        (void)dqw_shaft_sample(&held, (float)torque[k], (float)speed[k], (float)(0.01 * k), false);
 }
 static void learn_held(void) { (void)dqw_shaft_background(&held); }
 
@@ -766,11 +794,12 @@ static void begin_held(dqw_shaft *s, const dqw_shaft_config *c)
     }
 }
 
-// Samples of half a block come after any one instruction of the background: what is learned is what would be learned had they come before it, where
-// the block that they bring is lost, or else behind it; to the bit.
+// Samples of half a block come after any one instruction of the background: what is learned is what would be learned
+// had they come before it, where the block that they bring is lost, or else behind it; to the bit.
 static void test_samples_may_interrupt_the_background_anywhere(void)
 {
-    static const dqw_effect_config list[] = {{.effect = DQW_EFFECT_STRIBECK_FRICTION, .shape = {1, 20}}, {.effect = DQW_EFFECT_COGGING_TORQUE, .shape = {6}}};
+    static const dqw_effect_config list[] = {{.effect = DQW_EFFECT_STRIBECK_FRICTION, .shape = {1, 20}},
+                                             {.effect = DQW_EFFECT_COGGING_TORQUE, .shape = {6}}};
     dqw_shaft_config c = config_of(true);
     c.coulomb_width_rad_s = 1.0f;
     c.effects = list;

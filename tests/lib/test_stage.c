@@ -34,13 +34,15 @@ static void test_every_step(void)
             for (int c = 0; c < 2; c++)
                 for (int i = 0; i < 5; i++)
                     for (int j = 0; j < 5; j++) {
-                        CASE("state %d, blocks %u, converged %d, residuals %u %u", name, (unsigned)at[b], c, (unsigned)levels[i], (unsigned)levels[j]);
+                        CASE("state %d, blocks %u, converged %d, residuals %u %u", name, (unsigned)at[b], c,
+                             (unsigned)levels[i], (unsigned)levels[j]);
                         dqw_stage s;
                         dqw_stage_init(&s, 100, 3, 4);
                         s.name = (enum dqw_stage_name)name;
                         s.blocks = at[b];
                         s.times_back = 8;
-                        const dqw_stage_input in = {.random_converged = c == 1, .residual_ppm = levels[i], .residual_recent_ppm = levels[j]};
+                        const dqw_stage_input in = {
+                            .random_converged = c == 1, .residual_ppm = levels[i], .residual_recent_ppm = levels[j]};
                         const bool changed = dqw_stage_step(&s, in);
 
                         const uint64_t blocks = (uint64_t)at[b] + 1;
@@ -56,7 +58,9 @@ static void test_every_step(void)
                         HOLDS(s.back == why);
                         HOLDS(changed == (next != (enum dqw_stage_name)name));
                         HOLDS(s.times_back == (why != DQW_BACK_NONE ? 9u : 8u));
-                        HOLDS(s.residual_ppm == (why == DQW_BACK_NONE ? 0u : why == DQW_BACK_LEFT_BAND ? levels[j] : levels[i]));
+                        HOLDS(s.residual_ppm == (why == DQW_BACK_NONE        ? 0u
+                                                 : why == DQW_BACK_LEFT_BAND ? levels[j]
+                                                                             : levels[i]));
                         HOLDS(s.blocks == (changed ? 0u : blocks > UINT32_MAX ? UINT32_MAX : (uint32_t)blocks));
                     }
 }

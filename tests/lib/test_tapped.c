@@ -1,4 +1,5 @@
-// The paper's experiment: 301 samples of its step, each Learner its own target, 0, 10 and 20 % noise on inputs and targets.
+// The paper's experiment: 301 samples of its step, each Learner its own target, 0, 10 and 20 % noise on inputs and
+// targets.
 #include "dqw_sim.h"
 #include "dqw_tapped.h"
 #include "dqw_test.h"
@@ -29,7 +30,8 @@ static dqw_random_sample memory[DQW_TAPS][ROWS];
 
 static dqw_tapped_config config_of(int taps, uint32_t seed)
 {
-    dqw_tapped_config c = {.taps = taps, .step_size = 1.0f, .capacity = ROWS, .draws = DRAWS, .seed = seed, .tolerance = 0.01f};
+    dqw_tapped_config c = {
+        .taps = taps, .step_size = 1.0f, .capacity = ROWS, .draws = DRAWS, .seed = seed, .tolerance = 0.01f};
     for (int i = 0; i < DQW_TAPS; i++) {
         c.x_base[i] = 1.0f;
         c.y_base[i] = 1.0f;
@@ -52,7 +54,9 @@ static result learn(bool q_axis, double noise, uint64_t seed)
         double power = 0.0;
         for (int k = 0; k < ROWS; k++) {
             const dqw_sim_row *s = &rows[k];
-            x[i][k] = i == 0 ? (q_axis ? s->v_q_V : s->v_d_V) : i == 1 ? s->w_m_rad_s * (q_axis ? s->i_d_A : s->i_q_A) : s->w_m_rad_s;
+            x[i][k] = i == 0   ? (q_axis ? s->v_q_V : s->v_d_V)
+                      : i == 1 ? s->w_m_rad_s * (q_axis ? s->i_d_A : s->i_q_A)
+                               : s->w_m_rad_s;
             y[i][k] = gain[i] * x[i][k];
             power += x[i][k] * x[i][k] / ROWS;
         }
@@ -75,7 +79,8 @@ static result learn(bool q_axis, double noise, uint64_t seed)
         dqw_tapped_put(&axis, in, target);
     }
     for (int n = 0; n < ITERATIONS; n++) (void)dqw_tapped_iterate(&axis);
-    const result out = {dqw_tapped_L_H(&axis), dqw_tapped_pole_pairs(&axis), q_axis ? dqw_tapped_flux_weight(&axis) : NAN};
+    const result out = {dqw_tapped_L_H(&axis), dqw_tapped_pole_pairs(&axis),
+                        q_axis ? dqw_tapped_flux_weight(&axis) : NAN};
     return out;
 }
 

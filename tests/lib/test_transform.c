@@ -6,7 +6,10 @@ void setUp(void) { test_case[0] = 0; }
 void tearDown(void) {}
 
 // Rounding of a few operations on values of the given size.
-static void near(double expected, double value, double size) { BETWEEN(expected - 4e-7 * size, value, expected + 4e-7 * size); }
+static void near(double expected, double value, double size)
+{
+    BETWEEN(expected - 4e-7 * size, value, expected + 4e-7 * size);
+}
 
 static void test_balanced_phases_are_a_circle_of_the_same_amplitude(void)
 {
@@ -61,7 +64,8 @@ static void test_phases_of_the_inverse_sum_to_zero_and_power_is_three_halves(voi
         const dqw_abc a = dqw_clarke_inverse(v);
         const dqw_abc b = dqw_clarke_inverse(i);
         near(0.0, (double)a.a + a.b + a.c, 4);
-        near(1.5 * ((double)v.alpha * i.alpha + (double)v.beta * i.beta), (double)a.a * b.a + (double)a.b * b.b + (double)a.c * b.c, 40);
+        near(1.5 * ((double)v.alpha * i.alpha + (double)v.beta * i.beta),
+             (double)a.a * b.a + (double)a.b * b.b + (double)a.c * b.c, 40);
     }
 }
 

@@ -15,7 +15,8 @@ static void test_a_long_pause_is_the_longest_time(void)
         dqw_watch w;
         dqw_watch_init(&w);
         dqw_watch_learned(&w, 5 * step);
-        for (int channel = DQW_WATCH_R; channel <= DQW_WATCH_PSI; channel += DQW_WATCH_PSI - DQW_WATCH_R) dqw_watch_follow(&w, channel, 5 * step);
+        for (int channel = DQW_WATCH_R; channel <= DQW_WATCH_PSI; channel += DQW_WATCH_PSI - DQW_WATCH_R)
+            dqw_watch_follow(&w, channel, 5 * step);
         dqw_watch_learned(&w, 10 * step);
         TEST_ASSERT_EQUAL_UINT16(5, dqw_watch_unfollowed(&w, DQW_WATCH_R, 10 * step));
         dqw_watch_learned(&w, (10 + pauses[k]) * step);

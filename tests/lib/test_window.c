@@ -48,8 +48,11 @@ static void test_init_refuses_and_leaves_the_object_alone(void)
 {
     dqw_window w;
     TEST_ASSERT_EQUAL_INT(DQW_ERR_NULL, dqw_window_init(NULL, 20, 9));
-    static const int bad[][2] = {{0, 9}, {-1, 9}, {10001, 9}, {INT32_MAX, 9}, {65536 + 20, 9}, {20, 0}, {20, -1}, {20, DQW_WINDOW_SIGNALS + 1}, {20, 257}};
-    for (unsigned k = 0; k < sizeof bad / sizeof bad[0]; k++) REFUSED(w, DQW_ERR_SIZE, dqw_window_init(&w, bad[k][0], bad[k][1]));
+    static const int bad[][2] = {{0, 9},          {-1, 9}, {10001, 9}, {INT32_MAX, 9},
+                                 {65536 + 20, 9}, {20, 0}, {20, -1},   {20, DQW_WINDOW_SIGNALS + 1},
+                                 {20, 257}};
+    for (unsigned k = 0; k < sizeof bad / sizeof bad[0]; k++)
+        REFUSED(w, DQW_ERR_SIZE, dqw_window_init(&w, bad[k][0], bad[k][1]));
     TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_window_init(&w, 10000, DQW_WINDOW_SIGNALS));
     TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_window_init(&w, 1, 1));
 }
@@ -141,7 +144,8 @@ static void test_restart_forgets(void)
     }
 }
 
-// Pairs of any signal that satisfy v = R i + L di + c satisfy it after windowing, with pairs missing and for any signal.
+// Pairs of any signal that satisfy v = R i + L di + c satisfy it after windowing, with pairs missing and for any
+// signal.
 static void test_a_linear_pair_equation_survives(void)
 {
     test_random r = {23};

@@ -1,5 +1,5 @@
-// The witness: residuals made phase by phase in double are learned as the weights that made them; its deviation is what repeated runs
-// scatter by; where it cannot see it refuses.
+// The witness: residuals made phase by phase in double are learned as the weights that made them; its deviation is what
+// repeated runs scatter by; where it cannot see it refuses.
 #include <complex.h>
 
 #include "dqw_estimator_block.h"
@@ -41,8 +41,9 @@ typedef struct defect {
     int phase;
 } defect;
 
-// What the model leaves over at one instant, in the rotating frame, but for the mean, which the estimator takes for R, L and flux. Phase
-// quantities x_n of a vector x are Re(x exp(-j a_n)), and a value y of one phase is the vector 2/3 y exp(j a_n).
+// What the model leaves over at one instant, in the rotating frame, but for the mean, which the estimator takes for R,
+// L and flux. Phase quantities x_n of a vector x are Re(x exp(-j a_n)), and a value y of one phase is the vector 2/3 y
+// exp(j a_n).
 static vector left_over(const defect *f, vector i, vector slope, double w_e, double theta)
 {
     const vector a = cexp(I * f->phase * 2 * PI / 3);
@@ -57,7 +58,8 @@ static vector left_over(const defect *f, vector i, vector slope, double w_e, dou
     const double i_n_rate = creal((slope + I * w_e * i) * turn * conj(a));
     const vector rate = f->sensor_gain * (2.0 / 3 * (i_n_rate - I * w_e * i_n) * a / turn - slope / 3);
     v -= R_OHM * ripple + L_H * rate + I * w_e * L_H * ripple;
-    // Turns shorted through a conductance carry what their phase's induced voltage drives, j w psi on q; its ripple meets the winding.
+    // Turns shorted through a conductance carry what their phase's induced voltage drives, j w psi on q; its ripple
+    // meets the winding.
     const double e_n = creal(I * w_e * PSI_WB * turn * conj(a));
     const vector shorted = -f->short_S * (2 * e_n * a / turn - I * w_e * PSI_WB);
     v += R_OHM * shorted - I * w_e * L_H * shorted;
@@ -65,8 +67,8 @@ static vector left_over(const defect *f, vector i, vector slope, double w_e, dou
 }
 
 // One block as an estimator would take it: all means under the triangle, pair by pair, each pair over its own period.
-static void hand_over(dqw_estimator *t, dqw_estimator_block *b, const defect *f, vector i, vector slope, double w_e, double theta, double noise_V,
-                      test_random *r)
+static void hand_over(dqw_estimator *t, dqw_estimator_block *b, const defect *f, vector i, vector slope, double w_e,
+                      double theta, double noise_V, test_random *r)
 {
     vector mean = 0;
     const bool sound = f->offset_A == 0 && f->extra_ohm == 0 && f->sensor_gain == 0 && f->short_S == 0;
@@ -111,7 +113,9 @@ static dqw_witness learned(const defect *f, drive d, int blocks, uint64_t seed)
     double w_e = 0.0;
     for (int k = 0; k < blocks; k++) {
         if (k % 15 == 0) {
-            w_e = (d.fast ? random_uniform(&r, 600, 1100) : random_uniform(&r, 80, 380)) * (d.way != 0 ? d.way : random_bits(&r) % 2 ? 1 : -1);
+            w_e = (d.fast ? random_uniform(&r, 600, 1100) : random_uniform(&r, 80, 380)) * (d.way != 0 ? d.way
+                                                                                            : random_bits(&r) % 2 ? 1
+                                                                                                                  : -1);
             i = random_uniform(&r, -4, 4) + I * random_uniform(&r, -4, 4);
         }
         const vector slope = d.changing ? 400 * (random_normal(&r) + I * random_normal(&r)) : 0;
@@ -132,9 +136,13 @@ static void weights_of(const defect *f, vector out[DQW_WITNESS_INPUTS])
     out[DQW_WITNESS_SHORT] = f->short_S * twice;
 }
 
-static const defect DEFECTS[] = {{.offset_A = 0.2 + 0.1 * I},      {.extra_ohm = 0.1, .phase = 1},
-                                 {.sensor_gain = 0.1, .phase = 2}, {.sensor_gain = -0.1, .phase = 0},
-                                 {.short_S = 0.01, .phase = 1},    {.offset_A = -0.1 * I, .extra_ohm = 0.1, .sensor_gain = 0.05, .short_S = 0.005, .phase = 2}};
+static const defect DEFECTS[] = {
+    {.offset_A = 0.2 + 0.1 * I},
+    {.extra_ohm = 0.1, .phase = 1},
+    {.sensor_gain = 0.1, .phase = 2},
+    {.sensor_gain = -0.1, .phase = 0},
+    {.short_S = 0.01, .phase = 1},
+    {.offset_A = -0.1 * I, .extra_ohm = 0.1, .sensor_gain = 0.05, .short_S = 0.005, .phase = 2}};
 enum { DEFECTS_N = sizeof DEFECTS / sizeof DEFECTS[0] };
 
 static void test_residuals_are_learned_as_the_weights_that_made_them(void)
@@ -147,18 +155,23 @@ static void test_residuals_are_learned_as_the_weights_that_made_them(void)
         for (int changing = 0; changing < 2; changing++)
             for (int n = 0; n < DEFECTS_N; n++) {
                 const drive d = {.changing = changing == 1, .way = way};
-                const dqw_witness w = learned(&DEFECTS[n], d, quick ? 1500 : way == 0 ? 6000 : 15000, (uint64_t)(n + 10 * changing + 100));
+                const dqw_witness w = learned(&DEFECTS[n], d,
+                                              quick      ? 1500
+                                              : way == 0 ? 6000
+                                                         : 15000,
+                                              (uint64_t)(n + 10 * changing + 100));
                 vector expected[DQW_WITNESS_INPUTS];
                 weights_of(&DEFECTS[n], expected);
                 double size = 0.0;
                 for (int k = 0; k < DQW_WITNESS_INPUTS; k++) size = fmax(size, cabs(expected[k]) * unit[k]);
                 for (int k = 0; k < DQW_WITNESS_INPUTS; k++) {
-                    CASE("defect %d, way %d, changing %d, input %d: %g%+gj for %g%+gj", n, way, changing, k, (double)w.re[k], (double)w.im[k],
-                         creal(expected[k]), cimag(expected[k]));
+                    CASE("defect %d, way %d, changing %d, input %d: %g%+gj for %g%+gj", n, way, changing, k,
+                         (double)w.re[k], (double)w.im[k], creal(expected[k]), cimag(expected[k]));
                     const double off = cabs(w.re[k] + I * w.im[k] - expected[k]) * unit[k] / size;
                     BETWEEN(0.0, off, changing || quick ? 0.15 : 0.06);
                     worst[changing] = fmax(worst[changing], off);
-                    HOLDS(fabs(dqw_witness_size(&w, (enum dqw_witness_input)k) - hypot(w.re[k], w.im[k])) <= 1e-6 * hypot(w.re[k], w.im[k]));
+                    HOLDS(fabs(dqw_witness_size(&w, (enum dqw_witness_input)k) - hypot(w.re[k], w.im[k])) <=
+                          1e-6 * hypot(w.re[k], w.im[k]));
                 }
             }
     test_case[0] = 0;
@@ -169,7 +182,8 @@ static void test_residuals_are_learned_as_the_weights_that_made_them(void)
 // What a block averages away of a ripple is known, and given back.
 static void test_ripples_that_a_block_all_but_averages_away_keep_their_size(void)
 {
-    const defect defects[] = {{.offset_A = 0.2 + 0.1 * I}, {.extra_ohm = 0.1, .phase = 1}, {.short_S = 0.01, .phase = 1}};
+    const defect defects[] = {
+        {.offset_A = 0.2 + 0.1 * I}, {.extra_ohm = 0.1, .phase = 1}, {.short_S = 0.01, .phase = 1}};
     static const enum dqw_witness_input at[] = {DQW_WITNESS_OFFSET, DQW_WITNESS_RESISTANCE, DQW_WITNESS_SHORT};
     for (int n = 0; n < 3; n++) {
         const drive d = {.fast = true};
@@ -269,11 +283,13 @@ static void test_it_knows_no_deviation_before_its_memory_is_full(void)
         const dqw_witness early = learned(&f, d, (int)DQW_WITNESS_MEMORY - 1, 5);
         const dqw_witness full = learned(&f, d, (int)DQW_WITNESS_MEMORY, 5);
         HOLDS(dqw_witness_sd(&early, &t, (enum dqw_witness_input)k) == DQW_UNKNOWN);
-        HOLDS(dqw_witness_sd(&full, &t, (enum dqw_witness_input)k) < DQW_UNKNOWN && dqw_witness_sd(&full, &t, (enum dqw_witness_input)k) > 0.0f);
+        HOLDS(dqw_witness_sd(&full, &t, (enum dqw_witness_input)k) < DQW_UNKNOWN &&
+              dqw_witness_sd(&full, &t, (enum dqw_witness_input)k) > 0.0f);
     }
     dqw_witness none;
     dqw_witness_init(&none);
-    HOLDS(dqw_witness_size(&none, DQW_WITNESS_OFFSET) == 0.0f && dqw_witness_sd(&none, &t, DQW_WITNESS_OFFSET) == DQW_UNKNOWN);
+    HOLDS(dqw_witness_size(&none, DQW_WITNESS_OFFSET) == 0.0f &&
+          dqw_witness_sd(&none, &t, DQW_WITNESS_OFFSET) == DQW_UNKNOWN);
 }
 
 int main(void)

@@ -1,4 +1,5 @@
-// Any bit patterns into every step of the fixed-point learners: no trap, and afterwards each object still learns a clean signal.
+// Any bit patterns into every step of the fixed-point learners: no trap, and afterwards each object still learns a
+// clean signal.
 #include "dqw_learner_q15.h"
 #include "dqw_ordinal_q15.h"
 #include "dqw_random_q15.h"
@@ -74,7 +75,8 @@ static void test_learner(void)
 {
     for (int mode = 0; mode < 4; mode++) {
         CASE("mode %d", mode);
-        const dqw_learner_config_q15 c = {.inputs = 3, .step_size_q15 = 16384, .noisy_inputs = (mode & 1) != 0, .indicator = (mode & 2) != 0};
+        const dqw_learner_config_q15 c = {
+            .inputs = 3, .step_size_q15 = 16384, .noisy_inputs = (mode & 1) != 0, .indicator = (mode & 2) != 0};
         dqw_learner_q15 l;
         TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_learner_init_q15(&l, &c));
         test_random r = {(uint64_t)(2 + mode)};
@@ -89,7 +91,8 @@ static void test_learner(void)
         l.step_size_q15 = 8192;
         for (int k = 0; k < 60000; k++) {
             const int16_t x[3] = {clean(&r), clean(&r), clean(&r)};
-            (void)dqw_learner_learn_q15(&l, x, dqw_q15_sat(dqw_q_round32(x[0] * 16384 - x[1] * 8192 + x[2] * 4096, 15)));
+            (void)dqw_learner_learn_q15(&l, x,
+                                        dqw_q15_sat(dqw_q_round32(x[0] * 16384 - x[1] * 8192 + x[2] * 4096, 15)));
         }
         BETWEEN(0.499, dqw_learner_weight_q15(&l, 0) / 2147483648.0, 0.501);
         BETWEEN(-0.251, dqw_learner_weight_q15(&l, 1) / 2147483648.0, -0.249);
@@ -100,7 +103,8 @@ static void test_learner(void)
 static void test_random_learner(void)
 {
     const dqw_learner_config_q15 c = {.inputs = 1, .step_size_q15 = 16384, .indicator = true};
-    const dqw_random_config_q15 rc = {.reservoir = memory, .capacity = 50, .draws = 50, .seed = 1, .tolerance_q15 = 328};
+    const dqw_random_config_q15 rc = {
+        .reservoir = memory, .capacity = 50, .draws = 50, .seed = 1, .tolerance_q15 = 328};
     dqw_learner_q15 l;
     dqw_random_q15 d;
     TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_learner_init_q15(&l, &c));
@@ -172,8 +176,12 @@ static void test_ordinal(void)
 static void test_long_epochs(void)
 {
     for (int form = 0; form < 2; form++) {
-        const dqw_ordinal_config_q15 c = {
-            .dt_ns = 10000, .x_full_mV = 5000, .y_full_mA = 10000, .R_uohm = 3000, .L_nH = 3000, .form = (enum dqw_ordinal_form_q15)form};
+        const dqw_ordinal_config_q15 c = {.dt_ns = 10000,
+                                          .x_full_mV = 5000,
+                                          .y_full_mA = 10000,
+                                          .R_uohm = 3000,
+                                          .L_nH = 3000,
+                                          .form = (enum dqw_ordinal_form_q15)form};
         dqw_ordinal_q15 o;
         TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_ordinal_init_q15(&o, &c));
         for (int epoch = 0; epoch < 2; epoch++) {
@@ -193,7 +201,8 @@ static void read_shaft(const dqw_shaft_q15 *s)
 {
     int64_t w[DQW_EFFECT_STARTS];
     int64_t sd[DQW_EFFECT_STARTS];
-    for (int i = 0; i < DQW_SHAFT_PARAMETERS; i++) HOLDS(dqw_shaft_read_q15(s, (enum dqw_shaft_parameter)i).sd_q40 >= 0);
+    for (int i = 0; i < DQW_SHAFT_PARAMETERS; i++)
+        HOLDS(dqw_shaft_read_q15(s, (enum dqw_shaft_parameter)i).sd_q40 >= 0);
     for (int k = 0; dqw_shaft_read_effect_q15(s, k, w, sd) >= 0; k++) HOLDS(sd[0] >= 0);
 }
 
@@ -207,12 +216,16 @@ static void test_shaft(void)
         {.effect = DQW_EFFECT_COGGING_TORQUE, .periods = 1000, .start_uNm = {INT32_MAX, -1}},
         {.effect = DQW_EFFECT_LOAD_TORQUE},
     };
-    static const dqw_shaft_scale scale[] = {
-        {1500000, 150000, 1000000}, {1, 150000, 1}, {DQW_SHAFT_TORQUE_MAX, 150000, 1000000000}, {DQW_SHAFT_TORQUE_MAX, 150000, 1}, {1, 150000, 1000000000}};
+    static const dqw_shaft_scale scale[] = {{1500000, 150000, 1000000},
+                                            {1, 150000, 1},
+                                            {DQW_SHAFT_TORQUE_MAX, 150000, 1000000000},
+                                            {DQW_SHAFT_TORQUE_MAX, 150000, 1},
+                                            {1, 150000, 1000000000}};
     for (int s = 0; s < 5; s++)
         for (int mode = 0; mode < 4; mode++) {
             CASE("scale %d, mode %d", s, mode);
-            dqw_shaft_q15_config c = {.scale = scale[s], .half_window = mode & 1 ? 100 : 3, .solve_blocks = 16, .coulomb = true};
+            dqw_shaft_q15_config c = {
+                .scale = scale[s], .half_window = mode & 1 ? 100 : 3, .solve_blocks = 16, .coulomb = true};
             c.coulomb_width_urad_s = mode & 2 ? 300000 : 0;
             c.effects = effects;
             c.effect_count = mode & 2 ? 5 : 0;

@@ -1,5 +1,5 @@
-// The fixed-point estimator by itself: refusals, bad samples, hand-over, gaps, any bits, weights out of bounds, pole pairs, settled rows, when the
-// voltage acts, stage 2.
+// The fixed-point estimator by itself: refusals, bad samples, hand-over, gaps, any bits, weights out of bounds, pole
+// pairs, settled rows, when the voltage acts, stage 2.
 #include "dqw_estimator_random_q15.h"
 #include "twin_estimator.h"
 
@@ -22,32 +22,32 @@ static void test_init_names_the_field_and_leaves_the_object_alone(void)
         enum dqw_status status;
     } bad[] = {
 #define BAD(field, value, name) {good, DQW_ERR_##name},
-#define FIELDS                                                                                                                                                 \
-    FIELD(scale.v_full_mV, 0, V_BASE)                                                                                                                          \
-    FIELD(scale.i_full_mA, DQW_SCALE_MAX + 1, I_BASE)                                                                                                          \
-    FIELD(scale.w_full_mrad_s, 0, W_BASE)                                                                                                                      \
-    FIELD(scale.dt_ns, 1000000001, DT)                                                                                                                         \
-    FIELD(scale.dt_ns, 2000000, TURN)                                                                                                                          \
-    FIELD(R_uohm, UINT32_MAX, R)                                                                                                                               \
-    FIELD(Ld_nH, UINT32_MAX, LD)                                                                                                                               \
-    FIELD(Lq_nH, UINT32_MAX, LQ)                                                                                                                               \
-    FIELD(drift_ppm, 1000001, DRIFT)                                                                                                                           \
-    FIELD(excitation_q15, 32767, EXCITATION)                                                                                                                   \
-    FIELD(half_window, 101, HALF_WINDOW)                                                                                                                       \
-    FIELD(dead_time_width_mA, 1, DEAD_TIME_WIDTH)                                                                                                              \
+#define FIELDS                                                                                                         \
+    FIELD(scale.v_full_mV, 0, V_BASE)                                                                                  \
+    FIELD(scale.i_full_mA, DQW_SCALE_MAX + 1, I_BASE)                                                                  \
+    FIELD(scale.w_full_mrad_s, 0, W_BASE)                                                                              \
+    FIELD(scale.dt_ns, 1000000001, DT)                                                                                 \
+    FIELD(scale.dt_ns, 2000000, TURN)                                                                                  \
+    FIELD(R_uohm, UINT32_MAX, R)                                                                                       \
+    FIELD(Ld_nH, UINT32_MAX, LD)                                                                                       \
+    FIELD(Lq_nH, UINT32_MAX, LQ)                                                                                       \
+    FIELD(drift_ppm, 1000001, DRIFT)                                                                                   \
+    FIELD(excitation_q15, 32767, EXCITATION)                                                                           \
+    FIELD(half_window, 101, HALF_WINDOW)                                                                               \
+    FIELD(dead_time_width_mA, 1, DEAD_TIME_WIDTH)                                                                      \
     FIELD(random, &raw, RANDOM)
 #define FIELD BAD
         FIELDS
 #undef FIELD
     };
     int n = 0;
-#define FIELD(field, value, name)                                                                                                                              \
-    {                                                                                                                                                          \
-        dqw_estimator_q15_config c = bad[n].c;                                                                                                                 \
-        c.field = (value);                                                                                                                                     \
-        CASE("%s", #field);                                                                                                                                    \
-        REFUSED(e, bad[n].status, dqw_estimator_init_q15(&e, &c));                                                                                             \
-        n++;                                                                                                                                                   \
+#define FIELD(field, value, name)                                                                                      \
+    {                                                                                                                  \
+        dqw_estimator_q15_config c = bad[n].c;                                                                         \
+        c.field = (value);                                                                                             \
+        CASE("%s", #field);                                                                                            \
+        REFUSED(e, bad[n].status, dqw_estimator_init_q15(&e, &c));                                                     \
+        n++;                                                                                                           \
     }
     FIELDS
 #undef FIELD
@@ -88,13 +88,15 @@ static void test_init_names_the_field_and_leaves_the_object_alone(void)
 
 static void test_a_nameplate_is_enough(void)
 {
-    const dqw_nameplate_q15 plate = {.dt_ns = 100000, .v_mV = 24000, .i_mA = 10000, .w_mrad_s = 300000, .pole_pairs = 7};
+    const dqw_nameplate_q15 plate = {
+        .dt_ns = 100000, .v_mV = 24000, .i_mA = 10000, .w_mrad_s = 300000, .pole_pairs = 7};
     const dqw_estimator_q15_config c = dqw_estimator_config_default_q15(&plate);
     dqw_estimator_q15 e;
     TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_estimator_init_q15(&e, &c));
     // 450 rad/s by 7 by 0.1 ms: no less than five
     HOLDS(dqw_estimator_config_default_q15(NULL).scale.dt_ns == 0);
-    HOLDS(c.half_window == 5 && c.scale.v_full_mV == 36000 && c.dead_time_width_mA == 200 && c.angle && c.encoder_offset && c.noise_on_inputs);
+    HOLDS(c.half_window == 5 && c.scale.v_full_mV == 36000 && c.dead_time_width_mA == 200 && c.angle &&
+          c.encoder_offset && c.noise_on_inputs);
 }
 
 static void test_fresh_estimator_has_the_nominal_values_and_knows_nothing(void)
@@ -108,10 +110,12 @@ static void test_fresh_estimator_has_the_nominal_values_and_knows_nothing(void)
         const dqw_reading_q15 r = dqw_estimator_read_q15(&p.q, (enum dqw_parameter)i);
         HOLDS(r.sd_q40 == INT64_MAX && r.sd_change_q40 == INT64_MAX && !r.usable);
     }
-    HOLDS(!dqw_estimator_background_q15(&p.q) && dqw_estimator_voltage_acts_q15(&p.q) == DQW_VOLTAGE_NOT_KNOWN && dqw_estimator_pole_pairs_q15(&p.q) == 4);
+    HOLDS(!dqw_estimator_background_q15(&p.q) && dqw_estimator_voltage_acts_q15(&p.q) == DQW_VOLTAGE_NOT_KNOWN &&
+          dqw_estimator_pole_pairs_q15(&p.q) == 4);
     HOLDS(dqw_estimator_residual_q28(&p.q) == 0 && dqw_estimator_recent_q27(&p.q) == 0);
     int64_t w[DQW_EFFECT_STARTS];
-    HOLDS(dqw_estimator_read_effect_q15(&p.q, 0, w, w) == DQW_ERR_SIZE && dqw_estimator_read_effect_q15(&p.q, -1, w, w) == DQW_ERR_SIZE);
+    HOLDS(dqw_estimator_read_effect_q15(&p.q, 0, w, w) == DQW_ERR_SIZE &&
+          dqw_estimator_read_effect_q15(&p.q, -1, w, w) == DQW_ERR_SIZE);
     const dqw_reading_q15 none = dqw_estimator_read_q15(&p.q, DQW_PARAMETERS);
     HOLDS(none.sd_q40 == INT64_MAX && !none.usable && dqw_estimator_unit_q15(&p.qc, DQW_PARAMETERS) == 0);
 }
@@ -127,7 +131,8 @@ static void learn_log(pair *p, int from, int rows)
     }
 }
 
-// Nothing is learned for a while: what the parameter may have wandered meanwhile is in its deviation; and in stage 1 nothing is usable. (E61)
+// Nothing is learned for a while: what the parameter may have wandered meanwhile is in its deviation; and in stage 1
+// nothing is usable. (E61)
 static void test_a_deviation_grows_while_nothing_is_learned(void)
 {
     pair p;
@@ -144,7 +149,8 @@ static void test_a_deviation_grows_while_nothing_is_learned(void)
         dqw_estimator_missing_q15(&p.q, 1000000000u / p.qc.scale.dt_ns);
         const dqw_reading_q15 now = dqw_estimator_read_q15(&p.q, DQW_LQ);
         CASE("%d s", n);
-        BETWEEN(0.99, (double)now.sd_q40 / hypot((double)before.sd_q40, 0.01 * (double)before.value_q40 * sqrt(n)), 1.01);
+        BETWEEN(0.99, (double)now.sd_q40 / hypot((double)before.sd_q40, 0.01 * (double)before.value_q40 * sqrt(n)),
+                1.01);
         if (now.usable) usable_s = n;
     }
     BETWEEN(7, usable_s, 12);
@@ -269,7 +275,8 @@ static void test_late_backgrounds_and_gaps(void)
     BETWEEN(100, p.q.halves - halves, 101);
 }
 
-// Whatever comes: no overflow, which the sanitizers would see; weights stay within their bound, and what is learned is bounded below.
+// Whatever comes: no overflow, which the sanitizers would see; weights stay within their bound, and what is learned is
+// bounded below.
 static void test_any_bits(void)
 {
     for (int way = 0; way < 8; way++) {
@@ -281,8 +288,10 @@ static void test_any_bits(void)
         for (int k = 0; k < scaled(200000); k++) {
             const uint64_t z = random_bits(&r);
             const bool mild = k / 5000 % 2 == 0;
-            dqw_sample_q15 s = dqw_sample_from_dq_q15((int16_t)(z & 65535), (int16_t)(z >> 16 & 65535), 0, 0, 0, (uint16_t)(z >> 7 & 65535));
-            s.i_d_q15 = (int16_t)(z >> 32 & 65535), s.i_q_q15 = (int16_t)(z >> 48 & 65535), s.w_m_q15 = (int16_t)(random_bits(&r) & 65535);
+            dqw_sample_q15 s = dqw_sample_from_dq_q15((int16_t)(z & 65535), (int16_t)(z >> 16 & 65535), 0, 0, 0,
+                                                      (uint16_t)(z >> 7 & 65535));
+            s.i_d_q15 = (int16_t)(z >> 32 & 65535), s.i_q_q15 = (int16_t)(z >> 48 & 65535),
+            s.w_m_q15 = (int16_t)(random_bits(&r) & 65535);
             if (mild) s.v_d_q15 /= 64, s.i_q_q15 /= 1024, s.w_m_q15 /= 4;
             if (k % 30011 == 30010) dqw_estimator_missing_q15(&p.q, (uint32_t)z);
             if (dqw_estimator_sample_q15(&p.q, &s, false) & DQW_EVENT_BLOCK) (void)dqw_estimator_background_q15(&p.q);
@@ -314,11 +323,13 @@ static void test_weights_out_of_bounds_begin_again(void)
 static bool learned_alike(const dqw_estimator_q15 *a, const dqw_estimator_q15 *b)
 {
     return memcmp(a->w_q24, b->w_q24, sizeof a->w_q24) == 0 && memcmp(&a->normal, &b->normal, sizeof a->normal) == 0 &&
-           memcmp(a->cov_q40, b->cov_q40, sizeof a->cov_q40) == 0 && memcmp(&a->given, &b->given, sizeof a->given) == 0 && a->blocks == b->blocks &&
+           memcmp(a->cov_q40, b->cov_q40, sizeof a->cov_q40) == 0 &&
+           memcmp(&a->given, &b->given, sizeof a->given) == 0 && a->blocks == b->blocks &&
            memcmp(&a->noise, &b->noise, sizeof a->noise) == 0 && a->follow_q15 == b->follow_q15;
 }
 
-// Samples that come between taking a block and learning it change nothing, to the bit; a block that was lost shows in the time.
+// Samples that come between taking a block and learning it change nothing, to the bit; a block that was lost shows in
+// the time.
 static void test_a_background_that_is_interrupted_learns_the_same(void)
 {
     pair p;
@@ -335,7 +346,8 @@ static void test_a_background_that_is_interrupted_learns_the_same(void)
         CASE("sample %d", k);
         const dqw_sample s = sample(l, k, 0.02, &r);
         const dqw_sample_q15 q = rounded(&s);
-        if ((dqw_estimator_sample_q15(&p.q, &q, false) & DQW_EVENT_BLOCK) != 0) (void)dqw_estimator_background_q15(&p.q);
+        if ((dqw_estimator_sample_q15(&p.q, &q, false) & DQW_EVENT_BLOCK) != 0)
+            (void)dqw_estimator_background_q15(&p.q);
         if ((dqw_estimator_sample_q15(&late, &q, false) & DQW_EVENT_BLOCK) != 0) {
             taken = dqw_estimator_take_q15(&late, &b);
             HOLDS(taken == (k >= 39) && !late.window.pending && !dqw_estimator_take_q15(&late, &b));
@@ -344,7 +356,8 @@ static void test_a_background_that_is_interrupted_learns_the_same(void)
         if (waits-- != 0 || !taken) continue;
         const bool judged = late.stage.name != DQW_STAGE_RANDOM;
         if (dqw_estimator_learn_q15(&late, &b) && judged) dqw_estimator_stage_on_q15(&late, true);
-        HOLDS(learned_alike(&p.q, &late) && late.stage.name == p.q.stage.name && late.elapsed == (blocks++ == 0 ? 2u : 1u));
+        HOLDS(learned_alike(&p.q, &late) && late.stage.name == p.q.stage.name &&
+              late.elapsed == (blocks++ == 0 ? 2u : 1u));
     }
     HOLDS(p.q.blocks > 300 && blocks > 500);
     // Three halves are lost.
@@ -363,7 +376,8 @@ static void test_a_background_that_is_interrupted_learns_the_same(void)
     HOLDS(p.q.elapsed == 5 && p.q.missed == 3);
 }
 
-// Start values ten times too large or too small, or none: what is learned does not show them, and no weight leaves its bits.
+// Start values ten times too large or too small, or none: what is learned does not show them, and no weight leaves its
+// bits.
 static void test_start_values_are_no_prior(void)
 {
     static const double factor[] = {1.0, 10.0, 0.1, 0.0};
@@ -390,7 +404,8 @@ static void test_start_values_are_no_prior(void)
     }
 }
 
-// Pole pairs of a machine with the same electrical signals, found in time and not before; L_d, L_q, flux go on from there.
+// Pole pairs of a machine with the same electrical signals, found in time and not before; L_d, L_q, flux go on from
+// there.
 static void test_pole_pairs_are_found(void)
 {
     static const int poles[] = {1, 2, 4, 15, 40};
@@ -412,8 +427,10 @@ static void test_pole_pairs_are_found(void)
                 // Of the full speed as much in all.
                 s.w_m_rad_s *= (float)(4 * W_FULL / 400.0);
                 const dqw_sample_q15 q = rounded(&s);
-                if (dqw_estimator_sample_q15(&p.q, &q, false) & DQW_EVENT_BLOCK) (void)dqw_estimator_background_q15(&p.q);
-                if (dqw_estimator_sample_q15(&given, &q, false) & DQW_EVENT_BLOCK) (void)dqw_estimator_background_q15(&given);
+                if (dqw_estimator_sample_q15(&p.q, &q, false) & DQW_EVENT_BLOCK)
+                    (void)dqw_estimator_background_q15(&p.q);
+                if (dqw_estimator_sample_q15(&given, &q, false) & DQW_EVENT_BLOCK)
+                    (void)dqw_estimator_background_q15(&given);
                 CASE("%d pole pairs, noise %d, sample %d", poles[n], noisy, k);
                 HOLDS(p.q.pole_pairs == 0 || p.q.pole_pairs == poles[n]);
                 if (found >= 0 || p.q.pole_pairs == 0) continue;
@@ -435,8 +452,12 @@ static void test_settled_rows(void)
 {
     static const double truth[] = {0.9, 2.2e-3, 2.8e-3, 0.12};
     for (int given = 0; given < 2; given++) {
-        const dqw_estimator_q15_config c = {
-            .scale = {.v_full_mV = 180000, .i_full_mA = 15000, .w_full_mrad_s = 250000, .dt_ns = 1000, .pole_pairs = given ? 4 : 0}, .settled = true};
+        const dqw_estimator_q15_config c = {.scale = {.v_full_mV = 180000,
+                                                      .i_full_mA = 15000,
+                                                      .w_full_mrad_s = 250000,
+                                                      .dt_ns = 1000,
+                                                      .pole_pairs = given ? 4 : 0},
+                                            .settled = true};
         pair p;
         p.qc = c;
         TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_estimator_init_q15(&p.q, &p.qc));
@@ -456,8 +477,11 @@ static void test_settled_rows(void)
             for (int i = 0; i < 4; i++) v[0] += truth[i] * x_d[i], v[1] += truth[i] * x_q[i];
             ls_add(&ls, x_d, v[0]);
             ls_add(&ls, x_q, v[1]);
-            dqw_sample_q15 s = {
-                .v_d_q15 = q15(v[0], 180), .v_q_q15 = q15(v[1], 180), .i_d_q15 = q15(i_d, 15), .i_q_q15 = q15(i_q, 15), .w_m_q15 = q15(w_m, 250)};
+            dqw_sample_q15 s = {.v_d_q15 = q15(v[0], 180),
+                                .v_q_q15 = q15(v[1], 180),
+                                .i_d_q15 = q15(i_d, 15),
+                                .i_q_q15 = q15(i_q, 15),
+                                .w_m_q15 = q15(w_m, 250)};
             channel[0] = &s.v_d_q15;
             TEST_ASSERT_EQUAL_UINT32(DQW_EVENT_BLOCK, dqw_estimator_sample_q15(&p.q, &s, false));
             if (k == 100) {
@@ -471,14 +495,16 @@ static void test_settled_rows(void)
         double best[LS_MAX];
         double inverse[LS_MAX][LS_MAX];
         (void)ls_solve(&ls, best, inverse);
-        HOLDS(p.q.missed == 1 && p.q.gate.saturated == 1 && p.q.restarts == 0 && dqw_estimator_voltage_acts_q15(&p.q) == DQW_VOLTAGE_NOT_KNOWN);
+        HOLDS(p.q.missed == 1 && p.q.gate.saturated == 1 && p.q.restarts == 0 &&
+              dqw_estimator_voltage_acts_q15(&p.q) == DQW_VOLTAGE_NOT_KNOWN);
         for (int i = 0; i < 4; i++) {
             CASE("%s, pole pairs %d", NAME[i], given);
             if (i > 0 && !given) {
                 HOLDS(isinf(q_sd(&p, i)) || q_sd(&p, i) > 1e37);
                 continue;
             }
-            // All rows count, those of stage 2 as well: what is left is the rounding of the signals, 0.05 deviations of the noise.
+            // All rows count, those of stage 2 as well: what is left is the rounding of the signals, 0.05 deviations of
+            // the noise.
             BETWEEN(-0.1, (q_value(&p, i) - best[i]) / (0.05 * sqrt(inverse[i][i])), 0.1);
             BETWEEN(0.8, q_sd(&p, i) / (0.05 * sqrt(inverse[i][i])), 1.3);
         }
@@ -523,8 +549,8 @@ static void test_the_late_voltage_goes_on_around_what_was_solved(void)
     for (int i = 0; i < LATE; i++) HOLDS(p.q.normal.b_q32[i] == 0);
 }
 
-// A voltage that acts a period after the sample it comes with, and one held in the stationary frame: said so, they are learned as well; not said, the
-// motion tells. 4 pole pairs of 70 rad/s in 50 us turn by 0.014 rad.
+// A voltage that acts a period after the sample it comes with, and one held in the stationary frame: said so, they are
+// learned as well; not said, the motion tells. 4 pole pairs of 70 rad/s in 50 us turn by 0.014 rad.
 static void test_when_the_voltage_acts(void)
 {
     for (int way = 0; way < 16; way++) {
@@ -565,8 +591,11 @@ static void test_noise_in_dead_time(void)
     begin(&p);
     const double sd[2] = {0.02, 0.005};  // of the full current
     const double slope = 0.6 / (0.8 / I_FULL);
-    dqw_estimator_q15_block b = {.weight = 420, .with = {.rows = 8192, .slopes = 1000, .slope_q15 = (uint32_t)(0.6 * 32768 * 1000), .follow_q15 = 20000}};
-    for (int axis = 0; axis < 2; axis++) b.with.noise_q30[axis] = (int64_t)(-2 * sd[axis] * sd[axis] * 8192 * 1073741824.0);
+    dqw_estimator_q15_block b = {
+        .weight = 420,
+        .with = {.rows = 8192, .slopes = 1000, .slope_q15 = (uint32_t)(0.6 * 32768 * 1000), .follow_q15 = 20000}};
+    for (int axis = 0; axis < 2; axis++)
+        b.with.noise_q30[axis] = (int64_t)(-2 * sd[axis] * sd[axis] * 8192 * 1073741824.0);
     dqw_rows_q15 r;
     dqw_estimator_rows_of_q15(&p.q, &b, &r);
     const double h = 20;
@@ -581,9 +610,12 @@ static void test_noise_in_dead_time(void)
         const double wide = 0.53 / (sqrt(left) + 1.2 * width);
         const double g = mean * slope / 30;
         BETWEEN(0.999, ldexp((double)r.noise_q56[axis][DQW_NOISE_Q15_R_IN_DEAD], -56) / (g * R * var), 1.001);
-        BETWEEN(0.999, ldexp((double)r.noise_q56[axis][DQW_NOISE_Q15_DEAD_IN_R], -56) / (g * R * (var - 0.5 * left * sqrt(left) / (sqrt(left) + width))),
+        BETWEEN(0.999,
+                ldexp((double)r.noise_q56[axis][DQW_NOISE_Q15_DEAD_IN_R], -56) /
+                    (g * R * (var - 0.5 * left * sqrt(left) / (sqrt(left) + width))),
                 1.001);
-        BETWEEN(0.999, ldexp((double)r.noise_q56[axis][DQW_DEAD_TIME], -56) / (g * var * fmax(slope, wide) / 30), 1.001);
+        BETWEEN(0.999, ldexp((double)r.noise_q56[axis][DQW_DEAD_TIME], -56) / (g * var * fmax(slope, wide) / 30),
+                1.001);
         BETWEEN(0.999, ldexp((double)r.noise_q56[axis][DQW_R], -56) / (mean * R * R * var), 1.001);
     }
 }

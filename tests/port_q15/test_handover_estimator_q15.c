@@ -1,5 +1,5 @@
-// Samples interrupt the background of the estimator in whole numbers after any one of its instructions: what is learned is what would be learned had
-// they come behind it, to the bit.
+// Samples interrupt the background of the estimator in whole numbers after any one of its instructions: what is learned
+// is what would be learned had they come behind it, to the bit.
 #include "preempt.h"
 // The above comes first: it asks for the names of the registers.
 #include "dqw_estimator_block_q15.h"
@@ -56,7 +56,8 @@ static void make_rows(void)
     }
 }
 
-// Blocks of stage 2 and its end, noise begun anew, weights solved and not solved; with the pole pairs given, and sought and found.
+// Blocks of stage 2 and its end, noise begun anew, weights solved and not solved; with the pole pairs given, and sought
+// and found.
 static void test_samples_may_interrupt_the_background_anywhere(void)
 {
 #if PREEMPT_HERE
@@ -102,8 +103,8 @@ static bool one_of_them(void)
     return false;
 }
 
-// A whole half comes after any one instruction: as before the background where it had not taken its block, whose successor is lost; else behind it,
-// with what it gave back adopted at once or a half later.
+// A whole half comes after any one instruction: as before the background where it had not taken its block, whose
+// successor is lost; else behind it, with what it gave back adopted at once or a half later.
 static void test_a_half_may_end_in_the_background_anywhere(void)
 {
 #if PREEMPT_HERE

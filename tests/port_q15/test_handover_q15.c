@@ -1,5 +1,5 @@
-// Samples interrupt the background of estimator and monitor in whole numbers after any one of its instructions: what is learned is what would be
-// learned had they come behind it, to the bit.
+// Samples interrupt the background of estimator and monitor in whole numbers after any one of its instructions: what is
+// learned is what would be learned had they come behind it, to the bit.
 #include "preempt.h"
 // The above comes first: it asks for the names of the registers.
 #include "dqw_monitor_q15.h"
@@ -29,7 +29,8 @@ static int16_t q15(double x, double full) { return (int16_t)lrint(fmax(-32768.0,
 static dqw_sample_q15 sample(int k)
 {
     const dqw_sim_row *r = &rows[k];
-    return dqw_sample_from_dq_q15(q15(r->v_d_V, V_FULL), q15(r->v_q_V, V_FULL), q15(r->i_d_A, I_FULL), q15(r->i_q_A, I_FULL), q15(r->w_m_rad_s, W_FULL),
+    return dqw_sample_from_dq_q15(q15(r->v_d_V, V_FULL), q15(r->v_q_V, V_FULL), q15(r->i_d_A, I_FULL),
+                                  q15(r->i_q_A, I_FULL), q15(r->w_m_rad_s, W_FULL),
                                   (uint16_t)(lrint(r->theta_e_rad / (2 * PI) * 65536) & 65535));
 }
 
@@ -84,7 +85,8 @@ static void test_samples_may_interrupt_the_background_anywhere(void)
     make_log();
     const dqw_monitor_q15_config c = config_of();
     static dqw_monitor_q15 start;
-    // Every instruction of every case where it may take minutes; else one in so many of a few: stopping at each takes time already.
+    // Every instruction of every case where it may take minutes; else one in so many of a few: stopping at each takes
+    // time already.
     const bool full = getenv("DQW_FULL") != NULL;
     const long stride = full ? 1 : 199;
     static const int until[] = {HALF, 600, 1000, 8000, 16000, 20000, 24500, 30000};
@@ -101,7 +103,8 @@ static void test_samples_may_interrupt_the_background_anywhere(void)
             memcpy(&held, &start, sizeof held);
             HOLDS(memcmp(&held, &expected, sizeof held) != 0);
             const long instructions = preempt_everywhere(stride, background, interrupt, equal);
-            CASE("row %d, %d samples, stage %d: %ld instructions", at_row, samples, (int)dqw_monitor_stage_q15(&start), instructions);
+            CASE("row %d, %d samples, stage %d: %ld instructions", at_row, samples, (int)dqw_monitor_stage_q15(&start),
+                 instructions);
             if (full) printf("%s\n", test_case);
             places += instructions / stride;
             HOLDS(instructions > 100);

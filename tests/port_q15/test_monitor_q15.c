@@ -1,5 +1,5 @@
-// The monitor in whole numbers by itself: what it refuses, why it does not watch, what would be an event, what outlives a power cycle, and the circle
-// with an effect. That it sees what the monitor in float sees is test_twin_monitor.c's.
+// The monitor in whole numbers by itself: what it refuses, why it does not watch, what would be an event, what outlives
+// a power cycle, and the circle with an effect. That it sees what the monitor in float sees is test_twin_monitor.c's.
 #include "dqw_monitor_q15.h"
 #include "dqw_monitor.h"
 #include "dqw_estimator_block_q15.h"
@@ -42,8 +42,8 @@ static int16_t q15(double x, double full) { return (int16_t)lrint(fmax(-32768.0,
 
 static dqw_sample_q15 sample_of(double v_d, double v_q, double i_d, double i_q, double w, double theta_rad)
 {
-    return dqw_sample_from_dq_q15(q15(v_d, V_FULL), q15(v_q, V_FULL), q15(i_d, I_FULL), q15(i_q, I_FULL), q15(w, W_FULL),
-                                  (uint16_t)(lrint(theta_rad / (2 * PI) * 65536) & 65535));
+    return dqw_sample_from_dq_q15(q15(v_d, V_FULL), q15(v_q, V_FULL), q15(i_d, I_FULL), q15(i_q, I_FULL),
+                                  q15(w, W_FULL), (uint16_t)(lrint(theta_rad / (2 * PI) * 65536) & 65535));
 }
 
 static dqw_sample_q15 row_sample(int k)
@@ -121,10 +121,14 @@ static void test_init_names_the_field_that_it_refuses_and_leaves_the_object_alon
     const struct {
         uint32_t *field, bad, best;
         enum dqw_status status;
-    } fields[] = {{&c.alpha_ppm_per_K, 1000001, 1000000, DQW_ERR_ALPHA},         {&c.beta_ppm_per_K, 1000001, 1000000, DQW_ERR_BETA},
-                  {&c.heating_mK_s, 1000001, 1000000, DQW_ERR_HEATING},          {&c.residual_floor_ppm, 1000001, 1000000, DQW_ERR_RESIDUAL_FLOOR},
-                  {&c.estimator.scale.v_full_mV, 0, 20000, DQW_ERR_V_BASE},      {&c.estimator.scale.i_full_mA, 0, 8000, DQW_ERR_I_BASE},
-                  {&c.estimator.scale.w_full_mrad_s, 0, 150000, DQW_ERR_W_BASE}, {&c.estimator.scale.dt_ns, 0, 60000, DQW_ERR_DT},
+    } fields[] = {{&c.alpha_ppm_per_K, 1000001, 1000000, DQW_ERR_ALPHA},
+                  {&c.beta_ppm_per_K, 1000001, 1000000, DQW_ERR_BETA},
+                  {&c.heating_mK_s, 1000001, 1000000, DQW_ERR_HEATING},
+                  {&c.residual_floor_ppm, 1000001, 1000000, DQW_ERR_RESIDUAL_FLOOR},
+                  {&c.estimator.scale.v_full_mV, 0, 20000, DQW_ERR_V_BASE},
+                  {&c.estimator.scale.i_full_mA, 0, 8000, DQW_ERR_I_BASE},
+                  {&c.estimator.scale.w_full_mrad_s, 0, 150000, DQW_ERR_W_BASE},
+                  {&c.estimator.scale.dt_ns, 0, 60000, DQW_ERR_DT},
                   {&c.estimator.drift_ppm, 1000001, 1000000, DQW_ERR_DRIFT}};
     for (unsigned i = 0; i < sizeof fields / sizeof fields[0]; i++) {
         CASE("field %u", i);
@@ -184,8 +188,10 @@ static void test_why_a_monitor_is_not_in_service(void)
     // The whole way of a healthy drive.
     const course o = watch(&m, 0, row_count);
     CASE("whys %x, service at %g s, watching at %g s", (unsigned)o.whys, o.service_s, o.watching_s);
-    const uint32_t expected = 1u << DQW_WHY_NOISE | 1u << DQW_WHY_BLOCKS | 1u << DQW_WHY_RESTS | 1u << DQW_WHY_IN_SERVICE;
-    const uint32_t may = 1u << DQW_WHY_NO_BLOCK | 1u << DQW_WHY_R | 1u << DQW_WHY_LQ | 1u << DQW_WHY_PSI | 1u << DQW_WHY_EXCITATION | 1u << DQW_WHY_RESIDUAL;
+    const uint32_t expected = 1u << DQW_WHY_NOISE | 1u << DQW_WHY_BLOCKS | 1u << DQW_WHY_RESTS |
+                              1u << DQW_WHY_IN_SERVICE;
+    const uint32_t may = 1u << DQW_WHY_NO_BLOCK | 1u << DQW_WHY_R | 1u << DQW_WHY_LQ | 1u << DQW_WHY_PSI |
+                         1u << DQW_WHY_EXCITATION | 1u << DQW_WHY_RESIDUAL;
     HOLDS(o.events == 0 && (o.whys & expected) == expected && (o.whys & ~(expected | may)) == 0);
     BETWEEN(0.5, o.service_s, 0.8);
     BETWEEN(0.8, o.watching_s - o.service_s, 1.1);  // a rest of 60 looks of 16 blocks
@@ -205,8 +211,8 @@ static void test_why_a_monitor_is_not_in_service(void)
     m = begin(&c);
     test_random r = {1};
     for (int k = 0; k < 20000; k++) {
-        const dqw_sample_q15 x = sample_of(0.05 * random_normal(&r), 0.05 * random_normal(&r), 0.02 * random_normal(&r), 0.02 * random_normal(&r),
-                                           0.1 * random_normal(&r), 0.3);
+        const dqw_sample_q15 x = sample_of(0.05 * random_normal(&r), 0.05 * random_normal(&r), 0.02 * random_normal(&r),
+                                           0.02 * random_normal(&r), 0.1 * random_normal(&r), 0.3);
         (void)dqw_monitor_sample_q15(&m, &x, false);
         (void)dqw_monitor_background_q15(&m);
     }
@@ -229,7 +235,8 @@ static void test_why_a_monitor_is_not_in_service(void)
     }
     c.estimator.voltage_next = false;
 
-    // A machine that turns and has no current, one without current on q, one at rest: R, L_q and the flux, in this order.
+    // A machine that turns and has no current, one without current on q, one at rest: R, L_q and the flux, in this
+    // order.
     static const enum dqw_why expect[] = {DQW_WHY_R, DQW_WHY_LQ, DQW_WHY_PSI};
     c.estimator.dead_time_width_mA = 0;
     for (int kind = 0; kind < 3; kind++) {
@@ -243,7 +250,8 @@ static void test_why_a_monitor_is_not_in_service(void)
             const double di_q = kind == 2 ? 2 * cos(7 * slow) * 2 * PI * 7e-4 / DT_S : 0.0;
             const double v_d = 0.5 * i_d + 1e-3 * di_d - 4 * w * 1.4e-3 * i_q + 0.01 * random_normal(&r);
             const double v_q = 0.5 * i_q + 1.4e-3 * di_q + 4 * w * (1e-3 * i_d + 0.02) + 0.01 * random_normal(&r);
-            const dqw_sample_q15 x = sample_of(v_d, v_q, i_d + 0.003 * random_normal(&r), i_q + 0.003 * random_normal(&r), w + 0.01 * random_normal(&r),
+            const dqw_sample_q15 x = sample_of(v_d, v_q, i_d + 0.003 * random_normal(&r),
+                                               i_q + 0.003 * random_normal(&r), w + 0.01 * random_normal(&r),
                                                remainder(4 * 60 * k * DT_S, 2 * PI));
             (void)dqw_monitor_sample_q15(&m, &x, false);
             (void)dqw_monitor_background_q15(&m);
@@ -275,8 +283,10 @@ static void test_sensitivity(void)
     static const struct {
         enum dqw_monitor_channel channel;
         double band;
-    } bands[] = {{DQW_WATCH_R, 0.04 * 0.5},         {DQW_WATCH_LD, 0.06 * 1e-3},    {DQW_WATCH_LQ, 0.06 * 1.4e-3}, {DQW_WATCH_PSI, 0.012 * 0.02},
-                 {DQW_WATCH_DEAD_TIME, 0.005 * 14}, {DQW_WATCH_ANGLE, 0.02 * 0.02}, {DQW_WATCH_OFFSET, 0.01 * 6},  {DQW_WATCH_RESISTANCE, 0.03 * 0.5 / 3},
+    } bands[] = {{DQW_WATCH_R, 0.04 * 0.5},         {DQW_WATCH_LD, 0.06 * 1e-3},
+                 {DQW_WATCH_LQ, 0.06 * 1.4e-3},     {DQW_WATCH_PSI, 0.012 * 0.02},
+                 {DQW_WATCH_DEAD_TIME, 0.005 * 14}, {DQW_WATCH_ANGLE, 0.02 * 0.02},
+                 {DQW_WATCH_OFFSET, 0.01 * 6},      {DQW_WATCH_RESISTANCE, 0.03 * 0.5 / 3},
                  {DQW_WATCH_SHORT, 0.003 / 1.5},    {DQW_WATCH_TEMPERATURE, 110}};
     for (unsigned i = 0; i < sizeof bands / sizeof bands[0]; i++) {
         const int channel = (int)bands[i].channel;
@@ -285,7 +295,10 @@ static void test_sensitivity(void)
         CASE("channel %d: %g, band %g, sd %g", channel, x, bands[i].band, sd);
         BETWEEN(0.97, x / fmax(bands[i].band, channel == DQW_WATCH_TEMPERATURE ? 0 : 5.0 * sd), 1.45);
     }
-    BETWEEN(2.0, (double)dqw_monitor_sensitivity_q15(&m, DQW_WATCH_RESIDUAL) / (double)dqw_monitor_read_q15(&m, DQW_WATCH_RESIDUAL).value_q40, 6.0);
+    BETWEEN(2.0,
+            (double)dqw_monitor_sensitivity_q15(&m, DQW_WATCH_RESIDUAL) /
+                (double)dqw_monitor_read_q15(&m, DQW_WATCH_RESIDUAL).value_q40,
+            6.0);
     HOLDS(dqw_monitor_sensitivity_q15(&m, (enum dqw_monitor_channel) - 1) == INT64_MAX);
     HOLDS(dqw_monitor_sensitivity_q15(&m, DQW_WATCH_CHANNELS) == INT64_MAX);
     // What it reads is the machine.
@@ -294,7 +307,8 @@ static void test_sensitivity(void)
     BETWEEN(-2, value_of(&m, DQW_WATCH_TEMPERATURE), 2);
     HOLDS(dqw_monitor_read_q15(&m, DQW_WATCH_R).usable && dqw_monitor_read_q15(&m, DQW_WATCH_PSI).usable &&
           !dqw_monitor_read_q15(&m, DQW_WATCH_TEMPERATURE).usable);
-    // Within a band that is too narrow, five deviations: of the value now, and of the healthy one, which is a mean over looks.
+    // Within a band that is too narrow, five deviations: of the value now, and of the healthy one, which is a mean over
+    // looks.
     dqw_monitor_q15_config narrow = c;
     for (int i = 0; i < DQW_WATCH_CHANNELS; i++) narrow.band_ppm[i] = 10;
     m.config = &narrow;
@@ -321,8 +335,8 @@ static void test_an_event_is_told_once_with_its_times(void)
     const dqw_monitor_q15_config c = config_of();
     dqw_monitor_q15 m = begin(&c);
     const course o = watch(&m, 0, row_count);
-    CASE("%d events, the first at %g s, fault %d, phase %d, since %g s", o.events, o.first_s, (int)o.first.fault.name, o.first.fault.phase,
-         (double)o.first.since * DT_S);
+    CASE("%d events, the first at %g s, fault %d, phase %d, since %g s", o.events, o.first_s, (int)o.first.fault.name,
+         o.first.fault.phase, (double)o.first.since * DT_S);
     HOLDS(o.events == 1 && o.first.parameter == DQW_WATCH_PSI && o.first.fault.name == f->name);
     BETWEEN(0.7 * f->delay_s, o.first_s - ONSET_S, 1.4 * f->delay_s);
     BETWEEN(o.first_s - 0.002, (double)o.first.sample * DT_S, o.first_s + 0.002);
@@ -368,7 +382,8 @@ static void test_a_store_that_is_damaged_or_another_machines_is_refused(void)
             CASE("byte %u, bit %u", (unsigned)i, bit);
             dqw_monitor_stored_q15 damaged = stored;
             ((unsigned char *)&damaged)[i] ^= (unsigned char)bit;
-            HOLDS(dqw_monitor_restore_q15(&m, &damaged) == (i < sizeof stored.version ? DQW_ERR_STORE_VERSION : DQW_ERR_STORE_DAMAGED));
+            HOLDS(dqw_monitor_restore_q15(&m, &damaged) ==
+                  (i < sizeof stored.version ? DQW_ERR_STORE_VERSION : DQW_ERR_STORE_DAMAGED));
             HOLDS(memcmp(&m, &fresh, sizeof m) == 0);
         }
 
@@ -383,7 +398,8 @@ static void test_a_store_that_is_damaged_or_another_machines_is_refused(void)
                                  &c.estimator.psi_nWb,
                                  &c.estimator.dead_time_width_mA,
                                  &c.J_nkgm2};
-    bool *const flags[] = {&c.estimator.encoder_offset, &c.estimator.noise_on_inputs, &c.estimator.voltage_next, &c.estimator.voltage_held, &c.commissioned};
+    bool *const flags[] = {&c.estimator.encoder_offset, &c.estimator.noise_on_inputs, &c.estimator.voltage_next,
+                           &c.estimator.voltage_held, &c.commissioned};
     for (unsigned i = 0; i < 15 + 3; i++) {
         CASE("field %u", i);
         c = good;
@@ -410,11 +426,13 @@ static void test_a_store_that_is_damaged_or_another_machines_is_refused(void)
     TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_monitor_restore_q15(&m, &stored));
     TEST_ASSERT_EQUAL_MEMORY(stored.healthy_q24, m.is.healthy_q24, sizeof stored.healthy_q24);
     TEST_ASSERT_EQUAL_MEMORY(stored.looks, m.watch.looks, sizeof stored.looks);
-    HOLDS(m.is.cold_R_q24 == stored.cold_R_q24 && m.is.cold_psi_q24 == stored.cold_psi_q24 && m.is.healthy_residual_q54 == stored.healthy_residual_q54);
+    HOLDS(m.is.cold_R_q24 == stored.cold_R_q24 && m.is.cold_psi_q24 == stored.cold_psi_q24 &&
+          m.is.healthy_residual_q54 == stored.healthy_residual_q54);
 }
 
 // The joint as it is after the power cycle, through a monitor with what was stored before it.
-static course after_power_cycle(const dqw_monitor_q15_config *c, const dqw_monitor_stored_q15 *stored, const dqw_sim_scenario *s, dqw_monitor_q15 *m)
+static course after_power_cycle(const dqw_monitor_q15_config *c, const dqw_monitor_stored_q15 *stored,
+                                const dqw_sim_scenario *s, dqw_monitor_q15 *m)
 {
     simulate(s);
     *m = begin(c);
@@ -442,7 +460,8 @@ static void test_what_changed_while_it_was_off_is_an_event_and_heat_is_none(void
     s = joint(1.6);
     s.nonideal.demagnetisation = (dqw_sim_ramp){0.06, 0.0, 1e-4};
     o = after_power_cycle(&c, &stored, &s, &m);
-    CASE("demagnetisation: service at %g s, %d events, the first at %g s, fault %d", o.service_s, o.events, o.first_s, (int)o.first.fault.name);
+    CASE("demagnetisation: service at %g s, %d events, the first at %g s, fault %d", o.service_s, o.events, o.first_s,
+         (int)o.first.fault.name);
     if (getenv("DQW_TEST_VALUES") != NULL) printf("%s\n", test_case);
     HOLDS(o.events >= 1 && o.first.parameter == DQW_WATCH_PSI && o.first.fault.name == DQW_FAULT_DEMAGNETISATION);
     BETWEEN(0.38, o.first_s - o.service_s, 0.6);  // 24 looks to settle, and a few to see it
@@ -452,7 +471,8 @@ static void test_what_changed_while_it_was_off_is_an_event_and_heat_is_none(void
     set(&s, "nonideal.phase_connection_ohm", ".t_end_s", 1e-4);
     set(&s, "nonideal.phase_connection_ohm", "", 0.08);
     o = after_power_cycle(&c, &stored, &s, &m);
-    CASE("phase connection: service at %g s, %d events, the first at %g s, fault %d", o.service_s, o.events, o.first_s, (int)o.first.fault.name);
+    CASE("phase connection: service at %g s, %d events, the first at %g s, fault %d", o.service_s, o.events, o.first_s,
+         (int)o.first.fault.name);
     if (getenv("DQW_TEST_VALUES") != NULL) printf("%s\n", test_case);
     HOLDS(o.events >= 1 && o.first.fault.name == DQW_FAULT_PHASE_CONNECTION);
     BETWEEN(0.38, o.first_s - o.service_s, 0.7);
@@ -468,8 +488,8 @@ static void test_what_changed_while_it_was_off_is_an_event_and_heat_is_none(void
         s.nonideal.winding_alpha_per_K = (dqw_sim_ramp){0.0039 * heats[i].winding_K, 0.0, 1e-4};
         s.nonideal.magnet_beta_per_K = (dqw_sim_ramp){-0.001 * heats[i].magnet_K, 0.0, 1e-4};
         o = after_power_cycle(&c, &stored, &s, &m);
-        CASE("%s: service at %g s, %d events, the first at %g s, fault %d; R %g, flux %g", heats[i].text, o.service_s, o.events, o.first_s,
-             (int)o.first.fault.name, value_of(&m, DQW_WATCH_R), value_of(&m, DQW_WATCH_PSI));
+        CASE("%s: service at %g s, %d events, the first at %g s, fault %d; R %g, flux %g", heats[i].text, o.service_s,
+             o.events, o.first_s, (int)o.first.fault.name, value_of(&m, DQW_WATCH_R), value_of(&m, DQW_WATCH_PSI));
         HOLDS(o.events == 0 && isfinite(o.watching_s));
         BETWEEN(heats[i].winding_K - 3, value_of(&m, DQW_WATCH_TEMPERATURE), heats[i].winding_K + 3);
     }
@@ -492,15 +512,16 @@ static void test_what_changed_while_it_was_off_is_an_event_and_heat_is_none(void
     s.nonideal.winding_alpha_per_K = (dqw_sim_ramp){0.0039 * 140, 0.0, 1e-4};
     o = after_power_cycle(&c, &stored, &s, &m);
     const double healthy_ohm = m.is.healthy_q24[DQW_R] * unit_of(&m, DQW_R) * 65536;
-    CASE("too warm: %d events, the first of channel %d, fault %d, healthy R %g", o.events, (int)o.first.parameter, (int)o.first.fault.name, healthy_ohm);
+    CASE("too warm: %d events, the first of channel %d, fault %d, healthy R %g", o.events, (int)o.first.parameter,
+         (int)o.first.fault.name, healthy_ohm);
     HOLDS(o.events >= 1 && o.first.fault.name == DQW_FAULT_OVER_TEMPERATURE);
     BETWEEN(0.5 * (1 + 0.0039 * 108), healthy_ohm, 0.5 * (1 + 0.0039 * 114));
 }
 
 // ---- the circle ----
 
-// Domain knowledge, random learning, ordinal learning, threshold: an effect that the configuration lacks keeps the residual above it; defined anew with
-// the effect, the monitor is in service, has learned its weight and watches.
+// Domain knowledge, random learning, ordinal learning, threshold: an effect that the configuration lacks keeps the
+// residual above it; defined anew with the effect, the monitor is in service, has learned its weight and watches.
 static void test_the_circle_with_an_effect(void)
 {
 #if DQW_EFFECT_WEIGHTS > 0
@@ -514,9 +535,11 @@ static void test_the_circle_with_an_effect(void)
     dqw_monitor_q15 m = begin(&c);
     const course lacking = watch(&m, 0, row_count);
     CASE("residual %u ppm", (unsigned)m.estimator.stage.residual_ppm);
-    HOLDS(dqw_monitor_stage_q15(&m) == DQW_STAGE_DOMAIN && dqw_monitor_why_q15(&m) == DQW_WHY_THRESHOLD && lacking.events == 0 && !isfinite(lacking.service_s));
+    HOLDS(dqw_monitor_stage_q15(&m) == DQW_STAGE_DOMAIN && dqw_monitor_why_q15(&m) == DQW_WHY_THRESHOLD &&
+          lacking.events == 0 && !isfinite(lacking.service_s));
     BETWEEN(6667, m.estimator.stage.residual_ppm, 70000);
-    static const dqw_effect_q15_config list[] = {{.effect = DQW_EFFECT_DEAD_TIME, .i_uA = 500000}, {.effect = DQW_EFFECT_VOLTAGE_OFFSET}};
+    static const dqw_effect_q15_config list[] = {{.effect = DQW_EFFECT_DEAD_TIME, .i_uA = 500000},
+                                                 {.effect = DQW_EFFECT_VOLTAGE_OFFSET}};
     dqw_monitor_q15_config better = c;
     better.estimator.effects = list;
     better.estimator.effect_count = 2;

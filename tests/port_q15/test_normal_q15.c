@@ -1,4 +1,5 @@
-// The normal equations in integers beside the covariance form in double, row by row: growth, near-singular inputs, full sums, refusals.
+// The normal equations in integers beside the covariance form in double, row by row: growth, near-singular inputs, full
+// sums, refusals.
 #include "dqw_normal_q15.h"
 #include "dqw_q15.h"
 #include "dqw_test.h"
@@ -22,7 +23,8 @@ static void test_init_refuses_and_leaves_the_object_alone(void)
     REFUSED(n, DQW_ERR_NULL, dqw_normal_init_q15(&n, 2, NULL, start));
     REFUSED(n, DQW_ERR_NULL, dqw_normal_init_q15(&n, 2, prior, NULL));
     static const int sizes[] = {0, -1, DQW_NORMAL_INPUTS + 1, 256 + 2, INT32_MAX, INT32_MIN};
-    for (unsigned k = 0; k < sizeof sizes / sizeof sizes[0]; k++) REFUSED(n, DQW_ERR_SIZE, dqw_normal_init_q15(&n, sizes[k], prior, start));
+    for (unsigned k = 0; k < sizeof sizes / sizeof sizes[0]; k++)
+        REFUSED(n, DQW_ERR_SIZE, dqw_normal_init_q15(&n, sizes[k], prior, start));
     static const int64_t bad_prior[] = {0, -1, INT64_MIN, (int64_t)1 << 40, INT64_MAX};
     for (unsigned k = 0; k < sizeof bad_prior / sizeof bad_prior[0]; k++) {
         const int64_t p[] = {1, bad_prior[k]};
@@ -91,7 +93,8 @@ static worst compare(int n, int rows, double condition, double noise, bool grows
         double z[6];
         double x[6];
         double y = noise * random_normal(&r);
-        for (int i = 0; i < n; i++) z[i] = random_uniform(&r, -1, 1) * (n > 1 ? pow(condition, -(double)i / (n - 1)) : 1.0);
+        for (int i = 0; i < n; i++)
+            z[i] = random_uniform(&r, -1, 1) * (n > 1 ? pow(condition, -(double)i / (n - 1)) : 1.0);
         for (int i = 0; i < n; i++) {
             double sum = 0.0;
             for (int j = 0; j < n; j++) sum += mix[i][j] * z[j];
@@ -113,7 +116,8 @@ static worst compare(int n, int rows, double condition, double noise, bool grows
         dqw_normal_solve_q15(&s, start, &w);
         HOLDS(w.out == 0);
         for (int i = 0; i < n; i++) {
-            out.weight = fmax(out.weight, fabs((double)(w.w_q40[i] / ONE_Q40 - c.w[i])) / (1e-3 * sqrt((double)c.p[i][i])));
+            out.weight = fmax(out.weight,
+                              fabs((double)(w.w_q40[i] / ONE_Q40 - c.w[i])) / (1e-3 * sqrt((double)c.p[i][i])));
             out.variance = fmax(out.variance, fabs((double)(w.cov_q40[i] / ONE_Q40 / c.p[i][i] - 1.0L)));
         }
     }
@@ -131,8 +135,10 @@ static void test_the_same_as_the_recursion(void)
         for (int c = 0; c < 3; c++)
             for (int v = 0; v < 3; v++) {
                 CASE("%d inputs, condition %g, noise %g", n, conditions[c], noises[v]);
-                const worst a = compare(n, scaled(3000), conditions[c], noises[v], false, (uint64_t)(100 * n + 10 * c + v));
-                const worst b = compare(n, scaled(3000), conditions[c], noises[v], true, (uint64_t)(100 * n + 10 * c + v));
+                const worst a = compare(n, scaled(3000), conditions[c], noises[v], false,
+                                        (uint64_t)(100 * n + 10 * c + v));
+                const worst b = compare(n, scaled(3000), conditions[c], noises[v], true,
+                                        (uint64_t)(100 * n + 10 * c + v));
                 all.weight = fmax(all.weight, a.weight), all.variance = fmax(all.variance, a.variance);
                 grown.weight = fmax(grown.weight, b.weight), grown.variance = fmax(grown.variance, b.variance);
             }
@@ -155,8 +161,10 @@ static void test_growth_moves_no_value(void)
     for (int k = 0; k < 500; k++) {
         const double a = random_uniform(&r, -1, 1);
         const double x[3] = {a, 0.5 * a + random_uniform(&r, -1, 1), random_uniform(&r, -0.3, 0.3)};
-        const int32_t x_q28[3] = {(int32_t)lrint(x[0] * ONE_Q28), (int32_t)lrint(x[1] * ONE_Q28), (int32_t)lrint(x[2] * ONE_Q28)};
-        dqw_normal_add_q15(&s, x_q28, (int32_t)lrint((0.7 * x[0] - 0.2 * x[1] + 1.1 * x[2] + 0.01 * random_normal(&r)) * ONE_Q28));
+        const int32_t x_q28[3] = {(int32_t)lrint(x[0] * ONE_Q28), (int32_t)lrint(x[1] * ONE_Q28),
+                                  (int32_t)lrint(x[2] * ONE_Q28)};
+        dqw_normal_add_q15(&s, x_q28,
+                           (int32_t)lrint((0.7 * x[0] - 0.2 * x[1] + 1.1 * x[2] + 0.01 * random_normal(&r)) * ONE_Q28));
     }
     dqw_solution_q15 before;
     dqw_normal_solve_q15(&s, start, &before);
@@ -188,7 +196,8 @@ static void test_growth_moves_no_value(void)
     TEST_ASSERT_EQUAL_MEMORY(&s, &same, sizeof s);
 }
 
-// Two inputs that are alike but for a part e: told apart above 2^-10, left out together below 2^-12, and the third one learned in any case.
+// Two inputs that are alike but for a part e: told apart above 2^-10, left out together below 2^-12, and the third one
+// learned in any case.
 static void test_near_singular_inputs_are_left_out(void)
 {
     static const int bits[] = {4, 8, 10, 12, 14, 20};
@@ -258,8 +267,8 @@ static void test_full_sums_halve(void)
     BETWEEN(1, halved, 1);
 }
 
-// Rows of every rank and size, with inputs that follow others but for a last place; and sums that no rows make. Nothing overflows, and what
-// is said to be learned has a finite variance.
+// Rows of every rank and size, with inputs that follow others but for a last place; and sums that no rows make. Nothing
+// overflows, and what is said to be learned has a finite variance.
 static void test_any_sums(void)
 {
     test_random r = {91};
@@ -282,7 +291,8 @@ static void test_any_sums(void)
             int32_t before = 0;
             for (int i = 0; i < n; i++) {
                 const int32_t any = dqw_q_signed32((uint32_t)random_bits(&r)) / 2;
-                // Followers of an input; or each nearly what the one before it was apart by: of such, none alone is near another.
+                // Followers of an input; or each nearly what the one before it was apart by: of such, none alone is
+                // near another.
                 if (k % 3 == 1)
                     x[i] = i < rank ? any / (1 << random_bits(&r) % 20) : x[i - rank] / 2 + any / (1 << (8 + small));
                 else
@@ -292,7 +302,8 @@ static void test_any_sums(void)
             dqw_normal_add_q15(&s, x, dqw_q_signed32((uint32_t)random_bits(&r)));
         }
         if (k % 3 == 0)
-            for (int i = 0; i < n * (n + 1) / 2; i++) s.a_q32[i] = dqw_q_signed32((uint32_t)random_bits(&r)) * ((int64_t)1 << random_bits(&r) % 30);
+            for (int i = 0; i < n * (n + 1) / 2; i++)
+                s.a_q32[i] = dqw_q_signed32((uint32_t)random_bits(&r)) * ((int64_t)1 << random_bits(&r) % 30);
         dqw_solution_q15 out;
         dqw_normal_solve_q15(&s, start, &out);
         HOLDS(out.left_q32 >= 0);

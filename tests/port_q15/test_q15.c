@@ -1,4 +1,5 @@
-// The arithmetic of the fixed-point port against 64-bit integers: all operands where there are 2^32 or fewer, else the edges and many more.
+// The arithmetic of the fixed-point port against 64-bit integers: all operands where there are 2^32 or fewer, else the
+// edges and many more.
 #include "dqw_q15.h"
 #include "dqw_scale.h"
 #include "dqw_test.h"
@@ -31,14 +32,16 @@ static int64_t any(test_random *r, int bits)
     return z & 8u ? x : -x;
 }
 
-// The learner's product, over all 2^32 pairs of its 16-bit operands; what is rounded away is drawn. The sanitized run takes every tenth row.
+// The learner's product, over all 2^32 pairs of its 16-bit operands; what is rounded away is drawn. The sanitized run
+// takes every tenth row.
 static void test_every_product_of_the_learner(void)
 {
     const int rows = scaled(65536);
     test_random r = {5};
     for (int k = 0; k < rows; k++) {
         const int32_t top = (int32_t)((int64_t)k * 65535 / (rows - 1)) - 32768;
-        const int32_t w_q31 = (int32_t)bound(65536 * (int64_t)top + (int64_t)(random_bits(&r) % 65536) - 32768, INT32_MIN, INT32_MAX);
+        const int32_t w_q31 = (int32_t)bound(65536 * (int64_t)top + (int64_t)(random_bits(&r) % 65536) - 32768,
+                                             INT32_MIN, INT32_MAX);
         int32_t wrong = 0;
         for (int32_t y = -32768; y < 32768; y++) wrong |= dqw_q30_mul(w_q31, (int16_t)y) ^ top * y;
         CASE("%d, weight %d", (int)top, (int)w_q31);
@@ -48,7 +51,8 @@ static void test_every_product_of_the_learner(void)
     for (int32_t y = -32768; y < 32768; y++) HOLDS(dqw_q30_mul(INT32_MAX, (int16_t)y) == 32768 * y);
 }
 
-// Its correction, over all pairs of what is rounded in it, 13 bits of the gain by 16; the gain's upper bits go through their range.
+// Its correction, over all pairs of what is rounded in it, 13 bits of the gain by 16; the gain's upper bits go through
+// their range.
 static void test_every_correction_of_the_learner(void)
 {
     const int rows = scaled(8192);
@@ -80,8 +84,10 @@ static void test_shifts_and_bounds(void)
         HOLDS(dqw_q_floor32(x, n) == floor_of(x, (int64_t)1 << n));
         HOLDS(dqw_q_floor32(x, 0) == x);
         HOLDS(dqw_q_floor64(y, m) == floor_of(y, (int64_t)1 << m));
-        if (x <= INT32_MAX - ((int32_t)1 << (n - 1))) HOLDS(dqw_q_round32(x, n) == floor_of((int64_t)x + ((int64_t)1 << (n - 1)), (int64_t)1 << n));
-        if (y <= INT64_MAX - ((int64_t)1 << (m - 1))) HOLDS(dqw_q_round64(y, m) == floor_of(y + ((int64_t)1 << (m - 1)), (int64_t)1 << m));
+        if (x <= INT32_MAX - ((int32_t)1 << (n - 1)))
+            HOLDS(dqw_q_round32(x, n) == floor_of((int64_t)x + ((int64_t)1 << (n - 1)), (int64_t)1 << n));
+        if (y <= INT64_MAX - ((int64_t)1 << (m - 1)))
+            HOLDS(dqw_q_round64(y, m) == floor_of(y + ((int64_t)1 << (m - 1)), (int64_t)1 << m));
         HOLDS(dqw_q15_sat(x) == sat15(x));
         HOLDS(dqw_q31_sat(y) == sat31(y));
         HOLDS(dqw_q28_sat(x) == bound(x, -(1 << 28), (1 << 28) - 1));
@@ -144,7 +150,8 @@ static void test_leading_zeros_and_scaling(void)
 
 static void test_scale_is_checked(void)
 {
-    const dqw_scale good = {.v_full_mV = 48000, .i_full_mA = 20000, .w_full_mrad_s = 400000, .dt_ns = 50000, .pole_pairs = 4};
+    const dqw_scale good = {
+        .v_full_mV = 48000, .i_full_mA = 20000, .w_full_mrad_s = 400000, .dt_ns = 50000, .pole_pairs = 4};
     TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_scale_check(&good));
     TEST_ASSERT_EQUAL_INT(DQW_ERR_NULL, dqw_scale_check(NULL));
     for (int field = 0; field < 4; field++) {

@@ -1,5 +1,5 @@
-// The effects' inputs in fixed point beside the float ones, each law over a whole trajectory; what is learned of them beside what float
-// learns; heat, refusals, any bits.
+// The effects' inputs in fixed point beside the float ones, each law over a whole trajectory; what is learned of them
+// beside what float learns; heat, refusals, any bits.
 #include "dqw_effect.h"
 #include "dqw_estimator.h"
 #include "dqw_estimator_q15.h"
@@ -23,8 +23,10 @@ enum { ROWS = 10000, SETTLED_ROWS = 600 };
 // Of settled rows.
 #define UNIT_S 1e-6
 
-static const dqw_scale scale = {.v_full_mV = 180000, .i_full_mA = 14000, .w_full_mrad_s = 220000, .dt_ns = 100000, .pole_pairs = P_TRUE};
-static const dqw_scale settled_scale = {.v_full_mV = 180000, .i_full_mA = 14000, .w_full_mrad_s = 220000, .dt_ns = 1000, .pole_pairs = P_TRUE};
+static const dqw_scale scale = {
+    .v_full_mV = 180000, .i_full_mA = 14000, .w_full_mrad_s = 220000, .dt_ns = 100000, .pole_pairs = P_TRUE};
+static const dqw_scale settled_scale = {
+    .v_full_mV = 180000, .i_full_mA = 14000, .w_full_mrad_s = 220000, .dt_ns = 1000, .pole_pairs = P_TRUE};
 
 typedef struct law {
     const char *name;
@@ -34,15 +36,27 @@ typedef struct law {
     double w[DQW_EFFECT_STARTS];
 } law;
 
-#define FLOAT(name, ...)                                                                                                                                       \
-    {                                                                                                                                                          \
-        .effect = (name), .shape = { __VA_ARGS__ }                                                                                                             \
+#define FLOAT(name, ...)                                                                                               \
+    {                                                                                                                  \
+        .effect = (name), .shape = { __VA_ARGS__ }                                                                     \
     }
 #define MACHINE .R_uohm = 900000, .Ld_nH = 2200000, .Lq_nH = 2800000, .psi_nWb = 120000000
 static const law laws[] = {
     {"dead_time", FLOAT(DQW_EFFECT_DEAD_TIME, 0.3f), {.effect = DQW_EFFECT_DEAD_TIME, .i_uA = 300000}, 1, 0, 0, {4}},
-    {"saturation", FLOAT(DQW_EFFECT_SATURATION, 15), {.effect = DQW_EFFECT_SATURATION, .i_uA = 15000000}, 1, 0, 1, {-0.004, -0.003, -0.002, -0.008, -0.003}},
-    {"cross_saturation", FLOAT(DQW_EFFECT_CROSS_SATURATION, 15), {.effect = DQW_EFFECT_CROSS_SATURATION, .i_uA = 15000000}, 1, 0, 1, {-0.006, -0.003, 0.002}},
+    {"saturation",
+     FLOAT(DQW_EFFECT_SATURATION, 15),
+     {.effect = DQW_EFFECT_SATURATION, .i_uA = 15000000},
+     1,
+     0,
+     1,
+     {-0.004, -0.003, -0.002, -0.008, -0.003}},
+    {"cross_saturation",
+     FLOAT(DQW_EFFECT_CROSS_SATURATION, 15),
+     {.effect = DQW_EFFECT_CROSS_SATURATION, .i_uA = 15000000},
+     1,
+     0,
+     1,
+     {-0.006, -0.003, 0.002}},
     {"winding_temperature",
      FLOAT(DQW_EFFECT_WINDING_TEMPERATURE, 25, 0),
      {.effect = DQW_EFFECT_WINDING_TEMPERATURE, .T_0_cC = 2500},
@@ -71,8 +85,20 @@ static const law laws[] = {
      0,
      1,
      {-0.02}},
-    {"iron_loss", FLOAT(DQW_EFFECT_IRON_LOSS, (float)R_TRUE, (float)LD_TRUE, (float)LQ_TRUE), {.effect = DQW_EFFECT_IRON_LOSS, MACHINE}, -1, 1, 0, {1.0 / 60}},
-    {"flux_harmonics", FLOAT(DQW_EFFECT_FLUX_HARMONICS, 6), {.effect = DQW_EFFECT_FLUX_HARMONICS, .order = 6}, 1, 0, 1, {2e-3, -1e-3, 0.5e-3, 1.5e-3}},
+    {"iron_loss",
+     FLOAT(DQW_EFFECT_IRON_LOSS, (float)R_TRUE, (float)LD_TRUE, (float)LQ_TRUE),
+     {.effect = DQW_EFFECT_IRON_LOSS, MACHINE},
+     -1,
+     1,
+     0,
+     {1.0 / 60}},
+    {"flux_harmonics",
+     FLOAT(DQW_EFFECT_FLUX_HARMONICS, 6),
+     {.effect = DQW_EFFECT_FLUX_HARMONICS, .order = 6},
+     1,
+     0,
+     1,
+     {2e-3, -1e-3, 0.5e-3, 1.5e-3}},
     {"current_offset",
      FLOAT(DQW_EFFECT_CURRENT_OFFSET, (float)R_TRUE, (float)LD_TRUE, (float)LQ_TRUE),
      {.effect = DQW_EFFECT_CURRENT_OFFSET, MACHINE},
@@ -96,13 +122,26 @@ static const law laws[] = {
      {0.05}},
     {"delay", FLOAT(DQW_EFFECT_DELAY, 0), {.effect = DQW_EFFECT_DELAY}, 0, 0, 0, {0.3}},
     {"skin_effect", FLOAT(DQW_EFFECT_SKIN_EFFECT, 0), {.effect = DQW_EFFECT_SKIN_EFFECT}, 1, -1, 2, {R_TRUE * 1.5e-6}},
-    {"phase_resistance_imbalance", FLOAT(DQW_EFFECT_PHASE_RESISTANCE_IMBALANCE, 0), {.effect = DQW_EFFECT_PHASE_RESISTANCE_IMBALANCE}, 1, -1, 0, {0.2, -0.1}},
-    {"voltage_offset", FLOAT(DQW_EFFECT_VOLTAGE_OFFSET, 0), {.effect = DQW_EFFECT_VOLTAGE_OFFSET}, 1, 0, 0, {1.5, -1.0}},
+    {"phase_resistance_imbalance",
+     FLOAT(DQW_EFFECT_PHASE_RESISTANCE_IMBALANCE, 0),
+     {.effect = DQW_EFFECT_PHASE_RESISTANCE_IMBALANCE},
+     1,
+     -1,
+     0,
+     {0.2, -0.1}},
+    {"voltage_offset",
+     FLOAT(DQW_EFFECT_VOLTAGE_OFFSET, 0),
+     {.effect = DQW_EFFECT_VOLTAGE_OFFSET},
+     1,
+     0,
+     0,
+     {1.5, -1.0}},
 };
 enum { LAWS = sizeof laws / sizeof laws[0] };
 
-// Measured. Inputs: largest difference, 1/32768 of the base, of pairs and of settled rows. What is learned: largest difference of a weight in
-// percent of the effect's largest, and of R, L_d, L_q, psi in percent of each; of pairs and of settled rows.
+// Measured. Inputs: largest difference, 1/32768 of the base, of pairs and of settled rows. What is learned: largest
+// difference of a weight in percent of the effect's largest, and of R, L_d, L_q, psi in percent of each; of pairs and
+// of settled rows.
 static const struct {
     double input[2], weight[2], plain[2];
 } measured[LAWS] = {
@@ -128,11 +167,17 @@ static const struct {
 static int half_of(const law *l)
 {
     const enum dqw_effect_name effect = l->one.effect;
-    return effect == DQW_EFFECT_FLUX_HARMONICS || effect == DQW_EFFECT_CURRENT_GAIN_MISMATCH || effect == DQW_EFFECT_PHASE_RESISTANCE_IMBALANCE ? 5 : 20;
+    return effect == DQW_EFFECT_FLUX_HARMONICS || effect == DQW_EFFECT_CURRENT_GAIN_MISMATCH ||
+                   effect == DQW_EFFECT_PHASE_RESISTANCE_IMBALANCE
+               ? 5
+               : 20;
 }
 
 // A unit of the weights, SI.
-static double unit_of(const law *l, bool settled) { return pow(V_FULL, l->v) * pow(I_FULL, l->i) * pow(settled ? UNIT_S : DT_S, l->dt); }
+static double unit_of(const law *l, bool settled)
+{
+    return pow(V_FULL, l->v) * pow(I_FULL, l->i) * pow(settled ? UNIT_S : DT_S, l->dt);
+}
 
 // Signals of a log: of a drive, or of settled points.
 typedef struct row {
@@ -153,7 +198,8 @@ static void drive_rows(void)
         for (size_t k = 0; k < count; k++) {
             const dqw_sim_row *r = &log[k];
             const double t = (double)k / ROWS;
-            kept[k] = (row){{r->v_d_V, r->v_q_V, r->i_d_A, r->i_q_A, r->w_m_rad_s}, r->theta_e_rad, 25 + 60 * t + 10 * sin(9 * t)};
+            kept[k] = (row){
+                {r->v_d_V, r->v_q_V, r->i_d_A, r->i_q_A, r->w_m_rad_s}, r->theta_e_rad, 25 + 60 * t + 10 * sin(9 * t)};
             for (int i = 0; i < 5; i++) TEST_ASSERT_TRUE(fabs(kept[k].x[i]) < 0.999 * full[i]);
         }
         free(log);
@@ -170,9 +216,10 @@ static void settled_rows(void)
         const double i_q = random_uniform(&r, -9, 9);
         const double w_m = random_uniform(&r, -150, 150);
         const double w = P_TRUE * w_m;
-        const row one = {{R_TRUE * i_d - w * LQ_TRUE * i_q, R_TRUE * i_q + w * (LD_TRUE * i_d + PSI_TRUE), i_d, i_q, w_m},
-                         random_uniform(&r, -PI, PI),
-                         random_uniform(&r, 0, 120)};
+        const row one = {
+            {R_TRUE * i_d - w * LQ_TRUE * i_q, R_TRUE * i_q + w * (LD_TRUE * i_d + PSI_TRUE), i_d, i_q, w_m},
+            random_uniform(&r, -PI, PI),
+            random_uniform(&r, 0, 120)};
         rows[k] = one;
     }
 }
@@ -181,8 +228,9 @@ static int16_t q15(double x, double of) { return (int16_t)lrint(fmax(-32768, fmi
 
 static dqw_sample_q15 fixed(const row *r)
 {
-    dqw_sample_q15 s = dqw_sample_from_dq_q15(q15(r->x[0], V_FULL), q15(r->x[1], V_FULL), q15(r->x[2], I_FULL), q15(r->x[3], I_FULL), q15(r->x[4], W_FULL),
-                                              (uint16_t)(lrint(remainder(r->theta, 2 * PI) / (2 * PI) * 65536) & 65535));
+    dqw_sample_q15 s = dqw_sample_from_dq_q15(
+        q15(r->x[0], V_FULL), q15(r->x[1], V_FULL), q15(r->x[2], I_FULL), q15(r->x[3], I_FULL), q15(r->x[4], W_FULL),
+        (uint16_t)(lrint(remainder(r->theta, 2 * PI) / (2 * PI) * 65536) & 65535));
     s.temp_winding_cC = (int16_t)lrint(100 * r->temp);
     s.temp_magnet_cC = (int16_t)lrint(100 * r->temp);
     return s;
@@ -190,7 +238,8 @@ static dqw_sample_q15 fixed(const row *r)
 
 static dqw_sample exact(const row *r)
 {
-    dqw_sample s = dqw_sample_from_dq((float)r->x[0], (float)r->x[1], (float)r->x[2], (float)r->x[3], (float)r->x[4], (float)remainder(r->theta, 2 * PI));
+    dqw_sample s = dqw_sample_from_dq((float)r->x[0], (float)r->x[1], (float)r->x[2], (float)r->x[3], (float)r->x[4],
+                                      (float)remainder(r->theta, 2 * PI));
     s.temp_winding_C = (float)r->temp;
     s.temp_magnet_C = (float)r->temp;
     return s;
@@ -199,8 +248,8 @@ static dqw_sample exact(const row *r)
 // What the integers stand for.
 static dqw_sample meant(const dqw_sample_q15 *x)
 {
-    const row r = {{x->v_d_q15 / 32768.0 * V_FULL, x->v_q_q15 / 32768.0 * V_FULL, x->i_d_q15 / 32768.0 * I_FULL, x->i_q_q15 / 32768.0 * I_FULL,
-                    x->w_m_q15 / 32768.0 * W_FULL},
+    const row r = {{x->v_d_q15 / 32768.0 * V_FULL, x->v_q_q15 / 32768.0 * V_FULL, x->i_d_q15 / 32768.0 * I_FULL,
+                    x->i_q_q15 / 32768.0 * I_FULL, x->w_m_q15 / 32768.0 * W_FULL},
                    0,
                    x->temp_winding_cC / 100.0};
     dqw_sample s = exact(&r);
@@ -214,8 +263,10 @@ static dqw_effect_q15 two;
 
 static void begin(const law *l, bool settled)
 {
-    const dqw_effect_base base = {settled ? 1.0f : (float)DT_S, (float)V_FULL, (float)I_FULL, (float)W_FULL, P_TRUE, false};
-    const dqw_effect_q15_base fixed_base = {.scale = settled ? &settled_scale : &scale, .settled = settled, .half_window = (uint8_t)half_of(l)};
+    const dqw_effect_base base = {
+        settled ? 1.0f : (float)DT_S, (float)V_FULL, (float)I_FULL, (float)W_FULL, P_TRUE, false};
+    const dqw_effect_q15_base fixed_base = {
+        .scale = settled ? &settled_scale : &scale, .settled = settled, .half_window = (uint8_t)half_of(l)};
     TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_effect_init(&one, &l->one, 1, &base));
     TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_effect_init_q15(&two, &l->two, 1, &fixed_base));
 }
@@ -342,7 +393,8 @@ static double plain_difference(void)
         const dqw_reading_q15 now = dqw_estimator_read_q15(&q, (enum dqw_parameter)i);
         const dqw_reading then = dqw_estimator_read(&e, (enum dqw_parameter)i);
         HOLDS(now.usable && then.usable);
-        const double value = ldexp((double)now.value_q40, -40) * unit[i] * dqw_estimator_unit_q15(q.config, (enum dqw_parameter)i);
+        const double value = ldexp((double)now.value_q40, -40) * unit[i] *
+                             dqw_estimator_unit_q15(q.config, (enum dqw_parameter)i);
         worst = fmax(worst, 100 * fabs(value / (double)then.value - 1));
     }
     return worst;
@@ -410,7 +462,8 @@ static enum dqw_status start(const dqw_effect_q15_config *list, int n)
     return dqw_effect_init_q15(&two, list, n, &base);
 }
 
-// What the log above does not reach: tanh over all of its range, a turn of nearly a radian in a period. Closed forms judge.
+// What the log above does not reach: tanh over all of its range, a turn of nearly a radian in a period. Closed forms
+// judge.
 static void test_tanh_and_turns(void)
 {
     const dqw_effect_q15_config dead = {.effect = DQW_EFFECT_DEAD_TIME, .i_uA = 1600000};
@@ -430,7 +483,8 @@ static void test_tanh_and_turns(void)
     BETWEEN(5e-7, worst, 4e-6);  // 1.8e-6
 
     const dqw_effect_q15_config late = {.effect = DQW_EFFECT_DELAY};
-    const dqw_scale fast = {.v_full_mV = 180000, .i_full_mA = 14000, .w_full_mrad_s = 2400000, .dt_ns = 100000, .pole_pairs = P_TRUE};
+    const dqw_scale fast = {
+        .v_full_mV = 180000, .i_full_mA = 14000, .w_full_mrad_s = 2400000, .dt_ns = 100000, .pole_pairs = P_TRUE};
     const dqw_effect_q15_base pairs = {.scale = &fast, .half_window = 1};
     TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_effect_init_q15(&two, &late, 1, &pairs));
     worst = 0.0;
@@ -441,7 +495,8 @@ static void test_tanh_and_turns(void)
         const double turn = w / 32768.0 * 2400 * P_TRUE * DT_S;
         const double off_d = -10000 - (cos(turn) * 30000 - sin(turn) * 21000);
         const double off_q = 32000 - (-cos(turn) * 21000 - sin(turn) * 30000);
-        worst = fmax(worst, fmax(fabs(ldexp(two.late_d_q28, -28) - off_d / 32768), fabs(ldexp(two.late_q_q28, -28) - off_q / 32768)));
+        worst = fmax(worst, fmax(fabs(ldexp(two.late_d_q28, -28) - off_d / 32768),
+                                 fabs(ldexp(two.late_q_q28, -28) - off_q / 32768)));
     }
     BETWEEN(1e-8, worst, 4e-7);  // 7.2e-8
 }
@@ -493,17 +548,25 @@ static dqw_estimator_q15 begin_one(const dqw_effect_q15_config *list, dqw_estima
     return fresh;
 }
 
-// A temperature that is no number, or far from T_0, is counted as what it is; where the effect heats by itself nobody asks for it.
+// A temperature that is no number, or far from T_0, is counted as what it is; where the effect heats by itself nobody
+// asks for it.
 static void test_temperatures_that_cannot_be_learned(void)
 {
     for (int magnet = 0; magnet < 2; magnet++)
         for (int heats = 0; heats < 2; heats++) {
-            const dqw_effect_q15_config list = {
-                .effect = magnet ? DQW_EFFECT_MAGNET_TEMPERATURE : DQW_EFFECT_WINDING_TEMPERATURE, .T_0_cC = -2500, .tau_us = heats ? 1000000 : 0};
+            const dqw_effect_q15_config list = {.effect = magnet ? DQW_EFFECT_MAGNET_TEMPERATURE
+                                                                 : DQW_EFFECT_WINDING_TEMPERATURE,
+                                                .T_0_cC = -2500,
+                                                .tau_us = heats ? 1000000 : 0};
             static const struct {
                 int16_t temp_cC;
                 uint32_t event;
-            } cases[] = {{INT16_MIN, DQW_EVENT_NONFINITE}, {INT16_MAX, DQW_EVENT_SATURATED}, {30268, DQW_EVENT_SATURATED}, {30267, 0}, {-32767, 0}, {2500, 0}};
+            } cases[] = {{INT16_MIN, DQW_EVENT_NONFINITE},
+                         {INT16_MAX, DQW_EVENT_SATURATED},
+                         {30268, DQW_EVENT_SATURATED},
+                         {30267, 0},
+                         {-32767, 0},
+                         {2500, 0}};
             dqw_estimator_q15_config c;
             q = begin_one(&list, &c);
             for (int n = 0; n < 6; n++) {
@@ -523,7 +586,8 @@ static void test_an_effect_behind_others(void)
     const dqw_effect_q15_base apart = {.scale = &scale, .half_window = 20, .dead_time_apart = true};
     for (int n = 0; n < LAWS; n++) {
         CASE("%s", laws[n].name);
-        const dqw_effect_q15_config list[] = {{.effect = DQW_EFFECT_VOLTAGE_OFFSET}, {.effect = DQW_EFFECT_DEAD_TIME, .i_uA = 300000}, laws[n].two};
+        const dqw_effect_q15_config list[] = {
+            {.effect = DQW_EFFECT_VOLTAGE_OFFSET}, {.effect = DQW_EFFECT_DEAD_TIME, .i_uA = 300000}, laws[n].two};
         if (n % 2 && laws[n].two.effect == DQW_EFFECT_DEAD_TIME) continue;
         static dqw_effect_q15 behind;
         TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_effect_init_q15(&behind, list, 3, n % 2 ? &apart : &base));
@@ -549,7 +613,8 @@ static void test_an_effect_behind_others(void)
             }
         }
     }
-    const dqw_effect_q15_config twice[] = {{.effect = DQW_EFFECT_DEAD_TIME, .i_uA = 300000}, {.effect = DQW_EFFECT_DEAD_TIME, .i_uA = 300000}};
+    const dqw_effect_q15_config twice[] = {{.effect = DQW_EFFECT_DEAD_TIME, .i_uA = 300000},
+                                           {.effect = DQW_EFFECT_DEAD_TIME, .i_uA = 300000}};
     REFUSED(two, DQW_ERR_EFFECT_TWICE, dqw_effect_init_q15(&two, twice, 2, &apart));
 }
 
@@ -565,7 +630,8 @@ static void test_an_angle_that_is_none(void)
                  {31000, 0, false}, {24000, 24000, true}, {24500, -24500, false}, {INT16_MIN, INT16_MIN, false}};
     for (int n = 0; n < 8; n++) {
         CASE("case %d", n);
-        const dqw_sample_q15 s = {.i_q_q15 = (int16_t)(1000 * n), .cosine_q15 = cases[n].cosine, .sine_q15 = cases[n].sine};
+        const dqw_sample_q15 s = {
+            .i_q_q15 = (int16_t)(1000 * n), .cosine_q15 = cases[n].cosine, .sine_q15 = cases[n].sine};
         dqw_estimator_q15_config c;
         q = begin_one(&list, &c);
         TEST_ASSERT_EQUAL_UINT32(cases[n].good ? 0 : DQW_EVENT_NONFINITE, dqw_estimator_sample_q15(&q, &s, false));
@@ -615,10 +681,12 @@ static void test_init_refuses_and_leaves_the_object_alone(void)
         REFUSED(q, why, dqw_estimator_init_q15(&q, &c));
     }
     // Twice the same heating; more weights than there is room for.
-    const dqw_effect_q15_config twice[2] = {{.effect = DQW_EFFECT_WINDING_TEMPERATURE}, {.effect = DQW_EFFECT_WINDING_TEMPERATURE}};
+    const dqw_effect_q15_config twice[2] = {{.effect = DQW_EFFECT_WINDING_TEMPERATURE},
+                                            {.effect = DQW_EFFECT_WINDING_TEMPERATURE}};
     REFUSED(o, DQW_ERR_EFFECT_TWICE, dqw_effect_init_q15(&o, twice, 2, &base));
     static dqw_effect_q15_config many[DQW_EFFECT_WEIGHTS / 5 + 1];
-    for (int k = 0; k < DQW_EFFECT_WEIGHTS / 5 + 1; k++) many[k] = (dqw_effect_q15_config){.effect = DQW_EFFECT_SATURATION, .i_uA = 15000000};
+    for (int k = 0; k < DQW_EFFECT_WEIGHTS / 5 + 1; k++)
+        many[k] = (dqw_effect_q15_config){.effect = DQW_EFFECT_SATURATION, .i_uA = 15000000};
     REFUSED(o, DQW_ERR_EFFECT_ROOM, dqw_effect_init_q15(&o, many, DQW_EFFECT_WEIGHTS / 5 + 1, &base));
     // An index without an effect.
     int64_t w[DQW_EFFECT_STARTS];
@@ -691,7 +759,8 @@ static int16_t bits(test_random *r)
 
 static uint32_t some(test_random *r) { return (uint32_t)random_bits(r) >> (random_bits(r) % 32); }
 
-// Any list that init takes, any bits in every sample: no trap, inputs within their bound; afterwards a clean log is learned as ever.
+// Any list that init takes, any bits in every sample: no trap, inputs within their bound; afterwards a clean log is
+// learned as ever.
 static void test_any_bits(void)
 {
     test_random r = {77};
@@ -700,17 +769,18 @@ static void test_any_bits(void)
         dqw_effect_q15_config list[3];
         const int n = (int)(random_bits(&r) % 3) + 1;
         for (int k = 0; k < n; k++)
-            list[k] = (dqw_effect_q15_config){.effect = (enum dqw_effect_name)(random_bits(&r) % 15),
-                                              .i_uA = some(&r),
-                                              .R_uohm = some(&r),
-                                              .Ld_nH = some(&r),
-                                              .Lq_nH = some(&r),
-                                              .psi_nWb = some(&r),
-                                              .tau_us = random_bits(&r) % 2 ? (uint64_t)some(&r) * some(&r) : 0,
-                                              .row_us = some(&r),
-                                              .T_0_cC = bits(&r),
-                                              .order = (uint16_t)some(&r),
-                                              .start_q40 = {dqw_q_signed32(some(&r)) * ((int64_t)1 << 28), INT64_MIN, INT64_MAX}};
+            list[k] = (dqw_effect_q15_config){
+                .effect = (enum dqw_effect_name)(random_bits(&r) % 15),
+                .i_uA = some(&r),
+                .R_uohm = some(&r),
+                .Ld_nH = some(&r),
+                .Lq_nH = some(&r),
+                .psi_nWb = some(&r),
+                .tau_us = random_bits(&r) % 2 ? (uint64_t)some(&r) * some(&r) : 0,
+                .row_us = some(&r),
+                .T_0_cC = bits(&r),
+                .order = (uint16_t)some(&r),
+                .start_q40 = {dqw_q_signed32(some(&r)) * ((int64_t)1 << 28), INT64_MIN, INT64_MAX}};
         const bool settled = random_bits(&r) % 4 == 0;
         const dqw_estimator_q15_config c = {.scale = {.v_full_mV = 1 + some(&r) % 10000000,
                                                       .i_full_mA = 1 + some(&r) % 10000000,
@@ -728,13 +798,20 @@ static void test_any_bits(void)
         for (int k = 0; k < 250; k++) {
             const double length = random_uniform(&r, 0.94, 1.05);
             const double theta = random_uniform(&r, -PI, PI);
-            const dqw_sample_q15 s = {bits(&r), bits(&r), bits(&r), bits(&r), bits(&r), q15(length * cos(theta), 1), q15(length * sin(theta), 1),
-                                      bits(&r), bits(&r)};
+            const dqw_sample_q15 s = {bits(&r),
+                                      bits(&r),
+                                      bits(&r),
+                                      bits(&r),
+                                      bits(&r),
+                                      q15(length * cos(theta), 1),
+                                      q15(length * sin(theta), 1),
+                                      bits(&r),
+                                      bits(&r)};
             (void)dqw_estimator_sample_q15(&q, &s, false);
             const dqw_effect_q15 *f = &q.effect;
             for (int i = 0; i < f->weights; i++)
-                HOLDS(labs(f->a_d[i]) < 2L << f->fraction && labs(f->a_q[i]) < 2L << f->fraction && labs(f->g_d[i]) <= 1L << f->fraction &&
-                      labs(f->g_q[i]) <= 1L << f->fraction);
+                HOLDS(labs(f->a_d[i]) < 2L << f->fraction && labs(f->a_q[i]) < 2L << f->fraction &&
+                      labs(f->g_d[i]) <= 1L << f->fraction && labs(f->g_q[i]) <= 1L << f->fraction);
             (void)dqw_estimator_background_q15(&q);
         }
         for (int k = 0; k < n; k++) {

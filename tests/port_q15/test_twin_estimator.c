@@ -1,4 +1,5 @@
-// The fixed-point estimator beside the float one on the same logs: weights on the way and at the end, deviations, a step, rest.
+// The fixed-point estimator beside the float one on the same logs: weights on the way and at the end, deviations, a
+// step, rest.
 #include "twin_estimator.h"
 
 void setUp(void) { test_case[0] = 0; }
@@ -8,7 +9,8 @@ static void test_both_follow_one_log(void)
 {
     enum { LEVELS = 4, SETTLED_ROWS = 6000 };
     static const double levels[LEVELS] = {0.0, 0.01, 0.05, 0.20};
-    // Percent, at every 50th block: about twice what was measured, which is where the weights are solved every fourth block.
+    // Percent, at every 50th block: about twice what was measured, which is where the weights are solved every fourth
+    // block.
     static const double on_the_way[2][LEVELS] = {{0.01, 0.08, 0.35, 1.2}, {0.01, 0.12, 0.6, 3.2}};
     for (int dead = 0; dead < 2; dead++)
         for (int level = 0; level < (quick() ? 2 : LEVELS); level++) {
@@ -34,7 +36,8 @@ static void test_both_follow_one_log(void)
                 const double size = i == DQW_PSI_Q ? TRUTH[3] : f_value(&p, i);
                 // The first blocks are others: of 20 % noise that is a part of a deviation.
                 const double most = fmax(0.15, 60 * f_sd(&p, i) / size);
-                BETWEEN(-most, 100 * (q_value(&p, i) - f_value(&p, i)) / size, most);  // 0.088 up to 5 % noise; 0.3 is promised
+                BETWEEN(-most, 100 * (q_value(&p, i) - f_value(&p, i)) / size,
+                        most);  // 0.088 up to 5 % noise; 0.3 is promised
                 // Without noise the rounding of the samples is what makes blocks unlike.
                 if (level > 0) BETWEEN(1 / 1.15, q_sd(&p, i) / f_sd(&p, i), 1.15);  // 1.3 is promised
             }
@@ -70,7 +73,8 @@ static void test_a_resistance_that_steps_is_followed_as_fast(void)
         BETWEEN(0.75, (double)(last_off[1] - at) / (double)(last_off[0] - at), 1.3);  // 0.99, 1.00, 0.79
         if (way == 1) BETWEEN(0.02, (double)(last_off[1] - at) * DT_S, 0.3);
         BETWEEN(0.1, worst_other, 6.0);
-        // Variances grow one weight a block: where a few blocks are the memory, that shows in a deviation that is read between.
+        // Variances grow one weight a block: where a few blocks are the memory, that shows in a deviation that is read
+        // between.
         const double alike = drifts[way] < 0.02 ? 1.2 : 1.4;  // 1.10, 1.32; 1.3 is promised
         for (int i = 0; i < 4; i++) BETWEEN(1 / alike, q_sd(&p, i) / f_sd(&p, i), alike);
     }
@@ -104,7 +108,8 @@ static void test_noise_on_a_machine_at_rest_teaches_nothing(void)
             (void)step(&p, &s);
         }
         for (int i = 0; i < N; i++) {
-            CASE("%s, drift %d, weight %d: %d to %d", taught ? "taught" : "fresh", way >= 2, i, (int)before[i], (int)p.q.w_q24[i]);
+            CASE("%s, drift %d, weight %d: %d to %d", taught ? "taught" : "fresh", way >= 2, i, (int)before[i],
+                 (int)p.q.w_q24[i]);
             HOLDS(before[i] == p.q.w_q24[i]);
             HOLDS(q_sd(&p, i) >= 0.9999 * sd_before[i]);
             // 25 s of drift by 0.01: the deviation is what it was, and 0.05.

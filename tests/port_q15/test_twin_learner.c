@@ -1,4 +1,5 @@
-// The fixed-point Learner beside the float one, sample by sample: step sizes and amplitudes, every mode, limits, refusals.
+// The fixed-point Learner beside the float one, sample by sample: step sizes and amplitudes, every mode, limits,
+// refusals.
 #include "dqw_learner.h"
 #include "dqw_learner_q15.h"
 #include "dqw_test.h"
@@ -75,10 +76,12 @@ static worst run(int n, uint16_t step_q15, double amplitude, int samples, uint64
     return out;
 }
 
-// The products see a weight rounded to 16 bits: wrong by half a last place, an input. In the mean the law settles where the rounded weights
-// are right on average, half a last place from there at most. On the way the gain is wrong by 7e-5 of itself, and a weight has travelled
-// 0.52, 17000 last places: 1.2 of them, times the largest part x e^-x = 0.37 of the way where that shows. So 1.0 alone, and as inputs
-// pull each other, twice that. The float twin adds its own distance: at slow steps and small signals it is the one that stalls.
+// The products see a weight rounded to 16 bits: wrong by half a last place, an input. In the mean the law settles where
+// the rounded weights are right on average, half a last place from there at most. On the way the gain is wrong by 7e-5
+// of itself, and a weight has travelled
+// 0.52, 17000 last places: 1.2 of them, times the largest part x e^-x = 0.37 of the way where that shows. So 1.0 alone,
+// and as inputs pull each other, twice that. The float twin adds its own distance: at slow steps and small signals it
+// is the one that stalls.
 static void test_step_sizes_and_amplitudes(void)
 {
     static const uint16_t step[] = {65000, 32768, 16384, 3277, 328, 33};
@@ -95,8 +98,10 @@ static void test_step_sizes_and_amplitudes(void)
                 const int samples = scaled(time < 1e6 ? (int)time + 20000 : 1000000);
                 const worst w = run(n, step[s], amplitude[a], samples, (uint64_t)(100 * n + 10 * s + a));
                 if (table && (n == 1 || n == 4))
-                    printf("%d inputs, step %.4f, amplitude %.2f: twins %.3f, fixed %.3f, float %.3f, mean %.3f, from truth %.3f, float's %.3f\n", n,
-                           step[s] / 32768.0, amplitude[a], w.twins, w.fixed, w.single, w.fixed_mean, w.truth_fixed, w.truth_single);
+                    printf("%d inputs, step %.4f, amplitude %.2f: twins %.3f, fixed %.3f, float %.3f, mean %.3f, from "
+                           "truth %.3f, float's %.3f\n",
+                           n, step[s] / 32768.0, amplitude[a], w.twins, w.fixed, w.single, w.fixed_mean, w.truth_fixed,
+                           w.truth_single);
                 BETWEEN(0.0, w.fixed, 2.0);
                 BETWEEN(0.0, w.fixed_mean, 1.0);
                 if (w.bounded == 0) BETWEEN(0.0, w.twins, 2.0 + w.single);
@@ -112,8 +117,8 @@ static void test_step_sizes_and_amplitudes(void)
     BETWEEN(0.2, all.truth_fixed, 0.7);  // 0.38
 }
 
-// The table of docs/NUMERICS.md, our part of it: four taps learned from white noise until what is left of the start is e^-16 of it. The weights'
-// error in % of them: no step size stalls, no amplitude diverges.
+// The table of docs/NUMERICS.md, our part of it: four taps learned from white noise until what is left of the start is
+// e^-16 of it. The weights' error in % of them: no step size stalls, no amplitude diverges.
 static void test_taps_at_every_step_size_and_amplitude(void)
 {
     static const uint16_t step[] = {16384, 3277, 328, 33};
@@ -173,8 +178,9 @@ static void test_init_refuses_and_leaves_the_object_alone(void)
     TEST_ASSERT_EQUAL_UINT32(UINT32_MAX, l.learned);
 }
 
-// Every mode of the Learner: weights, indicator, forward output and returned error of each sample. The bounds are those of the step above;
-// where nothing but a floor keeps the norm from zero, the gain is large and what a last place is of the input adds.
+// Every mode of the Learner: weights, indicator, forward output and returned error of each sample. The bounds are those
+// of the step above; where nothing but a floor keeps the norm from zero, the gain is large and what a last place is of
+// the input adds.
 static void test_every_mode_takes_the_float_path(void)
 {
     static const uint16_t step[] = {32768, 16384, 3277, 328};
@@ -202,7 +208,8 @@ static void test_every_mode_takes_the_float_path(void)
                         float x[6];
                         double y = 0.03 * amplitude[a] * random_normal(&r) * (k % 7 == 0);
                         for (int i = 0; i < n; i++) {
-                            x_q15[i] = q15(random_uniform(&r, 0.25 * amplitude[a], amplitude[a]) * (random_bits(&r) % 2 ? 1 : -1));
+                            x_q15[i] = q15(random_uniform(&r, 0.25 * amplitude[a], amplitude[a]) *
+                                           (random_bits(&r) % 2 ? 1 : -1));
                             x[i] = (float)x_q15[i] / 32768;
                             y += truth[i] * (double)x[i];
                         }
@@ -212,7 +219,8 @@ static void test_every_mode_takes_the_float_path(void)
                         const double e = of_q28(dqw_learner_learn_q15(&q, x_q15, y_q15));
                         HOLDS(fabs(y_q15 * LSB - forward - e) < 1e-9);
                         (void)dqw_learner_learn(&f, x, (float)y_q15 / 32768);
-                        for (int i = 0; i < n; i++) apart = fmax(apart, fabs(of_q31(q.w_q31[i]) - (double)f.w_pu[i]) / LSB);
+                        for (int i = 0; i < n; i++)
+                            apart = fmax(apart, fabs(of_q31(q.w_q31[i]) - (double)f.w_pu[i]) / LSB);
                         if (d.indicator) apart = fmax(apart, fabs(of_q31(q.w_o_q31) - (double)f.w_o) / LSB);
                         TEST_ASSERT_EQUAL_INT32(k + 1, q.learned);
                     }
@@ -227,12 +235,19 @@ static void test_every_mode_takes_the_float_path(void)
     HOLDS(pulled > 0.2);
 }
 
-// What the law is for: the plain weight is low by the noise in its input, the one that knows of it is not. The same samples as float.
+// What the law is for: the plain weight is low by the noise in its input, the one that knows of it is not. The same
+// samples as float.
 static void test_noisy_inputs(void)
 {
     for (int noisy = 0; noisy < 2; noisy++) {
-        dqw_learner_config c = {.inputs = 1, .step_size = 1.0f / 256, .x_base = {1.0f}, .y_base = 1.0f, .noisy_inputs = noisy == 1, .indicator = true};
-        const dqw_learner_config_q15 d = {.inputs = 1, .step_size_q15 = 128, .noisy_inputs = noisy == 1, .indicator = true};
+        dqw_learner_config c = {.inputs = 1,
+                                .step_size = 1.0f / 256,
+                                .x_base = {1.0f},
+                                .y_base = 1.0f,
+                                .noisy_inputs = noisy == 1,
+                                .indicator = true};
+        const dqw_learner_config_q15 d = {
+            .inputs = 1, .step_size_q15 = 128, .noisy_inputs = noisy == 1, .indicator = true};
         dqw_learner f;
         dqw_learner_q15 q;
         TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_learner_init(&f, &c));
@@ -297,22 +312,26 @@ static void test_a_wild_step_is_bounded(void)
     }
 }
 
-// The smallest step still moves a weight: a hundredth of a last place of the target, at 5 % of full scale and step size 0.001.
+// The smallest step still moves a weight: a hundredth of a last place of the target, at 5 % of full scale and step size
+// 0.001.
 static void test_no_error_is_too_small(void)
 {
     static const int16_t x[] = {1638, 8192, 32767};
     for (int a = 0; a < 3; a++) {
-        int32_t w = (1 << 30) + (1 << 15) - 1;  // in the middle of 16384 and 16385: the product is wrong by half its last place
+        int32_t w = (1 << 30) + (1 << 15) -
+                    1;  // in the middle of 16384 and 16385: the product is wrong by half its last place
         const int32_t start = w;
         const int16_t y = (int16_t)((x[a] + 1) / 2);
         const int32_t e_q28 = dqw_learner_step_pu_q15(&w, &x[a], 1, y, 33);
         CASE("input %d, error %g last places", x[a], of_q28(e_q28) / LSB);
         const double exact = 33 * LSB * of_q28(e_q28) / (1 + x[a] * LSB * x[a] * LSB) * x[a] * LSB * 2147483648.0;
-        BETWEEN(exact - 0.5 - 2 * x[a] * LSB - 1e-4 * fabs(exact), w - start, exact + 0.5 + 2 * x[a] * LSB + 1e-4 * fabs(exact));
+        BETWEEN(exact - 0.5 - 2 * x[a] * LSB - 1e-4 * fabs(exact), w - start,
+                exact + 0.5 + 2 * x[a] * LSB + 1e-4 * fabs(exact));
     }
 }
 
-// Every shift rounds: a change that is smaller than the last place of a weight comes out right in the mean, whatever the sign of its error.
+// Every shift rounds: a change that is smaller than the last place of a weight comes out right in the mean, whatever
+// the sign of its error.
 // Rounded down it would pull a slow learner away, by half a last place a step.
 static void test_the_smallest_changes_pull_nowhere(void)
 {

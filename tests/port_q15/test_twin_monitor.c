@@ -1,4 +1,5 @@
-// The fixed-point monitor beside the float one on the same rows: each step of the way, healthy values, events and their names.
+// The fixed-point monitor beside the float one on the same rows: each step of the way, healthy values, events and their
+// names.
 #include "app/q15/monitor_config.h"
 #include "dqw_estimator_block.h"
 #include "dqw_estimator_block_q15.h"
@@ -34,23 +35,24 @@ static void configure(twins *t)
     const dqw_sim_machine *m = &dqw_sim_scenario_find("joint_24v")->machine;
     const double nominal[] = {1.3 * m->R_ohm, 0.7 * m->Ld_H, 1.3 * m->Lq_H, 0.7 * m->psi_Wb};
     // Bands of the bases 14 V and 6 A.
-    const dqw_monitor_config fc = {.estimator = {.dt_s = (float)DT_S,
-                                                 .v_base_V = (float)V_FULL,
-                                                 .i_base_A = (float)I_FULL,
-                                                 .w_base_rad_s = (float)(W_FULL / 1.5),
-                                                 .R_ohm = (float)nominal[0],
-                                                 .Ld_H = (float)nominal[1],
-                                                 .Lq_H = (float)nominal[2],
-                                                 .psi_Wb = (float)nominal[3],
-                                                 .pole_pairs = 4,
-                                                 .excitation_pu = 0.005f,
-                                                 .noise_on_inputs = true,
-                                                 .dead_time_width_A = 0.05f,
-                                                 .angle = true,
-                                                 .encoder_offset = true,
-                                                 .drift_per_sqrt_s = 0.01f},
-                                   .band = {[DQW_WATCH_DEAD_TIME] = 0.0022f, [DQW_WATCH_OFFSET] = 0.004f, [DQW_WATCH_FRICTION] = 0.02f},
-                                   .J_kgm2 = (float)m->J_kgm2};
+    const dqw_monitor_config fc = {
+        .estimator = {.dt_s = (float)DT_S,
+                      .v_base_V = (float)V_FULL,
+                      .i_base_A = (float)I_FULL,
+                      .w_base_rad_s = (float)(W_FULL / 1.5),
+                      .R_ohm = (float)nominal[0],
+                      .Ld_H = (float)nominal[1],
+                      .Lq_H = (float)nominal[2],
+                      .psi_Wb = (float)nominal[3],
+                      .pole_pairs = 4,
+                      .excitation_pu = 0.005f,
+                      .noise_on_inputs = true,
+                      .dead_time_width_A = 0.05f,
+                      .angle = true,
+                      .encoder_offset = true,
+                      .drift_per_sqrt_s = 0.01f},
+        .band = {[DQW_WATCH_DEAD_TIME] = 0.0022f, [DQW_WATCH_OFFSET] = 0.004f, [DQW_WATCH_FRICTION] = 0.02f},
+        .J_kgm2 = (float)m->J_kgm2};
     t->fc = fc;
     t->qc = dqw_monitor_config_in_q15(&fc, 1.0);
     // Standstill is a part of the rated speed.
@@ -100,14 +102,17 @@ typedef struct told {
     dqw_monitor_change_q15 qe;
     double f_s, q_s;  ///< and when
     double f_service_s, q_service_s;
-    // Largest distance on the way in service: weights, of themselves, and the witness', of a band; both monitors' mean size beside it.
+    // Largest distance on the way in service: weights, of themselves, and the witness', of a band; both monitors' mean
+    // size beside it.
     double weight, witness, residual;
 } told;
 
 static void compare(const twins *t, told *o)
 {
     for (int i = 0; i < 4; i++)
-        o->weight = fmax(o->weight, fabs(t->q.estimator.w_q24[i] / 16777216.0 * weight_unit(t, i) / (double)dqw_estimator_value(&t->f.estimator, i) - 1));
+        o->weight = fmax(o->weight, fabs(t->q.estimator.w_q24[i] / 16777216.0 * weight_unit(t, i) /
+                                             (double)dqw_estimator_value(&t->f.estimator, i) -
+                                         1));
     const double R = 0.5;
     const double band[INPUTS] = {0.004 * I_FULL, 0.03 * R / 3, 0.03 * 1.2e-3 / 3, 0.001 / R};
     for (int k = 0; k < INPUTS; k++) {
@@ -116,7 +121,8 @@ static void compare(const twins *t, told *o)
         const double im = t->q.witness.im_q28[k] * unit - (double)t->f.witness.im[k];
         o->witness = fmax(o->witness, hypot(re, im) / band[k]);
     }
-    o->residual = fmax(o->residual, fabs(ldexp((double)t->q.estimator.recent_q54, -54) / (double)t->f.estimator.recent_pu2 - 1));
+    o->residual = fmax(o->residual,
+                       fabs(ldexp((double)t->q.estimator.recent_q54, -54) / (double)t->f.estimator.recent_pu2 - 1));
 }
 
 static told watch(twins *t, int from, int to)
@@ -124,9 +130,11 @@ static told watch(twins *t, int from, int to)
     told o = {.f_service_s = INFINITY, .q_service_s = INFINITY};
     for (int k = from; k < to && k < row_count; k++) {
         const dqw_sim_row *r = &rows[k];
-        const dqw_sample s = dqw_sample_from_dq((float)r->v_d_V, (float)r->v_q_V, (float)r->i_d_A, (float)r->i_q_A, (float)r->w_m_rad_s, (float)r->theta_e_rad);
-        const dqw_sample_q15 x = dqw_sample_from_dq_q15(q15(r->v_d_V, V_FULL), q15(r->v_q_V, V_FULL), q15(r->i_d_A, I_FULL), q15(r->i_q_A, I_FULL),
-                                                        q15(r->w_m_rad_s, W_FULL), (uint16_t)(lrint(r->theta_e_rad / (2 * PI) * 65536) & 65535));
+        const dqw_sample s = dqw_sample_from_dq((float)r->v_d_V, (float)r->v_q_V, (float)r->i_d_A, (float)r->i_q_A,
+                                                (float)r->w_m_rad_s, (float)r->theta_e_rad);
+        const dqw_sample_q15 x = dqw_sample_from_dq_q15(
+            q15(r->v_d_V, V_FULL), q15(r->v_q_V, V_FULL), q15(r->i_d_A, I_FULL), q15(r->i_q_A, I_FULL),
+            q15(r->w_m_rad_s, W_FULL), (uint16_t)(lrint(r->theta_e_rad / (2 * PI) * 65536) & 65535));
         const bool f_waits = (dqw_monitor_sample(&t->f, &s, false) & DQW_EVENT_BLOCK) != 0;
         const bool q_waits = (dqw_monitor_sample_q15(&t->q, &x, false) & DQW_EVENT_BLOCK) != 0;
         // In float a first half waits too.
@@ -156,8 +164,9 @@ static void test_both_leave_a_healthy_joint_alone(void)
         static twins t;
         begin(&t, way == 1, 1);
         const told o = watch(&t, 0, row_count);
-        CASE("%s: service at %g, %g s; %d, %d events; weights %g, witness %g, residual %g apart", way == 1 ? "lent" : "nothing lent", o.f_service_s,
-             o.q_service_s, o.f, o.q, o.weight, o.witness, o.residual);
+        CASE("%s: service at %g, %g s; %d, %d events; weights %g, witness %g, residual %g apart",
+             way == 1 ? "lent" : "nothing lent", o.f_service_s, o.q_service_s, o.f, o.q, o.weight, o.witness,
+             o.residual);
         if (getenv("DQW_TEST_VALUES") != NULL) printf("%s\n", test_case);
         HOLDS(o.f == 0 && o.q == 0);
         BETWEEN(-0.05, o.q_service_s - o.f_service_s, 0.05);
@@ -168,22 +177,24 @@ static void test_both_leave_a_healthy_joint_alone(void)
         BETWEEN(0.99, ldexp((double)t.q.is.healthy_residual_q54, -54) / (double)t.f.healthy_residual_pu2, 1.01);
         for (int i = 0; i < N; i++) {
             const double size = i == DQW_PSI_Q ? 0.02 : (double)t.f.healthy[i];
-            CASE("healthy %d: %g, %g", i, t.q.is.healthy_q24[i] / 16777216.0 * weight_unit(&t, i), (double)t.f.healthy[i]);
-            BETWEEN(quick() ? -0.006 : -0.003, (t.q.is.healthy_q24[i] / 16777216.0 * weight_unit(&t, i) - (double)t.f.healthy[i]) / size,
+            CASE("healthy %d: %g, %g", i, t.q.is.healthy_q24[i] / 16777216.0 * weight_unit(&t, i),
+                 (double)t.f.healthy[i]);
+            BETWEEN(quick() ? -0.006 : -0.003,
+                    (t.q.is.healthy_q24[i] / 16777216.0 * weight_unit(&t, i) - (double)t.f.healthy[i]) / size,
                     quick() ? 0.006 : 0.003);
         }
         if (quick()) continue;
         const double torque_Nm = 1.5 * 4 * weight_unit(&t, 3) * I_FULL;
-        CASE("friction %g, %g Nm, %d, %d reversals", t.q.is.friction_q24 / 16777216.0 * torque_Nm, (double)t.f.friction_Nm, t.q.watch.reversals,
-             t.f.watch.reversals);
+        CASE("friction %g, %g Nm, %d, %d reversals", t.q.is.friction_q24 / 16777216.0 * torque_Nm,
+             (double)t.f.friction_Nm, t.q.watch.reversals, t.f.watch.reversals);
         HOLDS(t.q.watch.reversals == t.f.watch.reversals && t.f.watch.reversals > 2);
         BETWEEN(0.99, t.q.is.friction_q24 / 16777216.0 * torque_Nm / (double)t.f.friction_Nm, 1.01);
         BETWEEN(0.97, sqrt((double)t.q.is.spread_q48) / 16777216.0 * torque_Nm / (double)sqrtf(t.f.spread_Nm2), 1.03);
     }
 }
 
-// Solved at every block, as the float recursion is, both see the same. Solved at every fourth, as it comes, weights follow a fault's ripple
-// less, so that the witness sees more of it, and sooner.
+// Solved at every block, as the float recursion is, both see the same. Solved at every fourth, as it comes, weights
+// follow a fault's ripple less, so that the witness sees more of it, and sooner.
 static void one_fault(const fault *f, int joined, bool lent, bool every_block)
 {
     static twins t;
@@ -192,8 +203,9 @@ static void one_fault(const fault *f, int joined, bool lent, bool every_block)
     const told healthy = watch(&t, 0, onset);
     if (joined > 0) dqw_monitor_missing(&t.f, 0), dqw_monitor_missing_q15(&t.q, 0);
     const told o = watch(&t, onset, row_count);
-    CASE("%s: told at %g, %g s as %d, %d, confidence %.3g, %.3g; weights %.2g, witness %.2g apart", f->text, o.f_s, o.q_s, (int)o.fe.fault.name,
-         (int)o.qe.fault.name, (double)o.fe.fault.confidence, o.qe.fault.confidence_q15 / 32768.0, o.weight, o.witness);
+    CASE("%s: told at %g, %g s as %d, %d, confidence %.3g, %.3g; weights %.2g, witness %.2g apart", f->text, o.f_s,
+         o.q_s, (int)o.fe.fault.name, (int)o.qe.fault.name, (double)o.fe.fault.confidence,
+         o.qe.fault.confidence_q15 / 32768.0, o.weight, o.witness);
     if (getenv("DQW_TEST_VALUES") != NULL) printf("%s\n", test_case);
     HOLDS(healthy.f == 0 && healthy.q == 0);
     HOLDS(o.f >= 1 && o.f == o.q);
@@ -207,7 +219,9 @@ static void one_fault(const fault *f, int joined, bool lent, bool every_block)
     BETWEEN(-0.05, ((double)o.qe.since - (double)o.fe.since) * DT_S, 0.05);
     BETWEEN(-0.02, o.qe.fault.confidence_q15 / 32768.0 - (double)o.fe.fault.confidence, 0.02);
     const int channel = (int)o.fe.parameter;
-    const double unit = channel < N ? weight_unit(&t, channel) : channel < DQW_WATCH_FRICTION ? witness_unit(&t, channel - DQW_WATCH_OFFSET) : V_FULL;
+    const double unit = channel < N                    ? weight_unit(&t, channel)
+                        : channel < DQW_WATCH_FRICTION ? witness_unit(&t, channel - DQW_WATCH_OFFSET)
+                                                       : V_FULL;
     BETWEEN(0.97, (double)o.qe.value_q40 / Q40 * unit / (double)o.fe.value, 1.03);
     BETWEEN(0.8, (double)o.qe.sd_q40 / Q40 * unit / (double)o.fe.sd, 1.25);
     BETWEEN(-0.03, ((double)o.qe.healthy_q40 / Q40 * unit - (double)o.fe.healthy) / (double)o.fe.value, 0.03);
@@ -268,14 +282,15 @@ static void test_both_name_alike(void)
             change[i] = (float)(change_q24[i] / 16777216.0 * si[i]);
             unit[i] = hidden ? DQW_UNKNOWN : (float)(unit_q24[i] / 16777216.0 * si[i]);
         }
-        const dqw_fault_machine_q15 mq = {(int32_t)lrint(16777216 * random_uniform(&r, 0.6, 1.5)), (int32_t)lrint(16777216 * random_uniform(&r, 0.6, 1.5)),
+        const dqw_fault_machine_q15 mq = {(int32_t)lrint(16777216 * random_uniform(&r, 0.6, 1.5)),
+                                          (int32_t)lrint(16777216 * random_uniform(&r, 0.6, 1.5)),
                                           dqw_witness_short_q40(&t.qc.estimator)};
         const dqw_fault_machine mf = {(float)(mq.R_q24 / 16777216.0 * weight_unit(&t, 0)),
                                       (float)(mq.L_q24 / 16777216.0 * 0.5 * (weight_unit(&t, 1) + weight_unit(&t, 2)))};
         const dqw_fault_verdict f = dqw_fault_name_it(change, unit, mf);
         const dqw_fault_verdict_q15 q = dqw_fault_name_it_q15(change_q24, unit_q24, mq);
-        CASE("draw %d of kind %d: %d, %d, confidence %g, %g, phase %d, %d", k, kind, (int)f.name, (int)q.name, (double)f.confidence, q.confidence_q15 / 32768.0,
-             f.phase, q.phase);
+        CASE("draw %d of kind %d: %d, %d, confidence %g, %g, phase %d, %d", k, kind, (int)f.name, (int)q.name,
+             (double)f.confidence, q.confidence_q15 / 32768.0, f.phase, q.phase);
         known += f.name != DQW_FAULT_UNKNOWN;
         // Two patterns that explain the same to the last place.
         if (f.name != q.name || f.phase != q.phase) {
@@ -289,7 +304,8 @@ static void test_both_name_alike(void)
     HOLDS(unlike * 1000 <= draws && known * 10 > draws * 4);
 }
 
-// Copper warms by 30 K and the magnet nearly with it: both follow. Then a winding beyond its limit, and what breaks while it is hot.
+// Copper warms by 30 K and the magnet nearly with it: both follow. Then a winding beyond its limit, and what breaks
+// while it is hot.
 static void test_both_follow_heat_and_tell_of_its_limit(void)
 {
     const double end_s = quick() ? 1.6 : 4.0;
@@ -325,21 +341,24 @@ static void test_both_follow_heat_and_tell_of_its_limit(void)
     t.qc.heating_mK_s = 30000;
     t.qc.band_ppm[DQW_WATCH_TEMPERATURE] = 20000000;
     const told hot = watch(&t, 0, (int)(3.5 / DT_S));
-    CASE("%d, %d events at %g, %g s, fault %d, %d, %g, %g K", hot.f, hot.q, hot.f_s, hot.q_s, (int)hot.fe.fault.name, (int)hot.qe.fault.name,
-         (double)hot.fe.value, (double)hot.qe.value_q40 / Q40);
-    HOLDS(hot.f == 1 && hot.q == 1 && hot.qe.parameter == DQW_WATCH_TEMPERATURE && hot.qe.fault.name == DQW_FAULT_OVER_TEMPERATURE);
+    CASE("%d, %d events at %g, %g s, fault %d, %d, %g, %g K", hot.f, hot.q, hot.f_s, hot.q_s, (int)hot.fe.fault.name,
+         (int)hot.qe.fault.name, (double)hot.fe.value, (double)hot.qe.value_q40 / Q40);
+    HOLDS(hot.f == 1 && hot.q == 1 && hot.qe.parameter == DQW_WATCH_TEMPERATURE &&
+          hot.qe.fault.name == DQW_FAULT_OVER_TEMPERATURE);
     BETWEEN(-0.033, hot.q_s - hot.f_s, 0.033);
     BETWEEN(-3.0, (double)hot.qe.value_q40 / Q40 - (double)hot.fe.value, 3.0);  // one look apart, at 30 K/s
     BETWEEN(0.8, (double)hot.qe.sd_q40 / Q40 / (double)hot.fe.sd, 1.25);
     const told later = watch(&t, (int)(3.5 / DT_S), row_count);
-    CASE("%d, %d events at %g, %g s, fault %d, %d", later.f, later.q, later.f_s, later.q_s, (int)later.fe.fault.name, (int)later.qe.fault.name);
+    CASE("%d, %d events at %g, %g s, fault %d, %d", later.f, later.q, later.f_s, later.q_s, (int)later.fe.fault.name,
+         (int)later.qe.fault.name);
     HOLDS(later.f == 1 && later.q == 1 && later.qe.fault.name == DQW_FAULT_DEMAGNETISATION);
     BETWEEN(-0.033, later.q_s - later.f_s, 0.033);
     // Flux that is lost is not counted as cold flux again.
     BETWEEN(0.9, (double)t.f.cold_psi_Wb / 0.02, 0.97);
     BETWEEN(-0.003, t.q.is.cold_psi_q24 / 16777216.0 * weight_unit(&t, DQW_PSI) / (double)t.f.cold_psi_Wb - 1, 0.003);
 
-    // Commissioned with a cold R that is a tenth below the present one: 28 K at once, and too much where 20 are the limit.
+    // Commissioned with a cold R that is a tenth below the present one: 28 K at once, and too much where 20 are the
+    // limit.
     s = joint(2.5);
     simulate(&s);
     begin(&t, false, 1);
@@ -350,8 +369,10 @@ static void test_both_follow_heat_and_tell_of_its_limit(void)
     t.qc.band_ppm[DQW_WATCH_TEMPERATURE] = 20000000;
     begin_with(&t, false);
     const told warm = watch(&t, 0, row_count);
-    CASE("%d, %d events at %g, %g s, fault %d, %d", warm.f, warm.q, warm.f_s, warm.q_s, (int)warm.fe.fault.name, (int)warm.qe.fault.name);
-    HOLDS(warm.f == 1 && warm.q == 1 && warm.qe.fault.name == DQW_FAULT_OVER_TEMPERATURE && warm.fe.fault.name == DQW_FAULT_OVER_TEMPERATURE);
+    CASE("%d, %d events at %g, %g s, fault %d, %d", warm.f, warm.q, warm.f_s, warm.q_s, (int)warm.fe.fault.name,
+         (int)warm.qe.fault.name);
+    HOLDS(warm.f == 1 && warm.q == 1 && warm.qe.fault.name == DQW_FAULT_OVER_TEMPERATURE &&
+          warm.fe.fault.name == DQW_FAULT_OVER_TEMPERATURE);
     BETWEEN(26, (double)warm.qe.value_q40 / Q40, 31);
     BETWEEN(-0.017, warm.q_s - warm.f_s, 0.017);
 }
@@ -376,12 +397,15 @@ static void test_both_tell_a_worn_bearing(void)
         dqw_monitor_missing_q15(&t.q, 0);
         o = watch(&t, (int)(3.9 / DT_S), row_count);
     }
-    CASE("%d, %d events, %g, %g s, %d, %d; %g, %g Nm; %d reversals, %.3g from %.3g, sd %.2g", o.f, o.q, o.f_s, o.q_s, (int)o.fe.fault.name,
-         (int)o.qe.fault.name, (double)o.fe.value, (double)o.qe.value_q40 / Q40 * 1.5 * 4 * weight_unit(&t, 3) * I_FULL, t.q.watch.reversals,
-         (double)t.f.friction_Nm, (double)t.f.healthy_friction_Nm, sqrt(2.0 * (double)t.f.spread_Nm2 / t.f.watch.reversals));
+    CASE("%d, %d events, %g, %g s, %d, %d; %g, %g Nm; %d reversals, %.3g from %.3g, sd %.2g", o.f, o.q, o.f_s, o.q_s,
+         (int)o.fe.fault.name, (int)o.qe.fault.name, (double)o.fe.value,
+         (double)o.qe.value_q40 / Q40 * 1.5 * 4 * weight_unit(&t, 3) * I_FULL, t.q.watch.reversals,
+         (double)t.f.friction_Nm, (double)t.f.healthy_friction_Nm,
+         sqrt(2.0 * (double)t.f.spread_Nm2 / t.f.watch.reversals));
     if (getenv("DQW_TEST_VALUES") != NULL) printf("%s\n", test_case);
     HOLDS(o.f >= 1 && o.q == o.f);
-    HOLDS(o.fe.fault.name == DQW_FAULT_BEARING_WEAR && o.qe.fault.name == DQW_FAULT_BEARING_WEAR && o.qe.parameter == DQW_WATCH_FRICTION);
+    HOLDS(o.fe.fault.name == DQW_FAULT_BEARING_WEAR && o.qe.fault.name == DQW_FAULT_BEARING_WEAR &&
+          o.qe.parameter == DQW_WATCH_FRICTION);
     BETWEEN(-0.13, o.q_s - o.f_s, 0.13);  // two reversals
     const double torque_Nm = 1.5 * 4 * weight_unit(&t, 3) * I_FULL;
     BETWEEN(0.9, (double)o.qe.value_q40 / Q40 * torque_Nm / (double)o.fe.value, 1.1);
@@ -394,12 +418,14 @@ static void test_both_tell_a_worn_bearing(void)
         (void)watch(&t, 0, 60000);
         CASE("J %g: %g, %g Nm", J, (double)t.f.friction_Nm, t.q.is.friction_q24 / 16777216.0 * torque_Nm);
         HOLDS(t.f.watch.reversals > 4 && t.q.watch.reversals == t.f.watch.reversals);
-        BETWEEN(-0.02 * fabs((double)t.f.friction_Nm) - 0.002, t.q.is.friction_q24 / 16777216.0 * torque_Nm - (double)t.f.friction_Nm,
+        BETWEEN(-0.02 * fabs((double)t.f.friction_Nm) - 0.002,
+                t.q.is.friction_q24 / 16777216.0 * torque_Nm - (double)t.f.friction_Nm,
                 0.02 * fabs((double)t.f.friction_Nm) + 0.002);
     }
 }
 
-// A threshold that cannot be met leads back to stage 1; defined anew both serve, and a machine of another sign leads back again.
+// A threshold that cannot be met leads back to stage 1; defined anew both serve, and a machine of another sign leads
+// back again.
 static void test_both_go_the_way_back(void)
 {
     const dqw_sim_scenario s = joint(quick() ? 1.3 : 2.5);
@@ -409,7 +435,8 @@ static void test_both_go_the_way_back(void)
     t.fc.estimator.threshold_ppm = t.qc.estimator.threshold_ppm = 1;
     begin_with(&t, false);
     (void)watch(&t, 0, row_count);
-    HOLDS(t.f.estimator.stage.name == DQW_STAGE_DOMAIN && t.q.estimator.stage.name == DQW_STAGE_DOMAIN && t.q.estimator.stage.back == DQW_BACK_THRESHOLD);
+    HOLDS(t.f.estimator.stage.name == DQW_STAGE_DOMAIN && t.q.estimator.stage.name == DQW_STAGE_DOMAIN &&
+          t.q.estimator.stage.back == DQW_BACK_THRESHOLD);
     BETWEEN(0.99, (double)t.q.estimator.stage.residual_ppm / t.f.estimator.stage.residual_ppm, 1.01);
     t.fc.estimator.threshold_ppm = t.qc.estimator.threshold_ppm = 22000;
     t.qc.estimator.stale_limit = 50;
@@ -425,9 +452,12 @@ static void test_both_go_the_way_back(void)
     HOLDS(again.q == 0 && again.q_service_s < 1.5);
     for (int k = 0; k < row_count; k++) rows[k].v_q_V = -rows[k].v_q_V;
     // Short logs end before it is named.
-    for (int n = 0; n < 8 && (t.q.estimator.stage.name == DQW_STAGE_IN_SERVICE || t.f.estimator.stage.name == DQW_STAGE_IN_SERVICE); n++)
+    for (int n = 0; n < 8 && (t.q.estimator.stage.name == DQW_STAGE_IN_SERVICE ||
+                              t.f.estimator.stage.name == DQW_STAGE_IN_SERVICE);
+         n++)
         (void)watch(&t, 0, row_count);
-    HOLDS(t.q.estimator.stage.name == DQW_STAGE_DOMAIN && t.q.estimator.stage.back == DQW_BACK_LEFT_BAND && t.q.estimator.stage.times_back == 2);
+    HOLDS(t.q.estimator.stage.name == DQW_STAGE_DOMAIN && t.q.estimator.stage.back == DQW_BACK_LEFT_BAND &&
+          t.q.estimator.stage.times_back == 2);
     HOLDS(t.f.estimator.stage.name == DQW_STAGE_DOMAIN && t.f.estimator.stage.times_back == 2);
 }
 
@@ -442,10 +472,11 @@ static void test_any_bits(void)
     for (int k = 0; k < scaled(600000); k++) {
         const uint64_t z = random_bits(&r);
         const uint64_t y = random_bits(&r);
-        dqw_sample_q15 x = dqw_sample_from_dq_q15(q15_bits(z), q15_bits(z >> 16), q15_bits(z >> 32), q15_bits(z >> 48), q15_bits(y),
-                                                  (uint16_t)(y >> 16 & 65535));
+        dqw_sample_q15 x = dqw_sample_from_dq_q15(q15_bits(z), q15_bits(z >> 16), q15_bits(z >> 32), q15_bits(z >> 48),
+                                                  q15_bits(y), (uint16_t)(y >> 16 & 65535));
         // White noise teaches nothing: some of the time currents and speed stay for a while.
-        if (k / 20000 % 2 == 0 && (y >> 52 & 31) != 0) x.i_d_q15 = last.i_d_q15, x.i_q_q15 = last.i_q_q15, x.w_m_q15 = last.w_m_q15;
+        if (k / 20000 % 2 == 0 && (y >> 52 & 31) != 0)
+            x.i_d_q15 = last.i_d_q15, x.i_q_q15 = last.i_q_q15, x.w_m_q15 = last.w_m_q15;
         last = x;
         (void)dqw_monitor_sample_q15(&t.q, &x, y >> 58 == 0);
         if (!t.q.estimator.window.pending) continue;
@@ -463,10 +494,12 @@ static void test_any_bits(void)
         dqw_monitor_change_q15 e;
         if (dqw_monitor_background_q15(&t.q) && dqw_monitor_event_q15(&t.q, &e)) {
             events++;
-            HOLDS(e.fault.name > DQW_FAULT_NONE && e.fault.name <= DQW_FAULT_UNKNOWN && e.fault.phase < 3 && e.fault.confidence_q15 <= 32768);
+            HOLDS(e.fault.name > DQW_FAULT_NONE && e.fault.name <= DQW_FAULT_UNKNOWN && e.fault.phase < 3 &&
+                  e.fault.confidence_q15 <= 32768);
             HOLDS(e.parameter >= DQW_WATCH_R && e.parameter < DQW_WATCH_CHANNELS);
         }
-        if (dqw_monitor_stage_q15(&t.q) == DQW_STAGE_DOMAIN) TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_monitor_define_q15(&t.q, &t.qc));
+        if (dqw_monitor_stage_q15(&t.q) == DQW_STAGE_DOMAIN)
+            TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_monitor_define_q15(&t.q, &t.qc));
     }
     CASE("%d events", events);
     HOLDS(quick() || events > 0);
@@ -476,7 +509,8 @@ static double any_size(test_random *r, double least, double most) { return exp2(
 
 static uint32_t bounded(double x) { return (uint32_t)fmin(x, 4294967295.0); }
 
-// Any configuration that is accepted, out to the edges, with any samples: the checkers find nothing, and what is refused leaves no trace.
+// Any configuration that is accepted, out to the edges, with any samples: the checkers find nothing, and what is
+// refused leaves no trace.
 static void test_any_configuration(void)
 {
     test_random r = {12};
@@ -509,25 +543,30 @@ static void test_any_configuration(void)
         c.estimator.angle = random_bits(&r) % 4 != 0;
         c.estimator.noise_on_inputs = random_bits(&r) % 4 != 0;
         c.estimator.threshold_ppm = (uint32_t)random_bits(&r);
-        for (int i = 0; i < DQW_WATCH_CHANNELS; i++) c.band_ppm[i] = random_bits(&r) % 3 != 0 ? 0 : (uint32_t)(random_bits(&r) & 0xffffffffu);
+        for (int i = 0; i < DQW_WATCH_CHANNELS; i++)
+            c.band_ppm[i] = random_bits(&r) % 3 != 0 ? 0 : (uint32_t)(random_bits(&r) & 0xffffffffu);
         if (dqw_monitor_init_q15(&m, &c) != DQW_OK) continue;
         accepted++;
         for (int n = 0; n < 3000; n++) {
             const uint64_t z = random_bits(&r);
             const uint64_t y = random_bits(&r);
             const bool noise = n / 300 % 2 == 0;
-            const dqw_sample_q15 x = dqw_sample_from_dq_q15(
-                noise ? q15_bits(z) : (int16_t)(size * (n % 97)), noise ? q15_bits(z >> 16) : (int16_t)(size * (n % 89)),
-                noise ? q15_bits(z >> 32) : (int16_t)(size * (n % 83)), noise ? q15_bits(z >> 48) : (int16_t)(size * (n % 79)), noise ? q15_bits(y) : 12000,
-                (uint16_t)(17 * n));
+            const dqw_sample_q15 x = dqw_sample_from_dq_q15(noise ? q15_bits(z) : (int16_t)(size * (n % 97)),
+                                                            noise ? q15_bits(z >> 16) : (int16_t)(size * (n % 89)),
+                                                            noise ? q15_bits(z >> 32) : (int16_t)(size * (n % 83)),
+                                                            noise ? q15_bits(z >> 48) : (int16_t)(size * (n % 79)),
+                                                            noise ? q15_bits(y) : 12000, (uint16_t)(17 * n));
             (void)dqw_monitor_sample_q15(&m, &x, false);
             dqw_monitor_change_q15 e;
             if (dqw_monitor_background_q15(&m)) (void)dqw_monitor_event_q15(&m, &e);
             if (n % 40 == 0)
                 for (int i = 0; i < DQW_WATCH_CHANNELS; i++)
-                    (void)dqw_monitor_read_q15(&m, (enum dqw_monitor_channel)i), (void)dqw_monitor_sensitivity_q15(&m, (enum dqw_monitor_channel)i);
-            if (m.estimator.stage.name == DQW_STAGE_ORDINAL && m.estimator.blocks > 20) m.estimator.stage.name = DQW_STAGE_IN_SERVICE;
-            if (m.estimator.stage.name == DQW_STAGE_DOMAIN) TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_monitor_define_q15(&m, &c));
+                    (void)dqw_monitor_read_q15(&m, (enum dqw_monitor_channel)i),
+                        (void)dqw_monitor_sensitivity_q15(&m, (enum dqw_monitor_channel)i);
+            if (m.estimator.stage.name == DQW_STAGE_ORDINAL && m.estimator.blocks > 20)
+                m.estimator.stage.name = DQW_STAGE_IN_SERVICE;
+            if (m.estimator.stage.name == DQW_STAGE_DOMAIN)
+                TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_monitor_define_q15(&m, &c));
         }
     }
     CASE("%d of %d accepted", accepted, draws);

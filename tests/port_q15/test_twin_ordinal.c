@@ -1,4 +1,5 @@
-// The fixed-point Ordinal Learner beside the float one, epoch by epoch: weights, R in both readings, convergence, gaps, refusals.
+// The fixed-point Ordinal Learner beside the float one, epoch by epoch: weights, R in both readings, convergence, gaps,
+// refusals.
 #include "dqw_log_q15.h"
 #include "dqw_ordinal.h"
 #include "dqw_ordinal_q15.h"
@@ -7,7 +8,8 @@
 void setUp(void) { test_case[0] = 0; }
 void tearDown(void) {}
 
-// The paper's machine at its sampling period, and full scales with which a period of full voltage is 0.19 of the full current.
+// The paper's machine at its sampling period, and full scales with which a period of full voltage is 0.19 of the full
+// current.
 #define TRUE_R_OHM 0.37
 #define TRUE_L_H 0.326e-3
 #define T_S 1e-4
@@ -19,7 +21,8 @@ static int16_t x_q15[SAMPLES], y_q15[SAMPLES];
 
 static int16_t q15(double x) { return (int16_t)lrint(fmax(-32767.0, fmin(32767.0, 32768 * x))); }
 
-// +-2 V drawn anew every few ms, held from sample to sample: the current is exact but for its rounding and the noise, in parts of 5 A.
+// +-2 V drawn anew every few ms, held from sample to sample: the current is exact but for its rounding and the noise,
+// in parts of 5 A.
 static void make_signals(uint64_t seed, double noise)
 {
     test_random r = {seed};
@@ -82,7 +85,8 @@ static void epoch(twins *t, int samples)
 static void test_init_refuses_and_leaves_the_object_alone(void)
 {
     dqw_ordinal_q15 o;
-    const dqw_ordinal_config_q15 good = {.dt_ns = 100000, .x_full_mV = 5000, .y_full_mA = 10000, .R_uohm = 370000, .L_nH = 326000};
+    const dqw_ordinal_config_q15 good = {
+        .dt_ns = 100000, .x_full_mV = 5000, .y_full_mA = 10000, .R_uohm = 370000, .L_nH = 326000};
     TEST_ASSERT_EQUAL_INT(DQW_ERR_NULL, dqw_ordinal_init_q15(NULL, &good));
     REFUSED(o, DQW_ERR_NULL, dqw_ordinal_init_q15(&o, NULL));
     for (int field = 0; field < 5; field++) {
@@ -126,19 +130,21 @@ static void test_exponential_and_logarithm(void)
         CASE("%g", x);
         const int64_t q40 = (int64_t)ldexp(x, 40);
         const double exact = -expm1(-ldexp((double)q40, -40));
-        worst[0] = fmax(worst[0], fabs(ldexp((double)dqw_one_less_exp_q40(q40), -40) / exact - 1) - ldexp(1, -40) / exact);
+        worst[0] = fmax(worst[0],
+                        fabs(ldexp((double)dqw_one_less_exp_q40(q40), -40) / exact - 1) - ldexp(1, -40) / exact);
         const int32_t y = (int32_t)lrint(2147483648.0 * exp(-4.7 * k / 20000)) - (k % 3) * 7;
         worst[1] = fmax(worst[1], fabs(ldexp((double)dqw_minus_log_q40(y), -40) / -log(y / 2147483648.0) - 1));
     }
     test_case[0] = 0;
     BETWEEN(1e-10, worst[0], 5e-9);  // 1.2e-9
     BETWEEN(1e-10, worst[1], 8e-9);  // 2.7e-9
-    TEST_ASSERT_TRUE(dqw_one_less_exp_q40(0) == 0 && dqw_one_less_exp_q40(-5) == 0 && dqw_one_less_exp_q40(INT64_MAX) == (int64_t)1 << 40);
+    TEST_ASSERT_TRUE(dqw_one_less_exp_q40(0) == 0 && dqw_one_less_exp_q40(-5) == 0 &&
+                     dqw_one_less_exp_q40(INT64_MAX) == (int64_t)1 << 40);
     TEST_ASSERT_TRUE(dqw_minus_log_q40(0) == 0 && dqw_minus_log_q40(INT32_MIN) == 0);
 }
 
-// Epoch for epoch. The float one carries single precision through a recursion of 300 steps, 1e-5 of a weight or so; with a start that is
-// told but as 1e-6 of a sample's power, P0.
+// Epoch for epoch. The float one carries single precision through a recursion of 300 steps, 1e-5 of a weight or so;
+// with a start that is told but as 1e-6 of a sample's power, P0.
 static void test_epochs_of_both_forms(void)
 {
     static const double start[] = {0.1, 1.0, 3.0};
@@ -165,7 +171,8 @@ static void test_epochs_of_both_forms(void)
     for (int form = 0; form < 2; form++)
         for (int n = 0; n < 4; n++) {
             CASE("form %d, noise %g", form, noise[n]);
-            BETWEEN(1e-7, worst[form][n], 2e-4);  // 4e-7 to 2.7e-6; output error at a fifth 4.5e-5: two starts of Gauss and Newton's way
+            BETWEEN(1e-7, worst[form][n],
+                    2e-4);  // 4e-7 to 2.7e-6; output error at a fifth 4.5e-5: two starts of Gauss and Newton's way
         }
 }
 
@@ -198,7 +205,8 @@ static void test_gaps(void)
             const dqw_ordinal_q15 was = t.q;
             for (int k = 0; k < SAMPLES; k++) {
                 const uint64_t kind = random_bits(&r) % 20;
-                dqw_ordinal_step_q15(&t.q, kind < 3 ? beyond[kind] : x_q15[k], kind > 2 && kind < 6 ? beyond[kind - 3] : y_q15[k]);
+                dqw_ordinal_step_q15(&t.q, kind < 3 ? beyond[kind] : x_q15[k],
+                                     kind > 2 && kind < 6 ? beyond[kind - 3] : y_q15[k]);
                 if (kind < 6) skipped++;
                 if (kind > 5 && before) learned++;
                 before = kind > 5;

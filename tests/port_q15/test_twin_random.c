@@ -1,4 +1,5 @@
-// The fixed-point Random Learner beside the float one: the same reservoir and the same draws, sample for sample; weights; convergence.
+// The fixed-point Random Learner beside the float one: the same reservoir and the same draws, sample for sample;
+// weights; convergence.
 #include "dqw_random.h"
 #include "dqw_random_q15.h"
 #include "dqw_test.h"
@@ -16,7 +17,8 @@ static int16_t q15(double x) { return (int16_t)lrint(fmax(-32767.0, fmin(32767.0
 static void test_init_refuses_and_leaves_the_object_alone(void)
 {
     dqw_random_q15 r;
-    const dqw_random_config_q15 good = {.reservoir = memory_q15, .capacity = CAPACITY, .draws = CAPACITY, .seed = 1, .tolerance_q15 = 328};
+    const dqw_random_config_q15 good = {
+        .reservoir = memory_q15, .capacity = CAPACITY, .draws = CAPACITY, .seed = 1, .tolerance_q15 = 328};
     dqw_random_config_q15 c = good;
     TEST_ASSERT_EQUAL_INT(DQW_ERR_NULL, dqw_random_init_q15(NULL, &c));
     REFUSED(r, DQW_ERR_NULL, dqw_random_init_q15(&r, NULL));
@@ -37,9 +39,16 @@ static void test_init_refuses_and_leaves_the_object_alone(void)
 // 301 samples, more while the epochs run. After every call both reservoirs hold the same samples in the same places.
 static void compare(uint32_t seed, uint32_t draws, bool noisy)
 {
-    const dqw_random_config rc = {.reservoir = memory, .capacity = CAPACITY, .draws = draws, .seed = seed, .tolerance = 0.01f};
-    const dqw_random_config_q15 rq = {.reservoir = memory_q15, .capacity = CAPACITY, .draws = draws, .seed = seed, .tolerance_q15 = 328};
-    const dqw_learner_config lc = {.inputs = 2, .step_size = 0.5f, .x_base = {1.0f, 1.0f}, .y_base = 1.0f, .indicator = true, .noisy_inputs = noisy};
+    const dqw_random_config rc = {
+        .reservoir = memory, .capacity = CAPACITY, .draws = draws, .seed = seed, .tolerance = 0.01f};
+    const dqw_random_config_q15 rq = {
+        .reservoir = memory_q15, .capacity = CAPACITY, .draws = draws, .seed = seed, .tolerance_q15 = 328};
+    const dqw_learner_config lc = {.inputs = 2,
+                                   .step_size = 0.5f,
+                                   .x_base = {1.0f, 1.0f},
+                                   .y_base = 1.0f,
+                                   .indicator = true,
+                                   .noisy_inputs = noisy};
     const dqw_learner_config_q15 lq = {.inputs = 2, .step_size_q15 = 16384, .indicator = true, .noisy_inputs = noisy};
     dqw_random f;
     dqw_random_q15 q;
@@ -78,7 +87,8 @@ static void compare(uint32_t seed, uint32_t draws, bool noisy)
         apart = fmax(apart, fabs(l.w_o_q31 / 2147483648.0 - (double)lf.w_o) / LSB);
     }
     BETWEEN(0.1, apart, 2.0);
-    // Where the float one settles the fixed-point one does; an epoch that moves the weights by just the tolerance may tell them apart.
+    // Where the float one settles the fixed-point one does; an epoch that moves the weights by just the tolerance may
+    // tell them apart.
     HOLDS(first[0] > 0 && first[1] > 0);
     HOLDS(abs((int)first[0] - (int)first[1]) <= 1);
     HOLDS(l.learned == lf.learned);
@@ -94,7 +104,8 @@ static void test_the_same_draws(void)
 
 static void test_epochs_and_counters(void)
 {
-    const dqw_random_config_q15 rq = {.reservoir = memory_q15, .capacity = CAPACITY, .draws = CAPACITY, .seed = 3, .tolerance_q15 = 328};
+    const dqw_random_config_q15 rq = {
+        .reservoir = memory_q15, .capacity = CAPACITY, .draws = CAPACITY, .seed = 3, .tolerance_q15 = 328};
     const dqw_learner_config_q15 lq = {.inputs = 1, .step_size_q15 = 16384, .indicator = true};
     dqw_random_q15 q;
     dqw_learner_q15 l;

@@ -1,5 +1,5 @@
-// The shaft in fixed point beside the float one over simulated logs: the whole trajectory, every effect of the shaft, what is
-// skipped, late backgrounds; and the laws of the effects over every speed.
+// The shaft in fixed point beside the float one over simulated logs: the whole trajectory, every effect of the shaft,
+// what is skipped, late backgrounds; and the laws of the effects over every speed.
 // First: it asks for the registers of a signal.
 #include "preempt.h"
 
@@ -48,8 +48,14 @@ static shaft driven(const char *scenario)
     return d;
 }
 
-static int16_t q15(double x, double full) { return (int16_t)fmax(-32768.0, fmin(32767.0, floor(x / full * ONE + 0.5))); }
-static uint16_t turn(double angle_rad) { return (uint16_t)((uint32_t)(int32_t)lrint(remainder(angle_rad, 2 * PI) / (2 * PI) * 65536.0) & 65535u); }
+static int16_t q15(double x, double full)
+{
+    return (int16_t)fmax(-32768.0, fmin(32767.0, floor(x / full * ONE + 0.5)));
+}
+static uint16_t turn(double angle_rad)
+{
+    return (uint16_t)((uint32_t)(int32_t)lrint(remainder(angle_rad, 2 * PI) / (2 * PI) * 65536.0) & 65535u);
+}
 
 static dqw_shaft_q15_config config_of(const shaft *d)
 {
@@ -67,7 +73,8 @@ static dqw_shaft_q15 begin(const dqw_shaft_q15_config *c)
 static uint32_t step(dqw_shaft_q15 *m, const dqw_sim_row *r, bool saturated)
 {
     const dqw_shaft_scale *s = &m->config->scale;
-    return dqw_shaft_sample_q15(m, q15(r->torque_Nm, 1e-6 * s->torque_full_uNm), q15(r->w_m_rad_s, 1e-3 * s->w_full_mrad_s), turn(r->theta_m_rad), saturated);
+    return dqw_shaft_sample_q15(m, q15(r->torque_Nm, 1e-6 * s->torque_full_uNm),
+                                q15(r->w_m_rad_s, 1e-3 * s->w_full_mrad_s), turn(r->theta_m_rad), saturated);
 }
 
 static double unit_of(const dqw_shaft_scale *s, int i)
@@ -100,7 +107,10 @@ static readings read_all(const dqw_shaft_q15 *m)
     return r;
 }
 
-static double value(const dqw_shaft_q15 *m, int i) { return ldexp((double)read_all(m).value[i], -40) * unit_of(&m->config->scale, i); }
+static double value(const dqw_shaft_q15 *m, int i)
+{
+    return ldexp((double)read_all(m).value[i], -40) * unit_of(&m->config->scale, i);
+}
 
 static double deviation(const dqw_shaft_q15 *m, int i)
 {
@@ -127,11 +137,14 @@ static void read_float(const dqw_shaft *g, int effects, double v[VALUES], double
 }
 
 // An effect of both twins.
-static void add_effect(enum dqw_effect_name name, double first, double second, dqw_effect_config *f, dqw_torque_q15_config *q)
+static void add_effect(enum dqw_effect_name name, double first, double second, dqw_effect_config *f,
+                       dqw_torque_q15_config *q)
 {
     *f = (dqw_effect_config){.effect = name, .shape = {(float)first, (float)second}};
-    *q = (dqw_torque_q15_config){
-        .effect = name, .width_urad_s = (uint32_t)lrint(1e6 * first), .fall_urad_s = (uint32_t)lrint(1e6 * second), .periods = (uint16_t)lrint(first)};
+    *q = (dqw_torque_q15_config){.effect = name,
+                                 .width_urad_s = (uint32_t)lrint(1e6 * first),
+                                 .fall_urad_s = (uint32_t)lrint(1e6 * second),
+                                 .periods = (uint16_t)lrint(first)};
 }
 
 typedef struct setup {
@@ -191,7 +204,8 @@ static void trajectory(const setup *s, double *most, double *apart_sd)
         dqw_sim_row r = d.rows[k];
         r.torque_Nm += 0.5 * s->noise * s->log->torque_Nm * random_normal(&random);
         r.w_m_rad_s += 0.5 * s->noise * s->log->w_rad_s * random_normal(&random);
-        const uint32_t one = dqw_shaft_sample(&g, (float)r.torque_Nm, (float)r.w_m_rad_s, (float)remainder(r.theta_m_rad, 2 * PI), false);
+        const uint32_t one = dqw_shaft_sample(&g, (float)r.torque_Nm, (float)r.w_m_rad_s,
+                                              (float)remainder(r.theta_m_rad, 2 * PI), false);
         TEST_ASSERT_EQUAL_UINT32(one, step(&m, &r, false));
         const bool learned = dqw_shaft_background(&g);
         TEST_ASSERT_EQUAL(learned, dqw_shaft_background_q15(&m));
@@ -219,11 +233,18 @@ static void trajectory(const setup *s, double *most, double *apart_sd)
 
 static void test_the_whole_trajectory(void)
 {
-    // A value before much is learned; a deviation by the likeness of blocks, which the float twin counts from the first block on.
+    // A value before much is learned; a deviation by the likeness of blocks, which the float twin counts from the first
+    // block on.
     const setup logs[] = {
         {.name = "J and B", .log = &coast, .known = 3, .most = 0.0032, .apart_sd = 9.5},
         {.name = "friction", .log = &coast, .coulomb = true, .known = 7, .most = 0.036, .apart_sd = 8.9},
-        {.name = "soft friction", .log = &coast, .coulomb = true, .width_rad_s = 1, .known = 7, .most = 0.037, .apart_sd = 8.9},
+        {.name = "soft friction",
+         .log = &coast,
+         .coulomb = true,
+         .width_rad_s = 1,
+         .known = 7,
+         .most = 0.037,
+         .apart_sd = 8.9},
         {.name = "friction, standstill, noise of 1 %",
          .log = &coast,
          .noise = 0.01,
@@ -235,7 +256,13 @@ static void test_the_whole_trajectory(void)
          .apart_sd = 5.2},
         {.name = "J and B, noise of 20 %", .log = &coast, .noise = 0.2, .known = 3, .most = 0.0030, .apart_sd = 4.0},
         {.name = "five effects", .log = &rough, .effects = true, .known = 0xfb, .most = 0.19, .apart_sd = 19},
-        {.name = "five effects, noise of 1 %", .log = &rough, .noise = 0.01, .effects = true, .known = 0xeb, .most = 0.091, .apart_sd = 15},
+        {.name = "five effects, noise of 1 %",
+         .log = &rough,
+         .noise = 0.01,
+         .effects = true,
+         .known = 0xeb,
+         .most = 0.091,
+         .apart_sd = 15},
     };
     for (unsigned n = 0; n < sizeof logs / sizeof logs[0]; n++) {
         double most;
@@ -353,7 +380,8 @@ static void test_a_gap(void)
     BETWEEN(0.5, off[1], 3.0);     // 1.6: half of the rows
 }
 
-// A background that leaves every fourth half out loses the next one, says so, and learns the others as they are: those that follow each other.
+// A background that leaves every fourth half out loses the next one, says so, and learns the others as they are: those
+// that follow each other.
 static void test_a_late_background_is_counted(void)
 {
     const dqw_shaft_q15_config c = frictional();
@@ -385,8 +413,8 @@ static void half_more(void)
 }
 static void learn_held(void) { (void)dqw_shaft_background_q15(&held); }
 
-// Samples of half a block come after any one instruction of the background: what is learned is what would be learned had they come before it, where
-// the block that they bring is lost, or else behind it; to the bit.
+// Samples of half a block come after any one instruction of the background: what is learned is what would be learned
+// had they come before it, where the block that they bring is lost, or else behind it; to the bit.
 static void test_samples_may_interrupt_the_background_anywhere(void)
 {
     dqw_effect_config list[2];
@@ -469,8 +497,9 @@ static void test_missing_samples(void)
 
 static void test_read_before_anything_was_learned(void)
 {
-    const dqw_torque_q15_config list[] = {{.effect = DQW_EFFECT_COULOMB_FRICTION, .width_urad_s = 1000000, .start_uNm = {500000}},
-                                          {.effect = DQW_EFFECT_COGGING_TORQUE, .periods = 6, .start_uNm = {-250000, 125000}}};
+    const dqw_torque_q15_config list[] = {
+        {.effect = DQW_EFFECT_COULOMB_FRICTION, .width_urad_s = 1000000, .start_uNm = {500000}},
+        {.effect = DQW_EFFECT_COGGING_TORQUE, .periods = 6, .start_uNm = {-250000, 125000}}};
     dqw_shaft_q15_config c = config_of(&coast);
     c.B_nNms_rad = 1000000;
     c.effects = list;
@@ -496,8 +525,8 @@ static void test_read_before_anything_was_learned(void)
     TEST_ASSERT_EQUAL_INT(DQW_ERR_SIZE, dqw_shaft_read_effect_q15(&m, -1, w, sd));
 }
 
-// The variance of a start is 10^6: a weight was learned where it fell to a hundredth, so at information of 99e-6. By default blocks 1, 2, 4, 8 and
-// each fourth are read.
+// The variance of a start is 10^6: a weight was learned where it fell to a hundredth, so at information of 99e-6. By
+// default blocks 1, 2, 4, 8 and each fourth are read.
 static void test_the_threshold_of_learned(void)
 {
     for (int every = 0; every < 2; every++) {
@@ -548,16 +577,21 @@ static void test_a_configuration_from_a_nameplate(void)
         CASE("period %u ns", (unsigned)sampled[k].dt_ns);
         const dqw_shaft_q15_nameplate plate = {sampled[k].dt_ns, 1000001, 150000};
         const dqw_shaft_q15_config c = dqw_shaft_config_default_q15(&plate);
-        HOLDS(c.half_window == sampled[k].half && c.coulomb && c.coulomb_width_urad_s == 1500000 && c.effect_count == 0 && c.J_gmm2 == 0);
-        HOLDS(c.scale.torque_full_uNm == 3000003 && c.scale.w_full_mrad_s == 225000 && c.scale.dt_ns == sampled[k].dt_ns);
+        HOLDS(c.half_window == sampled[k].half && c.coulomb && c.coulomb_width_urad_s == 1500000 &&
+              c.effect_count == 0 && c.J_gmm2 == 0);
+        HOLDS(c.scale.torque_full_uNm == 3000003 && c.scale.w_full_mrad_s == 225000 &&
+              c.scale.dt_ns == sampled[k].dt_ns);
         HOLDS(dqw_shaft_init_q15(&m, &c) == DQW_OK);
     }
     // As far as there is room; what is too large is refused.
     const dqw_shaft_q15_nameplate large = {1000000, 2000000000, 9000000};
     const dqw_shaft_q15_config c = dqw_shaft_config_default_q15(&large);
-    HOLDS(c.scale.torque_full_uNm == DQW_SHAFT_TORQUE_MAX && c.scale.w_full_mrad_s == DQW_SCALE_MAX && dqw_shaft_init_q15(&m, &c) == DQW_OK);
-    const dqw_shaft_q15_nameplate bad[] = {{0, 1, 1000}, {1000000001, 1, 1000}, {1, 0, 1000}, {1, 4000000001, 1000}, {1, 1, 0}, {1, 1, 10000001}};
-    static const int refused[] = {DQW_ERR_DT, DQW_ERR_DT, DQW_ERR_TORQUE_BASE, DQW_ERR_TORQUE_BASE, DQW_ERR_W_BASE, DQW_ERR_W_BASE};
+    HOLDS(c.scale.torque_full_uNm == DQW_SHAFT_TORQUE_MAX && c.scale.w_full_mrad_s == DQW_SCALE_MAX &&
+          dqw_shaft_init_q15(&m, &c) == DQW_OK);
+    const dqw_shaft_q15_nameplate bad[] = {{0, 1, 1000}, {1000000001, 1, 1000}, {1, 0, 1000}, {1, 4000000001, 1000},
+                                           {1, 1, 0},    {1, 1, 10000001}};
+    static const int refused[] = {DQW_ERR_DT,          DQW_ERR_DT,     DQW_ERR_TORQUE_BASE,
+                                  DQW_ERR_TORQUE_BASE, DQW_ERR_W_BASE, DQW_ERR_W_BASE};
     for (int k = 0; k < 6; k++) {
         CASE("bad %d", k);
         const dqw_shaft_q15_config d = dqw_shaft_config_default_q15(&bad[k]);
@@ -595,7 +629,8 @@ static void test_what_the_signals_cannot_teach_is_not_known(void)
             (void)dqw_shaft_sample_q15(&m, q15(t, 1.5), q15(w, 150), 0, false);
             (void)dqw_shaft_background_q15(&m);
         }
-        // At rest nothing; at one speed viscous and Coulomb friction are one; in one direction at many speeds all of it.
+        // At rest nothing; at one speed viscous and Coulomb friction are one; in one direction at many speeds all of
+        // it.
         HOLDS(read_all(&m).known == (kind == 2 ? 7u : 0u));
         if (kind != 2) continue;
         BETWEEN(-0.01, value(&m, DQW_J) / 2e-3 - 1, 0.01);
@@ -624,11 +659,13 @@ static void test_init_refuses_and_leaves_the_object_alone(void)
     bad[7].coulomb_width_urad_s = (uint32_t)(1000.0 * good.scale.w_full_mrad_s / 8200);
     bad[8].scale.w_full_mrad_s = 1000, bad[8].coulomb_width_urad_s = 16100000;
     bad[9].scale = (dqw_shaft_scale){1, DQW_SCALE_MAX, 1}, bad[9].J_gmm2 = UINT32_MAX, bad[9].coulomb_width_urad_s = 0;
-    bad[10].scale = (dqw_shaft_scale){1, DQW_SCALE_MAX, 1}, bad[10].B_nNms_rad = UINT32_MAX, bad[10].coulomb_width_urad_s = 0;
+    bad[10].scale = (dqw_shaft_scale){1, DQW_SCALE_MAX, 1}, bad[10].B_nNms_rad = UINT32_MAX,
+    bad[10].coulomb_width_urad_s = 0;
     const dqw_shaft_scale zero = {0};
     bad[11].scale = zero;
-    static const int refused[12] = {DQW_ERR_TORQUE_BASE, DQW_ERR_TORQUE_BASE,   DQW_ERR_W_BASE,        DQW_ERR_W_BASE, DQW_ERR_DT,   DQW_ERR_DT,
-                                    DQW_ERR_EXCITATION,  DQW_ERR_COULOMB_WIDTH, DQW_ERR_COULOMB_WIDTH, DQW_ERR_UNIT,   DQW_ERR_UNIT, DQW_ERR_DT};
+    static const int refused[12] = {
+        DQW_ERR_TORQUE_BASE, DQW_ERR_TORQUE_BASE,   DQW_ERR_W_BASE,        DQW_ERR_W_BASE, DQW_ERR_DT,   DQW_ERR_DT,
+        DQW_ERR_EXCITATION,  DQW_ERR_COULOMB_WIDTH, DQW_ERR_COULOMB_WIDTH, DQW_ERR_UNIT,   DQW_ERR_UNIT, DQW_ERR_DT};
     for (int k = 0; k < 12; k++) {
         CASE("%d", k);
         REFUSED(m, refused[k], dqw_shaft_init_q15(&m, &bad[k]));
@@ -700,7 +737,9 @@ static void test_the_laws_of_friction(void)
             const dqw_torque_q15_config c[] = {
                 {.effect = DQW_EFFECT_COULOMB_FRICTION, .width_urad_s = (uint32_t)lrint(1e6 * width)},
                 {.effect = DQW_EFFECT_DIRECTION_ASYMMETRY, .width_urad_s = (uint32_t)lrint(1e6 * width)},
-                {.effect = DQW_EFFECT_STRIBECK_FRICTION, .width_urad_s = (uint32_t)lrint(1e6 * width), .fall_urad_s = (uint32_t)lrint(1e6 * fall)}};
+                {.effect = DQW_EFFECT_STRIBECK_FRICTION,
+                 .width_urad_s = (uint32_t)lrint(1e6 * width),
+                 .fall_urad_s = (uint32_t)lrint(1e6 * fall)}};
             for (int k = 0; k < 3; k++) {
                 CASE("full %g, width %g, fall %g, law %d", full, width, fall, k);
                 dqw_torque_q15 t;

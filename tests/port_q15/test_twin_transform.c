@@ -102,7 +102,8 @@ static void test_turns(void)
         const dqw_dq pf = dqw_park_paper((dqw_alphabeta){x.alpha, x.beta}, cf, sf);
         worst[2] = fmax(worst[2], fmax(fabs(p.d - full(pf.d)), fabs(p.q - full(pf.q))));
         // There and back: two roundings, and a length that is wrong by less than 4e-5.
-        if (k % 2 == 0 && abs(x.alpha) < 22000 && abs(x.beta) < 22000) home = fmax(home, fmax(abs(z.alpha - x.alpha), abs(z.beta - x.beta)));
+        if (k % 2 == 0 && abs(x.alpha) < 22000 && abs(x.beta) < 22000)
+            home = fmax(home, fmax(abs(z.alpha - x.alpha), abs(z.beta - x.beta)));
     }
     for (int k = 0; k < 3; k++) BETWEEN(0.5, worst[k], 0.51);
     BETWEEN(1.0, home, 3.0);

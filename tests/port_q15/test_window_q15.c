@@ -1,4 +1,5 @@
-// The triangular window in whole numbers: to the last bit the sums in 64 bits, with refused pairs, incomplete blocks, restarts, extremes.
+// The triangular window in whole numbers: to the last bit the sums in 64 bits, with refused pairs, incomplete blocks,
+// restarts, extremes.
 #include "dqw_test.h"
 #include "dqw_window_q15.h"
 
@@ -48,8 +49,11 @@ static void test_init_refuses_and_leaves_the_object_alone(void)
 {
     dqw_window_q15 w;
     TEST_ASSERT_EQUAL_INT(DQW_ERR_NULL, dqw_window_init_q15(NULL, 20, 9));
-    static const int bad[][2] = {{0, 9}, {-1, 9}, {101, 9}, {256 + 20, 9}, {INT32_MAX, 9}, {20, 0}, {20, -1}, {20, DQW_WINDOW_Q15_SIGNALS + 1}, {20, 257}};
-    for (unsigned k = 0; k < sizeof bad / sizeof bad[0]; k++) REFUSED(w, DQW_ERR_SIZE, dqw_window_init_q15(&w, bad[k][0], bad[k][1]));
+    static const int bad[][2] = {{0, 9},         {-1, 9}, {101, 9}, {256 + 20, 9},
+                                 {INT32_MAX, 9}, {20, 0}, {20, -1}, {20, DQW_WINDOW_Q15_SIGNALS + 1},
+                                 {20, 257}};
+    for (unsigned k = 0; k < sizeof bad / sizeof bad[0]; k++)
+        REFUSED(w, DQW_ERR_SIZE, dqw_window_init_q15(&w, bad[k][0], bad[k][1]));
     TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_window_init_q15(&w, DQW_WINDOW_Q15_HALF, DQW_WINDOW_Q15_SIGNALS));
     TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_window_init_q15(&w, 1, 1));
 }

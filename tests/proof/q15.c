@@ -3,7 +3,8 @@
 
 #include <stdint.h>
 
-// Used where the learner calls it, since an interval that holds its bounds does not see through its shift; gains() shows it on both sides of them.
+// Used where the learner calls it, since an interval that holds its bounds does not see through its shift; gains()
+// shows it on both sides of them.
 /*@ ensures -0x10000000 <= \result < 0x10000000; */
 static inline int32_t dqw_q28_sat(int32_t x);
 
@@ -20,7 +21,8 @@ static void shifts(void)
     (void)dqw_q_floor32(any32(), Frama_C_unsigned_int_interval(0, 31));
     (void)dqw_q_floor64(any64(), Frama_C_unsigned_int_interval(0, 63));
     for (unsigned n = 1; n <= 30; n++) (void)dqw_q_round32(Frama_C_interval(INT32_MIN, INT32_MAX - (1 << (n - 1))), n);
-    for (unsigned n = 1; n <= 62; n++) (void)dqw_q_round64(Frama_C_long_long_interval(INT64_MIN, INT64_MAX - ((int64_t)1 << (n - 1))), n);
+    for (unsigned n = 1; n <= 62; n++)
+        (void)dqw_q_round64(Frama_C_long_long_interval(INT64_MIN, INT64_MAX - ((int64_t)1 << (n - 1))), n);
     (void)dqw_q_clz32(Frama_C_unsigned_int_interval(0, UINT32_MAX));
     (void)dqw_q_bits64(any64());
 }
@@ -68,7 +70,8 @@ static void sums_and_products(void)
     (void)dqw_q30_mul(any32(), any16());
     (void)dqw_q31_mul(Frama_C_interval(-(1 << 28), (1 << 28) - 1), any16());
     (void)dqw_q31_mul_by_halves(Frama_C_interval(-(1 << 28), (1 << 28) - 1), any16());
-    // Its twin without a division takes two of Newton's steps, which intervals do not follow: test_q15 tries each of its 196 609 numbers.
+    // Its twin without a division takes two of Newton's steps, which intervals do not follow: test_q15 tries each of
+    // its 196 609 numbers.
     (void)dqw_q16_inverse(Frama_C_unsigned_int_interval(1u << 15, 7u << 15));
 }
 

@@ -26,7 +26,9 @@ struct Plant {
 struct Run {
     std::size_t rows = 20000;
     double dt_s = 1e-4;
-    std::function<double(double)> speed_rad_s = [](double t) { return 60 + 40 * std::sin(5 * t) + 10 * std::sin(31 * t); };
+    std::function<double(double)> speed_rad_s = [](double t) {
+        return 60 + 40 * std::sin(5 * t) + 10 * std::sin(31 * t);
+    };
     double v_d_V = 2.0, v_q_V = 3.0;  ///< amplitude of the random reference beside the induced voltage
     std::size_t hold = 37;            ///< rows that a reference is held
     unsigned seed = 1;
@@ -81,15 +83,19 @@ inline Log simulate(const Plant& m, const Run& run)
         const Complex reference(add_d, add_q + w * (run.induced_Wb < 0.0 ? m.psi_Wb : run.induced_Wb));
         const Complex held = reference * turned(theta + 0.5 * w_mid * dt);
         const Complex lost = dead_time(m, current(m, psi, theta) * turned(theta));
-        const auto slope = [&](Complex x, double angle) { return held - lost - m.R_ohm * current(m, x, angle) * turned(angle); };
+        const auto slope = [&](Complex x, double angle) {
+            return held - lost - m.R_ohm * current(m, x, angle) * turned(angle);
+        };
         Complex mean = 0.0;
         for (int s = 0; s < run.substeps; ++s) {
             const double t0 = t + s * h;
-            const double w0 = m.p * run.speed_rad_s(t0), w1 = m.p * run.speed_rad_s(t0 + 0.25 * h), w2 = m.p * run.speed_rad_s(t0 + 0.5 * h),
-                         w3 = m.p * run.speed_rad_s(t0 + 0.75 * h), w4 = m.p * run.speed_rad_s(t0 + h);
+            const double w0 = m.p * run.speed_rad_s(t0), w1 = m.p * run.speed_rad_s(t0 + 0.25 * h),
+                         w2 = m.p * run.speed_rad_s(t0 + 0.5 * h), w3 = m.p * run.speed_rad_s(t0 + 0.75 * h),
+                         w4 = m.p * run.speed_rad_s(t0 + h);
             const double half = theta + h / 12.0 * (w0 + 4.0 * w1 + w2);
             const double full = half + h / 12.0 * (w2 + 4.0 * w3 + w4);
-            const Complex k1 = slope(psi, theta), k2 = slope(psi + 0.5 * h * k1, half), k3 = slope(psi + 0.5 * h * k2, half), k4 = slope(psi + h * k3, full);
+            const Complex k1 = slope(psi, theta), k2 = slope(psi + 0.5 * h * k1, half),
+                          k3 = slope(psi + 0.5 * h * k2, half), k4 = slope(psi + h * k3, full);
             mean += held * (turned(-theta) + 4.0 * turned(-half) + turned(-full)) / 6.0;
             psi += h / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4);
             theta = full;

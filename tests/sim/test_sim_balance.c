@@ -19,7 +19,8 @@ static dqw_sim_scenario of(const char *name, double duration_s)
     return s;
 }
 
-// Electrical = copper + iron + mechanical + change of the stored energy + work on the magnet, relative to what was turned over.
+// Electrical = copper + iron + mechanical + change of the stored energy + work on the magnet, relative to what was
+// turned over.
 static double imbalance(const dqw_sim_scenario *s)
 {
     const size_t count = dqw_sim_rows(s);
@@ -32,8 +33,8 @@ static double imbalance(const dqw_sim_scenario *s)
     const double turnover = r->copper_J + r->iron_J + fabs(r->mechanical_J);
     TEST_ASSERT_TRUE(turnover > 0.01);
     if (getenv("DQW_SIM_VERBOSE"))
-        printf("imbalance %.1e of %.3g J; copper %.3g, iron %.3g, magnet %.3g, mechanical %.3g J\n", (r->electrical_J - out) / turnover, turnover, r->copper_J,
-               r->iron_J, r->magnet_J, r->mechanical_J);
+        printf("imbalance %.1e of %.3g J; copper %.3g, iron %.3g, magnet %.3g, mechanical %.3g J\n",
+               (r->electrical_J - out) / turnover, turnover, r->copper_J, r->iron_J, r->magnet_J, r->mechanical_J);
     return fabs(r->electrical_J - out) / turnover;
 }
 
@@ -90,7 +91,8 @@ static void test_balance_with_every_fault(void)
     s.machine.coulomb_width_rad_s = 1;
     s.profile.i_d_A.value = -4;
     TEST_ASSERT_DOUBLE_WITHIN(2e-8, 0, imbalance(&s));
-    TEST_ASSERT_DOUBLE_WITHIN(1e-7 * report.friction_J, report.kinetic_J + report.friction_J + report.load_J, report.mechanical_J);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-7 * report.friction_J, report.kinetic_J + report.friction_J + report.load_J,
+                              report.mechanical_J);
     TEST_ASSERT_TRUE(fabs(report.magnet_J) > 1e-5 * report.copper_J);
 }
 
@@ -117,7 +119,8 @@ static void test_balance_with_every_effect(void)
     s.machine.coulomb_Nm = 0.1, s.machine.coulomb_width_rad_s = 1;
     s.profile.i_d_A.value = -4;
     TEST_ASSERT_DOUBLE_WITHIN(2e-8, 0, imbalance(&s));
-    TEST_ASSERT_DOUBLE_WITHIN(1e-7 * report.friction_J, report.kinetic_J + report.friction_J + report.load_J, report.mechanical_J);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-7 * report.friction_J, report.kinetic_J + report.friction_J + report.load_J,
+                              report.mechanical_J);
     TEST_ASSERT_TRUE(fabs(report.magnet_J) > 1e-6 * report.copper_J && fabs(report.load_J) > 0);
 }
 
@@ -136,7 +139,8 @@ static void test_balance_of_power_and_heat_while_heating(void)
 static void test_balance_while_the_magnet_cools_fast(void)
 {
     dqw_sim_scenario s = of("servo_ideal", 0.5);
-    s.machine.winding_heat_J_K = 1, s.machine.magnet_heat_J_K = 1, s.machine.magnet_ambient_W_K = 5, s.machine.temp_start_C = 120;
+    s.machine.winding_heat_J_K = 1, s.machine.magnet_heat_J_K = 1, s.machine.magnet_ambient_W_K = 5,
+    s.machine.temp_start_C = 120;
     s.nonideal.magnet_beta_per_K.value = -0.002;
     s.profile.i_d_A.value = -4;
     TEST_ASSERT_DOUBLE_WITHIN(2e-8, 0, imbalance(&s));
@@ -151,7 +155,8 @@ static void test_balance_is_off_by_default(void)
     const size_t count = dqw_sim_rows(&s);
     rows = calloc(count, sizeof *rows);
     TEST_ASSERT_EQUAL_INT(0, dqw_sim_run(&s, rows, count, &report, NULL, NULL));
-    TEST_ASSERT_TRUE(report.electrical_J == 0 && report.stored_end_J == 0 && report.steps > 0 && report.rhs_evaluations > report.steps);
+    TEST_ASSERT_TRUE(report.electrical_J == 0 && report.stored_end_J == 0 && report.steps > 0 &&
+                     report.rhs_evaluations > report.steps);
     TEST_ASSERT_EQUAL_INT(100, report.periods);
 }
 

@@ -43,14 +43,16 @@ static void test_step_of_voltage_on_a_locked_rotor_is_an_rl_step(void)
         const double i_q = 7 / m->R_ohm * -expm1(-m->R_ohm / m->Lq_H * t);
         TEST_ASSERT_DOUBLE_WITHIN(1e-8, i_d, rows[k].i_d_A);
         TEST_ASSERT_DOUBLE_WITHIN(1e-8, i_q, rows[k].i_q_A);
-        TEST_ASSERT_DOUBLE_WITHIN(1e-8, 1.5 * m->pole_pairs * (m->psi_Wb + (m->Ld_H - m->Lq_H) * i_d) * i_q, rows[k].torque_Nm);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-8, 1.5 * m->pole_pairs * (m->psi_Wb + (m->Ld_H - m->Lq_H) * i_d) * i_q,
+                                  rows[k].torque_Nm);
         TEST_ASSERT_EQUAL_DOUBLE(0, rows[k].theta_e_rad);
         TEST_ASSERT_DOUBLE_WITHIN(1e-12, 10, rows[k].v_d_V);
         TEST_ASSERT_DOUBLE_WITHIN(1e-12, 7, rows[k].v_q_V);
     }
 }
 
-// Constant speed, constant dq voltage, L_d = L_q: i = (v - j w psi) / (R + j w L) (1 - exp(-(R/L + j w) t)). Measured: 5e-9 A.
+// Constant speed, constant dq voltage, L_d = L_q: i = (v - j w psi) / (R + j w L) (1 - exp(-(R/L + j w) t)). Measured:
+// 5e-9 A.
 static void test_step_of_voltage_at_speed_is_a_complex_exponential(void)
 {
     dqw_sim_scenario s = voltage_step(-20, 60, 100);
@@ -59,7 +61,8 @@ static void test_step_of_voltage_at_speed_is_a_complex_exponential(void)
     simulate(&s);
     const double R = s.machine.R_ohm, L = s.machine.Ld_H, w = 100 * s.machine.pole_pairs;
     for (size_t k = 0; k < count; ++k) {
-        const double complex i = (-20 + 60 * I - I * w * s.machine.psi_Wb) / (R + I * w * L) * (1 - cexp(-(R / L + I * w) * rows[k].t_s));
+        const double complex i = (-20 + 60 * I - I * w * s.machine.psi_Wb) / (R + I * w * L) *
+                                 (1 - cexp(-(R / L + I * w) * rows[k].t_s));
         TEST_ASSERT_DOUBLE_WITHIN(3e-8, creal(i), rows[k].i_d_A);
         TEST_ASSERT_DOUBLE_WITHIN(3e-8, cimag(i), rows[k].i_q_A);
     }
@@ -104,7 +107,8 @@ static void test_steady_state_of_voltage_and_torque(void)
 static void test_speed_loop_settles_and_torque_carries_load_and_friction(void)
 {
     dqw_sim_scenario s = *dqw_sim_scenario_find("servo_ideal");
-    s.profile = (dqw_sim_profile){.speed_rad_s = {.value = 50, .step = 50, .t_step_s = 0.1}, .load_Nm = {.step = 2, .t_step_s = 0.3}};
+    s.profile = (dqw_sim_profile){.speed_rad_s = {.value = 50, .step = 50, .t_step_s = 0.1},
+                                  .load_Nm = {.step = 2, .t_step_s = 0.3}};
     s.machine.coulomb_Nm = 0.2, s.machine.coulomb_width_rad_s = 1;
     s.drive.hold = DQW_SIM_HOLD_DQ;  // no ripple at the sampling instants
     s.duration_s = 1.5;
@@ -115,9 +119,9 @@ static void test_speed_loop_settles_and_torque_carries_load_and_friction(void)
     TEST_ASSERT_DOUBLE_WITHIN(1e-3, 0, end->i_d_A);
 }
 
-// A demand beyond the inverter: the commanded vector stays within v_dc / sqrt(3), the current reference within i_max, and the
-// integrators do not wind up: the overshoot stays below the 13.5 % of the same loop without limits. Measured: 35 rad/s of 300, and
-// the current a twentieth above its limit.
+// A demand beyond the inverter: the commanded vector stays within v_dc / sqrt(3), the current reference within i_max,
+// and the integrators do not wind up: the overshoot stays below the 13.5 % of the same loop without limits. Measured:
+// 35 rad/s of 300, and the current a twentieth above its limit.
 static void test_limits_and_anti_windup(void)
 {
     dqw_sim_scenario s = *dqw_sim_scenario_find("servo_ideal");
@@ -144,7 +148,10 @@ static void test_voltage_and_current_are_limited(void)
     TEST_ASSERT_DOUBLE_WITHIN(1e-9, -0.6 * 320 / sqrt(3), rows[5].v_d_V);
     TEST_ASSERT_DOUBLE_WITHIN(1e-9, 0.8 * 320 / sqrt(3), rows[5].v_q_V);
     // The d current goes first, the q current takes what is left of 15 A.
-    s.profile = (dqw_sim_profile){.control = DQW_SIM_CONTROL_CURRENT, .shaft = DQW_SIM_SHAFT_IMPOSED, .i_d_A = {.value = -9}, .i_q_A = {.value = 40}};
+    s.profile = (dqw_sim_profile){.control = DQW_SIM_CONTROL_CURRENT,
+                                  .shaft = DQW_SIM_SHAFT_IMPOSED,
+                                  .i_d_A = {.value = -9},
+                                  .i_q_A = {.value = 40}};
     s.duration_s = 0.1;
     free(rows);
     simulate(&s);

@@ -1,4 +1,5 @@
-// What the machine and its inverter lack, each effect against another form of its law: a resistor network, Runge-Kutta on currents.
+// What the machine and its inverter lack, each effect against another form of its law: a resistor network, Runge-Kutta
+// on currents.
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -90,7 +91,8 @@ static void slope(const truth *x, bool turning, const double v[2], double t, con
     const double theta = x->w_e * t, c = turning ? 1 : cos(theta), s = turning ? 0 : sin(theta);
     const double six = 6 * theta + x->phase6, twelve = 12 * theta + x->phase12;
     const double h_d = x->d6 * cos(six) + x->d12 * cos(twelve), h_q = x->q6 * sin(six) + x->q12 * sin(twelve);
-    const double dh_d = -x->w_e * (6 * x->d6 * sin(six) + 12 * x->d12 * sin(twelve)), dh_q = x->w_e * (6 * x->q6 * cos(six) + 12 * x->q12 * cos(twelve));
+    const double dh_d = -x->w_e * (6 * x->d6 * sin(six) + 12 * x->d12 * sin(twelve)),
+                 dh_q = x->w_e * (6 * x->q6 * cos(six) + 12 * x->q12 * cos(twelve));
     const double v_d = c * v[0] + s * v[1] + x->disturbance_V * sin(x->disturbance_rad_s * t);
     const double v_q = c * v[1] - s * v[0] - x->disturbance_V * cos(x->disturbance_rad_s * t);
     di[0] = (v_d - 0.9 * i[0] + x->w_e * (2.8e-3 * i[1] + h_q) - dh_d) / 2.2e-3;
@@ -118,7 +120,8 @@ static void runge_kutta(const truth *x, bool turning, const double v[2], double 
 static dqw_sim_scenario stirred(double speed_rad_s)
 {
     dqw_sim_scenario s = servo(DQW_SIM_CONTROL_VOLTAGE, 0, 480e-3 * speed_rad_s, speed_rad_s);
-    s.profile.v_d_V.random = s.profile.v_q_V.random = 20, s.profile.v_d_V.random_hold_s = 7e-4, s.profile.v_q_V.random_hold_s = 5e-4;
+    s.profile.v_d_V.random = s.profile.v_q_V.random = 20, s.profile.v_d_V.random_hold_s = 7e-4,
+    s.profile.v_q_V.random_hold_s = 5e-4;
     return s;
 }
 
@@ -148,7 +151,8 @@ static void test_flux_harmonics_induce_in_the_rotor_frame(void)
     expect_replay(&with);
 }
 
-// Torque at given currents is the change of the co-energy with the angle: d/dtheta of (psi + h)'i beside the part of plain flux.
+// Torque at given currents is the change of the co-energy with the angle: d/dtheta of (psi + h)'i beside the part of
+// plain flux.
 static void test_flux_harmonics_ripple_the_torque(void)
 {
     dqw_sim_scenario s = stirred(120);
@@ -160,7 +164,8 @@ static void test_flux_harmonics_ripple_the_torque(void)
         // Stationary: the same vector of current, the linkage turning past it.
         double linked[3];
         for (int n = 0; n < 3; ++n) {
-            const double theta = rows[k].theta_e_rad + at[n], h_d = 0.12 + 1e-3 * cos(6 * theta), h_q = -7e-4 * sin(6 * theta);
+            const double theta = rows[k].theta_e_rad + at[n], h_d = 0.12 + 1e-3 * cos(6 * theta),
+                         h_q = -7e-4 * sin(6 * theta);
             const double c = cos(at[n]), sn = sin(at[n]), d = c * i_d + sn * i_q, q = c * i_q - sn * i_d;
             linked[n] = h_d * d + h_q * q + 0.5 * (2.2e-3 * d * d + 2.8e-3 * q * q);
         }
@@ -222,12 +227,14 @@ static void test_measured_inverter_curve_replaces_dead_time(void)
     write_text("v_V,note,i_A\n0.5,x,0.5\n2.0,x,1\n3.0,x,4\n");
     const struct {
         double i, at_i, at_half;
-    } points[] = {{0.5, 0.5, 0.25}, {0.8, 1.4, 0.4}, {3, 8.0 / 3, 2 + 0.5 / 3}, {12, 3, 3}, {-3, -8.0 / 3, -2 - 0.5 / 3}};
+    } points[] = {
+        {0.5, 0.5, 0.25}, {0.8, 1.4, 0.4}, {3, 8.0 / 3, 2 + 0.5 / 3}, {12, 3, 3}, {-3, -8.0 / 3, -2 - 0.5 / 3}};
     for (int k = 0; k < 5; ++k) {
         dqw_sim_scenario s = servo(DQW_SIM_CONTROL_CURRENT, points[k].i, 0, 0);
         strcpy(s.nonideal.inverter_curve, path);
         s.drive.i_max_A = 20;
-        TEST_ASSERT_DOUBLE_WITHIN(1e-6, 0.9 * points[k].i + 2.0 / 3 * (points[k].at_i + points[k].at_half), end_of(&s)->v_d_V);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-6, 0.9 * points[k].i + 2.0 / 3 * (points[k].at_i + points[k].at_half),
+                                  end_of(&s)->v_d_V);
     }
 }
 

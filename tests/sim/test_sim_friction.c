@@ -15,7 +15,8 @@ void tearDown(void) { free(rows); }
 static dqw_sim_scenario rotor(double speed_rad_s, double load_Nm)
 {
     dqw_sim_scenario s = *dqw_sim_scenario_find("servo_ideal");
-    s.profile = (dqw_sim_profile){.control = DQW_SIM_CONTROL_CURRENT, .speed_start_rad_s = speed_rad_s, .load_Nm = {.value = load_Nm}};
+    s.profile = (dqw_sim_profile){
+        .control = DQW_SIM_CONTROL_CURRENT, .speed_start_rad_s = speed_rad_s, .load_Nm = {.value = load_Nm}};
     s.drive.hold = DQW_SIM_HOLD_DQ;
     s.machine.psi_Wb = 1e-6, s.machine.coulomb_width_rad_s = 0.5;
     s.duration_s = 0.3, s.rtol = 1e-10;
@@ -49,14 +50,16 @@ static void test_dry_friction_by_direction_and_near_rest(void)
     for (size_t k = 0; k < count; ++k) {
         TEST_ASSERT_DOUBLE_WITHIN(2e-4, w, rows[k].w_m_rad_s);
         for (int n = 0; n < 20; ++n) {
-            const double h = 5e-6, k1 = slope(w, 0.5), k2 = slope(w + 0.5 * h * k1, 0.5), k3 = slope(w + 0.5 * h * k2, 0.5), k4 = slope(w + h * k3, 0.5);
+            const double h = 5e-6, k1 = slope(w, 0.5), k2 = slope(w + 0.5 * h * k1, 0.5),
+                         k3 = slope(w + 0.5 * h * k2, 0.5), k4 = slope(w + h * k3, 0.5);
             w += h / 6 * (k1 + 2 * k2 + 2 * k3 + k4);
         }
     }
     TEST_ASSERT_TRUE(rows[0].w_m_rad_s == 30 && rows[count - 1].w_m_rad_s < -10);
 }
 
-// No friction, no load: kinetic energy and the cogging's potential, (T / n)(cos phase - cos(n theta + phase)), trade places.
+// No friction, no load: kinetic energy and the cogging's potential, (T / n)(cos phase - cos(n theta + phase)), trade
+// places.
 static void test_cogging_has_a_potential(void)
 {
     dqw_sim_scenario s = rotor(8, 0);

@@ -39,7 +39,8 @@ static void write_text(const char *text)
     fclose(file);
 }
 
-// A machine whose flux saturates from one co-energy, L_d 2.2, L_q 2.8 mH at zero current, psi 0.12 Wb; `twist` makes it non-reciprocal.
+// A machine whose flux saturates from one co-energy, L_d 2.2, L_q 2.8 mH at zero current, psi 0.12 Wb; `twist` makes it
+// non-reciprocal.
 static void synthetic(double i_d, double i_q, double twist, double *psi_d, double *psi_q)
 {
     // W' = 0.12 i_d + 2.2e-3 i_d^2 / 2 + 2.8e-3 s^2 (sqrt(1 + i_q^2 / s^2) - 1) (1 + i_d / 200), s = 20 A
@@ -90,8 +91,8 @@ static void test_reciprocal_map_is_reproduced(void)
         }
 }
 
-// A twist of 0.1 mH: dpsi_d/di_q = +t, dpsi_q/di_d = -t. No co-energy has it: what is left over is most of it, and is orthogonal to
-// the gradient of every polynomial. Measured: 0.90 of the twist; 2e-4.
+// A twist of 0.1 mH: dpsi_d/di_q = +t, dpsi_q/di_d = -t. No co-energy has it: what is left over is most of it, and is
+// orthogonal to the gradient of every polynomial. Measured: 0.90 of the twist; 2e-4.
 static void test_non_reciprocal_part_is_projected_out_and_reported(void)
 {
     write_synthetic(1e-4, -15, 15, 18);
@@ -105,7 +106,8 @@ static void test_non_reciprocal_part_is_projected_out_and_reported(void)
             dqw_sim_map_flux(&map, d, q, &psi_d, &psi_q, L);
             const double e_d = grid.psi_d_Wb[j * grid.n_q + k] - psi_d, e_q = grid.psi_q_Wb[j * grid.n_q + k] - psi_q;
             // Of i_d i_q, i_d^2, i_d^2 i_q, i_d i_q^2, i_d^3 i_q.
-            const double gradient[5][2] = {{q, d}, {2 * d, 0}, {2 * d * q, d * d}, {q * q, 2 * d * q}, {3 * d * d * q, d * d * d}};
+            const double gradient[5][2] = {
+                {q, d}, {2 * d, 0}, {2 * d * q, d * d}, {q * q, 2 * d * q}, {3 * d * d * q, d * d * d}};
             for (int g = 0; g < 5; ++g) {
                 along[g] += e_d * gradient[g][0] + e_q * gradient[g][1];
                 size[g] += gradient[g][0] * gradient[g][0] + gradient[g][1] * gradient[g][1];
@@ -114,7 +116,8 @@ static void test_non_reciprocal_part_is_projected_out_and_reported(void)
             twist += 1e-8 * (d * d + q * q);
         }
     if (getenv("DQW_SIM_VERBOSE"))
-        for (int g = 0; g < 5; ++g) printf("left %.3f, along %.1e\n", sqrt(square / twist), along[g] / sqrt(size[g] * square));
+        for (int g = 0; g < 5; ++g)
+            printf("left %.3f, along %.1e\n", sqrt(square / twist), along[g] / sqrt(size[g] * square));
     TEST_ASSERT_DOUBLE_WITHIN(1e-9, sqrt(square / n), map.rms_Wb);
     TEST_ASSERT_DOUBLE_WITHIN(0.05, 0.90, sqrt(square / twist));
     for (int g = 0; g < 5; ++g) TEST_ASSERT_DOUBLE_WITHIN(3e-3, 0, along[g] / sqrt(size[g] * square));
@@ -131,8 +134,12 @@ static void test_flux_and_inductance_come_from_one_coenergy(void)
         const double i_d = at[n][0], i_q = at[n][1];
         double psi_d, psi_q, L[3], d1, q1, d2, q2, none[3];
         dqw_sim_map_flux(&map, i_d, i_q, &psi_d, &psi_q, L);
-        TEST_ASSERT_DOUBLE_WITHIN(1e-8, (dqw_sim_map_coenergy(&map, i_d + h, i_q) - dqw_sim_map_coenergy(&map, i_d - h, i_q)) / (2 * h), psi_d);
-        TEST_ASSERT_DOUBLE_WITHIN(1e-8, (dqw_sim_map_coenergy(&map, i_d, i_q + h) - dqw_sim_map_coenergy(&map, i_d, i_q - h)) / (2 * h), psi_q);
+        TEST_ASSERT_DOUBLE_WITHIN(
+            1e-8, (dqw_sim_map_coenergy(&map, i_d + h, i_q) - dqw_sim_map_coenergy(&map, i_d - h, i_q)) / (2 * h),
+            psi_d);
+        TEST_ASSERT_DOUBLE_WITHIN(
+            1e-8, (dqw_sim_map_coenergy(&map, i_d, i_q + h) - dqw_sim_map_coenergy(&map, i_d, i_q - h)) / (2 * h),
+            psi_q);
         dqw_sim_map_flux(&map, i_d + h, i_q, &d1, &q1, none), dqw_sim_map_flux(&map, i_d - h, i_q, &d2, &q2, none);
         TEST_ASSERT_DOUBLE_WITHIN(1e-9, (d1 - d2) / (2 * h), L[0]);
         TEST_ASSERT_DOUBLE_WITHIN(1e-9, (q1 - q2) / (2 * h), L[1]);
@@ -181,7 +188,8 @@ static double imbalance(void)
     const double out = r->copper_J + r->iron_J + r->mechanical_J + r->stored_end_J - r->stored_start_J + r->magnet_J;
     const double relative = fabs(r->electrical_J - out) / (r->copper_J + fabs(r->mechanical_J));
     if (getenv("DQW_SIM_VERBOSE"))
-        printf("imbalance %.1e, copper %.3g J, map rms %.2e max %.2e Wb curl %.2f\n", relative, r->copper_J, r->map_rms_Wb, r->map_max_Wb, r->map_curl);
+        printf("imbalance %.1e, copper %.3g J, map rms %.2e max %.2e Wb curl %.2f\n", relative, r->copper_J,
+               r->map_rms_Wb, r->map_max_Wb, r->map_curl);
     return relative;
 }
 
@@ -192,7 +200,8 @@ static void test_map_of_a_linear_machine_is_the_linear_machine(void)
     TEST_ASSERT_NOT_NULL(file);
     fputs("i_d_A,i_q_A,psi_d_Wb,psi_q_Wb\n", file);
     for (int j = -5; j <= 5; ++j)
-        for (int k = -5; k <= 5; ++k) fprintf(file, "%d,%d,%.15g,%.15g\n", 4 * j, 4 * k, 0.12 + 2.2e-3 * 4 * j, 2.8e-3 * 4 * k);
+        for (int k = -5; k <= 5; ++k)
+            fprintf(file, "%d,%d,%.15g,%.15g\n", 4 * j, 4 * k, 0.12 + 2.2e-3 * 4 * j, 2.8e-3 * 4 * k);
     fclose(file);
     dqw_sim_scenario s = *dqw_sim_scenario_find("servo_ideal");
     s.duration_s = 0.1;
@@ -209,7 +218,8 @@ static void test_map_of_a_linear_machine_is_the_linear_machine(void)
     }
 }
 
-// The non-reciprocal map, with currents far past its edge and a magnet that fades: after projection the balance closes. Measured: 4e-9.
+// The non-reciprocal map, with currents far past its edge and a magnet that fades: after projection the balance closes.
+// Measured: 4e-9.
 static void test_balance_on_a_non_reciprocal_map(void)
 {
     write_synthetic(1e-4, -5, 5, 6);
@@ -298,7 +308,8 @@ static void test_malformed_maps_are_refused_with_their_line(void)
     expect_refused(HEAD "0,0,1,0\n0,1,1,0\n1,0,1,0\n", " ", "not a full grid");
     expect_refused(HEAD "0,0,1,0\n0,1,1,0\n1,0,1,0\n1,2,1,0\n", "5: ", "has no place");
     expect_refused(HEAD "0,0,1,0\n0,1,1,0\n1,0,1,0\n1,1,1,0\n", " ", "3 by 3");
-    expect_refused(HEAD "1,0,1,0\n1,1,1,1\n1,2,1,2\n2,0,1,0\n2,1,1,1\n2,2,1,2\n3,0,1,0\n3,1,1,1\n3,2,1,2\n", " ", "zero current");
+    expect_refused(HEAD "1,0,1,0\n1,1,1,1\n1,2,1,2\n2,0,1,0\n2,1,1,1\n2,2,1,2\n3,0,1,0\n3,1,1,1\n3,2,1,2\n", " ",
+                   "zero current");
     unlink(path);
     TEST_ASSERT_EQUAL_INT(DQW_SIM_ERR_MAP, dqw_sim_grid_read(path, &grid, message, sizeof message));
     TEST_ASSERT_NOT_NULL(strstr(message, "No such file"));

@@ -16,15 +16,17 @@ void tearDown(void) { free(truth), free(rows); }
 static dqw_sim_scenario open_loop(void)
 {
     dqw_sim_scenario s = *dqw_sim_scenario_find("servo_ideal");
-    s.profile = (dqw_sim_profile){
-        .control = DQW_SIM_CONTROL_VOLTAGE, .shaft = DQW_SIM_SHAFT_IMPOSED, .speed_rad_s = {.value = 60, .wave = 30, .wave_period_s = 0.05}};
+    s.profile = (dqw_sim_profile){.control = DQW_SIM_CONTROL_VOLTAGE,
+                                  .shaft = DQW_SIM_SHAFT_IMPOSED,
+                                  .speed_rad_s = {.value = 60, .wave = 30, .wave_period_s = 0.05}};
     s.profile.v_q_V.value = 30, s.profile.v_d_V.random = s.profile.v_q_V.random = 20;
     s.profile.v_d_V.random_hold_s = 2e-3, s.profile.v_q_V.random_hold_s = 3e-3;
     s.duration_s = 0.1;
     return s;
 }
 
-// A phase current lies along its phase's axis: 2/3 of the sum of three turned phases, in the frame of the angle that the row says.
+// A phase current lies along its phase's axis: 2/3 of the sum of three turned phases, in the frame of the angle that
+// the row says.
 static void dq_of_phases(const double phase[3], double theta, double *d, double *q)
 {
     *d = *q = 0;
@@ -45,7 +47,8 @@ static void test_gains_and_offsets_of_the_phase_sensors(void)
 {
     dqw_sim_scenario s = open_loop();
     truth = simulate(&s);
-    s.nonideal.current_gain_a.value = 0.03, s.nonideal.current_gain_b.value = -0.02, s.nonideal.current_gain_c.value = 0.01;
+    s.nonideal.current_gain_a.value = 0.03, s.nonideal.current_gain_b.value = -0.02,
+    s.nonideal.current_gain_c.value = 0.01;
     s.nonideal.current_offset_alpha_A = (dqw_sim_ramp){0.2, 0.02, 0.06}, s.nonideal.current_offset_beta_A.value = -0.1;
     rows = simulate(&s);
     for (size_t k = 0; k < count; ++k) {
@@ -80,7 +83,8 @@ static void test_loops_believe_the_sensors(void)
     TEST_ASSERT_DOUBLE_WITHIN(1e-6, 0.9 * 3 / 1.04, rows[count - 1].v_d_V);
 }
 
-// Settled in a frame that is delta ahead: true currents are the believed ones turned back, and so is what the log says of the voltage.
+// Settled in a frame that is delta ahead: true currents are the believed ones turned back, and so is what the log says
+// of the voltage.
 static void test_wrong_angle_turns_currents_and_voltages(void)
 {
     const double delta = 0.1, c = cos(delta), sn = sin(delta);
@@ -106,7 +110,8 @@ static void test_wrong_angle_is_a_turned_command(void)
         free(truth), free(rows);
         dqw_sim_scenario s = open_loop();
         s.drive.hold = hold == DQW_SIM_HOLD_ABC ? DQW_SIM_HOLD_ABC : DQW_SIM_HOLD_DQ;
-        s.profile.v_d_V = (dqw_sim_signal){.value = c * 5 - sn * 30}, s.profile.v_q_V = (dqw_sim_signal){.value = sn * 5 + c * 30};
+        s.profile.v_d_V = (dqw_sim_signal){.value = c * 5 - sn * 30},
+        s.profile.v_q_V = (dqw_sim_signal){.value = sn * 5 + c * 30};
         truth = simulate(&s);
         s.profile.v_d_V.value = 5, s.profile.v_q_V.value = 30, s.nonideal.angle_offset_rad.value = delta;
         rows = simulate(&s);

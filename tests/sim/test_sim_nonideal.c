@@ -41,13 +41,19 @@ static void test_what_has_not_begun_changes_nothing(void)
     rows = NULL;
     const dqw_sim_ramp later = {0.1, 1, 2};
     dqw_sim_nonideal *x = &s.nonideal;
-    x->dead_time_V = x->iron_loss_S = x->turn_short = x->demagnetisation = x->phase_connection_ohm = x->bearing_Nm = x->bearing_B_Nms_rad = later;
-    x->saturation_dd_A_Wb3 = x->saturation_qq_A_Wb3 = x->saturation_dq_A_Wb3 = x->winding_alpha_per_K = x->magnet_beta_per_K = later;
-    x->skin_effect_s2_rad2 = x->phase_resistance_a_ohm = x->flux_harmonic_6d_Wb = x->flux_harmonic_6q_Wb = x->flux_harmonic_12d_Wb = later;
-    x->flux_harmonic_12q_Wb = x->delay_periods = x->current_gain_a = x->current_gain_b = x->current_gain_c = x->current_offset_alpha_A = later;
-    x->current_offset_beta_A = x->angle_offset_rad = x->voltage_offset_d_V = x->voltage_offset_q_V = x->stribeck_Nm = x->cogging_Nm = later;
+    x->dead_time_V = x->iron_loss_S = x->turn_short = x->demagnetisation = x->phase_connection_ohm = x->bearing_Nm =
+        x->bearing_B_Nms_rad = later;
+    x->saturation_dd_A_Wb3 = x->saturation_qq_A_Wb3 = x->saturation_dq_A_Wb3 = x->winding_alpha_per_K =
+        x->magnet_beta_per_K = later;
+    x->skin_effect_s2_rad2 = x->phase_resistance_a_ohm = x->flux_harmonic_6d_Wb = x->flux_harmonic_6q_Wb =
+        x->flux_harmonic_12d_Wb = later;
+    x->flux_harmonic_12q_Wb = x->delay_periods = x->current_gain_a = x->current_gain_b = x->current_gain_c =
+        x->current_offset_alpha_A = later;
+    x->current_offset_beta_A = x->angle_offset_rad = x->voltage_offset_d_V = x->voltage_offset_q_V = x->stribeck_Nm =
+        x->cogging_Nm = later;
     x->disturbance_V = x->hum_A = later;
-    x->dead_time_width_A = 1, x->turn_short_ohm = 1, x->cogging_order = 6, x->stribeck_width_rad_s = 1, x->disturbance_Hz = x->hum_Hz = 50;
+    x->dead_time_width_A = 1, x->turn_short_ohm = 1, x->cogging_order = 6, x->stribeck_width_rad_s = 1,
+    x->disturbance_Hz = x->hum_Hz = 50;
     s.machine.coulomb_width_rad_s = 1;
     end_of(&s);
     const int same = memcmp(ideal, rows, count * sizeof *rows);
@@ -56,7 +62,10 @@ static void test_what_has_not_begun_changes_nothing(void)
 }
 
 // Current along phase a: i in a, -i/2 in b and c; the drop's alpha component adds to what the drive commands.
-static double dead_time_drop(double V, double width, double i) { return 2.0 / 3 * V * (tanh(i / width) + tanh(i / (2 * width))); }
+static double dead_time_drop(double V, double width, double i)
+{
+    return 2.0 / 3 * V * (tanh(i / width) + tanh(i / (2 * width)));
+}
 
 static void test_dead_time_takes_its_voltage_from_each_phase(void)
 {
@@ -102,7 +111,8 @@ static void test_temperatures_change_resistance_and_magnet(void)
 static void test_winding_heats_by_its_closed_form(void)
 {
     dqw_sim_scenario s = settled(8, 0, 0);
-    s.machine.winding_heat_J_K = 50, s.machine.magnet_heat_J_K = 100, s.machine.winding_ambient_W_K = 1, s.machine.temp_ambient_C = 20;
+    s.machine.winding_heat_J_K = 50, s.machine.magnet_heat_J_K = 100, s.machine.winding_ambient_W_K = 1,
+    s.machine.temp_ambient_C = 20;
     s.profile.control = DQW_SIM_CONTROL_VOLTAGE, s.profile.i_d_A.value = 0, s.profile.v_d_V.value = 7.2;
     s.drive.dt_s = 0.05, s.duration_s = 100, s.method = DQW_SIM_BDF;
     end_of(&s);
@@ -110,7 +120,9 @@ static void test_winding_heats_by_its_closed_form(void)
     for (size_t k = 0; k < count; ++k) {
         // The current's own rise, tau = L/R, costs (3/2) tau of full heating.
         const double t = rows[k].t_s - (k ? 1.5 * 2.2e-3 / 0.9 : 0);
-        TEST_ASSERT_DOUBLE_WITHIN(1e-4, 20 + power + (25 - 20 - power) * exp(-t / 50) - (k ? 5 * (exp(-rows[k].t_s / 50) - exp(-t / 50)) * -1 : 0),
+        TEST_ASSERT_DOUBLE_WITHIN(1e-4,
+                                  20 + power + (25 - 20 - power) * exp(-t / 50) -
+                                      (k ? 5 * (exp(-rows[k].t_s / 50) - exp(-t / 50)) * -1 : 0),
                                   rows[k].temp_winding_C);
         TEST_ASSERT_EQUAL_DOUBLE(25, rows[0].temp_magnet_C);
     }
@@ -145,8 +157,9 @@ static void test_turn_short_at_standstill_is_a_resistor_network(void)
     TEST_ASSERT_DOUBLE_WITHIN(1e-6, 3 / R, end->i_q_A);
 }
 
-// While the current rises the coupled turns act as a resistor across phase a: at the first sample after the edge the current is
-// already there, before the inductance has let anything through. 1/R_p = (2/3) mu^2 / (r_f + mu R (1 - 2 mu / 3)).
+// While the current rises the coupled turns act as a resistor across phase a: at the first sample after the edge the
+// current is already there, before the inductance has let anything through. 1/R_p = (2/3) mu^2 / (r_f + mu R (1 - 2 mu
+// / 3)).
 static void test_turn_short_conducts_at_once(void)
 {
     dqw_sim_scenario s = settled(0, 0, 0);
@@ -155,7 +168,8 @@ static void test_turn_short_conducts_at_once(void)
     s.drive.dt_s = 1e-5, s.duration_s = 2e-3, s.rtol = 1e-12;
     end_of(&s);
     const double across = 2.0 / 3 * 0.04 / (0.1 + 0.2 * 0.9 * (1 - 0.4 / 3));
-    for (size_t k = 1; k < count; ++k) TEST_ASSERT_DOUBLE_WITHIN(1e-7, 5 * across - 5 / 0.9 * expm1(-0.9 / 2.2e-3 * rows[k].t_s), rows[k].i_d_A);
+    for (size_t k = 1; k < count; ++k)
+        TEST_ASSERT_DOUBLE_WITHIN(1e-7, 5 * across - 5 / 0.9 * expm1(-0.9 / 2.2e-3 * rows[k].t_s), rows[k].i_d_A);
 }
 
 static void test_bad_connection_adds_its_resistance_to_phase_a_alone(void)
@@ -181,7 +195,8 @@ static void test_bad_connection_at_speed_shows_at_twice_the_angle(void)
     mean /= n;
     for (size_t k = count - 628; k < count; ++k) {
         const double x = rows[k].i_q_A - mean;
-        c += 2 * x * cos(2 * rows[k].theta_e_rad) / n, sn += 2 * x * sin(2 * rows[k].theta_e_rad) / n, square += x * x / n;
+        c += 2 * x * cos(2 * rows[k].theta_e_rad) / n, sn += 2 * x * sin(2 * rows[k].theta_e_rad) / n,
+            square += x * x / n;
     }
     TEST_ASSERT_TRUE(square > 1e-4);
     TEST_ASSERT_DOUBLE_WITHIN(0.02 * square, square, 0.5 * (c * c + sn * sn));
@@ -233,11 +248,14 @@ static void test_saturation_law_has_one_energy(void)
             const double d = -0.05 + 0.03 * j, q = -0.15 + 0.05 * k;
             double i_d, i_q, up, down, slope, unused;
             TEST_ASSERT_TRUE(dqw_sim_flux_currents(&f, 0.07, d, q, &i_d, &i_q));
-            dqw_sim_flux_energy(&f, 0.07, d + h, q, &up, &unused), dqw_sim_flux_energy(&f, 0.07, d - h, q, &down, &unused);
+            dqw_sim_flux_energy(&f, 0.07, d + h, q, &up, &unused),
+                dqw_sim_flux_energy(&f, 0.07, d - h, q, &down, &unused);
             TEST_ASSERT_DOUBLE_WITHIN(1e-5, (up - down) / (2 * h), i_d);
-            dqw_sim_flux_energy(&f, 0.07, d, q + h, &up, &unused), dqw_sim_flux_energy(&f, 0.07, d, q - h, &down, &unused);
+            dqw_sim_flux_energy(&f, 0.07, d, q + h, &up, &unused),
+                dqw_sim_flux_energy(&f, 0.07, d, q - h, &down, &unused);
             TEST_ASSERT_DOUBLE_WITHIN(1e-5, (up - down) / (2 * h), i_q);
-            dqw_sim_flux_energy(&f, 0.07 + h, d, q, &up, &unused), dqw_sim_flux_energy(&f, 0.07 - h, d, q, &down, &unused);
+            dqw_sim_flux_energy(&f, 0.07 + h, d, q, &up, &unused),
+                dqw_sim_flux_energy(&f, 0.07 - h, d, q, &down, &unused);
             dqw_sim_flux_energy(&f, 0.07, d, q, &unused, &slope);
             TEST_ASSERT_DOUBLE_WITHIN(1e-5, (up - down) / (2 * h), slope);
         }

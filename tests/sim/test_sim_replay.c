@@ -1,5 +1,5 @@
-// The simulated drive against other integrations of the same physics: Runge-Kutta on currents in the rotor's frame, fine sums for
-// the mean voltage, and itself at a thousand times tighter tolerance.
+// The simulated drive against other integrations of the same physics: Runge-Kutta on currents in the rotor's frame,
+// fine sums for the mean voltage, and itself at a thousand times tighter tolerance.
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -41,8 +41,8 @@ static void runge_kutta(const dqw_sim_machine *m, const double v[2], double load
     }
 }
 
-// The held vector from its logged mean: the mean turns by minus the angle and shrinks; undone by a fine sum over the rotation. The
-// speed within the period is a parabola through both logged speeds that covers the logged angle.
+// The held vector from its logged mean: the mean turns by minus the angle and shrinks; undone by a fine sum over the
+// rotation. The speed within the period is a parabola through both logged speeds that covers the logged angle.
 static void held_vector(const dqw_sim_row *a, const dqw_sim_row *b, int p, double dt, double v[2])
 {
     double c = 0, s = 0;
@@ -51,7 +51,8 @@ static void held_vector(const dqw_sim_row *a, const dqw_sim_row *b, int p, doubl
     enum { N = 400 };
     for (int n = 0; n < N; ++n) {
         const double u = (n + 0.5) / N;
-        const double way = a->w_m_rad_s * u + 0.5 * (b->w_m_rad_s - a->w_m_rad_s) * u * u + bulge * (u * u / 2 - u * u * u / 3);
+        const double way = a->w_m_rad_s * u + 0.5 * (b->w_m_rad_s - a->w_m_rad_s) * u * u +
+                           bulge * (u * u / 2 - u * u * u / 3);
         const double angle = a->theta_e_rad + p * dt * way;
         c += cos(angle) / N, s += sin(angle) / N;
     }
@@ -84,17 +85,29 @@ static double replay_error(const char *name)
 }
 
 // Every row of the log follows from the one before by the plain equations. Measured: 1e-9, 6e-10, 2e-9 of the current.
-static void test_log_obeys_the_plain_equations_paper_step(void) { TEST_ASSERT_DOUBLE_WITHIN(1e-8, 0, replay_error("paper_step")); }
-static void test_log_obeys_the_plain_equations_servo(void) { TEST_ASSERT_DOUBLE_WITHIN(1e-8, 0, replay_error("servo_ideal")); }
-static void test_log_obeys_the_plain_equations_robot_joint(void) { TEST_ASSERT_DOUBLE_WITHIN(1e-8, 0, replay_error("robot_joint")); }
+static void test_log_obeys_the_plain_equations_paper_step(void)
+{
+    TEST_ASSERT_DOUBLE_WITHIN(1e-8, 0, replay_error("paper_step"));
+}
+static void test_log_obeys_the_plain_equations_servo(void)
+{
+    TEST_ASSERT_DOUBLE_WITHIN(1e-8, 0, replay_error("servo_ideal"));
+}
+static void test_log_obeys_the_plain_equations_robot_joint(void)
+{
+    TEST_ASSERT_DOUBLE_WITHIN(1e-8, 0, replay_error("robot_joint"));
+}
 
-// Commanded voltage (v_d, v_q), one period old, carried on to the middle of its period: at constant speed the rotor sees it shrunk
-// by sin(x)/x, x half the turn, and not turned at all.
+// Commanded voltage (v_d, v_q), one period old, carried on to the middle of its period: at constant speed the rotor
+// sees it shrunk by sin(x)/x, x half the turn, and not turned at all.
 static void test_mean_voltage_at_constant_speed_is_a_sinc(void)
 {
     dqw_sim_scenario s = *dqw_sim_scenario_find("servo_ideal");
-    s.profile = (dqw_sim_profile){
-        .control = DQW_SIM_CONTROL_VOLTAGE, .shaft = DQW_SIM_SHAFT_IMPOSED, .speed_rad_s = {.value = 700}, .v_d_V = {.value = 30}, .v_q_V = {.value = 100}};
+    s.profile = (dqw_sim_profile){.control = DQW_SIM_CONTROL_VOLTAGE,
+                                  .shaft = DQW_SIM_SHAFT_IMPOSED,
+                                  .speed_rad_s = {.value = 700},
+                                  .v_d_V = {.value = 30},
+                                  .v_q_V = {.value = 100}};
     s.duration_s = 0.01, s.drive.i_max_A = 100;
     rows = simulate(&s);
     const double x = 0.5 * 700 * 4 * s.drive.dt_s, shrink = sin(x) / x;
@@ -105,7 +118,8 @@ static void test_mean_voltage_at_constant_speed_is_a_sinc(void)
     }
 }
 
-// Under acceleration: the drive aims at theta_{k-1} + 1.5 w_{k-1} dt, the rotor goes elsewhere; a sum over 20 000 points is the judge.
+// Under acceleration: the drive aims at theta_{k-1} + 1.5 w_{k-1} dt, the rotor goes elsewhere; a sum over 20 000
+// points is the judge.
 static void test_mean_voltage_under_acceleration(void)
 {
     dqw_sim_scenario s = *dqw_sim_scenario_find("servo_ideal");
@@ -142,12 +156,13 @@ static double largest(const dqw_sim_row *a, const dqw_sim_row *b, size_t x, size
     return most;
 }
 
-// Largest difference to a run at a thousandth of the tolerance, over the largest value: voltage and current vectors, speed,
-// temperatures, torque.
+// Largest difference to a run at a thousandth of the tolerance, over the largest value: voltage and current vectors,
+// speed, temperatures, torque.
 static double error_against_tighter(dqw_sim_scenario s, double rtol, double duration_s)
 {
     enum { V_D = 1, V_Q, I_D, I_Q, SPEED, WINDING = 9, MAGNET, TORQUE };
-    static const size_t pairs[][2] = {{V_D, V_Q}, {I_D, I_Q}, {SPEED, SPEED}, {WINDING, WINDING}, {MAGNET, MAGNET}, {TORQUE, TORQUE}};
+    static const size_t pairs[][2] = {{V_D, V_Q},         {I_D, I_Q},       {SPEED, SPEED},
+                                      {WINDING, WINDING}, {MAGNET, MAGNET}, {TORQUE, TORQUE}};
     TEST_ASSERT_EQUAL_size_t(11 * sizeof(double), offsetof(dqw_sim_row, torque_Nm));
     dqw_sim_set(&s, "noise", "0");
     s.duration_s = duration_s, s.rtol = rtol;
@@ -184,7 +199,8 @@ static void test_error_follows_the_tolerance(void)
     TEST_ASSERT_TRUE(coarse < 1e-4 && coarse > 10 * fine && coarse < 1000 * fine);
 }
 
-// What a period costs, on every machine the same: 11.7 steps and 16.6 evaluations. Two-sided, so that progress is noticed.
+// What a period costs, on every machine the same: 11.7 steps and 16.6 evaluations. Two-sided, so that progress is
+// noticed.
 static void test_cost_of_a_period(void)
 {
     dqw_sim_scenario s = *dqw_sim_scenario_find("servo_ideal");

@@ -20,7 +20,8 @@ static const size_t noisy_columns[] = {V_D, V_Q, I_D, I_Q, SPEED, TORQUE};
 static dqw_sim_scenario servo(double noise)
 {
     dqw_sim_scenario s = *dqw_sim_scenario_find("servo_ideal");
-    s.noise = (dqw_sim_noise){.i = noise, .v = noise, .w = noise, .theta = noise, .v_dc = noise, .temp = noise, .torque = noise};
+    s.noise = (dqw_sim_noise){
+        .i = noise, .v = noise, .w = noise, .theta = noise, .v_dc = noise, .temp = noise, .torque = noise};
     s.duration_s = 0.5;
     return s;
 }
@@ -128,7 +129,8 @@ static void test_quantisation(void)
 {
     dqw_sim_scenario s = servo(0.01);
     s.duration_s = 0.1;
-    s.noise.step_i_A = 0.05, s.noise.step_v_V = 0.5, s.noise.step_w_rad_s = 0.25, s.noise.step_torque_Nm = 0.1, s.noise.step_temp_C = 0.5;
+    s.noise.step_i_A = 0.05, s.noise.step_v_V = 0.5, s.noise.step_w_rad_s = 0.25, s.noise.step_torque_Nm = 0.1,
+    s.noise.step_temp_C = 0.5;
     s.noise.step_v_dc_V = 3;
     noisy = simulate(&s);
     double phase = 0;
@@ -146,7 +148,8 @@ static void test_quantisation(void)
     TEST_ASSERT_TRUE(phase > 1);
 }
 
-// Phase by phase: at a noise-free angle, i_b - i_c = sqrt(3) beta and 2 i_a - i_b - i_c = 3 alpha are multiples of the step.
+// Phase by phase: at a noise-free angle, i_b - i_c = sqrt(3) beta and 2 i_a - i_b - i_c = 3 alpha are multiples of the
+// step.
 static void test_currents_are_quantised_in_each_phase(void)
 {
     dqw_sim_scenario s = servo(0);
@@ -179,7 +182,8 @@ static void test_encoder_steps(void)
     for (size_t k = 0; k < count; ++k) {
         const double off = off_grid(noisy[k].theta_m_rad, step);
         TEST_ASSERT_DOUBLE_WITHIN(1e-6, 0, fmin(off, 1 - off));
-        TEST_ASSERT_DOUBLE_WITHIN(1e-9, 0, remainder(noisy[k].theta_e_rad - 4 * noisy[k].theta_m_rad, 6.283185307179586));
+        TEST_ASSERT_DOUBLE_WITHIN(1e-9, 0,
+                                  remainder(noisy[k].theta_e_rad - 4 * noisy[k].theta_m_rad, 6.283185307179586));
     }
 }
 

@@ -21,10 +21,21 @@ void tearDown(void) {}
 
 static void test_table_has_what_is_promised(void)
 {
-    const char *const names[] = {"paper_step",   "servo",          "servo_ideal", "robot_joint",      "traction_ipm",          "traction_ipm_linear",
-                                 "standstill",   "coast_friction", "heating",     "fault_turn_short", "fault_demagnetisation", "fault_phase_connection",
+    const char *const names[] = {"paper_step",
+                                 "servo",
+                                 "servo_ideal",
+                                 "robot_joint",
+                                 "traction_ipm",
+                                 "traction_ipm_linear",
+                                 "standstill",
+                                 "coast_friction",
+                                 "heating",
+                                 "fault_turn_short",
+                                 "fault_demagnetisation",
+                                 "fault_phase_connection",
                                  "fault_bearing"};
-    for (size_t i = 0; i < sizeof names / sizeof *names; ++i) TEST_ASSERT_NOT_NULL_MESSAGE(dqw_sim_scenario_find(names[i]), names[i]);
+    for (size_t i = 0; i < sizeof names / sizeof *names; ++i)
+        TEST_ASSERT_NOT_NULL_MESSAGE(dqw_sim_scenario_find(names[i]), names[i]);
     for (size_t i = 0; i < dqw_sim_scenario_count(); ++i) {
         const dqw_sim_scenario *one = dqw_sim_scenario_at(i);
         TEST_ASSERT_EQUAL_PTR_MESSAGE(one, dqw_sim_scenario_find(one->name), one->name);
@@ -69,7 +80,8 @@ static void test_keys_reach_their_fields(void)
     TEST_ASSERT_EQUAL_INT(0, dqw_sim_set(&s, "nonideal.cogging_order", "24"));
     TEST_ASSERT_EQUAL_INT(24, s.nonideal.cogging_order);
     TEST_ASSERT_EQUAL_INT(0, dqw_sim_set(&s, "noise", "0.02"));
-    TEST_ASSERT_TRUE(s.noise.i == 0.02 && s.noise.v == 0.02 && s.noise.w == 0.02 && s.noise.theta == 0.02 && s.noise.torque == 0.02);
+    TEST_ASSERT_TRUE(s.noise.i == 0.02 && s.noise.v == 0.02 && s.noise.w == 0.02 && s.noise.theta == 0.02 &&
+                     s.noise.torque == 0.02);
     TEST_ASSERT_EQUAL_INT(0, dqw_sim_set(&s, "noise_i", "0.03"));
     TEST_ASSERT_TRUE(s.noise.i == 0.03 && s.noise.v == 0.02);
 }
@@ -92,8 +104,10 @@ static void test_every_listed_key_is_known(void)
 static void test_bad_keys_and_values_are_refused_and_change_nothing(void)
 {
     const dqw_sim_scenario before = s;
-    const char *const keys[] = {"", "R_ohm", "machine", "machine.", "machine.R", "machine.R_ohm ", "noise_x", "name", "profile.i_d_A.value.x"};
-    for (size_t k = 0; k < sizeof keys / sizeof *keys; ++k) TEST_ASSERT_EQUAL_INT_MESSAGE(DQW_SIM_ERR_KEY, dqw_sim_set(&s, keys[k], "1"), keys[k]);
+    const char *const keys[] = {
+        "", "R_ohm", "machine", "machine.", "machine.R", "machine.R_ohm ", "noise_x", "name", "profile.i_d_A.value.x"};
+    for (size_t k = 0; k < sizeof keys / sizeof *keys; ++k)
+        TEST_ASSERT_EQUAL_INT_MESSAGE(DQW_SIM_ERR_KEY, dqw_sim_set(&s, keys[k], "1"), keys[k]);
     char long_path[300];
     memset(long_path, 'x', sizeof long_path), long_path[299] = 0;
     const char *const pairs[][2] = {{"machine.R_ohm", ""},
@@ -121,7 +135,9 @@ static void test_bad_keys_and_values_are_refused_and_change_nothing(void)
     TEST_ASSERT_EQUAL_INT(DQW_SIM_ERR_KEY, dqw_sim_set(&s, "seed", NULL));
     for (size_t k = 0; k < dqw_sim_field_count(); ++k) {
         const dqw_sim_field *f = dqw_sim_field_at(k);
-        const size_t size = f->kind == DQW_SIM_FIELD_DOUBLE || f->kind == DQW_SIM_FIELD_SEED ? 8 : f->kind == DQW_SIM_FIELD_BOOL ? sizeof(bool) : sizeof(int);
+        const size_t size = f->kind == DQW_SIM_FIELD_DOUBLE || f->kind == DQW_SIM_FIELD_SEED ? 8
+                            : f->kind == DQW_SIM_FIELD_BOOL                                  ? sizeof(bool)
+                                                                                             : sizeof(int);
         TEST_ASSERT_EQUAL_MEMORY_MESSAGE((const char *)&before + f->offset, (const char *)&s + f->offset, size, f->key);
     }
 }
@@ -158,13 +174,16 @@ static void test_unphysical_scenarios_are_refused_by_name(void)
     s.nonideal.turn_short.value = 1, expect_refused("nonideal.turn_short");
     s.nonideal.demagnetisation.value = -0.1, expect_refused("nonideal.demagnetisation");
     s.nonideal.dead_time_V.value = 3, expect_refused("nonideal.dead_time_width_A");
-    s.nonideal.dead_time_V.value = 3, s.nonideal.dead_time_width_A = 1, strcpy(s.nonideal.inverter_curve, "x.csv"), expect_refused("exclude each other");
+    s.nonideal.dead_time_V.value = 3, s.nonideal.dead_time_width_A = 1, strcpy(s.nonideal.inverter_curve, "x.csv"),
+    expect_refused("exclude each other");
     s.nonideal.delay_periods.value = 2.1, expect_refused("nonideal.delay_periods");
     s.nonideal.current_gain_b.value = -1, expect_refused("nonideal.current_gain_b");
     s.nonideal.skin_effect_s2_rad2.value = -1e-9, expect_refused("nonideal.skin_effect_s2_rad2");
     s.nonideal.phase_resistance_b_ohm.value = -0.9, expect_refused("nonideal.phase_resistance_*_ohm");
-    s.nonideal.phase_resistance_b_ohm.value = 0.1, s.nonideal.turn_short.value = 0.1, expect_refused("nonideal.turn_short");
-    s.nonideal.stribeck_Nm.value = 0.1, s.machine.coulomb_width_rad_s = 1, expect_refused("nonideal.stribeck_width_rad_s");
+    s.nonideal.phase_resistance_b_ohm.value = 0.1, s.nonideal.turn_short.value = 0.1,
+    expect_refused("nonideal.turn_short");
+    s.nonideal.stribeck_Nm.value = 0.1, s.machine.coulomb_width_rad_s = 1,
+    expect_refused("nonideal.stribeck_width_rad_s");
     s.nonideal.friction_asymmetry_Nm.value = -0.1, expect_refused("nonideal.friction_asymmetry_Nm");
     s.nonideal.cogging_Nm.value = 0.1, expect_refused("nonideal.cogging_order");
     s.nonideal.clip_A = -1, expect_refused("nonideal.clip_A");
@@ -205,7 +224,8 @@ static void test_capacity_progress_and_null(void)
     calls = 0;
     TEST_ASSERT_EQUAL_INT(DQW_SIM_ERR_ABORTED, dqw_sim_run(&s, few, 100, &report, give_up, &calls));
     TEST_ASSERT_TRUE(report.message[0] && calls > 1);
-    for (int status = 0; status >= -8; --status) TEST_ASSERT_TRUE(strcmp(dqw_sim_status_text(status), "unknown status") != 0);
+    for (int status = 0; status >= -8; --status)
+        TEST_ASSERT_TRUE(strcmp(dqw_sim_status_text(status), "unknown status") != 0);
     TEST_ASSERT_EQUAL_STRING("unknown status", dqw_sim_status_text(-99));
 }
 

@@ -1,4 +1,5 @@
-// From reset to main without a C library, on Cortex-M and on RISC-V, and what a compiler calls by itself. Output and end by semihosting.
+// From reset to main without a C library, on Cortex-M and on RISC-V, and what a compiler calls by itself. Output and
+// end by semihosting.
 #include <stddef.h>
 #include <stdint.h>
 
@@ -24,10 +25,11 @@ __attribute__((noinline)) static void host(int call, const void *block)
 #ifdef __riscv
     register int a0 __asm__("a0") = call;
     register const void *a1 __asm__("a1") = block;
-    __asm__ volatile(".balign 16 \n .option push \n .option norvc \n slli x0, x0, 0x1f \n ebreak \n srai x0, x0, 7 \n .option pop"
-                     : "+r"(a0)
-                     : "r"(a1)
-                     : "memory");
+    __asm__ volatile(
+        ".balign 16 \n .option push \n .option norvc \n slli x0, x0, 0x1f \n ebreak \n srai x0, x0, 7 \n .option pop"
+        : "+r"(a0)
+        : "r"(a1)
+        : "memory");
 #else
     register int r0 __asm__("r0") = call;
     register const void *r1 __asm__("r1") = block;
@@ -65,13 +67,17 @@ __attribute__((used, noreturn)) static void start(void)
 // The board begins at the first address of the code.
 __attribute__((naked, section(".vectors"))) void reset(void)
 {
-    __asm__ volatile(".option arch, +zicsr \n la sp, stack_top \n la t0, 1f \n csrw mtvec, t0 \n j start \n .balign 4 \n 1: la sp, stack_top \n j die");
+    __asm__ volatile(".option arch, +zicsr \n la sp, stack_top \n la t0, 1f \n csrw mtvec, t0 \n j start \n .balign 4 "
+                     "\n 1: la sp, stack_top \n j die");
 }
 #else
 __attribute__((used)) void reset(void) { start(); }
 
 // The fault may have been the stack's: begin a new one.
-__attribute__((naked)) static void fault(void) { __asm__ volatile(".syntax unified \n ldr r0, =stack_top \n msr msp, r0 \n bl die \n .ltorg"); }
+__attribute__((naked)) static void fault(void)
+{
+    __asm__ volatile(".syntax unified \n ldr r0, =stack_top \n msr msp, r0 \n bl die \n .ltorg");
+}
 
 // Initial stack; reset; every other exception is a fault.
 __attribute__((section(".vectors"), used)) static const struct {
@@ -80,7 +86,8 @@ __attribute__((section(".vectors"), used)) static const struct {
 } vectors = {stack_top, {reset, fault, fault, fault, fault, fault, 0, 0, 0, 0, fault, fault, 0, fault, fault}};
 #endif
 
-// Words where they are aligned, as a C library does. run_on.sh keeps the compiler from making a call of the same function out of a loop.
+// Words where they are aligned, as a C library does. run_on.sh keeps the compiler from making a call of the same
+// function out of a loop.
 void *memcpy(void *restrict to, const void *restrict from, size_t n)
 {
     uint8_t *t = to;

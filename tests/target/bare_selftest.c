@@ -1,4 +1,5 @@
-// The harness without a C library on what is known beforehand: .data, .bss, blocks of known length at many phases, stacks of known depth.
+// The harness without a C library on what is known beforehand: .data, .bss, blocks of known length at many phases,
+// stacks of known depth.
 #include <stdbool.h>
 #include <stdint.h>
 
@@ -22,9 +23,11 @@ static void expect(const char *what, uint32_t value, uint32_t right)
 __attribute__((naked, noinline)) static void deep(__attribute__((unused)) uint32_t n)
 {
 #ifdef __riscv
-    __asm__ volatile("mv a1, sp \n 1: addi sp, sp, -4 \n sw a0, 0(sp) \n addi a0, a0, -1 \n bnez a0, 1b \n mv sp, a1 \n ret");
+    __asm__ volatile(
+        "mv a1, sp \n 1: addi sp, sp, -4 \n sw a0, 0(sp) \n addi a0, a0, -1 \n bnez a0, 1b \n mv sp, a1 \n ret");
 #else
-    __asm__ volatile(".syntax unified \n mov r1, sp \n 1: sub sp, #4 \n str r0, [sp] \n subs r0, r0, #1 \n bne 1b \n mov sp, r1 \n bx lr");
+    __asm__ volatile(".syntax unified \n mov r1, sp \n 1: sub sp, #4 \n str r0, [sp] \n subs r0, r0, #1 \n bne 1b \n "
+                     "mov sp, r1 \n bx lr");
 #endif
 }
 

@@ -1,5 +1,7 @@
-// A board's timer, as QEMU has it. QEMU's clock moves on by 1024 ns an instruction under `-icount shift=10`, and the timer reads that clock:
-// TICKS of the timer are INSTRUCTIONS. A tick is far shorter than an instruction, so rounding the difference of two readings is exact.
+// A board's timer, as QEMU has it. QEMU's clock moves on by 1024 ns an instruction under `-icount shift=10`, and the
+// timer reads that clock:
+// TICKS of the timer are INSTRUCTIONS. A tick is far shorter than an instruction, so rounding the difference of two
+// readings is exact.
 #ifndef TARGET_BOARD_H
 #define TARGET_BOARD_H
 

@@ -1,5 +1,5 @@
-// Instructions, bytes and stack of the paper's plain neurons and of the monitor, on the target, over a log whose rows argv[1] holds as
-// floats. One `name value` a line.
+// Instructions, bytes and stack of the paper's plain neurons and of the monitor, on the target, over a log whose rows
+// argv[1] holds as floats. One `name value` a line.
 #include <math.h>
 #include <stdio.h>
 
@@ -106,7 +106,8 @@ int main(int argc, char *argv[])
     (void)dqw_monitor_define(&m, &config);
     deep(&start, stack_used());
     dqw_estimator_random_init(&lent);
-    if (argc != 2 || !foc_rows_begin(&rows, fopen(argv[1], "rb"), 0) || dqw_monitor_init(&m, &config) != DQW_OK) return 2;
+    if (argc != 2 || !foc_rows_begin(&rows, fopen(argv[1], "rb"), 0) || dqw_monitor_init(&m, &config) != DQW_OK)
+        return 2;
     cost paper = {0};
     cost make = {0};
     cost step = {0};
@@ -116,7 +117,8 @@ int main(int argc, char *argv[])
         bool limited = false;
         if (n % 10 == 0) neurons(&paper, &rows.now);
         count_start();
-        dqw_sample s = dqw_sample_from_alphabeta(b.v_alpha_V, b.v_beta_V, b.i_alpha_A, b.i_beta_A, b.w_m_rad_s, b.cosine, b.sine);
+        dqw_sample s = dqw_sample_from_alphabeta(b.v_alpha_V, b.v_beta_V, b.i_alpha_A, b.i_beta_A, b.w_m_rad_s,
+                                                 b.cosine, b.sine);
         counted(&make, count_stop());
         if (n > 60000) spoil(&s, n, &limited);
         sample(&step, n, &s, limited);

@@ -1,5 +1,5 @@
-// The counter: differences of the board's timer. What a reading itself takes is measured at the start and taken off, and blocks of known
-// length are tried.
+// The counter: differences of the board's timer. What a reading itself takes is measured at the start and taken off,
+// and blocks of known length are tried.
 #include <stdbool.h>
 
 #include "target/board.h"
@@ -7,7 +7,10 @@
 
 static uint32_t begun, empty;
 
-static uint32_t instructions(uint32_t ticks) { return (uint32_t)(((uint64_t)ticks * INSTRUCTIONS + TICKS / 2u) / TICKS); }
+static uint32_t instructions(uint32_t ticks)
+{
+    return (uint32_t)(((uint64_t)ticks * INSTRUCTIONS + TICKS / 2u) / TICKS);
+}
 
 // 2 n + 1 instructions, of which n branches, and what the call takes.
 __attribute__((naked, noinline)) static void loop(__attribute__((unused)) uint32_t n)

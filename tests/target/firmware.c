@@ -1,5 +1,7 @@
-// The example in examples/ fed with a log: on the target each row is an interrupt (PendSV), on the host a call. Both print the same lines.
-//   firmware ROWS [STORE_AT AGAIN_FROM]    STORE_AT: row at which it stores; AGAIN_FROM: row from which the log goes on after a power cycle
+// The example in examples/ fed with a log: on the target each row is an interrupt (PendSV), on the host a call. Both
+// print the same lines.
+//   firmware ROWS [STORE_AT AGAIN_FROM]    STORE_AT: row at which it stores; AGAIN_FROM: row from which the log goes on
+//   after a power cycle
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -81,7 +83,8 @@ static bool run(FILE *log, long from, unsigned long store_at)
     printf("%lu rows, %s\n", row - (unsigned long)from, dqw_why_text(foc_why()));
     for (int i = 0; i < DQW_WATCH_CHANNELS; i++) {
         const dqw_reading r = foc_parameter((enum dqw_monitor_channel)i);
-        printf("%s %s %08lx %08lx\n", dqw_parameter_text((enum dqw_monitor_channel)i), r.usable ? "usable" : "not usable", bits(r.value), bits(r.sd));
+        printf("%s %s %08lx %08lx\n", dqw_parameter_text((enum dqw_monitor_channel)i),
+               r.usable ? "usable" : "not usable", bits(r.value), bits(r.sd));
     }
     return true;
 }

@@ -1,6 +1,7 @@
-// A firmware that does nothing but monitor, to see how much flash that takes: init, sample, background, event. -DLENT: with stage 2's Random
-// Learner; -DSTORED: with store and restore; -DEXAMPLE: the calls of examples/foc_monitor.c, texts and all. -DNOTHING: only the configuration, and
-// what the compiler takes from its libraries, which any firmware has.
+// A firmware that does nothing but monitor, to see how much flash that takes: init, sample, background, event. -DLENT:
+// with stage 2's Random
+// Learner; -DSTORED: with store and restore; -DEXAMPLE: the calls of examples/foc_monitor.c, texts and all. -DNOTHING:
+// only the configuration, and what the compiler takes from its libraries, which any firmware has.
 #include <math.h>
 #include <string.h>
 

@@ -1,5 +1,5 @@
-// A log's rows as the example's board gives them: currents of this row, and the voltage of the next one, which the controller decides now, in the
-// stationary frame. The same on every machine, to the last bit.
+// A log's rows as the example's board gives them: currents of this row, and the voltage of the next one, which the
+// controller decides now, in the stationary frame. The same on every machine, to the last bit.
 #ifndef TARGET_FOC_ROWS_H
 #define TARGET_FOC_ROWS_H
 

@@ -1,4 +1,5 @@
-// A hash of the whole trajectory of each fixed-point module, one `name hash` a line: every machine and every compiler must print the same.
+// A hash of the whole trajectory of each fixed-point module, one `name hash` a line: every machine and every compiler
+// must print the same.
 #include "target/hash.h"
 #include "target/say.h"
 

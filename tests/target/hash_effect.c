@@ -1,4 +1,5 @@
-// The effects' inputs over the drive's signals, dynamic and settled: what was learned of all weights, and where the states stand.
+// The effects' inputs over the drive's signals, dynamic and settled: what was learned of all weights, and where the
+// states stand.
 #include "target/hash.h"
 #include "target/hash_room.h"
 #include "target/stimulus_q15.h"
@@ -60,8 +61,12 @@ static void run(hash *h, int list, bool settled, int steps)
 {
     static stimulus s;
     dqw_estimator_q15 *e = &hash_shared.estimator;
-    const dqw_estimator_q15_config config = {
-        .scale = STIMULUS_SCALE, .half_window = 10, .angle = true, .settled = settled, .effects = lists[list], .effect_count = 4};
+    const dqw_estimator_q15_config config = {.scale = STIMULUS_SCALE,
+                                             .half_window = 10,
+                                             .angle = true,
+                                             .settled = settled,
+                                             .effects = lists[list],
+                                             .effect_count = 4};
     stimulus_start(&s);
     hash_put(h, dqw_estimator_init_q15(e, &config));
     for (int k = 1; k <= steps; k++) {

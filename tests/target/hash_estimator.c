@@ -1,5 +1,6 @@
-// The estimator over the drive's signals, with dead time, drift and a held voltage, without, with the pole pairs to find, and settled: events, window,
-// noise and what is handed over after every step, weights and sums after every block, what is read at the end.
+// The estimator over the drive's signals, with dead time, drift and a held voltage, without, with the pole pairs to
+// find, and settled: events, window, noise and what is handed over after every step, weights and sums after every
+// block, what is read at the end.
 #include "dqw_estimator_block_q15.h"
 #include "target/hash.h"
 #include "target/hash_room.h"

@@ -1,5 +1,5 @@
-// The Learner over the drive's signals: the plain neuron at step sizes from slow to more than one, and the whole one with and without what it
-// offers; the error and every weight after every step.
+// The Learner over the drive's signals: the plain neuron at step sizes from slow to more than one, and the whole one
+// with and without what it offers; the error and every weight after every step.
 #include "dqw_learner_q15.h"
 #include "target/hash.h"
 #include "target/stimulus_q15.h"
@@ -53,7 +53,10 @@ hash hash_learner(void)
     plain(&h, 33, 4);
     plain(&h, 60000, 3);
     for (int how = 0; how < 4; how++) {
-        const dqw_learner_config_q15 config = {.inputs = INPUTS - how / 3, .step_size_q15 = 16384, .noisy_inputs = how % 2 != 0, .indicator = how / 2 != 0};
+        const dqw_learner_config_q15 config = {.inputs = INPUTS - how / 3,
+                                               .step_size_q15 = 16384,
+                                               .noisy_inputs = how % 2 != 0,
+                                               .indicator = how / 2 != 0};
         whole(&h, &config);
     }
     return h;

@@ -1,5 +1,5 @@
-// The monitor over the drive's signals until an event is told: the witness, the healthy values and what it decides, block by block; what is read and stored at
-// its end; then patterns of every fault.
+// The monitor over the drive's signals until an event is told: the witness, the healthy values and what it decides,
+// block by block; what is read and stored at its end; then patterns of every fault.
 #include "dqw_estimator_random_q15.h"
 #include "dqw_monitor_q15.h"
 #include "dqw_q15.h"
@@ -56,22 +56,23 @@ static uint32_t run(hash *h, bool lent)
     stimulus s;
     dqw_estimator_random_q15 memory;
     dqw_monitor_q15 *m = &hash_shared.monitor;
-    const dqw_monitor_q15_config config = {.estimator = {.scale = STIMULUS_SCALE,
-                                                         .R_uohm = 400000,
-                                                         .Ld_nH = 700000,
-                                                         .Lq_nH = 1900000,
-                                                         .psi_nWb = 12000000,
-                                                         .dead_time_width_mA = 200,
-                                                         .drift_ppm = 30000,
-                                                         .stale_limit = 10,
-                                                         .half_window = 4,
-                                                         .angle = true,
-                                                         .encoder_offset = true,
-                                                         .noise_on_inputs = true,
-                                                         .threshold_ppm = 400000,
-                                                         .random = lent ? &memory : NULL},
-                                           .band_ppm = {500000, 500000, 500000, 100000, 200000, 500000, 100000, 900000, 900000, 100000},
-                                           .J_nkgm2 = 100000};
+    const dqw_monitor_q15_config config = {
+        .estimator = {.scale = STIMULUS_SCALE,
+                      .R_uohm = 400000,
+                      .Ld_nH = 700000,
+                      .Lq_nH = 1900000,
+                      .psi_nWb = 12000000,
+                      .dead_time_width_mA = 200,
+                      .drift_ppm = 30000,
+                      .stale_limit = 10,
+                      .half_window = 4,
+                      .angle = true,
+                      .encoder_offset = true,
+                      .noise_on_inputs = true,
+                      .threshold_ppm = 400000,
+                      .random = lent ? &memory : NULL},
+        .band_ppm = {500000, 500000, 500000, 100000, 200000, 500000, 100000, 900000, 900000, 100000},
+        .J_nkgm2 = 100000};
     uint32_t events = 0;
     dqw_estimator_random_init_q15(&memory);
     stimulus_start(&s);
@@ -115,7 +116,8 @@ hash hash_monitor(void)
             change_q24[i] = (int32_t)(stimulus_any(&s) / 4294967296);
             unit_q24[i] = (int32_t)(stimulus_bits(&s) >> (4 + n % 20)) + 1;
         }
-        const dqw_fault_machine_q15 machine = {(int32_t)(stimulus_bits(&s) >> 6), (int32_t)(stimulus_bits(&s) >> 6), (int64_t)stimulus_bits(&s) << 8};
+        const dqw_fault_machine_q15 machine = {(int32_t)(stimulus_bits(&s) >> 6), (int32_t)(stimulus_bits(&s) >> 6),
+                                               (int64_t)stimulus_bits(&s) << 8};
         put_verdict(&h, dqw_fault_name_it_q15(change_q24, unit_q24, machine));
     }
     return h;

@@ -1,4 +1,5 @@
-// The normal equations over the drive's signals as inputs: sums, weights and deviations every so often; the last input begins late.
+// The normal equations over the drive's signals as inputs: sums, weights and deviations every so often; the last input
+// begins late.
 #include "dqw_normal_q15.h"
 #include "target/hash.h"
 #include "target/stimulus.h"

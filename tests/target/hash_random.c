@@ -29,7 +29,8 @@ hash hash_random(void)
     static dqw_random_sample_q15 reservoir[CAPACITY];
     static dqw_random_q15 r;
     static dqw_learner_q15 l;
-    static const dqw_random_config_q15 config = {.reservoir = reservoir, .capacity = CAPACITY, .draws = 7, .seed = 11, .tolerance_q15 = 33};
+    static const dqw_random_config_q15 config = {
+        .reservoir = reservoir, .capacity = CAPACITY, .draws = 7, .seed = 11, .tolerance_q15 = 33};
     static const dqw_learner_config_q15 neuron = {.inputs = INPUTS, .step_size_q15 = 16384, .indicator = true};
     hash h = HASH_EMPTY;
     stimulus_start(&s);

@@ -1,4 +1,5 @@
-// The shaft over the drive's signals, plain and with every effect of the shaft: events, blocks and weights after every step.
+// The shaft over the drive's signals, plain and with every effect of the shaft: events, blocks and weights after every
+// step.
 #include "dqw_shaft_q15.h"
 #include "target/hash.h"
 #include "target/hash_room.h"
@@ -47,12 +48,18 @@ hash hash_shaft(void)
 {
     static const dqw_torque_q15_config effects[] = {
         {.effect = DQW_EFFECT_DIRECTION_ASYMMETRY, .width_urad_s = 1000000},
-        {.effect = DQW_EFFECT_STRIBECK_FRICTION, .width_urad_s = 1000000, .fall_urad_s = 20000000, .start_uNm = {40000}},
+        {.effect = DQW_EFFECT_STRIBECK_FRICTION,
+         .width_urad_s = 1000000,
+         .fall_urad_s = 20000000,
+         .start_uNm = {40000}},
         {.effect = DQW_EFFECT_COGGING_TORQUE, .periods = 12},
         {.effect = DQW_EFFECT_LOAD_TORQUE},
     };
-    dqw_shaft_q15_config config = {
-        .scale = {1500000, 1000 * STIMULUS_W, 1000000}, .J_gmm2 = 2000000, .B_nNms_rad = 1000000, .coulomb = true, .standstill_urad_s = 500000};
+    dqw_shaft_q15_config config = {.scale = {1500000, 1000 * STIMULUS_W, 1000000},
+                                   .J_gmm2 = 2000000,
+                                   .B_nNms_rad = 1000000,
+                                   .coulomb = true,
+                                   .standstill_urad_s = 500000};
     hash h = HASH_EMPTY;
     run(&h, &config);
     config.coulomb_width_urad_s = 1000000;

@@ -1,4 +1,5 @@
-// The window over the drive's signals, rows refused where they are limited, halves lost at times: every sum after every row, and every block.
+// The window over the drive's signals, rows refused where they are limited, halves lost at times: every sum after every
+// row, and every block.
 #include "dqw_window_q15.h"
 #include "target/hash.h"
 #include "target/stimulus.h"

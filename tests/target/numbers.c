@@ -1,4 +1,5 @@
-// Instructions of a step, state and stack of the piece that this is linked with, over the drive's signals. One `name value` a line.
+// Instructions of a step, state and stack of the piece that this is linked with, over the drive's signals. One `name
+// value` a line.
 #include "target/count.h"
 #include "target/piece.h"
 #include "target/say.h"

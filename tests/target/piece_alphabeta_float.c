@@ -19,6 +19,9 @@ void piece_load(const stimulus *s)
     dqw_cosine_sine((float)s->theta_e_turn * (6.2831853f / 65536), &cosine, &sine);
 }
 
-void piece_step(void) { sample = dqw_sample_from_alphabeta(v_alpha_V, v_beta_V, i_alpha_A, i_beta_A, w_m_rad_s, cosine, sine); }
+void piece_step(void)
+{
+    sample = dqw_sample_from_alphabeta(v_alpha_V, v_beta_V, i_alpha_A, i_beta_A, w_m_rad_s, cosine, sine);
+}
 
 void piece_background(void) {}

@@ -20,6 +20,10 @@ void piece_load(const stimulus *s)
     sine_q15 = angle.sine_q15;
 }
 
-void piece_step(void) { sample = dqw_sample_from_alphabeta_q15(v_alpha_q15, v_beta_q15, i_alpha_q15, i_beta_q15, w_m_q15, cosine_q15, sine_q15); }
+void piece_step(void)
+{
+    sample = dqw_sample_from_alphabeta_q15(v_alpha_q15, v_beta_q15, i_alpha_q15, i_beta_q15, w_m_q15, cosine_q15,
+                                           sine_q15);
+}
 
 void piece_background(void) {}

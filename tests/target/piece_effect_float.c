@@ -1,4 +1,5 @@
-// The estimator's interrupt part in float with one effect. LIST chooses it, by its number in dqw_effect_name.h; 0: none.
+// The estimator's interrupt part in float with one effect. LIST chooses it, by its number in dqw_effect_name.h; 0:
+// none.
 #include "dqw_estimator.h"
 #include "target/board.h"
 #include "target/piece.h"

@@ -1,5 +1,5 @@
-// The estimator's interrupt part in float, dead time's input with it; its background beside it. HELD: its voltage acts a period later, and is held in
-// the stationary frame.
+// The estimator's interrupt part in float, dead time's input with it; its background beside it. HELD: its voltage acts
+// a period later, and is held in the stationary frame.
 #include "dqw_estimator.h"
 #include "target/board.h"
 #include "target/piece.h"

@@ -1,4 +1,5 @@
-// The interrupt's step of the condition monitor in float; its background beside it. LENT: with memory for stage 2; STORED: with store and restore.
+// The interrupt's step of the condition monitor in float; its background beside it. LENT: with memory for stage 2;
+// STORED: with store and restore.
 #include <stddef.h>
 
 #include "dqw_estimator_random.h"

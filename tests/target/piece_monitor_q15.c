@@ -1,4 +1,5 @@
-// The interrupt's step of the condition monitor in Q15; its background beside it. LENT: with memory for stage 2; STORED: with store and restore.
+// The interrupt's step of the condition monitor in Q15; its background beside it. LENT: with memory for stage 2;
+// STORED: with store and restore.
 #include "dqw_estimator_random_q15.h"
 #include "dqw_monitor_q15.h"
 #include "target/board.h"

@@ -13,8 +13,10 @@ void piece_load(const stimulus *s)
 {
     v_d_q15 = s->v_d_q15;
     v_q_q15 = s->v_q_q15;
-    x_d_q15[0] = s->i_d_q15, x_d_q15[1] = (int16_t)(s->i_q_q15 / 8), x_d_q15[2] = stimulus_product(s->w_m_q15, s->i_q_q15);
-    x_q_q15[0] = s->i_q_q15, x_q_q15[1] = (int16_t)(s->i_d_q15 / 8), x_q_q15[2] = stimulus_product(s->w_m_q15, s->i_d_q15), x_q_q15[3] = s->w_m_q15;
+    x_d_q15[0] = s->i_d_q15, x_d_q15[1] = (int16_t)(s->i_q_q15 / 8),
+    x_d_q15[2] = stimulus_product(s->w_m_q15, s->i_q_q15);
+    x_q_q15[0] = s->i_q_q15, x_q_q15[1] = (int16_t)(s->i_d_q15 / 8),
+    x_q_q15[2] = stimulus_product(s->w_m_q15, s->i_d_q15), x_q_q15[3] = s->w_m_q15;
 }
 
 void piece_step(void)

@@ -3,8 +3,13 @@
 #include "target/board.h"
 #include "target/piece.h"
 
-static const dqw_shaft_config config = {
-    .dt_s = 1e-3f, .torque_base_Nm = 1.5f, .w_base_rad_s = STIMULUS_W, .J_kgm2 = 2e-3f, .B_Nms_rad = 1e-3f, .coulomb = true, .coulomb_width_rad_s = 1};
+static const dqw_shaft_config config = {.dt_s = 1e-3f,
+                                        .torque_base_Nm = 1.5f,
+                                        .w_base_rad_s = STIMULUS_W,
+                                        .J_kgm2 = 2e-3f,
+                                        .B_Nms_rad = 1e-3f,
+                                        .coulomb = true,
+                                        .coulomb_width_rad_s = 1};
 static dqw_shaft shaft;
 static float torque_Nm, w_m_rad_s;
 static bool limited;

@@ -3,8 +3,11 @@
 #include "target/board.h"
 #include "target/piece.h"
 
-static const dqw_shaft_q15_config config = {
-    .scale = {1500000, 1000 * STIMULUS_W, 1000000}, .J_gmm2 = 2000000, .B_nNms_rad = 1000000, .coulomb = true, .coulomb_width_urad_s = 1000000};
+static const dqw_shaft_q15_config config = {.scale = {1500000, 1000 * STIMULUS_W, 1000000},
+                                            .J_gmm2 = 2000000,
+                                            .B_nNms_rad = 1000000,
+                                            .coulomb = true,
+                                            .coulomb_width_urad_s = 1000000};
 static dqw_shaft_q15 m;
 static int16_t torque_q15, w_m_q15;
 static bool limited;

@@ -6,7 +6,9 @@
 int main(void)
 {
     static char line[1024];
-    if (fgets(line, sizeof line, stdin) == NULL || strncmp(line, "t_s,v_d_V,v_q_V,i_d_A,i_q_A,w_m_rad_s,theta_e_rad,", 50) != 0) return 1;
+    if (fgets(line, sizeof line, stdin) == NULL ||
+        strncmp(line, "t_s,v_d_V,v_q_V,i_d_A,i_q_A,w_m_rad_s,theta_e_rad,", 50) != 0)
+        return 1;
     while (fgets(line, sizeof line, stdin) != NULL) {
         char *at = line;
         (void)strtof(at, &at);

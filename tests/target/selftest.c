@@ -1,5 +1,7 @@
-// The harness on blocks of known length and a call of known depth: status 0 only if every number is right to the last one.
-// With an argument, a host file that it reads and whose lines it counts: tests/target/run.sh OUT.elf tests/target/selftest.c -- -- FILE
+// The harness on blocks of known length and a call of known depth: status 0 only if every number is right to the last
+// one.
+// With an argument, a host file that it reads and whose lines it counts: tests/target/run.sh OUT.elf
+// tests/target/selftest.c -- -- FILE
 #include <stdbool.h>
 #include <stdint.h>
 #include <stdio.h>
@@ -18,7 +20,8 @@ static volatile uint32_t cleared;
 
 static void expect(const char *what, uint32_t value, uint32_t right)
 {
-    (void)printf("%s %s: %lu, right is %lu\n", value == right ? "ok  " : "FAIL", what, (unsigned long)value, (unsigned long)right);
+    (void)printf("%s %s: %lu, right is %lu\n", value == right ? "ok  " : "FAIL", what, (unsigned long)value,
+                 (unsigned long)right);
     if (value != right) failed++;
 }
 
@@ -81,12 +84,15 @@ static void count_of_blocks(void)
     expect("5 with a condition", count_stop(), 5);
 
     count_start();
-    __asm__ volatile("push {r0-r3} \n ldr r0, [sp] \n str r0, [sp, #4] \n pop {r0-r3}" ::: "r0", "r1", "r2", "r3", "memory");
+    __asm__ volatile("push {r0-r3} \n ldr r0, [sp] \n str r0, [sp, #4] \n pop {r0-r3}" ::
+                         : "r0", "r1", "r2", "r3", "memory");
     expect("4 of memory", count_stop(), 4);
 
     // More ticks than the 24 bits of SysTick hold.
     count_start();
-    __asm__ volatile("movw r0, #0x4240 \n movt r0, #0xF \n 1: mul r1, r0, r0 \n nop \n nop \n subs r0, r0, #1 \n bne 1b" ::: "r0", "r1", "cc");
+    __asm__ volatile(
+        "movw r0, #0x4240 \n movt r0, #0xF \n 1: mul r1, r0, r0 \n nop \n nop \n subs r0, r0, #1 \n bne 1b" ::
+            : "r0", "r1", "cc");
     expect("a loop", count_stop(), 2 + 5 * 1000000);
 }
 
@@ -113,9 +119,15 @@ static void repeats(void)
 }
 
 // Reserves n bytes and writes the lowest.
-__attribute__((naked)) static void deep(__attribute__((unused)) uint32_t n) { __asm__ volatile("sub sp, sp, r0 \n str r0, [sp] \n add sp, sp, r0 \n bx lr"); }
+__attribute__((naked)) static void deep(__attribute__((unused)) uint32_t n)
+{
+    __asm__ volatile("sub sp, sp, r0 \n str r0, [sp] \n add sp, sp, r0 \n bx lr");
+}
 
-__attribute__((naked)) static void pushes(void) { __asm__ volatile("push {r4-r7, lr} \n vpush {s16-s31} \n vpop {s16-s31} \n pop {r4-r7, pc}"); }
+__attribute__((naked)) static void pushes(void)
+{
+    __asm__ volatile("push {r4-r7, lr} \n vpush {s16-s31} \n vpop {s16-s31} \n pop {r4-r7, pc}");
+}
 
 static void depth(void)
 {

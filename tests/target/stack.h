@@ -12,8 +12,8 @@
 /// Paint what is below the caller's stack pointer.
 void stack_paint(void);
 
-/// Bytes below the caller's stack pointer down to the lowest one overwritten since stack_paint(), of the same caller. What a
-/// call reserves but never writes is not seen; compare with gcc's -fstack-usage where that matters.
+/// Bytes below the caller's stack pointer down to the lowest one overwritten since stack_paint(), of the same caller.
+/// What a call reserves but never writes is not seen; compare with gcc's -fstack-usage where that matters.
 uint32_t stack_used(void);
 
 #endif

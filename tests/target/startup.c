@@ -8,7 +8,8 @@
 #define CPACR (*(volatile uint32_t *)0xE000ED88u)
 #define FPU_ON (0xFu << 20)
 
-// Memory protection: region n's base and size. No access is what a size with no other bit says; else the default map holds.
+// Memory protection: region n's base and size. No access is what a size with no other bit says; else the default map
+// holds.
 #define MPU_CONTROL (*(volatile uint32_t *)0xE000ED94u)
 #define MPU_BASE (*(volatile uint32_t *)0xE000ED9Cu)
 #define MPU_SIZE (*(volatile uint32_t *)0xE000EDA0u)

@@ -72,7 +72,8 @@ void stimulus_next(stimulus *s)
     const int64_t d2 = (int64_t)s->d_q23 + d * 256;
     const int64_t q2 = (int64_t)s->q_q23 + q * 256;
     const int64_t v_d = R_Q12 * d2 + LD_T_Q12 * 2 * ((int64_t)s->d_q23 - d * 256) - XQ_Q12 * (w * q2 / 32768);
-    const int64_t v_q = R_Q12 * q2 + LQ_T_Q12 * 2 * ((int64_t)s->q_q23 - q * 256) + XD_Q12 * (w * d2 / 32768) + (int64_t)PSI_Q12 * 512 * w;
+    const int64_t v_q = R_Q12 * q2 + LQ_T_Q12 * 2 * ((int64_t)s->q_q23 - q * 256) + XD_Q12 * (w * d2 / 32768) +
+                        (int64_t)PSI_Q12 * 512 * w;
     s->v_d_q15 = noisy(s, (int32_t)(v_d / (512 * 4096)));
     s->v_q_q15 = noisy(s, (int32_t)(v_q / (512 * 4096)));
     s->n++;

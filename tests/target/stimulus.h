@@ -1,6 +1,6 @@
-// A drive's signals as a fixed-point port sees them, the same on every machine: integers only. Currents and speed walk between levels that a
-// generator draws, the voltages are those of a machine (E13) plus noise; every so often come what no good sample brings: full scale on one
-// channel, all zero, a limited voltage, bits without sense.
+// A drive's signals as a fixed-point port sees them, the same on every machine: integers only. Currents and speed walk
+// between levels that a generator draws, the voltages are those of a machine (E13) plus noise; every so often come what
+// no good sample brings: full scale on one channel, all zero, a limited voltage, bits without sense.
 #ifndef TARGET_STIMULUS_H
 #define TARGET_STIMULUS_H
 

@@ -6,15 +6,16 @@
 #include "dqw_scale.h"
 #include "target/stimulus.h"
 
-#define STIMULUS_SCALE                                                                                                                                         \
-    {                                                                                                                                                          \
-        .v_full_mV = 1000 * STIMULUS_V, .i_full_mA = 1000 * STIMULUS_I, .w_full_mrad_s = 1000 * STIMULUS_W, .dt_ns = STIMULUS_DT_NS,                           \
-        .pole_pairs = STIMULUS_PAIRS                                                                                                                           \
+#define STIMULUS_SCALE                                                                                                 \
+    {                                                                                                                  \
+        .v_full_mV = 1000 * STIMULUS_V, .i_full_mA = 1000 * STIMULUS_I, .w_full_mrad_s = 1000 * STIMULUS_W,            \
+        .dt_ns = STIMULUS_DT_NS, .pole_pairs = STIMULUS_PAIRS                                                          \
     }
 
 static inline dqw_sample_q15 stimulus_sample(const stimulus *s)
 {
-    const dqw_sample_q15 sample = dqw_sample_from_dq_q15(s->v_d_q15, s->v_q_q15, s->i_d_q15, s->i_q_q15, s->w_m_q15, s->theta_e_turn);
+    const dqw_sample_q15 sample = dqw_sample_from_dq_q15(s->v_d_q15, s->v_q_q15, s->i_d_q15, s->i_q_q15, s->w_m_q15,
+                                                         s->theta_e_turn);
     return sample;
 }
 

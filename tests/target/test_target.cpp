@@ -1,4 +1,5 @@
-// The firmware example on a Cortex-M4F under QEMU: the same events as on the host to the last bit, within the budget, and as docs/firmware.md says.
+// The firmware example on a Cortex-M4F under QEMU: the same events as on the host to the last bit, within the budget,
+// and as docs/firmware.md says.
 // Plain only: runs other programs.
 #include <cstdlib>
 #include <map>
@@ -30,7 +31,8 @@ static long documented(const std::string& page, const std::string& row)
     return bar == std::string::npos ? -1 : std::strtol(page.c_str() + bar + 3, nullptr, 10);
 }
 
-static void check(const std::map<std::string, long>& measured, const std::string& page, bool same_compiler, const char* name, const char* row, long limit)
+static void check(const std::map<std::string, long>& measured, const std::string& page, bool same_compiler,
+                  const char* name, const char* row, long limit)
 {
     const auto found = measured.find(name);
     TEST_ASSERT_TRUE_MESSAGE(found != measured.end(), name);
@@ -39,7 +41,8 @@ static void check(const std::map<std::string, long>& measured, const std::string
     // Another compiler counts otherwise. Two-sided: an improvement refreshes the page with `make firmware`.
     if (!same_compiler) return;
     const double ratio = static_cast<double>(found->second) / static_cast<double>(documented(page, row));
-    TEST_ASSERT_TRUE_MESSAGE(ratio > 0.97 && ratio < 1.03, (line + ", docs/firmware.md says " + std::to_string(documented(page, row))).c_str());
+    TEST_ASSERT_TRUE_MESSAGE(ratio > 0.97 && ratio < 1.03,
+                             (line + ", docs/firmware.md says " + std::to_string(documented(page, row))).c_str());
 }
 
 static void the_monitor_keeps_its_budget(void)
@@ -65,7 +68,8 @@ static void the_monitor_keeps_its_budget(void)
     TEST_ASSERT_EQUAL_INT_MESSAGE(1, measured.at("host_equal"), "target and host differ: tests/target/firmware.sh");
     // The second one after a power cycle, against what was stored before the fault.
     TEST_ASSERT_EQUAL_INT(2, measured.at("events"));
-    TEST_ASSERT_EQUAL_INT_MESSAGE(1, measured.at("circle_equal"), "target and host differ after a way back: tests/target/firmware.sh");
+    TEST_ASSERT_EQUAL_INT_MESSAGE(1, measured.at("circle_equal"),
+                                  "target and host differ after a way back: tests/target/firmware.sh");
     TEST_ASSERT_EQUAL_INT(1, measured.at("circles"));
 }
 
@@ -73,7 +77,8 @@ static void the_counter_is_exact(void)
 {
     if (command::sanitized()) TEST_IGNORE_MESSAGE("the target's code is not sanitized");
     const command::Folder folder;
-    const command::Outcome run = command::run_program({"tests/target/run.sh", folder / "selftest.elf", "tests/target/selftest.c"}, {}, 100);
+    const command::Outcome run = command::run_program(
+        {"tests/target/run.sh", folder / "selftest.elf", "tests/target/selftest.c"}, {}, 100);
     if (run.code == 77) TEST_IGNORE_MESSAGE(("counter under QEMU: " + run.out).c_str());
     TEST_ASSERT_EQUAL_INT_MESSAGE(0, run.code, (run.out + run.err).c_str());
 }

@@ -1,4 +1,5 @@
-// The fixed-point port on five cores under QEMU: the same trajectories to the last bit everywhere, and costs as docs/cost.md says.
+// The fixed-point port on five cores under QEMU: the same trajectories to the last bit everywhere, and costs as
+// docs/cost.md says.
 // Plain only: runs other programs.
 #include <cmath>
 #include <cstdlib>
@@ -18,7 +19,8 @@ static void the_counters_are_exact(void)
     const command::Folder folder;
     std::string skipped;
     for (const char* core : {"m0", "m3", "m4f", "m33", "rv32"}) {
-        const command::Outcome run = command::run_program({"tests/target/run_on.sh", core, folder / "selftest.elf", "tests/target/bare_selftest.c"}, {}, 100);
+        const command::Outcome run = command::run_program(
+            {"tests/target/run_on.sh", core, folder / "selftest.elf", "tests/target/bare_selftest.c"}, {}, 100);
         if (run.code == 77)
             skipped += std::string(core) + " " + run.out;
         else
@@ -75,7 +77,8 @@ static void compare(const std::string& measured, const std::string& told)
     TEST_ASSERT_EQUAL_STRING_MESSAGE(then.text.c_str(), now.text.c_str(), both.c_str());
     TEST_ASSERT_EQUAL_INT_MESSAGE(then.numbers.size(), now.numbers.size(), both.c_str());
     for (std::size_t i = 0; i < now.numbers.size(); i++)
-        TEST_ASSERT_TRUE_MESSAGE(std::fabs(now.numbers[i] - then.numbers[i]) <= std::fmax(0.05 * then.numbers[i], 2.0), both.c_str());
+        TEST_ASSERT_TRUE_MESSAGE(std::fabs(now.numbers[i] - then.numbers[i]) <= std::fmax(0.05 * then.numbers[i], 2.0),
+                                 both.c_str());
 }
 
 static void the_costs_are_those_of_the_page(void)
@@ -95,14 +98,16 @@ static void the_costs_are_those_of_the_page(void)
     TEST_ASSERT_EQUAL_INT_MESSAGE(told.size(), measured.size(), "docs/cost.md's table has other rows: make numbers");
     for (std::size_t i = 0; i < told.size(); i++) {
         // Another compiler counts otherwise, another llvm-mca estimates otherwise: their lines name their versions.
-        if (told[i].find("-gcc ") != std::string::npos && told[i] != measured[i]) TEST_IGNORE_MESSAGE(("other compilers: " + measured[i]).c_str());
+        if (told[i].find("-gcc ") != std::string::npos && told[i] != measured[i])
+            TEST_IGNORE_MESSAGE(("other compilers: " + measured[i]).c_str());
     }
     for (std::size_t i = 0; i < told.size(); i++) {
         const bool estimate = told[i].find("llvm-mca") != std::string::npos;
         if (estimate && told[i].substr(0, told[i].find(':')) != measured[i].substr(0, measured[i].find(':'))) continue;
         compare(measured[i], told[i]);
     }
-    TEST_ASSERT_TRUE_MESSAGE(run.out.find(", over ") == std::string::npos, ("something is over its limit:\n" + run.out).c_str());
+    TEST_ASSERT_TRUE_MESSAGE(run.out.find(", over ") == std::string::npos,
+                             ("something is over its limit:\n" + run.out).c_str());
 }
 
 int main(void)

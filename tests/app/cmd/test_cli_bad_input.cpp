@@ -82,14 +82,17 @@ static void a_missing_machine_file(void)
 {
     const Folder folder;
     const std::string path = folder.write("log.csv", good());
-    for (const char* reader : readers) expect_refused(command::dqwatch({reader, path, "--machine", "/nowhere.toml"}), "/nowhere.toml", 0, "No such file");
+    for (const char* reader : readers)
+        expect_refused(command::dqwatch({reader, path, "--machine", "/nowhere.toml"}), "/nowhere.toml", 0,
+                       "No such file");
     expect_refused(command::dqwatch({"fit", path, "--machine", path}), path, 1, "TOML");
 }
 
 static void an_unreadable_machine_file(void)
 {
     const Folder folder;
-    const std::string path = folder.write("log.csv", good()), toml = folder.write("log.toml", "[machine]\nname = \"x\"\nR_ohm = -1\n");
+    const std::string path = folder.write("log.csv", good()),
+                      toml = folder.write("log.toml", "[machine]\nname = \"x\"\nR_ohm = -1\n");
     for (const char* reader : readers) expect_refused(command::dqwatch({reader, path}), toml, 3, "R_ohm");
     folder.write("log.toml", "[machine]\npole_pairs = 2.5\n");
     for (const char* reader : readers) expect_refused(command::dqwatch({reader, path}), toml, 2, "pole_pairs");
@@ -129,7 +132,8 @@ static void text_in_a_number(void)
 
 static void nan_and_infinity(void)
 {
-    for (const char* bad : {"nan", "NaN", "-nan", "inf", "-Infinity", "1e999"}) refused(with_field(57, 2, bad), 57, "v_q_V is \"" + std::string(bad) + "\"");
+    for (const char* bad : {"nan", "NaN", "-nan", "inf", "-Infinity", "1e999"})
+        refused(with_field(57, 2, bad), 57, "v_q_V is \"" + std::string(bad) + "\"");
 }
 
 static void rows_of_unequal_length(void)
@@ -158,13 +162,15 @@ static void time_in_no_unit(void)
     for (const char* unit : {"e-13", "e-24", "e-27", "e-320"}) {
         std::string text = "t_s,v_d_V,v_q_V,i_d_A,i_q_A,w_m_rad_s\n";
         for (int k = 0; k < 400; ++k)
-            text += std::to_string(k) + unit + "," + std::to_string(k * 37 % 20) + "," + std::to_string(k * 53 % 20) + "," + std::to_string(k * 11 % 7) + "," +
-                    std::to_string(k * 29 % 5) + "," + std::to_string(100 + k % 30) + "\n";
+            text += std::to_string(k) + unit + "," + std::to_string(k * 37 % 20) + "," + std::to_string(k * 53 % 20) +
+                    "," + std::to_string(k * 11 % 7) + "," + std::to_string(k * 29 % 5) + "," +
+                    std::to_string(100 + k % 30) + "\n";
         const Folder folder;
         const std::string path = folder.write("log.csv", text);
         folder.write("log.toml", "[machine]\npole_pairs = 4\nR_ohm = 0.4\nLd_H = 1e-3\nLq_H = 1e-3\npsi_Wb = 0.02\n");
         for (const char* reader : {"fit", "learn", "trace", "monitor", "compare"})
-            expect_refused(command::dqwatch({reader, path, "--out", folder / "out"}, {}, 20), path, 2, "expected seconds");
+            expect_refused(command::dqwatch({reader, path, "--out", folder / "out"}, {}, 20), path, 2,
+                           "expected seconds");
     }
 }
 
@@ -261,7 +267,8 @@ static void constant_signals_are_not_identifiable(void)
 static void logs_that_do_not_belong_together(void)
 {
     const Folder folder;
-    const std::string a = folder.write("a.csv", good()), b = folder.write("b.csv", good()), c = folder.write("c.csv", good());
+    const std::string a = folder.write("a.csv", good()), b = folder.write("b.csv", good()),
+                      c = folder.write("c.csv", good());
     folder.write("a.toml", "[machine]\npole_pairs = 4\n");
     folder.write("b.toml", "[log]\nregime = \"steady\"\n");
     folder.write("c.toml", "[machine]\npole_pairs = 3\n");

@@ -1,4 +1,5 @@
-// `compare`: its object, page and exit codes; and float, fixed point and reference fit over every electrical scenario and measured log.
+// `compare`: its object, page and exit codes; and float, fixed point and reference fit over every electrical scenario
+// and measured log.
 // Plain only: long, and what it runs others run under the sanitizers.
 #include <algorithm>
 #include <cmath>
@@ -31,7 +32,10 @@ static json compared(const std::string& log, const Folder& folder, int code = 0,
     return json::parse(run.out);
 }
 
-static double value(const json& result, const char* who, const std::string& name) { return result.at(who).at(name).at("value").get<double>(); }
+static double value(const json& result, const char* who, const std::string& name)
+{
+    return result.at(who).at(name).at("value").get<double>();
+}
 
 /// The fields of the schema, and each difference where both know the parameter and nowhere else.
 static void expect_schema(const json& result, const std::string& what)
@@ -40,15 +44,19 @@ static void expect_schema(const json& result, const std::string& what)
     TEST_ASSERT_EQUAL_size_t(5, result.size());
     const json& differences = result.at("difference_percent");
     TEST_ASSERT_EQUAL_size_t(3, differences.size());
-    const char* const pairs[][3] = {{"float_reference", "float", "reference"}, {"q15_float", "q15", "float"}, {"q15_reference", "q15", "reference"}};
+    const char* const pairs[][3] = {{"float_reference", "float", "reference"},
+                                    {"q15_float", "q15", "float"},
+                                    {"q15_reference", "q15", "reference"}};
     for (const auto& [pair, first, second] : pairs) {
         std::size_t common = 0;
         for (const auto& [name, entry] : result.at(first).items()) {
-            TEST_ASSERT_TRUE_MESSAGE(entry.value("given", false) || entry.at("sd").is_number() || entry.at("sd").is_null(), name.c_str());
+            TEST_ASSERT_TRUE_MESSAGE(
+                entry.value("given", false) || entry.at("sd").is_number() || entry.at("sd").is_null(), name.c_str());
             if (!result.at(second).contains(name)) continue;
             common++;
             const double b = value(result, second, name), expected = 100.0 * (value(result, first, name) - b) / b;
-            TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(1e-9 * std::fabs(expected), expected, differences.at(pair).at(name).get<double>(), (what + " " + name).c_str());
+            TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(1e-9 * std::fabs(expected), expected,
+                                              differences.at(pair).at(name).get<double>(), (what + " " + name).c_str());
         }
         TEST_ASSERT_EQUAL_size_t_MESSAGE(common, differences.at(pair).size(), what.c_str());
     }
@@ -61,7 +69,8 @@ static void json_page_and_table_of_a_log(void)
     command::write_log(folder / "log.csv", 4000);
     const json result = compared(folder / "log.csv", folder, 0, {"--pole-pairs", "4"});
     expect_schema(result, "log.csv");
-    const std::pair<const char*, double> truths[] = {{"R_ohm", m.R_ohm}, {"Ld_H", m.Ld_H}, {"Lq_H", m.Lq_H}, {"psi_Wb", m.psi_Wb}};
+    const std::pair<const char*, double> truths[] = {
+        {"R_ohm", m.R_ohm}, {"Ld_H", m.Ld_H}, {"Lq_H", m.Lq_H}, {"psi_Wb", m.psi_Wb}};
     for (const auto& [name, truth] : truths)
         for (const char* who : {"reference", "float", "q15"}) {
             TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(0.01 * truth, truth, value(result, who, name), name);
@@ -75,7 +84,8 @@ static void json_page_and_table_of_a_log(void)
 
     const Outcome text = command::dqwatch({"compare", folder / "log.csv", "--pole-pairs", "4", "--out", folder / "o"});
     TEST_ASSERT_EQUAL_INT_MESSAGE(0, text.code, text.err.c_str());
-    for (const char* part : {"R_ohm", "psi_Wb", "reference", "float", "Q15", "Q15−float %", "Q15−float LSB", "1 LSB is 1/32768 of"})
+    for (const char* part :
+         {"R_ohm", "psi_Wb", "reference", "float", "Q15", "Q15−float %", "Q15−float LSB", "1 LSB is 1/32768 of"})
         TEST_ASSERT_TRUE_MESSAGE(text.out.find(part) != std::string::npos, part);
 }
 
@@ -85,14 +95,17 @@ static void values_are_those_of_learn_and_fit(void)
     command::write_log(folder / "log.csv", 3000);
     folder.write("log.toml", "[machine]\npole_pairs = 4\nR_ohm = 0.4\n");
     const json result = compared(folder / "log.csv", folder);
-    const std::pair<const char*, std::vector<std::string>> alone[] = {{"reference", {"fit"}}, {"float", {"learn"}}, {"q15", {"learn", "--arith", "q15"}}};
+    const std::pair<const char*, std::vector<std::string>> alone[] = {
+        {"reference", {"fit"}}, {"float", {"learn"}}, {"q15", {"learn", "--arith", "q15"}}};
     for (auto [who, args] : alone) {
         args.insert(args.end(), {folder / "log.csv", "--json"});
-        TEST_ASSERT_EQUAL_STRING_MESSAGE(json::parse(command::dqwatch(args).out).at("parameters").dump().c_str(), result.at(who).dump().c_str(), who);
+        TEST_ASSERT_EQUAL_STRING_MESSAGE(json::parse(command::dqwatch(args).out).at("parameters").dump().c_str(),
+                                         result.at(who).dump().c_str(), who);
     }
     // A machine file of another name, and a part of the parameters.
     folder.write("other.toml", "[machine]\npole_pairs = 4\n");
-    const json part = compared(folder / "log.csv", folder, 0, {"--machine", folder / "other.toml", "--parameters", "R_ohm,psi_Wb"});
+    const json part = compared(folder / "log.csv", folder, 0,
+                               {"--machine", folder / "other.toml", "--parameters", "R_ohm,psi_Wb"});
     expect_schema(part, "part");
     TEST_ASSERT_FALSE(part.at("reference").at("R_ohm").contains("nominal"));
     for (const char* who : {"reference", "float", "q15"}) TEST_ASSERT_FALSE_MESSAGE(part.at(who).contains("Ld_H"), who);
@@ -102,7 +115,8 @@ static void exit_code_4_where_one_of_them_cannot_tell(void)
 {
     const Folder folder;
     std::string text = "v_d_V,v_q_V,i_d_A,i_q_A\n";
-    for (int k = -20; k <= 20; ++k) text += std::to_string(0.5 * k) + ",0," + std::to_string(k + 0.01 * (k % 3)) + ",0\n";
+    for (int k = -20; k <= 20; ++k)
+        text += std::to_string(0.5 * k) + ",0," + std::to_string(k + 0.01 * (k % 3)) + ",0\n";
     const std::string path = folder.write("log.csv", text);
     TEST_ASSERT_DOUBLE_WITHIN(0.005, 0.5, value(compared(path, folder), "q15", "R_ohm"));
     const json result = compared(path, folder, 4, {"--parameters", "R_ohm,psi_Wb"});
@@ -155,17 +169,18 @@ static void judge(const json& result, const std::string& what, Worst& all)
         here.q15_float = std::max(here.q15_float, std::fabs(q15));
         line += std::string("  ") + name + " " + std::to_string(q15);
         if (!d.at("q15_reference").contains(name) || !d.at("float_reference").contains(name)) continue;
-        here.excess = std::max(here.excess,
-                               std::fabs(d.at("q15_reference").at(name).get<double>()) - std::fabs(d.at("float_reference").at(name).get<double>()));
+        here.excess = std::max(here.excess, std::fabs(d.at("q15_reference").at(name).get<double>()) -
+                                                std::fabs(d.at("float_reference").at(name).get<double>()));
     }
     if (std::getenv("DQW_TEST_VALUES") != nullptr)
-        std::printf("%-42s worst |q15_float| %.4f %%, worst excess %+.4f %%, %d parameters\n", what.c_str(), here.q15_float, here.pairs ? here.excess : 0.0,
-                    here.pairs);
+        std::printf("%-42s worst |q15_float| %.4f %%, worst excess %+.4f %%, %d parameters\n", what.c_str(),
+                    here.q15_float, here.pairs ? here.excess : 0.0, here.pairs);
     TEST_ASSERT_TRUE_MESSAGE(here.q15_float <= kMost, line.c_str());
     TEST_ASSERT_TRUE_MESSAGE(here.excess <= kMost, line.c_str());
     // What float knows fixed point knows, and the other way round.
     for (const char* name : names)
-        TEST_ASSERT_EQUAL_INT_MESSAGE(result.at("float").contains(name), result.at("q15").contains(name), (what + " " + name).c_str());
+        TEST_ASSERT_EQUAL_INT_MESSAGE(result.at("float").contains(name), result.at("q15").contains(name),
+                                      (what + " " + name).c_str());
     all.q15_float = std::max(all.q15_float, here.q15_float);
     all.excess = std::max(all.excess, here.excess);
     all.pairs += here.pairs;
@@ -181,7 +196,8 @@ static Worst over_scenarios(const char* noise)
         if (regime == "mechanical") continue;  // test_cli_mechanical_q15
         std::vector<std::string> args = {"sim", name, "--out", folder / "", "--set", std::string("noise=") + noise};
         // Faults begin at 1 s.
-        if (regime == "dynamic" && scenario.at("rows").get<long>() > 1000) args.insert(args.end(), {"--set", "duration_s=2"});
+        if (regime == "dynamic" && scenario.at("rows").get<long>() > 1000)
+            args.insert(args.end(), {"--set", "duration_s=2"});
         const Outcome sim = command::dqwatch(args);
         TEST_ASSERT_EQUAL_INT_MESSAGE(0, sim.code, sim.err.c_str());
         const Outcome run = command::dqwatch({"compare", folder / (name + ".csv"), "--json", "--out", folder / "o"});
@@ -189,7 +205,8 @@ static Worst over_scenarios(const char* noise)
         judge(json::parse(run.out), "dqwatch sim " + name + " --set noise=" + noise, all);
     }
     if (std::getenv("DQW_TEST_VALUES") != nullptr)
-        std::printf("noise %s: worst |q15_float| %.4f %%, worst excess %+.4f %%, %d parameters\n", noise, all.q15_float, all.excess, all.pairs);
+        std::printf("noise %s: worst |q15_float| %.4f %%, worst excess %+.4f %%, %d parameters\n", noise, all.q15_float,
+                    all.excess, all.pairs);
     return all;
 }
 
@@ -216,7 +233,9 @@ static void fixed_point_follows_float_on_measured_logs(void)
         std::string header;
         std::getline(std::ifstream(file.path()), header);
         // Flux maps are no logs; friction logs are test_cli_mechanical_q15's.
-        if (file.path().extension() != ".csv" || header.find("psi_d_Wb") != header.npos || header.find("v_d_V") == header.npos) continue;
+        if (file.path().extension() != ".csv" || header.find("psi_d_Wb") != header.npos ||
+            header.find("v_d_V") == header.npos)
+            continue;
         const Outcome run = command::dqwatch({"compare", file.path().string(), "--json", "--out", folder / "o"});
         TEST_ASSERT_TRUE_MESSAGE(run.code == 0 || run.code == 4, (file.path().string() + ": " + run.err).c_str());
         judge(json::parse(run.out), file.path().filename().string(), all);

@@ -1,5 +1,5 @@
-// Effects in fixed point: `learn --arith q15` and `compare` beside float on a simulated log of each effect, and on settled rows that warm up;
-// what a trace found works as it is.
+// Effects in fixed point: `learn --arith q15` and `compare` beside float on a simulated log of each effect, and on
+// settled rows that warm up; what a trace found works as it is.
 // Plain only: long, and what it runs others run under the sanitizers.
 #include <algorithm>
 #include <cmath>
@@ -64,7 +64,8 @@ static Read learned(const Strings& what, const char* arithmetic)
     for (const auto& e : j.at("effects")) take(e.at("parameters"), read.weights);
     // Where an amplitude is nothing a phase is anything.
     for (auto it = read.weights.begin(); it != read.weights.end();)
-        it = it->first.rfind("phase_", 0) == 0 || it->first.rfind("axis_", 0) == 0 ? read.weights.erase(it) : std::next(it);
+        it = it->first.rfind("phase_", 0) == 0 || it->first.rfind("axis_", 0) == 0 ? read.weights.erase(it)
+                                                                                   : std::next(it);
     return read;
 }
 
@@ -97,8 +98,8 @@ static Off difference(const Read& one, const Read& two, const std::string& what)
         if (percent > kMost) off.hidden = std::max(off.hidden, std::fabs(q.value - f.value) / q.sd);
     }
     if (std::getenv("DQW_TEST_VALUES") != nullptr)
-        std::printf("%-44s %zu parameters %.4f %%, %zu weights %.4f %%, %.2f deviations\n", what.c_str(), one.plain.size(), off.plain, one.weights.size(),
-                    off.weight, off.hidden);
+        std::printf("%-44s %zu parameters %.4f %%, %zu weights %.4f %%, %.2f deviations\n", what.c_str(),
+                    one.plain.size(), off.plain, one.weights.size(), off.weight, off.hidden);
     return off;
 }
 
@@ -110,10 +111,15 @@ struct Case {
 static const Case cases[] = {
     {"dead_time", {"nonideal.dead_time_V=4", "nonideal.dead_time_width_A=0.3"}},
     {"saturation", {"nonideal.saturation_dd_A_Wb3=500", "nonideal.saturation_qq_A_Wb3=2e4"}},
-    {"cross_saturation", {"nonideal.saturation_dd_A_Wb3=500", "nonideal.saturation_qq_A_Wb3=2e4", "nonideal.saturation_dq_A_Wb3=1e3"}, "saturation"},
+    {"cross_saturation",
+     {"nonideal.saturation_dd_A_Wb3=500", "nonideal.saturation_qq_A_Wb3=2e4", "nonideal.saturation_dq_A_Wb3=1e3"},
+     "saturation"},
     {"winding_temperature",
-     {"nonideal.winding_alpha_per_K=0.0039", "machine.winding_heat_J_K=0.2", "machine.magnet_heat_J_K=50", "machine.winding_ambient_W_K=0.5"}},
-    {"magnet_temperature", {"nonideal.magnet_beta_per_K=-0.0012", "machine.winding_heat_J_K=1", "machine.magnet_heat_J_K=1", "machine.winding_magnet_W_K=3"}},
+     {"nonideal.winding_alpha_per_K=0.0039", "machine.winding_heat_J_K=0.2", "machine.magnet_heat_J_K=50",
+      "machine.winding_ambient_W_K=0.5"}},
+    {"magnet_temperature",
+     {"nonideal.magnet_beta_per_K=-0.0012", "machine.winding_heat_J_K=1", "machine.magnet_heat_J_K=1",
+      "machine.winding_magnet_W_K=3"}},
     {"iron_loss", {"nonideal.iron_loss_S=0.01"}},
     {"flux_harmonics", {"nonideal.flux_harmonic_6d_Wb=0.002", "nonideal.flux_harmonic_6q_Wb=0.001"}},
     {"current_offset", {"nonideal.current_offset_alpha_A=0.3"}},
@@ -139,8 +145,9 @@ static Off over_effects(const char* noise, std::size_t& known)
     Off all;
     known = 0;
     for (const Case& c : cases) {
-        // In so much noise the log tells of a saturating machine no R, L_d, L_q and no weight. What is left, psi, moves with the blocks in which a
-        // polynomial's small inputs do not count: float's own by 0.75 % where that bound moves by a fortieth.
+        // In so much noise the log tells of a saturating machine no R, L_d, L_q and no weight. What is left, psi, moves
+        // with the blocks in which a polynomial's small inputs do not count: float's own by 0.75 % where that bound
+        // moves by a fortieth.
         if (*noise != '0' || noise[1] != 0)
             if (std::string(c.effect).find("saturation") != std::string::npos) continue;
         Strings settings = c.settings;
@@ -158,7 +165,8 @@ static Off over_effects(const char* noise, std::size_t& known)
 
 static void near(double usual, double value, const char* what)
 {
-    TEST_ASSERT_TRUE_MESSAGE(value > usual / 2 && value < 2 * usual, (std::string(what) + " " + std::to_string(value)).c_str());
+    TEST_ASSERT_TRUE_MESSAGE(value > usual / 2 && value < 2 * usual,
+                             (std::string(what) + " " + std::to_string(value)).c_str());
 }
 
 static void fixed_point_follows_float_on_every_effect(void)
@@ -208,7 +216,8 @@ static void what_a_trace_found(void)
     const Folder folder;
     const std::string log = simulated(folder, "effect_dead_time", {"duration_s=1"});
     const std::string config = folder.write(
-        "trace.json", R"({"inputs": [{"effect": "dead_time", "shape": [0.15], "weights": [3.9]}, {"effect": "voltage_offset", "weights": [0.1, -0.1]}],
+        "trace.json",
+        R"({"inputs": [{"effect": "dead_time", "shape": [0.15], "weights": [3.9]}, {"effect": "voltage_offset", "weights": [0.1, -0.1]}],
                         "after": {"parameters": {"R_ohm": {"value": 0.8}, "Ld_H": {"value": 2e-3}, "pole_pairs": {"value": 4}}}})");
     std::filesystem::remove(folder / "effect_dead_time.toml");
     const Strings args = {log, "--config", config};
@@ -219,8 +228,11 @@ static void what_a_trace_found(void)
     TEST_ASSERT_DOUBLE_WITHIN(0.04, 4.0, two.weights.at("voltage_V").value);
     TEST_ASSERT_DOUBLE_WITHIN(0.01, 0.9, two.plain.at("R_ohm").value);
 
-    const json j = json::parse(run({"compare", log, "--config", config, "--effect", "dead_time", "--pole-pairs", "4", "--json", "--out", folder / "o"}).out);
-    for (const char* who : {"reference", "float", "q15"}) TEST_ASSERT_DOUBLE_WITHIN(0.05, 4.0, j.at(who).at("dead_time.voltage_V").at("value").get<double>());
+    const json j = json::parse(run({"compare", log, "--config", config, "--effect", "dead_time", "--pole-pairs", "4",
+                                    "--json", "--out", folder / "o"})
+                                   .out);
+    for (const char* who : {"reference", "float", "q15"})
+        TEST_ASSERT_DOUBLE_WITHIN(0.05, 4.0, j.at(who).at("dead_time.voltage_V").at("value").get<double>());
     const double percent = j.at("difference_percent").at("q15_float").at("dead_time.voltage_V").get<double>();
     TEST_ASSERT_TRUE(std::fabs(percent) > 1e-6 && std::fabs(percent) < 0.05);
     TEST_ASSERT_TRUE(command::read_file(folder / "o/compare.html").find("dead_time.voltage_V") != std::string::npos);
@@ -230,22 +242,30 @@ static void what_fixed_point_cannot_take_is_one_line_and_exit_code_3(void)
 {
     const Folder folder;
     const std::string log = simulated(folder, "servo", {"duration_s=0.1"});
-    const auto config = [&](const char* name, const std::string& shape) { return folder.write(name, R"({"inputs": [{"effect": )" + shape + "}]}"); };
+    const auto config = [&](const char* name, const std::string& shape) {
+        return folder.write(name, R"({"inputs": [{"effect": )" + shape + "}]}");
+    };
     const struct {
         Strings args;
         const char* says;
     } bad[] = {{{"--effect", "coulomb_friction"}, "coulomb_friction is not an effect"},
-               {{"--config", config("wide.json", R"("dead_time", "shape": [5000])")}, "dead_time: its shape is more than fixed point takes"},
-               {{"--config", config("far.json", R"("magnet_temperature", "shape": [400, 0, 0])")}, "magnet_temperature: its shape is more"},
-               {{"--config", config("narrow.json", R"("dead_time", "shape": [1e-5])")}, "refuse these full scales, nominal values or shapes"},
-               {{"--config", config("unit.json", R"("saturation", "shape": [1000])")}, "refuse these full scales, nominal values or shapes"}};
+               {{"--config", config("wide.json", R"("dead_time", "shape": [5000])")},
+                "dead_time: its shape is more than fixed point takes"},
+               {{"--config", config("far.json", R"("magnet_temperature", "shape": [400, 0, 0])")},
+                "magnet_temperature: its shape is more"},
+               {{"--config", config("narrow.json", R"("dead_time", "shape": [1e-5])")},
+                "refuse these full scales, nominal values or shapes"},
+               {{"--config", config("unit.json", R"("saturation", "shape": [1000])")},
+                "refuse these full scales, nominal values or shapes"}};
     for (const auto& b : bad) {
         Strings args = {"learn", log, "--arith", "q15"};
         args.insert(args.end(), b.args.begin(), b.args.end());
         const Outcome outcome = command::dqwatch(args);
         TEST_ASSERT_EQUAL_INT_MESSAGE(3, outcome.code, (std::string(b.says) + ": " + outcome.err).c_str());
         TEST_ASSERT_EQUAL_STRING("", outcome.out.c_str());
-        TEST_ASSERT_TRUE_MESSAGE(outcome.err.find(log + ":") != std::string::npos && outcome.err.find(b.says) != std::string::npos, outcome.err.c_str());
+        TEST_ASSERT_TRUE_MESSAGE(outcome.err.find(log + ":") != std::string::npos &&
+                                     outcome.err.find(b.says) != std::string::npos,
+                                 outcome.err.c_str());
     }
     const Outcome wrong = command::dqwatch({"compare", log, "--effect", "gremlins"});
     TEST_ASSERT_EQUAL_INT_MESSAGE(2, wrong.code, wrong.err.c_str());

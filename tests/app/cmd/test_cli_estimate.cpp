@@ -25,12 +25,16 @@ static json run_json(std::vector<std::string> args, int code = 0)
     return json::parse(run.out);
 }
 
-static double value(const json& result, const char* name) { return result.at("parameters").at(name).at("value").get<double>(); }
+static double value(const json& result, const char* name)
+{
+    return result.at("parameters").at(name).at("value").get<double>();
+}
 
 static void expect_truth(const json& result, double percent)
 {
     const command::Machine m;
-    const std::pair<const char*, double> truths[] = {{"R_ohm", m.R_ohm}, {"Ld_H", m.Ld_H}, {"Lq_H", m.Lq_H}, {"psi_Wb", m.psi_Wb}};
+    const std::pair<const char*, double> truths[] = {
+        {"R_ohm", m.R_ohm}, {"Ld_H", m.Ld_H}, {"Lq_H", m.Lq_H}, {"psi_Wb", m.psi_Wb}};
     for (const auto& [name, truth] : truths) {
         TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(0.01 * percent * truth, truth, value(result, name), name);
         TEST_ASSERT_TRUE_MESSAGE(result.at("parameters").at(name).at("sd").get<double>() > 0, name);
@@ -54,7 +58,8 @@ static void expect_schema(const json& result)
         TEST_ASSERT_FALSE(result.at("parameters").contains(item.at("name").get<std::string>()));
     }
     TEST_ASSERT_TRUE(result.at("residual").at("rms").is_number());
-    TEST_ASSERT_EQUAL_STRING(result.at("regime") == "mechanical" ? "Nm" : "V", result.at("residual").at("unit").get<std::string>().c_str());
+    TEST_ASSERT_EQUAL_STRING(result.at("regime") == "mechanical" ? "Nm" : "V",
+                             result.at("residual").at("unit").get<std::string>().c_str());
 }
 
 static void json_is_one_object_with_the_documented_fields(void)
@@ -86,14 +91,16 @@ static void one_log_spelt_in_other_ways_gives_the_same_result(void)
         const json expected = run_json({reader, plain, "--pole-pairs", "4"});
         for (const auto& style : {crlf, bom, semicolons, vesc}) {
             command::write_log(plain, 2000, {}, style);
-            TEST_ASSERT_EQUAL_STRING(expected.dump().c_str(), run_json({reader, plain, "--pole-pairs", "4"}).dump().c_str());
+            TEST_ASSERT_EQUAL_STRING(expected.dump().c_str(),
+                                     run_json({reader, plain, "--pole-pairs", "4"}).dump().c_str());
         }
         const std::string text = [&] {
             command::write_log(plain, 2000);
             return command::read_file(plain);
         }();
         folder.write("log.csv", text + "\n\n\r\n");
-        TEST_ASSERT_EQUAL_STRING(expected.dump().c_str(), run_json({reader, plain, "--pole-pairs", "4"}).dump().c_str());
+        TEST_ASSERT_EQUAL_STRING(expected.dump().c_str(),
+                                 run_json({reader, plain, "--pole-pairs", "4"}).dump().c_str());
     }
 }
 
@@ -102,7 +109,8 @@ static void a_log_comes_through_a_pipe(void)
     const Folder folder;
     command::write_log(folder / "log.csv", 2000);
     for (const char* reader : readers) {
-        const std::string shell = "cat '" + (folder / "log.csv") + "' | '" + command::binary() + "' " + reader + " /dev/stdin --pole-pairs 4 --json | cat";
+        const std::string shell = "cat '" + (folder / "log.csv") + "' | '" + command::binary() + "' " + reader +
+                                  " /dev/stdin --pole-pairs 4 --json | cat";
         const Outcome run = command::run_program({"sh", "-c", shell});
         expect_truth(json::parse(run.out), 1);
     }
@@ -130,9 +138,11 @@ static void previous_voltages_give_the_same_parameters(void)
     command::write_log(folder / "log.csv", 2001);
     std::string text = command::read_file(folder / "log.csv"), out, before_d = "0", before_q = "0";
     for (std::size_t at = 0, line = 0; at < text.size(); ++line) {
-        const std::size_t end = text.find('\n', at), t = text.find(',', at), d = text.find(',', t + 1), q = text.find(',', d + 1);
+        const std::size_t end = text.find('\n', at), t = text.find(',', at), d = text.find(',', t + 1),
+                          q = text.find(',', d + 1);
         const std::string v_d = text.substr(t + 1, d - t - 1), v_q = text.substr(d + 1, q - d - 1);
-        out += line ? text.substr(at, t - at) + "," + before_d + "," + before_q + text.substr(q, end - q) + "\n" : text.substr(at, end - at) + "\n";
+        out += line ? text.substr(at, t - at) + "," + before_d + "," + before_q + text.substr(q, end - q) + "\n"
+                    : text.substr(at, end - at) + "\n";
         if (line) before_d = v_d, before_q = v_q;
         at = end + 1;
     }
@@ -146,12 +156,13 @@ static void nominal_values_do_not_move_the_fit(void)
     const Folder folder;
     command::write_log(folder / "log.csv", 2000);
     const json without = run_json({"fit", folder / "log.csv", "--pole-pairs", "4"});
-    for (const char* nominal :
-         {"R_ohm = 0.35\nLd_H = 1.4e-3\nLq_H = 2.1e-3\npsi_Wb = 0.035\n", "R_ohm = 0.65\nLd_H = 2.6e-3\nLq_H = 3.9e-3\npsi_Wb = 0.065\n"}) {
+    for (const char* nominal : {"R_ohm = 0.35\nLd_H = 1.4e-3\nLq_H = 2.1e-3\npsi_Wb = 0.035\n",
+                                "R_ohm = 0.65\nLd_H = 2.6e-3\nLq_H = 3.9e-3\npsi_Wb = 0.065\n"}) {
         folder.write("log.toml", std::string("[machine]\npole_pairs = 4\n") + nominal);
         const json with = run_json({"fit", folder / "log.csv"});
         for (const char* name : {"R_ohm", "Ld_H", "Lq_H", "psi_Wb"}) {
-            TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(1e-6 * value(without, name), value(without, name), value(with, name), name);
+            TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(1e-6 * value(without, name), value(without, name), value(with, name),
+                                              name);
             TEST_ASSERT_TRUE(with.at("parameters").at(name).contains("nominal"));
         }
     }
@@ -167,7 +178,9 @@ static void a_speed_in_rpm_is_warned_of(void)
         for (const char* reader : readers) {
             command::write_log(folder / "log.csv", 2000, {}, rpm);
             const Outcome run = command::dqwatch({reader, folder / "log.csv", "--json"});
-            TEST_ASSERT_TRUE_MESSAGE(run.err.find("warning: ") != std::string::npos && run.err.find("look like rpm") != std::string::npos, run.err.c_str());
+            TEST_ASSERT_TRUE_MESSAGE(run.err.find("warning: ") != std::string::npos &&
+                                         run.err.find("look like rpm") != std::string::npos,
+                                     run.err.c_str());
             TEST_ASSERT_TRUE(json::parse(run.out).at("notes").dump().find("look like rpm") != std::string::npos);
             command::write_log(folder / "log.csv", 2000);
             TEST_ASSERT_TRUE(command::dqwatch({reader, folder / "log.csv"}).err.find("rpm") == std::string::npos);
@@ -175,7 +188,8 @@ static void a_speed_in_rpm_is_warned_of(void)
     }
     // The remedy that the warning names works.
     command::write_log(folder / "log.csv", 2000, {}, rpm);
-    folder.write("log.toml", "[machine]\npole_pairs = 4\n[columns]\nw_m_rad_s = { from = \"w_m_rad_s\", scale = 0.10471976 }\n");
+    folder.write("log.toml",
+                 "[machine]\npole_pairs = 4\n[columns]\nw_m_rad_s = { from = \"w_m_rad_s\", scale = 0.10471976 }\n");
     const Outcome run = command::dqwatch({"fit", folder / "log.csv", "--json"});
     TEST_ASSERT_TRUE(run.err.find("rpm") == std::string::npos);
     expect_truth(json::parse(run.out), 1);
@@ -186,7 +200,8 @@ static void exit_code_4_only_for_what_was_asked(void)
     // At standstill there is no flux to find; R alone is.
     const Folder folder;
     std::string text = "v_d_V,v_q_V,i_d_A,i_q_A\n";
-    for (int k = -20; k <= 20; ++k) text += std::to_string(0.5 * k) + ",0," + std::to_string(k + 0.01 * (k % 3)) + ",0\n";
+    for (int k = -20; k <= 20; ++k)
+        text += std::to_string(0.5 * k) + ",0," + std::to_string(k + 0.01 * (k % 3)) + ",0\n";
     const std::string path = folder.write("log.csv", text);
     for (const char* reader : readers) {
         TEST_ASSERT_DOUBLE_WITHIN(0.005, 0.5, value(run_json({reader, path}), "R_ohm"));
@@ -203,7 +218,8 @@ static void lists_leave_the_files_behind_them_alone(void)
     command::write_log(folder / "log.csv", 2000);
     for (const char* reader : readers) {
         const json comma = run_json({reader, "--pole-pairs", "4", "--parameters", "R_ohm,psi_Wb", folder / "log.csv"});
-        const json again = run_json({reader, "--pole-pairs", "4", "--parameters", "R_ohm", "--parameters", "psi_Wb", folder / "log.csv"});
+        const json again = run_json(
+            {reader, "--pole-pairs", "4", "--parameters", "R_ohm", "--parameters", "psi_Wb", folder / "log.csv"});
         TEST_ASSERT_EQUAL_STRING(comma.dump().c_str(), again.dump().c_str());
         TEST_ASSERT_TRUE(comma.at("parameters").contains("R_ohm"));
         const json other = run_json({reader, "--pole-pairs", "4", "--parameters", "J_kgm2", folder / "log.csv"}, 4);
@@ -216,8 +232,10 @@ static void out_keeps_the_object_in_a_file(void)
     const Folder folder;
     command::write_log(folder / "log.csv", 2000);
     for (const char* reader : readers) {
-        const Outcome run = command::dqwatch({reader, folder / "log.csv", "--pole-pairs", "4", "--json", "--out", folder / "o"});
-        TEST_ASSERT_EQUAL_STRING(run.out.c_str(), command::read_file(folder / ("o/" + std::string(reader) + ".json")).c_str());
+        const Outcome run = command::dqwatch(
+            {reader, folder / "log.csv", "--pole-pairs", "4", "--json", "--out", folder / "o"});
+        TEST_ASSERT_EQUAL_STRING(run.out.c_str(),
+                                 command::read_file(folder / ("o/" + std::string(reader) + ".json")).c_str());
     }
 }
 

@@ -32,7 +32,8 @@ static void every_log_is_fitted_and_learned(void)
     for (const auto& log : logs())
         for (const char* reader : {"fit", "learn"}) {
             const Outcome run = command::dqwatch({reader, log.string(), "--json"});
-            TEST_ASSERT_TRUE_MESSAGE(run.code == 0 || run.code == 4, (log.filename().string() + ": " + run.err).c_str());
+            TEST_ASSERT_TRUE_MESSAGE(run.code == 0 || run.code == 4,
+                                     (log.filename().string() + ": " + run.err).c_str());
             const auto json = nlohmann::json::parse(run.out);
             TEST_ASSERT_EQUAL_INT_MESSAGE(run.code == 4, !json.at("not_identifiable").empty(), log.filename().c_str());
             TEST_ASSERT_TRUE_MESSAGE(run.err.find("rpm") == std::string::npos, run.err.c_str());

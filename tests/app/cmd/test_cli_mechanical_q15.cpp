@@ -1,4 +1,5 @@
-// The mechanical axis in fixed point through the command: `compare` and `learn --arith q15` on every mechanical scenario and measured friction log.
+// The mechanical axis in fixed point through the command: `compare` and `learn --arith q15` on every mechanical
+// scenario and measured friction log.
 // Plain only: long, and what it runs others run under the sanitizers.
 #include <algorithm>
 #include <cmath>
@@ -45,7 +46,8 @@ static std::vector<std::string> scenarios()
 
 static std::string simulated(const Folder& folder, const std::string& scenario, const std::string& noise)
 {
-    const Outcome sim = command::dqwatch({"sim", scenario, "--out", folder / "", "--set", "noise=" + noise, "--set", "duration_s=5"});
+    const Outcome sim = command::dqwatch(
+        {"sim", scenario, "--out", folder / "", "--set", "noise=" + noise, "--set", "duration_s=5"});
     TEST_ASSERT_EQUAL_INT_MESSAGE(0, sim.code, sim.err.c_str());
     return folder / (scenario + ".csv");
 }
@@ -56,8 +58,10 @@ static double value(const json& of, const std::string& name) { return of.at(name
 static double judge(const std::string& log, const std::string& what, const Folder& folder)
 {
     const json result = ran({"compare", log, "--out", folder / "o"}, what);
-    TEST_ASSERT_TRUE_MESSAGE(command::read_file(folder / "o/compare.html").find("\"series\":[\"float\",\"Q15\",\"reference\"]") != std::string::npos,
-                             what.c_str());
+    TEST_ASSERT_TRUE_MESSAGE(
+        command::read_file(folder / "o/compare.html").find("\"series\":[\"float\",\"Q15\",\"reference\"]") !=
+            std::string::npos,
+        what.c_str());
     double most = 0.0;
     for (const char* name : {"J_kgm2", "B_Nms_rad"}) {
         const std::string here = what + ", " + name;
@@ -80,7 +84,8 @@ static void fixed_point_follows_float_on_scenarios(void)
     const Folder folder;
     double most = 0.0;
     for (const std::string& scenario : scenarios())
-        for (const char* noise : {"0", "0.2"}) most = std::max(most, judge(simulated(folder, scenario, noise), scenario + ", noise " + noise, folder));
+        for (const char* noise : {"0", "0.2"})
+            most = std::max(most, judge(simulated(folder, scenario, noise), scenario + ", noise " + noise, folder));
     TEST_ASSERT_TRUE(most > 1e-4 && most < 0.005);  // 0.0005, J of coast_friction at 20 %
 }
 
@@ -108,7 +113,8 @@ static std::vector<std::pair<std::string, double>> numbers(const json& result)
         if (!entry.value("given", false)) all.emplace_back(name, entry.at("value").get<double>());
     for (const auto& effect : result.at("effects"))
         for (const auto& [name, entry] : effect.at("parameters").items())
-            if (!entry.value("given", false)) all.emplace_back(effect.at("name").get<std::string>() + "." + name, entry.at("value").get<double>());
+            if (!entry.value("given", false))
+                all.emplace_back(effect.at("name").get<std::string>() + "." + name, entry.at("value").get<double>());
     return all;
 }
 
@@ -129,7 +135,8 @@ static void effects_of_the_shaft(void)
         const std::string log = simulated(folder, c.scenario, c.noise);
         std::vector<std::string> args = {"learn", log, "--arith", "q15"};
         std::string what = std::string(c.scenario) + ", noise " + c.noise;
-        for (const char* effect : c.effects) args.insert(args.end(), {"--effect", effect}), what += std::string(" ") + effect;
+        for (const char* effect : c.effects)
+            args.insert(args.end(), {"--effect", effect}), what += std::string(" ") + effect;
         const auto fixed = numbers(ran(args, what));
         args[3] = "float";
         const auto single = numbers(ran(args, what));
@@ -139,7 +146,8 @@ static void effects_of_the_shaft(void)
             TEST_ASSERT_EQUAL_STRING(single[i].first.c_str(), fixed[i].first.c_str());
             const double apart = 100.0 * std::fabs(fixed[i].second / single[i].second - 1.0);
             say(what + ": " + single[i].first, apart);
-            TEST_ASSERT_TRUE_MESSAGE(apart <= kMost, (what + ": " + single[i].first + " " + std::to_string(apart)).c_str());
+            TEST_ASSERT_TRUE_MESSAGE(apart <= kMost,
+                                     (what + ": " + single[i].first + " " + std::to_string(apart)).c_str());
             most = std::max(most, apart);
         }
     }
@@ -152,7 +160,8 @@ static void a_torque_constant_from_two_columns(void)
     std::string text = "t_s,w_m_rad_s,torque_Nm,i_q_A\n";
     for (int k = 0; k < 4000; ++k) {
         const double i = 3.0 * std::sin(0.002 * k) + 0.5 * std::sin(0.07 * k);
-        text += std::to_string(1e-3 * k) + "," + std::to_string(50.0 * std::sin(0.01 * k)) + "," + std::to_string(0.12 * i) + "," + std::to_string(i) + "\n";
+        text += std::to_string(1e-3 * k) + "," + std::to_string(50.0 * std::sin(0.01 * k)) + "," +
+                std::to_string(0.12 * i) + "," + std::to_string(i) + "\n";
     }
     const std::string log = folder.write("log.csv", text);
     for (const char* arith : {"float", "q15"}) {
@@ -168,16 +177,21 @@ static void what_fixed_point_does_not_take_is_one_line(void)
     const Folder folder;
     std::string text = "t_s,w_m_rad_s,torque_Nm\n";
     for (int k = 0; k < 300; ++k)
-        text += std::to_string(1e-3 * k) + "," + std::to_string(10 * std::sin(0.05 * k)) + "," + std::to_string(std::cos(0.05 * k)) + "\n";
+        text += std::to_string(1e-3 * k) + "," + std::to_string(10 * std::sin(0.05 * k)) + "," +
+                std::to_string(std::cos(0.05 * k)) + "\n";
     const std::string log = folder.write("log.csv", text), huge = folder.write("huge.csv", text);
     folder.write("huge.toml", "[columns]\ntorque_Nm = { from = \"torque_Nm\", scale = 1e4 }\n");
-    const auto config = [&](const std::string& name, const std::string& effect) { return folder.write(name, "{\"inputs\":[" + effect + "]}"); };
+    const auto config = [&](const std::string& name, const std::string& effect) {
+        return folder.write(name, "{\"inputs\":[" + effect + "]}");
+    };
     const struct {
         std::vector<std::string> args;
         const char* says;
     } bad[] = {{{huge}, "huge.csv:301: a torque up to"},
-               {{log, "--config", config("a.json", "{\"effect\":\"cogging_torque\",\"shape\":[6.5]}")}, "log.csv:301: 6.5 periods of cogging_torque"},
-               {{log, "--config", config("b.json", "{\"effect\":\"coulomb_friction\",\"shape\":[0.001]}")}, "log.csv:301: the fixed-point learners refuse"},
+               {{log, "--config", config("a.json", "{\"effect\":\"cogging_torque\",\"shape\":[6.5]}")},
+                "log.csv:301: 6.5 periods of cogging_torque"},
+               {{log, "--config", config("b.json", "{\"effect\":\"coulomb_friction\",\"shape\":[0.001]}")},
+                "log.csv:301: the fixed-point learners refuse"},
                {{log, "--effect", "dead_time"}, "log.csv:301: dead_time is not an effect"}};
     for (const auto& b : bad) {
         std::vector<std::string> args = {"learn", "--arith", "q15"};

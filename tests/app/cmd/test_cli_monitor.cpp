@@ -44,7 +44,8 @@ static std::vector<json> events(const std::string& text)
         TEST_ASSERT_TRUE(end != std::string::npos);
         const json j = json::parse(text.substr(at, end - at));
         at = end + 1;
-        for (const char* key : {"t_s", "value", "sd", "confidence", "since_s"}) TEST_ASSERT_TRUE_MESSAGE(j.at(key).is_number(), key);
+        for (const char* key : {"t_s", "value", "sd", "confidence", "since_s"})
+            TEST_ASSERT_TRUE_MESSAGE(j.at(key).is_number(), key);
         TEST_ASSERT_EQUAL_STRING("dqwatch.event/1", j.at("schema").get<std::string>().c_str());
         TEST_ASSERT_TRUE(j.at("parameter").is_string() && j.at("fault").is_string());
         TEST_ASSERT_TRUE(j.at("confidence").get<double>() >= 0 && j.at("confidence").get<double>() <= 1);
@@ -71,8 +72,8 @@ static void a_healthy_machine_raises_no_event(void)
     holds(text.out, "in service since 0.");
     holds(text.out, "refused  no sample");
     holds(text.out, "events   0");
-    for (const char* name :
-         {"R_ohm", "Ld_H", "Lq_H", "psi_Wb", "dead_time_V", "angle_rad", "offset_A", "phase_resistance_ohm", "gain", "short_S", "residual_V"})
+    for (const char* name : {"R_ohm", "Ld_H", "Lq_H", "psi_Wb", "dead_time_V", "angle_rad", "offset_A",
+                             "phase_resistance_ohm", "gain", "short_S", "residual_V"})
         holds(text.out, std::string("\n") + name + " ");
     holds(command::read_file(folder / "o/monitor.html"), "No parameter left its healthy band");
 }
@@ -95,9 +96,11 @@ static void lost_flux_is_one_event_in_lines_text_and_page(void)
 
     const std::string out = monitor({log, "--out", folder / "o"}).out, line = out.substr(0, out.find('\n'));
     char begin[60];
-    std::snprintf(begin, sizeof begin, "%.3f s  demagnetisation: psi_Wb %.2f", e.at("t_s").get<double>(), 1e3 * e.at("value").get<double>());
+    std::snprintf(begin, sizeof begin, "%.3f s  demagnetisation: psi_Wb %.2f", e.at("t_s").get<double>(),
+                  1e3 * e.at("value").get<double>());
     TEST_ASSERT_EQUAL_size_t_MESSAGE(0, line.find(std::string(begin).substr(0, 35)), line.c_str());
-    std::snprintf(begin, sizeof begin, ", since %.3f s, confidence %.2f", e.at("since_s").get<double>(), e.at("confidence").get<double>());
+    std::snprintf(begin, sizeof begin, ", since %.3f s, confidence %.2f", e.at("since_s").get<double>(),
+                  e.at("confidence").get<double>());
     holds(line, begin);
     holds(out, "events   1");
 
@@ -132,7 +135,8 @@ static void faults_have_their_names_and_phases(void)
         TEST_ASSERT_DOUBLE_WITHIN(0.6, 2.6, e.at("t_s").get<double>());
 
         // The same in whole numbers; one look is 16 ms.
-        const json q = one_event(monitor({folder / "joint_24v.csv", "--arith", "q15", "--json", "--out", folder / "o"}).out);
+        const json q = one_event(
+            monitor({folder / "joint_24v.csv", "--arith", "q15", "--json", "--out", folder / "o"}).out);
         TEST_ASSERT_EQUAL_STRING(c.name, q.at("fault").get<std::string>().c_str());
         TEST_ASSERT_EQUAL_STRING(c.parameter, q.at("parameter").get<std::string>().c_str());
         TEST_ASSERT_EQUAL_STRING(c.phase, q.value("phase", "").c_str());
@@ -164,7 +168,8 @@ static void an_angle_and_a_machine_file_are_no_must(void)
     const Folder folder;
     const std::string log = joint(folder, fault("nonideal.demagnetisation", "0.1"));
     const auto all = [](std::size_t) { return true; };
-    const std::string angle = folder.write("angle.csv", some_columns(log, 7, all)), bare = folder.write("bare.csv", some_columns(log, 6, all));
+    const std::string angle = folder.write("angle.csv", some_columns(log, 7, all)),
+                      bare = folder.write("bare.csv", some_columns(log, 6, all));
 
     const Outcome first = monitor({angle, "--pole-pairs", "4", "--json", "--out", folder / "o"});
     TEST_ASSERT_EQUAL_STRING("demagnetisation", one_event(first.out).at("fault").get<std::string>().c_str());
@@ -178,7 +183,8 @@ static void an_angle_and_a_machine_file_are_no_must(void)
     holds(second.out, ": psi_Wb 17.");
     const std::string page = command::read_file(folder / "o/monitor.html");
     for (const std::string& text : {second.out, page})
-        for (const char* name : {"dead_time_V", "Encoder angle", "short_S"}) TEST_ASSERT_TRUE_MESSAGE(text.find(name) == std::string::npos, name);
+        for (const char* name : {"dead_time_V", "Encoder angle", "short_S"})
+            TEST_ASSERT_TRUE_MESSAGE(text.find(name) == std::string::npos, name);
     holds(page, "no theta_e_rad or theta_m_rad");
 }
 
@@ -188,7 +194,8 @@ static void events_keep_the_logs_time(void)
     const std::string key = "nonideal.demagnetisation";
     const std::string log = joint(folder, {"duration_s=4", key + "=0.05", key + ".t_start_s=3", key + ".t_end_s=3.1"});
     // 0.26 s are missing before the fault.
-    const std::string gap = folder.write("gap.csv", some_columns(log, 7, [](std::size_t row) { return row < 34000 || row > 40000 - 800; }));
+    const std::string gap = folder.write(
+        "gap.csv", some_columns(log, 7, [](std::size_t row) { return row < 34000 || row > 40000 - 800; }));
     const Outcome run = monitor({gap, "--machine", folder / "joint_24v.toml", "--json", "--out", folder / "o"});
     const json e = one_event(run.out);
     holds(run.err, "1 gap in time");
@@ -212,7 +219,8 @@ static void frozen_rows_are_counted_and_told_nothing(void)
     }
     const std::string log = folder.write("frozen.csv", out);
     for (const char* arith : {"float", "q15"}) {
-        const Outcome run = monitor({log, "--machine", folder / "joint_24v.toml", "--arith", arith, "--out", folder / "o"});
+        const Outcome run = monitor(
+            {log, "--machine", folder / "joint_24v.toml", "--arith", arith, "--out", folder / "o"});
         holds(run.out, "events   0");
         holds(run.out, "1991 stuck");
     }
@@ -222,8 +230,9 @@ static void a_way_back_is_told_and_learning_goes_on(void)
 {
     const Folder folder;
     // A voltage that no model has: an event without a name, then stage 1.
-    const std::string log = joint(folder, {"duration_s=4", "nonideal.disturbance_V=3", "nonideal.disturbance_Hz=37", "nonideal.disturbance_V.t_start_s=2",
-                                           "nonideal.disturbance_V.t_end_s=2.001"});
+    const std::string log = joint(folder,
+                                  {"duration_s=4", "nonideal.disturbance_V=3", "nonideal.disturbance_Hz=37",
+                                   "nonideal.disturbance_V.t_start_s=2", "nonideal.disturbance_V.t_end_s=2.001"});
     for (const char* arith : {"float", "q15"}) {
         const Outcome run = monitor({log, "--arith", arith, "--out", folder / "o"});
         holds(run.out, "unknown: residual_V");
@@ -238,8 +247,9 @@ static void a_way_back_is_told_and_learning_goes_on(void)
 static void what_a_trace_found_is_learned(void)
 {
     const Folder folder;
-    const Outcome sim = command::dqwatch({"sim", "servo", "--set", "duration_s=4", "--set", "noise=0.005", "--set", "nonideal.flux_harmonic_6d_Wb=0.012",
-                                          "--set", "nonideal.flux_harmonic_6q_Wb=0.012", "--out", folder / ""});
+    const Outcome sim = command::dqwatch({"sim", "servo", "--set", "duration_s=4", "--set", "noise=0.005", "--set",
+                                          "nonideal.flux_harmonic_6d_Wb=0.012", "--set",
+                                          "nonideal.flux_harmonic_6q_Wb=0.012", "--out", folder / ""});
     TEST_ASSERT_EQUAL_INT_MESSAGE(0, sim.code, sim.err.c_str());
     const std::string log = folder / "servo.csv";
     const Outcome without = monitor({log, "--out", folder / "o"});
@@ -248,21 +258,26 @@ static void what_a_trace_found_is_learned(void)
     TEST_ASSERT_TRUE(without.out.find("in service") == std::string::npos);
 
     TEST_ASSERT_EQUAL_INT(0, command::dqwatch({"trace", log, "--out", folder / "t"}).code);
-    for (const std::vector<std::string>& with : {std::vector<std::string>{"--config", folder / "t/trace.json"}, {"--effect", "flux_harmonics"}}) {
+    for (const std::vector<std::string>& with :
+         {std::vector<std::string>{"--config", folder / "t/trace.json"}, {"--effect", "flux_harmonics"}}) {
         std::vector<std::string> args = {log, "--out", folder / "o"};
         args.insert(args.end(), with.begin(), with.end());
         const Outcome run = monitor(args);
         holds(run.out, "in service since 0.");
         holds(run.out, "events   0");
-        TEST_ASSERT_TRUE_MESSAGE(run.err.find("not used") == std::string::npos && run.err.find("back to stage") == std::string::npos, run.err.c_str());
+        TEST_ASSERT_TRUE_MESSAGE(run.err.find("not used") == std::string::npos &&
+                                     run.err.find("back to stage") == std::string::npos,
+                                 run.err.c_str());
     }
 
     // What it cannot have, it says.
-    const std::string other = monitor({log, "--effect", "coulomb_friction", "--effect", "dead_time", "--out", folder / "o"}).err;
+    const std::string other =
+        monitor({log, "--effect", "coulomb_friction", "--effect", "dead_time", "--out", folder / "o"}).err;
     holds(other, "not used: coulomb_friction");
     TEST_ASSERT_TRUE_MESSAGE(other.find("dead_time") == std::string::npos, other.c_str());
-    const Outcome room = command::dqwatch({"monitor", log, "--effect", "saturation", "--effect", "cross_saturation", "--effect", "flux_harmonics", "--effect",
-                                           "voltage_offset", "--out", folder / "o"});
+    const Outcome room = command::dqwatch({"monitor", log, "--effect", "saturation", "--effect", "cross_saturation",
+                                           "--effect", "flux_harmonics", "--effect", "voltage_offset", "--out",
+                                           folder / "o"});
     TEST_ASSERT_EQUAL_INT(3, room.code);
     holds(room.err, "these effects have 14 weights together; the learners have room for 12 (DQW_EFFECT_WEIGHTS)");
 }

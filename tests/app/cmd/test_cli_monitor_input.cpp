@@ -20,21 +20,24 @@ static void effects_that_a_log_cannot_have_are_named(void)
 {
     const Folder folder;
     command::write_log(folder / "log.csv", 6000);
-    const Outcome run = monitor({folder / "log.csv", "--pole-pairs", "4", "--effect", "flux_harmonics", "--effect", "saturation", "--effect", "load_torque",
-                                 "--effect", "dead_time", "--out", folder / "o"});
+    const Outcome run = monitor({folder / "log.csv", "--pole-pairs", "4", "--effect", "flux_harmonics", "--effect",
+                                 "saturation", "--effect", "load_torque", "--effect", "dead_time", "--out",
+                                 folder / "o"});
     holds(run.err, "note: learned as well: saturation\n");
     holds(run.err, "not used: flux_harmonics; it needs theta_e_rad or theta_m_rad");
     holds(run.err, "not used: load_torque; ");
-    const std::string trace = R"({"inputs": [{"effect": "iron_loss", "shape": [1, 1, 1]}, {"effect": "winding_temperature", "shape": [25, 0, 1]}],
+    const std::string trace =
+        R"({"inputs": [{"effect": "iron_loss", "shape": [1, 1, 1]}, {"effect": "winding_temperature", "shape": [25, 0, 1]}],
         "after": {"parameters": {"R_ohm": {"value": 0.5}, "pole_pairs": {"value": 4}}}})";
-    const Outcome configured = monitor({folder / "log.csv", "--config", folder.write("trace.json", trace), "--out", folder / "o"});
+    const Outcome configured = monitor(
+        {folder / "log.csv", "--config", folder.write("trace.json", trace), "--out", folder / "o"});
     holds(configured.err, "note: learned as well: iron_loss\n");
     holds(configured.err, "not used: winding_temperature; it needs a temperature");
     holds(configured.err, "note: Ld_H, Lq_H, psi_Wb not said");
     // A shape that means nothing is refused, and why.
     const std::string wrong = R"({"inputs": [{"effect": "saturation", "shape": [-1]}]})";
-    const Outcome refused = command::dqwatch(
-        {"monitor", folder / "log.csv", "--pole-pairs", "4", "--config", folder.write("wrong.json", wrong), "--out", folder / "o"});
+    const Outcome refused = command::dqwatch({"monitor", folder / "log.csv", "--pole-pairs", "4", "--config",
+                                              folder.write("wrong.json", wrong), "--out", folder / "o"});
     TEST_ASSERT_EQUAL_INT(3, refused.code);
     holds(refused.err, "the learners refuse this: ");
 }
@@ -43,7 +46,8 @@ static void a_log_that_teaches_nothing_says_what_would_help(void)
 {
     const Folder folder;
     std::string still = "t_s,v_d_V,v_q_V,i_d_A,i_q_A,w_m_rad_s\n";
-    for (int k = 0; k < 4000; ++k) still += std::to_string(k * 1e-4) + ",-2.4,21.5,0," + (k % 2 ? "2" : "2.01") + ",100\n";
+    for (int k = 0; k < 4000; ++k)
+        still += std::to_string(k * 1e-4) + ",-2.4,21.5,0," + (k % 2 ? "2" : "2.01") + ",100\n";
     const Outcome run = monitor({folder.write("log.csv", still), "--pole-pairs", "4", "--out", folder / "o"});
     holds(run.err, "note: not in service: ");
     holds(run.err, "what would help: ");
@@ -59,7 +63,8 @@ static void a_log_that_teaches_nothing_says_what_would_help(void)
         TEST_ASSERT_EQUAL_size_t_MESSAGE(0, count(brief.out, name), brief.out.c_str());
 }
 
-static void expect_refused(const std::string& path, long line, const std::string& reason, const std::vector<std::string>& more = {})
+static void expect_refused(const std::string& path, long line, const std::string& reason,
+                           const std::vector<std::string>& more = {})
 {
     std::vector<std::string> args = {"monitor", path};
     args.insert(args.end(), more.begin(), more.end());
@@ -77,7 +82,8 @@ static void poor_logs_are_refused_in_one_line(void)
     const Folder folder;
     command::write_log(folder / "good.csv", 2000);
     const std::string good = command::read_file(folder / "good.csv"), head = "t_s,v_d_V,v_q_V,i_d_A,i_q_A,w_m_rad_s\n";
-    std::string locked = "v_d_V,v_q_V,i_d_A,i_q_A\n", settled = "v_d_V,v_q_V,i_d_A,i_q_A,w_m_rad_s\n", shaft = "t_s,torque_Nm,w_m_rad_s\n";
+    std::string locked = "v_d_V,v_q_V,i_d_A,i_q_A\n", settled = "v_d_V,v_q_V,i_d_A,i_q_A,w_m_rad_s\n",
+                shaft = "t_s,torque_Nm,w_m_rad_s\n";
     for (int k = 0; k < 100; ++k) {
         locked += std::to_string(k) + ",0,1,0\n", settled += "1,2," + std::to_string(k) + ",1,10\n";
         shaft += std::to_string(1e-3 * k) + ",1," + std::to_string(10 + k) + "\n";
@@ -108,11 +114,12 @@ static void poor_logs_are_refused_in_one_line(void)
 
 static void wrong_usage_is_exit_code_2(void)
 {
-    for (const std::vector<std::string>& args : std::vector<std::vector<std::string>>{{"monitor"},
-                                                                                      {"monitor", "a.csv", "--effect", "gremlins"},
-                                                                                      {"monitor", "a.csv", "--arith", "q7"},
-                                                                                      {"monitor", "a.csv", "b.csv"},
-                                                                                      {"monitor", "a.csv", "--parameters", "R_ohm"}}) {
+    for (const std::vector<std::string>& args :
+         std::vector<std::vector<std::string>>{{"monitor"},
+                                               {"monitor", "a.csv", "--effect", "gremlins"},
+                                               {"monitor", "a.csv", "--arith", "q7"},
+                                               {"monitor", "a.csv", "b.csv"},
+                                               {"monitor", "a.csv", "--parameters", "R_ohm"}}) {
         const Outcome run = command::dqwatch(args);
         TEST_ASSERT_EQUAL_INT_MESSAGE(2, run.code, run.err.c_str());
         TEST_ASSERT_EQUAL_STRING("", run.out.c_str());
@@ -120,7 +127,9 @@ static void wrong_usage_is_exit_code_2(void)
     }
     const Outcome help = command::dqwatch({"monitor", "--help"});
     TEST_ASSERT_EQUAL_INT(0, help.code);
-    for (const char* option : {"--json", "--out", "--pole-pairs", "--machine", "--effect", "--config", "--arith", "monitor.html"}) holds(help.out, option);
+    for (const char* option :
+         {"--json", "--out", "--pole-pairs", "--machine", "--effect", "--config", "--arith", "monitor.html"})
+        holds(help.out, option);
 }
 
 static void what_cannot_be_written_is_exit_code_1(void)
@@ -136,7 +145,8 @@ static void what_cannot_be_written_is_exit_code_1(void)
     }
     std::filesystem::create_directory(folder / "full");
     std::filesystem::create_symlink("/dev/full", folder / "full/monitor.html");
-    const Outcome full = command::dqwatch({"monitor", folder / "log.csv", "--pole-pairs", "4", "--out", folder / "full"});
+    const Outcome full = command::dqwatch(
+        {"monitor", folder / "log.csv", "--pole-pairs", "4", "--out", folder / "full"});
     TEST_ASSERT_EQUAL_INT(1, full.code);
     holds(full.err, "No space left");
 }
@@ -171,18 +181,22 @@ static void the_page_opens_offline_and_no_name_breaks_out(void)
     TEST_ASSERT_EQUAL_size_t(3, count(page, "<script"));
     TEST_ASSERT_EQUAL_size_t(page.size() - 8, page.rfind("</html>\n"));
     const std::string body = page.substr(page.find("<body>"), page.find("<script") - page.find("<body>"));
-    for (const char* tag : {"header", "main", "section", "div", "table", "thead", "tbody", "tr", "figure", "figcaption", "span", "p", "ul", "li", "h2"})
-        TEST_ASSERT_EQUAL_size_t_MESSAGE(count(body, std::string("<") + tag + " ") + count(body, std::string("<") + tag + ">"),
+    for (const char* tag : {"header", "main", "section", "div", "table", "thead", "tbody", "tr", "figure", "figcaption",
+                            "span", "p", "ul", "li", "h2"})
+        TEST_ASSERT_EQUAL_size_t_MESSAGE(count(body, std::string("<") + tag + " ") +
+                                             count(body, std::string("<") + tag + ">"),
                                          count(body, std::string("</") + tag + ">"), tag);
-    for (const char* reference : {"src=", "href=", "<link", "<iframe", "url("}) TEST_ASSERT_EQUAL_size_t_MESSAGE(0, count(body, reference), reference);
+    for (const char* reference : {"src=", "href=", "<link", "<iframe", "url("})
+        TEST_ASSERT_EQUAL_size_t_MESSAGE(0, count(body, reference), reference);
     // 0.3 MB.
     TEST_ASSERT_TRUE(page.size() > 150000 && page.size() < 1500000);
     if (command::sanitized() || command::run_program({"chromium", "--version"}).code != 0) return;
     page.insert(page.rfind("</body>"), probe);
     folder.write("probed.html", page);
-    const Outcome seen = command::run_program({"chromium", "--headless=new", "--no-sandbox", "--no-first-run", "--disable-gpu", "--disable-dev-shm-usage",
-                                               "--disable-extensions", "--user-data-dir=" + (folder / "profile"), "--enable-logging=stderr",
-                                               "--virtual-time-budget=2000", "--window-size=1280,800", "--dump-dom", "file://" + (folder / "probed.html")});
+    const Outcome seen = command::run_program(
+        {"chromium", "--headless=new", "--no-sandbox", "--no-first-run", "--disable-gpu", "--disable-dev-shm-usage",
+         "--disable-extensions", "--user-data-dir=" + (folder / "profile"), "--enable-logging=stderr",
+         "--virtual-time-budget=2000", "--window-size=1280,800", "--dump-dom", "file://" + (folder / "probed.html")});
     TEST_ASSERT_TRUE_MESSAGE(seen.err.find("CONSOLE") == std::string::npos, seen.err.c_str());
     const std::size_t from = seen.out.find("<pre id=\"probe\">") + 16;
     const json j = json::parse(seen.out.substr(from, seen.out.find("</pre>", from) - from));

@@ -1,5 +1,5 @@
-// The header that `learn --arith q15` and `trace` write for port_q15/: it compiles as strict C99, the estimator takes it, and what its comments say
-// of formats is so. That of `monitor` makes a firmware tell what the command told.
+// The header that `learn --arith q15` and `trace` write for port_q15/: it compiles as strict C99, the estimator takes
+// it, and what its comments say of formats is so. That of `monitor` makes a firmware tell what the command told.
 // Plain only: long, and what it runs others run under the sanitizers.
 #include <cmath>
 #include <cstdlib>
@@ -41,24 +41,32 @@ static double number(const std::string& text, const std::string& words, int more
 /// Compiles `program` with the header in `folder` and all of port_q15/, and returns what it prints.
 static std::string ran(const Folder& folder, const std::string& program, const std::string& argument = "")
 {
-    folder.write("main.c", "#include \"dqw_q15_config.h\"\n#include \"dqw_q15_config.h\"\n#include <stdio.h>\n" + program);
-    const auto build = command::run_program({"sh", "-c",
-                                             "${CC:-cc} -std=c99 -pedantic -Wall -Wextra -Wconversion -Wsign-conversion -Wshadow -Werror -Ilib "
-                                             "-Iport_q15 -I\"$0\" \"$0/main.c\" port_q15/*.c lib/dqw_gate.c lib/dqw_stage.c lib/dqw_change.c lib/dqw_watch.c "
-                                             "lib/dqw_effect_name.c -lm -o \"$0/main\"",
-                                             folder / ""});
+    folder.write("main.c",
+                 "#include \"dqw_q15_config.h\"\n#include \"dqw_q15_config.h\"\n#include <stdio.h>\n" + program);
+    const auto build = command::run_program(
+        {"sh", "-c",
+         "${CC:-cc} -std=c99 -pedantic -Wall -Wextra -Wconversion -Wsign-conversion -Wshadow -Werror -Ilib "
+         "-Iport_q15 -I\"$0\" \"$0/main.c\" port_q15/*.c lib/dqw_gate.c lib/dqw_stage.c lib/dqw_change.c "
+         "lib/dqw_watch.c "
+         "lib/dqw_effect_name.c -lm -o \"$0/main\"",
+         folder / ""});
     TEST_ASSERT_EQUAL_INT_MESSAGE(0, build.code, build.err.c_str());
-    const auto run = command::run_program(argument.empty() ? std::vector<std::string>{folder / "main"} : std::vector<std::string>{folder / "main", argument});
+    const auto run = command::run_program(argument.empty() ? std::vector<std::string>{folder / "main"}
+                                                           : std::vector<std::string>{folder / "main", argument});
     TEST_ASSERT_EQUAL_INT_MESSAGE(0, run.code, run.err.c_str());
     return run.out;
 }
 
-static const std::string estimator = "static const dqw_estimator_q15_config config = {DQW_Q15_ESTIMATOR, .stale_limit = 10};\n"
-                                     "static dqw_estimator_q15 e;\n";
+static const std::string estimator =
+    "static const dqw_estimator_q15_config config = {DQW_Q15_ESTIMATOR, .stale_limit = 10};\n"
+    "static dqw_estimator_q15 e;\n";
 static const std::string print_estimator =
-    "    printf(\"estimator %d stale %u full %u %u %u dt %u p %u nominal %u %u %u %u half %u settled %d\\n\", (int)dqw_estimator_init_q15(&e, &config),\n"
-    "           (unsigned)config.stale_limit, (unsigned)config.scale.v_full_mV, (unsigned)config.scale.i_full_mA, (unsigned)config.scale.w_full_mrad_s,\n"
-    "           (unsigned)config.scale.dt_ns, (unsigned)config.scale.pole_pairs, (unsigned)config.R_uohm, (unsigned)config.Ld_nH, (unsigned)config.Lq_nH,\n"
+    "    printf(\"estimator %d stale %u full %u %u %u dt %u p %u nominal %u %u %u %u half %u settled %d\\n\", "
+    "(int)dqw_estimator_init_q15(&e, &config),\n"
+    "           (unsigned)config.stale_limit, (unsigned)config.scale.v_full_mV, (unsigned)config.scale.i_full_mA, "
+    "(unsigned)config.scale.w_full_mrad_s,\n"
+    "           (unsigned)config.scale.dt_ns, (unsigned)config.scale.pole_pairs, (unsigned)config.R_uohm, "
+    "(unsigned)config.Ld_nH, (unsigned)config.Lq_nH,\n"
     "           (unsigned)config.psi_nWb, (unsigned)config.half_window, (int)config.settled);\n";
 
 static void a_dynamic_log()
@@ -66,14 +74,17 @@ static void a_dynamic_log()
     const Folder folder;
     const command::Machine m;
     command::write_log(folder / "joint.csv", 10000, m);
-    const auto run = command::dqwatch({"learn", folder / "joint.csv", "--arith", "q15", "--json", "--pole-pairs", "4", "--out", folder / ""});
+    const auto run = command::dqwatch(
+        {"learn", folder / "joint.csv", "--arith", "q15", "--json", "--pole-pairs", "4", "--out", folder / ""});
     TEST_ASSERT_EQUAL_INT_MESSAGE(0, run.code, run.err.c_str());
     const std::string header = command::read_file(folder / "dqw_q15_config.h");
-    const std::string out = ran(
-        folder, estimator + "int main(void)\n{\n" + print_estimator +
-                    "    printf(\"unit %u %u %u %u\\n\", (unsigned)dqw_estimator_unit_q15(&config, DQW_R), (unsigned)dqw_estimator_unit_q15(&config, DQW_LD),\n"
-                    "           (unsigned)dqw_estimator_unit_q15(&config, DQW_LQ), (unsigned)dqw_estimator_unit_q15(&config, DQW_PSI));\n"
-                    "    return 0;\n}\n");
+    const std::string out = ran(folder,
+                                estimator + "int main(void)\n{\n" + print_estimator +
+                                    "    printf(\"unit %u %u %u %u\\n\", (unsigned)dqw_estimator_unit_q15(&config, "
+                                    "DQW_R), (unsigned)dqw_estimator_unit_q15(&config, DQW_LD),\n"
+                                    "           (unsigned)dqw_estimator_unit_q15(&config, DQW_LQ), "
+                                    "(unsigned)dqw_estimator_unit_q15(&config, DQW_PSI));\n"
+                                    "    return 0;\n}\n");
     near(10, number(out, "stale"), 0, "stale limit");
     TEST_ASSERT_EQUAL_MESSAGE(0, static_cast<int>(number(out, "estimator")), out.c_str());
 
@@ -85,7 +96,8 @@ static void a_dynamic_log()
         largest[1] = std::fmax(largest[1], std::fmax(std::abs(r.i_d_A), std::abs(r.i_q_A)));
         largest[2] = std::fmax(largest[2], std::abs(r.w_m_rad_s));
     }
-    for (int k = 0; k < 3; ++k) near(1010 * largest[k], number(out, "full", k), 2e-4, "full scale " + std::to_string(k));
+    for (int k = 0; k < 3; ++k)
+        near(1010 * largest[k], number(out, "full", k), 2e-4, "full scale " + std::to_string(k));
     near(1e5, number(out, "dt"), 1e-9, "dt");
     near(4, number(out, " p "), 0, "pole pairs");
     near(20, number(out, "half"), 0, "half a window");
@@ -97,8 +109,10 @@ static void a_dynamic_log()
         near(number(out, "nominal", k), number(out, "unit", k), 1e-9, names[k]);
     }
 
-    // What the comments say, from the definitions: a signal is x_q15 full / 32768, a parameter's unit is made of the full scales.
-    const double V = 1e-3 * number(out, "full", 0), A = 1e-3 * number(out, "full", 1), W = 1e-3 * number(out, "full", 2);
+    // What the comments say, from the definitions: a signal is x_q15 full / 32768, a parameter's unit is made of the
+    // full scales.
+    const double V = 1e-3 * number(out, "full", 0), A = 1e-3 * number(out, "full", 1),
+                 W = 1e-3 * number(out, "full", 2);
     const std::string signal[] = {"// v_d_q15, v_q_q15 ", "// i_d_q15, i_q_q15 ", "// w_m_q15 "};
     const double full[] = {V, A, W};
     for (int k = 0; k < 3; ++k) {
@@ -122,11 +136,13 @@ static void settled_rows()
     std::string log = "v_d_V,v_q_V,i_d_A,i_q_A,w_m_rad_s\n";
     for (int k = 0; k < 40; ++k) {
         const double d = -3 + k % 4, q = -4 + k % 9, w = 40 + 7 * (k % 7);
-        log += std::to_string(m.R_ohm * d - m.p * w * m.Lq_H * q) + "," + std::to_string(m.R_ohm * q + m.p * w * (m.Ld_H * d + m.psi_Wb)) + "," +
-               std::to_string(d) + "," + std::to_string(q) + "," + std::to_string(w) + "\n";
+        log += std::to_string(m.R_ohm * d - m.p * w * m.Lq_H * q) + "," +
+               std::to_string(m.R_ohm * q + m.p * w * (m.Ld_H * d + m.psi_Wb)) + "," + std::to_string(d) + "," +
+               std::to_string(q) + "," + std::to_string(w) + "\n";
     }
     folder.write("points *_ of a.csv", log);
-    const auto run = command::dqwatch({"trace", folder / "points *_ of a.csv", "--pole-pairs", "4", "--out", folder / ""});
+    const auto run = command::dqwatch(
+        {"trace", folder / "points *_ of a.csv", "--pole-pairs", "4", "--out", folder / ""});
     TEST_ASSERT_EQUAL_INT_MESSAGE(0, run.code, run.err.c_str());
     const std::string out = ran(folder, estimator + "int main(void)\n{\n" + print_estimator + "    return 0;\n}\n");
     TEST_ASSERT_EQUAL_MESSAGE(0, static_cast<int>(number(out, "estimator")), out.c_str());
@@ -141,37 +157,43 @@ static void effects_that_were_asked_for()
     const Folder folder;
     const auto sim = command::dqwatch({"sim", "effect_dead_time", "--set", "duration_s=1", "--out", folder / ""});
     TEST_ASSERT_EQUAL_INT_MESSAGE(0, sim.code, sim.err.c_str());
-    const auto run = command::dqwatch(
-        {"learn", folder / "effect_dead_time.csv", "--arith", "q15", "--effect", "dead_time", "--effect", "voltage_offset", "--json", "--out", folder / ""});
+    const auto run = command::dqwatch({"learn", folder / "effect_dead_time.csv", "--arith", "q15", "--effect",
+                                       "dead_time", "--effect", "voltage_offset", "--json", "--out", folder / ""});
     const json effect = json::parse(run.out).at("effects").at(0);
     TEST_ASSERT_EQUAL_STRING("dead_time", effect.at("name").get<std::string>().c_str());
-    const std::string out = ran(
-        folder, "static const dqw_effect_q15_config effects[] = {DQW_Q15_EFFECTS};\n"
-                "static const dqw_estimator_q15_config config = {DQW_Q15_ESTIMATOR, .effects = effects, .effect_count = DQW_Q15_EFFECT_COUNT};\n"
-                "static dqw_estimator_q15 e;\n"
-                "int main(void)\n{\n    const int status = (int)dqw_estimator_init_q15(&e, &config);\n    printf(\"estimator %d effects %d weights %d width %u "
-                "start %.9g full %u\\n\", status,\n"
-                "           (int)config.effect_count, (int)e.effect.weights, (unsigned)effects[0].i_uA, (double)effects[0].start_q40[0],\n"
-                "           (unsigned)config.scale.v_full_mV);\n    return 0;\n}\n");
+    const std::string out = ran(folder, "static const dqw_effect_q15_config effects[] = {DQW_Q15_EFFECTS};\n"
+                                        "static const dqw_estimator_q15_config config = {DQW_Q15_ESTIMATOR, .effects = "
+                                        "effects, .effect_count = DQW_Q15_EFFECT_COUNT};\n"
+                                        "static dqw_estimator_q15 e;\n"
+                                        "int main(void)\n{\n    const int status = (int)dqw_estimator_init_q15(&e, "
+                                        "&config);\n    printf(\"estimator %d effects %d weights %d width %u "
+                                        "start %.9g full %u\\n\", status,\n"
+                                        "           (int)config.effect_count, (int)e.effect.weights, "
+                                        "(unsigned)effects[0].i_uA, (double)effects[0].start_q40[0],\n"
+                                        "           (unsigned)config.scale.v_full_mV);\n    return 0;\n}\n");
     TEST_ASSERT_EQUAL_MESSAGE(0, static_cast<int>(number(out, "estimator")), out.c_str());
     near(2, number(out, "effects"), 0, "effects");
     // Dead time has a weight of the estimator's own.
     near(2, number(out, "weights"), 0, "weights");
     const json& parameters = effect.at("parameters");
     near(1e6 * parameters.at("width_A").at("value").get<double>(), number(out, "width"), 1e-5, "width");
-    near(parameters.at("voltage_V").at("value").get<double>(), number(out, "start") / std::pow(2, 40) * 1e-3 * number(out, "full"), 1e-5, "dead time");
+    near(parameters.at("voltage_V").at("value").get<double>(),
+         number(out, "start") / std::pow(2, 40) * 1e-3 * number(out, "full"), 1e-5, "dead time");
 }
 
-/// A firmware with the header that `monitor` wrote, and the log's samples as 16 bits, tells what `monitor` told, to the last bit.
+/// A firmware with the header that `monitor` wrote, and the log's samples as 16 bits, tells what `monitor` told, to the
+/// last bit.
 static void a_monitors_whole_configuration()
 {
     const Folder folder;
     std::vector<std::string> args = {"sim", "joint_24v", "--out", folder / ""};
-    for (const char* set : {"duration_s=3.2", "nonideal.dead_time_V=0.24", "nonideal.dead_time_width_A=0.05", "nonideal.demagnetisation=0.05",
-                            "nonideal.demagnetisation.t_start_s=2", "nonideal.demagnetisation.t_end_s=2.1"})
+    for (const char* set : {"duration_s=3.2", "nonideal.dead_time_V=0.24", "nonideal.dead_time_width_A=0.05",
+                            "nonideal.demagnetisation=0.05", "nonideal.demagnetisation.t_start_s=2",
+                            "nonideal.demagnetisation.t_end_s=2.1"})
         args.insert(args.end(), {"--set", set});
     TEST_ASSERT_EQUAL_INT(0, command::dqwatch(args).code);
-    const auto run = command::dqwatch({"monitor", folder / "joint_24v.csv", "--arith", "q15", "--json", "--out", folder / ""});
+    const auto run = command::dqwatch(
+        {"monitor", folder / "joint_24v.csv", "--arith", "q15", "--json", "--out", folder / ""});
     TEST_ASSERT_EQUAL_INT_MESSAGE(0, run.code, run.err.c_str());
     const json event = json::parse(run.out);
     std::filesystem::rename(folder / "dqw_q15_monitor.h", folder / "dqw_q15_config.h");

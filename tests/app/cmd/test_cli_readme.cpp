@@ -1,4 +1,5 @@
-// What README.md promises: its first two commands exist, and its C example compiles against lib/ as a stranger would build it.
+// What README.md promises: its first two commands exist, and its C example compiles against lib/ as a stranger would
+// build it.
 #include <algorithm>
 #include <filesystem>
 #include <regex>
@@ -21,7 +22,8 @@ static std::vector<std::string> lines_of(const std::string& text)
     return lines;
 }
 
-/// The first fenced block of README.md in `language`; empty where there is none. README.md is looked for where the tests run.
+/// The first fenced block of README.md in `language`; empty where there is none. README.md is looked for where the
+/// tests run.
 static std::string first_block(const std::string& language)
 {
     std::string block;
@@ -53,7 +55,8 @@ static void two_commands_come_first(void)
     TEST_ASSERT_EQUAL_STRING("make test", commands[1].c_str());
     const std::vector<std::string> makefile = lines_of(command::read_file("Makefile"));
     for (const char* rule : {"demo:", "test:"}) {
-        const bool there = std::any_of(makefile.begin(), makefile.end(), [&](const std::string& line) { return line.rfind(rule, 0) == 0; });
+        const bool there = std::any_of(makefile.begin(), makefile.end(),
+                                       [&](const std::string& line) { return line.rfind(rule, 0) == 0; });
         TEST_ASSERT_TRUE_MESSAGE(there, (std::string("Makefile has no target ") + rule).c_str());
     }
 }

@@ -22,7 +22,10 @@ static nlohmann::json run(const char* reader, const std::string& path)
     return json;
 }
 
-static double value(const nlohmann::json& result, const char* name) { return result.at("parameters").at(name).at("value").get<double>(); }
+static double value(const nlohmann::json& result, const char* name)
+{
+    return result.at("parameters").at(name).at("value").get<double>();
+}
 
 static void learn_and_fit_take_ten_million_rows(void)
 {
@@ -32,7 +35,8 @@ static void learn_and_fit_take_ten_million_rows(void)
     command::write_log(path, rows, machine);
     folder.write("log.toml", "[machine]\npole_pairs = 4\n");
     TEST_ASSERT_DOUBLE_WITHIN(0.01 * machine.psi_Wb, machine.psi_Wb, value(run("learn", path), "psi_Wb"));
-    // As settled points: what is tested is the reader and the memory, and a dynamic fit of so many rows takes over a minute.
+    // As settled points: what is tested is the reader and the memory, and a dynamic fit of so many rows takes over a
+    // minute.
     folder.write("log.toml", "[machine]\npole_pairs = 4\n[log]\nregime = \"steady\"\n");
     TEST_ASSERT_DOUBLE_WITHIN(0.05 * machine.psi_Wb, machine.psi_Wb, value(run("fit", path), "psi_Wb"));
 }

@@ -25,7 +25,8 @@ static void expect_near(const json& truth, const json& result, double percent)
 {
     for (const char* name : {"R_ohm", "Ld_H", "Lq_H", "psi_Wb"}) {
         const double t = truth.at(name).get<double>();
-        TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(0.01 * percent * t, t, result.at("parameters").at(name).at("value").get<double>(), name);
+        TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(0.01 * percent * t, t,
+                                          result.at("parameters").at(name).at("value").get<double>(), name);
     }
 }
 
@@ -34,7 +35,8 @@ static void the_fit_of_a_simulated_log_gives_its_machine_back(void)
     const Folder folder;
     for (const char* scenario : {"traction_ipm_linear", "servo_ideal"}) {
         // The sanitized fit is slow.
-        const json sim = run_json({"sim", scenario, "--out", folder / "", "--set", command::sanitized() ? "duration_s=0.5" : "duration_s=2"});
+        const json sim = run_json(
+            {"sim", scenario, "--out", folder / "", "--set", command::sanitized() ? "duration_s=0.5" : "duration_s=2"});
         expect_near(sim.at("truth"), run_json({"fit", sim.at("csv").get<std::string>()}), 0.1);
         expect_near(sim.at("truth"), run_json({"learn", sim.at("csv").get<std::string>()}), 1.0);
     }
@@ -44,8 +46,8 @@ static void set_machine_and_pole_pairs_reach_the_simulator(void)
 {
     const Folder folder;
     const std::string machine = folder.write("m.toml", "[machine]\nR_ohm = 1.5\npsi_Wb = 0.1\n");
-    const json sim = run_json(
-        {"sim", "servo_ideal", "--out", folder / "", "--machine", machine, "--pole-pairs", "3", "--set", "machine.Lq_H=4e-3", "--set", "duration_s=0.5"});
+    const json sim = run_json({"sim", "servo_ideal", "--out", folder / "", "--machine", machine, "--pole-pairs", "3",
+                               "--set", "machine.Lq_H=4e-3", "--set", "duration_s=0.5"});
     TEST_ASSERT_EQUAL_DOUBLE(1.5, sim.at("truth").at("R_ohm").get<double>());
     TEST_ASSERT_EQUAL_INT(3, sim.at("truth").at("pole_pairs").get<int>());
     TEST_ASSERT_EQUAL_DOUBLE(4e-3, sim.at("truth").at("Lq_H").get<double>());
@@ -65,7 +67,8 @@ static void a_seed_repeats_and_another_differs(void)
     TEST_ASSERT_FALSE(text[0] == text[2]);
     TEST_ASSERT_TRUE(command::read_file(folder / "servo.toml").find("--seed 8") != std::string::npos);
     for (const char* none : {"-1", "1.5", "seven", "", "18446744073709551616", "7 "})
-        TEST_ASSERT_EQUAL_INT_MESSAGE(2, command::dqwatch({"sim", "servo", "--seed", none, "--out", folder / ""}).code, none);
+        TEST_ASSERT_EQUAL_INT_MESSAGE(2, command::dqwatch({"sim", "servo", "--seed", none, "--out", folder / ""}).code,
+                                      none);
 }
 
 /// The speed column, the sixth of an electrical and the third of a mechanical log, times `factor`.

@@ -24,8 +24,8 @@ template <class Change> static std::string log_text(std::size_t rows, Change cha
         command::Machine::Row r = machine.row(k);
         change(k, r);
         char line[200];
-        std::snprintf(line, sizeof line, "%.6f,%.7g,%.7g,%.7g,%.7g,%.7g\n", static_cast<double>(k) * machine.dt_s, r.v_d_V, r.v_q_V, r.i_d_A, r.i_q_A,
-                      r.w_m_rad_s);
+        std::snprintf(line, sizeof line, "%.6f,%.7g,%.7g,%.7g,%.7g,%.7g\n", static_cast<double>(k) * machine.dt_s,
+                      r.v_d_V, r.v_q_V, r.i_d_A, r.i_q_A, r.w_m_rad_s);
         text += line;
     }
     return text;
@@ -42,13 +42,15 @@ static double noise(std::size_t k, unsigned salt)
 
 static std::string noisy(std::size_t rows)
 {
-    return log_text(rows, [](std::size_t k, command::Machine::Row& r) { r.v_d_V += noise(k, 1), r.v_q_V += noise(k, 2); });
+    return log_text(rows,
+                    [](std::size_t k, command::Machine::Row& r) { r.v_d_V += noise(k, 1), r.v_q_V += noise(k, 2); });
 }
 
 /// A constant 2 V on d and -3 V on q, known before the tracer saw it.
 static std::string offset(std::size_t rows)
 {
-    return log_text(rows, [](std::size_t k, command::Machine::Row& r) { r.v_d_V += 2 + noise(k, 1), r.v_q_V += -3 + noise(k, 2); });
+    return log_text(
+        rows, [](std::size_t k, command::Machine::Row& r) { r.v_d_V += 2 + noise(k, 1), r.v_q_V += -3 + noise(k, 2); });
 }
 
 static json traced(std::vector<std::string> args)
@@ -64,7 +66,8 @@ static void expect_fit(const json& fit)
 {
     TEST_ASSERT_TRUE(fit.at("heldout_rms").is_number());
     for (const auto& [name, entry] : fit.at("parameters").items())
-        TEST_ASSERT_TRUE_MESSAGE(entry.at("value").is_number() && (entry.value("given", false) || entry.at("sd").is_number()), name.c_str());
+        TEST_ASSERT_TRUE_MESSAGE(
+            entry.at("value").is_number() && (entry.value("given", false) || entry.at("sd").is_number()), name.c_str());
 }
 
 static void expect_schema(const json& j)
@@ -79,17 +82,19 @@ static void expect_schema(const json& j)
         expect_fit(j.at("learner").at(name));
     }
     for (const json& e : j.at("effects")) {
-        TEST_ASSERT_TRUE(e.at("name").is_string() && e.at("heldout_rms_after").is_number() && e.at("confusable_with").is_array());
+        TEST_ASSERT_TRUE(e.at("name").is_string() && e.at("heldout_rms_after").is_number() &&
+                         e.at("confusable_with").is_array());
         TEST_ASSERT_TRUE(!e.at("parameters").empty());
     }
-    for (const json& r : j.at("rejected")) TEST_ASSERT_TRUE(!r.at("name").get<std::string>().empty() && !r.at("why").get<std::string>().empty());
+    for (const json& r : j.at("rejected"))
+        TEST_ASSERT_TRUE(!r.at("name").get<std::string>().empty() && !r.at("why").get<std::string>().empty());
 }
 
 static void a_known_dead_time_is_found_and_written_down(void)
 {
     const Folder folder;
-    const Outcome sim = command::dqwatch(
-        {"sim", "servo", "--out", folder / "", "--set", "duration_s=1", "--set", "nonideal.dead_time_V=4", "--set", "nonideal.dead_time_width_A=0.2"});
+    const Outcome sim = command::dqwatch({"sim", "servo", "--out", folder / "", "--set", "duration_s=1", "--set",
+                                          "nonideal.dead_time_V=4", "--set", "nonideal.dead_time_width_A=0.2"});
     TEST_ASSERT_EQUAL_INT_MESSAGE(0, sim.code, sim.err.c_str());
     const std::string dir = folder / "a/b";
     const json j = traced({folder / "servo.csv", "--out", dir});
@@ -102,11 +107,14 @@ static void a_known_dead_time_is_found_and_written_down(void)
     TEST_ASSERT_DOUBLE_WITHIN(0.12, 4, effect.at("parameters").at("voltage_V").at("value").get<double>());
     TEST_ASSERT_DOUBLE_WITHIN(0.03, 0.9, j.at("after").at("parameters").at("R_ohm").at("value").get<double>());
     for (const json& fits : {j, j.at("learner")})
-        TEST_ASSERT_TRUE(fits.at("after").at("heldout_rms").get<double>() < 0.2 * fits.at("before").at("heldout_rms").get<double>());
+        TEST_ASSERT_TRUE(fits.at("after").at("heldout_rms").get<double>() <
+                         0.2 * fits.at("before").at("heldout_rms").get<double>());
     TEST_ASSERT_EQUAL_STRING(j.dump().c_str(), json::parse(command::read_file(dir + "/trace.json")).dump().c_str());
     const std::string page = command::read_file(dir + "/report.html");
-    TEST_ASSERT_TRUE(page.find("The inverter loses") != std::string::npos && page.rfind("</html>\n") == page.size() - 8);
-    TEST_ASSERT_TRUE(command::read_file(dir + "/dqw_model_config.h").find("config->dead_time_width_A = DQW_MODEL_DEAD_TIME_WIDTH_A;") != std::string::npos);
+    TEST_ASSERT_TRUE(page.find("The inverter loses") != std::string::npos &&
+                     page.rfind("</html>\n") == page.size() - 8);
+    TEST_ASSERT_TRUE(command::read_file(dir + "/dqw_model_config.h")
+                         .find("config->dead_time_width_A = DQW_MODEL_DEAD_TIME_WIDTH_A;") != std::string::npos);
 }
 
 static void the_text_says_it_in_a_sentence(void)
@@ -116,7 +124,8 @@ static void the_text_says_it_in_a_sentence(void)
     const Outcome run = command::dqwatch({"trace", path, "--pole-pairs", "4", "--out", folder / "o"});
     TEST_ASSERT_EQUAL_INT_MESSAGE(0, run.code, run.err.c_str());
     TEST_ASSERT_EQUAL_size_t(0, run.out.find("A constant voltage is in the log: "));
-    for (const char* part : {" V in d, ", "(voltage offset)", "explained: dynamic, 4000 rows", "noise floor", "learners in firmware", "v_q_V", "not taken"})
+    for (const char* part : {" V in d, ", "(voltage offset)", "explained: dynamic, 4000 rows", "noise floor",
+                             "learners in firmware", "v_q_V", "not taken"})
         TEST_ASSERT_TRUE_MESSAGE(run.out.find(part) != std::string::npos, part);
 }
 
@@ -134,9 +143,11 @@ static void only_what_is_named_is_tried(void)
 {
     const Folder folder;
     const std::string path = folder.write("log.csv", offset(4000));
-    const json j = traced({path, "--pole-pairs", "4", "--out", folder / "o", "--effect", "delay", "--effect", "iron_loss"});
+    const json j = traced(
+        {path, "--pole-pairs", "4", "--out", folder / "o", "--effect", "delay", "--effect", "iron_loss"});
     for (const json& e : j.at("effects")) TEST_ASSERT_TRUE(e.at("name") == "delay" || e.at("name") == "iron_loss");
-    for (const json& r : j.at("rejected")) TEST_ASSERT_TRUE_MESSAGE(r.at("name") == "delay" || r.at("name") == "iron_loss", r.dump().c_str());
+    for (const json& r : j.at("rejected"))
+        TEST_ASSERT_TRUE_MESSAGE(r.at("name") == "delay" || r.at("name") == "iron_loss", r.dump().c_str());
 }
 
 static void several_logs_are_traced_jointly(void)
@@ -154,20 +165,23 @@ static void expect_untested(const json& j, const char* effect, const char* reaso
 {
     for (const json& r : j.at("rejected"))
         if (r.at("name") == effect) {
-            TEST_ASSERT_TRUE_MESSAGE(r.at("why").get<std::string>().find(reason) != std::string::npos, r.dump().c_str());
+            TEST_ASSERT_TRUE_MESSAGE(r.at("why").get<std::string>().find(reason) != std::string::npos,
+                                     r.dump().c_str());
             return;
         }
     TEST_FAIL_MESSAGE((std::string(effect) + " is not among the rejected: " + j.at("rejected").dump()).c_str());
 }
 
 /// Exit code 3, one line that begins with the file's name, and nothing written.
-static void expect_refused(const Folder& folder, const std::string& path, std::vector<std::string> args, const std::string& reason)
+static void expect_refused(const Folder& folder, const std::string& path, std::vector<std::string> args,
+                           const std::string& reason)
 {
     std::vector<std::string> all = {args[0], path, "--pole-pairs", "4", "--out", folder / "refused"};
     all.insert(all.end(), args.begin() + 1, args.end());
     const Outcome run = command::dqwatch(all);
     TEST_ASSERT_EQUAL_INT_MESSAGE(3, run.code, (path + reason + run.err).c_str());
-    TEST_ASSERT_TRUE_MESSAGE(run.err.find(folder / "") == 0 && run.err.find('\n') == run.err.size() - 1, run.err.c_str());
+    TEST_ASSERT_TRUE_MESSAGE(run.err.find(folder / "") == 0 && run.err.find('\n') == run.err.size() - 1,
+                             run.err.c_str());
     TEST_ASSERT_TRUE_MESSAGE(run.err.find(reason) != std::string::npos, run.err.c_str());
     TEST_ASSERT_EQUAL_STRING("", run.out.c_str());
     TEST_ASSERT_FALSE(std::filesystem::exists(folder / "refused/trace.json"));
@@ -186,9 +200,12 @@ static std::string settled(std::size_t rows)
     const command::Machine m;
     std::string text = "v_d_V,v_q_V,i_d_A,i_q_A,w_m_rad_s\n";
     for (std::size_t k = 0; k < rows; ++k) {
-        const double d = -4 + static_cast<double>(k % 9), q = -5 + static_cast<double>(k / 9 % 11), w = 50 + 10 * static_cast<double>(k % 7);
-        const double v_d = m.R_ohm * d - m.p * w * m.Lq_H * q + 2 + noise(k, 1), v_q = m.R_ohm * q + m.p * w * (m.Ld_H * d + m.psi_Wb) - 3 + noise(k, 2);
-        text += std::to_string(v_d) + "," + std::to_string(v_q) + "," + std::to_string(d) + "," + std::to_string(q) + "," + std::to_string(w) + "\n";
+        const double d = -4 + static_cast<double>(k % 9), q = -5 + static_cast<double>(k / 9 % 11),
+                     w = 50 + 10 * static_cast<double>(k % 7);
+        const double v_d = m.R_ohm * d - m.p * w * m.Lq_H * q + 2 + noise(k, 1),
+                     v_q = m.R_ohm * q + m.p * w * (m.Ld_H * d + m.psi_Wb) - 3 + noise(k, 2);
+        text += std::to_string(v_d) + "," + std::to_string(v_q) + "," + std::to_string(d) + "," + std::to_string(q) +
+                "," + std::to_string(w) + "\n";
     }
     return text;
 }
@@ -197,7 +214,8 @@ static std::string shaft(std::size_t rows)
 {
     std::string text = "t_s,torque_Nm,w_m_rad_s\n";
     for (std::size_t k = 0; k < rows; ++k)
-        text += std::to_string(1e-3 * static_cast<double>(k)) + "," + std::to_string(1 + noise(k, 1)) + "," + std::to_string(10 + 1e-3 * noise(k, 2)) + "\n";
+        text += std::to_string(1e-3 * static_cast<double>(k)) + "," + std::to_string(1 + noise(k, 1)) + "," +
+                std::to_string(10 + 1e-3 * noise(k, 2)) + "\n";
     return text;
 }
 
@@ -211,7 +229,8 @@ static void poor_logs_are_refused_in_one_line(void)
     std::size_t row = 0;
     for (std::size_t at = header.size(); at < ridden.size(); ++row) {
         const std::size_t comma = ridden.find(',', at), end = ridden.find('\n', at) + 1;
-        gaps += std::to_string(1e-4 * static_cast<double>(row) + 0.1 * static_cast<double>(row / 10)) + ridden.substr(comma, end - comma);
+        gaps += std::to_string(1e-4 * static_cast<double>(row) + 0.1 * static_cast<double>(row / 10)) +
+                ridden.substr(comma, end - comma);
         at = end;
     }
     const struct {
@@ -232,7 +251,8 @@ static void poor_logs_are_refused_in_one_line(void)
         {shaft(100), "to hold some out"},
     };
     for (const auto& c : cases) expect_refused(folder, folder.write("log.csv", c.text), {"trace"}, c.reason);
-    const std::string a = folder.write("a.csv", good), b = folder.write("b.csv", settled(400)), c = folder.write("c.csv", shaft(2000));
+    const std::string a = folder.write("a.csv", good), b = folder.write("b.csv", settled(400)),
+                      c = folder.write("c.csv", shaft(2000));
     expect_refused(folder, a, {"trace", b}, "b.csv:1: a steady log");
     expect_refused(folder, a, {"trace", c}, "c.csv:1: a mechanical log");
 }
@@ -243,20 +263,26 @@ static void what_is_no_trace_starts_no_learner(void)
     const std::string log = folder.write("log.csv", offset(4000)), still = folder.write("settled.csv", settled(400));
     traced({log, "--pole-pairs", "4", "--out", folder / "o"});
     const std::string good = command::read_file(folder / "o/trace.json");
-    for (const std::string& text : {std::string(), good.substr(0, good.size() / 2), good.substr(0, good.size() - 3), noisy(3), std::string("[1, 2]"),
-                                    std::string(R"({"schema": "dqwatch.result/1", "parameters": {}})"), std::string(R"({"inputs": [{"effect": "gremlins"}]})"),
-                                    std::string(R"({"schema": "dqwatch.trace/99", "inputs": []})")})
-        for (const char* command : {"learn", "fit"}) expect_refused(folder, log, {command, "--config", folder.write("broken.json", text)}, "broken.json:");
+    for (const std::string& text :
+         {std::string(), good.substr(0, good.size() / 2), good.substr(0, good.size() - 3), noisy(3),
+          std::string("[1, 2]"), std::string(R"({"schema": "dqwatch.result/1", "parameters": {}})"),
+          std::string(R"({"inputs": [{"effect": "gremlins"}]})"),
+          std::string(R"({"schema": "dqwatch.trace/99", "inputs": []})")})
+        for (const char* command : {"learn", "fit"})
+            expect_refused(folder, log, {command, "--config", folder.write("broken.json", text)}, "broken.json:");
     expect_refused(folder, log, {"learn", "--config", folder / "absent.json"}, "absent.json:0: ");
     expect_refused(folder, log, {"learn", "--config", folder / "o"}, "is a directory");
     // A shape that cannot be, and effects that these logs cannot have.
-    expect_refused(folder, log, {"learn", "--config", folder.write("x.json", R"({"inputs": [{"effect": "dead_time", "shape": [-1]}]})")},
-                   "its width is not above 0 A");
+    expect_refused(
+        folder, log,
+        {"learn", "--config", folder.write("x.json", R"({"inputs": [{"effect": "dead_time", "shape": [-1]}]})")},
+        "its width is not above 0 A");
     for (const char* command : {"learn", "fit"}) {
         expect_refused(folder, log, {command, "--effect", "cogging_torque"}, "cogging_torque is");
         expect_refused(folder, still, {command, "--effect", "flux_harmonics"}, "angle column");
     }
-    TEST_ASSERT_EQUAL_INT(0, command::dqwatch({"learn", log, "--pole-pairs", "4", "--config", folder / "o/trace.json"}).code);
+    TEST_ASSERT_EQUAL_INT(
+        0, command::dqwatch({"learn", log, "--pole-pairs", "4", "--config", folder / "o/trace.json"}).code);
 }
 
 static void one_operating_point_says_what_cannot_be_tested(void)
@@ -264,7 +290,8 @@ static void one_operating_point_says_what_cannot_be_tested(void)
     const Folder folder;
     std::string text = "v_d_V,v_q_V,i_d_A,i_q_A,w_m_rad_s\n";
     for (std::size_t k = 0; k < 400; ++k)
-        text += std::to_string(-2.4 + noise(k, 1)) + "," + std::to_string(21.0 + noise(k, 2)) + ",-1," + std::to_string(2 + 1e-3 * noise(k, 3)) + ",100\n";
+        text += std::to_string(-2.4 + noise(k, 1)) + "," + std::to_string(21.0 + noise(k, 2)) + ",-1," +
+                std::to_string(2 + 1e-3 * noise(k, 3)) + ",100\n";
     const std::string path = folder.write("log.csv", text);
     const json j = traced({path, "--pole-pairs", "4", "--out", folder / "o"});
     TEST_ASSERT_TRUE_MESSAGE(j.at("effects").empty(), j.at("effects").dump().c_str());
@@ -278,7 +305,8 @@ static void one_operating_point_says_what_cannot_be_tested(void)
                       out = command::dqwatch({"trace", path, "--pole-pairs", "4", "--out", folder / "o"}).out;
     for (const std::string& said : {page, out}) {
         TEST_ASSERT_TRUE(said.find("no effect could be tested on this log") != std::string::npos);
-        TEST_ASSERT_TRUE(said.find("not tested: one operating point: neither the currents nor the speed change") != std::string::npos);
+        TEST_ASSERT_TRUE(said.find("not tested: one operating point: neither the currents nor the speed change") !=
+                         std::string::npos);
     }
 }
 
@@ -294,12 +322,14 @@ static void unknown_pole_pairs_are_in_no_table(void)
         for (const char* name : {"before", "after"}) {
             TEST_ASSERT_FALSE(fits.at(name).at("parameters").contains("pole_pairs"));
             // Four times 50 mWb.
-            TEST_ASSERT_DOUBLE_WITHIN(name[0] == 'a' ? 0.002 : 0.1, 0.2, fits.at(name).at("parameters").at("psi_Wb").at("value").get<double>());
+            TEST_ASSERT_DOUBLE_WITHIN(name[0] == 'a' ? 0.002 : 0.1, 0.2,
+                                      fits.at(name).at("parameters").at("psi_Wb").at("value").get<double>());
         }
     TEST_ASSERT_TRUE(run.out.find("\np ") == std::string::npos);
     // No machine has these as they are, so firmware starts from nothing.
     const std::string config = command::read_file(folder / "o/dqw_model_config.h");
-    TEST_ASSERT_TRUE(config.find("DQW_MODEL_R_OHM 0.5") != std::string::npos && config.find("DQW_EFFECT_VOLTAGE_OFFSET") != std::string::npos);
+    TEST_ASSERT_TRUE(config.find("DQW_MODEL_R_OHM 0.5") != std::string::npos &&
+                     config.find("DQW_EFFECT_VOLTAGE_OFFSET") != std::string::npos);
     for (const char* name : {"DQW_MODEL_PSI_WB", "DQW_MODEL_LD_H", "DQW_MODEL_POLE_PAIRS"})
         TEST_ASSERT_TRUE_MESSAGE(config.find(name) == std::string::npos, name);
 }
@@ -307,13 +337,20 @@ static void unknown_pole_pairs_are_in_no_table(void)
 static void logs_without_current_or_speed_are_traced(void)
 {
     const Folder folder;
-    const auto shortened = [](auto change) { return log_text(2000, [=](std::size_t k, command::Machine::Row& r) { change(k, r); }); };
-    const std::string open = shortened([](std::size_t k, command::Machine::Row& r) { r = {noise(k, 1), 0.2 * r.w_m_rad_s + noise(k, 2), 0, 0, r.w_m_rad_s}; });
+    const auto shortened = [](auto change) {
+        return log_text(2000, [=](std::size_t k, command::Machine::Row& r) { change(k, r); });
+    };
+    const std::string open = shortened([](std::size_t k, command::Machine::Row& r) {
+        r = {noise(k, 1), 0.2 * r.w_m_rad_s + noise(k, 2), 0, 0, r.w_m_rad_s};
+    });
     const json turning = traced({folder.write("open.csv", open), "--pole-pairs", "4", "--out", folder / "o"});
-    for (const char* effect : {"dead_time", "saturation", "iron_loss"}) expect_untested(turning, effect, "the currents do not change");
+    for (const char* effect : {"dead_time", "saturation", "iron_loss"})
+        expect_untested(turning, effect, "the currents do not change");
     TEST_ASSERT_DOUBLE_WITHIN(1e-4, 0.05, turning.at("after").at("parameters").at("psi_Wb").at("value").get<double>());
     const std::string nothing = shortened([](std::size_t, command::Machine::Row& r) { r = {}; });
-    TEST_ASSERT_TRUE(traced({folder.write("nothing.csv", nothing), "--pole-pairs", "4", "--out", folder / "o"}).at("effects").empty());
+    TEST_ASSERT_TRUE(traced({folder.write("nothing.csv", nothing), "--pole-pairs", "4", "--out", folder / "o"})
+                         .at("effects")
+                         .empty());
     const json constant = traced({folder.write("shaft.csv", shaft(2000)), "--out", folder / "o"});
     expect_untested(constant, "stribeck_friction", "the speed");
 }
@@ -326,13 +363,15 @@ static void a_dead_time_at_standstill_is_found(void)
     for (std::size_t k = 0; k < 600; ++k) {
         const double i = -10 + 20 * static_cast<double>(k) / 599;
         const double lost = 2 / 3.0 * (std::tanh(i / 0.3) + std::tanh(0.5 * i / 0.3));
-        text += std::to_string(0.5 * i + 4 * lost + 0.1 * noise(k, 1)) + "," + std::to_string(0.1 * noise(k, 2)) + "," + std::to_string(i) + ",0\n";
+        text += std::to_string(0.5 * i + 4 * lost + 0.1 * noise(k, 1)) + "," + std::to_string(0.1 * noise(k, 2)) + "," +
+                std::to_string(i) + ",0\n";
     }
     const json j = traced({folder.write("log.csv", text), "--out", folder / "o"});
     TEST_ASSERT_EQUAL_STRING("standstill", j.at("regime").get<std::string>().c_str());
     TEST_ASSERT_EQUAL_size_t_MESSAGE(1, j.at("effects").size(), j.at("effects").dump().c_str());
     TEST_ASSERT_EQUAL_STRING("dead_time", j.at("effects").at(0).at("name").get<std::string>().c_str());
-    TEST_ASSERT_DOUBLE_WITHIN(0.08, 4, j.at("effects").at(0).at("parameters").at("voltage_V").at("value").get<double>());
+    TEST_ASSERT_DOUBLE_WITHIN(0.08, 4,
+                              j.at("effects").at(0).at("parameters").at("voltage_V").at("value").get<double>());
     TEST_ASSERT_DOUBLE_WITHIN(0.01, 0.5, j.at("after").at("parameters").at("R_ohm").at("value").get<double>());
 }
 
@@ -391,7 +430,8 @@ static void what_cannot_be_written_is_exit_code_1(void)
     for (const std::string& dir : {file, file + "/below", std::string("/proc/nowhere")}) {
         const Outcome run = command::dqwatch({"trace", path, "--pole-pairs", "4", "--out", dir});
         TEST_ASSERT_EQUAL_INT(1, run.code);
-        TEST_ASSERT_TRUE_MESSAGE(run.err.find(dir) != std::string::npos && run.err.find('\n') == run.err.size() - 1, run.err.c_str());
+        TEST_ASSERT_TRUE_MESSAGE(run.err.find(dir) != std::string::npos && run.err.find('\n') == run.err.size() - 1,
+                                 run.err.c_str());
         TEST_ASSERT_EQUAL_STRING("", run.out.c_str());
     }
     // A full disk: the page goes to /dev/full by way of a link.
@@ -408,7 +448,8 @@ static void a_hostile_name_stays_text(void)
     const std::string path = folder.write("<script>alert(1)<!--.csv", offset(4000));
     traced({path, "--pole-pairs", "4", "--out", folder / "o"});
     const std::string page = command::read_file(folder / "o/report.html");
-    TEST_ASSERT_TRUE(page.find("<script>alert") == std::string::npos && page.find("&lt;script&gt;alert(1)&lt;!--") != std::string::npos);
+    TEST_ASSERT_TRUE(page.find("<script>alert") == std::string::npos &&
+                     page.find("&lt;script&gt;alert(1)&lt;!--") != std::string::npos);
 }
 
 int main(void)
@@ -422,7 +463,7 @@ int main(void)
         RUN_TEST(several_logs_are_traced_jointly);
         RUN_TEST(unknown_pole_pairs_are_in_no_table);
         RUN_TEST(a_log_of_nothing_is_not_clean);
-    RUN_TEST(a_log_without_angle_or_temperature_is_traced);
+        RUN_TEST(a_log_without_angle_or_temperature_is_traced);
     }
     RUN_TEST(only_what_is_named_is_tried);
     RUN_TEST(poor_logs_are_refused_in_one_line);

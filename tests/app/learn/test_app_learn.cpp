@@ -79,7 +79,8 @@ void add(const Result& r, const std::string& name, double truth, Sum& to)
 void within(const std::string& name, const Sum& s, double low, double high, double least_score, double most_score)
 {
     const double off = std::sqrt(s.off2 / s.n), score = std::sqrt(s.score2 / s.n);
-    const std::string text = name + ": off by " + std::to_string(off) + " %, " + std::to_string(score) + " deviations, RMS of " + std::to_string(s.n);
+    const std::string text = name + ": off by " + std::to_string(off) + " %, " + std::to_string(score) +
+                             " deviations, RMS of " + std::to_string(s.n);
     TEST_ASSERT_TRUE_MESSAGE(off >= low && off <= high && score >= least_score && score <= most_score, text.c_str());
 }
 
@@ -106,10 +107,13 @@ dqw::Log part(const dqw::Log& log, std::size_t first, std::size_t rows)
 {
     dqw::Log some = log;
     some.segments = {0};
-    for (auto column : {&dqw::Log::t_s, &dqw::Log::v_d_V, &dqw::Log::v_q_V, &dqw::Log::i_d_A, &dqw::Log::i_q_A, &dqw::Log::w_m_rad_s})
-        (some.*column).assign((log.*column).begin() + static_cast<std::ptrdiff_t>(first), (log.*column).begin() + static_cast<std::ptrdiff_t>(first + rows));
-    for (auto column : {&dqw::Log::theta_e_rad, &dqw::Log::theta_m_rad, &dqw::Log::v_dc_V, &dqw::Log::temp_winding_C, &dqw::Log::temp_magnet_C,
-                        &dqw::Log::torque_Nm, &dqw::Log::torque_cmd_Nm})
+    for (auto column :
+         {&dqw::Log::t_s, &dqw::Log::v_d_V, &dqw::Log::v_q_V, &dqw::Log::i_d_A, &dqw::Log::i_q_A, &dqw::Log::w_m_rad_s})
+        (some.*column)
+            .assign((log.*column).begin() + static_cast<std::ptrdiff_t>(first),
+                    (log.*column).begin() + static_cast<std::ptrdiff_t>(first + rows));
+    for (auto column : {&dqw::Log::theta_e_rad, &dqw::Log::theta_m_rad, &dqw::Log::v_dc_V, &dqw::Log::temp_winding_C,
+                        &dqw::Log::temp_magnet_C, &dqw::Log::torque_Nm, &dqw::Log::torque_cmd_Nm})
         (some.*column).clear();
     return some;
 }
@@ -190,9 +194,12 @@ void what_the_log_cannot_tell_is_not_a_number()
 {
     // One speed, constant currents: R, L_d and psi act on v_q alike.
     auto log = simulated("servo_ideal");
-    for (std::size_t k = 0; k < log.rows(); k++) { log.i_d_A[k] = 0, log.i_q_A[k] = 0, log.v_d_V[k] = 0, log.v_q_V[k] = 12, log.w_m_rad_s[k] = 30; }
+    for (std::size_t k = 0; k < log.rows(); k++) {
+        log.i_d_A[k] = 0, log.i_q_A[k] = 0, log.v_d_V[k] = 0, log.v_q_V[k] = 12, log.w_m_rad_s[k] = 30;
+    }
     const auto r = dqw::learn({log});
-    for (const char* name : {"R_ohm", "Ld_H", "Lq_H"}) TEST_ASSERT_TRUE_MESSAGE(denied(r, name) && !find(r, name), name);
+    for (const char* name : {"R_ohm", "Ld_H", "Lq_H"})
+        TEST_ASSERT_TRUE_MESSAGE(denied(r, name) && !find(r, name), name);
 }
 
 void refuses_what_does_not_belong_together()
@@ -215,7 +222,8 @@ void agrees_with_the_reference_on_measured_logs()
 {
     const char* env = std::getenv("DATA");
     const std::filesystem::path data = env ? env : "../shared/data";
-    if (!std::filesystem::exists(data / "dq_grid_3000rpm.csv")) TEST_IGNORE_MESSAGE("measured logs are not here (DATA)");
+    if (!std::filesystem::exists(data / "dq_grid_3000rpm.csv"))
+        TEST_IGNORE_MESSAGE("measured logs are not here (DATA)");
     struct Case {
         const char* file;
         const char* parameter;
@@ -269,9 +277,9 @@ void effects_by_name_on_simulated_logs()
         double base_percent;    // of R, L_d, L_q, psi
     };
     const Case cases[] = {
-        {"dead_time", "nonideal.dead_time_V=4", "voltage_V", 4.0, 0.6, 0.6},                               // 0.25, 0.29
-        {"iron_loss", "nonideal.iron_loss_S=0.01", "R_fe_ohm", 100.0, 0.02, 0.1},                          // 0.002, 0.03
-        {"delay", "nonideal.delay_periods=0.4", "periods", 0.4, 1.6, 0.1},                                 // 1.1: the current's lag, 0.03
+        {"dead_time", "nonideal.dead_time_V=4", "voltage_V", 4.0, 0.6, 0.6},       // 0.25, 0.29
+        {"iron_loss", "nonideal.iron_loss_S=0.01", "R_fe_ohm", 100.0, 0.02, 0.1},  // 0.002, 0.03
+        {"delay", "nonideal.delay_periods=0.4", "periods", 0.4, 1.6, 0.1},         // 1.1: the current's lag, 0.03
         {"skin_effect", "nonideal.skin_effect_s2_rad2=2e-6", "k_s2_rad2", 2e-6, 0.6, 0.15},                // 0.23, 0.06
         {"phase_resistance_imbalance", "nonideal.phase_resistance_a_ohm=0.3", "dR_a_ohm", 0.3, 0.6, 0.2},  // 0.27, 0.09
         {"flux_harmonics", "nonideal.flux_harmonic_6d_Wb=0.002", "psi_6d_Wb", 0.002, 0.3, 0.2},            // 0.1, 0.07
@@ -301,27 +309,33 @@ void effects_by_name_on_simulated_logs()
         const auto* e = find(learned, c.effect, c.parameter);
         TEST_ASSERT_NOT_NULL_MESSAGE(e, c.effect);
         const double off = 100 * (e->value / c.truth - 1);
-        TEST_ASSERT_TRUE_MESSAGE(std::abs(off) <= c.percent, (std::string(c.effect) + " is off by " + std::to_string(off) + " %").c_str());
+        TEST_ASSERT_TRUE_MESSAGE(std::abs(off) <= c.percent,
+                                 (std::string(c.effect) + " is off by " + std::to_string(off) + " %").c_str());
         near_truth(learned.result, "R_ohm", *log.machine.R_ohm, c.base_percent);
         near_truth(learned.result, "Ld_H", *log.machine.Ld_H, c.base_percent);
         near_truth(learned.result, "Lq_H", *log.machine.Lq_H, c.base_percent);
         near_truth(learned.result, "psi_Wb", *log.machine.psi_Wb, c.base_percent);
         // The residual holds the effect too, so it is that of a log without.
-        TEST_ASSERT_TRUE_MESSAGE(learned.result.residual_rms < 0.11, std::to_string(learned.result.residual_rms).c_str());
+        TEST_ASSERT_TRUE_MESSAGE(learned.result.residual_rms < 0.11,
+                                 std::to_string(learned.result.residual_rms).c_str());
     }
 }
 
-/// Settled rows 2 s apart in closed form: a voltage that comes late turns with the speed, a winding that heats by its current's square.
+/// Settled rows 2 s apart in closed form: a voltage that comes late turns with the speed, a winding that heats by its
+/// current's square.
 dqw::Log settled(double delay_s, double per_A2, double tau_s)
 {
     const command::Machine m;
     std::string text = "t_s,v_d_V,v_q_V,i_d_A,i_q_A,w_m_rad_s\n";
     double heat_A2 = 0;
     for (int k = 0; k < 600; ++k) {
-        const double d = -4 + k % 9, q = -5 + k / 9 % 11, w_e = m.p * (50 + 40 * (k / 3 % 7)), R = m.R_ohm * (1 + per_A2 * heat_A2);
-        const double v_d = R * d - w_e * m.Lq_H * q, v_q = R * q + w_e * (m.Ld_H * d + m.psi_Wb), c = std::cos(w_e * delay_s), s = std::sin(w_e * delay_s);
+        const double d = -4 + k % 9, q = -5 + k / 9 % 11, w_e = m.p * (50 + 40 * (k / 3 % 7)),
+                     R = m.R_ohm * (1 + per_A2 * heat_A2);
+        const double v_d = R * d - w_e * m.Lq_H * q, v_q = R * q + w_e * (m.Ld_H * d + m.psi_Wb),
+                     c = std::cos(w_e * delay_s), s = std::sin(w_e * delay_s);
         char line[160];
-        std::snprintf(line, sizeof line, "%d,%.9g,%.9g,%g,%g,%g\n", 2 * k, c * v_d - s * v_q, s * v_d + c * v_q, d, q, w_e / m.p);
+        std::snprintf(line, sizeof line, "%d,%.9g,%.9g,%g,%g,%g\n", 2 * k, c * v_d - s * v_q, s * v_d + c * v_q, d, q,
+                      w_e / m.p);
         text += line;
         heat_A2 += (d * d + q * q - heat_A2) * 2 / tau_s;
     }
@@ -336,7 +350,9 @@ void a_settled_delay_is_in_seconds_whatever_heats()
     const auto log = settled(20e-6, 0.02, 60);
     TEST_ASSERT_TRUE(log.regime == dqw::Regime::steady && log.dt_s == 2.0);
     const dqw::TraceInput heat{"winding_temperature", {25, 60}, {}};
-    for (const auto& inputs : {std::vector<dqw::TraceInput>{{"delay", {}, {}}}, {{"delay", {}, {}}, heat}, {{"delay", {1}, {20e-6}}, heat}}) {
+    for (const auto& inputs : {std::vector<dqw::TraceInput>{{"delay", {}, {}}},
+                               {{"delay", {}, {}}, heat},
+                               {{"delay", {1}, {20e-6}}, heat}}) {
         dqw::LearnOptions options;
         options.inputs = inputs;
         const auto learned = dqw::learn_all({log}, options);
@@ -348,14 +364,19 @@ void a_settled_delay_is_in_seconds_whatever_heats()
         if (inputs.size() == 1) continue;
         near_truth(learned.result, "R_ohm", 0.5, 0.2);
         // 2.1 mV: first order in the delay.
-        TEST_ASSERT_TRUE_MESSAGE(learned.result.residual_rms < 5e-3, std::to_string(learned.result.residual_rms).c_str());
+        TEST_ASSERT_TRUE_MESSAGE(learned.result.residual_rms < 5e-3,
+                                 std::to_string(learned.result.residual_rms).c_str());
         // The reference tells the same rise; 46 % by hand, from the largest heat.
         const auto* rise = find(learned, "winding_temperature", "rise_percent");
         const auto fitted = dqw::fit_effects({log}, {"delay", "winding_temperature"}, {});
         for (const auto& e : fitted.effects)
             for (const auto& p : e.parameters) {
-                if (p.name == "rise_percent") TEST_ASSERT_TRUE_MESSAGE(rise && std::abs(rise->value / p.value - 1) < 0.02, std::to_string(p.value).c_str());
-                if (p.name == "delay_s") TEST_ASSERT_TRUE_MESSAGE(std::abs(late->value / p.value - 1) < 0.002, std::to_string(p.value).c_str());
+                if (p.name == "rise_percent")
+                    TEST_ASSERT_TRUE_MESSAGE(rise && std::abs(rise->value / p.value - 1) < 0.02,
+                                             std::to_string(p.value).c_str());
+                if (p.name == "delay_s")
+                    TEST_ASSERT_TRUE_MESSAGE(std::abs(late->value / p.value - 1) < 0.002,
+                                             std::to_string(p.value).c_str());
             }
         TEST_ASSERT_EQUAL_size_t(2, fitted.effects.size());
     }
@@ -402,7 +423,8 @@ void rows_held_out_are_not_learned()
         options.heldout_row = &marks;
         if (with) options.inputs = {{"iron_loss", {}, {}}};
         const auto learned = dqw::learn_all({log}, options);
-        for (const char* name : {"R_ohm", "Ld_H", "Lq_H", "psi_Wb"}) near_truth(learned.result, name, find(clean, name)->value, 0.5);
+        for (const char* name : {"R_ohm", "Ld_H", "Lq_H", "psi_Wb"})
+            near_truth(learned.result, name, find(clean, name)->value, 0.5);
         dqw::Result seen, unseen;
         std::vector<char> others(marks);
         for (char& m : others) m = m ? 0 : 1;
@@ -415,10 +437,11 @@ void rows_held_out_are_not_learned()
 void effects_that_cannot_be_are_refused()
 {
     const auto log = simulated("servo");
-    const std::vector<std::vector<dqw::TraceInput>> wrong = {{{"cogging_torque", {}, {}}},
-                                                             {{"no_such_effect", {}, {}}},
-                                                             {{"dead_time", {0.0}, {}}},
-                                                             {{"saturation", {}, {}}, {"saturation", {}, {}}, {"saturation", {}, {}}}};
+    const std::vector<std::vector<dqw::TraceInput>> wrong = {
+        {{"cogging_torque", {}, {}}},
+        {{"no_such_effect", {}, {}}},
+        {{"dead_time", {0.0}, {}}},
+        {{"saturation", {}, {}}, {"saturation", {}, {}}, {"saturation", {}, {}}}};
     for (const auto& inputs : wrong) {
         dqw::LearnOptions options;
         options.inputs = inputs;
@@ -435,14 +458,17 @@ void effects_that_cannot_be_are_refused()
 void a_config_is_read()
 {
     const command::Folder folder;
-    const std::string good = folder.write("good.json", R"({"inputs": [{"effect": "dead_time", "shape": [0.3, 0.1], "weights": [4.1]}, {"effect": "delay"}],
+    const std::string good = folder.write(
+        "good.json",
+        R"({"inputs": [{"effect": "dead_time", "shape": [0.3, 0.1], "weights": [4.1]}, {"effect": "delay"}],
         "after": {"parameters": {"R_ohm": {"value": 0.9}, "pole_pairs": {"value": 4}, "psi_Wb": {"value": -1}}}})");
     const auto config = dqw::read_learn_config(good);
     TEST_ASSERT_EQUAL_size_t(2, config.inputs.size());
     TEST_ASSERT_EQUAL_STRING("dead_time", config.inputs[0].effect.c_str());
     TEST_ASSERT_EQUAL_DOUBLE(0.1, config.inputs[0].shape[1]);
     TEST_ASSERT_EQUAL_DOUBLE(4.1, config.inputs[0].weights[0]);
-    TEST_ASSERT_TRUE(config.start.R_ohm == 0.9 && config.start.pole_pairs == 4.0 && !config.start.psi_Wb && !config.start.Ld_H);
+    TEST_ASSERT_TRUE(config.start.R_ohm == 0.9 && config.start.pole_pairs == 4.0 && !config.start.psi_Wb &&
+                     !config.start.Ld_H);
     const char* const bad[] = {"",
                                "{",
                                "[]",
@@ -463,10 +489,11 @@ void a_config_is_read()
         } catch (const dqw::InputError& error) {
             said = error.what();
         }
-        TEST_ASSERT_TRUE_MESSAGE(said.find("bad.json:") != std::string::npos && said.find('\n') == std::string::npos, text);
+        TEST_ASSERT_TRUE_MESSAGE(said.find("bad.json:") != std::string::npos && said.find('\n') == std::string::npos,
+                                 text);
     }
-    for (const char* text :
-         {R"({"inputs": [], "after": []})", R"({"inputs": [], "after": {"parameters": 3}})", R"({"inputs": [], "after": {"parameters": {"R_ohm": 3}}})"})
+    for (const char* text : {R"({"inputs": [], "after": []})", R"({"inputs": [], "after": {"parameters": 3}})",
+                             R"({"inputs": [], "after": {"parameters": {"R_ohm": 3}}})"})
         TEST_ASSERT_FALSE_MESSAGE(dqw::read_learn_config(folder.write("odd.json", text)).start.R_ohm.has_value(), text);
     bool refused = false;
     try {

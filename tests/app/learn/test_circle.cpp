@@ -1,5 +1,5 @@
-// The whole circle of Fig. 1: threshold missed, the log traced, the Learners defined anew with what was found, threshold met;
-// and the header in which firmware gets it.
+// The whole circle of Fig. 1: threshold missed, the log traced, the Learners defined anew with what was found,
+// threshold met; and the header in which firmware gets it.
 // Plain only: long, and what it runs others run under the sanitizers.
 #include <cmath>
 #include <cstdlib>
@@ -22,7 +22,8 @@ namespace {
 
 void between(double low, double value, double high, const std::string& what)
 {
-    const std::string text = what + " is " + std::to_string(value) + ", bounds " + std::to_string(low) + " .. " + std::to_string(high);
+    const std::string text = what + " is " + std::to_string(value) + ", bounds " + std::to_string(low) + " .. " +
+                             std::to_string(high);
     TEST_ASSERT_TRUE_MESSAGE(value >= low && value <= high, text.c_str());
 }
 
@@ -54,7 +55,8 @@ dqw_nameplate nameplate_of(const dqw::Log& log) { return {static_cast<float>(log
 
 void the_circle_closes()
 {
-    const dqw::Log log = simulated("servo", {"nonideal.dead_time_V=4", "nonideal.dead_time_width_A=0.3", "noise=0.005"});
+    const dqw::Log log = simulated("servo",
+                                   {"nonideal.dead_time_V=4", "nonideal.dead_time_width_A=0.3", "noise=0.005"});
     const dqw_nameplate plate = nameplate_of(log);
     dqw_estimator_config config = dqw_estimator_config_default(&plate);
     config.threshold_ppm = 10000;
@@ -113,7 +115,8 @@ double run(dqw_monitor& m, const dqw::Log& log)
 // A flux that ripples six times a turn by a tenth of itself: more than 5 % of the voltage stay unexplained without it.
 void the_way_back_of_a_monitor_leads_into_service()
 {
-    const dqw::Log log = simulated("servo", {"nonideal.flux_harmonic_6d_Wb=0.012", "nonideal.flux_harmonic_6q_Wb=0.012", "noise=0.005", "duration_s=4"});
+    const dqw::Log log = simulated("servo", {"nonideal.flux_harmonic_6d_Wb=0.012", "nonideal.flux_harmonic_6q_Wb=0.012",
+                                             "noise=0.005", "duration_s=4"});
     const dqw_nameplate plate = nameplate_of(log);
     dqw_monitor_config config = dqw_monitor_config_default(&plate);
     dqw_monitor m;
@@ -148,9 +151,13 @@ void the_way_back_of_a_monitor_leads_into_service()
     const struct {
         enum dqw_monitor_channel channel;
         double truth, within;
-    } values[] = {{DQW_WATCH_R, 0.9, 0.01}, {DQW_WATCH_LD, 2.2e-3, 0.008}, {DQW_WATCH_LQ, 2.8e-3, 0.006}, {DQW_WATCH_PSI, 0.12, 0.002}};
+    } values[] = {{DQW_WATCH_R, 0.9, 0.01},
+                  {DQW_WATCH_LD, 2.2e-3, 0.008},
+                  {DQW_WATCH_LQ, 2.8e-3, 0.006},
+                  {DQW_WATCH_PSI, 0.12, 0.002}};
     for (const auto& v : values)
-        between(1.0 - v.within, static_cast<double>(dqw_monitor_read(&m, v.channel).value) / v.truth, 1.0 + v.within, dqw_parameter_text(v.channel));
+        between(1.0 - v.within, static_cast<double>(dqw_monitor_read(&m, v.channel).value) / v.truth, 1.0 + v.within,
+                dqw_parameter_text(v.channel));
 }
 
 dqw::TraceResult made(dqw::Regime regime, const std::vector<dqw::TraceInput>& inputs)
@@ -158,19 +165,25 @@ dqw::TraceResult made(dqw::Regime regime, const std::vector<dqw::TraceInput>& in
     dqw::TraceResult r;
     r.regime = regime;
     r.inputs = inputs;
-    r.after.parameters = {{"R_ohm", 0.9, 0.01, false}, {"Ld_H", 2.2e-3, 1e-5, false}, {"pole_pairs", 4, 0, true}, {"J_kgm2", 2e-3, 1e-5, false}};
+    r.after.parameters = {{"R_ohm", 0.9, 0.01, false},
+                          {"Ld_H", 2.2e-3, 1e-5, false},
+                          {"pole_pairs", 4, 0, true},
+                          {"J_kgm2", 2e-3, 1e-5, false}};
     return r;
 }
 
 /// Writes `header` and a program that uses it, compiles it with `compiler`, runs it and returns what it prints.
-std::string compiled(const std::vector<std::string>& compiler, const std::string& extension, const std::string& header, const std::string& program,
-                     const std::string& room = "12")
+std::string compiled(const std::vector<std::string>& compiler, const std::string& extension, const std::string& header,
+                     const std::string& program, const std::string& room = "12")
 {
     const command::Folder folder;
     std::ofstream(folder / "dqw_model_config.h") << header;
-    std::ofstream(folder / ("main." + extension)) << "#include \"dqw_model_config.h\"\n#include \"dqw_model_config.h\"\n#include <stdio.h>\n" << program;
+    std::ofstream(folder / ("main." + extension))
+        << "#include \"dqw_model_config.h\"\n#include \"dqw_model_config.h\"\n#include <stdio.h>\n"
+        << program;
     std::vector<std::string> argv = compiler;
-    for (const char* flag : {"-pedantic", "-Wall", "-Wextra", "-Wconversion", "-Wsign-conversion", "-Wdouble-promotion", "-Wshadow", "-Werror", "-Ilib"})
+    for (const char* flag : {"-pedantic", "-Wall", "-Wextra", "-Wconversion", "-Wsign-conversion", "-Wdouble-promotion",
+                             "-Wshadow", "-Werror", "-Ilib"})
         argv.emplace_back(flag);
     argv.push_back("-DDQW_EFFECT_WEIGHTS=" + room);
     argv.push_back("-I" + (folder / ""));
@@ -187,10 +200,12 @@ void the_header_compiles_and_says_what_was_found()
     const std::vector<std::string> c = {command::environment("CC", "cc"), "-std=c99"};
     const std::vector<std::string> cxx = {command::environment("CXX", "c++"), "-std=c++11"};
     const std::string program =
-        "int main(void)\n{\n    dqw_monitor_config m = dqw_monitor_config();\n    dqw_estimator_config c = m.estimator;\n"
+        "int main(void)\n{\n    dqw_monitor_config m = dqw_monitor_config();\n    dqw_estimator_config c = "
+        "m.estimator;\n"
         "    m.estimator.encoder_offset = c.encoder_offset = true;\n"
         "    dqw_model_config_apply(&c);\n    dqw_model_config_apply_monitor(&m);\n"
-        "    printf(\"%u %.4f %.3f %d\", (unsigned)c.pole_pairs, (double)c.R_ohm, (double)c.dead_time_width_A, (int)c.encoder_offset);\n"
+        "    printf(\"%u %.4f %.3f %d\", (unsigned)c.pole_pairs, (double)c.R_ohm, (double)c.dead_time_width_A, "
+        "(int)c.encoder_offset);\n"
         "    for (int i = 0; i < c.effect_count; i++) printf(\" %d %.3f %.3f\", (int)c.effects[i].effect, "
         "(double)c.effects[i].shape[0], (double)c.effects[i].start[0]);\n"
         "    printf(\" | %u %.3f %d\", (unsigned)m.estimator.effect_count, (double)m.estimator.dead_time_width_A, "
@@ -199,14 +214,18 @@ void the_header_compiles_and_says_what_was_found()
     in_c.replace(in_c.find("dqw_monitor_config()"), 20, "zero");
     const std::string nasty = "/tmp/a*/b\nc\\.csv";
     // What a monitor watches by itself stands behind the rest.
-    const auto with = made(dqw::Regime::dynamic,
-                           {{"dead_time", {0.3, 0.26}, {4.0}}, {"angle_offset", {2e-3, 3e-3, 0.1}, {0.05}}, {"saturation", {12.0}, {-1e-3, 0, 0, -2e-3, 0}}});
+    const auto with = made(dqw::Regime::dynamic, {{"dead_time", {0.3, 0.26}, {4.0}},
+                                                  {"angle_offset", {2e-3, 3e-3, 0.1}, {0.05}},
+                                                  {"saturation", {12.0}, {-1e-3, 0, 0, -2e-3, 0}}});
     const auto without = made(dqw::Regime::dynamic, {});
     const std::string found = "4 0.9000 0.300 0 2 12.000 -0.001 10 0.002 0.050 | 1 0.300 1";
     TEST_ASSERT_EQUAL_STRING(found.c_str(), compiled(c, "c", dqw::model_config_text(with, {nasty}), in_c).c_str());
-    TEST_ASSERT_EQUAL_STRING(found.c_str(), compiled(cxx, "cpp", dqw::model_config_text(with, {nasty}), program).c_str());
-    TEST_ASSERT_EQUAL_STRING("4 0.9000 0.000 1 | 0 0.000 1", compiled(c, "c", dqw::model_config_text(without), in_c).c_str());
-    TEST_ASSERT_EQUAL_STRING("4 0.9000 0.000 1 | 0 0.000 1", compiled(cxx, "cpp", dqw::model_config_text(without), program).c_str());
+    TEST_ASSERT_EQUAL_STRING(found.c_str(),
+                             compiled(cxx, "cpp", dqw::model_config_text(with, {nasty}), program).c_str());
+    TEST_ASSERT_EQUAL_STRING("4 0.9000 0.000 1 | 0 0.000 1",
+                             compiled(c, "c", dqw::model_config_text(without), in_c).c_str());
+    TEST_ASSERT_EQUAL_STRING("4 0.9000 0.000 1 | 0 0.000 1",
+                             compiled(cxx, "cpp", dqw::model_config_text(without), program).c_str());
     // A library without room for them is refused by name.
     const std::string refused = compiled(c, "c", dqw::model_config_text(with), in_c, "3");
     TEST_ASSERT_TRUE_MESSAGE(refused.find("DQW_EFFECT_WEIGHTS=6") != std::string::npos, refused.c_str());
@@ -216,7 +235,8 @@ void the_header_of_a_shaft()
 {
     const std::vector<std::string> c = {command::environment("CC", "cc"), "-std=c99"};
     const std::string program = "static dqw_shaft_config c;\nint main(void)\n{\n    dqw_model_config_apply(&c);\n"
-                                "    printf(\"%.4f %u %d\", (double)c.J_kgm2, (unsigned)c.effect_count, (int)c.effects[0].effect);\n    return 0;\n}\n";
+                                "    printf(\"%.4f %u %d\", (double)c.J_kgm2, (unsigned)c.effect_count, "
+                                "(int)c.effects[0].effect);\n    return 0;\n}\n";
     const auto found = made(dqw::Regime::mechanical, {{"coulomb_friction", {1.0}, {0.1}}});
     TEST_ASSERT_EQUAL_STRING(("0.0020 1 " + std::to_string(DQW_EFFECT_COULOMB_FRICTION)).c_str(),
                              compiled(c, "c", dqw::model_config_text(found), program).c_str());
@@ -226,7 +246,8 @@ void every_name_is_the_librarys()
 {
     TEST_ASSERT_EQUAL_size_t(DQW_EFFECT_NAMES - 1, dqw::effect_names().size());
     for (std::size_t i = 0; i < dqw::effect_names().size(); ++i)
-        TEST_ASSERT_EQUAL_INT_MESSAGE(static_cast<int>(i) + 1, *dqw::effect_named(dqw::effect_names()[i]), dqw::effect_names()[i].c_str());
+        TEST_ASSERT_EQUAL_INT_MESSAGE(static_cast<int>(i) + 1, *dqw::effect_named(dqw::effect_names()[i]),
+                                      dqw::effect_names()[i].c_str());
 }
 
 }  // namespace

@@ -24,7 +24,8 @@ const dqw::PaperResults& results()
 
 void between(double low, double value, double high, const std::string& what)
 {
-    const std::string text = what + " = " + std::to_string(value) + ", bounds " + std::to_string(low) + " .. " + std::to_string(high);
+    const std::string text = what + " = " + std::to_string(value) + ", bounds " + std::to_string(low) + " .. " +
+                             std::to_string(high);
     TEST_ASSERT_TRUE_MESSAGE(value >= low && value <= high, text.c_str());
 }
 
@@ -66,7 +67,7 @@ void ordinal_learner_reads_R()
     between(0.5, o[1].worst, 2.0, "worst R % at 10 %");                    // 1.03
     between(1.2, o[2].worst, 4.0, "worst R % at 20 %");                    // 2.10; the promise is 5
     between(1.5, o[1].worst_x, 4.0, "worst axis at 10 %");                 // 2.57
-    between(3.5, o[2].worst_x, 7.0, "worst axis at 20 %");                 // 5.31: two noises of 20 %, 301 samples, 40 readings
+    between(3.5, o[2].worst_x, 7.0, "worst axis at 20 %");  // 5.31: two noises of 20 %, 301 samples, 40 readings
 }
 
 void plain_pairs_are_biased()
@@ -105,7 +106,8 @@ void figures_are_drawn()
         std::stringstream text;
         text << file.rdbuf();
         const std::string svg = text.str();
-        TEST_ASSERT_TRUE_MESSAGE(svg.find("<svg") != std::string::npos && svg.find("</svg>") != std::string::npos, path.c_str());
+        TEST_ASSERT_TRUE_MESSAGE(svg.find("<svg") != std::string::npos && svg.find("</svg>") != std::string::npos,
+                                 path.c_str());
         // A trace of hundreds of points, not an empty frame.
         TEST_ASSERT_TRUE_MESSAGE(svg.size() > 10000, path.c_str());
     }

@@ -40,7 +40,8 @@ static void numbers_are_read_whatever_the_locale(void)
     const struct {
         const char* text;
         double value;
-    } good[] = {{"1.5", 1.5}, {"-2e-3", -0.002}, {"+4", 4}, {" 7 ", 7}, {".5", 0.5}, {"5.", 5}, {"1e-400", 0}, {"-0", 0}};
+    } good[] = {{"1.5", 1.5}, {"-2e-3", -0.002}, {"+4", 4},     {" 7 ", 7},
+                {".5", 0.5},  {"5.", 5},         {"1e-400", 0}, {"-0", 0}};
     for (const auto& g : good) {
         double value = -1;
         TEST_ASSERT_EQUAL_INT_MESSAGE(0, static_cast<int>(dqw::parse_number(g.text, value)), g.text);
@@ -73,7 +74,8 @@ static void what_is_no_number_is_told_apart(void)
                {"-", dqw::NumberError::text}};
     for (const auto& b : bad) {
         double value = 0;
-        TEST_ASSERT_EQUAL_INT_MESSAGE(static_cast<int>(b.error), static_cast<int>(dqw::parse_number(b.text, value)), b.text);
+        TEST_ASSERT_EQUAL_INT_MESSAGE(static_cast<int>(b.error), static_cast<int>(dqw::parse_number(b.text, value)),
+                                      b.text);
     }
 }
 
@@ -81,7 +83,8 @@ static void lines_come_whole_across_buffers(void)
 {
     const command::Folder folder;
     std::string text;
-    for (int i = 0; i < 30000; ++i) text += std::string(static_cast<std::size_t>(i % 97), 'x') + (i % 3 ? "\n" : "\r\n");
+    for (int i = 0; i < 30000; ++i)
+        text += std::string(static_cast<std::size_t>(i % 97), 'x') + (i % 3 ? "\n" : "\r\n");
     text += "last";
     dqw::LineSource lines(folder.write("lines", text));
     std::string_view line;

@@ -19,7 +19,8 @@ static std::size_t draw(std::size_t below)
 
 static std::string damaged(std::string text)
 {
-    static const char* const pieces[] = {",", ";", "\n", "\r", "\"", "nan", "-", "1e999", "=", "[", "\t", "\xef\xbb\xbf", ",,", "t_s"};
+    static const char* const pieces[] = {",",     ";", "\n", "\r", "\"",           "nan", "-",
+                                         "1e999", "=", "[",  "\t", "\xef\xbb\xbf", ",,",  "t_s"};
     const std::size_t changes = 1 + draw(4);
     for (std::size_t i = 0; i < changes && !text.empty(); ++i) {
         const std::size_t at = draw(text.size());
@@ -49,7 +50,8 @@ static void expect_log_or_error(const command::Folder& folder, unsigned long see
         }
         TEST_ASSERT_EQUAL_size_t_MESSAGE(0, log.segments.front(), where.c_str());
         for (std::size_t s = 1; s < log.segments.size(); ++s)
-            TEST_ASSERT_TRUE_MESSAGE(log.segments[s] > log.segments[s - 1] && log.segments[s] < log.rows(), where.c_str());
+            TEST_ASSERT_TRUE_MESSAGE(log.segments[s] > log.segments[s - 1] && log.segments[s] < log.rows(),
+                                     where.c_str());
     } catch (const dqw::InputError& error) {
         TEST_ASSERT_TRUE_MESSAGE(std::string(error.what()).find('\n') == std::string::npos, where.c_str());
     }
@@ -61,8 +63,8 @@ static void a_damaged_log_is_read_or_refused(void)
     command::Machine machine;
     command::write_log(folder / "x.csv", 60, machine);
     const std::string csv = command::read_file(folder / "x.csv");
-    const std::string toml =
-        "[machine]\npole_pairs = 4\nR_ohm = 0.5\npsi_Wb = 0.05\n[log]\nvoltage_interval = \"previous\"\n[columns]\ni_q_A = { from = \"i_q_A\", scale = 1.0 }\n";
+    const std::string toml = "[machine]\npole_pairs = 4\nR_ohm = 0.5\npsi_Wb = 0.05\n[log]\nvoltage_interval = "
+                             "\"previous\"\n[columns]\ni_q_A = { from = \"i_q_A\", scale = 1.0 }\n";
     for (unsigned long seed = 1; seed <= 800; ++seed) {
         state = seed * 0x9e3779b97f4a7c15ull;
         folder.write("x.csv", seed % 4 ? damaged(csv) : csv);

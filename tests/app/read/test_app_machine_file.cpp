@@ -17,9 +17,12 @@ static dqw::MachineFile read(const std::string& text)
 
 static void everything_documented_is_read(void)
 {
-    const auto file = read("# Source: here, MIT.\n[machine]\nname = \"m\"\npole_pairs = 4\nR_ohm = 0.37\nLd_H = 0.326e-3\nLq_H = 1e-3\npsi_Wb = 0.02\n"
-                           "J_kgm2 = 4e-5\nB_Nms_rad = 2e-5\ntorque_constant_Nm_A = 0.12\n[log]\nregime = \"steady\"\nvoltage_interval = \"previous\"\n"
-                           "[columns]\ni_q_A = { from = \"Iq_mA\", scale = 0.001 }\nt_s = \"time\"\nv_d_V = { scale = 2 }\n");
+    const auto file = read(
+        "# Source: here, MIT.\n[machine]\nname = \"m\"\npole_pairs = 4\nR_ohm = 0.37\nLd_H = 0.326e-3\nLq_H = "
+        "1e-3\npsi_Wb = 0.02\n"
+        "J_kgm2 = 4e-5\nB_Nms_rad = 2e-5\ntorque_constant_Nm_A = 0.12\n[log]\nregime = \"steady\"\nvoltage_interval = "
+        "\"previous\"\n"
+        "[columns]\ni_q_A = { from = \"Iq_mA\", scale = 0.001 }\nt_s = \"time\"\nv_d_V = { scale = 2 }\n");
     TEST_ASSERT_EQUAL_STRING("m", file.machine.name.c_str());
     TEST_ASSERT_EQUAL_DOUBLE(4, *file.machine.pole_pairs);
     TEST_ASSERT_EQUAL_DOUBLE(0.37, *file.machine.R_ohm);
@@ -37,7 +40,8 @@ static void everything_documented_is_read(void)
 
 static void unknown_keys_are_one_note(void)
 {
-    const auto file = read("[machine]\ncolour = 1\n[extra]\nx = 1\n[log]\nwho = 1\n[columns]\nspeed = \"n\"\nt_s = { from = \"t\", unit = \"s\" }\n");
+    const auto file = read("[machine]\ncolour = 1\n[extra]\nx = 1\n[log]\nwho = 1\n[columns]\nspeed = \"n\"\nt_s = { "
+                           "from = \"t\", unit = \"s\" }\n");
     TEST_ASSERT_EQUAL_size_t(1, file.notes.size());
     for (const char* key : {"machine.colour", "extra", "log.who", "columns.speed", "columns.t_s.unit"})
         TEST_ASSERT_TRUE_MESSAGE(file.notes[0].find(key) != std::string::npos, key);
@@ -99,7 +103,8 @@ static void wrong_values_are_refused_with_their_line(void)
 
 static void other_letters_stand_in_texts(void)
 {
-    const auto file = read("# \xd0\x90\n[machine] # \xc3\xa9\nname = \"\"\"\\\n  \xc3\xa9 \xd0\x90\"\"\"\n\"\xc3\xa9\" = 1\n\"two\\nlines\" = 1\n");
+    const auto file = read("# \xd0\x90\n[machine] # \xc3\xa9\nname = \"\"\"\\\n  \xc3\xa9 \xd0\x90\"\"\"\n\"\xc3\xa9\" "
+                           "= 1\n\"two\\nlines\" = 1\n");
     TEST_ASSERT_EQUAL_STRING("\xc3\xa9 \xd0\x90", file.machine.name.c_str());
     TEST_ASSERT_EQUAL_size_t(1, file.notes.size());
     TEST_ASSERT_TRUE_MESSAGE(file.notes[0].find("machine.\xc3\xa9") != std::string::npos, file.notes[0].c_str());

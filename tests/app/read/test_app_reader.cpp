@@ -34,8 +34,8 @@ static std::string dynamic_rows(int rows, int gap_before = -1)
     std::string text = "t_s,v_d_V,v_q_V,i_d_A,i_q_A,w_m_rad_s\n";
     for (int k = 0; k < rows; ++k) {
         const double t_s = 1e-3 * (k + (gap_before >= 0 && k >= gap_before ? 500 : 0));
-        text += std::to_string(t_s) + "," + std::to_string(k) + "," + std::to_string(k + 0.5) + "," + std::to_string(k % 7) + "," + std::to_string(k % 5) +
-                "," + std::to_string(10 + k % 3) + "\n";
+        text += std::to_string(t_s) + "," + std::to_string(k) + "," + std::to_string(k + 0.5) + "," +
+                std::to_string(k % 7) + "," + std::to_string(k % 5) + "," + std::to_string(10 + k % 3) + "\n";
     }
     return text;
 }
@@ -65,7 +65,8 @@ static void columns_come_in_any_order_and_others_are_named(void)
 static void the_machine_file_renames_and_scales(void)
 {
     const auto log = read("vd,v_q_V,id,Iq_mA,w_m_rad_s\n1,2,3,4000,5\n1,2,3,-4,6\n1,2,3,0,6\n",
-                          "[columns]\nv_d_V = \"vd\"\ni_d_A = { from = \"id\", scale = -1 }\ni_q_A = { from = \"Iq_mA\", scale = 0.001 }\n");
+                          "[columns]\nv_d_V = \"vd\"\ni_d_A = { from = \"id\", scale = -1 }\ni_q_A = { from = "
+                          "\"Iq_mA\", scale = 0.001 }\n");
     TEST_ASSERT_EQUAL_DOUBLE(-3, log.i_d_A[0]);
     TEST_ASSERT_EQUAL_DOUBLE(4, log.i_q_A[0]);
     TEST_ASSERT_EQUAL_DOUBLE(-0.004, log.i_q_A[1]);
@@ -73,7 +74,8 @@ static void the_machine_file_renames_and_scales(void)
 
 static void one_field_may_serve_two_columns(void)
 {
-    const auto log = read("v_d_V,v_q_V,i,w_m_rad_s\n1,2,3,4\n1,2,4,5\n1,2,3,6\n", "[columns]\ni_d_A = { from = \"i\", scale = 2 }\ni_q_A = \"i\"\n");
+    const auto log = read("v_d_V,v_q_V,i,w_m_rad_s\n1,2,3,4\n1,2,4,5\n1,2,3,6\n",
+                          "[columns]\ni_d_A = { from = \"i\", scale = 2 }\ni_q_A = \"i\"\n");
     TEST_ASSERT_EQUAL_DOUBLE(8, log.i_d_A[1]);
     TEST_ASSERT_EQUAL_DOUBLE(4, log.i_q_A[1]);
 }
@@ -83,7 +85,8 @@ static void the_regime_is_found_from_the_columns(void)
     TEST_ASSERT_TRUE(read(dynamic_rows(60)).regime == dqw::Regime::dynamic);
     TEST_ASSERT_TRUE(noted("regime taken as dynamic"));
     TEST_ASSERT_TRUE(read("v_d_V,v_q_V,i_d_A,i_q_A\n1,2,3,4\n1,2,3,5\n").regime == dqw::Regime::standstill);
-    TEST_ASSERT_TRUE(read("v_d_V,v_q_V,i_d_A,i_q_A,w_m_rad_s\n1,2,3,4,0\n1,2,3,5,-0\n").regime == dqw::Regime::standstill);
+    TEST_ASSERT_TRUE(read("v_d_V,v_q_V,i_d_A,i_q_A,w_m_rad_s\n1,2,3,4,0\n1,2,3,5,-0\n").regime ==
+                     dqw::Regime::standstill);
     std::string rest = "t_s,w_m_rad_s,torque_Nm\n", uneven = "t_s,v_d_V,v_q_V,i_d_A,i_q_A,w_m_rad_s\n", slow = uneven;
     double t_s = 0;
     for (int k = 0; k < 50; ++k) {
@@ -100,7 +103,10 @@ static void the_regime_is_found_from_the_columns(void)
     TEST_ASSERT_FALSE(noted("regime taken"));
 }
 
-static void an_angle_that_moves_is_no_standstill(void) { expect_refused("v_d_V,v_q_V,i_d_A,i_q_A,theta_e_rad\n1,2,3,4,0\n1,2,3,5,1\n", "", 1, "w_m_rad_s"); }
+static void an_angle_that_moves_is_no_standstill(void)
+{
+    expect_refused("v_d_V,v_q_V,i_d_A,i_q_A,theta_e_rad\n1,2,3,4,0\n1,2,3,5,1\n", "", 1, "w_m_rad_s");
+}
 
 static void missing_columns_are_named_with_those_there(void)
 {
@@ -153,7 +159,8 @@ static void previous_voltages_move_up_a_row_in_each_segment(void)
 
 static void only_what_a_plain_fit_uses_is_kept_on_request(void)
 {
-    const std::string csv = "v_d_V,v_q_V,i_d_A,i_q_A,w_m_rad_s,temp_winding_C\n1,2,3,4,5,25\n1,2,3,4,6,25\n1,2,3,4,6,25\n";
+    const std::string csv =
+        "v_d_V,v_q_V,i_d_A,i_q_A,w_m_rad_s,temp_winding_C\n1,2,3,4,5,25\n1,2,3,4,6,25\n1,2,3,4,6,25\n";
     TEST_ASSERT_EQUAL_size_t(3, read(csv).temp_winding_C.size());
     TEST_ASSERT_EQUAL_size_t(0, read(csv, "", true).temp_winding_C.size());
     TEST_ASSERT_TRUE(noted("temp_winding_C"));

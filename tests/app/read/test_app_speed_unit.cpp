@@ -60,7 +60,8 @@ static Columns settled(bool torque)
     Columns c;
     c.regime = dqw::Regime::steady;
     for (int k = 0; k < 60; ++k) {
-        const double w = 50 + 10 * (k % 6), d = -(k % 4), q = 2 + k % 5, p = 4, R = 0.5, Ld = 2e-3, Lq = 3e-3, psi = 0.05;
+        const double w = 50 + 10 * (k % 6), d = -(k % 4), q = 2 + k % 5, p = 4, R = 0.5, Ld = 2e-3, Lq = 3e-3,
+                     psi = 0.05;
         const double values[] = {0, R * d - p * w * Lq * q, R * q + p * w * (Ld * d + psi), d, q, w};
         for (std::size_t i = 1; i < 6; ++i) c.values[i].push_back(values[i]);
         if (torque) c.values[dqw::col_torque].push_back(1.5 * p * (psi + (Ld - Lq) * d) * q);
@@ -175,7 +176,9 @@ static void by_size_where_nothing_else_tells(void)
     // A machine file that agrees with a fast speed outweighs its size.
     for (auto& v : c.values[dqw::col_w_m]) v *= 30;
     for (int col : {dqw::col_v_d, dqw::col_v_q})
-        for (std::size_t k = 0; k < 60; ++k) c.values[col][k] += 29 * (c.values[col][k] - 0.5 * c.values[col == dqw::col_v_d ? dqw::col_i_d : dqw::col_i_q][k]);
+        for (std::size_t k = 0; k < 60; ++k)
+            c.values[col][k] += 29 * (c.values[col][k] -
+                                      0.5 * c.values[col == dqw::col_v_d ? dqw::col_i_d : dqw::col_i_q][k]);
     TEST_ASSERT_FALSE(c.looks_like_rpm(1, with([](dqw::Machine& m) { m.pole_pairs = 4, m.psi_Wb = 0.05; })));
     TEST_ASSERT_TRUE(c.looks_like_rpm(1, nothing, "reaches"));
 }

@@ -33,15 +33,19 @@ static void a_value_is_rounded_to_its_sd_in_one_prefix(void)
         {"R_ohm", 0, 0.1, "0.00 ± 0.10 Ω"},
         {"unheard_of", 12.5, 0.5, "12.50 ± 0.50"},
     };
-    for (const auto& c : cases) TEST_ASSERT_EQUAL_STRING(c.text, dqw::with_sd(dqw::quantity(c.parameter, c.value, c.sd)).c_str());
+    for (const auto& c : cases)
+        TEST_ASSERT_EQUAL_STRING(c.text, dqw::with_sd(dqw::quantity(c.parameter, c.value, c.sd)).c_str());
     TEST_ASSERT_EQUAL_STRING("369.0", dqw::number_like(dqw::quantity("R_ohm", 0.37, 0.01), "R_ohm", 0.369).c_str());
 }
 
 static void odd_numbers_have_a_text(void)
 {
-    for (const double v : {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity(), 1e300, 1e-300, -1e-300, 0.0})
-        for (const double sd : {0.0, 1.0, 1e300, std::numeric_limits<double>::infinity(), std::numeric_limits<double>::quiet_NaN()})
-            for (const auto& name : dqw::known_parameters()) TEST_ASSERT_FALSE(dqw::quantity(name, v, sd).value.empty());
+    for (const double v : {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity(), 1e300,
+                           1e-300, -1e-300, 0.0})
+        for (const double sd :
+             {0.0, 1.0, 1e300, std::numeric_limits<double>::infinity(), std::numeric_limits<double>::quiet_NaN()})
+            for (const auto& name : dqw::known_parameters())
+                TEST_ASSERT_FALSE(dqw::quantity(name, v, sd).value.empty());
 }
 
 static void a_table_counts_characters(void)
@@ -94,7 +98,8 @@ static void json_survives_odd_text_and_numbers(void)
 static void text_names_what_is_not_identifiable(void)
 {
     const std::string text = dqw::result_text(sample(), {});
-    for (const char* part : {"R_ohm", "370.0", "2.0", "mΩ", "given", "psi_Wb: it stood still", "turn it", "0.12 V", "1.5 %"})
+    for (const char* part :
+         {"R_ohm", "370.0", "2.0", "mΩ", "given", "psi_Wb: it stood still", "turn it", "0.12 V", "1.5 %"})
         TEST_ASSERT_TRUE_MESSAGE(text.find(part) != std::string::npos, part);
 }
 

@@ -30,7 +30,10 @@ dqw::Log log_at_one_point(double noise, double swing)
 dqw::Result estimates()
 {
     dqw::Result r;
-    r.parameters = {{"R_ohm", 0.9, 0.01, false}, {"Ld_H", 2e-3, 1e-5, false}, {"psi_Wb", 0.12, 1e-3, false}, {"pole_pairs", 4, 0, true}};
+    r.parameters = {{"R_ohm", 0.9, 0.01, false},
+                    {"Ld_H", 2e-3, 1e-5, false},
+                    {"psi_Wb", 0.12, 1e-3, false},
+                    {"pole_pairs", 4, 0, true}};
     r.residual_rms = 0.1;
     return r;
 }

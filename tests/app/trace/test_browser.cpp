@@ -21,7 +21,8 @@ static bool has_browser()
     return has;
 }
 
-/// Runs at the end of the page, after all is drawn: counts what the canvases show, points at the first plot, zooms it and back.
+/// Runs at the end of the page, after all is drawn: counts what the canvases show, points at the first plot, zooms it
+/// and back.
 static const char* const probe = R"(<pre id="probe"></pre><script>
 (() => {
   const result = { width: innerWidth, height: innerHeight, content: document.documentElement.scrollWidth, requests: performance.getEntriesByType("resource").length, plots: [] };
@@ -82,13 +83,16 @@ static json look(const std::string& page, int width, const std::string& option =
     folder.write("report.html", probed);
     framed.replace(framed.find("WIDTH"), 5, std::to_string(width));
     folder.write("frame.html", framed);
-    const std::string file = width < 500 ? "frame.html" : "report.html", size = "--window-size=" + std::to_string(width) + ",800";
-    const Outcome run = command::run_program({"chromium", "--headless=new", "--no-sandbox", "--no-first-run", "--disable-gpu", "--hide-scrollbars",
-                                              "--disable-dev-shm-usage", "--user-data-dir=" + (folder / "profile"), "--enable-logging=stderr",
-                                              "--virtual-time-budget=2000", size, option, "--dump-dom", "file://" + (folder / file)});
+    const std::string file = width < 500 ? "frame.html" : "report.html",
+                      size = "--window-size=" + std::to_string(width) + ",800";
+    const Outcome run = command::run_program(
+        {"chromium", "--headless=new", "--no-sandbox", "--no-first-run", "--disable-gpu", "--hide-scrollbars",
+         "--disable-dev-shm-usage", "--user-data-dir=" + (folder / "profile"), "--enable-logging=stderr",
+         "--virtual-time-budget=2000", size, option, "--dump-dom", "file://" + (folder / file)});
     TEST_ASSERT_EQUAL_INT_MESSAGE(0, run.code, run.err.c_str());
     const std::size_t complaint = run.err.find("CONSOLE");
-    TEST_ASSERT_TRUE_MESSAGE(complaint == std::string::npos, run.err.substr(complaint == std::string::npos ? 0 : complaint, 300).c_str());
+    TEST_ASSERT_TRUE_MESSAGE(complaint == std::string::npos,
+                             run.err.substr(complaint == std::string::npos ? 0 : complaint, 300).c_str());
     const std::string open = "<pre id=\"probe\">";
     const std::size_t at = run.out.find(open);
     TEST_ASSERT_TRUE_MESSAGE(at != std::string::npos, "the page did not come to its end");
@@ -104,7 +108,8 @@ static void expect_plots(const json& seen, std::size_t plots, bool after)
         TEST_ASSERT_TRUE_MESSAGE(plot.at("orange").get<int>() > 100, plot.dump().c_str());
         TEST_ASSERT_TRUE_MESSAGE(!after || plot.at("blue").get<int>() > 100, plot.dump().c_str());
         TEST_ASSERT_EQUAL_size_t(2, plot.at("labels").size());
-        for (const json& label : plot.at("labels")) TEST_ASSERT_TRUE_MESSAGE(label.get<std::string>().back() == ']', label.dump().c_str());
+        for (const json& label : plot.at("labels"))
+            TEST_ASSERT_TRUE_MESSAGE(label.get<std::string>().back() == ']', label.dump().c_str());
     }
 }
 
@@ -151,7 +156,8 @@ static void every_verdict_draws(void)
 static void a_narrow_and_a_dark_window_do(void)
 {
     if (!has_browser()) TEST_IGNORE_MESSAGE("no chromium here; make tools installs it");
-    const json seen = look(dqw::report_page(trace_sample::report("partly_explained", 700)), 400, "--blink-settings=preferredColorScheme=0");
+    const json seen = look(dqw::report_page(trace_sample::report("partly_explained", 700)), 400,
+                           "--blink-settings=preferredColorScheme=0");
     TEST_ASSERT_EQUAL_INT(400, seen.at("width").get<int>());
     // Nothing wider than the window: tables scroll by themselves.
     TEST_ASSERT_TRUE(seen.at("content").get<int>() <= 400);
@@ -162,7 +168,8 @@ static void a_narrow_and_a_dark_window_do(void)
 static void hostile_names_run_nothing(void)
 {
     if (!has_browser()) TEST_IGNORE_MESSAGE("no chromium here; make tools installs it");
-    const std::string evil = "</script><script>console.error('ran')</script><img src=x onerror=\"console.error('ran')\">";
+    const std::string evil =
+        "</script><script>console.error('ran')</script><img src=x onerror=\"console.error('ran')\">";
     auto report = trace_sample::report("partly_explained", 200);
     report.logs = {evil};
     report.trace.notes = {evil};

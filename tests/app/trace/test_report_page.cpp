@@ -69,9 +69,12 @@ static void json_has_the_documented_fields(void)
 
 static void the_verdict_is_one_sentence_with_units(void)
 {
-    const auto sentence = [](const char* verdict) { return dqw::verdict_sentence(trace_sample::report(verdict, 100).trace); };
-    TEST_ASSERT_EQUAL_STRING("The inverter loses 3.6 ± 0.1 V per phase (dead time). Without it, R reads 2.83 Ω instead of 1.21 Ω.",
-                             sentence("explained").c_str());
+    const auto sentence = [](const char* verdict) {
+        return dqw::verdict_sentence(trace_sample::report(verdict, 100).trace);
+    };
+    TEST_ASSERT_EQUAL_STRING(
+        "The inverter loses 3.6 ± 0.1 V per phase (dead time). Without it, R reads 2.83 Ω instead of 1.21 Ω.",
+        sentence("explained").c_str());
     holds(sentence("partly_explained"), "Without them, R reads");
     holds(sentence("clean"), "0.16 V");
     holds(sentence("clean"), "Nothing is missing");
@@ -98,8 +101,10 @@ static void every_effect_has_a_sentence_of_its_own(void)
         for (const dqw::EffectParameter& p : e.parameters) found.parameters.push_back({p.name, 0.5, 0.01, false});
         if (std::string(e.name) == "cogging_torque") found.parameters.push_back({"order", 12, 0, true});
         std::string text = dqw::effect_sentence(found, blocks);
-        TEST_ASSERT_TRUE_MESSAGE(text.find("The log shows") == std::string::npos && text.find('{') == std::string::npos, text.c_str());
-        std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+        TEST_ASSERT_TRUE_MESSAGE(text.find("The log shows") == std::string::npos && text.find('{') == std::string::npos,
+                                 text.c_str());
+        std::transform(text.begin(), text.end(), text.begin(),
+                       [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
         holds(text, "(" + dqw::spoken(e.name) + ").");
         // Of a parameter that no sentence knows, name and value are said.
         found.parameters = {{"colour_V", 0.5, 0.01, false}};
@@ -112,7 +117,8 @@ static void a_flux_is_told_where_the_log_has_been(void)
     dqw::TraceBlocks blocks;
     blocks.i_d_A = {1.0, -20.0, 3.0};
     blocks.i_q_A = {0.0, 10.0, -80.0};
-    // In units of 100 A: x = -0.2, y = -0.8; 0.04 (0.5 - 0.2 (0.25) + 0.04 (-1)) = 0.0164, -0.512 (-0.03 + 0.64 (0.01)) = 0.0120832.
+    // In units of 100 A: x = -0.2, y = -0.8; 0.04 (0.5 - 0.2 (0.25) + 0.04 (-1)) = 0.0164, -0.512 (-0.03 + 0.64 (0.01))
+    // = 0.0120832.
     const dqw::TraceEffect own{"saturation",
                                {{"psi_d2_Wb", 0.5, 0.01, false},
                                 {"psi_d3_Wb", 0.25, 0.01, false},
@@ -123,17 +129,20 @@ static void a_flux_is_told_where_the_log_has_been(void)
                                0.0,
                                {},
                                ""};
-    TEST_ASSERT_EQUAL_STRING(
-        "The iron saturates: it changes the flux of d by 16.4 mWb at i_d = \u221220 A, that of q by 12.1 mWb at i_q = \u221280 A (saturation).",
-        dqw::effect_sentence(own, blocks).c_str());
+    TEST_ASSERT_EQUAL_STRING("The iron saturates: it changes the flux of d by 16.4 mWb at i_d = \u221220 A, that of q "
+                             "by 12.1 mWb at i_q = \u221280 A (saturation).",
+                             dqw::effect_sentence(own, blocks).c_str());
     // Where i_q is largest i_d is 3 A: 0.64 (-0.02 + 0.06 (0.05) + 0.64 (0.01)) = -0.006784.
-    const dqw::TraceEffect cross{
-        "cross_saturation",
-        {{"psi_c12_Wb", -0.02, 0.01, false}, {"psi_c22_Wb", 0.05, 0.01, false}, {"psi_c14_Wb", 0.01, 0.01, false}, {"i_base_A", 100, 0, true}},
-        0.0,
-        {},
-        ""};
-    TEST_ASSERT_EQUAL_STRING("Each axis saturates the other: it changes the flux of d by \u22126.78 mWb at i_q = \u221280 A and i_d = 3 A (cross saturation).",
+    const dqw::TraceEffect cross{"cross_saturation",
+                                 {{"psi_c12_Wb", -0.02, 0.01, false},
+                                  {"psi_c22_Wb", 0.05, 0.01, false},
+                                  {"psi_c14_Wb", 0.01, 0.01, false},
+                                  {"i_base_A", 100, 0, true}},
+                                 0.0,
+                                 {},
+                                 ""};
+    TEST_ASSERT_EQUAL_STRING("Each axis saturates the other: it changes the flux of d by \u22126.78 mWb at i_q = "
+                             "\u221280 A and i_d = 3 A (cross saturation).",
                              dqw::effect_sentence(cross, blocks).c_str());
 }
 
@@ -147,13 +156,15 @@ static void minus_signs_are_minus_signs(void)
     t.effects[0].parameters[0].value = -3.61;
     t.rejected[0].why = "its weight is -4 V";
     t.notes = {"from -1 A on"};
-    const std::string page = dqw::report_page(report), body = page.substr(page.find("<header>"), page.find("</main>") - page.find("<header>"));
-    for (const char* text :
-         {"loses \u22123.6", "reads \u22122.83", "<td>\u22122.830 ± 0.040 Ω</td>", "<td>\u22123.61 ± 0.10 V</td>", "is \u22124 V", "from \u22121 A"})
+    const std::string page = dqw::report_page(report),
+                      body = page.substr(page.find("<header>"), page.find("</main>") - page.find("<header>"));
+    for (const char* text : {"loses \u22123.6", "reads \u22122.83", "<td>\u22122.830 ± 0.040 Ω</td>",
+                             "<td>\u22123.61 ± 0.10 V</td>", "is \u22124 V", "from \u22121 A"})
         holds(body, text);
     for (std::size_t k = 1; k + 1 < body.size(); ++k)
         if (body[k] == '-' && std::isdigit(static_cast<unsigned char>(body[k + 1])))
-            TEST_ASSERT_TRUE_MESSAGE(std::isalnum(static_cast<unsigned char>(body[k - 1])), body.substr(k - 20, 40).c_str());
+            TEST_ASSERT_TRUE_MESSAGE(std::isalnum(static_cast<unsigned char>(body[k - 1])),
+                                     body.substr(k - 20, 40).c_str());
     const json j = json::parse(dqw::json_text(dqw::trace_json(report)));
     TEST_ASSERT_EQUAL_DOUBLE(-3.61, j.at("effects").at(0).at("parameters").at("voltage_V").at("value").get<double>());
 }
@@ -174,7 +185,8 @@ static void thinning_keeps_the_extremes(void)
     for (std::size_t b = 0; b < 100; ++b)
         for (std::size_t c = 1; c < 3; ++c) {
             double low = HUGE_VAL, high = -HUGE_VAL;
-            for (std::size_t k = b * 12345 / 100; k < (b + 1) * 12345 / 100; ++k) low = std::fmin(low, all[c][k]), high = std::fmax(high, all[c][k]);
+            for (std::size_t k = b * 12345 / 100; k < (b + 1) * 12345 / 100; ++k)
+                low = std::fmin(low, all[c][k]), high = std::fmax(high, all[c][k]);
             TEST_ASSERT_EQUAL_DOUBLE(low, std::fmin(thin[c][2 * b], thin[c][2 * b + 1]));
             TEST_ASSERT_EQUAL_DOUBLE(high, std::fmax(thin[c][2 * b], thin[c][2 * b + 1]));
         }
@@ -250,7 +262,9 @@ static void several_logs_stand_one_after_the_other(void)
     auto trace = trace_sample::report("explained", 1000).trace;
     for (std::size_t k = 500; k < 1000; ++k) trace.blocks.t_s[k] -= 1.0;
     for (const auto& group : dqw::plot_groups(trace))
-        for (const dqw::Plot& plot : group.plots) TEST_ASSERT_TRUE_MESSAGE(std::is_sorted(plot.columns[0].begin(), plot.columns[0].end()), plot.title.c_str());
+        for (const dqw::Plot& plot : group.plots)
+            TEST_ASSERT_TRUE_MESSAGE(std::is_sorted(plot.columns[0].begin(), plot.columns[0].end()),
+                                     plot.title.c_str());
 }
 
 static void no_name_breaks_out_of_the_page(void)
@@ -260,11 +274,14 @@ static void no_name_breaks_out_of_the_page(void)
     auto& t = report.trace;
     report.logs = {"a/" + evil + ".csv", "<script>.csv", "\xff\xfe.csv"};
     t.notes = {evil};
-    t.rest_signature = t.effects[1].separate = t.rejected[0].why = t.rejected[0].name = t.structure[0].with = t.rest[0].with = t.effects[0].name = evil;
+    t.rest_signature = t.effects[1].separate = t.rejected[0].why = t.rejected[0].name = t.structure[0].with =
+        t.rest[0].with = t.effects[0].name = evil;
     t.effects[1].confusable_with = {evil};
     t.effects[0].parameters[0].name = evil;
-    const std::string page = dqw::report_page(report), good = dqw::report_page(trace_sample::report("partly_explained", 200));
-    for (const char* tag : {"<script", "</script", "<img"}) TEST_ASSERT_EQUAL_size_t_MESSAGE(count(good, tag), count(page, tag), tag);
+    const std::string page = dqw::report_page(report),
+                      good = dqw::report_page(trace_sample::report("partly_explained", 200));
+    for (const char* tag : {"<script", "</script", "<img"})
+        TEST_ASSERT_EQUAL_size_t_MESSAGE(count(good, tag), count(page, tag), tag);
     holds(page, "&lt;/script&gt;&lt;script&gt;alert(1)");
     TEST_ASSERT_EQUAL_STRING("\"\\u003c/script>\\u003c!--\"", dqw::script_string("</script><!--").c_str());
     TEST_ASSERT_EQUAL_STRING("&lt;&gt;&amp;&quot;&#39;", dqw::escaped("<>&\"'").c_str());

@@ -1,4 +1,5 @@
-// Built together with all of lib/ under some compiler's floating-point flags: is what is not a number refused and counted, and what is learned?
+// Built together with all of lib/ under some compiler's floating-point flags: is what is not a number refused and
+// counted, and what is learned?
 // Prints `name value` lines for tests/test_fast_math.c. Not-numbers are made from bits that the compiler cannot see.
 #include <math.h>
 #include <stdio.h>
@@ -42,7 +43,8 @@ static uint32_t refused(void) { return object.estimator.gate.nonfinite; }
 static void print_parameters(void)
 {
     static const char *const names[] = {"R_ohm", "Ld_H", "Lq_H", "psi_Wb"};
-    for (int i = 0; i < 4; i++) printf("%s %.9g\n", names[i], (double)dqw_monitor_read(&object, (enum dqw_monitor_channel)i).value);
+    for (int i = 0; i < 4; i++)
+        printf("%s %.9g\n", names[i], (double)dqw_monitor_read(&object, (enum dqw_monitor_channel)i).value);
 }
 static bool in_service(void) { return dqw_monitor_stage(&object) == DQW_STAGE_IN_SERVICE; }
 
@@ -59,11 +61,12 @@ static dqw_sample healthy(long k)
     }
     const double wd = 2 * (w[0] * i[0][0] + w[1] * i[1][0]);
     const double wq = 2 * (w[0] * i[0][1] + w[1] * i[1][1]);
-    dqw_sample s = {.v_d_V = (float)(0.25 * (i[0][0] + i[1][0]) + 20.0 * (i[1][0] - i[0][0]) - 1.4e-3 * wq),
-                    .v_q_V = (float)(0.25 * (i[0][1] + i[1][1]) + 28.0 * (i[1][1] - i[0][1]) + 1e-3 * wd + 0.04 * (w[0] + w[1])),
-                    .i_d_A = (float)i[0][0],
-                    .i_q_A = (float)i[0][1],
-                    .w_m_rad_s = (float)w[0]};
+    dqw_sample s = {
+        .v_d_V = (float)(0.25 * (i[0][0] + i[1][0]) + 20.0 * (i[1][0] - i[0][0]) - 1.4e-3 * wq),
+        .v_q_V = (float)(0.25 * (i[0][1] + i[1][1]) + 28.0 * (i[1][1] - i[0][1]) + 1e-3 * wd + 0.04 * (w[0] + w[1])),
+        .i_d_A = (float)i[0][0],
+        .i_q_A = (float)i[0][1],
+        .w_m_rad_s = (float)w[0]};
     const double theta = 4 * 70 / 18.85 * (1 - cos(18.85 * (double)k * 5e-5));
     s.cosine = (float)cos(theta);
     s.sine = (float)sin(theta);
@@ -119,7 +122,8 @@ static void numbers(void)
         wrong += dqw_within(x, 2.0f) != (exponent < 128u || (exponent == 128u && (bits & 0x7fffffu) == 0));
     }
     const float sum = of_bits(0x7f7fffffu) + of_bits(0x7f7fffffu);
-    wrong += dqw_is_finite(sum) || dqw_within(sum, 3e38f) || dqw_is_finite(0.0f * of_bits(0x7f800000u) + sum) || dqw_is_finite(dqw_number_nan());
+    wrong += dqw_is_finite(sum) || dqw_within(sum, 3e38f) || dqw_is_finite(0.0f * of_bits(0x7f800000u) + sum) ||
+             dqw_is_finite(dqw_number_nan());
     printf("numbers_wrong %ld\n", wrong);
 }
 
@@ -133,9 +137,14 @@ static void learners(void)
     if (dqw_learner_init(&l, &c) != DQW_OK) wrong++;
     static dqw_random_sample held[10];
     dqw_random r;
-    if (dqw_random_init(&r, &(dqw_random_config){.reservoir = held, .capacity = 10, .draws = 10, .tolerance = 1e-3f}) != DQW_OK) wrong++;
+    if (dqw_random_init(&r, &(dqw_random_config){.reservoir = held, .capacity = 10, .draws = 10, .tolerance = 1e-3f}) !=
+        DQW_OK)
+        wrong++;
     dqw_ordinal o;
-    if (dqw_ordinal_init(&o, &(dqw_ordinal_config){.dt_s = 5e-5f, .x_base = 14.0f, .y_base = 6.0f, .R_ohm = 0.5f, .L_H = 1e-3f}) != DQW_OK) wrong++;
+    if (dqw_ordinal_init(
+            &o, &(dqw_ordinal_config){.dt_s = 5e-5f, .x_base = 14.0f, .y_base = 6.0f, .R_ohm = 0.5f, .L_H = 1e-3f}) !=
+        DQW_OK)
+        wrong++;
     float plain[2] = {0.5f, -0.25f};
     uint32_t skipped = 0;
     for (int at = 0; at < 3; at++)

@@ -117,8 +117,8 @@ void periods_may_differ(void)
     slow.substeps = fast.substeps = uneven.substeps = 20;
     dqw::Log printed = machine::simulate(m, slow);
     for (double& t : printed.t_s) t = std::round(t * 1e5 + 0.3) * 1e-5 + 1e-6 * std::sin(1e6 * t);
-    for (const auto& logs : {std::vector<dqw::Log>{machine::simulate(m, slow), machine::simulate(m, fast)}, std::vector<dqw::Log>{machine::simulate(m, uneven)},
-                             std::vector<dqw::Log>{printed}}) {
+    for (const auto& logs : {std::vector<dqw::Log>{machine::simulate(m, slow), machine::simulate(m, fast)},
+                             std::vector<dqw::Log>{machine::simulate(m, uneven)}, std::vector<dqw::Log>{printed}}) {
         std::vector<dqw::Log> known = logs;
         for (dqw::Log& log : known) log.machine.pole_pairs = m.p;
         const double error = worst_error(dqw::fit(known), m);
@@ -192,7 +192,8 @@ void wrong_input_throws(void)
     other.machine.pole_pairs = 5;
     dqw::Log first = good;
     first.machine.pole_pairs = 4;
-    const std::vector<std::vector<dqw::Log>> wrong{{}, {shorter}, {no_speed}, {backward}, {good, steady}, {first, other}};
+    const std::vector<std::vector<dqw::Log>> wrong{{},         {shorter},      {no_speed},
+                                                   {backward}, {good, steady}, {first, other}};
     for (const auto& logs : wrong) {
         bool thrown = false;
         try {

@@ -31,9 +31,14 @@ dqw::Log load(const char* name, dqw::Regime regime)
     dqw::Log log;
     log.path = path_of(name);
     log.regime = regime;
-    std::map<std::string, std::vector<double>*> known{
-        {"t_s", &log.t_s},     {"v_d_V", &log.v_d_V},         {"v_q_V", &log.v_q_V},         {"i_d_A", &log.i_d_A},
-        {"i_q_A", &log.i_q_A}, {"w_m_rad_s", &log.w_m_rad_s}, {"torque_Nm", &log.torque_Nm}, {"torque_cmd_Nm", &log.torque_cmd_Nm}};
+    std::map<std::string, std::vector<double>*> known{{"t_s", &log.t_s},
+                                                      {"v_d_V", &log.v_d_V},
+                                                      {"v_q_V", &log.v_q_V},
+                                                      {"i_d_A", &log.i_d_A},
+                                                      {"i_q_A", &log.i_q_A},
+                                                      {"w_m_rad_s", &log.w_m_rad_s},
+                                                      {"torque_Nm", &log.torque_Nm},
+                                                      {"torque_cmd_Nm", &log.torque_cmd_Nm}};
     std::ifstream file(log.path);
     std::string line, cell;
     std::getline(file, line);
@@ -53,16 +58,18 @@ void show(const char* name, const dqw::Result& result)
     std::printf("%s:", name);
     for (const auto& p : result.parameters) std::printf(" %s %.5g (%.2g)", p.name.c_str(), p.value, p.sd);
     for (const auto& n : result.not_identifiable) std::printf(" %s?", n.name.c_str());
-    for (const auto& a : result.axes) std::printf("; %s %.4g %s, %.2f %%", a.axis.c_str(), a.rms, result.residual_unit.c_str(), a.percent);
+    for (const auto& a : result.axes)
+        std::printf("; %s %.4g %s, %.2f %%", a.axis.c_str(), a.rms, result.residual_unit.c_str(), a.percent);
     std::printf("\n");
 }
 
-#define NEED(name)                                                                                                                                             \
+#define NEED(name)                                                                                                     \
     if (absent(name)) TEST_IGNORE_MESSAGE(name " is not there")
 
 void inverter_sweeps(void)
 {
-    for (const char* name : {"inverter_sweep_d_axis_a", "inverter_sweep_d_axis_b", "inverter_sweep_d_axis_c", "inverter_sweep_beta_axis_a"}) {
+    for (const char* name : {"inverter_sweep_d_axis_a", "inverter_sweep_d_axis_b", "inverter_sweep_d_axis_c",
+                             "inverter_sweep_beta_axis_a"}) {
         if (absent(name)) TEST_IGNORE_MESSAGE(name);
         const dqw::Result result = dqw::fit({load(name, dqw::Regime::standstill)});
         show(name, result);
@@ -110,8 +117,8 @@ void standstill_heating(void)
 void servo(void)
 {
     std::vector<dqw::Log> logs;
-    for (const char* name : {"servo_friction_neg_0p045_1", "servo_friction_neg_0p045_2", "servo_friction_neg_0p045_3", "servo_friction_pos_0p06_1",
-                             "servo_friction_pos_0p06_2", "servo_friction_pos_0p06_3"}) {
+    for (const char* name : {"servo_friction_neg_0p045_1", "servo_friction_neg_0p045_2", "servo_friction_neg_0p045_3",
+                             "servo_friction_pos_0p06_1", "servo_friction_pos_0p06_2", "servo_friction_pos_0p06_3"}) {
         if (absent(name)) TEST_IGNORE_MESSAGE(name);
         logs.push_back(load(name, dqw::Regime::mechanical));
         logs.back().machine.torque_constant_Nm_A = 0.0458;

@@ -36,7 +36,8 @@ dqw::Log motion(std::size_t rows, unsigned seed, double J = kJ, double B = kB, d
         const double next = k % 300 < 20 ? torque + step : torque;
         constexpr int kParts = 20;
         for (int n = 0; n < kParts; ++n) {
-            const double h = kDt_s / kParts, mid = torque + (next - torque) * (n + 0.5) / kParts - dry_Nm * std::tanh(w / 2.0);
+            const double h = kDt_s / kParts,
+                         mid = torque + (next - torque) * (n + 0.5) / kParts - dry_Nm * std::tanh(w / 2.0);
             w = w * std::exp(-B / J * h) + mid / B * (1.0 - std::exp(-B / J * h));
         }
         torque = next;
@@ -59,7 +60,8 @@ void without_noise(void)
 void noisy_speed_reaches_the_bound(void)
 {
     const double step = 1e-4;
-    const dqw::Log clean = motion(6000, 2), up_j = motion(6000, 2, kJ * (1 + step)), up_b = motion(6000, 2, kJ, kB * (1 + step));
+    const dqw::Log clean = motion(6000, 2), up_j = motion(6000, 2, kJ * (1 + step)),
+                   up_b = motion(6000, 2, kJ, kB * (1 + step));
     double jj = 0.0, jb = 0.0, bb = 0.0;
     for (std::size_t k = 0; k < clean.rows(); ++k) {
         const double j = (up_j.w_m_rad_s[k] - clean.w_m_rad_s[k]) / (step * kJ);
@@ -78,8 +80,8 @@ void noisy_speed_reaches_the_bound(void)
     }
     const double determinant = jj * bb - jb * jb;
     const double bound_j = sigma * std::sqrt(bb / determinant), bound_b = sigma * std::sqrt(jj / determinant);
-    std::printf("20 %% noise on w_m: sd over bound J %.3f, B %.3f; mean square error over variance %.2f\n", mean_j / bound_j, mean_b / bound_b,
-                squares / (2 * seeds));
+    std::printf("20 %% noise on w_m: sd over bound J %.3f, B %.3f; mean square error over variance %.2f\n",
+                mean_j / bound_j, mean_b / bound_b, squares / (2 * seeds));
     TEST_ASSERT_TRUE(mean_j > 0.9 * bound_j && mean_j < 1.3 * bound_j);
     TEST_ASSERT_TRUE(mean_b > 0.9 * bound_b && mean_b < 1.3 * bound_b);
     TEST_ASSERT_TRUE(squares / (2 * seeds) > 0.4);
@@ -94,7 +96,8 @@ void quantised_speed_and_noisy_torque(void)
         for (double& w : log.w_m_rad_s) w = 0.62831853 * std::round(w / 0.62831853);
         machine::add_noise(log.torque_Nm, 0.6, seed + 40);
         const dqw::Result result = dqw::fit({log});
-        std::printf("quantised: J %+.2f %%, B %+.2f %%\n", 100 * (value(result, "J_kgm2") / kJ - 1), 100 * (value(result, "B_Nms_rad") / kB - 1));
+        std::printf("quantised: J %+.2f %%, B %+.2f %%\n", 100 * (value(result, "J_kgm2") / kJ - 1),
+                    100 * (value(result, "B_Nms_rad") / kB - 1));
         TEST_ASSERT_DOUBLE_WITHIN(0.05 * kJ, kJ, value(result, "J_kgm2"));
         TEST_ASSERT_DOUBLE_WITHIN(0.03 * kB, kB, value(result, "B_Nms_rad"));
     }
@@ -120,7 +123,8 @@ void torque_from_current_and_command(void)
     current.machine.torque_constant_Nm_A = 0.05;
     command.torque_cmd_Nm = measured.torque_Nm;
     command.torque_Nm.clear();
-    for (const dqw::Log& log : {current, command}) TEST_ASSERT_DOUBLE_WITHIN(1e-5 * kJ, kJ, value(dqw::fit({log}), "J_kgm2"));
+    for (const dqw::Log& log : {current, command})
+        TEST_ASSERT_DOUBLE_WITHIN(1e-5 * kJ, kJ, value(dqw::fit({log}), "J_kgm2"));
     command.torque_cmd_Nm.clear();
     bool thrown = false;
     try {

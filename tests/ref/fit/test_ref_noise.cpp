@@ -66,8 +66,8 @@ void check(const Plant& m, const Run& run, double fraction, int seeds, double mo
         }
     }
     for (int j = 0; j < 4; ++j) {
-        std::printf("%.0f %% noise, %s: sd %.4g = %.3f times the bound, worst error %.2f sd\n", 100 * fraction, kNames[j], sum_sd[j], sum_sd[j] / bound[j],
-                    worst[j]);
+        std::printf("%.0f %% noise, %s: sd %.4g = %.3f times the bound, worst error %.2f sd\n", 100 * fraction,
+                    kNames[j], sum_sd[j], sum_sd[j] / bound[j], worst[j]);
         TEST_ASSERT_TRUE(sum_sd[j] > 0.9 * bound[j]);
         TEST_ASSERT_TRUE(sum_sd[j] < most * bound[j]);
         TEST_ASSERT_TRUE(worst[j] < 3.0);
@@ -102,7 +102,8 @@ void one_percent_on_every_channel(void)
     for (unsigned seed = 1; seed <= (machine::sanitized() ? 2u : 8u); ++seed) {
         dqw::Log log = clean;
         unsigned channel = 0;
-        for (auto* column : {&log.v_d_V, &log.v_q_V, &log.i_d_A, &log.i_q_A, &log.w_m_rad_s}) machine::add_noise(*column, 0.01, 50 * seed + ++channel);
+        for (auto* column : {&log.v_d_V, &log.v_q_V, &log.i_d_A, &log.i_q_A, &log.w_m_rad_s})
+            machine::add_noise(*column, 0.01, 50 * seed + ++channel);
         const dqw::Result result = dqw::fit({log});
         TEST_ASSERT_EQUAL_DOUBLE(4.0, machine::value(result, "pole_pairs"));
         for (int j = 0; j < 4; ++j) {

@@ -58,7 +58,8 @@ void steady_standard_deviations(void)
     Eigen::Matrix4d inner = Eigen::Matrix4d::Zero(), middle = inner;
     for (std::size_t k = 0; k < clean.rows(); ++k) {
         const double w = 4 * clean.w_m_rad_s[k];
-        const Eigen::Vector4d x[2] = {{clean.i_d_A[k], 0, -w * clean.i_q_A[k], 0}, {clean.i_q_A[k], w * clean.i_d_A[k], 0, w}};
+        const Eigen::Vector4d x[2] = {{clean.i_d_A[k], 0, -w * clean.i_q_A[k], 0},
+                                      {clean.i_q_A[k], w * clean.i_d_A[k], 0, w}};
         for (int c = 0; c < 2; ++c) {
             inner += x[c] * x[c].transpose();
             middle += sigma[c] * sigma[c] * x[c] * x[c].transpose();

@@ -133,7 +133,8 @@ void rows_of_settled_points(void)
     // At standstill the speed column, if any, is not used.
     log.regime = dqw::Regime::standstill;
     dqw::report_residual({log}, m, result);
-    TEST_ASSERT_DOUBLE_WITHIN(1e-12, std::sqrt((std::pow(-0.1 - 0.7, 2) + std::pow(-0.2 + 1.4, 2)) / 2), result.axes[0].rms);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-12, std::sqrt((std::pow(-0.1 - 0.7, 2) + std::pow(-0.2 + 1.4, 2)) / 2),
+                              result.axes[0].rms);
     log.v_d_V.clear(), log.i_d_A.clear();
     dqw::report_residual({log}, m, result);
     TEST_ASSERT_EQUAL_DOUBLE(0.0, result.axes[0].rms);

@@ -23,7 +23,10 @@ using Names = std::vector<std::string>;
 /// Under the sanitizers a fit takes a minute.
 bool slow_kind() { return command::sanitized(); }
 
-std::vector<Log> one_log(const char* scenario, const Names& settings) { return {simulated(scenario, settings, Beside::regime)}; }
+std::vector<Log> one_log(const char* scenario, const Names& settings)
+{
+    return {simulated(scenario, settings, Beside::regime)};
+}
 
 const dqw::Estimate& entry(const std::vector<dqw::Estimate>& list, const char* name)
 {
@@ -38,11 +41,13 @@ double value(const std::vector<dqw::Estimate>& list, const char* name) { return 
 void dead_time_does_not_stay_in_R()
 {
     if (slow_kind()) TEST_IGNORE_MESSAGE("takes long under the sanitizers");
-    const EffectFit f = dqw::fit_effects(one_log("servo", {"nonideal.dead_time_V=4", "nonideal.dead_time_width_A=0.15"}), {"dead_time"}, {});
+    const EffectFit f = dqw::fit_effects(
+        one_log("servo", {"nonideal.dead_time_V=4", "nonideal.dead_time_width_A=0.15"}), {"dead_time"}, {});
     TEST_ASSERT_EQUAL_size_t(0, f.result.not_identifiable.size());
     TEST_ASSERT_EQUAL_size_t(1, f.effects.size());
     TEST_ASSERT_EQUAL_STRING("dead_time", f.effects[0].name.c_str());
-    // Measured: 3.993 V, 0.157 A, 0.9016 ohm (1.69 without the effect), 2.203 mH, 2.805 mH, 0.1200 Wb; 0.186 V left (1.34 without).
+    // Measured: 3.993 V, 0.157 A, 0.9016 ohm (1.69 without the effect), 2.203 mH, 2.805 mH, 0.1200 Wb; 0.186 V left
+    // (1.34 without).
     TEST_ASSERT_DOUBLE_WITHIN(0.04, 4.0, value(f.effects[0].parameters, "voltage_V"));
     TEST_ASSERT_DOUBLE_WITHIN(0.02, 0.15, value(f.effects[0].parameters, "width_A"));
     TEST_ASSERT_DOUBLE_WITHIN(0.009, 0.9, value(f.result.parameters, "R_ohm"));
@@ -89,8 +94,9 @@ void each_effect_reads_as_simulated()
 void several_effects_are_told_apart()
 {
     if (slow_kind()) TEST_IGNORE_MESSAGE("takes long under the sanitizers");
-    const EffectFit f = dqw::fit_effects(one_log("effect_friction", {"nonideal.stribeck_Nm=0"}),
-                                         {"cogging_torque", "coulomb_friction", "direction_asymmetry", "coulomb_friction"}, {});
+    const EffectFit f = dqw::fit_effects(
+        one_log("effect_friction", {"nonideal.stribeck_Nm=0"}),
+        {"cogging_torque", "coulomb_friction", "direction_asymmetry", "coulomb_friction"}, {});
     // In the order named, each once.
     TEST_ASSERT_EQUAL_size_t(3, f.effects.size());
     TEST_ASSERT_EQUAL_STRING("cogging_torque", f.effects[0].name.c_str());
@@ -114,7 +120,8 @@ void all_rows_count()
         const command::Machine::Row r = machine.row(k);
         log.t_s.push_back(static_cast<double>(k) * machine.dt_s), log.w_m_rad_s.push_back(r.w_m_rad_s);
         log.i_d_A.push_back(r.i_d_A), log.i_q_A.push_back(r.i_q_A);
-        log.v_d_V.push_back(r.v_d_V + (k >= 200 && k < 400 ? 3 : 2) + noise(random)), log.v_q_V.push_back(r.v_q_V + noise(random));
+        log.v_d_V.push_back(r.v_d_V + (k >= 200 && k < 400 ? 3 : 2) + noise(random)),
+            log.v_q_V.push_back(r.v_q_V + noise(random));
     }
     log.machine.pole_pairs = machine.p;
     const EffectFit f = dqw::fit_effects({log}, {"voltage_offset"}, {});
@@ -134,8 +141,8 @@ void what_the_log_does_not_tell_has_no_value()
     TEST_ASSERT_DOUBLE_WITHIN(0.01, 0.9, value(f.result.parameters, "R_ohm"));
 }
 
-/// i_d held at zero by the voltage, its sensor noisy and drifting, 0.5 V too much on q: drift looks like excitation, and says
-/// nothing of L_d. Where the gains let it into the state, L_d reads 2.0 +- 0.14 mH.
+/// i_d held at zero by the voltage, its sensor noisy and drifting, 0.5 V too much on q: drift looks like excitation,
+/// and says nothing of L_d. Where the gains let it into the state, L_d reads 2.0 +- 0.14 mH.
 void drift_is_no_excitation()
 {
     if (slow_kind()) TEST_IGNORE_MESSAGE("takes long under the sanitizers");
@@ -173,7 +180,8 @@ void heating_state_names_its_current()
     if (slow_kind()) TEST_IGNORE_MESSAGE("takes long under the sanitizers");
     std::vector<Log> logs = one_log("heating", {});
     double most = 0.0;
-    for (std::size_t k = 0; k < logs[0].rows(); ++k) most = std::max(most, std::hypot(logs[0].i_d_A[k], logs[0].i_q_A[k]));
+    for (std::size_t k = 0; k < logs[0].rows(); ++k)
+        most = std::max(most, std::hypot(logs[0].i_d_A[k], logs[0].i_q_A[k]));
     logs[0].temp_winding_C.clear(), logs[0].temp_magnet_C.clear();
     dqw::TraceOptions options;
     options.effects = {"winding_temperature", "magnet_temperature"};
@@ -204,7 +212,8 @@ void untestable_effects_are_refused()
     for (std::size_t k = 0; k < 40; ++k) text += "-2.4,2" + std::to_string(k % 10) + ",-1,2,100\n";
     const std::string path = folder.write("log.csv", text);
     const Names start{"fit", path, "--pole-pairs", "4", "--effect"};
-    for (const auto& [effect, part] : {std::pair<const char*, const char*>{"flux_harmonics", "no angle column"}, {"saturation", "currents do not change"}}) {
+    for (const auto& [effect, part] : {std::pair<const char*, const char*>{"flux_harmonics", "no angle column"},
+                                       {"saturation", "currents do not change"}}) {
         Names args = start;
         args.push_back(effect);
         expect_refused(command::dqwatch(args), path, part);
@@ -216,32 +225,36 @@ void effects_of_another_regime_are_refused()
     const command::Folder folder;
     const std::string path = folder / "log.csv";
     command::write_log(path, 2000);
-    expect_refused(command::dqwatch({"fit", path, "--pole-pairs", "4", "--effect", "coulomb_friction"}), path, "coulomb_friction is of a mechanical log");
+    expect_refused(command::dqwatch({"fit", path, "--pole-pairs", "4", "--effect", "coulomb_friction"}), path,
+                   "coulomb_friction is of a mechanical log");
     TEST_ASSERT_EQUAL_INT(2, command::dqwatch({"fit", path, "--effect", "gremlins"}).code);
 }
 
 void the_command_line_takes_what_a_trace_found()
 {
-    // A constant 2 V on d and -3 V on q, known before the fit saw it; 2.003 V, as the machine's voltage turns within a period.
+    // A constant 2 V on d and -3 V on q, known before the fit saw it; 2.003 V, as the machine's voltage turns within a
+    // period.
     const command::Folder folder;
     const command::Machine machine;
     std::string text = "t_s,v_d_V,v_q_V,i_d_A,i_q_A,w_m_rad_s\n";
     for (std::size_t k = 0; k < 2000; ++k) {
         const command::Machine::Row r = machine.row(k);
         char line[200];
-        std::snprintf(line, sizeof line, "%.6f,%.9g,%.9g,%.9g,%.9g,%.9g\n", static_cast<double>(k) * machine.dt_s, r.v_d_V + 2, r.v_q_V - 3, r.i_d_A, r.i_q_A,
-                      r.w_m_rad_s);
+        std::snprintf(line, sizeof line, "%.6f,%.9g,%.9g,%.9g,%.9g,%.9g\n", static_cast<double>(k) * machine.dt_s,
+                      r.v_d_V + 2, r.v_q_V - 3, r.i_d_A, r.i_q_A, r.w_m_rad_s);
         text += line;
     }
     const std::string path = folder.write("log.csv", text);
-    const std::string config = folder.write("trace.json", R"({"inputs": [{"effect": "voltage_offset", "shape": [], "weights": [0, 0]}]})");
+    const std::string config = folder.write(
+        "trace.json", R"({"inputs": [{"effect": "voltage_offset", "shape": [], "weights": [0, 0]}]})");
     const command::Outcome run = command::dqwatch({"fit", path, "--pole-pairs", "4", "--config", config, "--json"});
     TEST_ASSERT_EQUAL_INT_MESSAGE(0, run.code, run.err.c_str());
     const nlohmann::json j = nlohmann::json::parse(run.out), &effect = j.at("effects").at(0);
     TEST_ASSERT_EQUAL_STRING("voltage_offset", effect.at("name").get<std::string>().c_str());
     TEST_ASSERT_DOUBLE_WITHIN(0.01, 2.0, effect.at("parameters").at("v_d_V").at("value").get<double>());
     TEST_ASSERT_DOUBLE_WITHIN(0.01, -3.0, effect.at("parameters").at("v_q_V").at("value").get<double>());
-    TEST_ASSERT_DOUBLE_WITHIN(5e-3 * machine.Ld_H, machine.Ld_H, j.at("parameters").at("Ld_H").at("value").get<double>());
+    TEST_ASSERT_DOUBLE_WITHIN(5e-3 * machine.Ld_H, machine.Ld_H,
+                              j.at("parameters").at("Ld_H").at("value").get<double>());
     TEST_ASSERT_EQUAL_INT(3, command::dqwatch({"fit", path, "--config", folder.write("bad.json", "{}")}).code);
 }
 

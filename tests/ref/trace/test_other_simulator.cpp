@@ -1,5 +1,5 @@
-// The tracer on a drive that shares nothing with sim/: Runge-Kutta on rotor-frame flux linkages, a plain PI controller, currents
-// that rest between steps, noise on currents and speed alone; nothing is injected.
+// The tracer on a drive that shares nothing with sim/: Runge-Kutta on rotor-frame flux linkages, a plain PI controller,
+// currents that rest between steps, noise on currents and speed alone; nothing is injected.
 // Plain only: long, and what it runs others run under the sanitizers.
 #include <cmath>
 #include <random>
@@ -29,14 +29,18 @@ struct Flux {
     double d, q;
 };
 
-double speed(double t) { return kTop_rad_s * (0.15 + 0.85 * (0.5 - 0.5 * std::cos(4.4 * t + 0.2)) * (0.75 + 0.25 * std::sin(14.5 * t + 1))); }
+double speed(double t)
+{
+    return kTop_rad_s * (0.15 + 0.85 * (0.5 - 0.5 * std::cos(4.4 * t + 0.2)) * (0.75 + 0.25 * std::sin(14.5 * t + 1)));
+}
 
 /// v is held in the stationary frame, or turns with the rotor.
 Flux slope(const Drive& drive, Flux x, double theta, double w_e, double v_x, double v_y)
 {
     const double c = std::cos(theta), s = std::sin(theta), i_d = (x.d - kPsi) / kLd, i_q = x.q / kLq;
     double v_d = drive.rotor_held ? v_x : c * v_x + s * v_y, v_q = drive.rotor_held ? v_y : c * v_y - s * v_x;
-    const double phase[3] = {c * i_d - s * i_q, std::cos(theta - 2 * M_PI / 3) * i_d - std::sin(theta - 2 * M_PI / 3) * i_q,
+    const double phase[3] = {c * i_d - s * i_q,
+                             std::cos(theta - 2 * M_PI / 3) * i_d - std::sin(theta - 2 * M_PI / 3) * i_q,
                              std::cos(theta + 2 * M_PI / 3) * i_d - std::sin(theta + 2 * M_PI / 3) * i_q};
     for (int n = 0; n < 3; ++n) {
         const double lost = 2.0 / 3.0 * drive.dead_time_V * std::tanh(phase[n] / 0.15), axis = n * 2 * M_PI / 3;
@@ -61,10 +65,14 @@ Log run(const Drive& drive)
     const double T = drive.period_s, h = T / kSteps;
     for (int k = 0; k < 16000; ++k) {
         const double t = k * T, w = speed(t);
-        if (t >= next_s) next_s = t + 0.04 * (0.5 + even(random)), wanted_d = -4 * even(random), wanted_q = 6.8 * (2 * even(random) - 1);
+        if (t >= next_s)
+            next_s = t + 0.04 * (0.5 + even(random)), wanted_d = -4 * even(random),
+            wanted_q = 6.8 * (2 * even(random) - 1);
         // The drive sees currents and voltages in the frame of its encoder.
-        const double c = std::cos(drive.angle_rad), s = std::sin(drive.angle_rad), i_d = (x.d - kPsi) / kLd, i_q = x.q / kLq;
-        const double seen_d = c * i_d + s * i_q + 0.04 * normal(random), seen_q = c * i_q - s * i_d + 0.04 * normal(random);
+        const double c = std::cos(drive.angle_rad), s = std::sin(drive.angle_rad), i_d = (x.d - kPsi) / kLd,
+                     i_q = x.q / kLq;
+        const double seen_d = c * i_d + s * i_q + 0.04 * normal(random),
+                     seen_q = c * i_q - s * i_d + 0.04 * normal(random);
         const double seen_w = w + 0.125 * normal(random), e_d = wanted_d - seen_d, e_q = wanted_q - seen_q;
         sum_d += kR * kBandwidth * T * e_d, sum_q += kR * kBandwidth * T * e_q;
         const double v_d = kLd * kBandwidth * e_d + sum_d - kPolePairs * seen_w * kLq * seen_q;
@@ -75,17 +83,20 @@ Log run(const Drive& drive)
         double mean_d = 0, mean_q = 0;
         const double seen_theta = theta + drive.angle_rad;
         for (int j = 0; j < kSteps; ++j) {
-            const double w_e = kPolePairs * speed(t + (j + 0.5) * h), half = theta + 0.5 * h * w_e, end = theta + h * w_e, seen = half + drive.angle_rad;
+            const double w_e = kPolePairs * speed(t + (j + 0.5) * h), half = theta + 0.5 * h * w_e,
+                         end = theta + h * w_e, seen = half + drive.angle_rad;
             mean_d += (drive.rotor_held ? v_d : std::cos(seen) * v_x + std::sin(seen) * v_y) / kSteps;
             mean_q += (drive.rotor_held ? v_q : std::cos(seen) * v_y - std::sin(seen) * v_x) / kSteps;
-            const Flux a = slope(drive, x, theta, w_e, v_x, v_y), b = slope(drive, {x.d + 0.5 * h * a.d, x.q + 0.5 * h * a.q}, half, w_e, v_x, v_y);
+            const Flux a = slope(drive, x, theta, w_e, v_x, v_y),
+                       b = slope(drive, {x.d + 0.5 * h * a.d, x.q + 0.5 * h * a.q}, half, w_e, v_x, v_y);
             const Flux m = slope(drive, {x.d + 0.5 * h * b.d, x.q + 0.5 * h * b.q}, half, w_e, v_x, v_y);
             const Flux z = slope(drive, {x.d + h * m.d, x.q + h * m.q}, end, w_e, v_x, v_y);
             x.d += h / 6 * (a.d + 2 * b.d + 2 * m.d + z.d), x.q += h / 6 * (a.q + 2 * b.q + 2 * m.q + z.q);
             theta = end;
         }
         const double row[] = {t, mean_d, mean_q, seen_d, seen_q, seen_w, seen_theta};
-        std::vector<double>* const columns[] = {&log.t_s, &log.v_d_V, &log.v_q_V, &log.i_d_A, &log.i_q_A, &log.w_m_rad_s, &log.theta_e_rad};
+        std::vector<double>* const columns[] = {&log.t_s,   &log.v_d_V,     &log.v_q_V,      &log.i_d_A,
+                                                &log.i_q_A, &log.w_m_rad_s, &log.theta_e_rad};
         for (int n = 0; n < 7; ++n) columns[n]->push_back(row[n]);
     }
     return log;

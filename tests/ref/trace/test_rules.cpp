@@ -41,7 +41,9 @@ static void what_is_left_is_structured_or_noise(void)
         {"more than noise", {{1.0, 0.131, 0.1, false, false, false}, true, false}, true},
         {"more than noise, but exact", {{1.0, 0.131, 0.1, false, true, false}, true, false}, false},
         {"a fault", {{1.0, 0.1, 0.1, false, true, true}, false, false}, true},
-        {"effects taken back, a floor that contains the model's error", {{1.0, 1.0, 1.31, false, false, false}, false, true}, true},
+        {"effects taken back, a floor that contains the model's error",
+         {{1.0, 1.0, 1.31, false, false, false}, false, true},
+         true},
         {"effects taken back, a floor that does not", {{1.0, 1.0, 1.29, false, false, false}, false, true}, false},
         {"such a floor, and effects named", {{1.0, 1.0, 1.31, false, false, false}, true, false}, false},
         {"such a floor, and nothing ever found", {{1.0, 1.0, 1.31, false, false, false}, false, false}, false},
@@ -51,8 +53,10 @@ static void what_is_left_is_structured_or_noise(void)
 
 static void verdicts_are_four(void)
 {
-    const char* const words[] = {"clean", "unexplained", "unexplained", "unexplained", "explained", "explained", "partly_explained", "partly_explained"};
-    for (int i = 0; i < 8; i++) TEST_ASSERT_EQUAL_STRING(words[i], dqw::verdict_of((i & 4) != 0, (i & 2) != 0, (i & 1) != 0).c_str());
+    const char* const words[] = {"clean",     "unexplained", "unexplained",      "unexplained",
+                                 "explained", "explained",   "partly_explained", "partly_explained"};
+    for (int i = 0; i < 8; i++)
+        TEST_ASSERT_EQUAL_STRING(words[i], dqw::verdict_of((i & 4) != 0, (i & 2) != 0, (i & 1) != 0).c_str());
 }
 
 int main(void)

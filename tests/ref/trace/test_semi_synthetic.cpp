@@ -1,4 +1,5 @@
-// The tracer on the simulator driven by what was measured, and told nothing of it: flux maps of real machines, curves of a real inverter.
+// The tracer on the simulator driven by what was measured, and told nothing of it: flux maps of real machines, curves
+// of a real inverter.
 // The judge is the measurement itself.
 // Plain only: long, and what it runs others run under the sanitizers.
 #include <cmath>
@@ -34,8 +35,8 @@ std::string scratch(const std::string& name)
     return std::string(build != nullptr ? build : "build") + "/tests/semi_synthetic_" + name;
 }
 
-#define NEED(name)                                                                                                                                             \
-    if (slow_kind()) TEST_IGNORE_MESSAGE("takes long under the sanitizers");                                                                                   \
+#define NEED(name)                                                                                                     \
+    if (slow_kind()) TEST_IGNORE_MESSAGE("takes long under the sanitizers");                                           \
     if (!std::ifstream(data(name))) TEST_IGNORE_MESSAGE("measured data are not there: set DATA")
 
 Table numbers(const std::string& path)
@@ -45,7 +46,8 @@ Table numbers(const std::string& path)
     std::string line, cell;
     for (std::getline(file, line); std::getline(file, line);) {
         table.emplace_back();
-        for (std::istringstream row(line); std::getline(row, cell, ',');) table.back().push_back(std::strtod(cell.c_str(), nullptr));
+        for (std::istringstream row(line); std::getline(row, cell, ',');)
+            table.back().push_back(std::strtod(cell.c_str(), nullptr));
     }
     return table;
 }
@@ -56,7 +58,8 @@ TraceResult traced(const std::vector<std::string>& settings)
     std::printf("%s:", r.verdict.c_str());
     for (const dqw::TraceEffect& e : r.effects) std::printf(" %s", e.name.c_str());
     for (const dqw::Estimate& e : r.after.parameters) std::printf("; %s %.5g (%.2g)", e.name.c_str(), e.value, e.sd);
-    std::printf("; %.4g V before, %.4g V after, floor %.4g V\n", r.before.heldout_rms, r.after.heldout_rms, r.noise_floor);
+    std::printf("; %.4g V before, %.4g V after, floor %.4g V\n", r.before.heldout_rms, r.after.heldout_rms,
+                r.noise_floor);
     return r;
 }
 
@@ -87,24 +90,26 @@ std::vector<double> weights(const TraceResult& r, const char* name, double& base
     return {};
 }
 
-/// Flux that the tracer's model has, (E52) and (E53), against the map's at its points within the currents of the log: RMS difference over RMS
-/// deviation of the map from its mean, the worse axis.
+/// Flux that the tracer's model has, (E52) and (E53), against the map's at its points within the currents of the log:
+/// RMS difference over RMS deviation of the map from its mean, the worse axis.
 double flux_error(const TraceResult& r, const Table& map, double least_d_A, double most_d_A, double most_q_A)
 {
     double base_A = 1.0;
     const std::vector<double> s = weights(r, "saturation", base_A), c = weights(r, "cross_saturation", base_A);
-    const double Ld = value(r.after.parameters, "Ld_H"), Lq = value(r.after.parameters, "Lq_H"), psi = value(r.after.parameters, "psi_Wb");
+    const double Ld = value(r.after.parameters, "Ld_H"), Lq = value(r.after.parameters, "Lq_H"),
+                 psi = value(r.after.parameters, "psi_Wb");
     const dqw::TraceEffect* offset = effect(r, "angle_offset");
     const double turn = offset ? value(offset->parameters, "angle_rad") : 0.0;
     double wrong[2] = {}, sum[2] = {}, square[2] = {}, n = 0;
     for (const std::vector<double>& p : map) {
         if (p[0] < least_d_A || p[0] > most_d_A || std::fabs(p[1]) > most_q_A) continue;
         const double x = p[0] / base_A, y = p[1] / base_A;
-        const double flux[2] = {psi + Ld * p[0] + turn * (Lq - Ld) * p[1] + s[0] * x * x + s[1] * x * x * x + s[2] * std::pow(x, 4) + c[0] * y * y +
-                                    2 * c[1] * x * y * y + c[2] * std::pow(y, 4),
-                                Lq * p[1] + turn * ((Lq - Ld) * p[0] - psi) + s[3] * y * y * y + s[4] * std::pow(y, 5) + 2 * c[0] * x * y +
-                                    2 * c[1] * x * x * y + 4 * c[2] * x * y * y * y};
-        for (int k = 0; k < 2; ++k) wrong[k] += std::pow(flux[k] - p[2 + k], 2), sum[k] += p[2 + k], square[k] += p[2 + k] * p[2 + k];
+        const double flux[2] = {psi + Ld * p[0] + turn * (Lq - Ld) * p[1] + s[0] * x * x + s[1] * x * x * x +
+                                    s[2] * std::pow(x, 4) + c[0] * y * y + 2 * c[1] * x * y * y + c[2] * std::pow(y, 4),
+                                Lq * p[1] + turn * ((Lq - Ld) * p[0] - psi) + s[3] * y * y * y + s[4] * std::pow(y, 5) +
+                                    2 * c[0] * x * y + 2 * c[1] * x * x * y + 4 * c[2] * x * y * y * y};
+        for (int k = 0; k < 2; ++k)
+            wrong[k] += std::pow(flux[k] - p[2 + k], 2), sum[k] += p[2 + k], square[k] += p[2 + k] * p[2 + k];
         ++n;
     }
     TEST_ASSERT_TRUE(n > 10);
@@ -114,12 +119,14 @@ double flux_error(const TraceResult& r, const Table& map, double least_d_A, doub
     return worst;
 }
 
-/// Measured: R 0.5101 of 0.51 ohm, 0.138 V before, 0.068 V after; flux within 0.6 %. The map's own d axis is turned: psi_q is not 0 without current.
+/// Measured: R 0.5101 of 0.51 ohm, 0.138 V before, 0.068 V after; flux within 0.6 %. The map's own d axis is turned:
+/// psi_q is not 0 without current.
 void map_of_the_servo_am8141()
 {
     NEED("flux_map_am8141");
-    const TraceResult r = traced({"machine.flux_map=" + data("flux_map_am8141"), "machine.R_ohm=0.51", "profile.shaft=imposed", "profile.control=current",
-                                  "profile.i_d_A=-3.5", "profile.i_d_A.random=3", "profile.i_q_A.random=6.5"});
+    const TraceResult r = traced({"machine.flux_map=" + data("flux_map_am8141"), "machine.R_ohm=0.51",
+                                  "profile.shaft=imposed", "profile.control=current", "profile.i_d_A=-3.5",
+                                  "profile.i_d_A.random=3", "profile.i_q_A.random=6.5"});
     TEST_ASSERT_NOT_NULL(effect(r, "saturation"));
     TEST_ASSERT_NOT_NULL(effect(r, "cross_saturation"));
     const Table map = numbers(data("flux_map_am8141"));
@@ -128,20 +135,25 @@ void map_of_the_servo_am8141()
         if (p[1] == 0) least = std::min(least, -p[3] / p[2]), most = std::max(most, -p[3] / p[2]);
     const dqw::TraceEffect* turned = effect(r, "angle_offset");
     TEST_ASSERT_EQUAL_size_t(turned ? 3 : 2, r.effects.size());
-    if (turned) TEST_ASSERT_TRUE(value(turned->parameters, "angle_rad") > least && value(turned->parameters, "angle_rad") < most);
+    if (turned)
+        TEST_ASSERT_TRUE(value(turned->parameters, "angle_rad") > least &&
+                         value(turned->parameters, "angle_rad") < most);
     TEST_ASSERT_DOUBLE_WITHIN(0.02 * 0.51, 0.51, value(r.after.parameters, "R_ohm"));
     TEST_ASSERT_DOUBLE_WITHIN(0.03, 0.138, r.before.heldout_rms);
     TEST_ASSERT_DOUBLE_WITHIN(0.005, 0.068, r.after.heldout_rms);
     TEST_ASSERT_TRUE(flux_error(r, map, -8, 0, 8) < 0.007);
 }
 
-/// Measured: R 0.629 of 0.63 ohm, 5.2 V before, 0.57 V after; flux within 4 %. A synchronous-reluctance motor: L_q falls to a third within 8 A.
+/// Measured: R 0.629 of 0.63 ohm, 5.2 V before, 0.57 V after; flux within 4 %. A synchronous-reluctance motor: L_q
+/// falls to a third within 8 A.
 void map_of_the_reluctance_motor_baldor()
 {
     NEED("flux_map_baldor");
-    const TraceResult r = traced({"machine.flux_map=" + data("flux_map_baldor"), "machine.R_ohm=0.63", "machine.pole_pairs=2", "profile.shaft=imposed",
-                                  "profile.control=current", "profile.speed_rad_s.wave=30", "drive.v_dc_V=560", "drive.current_bandwidth_rad_s=300",
-                                  "profile.i_d_A=-5", "profile.i_d_A.random=3", "profile.i_d_A.random_hold_s=0.02", "profile.i_q_A.random=8",
+    const TraceResult r = traced({"machine.flux_map=" + data("flux_map_baldor"), "machine.R_ohm=0.63",
+                                  "machine.pole_pairs=2", "profile.shaft=imposed", "profile.control=current",
+                                  "profile.speed_rad_s.wave=30", "drive.v_dc_V=560",
+                                  "drive.current_bandwidth_rad_s=300", "profile.i_d_A=-5", "profile.i_d_A.random=3",
+                                  "profile.i_d_A.random_hold_s=0.02", "profile.i_q_A.random=8",
                                   "profile.i_q_A.random_hold_s=0.031", "noise=0.002"});
     TEST_ASSERT_NOT_NULL(effect(r, "saturation"));
     TEST_ASSERT_NOT_NULL(effect(r, "cross_saturation"));
@@ -152,9 +164,10 @@ void map_of_the_reluctance_motor_baldor()
     TEST_ASSERT_TRUE(flux_error(r, numbers(data("flux_map_baldor")), -8, -2, 6) < 0.05);
 }
 
-/// What each phase loses, from a sweep of settled voltage against current: its odd half. Along beta, b and c carry sqrt(3)/2 i: 2/sqrt(3) V
-/// of it is seen. Along alpha, phase a carries i and the others half of it: 2/3 (V(i) + V(i/2)) is seen, to second order 4/3 V(3/4 i). The
-/// slope of V's upper half is R: a loss in proportion to the current is a resistance.
+/// What each phase loses, from a sweep of settled voltage against current: its odd half. Along beta, b and c carry
+/// sqrt(3)/2 i: 2/sqrt(3) V of it is seen. Along alpha, phase a carries i and the others half of it: 2/3 (V(i) +
+/// V(i/2)) is seen, to second order 4/3 V(3/4 i). The slope of V's upper half is R: a loss in proportion to the current
+/// is a resistance.
 Table curve_of(Table sweep, bool along_beta, double& R_ohm)
 {
     std::sort(sweep.begin(), sweep.end(), [](const auto& a, const auto& b) { return a[2] < b[2]; });
@@ -162,7 +175,8 @@ Table curve_of(Table sweep, bool along_beta, double& R_ohm)
     const double part = along_beta ? std::sqrt(0.75) : 0.75;
     const std::size_t n = sweep.size();
     for (std::size_t k = n / 2 + 1; k < n; ++k)
-        curve.push_back({part * 0.5 * (sweep[k][2] - sweep[n - 1 - k][2]), part * 0.5 * (sweep[k][0] - sweep[n - 1 - k][0])});
+        curve.push_back(
+            {part * 0.5 * (sweep[k][2] - sweep[n - 1 - k][2]), part * 0.5 * (sweep[k][0] - sweep[n - 1 - k][0])});
     double s = 0, x = 0, y = 0, xx = 0, xy = 0;
     for (std::size_t k = curve.size() / 2; k < curve.size(); ++k) {
         const double a = curve[k][0], b = curve[k][1];
@@ -189,7 +203,8 @@ void curve_of_an_inverter(const char* name, bool along_beta)
     TEST_ASSERT_EQUAL_size_t_MESSAGE(1, r.effects.size(), name);
     TEST_ASSERT_EQUAL_STRING("dead_time", r.effects[0].name.c_str());
     TEST_ASSERT_EQUAL_STRING("explained", r.verdict.c_str());
-    TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(0.03 * curve.back()[1], curve.back()[1], value(r.effects[0].parameters, "voltage_V"), name);
+    TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(0.03 * curve.back()[1], curve.back()[1],
+                                      value(r.effects[0].parameters, "voltage_V"), name);
     TEST_ASSERT_TRUE_MESSAGE(value(r.before.parameters, "R_ohm") > 1.4 * R_ohm, name);
     TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(0.02 * R_ohm, R_ohm, value(r.after.parameters, "R_ohm"), name);
     TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(0.2, 1.3, r.before.heldout_rms, name);

@@ -21,7 +21,10 @@ using dqw::TraceResult;
 /// Under the sanitizers a trace takes a minute.
 bool slow_kind() { return command::sanitized(); }
 
-std::vector<Log> one_log(const char* scenario, const std::vector<std::string>& settings) { return {simulated(scenario, settings, Beside::nothing)}; }
+std::vector<Log> one_log(const char* scenario, const std::vector<std::string>& settings)
+{
+    return {simulated(scenario, settings, Beside::nothing)};
+}
 
 double value(const std::vector<dqw::Estimate>& list, const char* name)
 {
@@ -82,20 +85,25 @@ void each_single_effect_is_named()
         {"flux_harmonics",
          {"nonideal.flux_harmonic_6d_Wb=0.002", "nonideal.flux_harmonic_6q_Wb=0.001"},
          {{"psi_6d_Wb", 0.002, 1e-4}, {"psi_6q_Wb", 0.001, 1e-4}}},
-        {"voltage_offset", {"nonideal.voltage_offset_d_V=0.5", "nonideal.voltage_offset_q_V=-0.3"}, {{"v_d_V", 0.5, 0.03}, {"v_q_V", -0.3, 0.03}}},
+        {"voltage_offset",
+         {"nonideal.voltage_offset_d_V=0.5", "nonideal.voltage_offset_q_V=-0.3"},
+         {{"v_d_V", 0.5, 0.03}, {"v_q_V", -0.3, 0.03}}},
         {"current_offset",
          {"nonideal.current_offset_alpha_A=0.1", "nonideal.current_offset_beta_A=-0.06"},
          {{"i_alpha_A", 0.1, 0.015}, {"i_beta_A", -0.06, 0.015}}},
         {"phase_resistance_imbalance",
          {"nonideal.phase_resistance_a_ohm=0.1", "nonideal.phase_resistance_b_ohm=0.05"},
          {{"dR_a_ohm", 0.1, 0.01}, {"dR_b_ohm", 0.05, 0.01}}},
-        {"current_gain_mismatch", {"nonideal.current_gain_b=0.03"}, {{"gain", 0.0099, 0.0004}, {"axis_rad", -M_PI / 3.0, 0.05}}},
+        {"current_gain_mismatch",
+         {"nonideal.current_gain_b=0.03"},
+         {{"gain", 0.0099, 0.0004}, {"axis_rad", -M_PI / 3.0, 0.05}}},
     };
     for (const auto& c : cases) {
         const TraceResult r = dqw::trace(one_log("servo", c.settings));
         only(r, c.name);
         for (const Size& size : c.sizes)
-            TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(size.within, size.truth, value(r.effects[0].parameters, size.parameter), size.parameter);
+            TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(size.within, size.truth, value(r.effects[0].parameters, size.parameter),
+                                              size.parameter);
     }
 }
 
@@ -105,8 +113,10 @@ void deviations_cover_the_errors()
     if (slow_kind()) TEST_IGNORE_MESSAGE("takes long under the sanitizers");
     double square = 0.0;
     for (int seed = 1; seed <= 12; ++seed) {
-        const TraceResult r = dqw::trace(one_log("servo", {"duration_s=0.5", "seed=" + std::to_string(seed)}), {{"dead_time"}, {}});
-        const std::pair<const char*, double> truths[] = {{"R_ohm", 0.9}, {"Ld_H", 2.2e-3}, {"Lq_H", 2.8e-3}, {"psi_Wb", 0.12}};
+        const TraceResult r = dqw::trace(one_log("servo", {"duration_s=0.5", "seed=" + std::to_string(seed)}),
+                                         {{"dead_time"}, {}});
+        const std::pair<const char*, double> truths[] = {
+            {"R_ohm", 0.9}, {"Ld_H", 2.2e-3}, {"Lq_H", 2.8e-3}, {"psi_Wb", 0.12}};
         for (const auto& [name, truth] : truths)
             for (const dqw::Estimate& e : r.after.parameters)
                 if (e.name == name) square += std::pow((e.value - truth) / e.sd, 2) / 48.0;
@@ -144,8 +154,10 @@ void clipped_sensors_are_a_fault_of_the_record()
 void short_logs_are_judged_on_some_rows()
 {
     if (slow_kind()) TEST_IGNORE_MESSAGE("takes long under the sanitizers");
-    for (const char* duration : {"duration_s=0.05", "duration_s=0.08", "duration_s=0.122", "duration_s=0.125", "duration_s=0.15", "duration_s=0.2"}) {
-        const TraceResult r = dqw::trace(one_log("servo", {"nonideal.dead_time_V=4", "nonideal.dead_time_width_A=0.15", duration}));
+    for (const char* duration : {"duration_s=0.05", "duration_s=0.08", "duration_s=0.122", "duration_s=0.125",
+                                 "duration_s=0.15", "duration_s=0.2"}) {
+        const TraceResult r = dqw::trace(
+            one_log("servo", {"nonideal.dead_time_V=4", "nonideal.dead_time_width_A=0.15", duration}));
         only(r, "dead_time");
         TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(0.4, 4.0, value(r.effects[0].parameters, "voltage_V"), duration);
         TEST_ASSERT_TRUE_MESSAGE(r.after.heldout_rms > 0.02 && r.after.heldout_rms < 0.5, duration);
@@ -175,7 +187,8 @@ void measured_sweeps_are_dead_time()
 {
     const char* data = std::getenv("DATA");
     const std::string folder = data != nullptr ? data : "../shared/data";
-    for (const char* name : {"inverter_sweep_d_axis_a", "inverter_sweep_d_axis_b", "inverter_sweep_d_axis_c", "inverter_sweep_beta_axis_a"}) {
+    for (const char* name : {"inverter_sweep_d_axis_a", "inverter_sweep_d_axis_b", "inverter_sweep_d_axis_c",
+                             "inverter_sweep_beta_axis_a"}) {
         const std::string path = folder + "/" + name + ".csv";
         if (!std::ifstream(path)) TEST_IGNORE_MESSAGE("no measured logs here");
         const TraceResult r = dqw::trace({dqw::read_log(path)});
@@ -190,7 +203,8 @@ void delay_beyond_one_period()
 {
     if (slow_kind()) TEST_IGNORE_MESSAGE("takes long under the sanitizers");
     for (const double periods : {0.5, 1.5}) {
-        const TraceResult r = dqw::trace(one_log("servo", {"duration_s=1", "nonideal.delay_periods=" + std::to_string(periods)}));
+        const TraceResult r = dqw::trace(
+            one_log("servo", {"duration_s=1", "nonideal.delay_periods=" + std::to_string(periods)}));
         only(r, "delay");
         // Measured: 0.5008, 1.5009; L_d 2.1990 mH, L_q 2.8012 mH. To first order 1.5 reads 1.39, and L_d 9 % too large.
         TEST_ASSERT_DOUBLE_WITHIN(0.003, periods, value(r.effects[0].parameters, "periods"));
@@ -207,7 +221,9 @@ void voltage_may_turn_with_the_rotor()
     TEST_ASSERT_EQUAL_STRING("clean", clean.verdict.c_str());
     TEST_ASSERT_TRUE(clean.notes.back().find("rotor's frame") != std::string::npos);
     TEST_ASSERT_DOUBLE_WITHIN(0.0005 * 0.12, 0.12, value(clean.after.parameters, "psi_Wb"));
-    only(dqw::trace(one_log("servo", {"drive.hold=dq", "drive.dt_s=4e-4", "nonideal.dead_time_V=4", "nonideal.dead_time_width_A=0.15"})), "dead_time");
+    only(dqw::trace(one_log("servo", {"drive.hold=dq", "drive.dt_s=4e-4", "nonideal.dead_time_V=4",
+                                      "nonideal.dead_time_width_A=0.15"})),
+         "dead_time");
 }
 
 void log_that_is_not_what_the_format_says()
@@ -237,7 +253,8 @@ void log_that_is_not_what_the_format_says()
     doubted("unit and sign", [](Log& log) {
         for (double& w : log.w_m_rad_s) w *= 30.0 / M_PI;
     });
-    TEST_ASSERT_TRUE(std::any_of(turned.notes.begin(), turned.notes.end(), [](const std::string& n) { return n.find("unit and sign") != std::string::npos; }));
+    TEST_ASSERT_TRUE(std::any_of(turned.notes.begin(), turned.notes.end(),
+                                 [](const std::string& n) { return n.find("unit and sign") != std::string::npos; }));
 }
 
 }  // namespace
