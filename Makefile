@@ -67,6 +67,8 @@ TEST_CXX := $(filter-out $(PLAIN_ONLY),$(TEST_CXX))
 endif
 binaries  = $(patsubst %,$(BUILD)/tests/%,$(basename $(notdir $(1))))
 TESTS    := $(call binaries,$(TEST_C) $(TEST_CXX))
+# What `make check` runs: C alone, and no other compilers.
+CHECKED   = $(call binaries,$(filter-out $(shell grep -l '^// Plain only: runs other programs' $(TEST_C)),$(TEST_C)))
 
 ## all          build build/dqwatch
 .PHONY: all
@@ -91,12 +93,20 @@ test:
 	@.ci/unity $(UNITY_DIR)
 	@$(MAKE) --no-print-directory run-tests
 
-## check        lint's quick part and every test in C: what to run after a change of lib/, port_q15/ or sim/
+## check        lint's quick part and the tests in C: what to run after a change of lib/, port_q15/ or sim/
 .PHONY: check
 check:
 	@.ci/lint dependencies citations docstrings twins public-functions text
-	@$(MAKE) --no-print-directory $(call binaries,$(TEST_C))
-	@BUILD=$(BUILD) DATA=$(DATA) CC="$(CC)" CXX="$(CXX)" tests/run plain $(call binaries,$(TEST_C))
+	@$(MAKE) --no-print-directory $(CHECKED)
+	@BUILD=$(BUILD) DATA=$(DATA) CC="$(CC)" CXX="$(CXX)" tests/run plain $(CHECKED)
+
+## mutants      change 300 lines of lib/ and of port_q15/, one at a time: what the tests in C do not see; SEED=N draws others. Hours
+.PHONY: mutants
+mutants:
+	@.ci/install build
+	@.ci/unity $(UNITY_DIR)
+	@$(MAKE) --no-print-directory test-binaries
+	@for folder in lib port_q15; do tests/mutants/mutants.py $$folder --seed $(or $(SEED),1) --build $(BUILD); done
 
 ## sanitized    every test but the longest, under AddressSanitizer and UBSan
 .PHONY: sanitized

@@ -18,8 +18,6 @@
 // these to stand.
 #define COARSE_BLOCKS 50u
 #define COARSE_RATIO 1.5f
-// Rows that only measure the noise: its variance is then known to an eighth.
-#define WARM_UP 400u
 // An input whose power is not three times its noise teaches nothing; noise alone would need ten deviations.
 #define NOISE_MARGIN 3.0f
 // R needs currents of so many of dead time's widths, squared.
@@ -315,7 +313,7 @@ bool dqw_estimator_learn(dqw_estimator *e, const dqw_estimator_block *b)
     // [EST.5] what can be learned from this block; its signals are within ten bases, the gate saw to that
     uint32_t mask[2];
     choose(e, &r, mask);
-    const bool warm = c->settled || !c->noise_on_inputs || b->noise.rows >= WARM_UP;
+    const bool warm = c->settled || !c->noise_on_inputs || b->noise.rows >= DQW_NOISE_ROWS;
     if ((mask[D] | mask[Q]) == 0 || !warm) {
         drift(e);
         return false;

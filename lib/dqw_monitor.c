@@ -26,8 +26,6 @@
 // Part of the speed base above which a direction is one.
 #define SLOWEST_PU 0.1f
 #define HEATING_K_S 1.0f
-// Rows that the estimator wants of the noise.
-#define WARM_UP 400u
 
 dqw_monitor_config dqw_monitor_config_default(const dqw_nameplate *plate)
 {
@@ -432,7 +430,7 @@ enum dqw_why dqw_monitor_why(const dqw_monitor *m)
                : s->back == DQW_BACK_LEFT_BAND   ? DQW_WHY_LEFT_BAND
                                                  : DQW_WHY_THRESHOLD;
     if (e->number == 0) return DQW_WHY_NO_BLOCK;
-    if (e->config->noise_on_inputs && e->noise_rows < WARM_UP) return DQW_WHY_NOISE;
+    if (e->config->noise_on_inputs && e->noise_rows < DQW_NOISE_ROWS) return DQW_WHY_NOISE;
     if (!excited(e)) return DQW_WHY_EXCITATION;
     const enum dqw_voltage_acts acts = dqw_estimator_voltage_acts(e);
     if (acts != DQW_VOLTAGE_NOT_KNOWN && (acts == DQW_VOLTAGE_NEXT) != e->config->voltage_next) return DQW_WHY_VOLTAGE;

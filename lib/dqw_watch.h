@@ -38,15 +38,15 @@ enum dqw_watch_begins {
 
 /// What follows an event.
 enum dqw_watch_follows {
-    DQW_WATCH_LATER = 0,  ///< it is not told yet: what nothing explains may still be settling
-    DQW_WATCH_APART,      ///< it is told; it moves no other channel, the others are watched on
-    DQW_WATCH_RESTS,      ///< it is told; all healthy values are taken anew
+    DQW_WATCH_LATER = 0,  ///< it is not named yet: what nothing explains may still be settling
+    DQW_WATCH_APART,      ///< it is named; it moves no other channel, the others are watched on
+    DQW_WATCH_RESTS,      ///< it is named; all healthy values are taken anew
 };
 
 /// Nothing seen yet.
 void dqw_watch_init(dqw_watch *w);
 
-/// A block was learned at half `at`. After a pause nothing is told until the weights have caught up with what has
+/// A block was learned at half `at`. After a pause nothing is named until the weights have caught up with what has
 /// changed meanwhile: for as long as it was, a second at most.
 void dqw_watch_learned(dqw_watch *w, uint32_t at);
 

@@ -17,8 +17,6 @@
 #define FEW_BLOCKS 50u
 // Blocks of stage 2 without lent memory.
 #define COARSE_BLOCKS 50u
-// Rows that only measure the noise: its variance is then known to an eighth.
-#define WARM_UP 400u
 // An input whose power is not three times its noise teaches nothing; noise alone would need ten deviations.
 #define NOISE_MARGIN 3
 // A mean over 32 blocks, in which a strong one counts as so many weak ones, so that a drive that stops is soon seen to
@@ -280,7 +278,7 @@ bool dqw_estimator_learn_q15(dqw_estimator_q15 *e, const dqw_estimator_q15_block
     // [EST.5] what can be learned from this block; its signals are within ten bases, the gate saw to that
     uint32_t mask[2];
     choose(e, &r, mask);
-    const bool warm = c->settled || !c->noise_on_inputs || b->with.rows >= WARM_UP;
+    const bool warm = c->settled || !c->noise_on_inputs || b->with.rows >= DQW_NOISE_ROWS;
     if ((mask[D] | mask[Q]) == 0 || !warm) {
         dqw_estimator_drift_q15(e);
         return false;

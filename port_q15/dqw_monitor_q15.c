@@ -27,8 +27,6 @@
 #define HEATING_MK_S 1000u
 #define FLOOR_PPM 2000u
 #define PARTS_MOST 1000000u
-// Rows that the estimator wants of the noise.
-#define WARM_UP 400u
 // Of what is rated: dead time's, offset's and friction's band, threshold, floor and excitation where a full scale is
 // half as much again.
 #define RATED_DEAD_TIME_PPM 3333u
@@ -540,7 +538,7 @@ enum dqw_why dqw_monitor_why_q15(const dqw_monitor_q15 *m)
                                                  : DQW_WHY_THRESHOLD;
     if (e->number == 0) return DQW_WHY_NO_BLOCK;
     // Of the block that was handed over last: one number of 16 bits, whenever it is read.
-    if (e->config->noise_on_inputs && e->handed.rows < WARM_UP) return DQW_WHY_NOISE;
+    if (e->config->noise_on_inputs && e->handed.rows < DQW_NOISE_ROWS) return DQW_WHY_NOISE;
     if (!excited(e)) return DQW_WHY_EXCITATION;
     const enum dqw_voltage_acts acts = dqw_estimator_voltage_acts_q15(e);
     if (acts != DQW_VOLTAGE_NOT_KNOWN && (acts == DQW_VOLTAGE_NEXT) != e->config->voltage_next) return DQW_WHY_VOLTAGE;

@@ -201,7 +201,7 @@ private:
         follows_ = true;
         e_.noise.of = before.noise;
         // All the rows that there are, even where the estimator would like more.
-        e_.noise.of.rows = std::max(before.noise.rows, kNoiseRows);
+        e_.noise.of.rows = std::max(before.noise.rows, DQW_NOISE_ROWS);
         e_.follow = e_.given.follow = before.follow;
         for (int axis = 0; axis < 2; ++axis)
             e_.step_A_per_V[axis] = e_.given.step_A_per_V[axis] = before.step_A_per_V[axis];

@@ -34,8 +34,6 @@ constexpr int kMostRuns = 4;
 /// Statistics of the residual from the run before count as so many blocks: above the fifty after which the estimators
 /// believe them.
 constexpr std::uint16_t kBlocksCarried = 60;
-/// Rows of noise that the estimators wait for.
-constexpr std::uint32_t kNoiseRows = 400;
 /// How far a dt/L may be off, either way, with which a run began: else its noise and its pairs were weighed wrongly.
 constexpr double kStepRatio = 1.25;
 

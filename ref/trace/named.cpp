@@ -8,11 +8,11 @@
 #include "ref/fit/explain.hpp"
 #include "ref/fit/fit.hpp"
 #include "ref/fit/publish.hpp"
+#include "ref/trace/determined.hpp"
 #include "ref/trace/rest.hpp"
 #include "ref/trace/result.hpp"
 #include "ref/trace/sense.hpp"
 #include "ref/trace/shapes.hpp"
-#include "ref/trace/told.hpp"
 
 namespace dqw {
 namespace {
@@ -89,7 +89,8 @@ void take_plain(const std::vector<Log>& logs, const Names& asked, Result& result
         if (has(asked, n.name)) result.not_identifiable.push_back(n);
 }
 
-void put_parameters(const std::vector<Log>& logs, const Fitted& f, const Told& told, Names asked, Result& result)
+void put_parameters(const std::vector<Log>& logs, const Fitted& f, const Determined& determined, Names asked,
+                    Result& result)
 {
     const TraceSetup& setup = *f.setup;
     const Names joint = joint_parameters(setup);
@@ -98,14 +99,14 @@ void put_parameters(const std::vector<Log>& logs, const Fitted& f, const Told& t
                turns = electrical && setup.regime != Regime::standstill;
     Task task{logs, asked, {}, {}, {}};
     for (std::size_t j = 1; turns && !setup.pole_pairs_known && j < joint.size(); ++j)
-        if (told.base[j].verdict == Verdict::determined)
-            withhold_product(task, joint[j], told.base[j].value, told.base[j].sd, result);
+        if (determined.base[j].verdict == Verdict::determined)
+            withhold_product(task, joint[j], determined.base[j].value, determined.base[j].sd, result);
     for (std::size_t j = 0; j < joint.size(); ++j) {
         if (!has(task.asked, joint[j])) continue;
-        if (told.base[j].verdict == Verdict::determined)
-            result.parameters.push_back({joint[j], told.base[j].value, told.base[j].sd, false});
+        if (determined.base[j].verdict == Verdict::determined)
+            result.parameters.push_back({joint[j], determined.base[j].value, determined.base[j].sd, false});
         else
-            result.not_identifiable.push_back(explain(joint[j], told.base[j], told.names, logs));
+            result.not_identifiable.push_back(explain(joint[j], determined.base[j], determined.names, logs));
     }
     Names others;
     for (const std::string& name : task.asked)
@@ -115,20 +116,20 @@ void put_parameters(const std::vector<Log>& logs, const Fitted& f, const Told& t
     if (!others.empty()) take_plain(logs, others, result);
 }
 
-void put_effect(const Fitted& f, const Told& told, const std::string& name, EffectFit& out)
+void put_effect(const Fitted& f, const Determined& determined, const std::string& name, EffectFit& out)
 {
     TraceEffect effect;
     effect.name = name;
     effect.heldout_rms_after = std::nan("");
     std::string values;
-    for (const Estimate& e : effect_parameters(*f.setup, f.refined.point, told.sd, name)) {
+    for (const Estimate& e : effect_parameters(*f.setup, f.refined.point, determined.sd, name)) {
         if (!e.given)
             values += (values.empty() ? "" : ", ") + e.name +
                       (std::isfinite(e.sd) ? " " + figure(e.value) + " with a standard deviation of " + figure(e.sd)
                                            : " cannot be told");
         if (e.given || std::isfinite(e.sd)) effect.parameters.push_back(e);
     }
-    if (told.knows(f.refined.point, name))
+    if (determined.knows(f.refined.point, name))
         out.effects.push_back(effect);
     else
         out.result.not_identifiable.push_back(
@@ -169,7 +170,7 @@ EffectFit fit_effects(const std::vector<Log>& logs, const std::vector<std::strin
         ++ticks;
         if (progress) progress(0.95 * ticks / (ticks + 10.0));
     });
-    const Told told = told_of(*f.setup, f.refined);
+    const Determined determined = determined_of(*f.setup, f.refined);
 
     EffectFit out;
     Result& result = out.result;
@@ -178,8 +179,8 @@ EffectFit fit_effects(const std::vector<Log>& logs, const std::vector<std::strin
     result.residual_rms = f.rms;
     result.residual_unit = result.regime == Regime::mechanical ? "Nm" : "V";
     result.axes = axes_of(*f.setup, f.blocks);
-    put_parameters(logs, f, told, parameters, result);
-    for (const std::string& name : names) put_effect(f, told, name, out);
+    put_parameters(logs, f, determined, parameters, result);
+    for (const std::string& name : names) put_effect(f, determined, name, out);
     put_notes(logs, f, out.effects.size() == names.size(), result);
     if (progress) progress(1.0);
     return out;

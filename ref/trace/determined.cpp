@@ -1,4 +1,4 @@
-#include "ref/trace/told.hpp"
+#include "ref/trace/determined.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -59,8 +59,8 @@ Eigen::VectorXd typical_of(const TraceSetup& setup, const Point& at)
 }
 
 /// Verdicts that do not need deviations: no effect, or only together with others.
-void mark_untold(const Eigen::MatrixXd& m, const Eigen::VectorXd& typical, const std::vector<std::string>& names,
-                 std::vector<Assessment>& base)
+void mark_undetermined(const Eigen::MatrixXd& m, const Eigen::VectorXd& typical, const std::vector<std::string>& names,
+                       std::vector<Assessment>& base)
 {
     const auto effect = [&](Eigen::Index j) { return typical[j] * std::sqrt(m(j, j)); };
     double largest = 0.0;
@@ -99,7 +99,7 @@ Eigen::VectorXd simulated(const TraceModel& model, const Refined& refined)
 
 }  // namespace
 
-bool Told::knows(const Point& at, const std::string& effect) const
+bool Determined::knows(const Point& at, const std::string& effect) const
 {
     Eigen::Index j = at.base.size() + at.gain.size();
     for (const Term& t : at.terms) {
@@ -112,24 +112,23 @@ bool Told::knows(const Point& at, const std::string& effect) const
     return false;
 }
 
-Told told_of(const TraceSetup& setup, const Refined& refined)
+Determined determined_of(const TraceSetup& setup, const Refined& refined)
 {
     const Replanned model(*setup.full, all_seen(*setup.full));
     const Point& at = refined.point;
-    Told told;
-    told.sd = deviations(model, refined);
-    told.names = column_names(model, at);
-    const Eigen::VectorXd bare = model.gains() > 0 ? simulated(model, refined) : told.sd,
-                          typical = typical_of(setup, at);
+    Determined d;
+    d.sd = deviations(model, refined);
+    d.names = column_names(model, at);
+    const Eigen::VectorXd bare = model.gains() > 0 ? simulated(model, refined) : d.sd, typical = typical_of(setup, at);
     for (Eigen::Index j = 0; j < at.base.size(); ++j) {
         Assessment a;
-        a.value = at.base[j], a.sd = told.sd[j];
-        if (const double sd = std::max(told.sd[j], bare[j]); !(sd <= kUncertain * typical[j]))
+        a.value = at.base[j], a.sd = d.sd[j];
+        if (const double sd = std::max(d.sd[j], bare[j]); !(sd <= kUncertain * typical[j]))
             a.verdict = Verdict::uncertain, a.sd = sd;
-        told.base.push_back(a);
+        d.base.push_back(a);
     }
-    mark_untold(information(model, refined.sums), typical, told.names, told.base);
-    return told;
+    mark_undetermined(information(model, refined.sums), typical, d.names, d.base);
+    return d;
 }
 
 }  // namespace dqw

@@ -1,6 +1,6 @@
-// What the rows of a log tell of each column of a fit with effects, and what they do not.
-#ifndef DQW_REF_TRACE_TOLD_HPP
-#define DQW_REF_TRACE_TOLD_HPP
+// What the rows of a log determine of each column of a fit with effects, and what they do not.
+#ifndef DQW_REF_TRACE_DETERMINED_HPP
+#define DQW_REF_TRACE_DETERMINED_HPP
 
 #include "ref/fit/assess.hpp"
 #include "ref/trace/setup.hpp"
@@ -8,8 +8,8 @@
 namespace dqw {
 
 /// Standard deviations of a point fitted to all rows, and a verdict on each parameter of the machine.
-struct Told {
-    Eigen::VectorXd sd;            ///< of each column; infinite where the rows do not tell it
+struct Determined {
+    Eigen::VectorXd sd;            ///< of each column; infinite where the rows do not determine it
     std::vector<Assessment> base;  ///< partners: columns
     /// of the columns: the machine's parameters, then effects where they begin; else empty
     std::vector<std::string> names;
@@ -20,7 +20,7 @@ struct Told {
 
 /// (E47). As assess_excited() does, a parameter counts as determined only if the simulation alone (gains 0) determines
 /// it too. Costs a pass.
-Told told_of(const TraceSetup& setup, const Refined& refined);
+Determined determined_of(const TraceSetup& setup, const Refined& refined);
 
 }  // namespace dqw
 #endif
