@@ -2,6 +2,7 @@
 // give back its weight and R, L_d, L_q, psi beside it. The plant works in phases, co-energies and circuits, not in
 // (E51) to (E55).
 #include "dqw_effect.h"
+#include "dqw_effect_kind.h"
 #include "dqw_estimator.h"
 #include "dqw_test.h"
 
@@ -1048,9 +1049,28 @@ static void test_defined_anew_it_forgets_all_but_the_counts(void)
     TEST_ASSERT_EQUAL_UINT32(ROWS, e.gate.accepted);
 }
 
+// Each has weights, the last five are of the shaft, and beyond the list there is nothing.
+static void test_every_effect_has_its_row(void)
+{
+    for (int name = 1; name < DQW_EFFECT_NAMES; name++) {
+        CASE("effect %d", name);
+        HOLDS(dqw_effect_weights((enum dqw_effect_name)name) >= 1);
+        const bool shaft = name >= DQW_EFFECT_COULOMB_FRICTION;
+        HOLDS(dqw_effect_is_mechanical((enum dqw_effect_name)name) == shaft);
+        HOLDS(!shaft || dqw_effect_needs((enum dqw_effect_name)name) == DQW_NEEDS_SHAFT);
+    }
+    static const int none[] = {DQW_EFFECT_NONE, DQW_EFFECT_NAMES, 1000, -1};
+    for (int k = 0; k < 4; k++) {
+        CASE("no effect %d", none[k]);
+        HOLDS(dqw_effect_weights((enum dqw_effect_name)none[k]) == 0 &&
+              dqw_effect_needs((enum dqw_effect_name)none[k]) == 0);
+    }
+}
+
 int main(void)
 {
     UNITY_BEGIN();
+    RUN_TEST(test_every_effect_has_its_row);
     RUN_TEST(test_every_effect_gives_back_its_weight);
     RUN_TEST(test_settled_rows_give_back_what_has_no_slope);
     RUN_TEST(test_dead_time_in_the_list_is_the_weight_that_every_estimator_has);
