@@ -12,6 +12,9 @@
 extern "C" {
 #endif
 
+/// Rows that only measure the noise, where it is taken out of the inputs: its variance is then known to an eighth.
+#define DQW_NOISE_ROWS 400u
+
 /// What is known of one sample.
 typedef struct dqw_gate_sample {
     bool finite;     ///< every channel is a number

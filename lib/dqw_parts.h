@@ -118,9 +118,8 @@ enum dqw_witness_input {
 };
 
 typedef struct dqw_witness {
-    float re[DQW_WITNESS_INPUTS],
-        /// weights, SI; their angle is twice that of the phase (offset: the vector in the stator)
-        im[DQW_WITNESS_INPUTS];
+    /// weights, SI; their angle is twice that of the phase (offset: the vector in the stator)
+    float re[DQW_WITNESS_INPUTS], im[DQW_WITNESS_INPUTS];
     float power[DQW_WITNESS_INPUTS];  ///< mean squared input, SI: volts per unit of the weight
     uint16_t blocks;                  ///< learned, up to the memory
 } dqw_witness;

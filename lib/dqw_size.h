@@ -15,9 +15,6 @@
 /// Most inputs that a Learner takes, the constant input not counted: the joint neuron's six, and the effects'.
 #define DQW_LEARNER_INPUTS (6 + DQW_EFFECT_WEIGHTS)
 
-/// Rows that only measure the noise, where it is taken out of the inputs: its variance is then known to an eighth.
-#define DQW_NOISE_ROWS 400u
-
 /// The name that a linker sees of a function that makes an object: with the size in it, so that a program built with
 /// two sizes does not link.
 #define DQW_SIZED(name) DQW_SIZED_WITH(name, DQW_EFFECT_WEIGHTS)

@@ -92,9 +92,9 @@ static uint32_t admit(dqw_estimator_q15 *e, const dqw_sample_q15 *s, bool satura
 // period; what leaves the full scale counts as beyond it.
 static void turn_back(const dqw_estimator_q15 *e, int32_t halves, dqw_sample_q15 *x)
 {
-    const int32_t halved_w_q15 = halves * x->w_m_q15;
+    const int32_t halves_w_q15 = halves * x->w_m_q15;
     // Below 1.5 rad, its square below 2.25: wrong by less than 3e-4 there, by a last place at 1 rad
-    const int32_t turn_q15 = (int32_t)dqw_q_floor64((int64_t)e->turn_q28 * halved_w_q15, 29);
+    const int32_t turn_q15 = (int32_t)dqw_q_floor64((int64_t)e->turn_q28 * halves_w_q15, 29);
     const int32_t turn2_q15 = (int32_t)((uint32_t)turn_q15 * (uint32_t)turn_q15 >> 15);
     // 1/4!, 1/6!, 1/5! and 1/7!, the small ones as 91 and 13 parts of 2^16
     const int32_t fourth_q15 = turn2_q15 * (1365 - (turn2_q15 * 91 >> 16)) >> 15;
@@ -102,9 +102,10 @@ static void turn_back(const dqw_estimator_q15 *e, int32_t halves, dqw_sample_q15
     // The mean over a period of what turns by: the sine of half its angle over that angle, one or a third of this one.
     // (E89)
     const int32_t mean_q15 = ONE_Q15 - (turn2_q15 * (halves == 1 ? 5461 : 607) >> 15);
-    const int32_t cosine = (ONE_Q15 - dqw_q_round32(turn2_q15 * (ONE_Q15 / 2 - fourth_q15), 15)) * mean_q15 >> 15;
-    const int32_t sine = dqw_q_round32(turn_q15 * (ONE_Q15 - (turn2_q15 * (5461 - fifth_q15) >> 15)), 15) * mean_q15 >>
-                         15;
+    const int32_t straight = ONE_Q15 - dqw_q_round32(turn2_q15 * (ONE_Q15 / 2 - fourth_q15), 15);
+    const int32_t across = dqw_q_round32(turn_q15 * (ONE_Q15 - (turn2_q15 * (5461 - fifth_q15) >> 15)), 15);
+    const int32_t cosine = dqw_q_round32(straight * mean_q15, 15);
+    const int32_t sine = dqw_q_round32(across * mean_q15, 15);
     const int16_t v_d = x->v_d_q15;
     x->v_d_q15 = dqw_q15_sat(dqw_q_round32(cosine * v_d + sine * x->v_q_q15, 15));
     x->v_q_q15 = dqw_q15_sat(dqw_q_round32(cosine * x->v_q_q15 - sine * v_d, 15));

@@ -7,8 +7,7 @@ namespace {
 
 /// Part of the excess that effects must explain, or they are not named: the larger part.
 constexpr double kLeastExplained = 0.5;
-/// A residual that effects make larger than that is not explained by them; two parts in a hundred are what a joint
-/// refit may lose.
+/// A residual that effects make larger than that is not explained by them.
 constexpr double kGrown = 1.02;
 
 double excess(double rms, double floor) { return std::max(rms * rms - floor * floor, 0.0); }
