@@ -108,6 +108,11 @@ mutants:
 	@$(MAKE) --no-print-directory test-binaries
 	@for folder in lib port_q15; do tests/mutants/mutants.py $$folder --seed $(or $(SEED),1) --build $(BUILD); done
 
+## fresh        README's two commands in a bare Debian 12 and a bare Debian 13: what is committed, installed by itself. As root; long
+.PHONY: fresh
+fresh:
+	@BUILD=$(BUILD) .ci/fresh
+
 ## sanitized    every test but the longest, under AddressSanitizer and UBSan
 .PHONY: sanitized
 sanitized:

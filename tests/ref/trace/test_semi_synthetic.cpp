@@ -2,6 +2,7 @@
 // of a real inverter.
 // The judge is the measurement itself.
 // Plain only: long, and what it runs others run under the sanitizers.
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
