@@ -8,6 +8,8 @@
 #define VARIANCE_FLOOR_PU2 1e-8f
 // Settled rows have no sampling: single precision's rounding.
 #define VARIANCE_FLOOR_SETTLED_PU2 1e-13f
+// Autocorrelation that a deviation takes over: one that never falls would make it infinite. Noise of the currents alone
+// comes to -1/2, the overlap of triangles' slopes, and 1 + 2 r to nothing.
 #define LAG_MAX 0.98f
 #define LAG_MIN -0.4f
 // Three deviations are below a tenth.

@@ -81,6 +81,7 @@ static void noise_of_dead_time(const dqw_estimator *e, const dqw_estimator_block
     // Where what is left of the current's noise is wide, that of a step; where narrow, tanh's own; and all of it where
     // the currents stay within the width. In the resistance's equation a wide noise also smooths the step, which takes
     // half.
+    // 0.53 = 2/3 sqrt(2/pi), and 1.2 widths make tanh of the step, within 3 % from a noise of five widths on. (E60)
     const float wide = 0.53f / (sd + 1.2f * width);
     n->var[axis][DQW_DEAD_TIME] = g * var_i * (b->dead_slope_inv_A > wide ? b->dead_slope_inv_A : wide) *
                                   s[DQW_DEAD_TIME];

@@ -7,6 +7,7 @@
 #define VARIANCE_FLOOR_Q56 720575940
 #define VARIANCE_FLOOR_SETTLED_Q56 7205759
 #define FEW_BLOCKS 50u
+// 0.98 and -0.4, as in float.
 #define LAG_MAX_Q20 1027604
 #define LAG_MIN_Q20 (-419430)
 #define ONE_Q20 1048576
