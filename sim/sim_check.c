@@ -2,79 +2,18 @@
 
 #include <math.h>
 #include <stdio.h>
-#include <string.h>
 
 #include "sim_keys.h"
 
-// What a double may be. The table below names those that are not free.
-enum rule { FINITE, NOT_NEGATIVE, POSITIVE, BELOW_ONE, UP_TO_TWO, A_GAIN };
-
-static const struct {
-    const char *key;
-    enum rule rule;
-} rules[] = {
-    {"machine.R_ohm", POSITIVE},
-    {"machine.Ld_H", POSITIVE},
-    {"machine.Lq_H", POSITIVE},
-    {"machine.psi_Wb", NOT_NEGATIVE},
-    {"machine.J_kgm2", NOT_NEGATIVE},
-    {"machine.B_Nms_rad", NOT_NEGATIVE},
-    {"machine.coulomb_Nm", NOT_NEGATIVE},
-    {"machine.coulomb_width_rad_s", NOT_NEGATIVE},
-    {"machine.winding_heat_J_K", NOT_NEGATIVE},
-    {"machine.magnet_heat_J_K", NOT_NEGATIVE},
-    {"machine.winding_magnet_W_K", NOT_NEGATIVE},
-    {"machine.winding_ambient_W_K", NOT_NEGATIVE},
-    {"machine.magnet_ambient_W_K", NOT_NEGATIVE},
-    {"nonideal.dead_time_V", NOT_NEGATIVE},
-    {"nonideal.dead_time_width_A", NOT_NEGATIVE},
-    {"nonideal.iron_loss_S", NOT_NEGATIVE},
-    {"nonideal.turn_short", BELOW_ONE},
-    {"nonideal.turn_short_ohm", NOT_NEGATIVE},
-    {"nonideal.demagnetisation", BELOW_ONE},
-    {"nonideal.phase_connection_ohm", NOT_NEGATIVE},
-    {"nonideal.bearing_Nm", NOT_NEGATIVE},
-    {"nonideal.bearing_B_Nms_rad", NOT_NEGATIVE},
-    {"nonideal.skin_effect_s2_rad2", NOT_NEGATIVE},
-    {"nonideal.delay_periods", UP_TO_TWO},
-    {"nonideal.current_gain_a", A_GAIN},
-    {"nonideal.current_gain_b", A_GAIN},
-    {"nonideal.current_gain_c", A_GAIN},
-    {"nonideal.stribeck_Nm", NOT_NEGATIVE},
-    {"nonideal.stribeck_width_rad_s", NOT_NEGATIVE},
-    {"nonideal.cogging_Nm", NOT_NEGATIVE},
-    {"nonideal.disturbance_V", NOT_NEGATIVE},
-    {"nonideal.disturbance_Hz", NOT_NEGATIVE},
-    {"nonideal.hum_A", NOT_NEGATIVE},
-    {"nonideal.hum_Hz", NOT_NEGATIVE},
-    {"nonideal.clip_A", NOT_NEGATIVE},
-    {"nonideal.dropped_fraction", BELOW_ONE},
-    {"drive.dt_s", POSITIVE},
-    {"drive.v_dc_V", POSITIVE},
-    {"drive.current_bandwidth_rad_s", NOT_NEGATIVE},
-    {"drive.speed_bandwidth_rad_s", NOT_NEGATIVE},
-    {"drive.i_max_A", POSITIVE},
-    {"duration_s", POSITIVE},
-    {"rtol", POSITIVE},
-};
-
-static const char *broken(double x, enum rule rule)
+static const char *broken(double x, enum dqw_sim_rule rule)
 {
     if (!isfinite(x)) return "must be finite";
-    if (rule == POSITIVE && !(x > 0)) return "must be above 0";
-    if (rule == NOT_NEGATIVE && !(x >= 0)) return "must not be negative";
-    if (rule == BELOW_ONE && !(x >= 0 && x < 1)) return "must be from 0 to below 1";
-    if (rule == UP_TO_TWO && !(x >= 0 && x <= 2)) return "must be from 0 to 2";
-    if (rule == A_GAIN && !(x > -1)) return "must be above -1";
+    if (rule == DQW_SIM_POSITIVE && !(x > 0)) return "must be above 0";
+    if (rule == DQW_SIM_NOT_NEGATIVE && !(x >= 0)) return "must not be negative";
+    if (rule == DQW_SIM_BELOW_ONE && !(x >= 0 && x < 1)) return "must be from 0 to below 1";
+    if (rule == DQW_SIM_UP_TO_TWO && !(x >= 0 && x <= 2)) return "must be from 0 to 2";
+    if (rule == DQW_SIM_A_GAIN && !(x > -1)) return "must be above -1";
     return NULL;
-}
-
-static enum rule rule_of(const char *key)
-{
-    for (size_t i = 0; i < sizeof rules / sizeof *rules; ++i)
-        if (strcmp(rules[i].key, key) == 0) return rules[i].rule;
-    // Noise fractions and ADC steps have no sign.
-    return strncmp(key, "noise.", 6) == 0 ? NOT_NEGATIVE : FINITE;
 }
 
 static int refuse(char *message, size_t size, const char *what, const char *why)
@@ -152,8 +91,8 @@ int dqw_sim_check(const dqw_sim_scenario *s, char *message, size_t size)
 {
     for (size_t i = 0; i < dqw_sim_field_count(); ++i) {
         const dqw_sim_field *f = dqw_sim_field_at(i);
-        if (f->kind != DQW_SIM_FIELD_DOUBLE) continue;
-        const char *why = broken(*(const double *)(const void *)((const char *)s + f->offset), rule_of(f->key));
+        if (f->kind != DQW_SIM_FIELD_DOUBLE && f->kind != DQW_SIM_FIELD_RAMP) continue;
+        const char *why = broken(*(const double *)(const void *)((const char *)s + f->offset), f->rule);
         if (why) return refuse(message, size, f->key, why);
     }
     const struct {

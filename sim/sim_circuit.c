@@ -16,7 +16,7 @@ static void subtract_loss(const dqw_sim_plant *p, double c, double s, double im_
         a = dqw_sim_curve_at(p->curve, alpha), b = dqw_sim_curve_at(p->curve, i_b), g = dqw_sim_curve_at(p->curve, i_c);
     } else {
         const double k = p->dead_time_width_inv;
-        a = tanh(k * alpha), b = tanh(k * i_b), g = tanh(k * i_c), scale = p->dead_time_V;
+        a = tanh(k * alpha), b = tanh(k * i_b), g = tanh(k * i_c), scale = p->now.dead_time_V.value;
     }
     const double lost_alpha = scale * (2 * a - b - g) / 3, lost_beta = scale * (b - g) / sqrt3;
     o->v_x_V -= c * lost_alpha + s * lost_beta;
@@ -33,10 +33,11 @@ static void subtract_loss(const dqw_sim_plant *p, double c, double s, double im_
 static void shorted_circuit(const dqw_sim_plant *p, double R, double c, double s, double im_x, double im_y,
                             dqw_sim_point *o)
 {
-    const double mu = p->short_turns, m = mu * (2.0 / 3), dR = p->extra_a_ohm, d = dR * (2.0 / 3), G = p->iron_S;
+    const double mu = p->now.turn_short.value, m = mu * (2.0 / 3), dR = p->extra_a_ohm, d = dR * (2.0 / 3),
+                 G = p->now.iron_loss_S.value;
     const double v_alpha = c * o->v_x_V - s * o->v_y_V, v_beta = s * o->v_x_V + c * o->v_y_V;
     const double im_alpha = c * im_x - s * im_y, im_beta = s * im_x + c * im_y;
-    const double k = mu > 0 ? mu / (p->short_ohm + mu * R * (1 - m)) : 0;
+    const double k = mu > 0 ? mu / (p->now.turn_short_ohm + mu * R * (1 - m)) : 0;
     const double e_alpha = (v_alpha - (R + d + m * d * k * R) * im_alpha) / (1 + (R + d) * G + m * d * k * (1 + R * G));
     const double e_beta = (v_beta - R * im_beta) / (1 + R * G);
     const double i_f = k * (R * im_alpha + (1 + R * G) * e_alpha);
@@ -44,15 +45,15 @@ static void shorted_circuit(const dqw_sim_plant *p, double R, double c, double s
     o->e_x_V = c * e_alpha + s * e_beta, o->e_y_V = c * e_beta - s * e_alpha;
     o->i_x_A = c * i_alpha + s * i_beta, o->i_y_A = c * i_beta - s * i_alpha;
     const double in_short = i_alpha - i_f, bc = 0.5 * (i_alpha * i_alpha + 3 * i_beta * i_beta);
-    o->copper_W = R * ((1 - mu) * i_alpha * i_alpha + mu * in_short * in_short + bc) + p->short_ohm * i_f * i_f +
-                  dR * i_alpha * i_alpha;
+    o->copper_W = R * ((1 - mu) * i_alpha * i_alpha + mu * in_short * in_short + bc) +
+                  p->now.turn_short_ohm * i_f * i_f + dR * i_alpha * i_alpha;
 }
 
 static void healthy_circuit(const dqw_sim_plant *p, double R, double im_x, double im_y, dqw_sim_point *o)
 {
-    const double k = 1 / (1 + R * p->iron_S);
+    const double G = p->now.iron_loss_S.value, k = 1 / (1 + R * G);
     o->e_x_V = (o->v_x_V - R * im_x) * k, o->e_y_V = (o->v_y_V - R * im_y) * k;
-    o->i_x_A = im_x + p->iron_S * o->e_x_V, o->i_y_A = im_y + p->iron_S * o->e_y_V;
+    o->i_x_A = im_x + G * o->e_x_V, o->i_y_A = im_y + G * o->e_y_V;
     o->copper_W = 1.5 * R * (o->i_x_A * o->i_x_A + o->i_y_A * o->i_y_A);
 }
 
@@ -62,7 +63,7 @@ static void healthy_circuit(const dqw_sim_plant *p, double R, double im_x, doubl
 static void unequal_circuit(const dqw_sim_plant *p, double R, double c, double s, double im_x, double im_y,
                             dqw_sim_point *o)
 {
-    const double A = p->extra_a_ohm, B = p->extra_b_ohm, G = p->iron_S;
+    const double A = p->extra_a_ohm, B = p->extra_b_ohm, G = p->now.iron_loss_S.value;
     const double m_aa = R + (2.0 / 3) * A + B / 6, m_ab = -B / (2 * sqrt3), m_bb = R + 0.5 * B;
     const double im_alpha = c * im_x - s * im_y, im_beta = s * im_x + c * im_y;
     const double rest_alpha = c * o->v_x_V - s * o->v_y_V - m_aa * im_alpha - m_ab * im_beta;
@@ -79,8 +80,8 @@ static void unequal_circuit(const dqw_sim_plant *p, double R, double c, double s
 
 void dqw_sim_circuit(const dqw_sim_plant *p, double R, double im_x, double im_y, dqw_sim_point *o)
 {
-    const bool loss = p->curve || p->dead_time_V != 0,
-               unlike = p->short_turns > 0 || p->extra_a_ohm != 0 || p->extra_b_ohm != 0;
+    const bool loss = p->curve || p->now.dead_time_V.value != 0,
+               unlike = p->now.turn_short.value > 0 || p->extra_a_ohm != 0 || p->extra_b_ohm != 0;
     double c = 1, s = 0;
     if (loss || unlike) {
         const double frame = p->theta_e_rad + (p->turning_frame ? o->turn_rad : 0);

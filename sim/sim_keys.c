@@ -5,49 +5,78 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "dqw_sim.h"
+#include "sim_signal.h"
 
 // clang-format off
-#define AT(field) offsetof(dqw_sim_scenario, field)
-#define NUMBER(field) {#field, AT(field), DQW_SIM_FIELD_DOUBLE, NULL}
-#define COUNT(field) {#field, AT(field), DQW_SIM_FIELD_INT, NULL}
-#define CHOICE(field, names) {#field, AT(field), DQW_SIM_FIELD_CHOICE, names}
+#define FIELD(name, field, kind, rule, choices)                                                                      \
+    {#name, offsetof(dqw_sim_scenario, field), DQW_SIM_FIELD_##kind, DQW_SIM_##rule, choices}
+#define NUMBER(field, rule) FIELD(field, field, DOUBLE, rule, NULL)
+#define OTHER(field, kind) FIELD(field, field, kind, FINITE, NULL)
+#define COUNT(field) OTHER(field, INT)
+#define CHOICE(field, names) FIELD(field, field, CHOICE, FINITE, names)
 // A ramp or a signal alone stands for its value.
-#define RAMP(field) {#field, AT(field.value), DQW_SIM_FIELD_DOUBLE, NULL}, NUMBER(field.t_start_s), NUMBER(field.t_end_s)
-#define SIGNAL(field)                                                                                                                    \
-    {#field, AT(field.value), DQW_SIM_FIELD_DOUBLE, NULL}, NUMBER(field.step), NUMBER(field.t_step_s), NUMBER(field.wave),               \
-        NUMBER(field.wave_period_s), CHOICE(field.shape, "sine square triangle stairs "), COUNT(field.levels), NUMBER(field.random),     \
-        NUMBER(field.random_hold_s), NUMBER(field.binary), NUMBER(field.binary_hold_s)
+#define RAMP(field, rule)                                                                                            \
+    FIELD(field, field.value, RAMP, rule, NULL), NUMBER(field.t_start_s, FINITE), NUMBER(field.t_end_s, FINITE)
+#define SIGNAL(field)                                                                                                \
+    FIELD(field, field.value, DOUBLE, FINITE, NULL), NUMBER(field.step, FINITE), NUMBER(field.t_step_s, FINITE),     \
+        NUMBER(field.wave, FINITE), NUMBER(field.wave_period_s, FINITE),                                             \
+        CHOICE(field.shape, "sine square triangle stairs "), COUNT(field.levels), NUMBER(field.random, FINITE),      \
+        NUMBER(field.random_hold_s, FINITE), NUMBER(field.binary, FINITE), NUMBER(field.binary_hold_s, FINITE)
 
+// A key, and what its value may be. Beside those of an effect of the catalogue stands its name: lint looks there.
 static const dqw_sim_field fields[] = {
-    NUMBER(duration_s), NUMBER(rtol), CHOICE(method, "adams bdf "), {"balance", AT(balance), DQW_SIM_FIELD_BOOL, NULL},
-    {"seed", AT(seed), DQW_SIM_FIELD_SEED, NULL},
-    COUNT(machine.pole_pairs), NUMBER(machine.R_ohm), NUMBER(machine.Ld_H), NUMBER(machine.Lq_H), NUMBER(machine.psi_Wb),
-    NUMBER(machine.J_kgm2), NUMBER(machine.B_Nms_rad), NUMBER(machine.coulomb_Nm), NUMBER(machine.coulomb_width_rad_s),
-    NUMBER(machine.temp_ref_C), NUMBER(machine.temp_ambient_C), NUMBER(machine.temp_start_C), NUMBER(machine.winding_heat_J_K),
-    NUMBER(machine.magnet_heat_J_K), NUMBER(machine.winding_magnet_W_K), NUMBER(machine.winding_ambient_W_K),
-    NUMBER(machine.magnet_ambient_W_K), {"machine.flux_map", AT(machine.flux_map), DQW_SIM_FIELD_PATH, NULL},
-    RAMP(nonideal.dead_time_V), NUMBER(nonideal.dead_time_width_A), RAMP(nonideal.saturation_dd_A_Wb3), RAMP(nonideal.saturation_qq_A_Wb3),
-    RAMP(nonideal.saturation_dq_A_Wb3), RAMP(nonideal.iron_loss_S), RAMP(nonideal.winding_alpha_per_K), RAMP(nonideal.magnet_beta_per_K),
-    RAMP(nonideal.turn_short), NUMBER(nonideal.turn_short_ohm), RAMP(nonideal.demagnetisation), RAMP(nonideal.phase_connection_ohm),
-    RAMP(nonideal.bearing_Nm), RAMP(nonideal.bearing_B_Nms_rad),
-    RAMP(nonideal.skin_effect_s2_rad2), RAMP(nonideal.phase_resistance_a_ohm), RAMP(nonideal.phase_resistance_b_ohm),
-    RAMP(nonideal.flux_harmonic_6d_Wb), RAMP(nonideal.flux_harmonic_6q_Wb), NUMBER(nonideal.flux_harmonic_6_phase_rad),
-    RAMP(nonideal.flux_harmonic_12d_Wb), RAMP(nonideal.flux_harmonic_12q_Wb), NUMBER(nonideal.flux_harmonic_12_phase_rad),
-    RAMP(nonideal.delay_periods), RAMP(nonideal.current_gain_a), RAMP(nonideal.current_gain_b), RAMP(nonideal.current_gain_c),
-    RAMP(nonideal.current_offset_alpha_A), RAMP(nonideal.current_offset_beta_A), RAMP(nonideal.angle_offset_rad),
-    RAMP(nonideal.voltage_offset_d_V), RAMP(nonideal.voltage_offset_q_V), RAMP(nonideal.stribeck_Nm), NUMBER(nonideal.stribeck_width_rad_s),
-    RAMP(nonideal.friction_asymmetry_Nm), RAMP(nonideal.cogging_Nm), COUNT(nonideal.cogging_order), NUMBER(nonideal.cogging_phase_rad),
-    {"nonideal.inverter_curve", AT(nonideal.inverter_curve), DQW_SIM_FIELD_PATH, NULL},
-    RAMP(nonideal.disturbance_V), NUMBER(nonideal.disturbance_Hz), RAMP(nonideal.hum_A), NUMBER(nonideal.hum_Hz), NUMBER(nonideal.clip_A),
-    NUMBER(nonideal.dropped_fraction),
-    NUMBER(drive.dt_s), NUMBER(drive.v_dc_V), NUMBER(drive.current_bandwidth_rad_s), NUMBER(drive.speed_bandwidth_rad_s), NUMBER(drive.i_max_A),
-    CHOICE(drive.hold, "abc dq "), COUNT(drive.log_every), COUNT(drive.log_window),
-    CHOICE(profile.control, "speed current voltage "), CHOICE(profile.shaft, "free imposed "), NUMBER(profile.speed_start_rad_s),
-    SIGNAL(profile.speed_rad_s), SIGNAL(profile.i_d_A), SIGNAL(profile.i_q_A), SIGNAL(profile.v_d_V), SIGNAL(profile.v_q_V), SIGNAL(profile.load_Nm),
-    NUMBER(noise.i), NUMBER(noise.v), NUMBER(noise.w), NUMBER(noise.theta), NUMBER(noise.v_dc), NUMBER(noise.temp), NUMBER(noise.torque),
-    NUMBER(noise.step_i_A), NUMBER(noise.step_v_V), NUMBER(noise.step_w_rad_s), NUMBER(noise.step_theta_m_rad), NUMBER(noise.step_v_dc_V),
-    NUMBER(noise.step_temp_C), NUMBER(noise.step_torque_Nm), {"noise.seed", AT(noise.seed), DQW_SIM_FIELD_SEED, NULL},
+    NUMBER(duration_s, POSITIVE), NUMBER(rtol, POSITIVE), CHOICE(method, "adams bdf "),
+    OTHER(balance, BOOL), OTHER(seed, SEED),
+    COUNT(machine.pole_pairs), NUMBER(machine.R_ohm, POSITIVE), NUMBER(machine.Ld_H, POSITIVE),
+    NUMBER(machine.Lq_H, POSITIVE), NUMBER(machine.psi_Wb, NOT_NEGATIVE), NUMBER(machine.J_kgm2, NOT_NEGATIVE),
+    NUMBER(machine.B_Nms_rad, NOT_NEGATIVE),
+    NUMBER(machine.coulomb_Nm, NOT_NEGATIVE), NUMBER(machine.coulomb_width_rad_s, NOT_NEGATIVE),  // coulomb_friction
+    NUMBER(machine.temp_ref_C, FINITE), NUMBER(machine.temp_ambient_C, FINITE), NUMBER(machine.temp_start_C, FINITE),
+    NUMBER(machine.winding_heat_J_K, NOT_NEGATIVE), NUMBER(machine.magnet_heat_J_K, NOT_NEGATIVE),
+    NUMBER(machine.winding_magnet_W_K, NOT_NEGATIVE), NUMBER(machine.winding_ambient_W_K, NOT_NEGATIVE),
+    NUMBER(machine.magnet_ambient_W_K, NOT_NEGATIVE), OTHER(machine.flux_map, PATH),
+    RAMP(nonideal.dead_time_V, NOT_NEGATIVE), NUMBER(nonideal.dead_time_width_A, NOT_NEGATIVE),  // dead_time
+    RAMP(nonideal.saturation_dd_A_Wb3, FINITE), RAMP(nonideal.saturation_qq_A_Wb3, FINITE),  // saturation
+    RAMP(nonideal.saturation_dq_A_Wb3, FINITE),  // cross_saturation
+    RAMP(nonideal.iron_loss_S, NOT_NEGATIVE),  // iron_loss
+    RAMP(nonideal.winding_alpha_per_K, FINITE),  // winding_temperature
+    RAMP(nonideal.magnet_beta_per_K, FINITE),  // magnet_temperature
+    RAMP(nonideal.turn_short, BELOW_ONE), NUMBER(nonideal.turn_short_ohm, NOT_NEGATIVE),
+    RAMP(nonideal.demagnetisation, BELOW_ONE), RAMP(nonideal.phase_connection_ohm, NOT_NEGATIVE),
+    RAMP(nonideal.bearing_Nm, NOT_NEGATIVE), RAMP(nonideal.bearing_B_Nms_rad, NOT_NEGATIVE),
+    RAMP(nonideal.skin_effect_s2_rad2, NOT_NEGATIVE),  // skin_effect
+    RAMP(nonideal.phase_resistance_a_ohm, FINITE),  // phase_resistance_imbalance
+    RAMP(nonideal.phase_resistance_b_ohm, FINITE),
+    RAMP(nonideal.flux_harmonic_6d_Wb, FINITE), RAMP(nonideal.flux_harmonic_6q_Wb, FINITE),  // flux_harmonics
+    NUMBER(nonideal.flux_harmonic_6_phase_rad, FINITE), RAMP(nonideal.flux_harmonic_12d_Wb, FINITE),
+    RAMP(nonideal.flux_harmonic_12q_Wb, FINITE), NUMBER(nonideal.flux_harmonic_12_phase_rad, FINITE),
+    RAMP(nonideal.delay_periods, UP_TO_TWO),  // delay
+    RAMP(nonideal.current_gain_a, A_GAIN), RAMP(nonideal.current_gain_b, A_GAIN),  // current_gain_mismatch
+    RAMP(nonideal.current_gain_c, A_GAIN),
+    RAMP(nonideal.current_offset_alpha_A, FINITE), RAMP(nonideal.current_offset_beta_A, FINITE),  // current_offset
+    RAMP(nonideal.angle_offset_rad, FINITE),  // angle_offset
+    RAMP(nonideal.voltage_offset_d_V, FINITE), RAMP(nonideal.voltage_offset_q_V, FINITE),  // voltage_offset
+    RAMP(nonideal.stribeck_Nm, NOT_NEGATIVE), NUMBER(nonideal.stribeck_width_rad_s, NOT_NEGATIVE),  // stribeck_friction
+    RAMP(nonideal.friction_asymmetry_Nm, FINITE),  // direction_asymmetry
+    RAMP(nonideal.cogging_Nm, NOT_NEGATIVE), COUNT(nonideal.cogging_order),  // cogging_torque
+    NUMBER(nonideal.cogging_phase_rad, FINITE),
+    OTHER(nonideal.inverter_curve, PATH),
+    RAMP(nonideal.disturbance_V, NOT_NEGATIVE), NUMBER(nonideal.disturbance_Hz, NOT_NEGATIVE),
+    RAMP(nonideal.hum_A, NOT_NEGATIVE), NUMBER(nonideal.hum_Hz, NOT_NEGATIVE), NUMBER(nonideal.clip_A, NOT_NEGATIVE),
+    NUMBER(nonideal.dropped_fraction, BELOW_ONE),
+    NUMBER(drive.dt_s, POSITIVE), NUMBER(drive.v_dc_V, POSITIVE), NUMBER(drive.current_bandwidth_rad_s, NOT_NEGATIVE),
+    NUMBER(drive.speed_bandwidth_rad_s, NOT_NEGATIVE), NUMBER(drive.i_max_A, POSITIVE), CHOICE(drive.hold, "abc dq "),
+    COUNT(drive.log_every), COUNT(drive.log_window),
+    CHOICE(profile.control, "speed current voltage "), CHOICE(profile.shaft, "free imposed "),
+    NUMBER(profile.speed_start_rad_s, FINITE), SIGNAL(profile.speed_rad_s), SIGNAL(profile.i_d_A),
+    SIGNAL(profile.i_q_A), SIGNAL(profile.v_d_V), SIGNAL(profile.v_q_V),
+    SIGNAL(profile.load_Nm),  // load_torque
+    NUMBER(noise.i, NOT_NEGATIVE), NUMBER(noise.v, NOT_NEGATIVE), NUMBER(noise.w, NOT_NEGATIVE),
+    NUMBER(noise.theta, NOT_NEGATIVE), NUMBER(noise.v_dc, NOT_NEGATIVE), NUMBER(noise.temp, NOT_NEGATIVE),
+    NUMBER(noise.torque, NOT_NEGATIVE), NUMBER(noise.step_i_A, NOT_NEGATIVE), NUMBER(noise.step_v_V, NOT_NEGATIVE),
+    NUMBER(noise.step_w_rad_s, NOT_NEGATIVE), NUMBER(noise.step_theta_m_rad, NOT_NEGATIVE),
+    NUMBER(noise.step_v_dc_V, NOT_NEGATIVE), NUMBER(noise.step_temp_C, NOT_NEGATIVE),
+    NUMBER(noise.step_torque_Nm, NOT_NEGATIVE), OTHER(noise.seed, SEED),
 };
 // clang-format on
 
@@ -61,6 +90,17 @@ enum {
     CHANNELS = sizeof noise_channels / sizeof *noise_channels,
     SHORTHANDS = sizeof shorthands / sizeof *shorthands
 };
+
+void dqw_sim_ramps_at(const dqw_sim_scenario *s, double t_s, dqw_sim_nonideal *now)
+{
+    for (size_t i = 0; i < FIELDS; ++i) {
+        if (fields[i].kind != DQW_SIM_FIELD_RAMP) continue;
+        dqw_sim_ramp ramp;
+        memcpy(&ramp, (const char *)s + fields[i].offset - offsetof(dqw_sim_ramp, value), sizeof ramp);
+        ramp.value = dqw_sim_ramp_at(&ramp, t_s);
+        memcpy((char *)now + fields[i].offset - offsetof(dqw_sim_scenario, nonideal), &ramp.value, sizeof ramp.value);
+    }
+}
 
 size_t dqw_sim_field_count(void) { return FIELDS; }
 const dqw_sim_field *dqw_sim_field_at(size_t index) { return index < FIELDS ? &fields[index] : NULL; }
@@ -85,7 +125,8 @@ static int set_field(char *to, const dqw_sim_field *f, const char *value)
     char *end = NULL;
     errno = 0;
     switch (f->kind) {
-    case DQW_SIM_FIELD_DOUBLE: {
+    case DQW_SIM_FIELD_DOUBLE:
+    case DQW_SIM_FIELD_RAMP: {
         const double x = strtod(value, &end);
         if (end == value || *end || !isfinite(x)) return DQW_SIM_ERR_VALUE;
         memcpy(to, &x, sizeof x);

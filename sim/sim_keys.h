@@ -4,8 +4,11 @@
 
 #include <stddef.h>
 
+#include "dqw_sim.h"
+
 enum dqw_sim_field_kind {
     DQW_SIM_FIELD_DOUBLE,
+    DQW_SIM_FIELD_RAMP,  ///< the value of a ramp: a double
     DQW_SIM_FIELD_INT,
     DQW_SIM_FIELD_BOOL,
     DQW_SIM_FIELD_SEED,
@@ -13,12 +16,26 @@ enum dqw_sim_field_kind {
     DQW_SIM_FIELD_CHOICE
 };
 
+/// What a double may be.
+enum dqw_sim_rule {
+    DQW_SIM_FINITE,
+    DQW_SIM_NOT_NEGATIVE,
+    DQW_SIM_POSITIVE,
+    DQW_SIM_BELOW_ONE,
+    DQW_SIM_UP_TO_TWO,
+    DQW_SIM_A_GAIN
+};
+
 typedef struct dqw_sim_field {
     const char *key;
     size_t offset;
     enum dqw_sim_field_kind kind;
+    enum dqw_sim_rule rule;
     const char *choices;  ///< names in the order of their values, each ended by a space
 } dqw_sim_field;
+
+/// The value of every ramp at t_s, into `now`.
+void dqw_sim_ramps_at(const dqw_sim_scenario *s, double t_s, dqw_sim_nonideal *now);
 
 size_t dqw_sim_field_count(void);
 const dqw_sim_field *dqw_sim_field_at(size_t index);

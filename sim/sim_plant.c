@@ -4,10 +4,9 @@
 #include <string.h>
 
 #include "sim_circuit.h"
-#include "sim_signal.h"
+#include "sim_keys.h"
 
 static const double two_pi = 6.283185307179586;
-static const int harmonic_order[DQW_SIM_HARMONICS] = {6, 12};
 
 static double inverse(double x) { return x > 0 ? 1 / x : 0; }
 
@@ -22,14 +21,11 @@ void dqw_sim_plant_init(dqw_sim_plant *p, const dqw_sim_scenario *s, dqw_sim_map
     p->temp_winding_C = p->temp_magnet_C = m->temp_start_C;
     p->flux.map = map;
     p->curve = curve;
-    p->short_ohm = s->nonideal.turn_short_ohm;
+    p->now = s->nonideal;
     p->dead_time_width_inv = inverse(s->nonideal.dead_time_width_A);
     p->J_inv = inverse(m->J_kgm2);
     p->coulomb_width_inv = inverse(m->coulomb_width_rad_s);
     p->stribeck_width_inv = inverse(s->nonideal.stribeck_width_rad_s);
-    p->cogging_order = s->nonideal.cogging_order, p->cogging_phase_rad = s->nonideal.cogging_phase_rad;
-    p->harmonic_phase_rad[0] = s->nonideal.flux_harmonic_6_phase_rad,
-    p->harmonic_phase_rad[1] = s->nonideal.flux_harmonic_12_phase_rad;
     p->disturbance_rad_s = two_pi * s->nonideal.disturbance_Hz;
     p->winding_heat_inv = inverse(m->winding_heat_J_K);
     p->magnet_heat_inv = inverse(m->magnet_heat_J_K);
@@ -48,26 +44,13 @@ void dqw_sim_plant_init(dqw_sim_plant *p, const dqw_sim_scenario *s, dqw_sim_map
 bool dqw_sim_plant_ramp(dqw_sim_plant *p, const dqw_sim_scenario *s, double t_s)
 {
     const dqw_sim_machine *m = &s->machine;
-    const dqw_sim_nonideal *x = &s->nonideal;
-    p->dead_time_V = dqw_sim_ramp_at(&x->dead_time_V, t_s);
-    p->iron_S = dqw_sim_ramp_at(&x->iron_loss_S, t_s);
-    p->alpha_per_K = dqw_sim_ramp_at(&x->winding_alpha_per_K, t_s);
-    p->beta_per_K = dqw_sim_ramp_at(&x->magnet_beta_per_K, t_s);
-    p->short_turns = dqw_sim_ramp_at(&x->turn_short, t_s);
-    p->extra_a_ohm = dqw_sim_ramp_at(&x->phase_connection_ohm, t_s) + dqw_sim_ramp_at(&x->phase_resistance_a_ohm, t_s);
-    p->extra_b_ohm = dqw_sim_ramp_at(&x->phase_resistance_b_ohm, t_s);
-    p->skin_s2_rad2 = dqw_sim_ramp_at(&x->skin_effect_s2_rad2, t_s);
-    p->harmonic_d_Wb[0] = dqw_sim_ramp_at(&x->flux_harmonic_6d_Wb, t_s),
-    p->harmonic_q_Wb[0] = dqw_sim_ramp_at(&x->flux_harmonic_6q_Wb, t_s);
-    p->harmonic_d_Wb[1] = dqw_sim_ramp_at(&x->flux_harmonic_12d_Wb, t_s),
-    p->harmonic_q_Wb[1] = dqw_sim_ramp_at(&x->flux_harmonic_12q_Wb, t_s);
-    p->disturbance_V = dqw_sim_ramp_at(&x->disturbance_V, t_s);
-    p->stribeck_Nm = dqw_sim_ramp_at(&x->stribeck_Nm, t_s),
-    p->asymmetry_Nm = dqw_sim_ramp_at(&x->friction_asymmetry_Nm, t_s);
-    p->cogging_Nm = dqw_sim_ramp_at(&x->cogging_Nm, t_s);
-    p->coulomb_Nm = m->coulomb_Nm + dqw_sim_ramp_at(&x->bearing_Nm, t_s);
-    p->B_Nms_rad = m->B_Nms_rad + dqw_sim_ramp_at(&x->bearing_B_Nms_rad, t_s);
-    const double kept = 1 - dqw_sim_ramp_at(&x->demagnetisation, t_s);
+    const dqw_sim_nonideal *x = &p->now;
+    dqw_sim_ramps_at(s, t_s, &p->now);
+    p->extra_a_ohm = x->phase_connection_ohm.value + x->phase_resistance_a_ohm.value;
+    p->extra_b_ohm = x->phase_resistance_b_ohm.value;
+    p->coulomb_Nm = m->coulomb_Nm + x->bearing_Nm.value;
+    p->B_Nms_rad = m->B_Nms_rad + x->bearing_B_Nms_rad.value;
+    const double kept = 1 - x->demagnetisation.value;
     dqw_sim_map *map = p->flux.map;
     if (map) {
         double psi_q, L[3];
@@ -76,33 +59,41 @@ bool dqw_sim_plant_ramp(dqw_sim_plant *p, const dqw_sim_scenario *s, double t_s)
         return true;
     }
     p->psi_ref_Wb = m->psi_Wb * kept;
-    return dqw_sim_flux_init(&p->flux, m->Ld_H, m->Lq_H, m->psi_Wb, dqw_sim_ramp_at(&x->saturation_dd_A_Wb3, t_s),
-                             dqw_sim_ramp_at(&x->saturation_qq_A_Wb3, t_s),
-                             dqw_sim_ramp_at(&x->saturation_dq_A_Wb3, t_s));
+    return dqw_sim_flux_init(&p->flux, m->Ld_H, m->Lq_H, m->psi_Wb, x->saturation_dd_A_Wb3.value,
+                             x->saturation_qq_A_Wb3.value, x->saturation_dq_A_Wb3.value);
 }
 
 double dqw_sim_plant_magnet(const dqw_sim_plant *p, double temp_magnet_C)
 {
-    return p->psi_ref_Wb * (1 + p->beta_per_K * (temp_magnet_C - p->temp_ref_C));
+    return p->psi_ref_Wb * (1 + p->now.magnet_beta_per_K.value * (temp_magnet_C - p->temp_ref_C));
 }
 
 dqw_sim_harmonic dqw_sim_plant_harmonic(const dqw_sim_plant *p, double theta_e_rad)
 {
+    const dqw_sim_nonideal *x = &p->now;
+    const struct {
+        double order, d_Wb, q_Wb, phase_rad;
+    } parts[] = {
+        {6, x->flux_harmonic_6d_Wb.value, x->flux_harmonic_6q_Wb.value, x->flux_harmonic_6_phase_rad},
+        {12, x->flux_harmonic_12d_Wb.value, x->flux_harmonic_12q_Wb.value, x->flux_harmonic_12_phase_rad},
+    };
     dqw_sim_harmonic h = {0, 0, 0, 0};
-    for (int k = 0; k < DQW_SIM_HARMONICS; ++k) {
-        if (p->harmonic_d_Wb[k] == 0 && p->harmonic_q_Wb[k] == 0) continue;
-        const double n = harmonic_order[k], angle = n * theta_e_rad + p->harmonic_phase_rad[k], c = cos(angle),
-                     s = sin(angle);
-        h.d_Wb += p->harmonic_d_Wb[k] * c, h.q_Wb += p->harmonic_q_Wb[k] * s;
-        h.d_slope_Wb -= n * p->harmonic_d_Wb[k] * s, h.q_slope_Wb += n * p->harmonic_q_Wb[k] * c;
+    for (size_t k = 0; k < sizeof parts / sizeof *parts; ++k) {
+        const double n = parts[k].order, d_Wb = parts[k].d_Wb, q_Wb = parts[k].q_Wb;
+        if (d_Wb == 0 && q_Wb == 0) continue;
+        const double angle = n * theta_e_rad + parts[k].phase_rad, c = cos(angle), s = sin(angle);
+        h.d_Wb += d_Wb * c, h.q_Wb += q_Wb * s;
+        h.d_slope_Wb -= n * d_Wb * s, h.q_slope_Wb += n * q_Wb * c;
     }
     return h;
 }
 
 static double friction_Nm(const dqw_sim_plant *p, double w)
 {
-    double dry = w < 0 ? p->coulomb_Nm - p->asymmetry_Nm : p->coulomb_Nm + p->asymmetry_Nm;
-    if (p->stribeck_Nm != 0) dry += p->stribeck_Nm * exp(-p->stribeck_width_inv * w * p->stribeck_width_inv * w);
+    double dry = w < 0 ? p->coulomb_Nm - p->now.friction_asymmetry_Nm.value
+                       : p->coulomb_Nm + p->now.friction_asymmetry_Nm.value;
+    if (p->now.stribeck_Nm.value != 0)
+        dry += p->now.stribeck_Nm.value * exp(-p->stribeck_width_inv * w * p->stribeck_width_inv * w);
     double friction = p->B_Nms_rad * w;
     if (dry != 0) friction += dry * tanh(p->coulomb_width_inv * w);
     return friction;
@@ -120,8 +111,9 @@ bool dqw_sim_plant_point(const dqw_sim_plant *p, double tau_s, const double *y, 
     o->temp_winding_C = p->at_temp >= 0 ? y[p->at_temp] : p->temp_winding_C;
     o->temp_magnet_C = p->at_temp >= 0 ? y[p->at_temp + 1] : p->temp_magnet_C;
     o->psi_m_Wb = dqw_sim_plant_magnet(p, o->temp_magnet_C);
-    double R = p->R_ref_ohm * (1 + p->alpha_per_K * (o->temp_winding_C - p->temp_ref_C));
-    if (p->skin_s2_rad2 != 0) R *= 1 + p->skin_s2_rad2 * (p->p * o->w_m_rad_s) * (p->p * o->w_m_rad_s);
+    double R = p->R_ref_ohm * (1 + p->now.winding_alpha_per_K.value * (o->temp_winding_C - p->temp_ref_C));
+    if (p->now.skin_effect_s2_rad2.value != 0)
+        R *= 1 + p->now.skin_effect_s2_rad2.value * (p->p * o->w_m_rad_s) * (p->p * o->w_m_rad_s);
 
     const double c = p->turning_frame ? 1 : cos(o->turn_rad), s = p->turning_frame ? 0 : sin(o->turn_rad);
     o->psi_d_Wb = c * y[0] + s * y[1];
@@ -134,20 +126,20 @@ bool dqw_sim_plant_point(const dqw_sim_plant *p, double tau_s, const double *y, 
     o->torque_Nm = 1.5 * p->p * (o->psi_d_Wb * im_q - o->psi_q_Wb * im_d + h.d_slope_Wb * im_d + h.q_slope_Wb * im_q);
 
     o->v_x_V = p->v_x_V, o->v_y_V = p->v_y_V;
-    if (p->disturbance_V != 0) {
-        const double phase = p->disturbance_rad_s * (p->t_s + tau_s), d = p->disturbance_V * sin(phase),
-                     q = -p->disturbance_V * cos(phase);
+    if (p->now.disturbance_V.value != 0) {
+        const double phase = p->disturbance_rad_s * (p->t_s + tau_s), d = p->now.disturbance_V.value * sin(phase),
+                     q = -p->now.disturbance_V.value * cos(phase);
         o->v_x_V += c * d - s * q, o->v_y_V += s * d + c * q;
     }
     dqw_sim_circuit(p, R, im_x, im_y, o);
     o->i_d_A = c * o->i_x_A + s * o->i_y_A;
     o->i_q_A = c * o->i_y_A - s * o->i_x_A;
-    o->iron_W = 1.5 * p->iron_S * (o->e_x_V * o->e_x_V + o->e_y_V * o->e_y_V);
+    o->iron_W = 1.5 * p->now.iron_loss_S.value * (o->e_x_V * o->e_x_V + o->e_y_V * o->e_y_V);
     o->friction_Nm = friction_Nm(p, o->w_m_rad_s);
     o->against_Nm = p->load_Nm;
-    if (p->cogging_Nm != 0)
-        o->against_Nm -= p->cogging_Nm *
-                         sin(p->cogging_order * (p->theta_m_rad + o->turn_rad / p->p) + p->cogging_phase_rad);
+    if (p->now.cogging_Nm.value != 0)
+        o->against_Nm -= p->now.cogging_Nm.value *
+                         sin(p->now.cogging_order * (p->theta_m_rad + o->turn_rad / p->p) + p->now.cogging_phase_rad);
     return true;
 }
 
@@ -187,7 +179,7 @@ bool dqw_sim_plant_rhs(const dqw_sim_plant *p, double tau_s, const double *y, do
         e[DQW_SIM_E_COPPER] = o.copper_W;
         e[DQW_SIM_E_IRON] = o.iron_W;
         e[DQW_SIM_E_MECHANICAL] = o.torque_Nm * o.w_m_rad_s;
-        e[DQW_SIM_E_MAGNET] = -1.5 * dW_dpsi_m * p->psi_ref_Wb * p->beta_per_K * magnet_K_s;
+        e[DQW_SIM_E_MAGNET] = -1.5 * dW_dpsi_m * p->psi_ref_Wb * p->now.magnet_beta_per_K.value * magnet_K_s;
         e[DQW_SIM_E_FRICTION] = o.friction_Nm * o.w_m_rad_s;
         e[DQW_SIM_E_LOAD] = o.against_Nm * o.w_m_rad_s;
         e[DQW_SIM_E_AMBIENT] = p->at_temp >= 0 ? heat_out_W(p, &o) : 0;

@@ -20,26 +20,21 @@ enum {
     DQW_SIM_ENERGIES
 };
 
-enum { DQW_SIM_STATES_MAX = 6 + DQW_SIM_ENERGIES, DQW_SIM_HARMONICS = 2 };
+enum { DQW_SIM_STATES_MAX = 6 + DQW_SIM_ENERGIES };
 
 /// Parameters of one period. Fluxes are integrated in the frame in which the inverter holds its voltage, so that the
 /// rotation costs the integrator nothing: the rotor's frame at t_k standing still (hold = abc), or turning with it
 /// (hold = dq).
 /// At t_k, and for dq always, the states are psi_d, psi_q themselves.
 typedef struct dqw_sim_plant {
-    // Machine and non-idealities.
-    double p, R_ref_ohm, alpha_per_K, psi_ref_Wb, beta_per_K, temp_ref_C, iron_S;
+    dqw_sim_nonideal now;  ///< each ramp's value as it is in this period
+    double p, R_ref_ohm, psi_ref_Wb, temp_ref_C;
     dqw_sim_flux flux;
-    double skin_s2_rad2;
-    double short_turns, short_ohm, extra_a_ohm, extra_b_ohm;  ///< extra: in series with phases a, b
-    double dead_time_V, dead_time_width_inv;
+    double extra_a_ohm, extra_b_ohm;  ///< in series with phases a, b
+    double dead_time_width_inv;
     const dqw_sim_curve *curve;  ///< NULL: dead time's law
-    /// orders 6, 12
-    double harmonic_d_Wb[DQW_SIM_HARMONICS], harmonic_q_Wb[DQW_SIM_HARMONICS], harmonic_phase_rad[DQW_SIM_HARMONICS];
-    double disturbance_V, disturbance_rad_s;
-    double J_inv, B_Nms_rad, coulomb_Nm, coulomb_width_inv, asymmetry_Nm, stribeck_Nm, stribeck_width_inv;
-    double cogging_Nm, cogging_phase_rad;
-    int cogging_order;
+    double disturbance_rad_s;
+    double J_inv, B_Nms_rad, coulomb_Nm, coulomb_width_inv, stribeck_width_inv;
     double winding_heat_inv, magnet_heat_inv, winding_magnet_W_K, winding_ambient_W_K, magnet_ambient_W_K,
         temp_ambient_C;
     bool turning_frame;

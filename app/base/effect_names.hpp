@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "dqw_effect.h"
-#include "ref/effect/found.hpp"
+#include "ref/effect/effect.hpp"
 
 namespace dqw {
 
@@ -31,8 +31,8 @@ bool shape_needs_machine(const std::string& name);
 /// Times the electrical angle with which an effect comes and goes on the axes; 0: not with the angle.
 double angle_order(const TraceInput& in);
 
-/// How many numbers the shape of a law has; a trace may give more (a start angle).
-std::size_t shapes_of(dqw_effect_name name);
+/// Its row of the catalogue.
+const Effect& row_of(dqw_effect_name name);
 
 /// For lib/: shape and start values in single precision, what is missing 0. Throws std::invalid_argument for an unknown
 /// name.

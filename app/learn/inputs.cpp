@@ -24,7 +24,7 @@ constexpr double kWidth = 0.02;        // of the largest current or speed
 constexpr double kFall = 0.1;          // of the largest speed: where Stribeck's friction has gone
 constexpr double kHeatTime = 0.25;     // of the log's length
 constexpr double kReference_C = 25.0;  // as the tracer has it
-constexpr double kCogging = 6.0;
+constexpr double kOrder = 6.0;
 constexpr std::size_t kMostInputs = 64;
 
 double span_s(const std::vector<Log>& logs)
@@ -45,27 +45,21 @@ std::vector<double> heat_shape(const TraceInput& in, const std::vector<Log>& log
     return {kReference_C, tau_s, largest_current(logs)};
 }
 
-std::vector<double> usual_shape(const TraceInput& in, dqw_effect_name name, const std::vector<Log>& logs,
-                                const PlainModel& m)
+std::vector<double> usual_shape(const TraceInput& in, Shape shape, const std::vector<Log>& logs, const PlainModel& m)
 {
     const auto speed = static_cast<double>(largest(logs, &Log::w_m_rad_s, &Log::w_m_rad_s));
-    switch (name) {
-    case DQW_EFFECT_DEAD_TIME: return {kWidth * largest_current(logs)};
-    case DQW_EFFECT_SATURATION:
-    case DQW_EFFECT_CROSS_SATURATION: return {largest_current(logs)};
-    case DQW_EFFECT_WINDING_TEMPERATURE:
-    case DQW_EFFECT_MAGNET_TEMPERATURE: return heat_shape(in, logs);
-    case DQW_EFFECT_FLUX_HARMONICS: return {6.0};
-    case DQW_EFFECT_IRON_LOSS:
-    case DQW_EFFECT_CURRENT_OFFSET:
-    case DQW_EFFECT_CURRENT_GAIN_MISMATCH: return {m.R_ohm, m.Ld_H, m.Lq_H};
-    case DQW_EFFECT_ANGLE_OFFSET: return {m.Ld_H, m.Lq_H, m.psi_Wb};
-    case DQW_EFFECT_COULOMB_FRICTION:
-    case DQW_EFFECT_DIRECTION_ASYMMETRY: return {kWidth * speed};
-    case DQW_EFFECT_STRIBECK_FRICTION: return {kWidth * speed, kFall * speed};
-    case DQW_EFFECT_COGGING_TORQUE: return {kCogging};
+    switch (shape) {
+    case Shape::current_width: return {kWidth * largest_current(logs)};
+    case Shape::current_unit: return {largest_current(logs)};
+    case Shape::heat: return heat_shape(in, logs);
+    case Shape::order:
+    case Shape::periods_a_turn: return {kOrder};
+    case Shape::R_L: return {m.R_ohm, m.Ld_H, m.Lq_H};
+    case Shape::L_psi: return {m.Ld_H, m.Lq_H, m.psi_Wb};
+    case Shape::speed_width: return {kWidth * speed};
+    case Shape::speed_widths: return {kWidth * speed, kFall * speed};
     // Marks seconds, as the tracer does.
-    case DQW_EFFECT_DELAY:
+    case Shape::seconds:
         return logs.front().regime == Regime::dynamic ? std::vector<double>{} : std::vector<double>{1.0};
     default: return {};
     }
@@ -202,7 +196,7 @@ std::vector<TraceInput> completed(std::vector<TraceInput> inputs, const std::vec
                 needs_angle(in.effect))
                 throw std::invalid_argument(log.path + ": " + in.effect +
                                             " needs an angle column: settled rows do not integrate to one");
-        const std::vector<double> usual = usual_shape(in, *name, logs, machine);
+        const std::vector<double> usual = usual_shape(in, row_of(*name).shape, logs, machine);
         for (std::size_t i = in.shape.size(); i < usual.size(); ++i) in.shape.push_back(usual[i]);
         in.reach = heat_reach(in, logs);
     }

@@ -7,7 +7,6 @@
 
 #include "app/base/effect_names.hpp"
 #include "ref/effect/effect.hpp"
-#include "ref/effect/physical.hpp"
 
 namespace dqw {
 

@@ -27,18 +27,13 @@ template <class Integer> Integer whole(double value, const TraceInput& input)
 
 double effect_unit(dqw_effect_name name, const FullScales& full)
 {
-    switch (name) {
-    case DQW_EFFECT_DEAD_TIME:
-    case DQW_EFFECT_VOLTAGE_OFFSET: return full.v_V;
-    case DQW_EFFECT_SATURATION:
-    case DQW_EFFECT_CROSS_SATURATION:
-    case DQW_EFFECT_MAGNET_TEMPERATURE:
-    case DQW_EFFECT_FLUX_HARMONICS: return full.v_V * full.dt_s;
-    case DQW_EFFECT_WINDING_TEMPERATURE:
-    case DQW_EFFECT_PHASE_RESISTANCE_IMBALANCE: return full.v_V / full.i_A;
-    case DQW_EFFECT_IRON_LOSS: return full.i_A / full.v_V;
-    case DQW_EFFECT_CURRENT_OFFSET: return full.i_A;
-    case DQW_EFFECT_SKIN_EFFECT: return full.v_V * full.dt_s * full.dt_s / full.i_A;
+    switch (row_of(name).unit) {
+    case Unit::V: return full.v_V;
+    case Unit::A: return full.i_A;
+    case Unit::Wb: return full.v_V * full.dt_s;
+    case Unit::ohm: return full.v_V / full.i_A;
+    case Unit::S: return full.i_A / full.v_V;
+    case Unit::ohm_s2: return full.v_V * full.dt_s * full.dt_s / full.i_A;
     default: return 1.0;
     }
 }
@@ -50,31 +45,27 @@ dqw_effect_q15_config effect_config_q15(const TraceInput& input, const FullScale
     const auto shape = [&](std::size_t i, double unit) { return static_cast<double>(f.shape[i]) / unit; };
     dqw_effect_q15_config c{};
     c.effect = f.effect;
-    switch (f.effect) {
-    case DQW_EFFECT_DEAD_TIME:
-    case DQW_EFFECT_SATURATION:
-    case DQW_EFFECT_CROSS_SATURATION: c.i_uA = whole<std::uint32_t>(shape(0, 1e-6), input); break;
-    case DQW_EFFECT_WINDING_TEMPERATURE:
-    case DQW_EFFECT_MAGNET_TEMPERATURE:
+    switch (row_of(f.effect).shape) {
+    case Shape::current_width:
+    case Shape::current_unit: c.i_uA = whole<std::uint32_t>(shape(0, 1e-6), input); break;
+    case Shape::heat:
         c.T_0_cC = whole<std::int16_t>(shape(0, 1e-2), input);
         // A time constant of nothing would be none.
         c.tau_us = f.shape[1] > 0.0F ? std::max<std::uint64_t>(whole<std::uint64_t>(shape(1, 1e-6), input), 1) : 0;
         c.i_uA = whole<std::uint32_t>(shape(2, 1e-6), input);
         c.row_us = whole<std::uint32_t>(row_s * 1e6, input);
         break;
-    case DQW_EFFECT_IRON_LOSS:
-    case DQW_EFFECT_CURRENT_OFFSET:
-    case DQW_EFFECT_CURRENT_GAIN_MISMATCH:
+    case Shape::R_L:
         c.R_uohm = whole<std::uint32_t>(shape(0, 1e-6), input);
         c.Ld_nH = whole<std::uint32_t>(shape(1, 1e-9), input);
         c.Lq_nH = whole<std::uint32_t>(shape(2, 1e-9), input);
         break;
-    case DQW_EFFECT_ANGLE_OFFSET:
+    case Shape::L_psi:
         c.Ld_nH = whole<std::uint32_t>(shape(0, 1e-9), input);
         c.Lq_nH = whole<std::uint32_t>(shape(1, 1e-9), input);
         c.psi_nWb = whole<std::uint32_t>(shape(2, 1e-9), input);
         break;
-    case DQW_EFFECT_FLUX_HARMONICS: c.order = whole<std::uint16_t>(shape(0, 1.0), input); break;
+    case Shape::order: c.order = whole<std::uint16_t>(shape(0, 1.0), input); break;
     default: break;
     }
     const double unit = effect_unit(f.effect, full) * weight_unit;

@@ -9,42 +9,10 @@
 
 #include "app/base/quantity.hpp"
 #include "app/base/text.hpp"
+#include "ref/effect/effect.hpp"
 
 namespace dqw {
 namespace {
-
-/// {name} stands for that parameter with its deviation and unit. Of several sentences for one effect the first that
-/// finds its parameters is said.
-struct Sentence {
-    const char *effect, *text;
-};
-
-const Sentence sentences[] = {
-    {"dead_time", "The inverter loses {voltage_V} per phase (dead time)"},
-    {"winding_temperature", "The winding warms up: R grows by {alpha_per_K} (winding temperature)"},
-    {"winding_temperature", "The winding warms up: R grows by {rise_percent} within the log (winding temperature)"},
-    {"magnet_temperature", "The magnet warms up: ψ changes by {beta_per_K} (magnet temperature)"},
-    {"magnet_temperature", "The magnet warms up: ψ falls by {fall_percent} within the log (magnet temperature)"},
-    {"iron_loss", "The iron loses power like a resistance of {R_fe_ohm} across the induced voltage (iron loss)"},
-    {"flux_harmonics", "The flux ripples six times a turn by {psi_6d_Wb} in d and {psi_6q_Wb} in q (flux harmonics)"},
-    {"flux_harmonics",
-     "The flux ripples twelve times a turn by {psi_12d_Wb} in d and {psi_12q_Wb} in q (flux harmonics)"},
-    {"current_offset", "The current sensors are off by {i_alpha_A} in α and {i_beta_A} in β (current offset)"},
-    {"current_gain_mismatch", "The phases' current sensors differ in gain by {gain} (current gain mismatch)"},
-    {"angle_offset", "The angle is off by {angle_rad}, electrical (angle offset)"},
-    {"delay", "The voltage comes {periods} periods late (delay)"},
-    {"delay", "The voltage comes {delay_s} late (delay)"},
-    {"skin_effect", "R grows with the square of the speed, by {k_s2_rad2} (skin effect)"},
-    {"phase_resistance_imbalance",
-     "The phases differ in resistance: a by {dR_a_ohm} and b by {dR_b_ohm} from c (phase resistance imbalance)"},
-    {"voltage_offset", "A constant voltage is in the log: {v_d_V} in d, {v_q_V} in q (voltage offset)"},
-    {"coulomb_friction", "Dry friction takes {torque_Nm} (Coulomb friction)"},
-    {"direction_asymmetry",
-     "Friction differs with the direction: {torque_Nm} more one way, less the other (direction asymmetry)"},
-    {"stribeck_friction", "Friction rises by {torque_Nm} near standstill (Stribeck friction)"},
-    {"cogging_torque", "The torque ripples by {torque_Nm}, {order} times a turn (cogging torque)"},
-    {"load_torque", "A constant load takes {torque_Nm} (load torque)"},
-};
 
 std::string value_text(const std::string& name, const TraceEffect& effect)
 {
@@ -225,11 +193,9 @@ const Estimate* most_wrong(const TraceResult& trace, double& before)
 std::string effect_sentence(const TraceEffect& effect, const TraceBlocks& blocks)
 {
     if (const std::string text = flux_sentence(effect, blocks); !text.empty()) return with_minus(text) + ".";
-    for (const Sentence& s : sentences) {
-        if (effect.name != s.effect) continue;
-        const std::string text = filled(s.text, effect);
-        if (!text.empty()) return with_minus(text) + ".";
-    }
+    if (const Effect* row = find_effect(effect.name))
+        for (const char* sentence : row->sentences)
+            if (const std::string text = filled(sentence, effect); !text.empty()) return with_minus(text) + ".";
     std::vector<std::string> values;
     for (const Estimate& e : effect.parameters)
         values.push_back(e.name + " = " + with_sd(quantity(e.name, e.value, e.given ? 0.0 : e.sd, 3)));

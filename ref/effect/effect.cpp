@@ -1,133 +1,294 @@
 #include "ref/effect/effect.hpp"
 
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+
 namespace dqw {
+
+struct FittedInput {
+    const TraceInput& input;
+    const std::vector<double>& sd;
+    double shape_sd;
+    const PlainModel& machine;
+
+    double w(std::size_t i) const { return input.weights[i]; }
+    double shape(std::size_t i) const { return i < input.shape.size() ? input.shape[i] : 0.0; }
+    Estimate scaled(const char* name, std::size_t i, double by) const
+    {
+        return {name, w(i) * by, sd[i] * std::abs(by), false};
+    }
+    Estimate given(const char* name, std::size_t i) const { return {name, shape(i), 0.0, true}; }
+};
+
+namespace {
+
+using Out = std::vector<Estimate>;
+
+struct Polar {
+    double size, angle, size_sd, angle_sd;
+    /// Of weights i and i + 1.
+    Polar(const FittedInput& f, std::size_t i)
+    {
+        const double a = f.w(i), b = f.w(i + 1), a_sd = f.sd[i], b_sd = f.sd[i + 1];
+        const double r = std::hypot(a, b), sd = std::hypot(a_sd, b_sd);
+        size = 0.0, angle = 0.0, size_sd = sd, angle_sd = 0.0;
+        if (!(r > 0.0)) return;
+        size = r, angle = std::atan2(b, a);
+        size_sd = std::hypot(a * a_sd, b * b_sd) / r, angle_sd = std::hypot(b * a_sd, a * b_sd) / (r * r);
+    }
+};
+
+/// Without a thermometer the rise within the log is known, not the coefficient.
+void heat(const FittedInput& f, Out& out, const char* coefficient, const char* rise, double percent, double base)
+{
+    const bool state = f.shape(1) > 0.0;
+    out.push_back(state ? f.scaled(rise, 0, percent * f.input.reach / base) : f.scaled(coefficient, 0, 1.0 / base));
+    out.push_back(state ? f.given("tau_s", 1) : f.given("T0_C", 0));
+}
+void winding(const FittedInput& f, Out& out) { heat(f, out, "alpha_per_K", "rise_percent", 100.0, f.machine.R_ohm); }
+void magnet(const FittedInput& f, Out& out) { heat(f, out, "beta_per_K", "fall_percent", -100.0, f.machine.psi_Wb); }
+
+void across(const FittedInput& f, Out& out)
+{
+    out.push_back({"R_fe_ohm", 1.0 / f.w(0), f.sd[0] / (f.w(0) * f.w(0)), false});
+}
+
+void harmonics(const FittedInput& f, Out& out)
+{
+    const std::string order = std::to_string(static_cast<int>(f.shape(0)));
+    const Polar d(f, 0), q(f, 2);
+    out.push_back({"psi_" + order + "d_Wb", d.size, d.size_sd, false});
+    out.push_back({"psi_" + order + "q_Wb", q.size, q.size_sd, false});
+    out.push_back({"phase_" + order + "d_rad", d.angle, d.angle_sd, false});
+    out.push_back({"phase_" + order + "q_rad", q.angle, q.angle_sd, false});
+}
+
+void mismatch(const FittedInput& f, Out& out)
+{
+    const Polar p(f, 0);
+    out.push_back({"gain", p.size, p.size_sd, false});
+    out.push_back({"axis_rad", 0.5 * p.angle, 0.5 * p.angle_sd, false});
+}
+
+/// A settled row has no period: there the weight is in seconds.
+void late(const FittedInput& f, Out& out) { out.push_back(f.scaled(f.shape(0) > 0.0 ? "delay_s" : "periods", 0, 1.0)); }
+
+void skin(const FittedInput& f, Out& out) { out.push_back(f.scaled("k_s2_rad2", 0, 1.0 / f.machine.R_ohm)); }
+
+void stribeck(const FittedInput& f, Out& out)
+{
+    out.push_back(f.scaled("torque_Nm", 0, 1.0));
+    out.push_back(f.given("speed_rad_s", 1));
+}
+
+void cogging(const FittedInput& f, Out& out)
+{
+    const Polar p(f, 0);
+    out.push_back({"torque_Nm", p.size, p.size_sd, false});
+    out.push_back({"phase_rad", p.angle, p.angle_sd, false});
+    out.push_back(f.given("order", 0));
+}
+
+constexpr auto turns = asks_turns, sweep = asks_sweep, currents = asks_currents, points = asks_points,
+               speeds = asks_speeds;
+
+constexpr Effect rows[] = {
+    {{Law::dead_time, "dead_time", 1, Shape::current_width, Unit::V, currents},
+     "phase x loses V tanh(i_x/w)",
+     "small currents: a slow sweep of i_d through zero at standstill",
+     {{"voltage_V", 0.0, 1e3}, {"width_A", 0.0, 1e4}},
+     {"The inverter loses {voltage_V} per phase (dead time)"}},
+    {{Law::saturation, "saturation", 5, Shape::current_unit, Unit::Wb, {currents, turns | currents}},
+     "flux linkage bends with its own current",
+     "larger currents on one axis at a time, at constant speed",
+     {{"psi_d2_Wb", -10, 10},
+      {"psi_d3_Wb", -10, 10},
+      {"psi_d4_Wb", -10, 10},
+      {"psi_q3_Wb", -10, 10},
+      {"psi_q5_Wb", -10, 10},
+      {"i_base_A", 0.0, 1e5}}},
+    {{Law::cross_saturation, "cross_saturation", 3, Shape::current_unit, Unit::Wb, {currents, turns | currents}},
+     "flux linkage bends with the other axis' current",
+     "large currents on both axes at once",
+     {{"psi_c12_Wb", -10, 10}, {"psi_c22_Wb", -10, 10}, {"psi_c14_Wb", -10, 10}, {"i_base_A", 0.0, 1e5}}},
+    {{Law::winding_temperature, "winding_temperature", 1, Shape::heat, Unit::ohm, 0},
+     "R = R_0 (1 + alpha (T - T_0))",
+     "the same currents cold and hot, and a temperature column",
+     {{"alpha_per_K", 5e-4, 1.2e-2}, {"rise_percent", 0.0, 300.0}},
+     {"The winding warms up: R grows by {alpha_per_K} (winding temperature)",
+      "The winding warms up: R grows by {rise_percent} within the log (winding temperature)"},
+     winding},
+    {{Law::magnet_temperature, "magnet_temperature", 1, Shape::heat, Unit::Wb, turns},
+     "psi = psi_0 (1 + beta (T - T_0))",
+     "the same speed with a cold and a hot magnet, and a temperature column",
+     {{"beta_per_K", -8e-3, 0.0}, {"fall_percent", 0.0, 60.0}},
+     {"The magnet warms up: ψ changes by {beta_per_K} (magnet temperature)",
+      "The magnet warms up: ψ falls by {fall_percent} within the log (magnet temperature)"},
+     magnet},
+    {{Law::iron_loss, "iron_loss", 1, Shape::R_L, Unit::S, turns | currents, is_like_turning_v},
+     "a resistance across the induced voltage",
+     "a second speed, and both directions",
+     {{"R_fe_ohm", 0.0, 1e9}},
+     {"The iron loses power like a resistance of {R_fe_ohm} across the induced voltage (iron loss)"},
+     across},
+    {{Law::flux_harmonics, "flux_harmonics", 4, Shape::order, Unit::Wb, turns | sweep, 0, -1.0},
+     "flux linkage with order 6 (12) of the electrical angle",
+     "a constant speed, with an angle column",
+     {{"psi_6d_Wb", 0.0, 1.0}, {"psi_6q_Wb", 0.0, 1.0}, {"phase_6d_rad", -7, 7}, {"phase_6q_rad", -7, 7}},
+     {"The flux ripples six times a turn by {psi_6d_Wb} in d and {psi_6q_Wb} in q (flux harmonics)",
+      "The flux ripples twelve times a turn by {psi_12d_Wb} in d and {psi_12q_Wb} in q (flux harmonics)"},
+     harmonics},
+    {{Law::current_offset, "current_offset", 2, Shape::R_L, Unit::A, sweep, 0, 1.0},
+     "the current sensors read a constant too much",
+     "zero current with the inverter off",
+     {{"i_alpha_A", -1e4, 1e4}, {"i_beta_A", -1e4, 1e4}},
+     {"The current sensors are off by {i_alpha_A} in α and {i_beta_A} in β (current offset)"}},
+    {{Law::current_gain_mismatch, "current_gain_mismatch", 2, Shape::R_L, Unit::one, sweep | currents, 0, 2.0},
+     "the phases' current sensors differ in gain",
+     "a second speed: it also follows L di/dt, a resistance does not",
+     {{"gain", 0.0, 0.3}, {"axis_rad", -4, 4}},
+     {"The phases' current sensors differ in gain by {gain} (current gain mismatch)"},
+     mismatch},
+    {{Law::angle_offset, "angle_offset", 1, Shape::L_psi, Unit::one, turns | points},
+     "the angle is wrong by a constant",
+     "a second speed, and i_d of both signs",
+     {{"angle_rad", -0.35, 0.35}},
+     {"The angle is off by {angle_rad}, electrical (angle offset)"}},
+    {{Law::delay, "delay", 1, Shape::seconds, Unit::one, {currents, turns | points}, is_like_turning_v},
+     "the voltage comes late",
+     "a voltage that changes fast: injection or steps",
+     {{"periods", 0.0, 3.0}},
+     {"The voltage comes {periods} periods late (delay)", "The voltage comes {delay_s} late (delay)"},
+     late},
+    {{Law::skin_effect, "skin_effect", 1, Shape::none, Unit::ohm_s2, turns | currents | speeds},
+     "R = R_0 (1 + k w_e^2)",
+     "the same currents at standstill and at top speed",
+     {{"k_s2_rad2", 0.0, 1.0}},
+     {"R grows with the square of the speed, by {k_s2_rad2} (skin effect)"},
+     skin},
+    {{Law::phase_resistance_imbalance, "phase_resistance_imbalance", 2, Shape::none, Unit::ohm, sweep | currents, 0,
+      2.0},
+     "one or two phases' resistance differs",
+     "a current vector turned slowly at standstill",
+     {{"dR_a_ohm", -1e3, 1e3}, {"dR_b_ohm", -1e3, 1e3}},
+     {"The phases differ in resistance: a by {dR_a_ohm} and b by {dR_b_ohm} from c (phase resistance imbalance)"}},
+    {{Law::voltage_offset, "voltage_offset", 2, Shape::none, Unit::V, currents, is_like_turning_v},
+     "a constant is added to v_d, v_q",
+     "zero speed and zero current",
+     {{"v_d_V", -1e3, 1e3}, {"v_q_V", -1e3, 1e3}},
+     {"A constant voltage is in the log: {v_d_V} in d, {v_q_V} in q (voltage offset)"}},
+    {{Law::coulomb_friction, "coulomb_friction", 1, Shape::speed_width, Unit::one, 0, is_mechanical},
+     "a constant torque against the motion",
+     "motion both ways, or coasting to rest",
+     {{"torque_Nm", 0.0, 1e6}},
+     {"Dry friction takes {torque_Nm} (Coulomb friction)"}},
+    {{Law::direction_asymmetry, "direction_asymmetry", 1, Shape::speed_width, Unit::one, 0, is_mechanical},
+     "friction differs with the direction",
+     "motion both ways, and a rest between them",
+     {{"torque_Nm", -1e6, 1e6}},
+     {"Friction differs with the direction: {torque_Nm} more one way, less the other (direction asymmetry)"}},
+    {{Law::stribeck_friction, "stribeck_friction", 1, Shape::speed_widths, Unit::one, 0, is_mechanical},
+     "friction falls as motion begins",
+     "slow motion through zero speed",
+     {{"torque_Nm", 0.0, 1e6}, {"speed_rad_s", 0.0, 1e6}},
+     {"Friction rises by {torque_Nm} near standstill (Stribeck friction)"},
+     stribeck},
+    {{Law::cogging_torque, "cogging_torque", 2, Shape::periods_a_turn, Unit::one, 0, is_mechanical},
+     "a torque periodic in the shaft angle",
+     "slow motion, with an angle column",
+     {{"torque_Nm", 0.0, 1e6}, {"order", 1, 1e4}},
+     {"The torque ripples by {torque_Nm}, {order} times a turn (cogging torque)"},
+     cogging},
+    {{Law::load_torque, "load_torque", 1, Shape::none, Unit::one, 0, is_mechanical},
+     "a constant torque",
+     "motion both ways",
+     {{"torque_Nm", -1e6, 1e6}},
+     {"A constant load takes {torque_Nm} (load torque)"}},
+    {{Law::clipped_current, "clipped_current", 1, Shape::limit, Unit::one, 0, is_fault}},
+};
+
+/// Where a law's row is.
+struct Places {
+    std::size_t of[std::size(rows)] = {}, found = 0;
+    constexpr Places()
+    {
+        for (std::size_t law = 0; law < std::size(rows); ++law)
+            for (std::size_t k = 0; k < std::size(rows); ++k)
+                if (rows[k].id == static_cast<Law>(law)) of[law] = k, ++found;
+    }
+};
+constexpr Places places;
+static_assert(places.found == std::size(rows) && std::size(rows) == static_cast<std::size_t>(Law::clipped_current) + 1,
+              "an effect lacks its row");
+
+struct Numbers {
+    int all, fitted;
+};
+
+Numbers numbers(Shape shape)
+{
+    switch (shape) {
+    case Shape::current_width:
+    case Shape::speed_width: return {1, 1};
+    case Shape::limit: return {0, 1};
+    case Shape::speed_widths: return {2, 2};
+    case Shape::current_unit:
+    case Shape::order:
+    case Shape::periods_a_turn: return {1, 0};
+    case Shape::heat:
+    case Shape::R_L:
+    case Shape::L_psi: return {3, 0};
+    default: return {0, 0};
+    }
+}
+
+}  // namespace
 
 const std::vector<Effect>& effects()
 {
-    static const std::vector<Effect> catalogue{
-        {"dead_time",
-         "phase x loses V tanh(i_x/w)",
-         "small currents: a slow sweep of i_d through zero at standstill",
-         false,
-         true,
-         {{"voltage_V", 0.0, 1e3}, {"width_A", 0.0, 1e4}}},
-        {"saturation",
-         "flux linkage bends with its own current",
-         "larger currents on one axis at a time, at constant speed",
-         false,
-         false,
-         {{"psi_d2_Wb", -10, 10},
-          {"psi_d3_Wb", -10, 10},
-          {"psi_d4_Wb", -10, 10},
-          {"psi_q3_Wb", -10, 10},
-          {"psi_q5_Wb", -10, 10},
-          {"i_base_A", 0.0, 1e5}}},
-        {"cross_saturation",
-         "flux linkage bends with the other axis' current",
-         "large currents on both axes at once",
-         false,
-         false,
-         {{"psi_c12_Wb", -10, 10}, {"psi_c22_Wb", -10, 10}, {"psi_c14_Wb", -10, 10}, {"i_base_A", 0.0, 1e5}}},
-        {"winding_temperature",
-         "R = R_0 (1 + alpha (T - T_0))",
-         "the same currents cold and hot, and a temperature column",
-         false,
-         false,
-         {{"alpha_per_K", 5e-4, 1.2e-2}, {"rise_percent", 0.0, 300.0}}},
-        {"magnet_temperature",
-         "psi = psi_0 (1 + beta (T - T_0))",
-         "the same speed with a cold and a hot magnet, and a temperature column",
-         false,
-         false,
-         {{"beta_per_K", -8e-3, 0.0}, {"fall_percent", 0.0, 60.0}}},
-        {"iron_loss",
-         "a resistance across the induced voltage",
-         "a second speed, and both directions",
-         false,
-         false,
-         {{"R_fe_ohm", 0.0, 1e9}}},
-        {"flux_harmonics",
-         "flux linkage with order 6 (12) of the electrical angle",
-         "a constant speed, with an angle column",
-         false,
-         true,
-         {{"psi_6d_Wb", 0.0, 1.0}, {"psi_6q_Wb", 0.0, 1.0}, {"phase_6d_rad", -7, 7}, {"phase_6q_rad", -7, 7}}},
-        {"current_offset",
-         "the current sensors read a constant too much",
-         "zero current with the inverter off",
-         false,
-         true,
-         {{"i_alpha_A", -1e4, 1e4}, {"i_beta_A", -1e4, 1e4}}},
-        {"current_gain_mismatch",
-         "the phases' current sensors differ in gain",
-         "a second speed: it also follows L di/dt, a resistance does not",
-         false,
-         true,
-         {{"gain", 0.0, 0.3}, {"axis_rad", -4, 4}}},
-        {"angle_offset",
-         "the angle is wrong by a constant",
-         "a second speed, and i_d of both signs",
-         false,
-         false,
-         {{"angle_rad", -0.35, 0.35}}},
-        {"delay",
-         "the voltage comes late",
-         "a voltage that changes fast: injection or steps",
-         false,
-         false,
-         {{"periods", 0.0, 3.0}}},
-        {"skin_effect",
-         "R = R_0 (1 + k w_e^2)",
-         "the same currents at standstill and at top speed",
-         false,
-         false,
-         {{"k_s2_rad2", 0.0, 1.0}}},
-        {"phase_resistance_imbalance",
-         "one or two phases' resistance differs",
-         "a current vector turned slowly at standstill",
-         false,
-         true,
-         {{"dR_a_ohm", -1e3, 1e3}, {"dR_b_ohm", -1e3, 1e3}}},
-        {"voltage_offset",
-         "a constant is added to v_d, v_q",
-         "zero speed and zero current",
-         false,
-         false,
-         {{"v_d_V", -1e3, 1e3}, {"v_q_V", -1e3, 1e3}}},
-        {"coulomb_friction",
-         "a constant torque against the motion",
-         "motion both ways, or coasting to rest",
-         true,
-         false,
-         {{"torque_Nm", 0.0, 1e6}}},
-        {"direction_asymmetry",
-         "friction differs with the direction",
-         "motion both ways, and a rest between them",
-         true,
-         false,
-         {{"torque_Nm", -1e6, 1e6}}},
-        {"stribeck_friction",
-         "friction falls as motion begins",
-         "slow motion through zero speed",
-         true,
-         false,
-         {{"torque_Nm", 0.0, 1e6}, {"speed_rad_s", 0.0, 1e6}}},
-        {"cogging_torque",
-         "a torque periodic in the shaft angle",
-         "slow motion, with an angle column",
-         true,
-         true,
-         {{"torque_Nm", 0.0, 1e6}, {"order", 1, 1e4}}},
-        {"load_torque", "a constant torque", "motion both ways", true, false, {{"torque_Nm", -1e6, 1e6}}},
-    };
+    static const std::vector<Effect> catalogue = [] {
+        std::vector<Effect> all;
+        std::copy_if(std::begin(rows), std::end(rows), std::back_inserter(all),
+                     [](const Effect& e) { return (e.is & is_fault) == 0; });
+        return all;
+    }();
     return catalogue;
 }
 
+const Effect& effect_of(Law law) { return rows[places.of[static_cast<std::size_t>(law)]]; }
+
 const Effect* find_effect(const std::string& name)
 {
-    for (const Effect& e : effects())
-        if (name == e.name) return &e;
+    for (const Effect& e : rows)
+        if (name == e.name && (e.is & is_fault) == 0) return &e;
     return nullptr;
+}
+
+int numbers_of(Shape shape) { return numbers(shape).all; }
+int free_of(Shape shape) { return numbers(shape).fitted; }
+
+std::vector<Estimate> physical(const std::vector<TraceInput>& inputs, const std::vector<std::vector<double>>& sd,
+                               const std::vector<double>& shape_sd, const PlainModel& model)
+{
+    std::vector<Estimate> out;
+    for (std::size_t n = 0; n < inputs.size(); ++n) {
+        const Effect& effect = *find_effect(inputs[n].effect);
+        const FittedInput fitted{inputs[n], sd[n], shape_sd[n], model};
+        if (effect.physical != nullptr) {
+            effect.physical(fitted, out);
+            continue;
+        }
+        std::size_t i = 0;
+        for (const EffectParameter& p : effect.parameters) {
+            if (i < static_cast<std::size_t>(effect.weights))
+                out.push_back(fitted.scaled(p.name, i, 1.0));
+            else
+                out.push_back({p.name, fitted.shape(0), fitted.shape_sd, !(fitted.shape_sd > 0.0)});
+            ++i;
+        }
+    }
+    return out;
 }
 
 }  // namespace dqw

@@ -1,13 +1,73 @@
-// The catalogue: physical effects that the plain model lacks. Plain data: no Ceres, no file format.
+// The catalogue: physical effects that the plain model lacks, a row each. Plain data: no Ceres, no file format.
 #ifndef DQW_REF_EFFECT_EFFECT_HPP
 #define DQW_REF_EFFECT_EFFECT_HPP
 
+#include <initializer_list>
 #include <string>
 #include <vector>
 
-#include "ref/log/log.hpp"
+#include "ref/effect/found.hpp"
+#include "ref/log/residual.hpp"
 
 namespace dqw {
+
+enum class Law {
+    dead_time,
+    saturation,
+    cross_saturation,
+    winding_temperature,
+    magnet_temperature,
+    iron_loss,
+    flux_harmonics,
+    current_offset,
+    current_gain_mismatch,
+    angle_offset,
+    delay,
+    skin_effect,
+    phase_resistance_imbalance,
+    voltage_offset,
+    coulomb_friction,
+    direction_asymmetry,
+    stribeck_friction,
+    cogging_torque,
+    load_torque,
+    clipped_current  ///< no effect of the catalogue: a fault of the record, tried so that nothing else is named for it
+};
+
+/// What a law takes for given, in the order of TraceInput::shape.
+enum class Shape {
+    none,
+    seconds,         ///< nothing; of settled rows a mark that the weight is in seconds
+    current_width,   ///< a current, A, that is fitted too, and the angle at the first row
+    limit,           ///< a current, A, that is fitted too
+    current_unit,    ///< of a polynomial, A
+    heat,            ///< T_0, degC; time constant, s; current that heats by 1, A
+    R_L,             ///< R, L_d, L_q
+    L_psi,           ///< L_d, L_q, psi
+    order,           ///< of the electrical angle
+    speed_width,     ///< a speed, rad/s, that is fitted too
+    speed_widths,    ///< two of them
+    periods_a_turn,  ///< of the shaft
+};
+
+/// What a weight is made of, in full scales.
+enum class Unit { one, V, A, Wb, ohm, S, ohm_s2 };
+
+/// Bits: what a log must have for an effect to be tested on it.
+enum Asks : unsigned {
+    asks_turns = 1,     ///< the machine turns
+    asks_sweep = 2,     ///< its angle covers a turn
+    asks_currents = 4,  ///< the currents change
+    asks_points = 8,    ///< they or the speed do
+    asks_speeds = 16    ///< the speed does
+};
+
+/// Bits: what else is to be known of an effect.
+enum Is : unsigned {
+    is_mechanical = 1,      ///< of a mechanical log; else of an electrical one
+    is_fault = 2,           ///< of the record: not in the catalogue
+    is_like_turning_v = 4,  ///< looks like a voltage that is held in the rotor's frame
+};
 
 /// One physical parameter of an effect and the range outside which it is not believed.
 struct EffectParameter {
@@ -15,21 +75,65 @@ struct EffectParameter {
     double least, most;
 };
 
-/// What is known of an effect before a log is seen. The law is (E50) to (E55) in docs/EQUATIONS.md.
-struct Effect {
-    const char* name;
-    const char* law;       ///< one line, for people
-    const char* separate;  ///< the experiment that tells it from its look-alikes
-    bool mechanical;       ///< of a mechanical log; else of an electrical one
-    bool needs_angle;      ///< theta_e_rad (theta_m_rad), or an integrable speed
-    std::vector<EffectParameter> parameters;
+/// An input's weights and its shape with their deviations, to be told as physical parameters.
+struct FittedInput;
+using Physical = void (*)(const FittedInput& input, std::vector<Estimate>& out);
+
+/// What a log must have, dynamic or settled: bits of `Asks`.
+struct AsksOf {
+    unsigned moving, settled;
+    constexpr AsksOf(unsigned both) : AsksOf(both, both) {}
+    constexpr AsksOf(unsigned if_moving, unsigned if_settled) : moving(if_moving), settled(if_settled) {}
 };
 
-/// Every effect, electrical ones first, in the order in which the catalogue names them.
+/// An effect's input.
+struct EffectInput {
+    Law id;
+    const char* name;
+    int weights;
+    Shape shape;
+    Unit unit;  ///< of the weights
+    AsksOf asks;
+    unsigned is = 0;     ///< bits of `Is`
+    double order = 0.0;  ///< times the electrical angle with which it comes and goes on the axes; -1: its shape says
+};
+
+/// What is known of an effect before a log is seen. The law is (E50) to (E55) in docs/EQUATIONS.md.
+struct Effect : EffectInput {
+    const char* law = "";       ///< one line, for people
+    const char* separate = "";  ///< the experiment that tells it from its look-alikes
+    std::initializer_list<EffectParameter> parameters = {};
+    /// {name} stands for that parameter with its deviation and unit; the first that finds its parameters is said
+    std::initializer_list<const char*> sentences = {};
+    Physical physical = nullptr;  ///< null: the parameters are the weights, then the shape
+
+    bool mechanical() const { return (is & is_mechanical) != 0; }
+};
+
+/// Every effect, electrical ones first, the more common first: of two alike the earlier is taken.
 const std::vector<Effect>& effects();
+
+/// Of the record's faults too.
+const Effect& effect_of(Law law);
 
 /// nullptr where there is none of this name.
 const Effect* find_effect(const std::string& name);
+
+inline int weights_of(Law law) { return effect_of(law).weights; }
+inline const char* name_of(Law law) { return effect_of(law).name; }
+/// Does `a` stand before `b` in the catalogue?
+inline bool stands_before(Law a, Law b) { return &effect_of(a) < &effect_of(b); }
+/// Numbers of a shape that firmware's law reads.
+int numbers_of(Shape shape);
+/// Of a shape, how many of its first numbers are fitted along with the weights.
+int free_of(Shape shape);
+
+/// Parameters of all inputs of one effect, as effects() names them, with their deviations; shapes that were assumed are
+/// `given`.
+/// `sd` belongs to the weights, input by input. Of a shape that was fitted, `shape_sd[i]` is the deviation of input i's
+/// first entry; else 0.
+std::vector<Estimate> physical(const std::vector<TraceInput>& inputs, const std::vector<std::vector<double>>& sd,
+                               const std::vector<double>& shape_sd, const PlainModel& model);
 
 }  // namespace dqw
 #endif

@@ -2,42 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <stdexcept>
 
 namespace dqw {
 namespace {
 
 constexpr double kRoot3 = 1.7320508075688772;
-
-struct LawInfo {
-    const char* name;
-    int weights, free_shapes;
-};
-
-constexpr LawInfo kLaws[] = {
-    {"dead_time", 1, 1},
-    {"saturation", 5, 0},
-    {"cross_saturation", 3, 0},
-    {"winding_temperature", 1, 0},
-    {"magnet_temperature", 1, 0},
-    {"iron_loss", 1, 0},
-    {"flux_harmonics", 4, 0},
-    {"current_offset", 2, 0},
-    {"current_gain_mismatch", 2, 0},
-    {"angle_offset", 1, 0},
-    {"delay", 1, 0},
-    {"skin_effect", 1, 0},
-    {"phase_resistance_imbalance", 2, 0},
-    {"voltage_offset", 2, 0},
-    {"coulomb_friction", 1, 1},
-    {"direction_asymmetry", 1, 1},
-    {"stribeck_friction", 1, 2},
-    {"cogging_torque", 2, 0},
-    {"load_torque", 1, 0},
-    {"clipped_current", 1, 1},
-};
-
-const LawInfo& info(Law law) { return kLaws[static_cast<int>(law)]; }
 
 /// tanh with the error of one exp; beyond +-20 it is +-1.
 double fast_tanh(double x)
@@ -182,16 +151,7 @@ struct Late {
 
 }  // namespace
 
-int weights_of(Law law) { return info(law).weights; }
-int free_shapes_of(const Input& input) { return info(input.law).free_shapes + (input.free_angle ? 1 : 0); }
-const char* name_of(Law law) { return info(law).name; }
-
-Law law_named(const std::string& name)
-{
-    for (int i = 0; i < static_cast<int>(sizeof kLaws / sizeof *kLaws); ++i)
-        if (name == kLaws[i].name) return static_cast<Law>(i);
-    throw std::invalid_argument("unknown effect " + name);
-}
+int free_shapes_of(const Input& input) { return free_of(effect_of(input.law).shape) + (input.free_angle ? 1 : 0); }
 
 void evaluate(const Input& input, const Moment& at, Vector2 f[kMostWeights], Vector2 g[kMostWeights],
               const double weights[])

@@ -4,32 +4,10 @@
 #define DQW_REF_EFFECT_INPUT_HPP
 
 #include <array>
-#include <string>
+
+#include "ref/effect/effect.hpp"
 
 namespace dqw {
-
-enum class Law {
-    dead_time,
-    saturation,
-    cross_saturation,
-    winding_temperature,
-    magnet_temperature,
-    iron_loss,
-    flux_harmonics,
-    current_offset,
-    current_gain_mismatch,
-    angle_offset,
-    delay,
-    skin_effect,
-    phase_resistance_imbalance,
-    voltage_offset,
-    coulomb_friction,
-    direction_asymmetry,
-    stribeck_friction,
-    cogging_torque,
-    load_torque,
-    clipped_current  ///< no effect of the catalogue: a fault of the record, tried so that nothing else is named for it
-};
 
 constexpr int kMostWeights = 5;
 constexpr int kPast = 3;  ///< voltages that a delay looks back
@@ -43,12 +21,8 @@ struct Input {
     bool free_angle = false;  ///< the log has no angle: that at the first row is shape[1], and fitted
 };
 
-int weights_of(Law law);
 /// Entries of the shape that are fitted along with the weights: the first so many.
 int free_shapes_of(const Input& input);
-const char* name_of(Law law);
-/// Throws std::invalid_argument for a name that the catalogue lacks.
-Law law_named(const std::string& name);
 
 struct Vector2 {
     double d = 0, q = 0;

@@ -169,9 +169,9 @@ bool stands_before(const Tried& t, const Tried& best)
     constexpr double kHardly = 10.0, kSame = 1.0;
     const double lost = best.over.nats - t.over.nats;
     const int weights = weights_of(t.candidate) - weights_of(best.candidate);
-    return weights < 0
-               ? lost < kHardly
-               : weights == 0 && lost < kSame && t.candidate.inputs.front().law < best.candidate.inputs.front().law;
+    return weights < 0 ? lost < kHardly
+                       : weights == 0 && lost < kSame &&
+                             stands_before(t.candidate.inputs.front().law, best.candidate.inputs.front().law);
 }
 
 /// The candidates that are not on, tried on top of `base`, best first; one for each name.

@@ -44,6 +44,12 @@ private:
     const std::vector<std::string>& only_;
 };
 
+/// Angles at the first row.
+std::vector<double> starts_of(bool angle)
+{
+    return angle ? std::vector<double>{0.0} : std::vector<double>{0.0, 0.26, 0.52, 0.79};
+}
+
 void temperature_candidates(const std::vector<Log>& logs, Catalogue& c, bool turns, bool moves)
 {
     const bool winding = everywhere(logs, &Log::temp_winding_C) &&
@@ -84,6 +90,17 @@ void temperature_candidates(const std::vector<Log>& logs, Catalogue& c, bool tur
                 c.add(state(Law::winding_temperature, n), state(Law::magnet_temperature, m));
 }
 
+void dead_time_candidates(double i_base_A, bool angle, const std::string& why, Catalogue& c)
+{
+    if (!why.empty()) c.cannot(Law::dead_time, why);
+    for (double width : {0.005, 0.02, 0.08})
+        for (double start : starts_of(angle)) {
+            Input in{Law::dead_time, {width * i_base_A, start, 0, 0}};
+            in.free_angle = !angle;
+            if (why.empty()) c.add(in);
+        }
+}
+
 /// Faults of the current sensors, tried beside the effects so that no effect is named for them.
 void clipped_candidates(TraceSetup& setup, bool angle)
 {
@@ -97,7 +114,7 @@ void clipped_candidates(TraceSetup& setup, bool angle)
         }
     }
     for (double part : {0.5, 0.7, 0.85})
-        for (double start : angle ? std::vector<double>{0.0} : std::vector<double>{0.0, 0.26, 0.52, 0.79}) {
+        for (double start : starts_of(angle)) {
             Input in{Law::clipped_current, {part * most, start, 0, 0}};
             in.free_angle = !angle;
             setup.candidates.push_back({{in}});
@@ -127,51 +144,45 @@ void electrical_candidates(TraceSetup& setup, Catalogue& c)
                                                  std::atan2(columns.sin_e[k - 1], columns.cos_e[k - 1]),
                                              2.0 * M_PI));
     }
-    const std::string no_current = moves ? "" : "the currents do not change";
-    const std::string one_point = moves || w.span() > 1e-3 * w.size()
-                                      ? ""
-                                      : "one operating point: neither the currents nor the speed change";
-    const std::string no_turn = turns ? "" : "the machine does not turn";
-    const std::string no_sweep = swept > 6.0 ? ""
-                                 : angle     ? "the angle hardly changes"
-                                             : "no angle column, and none can be integrated";
-    const auto first = [](const std::string& a, const std::string& b) { return a.empty() ? b : a; };
-
-    std::string dead = no_current;
-    if (dead.empty() && settled && !angle && turns) dead = "no angle column: the phases' currents are not known";
-    if (dead.empty()) {
-        for (double width : {0.005, 0.02, 0.08}) {
-            if (angle) {
-                c.add({Law::dead_time, {width * ib, 0, 0, 0}});
-                continue;
-            }
-            for (double start : {0.0, 0.26, 0.52, 0.79}) {
-                Input in{Law::dead_time, {width * ib, start, 0, 0}};
-                in.free_angle = true;
-                c.add(in);
-            }
+    const std::pair<Asks, std::string> lacks[] = {
+        {asks_turns, turns ? "" : "the machine does not turn"},
+        {asks_sweep, swept > 6.0 ? ""
+                     : angle     ? "the angle hardly changes"
+                                 : "no angle column, and none can be integrated"},
+        {asks_currents, moves ? "" : "the currents do not change"},
+        {asks_points,
+         moves || w.span() > 1e-3 * w.size() ? "" : "one operating point: neither the currents nor the speed change"},
+        {asks_speeds, w.span() > 0.1 * w.size() ? "" : "one speed only"},
+    };
+    /// The first that the log lacks of what an effect asks for.
+    const auto lack = [&](Law law) {
+        const AsksOf& asks = effect_of(law).asks;
+        for (const auto& [what, why] : lacks)
+            if (((settled ? asks.settled : asks.moving) & what) != 0 && !why.empty()) return why;
+        return std::string();
+    };
+    for (const Effect& e : effects()) {
+        const std::string why = lack(e.id);
+        switch (e.id) {
+        case Law::dead_time:
+            dead_time_candidates(
+                ib, angle,
+                why.empty() && settled && !angle && turns ? "no angle column: the phases' currents are not known" : why,
+                c);
+            break;
+        case Law::winding_temperature: temperature_candidates(logs, c, turns, i_d.size() + i_q.size() > 0.0); break;
+        case Law::magnet_temperature: break;
+        case Law::flux_harmonics:
+            if (swept > 6.0 && setup.regime == Regime::dynamic && c.wanted(Law::clipped_current))
+                clipped_candidates(setup, angle);
+            c.add_unless({e.id, {6}}, why);
+            if (why.empty()) c.add({e.id, {6}}, {e.id, {12}});
+            break;
+        default:
+            if (!e.mechanical()) c.add_unless({e.id, {e.shape == Shape::current_unit ? ib : 0.0}}, why);
         }
-    } else {
-        c.cannot(Law::dead_time, dead);
+        if (e.id == Law::cross_saturation && why.empty()) c.add({Law::saturation, {ib}}, {e.id, {ib}});
     }
-    const std::string no_flux = first(settled ? no_turn : "", no_current);
-    c.add_unless({Law::saturation, {ib}}, no_flux);
-    c.add_unless({Law::cross_saturation, {ib}}, no_flux);
-    if (no_flux.empty()) c.add({Law::saturation, {ib}}, {Law::cross_saturation, {ib}});
-    temperature_candidates(logs, c, turns, i_d.size() + i_q.size() > 0.0);
-    c.add_unless({Law::iron_loss}, first(no_turn, no_current));
-    if (no_sweep.empty() && setup.regime == Regime::dynamic && c.wanted(Law::clipped_current))
-        clipped_candidates(setup, angle);
-    c.add_unless({Law::flux_harmonics, {6}}, first(no_turn, no_sweep));
-    if (no_turn.empty() && no_sweep.empty()) c.add({Law::flux_harmonics, {6}}, {Law::flux_harmonics, {12}});
-    c.add_unless({Law::current_offset}, no_sweep);
-    c.add_unless({Law::current_gain_mismatch}, first(no_sweep, no_current));
-    c.add_unless({Law::angle_offset}, first(no_turn, one_point));
-    c.add_unless({Law::delay}, settled ? first(no_turn, one_point) : no_current);
-    c.add_unless({Law::skin_effect},
-                 first(no_turn, first(no_current, w.span() > 0.1 * w.size() ? "" : "one speed only")));
-    c.add_unless({Law::phase_resistance_imbalance}, first(no_sweep, no_current));
-    c.add_unless({Law::voltage_offset}, no_current);
 }
 
 void mechanical_candidates(TraceSetup& setup, Catalogue& c)

@@ -63,10 +63,10 @@ void check_effects(const std::vector<Log>& logs, const Names& effects)
     for (const std::string& name : effects) {
         const Effect* effect = find_effect(name);
         if (effect == nullptr) throw std::invalid_argument("unknown effect " + name);
-        if (effect->mechanical != mechanical)
+        if (effect->mechanical() != mechanical)
             throw std::invalid_argument(logs.front().path + ": " + name + " is of " +
-                                        (effect->mechanical ? "a mechanical" : "an electrical") + " log; this one is " +
-                                        (mechanical ? "mechanical" : "electrical"));
+                                        (effect->mechanical() ? "a mechanical" : "an electrical") +
+                                        " log; this one is " + (mechanical ? "mechanical" : "electrical"));
     }
 }
 

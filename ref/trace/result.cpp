@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "ref/effect/physical.hpp"
+#include "ref/effect/effect.hpp"
 
 namespace dqw {
 

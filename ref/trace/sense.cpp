@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "ref/effect/effect.hpp"
-#include "ref/effect/physical.hpp"
 #include "ref/fit/explain.hpp"
 
 namespace dqw {

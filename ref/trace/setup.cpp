@@ -308,17 +308,14 @@ TraceInput input_of(const TraceSetup& setup, const Point& at, const Term& term)
     TraceInput in{name_of(term.input.law), {}, {}};
     in.weights.assign(term.weights.begin(), term.weights.begin() + weights_of(term.input.law));
     const auto& s = term.input.shape;
-    switch (term.input.law) {
-    case Law::dead_time:
-    case Law::stribeck_friction: in.shape = {s[0], s[1]}; break;
-    case Law::saturation:
-    case Law::cross_saturation:
-    case Law::flux_harmonics:
-    case Law::coulomb_friction:
-    case Law::direction_asymmetry:
-    case Law::cogging_torque: in.shape = {s[0]}; break;
-    case Law::winding_temperature:
-    case Law::magnet_temperature:
+    switch (effect_of(term.input.law).shape) {
+    case Shape::current_width:
+    case Shape::speed_widths: in.shape = {s[0], s[1]}; break;
+    case Shape::current_unit:
+    case Shape::order:
+    case Shape::speed_width:
+    case Shape::periods_a_turn: in.shape = {s[0]}; break;
+    case Shape::heat:
         in.shape = {kReferenceTemperature_C,
                     term.input.heat > 0 ? kHeatTimes[term.input.heat - 1] * setup.span_s : 0.0};
         // The heating state is 1 where this current flows for long.
@@ -329,11 +326,9 @@ TraceInput input_of(const TraceSetup& setup, const Point& at, const Term& term)
                 for (double h : c.heat[static_cast<std::size_t>(term.input.heat - 1)]) in.reach = std::max(in.reach, h);
         }
         break;
-    case Law::iron_loss:
-    case Law::current_offset:
-    case Law::current_gain_mismatch: in.shape = {at.base[0], at.base[1], at.base[2]}; break;
-    case Law::angle_offset: in.shape = {at.base[1], at.base[2], at.base[3]}; break;
-    case Law::delay:
+    case Shape::R_L: in.shape = {at.base[0], at.base[1], at.base[2]}; break;
+    case Shape::L_psi: in.shape = {at.base[1], at.base[2], at.base[3]}; break;
+    case Shape::seconds:
         if (setup.regime != Regime::dynamic) in.shape = {1.0};
         break;
     default: break;

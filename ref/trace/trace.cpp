@@ -280,7 +280,8 @@ Search search(const std::vector<Log>& logs, const TraceOptions& options)
     if (found.setup->regime != Regime::dynamic || widest_turn(*found.setup) < kLeastTurn_rad) return found;
     // What a voltage that turns otherwise looks like.
     const bool alike = std::any_of(found.selection.found.begin(), found.selection.found.end(), [](const Found& f) {
-        return f.name == "iron_loss" || f.name == "voltage_offset" || f.name == "delay";
+        const Effect* effect = find_effect(f.name);
+        return effect != nullptr && (effect->is & is_like_turning_v) != 0;
     });
     if (!alike && (found.rms < kStructured * noise_floor(*found.setup, found.selection.best.point) ||
                    below(found.judge->each(found.selection.best.point), found.exact)))
