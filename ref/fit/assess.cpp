@@ -29,7 +29,7 @@ double effect(const Solution& s, const Eigen::VectorXd& power, double size, int 
 {
     double sum = 0.0;
     const double all = power.sum();
-    for (int c = 0; c < s.sums.channels; ++c) sum += s.sums.total(c)(j, j);
+    for (Eigen::Index c = 0; c < power.size(); ++c) sum += total_of(s.sums, static_cast<std::size_t>(c))(j, j);
     return all > 0.0 ? size * std::sqrt(sum / all) : 0.0;
 }
 
@@ -38,22 +38,22 @@ Eigen::MatrixXd scores(const Solution& s, const std::vector<int>& index)
 {
     const auto n = static_cast<Eigen::Index>(index.size());
     Eigen::MatrixXd meat = Eigen::MatrixXd::Zero(n, n);
-    for (int b = 0; b < s.sums.blocks; ++b) {
+    for (const BlockSum& sum : s.sums) {
         Eigen::VectorXd score = Eigen::VectorXd::Zero(n);
-        for (int c = 0; c < s.sums.channels; ++c) {
-            const Eigen::MatrixXd& m = s.sums.at(b, c);
+        for (Eigen::Index c = 0; c < s.sigma.size(); ++c) {
+            const Eigen::MatrixXd& m = sum.gram[static_cast<std::size_t>(c)];
             for (Eigen::Index i = 0; i < n; ++i)
                 score[i] += m(index[static_cast<std::size_t>(i)], m.cols() - 1) / (s.sigma[c] * s.sigma[c]);
         }
         meat += score * score.transpose();
     }
-    const double blocks = s.sums.blocks;
+    const auto blocks = static_cast<double>(s.sums.size());
     return meat * blocks / std::max(blocks - static_cast<double>(n), 1.0);
 }
 
 }  // namespace
 
-Covariance assess(const Solution& s, const Model& model, const Eigen::VectorXd& typical)
+Covariance assess(const Solution& s, const Regression& model, const Eigen::VectorXd& typical)
 {
     const auto size = s.theta.size();
     Covariance out;
@@ -64,9 +64,8 @@ Covariance assess(const Solution& s, const Model& model, const Eigen::VectorXd& 
     for (int j = 0; j < size; ++j) {
         Assessment& a = out.each[static_cast<std::size_t>(j)];
         a.value = s.theta[j];
-        const bool gain = model.names()[static_cast<std::size_t>(j)].empty();
-        if (!s.free[static_cast<std::size_t>(j)] || model.at_bound(s.theta, j)) continue;
-        if (!gain && effect(s, power, std::max(std::abs(a.value), typical[j]), j) < kNoEffect)
+        if (!s.free[static_cast<std::size_t>(j)] || at_bound(model, s.theta, j)) continue;
+        if (!model.is_gain(j) && effect(s, power, std::max(std::abs(a.value), typical[j]), j) < kNoEffect)
             a.verdict = Verdict::no_effect;
         else
             index.push_back(j);
@@ -74,8 +73,8 @@ Covariance assess(const Solution& s, const Model& model, const Eigen::VectorXd& 
     if (index.empty()) return out;
 
     Eigen::MatrixXd information = Eigen::MatrixXd::Zero(size, size), spread = information;
-    for (int c = 0; c < s.sums.channels; ++c) {
-        const Eigen::MatrixXd part = s.sums.total(c).topLeftCorner(size, size) / (s.sigma[c] * s.sigma[c]);
+    for (Eigen::Index c = 0; c < s.sigma.size(); ++c) {
+        const Eigen::MatrixXd part = total_of(s.sums, static_cast<std::size_t>(c)).topLeftCorner(size, size) / (s.sigma[c] * s.sigma[c]);
         information += part;
         spread += part * std::pow(s.noise[c] / s.sigma[c], 2);
     }
@@ -101,10 +100,10 @@ Covariance assess(const Solution& s, const Model& model, const Eigen::VectorXd& 
     inverse = scale.asDiagonal() * inverse * scale.asDiagonal();
     const Eigen::MatrixXd white = inverse * picked(spread, index) * inverse;
     const Eigen::MatrixXd sandwich = inverse * scores(s, index) * inverse;
-    const double limit = 1.0 + kSignificant * std::sqrt(2.0 / s.sums.blocks);
+    const double limit = 1.0 + kSignificant * std::sqrt(2.0 / static_cast<double>(s.sums.size()));
     double worst = 1.0;
     for (Eigen::Index i = 0; i < n; ++i)
-        if (white(i, i) > 0.0 && !model.names()[static_cast<std::size_t>(index[static_cast<std::size_t>(i)])].empty())
+        if (white(i, i) > 0.0 && !model.is_gain(index[static_cast<std::size_t>(i)]))
             worst = std::max(worst, sandwich(i, i) / white(i, i));
     out.robust = worst > limit;
     if (out.robust) out.inflation = std::sqrt(worst);
@@ -120,17 +119,17 @@ Covariance assess(const Solution& s, const Model& model, const Eigen::VectorXd& 
     return out;
 }
 
-Covariance assess_excited(const Solution& solution, Model& model, const Eigen::VectorXd& typical)
+Covariance assess_excited(const Solution& solution, Regression& model, const Eigen::VectorXd& typical)
 {
     Solution simulated = solution;
     for (std::size_t j = 0; j < solution.free.size(); ++j)
-        if (model.names()[j].empty()) {
+        if (model.is_gain(static_cast<Eigen::Index>(j))) {
             simulated.theta[static_cast<Eigen::Index>(j)] = 0.0;
             simulated.free[j] = false;
         }
     model.count_starts(false);
     model.prepare(simulated.theta);
-    const bool done = model.sweep(simulated.theta, solution.sums.blocks, simulated.sums);
+    const bool done = model.sweep(simulated.theta, simulated.sums);
     model.count_starts(true);
     model.prepare(solution.theta);
     Covariance covariance = assess(solution, model, typical);

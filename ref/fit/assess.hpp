@@ -32,12 +32,12 @@ struct Covariance {
 /// white innovations' would (some parameter's variance above 1 + 3.5 sqrt(2 / blocks) times): M^-1 (sum s_b s_b') M^-1.
 /// `typical[j]` is a size of theta[j] that would matter: an entry whose effect at max(|theta|, typical) is below 1e-6
 /// of the signal has no effect; an sd is judged against max(|theta|, 0.1 typical).
-Covariance assess(const Solution& solution, const Model& model, const Eigen::VectorXd& typical);
+Covariance assess(const Solution& solution, const Regression& model, const Eigen::VectorXd& typical);
 
 /// assess() of a model with gains. Noise that the gains let into the state looks like excitation, and so does a start
 /// that is off and settles: a parameter counts as determined only if the simulation alone (gains 0, starts left out)
 /// determines it too. Costs a sweep.
-Covariance assess_excited(const Solution& solution, Model& model, const Eigen::VectorXd& typical);
+Covariance assess_excited(const Solution& solution, Regression& model, const Eigen::VectorXd& typical);
 
 }  // namespace dqw
 #endif

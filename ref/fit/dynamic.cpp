@@ -10,7 +10,8 @@
 #include "ref/log/residual.hpp"
 #include "ref/model/averaged.hpp"
 #include "ref/model/blocks.hpp"
-#include "ref/model/dynamic.hpp"
+#include "ref/model/electrical.hpp"
+#include "ref/model/plan.hpp"
 
 namespace dqw {
 namespace {
@@ -21,17 +22,25 @@ constexpr std::size_t kHuge = 1000000;  ///< rows beyond which a pass is dear an
 constexpr double kCoarse_rad = 0.6;
 constexpr double kGains[] = {0.02, 0.5};
 
-using Dynamic = DynamicModel;
+/// Entries of theta.
+enum Index { kR, kLd, kLq, kPsi, kPolePairs, kGainD, kGainQ, kSize };
+
+WithoutEffects dynamic_model(const Task& task, std::vector<Piece> pieces)
+{
+    static const std::vector<TraceColumns> none;
+    return {std::make_unique<ElectricalModel>(task.logs, none, 1.0, even_plan(std::move(pieces), 1)),
+            {"R_ohm", "Ld_H", "Lq_H", "psi_Wb", "pole_pairs"}};
+}
 
 Eigen::VectorXd theta_of(const ElectricalStart& s, double gain)
 {
-    Eigen::VectorXd theta(Dynamic::kSize);
-    theta << s.R_ohm, s.Ld_H, s.Lq_H, s.psi_Wb, gain, gain, s.pole_pairs;
+    Eigen::VectorXd theta(kSize);
+    theta << s.R_ohm, s.Ld_H, s.Lq_H, s.psi_Wb, s.pole_pairs, gain, gain;
     return theta;
 }
 
 /// The start that predicts best, at a gain between the two.
-Eigen::VectorXd best_start(Dynamic& model, const std::vector<ElectricalStart>& starts)
+Eigen::VectorXd best_start(Regression& model, const std::vector<ElectricalStart>& starts)
 {
     Eigen::VectorXd best = theta_of(starts.front(), 0.1);
     double least = HUGE_VAL;
@@ -46,7 +55,7 @@ Eigen::VectorXd best_start(Dynamic& model, const std::vector<ElectricalStart>& s
     return best;
 }
 
-Solution best_of_two_gains(Dynamic& model, const Eigen::VectorXd& start, const std::vector<bool>& free,
+Solution best_of_two_gains(Regression& model, const Eigen::VectorXd& start, const std::vector<bool>& free,
                            const Task& task)
 {
     SolveOptions options;
@@ -54,7 +63,7 @@ Solution best_of_two_gains(Dynamic& model, const Eigen::VectorXd& start, const s
     Solution best;
     for (double gain : kGains) {
         Eigen::VectorXd theta = start;
-        theta[Dynamic::kGainD] = theta[Dynamic::kGainQ] = gain;
+        theta[kGainD] = theta[kGainQ] = gain;
         Solution s = solve(model, theta, free, options);
         if (s.ok && (!best.ok || s.log_likelihood > best.log_likelihood)) best = std::move(s);
     }
@@ -62,32 +71,32 @@ Solution best_of_two_gains(Dynamic& model, const Eigen::VectorXd& start, const s
 }
 
 /// Flux linkage of the currents, RMS: what psi would have to be compared with.
-Eigen::VectorXd typical_of(const Dynamic& model, const Eigen::VectorXd& theta)
+Eigen::VectorXd typical_of(const Regression& model, const Eigen::VectorXd& theta)
 {
     Eigen::VectorXd typical = Eigen::VectorXd::Zero(theta.size());
     const Eigen::VectorXd i = (model.power() / static_cast<double>(model.rows())).cwiseSqrt();
-    typical[Dynamic::kPsi] = std::hypot(theta[Dynamic::kLd] * i[0], theta[Dynamic::kLq] * i[1]);
+    typical[kPsi] = std::hypot(theta[kLd] * i[0], theta[kLq] * i[1]);
     return typical;
 }
 
 PlainModel plain_model(const Eigen::VectorXd& theta)
 {
     PlainModel model;
-    model.R_ohm = theta[Dynamic::kR], model.Ld_H = theta[Dynamic::kLd], model.Lq_H = theta[Dynamic::kLq];
-    model.psi_Wb = theta[Dynamic::kPsi], model.pole_pairs = theta[Dynamic::kPolePairs];
+    model.R_ohm = theta[kR], model.Ld_H = theta[kLd], model.Lq_H = theta[kLq];
+    model.psi_Wb = theta[kPsi], model.pole_pairs = theta[kPolePairs];
     return model;
 }
 
 /// Publishes the averaged fit in place of the predicting one where its reported residual is clearly less.
-bool publish_averaged(const Task& task, const std::vector<Piece>& pieces, const Dynamic& all, const Solution& predicted,
+bool publish_averaged(const Task& task, const std::vector<Piece>& pieces, const Regression& all, const Solution& predicted,
                       Result& result)
 {
     const Eigen::VectorXd& theta = predicted.theta;
     // A steady gain g tells the sensor's share of the innovation: (1 - g) of its variance.
     const auto sensor = [&](int axis) {
-        return predicted.noise[axis] * std::sqrt(std::max(0.0, 1.0 - theta[Dynamic::kGainD + axis]));
+        return predicted.noise[axis] * std::sqrt(std::max(0.0, 1.0 - theta[kGainD + axis]));
     };
-    const auto model = averaged_electrical(pieces, theta[Dynamic::kPolePairs], sensor(0), sensor(1));
+    const auto model = averaged_electrical(pieces, theta[kPolePairs], sensor(0), sensor(1));
     if (model->rows() < 10) return false;
     SolveOptions options;
     options.tick = task.tick, options.common_weight = true;
@@ -107,9 +116,9 @@ bool publish_averaged(const Task& task, const std::vector<Piece>& pieces, const 
     return true;
 }
 
-PolePairs pole_pairs_of(const Solution& s, Dynamic& model)
+PolePairs pole_pairs_of(const Solution& s, Regression& model)
 {
-    return decide_pole_pairs(assess_excited(s, model, typical_of(model, s.theta)).each[Dynamic::kPolePairs]);
+    return decide_pole_pairs(assess_excited(s, model, typical_of(model, s.theta)).each[kPolePairs]);
 }
 
 bool turns(const std::vector<Log>& logs)
@@ -123,49 +132,48 @@ bool turns(const std::vector<Log>& logs)
 /// Converges on a part of a long log, from the log's own starting values and from two gains.
 Solution first_look(const Task& task, const std::vector<Piece>& pieces, const std::vector<bool>& free, PolePairs& p)
 {
-    Dynamic model(spread_sample(pieces, kFirstRows, kFirstWindow), free[Dynamic::kPolePairs]);
+    const std::vector<Piece> part = spread_sample(pieces, kFirstRows, kFirstWindow);
+    WithoutEffects model = dynamic_model(task, part);
     // At rest the pole pairs have no effect: any number will do.
     std::optional<double> known = task.pole_pairs;
-    if (!known && !free[Dynamic::kPolePairs]) known = 1.0;
-    Solution s = best_of_two_gains(model, best_start(model, electrical_starts(model.pieces(), known)), free, task);
-    if (s.ok && free[Dynamic::kPolePairs]) p = pole_pairs_of(s, model);
+    if (!known && !free[kPolePairs]) known = 1.0;
+    Solution s = best_of_two_gains(model, best_start(model, electrical_starts(part, known)), free, task);
+    if (s.ok && free[kPolePairs]) p = pole_pairs_of(s, model);
     return s;
 }
 
 /// theta with p a whole number, and psi such that p psi stays.
 Eigen::VectorXd with_whole(Eigen::VectorXd theta, double whole)
 {
-    theta[Dynamic::kPsi] *= theta[Dynamic::kPolePairs] / whole;
-    theta[Dynamic::kPolePairs] = whole;
+    theta[kPsi] *= theta[kPolePairs] / whole;
+    theta[kPolePairs] = whole;
     return theta;
 }
 
 /// From the first look `s`, `p` to the fit of all rows. Pole pairs that stand out already are fixed, and only
 /// confirmed: by one step of a fit with all parameters free.
-void fit_all(const std::vector<Piece>& pieces, std::vector<bool>& free, const SolveOptions& options, Solution& s,
-             PolePairs& p)
+void fit_all(Regression& model, std::vector<bool>& free, const SolveOptions& options, Solution& s, PolePairs& p)
 {
     std::vector<bool> fixed = free;
-    fixed[Dynamic::kPolePairs] = false;
-    const bool sought = free[Dynamic::kPolePairs];
-    Dynamic without(pieces, false), with(pieces, sought);
+    fixed[kPolePairs] = false;
+    const bool sought = free[kPolePairs];
     const Solution look = s;
     if (sought && p.clear) {
-        s = solve(without, with_whole(look.theta, p.whole), fixed, options);
+        s = solve(model, with_whole(look.theta, p.whole), fixed, options);
         SolveOptions step = options;
         step.passes = step.iterations = 1;
-        const PolePairs confirmed = pole_pairs_of(solve(with, s.theta, free, step), with);
+        const PolePairs confirmed = pole_pairs_of(solve(model, s.theta, free, step), model);
         if (confirmed.clear && confirmed.whole == p.whole) {
             p = confirmed, free = fixed;
             return;
         }
     }
-    s = solve(with, look.theta, free, options);
+    s = solve(model, look.theta, free, options);
     if (!sought) return;
-    p = pole_pairs_of(s, with);
+    p = pole_pairs_of(s, model);
     if (!p.clear) return;
     free = fixed;
-    s = solve(without, with_whole(s.theta, p.whole), free, options);
+    s = solve(model, with_whole(s.theta, p.whole), free, options);
 }
 
 double largest_turn_rad(const std::vector<Piece>& pieces, double pole_pairs)
@@ -179,10 +187,10 @@ double largest_turn_rad(const std::vector<Piece>& pieces, double pole_pairs)
 
 double product_sd(const Eigen::VectorXd& theta, const Covariance& c)
 {
-    const double psi = theta[Dynamic::kPsi], p = theta[Dynamic::kPolePairs];
-    const double variance = p * p * c.of(Dynamic::kPsi, Dynamic::kPsi) +
-                            psi * psi * c.of(Dynamic::kPolePairs, Dynamic::kPolePairs) +
-                            2.0 * p * psi * c.of(Dynamic::kPsi, Dynamic::kPolePairs);
+    const double psi = theta[kPsi], p = theta[kPolePairs];
+    const double variance = p * p * c.of(kPsi, kPsi) +
+                            psi * psi * c.of(kPolePairs, kPolePairs) +
+                            2.0 * p * psi * c.of(kPsi, kPolePairs);
     return std::sqrt(std::max(variance, 0.0));
 }
 
@@ -195,8 +203,8 @@ Result fit_dynamic(const Task& task)
     if (rows_of(pieces) < kLeastRows)
         throw std::invalid_argument(path + ": " + std::to_string(rows_of(pieces)) +
                                     " rows without a gap; a dynamic fit needs at least " + std::to_string(kLeastRows));
-    std::vector<bool> free(Dynamic::kSize, true);
-    free[Dynamic::kPolePairs] = !task.pole_pairs && turns(task.logs);
+    std::vector<bool> free(kSize, true);
+    free[kPolePairs] = !task.pole_pairs && turns(task.logs);
     PolePairs p;
     Solution s = first_look(task, pieces, free, p);
     if (!s.ok)
@@ -205,28 +213,28 @@ Result fit_dynamic(const Task& task)
     SolveOptions options;
     options.tick = task.tick;
     if (rows_of(pieces) > kHuge) options.tolerance = 1e-7;
-    fit_all(pieces, free, options, s, p);
-    Dynamic all(pieces, free[Dynamic::kPolePairs]);
+    WithoutEffects all = dynamic_model(task, pieces);
+    fit_all(all, free, options, s, p);
     all.prepare(s.theta);
     const Covariance covariance = assess_excited(s, all, typical_of(all, s.theta));
 
     Result result;
     Task rest = task;
     report_residual(task.logs, plain_model(s.theta), result);
-    const double product = s.theta[Dynamic::kPsi] * s.theta[Dynamic::kPolePairs];
-    if (free[Dynamic::kPolePairs] || !covariance.robust || !publish_averaged(task, pieces, all, s, result)) {
+    const double product = s.theta[kPsi] * s.theta[kPolePairs];
+    if (free[kPolePairs] || !covariance.robust || !publish_averaged(task, pieces, all, s, result)) {
         report_pole_pairs(rest, p, product, product_sd(s.theta, covariance), result);
         publish(rest, all.names(), covariance, result);
         note_robust(covariance, result);
     } else {
         report_pole_pairs(rest, p, product, 0.0, result);
     }
-    if (const double turn = largest_turn_rad(pieces, s.theta[Dynamic::kPolePairs]); turn > kCoarse_rad)
+    if (const double turn = largest_turn_rad(pieces, s.theta[kPolePairs]); turn > kCoarse_rad)
         result.notes.push_back("the rotor turns by up to " + figure(turn) +
                                " rad in a sampling period; a voltage held that long is " +
                                "hardly meant: average it and call the log steady, or sample faster");
-    result.notes.push_back("correction gain of the currents: d " + figure(s.theta[Dynamic::kGainD]) + ", q " +
-                           figure(s.theta[Dynamic::kGainQ]));
+    result.notes.push_back("correction gain of the currents: d " + figure(s.theta[kGainD]) + ", q " +
+                           figure(s.theta[kGainQ]));
     return result;
 }
 

@@ -10,6 +10,7 @@
 #include "ref/model/blocks.hpp"
 #include "ref/model/linear.hpp"
 #include "ref/model/mechanical.hpp"
+#include "ref/model/plan.hpp"
 
 namespace dqw {
 namespace {
@@ -44,6 +45,18 @@ void fit_torque_constant(const Task& task, Result& result)
     publish(task, model.names(), assess(s, model, Eigen::VectorXd::Zero(1)), result);
 }
 
+/// Entries of theta.
+enum Index { kJ, kB, kGain };
+
+WithoutEffects mechanical_model(const Task& task, const std::vector<std::vector<double>>& torque,
+                                std::vector<Piece> pieces)
+{
+    // Without effects no torque turns with the shaft.
+    static const std::vector<std::vector<double>> none;
+    return {std::make_unique<MechanicalModel>(task.logs, torque, none, even_plan(std::move(pieces), 1), false),
+            {"J_kgm2", "B_Nms_rad"}};
+}
+
 std::vector<const std::vector<double>*> torque_of_pieces(const Task& task, const std::vector<Piece>& pieces,
                                                          const std::vector<std::vector<double>>& torque)
 {
@@ -57,7 +70,7 @@ std::vector<const std::vector<double>*> torque_of_pieces(const Task& task, const
 Solution first_look(const Task& task, const std::vector<Piece>& pieces, const std::vector<std::vector<double>>& torque)
 {
     const std::vector<Piece> part = spread_sample(pieces, kFirstRows, kFirstWindow);
-    MechanicalModel model(part, task.logs, torque);
+    WithoutEffects model = mechanical_model(task, torque, part);
     SolveOptions options;
     options.passes = 4, options.tolerance = 1e-6, options.sigma_tolerance = 1e-2, options.tick = task.tick;
     Solution best;
@@ -74,7 +87,7 @@ Solution first_look(const Task& task, const std::vector<Piece>& pieces, const st
 PlainModel plain_model(const Eigen::VectorXd& theta, double torque_constant_Nm_A)
 {
     PlainModel plain;
-    plain.J_kgm2 = theta[MechanicalModel::kJ], plain.B_Nms_rad = theta[MechanicalModel::kB];
+    plain.J_kgm2 = theta[kJ], plain.B_Nms_rad = theta[kB];
     plain.torque_constant_Nm_A = torque_constant_Nm_A;
     return plain;
 }
@@ -121,7 +134,7 @@ Result fit_mechanical(const Task& task)
         if (source != first_source) result.notes.push_back("torque is " + source);
         first_source = source;
     }
-    MechanicalModel model(pieces, task.logs, torque);
+    WithoutEffects model = mechanical_model(task, torque, pieces);
     SolveOptions options;
     options.tick = task.tick;
     Solution best = first_look(task, pieces, torque);
@@ -132,14 +145,14 @@ Result fit_mechanical(const Task& task)
     const Covariance covariance = assess_excited(best, model, Eigen::VectorXd::Zero(3));
     const double torque_constant = task.torque_constant_Nm_A.value_or(0.0);
     report_residual(task.logs, plain_model(best.theta, torque_constant), result);
-    const double speed_noise = best.noise[0] * std::sqrt(std::max(0.0, 1.0 - best.theta[MechanicalModel::kGain]));
+    const double speed_noise = best.noise[0] * std::sqrt(std::max(0.0, 1.0 - best.theta[kGain]));
     const auto averaged = averaged_mechanical(pieces, torque_of_pieces(task, pieces, torque), speed_noise);
     if (!covariance.robust || !publish_averaged(task, *averaged, best.theta, torque_constant, result)) {
         publish(task, model.names(), covariance, result);
         note_robust(covariance, result);
     }
     if (task.asks("torque_constant_Nm_A")) fit_torque_constant(task, result);
-    result.notes.push_back("correction gain of the speed: " + figure(best.theta[MechanicalModel::kGain]));
+    result.notes.push_back("correction gain of the speed: " + figure(best.theta[kGain]));
     return result;
 }
 

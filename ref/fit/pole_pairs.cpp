@@ -42,7 +42,7 @@ void report_pole_pairs(Task& task, const PolePairs& p, double product, double pr
                  figure(std::abs(p.real.value - p.whole)) + " off the nearest (a real number stayed in the fit)",
              excitation_for("pole_pairs", Regime::dynamic)};
     } else {
-        n = explain("pole_pairs", p.real, {"R_ohm", "Ld_H", "Lq_H", "psi_Wb", "", "", "pole_pairs"}, task.logs);
+        n = explain("pole_pairs", p.real, {"R_ohm", "Ld_H", "Lq_H", "psi_Wb", "pole_pairs", "", ""}, task.logs);
     }
     result.not_identifiable.push_back(n);
     constexpr double kDoubt = 0.1;

@@ -13,6 +13,7 @@ namespace dqw {
 namespace {
 
 constexpr double kSigmaRatio = 1e-3;  ///< smallest noise of a channel against the largest: keeps one from ruling alone
+constexpr double kAwake = 2e-3;       ///< from a bound, where a gain on it starts again
 constexpr double kLeastVariance = 1e-200;  ///< of a log of zeros: its inverse must stay finite
 
 /// The entries of theta that Ceres sees: the free ones, each over its size at the start.
@@ -39,20 +40,20 @@ struct Scaling {
 /// The latest sums, so that no sweep is done twice at one theta.
 struct Latest {
     Eigen::VectorXd theta;
-    Sums sums;
+    std::vector<BlockSum> sums;
     bool valid = false;
 
-    bool at(const Model& model, const Eigen::VectorXd& where)
+    bool at(const Regression& model, const Eigen::VectorXd& where)
     {
         if (valid && theta == where) return true;
         theta = where;
-        return valid = model.sweep(where, block_count(model.rows()), sums);
+        return valid = model.sweep(where, sums);
     }
 };
 
 class RootCost : public ceres::CostFunction {
 public:
-    RootCost(const Model& model, const Scaling& scaling, Eigen::VectorXd sigma, Latest& latest,
+    RootCost(const Regression& model, const Scaling& scaling, Eigen::VectorXd sigma, Latest& latest,
              const std::function<void()>& tick)
         : model_(model), scaling_(scaling), sigma_(std::move(sigma)), latest_(latest), tick_(tick)
     {
@@ -85,10 +86,10 @@ public:
 
 private:
     /// A square root of the weighted sum over channels, from its eigenvalues: a singular sum has one too.
-    Eigen::MatrixXd root_of(const Sums& sums) const
+    Eigen::MatrixXd root_of(const std::vector<BlockSum>& sums) const
     {
         const auto n = static_cast<Eigen::Index>(scaling_.free.size());
-        const Eigen::Index last = sums.at(0, 0).rows() - 1;
+        const Eigen::Index last = sums.front().gram.front().rows() - 1;
         Eigen::MatrixXd pick = Eigen::MatrixXd::Zero(last + 1, n + 1);
         for (Eigen::Index i = 0; i < n; ++i) {
             const int j = scaling_.free[static_cast<std::size_t>(i)];
@@ -96,8 +97,8 @@ private:
         }
         pick(last, n) = 1.0;
         Eigen::MatrixXd gram = Eigen::MatrixXd::Zero(n + 1, n + 1);
-        for (int c = 0; c < sums.channels; ++c)
-            gram += pick.transpose() * sums.total(c) * pick / (sigma_[c] * sigma_[c]);
+        for (Eigen::Index c = 0; c < sigma_.size(); ++c)
+            gram += pick.transpose() * total_of(sums, static_cast<std::size_t>(c)) * pick / (sigma_[c] * sigma_[c]);
         const Eigen::VectorXd size = gram.diagonal().cwiseMax(std::numeric_limits<double>::min()).cwiseSqrt();
         const Eigen::MatrixXd unit = size.cwiseInverse().asDiagonal() * gram * size.cwiseInverse().asDiagonal();
         const Symmetric eigen(unit);
@@ -105,14 +106,14 @@ private:
                size.asDiagonal();
     }
 
-    const Model& model_;
+    const Regression& model_;
     const Scaling& scaling_;
     Eigen::VectorXd sigma_;
     Latest& latest_;
     const std::function<void()>& tick_;
 };
 
-void minimise(Scaling& scaling, const Model& model, const Eigen::VectorXd& sigma, Latest& latest,
+void minimise(Scaling& scaling, const Regression& model, const Eigen::VectorXd& sigma, Latest& latest,
               const SolveOptions& options)
 {
     // Ceres complains on stderr where its first evaluation fails.
@@ -146,15 +147,15 @@ Eigen::VectorXd weights(const Eigen::VectorXd& noise, bool common)
 }
 
 /// Unbiased noise of each channel: its squares over its rows less the parameters it determines.
-Eigen::VectorXd noise(const Sums& sums, const std::vector<int>& free, const Eigen::VectorXd& old, double rows)
+Eigen::VectorXd noise(const std::vector<BlockSum>& sums, const std::vector<int>& free, const Eigen::VectorXd& old, double rows)
 {
     const auto n = static_cast<Eigen::Index>(free.size());
-    const Eigen::Index last = sums.at(0, 0).rows() - 1;
+    const Eigen::Index last = sums.front().gram.front().rows() - 1;
     std::vector<Eigen::MatrixXd> part;
     Eigen::MatrixXd all = Eigen::MatrixXd::Zero(n, n);
-    Eigen::VectorXd squares(sums.channels), used(sums.channels);
-    for (int c = 0; c < sums.channels; ++c) {
-        const Eigen::MatrixXd total = sums.total(c);
+    Eigen::VectorXd squares(old.size()), used(old.size());
+    for (Eigen::Index c = 0; c < old.size(); ++c) {
+        const Eigen::MatrixXd total = total_of(sums, static_cast<std::size_t>(c));
         squares[c] = total(last, last);
         Eigen::MatrixXd m(n, n);
         for (Eigen::Index i = 0; i < n; ++i)
@@ -166,18 +167,28 @@ Eigen::VectorXd noise(const Sums& sums, const std::vector<int>& free, const Eige
     const Eigen::VectorXd size = all.diagonal().cwiseMax(std::numeric_limits<double>::min()).cwiseSqrt().cwiseInverse();
     const Eigen::MatrixXd unit = size.asDiagonal() * all * size.asDiagonal();
     const Eigen::MatrixXd inverse = pseudo_inverse(unit);
-    for (int c = 0; c < sums.channels; ++c)
+    for (Eigen::Index c = 0; c < old.size(); ++c)
         used[c] = (inverse * (size.asDiagonal() * part[static_cast<std::size_t>(c)] * size.asDiagonal())).trace();
-    Eigen::VectorXd variance(sums.channels);
-    for (int c = 0; c < sums.channels; ++c) variance[c] = squares[c] / std::max(rows - used[c], 0.5);
+    Eigen::VectorXd variance(old.size());
+    for (Eigen::Index c = 0; c < old.size(); ++c) variance[c] = squares[c] / std::max(rows - used[c], 0.5);
     return variance.cwiseMax(kLeastVariance).cwiseSqrt();
+}
+
+/// Brings free gains onto [0, 1], or, to try again whether one leaves a bound, a little inside.
+void confine(const Regression& model, const std::vector<int>& free, double margin, Eigen::VectorXd& theta)
+{
+    for (int j : free)
+        if (model.is_gain(j)) theta[j] = std::clamp(theta[j], margin, 1.0 - margin);
 }
 
 }  // namespace
 
-int block_count(std::size_t rows) { return static_cast<int>(std::clamp<std::size_t>(rows / 5, 4, 64)); }
+bool at_bound(const Regression& model, const Eigen::VectorXd& theta, Eigen::Index j)
+{
+    return model.is_gain(j) && (theta[j] <= 0.0 || theta[j] >= 1.0);
+}
 
-Solution solve(Model& model, const Eigen::VectorXd& start, const std::vector<bool>& free, const SolveOptions& options)
+Solution solve(Regression& model, const Eigen::VectorXd& start, const std::vector<bool>& free, const SolveOptions& options)
 {
     Solution s;
     s.theta = start;
@@ -193,16 +204,16 @@ Solution solve(Model& model, const Eigen::VectorXd& start, const std::vector<boo
     if (!model.squares(start, squares)) return s;
     s.sigma = weights((squares / rows).cwiseMax(kLeastVariance).cwiseSqrt(), options.common_weight);
     for (int pass = 0; pass < options.passes; ++pass) {
-        model.confine(scaling.theta, free, pass < 2 && pass + 1 < options.passes);
+        confine(model, scaling.free, pass < 2 && pass + 1 < options.passes ? kAwake : 0.0, scaling.theta);
         model.prepare(scaling.theta);
         Latest latest;
         minimise(scaling, model, s.sigma, latest, options);
-        model.confine(scaling.theta, free, false);
+        confine(model, scaling.free, 0.0, scaling.theta);
         if (!latest.at(model, scaling.theta)) return s;
         s.sums = std::move(latest.sums);
         std::vector<int> moving;
         for (int j : scaling.free)
-            if (!model.at_bound(scaling.theta, j)) moving.push_back(j);
+            if (!at_bound(model, scaling.theta, j)) moving.push_back(j);
         s.noise = noise(s.sums, moving, s.sigma, rows);
         const Eigen::VectorXd sigma = weights(s.noise, options.common_weight);
         const double change = (sigma.cwiseQuotient(s.sigma).array() - 1.0).abs().maxCoeff();

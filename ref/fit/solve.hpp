@@ -4,7 +4,7 @@
 
 #include <functional>
 
-#include "ref/model/model.hpp"
+#include "ref/model/regression.hpp"
 
 namespace dqw {
 
@@ -24,17 +24,17 @@ struct Solution {
     Eigen::VectorXd noise;  ///< standard deviation of each channel's innovations, unbiased
     std::vector<bool> free;
     double log_likelihood = 0.0;  ///< up to a constant
-    Sums sums;                    ///< at theta
+    std::vector<BlockSum> sums;   ///< at theta
     bool ok = false;              ///< false where the model could not be evaluated at the start
 };
 
 /// Minimises sum_c sum_k (e_ck / sigma_c)^2 over the entries of theta that are `free`, and re-estimates sigma.
 /// The cost handed to Ceres is the square root R of the summed [J e]'[J e] (R'R equals it): n + 1 residuals with the
 /// same cost, gradient and Gauss-Newton matrix as all rows.
-Solution solve(Model& model, const Eigen::VectorXd& start, const std::vector<bool>& free, const SolveOptions& options);
+Solution solve(Regression& model, const Eigen::VectorXd& start, const std::vector<bool>& free, const SolveOptions& options);
 
-/// Blocks that a Sums of `rows` rows is cut into.
-int block_count(std::size_t rows);
+/// Whether the errors stop depending on theta[j] because it is a gain on a bound.
+bool at_bound(const Regression& model, const Eigen::VectorXd& theta, Eigen::Index j);
 
 }  // namespace dqw
 #endif

@@ -1,6 +1,6 @@
 #include "ref/model/linear.hpp"
 
-#include "ref/model/sums.hpp"
+#include "ref/model/plan.hpp"
 
 namespace dqw {
 
@@ -23,50 +23,31 @@ void LinearModel::prepare(const Eigen::VectorXd& theta)
     }
 }
 
-bool LinearModel::sweep(const Eigen::VectorXd& theta, int blocks, Sums& sums) const
+bool LinearModel::sweep(const Eigen::VectorXd& theta, std::vector<BlockSum>& sums) const
 {
-    using Jet = ceres::Jet<double, kMost>;
     const Eigen::Index n = theta.size();
-    // The collector writes kMost columns; those past n stay zero and are cut off at the end.
-    Sums wide;
-    wide.reset(kMost, channels_, blocks);
-    std::array<Jet, 2> e;
-    Collector<kMost, 2> two(wide, rows_);
-    Collector<kMost, 1> one(wide, rows_);
+    sums = empty_sums(static_cast<std::size_t>(block_count(rows_)), channels_, n);
+    Eigen::VectorXd line(n + 1);
+    std::size_t k = 0;
     source_([&](const Row& row) {
-        for (std::size_t c = 0; c < static_cast<std::size_t>(channels_); ++c) {
-            e[c] = Jet(row.y[c]);
-            for (Eigen::Index j = 0; j < n; ++j) {
-                const double x = row.x[c][static_cast<std::size_t>(j)];
-                e[c].a -= x * theta[j];
-                e[c].v[j] = -x;
-            }
+        BlockSum& to = sums[block_of(k++, rows_)];
+        to.rows += 1.0;
+        for (std::size_t c = 0; c < to.gram.size(); ++c) {
+            const Eigen::Map<const Eigen::VectorXd> x(row.x[c].data(), n);
+            line << -x, row.y[c] - x.dot(theta);
+            to.gram[c].noalias() += line * line.transpose();
         }
-        if (channels_ == 2)
-            two.add(e, {1.0, 1.0});
-        else
-            one.add({e[0]}, {1.0});
     });
-    if (channels_ == 2)
-        two.finish();
-    else
-        one.finish();
-    sums.reset(static_cast<int>(n), channels_, blocks);
-    for (int b = 0; b < blocks; ++b)
-        for (int c = 0; c < channels_; ++c) {
-            const Eigen::MatrixXd& from = wide.at(b, c);
-            Eigen::MatrixXd& to = sums.at(b, c);
-            to.topLeftCorner(n, n) = from.topLeftCorner(n, n);
-            to.col(n).head(n) = from.col(kMost).head(n);
-            to.row(n).head(n) = from.row(kMost).head(n);
-            to(n, n) = from(kMost, kMost);
+    Eigen::MatrixXd map(n, n + 1);
+    map << Eigen::MatrixXd::Identity(n, n), theta;
+    const double blocks = static_cast<double>(sums.size());
+    for (BlockSum& to : sums)
+        for (std::size_t c = 0; c < to.gram.size(); ++c) {
             // Noise dx with variances V turns the row [-x, e] by [-dx, -dx'theta].
-            Eigen::MatrixXd map(n, n + 1);
-            map << Eigen::MatrixXd::Identity(n, n), theta;
-            const Eigen::Map<const Eigen::VectorXd> variance(noise_[static_cast<std::size_t>(c)].data(), n);
-            to -= static_cast<double>(rows_) / blocks * (map.transpose() * variance.asDiagonal() * map);
+            const Eigen::Map<const Eigen::VectorXd> variance(noise_[c].data(), n);
+            to.gram[c] -= static_cast<double>(rows_) / blocks * (map.transpose() * variance.asDiagonal() * map);
             // Back again, as a constant: a square root needs a sum above zero.
-            to(n, n) += offset_[c] / blocks;
+            to.gram[c](n, n) += offset_[static_cast<Eigen::Index>(c)] / blocks;
         }
     return true;
 }

@@ -1,16 +1,16 @@
-// Static regressions: steady and standstill logs, and the torque constant.
+// Linear regressions: of means over blocks, and of the torque constant.
 #ifndef DQW_REF_MODEL_LINEAR_HPP
 #define DQW_REF_MODEL_LINEAR_HPP
 
 #include <array>
 #include <functional>
 
-#include "ref/model/model.hpp"
+#include "ref/model/regression.hpp"
 
 namespace dqw {
 
 /// y_c = x_c' theta for one or two channels and up to four parameters, row by row.
-class LinearModel : public Model {
+class LinearModel : public Regression {
 public:
     static constexpr int kMost = 4;
     struct Row {
@@ -30,7 +30,7 @@ public:
     std::size_t rows() const override { return rows_; }
     Eigen::VectorXd power() const override { return power_; }
     void prepare(const Eigen::VectorXd& theta) override;
-    bool sweep(const Eigen::VectorXd& theta, int blocks, Sums& sums) const override;
+    bool sweep(const Eigen::VectorXd& theta, std::vector<BlockSum>& sums) const override;
     bool squares(const Eigen::VectorXd& theta, Eigen::VectorXd& sum) const override;
 
 private:

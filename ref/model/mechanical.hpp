@@ -1,49 +1,47 @@
-// The mechanical prediction model, in innovations form.
+// The model of a mechanical log, J dw/dt + B w + any effects = T, in innovations form, (E40), (E44).
 #ifndef DQW_REF_MODEL_MECHANICAL_HPP
 #define DQW_REF_MODEL_MECHANICAL_HPP
 
-#include "ref/log/piece.hpp"
 #include "ref/model/gain.hpp"
 #include "ref/model/model.hpp"
 
 namespace dqw {
 
-/// Integrates J dw_m/dt + B w_m = T over each piece and corrects the speed by a fitted gain. The torque runs straight
-/// from one row to the next; an integral forgives what is noisy in it and what is quantised in the speed.
+/// The torque runs straight from one row to the next; an integral forgives what is noisy in it and what is quantised in
+/// the speed.
 class MechanicalModel : public Model {
 public:
-    enum Index { kJ, kB, kGain, kSize };
+    /// `torque[i]` and `angle[i]` (of the shaft; measured or integrated; without effects none is needed) belong to
+    /// logs[i]; all outlive the model.
+    /// `averaged`: regress the torque itself on means over the blocks of the reported residual, without a prediction.
+    /// Less efficient; but where what the model lacks is fast (a shaft that twists), prediction looks at nothing else.
+    MechanicalModel(const std::vector<Log>& logs, const std::vector<std::vector<double>>& torque,
+                    const std::vector<std::vector<double>>& angle, Plan plan, bool averaged);
 
-    /// `torque[i]` belongs to the log of `logs[i]`; both must outlive the model.
-    MechanicalModel(std::vector<Piece> pieces, const std::vector<Log>& logs,
-                    const std::vector<std::vector<double>>& torque);
-
-    const std::vector<std::string>& names() const override;
+    const std::vector<std::string>& base_names() const override;
     int channels() const override { return 1; }
-    std::size_t rows() const override { return rows_; }
-    Eigen::VectorXd power() const override { return power_; }
-    void count_starts(bool count) override { count_starts_ = count || rows_ < 1000 * pieces_.size(); }
-    void prepare(const Eigen::VectorXd& theta) override;
-    void confine(Eigen::VectorXd& theta, const std::vector<bool>& free, bool wake) const override;
-    bool at_bound(const Eigen::VectorXd& theta, int j) const override;
-    bool sweep(const Eigen::VectorXd& theta, int blocks, Sums& sums) const override;
-    bool squares(const Eigen::VectorXd& theta, Eigen::VectorXd& sum) const override;
+    int gains() const override { return averaged_ ? 0 : 1; }
+    bool common_weight() const override { return false; }
+    const Plan& plan() const override { return plan_; }
+    const std::vector<double>& measured(const Log& log, int) const override { return log.w_m_rad_s; }
+    void weigh_starts(const Point& at, bool count) override;
+    std::vector<ReportBlock> report(const Point& at, std::size_t rows) const override;
+    bool sweep(const Point& at, const std::vector<Input>* candidates, std::vector<BlockSum>& sums) const override;
 
 private:
-    template <typename T, typename Visit> bool run(const T* theta, Visit&& visit) const;
-    bool in_domain(const Eigen::VectorXd& theta) const;
-    const std::vector<double>& torque_of_piece(const Piece& piece) const;
+    bool predict(const Point& at, const std::vector<Input>* candidates, std::vector<BlockSum>& sums) const;
+    void average(const Point& at, const std::vector<Input>* candidates, std::vector<BlockSum>& sums) const;
 
-    std::vector<Piece> pieces_;
     const std::vector<Log>& logs_;
-    const std::vector<std::vector<double>>& torque_;
-    bool count_starts_ = true;
-    std::size_t rows_ = 0;
+    const std::vector<std::vector<double>>&torque_, &angle_;
+    Plan plan_;
+    bool averaged_;
     double dt_max_s_ = 0.0, dt_mean_s_ = 0.0;
-    Eigen::VectorXd power_;
-    double decay_ = 1.0;
-    GainSchedule reference_;
+    StartWeights weights_;
 };
+
+/// Angle of the shaft: theta_m_rad, or w_m integrated from 0.
+std::vector<double> shaft_angle(const Log& log);
 
 }  // namespace dqw
 #endif

@@ -1,4 +1,4 @@
-// What the solver needs of a prediction model: its innovations and their derivatives, added up.
+// What a solver needs of a model with effects: errors and their derivatives, added up in blocks of rows.
 #ifndef DQW_REF_MODEL_MODEL_HPP
 #define DQW_REF_MODEL_MODEL_HPP
 
@@ -7,26 +7,60 @@
 #include <string>
 #include <vector>
 
+#include "ref/effect/input.hpp"
+#include "ref/log/piece.hpp"
+
 namespace dqw {
 
-/// Sums of [J e]'[J e], one (n+1) x (n+1) matrix for each block of rows and channel, the innovation e last.
-/// Rows are never stored, so that memory does not grow with the log; the blocks show whether e is white.
-struct Sums {
-    int channels = 0;
-    int blocks = 0;
-    std::vector<Eigen::MatrixXd> of;  ///< index block * channels + channel
-
-    void reset(int parameters, int channel_count, int block_count);
-    const Eigen::MatrixXd& at(int block, int channel) const { return of[index(block, channel)]; }
-    Eigen::MatrixXd& at(int block, int channel) { return of[index(block, channel)]; }
-    /// Sum over the blocks.
-    Eigen::MatrixXd total(int channel) const;
-
-private:
-    std::size_t index(int block, int channel) const { return static_cast<std::size_t>(block * channels + channel); }
+/// An effect that is switched on: its inputs, and the value of each weight, input by input.
+struct Term {
+    Input input;
+    std::array<double, kMostWeights> weights{};
 };
 
-/// A model that predicts one or two measured channels from the past, row by row.
+/// A point in the space of models. Columns of its derivatives: base, gains, then each term's weights and free shapes.
+struct Point {
+    Eigen::VectorXd base, gain;
+    std::vector<Term> terms;
+
+    Eigen::Index columns() const;
+    Eigen::VectorXd values() const;
+    void set(const Eigen::VectorXd& values);
+};
+
+/// Rows that are judged together. Even in stretches: rows of neighbouring blocks are alike, so whole stretches are held
+/// out.
+struct FineBlock {
+    const Piece* piece = nullptr;
+    std::size_t begin = 0, end = 0;  ///< rows of the log; row k is judged by its prediction
+    bool heldout = false;
+};
+
+/// Pieces, and which of their rows are judged: those of the blocks.
+struct Plan {
+    std::vector<Piece> pieces;
+    std::vector<FineBlock> blocks;  ///< in the order of the rows
+};
+
+/// One block of the reported residual, (E43).
+struct ReportBlock {
+    const Log* log = nullptr;
+    std::size_t begin = 0, end = 0;  ///< rows; at `end` the next block's first
+    double measured[2] = {}, residual[2] = {};
+};
+
+/// Sums over one fine block: rows, and for each channel the Gram matrix of [J e], e last.
+struct BlockSum {
+    double rows = 0.0;
+    std::vector<Eigen::MatrixXd> gram;
+};
+
+/// Sum over all blocks of one channel's.
+Eigen::MatrixXd total_of(const std::vector<BlockSum>& sums, std::size_t channel);
+/// `count` empty sums of n columns and e.
+std::vector<BlockSum> empty_sums(std::size_t count, int channels, Eigen::Index n);
+
+/// The plain model of a regime with any effects on top of it, in innovations form where it moves.
 class Model {
 public:
     Model() = default;
@@ -34,30 +68,31 @@ public:
     Model& operator=(const Model&) = delete;
     virtual ~Model() = default;
 
-    /// Names of theta's entries; those of gains are empty.
-    virtual const std::vector<std::string>& names() const = 0;
+    virtual const std::vector<std::string>& base_names() const = 0;
     virtual int channels() const = 0;
-    /// Innovations of one channel.
-    virtual std::size_t rows() const = 0;
-    /// Sum of the squared measured signal of each channel: the scale of what there is to predict.
-    virtual Eigen::VectorXd power() const = 0;
-    /// Fixes what must not change while theta is searched (weights of a start, series order).
-    virtual void prepare(const Eigen::VectorXd& theta) { (void)theta; }
-    /// Brings free entries back into range, e.g. a gain onto [0, 1]. `wake` lifts them off a bound to try again.
-    virtual void confine(Eigen::VectorXd& theta, const std::vector<bool>& free, bool wake) const
+    virtual int gains() const = 0;
+    /// Whether all channels' errors weigh alike (settled points), or each by its own noise.
+    virtual bool common_weight() const = 0;
+    virtual const Plan& plan() const = 0;
+    /// The column that a channel predicts; empty where the log lacks it.
+    virtual const std::vector<double>& measured(const Log& log, int channel) const = 0;
+    /// From now on the first rows of a piece weigh by how their innovations scatter at `at`, or, without `count`,
+    /// nothing until the start is forgotten. Before, each row weighs 1: a plan's guards leave the start out.
+    virtual void weigh_starts(const Point& at, bool count) { (void)at, (void)count; }
+    /// Reported residuals of all logs at `at`, block by block of `rows` rows; 0: the regime's own length.
+    virtual std::vector<ReportBlock> report(const Point& at, std::size_t rows) const = 0;
+    /// Errors at `at`, with derivatives by its columns and by the weights (at zero) of `candidates`, or, where that is
+    /// nullptr, without any. False outside the model's domain.
+    virtual bool sweep(const Point& at, const std::vector<Input>* candidates, std::vector<BlockSum>& sums) const = 0;
+
+    bool pass(const Point& at, const std::vector<Input>& candidates, std::vector<BlockSum>& sums) const
     {
-        (void)theta, (void)free, (void)wake;
+        return sweep(at, &candidates, sums);
     }
-    /// Whether the innovations stop depending on theta[j] because it sits on a bound.
-    virtual bool at_bound(const Eigen::VectorXd& theta, int j) const { return (void)theta, (void)j, false; }
-    /// Whether the rows count over which the first sample of a piece is still being forgotten. They always do where
-    /// pieces have fewer than 1000 rows on average.
-    virtual void count_starts(bool count) { (void)count; }
-    /// Adds up all rows in `blocks` blocks. False where theta is outside the model's domain.
-    virtual bool sweep(const Eigen::VectorXd& theta, int blocks, Sums& sums) const = 0;
-    /// Sum of squared innovations of each channel; false as above. Costs a fraction of sweep().
-    virtual bool squares(const Eigen::VectorXd& theta, Eigen::VectorXd& sum) const = 0;
 };
+
+/// Columns of a sweep.
+Eigen::Index columns_of(const Point& at, const std::vector<Input>* candidates);
 
 }  // namespace dqw
 #endif

@@ -61,7 +61,7 @@ Point without(Point at, const std::string& name)
 }
 
 /// The best of several gains: a wrong model wants a large one, a right one a small one, and each has its own valley.
-Refined refine_gains(const TraceModel& model, const Point& start)
+Refined refine_gains(const Model& model, const Point& start)
 {
     Refined best;
     if (model.gains() == 0) return refine(model, start, kPasses);
@@ -83,7 +83,7 @@ double joint(const std::vector<double>& rms)
 
 /// More than chance, and enough to name it: 5 % of one axis' reported residual, or, where that grows on none, of the
 /// predictions' errors. What a log with a rest has many of are small gains that mean nothing.
-bool needed(const TraceModel& model, const Refined& without, const Refined& with, const SelectOptions& options)
+bool needed(const Model& model, const Refined& without, const Refined& with, const SelectOptions& options)
 {
     constexpr double kLeastPart = 0.05, kLeastNats = 0.05, kSame = 1.01;
     const Better gain = better(model, without.left, with.left);
@@ -109,7 +109,7 @@ struct Screened {
 };
 
 /// Each candidate as a linear step from `at`, at the gain where it does best on the rows seen.
-std::vector<Screened> screen(const TraceModel& model, const Point& at, const std::vector<const Candidate*>& candidates,
+std::vector<Screened> screen(const Model& model, const Point& at, const std::vector<const Candidate*>& candidates,
                              const SelectOptions& options)
 {
     std::vector<Screened> out(candidates.size());
@@ -146,7 +146,7 @@ std::vector<Screened> screen(const TraceModel& model, const Point& at, const std
     return out;
 }
 
-Tried attempt(const TraceModel& model, const Refined& base, const Screened& s)
+Tried attempt(const Model& model, const Refined& base, const Screened& s)
 {
     Tried t;
     t.candidate = *s.candidate;
@@ -175,7 +175,7 @@ bool stands_before(const Tried& t, const Tried& best)
 }
 
 /// The candidates that are not on, tried on top of `base`, best first; one for each name.
-std::vector<Tried> round(const TraceModel& model, const Refined& base, const std::vector<Candidate>& candidates,
+std::vector<Tried> round(const Model& model, const Refined& base, const std::vector<Candidate>& candidates,
                          const SelectOptions& options, std::vector<std::pair<std::string, Point>>* alone)
 {
     std::vector<const Candidate*> open;
@@ -220,7 +220,7 @@ std::vector<std::string> Candidate::names() const
 namespace {
 
 /// Drops the effects at `gone` where the rest does without them.
-bool drop(const TraceModel& model, const std::vector<std::size_t>& gone, const std::vector<std::size_t>& others,
+bool drop(const Model& model, const std::vector<std::size_t>& gone, const std::vector<std::size_t>& others,
           const SelectOptions& options, Selection& s)
 {
     Point less = s.best.point;
@@ -246,7 +246,7 @@ bool drop(const TraceModel& model, const std::vector<std::size_t>& gone, const s
 }
 
 /// What a later effect has made superfluous goes: whole rounds first, then one of several that came together.
-void drop_superfluous(const TraceModel& model, const SelectOptions& options, Selection& s)
+void drop_superfluous(const Model& model, const SelectOptions& options, Selection& s)
 {
     for (bool changed = true; changed && s.found.size() > 1;) {
         changed = false;
@@ -264,7 +264,7 @@ void drop_superfluous(const TraceModel& model, const SelectOptions& options, Sel
 
 }  // namespace
 
-void look_alikes(const TraceModel& model, const std::vector<Candidate>& candidates, const SelectOptions& options,
+void look_alikes(const Model& model, const std::vector<Candidate>& candidates, const SelectOptions& options,
                  Selection& s)
 {
     const double rms = joint(options.reported_rms(s.best.point));
@@ -288,7 +288,7 @@ namespace {
 
 /// Two effects of which neither alone is confirmed, each hiding what the other would explain: taken only where both
 /// together are, halve the reported residual, and neither does without the other.
-bool take_pair(const TraceModel& model, const std::vector<Tried>& tried, const std::vector<Candidate>& candidates,
+bool take_pair(const Model& model, const std::vector<Tried>& tried, const std::vector<Candidate>& candidates,
                const SelectOptions& options, int round_number, Selection& s)
 {
     constexpr int kFirsts = 3;
@@ -325,7 +325,7 @@ bool take_pair(const TraceModel& model, const std::vector<Tried>& tried, const s
 
 }  // namespace
 
-Selection select(const TraceModel& model, const Point& start, const std::vector<Candidate>& candidates,
+Selection select(const Model& model, const Point& start, const std::vector<Candidate>& candidates,
                  const SelectOptions& options)
 {
     Selection s;

@@ -63,10 +63,10 @@ struct Selection {
 
 /// What could stand in for each effect found: rivals that, in its place, leave as little on the rows held out (within
 /// 10 % of the reported RMS; of one speed alone 40 %), and that a joint fit cannot tell from it. At most three each.
-void look_alikes(const TraceModel& model, const std::vector<Candidate>& candidates, const SelectOptions& options,
+void look_alikes(const Model& model, const std::vector<Candidate>& candidates, const SelectOptions& options,
                  Selection& selection);
 
-Selection select(const TraceModel& model, const Point& start, const std::vector<Candidate>& candidates,
+Selection select(const Model& model, const Point& start, const std::vector<Candidate>& candidates,
                  const SelectOptions& options);
 
 }  // namespace dqw

@@ -11,7 +11,7 @@ namespace {
 constexpr double kLeast = 1e-300;
 constexpr double kGainLeast = 1e-4;
 
-void total_up(const TraceModel& model, Left& left)
+void total_up(const Model& model, Left& left)
 {
     const auto& blocks = model.plan().blocks;
     double rows[2] = {}, square[2][8] = {};
@@ -36,7 +36,7 @@ void total_up(const TraceModel& model, Left& left)
     }
 }
 
-std::vector<Eigen::MatrixXd> seen_total(const TraceModel& model, const std::vector<BlockSum>& sums, double& rows)
+std::vector<Eigen::MatrixXd> seen_total(const Model& model, const std::vector<BlockSum>& sums, double& rows)
 {
     const auto& blocks = model.plan().blocks;
     std::vector<Eigen::MatrixXd> total;
@@ -56,7 +56,7 @@ std::vector<Eigen::MatrixXd> seen_total(const TraceModel& model, const std::vect
 double quadratic(const Eigen::MatrixXd& gram, const Eigen::VectorXd& row) { return std::max(row.dot(gram * row), 0.0); }
 
 /// Variance of each channel of the rows seen, after the step.
-Eigen::VectorXd variances(const TraceModel& model, const std::vector<Eigen::MatrixXd>& total, double rows,
+Eigen::VectorXd variances(const Model& model, const std::vector<Eigen::MatrixXd>& total, double rows,
                           const Eigen::VectorXd& with_e)
 {
     Eigen::VectorXd v(static_cast<Eigen::Index>(total.size()));
@@ -81,7 +81,7 @@ Eigen::VectorXd with_error(const Eigen::VectorXd& delta)
 
 }  // namespace
 
-Left left_after(const TraceModel& model, const std::vector<BlockSum>& sums, const Eigen::VectorXd& delta)
+Left left_after(const Model& model, const std::vector<BlockSum>& sums, const Eigen::VectorXd& delta)
 {
     Left left;
     const Eigen::VectorXd row = with_error(delta);
@@ -94,12 +94,12 @@ Left left_after(const TraceModel& model, const std::vector<BlockSum>& sums, cons
     return left;
 }
 
-Left left_of(const TraceModel& model, const std::vector<BlockSum>& sums)
+Left left_of(const Model& model, const std::vector<BlockSum>& sums)
 {
     return left_after(model, sums, Eigen::VectorXd::Zero(sums.front().gram.front().rows() - 1));
 }
 
-Eigen::VectorXd linear_step(const TraceModel& model, const std::vector<BlockSum>& sums,
+Eigen::VectorXd linear_step(const Model& model, const std::vector<BlockSum>& sums,
                             const std::vector<Eigen::Index>& use, double damping)
 {
     double rows = 0.0;
@@ -133,7 +133,7 @@ Eigen::VectorXd linear_step(const TraceModel& model, const std::vector<BlockSum>
     return delta;
 }
 
-Better better(const TraceModel& model, const Left& a, const Left& b)
+Better better(const Model& model, const Left& a, const Left& b)
 {
     const auto& blocks = model.plan().blocks;
     std::vector<double> gain;
@@ -177,7 +177,7 @@ Better better(const TraceModel& model, const Left& a, const Left& b)
     return out;
 }
 
-bool confirmed(const TraceModel& model, const Better& gain)
+bool confirmed(const Model& model, const Better& gain)
 {
     constexpr double kLeastT = 4.0, kUnevenT = 2.0, kFewT = 1.5, kLeastNats = 10.0, kUneven = 15.0, kFew = 40.0;
     if (gain.nats < kLeastNats) return false;
@@ -186,7 +186,7 @@ bool confirmed(const TraceModel& model, const Better& gain)
            (gain.t >= kFewT && uneven >= (model.common_weight() ? kUneven : kFew));
 }
 
-Refined refine(const TraceModel& model, const Point& start, int passes)
+Refined refine(const Model& model, const Point& start, int passes)
 {
     Refined best;
     best.point = start;
@@ -240,7 +240,7 @@ Refined refine(const TraceModel& model, const Point& start, int passes)
     return best;
 }
 
-Eigen::VectorXd deviations(const TraceModel& model, const Refined& refined)
+Eigen::VectorXd deviations(const Model& model, const Refined& refined)
 {
     double rows = 0.0;
     const std::vector<Eigen::MatrixXd> total = seen_total(model, refined.sums, rows);

@@ -2,7 +2,7 @@
 #ifndef DQW_REF_SEARCH_SOLVE_HPP
 #define DQW_REF_SEARCH_SOLVE_HPP
 
-#include "ref/search/model.hpp"
+#include "ref/model/model.hpp"
 
 namespace dqw {
 
@@ -14,12 +14,12 @@ struct Left {
 };
 
 /// Left of the sums as they are, and after the step `delta` of all columns (linear in it).
-Left left_of(const TraceModel& model, const std::vector<BlockSum>& sums);
-Left left_after(const TraceModel& model, const std::vector<BlockSum>& sums, const Eigen::VectorXd& delta);
+Left left_of(const Model& model, const std::vector<BlockSum>& sums);
+Left left_after(const Model& model, const std::vector<BlockSum>& sums, const Eigen::VectorXd& delta);
 
 /// The step of the columns `use` that leaves least on the rows seen; `damping` in units of each column's own square.
 /// A column that others span to 1e-9 does not move.
-Eigen::VectorXd linear_step(const TraceModel& model, const std::vector<BlockSum>& sums,
+Eigen::VectorXd linear_step(const Model& model, const std::vector<BlockSum>& sums,
                             const std::vector<Eigen::Index>& use, double damping);
 
 /// How much better `b` is than `a` on the held-out blocks, (E45).
@@ -28,11 +28,11 @@ struct Better {
     double t = 0.0;          ///< of the blocks' log ratios, shrunk by their correlation
     double nats_each = 0.0;  ///< the gain if each block counted as one row: rows within a block may all be alike
 };
-Better better(const TraceModel& model, const Left& a, const Left& b);
+Better better(const Model& model, const Left& a, const Left& b);
 /// Whether that is more than chance: ten nats, and t above 4. An effect may show in few blocks, strongly: where t times
 /// the gain that would be left if each block were one row is above 15, a t of 2 does; 1.5 where it is above 40, and
 /// among settled points.
-bool confirmed(const TraceModel& model, const Better& gain);
+bool confirmed(const Model& model, const Better& gain);
 
 /// A point with all of its columns fitted to the rows seen.
 struct Refined {
@@ -43,11 +43,11 @@ struct Refined {
 };
 
 /// Gauss-Newton from `start`, damped, at most `passes` passes. Gains stay within [1e-4, 1].
-Refined refine(const TraceModel& model, const Point& start, int passes);
+Refined refine(const Model& model, const Point& start, int passes);
 
 /// Standard deviation of each column of a refined point, from the scatter of the seen blocks' scores; infinite where
 /// the rows do not tell it.
-Eigen::VectorXd deviations(const TraceModel& model, const Refined& refined);
+Eigen::VectorXd deviations(const Model& model, const Refined& refined);
 
 }  // namespace dqw
 #endif

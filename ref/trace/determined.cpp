@@ -14,7 +14,7 @@ constexpr double kNoEffect = 1e-6;   ///< of the largest effect of a base parame
 constexpr double kCollinear = 1e-8;  ///< eigenvalue of the information of unit columns
 constexpr double kPartner = 0.03;    ///< component in a null direction that counts
 
-std::vector<std::string> column_names(const TraceModel& model, const Point& at)
+std::vector<std::string> column_names(const Model& model, const Point& at)
 {
     std::vector<std::string> names = model.base_names();
     names.resize(static_cast<std::size_t>(at.base.size() + at.gain.size()));
@@ -27,7 +27,7 @@ std::vector<std::string> column_names(const TraceModel& model, const Point& at)
 }
 
 /// Information of the columns, each channel weighed by what is left of it.
-Eigen::MatrixXd information(const TraceModel& model, const std::vector<BlockSum>& sums)
+Eigen::MatrixXd information(const Model& model, const std::vector<BlockSum>& sums)
 {
     const Eigen::Index n = sums.front().gram.front().rows() - 1;
     std::vector<Eigen::MatrixXd> total(static_cast<std::size_t>(model.channels()), Eigen::MatrixXd::Zero(n + 1, n + 1));
@@ -86,7 +86,7 @@ void mark_undetermined(const Eigen::MatrixXd& m, const Eigen::VectorXd& typical,
 }
 
 /// Deviations if nothing corrected the state. Noise that the gains let into it looks like excitation.
-Eigen::VectorXd simulated(const TraceModel& model, const Refined& refined)
+Eigen::VectorXd simulated(const Model& model, const Refined& refined)
 {
     Refined bare = refined;
     bare.point.gain.setZero();

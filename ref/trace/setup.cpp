@@ -10,9 +10,9 @@
 #include "ref/fit/fit.hpp"
 #include "ref/log/residual.hpp"
 #include "ref/model/blocks.hpp"
-#include "ref/search/mechanical.hpp"
-#include "ref/search/plan.hpp"
-#include "ref/search/static.hpp"
+#include "ref/model/mechanical.hpp"
+#include "ref/model/plan.hpp"
+#include "ref/model/settled.hpp"
 #include "ref/trace/candidates.hpp"
 
 namespace dqw {
@@ -193,7 +193,7 @@ void electrical_setup(TraceSetup& setup, bool rotor_held)
                                     : alternate_plan(settled_pieces(logs), kSettledStretches, kSettledFine, 0);
         if (plan.blocks.size() < kLeastSettled)
             plan = alternate_plan(settled_pieces(logs), kSettledStretches, kSettledFine, 0);
-        setup.full = std::make_unique<TraceStatic>(logs, setup.columns, setup.pole_pairs, std::move(plan));
+        setup.full = std::make_unique<SettledModel>(logs, setup.columns, setup.pole_pairs, std::move(plan));
         Point start;
         start.base = Eigen::Vector4d(1.0, 1e-3, 1e-3, 0.0);
         setup.starts.push_back(start);
@@ -205,12 +205,12 @@ void electrical_setup(TraceSetup& setup, bool rotor_held)
                                     " rows in even pieces of " + std::to_string(kLeastPiece) +
                                     " and more; a trace needs at least " + std::to_string(kLeastRows) +
                                     " to hold some out");
-    setup.full = std::make_unique<TraceDynamic>(
+    setup.full = std::make_unique<ElectricalModel>(
         logs, setup.columns, setup.pole_pairs,
         alternate_plan(cut(pieces), stretches_of(pieces, kStretches), kFine, kGuard), rotor_held);
     const std::vector<Piece> windows = spread_sample(pieces, kSearchRows, kSearchWindow);
     if (rows_of(windows) < rows_of(pieces))
-        setup.part = std::make_unique<TraceDynamic>(
+        setup.part = std::make_unique<ElectricalModel>(
             logs, setup.columns, setup.pole_pairs,
             alternate_plan(windows, rows_of(windows) / kSearchWindow, kFine, 2 * kGuard), rotor_held);
     for (const ElectricalStart& s : electrical_starts(setup.part ? windows : pieces, setup.pole_pairs)) {
@@ -244,12 +244,12 @@ void mechanical_setup(TraceSetup& setup, bool averaged)
                                     " and more; a trace needs at least " + std::to_string(kLeastRows) +
                                     " to hold some out");
     const std::size_t stretches = stretches_of(pieces, kStretches * logs.size());
-    setup.full = std::make_unique<TraceMechanical>(
+    setup.full = std::make_unique<MechanicalModel>(
         logs, setup.torque, setup.angle, alternate_plan(pieces, stretches, averaged ? kFine / 2 : kFine, kGuard),
         averaged);
     const std::vector<Piece> windows = spread_sample(pieces, 2 * kSearchRows, 2 * kSearchWindow);
     if (rows_of(windows) < rows_of(pieces))
-        setup.part = std::make_unique<TraceMechanical>(
+        setup.part = std::make_unique<MechanicalModel>(
             logs, setup.torque, setup.angle,
             alternate_plan(windows, rows_of(windows) / (2 * kSearchWindow), kFine, kGuard), averaged);
     std::vector<const std::vector<double>*> of_piece;

@@ -5,7 +5,7 @@
 #include <memory>
 #include <optional>
 
-#include "ref/search/dynamic.hpp"
+#include "ref/model/electrical.hpp"
 #include "ref/search/select.hpp"
 #include "ref/trace/trace.hpp"
 
@@ -22,14 +22,14 @@ struct TraceSetup {
     bool one_speed = false;   ///< settled points that turn, all alike
     std::vector<TraceColumns> columns;
     std::vector<std::vector<double>> torque, angle;
-    std::unique_ptr<TraceModel> full;  ///< of all rows
-    std::unique_ptr<TraceModel> part;  ///< of windows spread over a long log, for the search; else null
+    std::unique_ptr<Model> full;  ///< of all rows
+    std::unique_ptr<Model> part;  ///< of windows spread over a long log, for the search; else null
     std::vector<Point> starts;
     std::vector<Candidate> candidates;
     std::vector<TraceRejected> untestable;
     std::vector<std::string> notes;
 
-    const TraceModel& search() const { return part ? *part : *full; }
+    const Model& search() const { return part ? *part : *full; }
 };
 
 /// How a regime's model is meant where there are two ways.

@@ -44,7 +44,7 @@ Plan folded_plan()
     return plan;
 }
 
-std::vector<BlockSum> folded(const TraceModel& model, const std::vector<BlockSum>& sums)
+std::vector<BlockSum> folded(const Model& model, const std::vector<BlockSum>& sums)
 {
     std::vector<BlockSum> two(2);
     for (BlockSum& s : two)
@@ -60,7 +60,7 @@ std::vector<BlockSum> folded(const TraceModel& model, const std::vector<BlockSum
 /// Linear steps from one point, for any shapes: all of them are columns of the same sums.
 class Steps {
 public:
-    Steps(const TraceModel& model, const Point& at, const std::vector<Shapes>& effects)
+    Steps(const Model& model, const Point& at, const std::vector<Shapes>& effects)
         : model_(model, folded_plan()), at_(at), effects_(effects)
     {
         std::vector<Input> inputs;
@@ -114,7 +114,7 @@ private:
 };
 
 /// The best shapes, one effect after the other, until none changes.
-Choice best_shapes(const TraceModel& model, const Point& at, const std::vector<Shapes>& effects)
+Choice best_shapes(const Model& model, const Point& at, const std::vector<Shapes>& effects)
 {
     const Steps steps(model, at, effects);
     if (!steps.ok()) return {at, -HUGE_VAL};
@@ -136,7 +136,7 @@ Choice best_shapes(const TraceModel& model, const Point& at, const std::vector<S
 }
 
 /// Where to begin: the log's own starting points, and each once fitted without the effects.
-std::vector<Point> beginnings(const TraceModel& model, const std::vector<Point>& starts)
+std::vector<Point> beginnings(const Model& model, const std::vector<Point>& starts)
 {
     std::vector<Point> out;
     for (Point start : starts) {
@@ -153,7 +153,7 @@ std::vector<Point> beginnings(const TraceModel& model, const std::vector<Point>&
 
 }  // namespace
 
-Plan all_seen(const TraceModel& model)
+Plan all_seen(const Model& model)
 {
     Plan plan = model.plan();
     for (FineBlock& b : plan.blocks) b.heldout = false;
@@ -164,7 +164,7 @@ Refined fit_named(const TraceSetup& setup, const std::vector<std::string>& names
 {
     std::vector<Shapes> effects;
     for (const std::string& name : names) effects.push_back(shapes_of(setup, name));
-    const TraceModel& model = setup.search();
+    const Model& model = setup.search();
     std::vector<Choice> choices;
     for (const Point& start : beginnings(model, setup.starts)) {
         std::vector<double> gains(std::begin(kGains), std::end(kGains));

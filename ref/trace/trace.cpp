@@ -167,7 +167,7 @@ std::string describe(const std::vector<TraceCorrelate>& rest)
 /// The best of the log's own starting points.
 Point best_start(const TraceSetup& setup)
 {
-    const TraceModel& model = setup.search();
+    const Model& model = setup.search();
     Point best = setup.starts.front();
     double most = -HUGE_VAL;
     for (const Point& start : setup.starts) {

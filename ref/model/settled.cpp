@@ -1,8 +1,9 @@
-#include "ref/search/static.hpp"
+#include "ref/model/settled.hpp"
 
 #include <cmath>
 
 #include "ref/effect/range.hpp"
+#include "ref/model/inputs.hpp"
 
 namespace dqw {
 namespace {
@@ -14,13 +15,13 @@ Vector2 settled(const Moment& m, Vector2 f, Vector2 g) { return {f.d - m.w_e * g
 
 }  // namespace
 
-const std::vector<std::string>& TraceStatic::base_names() const
+const std::vector<std::string>& SettledModel::base_names() const
 {
     static const std::vector<std::string> names{"R_ohm", "Ld_H", "Lq_H", "psi_Wb"};
     return names;
 }
 
-Moment TraceStatic::moment(const Point& at, const Log& log, const TraceColumns& c, std::size_t k) const
+Moment SettledModel::moment(const Point& at, const Log& log, const TraceColumns& c, std::size_t k) const
 {
     Moment m;
     m.i_d = at_row(log.i_d_A, k), m.i_q = at_row(log.i_q_A, k);
@@ -32,7 +33,7 @@ Moment TraceStatic::moment(const Point& at, const Log& log, const TraceColumns& 
     return m;
 }
 
-Vector2 TraceStatic::error(const Point& at, const Log& log, const TraceColumns& c, std::size_t k, Moment m) const
+Vector2 SettledModel::error(const Point& at, const Log& log, const TraceColumns& c, std::size_t k, Moment m) const
 {
     Vector2 f{m.R * m.i_d, m.R * m.i_q}, g{m.Ld * m.i_d + m.psi, m.Lq * m.i_q};
     for (const Term& t : at.terms) {
@@ -43,7 +44,7 @@ Vector2 TraceStatic::error(const Point& at, const Log& log, const TraceColumns& 
     return {at_row(log.v_d_V, k) - v.d, at_row(log.v_q_V, k) - v.q};
 }
 
-std::vector<ReportBlock> TraceStatic::report(const Point& at, std::size_t) const
+std::vector<ReportBlock> SettledModel::report(const Point& at, std::size_t) const
 {
     std::vector<ReportBlock> out;
     for (const Log& log : logs_) {
@@ -56,47 +57,27 @@ std::vector<ReportBlock> TraceStatic::report(const Point& at, std::size_t) const
     return out;
 }
 
-bool TraceStatic::pass(const Point& at, const std::vector<Input>& candidates, std::vector<BlockSum>& sums) const
+bool SettledModel::sweep(const Point& at, const std::vector<Input>* candidates, std::vector<BlockSum>& sums) const
 {
-    Eigen::Index n = at.columns();
-    for (const Input& input : candidates) n += weights_of(input.law);
+    const Eigen::Index n = columns_of(at, candidates);
+    sums = empty_sums(plan_.blocks.size(), 2, n);
     if (!at.values().allFinite()) return false;
-    sums.resize(plan_.blocks.size());
     Eigen::VectorXd row_d(n + 1), row_q(n + 1);
-    Vector2 f[kMostWeights], g[kMostWeights];
     for (std::size_t b = 0; b < sums.size(); ++b) {
-        sums[b].rows = 0.0;
-        sums[b].gram.assign(2, Eigen::MatrixXd::Zero(n + 1, n + 1));
         const FineBlock& block = plan_.blocks[b];
         const Log& log = *block.piece->log;
         const TraceColumns& c = columns_[static_cast<std::size_t>(&log - logs_.data())];
         for (std::size_t k = block.begin; k < block.end; ++k) {
-            Moment m = moment(at, log, c, k);
+            const Moment m = moment(at, log, c, k);
             Eigen::Index j = 0;
-            const auto put = [&](Vector2 of_f, Vector2 of_g) {
-                const Vector2 v = settled(m, of_f, of_g);
+            const auto put = [&](Vector2 f, Vector2 g) {
+                const Vector2 v = settled(m, f, g);
                 row_d[j] = -v.d, row_q[j] = -v.q;
                 ++j;
             };
-            put({m.i_d, m.i_q}, {}), put({}, {m.i_d, 0.0}), put({}, {0.0, m.i_q}), put({}, {1.0, 0.0});
-            for (const Term& t : at.terms) {
-                m.heat_K = heat_at(c, t.input, k);
-                evaluate(t.input, m, f, g, t.weights.data());
-                for (int w = 0; w < weights_of(t.input.law); ++w) put(f[w], g[w]);
-                for (int s = 0; s < free_shapes_of(t.input); ++s) {
-                    Term moved = t;
-                    const double step = s == 0 ? 1e-3 * t.input.shape[0] : 1e-3;
-                    moved.input.shape[static_cast<std::size_t>(s)] += step;
-                    Vector2 f0, g0, f1, g1;
-                    evaluate_sum(t.input, t.weights.data(), m, f0, g0);
-                    evaluate_sum(moved.input, t.weights.data(), m, f1, g1);
-                    put({(f1.d - f0.d) / step, (f1.q - f0.q) / step}, {(g1.d - g0.d) / step, (g1.q - g0.q) / step});
-                }
-            }
-            for (const Input& input : candidates) {
-                m.heat_K = heat_at(c, input, k);
-                evaluate(input, m, f, g);
-                for (int w = 0; w < weights_of(input.law); ++w) put(f[w], g[w]);
+            if (candidates != nullptr) {
+                put({m.i_d, m.i_q}, {}), put({}, {m.i_d, 0.0}), put({}, {0.0, m.i_q}), put({}, {1.0, 0.0});
+                put_inputs(at.terms, *candidates, c, k, m, put);
             }
             const Vector2 e = error(at, log, c, k, m);
             row_d[n] = e.d, row_q[n] = e.q;

@@ -1,4 +1,4 @@
-#include "ref/search/model.hpp"
+#include "ref/model/model.hpp"
 
 namespace dqw {
 
@@ -30,6 +30,28 @@ void Point::set(const Eigen::VectorXd& v)
         for (int w = 0; w < weights_of(t.input.law); ++w) t.weights[static_cast<std::size_t>(w)] = v[j++];
         for (int s = 0; s < free_shapes_of(t.input); ++s) t.input.shape[static_cast<std::size_t>(s)] = v[j++];
     }
+}
+
+Eigen::MatrixXd total_of(const std::vector<BlockSum>& sums, std::size_t channel)
+{
+    Eigen::MatrixXd total = sums.front().gram[channel];
+    for (std::size_t b = 1; b < sums.size(); ++b) total += sums[b].gram[channel];
+    return total;
+}
+
+std::vector<BlockSum> empty_sums(std::size_t count, int channels, Eigen::Index n)
+{
+    const auto each = static_cast<std::size_t>(channels);
+    return std::vector<BlockSum>(count,
+                                 {0.0, std::vector<Eigen::MatrixXd>(each, Eigen::MatrixXd::Zero(n + 1, n + 1))});
+}
+
+Eigen::Index columns_of(const Point& at, const std::vector<Input>* candidates)
+{
+    if (candidates == nullptr) return 0;
+    Eigen::Index n = at.columns();
+    for (const Input& input : *candidates) n += weights_of(input.law);
+    return n;
 }
 
 }  // namespace dqw

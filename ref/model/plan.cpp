@@ -1,4 +1,4 @@
-#include "ref/search/plan.hpp"
+#include "ref/model/plan.hpp"
 
 #include <algorithm>
 
@@ -8,12 +8,10 @@ Plan alternate_plan(std::vector<Piece> pieces, std::size_t stretches, std::size_
 {
     Plan plan;
     plan.pieces = std::move(pieces);
-    plan.guard = guard;
     const std::size_t total = rows_of(plan.pieces);
     const std::size_t length = std::max<std::size_t>(total / std::max<std::size_t>(stretches, 1), 1);
     // A short stretch keeps three quarters of its rows.
     guard = std::min(guard, length / 4);
-    plan.guard = guard;
     std::size_t passed = 0;
     for (const Piece& piece : plan.pieces) {
         for (std::size_t k = piece.begin; k < piece.end;) {
@@ -31,6 +29,30 @@ Plan alternate_plan(std::vector<Piece> pieces, std::size_t stretches, std::size_
         }
         passed += piece.rows();
     }
+    return plan;
+}
+
+int block_count(std::size_t rows) { return static_cast<int>(std::clamp<std::size_t>(rows / 5, 4, 64)); }
+
+std::size_t block_of(std::size_t row, std::size_t rows)
+{
+    return ((row + 1) * static_cast<std::size_t>(block_count(rows)) - 1) / rows;
+}
+
+Plan even_plan(std::vector<Piece> pieces, std::size_t first)
+{
+    Plan plan;
+    plan.pieces = std::move(pieces);
+    const std::size_t total = rows_of(plan.pieces) - first * plan.pieces.size(),
+                      blocks = static_cast<std::size_t>(block_count(total));
+    std::size_t passed = 0;
+    for (const Piece& piece : plan.pieces)
+        for (std::size_t k = piece.begin + first; k < piece.end;) {
+            const std::size_t left = (block_of(passed, total) + 1) * total / blocks - passed,
+                              end = std::min(piece.end, k + left);
+            plan.blocks.push_back({&piece, k, end, false});
+            passed += end - k, k = end;
+        }
     return plan;
 }
 

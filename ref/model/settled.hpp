@@ -1,15 +1,16 @@
-// The tracer's model of settled points: v against i and speed, with effects.
-#ifndef DQW_REF_SEARCH_STATIC_HPP
-#define DQW_REF_SEARCH_STATIC_HPP
+// The model of settled points: v against i and speed, with any effects.
+#ifndef DQW_REF_MODEL_SETTLED_HPP
+#define DQW_REF_MODEL_SETTLED_HPP
 
-#include "ref/search/dynamic.hpp"
+#include "ref/effect/columns.hpp"
+#include "ref/model/model.hpp"
 
 namespace dqw {
 
 /// (P6), (P7) with d/dt = 0 and the effects' f + w_e J g. The `delay` is in seconds here: a settled row has no period.
-class TraceStatic : public TraceModel {
+class SettledModel : public Model {
 public:
-    TraceStatic(const std::vector<Log>& logs, const std::vector<TraceColumns>& columns, double pole_pairs, Plan plan)
+    SettledModel(const std::vector<Log>& logs, const std::vector<TraceColumns>& columns, double pole_pairs, Plan plan)
         : logs_(logs), columns_(columns), pole_pairs_(pole_pairs), plan_(std::move(plan))
     {
     }
@@ -18,8 +19,12 @@ public:
     int gains() const override { return 0; }
     bool common_weight() const override { return true; }
     const Plan& plan() const override { return plan_; }
+    const std::vector<double>& measured(const Log& log, int axis) const override
+    {
+        return axis == 0 ? log.v_d_V : log.v_q_V;
+    }
     std::vector<ReportBlock> report(const Point& at, std::size_t rows) const override;
-    bool pass(const Point& at, const std::vector<Input>& candidates, std::vector<BlockSum>& sums) const override;
+    bool sweep(const Point& at, const std::vector<Input>* candidates, std::vector<BlockSum>& sums) const override;
 
 private:
     Moment moment(const Point& at, const Log& log, const TraceColumns& c, std::size_t k) const;

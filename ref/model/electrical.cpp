@@ -1,0 +1,400 @@
+#include "ref/model/electrical.hpp"
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+
+#include "ref/log/hands.hpp"
+#include "ref/log/residual.hpp"
+#include "ref/model/hold.hpp"
+#include "ref/model/inputs.hpp"
+
+namespace dqw {
+namespace {
+
+constexpr double kLargestRateDt = 15.0;  ///< (R/L + w_e) dt beyond which a log says nothing about L
+constexpr int kChunk = 128;              ///< rows gathered before they are added up
+constexpr int kIterations = 4;           ///< of the implicit end of a period
+
+Held held_from(const Piece& piece)
+{
+    Held held;
+    held.fill({piece.log->v_d_V[piece.begin], piece.log->v_q_V[piece.begin]});
+    return held;
+}
+
+Matrix2 matrix(const double m[4]) { return {m[0], m[1], m[2], m[3]}; }
+
+}  // namespace
+
+ElectricalModel::ElectricalModel(const std::vector<Log>& logs, const std::vector<TraceColumns>& columns,
+                                 double pole_pairs, Plan plan, bool rotor_held)
+    : logs_(logs), columns_(columns), pole_pairs_(pole_pairs), plan_(std::move(plan)), rotor_held_(rotor_held)
+{
+    double time_s = 0.0, periods = 0.0;
+    for (const Piece& piece : plan_.pieces) {
+        for (std::size_t k = piece.begin; k < piece.end; ++k) {
+            w_max_rad_s_ = std::max(w_max_rad_s_, std::abs(piece.log->w_m_rad_s[k]));
+            if (k + 1 < piece.end) dt_max_s_ = std::max(dt_max_s_, piece.period_s(k));
+        }
+        time_s += piece.log->t_s[piece.end - 1] - piece.log->t_s[piece.begin];
+        periods += static_cast<double>(piece.rows() - 1);
+    }
+    if (periods > 0.0) dt_mean_s_ = time_s / periods;
+}
+
+const std::vector<std::string>& ElectricalModel::base_names() const
+{
+    static const std::vector<std::string> names{"R_ohm", "Ld_H", "Lq_H", "psi_Wb"};
+    return names;
+}
+
+GainSchedule ElectricalModel::schedule(const Point& at, int axis) const
+{
+    return {at.gain[axis], at.base[kR] / at.base[kLd + axis] * dt_mean_s_};
+}
+
+void ElectricalModel::weigh_starts(const Point& at, bool count)
+{
+    for (int axis : {0, 1}) weights_[axis] = StartWeights(schedule(at, axis), count);
+}
+
+/// A point's machine and effects over one period.
+struct ElectricalModel::Plant {
+    const ElectricalModel& model;
+    const Point& at;
+    const double R, Ld, Lq, psi, pole_pairs;
+    double skin = 0.0;  ///< a resistance that grows with the speed is stiff where it is large: part of the response
+
+    Plant(const ElectricalModel& m, const Point& p)
+        : model(m), at(p), R(p.base[kR]), Ld(p.base[kLd]), Lq(p.base[kLq]), psi(p.base[kPsi]),
+          pole_pairs(p.base.size() > kPolePairs ? p.base[kPolePairs] : m.pole_pairs_)
+    {
+        for (const Term& t : at.terms)
+            if (t.input.law == Law::skin_effect) skin += t.weights[0];
+    }
+
+    double w_max() const { return std::abs(pole_pairs) * model.w_max_rad_s_; }
+
+    bool in_domain() const
+    {
+        const double l_min = std::min(Ld, Lq), w = w_max();
+        if (!at.values().allFinite() || !(l_min > 0.0)) return false;
+        double R_most = std::abs(R);
+        for (const Term& t : at.terms)
+            if (t.input.law == Law::skin_effect) R_most += std::abs(t.weights[0]) * w * w;
+        // A negative resistance grows by e^(-R dt / L) a row: fine for a step of the search, not for a whole log.
+        return (R_most / l_min + w) * model.dt_max_s_ <= kLargestRateDt;
+    }
+
+    const TraceColumns& columns(const Piece& piece) const
+    {
+        return model.columns_[static_cast<std::size_t>(piece.log - model.logs_.data())];
+    }
+
+    Moment moment(const Piece& piece, std::size_t k, Vector2 i, Vector2 v_end, double dt) const
+    {
+        const TraceColumns& c = columns(piece);
+        Moment m;
+        m.i_d = i.d, m.i_q = i.q, m.w_e = pole_pairs * piece.log->w_m_rad_s[k];
+        m.cos_e = c.cos_e[k], m.sin_e = c.sin_e[k];
+        m.v_end_d = v_end.d, m.v_end_q = v_end.q, m.period_s = dt;
+        m.R = R, m.Ld = Ld, m.Lq = Lq, m.psi = psi;
+        return m;
+    }
+
+    /// `responded`: without what the response holds already.
+    void sum_terms(const Piece& piece, std::size_t k, Moment m, bool responded, Vector2& f, Vector2& g) const
+    {
+        for (const Term& t : at.terms) {
+            if (responded && t.input.law == Law::skin_effect) continue;
+            m.heat_K = heat_at(columns(piece), t.input, k);
+            evaluate_sum(t.input, t.weights.data(), m, f, g);
+        }
+    }
+
+    /// Slopes of the terms' f and g by the currents.
+    void slopes(const Moment& m, Matrix2& f, Matrix2& g) const
+    {
+        double of_f[4] = {}, of_g[4] = {};
+        for (const Term& t : at.terms) evaluate_slope(t.input, t.weights.data(), m, of_f, of_g);
+        f = matrix(of_f), g = matrix(of_g);
+    }
+
+    /// The terms' mean voltage over the period from row k, from measured currents. `held`: the last voltages as seen at
+    /// its start, and then at its end.
+    Vector2 lost(const Piece& piece, std::size_t k, double dt, Held& held) const
+    {
+        const Log& log = *piece.log;
+        const double h = 0.5 * pole_pairs * 0.5 * (log.w_m_rad_s[k] + log.w_m_rad_s[k + 1]) * dt;
+        const Vector2 v_end = held[0];
+        const Hold hold(h, {log.v_d_V[k], log.v_q_V[k]}, held, model.rotor_held_);
+        Moment m0 = moment(piece, k, {log.i_d_A[k], log.i_q_A[k]}, v_end, dt),
+               m1 = moment(piece, k + 1, {log.i_d_A[k + 1], log.i_q_A[k + 1]}, hold.end, dt);
+        hold.pair(m0, m1);
+        Vector2 f0, g0, f1, g1;
+        sum_terms(piece, k, m0, false, f0, g0);
+        sum_terms(piece, k + 1, m1, false, f1, g1);
+        return hold.sinc *
+               (hold.to_start * (0.5 * f0 - (1.0 / dt) * g0) + hold.to_end * (0.5 * f1 + (1.0 / dt) * g1));
+    }
+};
+
+/// What the pieces of one sweep share.
+struct ElectricalModel::Pass {
+    const Plant plant;
+    const std::vector<Input>* candidates;
+    const Eigen::Index columns;
+    const bool effects;  ///< any, on or tried
+    const Rates rates;
+    const GainSchedule schedule[2];
+    std::vector<ResponseTable> tables;
+    std::vector<BlockSum>& sums;
+
+    Pass(const ElectricalModel& m, const Point& at, const std::vector<Input>* c, std::vector<BlockSum>& s)
+        : plant(m, at), candidates(c), columns(columns_of(at, c)),
+          effects(!at.terms.empty() || (c != nullptr && !c->empty())),
+          rates{plant.R, plant.Ld, plant.Lq, plant.skin, m.rotor_held_, c != nullptr},
+          schedule{m.schedule(at, 0), m.schedule(at, 1)}, sums(s)
+    {
+        // A table is worth it from as many rows as it has nodes.
+        for (const Piece& piece : m.plan_.pieces)
+            if (piece.dt_s > 0.0 && piece.rows() > ResponseTable::kNodes && table(piece) == nullptr)
+                tables.emplace_back(rates, plant.w_max(), piece.dt_s);
+    }
+
+    const ResponseTable* table(const Piece& piece) const
+    {
+        for (const ResponseTable& t : tables)
+            if (t.dt_s() == piece.dt_s) return &t;
+        return nullptr;
+    }
+};
+
+/// A sweep of one piece.
+struct ElectricalModel::Run {
+    /// One column of the derivative: the voltage f and the flux g that one unit of a weight adds at a period's ends.
+    struct Lane {
+        Vector2 f0, g0, f1, g1;
+    };
+    /// One period: the currents at its end, and its equation's slopes by the currents at its two ends.
+    struct Step {
+        Vector2 next;
+        Matrix2 by_start, by_end;
+    };
+
+    const Pass& pass;
+    const Plant& plant;
+    const ElectricalModel& model;
+    const Piece& piece;
+    const Log& log;
+    const ResponseTable* const table;
+    const Eigen::Index columns;
+    const std::size_t first_gain, first_input;
+    std::vector<Lane> lanes;
+    std::vector<Vector2> s;  ///< derivatives of the currents
+    std::size_t block;
+    Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic> rows_d, rows_q;
+    int gathered = 0;
+
+    Run(const Pass& p, const Piece& of, std::size_t first_block)
+        : pass(p), plant(p.plant), model(plant.model), piece(of), log(*of.log), table(p.table(of)), columns(p.columns),
+          first_gain(static_cast<std::size_t>(plant.at.base.size())), first_input(first_gain + 2),
+          lanes(static_cast<std::size_t>(columns)), s(lanes.size()), block(first_block), rows_d(columns + 1, kChunk),
+          rows_q(columns + 1, kChunk)
+    {
+    }
+
+    void flush()
+    {
+        if (gathered == 0) return;
+        BlockSum& sum = pass.sums[block];
+        sum.rows += gathered;
+        sum.gram[0].selfadjointView<Eigen::Lower>().rankUpdate(rows_d.leftCols(gathered));
+        sum.gram[1].selfadjointView<Eigen::Lower>().rankUpdate(rows_q.leftCols(gathered));
+        gathered = 0;
+    }
+
+    void count(std::size_t row, Vector2 e)
+    {
+        const auto& blocks = model.plan_.blocks;
+        while (block < blocks.size() && blocks[block].piece == &piece && row >= blocks[block].end) {
+            flush();
+            ++block;
+        }
+        if (block >= blocks.size() || blocks[block].piece != &piece || row < blocks[block].begin) return;
+        const std::size_t n = row - piece.begin - 1;
+        const double w_d = model.weights_[0].at(n), w_q = model.weights_[1].at(n);
+        for (Eigen::Index j = 0; j < columns; ++j) {
+            const Vector2& by = s[static_cast<std::size_t>(j)];
+            rows_d(j, gathered) = -w_d * by.d, rows_q(j, gathered) = -w_q * by.q;
+        }
+        rows_d(columns, gathered) = w_d * e.d, rows_q(columns, gathered) = w_q * e.q;
+        if (++gathered == kChunk) flush();
+    }
+
+    /// Solves L i + B taken(i) = x for the currents at the end, in which `taken` is half of what the terms take there.
+    void end(std::size_t k, double dt, const Hold& hold, const Matrix2& P, Vector2 x, Moment& m0, Step& step) const
+    {
+        for (int n = 0; n < kIterations; ++n) {
+            Moment m1 = plant.moment(piece, k + 1, step.next, hold.end, dt);
+            hold.pair(m0, m1);
+            Vector2 f, g;
+            Matrix2 by_f, by_g;
+            plant.sum_terms(piece, k + 1, m1, true, f, g);
+            plant.slopes(m1, by_f, by_g);
+            const Vector2 taken = P * (0.5 * f + (1.0 / dt) * g);
+            step.by_end = Matrix2{plant.Ld, 0.0, 0.0, plant.Lq} + P * (0.5 * by_f + (1.0 / dt) * by_g);
+            const Vector2 by = inverse(step.by_end) * Vector2{x.d - taken.d - plant.Ld * step.next.d,
+                                                              x.q - taken.q - plant.Lq * step.next.q};
+            step.next = step.next + by;
+            if (std::abs(by.d) + std::abs(by.q) < 1e-9 * (std::abs(step.next.d) + std::abs(step.next.q) + 1e-9)) break;
+        }
+    }
+
+    /// The rest of a period with effects, and, where they are asked for, the derivatives by their weights.
+    void with_effects(std::size_t k, double dt, const Hold& hold, const Matrix2& B, Vector2 x, Vector2 i, Vector2 v_end,
+                      Step& step)
+    {
+        const Matrix2 Bs = hold.sinc * B, P = Bs * hold.to_end, Q = Bs * hold.to_start;
+        Moment m0 = plant.moment(piece, k, i, v_end, dt), m1 = m0;
+        hold.pair(m0, m1);
+        if (!plant.at.terms.empty()) {
+            Vector2 f, g;
+            Matrix2 by_f, by_g;
+            plant.sum_terms(piece, k, m0, true, f, g);
+            plant.slopes(m0, by_f, by_g);
+            step.by_start = step.by_start + Q * ((1.0 / dt) * by_g + (-0.5) * by_f);
+            step.next = i;
+            end(k, dt, hold, P, x + Q * ((1.0 / dt) * g - 0.5 * f), m0, step);
+        }
+        if (pass.candidates == nullptr) return;
+        m1 = plant.moment(piece, k + 1, step.next, hold.end, dt);
+        hold.pair(m0, m1);
+        const TraceColumns& c = plant.columns(piece);
+        std::size_t j = first_input;
+        put_inputs(plant.at.terms, *pass.candidates, c, k, m0, [&](Vector2 f, Vector2 g) {
+            lanes[j].f0 = f, lanes[j].g0 = g, ++j;
+        });
+        j = first_input;
+        put_inputs(plant.at.terms, *pass.candidates, c, k + 1, m1, [&](Vector2 f, Vector2 g) {
+            lanes[j].f1 = f, lanes[j].g1 = g, ++j;
+        });
+        const Matrix2 J = inverse(step.by_end), T = J * step.by_start, S = J * Q, E = J * P;
+        const double inv_dt = 1.0 / dt;
+        for (j = first_input; j < lanes.size(); ++j) {
+            const Lane& l = lanes[j];
+            s[j] = T * s[j] + S * (inv_dt * l.g0 - 0.5 * l.f0) - E * (inv_dt * l.g1 + 0.5 * l.f1);
+        }
+    }
+
+    /// Derivatives by the base parameters and the gains.
+    void base_slopes(const Responses& r, double w_e, double dt, Vector2 i, Vector2 v, const Step& step,
+                     double w_m_dt)
+    {
+        const double Ld = plant.Ld, Lq = plant.Lq, R_dt = pass.rates.resistance(w_e) * dt;
+        const Vector2 x{Ld * i.d, Lq * i.q}, by_a = r[1](x, v, plant.psi), by_b = r[2](x, v, plant.psi);
+        const Matrix2 J = inverse(step.by_end), T = J * step.by_start, A = r[0].A();
+        const auto put = [&](std::size_t j, Vector2 flux) { s[j] = T * s[j] + J * flux; };
+        put(kR, (dt / Ld) * by_a + (dt / Lq) * by_b);
+        put(kLd, A * Vector2{i.d, 0.0} - Vector2{step.next.d, 0.0} - (R_dt / (Ld * Ld)) * by_a);
+        put(kLq, A * Vector2{0.0, i.q} - Vector2{0.0, step.next.q} - (R_dt / (Lq * Lq)) * by_b);
+        put(kPsi, r[0].C());
+        if (first_gain > kPolePairs) put(kPolePairs, w_m_dt * r[3](x, v, plant.psi));
+        for (std::size_t j : {first_gain, first_gain + 1}) s[j] = T * s[j];
+    }
+
+    /// Corrects the currents by the error e of row `row`, and their derivatives.
+    Vector2 correct(std::size_t row, Vector2 next, Vector2 e)
+    {
+        const std::size_t n = row - piece.begin - 1;
+        const double k_d = pass.schedule[0].gain(n), k_q = pass.schedule[1].gain(n);
+        for (Vector2& by : s) by.d *= 1.0 - k_d, by.q *= 1.0 - k_q;
+        if (!s.empty()) {
+            s[first_gain].d += pass.schedule[0].slope(n) * e.d;
+            s[first_gain + 1].q += pass.schedule[1].slope(n) * e.q;
+        }
+        return {next.d + k_d * e.d, next.q + k_q * e.q};
+    }
+
+    bool run()
+    {
+        Vector2 i{log.i_d_A[piece.begin], log.i_q_A[piece.begin]};
+        Held held = held_from(piece);
+        for (std::size_t k = piece.begin; k + 1 < piece.end; ++k) {
+            const double dt = piece.period_s(k), w_m = 0.5 * (log.w_m_rad_s[k] + log.w_m_rad_s[k + 1]),
+                         w_dt = plant.pole_pairs * w_m * dt;
+            const Responses r = table != nullptr ? table->at(w_dt) : pass.rates.at(w_dt, dt);
+            const Vector2 v{log.v_d_V[k], log.v_q_V[k]},
+                x = r[0](Vector2{plant.Ld * i.d, plant.Lq * i.q}, v, plant.psi);
+            Step step{{x.d / plant.Ld, x.q / plant.Lq}, r[0].A() * Matrix2{plant.Ld, 0.0, 0.0, plant.Lq},
+                      {plant.Ld, 0.0, 0.0, plant.Lq}};
+            if (pass.effects) {
+                const Vector2 v_end = held[0];
+                const Hold hold(0.5 * w_dt, v, held, model.rotor_held_);
+                with_effects(k, dt, hold, r[0].B(), x, i, v_end, step);
+            }
+            if (!std::isfinite(step.next.d) || !std::isfinite(step.next.q)) return false;
+            if (columns > 0) base_slopes(r, w_dt / dt, dt, i, v, step, w_m * dt);
+            const Vector2 e = Vector2{log.i_d_A[k + 1], log.i_q_A[k + 1]} - step.next;
+            count(k + 1, e);
+            i = correct(k + 1, step.next, e);
+        }
+        flush();
+        return true;
+    }
+};
+
+std::vector<ReportBlock> ElectricalModel::report(const Point& at, std::size_t rows) const
+{
+    std::vector<ReportBlock> out;
+    PlainModel plain;
+    plain.pole_pairs = pole_pairs_;
+    plain.rotor_held = rotor_held_;
+    plain.R_ohm = at.base[kR], plain.Ld_H = at.base[kLd], plain.Lq_H = at.base[kLq], plain.psi_Wb = at.base[kPsi];
+    const Plant plant(*this, at);
+    for (const Log& log : logs_) {
+        const std::size_t n = rows > 0 ? rows : block_rows(log);
+        for (const Piece& piece : pieces_of(log, 2)) {
+            Held held = held_from(piece);
+            for (std::size_t k = piece.begin; k + n < piece.end; k += n) {
+                ReportBlock b{&log, k, k + n, {}, {}};
+                const double time_s = span_s(piece, k, n);
+                for (std::size_t r = k; r < k + n; ++r) {
+                    const double dt = piece.period_s(r);
+                    add_period(log, plain, r, dt, b.residual[0], b.residual[1]);
+                    b.measured[0] += log.v_d_V[r] * dt, b.measured[1] += log.v_q_V[r] * dt;
+                    if (!at.terms.empty()) {
+                        const Vector2 lost = plant.lost(piece, r, dt, held);
+                        b.residual[0] -= lost.d * dt, b.residual[1] -= lost.q * dt;
+                    }
+                }
+                b.residual[0] = (b.residual[0] - plain.Ld_H * (log.i_d_A[k + n] - log.i_d_A[k])) / time_s;
+                b.residual[1] = (b.residual[1] - plain.Lq_H * (log.i_q_A[k + n] - log.i_q_A[k])) / time_s;
+                b.measured[0] /= time_s, b.measured[1] /= time_s;
+                out.push_back(b);
+            }
+        }
+    }
+    return out;
+}
+
+bool ElectricalModel::sweep(const Point& at, const std::vector<Input>* candidates, std::vector<BlockSum>& sums) const
+{
+    sums = empty_sums(plan_.blocks.size(), 2, columns_of(at, candidates));
+    if (!Plant(*this, at).in_domain()) return false;
+    const Pass pass(*this, at, candidates, sums);
+    // A piece's blocks are its own: pieces are worked on side by side, and the sums do not depend on how.
+    std::vector<std::size_t> first(plan_.pieces.size(), plan_.blocks.size());
+    for (std::size_t b = plan_.blocks.size(); b-- > 0;)
+        first[static_cast<std::size_t>(plan_.blocks[b].piece - plan_.pieces.data())] = b;
+    std::atomic<bool> ok{true};
+    side_by_side(plan_.pieces.size(), [&](std::size_t p) {
+        if (!Run(pass, plan_.pieces[p], first[p]).run()) ok = false;
+    });
+    for (BlockSum& s : sums)
+        for (auto& g : s.gram) g.triangularView<Eigen::StrictlyUpper>() = g.transpose();
+    return ok;
+}
+
+}  // namespace dqw

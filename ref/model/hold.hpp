@@ -1,0 +1,59 @@
+// The voltage of one sampling period, held while the rotor turns.
+#ifndef DQW_REF_MODEL_HOLD_HPP
+#define DQW_REF_MODEL_HOLD_HPP
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "ref/model/response.hpp"
+
+namespace dqw {
+
+/// Voltages held in the last periods, the last first, as the rotor sees them.
+using Held = std::array<Vector2, kPast>;
+
+/// A voltage held over a period in which the rotor turns by 2 h, from its mean in the rotor's frame.
+struct Hold {
+    double sinc;
+    double bow;  ///< half-way, of a flux that stands in the rotor, while the voltage does not turn with it
+    Matrix2 to_start, to_end;  ///< from the frame of a period's start (end) to that of its middle
+    Vector2 end;               ///< as seen at the end
+    /// mean less the mean of the last held voltage, had it gone on; that less the one before ...; as an f of constant
+    /// value
+    Vector2 change[kPast];
+
+    /// `held`: the last voltages, as seen at the start; as seen at the end, this one first, when done.
+    Hold(double h, Vector2 mean, Held& held, bool rotor_held)
+    {
+        const double c = std::cos(h), s = std::sin(h);
+        sinc = std::abs(h) > 1e-4 ? s / h : 1.0 - h * h / 6.0;
+        to_start = turn(c, -s), to_end = turn(c, s);
+        end = rotor_held ? mean : to_start * Vector2{mean.d / sinc, mean.q / sinc};
+        bow = rotor_held ? 0.0 : -0.5 * s * s;
+        Vector2 now{mean.d / sinc, mean.q / sinc}, next = end;
+        for (int n = 0; n < kPast; ++n) {
+            const Vector2 last = to_start * held[static_cast<std::size_t>(n)];
+            change[n] = {(now.d - last.d) / c, (now.q - last.q) / c};
+            now = last;
+            held[static_cast<std::size_t>(n)] = next, next = to_start * last;
+        }
+    }
+
+    /// Makes two moments the ends of this period.
+    void pair(Moment& m0, Moment& m1) const
+    {
+        m0.starts = m1.ends = true;
+        for (Moment* m : {&m0, &m1}) std::copy(std::begin(change), std::end(change), m->change);
+        m0.mean_of_held = m1.mean_of_held = sinc * to_end.dd;
+        // Voltage held, magnet turning: the current bows by the flux' (w_e T)^2/8 over L_d, two thirds of it on
+        // average.
+        const double c = to_end.dd, s = to_end.qd, bow_A = bow * m0.psi / m0.Ld;
+        m0.bow_d = m1.bow_d = 2.0 / 3.0 * bow_A;
+        m1.bow_alpha = bow_A * (c * m0.cos_e - s * m0.sin_e), m1.bow_beta = bow_A * (s * m0.cos_e + c * m0.sin_e);
+        m1.past_alpha = m0.cos_e * m0.i_d - m0.sin_e * m0.i_q, m1.past_beta = m0.sin_e * m0.i_d + m0.cos_e * m0.i_q;
+    }
+};
+
+}  // namespace dqw
+#endif

@@ -1,0 +1,41 @@
+// The columns that effects add to a sweep.
+#ifndef DQW_REF_MODEL_INPUTS_HPP
+#define DQW_REF_MODEL_INPUTS_HPP
+
+#include <vector>
+
+#include "ref/effect/columns.hpp"
+#include "ref/model/model.hpp"
+
+namespace dqw {
+
+/// Hands put(f, g) the voltage f and the flux g that one unit of each weight and free shape of the terms, and of each
+/// weight of the candidates, takes at row k, in the order of a sweep's columns. A shape's by difference.
+template <typename Put>
+void put_inputs(const std::vector<Term>& terms, const std::vector<Input>& candidates, const TraceColumns& c,
+                std::size_t k, Moment m, Put&& put)
+{
+    Vector2 f[kMostWeights], g[kMostWeights];
+    for (const Term& t : terms) {
+        m.heat_K = heat_at(c, t.input, k);
+        evaluate(t.input, m, f, g, t.weights.data());
+        for (int w = 0; w < weights_of(t.input.law); ++w) put(f[w], g[w]);
+        for (int s = 0; s < free_shapes_of(t.input); ++s) {
+            Input moved = t.input;
+            const double step = s == 0 ? 1e-3 * t.input.shape[0] : 1e-3;
+            moved.shape[static_cast<std::size_t>(s)] += step;
+            Vector2 f0, g0, f1, g1;
+            evaluate_sum(t.input, t.weights.data(), m, f0, g0);
+            evaluate_sum(moved, t.weights.data(), m, f1, g1);
+            put({(f1.d - f0.d) / step, (f1.q - f0.q) / step}, {(g1.d - g0.d) / step, (g1.q - g0.q) / step});
+        }
+    }
+    for (const Input& input : candidates) {
+        m.heat_K = heat_at(c, input, k);
+        evaluate(input, m, f, g);
+        for (int w = 0; w < weights_of(input.law); ++w) put(f[w], g[w]);
+    }
+}
+
+}  // namespace dqw
+#endif
