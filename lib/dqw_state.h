@@ -35,12 +35,10 @@ enum dqw_stage_back {
 };
 
 typedef struct dqw_stage {
-    uint32_t threshold_ppm;   ///< of residual over voltage, RMS
-    uint32_t blocks;          ///< blocks spent in this stage
-    uint32_t residual_ppm;    ///< at the last way back
-    uint16_t random_limit;    ///< blocks that stage 2 may take
-    uint16_t ordinal_blocks;  ///< blocks that stage 3 takes before it is judged
-    uint16_t times_back;      ///< up to 65535
+    uint32_t threshold_ppm;  ///< of residual over voltage, RMS
+    uint32_t blocks;         ///< blocks spent in this stage
+    uint32_t residual_ppm;   ///< at the last way back
+    uint16_t times_back;     ///< up to 65535
     enum dqw_stage_name name;
     enum dqw_stage_back back;
 } dqw_stage;

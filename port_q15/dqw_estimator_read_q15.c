@@ -125,6 +125,11 @@ uint32_t dqw_estimator_recent_q27(const dqw_estimator_q15 *e)
     return dqw_q_root64((uint64_t)e->recent_q54);
 }
 
+uint32_t dqw_estimator_recent_ppm_q15(const dqw_estimator_q15 *e)
+{
+    return (uint32_t)(((uint64_t)dqw_estimator_recent_q27(e) * 1000000) >> 27);  // up to 32 millions
+}
+
 enum dqw_voltage_acts dqw_estimator_voltage_acts_q15(const dqw_estimator_q15 *e)
 {
     if (e->blocks < FEW_BLOCKS || e->config->settled) return DQW_VOLTAGE_NOT_KNOWN;

@@ -337,9 +337,7 @@ static dqw_fault_verdict_q15 name_it(const dqw_monitor_q15 *m)
 
 static bool above_threshold(const dqw_monitor_q15 *m)
 {
-    // Up to 32 millions
-    const uint32_t ppm = (uint32_t)(((uint64_t)dqw_estimator_recent_q27(&m->estimator) * MILLION) >> 27);
-    return ppm > m->estimator.stage.threshold_ppm;
+    return dqw_estimator_recent_ppm_q15(&m->estimator) > m->estimator.stage.threshold_ppm;
 }
 
 // What the healthy value of a channel is; of temperature and residual the limit.
