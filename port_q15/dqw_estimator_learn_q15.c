@@ -63,11 +63,6 @@ static bool is_due(const dqw_estimator_q15 *e)
     return e->gate.blocks == UINT32_MAX || e->gate.blocks % every(e) == 0;
 }
 
-static int64_t size(int64_t x)
-{
-    return x < 0 ? -x : x;
-}
-
 static int64_t square_q56(int64_t x_q40)
 {
     return dqw_q_product64(x_q40, x_q40, -24);
@@ -108,7 +103,7 @@ static void choose(dqw_estimator_q15 *e, const dqw_rows_q15 *r, uint32_t mask[2]
             if (e->excess_q10[i] <= 0) continue;
         }
         for (int axis = 0; axis < 2; axis++)
-            if (size(x_q28[axis]) >= each_q28) mask[axis] |= 1u << i;
+            if (dqw_q_size64(x_q28[axis]) >= each_q28) mask[axis] |= 1u << i;
     }
     // There the other weights would take up what is wrong with dead time's shape.
     if (!c->settled && dead_time && e->excess_q10[DQW_R] <= 0) mask[D] = mask[Q] = 0;

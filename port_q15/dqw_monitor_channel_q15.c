@@ -21,24 +21,19 @@ static const uint32_t BAND_PPM[DQW_WATCH_CHANNELS] = {
 #define ALPHA_PPM_PER_K 3900u
 #define BETA_PPM_PER_K 1000u
 
-static uint32_t or_else(uint32_t configured, uint32_t otherwise)
-{
-    return configured != 0 ? configured : otherwise;
-}
-
 int64_t dqw_monitor_band_q24(const dqw_monitor_q15 *m, int channel)
 {
-    return dqw_q_quotient64(or_else(m->config->band_ppm[channel], BAND_PPM[channel]), MILLION, 24);
+    return dqw_q_quotient64(dqw_monitor_or_else(m->config->band_ppm[channel], BAND_PPM[channel]), MILLION, 24);
 }
 
 int64_t dqw_monitor_alpha_ppm(const dqw_monitor_q15 *m)
 {
-    return or_else(m->config->alpha_ppm_per_K, ALPHA_PPM_PER_K);
+    return dqw_monitor_or_else(m->config->alpha_ppm_per_K, ALPHA_PPM_PER_K);
 }
 
 int64_t dqw_monitor_beta_ppm(const dqw_monitor_q15 *m)
 {
-    return or_else(m->config->beta_ppm_per_K, BETA_PPM_PER_K);
+    return dqw_monitor_or_else(m->config->beta_ppm_per_K, BETA_PPM_PER_K);
 }
 
 // A part of R, which is that of its cold value per kelvin, in kelvin.
@@ -167,7 +162,7 @@ dqw_reading_q15 dqw_monitor_read_q15(const dqw_monitor_q15 *m, enum dqw_monitor_
     dqw_monitor_read_channel_q15(m, (int)channel, &x);
     r.value_q40 = dqw_monitor_q40_of((int)channel, x.now);
     r.sd_q40 = r.sd_change_q40 = dqw_monitor_q40_of((int)channel, x.sd);
-    r.usable = (int64_t)x.sd * USABLE_PARTS < (x.now < 0 ? -(int64_t)x.now : x.now);
+    r.usable = (int64_t)x.sd * USABLE_PARTS < dqw_q_size64(x.now);
     return r;
 }
 

@@ -192,16 +192,11 @@ static void settle(dqw_monitor_q15 *m, int channel)
     if (known_now || looks == 0) dqw_monitor_move_healthy_q15(m, channel, looks + 1);
 }
 
-static uint32_t or_else(uint32_t configured, uint32_t otherwise)
-{
-    return configured != 0 ? configured : otherwise;
-}
-
 // Healthy values as they are now.
 static void adopt(dqw_monitor_q15 *m)
 {
     for (int i = 0; i < DQW_WATCH_TEMPERATURE; i++) dqw_monitor_move_healthy_q15(m, i, 1);
-    const int64_t floor_q27 = dqw_q_quotient64(or_else(m->config->residual_floor_ppm, FLOOR_PPM), MILLION, 27);
+    const int64_t floor_q27 = dqw_q_quotient64(dqw_monitor_or_else(m->config->residual_floor_ppm, FLOOR_PPM), MILLION, 27);
     const int64_t floor_q54 = floor_q27 * floor_q27;  // up to 2^54
     m->is.healthy_residual_q54 = m->estimator.recent_q54 > floor_q54 ? m->estimator.recent_q54 : floor_q54;
     dqw_watch_adopt(&m->watch, m->estimator.number);
@@ -221,7 +216,7 @@ static int32_t heat_since(const dqw_monitor_q15 *m, int channel)
     const int64_t halves = dqw_watch_unfollowed(&m->watch, channel, m->estimator.number);
     const int64_t ppm_per_K = flux ? dqw_monitor_beta_ppm(m) : dqw_monitor_alpha_ppm(m);
     // Millionths by mK up to 2^40, by 13 over 10^10; ns up to 2^30 by 2^31
-    const int64_t rate_q40 = dqw_q_quotient64(ppm_per_K * or_else(c->heating_mK_s, HEATING_MK_S) * SLACK_TENTHS,
+    const int64_t rate_q40 = dqw_q_quotient64(ppm_per_K * dqw_monitor_or_else(c->heating_mK_s, HEATING_MK_S) * SLACK_TENTHS,
                                               10000000000, 40);
     const int64_t time_q20 = dqw_q_quotient64((int64_t)c->estimator.scale.dt_ns *
                                                   ((halves << DQW_WATCH_FOLLOW_SHIFT) * m->estimator.window.half),
@@ -292,7 +287,7 @@ static int32_t deviation_q5(const dqw_monitor_q15 *m, int channel)
         if (m->watch.looks[channel] < DQW_WATCH_LOOKS_LEAST || x.sd == INT32_MAX) return 0;
         // What heat may have made of it meanwhile is no change.
         const int64_t heat = channel == DQW_WATCH_R || channel == DQW_WATCH_PSI ? heat_since(m, channel) : 0;
-        over = (x.change < 0 ? -(int64_t)x.change : x.change) - heat;
+        over = dqw_q_size64(x.change) - heat;
         width = dqw_monitor_surely_q15(m, channel, x.sd);
     }
     const int64_t q5 = dqw_q_quotient64(over, width, n);

@@ -119,8 +119,7 @@ static void toward(int32_t *weight_q28, int64_t x, int64_t by)
 bool dqw_witness_learn_q15(dqw_witness_q15 *w, const dqw_estimator_q15 *t, const dqw_estimator_q15_block *block)
 {
     const dqw_block_q15 b = dqw_estimator_means_q15(block);
-    const int64_t turn = dqw_q_times64((int64_t)t->turn_q28 * t->window.half, b.w_m, -28);
-    const int64_t turn_q28 = turn < 0 ? -turn : turn;
+    const int64_t turn_q28 = dqw_q_size64(dqw_q_times64((int64_t)t->turn_q28 * t->window.half, b.w_m, -28));
     if (t->pole_pairs == 0 || !dqw_scale_is_direction(block->with.cosine_q15, block->with.sine_q15) ||
         turn_q28 <= SLOWEST_Q28 || turn_q28 >= FASTEST_Q28)
         return false;
