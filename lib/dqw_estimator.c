@@ -90,45 +90,6 @@ static bool gather_effects(dqw_estimator *e, const dqw_sample *s, bool good)
     return there;
 }
 
-static void gather_static_effects(dqw_estimator *e, const dqw_sample *s, dqw_window_cell *cell)
-{
-#if DQW_EFFECT_WEIGHTS > 0
-    if (e->effect.count == 0) return;
-    float d[DQW_EFFECT_WEIGHTS];
-    float q[DQW_EFFECT_WEIGHTS];
-    dqw_effect_static(&e->effect, s, d, q);
-    for (int i = 0; i < e->effect.weights; i++) {
-        dqw_window_gather(&cell[DQW_PLAIN_SIGNALS + 2 * i], d[i]);
-        dqw_window_gather(&cell[DQW_PLAIN_SIGNALS + 2 * i + 1], q[i]);
-    }
-#else
-    (void)e;
-    (void)s;
-    (void)cell;
-#endif
-}
-
-// Every sample heats, also one that may not be learned; the heating states go on by what was gathered.
-static void heat(dqw_estimator *e, const dqw_sample *s)
-{
-#if DQW_EFFECT_WEIGHTS > 0
-    if (e->effect.count > 0) dqw_effect_heat(&e->effect, s->i_d_A, s->i_q_A);
-#else
-    (void)e;
-    (void)s;
-#endif
-}
-
-static void warm(dqw_estimator *e, uint32_t periods)
-{
-#if DQW_EFFECT_WEIGHTS > 0
-    if (e->effect.count > 0) dqw_effect_warm(&e->effect, periods);
-#else
-    (void)e;
-    (void)periods;
-#endif
-}
-
 // The pair that a sample ends, as sums and steps: dqw_estimator_means() makes means and slopes of them. (E13)
 static void gather(dqw_estimator *e, const dqw_sample *s, float dead_d, float dead_q)
 {
@@ -150,29 +111,37 @@ static void gather(dqw_estimator *e, const dqw_sample *s, float dead_d, float de
     dqw_window_cell *cell = dqw_window_cells(&e->window);
     for (int i = 0; i < DQW_PLAIN_SIGNALS; i++) dqw_window_gather(&cell[i], pair[i]);
     dqw_window_count(&e->window);
+    if (e->config->settled) return;
     // Steps less what the voltage made of them.
     dqw_noise_step(&e->noise, step_d_A - e->step_A_per_V[0] * e->v_d_V, step_q_A - e->step_A_per_V[1] * e->v_q_V,
                    s->w_m_rad_s - e->w_m_rad_s);
 }
 
-// A settled row is a block of its own.
-static void gather_row(dqw_estimator *e, const dqw_sample *s, float dead_d, float dead_q)
+static void keep(dqw_estimator *e, const dqw_sample *s)
 {
-    dqw_window_cell *cell = dqw_window_cells(&e->window);
-    const float row[DQW_PLAIN_SIGNALS] = {s->v_d_V,
-                                          s->v_q_V,
-                                          2.0f * s->i_d_A,
-                                          2.0f * s->i_q_A,
-                                          0.0f,
-                                          0.0f,
-                                          2.0f * s->w_m_rad_s * s->i_d_A,
-                                          2.0f * s->w_m_rad_s * s->i_q_A,
-                                          2.0f * s->w_m_rad_s,
-                                          2.0f * dead_d,
-                                          2.0f * dead_q};
-    for (int i = 0; i < DQW_PLAIN_SIGNALS; i++) dqw_window_gather(&cell[i], row[i]);
-    gather_static_effects(e, s, cell);
-    dqw_window_count(&e->window);
+    e->v_d_V = s->v_d_V;
+    e->v_q_V = s->v_q_V;
+    e->i_d_A = s->i_d_A;
+    e->i_q_A = s->i_q_A;
+    e->w_m_rad_s = s->w_m_rad_s;
+}
+
+// A settled row is a block of its own: it makes a pair with itself.
+static void begin_row(dqw_estimator *e, const dqw_sample *s, float dead_d, float dead_q)
+{
+#if DQW_EFFECT_WEIGHTS > 0
+    float d[DQW_EFFECT_WEIGHTS];
+    float q[DQW_EFFECT_WEIGHTS];
+    dqw_window_cell *cell = dqw_window_cells(&e->window) + DQW_PLAIN_SIGNALS;
+    if (e->effect.count > 0) dqw_effect_static(&e->effect, s, d, q);
+    for (int i = 0; i < e->effect.weights; i++) {
+        dqw_window_gather(&cell[2 * i], d[i]);
+        dqw_window_gather(&cell[2 * i + 1], q[i]);
+    }
+#endif
+    keep(e, s);
+    e->dead_d = dead_d;
+    e->dead_q = dead_q;
 }
 
 // Before a half is gathered: what the background made of those before it.
@@ -189,7 +158,9 @@ static void take_given(dqw_estimator *e)
 static uint32_t end_half(dqw_estimator *e, const dqw_sample *s, bool good)
 {
     e->halves++;
-    warm(e, e->window.half);
+#if DQW_EFFECT_WEIGHTS > 0
+    if (e->effect.count > 0) dqw_effect_warm(&e->effect, e->window.half);
+#endif
     if (!dqw_window_turn(&e->window)) {
         if (e->missed < UINT8_MAX) e->missed++;
         return DQW_EVENT_MISSED;
@@ -216,15 +187,18 @@ static uint32_t take(dqw_estimator *e, const dqw_sample *s, uint32_t event)
     if (good) dead_time(e, s, &dead_d, &dead_q);
 
     // [EST.2] the pair that it ends, into the window
-    if (c->settled) {
-        if (good) gather_row(e, s, dead_d, dead_q);
-    } else if (gather_effects(e, s, good)) {
+    const bool row = c->settled && good;
+    if (row) begin_row(e, s, dead_d, dead_q);
+    if (row || (!c->settled && gather_effects(e, s, good))) {
         gather(e, s, dead_d, dead_q);
-    } else {
+    } else if (!c->settled) {
         dqw_window_refuse(&e->window);
         dqw_noise_gap(&e->noise);
     }
-    heat(e, s);
+#if DQW_EFFECT_WEIGHTS > 0
+    // Every sample heats, also one that may not be learned; the heating states go on by what was gathered.
+    if (e->effect.count > 0) dqw_effect_heat(&e->effect, s->i_d_A, s->i_q_A);
+#endif
     // [EST.3] a half for the background
     if (dqw_window_full(&e->window)) event |= end_half(e, s, good);
     // A voltage that acts later is not known at the first sample.
@@ -238,11 +212,7 @@ static uint32_t take(dqw_estimator *e, const dqw_sample *s, uint32_t event)
 static uint32_t step(dqw_estimator *e, const dqw_sample *came, const dqw_sample *s, bool saturated)
 {
     const uint32_t event = take(e, s, admit(e, came, s, saturated));
-    e->v_d_V = s->v_d_V;
-    e->v_q_V = s->v_q_V;
-    e->i_d_A = s->i_d_A;
-    e->i_q_A = s->i_q_A;
-    e->w_m_rad_s = s->w_m_rad_s;
+    keep(e, s);
     e->has_last = true;
     return event;
 }

@@ -197,6 +197,7 @@ bool dqw_estimator_background(dqw_estimator *e);
 #define dqw_estimator_read DQW_SIZED(dqw_estimator_read)
 dqw_reading dqw_estimator_read(const dqw_estimator *e, enum dqw_parameter parameter);
 
+#if DQW_EFFECT_WEIGHTS > 0
 /// What was learned of the effect config->effects[index]: SI weights and their deviations, in the order of its law.
 ///
 /// Source   (E50) in docs/EQUATIONS.md
@@ -205,6 +206,7 @@ dqw_reading dqw_estimator_read(const dqw_estimator *e, enum dqw_parameter parame
 ///          index out of range
 /// Context  background
 int dqw_estimator_read_effect(const dqw_estimator *e, int index, float weights[], float sd[]);
+#endif
 
 /// Pole pairs: given, or as the motion tells them; 0: not known yet.
 /// Source   (E22) in docs/EQUATIONS.md

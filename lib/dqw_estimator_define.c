@@ -21,10 +21,6 @@
 #define START_SD_PU 3.0f
 #define START_DEAD_SD_PU 0.1f
 #define START_EFFECT_SD_PU 10.0f
-#define THRESHOLD_PPM 50000u
-// Blocks that stage 2 may take, and that stage 3 takes before it is judged.
-#define RANDOM_LIMIT 2000u
-#define ORDINAL_BLOCKS 500u
 // Of a default configuration.
 #define DEAD_TIME_WIDTH_PU 0.02f
 #define DRIFT_PER_SQRT_S 0.01f
@@ -192,7 +188,7 @@ enum dqw_status dqw_estimator_init(dqw_estimator *e, const dqw_estimator_config 
     n.w_limit_bits = dqw_size_bits(WILD * c->w_base_rad_s);
     dqw_gate_init(&n.gate, c->stale_limit);
     dqw_noise_init(&n.noise);
-    dqw_stage_init(&n.stage, c->threshold_ppm != 0 ? c->threshold_ppm : THRESHOLD_PPM, RANDOM_LIMIT, ORDINAL_BLOCKS);
+    dqw_stage_init(&n.stage, c->threshold_ppm);
     dqw_stage_define(&n.stage);
     *e = n;
     return DQW_OK;

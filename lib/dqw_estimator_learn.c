@@ -263,17 +263,10 @@ bool dqw_estimator_take(dqw_estimator *e, dqw_estimator_block *b)
     return true;
 }
 
-static uint32_t ppm(float ratio)
-{
-    return ratio < 4000.0f ? (uint32_t)(ratio * 1e6f) : 4000000000u;
-}
-
 void dqw_estimator_stage_on(dqw_estimator *e, bool random_converged)
 {
-    const uint32_t residual_ppm = ppm(dqw_estimator_recent_pu(e));
-    const dqw_stage_input in = {
-        .random_converged = random_converged, .residual_ppm = residual_ppm, .residual_recent_ppm = residual_ppm};
-    (void)dqw_stage_step(&e->stage, in);
+    const float ratio = dqw_estimator_recent_pu(e);
+    (void)dqw_stage_step(&e->stage, random_converged, ratio < 4000.0f ? (uint32_t)(ratio * 1e6f) : 4000000000u);
 }
 
 // Stage 2 with lent memory: the Random Learner alone. Stage 3 begins from its weights.

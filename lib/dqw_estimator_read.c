@@ -153,13 +153,4 @@ int dqw_estimator_read_effect(const dqw_estimator *e, int index, float weights[]
     }
     return (int)dqw_effect_known(weights, sd, n);
 }
-#else
-int dqw_estimator_read_effect(const dqw_estimator *e, int index, float weights[], float sd[])
-{
-    (void)e;
-    (void)index;
-    (void)weights;
-    (void)sd;
-    return DQW_ERR_SIZE;
-}
 #endif

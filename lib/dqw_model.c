@@ -18,20 +18,6 @@ dqw_block dqw_model_pair(const dqw_sample *before, const dqw_sample *now, float 
     return b;
 }
 
-dqw_block dqw_model_static(const dqw_sample *s)
-{
-    const dqw_block b = {
-        .v_d_V = s->v_d_V,
-        .v_q_V = s->v_q_V,
-        .i_d_A = s->i_d_A,
-        .i_q_A = s->i_q_A,
-        .wi_d_A_rad_s = s->w_m_rad_s * s->i_d_A,
-        .wi_q_A_rad_s = s->w_m_rad_s * s->i_q_A,
-        .w_m_rad_s = s->w_m_rad_s,
-    };
-    return b;
-}
-
 void dqw_model_bow(dqw_block *b, const dqw_machine *known, float dt_s)
 {
     const float w_e = known->pole_pairs * b->w_m_rad_s;

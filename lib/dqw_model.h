@@ -28,9 +28,12 @@ typedef struct dqw_block {
 /// Context  any; no state
 dqw_block dqw_model_pair(const dqw_sample *before, const dqw_sample *now, float dt_s);
 
-/// A settled row: no slope.
+/// A settled row: a pair with itself has no slope.
 /// Source   (P6), (P7) with d/dt = 0; (E14) in docs/EQUATIONS.md
-dqw_block dqw_model_static(const dqw_sample *s);
+static inline dqw_block dqw_model_static(const dqw_sample *s)
+{
+    return dqw_model_pair(s, s, 1.0f);
+}
 
 /// What the end correction must know of a machine.
 typedef struct dqw_machine {

@@ -156,7 +156,7 @@ static void settle(dqw_monitor *m, int channel)
 static void adopt(dqw_monitor *m)
 {
     for (int i = 0; i < DQW_WATCH_TEMPERATURE; i++) dqw_monitor_move_healthy(m, i, 0.0f);
-    m->healthy_residual_pu2 = m->estimator.recent_pu2 > RESIDUAL_FLOOR_PU2 ? m->estimator.recent_pu2
+    m->healthy.residual_pu2 = m->estimator.recent_pu2 > RESIDUAL_FLOOR_PU2 ? m->estimator.recent_pu2
                                                                            : RESIDUAL_FLOOR_PU2;
     dqw_watch_adopt(&m->watch, m->estimator.number);
 }
@@ -172,7 +172,8 @@ static float heat_since(const dqw_monitor *m, int channel)
 {
     const dqw_monitor_config *c = m->config;
     const bool flux = channel == DQW_WATCH_PSI;
-    const float rate = flux ? dqw_monitor_beta(m) * m->cold_psi_Wb : dqw_monitor_alpha(m) * m->cold_R_ohm;
+    const float rate = flux ? dqw_monitor_beta(m) * m->healthy.cold_psi_Wb
+                            : dqw_monitor_alpha(m) * m->healthy.cold_R_ohm;
     const uint16_t halves = dqw_watch_unfollowed(&m->watch, channel, m->estimator.number);
     return rate * (c->heating_K_s > 0.0f ? c->heating_K_s : HEATING_K_S) *
            (DQW_MONITOR_SLACK * (float)(1u << DQW_WATCH_FOLLOW_SHIFT)) * c->estimator.dt_s *
@@ -187,8 +188,8 @@ static void follow(dqw_monitor *m, int channel)
     const bool flux = channel == DQW_WATCH_PSI;
     if (!(bound > 0.0f) || !(sd(m, channel) < (flux ? KNOWN_PART_FLUX : KNOWN_PART) * dqw_monitor_band_of(m, channel)))
         return;
-    const float off = value(m, channel) - m->healthy[channel];
-    m->healthy[channel] += off > bound ? bound : off < -bound ? -bound : off;
+    const float off = value(m, channel) - m->healthy.weight[channel];
+    m->healthy.weight[channel] += off > bound ? bound : off < -bound ? -bound : off;
     dqw_watch_follow(&m->watch, channel, m->estimator.number);
 }
 
@@ -198,12 +199,12 @@ static void follow_temperature(dqw_monitor *m)
     const float beta = dqw_monitor_beta(m);
     follow(m, DQW_WATCH_R);
     follow(m, DQW_WATCH_PSI);
-    const float rise = dqw_monitor_rise_K(m, m->healthy[DQW_R]);
-    m->hottest_K *= HOTTEST_KEPT;
-    if (rise > m->hottest_K) m->hottest_K = rise;
-    const float coldest = m->cold_psi_Wb *
-                          (1.0f - DQW_MONITOR_SLACK * beta * m->hottest_K - 0.5f * dqw_monitor_band(m, DQW_WATCH_PSI));
-    if (m->healthy[DQW_PSI] < coldest) m->healthy[DQW_PSI] = coldest;
+    const float rise = dqw_monitor_rise_K(m, m->healthy.weight[DQW_R]);
+    m->healthy.hottest_K *= HOTTEST_KEPT;
+    if (rise > m->healthy.hottest_K) m->healthy.hottest_K = rise;
+    const float coldest = m->healthy.cold_psi_Wb * (1.0f - DQW_MONITOR_SLACK * beta * m->healthy.hottest_K -
+                                                    0.5f * dqw_monitor_band(m, DQW_WATCH_PSI));
+    if (m->healthy.weight[DQW_PSI] < coldest) m->healthy.weight[DQW_PSI] = coldest;
 }
 
 // Size of a channel's change over its band, Q5; 0 where it is not known.
@@ -216,7 +217,7 @@ static int32_t deviation_q5(const dqw_monitor *m, int channel)
                     TEMPERATURE_BAND_K +
                 1.0f;
     } else if (channel == DQW_WATCH_RESIDUAL) {
-        ratio = sqrtf(m->estimator.recent_pu2 / m->healthy_residual_pu2) / dqw_monitor_band(m, DQW_WATCH_RESIDUAL);
+        ratio = sqrtf(m->estimator.recent_pu2 / m->healthy.residual_pu2) / dqw_monitor_band(m, DQW_WATCH_RESIDUAL);
     } else {
         float now;
         float change;
@@ -247,20 +248,21 @@ static dqw_fault_verdict name_it(const dqw_monitor *m)
         const bool sure = deviation < DQW_UNKNOWN;
         const float least = sqrtf(deviation * deviation + third * third);
         if (channel < DQW_PARAMETERS) {
-            const float scale = channel == DQW_WATCH_ANGLE       ? m->healthy[DQW_PSI]
+            const float scale = channel == DQW_WATCH_ANGLE       ? m->healthy.weight[DQW_PSI]
                                 : channel == DQW_WATCH_DEAD_TIME ? 1.0f
-                                                                 : m->healthy[channel];
+                                                                 : m->healthy.weight[channel];
             change[channel] = off / scale;
             unit[channel] = sure ? least / fabsf(scale) : DQW_UNKNOWN;
         } else {
             const int k = channel - DQW_WATCH_OFFSET;
             const int at = DQW_SIGN_OFFSET_RE + 2 * k;
-            change[at] = m->witness.re[k] - m->healthy_re[k];
-            change[at + 1] = m->witness.im[k] - m->healthy_im[k];
+            change[at] = m->witness.re[k] - m->healthy.re[k];
+            change[at + 1] = m->witness.im[k] - m->healthy.im[k];
             unit[at] = unit[at + 1] = sure ? least : DQW_UNKNOWN;
         }
     }
-    const dqw_fault_machine machine = {m->healthy[DQW_R], 0.5f * (m->healthy[DQW_LD] + m->healthy[DQW_LQ])};
+    const dqw_fault_machine machine = {m->healthy.weight[DQW_R],
+                                       0.5f * (m->healthy.weight[DQW_LD] + m->healthy.weight[DQW_LQ])};
     return dqw_fault_name_it(change, unit, machine);
 }
 
@@ -272,13 +274,13 @@ static bool above_threshold(const dqw_monitor *m)
 // What the healthy value of a channel is; of temperature and residual the limit.
 static float healthy_of(const dqw_monitor *m, int channel)
 {
-    if (channel < DQW_PARAMETERS) return m->healthy[channel];
-    if (channel == DQW_WATCH_FRICTION) return m->healthy_friction_Nm;
+    if (channel < DQW_PARAMETERS) return m->healthy.weight[channel];
+    if (channel == DQW_WATCH_FRICTION) return m->healthy.friction_Nm;
     if (channel == DQW_WATCH_TEMPERATURE) return dqw_monitor_band(m, channel);
     if (channel == DQW_WATCH_RESIDUAL)
-        return dqw_monitor_band(m, channel) * sqrtf(m->healthy_residual_pu2) * m->config->estimator.v_base_V;
+        return dqw_monitor_band(m, channel) * sqrtf(m->healthy.residual_pu2) * m->config->estimator.v_base_V;
     const int k = channel - DQW_WATCH_OFFSET;
-    return sqrtf(m->healthy_re[k] * m->healthy_re[k] + m->healthy_im[k] * m->healthy_im[k]);
+    return sqrtf(m->healthy.re[k] * m->healthy.re[k] + m->healthy.im[k] * m->healthy.im[k]);
 }
 
 static void name(dqw_monitor *m, int channel)
@@ -321,8 +323,8 @@ static bool look(dqw_monitor *m)
     // Temperatures go on counting from where they were: what has broken is not what has heated.
     const enum dqw_fault_name fault = m->named_fault.name;
     if (fault == DQW_FAULT_PHASE_CONNECTION || fault == DQW_FAULT_CURRENT_GAIN)
-        m->cold_R_ohm *= value(m, DQW_R) / m->healthy[DQW_R];
-    m->cold_psi_Wb *= value(m, DQW_PSI) / m->healthy[DQW_PSI];
+        m->healthy.cold_R_ohm *= value(m, DQW_R) / m->healthy.weight[DQW_R];
+    m->healthy.cold_psi_Wb *= value(m, DQW_PSI) / m->healthy.weight[DQW_PSI];
     begin_rest(m);
     return true;
 }
@@ -335,9 +337,9 @@ static void enter_service(dqw_monitor *m)
         return;
     }
     const dqw_estimator_config *c = &m->config->estimator;
-    m->cold_R_ohm = m->config->commissioned ? c->R_ohm : value(m, DQW_R);
-    m->cold_psi_Wb = m->config->commissioned ? c->psi_Wb : value(m, DQW_PSI);
-    m->hottest_K = 0.0f;
+    m->healthy.cold_R_ohm = m->config->commissioned ? c->R_ohm : value(m, DQW_R);
+    m->healthy.cold_psi_Wb = m->config->commissioned ? c->psi_Wb : value(m, DQW_PSI);
+    m->healthy.hottest_K = 0.0f;
     begin_rest(m);
 }
 

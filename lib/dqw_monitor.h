@@ -46,17 +46,22 @@ typedef struct dqw_monitor_change {
     dqw_fault_verdict fault;
 } dqw_monitor_change;
 
+/// What was learned as healthy.
+typedef struct dqw_monitor_healthy {
+    float weight[DQW_PARAMETERS];  ///< SI; R and flux follow the temperature
+    float re[DQW_WITNESS_INPUTS], im[DQW_WITNESS_INPUTS];
+    /// where they may follow from, and the winding's highest rise, slowly forgotten
+    float cold_R_ohm, cold_psi_Wb, hottest_K;
+    float residual_pu2, friction_Nm;
+} dqw_monitor_healthy;
+
 typedef struct dqw_monitor {
     const dqw_monitor_config *config;
     dqw_estimator estimator;
     dqw_witness witness;
-    float healthy[DQW_PARAMETERS];  ///< SI; R and flux follow the temperature
-    float healthy_re[DQW_WITNESS_INPUTS], healthy_im[DQW_WITNESS_INPUTS];
-    /// where they may follow from, and the winding's highest rise, slowly forgotten
-    float cold_R_ohm, cold_psi_Wb, hottest_K;
-    float healthy_residual_pu2;
-    // Friction: mean over reversals, its variance, the healthy one; the mean torque being gathered, and that before it.
-    float friction_Nm, spread_Nm2, healthy_friction_Nm, w_before_rad_s, gathered_Nm, before_Nm;
+    dqw_monitor_healthy healthy;
+    // Friction: mean over reversals, its variance; the mean torque being gathered, and that before it.
+    float friction_Nm, spread_Nm2, w_before_rad_s, gathered_Nm, before_Nm;
     dqw_watch watch;
     // The change that was named last, as dqw_monitor_event() tells it; times in halves of a window.
     uint32_t named_at, named_since;
@@ -146,9 +151,7 @@ enum dqw_why dqw_monitor_why(const dqw_monitor *m);
 typedef struct dqw_monitor_stored {
     uint32_t version;  ///< of this struct
     uint32_t config;   ///< hash of the configuration
-    float healthy[DQW_PARAMETERS];
-    float healthy_re[DQW_WITNESS_INPUTS], healthy_im[DQW_WITNESS_INPUTS];
-    float cold_R_ohm, cold_psi_Wb, hottest_K, healthy_residual_pu2, healthy_friction_Nm;
+    dqw_monitor_healthy healthy;
     uint8_t looks[DQW_WATCH_TEMPERATURE];  ///< that each healthy value is the mean of
     uint8_t unused[1];
     uint32_t check;  ///< sum over all that stands before it

@@ -42,7 +42,7 @@ float dqw_monitor_beta(const dqw_monitor *m)
 
 float dqw_monitor_rise_K(const dqw_monitor *m, float R_ohm)
 {
-    return (R_ohm / m->cold_R_ohm - 1.0f) / dqw_monitor_alpha(m);
+    return (R_ohm / m->healthy.cold_R_ohm - 1.0f) / dqw_monitor_alpha(m);
 }
 
 static float friction_sd_Nm(const dqw_monitor *m)
@@ -55,7 +55,7 @@ static float friction_sd_Nm(const dqw_monitor *m)
 float dqw_monitor_band_of(const dqw_monitor *m, int channel)
 {
     const dqw_estimator_config *c = &m->config->estimator;
-    const float *h = m->healthy;
+    const float *h = m->healthy.weight;
     const float L3 = (h[DQW_LD] + h[DQW_LQ]) * (1.0f / 6.0f);
     const float unit[DQW_WATCH_TEMPERATURE] = {
         h[DQW_R],
@@ -79,25 +79,27 @@ void dqw_monitor_read_channel(const dqw_monitor *m, int channel, float *now, flo
 {
     if (channel < DQW_PARAMETERS) {
         *now = dqw_estimator_value(&m->estimator, channel);
-        *change = *now - m->healthy[channel];
+        *change = *now - m->healthy.weight[channel];
         *deviation = dqw_estimator_sd(&m->estimator, channel);
     } else if (channel < DQW_WATCH_FRICTION) {
         const int k = channel - DQW_WATCH_OFFSET;
-        const float re = m->witness.re[k] - m->healthy_re[k];
-        const float im = m->witness.im[k] - m->healthy_im[k];
+        const float re = m->witness.re[k] - m->healthy.re[k];
+        const float im = m->witness.im[k] - m->healthy.im[k];
         *now = dqw_witness_size(&m->witness, (enum dqw_witness_input)k);
         *change = sqrtf(re * re + im * im);
         *deviation = dqw_witness_sd(&m->witness, &m->estimator, (enum dqw_witness_input)k);
     } else if (channel == DQW_WATCH_FRICTION) {
         *now = m->friction_Nm;
-        *change = *now - m->healthy_friction_Nm;
+        *change = *now - m->healthy.friction_Nm;
         *deviation = friction_sd_Nm(m);
     } else {
         const bool hot = channel == DQW_WATCH_TEMPERATURE;
         *now = *change = hot ? dqw_monitor_rise_K(m, dqw_estimator_value(&m->estimator, DQW_R))
                              : sqrtf(m->estimator.recent_pu2) * m->config->estimator.v_base_V;
         const float R_sd = dqw_estimator_sd(&m->estimator, DQW_R);
-        *deviation = !hot ? 0.0f : R_sd < DQW_UNKNOWN ? R_sd / (m->cold_R_ohm * dqw_monitor_alpha(m)) : DQW_UNKNOWN;
+        *deviation = !hot                 ? 0.0f
+                     : R_sd < DQW_UNKNOWN ? R_sd / (m->healthy.cold_R_ohm * dqw_monitor_alpha(m))
+                                          : DQW_UNKNOWN;
     }
 }
 
@@ -105,14 +107,14 @@ void dqw_monitor_read_channel(const dqw_monitor *m, int channel, float *now, flo
 void dqw_monitor_move_healthy(dqw_monitor *m, int channel, float keep)
 {
     if (channel < DQW_PARAMETERS) {
-        m->healthy[channel] = dqw_estimator_value(&m->estimator, channel) +
-                              keep * (m->healthy[channel] - dqw_estimator_value(&m->estimator, channel));
+        m->healthy.weight[channel] = dqw_estimator_value(&m->estimator, channel) +
+                                     keep * (m->healthy.weight[channel] - dqw_estimator_value(&m->estimator, channel));
     } else if (channel < DQW_WATCH_FRICTION) {
         const int k = channel - DQW_WATCH_OFFSET;
-        m->healthy_re[k] = m->witness.re[k] + keep * (m->healthy_re[k] - m->witness.re[k]);
-        m->healthy_im[k] = m->witness.im[k] + keep * (m->healthy_im[k] - m->witness.im[k]);
+        m->healthy.re[k] = m->witness.re[k] + keep * (m->healthy.re[k] - m->witness.re[k]);
+        m->healthy.im[k] = m->witness.im[k] + keep * (m->healthy.im[k] - m->witness.im[k]);
     } else {
-        m->healthy_friction_Nm = m->friction_Nm + keep * (m->healthy_friction_Nm - m->friction_Nm);
+        m->healthy.friction_Nm = m->friction_Nm + keep * (m->healthy.friction_Nm - m->friction_Nm);
     }
 }
 
@@ -133,7 +135,7 @@ dqw_reading dqw_monitor_read(const dqw_monitor *m, enum dqw_monitor_channel chan
     if ((unsigned)channel >= DQW_WATCH_CHANNELS) return r;
     if ((int)channel < DQW_PARAMETERS) return dqw_estimator_read(&m->estimator, (enum dqw_parameter)channel);
     // Temperature counts from a cold value that is taken on entering service.
-    if (channel == DQW_WATCH_TEMPERATURE && !(m->cold_R_ohm > 0.0f)) return r;
+    if (channel == DQW_WATCH_TEMPERATURE && !(m->healthy.cold_R_ohm > 0.0f)) return r;
     float change;
     dqw_monitor_read_channel(m, (int)channel, &r.value, &change, &r.sd);
     r.sd_change = r.sd;
@@ -151,7 +153,7 @@ float dqw_monitor_sensitivity(const dqw_monitor *m, enum dqw_monitor_channel cha
     if (channel == DQW_WATCH_TEMPERATURE)
         return deviation < DQW_UNKNOWN ? dqw_monitor_band(m, (int)channel) : DQW_UNKNOWN;
     if (channel == DQW_WATCH_RESIDUAL)
-        return dqw_monitor_band(m, (int)channel) * sqrtf(m->healthy_residual_pu2) * m->config->estimator.v_base_V;
+        return dqw_monitor_band(m, (int)channel) * sqrtf(m->healthy.residual_pu2) * m->config->estimator.v_base_V;
     return m->watch.looks[channel] >= DQW_WATCH_LOOKS_LEAST ? dqw_monitor_surely(m, (int)channel, deviation)
                                                             : DQW_UNKNOWN;
 }

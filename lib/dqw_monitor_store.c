@@ -3,7 +3,6 @@
 
 #include "dqw_hash.h"
 #include "dqw_monitor_channel.h"
-#include "dqw_number.h"
 
 #define VERSION 1u
 // The coldest that a machine is switched on at, below cold.
@@ -14,7 +13,7 @@ static uint32_t hash_of_effects(uint32_t hash, const dqw_estimator_config *c)
 #if DQW_EFFECT_WEIGHTS > 0
     for (int k = 0; k < c->effect_count; k++) {
         hash = dqw_hash_add(hash, (uint32_t)c->effects[k].effect);
-        for (int i = 0; i < DQW_EFFECT_SHAPES; i++) hash = dqw_hash_add(hash, dqw_number_bits(c->effects[k].shape[i]));
+        hash = dqw_hash_bytes(hash, c->effects[k].shape, sizeof c->effects[k].shape);
     }
 #else
     (void)c;
@@ -30,26 +29,18 @@ static uint32_t hash_of(const dqw_monitor *m)
                             c->Ld_H, c->Lq_H,     c->psi_Wb,   c->dead_time_width_A, m->config->J_kgm2};
     const bool flags[] = {c->angle,        c->encoder_offset,   c->noise_on_inputs,     c->voltage_next,
                           c->voltage_held, c->speed_electrical, m->config->commissioned};
-    uint32_t hash = dqw_hash_begin();
-    for (unsigned i = 0; i < sizeof values / sizeof values[0]; i++)
-        hash = dqw_hash_add(hash, dqw_number_bits(values[i]));
+    uint32_t hash = dqw_hash_bytes(dqw_hash_begin(), values, sizeof values);
     for (unsigned i = 0; i < sizeof flags / sizeof flags[0]; i++) hash = dqw_hash_add(hash, flags[i] ? 1u : 0u);
     hash = dqw_hash_add(hash, c->pole_pairs);
     hash = dqw_hash_add(hash, m->estimator.window.half);
     return hash_of_effects(hash, c);
 }
 
-// Field by field: padding, if there is any, holds nothing.
 static uint32_t check_of(const dqw_monitor_stored *s)
 {
-    const float values[] = {s->cold_R_ohm, s->cold_psi_Wb, s->hottest_K, s->healthy_residual_pu2,
-                            s->healthy_friction_Nm};
     uint32_t hash = dqw_hash_add(dqw_hash_add(dqw_hash_begin(), s->version), s->config);
-    for (int i = 0; i < DQW_PARAMETERS; i++) hash = dqw_hash_add(hash, dqw_number_bits(s->healthy[i]));
-    for (int i = 0; i < DQW_WITNESS_INPUTS; i++) hash = dqw_hash_add(hash, dqw_number_bits(s->healthy_re[i]));
-    for (int i = 0; i < DQW_WITNESS_INPUTS; i++) hash = dqw_hash_add(hash, dqw_number_bits(s->healthy_im[i]));
-    for (unsigned i = 0; i < sizeof values / sizeof values[0]; i++)
-        hash = dqw_hash_add(hash, dqw_number_bits(values[i]));
+    // Its fields leave no padding.
+    hash = dqw_hash_bytes(hash, &s->healthy, sizeof s->healthy);
     for (int i = 0; i < DQW_WATCH_TEMPERATURE; i++) hash = dqw_hash_add(hash, s->looks[i]);
     return dqw_hash_add(hash, s->unused[0]);
 }
@@ -61,20 +52,7 @@ bool dqw_monitor_store(const dqw_monitor *m, dqw_monitor_stored *stored)
     if (looks[DQW_WATCH_R] < DQW_WATCH_LOOKS_LEAST || looks[DQW_WATCH_LQ] < DQW_WATCH_LOOKS_LEAST ||
         looks[DQW_WATCH_PSI] < DQW_WATCH_LOOKS_LEAST)
         return false;
-    dqw_monitor_stored s = {
-        .version = VERSION,
-        .config = hash_of(m),
-        .cold_R_ohm = m->cold_R_ohm,
-        .cold_psi_Wb = m->cold_psi_Wb,
-        .hottest_K = m->hottest_K,
-        .healthy_residual_pu2 = m->healthy_residual_pu2,
-        .healthy_friction_Nm = m->healthy_friction_Nm,
-    };
-    for (int i = 0; i < DQW_PARAMETERS; i++) s.healthy[i] = m->healthy[i];
-    for (int i = 0; i < DQW_WITNESS_INPUTS; i++) {
-        s.healthy_re[i] = m->healthy_re[i];
-        s.healthy_im[i] = m->healthy_im[i];
-    }
+    dqw_monitor_stored s = {.version = VERSION, .config = hash_of(m), .healthy = m->healthy};
     for (int i = 0; i < DQW_WATCH_TEMPERATURE; i++) s.looks[i] = looks[i];
     s.check = check_of(&s);
     *stored = s;
@@ -94,14 +72,15 @@ static void enter_as_stored(dqw_monitor *m)
     const float beta = DQW_MONITOR_SLACK * dqw_monitor_beta(m);
     const float half_band = 0.5f * dqw_monitor_band(m, DQW_WATCH_PSI);
     const float limit_K = dqw_monitor_band(m, DQW_WATCH_TEMPERATURE);
-    m->healthy[DQW_R] = between(dqw_estimator_value(&m->estimator, DQW_R), m->cold_R_ohm * (1.0f - alpha * COLDER_K),
-                                m->cold_R_ohm * (1.0f + alpha * limit_K));
-    const float rise = dqw_monitor_rise_K(m, m->healthy[DQW_R]);
-    const float hot = rise > m->hottest_K ? rise : m->hottest_K;
+    m->healthy.weight[DQW_R] = between(dqw_estimator_value(&m->estimator, DQW_R),
+                                       m->healthy.cold_R_ohm * (1.0f - alpha * COLDER_K),
+                                       m->healthy.cold_R_ohm * (1.0f + alpha * limit_K));
+    const float rise = dqw_monitor_rise_K(m, m->healthy.weight[DQW_R]);
+    const float hot = rise > m->healthy.hottest_K ? rise : m->healthy.hottest_K;
     const float cold = rise < 0.0f ? -rise : 0.0f;
-    m->healthy[DQW_PSI] = between(dqw_estimator_value(&m->estimator, DQW_PSI),
-                                  m->cold_psi_Wb * (1.0f - beta * hot - half_band),
-                                  m->cold_psi_Wb * (1.0f + beta * cold + half_band));
+    m->healthy.weight[DQW_PSI] = between(dqw_estimator_value(&m->estimator, DQW_PSI),
+                                         m->healthy.cold_psi_Wb * (1.0f - beta * hot - half_band),
+                                         m->healthy.cold_psi_Wb * (1.0f + beta * cold + half_band));
     dqw_watch_follow(&m->watch, DQW_WATCH_R, m->estimator.number);
     dqw_watch_follow(&m->watch, DQW_WATCH_PSI, m->estimator.number);
 }
@@ -113,16 +92,7 @@ enum dqw_status dqw_monitor_restore(dqw_monitor *m, const dqw_monitor_stored *st
     if (s->version != VERSION) return DQW_ERR_STORE_VERSION;
     if (s->check != check_of(s)) return DQW_ERR_STORE_DAMAGED;
     if (s->config != hash_of(m)) return DQW_ERR_STORE_CONFIG;
-    for (int i = 0; i < DQW_PARAMETERS; i++) m->healthy[i] = s->healthy[i];
-    for (int i = 0; i < DQW_WITNESS_INPUTS; i++) {
-        m->healthy_re[i] = s->healthy_re[i];
-        m->healthy_im[i] = s->healthy_im[i];
-    }
-    m->cold_R_ohm = s->cold_R_ohm;
-    m->cold_psi_Wb = s->cold_psi_Wb;
-    m->hottest_K = s->hottest_K;
-    m->healthy_residual_pu2 = s->healthy_residual_pu2;
-    m->healthy_friction_Nm = s->healthy_friction_Nm;
+    m->healthy = s->healthy;
     dqw_watch_restore(&m->watch, s->looks);
     m->enter_as_stored = enter_as_stored;
     return DQW_OK;

@@ -108,15 +108,6 @@ typedef struct dqw_effect {
 
 #endif
 
-enum dqw_witness_input {
-    DQW_WITNESS_OFFSET = 0,  ///< once a turn: R times a constant current error. A
-    DQW_WITNESS_RESISTANCE,  ///< twice a turn, with the current: a third of one phase's extra resistance. Ohm
-    DQW_WITNESS_REACTANCE,   ///< twice a turn, with current and speed: L times a third of one sensor's extra gain. H
-    /// twice a turn, with the flux' voltage: a third of a shorted turn's conductance across one phase. S
-    DQW_WITNESS_SHORT,
-    DQW_WITNESS_INPUTS
-};
-
 typedef struct dqw_witness {
     /// weights, SI; their angle is twice that of the phase (offset: the vector in the stator)
     float re[DQW_WITNESS_INPUTS], im[DQW_WITNESS_INPUTS];

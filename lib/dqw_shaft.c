@@ -68,9 +68,9 @@ static bool start_at(float *w_pu, float value, float unit)
     return dqw_within(unit, UNIT_MAX) && unit >= UNIT_MIN && dqw_within(*w_pu, START_MAX_PU);
 }
 
-#if DQW_EFFECT_WEIGHTS > 0
 static enum dqw_status init_effects(dqw_shaft *s, const dqw_shaft_config *c)
 {
+#if DQW_EFFECT_WEIGHTS > 0
     if (c->effect_count > 0 && c->effects == NULL) return DQW_ERR_EFFECT_LIST;
     for (int k = 0; k < c->effect_count; k++) {
         const dqw_effect_config *e = &c->effects[k];
@@ -83,12 +83,17 @@ static enum dqw_status init_effects(dqw_shaft *s, const dqw_shaft_config *c)
             if (!start_at(&s->w_pu[s->inputs++], e->start[i], c->torque_base_Nm)) return DQW_ERR_UNIT;
         s->weights = (uint8_t)(s->weights + weights);
     }
+#else
+    (void)s;
+    (void)c;
+#endif
     return DQW_OK;
 }
 
 // Sums of the effects' inputs over the pair that this sample ends, behind the plain signals.
 static void pair_effects(dqw_shaft *s, float w_m_rad_s, float theta_m_rad, float pair[DQW_SHAFT_SIGNALS])
 {
+#if DQW_EFFECT_WEIGHTS > 0
     float x[DQW_EFFECT_WEIGHTS];
     int at = 0;
     for (int k = 0; k < s->config->effect_count; k++) {
@@ -99,23 +104,13 @@ static void pair_effects(dqw_shaft *s, float w_m_rad_s, float theta_m_rad, float
         pair[PLAIN + i] = s->x_last[i] + x[i];
         s->x_last[i] = x[i];
     }
-}
 #else
-static enum dqw_status init_effects(dqw_shaft *s, const dqw_shaft_config *c)
-{
-    (void)s;
-    (void)c;
-    return DQW_OK;
-}
-
-static void pair_effects(dqw_shaft *s, float w_m_rad_s, float theta_m_rad, float pair[DQW_SHAFT_SIGNALS])
-{
     (void)s;
     (void)w_m_rad_s;
     (void)theta_m_rad;
     (void)pair;
-}
 #endif
+}
 
 enum dqw_status dqw_shaft_init(dqw_shaft *s, const dqw_shaft_config *config)
 {

@@ -11,16 +11,13 @@
 extern "C" {
 #endif
 
-/// What a block brought.
-typedef struct dqw_stage_input {
-    bool random_converged;         ///< every Random Learner has
-    uint32_t residual_ppm;         ///< over all blocks
-    uint32_t residual_recent_ppm;  ///< over the last blocks
-} dqw_stage_input;
+/// Blocks that stage 2 may take, and that stage 3 takes before it is judged.
+#define DQW_STAGE_RANDOM_BLOCKS 2000u
+#define DQW_STAGE_ORDINAL_BLOCKS 500u
 
-/// Begin in stage 1. Zero counts are taken as 1, counts above 65535 as that.
+/// Begin in stage 1. threshold_ppm: residual over voltage, RMS, that stage 3 must reach; 0: 50000.
 /// Source   Fig. 1; (E21) in docs/EQUATIONS.md
-void dqw_stage_init(dqw_stage *s, uint32_t threshold_ppm, uint32_t random_limit, uint32_t ordinal_blocks);
+void dqw_stage_init(dqw_stage *s, uint32_t threshold_ppm);
 
 /// Domain knowledge is defined, or defined anew after a way back: go to stage 2. Elsewhere without effect. After a way
 /// back the owner first makes its Learners anew, with what the domain knowledge had lacked: dqw_estimator_define() does
@@ -28,13 +25,13 @@ void dqw_stage_init(dqw_stage *s, uint32_t threshold_ppm, uint32_t random_limit,
 /// Source   Fig. 1; (E21) in docs/EQUATIONS.md
 void dqw_stage_define(dqw_stage *s);
 
-/// One block on.
+/// One block on. random_converged: every Random Learner has; residual_ppm: over the last blocks.
 ///
 /// Source   Fig. 1; (E21) in docs/EQUATIONS.md
 /// Returns  true if the stage changed
 /// Cost     a few comparisons
 /// Context  ISR safe; one writer per object
-bool dqw_stage_step(dqw_stage *s, dqw_stage_input in);
+bool dqw_stage_step(dqw_stage *s, bool random_converged, uint32_t residual_ppm);
 
 #ifdef __cplusplus
 }

@@ -35,15 +35,26 @@ enum dqw_stage_back {
 };
 
 typedef struct dqw_stage {
-    uint32_t threshold_ppm;   ///< of residual over voltage, RMS
-    uint32_t blocks;          ///< blocks spent in this stage
-    uint32_t residual_ppm;    ///< at the last way back
-    uint16_t random_limit;    ///< blocks that stage 2 may take
-    uint16_t ordinal_blocks;  ///< blocks that stage 3 takes before it is judged
-    uint16_t times_back;      ///< up to 65535
+    uint32_t threshold_ppm;  ///< of residual over voltage, RMS
+    uint32_t blocks;         ///< blocks spent in this stage
+    uint32_t residual_ppm;   ///< at the last way back
+    uint16_t times_back;     ///< up to 65535
     enum dqw_stage_name name;
     enum dqw_stage_back back;
 } dqw_stage;
+
+/// What the witness has a weight for.
+enum dqw_witness_input {
+    DQW_WITNESS_OFFSET = 0,  ///< once a turn: R times a constant current error. A
+    DQW_WITNESS_RESISTANCE,  ///< twice a turn, with the current: a third of one phase's extra resistance. Ohm
+    DQW_WITNESS_REACTANCE,   ///< twice a turn, with current and speed: L times a third of one sensor's extra gain. H
+    /// twice a turn, with the flux' voltage: a third of a shorted turn's conductance across one phase. S
+    DQW_WITNESS_SHORT,
+    DQW_WITNESS_INPUTS
+};
+
+/// Blocks over which the witness remembers.
+#define DQW_WITNESS_MEMORY 300u
 
 typedef struct dqw_change {
     uint8_t sum_q5;  ///< how long and how far beyond, in bands times steps, 0 .. limit

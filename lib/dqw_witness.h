@@ -14,9 +14,6 @@
 extern "C" {
 #endif
 
-/// Blocks over which the witness remembers.
-#define DQW_WITNESS_MEMORY 300u
-
 /// Forget everything.
 void dqw_witness_init(dqw_witness *w);
 

@@ -202,9 +202,11 @@ int64_t dqw_estimator_inflation_q20(const dqw_estimator_q15 *e, int weight);
 /// Source   (E20), (E61) in docs/EQUATIONS.md
 int32_t dqw_estimator_sd_q24(const dqw_estimator_q15 *e, int weight);
 
-/// Residual of both axes over the full voltage: RMS of about the last thousand blocks, Q28, and of the last 64, Q27.
+/// Residual of both axes over the full voltage: RMS of about the last thousand blocks, Q28, and of the last 64, Q27 and
+/// in millionths.
 uint32_t dqw_estimator_residual_q28(const dqw_estimator_q15 *e);
 uint32_t dqw_estimator_recent_q27(const dqw_estimator_q15 *e);
+uint32_t dqw_estimator_recent_ppm_q15(const dqw_estimator_q15 *e);
 
 /// One block on in Fig. 1's stages.
 /// Source   (E21) in docs/EQUATIONS.md

@@ -25,9 +25,6 @@
 // An effect's weight: (10 bases / 0.01)^2.
 #define START_EFFECT_COV 1000000
 #define WIDEST_Q40 ((int64_t)1 << 61)
-#define THRESHOLD_PPM 50000u
-#define RANDOM_LIMIT 2000u
-#define ORDINAL_BLOCKS 500u
 // Of a nameplate: the width of dead time in the rated current, drift, equal samples.
 #define DEAD_TIME_PARTS 50u
 #define DRIFT_PPM 10000u
@@ -298,7 +295,7 @@ enum dqw_status dqw_estimator_init_q15(dqw_estimator_q15 *e, const dqw_estimator
     }
     dqw_estimator_start_q15(e, NULL);
     dqw_gate_init(&e->gate, c->stale_limit);
-    dqw_stage_init(&e->stage, c->threshold_ppm != 0 ? c->threshold_ppm : THRESHOLD_PPM, RANDOM_LIMIT, ORDINAL_BLOCKS);
+    dqw_stage_init(&e->stage, c->threshold_ppm);
     dqw_stage_define(&e->stage);
     return DQW_OK;
 }

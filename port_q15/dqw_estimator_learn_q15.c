@@ -35,7 +35,6 @@
 // An axis weighs up to 8 times what the other does.
 #define WEIGH_MAX_Q24 134217728
 #define ONE_Q24 16777216
-#define MILLION 1000000
 
 enum { D = 0, Q = 1, SCORES = DQW_ESTIMATOR_Q15_SCORES };
 
@@ -62,11 +61,6 @@ static uint32_t every(const dqw_estimator_q15 *e)
 static bool is_due(const dqw_estimator_q15 *e)
 {
     return e->gate.blocks == UINT32_MAX || e->gate.blocks % every(e) == 0;
-}
-
-static int64_t size(int64_t x)
-{
-    return x < 0 ? -x : x;
 }
 
 static int64_t square_q56(int64_t x_q40)
@@ -109,7 +103,7 @@ static void choose(dqw_estimator_q15 *e, const dqw_rows_q15 *r, uint32_t mask[2]
             if (e->excess_q10[i] <= 0) continue;
         }
         for (int axis = 0; axis < 2; axis++)
-            if (size(x_q28[axis]) >= each_q28) mask[axis] |= 1u << i;
+            if (dqw_q_size64(x_q28[axis]) >= each_q28) mask[axis] |= 1u << i;
     }
     // There the other weights would take up what is wrong with dead time's shape.
     if (!c->settled && dead_time && e->excess_q10[DQW_R] <= 0) mask[D] = mask[Q] = 0;
@@ -189,17 +183,9 @@ static void keep(dqw_estimator_q15 *e, const dqw_rows_q15 *r, const uint32_t mas
     }
 }
 
-static uint32_t ppm(uint32_t ratio_q27)
-{
-    return (uint32_t)(((uint64_t)ratio_q27 * MILLION) >> 27);  // up to 32 millions
-}
-
 void dqw_estimator_stage_on_q15(dqw_estimator_q15 *e, bool random_converged)
 {
-    const uint32_t recent_ppm = ppm(dqw_estimator_recent_q27(e));
-    const dqw_stage_input in = {
-        .random_converged = random_converged, .residual_ppm = recent_ppm, .residual_recent_ppm = recent_ppm};
-    (void)dqw_stage_step(&e->stage, in);
+    (void)dqw_stage_step(&e->stage, random_converged, dqw_estimator_recent_ppm_q15(e));
 }
 
 // Stage 2 with lent memory: the Random Learner alone. Stage 3 begins from its weights.

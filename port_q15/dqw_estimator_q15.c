@@ -12,30 +12,14 @@
 #define THIRD_Q15 10923
 #define INV_SQRT3_Q15 18919
 
-// What effects take a sample for, in one place: without room for effects, nothing.
-#if DQW_EFFECT_WEIGHTS > 0
-static int signals_of(const dqw_estimator_q15 *e)
-{
-    return DQW_PLAIN_Q15_SIGNALS + 2 * e->effect.weights;
-}
-
-static bool finite_for_effects(const dqw_estimator_q15 *e, const dqw_sample_q15 *s)
-{
-    return dqw_effect_finite_q15(&e->effect, s);
-}
-
-static bool beyond_for_effects(const dqw_estimator_q15 *e, const dqw_sample_q15 *s)
-{
-    return dqw_effect_saturated_q15(&e->effect, s);
-}
-
-// Their inputs of the pair, or of the settled row, that this sample ends: d first, then q. False where there is none
-// yet.
+// The effects' inputs of the pair, or of the settled row, that this sample ends: d first, then q. False where there is
+// none yet.
 static bool pair_effects(dqw_estimator_q15 *e, const dqw_sample_q15 *s, bool good, int32_t pair[])
 {
+    bool there = good;
+#if DQW_EFFECT_WEIGHTS > 0
     if (e->effect.count == 0) return good;
     int32_t *x = pair + DQW_PLAIN_Q15_SIGNALS;
-    bool there = good;
     if (!good)
         dqw_effect_gap_q15(&e->effect);
     else if (e->config->settled)
@@ -43,48 +27,27 @@ static bool pair_effects(dqw_estimator_q15 *e, const dqw_sample_q15 *s, bool goo
     else
         there = dqw_effect_pair_q15(&e->effect, e->last_good ? &e->last : NULL, s, x, x + e->effect.weights);
     dqw_effect_heat_q15(&e->effect, s->i_d_q15, s->i_q_q15);
-    return there;
-}
 #else
-static int signals_of(const dqw_estimator_q15 *e)
-{
-    (void)e;
-    return DQW_PLAIN_Q15_SIGNALS;
-}
-
-static bool finite_for_effects(const dqw_estimator_q15 *e, const dqw_sample_q15 *s)
-{
-    (void)e;
-    (void)s;
-    return true;
-}
-
-static bool beyond_for_effects(const dqw_estimator_q15 *e, const dqw_sample_q15 *s)
-{
-    (void)e;
-    (void)s;
-    return false;
-}
-
-static bool pair_effects(dqw_estimator_q15 *e, const dqw_sample_q15 *s, bool good, int32_t pair[])
-{
     (void)e;
     (void)s;
     (void)pair;
-    return good;
-}
 #endif
+    return there;
+}
 
 static uint32_t admit(dqw_estimator_q15 *e, const dqw_sample_q15 *s, bool saturated)
 {
     const dqw_sample_q15 *l = &e->last;
-    const dqw_gate_sample g = {
-        .finite = (!e->config->angle || dqw_scale_is_direction(s->cosine_q15, s->sine_q15)) && finite_for_effects(e, s),
+    dqw_gate_sample g = {
+        .finite = !e->config->angle || dqw_scale_is_direction(s->cosine_q15, s->sine_q15),
         .saturated = saturated || dqw_scale_beyond(s->v_d_q15) || dqw_scale_beyond(s->v_q_q15) ||
-                     dqw_scale_beyond(s->i_d_q15) || dqw_scale_beyond(s->i_q_q15) || dqw_scale_beyond(s->w_m_q15) ||
-                     beyond_for_effects(e, s),
+                     dqw_scale_beyond(s->i_d_q15) || dqw_scale_beyond(s->i_q_q15) || dqw_scale_beyond(s->w_m_q15),
         .repeated = e->has_last && s->i_d_q15 == l->i_d_q15 && s->i_q_q15 == l->i_q_q15 && s->w_m_q15 == l->w_m_q15,
     };
+#if DQW_EFFECT_WEIGHTS > 0
+    g.finite = g.finite && dqw_effect_finite_q15(&e->effect, s);
+    g.saturated = g.saturated || dqw_effect_saturated_q15(&e->effect, s);
+#endif
     return dqw_gate_check(&e->gate, g);
 }
 
@@ -196,7 +159,7 @@ static void dead_time(dqw_estimator_q15 *e, const dqw_sample_q15 *s, int32_t *d_
 static void gather(dqw_estimator_q15 *e, const int32_t pair[])
 {
     dqw_window_q15_cell *cell = dqw_window_cells_q15(&e->window);
-    const int32_t *const end = pair + signals_of(e);
+    const int32_t *const end = pair + e->window.signals;
     do dqw_window_gather_q15(cell++, *pair++);
     while (pair != end);
     dqw_window_count_q15(&e->window);

@@ -214,6 +214,7 @@ uint32_t dqw_estimator_unit_q15(const dqw_estimator_q15_config *config, enum dqw
 #define dqw_estimator_read_q15 DQW_SIZED(dqw_estimator_read_q15)
 dqw_reading_q15 dqw_estimator_read_q15(const dqw_estimator_q15 *e, enum dqw_parameter parameter);
 
+#if DQW_EFFECT_WEIGHTS > 0
 /// What was learned of the effect config->effects[index]: weights and their deviations, in the order of its law.
 ///
 /// Source   (E50), (E75) in docs/EQUATIONS.md
@@ -223,6 +224,7 @@ dqw_reading_q15 dqw_estimator_read_q15(const dqw_estimator_q15 *e, enum dqw_para
 ///          index out of range
 /// Context  background
 int dqw_estimator_read_effect_q15(const dqw_estimator_q15 *e, int index, int64_t weights_q40[], int64_t sd_q40[]);
+#endif
 
 /// Pole pairs: given, or as the motion tells them; 0: not known yet.
 /// Source   (E22) in docs/EQUATIONS.md

@@ -17,11 +17,6 @@
 #define LATE_NEAR_Q20 367002
 #define LATE_SD_Q20 167772
 
-static int64_t size(int64_t x)
-{
-    return x < 0 ? -x : x;
-}
-
 uint32_t dqw_estimator_unit_q15(const dqw_estimator_q15_config *config, enum dqw_parameter parameter)
 {
     dqw_units_q15 u;
@@ -106,7 +101,7 @@ dqw_reading_q15 dqw_estimator_read_q15(const dqw_estimator_q15 *e, enum dqw_para
     const bool either_sign = parameter == DQW_DEAD_TIME || parameter == DQW_PSI_Q;
     // A stage that begins anew learns nothing: what it has is of a model that did not fit.
     r.usable = e->stage.name != DQW_STAGE_DOMAIN &&
-               r.sd_q40 * USABLE_PARTS < (either_sign ? size(r.value_q40) : r.value_q40);
+               r.sd_q40 * USABLE_PARTS < (either_sign ? dqw_q_size64(r.value_q40) : r.value_q40);
     return r;
 }
 
@@ -126,6 +121,11 @@ uint32_t dqw_estimator_recent_q27(const dqw_estimator_q15 *e)
     return dqw_q_root64((uint64_t)e->recent_q54);
 }
 
+uint32_t dqw_estimator_recent_ppm_q15(const dqw_estimator_q15 *e)
+{
+    return (uint32_t)(((uint64_t)dqw_estimator_recent_q27(e) * 1000000) >> 27);  // up to 32 millions
+}
+
 enum dqw_voltage_acts dqw_estimator_voltage_acts_q15(const dqw_estimator_q15 *e)
 {
     if (e->blocks < FEW_BLOCKS || e->config->settled) return DQW_VOLTAGE_NOT_KNOWN;
@@ -140,8 +140,8 @@ enum dqw_voltage_acts dqw_estimator_voltage_acts_q15(const dqw_estimator_q15 *e)
     const int64_t periods_q20 = dqw_q_product64(s.cov_q40[n], e->normal.b_q32[n], -52);
     const bool next = e->config->voltage_next;
     if (sd_q20 >= LATE_SD_Q20) return DQW_VOLTAGE_NOT_KNOWN;
-    if (size(periods_q20) < LATE_NEAR_Q20) return next ? DQW_VOLTAGE_NEXT : DQW_VOLTAGE_NOW;
-    if (size(periods_q20 + (next ? ONE_Q20 : -ONE_Q20)) < LATE_NEAR_Q20)
+    if (dqw_q_size64(periods_q20) < LATE_NEAR_Q20) return next ? DQW_VOLTAGE_NEXT : DQW_VOLTAGE_NOW;
+    if (dqw_q_size64(periods_q20 + (next ? ONE_Q20 : -ONE_Q20)) < LATE_NEAR_Q20)
         return next ? DQW_VOLTAGE_NOW : DQW_VOLTAGE_NEXT;
     return DQW_VOLTAGE_NOT_KNOWN;
 }
@@ -168,14 +168,5 @@ int dqw_estimator_read_effect_q15(const dqw_estimator_q15 *e, int index, int64_t
         if (sd_q24 == INT32_MAX) sd_q40[i] = INT64_MAX;
     }
     return (int)dqw_effect_known_q15(weights_q40, sd_q40, n);
-}
-#else
-int dqw_estimator_read_effect_q15(const dqw_estimator_q15 *e, int index, int64_t weights_q40[], int64_t sd_q40[])
-{
-    (void)e;
-    (void)index;
-    (void)weights_q40;
-    (void)sd_q40;
-    return DQW_ERR_SIZE;
 }
 #endif

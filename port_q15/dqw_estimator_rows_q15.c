@@ -40,24 +40,6 @@ static int64_t dead_slope_q24(const dqw_estimator_q15_block *b, const dqw_units_
                             DQW_DEAD_TIME_Q15_PARTS * u->width_q40, 33);
 }
 
-#if DQW_EFFECT_WEIGHTS > 0
-static void effect_inputs(const dqw_estimator_q15 *e, const dqw_estimator_q15_block *b, dqw_rows_q15 *r)
-{
-    const int weights = e->effect.weights;
-    for (int axis = 0; axis < 2; axis++)
-        for (int i = 0; i < weights; i++)
-            r->x_q28[axis][N + i] = dqw_effect_mean_q15(&e->effect, b->sums[DQW_PLAIN_Q15_SIGNALS + axis * weights + i],
-                                                        b->weight);
-}
-#else
-static void effect_inputs(const dqw_estimator_q15 *e, const dqw_estimator_q15_block *b, dqw_rows_q15 *r)
-{
-    (void)e;
-    (void)b;
-    (void)r;
-}
-#endif
-
 static void inputs(const dqw_estimator_q15 *e, const dqw_estimator_q15_block *b, const dqw_block_q15 *m,
                    dqw_rows_q15 *r)
 {
@@ -85,7 +67,13 @@ static void inputs(const dqw_estimator_q15 *e, const dqw_estimator_q15_block *b,
                                                             (int64_t)DQW_DEAD_TIME_Q15_PARTS * b->weight, 12) +
                                            dqw_q_times64(late_q24, di_q28[axis], -24));
     }
-    effect_inputs(e, b, r);
+#if DQW_EFFECT_WEIGHTS > 0
+    const int weights = e->effect.weights;
+    for (int axis = 0; axis < 2; axis++)
+        for (int i = 0; i < weights; i++)
+            r->x_q28[axis][N + i] = dqw_effect_mean_q15(&e->effect, b->sums[DQW_PLAIN_Q15_SIGNALS + axis * weights + i],
+                                                        b->weight);
+#endif
     r->y_q28[D] = m->v_d;
     r->y_q28[Q] = m->v_q;
 }

@@ -73,16 +73,15 @@ void dqw_estimator_take_noise_out_q15(dqw_estimator_q15 *e, const dqw_rows_q15 *
         // The target's sum keeps above what the gradient explains.
         const int64_t z_q32 = dqw_q_scale64(z_q48[i], -16);
         e->normal.b_q32[i] += z_q32;
-        const int64_t more_q32 = dqw_q_times64(z_q32, w[i], -24);
-        e->normal.c_q32 += more_q32 < 0 ? -more_q32 : more_q32;
+        e->normal.c_q32 += dqw_q_size64(dqw_q_times64(z_q32, w[i], -24));
     }
 }
 
 int64_t dqw_estimator_size_q24(const dqw_estimator_q15 *e, int i)
 {
     if (i == DQW_DEAD_TIME && dqw_estimator_has_dead_time_q15(e)) return ONE_Q24;
-    const int64_t w = e->w_q24[i == DQW_PSI_Q && dqw_estimator_has_psi_q_q15(e) ? DQW_PSI : i];
-    return (w < 0 ? -w : w) * ((int64_t)1 << dqw_estimator_shift_q15(e, i));
+    const int32_t w_q24 = e->w_q24[i == DQW_PSI_Q && dqw_estimator_has_psi_q_q15(e) ? DQW_PSI : i];
+    return dqw_q_size64(w_q24) * ((int64_t)1 << dqw_estimator_shift_q15(e, i));
 }
 
 int64_t dqw_estimator_wander_q40(const dqw_estimator_q15 *e, uint32_t halves)

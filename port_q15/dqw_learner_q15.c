@@ -5,11 +5,6 @@
 // Keeps the step finite when every input is zero: 1e-6, far below any signal squared that carries information.
 #define NORM_FLOOR_Q30 1074
 
-static int64_t limit(int64_t x, int64_t bound)
-{
-    return x > bound ? bound : x < -bound ? -bound : x;
-}
-
 enum dqw_status dqw_learner_init_q15(dqw_learner_q15 *l, const dqw_learner_config_q15 *config)
 {
     if (l == NULL || config == NULL) return DQW_ERR_NULL;
@@ -59,8 +54,9 @@ int32_t dqw_learner_learn_q15(dqw_learner_q15 *l, const int16_t x_q15[], int16_t
     const int bits = (int)dqw_q_bits64(norm_q30);
     const int64_t inverse_q16 = dqw_q16_inverse_by_steps((uint32_t)dqw_q_scale64(norm_q30, 16 - bits));
     const int64_t step_q31 = inverse_q16 * l->step_size_q15;
-    const int64_t g_q31 = limit(dqw_q_round64(e_q28 * step_q31, 28), (int64_t)1 << 31);  // |e_q28 step_q31| <= 7 * 2^60
-    const int64_t capped_q28 = limit(e_q28, (int64_t)1 << 28);
+    const int64_t g_q31 = dqw_q_within64(dqw_q_round64(e_q28 * step_q31, 28),
+                                         (int64_t)1 << 31);  // |e_q28 step_q31| <= 7 * 2^60
+    const int64_t capped_q28 = dqw_q_within64(e_q28, (int64_t)1 << 28);
     const int64_t pull_q28 = l->noisy_inputs ? dqw_q_round64(capped_q28 * dqw_q16_inverse(w_norm_q15), 16) : 0;
     for (int i = 0; i < l->inputs; i++) {
         const int64_t z_q30 = (int64_t)x_q15[i] * (1 << 15) +

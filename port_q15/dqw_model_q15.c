@@ -23,11 +23,6 @@ dqw_block_q15 dqw_model_block_q15(const int32_t sums[], uint16_t weight)
     return b;
 }
 
-static int64_t size(int64_t x)
-{
-    return x < 0 ? -x : x;
-}
-
 static void less(int32_t *x_q28, int64_t by_q28)
 {
     *x_q28 = dqw_q31_sat(*x_q28 - by_q28);
@@ -36,7 +31,7 @@ static void less(int32_t *x_q28, int64_t by_q28)
 void dqw_model_correct_q15(dqw_block_q15 *b, const dqw_machine_q15 *known)
 {
     const int64_t turn_q28 = dqw_q_times64(known->turn_q28, b->w_m, -28);
-    if (known->R_q40 <= 0 || size(turn_q28) >= RADIAN_Q28) return;
+    if (known->R_q40 <= 0 || dqw_q_size64(turn_q28) >= RADIAN_Q28) return;
 
     // How much the step of the current changes from the start of a period to its end, on average over the block: a
     // twelfth of that.

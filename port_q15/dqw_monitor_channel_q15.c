@@ -21,49 +21,43 @@ static const uint32_t BAND_PPM[DQW_WATCH_CHANNELS] = {
 #define ALPHA_PPM_PER_K 3900u
 #define BETA_PPM_PER_K 1000u
 
-static uint32_t or_else(uint32_t configured, uint32_t otherwise)
-{
-    return configured != 0 ? configured : otherwise;
-}
-
 int64_t dqw_monitor_band_q24(const dqw_monitor_q15 *m, int channel)
 {
-    return dqw_q_quotient64(or_else(m->config->band_ppm[channel], BAND_PPM[channel]), MILLION, 24);
+    return dqw_q_quotient64(dqw_monitor_or_else(m->config->band_ppm[channel], BAND_PPM[channel]), MILLION, 24);
 }
 
 int64_t dqw_monitor_alpha_ppm(const dqw_monitor_q15 *m)
 {
-    return or_else(m->config->alpha_ppm_per_K, ALPHA_PPM_PER_K);
+    return dqw_monitor_or_else(m->config->alpha_ppm_per_K, ALPHA_PPM_PER_K);
 }
 
 int64_t dqw_monitor_beta_ppm(const dqw_monitor_q15 *m)
 {
-    return or_else(m->config->beta_ppm_per_K, BETA_PPM_PER_K);
+    return dqw_monitor_or_else(m->config->beta_ppm_per_K, BETA_PPM_PER_K);
 }
 
 // A part of R, which is that of its cold value per kelvin, in kelvin.
 static int32_t kelvin_q16(const dqw_monitor_q15 *m, int64_t R_q24)
 {
-    return dqw_q_quotient32(R_q24 * MILLION, m->is.cold_R_q24 * dqw_monitor_alpha_ppm(m), 16);
+    return dqw_q_quotient32(R_q24 * MILLION, m->healthy.cold_R_q24 * dqw_monitor_alpha_ppm(m), 16);
 }
 
 int32_t dqw_monitor_rise_q16(const dqw_monitor_q15 *m, int32_t R_q24)
 {
-    return kelvin_q16(m, (int64_t)R_q24 - m->is.cold_R_q24);
+    return kelvin_q16(m, (int64_t)R_q24 - m->healthy.cold_R_q24);
 }
 
 static int32_t friction_sd(const dqw_monitor_q15 *m)
 {
     const uint8_t n = m->watch.reversals;
-    return n >= DQW_WATCH_REVERSALS_LEAST
-               ? dqw_q31_sat(dqw_q_root64((uint64_t)dqw_q_quotient64(m->is.spread_q48, n, 1)))
-               : INT32_MAX;
+    return n >= DQW_WATCH_REVERSALS_LEAST ? dqw_q31_sat(dqw_q_root64((uint64_t)dqw_q_quotient64(m->spread_q48, n, 1)))
+                                          : INT32_MAX;
 }
 
 int32_t dqw_monitor_band_of_q15(const dqw_monitor_q15 *m, int channel)
 {
     const dqw_estimator_q15_config *c = &m->config->estimator;
-    const int32_t *h = m->is.healthy_q24;
+    const int32_t *h = m->healthy.weight_q24;
     const int64_t band = dqw_monitor_band_q24(m, channel);
     int32_t of = h[DQW_PSI];
     switch (channel) {
@@ -93,18 +87,18 @@ void dqw_monitor_read_channel_q15(const dqw_monitor_q15 *m, int channel, dqw_mon
 {
     if (channel < DQW_PARAMETERS) {
         r->now = m->estimator.w_q24[channel];
-        r->change = difference(r->now, m->is.healthy_q24[channel]);
+        r->change = difference(r->now, m->healthy.weight_q24[channel]);
         r->sd = dqw_estimator_sd_q24(&m->estimator, channel);
     } else if (channel < DQW_WATCH_FRICTION) {
         const int k = channel - DQW_WATCH_OFFSET;
-        const int32_t re = difference(m->witness.re_q28[k], m->is.healthy_re_q28[k]);
-        const int32_t im = difference(m->witness.im_q28[k], m->is.healthy_im_q28[k]);
-        r->now = q24_of(dqw_witness_size_q28(&m->witness, (enum dqw_witness_input_q15)k));
+        const int32_t re = difference(m->witness.re_q28[k], m->healthy.re_q28[k]);
+        const int32_t im = difference(m->witness.im_q28[k], m->healthy.im_q28[k]);
+        r->now = q24_of(dqw_witness_size_q28(&m->witness, (enum dqw_witness_input)k));
         r->change = q24_of(dqw_q_length32(re, im));
-        r->sd = q24_of(dqw_witness_sd_q28(&m->witness, &m->estimator, (enum dqw_witness_input_q15)k));
+        r->sd = q24_of(dqw_witness_sd_q28(&m->witness, &m->estimator, (enum dqw_witness_input)k));
     } else if (channel == DQW_WATCH_FRICTION) {
-        r->now = m->is.friction_q24;
-        r->change = difference(r->now, m->is.healthy_friction_q24);
+        r->now = m->friction_q24;
+        r->change = difference(r->now, m->healthy.friction_q24);
         r->sd = friction_sd(m);
     } else if (channel == DQW_WATCH_TEMPERATURE) {
         const int32_t R_sd = dqw_estimator_sd_q24(&m->estimator, DQW_R);
@@ -124,13 +118,13 @@ static void nearer(int32_t *healthy, int32_t now, int n)
 void dqw_monitor_move_healthy_q15(dqw_monitor_q15 *m, int channel, int n)
 {
     if (channel < DQW_PARAMETERS) {
-        nearer(&m->is.healthy_q24[channel], m->estimator.w_q24[channel], n);
+        nearer(&m->healthy.weight_q24[channel], m->estimator.w_q24[channel], n);
     } else if (channel < DQW_WATCH_FRICTION) {
         const int k = channel - DQW_WATCH_OFFSET;
-        nearer(&m->is.healthy_re_q28[k], m->witness.re_q28[k], n);
-        nearer(&m->is.healthy_im_q28[k], m->witness.im_q28[k], n);
+        nearer(&m->healthy.re_q28[k], m->witness.re_q28[k], n);
+        nearer(&m->healthy.im_q28[k], m->witness.im_q28[k], n);
     } else {
-        nearer(&m->is.healthy_friction_q24, m->is.friction_q24, n);
+        nearer(&m->healthy.friction_q24, m->friction_q24, n);
     }
 }
 
@@ -148,7 +142,7 @@ int64_t dqw_monitor_surely_q15(const dqw_monitor_q15 *m, int channel, int32_t de
 int32_t dqw_monitor_residual_limit_q24(const dqw_monitor_q15 *m)
 {
     return dqw_q_times32(dqw_monitor_band_q24(m, DQW_WATCH_RESIDUAL),
-                         dqw_q31_sat(dqw_q_root64((uint64_t)m->is.healthy_residual_q54)), -27);
+                         dqw_q31_sat(dqw_q_root64((uint64_t)m->healthy.residual_q54)), -27);
 }
 
 int64_t dqw_monitor_q40_of(int channel, int32_t x)
@@ -162,12 +156,12 @@ dqw_reading_q15 dqw_monitor_read_q15(const dqw_monitor_q15 *m, enum dqw_monitor_
     if ((unsigned)channel >= DQW_WATCH_CHANNELS) return r;
     if ((int)channel < DQW_PARAMETERS) return dqw_estimator_read_q15(&m->estimator, (enum dqw_parameter)channel);
     // Temperature counts from a cold value that is taken on entering service.
-    if (channel == DQW_WATCH_TEMPERATURE && m->is.cold_R_q24 <= 0) return r;
+    if (channel == DQW_WATCH_TEMPERATURE && m->healthy.cold_R_q24 <= 0) return r;
     dqw_monitor_channel_q15 x;
     dqw_monitor_read_channel_q15(m, (int)channel, &x);
     r.value_q40 = dqw_monitor_q40_of((int)channel, x.now);
     r.sd_q40 = r.sd_change_q40 = dqw_monitor_q40_of((int)channel, x.sd);
-    r.usable = (int64_t)x.sd * USABLE_PARTS < (x.now < 0 ? -(int64_t)x.now : x.now);
+    r.usable = (int64_t)x.sd * USABLE_PARTS < dqw_q_size64(x.now);
     return r;
 }
 

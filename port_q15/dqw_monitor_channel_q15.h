@@ -14,7 +14,13 @@ typedef struct dqw_monitor_channel_q15 {
     int32_t now, change, sd;
 } dqw_monitor_channel_q15;
 
-/// As configured, or usual; and a channel's band in the format of its reading.
+/// As configured, or usual.
+static inline uint32_t dqw_monitor_or_else(uint32_t configured, uint32_t usual)
+{
+    return configured != 0 ? configured : usual;
+}
+
+/// A channel's band; and in the format of its reading.
 #define dqw_monitor_band_q24 DQW_SIZED(dqw_monitor_band_q24)
 int64_t dqw_monitor_band_q24(const dqw_monitor_q15 *m, int channel);
 int32_t dqw_monitor_band_of_q15(const dqw_monitor_q15 *m, int channel);

@@ -67,9 +67,11 @@ static enum dqw_status check(const dqw_monitor_q15 *m, const dqw_monitor_q15_con
 // In place, once nothing can be refused any more: a small core's stack has no room for a second one.
 static void begin(dqw_monitor_q15 *m, const dqw_monitor_q15_config *config)
 {
-    const dqw_monitor_measures_q15 nothing = {.friction_q24 = 0};
+    const dqw_monitor_healthy_q15 nothing = {.friction_q24 = 0};
     m->config = config;
-    m->is = nothing;
+    m->healthy = nothing;
+    m->spread_q48 = 0;
+    m->friction_q24 = m->w_before_q28 = m->gathered_q24 = m->before_q24 = 0;
     m->has_change = m->restored = false;
     dqw_witness_init_q15(&m->witness);
     dqw_watch_init(&m->watch);
@@ -121,14 +123,14 @@ static int32_t sd(const dqw_monitor_q15 *m, int weight)
 static void reversal(dqw_monitor_q15 *m, int way, int32_t torque_q24)
 {
     if (dqw_watch_reversal(&m->watch, way)) {
-        const int64_t half = dqw_q_round64(way * ((int64_t)torque_q24 - m->is.before_q24), 1);
-        const int32_t off = dqw_q31_sat(half - m->is.friction_q24);
+        const int64_t half = dqw_q_round64(way * ((int64_t)torque_q24 - m->before_q24), 1);
+        const int32_t off = dqw_q31_sat(half - m->friction_q24);
         const int n = m->watch.reversals;
-        m->is.friction_q24 = dqw_q31_sat((int64_t)m->is.friction_q24 + off / n);
+        m->friction_q24 = dqw_q31_sat((int64_t)m->friction_q24 + off / n);
         // The first is no spread: nothing was known.
-        if (n > 1) m->is.spread_q48 += dqw_q_quotient64((int64_t)off * off - m->is.spread_q48, n, 0);
+        if (n > 1) m->spread_q48 += dqw_q_quotient64((int64_t)off * off - m->spread_q48, n, 0);
     }
-    m->is.before_q24 = torque_q24;
+    m->before_q24 = torque_q24;
 }
 
 // What the full speed, gained in half a window, takes: of the torque at nominal flux and full current. J w / (1.5 p psi
@@ -156,16 +158,16 @@ static void watch_friction(dqw_monitor_q15 *m, const dqw_estimator_q15_block *bl
     const int64_t Lq = dqw_q_times64(dqw_q_quotient64(n.X_q40[1], n.psi_q40, 24), value(m, DQW_LQ), -24);
     const int64_t flux_q24 = value(m, DQW_PSI) + dqw_q_times64(Ld - Lq, b.i_d, -28);
     const int64_t faster_q24 = dqw_q_product64(accelerating_q24(t->config, &n, J_nkgm2, t->window.half),
-                                               (int64_t)b.w_m - m->is.w_before_q28, -28);
+                                               (int64_t)b.w_m - m->w_before_q28, -28);
     const int32_t used_q24 = dqw_q31_sat(dqw_q_times64(flux_q24, b.i_q, -28) - faster_q24);
-    m->is.w_before_q28 = b.w_m;
+    m->w_before_q28 = b.w_m;
     const int way = b.w_m > SLOWEST_Q28 ? 1 : b.w_m < -SLOWEST_Q28 ? -1 : 0;
     // A torque of 128 times the nominal one is none.
     const bool fits = used_q24 < INT32_MAX && used_q24 > -INT32_MAX;
     const int gathered = dqw_watch_stretch(&m->watch, fits ? way : 0, unbroken);
     const int32_t part_q24 = used_q24 / DQW_WATCH_STRETCH_BLOCKS;
-    m->is.gathered_q24 = gathered > 1 ? m->is.gathered_q24 + part_q24 : part_q24;
-    if (gathered == DQW_WATCH_STRETCH_BLOCKS) reversal(m, way, m->is.gathered_q24);
+    m->gathered_q24 = gathered > 1 ? m->gathered_q24 + part_q24 : part_q24;
+    if (gathered == DQW_WATCH_STRETCH_BLOCKS) reversal(m, way, m->gathered_q24);
 }
 
 static bool within_part(int32_t deviation, int32_t part_q15, int32_t band)
@@ -192,18 +194,14 @@ static void settle(dqw_monitor_q15 *m, int channel)
     if (known_now || looks == 0) dqw_monitor_move_healthy_q15(m, channel, looks + 1);
 }
 
-static uint32_t or_else(uint32_t configured, uint32_t otherwise)
-{
-    return configured != 0 ? configured : otherwise;
-}
-
 // Healthy values as they are now.
 static void adopt(dqw_monitor_q15 *m)
 {
     for (int i = 0; i < DQW_WATCH_TEMPERATURE; i++) dqw_monitor_move_healthy_q15(m, i, 1);
-    const int64_t floor_q27 = dqw_q_quotient64(or_else(m->config->residual_floor_ppm, FLOOR_PPM), MILLION, 27);
+    const int64_t floor_q27 = dqw_q_quotient64(dqw_monitor_or_else(m->config->residual_floor_ppm, FLOOR_PPM), MILLION,
+                                               27);
     const int64_t floor_q54 = floor_q27 * floor_q27;  // up to 2^54
-    m->is.healthy_residual_q54 = m->estimator.recent_q54 > floor_q54 ? m->estimator.recent_q54 : floor_q54;
+    m->healthy.residual_q54 = m->estimator.recent_q54 > floor_q54 ? m->estimator.recent_q54 : floor_q54;
     dqw_watch_adopt(&m->watch, m->estimator.number);
 }
 
@@ -221,12 +219,13 @@ static int32_t heat_since(const dqw_monitor_q15 *m, int channel)
     const int64_t halves = dqw_watch_unfollowed(&m->watch, channel, m->estimator.number);
     const int64_t ppm_per_K = flux ? dqw_monitor_beta_ppm(m) : dqw_monitor_alpha_ppm(m);
     // Millionths by mK up to 2^40, by 13 over 10^10; ns up to 2^30 by 2^31
-    const int64_t rate_q40 = dqw_q_quotient64(ppm_per_K * or_else(c->heating_mK_s, HEATING_MK_S) * SLACK_TENTHS,
-                                              10000000000, 40);
+    const int64_t rate_q40 = dqw_q_quotient64(
+        ppm_per_K * dqw_monitor_or_else(c->heating_mK_s, HEATING_MK_S) * SLACK_TENTHS, 10000000000, 40);
     const int64_t time_q20 = dqw_q_quotient64((int64_t)c->estimator.scale.dt_ns *
                                                   ((halves << DQW_WATCH_FOLLOW_SHIFT) * m->estimator.window.half),
                                               1000000000, 20);
-    return dqw_q_times32(dqw_q_product64(rate_q40, time_q20, -20), flux ? m->is.cold_psi_q24 : m->is.cold_R_q24, -40);
+    return dqw_q_times32(dqw_q_product64(rate_q40, time_q20, -20),
+                         flux ? m->healthy.cold_psi_q24 : m->healthy.cold_R_q24, -40);
 }
 
 // Healthy R or flux goes with the measured one, no faster than heat can. Not while the measured one is unsure: it would
@@ -238,8 +237,8 @@ static void follow(dqw_monitor_q15 *m, int channel)
     if (bound <= 0 ||
         !within_part(sd(m, channel), flux ? KNOWN_PART_FLUX_Q15 : KNOWN_PART_Q15, dqw_monitor_band_of_q15(m, channel)))
         return;
-    const int64_t off = (int64_t)value(m, channel) - m->is.healthy_q24[channel];
-    m->is.healthy_q24[channel] += (int32_t)(off > bound ? bound : off < -bound ? -bound : off);
+    const int64_t off = (int64_t)value(m, channel) - m->healthy.weight_q24[channel];
+    m->healthy.weight_q24[channel] += (int32_t)(off > bound ? bound : off < -bound ? -bound : off);
     dqw_watch_follow(&m->watch, channel, m->estimator.number);
 }
 
@@ -261,11 +260,11 @@ static void follow_temperature(dqw_monitor_q15 *m)
 {
     follow(m, DQW_WATCH_R);
     follow(m, DQW_WATCH_PSI);
-    const int32_t rise = dqw_monitor_rise_q16(m, m->is.healthy_q24[DQW_R]);
-    m->is.hottest_q16 -= m->is.hottest_q16 / HOTTEST_FORGETS;
-    if (rise > m->is.hottest_q16) m->is.hottest_q16 = rise;
-    const int32_t coldest = of_cold(m->is.cold_psi_q24, -flux_lost_q24(m, m->is.hottest_q16));
-    if (m->is.healthy_q24[DQW_PSI] < coldest) m->is.healthy_q24[DQW_PSI] = coldest;
+    const int32_t rise = dqw_monitor_rise_q16(m, m->healthy.weight_q24[DQW_R]);
+    m->healthy.hottest_q16 -= m->healthy.hottest_q16 / HOTTEST_FORGETS;
+    if (rise > m->healthy.hottest_q16) m->healthy.hottest_q16 = rise;
+    const int32_t coldest = of_cold(m->healthy.cold_psi_q24, -flux_lost_q24(m, m->healthy.hottest_q16));
+    if (m->healthy.weight_q24[DQW_PSI] < coldest) m->healthy.weight_q24[DQW_PSI] = coldest;
 }
 
 // Size of a channel's change over its band, Q5; 0 where it is not known.
@@ -282,8 +281,7 @@ static int32_t deviation_q5(const dqw_monitor_q15 *m, int channel)
         width = TEMPERATURE_BAND_K;
         n = -11;
     } else if (channel == DQW_WATCH_RESIDUAL) {
-        over = dqw_q_root64(
-            (uint64_t)dqw_q_quotient64(m->estimator.recent_q54, m->is.healthy_residual_q54, 20));  // Q10
+        over = dqw_q_root64((uint64_t)dqw_q_quotient64(m->estimator.recent_q54, m->healthy.residual_q54, 20));  // Q10
         width = dqw_monitor_band_q24(m, channel);
         n = 19;
     } else {
@@ -292,7 +290,7 @@ static int32_t deviation_q5(const dqw_monitor_q15 *m, int channel)
         if (m->watch.looks[channel] < DQW_WATCH_LOOKS_LEAST || x.sd == INT32_MAX) return 0;
         // What heat may have made of it meanwhile is no change.
         const int64_t heat = channel == DQW_WATCH_R || channel == DQW_WATCH_PSI ? heat_since(m, channel) : 0;
-        over = (x.change < 0 ? -(int64_t)x.change : x.change) - heat;
+        over = dqw_q_size64(x.change) - heat;
         width = dqw_monitor_surely_q15(m, channel, x.sd);
     }
     const int64_t q5 = dqw_q_quotient64(over, width, n);
@@ -308,7 +306,7 @@ static dqw_fault_verdict_q15 name_it(const dqw_monitor_q15 *m)
 {
     int32_t change_q24[DQW_SIGNS];
     int32_t unit_q24[DQW_SIGNS];
-    const int32_t *h = m->is.healthy_q24;
+    const int32_t *h = m->healthy.weight_q24;
     for (int channel = 0; channel < DQW_WATCH_FRICTION; channel++) {
         dqw_monitor_channel_q15 x;
         dqw_monitor_read_channel_q15(m, channel, &x);
@@ -324,8 +322,8 @@ static dqw_fault_verdict_q15 name_it(const dqw_monitor_q15 *m)
         } else {
             const int k = channel - DQW_WATCH_OFFSET;
             const int at = DQW_SIGN_OFFSET_RE + 2 * k;
-            change_q24[at] = (int32_t)dqw_q_floor64((int64_t)m->witness.re_q28[k] - m->is.healthy_re_q28[k], 4);
-            change_q24[at + 1] = (int32_t)dqw_q_floor64((int64_t)m->witness.im_q28[k] - m->is.healthy_im_q28[k], 4);
+            change_q24[at] = (int32_t)dqw_q_floor64((int64_t)m->witness.re_q28[k] - m->healthy.re_q28[k], 4);
+            change_q24[at + 1] = (int32_t)dqw_q_floor64((int64_t)m->witness.im_q28[k] - m->healthy.im_q28[k], 4);
             unit_q24[at] = unit_q24[at + 1] = least;
         }
     }
@@ -337,20 +335,18 @@ static dqw_fault_verdict_q15 name_it(const dqw_monitor_q15 *m)
 
 static bool above_threshold(const dqw_monitor_q15 *m)
 {
-    // Up to 32 millions
-    const uint32_t ppm = (uint32_t)(((uint64_t)dqw_estimator_recent_q27(&m->estimator) * MILLION) >> 27);
-    return ppm > m->estimator.stage.threshold_ppm;
+    return dqw_estimator_recent_ppm_q15(&m->estimator) > m->estimator.stage.threshold_ppm;
 }
 
 // What the healthy value of a channel is; of temperature and residual the limit.
 static int32_t healthy_of(const dqw_monitor_q15 *m, int channel)
 {
-    if (channel < DQW_PARAMETERS) return m->is.healthy_q24[channel];
-    if (channel == DQW_WATCH_FRICTION) return m->is.healthy_friction_q24;
+    if (channel < DQW_PARAMETERS) return m->healthy.weight_q24[channel];
+    if (channel == DQW_WATCH_FRICTION) return m->healthy.friction_q24;
     if (channel == DQW_WATCH_TEMPERATURE) return dqw_q31_sat(dqw_q_round64(dqw_monitor_band_q24(m, channel), 8));
     if (channel == DQW_WATCH_RESIDUAL) return dqw_monitor_residual_limit_q24(m);
     const int k = channel - DQW_WATCH_OFFSET;
-    return dqw_q_floor32(dqw_q_length32(m->is.healthy_re_q28[k], m->is.healthy_im_q28[k]), 4);
+    return dqw_q_floor32(dqw_q_length32(m->healthy.re_q28[k], m->healthy.im_q28[k]), 4);
 }
 
 static void name(dqw_monitor_q15 *m, int channel)
@@ -401,8 +397,8 @@ static bool look(dqw_monitor_q15 *m)
     // Temperatures go on counting from where they were: what has broken is not what has heated.
     const enum dqw_fault_name fault = m->named_fault.name;
     if (fault == DQW_FAULT_PHASE_CONNECTION || fault == DQW_FAULT_CURRENT_GAIN)
-        recount(&m->is.cold_R_q24, value(m, DQW_R), m->is.healthy_q24[DQW_R]);
-    recount(&m->is.cold_psi_q24, value(m, DQW_PSI), m->is.healthy_q24[DQW_PSI]);
+        recount(&m->healthy.cold_R_q24, value(m, DQW_R), m->healthy.weight_q24[DQW_R]);
+    recount(&m->healthy.cold_psi_q24, value(m, DQW_PSI), m->healthy.weight_q24[DQW_PSI]);
     begin_rest(m);
     return true;
 }
@@ -420,13 +416,14 @@ static void enter_as_stored(dqw_monitor_q15 *m)
     const int64_t colder_q24 = dqw_q_quotient64(alpha_ppm * COLDER_K, MILLION, 24);
     const int64_t hotter_q24 = dqw_q_quotient64(alpha_ppm * dqw_monitor_band_q24(m, DQW_WATCH_TEMPERATURE), MILLION,
                                                 0);  // 2^20 by 2^37
-    m->is.healthy_q24[DQW_R] = between(value(m, DQW_R), of_cold(m->is.cold_R_q24, -colder_q24),
-                                       of_cold(m->is.cold_R_q24, hotter_q24));
-    const int32_t rise = dqw_monitor_rise_q16(m, m->is.healthy_q24[DQW_R]);
-    const int32_t hot = rise > m->is.hottest_q16 ? rise : m->is.hottest_q16;
+    m->healthy.weight_q24[DQW_R] = between(value(m, DQW_R), of_cold(m->healthy.cold_R_q24, -colder_q24),
+                                           of_cold(m->healthy.cold_R_q24, hotter_q24));
+    const int32_t rise = dqw_monitor_rise_q16(m, m->healthy.weight_q24[DQW_R]);
+    const int32_t hot = rise > m->healthy.hottest_q16 ? rise : m->healthy.hottest_q16;
     const int64_t cold = rise < 0 ? -(int64_t)rise : 0;
-    m->is.healthy_q24[DQW_PSI] = between(value(m, DQW_PSI), of_cold(m->is.cold_psi_q24, -flux_lost_q24(m, hot)),
-                                         of_cold(m->is.cold_psi_q24, flux_lost_q24(m, cold)));
+    m->healthy.weight_q24[DQW_PSI] = between(value(m, DQW_PSI),
+                                             of_cold(m->healthy.cold_psi_q24, -flux_lost_q24(m, hot)),
+                                             of_cold(m->healthy.cold_psi_q24, flux_lost_q24(m, cold)));
     dqw_watch_follow(&m->watch, DQW_WATCH_R, m->estimator.number);
     dqw_watch_follow(&m->watch, DQW_WATCH_PSI, m->estimator.number);
     m->restored = false;
@@ -441,9 +438,9 @@ static void enter_service(dqw_monitor_q15 *m)
     const bool commissioned = m->config->commissioned;
     dqw_units_q15 u;
     (void)dqw_units_of_q15(m->estimator.config, m->estimator.pole_pairs, &u);
-    m->is.cold_R_q24 = commissioned ? u.w_q24[DQW_R] : value(m, DQW_R);
-    m->is.cold_psi_q24 = commissioned ? u.w_q24[DQW_PSI] : value(m, DQW_PSI);
-    m->is.hottest_q16 = 0;
+    m->healthy.cold_R_q24 = commissioned ? u.w_q24[DQW_R] : value(m, DQW_R);
+    m->healthy.cold_psi_q24 = commissioned ? u.w_q24[DQW_PSI] : value(m, DQW_PSI);
+    m->healthy.hottest_q16 = 0;
     begin_rest(m);
 }
 

@@ -52,23 +52,24 @@ typedef struct dqw_monitor_change_q15 {
     dqw_fault_verdict_q15 fault;
 } dqw_monitor_change_q15;
 
-/// What it measures beside estimator and witness.
-typedef struct dqw_monitor_measures_q15 {
-    int64_t healthy_residual_q54;         ///< of the full voltage, squared
-    int64_t spread_q48;                   ///< friction's variance over reversals
-    int32_t healthy_q24[DQW_PARAMETERS];  ///< R and flux follow the temperature
-    int32_t healthy_re_q28[DQW_WITNESS_Q15_INPUTS], healthy_im_q28[DQW_WITNESS_Q15_INPUTS];
+/// What was learned as healthy.
+typedef struct dqw_monitor_healthy_q15 {
+    int64_t residual_q54;                ///< of the full voltage, squared
+    int32_t weight_q24[DQW_PARAMETERS];  ///< R and flux follow the temperature
+    int32_t re_q28[DQW_WITNESS_INPUTS], im_q28[DQW_WITNESS_INPUTS];
     /// where they may follow from, and the winding's highest rise, K, slowly forgotten
     int32_t cold_R_q24, cold_psi_q24, hottest_q16;
-    // Friction, of the torque at the flux's unit and full current: mean over reversals, the healthy one; the mean
-    // torque being gathered, and that before it.
-    int32_t friction_q24, healthy_friction_q24, w_before_q28, gathered_q24, before_q24;
-} dqw_monitor_measures_q15;
+    int32_t friction_q24;  ///< of the torque at the flux's unit and full current
+} dqw_monitor_healthy_q15;
 
 typedef struct dqw_monitor_q15 {
     dqw_estimator_q15 estimator;
     dqw_witness_q15 witness;
-    dqw_monitor_measures_q15 is;
+    dqw_monitor_healthy_q15 healthy;
+    // Friction, in the same unit: its variance over reversals, their mean; the mean torque being gathered, and that
+    // before it.
+    int64_t spread_q48;
+    int32_t friction_q24, w_before_q28, gathered_q24, before_q24;
     dqw_watch watch;
     const dqw_monitor_q15_config *config;
     // The change that was named last, as dqw_monitor_event_q15() tells it; its time in halves of a window.
@@ -163,10 +164,7 @@ enum dqw_why dqw_monitor_why_q15(const dqw_monitor_q15 *m);
 typedef struct dqw_monitor_stored_q15 {
     uint32_t version;  ///< of this struct
     uint32_t config;   ///< hash of the configuration
-    int64_t healthy_residual_q54;
-    int32_t healthy_q24[DQW_PARAMETERS];
-    int32_t healthy_re_q28[DQW_WITNESS_Q15_INPUTS], healthy_im_q28[DQW_WITNESS_Q15_INPUTS];
-    int32_t cold_R_q24, cold_psi_q24, hottest_q16, healthy_friction_q24;
+    dqw_monitor_healthy_q15 healthy;
     uint8_t looks[DQW_WATCH_TEMPERATURE];  ///< that each healthy value is the mean of
     uint8_t unused[1];
     uint32_t check;  ///< sum over all that stands before it

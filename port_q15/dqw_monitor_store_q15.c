@@ -6,17 +6,6 @@
 
 #define VERSION 1u
 
-static uint32_t add64(uint32_t hash, int64_t x)
-{
-    return dqw_hash_add(dqw_hash_add(hash, (uint32_t)((uint64_t)x & UINT32_MAX)), (uint32_t)((uint64_t)x >> 32));
-}
-
-static uint32_t add(uint32_t hash, const int32_t x[], int n)
-{
-    for (int i = 0; i < n; i++) hash = dqw_hash_add(hash, (uint32_t)x[i]);
-    return hash;
-}
-
 static uint32_t hash_of_effects(uint32_t hash, const dqw_estimator_q15_config *c)
 {
 #if DQW_EFFECT_WEIGHTS > 0
@@ -24,8 +13,8 @@ static uint32_t hash_of_effects(uint32_t hash, const dqw_estimator_q15_config *c
         const dqw_effect_q15_config *e = &c->effects[k];
         const uint32_t shape[] = {(uint32_t)e->effect, e->i_uA,   e->R_uohm,           e->Ld_nH, e->Lq_nH,
                                   e->psi_nWb,          e->row_us, (uint32_t)e->T_0_cC, e->order};
-        for (unsigned i = 0; i < sizeof shape / sizeof shape[0]; i++) hash = dqw_hash_add(hash, shape[i]);
-        hash = add64(hash, (int64_t)e->tau_us);
+        hash = dqw_hash_bytes(hash, shape, sizeof shape);
+        hash = dqw_hash_bytes(hash, &e->tau_us, sizeof e->tau_us);
     }
 #else
     (void)c;
@@ -42,24 +31,18 @@ static uint32_t hash_of(const dqw_monitor_q15 *m)
         c->Lq_nH,           c->psi_nWb,         c->dead_time_width_mA,  m->config->J_nkgm2};
     const bool flags[] = {c->angle,        c->encoder_offset,   c->noise_on_inputs,     c->voltage_next,
                           c->voltage_held, c->speed_electrical, m->config->commissioned};
-    uint32_t hash = dqw_hash_begin();
-    for (unsigned i = 0; i < sizeof values / sizeof values[0]; i++) hash = dqw_hash_add(hash, values[i]);
+    uint32_t hash = dqw_hash_bytes(dqw_hash_begin(), values, sizeof values);
     for (unsigned i = 0; i < sizeof flags / sizeof flags[0]; i++) hash = dqw_hash_add(hash, flags[i] ? 1u : 0u);
     hash = dqw_hash_add(hash, c->scale.pole_pairs);
     hash = dqw_hash_add(hash, m->estimator.window.half);
     return hash_of_effects(hash, c);
 }
 
-// Field by field: padding, if there is any, holds nothing.
 static uint32_t check_of(const dqw_monitor_stored_q15 *s)
 {
-    const int32_t values[] = {s->cold_R_q24, s->cold_psi_q24, s->hottest_q16, s->healthy_friction_q24};
     uint32_t hash = dqw_hash_add(dqw_hash_add(dqw_hash_begin(), s->version), s->config);
-    hash = add64(hash, s->healthy_residual_q54);
-    hash = add(hash, s->healthy_q24, DQW_PARAMETERS);
-    hash = add(hash, s->healthy_re_q28, DQW_WITNESS_Q15_INPUTS);
-    hash = add(hash, s->healthy_im_q28, DQW_WITNESS_Q15_INPUTS);
-    hash = add(hash, values, (int)(sizeof values / sizeof values[0]));
+    // Its fields leave no padding.
+    hash = dqw_hash_bytes(hash, &s->healthy, sizeof s->healthy);
     for (int i = 0; i < DQW_WATCH_TEMPERATURE; i++) hash = dqw_hash_add(hash, s->looks[i]);
     return dqw_hash_add(hash, s->unused[0]);
 }
@@ -71,20 +54,7 @@ bool dqw_monitor_store_q15(const dqw_monitor_q15 *m, dqw_monitor_stored_q15 *sto
     if (looks[DQW_WATCH_R] < DQW_WATCH_LOOKS_LEAST || looks[DQW_WATCH_LQ] < DQW_WATCH_LOOKS_LEAST ||
         looks[DQW_WATCH_PSI] < DQW_WATCH_LOOKS_LEAST)
         return false;
-    dqw_monitor_stored_q15 s = {
-        .version = VERSION,
-        .config = hash_of(m),
-        .healthy_residual_q54 = m->is.healthy_residual_q54,
-        .cold_R_q24 = m->is.cold_R_q24,
-        .cold_psi_q24 = m->is.cold_psi_q24,
-        .hottest_q16 = m->is.hottest_q16,
-        .healthy_friction_q24 = m->is.healthy_friction_q24,
-    };
-    for (int i = 0; i < DQW_PARAMETERS; i++) s.healthy_q24[i] = m->is.healthy_q24[i];
-    for (int i = 0; i < DQW_WITNESS_Q15_INPUTS; i++) {
-        s.healthy_re_q28[i] = m->is.healthy_re_q28[i];
-        s.healthy_im_q28[i] = m->is.healthy_im_q28[i];
-    }
+    dqw_monitor_stored_q15 s = {.version = VERSION, .config = hash_of(m), .healthy = m->healthy};
     for (int i = 0; i < DQW_WATCH_TEMPERATURE; i++) s.looks[i] = looks[i];
     s.check = check_of(&s);
     *stored = s;
@@ -98,16 +68,7 @@ enum dqw_status dqw_monitor_restore_q15(dqw_monitor_q15 *m, const dqw_monitor_st
     if (s->version != VERSION) return DQW_ERR_STORE_VERSION;
     if (s->check != check_of(s)) return DQW_ERR_STORE_DAMAGED;
     if (s->config != hash_of(m)) return DQW_ERR_STORE_CONFIG;
-    for (int i = 0; i < DQW_PARAMETERS; i++) m->is.healthy_q24[i] = s->healthy_q24[i];
-    for (int i = 0; i < DQW_WITNESS_Q15_INPUTS; i++) {
-        m->is.healthy_re_q28[i] = s->healthy_re_q28[i];
-        m->is.healthy_im_q28[i] = s->healthy_im_q28[i];
-    }
-    m->is.cold_R_q24 = s->cold_R_q24;
-    m->is.cold_psi_q24 = s->cold_psi_q24;
-    m->is.hottest_q16 = s->hottest_q16;
-    m->is.healthy_residual_q54 = s->healthy_residual_q54;
-    m->is.healthy_friction_q24 = s->healthy_friction_q24;
+    m->healthy = s->healthy;
     dqw_watch_restore(&m->watch, s->looks);
     m->restored = true;
     return DQW_OK;

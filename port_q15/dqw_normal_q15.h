@@ -17,9 +17,6 @@ extern "C" {
 /// Most inputs, those of the effects included, and one that only watches.
 #define DQW_NORMAL_INPUTS (7 + DQW_EFFECT_WEIGHTS)
 
-/// Inputs and target are Q28 of their bases: up to eight of them.
-#define DQW_NORMAL_X_BITS 28
-
 typedef struct dqw_normal_q15 {
     int64_t a_q32[DQW_NORMAL_INPUTS * (DQW_NORMAL_INPUTS + 1) /
                   2];                  ///< sums of x_i x_j, column by column of the upper triangle

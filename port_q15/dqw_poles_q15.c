@@ -140,7 +140,7 @@ void dqw_poles_find_q15(dqw_estimator_q15 *e, const dqw_estimator_q15_block *b)
             p += dqw_q_round64(off_q20, 20);
             continue;
         }
-        const int64_t size_q20 = off_q20 < 0 ? -off_q20 : off_q20;
+        const int64_t size_q20 = dqw_q_size64(off_q20);
         const int64_t sd2_q32 = dqw_q_product64(dqw_estimator_common_variance_q56(e),
                                                 dqw_estimator_inflation_q20(e, own), -44);
         const int64_t apart_q20 = dqw_q_floor64((ONE_Q20 - size_q20) * (ONE_Q20 - size_q20), 20);

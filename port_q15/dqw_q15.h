@@ -168,6 +168,13 @@ int32_t dqw_q_quotient32(int64_t a, int64_t b, int n);
 /// x within -most .. most.
 int64_t dqw_q_within64(int64_t x, int64_t most);
 
+/// |x|
+/// Range    above INT64_MIN
+static inline int64_t dqw_q_size64(int64_t x)
+{
+    return x < 0 ? -x : x;
+}
+
 /// The integer square root, rounded down.
 uint32_t dqw_q_root64(uint64_t x);
 

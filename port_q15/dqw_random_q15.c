@@ -47,18 +47,13 @@ void dqw_random_put_q15(dqw_random_q15 *r, const int16_t x_q15[], int inputs, in
     r->reservoir[slot].target_q15 = target_q15;
 }
 
-static int64_t size_of(int64_t x)
-{
-    return x < 0 ? -x : x;
-}
-
 static bool settled(const dqw_random_q15 *r, const dqw_learner_q15 *l)
 {
-    int64_t moved_q31 = size_of((int64_t)l->w_o_q31 - r->before_q31[DQW_LEARNER_INPUTS_Q15]);
+    int64_t moved_q31 = dqw_q_size64((int64_t)l->w_o_q31 - r->before_q31[DQW_LEARNER_INPUTS_Q15]);
     int64_t largest_q31 = 0;
     for (int i = 0; i < l->inputs; i++) {
-        const int64_t change_q31 = size_of((int64_t)l->w_q31[i] - r->before_q31[i]);
-        const int64_t weight_q31 = size_of(l->w_q31[i]);
+        const int64_t change_q31 = dqw_q_size64((int64_t)l->w_q31[i] - r->before_q31[i]);
+        const int64_t weight_q31 = dqw_q_size64(l->w_q31[i]);
         if (change_q31 > moved_q31) moved_q31 = change_q31;
         if (weight_q31 > largest_q31) largest_q31 = weight_q31;
     }

@@ -1,6 +1,7 @@
 // dqw_shaft_q15: the background. It learns what the interrupt handed over, solves, and reads.
 #include <stddef.h>
 
+#include "dqw_effect_q15.h"
 #include "dqw_q15.h"
 #include "dqw_shaft_q15.h"
 
@@ -165,17 +166,10 @@ int dqw_shaft_read_effect_q15(const dqw_shaft_q15 *s, int index, int64_t weights
     int first = s->inputs - s->weights;
     for (int k = 0; k < index; k++) first += dqw_effect_weights((enum dqw_effect_name)s->effect[k].effect);
     const int n = dqw_effect_weights((enum dqw_effect_name)s->effect[index].effect);
-    int64_t largest_q40 = 0;
     for (int i = 0; i < n; i++) {
         weights_q40[i] = s->w_q40[first + i];
         sd_q40[i] = s->sd_q40[first + i];
-        const int64_t size_q40 = weights_q40[i] < 0 ? -weights_q40[i] : weights_q40[i];
-        // A start value says nothing of the effect's size.
-        if (sd_q40[i] != NOT_LEARNED && size_q40 > largest_q40) largest_q40 = size_q40;
     }
-    int known = 0;
-    for (int i = 0; i < n; i++)
-        if (sd_q40[i] < dqw_q_floor64(largest_q40, 2)) known |= 1 << i;
-    return known;
+    return (int)dqw_effect_known_q15(weights_q40, sd_q40, n);
 }
 #endif

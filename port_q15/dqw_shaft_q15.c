@@ -79,9 +79,9 @@ static int64_t B_q40(const dqw_shaft_q15_config *c)
                             (int64_t)c->scale.torque_full_uNm * 1000000, 40);
 }
 
-#if DQW_EFFECT_WEIGHTS > 0
 static enum dqw_status init_effects(dqw_shaft_q15 *s, const dqw_shaft_q15_config *c)
 {
+#if DQW_EFFECT_WEIGHTS > 0
     if (c->effect_count > 0 && c->effects == NULL) return DQW_ERR_EFFECT_LIST;
     for (int k = 0; k < c->effect_count; k++) {
         const dqw_torque_q15_config *e = &c->effects[k];
@@ -95,12 +95,17 @@ static enum dqw_status init_effects(dqw_shaft_q15 *s, const dqw_shaft_q15_config
         s->weights = (uint8_t)(s->weights + weights);
     }
     s->effect_count = c->effect_count;
+#else
+    (void)s;
+    (void)c;
+#endif
     return DQW_OK;
 }
 
 // Sums of the effects' inputs over the pair that this sample ends, behind the plain signals.
 static void pair_effects(dqw_shaft_q15 *s, int16_t w_m_q15, uint16_t theta_m_turn, int32_t pair[SIGNALS])
 {
+#if DQW_EFFECT_WEIGHTS > 0
     int32_t x_q15[DQW_EFFECT_WEIGHTS];
     int at = 0;
     for (int k = 0; k < s->effect_count; k++) {
@@ -111,23 +116,13 @@ static void pair_effects(dqw_shaft_q15 *s, int16_t w_m_q15, uint16_t theta_m_tur
         pair[PLAIN + i] = s->x_last_q15[i] + x_q15[i];
         s->x_last_q15[i] = x_q15[i];
     }
-}
 #else
-static enum dqw_status init_effects(dqw_shaft_q15 *s, const dqw_shaft_q15_config *c)
-{
-    (void)s;
-    (void)c;
-    return DQW_OK;
-}
-
-static void pair_effects(dqw_shaft_q15 *s, int16_t w_m_q15, uint16_t theta_m_turn, int32_t pair[SIGNALS])
-{
     (void)s;
     (void)w_m_q15;
     (void)theta_m_turn;
     (void)pair;
-}
 #endif
+}
 
 enum dqw_status dqw_shaft_init_q15(dqw_shaft_q15 *s, const dqw_shaft_q15_config *config)
 {

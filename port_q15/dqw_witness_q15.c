@@ -85,26 +85,26 @@ static void inputs(const dqw_estimator_q15 *t, const dqw_estimator_q15_block *bl
     const int64_t L_q40 = dqw_q_times64(n.X_q40[0], w[DQW_LD], -25) + dqw_q_times64(n.X_q40[1], w[DQW_LQ], -25);
 
     const complex_number once = {block->with.cosine_q15 * 32768, -block->with.sine_q15 * 32768};  // Q30
-    complex_number *offset = &x[DQW_WITNESS_OFFSET_Q15];
+    complex_number *offset = &x[DQW_WITNESS_OFFSET];
     *offset = once;
     scale(offset, -dqw_q_product64(R_q40, left_of(turn_q28), -28), 44);
 
     complex_number twice = once;
     multiply(&twice, &once, 30);
     scale(&twice, left_of(2 * turn_q28), 28);
-    complex_number *resistance = &x[DQW_WITNESS_RESISTANCE_Q15];
+    complex_number *resistance = &x[DQW_WITNESS_RESISTANCE];
     resistance->re = b->i_d;
     resistance->im = -b->i_q;
     multiply(resistance, &twice, 30);  // Q28
     complex_number turned = *resistance;
     scale(resistance, n.R_q40, 42);
     scale(&turned, dqw_q_times64(X_nominal_q40, w_q28, -28), 42);
-    x[DQW_WITNESS_REACTANCE_Q15].re = -turned.im;
-    x[DQW_WITNESS_REACTANCE_Q15].im = turned.re;
+    x[DQW_WITNESS_REACTANCE].re = -turned.im;
+    x[DQW_WITNESS_REACTANCE].im = turned.re;
 
     // e j (R - j w_e L), of nominal R and reactance together: up to the weights themselves, which are below 64
     const int64_t both_q40 = n.R_q40 + X_nominal_q40;
-    complex_number *shorted = &x[DQW_WITNESS_SHORT_Q15];
+    complex_number *shorted = &x[DQW_WITNESS_SHORT];
     shorted->re = dqw_q_quotient32(dqw_q_times64(L_q40, w_q28, -28), both_q40, 24);
     shorted->im = dqw_q_quotient32(R_q40, both_q40, 24);
     multiply(shorted, &twice, 30);
@@ -119,19 +119,18 @@ static void toward(int32_t *weight_q28, int64_t x, int64_t by)
 bool dqw_witness_learn_q15(dqw_witness_q15 *w, const dqw_estimator_q15 *t, const dqw_estimator_q15_block *block)
 {
     const dqw_block_q15 b = dqw_estimator_means_q15(block);
-    const int64_t turn = dqw_q_times64((int64_t)t->turn_q28 * t->window.half, b.w_m, -28);
-    const int64_t turn_q28 = turn < 0 ? -turn : turn;
+    const int64_t turn_q28 = dqw_q_size64(dqw_q_times64((int64_t)t->turn_q28 * t->window.half, b.w_m, -28));
     if (t->pole_pairs == 0 || !dqw_scale_is_direction(block->with.cosine_q15, block->with.sine_q15) ||
         turn_q28 <= SLOWEST_Q28 || turn_q28 >= FASTEST_Q28)
         return false;
 
     // [WIT.1] inputs at the middle of the block
-    complex_number x[DQW_WITNESS_Q15_INPUTS];
+    complex_number x[DQW_WITNESS_INPUTS];
     inputs(t, block, &b, turn_q28, x);
 
     // [WIT.2] the shared error
     complex_number error = {t->e_q28[0], t->e_q28[1]};
-    for (int k = 0; k < DQW_WITNESS_Q15_INPUTS; k++) {
+    for (int k = 0; k < DQW_WITNESS_INPUTS; k++) {
         complex_number said = {w->re_q28[k], w->im_q28[k]};
         multiply(&said, &x[k], 26);
         error.re = bounded((int64_t)error.re - said.re);
@@ -139,8 +138,8 @@ bool dqw_witness_learn_q15(dqw_witness_q15 *w, const dqw_estimator_q15 *t, const
     }
 
     // [WIT.3] each weight by its own mean power
-    if (w->blocks < DQW_WITNESS_Q15_MEMORY) w->blocks++;
-    for (int k = 0; k < DQW_WITNESS_Q15_INPUTS; k++) {
+    if (w->blocks < DQW_WITNESS_MEMORY) w->blocks++;
+    for (int k = 0; k < DQW_WITNESS_INPUTS; k++) {
         const complex_number *at = &x[k];
         const int64_t power = (int64_t)at->re * at->re + (int64_t)at->im * at->im;
         int64_t mean = w->power_q52[k];
@@ -148,7 +147,7 @@ bool dqw_witness_learn_q15(dqw_witness_q15 *w, const dqw_estimator_q15 *t, const
         w->power_q52[k] = mean;
         if (mean <= 0) continue;
         const int64_t tenth = dqw_q_times64(power, TENTH_Q31, -31);
-        const int64_t by = dqw_q_times64(mean > tenth ? mean : tenth, DQW_WITNESS_Q15_MEMORY, -10);  // Q42
+        const int64_t by = dqw_q_times64(mean > tenth ? mean : tenth, DQW_WITNESS_MEMORY, -10);  // Q42
         // Q54 over Q42
         toward(&w->re_q28[k], (int64_t)at->re * error.re + (int64_t)at->im * error.im, by);
         toward(&w->im_q28[k], (int64_t)at->re * error.im - (int64_t)at->im * error.re, by);
@@ -156,15 +155,15 @@ bool dqw_witness_learn_q15(dqw_witness_q15 *w, const dqw_estimator_q15 *t, const
     return true;
 }
 
-int32_t dqw_witness_size_q28(const dqw_witness_q15 *w, enum dqw_witness_input_q15 input)
+int32_t dqw_witness_size_q28(const dqw_witness_q15 *w, enum dqw_witness_input input)
 {
     return dqw_q_length32(w->re_q28[input], w->im_q28[input]);
 }
 
-int32_t dqw_witness_sd_q28(const dqw_witness_q15 *w, const dqw_estimator_q15 *t, enum dqw_witness_input_q15 input)
+int32_t dqw_witness_sd_q28(const dqw_witness_q15 *w, const dqw_estimator_q15 *t, enum dqw_witness_input input)
 {
-    if (w->blocks < DQW_WITNESS_Q15_MEMORY || w->power_q52[input] <= 0) return INT32_MAX;
-    const int64_t both = dqw_q_product64(w->power_q52[input], (int64_t)2 * DQW_WITNESS_Q15_MEMORY, -10);  // Q42
+    if (w->blocks < DQW_WITNESS_MEMORY || w->power_q52[input] <= 0) return INT32_MAX;
+    const int64_t both = dqw_q_product64(w->power_q52[input], (int64_t)2 * DQW_WITNESS_MEMORY, -10);  // Q42
     const int64_t v_q56 = dqw_q_quotient64(dqw_q_floor64(t->error_q56[0] + t->error_q56[1], 1), both, 42);
     return dqw_q31_sat(dqw_q_root64((uint64_t)v_q56));
 }

@@ -13,24 +13,13 @@
 extern "C" {
 #endif
 
-/// In the order of dqw_witness.h, with what 1 of a weight is.
-enum dqw_witness_input_q15 {
-    DQW_WITNESS_OFFSET_Q15 = 0,  ///< the full current
-    DQW_WITNESS_RESISTANCE_Q15,  ///< R's unit: a third of one phase's extra resistance
-    DQW_WITNESS_REACTANCE_Q15,   ///< the mean of L_d's and L_q's units: L times a third of one sensor's extra gain
-    DQW_WITNESS_SHORT_Q15,       ///< dqw_witness_short_q40 over R's unit, a conductance: a third of the shorted turns'
-    DQW_WITNESS_Q15_INPUTS
-};
-
+/// Weights, where they stop at 8: of the full current; of R's unit; of the mean of L_d's and L_q's units; of
+/// dqw_witness_short_q40 over R's unit, a conductance.
 typedef struct dqw_witness_q15 {
-    /// weights, where they stop at 8; their angle as in dqw_witness.h
-    int32_t re_q28[DQW_WITNESS_Q15_INPUTS], im_q28[DQW_WITNESS_Q15_INPUTS];
-    int64_t power_q52[DQW_WITNESS_Q15_INPUTS];  ///< mean squared input, of the full voltage
-    uint16_t blocks;                            ///< learned, up to the memory
+    int32_t re_q28[DQW_WITNESS_INPUTS], im_q28[DQW_WITNESS_INPUTS];
+    int64_t power_q52[DQW_WITNESS_INPUTS];  ///< mean squared input, of the full voltage
+    uint16_t blocks;                        ///< learned, up to the memory
 } dqw_witness_q15;
-
-/// Blocks over which the witness remembers.
-#define DQW_WITNESS_Q15_MEMORY 300
 
 /// Forget everything.
 void dqw_witness_init_q15(dqw_witness_q15 *w);
@@ -55,8 +44,8 @@ int32_t dqw_witness_mean_L_q24(const dqw_estimator_q15_config *config, int32_t L
 /// Size of a weight, and its standard deviation (of one of its two parts); INT32_MAX for what is not known.
 /// Source   (E62) in docs/EQUATIONS.md
 /// Format   Q28
-int32_t dqw_witness_size_q28(const dqw_witness_q15 *w, enum dqw_witness_input_q15 input);
-int32_t dqw_witness_sd_q28(const dqw_witness_q15 *w, const dqw_estimator_q15 *t, enum dqw_witness_input_q15 input);
+int32_t dqw_witness_size_q28(const dqw_witness_q15 *w, enum dqw_witness_input input);
+int32_t dqw_witness_sd_q28(const dqw_witness_q15 *w, const dqw_estimator_q15 *t, enum dqw_witness_input input);
 
 #ifdef __cplusplus
 }

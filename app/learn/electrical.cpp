@@ -236,7 +236,7 @@ private:
     {
         const auto ppm = static_cast<std::uint32_t>(
             std::min(1e6 * static_cast<double>(dqw_estimator_recent_pu(&e_)), 4e9));
-        (void)dqw_stage_step(&stage_, {true, ppm, ppm});
+        (void)dqw_stage_step(&stage_, true, ppm);
     }
 
     void count_excited(const dqw_estimator_block& block)

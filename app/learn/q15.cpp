@@ -207,7 +207,7 @@ Learned pass(const std::vector<Log>& logs, const LearnOptions& options, const st
         // Whoever asks what a log tells wants all of its rows, whatever its residual.
         e.stage.threshold_ppm = UINT32_MAX;
         // Settled rows need no coarse values, and a run before this one has them.
-        if (config.settled || before != nullptr) (void)dqw_stage_step(&e.stage, {true, 0, 0});
+        if (config.settled || before != nullptr) (void)dqw_stage_step(&e.stage, true, 0);
         if (before != nullptr) take(*before, began, e);
     };
     begin(nullptr);

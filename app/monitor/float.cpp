@@ -61,23 +61,23 @@ public:
             const auto at = static_cast<std::size_t>(i);
             r.weight[at] = static_cast<double>(dqw_estimator_value(&m_.estimator, i));
             r.weight_sd[at] = sd_of(dqw_estimator_sd(&m_.estimator, i));
-            r.healthy[at] = static_cast<double>(m_.healthy[i]);
+            r.healthy[at] = static_cast<double>(m_.healthy.weight[i]);
         }
         for (int k = 0; k < DQW_WITNESS_INPUTS; ++k) {
             const auto input = static_cast<dqw_witness_input>(k);
             r.ripple[input] = static_cast<double>(dqw_witness_size(&m_.witness, input));
             r.ripple_sd[input] = sd_of(dqw_witness_sd(&m_.witness, &m_.estimator, input));
-            r.healthy_ripple[input] = std::hypot(static_cast<double>(m_.healthy_re[input]),
-                                                 static_cast<double>(m_.healthy_im[input]));
+            r.healthy_ripple[input] = std::hypot(static_cast<double>(m_.healthy.re[input]),
+                                                 static_cast<double>(m_.healthy.im[input]));
         }
         r.friction_Nm = static_cast<double>(m_.friction_Nm);
         r.friction_sd_Nm = std::sqrt(2.0 * static_cast<double>(m_.spread_Nm2) / m_.watch.reversals);
-        r.healthy_friction_Nm = static_cast<double>(m_.healthy_friction_Nm);
-        r.cold_R_ohm = static_cast<double>(m_.cold_R_ohm);
+        r.healthy_friction_Nm = static_cast<double>(m_.healthy.friction_Nm);
+        r.cold_R_ohm = static_cast<double>(m_.healthy.cold_R_ohm);
         r.alpha_per_K = static_cast<double>(config_.alpha_per_K);
         const auto base_V = static_cast<double>(config_.estimator.v_base_V);
         r.residual_V = base_V * std::sqrt(static_cast<double>(m_.estimator.recent_pu2));
-        r.healthy_residual_V = base_V * std::sqrt(static_cast<double>(m_.healthy_residual_pu2));
+        r.healthy_residual_V = base_V * std::sqrt(static_cast<double>(m_.healthy.residual_pu2));
         r.blocks = m_.estimator.blocks;
         r.friction_known = m_.watch.reversals > 0 && m_.watch.looks[DQW_WATCH_FRICTION] > 0;
         r.in_service = m_.estimator.stage.name == DQW_STAGE_IN_SERVICE;

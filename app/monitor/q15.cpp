@@ -73,7 +73,7 @@ public:
             const dqw_reading_q15 now = read(i);
             r.weight[at] = static_cast<double>(now.value_q40) * kQ40 * unit_of(i);
             r.weight_sd[at] = sd_of(now.sd_q40) * kQ40 * unit_of(i);
-            r.healthy[at] = m_.is.healthy_q24[i] * kQ24 * unit_of(i);
+            r.healthy[at] = m_.healthy.weight_q24[i] * kQ24 * unit_of(i);
         }
         for (int k = 0; k < DQW_WITNESS_INPUTS; ++k) {
             const auto at = static_cast<std::size_t>(k);
@@ -81,16 +81,16 @@ public:
             const double unit = unit_of(DQW_WATCH_OFFSET + k);
             r.ripple[at] = static_cast<double>(now.value_q40) * kQ40 * unit;
             r.ripple_sd[at] = sd_of(now.sd_q40) * kQ40 * unit;
-            r.healthy_ripple[at] = std::hypot(m_.is.healthy_re_q28[k], m_.is.healthy_im_q28[k]) * kQ28 * unit;
+            r.healthy_ripple[at] = std::hypot(m_.healthy.re_q28[k], m_.healthy.im_q28[k]) * kQ28 * unit;
         }
         const double torque_Nm = kQ24 * unit_of(DQW_WATCH_FRICTION);
-        r.friction_Nm = m_.is.friction_q24 * torque_Nm;
-        r.friction_sd_Nm = std::sqrt(2.0 * static_cast<double>(m_.is.spread_q48) / m_.watch.reversals) * torque_Nm;
-        r.healthy_friction_Nm = m_.is.healthy_friction_q24 * torque_Nm;
-        r.cold_R_ohm = m_.is.cold_R_q24 * kQ24 * unit_of(DQW_WATCH_R);
+        r.friction_Nm = m_.friction_q24 * torque_Nm;
+        r.friction_sd_Nm = std::sqrt(2.0 * static_cast<double>(m_.spread_q48) / m_.watch.reversals) * torque_Nm;
+        r.healthy_friction_Nm = m_.healthy.friction_q24 * torque_Nm;
+        r.cold_R_ohm = m_.healthy.cold_R_q24 * kQ24 * unit_of(DQW_WATCH_R);
         r.alpha_per_K = 1e-6 * config_.alpha_ppm_per_K;
         r.residual_V = full_.v_V * std::sqrt(std::ldexp(static_cast<double>(m_.estimator.recent_q54), -54));
-        r.healthy_residual_V = full_.v_V * std::sqrt(std::ldexp(static_cast<double>(m_.is.healthy_residual_q54), -54));
+        r.healthy_residual_V = full_.v_V * std::sqrt(std::ldexp(static_cast<double>(m_.healthy.residual_q54), -54));
         r.blocks = m_.estimator.blocks;
         r.friction_known = m_.watch.reversals > 0 && m_.watch.looks[DQW_WATCH_FRICTION] > 0;
         r.in_service = m_.estimator.stage.name == DQW_STAGE_IN_SERVICE;

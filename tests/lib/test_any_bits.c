@@ -204,15 +204,12 @@ static void test_gate_and_stage(void)
     dqw_gate g;
     dqw_stage s;
     dqw_gate_init(&g, 5);
-    dqw_stage_init(&s, 50000, 100, 100);
+    dqw_stage_init(&s, 50000);
     for (int k = 0; k < scaled(steps); k++) {
         const uint64_t z = random_bits(&r);
         const dqw_gate_sample in = {.finite = z & 1u, .saturated = z >> 1 & 1u, .repeated = z >> 2 & 1u};
         (void)dqw_gate_check(&g, in);
-        const dqw_stage_input step = {.random_converged = z >> 3 & 1u,
-                                      .residual_ppm = (uint32_t)random_bits(&r),
-                                      .residual_recent_ppm = (uint32_t)random_bits(&r) & 65535u};
-        (void)dqw_stage_step(&s, step);
+        (void)dqw_stage_step(&s, z >> 3 & 1u, (uint32_t)random_bits(&r) & 65535u);
         if (z % 32 == 0) dqw_stage_define(&s);
         HOLDS((unsigned)s.name <= DQW_STAGE_IN_SERVICE && (unsigned)s.back <= DQW_BACK_LEFT_BAND);
     }
@@ -538,7 +535,7 @@ static void test_monitor(void)
         }
         const dqw_gate *g = &m.estimator.gate;
         TEST_ASSERT_EQUAL_UINT32((uint32_t)wild, g->accepted + g->nonfinite + g->saturated + g->stale);
-        for (int i = 0; i < DQW_PARAMETERS; i++) HOLDS(isfinite(m.estimator.w_pu[i]) && isfinite(m.healthy[i]));
+        for (int i = 0; i < DQW_PARAMETERS; i++) HOLDS(isfinite(m.estimator.w_pu[i]) && isfinite(m.healthy.weight[i]));
         for (int k = 0; k < DQW_WITNESS_INPUTS; k++)
             HOLDS(isfinite(m.witness.re[k]) && isfinite(m.witness.im[k]) && isfinite(m.witness.power[k]));
         if (getenv("DQW_TEST_VALUES") != NULL)

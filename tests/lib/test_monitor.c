@@ -99,8 +99,8 @@ static void test_a_healthy_joint_enters_service_and_is_left_alone(void)
             BETWEEN(0.02, o.through_s[DQW_STAGE_ORDINAL], 0.2);  // 0.045: the reservoir comes first
         HOLDS(!isfinite(o.through_s[DQW_STAGE_DOMAIN]));
         // Its healthy values are the machine's.
-        BETWEEN(-0.02, m.healthy[DQW_R] / 0.5 - 1, 0.02);
-        BETWEEN(-0.005, m.healthy[DQW_PSI] / 0.020 - 1, 0.005);
+        BETWEEN(-0.02, m.healthy.weight[DQW_R] / 0.5 - 1, 0.02);
+        BETWEEN(-0.005, m.healthy.weight[DQW_PSI] / 0.020 - 1, 0.005);
         // What was lent is not used in service: overwritten, nothing changes.
         memset(&lent, 0xa5, sizeof lent);
         dqw_monitor_missing(&m, 0);
@@ -164,8 +164,8 @@ static void test_healthy_heating_tells_nothing(void)
     BETWEEN(0.5, o.service_s, 1.5);
     if (quick()) return;
     // It has followed: R is up by 11.7 %, the flux down by 2.7 %.
-    BETWEEN(0.09, m.healthy[DQW_R] / 0.5 - 1, 0.13);
-    BETWEEN(-0.030, m.healthy[DQW_PSI] / 0.020 - 1, -0.020);
+    BETWEEN(0.09, m.healthy.weight[DQW_R] / 0.5 - 1, 0.13);
+    BETWEEN(-0.030, m.healthy.weight[DQW_PSI] / 0.020 - 1, -0.020);
     // A monitor that expects a hundred times slower heat, and whose band is half as wide, does say so.
     c.heating_K_s = 0.1f;
     c.band[DQW_WATCH_R] = 0.02f;
@@ -561,19 +561,19 @@ static void test_healthy_values_follow_while_they_are_known(void)
             // The band in which what is known now is just enough, and just not.
             const double part = channel == DQW_WATCH_R ? 0.2 : 0.4;
             const double sd = (double)dqw_monitor_read(&probe, (enum dqw_monitor_channel)channel).sd;
-            const double value = (double)probe.healthy[channel];
+            const double value = (double)probe.healthy.weight[channel];
             c.band[channel] = (float)(sd / part / value * (unsure ? 0.7 : 1.4));
             probe.config = &c;
             // Long ago, so that much may be made good at once.
-            probe.healthy[channel] = (float)(0.97 * value);
+            probe.healthy.weight[channel] = (float)(0.97 * value);
             probe.watch.followed[channel == DQW_WATCH_PSI] = (uint16_t)(probe.watch.followed[channel == DQW_WATCH_PSI] -
                                                                         400);
             // The flux may be this low: the winding was hot.
-            probe.hottest_K = 100.0f;
+            probe.healthy.hottest_K = 100.0f;
             for (int i = 0; i < DQW_WATCH_CHANNELS; i++) dqw_change_init(&probe.watch.change[i]);
             probe.watch.looks[channel] = DQW_WATCH_LOOKS_MOST;
             (void)watch(&probe, 24000, 24000 + 20 * 18);
-            const double moved = ((double)probe.healthy[channel] - 0.97 * value) / (0.03 * value);
+            const double moved = ((double)probe.healthy.weight[channel] - 0.97 * value) / (0.03 * value);
             CASE("%s, %s: sd %g, part of the way %g", channel == DQW_WATCH_R ? "R" : "flux", unsure ? "unsure" : "sure",
                  sd, moved);
             if (unsure)

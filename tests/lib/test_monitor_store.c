@@ -37,8 +37,8 @@ static const dqw_monitor_stored *stored(void)
     BETWEEN(1.6, at_s, 2.3);  // service, a rest, 20 looks
     HOLDS(dqw_monitor_store(&m, &healthy));
     HOLDS(!dqw_monitor_store(&m, NULL) && !dqw_monitor_store(NULL, &healthy));
-    BETWEEN(0.0199, healthy.healthy[DQW_PSI], 0.0201);
-    BETWEEN(0.49, healthy.healthy[DQW_R], 0.51);
+    BETWEEN(0.0199, healthy.healthy.weight[DQW_PSI], 0.0201);
+    BETWEEN(0.49, healthy.healthy.weight[DQW_R], 0.51);
     return &healthy;
 }
 
@@ -161,7 +161,7 @@ static void test_a_restored_monitor_watches_at_once(void)
     BETWEEN(-1e-9, o.service_s - fresh.service_s, 1e-9);
     BETWEEN(0.0, o.watching_s - o.service_s, 0.01);
     BETWEEN(0.8, fresh.watching_s - o.watching_s, 1.1);
-    BETWEEN(-1e-3, m.healthy[DQW_LQ] / given->healthy[DQW_LQ] - 1, 5e-3);
+    BETWEEN(-1e-3, m.healthy.weight[DQW_LQ] / given->healthy.weight[DQW_LQ] - 1, 5e-3);
     // It can be stored again at once.
     dqw_monitor_stored again;
     HOLDS(dqw_monitor_store(&m, &again));
@@ -235,7 +235,7 @@ static void test_only_warmer_or_colder_is_no_event(void)
         m = begin(&c);
         TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_monitor_restore(&m, &hot));
         // What it was when it was switched off.
-        if (way == 1) m.hottest_K = 60.0f;
+        if (way == 1) m.healthy.hottest_K = 60.0f;
         const course o = watch(&m, 0, row_count);
         CASE("hottest %g K: %d events, first fault %d", way == 1 ? 60.0 : 0.0, o.events, (int)o.first.fault.name);
         if (way == 1)

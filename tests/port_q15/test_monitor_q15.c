@@ -424,10 +424,10 @@ static void test_a_store_that_is_damaged_or_another_machines_is_refused(void)
     c.estimator.drift_ppm = 20000;
     m = begin(&c);
     TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_monitor_restore_q15(&m, &stored));
-    TEST_ASSERT_EQUAL_MEMORY(stored.healthy_q24, m.is.healthy_q24, sizeof stored.healthy_q24);
+    TEST_ASSERT_EQUAL_MEMORY(stored.healthy.weight_q24, m.healthy.weight_q24, sizeof stored.healthy.weight_q24);
     TEST_ASSERT_EQUAL_MEMORY(stored.looks, m.watch.looks, sizeof stored.looks);
-    HOLDS(m.is.cold_R_q24 == stored.cold_R_q24 && m.is.cold_psi_q24 == stored.cold_psi_q24 &&
-          m.is.healthy_residual_q54 == stored.healthy_residual_q54);
+    HOLDS(m.healthy.cold_R_q24 == stored.healthy.cold_R_q24 && m.healthy.cold_psi_q24 == stored.healthy.cold_psi_q24 &&
+          m.healthy.residual_q54 == stored.healthy.residual_q54);
 }
 
 // The joint as it is after the power cycle, through a monitor with what was stored before it.
@@ -454,7 +454,7 @@ static void test_what_changed_while_it_was_off_is_an_event_and_heat_is_none(void
     BETWEEN(-1e-3, o.watching_s - o.service_s, 1e-3);
     dqw_monitor_stored_q15 again;
     HOLDS(dqw_monitor_store_q15(&m, &again) && again.config == stored.config);
-    BETWEEN(0.99, (double)again.healthy_q24[DQW_PSI] / stored.healthy_q24[DQW_PSI], 1.01);
+    BETWEEN(0.99, (double)again.healthy.weight_q24[DQW_PSI] / stored.healthy.weight_q24[DQW_PSI], 1.01);
 
     // Flux that is lost, and a phase with a bad connection: told before a monitor without a store would watch at all.
     s = joint(1.6);
@@ -501,7 +501,7 @@ static void test_what_changed_while_it_was_off_is_an_event_and_heat_is_none(void
     s.nonideal.magnet_beta_per_K = (dqw_sim_ramp){-0.03, 0.0, 1e-4};
     simulate(&s);
     dqw_monitor_q15 cold = hot;
-    hot.is.hottest_q16 = 40 * 65536;
+    hot.healthy.hottest_q16 = 40 * 65536;
     HOLDS(watch(&hot, 0, row_count).events == 0);
     const course lost = watch(&cold, 0, row_count);
     HOLDS(lost.events >= 1 && lost.first.fault.name == DQW_FAULT_DEMAGNETISATION);
@@ -511,7 +511,7 @@ static void test_what_changed_while_it_was_off_is_an_event_and_heat_is_none(void
     s.machine.temp_start_C = s.machine.temp_ref_C + 1;
     s.nonideal.winding_alpha_per_K = (dqw_sim_ramp){0.0039 * 140, 0.0, 1e-4};
     o = after_power_cycle(&c, &stored, &s, &m);
-    const double healthy_ohm = m.is.healthy_q24[DQW_R] * unit_of(&m, DQW_R) * 65536;
+    const double healthy_ohm = m.healthy.weight_q24[DQW_R] * unit_of(&m, DQW_R) * 65536;
     CASE("too warm: %d events, the first of channel %d, fault %d, healthy R %g", o.events, (int)o.first.parameter,
          (int)o.first.fault.name, healthy_ohm);
     HOLDS(o.events >= 1 && o.first.fault.name == DQW_FAULT_OVER_TEMPERATURE);

@@ -174,22 +174,23 @@ static void test_both_leave_a_healthy_joint_alone(void)
         // A stage 2 that ends elsewhere begins elsewhere.
         BETWEEN(0.001, o.witness, way == 1 ? 0.3 : 0.03);
         BETWEEN(1e-4, o.residual, 0.05);
-        BETWEEN(0.99, ldexp((double)t.q.is.healthy_residual_q54, -54) / (double)t.f.healthy_residual_pu2, 1.01);
+        BETWEEN(0.99, ldexp((double)t.q.healthy.residual_q54, -54) / (double)t.f.healthy.residual_pu2, 1.01);
         for (int i = 0; i < N; i++) {
-            const double size = i == DQW_PSI_Q ? 0.02 : (double)t.f.healthy[i];
-            CASE("healthy %d: %g, %g", i, t.q.is.healthy_q24[i] / 16777216.0 * weight_unit(&t, i),
-                 (double)t.f.healthy[i]);
+            const double size = i == DQW_PSI_Q ? 0.02 : (double)t.f.healthy.weight[i];
+            CASE("healthy %d: %g, %g", i, t.q.healthy.weight_q24[i] / 16777216.0 * weight_unit(&t, i),
+                 (double)t.f.healthy.weight[i]);
             BETWEEN(quick() ? -0.006 : -0.003,
-                    (t.q.is.healthy_q24[i] / 16777216.0 * weight_unit(&t, i) - (double)t.f.healthy[i]) / size,
+                    (t.q.healthy.weight_q24[i] / 16777216.0 * weight_unit(&t, i) - (double)t.f.healthy.weight[i]) /
+                        size,
                     quick() ? 0.006 : 0.003);
         }
         if (quick()) continue;
         const double torque_Nm = 1.5 * 4 * weight_unit(&t, 3) * I_FULL;
-        CASE("friction %g, %g Nm, %d, %d reversals", t.q.is.friction_q24 / 16777216.0 * torque_Nm,
-             (double)t.f.friction_Nm, t.q.watch.reversals, t.f.watch.reversals);
+        CASE("friction %g, %g Nm, %d, %d reversals", t.q.friction_q24 / 16777216.0 * torque_Nm, (double)t.f.friction_Nm,
+             t.q.watch.reversals, t.f.watch.reversals);
         HOLDS(t.q.watch.reversals == t.f.watch.reversals && t.f.watch.reversals > 2);
-        BETWEEN(0.99, t.q.is.friction_q24 / 16777216.0 * torque_Nm / (double)t.f.friction_Nm, 1.01);
-        BETWEEN(0.97, sqrt((double)t.q.is.spread_q48) / 16777216.0 * torque_Nm / (double)sqrtf(t.f.spread_Nm2), 1.03);
+        BETWEEN(0.99, t.q.friction_q24 / 16777216.0 * torque_Nm / (double)t.f.friction_Nm, 1.01);
+        BETWEEN(0.97, sqrt((double)t.q.spread_q48) / 16777216.0 * torque_Nm / (double)sqrtf(t.f.spread_Nm2), 1.03);
     }
 }
 
@@ -321,14 +322,14 @@ static void test_both_follow_heat_and_tell_of_its_limit(void)
     const told o = watch(&t, 0, row_count);
     CASE("service at %g, %g s, %d, %d events", o.f_service_s, o.q_service_s, o.f, o.q);
     HOLDS(o.f == 0 && o.q == 0);
-    const double R = t.q.is.healthy_q24[DQW_R] / 16777216.0 * weight_unit(&t, DQW_R);
-    const double psi = t.q.is.healthy_q24[DQW_PSI] / 16777216.0 * weight_unit(&t, DQW_PSI);
-    BETWEEN(-0.005, R / (double)t.f.healthy[DQW_R] - 1, 0.005);
-    BETWEEN(-0.002, psi / (double)t.f.healthy[DQW_PSI] - 1, 0.002);
+    const double R = t.q.healthy.weight_q24[DQW_R] / 16777216.0 * weight_unit(&t, DQW_R);
+    const double psi = t.q.healthy.weight_q24[DQW_PSI] / 16777216.0 * weight_unit(&t, DQW_PSI);
+    BETWEEN(-0.005, R / (double)t.f.healthy.weight[DQW_R] - 1, 0.005);
+    BETWEEN(-0.002, psi / (double)t.f.healthy.weight[DQW_PSI] - 1, 0.002);
     if (quick()) return;
     BETWEEN(0.09, R / 0.5 - 1, 0.13);
     BETWEEN(-0.03, psi / 0.02 - 1, -0.02);
-    BETWEEN(0.97, t.q.is.hottest_q16 / 65536.0 / (double)t.f.hottest_K, 1.03);
+    BETWEEN(0.97, t.q.healthy.hottest_q16 / 65536.0 / (double)t.f.healthy.hottest_K, 1.03);
 
     s = joint(4.4);
     s.machine.temp_start_C = s.machine.temp_ref_C + 1;
@@ -354,8 +355,10 @@ static void test_both_follow_heat_and_tell_of_its_limit(void)
     HOLDS(later.f == 1 && later.q == 1 && later.qe.fault.name == DQW_FAULT_DEMAGNETISATION);
     BETWEEN(-0.033, later.q_s - later.f_s, 0.033);
     // Flux that is lost is not counted as cold flux again.
-    BETWEEN(0.9, (double)t.f.cold_psi_Wb / 0.02, 0.97);
-    BETWEEN(-0.003, t.q.is.cold_psi_q24 / 16777216.0 * weight_unit(&t, DQW_PSI) / (double)t.f.cold_psi_Wb - 1, 0.003);
+    BETWEEN(0.9, (double)t.f.healthy.cold_psi_Wb / 0.02, 0.97);
+    BETWEEN(-0.003,
+            t.q.healthy.cold_psi_q24 / 16777216.0 * weight_unit(&t, DQW_PSI) / (double)t.f.healthy.cold_psi_Wb - 1,
+            0.003);
 
     // Commissioned with a cold R that is a tenth below the present one: 28 K at once, and too much where 20 are the
     // limit.
@@ -400,7 +403,7 @@ static void test_both_tell_a_worn_bearing(void)
     CASE("%d, %d events, %g, %g s, %d, %d; %g, %g Nm; %d reversals, %.3g from %.3g, sd %.2g", o.f, o.q, o.f_s, o.q_s,
          (int)o.fe.fault.name, (int)o.qe.fault.name, (double)o.fe.value,
          (double)o.qe.value_q40 / Q40 * 1.5 * 4 * weight_unit(&t, 3) * I_FULL, t.q.watch.reversals,
-         (double)t.f.friction_Nm, (double)t.f.healthy_friction_Nm,
+         (double)t.f.friction_Nm, (double)t.f.healthy.friction_Nm,
          sqrt(2.0 * (double)t.f.spread_Nm2 / t.f.watch.reversals));
     if (getenv("DQW_TEST_VALUES") != NULL) printf("%s\n", test_case);
     HOLDS(o.f >= 1 && o.q == o.f);
@@ -416,10 +419,10 @@ static void test_both_tell_a_worn_bearing(void)
         t.qc.J_nkgm2 = (uint32_t)lrint(1e9 * J);
         begin_with(&t, false);
         (void)watch(&t, 0, 60000);
-        CASE("J %g: %g, %g Nm", J, (double)t.f.friction_Nm, t.q.is.friction_q24 / 16777216.0 * torque_Nm);
+        CASE("J %g: %g, %g Nm", J, (double)t.f.friction_Nm, t.q.friction_q24 / 16777216.0 * torque_Nm);
         HOLDS(t.f.watch.reversals > 4 && t.q.watch.reversals == t.f.watch.reversals);
         BETWEEN(-0.02 * fabs((double)t.f.friction_Nm) - 0.002,
-                t.q.is.friction_q24 / 16777216.0 * torque_Nm - (double)t.f.friction_Nm,
+                t.q.friction_q24 / 16777216.0 * torque_Nm - (double)t.f.friction_Nm,
                 0.02 * fabs((double)t.f.friction_Nm) + 0.002);
     }
 }
@@ -487,8 +490,9 @@ static void test_any_bits(void)
             m->estimator.w_q24[i] = (int32_t)((int64_t)(z >> 33) - (1 << 30)) / 2;
             m->estimator.learned = (uint32_t)(y >> 50 & 63);
             m->witness.re_q28[i] = wide(z), m->witness.im_q28[i] = wide(y);
-            m->is.healthy_q24[i] = wide(z >> 7), m->is.healthy_re_q28[i] = wide(y >> 9);
-            m->is.cold_R_q24 = wide(z >> 11), m->is.cold_psi_q24 = wide(z >> 13), m->is.friction_q24 = wide(y >> 17);
+            m->healthy.weight_q24[i] = wide(z >> 7), m->healthy.re_q28[i] = wide(y >> 9);
+            m->healthy.cold_R_q24 = wide(z >> 11), m->healthy.cold_psi_q24 = wide(z >> 13),
+            m->friction_q24 = wide(y >> 17);
             m->watch.looks[i] = (uint8_t)(z >> 20 & 255);
         }
         dqw_monitor_change_q15 e;

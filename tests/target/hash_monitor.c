@@ -9,22 +9,22 @@
 
 static void put_block(hash *h, const dqw_monitor_q15 *m)
 {
-    for (int k = 0; k < DQW_WITNESS_Q15_INPUTS; k++) {
+    for (int k = 0; k < DQW_WITNESS_INPUTS; k++) {
         hash_put(h, m->witness.re_q28[k]);
         hash_put(h, m->witness.im_q28[k]);
         hash_put(h, m->witness.power_q52[k]);
     }
     hash_put(h, m->estimator.recent_q54);
-    hash_put(h, m->is.friction_q24);
-    hash_put(h, m->is.spread_q48);
+    hash_put(h, m->friction_q24);
+    hash_put(h, m->spread_q48);
 }
 
 static void put_look(hash *h, const dqw_monitor_q15 *m)
 {
-    for (int i = 0; i < DQW_PARAMETERS; i++) hash_put(h, m->is.healthy_q24[i]);
+    for (int i = 0; i < DQW_PARAMETERS; i++) hash_put(h, m->healthy.weight_q24[i]);
     for (int i = 0; i < DQW_WATCH_CHANNELS; i++) hash_put(h, m->watch.change[i].sum_q5);
-    hash_put(h, m->is.hottest_q16);
-    hash_put(h, m->is.healthy_residual_q54);
+    hash_put(h, m->healthy.hottest_q16);
+    hash_put(h, m->healthy.residual_q54);
     hash_put(h, m->estimator.stage.name);
     hash_put(h, m->watch.alarms);
 }
