@@ -4,6 +4,7 @@
 #include "dqw_effect.h"
 #include "dqw_effect_kind.h"
 #include "dqw_estimator.h"
+#include "dqw_estimator_block.h"
 #include "dqw_test.h"
 
 void setUp(void) { test_case[0] = 0; }
@@ -746,6 +747,20 @@ static void test_each_refusal_has_its_code(void)
         const dqw_effect_config harmonics = {.effect = DQW_EFFECT_FLUX_HARMONICS, .shape = {orders[k]}};
         REFUSED(e, DQW_ERR_EFFECT_SHAPE, dqw_effect_init(&e, &harmonics, 1, &good));
     }
+    // What an effect knows of the machine: nothing at all is refused, any one number is enough.
+    const enum dqw_effect_name of_machine[] = {DQW_EFFECT_IRON_LOSS, DQW_EFFECT_CURRENT_OFFSET,
+                                               DQW_EFFECT_CURRENT_GAIN_MISMATCH, DQW_EFFECT_ANGLE_OFFSET};
+    for (int k = 0; k < 4; k++) {
+        dqw_effect_config c = {.effect = of_machine[k]};
+        REFUSED(e, DQW_ERR_EFFECT_SHAPE, dqw_effect_init(&e, &c, 1, &good));
+        for (int i = 0; i < 3; i++) {
+            CASE("effect %d, shape %d", (int)of_machine[k], i);
+            for (int j = 0; j < 3; j++) c.shape[j] = j == i ? 1e-3f : 0.0f;
+            HOLDS(dqw_effect_init(&e, &c, 1, &good) == DQW_OK);
+            c.shape[i] = -1e-3f;
+            REFUSED(e, DQW_ERR_EFFECT_SHAPE, dqw_effect_init(&e, &c, 1, &good));
+        }
+    }
     // Its room is the others'; it needs no angle here, and there is one of it.
     dqw_effect_base apart = good;
     apart.dead_time_apart = true;
@@ -760,6 +775,25 @@ static void test_each_refusal_has_its_code(void)
     TEST_ASSERT_EQUAL_UINT8(DQW_EFFECT_WEIGHTS, e.weights);
     REFUSED(e, DQW_ERR_EFFECT_ROOM, dqw_effect_init(&e, full, DQW_EFFECT_WEIGHTS + 2, &apart));
     REFUSED(e, DQW_ERR_EFFECT_ROOM, dqw_effect_init(&e, full, DQW_EFFECT_WEIGHTS + 1, &good));
+}
+
+// Three units of the bases, dead time a tenth, an effect's ten; an inductance stands in dead time's place while the pole
+// pairs are not known. (E92)
+static void test_start_deviations(void)
+{
+    list[0] = (dqw_effect_config){.effect = DQW_EFFECT_VOLTAGE_OFFSET};
+    const dqw_estimator_config with = config_of(1);
+    dqw_estimator_config seeks = config_of(0);
+    seeks.pole_pairs = 0;
+    const dqw_estimator e = begin(&with);
+    const dqw_estimator s = begin(&seeks);
+    for (int i = 0; i < e.inputs; i++) {
+        CASE("weight %d", i);
+        const float sd = i == DQW_DEAD_TIME ? 0.1f : i < DQW_PARAMETERS ? 3.0f : 10.0f;
+        HOLDS(dqw_estimator_start_sd_pu(&e, i) == sd);
+        BETWEEN(0.99999, e.gain.d[i] / (1e4f * sd * sd), 1.00001);
+        if (i < DQW_PARAMETERS) HOLDS(dqw_estimator_start_sd_pu(&s, i) == 3.0f);
+    }
 }
 
 // What an input is at the machine's bases: a measured temperature by 50 K, a heating state by 1, whatever T_0 is.
@@ -1078,6 +1112,7 @@ int main(void)
     RUN_TEST(test_an_effect_that_the_rows_do_not_show_is_not_known);
     RUN_TEST(test_init_refuses_and_leaves_the_object_alone);
     RUN_TEST(test_each_refusal_has_its_code);
+    RUN_TEST(test_start_deviations);
     RUN_TEST(test_input_bases);
     RUN_TEST(test_an_empty_list_after_a_gap);
     RUN_TEST(test_a_block_is_the_mean_of_its_pairs);

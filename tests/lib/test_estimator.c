@@ -222,6 +222,22 @@ static void test_a_deviation_grows_while_nothing_is_learned(void)
     TEST_ASSERT_EQUAL_FLOAT((float)value, (float)value_of(&e, DQW_LQ));
 }
 
+// When the voltage acts is told from fifty blocks on, however well they tell it.
+static void test_when_the_voltage_acts_takes_fifty_blocks(void)
+{
+    const dqw_estimator_config c = config_of(0.0);
+    dqw_estimator e = begin(&c);
+    int told_at = 0;
+    for (long k = 0; k < 2000 && told_at == 0; k++) {
+        const dqw_sample s = moving(k, 0.5, 0.0, NULL);
+        (void)shown(&e, &s);
+        if (dqw_estimator_voltage_acts(&e) == DQW_VOLTAGE_NOT_KNOWN) continue;
+        HOLDS(dqw_estimator_voltage_acts(&e) == DQW_VOLTAGE_NOW);
+        told_at = e.blocks;
+    }
+    TEST_ASSERT_EQUAL_INT(50, told_at);
+}
+
 // The block handed over, from the pairs in double: pair j of two halves weighs as a triangle, refused pairs weigh
 // nothing; where more than a quarter of the pairs is refused there is none.
 static void test_block_is_the_triangle_of_the_pairs(void)
@@ -1215,6 +1231,7 @@ int main(void)
     RUN_TEST(test_a_fresh_estimator_knows_nothing);
     RUN_TEST(test_what_is_usable);
     RUN_TEST(test_a_deviation_grows_while_nothing_is_learned);
+    RUN_TEST(test_when_the_voltage_acts_takes_fifty_blocks);
     RUN_TEST(test_block_is_the_triangle_of_the_pairs);
     RUN_TEST(test_without_noise_it_finds_the_machine_from_either_side);
     RUN_TEST(test_it_follows_a_resistance_that_steps);

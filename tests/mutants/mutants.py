@@ -2,13 +2,18 @@
 """Mutants of lib/ or port_q15/: one operator, constant, condition or statement is changed, and the tests in C that concern the library must fail.
 
 mutants.py FOLDER [--count N] [--seed S] [--build build] [--jobs N] prints each survivor and, last, how many of the sample the tests kill.
+mutants.py FOLDER --only FILE:LINE prints the verdict on every mutant of that line. What is judged stays in build/mutants.tsv: a campaign that was
+interrupted goes on.
 Changes that the compiler sees no difference in are no mutants. Those that nobody can see are in equivalent.txt, each with its reason.
 """
 
 from __future__ import annotations
 
 import argparse
+import atexit
+import collections
 import concurrent.futures
+import hashlib
 import os
 import random
 import re
@@ -16,6 +21,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+import threading
 import time
 from dataclasses import dataclass
 from pathlib import Path
@@ -24,6 +30,8 @@ HERE = Path(__file__).resolve().parent
 TOP = HERE.parent.parent
 CFLAGS = ["-std=c99", "-O2", "-ffp-contract=off", "-w", "-Ilib", "-Iport_q15"]
 LINK = ["-lsundials_cvode", "-lsundials_nvecserial", "-lsundials_sunmatrixdense", "-lsundials_sunlinsoldense", "-lsundials_sunnonlinsolfixedpoint", "-lm"]
+PARTS = ["lib", "port_q15"]
+ARCHIVES = ["libdqw.a", "libdqw_q15.a"]
 # Slow starts and other programs: what they find, others find.
 LEFT_OUT = {"test_api_warnings", "test_fast_math", "test_size"}
 
@@ -77,6 +85,16 @@ SWAPS = {
 }
 
 
+def closing(code: str, at: int) -> int:
+    """Where the parenthesis that is open at `at` is closed; -1 where another line does."""
+    depth = 1
+    for n in range(at, len(code)):
+        depth += {"(": 1, ")": -1}.get(code[n], 0)
+        if depth == 0:
+            return n
+    return -1
+
+
 def of_line(code: str) -> list[tuple[str, str]]:
     """What can be done to a line: its new text, and a word for it."""
     out: list[tuple[str, str]] = []
@@ -91,10 +109,11 @@ def of_line(code: str) -> list[tuple[str, str]]:
     for m in re.finditer(r"(?<![\w.])(\d+\.\d+(?:e-?\d+)?)f", code):
         x = float(m.group(1))
         out.append((code[: m.start()] + repr(1.25 * x if x else 1.0) + "f" + code[m.end() :], f"{m.group(1)} by 1.25"))
-    m = re.search(r"\bif \((.*)\)", code)
-    if m:
-        out.append((code[: m.start(1)] + "!(" + m.group(1) + ")" + code[m.end(1) :], "condition turned"))
-        out.append((code[: m.start(1)] + "0" + code[m.end(1) :], "condition never"))
+    m = re.search(r"\bif \(", code)
+    end = closing(code, m.end()) if m else -1
+    if m and end >= 0:
+        out.append((code[: m.end()] + "!(" + code[m.end() : end] + ")" + code[end:], "condition turned"))
+        out.append((code[: m.end()] + "0" + code[end:], "condition never"))
     if re.match(r"^ {4,}(?!return|break|continue|case|default|const |static |typedef |enum |struct |goto)[\w*>\[\].\-]+.*[=(].*;$", code) and not re.match(
         r"^\s+(?:dqw_\w+|float|u?int\d*_t|int|bool|volatile|double|size_t|unsigned)\b[ *]+\w+", code
     ):
@@ -132,6 +151,17 @@ def sample(folder: str, count: int, seed: int) -> list[Mutant]:
     return [draw.choice(by_line[k]) for k in keys[:count]]
 
 
+def of_lines(folder: str, places: list[str]) -> list[Mutant]:
+    """Every mutant of FILE, FILE:LINE or FILE:FIRST-LAST."""
+
+    def holds(place: str, m: Mutant) -> bool:
+        file, _, lines = place.partition(":")
+        first, _, last = lines.partition("-")
+        return m.file == file and (not lines or int(first) <= m.line <= int(last or first))
+
+    return [m for m in candidates(folder) if any(holds(place, m) for place in places)]
+
+
 def equivalents() -> set[tuple[str, str, str]]:
     """Of equivalent.txt: file, line without its blanks, what was done. A reason follows behind the third bar."""
     out = set()
@@ -144,67 +174,154 @@ def equivalents() -> set[tuple[str, str, str]]:
     return out
 
 
+class Memory:
+    """What is judged already, so that an interrupted campaign goes on: a verdict holds as long as the sources and the tests that gave it."""
+
+    def __init__(self, path: Path) -> None:
+        self.path, self.lock = path, threading.Lock()
+        self.verdicts: dict[str, tuple[str, str]] = {}
+        self.kills: dict[str, collections.Counter[str]] = collections.defaultdict(collections.Counter)
+        if path.exists():
+            for line in path.read_text().split("\n"):
+                if line:
+                    self.take(*line.split("\t"))
+
+    def take(self, key: str, verdict: str, by: str, file: str) -> None:
+        self.verdicts[key] = (verdict, by)
+        if verdict == "killed":
+            self.kills[file][by] += 1
+
+    def add(self, key: str, verdict: str, by: str, file: str) -> None:
+        with self.lock:
+            self.take(key, verdict, by, file)
+            with self.path.open("a") as out:
+                out.write("\t".join((key, verdict, by, file)) + "\n")
+
+
+def digest(*parts: bytes) -> str:
+    h = hashlib.sha256()
+    for part in parts:
+        h.update(hashlib.sha256(part).digest())
+    return h.hexdigest()[:24]
+
+
 class Bench:
     """Everything built once; a mutant is one object anew."""
 
-    def __init__(self, build: Path, folder: str) -> None:
-        self.build, self.folder = build, folder
-        room = {"lib": "lib", "port_q15": "port_q15"}[folder]
-        self.tests = sorted(p.stem for p in (TOP / "tests" / room).glob("test_*.c") if p.stem not in LEFT_OUT)
+    def __init__(self, build: Path, folder: str, jobs: int) -> None:
+        self.build = build
+        self.tests = sorted(p.stem for p in (TOP / "tests" / folder).glob("test_*.c") if p.stem not in LEFT_OUT)
         if folder == "lib":
             # The twins of the fixed-point port run the float side beside it.
-            self.tests += ["test_twin_estimator", "test_twin_monitor", "test_twin_shaft", "test_twin_effect"]
-        self.seconds: dict[str, float] = {}
-        for test in self.tests:
+            self.tests += sorted(p.stem for p in (TOP / "tests/port_q15").glob("test_twin_*.c"))
+        self.sources = digest(*(p.read_bytes() for part in PARTS for p in sorted((TOP / part).glob("*.[ch]"))))
+        self.memory = Memory(build / "mutants.tsv")
+        self.was = Path(tempfile.mkdtemp(dir=build, prefix="mutants."))
+        atexit.register(shutil.rmtree, self.was)
+        self.files = [f"{part}/{p.name}" for part in PARTS for p in sorted((TOP / part).glob("*.c"))]
+        for file in self.files:
+            subprocess.run(["cc", *CFLAGS, "-c", file, "-o", str(self.object(self.was, file))], cwd=TOP, check=True)
+        for archive in ARCHIVES:
+            members = [str(self.object(self.was, f)) for f in self.files if self.archive(f) == archive]
+            subprocess.run(["ar", "rcs", str(self.was / archive), *members], check=True)
+        self.links: dict[str, set[str]] = {}
+        self.digests = {t: digest((build / "tests" / f"{t}.o").read_bytes()) for t in self.tests}
+        with concurrent.futures.ThreadPoolExecutor(jobs) as pool:
+            self.seconds = dict(zip(self.tests, pool.map(self.before, self.tests)))
+
+    def before(self, test: str) -> float:
+        """How long a test takes, and what it links, before anything is changed."""
+        program = self.was / test
+        linked = self.link(test, self.was, program)
+        self.links[test] = {f for f in self.files if f"){self.object(Path(), f)}" in linked}
+        key = digest(self.sources.encode(), self.digests[test].encode())
+        verdict, seconds = self.memory.verdicts.get(key, ("", ""))
+        if verdict != "passes":
             began = time.monotonic()
-            if self.run(build / "tests" / test, 600.0) != 0:
+            if not self.passes(program, 600.0):
                 sys.exit(f"{test} fails before anything is changed")
-            self.seconds[test] = time.monotonic() - began
+            seconds = f"{time.monotonic() - began:.2f}"
+            self.memory.add(key, "passes", seconds, test)
+        return float(seconds)
 
-    def run(self, program: Path, limit_s: float) -> int:
+    @staticmethod
+    def archive(file: str) -> str:
+        return ARCHIVES[PARTS.index(file.split("/")[0])]
+
+    @staticmethod
+    def object(folder: Path, file: str) -> Path:
+        return folder / (Path(file).stem + ".o")
+
+    def link(self, test: str, folder: Path, program: Path) -> str:
+        objects = [self.build / "tests" / f"{test}.o", self.build / "tests/unity.o", self.build / "libsim.a", *(folder / a for a in reversed(ARCHIVES))]
+        return subprocess.run(["cc", *map(str, objects), *LINK, "-Wl,-t,-t", "-o", str(program)], check=True, capture_output=True, text=True).stdout
+
+    def passes(self, program: Path, limit_s: float) -> bool:
+        """Until the first line that says FAIL."""
         env = dict(os.environ, DQW_TEST_KIND="plain", BUILD=str(self.build))
-        try:
-            return subprocess.run([str(program)], cwd=TOP, env=env, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, timeout=limit_s).returncode
-        except subprocess.TimeoutExpired:
-            return -1
+        run = subprocess.Popen(["stdbuf", "-oL", str(program)], cwd=TOP, env=env, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
+        timer = threading.Timer(limit_s, run.kill)
+        timer.start()
+        assert run.stdout is not None
+        for line in run.stdout:
+            if b":FAIL" in line:
+                run.kill()
+        timer.cancel()
+        return run.wait() == 0
 
-    def order(self, mutant: Mutant) -> list[str]:
-        """Those of the file's name first, then the quick ones."""
-        words = set(re.sub(r"^dqw_|_q15$", "", Path(mutant.file).stem).split("_"))
-        return sorted(self.tests, key=lambda t: (-len(words & set(t.split("_"))), self.seconds[t]))
+    def order(self, file: str) -> list[str]:
+        """Those that link the file: what kills soonest, by its name and by what it has killed."""
+        words = set(re.sub(r"^dqw_|_q15$", "", Path(file).stem).split("_"))
+
+        def rate(test: str) -> float:
+            likely = 0.3 + 3.0 * len(words & set(test.split("_"))) + self.memory.kills[file][test]
+            return likely / (0.1 + self.seconds[test])
+
+        return sorted((t for t in self.tests if file.endswith(".h") or file in self.links[t]), key=rate, reverse=True)
 
     def judge(self, mutant: Mutant) -> Outcome:
+        key = digest(self.sources.encode(), f"{mutant.file}:{mutant.line}".encode(), mutant.after.encode())
+        tests = self.order(mutant.file)
+        every = digest(*(self.digests[t].encode() for t in sorted(tests)))
+        verdict, by = self.memory.verdicts.get(key, ("", ""))
+        if verdict in ("same", "invalid") or (verdict == "survived" and by == every):
+            return Outcome(mutant, verdict)
+        if verdict == "killed":
+            test, killer = by.split(" ")
+            if self.digests.get(test) == killer:
+                return Outcome(mutant, verdict, test)
+            tests.sort(key=lambda t: t != test)
+        outcome = self.judge_anew(mutant, tests)
+        by = f"{outcome.by} {self.digests[outcome.by]}" if outcome.by else every
+        self.memory.add(key, outcome.verdict, by, mutant.file)
+        return outcome
+
+    def judge_anew(self, mutant: Mutant, tests: list[str]) -> Outcome:
         with tempfile.TemporaryDirectory() as name:
             tmp = Path(name)
-            for part in ("lib", "port_q15"):
+            for part in PARTS:
                 shutil.copytree(TOP / part, tmp / part)
             path = tmp / mutant.file
             lines = path.read_text().split("\n")
             lines[mutant.line - 1] = mutant.after
             path.write_text("\n".join(lines))
-            # A header is in every file.
-            files = [mutant.file] if mutant.file.endswith(".c") else [f"{p}/{f.name}" for p in ("lib", "port_q15") for f in (TOP / p).glob("*.c")]
-            archives = {}
-            for part in ("libdqw", "libdqw_q15"):
-                archives[part] = tmp / f"{part}.a"
-                shutil.copy(self.build / f"{part}.a", archives[part])
+            for archive in ARCHIVES:
+                shutil.copy(self.was / archive, tmp / archive)
             same = True
-            for file in files:
-                made = tmp / (Path(file).stem + ".o")
+            # A header is in every file.
+            for file in [mutant.file] if mutant.file.endswith(".c") else self.files:
+                made = self.object(tmp, file)
                 if subprocess.run(["cc", *CFLAGS, "-c", file, "-o", str(made)], cwd=tmp, capture_output=True).returncode != 0:
                     return Outcome(mutant, "invalid")
-                was = tmp / "was.o"
-                subprocess.run(["cc", *CFLAGS, "-c", file, "-o", str(was)], cwd=TOP, check=True)
-                if made.read_bytes() != was.read_bytes():
+                if made.read_bytes() != self.object(self.was, file).read_bytes():
                     same = False
-                    subprocess.run(["ar", "r", str(archives["libdqw" if file.startswith("lib/") else "libdqw_q15"]), str(made)], check=True, capture_output=True)
+                    subprocess.run(["ar", "r", str(tmp / self.archive(file)), str(made)], check=True, capture_output=True)
             if same:
                 return Outcome(mutant, "same")
-            for test in self.order(mutant):
+            for test in tests:
                 program = tmp / test
-                objects = [self.build / "tests" / f"{test}.o", self.build / "tests/unity.o", self.build / "libsim.a", archives["libdqw_q15"], archives["libdqw"]]
-                subprocess.run(["cc", *map(str, objects), *LINK, "-o", str(program)], check=True, capture_output=True)
-                if self.run(program, 5.0 + 5.0 * self.seconds[test]) != 0:
+                self.link(test, tmp, program)
+                if not self.passes(program, 5.0 + 5.0 * self.seconds[test]):
                     return Outcome(mutant, "killed", test)
                 program.unlink()
         return Outcome(mutant, "survived")
@@ -212,23 +329,26 @@ class Bench:
 
 def main() -> int:
     arguments = argparse.ArgumentParser(description=__doc__)
-    arguments.add_argument("folder", choices=["lib", "port_q15"])
+    arguments.add_argument("folder", choices=PARTS)
     arguments.add_argument("--count", type=int, default=300)
     arguments.add_argument("--seed", type=int, default=1)
+    arguments.add_argument("--only", metavar="FILE:LINE", action="append", help="every mutant of these lines; LINE may be A-B, or left out")
     arguments.add_argument("--build", type=Path, default=TOP / "build")
     arguments.add_argument("--jobs", type=int, default=os.cpu_count() or 1)
     o = arguments.parse_args()
     known = equivalents()
-    bench = Bench(o.build.resolve(), o.folder)
+    mutants = of_lines(o.folder, o.only) if o.only else sample(o.folder, o.count, o.seed)
+    bench = Bench(o.build.resolve(), o.folder, o.jobs)
     count = {verdict: 0 for verdict in ("killed", "survived", "equivalent", "same", "invalid")}
     with concurrent.futures.ThreadPoolExecutor(o.jobs) as pool:
-        for outcome in pool.map(bench.judge, sample(o.folder, o.count, o.seed)):
+        for outcome in pool.map(bench.judge, mutants):
             m = outcome.mutant
             if outcome.verdict == "survived" and (m.file, m.before.strip(), m.what) in known:
                 outcome.verdict = "equivalent"
             count[outcome.verdict] += 1
-            if outcome.verdict == "survived":
-                print(f"{m.file}:{m.line}: {m.what}: {m.before.strip()}", flush=True)
+            if outcome.verdict == "survived" or o.only:
+                by = f" by {outcome.by}" if outcome.by else ""
+                print(f"{m.file}:{m.line}: {outcome.verdict}{by}: {m.what}: {m.before.strip()}", flush=True)
     valid = count["killed"] + count["survived"]
     print(f"{o.folder}: {count['killed']} of {valid} killed, {100.0 * count['killed'] / max(valid, 1):.1f} %; {count['equivalent']} equivalent, "
           f"{count['same']} the same to the compiler, {count['invalid']} that do not compile")

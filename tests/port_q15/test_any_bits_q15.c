@@ -197,6 +197,31 @@ static void test_long_epochs(void)
     }
 }
 
+// An epoch of more than 2^18 pairs, or with pairs alone all epochs of more than 2^31, learns nothing from what is beyond.
+static void test_sums_take_so_many_pairs(void)
+{
+    for (int form = 0; form < 2; form++) {
+        const dqw_ordinal_config_q15 c = {.dt_ns = 10000,
+                                          .x_full_mV = 5000,
+                                          .y_full_mA = 10000,
+                                          .R_uohm = 3000,
+                                          .L_nH = 3000,
+                                          .form = (enum dqw_ordinal_form_q15)form};
+        dqw_ordinal_q15 o;
+        TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_ordinal_init_q15(&o, &c));
+        o.from_pairs = form == DQW_ORDINAL_PAIRS_Q15;
+        const uint32_t most = (uint32_t)1 << (o.from_pairs ? 31 : 18);
+        dqw_ordinal_step_q15(&o, 1000, 1000);
+        o.summed = most - 1;
+        for (int k = 0; k < 3; k++) {
+            CASE("form %d, pair %d", form, k);
+            const int64_t before = o.sum[0];
+            dqw_ordinal_step_q15(&o, 1000, 1000);
+            HOLDS((o.sum[0] > before) == (k == 0) && o.summed == most);
+        }
+    }
+}
+
 static void read_shaft(const dqw_shaft_q15 *s)
 {
     int64_t w[DQW_EFFECT_STARTS];
@@ -278,6 +303,7 @@ int main(void)
     RUN_TEST(test_random_learner);
     RUN_TEST(test_ordinal);
     RUN_TEST(test_long_epochs);
+    RUN_TEST(test_sums_take_so_many_pairs);
     RUN_TEST(test_shaft);
     return UNITY_END();
 }

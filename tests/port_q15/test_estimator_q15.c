@@ -619,6 +619,23 @@ static void test_when_the_voltage_acts(void)
     }
 }
 
+// It is told from fifty blocks on, however well they tell it.
+static void test_when_the_voltage_acts_takes_fifty_blocks(void)
+{
+    pair p;
+    configure(&p, 0.0, 0.0, 0.0);
+    begin(&p);
+    int told_at = 0;
+    for (long k = 0; k < 2000 && told_at == 0; k++) {
+        const dqw_sample s = moving(k, 0.5, 0.0, NULL);
+        (void)step(&p, &s);
+        if (dqw_estimator_voltage_acts_q15(&p.q) == DQW_VOLTAGE_NOT_KNOWN) continue;
+        HOLDS(dqw_estimator_voltage_acts_q15(&p.q) == DQW_VOLTAGE_NOW);
+        told_at = p.q.blocks;
+    }
+    TEST_ASSERT_EQUAL_INT(50, told_at);
+}
+
 // What noise of the currents makes of dead time's and R's equations, (E60), in double.
 static void test_noise_in_dead_time(void)
 {
@@ -703,6 +720,7 @@ int main(void)
     RUN_TEST(test_settled_rows);
     RUN_TEST(test_the_late_voltage_goes_on_around_what_was_solved);
     RUN_TEST(test_when_the_voltage_acts);
+    RUN_TEST(test_when_the_voltage_acts_takes_fifty_blocks);
     RUN_TEST(test_noise_in_dead_time);
     RUN_TEST(test_stage_two_with_lent_memory);
     return UNITY_END();

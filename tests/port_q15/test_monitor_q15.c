@@ -177,6 +177,28 @@ static void test_init_names_the_field_that_it_refuses_and_leaves_the_object_alon
     }
 }
 
+// A full scale is half as much again as what is rated: of what counts in parts of it the default is a third less than
+// float's, which counts in what is rated.
+static void test_a_nameplate_is_enough(void)
+{
+    const dqw_nameplate_q15 plate = {.dt_ns = 50000, .v_mV = 14000, .i_mA = 6000, .w_mrad_s = 110000, .pole_pairs = 4};
+    const dqw_monitor_q15_config c = dqw_monitor_config_default_q15(&plate);
+    const dqw_monitor_q15 m = begin(&c);
+    TEST_ASSERT_EQUAL_INT(DQW_STAGE_RANDOM, dqw_monitor_stage_q15(&m));
+    TEST_ASSERT_EQUAL_UINT32(21000, c.estimator.scale.v_full_mV);
+    BETWEEN(-1, c.estimator.threshold_ppm - 50000 / 1.5, 1);
+    BETWEEN(-1, c.estimator.excitation_q15 - 0.01 / 1.5 * 32768, 1);
+    BETWEEN(-1, c.residual_floor_ppm - 2000 / 1.5, 1);
+    static const struct {
+        int channel;
+        double part;
+    } bands[] = {{DQW_WATCH_DEAD_TIME, 0.005}, {DQW_WATCH_OFFSET, 0.01}, {DQW_WATCH_FRICTION, 0.05}};
+    int set = 0;
+    for (int i = 0; i < DQW_WATCH_CHANNELS; i++) set += c.band_ppm[i] != 0;
+    TEST_ASSERT_EQUAL_INT(3, set);
+    for (int i = 0; i < 3; i++) BETWEEN(-1, c.band_ppm[bands[i].channel] - 1e6 * bands[i].part / 1.5, 1);
+}
+
 // ---- why, and what would be an event ----
 
 static void test_why_a_monitor_is_not_in_service(void)
@@ -566,6 +588,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_init_names_the_field_that_it_refuses_and_leaves_the_object_alone);
+    RUN_TEST(test_a_nameplate_is_enough);
     RUN_TEST(test_why_a_monitor_is_not_in_service);
     RUN_TEST(test_sensitivity);
     RUN_TEST(test_an_event_is_told_once_with_its_times);

@@ -618,6 +618,28 @@ static void test_an_effect_behind_others(void)
     REFUSED(two, DQW_ERR_EFFECT_TWICE, dqw_effect_init_q15(&two, twice, 2, &apart));
 }
 
+// An empty list goes along with everything; an effect has no pair where time has jumped, nor without a last sample.
+static void test_pairs_after_a_gap(void)
+{
+    const dqw_effect_q15_config list = {.effect = DQW_EFFECT_VOLTAGE_OFFSET};
+    const dqw_effect_q15_base base = {.scale = &scale, .half_window = 20};
+    const dqw_sample_q15 s = {.i_q_q15 = 1000, .cosine_q15 = INT16_MAX};
+    int32_t d[DQW_EFFECT_WEIGHTS];
+    int32_t q_axis[DQW_EFFECT_WEIGHTS];
+    for (int effects = 0; effects <= 1; effects++) {
+        CASE("%d effects", effects);
+        TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_effect_init_q15(&two, effects > 0 ? &list : NULL, effects, &base));
+        for (int n = 0; n < 2; n++) {
+            HOLDS(dqw_effect_pair_q15(&two, &s, &s, d, q_axis) == (effects == 0));
+            HOLDS(dqw_effect_pair_q15(&two, &s, &s, d, q_axis));
+            dqw_effect_gap_q15(&two);
+        }
+        HOLDS(dqw_effect_pair_q15(&two, NULL, &s, d, q_axis) == (effects == 0));
+        HOLDS(dqw_effect_pair_q15(&two, &s, &s, d, q_axis));
+        HOLDS(dqw_effect_pair_q15(&two, NULL, &s, d, q_axis) == (effects == 0));
+    }
+}
+
 // An effect that turns with the rotor needs its angle: both 0 is none, nor is a length far from 1.
 static void test_an_angle_that_is_none(void)
 {
@@ -679,6 +701,20 @@ static void test_init_refuses_and_leaves_the_object_alone(void)
         REFUSED(o, why, dqw_effect_init_q15(&o, &bad[n], 1, &base));
         dqw_estimator_q15_config c = {.scale = scale, .angle = true, .effects = &bad[n], .effect_count = 1};
         REFUSED(q, why, dqw_estimator_init_q15(&q, &c));
+    }
+    // The last that are taken: their neighbours above are not.
+    const dqw_effect_q15_config last[] = {
+        {.effect = DQW_EFFECT_DEAD_TIME, .i_uA = 428},
+        {.effect = DQW_EFFECT_SATURATION, .i_uA = 218750},
+        {.effect = DQW_EFFECT_CROSS_SATURATION, .i_uA = 224000000},
+        {.effect = DQW_EFFECT_WINDING_TEMPERATURE, .tau_us = 1000000000000u},
+        {.effect = DQW_EFFECT_WINDING_TEMPERATURE, .tau_us = 1000, .i_uA = 0},
+        {.effect = DQW_EFFECT_FLUX_HARMONICS, .order = 1},
+        {.effect = DQW_EFFECT_FLUX_HARMONICS, .order = DQW_EFFECT_Q15_ORDERS},
+    };
+    for (unsigned n = 0; n < sizeof last / sizeof last[0]; n++) {
+        CASE("last %u", n);
+        TEST_ASSERT_EQUAL_INT_MESSAGE(DQW_OK, dqw_effect_init_q15(&o, &last[n], 1, &base), test_case);
     }
     // Twice the same heating; more weights than there is room for.
     const dqw_effect_q15_config twice[2] = {{.effect = DQW_EFFECT_WINDING_TEMPERATURE},
@@ -835,6 +871,7 @@ int main(void)
     RUN_TEST(test_temperatures_that_cannot_be_learned);
     RUN_TEST(test_start_values_and_weights_are_of_one_unit);
     RUN_TEST(test_an_effect_behind_others);
+    RUN_TEST(test_pairs_after_a_gap);
     RUN_TEST(test_an_angle_that_is_none);
     RUN_TEST(test_init_refuses_and_leaves_the_object_alone);
     RUN_TEST(test_any_bits);

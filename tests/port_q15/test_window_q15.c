@@ -15,6 +15,8 @@ typedef struct both {
 static void begin(both *b, int half, int signals)
 {
     memset(b, 0, sizeof *b);
+    // Whatever the memory held.
+    memset(&b->w, 0x5a, sizeof b->w);
     TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_window_init_q15(&b->w, half, signals));
 }
 
@@ -155,6 +157,34 @@ static void test_restart_forgets(void)
     }
 }
 
+// As many signals as there is room for: each stays in its place, also where what is being gathered is forgotten while a
+// half waits.
+static void test_as_many_signals_as_there_is_room_for(void)
+{
+    enum { MOST = DQW_WINDOW_Q15_SIGNALS };
+    int32_t x[MOST];
+    for (int i = 0; i < MOST; i++) x[i] = (int32_t)(i + 1);
+    for (int before = 0; before < 2; before++) {
+        both b;
+        begin(&b, 2, MOST);
+        for (int n = 0; n < before + 2; n++) {
+            int32_t block[MOST + 1];
+            for (int i = 0; i <= MOST; i++) block[i] = -99;
+            uint16_t weight = 0;
+            for (int k = 0; k < 2; k++) gather(&b, x);
+            TEST_ASSERT_TRUE(dqw_window_turn_q15(&b.w));
+            if (n == before + 1) {
+                gather(&b, x);
+                dqw_window_restart_q15(&b.w);
+            }
+            CASE("%d before, half %d", before, n);
+            HOLDS(join(&b, block, &weight) == (n == 0 ? 0u : (uint32_t)DQW_EVENT_BLOCK));
+            for (int i = 0; i < MOST && n > 0; i++) HOLDS(block[i] == 6 * (i + 1));
+            HOLDS(block[MOST] == -99);
+        }
+    }
+}
+
 // A background that comes too late loses the half that was full meanwhile; the next one follows nothing.
 static void test_a_late_background_loses_a_half(void)
 {
@@ -185,6 +215,7 @@ int main(void)
     RUN_TEST(test_init_refuses_and_leaves_the_object_alone);
     RUN_TEST(test_is_the_triangular_sum_of_what_was_there);
     RUN_TEST(test_restart_forgets);
+    RUN_TEST(test_as_many_signals_as_there_is_room_for);
     RUN_TEST(test_a_late_background_loses_a_half);
     return UNITY_END();
 }
