@@ -96,7 +96,7 @@ test:
 ## check        lint's quick part and the tests in C: what to run after a change of lib/, port_q15/ or sim/
 .PHONY: check
 check:
-	@.ci/lint dependencies citations docstrings twins public-functions text
+	@.ci/lint dependencies citations docstrings effects twins public-functions text
 	@$(MAKE) --no-print-directory $(CHECKED)
 	@BUILD=$(BUILD) DATA=$(DATA) CC="$(CC)" CXX="$(CXX)" tests/run plain $(CHECKED)
 

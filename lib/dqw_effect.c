@@ -6,10 +6,6 @@
 
 #include "dqw_number.h"
 
-// Temperature differences of this size are the base of what the sample's temperature brings.
-#define HEAT_BASE_K 50.0f
-// A voltage one period late differs from the right one by no more than this part of the base, as a rule.
-#define DELAY_BASE 0.1f
 // Of weights that belong to one effect, those count whose deviation is below this part of the largest.
 #define DQW_KNOWN_RATIO 0.25f
 // Currents beyond this many bases heat no more.
@@ -30,24 +26,15 @@ static bool sound(const dqw_effect_config *c)
         if (!dqw_is_finite(s[i])) return false;
     for (int i = 0; i < DQW_EFFECT_STARTS; i++)
         if (!dqw_is_finite(c->start[i])) return false;
-    switch (c->effect) {
-    case DQW_EFFECT_DEAD_TIME:
-    case DQW_EFFECT_SATURATION:
-    case DQW_EFFECT_CROSS_SATURATION:
-    case DQW_EFFECT_COULOMB_FRICTION:
-    case DQW_EFFECT_DIRECTION_ASYMMETRY:
-    case DQW_EFFECT_COGGING_TORQUE: return dqw_is_positive(s[0]) && dqw_is_positive(1.0f / s[0]);
-    case DQW_EFFECT_FLUX_HARMONICS: return s[0] >= 1.0f && s[0] <= (float)DQW_EFFECT_ORDERS && s[0] == (float)(int)s[0];
-    case DQW_EFFECT_STRIBECK_FRICTION:
-        return dqw_is_positive(s[0]) && dqw_is_positive(s[1]) && dqw_is_positive(1.0f / s[0]) &&
-               dqw_is_positive(1.0f / s[1]);
-    case DQW_EFFECT_WINDING_TEMPERATURE:
-    case DQW_EFFECT_MAGNET_TEMPERATURE:
-        return none_negative(s + 1, 2) && (s[1] == 0.0f || dqw_is_positive(1.0f / s[1]));
-    case DQW_EFFECT_IRON_LOSS:
-    case DQW_EFFECT_CURRENT_OFFSET:
-    case DQW_EFFECT_CURRENT_GAIN_MISMATCH:
-    case DQW_EFFECT_ANGLE_OFFSET: return none_negative(s, 3) && s[0] + s[1] + s[2] > 0.0f;
+    switch (dqw_effect_shape_of(c->effect)) {
+    case DQW_SHAPE_WIDTHS:
+        if (!dqw_is_positive(s[1]) || !dqw_is_positive(1.0f / s[1])) return false;
+        return dqw_is_positive(s[0]) && dqw_is_positive(1.0f / s[0]);
+    case DQW_SHAPE_WIDTH: return dqw_is_positive(s[0]) && dqw_is_positive(1.0f / s[0]);
+    case DQW_SHAPE_ORDER: return s[0] >= 1.0f && s[0] <= (float)DQW_EFFECT_ORDERS && s[0] == (float)(int)s[0];
+    case DQW_SHAPE_HEAT: return none_negative(s + 1, 2) && (s[1] == 0.0f || dqw_is_positive(1.0f / s[1]));
+    case DQW_SHAPE_MACHINE: return none_negative(s, 3) && s[0] + s[1] + s[2] > 0.0f;
+    case DQW_SHAPE_FREE:
     default: return true;
     }
 }
@@ -68,8 +55,8 @@ static int check(const dqw_effect_config *list, int count, bool mechanical, bool
         else
             sum += weights;
         if (sum > DQW_EFFECT_WEIGHTS) return DQW_ERR_EFFECT_ROOM;
-        if (list[k].effect == DQW_EFFECT_WINDING_TEMPERATURE) windings++;
-        if (list[k].effect == DQW_EFFECT_MAGNET_TEMPERATURE) magnets++;
+        windings += (dqw_effect_needs(list[k].effect) & DQW_NEEDS_WINDING) != 0;
+        magnets += (dqw_effect_needs(list[k].effect) & DQW_NEEDS_MAGNET) != 0;
     }
     return windings > 1 || magnets > 1 || apart > 1 ? DQW_ERR_EFFECT_TWICE : sum;
 }
@@ -165,30 +152,6 @@ enum dqw_status dqw_effect_init(dqw_effect *e, const dqw_effect_config *list, in
     dqw_effect_plan(&n);
     *e = n;
     return DQW_OK;
-}
-
-float dqw_effect_input_base(const dqw_effect *e, int index)
-{
-    const dqw_effect_config *c = &e->list[index];
-    const float *s = c->shape;
-    const float w_e = e->poles * e->base.w_m_rad_s;
-    const float i = e->base.i_A;
-    const float heat = s[1] > 0.0f ? 1.0f : HEAT_BASE_K;
-    switch (c->effect) {
-    case DQW_EFFECT_SATURATION:
-    case DQW_EFFECT_CROSS_SATURATION: return w_e;
-    case DQW_EFFECT_WINDING_TEMPERATURE: return heat * i;
-    case DQW_EFFECT_MAGNET_TEMPERATURE: return heat * w_e;
-    case DQW_EFFECT_IRON_LOSS: return fmaxf(s[1], s[2]) * e->base.v_V * w_e;
-    case DQW_EFFECT_FLUX_HARMONICS: return s[0] * w_e;
-    case DQW_EFFECT_CURRENT_OFFSET: return s[0] + fmaxf(s[1], s[2]) * w_e;
-    case DQW_EFFECT_CURRENT_GAIN_MISMATCH: return (s[0] + fmaxf(s[1], s[2]) * w_e) * i;
-    case DQW_EFFECT_ANGLE_OFFSET: return (s[2] + fabsf(s[1] - s[0]) * i) * w_e;
-    case DQW_EFFECT_DELAY: return DELAY_BASE * e->base.v_V;
-    case DQW_EFFECT_SKIN_EFFECT: return w_e * w_e * i;
-    case DQW_EFFECT_PHASE_RESISTANCE_IMBALANCE: return i;
-    default: return 1.0f;
-    }
 }
 
 bool dqw_effect_finite(const dqw_effect *e, const dqw_sample *s)

@@ -19,6 +19,19 @@ enum {
     DQW_NEEDS_SHAFT = 1 << 4     ///< it is of the shaft
 };
 
+/// What the numbers of a shape may be.
+enum dqw_effect_shape {
+    DQW_SHAPE_FREE,    ///< there are none
+    DQW_SHAPE_WIDTH,   ///< one, above 0
+    DQW_SHAPE_WIDTHS,  ///< two, above 0
+    DQW_SHAPE_HEAT,    ///< T_0, time constant, current
+    DQW_SHAPE_ORDER,   ///< whole, 1 .. DQW_EFFECT_ORDERS
+    DQW_SHAPE_MACHINE  ///< three of R, L_d, L_q, psi: 0 or above, not all 0
+};
+
+/// Which of them an effect's are; free where there is no such name.
+enum dqw_effect_shape dqw_effect_shape_of(enum dqw_effect_name name);
+
 /// What an effect asks for; 0 where there is no such name.
 unsigned dqw_effect_needs(enum dqw_effect_name name);
 

@@ -1,6 +1,7 @@
 // dqw_effect_gather(), dqw_effect_inputs(): the laws of the electrical effects. The interrupt gathers of each weight
 // two numbers, from which the background makes its inputs on both axes: what a block says anyway, and what divides, is
 // not gathered.
+#include <math.h>
 #include <stddef.h>
 
 #include "dqw_effect.h"
@@ -9,6 +10,11 @@
 #if DQW_EFFECT_WEIGHTS > 0
 
 #define SQRT3 1.7320508f
+
+// Temperature differences of this size are the base of what the sample's temperature brings.
+#define HEAT_BASE_K 50.0f
+// A voltage one period late differs from the right one by no more than this part of the base, as a rule.
+#define DELAY_BASE 0.1f
 
 // What is gathered of an effect.
 enum law {
@@ -31,23 +37,56 @@ enum law {
     TWO_WEIGHTS
 };
 
+// What one unit of a weight brings at the machine's bases: a first factor, and what it is multiplied by.
+enum { ONE, HEAT, N, Z, L_V, FLUX, STEP, BY_W = 8, BY_W2 = 24, BY_I = 32 };
+
+// An electrical effect: what is gathered of it, and its base. Its law is dqw_effect_gather_pair() and effect_inputs().
+static const struct {
+    uint8_t law, base;
+} rows[DQW_EFFECT_NAMES] = {
+    [DQW_EFFECT_DEAD_TIME] = {ONE_WEIGHT, ONE},
+    [DQW_EFFECT_SATURATION] = {SATURATION, ONE | BY_W},
+    [DQW_EFFECT_CROSS_SATURATION] = {CROSS_SATURATION, BY_W},
+    [DQW_EFFECT_WINDING_TEMPERATURE] = {WINDING, HEAT | BY_I},
+    [DQW_EFFECT_MAGNET_TEMPERATURE] = {MAGNET, HEAT | BY_W},
+    [DQW_EFFECT_IRON_LOSS] = {LATE, L_V | BY_W},
+    [DQW_EFFECT_FLUX_HARMONICS] = {HARMONICS, N | BY_W},
+    [DQW_EFFECT_CURRENT_OFFSET] = {OFFSET, Z},
+    [DQW_EFFECT_CURRENT_GAIN_MISMATCH] = {GAIN_MISMATCH, Z | BY_I},
+    [DQW_EFFECT_ANGLE_OFFSET] = {ONE_WEIGHT, FLUX | BY_W},
+    [DQW_EFFECT_DELAY] = {LATE, STEP},
+    [DQW_EFFECT_SKIN_EFFECT] = {SKIN, BY_W2 | BY_I},
+    [DQW_EFFECT_PHASE_RESISTANCE_IMBALANCE] = {IMBALANCE, BY_I},
+    [DQW_EFFECT_VOLTAGE_OFFSET] = {TWO_WEIGHTS, ONE},
+};
+
 static enum law law_of(const dqw_effect *e, enum dqw_effect_name name)
 {
-    switch (name) {
-    case DQW_EFFECT_SATURATION: return SATURATION;
-    case DQW_EFFECT_CROSS_SATURATION: return CROSS_SATURATION;
-    case DQW_EFFECT_WINDING_TEMPERATURE: return (e->heating & 1u) != 0 ? WINDING_STATE : WINDING;
-    case DQW_EFFECT_MAGNET_TEMPERATURE: return (e->heating & 2u) != 0 ? MAGNET_STATE : MAGNET;
-    case DQW_EFFECT_IRON_LOSS:
-    case DQW_EFFECT_DELAY: return LATE;
-    case DQW_EFFECT_FLUX_HARMONICS: return HARMONICS;
-    case DQW_EFFECT_CURRENT_OFFSET: return OFFSET;
-    case DQW_EFFECT_CURRENT_GAIN_MISMATCH: return GAIN_MISMATCH;
-    case DQW_EFFECT_SKIN_EFFECT: return SKIN;
-    case DQW_EFFECT_PHASE_RESISTANCE_IMBALANCE: return IMBALANCE;
-    case DQW_EFFECT_VOLTAGE_OFFSET: return TWO_WEIGHTS;
-    default: return dqw_effect_weights_of(e, name) == 0 ? NO_WEIGHT : ONE_WEIGHT;
+    if (dqw_effect_weights_of(e, name) == 0) return NO_WEIGHT;
+    const enum law law = (enum law)rows[name].law;
+    const bool state = law == WINDING ? (e->heating & 1u) != 0 : law == MAGNET && (e->heating & 2u) != 0;
+    return state ? (enum law)(law + 1) : law;
+}
+
+float dqw_effect_input_base(const dqw_effect *e, int index)
+{
+    const float *s = e->list[index].shape;
+    const float w_e = e->poles * e->base.w_m_rad_s;
+    const float i = e->base.i_A;
+    const unsigned by = rows[e->list[index].effect].base;
+    float base = 1.0f;
+    switch (by & 7u) {
+    case HEAT: base = s[1] > 0.0f ? 1.0f : HEAT_BASE_K; break;
+    case N: base = s[0]; break;
+    case Z: base = s[0] + fmaxf(s[1], s[2]) * w_e; break;
+    case L_V: base = fmaxf(s[1], s[2]) * e->base.v_V; break;
+    case FLUX: base = s[2] + fabsf(s[1] - s[0]) * i; break;
+    case STEP: base = DELAY_BASE * e->base.v_V; break;
+    default: break;
     }
+    if ((by & BY_W) != 0) base *= w_e;
+    if ((by & BY_W2) == BY_W2) base *= w_e;
+    return (by & BY_I) != 0 ? base * i : base;
 }
 
 void dqw_effect_plan(dqw_effect *e)

@@ -1,31 +1,44 @@
 #include "dqw_effect_kind.h"
 
+#include <stddef.h>
 #include <stdint.h>
 
-// What whole numbers say of an effect, a row each; both arithmetics read it.
+// What both arithmetics know of an effect, a row each: its name, weights, what it asks of samples, its shape.
+// clang-format off
+#define ROWS(ROW) \
+    ROW(DEAD_TIME, "dead_time", 1, DQW_NEEDS_ANGLE, WIDTH) \
+    ROW(SATURATION, "saturation", 5, 0, WIDTH) \
+    ROW(CROSS_SATURATION, "cross_saturation", 3, 0, WIDTH) \
+    ROW(WINDING_TEMPERATURE, "winding_temperature", 1, DQW_NEEDS_WINDING, HEAT) \
+    ROW(MAGNET_TEMPERATURE, "magnet_temperature", 1, DQW_NEEDS_MAGNET, HEAT) \
+    ROW(IRON_LOSS, "iron_loss", 1, DQW_NEEDS_LAST, MACHINE) \
+    ROW(FLUX_HARMONICS, "flux_harmonics", 4, DQW_NEEDS_ANGLE, ORDER) \
+    ROW(CURRENT_OFFSET, "current_offset", 2, DQW_NEEDS_ANGLE, MACHINE) \
+    ROW(CURRENT_GAIN_MISMATCH, "current_gain_mismatch", 2, DQW_NEEDS_ANGLE, MACHINE) \
+    ROW(ANGLE_OFFSET, "angle_offset", 1, 0, MACHINE) \
+    ROW(DELAY, "delay", 1, DQW_NEEDS_LAST, FREE) \
+    ROW(SKIN_EFFECT, "skin_effect", 1, 0, FREE) \
+    ROW(PHASE_RESISTANCE_IMBALANCE, "phase_resistance_imbalance", 2, DQW_NEEDS_ANGLE, FREE) \
+    ROW(VOLTAGE_OFFSET, "voltage_offset", 2, 0, FREE) \
+    ROW(COULOMB_FRICTION, "coulomb_friction", 1, DQW_NEEDS_SHAFT, WIDTH) \
+    ROW(DIRECTION_ASYMMETRY, "direction_asymmetry", 1, DQW_NEEDS_SHAFT, WIDTH) \
+    ROW(STRIBECK_FRICTION, "stribeck_friction", 1, DQW_NEEDS_SHAFT, WIDTHS) \
+    ROW(COGGING_TORQUE, "cogging_torque", 2, DQW_NEEDS_SHAFT, WIDTH) \
+    ROW(LOAD_TORQUE, "load_torque", 1, DQW_NEEDS_SHAFT, FREE)
+// clang-format on
+
+// Apart: a firmware that prints no name does not hold them.
+#define TEXT(name, text, weights, needs, shape) [DQW_EFFECT_##name] = text,
+#define NUMBERS(name, text, weights, needs, shape) [DQW_EFFECT_##name] = {weights, needs, DQW_SHAPE_##shape},
+
+static const char *const texts[] = {[DQW_EFFECT_NONE] = "none", ROWS(TEXT)};
+
 static const struct {
-    uint8_t weights, needs;
-} rows[DQW_EFFECT_NAMES] = {
-    [DQW_EFFECT_DEAD_TIME] = {1, DQW_NEEDS_ANGLE},
-    [DQW_EFFECT_SATURATION] = {5, 0},
-    [DQW_EFFECT_CROSS_SATURATION] = {3, 0},
-    [DQW_EFFECT_WINDING_TEMPERATURE] = {1, DQW_NEEDS_WINDING},
-    [DQW_EFFECT_MAGNET_TEMPERATURE] = {1, DQW_NEEDS_MAGNET},
-    [DQW_EFFECT_IRON_LOSS] = {1, DQW_NEEDS_LAST},
-    [DQW_EFFECT_FLUX_HARMONICS] = {4, DQW_NEEDS_ANGLE},
-    [DQW_EFFECT_CURRENT_OFFSET] = {2, DQW_NEEDS_ANGLE},
-    [DQW_EFFECT_CURRENT_GAIN_MISMATCH] = {2, DQW_NEEDS_ANGLE},
-    [DQW_EFFECT_ANGLE_OFFSET] = {1, 0},
-    [DQW_EFFECT_DELAY] = {1, DQW_NEEDS_LAST},
-    [DQW_EFFECT_SKIN_EFFECT] = {1, 0},
-    [DQW_EFFECT_PHASE_RESISTANCE_IMBALANCE] = {2, DQW_NEEDS_ANGLE},
-    [DQW_EFFECT_VOLTAGE_OFFSET] = {2, 0},
-    [DQW_EFFECT_COULOMB_FRICTION] = {1, DQW_NEEDS_SHAFT},
-    [DQW_EFFECT_DIRECTION_ASYMMETRY] = {1, DQW_NEEDS_SHAFT},
-    [DQW_EFFECT_STRIBECK_FRICTION] = {1, DQW_NEEDS_SHAFT},
-    [DQW_EFFECT_COGGING_TORQUE] = {2, DQW_NEEDS_SHAFT},
-    [DQW_EFFECT_LOAD_TORQUE] = {1, DQW_NEEDS_SHAFT},
-};
+    uint8_t weights, needs, shape;
+} rows[] = {ROWS(NUMBERS)};
+
+// An effect whose name stands last in its list has a row, or this does not compile; lint sees the others.
+typedef char rows_are_complete[sizeof rows / sizeof rows[0] == DQW_EFFECT_NAMES ? 1 : -1];
 
 int dqw_effect_weights(enum dqw_effect_name name)
 {
@@ -37,7 +50,17 @@ unsigned dqw_effect_needs(enum dqw_effect_name name)
     return (unsigned)name < DQW_EFFECT_NAMES ? rows[name].needs : 0u;
 }
 
+enum dqw_effect_shape dqw_effect_shape_of(enum dqw_effect_name name)
+{
+    return (unsigned)name < DQW_EFFECT_NAMES ? (enum dqw_effect_shape)rows[name].shape : DQW_SHAPE_FREE;
+}
+
 bool dqw_effect_is_mechanical(enum dqw_effect_name name)
 {
     return (dqw_effect_needs(name) & DQW_NEEDS_SHAFT) != 0;
+}
+
+const char *dqw_effect_text(enum dqw_effect_name name)
+{
+    return (unsigned)name < DQW_EFFECT_NAMES && texts[name] != NULL ? texts[name] : "?";
 }

@@ -36,6 +36,11 @@ enum dqw_effect_name {
     DQW_EFFECT_NAMES
 };
 
+/// Its name as dqwatch writes it: "dead_time".
+/// Returns  constant text; "?" for what is no enumerator
+/// Context  ISR safe; no state
+const char *dqw_effect_text(enum dqw_effect_name name);
+
 /// Weights of an effect; 0 where there is no such name.
 int dqw_effect_weights(enum dqw_effect_name name);
 

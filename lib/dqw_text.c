@@ -91,30 +91,6 @@ static const char *const fault_texts[] = {
 };
 COMPLETE(fault_texts, DQW_FAULT_NAMES);
 
-static const char *const effect_texts[] = {
-    [DQW_EFFECT_NONE] = "none",
-    [DQW_EFFECT_DEAD_TIME] = "dead_time",
-    [DQW_EFFECT_SATURATION] = "saturation",
-    [DQW_EFFECT_CROSS_SATURATION] = "cross_saturation",
-    [DQW_EFFECT_WINDING_TEMPERATURE] = "winding_temperature",
-    [DQW_EFFECT_MAGNET_TEMPERATURE] = "magnet_temperature",
-    [DQW_EFFECT_IRON_LOSS] = "iron_loss",
-    [DQW_EFFECT_FLUX_HARMONICS] = "flux_harmonics",
-    [DQW_EFFECT_CURRENT_OFFSET] = "current_offset",
-    [DQW_EFFECT_CURRENT_GAIN_MISMATCH] = "current_gain_mismatch",
-    [DQW_EFFECT_ANGLE_OFFSET] = "angle_offset",
-    [DQW_EFFECT_DELAY] = "delay",
-    [DQW_EFFECT_SKIN_EFFECT] = "skin_effect",
-    [DQW_EFFECT_PHASE_RESISTANCE_IMBALANCE] = "phase_resistance_imbalance",
-    [DQW_EFFECT_VOLTAGE_OFFSET] = "voltage_offset",
-    [DQW_EFFECT_COULOMB_FRICTION] = "coulomb_friction",
-    [DQW_EFFECT_DIRECTION_ASYMMETRY] = "direction_asymmetry",
-    [DQW_EFFECT_STRIBECK_FRICTION] = "stribeck_friction",
-    [DQW_EFFECT_COGGING_TORQUE] = "cogging_torque",
-    [DQW_EFFECT_LOAD_TORQUE] = "load_torque",
-};
-COMPLETE(effect_texts, DQW_EFFECT_NAMES);
-
 static const char *const stage_texts[] = {
     [DQW_STAGE_DOMAIN] = "domain knowledge",
     [DQW_STAGE_RANDOM] = "random learning",
@@ -162,11 +138,6 @@ const char *dqw_parameter_text(enum dqw_monitor_channel channel)
 const char *dqw_fault_text(enum dqw_fault_name fault)
 {
     return text_of(fault_texts, LENGTH(fault_texts), (long)fault);
-}
-
-const char *dqw_effect_text(enum dqw_effect_name effect)
-{
-    return text_of(effect_texts, LENGTH(effect_texts), (long)effect);
 }
 
 const char *dqw_stage_text(enum dqw_stage_name stage)

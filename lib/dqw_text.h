@@ -18,13 +18,12 @@ extern "C" {
 /// Context  ISR safe; no state
 const char *dqw_status_text(enum dqw_status status);
 
-/// Names as dqwatch writes them: a channel with its unit as suffix, "R_ohm"; a fault, "turn_short"; an effect,
-/// "dead_time"; a stage, "random learning".
+/// Names as dqwatch writes them: a channel with its unit as suffix, "R_ohm"; a fault, "turn_short"; a stage,
+/// "random learning".
 /// Returns  constant text; "?" for what is no enumerator
 /// Context  ISR safe; no state
 const char *dqw_parameter_text(enum dqw_monitor_channel channel);
 const char *dqw_fault_text(enum dqw_fault_name fault);
-const char *dqw_effect_text(enum dqw_effect_name effect);
 const char *dqw_stage_text(enum dqw_stage_name stage);
 
 /// Why a monitor is not in service, or watches nothing at the moment, as half a sentence: "L_q is not known yet: i_q

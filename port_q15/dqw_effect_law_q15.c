@@ -282,14 +282,13 @@ static void add_late(const dqw_effect_q15 *e, int32_t d[], int32_t q[])
 {
     int at = 0;
     for (int k = 0; k < e->count; k++) {
-        const enum dqw_effect_name effect = e->list[k].effect;
-        // 2.42 times 2, or half of that.
-        const int32_t twice_q30 = effect == DQW_EFFECT_IRON_LOSS ? e->part_q30[k][4] : ONE_Q30;
-        if (effect == DQW_EFFECT_DELAY || effect == DQW_EFFECT_IRON_LOSS) {
+        // 2.42 times 2, or half of that; 0 of the others.
+        const int32_t twice_q30 = e->part_q30[k][4];
+        if (twice_q30 != 0) {
             d[at] += 2 * coarse(e, times(e->late_d_q28, twice_q30));
             q[at] += 2 * coarse(e, times(e->late_q_q28, twice_q30));
         }
-        at += dqw_effect_weights_of_q15(e, effect);
+        at += dqw_effect_weights_of_q15(e, e->list[k].effect);
     }
 }
 

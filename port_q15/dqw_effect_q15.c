@@ -23,6 +23,28 @@
 // R, L, psi and what is made of them need no more bits in Q40.
 #define MOST_BITS 58u
 
+// What a weight is divided by when it is read: nothing; of settled rows the angle; its square; a base that the machine's
+// own values make.
+enum weight { PLAIN, PER_ANGLE, PER_ANGLE_2, OWN_IRON, OWN_SENSOR, OWN_GAIN, OWN_ANGLE };
+
+// An electrical effect: its weight. Its shape is take_shape(), its law put() in dqw_effect_law_q15.c.
+static const uint8_t rows[DQW_EFFECT_NAMES] = {
+    [DQW_EFFECT_DEAD_TIME] = PLAIN,
+    [DQW_EFFECT_SATURATION] = PER_ANGLE,
+    [DQW_EFFECT_CROSS_SATURATION] = PER_ANGLE,
+    [DQW_EFFECT_WINDING_TEMPERATURE] = PLAIN,
+    [DQW_EFFECT_MAGNET_TEMPERATURE] = PER_ANGLE,
+    [DQW_EFFECT_IRON_LOSS] = OWN_IRON,
+    [DQW_EFFECT_FLUX_HARMONICS] = PER_ANGLE,
+    [DQW_EFFECT_CURRENT_OFFSET] = OWN_SENSOR,
+    [DQW_EFFECT_CURRENT_GAIN_MISMATCH] = OWN_GAIN,
+    [DQW_EFFECT_ANGLE_OFFSET] = OWN_ANGLE,
+    [DQW_EFFECT_DELAY] = PER_ANGLE,
+    [DQW_EFFECT_SKIN_EFFECT] = PER_ANGLE_2,
+    [DQW_EFFECT_PHASE_RESISTANCE_IMBALANCE] = PLAIN,
+    [DQW_EFFECT_VOLTAGE_OFFSET] = PLAIN,
+};
+
 static int64_t size(int64_t x)
 {
     return x < 0 ? -x : x;
@@ -79,11 +101,11 @@ static int64_t own_base_q40(const dqw_effect_q15 *e, const dqw_effect_q15_config
 {
     const int64_t R = R_q40(e, c);
     const int64_t L = larger(L_q40(e, c->Ld_nH), L_q40(e, c->Lq_nH));
-    switch (c->effect) {
-    case DQW_EFFECT_IRON_LOSS: return bounded(dqw_q_product64(2 * L, ONE_Q40 + R, -40));
-    case DQW_EFFECT_CURRENT_OFFSET: return larger(R, L);
-    case DQW_EFFECT_CURRENT_GAIN_MISMATCH: return 2 * larger(R, L);
-    case DQW_EFFECT_ANGLE_OFFSET: return psi_q40(e, c->psi_nWb) + size(L_q40(e, c->Lq_nH) - L_q40(e, c->Ld_nH));
+    switch ((enum weight)rows[c->effect]) {
+    case OWN_IRON: return bounded(dqw_q_product64(2 * L, ONE_Q40 + R, -40));
+    case OWN_SENSOR: return larger(R, L);
+    case OWN_GAIN: return 2 * larger(R, L);
+    case OWN_ANGLE: return psi_q40(e, c->psi_nWb) + size(L_q40(e, c->Lq_nH) - L_q40(e, c->Ld_nH));
     default: return ONE_Q40;
     }
 }
@@ -179,7 +201,10 @@ static bool take_shape(dqw_effect_q15 *e, int k)
         p[1] = part(psi_q40(e, c->psi_nWb), base);
         usual_q28 = T_q28;
         break;
-    case DQW_EFFECT_DELAY: usual_q28 = DELAY_Q28; break;
+    case DQW_EFFECT_DELAY:
+        p[4] = ONE_Q30;
+        usual_q28 = DELAY_Q28;
+        break;
     default: break;
     }
     e->base_q28[k] = dqw_q31_sat(usual_q28);
@@ -289,20 +314,12 @@ int64_t dqw_effect_restored_q40(const dqw_effect_q15 *e, int index, int i, int64
     int64_t w = w_q40;
     if (is_temperature(c->effect))
         w = c->tau_us > 0 ? powered(e, c, 2, dqw_q_scale64(w, -1)) : dqw_q_product64(w, 100, -15);
-    switch (c->effect) {
-    case DQW_EFFECT_SATURATION: w = powered(e, c, power[i], w); break;
-    case DQW_EFFECT_CROSS_SATURATION: w = powered(e, c, power[i], dqw_q_scale64(w, halvings[i])); break;
-    case DQW_EFFECT_IRON_LOSS:
-    case DQW_EFFECT_CURRENT_OFFSET:
-    case DQW_EFFECT_CURRENT_GAIN_MISMATCH:
-    case DQW_EFFECT_ANGLE_OFFSET: return dqw_q_quotient64(w, own_base_q40(e, c), 40);
-    case DQW_EFFECT_SKIN_EFFECT: return dqw_q_quotient64(dqw_q_quotient64(w, angle, 40), angle, 40);
-    case DQW_EFFECT_DELAY: return e->settled ? dqw_q_quotient64(w, angle, 40) : w;
-    default: break;
-    }
-    const bool flux = c->effect == DQW_EFFECT_SATURATION || c->effect == DQW_EFFECT_CROSS_SATURATION ||
-                      c->effect == DQW_EFFECT_MAGNET_TEMPERATURE || c->effect == DQW_EFFECT_FLUX_HARMONICS;
-    return flux && e->settled ? dqw_q_quotient64(w, angle, 40) : w;
+    if (c->effect == DQW_EFFECT_SATURATION) w = powered(e, c, power[i], w);
+    if (c->effect == DQW_EFFECT_CROSS_SATURATION) w = powered(e, c, power[i], dqw_q_scale64(w, halvings[i]));
+    const enum weight weight = (enum weight)rows[c->effect];
+    if (weight >= OWN_IRON) return dqw_q_quotient64(w, own_base_q40(e, c), 40);
+    if (weight == PER_ANGLE_2) return dqw_q_quotient64(dqw_q_quotient64(w, angle, 40), angle, 40);
+    return weight != PLAIN && e->settled ? dqw_q_quotient64(w, angle, 40) : w;
 }
 
 int64_t dqw_effect_based_q40(const dqw_effect_q15 *e, int index, int i, int64_t weight_q40)

@@ -81,9 +81,9 @@ enum dqw_status dqw_torque_init_q15(dqw_torque_q15 *t, const dqw_torque_q15_conf
     if (t == NULL || config == NULL) return DQW_ERR_NULL;
     const dqw_torque_q15_config *c = config;
     if (!dqw_effect_is_mechanical(c->effect)) return DQW_ERR_RANGE;
-    const bool friction = c->effect <= DQW_EFFECT_STRIBECK_FRICTION;
     const bool falls = c->effect == DQW_EFFECT_STRIBECK_FRICTION;
     const bool cogs = c->effect == DQW_EFFECT_COGGING_TORQUE;
+    const bool friction = !cogs && c->effect != DQW_EFFECT_LOAD_TORQUE;
     dqw_torque_q15 n = {.effect = (uint8_t)c->effect};
     if (friction) n.rate_q16 = dqw_soft_rate_q15(c->width_urad_s, w_full_mrad_s);
     if (falls) n.fall_q15 = per_speed(c->fall_urad_s, w_full_mrad_s, PER_ROOT_LN2_Q28, 15);
@@ -116,6 +116,7 @@ void dqw_torque_at_q15(const dqw_torque_q15 *t, int16_t w_m_q15, uint16_t theta_
         x_q15[1] = sine;
         break;
     }
+    case DQW_EFFECT_LOAD_TORQUE:
     default: x_q15[0] = 32768; break;
     }
 }

@@ -8,10 +8,10 @@
 static const char *broken(double x, enum dqw_sim_rule rule)
 {
     if (!isfinite(x)) return "must be finite";
-    if (rule == DQW_SIM_POSITIVE && !(x > 0)) return "must be above 0";
-    if (rule == DQW_SIM_NOT_NEGATIVE && !(x >= 0)) return "must not be negative";
-    if (rule == DQW_SIM_BELOW_ONE && !(x >= 0 && x < 1)) return "must be from 0 to below 1";
-    if (rule == DQW_SIM_UP_TO_TWO && !(x >= 0 && x <= 2)) return "must be from 0 to 2";
+    if (rule == DQW_SIM_ABOVE_0 && !(x > 0)) return "must be above 0";
+    if (rule == DQW_SIM_FROM_0 && !(x >= 0)) return "must not be negative";
+    if (rule == DQW_SIM_BELOW_1 && !(x >= 0 && x < 1)) return "must be from 0 to below 1";
+    if (rule == DQW_SIM_TO_2 && !(x >= 0 && x <= 2)) return "must be from 0 to 2";
     if (rule == DQW_SIM_A_GAIN && !(x > -1)) return "must be above -1";
     return NULL;
 }

@@ -94,4 +94,5 @@ void dqw_sim_circuit(const dqw_sim_plant *p, double R, double im_x, double im_y,
         unequal_circuit(p, R, c, s, im_x, im_y, o);
     else
         shorted_circuit(p, R, c, s, im_x, im_y, o);
+    o->iron_W = 1.5 * p->now.iron_loss_S.value * (o->e_x_V * o->e_x_V + o->e_y_V * o->e_y_V);
 }

@@ -11,72 +11,70 @@
 #define FIELD(name, field, kind, rule, choices)                                                                      \
     {#name, offsetof(dqw_sim_scenario, field), DQW_SIM_FIELD_##kind, DQW_SIM_##rule, choices}
 #define NUMBER(field, rule) FIELD(field, field, DOUBLE, rule, NULL)
-#define OTHER(field, kind) FIELD(field, field, kind, FINITE, NULL)
+#define OTHER(field, kind) FIELD(field, field, kind, ANY, NULL)
 #define COUNT(field) OTHER(field, INT)
-#define CHOICE(field, names) FIELD(field, field, CHOICE, FINITE, names)
+#define CHOICE(field, names) FIELD(field, field, CHOICE, ANY, names)
 // A ramp or a signal alone stands for its value.
 #define RAMP(field, rule)                                                                                            \
-    FIELD(field, field.value, RAMP, rule, NULL), NUMBER(field.t_start_s, FINITE), NUMBER(field.t_end_s, FINITE)
+    FIELD(field, field.value, RAMP, rule, NULL), NUMBER(field.t_start_s, ANY), NUMBER(field.t_end_s, ANY)
 #define SIGNAL(field)                                                                                                \
-    FIELD(field, field.value, DOUBLE, FINITE, NULL), NUMBER(field.step, FINITE), NUMBER(field.t_step_s, FINITE),     \
-        NUMBER(field.wave, FINITE), NUMBER(field.wave_period_s, FINITE),                                             \
-        CHOICE(field.shape, "sine square triangle stairs "), COUNT(field.levels), NUMBER(field.random, FINITE),      \
-        NUMBER(field.random_hold_s, FINITE), NUMBER(field.binary, FINITE), NUMBER(field.binary_hold_s, FINITE)
+    FIELD(field, field.value, DOUBLE, ANY, NULL), NUMBER(field.step, ANY), NUMBER(field.t_step_s, ANY),              \
+        NUMBER(field.wave, ANY), NUMBER(field.wave_period_s, ANY),                                                   \
+        CHOICE(field.shape, "sine square triangle stairs "), COUNT(field.levels), NUMBER(field.random, ANY),         \
+        NUMBER(field.random_hold_s, ANY), NUMBER(field.binary, ANY), NUMBER(field.binary_hold_s, ANY)
 
 // A key, and what its value may be. Beside those of an effect of the catalogue stands its name: lint looks there.
 static const dqw_sim_field fields[] = {
-    NUMBER(duration_s, POSITIVE), NUMBER(rtol, POSITIVE), CHOICE(method, "adams bdf "),
-    OTHER(balance, BOOL), OTHER(seed, SEED),
-    COUNT(machine.pole_pairs), NUMBER(machine.R_ohm, POSITIVE), NUMBER(machine.Ld_H, POSITIVE),
-    NUMBER(machine.Lq_H, POSITIVE), NUMBER(machine.psi_Wb, NOT_NEGATIVE), NUMBER(machine.J_kgm2, NOT_NEGATIVE),
-    NUMBER(machine.B_Nms_rad, NOT_NEGATIVE),
-    NUMBER(machine.coulomb_Nm, NOT_NEGATIVE), NUMBER(machine.coulomb_width_rad_s, NOT_NEGATIVE),  // coulomb_friction
-    NUMBER(machine.temp_ref_C, FINITE), NUMBER(machine.temp_ambient_C, FINITE), NUMBER(machine.temp_start_C, FINITE),
-    NUMBER(machine.winding_heat_J_K, NOT_NEGATIVE), NUMBER(machine.magnet_heat_J_K, NOT_NEGATIVE),
-    NUMBER(machine.winding_magnet_W_K, NOT_NEGATIVE), NUMBER(machine.winding_ambient_W_K, NOT_NEGATIVE),
-    NUMBER(machine.magnet_ambient_W_K, NOT_NEGATIVE), OTHER(machine.flux_map, PATH),
-    RAMP(nonideal.dead_time_V, NOT_NEGATIVE), NUMBER(nonideal.dead_time_width_A, NOT_NEGATIVE),  // dead_time
-    RAMP(nonideal.saturation_dd_A_Wb3, FINITE), RAMP(nonideal.saturation_qq_A_Wb3, FINITE),  // saturation
-    RAMP(nonideal.saturation_dq_A_Wb3, FINITE),  // cross_saturation
-    RAMP(nonideal.iron_loss_S, NOT_NEGATIVE),  // iron_loss
-    RAMP(nonideal.winding_alpha_per_K, FINITE),  // winding_temperature
-    RAMP(nonideal.magnet_beta_per_K, FINITE),  // magnet_temperature
-    RAMP(nonideal.turn_short, BELOW_ONE), NUMBER(nonideal.turn_short_ohm, NOT_NEGATIVE),
-    RAMP(nonideal.demagnetisation, BELOW_ONE), RAMP(nonideal.phase_connection_ohm, NOT_NEGATIVE),
-    RAMP(nonideal.bearing_Nm, NOT_NEGATIVE), RAMP(nonideal.bearing_B_Nms_rad, NOT_NEGATIVE),
-    RAMP(nonideal.skin_effect_s2_rad2, NOT_NEGATIVE),  // skin_effect
-    RAMP(nonideal.phase_resistance_a_ohm, FINITE),  // phase_resistance_imbalance
-    RAMP(nonideal.phase_resistance_b_ohm, FINITE),
-    RAMP(nonideal.flux_harmonic_6d_Wb, FINITE), RAMP(nonideal.flux_harmonic_6q_Wb, FINITE),  // flux_harmonics
-    NUMBER(nonideal.flux_harmonic_6_phase_rad, FINITE), RAMP(nonideal.flux_harmonic_12d_Wb, FINITE),
-    RAMP(nonideal.flux_harmonic_12q_Wb, FINITE), NUMBER(nonideal.flux_harmonic_12_phase_rad, FINITE),
-    RAMP(nonideal.delay_periods, UP_TO_TWO),  // delay
+    NUMBER(duration_s, ABOVE_0), NUMBER(rtol, ABOVE_0), CHOICE(method, "adams bdf "), OTHER(balance, BOOL),
+    OTHER(seed, SEED),
+    COUNT(machine.pole_pairs), NUMBER(machine.R_ohm, ABOVE_0), NUMBER(machine.Ld_H, ABOVE_0),
+    NUMBER(machine.Lq_H, ABOVE_0), NUMBER(machine.psi_Wb, FROM_0), NUMBER(machine.J_kgm2, FROM_0),
+    NUMBER(machine.B_Nms_rad, FROM_0),
+    NUMBER(machine.coulomb_Nm, FROM_0), NUMBER(machine.coulomb_width_rad_s, FROM_0),  // coulomb_friction
+    NUMBER(machine.temp_ref_C, ANY), NUMBER(machine.temp_ambient_C, ANY), NUMBER(machine.temp_start_C, ANY),
+    NUMBER(machine.winding_heat_J_K, FROM_0), NUMBER(machine.magnet_heat_J_K, FROM_0),
+    NUMBER(machine.winding_magnet_W_K, FROM_0), NUMBER(machine.winding_ambient_W_K, FROM_0),
+    NUMBER(machine.magnet_ambient_W_K, FROM_0), OTHER(machine.flux_map, PATH),
+    RAMP(nonideal.dead_time_V, FROM_0), NUMBER(nonideal.dead_time_width_A, FROM_0),  // dead_time
+    RAMP(nonideal.saturation_dd_A_Wb3, ANY), RAMP(nonideal.saturation_qq_A_Wb3, ANY),  // saturation
+    RAMP(nonideal.saturation_dq_A_Wb3, ANY),  // cross_saturation
+    RAMP(nonideal.iron_loss_S, FROM_0),  // iron_loss
+    RAMP(nonideal.winding_alpha_per_K, ANY),  // winding_temperature
+    RAMP(nonideal.magnet_beta_per_K, ANY),  // magnet_temperature
+    RAMP(nonideal.turn_short, BELOW_1), NUMBER(nonideal.turn_short_ohm, FROM_0),
+    RAMP(nonideal.demagnetisation, BELOW_1), RAMP(nonideal.phase_connection_ohm, FROM_0),
+    RAMP(nonideal.bearing_Nm, FROM_0), RAMP(nonideal.bearing_B_Nms_rad, FROM_0),
+    RAMP(nonideal.skin_effect_s2_rad2, FROM_0),  // skin_effect
+    RAMP(nonideal.phase_resistance_a_ohm, ANY),  // phase_resistance_imbalance
+    RAMP(nonideal.phase_resistance_b_ohm, ANY),
+    RAMP(nonideal.flux_harmonic_6d_Wb, ANY), RAMP(nonideal.flux_harmonic_6q_Wb, ANY),  // flux_harmonics
+    NUMBER(nonideal.flux_harmonic_6_phase_rad, ANY), RAMP(nonideal.flux_harmonic_12d_Wb, ANY),
+    RAMP(nonideal.flux_harmonic_12q_Wb, ANY), NUMBER(nonideal.flux_harmonic_12_phase_rad, ANY),
+    RAMP(nonideal.delay_periods, TO_2),  // delay
     RAMP(nonideal.current_gain_a, A_GAIN), RAMP(nonideal.current_gain_b, A_GAIN),  // current_gain_mismatch
     RAMP(nonideal.current_gain_c, A_GAIN),
-    RAMP(nonideal.current_offset_alpha_A, FINITE), RAMP(nonideal.current_offset_beta_A, FINITE),  // current_offset
-    RAMP(nonideal.angle_offset_rad, FINITE),  // angle_offset
-    RAMP(nonideal.voltage_offset_d_V, FINITE), RAMP(nonideal.voltage_offset_q_V, FINITE),  // voltage_offset
-    RAMP(nonideal.stribeck_Nm, NOT_NEGATIVE), NUMBER(nonideal.stribeck_width_rad_s, NOT_NEGATIVE),  // stribeck_friction
-    RAMP(nonideal.friction_asymmetry_Nm, FINITE),  // direction_asymmetry
-    RAMP(nonideal.cogging_Nm, NOT_NEGATIVE), COUNT(nonideal.cogging_order),  // cogging_torque
-    NUMBER(nonideal.cogging_phase_rad, FINITE),
+    RAMP(nonideal.current_offset_alpha_A, ANY), RAMP(nonideal.current_offset_beta_A, ANY),  // current_offset
+    RAMP(nonideal.angle_offset_rad, ANY),  // angle_offset
+    RAMP(nonideal.voltage_offset_d_V, ANY), RAMP(nonideal.voltage_offset_q_V, ANY),  // voltage_offset
+    RAMP(nonideal.stribeck_Nm, FROM_0), NUMBER(nonideal.stribeck_width_rad_s, FROM_0),  // stribeck_friction
+    RAMP(nonideal.friction_asymmetry_Nm, ANY),  // direction_asymmetry
+    RAMP(nonideal.cogging_Nm, FROM_0), COUNT(nonideal.cogging_order),  // cogging_torque
+    NUMBER(nonideal.cogging_phase_rad, ANY),
     OTHER(nonideal.inverter_curve, PATH),
-    RAMP(nonideal.disturbance_V, NOT_NEGATIVE), NUMBER(nonideal.disturbance_Hz, NOT_NEGATIVE),
-    RAMP(nonideal.hum_A, NOT_NEGATIVE), NUMBER(nonideal.hum_Hz, NOT_NEGATIVE), NUMBER(nonideal.clip_A, NOT_NEGATIVE),
-    NUMBER(nonideal.dropped_fraction, BELOW_ONE),
-    NUMBER(drive.dt_s, POSITIVE), NUMBER(drive.v_dc_V, POSITIVE), NUMBER(drive.current_bandwidth_rad_s, NOT_NEGATIVE),
-    NUMBER(drive.speed_bandwidth_rad_s, NOT_NEGATIVE), NUMBER(drive.i_max_A, POSITIVE), CHOICE(drive.hold, "abc dq "),
+    RAMP(nonideal.disturbance_V, FROM_0), NUMBER(nonideal.disturbance_Hz, FROM_0), RAMP(nonideal.hum_A, FROM_0),
+    NUMBER(nonideal.hum_Hz, FROM_0), NUMBER(nonideal.clip_A, FROM_0), NUMBER(nonideal.dropped_fraction, BELOW_1),
+    NUMBER(drive.dt_s, ABOVE_0), NUMBER(drive.v_dc_V, ABOVE_0), NUMBER(drive.current_bandwidth_rad_s, FROM_0),
+    NUMBER(drive.speed_bandwidth_rad_s, FROM_0), NUMBER(drive.i_max_A, ABOVE_0), CHOICE(drive.hold, "abc dq "),
     COUNT(drive.log_every), COUNT(drive.log_window),
     CHOICE(profile.control, "speed current voltage "), CHOICE(profile.shaft, "free imposed "),
-    NUMBER(profile.speed_start_rad_s, FINITE), SIGNAL(profile.speed_rad_s), SIGNAL(profile.i_d_A),
-    SIGNAL(profile.i_q_A), SIGNAL(profile.v_d_V), SIGNAL(profile.v_q_V),
+    NUMBER(profile.speed_start_rad_s, ANY), SIGNAL(profile.speed_rad_s), SIGNAL(profile.i_d_A), SIGNAL(profile.i_q_A),
+    SIGNAL(profile.v_d_V), SIGNAL(profile.v_q_V),
     SIGNAL(profile.load_Nm),  // load_torque
-    NUMBER(noise.i, NOT_NEGATIVE), NUMBER(noise.v, NOT_NEGATIVE), NUMBER(noise.w, NOT_NEGATIVE),
-    NUMBER(noise.theta, NOT_NEGATIVE), NUMBER(noise.v_dc, NOT_NEGATIVE), NUMBER(noise.temp, NOT_NEGATIVE),
-    NUMBER(noise.torque, NOT_NEGATIVE), NUMBER(noise.step_i_A, NOT_NEGATIVE), NUMBER(noise.step_v_V, NOT_NEGATIVE),
-    NUMBER(noise.step_w_rad_s, NOT_NEGATIVE), NUMBER(noise.step_theta_m_rad, NOT_NEGATIVE),
-    NUMBER(noise.step_v_dc_V, NOT_NEGATIVE), NUMBER(noise.step_temp_C, NOT_NEGATIVE),
-    NUMBER(noise.step_torque_Nm, NOT_NEGATIVE), OTHER(noise.seed, SEED),
+    NUMBER(noise.i, FROM_0), NUMBER(noise.v, FROM_0), NUMBER(noise.w, FROM_0), NUMBER(noise.theta, FROM_0),
+    NUMBER(noise.v_dc, FROM_0), NUMBER(noise.temp, FROM_0), NUMBER(noise.torque, FROM_0),
+    NUMBER(noise.step_i_A, FROM_0), NUMBER(noise.step_v_V, FROM_0), NUMBER(noise.step_w_rad_s, FROM_0),
+    NUMBER(noise.step_theta_m_rad, FROM_0), NUMBER(noise.step_v_dc_V, FROM_0), NUMBER(noise.step_temp_C, FROM_0),
+    NUMBER(noise.step_torque_Nm, FROM_0), OTHER(noise.seed, SEED),
 };
 // clang-format on
 
@@ -91,14 +89,14 @@ enum {
     SHORTHANDS = sizeof shorthands / sizeof *shorthands
 };
 
+// A ramp begins with its value.
 void dqw_sim_ramps_at(const dqw_sim_scenario *s, double t_s, dqw_sim_nonideal *now)
 {
     for (size_t i = 0; i < FIELDS; ++i) {
         if (fields[i].kind != DQW_SIM_FIELD_RAMP) continue;
-        dqw_sim_ramp ramp;
-        memcpy(&ramp, (const char *)s + fields[i].offset - offsetof(dqw_sim_ramp, value), sizeof ramp);
-        ramp.value = dqw_sim_ramp_at(&ramp, t_s);
-        memcpy((char *)now + fields[i].offset - offsetof(dqw_sim_scenario, nonideal), &ramp.value, sizeof ramp.value);
+        const dqw_sim_ramp *ramp = (const void *)((const char *)s + fields[i].offset);
+        char *to = (char *)now + fields[i].offset - offsetof(dqw_sim_scenario, nonideal);
+        *(double *)(void *)to = dqw_sim_ramp_at(ramp, t_s);
     }
 }
 

@@ -17,14 +17,7 @@ enum dqw_sim_field_kind {
 };
 
 /// What a double may be.
-enum dqw_sim_rule {
-    DQW_SIM_FINITE,
-    DQW_SIM_NOT_NEGATIVE,
-    DQW_SIM_POSITIVE,
-    DQW_SIM_BELOW_ONE,
-    DQW_SIM_UP_TO_TWO,
-    DQW_SIM_A_GAIN
-};
+enum dqw_sim_rule { DQW_SIM_ANY, DQW_SIM_FROM_0, DQW_SIM_ABOVE_0, DQW_SIM_BELOW_1, DQW_SIM_TO_2, DQW_SIM_A_GAIN };
 
 typedef struct dqw_sim_field {
     const char *key;

@@ -134,7 +134,6 @@ bool dqw_sim_plant_point(const dqw_sim_plant *p, double tau_s, const double *y, 
     dqw_sim_circuit(p, R, im_x, im_y, o);
     o->i_d_A = c * o->i_x_A + s * o->i_y_A;
     o->i_q_A = c * o->i_y_A - s * o->i_x_A;
-    o->iron_W = 1.5 * p->now.iron_loss_S.value * (o->e_x_V * o->e_x_V + o->e_y_V * o->e_y_V);
     o->friction_Nm = friction_Nm(p, o->w_m_rad_s);
     o->against_Nm = p->load_Nm;
     if (p->now.cogging_Nm.value != 0)

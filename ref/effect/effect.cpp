@@ -1,6 +1,5 @@
 #include "ref/effect/effect.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <iterator>
 
@@ -205,7 +204,7 @@ constexpr Effect rows[] = {
      "motion both ways",
      {{"torque_Nm", -1e6, 1e6}},
      {"A constant load takes {torque_Nm} (load torque)"}},
-    {{Law::clipped_current, "clipped_current", 1, Shape::limit, Unit::one, 0, is_fault}},
+    {{Law::clipped_current, "clipped_current", 1, Shape::limit, Unit::one, 0}},  // last: no effect
 };
 
 /// Where a law's row is.
@@ -222,37 +221,11 @@ constexpr Places places;
 static_assert(places.found == std::size(rows) && std::size(rows) == static_cast<std::size_t>(Law::clipped_current) + 1,
               "an effect lacks its row");
 
-struct Numbers {
-    int all, fitted;
-};
-
-Numbers numbers(Shape shape)
-{
-    switch (shape) {
-    case Shape::current_width:
-    case Shape::speed_width: return {1, 1};
-    case Shape::limit: return {0, 1};
-    case Shape::speed_widths: return {2, 2};
-    case Shape::current_unit:
-    case Shape::order:
-    case Shape::periods_a_turn: return {1, 0};
-    case Shape::heat:
-    case Shape::R_L:
-    case Shape::L_psi: return {3, 0};
-    default: return {0, 0};
-    }
-}
-
 }  // namespace
 
 const std::vector<Effect>& effects()
 {
-    static const std::vector<Effect> catalogue = [] {
-        std::vector<Effect> all;
-        std::copy_if(std::begin(rows), std::end(rows), std::back_inserter(all),
-                     [](const Effect& e) { return (e.is & is_fault) == 0; });
-        return all;
-    }();
+    static const std::vector<Effect> catalogue(std::begin(rows), std::end(rows) - 1);
     return catalogue;
 }
 
@@ -260,13 +233,30 @@ const Effect& effect_of(Law law) { return rows[places.of[static_cast<std::size_t
 
 const Effect* find_effect(const std::string& name)
 {
-    for (const Effect& e : rows)
-        if (name == e.name && (e.is & is_fault) == 0) return &e;
+    for (const Effect& e : effects())
+        if (name == e.name) return &e;
     return nullptr;
 }
 
-int numbers_of(Shape shape) { return numbers(shape).all; }
-int free_of(Shape shape) { return numbers(shape).fitted; }
+int numbers_of(Shape shape)
+{
+    switch (shape) {
+    case Shape::none:
+    case Shape::seconds:
+    case Shape::limit: return 0;
+    case Shape::speed_widths: return 2;
+    case Shape::heat:
+    case Shape::R_L:
+    case Shape::L_psi: return 3;
+    default: return 1;
+    }
+}
+
+int free_of(Shape shape)
+{
+    if (shape == Shape::speed_widths) return 2;
+    return shape == Shape::current_width || shape == Shape::limit || shape == Shape::speed_width ? 1 : 0;
+}
 
 std::vector<Estimate> physical(const std::vector<TraceInput>& inputs, const std::vector<std::vector<double>>& sd,
                                const std::vector<double>& shape_sd, const PlainModel& model)

@@ -37,17 +37,17 @@ enum class Law {
 /// What a law takes for given, in the order of TraceInput::shape.
 enum class Shape {
     none,
-    seconds,         ///< nothing; of settled rows a mark that the weight is in seconds
-    current_width,   ///< a current, A, that is fitted too, and the angle at the first row
-    limit,           ///< a current, A, that is fitted too
-    current_unit,    ///< of a polynomial, A
-    heat,            ///< T_0, degC; time constant, s; current that heats by 1, A
-    R_L,             ///< R, L_d, L_q
-    L_psi,           ///< L_d, L_q, psi
-    order,           ///< of the electrical angle
-    speed_width,     ///< a speed, rad/s, that is fitted too
-    speed_widths,    ///< two of them
-    periods_a_turn,  ///< of the shaft
+    seconds,        ///< nothing; of settled rows a mark that the weight is in seconds
+    current_width,  ///< a current, A, that is fitted too, and the angle at the first row
+    limit,          ///< a current, A, that is fitted too
+    current_unit,   ///< of a polynomial, A
+    heat,           ///< T_0, degC; time constant, s; current that heats by 1, A
+    R_L,            ///< R, L_d, L_q
+    L_psi,          ///< L_d, L_q, psi
+    order,          ///< of the electrical angle
+    speed_width,    ///< a speed, rad/s, that is fitted too
+    speed_widths,   ///< two of them
+    periods_a_turn  ///< of the shaft
 };
 
 /// What a weight is made of, in full scales.
@@ -64,9 +64,8 @@ enum Asks : unsigned {
 
 /// Bits: what else is to be known of an effect.
 enum Is : unsigned {
-    is_mechanical = 1,      ///< of a mechanical log; else of an electrical one
-    is_fault = 2,           ///< of the record: not in the catalogue
-    is_like_turning_v = 4,  ///< looks like a voltage that is held in the rotor's frame
+    is_mechanical = 1,     ///< of a mechanical log; else of an electrical one
+    is_like_turning_v = 2  ///< looks like a voltage that is held in the rotor's frame
 };
 
 /// One physical parameter of an effect and the range outside which it is not believed.
