@@ -303,7 +303,7 @@ bool dqw_estimator_learn(dqw_estimator *e, const dqw_estimator_block *b)
     dqw_estimator_rows r;
     dqw_estimator_rows_of(e, b, &r);
 
-    // [EST.5] what can be learned from this block; its signals are within ten bases, the gate saw to that
+    // [EST.5] what can be learned from this block; that its signals are bounded the gate saw to
     uint32_t mask[2];
     choose(e, &r, mask);
     const bool warm = c->settled || !c->noise_on_inputs || b->noise.rows >= DQW_NOISE_ROWS;

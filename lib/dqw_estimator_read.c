@@ -50,6 +50,7 @@ static float inflation(const dqw_estimator *e, int i)
                       : i == DQW_DEAD_TIME ? DQW_R
                       : i == DQW_PSI_Q     ? DQW_PSI
                                            : i;
+    // [READ.1] the autocorrelation of what blocks teach a weight, bounded
     if (!(e->score2[score] > 0.0f)) return 1.0f;
     const float r = e->score_lag[score] / e->score2[score];
     const float bounded = r < LAG_MIN ? LAG_MIN : r > LAG_MAX ? LAG_MAX : r;
@@ -59,6 +60,7 @@ static float inflation(const dqw_estimator *e, int i)
 
 float dqw_estimator_sd(const dqw_estimator *e, int weight)
 {
+    // [READ.2] a deviation is its covariance times the residual's variance, wider where the rows are few
     // Rows less weights: of few settled ones each counts.
     const float rows = 2.0f * (float)e->blocks;
     const float freedom = rows - (float)learned_count(e);
@@ -82,6 +84,7 @@ float dqw_estimator_recent_pu(const dqw_estimator *e)
 // A deviation as it is now: since the last block the parameter may have wandered on. (E61)
 static float aged(const dqw_estimator *e, int weight, float sd)
 {
+    // [READ.3] how far it may have wandered since
     const uint32_t halves = *(const volatile uint32_t *)&e->halves;
     const float since_s = (float)(halves - e->number) * (float)e->window.half * e->config->dt_s;
     const float wander = e->config->drift_per_sqrt_s * dqw_estimator_size_pu(e, weight) * dqw_estimator_unit(e, weight);
@@ -128,6 +131,7 @@ enum dqw_voltage_acts dqw_estimator_voltage_acts(const dqw_estimator *e)
     float periods;
     float sd;
     late(e, &periods, &sd);
+    // [READ.4] the period by which it is late is 0 or 1, or nobody knows
     const bool next = e->config->voltage_next;
     if (!(sd < LATE_SD)) return DQW_VOLTAGE_NOT_KNOWN;
     if (fabsf(periods) < LATE_NEAR) return next ? DQW_VOLTAGE_NEXT : DQW_VOLTAGE_NOW;

@@ -136,11 +136,18 @@ static void late_of(const dqw_estimator *e, const dqw_estimator_block *b, const 
 
 void dqw_estimator_rows_of(const dqw_estimator *e, const dqw_estimator_block *b, dqw_estimator_rows *r)
 {
+    // [ROW.1] means, without what the trapezoid has too much
     const dqw_block m = exact(e, b);
+
+    // [ROW.2] inputs and targets of both axes
     inputs(e, b, &m, r->x[D], r->x[Q]);
     r->y[D] = m.v_d_V / e->config->v_base_V;
     r->y[Q] = m.v_q_V / e->config->v_base_V;
     if (e->config->settled) return;
+
+    // [ROW.3] the noise of the inputs
     noise_of(e, b, &m, r);
+
+    // [ROW.4] by how much a voltage one period late would differ
     late_of(e, b, &m, r->late);
 }

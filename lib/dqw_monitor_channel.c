@@ -120,11 +120,12 @@ void dqw_monitor_move_healthy(dqw_monitor *m, int channel, float keep)
 
 float dqw_monitor_surely(const dqw_monitor *m, int channel, float deviation)
 {
-    // The healthy value has a deviation too: less, the more looks it is the mean of.
     if (!(deviation < DQW_UNKNOWN)) return DQW_UNKNOWN;
+    // [CHN.1] the deviation of a change: the healthy value has one too, less, the more looks it is the mean of
     const float looks = (float)m->watch.looks[channel];
     const float sure = DEVIATIONS * deviation *
                        sqrtf(1.0f + (float)DQW_WATCH_LOOKS_ALIKE / ((float)DQW_WATCH_LOOKS_ALIKE + looks));
+    // [CHN.2] no narrower than the band
     const float width = dqw_monitor_band_of(m, channel);
     return width > sure ? width : sure;
 }

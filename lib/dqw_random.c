@@ -42,6 +42,7 @@ void dqw_random_put(dqw_random *r, const float x[], int inputs, float target)
     if (!dqw_is_finite(target)) return;
     for (int i = 0; i < inputs && i < DQW_LEARNER_INPUTS; i++)
         if (!dqw_is_finite(x[i])) return;
+    // [RAN.1] a place in the reservoir, with odds that make it a fair sample
     // Past 2^32 - 1 samples the odds stay where they are.
     if (r->seen < UINT32_MAX) r->seen++;
     uint32_t slot = r->held;
@@ -73,13 +74,14 @@ bool dqw_random_iterate(dqw_random *r, dqw_learner *l)
         r->before[DQW_LEARNER_INPUTS] = l->w_o;
     }
 
-    // The next place of a Fisher-Yates shuffle.
+    // [RAN.2] one that was not shown in this epoch: the next place of a Fisher-Yates shuffle
     const uint32_t pick = r->at + below(&r->state, r->held - r->at);
     const dqw_random_sample s = r->reservoir[pick];
     r->reservoir[pick] = r->reservoir[r->at];
     r->reservoir[r->at] = s;
     (void)dqw_learner_learn(l, s.x, s.target);
 
+    // [RAN.3] converged where a whole epoch moved next to nothing
     r->at++;
     if (r->at >= r->draws || r->at >= r->held) {
         if (r->at >= r->draws && settled(r, l)) r->converged = true;

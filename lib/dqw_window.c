@@ -59,10 +59,10 @@ uint32_t dqw_window_join(dqw_window *w, dqw_window_rise *r, float block[], float
     const uint16_t valid = p->valid;
     const uint32_t fall_weight = p->fall_weight;
     const uint32_t top = (uint32_t)w->half + 1u;
-    // [WIN.1] join the half before, rising, with this one, falling
+    // [WIN.1] is there enough of the half before and of this one for a block
     const bool enough = joins && 4 * (valid + r->valid) >= 3 * 2 * w->half;
     const float scale = enough ? 1.0f / (float)(r->weight + fall_weight) : 0.0f;
-    // [WIN.2] this half rises in the next block
+    // [WIN.2] the half before, rising, and this one, falling, are the block; this one rises in the next
     // fall_weight < 5.1e7, top * valid < 1.1e8
     const float top_f = (float)top;
     sum[0] = p->cell[0].sum;

@@ -261,7 +261,7 @@ bool dqw_estimator_learn_q15(dqw_estimator_q15 *e, const dqw_estimator_q15_block
     dqw_rows_q15 r;
     dqw_estimator_rows_of_q15(e, b, &r);
 
-    // [EST.5] what can be learned from this block; its signals are within ten bases, the gate saw to that
+    // [EST.5] what can be learned from this block; that its signals are bounded the gate saw to
     uint32_t mask[2];
     choose(e, &r, mask);
     const bool warm = c->settled || !c->noise_on_inputs || b->with.rows >= DQW_NOISE_ROWS;

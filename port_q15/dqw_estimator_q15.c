@@ -159,7 +159,7 @@ static void dead_time(dqw_estimator_q15 *e, const dqw_sample_q15 *s, int32_t *d_
 static void gather(dqw_estimator_q15 *e, const int32_t pair[])
 {
     dqw_window_q15_cell *cell = dqw_window_cells_q15(&e->window);
-    const int32_t *const end = pair + e->window.signals;
+    const int32_t *const end = pair + (DQW_EFFECT_WEIGHTS > 0 ? e->window.signals : DQW_PLAIN_Q15_SIGNALS);
     do dqw_window_gather_q15(cell++, *pair++);
     while (pair != end);
     dqw_window_count_q15(&e->window);
@@ -268,7 +268,6 @@ static void copy(dqw_sample_q15 *to, const dqw_sample_q15 *from)
 
 uint32_t dqw_estimator_sample_q15(dqw_estimator_q15 *e, const dqw_sample_q15 *sample, bool saturated)
 {
-    // [EST.1] may this sample be learned
     const dqw_sample_q15 *s = sample;
     dqw_sample_q15 changed;
     if (e->config->voltage_next || e->config->voltage_held) {
@@ -276,6 +275,7 @@ uint32_t dqw_estimator_sample_q15(dqw_estimator_q15 *e, const dqw_sample_q15 *sa
         adapt(e, &changed);
         s = &changed;
     }
+    // [EST.1] may this sample be learned
     const uint32_t event = take(e, s, admit(e, s, saturated));
     copy(&e->last, s);
     e->has_last = true;

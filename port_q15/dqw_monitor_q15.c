@@ -15,9 +15,6 @@
 #define HOTTEST_FORGETS 100000
 // A parameter is known well enough to be watched: deviation within a tenth.
 #define SERVICE_PARTS 10
-// Slack on rates and rises of temperature, in tenths; and the coldest that a machine is switched on at, below cold.
-#define SLACK_TENTHS 13
-#define COLDER_K 40
 // Confidence of what needs no pattern: 0.99.
 #define SURE_Q15 32440
 #define TEMPERATURE_BAND_K 5
@@ -220,7 +217,7 @@ static int32_t heat_since(const dqw_monitor_q15 *m, int channel)
     const int64_t ppm_per_K = flux ? dqw_monitor_beta_ppm(m) : dqw_monitor_alpha_ppm(m);
     // Millionths by mK up to 2^40, by 13 over 10^10; ns up to 2^30 by 2^31
     const int64_t rate_q40 = dqw_q_quotient64(
-        ppm_per_K * dqw_monitor_or_else(c->heating_mK_s, HEATING_MK_S) * SLACK_TENTHS, 10000000000, 40);
+        ppm_per_K * dqw_monitor_or_else(c->heating_mK_s, HEATING_MK_S) * DQW_MONITOR_SLACK_TENTHS, 10000000000, 40);
     const int64_t time_q20 = dqw_q_quotient64((int64_t)c->estimator.scale.dt_ns *
                                                   ((halves << DQW_WATCH_FOLLOW_SHIFT) * m->estimator.window.half),
                                               1000000000, 20);
@@ -242,19 +239,6 @@ static void follow(dqw_monitor_q15 *m, int channel)
     dqw_watch_follow(&m->watch, channel, m->estimator.number);
 }
 
-// So much of a cold value, which is 1 and `more`.
-static int32_t of_cold(int32_t cold_q24, int64_t more_q24)
-{
-    return dqw_q_times32(ONE_Q24 + more_q24, cold_q24, -24);
-}
-
-// What the magnet loses where the winding's rise is this, and half a band. 2^20 by 2^31 by 2^4
-static int64_t flux_lost_q24(const dqw_monitor_q15 *m, int64_t rise_q16)
-{
-    return dqw_q_quotient64(dqw_monitor_beta_ppm(m) * rise_q16 * SLACK_TENTHS, (int64_t)10 * MILLION, 8) +
-           dqw_q_round64(dqw_monitor_band_q24(m, DQW_WATCH_PSI), 1);
-}
-
 // The flux no further than the winding's heat explains, now or a while ago.
 static void follow_temperature(dqw_monitor_q15 *m)
 {
@@ -263,7 +247,8 @@ static void follow_temperature(dqw_monitor_q15 *m)
     const int32_t rise = dqw_monitor_rise_q16(m, m->healthy.weight_q24[DQW_R]);
     m->healthy.hottest_q16 -= m->healthy.hottest_q16 / HOTTEST_FORGETS;
     if (rise > m->healthy.hottest_q16) m->healthy.hottest_q16 = rise;
-    const int32_t coldest = of_cold(m->healthy.cold_psi_q24, -flux_lost_q24(m, m->healthy.hottest_q16));
+    const int32_t coldest = dqw_monitor_of_cold_q24(m->healthy.cold_psi_q24,
+                                                    -dqw_monitor_flux_lost_q24(m, m->healthy.hottest_q16));
     if (m->healthy.weight_q24[DQW_PSI] < coldest) m->healthy.weight_q24[DQW_PSI] = coldest;
 }
 
@@ -403,36 +388,10 @@ static bool look(dqw_monitor_q15 *m)
     return true;
 }
 
-static int32_t between(int32_t x, int32_t low, int32_t high)
-{
-    return x < low ? low : x > high ? high : x;
-}
-
-// The machine is compared with what was stored. Of R and flux only what no heat explains is a change: it may have been
-// switched off hot and on cold, and its magnet may still be as hot as it was.
-static void enter_as_stored(dqw_monitor_q15 *m)
-{
-    const int64_t alpha_ppm = dqw_monitor_alpha_ppm(m);
-    const int64_t colder_q24 = dqw_q_quotient64(alpha_ppm * COLDER_K, MILLION, 24);
-    const int64_t hotter_q24 = dqw_q_quotient64(alpha_ppm * dqw_monitor_band_q24(m, DQW_WATCH_TEMPERATURE), MILLION,
-                                                0);  // 2^20 by 2^37
-    m->healthy.weight_q24[DQW_R] = between(value(m, DQW_R), of_cold(m->healthy.cold_R_q24, -colder_q24),
-                                           of_cold(m->healthy.cold_R_q24, hotter_q24));
-    const int32_t rise = dqw_monitor_rise_q16(m, m->healthy.weight_q24[DQW_R]);
-    const int32_t hot = rise > m->healthy.hottest_q16 ? rise : m->healthy.hottest_q16;
-    const int64_t cold = rise < 0 ? -(int64_t)rise : 0;
-    m->healthy.weight_q24[DQW_PSI] = between(value(m, DQW_PSI),
-                                             of_cold(m->healthy.cold_psi_q24, -flux_lost_q24(m, hot)),
-                                             of_cold(m->healthy.cold_psi_q24, flux_lost_q24(m, cold)));
-    dqw_watch_follow(&m->watch, DQW_WATCH_R, m->estimator.number);
-    dqw_watch_follow(&m->watch, DQW_WATCH_PSI, m->estimator.number);
-    m->restored = false;
-}
-
 static void enter_service(dqw_monitor_q15 *m)
 {
     if (m->restored) {
-        enter_as_stored(m);
+        dqw_monitor_enter_as_stored_q15(m);
         return;
     }
     const bool commissioned = m->config->commissioned;

@@ -35,6 +35,7 @@ enum dqw_status dqw_random_init_q15(dqw_random_q15 *r, const dqw_random_config_q
 
 void dqw_random_put_q15(dqw_random_q15 *r, const int16_t x_q15[], int inputs, int16_t target_q15)
 {
+    // [RAN.1] a place in the reservoir, with odds that make it a fair sample
     // Past 2^32 - 1 samples the odds stay where they are.
     if (r->seen < UINT32_MAX) r->seen++;
     uint32_t slot = r->held;
@@ -68,13 +69,14 @@ bool dqw_random_iterate_q15(dqw_random_q15 *r, dqw_learner_q15 *l)
         r->before_q31[DQW_LEARNER_INPUTS_Q15] = l->w_o_q31;
     }
 
-    // The next place of a Fisher-Yates shuffle.
+    // [RAN.2] one that was not shown in this epoch: the next place of a Fisher-Yates shuffle
     const uint32_t pick = r->at + below(&r->state, r->held - r->at);
     const dqw_random_sample_q15 s = r->reservoir[pick];
     r->reservoir[pick] = r->reservoir[r->at];
     r->reservoir[r->at] = s;
     (void)dqw_learner_learn_q15(l, s.x_q15, s.target_q15);
 
+    // [RAN.3] converged where a whole epoch moved next to nothing
     r->at++;
     if (r->at >= r->draws || r->at >= r->held) {
         if (r->at >= r->draws && settled(r, l)) r->converged = true;
