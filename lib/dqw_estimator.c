@@ -13,7 +13,6 @@
 // tanh is 1 from here on, to 1e-3.
 #define TANH_ONE 3.6f
 
-// Voltages as they came, the rest as the estimator takes it.
 static uint32_t admit(dqw_estimator *e, const dqw_sample *came, const dqw_sample *s, bool saturated)
 {
     const bool in_range = dqw_size_bits(came->v_d_V) <= e->v_limit_bits &&

@@ -69,8 +69,6 @@ static void take_noise_out(dqw_estimator *e, const dqw_estimator_rows *n, const 
     for (int i = 0; i < e->inputs; i++) e->w_pu[i] += move[i];
 }
 
-// Part of a mean that a block is: while it is young, later blocks count for more, for the first ones are about the
-// start values.
 float dqw_estimator_part(const dqw_estimator *e)
 {
     const float part = 2.0f / ((float)e->blocks + 1.0f);
@@ -185,7 +183,6 @@ static void choose(dqw_estimator *e, const dqw_estimator_rows *r, uint32_t mask[
     if (!c->settled && width_pu > 0.0f && e->excess_q10[DQW_R] <= 0) mask[D] = mask[Q] = 0;
 }
 
-// What has left all bounds begins again; what was learned for the first time is noted.
 static bool sound(dqw_estimator *e)
 {
     for (int i = 0; i < e->inputs; i++) {

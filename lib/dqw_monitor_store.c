@@ -47,13 +47,10 @@ static uint32_t check_of(const dqw_monitor_stored *s)
 
 bool dqw_monitor_store(const dqw_monitor *m, dqw_monitor_stored *stored)
 {
-    if (m == NULL || stored == NULL || dqw_monitor_why(m) != DQW_WHY_IN_SERVICE) return false;
-    const uint8_t *looks = m->watch.looks;
-    if (looks[DQW_WATCH_R] < DQW_WATCH_LOOKS_LEAST || looks[DQW_WATCH_LQ] < DQW_WATCH_LOOKS_LEAST ||
-        looks[DQW_WATCH_PSI] < DQW_WATCH_LOOKS_LEAST)
+    if (m == NULL || stored == NULL || dqw_monitor_why(m) != DQW_WHY_IN_SERVICE || !dqw_watch_stands(&m->watch))
         return false;
     dqw_monitor_stored s = {.version = VERSION, .config = hash_of(m), .healthy = m->healthy};
-    for (int i = 0; i < DQW_WATCH_TEMPERATURE; i++) s.looks[i] = looks[i];
+    for (int i = 0; i < DQW_WATCH_TEMPERATURE; i++) s.looks[i] = m->watch.looks[i];
     s.check = check_of(&s);
     *stored = s;
     return true;

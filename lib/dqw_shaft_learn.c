@@ -101,7 +101,6 @@ bool dqw_shaft_background(dqw_shaft *s)
     return event == DQW_EVENT_BLOCK && learn(s, block);
 }
 
-// Of one block's residual: variance, times what the autocorrelation of blocks in a row makes of it.
 static float variance_pu2(const dqw_shaft *s)
 {
     const float n = (float)s->gate.blocks;

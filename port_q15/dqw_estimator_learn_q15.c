@@ -109,7 +109,6 @@ static void choose(dqw_estimator_q15 *e, const dqw_rows_q15 *r, uint32_t mask[2]
     if (!c->settled && dead_time && e->excess_q10[DQW_R] <= 0) mask[D] = mask[Q] = 0;
 }
 
-// What has left all bounds begins again; what was learned for the first time is noted.
 static bool sound(dqw_estimator_q15 *e, const dqw_units_q15 *u)
 {
     for (int i = 0; i < dqw_estimator_inputs_q15(e); i++) {

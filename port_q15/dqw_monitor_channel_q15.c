@@ -47,13 +47,6 @@ int32_t dqw_monitor_rise_q16(const dqw_monitor_q15 *m, int32_t R_q24)
     return kelvin_q16(m, (int64_t)R_q24 - m->healthy.cold_R_q24);
 }
 
-static int32_t friction_sd(const dqw_monitor_q15 *m)
-{
-    const uint8_t n = m->watch.reversals;
-    return n >= DQW_WATCH_REVERSALS_LEAST ? dqw_q31_sat(dqw_q_root64((uint64_t)dqw_q_quotient64(m->spread_q48, n, 1)))
-                                          : INT32_MAX;
-}
-
 int32_t dqw_monitor_band_of_q15(const dqw_monitor_q15 *m, int channel)
 {
     const dqw_estimator_q15_config *c = &m->config->estimator;
@@ -99,7 +92,10 @@ void dqw_monitor_read_channel_q15(const dqw_monitor_q15 *m, int channel, dqw_mon
     } else if (channel == DQW_WATCH_FRICTION) {
         r->now = m->friction_q24;
         r->change = difference(r->now, m->healthy.friction_q24);
-        r->sd = friction_sd(m);
+        const uint8_t n = m->watch.reversals;
+        r->sd = n >= DQW_WATCH_REVERSALS_LEAST
+                    ? dqw_q31_sat(dqw_q_root64((uint64_t)dqw_q_quotient64(m->spread_q48, n, 1)))
+                    : INT32_MAX;
     } else if (channel == DQW_WATCH_TEMPERATURE) {
         const int32_t R_sd = dqw_estimator_sd_q24(&m->estimator, DQW_R);
         r->now = r->change = dqw_monitor_rise_q16(m, m->estimator.w_q24[DQW_R]);

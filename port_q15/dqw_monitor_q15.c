@@ -143,7 +143,6 @@ static int64_t accelerating_q24(const dqw_estimator_q15_config *c, const dqw_uni
     return dqw_q_quotient64(dqw_q_times64(per_ns_q54, 2000000000, -30), c->speed_electrical ? s->pole_pairs : 1, 0);
 }
 
-// The torque that does not accelerate.
 static void watch_friction(dqw_monitor_q15 *m, const dqw_estimator_q15_block *block, bool unbroken)
 {
     const dqw_estimator_q15 *t = &m->estimator;
@@ -191,7 +190,6 @@ static void settle(dqw_monitor_q15 *m, int channel)
     if (known_now || looks == 0) dqw_monitor_move_healthy_q15(m, channel, looks + 1);
 }
 
-// Healthy values as they are now.
 static void adopt(dqw_monitor_q15 *m)
 {
     for (int i = 0; i < DQW_WATCH_TEMPERATURE; i++) dqw_monitor_move_healthy_q15(m, i, 1);
@@ -208,7 +206,6 @@ static void begin_rest(dqw_monitor_q15 *m)
     dqw_watch_rest(&m->watch);
 }
 
-// What heat can have made of R or the flux since its healthy value last followed, Q24.
 static int32_t heat_since(const dqw_monitor_q15 *m, int channel)
 {
     const dqw_monitor_q15_config *c = m->config;
@@ -414,7 +411,6 @@ static bool known(const dqw_monitor_q15 *m)
     return is_known(m, DQW_R) && is_known(m, DQW_LQ) && is_known(m, DQW_PSI);
 }
 
-// Fig. 1: which stage, after a block.
 static void stage(dqw_monitor_q15 *m)
 {
     const dqw_stage *s = &m->estimator.stage;
@@ -471,34 +467,18 @@ bool dqw_monitor_event_q15(dqw_monitor_q15 *m, dqw_monitor_change_q15 *change)
     return true;
 }
 
-// A motion that teaches something now.
-static bool excited(const dqw_estimator_q15 *e)
-{
-    for (int i = 0; i < dqw_estimator_inputs_q15(e); i++)
-        if (e->excess_q10[i] > 0) return true;
-    return false;
-}
-
 enum dqw_why dqw_monitor_why_q15(const dqw_monitor_q15 *m)
 {
     const dqw_estimator_q15 *e = &m->estimator;
-    const dqw_stage *s = &e->stage;
-    if (s->name == DQW_STAGE_IN_SERVICE)
-        return m->watch.resting       ? DQW_WHY_RESTS
-               : m->watch.alarms != 0 ? DQW_WHY_NAMING
-               : m->watch.wait != 0   ? DQW_WHY_PAUSE
-                                      : DQW_WHY_IN_SERVICE;
-    if (s->name == DQW_STAGE_DOMAIN)
-        return s->back == DQW_BACK_NOT_CONVERGED ? DQW_WHY_NOT_CONVERGED
-               : s->back == DQW_BACK_LEFT_BAND   ? DQW_WHY_LEFT_BAND
-                                                 : DQW_WHY_THRESHOLD;
+    const enum dqw_why decided = dqw_watch_why(&m->watch, &e->stage);
+    if (decided != DQW_WHYS) return decided;
     if (e->number == 0) return DQW_WHY_NO_BLOCK;
     // Of the block that was handed over last: one number of 16 bits, whenever it is read.
     if (e->config->noise_on_inputs && e->handed.rows < DQW_NOISE_ROWS) return DQW_WHY_NOISE;
-    if (!excited(e)) return DQW_WHY_EXCITATION;
+    if (!dqw_watch_excited(e->excess_q10, dqw_estimator_inputs_q15(e))) return DQW_WHY_EXCITATION;
     const enum dqw_voltage_acts acts = dqw_estimator_voltage_acts_q15(e);
     if (acts != DQW_VOLTAGE_NOT_KNOWN && (acts == DQW_VOLTAGE_NEXT) != e->config->voltage_next) return DQW_WHY_VOLTAGE;
-    if (s->name == DQW_STAGE_ORDINAL && above_threshold(m)) return DQW_WHY_RESIDUAL;
+    if (e->stage.name == DQW_STAGE_ORDINAL && above_threshold(m)) return DQW_WHY_RESIDUAL;
     if (!is_known(m, DQW_R)) return DQW_WHY_R;
     if (!is_known(m, DQW_LQ)) return DQW_WHY_LQ;
     return is_known(m, DQW_PSI) ? DQW_WHY_BLOCKS : DQW_WHY_PSI;
