@@ -224,12 +224,12 @@ static void publish(dqw_estimator *e, const dqw_estimator_block *b)
 
 bool dqw_estimator_take(dqw_estimator *e, dqw_estimator_block *b)
 {
-    if (!dqw_window_waits(&e->window)) return false;
+    if (!dqw_handover_waits(&e->window.over)) return false;
     float v_V[2];
     const uint32_t before = e->rise.valid;
     uint32_t event = dqw_window_join(&e->window, &e->rise, b->sum, v_V);
     const dqw_estimator_handed h = *(const volatile dqw_estimator_handed *)&e->handed;
-    dqw_window_release(&e->window);
+    dqw_handover_release(&e->window.over);
     if (e->config->settled) {
         // A row is a half of one pair: what rises next is the row itself.
         for (int i = 0; i < e->window.signals; i++) b->sum[i] = e->rise.rise[i];

@@ -220,13 +220,13 @@ static void coarse_stage(dqw_estimator_q15 *e, const int32_t start_q24[])
 
 bool dqw_estimator_take_q15(dqw_estimator_q15 *e, dqw_estimator_q15_block *b)
 {
-    if (!dqw_window_waits_q15(&e->window)) return false;
+    if (!dqw_handover_waits(&e->window.over)) return false;
     const bool settled = e->config->settled;
     const uint8_t before = e->rise.valid;
     int32_t v_q15[2];
     const uint32_t event = dqw_window_join_q15(&e->window, &e->rise, b->sums, &b->weight, v_q15);
     b->with = *(const volatile dqw_estimator_q15_handed *)&e->handed;
-    dqw_window_release_q15(&e->window);
+    dqw_handover_release(&e->window.over);
     const int16_t cosine = b->with.cosine_q15;
     const int16_t sine = b->with.sine_q15;
     if (settled) {

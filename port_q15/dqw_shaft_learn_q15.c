@@ -133,12 +133,12 @@ static bool learn(dqw_shaft_q15 *s, const int32_t block[SIGNALS], uint16_t weigh
 
 bool dqw_shaft_background_q15(dqw_shaft_q15 *s)
 {
-    if (!dqw_window_waits_q15(&s->window)) return false;
+    if (!dqw_handover_waits(&s->window.over)) return false;
     int32_t block[SIGNALS];
     int32_t sum[2];
     uint16_t weight;
     const uint32_t event = dqw_window_join_q15(&s->window, &s->rise, block, &weight, sum);
-    dqw_window_release_q15(&s->window);
+    dqw_handover_release(&s->window.over);
     if (event == DQW_EVENT_INCOMPLETE && s->gate.incomplete < UINT32_MAX) s->gate.incomplete++;
     return event == DQW_EVENT_BLOCK && learn(s, block, weight);
 }
