@@ -144,7 +144,7 @@ lint:
 	@.ci/install build tools
 	@.ci/lint
 
-## twins        do the float files and their fixed-point twins have the same steps in the same words
+## twins        do the float files and their fixed-point twins have the same steps in the same words, and each pair some
 .PHONY: twins
 twins:
 	@.ci/twins

@@ -13,7 +13,6 @@
 // tanh is 1 from here on, to 1e-3.
 #define TANH_ONE 3.6f
 
-// Voltages as they came, the rest as the estimator takes it.
 static uint32_t admit(dqw_estimator *e, const dqw_sample *came, const dqw_sample *s, bool saturated)
 {
     const bool in_range = dqw_size_bits(came->v_d_V) <= e->v_limit_bits &&
@@ -211,6 +210,7 @@ static uint32_t take(dqw_estimator *e, const dqw_sample *s, uint32_t event)
 
 static uint32_t step(dqw_estimator *e, const dqw_sample *came, const dqw_sample *s, bool saturated)
 {
+    // [EST.1] may this sample be learned
     const uint32_t event = take(e, s, admit(e, came, s, saturated));
     keep(e, s);
     e->has_last = true;
@@ -219,7 +219,6 @@ static uint32_t step(dqw_estimator *e, const dqw_sample *came, const dqw_sample 
 
 uint32_t dqw_estimator_sample(dqw_estimator *e, const dqw_sample *s, bool saturated)
 {
-    // [EST.1] may this sample be learned
     const dqw_estimator_config *c = e->config;
     if (!c->voltage_next && !c->voltage_held && !c->speed_electrical) return step(e, s, s, saturated);
     dqw_sample changed;

@@ -108,7 +108,7 @@ typedef struct dqw_estimator {
     dqw_effect effect;
 #endif
 
-    // Handed over with window.pending; and the other way round.
+    // Handed over with window.over.pending; and the other way round.
     dqw_estimator_handed handed;
     dqw_estimator_given given;
     bool given_ready;

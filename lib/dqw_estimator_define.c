@@ -101,7 +101,6 @@ void dqw_estimator_start(dqw_estimator *e, const float start_pu[])
     e->learned = 0;
 }
 
-// Which number of a configuration is refused, where it is; DQW_OK: none.
 static enum dqw_status check_numbers(const dqw_estimator_config *c)
 {
     enum { NEEDED = 4 };
@@ -132,7 +131,6 @@ static enum dqw_status check_numbers(const dqw_estimator_config *c)
     return DQW_OK;
 }
 
-// Which field is refused; DQW_OK: none.
 static enum dqw_status check(const dqw_estimator_config *c)
 {
     const enum dqw_status status = check_numbers(c);

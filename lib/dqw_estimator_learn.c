@@ -71,8 +71,6 @@ static void take_noise_out(dqw_estimator *e, const dqw_estimator_rows *n, const 
     for (int i = 0; i < e->inputs; i++) e->w_pu[i] += move[i];
 }
 
-// Part of a mean that a block is: while it is young, later blocks count for more, for the first ones are about the
-// start values.
 float dqw_estimator_part(const dqw_estimator *e)
 {
     const float part = 2.0f / ((float)e->blocks + 1.0f);
@@ -187,7 +185,6 @@ static void choose(dqw_estimator *e, const dqw_estimator_rows *r, uint32_t mask[
     if (!c->settled && width_pu > 0.0f && e->excess_q10[DQW_R] <= 0) mask[D] = mask[Q] = 0;
 }
 
-// What has left all bounds begins again; what was learned for the first time is noted.
 static bool sound(dqw_estimator *e)
 {
     for (int i = 0; i < e->inputs; i++) {
@@ -229,12 +226,12 @@ static void publish(dqw_estimator *e, const dqw_estimator_block *b)
 
 bool dqw_estimator_take(dqw_estimator *e, dqw_estimator_block *b)
 {
-    if (!dqw_window_waits(&e->window)) return false;
+    if (!dqw_handover_waits(&e->window.over)) return false;
     float v_V[2];
     const uint32_t before = e->rise.valid;
     uint32_t event = dqw_window_join(&e->window, &e->rise, b->sum, v_V);
     const dqw_estimator_handed h = *(const volatile dqw_estimator_handed *)&e->handed;
-    dqw_window_release(&e->window);
+    dqw_handover_release(&e->window.over);
     if (e->config->settled) {
         // A row is a half of one pair: what rises next is the row itself.
         for (int i = 0; i < e->window.signals; i++) b->sum[i] = e->rise.rise[i];
@@ -305,7 +302,7 @@ bool dqw_estimator_learn(dqw_estimator *e, const dqw_estimator_block *b)
     dqw_estimator_rows r;
     dqw_estimator_rows_of(e, b, &r);
 
-    // [EST.5] what can be learned from this block; its signals are within ten bases, the gate saw to that
+    // [EST.5] what can be learned from this block; that its signals are bounded the gate saw to
     uint32_t mask[2];
     choose(e, &r, mask);
     const bool warm = c->settled || !c->noise_on_inputs || b->noise.rows >= DQW_NOISE_ROWS;

@@ -35,14 +35,6 @@ float dqw_estimator_common_variance(const dqw_estimator *e)
     return 0.5f * (dqw_estimator_variance(e, DQW_AXIS_D) + dqw_estimator_variance(e, DQW_AXIS_Q));
 }
 
-// Weights of which something was learned.
-static int learned_count(const dqw_estimator *e)
-{
-    int n = 0;
-    for (int i = 0; i < e->inputs; i++) n += (int)(e->learned >> i & 1u);
-    return n;
-}
-
 // Blocks overlap by half, so that next ones are alike, or unlike, in what they teach a weight: that widens or narrows
 // its deviation. Dead time goes with the current as R does, the flux on the other axis with the speed as the flux.
 // (E61) Settled rows do not overlap: there a residual that goes on is the model's, for as long as it lasts. (E20)
@@ -52,6 +44,7 @@ static float inflation(const dqw_estimator *e, int i)
                       : i == DQW_DEAD_TIME ? DQW_R
                       : i == DQW_PSI_Q     ? DQW_PSI
                                            : i;
+    // [READ.1] the autocorrelation of what blocks teach a weight, bounded
     if (!(e->score2[score] > 0.0f)) return 1.0f;
     const float r = e->score_lag[score] / e->score2[score];
     const float bounded = r < LAG_MIN ? LAG_MIN : r > LAG_MAX ? LAG_MAX : r;
@@ -61,9 +54,11 @@ static float inflation(const dqw_estimator *e, int i)
 
 float dqw_estimator_sd(const dqw_estimator *e, int weight)
 {
+    // [READ.2] a deviation is its covariance times the residual's variance, wider where the rows are few
     // Rows less weights: of few settled ones each counts.
     const float rows = 2.0f * (float)e->blocks;
-    const float freedom = rows - (float)learned_count(e);
+    float freedom = rows;
+    for (int i = 0; i < e->inputs; i++) freedom -= (float)(e->learned >> i & 1u);
     const float least = e->config->settled ? 1.0f : 2.0f * (float)e->inputs;
     if ((e->learned >> weight & 1u) == 0 || freedom < least) return DQW_UNKNOWN;
     const float v = dqw_gain_covariance(&e->gain, weight, weight) * dqw_estimator_common_variance(e) *
@@ -84,17 +79,11 @@ float dqw_estimator_recent_pu(const dqw_estimator *e)
 // A deviation as it is now: since the last block the parameter may have wandered on. (E61)
 static float aged(const dqw_estimator *e, int weight, float sd)
 {
+    // [READ.3] how far it may have wandered since
     const uint32_t halves = *(const volatile uint32_t *)&e->halves;
     const float since_s = (float)(halves - e->number) * (float)e->window.half * e->config->dt_s;
     const float wander = e->config->drift_per_sqrt_s * dqw_estimator_size_pu(e, weight) * dqw_estimator_unit(e, weight);
     return sd < DQW_UNKNOWN && !e->config->settled ? sqrtf(sd * sd + wander * wander * since_s) : sd;
-}
-
-// Is it a parameter that these rows and this configuration can tell?
-static bool has(const dqw_estimator *e, int parameter)
-{
-    if (e->pole_pairs == 0 && parameter != DQW_R && (e->config->settled || parameter > DQW_LQ)) return false;
-    return true;
 }
 
 dqw_reading dqw_estimator_read(const dqw_estimator *e, enum dqw_parameter parameter)
@@ -102,7 +91,8 @@ dqw_reading dqw_estimator_read(const dqw_estimator *e, enum dqw_parameter parame
     dqw_reading r = {.value = 0.0f, .sd = DQW_UNKNOWN, .sd_change = DQW_UNKNOWN, .usable = false};
     if ((unsigned)parameter >= DQW_PARAMETERS) return r;
     r.value = dqw_estimator_value(e, (int)parameter);
-    if (!has(e, (int)parameter)) return r;
+    // What these rows cannot tell without the pole pairs.
+    if (e->pole_pairs == 0 && parameter != DQW_R && (e->config->settled || parameter > DQW_LQ)) return r;
     r.sd = r.sd_change = aged(e, (int)parameter, dqw_estimator_sd(e, (int)parameter));
     const bool either_sign = parameter == DQW_DEAD_TIME || parameter == DQW_PSI_Q;
     const float size = either_sign ? fabsf(r.value) : r.value;
@@ -130,6 +120,7 @@ enum dqw_voltage_acts dqw_estimator_voltage_acts(const dqw_estimator *e)
     float periods;
     float sd;
     late(e, &periods, &sd);
+    // [READ.4] the period by which it is late is 0 or 1, or nobody knows
     const bool next = e->config->voltage_next;
     if (!(sd < LATE_SD)) return DQW_VOLTAGE_NOT_KNOWN;
     if (fabsf(periods) < LATE_NEAR) return next ? DQW_VOLTAGE_NEXT : DQW_VOLTAGE_NOW;

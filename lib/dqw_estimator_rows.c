@@ -26,12 +26,6 @@ static dqw_block exact(const dqw_estimator *e, const dqw_estimator_block *b)
     return means;
 }
 
-// Mean slope of dead time's input times the delay of the currents that it saw, s/A.
-static float late_dead(const dqw_estimator *e, const dqw_estimator_block *b)
-{
-    return b->dead_slope_inv_A * e->config->dt_s * (1.0f / b->follow - 1.0f);
-}
-
 static float turns_of(const dqw_estimator *e)
 {
     return e->pole_pairs != 0 ? (float)e->pole_pairs : 1.0f;
@@ -51,7 +45,7 @@ static void inputs(const dqw_estimator *e, const dqw_estimator_block *b, const d
     if (dqw_estimator_has_dead_time(e)) {
         // Dead time's input saw the currents late: on average that is its mean slope times the delay times the
         // current's.
-        const float late_s_A = late_dead(e, b);
+        const float late_s_A = b->dead_slope_inv_A * e->config->dt_s * (1.0f / b->follow - 1.0f);
         x_d[DQW_DEAD_TIME] = 0.5f * b->sum[DQW_BLOCK_SIGNALS] + late_s_A * m->di_d_A_s;
         x_q[DQW_DEAD_TIME] = 0.5f * b->sum[DQW_BLOCK_SIGNALS + 1] + late_s_A * m->di_q_A_s;
     }
@@ -137,11 +131,18 @@ static void late_of(const dqw_estimator *e, const dqw_estimator_block *b, const 
 
 void dqw_estimator_rows_of(const dqw_estimator *e, const dqw_estimator_block *b, dqw_estimator_rows *r)
 {
+    // [ROW.1] means, without what the trapezoid has too much
     const dqw_block m = exact(e, b);
+
+    // [ROW.2] inputs and targets of both axes
     inputs(e, b, &m, r->x[D], r->x[Q]);
     r->y[D] = m.v_d_V / e->config->v_base_V;
     r->y[Q] = m.v_q_V / e->config->v_base_V;
     if (e->config->settled) return;
+
+    // [ROW.3] the noise of the inputs
     noise_of(e, b, &m, r);
+
+    // [ROW.4] by how much a voltage one period late would differ
     late_of(e, b, &m, r->late);
 }

@@ -46,7 +46,7 @@ float dqw_learner_forward(const dqw_learner *l, const float x[])
 
 float dqw_learner_learn(dqw_learner *l, const float x[], float target)
 {
-    // [LMS.1] normalise the inputs
+    // [LMS.1] how large inputs and weights are
     float x_pu[DQW_LEARNER_INPUTS];
     float norm = l->indicator ? 1.0f : 0.0f;
     float w_norm = 0.0f;

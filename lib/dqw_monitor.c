@@ -113,7 +113,6 @@ static void reversal(dqw_monitor *m, int way, float torque_Nm)
     m->before_Nm = torque_Nm;
 }
 
-// The torque that does not accelerate.
 static void watch_friction(dqw_monitor *m, const dqw_estimator_block *block, bool unbroken)
 {
     const dqw_estimator *e = &m->estimator;
@@ -139,20 +138,17 @@ static void settle(dqw_monitor *m, int channel)
         return;
     }
     if (!dqw_watch_settles(&m->watch, channel)) return;
-    float now;
-    float change;
-    float deviation;
-    dqw_monitor_read_channel(m, channel, &now, &change, &deviation);
+    dqw_monitor_channel_value x;
+    dqw_monitor_read_channel(m, channel, &x);
     const uint8_t looks = m->watch.looks[channel];
     const float part = channel > DQW_WATCH_ANGLE  ? KNOWN_PART_WITNESS
                        : channel == DQW_WATCH_PSI ? KNOWN_PART_FLUX
                                                   : KNOWN_PART;
-    const bool known_now = deviation < part * dqw_monitor_band_of(m, channel);
+    const bool known_now = x.sd < part * dqw_monitor_band_of(m, channel);
     if (known_now) m->watch.looks[channel]++;
     if (known_now || looks == 0) dqw_monitor_move_healthy(m, channel, 1.0f - 1.0f / (float)(looks + 1));
 }
 
-// Healthy values as they are now.
 static void adopt(dqw_monitor *m)
 {
     for (int i = 0; i < DQW_WATCH_TEMPERATURE; i++) dqw_monitor_move_healthy(m, i, 0.0f);
@@ -167,7 +163,6 @@ static void begin_rest(dqw_monitor *m)
     dqw_watch_rest(&m->watch);
 }
 
-// What heat can have made of R or the flux since its healthy value last followed.
 static float heat_since(const dqw_monitor *m, int channel)
 {
     const dqw_monitor_config *c = m->config;
@@ -219,16 +214,14 @@ static int32_t deviation_q5(const dqw_monitor *m, int channel)
     } else if (channel == DQW_WATCH_RESIDUAL) {
         ratio = sqrtf(m->estimator.recent_pu2 / m->healthy.residual_pu2) / dqw_monitor_band(m, DQW_WATCH_RESIDUAL);
     } else {
-        float now;
-        float change;
-        float deviation;
-        dqw_monitor_read_channel(m, channel, &now, &change, &deviation);
+        dqw_monitor_channel_value x;
+        dqw_monitor_read_channel(m, channel, &x);
         // What heat may have made of it meanwhile is no change.
         const float heat = channel == DQW_WATCH_R || channel == DQW_WATCH_PSI ? heat_since(m, channel) : 0.0f;
-        const float sure = dqw_monitor_surely(m, channel, deviation);
+        const float sure = dqw_monitor_surely(m, channel, x.sd);
         ratio = m->watch.looks[channel] < DQW_WATCH_LOOKS_LEAST || !(sure < DQW_UNKNOWN)
                     ? 0.0f
-                    : (fabsf(change) - heat) / sure;
+                    : (fabsf(x.change) - heat) / sure;
     }
     // What is no number counts as nothing.
     return dqw_is_positive(ratio) ? (int32_t)((ratio < 100.0f ? ratio : 100.0f) * (float)DQW_CHANGE_BAND_Q5) : 0;
@@ -239,19 +232,17 @@ static dqw_fault_verdict name_it(const dqw_monitor *m)
     float change[DQW_SIGNS];
     float unit[DQW_SIGNS];
     for (int channel = 0; channel < DQW_WATCH_FRICTION; channel++) {
-        float now;
-        float off;
-        float deviation;
-        dqw_monitor_read_channel(m, channel, &now, &off, &deviation);
+        dqw_monitor_channel_value x;
+        dqw_monitor_read_channel(m, channel, &x);
         // A change of a third of a band is none; what is not known counts for nothing.
         const float third = dqw_monitor_band_of(m, channel) * (1.0f / 3.0f);
-        const bool sure = deviation < DQW_UNKNOWN;
-        const float least = sqrtf(deviation * deviation + third * third);
+        const bool sure = x.sd < DQW_UNKNOWN;
+        const float least = sqrtf(x.sd * x.sd + third * third);
         if (channel < DQW_PARAMETERS) {
             const float scale = channel == DQW_WATCH_ANGLE       ? m->healthy.weight[DQW_PSI]
                                 : channel == DQW_WATCH_DEAD_TIME ? 1.0f
                                                                  : m->healthy.weight[channel];
-            change[channel] = off / scale;
+            change[channel] = x.change / scale;
             unit[channel] = sure ? least / fabsf(scale) : DQW_UNKNOWN;
         } else {
             const int k = channel - DQW_WATCH_OFFSET;
@@ -285,13 +276,15 @@ static float healthy_of(const dqw_monitor *m, int channel)
 
 static void name(dqw_monitor *m, int channel)
 {
-    float change;
-    dqw_monitor_read_channel(m, channel, &m->named_value, &change, &m->named_sd);
+    dqw_monitor_channel_value x;
+    dqw_monitor_read_channel(m, channel, &x);
+    m->named_value = x.now;
+    m->named_sd = x.sd;
     m->named_at = m->estimator.number;
     m->named_since = m->estimator.number - (uint32_t)dqw_watch_since(&m->watch, channel) * DQW_WATCH_TICK_BLOCKS;
     m->named_channel = (uint8_t)channel;
     m->named_healthy = healthy_of(m, channel);
-    const enum dqw_fault_name of_channel = dqw_watch_fault_of(channel, change > 0.0f);
+    const enum dqw_fault_name of_channel = dqw_watch_fault_of(channel, x.change > 0.0f);
     const dqw_fault_verdict sure = {.name = of_channel, .confidence = SURE, .phase = 0};
     m->named_fault = of_channel != DQW_FAULT_NONE ? sure : name_it(m);
 }
@@ -354,7 +347,6 @@ static bool known(const dqw_monitor *m)
     return is_known(m, DQW_R) && is_known(m, DQW_LQ) && is_known(m, DQW_PSI);
 }
 
-// Fig. 1: which stage, after a block.
 static void stage(dqw_monitor *m)
 {
     const dqw_stage *s = &m->estimator.stage;
@@ -410,33 +402,17 @@ bool dqw_monitor_event(dqw_monitor *m, dqw_monitor_change *change)
     return true;
 }
 
-// A motion that teaches something now.
-static bool excited(const dqw_estimator *e)
-{
-    for (int i = 0; i < e->inputs; i++)
-        if (e->excess_q10[i] > 0) return true;
-    return false;
-}
-
 enum dqw_why dqw_monitor_why(const dqw_monitor *m)
 {
     const dqw_estimator *e = &m->estimator;
-    const dqw_stage *s = &e->stage;
-    if (s->name == DQW_STAGE_IN_SERVICE)
-        return m->watch.resting       ? DQW_WHY_RESTS
-               : m->watch.alarms != 0 ? DQW_WHY_NAMING
-               : m->watch.wait != 0   ? DQW_WHY_PAUSE
-                                      : DQW_WHY_IN_SERVICE;
-    if (s->name == DQW_STAGE_DOMAIN)
-        return s->back == DQW_BACK_NOT_CONVERGED ? DQW_WHY_NOT_CONVERGED
-               : s->back == DQW_BACK_LEFT_BAND   ? DQW_WHY_LEFT_BAND
-                                                 : DQW_WHY_THRESHOLD;
+    const enum dqw_why decided = dqw_watch_why(&m->watch, &e->stage);
+    if (decided != DQW_WHYS) return decided;
     if (e->number == 0) return DQW_WHY_NO_BLOCK;
     if (e->config->noise_on_inputs && e->noise_rows < DQW_NOISE_ROWS) return DQW_WHY_NOISE;
-    if (!excited(e)) return DQW_WHY_EXCITATION;
+    if (!dqw_watch_excited(e->excess_q10, e->inputs)) return DQW_WHY_EXCITATION;
     const enum dqw_voltage_acts acts = dqw_estimator_voltage_acts(e);
     if (acts != DQW_VOLTAGE_NOT_KNOWN && (acts == DQW_VOLTAGE_NEXT) != e->config->voltage_next) return DQW_WHY_VOLTAGE;
-    if (s->name == DQW_STAGE_ORDINAL && above_threshold(m)) return DQW_WHY_RESIDUAL;
+    if (e->stage.name == DQW_STAGE_ORDINAL && above_threshold(m)) return DQW_WHY_RESIDUAL;
     if (!is_known(m, DQW_R)) return DQW_WHY_R;
     if (!is_known(m, DQW_LQ)) return DQW_WHY_LQ;
     return is_known(m, DQW_PSI) ? DQW_WHY_BLOCKS : DQW_WHY_PSI;

@@ -45,13 +45,6 @@ float dqw_monitor_rise_K(const dqw_monitor *m, float R_ohm)
     return (R_ohm / m->healthy.cold_R_ohm - 1.0f) / dqw_monitor_alpha(m);
 }
 
-static float friction_sd_Nm(const dqw_monitor *m)
-{
-    const uint8_t n = m->watch.reversals;
-    return n >= DQW_WATCH_REVERSALS_LEAST ? sqrtf(2.0f * m->spread_Nm2 / (float)n) : DQW_UNKNOWN;
-}
-
-// A channel's band in its own unit.
 float dqw_monitor_band_of(const dqw_monitor *m, int channel)
 {
     const dqw_estimator_config *c = &m->config->estimator;
@@ -73,37 +66,33 @@ float dqw_monitor_band_of(const dqw_monitor *m, int channel)
     return dqw_monitor_band(m, channel) * unit[channel];
 }
 
-// Value, its change from the healthy one, and its deviation, of a channel; of temperature and residual the change is
-// the value.
-void dqw_monitor_read_channel(const dqw_monitor *m, int channel, float *now, float *change, float *deviation)
+void dqw_monitor_read_channel(const dqw_monitor *m, int channel, dqw_monitor_channel_value *r)
 {
     if (channel < DQW_PARAMETERS) {
-        *now = dqw_estimator_value(&m->estimator, channel);
-        *change = *now - m->healthy.weight[channel];
-        *deviation = dqw_estimator_sd(&m->estimator, channel);
+        r->now = dqw_estimator_value(&m->estimator, channel);
+        r->change = r->now - m->healthy.weight[channel];
+        r->sd = dqw_estimator_sd(&m->estimator, channel);
     } else if (channel < DQW_WATCH_FRICTION) {
         const int k = channel - DQW_WATCH_OFFSET;
         const float re = m->witness.re[k] - m->healthy.re[k];
         const float im = m->witness.im[k] - m->healthy.im[k];
-        *now = dqw_witness_size(&m->witness, (enum dqw_witness_input)k);
-        *change = sqrtf(re * re + im * im);
-        *deviation = dqw_witness_sd(&m->witness, &m->estimator, (enum dqw_witness_input)k);
+        r->now = dqw_witness_size(&m->witness, (enum dqw_witness_input)k);
+        r->change = sqrtf(re * re + im * im);
+        r->sd = dqw_witness_sd(&m->witness, &m->estimator, (enum dqw_witness_input)k);
     } else if (channel == DQW_WATCH_FRICTION) {
-        *now = m->friction_Nm;
-        *change = *now - m->healthy.friction_Nm;
-        *deviation = friction_sd_Nm(m);
+        r->now = m->friction_Nm;
+        r->change = r->now - m->healthy.friction_Nm;
+        const uint8_t n = m->watch.reversals;
+        r->sd = n >= DQW_WATCH_REVERSALS_LEAST ? sqrtf(2.0f * m->spread_Nm2 / (float)n) : DQW_UNKNOWN;
     } else {
         const bool hot = channel == DQW_WATCH_TEMPERATURE;
-        *now = *change = hot ? dqw_monitor_rise_K(m, dqw_estimator_value(&m->estimator, DQW_R))
-                             : sqrtf(m->estimator.recent_pu2) * m->config->estimator.v_base_V;
+        r->now = r->change = hot ? dqw_monitor_rise_K(m, dqw_estimator_value(&m->estimator, DQW_R))
+                                 : sqrtf(m->estimator.recent_pu2) * m->config->estimator.v_base_V;
         const float R_sd = dqw_estimator_sd(&m->estimator, DQW_R);
-        *deviation = !hot                 ? 0.0f
-                     : R_sd < DQW_UNKNOWN ? R_sd / (m->healthy.cold_R_ohm * dqw_monitor_alpha(m))
-                                          : DQW_UNKNOWN;
+        r->sd = !hot ? 0.0f : R_sd < DQW_UNKNOWN ? R_sd / (m->healthy.cold_R_ohm * dqw_monitor_alpha(m)) : DQW_UNKNOWN;
     }
 }
 
-// The healthy value as far from the present one as `keep` says: 0 takes it over.
 void dqw_monitor_move_healthy(dqw_monitor *m, int channel, float keep)
 {
     if (channel < DQW_PARAMETERS) {
@@ -120,11 +109,12 @@ void dqw_monitor_move_healthy(dqw_monitor *m, int channel, float keep)
 
 float dqw_monitor_surely(const dqw_monitor *m, int channel, float deviation)
 {
-    // The healthy value has a deviation too: less, the more looks it is the mean of.
     if (!(deviation < DQW_UNKNOWN)) return DQW_UNKNOWN;
+    // [CHN.1] the deviation of a change: the healthy value has one too, less, the more looks it is the mean of
     const float looks = (float)m->watch.looks[channel];
     const float sure = DEVIATIONS * deviation *
                        sqrtf(1.0f + (float)DQW_WATCH_LOOKS_ALIKE / ((float)DQW_WATCH_LOOKS_ALIKE + looks));
+    // [CHN.2] no narrower than the band
     const float width = dqw_monitor_band_of(m, channel);
     return width > sure ? width : sure;
 }
@@ -136,9 +126,10 @@ dqw_reading dqw_monitor_read(const dqw_monitor *m, enum dqw_monitor_channel chan
     if ((int)channel < DQW_PARAMETERS) return dqw_estimator_read(&m->estimator, (enum dqw_parameter)channel);
     // Temperature counts from a cold value that is taken on entering service.
     if (channel == DQW_WATCH_TEMPERATURE && !(m->healthy.cold_R_ohm > 0.0f)) return r;
-    float change;
-    dqw_monitor_read_channel(m, (int)channel, &r.value, &change, &r.sd);
-    r.sd_change = r.sd;
+    dqw_monitor_channel_value x;
+    dqw_monitor_read_channel(m, (int)channel, &x);
+    r.value = x.now;
+    r.sd = r.sd_change = x.sd;
     r.usable = r.sd < USABLE_SD * fabsf(r.value);
     return r;
 }
@@ -146,14 +137,10 @@ dqw_reading dqw_monitor_read(const dqw_monitor *m, enum dqw_monitor_channel chan
 float dqw_monitor_sensitivity(const dqw_monitor *m, enum dqw_monitor_channel channel)
 {
     if ((unsigned)channel >= DQW_WATCH_CHANNELS || dqw_monitor_why(m) != DQW_WHY_IN_SERVICE) return DQW_UNKNOWN;
-    float now;
-    float change;
-    float deviation;
-    dqw_monitor_read_channel(m, (int)channel, &now, &change, &deviation);
-    if (channel == DQW_WATCH_TEMPERATURE)
-        return deviation < DQW_UNKNOWN ? dqw_monitor_band(m, (int)channel) : DQW_UNKNOWN;
+    dqw_monitor_channel_value x;
+    dqw_monitor_read_channel(m, (int)channel, &x);
+    if (channel == DQW_WATCH_TEMPERATURE) return x.sd < DQW_UNKNOWN ? dqw_monitor_band(m, (int)channel) : DQW_UNKNOWN;
     if (channel == DQW_WATCH_RESIDUAL)
         return dqw_monitor_band(m, (int)channel) * sqrtf(m->healthy.residual_pu2) * m->config->estimator.v_base_V;
-    return m->watch.looks[channel] >= DQW_WATCH_LOOKS_LEAST ? dqw_monitor_surely(m, (int)channel, deviation)
-                                                            : DQW_UNKNOWN;
+    return m->watch.looks[channel] >= DQW_WATCH_LOOKS_LEAST ? dqw_monitor_surely(m, (int)channel, x.sd) : DQW_UNKNOWN;
 }

@@ -23,10 +23,14 @@ float dqw_monitor_beta(const dqw_monitor *m);
 /// The winding's rise above cold, K, where its resistance is this.
 float dqw_monitor_rise_K(const dqw_monitor *m, float R_ohm);
 
-/// Value, its change from the healthy one, and its deviation, of a channel; of temperature and residual the change is
-/// the value.
+/// A channel's value, its change from the healthy one, and its deviation.
+typedef struct dqw_monitor_channel_value {
+    float now, change, sd;
+} dqw_monitor_channel_value;
+
+/// Of temperature and residual the change is the value.
 #define dqw_monitor_read_channel DQW_SIZED(dqw_monitor_read_channel)
-void dqw_monitor_read_channel(const dqw_monitor *m, int channel, float *now, float *change, float *deviation);
+void dqw_monitor_read_channel(const dqw_monitor *m, int channel, dqw_monitor_channel_value *r);
 
 /// The change of a channel that counts: its band, or five deviations of the change, in its own unit.
 /// Source   (E63) in docs/EQUATIONS.md

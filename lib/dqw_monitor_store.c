@@ -47,13 +47,10 @@ static uint32_t check_of(const dqw_monitor_stored *s)
 
 bool dqw_monitor_store(const dqw_monitor *m, dqw_monitor_stored *stored)
 {
-    if (m == NULL || stored == NULL || dqw_monitor_why(m) != DQW_WHY_IN_SERVICE) return false;
-    const uint8_t *looks = m->watch.looks;
-    if (looks[DQW_WATCH_R] < DQW_WATCH_LOOKS_LEAST || looks[DQW_WATCH_LQ] < DQW_WATCH_LOOKS_LEAST ||
-        looks[DQW_WATCH_PSI] < DQW_WATCH_LOOKS_LEAST)
+    if (m == NULL || stored == NULL || dqw_monitor_why(m) != DQW_WHY_IN_SERVICE || !dqw_watch_stands(&m->watch))
         return false;
     dqw_monitor_stored s = {.version = VERSION, .config = hash_of(m), .healthy = m->healthy};
-    for (int i = 0; i < DQW_WATCH_TEMPERATURE; i++) s.looks[i] = looks[i];
+    for (int i = 0; i < DQW_WATCH_TEMPERATURE; i++) s.looks[i] = m->watch.looks[i];
     s.check = check_of(&s);
     *stored = s;
     return true;
@@ -72,9 +69,12 @@ static void enter_as_stored(dqw_monitor *m)
     const float beta = DQW_MONITOR_SLACK * dqw_monitor_beta(m);
     const float half_band = 0.5f * dqw_monitor_band(m, DQW_WATCH_PSI);
     const float limit_K = dqw_monitor_band(m, DQW_WATCH_TEMPERATURE);
+    // [STO.1] R between the coldest start and the limit
     m->healthy.weight[DQW_R] = between(dqw_estimator_value(&m->estimator, DQW_R),
                                        m->healthy.cold_R_ohm * (1.0f - alpha * COLDER_K),
                                        m->healthy.cold_R_ohm * (1.0f + alpha * limit_K));
+
+    // [STO.2] the flux between what the magnet loses where it is as hot as it was, and gains where it is cold
     const float rise = dqw_monitor_rise_K(m, m->healthy.weight[DQW_R]);
     const float hot = rise > m->healthy.hottest_K ? rise : m->healthy.hottest_K;
     const float cold = rise < 0.0f ? -rise : 0.0f;

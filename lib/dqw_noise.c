@@ -23,6 +23,7 @@ static void shift(float e[3], float now)
 void dqw_noise_step(dqw_noise *n, float e_d_A, float e_q_A, float w_step_rad_s)
 {
     if (n->held >= PAST) {
+        // [NOI.1] steps three apart, by the difference of those between: what is slow drops out
         const float bend = w_step_rad_s - n->w_step_rad_s;
         if (n->of.rows < DQW_NOISE_MEMORY) n->of.rows++;
         const float part = 1.0f / (float)n->of.rows;
@@ -32,6 +33,7 @@ void dqw_noise_step(dqw_noise *n, float e_d_A, float e_q_A, float w_step_rad_s)
     } else {
         n->held++;
     }
+    // [NOI.2] the last three steps
     shift(n->e_d_A, e_d_A);
     shift(n->e_q_A, e_q_A);
     n->w_step_rad_s = w_step_rad_s;

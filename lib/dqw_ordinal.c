@@ -103,6 +103,7 @@ bool dqw_ordinal_end_epoch(dqw_ordinal *o)
     o->started = false;
     const bool pairs = o->form == DQW_ORDINAL_PAIRS;
 
+    // [OL.3] what the epoch says of both weights
     // A Gauss-Newton step is kept short, and the pole inside a passive circuit's range: the neuron's own output then
     // stays bounded, and far from the truth, where the linearisation overshoots, the next epoch can come back.
     const float a = clamp(o->a + clamp(o->delta_pu[1], -STEP_MAX, STEP_MAX), POLE_MIN, POLE_MAX);
@@ -110,6 +111,7 @@ bool dqw_ordinal_end_epoch(dqw_ordinal *o)
     const bool inside = b > 0.0f && a > POLE_MIN && a < POLE_MAX;
     const bool still = fabsf(a - o->a) <= CONVERGED * o->a && fabsf(b - o->b_pu) <= CONVERGED * fabsf(b);
     o->converged = pairs || (!o->from_pairs && inside && still);
+    // [OL.4] from which weights, and how, the next epoch learns
     // Pairs that say what no passive circuit can are no start; nor is one from which no epoch comes to rest. Learn from
     // pairs again.
     const bool done_with_pairs = o->from_pairs && inside;

@@ -49,10 +49,7 @@ typedef struct dqw_window {
     dqw_window_part part[2];
     uint16_t half, at;  ///< pairs in a half; of them passed
     uint8_t signals;
-    uint8_t now;    ///< which part is being gathered; the other one is free, or handed over
-    bool pending;   ///< the other one is handed over: the background's until it clears this
-    bool follows;   ///< what is being gathered follows what was handed over last
-    bool followed;  ///< what is handed over follows what was handed over before
+    dqw_handover over;
 } dqw_window;
 
 /// The background's side: the half before, rising.

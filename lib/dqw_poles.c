@@ -15,7 +15,6 @@
 // What makes a constraint of a row: its variance over that of what it says.
 #define CONSTRAINT 1e6f
 
-// One ratio of weights, top over bottom, and its variance.
 static bool ratio_of(const dqw_estimator *e, int top, int bottom, float *ratio, float *variance)
 {
     const float t = dqw_estimator_sd(e, top);
@@ -72,7 +71,6 @@ static void constrain(dqw_estimator *e, int top, int bottom, float p)
     for (int i = 0; i < e->inputs; i++) e->w_pu[i] += k[i] * error;
 }
 
-// A weight's unit is now 1/p of what it was.
 static void rescale(dqw_gain *g, int i, float p)
 {
     for (int m = 0; m < i; m++) g->u[DQW_GAIN_U(m, i)] /= p;

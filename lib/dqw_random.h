@@ -6,6 +6,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "dqw_draw.h"
 #include "dqw_learner.h"
 #include "dqw_status.h"
 
@@ -29,9 +30,7 @@ typedef struct dqw_random_config {
 
 typedef struct dqw_random {
     dqw_random_sample *reservoir;
-    uint32_t capacity, draws, held, seen, state;
-    uint32_t at;                           ///< samples shown in this epoch
-    uint32_t epochs;                       ///< epochs completed
+    dqw_draw draw;
     float before[DQW_LEARNER_INPUTS + 1];  ///< the weights at the epoch's start, W_o last
     float tolerance;
     bool converged;

@@ -90,7 +90,6 @@ static enum dqw_status init_effects(dqw_shaft *s, const dqw_shaft_config *c)
     return DQW_OK;
 }
 
-// Sums of the effects' inputs over the pair that this sample ends, behind the plain signals.
 static void pair_effects(dqw_shaft *s, float w_m_rad_s, float theta_m_rad, float pair[DQW_SHAFT_SIGNALS])
 {
 #if DQW_EFFECT_WEIGHTS > 0

@@ -92,16 +92,15 @@ static bool learn(dqw_shaft *s, const float block[DQW_SHAFT_SIGNALS])
 
 bool dqw_shaft_background(dqw_shaft *s)
 {
-    if (!dqw_window_waits(&s->window)) return false;
+    if (!dqw_handover_waits(&s->window.over)) return false;
     float block[DQW_SHAFT_SIGNALS];
     float sum[2];
     const uint32_t event = dqw_window_join(&s->window, &s->rise, block, sum);
-    dqw_window_release(&s->window);
+    dqw_handover_release(&s->window.over);
     if (event == DQW_EVENT_INCOMPLETE && s->gate.incomplete < UINT32_MAX) s->gate.incomplete++;
     return event == DQW_EVENT_BLOCK && learn(s, block);
 }
 
-// Of one block's residual: variance, times what the autocorrelation of blocks in a row makes of it.
 static float variance_pu2(const dqw_shaft *s)
 {
     const float n = (float)s->gate.blocks;

@@ -19,6 +19,14 @@ typedef struct dqw_gate {
     uint32_t repeats, stale_limit;
 } dqw_gate;
 
+/// Which half of a window is whose.
+typedef struct dqw_handover {
+    uint8_t now;    ///< which part is being gathered; the other one is free, or handed over
+    bool pending;   ///< the other one is handed over: the background's until it clears this
+    bool follows;   ///< what is being gathered follows what was handed over last
+    bool followed;  ///< what is handed over follows what was handed over before
+} dqw_handover;
+
 enum dqw_stage_name {
     DQW_STAGE_DOMAIN = 0,  ///< 1: domain knowledge: which Learners, with which inputs. Waits for dqw_stage_define()
     DQW_STAGE_RANDOM,      ///< 2: random learning: coarse weights from a reservoir

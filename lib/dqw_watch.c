@@ -82,7 +82,6 @@ enum dqw_watch_begins dqw_watch_begin(dqw_watch *w)
     return DQW_WATCH_PAUSES;
 }
 
-// Nothing seems to change.
 static void quiet(dqw_watch *w)
 {
     for (int i = 0; i < DQW_WATCH_CHANNELS; i++) dqw_change_init(&w->change[i]);
@@ -157,6 +156,33 @@ int dqw_watch_worst(dqw_watch *w, const int32_t deviation_q5[], bool above)
 uint8_t dqw_watch_since(const dqw_watch *w, int channel)
 {
     return w->change[channel].above;
+}
+
+enum dqw_why dqw_watch_why(const dqw_watch *w, const dqw_stage *s)
+{
+    if (s->name == DQW_STAGE_IN_SERVICE)
+        return w->resting       ? DQW_WHY_RESTS
+               : w->alarms != 0 ? DQW_WHY_NAMING
+               : w->wait != 0   ? DQW_WHY_PAUSE
+                                : DQW_WHY_IN_SERVICE;
+    if (s->name != DQW_STAGE_DOMAIN) return DQW_WHYS;
+    return s->back == DQW_BACK_NOT_CONVERGED ? DQW_WHY_NOT_CONVERGED
+           : s->back == DQW_BACK_LEFT_BAND   ? DQW_WHY_LEFT_BAND
+                                             : DQW_WHY_THRESHOLD;
+}
+
+bool dqw_watch_excited(const int16_t excess_q10[], int inputs)
+{
+    for (int i = 0; i < inputs; i++)
+        if (excess_q10[i] > 0) return true;
+    return false;
+}
+
+bool dqw_watch_stands(const dqw_watch *w)
+{
+    const uint8_t *looks = w->looks;
+    return looks[DQW_WATCH_R] >= DQW_WATCH_LOOKS_LEAST && looks[DQW_WATCH_LQ] >= DQW_WATCH_LOOKS_LEAST &&
+           looks[DQW_WATCH_PSI] >= DQW_WATCH_LOOKS_LEAST;
 }
 
 enum dqw_fault_name dqw_watch_fault_of(int channel, bool more)

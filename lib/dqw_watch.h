@@ -10,6 +10,7 @@
 #include "dqw_change.h"
 #include "dqw_fault_name.h"
 #include "dqw_state.h"
+#include "dqw_why.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -100,6 +101,15 @@ int dqw_watch_worst(dqw_watch *w, const int32_t deviation_q5[], bool above);
 
 /// Looks since the sum of a channel began to grow.
 uint8_t dqw_watch_since(const dqw_watch *w, int channel);
+
+/// Why it watches nothing now, or is not in service; DQW_WHYS while it learns: then what was learned says it.
+enum dqw_why dqw_watch_why(const dqw_watch *w, const dqw_stage *s);
+
+/// Does the motion teach any weight now?
+bool dqw_watch_excited(const int16_t excess_q10[], int inputs);
+
+/// Healthy R, L_q and flux stand: they may be stored.
+bool dqw_watch_stands(const dqw_watch *w);
 
 /// A channel that a fault's pattern does not name: the fault it is, or DQW_FAULT_NONE.
 enum dqw_fault_name dqw_watch_fault_of(int channel, bool more);

@@ -24,14 +24,14 @@ static void clear(volatile dqw_window_part *p, int signals)
 
 void dqw_window_restart(dqw_window *w)
 {
-    clear(&w->part[w->now], w->signals);
+    clear(&w->part[w->over.now], w->signals);
     w->at = 0;
-    w->follows = false;
+    w->over.follows = false;
 }
 
 void dqw_window_refuse(dqw_window *w)
 {
-    dqw_window_part *p = &w->part[w->now];
+    dqw_window_part *p = &w->part[w->over.now];
     w->at++;
     for (int i = 0; i < w->signals; i++) p->cell[i].fall += p->cell[i].sum;
     p->fall_weight += p->valid;
@@ -39,30 +39,26 @@ void dqw_window_refuse(dqw_window *w)
 
 bool dqw_window_turn(dqw_window *w)
 {
-    if (w->pending) {
+    if (!dqw_handover_turn(&w->over)) {
         dqw_window_restart(w);
         return false;
     }
-    w->followed = w->follows;
-    w->follows = true;
     w->at = 0;
-    w->now ^= 1u;
-    w->pending = true;
     return true;
 }
 
 uint32_t dqw_window_join(dqw_window *w, dqw_window_rise *r, float block[], float sum[])
 {
     // All that the interrupt wrote is read by volatile reads, as the flag that guards it.
-    volatile dqw_window_part *p = &w->part[1u - *(const volatile uint8_t *)&w->now];
-    const bool joins = r->has && *(const volatile bool *)&w->followed;
+    volatile dqw_window_part *p = &w->part[dqw_handover_part(&w->over)];
+    const bool joins = r->has && dqw_handover_followed(&w->over);
     const uint16_t valid = p->valid;
     const uint32_t fall_weight = p->fall_weight;
     const uint32_t top = (uint32_t)w->half + 1u;
-    // [WIN.1] join the half before, rising, with this one, falling
+    // [WIN.1] is there enough of the half before and of this one for a block
     const bool enough = joins && 4 * (valid + r->valid) >= 3 * 2 * w->half;
     const float scale = enough ? 1.0f / (float)(r->weight + fall_weight) : 0.0f;
-    // [WIN.2] this half rises in the next block
+    // [WIN.2] the half before, rising, and this one, falling, are the block; this one rises in the next
     // fall_weight < 5.1e7, top * valid < 1.1e8
     const float top_f = (float)top;
     sum[0] = p->cell[0].sum;

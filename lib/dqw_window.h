@@ -8,6 +8,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "dqw_handover.h"
 #include "dqw_number.h"
 #include "dqw_parts.h"
 #include "dqw_size.h"
@@ -45,7 +46,7 @@ DQW_INLINE void dqw_window_gather(dqw_window_cell *cell, float x)
 /// Where the signals of this pair go.
 static inline dqw_window_cell *dqw_window_cells(dqw_window *w)
 {
-    return w->part[w->now].cell;
+    return w->part[w->over.now].cell;
 }
 
 /// The pair is whole; or the gate refused it.
@@ -53,7 +54,7 @@ static inline dqw_window_cell *dqw_window_cells(dqw_window *w)
 /// Context  interrupt; dqw_window_full() after it
 DQW_INLINE void dqw_window_count(dqw_window *w)
 {
-    dqw_window_part *p = &w->part[w->now];
+    dqw_window_part *p = &w->part[w->over.now];
     w->at++;
     p->valid++;
     p->fall_weight += p->valid;
@@ -73,20 +74,6 @@ static inline bool dqw_window_full(const dqw_window *w)
 /// Context  interrupt
 bool dqw_window_turn(dqw_window *w);
 
-/// Is a half handed over?
-/// Context  background
-static inline bool dqw_window_waits(const dqw_window *w)
-{
-    return *(const volatile bool *)&w->pending;
-}
-
-/// The interrupt may hand over the next one.
-/// Context  background
-static inline void dqw_window_release(dqw_window *w)
-{
-    *(volatile bool *)&w->pending = false;
-}
-
 /// Join the half that was handed over with the one before, and clear its place.
 ///
 /// Source   (E15) in docs/EQUATIONS.md: any weighted sum of exact pair equations is exact
@@ -94,7 +81,7 @@ static inline void dqw_window_release(dqw_window *w)
 ///          what it counts
 /// Returns  0, or DQW_EVENT_BLOCK when block[] is ready, or DQW_EVENT_INCOMPLETE when over a quarter of it was refused
 /// Cost     6 flops a signal, one division
-/// Context  background, between dqw_window_waits() and dqw_window_release()
+/// Context  background, between dqw_handover_waits() and dqw_handover_release()
 uint32_t dqw_window_join(dqw_window *w, dqw_window_rise *r, float block[], float sum[]);
 
 #ifdef __cplusplus

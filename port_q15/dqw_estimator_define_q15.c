@@ -74,7 +74,6 @@ static bool fits_all(const dqw_estimator_q15_config *c, int parameter, int64_t x
            (!slope || c->settled || fits(x_q40, SLOPE_MOST_BITS));
 }
 
-// The width of dead time: of the configuration, or of its effect.
 static uint64_t width_uA(const dqw_estimator_q15_config *c)
 {
 #if DQW_EFFECT_WEIGHTS > 0

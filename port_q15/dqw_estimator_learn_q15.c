@@ -109,7 +109,6 @@ static void choose(dqw_estimator_q15 *e, const dqw_rows_q15 *r, uint32_t mask[2]
     if (!c->settled && dead_time && e->excess_q10[DQW_R] <= 0) mask[D] = mask[Q] = 0;
 }
 
-// What has left all bounds begins again; what was learned for the first time is noted.
 static bool sound(dqw_estimator_q15 *e, const dqw_units_q15 *u)
 {
     for (int i = 0; i < dqw_estimator_inputs_q15(e); i++) {
@@ -221,13 +220,13 @@ static void coarse_stage(dqw_estimator_q15 *e, const int32_t start_q24[])
 
 bool dqw_estimator_take_q15(dqw_estimator_q15 *e, dqw_estimator_q15_block *b)
 {
-    if (!dqw_window_waits_q15(&e->window)) return false;
+    if (!dqw_handover_waits(&e->window.over)) return false;
     const bool settled = e->config->settled;
     const uint8_t before = e->rise.valid;
     int32_t v_q15[2];
     const uint32_t event = dqw_window_join_q15(&e->window, &e->rise, b->sums, &b->weight, v_q15);
     b->with = *(const volatile dqw_estimator_q15_handed *)&e->handed;
-    dqw_window_release_q15(&e->window);
+    dqw_handover_release(&e->window.over);
     const int16_t cosine = b->with.cosine_q15;
     const int16_t sine = b->with.sine_q15;
     if (settled) {
@@ -261,7 +260,7 @@ bool dqw_estimator_learn_q15(dqw_estimator_q15 *e, const dqw_estimator_q15_block
     dqw_rows_q15 r;
     dqw_estimator_rows_of_q15(e, b, &r);
 
-    // [EST.5] what can be learned from this block; its signals are within ten bases, the gate saw to that
+    // [EST.5] what can be learned from this block; that its signals are bounded the gate saw to
     uint32_t mask[2];
     choose(e, &r, mask);
     const bool warm = c->settled || !c->noise_on_inputs || b->with.rows >= DQW_NOISE_ROWS;

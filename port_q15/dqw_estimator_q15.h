@@ -108,7 +108,7 @@ typedef struct dqw_estimator_q15 {
     uint32_t halves;                 ///< since init: the time
     uint32_t slope_q15;              ///< sum of the slopes of dead time's tanh
     int16_t step_q15[2];             ///< as given last
-    // Handed over beside the window's part, while window.pending: the background's.
+    // Handed over beside the window's part, while window.over.pending: the background's.
     dqw_estimator_q15_handed handed;
     // The interrupt's again.
     uint16_t follow_q15;                   ///< as given last

@@ -46,6 +46,7 @@ int64_t dqw_estimator_inflation_q20(const dqw_estimator_q15 *e, int weight)
                   : weight == DQW_DEAD_TIME ? DQW_R
                   : weight == DQW_PSI_Q     ? DQW_PSI
                                             : weight;
+    // [READ.1] the autocorrelation of what blocks teach a weight, bounded
     if (e->score2_q68[k] <= 0) return ONE_Q20;
     const int64_t r_q20 = dqw_q_quotient64(e->score_lag_q68[k], e->score2_q68[k], 20);
     const int64_t bounded_q20 = r_q20 < LAG_MIN_Q20 ? LAG_MIN_Q20 : r_q20 > LAG_MAX_Q20 ? LAG_MAX_Q20 : r_q20;
@@ -62,6 +63,7 @@ static int64_t variance_q56(const dqw_estimator_q15 *e, int weight, int64_t cov_
 
 int32_t dqw_estimator_sd_q24(const dqw_estimator_q15 *e, int weight)
 {
+    // [READ.2] a deviation is its covariance times the residual's variance, wider where the rows are few
     // Rows less weights: of few settled ones each counts.
     const int n = dqw_estimator_inputs_q15(e);
     const int rows = 2 * (int)e->blocks;
@@ -78,6 +80,7 @@ int32_t dqw_estimator_sd_q24(const dqw_estimator_q15 *e, int weight)
 static int32_t aged_q24(const dqw_estimator_q15 *e, int weight, int32_t sd_q24)
 {
     if (e->config->settled) return sd_q24;
+    // [READ.3] how far it may have wandered since
     const uint32_t halves = *(const volatile uint32_t *)&e->halves;
     const int64_t size = dqw_estimator_size_q24(e, weight);
     const int64_t wander_q48 = dqw_q_product64(dqw_q_product64(size, size, 0),
@@ -138,6 +141,7 @@ enum dqw_voltage_acts dqw_estimator_voltage_acts_q15(const dqw_estimator_q15 *e)
     const int64_t sd_q20 = dqw_q_root64((uint64_t)dqw_q_scale64(variance_q56(e, DQW_R, s.cov_q40[n]), -16));
     // The others' gradient is 0 where the weights were solved, and next to nothing since then.
     const int64_t periods_q20 = dqw_q_product64(s.cov_q40[n], e->normal.b_q32[n], -52);
+    // [READ.4] the period by which it is late is 0 or 1, or nobody knows
     const bool next = e->config->voltage_next;
     if (sd_q20 >= LATE_SD_Q20) return DQW_VOLTAGE_NOT_KNOWN;
     if (dqw_q_size64(periods_q20) < LATE_NEAR_Q20) return next ? DQW_VOLTAGE_NEXT : DQW_VOLTAGE_NOW;

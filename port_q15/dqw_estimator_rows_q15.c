@@ -163,10 +163,17 @@ static void noise_of(const dqw_estimator_q15 *e, const dqw_estimator_q15_block *
 void dqw_estimator_rows_of_q15(const dqw_estimator_q15 *e, const dqw_estimator_q15_block *b, dqw_rows_q15 *r)
 {
     (void)dqw_units_of_q15(e->config, e->pole_pairs, &r->unit);
+    // [ROW.1] means, without what the trapezoid has too much
     dqw_block_q15 m;
     exact(e, b, &r->unit, &m);
+
+    // [ROW.2] inputs and targets of both axes
     inputs(e, b, &m, r);
-    late_of(e, b, &m, r);
+
+    // [ROW.3] the noise of the inputs
     // Of settled rows nobody measures it: there are no rows, and so all of it is 0.
     noise_of(e, b, &m, r);
+
+    // [ROW.4] by how much a voltage one period late would differ
+    late_of(e, b, &m, r);
 }

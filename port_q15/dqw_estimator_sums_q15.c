@@ -24,7 +24,6 @@ static int32_t lighter(int32_t x_q28, int64_t weigh_q24)
     return dqw_q31_sat(dqw_q_round64(x_q28 * weigh_q24, 24));
 }
 
-// One axis' row to the sums, around the weights as solved last.
 void dqw_estimator_show_q15(dqw_estimator_q15 *e, int axis, const dqw_rows_q15 *r, uint32_t mask, int64_t weigh_q24)
 {
     const int n = dqw_estimator_inputs_q15(e);
@@ -41,8 +40,6 @@ static int64_t weighed(int64_t x_q56, int64_t by_q24)
     return dqw_q_product64(x_q56, by_q24, -32);
 }
 
-// Noise of the inputs turns the gradient by C w: put back. Not where it is much of what was learned, there it could run
-// away. (E60)
 void dqw_estimator_take_noise_out_q15(dqw_estimator_q15 *e, const dqw_rows_q15 *r, const int64_t by_q24[],
                                       const uint32_t mask[])
 {
@@ -123,7 +120,6 @@ void dqw_estimator_drift_q15(dqw_estimator_q15 *e)
     e->cov_q40[i] += q_q40;
 }
 
-// Weights that explain all that was shown; the sums go on around them.
 void dqw_estimator_solve_q15(dqw_estimator_q15 *e)
 {
     static const int64_t stay_q40[DQW_NORMAL_INPUTS] = {0};

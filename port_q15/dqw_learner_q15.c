@@ -29,7 +29,7 @@ int32_t dqw_learner_forward_q15(const dqw_learner_q15 *l, const int16_t x_q15[])
 
 int32_t dqw_learner_learn_q15(dqw_learner_q15 *l, const int16_t x_q15[], int16_t target_q15)
 {
-    // [LMS.1] normalise the inputs
+    // [LMS.1] how large inputs and weights are
     int64_t norm_q30 = l->indicator ? (int64_t)1 << 30 : 0;
     uint32_t w_norm_q15 = 1u << 15;
     for (int i = 0; i < l->inputs; i++) {

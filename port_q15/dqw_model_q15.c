@@ -33,8 +33,7 @@ void dqw_model_correct_q15(dqw_block_q15 *b, const dqw_machine_q15 *known)
     const int64_t turn_q28 = dqw_q_times64(known->turn_q28, b->w_m, -28);
     if (known->R_q40 <= 0 || dqw_q_size64(turn_q28) >= RADIAN_Q28) return;
 
-    // How much the step of the current changes from the start of a period to its end, on average over the block: a
-    // twelfth of that.
+    // [MOD.1] how much the current bends in a period, on average over the block, and a twelfth of it
     const int32_t v_q28[] = {b->v_d, b->v_q};
     const int32_t di_q28[] = {b->di_d, b->di_q};
     int64_t fix_q28[2];
@@ -47,6 +46,7 @@ void dqw_model_correct_q15(dqw_block_q15 *b, const dqw_machine_q15 *known)
         const int64_t jump = (axis == 0 ? turned : -turned) - dqw_q_times64(known->R_q40, di_q28[axis], -40);
         fix_q28[axis] = dqw_q_quotient64(jump, 12 * L, 40);
     }
+    // [MOD.2] that much the trapezoid's means are too large
     less(&b->i_d, fix_q28[0]);
     less(&b->i_q, fix_q28[1]);
     less(&b->wi_d, dqw_q_times64(fix_q28[0], b->w_m, -28));

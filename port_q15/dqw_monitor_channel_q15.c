@@ -47,13 +47,6 @@ int32_t dqw_monitor_rise_q16(const dqw_monitor_q15 *m, int32_t R_q24)
     return kelvin_q16(m, (int64_t)R_q24 - m->healthy.cold_R_q24);
 }
 
-static int32_t friction_sd(const dqw_monitor_q15 *m)
-{
-    const uint8_t n = m->watch.reversals;
-    return n >= DQW_WATCH_REVERSALS_LEAST ? dqw_q31_sat(dqw_q_root64((uint64_t)dqw_q_quotient64(m->spread_q48, n, 1)))
-                                          : INT32_MAX;
-}
-
 int32_t dqw_monitor_band_of_q15(const dqw_monitor_q15 *m, int channel)
 {
     const dqw_estimator_q15_config *c = &m->config->estimator;
@@ -99,7 +92,10 @@ void dqw_monitor_read_channel_q15(const dqw_monitor_q15 *m, int channel, dqw_mon
     } else if (channel == DQW_WATCH_FRICTION) {
         r->now = m->friction_q24;
         r->change = difference(r->now, m->healthy.friction_q24);
-        r->sd = friction_sd(m);
+        const uint8_t n = m->watch.reversals;
+        r->sd = n >= DQW_WATCH_REVERSALS_LEAST
+                    ? dqw_q31_sat(dqw_q_root64((uint64_t)dqw_q_quotient64(m->spread_q48, n, 1)))
+                    : INT32_MAX;
     } else if (channel == DQW_WATCH_TEMPERATURE) {
         const int32_t R_sd = dqw_estimator_sd_q24(&m->estimator, DQW_R);
         r->now = r->change = dqw_monitor_rise_q16(m, m->estimator.w_q24[DQW_R]);
@@ -130,11 +126,12 @@ void dqw_monitor_move_healthy_q15(dqw_monitor_q15 *m, int channel, int n)
 
 int64_t dqw_monitor_surely_q15(const dqw_monitor_q15 *m, int channel, int32_t deviation)
 {
-    // The healthy value has a deviation too: less, the more looks it is the mean of.
+    // [CHN.1] the deviation of a change: the healthy value has one too, less, the more looks it is the mean of
     const uint32_t looks = m->watch.looks[channel];
     const uint32_t wider_q15 = dqw_q_root64((uint64_t)ONE_Q30 + (uint64_t)ONE_Q30 / (DQW_WATCH_LOOKS_ALIKE + looks) *
                                                                     DQW_WATCH_LOOKS_ALIKE);
     const int64_t sure = dqw_q_round64((int64_t)deviation * DEVIATIONS * wider_q15, 15);
+    // [CHN.2] no narrower than the band
     const int64_t width = dqw_monitor_band_of_q15(m, channel);
     return width > sure ? width : sure;
 }
@@ -143,6 +140,18 @@ int32_t dqw_monitor_residual_limit_q24(const dqw_monitor_q15 *m)
 {
     return dqw_q_times32(dqw_monitor_band_q24(m, DQW_WATCH_RESIDUAL),
                          dqw_q31_sat(dqw_q_root64((uint64_t)m->healthy.residual_q54)), -27);
+}
+
+int32_t dqw_monitor_of_cold_q24(int32_t cold_q24, int64_t more_q24)
+{
+    return dqw_q_times32(((int64_t)1 << 24) + more_q24, cold_q24, -24);
+}
+
+int64_t dqw_monitor_flux_lost_q24(const dqw_monitor_q15 *m, int64_t rise_q16)
+{
+    // 2^20 by 2^31 by 2^4
+    return dqw_q_quotient64(dqw_monitor_beta_ppm(m) * rise_q16 * DQW_MONITOR_SLACK_TENTHS, (int64_t)10 * MILLION, 8) +
+           dqw_q_round64(dqw_monitor_band_q24(m, DQW_WATCH_PSI), 1);
 }
 
 int64_t dqw_monitor_q40_of(int channel, int32_t x)

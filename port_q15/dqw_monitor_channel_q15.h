@@ -8,6 +8,9 @@
 extern "C" {
 #endif
 
+/// Slack on rates and rises of temperature.
+#define DQW_MONITOR_SLACK_TENTHS 13
+
 /// A channel's value, its change from the healthy one, and its deviation, INT32_MAX where it is not known: Q24 of its
 /// unit; temperature Q16 K.
 typedef struct dqw_monitor_channel_q15 {
@@ -40,6 +43,15 @@ int64_t dqw_monitor_surely_q15(const dqw_monitor_q15 *m, int channel, int32_t de
 
 /// The healthy value by one part in n nearer to the present one: 1 takes it over.
 void dqw_monitor_move_healthy_q15(dqw_monitor_q15 *m, int channel, int n);
+
+/// So much of a cold value, which is 1 and `more`; and what the magnet loses where the winding's rise is this, and half
+/// a band.
+int32_t dqw_monitor_of_cold_q24(int32_t cold_q24, int64_t more_q24);
+int64_t dqw_monitor_flux_lost_q24(const dqw_monitor_q15 *m, int64_t rise_q16);
+
+/// On entering service after a restore: healthy R and flux as far from what was stored as heat explains.
+/// Source   (E94) in docs/EQUATIONS.md
+void dqw_monitor_enter_as_stored_q15(dqw_monitor_q15 *m);
 
 /// The residual's limit, Q24 of the full voltage.
 int32_t dqw_monitor_residual_limit_q24(const dqw_monitor_q15 *m);

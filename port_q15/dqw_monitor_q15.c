@@ -15,9 +15,6 @@
 #define HOTTEST_FORGETS 100000
 // A parameter is known well enough to be watched: deviation within a tenth.
 #define SERVICE_PARTS 10
-// Slack on rates and rises of temperature, in tenths; and the coldest that a machine is switched on at, below cold.
-#define SLACK_TENTHS 13
-#define COLDER_K 40
 // Confidence of what needs no pattern: 0.99.
 #define SURE_Q15 32440
 #define TEMPERATURE_BAND_K 5
@@ -146,7 +143,6 @@ static int64_t accelerating_q24(const dqw_estimator_q15_config *c, const dqw_uni
     return dqw_q_quotient64(dqw_q_times64(per_ns_q54, 2000000000, -30), c->speed_electrical ? s->pole_pairs : 1, 0);
 }
 
-// The torque that does not accelerate.
 static void watch_friction(dqw_monitor_q15 *m, const dqw_estimator_q15_block *block, bool unbroken)
 {
     const dqw_estimator_q15 *t = &m->estimator;
@@ -194,7 +190,6 @@ static void settle(dqw_monitor_q15 *m, int channel)
     if (known_now || looks == 0) dqw_monitor_move_healthy_q15(m, channel, looks + 1);
 }
 
-// Healthy values as they are now.
 static void adopt(dqw_monitor_q15 *m)
 {
     for (int i = 0; i < DQW_WATCH_TEMPERATURE; i++) dqw_monitor_move_healthy_q15(m, i, 1);
@@ -211,7 +206,6 @@ static void begin_rest(dqw_monitor_q15 *m)
     dqw_watch_rest(&m->watch);
 }
 
-// What heat can have made of R or the flux since its healthy value last followed, Q24.
 static int32_t heat_since(const dqw_monitor_q15 *m, int channel)
 {
     const dqw_monitor_q15_config *c = m->config;
@@ -220,7 +214,7 @@ static int32_t heat_since(const dqw_monitor_q15 *m, int channel)
     const int64_t ppm_per_K = flux ? dqw_monitor_beta_ppm(m) : dqw_monitor_alpha_ppm(m);
     // Millionths by mK up to 2^40, by 13 over 10^10; ns up to 2^30 by 2^31
     const int64_t rate_q40 = dqw_q_quotient64(
-        ppm_per_K * dqw_monitor_or_else(c->heating_mK_s, HEATING_MK_S) * SLACK_TENTHS, 10000000000, 40);
+        ppm_per_K * dqw_monitor_or_else(c->heating_mK_s, HEATING_MK_S) * DQW_MONITOR_SLACK_TENTHS, 10000000000, 40);
     const int64_t time_q20 = dqw_q_quotient64((int64_t)c->estimator.scale.dt_ns *
                                                   ((halves << DQW_WATCH_FOLLOW_SHIFT) * m->estimator.window.half),
                                               1000000000, 20);
@@ -242,19 +236,6 @@ static void follow(dqw_monitor_q15 *m, int channel)
     dqw_watch_follow(&m->watch, channel, m->estimator.number);
 }
 
-// So much of a cold value, which is 1 and `more`.
-static int32_t of_cold(int32_t cold_q24, int64_t more_q24)
-{
-    return dqw_q_times32(ONE_Q24 + more_q24, cold_q24, -24);
-}
-
-// What the magnet loses where the winding's rise is this, and half a band. 2^20 by 2^31 by 2^4
-static int64_t flux_lost_q24(const dqw_monitor_q15 *m, int64_t rise_q16)
-{
-    return dqw_q_quotient64(dqw_monitor_beta_ppm(m) * rise_q16 * SLACK_TENTHS, (int64_t)10 * MILLION, 8) +
-           dqw_q_round64(dqw_monitor_band_q24(m, DQW_WATCH_PSI), 1);
-}
-
 // The flux no further than the winding's heat explains, now or a while ago.
 static void follow_temperature(dqw_monitor_q15 *m)
 {
@@ -263,7 +244,8 @@ static void follow_temperature(dqw_monitor_q15 *m)
     const int32_t rise = dqw_monitor_rise_q16(m, m->healthy.weight_q24[DQW_R]);
     m->healthy.hottest_q16 -= m->healthy.hottest_q16 / HOTTEST_FORGETS;
     if (rise > m->healthy.hottest_q16) m->healthy.hottest_q16 = rise;
-    const int32_t coldest = of_cold(m->healthy.cold_psi_q24, -flux_lost_q24(m, m->healthy.hottest_q16));
+    const int32_t coldest = dqw_monitor_of_cold_q24(m->healthy.cold_psi_q24,
+                                                    -dqw_monitor_flux_lost_q24(m, m->healthy.hottest_q16));
     if (m->healthy.weight_q24[DQW_PSI] < coldest) m->healthy.weight_q24[DQW_PSI] = coldest;
 }
 
@@ -403,36 +385,10 @@ static bool look(dqw_monitor_q15 *m)
     return true;
 }
 
-static int32_t between(int32_t x, int32_t low, int32_t high)
-{
-    return x < low ? low : x > high ? high : x;
-}
-
-// The machine is compared with what was stored. Of R and flux only what no heat explains is a change: it may have been
-// switched off hot and on cold, and its magnet may still be as hot as it was.
-static void enter_as_stored(dqw_monitor_q15 *m)
-{
-    const int64_t alpha_ppm = dqw_monitor_alpha_ppm(m);
-    const int64_t colder_q24 = dqw_q_quotient64(alpha_ppm * COLDER_K, MILLION, 24);
-    const int64_t hotter_q24 = dqw_q_quotient64(alpha_ppm * dqw_monitor_band_q24(m, DQW_WATCH_TEMPERATURE), MILLION,
-                                                0);  // 2^20 by 2^37
-    m->healthy.weight_q24[DQW_R] = between(value(m, DQW_R), of_cold(m->healthy.cold_R_q24, -colder_q24),
-                                           of_cold(m->healthy.cold_R_q24, hotter_q24));
-    const int32_t rise = dqw_monitor_rise_q16(m, m->healthy.weight_q24[DQW_R]);
-    const int32_t hot = rise > m->healthy.hottest_q16 ? rise : m->healthy.hottest_q16;
-    const int64_t cold = rise < 0 ? -(int64_t)rise : 0;
-    m->healthy.weight_q24[DQW_PSI] = between(value(m, DQW_PSI),
-                                             of_cold(m->healthy.cold_psi_q24, -flux_lost_q24(m, hot)),
-                                             of_cold(m->healthy.cold_psi_q24, flux_lost_q24(m, cold)));
-    dqw_watch_follow(&m->watch, DQW_WATCH_R, m->estimator.number);
-    dqw_watch_follow(&m->watch, DQW_WATCH_PSI, m->estimator.number);
-    m->restored = false;
-}
-
 static void enter_service(dqw_monitor_q15 *m)
 {
     if (m->restored) {
-        enter_as_stored(m);
+        dqw_monitor_enter_as_stored_q15(m);
         return;
     }
     const bool commissioned = m->config->commissioned;
@@ -455,7 +411,6 @@ static bool known(const dqw_monitor_q15 *m)
     return is_known(m, DQW_R) && is_known(m, DQW_LQ) && is_known(m, DQW_PSI);
 }
 
-// Fig. 1: which stage, after a block.
 static void stage(dqw_monitor_q15 *m)
 {
     const dqw_stage *s = &m->estimator.stage;
@@ -512,34 +467,18 @@ bool dqw_monitor_event_q15(dqw_monitor_q15 *m, dqw_monitor_change_q15 *change)
     return true;
 }
 
-// A motion that teaches something now.
-static bool excited(const dqw_estimator_q15 *e)
-{
-    for (int i = 0; i < dqw_estimator_inputs_q15(e); i++)
-        if (e->excess_q10[i] > 0) return true;
-    return false;
-}
-
 enum dqw_why dqw_monitor_why_q15(const dqw_monitor_q15 *m)
 {
     const dqw_estimator_q15 *e = &m->estimator;
-    const dqw_stage *s = &e->stage;
-    if (s->name == DQW_STAGE_IN_SERVICE)
-        return m->watch.resting       ? DQW_WHY_RESTS
-               : m->watch.alarms != 0 ? DQW_WHY_NAMING
-               : m->watch.wait != 0   ? DQW_WHY_PAUSE
-                                      : DQW_WHY_IN_SERVICE;
-    if (s->name == DQW_STAGE_DOMAIN)
-        return s->back == DQW_BACK_NOT_CONVERGED ? DQW_WHY_NOT_CONVERGED
-               : s->back == DQW_BACK_LEFT_BAND   ? DQW_WHY_LEFT_BAND
-                                                 : DQW_WHY_THRESHOLD;
+    const enum dqw_why decided = dqw_watch_why(&m->watch, &e->stage);
+    if (decided != DQW_WHYS) return decided;
     if (e->number == 0) return DQW_WHY_NO_BLOCK;
     // Of the block that was handed over last: one number of 16 bits, whenever it is read.
     if (e->config->noise_on_inputs && e->handed.rows < DQW_NOISE_ROWS) return DQW_WHY_NOISE;
-    if (!excited(e)) return DQW_WHY_EXCITATION;
+    if (!dqw_watch_excited(e->excess_q10, dqw_estimator_inputs_q15(e))) return DQW_WHY_EXCITATION;
     const enum dqw_voltage_acts acts = dqw_estimator_voltage_acts_q15(e);
     if (acts != DQW_VOLTAGE_NOT_KNOWN && (acts == DQW_VOLTAGE_NEXT) != e->config->voltage_next) return DQW_WHY_VOLTAGE;
-    if (s->name == DQW_STAGE_ORDINAL && above_threshold(m)) return DQW_WHY_RESIDUAL;
+    if (e->stage.name == DQW_STAGE_ORDINAL && above_threshold(m)) return DQW_WHY_RESIDUAL;
     if (!is_known(m, DQW_R)) return DQW_WHY_R;
     if (!is_known(m, DQW_LQ)) return DQW_WHY_LQ;
     return is_known(m, DQW_PSI) ? DQW_WHY_BLOCKS : DQW_WHY_PSI;

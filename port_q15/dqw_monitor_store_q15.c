@@ -3,8 +3,12 @@
 
 #include "dqw_hash.h"
 #include "dqw_monitor_channel_q15.h"
+#include "dqw_q15.h"
 
 #define VERSION 1u
+// The coldest that a machine is switched on at, below cold.
+#define COLDER_K 40
+#define MILLION 1000000
 
 static uint32_t hash_of_effects(uint32_t hash, const dqw_estimator_q15_config *c)
 {
@@ -49,16 +53,44 @@ static uint32_t check_of(const dqw_monitor_stored_q15 *s)
 
 bool dqw_monitor_store_q15(const dqw_monitor_q15 *m, dqw_monitor_stored_q15 *stored)
 {
-    if (m == NULL || stored == NULL || dqw_monitor_why_q15(m) != DQW_WHY_IN_SERVICE) return false;
-    const uint8_t *looks = m->watch.looks;
-    if (looks[DQW_WATCH_R] < DQW_WATCH_LOOKS_LEAST || looks[DQW_WATCH_LQ] < DQW_WATCH_LOOKS_LEAST ||
-        looks[DQW_WATCH_PSI] < DQW_WATCH_LOOKS_LEAST)
+    if (m == NULL || stored == NULL || dqw_monitor_why_q15(m) != DQW_WHY_IN_SERVICE || !dqw_watch_stands(&m->watch))
         return false;
     dqw_monitor_stored_q15 s = {.version = VERSION, .config = hash_of(m), .healthy = m->healthy};
-    for (int i = 0; i < DQW_WATCH_TEMPERATURE; i++) s.looks[i] = looks[i];
+    for (int i = 0; i < DQW_WATCH_TEMPERATURE; i++) s.looks[i] = m->watch.looks[i];
     s.check = check_of(&s);
     *stored = s;
     return true;
+}
+
+static int32_t between(int32_t x, int32_t low, int32_t high)
+{
+    return x < low ? low : x > high ? high : x;
+}
+
+// The machine is compared with what was stored. Of R and flux only what no heat explains is a change: it may have been
+// switched off hot and on cold, and its magnet may still be as hot as it was. (E94)
+void dqw_monitor_enter_as_stored_q15(dqw_monitor_q15 *m)
+{
+    const int64_t alpha_ppm = dqw_monitor_alpha_ppm(m);
+    const int64_t colder_q24 = dqw_q_quotient64(alpha_ppm * COLDER_K, MILLION, 24);
+    const int64_t hotter_q24 = dqw_q_quotient64(alpha_ppm * dqw_monitor_band_q24(m, DQW_WATCH_TEMPERATURE), MILLION,
+                                                0);  // 2^20 by 2^37
+    // [STO.1] R between the coldest start and the limit
+    m->healthy.weight_q24[DQW_R] = between(m->estimator.w_q24[DQW_R],
+                                           dqw_monitor_of_cold_q24(m->healthy.cold_R_q24, -colder_q24),
+                                           dqw_monitor_of_cold_q24(m->healthy.cold_R_q24, hotter_q24));
+
+    // [STO.2] the flux between what the magnet loses where it is as hot as it was, and gains where it is cold
+    const int32_t rise = dqw_monitor_rise_q16(m, m->healthy.weight_q24[DQW_R]);
+    const int32_t hot = rise > m->healthy.hottest_q16 ? rise : m->healthy.hottest_q16;
+    const int64_t cold = rise < 0 ? -(int64_t)rise : 0;
+    m->healthy.weight_q24[DQW_PSI] = between(
+        m->estimator.w_q24[DQW_PSI],
+        dqw_monitor_of_cold_q24(m->healthy.cold_psi_q24, -dqw_monitor_flux_lost_q24(m, hot)),
+        dqw_monitor_of_cold_q24(m->healthy.cold_psi_q24, dqw_monitor_flux_lost_q24(m, cold)));
+    dqw_watch_follow(&m->watch, DQW_WATCH_R, m->estimator.number);
+    dqw_watch_follow(&m->watch, DQW_WATCH_PSI, m->estimator.number);
+    m->restored = false;
 }
 
 enum dqw_status dqw_monitor_restore_q15(dqw_monitor_q15 *m, const dqw_monitor_stored_q15 *stored)

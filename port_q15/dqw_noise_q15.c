@@ -39,6 +39,7 @@ void dqw_noise_step_q15(dqw_noise_q15 *n, int32_t e_d_q15, int32_t e_q_q15, int3
     int32_t *d = n->e_q15[0];
     int32_t *q = n->e_q15[1];
     if (n->held >= PAST) {
+        // [NOI.1] steps three apart, by the difference of those between: what is slow drops out
         const int32_t bend = w_step_q15 - n->w_step_q15;
         const bool full = n->rows >= DQW_NOISE_Q15_MEMORY;
         n->rows = (uint16_t)(n->rows + !full);
@@ -48,6 +49,7 @@ void dqw_noise_step_q15(dqw_noise_q15 *n, int32_t e_d_q15, int32_t e_q_q15, int3
     } else {
         n->held++;
     }
+    // [NOI.2] the last three steps
     shift(d, e_d_q15);
     shift(q, e_q_q15);
     n->w_step_q15 = w_step_q15;

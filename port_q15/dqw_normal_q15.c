@@ -43,7 +43,7 @@ static void halve(dqw_normal_q15 *n)
 
 void dqw_normal_add_q15(dqw_normal_q15 *n, const int32_t x_q28[], int32_t y_q28)
 {
-    // [RLS.1] products to the sums: each below 2^62 in Q56, 2^38 in Q32
+    // [NEQ.1] products to the sums: each below 2^62 in Q56, 2^38 in Q32
     int64_t *a = n->a_q32;
     bool full = false;
     for (int j = 0; j < n->inputs; j++) {

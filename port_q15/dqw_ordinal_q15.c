@@ -151,12 +151,13 @@ bool dqw_ordinal_end_epoch_q15(dqw_ordinal_q15 *o)
     if (o->epochs < UINT32_MAX) o->epochs++;
     o->started = false;
     const bool pairs = o->form == DQW_ORDINAL_PAIRS_Q15;
+
+    // [OL.3] what the epoch says of both weights
     const bool of_pairs = pairs || o->from_pairs;
     static const int of_pairs_q[] = {27, 31};
     static const int of_output_q[] = {27 - 8, 31 - 8};
     int64_t found[2];
     const bool solved = solve(o->sum, of_pairs ? of_pairs_q : of_output_q, found);
-
     // A Gauss-Newton step is kept short, and the pole inside a passive circuit's range: the neuron's own output then
     // stays bounded, and far from the truth, where the linearisation overshoots, the next epoch can come back.
     int64_t a_q31 = o->a_q31;
@@ -175,6 +176,7 @@ bool dqw_ordinal_end_epoch_q15(dqw_ordinal_q15 *o)
     const int64_t moved_b = b_q27 < o->b_q27 ? o->b_q27 - b_q27 : b_q27 - o->b_q27;
     const bool still = solved && moved_a * CONVERGED <= o->a_q31 && moved_b * CONVERGED <= b_q27;
     o->converged = pairs || (!o->from_pairs && inside && still);
+    // [OL.4] from which weights, and how, the next epoch learns
     // Pairs that say what no passive circuit can are no start; nor is one from which no epoch comes to rest. Learn from
     // pairs again.
     const bool done_with_pairs = o->from_pairs && solved && inside;

@@ -6,6 +6,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "dqw_draw.h"
 #include "dqw_learner_q15.h"
 #include "dqw_status.h"
 
@@ -29,9 +30,7 @@ typedef struct dqw_random_config_q15 {
 
 typedef struct dqw_random_q15 {
     dqw_random_sample_q15 *reservoir;
-    uint32_t capacity, draws, held, seen, state;
-    uint32_t at;                                     ///< samples shown in this epoch
-    uint32_t epochs;                                 ///< epochs completed
+    dqw_draw draw;
     int32_t before_q31[DQW_LEARNER_INPUTS_Q15 + 1];  ///< the weights at the epoch's start, W_o last
     uint16_t tolerance_q15;
     bool converged;

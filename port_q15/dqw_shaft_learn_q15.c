@@ -33,7 +33,6 @@ static int32_t mean_of(int32_t sum, int32_t part_q30, unsigned less)
     return dqw_q31_sat(dqw_q_round64((int64_t)sum * part_q30, less));
 }
 
-// The block's inputs; returns its target.
 static int32_t inputs_of(const dqw_shaft_q15 *s, const int32_t block[SIGNALS], uint16_t weight, int32_t x_q28[INPUTS])
 {
     // One over the weight is good to 1e-5, and the same for target and inputs: weights do not see it.
@@ -66,7 +65,6 @@ static void judge(dqw_shaft_q15 *s, int32_t e_q28, int32_t y_q28)
     s->error_last_q28 = e_q28;
 }
 
-// Of one block's residual: variance, times what the autocorrelation of blocks in a row makes of it.
 static int64_t variance_q56(const dqw_shaft_q15 *s, const dqw_solution_q15 *solution)
 {
     const int64_t freedom = (int64_t)s->gate.blocks - s->inputs;
@@ -135,12 +133,12 @@ static bool learn(dqw_shaft_q15 *s, const int32_t block[SIGNALS], uint16_t weigh
 
 bool dqw_shaft_background_q15(dqw_shaft_q15 *s)
 {
-    if (!dqw_window_waits_q15(&s->window)) return false;
+    if (!dqw_handover_waits(&s->window.over)) return false;
     int32_t block[SIGNALS];
     int32_t sum[2];
     uint16_t weight;
     const uint32_t event = dqw_window_join_q15(&s->window, &s->rise, block, &weight, sum);
-    dqw_window_release_q15(&s->window);
+    dqw_handover_release(&s->window.over);
     if (event == DQW_EVENT_INCOMPLETE && s->gate.incomplete < UINT32_MAX) s->gate.incomplete++;
     return event == DQW_EVENT_BLOCK && learn(s, block, weight);
 }

@@ -102,7 +102,6 @@ static enum dqw_status init_effects(dqw_shaft_q15 *s, const dqw_shaft_q15_config
     return DQW_OK;
 }
 
-// Sums of the effects' inputs over the pair that this sample ends, behind the plain signals.
 static void pair_effects(dqw_shaft_q15 *s, int16_t w_m_q15, uint16_t theta_m_turn, int32_t pair[SIGNALS])
 {
 #if DQW_EFFECT_WEIGHTS > 0

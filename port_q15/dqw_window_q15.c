@@ -20,14 +20,14 @@ static void clear(dqw_window_q15_part *p, int signals)
 
 void dqw_window_restart_q15(dqw_window_q15 *w)
 {
-    clear(&w->part[w->now], w->signals);
+    clear(&w->part[w->over.now], w->signals);
     w->at = 0;
-    w->follows = false;
+    w->over.follows = false;
 }
 
 void dqw_window_refuse_q15(dqw_window_q15 *w)
 {
-    dqw_window_q15_part *p = &w->part[w->now];
+    dqw_window_q15_part *p = &w->part[w->over.now];
     w->at++;
     for (int i = 0; i < w->signals; i++) p->cell[i].fall += p->cell[i].sum;
     p->fall_weight = (uint16_t)(p->fall_weight + p->valid);
@@ -35,15 +35,11 @@ void dqw_window_refuse_q15(dqw_window_q15 *w)
 
 bool dqw_window_turn_q15(dqw_window_q15 *w)
 {
-    if (w->pending) {
+    if (!dqw_handover_turn(&w->over)) {
         dqw_window_restart_q15(w);
         return false;
     }
-    w->followed = w->follows;
-    w->follows = true;
     w->at = 0;
-    w->now ^= 1u;
-    w->pending = true;
     return true;
 }
 
@@ -51,16 +47,16 @@ uint32_t dqw_window_join_q15(dqw_window_q15 *w, dqw_window_q15_rise *r, int32_t 
                              int32_t sum[])
 {
     // All that the interrupt wrote is read by volatile reads, as the flag that guards it.
-    volatile dqw_window_q15_part *p = &w->part[1u - *(const volatile uint8_t *)&w->now];
-    const bool joins = r->has && *(const volatile bool *)&w->followed;
+    volatile dqw_window_q15_part *p = &w->part[dqw_handover_part(&w->over)];
+    const bool joins = r->has && dqw_handover_followed(&w->over);
     const uint8_t valid = p->valid;
     const uint16_t fall_weight = p->fall_weight;
     const int32_t top = w->half + 1;
-    // [WIN.1] join the half before, rising, with this one, falling
+    // [WIN.1] is there enough of the half before and of this one for a block
     // Both together are below h (h + 1) 2^17 < 2^31.
     const bool enough = joins && 4 * (valid + r->valid) >= 3 * 2 * w->half;
     if (enough) *weight = (uint16_t)(r->weight + fall_weight);
-    // [WIN.2] this half rises in the next block
+    // [WIN.2] the half before, rising, and this one, falling, are the block; this one rises in the next
     // |top sum| <= 101 100 2^17 < 2^31
     for (int i = 0; i < w->signals; i++) {
         const int32_t plain = p->cell[i].sum;

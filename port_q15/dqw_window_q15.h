@@ -9,6 +9,7 @@
 #include <stdint.h>
 
 #include "dqw_gate.h"
+#include "dqw_handover.h"
 #include "dqw_q15.h"
 #include "dqw_size.h"
 #include "dqw_status.h"
@@ -41,10 +42,7 @@ typedef struct dqw_window_q15 {
     dqw_window_q15_part part[2];
     uint8_t half, at;  ///< pairs in a half; of them passed
     uint8_t signals;
-    uint8_t now;    ///< which part is being gathered; the other one is free, or handed over
-    bool pending;   ///< the other one is handed over: the background's until it clears this
-    bool follows;   ///< what is being gathered follows what was handed over last
-    bool followed;  ///< what is handed over follows what was handed over before
+    dqw_handover over;
 } dqw_window_q15;
 
 /// The background's side: the half before, rising.
@@ -83,7 +81,7 @@ static inline void dqw_window_gather_q15(dqw_window_q15_cell *cell, int32_t x)
 /// Where the signals of this pair go.
 static inline dqw_window_q15_cell *dqw_window_cells_q15(dqw_window_q15 *w)
 {
-    return w->part[w->now].cell;
+    return w->part[w->over.now].cell;
 }
 
 /// The pair is whole; or the gate refused it.
@@ -91,7 +89,7 @@ static inline dqw_window_q15_cell *dqw_window_cells_q15(dqw_window_q15 *w)
 /// Context  interrupt; dqw_window_full_q15() after it
 static inline void dqw_window_count_q15(dqw_window_q15 *w)
 {
-    dqw_window_q15_part *p = &w->part[w->now];
+    dqw_window_q15_part *p = &w->part[w->over.now];
     w->at++;
     p->valid++;
     p->fall_weight = (uint16_t)(p->fall_weight + p->valid);
@@ -111,20 +109,6 @@ static inline bool dqw_window_full_q15(const dqw_window_q15 *w)
 /// Context  interrupt
 bool dqw_window_turn_q15(dqw_window_q15 *w);
 
-/// Is a half handed over?
-/// Context  background
-static inline bool dqw_window_waits_q15(const dqw_window_q15 *w)
-{
-    return *(const volatile bool *)&w->pending;
-}
-
-/// The interrupt may hand over the next one.
-/// Context  background
-static inline void dqw_window_release_q15(dqw_window_q15 *w)
-{
-    *(volatile bool *)&w->pending = false;
-}
-
 /// Join the half that was handed over with the one before, and clear its place.
 ///
 /// Source   (E15) in docs/EQUATIONS.md: any weighted sum of exact pair equations is exact
@@ -132,7 +116,7 @@ static inline void dqw_window_release_q15(dqw_window_q15 *w)
 ///          < 2^31. sum[2]: the plain sums of the half's first two signals
 /// Returns  0, or DQW_EVENT_BLOCK when block[] is ready, or DQW_EVENT_INCOMPLETE when over a quarter of it was refused
 /// Cost     a product and 3 additions a signal
-/// Context  background, between dqw_window_waits_q15() and dqw_window_release_q15()
+/// Context  background, between dqw_handover_waits() and dqw_handover_release()
 uint32_t dqw_window_join_q15(dqw_window_q15 *w, dqw_window_q15_rise *r, int32_t block[], uint16_t *weight,
                              int32_t sum[]);
 

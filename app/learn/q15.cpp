@@ -140,7 +140,7 @@ void forget(dqw_estimator_q15& e)
     std::int32_t block[DQW_ESTIMATOR_Q15_SIGNALS], sum[2];
     std::uint16_t weight = 0;
     (void)dqw_window_join_q15(&e.window, &e.rise, block, &weight, sum);
-    dqw_window_release_q15(&e.window);
+    dqw_handover_release(&e.window.over);
 }
 
 /// One run over the logs, or one that only measures their noise. Returns the rows held out.
@@ -163,7 +163,7 @@ std::uint32_t over(const std::vector<Log>& logs, const LearnOptions& options, co
                 heldout += held ? 1U : 0U;
                 (void)dqw_estimator_sample_q15(&e, &x, held || !good);
                 const bool learned = kind != RunKind::measures && dqw_estimator_background_q15(&e);
-                if (kind == RunKind::measures && dqw_window_waits_q15(&e.window)) forget(e);
+                if (kind == RunKind::measures && dqw_handover_waits(&e.window.over)) forget(e);
                 // The noise that was measured with all of a run's rows stands.
                 if (kind != RunKind::first) e.given.ready = false;
                 if (!learned || !options.block) return;

@@ -29,7 +29,7 @@ public:
     bool sample(const dqw_sample& s) override
     {
         (void)dqw_monitor_sample(&m_, &s, false);
-        return m_.estimator.window.pending;
+        return m_.estimator.window.over.pending;
     }
 
     std::optional<MonitorTold> background() override

@@ -44,7 +44,7 @@ public:
         // Sixteen bits have no not-a-number: the port is told of a limit, and it is counted here.
         if (!good) ++not_numbers_;
         (void)dqw_monitor_sample_q15(&m_, &x, !good);
-        return m_.estimator.window.pending;
+        return m_.estimator.window.over.pending;
     }
 
     std::optional<MonitorTold> background() override

@@ -152,7 +152,7 @@ static bool pair_of(dqw_window *w, dqw_window_rise *rise, const float x[], float
     }
     if (!dqw_window_full(w) || !dqw_window_turn(w)) return false;
     const bool ready = dqw_window_join(w, rise, block, sum) == DQW_EVENT_BLOCK;
-    dqw_window_release(w);
+    dqw_handover_release(&w->over);
     return ready;
 }
 

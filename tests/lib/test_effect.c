@@ -936,7 +936,7 @@ static void test_a_block_is_the_mean_of_its_pairs(void)
             float sums[2];
             HOLDS(dqw_window_turn(&w));
             const uint32_t event = dqw_window_join(&w, &rise, block, sums);
-            dqw_window_release(&w);
+            dqw_handover_release(&w.over);
             if (event != DQW_EVENT_BLOCK) continue;
             blocks++;
             for (int i = 0; i < e.weights; i++) {

@@ -270,7 +270,7 @@ static void test_block_is_the_triangle_of_the_pairs(void)
             if ((event & DQW_EVENT_BLOCK) == 0) continue;
             dqw_estimator_block block;
             const bool taken = dqw_estimator_take(&t, &block);
-            HOLDS(!dqw_window_waits(&t.window));
+            HOLDS(!dqw_handover_waits(&t.window.over));
             if (k + 1 < 2 * halves[h]) {
                 HOLDS(!taken);
                 continue;
@@ -489,7 +489,7 @@ static void test_a_late_background_loses_halves_and_nothing_else(void)
         for (int k = 0; k < l->rows; k++) {
             CASE("background leaves every %d. half out, sample %d", every, k);
             const dqw_sample s = drive_sample(l, k, 0.0, NULL);
-            const bool waited = dqw_window_waits(&t.window);
+            const bool waited = dqw_handover_waits(&t.window.over);
             const dqw_estimator_handed waits = t.handed;
             const bool end = (k + 1) % HALF == 0;
             const uint32_t e = dqw_estimator_sample(&t, &s, false);
@@ -502,7 +502,7 @@ static void test_a_late_background_loses_halves_and_nothing_else(void)
             if (every > 1 && (k + 1) / HALF % every == 0) continue;
             if (every == 1 && (k + 1) / HALF % 2 == 0) continue;
             (void)dqw_estimator_background(&t);
-            HOLDS(!dqw_window_waits(&t.window));
+            HOLDS(!dqw_handover_waits(&t.window.over));
         }
         CASE("every %d: %u lost, %u joined, %u missed", every, (unsigned)lost, (unsigned)joined, (unsigned)t.missed);
         HOLDS(t.missed == (lost < UINT8_MAX ? lost : UINT8_MAX) && lost > 100);
@@ -777,7 +777,7 @@ static void test_one_missing_sample_is_a_refused_one(void)
             dqw_estimator_missing(&missing, 1);
             (void)dqw_estimator_sample(&refused_one, &none, false);
         }
-        HOLDS(missing.window.pending == refused_one.window.pending && missing.halves == refused_one.halves);
+        HOLDS(missing.window.over.pending == refused_one.window.over.pending && missing.halves == refused_one.halves);
         (void)dqw_estimator_background(&missing);
         (void)dqw_estimator_background(&refused_one);
     }
@@ -805,7 +805,7 @@ static void test_a_missing_sample_may_end_a_half(void)
             dqw_estimator_missing(&e, 1);
         else
             (void)dqw_estimator_sample(&e, &s, false);
-        HOLDS(e.window.pending == (k % HALF == HALF - 1));
+        HOLDS(e.window.over.pending == (k % HALF == HALF - 1));
         blocks += dqw_estimator_take(&e, &block);
         if (e.number > 0) (void)dqw_estimator_learn(&e, &block);
     }
@@ -1123,7 +1123,7 @@ static void test_samples_may_interrupt_the_background_anywhere(void)
     start = begin(&c);
     long k = 0;
     // Just published a dt/L that changes what the noise is measured with, so that much is handed back.
-    for (; k < 1200 || !start.window.pending; k++) {
+    for (; k < 1200 || !start.window.over.pending; k++) {
         dqw_sample s = moving(k, 0.5, 0.01, &r);
         s.cosine = (float)cos(0.02 * (double)k), s.sine = (float)sin(0.02 * (double)k);
         (void)dqw_estimator_background(&start);
@@ -1145,7 +1145,7 @@ static void test_samples_may_interrupt_the_background_anywhere(void)
             (void)dqw_estimator_learn(&interrupted, &slow);
             samples_into_interrupted();
             memcpy(&start, &interrupted, sizeof start);
-            HOLDS(start.window.pending && start.given_ready && start.missed == 1);
+            HOLDS(start.window.over.pending && start.given_ready && start.missed == 1);
         }
         // Behind all of it.
         memcpy(&interrupted, &start, sizeof start);

@@ -61,7 +61,7 @@ static void begin(dqw_monitor *m, const dqw_monitor_config *c, int until)
     memset(m, 0, sizeof *m);
     TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_monitor_init(m, c));
     at_row = 0;
-    while (at_row < until || !m->estimator.window.pending) {
+    while (at_row < until || !m->estimator.window.over.pending) {
         (void)dqw_monitor_background(m);
         const dqw_sample s = sample(at_row);
         (void)dqw_monitor_sample(m, &s, false);

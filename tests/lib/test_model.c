@@ -100,7 +100,7 @@ static bool join(dqw_window *w, dqw_window_rise *rise, const dqw_block *pair, dq
     if (!dqw_window_full(w)) return false;
     HOLDS(dqw_window_turn(w));
     const uint32_t event = dqw_window_join(w, rise, y, sum);
-    dqw_window_release(w);
+    dqw_handover_release(&w->over);
     memcpy(block, y, sizeof *block);
     return event == DQW_EVENT_BLOCK;
 }

@@ -599,7 +599,7 @@ static void test_friction_takes_no_lost_half_for_one(void)
             const int8_t gathered = m.watch.gathered;
             // Two halves in about sixty are not taken in time.
             if (lossy && (k + 1) / 20 % 61 < 2) continue;
-            if (!dqw_window_waits(&m.estimator.window)) continue;
+            if (!dqw_handover_waits(&m.estimator.window.over)) continue;
             (void)dqw_monitor_background(&m);
             // The first block behind a loss begins a stretch.
             if (m.estimator.elapsed > 1) HOLDS(m.watch.gathered == 0 || m.watch.gathered == gathered);

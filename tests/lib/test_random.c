@@ -60,8 +60,8 @@ static void test_reservoir_is_a_fair_sample(void)
             const float x = (float)k;
             dqw_random_put(&r, &x, 1, 2.0f * x);
         }
-        TEST_ASSERT_EQUAL_UINT32(CAPACITY, r.held);
-        TEST_ASSERT_EQUAL_UINT32(301, r.seen);
+        TEST_ASSERT_EQUAL_UINT32(CAPACITY, r.draw.held);
+        TEST_ASSERT_EQUAL_UINT32(301, r.draw.seen);
         for (int k = 0; k < CAPACITY; k++) {
             TEST_ASSERT_EQUAL_FLOAT(2.0f * memory[k].x[0], memory[k].target);
             kept[(int)memory[k].x[0]]++;
@@ -109,7 +109,7 @@ static void test_no_sample_twice_within_an_epoch(void)
                 seen[which]++;
                 drawn[which]++;
             }
-            TEST_ASSERT_EQUAL_UINT32(epoch + 1, r.epochs);
+            TEST_ASSERT_EQUAL_UINT32(epoch + 1, r.draw.epochs);
             for (int k = 1; k <= CAPACITY; k++) HOLDS(seen[k] <= 1);
         }
         double chi2 = 0.0;
@@ -175,8 +175,8 @@ static void test_epoch_is_that_many_iterations(void)
             begin_learner(&m, 0.5f);
             for (int k = 0; k < CAPACITY; k++) (void)dqw_random_iterate(&a, &m);
         }
-        TEST_ASSERT_EQUAL_UINT32(1, a.epochs);
-        TEST_ASSERT_EQUAL_UINT32(0, a.at);
+        TEST_ASSERT_EQUAL_UINT32(1, a.draw.epochs);
+        TEST_ASSERT_EQUAL_UINT32(0, a.draw.at);
     }
     same_weights(&l, &m);
 }
@@ -191,7 +191,7 @@ static void test_converged_once_nothing_moves(void)
     // Nothing held: nothing happens.
     TEST_ASSERT_FALSE(dqw_random_epoch(&r, &l));
     TEST_ASSERT_FALSE(dqw_random_iterate(&r, &l));
-    TEST_ASSERT_EQUAL_UINT32(0, r.epochs);
+    TEST_ASSERT_EQUAL_UINT32(0, r.draw.epochs);
     test_random noise = {10};
     for (int k = 0; k < CAPACITY; k++) {
         const float x = (float)random_normal(&noise);
@@ -263,14 +263,14 @@ static void test_counters_stop_at_their_maximum(void)
     TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_random_init(&r, &c));
     const float x = 1.0f;
     for (int k = 0; k < CAPACITY; k++) dqw_random_put(&r, &x, 1, x);
-    r.seen = UINT32_MAX - 1;
+    r.draw.seen = UINT32_MAX - 1;
     for (int k = 0; k < 3; k++) dqw_random_put(&r, &x, 1, x);
-    TEST_ASSERT_EQUAL_UINT32(UINT32_MAX, r.seen);
+    TEST_ASSERT_EQUAL_UINT32(UINT32_MAX, r.draw.seen);
     dqw_learner l;
     begin_learner(&l, 0.5f);
-    r.epochs = UINT32_MAX;
+    r.draw.epochs = UINT32_MAX;
     (void)dqw_random_epoch(&r, &l);
-    TEST_ASSERT_EQUAL_UINT32(UINT32_MAX, r.epochs);
+    TEST_ASSERT_EQUAL_UINT32(UINT32_MAX, r.draw.epochs);
 }
 
 int main(void)

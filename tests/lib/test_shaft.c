@@ -707,7 +707,7 @@ static void test_missing_samples(void)
         CASE("%u periods", (unsigned)periods);
         for (int k = 0; k < 2 * HALF + 3; k++) step(&none, 0.1f, 1.0f, 0.0f);
         dqw_shaft_missing(&none, periods);
-        HOLDS((none.window.at == 0) == (periods != 1) && none.window.follows == (periods == 1) && !none.has_last);
+        HOLDS((none.window.at == 0) == (periods != 1) && none.window.over.follows == (periods == 1) && !none.has_last);
     }
 }
 
@@ -787,7 +787,7 @@ static void begin_held(dqw_shaft *s, const dqw_shaft_config *c)
     make_log(COULOMB_TRUE, 0.01, 2);
     TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_shaft_init(s, c));
     held_at = 0;
-    while (held_at < 40 * HALF || !s->window.pending) {
+    while (held_at < 40 * HALF || !s->window.over.pending) {
         (void)dqw_shaft_background(s);
         (void)dqw_shaft_sample(s, (float)torque[held_at], (float)speed[held_at], (float)(0.01 * held_at), false);
         held_at++;

@@ -32,9 +32,9 @@ static void gather(both *b, const float x[])
 static uint32_t join(both *b, float block[])
 {
     float sum[2];
-    TEST_ASSERT_TRUE(dqw_window_waits(&b->w));
+    TEST_ASSERT_TRUE(dqw_handover_waits(&b->w.over));
     const uint32_t event = dqw_window_join(&b->w, &b->r, block, sum);
-    dqw_window_release(&b->w);
+    dqw_handover_release(&b->w.over);
     return event;
 }
 
@@ -247,7 +247,7 @@ static void test_a_late_background_loses_a_half(void)
     for (int k = 0; k < 3; k++) gather(&b, &x);
     TEST_ASSERT_FALSE(dqw_window_turn(&b.w));
     TEST_ASSERT_EQUAL_UINT32(0, join(&b, &block));
-    TEST_ASSERT_FALSE(dqw_window_waits(&b.w));
+    TEST_ASSERT_FALSE(dqw_handover_waits(&b.w.over));
     x = 3.0f;
     for (int k = 0; k < 2; k++) TEST_ASSERT_EQUAL_UINT32(0, pair(&b, &x, &block));
     TEST_ASSERT_EQUAL_UINT32(0, pair(&b, &x, &block));

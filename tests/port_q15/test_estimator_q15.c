@@ -272,17 +272,17 @@ static void test_late_backgrounds_and_gaps(void)
             CASE("background misses every %d. half of ten, sample %ld", every, k);
             const dqw_sample s = moving(k, 0.5, 0.01, &(test_random){(uint64_t)k});
             const dqw_sample_q15 q = rounded(&s);
-            const dqw_window_q15_part *part = &p.q.window.part[1 - p.q.window.now];
+            const dqw_window_q15_part *part = &p.q.window.part[1 - p.q.window.over.now];
             const dqw_window_q15_part waits = *part;
-            const bool waited = p.q.window.pending;
+            const bool waited = p.q.window.over.pending;
             offered += (dqw_estimator_sample_q15(&p.q, &q, false) & (DQW_EVENT_BLOCK | DQW_EVENT_MISSED)) != 0;
             if (waited) HOLDS(memcmp(&waits, part, sizeof waits) == 0);
             if (k % 20 != 19 || (k / 20 % 10 == 0 && k / 200 % every == 0)) continue;
-            taken += p.q.window.pending;
+            taken += p.q.window.over.pending;
             (void)dqw_estimator_background_q15(&p.q);
-            HOLDS(!p.q.window.pending);
+            HOLDS(!p.q.window.over.pending);
         }
-        const uint32_t lost = offered - taken - p.q.window.pending;
+        const uint32_t lost = offered - taken - p.q.window.over.pending;
         HOLDS(p.q.missed == lost && lost > 40);
         for (int i = 0; i < 4; i++) BETWEEN(-0.5, 100 * (q_value(&p, i) / TRUTH[i] - 1), 0.5);
     }
@@ -386,7 +386,7 @@ static void test_a_background_that_is_interrupted_learns_the_same(void)
             (void)dqw_estimator_background_q15(&p.q);
         if ((dqw_estimator_sample_q15(&late, &q, false) & DQW_EVENT_BLOCK) != 0) {
             taken = dqw_estimator_take_q15(&late, &b);
-            HOLDS(taken == (k >= 39) && !late.window.pending && !dqw_estimator_take_q15(&late, &b));
+            HOLDS(taken == (k >= 39) && !late.window.over.pending && !dqw_estimator_take_q15(&late, &b));
             waits = (int)(random_bits(&r) % 20);
         }
         if (waits-- != 0 || !taken) continue;

@@ -40,7 +40,7 @@ static void begin(dqw_estimator_q15 *e, const dqw_estimator_q15_config *c, int u
     memset(e, 0, sizeof *e);
     TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_estimator_init_q15(e, c));
     at_row = 0;
-    while (at_row < until || !e->window.pending) {
+    while (at_row < until || !e->window.over.pending) {
         (void)dqw_estimator_background_q15(e);
         (void)dqw_estimator_sample_q15(e, &rows[at_row++], false);
     }
@@ -123,7 +123,7 @@ static void test_a_half_may_end_in_the_background_anywhere(void)
             (void)dqw_estimator_learn_q15(&held, &slow);
             interrupt();
             memcpy(&start, &held, sizeof held);
-            HOLDS(start.window.pending && start.missed == 1);
+            HOLDS(start.window.over.pending && start.missed == 1);
         }
         CASE("row %d", at_row);
         memcpy(&held, &start, sizeof held);

@@ -67,7 +67,7 @@ static void begin(dqw_monitor_q15 *m, const dqw_monitor_q15_config *c, int until
     memset(m, 0, sizeof *m);
     TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_monitor_init_q15(m, c));
     at_row = 0;
-    while (at_row < until || !m->estimator.window.pending) {
+    while (at_row < until || !m->estimator.window.over.pending) {
         (void)dqw_monitor_background_q15(m);
         const dqw_sample_q15 s = sample(at_row);
         (void)dqw_monitor_sample_q15(m, &s, false);

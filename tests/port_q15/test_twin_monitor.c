@@ -486,7 +486,7 @@ static void test_any_bits(void)
             x.i_d_q15 = last.i_d_q15, x.i_q_q15 = last.i_q_q15, x.w_m_q15 = last.w_m_q15;
         last = x;
         (void)dqw_monitor_sample_q15(&t.q, &x, y >> 58 == 0);
-        if (!t.q.estimator.window.pending) continue;
+        if (!t.q.estimator.window.over.pending) continue;
         if (y >> 32 & 1) {
             dqw_monitor_q15 *m = &t.q;
             const int i = (int)(y >> 40 & 3);

@@ -75,10 +75,11 @@ static void compare(uint32_t seed, uint32_t draws, bool noisy)
         if (k > 20) {
             const bool a = dqw_random_iterate(&f, &lf);
             const bool b = dqw_random_iterate_q15(&q, &l);
-            if (a && first[0] == 0) first[0] = f.epochs;
-            if (b && first[1] == 0) first[1] = q.epochs;
+            if (a && first[0] == 0) first[0] = f.draw.epochs;
+            if (b && first[1] == 0) first[1] = q.draw.epochs;
         }
-        HOLDS(f.state == q.state && f.held == q.held && f.seen == q.seen && f.at == q.at && f.epochs == q.epochs);
+        HOLDS(f.draw.state == q.draw.state && f.draw.held == q.draw.held && f.draw.seen == q.draw.seen &&
+              f.draw.at == q.draw.at && f.draw.epochs == q.draw.epochs);
         for (int i = 0; i < CAPACITY; i++) {
             HOLDS(memory[i].target * 32768 == memory_q15[i].target_q15);
             for (int j = 0; j < 2; j++) HOLDS(memory[i].x[j] * 32768 == memory_q15[i].x_q15[j]);
@@ -113,7 +114,7 @@ static void test_epochs_and_counters(void)
     TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_learner_init_q15(&l, &lq));
     TEST_ASSERT_FALSE(dqw_random_epoch_q15(&q, &l));
     TEST_ASSERT_FALSE(dqw_random_iterate_q15(&q, &l));
-    TEST_ASSERT_EQUAL_UINT32(0, q.epochs);
+    TEST_ASSERT_EQUAL_UINT32(0, q.draw.epochs);
     // Fewer held than drawn: every sample is shown once, and so few say nothing about convergence.
     for (int k = 0; k < 10; k++) {
         const int16_t x = k % 2 ? 20000 : -20000;
@@ -135,12 +136,12 @@ static void test_epochs_and_counters(void)
     l.w_q31[0] = INT32_MAX;
     TEST_ASSERT_TRUE(dqw_random_iterate_q15(&q, &l));
     (void)dqw_random_epoch_q15(&q, &l);
-    q.seen = q.epochs = UINT32_MAX;
+    q.draw.seen = q.draw.epochs = UINT32_MAX;
     const int16_t x = 1;
     dqw_random_put_q15(&q, &x, 1, x);
     (void)dqw_random_epoch_q15(&q, &l);
-    TEST_ASSERT_EQUAL_UINT32(UINT32_MAX, q.seen);
-    TEST_ASSERT_EQUAL_UINT32(UINT32_MAX, q.epochs);
+    TEST_ASSERT_EQUAL_UINT32(UINT32_MAX, q.draw.seen);
+    TEST_ASSERT_EQUAL_UINT32(UINT32_MAX, q.draw.epochs);
 }
 
 int main(void)

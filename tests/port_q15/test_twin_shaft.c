@@ -430,7 +430,7 @@ static void test_samples_may_interrupt_the_background_anywhere(void)
     static dqw_shaft_q15 behind;
     static dqw_shaft_q15 before;
     start = begin(&c);
-    for (held_at = 0; held_at < (size_t)40 * HALF || !start.window.pending; held_at++) {
+    for (held_at = 0; held_at < (size_t)40 * HALF || !start.window.over.pending; held_at++) {
         (void)dqw_shaft_background_q15(&start);
         (void)step(&start, &rough.rows[held_at], false);
     }
@@ -491,7 +491,7 @@ static void test_missing_samples(void)
             (void)dqw_shaft_background_q15(&none);
         }
         dqw_shaft_missing_q15(&none, periods);
-        HOLDS((none.window.at == 0) == (periods != 1) && none.window.follows == (periods == 1) && !none.has_last);
+        HOLDS((none.window.at == 0) == (periods != 1) && none.window.over.follows == (periods == 1) && !none.has_last);
     }
 }
 

@@ -33,9 +33,9 @@ static void gather(both *b, const int32_t x[])
 static uint32_t join(both *b, int32_t block[], uint16_t *weight)
 {
     int32_t sum[2];
-    TEST_ASSERT_TRUE(dqw_window_waits_q15(&b->w));
+    TEST_ASSERT_TRUE(dqw_handover_waits(&b->w.over));
     const uint32_t event = dqw_window_join_q15(&b->w, &b->r, block, weight, sum);
-    dqw_window_release_q15(&b->w);
+    dqw_handover_release(&b->w.over);
     return event;
 }
 
@@ -199,7 +199,7 @@ static void test_a_late_background_loses_a_half(void)
     for (int k = 0; k < 3; k++) gather(&b, &x);
     TEST_ASSERT_FALSE(dqw_window_turn_q15(&b.w));
     TEST_ASSERT_EQUAL_UINT32(0, join(&b, &block, &weight));
-    TEST_ASSERT_FALSE(dqw_window_waits_q15(&b.w));
+    TEST_ASSERT_FALSE(dqw_handover_waits(&b.w.over));
     x = 3;
     for (int k = 0; k < 3; k++) TEST_ASSERT_EQUAL_UINT32(0, step(&b, &x, &block, &weight));
     x = 5;

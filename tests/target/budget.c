@@ -122,7 +122,7 @@ int main(int argc, char *argv[])
         counted(&make, count_stop());
         if (n > 60000) spoil(&s, n, &limited);
         sample(&step, n, &s, limited);
-        if (m.estimator.window.pending) background(&slow, n);
+        if (m.estimator.window.over.pending) background(&slow, n);
     }
     printf("plain_worst %lu\n", (unsigned long)paper.most);
     printf("make_worst %lu\n", (unsigned long)make.most);

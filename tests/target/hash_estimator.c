@@ -40,8 +40,8 @@ static void put_learned(hash *h, const dqw_estimator_q15 *e)
 static void put_step(hash *h, const dqw_estimator_q15 *e)
 {
     for (int i = 0; i < DQW_PLAIN_Q15_SIGNALS; i++) {
-        hash_put(h, e->window.part[e->window.now].cell[i].sum);
-        hash_put(h, e->window.part[e->window.now].cell[i].fall);
+        hash_put(h, e->window.part[e->window.over.now].cell[i].sum);
+        hash_put(h, e->window.part[e->window.over.now].cell[i].fall);
     }
     for (int k = 0; k < DQW_NOISE_Q15_SUMS; k++) hash_put(h, e->noise.sum_q30[k]);
     hash_put(h, e->slow_d_q28);
@@ -64,7 +64,7 @@ static void run(hash *h, dqw_estimator_q15_config config, int steps)
         const dqw_sample_q15 sample = stimulus_sample(&s);
         hash_put(h, dqw_estimator_sample_q15(e, &sample, s.limited));
         if (k % 8 == 0) put_step(h, e);
-        if ((k % 20 < 15 || config.settled) && e->window.pending) {
+        if ((k % 20 < 15 || config.settled) && e->window.over.pending) {
             hash_put(h, dqw_estimator_background_q15(e));
             put_learned(h, e);
         }

@@ -83,7 +83,7 @@ static uint32_t run(hash *h, bool lent)
         // From here on, a fifth more flux.
         if (k > 16000) sample.v_q_q15 = dqw_q15_sat(sample.v_q_q15 + sample.w_m_q15 / 4);
         hash_put(h, dqw_monitor_sample_q15(m, &sample, s.limited));
-        if (!m->estimator.window.pending) continue;
+        if (!m->estimator.window.over.pending) continue;
         dqw_monitor_change_q15 change;
         const bool told = dqw_monitor_background_q15(m) && dqw_monitor_event_q15(m, &change);
         put_block(h, m);

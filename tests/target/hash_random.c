@@ -8,15 +8,15 @@
 
 static void put(hash *h, const dqw_random_q15 *r, const dqw_learner_q15 *l)
 {
-    for (uint32_t k = 0; k < r->held; k++) {
+    for (uint32_t k = 0; k < r->draw.held; k++) {
         for (int i = 0; i < INPUTS; i++) hash_put(h, r->reservoir[k].x_q15[i]);
         hash_put(h, r->reservoir[k].target_q15);
     }
-    hash_put(h, r->held);
-    hash_put(h, r->seen);
-    hash_put(h, r->state);
-    hash_put(h, r->at);
-    hash_put(h, r->epochs);
+    hash_put(h, r->draw.held);
+    hash_put(h, r->draw.seen);
+    hash_put(h, r->draw.state);
+    hash_put(h, r->draw.at);
+    hash_put(h, r->draw.epochs);
     hash_put(h, r->converged);
     for (int i = 0; i <= INPUTS; i++) hash_put(h, r->before_q31[i]);
     for (int i = 0; i < INPUTS; i++) hash_put(h, l->w_q31[i]);

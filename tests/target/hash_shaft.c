@@ -37,7 +37,7 @@ static void run(hash *h, const dqw_shaft_q15_config *config)
         const uint32_t events = dqw_shaft_sample_q15(m, s.i_q_q15, s.w_m_q15, s.theta_e_turn, s.limited);
         hash_put(h, events);
         hash_put(h, dqw_shaft_background_q15(m));
-        for (int i = 0; i < m->window.signals; i++) hash_put(h, m->window.part[m->window.now].cell[i].fall);
+        for (int i = 0; i < m->window.signals; i++) hash_put(h, m->window.part[m->window.over.now].cell[i].fall);
         if (events != 0) put_state(h, m);
         if (k % 2000 == 0) dqw_shaft_missing_q15(m, (uint32_t)(k / 2000));
     }

@@ -21,9 +21,9 @@ static void put(hash *h, const dqw_window_q15 *w, const dqw_window_q15_rise *r)
     hash_put(h, r->valid);
     hash_put(h, r->has);
     hash_put(h, w->at);
-    hash_put(h, w->now);
-    hash_put(h, w->follows);
-    hash_put(h, w->followed);
+    hash_put(h, w->over.now);
+    hash_put(h, w->over.follows);
+    hash_put(h, w->over.followed);
 }
 
 static void take_pair(dqw_window_q15 *w, const int32_t x[])
@@ -56,7 +56,7 @@ hash hash_window(void)
         int32_t sum[2];
         uint16_t weight = 0;
         hash_put(&h, dqw_window_join_q15(&w, &r, block, &weight, sum));
-        dqw_window_release_q15(&w);
+        dqw_handover_release(&w.over);
         for (int i = 0; i < SIGNALS; i++) hash_put(&h, block[i]);
         for (int i = 0; i < 2; i++) hash_put(&h, sum[i]);
         hash_put(&h, weight);

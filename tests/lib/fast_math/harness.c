@@ -156,7 +156,7 @@ static void learners(void)
             skipped++;
             wrong += l.skipped != skipped || memcmp(before.w_pu, l.w_pu, sizeof l.w_pu) != 0;
             dqw_random_put(&r, x, 2, x[2]);
-            wrong += r.held != 0 || r.seen != 0;
+            wrong += r.draw.held != 0 || r.draw.seen != 0;
             (void)dqw_learner_step_pu(plain, x, 2, x[2], 0.5f);
             wrong += plain[0] != 0.5f || plain[1] != -0.25f;
             if (at == 2) continue;
