@@ -1,5 +1,7 @@
 #include "ref/effect/effect.hpp"
 
+#include <algorithm>
+
 namespace dqw {
 
 const std::vector<Effect>& effects()
@@ -123,11 +125,16 @@ const std::vector<Effect>& effects()
     return catalogue;
 }
 
+std::size_t order_of(const std::string& name)
+{
+    const auto at = std::find_if(effects().begin(), effects().end(), [&](const Effect& e) { return name == e.name; });
+    return static_cast<std::size_t>(at - effects().begin());
+}
+
 const Effect* find_effect(const std::string& name)
 {
-    for (const Effect& e : effects())
-        if (name == e.name) return &e;
-    return nullptr;
+    const std::size_t n = order_of(name);
+    return n < effects().size() ? &effects()[n] : nullptr;
 }
 
 }  // namespace dqw

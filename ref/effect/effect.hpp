@@ -25,8 +25,11 @@ struct Effect {
     std::vector<EffectParameter> parameters;
 };
 
-/// Every effect, electrical ones first, in the order in which the catalogue names them.
+/// Every effect, electrical ones first, and of each kind the more common first.
 const std::vector<Effect>& effects();
+
+/// Its place among effects(); theirs is before that of a name that the catalogue lacks.
+std::size_t order_of(const std::string& name);
 
 /// nullptr where there is none of this name.
 const Effect* find_effect(const std::string& name);

@@ -135,8 +135,7 @@ struct ElectricalModel::Plant {
         Vector2 f0, g0, f1, g1;
         sum_terms(piece, k, m0, false, f0, g0);
         sum_terms(piece, k + 1, m1, false, f1, g1);
-        return hold.sinc *
-               (hold.to_start * (0.5 * f0 - (1.0 / dt) * g0) + hold.to_end * (0.5 * f1 + (1.0 / dt) * g1));
+        return hold.sinc * (hold.to_start * (0.5 * f0 - (1.0 / dt) * g0) + hold.to_end * (0.5 * f1 + (1.0 / dt) * g1));
     }
 };
 
@@ -153,8 +152,8 @@ struct ElectricalModel::Pass {
 
     Pass(const ElectricalModel& m, const Point& at, const std::vector<Input>* c, std::vector<BlockSum>& s)
         : plant(m, at), candidates(c), columns(columns_of(at, c)),
-          effects(!at.terms.empty() || (c != nullptr && !c->empty())),
-          rates{plant.R, plant.Ld, plant.Lq, plant.skin, m.rotor_held_, c != nullptr},
+          effects(!at.terms.empty() || (c != nullptr && !c->empty())), rates{plant.R,    plant.Ld,      plant.Lq,
+                                                                             plant.skin, m.rotor_held_, c != nullptr},
           schedule{m.schedule(at, 0), m.schedule(at, 1)}, sums(s)
     {
         // A table is worth it from as many rows as it has nodes.
@@ -225,8 +224,8 @@ struct ElectricalModel::Run {
             plant.slopes(m1, by_f, by_g);
             const Vector2 taken = P * (0.5 * f + (1.0 / dt) * g);
             step.by_end = Matrix2{plant.Ld, 0.0, 0.0, plant.Lq} + P * (0.5 * by_f + (1.0 / dt) * by_g);
-            const Vector2 by = inverse(step.by_end) * Vector2{x.d - taken.d - plant.Ld * step.next.d,
-                                                              x.q - taken.q - plant.Lq * step.next.q};
+            const Vector2 by = inverse(step.by_end) *
+                               Vector2{x.d - taken.d - plant.Ld * step.next.d, x.q - taken.q - plant.Lq * step.next.q};
             step.next = step.next + by;
             if (std::abs(by.d) + std::abs(by.q) < 1e-9 * (std::abs(step.next.d) + std::abs(step.next.q) + 1e-9)) break;
         }
@@ -253,13 +252,11 @@ struct ElectricalModel::Run {
         hold.pair(m0, m1);
         const TraceColumns& c = plant.columns(piece);
         std::size_t j = first_input;
-        put_inputs(plant.at.terms, *pass.candidates, c, k, m0, [&](Vector2 f, Vector2 g) {
-            lanes[j].f0 = f, lanes[j].g0 = g, ++j;
-        });
+        put_inputs(plant.at.terms, *pass.candidates, c, k, m0,
+                   [&](Vector2 f, Vector2 g) { lanes[j].f0 = f, lanes[j].g0 = g, ++j; });
         j = first_input;
-        put_inputs(plant.at.terms, *pass.candidates, c, k + 1, m1, [&](Vector2 f, Vector2 g) {
-            lanes[j].f1 = f, lanes[j].g1 = g, ++j;
-        });
+        put_inputs(plant.at.terms, *pass.candidates, c, k + 1, m1,
+                   [&](Vector2 f, Vector2 g) { lanes[j].f1 = f, lanes[j].g1 = g, ++j; });
         const Matrix2 J = inverse(step.by_end), T = J * step.by_start, S = J * Q, E = J * P;
         const double inv_dt = 1.0 / dt;
         for (j = first_input; j < lanes.size(); ++j) {
@@ -269,8 +266,7 @@ struct ElectricalModel::Run {
     }
 
     /// Derivatives by the base parameters and the gains.
-    void base_slopes(const Responses& r, double w_e, double dt, Vector2 i, Vector2 v, const Step& step,
-                     double w_m_dt)
+    void base_slopes(const Responses& r, double w_e, double dt, Vector2 i, Vector2 v, const Step& step, double w_m_dt)
     {
         const double Ld = plant.Ld, Lq = plant.Lq, R_dt = pass.rates.resistance(w_e) * dt;
         const Vector2 x{Ld * i.d, Lq * i.q}, by_a = r[1](x, v, plant.psi), by_b = r[2](x, v, plant.psi);
@@ -307,7 +303,8 @@ struct ElectricalModel::Run {
             const Responses r = table != nullptr ? table->at(w_dt) : pass.rates.at(w_dt, dt);
             const Vector2 v{log.v_d_V[k], log.v_q_V[k]},
                 x = r[0](Vector2{plant.Ld * i.d, plant.Lq * i.q}, v, plant.psi);
-            Step step{{x.d / plant.Ld, x.q / plant.Lq}, r[0].A() * Matrix2{plant.Ld, 0.0, 0.0, plant.Lq},
+            Step step{{x.d / plant.Ld, x.q / plant.Lq},
+                      r[0].A() * Matrix2{plant.Ld, 0.0, 0.0, plant.Lq},
                       {plant.Ld, 0.0, 0.0, plant.Lq}};
             if (pass.effects) {
                 const Vector2 v_end = held[0];

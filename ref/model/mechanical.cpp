@@ -266,8 +266,19 @@ bool MechanicalModel::predict(const Point& at, const std::vector<Input>* candida
     for (const Piece& piece : plan_.pieces) {
         const auto number = static_cast<std::size_t>(piece.log - logs_.data());
         Gather gather(plan_, piece, 1, sums);
-        Run run{*this, at, candidates, schedule, piece, piece.log->w_m_rad_s, torque_[number],
-                angle_.empty() ? nullptr : &angle_[number], 0.0, 0.0, 0.0, inputs, inputs};
+        Run run{*this,
+                at,
+                candidates,
+                schedule,
+                piece,
+                piece.log->w_m_rad_s,
+                torque_[number],
+                angle_.empty() ? nullptr : &angle_[number],
+                0.0,
+                0.0,
+                0.0,
+                inputs,
+                inputs};
         if (!run.run(gather)) return false;
     }
     return true;

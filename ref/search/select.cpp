@@ -4,6 +4,7 @@
 #include <cmath>
 #include <map>
 
+#include "ref/effect/effect.hpp"
 #include "ref/fit/explain.hpp"
 
 namespace dqw {
@@ -169,9 +170,9 @@ bool stands_before(const Tried& t, const Tried& best)
     constexpr double kHardly = 10.0, kSame = 1.0;
     const double lost = best.over.nats - t.over.nats;
     const int weights = weights_of(t.candidate) - weights_of(best.candidate);
-    return weights < 0
-               ? lost < kHardly
-               : weights == 0 && lost < kSame && t.candidate.inputs.front().law < best.candidate.inputs.front().law;
+    return weights < 0 ? lost < kHardly
+                       : weights == 0 && lost < kSame &&
+                             order_of(t.candidate.names().front()) < order_of(best.candidate.names().front());
 }
 
 /// The candidates that are not on, tried on top of `base`, best first; one for each name.
