@@ -74,7 +74,8 @@ Covariance assess(const Solution& s, const Regression& model, const Eigen::Vecto
 
     Eigen::MatrixXd information = Eigen::MatrixXd::Zero(size, size), spread = information;
     for (Eigen::Index c = 0; c < s.sigma.size(); ++c) {
-        const Eigen::MatrixXd part = total_of(s.sums, static_cast<std::size_t>(c)).topLeftCorner(size, size) / (s.sigma[c] * s.sigma[c]);
+        const Eigen::MatrixXd part = total_of(s.sums, static_cast<std::size_t>(c)).topLeftCorner(size, size) /
+                                     (s.sigma[c] * s.sigma[c]);
         information += part;
         spread += part * std::pow(s.noise[c] / s.sigma[c], 2);
     }

@@ -88,8 +88,8 @@ PlainModel plain_model(const Eigen::VectorXd& theta)
 }
 
 /// Publishes the averaged fit in place of the predicting one where its reported residual is clearly less.
-bool publish_averaged(const Task& task, const std::vector<Piece>& pieces, const Regression& all, const Solution& predicted,
-                      Result& result)
+bool publish_averaged(const Task& task, const std::vector<Piece>& pieces, const Regression& all,
+                      const Solution& predicted, Result& result)
 {
     const Eigen::VectorXd& theta = predicted.theta;
     // A steady gain g tells the sensor's share of the innovation: (1 - g) of its variance.
@@ -188,8 +188,7 @@ double largest_turn_rad(const std::vector<Piece>& pieces, double pole_pairs)
 double product_sd(const Eigen::VectorXd& theta, const Covariance& c)
 {
     const double psi = theta[kPsi], p = theta[kPolePairs];
-    const double variance = p * p * c.of(kPsi, kPsi) +
-                            psi * psi * c.of(kPolePairs, kPolePairs) +
+    const double variance = p * p * c.of(kPsi, kPsi) + psi * psi * c.of(kPolePairs, kPolePairs) +
                             2.0 * p * psi * c.of(kPsi, kPolePairs);
     return std::sqrt(std::max(variance, 0.0));
 }

@@ -147,7 +147,8 @@ Eigen::VectorXd weights(const Eigen::VectorXd& noise, bool common)
 }
 
 /// Unbiased noise of each channel: its squares over its rows less the parameters it determines.
-Eigen::VectorXd noise(const std::vector<BlockSum>& sums, const std::vector<int>& free, const Eigen::VectorXd& old, double rows)
+Eigen::VectorXd noise(const std::vector<BlockSum>& sums, const std::vector<int>& free, const Eigen::VectorXd& old,
+                      double rows)
 {
     const auto n = static_cast<Eigen::Index>(free.size());
     const Eigen::Index last = sums.front().gram.front().rows() - 1;
@@ -188,7 +189,8 @@ bool at_bound(const Regression& model, const Eigen::VectorXd& theta, Eigen::Inde
     return model.is_gain(j) && (theta[j] <= 0.0 || theta[j] >= 1.0);
 }
 
-Solution solve(Regression& model, const Eigen::VectorXd& start, const std::vector<bool>& free, const SolveOptions& options)
+Solution solve(Regression& model, const Eigen::VectorXd& start, const std::vector<bool>& free,
+               const SolveOptions& options)
 {
     Solution s;
     s.theta = start;

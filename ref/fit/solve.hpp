@@ -31,7 +31,8 @@ struct Solution {
 /// Minimises sum_c sum_k (e_ck / sigma_c)^2 over the entries of theta that are `free`, and re-estimates sigma.
 /// The cost handed to Ceres is the square root R of the summed [J e]'[J e] (R'R equals it): n + 1 residuals with the
 /// same cost, gradient and Gauss-Newton matrix as all rows.
-Solution solve(Regression& model, const Eigen::VectorXd& start, const std::vector<bool>& free, const SolveOptions& options);
+Solution solve(Regression& model, const Eigen::VectorXd& start, const std::vector<bool>& free,
+               const SolveOptions& options);
 
 /// Whether the errors stop depending on theta[j] because it is a gain on a bound.
 bool at_bound(const Regression& model, const Eigen::VectorXd& theta, Eigen::Index j);

@@ -6,6 +6,7 @@
 
 #include "ref/log/hands.hpp"
 #include "ref/log/residual.hpp"
+#include "ref/model/gather.hpp"
 #include "ref/model/hold.hpp"
 #include "ref/model/inputs.hpp"
 
@@ -13,7 +14,6 @@ namespace dqw {
 namespace {
 
 constexpr double kLargestRateDt = 15.0;  ///< (R/L + w_e) dt beyond which a log says nothing about L
-constexpr int kChunk = 128;              ///< rows gathered before they are added up
 constexpr int kIterations = 4;           ///< of the implicit end of a period
 
 Held held_from(const Piece& piece)
@@ -135,8 +135,7 @@ struct ElectricalModel::Plant {
         Vector2 f0, g0, f1, g1;
         sum_terms(piece, k, m0, false, f0, g0);
         sum_terms(piece, k + 1, m1, false, f1, g1);
-        return hold.sinc *
-               (hold.to_start * (0.5 * f0 - (1.0 / dt) * g0) + hold.to_end * (0.5 * f1 + (1.0 / dt) * g1));
+        return hold.sinc * (hold.to_start * (0.5 * f0 - (1.0 / dt) * g0) + hold.to_end * (0.5 * f1 + (1.0 / dt) * g1));
     }
 };
 
@@ -153,8 +152,8 @@ struct ElectricalModel::Pass {
 
     Pass(const ElectricalModel& m, const Point& at, const std::vector<Input>* c, std::vector<BlockSum>& s)
         : plant(m, at), candidates(c), columns(columns_of(at, c)),
-          effects(!at.terms.empty() || (c != nullptr && !c->empty())),
-          rates{plant.R, plant.Ld, plant.Lq, plant.skin, m.rotor_held_, c != nullptr},
+          effects(!at.terms.empty() || (c != nullptr && !c->empty())), rates{plant.R,    plant.Ld,      plant.Lq,
+                                                                             plant.skin, m.rotor_held_, c != nullptr},
           schedule{m.schedule(at, 0), m.schedule(at, 1)}, sums(s)
     {
         // A table is worth it from as many rows as it has nodes.
@@ -193,44 +192,24 @@ struct ElectricalModel::Run {
     const std::size_t first_gain, first_input;
     std::vector<Lane> lanes;
     std::vector<Vector2> s;  ///< derivatives of the currents
-    std::size_t block;
-    Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic> rows_d, rows_q;
-    int gathered = 0;
+    Gather gather;
 
-    Run(const Pass& p, const Piece& of, std::size_t first_block)
+    Run(const Pass& p, const Piece& of)
         : pass(p), plant(p.plant), model(plant.model), piece(of), log(*of.log), table(p.table(of)), columns(p.columns),
           first_gain(static_cast<std::size_t>(plant.at.base.size())), first_input(first_gain + 2),
-          lanes(static_cast<std::size_t>(columns)), s(lanes.size()), block(first_block), rows_d(columns + 1, kChunk),
-          rows_q(columns + 1, kChunk)
+          lanes(static_cast<std::size_t>(columns)), s(lanes.size()), gather(model.plan_, of, 2, p.sums)
     {
-    }
-
-    void flush()
-    {
-        if (gathered == 0) return;
-        BlockSum& sum = pass.sums[block];
-        sum.rows += gathered;
-        sum.gram[0].selfadjointView<Eigen::Lower>().rankUpdate(rows_d.leftCols(gathered));
-        sum.gram[1].selfadjointView<Eigen::Lower>().rankUpdate(rows_q.leftCols(gathered));
-        gathered = 0;
     }
 
     void count(std::size_t row, Vector2 e)
     {
-        const auto& blocks = model.plan_.blocks;
-        while (block < blocks.size() && blocks[block].piece == &piece && row >= blocks[block].end) {
-            flush();
-            ++block;
-        }
-        if (block >= blocks.size() || blocks[block].piece != &piece || row < blocks[block].begin) return;
+        if (!gather.counts(row)) return;
         const std::size_t n = row - piece.begin - 1;
         const double w_d = model.weights_[0].at(n), w_q = model.weights_[1].at(n);
-        for (Eigen::Index j = 0; j < columns; ++j) {
-            const Vector2& by = s[static_cast<std::size_t>(j)];
-            rows_d(j, gathered) = -w_d * by.d, rows_q(j, gathered) = -w_q * by.q;
-        }
-        rows_d(columns, gathered) = w_d * e.d, rows_q(columns, gathered) = w_q * e.q;
-        if (++gathered == kChunk) flush();
+        double *const d = gather.line(0), *const q = gather.line(1);
+        for (std::size_t j = 0; j < s.size(); ++j) d[j] = -w_d * s[j].d, q[j] = -w_q * s[j].q;
+        d[s.size()] = w_d * e.d, q[s.size()] = w_q * e.q;
+        gather.next();
     }
 
     /// Solves L i + B taken(i) = x for the currents at the end, in which `taken` is half of what the terms take there.
@@ -245,8 +224,8 @@ struct ElectricalModel::Run {
             plant.slopes(m1, by_f, by_g);
             const Vector2 taken = P * (0.5 * f + (1.0 / dt) * g);
             step.by_end = Matrix2{plant.Ld, 0.0, 0.0, plant.Lq} + P * (0.5 * by_f + (1.0 / dt) * by_g);
-            const Vector2 by = inverse(step.by_end) * Vector2{x.d - taken.d - plant.Ld * step.next.d,
-                                                              x.q - taken.q - plant.Lq * step.next.q};
+            const Vector2 by = inverse(step.by_end) *
+                               Vector2{x.d - taken.d - plant.Ld * step.next.d, x.q - taken.q - plant.Lq * step.next.q};
             step.next = step.next + by;
             if (std::abs(by.d) + std::abs(by.q) < 1e-9 * (std::abs(step.next.d) + std::abs(step.next.q) + 1e-9)) break;
         }
@@ -273,13 +252,11 @@ struct ElectricalModel::Run {
         hold.pair(m0, m1);
         const TraceColumns& c = plant.columns(piece);
         std::size_t j = first_input;
-        put_inputs(plant.at.terms, *pass.candidates, c, k, m0, [&](Vector2 f, Vector2 g) {
-            lanes[j].f0 = f, lanes[j].g0 = g, ++j;
-        });
+        put_inputs(plant.at.terms, *pass.candidates, c, k, m0,
+                   [&](Vector2 f, Vector2 g) { lanes[j].f0 = f, lanes[j].g0 = g, ++j; });
         j = first_input;
-        put_inputs(plant.at.terms, *pass.candidates, c, k + 1, m1, [&](Vector2 f, Vector2 g) {
-            lanes[j].f1 = f, lanes[j].g1 = g, ++j;
-        });
+        put_inputs(plant.at.terms, *pass.candidates, c, k + 1, m1,
+                   [&](Vector2 f, Vector2 g) { lanes[j].f1 = f, lanes[j].g1 = g, ++j; });
         const Matrix2 J = inverse(step.by_end), T = J * step.by_start, S = J * Q, E = J * P;
         const double inv_dt = 1.0 / dt;
         for (j = first_input; j < lanes.size(); ++j) {
@@ -289,8 +266,7 @@ struct ElectricalModel::Run {
     }
 
     /// Derivatives by the base parameters and the gains.
-    void base_slopes(const Responses& r, double w_e, double dt, Vector2 i, Vector2 v, const Step& step,
-                     double w_m_dt)
+    void base_slopes(const Responses& r, double w_e, double dt, Vector2 i, Vector2 v, const Step& step, double w_m_dt)
     {
         const double Ld = plant.Ld, Lq = plant.Lq, R_dt = pass.rates.resistance(w_e) * dt;
         const Vector2 x{Ld * i.d, Lq * i.q}, by_a = r[1](x, v, plant.psi), by_b = r[2](x, v, plant.psi);
@@ -327,7 +303,8 @@ struct ElectricalModel::Run {
             const Responses r = table != nullptr ? table->at(w_dt) : pass.rates.at(w_dt, dt);
             const Vector2 v{log.v_d_V[k], log.v_q_V[k]},
                 x = r[0](Vector2{plant.Ld * i.d, plant.Lq * i.q}, v, plant.psi);
-            Step step{{x.d / plant.Ld, x.q / plant.Lq}, r[0].A() * Matrix2{plant.Ld, 0.0, 0.0, plant.Lq},
+            Step step{{x.d / plant.Ld, x.q / plant.Lq},
+                      r[0].A() * Matrix2{plant.Ld, 0.0, 0.0, plant.Lq},
                       {plant.Ld, 0.0, 0.0, plant.Lq}};
             if (pass.effects) {
                 const Vector2 v_end = held[0];
@@ -340,7 +317,7 @@ struct ElectricalModel::Run {
             count(k + 1, e);
             i = correct(k + 1, step.next, e);
         }
-        flush();
+        gather.flush();
         return true;
     }
 };
@@ -385,12 +362,9 @@ bool ElectricalModel::sweep(const Point& at, const std::vector<Input>* candidate
     if (!Plant(*this, at).in_domain()) return false;
     const Pass pass(*this, at, candidates, sums);
     // A piece's blocks are its own: pieces are worked on side by side, and the sums do not depend on how.
-    std::vector<std::size_t> first(plan_.pieces.size(), plan_.blocks.size());
-    for (std::size_t b = plan_.blocks.size(); b-- > 0;)
-        first[static_cast<std::size_t>(plan_.blocks[b].piece - plan_.pieces.data())] = b;
     std::atomic<bool> ok{true};
     side_by_side(plan_.pieces.size(), [&](std::size_t p) {
-        if (!Run(pass, plan_.pieces[p], first[p]).run()) ok = false;
+        if (!Run(pass, plan_.pieces[p]).run()) ok = false;
     });
     for (BlockSum& s : sums)
         for (auto& g : s.gram) g.triangularView<Eigen::StrictlyUpper>() = g.transpose();

@@ -37,7 +37,6 @@ struct StartWeights {
     StartWeights(const GainSchedule& schedule, bool count);
     /// Of the innovation of row n + 1.
     double at(std::size_t n) const { return n < left_out ? 0.0 : n < weight.size() ? weight[n] : 1.0; }
-    double square(std::size_t n) const { return at(n) * at(n); }
 };
 
 }  // namespace dqw

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "ref/model/gather.hpp"
+
 namespace dqw {
 namespace {
 
@@ -30,10 +32,11 @@ double terms_torque(const Point& at, double w, double theta)
 ///   f1 = sum (-z)^n/(n+1)!,   f2 = sum (-z)^n/(n+2)!
 struct Period {
     double decay, start, end;
-    double start_by_z, end_by_z;
+    double start_by_z, end_by_z, start_by_J, end_by_J, z_by_J, z_by_B;
 
-    Period(double inertia, double z, double dt)
+    Period(double J, double B, double dt)
     {
+        const double z = B * dt / J;
         // Of f1, f2 and their slopes by -z.
         double f1 = 0.0, f2 = 0.0, f1_slope = 0.0, f2_slope = 0.0, power = 1.0, last = 0.0, factorial = 1.0;
         for (int n = 0; n < 40; ++n) {
@@ -41,18 +44,18 @@ struct Period {
             f1_slope += n * last / factorial, f2_slope += n * last / (factorial * (n + 2));
             last = power, power *= -z, factorial *= n + 2;
         }
-        decay = std::exp(-z);
-        start = dt / inertia * (f1 - f2), end = dt / inertia * f2;
-        start_by_z = -dt / inertia * (f1_slope - f2_slope), end_by_z = -dt / inertia * f2_slope;
+        decay = std::exp(-z), start = dt / J * (f1 - f2), end = dt / J * f2;
+        start_by_z = -dt / J * (f1_slope - f2_slope), end_by_z = -dt / J * f2_slope;
+        start_by_J = start / J, end_by_J = end / J, z_by_J = -z / J, z_by_B = dt / J;
     }
 };
 
 /// Adds what one unit of each effect's weight takes of the torque at speed `w`, times `part`.
 void add_inputs(const Point& at, const std::vector<Input>& candidates, double w, double theta, double part,
-                Eigen::VectorXd& x)
+                Eigen::Ref<Eigen::VectorXd> x)
 {
     double torque[kMostWeights];
-    Eigen::Index j = at.base.size() + at.gain.size();
+    Eigen::Index j = 0;
     const auto put = [&](const Input& input) {
         evaluate_torque(input, w, theta, torque);
         for (int i = 0; i < weights_of(input.law); ++i) x[j++] += part * torque[i];
@@ -164,7 +167,7 @@ void MechanicalModel::average(const Point& at, const std::vector<Input>* candida
                 for (std::size_t s : {r, r + 1}) {
                     if (candidates != nullptr) {
                         x[kB] += share * w[s];
-                        add_inputs(at, *candidates, w[s], angle[s], share, x);
+                        add_inputs(at, *candidates, w[s], angle[s], share, x.tail(n - 2));
                     }
                     e += share * (torque[s] - at.base[kB] * w[s] - terms_torque(at, w[s], angle[s]));
                 }
@@ -177,55 +180,106 @@ void MechanicalModel::average(const Point& at, const std::vector<Input>* candida
     }
 }
 
+/// Prediction along one piece. Derivatives of the speed: by J, B and the gain, then by the effects' weights and shapes.
+struct MechanicalModel::Run {
+    const MechanicalModel& model;
+    const Point& at;
+    const std::vector<Input>* candidates;
+    const GainSchedule& schedule;
+    const Piece& piece;
+    const std::vector<double>&speed, &torque;
+    const std::vector<double>* angle;
+    double by_J = 0.0, by_B = 0.0, by_gain = 0.0;
+    Eigen::VectorXd x, by_input;
+
+    double angle_at(std::size_t k) const { return angle == nullptr ? 0.0 : (*angle)[k]; }
+
+    /// The speed at row k + 1 from w at row k, and its derivatives.
+    double step(const Period& p, std::size_t k, double w)
+    {
+        double start = torque[k], end = torque[k + 1];
+        if (!at.terms.empty()) {
+            start -= terms_torque(at, w, angle_at(k));
+            double ahead = w;
+            for (int i = 0; i < 3; ++i) {
+                end = torque[k + 1] - terms_torque(at, ahead, angle_at(k + 1));
+                ahead = p.decay * w + p.start * start + p.end * end;
+            }
+        }
+        const double next = p.decay * w + p.start * start + p.end * end;
+        if (candidates == nullptr) return next;
+        const double by_z = p.start_by_z * start + p.end_by_z * end - p.decay * w;
+        by_J = p.decay * by_J + p.z_by_J * by_z - p.start_by_J * start - p.end_by_J * end;
+        by_B = p.decay * by_B + p.z_by_B * by_z, by_gain *= p.decay;
+        if (by_input.size() == 0) return next;
+        x.setZero();
+        add_inputs(at, *candidates, w, angle_at(k), p.start, x);
+        add_inputs(at, *candidates, next, angle_at(k + 1), p.end, x);
+        by_input = p.decay * by_input - x;
+        return next;
+    }
+
+    void count(Gather& gather, std::size_t n, double e) const
+    {
+        const double weight = model.weights_.at(n);
+        double* line = gather.line(0);
+        if (candidates != nullptr) {
+            line[0] = -weight * by_J, line[1] = -weight * by_B, line[2] = -weight * by_gain;
+            for (Eigen::Index j = 0; j < by_input.size(); ++j) line[3 + j] = -weight * by_input[j];
+            line += 3 + by_input.size();
+        }
+        *line = weight * e;
+        gather.next();
+    }
+
+    void correct(std::size_t n, double gain, double e)
+    {
+        by_J *= 1.0 - gain, by_B *= 1.0 - gain;
+        by_gain = (1.0 - gain) * by_gain + schedule.slope(n) * e;
+        if (by_input.size() > 0) by_input *= 1.0 - gain;
+    }
+
+    bool run(Gather& gather)
+    {
+        const double J = at.base[kJ], B = at.base[kB];
+        double w = speed[piece.begin];
+        Period p(J, B, piece.dt_s > 0.0 ? piece.dt_s : model.dt_mean_s_);
+        for (std::size_t k = piece.begin; k + 1 < piece.end; ++k) {
+            if (!(piece.dt_s > 0.0)) p = Period(J, B, piece.period_s(k));
+            w = step(p, k, w);
+            if (!std::isfinite(w)) return false;
+            const std::size_t n = k - piece.begin;
+            const double e = speed[k + 1] - w, gain = schedule.gain(n);
+            if (gather.counts(k + 1)) count(gather, n, e);
+            if (candidates != nullptr) correct(n, gain, e);
+            w += gain * e;
+        }
+        gather.flush();
+        return true;
+    }
+};
+
 bool MechanicalModel::predict(const Point& at, const std::vector<Input>* candidates, std::vector<BlockSum>& sums) const
 {
-    const double J = at.base[kJ], B = at.base[kB];
-    const GainSchedule schedule(at.gain[0], B / J * dt_mean_s_);
-    const Eigen::Index n = sums.front().gram[0].rows() - 1;
-    Eigen::VectorXd s(n), x0(n), x1(n), row(n + 1);
-    std::size_t block = 0;
+    const GainSchedule schedule(at.gain[0], at.base[kB] / at.base[kJ] * dt_mean_s_);
+    const Eigen::VectorXd inputs = Eigen::VectorXd::Zero(candidates == nullptr ? 0 : columns_of(at, candidates) - 3);
     for (const Piece& piece : plan_.pieces) {
-        const Log& log = *piece.log;
-        const std::size_t number = static_cast<std::size_t>(&log - logs_.data());
-        const std::vector<double>& torque = torque_[number];
-        const auto angle = [&](std::size_t k) { return angle_.empty() ? 0.0 : angle_[number][k]; };
-        s.setZero();
-        double w = log.w_m_rad_s[piece.begin];
-        const double even_s = piece.dt_s > 0.0 ? piece.dt_s : dt_mean_s_;
-        Period p(J, B / J * even_s, even_s);
-        while (block < sums.size() && plan_.blocks[block].piece != &piece) ++block;
-        for (std::size_t k = piece.begin; k + 1 < piece.end; ++k) {
-            const double dt = piece.period_s(k), z = B / J * dt;
-            if (!(piece.dt_s > 0.0)) p = Period(J, z, dt);
-            const double start = torque[k] - terms_torque(at, w, angle(k)), given = p.decay * w + p.start * start;
-            double end = torque[k + 1] - terms_torque(at, w, angle(k + 1)), next = given + p.end * end;
-            for (int i = 0; i < 2 && !at.terms.empty(); ++i) {
-                end = torque[k + 1] - terms_torque(at, next, angle(k + 1));
-                next = given + p.end * end;
-            }
-            if (!std::isfinite(next)) return false;
-            if (n > 0) {
-                x0.setZero(), x1.setZero();
-                add_inputs(at, *candidates, w, angle(k), p.start, x0);
-                add_inputs(at, *candidates, next, angle(k + 1), p.end, x1);
-                const double by_z = -p.decay * w + p.start_by_z * start + p.end_by_z * end;
-                s = p.decay * s - x0 - x1;
-                s[kJ] -= (z * by_z + p.start * start + p.end * end) / J;
-                s[kB] += dt / J * by_z;
-            }
-            const double e = log.w_m_rad_s[k + 1] - next;
-            while (block < sums.size() && plan_.blocks[block].piece == &piece && k + 1 >= plan_.blocks[block].end)
-                ++block;
-            if (block < sums.size() && plan_.blocks[block].piece == &piece && k + 1 >= plan_.blocks[block].begin) {
-                row << -s, e;
-                sums[block].gram[0].selfadjointView<Eigen::Lower>().rankUpdate(row, weights_.square(k - piece.begin));
-                sums[block].rows += 1.0;
-            }
-            const double gain = schedule.gain(k - piece.begin);
-            s *= 1.0 - gain;
-            if (n > 0) s[2] += schedule.slope(k - piece.begin) * e;
-            w = next + gain * e;
-        }
+        const auto number = static_cast<std::size_t>(piece.log - logs_.data());
+        Gather gather(plan_, piece, 1, sums);
+        Run run{*this,
+                at,
+                candidates,
+                schedule,
+                piece,
+                piece.log->w_m_rad_s,
+                torque_[number],
+                angle_.empty() ? nullptr : &angle_[number],
+                0.0,
+                0.0,
+                0.0,
+                inputs,
+                inputs};
+        if (!run.run(gather)) return false;
     }
     return true;
 }

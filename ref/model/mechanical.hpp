@@ -29,6 +29,7 @@ public:
     bool sweep(const Point& at, const std::vector<Input>* candidates, std::vector<BlockSum>& sums) const override;
 
 private:
+    struct Run;
     bool predict(const Point& at, const std::vector<Input>* candidates, std::vector<BlockSum>& sums) const;
     void average(const Point& at, const std::vector<Input>* candidates, std::vector<BlockSum>& sums) const;
 

@@ -42,8 +42,7 @@ Eigen::MatrixXd total_of(const std::vector<BlockSum>& sums, std::size_t channel)
 std::vector<BlockSum> empty_sums(std::size_t count, int channels, Eigen::Index n)
 {
     const auto each = static_cast<std::size_t>(channels);
-    return std::vector<BlockSum>(count,
-                                 {0.0, std::vector<Eigen::MatrixXd>(each, Eigen::MatrixXd::Zero(n + 1, n + 1))});
+    return std::vector<BlockSum>(count, {0.0, std::vector<Eigen::MatrixXd>(each, Eigen::MatrixXd::Zero(n + 1, n + 1))});
 }
 
 Eigen::Index columns_of(const Point& at, const std::vector<Input>* candidates)

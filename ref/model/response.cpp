@@ -42,8 +42,8 @@ int series_order(double rate_dt)
 /// dt, so at the start it is v e^(jh) / sinc h = v (h cot h + j h) with h = w dt / 2.
 /// `rotor_held`: it turns with the rotor, and is v all along. Cost: 10 order products of a Jet.
 template <typename T>
-void advance_flux(T& x_d, T& x_q, const T& a_dt, const T& b_dt, const T& psi, const T& w_dt, double v_d,
-                         double v_q, double dt, bool rotor_held, int order)
+void advance_flux(T& x_d, T& x_q, const T& a_dt, const T& b_dt, const T& psi, const T& w_dt, double v_d, double v_q,
+                  double dt, bool rotor_held, int order)
 {
     const T h = rotor_held ? T(0.0) : 0.5 * w_dt, w_u = 2.0 * h;
     const T c = h_cot_h(h);
@@ -108,14 +108,13 @@ Responses ResponseTable::at(double w_dt) const
     const double place = w_dt / step_ + 0.5 * (kNodes - 1);
     const int n = std::clamp(static_cast<int>(place), 1, kNodes - 3);
     const double u = place - n;
-    const double c0 = -u * (u - 1) * (u - 2) / 6, c1 = (u + 1) * (u - 1) * (u - 2) / 2,
-                 c2 = -(u + 1) * u * (u - 2) / 2, c3 = (u + 1) * u * (u - 1) / 6;
+    const double c0 = -u * (u - 1) * (u - 2) / 6, c1 = (u + 1) * (u - 1) * (u - 2) / 2, c2 = -(u + 1) * u * (u - 2) / 2,
+                 c3 = (u + 1) * u * (u - 1) / 6;
     const Responses* r = &nodes_[static_cast<std::size_t>(n - 1)];
     Responses out;
     for (std::size_t m = 0; m < (slopes_ ? out.size() : 1); ++m) {
         const auto &r0 = r[0][m].of, &r1 = r[1][m].of, &r2 = r[2][m].of, &r3 = r[3][m].of;
-        for (std::size_t j = 0; j < r0.size(); ++j)
-            out[m].of[j] = c0 * r0[j] + c1 * r1[j] + c2 * r2[j] + c3 * r3[j];
+        for (std::size_t j = 0; j < r0.size(); ++j) out[m].of[j] = c0 * r0[j] + c1 * r1[j] + c2 * r2[j] + c3 * r3[j];
     }
     return out;
 }

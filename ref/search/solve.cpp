@@ -99,8 +99,8 @@ Left left_of(const Model& model, const std::vector<BlockSum>& sums)
     return left_after(model, sums, Eigen::VectorXd::Zero(sums.front().gram.front().rows() - 1));
 }
 
-Eigen::VectorXd linear_step(const Model& model, const std::vector<BlockSum>& sums,
-                            const std::vector<Eigen::Index>& use, double damping)
+Eigen::VectorXd linear_step(const Model& model, const std::vector<BlockSum>& sums, const std::vector<Eigen::Index>& use,
+                            double damping)
 {
     double rows = 0.0;
     const std::vector<Eigen::MatrixXd> total = seen_total(model, sums, rows);

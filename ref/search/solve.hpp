@@ -19,8 +19,8 @@ Left left_after(const Model& model, const std::vector<BlockSum>& sums, const Eig
 
 /// The step of the columns `use` that leaves least on the rows seen; `damping` in units of each column's own square.
 /// A column that others span to 1e-9 does not move.
-Eigen::VectorXd linear_step(const Model& model, const std::vector<BlockSum>& sums,
-                            const std::vector<Eigen::Index>& use, double damping);
+Eigen::VectorXd linear_step(const Model& model, const std::vector<BlockSum>& sums, const std::vector<Eigen::Index>& use,
+                            double damping);
 
 /// How much better `b` is than `a` on the held-out blocks, (E45).
 struct Better {

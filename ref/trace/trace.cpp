@@ -1,13 +1,12 @@
 #include "ref/trace/trace.hpp"
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 #include <stdexcept>
-#include <thread>
 
 #include "ref/effect/effect.hpp"
 #include "ref/fit/explain.hpp"
+#include "ref/log/hands.hpp"
 #include "ref/log/symmetric.hpp"
 #include "ref/trace/rest.hpp"
 #include "ref/trace/result.hpp"
@@ -202,14 +201,7 @@ void reject(const TraceSetup& setup, const Judge& judge, const Selection& s, Tra
 {
     // A long log takes a while for each of them.
     std::vector<double> left(s.alone.size());
-    std::atomic<std::size_t> next{0};
-    const auto work = [&] {
-        for (std::size_t k = next++; k < left.size(); k = next++) left[k] = judge.rms(s.alone[k].second);
-    };
-    std::vector<std::thread> others;
-    for (unsigned k = 1; k < std::thread::hardware_concurrency(); ++k) others.emplace_back(work);
-    work();
-    for (std::thread& t : others) t.join();
+    side_by_side(left.size(), [&](std::size_t k) { left[k] = judge.rms(s.alone[k].second); });
     for (std::size_t k = 0; k < left.size(); ++k) {
         const std::string& name = s.alone[k].first;
         const auto is_it = [&name](const auto& x) { return x.name == name; };
@@ -224,10 +216,6 @@ void reject(const TraceSetup& setup, const Judge& judge, const Selection& s, Tra
     }
     for (const TraceRejected& r : setup.untestable) result.rejected.push_back(r);
 }
-
-}  // namespace
-
-namespace {
 
 /// A search and its judge; `judge` refers to `setup`.
 struct Search {
