@@ -3,11 +3,16 @@
 #define DQW_APP_CMD_ESTIMATE_HPP
 
 #include "app/cmd/command.hpp"
+#include "app/learn/inputs.hpp"
+#include "app/learn/learn.hpp"
 
 namespace dqw {
 
-Command add_learn(CLI::App& app);
-Command add_fit(CLI::App& app);
+int learn_command(const Options& options);
+int fit_command(const Options& options);
+
+/// What the command line and a trace say to the learners.
+LearnOptions learn_options(const Options& options, const LearnConfig& config, bool fixed_point);
 
 }  // namespace dqw
 #endif

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "app/base/quantity.hpp"
 #include "app/monitor/names.hpp"
 
 namespace dqw {
@@ -48,21 +47,7 @@ std::array<double, 2> range_of(const MonitorRun& run, const Columns& c, bool rel
         }
         if (std::isfinite(c[4][k])) healthy = std::max(healthy, std::fabs(c[4][k]));
     }
-    if (!(high >= low)) return {0.0, 0.0};
-    const double least = relative ? least_span * healthy : 0.0, missing = std::max(0.0, least - (high - low));
-    const double pad = 0.08 * std::max(high - low, least);
-    return {low - 0.5 * missing - pad, high + 0.5 * missing + pad};
-}
-
-/// Prefixes are for axes too.
-std::string scale(Columns& c, std::array<double, 2>& range, const char* parameter)
-{
-    const Quantity q = quantity(parameter, std::max(std::fabs(range[0]), std::fabs(range[1])), 0.0);
-    const double factor = factor_of(q, parameter);
-    for (std::size_t k = 1; k < c.size(); ++k)
-        for (double& x : c[k]) x *= factor;
-    for (double& x : range) x *= factor;
-    return q.unit.empty() ? "1" : q.unit;
+    return range_around(low, high, relative ? least_span * healthy : 0.0);
 }
 
 /// Extremes are found column by column: a band still holds its value.

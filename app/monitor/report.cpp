@@ -11,6 +11,7 @@
 #include "app/base/text.hpp"
 #include "app/monitor/names.hpp"
 #include "app/monitor/notes.hpp"
+#include "dqw_text.h"
 
 namespace dqw {
 namespace {
@@ -96,7 +97,7 @@ std::string event_json(const MonitorEvent& e)
                  {"parameter", channel_named(e.parameter).parameter},
                  {"value", number(e.reading.value)},
                  {"sd", number(e.reading.sd)},
-                 {"fault", fault_named(e.fault.name)},
+                 {"fault", dqw_fault_text(e.fault.name)},
                  {"confidence", number(static_cast<double>(e.fault.confidence))},
                  {"since_s", number(e.since_s)},
                  {"healthy", number(e.reading.healthy)}};

@@ -58,7 +58,7 @@ std::string error_card(const TraceReport& report)
     const bool learners = report.learner_before && report.learner_after;
     double widest = std::max({t.before.heldout_rms, t.after.heldout_rms, t.noise_floor});
     if (learners) widest = std::max({widest, report.learner_before->heldout_rms, report.learner_after->heldout_rms});
-    std::string out = "<section class=\"card\"><h2>Error on rows that no fit saw</h2>\n<table class=\"bars\"><tbody>\n";
+    std::string out = "<table class=\"bars\"><tbody>\n";
     const auto row = [&](const std::string& name, const char* css, const TraceFit& fit) {
         out += bar_row(name, css, fit.heldout_rms, widest, t.noise_floor, t.unit, percents(fit));
     };
@@ -72,14 +72,13 @@ std::string error_card(const TraceReport& report)
                        "<td class=\"number\">{}</td></tr>\n",
                        widest > 0 && std::isfinite(t.noise_floor) ? 100 * t.noise_floor / widest : 0.0,
                        escaped(residual_text(t.noise_floor, t.unit)));
-    return out + "</tbody></table></section>\n";
+    return card("Error on rows that no fit saw", out + "</tbody></table>");
 }
 
 std::string parameter_card(const TraceReport& report)
 {
     const Rows rows = parameter_rows(report.trace.before, report.trace.after, !report.trace.effects.empty());
-    if (rows.size() < 2) return "";
-    return "<section class=\"card\"><h2>Parameters</h2>\n" + html_table(rows, "numbers") + "</section>\n";
+    return rows.size() < 2 ? "" : card("Parameters", html_table(rows, "numbers"));
 }
 
 std::string learner_section(const TraceReport& report)
@@ -87,25 +86,22 @@ std::string learner_section(const TraceReport& report)
     if (!report.learner_before || !report.learner_after) return "";
     const Rows rows = parameter_rows(*report.learner_before, *report.learner_after, !report.trace.effects.empty());
     if (rows.size() < 2) return "";
-    return "<section><h2>The learners in firmware</h2>\n<p>The same rows, learned by the C library without and with "
-           "the effects as Learner inputs.</p>\n" +
-           html_table(rows, "numbers effects") + "</section>\n";
+    return section("The learners in firmware",
+                   "<p>The same rows, learned by the C library without and with the effects as Learner inputs.</p>\n" +
+                       html_table(rows, "numbers effects"));
 }
 
 std::string effect_section(const TraceResult& trace)
 {
     if (trace.effects.empty()) return "";
-    std::string out = "<section><h2>Effects found</h2>\n" + html_table(effect_rows(trace), "numbers effects named");
+    std::string out = html_table(effect_rows(trace), "numbers effects named");
     for (const TraceEffect& e : trace.effects) {
         if (e.confusable_with.empty()) continue;
-        std::string names;
-        for (const std::string& name : e.confusable_with)
-            names += (names.empty() ? "" : &name == &e.confusable_with.back() ? " or " : ", ") + spoken(name);
         out += fmt::format("<p class=\"confusable\"><b>{}</b> cannot be told from {} on this log.{}</p>\n",
-                           escaped(spoken(e.name)), escaped(names),
+                           escaped(spoken(e.name)), escaped(look_alikes_of(e)),
                            e.separate.empty() ? "" : " What would separate them: " + escaped(e.separate));
     }
-    return out + "</section>\n";
+    return section("Effects found", out);
 }
 
 std::string candidate_section(const TraceResult& trace)
@@ -118,9 +114,8 @@ std::string candidate_section(const TraceResult& trace)
     const auto row = [&](const std::string& name, const char* css, double value, const std::string& why) {
         return bar_row(name, css, value, widest, trace.noise_floor, trace.unit, why);
     };
-    std::string out = "<section><h2>What each candidate would leave</h2>\n<p>Residual on unseen rows: of the effects "
-                      "found, each with those above it; of the others, "
-                      "were they alone added to the plain model. The line is the noise floor.</p>\n<div "
+    std::string out = "<p>Residual on unseen rows: of the effects found, each with those above it; of the others, were "
+                      "they alone added to the plain model. The line is the noise floor.</p>\n<div "
                       "class=\"scroll\"><table class=\"bars candidates\"><tbody>\n";
     out += row("plain model", "before", trace.before.heldout_rms, "without any effect");
     for (const TraceEffect& e : trace.effects) out += row(e.name, "after", e.heldout_rms_after, "found");
@@ -130,24 +125,22 @@ std::string candidate_section(const TraceResult& trace)
                (std::isfinite(b.heldout_rms) ? b.heldout_rms : HUGE_VAL);
     });
     for (const TraceRejected& r : rejected) out += row(r.name, "other", r.heldout_rms, r.why);
-    return out + "</tbody></table></div></section>\n";
+    return section("What each candidate would leave", out + "</tbody></table></div>");
 }
 
 std::string rest_section(const TraceResult& trace)
 {
     if (trace.structure.empty() && trace.rest.empty()) return "";
-    std::string out = "<section><h2>What the residual goes with</h2>\n";
-    if (trace.effects.empty()) return out + correlates("plain model", trace.structure) + "</section>\n";
-    return out + correlates("before", trace.structure) + correlates("after", trace.rest) + "</section>\n";
+    const std::string before = correlates(trace.effects.empty() ? "plain model" : "before", trace.structure);
+    return section("What the residual goes with",
+                   trace.effects.empty() ? before : before + correlates("after", trace.rest));
 }
 
 std::string notes_section(const TraceReport& report)
 {
-    std::string out = "<section><h2>Logs and notes</h2>\n" + html_list(report.logs);
     std::vector<std::string> notes;
     for (const std::string& note : report.trace.notes) notes.push_back(with_minus(note));
-    if (!notes.empty()) out += html_list(notes);
-    return out + "</section>\n";
+    return lists_section("Logs and notes", report.logs, notes);
 }
 
 }  // namespace dqw

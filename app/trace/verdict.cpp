@@ -7,6 +7,7 @@
 #include <optional>
 #include <set>
 
+#include "app/base/parameters.hpp"
 #include "app/base/quantity.hpp"
 #include "app/base/text.hpp"
 
@@ -145,9 +146,7 @@ std::string look_alikes(const TraceResult& trace)
     std::string out;
     for (const TraceEffect& e : trace.effects) {
         if (e.confusable_with.empty()) continue;
-        std::vector<std::string> names;
-        for (const std::string& name : e.confusable_with) names.push_back(spoken(name));
-        out += fmt::format(" This log cannot tell it from {}.", joined(names, " or "));
+        out += fmt::format(" This log cannot tell it from {}.", look_alikes_of(e));
         if (trace.effects.size() > 1) out.replace(out.rfind(" it "), 4, " " + spoken(e.name) + " ");
     }
     return out;
@@ -197,14 +196,11 @@ std::string spoken(const std::string& name)
     return out;
 }
 
-std::string symbol(const std::string& parameter)
+std::string look_alikes_of(const TraceEffect& effect)
 {
-    const std::pair<const char*, const char*> symbols[] = {
-        {"R_ohm", "R"},      {"Ld_H", "L_d"}, {"Lq_H", "L_q"},    {"psi_Wb", "ψ"},
-        {"pole_pairs", "p"}, {"J_kgm2", "J"}, {"B_Nms_rad", "B"}, {"torque_constant_Nm_A", "K_t"}};
-    for (const auto& [name, text] : symbols)
-        if (parameter == name) return text;
-    return parameter;
+    std::vector<std::string> names;
+    for (const std::string& name : effect.confusable_with) names.push_back(spoken(name));
+    return joined(names, " or ");
 }
 
 const Estimate* most_wrong(const TraceResult& trace, double& before)

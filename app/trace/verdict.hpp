@@ -26,8 +26,8 @@ const Estimate* most_wrong(const TraceResult& trace, double& before);
 /// "dead time" for dead_time.
 std::string spoken(const std::string& name);
 
-/// "R" for R_ohm: the symbol that people use.
-std::string symbol(const std::string& parameter);
+/// "delay or dead time": what this log cannot tell an effect from.
+std::string look_alikes_of(const TraceEffect& effect);
 
 }  // namespace dqw
 #endif
