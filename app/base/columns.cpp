@@ -1,7 +1,5 @@
 #include "app/base/columns.hpp"
 
-#include "app/base/in_order.hpp"
-
 namespace dqw {
 
 constexpr std::array<ColumnInfo, column_count> columns = {{
@@ -20,7 +18,13 @@ constexpr std::array<ColumnInfo, column_count> columns = {{
     {col_torque_cmd, "torque_cmd_Nm", &Log::torque_cmd_Nm},
 }};
 
-static_assert(in_order(columns), "a column lacks its row");
+constexpr bool in_order()
+{
+    for (std::size_t k = 0; k < column_count; ++k)
+        if (columns[k].id != k) return false;
+    return true;
+}
+static_assert(in_order(), "Column indexes the table");
 
 const char* name_of(Regime regime)
 {

@@ -15,17 +15,6 @@ const Parameter* parameter_named(const std::string& name)
 
 }  // namespace
 
-const Parameter kParameters[8] = {
-    {"R_ohm", "R", &Machine::R_ohm, &PlainModel::R_ohm},
-    {"Ld_H", "L_d", &Machine::Ld_H, &PlainModel::Ld_H},
-    {"Lq_H", "L_q", &Machine::Lq_H, &PlainModel::Lq_H},
-    {"psi_Wb", "ψ", &Machine::psi_Wb, &PlainModel::psi_Wb},
-    {"pole_pairs", "p", &Machine::pole_pairs, &PlainModel::pole_pairs},
-    {"J_kgm2", "J", &Machine::J_kgm2, &PlainModel::J_kgm2},
-    {"B_Nms_rad", "B", &Machine::B_Nms_rad, &PlainModel::B_Nms_rad},
-    {"torque_constant_Nm_A", "K_t", &Machine::torque_constant_Nm_A, &PlainModel::torque_constant_Nm_A},
-};
-
 const std::vector<std::string>& known_parameters()
 {
     static const std::vector<std::string> names = [] {

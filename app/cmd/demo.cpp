@@ -6,14 +6,12 @@
 
 #include "app/base/output.hpp"
 #include "app/base/parameters.hpp"
-#include "app/base/progress.hpp"
 #include "app/base/quantity.hpp"
 #include "app/base/text.hpp"
+#include "app/cmd/estimate.hpp"
 #include "app/cmd/logs.hpp"
 #include "app/cmd/simulate.hpp"
-#include "app/learn/learn.hpp"
 #include "app/report/report.hpp"
-#include "ref/fit/fit.hpp"
 
 namespace dqw {
 namespace {
@@ -40,21 +38,6 @@ std::string comparison(const Machine& truth, const Result& learned, const Result
                                      learned.residual_unit, fitted.residual_rms, fitted.residual_unit);
 }
 
-Result learned_from(const std::vector<Log>& logs, const Options& options)
-{
-    Progress progress("learning");
-    LearnOptions how;
-    how.parameters = options.parameters;
-    how.progress = progress.callback();
-    return learn(logs, how);
-}
-
-Result fitted_to(const std::vector<Log>& logs, const Options& options)
-{
-    Progress progress("fitting");
-    return fit(logs, {options.parameters, progress.callback()});
-}
-
 }  // namespace
 
 int demo_command(const Options& options)
@@ -65,7 +48,8 @@ int demo_command(const Options& options)
     // The log takes the way that a measured one takes, through the file.
     std::vector<std::string> notes;
     const std::vector<Log> logs = read_logs({written.csv}, options, false, notes);
-    const Result learned = learned_from(logs, options), fitted = fitted_to(logs, options);
+    const Result learned = estimate_by_learners(logs, options, {}).result,
+                 fitted = estimate_by_fit(logs, options, {}).result;
     const std::string json = json_text({{"schema", "dqwatch.demo/1"},
                                         {"scenario", scenario.name},
                                         {"truth", truth_json(written.simulation)},

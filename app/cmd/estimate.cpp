@@ -14,34 +14,7 @@
 namespace dqw {
 namespace {
 
-/// What was estimated: effects beside parameters, where they were asked for.
-struct Estimated {
-    Result result;
-    std::vector<TraceEffect> effects;
-    std::string q15_config = {};  ///< a header, where the learners were those of port_q15/
-};
-
-Estimated learned(const std::vector<Log>& logs, const Options& options, const LearnConfig& config)
-{
-    Progress progress("learning");
-    LearnOptions how = learn_options(options, config, options.fixed_point());
-    how.progress = progress.callback();
-    const Learned found = learn_all(logs, how);
-    const bool header = how.fixed_point && found.result.regime != Regime::mechanical;
-    return {found.result, found.effects,
-            header ? q15_config_text(logs, found.result.parameters, found.inputs) : std::string()};
-}
-
-Estimated fitted(const std::vector<Log>& logs, const Options& options, const LearnConfig& config)
-{
-    Progress progress("fitting");
-    const std::vector<std::string> names = effects_of(config);
-    if (names.empty()) return {fit(logs, {options.parameters, progress.callback()}), {}};
-    const EffectFit found = fit_effects(logs, names, options.parameters, progress.callback());
-    return {found.result, found.effects};
-}
-
-int estimate(const std::string& name, const Options& options, decltype(fitted)& estimator)
+int estimate(const std::string& name, const Options& options, decltype(estimate_by_fit)& estimator)
 {
     std::vector<std::string> notes;
     const LearnConfig config = asked_effects(options.config_file, options.effects);
@@ -76,8 +49,28 @@ LearnOptions learn_options(const Options& options, const LearnConfig& config, bo
     return how;
 }
 
-int learn_command(const Options& options) { return estimate("learn", options, learned); }
+Estimated estimate_by_learners(const std::vector<Log>& logs, const Options& options, const LearnConfig& config)
+{
+    Progress progress("learning");
+    LearnOptions how = learn_options(options, config, options.fixed_point());
+    how.progress = progress.callback();
+    const Learned found = learn_all(logs, how);
+    const bool header = how.fixed_point && found.result.regime != Regime::mechanical;
+    return {found.result, found.effects,
+            header ? q15_config_text(logs, found.result.parameters, found.inputs) : std::string()};
+}
 
-int fit_command(const Options& options) { return estimate("fit", options, fitted); }
+Estimated estimate_by_fit(const std::vector<Log>& logs, const Options& options, const LearnConfig& config)
+{
+    Progress progress("fitting");
+    const std::vector<std::string> names = effects_of(config);
+    if (names.empty()) return {fit(logs, {options.parameters, progress.callback()}), {}};
+    const EffectFit found = fit_effects(logs, names, options.parameters, progress.callback());
+    return {found.result, found.effects};
+}
+
+int learn_command(const Options& options) { return estimate("learn", options, estimate_by_learners); }
+
+int fit_command(const Options& options) { return estimate("fit", options, estimate_by_fit); }
 
 }  // namespace dqw

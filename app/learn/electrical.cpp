@@ -42,11 +42,7 @@ struct Poles {
 /// What a run over the logs leaves for the next: then every row is learned, with the noise known from the first one on,
 /// and each axis by its own.
 struct Before {
-    dqw_noise_variances noise{};
-    float step_A_per_V[2] = {0.0F, 0.0F}, follow = 1.0F;
-    float error_pu2[2] = {0.0F, 0.0F};
-    std::array<float, DQW_ESTIMATOR_SCORES> score2{}, score_lag{};
-    std::uint16_t blocks = 0;
+    dqw_estimator e{};
     std::array<float, 4> start{};  ///< R, L_d, L_q, psi; 0: not known
 };
 
@@ -116,14 +112,7 @@ public:
 
     Before left() const
     {
-        Before b;
-        b.noise = e_.noise.of;
-        for (int axis = 0; axis < 2; ++axis) b.step_A_per_V[axis] = e_.given.step_A_per_V[axis];
-        b.follow = e_.given.follow;
-        std::copy(std::begin(e_.error_pu2), std::end(e_.error_pu2), b.error_pu2);
-        std::copy(std::begin(e_.score2), std::end(e_.score2), b.score2.begin());
-        std::copy(std::begin(e_.score_lag), std::end(e_.score_lag), b.score_lag.begin());
-        b.blocks = e_.blocks;
+        Before b{e_, {}};
         for (int i = 0; i <= DQW_PSI; ++i) {
             const dqw_reading r = dqw_estimator_read(&e_, static_cast<dqw_parameter>(i));
             if (read_of(r).known()) b.start[static_cast<std::size_t>(i)] = r.value;
@@ -181,17 +170,19 @@ private:
 
     void take(const Before& before)
     {
+        const dqw_estimator& from = before.e;
         follows_ = true;
-        e_.noise.of = before.noise;
+        e_.noise.of = from.noise.of;
         // All the rows that there are, even where the estimator would like more.
-        e_.noise.of.rows = std::max(before.noise.rows, DQW_NOISE_ROWS);
-        e_.follow = e_.given.follow = before.follow;
-        for (int axis = 0; axis < 2; ++axis)
-            e_.step_A_per_V[axis] = e_.given.step_A_per_V[axis] = before.step_A_per_V[axis];
-        if (before.blocks == 0) return;
-        std::copy(std::begin(before.error_pu2), std::end(before.error_pu2), e_.error_pu2);
-        std::copy(before.score2.begin(), before.score2.end(), e_.score2);
-        std::copy(before.score_lag.begin(), before.score_lag.end(), e_.score_lag);
+        e_.noise.of.rows = std::max(from.noise.of.rows, DQW_NOISE_ROWS);
+        e_.follow = e_.given.follow = from.given.follow;
+        for (int axis = 0; axis < 2; ++axis) {
+            e_.step_A_per_V[axis] = e_.given.step_A_per_V[axis] = from.given.step_A_per_V[axis];
+            if (from.blocks > 0) e_.error_pu2[axis] = from.error_pu2[axis];
+        }
+        if (from.blocks == 0) return;
+        std::copy(std::begin(from.score2), std::end(from.score2), e_.score2);
+        std::copy(std::begin(from.score_lag), std::end(from.score_lag), e_.score_lag);
         e_.blocks = carried_ = kBlocksCarried;
     }
 
@@ -364,8 +355,8 @@ std::unique_ptr<Run> run_all(const std::vector<Log>& logs, const LearnOptions& o
             poles = run->poles();
             pole_pairs = poles.pairs;
         }
-        if (n > 0 && runs_agree(before.step_A_per_V, began, after.step_A_per_V, pole_pairs)) break;
-        if (is_short(logs)) after.noise = Run::noise(logs, options, inputs, pole_pairs, after);
+        if (n > 0 && runs_agree(before.e.given.step_A_per_V, began, after.e.given.step_A_per_V, pole_pairs)) break;
+        if (is_short(logs)) after.e.noise.of = Run::noise(logs, options, inputs, pole_pairs, after);
         before = after;
     }
     return run;

@@ -21,6 +21,7 @@ constexpr int kFewestPairs = 3;
 constexpr double kLeastHalves = 14.0;
 
 constexpr std::size_t kElectrical = DQW_PSI + 1;  // of kParameters
+static_assert(kParameters[DQW_R].model == &PlainModel::R_ohm && kParameters[DQW_PSI].model == &PlainModel::psi_Wb);
 
 /// What a pass without effects tells of the machine; 0: nothing.
 struct Known {

@@ -122,8 +122,8 @@ std::vector<Log> parts_of(const std::vector<Log>& logs, const std::vector<char>&
     return parts;
 }
 
-}  // namespace
-
+/// The logs without what the effects take: v (or the torque) less their part, so that the plain model is left. Every
+/// row counts, whether it was learned or not.
 std::vector<Log> without_effects(const std::vector<Log>& logs, const std::vector<TraceInput>& inputs,
                                  const PlainModel& model)
 {
@@ -139,6 +139,8 @@ std::vector<Log> without_effects(const std::vector<Log>& logs, const std::vector
     }
     return left;
 }
+
+}  // namespace
 
 void report_residual_of(const std::vector<Log>& logs, const std::vector<TraceInput>& inputs, const PlainModel& model,
                         const std::vector<char>* heldout_row, Result& result)

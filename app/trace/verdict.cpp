@@ -130,6 +130,23 @@ std::string joined(const std::vector<std::string>& items, const char* last)
     return out;
 }
 
+/// The base parameter that the effects moved most, as a part of its value; nullptr where none moved by a percent and
+/// two deviations.
+const Estimate* most_wrong(const TraceResult& trace, double& before)
+{
+    const Estimate* most = nullptr;
+    double largest = 0.01;
+    for (const Estimate& after : trace.after.parameters)
+        for (const Estimate& b : trace.before.parameters) {
+            if (b.name != after.name || after.given || b.given) continue;
+            const double moved = std::fabs(b.value - after.value);
+            const double part = moved / std::fabs(after.value);
+            if (!(part > largest) || !(moved > 2 * after.sd)) continue;
+            largest = part, most = &after, before = b.value;
+        }
+    return most;
+}
+
 std::string without_them(const TraceResult& trace)
 {
     double before = 0.0;
@@ -201,21 +218,6 @@ std::string look_alikes_of(const TraceEffect& effect)
     std::vector<std::string> names;
     for (const std::string& name : effect.confusable_with) names.push_back(spoken(name));
     return joined(names, " or ");
-}
-
-const Estimate* most_wrong(const TraceResult& trace, double& before)
-{
-    const Estimate* most = nullptr;
-    double largest = 0.01;
-    for (const Estimate& after : trace.after.parameters)
-        for (const Estimate& b : trace.before.parameters) {
-            if (b.name != after.name || after.given || b.given) continue;
-            const double moved = std::fabs(b.value - after.value);
-            const double part = moved / std::fabs(after.value);
-            if (!(part > largest) || !(moved > 2 * after.sd)) continue;
-            largest = part, most = &after, before = b.value;
-        }
-    return most;
 }
 
 std::string effect_sentence(const TraceEffect& effect, const TraceBlocks& blocks)
