@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "app/base/columns.hpp"
+#include "app/base/parameters.hpp"
 #include "app/base/quantity.hpp"
 #include "app/base/text.hpp"
 #include "app/learn/trace.hpp"

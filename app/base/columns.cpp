@@ -2,30 +2,45 @@
 
 namespace dqw {
 
-const std::array<ColumnInfo, column_count> columns = {{
-    {"t_s", &Log::t_s},
-    {"v_d_V", &Log::v_d_V},
-    {"v_q_V", &Log::v_q_V},
-    {"i_d_A", &Log::i_d_A},
-    {"i_q_A", &Log::i_q_A},
-    {"w_m_rad_s", &Log::w_m_rad_s},
-    {"theta_e_rad", &Log::theta_e_rad},
-    {"theta_m_rad", &Log::theta_m_rad},
-    {"v_dc_V", &Log::v_dc_V},
-    {"temp_winding_C", &Log::temp_winding_C},
-    {"temp_magnet_C", &Log::temp_magnet_C},
-    {"torque_Nm", &Log::torque_Nm},
-    {"torque_cmd_Nm", &Log::torque_cmd_Nm},
+constexpr std::array<ColumnInfo, column_count> columns = {{
+    {col_t, "t_s", &Log::t_s},
+    {col_v_d, "v_d_V", &Log::v_d_V},
+    {col_v_q, "v_q_V", &Log::v_q_V},
+    {col_i_d, "i_d_A", &Log::i_d_A},
+    {col_i_q, "i_q_A", &Log::i_q_A},
+    {col_w_m, "w_m_rad_s", &Log::w_m_rad_s},
+    {col_theta_e, "theta_e_rad", &Log::theta_e_rad},
+    {col_theta_m, "theta_m_rad", &Log::theta_m_rad},
+    {col_v_dc, "v_dc_V", &Log::v_dc_V},
+    {col_temp_winding, "temp_winding_C", &Log::temp_winding_C},
+    {col_temp_magnet, "temp_magnet_C", &Log::temp_magnet_C},
+    {col_torque, "torque_Nm", &Log::torque_Nm},
+    {col_torque_cmd, "torque_cmd_Nm", &Log::torque_cmd_Nm},
 }};
 
-static const std::array<const char*, 4> regime_names = {"dynamic", "steady", "standstill", "mechanical"};
+constexpr bool in_order()
+{
+    for (std::size_t k = 0; k < column_count; ++k)
+        if (columns[k].id != k) return false;
+    return true;
+}
+static_assert(in_order(), "Column indexes the table");
 
-const char* name_of(Regime regime) { return regime_names[static_cast<std::size_t>(regime)]; }
+const char* name_of(Regime regime)
+{
+    switch (regime) {
+    case Regime::dynamic: return "dynamic";
+    case Regime::steady: return "steady";
+    case Regime::standstill: return "standstill";
+    case Regime::mechanical: break;
+    }
+    return "mechanical";
+}
 
 std::optional<Regime> regime_named(std::string_view name)
 {
-    for (std::size_t i = 0; i < regime_names.size(); ++i)
-        if (name == regime_names[i]) return static_cast<Regime>(i);
+    for (const Regime r : {Regime::dynamic, Regime::steady, Regime::standstill, Regime::mechanical})
+        if (name == name_of(r)) return r;
     return {};
 }
 

@@ -31,6 +31,7 @@ enum Column : std::size_t {
 };
 
 struct ColumnInfo {
+    Column id;
     const char* name;
     std::vector<double> Log::*values;
 };

@@ -38,6 +38,13 @@ void OutputFile::close()
     if (std::fclose(file) != 0) fail("cannot be written");
 }
 
+void write_file(const std::string& path, std::string_view text)
+{
+    OutputFile file(path);
+    file.write(text);
+    file.close();
+}
+
 void make_directory(const std::string& dir)
 {
     std::error_code error;

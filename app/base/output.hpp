@@ -32,6 +32,9 @@ private:
     std::FILE* file_ = nullptr;
 };
 
+/// Writes a whole file.
+void write_file(const std::string& path, std::string_view text);
+
 /// Creates `dir` and its parents where they are missing.
 void make_directory(const std::string& dir);
 

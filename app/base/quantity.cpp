@@ -13,23 +13,14 @@ namespace {
 enum class Scale { prefix, power, none };
 
 struct Unit {
-    const char *parameter, *unit;
+    const char *suffix, *unit;
     Scale scale;
 };
 
-const Unit units[] = {
-    {"R_ohm", "Ω", Scale::prefix},
-    {"Ld_H", "H", Scale::prefix},
-    {"Lq_H", "H", Scale::prefix},
-    {"psi_Wb", "Wb", Scale::prefix},
-    {"pole_pairs", "", Scale::none},
-    {"J_kgm2", "kg m²", Scale::power},
-    {"B_Nms_rad", "Nms/rad", Scale::prefix},
-    {"torque_constant_Nm_A", "Nm/A", Scale::prefix},
-};
-
-/// Every other name tells its unit by how it ends; longer ends before their own ends.
+/// A name tells its unit by how it ends; longer ends before their own ends.
 const Unit suffixes[] = {
+    {"_kgm2", "kg m²", Scale::power},
+    {"_Nm_A", "Nm/A", Scale::prefix},
     {"_Nms_rad", "Nms/rad", Scale::prefix},
     {"_s2_rad2", "s²/rad²", Scale::power},
     {"_percent", "%", Scale::none},
@@ -51,10 +42,8 @@ const Unit suffixes[] = {
 
 const Unit* unit_of(const std::string& parameter)
 {
-    for (const Unit& u : units)
-        if (parameter == u.parameter) return &u;
     for (const Unit& u : suffixes) {
-        const std::string_view end = u.parameter;
+        const std::string_view end = u.suffix;
         if (parameter.size() >= end.size() && parameter.compare(parameter.size() - end.size(), end.size(), end) == 0)
             return &u;
     }
@@ -95,16 +84,6 @@ std::size_t width_of(std::string_view text)
 }
 
 }  // namespace
-
-const std::vector<std::string>& known_parameters()
-{
-    static const std::vector<std::string> names = [] {
-        std::vector<std::string> all;
-        for (const Unit& u : units) all.push_back(u.parameter);
-        return all;
-    }();
-    return names;
-}
 
 double factor_of(const Quantity& q, const std::string& parameter)
 {

@@ -7,15 +7,12 @@
 
 namespace dqw {
 
-/// The parameters of the schema dqwatch.parameters/1 that `--parameters` may name.
-const std::vector<std::string>& known_parameters();
-
 /// A value in one prefix, rounded to two digits of its standard deviation: {"370.2", "1.9", "mΩ"}.
 struct Quantity {
     std::string value, sd, unit;
 };
 
-/// `parameter` decides the unit, by its name or by its SI suffix; without either it has none. Rounded to `sd_digits` of
+/// `parameter` decides the unit, by its SI suffix; without one it has none. Rounded to `sd_digits` of
 /// a finite sd; without one `digits` digits, sd empty.
 Quantity quantity(const std::string& parameter, double value, double sd, int digits = 4, int sd_digits = 2);
 

@@ -1,15 +1,12 @@
-// What the subcommands share: exit codes, options.
+// What the subcommands share: exit codes, and what the command line says. Knows nothing of how that is parsed.
 #ifndef DQW_APP_CMD_COMMAND_HPP
 #define DQW_APP_CMD_COMMAND_HPP
 
-#include <CLI/CLI.hpp>
-#include <functional>
+#include <cstdint>
 #include <optional>
+#include <stdexcept>
 #include <string>
 #include <vector>
-
-#include "app/read/log_reader.hpp"
-#include "ref/log/log.hpp"
 
 namespace dqw {
 
@@ -21,35 +18,25 @@ struct UsageError : std::runtime_error {
     using std::runtime_error::runtime_error;
 };
 
-/// The options that every subcommand takes.
-struct CommonOptions {
+/// What the command line says. Each subcommand has some of it; the rest is as it stands here.
+struct Options {
     bool json = false;
     std::string out_dir = ".";
     bool out_given = false;
     std::optional<int> pole_pairs;
     std::string machine_file;
-    std::vector<std::string> parameters;
-    bool all_columns = false;  ///< keep every column of the logs, not only those of a plain fit
-};
+    std::vector<std::string> logs, parameters;
+    std::vector<std::string> effects;  ///< named with --effect
+    std::string config_file;           ///< trace.json
+    std::string arith = "float";
+    // Of `sim`.
+    std::string scenario;
+    std::vector<std::string> settings;
+    std::optional<std::uint64_t> seed;
+    bool list = false, list_keys = false;
 
-/// Which effects are estimated beside the parameters.
-struct EffectOptions {
-    std::vector<std::string> names;
-    std::string config_file;
+    bool fixed_point() const { return arith == "q15"; }
 };
-
-/// A subcommand: what the parser fills in, and what runs then. Returns an exit code.
-struct Command {
-    CLI::App* app;
-    std::function<int()> run;
-};
-
-/// Adds --json --out --pole-pairs --machine to a subcommand.
-void add_common(CLI::App& command, CommonOptions& options);
-/// Adds --parameters, names checked.
-void add_parameters(CLI::App& command, CommonOptions& options);
-/// Adds --effect --config.
-void add_effects(CLI::App& command, EffectOptions& options);
 
 }  // namespace dqw
 #endif

@@ -6,7 +6,7 @@
 
 namespace dqw {
 
-Command add_compare(CLI::App& app);
+int compare_command(const Options& options);
 
 }  // namespace dqw
 #endif

@@ -6,7 +6,7 @@
 
 namespace dqw {
 
-Command add_demo(CLI::App& app);
+int demo_command(const Options& options);
 
 }  // namespace dqw
 #endif

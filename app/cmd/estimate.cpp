@@ -1,19 +1,11 @@
 #include "app/cmd/estimate.hpp"
 
-#include "app/cmd/logs.hpp"
-#include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
-#include <algorithm>
-#include <memory>
-
-#include "app/base/effect_names.hpp"
 #include "app/base/output.hpp"
 #include "app/base/progress.hpp"
-#include "app/base/text.hpp"
+#include "app/cmd/logs.hpp"
 #include "app/firmware/q15_config.hpp"
-#include "app/learn/inputs.hpp"
-#include "app/learn/learn.hpp"
-#include "app/report/effect.hpp"
 #include "app/report/report.hpp"
 #include "app/report/sense.hpp"
 #include "ref/fit/fit.hpp"
@@ -22,117 +14,63 @@
 namespace dqw {
 namespace {
 
-/// What was estimated: effects beside parameters, where they were asked for.
-struct Estimated {
-    Result result;
-    std::vector<TraceEffect> effects;
-    std::string q15_config = {};  ///< a header, where the learners were those of port_q15/
-};
-
-struct Options : CommonOptions {
-    std::vector<std::string> logs;
-    std::string arith = "float";
-    EffectOptions effects;
-};
-
-using Estimator =
-    std::function<Estimated(const std::vector<Log>&, const Options&, const LearnConfig&, std::function<void(double)>)>;
-
-int estimate(const std::string& name, const Options& options, const Estimator& estimator)
+int estimate(const std::string& name, const Options& options, decltype(estimate_by_fit)& estimator)
 {
     std::vector<std::string> notes;
-    const LearnConfig config = asked_effects(options.effects.config_file, options.effects.names);
-    CommonOptions reading = options;
-    reading.all_columns = reading.all_columns || !config.inputs.empty();
-    const std::vector<Log> logs = read_logs(options.logs, reading, notes);
-    Estimated estimated;
+    const LearnConfig config = asked_effects(options.config_file, options.effects);
+    const std::vector<Log> logs = read_logs(options.logs, options, !config.inputs.empty(), notes);
+    Estimated estimated = with_logs(logs, [&] { return estimator(logs, options, config); });
     Result& result = estimated.result;
-    try {
-        Progress progress(name == "fit" ? "fitting" : "learning");
-        estimated = estimator(logs, options, config, progress.callback());
-    } catch (const std::invalid_argument& error) {
-        // The estimators begin with the log's name where they know it.
-        std::string what = error.what();
-        const std::string path = logs.front().path + ": ";
-        if (what.rfind(path, 0) == 0) what.erase(0, path.size());
-        throw InputError(logs.front().path, logs.front().rows() + 1, what);
-    }
     check_sense(logs, result);
     name_what_was_left_out(result, options.parameters);
     result.notes.insert(result.notes.begin(), notes.begin(), notes.end());
-    auto object = result_json(result, logs.front().machine);
-    object["effects"] = effects_json(estimated.effects);
-    const std::string json = json_text(object);
+    const Machine& nominal = logs.front().machine;
+    const std::string json = json_text(result_json(result, nominal, estimated.effects));
     if (options.out_given) {
         make_directory(options.out_dir);
-        OutputFile file(path_in(options.out_dir, name + ".json"));
-        file.write(json);
-        file.close();
-        if (!estimated.q15_config.empty()) {
-            OutputFile header(path_in(options.out_dir, "dqw_q15_config.h"));
-            header.write(estimated.q15_config);
-            header.close();
-        }
+        write_file(path_in(options.out_dir, name + ".json"), json);
+        if (!estimated.q15_config.empty())
+            write_file(path_in(options.out_dir, "dqw_q15_config.h"), estimated.q15_config);
     }
     print_notes(result.notes);
-    print(options.json ? json : result_text(result, logs.front().machine) + effects_text(estimated.effects));
+    print(options.json ? json : result_text(result, nominal, estimated.effects));
     return result.not_identifiable.empty() ? exit_done : exit_not_identifiable;
-}
-
-Command add_estimator(CLI::App& app, const std::string& name, const std::string& about, const Estimator& estimator)
-{
-    CLI::App* command = app.add_subcommand(name, about);
-    auto options = std::make_shared<Options>();
-    command->add_option("LOG.csv", options->logs, "log, or several of one machine and regime")
-        ->required()
-        ->type_name("");
-    add_common(*command, *options);
-    add_parameters(*command, *options);
-    add_effects(*command, options->effects);
-    if (name == "learn")
-        command->add_option("--arith", options->arith, "arithmetic of the learners")
-            ->check(CLI::IsMember({"float", "q15"}))
-            ->capture_default_str();
-    command->footer("With --out, writes DIR/" + name + ".json as well" +
-                    (name == "learn" ? ", with --arith q15 DIR/dqw_q15_config.h where the log is not mechanical" : "") +
-                    ". Exit code 4: a parameter asked for is not identifiable.");
-    return {command, [=] { return estimate(name, *options, estimator); }};
 }
 
 }  // namespace
 
-Command add_learn(CLI::App& app)
+LearnOptions learn_options(const Options& options, const LearnConfig& config, bool fixed_point)
 {
-    return add_estimator(app, "learn", "run the C learners over a log",
-                         [](const auto& logs, const Options& o, const LearnConfig& config, auto progress) {
-                             LearnOptions options;
-                             options.fixed_point = o.arith == "q15";
-                             options.parameters = o.parameters;
-                             options.inputs = config.inputs;
-                             options.start = config.start;
-                             options.progress = std::move(progress);
-                             const Learned learned = learn_all(logs, options);
-                             const bool header = options.fixed_point && learned.result.regime != Regime::mechanical;
-                             return Estimated{learned.result, learned.effects,
-                                              header ? q15_config_text(logs, learned.result.parameters, learned.inputs)
-                                                     : ""};
-                         });
+    LearnOptions how;
+    how.parameters = options.parameters;
+    how.inputs = config.inputs;
+    how.start = config.start;
+    how.fixed_point = fixed_point;
+    return how;
 }
 
-Command add_fit(CLI::App& app)
+Estimated estimate_by_learners(const std::vector<Log>& logs, const Options& options, const LearnConfig& config)
 {
-    return add_estimator(app, "fit", "fit the reference model to a log",
-                         [](const auto& logs, const Options& o, const LearnConfig& config, auto progress) {
-                             const std::vector<std::string> names = effects_of(config);
-                             if (!names.empty()) {
-                                 const EffectFit fitted = fit_effects(logs, names, o.parameters, std::move(progress));
-                                 return Estimated{fitted.result, fitted.effects};
-                             }
-                             FitOptions options;
-                             options.parameters = o.parameters;
-                             options.progress = std::move(progress);
-                             return Estimated{fit(logs, options), {}};
-                         });
+    Progress progress("learning");
+    LearnOptions how = learn_options(options, config, options.fixed_point());
+    how.progress = progress.callback();
+    const Learned found = learn_all(logs, how);
+    const bool header = how.fixed_point && found.result.regime != Regime::mechanical;
+    return {found.result, found.effects,
+            header ? q15_config_text(logs, found.result.parameters, found.inputs) : std::string()};
 }
+
+Estimated estimate_by_fit(const std::vector<Log>& logs, const Options& options, const LearnConfig& config)
+{
+    Progress progress("fitting");
+    const std::vector<std::string> names = effects_of(config);
+    if (names.empty()) return {fit(logs, {options.parameters, progress.callback()}), {}};
+    const EffectFit found = fit_effects(logs, names, options.parameters, progress.callback());
+    return {found.result, found.effects};
+}
+
+int learn_command(const Options& options) { return estimate("learn", options, estimate_by_learners); }
+
+int fit_command(const Options& options) { return estimate("fit", options, estimate_by_fit); }
 
 }  // namespace dqw

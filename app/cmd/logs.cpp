@@ -3,8 +3,9 @@
 #include <fmt/format.h>
 
 #include "app/base/columns.hpp"
-#include "app/base/input_error.hpp"
+#include "app/base/parameters.hpp"
 #include "app/base/progress.hpp"
+#include "app/read/log_reader.hpp"
 
 namespace dqw {
 namespace {
@@ -26,14 +27,13 @@ void check_same_machine(const Log& first, const Log& log)
 void complete(Machine& to, const Machine& from)
 {
     if (to.name.empty()) to.name = from.name;
-    for (const auto member : {&Machine::pole_pairs, &Machine::R_ohm, &Machine::Ld_H, &Machine::Lq_H, &Machine::psi_Wb,
-                              &Machine::J_kgm2, &Machine::B_Nms_rad, &Machine::torque_constant_Nm_A})
-        if (!(to.*member)) to.*member = from.*member;
+    for (const Parameter& p : kParameters)
+        if (!(to.*(p.nominal))) to.*(p.nominal) = from.*(p.nominal);
 }
 
 }  // namespace
 
-std::vector<Log> read_logs(const std::vector<std::string>& paths, const CommonOptions& options,
+std::vector<Log> read_logs(const std::vector<std::string>& paths, const Options& options, bool all_columns,
                            std::vector<std::string>& notes)
 {
     std::vector<Log> logs;
@@ -42,7 +42,7 @@ std::vector<Log> read_logs(const std::vector<std::string>& paths, const CommonOp
         ReadOptions read;
         read.machine_file = options.machine_file;
         if (options.pole_pairs) read.pole_pairs = *options.pole_pairs;
-        read.plain_only = !options.all_columns;
+        read.plain_only = !all_columns;
         read.notes = &notes;
         read.progress = [&](double fraction) {
             progress.update((static_cast<double>(i) + fraction) / static_cast<double>(paths.size()));
@@ -59,6 +59,13 @@ std::vector<Log> read_logs(const std::vector<std::string>& paths, const CommonOp
     for (const Log& log : logs) complete(machine, log.machine);
     for (Log& log : logs) log.machine = machine;
     return logs;
+}
+
+InputError refused(const Log& log, std::string what)
+{
+    const std::string path = log.path + ": ";
+    if (what.rfind(path, 0) == 0) what.erase(0, path.size());
+    return {log.path, log.rows() + 1, what};
 }
 
 }  // namespace dqw

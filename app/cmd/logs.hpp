@@ -2,18 +2,33 @@
 #ifndef DQW_APP_CMD_LOGS_HPP
 #define DQW_APP_CMD_LOGS_HPP
 
+#include <stdexcept>
 #include <string>
 #include <vector>
 
+#include "app/base/input_error.hpp"
 #include "app/cmd/command.hpp"
 #include "ref/log/log.hpp"
 
 namespace dqw {
 
-/// Reads logs of one machine and one regime, for a joint estimate: what one machine file says holds for all. Throws
-/// InputError.
-std::vector<Log> read_logs(const std::vector<std::string>& paths, const CommonOptions& options,
+/// Reads logs of one machine and one regime, for a joint estimate: what one machine file says holds for all. Without
+/// `all_columns` only those of a plain fit are kept. Throws InputError.
+std::vector<Log> read_logs(const std::vector<std::string>& paths, const Options& options, bool all_columns,
                            std::vector<std::string>& notes);
+
+/// What an estimator says of a log, which it may begin with the log's name, behind the log's last line.
+InputError refused(const Log& log, std::string what);
+
+/// Does `work` with logs; what it refuses by std::invalid_argument is an InputError of the first, which stands for all.
+template <class Work> auto with_logs(const std::vector<Log>& logs, const Work& work)
+{
+    try {
+        return work();
+    } catch (const std::invalid_argument& error) {
+        throw refused(logs.front(), error.what());
+    }
+}
 
 }  // namespace dqw
 #endif

@@ -6,7 +6,7 @@
 
 namespace dqw {
 
-Command add_monitor(CLI::App& app);
+int monitor_command(const Options& options);
 
 }  // namespace dqw
 #endif

@@ -2,11 +2,9 @@
 
 #include <fmt/format.h>
 
-#include <charconv>
-#include <memory>
+#include <nlohmann/json.hpp>
 
 #include "app/base/output.hpp"
-#include "app/base/progress.hpp"
 #include "app/base/quantity.hpp"
 #include "app/base/text.hpp"
 #include "app/cmd/simulate.hpp"
@@ -15,13 +13,6 @@
 
 namespace dqw {
 namespace {
-
-struct Options : CommonOptions {
-    std::string scenario;
-    std::vector<std::string> settings;
-    std::optional<std::uint64_t> seed;
-    bool list = false, list_keys = false;
-};
 
 int list_scenarios(bool json)
 {
@@ -95,7 +86,9 @@ std::string command_of(const Options& options)
     return command;
 }
 
-int run(const Options& options)
+}  // namespace
+
+int sim_command(const Options& options)
 {
     if (options.list) return list_scenarios(options.json);
     if (options.list_keys) return list_keys(options.json);
@@ -107,69 +100,26 @@ int run(const Options& options)
     for (const auto& setting : options.settings) set(scenario, setting);
     if (options.seed) scenario.seed = *options.seed;
 
-    make_directory(options.out_dir);
-    const std::string csv = path_in(options.out_dir, options.scenario + ".csv"),
-                      toml = path_in(options.out_dir, options.scenario + ".toml");
-    Simulation simulation;
-    {
-        Progress progress("simulating");
-        simulation = simulate(scenario, progress.callback());
-    }
-    write_csv(simulation, csv);
-    write_toml(simulation, toml, command_of(options));
+    const Written written = simulate_into(options.out_dir, scenario, command_of(options));
+    const std::size_t rows = written.simulation.rows.size();
     print_notes(notes);
     if (options.json) {
-        auto truth = nlohmann::ordered_json::object();
-        for (const auto& name : known_parameters())
-            if (const auto value = nominal_of(simulation.truth, name)) truth[name] = *value;
+        auto truth = truth_json(written.simulation);
         truth["pole_pairs"] = scenario.machine.pole_pairs;
         print(json_text({{"schema", "dqwatch.simulation/1"},
                          {"scenario", options.scenario},
                          {"regime", scenario.regime},
-                         {"rows", simulation.rows.size()},
+                         {"rows", rows},
                          {"seed", scenario.seed},
-                         {"csv", csv},
-                         {"toml", toml},
+                         {"csv", written.csv},
+                         {"toml", written.toml},
                          {"truth", truth},
                          {"notes", notes}}));
     } else {
-        print(fmt::format("{}: {}, {}; its machine: {}\n", csv, scenario.regime, counted(simulation.rows.size(), "row"),
-                          toml));
+        print(fmt::format("{}: {}, {}; its machine: {}\n", written.csv, scenario.regime, counted(rows, "row"),
+                          written.toml));
     }
     return exit_done;
-}
-
-/// A number that does not fit is no seed: the parser would take the nearest that does.
-std::uint64_t seed_of(const std::string& text)
-{
-    std::uint64_t seed = 0;
-    const char* const end = text.data() + text.size();
-    const auto [last, error] = std::from_chars(text.data(), end, seed);
-    if (error != std::errc{} || last != end)
-        throw CLI::ValidationError("--seed", shown(text) + " is no whole number from 0 to 18446744073709551615");
-    return seed;
-}
-
-}  // namespace
-
-Command add_sim(CLI::App& app)
-{
-    CLI::App* command = app.add_subcommand("sim", "simulate a drive, write DIR/SCENARIO.csv and .toml");
-    auto options = std::make_shared<Options>();
-    command->add_option("SCENARIO", options->scenario, "which drive; --list names all")->type_name("");
-    command->add_flag("--list", options->list, "name the scenarios");
-    command->add_flag("--list-keys", options->list_keys, "name the keys of --set");
-    command->add_option("--set", options->settings, "change one value, e.g. machine.R_ohm=0.5; repeatable")
-        ->type_name("KEY=VALUE")
-        ->allow_extra_args(false)
-        ->take_all();
-    command
-        ->add_option_function<std::string>(
-            "--seed", [options](const std::string& text) { options->seed = seed_of(text); },
-            "of noise and random excitation")
-        ->type_name("N");
-    add_common(*command, *options);
-    return {command, [=] { return run(*options); }};
 }
 
 }  // namespace dqw

@@ -6,7 +6,7 @@
 
 namespace dqw {
 
-Command add_sim(CLI::App& app);
+int sim_command(const Options& options);
 
 }  // namespace dqw
 #endif

@@ -3,9 +3,12 @@
 #include <fmt/format.h>
 
 #include <iterator>
+#include <nlohmann/json.hpp>
 
 #include "app/base/input_error.hpp"
 #include "app/base/output.hpp"
+#include "app/base/parameters.hpp"
+#include "app/base/progress.hpp"
 #include "app/base/text.hpp"
 #include "app/cmd/command.hpp"
 
@@ -137,20 +140,33 @@ void write_toml(const Simulation& simulation, const std::string& path, const std
     std::string text = "# " + command + "\n# The values are the simulated machine's own.\n[log]\n";
     text += fmt::format("regime = \"{}\"\nvoltage_interval = \"next\"\n[machine]\nname = \"{}\"\npole_pairs = {}\n",
                         simulation.scenario.regime, m.name, simulation.scenario.machine.pole_pairs);
-    const auto say = [&](const char* key, const std::optional<double>& value) {
+    for (const Parameter& p : kParameters)
         // What the reader would refuse is left out: a machine without inertia data has J = 0.
-        if (value && *value > 0) text += fmt::format("{} = {}\n", key, *value);
-    };
-    say("R_ohm", m.R_ohm);
-    say("Ld_H", m.Ld_H);
-    say("Lq_H", m.Lq_H);
-    say("psi_Wb", m.psi_Wb);
-    say("J_kgm2", m.J_kgm2);
-    say("B_Nms_rad", m.B_Nms_rad);
-    say("torque_constant_Nm_A", m.torque_constant_Nm_A);
-    OutputFile file(path);
-    file.write(text);
-    file.close();
+        if (p.nominal != &Machine::pole_pairs && m.*(p.nominal) > 0.0)
+            text += fmt::format("{} = {}\n", p.name, *(m.*(p.nominal)));
+    write_file(path, text);
+}
+
+Written simulate_into(const std::string& dir, const dqw_sim_scenario& scenario, const std::string& command)
+{
+    make_directory(dir);
+    const std::string name = scenario.name;
+    Written w{{}, path_in(dir, name + ".csv"), path_in(dir, name + ".toml")};
+    {
+        Progress progress("simulating");
+        w.simulation = simulate(scenario, progress.callback());
+    }
+    write_csv(w.simulation, w.csv);
+    write_toml(w.simulation, w.toml, command);
+    return w;
+}
+
+nlohmann::ordered_json truth_json(const Simulation& simulation)
+{
+    auto truth = nlohmann::ordered_json::object();
+    for (const Parameter& p : kParameters)
+        if (const auto value = simulation.truth.*(p.nominal)) truth[p.name] = *value;
+    return truth;
 }
 
 }  // namespace dqw

@@ -3,6 +3,7 @@
 #define DQW_APP_CMD_SIMULATE_HPP
 
 #include <functional>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
 
@@ -32,6 +33,18 @@ void write_csv(const Simulation& simulation, const std::string& path);
 
 /// Writes what the simulated machine is, as nominal values; `command` says how to make it again.
 void write_toml(const Simulation& simulation, const std::string& path, const std::string& command);
+
+/// A simulation and where its log is.
+struct Written {
+    Simulation simulation;
+    std::string csv, toml;
+};
+
+/// Simulates and writes DIR/SCENARIO.csv and .toml; shows how far it is.
+Written simulate_into(const std::string& dir, const dqw_sim_scenario& scenario, const std::string& command);
+
+/// The machine's parameters as far as there are any, by name.
+nlohmann::ordered_json truth_json(const Simulation& simulation);
 
 }  // namespace dqw
 #endif

@@ -6,7 +6,7 @@
 
 namespace dqw {
 
-Command add_trace(CLI::App& app);
+int trace_command(const Options& options);
 
 }  // namespace dqw
 #endif

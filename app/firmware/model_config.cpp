@@ -103,6 +103,24 @@ EffectRows effect_rows(const TraceResult& trace, std::string& assignments)
     return rows;
 }
 
+std::string effects_text(const EffectRows& rows)
+{
+    return fmt::format("#if DQW_EFFECT_WEIGHTS < {0}\n#error \"build lib/ with -DDQW_EFFECT_WEIGHTS={0} or more\"\n"
+                       "#endif\n\n// Effect, shape, weights to start from.\nstatic const dqw_effect_config "
+                       "dqw_model_effects[DQW_MODEL_EFFECT_COUNT] = {{\n{1}}};\n\n",
+                       rows.weights, rows.text);
+}
+
+std::string monitor_text(const EffectRows& rows)
+{
+    std::string out = "\n// A monitor has inputs of its own for the angle, the current sensors and unlike phases.\n"
+                      "static inline void dqw_model_config_apply_monitor(dqw_monitor_config *config)\n{\n"
+                      "    dqw_model_config_apply(&config->estimator);\n";
+    if (rows.count > 0) out += "    config->estimator.effect_count = DQW_MODEL_MONITOR_EFFECT_COUNT;\n";
+    if (rows.angle) out += "    config->estimator.encoder_offset = true;\n";
+    return out + "}\n";
+}
+
 }  // namespace
 
 std::string harmless(const std::string& path)
@@ -144,24 +162,12 @@ std::string model_config_text(const TraceResult& trace, const std::vector<std::s
     if (!mechanical) out += fmt::format("#define DQW_MODEL_MONITOR_EFFECT_COUNT {}\n", rows.unwatched);
     out += "\n";
     if (rows.count > 0) {
-        out += fmt::format(
-            "#if DQW_EFFECT_WEIGHTS < {0}\n#error \"build lib/ with -DDQW_EFFECT_WEIGHTS={0} or more\"\n#endif\n\n",
-            rows.weights);
-        out += "// Effect, shape, weights to start from.\nstatic const dqw_effect_config "
-               "dqw_model_effects[DQW_MODEL_EFFECT_COUNT] = {\n" +
-               rows.text + "};\n\n";
+        out += effects_text(rows);
         assignments += "    config->effects = dqw_model_effects;\n    config->effect_count = DQW_MODEL_EFFECT_COUNT;\n";
     }
     if (assignments.empty()) assignments = "    (void)config;\n";
     out += fmt::format("static inline void dqw_model_config_apply({}_config *config)\n{{\n{}}}\n", init, assignments);
-    if (!mechanical) {
-        std::string monitor = "    dqw_model_config_apply(&config->estimator);\n";
-        if (rows.count > 0) monitor += "    config->estimator.effect_count = DQW_MODEL_MONITOR_EFFECT_COUNT;\n";
-        if (rows.angle) monitor += "    config->estimator.encoder_offset = true;\n";
-        out += "\n// A monitor has inputs of its own for the angle, the current sensors and unlike phases.\n"
-               "static inline void dqw_model_config_apply_monitor(dqw_monitor_config *config)\n{\n" +
-               monitor + "}\n";
-    }
+    if (!mechanical) out += monitor_text(rows);
     return out + "\n#endif\n";
 }
 

@@ -7,7 +7,6 @@
 
 #include "app/base/effect_names.hpp"
 #include "app/firmware/model_config.hpp"
-#include "app/learn/inputs.hpp"
 #include "app/learn/parts.hpp"
 #include "app/learn/q15.hpp"
 #include "app/learn/signals.hpp"
@@ -17,16 +16,17 @@ namespace dqw {
 namespace {
 
 struct Nominal {
+    dqw_parameter id;
     const char* parameter;
     std::uint32_t dqw_estimator_q15_config::*field;
     const char *name, *symbol, *unit;
     double whole;  ///< the field's last place is 1/whole of the unit
 };
 
-constexpr Nominal nominals[] = {{"R_ohm", &dqw_estimator_q15_config::R_uohm, "R_uohm", "R", "ohm", 1e6},
-                                {"Ld_H", &dqw_estimator_q15_config::Ld_nH, "Ld_nH", "L_d", "H", 1e9},
-                                {"Lq_H", &dqw_estimator_q15_config::Lq_nH, "Lq_nH", "L_q", "H", 1e9},
-                                {"psi_Wb", &dqw_estimator_q15_config::psi_nWb, "psi_nWb", "psi", "Wb", 1e9}};
+constexpr Nominal nominals[] = {{DQW_R, "R_ohm", &dqw_estimator_q15_config::R_uohm, "R_uohm", "R", "ohm", 1e6},
+                                {DQW_LD, "Ld_H", &dqw_estimator_q15_config::Ld_nH, "Ld_nH", "L_d", "H", 1e9},
+                                {DQW_LQ, "Lq_H", &dqw_estimator_q15_config::Lq_nH, "Lq_nH", "L_q", "H", 1e9},
+                                {DQW_PSI, "psi_Wb", &dqw_estimator_q15_config::psi_nWb, "psi_nWb", "psi", "Wb", 1e9}};
 
 /// What was found in place of what the machine file says.
 void take(const std::vector<Estimate>& found, dqw_estimator_q15_config& c)
@@ -53,9 +53,8 @@ std::string formats(const dqw_estimator_q15_config& c)
     signal("w_m_q15", w, "rad/s");
     signal("cosine_q15, sine_q15", 1.0, "");
     out += "//\n// parameter  value_q40: 1, last place\n";
-    for (int k = 0; k <= DQW_PSI; ++k) {
-        const Nominal& n = nominals[k];
-        const double unit = dqw_estimator_unit_q15(&c, static_cast<dqw_parameter>(k)) / n.whole;
+    for (const Nominal& n : nominals) {
+        const double unit = dqw_estimator_unit_q15(&c, n.id) / n.whole;
         out += fmt::format("// {:<10} {:.6g} {}, {:.4g} {}\n", n.symbol, unit, n.unit, unit * 0x1p-40, n.unit);
     }
     return out;
@@ -77,10 +76,9 @@ std::string effect_row(const TraceInput& input, const dqw_effect_q15_config& c)
     put("row_us", c.row_us, "{}u");
     put("T_0_cC", c.T_0_cC, "{}");
     put("order", c.order, "{}u");
-    std::string start;
-    for (int i = 0; i < dqw_effect_weights(c.effect); ++i)
-        start += fmt::format("{}INT64_C({})", i ? ", " : "", c.start_q40[i]);
-    return out + fmt::format(", .start_q40 = {{{}}}}}", start);
+    const auto* const start = c.start_q40;
+    return out + fmt::format(", .start_q40 = {{INT64_C({})}}}}",
+                             fmt::join(start, start + dqw_effect_weights(c.effect), "), INT64_C("));
 }
 
 /// Its rows, and the room that they need.
@@ -99,7 +97,15 @@ EffectRows effect_rows(const FullScales& full, const std::vector<TraceInput>& in
     return rows;
 }
 
-/// The list of a firmware's effects, and what it asks of the build.
+/// What they ask of the build.
+std::string room_text(const EffectRows& rows)
+{
+    return fmt::format("#if DQW_EFFECT_WEIGHTS < {0}\n#error \"build lib/ and port_q15/ with "
+                       "-DDQW_EFFECT_WEIGHTS={0} or more\"\n#endif\n",
+                       rows.weights);
+}
+
+/// The list of a firmware's effects.
 std::string effects_text(const std::vector<Log>& logs, const dqw_estimator_q15_config& c,
                          const std::vector<TraceInput>& inputs)
 {
@@ -107,14 +113,58 @@ std::string effects_text(const std::vector<Log>& logs, const dqw_estimator_q15_c
     const FullScales full = full_scales(c.scale);
     const EffectRows rows = effect_rows(full, inputs, c.settled ? full.dt_s : 1.0,
                                         c.settled ? static_cast<double>(period_of(logs.front(), inputs)) : 0.0);
-    return fmt::format("\n#if DQW_EFFECT_WEIGHTS < {0}\n#error \"build lib/ and port_q15/ with "
-                       "-DDQW_EFFECT_WEIGHTS={0} or more\"\n#endif\n"
-                       "// What the plain model lacks. The sizes go with the full scales:\n"
+    return "\n" + room_text(rows) +
+           fmt::format("// What the plain model lacks. The sizes go with the full scales:\n"
                        "//     static const dqw_effect_q15_config effects[] = {{DQW_Q15_EFFECTS}};\n"
                        "//     static const dqw_estimator_q15_config config = {{DQW_Q15_ESTIMATOR, .effects = effects, "
                        ".effect_count = DQW_Q15_EFFECT_COUNT}};\n"
-                       "#define DQW_Q15_EFFECT_COUNT {1}\n#define DQW_Q15_EFFECTS \\\n{2}\n",
-                       rows.weights, inputs.size(), rows.text);
+                       "#define DQW_Q15_EFFECT_COUNT {}\n#define DQW_Q15_EFFECTS \\\n{}\n",
+                       inputs.size(), rows.text);
+}
+
+std::string scale_text(const char* name, const dqw_scale& s)
+{
+    return fmt::format("#define {} \\\n    {{.v_full_mV = {}u, .i_full_mA = {}u, .w_full_mrad_s = {}u, .dt_ns = {}u, "
+                       ".pole_pairs = {}u}}\n\n",
+                       name, s.v_full_mV, s.i_full_mA, s.w_full_mrad_s, s.dt_ns, s.pole_pairs);
+}
+
+/// One more field of an initialiser, unless it is 0.
+void put(std::string& to, const char* name, std::uint32_t value)
+{
+    if (value != 0) to += fmt::format(", .{} = {}u", name, value);
+}
+
+std::string monitor_estimator(const dqw_estimator_q15_config& t, std::size_t effects)
+{
+    std::string out = ".scale = DQW_Q15_MONITOR_SCALE";
+    for (const Nominal& n : nominals) put(out, n.name, t.*n.field);
+    put(out, "dead_time_width_mA", t.dead_time_width_mA);
+    put(out, "drift_ppm", t.drift_ppm);
+    put(out, "stale_limit", t.stale_limit);
+    put(out, "excitation_q15", t.excitation_q15);
+    put(out, "half_window", t.half_window);
+    put(out, "solve_blocks", t.solve_blocks);
+    out += fmt::format(", .angle = {}, .encoder_offset = {}, .noise_on_inputs = {}", t.angle, t.encoder_offset,
+                       t.noise_on_inputs);
+    if (t.voltage_next) out += ", .voltage_next = true";
+    if (t.voltage_held) out += ", .voltage_held = true";
+    if (t.speed_electrical) out += ", .speed_electrical = true";
+    if (effects > 0) out += fmt::format(", .effects = monitor_effects, .effect_count = {}u", effects);
+    put(out, "threshold_ppm", t.threshold_ppm);
+    return out;
+}
+
+/// All but its estimator.
+std::string monitor_fields(const dqw_monitor_q15_config& c)
+{
+    std::string out = fmt::format(".band_ppm = {{{}u}}", fmt::join(c.band_ppm, "u, "));
+    put(out, "alpha_ppm_per_K", c.alpha_ppm_per_K);
+    put(out, "beta_ppm_per_K", c.beta_ppm_per_K);
+    put(out, "heating_mK_s", c.heating_mK_s);
+    put(out, "J_nkgm2", c.J_nkgm2);
+    put(out, "residual_floor_ppm", c.residual_floor_ppm);
+    return out + (c.commissioned ? ", .commissioned = true" : "");
 }
 
 }  // namespace
@@ -135,9 +185,7 @@ std::string q15_config_text(const std::vector<Log>& logs, const std::vector<Esti
         names);
     out += formats(c);
     out += "#ifndef DQW_Q15_CONFIG_H\n#define DQW_Q15_CONFIG_H\n\n#include \"dqw_estimator_q15.h\"\n\n";
-    out += fmt::format("#define DQW_Q15_SCALE \\\n    {{.v_full_mV = {}u, .i_full_mA = {}u, .w_full_mrad_s = {}u, "
-                       ".dt_ns = {}u, .pole_pairs = {}u}}\n\n",
-                       c.scale.v_full_mV, c.scale.i_full_mA, c.scale.w_full_mrad_s, c.scale.dt_ns, c.scale.pole_pairs);
+    out += scale_text("DQW_Q15_SCALE", c.scale);
     std::string values = ".scale = DQW_Q15_SCALE";
     for (const Nominal& n : nominals) values += fmt::format(", .{} = {}u", n.name, c.*n.field);
     if (c.half_window != 0) values += fmt::format(", .half_window = {}u", c.half_window);
@@ -153,61 +201,30 @@ std::string q15_config_text(const std::vector<Log>& logs, const std::vector<Esti
 std::string q15_monitor_text(const dqw_monitor_q15_config& c, const std::string& log,
                              const std::vector<TraceInput>& inputs)
 {
-    const dqw_estimator_q15_config& t = c.estimator;
-    std::string estimator = ".scale = DQW_Q15_MONITOR_SCALE", rest;
-    const auto put = [](std::string& to, const char* name, std::uint32_t value) {
-        if (value != 0) to += fmt::format(", .{} = {}u", name, value);
-    };
-    put(estimator, "R_uohm", t.R_uohm);
-    put(estimator, "Ld_nH", t.Ld_nH);
-    put(estimator, "Lq_nH", t.Lq_nH);
-    put(estimator, "psi_nWb", t.psi_nWb);
-    put(estimator, "dead_time_width_mA", t.dead_time_width_mA);
-    put(estimator, "drift_ppm", t.drift_ppm);
-    put(estimator, "stale_limit", t.stale_limit);
-    put(estimator, "excitation_q15", t.excitation_q15);
-    put(estimator, "half_window", t.half_window);
-    put(estimator, "solve_blocks", t.solve_blocks);
-    estimator += fmt::format(", .angle = {}, .encoder_offset = {}, .noise_on_inputs = {}", t.angle, t.encoder_offset,
-                             t.noise_on_inputs);
-    if (t.voltage_next) estimator += ", .voltage_next = true";
-    if (t.voltage_held) estimator += ", .voltage_held = true";
-    if (t.speed_electrical) estimator += ", .speed_electrical = true";
-    if (!inputs.empty()) estimator += fmt::format(", .effects = monitor_effects, .effect_count = {}u", inputs.size());
-    std::string bands;
-    for (int i = 0; i < DQW_WATCH_CHANNELS; ++i) bands += fmt::format("{}{}u", i ? ", " : "", c.band_ppm[i]);
-    put(rest, "alpha_ppm_per_K", c.alpha_ppm_per_K);
-    put(rest, "beta_ppm_per_K", c.beta_ppm_per_K);
-    put(rest, "heating_mK_s", c.heating_mK_s);
-    put(rest, "J_nkgm2", c.J_nkgm2);
-    put(estimator, "threshold_ppm", t.threshold_ppm);
-    put(rest, "residual_floor_ppm", c.residual_floor_ppm);
-    if (c.commissioned) rest += ", .commissioned = true";
-    const FullScales full = full_scales(t.scale);
+    const dqw_scale& scale = c.estimator.scale;
+    const FullScales full = full_scales(scale);
     const EffectRows rows = effect_rows(full, inputs, 1.0, 0.0);
     std::string list, effects;
     if (!inputs.empty()) {
         list = "//     static const dqw_effect_q15_config monitor_effects[] = {DQW_Q15_MONITOR_EFFECTS};\n";
-        effects = fmt::format("#if DQW_EFFECT_WEIGHTS < {0}\n#error \"build lib/ and port_q15/ with "
-                              "-DDQW_EFFECT_WEIGHTS={0} or more\"\n#endif\n"
-                              "#define DQW_Q15_MONITOR_EFFECTS \\\n{1}\n\n",
-                              rows.weights, rows.text);
+        effects = room_text(rows) + "#define DQW_Q15_MONITOR_EFFECTS \\\n" + rows.text + "\n\n";
     }
-    return fmt::format(
-        "// With what `dqwatch monitor --arith q15` ran over {}. In firmware, with DQW_EFFECT_WEIGHTS={} for all of "
-        "lib/ and port_q15/:\n"
-        "{}"
-        "//     static const dqw_monitor_q15_config config = {{DQW_Q15_MONITOR}};\n"
-        "// Samples are parts of {:.6g} V, {:.6g} A, {:.6g} rad/s: lround(32768 x / full scale), within +-32767; the "
-        "angle 65536 a turn.\n"
-        "// Bands, threshold and floor that are parts of a full scale are those of the usual largest signals, a third "
-        "less.\n"
-        "#ifndef DQW_Q15_MONITOR_H\n#define DQW_Q15_MONITOR_H\n\n#include \"dqw_monitor_q15.h\"\n\n{}"
-        "#define DQW_Q15_MONITOR_SCALE \\\n"
-        "    {{.v_full_mV = {}u, .i_full_mA = {}u, .w_full_mrad_s = {}u, .dt_ns = {}u, .pole_pairs = {}u}}\n\n"
-        "#define DQW_Q15_MONITOR \\\n    .estimator = {{{}}}, \\\n    .band_ppm = {{{}}}{}\n\n#endif\n",
-        harmless(log), rows.weights, list, full.v_V, full.i_A, full.w_rad_s, effects, t.scale.v_full_mV,
-        t.scale.i_full_mA, t.scale.w_full_mrad_s, t.scale.dt_ns, t.scale.pole_pairs, estimator, bands, rest);
+    return fmt::format("// With what `dqwatch monitor --arith q15` ran over {}. In firmware, with "
+                       "DQW_EFFECT_WEIGHTS={} for all of "
+                       "lib/ and port_q15/:\n"
+                       "{}"
+                       "//     static const dqw_monitor_q15_config config = {{DQW_Q15_MONITOR}};\n"
+                       "// Samples are parts of {:.6g} V, {:.6g} A, {:.6g} rad/s: lround(32768 x / full scale), within "
+                       "+-32767; the "
+                       "angle 65536 a turn.\n"
+                       "// Bands, threshold and floor that are parts of a full scale are those of the usual largest "
+                       "signals, a third "
+                       "less.\n"
+                       "#ifndef DQW_Q15_MONITOR_H\n#define DQW_Q15_MONITOR_H\n\n#include \"dqw_monitor_q15.h\"\n\n",
+                       harmless(log), rows.weights, list, full.v_V, full.i_A, full.w_rad_s) +
+           effects + scale_text("DQW_Q15_MONITOR_SCALE", scale) +
+           fmt::format("#define DQW_Q15_MONITOR \\\n    .estimator = {{{}}}, \\\n    {}\n\n#endif\n",
+                       monitor_estimator(c.estimator, inputs.size()), monitor_fields(c));
 }
 
 }  // namespace dqw

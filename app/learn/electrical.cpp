@@ -8,7 +8,6 @@
 #include <stdexcept>
 
 #include "app/base/effect_names.hpp"
-#include "app/learn/inputs.hpp"
 #include "app/learn/parts.hpp"
 #include "app/learn/passes.hpp"
 #include "app/learn/signals.hpp"
@@ -27,13 +26,6 @@ bool is_settled(const std::vector<Log>& logs) { return logs.front().regime != Re
 /// The mean of the noise reaches over all of it.
 bool is_short(const std::vector<Log>& logs) { return all_rows(logs) <= DQW_NOISE_MEMORY; }
 
-double sd_of(float sd) { return sd < DQW_UNKNOWN ? static_cast<double>(sd) : INFINITY; }
-
-bool is_known(const dqw_reading& r)
-{
-    return r.value > 0.0F && sd_of(r.sd) < kKnownRatio * static_cast<double>(r.value);
-}
-
 const TraceInput* dead_time_of(const std::vector<TraceInput>& inputs)
 {
     const auto found = std::find_if(inputs.begin(), inputs.end(),
@@ -50,11 +42,7 @@ struct Poles {
 /// What a run over the logs leaves for the next: then every row is learned, with the noise known from the first one on,
 /// and each axis by its own.
 struct Before {
-    dqw_noise_variances noise{};
-    float step_A_per_V[2] = {0.0F, 0.0F}, follow = 1.0F;
-    float error_pu2[2] = {0.0F, 0.0F};
-    std::array<float, DQW_ESTIMATOR_SCORES> score2{}, score_lag{};
-    std::uint16_t blocks = 0;
+    dqw_estimator e{};
     std::array<float, 4> start{};  ///< R, L_d, L_q, psi; 0: not known
 };
 
@@ -80,22 +68,13 @@ public:
 
     void over(const LearnOptions& options)
     {
-        std::size_t done = 0;
-        const std::size_t total = all_rows(logs_);
-        for (const Log& log : logs_) {
-            const SampleSource sample(log, pole_pairs_, inputs_);
-            walk(
-                log, done, total, options, [&] { dqw_estimator_missing(&e_, 0); },
-                [&](std::size_t k, bool held) {
-                    // What is held out is not learned, but it heats.
-                    if (held && inputs_.empty()) return;
-                    const dqw_sample s = sample(k);
-                    heldout_ += held ? 1U : 0U;
-                    (void)dqw_estimator_sample(&e_, &s, held);
-                    if (learn() && options.block)
-                        options.block(log.t_s.empty() ? static_cast<double>(k) : log.t_s[k], now());
-                });
-        }
+        heldout_ += over_rows(
+            logs_, options, inputs_, pole_pairs_, [&] { dqw_estimator_missing(&e_, 0); },
+            [&](const dqw_sample& s, bool held) {
+                (void)dqw_estimator_sample(&e_, &s, held);
+                return learn();
+            },
+            [&] { return now(); });
         // A deviation is of the blocks of this run; after a restart they are that alone.
         if (e_.restarts == 0 && e_.blocks < UINT16_MAX) e_.blocks = static_cast<std::uint16_t>(e_.blocks - carried_);
     }
@@ -133,17 +112,10 @@ public:
 
     Before left() const
     {
-        Before b;
-        b.noise = e_.noise.of;
-        for (int axis = 0; axis < 2; ++axis) b.step_A_per_V[axis] = e_.given.step_A_per_V[axis];
-        b.follow = e_.given.follow;
-        std::copy(std::begin(e_.error_pu2), std::end(e_.error_pu2), b.error_pu2);
-        std::copy(std::begin(e_.score2), std::end(e_.score2), b.score2.begin());
-        std::copy(std::begin(e_.score_lag), std::end(e_.score_lag), b.score_lag.begin());
-        b.blocks = e_.blocks;
+        Before b{e_, {}};
         for (int i = 0; i <= DQW_PSI; ++i) {
             const dqw_reading r = dqw_estimator_read(&e_, static_cast<dqw_parameter>(i));
-            if (is_known(r)) b.start[static_cast<std::size_t>(i)] = r.value;
+            if (read_of(r).known()) b.start[static_cast<std::size_t>(i)] = r.value;
         }
         return b;
     }
@@ -198,17 +170,19 @@ private:
 
     void take(const Before& before)
     {
+        const dqw_estimator& from = before.e;
         follows_ = true;
-        e_.noise.of = before.noise;
+        e_.noise.of = from.noise.of;
         // All the rows that there are, even where the estimator would like more.
-        e_.noise.of.rows = std::max(before.noise.rows, DQW_NOISE_ROWS);
-        e_.follow = e_.given.follow = before.follow;
-        for (int axis = 0; axis < 2; ++axis)
-            e_.step_A_per_V[axis] = e_.given.step_A_per_V[axis] = before.step_A_per_V[axis];
-        if (before.blocks == 0) return;
-        std::copy(std::begin(before.error_pu2), std::end(before.error_pu2), e_.error_pu2);
-        std::copy(before.score2.begin(), before.score2.end(), e_.score2);
-        std::copy(before.score_lag.begin(), before.score_lag.end(), e_.score_lag);
+        e_.noise.of.rows = std::max(from.noise.of.rows, DQW_NOISE_ROWS);
+        e_.follow = e_.given.follow = from.given.follow;
+        for (int axis = 0; axis < 2; ++axis) {
+            e_.step_A_per_V[axis] = e_.given.step_A_per_V[axis] = from.given.step_A_per_V[axis];
+            if (from.blocks > 0) e_.error_pu2[axis] = from.error_pu2[axis];
+        }
+        if (from.blocks == 0) return;
+        std::copy(std::begin(from.score2), std::end(from.score2), e_.score2);
+        std::copy(std::begin(from.score_lag), std::end(from.score_lag), e_.score_lag);
         e_.blocks = carried_ = kBlocksCarried;
     }
 
@@ -278,15 +252,24 @@ private:
     std::array<std::uint32_t, 4> excited_{};
 };
 
+const char* why_back(dqw_stage_back why)
+{
+    switch (why) {
+    case DQW_BACK_NONE: break;
+    case DQW_BACK_NOT_CONVERGED: return "the Random Learners did not settle";
+    case DQW_BACK_THRESHOLD: return "the residual stayed above the threshold";
+    case DQW_BACK_LEFT_BAND: return "the residual left its band";
+    }
+    return "";
+}
+
 void note_stage(const dqw_stage& stage, Result& result)
 {
-    static const char* const whys[] = {"", "the Random Learners did not settle",
-                                       "the residual stayed above the threshold", "the residual left its band"};
     std::string text = fmt::format("stage {}: {}",
                                    stage.name == DQW_STAGE_IN_SERVICE ? 4 : static_cast<int>(stage.name) + 1,
                                    dqw_stage_text(stage.name));
     if (stage.back != DQW_BACK_NONE)
-        text += fmt::format("; went back because {} ({:.1f} %, threshold {:.1f} %)", whys[stage.back],
+        text += fmt::format("; went back because {} ({:.1f} %, threshold {:.1f} %)", why_back(stage.back),
                             1e-4 * stage.residual_ppm, 1e-4 * stage.threshold_ppm);
     result.notes.push_back(text);
 }
@@ -304,7 +287,23 @@ std::string why_unknown(const Run& run, const dqw_reading& r, std::uint32_t exci
                        what, excited, run.blocks());
 }
 
-void put_electrical(const Run& run, const Poles& poles, bool p_given, const Asked& asked, Result& result)
+void put_pole_pairs(const dqw_estimator& e, const Poles& poles, bool p_given, const Asked& asked, Result& result)
+{
+    if (p_given)
+        result.parameters.push_back({"pole_pairs", static_cast<double>(e.pole_pairs), 0.0, true});
+    else if (poles.pairs != 0)
+        result.parameters.push_back(
+            {"pole_pairs", static_cast<double>(poles.pairs), static_cast<double>(poles.sd), false});
+    else if (asked("pole_pairs") || asked("psi_Wb"))
+        result.not_identifiable.push_back(
+            {"pole_pairs",
+             poles.sd < DQW_UNKNOWN
+                 ? fmt::format("the cross weights say {:.2f} with a deviation of {:.2f}", poles.raw, poles.sd)
+                 : std::string("the slopes of the currents or their products with the speed are too small"),
+             "currents that change on both axes while the machine turns, or --pole-pairs"});
+}
+
+void put_electrical(const Run& run, const Asked& asked, Result& result)
 {
     const dqw_estimator& e = run.estimator();
     const bool settled = run.config().settled;
@@ -329,7 +328,7 @@ void put_electrical(const Run& run, const Poles& poles, bool p_given, const Aske
         if (!asked(row.name)) continue;
         const dqw_reading r = dqw_estimator_read(&e, row.parameter);
         const std::uint32_t excited = run.excited(row.parameter);
-        if (is_known(r))
+        if (read_of(r).known())
             result.parameters.push_back({row.name, static_cast<double>(r.value), static_cast<double>(r.sd), false});
         else
             result.not_identifiable.push_back(
@@ -337,18 +336,6 @@ void put_electrical(const Run& run, const Poles& poles, bool p_given, const Aske
                  e.pole_pairs == 0 && row.through_p && excited > 0 ? needs_p : why_unknown(run, r, excited, row.what),
                  row.excitation});
     }
-    if (p_given)
-        result.parameters.push_back({"pole_pairs", static_cast<double>(e.pole_pairs), 0.0, true});
-    else if (poles.pairs != 0)
-        result.parameters.push_back(
-            {"pole_pairs", static_cast<double>(poles.pairs), static_cast<double>(poles.sd), false});
-    else if (asked("pole_pairs") || asked("psi_Wb"))
-        result.not_identifiable.push_back(
-            {"pole_pairs",
-             poles.sd < DQW_UNKNOWN
-                 ? fmt::format("the cross weights say {:.2f} with a deviation of {:.2f}", poles.raw, poles.sd)
-                 : std::string("the slopes of the currents or their products with the speed are too small"),
-             "currents that change on both axes while the machine turns, or --pole-pairs"});
 }
 
 /// As many runs over the logs as it takes; the last one counts.
@@ -368,8 +355,8 @@ std::unique_ptr<Run> run_all(const std::vector<Log>& logs, const LearnOptions& o
             poles = run->poles();
             pole_pairs = poles.pairs;
         }
-        if (n > 0 && runs_agree(before.step_A_per_V, began, after.step_A_per_V, pole_pairs)) break;
-        if (is_short(logs)) after.noise = Run::noise(logs, options, inputs, pole_pairs, after);
+        if (n > 0 && runs_agree(before.e.given.step_A_per_V, began, after.e.given.step_A_per_V, pole_pairs)) break;
+        if (is_short(logs)) after.e.noise.of = Run::noise(logs, options, inputs, pole_pairs, after);
         before = after;
     }
     return run;
@@ -386,41 +373,27 @@ Learned pass(const std::vector<Log>& logs, const LearnOptions& options, const st
 
     Learned learned;
     Result& result = learned.result;
-    result.rows = all_rows(logs);
-    result.regime = first.regime;
-    Asked asked{options.parameters, {"R_ohm", "Ld_H", "Lq_H", "psi_Wb"}};
-    if (first.regime == Regime::standstill) asked.defaults = {"R_ohm"};
-    put_electrical(*run, poles, p_given, asked, result);
+    const Asked asked = begin_result(logs, options, result);
+    put_electrical(*run, asked, result);
+    put_pole_pairs(e, poles, p_given, asked, result);
     note_gate(e.gate, run->heldout(), result);
     note_stage(run->stage(), result);
 
-    // Without pole pairs the weights are those of one pair, and the residual needs no more.
-    PlainModel& model = learned.model;
-    model.pole_pairs = e.pole_pairs != 0 ? e.pole_pairs : 1;
-    model.R_ohm = static_cast<double>(dqw_estimator_value(&e, DQW_R));
-    model.Ld_H = static_cast<double>(dqw_estimator_value(&e, DQW_LD));
-    model.Lq_H = static_cast<double>(dqw_estimator_value(&e, DQW_LQ));
-    model.psi_Wb = static_cast<double>(dqw_estimator_value(&e, DQW_PSI));
+    const auto value = [&](dqw_parameter p) { return static_cast<double>(dqw_estimator_value(&e, p)); };
+    learned.model = plain_model(e.pole_pairs, {value(DQW_R), value(DQW_LD), value(DQW_LQ), value(DQW_PSI)});
     std::vector<InputRead> read;
     int at = 0;
     for (const TraceInput& in : inputs) {
         float w[DQW_EFFECT_STARTS], sd[DQW_EFFECT_STARTS];
-        InputRead r{in, {}, 0};
-        auto weights = static_cast<std::size_t>(dqw_effect_weights(effect_config(in).effect));
+        int known = 0;
         if (in.effect == "dead_time") {
             w[0] = dqw_estimator_value(&e, DQW_DEAD_TIME);
             sd[0] = dqw_estimator_sd(&e, DQW_DEAD_TIME);
-            r.known = dqw_effect_known(w, sd, 1);
+            known = static_cast<int>(dqw_effect_known(w, sd, 1));
         } else {
-            r.known = static_cast<std::uint32_t>(dqw_estimator_read_effect(&e, at++, w, sd));
+            known = dqw_estimator_read_effect(&e, at++, w, sd);
         }
-        const double unit = weight_unit(in, first, inputs);
-        r.input.weights.clear();
-        for (std::size_t i = 0; i < weights; ++i) {
-            r.input.weights.push_back(static_cast<double>(w[i]) * unit);
-            r.sd.push_back(sd_of(sd[i]) * unit);
-        }
-        read.push_back(r);
+        read.push_back(input_read(in, known, w, sd, weight_unit(in, first, inputs)));
     }
     put_effects(read, learned);
     return learned;

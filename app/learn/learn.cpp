@@ -3,9 +3,9 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "app/base/parameters.hpp"
 #include "app/learn/electrical.hpp"
 #include "app/learn/mechanical.hpp"
-#include "app/learn/mechanical_q15.hpp"
 #include "app/learn/parts.hpp"
 #include "app/learn/q15.hpp"
 
@@ -14,10 +14,9 @@ namespace {
 
 void check(const std::vector<Log>& logs, const LearnOptions& options)
 {
-    static const char* const known[] = {"R_ohm",      "Ld_H",   "Lq_H",      "psi_Wb",
-                                        "pole_pairs", "J_kgm2", "B_Nms_rad", "torque_constant_Nm_A"};
+    const std::vector<std::string>& known = known_parameters();
     for (const std::string& name : options.parameters)
-        if (std::find(std::begin(known), std::end(known), name) == std::end(known))
+        if (std::find(known.begin(), known.end(), name) == known.end())
             throw std::invalid_argument("unknown parameter '" + name + "'");
     if (logs.empty()) throw std::invalid_argument("no log");
     for (const Log& log : logs) {
@@ -37,8 +36,7 @@ Learned learn_all(const std::vector<Log>& logs, const LearnOptions& options)
     check(logs, options);
     if (options.heldout_row != nullptr && options.heldout_row->size() != all_rows(logs))
         throw std::invalid_argument("not one mark for each row of what is held out");
-    if (logs.front().regime == Regime::mechanical)
-        return options.fixed_point ? learn_mechanical_q15(logs, options) : learn_mechanical(logs, options);
+    if (logs.front().regime == Regime::mechanical) return learn_mechanical(logs, options);
     return options.fixed_point ? learn_q15(logs, options) : learn_electrical(logs, options);
 }
 

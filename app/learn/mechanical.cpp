@@ -1,53 +1,99 @@
 #include "app/learn/mechanical.hpp"
 
-#include "app/learn/shaft.hpp"
+#include <fmt/format.h>
 
 #include <cmath>
-#include <stdexcept>
 
-#include "app/learn/signals.hpp"
+#include "app/learn/inputs.hpp"
+#include "app/learn/residual.hpp"
+#include "app/learn/shaft.hpp"
 #include "app/learn/torque_constant.hpp"
-#include "dqw_number.h"
 
 namespace dqw {
 namespace {
 
-float at(const std::vector<double>& column, std::size_t row)
+constexpr double kHalfWindow_s = 25e-3;
+// Half a block may see this much of a cogging's own angle.
+constexpr double kHalfAngle_rad = 1.5;
+
+std::uint16_t half_window_of(double dt_s, const std::vector<TraceInput>& inputs, double w_m_rad_s)
 {
-    return column.empty() ? 0.0F : static_cast<float>(column[row]);
+    double span_s = kHalfWindow_s;
+    int least = 10;
+    for (const TraceInput& in : inputs)
+        if (in.effect == "cogging_torque" && kHalfAngle_rad / (in.shape[0] * w_m_rad_s) < span_s) {
+            span_s = kHalfAngle_rad / (in.shape[0] * w_m_rad_s);
+            least = 3;
+        }
+    return half_window(span_s, dt_s, least);
 }
 
-double sd_of(float sd) { return sd < DQW_UNKNOWN ? static_cast<double>(sd) : INFINITY; }
-
-/// Known where the deviation is below a quarter of the value: what a report may still name.
-ShaftValue value_of(const dqw_reading& r)
+void put(Result& result, const char* name, const Read& read, const char* why, const char* excitation)
 {
-    return {r.value, sd_of(r.sd), r.value > 0.0F && sd_of(r.sd) < kKnownRatio * static_cast<double>(r.value)};
+    if (read.known())
+        result.parameters.push_back({name, read.value, read.sd, false});
+    else
+        result.not_identifiable.push_back(
+            {name,
+             std::isfinite(read.sd) ? fmt::format("{}: {:.3g} with a deviation of {:.3g}", why, read.value, read.sd)
+                                    : std::string(why),
+             excitation});
 }
 
-}  // namespace
-
-Learned learn_mechanical(const std::vector<Log>& logs, const LearnOptions& options)
+ShaftLogs shaft_logs(const std::vector<Log>& logs, const LearnOptions& options)
 {
-    const Log& first = logs.front();
+    ShaftLogs shaft;
+    check_room(options.inputs);
+    if (!options.inputs.empty()) shaft.inputs = completed(options.inputs, logs, {});
+    shaft.torque_constant_Nm_A = logs.front().machine.torque_constant_Nm_A.value_or(0.0);
+    for (const Log& log : logs) {
+        shaft.torques.push_back(torque_of(log, shaft.torque_constant_Nm_A, shaft.source));
+        for (double t : shaft.torques.back()) shaft.largest_torque_Nm = std::max(shaft.largest_torque_Nm, std::abs(t));
+    }
+    if (!(shaft.largest_torque_Nm > 1e-30)) shaft.largest_torque_Nm = 1.0;
+    shaft.largest_w_rad_s = static_cast<double>(largest(logs, &Log::w_m_rad_s, &Log::w_m_rad_s));
+    shaft.half_window = half_window_of(logs.front().dt_s, shaft.inputs, shaft.largest_w_rad_s);
+    return shaft;
+}
+
+template <class Shaft>
+Learned report(const std::vector<Log>& logs, const LearnOptions& options, const ShaftLogs& shaft, const Shaft& m,
+               const Read& torque_constant)
+{
+    Learned learned;
+    const Read J_kgm2 = m.read(DQW_J), B_Nms_rad = m.read(DQW_B);
+    Result& result = learned.result;
+    result.rows = all_rows(logs);
+    result.regime = Regime::mechanical;
+    result.notes.push_back("torque: " + shaft.source);
+    const Asked asked{options.parameters, {"J_kgm2", "B_Nms_rad"}};
+    if (asked("J_kgm2"))
+        put(result, "J_kgm2", J_kgm2, "the speed hardly changes", "steps of torque that accelerate the machine");
+    if (asked("B_Nms_rad"))
+        put(result, "B_Nms_rad", B_Nms_rad, "no torque that grows with speed stands out",
+            "several speeds, held long enough, in both directions");
+    if (asked("torque_constant_Nm_A"))
+        put(result, "torque_constant_Nm_A", torque_constant,
+            "torque_Nm and i_q_A are not both logged, or hardly change",
+            "a log with torque_Nm and i_q_A at several levels");
+    note_gate(m.gate(), 0, result);
+    PlainModel& model = learned.model;
+    model.J_kgm2 = J_kgm2.value;
+    model.B_Nms_rad = B_Nms_rad.value;
+    model.torque_constant_Nm_A = shaft.torque_constant_Nm_A;
+    std::vector<InputRead> inputs;
+    for (std::size_t n = 0; n < shaft.inputs.size(); n++) inputs.push_back(m.read_effect(n, shaft.inputs[n]));
+    put_effects(inputs, learned);
+    report_residual_of(logs, learned.inputs, model, nullptr, result);
+    m.say(shaft, learned);
+    return learned;
+}
+
+template <class Shaft> Learned learned_by(const std::vector<Log>& logs, const LearnOptions& options)
+{
     const ShaftLogs shaft = shaft_logs(logs, options);
-    const std::vector<dqw_effect_config> list = lists_of(shaft.inputs);
-
-    dqw_shaft_config config{};
-    config.dt_s = static_cast<float>(first.dt_s);
-    config.torque_base_Nm = static_cast<float>(shaft.largest_torque_Nm);
-    config.w_base_rad_s = static_cast<float>(shaft.largest_w_rad_s);
-    config.J_kgm2 = nominal(first.machine, options.start, &Machine::J_kgm2);
-    config.B_Nms_rad = nominal(first.machine, options.start, &Machine::B_Nms_rad);
-    config.half_window = shaft.half_window;
-    config.effects = list.data();
-    config.effect_count = static_cast<std::uint8_t>(list.size());
-    dqw_shaft m;
-    if (dqw_shaft_init(&m, &config) != DQW_OK)
-        throw std::invalid_argument("the learners refuse these bases, nominal values or shapes of effects");
-
+    Shaft m(logs, options, shaft);
     TorqueConstant torque_constant;
-
     std::size_t done = 0;
     const std::size_t total = all_rows(logs);
     for (std::size_t n = 0; n < logs.size(); n++) {
@@ -55,31 +101,23 @@ Learned learn_mechanical(const std::vector<Log>& logs, const LearnOptions& optio
         const bool both = !log.torque_Nm.empty() && !log.i_q_A.empty();
         const std::vector<float> angle = shaft.inputs.empty() ? std::vector<float>(log.rows()) : shaft_angle_of(log);
         walk(
-            log, done, total, options, [&] { dqw_shaft_missing(&m, 0); },
+            log, done, total, options, [&] { m.gap(); },
             [&](std::size_t k, bool held) {
                 if (held) return;
-                (void)dqw_shaft_sample(&m, static_cast<float>(shaft.torques[n][k]), at(log.w_m_rad_s, k), angle[k],
-                                       false);
-                if (both) torque_constant.learn(log.i_q_A[k], log.torque_Nm[k]);
-                if (!dqw_shaft_background(&m) || !options.block) return;
-                options.block(log.t_s[k], {static_cast<double>(dqw_shaft_read(&m, DQW_J).value),
-                                           static_cast<double>(dqw_shaft_read(&m, DQW_B).value), 0.0, 0.0});
+                m.sample(shaft.torques[n][k], log.w_m_rad_s[k], angle[k]);
+                if (both) torque_constant.learn(m.current(log.i_q_A[k]), m.torque(log.torque_Nm[k]));
+                if (!m.background() || !options.block) return;
+                options.block(log.t_s[k], {m.read(DQW_J).value, m.read(DQW_B).value, 0.0, 0.0});
             });
     }
+    return report(logs, options, shaft, m, torque_constant.read());
+}
 
-    ShaftRead read{
-        value_of(dqw_shaft_read(&m, DQW_J)), value_of(dqw_shaft_read(&m, DQW_B)), torque_constant.read(), {}};
-    for (std::size_t n = 0; n < shaft.inputs.size(); n++) {
-        float w[DQW_EFFECT_STARTS], sd[DQW_EFFECT_STARTS];
-        const auto weights = static_cast<std::size_t>(dqw_effect_weights(list[n].effect));
-        const int known = dqw_shaft_read_effect(&m, static_cast<int>(n), w, sd);
-        read.inputs.push_back({shaft.inputs[n], {}, static_cast<std::uint32_t>(known)});
-        read.inputs.back().input.weights.assign(w, w + weights);
-        for (std::size_t i = 0; i < weights; i++) read.inputs.back().sd.push_back(sd_of(sd[i]));
-    }
-    Learned learned;
-    report_shaft(logs, options, shaft, read, m.gate, learned);
-    return learned;
+}  // namespace
+
+Learned learn_mechanical(const std::vector<Log>& logs, const LearnOptions& options)
+{
+    return options.fixed_point ? learned_by<Q15Shaft>(logs, options) : learned_by<FloatShaft>(logs, options);
 }
 
 }  // namespace dqw

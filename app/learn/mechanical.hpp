@@ -1,4 +1,4 @@
-// The shaft of lib/ over mechanical logs.
+// The shaft learners of lib/ and of port_q15/ over mechanical logs.
 #ifndef DQW_APP_LEARN_MECHANICAL_HPP
 #define DQW_APP_LEARN_MECHANICAL_HPP
 

@@ -2,10 +2,8 @@
 
 #include <fmt/format.h>
 
-#include <cmath>
 #include <stdexcept>
 
-#include "app/base/effect_names.hpp"
 #include "ref/effect/effect.hpp"
 
 namespace dqw {

@@ -3,14 +3,17 @@
 #define DQW_APP_LEARN_PARTS_HPP
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
-#include <functional>
 #include <string>
 #include <vector>
 
+#include "app/base/effect_names.hpp"
 #include "app/learn/learn.hpp"
+#include "app/q15/fixed_point.hpp"
 #include "dqw.h"
 #include "dqw_estimator_q15.h"
+#include "dqw_number.h"
 
 namespace dqw {
 
@@ -70,12 +73,43 @@ std::vector<dqw_effect_config> lists_of(const std::vector<TraceInput>& inputs);
 /// needs none.
 void check_room(const std::vector<TraceInput>& inputs);
 
+/// A value as it was read, SI; an infinite sd: it was never learned.
+struct Read {
+    double value = 0.0, sd = INFINITY;
+    /// Known where the deviation is below a quarter of the value: what a report may still name.
+    bool known() const { return value > 0.0 && sd < kKnownRatio * value; }
+};
+inline Read read_of(float value, float sd, double unit = 1.0)
+{
+    return {static_cast<double>(value) * unit, sd < DQW_UNKNOWN ? static_cast<double>(sd) * unit : INFINITY};
+}
+inline Read read_of(std::int64_t value_q40, std::int64_t sd_q40, double unit)
+{
+    return {si(value_q40, unit), sd_q40 == INT64_MAX ? INFINITY : si(sd_q40, unit)};
+}
+inline Read read_of(const dqw_reading& r) { return read_of(r.value, r.sd); }
+inline Read read_of(const dqw_reading_q15& r, double unit) { return read_of(r.value_q40, r.sd_q40, unit); }
+
 /// What was read of one input: the learned weights, their deviations, and a bit for each that is known.
 struct InputRead {
     TraceInput input;
     std::vector<double> sd;
     std::uint32_t known = 0;
 };
+/// From the port's own numbers, of which 1 stands for `unit`; a bit of `known` for each.
+template <class Number>
+InputRead input_read(const TraceInput& input, int known, const Number* weights, const Number* sd, double unit)
+{
+    InputRead out{input, {}, static_cast<std::uint32_t>(known)};
+    out.input.weights.clear();
+    for (int i = 0; i < dqw_effect_weights(*effect_named(input.effect)); ++i) {
+        const Read r = read_of(weights[i], sd[i], unit);
+        out.input.weights.push_back(r.value);
+        out.sd.push_back(r.sd);
+    }
+    return out;
+}
+
 /// Fills `effects` and `inputs` of `learned`; an effect of which no weight is known goes to not_identifiable. Inputs of
 /// one name are one effect.
 void put_effects(const std::vector<InputRead>& read, Learned& learned);

@@ -1,13 +1,12 @@
 #include "app/learn/passes.hpp"
 
-#include <algorithm>
 #include <optional>
 #include <stdexcept>
 
 #include "app/base/effect_names.hpp"
+#include "app/base/parameters.hpp"
 #include "app/learn/inputs.hpp"
 #include "app/learn/residual.hpp"
-#include "app/learn/signals.hpp"
 
 namespace dqw {
 namespace {
@@ -20,6 +19,33 @@ constexpr int kLeastElectricalHalf = 10;
 constexpr double kHalfAngle_rad = 1.5;
 constexpr int kFewestPairs = 3;
 constexpr double kLeastHalves = 14.0;
+
+constexpr std::size_t kElectrical = DQW_PSI + 1;  // of kParameters
+static_assert(kParameters[DQW_R].model == &PlainModel::R_ohm && kParameters[DQW_PSI].model == &PlainModel::psi_Wb);
+
+/// What a pass without effects tells of the machine; 0: nothing.
+struct Known {
+    PlainModel model;
+    double pole_pairs = 0.0;
+    std::optional<Estimate> found;  ///< the pole pairs, where the log told them
+};
+
+Known learn_plain(const std::vector<Log>& logs, const LearnOptions& options, const std::optional<double>& said,
+                  const Pass& pass)
+{
+    LearnOptions plain = quiet(options);
+    plain.parameters.clear();
+    const Learned first = pass(logs, plain, {}, said.value_or(0.0), said.has_value());
+    Known known{first.model, said.value_or(0.0), {}};
+    if (!said && logs.front().regime == Regime::standstill) known.pole_pairs = 1.0;
+    for (const Estimate& e : first.result.parameters)
+        if (e.name == "pole_pairs" && !e.given) known.found = e, known.pole_pairs = e.value;
+    if (!(known.pole_pairs > 0.0))
+        throw std::invalid_argument("effects need the pole pairs, which this log does not tell; say --pole-pairs N");
+    for (std::size_t i = 0; i < kElectrical; ++i)
+        if (double& value = known.model.*(kParameters[i].model); !(value > 0.0)) value = 0.0;
+    return known;
+}
 
 }  // namespace
 
@@ -40,6 +66,22 @@ std::uint16_t half_window_of(const std::vector<Log>& logs, const std::vector<Tra
     return half_window(span_s, dt_s, least);
 }
 
+Asked begin_result(const std::vector<Log>& logs, const LearnOptions& options, Result& result)
+{
+    result.rows = all_rows(logs);
+    result.regime = logs.front().regime;
+    if (result.regime == Regime::standstill) return {options.parameters, {"R_ohm"}};
+    return {options.parameters, {"R_ohm", "Ld_H", "Lq_H", "psi_Wb"}};
+}
+
+PlainModel plain_model(std::uint16_t pole_pairs, const std::array<double, 4>& values)
+{
+    PlainModel model;
+    model.pole_pairs = pole_pairs != 0 ? pole_pairs : 1;
+    for (std::size_t i = 0; i < kElectrical; ++i) model.*(kParameters[i].model) = values[i];
+    return model;
+}
+
 Learned learn_in_passes(const std::vector<Log>& logs, const LearnOptions& options, const Pass& pass)
 {
     const Machine& machine = logs.front().machine;
@@ -49,43 +91,26 @@ Learned learn_in_passes(const std::vector<Log>& logs, const LearnOptions& option
         report_residual_of(logs, {}, learned.model, nullptr, learned.result);
         return learned;
     }
-
-    // [LEARN.1] what the effects' inputs need to know of the machine
-    PlainModel known;
-    double pole_pairs = said.value_or(0.0);
-    std::optional<Estimate> found;
-    if (!said || needs_machine(options.inputs)) {
-        LearnOptions plain = quiet(options);
-        plain.parameters.clear();
-        const Learned first = pass(logs, plain, {}, pole_pairs, said.has_value());
-        known = first.model;
-        if (!said && logs.front().regime == Regime::standstill) pole_pairs = 1.0;
-        for (const Estimate& e : first.result.parameters)
-            if (e.name == "pole_pairs" && !e.given) found = e, pole_pairs = e.value;
-        if (!(pole_pairs > 0.0))
-            throw std::invalid_argument(
-                "effects need the pole pairs, which this log does not tell; say --pole-pairs N");
-        for (double PlainModel::*value :
-             {&PlainModel::R_ohm, &PlainModel::Ld_H, &PlainModel::Lq_H, &PlainModel::psi_Wb})
-            if (!(known.*value > 0.0)) known.*value = 0.0;
-    }
-    const auto nominal_or = [&](std::optional<double> Machine::*value, double otherwise) {
-        return (machine.*value).value_or((options.start.*value).value_or(otherwise));
-    };
-    known.R_ohm = nominal_or(&Machine::R_ohm, known.R_ohm);
-    known.Ld_H = nominal_or(&Machine::Ld_H, known.Ld_H);
-    known.Lq_H = nominal_or(&Machine::Lq_H, known.Lq_H);
-    known.psi_Wb = nominal_or(&Machine::psi_Wb, known.psi_Wb);
-
-    // [LEARN.2] learn; where a shape rests on values that lacked the effects, once more with better ones
-    check_room(options.inputs);
+    // What the effects' inputs need to know of the machine; where a shape rests on values that lacked the effects, once
+    // more with better ones.
     const bool again = needs_machine(options.inputs);
+    Known known;
+    if (!said || again) known = learn_plain(logs, options, said, pass);
+    known.pole_pairs = said.value_or(known.pole_pairs);
+    for (std::size_t i = 0; i < kElectrical; ++i) {
+        const Parameter& p = kParameters[i];
+        double& value = known.model.*(p.model);
+        value = (machine.*(p.nominal)).value_or((options.start.*(p.nominal)).value_or(value));
+    }
+    check_room(options.inputs);
     LearnOptions first = options;
     if (again) first.block = {};
-    Learned learned = pass(logs, first, completed(options.inputs, logs, known), pole_pairs, said.has_value());
-    if (again)
-        learned = pass(logs, options, completed(options.inputs, logs, learned.model), pole_pairs, said.has_value());
-    if (found) learned.result.parameters.push_back(*found);
+    const auto learn_with = [&](const LearnOptions& how, const PlainModel& model) {
+        return pass(logs, how, completed(options.inputs, logs, model), known.pole_pairs, said.has_value());
+    };
+    Learned learned = learn_with(first, known.model);
+    if (again) learned = learn_with(options, learned.model);
+    if (known.found) learned.result.parameters.push_back(*known.found);
     report_residual_of(logs, learned.inputs, learned.model, nullptr, learned.result);
     return learned;
 }

@@ -7,7 +7,6 @@
 #include <stdexcept>
 
 #include "app/base/effect_names.hpp"
-#include "app/learn/inputs.hpp"
 #include "app/learn/parts.hpp"
 #include "app/learn/passes.hpp"
 #include "app/learn/signals.hpp"
@@ -17,26 +16,30 @@
 namespace dqw {
 namespace {
 
-const char* const names[] = {"R_ohm", "Ld_H", "Lq_H", "psi_Wb"};
-const char* const excitations[] = {
-    "a current of several levels on either axis, best at low speed",
-    "a varying i_d, or a turning machine with i_d at several levels",
-    "a varying i_q, or a turning machine with i_q at several levels",
-    "a turning machine with i_d and i_q at several levels, and pole_pairs where they cannot be found"};
+struct Told {
+    dqw_parameter id;
+    const char *name, *excitation;
+};
+constexpr Told kTold[] = {
+    {DQW_R, "R_ohm", "a current of several levels on either axis, best at low speed"},
+    {DQW_LD, "Ld_H", "a varying i_d, or a turning machine with i_d at several levels"},
+    {DQW_LQ, "Lq_H", "a varying i_q, or a turning machine with i_q at several levels"},
+    {DQW_PSI, "psi_Wb",
+     "a turning machine with i_d and i_q at several levels, and pole_pairs where they cannot be found"}};
 
 /// Rows that the mean of the noise reaches over: of a shorter log none are spared for measuring it.
 constexpr std::size_t kShort = DQW_NOISE_Q15_MEMORY;
 
-struct Read {
-    double value = 0.0, sd = INFINITY;
-    bool known() const { return value > 0.0 && sd < kKnownRatio * value; }
-};
-
 Read read(const dqw_estimator_q15& e, int i)
 {
-    const dqw_reading_q15 r = dqw_estimator_read_q15(&e, static_cast<dqw_parameter>(i));
-    const double unit = unit_q15(*e.config, i);
-    return {si(r.value_q40, unit), r.sd_q40 == INT64_MAX ? INFINITY : si(r.sd_q40, unit)};
+    return read_of(dqw_estimator_read_q15(&e, static_cast<dqw_parameter>(i)), unit_q15(*e.config, i));
+}
+
+std::array<double, 4> values_of(const dqw_estimator_q15& e)
+{
+    std::array<double, 4> all{};
+    for (std::size_t i = 0; i < all.size(); ++i) all[i] = read(e, static_cast<int>(i)).value;
+    return all;
 }
 
 dqw_estimator_q15_config config_of(const std::vector<Log>& logs, const LearnOptions& options,
@@ -69,18 +72,18 @@ dqw_estimator_q15_config config_of(const std::vector<Log>& logs, const LearnOpti
 
 void put(const dqw_estimator_q15& e, const Asked& asked, bool p_given, std::uint16_t said, Result& result)
 {
-    for (int i = 0; i <= DQW_PSI; ++i) {
-        if (!asked(names[i])) continue;
-        const Read r = read(e, i);
+    for (const auto& [id, name, excitation] : kTold) {
+        if (!asked(name)) continue;
+        const Read r = read(e, id);
         const auto [value, sd] = r;
         if (r.known())
-            result.parameters.push_back({names[i], value, sd, false});
+            result.parameters.push_back({name, value, sd, false});
         else
-            result.not_identifiable.push_back({names[i],
+            result.not_identifiable.push_back({name,
                                                std::isfinite(sd) && value > 0.0
                                                    ? fmt::format("its deviation is {:.0f} % of it", 100.0 * sd / value)
                                                    : std::string("its effect cannot be told from another parameter's"),
-                                               excitations[i]});
+                                               excitation});
     }
     if (p_given)
         result.parameters.push_back({"pole_pairs", static_cast<double>(said), 0.0, true});
@@ -132,8 +135,6 @@ void take(const dqw_estimator_q15& before, const dqw_estimator_q15_config& began
     e.blocks = kBlocksCarried;
 }
 
-enum class RunKind : std::uint8_t { first, follows, measures };
-
 /// The half that was handed over: nobody learns it.
 void forget(dqw_estimator_q15& e)
 {
@@ -143,120 +144,130 @@ void forget(dqw_estimator_q15& e)
     dqw_handover_release(&e.window.over);
 }
 
-/// One run over the logs, or one that only measures their noise. Returns the rows held out.
-std::uint32_t over(const std::vector<Log>& logs, const LearnOptions& options, const std::vector<TraceInput>& inputs,
-                   double pole_pairs, const FullScales& full, RunKind kind, dqw_estimator_q15& e)
-{
-    const std::uint16_t carried = e.blocks;
-    std::size_t done = 0;
-    std::uint32_t heldout = 0;
-    const std::size_t total = all_rows(logs);
-    for (const Log& log : logs) {
-        const SampleSource sample(log, pole_pairs, inputs);
-        walk(
-            log, done, total, options, [&] { dqw_estimator_missing_q15(&e, 0); },
-            [&](std::size_t k, bool held) {
-                // What is held out is not learned, but it heats.
-                if (held && inputs.empty()) return;
-                dqw_sample_q15 x;
-                const bool good = fixed(sample(k), full, x);
-                heldout += held ? 1U : 0U;
-                (void)dqw_estimator_sample_q15(&e, &x, held || !good);
-                const bool learned = kind != RunKind::measures && dqw_estimator_background_q15(&e);
-                if (kind == RunKind::measures && dqw_handover_waits(&e.window.over)) forget(e);
-                // The noise that was measured with all of a run's rows stands.
-                if (kind != RunKind::first) e.given.ready = false;
-                if (!learned || !options.block) return;
-                std::array<double, 4> now{};
-                for (std::size_t i = 0; i < now.size(); ++i) now[i] = read(e, static_cast<int>(i)).value;
-                options.block(log.t_s.empty() ? static_cast<double>(k) : log.t_s[k], now);
-            });
+/// The estimator of port_q15/, run after run over the same logs.
+class Runs {
+public:
+    Runs(const std::vector<Log>& logs, const LearnOptions& options, const std::vector<TraceInput>& inputs,
+         double pole_pairs)
+        : logs_(logs), options_(options), inputs_(inputs), pole_pairs_(pole_pairs),
+          config_(config_of(logs, options, inputs, pole_pairs))
+    {
+        for (const TraceInput& in : inputs) {
+            // A settled log's delay is in seconds.
+            const double weight_unit = in.effect == "delay" && config_.settled ? full_.dt_s : 1.0;
+            list_.push_back(effect_config_q15(
+                in, full_, weight_unit, config_.settled ? static_cast<double>(period_of(logs.front(), inputs)) : 0.0));
+            effect_units_.push_back(effect_unit(list_.back().effect, full_) * weight_unit);
+        }
+        config_.effects = list_.data();
+        config_.effect_count = static_cast<std::uint8_t>(list_.size());
     }
-    // A deviation is of the blocks of this run.
-    if (e.restarts == 0 && e.blocks < UINT16_MAX) e.blocks = static_cast<std::uint16_t>(e.blocks - carried);
-    return heldout;
-}
+    Runs(const Runs&) = delete;
+    Runs& operator=(const Runs&) = delete;
+
+    /// As many runs over the logs as it takes; the last one counts.
+    void run()
+    {
+        begin(nullptr);
+        bool heard = false;
+        over(options_of_run(options_, 0, heard), RunKind::first);
+        for (int n = 1; n < kMostRuns && !config_.settled; ++n) {
+            dqw_estimator_q15 before = e_;
+            if (pole_pairs_ == 0.0) config_.scale.pole_pairs = e_.pole_pairs;
+            config_.noise_on_inputs = true;
+            if (all_rows(logs_) <= kShort) measure_noise(before);
+            begin(&before);
+            over(options_of_run(options_, n, heard), RunKind::follows);
+            if (runs_agree(before.given.step_q15, before.pole_pairs, e_.given.step_q15, e_.pole_pairs)) break;
+        }
+    }
+
+    Learned learned(bool p_given) const
+    {
+        Learned learned;
+        Result& result = learned.result;
+        const Asked asked = begin_result(logs_, options_, result);
+        put(e_, asked, p_given, config_.scale.pole_pairs, result);
+        note_gate(e_.gate, heldout_, result);
+        result.notes.push_back(fmt::format("fixed point; full scales {:.4g} V, {:.4g} A, {:.4g} rad/s", full_.v_V,
+                                           full_.i_A, full_.w_rad_s));
+        for (int i = 0; i <= DQW_PSI; ++i) learned.unit[static_cast<std::size_t>(i)] = unit_q15(config_, i);
+        learned.model = plain_model(e_.pole_pairs, values_of(e_));
+        std::vector<InputRead> of_inputs;
+        for (std::size_t n = 0; n < inputs_.size(); ++n) {
+            std::int64_t w[DQW_EFFECT_STARTS], sd[DQW_EFFECT_STARTS];
+            const int known = dqw_estimator_read_effect_q15(&e_, static_cast<int>(n), w, sd);
+            of_inputs.push_back(input_read(inputs_[n], known, w, sd, effect_units_[n]));
+        }
+        put_effects(of_inputs, learned);
+        return learned;
+    }
+
+private:
+    enum class RunKind : std::uint8_t { first, follows, measures };
+
+    void begin(const dqw_estimator_q15* before)
+    {
+        const dqw_estimator_q15_config began = config_;
+        if (before != nullptr) start_from(*before, config_);
+        if (dqw_estimator_init_q15(&e_, &config_) != DQW_OK)
+            throw std::invalid_argument(
+                "the fixed-point learners refuse these full scales, nominal values or shapes of effects");
+        // Whoever asks what a log tells wants all of its rows, whatever its residual.
+        e_.stage.threshold_ppm = UINT32_MAX;
+        // Settled rows need no coarse values, and a run before this one has them.
+        if (config_.settled || before != nullptr) (void)dqw_stage_step(&e_.stage, true, 0);
+        if (before != nullptr) take(*before, began, e_);
+    }
+
+    /// The mean of the noise reaches over all of a short log: measured with the inductances as they are known now.
+    void measure_noise(dqw_estimator_q15& before)
+    {
+        begin(&before);
+        dqw_noise_init_q15(&e_.noise);
+        over(quiet(options_), RunKind::measures);
+        before.noise = e_.noise;
+    }
+
+    void over(const LearnOptions& options, RunKind kind)
+    {
+        const std::uint16_t carried = e_.blocks;
+        heldout_ = over_rows(
+            logs_, options, inputs_, pole_pairs_, [&] { dqw_estimator_missing_q15(&e_, 0); },
+            [&](const dqw_sample& sample, bool held) {
+                dqw_sample_q15 x;
+                const bool good = fixed(sample, full_, x);
+                (void)dqw_estimator_sample_q15(&e_, &x, held || !good);
+                const bool learned = kind != RunKind::measures && dqw_estimator_background_q15(&e_);
+                if (kind == RunKind::measures && dqw_handover_waits(&e_.window.over)) forget(e_);
+                // The noise that was measured with all of a run's rows stands.
+                if (kind != RunKind::first) e_.given.ready = false;
+                return learned;
+            },
+            [&] { return values_of(e_); });
+        // A deviation is of the blocks of this run.
+        if (e_.restarts == 0 && e_.blocks < UINT16_MAX) e_.blocks = static_cast<std::uint16_t>(e_.blocks - carried);
+    }
+
+    const std::vector<Log>& logs_;
+    const LearnOptions& options_;
+    const std::vector<TraceInput>& inputs_;
+    const double pole_pairs_;
+    dqw_estimator_q15_config config_;
+    const FullScales full_ = full_scales(config_.scale);
+    std::vector<dqw_effect_q15_config> list_;
+    std::vector<double> effect_units_;
+    dqw_estimator_q15 e_{};
+    std::uint32_t heldout_ = 0;
+};
 
 /// One pass of port_q15/.
 Learned pass(const std::vector<Log>& logs, const LearnOptions& options, const std::vector<TraceInput>& inputs,
              double pole_pairs, bool p_given)
 {
-    const Log& first = logs.front();
-    dqw_estimator_q15_config config = config_of(logs, options, inputs, pole_pairs);
-    const FullScales full = full_scales(config.scale);
-    std::vector<dqw_effect_q15_config> list;
-    std::vector<double> effect_units;
-    for (const TraceInput& in : inputs) {
-        // A settled log's delay is in seconds.
-        const double weight_unit = in.effect == "delay" && config.settled ? full.dt_s : 1.0;
-        list.push_back(effect_config_q15(in, full, weight_unit,
-                                         config.settled ? static_cast<double>(period_of(first, inputs)) : 0.0));
-        effect_units.push_back(effect_unit(list.back().effect, full) * weight_unit);
-    }
-    config.effects = list.data();
-    config.effect_count = static_cast<std::uint8_t>(list.size());
-    dqw_estimator_q15 e{};
-    std::uint32_t heldout = 0;
-    const std::size_t total = all_rows(logs);
-    const auto begin = [&](const dqw_estimator_q15* before) {
-        const dqw_estimator_q15_config began = config;
-        if (before != nullptr) start_from(*before, config);
-        if (dqw_estimator_init_q15(&e, &config) != DQW_OK)
-            throw std::invalid_argument(
-                "the fixed-point learners refuse these full scales, nominal values or shapes of effects");
-        // Whoever asks what a log tells wants all of its rows, whatever its residual.
-        e.stage.threshold_ppm = UINT32_MAX;
-        // Settled rows need no coarse values, and a run before this one has them.
-        if (config.settled || before != nullptr) (void)dqw_stage_step(&e.stage, true, 0);
-        if (before != nullptr) take(*before, began, e);
-    };
-    begin(nullptr);
-    bool heard = false;
-    heldout = over(logs, options_of_run(options, 0, heard), inputs, pole_pairs, full, RunKind::first, e);
-    for (int n = 1; n < kMostRuns && !config.settled; ++n) {
-        dqw_estimator_q15 before = e;
-        if (pole_pairs == 0.0) config.scale.pole_pairs = e.pole_pairs;
-        config.noise_on_inputs = true;
-        // The mean of the noise reaches over all of a short log: measured with the inductances as they are known now.
-        if (total <= kShort) {
-            begin(&before);
-            dqw_noise_init_q15(&e.noise);
-            (void)over(logs, quiet(options), inputs, pole_pairs, full, RunKind::measures, e);
-            before.noise = e.noise;
-        }
-        begin(&before);
-        heldout = over(logs, options_of_run(options, n, heard), inputs, pole_pairs, full, RunKind::follows, e);
-        if (runs_agree(before.given.step_q15, before.pole_pairs, e.given.step_q15, e.pole_pairs)) break;
-    }
-
-    Learned learned;
-    Result& result = learned.result;
-    result.rows = total;
-    result.regime = first.regime;
-    Asked asked{options.parameters, {"R_ohm", "Ld_H", "Lq_H", "psi_Wb"}};
-    if (first.regime == Regime::standstill) asked.defaults = {"R_ohm"};
-    put(e, asked, p_given, config.scale.pole_pairs, result);
-    note_gate(e.gate, heldout, result);
-    result.notes.push_back(
-        fmt::format("fixed point; full scales {:.4g} V, {:.4g} A, {:.4g} rad/s", full.v_V, full.i_A, full.w_rad_s));
-    for (int i = 0; i <= DQW_PSI; ++i) learned.unit[static_cast<std::size_t>(i)] = unit_q15(config, i);
-    PlainModel& model = learned.model;
-    model.pole_pairs = e.pole_pairs != 0 ? e.pole_pairs : 1;
-    double* const values[] = {&model.R_ohm, &model.Ld_H, &model.Lq_H, &model.psi_Wb};
-    for (int i = 0; i <= DQW_PSI; ++i) *values[i] = read(e, i).value;
-    std::vector<InputRead> of_inputs;
-    for (std::size_t n = 0; n < inputs.size(); ++n) {
-        std::int64_t w[DQW_EFFECT_STARTS], sd[DQW_EFFECT_STARTS];
-        const int known = dqw_estimator_read_effect_q15(&e, static_cast<int>(n), w, sd);
-        of_inputs.push_back({inputs[n], {}, static_cast<std::uint32_t>(known)});
-        of_inputs.back().input.weights.clear();
-        for (int i = 0; i < dqw_effect_weights(list[n].effect); ++i) {
-            of_inputs.back().input.weights.push_back(si(w[i], effect_units[n]));
-            of_inputs.back().sd.push_back(sd[i] == INT64_MAX ? INFINITY : si(sd[i], effect_units[n]));
-        }
-    }
-    put_effects(of_inputs, learned);
-    return learned;
+    Runs runs(logs, options, inputs, pole_pairs);
+    runs.run();
+    return runs.learned(p_given);
 }
 
 }  // namespace

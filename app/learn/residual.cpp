@@ -4,6 +4,7 @@
 #include <cmath>
 #include <string>
 
+#include "app/base/columns.hpp"
 #include "app/base/effect_names.hpp"
 #include "app/learn/parts.hpp"
 #include "app/learn/signals.hpp"
@@ -100,10 +101,8 @@ Log part_of(const Log& log, const std::vector<char>& marks, std::size_t first)
         if (begins) part.segments.push_back(rows.size());
         rows.push_back(k);
     }
-    for (auto column : {&Log::t_s, &Log::v_d_V, &Log::v_q_V, &Log::i_d_A, &Log::i_q_A, &Log::w_m_rad_s,
-                        &Log::theta_e_rad, &Log::theta_m_rad, &Log::v_dc_V, &Log::temp_winding_C, &Log::temp_magnet_C,
-                        &Log::torque_Nm, &Log::torque_cmd_Nm}) {
-        std::vector<double>& to = part.*column;
+    for (const ColumnInfo& column : columns) {
+        std::vector<double>& to = part.*(column.values);
         if (to.empty()) continue;
         for (std::size_t n = 0; n < rows.size(); ++n) to[n] = to[rows[n]];
         to.resize(rows.size());
@@ -123,8 +122,8 @@ std::vector<Log> parts_of(const std::vector<Log>& logs, const std::vector<char>&
     return parts;
 }
 
-}  // namespace
-
+/// The logs without what the effects take: v (or the torque) less their part, so that the plain model is left. Every
+/// row counts, whether it was learned or not.
 std::vector<Log> without_effects(const std::vector<Log>& logs, const std::vector<TraceInput>& inputs,
                                  const PlainModel& model)
 {
@@ -140,6 +139,8 @@ std::vector<Log> without_effects(const std::vector<Log>& logs, const std::vector
     }
     return left;
 }
+
+}  // namespace
 
 void report_residual_of(const std::vector<Log>& logs, const std::vector<TraceInput>& inputs, const PlainModel& model,
                         const std::vector<char>* heldout_row, Result& result)

@@ -10,11 +10,6 @@
 
 namespace dqw {
 
-/// The logs without what the effects take: v (or the torque) less their part, so that the plain model is left. Every
-/// row counts, whether it was learned or not.
-std::vector<Log> without_effects(const std::vector<Log>& logs, const std::vector<TraceInput>& inputs,
-                                 const PlainModel& model);
-
 /// (E43) as report_residual(), with effects; percentages are of what was measured. Where `heldout_row` is given, of the
 /// rows alone that it marks: blocks begin where a marked stretch does.
 void report_residual_of(const std::vector<Log>& logs, const std::vector<TraceInput>& inputs, const PlainModel& model,

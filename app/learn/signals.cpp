@@ -13,6 +13,11 @@ float at(const std::vector<double>& column, std::size_t row)
     return column.empty() ? 0.0F : static_cast<float>(column[row]);
 }
 
+double current_at(const Log& log, std::size_t k)
+{
+    return std::hypot(log.i_d_A.empty() ? 0.0 : log.i_d_A[k], log.i_q_A.empty() ? 0.0 : log.i_q_A[k]);
+}
+
 double speed_integrated(const Log& log, std::size_t k)
 {
     if (k == 0 || log.t_s.empty() || log.w_m_rad_s.empty()) return 0.0;
@@ -44,9 +49,7 @@ double heat_reach(const TraceInput& in, const std::vector<Log>& logs)
         double heat = 0.0;
         for (std::size_t k = 0; k < log.rows(); ++k) {
             most = std::max(most, heat);
-            const double i = std::hypot(log.i_d_A.empty() ? 0.0 : log.i_d_A[k],
-                                        log.i_q_A.empty() ? 0.0 : log.i_q_A[k]) /
-                             i_base_A;
+            const double i = current_at(log, k) / i_base_A;
             if (std::isfinite(i)) heat += part * (i * i - heat);
         }
     }
@@ -78,9 +81,7 @@ double largest_current(const std::vector<Log>& logs)
 {
     double most = 0.0;
     for (const Log& log : logs)
-        for (std::size_t k = 0; k < log.rows(); ++k)
-            most = std::max(most,
-                            std::hypot(log.i_d_A.empty() ? 0.0 : log.i_d_A[k], log.i_q_A.empty() ? 0.0 : log.i_q_A[k]));
+        for (std::size_t k = 0; k < log.rows(); ++k) most = std::max(most, current_at(log, k));
     return most > 1e-30 ? most : 1.0;
 }
 

@@ -6,8 +6,7 @@
 #include <cmath>
 #include <cstddef>
 
-#include "app/learn/learn.hpp"
-#include "app/learn/shaft.hpp"
+#include "app/learn/parts.hpp"
 
 namespace dqw {
 
@@ -28,15 +27,14 @@ public:
         ++rows_;
     }
 
-    ShaftValue read() const
+    Read read() const
     {
         constexpr double kFloor = 1e-13, kLagMost = 0.98;
-        if (rows_ < 2 || !(ii_ > 0.0)) return {0.0, INFINITY, false};
+        if (rows_ < 2 || !(ii_ > 0.0)) return {};
         const double freedom = static_cast<double>(rows_ - 1);
         const double variance = std::max(ee_ / freedom, kFloor * tt_ / static_cast<double>(rows_));
         const double r = ee_ > kFloor * tt_ ? std::clamp(lag_ / ee_, 0.0, kLagMost) : 0.0;
-        const double sd = std::sqrt(variance / ii_ * (1.0 + r) / (1.0 - r));
-        return {value(), sd, value() > 0.0 && sd < kKnownRatio * value()};
+        return {value(), std::sqrt(variance / ii_ * (1.0 + r) / (1.0 - r))};
     }
 
 private:

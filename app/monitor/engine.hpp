@@ -51,5 +51,12 @@ public:
     virtual MonitorState state() const = 0;
 };
 
+/// Throws std::invalid_argument where the monitor refuses its configuration; `setup` stays in use as long as the
+/// engine.
+std::unique_ptr<MonitorEngine> monitor_engine(const MonitorSetup& setup, bool fixed_point);
+
+/// With what it runs in fixed point. Throws std::invalid_argument for what that does not take.
+dqw_monitor_q15_config q15_monitor_config(const MonitorSetup& setup);
+
 }  // namespace dqw
 #endif

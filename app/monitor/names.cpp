@@ -61,8 +61,6 @@ MonitorChannel channel_named(int channel)
     return {name, title_of(channel)};
 }
 
-const char* fault_named(dqw_fault_name fault) { return dqw_fault_text(fault); }
-
 const char* phase_of(const dqw_fault_verdict& fault)
 {
     static const char* const phases[] = {"a", "b", "c"};
@@ -72,7 +70,7 @@ const char* phase_of(const dqw_fault_verdict& fault)
 
 std::string fault_spoken(const dqw_fault_verdict& fault)
 {
-    std::string out = fault_named(fault.name);
+    std::string out = dqw_fault_text(fault.name);
     for (char& c : out)
         if (c == '_') c = ' ';
     const std::string phase = phase_of(fault);
@@ -92,7 +90,6 @@ std::string capital(std::string text)
     return text;
 }
 
-const char* stage_named(dqw_stage_name stage) { return dqw_stage_text(stage); }
 const char* stage_spoken(dqw_stage_name stage)
 {
     switch (stage) {

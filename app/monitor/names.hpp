@@ -14,9 +14,6 @@ struct MonitorChannel {
 };
 MonitorChannel channel_named(int channel);
 
-/// "demagnetisation": the name in dqwatch.event/1.
-const char* fault_named(dqw_fault_name fault);
-
 /// "a", "b", "c"; empty for a fault that has no phase.
 const char* phase_of(const dqw_fault_verdict& fault);
 
@@ -29,8 +26,6 @@ std::string fault_told(const dqw_fault_verdict& fault);
 /// With its first letter large.
 std::string capital(std::string text);
 
-/// "random learning".
-const char* stage_named(dqw_stage_name stage);
 /// "stage 2, random learning (coarse values)"; "in service".
 const char* stage_spoken(dqw_stage_name stage);
 

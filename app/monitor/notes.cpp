@@ -58,16 +58,16 @@ std::string why_no_service(const MonitorRun& run)
         unknown.push_back(title);
         help.push_back(fmt::format("for {} {}", title, h.excitation));
     }
-    if (run.stage.times_back > 0 && run.stage.back == DQW_BACK_THRESHOLD) return reason(run.stage);
-    const bool lacks = run.blocks > 0 && 1e6 * run.residual_pu > run.stage.threshold_ppm;
+    if (run.end.stage.times_back > 0 && run.end.stage.back == DQW_BACK_THRESHOLD) return reason(run.end.stage);
+    const bool lacks = run.end.blocks > 0 && 1e6 * run.end.residual_pu > run.end.stage.threshold_ppm;
     if (!unknown.empty())
         return fmt::format(
             "{} {} not known within {:.0f} %; {}", list(unknown), unknown.size() == 1 ? "is" : "are", 100.0 * kKnown,
             lacks ? fmt::format(
                         "the model leaves {:.2g} % of the voltage base unexplained, dqwatch trace tells what it lacks",
-                        100.0 * run.residual_pu)
+                        100.0 * run.end.residual_pu)
                   : fmt::format("what would help: {}", fmt::join(help, "; ")));
-    if (run.stage.times_back > 0) return reason(run.stage);
+    if (run.end.stage.times_back > 0) return reason(run.end.stage);
     return "the log ends before all stages are done; what would help: a longer log";
 }
 
@@ -83,7 +83,8 @@ std::vector<std::string> closing_notes(const MonitorRun& run)
     if (run.served && !run.watched)
         notes.emplace_back(
             "nothing was watched: the log ends before healthy values were taken; what would help: a longer log");
-    if (run.stage.times_back > 1) notes.push_back(fmt::format("{} ways back to stage 1 in all", run.stage.times_back));
+    if (run.end.stage.times_back > 1)
+        notes.push_back(fmt::format("{} ways back to stage 1 in all", run.end.stage.times_back));
     if (run.watched && run.angle && !run.ripple_watched)
         notes.emplace_back("unlike phases and current sensors are not watched: the machine turned too slowly or too "
                            "fast to tell their ripple");
@@ -91,10 +92,10 @@ std::vector<std::string> closing_notes(const MonitorRun& run)
         notes.emplace_back("friction was not watched: it takes longer in both directions of motion than this log has");
     for (std::size_t k = 0; k < run.relearned.size() && k < kMostTold; ++k)
         notes.push_back(relearned_text(run.relearned[k]));
-    if (run.missed > 0) notes.push_back(fmt::format("{} lost", counted(run.missed, "block")));
-    if (run.restarts > 0)
+    if (run.end.missed > 0) notes.push_back(fmt::format("{} lost", counted(run.end.missed, "block")));
+    if (run.end.restarts > 0)
         notes.push_back(fmt::format("learning ran away and began again {}",
-                                    run.restarts == 1 ? "once" : fmt::format("{} times", run.restarts)));
+                                    run.end.restarts == 1 ? "once" : fmt::format("{} times", run.end.restarts)));
     return notes;
 }
 

@@ -3,10 +3,8 @@
 #define DQW_APP_MONITOR_PAGE_HPP
 
 #include <string>
-#include <vector>
 
 #include "app/monitor/report.hpp"
-#include "app/page/plot.hpp"
 
 namespace dqw {
 

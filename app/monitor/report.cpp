@@ -11,6 +11,7 @@
 #include "app/base/text.hpp"
 #include "app/monitor/names.hpp"
 #include "app/monitor/notes.hpp"
+#include "dqw_text.h"
 
 namespace dqw {
 namespace {
@@ -69,7 +70,7 @@ std::string changed(int channel, const MonitorReading& r)
 
 std::string refused_text(const MonitorRun& run)
 {
-    const dqw_gate& g = run.gate;
+    const dqw_gate& g = run.end.gate;
     const std::uint32_t samples = g.nonfinite + g.saturated + g.stale;
     std::string out = samples == 0
                           ? "no sample"
@@ -87,6 +88,16 @@ std::string stage_text(const MonitorRun& run)
                        last.name == DQW_STAGE_IN_SERVICE ? " since" : ", from", last.from_s);
 }
 
+/// Seconds in service.
+double served_s(const MonitorRun& run)
+{
+    double sum = 0.0;
+    for (std::size_t k = 0; k < run.stages.size(); ++k)
+        if (run.stages[k].name == DQW_STAGE_IN_SERVICE)
+            sum += (k + 1 < run.stages.size() ? run.stages[k + 1].from_s : run.end_s) - run.stages[k].from_s;
+    return sum;
+}
+
 }  // namespace
 
 std::string event_json(const MonitorEvent& e)
@@ -96,7 +107,7 @@ std::string event_json(const MonitorEvent& e)
                  {"parameter", channel_named(e.parameter).parameter},
                  {"value", number(e.reading.value)},
                  {"sd", number(e.reading.sd)},
-                 {"fault", fault_named(e.fault.name)},
+                 {"fault", dqw_fault_text(e.fault.name)},
                  {"confidence", number(static_cast<double>(e.fault.confidence))},
                  {"since_s", number(e.since_s)},
                  {"healthy", number(e.reading.healthy)}};
@@ -113,15 +124,6 @@ std::string event_text(const MonitorEvent& e)
                        name, now_text(name, e.reading),
                        std::isfinite(e.reading.healthy) ? ", healthy " + healthy_text(name, e.reading) : "",
                        percent.empty() ? "" : " (" + percent + ")", e.since_s, e.fault.confidence);
-}
-
-double served_s(const MonitorRun& run)
-{
-    double sum = 0.0;
-    for (std::size_t k = 0; k < run.stages.size(); ++k)
-        if (run.stages[k].name == DQW_STAGE_IN_SERVICE)
-            sum += (k + 1 < run.stages.size() ? run.stages[k + 1].from_s : run.end_s) - run.stages[k].from_s;
-    return sum;
 }
 
 std::string monitor_outcome(const MonitorRun& run)
@@ -180,9 +182,9 @@ MonitorRows value_rows(const MonitorRun& run, bool titles)
 MonitorRows summary_rows(const MonitorRun& run)
 {
     MonitorRows rows = {{"stage", stage_text(run)}};
-    if (run.served && run.stage.times_back > 0)
+    if (run.served && run.end.stage.times_back > 0)
         rows.push_back({"", fmt::format("first in service at {:.3f} s; {} to stage 1", run.entered_s,
-                                        counted(run.stage.times_back, "way") + " back")});
+                                        counted(run.end.stage.times_back, "way") + " back")});
     rows.push_back({"rows", fmt::format("{}, {:.4g} s", run.rows, run.end_s - run.begin_s)});
     rows.push_back({"refused", refused_text(run)});
     rows.push_back({"events", std::to_string(run.events.size())});

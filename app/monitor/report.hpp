@@ -26,9 +26,6 @@ std::string monitor_outcome(const MonitorRun& run);
 /// What is another value since; half a sentence.
 std::string relearned_text(const MonitorRelearned& relearned);
 
-/// Seconds in service.
-double served_s(const MonitorRun& run);
-
 using MonitorRows = std::vector<std::vector<std::string>>;
 /// Healthy and last values of what is watched; the first row is the heading. Called by title, or as in the events.
 MonitorRows value_rows(const MonitorRun& run, bool titles);

@@ -33,13 +33,9 @@ public:
         std::size_t done = 0;
         walk(
             log_, done, log_.rows(), options, [&] { gap_ = true; }, [&](std::size_t k, bool) { step(k); });
-        const MonitorState state = m_.state();
+        run_.end = m_.state();
         run_.last = readings_of(m_.measures());
         run_.watched = settled_;
-        run_.stage = state.stage;
-        run_.gate = state.gate;
-        run_.residual_pu = state.residual_pu;
-        run_.blocks = state.blocks, run_.missed = state.missed, run_.restarts = state.restarts;
         return std::move(run_);
     }
 

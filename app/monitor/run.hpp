@@ -47,10 +47,7 @@ struct MonitorRun {
     std::vector<MonitorPoint> points;  ///< evenly chosen, 100 000 at most
     MonitorReadings healthy;           ///< `healthy` of each when they first stood
     MonitorReadings last;
-    dqw_stage stage{};
-    dqw_gate gate{};
-    double residual_pu = 0.0;  ///< at the end, of the voltage base
-    std::uint32_t blocks = 0, missed = 0, restarts = 0;
+    MonitorState end{};  ///< what it says of itself then
     bool angle = false, ripple_watched = false, friction_wanted = false;
     double watched_from_s = 0.0;           ///< healthy values stand from here; of use where `watched` is
     double entered_s = 0.0;                ///< service, for the first time; of use where `served` is

@@ -9,6 +9,7 @@
 #include "app/base/columns.hpp"
 #include "app/base/effect_names.hpp"
 #include "app/base/input_error.hpp"
+#include "app/base/parameters.hpp"
 #include "app/base/text.hpp"
 #include "app/learn/parts.hpp"
 #include "app/learn/signals.hpp"
@@ -48,17 +49,17 @@ Log beginning(const Log& log)
     return first;
 }
 
+/// A nominal value's place in the configuration.
 struct Nominal {
-    const char* name;
-    std::optional<double> Machine::*value;
+    dqw_parameter id;
     float dqw_estimator_config::*place;
-    double PlainModel::*learned;
+    const Parameter& parameter() const { return kParameters[id]; }
 };
-const Nominal nominals[] = {
-    {"R_ohm", &Machine::R_ohm, &dqw_estimator_config::R_ohm, &PlainModel::R_ohm},
-    {"Ld_H", &Machine::Ld_H, &dqw_estimator_config::Ld_H, &PlainModel::Ld_H},
-    {"Lq_H", &Machine::Lq_H, &dqw_estimator_config::Lq_H, &PlainModel::Lq_H},
-    {"psi_Wb", &Machine::psi_Wb, &dqw_estimator_config::psi_Wb, &PlainModel::psi_Wb},
+constexpr Nominal nominals[] = {
+    {DQW_R, &dqw_estimator_config::R_ohm},
+    {DQW_LD, &dqw_estimator_config::Ld_H},
+    {DQW_LQ, &dqw_estimator_config::Lq_H},
+    {DQW_PSI, &dqw_estimator_config::psi_Wb},
 };
 
 bool usable(double x) { return static_cast<float>(x) > 0.0F && std::isfinite(static_cast<float>(x)); }
@@ -68,8 +69,8 @@ double rough(const Nominal& n, const dqw_estimator_config& c)
 {
     const auto v = static_cast<double>(c.v_base_V), i = static_cast<double>(c.i_base_A),
                w_e = c.pole_pairs * static_cast<double>(c.w_base_rad_s);
-    if (n.value == &Machine::R_ohm) return 0.1 * v / i;
-    return n.value == &Machine::psi_Wb ? 0.5 * v / w_e : 0.1 * v / (i * w_e);
+    if (n.id == DQW_R) return 0.1 * v / i;
+    return n.id == DQW_PSI ? 0.5 * v / w_e : 0.1 * v / (i * w_e);
 }
 
 /// Where learning starts: whatever is said, and of the rest what the estimator makes of the log's first seconds.
@@ -77,7 +78,7 @@ void start_values(const Log& log, const Machine& start, const std::vector<TraceI
 {
     std::vector<const Nominal*> missing;
     for (const Nominal& n : nominals) {
-        setup.config.estimator.*(n.place) = nominal(log.machine, start, n.value);
+        setup.config.estimator.*(n.place) = nominal(log.machine, start, n.parameter().nominal);
         if (!usable(static_cast<double>(setup.config.estimator.*(n.place)))) missing.push_back(&n);
     }
     if (missing.empty()) return;
@@ -89,12 +90,10 @@ void start_values(const Log& log, const Machine& start, const std::vector<TraceI
     const Learned learned = learn_all({first}, options);
     std::vector<std::string> from_log, guessed;
     for (const Nominal* n : missing) {
-        const auto& found = learned.result.parameters;
-        const bool known = std::any_of(found.begin(), found.end(),
-                                       [&](const Estimate& e) { return e.name == n->name; });
-        const double value = learned.model.*(n->learned);
-        const bool good = known && usable(value);
-        (good ? from_log : guessed).emplace_back(n->name);
+        const Parameter& p = n->parameter();
+        const double value = learned.model.*(p.model);
+        const bool good = find_estimate(learned.result.parameters, p.name) && usable(value);
+        (good ? from_log : guessed).emplace_back(p.name);
         setup.config.estimator.*(n->place) = static_cast<float>(good ? value : rough(*n, setup.config.estimator));
     }
     const double span_s = static_cast<double>(first.rows()) * log.dt_s;
@@ -212,7 +211,7 @@ MonitorSetup monitor_setup(const std::vector<Log>& logs, const LearnConfig& aske
     if (!(setup.config.J_kgm2 > 0.0F)) setup.notes.emplace_back("friction is not watched: no J_kgm2");
     start_values(log, asked.start, effects, setup);
     PlainModel machine;
-    for (const Nominal& n : nominals) machine.*(n.learned) = static_cast<double>(c.*(n.place));
+    for (const Nominal& n : nominals) machine.*(n.parameter().model) = static_cast<double>(c.*(n.place));
     machine.pole_pairs = c.pole_pairs;
     setup.inputs = completed(effects, logs, machine);
     if (!effects.empty()) setup.notes.push_back("learned as well: " + list(effects_of({effects, {}})));

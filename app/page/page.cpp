@@ -11,12 +11,21 @@
 namespace dqw {
 namespace {
 
+const char* name_of(Plot::Kind kind)
+{
+    switch (kind) {
+    case Plot::Kind::lines: return "lines";
+    case Plot::Kind::points: return "points";
+    case Plot::Kind::bars: return "bars";
+    case Plot::Kind::band: break;
+    }
+    return "band";
+}
+
 std::string plot_data(const Plot& plot)
 {
-    const char* const kinds[] = {"lines", "points", "bars", "band"};
-    std::string out = fmt::format("{{\"kind\":\"{}\",\"x\":{},\"y\":{},\"log\":{},\"series\":[",
-                                  kinds[static_cast<int>(plot.kind)], script_string(plot.x_label),
-                                  script_string(plot.y_label), plot.log_y);
+    std::string out = fmt::format("{{\"kind\":\"{}\",\"x\":{},\"y\":{},\"log\":{},\"series\":[", name_of(plot.kind),
+                                  script_string(plot.x_label), script_string(plot.y_label), plot.log_y);
     for (std::size_t i = 0; i < plot.series.size(); ++i) out += (i ? "," : "") + script_string(plot.series[i]);
     Columns shaded(2);
     for (const auto& [from, to] : plot.shaded) {
@@ -33,6 +42,13 @@ std::string plot_data(const Plot& plot)
     return out + "}";
 }
 
+std::string html_list(const std::vector<std::string>& lines)
+{
+    std::string out = "<ul>\n";
+    for (const std::string& line : lines) out += "<li>" + escaped(line) + "</li>\n";
+    return out + "</ul>\n";
+}
+
 }  // namespace
 
 std::string PagePlots::figure(const Plot& plot, const char* css)
@@ -41,6 +57,40 @@ std::string PagePlots::figure(const Plot& plot, const char* css)
     return fmt::format("<figure class=\"{0}\"><figcaption>{1}<span class=\"key\"></span></figcaption>"
                        "<div class=\"plot\" role=\"img\" aria-label=\"{1}: {2} over {3}\"></div></figure>\n",
                        css, escaped(plot.title), escaped(plot.y_label), escaped(plot.x_label));
+}
+
+std::string PagePlots::section(const PlotGroup& group)
+{
+    if (group.plots.empty()) return "";
+    std::string out = fmt::format("<section><h2>{}</h2>{}<div class=\"plots\">\n", escaped(group.title),
+                                  group.about.empty() ? "" : "<p>" + escaped(group.about) + "</p>");
+    for (const Plot& plot : group.plots) out += figure(plot, "card");
+    return out + "</div></section>\n";
+}
+
+std::string page_header(const std::string& about, const std::string& badge_css, const std::string& badge,
+                        const std::string& verdict, const std::string& remark)
+{
+    return fmt::format("<header><p class=\"log\">{}</p>\n<p id=\"verdict\"><span class=\"badge {}\">{}</span> "
+                       "{}</p>{}</header>\n<main>\n",
+                       escaped(about), escaped(badge_css), escaped(badge), unbroken(verdict),
+                       remark.empty() ? "" : "<p class=\"remark\">" + remark + "</p>");
+}
+
+std::string section(const std::string& title, const std::string& body)
+{
+    return "<section><h2>" + title + "</h2>\n" + body + "</section>\n";
+}
+
+std::string card(const std::string& title, const std::string& body)
+{
+    return "<section class=\"card\"><h2>" + title + "</h2>\n" + body + "</section>\n";
+}
+
+std::string lists_section(const std::string& title, const std::vector<std::string>& logs,
+                          const std::vector<std::string>& notes)
+{
+    return section(title, html_list(logs) + (notes.empty() ? "" : html_list(notes)));
 }
 
 std::string page_around(const std::string& title, const std::string& body, const PagePlots& plots)
@@ -53,7 +103,7 @@ std::string page_around(const std::string& title, const std::string& body, const
                        "name=\"color-scheme\" content=\"light dark\">\n";
     page += "<title>" + escaped(title) + "</title>\n<style>\n";
     page.append(dygraphs_css()).append("\n").append(report_css()).append("</style>\n</head>\n<body>\n");
-    page += body + "<footer><details><summary>Plots by dygraphs</summary><pre>" + escaped(dygraphs_licence()) +
+    page += body + "</main>\n<footer><details><summary>Plots by dygraphs</summary><pre>" + escaped(dygraphs_licence()) +
             "</pre></details></footer>\n";
     page += "<script type=\"application/json\" id=\"plots\">[" + plots.data() + "]</script>\n<script>\n";
     page.append(dygraphs_js())
@@ -68,13 +118,6 @@ std::string grouped(std::size_t n)
     std::string out = std::to_string(n);
     for (std::size_t at = out.size(); at > 3;) out.insert(at -= 3, "\u202f");
     return out;
-}
-
-std::string html_list(const std::vector<std::string>& lines)
-{
-    std::string out = "<ul>\n";
-    for (const std::string& line : lines) out += "<li>" + escaped(line) + "</li>\n";
-    return out + "</ul>\n";
 }
 
 std::string names_of_files(const std::vector<std::string>& paths)

@@ -25,6 +25,12 @@ struct Plot {
     bool log_y = false;
 };
 
+/// What is shown at first of values from `low` to `high`: at least `least` of them, and some room; empty for none.
+std::array<double, 2> range_around(double low, double high, double least);
+
+/// Puts all columns but x, and the range, in the prefix that the range has; returns the parameter's unit.
+std::string scale(Columns& columns, std::array<double, 2>& range, const char* parameter);
+
 struct PlotGroup {
     std::string title, about;
     std::vector<Plot> plots;

@@ -38,21 +38,20 @@ PaperData paper_data()
     data.q.input.resize(3);
     data.d.target.resize(2);
     data.q.target.resize(3);
+    const auto tap = [](Axis& axis, std::size_t i, double input, double target) {
+        axis.input[i].push_back(input);
+        axis.target[i].push_back(target);
+    };
     for (std::size_t k = 0; k < rows.size(); k++) {
         const dqw_sim_row& r = rows[k];
         const dqw_sim_row& n = rows[k + 1 < rows.size() ? k + 1 : k];
         const double wi_d = r.w_m_rad_s * r.i_d_A;
         const double wi_q = r.w_m_rad_s * r.i_q_A;
-        data.d.input[0].push_back(r.v_d_V);
-        data.d.target[0].push_back(r.v_d_V / m.Ld_H);
-        data.d.input[1].push_back(wi_q);
-        data.d.target[1].push_back(p * m.Lq_H / m.Ld_H * wi_q);
-        data.q.input[0].push_back(r.v_q_V);
-        data.q.target[0].push_back(r.v_q_V / m.Lq_H);
-        data.q.input[1].push_back(wi_d);
-        data.q.target[1].push_back(p * m.Ld_H / m.Lq_H * wi_d);
-        data.q.input[2].push_back(r.w_m_rad_s);
-        data.q.target[2].push_back(p * m.psi_Wb / m.Lq_H * r.w_m_rad_s);
+        tap(data.d, 0, r.v_d_V, r.v_d_V / m.Ld_H);
+        tap(data.d, 1, wi_q, p * m.Lq_H / m.Ld_H * wi_q);
+        tap(data.q, 0, r.v_q_V, r.v_q_V / m.Lq_H);
+        tap(data.q, 1, wi_d, p * m.Ld_H / m.Lq_H * wi_d);
+        tap(data.q, 2, r.w_m_rad_s, p * m.psi_Wb / m.Lq_H * r.w_m_rad_s);
         const double w = 0.5 * (r.w_m_rad_s + n.w_m_rad_s);
         data.d.x_V.push_back(r.v_d_V + 0.5 * p * m.Lq_H * (wi_q + n.w_m_rad_s * n.i_q_A));
         data.d.y_A.push_back(r.i_d_A);

@@ -8,6 +8,8 @@
 #include <filesystem>
 #include <stdexcept>
 
+#include "app/base/output.hpp"
+
 namespace dqw {
 namespace {
 
@@ -55,9 +57,7 @@ void draw(std::FILE* gnuplot, const Figure& f, const std::filesystem::path& path
 
 std::string draw_figures(const std::vector<Figure>& figures, const std::string& out_dir)
 {
-    std::error_code error;
-    std::filesystem::create_directories(out_dir, error);
-    if (!std::filesystem::is_directory(out_dir)) throw std::runtime_error(out_dir + ": cannot be made");
+    make_directory(out_dir);
     if (std::system("command -v gnuplot >/dev/null 2>&1") != 0) return "Figures not drawn: gnuplot is not installed.";
     std::FILE* gnuplot = popen("gnuplot >/dev/null 2>&1", "w");
     if (gnuplot == nullptr) throw std::runtime_error("gnuplot cannot be started");

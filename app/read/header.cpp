@@ -2,8 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-
 #include "app/base/input_error.hpp"
 #include "app/base/text.hpp"
 #include "app/read/csv.hpp"

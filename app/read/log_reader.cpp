@@ -154,30 +154,24 @@ private:
             log_.regime = *machine_.regime;
             return;
         }
-        const char* why = "";
-        if (regime_ == Regime::mechanical) {
-            log_.regime = Regime::mechanical;
-            why = "no voltages";
-        } else if (!has_[col_w_m]) {
+        const auto [regime, why] = regime_of_rows();
+        log_.regime = regime;
+        note(fmt::format("regime taken as {}: {} ([log] regime in the machine file overrides)", name_of(regime), why));
+    }
+
+    std::pair<Regime, const char*> regime_of_rows() const
+    {
+        if (regime_ == Regime::mechanical) return {Regime::mechanical, "no voltages"};
+        if (!has_[col_w_m]) {
             if (theta_moves(log_.theta_e_rad) || theta_moves(log_.theta_m_rad))
                 throw InputError(path_, 1, "missing column w_m_rad_s; the angle moves, so this is no standstill log");
-            log_.regime = Regime::standstill;
-            why = "no w_m_rad_s";
-        } else if (!moves_) {
-            log_.regime = Regime::standstill;
-            why = "w_m_rad_s is 0 throughout";
-        } else if (!has_[col_t]) {
-            log_.regime = Regime::steady;
-            why = "no t_s";
-        } else if (!base_.regular || base_.median_s > 0.02) {
-            log_.regime = Regime::steady;
-            why = base_.regular ? "more than 20 ms from row to row" : "t_s has gaps throughout";
-        } else {
-            log_.regime = Regime::dynamic;
-            why = "an even time base";
+            return {Regime::standstill, "no w_m_rad_s"};
         }
-        note(fmt::format("regime taken as {}: {} ([log] regime in the machine file overrides)", name_of(log_.regime),
-                         why));
+        if (!moves_) return {Regime::standstill, "w_m_rad_s is 0 throughout"};
+        if (!has_[col_t]) return {Regime::steady, "no t_s"};
+        if (!base_.regular) return {Regime::steady, "t_s has gaps throughout"};
+        if (base_.median_s > 0.02) return {Regime::steady, "more than 20 ms from row to row"};
+        return {Regime::dynamic, "an even time base"};
     }
 
     static bool theta_moves(const std::vector<double>& theta)

@@ -3,7 +3,6 @@
 #define DQW_APP_READ_TIME_BASE_HPP
 
 #include <cstddef>
-#include <string>
 #include <vector>
 
 #include "ref/log/log.hpp"

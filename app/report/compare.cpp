@@ -4,8 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <nlohmann/json.hpp>
 
 #include "app/base/columns.hpp"
+#include "app/base/parameters.hpp"
 #include "app/base/quantity.hpp"
 #include "app/base/text.hpp"
 #include "app/page/html.hpp"
@@ -22,12 +24,7 @@ constexpr double kFullScale = 32768.0;
 /// Decimal places of a percentage.
 constexpr int kPlaces = 4;
 
-const Estimate* find(const Result& result, const std::string& name)
-{
-    for (const Estimate& e : result.parameters)
-        if (e.name == name) return &e;
-    return nullptr;
-}
+const Estimate* find(const Result& result, const std::string& name) { return find_estimate(result.parameters, name); }
 
 std::string signed_number(double x, int places)
 {
@@ -56,7 +53,7 @@ std::string last_places(const Comparison& c, const std::string& name)
 std::vector<std::string> names_in(const Comparison& c)
 {
     std::vector<std::string> out = known_parameters();
-    for (const Result* result : {&c.reference, &c.single, &c.fixed})
+    for (const auto& [who, result] : estimates_of(c))
         for (const Estimate& e : result->parameters)
             if (std::find(out.begin(), out.end(), e.name) == out.end()) out.push_back(e.name);
     return out;
@@ -106,9 +103,7 @@ std::string about_last_places(const Comparison& c)
 std::vector<std::string> missing(const Comparison& c)
 {
     std::vector<std::string> out;
-    const std::pair<const char*, const Result*> all[] = {
-        {"reference", &c.reference}, {"float", &c.single}, {"Q15", &c.fixed}};
-    for (const auto& [who, result] : all)
+    for (const auto& [who, result] : estimates_of(c))
         for (const NotIdentifiable& n : result->not_identifiable)
             out.push_back(fmt::format("{}, {}: {}{}", n.name, who, n.why,
                                       n.excitation.empty() ? "" : "; what would help: " + n.excitation));
@@ -149,6 +144,11 @@ const std::vector<Compared>& compared_parameters(Regime regime)
     return regime == Regime::mechanical ? mechanical : electrical;
 }
 
+std::array<NamedResult, 3> estimates_of(const Comparison& c)
+{
+    return {{{"reference", &c.reference}, {"float", &c.single}, {"Q15", &c.fixed}}};
+}
+
 std::optional<double> difference_percent(const Result& first, const Result& second, const std::string& parameter)
 {
     const Estimate *a = find(first, parameter), *b = find(second, parameter);
@@ -186,31 +186,23 @@ std::string compare_page(const Comparison& c)
     const std::string name = names_of_files({c.log});
     const auto fixed = worst(c.fixed, c.single), single = worst(c.single, c.reference);
     const auto left = missing(c);
-    std::string body = fmt::format(
-        "<header><p class=\"log\">{} · comparison, {}, {} rows</p>\n<p id=\"verdict\"><span class=\"badge "
-        "{}\">{}</span> {}</p></header>\n<main>\n",
-        escaped(name), escaped(name_of(c.reference.regime)), grouped(c.reference.rows), left.empty() ? "clean" : "part",
-        left.empty() ? "compared" : "compared in part",
-        unbroken(apart("Q15 and float", fixed) + "; " + apart("float and the reference fit", single) + "."));
+    std::string body = page_header(
+        fmt::format("{} · comparison, {}, {} rows", name, name_of(c.reference.regime), grouped(c.reference.rows)),
+        left.empty() ? "clean" : "part", left.empty() ? "compared" : "compared in part",
+        apart("Q15 and float", fixed) + "; " + apart("float and the reference fit", single) + ".");
     auto rows = table_rows(c);
     for (auto& row : rows)
         for (auto& cell : row) cell = with_minus(cell);
-    body += "<section class=\"card\"><h2>Parameters</h2>\n" + html_table(rows, "numbers named") + "<p class=\"hint\">" +
-            unbroken(about_last_places(c)) + ".</p></section>\n";
-    const std::vector<Plot> all = compare_plots(c);
-    if (!all.empty()) {
-        body += "<section><h2>Parameters over time</h2><p>What float and Q15 learners have read after each block; "
-                "dashed: the reference fit of the whole log. "
-                "Drag over a plot to zoom in, double-click to see all of it again; point at it for its values.</p><div "
-                "class=\"plots\">\n";
-        for (const Plot& plot : all) body += plots.figure(plot, "card");
-        body += "</div></section>\n";
-    }
+    body += card("Parameters",
+                 html_table(rows, "numbers named") + "<p class=\"hint\">" + unbroken(about_last_places(c)) + ".</p>") +
+            plots.section({"Parameters over time",
+                           "What float and Q15 learners have read after each block; dashed: the reference fit of the "
+                           "whole log. " +
+                               std::string(kPlotHint),
+                           compare_plots(c)});
     std::vector<std::string> notes = left;
     for (const std::string& note : c.notes) notes.push_back(with_minus(note));
-    body += "<section><h2>Log and notes</h2>\n" + html_list({c.log}) + (notes.empty() ? "" : html_list(notes)) +
-            "</section>\n</main>\n";
-    return page_around(name + " – dqwatch compare", body, plots);
+    return page_around(name + " – dqwatch compare", body + lists_section("Log and notes", {c.log}, notes), plots);
 }
 
 }  // namespace dqw

@@ -3,13 +3,13 @@
 #define DQW_APP_REPORT_COMPARE_HPP
 
 #include <array>
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "app/learn/learn.hpp"
-#include "app/page/plot.hpp"
+#include "ref/log/log.hpp"
+#include "ref/log/result.hpp"
 
 namespace dqw {
 
@@ -35,6 +35,13 @@ struct Comparison {
     std::vector<BlockPoint> blocks[2];  ///< float's, Q15's
     std::vector<std::string> notes;
 };
+
+/// The three, and how they are called.
+struct NamedResult {
+    const char* who;
+    const Result* result;
+};
+std::array<NamedResult, 3> estimates_of(const Comparison& c);
 
 /// 100 (first - second) / second, where both know the parameter.
 std::optional<double> difference_percent(const Result& first, const Result& second, const std::string& parameter);

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-#include "app/base/quantity.hpp"
+#include "app/base/parameters.hpp"
 
 namespace dqw {
 namespace {
@@ -18,9 +18,8 @@ constexpr double nothing = std::numeric_limits<double>::quiet_NaN();
 
 double value_of(const Result& result, const char* name)
 {
-    for (const Estimate& e : result.parameters)
-        if (e.name == name) return e.value;
-    return nothing;
+    const Estimate* e = find_estimate(result.parameters, name);
+    return e ? e->value : nothing;
 }
 
 /// Both learners at each time at which one of them learned; what the other knew then is what it read last.
@@ -49,11 +48,7 @@ std::array<double, 2> range_of(const Columns& c)
     for (std::size_t k = static_cast<std::size_t>(settling * static_cast<double>(n)); k < n; ++k)
         for (std::size_t i = 1; i < c.size(); ++i)
             if (std::isfinite(c[i][k])) low = std::min(low, c[i][k]), high = std::max(high, c[i][k]);
-    if (!(high >= low)) return {0.0, 0.0};
-    const double least = least_span * std::max(std::fabs(low), std::fabs(high)),
-                 missing = std::max(0.0, least - (high - low));
-    const double pad = 0.08 * std::max(high - low, least);
-    return {low - 0.5 * missing - pad, high + 0.5 * missing + pad};
+    return range_around(low, high, least_span * std::max(std::fabs(low), std::fabs(high)));
 }
 
 }  // namespace
@@ -72,17 +67,13 @@ std::vector<Plot> compare_plots(const Comparison& c)
         if (all[0].empty()) continue;
         Plot plot;
         plot.y_range = range_of(all);
-        const Quantity q = quantity(name, std::max(std::fabs(plot.y_range[0]), std::fabs(plot.y_range[1])), 0.0);
-        const double factor = factor_of(q, name);
-        for (std::size_t i = 1; i < all.size(); ++i)
-            for (double& x : all[i]) x *= factor;
-        for (double& x : plot.y_range) x *= factor;
+        const std::string unit = scale(all, plot.y_range, name);
         plot.title = symbol;
         plot.x_label = regime == Regime::dynamic || regime == Regime::mechanical ||
                                all[0].back() != static_cast<double>(all[0].size() - 1)
                            ? "time [s]"
                            : "time or row";
-        plot.y_label = fmt::format("{} [{}]", symbol, q.unit);
+        plot.y_label = fmt::format("{} [{}]", symbol, unit);
         plot.series = {"float", "Q15"};
         if (std::isfinite(reference))
             plot.series.emplace_back("reference");

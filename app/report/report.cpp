@@ -4,8 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <nlohmann/json.hpp>
 
 #include "app/base/columns.hpp"
+#include "app/base/parameters.hpp"
 #include "app/base/quantity.hpp"
 #include "app/base/text.hpp"
 
@@ -13,55 +15,48 @@ namespace dqw {
 
 using Json = nlohmann::ordered_json;
 
-std::optional<double> nominal_of(const Machine& machine, const std::string& parameter)
-{
-    const std::pair<const char*, std::optional<double> Machine::*> members[] = {
-        {"R_ohm", &Machine::R_ohm},
-        {"Ld_H", &Machine::Ld_H},
-        {"Lq_H", &Machine::Lq_H},
-        {"psi_Wb", &Machine::psi_Wb},
-        {"pole_pairs", &Machine::pole_pairs},
-        {"J_kgm2", &Machine::J_kgm2},
-        {"B_Nms_rad", &Machine::B_Nms_rad},
-        {"torque_constant_Nm_A", &Machine::torque_constant_Nm_A},
-    };
-    for (const auto& [name, member] : members)
-        if (parameter == name) return machine.*member;
-    return {};
-}
-
 static Json number(double value)
 {
-    // Pole pairs and the like as integers; a number that is not finite has no JSON form.
+    // Pole pairs as an integer; a number that is not finite has no JSON form.
     if (!std::isfinite(value)) return nullptr;
     if (value == std::floor(value) && std::fabs(value) < 1e6) return static_cast<long>(value);
     return value;
 }
 
-Json result_json(const Result& result, const Machine& nominal)
+Json parameters_json(const std::vector<Estimate>& parameters)
 {
-    Json json = {{"schema", "dqwatch.parameters/1"}, {"rows", result.rows}, {"regime", name_of(result.regime)}};
-    Json parameters = Json::object();
-    for (const Estimate& e : result.parameters) {
-        Json entry = {{"value", e.name == "pole_pairs" ? number(e.value) : Json(e.value)}};
+    Json json = Json::object();
+    for (const Estimate& e : parameters) {
+        Json& entry = json[e.name];
+        entry["value"] = e.name == "pole_pairs" ? number(e.value) : Json(e.value);
         if (e.given)
             entry["given"] = true;
         else
             entry["sd"] = e.sd;
-        const auto said = nominal_of(nominal, e.name);
-        if (said && !e.given) entry["nominal"] = *said;
-        parameters[e.name] = entry;
     }
-    json["parameters"] = parameters;
-    json["effects"] = Json::array();
-    Json missing = Json::array();
+    return json;
+}
+
+Json axes_json(const std::vector<AxisResidual>& axes)
+{
+    Json json = Json::array();
+    for (const AxisResidual& a : axes) json.push_back({{"axis", a.axis}, {"rms", a.rms}, {"percent", a.percent}});
+    return json;
+}
+
+Json result_json(const Result& result, const Machine& nominal, const std::vector<TraceEffect>& effects)
+{
+    Json json = {{"schema", "dqwatch.parameters/1"}, {"rows", result.rows}, {"regime", name_of(result.regime)}};
+    Json& parameters = json["parameters"] = parameters_json(result.parameters);
+    for (const Estimate& e : result.parameters)
+        if (const auto said = nominal_of(nominal, e.name); said && !e.given) parameters[e.name]["nominal"] = *said;
+    Json& found = json["effects"] = Json::array();
+    for (const TraceEffect& e : effects)
+        found.push_back({{"name", e.name}, {"parameters", parameters_json(e.parameters)}});
+    Json& missing = json["not_identifiable"] = Json::array();
     for (const NotIdentifiable& n : result.not_identifiable)
         missing.push_back({{"name", n.name}, {"why", n.why}, {"excitation", n.excitation}});
-    json["not_identifiable"] = missing;
-    Json axes = Json::array();
-    for (const AxisResidual& a : result.axes)
-        axes.push_back({{"axis", a.axis}, {"rms", a.rms}, {"percent", a.percent}});
-    json["residual"] = {{"rms", result.residual_rms}, {"unit", result.residual_unit}, {"axes", axes}};
+    json["residual"] = {{"rms", result.residual_rms}, {"unit", result.residual_unit}, {"axes", axes_json(result.axes)}};
     json["notes"] = result.notes;
     return json;
 }
@@ -80,14 +75,13 @@ void name_what_was_left_out(Result& result, const std::vector<std::string>& aske
 
 std::string json_text(const Json& json) { return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n"; }
 
-std::string result_text(const Result& result, const Machine& nominal)
+static std::string parameter_table(const std::vector<Estimate>& parameters, const Machine& nominal)
 {
-    std::string out = fmt::format("{}, {}\n\n", name_of(result.regime), counted(result.rows, "row"));
-    bool any_nominal = false;
-    for (const Estimate& e : result.parameters) any_nominal = any_nominal || (!e.given && nominal_of(nominal, e.name));
+    const bool any_nominal = std::any_of(parameters.begin(), parameters.end(),
+                                         [&](const Estimate& e) { return !e.given && nominal_of(nominal, e.name); });
     std::vector<std::vector<std::string>> rows = {{"parameter", "value", "sd", "unit"}};
     if (any_nominal) rows[0].insert(rows[0].end(), {"nominal", "difference"});
-    for (const Estimate& e : result.parameters) {
+    for (const Estimate& e : parameters) {
         const Quantity q = quantity(e.name, e.value, e.given ? 0.0 : e.sd);
         std::vector<std::string> row = {e.name, q.value, e.given ? "given" : q.sd, q.unit};
         const auto said = nominal_of(nominal, e.name);
@@ -97,9 +91,29 @@ std::string result_text(const Result& result, const Machine& nominal)
         }
         rows.push_back(row);
     }
-    if (rows.size() > 1) out += table(rows);
+    return rows.size() > 1 ? table(rows) : "";
+}
+
+static std::string effect_table(const std::vector<TraceEffect>& effects)
+{
+    if (effects.empty()) return "";
+    std::vector<std::vector<std::string>> rows = {{"effect", "parameter", "value", "sd", "unit"}};
+    for (const TraceEffect& effect : effects)
+        for (const Estimate& e : effect.parameters) {
+            const Quantity q = quantity(e.name, e.value, e.given ? 0.0 : e.sd);
+            rows.push_back({&e == &effect.parameters.front() ? effect.name : "", e.name, q.value,
+                            e.given ? "given" : q.sd, q.unit});
+        }
+    return "\n" + table(rows);
+}
+
+std::string result_text(const Result& result, const Machine& nominal, const std::vector<TraceEffect>& effects)
+{
+    std::string out = fmt::format("{}, {}\n\n", name_of(result.regime), counted(result.rows, "row"));
+    const std::string parameters = parameter_table(result.parameters, nominal);
+    out += parameters;
     if (!result.not_identifiable.empty())
-        out += rows.size() > 1 ? "\nnot identifiable from this log\n" : "not identifiable from this log\n";
+        out += parameters.empty() ? "not identifiable from this log\n" : "\nnot identifiable from this log\n";
     for (const NotIdentifiable& n : result.not_identifiable) {
         out += fmt::format("  {}: {}\n", n.name, n.why);
         if (!n.excitation.empty()) out += fmt::format("    what would help: {}\n", n.excitation);
@@ -108,7 +122,7 @@ std::string result_text(const Result& result, const Machine& nominal)
     for (const AxisResidual& a : result.axes)
         out += fmt::format("{} {} {:.4g} {} ({:.3g} %)", &a == &result.axes[0] ? ":" : ",", a.axis, a.rms,
                            result.residual_unit, a.percent);
-    return out + "\n";
+    return out + "\n" + effect_table(effects);
 }
 
 }  // namespace dqw

@@ -1,42 +1,53 @@
 #include "app/trace/report.hpp"
 
+#include <fmt/format.h>
+
 #include <cmath>
+#include <nlohmann/json.hpp>
 
 #include "app/base/columns.hpp"
+#include "app/base/quantity.hpp"
+#include "app/base/text.hpp"
+#include "app/report/report.hpp"
+#include "app/trace/rows.hpp"
 #include "app/trace/verdict.hpp"
 
 namespace dqw {
+namespace {
 
 using Json = nlohmann::ordered_json;
 
-static Json parameters_json(const std::vector<Estimate>& parameters)
+Json fit_json(const TraceFit& fit)
 {
-    Json json = Json::object();
-    for (const Estimate& e : parameters) {
-        Json& entry = json[e.name];
-        const bool integer = e.name == "pole_pairs" && e.value == std::floor(e.value);
-        entry["value"] = integer ? Json(static_cast<long>(e.value)) : Json(e.value);
-        if (e.given)
-            entry["given"] = true;
-        else
-            entry["sd"] = e.sd;
-    }
-    return json;
+    return {{"parameters", parameters_json(fit.parameters)},
+            {"heldout_rms", fit.heldout_rms},
+            {"axes", axes_json(fit.axes)}};
 }
 
-static Json fit_json(const TraceFit& fit)
-{
-    Json axes = Json::array();
-    for (const AxisResidual& a : fit.axes) axes.push_back({{"axis", a.axis}, {"rms", a.rms}, {"percent", a.percent}});
-    return {{"parameters", parameters_json(fit.parameters)}, {"heldout_rms", fit.heldout_rms}, {"axes", axes}};
-}
-
-static Json correlates_json(const std::vector<TraceCorrelate>& correlates)
+Json correlates_json(const std::vector<TraceCorrelate>& correlates)
 {
     Json json = Json::array();
     for (const TraceCorrelate& c : correlates) json.push_back({{"with", c.with}, {"axis", c.axis}, {"share", c.share}});
     return json;
 }
+
+std::string correlates_text(const std::vector<TraceCorrelate>& correlates)
+{
+    std::string out;
+    for (std::size_t i = 0; i < correlates.size() && i < 3; ++i)
+        out += fmt::format("{}{} ({}, {:.0f} %)", i ? "; " : "", correlates[i].with, correlates[i].axis,
+                           100 * correlates[i].share);
+    return out;
+}
+
+std::string confusable_text(const TraceEffect& e)
+{
+    if (e.confusable_with.empty()) return "";
+    return fmt::format("\n{} or {}: {}\n", e.name, list(e.confusable_with),
+                       e.separate.empty() ? "nothing in this log tells" : "what would tell: " + e.separate);
+}
+
+}  // namespace
 
 Json trace_json(const TraceReport& report)
 {
@@ -69,6 +80,44 @@ Json trace_json(const TraceReport& report)
     json["inputs"] = inputs;
     json["notes"] = trace.notes;
     return json;
+}
+
+std::string trace_text(const TraceReport& report)
+{
+    const TraceResult& trace = report.trace;
+    std::string out = verdict_sentence(trace) + "\n";
+    const std::string remark = verdict_remark(trace);
+    out += remark + (remark.empty() ? "\n" : "\n\n");
+    out += fmt::format("{}: {}, {}, {} held out\n\n", trace.verdict, name_of(trace.regime), counted(trace.rows, "row"),
+                       trace.heldout_rows);
+    const bool found = !trace.effects.empty();
+    const auto parameters = [&](const std::string& heading, const TraceFit& before, const TraceFit& after) {
+        const Rows rows = parameter_rows(before, after, found);
+        return rows.size() < 2 ? "" : "\n" + heading + table(rows);
+    };
+    out += table(residual_rows(report)) + parameters("", trace.before, trace.after);
+    if (found) out += "\n" + table(effect_rows(trace));
+    if (report.learner_before && report.learner_after)
+        out += parameters("learners in firmware\n", *report.learner_before, *report.learner_after);
+    for (const TraceEffect& e : trace.effects) out += confusable_text(e);
+    if (!trace.structure.empty())
+        out += fmt::format("\nthe residual {}goes with: {}\n", found ? "before " : "",
+                           correlates_text(trace.structure));
+    if (found && !trace.rest.empty()) out += "the residual after goes with: " + correlates_text(trace.rest) + "\n";
+    if (trace.rejected.empty()) return out;
+    // The reason is a sentence, so it stands behind the table, not in it.
+    Rows rows;
+    for (const TraceRejected& r : trace.rejected)
+        rows.push_back({"  " + r.name, std::isfinite(r.heldout_rms) ? residual_text(r.heldout_rms, trace.unit) : ""});
+    const std::string padded = table(rows);
+    out += "\nnot taken\n";
+    std::size_t at = 0;
+    for (const TraceRejected& r : trace.rejected) {
+        const std::size_t end = padded.find('\n', at);
+        out += padded.substr(at, end - at) + ": " + with_minus(r.why) + "\n";
+        at = end + 1;
+    }
+    return out;
 }
 
 }  // namespace dqw

@@ -2,7 +2,7 @@
 #ifndef DQW_APP_TRACE_REPORT_HPP
 #define DQW_APP_TRACE_REPORT_HPP
 
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -21,6 +21,9 @@ struct TraceReport {
 /// The object of schema dqwatch.trace/1. Beyond it: `sentence`, `remark`, `logs`, `axes` of each fit, `separate`,
 /// `structure`, `rest`, `inputs`, `notes`.
 nlohmann::ordered_json trace_json(const TraceReport& report);
+
+/// A trace for people at a terminal, notes left out: they go to stderr.
+std::string trace_text(const TraceReport& report);
 
 }  // namespace dqw
 #endif

@@ -5,19 +5,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "app/base/parameters.hpp"
 #include "app/base/quantity.hpp"
 #include "app/base/text.hpp"
-#include "app/trace/verdict.hpp"
 
 namespace dqw {
 namespace {
-
-const Estimate* named(const std::vector<Estimate>& parameters, const std::string& name)
-{
-    const auto found = std::find_if(parameters.begin(), parameters.end(),
-                                    [&](const Estimate& e) { return e.name == name; });
-    return found == parameters.end() ? nullptr : &*found;
-}
 
 std::string cell(const Estimate* e, const Quantity& like)
 {
@@ -60,7 +53,7 @@ Rows parameter_rows(const TraceFit& before, const TraceFit& after, bool effects_
     }
     Rows rows = {{"", "before", "after", "change"}};
     for (const std::string& name : names) {
-        const Estimate *b = named(before.parameters, name), *a = named(after.parameters, name);
+        const Estimate *b = find_estimate(before.parameters, name), *a = find_estimate(after.parameters, name);
         const bool comparable = a && b && !a->given && a->value != 0 && std::isfinite(b->value);
         const Quantity like = larger(a, b);
         rows.push_back({symbol(name), cell(b, like), cell(a, like),

@@ -7,6 +7,7 @@
 #include <optional>
 #include <set>
 
+#include "app/base/parameters.hpp"
 #include "app/base/quantity.hpp"
 #include "app/base/text.hpp"
 #include "ref/effect/effect.hpp"
@@ -97,6 +98,23 @@ std::string joined(const std::vector<std::string>& items, const char* last)
     return out;
 }
 
+/// The base parameter that the effects moved most, as a part of its value; nullptr where none moved by a percent and
+/// two deviations.
+const Estimate* most_wrong(const TraceResult& trace, double& before)
+{
+    const Estimate* most = nullptr;
+    double largest = 0.01;
+    for (const Estimate& after : trace.after.parameters)
+        for (const Estimate& b : trace.before.parameters) {
+            if (b.name != after.name || after.given || b.given) continue;
+            const double moved = std::fabs(b.value - after.value);
+            const double part = moved / std::fabs(after.value);
+            if (!(part > largest) || !(moved > 2 * after.sd)) continue;
+            largest = part, most = &after, before = b.value;
+        }
+    return most;
+}
+
 std::string without_them(const TraceResult& trace)
 {
     double before = 0.0;
@@ -113,9 +131,7 @@ std::string look_alikes(const TraceResult& trace)
     std::string out;
     for (const TraceEffect& e : trace.effects) {
         if (e.confusable_with.empty()) continue;
-        std::vector<std::string> names;
-        for (const std::string& name : e.confusable_with) names.push_back(spoken(name));
-        out += fmt::format(" This log cannot tell it from {}.", joined(names, " or "));
+        out += fmt::format(" This log cannot tell it from {}.", look_alikes_of(e));
         if (trace.effects.size() > 1) out.replace(out.rfind(" it "), 4, " " + spoken(e.name) + " ");
     }
     return out;
@@ -165,29 +181,11 @@ std::string spoken(const std::string& name)
     return out;
 }
 
-std::string symbol(const std::string& parameter)
+std::string look_alikes_of(const TraceEffect& effect)
 {
-    const std::pair<const char*, const char*> symbols[] = {
-        {"R_ohm", "R"},      {"Ld_H", "L_d"}, {"Lq_H", "L_q"},    {"psi_Wb", "ψ"},
-        {"pole_pairs", "p"}, {"J_kgm2", "J"}, {"B_Nms_rad", "B"}, {"torque_constant_Nm_A", "K_t"}};
-    for (const auto& [name, text] : symbols)
-        if (parameter == name) return text;
-    return parameter;
-}
-
-const Estimate* most_wrong(const TraceResult& trace, double& before)
-{
-    const Estimate* most = nullptr;
-    double largest = 0.01;
-    for (const Estimate& after : trace.after.parameters)
-        for (const Estimate& b : trace.before.parameters) {
-            if (b.name != after.name || after.given || b.given) continue;
-            const double moved = std::fabs(b.value - after.value);
-            const double part = moved / std::fabs(after.value);
-            if (!(part > largest) || !(moved > 2 * after.sd)) continue;
-            largest = part, most = &after, before = b.value;
-        }
-    return most;
+    std::vector<std::string> names;
+    for (const std::string& name : effect.confusable_with) names.push_back(spoken(name));
+    return joined(names, " or ");
 }
 
 std::string effect_sentence(const TraceEffect& effect, const TraceBlocks& blocks)

@@ -19,15 +19,11 @@ std::string verdict_sentence(const TraceResult& trace);
 /// What must be said beside it: look-alikes, and what is left. Empty where there is nothing.
 std::string verdict_remark(const TraceResult& trace);
 
-/// The base parameter that the effects moved most, as a part of its value; nullptr where none moved by a percent and
-/// two deviations.
-const Estimate* most_wrong(const TraceResult& trace, double& before);
-
 /// "dead time" for dead_time.
 std::string spoken(const std::string& name);
 
-/// "R" for R_ohm: the symbol that people use.
-std::string symbol(const std::string& parameter);
+/// "delay or dead time": what this log cannot tell an effect from.
+std::string look_alikes_of(const TraceEffect& effect);
 
 }  // namespace dqw
 #endif

@@ -2,8 +2,10 @@
 // Plain only: long, and what it runs others run under the sanitizers.
 #include <cmath>
 #include <limits>
+#include <nlohmann/json.hpp>
 #include <string>
 
+#include "app/base/parameters.hpp"
 #include "app/base/quantity.hpp"
 #include "app/report/report.hpp"
 #include "unity.h"
