@@ -37,6 +37,17 @@ static const dqw_monitor_stored *stored(void)
     BETWEEN(1.6, at_s, 2.3);  // service, a rest, 20 looks
     HOLDS(dqw_monitor_store(&m, &healthy));
     HOLDS(!dqw_monitor_store(&m, NULL) && !dqw_monitor_store(NULL, &healthy));
+    // From twenty looks on: of R, L_q and the flux; the others may have none.
+    for (int i = 0; i < DQW_WATCH_TEMPERATURE; i++)
+        for (uint8_t looks = 19; looks <= 20; looks++) {
+            CASE("channel %d, %d looks", i, looks);
+            dqw_monitor young = m;
+            young.watch.looks[i] = looks;
+            dqw_monitor_stored now;
+            const bool needed = i == DQW_WATCH_R || i == DQW_WATCH_LQ || i == DQW_WATCH_PSI;
+            HOLDS(dqw_monitor_store(&young, &now) == (!needed || looks == 20));
+        }
+    test_case[0] = 0;
     BETWEEN(0.0199, healthy.healthy[DQW_PSI], 0.0201);
     BETWEEN(0.49, healthy.healthy[DQW_R], 0.51);
     return &healthy;
