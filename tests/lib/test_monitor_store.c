@@ -8,6 +8,38 @@
 void setUp(void) { test_case[0] = 0; }
 void tearDown(void) {}
 
+// All that was learned as healthy comes back: each value as it was, whichever it was.
+static void every_value_comes_back(const dqw_monitor *m)
+{
+    dqw_monitor kept = *m;
+    float next = 1000;
+    for (int i = 0; i < DQW_PARAMETERS; i++) kept.healthy[i] = next++;
+    for (int i = 0; i < DQW_WITNESS_INPUTS; i++) {
+        kept.healthy_re[i] = next++;
+        kept.healthy_im[i] = next++;
+    }
+    kept.cold_R_ohm = next++;
+    kept.cold_psi_Wb = next++;
+    kept.hottest_K = next++;
+    kept.healthy_residual_pu2 = next++;
+    kept.healthy_friction_Nm = next++;
+    for (int i = 0; i < DQW_WATCH_TEMPERATURE; i++) kept.watch.looks[i] = (uint8_t)(100 + i);
+    dqw_monitor_stored flash;
+    HOLDS(dqw_monitor_store(&kept, &flash));
+    dqw_monitor back;
+    TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_monitor_init(&back, m->config));
+    TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_monitor_restore(&back, &flash));
+    TEST_ASSERT_EQUAL_MEMORY(kept.healthy, back.healthy, sizeof kept.healthy);
+    TEST_ASSERT_EQUAL_MEMORY(kept.healthy_re, back.healthy_re, sizeof kept.healthy_re);
+    TEST_ASSERT_EQUAL_MEMORY(kept.healthy_im, back.healthy_im, sizeof kept.healthy_im);
+    HOLDS(back.cold_R_ohm == kept.cold_R_ohm);
+    HOLDS(back.cold_psi_Wb == kept.cold_psi_Wb);
+    HOLDS(back.hottest_K == kept.hottest_K);
+    HOLDS(back.healthy_residual_pu2 == kept.healthy_residual_pu2);
+    HOLDS(back.healthy_friction_Nm == kept.healthy_friction_Nm);
+    TEST_ASSERT_EQUAL_MEMORY(kept.watch.looks, back.watch.looks, sizeof kept.watch.looks);
+}
+
 static dqw_monitor_stored healthy;
 
 // A healthy joint's, taken at 2.6 s.
@@ -36,6 +68,7 @@ static const dqw_monitor_stored *stored(void)
     }
     BETWEEN(1.6, at_s, 2.3);  // service, a rest, 20 looks
     HOLDS(dqw_monitor_store(&m, &healthy));
+    every_value_comes_back(&m);
     HOLDS(!dqw_monitor_store(&m, NULL) && !dqw_monitor_store(NULL, &healthy));
     // From twenty looks on: of R, L_q and the flux; the others may have none.
     for (int i = 0; i < DQW_WATCH_TEMPERATURE; i++)

@@ -451,6 +451,38 @@ static void test_an_event_is_told_once_with_its_times(void)
 
 // ---- what outlives a power cycle ----
 
+// All that was learned as healthy comes back: each value as it was, whichever it was.
+static void every_value_comes_back(const dqw_monitor_q15 *m)
+{
+    dqw_monitor_q15 kept = *m;
+    int32_t next = 1000;
+    for (int i = 0; i < DQW_PARAMETERS; i++) kept.is.healthy_q24[i] = next++;
+    for (int i = 0; i < DQW_WITNESS_Q15_INPUTS; i++) {
+        kept.is.healthy_re_q28[i] = next++;
+        kept.is.healthy_im_q28[i] = next++;
+    }
+    kept.is.cold_R_q24 = next++;
+    kept.is.cold_psi_q24 = next++;
+    kept.is.hottest_q16 = next++;
+    kept.is.healthy_residual_q54 = next++;
+    kept.is.healthy_friction_q24 = next++;
+    for (int i = 0; i < DQW_WATCH_TEMPERATURE; i++) kept.watch.looks[i] = (uint8_t)(100 + i);
+    dqw_monitor_stored_q15 flash;
+    HOLDS(dqw_monitor_store_q15(&kept, &flash));
+    dqw_monitor_q15 back;
+    TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_monitor_init_q15(&back, m->config));
+    TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_monitor_restore_q15(&back, &flash));
+    TEST_ASSERT_EQUAL_MEMORY(kept.is.healthy_q24, back.is.healthy_q24, sizeof kept.is.healthy_q24);
+    TEST_ASSERT_EQUAL_MEMORY(kept.is.healthy_re_q28, back.is.healthy_re_q28, sizeof kept.is.healthy_re_q28);
+    TEST_ASSERT_EQUAL_MEMORY(kept.is.healthy_im_q28, back.is.healthy_im_q28, sizeof kept.is.healthy_im_q28);
+    HOLDS(back.is.cold_R_q24 == kept.is.cold_R_q24);
+    HOLDS(back.is.cold_psi_q24 == kept.is.cold_psi_q24);
+    HOLDS(back.is.hottest_q16 == kept.is.hottest_q16);
+    HOLDS(back.is.healthy_residual_q54 == kept.is.healthy_residual_q54);
+    HOLDS(back.is.healthy_friction_q24 == kept.is.healthy_friction_q24);
+    TEST_ASSERT_EQUAL_MEMORY(kept.watch.looks, back.watch.looks, sizeof kept.watch.looks);
+}
+
 static dqw_monitor_stored_q15 stored_of_a_healthy_joint(const dqw_monitor_q15_config *c)
 {
     const dqw_sim_scenario s = joint(2.4);
@@ -467,6 +499,7 @@ static dqw_monitor_stored_q15 stored_of_a_healthy_joint(const dqw_monitor_q15_co
     HOLDS(watch(&m, (int)(1.0 / DT_S), row_count).events == 0);
     HOLDS(!dqw_monitor_store_q15(NULL, &stored) && !dqw_monitor_store_q15(&m, NULL));
     HOLDS(dqw_monitor_store_q15(&m, &stored));
+    every_value_comes_back(&m);
     return stored;
 }
 
