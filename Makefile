@@ -106,7 +106,7 @@ mutants:
 	@.ci/install build
 	@.ci/unity $(UNITY_DIR)
 	@$(MAKE) --no-print-directory test-binaries
-	@for folder in lib port_q15; do tests/mutants/mutants.py $$folder --seed $(or $(SEED),1) --build $(BUILD); done
+	@for folder in lib port_q15; do tests/mutants/mutants.py $$folder --sanitized --seed $(or $(SEED),1) --build $(BUILD); done
 
 ## fresh        README's two commands in a bare Debian 12 and a bare Debian 13: what is committed, installed by itself. As root; long
 .PHONY: fresh

@@ -857,6 +857,46 @@ static void test_an_empty_list_after_a_gap(void)
     }
 }
 
+// What stands behind an effect is what it is alone, whichever effect it is.
+static void test_every_effect_before_another(void)
+{
+    const dqw_effect_base base = {(float)DT_S, 100, (float)I_BASE, 140, P_TRUE, false};
+    test_random r = {78};
+    for (int k = 0; k < LAWS; k++) {
+        dqw_effect_config two[] = {{.effect = laws[k].effect}, {.effect = DQW_EFFECT_SKIN_EFFECT}};
+        memcpy(two[0].shape, laws[k].config, sizeof laws[k].config);
+        dqw_effect both;
+        dqw_effect alone;
+        TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_effect_init(&both, two, 2, &base));
+        TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_effect_init(&alone, &two[1], 1, &base));
+        const int first = laws[k].weights;
+        TEST_ASSERT_EQUAL_UINT8(first + 1, both.weights);
+        dqw_sample last = {0};
+        for (int n = 0; n < 6; n++) {
+            CASE("%s, pair %d", laws[k].name, n);
+            dqw_sample s = dqw_sample_from_dq((float)random_uniform(&r, -50, 50), (float)random_uniform(&r, -50, 50),
+                                              (float)random_uniform(&r, -15, 15), (float)random_uniform(&r, -15, 15),
+                                              (float)random_uniform(&r, -140, 140), (float)random_uniform(&r, -PI, PI));
+            s.temp_winding_C = s.temp_magnet_C = (float)random_uniform(&r, 20, 120);
+            float d[2][DQW_EFFECT_WEIGHTS];
+            float q[2][DQW_EFFECT_WEIGHTS];
+            const bool there = dqw_effect_pair(&both, n > 0 ? &last : NULL, &s, d[0], q[0]);
+            const bool of_it = dqw_effect_pair(&alone, n > 0 ? &last : NULL, &s, d[1], q[1]);
+            HOLDS(there == of_it || n < 2);
+            if (there) HOLDS(d[0][first] == d[1][0] && q[0][first] == q[1][0]);
+            dqw_effect_static(&both, &s, d[0], q[0]);
+            dqw_effect_static(&alone, &s, d[1], q[1]);
+            HOLDS(d[0][first] == d[1][0] && q[0][first] == q[1][0]);
+            // A settled row is no pair's first sample.
+            dqw_effect_gap(&both);
+            dqw_effect_gap(&alone);
+            (void)dqw_effect_pair(&both, &s, &s, d[0], q[0]);
+            (void)dqw_effect_pair(&alone, &s, &s, d[1], q[1]);
+            last = s;
+        }
+    }
+}
+
 // A block's inputs from what was gathered of it, every effect behind two others, against the weighted mean of its
 // pairs' own inputs.
 static void test_a_block_is_the_mean_of_its_pairs(void)
@@ -1115,6 +1155,7 @@ int main(void)
     RUN_TEST(test_start_deviations);
     RUN_TEST(test_input_bases);
     RUN_TEST(test_an_empty_list_after_a_gap);
+    RUN_TEST(test_every_effect_before_another);
     RUN_TEST(test_a_block_is_the_mean_of_its_pairs);
     RUN_TEST(test_what_an_effect_needs_must_be_a_number);
     RUN_TEST(test_no_pair_uses_a_refused_sample);

@@ -276,6 +276,7 @@ static void test_block_is_the_triangle_of_the_pairs(void)
                 continue;
             }
             double sum[DQW_BLOCK_SIGNALS] = {0};
+            double step_V[2] = {0};
             double weight = 0.0;
             int valid = 0;
             for (int j = 1; j <= 2 * halves[h]; j++) {
@@ -295,6 +296,7 @@ static void test_block_is_the_triangle_of_the_pairs(void)
                     ((double)a->w_m_rad_s * (double)a->i_q_A + (double)b->w_m_rad_s * (double)b->i_q_A) / 2,
                     ((double)a->w_m_rad_s + (double)b->w_m_rad_s) / 2};
                 for (int n = 0; n < DQW_BLOCK_SIGNALS; n++) sum[n] += w * pair[n];
+                for (int n = 0; n < 2; n++) step_V[n] += j <= halves[h] ? -pair[n] : pair[n];
                 weight += w;
                 valid++;
             }
@@ -315,6 +317,7 @@ static void test_block_is_the_triangle_of_the_pairs(void)
             HOLDS(block.cosine == (good[k - halves[h]] ? s[k - halves[h]].cosine : 0.0f) &&
                   block.sine == (good[k - halves[h]] ? s[k - halves[h]].sine : 0.0f));
             HOLDS(block.whole == (valid == 2 * halves[h]));
+            for (int n = 0; n < 2; n++) HOLDS(fabs((double)block.v_step_V[n] - step_V[n]) < 1e-4);
             HOLDS(t.number == (uint32_t)((k + 1) / halves[h]));
         }
         CASE("half %d", halves[h]);

@@ -2,6 +2,7 @@
 // back, with effects.
 #include "dqw_monitor.h"
 #include "dqw_monitor_channel.h"
+#include "dqw_monitor_channel.h"
 #include "watched_joint.h"
 
 void setUp(void) { test_case[0] = 0; }
@@ -583,6 +584,85 @@ static void test_healthy_values_follow_while_they_are_known(void)
         }
 }
 
+// In service and watching: what the next two judge, each from there.
+static const dqw_monitor *in_service(dqw_monitor_config *c)
+{
+    static dqw_monitor m;
+    const dqw_sim_scenario s = joint(quick() ? 2.0 : 2.6);
+    simulate(&s);
+    m = begin(c);
+    (void)watch(&m, 0, row_count);
+    dqw_monitor_missing(&m, 0);
+    (void)watch(&m, 20000, 24000);
+    HOLDS(dqw_monitor_why(&m) == DQW_WHY_IN_SERVICE);
+    for (int i = 0; i < DQW_WATCH_CHANNELS; i++) dqw_change_init(&m.watch.change[i]);
+    return &m;
+}
+
+// A look settles a healthy value where that is known to a fifth of its band, the flux to two fifths, the witness to
+// half. (E63)
+static void test_healthy_values_settle_while_they_are_known(void)
+{
+    dqw_monitor_config c = config_of();
+    const dqw_monitor_config as_it_is = c;
+    const dqw_monitor *serving = in_service(&c);
+    for (int channel = DQW_WATCH_R; channel < DQW_WATCH_FRICTION; channel++)
+        for (int unsure = 0; unsure < 2; unsure++) {
+            dqw_monitor m = *serving;
+            c = as_it_is;
+            float now;
+            float change;
+            float deviation;
+            dqw_monitor_read_channel(&m, channel, &now, &change, &deviation);
+            const double sd = (double)deviation;
+            const double part = channel >= DQW_WATCH_OFFSET ? 0.5 : channel == DQW_WATCH_PSI ? 0.4 : 0.2;
+            const double wide = sd / (part * (double)dqw_monitor_band_of(&m, channel)) * (unsure ? 0.8 : 1.25);
+            c.band[channel] = (float)(wide * (double)dqw_monitor_band(&m, channel));
+            m.watch.looks[channel] = 0;
+            (void)watch(&m, 24000, 24000 + 20 * 18);
+            CASE("channel %d, %s: sd %g", channel, unsure ? "unsure" : "sure", sd);
+            HOLDS((m.watch.looks[channel] > 0) == (unsure == 0));
+        }
+}
+
+// What heat may have made of R or the flux since its healthy value last followed is no change; what is beyond is one,
+// by so many of its widths less one. (E63)
+static void test_what_heat_explains_is_no_change(void)
+{
+    dqw_monitor_config c = config_of();
+    const dqw_monitor_config as_it_is = c;
+    const dqw_monitor *serving = in_service(&c);
+    for (int channel = DQW_WATCH_R; channel <= DQW_WATCH_PSI; channel += DQW_WATCH_PSI - DQW_WATCH_R)
+        for (int way = 0; way < 4; way++) {
+            dqw_monitor m = *serving;
+            c = as_it_is;
+            // The flux may be this low: the winding was hot.
+            m.healthy.hottest_K = 300.0f;
+            // So narrow a band that it is not known to a part of it: then the healthy value does not follow.
+            const double sd = (double)dqw_estimator_sd(&m.estimator, channel);
+            const double narrow = sd / (channel == DQW_WATCH_R ? 0.2 : 0.4) / (double)dqw_monitor_band_of(&m, channel) *
+                                  0.7;
+            c.band[channel] = (float)(narrow * (double)dqw_monitor_band(&m, channel));
+            const uint16_t halves = 400;
+            m.watch.followed[channel == DQW_WATCH_PSI] = (uint16_t)((m.estimator.number >> DQW_WATCH_FOLLOW_SHIFT) -
+                                                                    halves);
+            m.watch.looks[channel] = DQW_WATCH_LOOKS_MOST;
+            const double rate = channel == DQW_WATCH_R ? 0.0039 : 0.001;
+            const double heat = 1.3 * rate * (double)(channel == DQW_WATCH_R ? m.healthy.cold_R_ohm : m.healthy.cold_psi_Wb) * halves *
+                                256 * 20 * DT_S;
+            const double sure = fmax(5 * sd * sqrt(1 + 20.0 / 275), (double)dqw_monitor_band_of(&m, channel));
+            const double off = way < 2 ? heat - 0.5 * sure : heat + 3 * sure;
+            m.healthy.weight[channel] = (float)((double)dqw_estimator_value(&m.estimator, channel) + (way % 2 ? off : -off));
+            (void)watch(&m, 24000, 24000 + 20 * 18);
+            CASE("channel %d, way %d: off by %g of the value, %g widths", channel, way,
+                 off / (double)dqw_estimator_value(&m.estimator, channel), off / sure);
+            if (way < 2)
+                HOLDS(m.watch.change[channel].sum_q5 == 0);
+            else
+                BETWEEN(32, m.watch.change[channel].sum_q5, 96);
+        }
+}
+
 // Friction's torque is what does not accelerate: over halves that do not follow each other nobody knows.
 static void test_friction_takes_no_lost_half_for_one(void)
 {
@@ -632,6 +712,8 @@ int main(void)
     RUN_TEST(test_sensitivity);
     RUN_TEST(test_a_bad_connection_is_no_heat);
     RUN_TEST(test_healthy_values_follow_while_they_are_known);
+    RUN_TEST(test_healthy_values_settle_while_they_are_known);
+    RUN_TEST(test_what_heat_explains_is_no_change);
     RUN_TEST(test_friction_takes_no_lost_half_for_one);
     return UNITY_END();
 }

@@ -8,6 +8,38 @@
 void setUp(void) { test_case[0] = 0; }
 void tearDown(void) {}
 
+// All that was learned as healthy comes back: each value as it was, whichever it was.
+static void every_value_comes_back(const dqw_monitor *m)
+{
+    dqw_monitor kept = *m;
+    float next = 1000;
+    for (int i = 0; i < DQW_PARAMETERS; i++) kept.healthy.weight[i] = next++;
+    for (int i = 0; i < DQW_WITNESS_INPUTS; i++) {
+        kept.healthy.re[i] = next++;
+        kept.healthy.im[i] = next++;
+    }
+    kept.healthy.cold_R_ohm = next++;
+    kept.healthy.cold_psi_Wb = next++;
+    kept.healthy.hottest_K = next++;
+    kept.healthy.residual_pu2 = next++;
+    kept.healthy.friction_Nm = next++;
+    for (int i = 0; i < DQW_WATCH_TEMPERATURE; i++) kept.watch.looks[i] = (uint8_t)(100 + i);
+    dqw_monitor_stored flash;
+    HOLDS(dqw_monitor_store(&kept, &flash));
+    dqw_monitor back;
+    TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_monitor_init(&back, m->config));
+    TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_monitor_restore(&back, &flash));
+    TEST_ASSERT_EQUAL_MEMORY(kept.healthy.weight, back.healthy.weight, sizeof kept.healthy.weight);
+    TEST_ASSERT_EQUAL_MEMORY(kept.healthy.re, back.healthy.re, sizeof kept.healthy.re);
+    TEST_ASSERT_EQUAL_MEMORY(kept.healthy.im, back.healthy.im, sizeof kept.healthy.im);
+    HOLDS(back.healthy.cold_R_ohm == kept.healthy.cold_R_ohm);
+    HOLDS(back.healthy.cold_psi_Wb == kept.healthy.cold_psi_Wb);
+    HOLDS(back.healthy.hottest_K == kept.healthy.hottest_K);
+    HOLDS(back.healthy.residual_pu2 == kept.healthy.residual_pu2);
+    HOLDS(back.healthy.friction_Nm == kept.healthy.friction_Nm);
+    TEST_ASSERT_EQUAL_MEMORY(kept.watch.looks, back.watch.looks, sizeof kept.watch.looks);
+}
+
 static dqw_monitor_stored healthy;
 
 // A healthy joint's, taken at 2.6 s.
@@ -36,7 +68,19 @@ static const dqw_monitor_stored *stored(void)
     }
     BETWEEN(1.6, at_s, 2.3);  // service, a rest, 20 looks
     HOLDS(dqw_monitor_store(&m, &healthy));
+    every_value_comes_back(&m);
     HOLDS(!dqw_monitor_store(&m, NULL) && !dqw_monitor_store(NULL, &healthy));
+    // From twenty looks on: of R, L_q and the flux; the others may have none.
+    for (int i = 0; i < DQW_WATCH_TEMPERATURE; i++)
+        for (uint8_t looks = 19; looks <= 20; looks++) {
+            CASE("channel %d, %d looks", i, looks);
+            dqw_monitor young = m;
+            young.watch.looks[i] = looks;
+            dqw_monitor_stored now;
+            const bool needed = i == DQW_WATCH_R || i == DQW_WATCH_LQ || i == DQW_WATCH_PSI;
+            HOLDS(dqw_monitor_store(&young, &now) == (!needed || looks == 20));
+        }
+    test_case[0] = 0;
     BETWEEN(0.0199, healthy.healthy.weight[DQW_PSI], 0.0201);
     BETWEEN(0.49, healthy.healthy.weight[DQW_R], 0.51);
     return &healthy;

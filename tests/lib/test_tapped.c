@@ -183,6 +183,21 @@ static void test_counters_stop_at_their_maximum(void)
     BETWEEN(0.0, axis.learner[0].step_size, 1e-6);
 }
 
+// Each Learner draws by itself.
+static void test_no_two_draw_alike(void)
+{
+    for (uint32_t seed = 1; seed <= 3; seed++) {
+        const dqw_tapped_config c = config_of(DQW_TAPS, seed);
+        dqw_tapped t;
+        TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_tapped_init(&t, &c));
+        for (int i = 0; i < DQW_TAPS; i++)
+            for (int j = 0; j < i; j++) {
+                CASE("seed %u, %d and %d", (unsigned)seed, j, i);
+                HOLDS(t.random[i].state != t.random[j].state);
+            }
+    }
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -191,5 +206,6 @@ int main(void)
     RUN_TEST(test_worst_of_twenty_seeds_is_below_the_papers);
     RUN_TEST(test_same_seed_same_weights);
     RUN_TEST(test_counters_stop_at_their_maximum);
+    RUN_TEST(test_no_two_draw_alike);
     return UNITY_END();
 }

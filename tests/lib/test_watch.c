@@ -29,9 +29,29 @@ static void test_a_long_pause_is_the_longest_time(void)
     TEST_ASSERT_EQUAL_UINT16(65534, dqw_watch_unfollowed(&w, DQW_WATCH_R, 65534 * step));
 }
 
+// Healthy values that are taken anew settle anew: what is timed and waited for goes on.
+static void test_adopting_leaves_what_is_timed(void)
+{
+    dqw_watch w;
+    memset(&w, 0x5a, sizeof w);
+    const dqw_watch before = w;
+    dqw_watch_adopt(&w, 7u << DQW_WATCH_FOLLOW_SHIFT);
+    for (int i = 0; i < DQW_WATCH_TEMPERATURE; i++) HOLDS(w.looks[i] == 0);
+    for (int i = 0; i < DQW_WATCH_CHANNELS; i++) HOLDS(w.change[i].sum_q5 == 0 && w.change[i].above == 0);
+    HOLDS(w.reversals == 0 && w.alarms == 0 && w.followed[0] == 7 && w.followed[1] == 7);
+    HOLDS(w.blocks == before.blocks && w.wait == before.wait && w.learned_at == before.learned_at &&
+          w.gathered == before.gathered && w.before == before.before);
+    uint8_t looks[DQW_WATCH_TEMPERATURE + 1];
+    for (int i = 0; i <= DQW_WATCH_TEMPERATURE; i++) looks[i] = (uint8_t)(i + 1);
+    dqw_watch_restore(&w, looks);
+    for (int i = 0; i < DQW_WATCH_TEMPERATURE; i++) HOLDS(w.looks[i] == i + 1);
+    HOLDS(w.blocks == before.blocks && w.wait == before.wait);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_a_long_pause_is_the_longest_time);
+    RUN_TEST(test_adopting_leaves_what_is_timed);
     return UNITY_END();
 }

@@ -32,6 +32,8 @@ CFLAGS = ["-std=c99", "-O2", "-ffp-contract=off", "-w", "-Ilib", "-Iport_q15"]
 LINK = ["-lsundials_cvode", "-lsundials_nvecserial", "-lsundials_sunmatrixdense", "-lsundials_sunlinsoldense", "-lsundials_sunnonlinsolfixedpoint", "-lm"]
 PARTS = ["lib", "port_q15"]
 ARCHIVES = ["libdqw.a", "libdqw_q15.a"]
+# As the Makefile has them; of the changed files alone.
+SANITIZERS = ["-O1", "-fsanitize=address,undefined", "-fno-sanitize-recover=undefined"]
 # Slow starts and other programs: what they find, others find.
 LEFT_OUT = {"test_api_warnings", "test_fast_math", "test_size"}
 
@@ -208,8 +210,8 @@ def digest(*parts: bytes) -> str:
 class Bench:
     """Everything built once; a mutant is one object anew."""
 
-    def __init__(self, build: Path, folder: str, jobs: int) -> None:
-        self.build = build
+    def __init__(self, build: Path, folder: str, jobs: int, sanitized: bool) -> None:
+        self.build, self.sanitized = build, sanitized
         self.tests = sorted(p.stem for p in (TOP / "tests" / folder).glob("test_*.c") if p.stem not in LEFT_OUT)
         if folder == "lib":
             # The twins of the fixed-point port run the float side beside it.
@@ -232,7 +234,7 @@ class Bench:
     def before(self, test: str) -> float:
         """How long a test takes, and what it links, before anything is changed."""
         program = self.was / test
-        linked = self.link(test, self.was, program)
+        linked = self.link(test, self.was, program, [])
         self.links[test] = {f for f in self.files if f"){self.object(Path(), f)}" in linked}
         key = digest(self.sources.encode(), self.digests[test].encode())
         verdict, seconds = self.memory.verdicts.get(key, ("", ""))
@@ -252,13 +254,13 @@ class Bench:
     def object(folder: Path, file: str) -> Path:
         return folder / (Path(file).stem + ".o")
 
-    def link(self, test: str, folder: Path, program: Path) -> str:
-        objects = [self.build / "tests" / f"{test}.o", self.build / "tests/unity.o", self.build / "libsim.a", *(folder / a for a in reversed(ARCHIVES))]
-        return subprocess.run(["cc", *map(str, objects), *LINK, "-Wl,-t,-t", "-o", str(program)], check=True, capture_output=True, text=True).stdout
+    def link(self, test: str, folder: Path, program: Path, flags: list[str], compiled: Path | None = None) -> str:
+        objects = [compiled or self.build / "tests" / f"{test}.o", self.build / "tests/unity.o", self.build / "libsim.a", *(folder / a for a in reversed(ARCHIVES))]
+        return subprocess.run(["cc", *flags, *map(str, objects), *LINK, "-Wl,-t,-t", "-o", str(program)], check=True, capture_output=True, text=True).stdout
 
-    def passes(self, program: Path, limit_s: float) -> bool:
+    def passes(self, program: Path, limit_s: float, kind: str = "plain") -> bool:
         """Until the first line that says FAIL."""
-        env = dict(os.environ, DQW_TEST_KIND="plain", BUILD=str(self.build))
+        env = dict(os.environ, DQW_TEST_KIND=kind, BUILD=str(self.build))
         run = subprocess.Popen(["stdbuf", "-oL", str(program)], cwd=TOP, env=env, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
         timer = threading.Timer(limit_s, run.kill)
         timer.start()
@@ -282,7 +284,7 @@ class Bench:
     def judge(self, mutant: Mutant) -> Outcome:
         key = digest(self.sources.encode(), f"{mutant.file}:{mutant.line}".encode(), mutant.after.encode())
         tests = self.order(mutant.file)
-        every = digest(*(self.digests[t].encode() for t in sorted(tests)))
+        every = digest(str(self.sanitized).encode(), *(self.digests[t].encode() for t in sorted(tests)))
         verdict, by = self.memory.verdicts.get(key, ("", ""))
         if verdict in ("same", "invalid") or (verdict == "survived" and by == every):
             return Outcome(mutant, verdict)
@@ -305,26 +307,46 @@ class Bench:
             lines = path.read_text().split("\n")
             lines[mutant.line - 1] = mutant.after
             path.write_text("\n".join(lines))
-            for archive in ARCHIVES:
-                shutil.copy(self.was / archive, tmp / archive)
-            same = True
             # A header is in every file.
-            for file in [mutant.file] if mutant.file.endswith(".c") else self.files:
-                made = self.object(tmp, file)
-                if subprocess.run(["cc", *CFLAGS, "-c", file, "-o", str(made)], cwd=tmp, capture_output=True).returncode != 0:
-                    return Outcome(mutant, "invalid")
-                if made.read_bytes() != self.object(self.was, file).read_bytes():
-                    same = False
-                    subprocess.run(["ar", "r", str(tmp / self.archive(file)), str(made)], check=True, capture_output=True)
-            if same:
+            files = [mutant.file] if mutant.file.endswith(".c") else self.files
+            if not all(self.compiles(tmp, file, []) for file in files):
+                return Outcome(mutant, "invalid")
+            files = [f for f in files if self.object(tmp, f).read_bytes() != self.object(self.was, f).read_bytes()]
+            if not files and mutant.file.endswith(".c"):
                 return Outcome(mutant, "same")
-            for test in tests:
-                program = tmp / test
-                self.link(test, tmp, program)
-                if not self.passes(program, 5.0 + 5.0 * self.seconds[test]):
-                    return Outcome(mutant, "killed", test)
-                program.unlink()
-        return Outcome(mutant, "survived")
+            by = self.killer(tmp, mutant.file, files, tests, [])
+            if not by and self.sanitized and all([self.compiles(tmp, file, SANITIZERS) for file in files]):
+                by = self.killer(tmp, mutant.file, files, tests, SANITIZERS)
+        return Outcome(mutant, "killed" if by else "survived", by)
+
+    def compiles(self, tmp: Path, file: str, flags: list[str]) -> bool:
+        return subprocess.run(["cc", *CFLAGS, *flags, "-c", file, "-o", str(self.object(tmp, file))], cwd=tmp, capture_output=True).returncode == 0
+
+    def test_object(self, tmp: Path, test: str, header: str, flags: list[str]) -> Path:
+        """Compiled anew where it includes the header that was changed."""
+        was = self.build / "tests" / f"{test}.o"
+        if not header.endswith(".h") or f" {header} " not in was.with_suffix(".d").read_text().replace("\n", " ") + " ":
+            return was
+        made = tmp / f"{test}.o"
+        source = next(TOP.glob(f"tests/*/{test}.c"))
+        into = [f"-I{tmp / part}" for part in PARTS] + ["-I.", "-Isim", "-Itests", "-isystem", str(self.build / "unity")]
+        defines = ["-D_POSIX_C_SOURCE=200809L", "-DUNITY_INCLUDE_DOUBLE"]
+        subprocess.run(["cc", *CFLAGS[:4], *flags, *defines, *into, "-c", str(source), "-o", str(made)], cwd=TOP, check=True, capture_output=True)
+        return made
+
+    def killer(self, tmp: Path, file_of_mutant: str, changed: list[str], tests: list[str], flags: list[str]) -> str:
+        """The first test that fails with these objects; none: an empty word."""
+        for archive in ARCHIVES:
+            shutil.copy(self.was / archive, tmp / archive)
+        for file in changed:
+            subprocess.run(["ar", "r", str(tmp / self.archive(file)), str(self.object(tmp, file))], check=True, capture_output=True)
+        for test in tests:
+            program = tmp / test
+            self.link(test, tmp, program, flags, self.test_object(tmp, test, file_of_mutant, flags))
+            if not self.passes(program, 5.0 + 5.0 * self.seconds[test], "asan" if flags else "plain"):
+                return test
+            program.unlink()
+        return ""
 
 
 def main() -> int:
@@ -333,12 +355,13 @@ def main() -> int:
     arguments.add_argument("--count", type=int, default=300)
     arguments.add_argument("--seed", type=int, default=1)
     arguments.add_argument("--only", metavar="FILE:LINE", action="append", help="every mutant of these lines; LINE may be A-B, or left out")
+    arguments.add_argument("--sanitized", action="store_true", help="run what survives under AddressSanitizer and UBSan as well, as make sanitized does")
     arguments.add_argument("--build", type=Path, default=TOP / "build")
     arguments.add_argument("--jobs", type=int, default=os.cpu_count() or 1)
     o = arguments.parse_args()
     known = equivalents()
     mutants = of_lines(o.folder, o.only) if o.only else sample(o.folder, o.count, o.seed)
-    bench = Bench(o.build.resolve(), o.folder, o.jobs)
+    bench = Bench(o.build.resolve(), o.folder, o.jobs, o.sanitized)
     count = {verdict: 0 for verdict in ("killed", "survived", "equivalent", "same", "invalid")}
     with concurrent.futures.ThreadPoolExecutor(o.jobs) as pool:
         for outcome in pool.map(bench.judge, mutants):

@@ -673,6 +673,120 @@ static void test_noise_in_dead_time(void)
     }
 }
 
+// A half is handed over with the angle of its last sample: 0 and 0 where that one was refused, or none is given.
+static void test_a_half_carries_its_angle(void)
+{
+    for (int way = 0; way < 4; way++) {
+        const bool angle = way & 1;
+        const bool refused = way & 2;
+        CASE("angle %d, refused %d", angle, refused);
+        pair p;
+        configure(&p, 0.0, angle ? 0.05 : 0.0, 0.0);
+        begin(&p);
+        dqw_sample_q15 q = {0};
+        for (int k = 0; k < 20; k++) {
+            dqw_sample s = moving(k, 0.5, 0.0, NULL);
+            s.cosine = (float)cos(0.1 * k);
+            s.sine = (float)sin(0.1 * k);
+            q = rounded(&s);
+            const uint32_t event = dqw_estimator_sample_q15(&p.q, &q, refused && k == 19);
+            HOLDS(((event & DQW_EVENT_BLOCK) != 0) == (k == 19));
+        }
+        const bool known = angle && !refused;
+        HOLDS(p.q.handed.cosine_q15 == (known ? q.cosine_q15 : 0) && p.q.handed.sine_q15 == (known ? q.sine_q15 : 0));
+        HOLDS(p.q.handed.number == 1);
+    }
+}
+
+// What goes with a block: its weight, the step of the voltage between its halves, the angle at its middle, its number.
+static void test_what_goes_with_a_block(void)
+{
+    enum { HALF = 20, MOST = 4000 };
+    static dqw_sample_q15 s[MOST];
+    static bool good[MOST];
+    pair p;
+    configure(&p, 0.0, 0.05, 0.0);
+    begin(&p);
+    test_random r = {77};
+    uint32_t incomplete = 0;
+    int blocks = 0;
+    for (int k = 0; k < MOST; k++) {
+        const bool rough = k / 500 % 2 == 1;
+        s[k].v_d_q15 = (int16_t)(random_bits(&r) % 60000 - 30000);
+        s[k].v_q_q15 = (int16_t)(random_bits(&r) % 60000 - 30000);
+        const double theta = random_uniform(&r, -PI, PI);
+        s[k].cosine_q15 = (int16_t)lrint(32767 * cos(theta));
+        s[k].sine_q15 = (int16_t)lrint(32767 * sin(theta));
+        s[k].i_d_q15 = (int16_t)(k % 1000);
+        good[k] = !(rough && random_bits(&r) % 100 < 14);
+        if ((dqw_estimator_sample_q15(&p.q, &s[k], !good[k]) & DQW_EVENT_BLOCK) == 0) continue;
+        dqw_estimator_q15_block b;
+        const bool taken = dqw_estimator_take_q15(&p.q, &b);
+        CASE("sample %d", k);
+        HOLDS((k + 1) % HALF == 0 && (k + 1 >= 2 * HALF || !taken));
+        if (k + 1 < 2 * HALF) continue;
+        int64_t sum = 0;
+        int32_t step_q15[2] = {0};
+        int weight = 0;
+        int valid = 0;
+        for (int j = 1; j <= 2 * HALF; j++) {
+            const int at = k - 2 * HALF + j;
+            if (at == 0 || !good[at] || !good[at - 1]) continue;
+            const int w = j <= HALF ? j : 2 * HALF + 1 - j;
+            const int sign = j <= HALF ? -1 : 1;
+            step_q15[0] += sign * s[at - 1].v_d_q15;
+            step_q15[1] += sign * s[at - 1].v_q_q15;
+            sum += w * s[at - 1].v_d_q15;
+            weight += w;
+            valid++;
+        }
+        HOLDS(taken == (4 * valid >= 3 * 2 * HALF));
+        incomplete += !taken;
+        HOLDS(p.q.gate.incomplete == incomplete);
+        if (!taken) continue;
+        blocks++;
+        HOLDS(b.weight == weight && b.whole == (valid == 2 * HALF));
+        HOLDS(b.v_step_q15[0] == step_q15[0] && b.v_step_q15[1] == step_q15[1]);
+        BETWEEN(-1e-6, ldexp(dqw_estimator_means_q15(&b).v_d, -28) - ldexp((double)sum / weight, -15), 1e-6);
+        const int middle = k - HALF;
+        HOLDS(b.with.cosine_q15 == (good[middle] ? s[middle].cosine_q15 : 0) &&
+              b.with.sine_q15 == (good[middle] ? s[middle].sine_q15 : 0));
+        HOLDS(p.q.number == (uint32_t)((k + 1) / HALF) && b.with.number == p.q.number);
+    }
+    HOLDS(blocks > 100 && incomplete > 10);
+}
+
+// The Random Learner's rows are volts: inputs up to the full one, weights up to sixteen units.
+static void test_what_stage_two_can_hold(void)
+{
+    static dqw_estimator_random_q15 lent;
+    static const struct {
+        double input, weight;
+    } ways[] = {{0.99, 1.5}, {0.1, 15.0}};
+    for (int way = 0; way < 2; way++) {
+        dqw_estimator_random_init_q15(&lent);
+        int32_t w_q24[DQW_PARAMETERS] = {0};
+        test_random r = {131};
+        bool done = false;
+        for (int n = 0; n < 4000 && !done; n++)
+            for (int axis = 0; axis < 2; axis++) {
+                int32_t x_q28[DQW_PARAMETERS];
+                double y = 0.0;
+                for (int i = 0; i < DQW_PARAMETERS; i++) {
+                    const double x = ways[way].input * random_uniform(&r, -1, 1);
+                    x_q28[i] = (int32_t)lrint(ldexp(x, 28));
+                    y += ways[way].weight * (i % 2 ? 1.0 : 0.8) * x;
+                }
+                done = lent.learn(&lent, x_q28, (int32_t)lrint(ldexp(y, 28)), axis == 0 ? NULL : w_q24);
+            }
+        HOLDS(done);
+        for (int i = 0; i < DQW_PARAMETERS; i++) {
+            CASE("way %d, weight %d", way, i);
+            BETWEEN(0.95, ldexp(w_q24[i], -24) / (ways[way].weight * (i % 2 ? 1.0 : 0.8)), 1.05);
+        }
+    }
+}
+
 // Stage 2 with lent memory: the Random Learner alone, then learning begins from its weights, which are near.
 static void test_stage_two_with_lent_memory(void)
 {
@@ -722,6 +836,9 @@ int main(void)
     RUN_TEST(test_when_the_voltage_acts);
     RUN_TEST(test_when_the_voltage_acts_takes_fifty_blocks);
     RUN_TEST(test_noise_in_dead_time);
+    RUN_TEST(test_a_half_carries_its_angle);
+    RUN_TEST(test_what_goes_with_a_block);
+    RUN_TEST(test_what_stage_two_can_hold);
     RUN_TEST(test_stage_two_with_lent_memory);
     return UNITY_END();
 }

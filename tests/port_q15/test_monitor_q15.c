@@ -1,5 +1,6 @@
 // The monitor in whole numbers by itself: what it refuses, why it does not watch, what would be an event, what outlives
 // a power cycle, and the circle with an effect. That it sees what the monitor in float sees is test_twin_monitor.c's.
+#include "dqw_monitor_channel_q15.h"
 #include "dqw_monitor_q15.h"
 #include "dqw_monitor.h"
 #include "dqw_estimator_block_q15.h"
@@ -350,6 +351,84 @@ static void test_sensitivity(void)
 
 // ---- an event ----
 
+// In service and watching: what the next two judge, each from there.
+static const dqw_monitor_q15 *in_service(dqw_monitor_q15_config *c)
+{
+    static dqw_monitor_q15 m;
+    const dqw_sim_scenario s = joint(quick() ? 2.0 : 2.6);
+    simulate(&s);
+    m = begin(c);
+    (void)watch(&m, 0, row_count);
+    dqw_monitor_missing_q15(&m, 0);
+    (void)watch(&m, 20000, 24000);
+    HOLDS(dqw_monitor_why_q15(&m) == DQW_WHY_IN_SERVICE);
+    for (int i = 0; i < DQW_WATCH_CHANNELS; i++) dqw_change_init(&m.watch.change[i]);
+    return &m;
+}
+
+// A look settles a healthy value where that is known to a fifth of its band, the flux to two fifths, the witness to
+// half. (E63)
+static void test_healthy_values_settle_while_they_are_known(void)
+{
+    dqw_monitor_q15_config c = config_of();
+    const dqw_monitor_q15_config as_it_is = c;
+    const dqw_monitor_q15 *serving = in_service(&c);
+    for (int channel = DQW_WATCH_R; channel < DQW_WATCH_FRICTION; channel++)
+        for (int unsure = 0; unsure < 2; unsure++) {
+            dqw_monitor_q15 m = *serving;
+            c = as_it_is;
+            dqw_monitor_channel_q15 x;
+            dqw_monitor_read_channel_q15(&m, channel, &x);
+            const double sd = x.sd;
+            const double part = channel >= DQW_WATCH_OFFSET ? 0.5 : channel == DQW_WATCH_PSI ? 0.4 : 0.2;
+            const double wide = sd / (part * dqw_monitor_band_of_q15(&m, channel)) * (unsure ? 0.8 : 1.25);
+            c.band_ppm[channel] = (uint32_t)lrint(wide * 1e6 * (double)dqw_monitor_band_q24(&m, channel) / 16777216.0);
+            m.watch.looks[channel] = 0;
+            (void)watch(&m, 24000, 24000 + 20 * 18);
+            CASE("channel %d, %s: sd %g", channel, unsure ? "unsure" : "sure", sd);
+            HOLDS((m.watch.looks[channel] > 0) == (unsure == 0));
+        }
+}
+
+// What heat may have made of R or the flux since its healthy value last followed is no change; what is beyond is one,
+// by so many of its widths less one. (E63)
+static void test_what_heat_explains_is_no_change(void)
+{
+    dqw_monitor_q15_config c = config_of();
+    const dqw_monitor_q15_config as_it_is = c;
+    const dqw_monitor_q15 *serving = in_service(&c);
+    for (int channel = DQW_WATCH_R; channel <= DQW_WATCH_PSI; channel += DQW_WATCH_PSI - DQW_WATCH_R)
+        for (int way = 0; way < 4; way++) {
+            dqw_monitor_q15 m = *serving;
+            c = as_it_is;
+            // The flux may be this low: the winding was hot.
+            m.healthy.hottest_q16 = 300 * 65536;
+            // So narrow a band that it is not known to a part of it: then the healthy value does not follow.
+            const double sd = dqw_estimator_sd_q24(&m.estimator, channel);
+            const double narrow = sd / (channel == DQW_WATCH_R ? 0.2 : 0.4) / dqw_monitor_band_of_q15(&m, channel) *
+                                  0.7;
+            c.band_ppm[channel] = (uint32_t)lrint(narrow * 1e6 * (double)dqw_monitor_band_q24(&m, channel) /
+                                                  16777216.0);
+            const uint16_t halves = 400;
+            m.watch.followed[channel == DQW_WATCH_PSI] = (uint16_t)((m.estimator.number >> DQW_WATCH_FOLLOW_SHIFT) -
+                                                                    halves);
+            m.watch.looks[channel] = DQW_WATCH_LOOKS_MOST;
+            const double rate = channel == DQW_WATCH_R ? 0.0039 : 0.001;
+            const double heat = 1.3 * rate * (double)(channel == DQW_WATCH_R ? m.healthy.cold_R_q24 : m.healthy.cold_psi_q24) *
+                                halves * 256 * 20 * DT_S;
+            const double sure = fmax(5 * sd * sqrt(1 + 20.0 / 275), dqw_monitor_band_of_q15(&m, channel));
+            const double off = way < 2 ? heat - 0.5 * sure : heat + 3 * sure;
+            m.healthy.weight_q24[channel] = (int32_t)lrint((double)m.estimator.w_q24[channel] + (way % 2 ? off : -off));
+            (void)watch(&m, 24000, 24000 + 20 * 18);
+            CASE("channel %d, way %d: off by %g of the value, %g widths", channel, way,
+                 off / (double)m.estimator.w_q24[channel], off / sure);
+            if (way < 2)
+                HOLDS(m.watch.change[channel].sum_q5 == 0);
+            else
+                BETWEEN(32, m.watch.change[channel].sum_q5, 96);
+        }
+}
+
 static void test_an_event_is_told_once_with_its_times(void)
 {
     const fault *f = &faults[0];
@@ -372,6 +451,38 @@ static void test_an_event_is_told_once_with_its_times(void)
 
 // ---- what outlives a power cycle ----
 
+// All that was learned as healthy comes back: each value as it was, whichever it was.
+static void every_value_comes_back(const dqw_monitor_q15 *m)
+{
+    dqw_monitor_q15 kept = *m;
+    int32_t next = 1000;
+    for (int i = 0; i < DQW_PARAMETERS; i++) kept.healthy.weight_q24[i] = next++;
+    for (int i = 0; i < DQW_WITNESS_Q15_INPUTS; i++) {
+        kept.healthy.re_q28[i] = next++;
+        kept.healthy.im_q28[i] = next++;
+    }
+    kept.healthy.cold_R_q24 = next++;
+    kept.healthy.cold_psi_q24 = next++;
+    kept.healthy.hottest_q16 = next++;
+    kept.healthy.residual_q54 = next++;
+    kept.healthy.friction_q24 = next++;
+    for (int i = 0; i < DQW_WATCH_TEMPERATURE; i++) kept.watch.looks[i] = (uint8_t)(100 + i);
+    dqw_monitor_stored_q15 flash;
+    HOLDS(dqw_monitor_store_q15(&kept, &flash));
+    dqw_monitor_q15 back;
+    TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_monitor_init_q15(&back, m->config));
+    TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_monitor_restore_q15(&back, &flash));
+    TEST_ASSERT_EQUAL_MEMORY(kept.healthy.weight_q24, back.healthy.weight_q24, sizeof kept.healthy.weight_q24);
+    TEST_ASSERT_EQUAL_MEMORY(kept.healthy.re_q28, back.healthy.re_q28, sizeof kept.healthy.re_q28);
+    TEST_ASSERT_EQUAL_MEMORY(kept.healthy.im_q28, back.healthy.im_q28, sizeof kept.healthy.im_q28);
+    HOLDS(back.healthy.cold_R_q24 == kept.healthy.cold_R_q24);
+    HOLDS(back.healthy.cold_psi_q24 == kept.healthy.cold_psi_q24);
+    HOLDS(back.healthy.hottest_q16 == kept.healthy.hottest_q16);
+    HOLDS(back.healthy.residual_q54 == kept.healthy.residual_q54);
+    HOLDS(back.healthy.friction_q24 == kept.healthy.friction_q24);
+    TEST_ASSERT_EQUAL_MEMORY(kept.watch.looks, back.watch.looks, sizeof kept.watch.looks);
+}
+
 static dqw_monitor_stored_q15 stored_of_a_healthy_joint(const dqw_monitor_q15_config *c)
 {
     const dqw_sim_scenario s = joint(2.4);
@@ -388,6 +499,7 @@ static dqw_monitor_stored_q15 stored_of_a_healthy_joint(const dqw_monitor_q15_co
     HOLDS(watch(&m, (int)(1.0 / DT_S), row_count).events == 0);
     HOLDS(!dqw_monitor_store_q15(NULL, &stored) && !dqw_monitor_store_q15(&m, NULL));
     HOLDS(dqw_monitor_store_q15(&m, &stored));
+    every_value_comes_back(&m);
     return stored;
 }
 
@@ -591,6 +703,8 @@ int main(void)
     RUN_TEST(test_a_nameplate_is_enough);
     RUN_TEST(test_why_a_monitor_is_not_in_service);
     RUN_TEST(test_sensitivity);
+    RUN_TEST(test_healthy_values_settle_while_they_are_known);
+    RUN_TEST(test_what_heat_explains_is_no_change);
     RUN_TEST(test_an_event_is_told_once_with_its_times);
     RUN_TEST(test_a_store_that_is_damaged_or_another_machines_is_refused);
     RUN_TEST(test_what_changed_while_it_was_off_is_an_event_and_heat_is_none);

@@ -640,6 +640,55 @@ static void test_pairs_after_a_gap(void)
     }
 }
 
+// What stands behind an effect is what it is alone, whichever effect it is.
+static void test_every_effect_before_another(void)
+{
+    drive_rows();
+    const dqw_effect_q15_base base = {.scale = &scale, .half_window = 20};
+    for (int n = 0; n < LAWS; n++) {
+        const dqw_effect_q15_config list[] = {laws[n].two, {.effect = DQW_EFFECT_SKIN_EFFECT}};
+        static dqw_effect_q15 both;
+        TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_effect_init_q15(&both, list, 2, &base));
+        TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_effect_init_q15(&two, &list[1], 1, &base));
+        const int first = dqw_effect_weights(list[0].effect);
+        TEST_ASSERT_EQUAL_UINT8(first + 1, both.weights);
+        for (int k = 1; k < 200; k++) {
+            CASE("%s, row %d", laws[n].name, k);
+            const dqw_sample_q15 last = fixed(&rows[k - 1]);
+            const dqw_sample_q15 x = fixed(&rows[k]);
+            int32_t a[2][DQW_EFFECT_WEIGHTS];
+            int32_t b[2][DQW_EFFECT_WEIGHTS];
+            const bool there = dqw_effect_pair_q15(&both, &last, &x, a[0], a[1]);
+            HOLDS(dqw_effect_pair_q15(&two, &last, &x, b[0], b[1]) == there && there == (k > 1));
+            if (there) HOLDS(a[0][first] == b[0][0] && a[1][first] == b[1][0]);
+        }
+    }
+}
+
+// Before anything was learned no weight is known, and no more of them are written than the effect has.
+static void test_read_before_anything_was_learned(void)
+{
+    for (int n = 0; n < LAWS; n++) {
+        CASE("%s", laws[n].name);
+        dqw_effect_q15_config list[] = {{.effect = DQW_EFFECT_VOLTAGE_OFFSET}, laws[n].two};
+        const int64_t start = laws[n].two.effect == DQW_EFFECT_VOLTAGE_OFFSET ? 123456789 : 0;
+        list[1].start_q40[0] = start;
+        const dqw_estimator_q15_config c = {.scale = scale, .angle = true, .effects = list, .effect_count = 2};
+        TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_estimator_init_q15(&q, &c));
+        int64_t w[DQW_EFFECT_STARTS + 1];
+        int64_t sd[DQW_EFFECT_STARTS + 1];
+        for (int i = 0; i <= DQW_EFFECT_STARTS; i++) w[i] = sd[i] = -99;
+        HOLDS(dqw_estimator_read_effect_q15(&q, -1, w, sd) == DQW_ERR_SIZE &&
+              dqw_estimator_read_effect_q15(&q, 2, w, sd) == DQW_ERR_SIZE && w[0] == -99 && sd[0] == -99);
+        HOLDS(dqw_estimator_read_effect_q15(&q, 1, w, sd) == 0);
+        for (int i = 0; i <= DQW_EFFECT_STARTS; i++) {
+            const bool there = i < dqw_effect_weights(laws[n].two.effect);
+            HOLDS(sd[i] == (there ? INT64_MAX : -99) && (there || w[i] == -99));
+        }
+        BETWEEN(-1e5, w[0] - start, 1e5);
+    }
+}
+
 // An effect that turns with the rotor needs its angle: both 0 is none, nor is a length far from 1.
 static void test_an_angle_that_is_none(void)
 {
@@ -872,6 +921,8 @@ int main(void)
     RUN_TEST(test_start_values_and_weights_are_of_one_unit);
     RUN_TEST(test_an_effect_behind_others);
     RUN_TEST(test_pairs_after_a_gap);
+    RUN_TEST(test_every_effect_before_another);
+    RUN_TEST(test_read_before_anything_was_learned);
     RUN_TEST(test_an_angle_that_is_none);
     RUN_TEST(test_init_refuses_and_leaves_the_object_alone);
     RUN_TEST(test_any_bits);

@@ -148,8 +148,8 @@ static told watch(twins *t, int from, int to)
         HOLDS(changed || memcmp(&qe, &untouched, sizeof qe) == 0);
         const bool f_changed = dqw_monitor_background(&t->f) && dqw_monitor_event(&t->f, &fe);
         // What is worn counts as healthy from its event on.
-        if (f_changed && fe.parameter == DQW_WATCH_FRICTION) HOLDS(t->f.healthy_friction_Nm == t->f.friction_Nm);
-        if (changed && qe.parameter == DQW_WATCH_FRICTION) HOLDS(t->q.is.healthy_friction_q24 == t->q.is.friction_q24);
+        if (f_changed && fe.parameter == DQW_WATCH_FRICTION) HOLDS(t->f.healthy.friction_Nm == t->f.friction_Nm);
+        if (changed && qe.parameter == DQW_WATCH_FRICTION) HOLDS(t->q.healthy.friction_q24 == t->q.friction_q24);
         if (f_changed && o.f++ == 0) o.fe = fe, o.f_s = k * DT_S;
         if (changed && o.q++ == 0) o.qe = qe, o.q_s = k * DT_S;
         if (t->f.estimator.stage.name == DQW_STAGE_IN_SERVICE) o.f_service_s = fmin(o.f_service_s, k * DT_S);

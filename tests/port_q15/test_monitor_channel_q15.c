@@ -1,0 +1,218 @@
+// A fixed-point monitor's channels by themselves: bands as they are documented, what is read, how far a healthy value
+// moves; from numbers set by hand, against their closed forms in double.
+#include "dqw_estimator_block_q15.h"
+#include "dqw_monitor_channel_q15.h"
+#include "dqw_test.h"
+
+void setUp(void) { test_case[0] = 0; }
+void tearDown(void) {}
+
+#define Q24 16777216.0
+#define Q28 268435456.0
+#define Q40 1099511627776.0
+
+// In units of the nominal values; dead time in parts of the full voltage.
+static const double HEALTHY[DQW_PARAMETERS] = {0.9, 1.1, 1.2, 0.95, 0.3, 0.05};
+static const double RE[DQW_WITNESS_Q15_INPUTS] = {0.01, -0.02, 0.03, 0.004};
+static const double IM[DQW_WITNESS_Q15_INPUTS] = {-0.03, 0.01, 0.04, -0.003};
+
+static int32_t fixed(double x, double one) { return (int32_t)lrint(x * one); }
+
+static dqw_monitor_q15_config config_of(void)
+{
+    const dqw_monitor_q15_config c = {
+        .estimator = {
+            .scale = {.v_full_mV = 21000, .i_full_mA = 9000, .w_full_mrad_s = 165000, .dt_ns = 50000, .pole_pairs = 4},
+            .R_uohm = 500000,
+            .Ld_nH = 1000000,
+            .Lq_nH = 1400000,
+            .psi_nWb = 20000000,
+            .dead_time_width_mA = 50,
+            .angle = true,
+            .encoder_offset = true}};
+    return c;
+}
+
+static dqw_monitor_q15 begin(const dqw_monitor_q15_config *c)
+{
+    dqw_monitor_q15 m;
+    memset(&m, 0x5a, sizeof m);
+    TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_monitor_init_q15(&m, c));
+    for (int i = 0; i < DQW_PARAMETERS; i++) m.healthy.weight_q24[i] = fixed(HEALTHY[i], Q24);
+    for (int k = 0; k < DQW_WITNESS_Q15_INPUTS; k++) {
+        m.healthy.re_q28[k] = fixed(RE[k], Q28);
+        m.healthy.im_q28[k] = fixed(IM[k], Q28);
+    }
+    return m;
+}
+
+// To two last places of what is kept, and a little more.
+static double off(double x) { return 1e-5 * fabs(x) + 2 / Q24; }
+#define NEAR(expected, value) BETWEEN((expected)-off(expected), (value), (expected) + off(expected))
+
+static void test_bands_are_the_documented_ones(void)
+{
+    dqw_monitor_q15_config c = config_of();
+    const dqw_monitor_q15 m = begin(&c);
+    const double L = (HEALTHY[1] * 1.0 + HEALTHY[2] * 1.4) / 2.4;
+    const double short_unit = (double)dqw_witness_short_q40(&c.estimator) / Q40;
+    const double band[DQW_WATCH_TEMPERATURE] = {0.04 * HEALTHY[0],
+                                                0.06 * HEALTHY[1],
+                                                0.06 * HEALTHY[2],
+                                                0.012 * HEALTHY[3],
+                                                0.005 * DQW_DEAD_TIME_Q15_PARTS,
+                                                0.02 * HEALTHY[3],
+                                                0.01,
+                                                0.03 * HEALTHY[0] / 3,
+                                                0.03 * L / 3,
+                                                0.003 / (3 * HEALTHY[0]) / short_unit,
+                                                0.05 * HEALTHY[3]};
+    for (int i = 0; i < DQW_WATCH_TEMPERATURE; i++) {
+        CASE("channel %d", i);
+        c.band_ppm[i] = 0;
+        NEAR(band[i], dqw_monitor_band_of_q15(&m, i) / Q24);
+        const double part = (double)dqw_monitor_band_q24(&m, i) / Q24;
+        c.band_ppm[i] = 500000;
+        NEAR(band[i] * 0.5 / part, dqw_monitor_band_of_q15(&m, i) / Q24);
+    }
+    NEAR(110.0, (double)dqw_monitor_band_q24(&m, DQW_WATCH_TEMPERATURE) / Q24);
+    NEAR(3.0, (double)dqw_monitor_band_q24(&m, DQW_WATCH_RESIDUAL) / Q24);
+    HOLDS(dqw_monitor_alpha_ppm(&m) == 3900 && dqw_monitor_beta_ppm(&m) == 1000);
+    c.alpha_ppm_per_K = 5000, c.beta_ppm_per_K = 1;
+    HOLDS(dqw_monitor_alpha_ppm(&m) == 5000 && dqw_monitor_beta_ppm(&m) == 1);
+}
+
+static double value_of(const dqw_monitor_q15 *m, int channel)
+{
+    return (double)dqw_monitor_read_q15(m, (enum dqw_monitor_channel)channel).value_q40 / Q40;
+}
+
+static int64_t sd_of(const dqw_monitor_q15 *m, int channel)
+{
+    return dqw_monitor_read_q15(m, (enum dqw_monitor_channel)channel).sd_q40;
+}
+
+static void test_what_a_channel_reads(void)
+{
+    const dqw_monitor_q15_config c = config_of();
+    dqw_monitor_q15 m = begin(&c);
+    dqw_monitor_channel_q15 x;
+    for (int i = 0; i < DQW_PARAMETERS; i++) {
+        CASE("channel %d", i);
+        m.estimator.w_q24[i] = fixed(0.7 + 0.1 * i, Q24);
+        dqw_monitor_read_channel_q15(&m, i, &x);
+        NEAR(0.7 + 0.1 * i, x.now / Q24);
+        BETWEEN(-1e-6, x.change / Q24 - (0.7 + 0.1 * i - HEALTHY[i]), 1e-6);
+        HOLDS(x.sd == INT32_MAX && sd_of(&m, i) == INT64_MAX);
+    }
+    // Both axes' residual over its own mean power is a witness' deviation, once its memory is full. (E62)
+    m.estimator.error_q56[0] = (int64_t)ldexp(1e-4, 56);
+    m.estimator.error_q56[1] = (int64_t)ldexp(3e-4, 56);
+    for (int k = 0; k < DQW_WITNESS_Q15_INPUTS; k++) {
+        CASE("witness %d", k);
+        m.witness.re_q28[k] = fixed(2 * RE[k], Q28);
+        m.witness.im_q28[k] = fixed(-IM[k], Q28);
+        dqw_monitor_read_channel_q15(&m, DQW_WATCH_OFFSET + k, &x);
+        NEAR(hypot(2 * RE[k], IM[k]), x.now / Q24);
+        NEAR(hypot(RE[k], 2 * IM[k]), x.change / Q24);
+        m.witness.power_q52[k] = (int64_t)ldexp(0.5, 52);
+        m.witness.blocks = DQW_WITNESS_Q15_MEMORY - 1;
+        HOLDS(sd_of(&m, DQW_WATCH_OFFSET + k) == INT64_MAX);
+        m.witness.blocks = DQW_WITNESS_Q15_MEMORY;
+        NEAR(sqrt(2e-4 / (2.0 * DQW_WITNESS_Q15_MEMORY * 0.5)), (double)sd_of(&m, DQW_WATCH_OFFSET + k) / Q40);
+        m.witness.power_q52[k] = 0;
+        HOLDS(sd_of(&m, DQW_WATCH_OFFSET + k) == INT64_MAX);
+    }
+    // Friction is known from eight reversals on. (E65)
+    m.friction_q24 = fixed(-0.3, Q24);
+    m.healthy.friction_q24 = fixed(0.5, Q24);
+    m.spread_q48 = (int64_t)ldexp(4e-4, 48);
+    for (uint8_t n = 0; n <= DQW_WATCH_REVERSALS_MOST; n++) {
+        CASE("%d reversals", n);
+        m.watch.reversals = n;
+        dqw_monitor_read_channel_q15(&m, DQW_WATCH_FRICTION, &x);
+        NEAR(-0.3, x.now / Q24);
+        NEAR(-0.8, x.change / Q24);
+        if (n < 8)
+            HOLDS(x.sd == INT32_MAX && sd_of(&m, DQW_WATCH_FRICTION) == INT64_MAX);
+        else
+            NEAR(sqrt(2 * 4e-4 / n), (double)sd_of(&m, DQW_WATCH_FRICTION) / Q40);
+    }
+    // Three deviations below a tenth of it, whatever its sign.
+    for (int usable = 0; usable < 2; usable++) {
+        const double least = 0.3 / 30 * (usable ? 0.99 : 1.01);
+        m.spread_q48 = (int64_t)ldexp(0.5 * least * least * DQW_WATCH_REVERSALS_MOST, 48);
+        HOLDS(dqw_monitor_read_q15(&m, DQW_WATCH_FRICTION).usable == (usable == 1));
+    }
+    // The temperature counts from a cold value; of the residual the last blocks' is read.
+    HOLDS(sd_of(&m, DQW_WATCH_TEMPERATURE) == INT64_MAX && value_of(&m, DQW_WATCH_TEMPERATURE) == 0.0);
+    m.healthy.cold_R_q24 = fixed(0.56, Q24);
+    NEAR(0.25 / 0.0039, value_of(&m, DQW_WATCH_TEMPERATURE));
+    HOLDS(sd_of(&m, DQW_WATCH_TEMPERATURE) == INT64_MAX);
+    m.estimator.learned = 1u << DQW_R;
+    m.estimator.blocks = 1000;
+    m.estimator.cov_q40[DQW_R] = (int64_t)1 << 50;
+    NEAR((double)sd_of(&m, DQW_WATCH_R) / Q40 / (0.56 * 0.0039), (double)sd_of(&m, DQW_WATCH_TEMPERATURE) / Q40);
+    m.estimator.recent_q54 = (int64_t)ldexp(4e-4, 54);
+    NEAR(0.02, value_of(&m, DQW_WATCH_RESIDUAL));
+    HOLDS(sd_of(&m, DQW_WATCH_RESIDUAL) == 0);
+    m.healthy.residual_q54 = (int64_t)ldexp(1e-4, 54);
+    NEAR(3 * 0.01, dqw_monitor_residual_limit_q24(&m) / Q24);
+    for (int i = -1; i <= DQW_WATCH_CHANNELS; i += DQW_WATCH_CHANNELS + 1) {
+        const dqw_reading_q15 r = dqw_monitor_read_q15(&m, (enum dqw_monitor_channel)i);
+        HOLDS(r.value_q40 == 0 && r.sd_q40 == INT64_MAX && r.sd_change_q40 == INT64_MAX && !r.usable);
+    }
+}
+
+// A change is one beyond the band, or beyond five deviations of itself and of a mean over so many looks. (E63)
+static void test_what_is_surely_a_change(void)
+{
+    const dqw_monitor_q15_config c = config_of();
+    dqw_monitor_q15 m = begin(&c);
+    const double band = 0.04 * HEALTHY[0];
+    for (int looks = 0; looks <= 255; looks += 51) {
+        m.watch.looks[DQW_WATCH_R] = (uint8_t)looks;
+        const double wider = 5 * sqrt(1 + 20.0 / (20 + looks));
+        for (double part = 0.5; part < 2.0; part += 0.25) {
+            CASE("%d looks, %g of the band", looks, part);
+            const double x = (double)dqw_monitor_surely_q15(&m, DQW_WATCH_R, fixed(part * band / wider, Q24)) / Q24;
+            BETWEEN(0.9998, x / fmax(band, part * band), 1.0002);
+        }
+    }
+}
+
+static void test_a_healthy_value_goes_part_of_the_way(void)
+{
+    const dqw_monitor_q15_config c = config_of();
+    for (int n = 1; n <= 5; n++) {
+        dqw_monitor_q15 m = begin(&c);
+        for (int k = 0; k < DQW_WITNESS_Q15_INPUTS; k++) {
+            m.witness.re_q28[k] = fixed(3 * RE[k], Q28);
+            m.witness.im_q28[k] = fixed(-2 * IM[k], Q28);
+        }
+        m.friction_q24 = fixed(0.03, Q24);
+        m.healthy.friction_q24 = fixed(0.07, Q24);
+        for (int i = 0; i < DQW_WATCH_TEMPERATURE; i++) dqw_monitor_move_healthy_q15(&m, i, n);
+        for (int i = 0; i < DQW_PARAMETERS; i++) {
+            CASE("part 1/%d, channel %d", n, i);
+            const double now = m.estimator.w_q24[i] / Q24;
+            BETWEEN(-1e-6, m.healthy.weight_q24[i] / Q24 - (HEALTHY[i] + (now - HEALTHY[i]) / n), 1e-6);
+        }
+        for (int k = 0; k < DQW_WITNESS_Q15_INPUTS; k++) {
+            CASE("part 1/%d, witness %d", n, k);
+            BETWEEN(-1e-7, m.healthy.re_q28[k] / Q28 - RE[k] * (1 + 2.0 / n), 1e-7);
+            BETWEEN(-1e-7, m.healthy.im_q28[k] / Q28 - IM[k] * (1 - 3.0 / n), 1e-7);
+        }
+        BETWEEN(-1e-6, m.healthy.friction_q24 / Q24 - (0.07 - 0.04 / n), 1e-6);
+    }
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_bands_are_the_documented_ones);
+    RUN_TEST(test_what_a_channel_reads);
+    RUN_TEST(test_what_is_surely_a_change);
+    RUN_TEST(test_a_healthy_value_goes_part_of_the_way);
+    return UNITY_END();
+}
