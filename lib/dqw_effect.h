@@ -99,8 +99,8 @@ bool dqw_effect_begin(dqw_effect *e, const dqw_sample *last, const dqw_sample *s
 /// Shape    cell[2 * weights] of a window, added to where the result is true; `last` NULL after a gap or a sample that
 ///          was refused
 /// Range    s finite. Powers of currents are in A: up to 1e5 A
-/// Returns  true where there is a pair, for which the window's other signals may be added; what needs the last row
-///          needs the row before it as well
+/// Returns  true where there is a pair, for which the window's other signals may be added; an effect with
+///          DQW_NEEDS_LAST needs the row before it as well
 /// Cost     up to 40 instructions a weight on a Cortex-M4F: the table in README.md; no division, no function of the C
 ///          library
 /// Context  ISR safe; one writer per object
@@ -112,8 +112,8 @@ static inline bool dqw_effect_gather(dqw_effect *e, const dqw_sample *last, cons
 /// Inputs of a block, from the means of what was gathered: of weight i d[i] that of cell 2i, q[i] that of cell 2i + 1.
 /// Trapezoid of f, slope of g, w_e J g.
 ///
-/// Source   (E50) to (E53) in docs/EQUATIONS.md: of one pair exact; of a block where temperatures, and for what
-///          needs the last row the speed, change little in it
+/// Source   (E50) to (E53) in docs/EQUATIONS.md: of one pair exact; of a block where temperatures, and for
+///          those with DQW_NEEDS_LAST the speed, change little in it
 /// Shape    d[weights], q[weights] read and written; *b the same block's other means, in SI
 /// Cost     about 20 flops a weight, some divisions
 /// Context  background; reads of *e what init has set

@@ -107,7 +107,7 @@ void dqw_effect_heat_q15(dqw_effect_q15 *e, int16_t i_d_q15, int16_t i_q_q15);
 /// Shape    d[weights], q[weights] written where the result is true; `last` NULL after a gap or a sample that was
 ///          refused
 /// Range    s admitted: |x_q15| <= 32766
-/// Returns  true where there is a pair; what needs the last row needs the row before it too
+/// Returns  true where there is a pair; one with DQW_NEEDS_LAST needs the row before it as well
 /// Cost     2 products of 32 by 32 bits a weight, and the law: dead_time 25; no loop depends on data. Set
 ///          DQW_EFFECT_WEIGHTS to what is needed: the window turns over all that there is room for
 /// Context  ISR safe; one writer per object
