@@ -1,5 +1,6 @@
 // The report in a real browser, headless Chromium: it draws without complaint, asks for nothing, and fits the screen.
 // Plain only: runs other programs.
+#include <nlohmann/json.hpp>
 #include <string>
 
 #include "app/trace/page.hpp"
