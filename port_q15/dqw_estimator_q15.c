@@ -156,38 +156,37 @@ static void dead_time(dqw_estimator_q15 *e, const dqw_sample_q15 *s, int32_t *d_
     e->slope_q15 += slope_q15;
 }
 
+static void gather(dqw_estimator_q15 *e, const int32_t pair[])
+{
+    dqw_window_q15_cell *cell = dqw_window_cells_q15(&e->window);
+    const int32_t *const end = pair + (DQW_EFFECT_WEIGHTS > 0 ? e->window.signals : DQW_PLAIN_Q15_SIGNALS);
+    do dqw_window_gather_q15(cell++, *pair++);
+    while (pair != end);
+    dqw_window_count_q15(&e->window);
+}
+
 // The pair that a sample ends, as sums and steps. (E13)
-static void gather(dqw_estimator_q15 *e, const dqw_sample_q15 *s, int32_t dead_d_q15, int32_t dead_q_q15,
-                   int32_t pair[])
+static void gather_pair(dqw_estimator_q15 *e, const dqw_sample_q15 *s, int32_t dead_d_q15, int32_t dead_q_q15,
+                        int32_t pair[])
 {
     const dqw_sample_q15 *l = &e->last;
     dqw_model_pair_q15(l, s, pair);
     pair[DQW_BLOCK_Q15_SIGNALS] = dead_d_q15 + e->dead_d_q15;
     pair[DQW_BLOCK_Q15_SIGNALS + 1] = dead_q_q15 + e->dead_q_q15;
-    dqw_window_q15_cell *cell = dqw_window_cells_q15(&e->window);
-    const int32_t *x = pair;
-    const int32_t *const end = pair + (DQW_EFFECT_WEIGHTS > 0 ? e->window.signals : DQW_PLAIN_Q15_SIGNALS);
-    do dqw_window_gather_q15(cell++, *x++);
-    while (x != end);
-    dqw_window_count_q15(&e->window);
-    if (e->config->settled) return;
+    gather(e, pair);
     // Steps less what the voltage made of them.
     dqw_noise_step_q15(&e->noise, pair[4] - dqw_q_round32(e->step_q15[0] * l->v_d_q15, 15),
                        pair[5] - dqw_q_round32(e->step_q15[1] * l->v_q_q15, 15), s->w_m_q15 - l->w_m_q15);
 }
 
-// Sixteen bits at a time: the smallest cores copy what need not stand on a word byte by byte.
-static void copy(dqw_sample_q15 *to, const dqw_sample_q15 *from)
+// A settled row is a block of its own.
+static void gather_row(dqw_estimator_q15 *e, const dqw_sample_q15 *s, int32_t dead_d_q15, int32_t dead_q_q15,
+                       int32_t pair[])
 {
-    to->v_d_q15 = from->v_d_q15;
-    to->v_q_q15 = from->v_q_q15;
-    to->i_d_q15 = from->i_d_q15;
-    to->i_q_q15 = from->i_q_q15;
-    to->w_m_q15 = from->w_m_q15;
-    to->cosine_q15 = from->cosine_q15;
-    to->sine_q15 = from->sine_q15;
-    to->temp_winding_cC = from->temp_winding_cC;
-    to->temp_magnet_cC = from->temp_magnet_cC;
+    dqw_model_pair_q15(s, s, pair);
+    pair[DQW_BLOCK_Q15_SIGNALS] = 2 * dead_d_q15;
+    pair[DQW_BLOCK_Q15_SIGNALS + 1] = 2 * dead_q_q15;
+    gather(e, pair);
 }
 
 // Before a half is gathered: what the background made of those before it.
@@ -235,16 +234,11 @@ static uint32_t take(dqw_estimator_q15 *e, const dqw_sample_q15 *s, uint32_t eve
     // [EST.2] the pair that it ends, into the window
     int32_t pair[DQW_ESTIMATOR_Q15_SIGNALS];
     const bool there = pair_effects(e, s, good, pair);
-    const bool row = e->config->settled && good;
-    if (row) {
-        // A settled row is a block of its own: it makes a pair with itself.
-        copy(&e->last, s);
-        e->dead_d_q15 = dead_d_q15;
-        e->dead_q_q15 = dead_q_q15;
-    }
-    if (row || (there && e->last_good && !e->config->settled)) {
-        gather(e, s, dead_d_q15, dead_q_q15, pair);
-    } else if (!e->config->settled) {
+    if (e->config->settled) {
+        if (good) gather_row(e, s, dead_d_q15, dead_q_q15, pair);
+    } else if (there && e->last_good) {
+        gather_pair(e, s, dead_d_q15, dead_q_q15, pair);
+    } else {
         dqw_window_refuse_q15(&e->window);
         dqw_noise_gap_q15(&e->noise);
     }
@@ -256,6 +250,20 @@ static uint32_t take(dqw_estimator_q15 *e, const dqw_sample_q15 *s, uint32_t eve
     e->dead_d_q15 = dead_d_q15;
     e->dead_q_q15 = dead_q_q15;
     return event;
+}
+
+// Sixteen bits at a time: the smallest cores copy what need not stand on a word byte by byte.
+static void copy(dqw_sample_q15 *to, const dqw_sample_q15 *from)
+{
+    to->v_d_q15 = from->v_d_q15;
+    to->v_q_q15 = from->v_q_q15;
+    to->i_d_q15 = from->i_d_q15;
+    to->i_q_q15 = from->i_q_q15;
+    to->w_m_q15 = from->w_m_q15;
+    to->cosine_q15 = from->cosine_q15;
+    to->sine_q15 = from->sine_q15;
+    to->temp_winding_cC = from->temp_winding_cC;
+    to->temp_magnet_cC = from->temp_magnet_cC;
 }
 
 uint32_t dqw_estimator_sample_q15(dqw_estimator_q15 *e, const dqw_sample_q15 *sample, bool saturated)
