@@ -10,6 +10,14 @@ namespace {
 
 constexpr double kLeastSpan_K = 0.5;  ///< of a temperature column, below which it tells nothing
 
+/// Angles at the first row that are tried. Without an angle column the three phases look the same every sixth of a
+/// turn; four starts over it, and the angle is fitted from there.
+std::vector<double> start_angles(bool known)
+{
+    constexpr double kPart = M_PI / 12.0;
+    return known ? std::vector<double>{0.0} : std::vector<double>{0.0, kPart, 2.0 * kPart, 3.0 * kPart};
+}
+
 class Catalogue {
 public:
     Catalogue(TraceSetup& setup, const std::vector<std::string>& only) : setup_(setup), only_(only) {}
@@ -97,7 +105,7 @@ void clipped_candidates(TraceSetup& setup, bool angle)
         }
     }
     for (double part : {0.5, 0.7, 0.85})
-        for (double start : angle ? std::vector<double>{0.0} : std::vector<double>{0.0, 0.26, 0.52, 0.79}) {
+        for (double start : start_angles(angle)) {
             Input in{Law::clipped_current, {part * most, start, 0, 0}};
             in.free_angle = !angle;
             setup.candidates.push_back({{in}});
@@ -140,17 +148,13 @@ void electrical_candidates(TraceSetup& setup, Catalogue& c)
     std::string dead = no_current;
     if (dead.empty() && settled && !angle && turns) dead = "no angle column: the phases' currents are not known";
     if (dead.empty()) {
-        for (double width : {0.005, 0.02, 0.08}) {
-            if (angle) {
-                c.add({Law::dead_time, {width * ib, 0, 0, 0}});
-                continue;
-            }
-            for (double start : {0.0, 0.26, 0.52, 0.79}) {
+        // The width is fitted; a pass of refine() halves or doubles it, so each from 0.0025 to 0.16 is one pass away.
+        for (double width : {0.005, 0.02, 0.08})
+            for (double start : start_angles(angle)) {
                 Input in{Law::dead_time, {width * ib, start, 0, 0}};
-                in.free_angle = true;
+                in.free_angle = !angle;
                 c.add(in);
             }
-        }
     } else {
         c.cannot(Law::dead_time, dead);
     }
