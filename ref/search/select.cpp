@@ -9,7 +9,6 @@
 namespace dqw {
 namespace {
 
-constexpr double kGains[] = {0.003, 0.02, 0.1, 0.4};
 constexpr double kSeparateT = 3.0;
 constexpr std::size_t kMostAlike = 3;
 constexpr std::size_t kRefined = 5;
@@ -122,7 +121,7 @@ std::vector<Screened> screen(const Model& model, const Point& at, const std::vec
         column += weights_of(*c);
     }
     std::vector<double> gains{0.0};
-    if (model.gains() > 0) gains.insert(gains.end(), std::begin(kGains), std::end(kGains));
+    if (model.gains() > 0) gains.insert(gains.end(), std::begin(kScreenGains), std::end(kScreenGains));
     for (double gain : gains) {
         Point there = at;
         if (gain > 0.0) there.gain.setConstant(gain);

@@ -9,6 +9,10 @@
 
 namespace dqw {
 
+/// Gains at which candidates are screened: each from 0.001 to 1 is within a factor of three of one, and a pass of
+/// refine() moves a gain by up to five.
+constexpr double kScreenGains[] = {0.003, 0.02, 0.1, 0.4};
+
 /// An effect, or two that only make sense together, in one shape of several that are tried.
 struct Candidate {
     std::vector<Input> inputs;

@@ -10,6 +10,14 @@ namespace {
 
 constexpr double kLeastSpan_K = 0.5;  ///< of a temperature column, below which it tells nothing
 
+/// Angles at the first row that are tried. Without an angle column the three phases look the same every sixth of a
+/// turn; four starts over it, and the angle is fitted from there.
+std::vector<double> start_angles(bool known)
+{
+    constexpr double kPart = M_PI / 12.0;
+    return known ? std::vector<double>{0.0} : std::vector<double>{0.0, kPart, 2.0 * kPart, 3.0 * kPart};
+}
+
 class Catalogue {
 public:
     Catalogue(TraceSetup& setup, const std::vector<std::string>& only) : setup_(setup), only_(only) {}
@@ -43,12 +51,6 @@ private:
     TraceSetup& setup_;
     const std::vector<std::string>& only_;
 };
-
-/// Angles at the first row.
-std::vector<double> starts_of(bool angle)
-{
-    return angle ? std::vector<double>{0.0} : std::vector<double>{0.0, 0.26, 0.52, 0.79};
-}
 
 void temperature_candidates(const std::vector<Log>& logs, Catalogue& c, bool turns, bool moves)
 {
@@ -93,8 +95,9 @@ void temperature_candidates(const std::vector<Log>& logs, Catalogue& c, bool tur
 void dead_time_candidates(double i_base_A, bool angle, const std::string& why, Catalogue& c)
 {
     if (!why.empty()) c.cannot(Law::dead_time, why);
+    // The width is fitted; a pass of refine() halves or doubles it, so each from 0.0025 to 0.16 is one pass away.
     for (double width : {0.005, 0.02, 0.08})
-        for (double start : starts_of(angle)) {
+        for (double start : start_angles(angle)) {
             Input in{Law::dead_time, {width * i_base_A, start, 0, 0}};
             in.free_angle = !angle;
             if (why.empty()) c.add(in);
@@ -114,7 +117,7 @@ void clipped_candidates(TraceSetup& setup, bool angle)
         }
     }
     for (double part : {0.5, 0.7, 0.85})
-        for (double start : starts_of(angle)) {
+        for (double start : start_angles(angle)) {
             Input in{Law::clipped_current, {part * most, start, 0, 0}};
             in.free_angle = !angle;
             setup.candidates.push_back({{in}});

@@ -7,7 +7,6 @@
 namespace dqw {
 namespace {
 
-constexpr double kGains[] = {0.003, 0.02, 0.1, 0.4};
 constexpr std::size_t kRefined = 3;
 constexpr int kRounds = 4, kSearchPasses = 12, kPasses = 30;
 
@@ -167,7 +166,7 @@ Refined fit_named(const TraceSetup& setup, const std::vector<std::string>& names
     const Model& model = setup.search();
     std::vector<Choice> choices;
     for (const Point& start : beginnings(model, setup.starts)) {
-        std::vector<double> gains(std::begin(kGains), std::end(kGains));
+        std::vector<double> gains(std::begin(kScreenGains), std::end(kScreenGains));
         if (model.gains() == 0) gains.resize(1);
         for (double gain : gains) {
             Point at = start;
