@@ -166,8 +166,8 @@ Tried attempt(const Model& model, const Refined& base, const Screened& s)
 /// The best, or one that is hardly worse and plainer, or as plain and the more common.
 bool stands_before(const Tried& t, const Tried& best)
 {
-    // What confirms no effect speaks for no weight more; nor does one nat for another of as many. Halved or doubled, either
-    // changes nothing on the logs named in confirmed().
+    // What confirms no effect speaks for no weight more; nor does one nat for another of as many. Halved or doubled,
+    // either changes nothing on the logs named in confirmed().
     constexpr double kHardly = kLeastNats, kSame = 1.0;
     const double lost = best.over.nats - t.over.nats;
     const int weights = weights_of(t.candidate) - weights_of(best.candidate);
