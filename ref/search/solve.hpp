@@ -29,6 +29,10 @@ struct Better {
     double nats_each = 0.0;  ///< the gain if each block counted as one row: rows within a block may all be alike
 };
 Better better(const Model& model, const Left& a, const Left& b);
+/// Gain on rows that no fit saw that is no chance: with the noise known, without an effect the likelihoods' ratio has a
+/// mean of at most 1, so by Markov's inequality it exceeds e^10 in fewer than one case in 20000.
+constexpr double kLeastNats = 10.0;
+
 /// Whether that is more than chance: ten nats, and t above 4. An effect may show in few blocks, strongly: where t times
 /// the gain that would be left if each block were one row is above 15, a t of 2 does; 1.5 where it is above 40, and
 /// among settled points.
