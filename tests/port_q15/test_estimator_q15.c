@@ -619,6 +619,66 @@ static void test_when_the_voltage_acts(void)
     }
 }
 
+// Begun again it has forgotten all that was learned, and every statistic of it; it starts where it is told to.
+static void test_begun_again_it_has_forgotten(void)
+{
+    int32_t start[DQW_ESTIMATOR_Q15_INPUTS];
+    for (int i = 0; i < DQW_ESTIMATOR_Q15_INPUTS; i++) start[i] = 1000 * (i + 1);
+    for (int told = 0; told < 2; told++) {
+        static pair fresh;
+        static pair p;
+        configure(&fresh, 0.3, 0.0, 0.0);
+        begin(&fresh);
+        configure(&p, 0.3, 0.0, 0.0);
+        begin(&p);
+        learn_log(&p, 0, 4000);
+        HOLDS(p.q.blocks > 50 && p.q.error_q56[0] > 0 && p.q.recent_q54 > 0 && p.q.learned != 0);
+        dqw_estimator_start_q15(&p.q, told ? start : NULL);
+        TEST_ASSERT_EQUAL_MEMORY(told ? start : fresh.q.w_q24, p.q.w_q24, sizeof start[0] * DQW_PARAMETERS);
+        TEST_ASSERT_EQUAL_MEMORY(fresh.q.cov_q40, p.q.cov_q40, sizeof p.q.cov_q40[0] * DQW_PARAMETERS);
+        TEST_ASSERT_EQUAL_MEMORY(fresh.q.normal.a_q32, p.q.normal.a_q32, sizeof p.q.normal.a_q32);
+        TEST_ASSERT_EQUAL_MEMORY(fresh.q.normal.b_q32, p.q.normal.b_q32, sizeof p.q.normal.b_q32);
+        TEST_ASSERT_EQUAL_MEMORY(fresh.q.score2_q68, p.q.score2_q68, sizeof p.q.score2_q68);
+        TEST_ASSERT_EQUAL_MEMORY(fresh.q.score_lag_q68, p.q.score_lag_q68, sizeof p.q.score_lag_q68);
+        TEST_ASSERT_EQUAL_MEMORY(fresh.q.score_last_q34, p.q.score_last_q34, sizeof p.q.score_last_q34);
+        TEST_ASSERT_EQUAL_MEMORY(fresh.q.excess_q10, p.q.excess_q10, sizeof p.q.excess_q10);
+        HOLDS(p.q.normal.c_q32 == fresh.q.normal.c_q32 && p.q.normal.inputs == fresh.q.normal.inputs);
+        HOLDS(p.q.error_q56[0] == 0 && p.q.error_q56[1] == 0 && p.q.recent_q54 == 0);
+        HOLDS(p.q.blocks == 0 && p.q.learned == 0 && p.q.turn == 0);
+    }
+}
+
+// How large a parameter is, for what it may wander: itself; dead time one of its units, a thirtieth of the full
+// voltage, the flux on the other axis as the flux. (E61)
+static void test_how_large_a_parameter_is(void)
+{
+    for (int has = 0; has < 2; has++) {
+        pair p;
+        configure(&p, 0.0, has ? 0.05 : 0.0, 0.0);
+        begin(&p);
+        for (int i = 0; i < N; i++) p.q.w_q24[i] = (i % 2 ? -5000 : 3000) * (i + 1);
+        for (int i = 0; i < N; i++) {
+            CASE("has %d, weight %d", has, i);
+            const int32_t w = p.q.w_q24[has && i == DQW_PSI_Q ? DQW_PSI : i];
+            HOLDS(dqw_estimator_size_q24(&p.q, i) == (has && i == DQW_DEAD_TIME ? 16777216 : abs(w)));
+        }
+    }
+}
+
+// Without lent memory stage 2 takes fifty blocks. (E93)
+static void test_stage_two_takes_fifty_blocks(void)
+{
+    pair p;
+    configure(&p, 0.0, 0.0, 0.0);
+    begin(&p);
+    for (long k = 0; k < 2000 && p.q.stage.name == DQW_STAGE_RANDOM; k++) {
+        const dqw_sample s = moving(k, 0.5, 0.0, NULL);
+        (void)step(&p, &s);
+        HOLDS((p.q.stage.name == DQW_STAGE_RANDOM) == (p.q.blocks < 50));
+    }
+    TEST_ASSERT_EQUAL_INT(DQW_STAGE_ORDINAL, p.q.stage.name);
+}
+
 // It is told from fifty blocks on, however well they tell it.
 static void test_when_the_voltage_acts_takes_fifty_blocks(void)
 {
@@ -834,6 +894,9 @@ int main(void)
     RUN_TEST(test_settled_rows);
     RUN_TEST(test_the_late_voltage_goes_on_around_what_was_solved);
     RUN_TEST(test_when_the_voltage_acts);
+    RUN_TEST(test_begun_again_it_has_forgotten);
+    RUN_TEST(test_how_large_a_parameter_is);
+    RUN_TEST(test_stage_two_takes_fifty_blocks);
     RUN_TEST(test_when_the_voltage_acts_takes_fifty_blocks);
     RUN_TEST(test_noise_in_dead_time);
     RUN_TEST(test_a_half_carries_its_angle);
