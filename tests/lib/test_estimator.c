@@ -300,6 +300,35 @@ static void test_pole_pairs_take_a_hundred_blocks(void)
     TEST_ASSERT_EQUAL_UINT16(4, e.pole_pairs);
 }
 
+// The late voltage is learned from whole blocks alone, where the pole pairs are known: others lack parts of its step.
+// (E90)
+static void test_a_late_voltage_is_learned_from_whole_blocks(void)
+{
+    for (int seeks = 0; seeks < 2; seeks++) {
+        dqw_estimator_config c = config_of(0.0);
+        c.pole_pairs = seeks ? 0 : 4;
+        dqw_estimator e = begin(&c);
+        test_random r = {163};
+        int compared = 0;
+        for (long k = 0; k < 1600; k++) {
+            const dqw_sample s = moving(k, 0.5, 0.01, &r);
+            if ((dqw_estimator_sample(&e, &s, false) & DQW_EVENT_BLOCK) == 0) continue;
+            dqw_estimator_block b;
+            if (!dqw_estimator_take(&e, &b)) continue;
+            for (int whole = 0; whole < 2; whole++) {
+                dqw_estimator copy = e;
+                b.whole = whole == 1;
+                if (!dqw_estimator_learn(&copy, &b)) continue;
+                CASE("%s, block %d, whole %d", seeks ? "seeks" : "told", e.blocks, whole);
+                HOLDS((copy.late_pu2 != e.late_pu2) == (whole == 1 && !seeks));
+                compared++;
+            }
+            (void)dqw_estimator_learn(&e, &b);
+        }
+        HOLDS(compared > 20);
+    }
+}
+
 // When the voltage acts is told from fifty blocks on, however well they tell it.
 static void test_when_the_voltage_acts_takes_fifty_blocks(void)
 {
@@ -1316,6 +1345,7 @@ int main(void)
     RUN_TEST(test_how_large_a_parameter_is);
     RUN_TEST(test_stage_two_takes_fifty_blocks);
     RUN_TEST(test_pole_pairs_take_a_hundred_blocks);
+    RUN_TEST(test_a_late_voltage_is_learned_from_whole_blocks);
     RUN_TEST(test_when_the_voltage_acts_takes_fifty_blocks);
     RUN_TEST(test_block_is_the_triangle_of_the_pairs);
     RUN_TEST(test_without_noise_it_finds_the_machine_from_either_side);
