@@ -677,6 +677,24 @@ static void test_defined_anew_it_forgets_all_but_the_counts(void)
     HOLDS(p.q.blocks == 0 && p.q.learned == 0 && p.q.follow_q15 == 32768 && p.q.given.follow_q15 == 32768);
 }
 
+// A nominal value too small for a unit of its own counts in what is usual, and is what is read at first.
+static void test_small_nominal_values_are_where_it_starts(void)
+{
+    pair p;
+    configure(&p, 0.0, 0.0, 0.0);
+    p.qc.R_uohm = 10;
+    p.qc.Ld_nH = 10;
+    p.qc.Lq_nH = 12;
+    p.qc.psi_nWb = 200;
+    TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_estimator_init_q15(&p.q, &p.qc));
+    static const double nominal[] = {10e-6, 10e-9, 12e-9, 200e-9};
+    for (int i = 0; i < 4; i++) {
+        CASE("%s", NAME[i]);
+        HOLDS(dqw_estimator_unit_q15(&p.qc, (enum dqw_parameter)i) > 1000);
+        BETWEEN(0.99, q_value(&p, i) / nominal[i], 1.01);
+    }
+}
+
 // How large a parameter is, for what it may wander: itself; dead time one of its units, a thirtieth of the full
 // voltage, the flux on the other axis as the flux. (E61)
 static void test_how_large_a_parameter_is(void)
@@ -961,6 +979,7 @@ int main(void)
     RUN_TEST(test_when_the_voltage_acts);
     RUN_TEST(test_begun_again_it_has_forgotten);
     RUN_TEST(test_defined_anew_it_forgets_all_but_the_counts);
+    RUN_TEST(test_small_nominal_values_are_where_it_starts);
     RUN_TEST(test_how_large_a_parameter_is);
     RUN_TEST(test_stage_two_takes_fifty_blocks);
     RUN_TEST(test_a_late_voltage_is_of_whole_blocks);
