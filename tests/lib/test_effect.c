@@ -796,6 +796,32 @@ static void test_start_deviations(void)
     }
 }
 
+// A deviation is widened by how alike blocks are in what they teach its own weight: dead time goes with R, the flux on
+// the other axis with the flux, each effect's weight by itself. (E61)
+static void test_each_deviation_is_widened_by_its_own_blocks(void)
+{
+    list[0] = (dqw_effect_config){.effect = DQW_EFFECT_VOLTAGE_OFFSET};
+    const dqw_estimator_config c = config_of(1);
+    dqw_estimator e = begin(&c);
+    e.learned = (1u << e.inputs) - 1u;
+    e.blocks = 1000;
+    static const int score_of[] = {0, 1, 2, 3, 0, 3, 4, 5};
+    TEST_ASSERT_EQUAL_UINT8(8, e.inputs);
+    for (int k = 0; k < 6; k++)
+        for (int i = 0; i < e.inputs; i++) {
+            CASE("score %d, weight %d", k, i);
+            for (int n = 0; n < DQW_ESTIMATOR_SCORES; n++) e.score2[n] = 2.0f, e.score_lag[n] = 0.0f;
+            const double alone = (double)dqw_estimator_sd(&e, i);
+            e.score_lag[k] = 0.5f;
+            BETWEEN(0.99999, (double)dqw_estimator_sd(&e, i) / alone / (score_of[i] == k ? sqrt(1.5) : 1.0), 1.00001);
+            // No less than a fifth of it, no more than what 0.98 makes.
+            e.score_lag[k] = -1.9f;
+            BETWEEN(0.99999, (double)dqw_estimator_sd(&e, i) / alone / (score_of[i] == k ? sqrt(0.2) : 1.0), 1.00001);
+            e.score_lag[k] = 1.99f;
+            BETWEEN(0.99999, (double)dqw_estimator_sd(&e, i) / alone / (score_of[i] == k ? sqrt(2.96) : 1.0), 1.00001);
+        }
+}
+
 // What an input is at the machine's bases: a measured temperature by 50 K, a heating state by 1, whatever T_0 is.
 static void test_input_bases(void)
 {
@@ -1153,6 +1179,7 @@ int main(void)
     RUN_TEST(test_init_refuses_and_leaves_the_object_alone);
     RUN_TEST(test_each_refusal_has_its_code);
     RUN_TEST(test_start_deviations);
+    RUN_TEST(test_each_deviation_is_widened_by_its_own_blocks);
     RUN_TEST(test_input_bases);
     RUN_TEST(test_an_empty_list_after_a_gap);
     RUN_TEST(test_every_effect_before_another);

@@ -222,6 +222,113 @@ static void test_a_deviation_grows_while_nothing_is_learned(void)
     TEST_ASSERT_EQUAL_FLOAT((float)value, (float)value_of(&e, DQW_LQ));
 }
 
+// Begun again it has forgotten all that was learned, and every statistic of it; it starts where it is told to.
+static void test_begun_again_it_has_forgotten(void)
+{
+    const dqw_estimator_config c = config_of(0.3);
+    const dqw_estimator fresh = begin(&c);
+    float start[DQW_ESTIMATOR_INPUTS];
+    for (int i = 0; i < DQW_ESTIMATOR_INPUTS; i++) start[i] = (float)(i + 1);
+    for (int told = 0; told < 2; told++) {
+        dqw_estimator e = begin(&c);
+        test_random r = {162};
+        for (long k = 0; k < 4000; k++) {
+            const dqw_sample s = moving(k, 0.5, 0.01, &r);
+            (void)shown(&e, &s);
+        }
+        HOLDS(e.blocks > 50 && e.error_pu2[0] > 0.0f && e.late_pu2 > 0.0f && e.score_last[0] != 0.0f);
+        dqw_estimator_start(&e, told ? start : NULL);
+        TEST_ASSERT_EQUAL_MEMORY(told ? start : fresh.w_pu, e.w_pu, sizeof e.w_pu[0] * fresh.inputs);
+        TEST_ASSERT_EQUAL_MEMORY(fresh.gain.u, e.gain.u, sizeof e.gain.u);
+        TEST_ASSERT_EQUAL_MEMORY(fresh.gain.d, e.gain.d, sizeof e.gain.d);
+        TEST_ASSERT_EQUAL_MEMORY(fresh.score2, e.score2, sizeof e.score2);
+        TEST_ASSERT_EQUAL_MEMORY(fresh.score_lag, e.score_lag, sizeof e.score_lag);
+        TEST_ASSERT_EQUAL_MEMORY(fresh.score_last, e.score_last, sizeof e.score_last);
+        TEST_ASSERT_EQUAL_MEMORY(fresh.late_w, e.late_w, sizeof e.late_w);
+        TEST_ASSERT_EQUAL_MEMORY(fresh.excess_q10, e.excess_q10, sizeof e.excess_q10);
+        HOLDS(e.error_pu2[0] == 0.0f && e.error_pu2[1] == 0.0f && e.recent_pu2 == 0.0f);
+        HOLDS(e.late_pu2 == 0.0f && e.late_error_pu2 == 0.0f && e.blocks == 0 && e.learned == 0);
+    }
+}
+
+// How large a parameter is, for what it may wander: itself; dead time a third of its start deviation, the flux on the
+// other axis as the flux. (E61)
+static void test_how_large_a_parameter_is(void)
+{
+    for (int has = 0; has < 2; has++) {
+        dqw_estimator_config c = config_of(0.0);
+        c.angle = c.encoder_offset = has == 1;
+        c.dead_time_width_A = has == 1 ? 0.05f : 0.0f;
+        dqw_estimator e = begin(&c);
+        for (int i = 0; i < DQW_PARAMETERS; i++) e.w_pu[i] = (i % 2 ? -0.5f : 0.25f) * (float)(i + 1);
+        for (int i = 0; i < DQW_PARAMETERS; i++) {
+            CASE("has %d, weight %d", has, i);
+            const double plain = fabs((double)e.w_pu[i]);
+            const double expected = !has                 ? plain
+                                    : i == DQW_DEAD_TIME ? 0.1 / 3
+                                    : i == DQW_PSI_Q     ? fabs((double)e.w_pu[DQW_PSI])
+                                                         : plain;
+            BETWEEN(0.99999 * expected, dqw_estimator_size_pu(&e, i), 1.00001 * expected);
+        }
+    }
+}
+
+// Without lent memory stage 2 takes fifty blocks. (E93)
+static void test_stage_two_takes_fifty_blocks(void)
+{
+    const dqw_estimator_config c = config_of(0.0);
+    dqw_estimator e = begin(&c);
+    for (long k = 0; k < 2000 && e.stage.name == DQW_STAGE_RANDOM; k++) {
+        const dqw_sample s = moving(k, 0.5, 0.0, NULL);
+        (void)shown(&e, &s);
+        HOLDS((e.stage.name == DQW_STAGE_RANDOM) == (e.blocks < 50));
+    }
+    TEST_ASSERT_EQUAL_INT(DQW_STAGE_ORDINAL, e.stage.name);
+}
+
+// However plain they are, pole pairs are not taken before a hundred blocks. (E22)
+static void test_pole_pairs_take_a_hundred_blocks(void)
+{
+    dqw_estimator_config c = config_of(0.0);
+    c.pole_pairs = 0;
+    dqw_estimator e = begin(&c);
+    for (long k = 0; k < 4000 && e.pole_pairs == 0; k++) {
+        const dqw_sample s = moving(k, 0.5, 0.0, NULL);
+        (void)shown(&e, &s);
+        HOLDS(e.pole_pairs == 0 || e.gate.blocks >= 100);
+    }
+    TEST_ASSERT_EQUAL_UINT16(4, e.pole_pairs);
+}
+
+// The late voltage is learned from whole blocks alone, where the pole pairs are known: others lack parts of its step.
+// (E90)
+static void test_a_late_voltage_is_learned_from_whole_blocks(void)
+{
+    for (int seeks = 0; seeks < 2; seeks++) {
+        dqw_estimator_config c = config_of(0.0);
+        c.pole_pairs = seeks ? 0 : 4;
+        dqw_estimator e = begin(&c);
+        test_random r = {163};
+        int compared = 0;
+        for (long k = 0; k < 1600; k++) {
+            const dqw_sample s = moving(k, 0.5, 0.01, &r);
+            if ((dqw_estimator_sample(&e, &s, false) & DQW_EVENT_BLOCK) == 0) continue;
+            dqw_estimator_block b;
+            if (!dqw_estimator_take(&e, &b)) continue;
+            for (int whole = 0; whole < 2; whole++) {
+                dqw_estimator copy = e;
+                b.whole = whole == 1;
+                if (!dqw_estimator_learn(&copy, &b)) continue;
+                CASE("%s, block %d, whole %d", seeks ? "seeks" : "told", e.blocks, whole);
+                HOLDS((copy.late_pu2 != e.late_pu2) == (whole == 1 && !seeks));
+                compared++;
+            }
+            (void)dqw_estimator_learn(&e, &b);
+        }
+        HOLDS(compared > 20);
+    }
+}
+
 // When the voltage acts is told from fifty blocks on, however well they tell it.
 static void test_when_the_voltage_acts_takes_fifty_blocks(void)
 {
@@ -1234,6 +1341,11 @@ int main(void)
     RUN_TEST(test_a_fresh_estimator_knows_nothing);
     RUN_TEST(test_what_is_usable);
     RUN_TEST(test_a_deviation_grows_while_nothing_is_learned);
+    RUN_TEST(test_begun_again_it_has_forgotten);
+    RUN_TEST(test_how_large_a_parameter_is);
+    RUN_TEST(test_stage_two_takes_fifty_blocks);
+    RUN_TEST(test_pole_pairs_take_a_hundred_blocks);
+    RUN_TEST(test_a_late_voltage_is_learned_from_whole_blocks);
     RUN_TEST(test_when_the_voltage_acts_takes_fifty_blocks);
     RUN_TEST(test_block_is_the_triangle_of_the_pairs);
     RUN_TEST(test_without_noise_it_finds_the_machine_from_either_side);

@@ -161,6 +161,38 @@ static void test_what_is_surely_a_change(void)
     }
 }
 
+// What would be an event: known in service alone, of a mean of twenty looks or more.
+static void test_what_would_be_an_event(void)
+{
+    const dqw_monitor_config c = config_of();
+    dqw_monitor m = begin(&c);
+    m.cold_R_ohm = 0.5f;
+    m.healthy_residual_pu2 = 0.0001f;
+    m.watch.looks[DQW_WATCH_R] = 20;
+    for (int way = 0; way < 6; way++) {
+        CASE("way %d", way);
+        m.estimator.stage.name = way == 0 ? DQW_STAGE_ORDINAL : DQW_STAGE_IN_SERVICE;
+        m.watch.resting = way == 1;
+        m.watch.alarms = way == 2;
+        m.watch.wait = way == 3;
+        const bool serves = way >= 4;
+        // Not known, then known.
+        m.estimator.learned = way == 4 ? 0 : 1u << DQW_R;
+        m.estimator.blocks = 1000;
+        m.watch.looks[DQW_WATCH_R] = 19;
+        HOLDS(dqw_monitor_sensitivity(&m, DQW_WATCH_R) == DQW_UNKNOWN);
+        m.watch.looks[DQW_WATCH_R] = 20;
+        HOLDS((dqw_monitor_sensitivity(&m, DQW_WATCH_R) < DQW_UNKNOWN) == (way == 5));
+        HOLDS((dqw_monitor_sensitivity(&m, DQW_WATCH_TEMPERATURE) < DQW_UNKNOWN) == (way == 5));
+        HOLDS((dqw_monitor_sensitivity(&m, DQW_WATCH_RESIDUAL) < DQW_UNKNOWN) == serves);
+    }
+    NEAR(fmax(0.04 * 0.5, 5 * sqrt(1.5) * (double)dqw_monitor_read(&m, DQW_WATCH_R).sd),
+         dqw_monitor_sensitivity(&m, DQW_WATCH_R));
+    NEAR(110.0, dqw_monitor_sensitivity(&m, DQW_WATCH_TEMPERATURE));
+    NEAR(3 * 0.01 * 14, dqw_monitor_sensitivity(&m, DQW_WATCH_RESIDUAL));
+    HOLDS(dqw_monitor_sensitivity(&m, DQW_WATCH_CHANNELS) == DQW_UNKNOWN);
+}
+
 static void test_a_healthy_value_goes_part_of_the_way(void)
 {
     const dqw_monitor_config c = config_of();
@@ -193,6 +225,7 @@ int main(void)
     RUN_TEST(test_bands_are_the_documented_ones);
     RUN_TEST(test_what_a_channel_reads);
     RUN_TEST(test_what_is_surely_a_change);
+    RUN_TEST(test_what_would_be_an_event);
     RUN_TEST(test_a_healthy_value_goes_part_of_the_way);
     return UNITY_END();
 }

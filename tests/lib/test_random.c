@@ -37,6 +37,13 @@ static void test_init_refuses_and_leaves_the_object_alone(void)
         c.draws = sizes[k][1];
         REFUSED(r, DQW_ERR_SIZE, dqw_random_init(&r, &c));
     }
+    static const uint32_t least[][2] = {{2, 1}, {2, 2}, {50, 50}, {UINT32_MAX, 1}};
+    for (int k = 0; k < 4; k++) {
+        c = config_of(1);
+        c.capacity = least[k][0];
+        c.draws = least[k][1];
+        TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_random_init(&r, &c));
+    }
     const float bad[] = {0.0f, -0.01f, NAN, INFINITY};
     for (int k = 0; k < 4; k++) {
         c = config_of(1);
@@ -207,6 +214,27 @@ static void test_converged_once_nothing_moves(void)
     TEST_ASSERT_TRUE(dqw_random_iterate(&r, &l));
 }
 
+// What moves is measured by the largest weight, however small that is.
+static void test_small_weights_converge_no_sooner(void)
+{
+    static int epochs[2];
+    for (int small = 0; small < 2; small++) {
+        dqw_random r;
+        const dqw_random_config c = config_of(3);
+        TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_random_init(&r, &c));
+        dqw_learner l;
+        begin_learner(&l, 0.1f);
+        test_random noise = {10};
+        for (int k = 0; k < CAPACITY; k++) {
+            const float x = (float)random_normal(&noise);
+            dqw_random_put(&r, &x, 1, (small ? 0.5f / 1024.0f : 0.5f) * x);
+        }
+        for (epochs[small] = 1; epochs[small] < 100 && !dqw_random_epoch(&r, &l);) epochs[small]++;
+    }
+    TEST_ASSERT_EQUAL_INT(epochs[0], epochs[1]);
+    BETWEEN(2, epochs[0], 20);
+}
+
 static void test_noise_above_the_tolerance_keeps_it_from_converging(void)
 {
     dqw_random r;
@@ -282,6 +310,7 @@ int main(void)
     RUN_TEST(test_the_seed_alone_decides_the_trajectory);
     RUN_TEST(test_epoch_is_that_many_iterations);
     RUN_TEST(test_converged_once_nothing_moves);
+    RUN_TEST(test_small_weights_converge_no_sooner);
     RUN_TEST(test_noise_above_the_tolerance_keeps_it_from_converging);
     RUN_TEST(test_more_draws_than_samples_held);
     RUN_TEST(test_samples_that_are_no_numbers_do_not_count_as_convergence);

@@ -3,6 +3,7 @@
 #include "preempt.h"
 
 #include "dqw_number.h"
+#include "dqw_gain.h"
 #include "dqw_shaft.h"
 #include "dqw_test.h"
 
@@ -662,6 +663,22 @@ static void test_autocorrelation_widens_the_deviation(void)
     }
 }
 
+// A residual below what single precision tells from rounding counts as that, and is alike to nothing.
+static void test_a_residual_of_rounding_alone(void)
+{
+    make_log(0.0, 0.05, 2);
+    const dqw_shaft_config c = config_of(false);
+    dqw_shaft m = learn(&c);
+    static const float residual[] = {0.0f, 0.5e-13f, 1e-13f};
+    const float variance = dqw_gain_covariance(&m.gain, DQW_B, DQW_B);
+    for (int k = 0; k < 3; k++) {
+        m.error_pu2 = residual[k];
+        m.lag_pu2 = 0.5f * residual[k];
+        CASE("residual %g", (double)residual[k]);
+        BETWEEN(0.98, (double)dqw_shaft_read(&m, DQW_B).sd / (sqrt(1e-13 * variance) * (double)m.B_unit_Nms_rad), 1.02);
+    }
+}
+
 static void test_inputs_that_are_no_number_teach_nothing(void)
 {
     // cos(n theta) of a product beyond single precision.
@@ -846,6 +863,7 @@ int main(void)
     RUN_TEST(test_the_threshold_of_learned);
     RUN_TEST(test_what_is_usable);
     RUN_TEST(test_autocorrelation_widens_the_deviation);
+    RUN_TEST(test_a_residual_of_rounding_alone);
     RUN_TEST(test_inputs_that_are_no_number_teach_nothing);
     RUN_TEST(test_missing_samples);
     RUN_TEST(test_saturated_samples_are_counted_and_not_learned);

@@ -29,6 +29,27 @@ static void test_a_long_pause_is_the_longest_time(void)
     TEST_ASSERT_EQUAL_UINT16(65534, dqw_watch_unfollowed(&w, DQW_WATCH_R, 65534 * step));
 }
 
+// Too hot is told once, and again when the winding was cool in between.
+static void test_too_hot_is_told_again_after_it_was_cool(void)
+{
+    dqw_watch w;
+    dqw_watch_init(&w);
+    int32_t q5[DQW_WATCH_CHANNELS] = {0};
+    for (int cool = 0; cool < 2; cool++) {
+        dqw_watch_init(&w);
+        TEST_ASSERT_EQUAL_INT(DQW_WATCH_APART, dqw_watch_named(&w, DQW_WATCH_TEMPERATURE, DQW_FAULT_OVER_TEMPERATURE));
+        q5[DQW_WATCH_TEMPERATURE] = 4 * DQW_CHANGE_BAND_Q5;
+        for (int k = 0; k < 5; k++) (void)dqw_watch_look(&w, q5);
+        HOLDS(w.alarms == 0);
+        q5[DQW_WATCH_TEMPERATURE] = cool ? 0 : 1;
+        (void)dqw_watch_look(&w, q5);
+        q5[DQW_WATCH_TEMPERATURE] = 4 * DQW_CHANGE_BAND_Q5;
+        for (int k = 0; k < 5; k++) (void)dqw_watch_look(&w, q5);
+        CASE("cool %d", cool);
+        HOLDS(w.alarms == (cool ? 1u << DQW_WATCH_TEMPERATURE : 0u));
+    }
+}
+
 // Healthy values that are taken anew settle anew: what is timed and waited for goes on.
 static void test_adopting_leaves_what_is_timed(void)
 {
@@ -52,6 +73,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_a_long_pause_is_the_longest_time);
+    RUN_TEST(test_too_hot_is_told_again_after_it_was_cool);
     RUN_TEST(test_adopting_leaves_what_is_timed);
     return UNITY_END();
 }

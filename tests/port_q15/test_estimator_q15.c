@@ -619,6 +619,149 @@ static void test_when_the_voltage_acts(void)
     }
 }
 
+// Begun again it has forgotten all that was learned, and every statistic of it; it starts where it is told to.
+static void test_begun_again_it_has_forgotten(void)
+{
+    int32_t start[DQW_ESTIMATOR_Q15_INPUTS];
+    for (int i = 0; i < DQW_ESTIMATOR_Q15_INPUTS; i++) start[i] = 1000 * (i + 1);
+    for (int told = 0; told < 2; told++) {
+        static pair fresh;
+        static pair p;
+        configure(&fresh, 0.3, 0.0, 0.0);
+        begin(&fresh);
+        configure(&p, 0.3, 0.0, 0.0);
+        begin(&p);
+        learn_log(&p, 0, 4000);
+        HOLDS(p.q.blocks > 50 && p.q.error_q56[0] > 0 && p.q.recent_q54 > 0 && p.q.learned != 0);
+        dqw_estimator_start_q15(&p.q, told ? start : NULL);
+        TEST_ASSERT_EQUAL_MEMORY(told ? start : fresh.q.w_q24, p.q.w_q24, sizeof start[0] * DQW_PARAMETERS);
+        TEST_ASSERT_EQUAL_MEMORY(fresh.q.cov_q40, p.q.cov_q40, sizeof p.q.cov_q40[0] * DQW_PARAMETERS);
+        TEST_ASSERT_EQUAL_MEMORY(fresh.q.normal.a_q32, p.q.normal.a_q32, sizeof p.q.normal.a_q32);
+        TEST_ASSERT_EQUAL_MEMORY(fresh.q.normal.b_q32, p.q.normal.b_q32, sizeof p.q.normal.b_q32);
+        TEST_ASSERT_EQUAL_MEMORY(fresh.q.score2_q68, p.q.score2_q68, sizeof p.q.score2_q68);
+        TEST_ASSERT_EQUAL_MEMORY(fresh.q.score_lag_q68, p.q.score_lag_q68, sizeof p.q.score_lag_q68);
+        TEST_ASSERT_EQUAL_MEMORY(fresh.q.score_last_q34, p.q.score_last_q34, sizeof p.q.score_last_q34);
+        TEST_ASSERT_EQUAL_MEMORY(fresh.q.excess_q10, p.q.excess_q10, sizeof p.q.excess_q10);
+        HOLDS(p.q.normal.c_q32 == fresh.q.normal.c_q32 && p.q.normal.inputs == fresh.q.normal.inputs);
+        HOLDS(p.q.error_q56[0] == 0 && p.q.error_q56[1] == 0 && p.q.recent_q54 == 0);
+        HOLDS(p.q.blocks == 0 && p.q.learned == 0 && p.q.turn == 0);
+    }
+}
+
+// Defined anew it forgets what was learned; what was counted stays, and how often it went back, and why.
+static void test_defined_anew_it_forgets_all_but_the_counts(void)
+{
+    static pair p;
+    static pair fresh;
+    configure(&p, 0.3, 0.0, 0.0);
+    begin(&p);
+    configure(&fresh, 0.3, 0.0, 0.0);
+    fresh.qc.stale_limit = 33;
+    begin(&fresh);
+    learn_log(&p, 0, 4000);
+    p.q.stage.back = DQW_BACK_LEFT_BAND;
+    p.q.stage.times_back = 7;
+    p.q.stage.residual_ppm = 12345;
+    p.q.missed = 3;
+    const dqw_gate gate = p.q.gate;
+    const uint32_t halves = p.q.halves;
+    TEST_ASSERT_EQUAL_INT(DQW_ERR_NULL, dqw_estimator_define_q15(NULL, &fresh.qc));
+    TEST_ASSERT_EQUAL_INT(DQW_ERR_NULL, dqw_estimator_define_q15(&p.q, NULL));
+    TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_estimator_define_q15(&p.q, &fresh.qc));
+    HOLDS(p.q.stage.name == DQW_STAGE_RANDOM && p.q.stage.back == DQW_BACK_LEFT_BAND && p.q.stage.times_back == 7 &&
+          p.q.stage.residual_ppm == 12345);
+    HOLDS(p.q.gate.accepted == gate.accepted && p.q.gate.blocks == gate.blocks && p.q.gate.stale_limit == 33);
+    HOLDS(p.q.halves == halves && p.q.number == halves && p.q.drifted == halves && p.q.missed == 3);
+    TEST_ASSERT_EQUAL_MEMORY(fresh.q.w_q24, p.q.w_q24, sizeof p.q.w_q24);
+    TEST_ASSERT_EQUAL_MEMORY(fresh.q.normal.a_q32, p.q.normal.a_q32, sizeof p.q.normal.a_q32);
+    HOLDS(p.q.blocks == 0 && p.q.learned == 0 && p.q.follow_q15 == 32768 && p.q.given.follow_q15 == 32768);
+}
+
+// A nominal value too small for a unit of its own counts in what is usual, and is what is read at first.
+static void test_small_nominal_values_are_where_it_starts(void)
+{
+    pair p;
+    configure(&p, 0.0, 0.0, 0.0);
+    p.qc.R_uohm = 10;
+    p.qc.Ld_nH = 10;
+    p.qc.Lq_nH = 12;
+    p.qc.psi_nWb = 200;
+    TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_estimator_init_q15(&p.q, &p.qc));
+    static const double nominal[] = {10e-6, 10e-9, 12e-9, 200e-9};
+    for (int i = 0; i < 4; i++) {
+        CASE("%s", NAME[i]);
+        HOLDS(dqw_estimator_unit_q15(&p.qc, (enum dqw_parameter)i) > 1000);
+        BETWEEN(0.99, q_value(&p, i) / nominal[i], 1.01);
+    }
+}
+
+// How large a parameter is, for what it may wander: itself; dead time one of its units, a thirtieth of the full
+// voltage, the flux on the other axis as the flux. (E61)
+static void test_how_large_a_parameter_is(void)
+{
+    for (int has = 0; has < 2; has++) {
+        pair p;
+        configure(&p, 0.0, has ? 0.05 : 0.0, 0.0);
+        begin(&p);
+        for (int i = 0; i < N; i++) p.q.w_q24[i] = (i % 2 ? -5000 : 3000) * (i + 1);
+        for (int i = 0; i < N; i++) {
+            CASE("has %d, weight %d", has, i);
+            const int32_t w = p.q.w_q24[has && i == DQW_PSI_Q ? DQW_PSI : i];
+            HOLDS(dqw_estimator_size_q24(&p.q, i) == (has && i == DQW_DEAD_TIME ? 16777216 : abs(w)));
+        }
+    }
+}
+
+// Without lent memory stage 2 takes fifty blocks. (E93)
+static void test_stage_two_takes_fifty_blocks(void)
+{
+    pair p;
+    configure(&p, 0.0, 0.0, 0.0);
+    begin(&p);
+    for (long k = 0; k < 2000 && p.q.stage.name == DQW_STAGE_RANDOM; k++) {
+        const dqw_sample s = moving(k, 0.5, 0.0, NULL);
+        (void)step(&p, &s);
+        HOLDS((p.q.stage.name == DQW_STAGE_RANDOM) == (p.q.blocks < 50));
+    }
+    TEST_ASSERT_EQUAL_INT(DQW_STAGE_ORDINAL, p.q.stage.name);
+}
+
+// A late voltage is a row's of whole blocks alone, where the pole pairs are known: others lack parts of its step. (E90)
+static void test_a_late_voltage_is_of_whole_blocks(void)
+{
+    for (int way = 0; way < 8; way++) {
+        pair p;
+        configure(&p, 0.0, 0.0, 0.0);
+        if (way & 1) p.qc.scale.pole_pairs = 0;
+        p.qc.settled = (way & 2) != 0;
+        TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_estimator_init_q15(&p.q, &p.qc));
+        dqw_estimator_q15_block b = {.weight = 420, .v_step_q15 = {4200, -8400}, .whole = (way & 4) != 0};
+        b.with.rows = 8192;
+        dqw_rows_q15 r;
+        dqw_estimator_rows_of_q15(&p.q, &b, &r);
+        CASE("way %d", way);
+        const double known = way == 4 ? 1.0 : 0.0;
+        BETWEEN(-1e-8, ldexp(r.late_q28[0], -28) - known * 10.0 / 32768, 1e-8);
+        BETWEEN(-1e-8, ldexp(r.late_q28[1], -28) + known * 20.0 / 32768, 1e-8);
+    }
+}
+
+// A block of one row is that row, to the last place.
+static void test_a_settled_row_is_exact(void)
+{
+    test_random r = {78};
+    for (int n = 0; n < 1000; n++) {
+        dqw_sample_q15 s = {0};
+        int16_t *const x[] = {&s.v_d_q15, &s.v_q_q15, &s.i_d_q15, &s.i_q_q15, &s.w_m_q15};
+        for (int i = 0; i < 5; i++) *x[i] = (int16_t)((int)(random_bits(&r) % 65533) - 32766);
+        int32_t row[DQW_BLOCK_Q15_SIGNALS];
+        dqw_model_pair_q15(&s, &s, row);
+        const dqw_block_q15 b = dqw_model_block_q15(row, 1);
+        HOLDS(b.v_d == s.v_d_q15 * 8192 && b.v_q == s.v_q_q15 * 8192 && b.i_d == s.i_d_q15 * 8192 &&
+              b.i_q == s.i_q_q15 * 8192 && b.w_m == s.w_m_q15 * 8192 && b.di_d == 0 && b.di_q == 0);
+    }
+}
+
 // It is told from fifty blocks on, however well they tell it.
 static void test_when_the_voltage_acts_takes_fifty_blocks(void)
 {
@@ -834,6 +977,13 @@ int main(void)
     RUN_TEST(test_settled_rows);
     RUN_TEST(test_the_late_voltage_goes_on_around_what_was_solved);
     RUN_TEST(test_when_the_voltage_acts);
+    RUN_TEST(test_begun_again_it_has_forgotten);
+    RUN_TEST(test_defined_anew_it_forgets_all_but_the_counts);
+    RUN_TEST(test_small_nominal_values_are_where_it_starts);
+    RUN_TEST(test_how_large_a_parameter_is);
+    RUN_TEST(test_stage_two_takes_fifty_blocks);
+    RUN_TEST(test_a_late_voltage_is_of_whole_blocks);
+    RUN_TEST(test_a_settled_row_is_exact);
     RUN_TEST(test_when_the_voltage_acts_takes_fifty_blocks);
     RUN_TEST(test_noise_in_dead_time);
     RUN_TEST(test_a_half_carries_its_angle);

@@ -181,6 +181,38 @@ static void test_what_is_surely_a_change(void)
     }
 }
 
+// What would be an event: known in service alone, of a mean of twenty looks or more.
+static void test_what_would_be_an_event(void)
+{
+    const dqw_monitor_q15_config c = config_of();
+    dqw_monitor_q15 m = begin(&c);
+    m.is.cold_R_q24 = fixed(0.9, Q24);
+    m.is.healthy_residual_q54 = (int64_t)ldexp(1e-4, 54);
+    m.estimator.cov_q40[DQW_R] = (int64_t)1 << 50;
+    for (int way = 0; way < 6; way++) {
+        CASE("way %d", way);
+        m.estimator.stage.name = way == 0 ? DQW_STAGE_ORDINAL : DQW_STAGE_IN_SERVICE;
+        m.watch.resting = way == 1;
+        m.watch.alarms = way == 2;
+        m.watch.wait = way == 3;
+        const bool serves = way >= 4;
+        // Not known, then known.
+        m.estimator.learned = way == 4 ? 0 : 1u << DQW_R;
+        m.estimator.blocks = 1000;
+        m.watch.looks[DQW_WATCH_R] = 19;
+        HOLDS(dqw_monitor_sensitivity_q15(&m, DQW_WATCH_R) == INT64_MAX);
+        m.watch.looks[DQW_WATCH_R] = 20;
+        HOLDS((dqw_monitor_sensitivity_q15(&m, DQW_WATCH_R) < INT64_MAX) == (way == 5));
+        HOLDS((dqw_monitor_sensitivity_q15(&m, DQW_WATCH_TEMPERATURE) < INT64_MAX) == (way == 5));
+        HOLDS((dqw_monitor_sensitivity_q15(&m, DQW_WATCH_RESIDUAL) < INT64_MAX) == serves);
+    }
+    NEAR(fmax(0.04 * HEALTHY[0], 5 * sqrt(1.5) * (double)sd_of(&m, DQW_WATCH_R) / Q40),
+         (double)dqw_monitor_sensitivity_q15(&m, DQW_WATCH_R) / Q40);
+    NEAR(110.0, (double)dqw_monitor_sensitivity_q15(&m, DQW_WATCH_TEMPERATURE) / Q40);
+    NEAR(3 * 0.01, (double)dqw_monitor_sensitivity_q15(&m, DQW_WATCH_RESIDUAL) / Q40);
+    HOLDS(dqw_monitor_sensitivity_q15(&m, DQW_WATCH_CHANNELS) == INT64_MAX);
+}
+
 static void test_a_healthy_value_goes_part_of_the_way(void)
 {
     const dqw_monitor_q15_config c = config_of();
@@ -213,6 +245,7 @@ int main(void)
     RUN_TEST(test_bands_are_the_documented_ones);
     RUN_TEST(test_what_a_channel_reads);
     RUN_TEST(test_what_is_surely_a_change);
+    RUN_TEST(test_what_would_be_an_event);
     RUN_TEST(test_a_healthy_value_goes_part_of_the_way);
     return UNITY_END();
 }

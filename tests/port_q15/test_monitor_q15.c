@@ -398,7 +398,7 @@ static void test_what_heat_explains_is_no_change(void)
     const dqw_monitor_q15_config as_it_is = c;
     const dqw_monitor_q15 *serving = in_service(&c);
     for (int channel = DQW_WATCH_R; channel <= DQW_WATCH_PSI; channel += DQW_WATCH_PSI - DQW_WATCH_R)
-        for (int way = 0; way < 4; way++) {
+        for (int way = 0; way < 6; way++) {
             dqw_monitor_q15 m = *serving;
             c = as_it_is;
             // The flux may be this low: the winding was hot.
@@ -412,17 +412,20 @@ static void test_what_heat_explains_is_no_change(void)
             const uint16_t halves = 400;
             m.watch.followed[channel == DQW_WATCH_PSI] = (uint16_t)((m.estimator.number >> DQW_WATCH_FOLLOW_SHIFT) -
                                                                     halves);
-            m.watch.looks[channel] = DQW_WATCH_LOOKS_MOST;
+            // A mean of fewer than twenty looks is none yet.
+            const int looks = way < 4 ? 20 : 19;
+            m.watch.looks[channel] = (uint8_t)looks;
             const double rate = channel == DQW_WATCH_R ? 0.0039 : 0.001;
             const double heat = 1.3 * rate * (double)(channel == DQW_WATCH_R ? m.healthy.cold_R_q24 : m.healthy.cold_psi_q24) *
                                 halves * 256 * 20 * DT_S;
-            const double sure = fmax(5 * sd * sqrt(1 + 20.0 / 275), dqw_monitor_band_of_q15(&m, channel));
+            const double sure = fmax(5 * sd * sqrt(1 + 20.0 / (20 + looks)), dqw_monitor_band_of_q15(&m, channel));
             const double off = way < 2 ? heat - 0.5 * sure : heat + 3 * sure;
             m.healthy.weight_q24[channel] = (int32_t)lrint((double)m.estimator.w_q24[channel] + (way % 2 ? off : -off));
             (void)watch(&m, 24000, 24000 + 20 * 18);
+            HOLDS(m.is.hottest_q16 == 300 * 65536 - 300 * 65536 / 100000);
             CASE("channel %d, way %d: off by %g of the value, %g widths", channel, way,
                  off / (double)m.estimator.w_q24[channel], off / sure);
-            if (way < 2)
+            if (way < 2 || way >= 4)
                 HOLDS(m.watch.change[channel].sum_q5 == 0);
             else
                 BETWEEN(32, m.watch.change[channel].sum_q5, 96);

@@ -121,6 +121,21 @@ static void test_every_inverse(void)
     }
 }
 
+// The integer square root, rounded down: of squares, of their neighbours, and of any bits.
+static void test_roots(void)
+{
+    test_random r = {4};
+    for (int k = 0; k < 20000; k++) {
+        const uint64_t root = random_bits(&r) >> (32 + random_bits(&r) % 32);
+        CASE("%lu squared", (unsigned long)root);
+        HOLDS(dqw_q_root64(root * root) == root && dqw_q_root64(root * root + 2 * root) == root);
+        if (root > 0) HOLDS(dqw_q_root64(root * root - 1) == root - 1);
+        const uint64_t any_of = random_bits(&r);
+        const uint64_t found = dqw_q_root64(any_of);
+        HOLDS(found * found <= any_of && any_of - found * found <= 2 * found);
+    }
+}
+
 static void test_leading_zeros_and_scaling(void)
 {
     TEST_ASSERT_EQUAL_UINT(32, dqw_q_clz32(0));
@@ -178,6 +193,7 @@ int main(void)
     RUN_TEST(test_shifts_and_bounds);
     RUN_TEST(test_sums_and_products);
     RUN_TEST(test_every_inverse);
+    RUN_TEST(test_roots);
     RUN_TEST(test_leading_zeros_and_scaling);
     RUN_TEST(test_scale_is_checked);
     return UNITY_END();

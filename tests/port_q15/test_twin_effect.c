@@ -3,6 +3,7 @@
 #include "dqw_effect.h"
 #include "dqw_estimator.h"
 #include "dqw_estimator_q15.h"
+#include "dqw_estimator_block_q15.h"
 #include "dqw_number.h"
 #include "dqw_test.h"
 #include "sim_log.h"
@@ -665,6 +666,35 @@ static void test_every_effect_before_another(void)
     }
 }
 
+// A deviation is widened by how alike blocks are in what they teach its own weight: dead time goes with R, the flux on
+// the other axis with the flux, each effect's weight by itself. (E61)
+static void test_each_deviation_is_widened_by_its_own_blocks(void)
+{
+    const dqw_effect_q15_config list = {.effect = DQW_EFFECT_VOLTAGE_OFFSET};
+    const dqw_estimator_q15_config c = {.scale = scale, .angle = true, .effects = &list, .effect_count = 1};
+    TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_estimator_init_q15(&q, &c));
+    static const int score_of[] = {0, 1, 2, 3, 0, 3, 4, 5};
+    for (int k = 0; k < 6; k++)
+        for (int i = 0; i < 8; i++) {
+            CASE("score %d, weight %d", k, i);
+            for (int n = 0; n < DQW_ESTIMATOR_Q15_SCORES; n++) {
+                q.score2_q68[n] = (int64_t)1 << 40;
+                q.score_lag_q68[n] = 0;
+            }
+            HOLDS(dqw_estimator_inflation_q20(&q, i) == 1048576);
+            q.score_lag_q68[k] = (int64_t)1 << 38;
+            BETWEEN(0.99999, ldexp((double)dqw_estimator_inflation_q20(&q, i), -20) / (score_of[i] == k ? 1.5 : 1.0),
+                    1.00001);
+            // No less than a fifth of it, no more than what 0.98 makes.
+            q.score_lag_q68[k] = -((int64_t)1 << 40);
+            BETWEEN(0.9999, ldexp((double)dqw_estimator_inflation_q20(&q, i), -20) / (score_of[i] == k ? 0.2 : 1.0),
+                    1.0001);
+            q.score_lag_q68[k] = (int64_t)1 << 40;
+            BETWEEN(0.99999, ldexp((double)dqw_estimator_inflation_q20(&q, i), -20) / (score_of[i] == k ? 2.96 : 1.0),
+                    1.00001);
+        }
+}
+
 // Before anything was learned no weight is known, and no more of them are written than the effect has.
 static void test_read_before_anything_was_learned(void)
 {
@@ -922,6 +952,7 @@ int main(void)
     RUN_TEST(test_an_effect_behind_others);
     RUN_TEST(test_pairs_after_a_gap);
     RUN_TEST(test_every_effect_before_another);
+    RUN_TEST(test_each_deviation_is_widened_by_its_own_blocks);
     RUN_TEST(test_read_before_anything_was_learned);
     RUN_TEST(test_an_angle_that_is_none);
     RUN_TEST(test_init_refuses_and_leaves_the_object_alone);

@@ -31,6 +31,13 @@ static void test_init_refuses_and_leaves_the_object_alone(void)
         c.draws = sizes[k][1];
         REFUSED(r, DQW_ERR_SIZE, dqw_random_init_q15(&r, &c));
     }
+    static const uint32_t least[][2] = {{2, 1}, {2, 2}, {50, 50}, {UINT32_MAX, 1}};
+    for (int k = 0; k < 4; k++) {
+        c = good;
+        c.capacity = least[k][0];
+        c.draws = least[k][1];
+        TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_random_init_q15(&r, &c));
+    }
     c = good;
     c.tolerance_q15 = 0;
     REFUSED(r, DQW_ERR_RANGE, dqw_random_init_q15(&r, &c));

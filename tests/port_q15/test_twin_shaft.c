@@ -615,6 +615,21 @@ static void test_define_begins_anew(void)
     HOLDS(read_all(&m).known == 0 && m.gate.accepted == 0);
 }
 
+// Up to the speed of standstill, either way, friction has no direction; beyond it has one.
+static void test_the_edges_of_standstill(void)
+{
+    const dqw_shaft_scale scale = {1500000, 150000, 1000000};
+    const dqw_shaft_q15_config c = {.scale = scale, .coulomb = true, .standstill_urad_s = 1500000};
+    dqw_shaft_q15 m = begin(&c);
+    const int edge = (int)lrint(32768 * 1.5 / 150);
+    for (int sign = -1; sign <= 1; sign += 2)
+        for (int beyond = 0; beyond < 2; beyond++) {
+            CASE("sign %d, beyond %d", sign, beyond);
+            (void)dqw_shaft_sample_q15(&m, 0, (int16_t)(sign * (edge + beyond)), 0, false);
+            HOLDS(m.direction_last_q15 == (beyond ? 32768 * sign : 0));
+        }
+}
+
 static void test_what_the_signals_cannot_teach_is_not_known(void)
 {
     const dqw_shaft_scale scale = {1500000, 150000, 1000000};
@@ -805,6 +820,7 @@ int main(void)
     RUN_TEST(test_what_is_usable);
     RUN_TEST(test_a_configuration_from_a_nameplate);
     RUN_TEST(test_define_begins_anew);
+    RUN_TEST(test_the_edges_of_standstill);
     RUN_TEST(test_what_the_signals_cannot_teach_is_not_known);
     free(coast.rows);
     free(rough.rows);
