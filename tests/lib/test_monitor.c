@@ -610,11 +610,9 @@ static void test_healthy_values_settle_while_they_are_known(void)
         for (int unsure = 0; unsure < 2; unsure++) {
             dqw_monitor m = *serving;
             c = as_it_is;
-            float now;
-            float change;
-            float deviation;
-            dqw_monitor_read_channel(&m, channel, &now, &change, &deviation);
-            const double sd = (double)deviation;
+            dqw_monitor_channel_value x;
+            dqw_monitor_read_channel(&m, channel, &x);
+            const double sd = (double)x.sd;
             const double part = channel >= DQW_WATCH_OFFSET ? 0.5 : channel == DQW_WATCH_PSI ? 0.4 : 0.2;
             const double wide = sd / (part * (double)dqw_monitor_band_of(&m, channel)) * (unsure ? 0.8 : 1.25);
             c.band[channel] = (float)(wide * (double)dqw_monitor_band(&m, channel));
@@ -656,7 +654,7 @@ static void test_what_heat_explains_is_no_change(void)
             const double off = way < 2 ? heat - 0.5 * sure : heat + 3 * sure;
             m.healthy.weight[channel] = (float)((double)dqw_estimator_value(&m.estimator, channel) + (way % 2 ? off : -off));
             (void)watch(&m, 24000, 24000 + 20 * 18);
-            BETWEEN(299.9969, m.hottest_K, 299.9971);
+            BETWEEN(299.9969, m.healthy.hottest_K, 299.9971);
             CASE("channel %d, way %d: off by %g of the value, %g widths", channel, way,
                  off / (double)dqw_estimator_value(&m.estimator, channel), off / sure);
             if (way < 2 || way >= 4)

@@ -71,24 +71,22 @@ static void test_what_a_channel_reads(void)
     const dqw_monitor_config c = config_of();
     dqw_monitor m = begin(&c);
     static const double nominal[DQW_PARAMETERS] = {0.55, 1.1e-3, 1.3e-3, 0.021, 0.0, 0.0};
-    float now;
-    float change;
-    float sd;
+    dqw_monitor_channel_value x;
     for (int i = 0; i < DQW_PARAMETERS; i++) {
         CASE("channel %d", i);
-        dqw_monitor_read_channel(&m, i, &now, &change, &sd);
-        NEAR(nominal[i], now);
-        BETWEEN(nominal[i] - HEALTHY[i] - 1e-7, change, nominal[i] - HEALTHY[i] + 1e-7);
-        HOLDS(sd == DQW_UNKNOWN && !dqw_monitor_read(&m, (enum dqw_monitor_channel)i).usable);
+        dqw_monitor_read_channel(\&m, i, \&x);
+        NEAR(nominal[i], x.now);
+        BETWEEN(nominal[i] - HEALTHY[i] - 1e-7, x.change, nominal[i] - HEALTHY[i] + 1e-7);
+        HOLDS(x.sd == DQW_UNKNOWN && !dqw_monitor_read(&m, (enum dqw_monitor_channel)i).usable);
     }
     for (int k = 0; k < DQW_WITNESS_INPUTS; k++) {
         CASE("witness %d", k);
         m.witness.re[k] = (float)(2 * RE[k]);
         m.witness.im[k] = (float)(-IM[k]);
-        dqw_monitor_read_channel(&m, DQW_WATCH_OFFSET + k, &now, &change, &sd);
-        NEAR(hypot(2 * RE[k], IM[k]), now);
-        NEAR(hypot(RE[k], 2 * IM[k]), change);
-        HOLDS(sd == DQW_UNKNOWN);
+        dqw_monitor_read_channel(\&m, DQW_WATCH_OFFSET + k, \&x);
+        NEAR(hypot(2 * RE[k], IM[k]), x.now);
+        NEAR(hypot(RE[k], 2 * IM[k]), x.change);
+        HOLDS(x.sd == DQW_UNKNOWN);
     }
     // Its own mean power and both axes' residual make a witness' deviation, once its memory is full. (E62)
     m.estimator.error_pu2[0] = 1e-4f, m.estimator.error_pu2[1] = 3e-4f;
@@ -108,13 +106,13 @@ static void test_what_a_channel_reads(void)
     for (uint8_t n = 0; n <= DQW_WATCH_REVERSALS_MOST; n++) {
         CASE("%d reversals", n);
         m.watch.reversals = n;
-        dqw_monitor_read_channel(&m, DQW_WATCH_FRICTION, &now, &change, &sd);
-        NEAR(-0.03, now);
-        NEAR(-0.08, change);
+        dqw_monitor_read_channel(\&m, DQW_WATCH_FRICTION, \&x);
+        NEAR(-0.03, x.now);
+        NEAR(-0.08, x.change);
         if (n < 8)
-            HOLDS(sd == DQW_UNKNOWN);
+            HOLDS(x.sd == DQW_UNKNOWN);
         else
-            NEAR(sqrt(2 * 4e-8 / n), sd);
+            NEAR(sqrt(2 * 4e-8 / n), x.sd);
     }
     // Three deviations below a tenth of it, whatever its sign.
     for (int usable = 0; usable < 2; usable++) {
@@ -126,18 +124,18 @@ static void test_what_a_channel_reads(void)
     HOLDS(dqw_monitor_read(&m, DQW_WATCH_TEMPERATURE).sd == DQW_UNKNOWN &&
           dqw_monitor_read(&m, DQW_WATCH_TEMPERATURE).value == 0.0f);
     m.healthy.cold_R_ohm = 0.44f;
-    dqw_monitor_read_channel(&m, DQW_WATCH_TEMPERATURE, &now, &change, &sd);
-    NEAR(0.25 / 0.0039, now);
-    HOLDS(change == now && sd == DQW_UNKNOWN);
+    dqw_monitor_read_channel(\&m, DQW_WATCH_TEMPERATURE, \&x);
+    NEAR(0.25 / 0.0039, x.now);
+    HOLDS(x.change == x.now && x.sd == DQW_UNKNOWN);
     m.estimator.learned = 1u << DQW_R;
     m.estimator.blocks = 1000;
     const double R_sd = (double)dqw_monitor_read(&m, DQW_WATCH_R).sd;
     HOLDS(R_sd < (double)DQW_UNKNOWN);
     NEAR(R_sd / (0.44 * 0.0039), dqw_monitor_read(&m, DQW_WATCH_TEMPERATURE).sd);
     m.estimator.recent_pu2 = 0.0004f;
-    dqw_monitor_read_channel(&m, DQW_WATCH_RESIDUAL, &now, &change, &sd);
-    NEAR(0.02 * 14, now);
-    HOLDS(change == now && sd == 0.0f);
+    dqw_monitor_read_channel(\&m, DQW_WATCH_RESIDUAL, \&x);
+    NEAR(0.02 * 14, x.now);
+    HOLDS(x.change == x.now && x.sd == 0.0f);
     for (int i = -1; i <= DQW_WATCH_CHANNELS; i += DQW_WATCH_CHANNELS + 1) {
         const dqw_reading r = dqw_monitor_read(&m, (enum dqw_monitor_channel)i);
         HOLDS(r.value == 0.0f && r.sd == DQW_UNKNOWN && r.sd_change == DQW_UNKNOWN && !r.usable);
@@ -166,8 +164,8 @@ static void test_what_would_be_an_event(void)
 {
     const dqw_monitor_config c = config_of();
     dqw_monitor m = begin(&c);
-    m.cold_R_ohm = 0.5f;
-    m.healthy_residual_pu2 = 0.0001f;
+    m.healthy.cold_R_ohm = 0.5f;
+    m.healthy.residual_pu2 = 0.0001f;
     m.watch.looks[DQW_WATCH_R] = 20;
     for (int way = 0; way < 6; way++) {
         CASE("way %d", way);

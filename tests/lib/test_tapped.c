@@ -193,7 +193,7 @@ static void test_no_two_draw_alike(void)
         for (int i = 0; i < DQW_TAPS; i++)
             for (int j = 0; j < i; j++) {
                 CASE("seed %u, %d and %d", (unsigned)seed, j, i);
-                HOLDS(t.random[i].state != t.random[j].state);
+                HOLDS(t.random[i].draw.state != t.random[j].draw.state);
             }
     }
 }

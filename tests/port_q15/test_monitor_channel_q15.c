@@ -13,8 +13,8 @@ void tearDown(void) {}
 
 // In units of the nominal values; dead time in parts of the full voltage.
 static const double HEALTHY[DQW_PARAMETERS] = {0.9, 1.1, 1.2, 0.95, 0.3, 0.05};
-static const double RE[DQW_WITNESS_Q15_INPUTS] = {0.01, -0.02, 0.03, 0.004};
-static const double IM[DQW_WITNESS_Q15_INPUTS] = {-0.03, 0.01, 0.04, -0.003};
+static const double RE[DQW_WITNESS_INPUTS] = {0.01, -0.02, 0.03, 0.004};
+static const double IM[DQW_WITNESS_INPUTS] = {-0.03, 0.01, 0.04, -0.003};
 
 static int32_t fixed(double x, double one) { return (int32_t)lrint(x * one); }
 
@@ -39,7 +39,7 @@ static dqw_monitor_q15 begin(const dqw_monitor_q15_config *c)
     memset(&m, 0x5a, sizeof m);
     TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_monitor_init_q15(&m, c));
     for (int i = 0; i < DQW_PARAMETERS; i++) m.healthy.weight_q24[i] = fixed(HEALTHY[i], Q24);
-    for (int k = 0; k < DQW_WITNESS_Q15_INPUTS; k++) {
+    for (int k = 0; k < DQW_WITNESS_INPUTS; k++) {
         m.healthy.re_q28[k] = fixed(RE[k], Q28);
         m.healthy.im_q28[k] = fixed(IM[k], Q28);
     }
@@ -108,7 +108,7 @@ static void test_what_a_channel_reads(void)
     // Both axes' residual over its own mean power is a witness' deviation, once its memory is full. (E62)
     m.estimator.error_q56[0] = (int64_t)ldexp(1e-4, 56);
     m.estimator.error_q56[1] = (int64_t)ldexp(3e-4, 56);
-    for (int k = 0; k < DQW_WITNESS_Q15_INPUTS; k++) {
+    for (int k = 0; k < DQW_WITNESS_INPUTS; k++) {
         CASE("witness %d", k);
         m.witness.re_q28[k] = fixed(2 * RE[k], Q28);
         m.witness.im_q28[k] = fixed(-IM[k], Q28);
@@ -116,10 +116,10 @@ static void test_what_a_channel_reads(void)
         NEAR(hypot(2 * RE[k], IM[k]), x.now / Q24);
         NEAR(hypot(RE[k], 2 * IM[k]), x.change / Q24);
         m.witness.power_q52[k] = (int64_t)ldexp(0.5, 52);
-        m.witness.blocks = DQW_WITNESS_Q15_MEMORY - 1;
+        m.witness.blocks = DQW_WITNESS_MEMORY - 1;
         HOLDS(sd_of(&m, DQW_WATCH_OFFSET + k) == INT64_MAX);
-        m.witness.blocks = DQW_WITNESS_Q15_MEMORY;
-        NEAR(sqrt(2e-4 / (2.0 * DQW_WITNESS_Q15_MEMORY * 0.5)), (double)sd_of(&m, DQW_WATCH_OFFSET + k) / Q40);
+        m.witness.blocks = DQW_WITNESS_MEMORY;
+        NEAR(sqrt(2e-4 / (2.0 * DQW_WITNESS_MEMORY * 0.5)), (double)sd_of(&m, DQW_WATCH_OFFSET + k) / Q40);
         m.witness.power_q52[k] = 0;
         HOLDS(sd_of(&m, DQW_WATCH_OFFSET + k) == INT64_MAX);
     }
@@ -186,8 +186,8 @@ static void test_what_would_be_an_event(void)
 {
     const dqw_monitor_q15_config c = config_of();
     dqw_monitor_q15 m = begin(&c);
-    m.is.cold_R_q24 = fixed(0.9, Q24);
-    m.is.healthy_residual_q54 = (int64_t)ldexp(1e-4, 54);
+    m.healthy.cold_R_q24 = fixed(0.9, Q24);
+    m.healthy.residual_q54 = (int64_t)ldexp(1e-4, 54);
     m.estimator.cov_q40[DQW_R] = (int64_t)1 << 50;
     for (int way = 0; way < 6; way++) {
         CASE("way %d", way);
@@ -218,7 +218,7 @@ static void test_a_healthy_value_goes_part_of_the_way(void)
     const dqw_monitor_q15_config c = config_of();
     for (int n = 1; n <= 5; n++) {
         dqw_monitor_q15 m = begin(&c);
-        for (int k = 0; k < DQW_WITNESS_Q15_INPUTS; k++) {
+        for (int k = 0; k < DQW_WITNESS_INPUTS; k++) {
             m.witness.re_q28[k] = fixed(3 * RE[k], Q28);
             m.witness.im_q28[k] = fixed(-2 * IM[k], Q28);
         }
@@ -230,7 +230,7 @@ static void test_a_healthy_value_goes_part_of_the_way(void)
             const double now = m.estimator.w_q24[i] / Q24;
             BETWEEN(-1e-6, m.healthy.weight_q24[i] / Q24 - (HEALTHY[i] + (now - HEALTHY[i]) / n), 1e-6);
         }
-        for (int k = 0; k < DQW_WITNESS_Q15_INPUTS; k++) {
+        for (int k = 0; k < DQW_WITNESS_INPUTS; k++) {
             CASE("part 1/%d, witness %d", n, k);
             BETWEEN(-1e-7, m.healthy.re_q28[k] / Q28 - RE[k] * (1 + 2.0 / n), 1e-7);
             BETWEEN(-1e-7, m.healthy.im_q28[k] / Q28 - IM[k] * (1 - 3.0 / n), 1e-7);

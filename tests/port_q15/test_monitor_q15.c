@@ -422,7 +422,7 @@ static void test_what_heat_explains_is_no_change(void)
             const double off = way < 2 ? heat - 0.5 * sure : heat + 3 * sure;
             m.healthy.weight_q24[channel] = (int32_t)lrint((double)m.estimator.w_q24[channel] + (way % 2 ? off : -off));
             (void)watch(&m, 24000, 24000 + 20 * 18);
-            HOLDS(m.is.hottest_q16 == 300 * 65536 - 300 * 65536 / 100000);
+            HOLDS(m.healthy.hottest_q16 == 300 * 65536 - 300 * 65536 / 100000);
             CASE("channel %d, way %d: off by %g of the value, %g widths", channel, way,
                  off / (double)m.estimator.w_q24[channel], off / sure);
             if (way < 2 || way >= 4)
@@ -460,7 +460,7 @@ static void every_value_comes_back(const dqw_monitor_q15 *m)
     dqw_monitor_q15 kept = *m;
     int32_t next = 1000;
     for (int i = 0; i < DQW_PARAMETERS; i++) kept.healthy.weight_q24[i] = next++;
-    for (int i = 0; i < DQW_WITNESS_Q15_INPUTS; i++) {
+    for (int i = 0; i < DQW_WITNESS_INPUTS; i++) {
         kept.healthy.re_q28[i] = next++;
         kept.healthy.im_q28[i] = next++;
     }
