@@ -50,6 +50,21 @@ static void test_too_hot_is_told_again_after_it_was_cool(void)
     }
 }
 
+// A worn bearing is healthy friction from then on: it is gathered anew.
+static void test_friction_is_gathered_anew_after_its_event(void)
+{
+    dqw_watch w;
+    dqw_watch_init(&w);
+    w.looks[DQW_WATCH_FRICTION] = DQW_WATCH_LOOKS_MOST;
+    w.looks[DQW_WATCH_R] = 77;
+    w.reversals = DQW_WATCH_REVERSALS_MOST;
+    w.change[DQW_WATCH_FRICTION].sum_q5 = 99;
+    w.alarms = 1u << DQW_WATCH_FRICTION;
+    TEST_ASSERT_EQUAL_INT(DQW_WATCH_APART, dqw_watch_named(&w, DQW_WATCH_FRICTION, DQW_FAULT_BEARING_WEAR));
+    HOLDS(w.looks[DQW_WATCH_FRICTION] == 0 && w.reversals == 0 && w.change[DQW_WATCH_FRICTION].sum_q5 == 0);
+    HOLDS(w.alarms == 0 && w.looks[DQW_WATCH_R] == 77);
+}
+
 // Healthy values that are taken anew settle anew: what is timed and waited for goes on.
 static void test_adopting_leaves_what_is_timed(void)
 {
@@ -74,6 +89,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(test_a_long_pause_is_the_longest_time);
     RUN_TEST(test_too_hot_is_told_again_after_it_was_cool);
+    RUN_TEST(test_friction_is_gathered_anew_after_its_event);
     RUN_TEST(test_adopting_leaves_what_is_timed);
     return UNITY_END();
 }
