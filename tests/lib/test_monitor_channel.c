@@ -74,7 +74,7 @@ static void test_what_a_channel_reads(void)
     dqw_monitor_channel_value x;
     for (int i = 0; i < DQW_PARAMETERS; i++) {
         CASE("channel %d", i);
-        dqw_monitor_read_channel(\&m, i, \&x);
+        dqw_monitor_read_channel(&m, i, &x);
         NEAR(nominal[i], x.now);
         BETWEEN(nominal[i] - HEALTHY[i] - 1e-7, x.change, nominal[i] - HEALTHY[i] + 1e-7);
         HOLDS(x.sd == DQW_UNKNOWN && !dqw_monitor_read(&m, (enum dqw_monitor_channel)i).usable);
@@ -83,7 +83,7 @@ static void test_what_a_channel_reads(void)
         CASE("witness %d", k);
         m.witness.re[k] = (float)(2 * RE[k]);
         m.witness.im[k] = (float)(-IM[k]);
-        dqw_monitor_read_channel(\&m, DQW_WATCH_OFFSET + k, \&x);
+        dqw_monitor_read_channel(&m, DQW_WATCH_OFFSET + k, &x);
         NEAR(hypot(2 * RE[k], IM[k]), x.now);
         NEAR(hypot(RE[k], 2 * IM[k]), x.change);
         HOLDS(x.sd == DQW_UNKNOWN);
@@ -106,7 +106,7 @@ static void test_what_a_channel_reads(void)
     for (uint8_t n = 0; n <= DQW_WATCH_REVERSALS_MOST; n++) {
         CASE("%d reversals", n);
         m.watch.reversals = n;
-        dqw_monitor_read_channel(\&m, DQW_WATCH_FRICTION, \&x);
+        dqw_monitor_read_channel(&m, DQW_WATCH_FRICTION, &x);
         NEAR(-0.03, x.now);
         NEAR(-0.08, x.change);
         if (n < 8)
@@ -124,7 +124,7 @@ static void test_what_a_channel_reads(void)
     HOLDS(dqw_monitor_read(&m, DQW_WATCH_TEMPERATURE).sd == DQW_UNKNOWN &&
           dqw_monitor_read(&m, DQW_WATCH_TEMPERATURE).value == 0.0f);
     m.healthy.cold_R_ohm = 0.44f;
-    dqw_monitor_read_channel(\&m, DQW_WATCH_TEMPERATURE, \&x);
+    dqw_monitor_read_channel(&m, DQW_WATCH_TEMPERATURE, &x);
     NEAR(0.25 / 0.0039, x.now);
     HOLDS(x.change == x.now && x.sd == DQW_UNKNOWN);
     m.estimator.learned = 1u << DQW_R;
@@ -133,7 +133,7 @@ static void test_what_a_channel_reads(void)
     HOLDS(R_sd < (double)DQW_UNKNOWN);
     NEAR(R_sd / (0.44 * 0.0039), dqw_monitor_read(&m, DQW_WATCH_TEMPERATURE).sd);
     m.estimator.recent_pu2 = 0.0004f;
-    dqw_monitor_read_channel(\&m, DQW_WATCH_RESIDUAL, \&x);
+    dqw_monitor_read_channel(&m, DQW_WATCH_RESIDUAL, &x);
     NEAR(0.02 * 14, x.now);
     HOLDS(x.change == x.now && x.sd == 0.0f);
     for (int i = -1; i <= DQW_WATCH_CHANNELS; i += DQW_WATCH_CHANNELS + 1) {
