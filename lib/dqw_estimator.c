@@ -129,13 +129,15 @@ static void keep(dqw_estimator *e, const dqw_sample *s)
 static void begin_row(dqw_estimator *e, const dqw_sample *s, float dead_d, float dead_q)
 {
 #if DQW_EFFECT_WEIGHTS > 0
-    float d[DQW_EFFECT_WEIGHTS];
-    float q[DQW_EFFECT_WEIGHTS];
-    dqw_window_cell *cell = dqw_window_cells(&e->window) + DQW_PLAIN_SIGNALS;
-    if (e->effect.count > 0) dqw_effect_static(&e->effect, s, d, q);
-    for (int i = 0; i < e->effect.weights; i++) {
-        dqw_window_gather(&cell[2 * i], d[i]);
-        dqw_window_gather(&cell[2 * i + 1], q[i]);
+    if (e->effect.count > 0) {
+        float d[DQW_EFFECT_WEIGHTS];
+        float q[DQW_EFFECT_WEIGHTS];
+        dqw_effect_static(&e->effect, s, d, q);
+        dqw_window_cell *cell = dqw_window_cells(&e->window) + DQW_PLAIN_SIGNALS;
+        for (int i = 0; i < e->effect.weights; i++, cell += 2) {
+            dqw_window_gather(&cell[0], d[i]);
+            dqw_window_gather(&cell[1], q[i]);
+        }
     }
 #endif
     keep(e, s);

@@ -416,7 +416,8 @@ static void test_what_heat_explains_is_no_change(void)
             const int looks = way < 4 ? 20 : 19;
             m.watch.looks[channel] = (uint8_t)looks;
             const double rate = channel == DQW_WATCH_R ? 0.0039 : 0.001;
-            const double heat = 1.3 * rate * (double)(channel == DQW_WATCH_R ? m.healthy.cold_R_q24 : m.healthy.cold_psi_q24) *
+            const double heat = 1.3 * rate *
+                                (double)(channel == DQW_WATCH_R ? m.healthy.cold_R_q24 : m.healthy.cold_psi_q24) *
                                 halves * 256 * 20 * DT_S;
             const double sure = fmax(5 * sd * sqrt(1 + 20.0 / (20 + looks)), dqw_monitor_band_of_q15(&m, channel));
             const double off = way < 2 ? heat - 0.5 * sure : heat + 3 * sure;
