@@ -189,7 +189,6 @@ void dqw_effect_warm(dqw_effect *e, uint32_t periods)
 void dqw_effect_gap(dqw_effect *e)
 {
     e->has_sample = false;
-    e->square_A2 = 0.0f;
 }
 
 #endif

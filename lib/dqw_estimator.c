@@ -240,6 +240,8 @@ void dqw_estimator_missing(dqw_estimator *e, uint32_t periods)
     e->halves += periods / e->window.half + (e->window.at + periods % e->window.half) / e->window.half;
     e->has_last = e->last_good = e->commanded = false;
 #if DQW_EFFECT_WEIGHTS > 0
+    // A half that is given up has heated.
+    dqw_effect_warm(&e->effect, e->window.at);
     dqw_effect_gap(&e->effect);
 #endif
     dqw_noise_gap(&e->noise);

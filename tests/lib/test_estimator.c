@@ -1334,6 +1334,37 @@ static void test_without_a_background_nothing_is_learned(void)
     for (int i = 0; i < DQW_PARAMETERS; i++) HOLDS(!is_known(&e, i));
 }
 
+#if DQW_EFFECT_WEIGHTS > 0
+// Every sample heats by its currents, also one that is refused, and a half that a gap ends: the state is that of a drive
+// without them, fed as many samples. (E55)
+static void test_what_is_refused_heats(void)
+{
+    enum { SAMPLES = 200 * HALF };
+    static const dqw_effect_config heated[] = {{.effect = DQW_EFFECT_WINDING_TEMPERATURE, .shape = {25, 0.5f}}};
+    dqw_estimator_config c = config_of(0);
+    c.effects = heated;
+    c.effect_count = 1;
+    dqw_estimator undisturbed = begin(&c);
+    dqw_estimator disturbed = begin(&c);
+    dqw_estimator broken = begin(&c);
+    for (int k = 0; k < SAMPLES; k++) {
+        // No value twice: it would be taken as stale.
+        const float i_A = 3.0f + 0.01f * (float)(k % 7);
+        const dqw_sample s = dqw_sample_from_dq(1, 2, -i_A, i_A, 50 + i_A, 0);
+        (void)dqw_estimator_sample(&undisturbed, &s, false);
+        (void)dqw_estimator_sample(&disturbed, &s, k % HALF == HALF - 3);
+        (void)dqw_estimator_sample(&broken, &s, false);
+        if (k % 50 == 33) dqw_estimator_missing(&broken, 1000);
+    }
+    const double heat = (double)undisturbed.effect.heat[0];
+    const double part = heat / (double)undisturbed.effect.heat_unit[0] / (2 * 3.03 * 3.03);
+    BETWEEN(-1e-3, part - (1 - exp(-SAMPLES * DT_S / 0.5)), 1e-3);
+    BETWEEN(-1e-5, (double)disturbed.effect.heat[0] / heat - 1, 1e-5);
+    // Less what the half that has just begun has not handed on.
+    BETWEEN(-0.01, (double)broken.effect.heat[0] / heat - 1, 0.01);
+}
+#endif
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -1372,6 +1403,9 @@ int main(void)
     RUN_TEST(test_drift);
     RUN_TEST(test_a_background_of_any_delay_learns_the_same);
     RUN_TEST(test_samples_may_interrupt_the_background_anywhere);
+#if DQW_EFFECT_WEIGHTS > 0
+    RUN_TEST(test_what_is_refused_heats);
+#endif
     RUN_TEST(test_without_a_background_nothing_is_learned);
     return UNITY_END();
 }
