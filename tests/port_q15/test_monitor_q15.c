@@ -56,10 +56,10 @@ static dqw_sample_q15 row_sample(int k)
 // What 1 of a channel's reading is, SI.
 static double unit_of(const dqw_monitor_q15 *m, int channel)
 {
-    static const double si[DQW_PARAMETERS] = {1e-6, 1e-9, 1e-9, 1e-9, 1e-6, 1e-9};
+    static const double si[DQW_WATCH_OFFSET] = {1e-6, 1e-9, 1e-9, 1e-9, 1e-6, 1e-9};
     const dqw_estimator_q15_config *c = &m->config->estimator;
-    double unit[DQW_PARAMETERS];
-    for (int i = 0; i < DQW_PARAMETERS; i++) unit[i] = si[i] * dqw_estimator_unit_q15(c, (enum dqw_parameter)i) / Q40;
+    double unit[DQW_WATCH_OFFSET];
+    for (int i = 0; i < DQW_WATCH_OFFSET; i++) unit[i] = si[i] * dqw_estimator_unit_q15(c, (enum dqw_parameter)i) / Q40;
     switch (channel) {
     case DQW_WATCH_OFFSET: return I_FULL / Q40;
     case DQW_WATCH_RESISTANCE: return unit[0];
@@ -416,7 +416,8 @@ static void test_what_heat_explains_is_no_change(void)
             const int looks = way < 4 ? 20 : 19;
             m.watch.looks[channel] = (uint8_t)looks;
             const double rate = channel == DQW_WATCH_R ? 0.0039 : 0.001;
-            const double heat = 1.3 * rate * (double)(channel == DQW_WATCH_R ? m.healthy.cold_R_q24 : m.healthy.cold_psi_q24) *
+            const double heat = 1.3 * rate *
+                                (double)(channel == DQW_WATCH_R ? m.healthy.cold_R_q24 : m.healthy.cold_psi_q24) *
                                 halves * 256 * 20 * DT_S;
             const double sure = fmax(5 * sd * sqrt(1 + 20.0 / (20 + looks)), dqw_monitor_band_of_q15(&m, channel));
             const double off = way < 2 ? heat - 0.5 * sure : heat + 3 * sure;
@@ -459,7 +460,7 @@ static void every_value_comes_back(const dqw_monitor_q15 *m)
 {
     dqw_monitor_q15 kept = *m;
     int32_t next = 1000;
-    for (int i = 0; i < DQW_PARAMETERS; i++) kept.healthy.weight_q24[i] = next++;
+    for (int i = 0; i < DQW_WATCH_OFFSET; i++) kept.healthy.weight_q24[i] = next++;
     for (int i = 0; i < DQW_WITNESS_INPUTS; i++) {
         kept.healthy.re_q28[i] = next++;
         kept.healthy.im_q28[i] = next++;
