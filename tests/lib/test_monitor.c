@@ -648,11 +648,13 @@ static void test_what_heat_explains_is_no_change(void)
             const int looks = way < 4 ? 20 : 19;
             m.watch.looks[channel] = (uint8_t)looks;
             const double rate = channel == DQW_WATCH_R ? 0.0039 : 0.001;
-            const double heat = 1.3 * rate * (double)(channel == DQW_WATCH_R ? m.healthy.cold_R_ohm : m.healthy.cold_psi_Wb) * halves *
-                                256 * 20 * DT_S;
+            const double heat = 1.3 * rate *
+                                (double)(channel == DQW_WATCH_R ? m.healthy.cold_R_ohm : m.healthy.cold_psi_Wb) *
+                                halves * 256 * 20 * DT_S;
             const double sure = fmax(5 * sd * sqrt(1 + 20.0 / (20 + looks)), (double)dqw_monitor_band_of(&m, channel));
             const double off = way < 2 ? heat - 0.5 * sure : heat + 3 * sure;
-            m.healthy.weight[channel] = (float)((double)dqw_estimator_value(&m.estimator, channel) + (way % 2 ? off : -off));
+            m.healthy.weight[channel] = (float)((double)dqw_estimator_value(&m.estimator, channel) +
+                                                (way % 2 ? off : -off));
             (void)watch(&m, 24000, 24000 + 20 * 18);
             BETWEEN(299.9969, m.healthy.hottest_K, 299.9971);
             CASE("channel %d, way %d: off by %g of the value, %g widths", channel, way,
