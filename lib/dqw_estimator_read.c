@@ -41,9 +41,9 @@ float dqw_estimator_common_variance(const dqw_estimator *e)
 static float inflation(const dqw_estimator *e, int i)
 {
     const int score = i >= DQW_PARAMETERS  ? i - DQW_PARAMETERS + 4
+                      : i <= DQW_PSI       ? i
                       : i == DQW_DEAD_TIME ? DQW_R
-                      : i == DQW_PSI_Q     ? DQW_PSI
-                                           : i;
+                                           : DQW_PSI;
     // [READ.1] the autocorrelation of what blocks teach a weight, bounded
     if (!(e->score2[score] > 0.0f)) return 1.0f;
     const float r = e->score_lag[score] / e->score2[score];

@@ -2,6 +2,7 @@
 
 #include <stdbool.h>
 
+#include "dqw_fault_kind.h"
 #include "dqw_number.h"
 
 // A pattern must explain this part of what changed, squared.
@@ -45,11 +46,6 @@ static bool pattern_of(enum dqw_fault_name name, int phase, dqw_fault_machine m,
     return phase == 0;
 }
 
-static bool either_sign(enum dqw_fault_name name)
-{
-    return name == DQW_FAULT_ENCODER_OFFSET || name == DQW_FAULT_INVERTER_FAULT || name == DQW_FAULT_CURRENT_GAIN;
-}
-
 dqw_fault_verdict dqw_fault_name_it(const float change[], const float unit[], dqw_fault_machine machine)
 {
     // [NAM.1] every change in units of what means nothing
@@ -65,11 +61,10 @@ dqw_fault_verdict dqw_fault_name_it(const float change[], const float unit[], dq
     // [NAM.2] what each fault's pattern explains of it
     float most = 0.0f;
     float next = 0.0f;
-    for (int name = DQW_FAULT_OVER_TEMPERATURE; name < DQW_FAULT_UNKNOWN; name++) {
+    for (int k = DQW_FAULT_OVER_TEMPERATURE; k < DQW_FAULT_UNKNOWN; k++) {
+        const enum dqw_fault_name name = (enum dqw_fault_name)k;
         // Where ripples are not known, patterns with one are another fault's.
-        const bool ripples = name == DQW_FAULT_TURN_SHORT || name == DQW_FAULT_PHASE_CONNECTION ||
-                             name == DQW_FAULT_CURRENT_GAIN;
-        if (ripples && !(unit[DQW_SIGN_SHORT_RE] < DQW_UNKNOWN)) continue;
+        if (dqw_fault_ripples(name) && !(unit[DQW_SIGN_SHORT_RE] < DQW_UNKNOWN)) continue;
         float explained = 0.0f;
         uint8_t at = 0;
         if (name == DQW_FAULT_CURRENT_OFFSET) {
@@ -77,7 +72,7 @@ dqw_fault_verdict dqw_fault_name_it(const float change[], const float unit[], dq
         } else {
             for (int phase = 0; phase < 3; phase++) {
                 float p[DQW_SIGNS];
-                if (!pattern_of((enum dqw_fault_name)name, phase, machine, p)) continue;
+                if (!pattern_of(name, phase, machine, p)) continue;
                 float zp = 0.0f;
                 float pp = 0.0f;
                 for (int i = 0; i < DQW_SIGNS; i++) {
@@ -85,7 +80,7 @@ dqw_fault_verdict dqw_fault_name_it(const float change[], const float unit[], dq
                     zp += z[i] * q;
                     pp += q * q;
                 }
-                if (!(pp > 0.0f) || (zp < 0.0f && !either_sign((enum dqw_fault_name)name))) continue;
+                if (!(pp > 0.0f) || (zp < 0.0f && !dqw_fault_either_sign(name))) continue;
                 if (zp * zp / pp > explained) {
                     explained = zp * zp / pp;
                     at = (uint8_t)phase;
@@ -95,7 +90,7 @@ dqw_fault_verdict dqw_fault_name_it(const float change[], const float unit[], dq
         if (explained > most) {
             next = most;
             most = explained;
-            best.name = (enum dqw_fault_name)name;
+            best.name = name;
             best.phase = at;
         } else if (explained > next) {
             next = explained;

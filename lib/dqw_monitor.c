@@ -5,6 +5,7 @@
 
 #include "dqw_estimator_block.h"
 #include "dqw_fault.h"
+#include "dqw_fault_kind.h"
 #include "dqw_monitor_channel.h"
 #include "dqw_number.h"
 
@@ -238,7 +239,7 @@ static dqw_fault_verdict name_it(const dqw_monitor *m)
         const float third = dqw_monitor_band_of(m, channel) * (1.0f / 3.0f);
         const bool sure = x.sd < DQW_UNKNOWN;
         const float least = sqrtf(x.sd * x.sd + third * third);
-        if (channel < DQW_PARAMETERS) {
+        if (channel < DQW_WATCH_OFFSET) {
             const float scale = channel == DQW_WATCH_ANGLE       ? m->healthy.weight[DQW_PSI]
                                 : channel == DQW_WATCH_DEAD_TIME ? 1.0f
                                                                  : m->healthy.weight[channel];
@@ -265,7 +266,7 @@ static bool above_threshold(const dqw_monitor *m)
 // What the healthy value of a channel is; of temperature and residual the limit.
 static float healthy_of(const dqw_monitor *m, int channel)
 {
-    if (channel < DQW_PARAMETERS) return m->healthy.weight[channel];
+    if (channel < DQW_WATCH_OFFSET) return m->healthy.weight[channel];
     if (channel == DQW_WATCH_FRICTION) return m->healthy.friction_Nm;
     if (channel == DQW_WATCH_TEMPERATURE) return dqw_monitor_band(m, channel);
     if (channel == DQW_WATCH_RESIDUAL)
@@ -314,9 +315,7 @@ static bool look(dqw_monitor *m)
         return true;
     }
     // Temperatures go on counting from where they were: what has broken is not what has heated.
-    const enum dqw_fault_name fault = m->named_fault.name;
-    if (fault == DQW_FAULT_PHASE_CONNECTION || fault == DQW_FAULT_CURRENT_GAIN)
-        m->healthy.cold_R_ohm *= value(m, DQW_R) / m->healthy.weight[DQW_R];
+    if (dqw_fault_moves_R(m->named_fault.name)) m->healthy.cold_R_ohm *= value(m, DQW_R) / m->healthy.weight[DQW_R];
     m->healthy.cold_psi_Wb *= value(m, DQW_PSI) / m->healthy.weight[DQW_PSI];
     begin_rest(m);
     return true;

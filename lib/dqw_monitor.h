@@ -48,7 +48,7 @@ typedef struct dqw_monitor_change {
 
 /// What was learned as healthy.
 typedef struct dqw_monitor_healthy {
-    float weight[DQW_PARAMETERS];  ///< SI; R and flux follow the temperature
+    float weight[DQW_WATCH_OFFSET];  ///< SI; R and flux follow the temperature
     float re[DQW_WITNESS_INPUTS], im[DQW_WITNESS_INPUTS];
     /// where they may follow from, and the winding's highest rise, slowly forgotten
     float cold_R_ohm, cold_psi_Wb, hottest_K;

@@ -68,7 +68,7 @@ float dqw_monitor_band_of(const dqw_monitor *m, int channel)
 
 void dqw_monitor_read_channel(const dqw_monitor *m, int channel, dqw_monitor_channel_value *r)
 {
-    if (channel < DQW_PARAMETERS) {
+    if (channel < DQW_WATCH_OFFSET) {
         r->now = dqw_estimator_value(&m->estimator, channel);
         r->change = r->now - m->healthy.weight[channel];
         r->sd = dqw_estimator_sd(&m->estimator, channel);
@@ -95,7 +95,7 @@ void dqw_monitor_read_channel(const dqw_monitor *m, int channel, dqw_monitor_cha
 
 void dqw_monitor_move_healthy(dqw_monitor *m, int channel, float keep)
 {
-    if (channel < DQW_PARAMETERS) {
+    if (channel < DQW_WATCH_OFFSET) {
         m->healthy.weight[channel] = dqw_estimator_value(&m->estimator, channel) +
                                      keep * (m->healthy.weight[channel] - dqw_estimator_value(&m->estimator, channel));
     } else if (channel < DQW_WATCH_FRICTION) {
@@ -123,7 +123,7 @@ dqw_reading dqw_monitor_read(const dqw_monitor *m, enum dqw_monitor_channel chan
 {
     dqw_reading r = {.value = 0.0f, .sd = DQW_UNKNOWN, .sd_change = DQW_UNKNOWN, .usable = false};
     if ((unsigned)channel >= DQW_WATCH_CHANNELS) return r;
-    if ((int)channel < DQW_PARAMETERS) return dqw_estimator_read(&m->estimator, (enum dqw_parameter)channel);
+    if ((int)channel < DQW_WATCH_OFFSET) return dqw_estimator_read(&m->estimator, (enum dqw_parameter)channel);
     // Temperature counts from a cold value that is taken on entering service.
     if (channel == DQW_WATCH_TEMPERATURE && !(m->healthy.cold_R_ohm > 0.0f)) return r;
     dqw_monitor_channel_value x;

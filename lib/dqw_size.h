@@ -2,6 +2,8 @@
 #ifndef DQW_SIZE_H
 #define DQW_SIZE_H
 
+#include "dqw_parameter.h"
+
 /// Most weights that the effects of one estimator may have together (dqw_effect.h), 0 .. 24. 0: a firmware without
 /// effects pays nothing.
 #ifndef DQW_EFFECT_WEIGHTS
@@ -12,8 +14,8 @@
 #error "DQW_EFFECT_WEIGHTS is 0 .. 24: an axis' inputs are bits of one word"
 #endif
 
-/// Most inputs that a Learner takes, the constant input not counted: the joint neuron's six, and the effects'.
-#define DQW_LEARNER_INPUTS (6 + DQW_EFFECT_WEIGHTS)
+/// Most inputs that a Learner takes, the constant input not counted: the joint neuron's own, and the effects'.
+#define DQW_LEARNER_INPUTS (DQW_PARAMETERS + DQW_EFFECT_WEIGHTS)
 
 /// The name that a linker sees of a function that makes an object: with the size in it, so that a program built with
 /// two sizes does not link.

@@ -71,7 +71,7 @@ typedef struct dqw_change {
 
 /// What is watched.
 enum dqw_monitor_channel {
-    DQW_WATCH_R = 0,  // the estimator's weights first, in the order of enum dqw_parameter
+    DQW_WATCH_R = 0,  // the estimator's first weights, in the order of enum dqw_parameter
     DQW_WATCH_LD,
     DQW_WATCH_LQ,
     DQW_WATCH_PSI,

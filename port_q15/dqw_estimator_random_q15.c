@@ -14,16 +14,16 @@ static int16_t q15_of(int32_t x_q28, unsigned shift)
     return dqw_q15_sat((int32_t)dqw_q_round64(x_q28, shift));
 }
 
-// A row; the second axis' ends an epoch too. Effects' inputs have no room here: they start where they were.
+// A row; the second axis' ends an epoch too. What has no room here starts where it was.
 static bool learn(dqw_estimator_random_q15 *lent, const int32_t x_q28[], int32_t y_q28, int32_t w_q24[])
 {
-    int16_t x_q15[DQW_PARAMETERS];
-    for (int i = 0; i < DQW_PARAMETERS; i++) x_q15[i] = q15_of(x_q28[i], INPUT_SHIFT);
-    dqw_random_put_q15(&lent->random, x_q15, DQW_PARAMETERS, q15_of(y_q28, TARGET_SHIFT));
+    int16_t x_q15[DQW_LEARNER_INPUTS_Q15];
+    for (int i = 0; i < DQW_LEARNER_INPUTS_Q15; i++) x_q15[i] = q15_of(x_q28[i], INPUT_SHIFT);
+    dqw_random_put_q15(&lent->random, x_q15, DQW_LEARNER_INPUTS_Q15, q15_of(y_q28, TARGET_SHIFT));
     if (w_q24 == NULL) return false;
     const bool done = dqw_random_epoch_q15(&lent->random, &lent->coarse);
     // What never moved was not seen.
-    for (int i = 0; i < DQW_PARAMETERS && done; i++)
+    for (int i = 0; i < DQW_LEARNER_INPUTS_Q15 && done; i++)
         if (lent->coarse.w_q31[i] != 0)
             w_q24[i] = dqw_q_floor32(lent->coarse.w_q31[i], 7u - (TARGET_SHIFT - INPUT_SHIFT));
     return done;
@@ -31,7 +31,7 @@ static bool learn(dqw_estimator_random_q15 *lent, const int32_t x_q28[], int32_t
 
 void dqw_estimator_random_init_q15(dqw_estimator_random_q15 *lent)
 {
-    const dqw_learner_config_q15 coarse = {.inputs = DQW_PARAMETERS, .step_size_q15 = STEP_Q15};
+    const dqw_learner_config_q15 coarse = {.inputs = DQW_LEARNER_INPUTS_Q15, .step_size_q15 = STEP_Q15};
     const dqw_random_config_q15 random = {.reservoir = lent->reservoir,
                                           .capacity = CAPACITY,
                                           .draws = CAPACITY,

@@ -43,9 +43,9 @@ int64_t dqw_estimator_common_variance_q56(const dqw_estimator_q15 *e)
 int64_t dqw_estimator_inflation_q20(const dqw_estimator_q15 *e, int weight)
 {
     const int k = weight >= DQW_PARAMETERS  ? weight - DQW_PARAMETERS + 4
+                  : weight <= DQW_PSI       ? weight
                   : weight == DQW_DEAD_TIME ? DQW_R
-                  : weight == DQW_PSI_Q     ? DQW_PSI
-                                            : weight;
+                                            : DQW_PSI;
     // [READ.1] the autocorrelation of what blocks teach a weight, bounded
     if (e->score2_q68[k] <= 0) return ONE_Q20;
     const int64_t r_q20 = dqw_q_quotient64(e->score_lag_q68[k], e->score2_q68[k], 20);

@@ -2,6 +2,7 @@
 
 #include <stdbool.h>
 
+#include "dqw_fault_kind.h"
 #include "dqw_q15.h"
 
 // A pattern must explain this part of what changed, squared: 0.6.
@@ -50,11 +51,6 @@ static bool pattern_of(enum dqw_fault_name name, int phase, dqw_fault_machine_q1
     return phase == 0;
 }
 
-static bool either_sign(enum dqw_fault_name name)
-{
-    return name == DQW_FAULT_ENCODER_OFFSET || name == DQW_FAULT_INVERTER_FAULT || name == DQW_FAULT_CURRENT_GAIN;
-}
-
 // a / b 2^n; 0 where b is not known.
 static int64_t over(int64_t a, int32_t b, int n, int64_t most)
 {
@@ -94,11 +90,10 @@ dqw_fault_verdict_q15 dqw_fault_name_it_q15(const int32_t change_q24[], const in
     // [NAM.2] what each fault's pattern explains of it
     int64_t most_q20 = 0;
     int64_t next_q20 = 0;
-    for (int name = DQW_FAULT_OVER_TEMPERATURE; name < DQW_FAULT_UNKNOWN; name++) {
+    for (int k = DQW_FAULT_OVER_TEMPERATURE; k < DQW_FAULT_UNKNOWN; k++) {
+        const enum dqw_fault_name name = (enum dqw_fault_name)k;
         // Where ripples are not known, patterns with one are another fault's.
-        const bool ripples = name == DQW_FAULT_TURN_SHORT || name == DQW_FAULT_PHASE_CONNECTION ||
-                             name == DQW_FAULT_CURRENT_GAIN;
-        if (ripples && unit_q24[DQW_SIGN_SHORT_RE] == INT32_MAX) continue;
+        if (dqw_fault_ripples(name) && unit_q24[DQW_SIGN_SHORT_RE] == INT32_MAX) continue;
         int64_t explained = 0;
         uint8_t at = 0;
         if (name == DQW_FAULT_CURRENT_OFFSET) {
@@ -107,8 +102,8 @@ dqw_fault_verdict_q15 dqw_fault_name_it_q15(const int32_t change_q24[], const in
         } else {
             for (int phase = 0; phase < 3; phase++) {
                 int64_t p_q24[DQW_SIGNS];
-                if (!pattern_of((enum dqw_fault_name)name, phase, machine, p_q24)) continue;
-                const int64_t e_q20 = explained_q20(z_q10, p_q24, unit_q24, either_sign((enum dqw_fault_name)name));
+                if (!pattern_of(name, phase, machine, p_q24)) continue;
+                const int64_t e_q20 = explained_q20(z_q10, p_q24, unit_q24, dqw_fault_either_sign(name));
                 if (e_q20 <= explained) continue;
                 explained = e_q20;
                 at = (uint8_t)phase;
@@ -117,7 +112,7 @@ dqw_fault_verdict_q15 dqw_fault_name_it_q15(const int32_t change_q24[], const in
         if (explained > most_q20) {
             next_q20 = most_q20;
             most_q20 = explained;
-            best.name = (enum dqw_fault_name)name;
+            best.name = name;
             best.phase = at;
         } else if (explained > next_q20) {
             next_q20 = explained;

@@ -78,7 +78,7 @@ static int32_t difference(int32_t a, int32_t b)
 
 void dqw_monitor_read_channel_q15(const dqw_monitor_q15 *m, int channel, dqw_monitor_channel_q15 *r)
 {
-    if (channel < DQW_PARAMETERS) {
+    if (channel < DQW_WATCH_OFFSET) {
         r->now = m->estimator.w_q24[channel];
         r->change = difference(r->now, m->healthy.weight_q24[channel]);
         r->sd = dqw_estimator_sd_q24(&m->estimator, channel);
@@ -113,7 +113,7 @@ static void nearer(int32_t *healthy, int32_t now, int n)
 
 void dqw_monitor_move_healthy_q15(dqw_monitor_q15 *m, int channel, int n)
 {
-    if (channel < DQW_PARAMETERS) {
+    if (channel < DQW_WATCH_OFFSET) {
         nearer(&m->healthy.weight_q24[channel], m->estimator.w_q24[channel], n);
     } else if (channel < DQW_WATCH_FRICTION) {
         const int k = channel - DQW_WATCH_OFFSET;
@@ -163,7 +163,7 @@ dqw_reading_q15 dqw_monitor_read_q15(const dqw_monitor_q15 *m, enum dqw_monitor_
 {
     dqw_reading_q15 r = {.value_q40 = 0, .sd_q40 = INT64_MAX, .sd_change_q40 = INT64_MAX, .usable = false};
     if ((unsigned)channel >= DQW_WATCH_CHANNELS) return r;
-    if ((int)channel < DQW_PARAMETERS) return dqw_estimator_read_q15(&m->estimator, (enum dqw_parameter)channel);
+    if ((int)channel < DQW_WATCH_OFFSET) return dqw_estimator_read_q15(&m->estimator, (enum dqw_parameter)channel);
     // Temperature counts from a cold value that is taken on entering service.
     if (channel == DQW_WATCH_TEMPERATURE && m->healthy.cold_R_q24 <= 0) return r;
     dqw_monitor_channel_q15 x;

@@ -3,6 +3,7 @@
 #include <stddef.h>
 
 #include "dqw_estimator_block_q15.h"
+#include "dqw_fault_kind.h"
 #include "dqw_monitor_channel_q15.h"
 #include "dqw_q15.h"
 
@@ -295,7 +296,7 @@ static dqw_fault_verdict_q15 name_it(const dqw_monitor_q15 *m)
         // A change of a third of a band is none; what is not known counts for nothing.
         const int32_t least = x.sd == INT32_MAX ? INT32_MAX
                                                 : dqw_q_length32(x.sd, dqw_monitor_band_of_q15(m, channel) / 3);
-        if (channel < DQW_PARAMETERS) {
+        if (channel < DQW_WATCH_OFFSET) {
             const int32_t scale = channel == DQW_WATCH_ANGLE       ? h[DQW_PSI]
                                   : channel == DQW_WATCH_DEAD_TIME ? ONE_Q24
                                                                    : h[channel];
@@ -323,7 +324,7 @@ static bool above_threshold(const dqw_monitor_q15 *m)
 // What the healthy value of a channel is; of temperature and residual the limit.
 static int32_t healthy_of(const dqw_monitor_q15 *m, int channel)
 {
-    if (channel < DQW_PARAMETERS) return m->healthy.weight_q24[channel];
+    if (channel < DQW_WATCH_OFFSET) return m->healthy.weight_q24[channel];
     if (channel == DQW_WATCH_FRICTION) return m->healthy.friction_q24;
     if (channel == DQW_WATCH_TEMPERATURE) return dqw_q31_sat(dqw_q_round64(dqw_monitor_band_q24(m, channel), 8));
     if (channel == DQW_WATCH_RESIDUAL) return dqw_monitor_residual_limit_q24(m);
@@ -377,8 +378,7 @@ static bool look(dqw_monitor_q15 *m)
         return true;
     }
     // Temperatures go on counting from where they were: what has broken is not what has heated.
-    const enum dqw_fault_name fault = m->named_fault.name;
-    if (fault == DQW_FAULT_PHASE_CONNECTION || fault == DQW_FAULT_CURRENT_GAIN)
+    if (dqw_fault_moves_R(m->named_fault.name))
         recount(&m->healthy.cold_R_q24, value(m, DQW_R), m->healthy.weight_q24[DQW_R]);
     recount(&m->healthy.cold_psi_q24, value(m, DQW_PSI), m->healthy.weight_q24[DQW_PSI]);
     begin_rest(m);

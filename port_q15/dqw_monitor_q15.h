@@ -54,8 +54,8 @@ typedef struct dqw_monitor_change_q15 {
 
 /// What was learned as healthy.
 typedef struct dqw_monitor_healthy_q15 {
-    int64_t residual_q54;                ///< of the full voltage, squared
-    int32_t weight_q24[DQW_PARAMETERS];  ///< R and flux follow the temperature
+    int64_t residual_q54;                  ///< of the full voltage, squared
+    int32_t weight_q24[DQW_WATCH_OFFSET];  ///< R and flux follow the temperature
     int32_t re_q28[DQW_WITNESS_INPUTS], im_q28[DQW_WITNESS_INPUTS];
     /// where they may follow from, and the winding's highest rise, K, slowly forgotten
     int32_t cold_R_q24, cold_psi_q24, hottest_q16;

@@ -15,7 +15,7 @@ extern "C" {
 #endif
 
 /// Most inputs, those of the effects included, and one that only watches.
-#define DQW_NORMAL_INPUTS (7 + DQW_EFFECT_WEIGHTS)
+#define DQW_NORMAL_INPUTS (DQW_PARAMETERS + DQW_EFFECT_WEIGHTS + 1)
 
 typedef struct dqw_normal_q15 {
     int64_t a_q32[DQW_NORMAL_INPUTS * (DQW_NORMAL_INPUTS + 1) /

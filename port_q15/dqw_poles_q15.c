@@ -13,7 +13,7 @@
 // Sums of so many bits times what pole pairs make of them still fit.
 #define ROOM_BITS 50u
 
-enum { BEFORE = DQW_PARAMETERS, AFTER = 4 };
+enum { BEFORE = DQW_POLES_LQ_Q15 + 1, AFTER = DQW_PSI + 1 };
 
 // The machine's own weights, and which of them a slot is p/8 of.
 static const uint8_t stands_for[BEFORE] = {DQW_R, DQW_LD, DQW_LQ, DQW_PSI, DQW_LD, DQW_LQ};

@@ -106,7 +106,7 @@ public:
     MonitorMeasures measures() const override
     {
         MonitorMeasures r = no_measures();
-        for (int i = 0; i < DQW_PARAMETERS; ++i) {
+        for (int i = 0; i < DQW_WATCH_OFFSET; ++i) {
             const auto at = static_cast<std::size_t>(i);
             r.weight[at] = static_cast<double>(dqw_estimator_value(&m_.estimator, i));
             r.weight_sd[at] = sd_of(dqw_estimator_sd(&m_.estimator, i));
@@ -191,7 +191,7 @@ public:
     MonitorMeasures measures() const override
     {
         MonitorMeasures r = no_measures();
-        for (int i = 0; i < DQW_PARAMETERS; ++i) {
+        for (int i = 0; i < DQW_WATCH_OFFSET; ++i) {
             const auto at = static_cast<std::size_t>(i);
             const dqw_reading_q15 now = read(i);
             r.weight[at] = static_cast<double>(now.value_q40) * kQ40 * unit_of(i);

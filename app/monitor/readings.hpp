@@ -20,7 +20,7 @@ using MonitorReadings = std::array<MonitorReading, DQW_WATCH_CHANNELS>;
 
 /// What it has measured, SI. A deviation is infinite where nothing is known.
 struct MonitorMeasures {
-    std::array<double, DQW_PARAMETERS> weight, weight_sd, healthy;
+    std::array<double, DQW_WATCH_OFFSET> weight, weight_sd, healthy;
     std::array<double, DQW_WITNESS_INPUTS> ripple, ripple_sd, healthy_ripple;
     double friction_Nm, friction_sd_Nm, healthy_friction_Nm;
     double cold_R_ohm, alpha_per_K;

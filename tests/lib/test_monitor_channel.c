@@ -6,7 +6,7 @@
 void setUp(void) { test_case[0] = 0; }
 void tearDown(void) {}
 
-static const double HEALTHY[DQW_PARAMETERS] = {0.5, 1.0e-3, 1.4e-3, 0.02, 0.2, 0.001};
+static const double HEALTHY[DQW_WATCH_OFFSET] = {0.5, 1.0e-3, 1.4e-3, 0.02, 0.2, 0.001};
 static const double RE[DQW_WITNESS_INPUTS] = {0.01, -0.02, 3e-5, 0.004};
 static const double IM[DQW_WITNESS_INPUTS] = {-0.03, 0.01, 4e-5, -0.003};
 
@@ -31,7 +31,7 @@ static dqw_monitor begin(const dqw_monitor_config *c)
 {
     dqw_monitor m;
     TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_monitor_init(&m, c));
-    for (int i = 0; i < DQW_PARAMETERS; i++) m.healthy.weight[i] = (float)HEALTHY[i];
+    for (int i = 0; i < DQW_WATCH_OFFSET; i++) m.healthy.weight[i] = (float)HEALTHY[i];
     for (int k = 0; k < DQW_WITNESS_INPUTS; k++) {
         m.healthy.re[k] = (float)RE[k];
         m.healthy.im[k] = (float)IM[k];
@@ -70,9 +70,9 @@ static void test_what_a_channel_reads(void)
 {
     const dqw_monitor_config c = config_of();
     dqw_monitor m = begin(&c);
-    static const double nominal[DQW_PARAMETERS] = {0.55, 1.1e-3, 1.3e-3, 0.021, 0.0, 0.0};
+    static const double nominal[DQW_WATCH_OFFSET] = {0.55, 1.1e-3, 1.3e-3, 0.021, 0.0, 0.0};
     dqw_monitor_channel_value x;
-    for (int i = 0; i < DQW_PARAMETERS; i++) {
+    for (int i = 0; i < DQW_WATCH_OFFSET; i++) {
         CASE("channel %d", i);
         dqw_monitor_read_channel(&m, i, &x);
         NEAR(nominal[i], x.now);
@@ -203,7 +203,7 @@ static void test_a_healthy_value_goes_part_of_the_way(void)
         }
         m.friction_Nm = 0.03f, m.healthy.friction_Nm = 0.07f;
         for (int i = 0; i < DQW_WATCH_TEMPERATURE; i++) dqw_monitor_move_healthy(&m, i, (float)keep);
-        for (int i = 0; i < DQW_PARAMETERS; i++) {
+        for (int i = 0; i < DQW_WATCH_OFFSET; i++) {
             CASE("keeps %g, channel %d", keep, i);
             const double now = (double)dqw_monitor_read(&m, (enum dqw_monitor_channel)i).value;
             BETWEEN(-1e-6, (double)m.healthy.weight[i] - (now + keep * (HEALTHY[i] - now)), 1e-6);

@@ -13,7 +13,7 @@ static void every_value_comes_back(const dqw_monitor *m)
 {
     dqw_monitor kept = *m;
     float next = 1000;
-    for (int i = 0; i < DQW_PARAMETERS; i++) kept.healthy.weight[i] = next++;
+    for (int i = 0; i < DQW_WATCH_OFFSET; i++) kept.healthy.weight[i] = next++;
     for (int i = 0; i < DQW_WITNESS_INPUTS; i++) {
         kept.healthy.re[i] = next++;
         kept.healthy.im[i] = next++;

@@ -550,7 +550,7 @@ static void test_settled_rows(void)
 // The late voltage's gradient goes on around the weights that were solved: as if every row had been shown around them.
 static void test_the_late_voltage_goes_on_around_what_was_solved(void)
 {
-    enum { LATE = 6, SHOWN = 300 };
+    enum { LATE = DQW_PARAMETERS, SHOWN = 300 };
     pair p;
     configure(&p, 0.0, 0.0, 0.0);
     begin(&p);
@@ -908,14 +908,14 @@ static void test_what_stage_two_can_hold(void)
     } ways[] = {{0.99, 1.5}, {0.1, 15.0}};
     for (int way = 0; way < 2; way++) {
         dqw_estimator_random_init_q15(&lent);
-        int32_t w_q24[DQW_PARAMETERS] = {0};
+        int32_t w_q24[DQW_LEARNER_INPUTS_Q15] = {0};
         test_random r = {131};
         bool done = false;
         for (int n = 0; n < 4000 && !done; n++)
             for (int axis = 0; axis < 2; axis++) {
-                int32_t x_q28[DQW_PARAMETERS];
+                int32_t x_q28[DQW_LEARNER_INPUTS_Q15];
                 double y = 0.0;
-                for (int i = 0; i < DQW_PARAMETERS; i++) {
+                for (int i = 0; i < DQW_LEARNER_INPUTS_Q15; i++) {
                     const double x = ways[way].input * random_uniform(&r, -1, 1);
                     x_q28[i] = (int32_t)lrint(ldexp(x, 28));
                     y += ways[way].weight * (i % 2 ? 1.0 : 0.8) * x;
@@ -923,7 +923,7 @@ static void test_what_stage_two_can_hold(void)
                 done = lent.learn(&lent, x_q28, (int32_t)lrint(ldexp(y, 28)), axis == 0 ? NULL : w_q24);
             }
         HOLDS(done);
-        for (int i = 0; i < DQW_PARAMETERS; i++) {
+        for (int i = 0; i < DQW_LEARNER_INPUTS_Q15; i++) {
             CASE("way %d, weight %d", way, i);
             BETWEEN(0.95, ldexp(w_q24[i], -24) / (ways[way].weight * (i % 2 ? 1.0 : 0.8)), 1.05);
         }

@@ -12,7 +12,7 @@ void tearDown(void) {}
 #define Q40 1099511627776.0
 
 // In units of the nominal values; dead time in parts of the full voltage.
-static const double HEALTHY[DQW_PARAMETERS] = {0.9, 1.1, 1.2, 0.95, 0.3, 0.05};
+static const double HEALTHY[DQW_WATCH_OFFSET] = {0.9, 1.1, 1.2, 0.95, 0.3, 0.05};
 static const double RE[DQW_WITNESS_INPUTS] = {0.01, -0.02, 0.03, 0.004};
 static const double IM[DQW_WITNESS_INPUTS] = {-0.03, 0.01, 0.04, -0.003};
 
@@ -38,7 +38,7 @@ static dqw_monitor_q15 begin(const dqw_monitor_q15_config *c)
     dqw_monitor_q15 m;
     memset(&m, 0x5a, sizeof m);
     TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_monitor_init_q15(&m, c));
-    for (int i = 0; i < DQW_PARAMETERS; i++) m.healthy.weight_q24[i] = fixed(HEALTHY[i], Q24);
+    for (int i = 0; i < DQW_WATCH_OFFSET; i++) m.healthy.weight_q24[i] = fixed(HEALTHY[i], Q24);
     for (int k = 0; k < DQW_WITNESS_INPUTS; k++) {
         m.healthy.re_q28[k] = fixed(RE[k], Q28);
         m.healthy.im_q28[k] = fixed(IM[k], Q28);
@@ -97,7 +97,7 @@ static void test_what_a_channel_reads(void)
     const dqw_monitor_q15_config c = config_of();
     dqw_monitor_q15 m = begin(&c);
     dqw_monitor_channel_q15 x;
-    for (int i = 0; i < DQW_PARAMETERS; i++) {
+    for (int i = 0; i < DQW_WATCH_OFFSET; i++) {
         CASE("channel %d", i);
         m.estimator.w_q24[i] = fixed(0.7 + 0.1 * i, Q24);
         dqw_monitor_read_channel_q15(&m, i, &x);
@@ -225,7 +225,7 @@ static void test_a_healthy_value_goes_part_of_the_way(void)
         m.friction_q24 = fixed(0.03, Q24);
         m.healthy.friction_q24 = fixed(0.07, Q24);
         for (int i = 0; i < DQW_WATCH_TEMPERATURE; i++) dqw_monitor_move_healthy_q15(&m, i, n);
-        for (int i = 0; i < DQW_PARAMETERS; i++) {
+        for (int i = 0; i < DQW_WATCH_OFFSET; i++) {
             CASE("part 1/%d, channel %d", n, i);
             const double now = m.estimator.w_q24[i] / Q24;
             BETWEEN(-1e-6, m.healthy.weight_q24[i] / Q24 - (HEALTHY[i] + (now - HEALTHY[i]) / n), 1e-6);

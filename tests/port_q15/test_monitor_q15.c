@@ -56,10 +56,10 @@ static dqw_sample_q15 row_sample(int k)
 // What 1 of a channel's reading is, SI.
 static double unit_of(const dqw_monitor_q15 *m, int channel)
 {
-    static const double si[DQW_PARAMETERS] = {1e-6, 1e-9, 1e-9, 1e-9, 1e-6, 1e-9};
+    static const double si[DQW_WATCH_OFFSET] = {1e-6, 1e-9, 1e-9, 1e-9, 1e-6, 1e-9};
     const dqw_estimator_q15_config *c = &m->config->estimator;
-    double unit[DQW_PARAMETERS];
-    for (int i = 0; i < DQW_PARAMETERS; i++) unit[i] = si[i] * dqw_estimator_unit_q15(c, (enum dqw_parameter)i) / Q40;
+    double unit[DQW_WATCH_OFFSET];
+    for (int i = 0; i < DQW_WATCH_OFFSET; i++) unit[i] = si[i] * dqw_estimator_unit_q15(c, (enum dqw_parameter)i) / Q40;
     switch (channel) {
     case DQW_WATCH_OFFSET: return I_FULL / Q40;
     case DQW_WATCH_RESISTANCE: return unit[0];
@@ -460,7 +460,7 @@ static void every_value_comes_back(const dqw_monitor_q15 *m)
 {
     dqw_monitor_q15 kept = *m;
     int32_t next = 1000;
-    for (int i = 0; i < DQW_PARAMETERS; i++) kept.healthy.weight_q24[i] = next++;
+    for (int i = 0; i < DQW_WATCH_OFFSET; i++) kept.healthy.weight_q24[i] = next++;
     for (int i = 0; i < DQW_WITNESS_INPUTS; i++) {
         kept.healthy.re_q28[i] = next++;
         kept.healthy.im_q28[i] = next++;

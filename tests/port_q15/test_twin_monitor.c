@@ -19,7 +19,7 @@ void tearDown(void) {}
 #define Q40 1099511627776.0
 
 // What 1 in Q24 of a weight of the estimator is, then of the witness, SI.
-enum { N = DQW_PARAMETERS, INPUTS = DQW_WITNESS_INPUTS };
+enum { N = DQW_WATCH_OFFSET, INPUTS = DQW_WITNESS_INPUTS };
 
 typedef struct twins {
     dqw_monitor_config fc;

@@ -21,7 +21,7 @@ static void put_block(hash *h, const dqw_monitor_q15 *m)
 
 static void put_look(hash *h, const dqw_monitor_q15 *m)
 {
-    for (int i = 0; i < DQW_PARAMETERS; i++) hash_put(h, m->healthy.weight_q24[i]);
+    for (int i = 0; i < DQW_WATCH_OFFSET; i++) hash_put(h, m->healthy.weight_q24[i]);
     for (int i = 0; i < DQW_WATCH_CHANNELS; i++) hash_put(h, m->watch.change[i].sum_q5);
     hash_put(h, m->healthy.hottest_q16);
     hash_put(h, m->healthy.residual_q54);

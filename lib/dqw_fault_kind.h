@@ -1,0 +1,34 @@
+// What sets faults apart, in both arithmetics.
+#ifndef DQW_FAULT_KIND_H
+#define DQW_FAULT_KIND_H
+
+#include <stdbool.h>
+
+#include "dqw_fault_name.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/// A change either way is this fault.
+static inline bool dqw_fault_either_sign(enum dqw_fault_name name)
+{
+    return name == DQW_FAULT_ENCODER_OFFSET || name == DQW_FAULT_INVERTER_FAULT || name == DQW_FAULT_CURRENT_GAIN;
+}
+
+/// It is a phase's, and changes R with it.
+static inline bool dqw_fault_moves_R(enum dqw_fault_name name)
+{
+    return name == DQW_FAULT_PHASE_CONNECTION || name == DQW_FAULT_CURRENT_GAIN;
+}
+
+/// It is a phase's: a ripple twice a turn is part of its pattern.
+static inline bool dqw_fault_ripples(enum dqw_fault_name name)
+{
+    return dqw_fault_moves_R(name) || name == DQW_FAULT_TURN_SHORT;
+}
+
+#ifdef __cplusplus
+}
+#endif
+#endif
