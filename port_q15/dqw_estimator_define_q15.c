@@ -202,8 +202,8 @@ int64_t dqw_estimator_start_cov_q40(const dqw_estimator_q15 *e, const dqw_units_
 
 void dqw_estimator_start_q15(dqw_estimator_q15 *e, const int32_t start_q24[])
 {
-    // What the motion told of the pole pairs goes too.
-    e->pole_pairs = e->config->scale.pole_pairs;
+    // Without weights to start from, what the motion told of the pole pairs goes too.
+    if (start_q24 == NULL) e->pole_pairs = e->config->scale.pole_pairs;
     e->turn_q28 = (int32_t)dqw_scale_turn_q28(&e->config->scale, turning(e->config, e->pole_pairs));
     dqw_units_q15 u;
     (void)dqw_units_of_q15(e->config, e->pole_pairs, &u);

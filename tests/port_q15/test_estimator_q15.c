@@ -483,6 +483,38 @@ static void test_pole_pairs_are_found(void)
         }
 }
 
+// So they are where dead time or an encoder's offset is learned as well, which have a weight only from then on.
+static void test_pole_pairs_are_found_beside_what_waits_for_them(void)
+{
+    for (int offset = 0; offset < 2; offset++)
+        for (int noisy = 0; noisy < 2; noisy++) {
+            CASE("%s, noise %d", offset ? "encoder offset" : "dead time", noisy);
+            pair p;
+            configure(&p, 0.3, 0.0, 0.0);
+            p.qc.scale.pole_pairs = 0;
+            p.qc.scale.w_full_mrad_s = 100000;
+            p.qc.encoder_offset = offset == 1;
+            p.qc.angle = offset == 0;
+            p.qc.dead_time_width_mA = offset ? 0 : 100;
+            TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_estimator_init_q15(&p.q, &p.qc));
+            test_random r = {310};
+            int found = -1;
+            for (int k = 0; k < 30000; k++) {
+                dqw_sample s = moving(k, 0.5, noisy * 0.01, &r);
+                s.w_m_rad_s *= (float)(4 * W_FULL / 400.0);
+                const dqw_sample_q15 q = rounded(&s);
+                if (dqw_estimator_sample_q15(&p.q, &q, false) & DQW_EVENT_BLOCK)
+                    (void)dqw_estimator_background_q15(&p.q);
+                HOLDS(p.q.pole_pairs == 0 || p.q.pole_pairs == 4);
+                if (found < 0 && p.q.pole_pairs != 0) found = k;
+                HOLDS(found < 0 || p.q.pole_pairs == 4);
+            }
+            BETWEEN(2000, found, 12000);
+            for (int i = 0; i < 4; i++) BETWEEN(-0.3, 100 * (q_value(&p, i) / TRUTH[i] - 1), 0.3);
+            HOLDS(p.q.restarts == 0);
+        }
+}
+
 // Without the pole pairs settled rows tell R alone; with them all four, as least squares in double do.
 static void test_settled_rows(void)
 {
@@ -974,6 +1006,7 @@ int main(void)
     RUN_TEST(test_a_background_that_is_interrupted_learns_the_same);
     RUN_TEST(test_start_values_are_no_prior);
     RUN_TEST(test_pole_pairs_are_found);
+    RUN_TEST(test_pole_pairs_are_found_beside_what_waits_for_them);
     RUN_TEST(test_settled_rows);
     RUN_TEST(test_the_late_voltage_goes_on_around_what_was_solved);
     RUN_TEST(test_when_the_voltage_acts);
