@@ -1,6 +1,6 @@
 // A half of a window from the interrupt to the background: one flag says whose it is. The interrupt sets it, and from
-// then on leaves the half alone; the background clears it when it has read all, by volatile reads before it. One core:
-// an interrupt sees what the background wrote, in its order.
+// then on leaves the half alone; the background clears it when it has read and emptied all, by volatile accesses before
+// it. One core: an interrupt sees what the background wrote, in its order.
 #ifndef DQW_HANDOVER_H
 #define DQW_HANDOVER_H
 

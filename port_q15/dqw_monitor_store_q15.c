@@ -42,10 +42,16 @@ static uint32_t hash_of(const dqw_monitor_q15 *m)
     return hash_of_effects(hash, c);
 }
 
+// All its bytes are checked: padding would be among them.
+typedef char
+    healthy_has_no_padding[sizeof(dqw_monitor_healthy_q15) ==
+                                   sizeof(int64_t) + sizeof(int32_t) * (DQW_WATCH_OFFSET + 2 * DQW_WITNESS_INPUTS + 4)
+                               ? 1
+                               : -1];
+
 static uint32_t check_of(const dqw_monitor_stored_q15 *s)
 {
     uint32_t hash = dqw_hash_add(dqw_hash_add(dqw_hash_begin(), s->version), s->config);
-    // Its fields leave no padding.
     hash = dqw_hash_bytes(hash, &s->healthy, sizeof s->healthy);
     for (int i = 0; i < DQW_WATCH_TEMPERATURE; i++) hash = dqw_hash_add(hash, s->looks[i]);
     return dqw_hash_add(hash, s->unused[0]);

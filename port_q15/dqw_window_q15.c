@@ -53,11 +53,10 @@ uint32_t dqw_window_join_q15(dqw_window_q15 *w, dqw_window_q15_rise *r, int32_t 
     const uint16_t fall_weight = p->fall_weight;
     const int32_t top = w->half + 1;
     // [WIN.1] is there enough of the half before and of this one for a block
-    // Both together are below h (h + 1) 2^17 < 2^31.
     const bool enough = joins && 4 * (valid + r->valid) >= 3 * 2 * w->half;
     if (enough) *weight = (uint16_t)(r->weight + fall_weight);
     // [WIN.2] the half before, rising, and this one, falling, are the block; this one rises in the next
-    // |top sum| <= 101 100 2^17 < 2^31
+    // |top sum| <= 101 100 2^17 < 2^31; the two together are below h (h + 1) 2^17.
     for (int i = 0; i < w->signals; i++) {
         const int32_t plain = p->cell[i].sum;
         const int32_t fall = p->cell[i].fall;
