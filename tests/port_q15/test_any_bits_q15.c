@@ -172,18 +172,24 @@ static void test_ordinal(void)
     }
 }
 
+static dqw_ordinal_q15 ordinal_of(int form)
+{
+    const dqw_ordinal_config_q15 c = {.dt_ns = 10000,
+                                      .x_full_mV = 5000,
+                                      .y_full_mA = 10000,
+                                      .R_uohm = 3000,
+                                      .L_nH = 3000,
+                                      .form = (enum dqw_ordinal_form_q15)form};
+    dqw_ordinal_q15 o;
+    TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_ordinal_init_q15(&o, &c));
+    return o;
+}
+
 // The longest sums that an epoch may hold, at the edges.
 static void test_long_epochs(void)
 {
     for (int form = 0; form < 2; form++) {
-        const dqw_ordinal_config_q15 c = {.dt_ns = 10000,
-                                          .x_full_mV = 5000,
-                                          .y_full_mA = 10000,
-                                          .R_uohm = 3000,
-                                          .L_nH = 3000,
-                                          .form = (enum dqw_ordinal_form_q15)form};
-        dqw_ordinal_q15 o;
-        TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_ordinal_init_q15(&o, &c));
+        dqw_ordinal_q15 o = ordinal_of(form);
         for (int epoch = 0; epoch < 2; epoch++) {
             if (epoch == 1) {
                 o.a_q31 = 2146409906;
@@ -201,14 +207,7 @@ static void test_long_epochs(void)
 static void test_sums_take_so_many_pairs(void)
 {
     for (int form = 0; form < 2; form++) {
-        const dqw_ordinal_config_q15 c = {.dt_ns = 10000,
-                                          .x_full_mV = 5000,
-                                          .y_full_mA = 10000,
-                                          .R_uohm = 3000,
-                                          .L_nH = 3000,
-                                          .form = (enum dqw_ordinal_form_q15)form};
-        dqw_ordinal_q15 o;
-        TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_ordinal_init_q15(&o, &c));
+        dqw_ordinal_q15 o = ordinal_of(form);
         o.from_pairs = form == DQW_ORDINAL_PAIRS_Q15;
         const uint32_t most = (uint32_t)1 << (o.from_pairs ? 31 : 18);
         dqw_ordinal_step_q15(&o, 1000, 1000);

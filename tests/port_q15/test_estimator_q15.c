@@ -440,6 +440,19 @@ static void test_start_values_are_no_prior(void)
     }
 }
 
+// Of the full speed as much, whatever the pole pairs.
+static dqw_sample_q15 turning(int k, double noise, test_random *r)
+{
+    dqw_sample s = moving(k, 0.5, noise, r);
+    s.w_m_rad_s *= (float)(4 * W_FULL / 400.0);
+    return rounded(&s);
+}
+
+static void shown(dqw_estimator_q15 *e, const dqw_sample_q15 *s)
+{
+    if (dqw_estimator_sample_q15(e, s, false) & DQW_EVENT_BLOCK) (void)dqw_estimator_background_q15(e);
+}
+
 // Pole pairs of a machine with the same electrical signals, found in time and not before; L_d, L_q, flux go on from
 // there.
 static void test_pole_pairs_are_found(void)
@@ -459,14 +472,9 @@ static void test_pole_pairs_are_found(void)
             test_random r = {(uint64_t)(300 + n)};
             int found = -1;
             for (int k = 0; k < 30000; k++) {
-                dqw_sample s = moving(k, 0.5, noisy * 0.01, &r);
-                // Of the full speed as much in all.
-                s.w_m_rad_s *= (float)(4 * W_FULL / 400.0);
-                const dqw_sample_q15 q = rounded(&s);
-                if (dqw_estimator_sample_q15(&p.q, &q, false) & DQW_EVENT_BLOCK)
-                    (void)dqw_estimator_background_q15(&p.q);
-                if (dqw_estimator_sample_q15(&given, &q, false) & DQW_EVENT_BLOCK)
-                    (void)dqw_estimator_background_q15(&given);
+                const dqw_sample_q15 q = turning(k, noisy * 0.01, &r);
+                shown(&p.q, &q);
+                shown(&given, &q);
                 CASE("%d pole pairs, noise %d, sample %d", poles[n], noisy, k);
                 HOLDS(p.q.pole_pairs == 0 || p.q.pole_pairs == poles[n]);
                 if (found >= 0 || p.q.pole_pairs == 0) continue;
@@ -500,11 +508,8 @@ static void test_pole_pairs_are_found_beside_what_waits_for_them(void)
             test_random r = {310};
             int found = -1;
             for (int k = 0; k < 30000; k++) {
-                dqw_sample s = moving(k, 0.5, noisy * 0.01, &r);
-                s.w_m_rad_s *= (float)(4 * W_FULL / 400.0);
-                const dqw_sample_q15 q = rounded(&s);
-                if (dqw_estimator_sample_q15(&p.q, &q, false) & DQW_EVENT_BLOCK)
-                    (void)dqw_estimator_background_q15(&p.q);
+                const dqw_sample_q15 q = turning(k, noisy * 0.01, &r);
+                shown(&p.q, &q);
                 HOLDS(p.q.pole_pairs == 0 || p.q.pole_pairs == 4);
                 if (found < 0 && p.q.pole_pairs != 0) found = k;
                 HOLDS(found < 0 || p.q.pole_pairs == 4);
