@@ -5,6 +5,7 @@
 ///     v = R i + dpsi/dt + w_e J psi,   torque = 1.5 p (psi_d i_q - psi_q i_d).
 /// Row k of a log: currents, speed, angle, temperatures and torque sampled at t_k, just before the inverter switches;
 /// v_d, v_q the mean, from t_k to t_{k+1}, of the commanded voltage as seen in the rotating frame.
+/// What real drives add (`inverter`, `sensing`, and the keys of `drive` and `machine` for it) is absent where it is 0.
 #ifndef DQW_SIM_H
 #define DQW_SIM_H
 
@@ -45,6 +46,8 @@ typedef struct dqw_sim_machine {
     double temp_ambient_C, temp_start_C;
     double winding_heat_J_K, magnet_heat_J_K;  ///< heat capacities; both 0: temperatures stay at temp_start_C
     double winding_magnet_W_K, winding_ambient_W_K, magnet_ambient_W_K;
+    /// a third body, which iron loss then heats in the magnet's place; 0: none
+    double housing_heat_J_K, winding_housing_W_K, magnet_housing_W_K, housing_ambient_W_K;
     char flux_map[256];  ///< CSV i_d_A,i_q_A,psi_d_Wb,psi_q_Wb; replaces Ld, Lq, psi and the saturation law; "": none
 } dqw_sim_machine;
 
@@ -59,10 +62,15 @@ typedef struct dqw_sim_nonideal {
     double dead_time_width_A;
     dqw_sim_ramp saturation_dd_A_Wb3, saturation_qq_A_Wb3, saturation_dq_A_Wb3;  ///< quartic energy, see sim_flux.h
     dqw_sim_ramp iron_loss_S;                                                    ///< 1/R_fe, across the induced voltage
+    dqw_sim_ramp iron_hysteresis_S_rad_s;  ///< adds this / hypot(w_e, corner) to iron_loss_S: a loss that goes with w_e
+    double iron_hysteresis_corner_rad_s;
+    double iron_loss_tau_s;  ///< the eddies' own time constant; needed where the inverter switches
+    dqw_sim_ramp heat_W;     ///< from elsewhere, into the housing, or the winding where there is none
     dqw_sim_ramp winding_alpha_per_K;                                            ///< R = R_0 (1 + alpha (T - T_ref))
     dqw_sim_ramp magnet_beta_per_K;                                              ///< psi = psi_0 (1 + beta (T - T_ref))
     dqw_sim_ramp turn_short;            ///< fault: shorted fraction of phase a's turns, 0..1
     double turn_short_ohm;              ///< resistance of that short
+    double turn_short_H;                ///< its leakage; needed where the inverter switches
     dqw_sim_ramp demagnetisation;       ///< fault: lost fraction of the magnet's flux, 0..1
     dqw_sim_ramp phase_connection_ohm;  ///< fault: extra resistance in series with phase a
     dqw_sim_ramp bearing_Nm;            ///< fault: extra Coulomb friction (the machine's coulomb_width_rad_s)
@@ -73,6 +81,9 @@ typedef struct dqw_sim_nonideal {
     /// (E36): rotor-frame flux linkage gains d cos(n theta_e + phase), q sin(n theta_e + phase), n = 6, 12
     dqw_sim_ramp flux_harmonic_6d_Wb, flux_harmonic_6q_Wb, flux_harmonic_12d_Wb, flux_harmonic_12q_Wb;
     double flux_harmonic_6_phase_rad, flux_harmonic_12_phase_rad;
+    /// A magnet unlike the others: the d axis gains cos(theta_m + phase) of it, once a turn
+    dqw_sim_ramp magnet_asymmetry_Wb;
+    double magnet_asymmetry_phase_rad;
     dqw_sim_ramp delay_periods;  ///< (E37): the inverter switches this late, 0..2; the log's voltage is what was meant
     /// (E38): what the control loops and the log take for the phase currents: (1 + gain) i, then the offset
     dqw_sim_ramp current_gain_a, current_gain_b, current_gain_c, current_offset_alpha_A, current_offset_beta_A;
@@ -102,13 +113,88 @@ enum dqw_sim_hold {
     DQW_SIM_HOLD_DQ = 1    ///< rotating: the mean of many PWM periods, for control periods of milliseconds
 };
 
-/// Inverter, control and logging. One control period of delay between sampling and switching.
+/// How the three legs share the voltage. Mean: no switching, the voltage itself acts.
+enum dqw_sim_modulation {
+    DQW_SIM_MODULATION_MEAN = 0,
+    DQW_SIM_MODULATION_CENTRED = 1,       ///< both zero vectors alike: all legs switch
+    DQW_SIM_MODULATION_CLAMPED_LOW = 2,   ///< the lowest leg rests on the negative rail
+    DQW_SIM_MODULATION_CLAMPED_HIGH = 3,  ///< the highest leg rests on the positive rail
+    DQW_SIM_MODULATION_CLAMPED_60 = 4     ///< the leg of the largest voltage rests, 60 degrees at a time
+};
+
+/// Which switch of a leg gives the dead time up. Both: each closes late. One: the other's pulse stays as commanded, and
+/// the leg errs in one direction of the current alone, by twice as much.
+enum dqw_sim_dead_side { DQW_SIM_DEAD_BOTH = 0, DQW_SIM_DEAD_UPPER = 1, DQW_SIM_DEAD_LOWER = 2 };
+
+/// What carries the current against an open or closed switch's own direction outside of dead time.
+enum dqw_sim_reverse { DQW_SIM_REVERSE_DIODE = 0, DQW_SIM_REVERSE_CHANNEL = 1 };
+
+/// Three legs on a DC link, switched by a carrier whose valley is the sampling instant. See sim_inverter.h.
+typedef struct dqw_sim_inverter {
+    enum dqw_sim_modulation modulation;
+    int carriers;        ///< PWM periods per control period; 0 counts as 1
+    int compare_counts;  ///< steps of the compare value from 0 to 1; 0: none
+    double dead_time_s;
+    enum dqw_sim_dead_side dead_side;
+    double node_F;  ///< capacitance at a leg's output, which the current must turn over within the dead time
+    double switch_V, switch_ohm, diode_V, diode_ohm;  ///< drop V tanh(i / knee) + R i
+    double knee_A;
+    enum dqw_sim_reverse reverse;
+    double source_ohm, link_F;    ///< drive.v_dc_V behind a resistance feeds the link's capacitor; both 0: ideal
+    double ripple_V, ripple_Hz;   ///< sine on the source's voltage
+} dqw_sim_inverter;
+
+/// Which phases have a current sensor.
+enum dqw_sim_phases { DQW_SIM_PHASES_ABC = 0, DQW_SIM_PHASES_AB = 1, DQW_SIM_PHASES_BC = 2, DQW_SIM_PHASES_CA = 3 };
+
+/// What the drive takes currents, angle and speed from; its loops and its log see the same. See sim_encoder.h.
+typedef struct dqw_sim_sensing {
+    enum dqw_sim_phases phases;
+    double late_periods;  ///< the currents are sampled this much after the angle, 0..below 1
+    double filter_s;      ///< RC filter before the sampling
+    double noise_A;       ///< white, on each sensor
+    double once_rad, once_phase_rad, twice_rad, twice_phase_rad;  ///< encoder's eccentricity, mechanical
+    double angle_late_periods;                                    ///< 0..1
+    double speed_bandwidth_rad_s;  ///< the speed is a loop's that tracks the seen angle; 0: the shaft's
+    bool observer;                 ///< no encoder: the angle lags and is noisy
+    double observer_lag_s;         ///< the angle lags by this times w_e
+    double observer_load_rad_A;    ///< and by this times i_q
+    double observer_noise_rad;     ///< at rest; falls with corner / (|w_e| + corner), filtered at the bandwidth
+    double observer_corner_rad_s, observer_bandwidth_rad_s;
+} dqw_sim_sensing;
+
+/// The log as a vendor's tool writes it, polled: means of currents and voltages since the last row, speed of the instant.
+typedef struct dqw_sim_polled {
+    double rate_Hz;            ///< 0: not polled
+    int queue_rows;            ///< currents and voltages come this many rows after the speed; as many zero rows first
+    double jitter_s;           ///< of the host's stamps, standard deviation
+    double lost_fraction;      ///< rows that never arrive
+    double repeated_fraction;  ///< rows that repeat the last one's means
+    double speed_noise_rad_s;  ///< of the instant speed
+    double step_i_A, step_v_V, step_erpm, step_v_dc_V;  ///< on the wire
+} dqw_sim_polled;
+
+/// What of a voltage the log holds.
+enum dqw_sim_logged {
+    DQW_SIM_LOGGED_MEAN = 0,    ///< of the period that begins at t_k, as seen in the rotating frame
+    DQW_SIM_LOGGED_DECIDED = 1  ///< as the controller decided it at t_k, in the frame of t_k; acts in the next period
+};
+
+enum dqw_sim_link { DQW_SIM_LINK_MEASURED = 0, DQW_SIM_LINK_NOMINAL = 1 };
+
+/// Control and logging. One control period of delay between sampling and switching.
 typedef struct dqw_sim_drive {
     double dt_s;    ///< control and PWM period
     double v_dc_V;  ///< voltage vector limited to v_dc / sqrt(3)
     double current_bandwidth_rad_s, speed_bandwidth_rad_s;
     double i_max_A;  ///< current references are limited to this magnitude
     enum dqw_sim_hold hold;
+    bool unturned;              ///< the voltage is not turned ahead to the period in which it acts
+    bool overmodulation;        ///< voltage vector limited to 2/3 v_dc, then to the hexagon, which the log does not know
+    double compensation;        ///< part of the inverter's dead time that the controller gives back: 1 right
+    double compensation_width_A;  ///< proportional below this phase current
+    enum dqw_sim_link link;       ///< measured, or the nominal v_dc_V in control and log
+    enum dqw_sim_logged logged;
     int log_every;  ///< control periods per row; 0 counts as 1
     /// of these, the last so many are averaged in v_d, v_q, and the row samples at their start; 0: all
     int log_window;
@@ -156,14 +242,18 @@ typedef struct dqw_sim_noise {
     uint64_t seed;  ///< changes the noise alone; the scenario's seed changes noise and excitation
 } dqw_sim_noise;
 
-enum dqw_sim_method { DQW_SIM_ADAMS = 0, DQW_SIM_BDF = 1 };
+/// RK4: no CVODE but a fixed step of order four between the edges, for campaigns. See sim_rk4.h.
+enum dqw_sim_method { DQW_SIM_ADAMS = 0, DQW_SIM_BDF = 1, DQW_SIM_RK4 = 2 };
 
 typedef struct dqw_sim_scenario {
     const char *name, *about;
-    const char *regime;  ///< of the log: "dynamic", "steady", "standstill" or "mechanical"
+    const char *regime;  ///< of the log: "dynamic", "steady", "standstill" or "mechanical"; where polled.rate_Hz is above 0, "polled"
     dqw_sim_machine machine;
     dqw_sim_nonideal nonideal;
+    dqw_sim_inverter inverter;
+    dqw_sim_sensing sensing;
     dqw_sim_drive drive;
+    dqw_sim_polled polled;
     dqw_sim_profile profile;
     dqw_sim_noise noise;
     double duration_s;

@@ -25,7 +25,7 @@
 
 // A key, and what its value may be. Beside those of an effect of the catalogue stands its name: lint looks there.
 static const dqw_sim_field fields[] = {
-    NUMBER(duration_s, ABOVE_0), NUMBER(rtol, ABOVE_0), CHOICE(method, "adams bdf "), OTHER(balance, BOOL),
+    NUMBER(duration_s, ABOVE_0), NUMBER(rtol, ABOVE_0), CHOICE(method, "adams bdf rk4 "), OTHER(balance, BOOL),
     OTHER(seed, SEED),
     COUNT(machine.pole_pairs), NUMBER(machine.R_ohm, ABOVE_0), NUMBER(machine.Ld_H, ABOVE_0),
     NUMBER(machine.Lq_H, ABOVE_0), NUMBER(machine.psi_Wb, FROM_0), NUMBER(machine.J_kgm2, FROM_0),
@@ -34,14 +34,19 @@ static const dqw_sim_field fields[] = {
     NUMBER(machine.temp_ref_C, ANY), NUMBER(machine.temp_ambient_C, ANY), NUMBER(machine.temp_start_C, ANY),
     NUMBER(machine.winding_heat_J_K, FROM_0), NUMBER(machine.magnet_heat_J_K, FROM_0),
     NUMBER(machine.winding_magnet_W_K, FROM_0), NUMBER(machine.winding_ambient_W_K, FROM_0),
-    NUMBER(machine.magnet_ambient_W_K, FROM_0), OTHER(machine.flux_map, PATH),
+    NUMBER(machine.magnet_ambient_W_K, FROM_0), NUMBER(machine.housing_heat_J_K, FROM_0),
+    NUMBER(machine.winding_housing_W_K, FROM_0), NUMBER(machine.magnet_housing_W_K, FROM_0),
+    NUMBER(machine.housing_ambient_W_K, FROM_0), OTHER(machine.flux_map, PATH),
     RAMP(nonideal.dead_time_V, FROM_0), NUMBER(nonideal.dead_time_width_A, FROM_0),  // dead_time
     RAMP(nonideal.saturation_dd_A_Wb3, ANY), RAMP(nonideal.saturation_qq_A_Wb3, ANY),  // saturation
     RAMP(nonideal.saturation_dq_A_Wb3, ANY),  // cross_saturation
     RAMP(nonideal.iron_loss_S, FROM_0),  // iron_loss
+    RAMP(nonideal.iron_hysteresis_S_rad_s, FROM_0), NUMBER(nonideal.iron_hysteresis_corner_rad_s, FROM_0),
+    NUMBER(nonideal.iron_loss_tau_s, FROM_0), RAMP(nonideal.heat_W, ANY),
     RAMP(nonideal.winding_alpha_per_K, ANY),  // winding_temperature
     RAMP(nonideal.magnet_beta_per_K, ANY),  // magnet_temperature
     RAMP(nonideal.turn_short, BELOW_1), NUMBER(nonideal.turn_short_ohm, FROM_0),
+    NUMBER(nonideal.turn_short_H, FROM_0),
     RAMP(nonideal.demagnetisation, BELOW_1), RAMP(nonideal.phase_connection_ohm, FROM_0),
     RAMP(nonideal.bearing_Nm, FROM_0), RAMP(nonideal.bearing_B_Nms_rad, FROM_0),
     RAMP(nonideal.skin_effect_s2_rad2, FROM_0),  // skin_effect
@@ -50,6 +55,7 @@ static const dqw_sim_field fields[] = {
     RAMP(nonideal.flux_harmonic_6d_Wb, ANY), RAMP(nonideal.flux_harmonic_6q_Wb, ANY),  // flux_harmonics
     NUMBER(nonideal.flux_harmonic_6_phase_rad, ANY), RAMP(nonideal.flux_harmonic_12d_Wb, ANY),
     RAMP(nonideal.flux_harmonic_12q_Wb, ANY), NUMBER(nonideal.flux_harmonic_12_phase_rad, ANY),
+    RAMP(nonideal.magnet_asymmetry_Wb, ANY), NUMBER(nonideal.magnet_asymmetry_phase_rad, ANY),
     RAMP(nonideal.delay_periods, TO_2),  // delay
     RAMP(nonideal.current_gain_a, A_GAIN), RAMP(nonideal.current_gain_b, A_GAIN),  // current_gain_mismatch
     RAMP(nonideal.current_gain_c, A_GAIN),
@@ -63,9 +69,30 @@ static const dqw_sim_field fields[] = {
     OTHER(nonideal.inverter_curve, PATH),
     RAMP(nonideal.disturbance_V, FROM_0), NUMBER(nonideal.disturbance_Hz, FROM_0), RAMP(nonideal.hum_A, FROM_0),
     NUMBER(nonideal.hum_Hz, FROM_0), NUMBER(nonideal.clip_A, FROM_0), NUMBER(nonideal.dropped_fraction, BELOW_1),
+    CHOICE(inverter.modulation, "mean centred clamped_low clamped_high clamped_60 "), COUNT(inverter.carriers),
+    COUNT(inverter.compare_counts), NUMBER(inverter.dead_time_s, FROM_0),
+    CHOICE(inverter.dead_side, "both upper lower "), NUMBER(inverter.node_F, FROM_0),
+    NUMBER(inverter.switch_V, FROM_0), NUMBER(inverter.switch_ohm, FROM_0), NUMBER(inverter.diode_V, FROM_0),
+    NUMBER(inverter.diode_ohm, FROM_0), NUMBER(inverter.knee_A, FROM_0),
+    CHOICE(inverter.reverse, "diode channel "), NUMBER(inverter.source_ohm, FROM_0), NUMBER(inverter.link_F, FROM_0),
+    NUMBER(inverter.ripple_V, FROM_0), NUMBER(inverter.ripple_Hz, FROM_0),
+    CHOICE(sensing.phases, "abc ab bc ca "), NUMBER(sensing.late_periods, BELOW_1), NUMBER(sensing.filter_s, FROM_0),
+    NUMBER(sensing.noise_A, FROM_0), NUMBER(sensing.once_rad, ANY), NUMBER(sensing.once_phase_rad, ANY),
+    NUMBER(sensing.twice_rad, ANY), NUMBER(sensing.twice_phase_rad, ANY),
+    NUMBER(sensing.angle_late_periods, TO_1), NUMBER(sensing.speed_bandwidth_rad_s, FROM_0),
+    OTHER(sensing.observer, BOOL), NUMBER(sensing.observer_lag_s, ANY), NUMBER(sensing.observer_load_rad_A, ANY),
+    NUMBER(sensing.observer_noise_rad, FROM_0), NUMBER(sensing.observer_corner_rad_s, FROM_0),
+    NUMBER(sensing.observer_bandwidth_rad_s, FROM_0),
     NUMBER(drive.dt_s, ABOVE_0), NUMBER(drive.v_dc_V, ABOVE_0), NUMBER(drive.current_bandwidth_rad_s, FROM_0),
     NUMBER(drive.speed_bandwidth_rad_s, FROM_0), NUMBER(drive.i_max_A, ABOVE_0), CHOICE(drive.hold, "abc dq "),
+    OTHER(drive.unturned, BOOL), OTHER(drive.overmodulation, BOOL), NUMBER(drive.compensation, FROM_0),
+    NUMBER(drive.compensation_width_A, FROM_0), CHOICE(drive.link, "measured nominal "),
+    CHOICE(drive.logged, "mean decided "),
     COUNT(drive.log_every), COUNT(drive.log_window),
+    NUMBER(polled.rate_Hz, FROM_0), COUNT(polled.queue_rows), NUMBER(polled.jitter_s, FROM_0),
+    NUMBER(polled.lost_fraction, BELOW_1), NUMBER(polled.repeated_fraction, BELOW_1),
+    NUMBER(polled.speed_noise_rad_s, FROM_0), NUMBER(polled.step_i_A, FROM_0), NUMBER(polled.step_v_V, FROM_0),
+    NUMBER(polled.step_erpm, FROM_0), NUMBER(polled.step_v_dc_V, FROM_0),
     CHOICE(profile.control, "speed current voltage "), CHOICE(profile.shaft, "free imposed "),
     NUMBER(profile.speed_start_rad_s, ANY), SIGNAL(profile.speed_rad_s), SIGNAL(profile.i_d_A), SIGNAL(profile.i_q_A),
     SIGNAL(profile.v_d_V), SIGNAL(profile.v_q_V),
