@@ -64,10 +64,10 @@ typedef struct dqw_sim_nonideal {
     dqw_sim_ramp iron_loss_S;                                                    ///< 1/R_fe, across the induced voltage
     dqw_sim_ramp iron_hysteresis_S_rad_s;  ///< adds this / hypot(w_e, corner) to iron_loss_S: a loss that goes with w_e
     double iron_hysteresis_corner_rad_s;
-    double iron_loss_tau_s;  ///< the eddies' own time constant; needed where the inverter switches
-    dqw_sim_ramp heat_W;     ///< from elsewhere, into the housing, or the winding where there is none
-    dqw_sim_ramp winding_alpha_per_K;                                            ///< R = R_0 (1 + alpha (T - T_ref))
-    dqw_sim_ramp magnet_beta_per_K;                                              ///< psi = psi_0 (1 + beta (T - T_ref))
+    double iron_loss_tau_s;             ///< the eddies' own time constant; needed where the inverter switches
+    dqw_sim_ramp heat_W;                ///< from elsewhere, into the housing, or the winding where there is none
+    dqw_sim_ramp winding_alpha_per_K;   ///< R = R_0 (1 + alpha (T - T_ref))
+    dqw_sim_ramp magnet_beta_per_K;     ///< psi = psi_0 (1 + beta (T - T_ref))
     dqw_sim_ramp turn_short;            ///< fault: shorted fraction of phase a's turns, 0..1
     double turn_short_ohm;              ///< resistance of that short
     double turn_short_H;                ///< its leakage; needed where the inverter switches
@@ -137,11 +137,11 @@ typedef struct dqw_sim_inverter {
     double dead_time_s;
     enum dqw_sim_dead_side dead_side;
     double node_F;  ///< capacitance at a leg's output, which the current must turn over within the dead time
-    double switch_V, switch_ohm, diode_V, diode_ohm;  ///< drop V tanh(i / knee) + R i
+    double switch_V, switch_ohm, diode_V, diode_ohm;  ///< drop V i / hypot(i, knee) + R i
     double knee_A;
     enum dqw_sim_reverse reverse;
-    double source_ohm, link_F;    ///< drive.v_dc_V behind a resistance feeds the link's capacitor; both 0: ideal
-    double ripple_V, ripple_Hz;   ///< sine on the source's voltage
+    double source_ohm, link_F;   ///< drive.v_dc_V behind a resistance feeds the link's capacitor; both 0: ideal
+    double ripple_V, ripple_Hz;  ///< sine on the source's voltage
 } dqw_sim_inverter;
 
 /// Which phases have a current sensor.
@@ -189,9 +189,9 @@ typedef struct dqw_sim_drive {
     double current_bandwidth_rad_s, speed_bandwidth_rad_s;
     double i_max_A;  ///< current references are limited to this magnitude
     enum dqw_sim_hold hold;
-    bool unturned;              ///< the voltage is not turned ahead to the period in which it acts
-    bool overmodulation;        ///< voltage vector limited to 2/3 v_dc, then to the hexagon, which the log does not know
-    double compensation;        ///< part of the inverter's dead time that the controller gives back: 1 right
+    bool unturned;        ///< the voltage is not turned ahead to the period in which it acts
+    bool overmodulation;  ///< voltage vector limited to 2/3 v_dc, then to the hexagon, which the log does not know
+    double compensation;  ///< part of the inverter's dead time that the controller gives back: 1 right
     double compensation_width_A;  ///< proportional below this phase current
     enum dqw_sim_link link;       ///< measured, or the nominal v_dc_V in control and log
     enum dqw_sim_logged logged;
@@ -247,7 +247,8 @@ enum dqw_sim_method { DQW_SIM_ADAMS = 0, DQW_SIM_BDF = 1, DQW_SIM_RK4 = 2 };
 
 typedef struct dqw_sim_scenario {
     const char *name, *about;
-    const char *regime;  ///< of the log: "dynamic", "steady", "standstill" or "mechanical"; where polled.rate_Hz is above 0, "polled"
+    const char *
+        regime;  ///< of the log: "dynamic", "steady", "standstill" or "mechanical"; where polled.rate_Hz is above 0, "polled"
     dqw_sim_machine machine;
     dqw_sim_nonideal nonideal;
     dqw_sim_inverter inverter;

@@ -11,6 +11,7 @@ static const char *broken(double x, enum dqw_sim_rule rule)
     if (rule == DQW_SIM_ABOVE_0 && !(x > 0)) return "must be above 0";
     if (rule == DQW_SIM_FROM_0 && !(x >= 0)) return "must not be negative";
     if (rule == DQW_SIM_BELOW_1 && !(x >= 0 && x < 1)) return "must be from 0 to below 1";
+    if (rule == DQW_SIM_TO_1 && !(x >= 0 && x <= 1)) return "must be from 0 to 1";
     if (rule == DQW_SIM_TO_2 && !(x >= 0 && x <= 2)) return "must be from 0 to 2";
     if (rule == DQW_SIM_A_GAIN && !(x > -1)) return "must be above -1";
     return NULL;
@@ -64,6 +65,74 @@ static int check_nonideal(const dqw_sim_scenario *s, char *message, size_t size)
     return 0;
 }
 
+// What only an inverter that switches has.
+static int check_switches(const dqw_sim_scenario *s, char *message, size_t size)
+{
+    const dqw_sim_inverter *v = &s->inverter;
+    const dqw_sim_nonideal *x = &s->nonideal;
+    if (v->modulation == DQW_SIM_MODULATION_MEAN) {
+        const struct {
+            bool given;
+            const char *key;
+        } keys[] = {{v->carriers != 0, "inverter.carriers"},
+                    {v->compare_counts != 0, "inverter.compare_counts"},
+                    {v->dead_time_s > 0, "inverter.dead_time_s"},
+                    {v->node_F > 0, "inverter.node_F"},
+                    {v->switch_V > 0 || v->switch_ohm > 0, "inverter.switch_V, switch_ohm"},
+                    {v->diode_V > 0 || v->diode_ohm > 0, "inverter.diode_V, diode_ohm"},
+                    {v->source_ohm > 0, "inverter.source_ohm"},
+                    {v->ripple_V > 0, "inverter.ripple_V"},
+                    {s->drive.overmodulation, "drive.overmodulation"},
+                    {s->drive.compensation > 0, "drive.compensation"}};
+        for (size_t k = 0; k < sizeof keys / sizeof *keys; ++k)
+            if (keys[k].given) return refuse(message, size, keys[k].key, "needs an inverter.modulation");
+        return 0;
+    }
+    const double carrier_s = s->drive.dt_s / (v->carriers > 1 ? v->carriers : 1);
+    if (s->drive.hold == DQW_SIM_HOLD_DQ)
+        return refuse(message, size, "inverter.modulation", "needs drive.hold = abc: legs hold no rotating voltage");
+    if (v->carriers < 0 || v->carriers > 10000)
+        return refuse(message, size, "inverter.carriers", "must be from 0 to 10000");
+    if (v->compare_counts < 0) return refuse(message, size, "inverter.compare_counts", "must not be negative");
+    if (!(v->dead_time_s < 0.25 * carrier_s))
+        return refuse(message, size, "inverter.dead_time_s", "must be below a quarter of the PWM period");
+    if ((v->switch_V > 0 || v->diode_V > 0) && !(v->knee_A > 0))
+        return refuse(message, size, "inverter.knee_A", "must be above 0 where a switch or diode drops a voltage");
+    if ((v->source_ohm > 0) != (v->link_F > 0))
+        return refuse(message, size, "inverter.source_ohm", "and inverter.link_F go together");
+    if (x->dead_time_V.value > 0 || x->inverter_curve[0])
+        return refuse(message, size, "nonideal.dead_time_V, inverter_curve",
+                      "are of a mean voltage: legs have inverter.dead_time_s");
+    if (x->delay_periods.value != floor(x->delay_periods.value) || x->delay_periods.t_end_s > 0)
+        return refuse(message, size, "nonideal.delay_periods", "must be whole and steady where legs switch");
+    if ((x->iron_loss_S.value > 0 || x->iron_hysteresis_S_rad_s.value > 0) && !(x->iron_loss_tau_s > 0))
+        return refuse(message, size, "nonideal.iron_loss_tau_s",
+                      "must be above 0 where legs switch: eddies do not follow an edge");
+    if (x->turn_short.value > 0 && !(x->turn_short_H > 0))
+        return refuse(message, size, "nonideal.turn_short_H",
+                      "must be above 0 where legs switch: shorted turns do not follow an edge");
+    return 0;
+}
+
+static int check_sensing(const dqw_sim_scenario *s, char *message, size_t size)
+{
+    const dqw_sim_sensing *x = &s->sensing;
+    if (s->drive.hold == DQW_SIM_HOLD_DQ && (x->filter_s > 0 || x->late_periods > 0))
+        return refuse(message, size, "sensing.filter_s, late_periods", "need drive.hold = abc");
+    if (x->observer && !(x->speed_bandwidth_rad_s > 0))
+        return refuse(message, size, "sensing.speed_bandwidth_rad_s", "must be above 0 with an observer");
+    if (x->observer && x->observer_noise_rad > 0 && !(x->observer_corner_rad_s > 0 && x->observer_bandwidth_rad_s > 0))
+        return refuse(message, size, "sensing.observer_corner_rad_s, observer_bandwidth_rad_s",
+                      "must be above 0 where the observer is noisy");
+    if (x->observer && (x->once_rad != 0 || x->twice_rad != 0 || x->angle_late_periods > 0))
+        return refuse(message, size, "sensing.once_rad, twice_rad, angle_late_periods",
+                      "are of an encoder, and sensing.observer has none");
+    // The tracking loop is stable below; beyond, it follows within two samples anyway.
+    if (!(x->speed_bandwidth_rad_s * s->drive.dt_s <= 0.5))
+        return refuse(message, size, "sensing.speed_bandwidth_rad_s", "must be 0.5 / drive.dt_s at most");
+    return 0;
+}
+
 static int check_together(const dqw_sim_scenario *s, char *message, size_t size)
 {
     const dqw_sim_machine *m = &s->machine;
@@ -75,6 +144,10 @@ static int check_together(const dqw_sim_scenario *s, char *message, size_t size)
         return refuse(message, size, "machine.J_kgm2", "must be above 0 where the shaft is free");
     if ((m->winding_heat_J_K > 0) != (m->magnet_heat_J_K > 0))
         return refuse(message, size, "machine", "needs both heat capacities or neither");
+    if (m->housing_heat_J_K > 0 && !(m->winding_heat_J_K > 0))
+        return refuse(message, size, "machine.housing_heat_J_K", "needs the winding's and the magnet's");
+    if (s->nonideal.iron_hysteresis_S_rad_s.value > 0 && !(s->nonideal.iron_hysteresis_corner_rad_s > 0))
+        return refuse(message, size, "nonideal.iron_hysteresis_corner_rad_s", "must be above 0 where there is a loss");
     if (loops && !(d->current_bandwidth_rad_s > 0))
         return refuse(message, size, "drive.current_bandwidth_rad_s", "must be above 0 where currents are controlled");
     if (s->profile.control == DQW_SIM_CONTROL_SPEED &&
@@ -108,7 +181,9 @@ int dqw_sim_check(const dqw_sim_scenario *s, char *message, size_t size)
         const int status = check_signal(signals[i].signal, signals[i].name, s->drive.dt_s, message, size);
         if (status) return status;
     }
-    const int status = check_nonideal(s, message, size);
+    int status = check_nonideal(s, message, size);
+    if (!status) status = check_switches(s, message, size);
+    if (!status) status = check_sensing(s, message, size);
     return status ? status : check_together(s, message, size);
 }
 

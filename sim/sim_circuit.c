@@ -34,7 +34,7 @@ static void shorted_circuit(const dqw_sim_plant *p, double R, double c, double s
                             dqw_sim_point *o)
 {
     const double mu = p->now.turn_short.value, m = mu * (2.0 / 3), dR = p->extra_a_ohm, d = dR * (2.0 / 3),
-                 G = p->now.iron_loss_S.value;
+                 G = o->iron_S;
     const double v_alpha = c * o->v_x_V - s * o->v_y_V, v_beta = s * o->v_x_V + c * o->v_y_V;
     const double im_alpha = c * im_x - s * im_y, im_beta = s * im_x + c * im_y;
     const double k = mu > 0 ? mu / (p->now.turn_short_ohm + mu * R * (1 - m)) : 0;
@@ -49,9 +49,9 @@ static void shorted_circuit(const dqw_sim_plant *p, double R, double c, double s
                   p->now.turn_short_ohm * i_f * i_f + dR * i_alpha * i_alpha;
 }
 
-static void healthy_circuit(const dqw_sim_plant *p, double R, double im_x, double im_y, dqw_sim_point *o)
+static void healthy_circuit(double R, double im_x, double im_y, dqw_sim_point *o)
 {
-    const double G = p->now.iron_loss_S.value, k = 1 / (1 + R * G);
+    const double G = o->iron_S, k = 1 / (1 + R * G);
     o->e_x_V = (o->v_x_V - R * im_x) * k, o->e_y_V = (o->v_y_V - R * im_y) * k;
     o->i_x_A = im_x + G * o->e_x_V, o->i_y_A = im_y + G * o->e_y_V;
     o->copper_W = 1.5 * R * (o->i_x_A * o->i_x_A + o->i_y_A * o->i_y_A);
@@ -63,7 +63,7 @@ static void healthy_circuit(const dqw_sim_plant *p, double R, double im_x, doubl
 static void unequal_circuit(const dqw_sim_plant *p, double R, double c, double s, double im_x, double im_y,
                             dqw_sim_point *o)
 {
-    const double A = p->extra_a_ohm, B = p->extra_b_ohm, G = p->now.iron_loss_S.value;
+    const double A = p->extra_a_ohm, B = p->extra_b_ohm, G = o->iron_S;
     const double m_aa = R + (2.0 / 3) * A + B / 6, m_ab = -B / (2 * sqrt3), m_bb = R + 0.5 * B;
     const double im_alpha = c * im_x - s * im_y, im_beta = s * im_x + c * im_y;
     const double rest_alpha = c * o->v_x_V - s * o->v_y_V - m_aa * im_alpha - m_ab * im_beta;
@@ -78,8 +78,84 @@ static void unequal_circuit(const dqw_sim_plant *p, double R, double c, double s
     o->copper_W = 1.5 * R * (i_alpha * i_alpha + i_beta * i_beta) + A * i_alpha * i_alpha + B * i_b * i_b;
 }
 
-void dqw_sim_circuit(const dqw_sim_plant *p, double R, double im_x, double im_y, dqw_sim_point *o)
+void dqw_sim_phases_of(double alpha, double beta, double phase[3])
 {
+    phase[0] = alpha, phase[1] = 0.5 * (sqrt3 * beta - alpha), phase[2] = -0.5 * (sqrt3 * beta + alpha);
+}
+
+// The vector of the legs' outputs at these currents.
+static void switched_voltage(const dqw_sim_plant *p, const double *y, dqw_sim_point *o, double *v_alpha, double *v_beta)
+{
+    double i_A[3], v_V[3];
+    dqw_sim_phases_of(o->i_alpha_A, o->i_beta_A, i_A);
+    for (int n = 0; n < 3; ++n)
+        v_V[n] = dqw_sim_leg_V(p->legs, n, i_A[n], o->v_link_V, p->at_node >= 0 ? y[p->at_node + n] : 0);
+    *v_alpha += (2 * v_V[0] - v_V[1] - v_V[2]) / 3, *v_beta += (v_V[1] - v_V[2]) / sqrt3;
+    o->i_link_A = dqw_sim_legs_link_A(p->legs, i_A);
+}
+
+// Currents of the eddies and of the shorted turns are states here, each behind an inductance of its own: at an edge of
+// the inverter they cannot jump, as those of shorted_circuit would. Otherwise the same circuit, with phase b unlike too.
+static void branched_circuit(const dqw_sim_plant *p, double R, double c, double s, double im_x, double im_y,
+                             const double *y, dqw_sim_point *o)
+{
+    const double A = p->extra_a_ohm, B = p->extra_b_ohm, m = p->now.turn_short.value * (2.0 / 3);
+    const double i_f = p->at_short >= 0 ? y[p->at_short] : 0;
+    o->i_alpha_A = c * im_x - s * im_y + m * i_f, o->i_beta_A = s * im_x + c * im_y;
+    if (p->at_iron >= 0) o->i_alpha_A += y[p->at_iron], o->i_beta_A += y[p->at_iron + 1];
+    const double i_alpha = o->i_alpha_A, i_beta = o->i_beta_A, i_b = 0.5 * (sqrt3 * i_beta - i_alpha);
+    double v_alpha = c * o->v_x_V - s * o->v_y_V, v_beta = s * o->v_x_V + c * o->v_y_V;
+    if (p->legs) switched_voltage(p, y, o, &v_alpha, &v_beta);
+    o->v_x_V = c * v_alpha + s * v_beta, o->v_y_V = c * v_beta - s * v_alpha;
+    const double m_ab = -B / (2 * sqrt3);
+    o->e_alpha_V = v_alpha - (R + (2.0 / 3) * A + B / 6) * i_alpha - m_ab * i_beta + m * R * i_f;
+    o->e_beta_V = v_beta - m_ab * i_alpha - (R + 0.5 * B) * i_beta;
+    o->e_x_V = c * o->e_alpha_V + s * o->e_beta_V, o->e_y_V = c * o->e_beta_V - s * o->e_alpha_V;
+    o->i_x_A = c * i_alpha + s * i_beta, o->i_y_A = c * i_beta - s * i_alpha;
+    const double mu = p->now.turn_short.value, in_short = i_alpha - i_f,
+                 bc = 0.5 * (i_alpha * i_alpha + 3 * i_beta * i_beta);
+    o->copper_W = R * ((1 - mu) * i_alpha * i_alpha + mu * in_short * in_short + bc) +
+                  p->now.turn_short_ohm * i_f * i_f + A * i_alpha * i_alpha + B * i_b * i_b;
+    o->R_ohm = R;
+}
+
+void dqw_sim_circuit_branches(const dqw_sim_plant *p, const dqw_sim_point *o, const double *y, double *dy)
+{
+    if (p->at_iron >= 0) {
+        dy[p->at_iron] = p->iron_tau_inv * (o->iron_S * o->e_alpha_V - y[p->at_iron]);
+        dy[p->at_iron + 1] = p->iron_tau_inv * (o->iron_S * o->e_beta_V - y[p->at_iron + 1]);
+    }
+    if (p->at_short >= 0) {
+        const double mu = p->now.turn_short.value;
+        dy[p->at_short] = (mu * (o->R_ohm * o->i_alpha_A + o->e_alpha_V) -
+                           (p->now.turn_short_ohm + mu * o->R_ohm) * y[p->at_short]) /
+                          p->now.turn_short_H;
+    }
+}
+
+double dqw_sim_circuit_energy(const dqw_sim_plant *p, const double *y)
+{
+    double joule = 0;
+    const double G = p->now.iron_loss_S.value;
+    if (p->at_iron >= 0 && G > 0) {
+        const double *j = y + p->at_iron;
+        joule += 0.75 * (j[0] * j[0] + j[1] * j[1]) / (G * p->iron_tau_inv);
+    }
+    if (p->at_short >= 0) joule += 0.5 * p->now.turn_short_H * y[p->at_short] * y[p->at_short];
+    return joule;
+}
+
+void dqw_sim_circuit(const dqw_sim_plant *p, double R, double im_x, double im_y, const double *y, dqw_sim_point *o)
+{
+    if (p->legs || p->at_iron >= 0 || p->at_short >= 0) {
+        double c = p->cos_frame, s = p->sin_frame;
+        if (p->turning_frame) c = cos(p->theta_e_rad + o->turn_rad), s = sin(p->theta_e_rad + o->turn_rad);
+        if (p->curve || p->now.dead_time_V.value != 0) subtract_loss(p, c, s, im_x, im_y, o);
+        branched_circuit(p, R, c, s, im_x, im_y, y, o);
+        const double G = o->iron_S, *j = y + p->at_iron;
+        o->iron_W = p->at_iron < 0 || G <= 0 ? 0 : 1.5 * (j[0] * j[0] + j[1] * j[1]) / G;
+        return;
+    }
     const bool loss = p->curve || p->now.dead_time_V.value != 0,
                unlike = p->now.turn_short.value > 0 || p->extra_a_ohm != 0 || p->extra_b_ohm != 0;
     double c = 1, s = 0;
@@ -89,10 +165,10 @@ void dqw_sim_circuit(const dqw_sim_plant *p, double R, double im_x, double im_y,
     }
     if (loss) subtract_loss(p, c, s, im_x, im_y, o);
     if (!unlike)
-        healthy_circuit(p, R, im_x, im_y, o);
+        healthy_circuit(R, im_x, im_y, o);
     else if (p->extra_b_ohm != 0)
         unequal_circuit(p, R, c, s, im_x, im_y, o);
     else
         shorted_circuit(p, R, c, s, im_x, im_y, o);
-    o->iron_W = 1.5 * p->now.iron_loss_S.value * (o->e_x_V * o->e_x_V + o->e_y_V * o->e_y_V);
+    o->iron_W = 1.5 * o->iron_S * (o->e_x_V * o->e_x_V + o->e_y_V * o->e_y_V);
 }

@@ -4,8 +4,17 @@
 
 #include "sim_plant.h"
 
-/// Takes the inverter's loss from o's terminal voltage, and fills its induced voltage, terminal currents and copper
-/// loss. R: of a phase.
-void dqw_sim_circuit(const dqw_sim_plant *p, double R, double im_x, double im_y, dqw_sim_point *o);
+/// Takes the inverter's loss from o's terminal voltage, or the voltage from the legs' switches, and fills induced
+/// voltage, terminal currents, and copper and iron loss. R: of a phase; y: the states.
+void dqw_sim_circuit(const dqw_sim_plant *p, double R, double im_x, double im_y, const double *y, dqw_sim_point *o);
+
+/// dy/dt of the stator's branches that have a current of their own.
+void dqw_sim_circuit_branches(const dqw_sim_plant *p, const dqw_sim_point *o, const double *y, double *dy);
+
+/// Magnetic energy of those branches in joule.
+double dqw_sim_circuit_energy(const dqw_sim_plant *p, const double *y);
+
+/// Phase values of a vector without zero sequence.
+void dqw_sim_phases_of(double alpha, double beta, double phase[3]);
 
 #endif

@@ -43,7 +43,8 @@ void dqw_sim_controller_step(dqw_sim_controller *c, const dqw_sim_scenario *s, c
         v_d += kp_d * error_d + c->integral_d_V - w_e * c->Lq_H * i_q;
         v_q += kp_q * error_q + c->integral_q_V + w_e * (c->Ld_H * i_d + c->psi_Wb);
     }
-    const double limit = drive->v_dc_V / 1.7320508075688772, size = hypot(v_d, v_q);
+    const double limit = drive->overmodulation ? m->v_dc_V * (2.0 / 3) : m->v_dc_V / 1.7320508075688772,
+                 size = hypot(v_d, v_q);
     const double k = size > limit ? limit / size : 1;
     *v_d_V = k * v_d, *v_q_V = k * v_q;
     if (!loops) return;

@@ -11,7 +11,7 @@ typedef struct dqw_sim_controller {
 
 /// What the sensors say at a sample.
 typedef struct dqw_sim_measured {
-    double t_s, i_d_A, i_q_A, w_m_rad_s, theta_e_rad;
+    double t_s, i_d_A, i_q_A, w_m_rad_s, theta_e_rad, v_dc_V;
 } dqw_sim_measured;
 
 /// Voltage in the rotating frame for the period that begins at t_apply_s, within the voltage limit.

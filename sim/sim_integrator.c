@@ -8,10 +8,17 @@
 #include <sunmatrix/sunmatrix_dense.h>
 #include <sunnonlinsol/sunnonlinsol_fixedpoint.h>
 
+#include "sim_rk4.h"
+
 // A failed evaluation (a flux map cannot be inverted there) asks CVODE for a smaller step.
 static int rhs(sunrealtype tau_s, N_Vector y, N_Vector dy, void *plant)
 {
     return dqw_sim_plant_rhs(plant, tau_s, NV_DATA_S(y), NV_DATA_S(dy)) ? 0 : 1;
+}
+
+static int margins(sunrealtype tau_s, N_Vector y, sunrealtype *margin, void *plant)
+{
+    return dqw_sim_plant_margins(plant, tau_s, NV_DATA_S(y), margin) ? 0 : 1;
 }
 
 static int create_context(SUNContext *context)
@@ -39,18 +46,22 @@ static int attach_solver(dqw_sim_integrator *g, enum dqw_sim_method method)
 }
 
 int dqw_sim_integrator_init(dqw_sim_integrator *g, const dqw_sim_plant *plant, enum dqw_sim_method method,
-                            const double *tolerance)
+                            const double *tolerance, double L_H, double filter_s)
 {
     memset(g, 0, sizeof *g);
-    g->plant = plant;
+    g->plant = plant, g->L_H = L_H, g->filter.tau_s = filter_s;
     const int status = create_context(&g->context);
     if (status) return status;
     g->y = N_VNew_Serial(plant->states, g->context);
     g->tolerance = N_VNew_Serial(plant->states, g->context);
     g->error = N_VNew_Serial(plant->states, g->context);
-    g->cvode = CVodeCreate(method == DQW_SIM_ADAMS ? CV_ADAMS : CV_BDF, g->context);
-    if (!g->y || !g->tolerance || !g->error || !g->cvode) return DQW_SIM_ERR_MEMORY;
+    g->last = N_VNew_Serial(plant->states, g->context);
+    g->middle = N_VNew_Serial(plant->states, g->context);
+    if (!g->y || !g->tolerance || !g->error || !g->last || !g->middle) return DQW_SIM_ERR_MEMORY;
     N_VConst(0, g->y);
+    if (method == DQW_SIM_RK4) return 0;
+    g->cvode = CVodeCreate(method == DQW_SIM_ADAMS ? CV_ADAMS : CV_BDF, g->context);
+    if (!g->cvode) return DQW_SIM_ERR_MEMORY;
     memcpy(NV_DATA_S(g->tolerance), tolerance, (size_t)plant->states * sizeof *tolerance);
 #if SUNDIALS_VERSION_MAJOR < 7
     CVodeSetErrFile(g->cvode, NULL);
@@ -61,6 +72,12 @@ int dqw_sim_integrator_init(dqw_sim_integrator *g, const dqw_sim_plant *plant, e
     // CVODE would try ten times the step after each early one, and fail every other time: 2 saves a quarter of the
     // evaluations.
     if (CVodeSetEtaMaxEarlyStep(g->cvode, 2)) return DQW_SIM_ERR_SOLVER;
+    // A floating output begins on a rail, its margin 0.
+    static const int falling[6] = {-1, -1, -1, -1, -1, -1};
+    if (plant->at_node >= 0 &&
+        (CVodeRootInit(g->cvode, 6, margins) || CVodeSetRootDirection(g->cvode, (int *)falling) ||
+         CVodeSetNoInactiveRootWarn(g->cvode)))
+        return DQW_SIM_ERR_SOLVER;
     return attach_solver(g, method);
 }
 
@@ -72,6 +89,8 @@ void dqw_sim_integrator_free(dqw_sim_integrator *g)
     if (g->matrix) SUNMatDestroy(g->matrix);
     if (g->y) N_VDestroy(g->y);
     if (g->error) N_VDestroy(g->error);
+    if (g->last) N_VDestroy(g->last);
+    if (g->middle) N_VDestroy(g->middle);
     if (g->tolerance) N_VDestroy(g->tolerance);
     if (g->context) SUNContext_Free(&g->context);
 }
@@ -100,21 +119,60 @@ static void learn_first_step(dqw_sim_integrator *g, double dt_s)
     g->first_step_s = fmin(taken * fmax(0.2, fmin(2, scale)), dt_s);
 }
 
-int dqw_sim_integrator_span(dqw_sim_integrator *g, double from_s, double to_s)
+// One step of CVODE's own, and the filter's over it.
+static int step(dqw_sim_integrator *g, double to_s, double *at_s)
 {
-    sunrealtype reached = 0;
+    const double from_s = *at_s;
+    if (g->filter.tau_s > 0) N_VScale(1, g->y, g->last);
+    const int flag = CVode(g->cvode, to_s, g->y, at_s, CV_ONE_STEP);
+    if (flag < 0 || !(g->filter.tau_s > 0)) return flag;
+    if (CVodeGetDky(g->cvode, 0.5 * (from_s + *at_s), 0, g->middle) ||
+        !dqw_sim_filter_step(&g->filter, g->plant, from_s, *at_s - from_s, NV_DATA_S(g->last), NV_DATA_S(g->middle),
+                             NV_DATA_S(g->y)))
+        return -1;
+    return flag;
+}
+
+static int begin(dqw_sim_integrator *g, double from_s, double to_s)
+{
+    const int flag = CVodeReInit(g->cvode, from_s, g->y);
+    return flag ? flag : CVodeSetInitStep(g->cvode, fmin(g->first_step_s, to_s - from_s));
+}
+
+// CVODE counts from its last fresh start.
+static void count(dqw_sim_integrator *g)
+{
     long steps = 0, evaluations = 0, failures = 0;
-    int flag = CVodeReInit(g->cvode, from_s, g->y);
-    if (flag == 0) flag = CVodeSetInitStep(g->cvode, g->first_step_s);
-    if (flag == 0) flag = CVodeSetStopTime(g->cvode, to_s);
-    if (flag == 0) flag = CVode(g->cvode, to_s, g->y, &reached, CV_ONE_STEP);
-    if (flag < 0) return flag;
-    learn_first_step(g, to_s - from_s);
-    if (reached < to_s) flag = CVode(g->cvode, to_s, g->y, &reached, CV_NORMAL);
-    if (flag < 0) return flag;
     CVodeGetNumSteps(g->cvode, &steps);
     CVodeGetNumRhsEvals(g->cvode, &evaluations);
     CVodeGetNumErrTestFails(g->cvode, &failures);
-    g->steps += steps, g->rhs_evaluations += evaluations, g->error_test_failures += failures;
-    return 0;
+    g->steps += steps - g->counted[0], g->rhs_evaluations += evaluations - g->counted[1];
+    g->error_test_failures += failures - g->counted[2];
+    g->counted[0] = steps, g->counted[1] = evaluations, g->counted[2] = failures;
+}
+
+int dqw_sim_integrator_watch(dqw_sim_integrator *g, bool fresh, double from_s, double to_s, double *reached_s,
+                             int ended[6])
+{
+    memset(ended, 0, 6 * sizeof *ended);
+    if (!g->cvode) return dqw_sim_rk4(g, from_s, to_s, reached_s, ended);
+    *reached_s = from_s;
+    int flag = fresh ? begin(g, from_s, to_s) : 0;
+    if (fresh) memset(g->counted, 0, sizeof g->counted);
+    if (flag == 0) flag = CVodeSetStopTime(g->cvode, to_s);
+    if (flag == 0) flag = step(g, to_s, reached_s);
+    if (flag < 0) return flag;
+    if (fresh) learn_first_step(g, to_s - from_s);
+    while (flag >= 0 && flag != CV_ROOT_RETURN && *reached_s < to_s)
+        flag = g->filter.tau_s > 0 ? step(g, to_s, reached_s) : CVode(g->cvode, to_s, g->y, reached_s, CV_NORMAL);
+    if (flag < 0) return flag;
+    count(g);
+    return flag == CV_ROOT_RETURN ? CVodeGetRootInfo(g->cvode, ended) : 0;
+}
+
+int dqw_sim_integrator_span(dqw_sim_integrator *g, double from_s, double to_s)
+{
+    double reached_s;
+    int ended[6];
+    return dqw_sim_integrator_watch(g, true, from_s, to_s, &reached_s, ended);
 }

@@ -17,7 +17,15 @@ enum dqw_sim_field_kind {
 };
 
 /// What a double may be.
-enum dqw_sim_rule { DQW_SIM_ANY, DQW_SIM_FROM_0, DQW_SIM_ABOVE_0, DQW_SIM_BELOW_1, DQW_SIM_TO_1, DQW_SIM_TO_2, DQW_SIM_A_GAIN };
+enum dqw_sim_rule {
+    DQW_SIM_ANY,
+    DQW_SIM_FROM_0,
+    DQW_SIM_ABOVE_0,
+    DQW_SIM_BELOW_1,
+    DQW_SIM_TO_1,
+    DQW_SIM_TO_2,
+    DQW_SIM_A_GAIN
+};
 
 typedef struct dqw_sim_field {
     const char *key;

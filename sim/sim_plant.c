@@ -10,7 +10,25 @@ static const double two_pi = 6.283185307179586;
 
 static double inverse(double x) { return x > 0 ? 1 / x : 0; }
 
-void dqw_sim_plant_init(dqw_sim_plant *p, const dqw_sim_scenario *s, dqw_sim_map *map, const dqw_sim_curve *curve)
+// Lays out the state vector.
+static void place_states(dqw_sim_plant *p, const dqw_sim_scenario *s)
+{
+    const dqw_sim_machine *m = &s->machine;
+    const dqw_sim_nonideal *x = &s->nonideal;
+    int n = 2;
+    p->at_w = s->profile.shaft == DQW_SIM_SHAFT_FREE ? (n += 2) - 2 : -1;
+    p->at_temp = m->winding_heat_J_K > 0 ? (n += 2) - 2 : -1;
+    p->at_housing = p->at_temp >= 0 && m->housing_heat_J_K > 0 ? n++ : -1;
+    p->at_link = s->inverter.source_ohm > 0 ? n++ : -1;
+    p->at_node = p->legs && s->inverter.dead_time_s > 0 ? (n += 3) - 3 : -1;
+    p->at_iron = x->iron_loss_tau_s > 0 ? (n += 2) - 2 : -1;
+    p->at_short = x->turn_short_H > 0 ? n++ : -1;
+    p->at_energy = s->balance ? (n += DQW_SIM_ENERGIES) - DQW_SIM_ENERGIES : -1;
+    p->states = n;
+}
+
+void dqw_sim_plant_init(dqw_sim_plant *p, const dqw_sim_scenario *s, dqw_sim_map *map, const dqw_sim_curve *curve,
+                        const dqw_sim_legs *legs)
 {
     const dqw_sim_machine *m = &s->machine;
     memset(p, 0, sizeof *p);
@@ -21,6 +39,14 @@ void dqw_sim_plant_init(dqw_sim_plant *p, const dqw_sim_scenario *s, dqw_sim_map
     p->temp_winding_C = p->temp_magnet_C = m->temp_start_C;
     p->flux.map = map;
     p->curve = curve;
+    p->legs = legs;
+    p->v_source_V = s->drive.v_dc_V;
+    p->source_ohm_inv = inverse(s->inverter.source_ohm);
+    p->link_F_inv = inverse(s->inverter.link_F);
+    p->ripple_V = s->inverter.ripple_V;
+    p->ripple_rad_s = two_pi * s->inverter.ripple_Hz;
+    p->iron_tau_inv = inverse(s->nonideal.iron_loss_tau_s);
+    p->iron_corner_rad_s = s->nonideal.iron_hysteresis_corner_rad_s;
     p->now = s->nonideal;
     p->dead_time_width_inv = inverse(s->nonideal.dead_time_width_A);
     p->J_inv = inverse(m->J_kgm2);
@@ -32,13 +58,12 @@ void dqw_sim_plant_init(dqw_sim_plant *p, const dqw_sim_scenario *s, dqw_sim_map
     p->winding_magnet_W_K = m->winding_magnet_W_K;
     p->winding_ambient_W_K = m->winding_ambient_W_K;
     p->magnet_ambient_W_K = m->magnet_ambient_W_K;
+    p->housing_heat_inv = inverse(m->housing_heat_J_K);
+    p->winding_housing_W_K = m->winding_housing_W_K;
+    p->magnet_housing_W_K = m->magnet_housing_W_K;
+    p->housing_ambient_W_K = m->housing_ambient_W_K;
     p->turning_frame = s->drive.hold == DQW_SIM_HOLD_DQ;
-
-    int n = 2;
-    p->at_w = s->profile.shaft == DQW_SIM_SHAFT_FREE ? (n += 2) - 2 : -1;
-    p->at_temp = m->winding_heat_J_K > 0 ? (n += 2) - 2 : -1;
-    p->at_energy = s->balance ? (n += DQW_SIM_ENERGIES) - DQW_SIM_ENERGIES : -1;
-    p->states = n;
+    place_states(p, s);
 }
 
 bool dqw_sim_plant_ramp(dqw_sim_plant *p, const dqw_sim_scenario *s, double t_s)
@@ -48,6 +73,9 @@ bool dqw_sim_plant_ramp(dqw_sim_plant *p, const dqw_sim_scenario *s, double t_s)
     dqw_sim_ramps_at(s, t_s, &p->now);
     p->extra_a_ohm = x->phase_connection_ohm.value + x->phase_resistance_a_ohm.value;
     p->extra_b_ohm = x->phase_resistance_b_ohm.value;
+    p->harmonic = x->flux_harmonic_6d_Wb.value != 0 || x->flux_harmonic_6q_Wb.value != 0 ||
+                  x->flux_harmonic_12d_Wb.value != 0 || x->flux_harmonic_12q_Wb.value != 0 ||
+                  x->magnet_asymmetry_Wb.value != 0;
     p->coulomb_Nm = m->coulomb_Nm + x->bearing_Nm.value;
     p->B_Nms_rad = m->B_Nms_rad + x->bearing_B_Nms_rad.value;
     const double kept = 1 - x->demagnetisation.value;
@@ -78,12 +106,19 @@ dqw_sim_harmonic dqw_sim_plant_harmonic(const dqw_sim_plant *p, double theta_e_r
         {12, x->flux_harmonic_12d_Wb.value, x->flux_harmonic_12q_Wb.value, x->flux_harmonic_12_phase_rad},
     };
     dqw_sim_harmonic h = {0, 0, 0, 0};
+    if (!p->harmonic) return h;
     for (size_t k = 0; k < sizeof parts / sizeof *parts; ++k) {
         const double n = parts[k].order, d_Wb = parts[k].d_Wb, q_Wb = parts[k].q_Wb;
         if (d_Wb == 0 && q_Wb == 0) continue;
         const double angle = n * theta_e_rad + parts[k].phase_rad, c = cos(angle), s = sin(angle);
         h.d_Wb += d_Wb * c, h.q_Wb += q_Wb * s;
         h.d_slope_Wb -= n * d_Wb * s, h.q_slope_Wb += n * q_Wb * c;
+    }
+    if (x->magnet_asymmetry_Wb.value != 0) {
+        const double theta_m_rad = p->theta_m_rad + (theta_e_rad - p->theta_e_rad) / p->p,
+                     angle = theta_m_rad + x->magnet_asymmetry_phase_rad;
+        h.d_Wb += x->magnet_asymmetry_Wb.value * cos(angle);
+        h.d_slope_Wb -= x->magnet_asymmetry_Wb.value * sin(angle) / p->p;
     }
     return h;
 }
@@ -110,7 +145,11 @@ bool dqw_sim_plant_point(const dqw_sim_plant *p, double tau_s, const double *y, 
     }
     o->temp_winding_C = p->at_temp >= 0 ? y[p->at_temp] : p->temp_winding_C;
     o->temp_magnet_C = p->at_temp >= 0 ? y[p->at_temp + 1] : p->temp_magnet_C;
+    o->temp_housing_C = p->at_housing >= 0 ? y[p->at_housing] : p->temp_winding_C;
     o->psi_m_Wb = dqw_sim_plant_magnet(p, o->temp_magnet_C);
+    o->iron_S = p->now.iron_loss_S.value;
+    if (p->now.iron_hysteresis_S_rad_s.value != 0)
+        o->iron_S += p->now.iron_hysteresis_S_rad_s.value / hypot(p->p * o->w_m_rad_s, p->iron_corner_rad_s);
     double R = p->R_ref_ohm * (1 + p->now.winding_alpha_per_K.value * (o->temp_winding_C - p->temp_ref_C));
     if (p->now.skin_effect_s2_rad2.value != 0)
         R *= 1 + p->now.skin_effect_s2_rad2.value * (p->p * o->w_m_rad_s) * (p->p * o->w_m_rad_s);
@@ -131,7 +170,9 @@ bool dqw_sim_plant_point(const dqw_sim_plant *p, double tau_s, const double *y, 
                      q = -p->now.disturbance_V.value * cos(phase);
         o->v_x_V += c * d - s * q, o->v_y_V += s * d + c * q;
     }
-    dqw_sim_circuit(p, R, im_x, im_y, o);
+    o->v_link_V = p->at_link >= 0 ? y[p->at_link] : dqw_sim_plant_source(p, tau_s);
+    o->i_link_A = 0;
+    dqw_sim_circuit(p, R, im_x, im_y, y, o);
     o->i_d_A = c * o->i_x_A + s * o->i_y_A;
     o->i_q_A = c * o->i_y_A - s * o->i_x_A;
     o->friction_Nm = friction_Nm(p, o->w_m_rad_s);
@@ -142,10 +183,51 @@ bool dqw_sim_plant_point(const dqw_sim_plant *p, double tau_s, const double *y, 
     return true;
 }
 
+double dqw_sim_plant_source(const dqw_sim_plant *p, double tau_s)
+{
+    return p->v_source_V + (p->ripple_V > 0 ? p->ripple_V * sin(p->ripple_rad_s * (p->t_s + tau_s)) : 0);
+}
+
+// To the ambient, less what comes from elsewhere.
 static double heat_out_W(const dqw_sim_plant *p, const dqw_sim_point *o)
 {
+    const double housing = p->at_housing >= 0 ? p->housing_ambient_W_K * (o->temp_housing_C - p->temp_ambient_C) : 0;
     return p->winding_ambient_W_K * (o->temp_winding_C - p->temp_ambient_C) +
-           p->magnet_ambient_W_K * (o->temp_magnet_C - p->temp_ambient_C);
+           p->magnet_ambient_W_K * (o->temp_magnet_C - p->temp_ambient_C) + housing - p->now.heat_W.value;
+}
+
+// Returns the magnet's slope in K/s.
+static double heat(const dqw_sim_plant *p, const dqw_sim_point *o, double *dy)
+{
+    const bool housing = p->at_housing >= 0;
+    const double across = p->winding_magnet_W_K * (o->temp_winding_C - o->temp_magnet_C);
+    double into_winding = o->copper_W - across - p->winding_ambient_W_K * (o->temp_winding_C - p->temp_ambient_C),
+           into_magnet = across - p->magnet_ambient_W_K * (o->temp_magnet_C - p->temp_ambient_C);
+    if (housing) {
+        const double winding = p->winding_housing_W_K * (o->temp_winding_C - o->temp_housing_C),
+                     magnet = p->magnet_housing_W_K * (o->temp_magnet_C - o->temp_housing_C),
+                     out = p->housing_ambient_W_K * (o->temp_housing_C - p->temp_ambient_C);
+        into_winding -= winding, into_magnet -= magnet;
+        dy[p->at_housing] = p->housing_heat_inv * (o->iron_W + winding + magnet + p->now.heat_W.value - out);
+    } else {
+        into_magnet += o->iron_W, into_winding += p->now.heat_W.value;
+    }
+    dy[p->at_temp] = p->winding_heat_inv * into_winding;
+    return dy[p->at_temp + 1] = p->magnet_heat_inv * into_magnet;
+}
+
+// What is neither flux nor shaft nor heat: the link, outputs that float, branches of the stator.
+static void others(const dqw_sim_plant *p, double tau_s, const double *y, const dqw_sim_point *o, double *dy)
+{
+    if (p->at_link >= 0)
+        dy[p->at_link] = p->link_F_inv *
+                         (p->source_ohm_inv * (dqw_sim_plant_source(p, tau_s) - o->v_link_V) - o->i_link_A);
+    if (p->at_node >= 0) {
+        double i_A[3];
+        dqw_sim_phases_of(o->i_alpha_A, o->i_beta_A, i_A);
+        for (int n = 0; n < 3; ++n) dy[p->at_node + n] = dqw_sim_leg_V_s(p->legs, n, i_A[n]);
+    }
+    dqw_sim_circuit_branches(p, o, y, dy);
 }
 
 bool dqw_sim_plant_rhs(const dqw_sim_plant *p, double tau_s, const double *y, double *dy)
@@ -159,15 +241,8 @@ bool dqw_sim_plant_rhs(const dqw_sim_plant *p, double tau_s, const double *y, do
         dy[p->at_w] = (o.torque_Nm - o.friction_Nm - o.against_Nm) * p->J_inv;
         dy[p->at_w + 1] = p->p * o.w_m_rad_s;
     }
-    double magnet_K_s = 0;
-    if (p->at_temp >= 0) {
-        const double across = p->winding_magnet_W_K * (o.temp_winding_C - o.temp_magnet_C);
-        dy[p->at_temp] = p->winding_heat_inv *
-                         (o.copper_W - across - p->winding_ambient_W_K * (o.temp_winding_C - p->temp_ambient_C));
-        magnet_K_s = p->magnet_heat_inv *
-                     (o.iron_W + across - p->magnet_ambient_W_K * (o.temp_magnet_C - p->temp_ambient_C));
-        dy[p->at_temp + 1] = magnet_K_s;
-    }
+    const double magnet_K_s = p->at_temp >= 0 ? heat(p, &o, dy) : 0;
+    others(p, tau_s, y, &o, dy);
     if (p->at_energy >= 0) {
         double *e = dy + p->at_energy, W, dW_dpsi_m = 0;
         const dqw_sim_harmonic h = dqw_sim_plant_harmonic(p, p->theta_e_rad + o.turn_rad);
@@ -183,6 +258,19 @@ bool dqw_sim_plant_rhs(const dqw_sim_plant *p, double tau_s, const double *y, do
         e[DQW_SIM_E_LOAD] = o.against_Nm * o.w_m_rad_s;
         e[DQW_SIM_E_AMBIENT] = p->at_temp >= 0 ? heat_out_W(p, &o) : 0;
     }
+    return true;
+}
+
+bool dqw_sim_plant_margins(const dqw_sim_plant *p, double tau_s, const double *y, double margin[6])
+{
+    dqw_sim_point o;
+    double i_A[3];
+    for (int k = 0; k < 6; ++k) margin[k] = 1;
+    if (!dqw_sim_legs_open(p->legs)) return true;
+    if (!dqw_sim_plant_point(p, tau_s, y, &o)) return false;
+    dqw_sim_phases_of(o.i_alpha_A, o.i_beta_A, i_A);
+    for (int k = 0; k < 6; ++k)
+        margin[k] = dqw_sim_leg_margin(p->legs, k / 2, k % 2, i_A[k / 2], o.v_link_V, y[p->at_node + k / 2]);
     return true;
 }
 

@@ -20,25 +20,52 @@ static double clamped(double x, double limit) { return x > limit ? limit : x < -
 
 static double held_at(const dqw_sim_ramp *r, const dqw_sim_row *row) { return dqw_sim_ramp_at(r, row->t_s); }
 
-void dqw_sim_sensor_mistake(const dqw_sim_nonideal *x, int pole_pairs, dqw_sim_row *row)
+uint64_t dqw_sim_sensor_seed(const dqw_sim_scenario *s)
 {
+    return dqw_sim_random_bits(s->seed, 0x6e6f697365u, s->noise.seed);
+}
+
+// A phase without a sensor is what the other two leave.
+static void infer_phase(enum dqw_sim_phases phases, double i_A[3])
+{
+    if (phases == DQW_SIM_PHASES_AB) i_A[2] = -i_A[0] - i_A[1];
+    if (phases == DQW_SIM_PHASES_BC) i_A[0] = -i_A[1] - i_A[2];
+    if (phases == DQW_SIM_PHASES_CA) i_A[1] = -i_A[2] - i_A[0];
+}
+
+void dqw_sim_sensor_white(const dqw_sim_scenario *s, long k, double *i_alpha_A, double *i_beta_A)
+{
+    double n[3];
+    for (uint64_t x = 0; x < 3; ++x)
+        n[x] = s->sensing.noise_A *
+               dqw_sim_random_normal(dqw_sim_sensor_seed(s), DQW_SIM_STREAM_SENSOR + x, (uint64_t)k);
+    infer_phase(s->sensing.phases, n);
+    *i_alpha_A += (2 * n[0] - n[1] - n[2]) / 3, *i_beta_A += (n[1] - n[2]) / sqrt3;
+}
+
+void dqw_sim_sensor_mistake(const dqw_sim_scenario *s, dqw_sim_row *row)
+{
+    const dqw_sim_nonideal *x = &s->nonideal;
+    const int pole_pairs = s->machine.pole_pairs;
     const double gain_a = held_at(&x->current_gain_a, row), gain_b = held_at(&x->current_gain_b, row),
                  gain_c = held_at(&x->current_gain_c, row);
     const double off_alpha = held_at(&x->current_offset_alpha_A, row),
                  off_beta = held_at(&x->current_offset_beta_A, row);
     const double turn = held_at(&x->angle_offset_rad, row);
     if (gain_a != 0 || gain_b != 0 || gain_c != 0 || off_alpha != 0 || off_beta != 0 || turn != 0) {
-        const double c = cos(row->theta_e_rad), s = sin(row->theta_e_rad);
-        double alpha = c * row->i_d_A - s * row->i_q_A, beta = s * row->i_d_A + c * row->i_q_A;
-        const double a = (1 + gain_a) * alpha, b = (1 + gain_b) * 0.5 * (sqrt3 * beta - alpha),
-                     g = (1 + gain_c) * -0.5 * (sqrt3 * beta + alpha);
-        alpha = (2 * a - b - g) / 3 + off_alpha, beta = (b - g) / sqrt3 + off_beta;
+        const double ct0 = cos(row->theta_e_rad), st0 = sin(row->theta_e_rad);
+        double alpha = ct0 * row->i_d_A - st0 * row->i_q_A, beta = st0 * row->i_d_A + ct0 * row->i_q_A;
+        double i_A[3] = {(1 + gain_a) * alpha, (1 + gain_b) * 0.5 * (sqrt3 * beta - alpha),
+                         (1 + gain_c) * -0.5 * (sqrt3 * beta + alpha)};
+        infer_phase(s->sensing.phases, i_A);
+        alpha = (2 * i_A[0] - i_A[1] - i_A[2]) / 3 + off_alpha, beta = (i_A[1] - i_A[2]) / sqrt3 + off_beta;
         row->theta_e_rad = wrapped(row->theta_e_rad + turn),
         row->theta_m_rad = wrapped(row->theta_m_rad + turn / pole_pairs);
         const double cs = cos(row->theta_e_rad), ss = sin(row->theta_e_rad), ct = cos(turn), st = sin(turn),
                      v_d = row->v_d_V;
         row->i_d_A = cs * alpha + ss * beta, row->i_q_A = cs * beta - ss * alpha;
-        row->v_d_V = ct * v_d + st * row->v_q_V, row->v_q_V = ct * row->v_q_V - st * v_d;
+        if (s->drive.logged == DQW_SIM_LOGGED_MEAN)
+            row->v_d_V = ct * v_d + st * row->v_q_V, row->v_q_V = ct * row->v_q_V - st * v_d;
     }
     row->v_d_V += held_at(&x->voltage_offset_d_V, row), row->v_q_V += held_at(&x->voltage_offset_q_V, row);
 }
@@ -60,27 +87,31 @@ static void clip_currents(double limit_A, dqw_sim_row *row)
     row->i_d_A = c * alpha + s * beta, row->i_q_A = c * beta - s * alpha;
 }
 
-static void quantise_currents(double step, double theta_true, double theta_seen, dqw_sim_row *row)
+static void quantise_currents(double step, enum dqw_sim_phases phases, double theta_true, double theta_seen,
+                              dqw_sim_row *row)
 {
     const double c = cos(theta_true), s = sin(theta_true);
     double alpha = c * row->i_d_A - s * row->i_q_A, beta = s * row->i_d_A + c * row->i_q_A;
     if (step > 0) {
-        const double a = rounded(alpha, step), b = rounded(0.5 * (sqrt3 * beta - alpha), step);
-        const double g = rounded(-0.5 * (sqrt3 * beta + alpha), step);
-        alpha = (2 * a - b - g) / 3, beta = (b - g) / sqrt3;
+        double i_A[3] = {rounded(alpha, step), rounded(0.5 * (sqrt3 * beta - alpha), step),
+                         rounded(-0.5 * (sqrt3 * beta + alpha), step)};
+        infer_phase(phases, i_A);
+        alpha = (2 * i_A[0] - i_A[1] - i_A[2]) / 3, beta = (i_A[1] - i_A[2]) / sqrt3;
     }
     const double cs = cos(theta_seen), ss = sin(theta_seen);
     row->i_d_A = cs * alpha + ss * beta, row->i_q_A = cs * beta - ss * alpha;
 }
 
-void dqw_sim_sensor_quantise(const dqw_sim_noise *n, int pole_pairs, dqw_sim_row *row)
+void dqw_sim_sensor_quantise(const dqw_sim_scenario *s, dqw_sim_row *row)
 {
+    const dqw_sim_noise *n = &s->noise;
     const double theta_true = row->theta_e_rad;
     if (n->step_theta_m_rad > 0) {
         row->theta_m_rad = wrapped(rounded(row->theta_m_rad, n->step_theta_m_rad));
-        row->theta_e_rad = wrapped(pole_pairs * row->theta_m_rad);
+        row->theta_e_rad = wrapped(s->machine.pole_pairs * row->theta_m_rad);
     }
-    if (n->step_i_A > 0 || n->step_theta_m_rad > 0) quantise_currents(n->step_i_A, theta_true, row->theta_e_rad, row);
+    if (n->step_i_A > 0 || n->step_theta_m_rad > 0)
+        quantise_currents(n->step_i_A, s->sensing.phases, theta_true, row->theta_e_rad, row);
     row->v_d_V = rounded(row->v_d_V, n->step_v_V), row->v_q_V = rounded(row->v_q_V, n->step_v_V);
     row->w_m_rad_s = rounded(row->w_m_rad_s, n->step_w_rad_s);
     row->v_dc_V = rounded(row->v_dc_V, n->step_v_dc_V);
@@ -107,11 +138,10 @@ void dqw_sim_sensor_log(const dqw_sim_scenario *s, dqw_sim_row *rows, size_t cou
     const dqw_sim_noise *n = &s->noise;
     const dqw_sim_nonideal *x = &s->nonideal;
     for (size_t k = 0; k < count; ++k) {
-        dqw_sim_sensor_mistake(x, s->machine.pole_pairs, &rows[k]);
+        dqw_sim_sensor_mistake(s, &rows[k]);
         if (x->hum_A.value > 0) add_hum(x, &rows[k]);
     }
-    // Apart from the excitation's streams, which take the seed as it is.
-    const uint64_t seed = dqw_sim_random_bits(s->seed, 0x6e6f697365u, n->seed);
+    const uint64_t seed = dqw_sim_sensor_seed(s);
     add_noise(rows, count, offsetof(dqw_sim_row, i_d_A), n->i, seed, 0);
     add_noise(rows, count, offsetof(dqw_sim_row, i_q_A), n->i, seed, 1);
     add_noise(rows, count, offsetof(dqw_sim_row, v_d_V), n->v, seed, 2);
@@ -123,7 +153,7 @@ void dqw_sim_sensor_log(const dqw_sim_scenario *s, dqw_sim_row *rows, size_t cou
     add_noise(rows, count, offsetof(dqw_sim_row, torque_Nm), n->torque, seed, 8);
     for (size_t k = 0; x->clip_A > 0 && k < count; ++k) clip_currents(x->clip_A, &rows[k]);
     // The angle last: the phases' quantisation needs the true one.
-    for (size_t k = 0; k < count; ++k) dqw_sim_sensor_quantise(n, s->machine.pole_pairs, &rows[k]);
+    for (size_t k = 0; k < count; ++k) dqw_sim_sensor_quantise(s, &rows[k]);
     for (size_t k = 1; x->dropped_fraction > 0 && k < count; ++k)
         if (dqw_sim_random_uniform(seed, 11, k) < x->dropped_fraction)
             rows[k].i_d_A = rows[k - 1].i_d_A, rows[k].i_q_A = rows[k - 1].i_q_A;

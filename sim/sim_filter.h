@@ -1,0 +1,18 @@
+// The RC filter before the current sensors. Nothing hangs on it, and it is faster than the plant: not a state of the
+// integrator, but carried along from step to step.
+#ifndef DQW_SIM_FILTER_H
+#define DQW_SIM_FILTER_H
+
+#include "sim_plant.h"
+
+typedef struct dqw_sim_filter {
+    double tau_s;   ///< 0: none
+    double i_A[2];  ///< stationary, behind the filter
+} dqw_sim_filter;
+
+/// Moves over a step of h_s that begins at local time t_s: exact for the parabola through the currents at its beginning,
+/// middle and end. Returns false where the plant cannot be evaluated.
+bool dqw_sim_filter_step(dqw_sim_filter *f, const dqw_sim_plant *p, double t_s, double h_s, const double *begin,
+                         const double *middle, const double *end);
+
+#endif

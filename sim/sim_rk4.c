@@ -1,0 +1,139 @@
+#include "sim_rk4.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "sim_circuit.h"
+
+typedef double state[DQW_SIM_STATES_MAX];
+
+// Step over the fastest time constant: 0.1^5 / 120 is 1e-7 of a mode that decays within the span, and those that last
+// longer err by far less.
+static const double part = 0.1;
+
+// Near zero current a conducting part's drop bends within its knee: a step goes through one of that at most.
+static double knee_s(const dqw_sim_integrator *g, const double *y)
+{
+    const dqw_sim_plant *p = g->plant;
+    dqw_sim_point o;
+    double i_A[3];
+    if (!p->legs || !(p->legs->x->knee_A > 0) || !dqw_sim_plant_point(p, 0, y, &o)) return INFINITY;
+    dqw_sim_phases_of(o.i_alpha_A, o.i_beta_A, i_A);
+    const double least = fmin(fabs(i_A[0]), fmin(fabs(i_A[1]), fabs(i_A[2])));
+    return fmax(p->legs->x->knee_A, least) * g->L_H / o.v_link_V;
+}
+
+static double step_s(const dqw_sim_integrator *g, const double *y)
+{
+    const dqw_sim_plant *p = g->plant;
+    const double w_e = p->p * fabs(p->at_w >= 0 ? y[p->at_w] : p->w_m_rad_s);
+    double rate = p->R_ref_ohm / g->L_H + w_e;
+    if (p->at_link >= 0) rate = fmax(rate, p->link_F_inv * p->source_ohm_inv);
+    if (p->at_link >= 0) rate = fmax(rate, sqrt(p->link_F_inv / g->L_H));
+    if (p->at_iron >= 0) rate = fmax(rate, p->iron_tau_inv);
+    if (p->at_short >= 0)
+        rate = fmax(rate, (p->now.turn_short_ohm + p->now.turn_short.value * p->R_ref_ohm) / p->now.turn_short_H);
+    for (int n = 0; p->at_node >= 0 && n < 3; ++n)
+        if (p->legs->leg[n].conducts == DQW_SIM_FLOATS) rate = fmax(rate, sqrt(1.5 / (g->L_H * p->legs->node_F)));
+    return fmin(part / rate, knee_s(g, y));
+}
+
+static bool step(const dqw_sim_plant *p, double t_s, double h_s, const double *y, const double *k1, double *out)
+{
+    state k2, k3, k4, at;
+    memset(k2, 0, sizeof k2), memset(k3, 0, sizeof k3), memset(k4, 0, sizeof k4);
+    for (int n = 0; n < p->states; ++n) at[n] = y[n] + 0.5 * h_s * k1[n];
+    if (!dqw_sim_plant_rhs(p, t_s + 0.5 * h_s, at, k2)) return false;
+    for (int n = 0; n < p->states; ++n) at[n] = y[n] + 0.5 * h_s * k2[n];
+    if (!dqw_sim_plant_rhs(p, t_s + 0.5 * h_s, at, k3)) return false;
+    for (int n = 0; n < p->states; ++n) at[n] = y[n] + h_s * k3[n];
+    if (!dqw_sim_plant_rhs(p, t_s + h_s, at, k4)) return false;
+    for (int n = 0; n < p->states; ++n) out[n] = y[n] + h_s / 6 * (k1[n] + 2 * k2[n] + 2 * k3[n] + k4[n]);
+    return true;
+}
+
+static bool advance(const dqw_sim_plant *p, double t_s, double h_s, const double *y, const double *k1, double *out,
+                    double *k_end)
+{
+    return step(p, t_s, h_s, y, k1, out) && dqw_sim_plant_rhs(p, t_s + h_s, out, k_end);
+}
+
+// The state in the middle of a step, by the cubic through both ends and their slopes.
+static void halfway(const dqw_sim_plant *p, double h_s, const double *y, const double *k1, const double *out,
+                    const double *k_end, double *middle)
+{
+    for (int n = 0; n < p->states; ++n) middle[n] = 0.5 * (y[n] + out[n]) + h_s / 8 * (k1[n] - k_end[n]);
+}
+
+static bool any_ended(const double before[6], const double after[6], int ended[6])
+{
+    bool any = false;
+    for (int k = 0; k < 6; ++k) any = (ended[k] = before[k] >= 0 && after[k] < 0) || any;
+    return any;
+}
+
+// Of the margins that have ended the one farthest beyond 0, and what it was.
+static int farthest(const double after[6], const int ended[6])
+{
+    int at = 0;
+    for (int k = 1; k < 6; ++k)
+        if (ended[k] && (!ended[at] || after[k] < after[at])) at = k;
+    return at;
+}
+
+// Where the first margin reaches 0 within a step: regula falsi with the stale end halved (Illinois), aimed a little
+// beyond, until what is beyond is a hundred-millionth of the way.
+static bool cross(const dqw_sim_plant *p, double t_s, double *h_s, const double *y, const double *k1,
+                  const double before[6], const double after[6], double *out, double *k_end, int ended[6])
+{
+    double low = 0, high = *h_s, margin[6];
+    int at = farthest(after, ended), found[6], side = 0;
+    double near = before[at], far = after[at];
+    const double enough = 1e-8 * (near - far);
+    for (int n = 0; n < 60 && far < -enough && high - low > 1e-12 * *h_s; ++n) {
+        const double h = n % 20 == 19 ? 0.5 * (low + high)
+                                      : low + (high - low) * fmin((near + 0.5 * enough) / (near - far), 1);
+        if (!advance(p, t_s, h, y, k1, out, k_end) || !dqw_sim_plant_margins(p, t_s + h, out, margin)) return false;
+        if (any_ended(before, margin, found)) {
+            memcpy(ended, found, sizeof found);
+            if (side == 1) near *= 0.5;
+            at = farthest(margin, ended), high = h, far = margin[at], side = 1;
+        } else {
+            if (side == -1) far *= 0.5;
+            low = h, near = margin[at], side = -1;
+        }
+    }
+    *h_s = high;
+    return advance(p, t_s, high, y, k1, out, k_end);
+}
+
+int dqw_sim_rk4(dqw_sim_integrator *g, double from_s, double to_s, double *reached_s, int ended[6])
+{
+    const dqw_sim_plant *p = g->plant;
+    const bool watched = p->at_node >= 0 && dqw_sim_legs_open(p->legs);
+    double *y = dqw_sim_integrator_state(g), before[6], after[6], t = from_s;
+    state k1, k_end, out, middle;
+    memset(k1, 0, sizeof k1), memset(k_end, 0, sizeof k_end), memset(out, 0, sizeof out);
+    if (!dqw_sim_plant_rhs(p, t, y, k1) || (watched && !dqw_sim_plant_margins(p, t, y, before))) return -1;
+    const long count = (long)ceil((to_s - from_s) / step_s(g, y));
+    bool end = false;
+    for (long n = 0; n < count && !end; ++n) {
+        double h = (to_s - t) / (double)(count - n);
+        if (!advance(p, t, h, y, k1, out, k_end)) return -1;
+        if (watched) {
+            if (!dqw_sim_plant_margins(p, t + h, out, after)) return -1;
+            end = any_ended(before, after, ended);
+            if (end && !cross(p, t, &h, y, k1, before, after, out, k_end, ended)) return -1;
+            memcpy(before, after, sizeof before);
+        }
+        if (g->filter.tau_s > 0) {
+            halfway(p, h, y, k1, out, k_end, middle);
+            if (!dqw_sim_filter_step(&g->filter, p, t, h, y, middle, out)) return -1;
+        }
+        memcpy(y, out, (size_t)p->states * sizeof *y), memcpy(k1, k_end, sizeof k1);
+        t += h;
+        g->steps += 1, g->rhs_evaluations += 5;
+    }
+    *reached_s = end ? t : to_s;
+    return 0;
+}
