@@ -28,13 +28,17 @@ void dqw_sim_legs_rewind(dqw_sim_legs *legs, double period_s)
 {
     for (int n = 0; n < 3; ++n) {
         legs->leg[n].closes_s -= period_s;
-        for (int e = 0; e < DQW_SIM_LEG_EDGES; ++e) legs->leg[n].edge_s[e] -= period_s;
+        for (int e = 0; e < DQW_SIM_LEG_EDGES; ++e)
+            legs->leg[n].edge_s[e] -= period_s, legs->leg[n].edge_closes_s[e] -= period_s;
     }
 }
 
-static void add_edge(dqw_sim_leg *leg, double t_s, bool high)
+// Not before `from_s`, where the period begins: a switch that should have opened earlier opens there, and the other
+// closes when it should.
+static void add_edge(dqw_sim_leg *leg, double from_s, double t_s, double dead_s, bool high)
 {
-    leg->edge_s[leg->edges] = t_s, leg->edge_high[leg->edges++] = high;
+    leg->edge_s[leg->edges] = fmax(from_s, t_s), leg->edge_closes_s[leg->edges] = t_s + dead_s;
+    leg->edge_high[leg->edges++] = high;
 }
 
 void dqw_sim_legs_carrier(dqw_sim_legs *legs, double from_s, double period_s, const double duty[3])
@@ -48,10 +52,10 @@ void dqw_sim_legs_carrier(dqw_sim_legs *legs, double from_s, double period_s, co
         if (legs->x->compare_counts > 0) d = floor(d * legs->x->compare_counts + 0.5) / legs->x->compare_counts;
         leg->edges = leg->passed = 0;
         const bool rests = d <= 0 || d >= 1, first = d >= 1;
-        if (leg->high != first) add_edge(leg, from_s, first);
+        if (leg->high != first) add_edge(leg, from_s, from_s, dead, first);
         if (rests) continue;
-        add_edge(leg, fmax(from_s, from_s + 0.5 * period_s * (1 - d) - early_rise), true);
-        add_edge(leg, fmax(leg->edge_s[leg->edges - 1], from_s + 0.5 * period_s * (1 + d) - early_fall), false);
+        add_edge(leg, from_s, from_s + 0.5 * period_s * (1 - d) - early_rise, dead, true);
+        add_edge(leg, leg->edge_s[leg->edges - 1], from_s + 0.5 * period_s * (1 + d) - early_fall, dead, false);
     }
 }
 
@@ -96,9 +100,9 @@ bool dqw_sim_legs_switch(dqw_sim_legs *legs, double t_s, const double i_A[3], do
         if (leg->closes_s <= t_s) close_leg(leg);
         for (; leg->passed < leg->edges && leg->edge_s[leg->passed] <= t_s; ++leg->passed) {
             leg->high = leg->edge_high[leg->passed];
-            leg->closes_s = t_s + legs->x->dead_time_s;
+            leg->closes_s = leg->edge_closes_s[leg->passed];
             if (!is_open(leg)) open_leg(legs, leg, i_A[n], v_link_V, &node_V[n]);
-            if (legs->x->dead_time_s <= 0) close_leg(leg);
+            if (leg->closes_s <= t_s) close_leg(leg);
         }
         changed = changed || leg->conducts != before;
     }

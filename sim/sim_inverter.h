@@ -21,9 +21,10 @@ enum { DQW_SIM_LEG_EDGES = 3 };
 
 typedef struct dqw_sim_leg {
     enum dqw_sim_conducts conducts;
-    bool high;                         ///< its reference
-    double closes_s;                   ///< when the switch that the reference asks for closes; infinity: it is closed
-    double edge_s[DQW_SIM_LEG_EDGES];  ///< where the reference changes
+    bool high;        ///< its reference
+    double closes_s;  ///< when the switch that the reference asks for closes; infinity: it is closed
+    /// where the reference changes and one switch opens, and when the other closes
+    double edge_s[DQW_SIM_LEG_EDGES], edge_closes_s[DQW_SIM_LEG_EDGES];
     bool edge_high[DQW_SIM_LEG_EDGES];
     int edges, passed;
 } dqw_sim_leg;
