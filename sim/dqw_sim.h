@@ -293,6 +293,12 @@ const dqw_sim_scenario *dqw_sim_scenario_find(const char *name);
 /// Returns 0, DQW_SIM_ERR_KEY or DQW_SIM_ERR_VALUE (then nothing is changed). O(number of keys).
 int dqw_sim_set(dqw_sim_scenario *s, const char *key, const char *value);
 
+/// What a key takes, for a message: "a number", or "adams, bdf or rk4"; "" where there is no such key.
+void dqw_sim_expected(const char *key, char *text, size_t size);
+
+/// The name that a choice has in this scenario, "centred" of "inverter.modulation"; "" where the key is no choice.
+void dqw_sim_chosen(const dqw_sim_scenario *s, const char *key, char *text, size_t size);
+
 /// Every key that dqw_sim_set knows, one by one; NULL past the end.
 const char *dqw_sim_key_at(size_t index);
 

@@ -4,6 +4,7 @@
 #include <stdio.h>
 
 #include "sim_keys.h"
+#include "sim_polled.h"
 
 static const char *broken(double x, enum dqw_sim_rule rule)
 {
@@ -133,6 +134,20 @@ static int check_sensing(const dqw_sim_scenario *s, char *message, size_t size)
     return 0;
 }
 
+static int check_polled(const dqw_sim_scenario *s, char *message, size_t size)
+{
+    const dqw_sim_polled *p = &s->polled;
+    if (p->queue_rows < 0) return refuse(message, size, "polled.queue_rows", "must not be negative");
+    if (!(p->rate_Hz > 0)) return 0;
+    if (s->drive.log_every > 1)
+        return refuse(message, size, "polled.rate_Hz", "and drive.log_every above 1 exclude each other");
+    if (!(p->rate_Hz * s->drive.dt_s <= 0.5 + 1e-9))
+        return refuse(message, size, "polled.rate_Hz", "must be half of 1/drive.dt_s at most");
+    if (!(p->rate_Hz * s->duration_s > 1))
+        return refuse(message, size, "polled.rate_Hz", "gives no row within duration_s");
+    return 0;
+}
+
 static int check_together(const dqw_sim_scenario *s, char *message, size_t size)
 {
     const dqw_sim_machine *m = &s->machine;
@@ -182,9 +197,10 @@ int dqw_sim_check(const dqw_sim_scenario *s, char *message, size_t size)
         if (status) return status;
     }
     int status = check_nonideal(s, message, size);
-    if (!status) status = check_switches(s, message, size);
-    if (!status) status = check_sensing(s, message, size);
-    return status ? status : check_together(s, message, size);
+    if (status == 0) status = check_switches(s, message, size);
+    if (status == 0) status = check_sensing(s, message, size);
+    if (status == 0) status = check_together(s, message, size);
+    return status ? status : check_polled(s, message, size);
 }
 
 long dqw_sim_periods(const dqw_sim_scenario *s)
@@ -193,11 +209,17 @@ long dqw_sim_periods(const dqw_sim_scenario *s)
     return (long)floor(s->duration_s / (s->drive.dt_s * (double)every) + 0.5) * every;
 }
 
+size_t dqw_sim_drive_rows(const dqw_sim_scenario *s)
+{
+    return (size_t)(dqw_sim_periods(s) / (s->drive.log_every > 1 ? s->drive.log_every : 1));
+}
+
 size_t dqw_sim_rows(const dqw_sim_scenario *s)
 {
     char unused[320];
     if (!s || dqw_sim_check(s, unused, sizeof unused)) return 0;
-    return (size_t)(dqw_sim_periods(s) / (s->drive.log_every > 1 ? s->drive.log_every : 1));
+    const size_t rows = dqw_sim_drive_rows(s);
+    return s->polled.rate_Hz > 0 ? dqw_sim_polled_rows(s, rows) : rows;
 }
 
 const char *dqw_sim_status_text(int status)

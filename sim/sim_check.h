@@ -10,4 +10,7 @@ int dqw_sim_check(const dqw_sim_scenario *s, char *message, size_t size);
 /// Control periods of a run; only for a checked scenario.
 long dqw_sim_periods(const dqw_sim_scenario *s);
 
+/// Rows at the drive's rate, polled or not; only for a checked scenario.
+size_t dqw_sim_drive_rows(const dqw_sim_scenario *s);
+
 #endif

@@ -2,6 +2,7 @@
 
 #include <errno.h>
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -193,11 +194,13 @@ static int set_field(char *to, const dqw_sim_field *f, const char *value)
     return DQW_SIM_ERR_VALUE;
 }
 
-static int set_by_path(dqw_sim_scenario *s, const char *key, const char *value)
+static const dqw_sim_field *field_of(const char *key)
 {
+    for (size_t i = 0; i < CHANNELS; ++i)
+        if (strcmp(key, shorthands[i + 1]) == 0) key = noise_channels[i];
     for (size_t i = 0; i < FIELDS; ++i)
-        if (strcmp(fields[i].key, key) == 0) return set_field((char *)s + fields[i].offset, &fields[i], value);
-    return DQW_SIM_ERR_KEY;
+        if (strcmp(fields[i].key, key) == 0) return &fields[i];
+    return NULL;
 }
 
 int dqw_sim_set(dqw_sim_scenario *s, const char *key, const char *value)
@@ -205,10 +208,45 @@ int dqw_sim_set(dqw_sim_scenario *s, const char *key, const char *value)
     if (!s || !key || !value) return DQW_SIM_ERR_KEY;
     int status = 0;
     if (strcmp(key, shorthands[0]) == 0) {
-        for (size_t i = 0; i < CHANNELS && status == 0; ++i) status = set_by_path(s, noise_channels[i], value);
+        for (size_t i = 0; i < CHANNELS && status == 0; ++i) status = dqw_sim_set(s, noise_channels[i], value);
         return status;
     }
-    for (size_t i = 0; i < CHANNELS; ++i)
-        if (strcmp(key, shorthands[i + 1]) == 0) return set_by_path(s, noise_channels[i], value);
-    return set_by_path(s, key, value);
+    const dqw_sim_field *f = field_of(key);
+    return f ? set_field((char *)s + f->offset, f, value) : DQW_SIM_ERR_KEY;
+}
+
+static void list_choices(const char *choices, char *text, size_t size)
+{
+    size_t used = 0;
+    for (const char *c = choices; *c && used < size; c = strchr(c, ' ') + 1) {
+        const int length = (int)strcspn(c, " ");
+        const char *join = c == choices ? "" : c[length + 1] ? ", " : " or ";
+        used += (size_t)snprintf(text + used, size - used, "%s%.*s", join, length, c);
+    }
+}
+
+void dqw_sim_expected(const char *key, char *text, size_t size)
+{
+    const dqw_sim_field *f = field_of(strcmp(key, shorthands[0]) == 0 ? noise_channels[0] : key);
+    const char *what = "";
+    if (f) switch (f->kind) {
+        case DQW_SIM_FIELD_DOUBLE:
+        case DQW_SIM_FIELD_RAMP: what = "a number"; break;
+        case DQW_SIM_FIELD_INT: what = "a whole number"; break;
+        case DQW_SIM_FIELD_SEED: what = "a whole number from 0 on"; break;
+        case DQW_SIM_FIELD_BOOL: what = "true or false"; break;
+        case DQW_SIM_FIELD_PATH: what = "a path of at most 255 characters"; break;
+        case DQW_SIM_FIELD_CHOICE: list_choices(f->choices, text, size); return;
+        }
+    snprintf(text, size, "%s", what);
+}
+
+void dqw_sim_chosen(const dqw_sim_scenario *s, const char *key, char *text, size_t size)
+{
+    const dqw_sim_field *f = field_of(key);
+    const bool choice = f && f->kind == DQW_SIM_FIELD_CHOICE;
+    const char *name = choice ? f->choices : "";
+    for (int n = choice ? *(const int *)(const void *)((const char *)s + f->offset) : 0; n > 0; --n)
+        name = strchr(name, ' ') + 1;
+    snprintf(text, size, "%.*s", (int)strcspn(name, " "), name);
 }

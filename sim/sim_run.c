@@ -11,6 +11,7 @@
 #include "sim_encoder.h"
 #include "sim_hold.h"
 #include "sim_modulation.h"
+#include "sim_polled.h"
 #include "sim_sensor.h"
 #include "sim_signal.h"
 #include "sim_stage.h"
@@ -363,28 +364,37 @@ int dqw_sim_run(const dqw_sim_scenario *s, dqw_sim_row *rows, size_t capacity, d
     if (!s) return refuse(report, DQW_SIM_ERR_SCENARIO, "no scenario", -1);
     int status = dqw_sim_check(s, report->message, sizeof report->message);
     if (status) return status;
-    const size_t count = dqw_sim_rows(s);
-    if (count == 0) return refuse(report, DQW_SIM_ERR_SCENARIO, "duration_s is shorter than half a row", -1);
+    const size_t count = dqw_sim_rows(s), drive_rows = dqw_sim_drive_rows(s);
+    const bool polled = s->polled.rate_Hz > 0;
+    if (count == 0)
+        return refuse(report, DQW_SIM_ERR_SCENARIO,
+                      polled ? "polled.rate_Hz gives no row within duration_s, or all are lost"
+                             : "duration_s is shorter than half a row",
+                      -1);
     if (!rows || capacity < count) return refuse(report, DQW_SIM_ERR_CAPACITY, "too few rows offered", -1);
 
     dqw_sim_map *map = NULL;
     dqw_sim_curve *curve = NULL;
     if (s->machine.flux_map[0]) status = load_map(s, &map, report);
     if (status == 0 && s->nonideal.inverter_curve[0]) status = load_curve(s, &curve, report);
+    dqw_sim_row *drive = polled ? malloc(drive_rows * sizeof *drive) : rows;
+    if (status == 0 && !drive) status = DQW_SIM_ERR_MEMORY;
     run r;
     memset(&r, 0, sizeof r);
     r.s = s, r.report = report;
     if (status == 0) {
         dqw_sim_stage_init(&r.stage, s, map, curve);
         status = begin(&r);
-        if (status == 0) status = all_periods(&r, rows, progress, ctx);
+        if (status == 0) status = all_periods(&r, drive, progress, ctx);
         finish(&r);
         dqw_sim_integrator_free(&r.stage.integrator);
     }
     free(map), free(curve);
     if (status == 0)
-        dqw_sim_sensor_log(s, rows, count);
+        dqw_sim_sensor_log(s, drive, drive_rows);
     else if (!report->message[0])
         refuse(report, status, dqw_sim_status_text(status), -1);
+    if (status == 0 && polled) dqw_sim_polled_log(s, drive, drive_rows, rows);
+    if (polled) free(drive);
     return status;
 }

@@ -18,6 +18,11 @@ struct UsageError : std::runtime_error {
     using std::runtime_error::runtime_error;
 };
 
+/// A value that its key does not take, or a scenario that contradicts itself: exit code 3, one line that names the key.
+struct ValueError : std::runtime_error {
+    using std::runtime_error::runtime_error;
+};
+
 /// What the command line says. Each subcommand has some of it; the rest is as it stands here.
 struct Options {
     bool json = false;
@@ -33,6 +38,7 @@ struct Options {
     std::string scenario;
     std::vector<std::string> settings;
     std::optional<std::uint64_t> seed;
+    std::optional<std::string> polled, modulation;
     bool list = false, list_keys = false;
 
     bool fixed_point() const { return arith == "q15"; }

@@ -31,6 +31,9 @@ int main(int argc, char** argv)
         // It begins with FILE:LINE, which editors jump to.
         dqw::complain(error.what());
         return dqw::exit_input;
+    } catch (const dqw::ValueError& error) {
+        dqw::complain(std::string("dqwatch: ") + error.what());
+        return dqw::exit_input;
     } catch (const dqw::UsageError& error) {
         dqw::complain(std::string("dqwatch: ") + error.what());
         return dqw::exit_usage;

@@ -153,6 +153,14 @@ void add_sim(CLI::App& command, Options& o)
         .add_option_function<std::string>(
             "--seed", [&o](const std::string& text) { o.seed = seed_of(text); }, "of noise and random excitation")
         ->type_name("N");
+    command
+        .add_option("--polled", o.polled,
+                    "write the log as a vendor's tool polls it; what --set polled.* does not say is VESC's wire (steps "
+                    "of 0.01 A, 0.001 V, 1 erpm, 0.1 V), jitter of 1 ms, 2 % of the rows lost, 1 % repeated, speed "
+                    "noise of 0.5 % of the speed where i_max_A meets the voltage limit")
+        ->type_name("HZ");
+    command.add_option("--modulation", o.modulation, "how the inverter switches, as --set inverter.modulation")
+        ->type_name("NAME");
     add_common(command, o);
 }
 

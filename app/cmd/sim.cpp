@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "app/base/output.hpp"
@@ -74,12 +75,43 @@ void take_machine(dqw_sim_scenario& scenario, const std::string& path, std::vect
     take(scenario.machine.B_Nms_rad, m.B_Nms_rad);
 }
 
+/// The speed up to which the drive has the voltage for its largest current.
+double speed_base(const dqw_sim_scenario& s)
+{
+    const dqw_sim_machine& m = s.machine;
+    const double flux = m.psi_Wb + std::fmin(m.Ld_H, m.Lq_H) * s.drive.i_max_A;
+    return s.drive.v_dc_V / std::sqrt(3.0) / (m.pole_pairs * flux);
+}
+
+/// What a poll of a VESC is like.
+void poll(dqw_sim_scenario& scenario, const std::string& rate_Hz)
+{
+    set(scenario, "polled.rate_Hz=" + rate_Hz);
+    dqw_sim_polled& p = scenario.polled;
+    if (!(p.rate_Hz > 0)) throw ValueError("polled.rate_Hz must be above 0");
+    p.step_i_A = 0.01, p.step_v_V = 0.001, p.step_erpm = 1, p.step_v_dc_V = 0.1;
+    p.jitter_s = 1e-3, p.lost_fraction = 0.02, p.repeated_fraction = 0.01;
+}
+
+/// Settings that say nothing of it leave the speed's noise to the drive that they make.
+void add_speed_noise(dqw_sim_scenario& scenario, const std::vector<std::string>& settings)
+{
+    const std::string key = "polled.speed_noise_rad_s=";
+    for (const auto& setting : settings)
+        if (setting.compare(0, key.size(), key) == 0) return;
+    const double base = speed_base(scenario);
+    // Where it is not, the scenario is refused by what it lacks.
+    if (std::isfinite(base) && base > 0) scenario.polled.speed_noise_rad_s = 0.005 * base;
+}
+
 std::string command_of(const Options& options)
 {
     std::string command = "dqwatch sim " + options.scenario;
     if (!options.machine_file.empty()) command += " --machine " + options.machine_file;
     if (options.pole_pairs) command += fmt::format(" --pole-pairs {}", *options.pole_pairs);
     if (options.seed) command += fmt::format(" --seed {}", *options.seed);
+    if (options.polled) command += " --polled " + *options.polled;
+    if (options.modulation) command += " --modulation " + *options.modulation;
     for (const auto& setting : options.settings) command += " --set " + setting;
     for (char& c : command)
         if (static_cast<unsigned char>(c) < 0x20) c = '?';
@@ -97,7 +129,10 @@ int sim_command(const Options& options)
     std::vector<std::string> notes;
     if (!options.machine_file.empty()) take_machine(scenario, options.machine_file, notes);
     if (options.pole_pairs) scenario.machine.pole_pairs = *options.pole_pairs;
+    if (options.polled) poll(scenario, *options.polled);
+    if (options.modulation) set(scenario, "inverter.modulation=" + *options.modulation);
     for (const auto& setting : options.settings) set(scenario, setting);
+    if (options.polled) add_speed_noise(scenario, options.settings);
     if (options.seed) scenario.seed = *options.seed;
 
     const Written written = simulate_into(options.out_dir, scenario, command_of(options));
@@ -108,7 +143,7 @@ int sim_command(const Options& options)
         truth["pole_pairs"] = scenario.machine.pole_pairs;
         print(json_text({{"schema", "dqwatch.simulation/1"},
                          {"scenario", options.scenario},
-                         {"regime", scenario.regime},
+                         {"regime", regime_of(scenario)},
                          {"rows", rows},
                          {"seed", scenario.seed},
                          {"csv", written.csv},
@@ -116,7 +151,7 @@ int sim_command(const Options& options)
                          {"truth", truth},
                          {"notes", notes}}));
     } else {
-        print(fmt::format("{}: {}, {}; its machine: {}\n", written.csv, scenario.regime, counted(rows, "row"),
+        print(fmt::format("{}: {}, {}; its machine: {}\n", written.csv, regime_of(scenario), counted(rows, "row"),
                           written.toml));
     }
     return exit_done;

@@ -22,28 +22,29 @@ struct Field {
     const char* name;
     double dqw_sim_row::*value;
     bool mechanical;  ///< also in a log of the mechanical side alone
+    bool polled;      ///< also in a vendor's tool's
 };
 
 const Field fields[] = {
-    {"t_s", &dqw_sim_row::t_s, true},
-    {"v_d_V", &dqw_sim_row::v_d_V, false},
-    {"v_q_V", &dqw_sim_row::v_q_V, false},
-    {"i_d_A", &dqw_sim_row::i_d_A, false},
-    {"i_q_A", &dqw_sim_row::i_q_A, true},
-    {"w_m_rad_s", &dqw_sim_row::w_m_rad_s, true},
-    {"theta_e_rad", &dqw_sim_row::theta_e_rad, false},
-    {"theta_m_rad", &dqw_sim_row::theta_m_rad, true},
-    {"v_dc_V", &dqw_sim_row::v_dc_V, false},
-    {"temp_winding_C", &dqw_sim_row::temp_winding_C, false},
-    {"temp_magnet_C", &dqw_sim_row::temp_magnet_C, false},
-    {"torque_Nm", &dqw_sim_row::torque_Nm, true},
+    {"t_s", &dqw_sim_row::t_s, true, true},
+    {"v_d_V", &dqw_sim_row::v_d_V, false, true},
+    {"v_q_V", &dqw_sim_row::v_q_V, false, true},
+    {"i_d_A", &dqw_sim_row::i_d_A, false, true},
+    {"i_q_A", &dqw_sim_row::i_q_A, true, true},
+    {"w_m_rad_s", &dqw_sim_row::w_m_rad_s, true, true},
+    {"theta_e_rad", &dqw_sim_row::theta_e_rad, false, false},
+    {"theta_m_rad", &dqw_sim_row::theta_m_rad, true, false},
+    {"v_dc_V", &dqw_sim_row::v_dc_V, false, true},
+    {"temp_winding_C", &dqw_sim_row::temp_winding_C, false, true},
+    {"temp_magnet_C", &dqw_sim_row::temp_magnet_C, false, true},
+    {"torque_Nm", &dqw_sim_row::torque_Nm, true, false},
 };
 
 [[noreturn]] void fail(const dqw_sim_scenario& scenario, int status, const dqw_sim_report& report)
 {
     const std::string what = fmt::format("{}: {}", scenario.name,
                                          report.message[0] ? report.message : dqw_sim_status_text(status));
-    if (status == DQW_SIM_ERR_SCENARIO) throw UsageError(what);
+    if (status == DQW_SIM_ERR_SCENARIO) throw ValueError(what);
     if (status == DQW_SIM_ERR_MAP) {
         const std::string curve = scenario.nonideal.inverter_curve,
                           said = report.message[0] ? report.message : dqw_sim_status_text(status);
@@ -51,6 +52,25 @@ const Field fields[] = {
             !curve.empty() && said.compare(0, curve.size(), curve) == 0 ? curve : scenario.machine.flux_map, 1, said);
     }
     throw std::runtime_error(what);
+}
+
+std::string chosen(const dqw_sim_scenario& scenario, const char* key)
+{
+    char name[64];
+    dqw_sim_chosen(&scenario, key, name, sizeof name);
+    return name;
+}
+
+/// What a reader of the log cannot see in its rows.
+std::string about_drive(const dqw_sim_scenario& s)
+{
+    const bool switched = s.inverter.modulation != DQW_SIM_MODULATION_MEAN, polled = s.polled.rate_Hz > 0;
+    std::string text;
+    if (switched) text += fmt::format("modulation = \"{}\"\n", chosen(s, "inverter.modulation"));
+    if (switched || s.sensing.observer)
+        text += fmt::format("angle = \"{}\"\n", s.sensing.observer ? "observer" : "encoder");
+    if (switched || polled) text += fmt::format("period_s = {}\n", s.drive.dt_s);
+    return text;
 }
 
 }  // namespace
@@ -72,17 +92,28 @@ void set(dqw_sim_scenario& scenario, const std::string& assignment)
     const int status = dqw_sim_set(&scenario, key.c_str(), value.c_str());
     if (status == DQW_SIM_ERR_KEY)
         throw UsageError(fmt::format("--set: no key {}; `dqwatch sim --list-keys` names all", shown(key)));
-    if (status != DQW_SIM_OK) throw UsageError(fmt::format("--set {}: {} is no value for it", key, shown(value)));
+    if (status == DQW_SIM_OK) return;
+    char expected[400];
+    dqw_sim_expected(key.c_str(), expected, sizeof expected);
+    throw ValueError(fmt::format("{}: {} is no value for it; expected {}", key, shown(value), expected));
+}
+
+std::string regime_of(const dqw_sim_scenario& scenario)
+{
+    return scenario.polled.rate_Hz > 0 ? "polled" : scenario.regime;
 }
 
 Simulation simulate(const dqw_sim_scenario& scenario, const std::function<void(double)>& progress)
 {
     Simulation run;
     run.scenario = scenario;
-    const std::size_t count = dqw_sim_rows(&scenario);
-    if (count > most_rows)
-        throw UsageError(fmt::format("{}: {} rows; at most {}: raise drive.log_every or lower duration_s",
-                                     scenario.name, count, most_rows));
+    // The drive's own rows, which a polled log is made of.
+    dqw_sim_scenario unpolled = scenario;
+    unpolled.polled.rate_Hz = 0;
+    const std::size_t count = dqw_sim_rows(&scenario), most = dqw_sim_rows(&unpolled);
+    if (most > most_rows)
+        throw ValueError(fmt::format("{}: {} rows; at most {}: {}lower duration_s", scenario.name, most, most_rows,
+                                     scenario.polled.rate_Hz > 0 ? "" : "raise drive.log_every or "));
     run.rows.resize(count);
     dqw_sim_report report = {};
     const auto forward = [](void* context, double fraction) {
@@ -92,7 +123,6 @@ Simulation simulate(const dqw_sim_scenario& scenario, const std::function<void(d
     auto* context = const_cast<std::function<void(double)>*>(&progress);
     const int status = dqw_sim_run(&scenario, run.rows.data(), count, &report, forward, context);
     if (status != DQW_SIM_OK) fail(scenario, status, report);
-    if (count == 0) throw UsageError(fmt::format("{}: no rows", scenario.name));
 
     const dqw_sim_machine& m = scenario.machine;
     const bool map = m.flux_map[0] != '\0';
@@ -110,10 +140,11 @@ Simulation simulate(const dqw_sim_scenario& scenario, const std::function<void(d
 
 void write_csv(const Simulation& simulation, const std::string& path)
 {
-    const bool mechanical = std::string(simulation.scenario.regime) == "mechanical";
+    const std::string regime = regime_of(simulation.scenario);
+    const bool mechanical = regime == "mechanical", polled = regime == "polled";
     std::vector<const Field*> written;
     for (const Field& f : fields)
-        if (!mechanical || f.mechanical) written.push_back(&f);
+        if ((!mechanical || f.mechanical) && (!polled || f.polled)) written.push_back(&f);
     OutputFile file(path);
     std::string text;
     for (const Field* f : written) text += (f == written.front() ? "" : ",") + std::string(f->name);
@@ -137,9 +168,12 @@ void write_csv(const Simulation& simulation, const std::string& path)
 void write_toml(const Simulation& simulation, const std::string& path, const std::string& command)
 {
     const Machine& m = simulation.truth;
-    std::string text = "# " + command + "\n# The values are the simulated machine's own.\n[log]\n";
-    text += fmt::format("regime = \"{}\"\nvoltage_interval = \"next\"\n[machine]\nname = \"{}\"\npole_pairs = {}\n",
-                        simulation.scenario.regime, m.name, simulation.scenario.machine.pole_pairs);
+    std::string text = "# " + command + "\n# The values are the simulated machine's own.\n";
+    if (simulation.scenario.method == DQW_SIM_RK4) text += "# Integrated by fixed steps.\n";
+    text += fmt::format("[log]\nregime = \"{}\"\n", regime_of(simulation.scenario));
+    if (!(simulation.scenario.polled.rate_Hz > 0)) text += "voltage_interval = \"next\"\n";
+    text += about_drive(simulation.scenario);
+    text += fmt::format("[machine]\nname = \"{}\"\npole_pairs = {}\n", m.name, simulation.scenario.machine.pole_pairs);
     for (const Parameter& p : kParameters)
         // What the reader would refuse is left out: a machine without inertia data has J = 0.
         if (p.nominal != &Machine::pole_pairs && m.*(p.nominal) > 0.0)

@@ -21,14 +21,17 @@ struct Simulation {
 /// The scenario called `name`; throws UsageError, naming those there are.
 dqw_sim_scenario scenario_named(const std::string& name);
 
-/// Applies "key=value"; throws UsageError.
+/// Applies "key=value"; throws UsageError where there is no such key, ValueError on a value that is none of it.
 void set(dqw_sim_scenario& scenario, const std::string& assignment);
 
-/// Simulates. Throws UsageError where the scenario contradicts itself, InputError on a flux map, std::runtime_error
+/// The regime of the log that a run of it writes.
+std::string regime_of(const dqw_sim_scenario& scenario);
+
+/// Simulates. Throws ValueError where the scenario contradicts itself, InputError on a flux map, std::runtime_error
 /// otherwise.
 Simulation simulate(const dqw_sim_scenario& scenario, const std::function<void(double)>& progress);
 
-/// Writes the log. A mechanical one has no voltages.
+/// Writes the log. A mechanical one has no voltages, a polled one no angle and no torque.
 void write_csv(const Simulation& simulation, const std::string& path);
 
 /// Writes what the simulated machine is, as nominal values; `command` says how to make it again.

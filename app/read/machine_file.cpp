@@ -199,15 +199,24 @@ private:
             const std::string key(key_.str());
             if (key == "regime") {
                 const std::string name = string(key, node);
-                file_.regime = regime_named(name);
+                file_.polled = name == "polled";
+                file_.regime = file_.polled ? Regime::steady : regime_named(name);
                 if (!file_.regime)
-                    refuse(node, fmt::format("regime is {}; expected dynamic, steady, standstill or mechanical",
+                    refuse(node, fmt::format("regime is {}; expected dynamic, steady, standstill, mechanical or polled",
                                              shown(name)));
             } else if (key == "voltage_interval") {
                 const std::string name = string(key, node);
                 if (name != "next" && name != "previous")
                     refuse(node, fmt::format("voltage_interval is {}; expected next or previous", shown(name)));
                 file_.voltage_previous = name == "previous";
+            } else if (key == "angle") {
+                const std::string name = string(key, node);
+                if (name != "encoder" && name != "observer")
+                    refuse(node, fmt::format("angle is {}; expected encoder or observer", shown(name)));
+            } else if (key == "modulation") {
+                string(key, node);
+            } else if (key == "period_s") {
+                if (!(number(key, node) > 0)) refuse(node, "period_s is not positive; expected the control period");
             } else {
                 unknown_.push_back("log." + printable(key));
             }

@@ -24,6 +24,7 @@ struct MachineFile {
     std::string path;  ///< empty: there is none
     Machine machine;
     std::optional<Regime> regime;
+    bool polled = false;  ///< then the regime is steady, until polled logs have an estimator of their own
     bool voltage_previous = false;
     std::array<ColumnSource, column_count> sources;
     std::vector<std::string> public_sources;  ///< text of the comment lines that begin "# Source:"

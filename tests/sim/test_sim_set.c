@@ -92,10 +92,11 @@ static void test_every_listed_key_is_known(void)
     size_t n = 0;
     for (; dqw_sim_key_at(n); ++n) {
         const char *key = dqw_sim_key_at(n);
-        const char *const tries[] = {"1", "adams", "abc", "speed", "free", "sine"};
-        int best = -99;
-        for (size_t k = 0; k < sizeof tries / sizeof *tries && best != 0; ++k) best = dqw_sim_set(&s, key, tries[k]);
-        TEST_ASSERT_EQUAL_INT_MESSAGE(0, best, key);
+        const dqw_sim_field *f = dqw_sim_field_at(n);
+        const char *const choices = f && f->choices ? f->choices : "1 ";
+        char first[20];
+        snprintf(first, sizeof first, "%.*s", (int)strcspn(choices, " "), choices);
+        TEST_ASSERT_EQUAL_INT_MESSAGE(0, dqw_sim_set(&s, key, first), key);
         for (size_t m = 0; m < n; ++m) TEST_ASSERT_TRUE_MESSAGE(strcmp(key, dqw_sim_key_at(m)) != 0, key);
     }
     TEST_ASSERT_TRUE(n > 100);
@@ -140,6 +141,41 @@ static void test_bad_keys_and_values_are_refused_and_change_nothing(void)
                                                                                              : sizeof(int);
         TEST_ASSERT_EQUAL_MEMORY_MESSAGE((const char *)&before + f->offset, (const char *)&s + f->offset, size, f->key);
     }
+}
+
+static void expect_taken(const char *key, const char *expected)
+{
+    char text[200];
+    dqw_sim_expected(key, text, sizeof text);
+    TEST_ASSERT_EQUAL_STRING_MESSAGE(expected, text, key);
+}
+
+static void test_a_key_says_what_it_takes_and_a_choice_its_name(void)
+{
+    expect_taken("machine.R_ohm", "a number");
+    expect_taken("nonideal.dead_time_V", "a number");
+    expect_taken("noise", "a number");
+    expect_taken("noise_i", "a number");
+    expect_taken("machine.pole_pairs", "a whole number");
+    expect_taken("seed", "a whole number from 0 on");
+    expect_taken("balance", "true or false");
+    expect_taken("machine.flux_map", "a path of at most 255 characters");
+    expect_taken("drive.hold", "abc or dq");
+    expect_taken("sensing.phases", "abc, ab, bc or ca");
+    expect_taken("machine.colour", "");
+    char text[20], shorter[6];
+    dqw_sim_expected("sensing.phases", shorter, sizeof shorter);
+    TEST_ASSERT_EQUAL_STRING("abc, ", shorter);
+    const char *const shapes[] = {"sine", "square", "triangle", "stairs"};
+    for (size_t k = 0; k < 4; ++k) {
+        TEST_ASSERT_EQUAL_INT(0, dqw_sim_set(&s, "profile.load_Nm.shape", shapes[k]));
+        dqw_sim_chosen(&s, "profile.load_Nm.shape", text, sizeof text);
+        TEST_ASSERT_EQUAL_STRING(shapes[k], text);
+    }
+    dqw_sim_chosen(&s, "machine.R_ohm", text, sizeof text);
+    TEST_ASSERT_EQUAL_STRING("", text);
+    dqw_sim_chosen(&s, "machine.colour", text, sizeof text);
+    TEST_ASSERT_EQUAL_STRING("", text);
 }
 
 static void expect_refused(const char *field)
@@ -256,6 +292,7 @@ int main(void)
     RUN_TEST(test_keys_reach_their_fields);
     RUN_TEST(test_every_listed_key_is_known);
     RUN_TEST(test_bad_keys_and_values_are_refused_and_change_nothing);
+    RUN_TEST(test_a_key_says_what_it_takes_and_a_choice_its_name);
     RUN_TEST(test_unphysical_scenarios_are_refused_by_name);
     RUN_TEST(test_capacity_progress_and_null);
     RUN_TEST(test_rows_of_many_periods);

@@ -75,13 +75,54 @@ static void wrong_usage_is_exit_code_2(void)
         {{"sim", "servo", "--set", "machine.R_ohm"}, "key=value"},
         {{"sim", "servo", "--set", "=3"}, "key=value"},
         {{"sim", "servo", "--set", "machine.colour=3"}, "machine.colour"},
-        {{"sim", "servo", "--set", "machine.R_ohm=abc"}, "abc"},
-        {{"sim", "servo", "--set", "machine.R_ohm="}, "machine.R_ohm"},
-        {{"sim", "servo", "--set", "machine.R_ohm=-1"}, "servo"},
-        {{"sim", "servo", "--set", "duration_s=1e4"}, "rows"},
+        {{"sim", "servo", "--polled"}, "--polled"},
+        {{"sim", "servo", "--modulation"}, "--modulation"},
         {{"sim", "servo", "--seed", "many"}, "--seed"},
     };
     for (const auto& w : wrong) expect_complaint(command::dqwatch(w.args), 2, w.names);
+}
+
+/// The key and what it takes: names where it is a choice.
+static void a_value_that_cannot_be_is_exit_code_3(void)
+{
+    const struct {
+        std::vector<std::string> args;
+        const char *key, *expected;
+    } wrong[] = {
+        {{"--set", "machine.R_ohm=abc"}, "machine.R_ohm: \"abc\"", "a number"},
+        {{"--set", "machine.R_ohm="}, "machine.R_ohm", "a number"},
+        {{"--set", "machine.pole_pairs=4.5"}, "machine.pole_pairs: \"4.5\"", "a whole number"},
+        {{"--set", "balance=yes"}, "balance", "true or false"},
+        {{"--set", "noise=much"}, "noise", "a number"},
+        {{"--set", "inverter.modulation=sine"}, "inverter.modulation", "mean, centred, clamped_low, "},
+        {{"--modulation", "sine"}, "inverter.modulation", "mean, centred, clamped_low, "},
+        {{"--set", "sensing.phases=a"}, "sensing.phases", "abc, ab, bc or ca"},
+        {{"--set", "machine.R_ohm=-1"}, "machine.R_ohm", "above 0"},
+        {{"--set", "machine.pole_pairs=0", "--polled", "50"}, "machine.pole_pairs", "from 1 to 1000"},
+        {{"--set", "nonideal.dead_time_width_A=-1"}, "nonideal.dead_time_width_A", "not be negative"},
+        {{"--set", "nonideal.turn_short=1"}, "nonideal.turn_short", "below 1"},
+        {{"--set", "nonideal.cogging_Nm=1"}, "nonideal.cogging_order", "1 or more"},
+        {{"--set", "duration_s=1e4"}, "duration_s", "at most 20000000"},
+        {{"--set", "duration_s=1e4", "--polled", "50"}, "duration_s", "at most 20000000: lower"},
+        {{"--set", "duration_s=1e-9"}, "duration_s", "half a row"},
+        {{"--polled", "often"}, "polled.rate_Hz", "a number"},
+        {{"--polled", "0"}, "polled.rate_Hz", "above 0"},
+        {{"--polled", "-50"}, "polled.rate_Hz", "above 0"},
+        {{"--polled", "9000"}, "polled.rate_Hz", "half of 1/drive.dt_s"},
+        {{"--polled", "0.1"}, "polled.rate_Hz", "no row"},
+        {{"--polled", "50", "--set", "drive.log_every=2"}, "polled.rate_Hz", "drive.log_every"},
+        {{"--polled", "50", "--set", "polled.queue_rows=-1"}, "polled.queue_rows", "not be negative"},
+        {{"--polled", "50", "--set", "polled.lost_fraction=1"}, "polled.lost_fraction", "below 1"},
+    };
+    const Folder folder;
+    for (const auto& w : wrong) {
+        std::vector<std::string> args = {"sim", "servo", "--out", folder / "none"};
+        args.insert(args.end(), w.args.begin(), w.args.end());
+        const Outcome run = command::dqwatch(args);
+        expect_complaint(run, 3, w.key);
+        expect_complaint(run, 3, w.expected);
+        TEST_ASSERT_FALSE(std::filesystem::exists(folder / "none/servo.csv"));
+    }
 }
 
 static void sim_lists_its_scenarios_and_keys(void)
@@ -157,6 +198,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(help_and_version_are_no_errors);
     RUN_TEST(wrong_usage_is_exit_code_2);
+    RUN_TEST(a_value_that_cannot_be_is_exit_code_3);
     RUN_TEST(sim_lists_its_scenarios_and_keys);
     RUN_TEST(what_cannot_be_written_is_exit_code_1);
     RUN_TEST(a_closed_stdout_does_not_end_in_a_file);

@@ -38,6 +38,19 @@ static void everything_documented_is_read(void)
     TEST_ASSERT_EQUAL_size_t(0, file.notes.size());
 }
 
+static void what_the_simulator_says_of_its_drive_is_no_note(void)
+{
+    for (const char* angle : {"encoder", "observer"})
+        TEST_ASSERT_EQUAL_size_t(0, read(std::string("[log]\nregime = \"dynamic\"\nmodulation = \"centred\"\nangle = "
+                                                     "\"") +
+                                         angle + "\"\nperiod_s = 5e-05\n")
+                                        .notes.size());
+    TEST_ASSERT_FALSE(read("[log]\nregime = \"steady\"\n").polled);
+    const auto polled = read("[log]\nregime = \"polled\"\n");
+    TEST_ASSERT_TRUE(polled.polled);
+    TEST_ASSERT_TRUE(polled.regime == dqw::Regime::steady);
+}
+
 static void unknown_keys_are_one_note(void)
 {
     const auto file = read("[machine]\ncolour = 1\n[extra]\nx = 1\n[log]\nwho = 1\n[columns]\nspeed = \"n\"\nt_s = { "
@@ -69,6 +82,12 @@ static void wrong_values_are_refused_with_their_line(void)
         {"[log]\nregime = \"fast\"\n", 2, "fast"},
         {"[log]\nregime = 3\n", 2, "regime"},
         {"[log]\nvoltage_interval = \"both\"\n", 2, "both"},
+        {"[log]\nmodulation = 1\n", 2, "modulation"},
+        {"[log]\nangle = \"resolver\"\n", 2, "encoder or observer"},
+        {"[log]\nangle = 1\n", 2, "angle"},
+        {"[log]\nperiod_s = 0\n", 2, "period_s"},
+        {"[log]\nperiod_s = -1e-4\n", 2, "period_s"},
+        {"[log]\nperiod_s = \"short\"\n", 2, "period_s"},
         {"[columns]\nt_s = 3\n", 2, "t_s"},
         {"[columns]\nt_s = \"\"\n", 2, "t_s"},
         {"[columns]\nt_s = { from = 3 }\n", 2, "from"},
@@ -141,6 +160,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(everything_documented_is_read);
+    RUN_TEST(what_the_simulator_says_of_its_drive_is_no_note);
     RUN_TEST(unknown_keys_are_one_note);
     RUN_TEST(wrong_values_are_refused_with_their_line);
     RUN_TEST(other_letters_stand_in_texts);
