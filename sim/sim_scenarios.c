@@ -33,6 +33,102 @@
                                      .v_d_V = {.binary = 10, .binary_hold_s = 5e-4}, .v_q_V = {.binary = 10, .binary_hold_s = 5e-4}}
 #define TRACTION TRACTION_MACHINE, TRACTION_DRIVE, TRACTION_PROFILE, .duration_s = 2, .regime = "dynamic", .rtol = 5e-9, .seed = 1
 
+// Four drives as they are built. Each inverter has dead time, an output's capacitance, drops, a link that gives way; each
+// machine warms up, and its iron loses.
+#define WARM .temp_ref_C = 25, .temp_ambient_C = 25, .temp_start_C = 25
+#define S320_BUILT .pole_pairs = 4, .R_ohm = 0.9, .Ld_H = 2.2e-3, .Lq_H = 2.8e-3, .psi_Wb = 0.12, .J_kgm2 = 2e-3, .B_Nms_rad = 1e-3, WARM, \
+                    .winding_heat_J_K = 120, .magnet_heat_J_K = 250, .housing_heat_J_K = 800, .winding_housing_W_K = 2, .magnet_housing_W_K = 0.3, \
+                    .housing_ambient_W_K = 1.2
+#define S320_LOSSES .winding_alpha_per_K = {.value = 0.0039}, .magnet_beta_per_K = {.value = -0.0011}, .iron_loss_S = {.value = 1e-3}, \
+                     .iron_hysteresis_S_rad_s = {.value = 0.4}, .iron_hysteresis_corner_rad_s = 50, .iron_loss_tau_s = 5e-5
+#define S320_LEGS .dead_time_s = 1.5e-6, .node_F = 3e-10, .switch_V = 0.9, .switch_ohm = 0.03, .diode_V = 0.8, .diode_ohm = 0.02, .knee_A = 0.1, \
+                   .compare_counts = 7500, .source_ohm = 0.4, .link_F = 5e-4, .ripple_V = 4, .ripple_Hz = 300
+#define S320_LOOPS .dt_s = 1e-4, .v_dc_V = 320, .current_bandwidth_rad_s = 1500, .speed_bandwidth_rad_s = 60, .i_max_A = 15
+#define S320_WORK .load_Nm = {.random = 3, .random_hold_s = 0.051}, .i_d_A = {.random = 3, .random_hold_s = 0.037}
+#define S320_ADC .step_i_A = 0.01, .step_v_dc_V = 0.2
+
+#define J24_BUILT .pole_pairs = 4, .R_ohm = 0.5, .Ld_H = 1.0e-3, .Lq_H = 1.4e-3, .psi_Wb = 0.020, .J_kgm2 = 3e-4, .B_Nms_rad = 1e-4, WARM, \
+                    .winding_heat_J_K = 25, .magnet_heat_J_K = 60, .housing_heat_J_K = 150, .winding_housing_W_K = 0.6, .magnet_housing_W_K = 0.1, \
+                    .housing_ambient_W_K = 0.3
+#define J24_LOSSES .winding_alpha_per_K = {.value = 0.0039}, .magnet_beta_per_K = {.value = -0.0011}, .iron_loss_S = {.value = 2e-3}, \
+                     .iron_hysteresis_S_rad_s = {.value = 0.5}, .iron_hysteresis_corner_rad_s = 50, .iron_loss_tau_s = 5e-5
+#define J24_LEGS .dead_time_s = 3e-7, .node_F = 5e-10, .switch_ohm = 0.02, .diode_V = 0.75, .diode_ohm = 0.01, .knee_A = 0.05, \
+                   .reverse = DQW_SIM_REVERSE_CHANNEL, .compare_counts = 4200, .source_ohm = 0.1, .link_F = 4e-4
+#define J24_LOOPS .dt_s = 5e-5, .v_dc_V = 24, .current_bandwidth_rad_s = 2000, .speed_bandwidth_rad_s = 80, .i_max_A = 6
+#define J24_WORK .load_Nm = {.random = 0.35, .random_hold_s = 0.051}, .i_d_A = {.random = 2, .random_hold_s = 0.037}
+#define J24_ADC .step_i_A = 0.005, .step_v_dc_V = 0.02
+
+// A hub motor: many poles, slow, a small flux of its own in the rotor's frame.
+#define H48_BUILT .pole_pairs = 15, .R_ohm = 0.24, .Ld_H = 520e-6, .Lq_H = 650e-6, .psi_Wb = 0.0243, .J_kgm2 = 0.02, .B_Nms_rad = 2e-3, WARM, \
+                  .winding_heat_J_K = 200, .magnet_heat_J_K = 400, .housing_heat_J_K = 1500, .winding_housing_W_K = 2, .magnet_housing_W_K = 1, \
+                  .housing_ambient_W_K = 2
+#define H48_LOSSES .winding_alpha_per_K = {.value = 0.0039}, .magnet_beta_per_K = {.value = -0.0012}, .iron_loss_S = {.value = 2e-3}, \
+                   .iron_hysteresis_S_rad_s = {.value = 0.8}, .iron_hysteresis_corner_rad_s = 50, .iron_loss_tau_s = 5e-5
+#define H48_LEGS .dead_time_s = 2e-7, .node_F = 1e-9, .switch_ohm = 0.004, .diode_V = 0.75, .diode_ohm = 0.004, .knee_A = 0.05, \
+                 .reverse = DQW_SIM_REVERSE_CHANNEL, .compare_counts = 3000, .source_ohm = 0.1, .link_F = 1e-3
+#define H48_LOOPS .dt_s = 5e-5, .v_dc_V = 48, .current_bandwidth_rad_s = 1500, .speed_bandwidth_rad_s = 20, .i_max_A = 20
+#define H48_WORK .load_Nm = {.random = 4, .random_hold_s = 0.11}, .i_d_A = {.random = 4, .random_hold_s = 0.037}
+#define H48_ADC .step_i_A = 0.02, .step_v_dc_V = 0.03
+
+// Small and fast: a few windings, microhenries, currents that ripple by amperes.
+#define F22_BUILT .pole_pairs = 14, .R_ohm = 0.014, .Ld_H = 10e-6, .Lq_H = 15e-6, .psi_Wb = 1.456e-3, .J_kgm2 = 1.5e-4, .B_Nms_rad = 3e-5, WARM, \
+                   .winding_heat_J_K = 20, .magnet_heat_J_K = 60, .housing_heat_J_K = 100, .winding_housing_W_K = 1.5, .magnet_housing_W_K = 0.5, \
+                   .housing_ambient_W_K = 1.5
+#define F22_LOSSES .winding_alpha_per_K = {.value = 0.0039}, .magnet_beta_per_K = {.value = -0.0012}, .iron_loss_S = {.value = 0.03}, \
+                    .iron_hysteresis_S_rad_s = {.value = 60}, .iron_hysteresis_corner_rad_s = 200, .iron_loss_tau_s = 2e-5
+#define F22_LEGS .dead_time_s = 9e-8, .node_F = 1e-9, .switch_ohm = 0.0015, .diode_V = 0.75, .diode_ohm = 0.002, .knee_A = 0.1, \
+                  .reverse = DQW_SIM_REVERSE_CHANNEL, .compare_counts = 2940, .source_ohm = 0.02, .link_F = 9.4e-4
+#define F22_LOOPS .dt_s = 3.5e-5, .v_dc_V = 22, .current_bandwidth_rad_s = 2500, .speed_bandwidth_rad_s = 60, .i_max_A = 50
+#define F22_WORK .load_Nm = {.random = 0.5, .random_hold_s = 0.051}, .i_d_A = {.random = 8, .random_hold_s = 0.037}
+#define F22_ADC .step_i_A = 0.08, .step_v_dc_V = 0.015
+
+// What is built around them, by kind: its modulation, what it senses with (noise in ampere), what it makes of that.
+#define CLAMPED_ABOUT "lowest leg rests; encoder, three sensors, dead time not compensated"
+#define CLAMPED_LEGS .modulation = DQW_SIM_MODULATION_CLAMPED_LOW
+#define CLAMPED_SENSING(sensor_A, per_A) .noise_A = sensor_A, .filter_s = 1e-6, .speed_bandwidth_rad_s = 600
+#define CLAMPED_LOOPS(width)
+#define CLAMPED_WRONG(sensor_A)
+#define CLAMPED_ANGLE , .step_theta_m_rad = 6.283185307179586 / 16384
+#define CLAMPED_SPEED(top) .wave = top, .wave_period_s = 0.7
+
+#define COMPENSATED_ABOUT "centred; encoder, three sensors, 1.2 times the dead time given back"
+#define COMPENSATED_LEGS .modulation = DQW_SIM_MODULATION_CENTRED
+#define COMPENSATED_SENSING(sensor_A, per_A) CLAMPED_SENSING(sensor_A, per_A)
+#define COMPENSATED_LOOPS(width) , .compensation = 1.2, .compensation_width_A = width
+#define COMPENSATED_WRONG(sensor_A)
+#define COMPENSATED_ANGLE CLAMPED_ANGLE
+#define COMPENSATED_SPEED(top) CLAMPED_SPEED(top)
+
+#define OBSERVER_ABOUT "centred; an observer that lags with speed and load, two sensors, sampled late; upper switch gives the dead time"
+#define OBSERVER_LEGS .modulation = DQW_SIM_MODULATION_CENTRED, .dead_side = DQW_SIM_DEAD_UPPER
+#define OBSERVER_SENSING(sensor_A, per_A) .noise_A = sensor_A, .filter_s = 2e-6, .late_periods = 0.03, .phases = DQW_SIM_PHASES_AB, .observer = true, \
+    .observer_lag_s = 1.5e-5, .observer_load_rad_A = per_A, .observer_noise_rad = 0.05, .observer_corner_rad_s = 100, .observer_bandwidth_rad_s = 500, \
+    .speed_bandwidth_rad_s = 300
+#define OBSERVER_LOOPS(width)
+#define OBSERVER_WRONG(sensor_A)
+#define OBSERVER_ANGLE
+#define OBSERVER_SPEED(top) .value = top, .wave = 0.5 * top, .wave_period_s = 0.7
+
+#define CHEAP_ABOUT "lowest leg rests; eccentric encoder a period late, two sensors 1 % apart, nominal link, log of the decided voltage"
+#define CHEAP_LEGS .modulation = DQW_SIM_MODULATION_CLAMPED_LOW, .dead_side = DQW_SIM_DEAD_LOWER
+#define CHEAP_SENSING(sensor_A, per_A) .noise_A = 2 * sensor_A, .filter_s = 2e-6, .late_periods = 0.03, .phases = DQW_SIM_PHASES_AB, .once_rad = 0.004, \
+    .twice_rad = 0.0015, .angle_late_periods = 1, .speed_bandwidth_rad_s = 300
+#define CHEAP_LOOPS(width) , .link = DQW_SIM_LINK_NOMINAL, .logged = DQW_SIM_LOGGED_DECIDED
+#define CHEAP_WRONG(sensor_A) , .current_gain_a = {.value = 0.01}, .current_offset_alpha_A = {.value = 3 * sensor_A}
+#define CHEAP_ANGLE , .step_theta_m_rad = 6.283185307179586 / 4096
+#define CHEAP_SPEED(top) CLAMPED_SPEED(top)
+
+#define DRIVE(kind, suffix, KIND, who, X, top, sensor_A, width, per_A)                                                                 \
+    {.name = "drive_" kind suffix, .about = who ", " KIND##_ABOUT, .machine = {X##_BUILT}, .nonideal = {X##_LOSSES KIND##_WRONG(sensor_A)}, \
+     .inverter = {X##_LEGS, KIND##_LEGS}, .sensing = {KIND##_SENSING(sensor_A, per_A)}, .drive = {X##_LOOPS KIND##_LOOPS(width)},       \
+     .profile = {X##_WORK, .speed_rad_s = {KIND##_SPEED(top)}}, .noise = {X##_ADC KIND##_ANGLE}, .duration_s = 2, .regime = "dynamic", \
+     .rtol = 1e-6, .seed = 1}
+#define DRIVES(suffix, who, X, top, sensor_A, width, per_A)                                                                            \
+    DRIVE("clamped", suffix, CLAMPED, who, X, top, sensor_A, width, per_A),                                                             \
+        DRIVE("compensated", suffix, COMPENSATED, who, X, top, sensor_A, width, per_A),                                                 \
+        DRIVE("observer", suffix, OBSERVER, who, X, top, sensor_A, width, per_A),                                                       \
+        DRIVE("cheap", suffix, CHEAP, who, X, top, sensor_A, width, per_A)
+
 static const dqw_sim_scenario table[] = {
     {.name = "paper_step",
      .about = "the paper's machine: 301 samples at 0.1 ms of a step of speed and load, +-2 V random binary on each axis, no noise",
@@ -113,6 +209,10 @@ static const dqw_sim_scenario table[] = {
      .profile = {.control = DQW_SIM_CONTROL_CURRENT, .speed_start_rad_s = -50,
                  .i_q_A = {.wave = 0.8, .wave_period_s = 1, .shape = DQW_SIM_SHAPE_SQUARE, .random = 0.8, .random_hold_s = 0.1}},
      NOISE(0.01), .duration_s = 10, .regime = "mechanical", .rtol = 1e-9, .seed = 1},
+    DRIVES("", "servo 320 V", S320, 150, 0.02, 0.3, 4e-3),
+    DRIVES("_joint", "robot joint 24 V", J24, 90, 0.01, 0.1, 1e-2),
+    DRIVES("_hub", "hub motor 48 V, 15 pole pairs", H48, 45, 0.03, 0.2, 3e-3),
+    DRIVES("_fast", "small and fast 22 V, 10 and 15 uH", F22, 300, 0.08, 0.5, 1e-3),
 };
 // clang-format on
 
