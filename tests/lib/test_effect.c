@@ -799,14 +799,14 @@ static void test_what_a_list_asks_for(void)
             HOLDS(e.needs_last == (name == DQW_EFFECT_IRON_LOSS || name == DQW_EFFECT_DELAY));
             HOLDS(e.needs_winding == (name == DQW_EFFECT_WINDING_TEMPERATURE));
             HOLDS(e.needs_magnet == (name == DQW_EFFECT_MAGNET_TEMPERATURE));
-            // Dead time is the weight that every estimator has: without an angle it has none.
             dqw_estimator_config c = config_of(0);
             c.effects = two;
             c.effect_count = 2;
             for (int angle = 0; angle < 2; angle++) {
                 dqw_estimator begun;
                 c.angle = angle == 1;
-                HOLDS(dqw_estimator_init(&begun, &c) == (sensors && !c.angle ? DQW_ERR_EFFECT_ANGLE : DQW_OK));
+                const bool lacks = !c.angle && (sensors || name == DQW_EFFECT_DEAD_TIME);
+                HOLDS(dqw_estimator_init(&begun, &c) == (lacks ? DQW_ERR_EFFECT_ANGLE : DQW_OK));
             }
         }
 }
