@@ -76,8 +76,8 @@ static void test_bands_are_the_documented_ones(void)
         NEAR(band[i] * 0.5 / part, dqw_monitor_band_of_q15(&m, i) / Q24);
     }
     // To a last place: a millionth is sixteen of them. The temperature's to 28 bits.
-    static const double part[DQW_WATCH_CHANNELS] = {0.04, 0.06, 0.06, 0.012, 0.005, 0.02, 0.01,
-                                                    0.03, 0.03, 0.003, 0.05, 110, 3};
+    static const double part[DQW_WATCH_CHANNELS] = {0.04, 0.06, 0.06,  0.012, 0.005, 0.02, 0.01,
+                                                    0.03, 0.03, 0.003, 0.05,  110,   3};
     for (int i = 0; i < DQW_WATCH_CHANNELS; i++) {
         CASE("channel %d", i);
         c.band_ppm[i] = 0;

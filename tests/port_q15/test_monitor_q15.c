@@ -93,8 +93,10 @@ static void is_healthy_now(const dqw_monitor_q15 *m)
     for (int i = 0; i < DQW_WATCH_OFFSET; i++) HOLDS(m->healthy.weight_q24[i] == m->estimator.w_q24[i]);
     HOLDS(m->healthy.friction_q24 == m->friction_q24 && m->watch.reversals == 0 && m->watch.alarms == 0);
     // The floor is 1333 ppm.
-    BETWEEN(-1e-11, ldexp((double)m->healthy.residual_q54, -54) -
-                        fmax(ldexp((double)m->estimator.recent_q54, -54), 1333e-6 * 1333e-6), 1e-11);
+    BETWEEN(-1e-11,
+            ldexp((double)m->healthy.residual_q54, -54) -
+                fmax(ldexp((double)m->estimator.recent_q54, -54), 1333e-6 * 1333e-6),
+            1e-11);
 }
 
 static course watch(dqw_monitor_q15 *m, int from, int to)

@@ -250,6 +250,61 @@ static void test_what_teaches_nothing_changes_nothing(void)
     TEST_ASSERT_TRUE(t.q.learned == UINT32_MAX && t.q.skipped == UINT32_MAX && t.q.epochs == UINT32_MAX);
 }
 
+// Two unknowns are told apart where the sums' determinant is above 2^-22 of the product of their squares. Sums as one
+// epoch leaves them; far below and above, and as near as whole numbers come.
+static void test_how_far_apart_two_unknowns_must_be(void)
+{
+    const int64_t high = (int64_t)1 << 29;
+    const struct {
+        int64_t own[2], both;
+        bool told;
+    } sums[] = {{{high, high}, high - 64, false},  // 2^36 - 2^12 of 2^58
+                {{high, high}, high - 65, true},
+                {{high, high}, -(high - 64), false},
+                {{high, high}, -(high - 65), true},
+                {{2, 2099201}, 2049, false},  // 1 of 2^22, rounded down
+                {{2, 2099202}, 2049, true},
+                {{0, 0}, 0, false},
+                {{1000, 0}, 0, false}};
+    for (unsigned k = 0; k < sizeof sums / sizeof sums[0]; k++) {
+        CASE("sums %u", k);
+        dqw_ordinal_q15 o = begin(DQW_ORDINAL_PAIRS_Q15, 0, 0.3, 3e-4).q;
+        const dqw_ordinal_q15 before = o;
+        // As of a pole of 1/2 and a weight of 1/4 of the input.
+        o.sum[0] = sums[k].own[0], o.sum[1] = sums[k].both, o.sum[2] = sums[k].own[1];
+        o.sum[3] = sums[k].own[0] / 4 - sums[k].both / 2;
+        o.sum[4] = sums[k].both / 4 - sums[k].own[1] / 2;
+        (void)dqw_ordinal_end_epoch_q15(&o);
+        HOLDS((o.a_q31 != before.a_q31 || o.b_q27 != before.b_q27) == sums[k].told);
+    }
+}
+
+// What pairs say beyond what a circuit can have is bounded: an input's weight of 8, a pole of 0.01 or 0.9995.
+static void test_what_pairs_say_is_bounded(void)
+{
+    static const double weights[] = {-20, -7, 7, 20};
+    static const double poles[] = {-0.5, 0.2, 0.9999};
+    for (int k = 0; k < 4; k++)
+        for (int n = 0; n < 3; n++) {
+            CASE("weight %g, pole %g", weights[k], poles[n]);
+            dqw_ordinal_q15 o = begin(DQW_ORDINAL_PAIRS_Q15, 0, 0.3, 3e-4).q;
+            // Of pairs each by itself.
+            test_random r = {8};
+            for (int pair = 0; pair < 200; pair++) {
+                const double x = random_uniform(&r, -0.03, 0.03);
+                const double y = random_uniform(&r, -0.3, 0.3);
+                const int16_t x_is = q15(x);
+                const int16_t y_is = q15(y);
+                dqw_ordinal_step_q15(&o, x_is, y_is);
+                dqw_ordinal_step_q15(&o, 0, (int16_t)lrint(weights[k] * x_is + poles[n] * y_is));
+                dqw_ordinal_step_q15(&o, INT16_MIN, 0);
+            }
+            (void)dqw_ordinal_end_epoch_q15(&o);
+            BETWEEN(-2e-3, o.b_q27 / 134217728.0 - fmax(-8, fmin(8, weights[k])), 2e-3);
+            BETWEEN(-3e-4, o.a_q31 / 2147483648.0 - fmax(0.01, fmin(0.9995, poles[n])), 3e-4);
+        }
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -259,6 +314,8 @@ int main(void)
     RUN_TEST(test_epochs_of_both_forms);
     RUN_TEST(test_backward_difference);
     RUN_TEST(test_gaps);
+    RUN_TEST(test_how_far_apart_two_unknowns_must_be);
+    RUN_TEST(test_what_pairs_say_is_bounded);
     RUN_TEST(test_what_teaches_nothing_changes_nothing);
     return UNITY_END();
 }
