@@ -141,6 +141,7 @@ static void test_exponential_and_logarithm(void)
     TEST_ASSERT_TRUE(dqw_one_less_exp_q40(0) == 0 && dqw_one_less_exp_q40(-5) == 0 &&
                      dqw_one_less_exp_q40(INT64_MAX) == (int64_t)1 << 40);
     TEST_ASSERT_TRUE(dqw_minus_log_q40(0) == 0 && dqw_minus_log_q40(INT32_MIN) == 0);
+    BETWEEN(-2e-9, ldexp((double)dqw_minus_log_q40(1), -40) - 31 * log(2), 2e-9);
 }
 
 // Epoch for epoch. The float one carries single precision through a recursion of 300 steps, 1e-5 of a weight or so;
@@ -279,6 +280,46 @@ static void test_how_far_apart_two_unknowns_must_be(void)
     }
 }
 
+// Sums of many pairs and of few, of a large input beside a small one: the same weight and pole.
+static void test_sums_of_any_size(void)
+{
+    for (int x = 44; x <= 60; x += 8)
+        for (int y = 44; y <= 60; y += 8) {
+            CASE("2^%d, 2^%d", x, y);
+            dqw_ordinal_q15 o = begin(DQW_ORDINAL_PAIRS_Q15, 0, 0.3, 3e-4).q;
+            o.sum[0] = (int64_t)1 << x, o.sum[2] = (int64_t)1 << y;
+            // A quarter of what both could have in common.
+            o.sum[1] = (int64_t)1 << ((x + y) / 2 - 2);
+            o.sum[3] = o.sum[0] / 4 - o.sum[1] / 4;
+            o.sum[4] = o.sum[1] / 4 - o.sum[2] / 4;
+            (void)dqw_ordinal_end_epoch_q15(&o);
+            BETWEEN(-1e-6, o.b_q27 / 134217728.0 - 0.25, 1e-6);
+            BETWEEN(-1e-6, o.a_q31 / 2147483648.0 - 0.75, 1e-6);
+        }
+}
+
+// A step of an epoch from the neuron's own output: the pole by 0.2 at most, the weight to ten times or a tenth.
+static void test_how_far_an_epoch_goes(void)
+{
+    for (int way = -1; way <= 1; way += 2)
+        for (int far = 0; far < 2; far++) {
+            CASE("way %d, far %d", way, far);
+            dqw_ordinal_q15 o = begin(DQW_ORDINAL_OUTPUT_ERROR_Q15, 0, 0.3, 3e-4).q;
+            o.from_pairs = false;
+            o.a_q31 = 1 << 30;
+            o.b_q27 = 1 << 22;
+            // What is found is in 2^-19 of 1 for the weight, 2^-23 for the pole: well inside, and well beyond.
+            o.sum[0] = o.sum[2] = (int64_t)1 << 40;
+            o.sum[3] = way * (o.sum[0] >> 19) * (far ? 1 << 26 : 1 << 20);
+            o.sum[4] = way * (o.sum[2] >> 23) * (far ? 1 << 30 : 1 << 27);
+            (void)dqw_ordinal_end_epoch_q15(&o);
+            const double b = o.b_q27 / 4194304.0;
+            const double a = o.a_q31 / 2147483648.0 - 0.5;
+            BETWEEN(-1e-6, b - (!far ? 1 + 0.25 * way : way > 0 ? 10 : 0.1), 1e-6);
+            BETWEEN(-1e-6, a - way * (far ? 0.2 : 0.0625), 1e-6);
+        }
+}
+
 // What pairs say beyond what a circuit can have is bounded: an input's weight of 8, a pole of 0.01 or 0.9995.
 static void test_what_pairs_say_is_bounded(void)
 {
@@ -316,6 +357,8 @@ int main(void)
     RUN_TEST(test_gaps);
     RUN_TEST(test_how_far_apart_two_unknowns_must_be);
     RUN_TEST(test_what_pairs_say_is_bounded);
+    RUN_TEST(test_sums_of_any_size);
+    RUN_TEST(test_how_far_an_epoch_goes);
     RUN_TEST(test_what_teaches_nothing_changes_nothing);
     return UNITY_END();
 }
