@@ -731,6 +731,13 @@ static void test_init_refuses_and_leaves_the_object_alone(void)
     REFUSED(m, DQW_ERR_EFFECT_ROOM, dqw_shaft_init_q15(&m, &c));
     c.effect_count = DQW_EFFECT_WEIGHTS;
     TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_shaft_init_q15(&m, &c));
+    // A full list learns, and touches nothing behind it.
+    for (int k = 0; k < 20 * HALF; k++) {
+        const int16_t x = (int16_t)(20000 * sin(0.01 * k));
+        (void)dqw_shaft_sample_q15(&m, x, (int16_t)-x, (uint16_t)(300 * k), false);
+        (void)dqw_shaft_background_q15(&m);
+    }
+    HOLDS(m.gate.blocks > 10 && m.inputs == VALUES && m.effect_count == DQW_EFFECT_WEIGHTS);
     // Starts of 2 kNm are too many of the smallest full scale.
     many[0].start_uNm[0] = INT32_MAX;
     c.scale.torque_full_uNm = 1;
