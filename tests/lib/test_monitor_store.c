@@ -293,13 +293,13 @@ static void test_only_warmer_or_colder_is_no_event(void)
 // has lost, three tenths more and half a band; where the winding is colder than cold, gained as much. (E94)
 static void test_where_healthy_values_begin(void)
 {
-    static const double winding_K[] = {-60, -41, -39, 0, 50, 109, 111, 200};
+    static const double winding_K[] = {-60, -41, -39, 0, 0.5, 50, 109, 111, 200};
     static const double hottest_K[] = {0, 30, 130};
     const dqw_monitor_config c = config_of();
     const dqw_monitor_stored *given = stored();
     const double cold_ohm = (double)given->healthy.cold_R_ohm;
     const double cold_Wb = (double)given->healthy.cold_psi_Wb;
-    for (int k = 0; k < 8; k++)
+    for (int k = 0; k < 9; k++)
         for (int h = 0; h < 3; h++)
             for (double flux = 0.75; flux < 1.3; flux += 0.01) {
                 CASE("%g K, was %g K, flux %g", winding_K[k], hottest_K[h], flux);

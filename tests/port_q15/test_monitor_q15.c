@@ -803,11 +803,11 @@ static void test_what_changed_while_it_was_off_is_an_event_and_heat_is_none(void
 // has lost, three tenths more and half a band; where the winding is colder than cold, gained as much. (E94)
 static void test_where_healthy_values_begin(void)
 {
-    static const double winding_K[] = {-60, -41, -39, 0, 50, 109, 111, 200};
+    static const double winding_K[] = {-60, -41, -39, 0, 0.5, 50, 109, 111, 200};
     static const double hottest_K[] = {0, 30, 130};
     const dqw_monitor_q15_config c = config_of();
     const dqw_monitor_q15 fresh = begin(&c);
-    for (int k = 0; k < 8; k++)
+    for (int k = 0; k < 9; k++)
         for (int h = 0; h < 3; h++)
             for (double flux = 0.75; flux < 1.3; flux += 0.01) {
                 CASE("%g K, was %g K, flux %g", winding_K[k], hottest_K[h], flux);
