@@ -150,8 +150,11 @@ static enum dqw_status init_effects(dqw_estimator *e, const dqw_estimator_config
     const enum dqw_status status = dqw_effect_init(&e->effect, c->effects, c->effect_count, &base);
     if (status != DQW_OK) return status;
     if (e->effect.needs_angle && !c->angle) return DQW_ERR_EFFECT_ANGLE;
-    for (int k = 0; k < c->effect_count; k++)
-        if (c->effects[k].effect == DQW_EFFECT_DEAD_TIME) e->dead_time_width_A = c->effects[k].shape[0];
+    for (int k = 0; k < c->effect_count; k++) {
+        if (c->effects[k].effect != DQW_EFFECT_DEAD_TIME) continue;
+        if (!c->angle) return DQW_ERR_EFFECT_ANGLE;
+        e->dead_time_width_A = c->effects[k].shape[0];
+    }
     e->inputs = (uint8_t)(DQW_PARAMETERS + e->effect.weights);
     return DQW_OK;
 #else

@@ -58,7 +58,7 @@ float dqw_estimator_sd(const dqw_estimator *e, int weight)
     // Rows less weights: of few settled ones each counts.
     const float rows = 2.0f * (float)e->blocks;
     float freedom = rows;
-    for (int i = 0; i < e->inputs; i++) freedom -= (float)(e->learned >> i & 1u);
+    for (uint32_t left = e->learned; left != 0; left &= left - 1u) freedom -= 1.0f;
     const float least = e->config->settled ? 1.0f : 2.0f * (float)e->inputs;
     if ((e->learned >> weight & 1u) == 0 || freedom < least) return DQW_UNKNOWN;
     const float v = dqw_gain_covariance(&e->gain, weight, weight) * dqw_estimator_common_variance(e) *

@@ -68,7 +68,7 @@ int32_t dqw_estimator_sd_q24(const dqw_estimator_q15 *e, int weight)
     const int n = dqw_estimator_inputs_q15(e);
     const int rows = 2 * (int)e->blocks;
     int freedom = rows;
-    for (int i = 0; i < n; i++) freedom -= (int)(e->learned >> i & 1u);
+    for (uint32_t left = e->learned; left != 0; left &= left - 1u) freedom--;
     if ((e->learned >> weight & 1u) == 0 || freedom < (e->config->settled ? 1 : 2 * n)) return INT32_MAX;
     const int64_t v_q56 = dqw_q_quotient64(dqw_q_product64(variance_q56(e, weight, e->cov_q40[weight]), rows, -4),
                                            freedom, 4);

@@ -27,9 +27,7 @@ int64_t dqw_minus_log_q40(int32_t x_q31)
     const int64_t one_q31 = (int64_t)1 << 31;
     const int64_t z_q40 = dqw_q_quotient64(one_q31 - m_q31, one_q31 + m_q31, 40);
     const int64_t z2_q40 = dqw_q_product64(z_q40, z_q40, -40);
-    static const int32_t inverse_q30[] = {1073741824, 357913941, 214748365, 153391689, 119304647, 97612893,
-                                          82595525,   71582788,  63161284,  56512728,  51130563};
     int64_t sum_q40 = 0;
-    for (int k = 10; k >= 0; k--) sum_q40 = dqw_q_product64(z2_q40, sum_q40, -40) + inverse_q30[k] * (int64_t)1024;
+    for (int n = 21; n > 0; n -= 2) sum_q40 = dqw_q_product64(z2_q40, sum_q40, -40) + dqw_q_quotient64(ONE_Q40, n, 0);
     return doublings * LN2_Q40 + 2 * dqw_q_product64(z_q40, sum_q40, -40);
 }

@@ -130,11 +130,10 @@ static int64_t inverse_diagonal_q40(const factors *f, int inputs, int i)
     int64_t sum_q40 = 0;
     for (int k = i; k < inputs; k++) {
         const int32_t *row = &f->l_q31[DQW_NORMAL_A(0, k)];
-        if (row[k] == 0) continue;
         int64_t rest_q51 = k == i ? (int64_t)1 << 51 : 0;
         // 2^62 and a product of 2^31 by less than 2^31
         for (int m = i; m < k; m++) rest_q51 = dqw_q_within64(rest_q51 - row[m] * z_q20[m], BOUND_Q20 * BOUND_Q20);
-        z_q20[k] = dqw_q_quotient64(rest_q51, row[k], 0);
+        z_q20[k] = dqw_q_quotient64(rest_q51, row[k], 0);  // 0 of a direction that was never learned
         if (z_q20[k] >= BOUND_Q20 || z_q20[k] <= -BOUND_Q20) return NOT_LEARNED;
         sum_q40 += z_q20[k] * z_q20[k];
         if (sum_q40 > BOUND_Q20 * BOUND_Q20) return NOT_LEARNED;

@@ -54,6 +54,14 @@ typedef struct course {
     uint32_t whys;  ///< bit i: enum dqw_why i held after some sample
 } course;
 
+/// A rest begins with what is now as healthy, and no reversal counted: not only from the next look on.
+static inline void is_healthy_now(const dqw_monitor *m)
+{
+    for (int i = 0; i < DQW_WATCH_OFFSET; i++) HOLDS(m->healthy.weight[i] == dqw_estimator_value(&m->estimator, i));
+    HOLDS(m->healthy.friction_Nm == m->friction_Nm && m->watch.reversals == 0 && m->watch.alarms == 0);
+    HOLDS(m->healthy.residual_pu2 == fmaxf(m->estimator.recent_pu2, 4e-6f));
+}
+
 /// The rows from..to through a monitor.
 static inline course watch(dqw_monitor *m, int from, int to)
 {
@@ -61,6 +69,7 @@ static inline course watch(dqw_monitor *m, int from, int to)
     for (int k = from; k < to && k < row_count; k++) {
         const dqw_sample s = row_sample(k);
         const bool waits = (dqw_monitor_sample(m, &s, false) & DQW_EVENT_BLOCK) != 0;
+        const bool served = dqw_monitor_stage(m) == DQW_STAGE_IN_SERVICE;
         dqw_monitor_change e;
         memset(&e, 0x5a, sizeof e);
         const bool told = dqw_monitor_background(m);
@@ -68,6 +77,7 @@ static inline course watch(dqw_monitor *m, int from, int to)
         HOLDS(dqw_monitor_event(m, &e) == told && !dqw_monitor_event(m, &e));
         if (waits) o.whys |= 1u << dqw_monitor_why(m);
         const enum dqw_stage_name stage = dqw_monitor_stage(m);
+        if ((told || !served) && dqw_monitor_why(m) == DQW_WHY_RESTS) is_healthy_now(m);
         if (!isfinite(o.through_s[stage])) o.through_s[stage] = k * DT_S;
         if (stage == DQW_STAGE_IN_SERVICE && !isfinite(o.service_s)) o.service_s = k * DT_S;
         if (waits && !isfinite(o.watching_s) && dqw_monitor_why(m) == DQW_WHY_IN_SERVICE) o.watching_s = k * DT_S;

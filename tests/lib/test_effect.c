@@ -777,6 +777,40 @@ static void test_each_refusal_has_its_code(void)
     REFUSED(e, DQW_ERR_EFFECT_ROOM, dqw_effect_init(&e, full, DQW_EFFECT_WEIGHTS + 1, &good));
 }
 
+// What an effect asks for is asked, whatever stands before or behind it. (E51) to (E56)
+static void test_what_a_list_asks_for(void)
+{
+    const dqw_effect_base base = {1e-4f, 100, 15, 100, P_TRUE, false};
+    const dqw_effect_config nothing = {.effect = DQW_EFFECT_SKIN_EFFECT};
+    for (int n = 0; n < LAWS; n++)
+        for (int at = 0; at < 2; at++) {
+            const enum dqw_effect_name name = laws[n].effect;
+            CASE("%s, place %d", laws[n].name, at);
+            dqw_effect_config two[2] = {nothing, nothing};
+            two[at].effect = name;
+            two[at].shape[0] = laws[n].config[0];
+            for (int i = 0; i < 3 && name >= DQW_EFFECT_IRON_LOSS; i++) two[at].shape[i] = laws[n].config[i];
+            dqw_effect e;
+            TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_effect_init(&e, two, 2, &base));
+            const bool sensors = name == DQW_EFFECT_FLUX_HARMONICS || name == DQW_EFFECT_CURRENT_OFFSET ||
+                                 name == DQW_EFFECT_CURRENT_GAIN_MISMATCH ||
+                                 name == DQW_EFFECT_PHASE_RESISTANCE_IMBALANCE;
+            HOLDS(e.needs_angle == (sensors || name == DQW_EFFECT_DEAD_TIME));
+            HOLDS(e.needs_last == (name == DQW_EFFECT_IRON_LOSS || name == DQW_EFFECT_DELAY));
+            HOLDS(e.needs_winding == (name == DQW_EFFECT_WINDING_TEMPERATURE));
+            HOLDS(e.needs_magnet == (name == DQW_EFFECT_MAGNET_TEMPERATURE));
+            dqw_estimator_config c = config_of(0);
+            c.effects = two;
+            c.effect_count = 2;
+            for (int angle = 0; angle < 2; angle++) {
+                dqw_estimator begun;
+                c.angle = angle == 1;
+                const bool lacks = !c.angle && (sensors || name == DQW_EFFECT_DEAD_TIME);
+                HOLDS(dqw_estimator_init(&begun, &c) == (lacks ? DQW_ERR_EFFECT_ANGLE : DQW_OK));
+            }
+        }
+}
+
 // Three units of the bases, dead time a tenth, an effect's ten; an inductance stands in dead time's place while the pole
 // pairs are not known. (E92)
 static void test_start_deviations(void)
@@ -1178,6 +1212,7 @@ int main(void)
     RUN_TEST(test_an_effect_that_the_rows_do_not_show_is_not_known);
     RUN_TEST(test_init_refuses_and_leaves_the_object_alone);
     RUN_TEST(test_each_refusal_has_its_code);
+    RUN_TEST(test_what_a_list_asks_for);
     RUN_TEST(test_start_deviations);
     RUN_TEST(test_each_deviation_is_widened_by_its_own_blocks);
     RUN_TEST(test_input_bases);

@@ -129,6 +129,9 @@ static void test_init_names_the_field_that_it_refuses_and_leaves_the_object_alon
     c.i_base_A = c.w_base_rad_s = 1e30f;
     REFUSED(e, DQW_ERR_UNIT, dqw_estimator_init(&e, &c));
     c = good;
+    c.v_base_V = 1e-5f, c.i_base_A = 1e5f, c.R_ohm = 1e30f;
+    REFUSED(e, DQW_ERR_UNIT, dqw_estimator_init(&e, &c));
+    c = good;
     c.Ld_H = 1e38f;
     REFUSED(e, DQW_ERR_LD, dqw_estimator_init(&e, &c));
 }
@@ -298,6 +301,103 @@ static void test_pole_pairs_take_a_hundred_blocks(void)
         HOLDS(e.pole_pairs == 0 || e.gate.blocks >= 100);
     }
     TEST_ASSERT_EQUAL_UINT16(4, e.pole_pairs);
+    // Without a width no input follows the currents.
+    HOLDS(e.follow == 1.0f && e.given.follow == 1.0f);
+}
+
+// Once both cross weights are p inductances, what is known of R, L_d, L_q and the flux is what was known of them on this
+// condition; inductances in a p-th of their unit. (E91)
+static void test_what_pole_pairs_make_of_what_was_known(void)
+{
+    enum { N = DQW_PARAMETERS };
+    static const int pairs[2][2] = {{DQW_POLES_LD, DQW_LD}, {DQW_POLES_LQ, DQW_LQ}};
+    dqw_estimator_config c = config_of(0.0);
+    c.pole_pairs = 0;
+    dqw_estimator e = begin(&c);
+    test_random r = {164};
+    for (long k = 0; k < 20000 && e.pole_pairs == 0; k++) {
+        const dqw_sample s = moving(k, 0.5, 0.02, &r);
+        dqw_estimator_block b;
+        if ((dqw_estimator_sample(&e, &s, false) & DQW_EVENT_BLOCK) == 0 || !dqw_estimator_take(&e, &b)) continue;
+        (void)dqw_estimator_learn(&e, &b);
+        double w[N];
+        double cov[N][N];
+        for (int i = 0; i < N; i++) {
+            w[i] = (double)e.w_pu[i];
+            for (int j = 0; j < N; j++) cov[i][j] = (double)dqw_gain_covariance(&e.gain, i, j);
+        }
+        dqw_poles_find(&e);
+        if (e.pole_pairs == 0) continue;
+        for (int n = 0; n < 2; n++) {
+            const int top = pairs[n][0];
+            const int bottom = pairs[n][1];
+            double of[N];
+            for (int i = 0; i < N; i++) of[i] = cov[i][top] - 4 * cov[i][bottom];
+            const double size = of[top] - 4 * of[bottom];
+            const double off = w[top] - 4 * w[bottom];
+            for (int i = 0; i < N; i++) {
+                w[i] -= of[i] / size * off;
+                for (int j = 0; j < N; j++) cov[i][j] -= of[i] * of[j] / size;
+            }
+        }
+        for (int i = 0; i <= DQW_PSI; i++) {
+            const double by = i == DQW_LD || i == DQW_LQ ? 4 : 1;
+            CASE("%s", PARAMETER[i]);
+            BETWEEN(-1e-4, (double)e.w_pu[i] / (by * w[i]) - 1, 1e-4);
+            BETWEEN(-1e-3, (double)dqw_gain_covariance(&e.gain, i, i) / (by * by * cov[i][i]) - 1, 1e-3);
+            HOLDS(value_of(&e, i) > 0.9 * TRUTH[i] && value_of(&e, i) < 1.1 * TRUTH[i]);
+        }
+    }
+    TEST_ASSERT_EQUAL_UINT16(4, e.pole_pairs);
+}
+
+// The noise of a row's inputs is that of the samples under the triangle of their pairs, each by its own weight. (E60)
+static void test_noise_of_inputs(void)
+{
+    dqw_estimator_config c = config_of(0.0);
+    c.encoder_offset = c.noise_on_inputs = true;
+    const dqw_estimator e = begin(&c);
+    const int half = e.window.half;
+    const double total = half * (half + 1.0);
+    double mean2 = 0.0;
+    double slope2 = 0.0;
+    for (int k = 0; k <= 2 * half; k++) {
+        // Of the pairs before and behind this sample; none at the ends.
+        const double before = fmin(k, 2 * half + 1 - k) * (k > 0);
+        const double behind = fmin(k + 1, 2 * half - k);
+        mean2 += pow((before + behind) / (2 * total), 2);
+        slope2 += pow((before - behind) / (DT_S * total), 2);
+    }
+    const double i[2] = {1.5, -2.5};
+    const double w = 60;
+    const double i2[2] = {0.02, 0.05};
+    const double w2 = 7;
+    dqw_estimator_block b = {.whole = true, .follow = 1.0f};
+    b.noise = (dqw_noise_variances){.i_d_A2 = (float)i2[0], .i_q_A2 = (float)i2[1], .w_rad2_s2 = (float)w2};
+    b.sum[2] = (float)(2 * i[0]), b.sum[3] = (float)(2 * i[1]);
+    b.sum[6] = (float)(2 * i[0] * w), b.sum[7] = (float)(2 * i[1] * w), b.sum[8] = (float)(2 * w);
+    dqw_estimator_rows r;
+    dqw_estimator_rows_of(&e, &b, &r);
+    double unit[DQW_PARAMETERS];
+    for (int k = 0; k < DQW_PARAMETERS; k++) unit[k] = pow((double)dqw_estimator_unit(&e, k) / (double)c.v_base_V, 2);
+    for (int axis = 0; axis < 2; axis++) {
+        const int other = 1 - axis;
+        const int cross = axis == 0 ? DQW_LQ : DQW_LD;
+        const int flux = axis == 0 ? DQW_PSI_Q : DQW_PSI;
+        double expected[DQW_PARAMETERS] = {0};
+        expected[DQW_R] = mean2 * i2[axis];
+        expected[DQW_LD + axis] = slope2 * i2[axis];
+        expected[cross] = 16 * mean2 * (w * w * i2[other] + i[other] * i[other] * w2 + w2 * i2[other]);
+        expected[flux] = 16 * mean2 * w2;
+        for (int k = 0; k < DQW_PARAMETERS; k++) {
+            CASE("axis %d, weight %d", axis, k);
+            BETWEEN((1 - 1e-5) * expected[k] * unit[k], r.var[axis][k], (1 + 1e-5) * expected[k] * unit[k]);
+        }
+        // The speed's in two of them: as they go with it.
+        const double with_speed = (double)(r.x[axis][cross] * r.x[axis][flux]) / (w * w) * mean2 * w2;
+        BETWEEN(1 - 1e-5, (double)r.speed[axis] / with_speed, 1 + 1e-5);
+        HOLDS(r.dead_in_R[axis] == 0.0f && r.R_in_dead[axis] == 0.0f);
+    }
 }
 
 // The late voltage is learned from whole blocks alone, where the pole pairs are known: others lack parts of its step.
@@ -1376,6 +1476,8 @@ int main(void)
     RUN_TEST(test_how_large_a_parameter_is);
     RUN_TEST(test_stage_two_takes_fifty_blocks);
     RUN_TEST(test_pole_pairs_take_a_hundred_blocks);
+    RUN_TEST(test_what_pole_pairs_make_of_what_was_known);
+    RUN_TEST(test_noise_of_inputs);
     RUN_TEST(test_a_late_voltage_is_learned_from_whole_blocks);
     RUN_TEST(test_when_the_voltage_acts_takes_fifty_blocks);
     RUN_TEST(test_block_is_the_triangle_of_the_pairs);

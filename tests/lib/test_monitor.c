@@ -2,7 +2,6 @@
 // back, with effects.
 #include "dqw_monitor.h"
 #include "dqw_monitor_channel.h"
-#include "dqw_monitor_channel.h"
 #include "watched_joint.h"
 
 void setUp(void) { test_case[0] = 0; }
@@ -584,18 +583,28 @@ static void test_healthy_values_follow_while_they_are_known(void)
         }
 }
 
-// In service and watching: what the next two judge, each from there.
+// In service and watching: what the next three judge, each from there, with the rows that come then.
 static const dqw_monitor *in_service(dqw_monitor_config *c)
 {
     static dqw_monitor m;
-    const dqw_sim_scenario s = joint(quick() ? 2.0 : 2.6);
-    simulate(&s);
-    m = begin(c);
-    (void)watch(&m, 0, row_count);
-    dqw_monitor_missing(&m, 0);
-    (void)watch(&m, 20000, 24000);
+    static dqw_sim_row coming[1000];
+    static bool serves;
+    if (!serves) {
+        const dqw_sim_scenario s = joint(quick() ? 2.0 : 2.6);
+        simulate(&s);
+        m = begin(c);
+        (void)watch(&m, 0, row_count);
+        dqw_monitor_missing(&m, 0);
+        (void)watch(&m, 20000, 24000);
+        for (int i = 0; i < DQW_WATCH_CHANNELS; i++) dqw_change_init(&m.watch.change[i]);
+        memcpy(coming, &rows[24000], sizeof coming);
+        serves = true;
+    }
+    row_count = 25000;
+    memcpy(&rows[24000], coming, sizeof coming);
+    m.config = c;
+    m.estimator.config = &c->estimator;
     HOLDS(dqw_monitor_why(&m) == DQW_WHY_IN_SERVICE);
-    for (int i = 0; i < DQW_WATCH_CHANNELS; i++) dqw_change_init(&m.watch.change[i]);
     return &m;
 }
 
@@ -666,6 +675,117 @@ static void test_what_heat_explains_is_no_change(void)
         }
 }
 
+// Row by row to the end of a look.
+static int after_a_look(dqw_monitor *m, dqw_monitor_change *e)
+{
+    int told = 0;
+    m->watch.blocks = DQW_WATCH_TICK_BLOCKS - 1;
+    for (int k = 24000; m->watch.blocks != 0; k++) {
+        const dqw_sample s = row_sample(k);
+        (void)dqw_monitor_sample(m, &s, false);
+        told += dqw_monitor_background(m) && dqw_monitor_event(m, e);
+    }
+    return told;
+}
+
+// A channel that is off by about two of its widths; the limit of the temperature by 3 K, the residual half as much again
+// as its limit.
+static void put_off(dqw_monitor *m, int channel)
+{
+    dqw_monitor_healthy *h = &m->healthy;
+    h->hottest_K = 300.0f;  // the flux may be low
+    m->watch.reversals = DQW_WATCH_REVERSALS_MOST;
+    m->spread_Nm2 = 0.0f;
+    dqw_monitor_channel_value x;
+    dqw_monitor_read_channel(m, channel, &x);
+    const float off = channel < DQW_WATCH_TEMPERATURE ? 2.0f * dqw_monitor_surely(m, channel, x.sd) : 0.0f;
+    if (channel < DQW_WATCH_OFFSET)
+        h->weight[channel] = x.now - off;
+    else if (channel < DQW_WATCH_FRICTION)
+        h->re[channel - DQW_WATCH_OFFSET] = m->witness.re[channel - DQW_WATCH_OFFSET] - off;
+    else if (channel == DQW_WATCH_FRICTION)
+        h->friction_Nm = m->friction_Nm - off;
+    else if (channel == DQW_WATCH_TEMPERATURE)
+        h->cold_R_ohm = dqw_estimator_value(&m->estimator, DQW_R) / (1.0f + 0.0039f * 113.0f);
+    else
+        h->residual_pu2 = m->estimator.recent_pu2 / (4.5f * 4.5f);
+}
+
+// By how many of its widths a channel is off. (E63), (E65)
+static double widths_off(const dqw_monitor *m, int channel)
+{
+    dqw_monitor_channel_value x;
+    dqw_monitor_read_channel(m, channel, &x);
+    if (channel == DQW_WATCH_TEMPERATURE) return ((double)x.now - 110) / 5 + 1;
+    if (channel == DQW_WATCH_RESIDUAL)
+        return sqrt((double)m->estimator.recent_pu2 / (double)m->healthy.residual_pu2) / 3;
+    const double sure = 5 * (double)x.sd * sqrt(1 + 20.0 / (20 + m->watch.looks[channel]));
+    return fabs((double)x.change) / fmax(sure, (double)dqw_monitor_band_of(m, channel));
+}
+
+static double healthy_of(const dqw_monitor *m, int channel)
+{
+    const int k = channel - DQW_WATCH_OFFSET;
+    switch (channel) {
+    case DQW_WATCH_FRICTION: return (double)m->healthy.friction_Nm;
+    case DQW_WATCH_TEMPERATURE: return 110;
+    case DQW_WATCH_RESIDUAL: return 3 * 14 * sqrt((double)m->healthy.residual_pu2);
+    default: return k < 0 ? (double)m->healthy.weight[channel] : hypot(m->healthy.re[k], m->healthy.im[k]);
+    }
+}
+
+// A look adds to a channel's sum by how many of its widths it is off, less one, in 32nds; where the sum is full, what is
+// told is that channel's value and deviation, what was healthy, and since when.
+static void test_each_channel_counts_and_is_told(void)
+{
+    dqw_monitor_config c = config_of();
+    const dqw_monitor *serving = in_service(&c);
+    for (int channel = 0; channel < DQW_WATCH_CHANNELS; channel++) {
+        CASE("channel %d", channel);
+        dqw_monitor m = *serving;
+        // No healthy value settles, nor follows.
+        for (int i = 0; i < DQW_WATCH_TEMPERATURE; i++) m.watch.looks[i] = DQW_WATCH_LOOKS_MOST;
+        for (int i = 0; i < 2; i++)
+            m.watch.followed[i] = (uint16_t)((m.estimator.number + 4) >> DQW_WATCH_FOLLOW_SHIFT);
+        put_off(&m, channel);
+        dqw_monitor told = m;
+        dqw_monitor_change e;
+        TEST_ASSERT_EQUAL_INT(0, after_a_look(&m, &e));
+        const double off = widths_off(&m, channel);
+        BETWEEN(1.4, off, 2.8);
+        BETWEEN(floor(32 * off - 0.05) - 32, m.watch.change[channel].sum_q5, floor(32 * off + 0.05) - 32);
+
+        // Named now, and whether anything explains it or not.
+        told.watch.alarms = (uint16_t)(0x4000u | 1u << channel);
+        told.watch.wait = 1;
+        told.watch.change[channel] = (dqw_change){.sum_q5 = 100, .above = 7};
+        const float cold_ohm = told.healthy.cold_R_ohm;
+        const float cold_Wb = told.healthy.cold_psi_Wb;
+        TEST_ASSERT_EQUAL_INT(1, after_a_look(&told, &e));
+        dqw_monitor_channel_value x;
+        dqw_monitor_read_channel(&m, channel, &x);
+        HOLDS((int)e.parameter == channel && e.value == x.now && e.sd == x.sd);
+        const double healthy = healthy_of(&m, channel);
+        BETWEEN(-1e-6 * fabs(healthy), (double)e.healthy - healthy, 1e-6 * fabs(healthy));
+        HOLDS(e.sample == (uint64_t)m.estimator.number * 20 && e.sample - e.since == 8u * 16 * 20);
+        if (channel == DQW_WATCH_TEMPERATURE || channel == DQW_WATCH_FRICTION) {
+            HOLDS(told.watch.alarms == 0 && told.watch.change[channel].sum_q5 == 0 && told.watch.wait == 0);
+            if (channel == DQW_WATCH_TEMPERATURE) continue;
+            HOLDS(told.healthy.friction_Nm == told.friction_Nm && told.watch.reversals == 0);
+            HOLDS(e.fault.name == DQW_FAULT_BEARING_WEAR && e.fault.confidence == 0.99f);
+            continue;
+        }
+        HOLDS(dqw_monitor_why(&told) == DQW_WHY_RESTS);
+        is_healthy_now(&told);
+        // What has broken is not what has heated.
+        const bool phase = e.fault.name == DQW_FAULT_PHASE_CONNECTION || e.fault.name == DQW_FAULT_CURRENT_GAIN;
+        const float R_part = dqw_estimator_value(&m.estimator, DQW_R) / m.healthy.weight[DQW_R];
+        const float psi_part = dqw_estimator_value(&m.estimator, DQW_PSI) / m.healthy.weight[DQW_PSI];
+        BETWEEN(-1e-6, (double)(told.healthy.cold_R_ohm / cold_ohm) - (phase ? (double)R_part : 1.0), 1e-6);
+        BETWEEN(-1e-6, (double)(told.healthy.cold_psi_Wb / cold_Wb - psi_part), 1e-6);
+    }
+}
+
 // Friction's torque is what does not accelerate: over halves that do not follow each other nobody knows.
 static void test_friction_takes_no_lost_half_for_one(void)
 {
@@ -717,6 +837,7 @@ int main(void)
     RUN_TEST(test_healthy_values_follow_while_they_are_known);
     RUN_TEST(test_healthy_values_settle_while_they_are_known);
     RUN_TEST(test_what_heat_explains_is_no_change);
+    RUN_TEST(test_each_channel_counts_and_is_told);
     RUN_TEST(test_friction_takes_no_lost_half_for_one);
     return UNITY_END();
 }

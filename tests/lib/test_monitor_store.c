@@ -289,12 +289,45 @@ static void test_only_warmer_or_colder_is_no_event(void)
     }
 }
 
+// R between 40 K below cold and the limit of the winding. The flux by what a magnet as hot as the winding is, or was,
+// has lost, three tenths more and half a band; where the winding is colder than cold, gained as much. (E94)
+static void test_where_healthy_values_begin(void)
+{
+    static const double winding_K[] = {-60, -41, -39, 0, 0.5, 50, 109, 111, 200};
+    static const double hottest_K[] = {0, 30, 130};
+    const dqw_monitor_config c = config_of();
+    const dqw_monitor_stored *given = stored();
+    const double cold_ohm = (double)given->healthy.cold_R_ohm;
+    const double cold_Wb = (double)given->healthy.cold_psi_Wb;
+    for (int k = 0; k < 9; k++)
+        for (int h = 0; h < 3; h++)
+            for (double flux = 0.75; flux < 1.3; flux += 0.01) {
+                CASE("%g K, was %g K, flux %g", winding_K[k], hottest_K[h], flux);
+                dqw_monitor m = begin(&c);
+                TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_monitor_restore(&m, given));
+                m.healthy.hottest_K = (float)hottest_K[h];
+                m.estimator.number = 70000;
+                dqw_estimator *e = &m.estimator;
+                e->w_pu[DQW_R] = (float)(cold_ohm * (1 + 0.0039 * winding_K[k])) / dqw_estimator_unit(e, DQW_R);
+                e->w_pu[DQW_PSI] = (float)(cold_Wb * flux) / dqw_estimator_unit(e, DQW_PSI);
+                m.enter_as_stored(&m);
+                const double rise = fmax(-40, fmin(110, winding_K[k]));
+                const double lost = 1.3e-3 * fmax(rise, hottest_K[h]) + 0.006;
+                const double gained = 1.3e-3 * fmax(-rise, 0) + 0.006;
+                BETWEEN(-1e-5, (double)m.healthy.weight[DQW_R] / cold_ohm - (1 + 0.0039 * rise), 1e-5);
+                BETWEEN(-1e-5, (double)m.healthy.weight[DQW_PSI] / cold_Wb - fmax(1 - lost, fmin(1 + gained, flux)),
+                        1e-5);
+                HOLDS(m.watch.followed[0] == 70000 / 256 && m.watch.followed[1] == 70000 / 256);
+            }
+}
+
 int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_what_was_damaged_is_refused);
     RUN_TEST(test_another_configuration_is_refused);
     RUN_TEST(test_a_restored_monitor_watches_at_once);
+    RUN_TEST(test_where_healthy_values_begin);
     RUN_TEST(test_what_broke_while_it_was_off_is_told);
     RUN_TEST(test_only_warmer_or_colder_is_no_event);
     return UNITY_END();

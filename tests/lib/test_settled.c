@@ -102,6 +102,23 @@ static void test_settled_rows_are_batch_least_squares(void)
     }
 }
 
+// A settled row is a block of its own: what goes with it is its angle, not the one before it.
+static void test_a_row_has_its_own_angle(void)
+{
+    dqw_estimator_config c = config_of();
+    c.angle = true;
+    dqw_estimator e = begin(&c);
+    for (int k = 0; k < 5; k++) {
+        dqw_sample s = settled(3, 2, 50);
+        s.cosine = (float)cos(k);
+        s.sine = (float)sin(k);
+        HOLDS(dqw_estimator_sample(&e, &s, false) == DQW_EVENT_BLOCK);
+        dqw_estimator_block b;
+        HOLDS(dqw_estimator_take(&e, &b));
+        HOLDS(b.cosine == s.cosine && b.sine == s.sine);
+    }
+}
+
 static void test_ninety_five_percent_intervals_hold_the_truth(void)
 {
     const int runs = scaled(200);
@@ -253,6 +270,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_settled_rows_are_batch_least_squares);
+    RUN_TEST(test_a_row_has_its_own_angle);
     RUN_TEST(test_ninety_five_percent_intervals_hold_the_truth);
     RUN_TEST(test_what_cannot_be_taught_is_not_known);
     RUN_TEST(test_a_start_value_is_no_prior_even_at_the_threshold);

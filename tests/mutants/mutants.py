@@ -4,7 +4,7 @@
 mutants.py FOLDER [--count N] [--seed S] [--build build] [--jobs N] prints each survivor and, last, how many of the sample the tests kill.
 mutants.py FOLDER --only FILE:LINE prints the verdict on every mutant of that line. What is judged stays in build/mutants.tsv: a campaign that was
 interrupted goes on.
-Changes that the compiler sees no difference in are no mutants. Those that nobody can see are in equivalent.txt, each with its reason.
+Changes that the compiler sees no difference in are no mutants, nor is < to <= where the larger, the smaller or the size is taken. Those that nobody can see are in equivalent.txt, each with its reason.
 """
 
 from __future__ import annotations
@@ -97,11 +97,28 @@ def closing(code: str, at: int) -> int:
     return -1
 
 
+# A whole operand, and what may not follow the last one.
+VALUE = r"(?<![+\-*/%|] )(?<![^&]& )(?<![\w.\])>-])-?[\w.\[\]]+(?:->[\w.\[\]]+)*"
+ENDS = r"(?![\w.\[(-]| [+\-*/%&|=?])"
+# a < b ? a : b, a < 0 ? -a : a, if (a < b) a = b: at equality both ways give the same.
+CHOICES = [
+    re.compile(rf"(?P<a>{VALUE}) [<>] (?P<b>-?[\w.\[\]>-]+)(?= \? (?:(?P=a) : (?P=b)|(?P=b) : (?P=a)){ENDS})"),
+    re.compile(rf"(?P<a>{VALUE}) [<>] 0(?:\.0f)?(?= \? (?:-(?P=a) : (?:(?P=a)|0(?:\.0f)?)|(?P=a) : -(?P=a)){ENDS})"),
+    re.compile(r"\bif \((?P<a>[\w.\[\]>-]+) [<>] (?P<b>[\w.\[\]>-]+)\)(?= (?:(?P=a) = (?P=b)|(?P=b) = (?P=a));)"),
+]
+
+
+def is_choice(code: str, at: int) -> bool:
+    return any(m.start() <= at < m.end() for c in CHOICES for m in c.finditer(code))
+
+
 def of_line(code: str) -> list[tuple[str, str]]:
     """What can be done to a line: its new text, and a word for it."""
     out: list[tuple[str, str]] = []
     for old, new in SWAPS.items():
         for m in re.finditer(re.escape(old), code):
+            if old in (" < ", " > ") and is_choice(code, m.start()):
+                continue
             out.append((code[: m.start()] + new + code[m.end() :], f"{old.strip()} to {new.strip()}"))
     for m in re.finditer(r"(?<![\w.])(\d+)(u?)(?![\w.])", code):
         n = int(m.group(1))

@@ -481,6 +481,8 @@ static void test_pole_pairs_are_found(void)
                 found = k;
                 // All that was learned until now is there.
                 for (int i = 0; i < 4; i++) BETWEEN(0.6, (double)p.q.cov_q40[i] / (double)given.cov_q40[i], 3.0);
+                // And of what has its weight from now on, nothing.
+                for (int i = 4; i < N; i++) BETWEEN(0.99, (double)p.q.cov_q40[i] / (double)given.cov_q40[i], 1.01);
             }
             BETWEEN(2000, found, noisy == 2 && poles[n] == 40 ? 30000 : 12000);
             for (int i = 0; i < 4; i++) {
@@ -729,6 +731,38 @@ static void test_small_nominal_values_are_where_it_starts(void)
         CASE("%s", NAME[i]);
         HOLDS(dqw_estimator_unit_q15(&p.qc, (enum dqw_parameter)i) > 1000);
         BETWEEN(0.99, q_value(&p, i) / nominal[i], 1.01);
+    }
+}
+
+// Without nominal values: a tenth of the full voltage at full current, and at full speed; the flux half of it.
+static void test_units_without_nominal_values(void)
+{
+    for (int poles = 1; poles <= 7; poles += 3) {
+        CASE("%d pole pairs", poles);
+        const dqw_estimator_q15_config c = {
+            .scale = {.v_full_mV = 24000, .i_full_mA = 10000, .w_full_mrad_s = 300000, .dt_ns = 50000}};
+        dqw_estimator_q15_config told = c;
+        told.scale.pole_pairs = (uint16_t)poles;
+        const double turning = 300.0 * poles;
+        const double L_nH = 1e9 * 0.1 * 24 / 10 / turning;
+        BETWEEN(-1, dqw_estimator_unit_q15(&told, DQW_R) - 1e6 * 0.1 * 24 / 10, 1);
+        BETWEEN(-1, dqw_estimator_unit_q15(&told, DQW_LD) - L_nH, 1);
+        BETWEEN(-1, dqw_estimator_unit_q15(&told, DQW_LQ) - L_nH, 1);
+        BETWEEN(-1, dqw_estimator_unit_q15(&told, DQW_PSI) - 1e9 * 0.5 * 24 / turning, 1);
+        BETWEEN(-1, dqw_estimator_unit_q15(&told, DQW_PSI_Q) - 1e9 * 0.5 * 24 / turning, 1);
+    }
+}
+
+// A part of the full voltage in millionths, rounded down.
+static void test_recent_residual_in_millionths(void)
+{
+    pair p;
+    configure(&p, 0.0, 0.0, 0.0);
+    begin(&p);
+    for (int bits = 0; bits <= 31; bits++) {
+        CASE("2^%d", bits);
+        p.q.recent_q54 = (int64_t)1 << (2 * bits);
+        HOLDS(dqw_estimator_recent_ppm_q15(&p.q) == (uint32_t)floor(ldexp(1e6, bits - 27)));
     }
 }
 
@@ -1018,6 +1052,8 @@ int main(void)
     RUN_TEST(test_begun_again_it_has_forgotten);
     RUN_TEST(test_defined_anew_it_forgets_all_but_the_counts);
     RUN_TEST(test_small_nominal_values_are_where_it_starts);
+    RUN_TEST(test_units_without_nominal_values);
+    RUN_TEST(test_recent_residual_in_millionths);
     RUN_TEST(test_how_large_a_parameter_is);
     RUN_TEST(test_stage_two_takes_fifty_blocks);
     RUN_TEST(test_a_late_voltage_is_of_whole_blocks);

@@ -87,17 +87,31 @@ typedef struct course {
     uint32_t whys;      // bit i: enum dqw_why i held after some block
 } course;
 
+// A rest begins with what is now as healthy, and no reversal counted: not only from the next look on.
+static void is_healthy_now(const dqw_monitor_q15 *m)
+{
+    for (int i = 0; i < DQW_WATCH_OFFSET; i++) HOLDS(m->healthy.weight_q24[i] == m->estimator.w_q24[i]);
+    HOLDS(m->healthy.friction_q24 == m->friction_q24 && m->watch.reversals == 0 && m->watch.alarms == 0);
+    // The floor is 1333 ppm.
+    BETWEEN(-1e-11,
+            ldexp((double)m->healthy.residual_q54, -54) -
+                fmax(ldexp((double)m->estimator.recent_q54, -54), 1333e-6 * 1333e-6),
+            1e-11);
+}
+
 static course watch(dqw_monitor_q15 *m, int from, int to)
 {
     course o = {.service_s = INFINITY, .watching_s = INFINITY};
     for (int k = from; k < to && k < row_count; k++) {
         const dqw_sample_q15 s = row_sample(k);
         const bool waits = (dqw_monitor_sample_q15(m, &s, false) & DQW_EVENT_BLOCK) != 0;
+        const bool served = dqw_monitor_stage_q15(m) == DQW_STAGE_IN_SERVICE;
         dqw_monitor_change_q15 e;
         memset(&e, 0x5a, sizeof e);
         const bool changed = dqw_monitor_background_q15(m);
         HOLDS(waits || !changed);
         HOLDS(dqw_monitor_event_q15(m, &e) == changed && !dqw_monitor_event_q15(m, &e));
+        if ((changed || !served) && dqw_monitor_why_q15(m) == DQW_WHY_RESTS) is_healthy_now(m);
         const enum dqw_stage_name stage = dqw_monitor_stage_q15(m);
         if (stage == DQW_STAGE_IN_SERVICE && !isfinite(o.service_s)) o.service_s = k * DT_S;
         if (waits) o.whys |= 1u << dqw_monitor_why_q15(m);
@@ -351,18 +365,28 @@ static void test_sensitivity(void)
 
 // ---- an event ----
 
-// In service and watching: what the next two judge, each from there.
+// In service and watching: what the next three judge, each from there, with the rows that come then.
 static const dqw_monitor_q15 *in_service(dqw_monitor_q15_config *c)
 {
     static dqw_monitor_q15 m;
-    const dqw_sim_scenario s = joint(quick() ? 2.0 : 2.6);
-    simulate(&s);
-    m = begin(c);
-    (void)watch(&m, 0, row_count);
-    dqw_monitor_missing_q15(&m, 0);
-    (void)watch(&m, 20000, 24000);
+    static dqw_sim_row coming[1000];
+    static bool serves;
+    if (!serves) {
+        const dqw_sim_scenario s = joint(quick() ? 2.0 : 2.6);
+        simulate(&s);
+        m = begin(c);
+        (void)watch(&m, 0, row_count);
+        dqw_monitor_missing_q15(&m, 0);
+        (void)watch(&m, 20000, 24000);
+        for (int i = 0; i < DQW_WATCH_CHANNELS; i++) dqw_change_init(&m.watch.change[i]);
+        memcpy(coming, &rows[24000], sizeof coming);
+        serves = true;
+    }
+    row_count = 25000;
+    memcpy(&rows[24000], coming, sizeof coming);
+    m.config = c;
+    m.estimator.config = &c->estimator;
     HOLDS(dqw_monitor_why_q15(&m) == DQW_WHY_IN_SERVICE);
-    for (int i = 0; i < DQW_WATCH_CHANNELS; i++) dqw_change_init(&m.watch.change[i]);
     return &m;
 }
 
@@ -431,6 +455,125 @@ static void test_what_heat_explains_is_no_change(void)
             else
                 BETWEEN(32, m.watch.change[channel].sum_q5, 96);
         }
+}
+
+// Row by row to the end of a look.
+static int after_a_look(dqw_monitor_q15 *m, dqw_monitor_change_q15 *e)
+{
+    int told = 0;
+    m->watch.blocks = DQW_WATCH_TICK_BLOCKS - 1;
+    for (int k = 24000; m->watch.blocks != 0; k++) {
+        const dqw_sample_q15 s = row_sample(k);
+        (void)dqw_monitor_sample_q15(m, &s, false);
+        told += dqw_monitor_background_q15(m) && dqw_monitor_event_q15(m, e);
+    }
+    return told;
+}
+
+// A channel that is off by about two of its widths; the limit of the temperature by 3 K, the residual half as much again
+// as its limit.
+static void put_off(dqw_monitor_q15 *m, int channel)
+{
+    dqw_monitor_healthy_q15 *h = &m->healthy;
+    h->hottest_q16 = 300 * 65536;  // the flux may be low
+    m->watch.reversals = DQW_WATCH_REVERSALS_MOST;
+    m->spread_q48 = 0;
+    dqw_monitor_channel_q15 x;
+    dqw_monitor_read_channel_q15(m, channel, &x);
+    const int32_t off = channel < DQW_WATCH_TEMPERATURE ? 2 * (int32_t)dqw_monitor_surely_q15(m, channel, x.sd) : 0;
+    if (channel < DQW_WATCH_OFFSET)
+        h->weight_q24[channel] = x.now - off;
+    else if (channel < DQW_WATCH_FRICTION)
+        h->re_q28[channel - DQW_WATCH_OFFSET] = m->witness.re_q28[channel - DQW_WATCH_OFFSET] - 16 * off;
+    else if (channel == DQW_WATCH_FRICTION)
+        h->friction_q24 = m->friction_q24 - off;
+    else if (channel == DQW_WATCH_TEMPERATURE)
+        h->cold_R_q24 = (int32_t)lrint(m->estimator.w_q24[DQW_R] / (1 + 0.0039 * 113));
+    else
+        h->residual_q54 = (int64_t)((double)m->estimator.recent_q54 / (4.5 * 4.5));
+}
+
+// By how many of its widths a channel is off. (E63), (E65)
+static double widths_off(const dqw_monitor_q15 *m, int channel)
+{
+    dqw_monitor_channel_q15 x;
+    dqw_monitor_read_channel_q15(m, channel, &x);
+    if (channel == DQW_WATCH_TEMPERATURE)
+        return ((m->estimator.w_q24[DQW_R] / (double)m->healthy.cold_R_q24 - 1) / 0.0039 - 110) / 5 + 1;
+    if (channel == DQW_WATCH_RESIDUAL)
+        return sqrt((double)m->estimator.recent_q54 / (double)m->healthy.residual_q54) / 3;
+    const double sure = 5 * (double)x.sd * sqrt(1 + 20.0 / (20 + m->watch.looks[channel]));
+    return fabs((double)x.change) / fmax(sure, dqw_monitor_band_of_q15(m, channel));
+}
+
+// In what a channel is read in, Q40.
+static double healthy_of(const dqw_monitor_q15 *m, int channel)
+{
+    const int k = channel - DQW_WATCH_OFFSET;
+    switch (channel) {
+    case DQW_WATCH_FRICTION: return m->healthy.friction_q24 * 65536.0;
+    case DQW_WATCH_TEMPERATURE: return 110 * Q40;
+    case DQW_WATCH_RESIDUAL: return 3 * sqrt(ldexp((double)m->healthy.residual_q54, -54)) * Q40;
+    default:
+        return k < 0 ? m->healthy.weight_q24[channel] * 65536.0
+                     : hypot(m->healthy.re_q28[k], m->healthy.im_q28[k]) * 4096.0;
+    }
+}
+
+// A look adds to a channel's sum by how many of its widths it is off, less one, in 32nds; where the sum is full, what is
+// told is that channel's value and deviation, what was healthy, and since when.
+static void test_each_channel_counts_and_is_told(void)
+{
+    dqw_monitor_q15_config c = config_of();
+    const dqw_monitor_q15 *serving = in_service(&c);
+    for (int channel = 0; channel < DQW_WATCH_CHANNELS; channel++) {
+        CASE("channel %d", channel);
+        dqw_monitor_q15 m = *serving;
+        // No healthy value settles, nor follows.
+        for (int i = 0; i < DQW_WATCH_TEMPERATURE; i++) m.watch.looks[i] = DQW_WATCH_LOOKS_MOST;
+        for (int i = 0; i < 2; i++)
+            m.watch.followed[i] = (uint16_t)((m.estimator.number + 4) >> DQW_WATCH_FOLLOW_SHIFT);
+        put_off(&m, channel);
+        dqw_monitor_q15 told = m;
+        dqw_monitor_change_q15 e;
+        TEST_ASSERT_EQUAL_INT(0, after_a_look(&m, &e));
+        const double off = widths_off(&m, channel);
+        BETWEEN(1.4, off, 2.8);
+        BETWEEN(floor(32 * off - 0.55) - 32, m.watch.change[channel].sum_q5, floor(32 * off + 0.55) - 32);
+
+        // Named now, and whether anything explains it or not.
+        told.watch.alarms = (uint16_t)(0x4000u | 1u << channel);
+        told.watch.wait = 1;
+        told.watch.change[channel] = (dqw_change){.sum_q5 = 100, .above = 7};
+        const double cold_R = told.healthy.cold_R_q24;
+        const double cold_psi = told.healthy.cold_psi_q24;
+        TEST_ASSERT_EQUAL_INT(1, after_a_look(&told, &e));
+        const dqw_reading_q15 x = dqw_monitor_read_q15(&m, (enum dqw_monitor_channel)channel);
+        HOLDS((int)e.parameter == channel && e.value_q40 == x.value_q40);
+        dqw_monitor_channel_q15 now;
+        dqw_monitor_read_channel_q15(&m, channel, &now);
+        HOLDS(e.sd_q40 == dqw_monitor_q40_of(channel, now.sd));
+        // A last place of Q24, of what is kept in Q16 one of these.
+        const double healthy = healthy_of(&m, channel);
+        const double place = channel == DQW_WATCH_TEMPERATURE ? 1 / 65536.0 : 2 / 16777216.0;
+        BETWEEN(-place, (double)e.healthy_q40 / Q40 - healthy / Q40, place);
+        HOLDS(e.sample == (uint64_t)m.estimator.number * 20 && e.sample - e.since == 8u * 16 * 20);
+        if (channel == DQW_WATCH_TEMPERATURE || channel == DQW_WATCH_FRICTION) {
+            HOLDS(told.watch.alarms == 0 && told.watch.change[channel].sum_q5 == 0 && told.watch.wait == 0);
+            if (channel == DQW_WATCH_TEMPERATURE) continue;
+            HOLDS(told.healthy.friction_q24 == told.friction_q24 && told.watch.reversals == 0);
+            HOLDS(e.fault.name == DQW_FAULT_BEARING_WEAR && e.fault.confidence_q15 == 32440);
+            continue;
+        }
+        HOLDS(dqw_monitor_why_q15(&told) == DQW_WHY_RESTS);
+        is_healthy_now(&told);
+        // What has broken is not what has heated.
+        const bool phase = e.fault.name == DQW_FAULT_PHASE_CONNECTION || e.fault.name == DQW_FAULT_CURRENT_GAIN;
+        const double R_part = (double)m.estimator.w_q24[DQW_R] / m.healthy.weight_q24[DQW_R];
+        const double psi_part = (double)m.estimator.w_q24[DQW_PSI] / m.healthy.weight_q24[DQW_PSI];
+        BETWEEN(-1e-6, told.healthy.cold_R_q24 / cold_R - (phase ? R_part : 1.0), 1e-6);
+        BETWEEN(-1e-6, told.healthy.cold_psi_q24 / cold_psi - psi_part, 1e-6);
+    }
 }
 
 static void test_an_event_is_told_once_with_its_times(void)
@@ -656,6 +799,36 @@ static void test_what_changed_while_it_was_off_is_an_event_and_heat_is_none(void
     BETWEEN(0.5 * (1 + 0.0039 * 108), healthy_ohm, 0.5 * (1 + 0.0039 * 114));
 }
 
+// R between 40 K below cold and the limit of the winding. The flux by what a magnet as hot as the winding is, or was,
+// has lost, three tenths more and half a band; where the winding is colder than cold, gained as much. (E94)
+static void test_where_healthy_values_begin(void)
+{
+    static const double winding_K[] = {-60, -41, -39, 0, 0.5, 50, 109, 111, 200};
+    static const double hottest_K[] = {0, 30, 130};
+    const dqw_monitor_q15_config c = config_of();
+    const dqw_monitor_q15 fresh = begin(&c);
+    for (int k = 0; k < 9; k++)
+        for (int h = 0; h < 3; h++)
+            for (double flux = 0.75; flux < 1.3; flux += 0.01) {
+                CASE("%g K, was %g K, flux %g", winding_K[k], hottest_K[h], flux);
+                dqw_monitor_q15 m = fresh;
+                m.restored = true;
+                m.healthy.cold_R_q24 = 13000000;
+                m.healthy.cold_psi_q24 = 20000000;
+                m.healthy.hottest_q16 = (int32_t)hottest_K[h] * 65536;
+                m.estimator.number = 70000;
+                m.estimator.w_q24[DQW_R] = (int32_t)lrint(13e6 * (1 + 0.0039 * winding_K[k]));
+                m.estimator.w_q24[DQW_PSI] = (int32_t)lrint(20e6 * flux);
+                dqw_monitor_enter_as_stored_q15(&m);
+                const double rise = fmax(-40, fmin(110, winding_K[k]));
+                const double lost = 1.3e-3 * fmax(rise, hottest_K[h]) + 0.006;
+                const double gained = 1.3e-3 * fmax(-rise, 0) + 0.006;
+                BETWEEN(-1e-6, m.healthy.weight_q24[DQW_R] / 13e6 - (1 + 0.0039 * rise), 1e-6);
+                BETWEEN(-1e-6, m.healthy.weight_q24[DQW_PSI] / 20e6 - fmax(1 - lost, fmin(1 + gained, flux)), 1e-6);
+                HOLDS(m.watch.followed[0] == 70000 / 256 && m.watch.followed[1] == 70000 / 256 && !m.restored);
+            }
+}
+
 // ---- the circle ----
 
 // Domain knowledge, random learning, ordinal learning, threshold: an effect that the configuration lacks keeps the
@@ -709,8 +882,10 @@ int main(void)
     RUN_TEST(test_sensitivity);
     RUN_TEST(test_healthy_values_settle_while_they_are_known);
     RUN_TEST(test_what_heat_explains_is_no_change);
+    RUN_TEST(test_each_channel_counts_and_is_told);
     RUN_TEST(test_an_event_is_told_once_with_its_times);
     RUN_TEST(test_a_store_that_is_damaged_or_another_machines_is_refused);
+    RUN_TEST(test_where_healthy_values_begin);
     RUN_TEST(test_what_changed_while_it_was_off_is_an_event_and_heat_is_none);
     RUN_TEST(test_the_circle_with_an_effect);
     return UNITY_END();

@@ -795,6 +795,19 @@ static void test_init_refuses_and_leaves_the_object_alone(void)
         CASE("last %u", n);
         TEST_ASSERT_EQUAL_INT_MESSAGE(DQW_OK, dqw_effect_init_q15(&o, &last[n], 1, &base), test_case);
     }
+    // R, L and psi up to 2^18 of their units.
+    dqw_scale fine = scale;
+    fine.v_full_mV = 1000, fine.i_full_mA = 100000, fine.dt_ns = 10000, fine.w_full_mrad_s = 100000;
+    const dqw_effect_q15_base of_fine = {.scale = &fine, .half_window = 20};
+    for (int n = 0; n < 8; n++) {
+        CASE("most %d", n);
+        const uint32_t part = n % 2 ? 999 : 1001;
+        dqw_effect_q15_config most = {.effect = n < 6 ? DQW_EFFECT_CURRENT_OFFSET : DQW_EFFECT_ANGLE_OFFSET};
+        uint32_t *const field[] = {&most.R_uohm, &most.Ld_nH, &most.Lq_nH, &most.psi_nWb};
+        static const uint32_t most_by_1000[] = {2621440, 26214, 26214, 2621440};
+        *field[n / 2] = most_by_1000[n / 2] * part;
+        HOLDS(dqw_effect_init_q15(&o, &most, 1, &of_fine) == (n % 2 ? DQW_OK : DQW_ERR_EFFECT_SHAPE));
+    }
     // Twice the same heating; more weights than there is room for.
     const dqw_effect_q15_config twice[2] = {{.effect = DQW_EFFECT_WINDING_TEMPERATURE},
                                             {.effect = DQW_EFFECT_WINDING_TEMPERATURE}};
@@ -811,6 +824,37 @@ static void test_init_refuses_and_leaves_the_object_alone(void)
     TEST_ASSERT_EQUAL_INT(DQW_ERR_SIZE, dqw_estimator_read_effect_q15(&q, 1, w, sd));
     TEST_ASSERT_EQUAL_INT(DQW_ERR_SIZE, dqw_estimator_read_effect_q15(&q, -1, w, sd));
     TEST_ASSERT_EQUAL_INT(0, dqw_estimator_read_effect_q15(&q, 0, w, sd));
+}
+
+// What an effect asks for is asked, whatever stands before or behind it. (E51) to (E56)
+static void test_what_a_list_asks_for(void)
+{
+    const dqw_effect_q15_base base = {.scale = &scale, .half_window = 20};
+    for (int n = 0; n < LAWS; n++)
+        for (int at = 0; at < 2; at++) {
+            CASE("%s, place %d", laws[n].name, at);
+            dqw_effect_q15_config list[2] = {{.effect = DQW_EFFECT_SKIN_EFFECT}, {.effect = DQW_EFFECT_SKIN_EFFECT}};
+            list[at] = laws[n].two;
+            list[at].tau_us = 0;
+            static dqw_effect_q15 x;
+            TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_effect_init_q15(&x, list, 2, &base));
+            const enum dqw_effect_name name = laws[n].two.effect;
+            const bool sensors = name == DQW_EFFECT_FLUX_HARMONICS || name == DQW_EFFECT_CURRENT_OFFSET ||
+                                 name == DQW_EFFECT_CURRENT_GAIN_MISMATCH ||
+                                 name == DQW_EFFECT_PHASE_RESISTANCE_IMBALANCE;
+            HOLDS(x.needs_angle == (sensors || name == DQW_EFFECT_DEAD_TIME));
+            HOLDS(x.needs_last == (name == DQW_EFFECT_IRON_LOSS || name == DQW_EFFECT_DELAY));
+            HOLDS(x.needs_winding == (name == DQW_EFFECT_WINDING_TEMPERATURE));
+            HOLDS(x.needs_magnet == (name == DQW_EFFECT_MAGNET_TEMPERATURE));
+            for (int angle = 0; angle < 2; angle++) {
+                const dqw_estimator_q15_config c = {
+                    .scale = scale, .angle = angle == 1, .effects = list, .effect_count = 2};
+                HOLDS(dqw_estimator_init_q15(&q, &c) == (x.needs_angle && !c.angle ? DQW_ERR_EFFECT_ANGLE : DQW_OK));
+            }
+            list[at].tau_us = 1000000;
+            TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_effect_init_q15(&x, list, 2, &base));
+            HOLDS(!x.needs_winding && !x.needs_magnet);
+        }
 }
 
 // A start value is what is read before anything is learned of another effect's: to the plain unit and back.
@@ -955,6 +999,7 @@ int main(void)
     RUN_TEST(test_each_deviation_is_widened_by_its_own_blocks);
     RUN_TEST(test_read_before_anything_was_learned);
     RUN_TEST(test_an_angle_that_is_none);
+    RUN_TEST(test_what_a_list_asks_for);
     RUN_TEST(test_init_refuses_and_leaves_the_object_alone);
     RUN_TEST(test_any_bits);
     return UNITY_END();

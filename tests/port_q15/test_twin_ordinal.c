@@ -141,6 +141,7 @@ static void test_exponential_and_logarithm(void)
     TEST_ASSERT_TRUE(dqw_one_less_exp_q40(0) == 0 && dqw_one_less_exp_q40(-5) == 0 &&
                      dqw_one_less_exp_q40(INT64_MAX) == (int64_t)1 << 40);
     TEST_ASSERT_TRUE(dqw_minus_log_q40(0) == 0 && dqw_minus_log_q40(INT32_MIN) == 0);
+    BETWEEN(-2e-9, ldexp((double)dqw_minus_log_q40(1), -40) - 31 * log(2), 2e-9);
 }
 
 // Epoch for epoch. The float one carries single precision through a recursion of 300 steps, 1e-5 of a weight or so;
@@ -250,6 +251,101 @@ static void test_what_teaches_nothing_changes_nothing(void)
     TEST_ASSERT_TRUE(t.q.learned == UINT32_MAX && t.q.skipped == UINT32_MAX && t.q.epochs == UINT32_MAX);
 }
 
+// Two unknowns are told apart where the sums' determinant is above 2^-22 of the product of their squares. Sums as one
+// epoch leaves them; far below and above, and as near as whole numbers come.
+static void test_how_far_apart_two_unknowns_must_be(void)
+{
+    const int64_t high = (int64_t)1 << 29;
+    const struct {
+        int64_t own[2], both;
+        bool told;
+    } sums[] = {{{high, high}, high - 64, false},  // 2^36 - 2^12 of 2^58
+                {{high, high}, high - 65, true},
+                {{high, high}, -(high - 64), false},
+                {{high, high}, -(high - 65), true},
+                {{2, 2099201}, 2049, false},  // 1 of 2^22, rounded down
+                {{2, 2099202}, 2049, true},
+                {{0, 0}, 0, false},
+                {{1000, 0}, 0, false}};
+    for (unsigned k = 0; k < sizeof sums / sizeof sums[0]; k++) {
+        CASE("sums %u", k);
+        dqw_ordinal_q15 o = begin(DQW_ORDINAL_PAIRS_Q15, 0, 0.3, 3e-4).q;
+        const dqw_ordinal_q15 before = o;
+        // As of a pole of 1/2 and a weight of 1/4 of the input.
+        o.sum[0] = sums[k].own[0], o.sum[1] = sums[k].both, o.sum[2] = sums[k].own[1];
+        o.sum[3] = sums[k].own[0] / 4 - sums[k].both / 2;
+        o.sum[4] = sums[k].both / 4 - sums[k].own[1] / 2;
+        (void)dqw_ordinal_end_epoch_q15(&o);
+        HOLDS((o.a_q31 != before.a_q31 || o.b_q27 != before.b_q27) == sums[k].told);
+    }
+}
+
+// Sums of many pairs and of few, of a large input beside a small one: the same weight and pole.
+static void test_sums_of_any_size(void)
+{
+    for (int x = 44; x <= 60; x += 8)
+        for (int y = 44; y <= 60; y += 8) {
+            CASE("2^%d, 2^%d", x, y);
+            dqw_ordinal_q15 o = begin(DQW_ORDINAL_PAIRS_Q15, 0, 0.3, 3e-4).q;
+            o.sum[0] = (int64_t)1 << x, o.sum[2] = (int64_t)1 << y;
+            // A quarter of what both could have in common.
+            o.sum[1] = (int64_t)1 << ((x + y) / 2 - 2);
+            o.sum[3] = o.sum[0] / 4 - o.sum[1] / 4;
+            o.sum[4] = o.sum[1] / 4 - o.sum[2] / 4;
+            (void)dqw_ordinal_end_epoch_q15(&o);
+            BETWEEN(-1e-6, o.b_q27 / 134217728.0 - 0.25, 1e-6);
+            BETWEEN(-1e-6, o.a_q31 / 2147483648.0 - 0.75, 1e-6);
+        }
+}
+
+// A step of an epoch from the neuron's own output: the pole by 0.2 at most, the weight to ten times or a tenth.
+static void test_how_far_an_epoch_goes(void)
+{
+    for (int way = -1; way <= 1; way += 2)
+        for (int far = 0; far < 2; far++) {
+            CASE("way %d, far %d", way, far);
+            dqw_ordinal_q15 o = begin(DQW_ORDINAL_OUTPUT_ERROR_Q15, 0, 0.3, 3e-4).q;
+            o.from_pairs = false;
+            o.a_q31 = 1 << 30;
+            o.b_q27 = 1 << 22;
+            // What is found is in 2^-19 of 1 for the weight, 2^-23 for the pole: well inside, and well beyond.
+            o.sum[0] = o.sum[2] = (int64_t)1 << 40;
+            o.sum[3] = way * (o.sum[0] >> 19) * (far ? 1 << 26 : 1 << 20);
+            o.sum[4] = way * (o.sum[2] >> 23) * (far ? 1 << 30 : 1 << 27);
+            (void)dqw_ordinal_end_epoch_q15(&o);
+            const double b = o.b_q27 / 4194304.0;
+            const double a = o.a_q31 / 2147483648.0 - 0.5;
+            BETWEEN(-1e-6, b - (!far ? 1 + 0.25 * way : way > 0 ? 10 : 0.1), 1e-6);
+            BETWEEN(-1e-6, a - way * (far ? 0.2 : 0.0625), 1e-6);
+        }
+}
+
+// What pairs say beyond what a circuit can have is bounded: an input's weight of 8, a pole of 0.01 or 0.9995.
+static void test_what_pairs_say_is_bounded(void)
+{
+    static const double weights[] = {-20, -7, 7, 20};
+    static const double poles[] = {-0.5, 0.2, 0.9999};
+    for (int k = 0; k < 4; k++)
+        for (int n = 0; n < 3; n++) {
+            CASE("weight %g, pole %g", weights[k], poles[n]);
+            dqw_ordinal_q15 o = begin(DQW_ORDINAL_PAIRS_Q15, 0, 0.3, 3e-4).q;
+            // Of pairs each by itself.
+            test_random r = {8};
+            for (int pair = 0; pair < 200; pair++) {
+                const double x = random_uniform(&r, -0.03, 0.03);
+                const double y = random_uniform(&r, -0.3, 0.3);
+                const int16_t x_is = q15(x);
+                const int16_t y_is = q15(y);
+                dqw_ordinal_step_q15(&o, x_is, y_is);
+                dqw_ordinal_step_q15(&o, 0, (int16_t)lrint(weights[k] * x_is + poles[n] * y_is));
+                dqw_ordinal_step_q15(&o, INT16_MIN, 0);
+            }
+            (void)dqw_ordinal_end_epoch_q15(&o);
+            BETWEEN(-2e-3, o.b_q27 / 134217728.0 - fmax(-8, fmin(8, weights[k])), 2e-3);
+            BETWEEN(-3e-4, o.a_q31 / 2147483648.0 - fmax(0.01, fmin(0.9995, poles[n])), 3e-4);
+        }
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -259,6 +355,10 @@ int main(void)
     RUN_TEST(test_epochs_of_both_forms);
     RUN_TEST(test_backward_difference);
     RUN_TEST(test_gaps);
+    RUN_TEST(test_how_far_apart_two_unknowns_must_be);
+    RUN_TEST(test_what_pairs_say_is_bounded);
+    RUN_TEST(test_sums_of_any_size);
+    RUN_TEST(test_how_far_an_epoch_goes);
     RUN_TEST(test_what_teaches_nothing_changes_nothing);
     return UNITY_END();
 }

@@ -731,6 +731,13 @@ static void test_init_refuses_and_leaves_the_object_alone(void)
     REFUSED(m, DQW_ERR_EFFECT_ROOM, dqw_shaft_init_q15(&m, &c));
     c.effect_count = DQW_EFFECT_WEIGHTS;
     TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_shaft_init_q15(&m, &c));
+    // A full list learns, and touches nothing behind it.
+    for (int k = 0; k < 20 * HALF; k++) {
+        const int16_t x = (int16_t)(20000 * sin(0.01 * k));
+        (void)dqw_shaft_sample_q15(&m, x, (int16_t)-x, (uint16_t)(300 * k), false);
+        (void)dqw_shaft_background_q15(&m);
+    }
+    HOLDS(m.gate.blocks > 10 && m.inputs == VALUES && m.effect_count == DQW_EFFECT_WEIGHTS);
     // Starts of 2 kNm are too many of the smallest full scale.
     many[0].start_uNm[0] = INT32_MAX;
     c.scale.torque_full_uNm = 1;
@@ -743,6 +750,8 @@ static void test_the_laws_of_friction(void)
     static const uint32_t full_mrad_s[] = {1000, 312300, 10000000};
     static const double part[] = {1.01 / 8192, 1e-3, 0.02, 0.3, 1.0, 15.9};
     double most[3] = {0};
+    double off[3] = {0};
+    int tried[3] = {0};
     for (int f = 0; f < 3; f++)
         for (int p = 0; p < 6; p++) {
             const double full = 1e-3 * full_mrad_s[f];
@@ -768,6 +777,7 @@ static void test_the_laws_of_friction(void)
                     const double soft = tanh(speed / w_s) * exp(-speed / w_v * speed / w_v);
                     const double apart = fabs(x - ONE * (k == 1 ? fabs(soft) : soft));
                     if (apart > most[k]) most[k] = apart;
+                    if (w > 0 && soft < 0.999) off[k] += x - ONE * soft, tried[k]++;
                 }
             }
         }
@@ -775,6 +785,28 @@ static void test_the_laws_of_friction(void)
     BETWEEN(1.5, most[0], 2.0);  // 1.98
     BETWEEN(1.5, most[1], 2.0);
     BETWEEN(1.5, most[2], 3.0);  // 2.00
+    CASE("mean, last places");
+    BETWEEN(-0.4, off[0] / tried[0], -0.25);  // -0.33
+    BETWEEN(-0.4, off[1] / tried[1], -0.25);
+    BETWEEN(0.05, off[2] / tried[2], 0.2);  // 0.12
+}
+
+// A width from 2^-13 to 16 of the full speed means something, to the last micro-radian.
+static void test_how_wide_a_soft_sign_may_be(void)
+{
+    static const uint32_t full_mrad_s[] = {1000000, 8192, 4096000};
+    for (int f = 0; f < 3; f++) {
+        CASE("full %u mrad/s", (unsigned)full_mrad_s[f]);
+        const uint64_t least = ((uint64_t)full_mrad_s[f] * 1000 + 8191) / 8192;
+        const uint64_t most = (uint64_t)full_mrad_s[f] * 16000;
+        HOLDS(dqw_soft_rate_q15((uint32_t)least - 1, full_mrad_s[f]) == 0);
+        // 2 / ln 2 over the width, Q16
+        BETWEEN(-1e-4, dqw_soft_rate_q15((uint32_t)least, full_mrad_s[f]) / (65536 * 2 / log(2) * 8192) - 1, 1e-3);
+        if (most > UINT32_MAX) continue;
+        BETWEEN(-1e-4, dqw_soft_rate_q15((uint32_t)most, full_mrad_s[f]) / (65536 * 2 / log(2) / 16) - 1, 1e-4);
+        HOLDS(dqw_soft_rate_q15((uint32_t)most + 1, full_mrad_s[f]) == 0);
+    }
+    HOLDS(dqw_soft_rate_q15(2000000, DQW_SCALE_MAX) != 0 && dqw_soft_rate_q15(2000000, DQW_SCALE_MAX + 1) == 0);
 }
 
 static void test_the_laws_of_cogging_and_load(void)
@@ -806,6 +838,7 @@ int main(void)
     coast = driven("coast_friction");
     rough = driven("effect_friction");
     RUN_TEST(test_the_laws_of_friction);
+    RUN_TEST(test_how_wide_a_soft_sign_may_be);
     RUN_TEST(test_the_laws_of_cogging_and_load);
     RUN_TEST(test_init_refuses_and_leaves_the_object_alone);
     RUN_TEST(test_the_whole_trajectory);
