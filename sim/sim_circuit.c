@@ -78,11 +78,6 @@ static void unequal_circuit(const dqw_sim_plant *p, double R, double c, double s
     o->copper_W = 1.5 * R * (i_alpha * i_alpha + i_beta * i_beta) + A * i_alpha * i_alpha + B * i_b * i_b;
 }
 
-void dqw_sim_phases_of(double alpha, double beta, double phase[3])
-{
-    phase[0] = alpha, phase[1] = 0.5 * (sqrt3 * beta - alpha), phase[2] = -0.5 * (sqrt3 * beta + alpha);
-}
-
 // The vector of the legs' outputs at these currents.
 static void switched_voltage(const dqw_sim_plant *p, const double *y, dqw_sim_point *o, double *v_alpha, double *v_beta)
 {
@@ -90,7 +85,7 @@ static void switched_voltage(const dqw_sim_plant *p, const double *y, dqw_sim_po
     dqw_sim_phases_of(o->i_alpha_A, o->i_beta_A, i_A);
     for (int n = 0; n < 3; ++n)
         v_V[n] = dqw_sim_leg_V(p->legs, n, i_A[n], o->v_link_V, p->at_node >= 0 ? y[p->at_node + n] : 0);
-    *v_alpha += (2 * v_V[0] - v_V[1] - v_V[2]) / 3, *v_beta += (v_V[1] - v_V[2]) / sqrt3;
+    *v_alpha += (2 * v_V[0] - v_V[1] - v_V[2]) * (1.0 / 3), *v_beta += (v_V[1] - v_V[2]) * (1 / sqrt3);
     o->i_link_A = dqw_sim_legs_link_A(p->legs, i_A);
 }
 
@@ -107,8 +102,8 @@ static void branched_circuit(const dqw_sim_plant *p, double R, double c, double 
     double v_alpha = c * o->v_x_V - s * o->v_y_V, v_beta = s * o->v_x_V + c * o->v_y_V;
     if (p->legs) switched_voltage(p, y, o, &v_alpha, &v_beta);
     o->v_x_V = c * v_alpha + s * v_beta, o->v_y_V = c * v_beta - s * v_alpha;
-    const double m_ab = -B / (2 * sqrt3);
-    o->e_alpha_V = v_alpha - (R + (2.0 / 3) * A + B / 6) * i_alpha - m_ab * i_beta + m * R * i_f;
+    const double m_ab = -B * (0.5 / sqrt3);
+    o->e_alpha_V = v_alpha - (R + (2.0 / 3) * A + (1.0 / 6) * B) * i_alpha - m_ab * i_beta + m * R * i_f;
     o->e_beta_V = v_beta - m_ab * i_alpha - (R + 0.5 * B) * i_beta;
     o->e_x_V = c * o->e_alpha_V + s * o->e_beta_V, o->e_y_V = c * o->e_beta_V - s * o->e_alpha_V;
     o->i_x_A = c * i_alpha + s * i_beta, o->i_y_A = c * i_beta - s * i_alpha;

@@ -15,6 +15,10 @@ void dqw_sim_circuit_branches(const dqw_sim_plant *p, const dqw_sim_point *o, co
 double dqw_sim_circuit_energy(const dqw_sim_plant *p, const double *y);
 
 /// Phase values of a vector without zero sequence.
-void dqw_sim_phases_of(double alpha, double beta, double phase[3]);
+static inline void dqw_sim_phases_of(double alpha, double beta, double phase[3])
+{
+    const double sqrt3 = 1.7320508075688772;
+    phase[0] = alpha, phase[1] = 0.5 * (sqrt3 * beta - alpha), phase[2] = -0.5 * (sqrt3 * beta + alpha);
+}
 
 #endif

@@ -6,13 +6,14 @@
 #include "sim_plant.h"
 
 typedef struct dqw_sim_filter {
-    double tau_s;   ///< 0: none
-    double i_A[2];  ///< stationary, behind the filter
+    double tau_s;        ///< 0: none
+    double i_A[2];       ///< stationary, behind the filter
+    double before_A[2];  ///< before it, where the last step ended
 } dqw_sim_filter;
 
 /// Moves over a step of h_s that begins at local time t_s: exact for the parabola through the currents at its beginning,
-/// middle and end. Returns false where the plant cannot be evaluated.
-bool dqw_sim_filter_step(dqw_sim_filter *f, const dqw_sim_plant *p, double t_s, double h_s, const double *begin,
-                         const double *middle, const double *end);
+/// middle and end, the first of which is the last step's end. Returns false where the plant cannot be evaluated.
+bool dqw_sim_filter_step(dqw_sim_filter *f, const dqw_sim_plant *p, double t_s, double h_s, const double *middle,
+                         const double *end);
 
 #endif

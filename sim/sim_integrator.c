@@ -55,9 +55,8 @@ int dqw_sim_integrator_init(dqw_sim_integrator *g, const dqw_sim_plant *plant, e
     g->y = N_VNew_Serial(plant->states, g->context);
     g->tolerance = N_VNew_Serial(plant->states, g->context);
     g->error = N_VNew_Serial(plant->states, g->context);
-    g->last = N_VNew_Serial(plant->states, g->context);
     g->middle = N_VNew_Serial(plant->states, g->context);
-    if (!g->y || !g->tolerance || !g->error || !g->last || !g->middle) return DQW_SIM_ERR_MEMORY;
+    if (!g->y || !g->tolerance || !g->error || !g->middle) return DQW_SIM_ERR_MEMORY;
     N_VConst(0, g->y);
     if (method == DQW_SIM_RK4) return 0;
     g->cvode = CVodeCreate(method == DQW_SIM_ADAMS ? CV_ADAMS : CV_BDF, g->context);
@@ -89,7 +88,6 @@ void dqw_sim_integrator_free(dqw_sim_integrator *g)
     if (g->matrix) SUNMatDestroy(g->matrix);
     if (g->y) N_VDestroy(g->y);
     if (g->error) N_VDestroy(g->error);
-    if (g->last) N_VDestroy(g->last);
     if (g->middle) N_VDestroy(g->middle);
     if (g->tolerance) N_VDestroy(g->tolerance);
     if (g->context) SUNContext_Free(&g->context);
@@ -123,12 +121,10 @@ static void learn_first_step(dqw_sim_integrator *g, double dt_s)
 static int step(dqw_sim_integrator *g, double to_s, double *at_s)
 {
     const double from_s = *at_s;
-    if (g->filter.tau_s > 0) N_VScale(1, g->y, g->last);
     const int flag = CVode(g->cvode, to_s, g->y, at_s, CV_ONE_STEP);
     if (flag < 0 || !(g->filter.tau_s > 0)) return flag;
     if (CVodeGetDky(g->cvode, 0.5 * (from_s + *at_s), 0, g->middle) ||
-        !dqw_sim_filter_step(&g->filter, g->plant, from_s, *at_s - from_s, NV_DATA_S(g->last), NV_DATA_S(g->middle),
-                             NV_DATA_S(g->y)))
+        !dqw_sim_filter_step(&g->filter, g->plant, from_s, *at_s - from_s, NV_DATA_S(g->middle), NV_DATA_S(g->y)))
         return -1;
     return flag;
 }

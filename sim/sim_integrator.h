@@ -15,7 +15,7 @@ typedef struct dqw_sim_integrator {
     const dqw_sim_plant *plant;
     SUNContext context;
     void *cvode;
-    N_Vector y, tolerance, error, last, middle;
+    N_Vector y, tolerance, error, middle;
     SUNNonlinearSolver nonlinear;
     SUNMatrix matrix;
     SUNLinearSolver linear;

@@ -2,18 +2,6 @@
 
 #include <math.h>
 
-// Drop of a conducting part against the current through it.
-static double drop(double v_V, double ohm, double knee_A, double i_A)
-{
-    return (v_V > 0 ? v_V * i_A / sqrt(i_A * i_A + knee_A * knee_A) : 0) + ohm * i_A;
-}
-
-static double switch_drop(const dqw_sim_inverter *x, bool reverse, double i_A)
-{
-    if (reverse && x->reverse == DQW_SIM_REVERSE_DIODE) return drop(x->diode_V, x->diode_ohm, x->knee_A, i_A);
-    return drop(x->switch_V, x->switch_ohm, x->knee_A, i_A);
-}
-
 void dqw_sim_legs_init(dqw_sim_legs *legs, const dqw_sim_inverter *x, double v_dc_V, double i_max_A, double period_s)
 {
     legs->x = x;
@@ -109,32 +97,10 @@ bool dqw_sim_legs_switch(dqw_sim_legs *legs, double t_s, const double i_A[3], do
     return changed;
 }
 
-double dqw_sim_leg_V(const dqw_sim_legs *legs, int n, double i_A, double v_link_V, double node_V)
-{
-    const dqw_sim_inverter *x = legs->x;
-    switch (legs->leg[n].conducts) {
-    case DQW_SIM_UPPER: return v_link_V - switch_drop(x, i_A < 0, i_A);
-    case DQW_SIM_LOWER: return -switch_drop(x, i_A > 0, i_A);
-    case DQW_SIM_DIODE_UPPER: return v_link_V - drop(x->diode_V, x->diode_ohm, x->knee_A, i_A);
-    case DQW_SIM_DIODE_LOWER: return -drop(x->diode_V, x->diode_ohm, x->knee_A, i_A);
-    case DQW_SIM_FLOATS: break;
-    }
-    const double forward = drop(x->diode_V, x->diode_ohm, x->knee_A, fabs(i_A));
-    return fmax(-forward, fmin(v_link_V + forward, node_V));
-}
-
 double dqw_sim_leg_V_s(const dqw_sim_legs *legs, int n, double i_A)
 {
     if (legs->leg[n].conducts != DQW_SIM_FLOATS) return 0;
     return -i_A / legs->node_F;
-}
-
-double dqw_sim_legs_link_A(const dqw_sim_legs *legs, const double i_A[3])
-{
-    double sum = 0;
-    for (int n = 0; n < 3; ++n)
-        if (legs->leg[n].conducts == DQW_SIM_UPPER || legs->leg[n].conducts == DQW_SIM_DIODE_UPPER) sum += i_A[n];
-    return sum;
 }
 
 bool dqw_sim_legs_open(const dqw_sim_legs *legs)
@@ -149,7 +115,7 @@ double dqw_sim_leg_margin(const dqw_sim_legs *legs, int n, int rail, double i_A,
     case DQW_SIM_DIODE_LOWER: return rail == 0 ? i_A : 1;
     case DQW_SIM_DIODE_UPPER: return rail == 1 ? -i_A : 1;
     case DQW_SIM_FLOATS: {
-        const double forward = drop(x->diode_V, x->diode_ohm, x->knee_A, fabs(i_A));
+        const double forward = dqw_sim_drop_V(x->diode_V, x->diode_ohm, x->knee_A, fabs(i_A));
         return rail == 0 ? node_V + forward : v_link_V + forward - node_V;
     }
     case DQW_SIM_UPPER:

@@ -7,6 +7,8 @@
 #ifndef DQW_SIM_INVERTER_H
 #define DQW_SIM_INVERTER_H
 
+#include <math.h>
+
 #include "dqw_sim.h"
 
 enum dqw_sim_conducts {
@@ -54,14 +56,47 @@ double dqw_sim_legs_next(const dqw_sim_legs *legs);
 /// whether anything conducts otherwise than before.
 bool dqw_sim_legs_switch(dqw_sim_legs *legs, double t_s, const double i_A[3], double v_link_V, double node_V[3]);
 
+// What each evaluation of the plant asks stands here, for the compiler to see through.
+
+/// Drop of a conducting part against the current through it.
+static inline double dqw_sim_drop_V(double v_V, double ohm, double knee_A, double i_A)
+{
+    return (v_V > 0 ? v_V * i_A / sqrt(i_A * i_A + knee_A * knee_A) : 0) + ohm * i_A;
+}
+
+/// Of a closed switch; `reverse`: against its own direction.
+static inline double dqw_sim_switch_drop_V(const dqw_sim_inverter *x, bool reverse, double i_A)
+{
+    if (reverse && x->reverse == DQW_SIM_REVERSE_DIODE) return dqw_sim_drop_V(x->diode_V, x->diode_ohm, x->knee_A, i_A);
+    return dqw_sim_drop_V(x->switch_V, x->switch_ohm, x->knee_A, i_A);
+}
+
 /// Voltage of leg n's output above the negative rail at its current.
-double dqw_sim_leg_V(const dqw_sim_legs *legs, int n, double i_A, double v_link_V, double node_V);
+static inline double dqw_sim_leg_V(const dqw_sim_legs *legs, int n, double i_A, double v_link_V, double node_V)
+{
+    const dqw_sim_inverter *x = legs->x;
+    switch (legs->leg[n].conducts) {
+    case DQW_SIM_UPPER: return v_link_V - dqw_sim_switch_drop_V(x, i_A < 0, i_A);
+    case DQW_SIM_LOWER: return -dqw_sim_switch_drop_V(x, i_A > 0, i_A);
+    case DQW_SIM_DIODE_UPPER: return v_link_V - dqw_sim_drop_V(x->diode_V, x->diode_ohm, x->knee_A, i_A);
+    case DQW_SIM_DIODE_LOWER: return -dqw_sim_drop_V(x->diode_V, x->diode_ohm, x->knee_A, i_A);
+    case DQW_SIM_FLOATS: break;
+    }
+    const double forward = dqw_sim_drop_V(x->diode_V, x->diode_ohm, x->knee_A, fabs(i_A));
+    return fmax(-forward, fmin(v_link_V + forward, node_V));
+}
 
 /// Slope of leg n's output where it floats, else 0.
 double dqw_sim_leg_V_s(const dqw_sim_legs *legs, int n, double i_A);
 
 /// Current from the link's capacitor.
-double dqw_sim_legs_link_A(const dqw_sim_legs *legs, const double i_A[3]);
+static inline double dqw_sim_legs_link_A(const dqw_sim_legs *legs, const double i_A[3])
+{
+    double sum = 0;
+    for (int n = 0; n < 3; ++n)
+        if (legs->leg[n].conducts == DQW_SIM_UPPER || legs->leg[n].conducts == DQW_SIM_DIODE_UPPER) sum += i_A[n];
+    return sum;
+}
 
 /// Whether a leg is within its dead time, and must be watched by dqw_sim_leg_margin.
 bool dqw_sim_legs_open(const dqw_sim_legs *legs);
