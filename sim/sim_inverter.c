@@ -2,11 +2,13 @@
 
 #include <math.h>
 
-void dqw_sim_legs_init(dqw_sim_legs *legs, const dqw_sim_inverter *x, double v_dc_V, double i_max_A, double period_s)
+void dqw_sim_legs_init(dqw_sim_legs *legs, const dqw_sim_inverter *x, const dqw_sim_scale *scale, double period_s)
 {
     legs->x = x;
-    // Without a capacitance the current stays at zero once its diode has let go: to a ten-thousandth of the largest.
-    const double least_F = 1e-4 * i_max_A * x->dead_time_s / v_dc_V;
+    // Without a capacitance the current stays at zero once its diode has let go: here to a thousandth of the largest,
+    // which is what an output that swings over the link takes through L, V sqrt(1.5 C / L).
+    const double least_A = 1e-3 * scale->i_max_A,
+                 least_F = least_A * least_A / (scale->v_dc_V * scale->v_dc_V) * scale->L_H / 1.5;
     legs->node_F = fmax(x->node_F, least_F);
     legs->instant_s = x->node_F > 0 ? 1e-6 * period_s : INFINITY;
     for (int n = 0; n < 3; ++n) legs->leg[n] = (dqw_sim_leg){.conducts = DQW_SIM_LOWER, .closes_s = INFINITY};

@@ -39,8 +39,13 @@ typedef struct dqw_sim_legs {
     dqw_sim_leg leg[3];
 } dqw_sim_legs;
 
-/// All lower switches closed. v_dc_V, i_max_A: the drive's scale; period_s: of the carrier.
-void dqw_sim_legs_init(dqw_sim_legs *legs, const dqw_sim_inverter *x, double v_dc_V, double i_max_A, double period_s);
+/// The drive's scale: link, largest current, smallest inductance.
+typedef struct dqw_sim_scale {
+    double v_dc_V, i_max_A, L_H;
+} dqw_sim_scale;
+
+/// All lower switches closed. period_s: of the carrier.
+void dqw_sim_legs_init(dqw_sim_legs *legs, const dqw_sim_inverter *x, const dqw_sim_scale *scale, double period_s);
 
 /// Sets the edges of a carrier's period that begins at from_s; what is past is taken off the clock first, so that the
 /// last period's unfinished dead times go on.

@@ -10,7 +10,8 @@ void dqw_sim_stage_init(dqw_sim_stage *g, const dqw_sim_scenario *s, dqw_sim_map
     const bool switches = s->inverter.modulation != DQW_SIM_MODULATION_MEAN;
     g->carriers = s->inverter.carriers > 1 ? s->inverter.carriers : 1;
     g->dt_s = s->drive.dt_s;
-    dqw_sim_legs_init(&g->legs, &s->inverter, s->drive.v_dc_V, s->drive.i_max_A, g->dt_s / g->carriers);
+    const dqw_sim_scale scale = {s->drive.v_dc_V, s->drive.i_max_A, fmin(s->machine.Ld_H, s->machine.Lq_H)};
+    dqw_sim_legs_init(&g->legs, &s->inverter, &scale, g->dt_s / g->carriers);
     dqw_sim_plant_init(&g->plant, s, map, curve, switches ? &g->legs : NULL);
 }
 

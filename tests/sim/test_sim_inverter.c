@@ -16,6 +16,8 @@ static const double sqrt3 = 1.7320508075688772, pi = 3.141592653589793;
 static const enum dqw_sim_modulation kinds[] = {DQW_SIM_MODULATION_CENTRED, DQW_SIM_MODULATION_CLAMPED_LOW,
                                                 DQW_SIM_MODULATION_CLAMPED_HIGH, DQW_SIM_MODULATION_CLAMPED_60};
 
+static const dqw_sim_scale scale = {V_DC, 20, 5e-4};
+
 void setUp(void) {}
 void tearDown(void) {}
 
@@ -62,7 +64,7 @@ static void volt_seconds(dqw_sim_legs *legs, const double duty[3], const double 
 static void settled(const dqw_sim_inverter *x, const double duty[3], const double i_A[3], double mean_V[3])
 {
     dqw_sim_legs legs;
-    dqw_sim_legs_init(&legs, x, V_DC, 20, PERIOD_S);
+    dqw_sim_legs_init(&legs, x, &scale, PERIOD_S);
     for (int k = 0; k < 2; ++k) volt_seconds(&legs, duty, i_A, mean_V);
     for (int n = 0; n < 3; ++n) mean_V[n] /= PERIOD_S;
 }
@@ -213,8 +215,8 @@ typedef struct {
 static void add_pulse(lines *l, double from, double to, double V)
 {
     for (int n = 1; n <= MOST; ++n) {
-        const double w = 2 * pi * n / RATIO, scale = V / (pi * n);
-        l->re[n] += scale * (sin(w * to) - sin(w * from)), l->im[n] += scale * (cos(w * to) - cos(w * from));
+        const double w = 2 * pi * n / RATIO, size = V / (pi * n);
+        l->re[n] += size * (sin(w * to) - sin(w * from)), l->im[n] += size * (cos(w * to) - cos(w * from));
     }
 }
 
@@ -225,7 +227,7 @@ static void of_the_legs(enum dqw_sim_modulation kind, double size, lines *l)
     const double none_A[3] = {0, 0, 0};
     double node_V[3] = {0, 0, 0}, up[3] = {0, 0, 0};
     dqw_sim_legs legs;
-    dqw_sim_legs_init(&legs, &x, V_DC, 20, PERIOD_S);
+    dqw_sim_legs_init(&legs, &x, &scale, PERIOD_S);
     for (int k = 0; k < RATIO; ++k) {
         double duty[3];
         const double at = 2 * pi * (k + 0.5) / RATIO;
