@@ -342,7 +342,7 @@ Selection select(const Model& model, const Point& start, const std::vector<Candi
     s.plain = refine_gains(model, start);
     if (!s.plain.ok) return s;
     s.best = s.plain;
-    // Of effects in one log, more than any had: an end to the search.
+    // An end to the search, beyond the effects that any log had. (E48)
     constexpr int kMostRounds = 6;
     for (int n = 0; n < kMostRounds; ++n) {
         if (below(options.reported_rms(s.best.point), options.exact)) break;

@@ -11,8 +11,8 @@ namespace {
 /// Keeps logarithms and quotients of zero finite; any double above the least will do.
 constexpr double kLeast = 1e-300;
 /// Sums of 10^6 squares carry rounding of 10^6 epsilon = 2e-10 of themselves: an eigenvalue of unit columns below is
-/// none. A step asks for more than a deviation, which it would only make large.
-constexpr double kLeastEigenvalue = 1e-10, kLeastEigenvalueOfStep = 1e-9;
+/// none.
+constexpr double kLeastEigenvalue = 1e-9;
 /// Over the larger variance: a column that is exact on one axis weighs 10^6 there, still far from what rounding hides.
 constexpr double kLeastVariance = 1e-6;
 
@@ -132,7 +132,7 @@ Eigen::VectorXd linear_step(const Model& model, const std::vector<BlockSum>& sum
         const Symmetric eigen(unit);
         Eigen::VectorXd z = eigen.eigenvectors().transpose() * b.cwiseQuotient(size);
         for (Eigen::Index i = 0; i < m; ++i)
-            z[i] = eigen.eigenvalues()[i] > kLeastEigenvalueOfStep ? z[i] / (eigen.eigenvalues()[i] + damping) : 0.0;
+            z[i] = eigen.eigenvalues()[i] > kLeastEigenvalue ? z[i] / (eigen.eigenvalues()[i] + damping) : 0.0;
         const Eigen::VectorXd step = (eigen.eigenvectors() * z).cwiseQuotient(size);
         delta.setZero();
         for (Eigen::Index i = 0; i < m; ++i) delta[use[static_cast<std::size_t>(i)]] = step[i];
@@ -243,7 +243,7 @@ Refined refine(const Model& model, const Point& start, int passes)
     // Of the ten nats that confirm an effect.
     constexpr double kSettled = 0.2;
     // Of a unit column: nothing beside any eigenvalue that counts; what first bends a step; where hardly any is left.
-    constexpr double kDampingLeast = kLeastEigenvalueOfStep, kDampingFirst = 1e-4, kDampingMost = 1e3;
+    constexpr double kDampingLeast = kLeastEigenvalue, kDampingFirst = 1e-4, kDampingMost = 1e3;
     // Six steps in a row that fail, each a pass, end the search; what helped falls more slowly, as (E48) has it.
     constexpr double kGrows = 30.0, kFalls = 0.1;
     double damping = kDampingLeast;
