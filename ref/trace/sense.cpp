@@ -16,7 +16,7 @@ constexpr double kMostWidth = 2.0;   ///< of the largest current: at half of its
 /// Over those at zero current: saturation takes most of an inductance at most, and adds none; what a fitted polynomial
 /// of fourth order adds beside its end is left room.
 constexpr double kLeastInductance = 0.05, kMostInductance = 3.0;
-constexpr double kMostClipping = 5.0;                 ///< of the weight of a clipped current, either way of 1
+constexpr double kMostClipping = 5.0;  ///< of the weight of a clipped current, either way of 1; not varied
 constexpr std::size_t kRowsLooked = 500, kRare = 50;  ///< rows of a log; one of so many may be extreme
 
 /// Incremental inductances at the log's own currents, over those at zero current; rare extremes apart, where a

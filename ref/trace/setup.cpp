@@ -26,7 +26,7 @@ constexpr std::size_t kStretches = 20, kFewestStretches = 4, kLeastStretch = 150
 constexpr std::size_t kLeastPiece = 30;
 /// Rows, a hundred in each of the fewest stretches; settled points, four seen and four held out.
 constexpr std::size_t kLeastRows = 400, kLeastSettled = 8;
-/// A search looks at this many rows of a longer log, in eight windows: more cost time.
+/// A search looks at this many rows of a longer log, in eight windows: more cost time. Not varied.
 constexpr std::size_t kSearchRows = 24000, kSearchWindow = 3000;
 constexpr std::size_t kSettledStretches = 60, kSettledFine = 3;
 constexpr std::size_t kFewRows = 400;  ///< settled rows: fewer are operating points, more are a record in time

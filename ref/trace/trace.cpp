@@ -293,7 +293,7 @@ Search search(const std::vector<Log>& logs, const TraceOptions& options)
 /// Whether the plain model leaves far less where each voltage is that of the period before its row.
 bool fits_previous(const std::vector<Log>& logs, double before)
 {
-    // Every row is wrong then: what is left falls to a small part, and half tells. (E48)
+    // Every row is wrong then: what is left falls to a small part, and half tells.
     constexpr double kFarLess = 0.5;
     if (logs.front().regime != Regime::dynamic) return false;
     std::vector<Log> shifted = logs;
