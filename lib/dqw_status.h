@@ -45,7 +45,6 @@ enum dqw_status {
     DQW_ERR_ALPHA = -51,
     DQW_ERR_BETA = -52,
     DQW_ERR_HEATING = -53,
-    DQW_ERR_THRESHOLD = -54,
     DQW_ERR_RESIDUAL_FLOOR = -55,
     DQW_ERR_STORE_VERSION = -60,
     DQW_ERR_STORE_DAMAGED = -61,

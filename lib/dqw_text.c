@@ -51,7 +51,6 @@ static const char *const status_texts[] = {
     [-DQW_ERR_ALPHA] = "alpha_per_K: of the winding's resistance, 0 (0.0039) or above; ppm up to 10^6",
     [-DQW_ERR_BETA] = "beta_per_K: of the magnet's flux, as a positive fall, 0 (0.001) or above; ppm up to 10^6",
     [-DQW_ERR_HEATING] = "heating_K_s: the fastest healthy heating, 0 (1) or above; mK up to 10^6",
-    [-DQW_ERR_THRESHOLD] = "threshold_ppm: the residual that stage 3 must reach, 0 (the default) or above, of the base",
     [-DQW_ERR_RESIDUAL_FLOOR] = "residual_floor: a residual that is none, 0 (the default) or above; ppm up to 10^6",
     [-DQW_ERR_STORE_VERSION] = "the store was written by another version",
     [-DQW_ERR_STORE_DAMAGED] = "the store is damaged: its checksum does not fit",

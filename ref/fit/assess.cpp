@@ -6,12 +6,11 @@
 #include "ref/log/symmetric.hpp"
 
 namespace dqw {
+
+using namespace assessing;
+
 namespace {
 
-constexpr double kNoEffect = 1e-6;    ///< of the RMS signal
-constexpr double kCollinear = 1e-8;   ///< eigenvalue of the information of unit columns
-constexpr double kPartner = 0.03;     ///< component in a null direction that counts
-constexpr double kUncertain = 0.3;    ///< sd over value
 constexpr double kSignificant = 3.5;  ///< standard deviations of a block variance
 
 Eigen::MatrixXd picked(const Eigen::MatrixXd& m, const std::vector<int>& index)

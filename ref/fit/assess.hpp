@@ -6,6 +6,14 @@
 
 namespace dqw {
 
+/// Limits of a verdict.
+namespace assessing {
+constexpr double kUncertain = 0.3;   ///< sd over value: beyond, within 3.3 of them a value may be zero
+constexpr double kNoEffect = 1e-6;   ///< of the largest signal: what 20 bits do not show
+constexpr double kCollinear = 1e-8;  ///< eigenvalue of the information of unit columns: alike to 1e-4 of each
+constexpr double kPartner = 0.03;    ///< component in such a direction that counts: a thousandth of its square
+}  // namespace assessing
+
 enum class Verdict {
     determined,
     no_effect,  ///< changes nothing in what is predicted

@@ -76,9 +76,11 @@ std::unique_ptr<LinearModel> averaged_mechanical(const std::vector<Piece>& piece
 bool clearly_better(const LinearModel& model, double averaged, double predicted)
 {
     const double values = static_cast<double>(model.rows()) * model.channels();
-    const double limit = 1.06 + 10.0 * static_cast<double>(model.names().size()) / values;
+    // 3 % of the RMS, ten times what as many parameters take of it by chance, and half a percent of the signal.
+    constexpr double kClearly = 1.06, kTimesChance = 10.0, kOfSignal = 2.5e-5;
+    const double limit = kClearly + kTimesChance * static_cast<double>(model.names().size()) / values;
     const double gained = predicted * predicted - averaged * averaged;
-    return predicted * predicted > limit * averaged * averaged && gained > 2.5e-5 * model.power().sum() / values;
+    return predicted * predicted > limit * averaged * averaged && gained > kOfSignal * model.power().sum() / values;
 }
 
 }  // namespace dqw

@@ -8,6 +8,9 @@
 namespace dqw {
 namespace {
 
+constexpr double kLeastEigenvalue = 1e-10;  ///< of unit columns: below, 10^6 rows leave their rounding alone
+constexpr int kMostPolePairs = 64;          ///< that are tried
+
 /// Normal equations of a linear regression: A theta = b, with the sum of squared targets.
 struct Normal {
     Eigen::MatrixXd a;
@@ -30,7 +33,8 @@ struct Normal {
         Eigen::VectorXd z = Eigen::VectorXd::Zero(m.rows());
         for (Eigen::Index k = 0; k < m.rows(); ++k) {
             const Eigen::VectorXd v = eigen.eigenvectors().col(k);
-            if (eigen.eigenvalues()[k] > 1e-10) z += v * (v.dot(scale.cwiseProduct(rhs)) / eigen.eigenvalues()[k]);
+            if (eigen.eigenvalues()[k] > kLeastEigenvalue)
+                z += v * (v.dot(scale.cwiseProduct(rhs)) / eigen.eigenvalues()[k]);
         }
         z = scale.cwiseProduct(z);
         left = yy - 2.0 * z.dot(rhs) + z.dot(m * z);
@@ -111,19 +115,21 @@ std::vector<ElectricalStart> electrical_starts(const std::vector<Piece>& pieces,
     const double i = std::hypot(rms(pieces, &Log::i_d_A), rms(pieces, &Log::i_q_A));
     const double ohm = v > 0.0 && i > 0.0 ? v / i : 1.0;
     const auto positive = [ohm](ElectricalStart s) {
-        constexpr double kTimeConstant_s = 5e-3;
-        if (!(s.R_ohm > 1e-4 * ohm)) s.R_ohm = 0.03 * ohm;
+        // Of a machine that turns, R takes some percent of the voltage; L/R of servos and traction is 1 to 20 ms.
+        constexpr double kTimeConstant_s = 5e-3, kLeastPart = 1e-4, kUsualPart = 0.03;
+        if (!(s.R_ohm > kLeastPart * ohm)) s.R_ohm = kUsualPart * ohm;
         if (!(s.Ld_H > 0.0)) s.Ld_H = s.Lq_H > 0.0 ? s.Lq_H : s.R_ohm * kTimeConstant_s;
         if (!(s.Lq_H > 0.0)) s.Lq_H = s.Ld_H;
         return s;
     };
     std::vector<ElectricalStart> starts;
+    // Short for a fast machine, long for a noisy log: which is best, the fit says.
     for (const std::size_t length : {10, 20, 50, 100, 200, 500}) {
         const Normal normal = electrical_normal(pieces, length);
         double left = 0.0, least = 0.0;
         double p = pole_pairs.value_or(1.0);
         Eigen::VectorXd best = normal.solve(tied(p), least);
-        for (int n = 2; !pole_pairs && n <= 64; ++n) {
+        for (int n = 2; !pole_pairs && n <= kMostPolePairs; ++n) {
             const Eigen::VectorXd z = normal.solve(tied(n), left);
             if (left < least) best = z, least = left, p = n;
         }
@@ -150,7 +156,9 @@ std::vector<MechanicalStart> mechanical_starts(const std::vector<Piece>& pieces,
         const Eigen::VectorXd z = normal.solve(Eigen::MatrixXd::Identity(2, 2), left);
         if (normal.yy > 0.0 && z[0] > 0.0) starts.push_back({z[0], std::max(z[1], 0.0)});
     }
-    if (starts.empty()) starts.push_back({1e-4, 0.0});
+    // A small servo's: the fit finds any from it.
+    constexpr double kServo_kgm2 = 1e-4;
+    if (starts.empty()) starts.push_back({kServo_kgm2, 0.0});
     return starts;
 }
 

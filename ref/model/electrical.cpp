@@ -14,7 +14,9 @@ namespace dqw {
 namespace {
 
 constexpr double kLargestRateDt = 15.0;  ///< (R/L + w_e) dt beyond which a log says nothing about L
-constexpr int kIterations = 4;           ///< of the implicit end of a period
+/// Of the implicit end of a period (Newton), and the step over the currents that ends them.
+constexpr int kIterations = 4;
+constexpr double kEnded = 1e-9;
 
 Held held_from(const Piece& piece)
 {
@@ -227,7 +229,8 @@ struct ElectricalModel::Run {
             const Vector2 by = inverse(step.by_end) *
                                Vector2{x.d - taken.d - plant.Ld * step.next.d, x.q - taken.q - plant.Lq * step.next.q};
             step.next = step.next + by;
-            if (std::abs(by.d) + std::abs(by.q) < 1e-9 * (std::abs(step.next.d) + std::abs(step.next.q) + 1e-9)) break;
+            if (std::abs(by.d) + std::abs(by.q) < kEnded * (std::abs(step.next.d) + std::abs(step.next.q) + kEnded))
+                break;
         }
     }
 

@@ -7,13 +7,22 @@ namespace dqw {
 namespace {
 
 /// Near 1 the recursion is at its end after one row, and q grows without bound.
-double inside(double g) { return std::min(g, 0.99); }
+constexpr double kInside = 0.99;
+/// Of a decay in a row: beyond it a state is forgotten to e^-5; below, no piece is long enough to tell.
+constexpr double kMostRateDt = 5.0, kLeastRateDt = 1e-9;
+/// Of a gain and of its slope, that are their steady ones: what a prediction shows of neither.
+constexpr double kSteady = 1e-7, kSteadySlope = 1e-3;
+/// Of a gain, which a start's rows no longer differ by; of time constants, after which e^-8 of a start is left; and the
+/// least rate that is waited for, 8000 rows: kMostLeftOut ends it before.
+constexpr double kNearlySteady = 0.002, kForgotten = 8.0, kLeastRate = 1e-3;
+
+double inside(double g) { return std::min(g, kInside); }
 
 }  // namespace
 
 GainSchedule::GainSchedule(double steady, double rate_dt)
     : steady_(std::clamp(steady, 0.0, 1.0)), steady_slope_(steady == steady_ ? 1.0 : 0.0),
-      decay_(std::exp(-std::clamp(rate_dt, 1e-9, 5.0)))
+      decay_(std::exp(-std::clamp(rate_dt, kLeastRateDt, kMostRateDt)))
 {
     const double g = inside(steady_), a = decay_ * decay_;
     const double q = g / (1.0 - g) - a * g, dq = 1.0 / ((1.0 - g) * (1.0 - g)) - a;
@@ -24,7 +33,7 @@ GainSchedule::GainSchedule(double steady, double rate_dt)
         k = p / (1.0 + p);
         gain_.push_back(k);
         slope_.push_back(steady_slope_ * dk);
-        if (std::abs(k - g) < 1e-7 && std::abs(dk - 1.0) < 1e-3) break;
+        if (std::abs(k - g) < kSteady && std::abs(dk - 1.0) < kSteadySlope) break;
     }
 }
 
@@ -34,9 +43,9 @@ StartWeights::StartWeights(const GainSchedule& schedule, bool count)
     std::size_t settled = 0;
     for (double k : schedule.gain_) {
         weight.push_back(std::sqrt((1.0 - k) / (1.0 - g)));
-        if (k - g > 0.002) settled = weight.size();
+        if (k - g > kNearlySteady) settled = weight.size();
     }
-    const double forgotten = 8.0 / std::max(-std::log(schedule.decay_), 1e-3);
+    const double forgotten = kForgotten / std::max(-std::log(schedule.decay_), kLeastRate);
     if (!count) left_out = std::min(std::max(settled, static_cast<std::size_t>(forgotten)), kMostLeftOut);
 }
 

@@ -22,7 +22,9 @@ void put_inputs(const std::vector<Term>& terms, const std::vector<Input>& candid
         for (int w = 0; w < weights_of(t.input.law); ++w) put(f[w], g[w]);
         for (int s = 0; s < free_shapes_of(t.input); ++s) {
             Input moved = t.input;
-            const double step = s == 0 ? 1e-3 * t.input.shape[0] : 1e-3;
+            // Of a width, or in rad: a difference bends by as much, and rounds to 1e-13.
+            constexpr double kStep = 1e-3;
+            const double step = s == 0 ? kStep * t.input.shape[0] : kStep;
             moved.shape[static_cast<std::size_t>(s)] += step;
             Vector2 f0, g0, f1, g1;
             evaluate_sum(t.input, t.weights.data(), m, f0, g0);

@@ -11,6 +11,9 @@ namespace {
 enum Index { kJ, kB };
 
 constexpr double kLargestRateDt = 5.0;  ///< B dt / J beyond which a log says nothing about J
+constexpr int kTerms = 40;              ///< of a series in it: 5^40/40! = 1e-20
+constexpr int kIterations = 3;          ///< of the implicit end of a period, (E48)
+constexpr double kShapeStep = 1e-3;     ///< of a shape, for a difference: it bends by as much, and rounds to 1e-13
 
 double term_torque(const Term& t, double w, double theta)
 {
@@ -39,7 +42,7 @@ struct Period {
         const double z = B * dt / J;
         // Of f1, f2 and their slopes by -z.
         double f1 = 0.0, f2 = 0.0, f1_slope = 0.0, f2_slope = 0.0, power = 1.0, last = 0.0, factorial = 1.0;
-        for (int n = 0; n < 40; ++n) {
+        for (int n = 0; n < kTerms; ++n) {
             f1 += power / factorial, f2 += power / (factorial * (n + 2));
             f1_slope += n * last / factorial, f2_slope += n * last / (factorial * (n + 2));
             last = power, power *= -z, factorial *= n + 2;
@@ -65,7 +68,7 @@ void add_inputs(const Point& at, const std::vector<Input>& candidates, double w,
         const double here = term_torque(t, w, theta);
         for (int i = 0; i < free_shapes_of(t.input); ++i) {
             Term moved = t;
-            const double step = 1e-3 * t.input.shape[static_cast<std::size_t>(i)];
+            const double step = kShapeStep * t.input.shape[static_cast<std::size_t>(i)];
             moved.input.shape[static_cast<std::size_t>(i)] += step;
             x[j++] += part * (term_torque(moved, w, theta) - here) / step;
         }
@@ -201,7 +204,7 @@ struct MechanicalModel::Run {
         if (!at.terms.empty()) {
             start -= terms_torque(at, w, angle_at(k));
             double ahead = w;
-            for (int i = 0; i < 3; ++i) {
+            for (int i = 0; i < kIterations; ++i) {
                 end = torque[k + 1] - terms_torque(at, ahead, angle_at(k + 1));
                 ahead = p.decay * w + p.start * start + p.end * end;
             }

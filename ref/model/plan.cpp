@@ -32,6 +32,7 @@ Plan alternate_plan(std::vector<Piece> pieces, std::size_t stretches, std::size_
     return plan;
 }
 
+// Of a deviation's blocks: five rows each at least where they are few; of 64 a variance scatters by a sixth.
 int block_count(std::size_t rows) { return static_cast<int>(std::clamp<std::size_t>(rows / 5, 4, 64)); }
 
 std::size_t block_of(std::size_t row, std::size_t rows)

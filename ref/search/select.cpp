@@ -9,8 +9,10 @@
 namespace dqw {
 namespace {
 
+/// A normal exceeds 3 in one of 700 cases: of some five rivals of each effect, one of a hundred logs calls one told.
 constexpr double kSeparateT = 3.0;
-constexpr std::size_t kMostAlike = 3;
+constexpr std::size_t kMostAlike = 3;  ///< in a report: more help nobody
+/// Effects that a round fits, of those that did best as a linear step, and passes of a fit: more cost time, (E48).
 constexpr std::size_t kRefined = 5;
 constexpr int kPasses = 12;
 
@@ -64,6 +66,7 @@ Refined refine_gains(const Model& model, const Point& start)
 {
     Refined best;
     if (model.gains() == 0) return refine(model, start, kPasses);
+    // As found, and as a right and a wrong model want it; a pass moves it by up to five, (E48).
     for (double gain : {0.0, 0.02, 0.3}) {
         Point at = start;
         if (gain > 0.0) at.gain.setConstant(gain);
@@ -81,10 +84,11 @@ double joint(const std::vector<double>& rms)
 }
 
 /// More than chance, and enough to name it: 5 % of one axis' reported residual, or, where that grows on none, of the
-/// predictions' errors. What a log with a rest has many of are small gains that mean nothing.
+/// predictions' errors (a part less of them is about that many nats a row). What a log with a rest has many of are
+/// small gains that mean nothing. As (E48) has it.
 bool needed(const Model& model, const Refined& without, const Refined& with, const SelectOptions& options)
 {
-    constexpr double kLeastPart = 0.05, kLeastNatsEach = 0.05, kSame = 1.01;
+    constexpr double kLeastPart = 0.05, kSame = 1.01;
     const Better gain = better(model, without.left, with.left);
     if (!confirmed(model, gain)) return false;
     const std::vector<double> a = options.reported_rms(without.point), b = options.reported_rms(with.point);
@@ -96,7 +100,7 @@ bool needed(const Model& model, const Refined& without, const Refined& with, con
     double rows = 0.0;
     for (std::size_t k = 0; k < without.left.rows.size(); ++k)
         if (model.plan().blocks[k].heldout) rows += without.left.rows[k];
-    return !grows && gain.nats > kLeastNatsEach * rows;
+    return !grows && gain.nats > kLeastPart * rows;
 }
 
 struct Screened {
@@ -152,7 +156,7 @@ Tried attempt(const Model& model, const Refined& base, const Screened& s)
     for (const std::string& name : t.candidate.names()) t.name += (t.name.empty() ? "" : " and ") + name;
     Point start = joined(base.point, t.candidate, &s.weights);
     if (s.gain > 0.0) start.gain.setConstant(s.gain);
-    // Where the linear step leads astray, the effect grows from nothing.
+    // Where the linear step leads astray, the effect grows from nothing, in more passes.
     int passes = kPasses;
     std::vector<BlockSum> sums;
     if (!model.pass(start, {}, sums) || left_of(model, sums).seen < base.left.seen)
@@ -269,9 +273,11 @@ void drop_superfluous(const Model& model, const SelectOptions& options, Selectio
 void look_alikes(const Model& model, const std::vector<Candidate>& candidates, const SelectOptions& options,
                  Selection& s)
 {
-    // At one speed the 3000-rpm grid sets the part: at 1.2 its angle offset would count as told from a voltage offset
-    // and from iron loss, at 1.8 its saturation as one with a delay.
-    const double close = (options.one_speed ? 1.4 : 1.1) * joint(options.reported_rms(s.best.point));
+    // At one speed the 3000-rpm grid sets both: with a part of 1.2 its angle offset would count as told from a voltage
+    // offset and from iron loss, with 1.8 its saturation as one with a delay; without half a deviation more, its angle
+    // offset as told from iron loss.
+    const double close = (options.one_speed ? 1.4 : 1.1) * joint(options.reported_rms(s.best.point)),
+                 apart = kSeparateT + (options.one_speed ? 0.5 : 0.0);
     for (Found& found : s.found) {
         const Refined base = refine(model, without(s.best.point, found.name), kPasses);
         if (!base.ok) continue;
@@ -280,7 +286,7 @@ void look_alikes(const Model& model, const std::vector<Candidate>& candidates, c
             if (c.names().size() == 1 && c.names().front() != found.name && !c.is_fault()) rivals.push_back(c);
         for (const Tried& t : round(model, base, rivals, options, nullptr)) {
             if (!t.refined.ok || found.confusable_with.size() >= kMostAlike) continue;
-            if (better(model, t.refined.left, s.best.left).t > kSeparateT + (options.one_speed ? 0.5 : 0.0)) continue;
+            if (better(model, t.refined.left, s.best.left).t > apart) continue;
             if (joint(options.reported_rms(t.refined.point)) > close) continue;
             if (options.veto && !options.veto(t.refined.point).empty()) continue;
             found.confusable_with.push_back(t.name);
@@ -295,7 +301,7 @@ namespace {
 bool take_pair(const Model& model, const std::vector<Tried>& tried, const std::vector<Candidate>& candidates,
                const SelectOptions& options, int round_number, Selection& s)
 {
-    constexpr int kFirsts = 3;
+    constexpr int kFirsts = 3;  // each costs a round; (E48)
     constexpr double kHalf = 0.5;
     const double before = joint(options.reported_rms(s.best.point));
     Refined best;
@@ -336,7 +342,9 @@ Selection select(const Model& model, const Point& start, const std::vector<Candi
     s.plain = refine_gains(model, start);
     if (!s.plain.ok) return s;
     s.best = s.plain;
-    for (int n = 0; n < 6; ++n) {
+    // An end to the search, beyond the effects that any log had. (E48)
+    constexpr int kMostRounds = 6;
+    for (int n = 0; n < kMostRounds; ++n) {
         if (below(options.reported_rms(s.best.point), options.exact)) break;
         std::vector<Tried> tried = round(model, s.best, candidates, options, n == 0 ? &s.alone : nullptr);
         const Tried* taken = nullptr;

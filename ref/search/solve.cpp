@@ -8,8 +8,13 @@
 namespace dqw {
 namespace {
 
+/// Keeps logarithms and quotients of zero finite; any double above the least will do.
 constexpr double kLeast = 1e-300;
-constexpr double kGainLeast = 1e-4;
+/// Sums of 10^6 squares carry rounding of 10^6 epsilon = 2e-10 of themselves: an eigenvalue of unit columns below is
+/// none.
+constexpr double kLeastEigenvalue = 1e-9;
+/// Over the larger variance: a column that is exact on one axis weighs 10^6 there, still far from what rounding hides.
+constexpr double kLeastVariance = 1e-6;
 
 void total_up(const Model& model, Left& left)
 {
@@ -69,7 +74,7 @@ Eigen::VectorXd variances(const Model& model, const std::vector<Eigen::MatrixXd>
             if (total[c].diagonal().maxCoeff() > 0.0) sum += v[static_cast<Eigen::Index>(c)], told += 1.0;
         v.setConstant(told > 0.0 ? sum / told : v.mean());
     }
-    return v.cwiseMax(v.maxCoeff() * 1e-6);
+    return v.cwiseMax(v.maxCoeff() * kLeastVariance);
 }
 
 Eigen::VectorXd with_error(const Eigen::VectorXd& delta)
@@ -106,7 +111,9 @@ Eigen::VectorXd linear_step(const Model& model, const std::vector<BlockSum>& sum
     const std::vector<Eigen::MatrixXd> total = seen_total(model, sums, rows);
     const Eigen::Index n = total.front().rows() - 1, m = static_cast<Eigen::Index>(use.size());
     Eigen::VectorXd delta = Eigen::VectorXd::Zero(n);
-    for (int round = 0; round < 3; ++round) {
+    // Weights and step in turn; where these do not settle them, the next pass goes on.
+    constexpr int kRounds = 3;
+    for (int round = 0; round < kRounds; ++round) {
         const Eigen::VectorXd v = variances(model, total, rows, with_error(delta));
         Eigen::MatrixXd a = Eigen::MatrixXd::Zero(m, m);
         Eigen::VectorXd b = Eigen::VectorXd::Zero(m);
@@ -125,7 +132,7 @@ Eigen::VectorXd linear_step(const Model& model, const std::vector<BlockSum>& sum
         const Symmetric eigen(unit);
         Eigen::VectorXd z = eigen.eigenvectors().transpose() * b.cwiseQuotient(size);
         for (Eigen::Index i = 0; i < m; ++i)
-            z[i] = eigen.eigenvalues()[i] > 1e-9 ? z[i] / (eigen.eigenvalues()[i] + damping) : 0.0;
+            z[i] = eigen.eigenvalues()[i] > kLeastEigenvalue ? z[i] / (eigen.eigenvalues()[i] + damping) : 0.0;
         const Eigen::VectorXd step = (eigen.eigenvectors() * z).cwiseQuotient(size);
         delta.setZero();
         for (Eigen::Index i = 0; i < m; ++i) delta[use[static_cast<std::size_t>(i)]] = step[i];
@@ -164,14 +171,18 @@ Better better(const Model& model, const Left& a, const Left& b)
     out.nats = b.heldout - a.heldout;
     const double n = static_cast<double>(gain.size());
     out.nats_each = out.nats * n / std::max(rows, 1.0);
-    if (gain.size() < 3) return out;
+    // Of two blocks a deviation has one degree of freedom, and tells nothing.
+    constexpr std::size_t kLeastBlocks = 3;
+    if (gain.size() < kLeastBlocks) return out;
     double mean = 0.0, square = 0.0, lag = 0.0;
     for (double g : gain) mean += g / n;
     for (std::size_t k = 0; k < gain.size(); ++k) {
         square += (gain[k] - mean) * (gain[k] - mean);
         if (k > 0) lag += (gain[k] - mean) * (gain[k - 1] - mean);
     }
-    const double r = std::clamp(lag / std::max(square, kLeast), 0.0, 0.95);
+    // A hundred blocks then still count as 2.6: however alike, they are of several stretches.
+    constexpr double kMostLag = 0.95;
+    const double r = std::clamp(lag / std::max(square, kLeast), 0.0, kMostLag);
     const double sd = std::sqrt(square / (n - 1.0) / n);
     out.t = sd > 0.0 ? mean / sd * std::sqrt((1.0 - r) / (1.0 + r)) : 0.0;
     return out;
@@ -190,6 +201,36 @@ bool confirmed(const Model& model, const Better& gain)
            (gain.t >= kFewT && uneven >= (model.common_weight() ? kUneven : kFew));
 }
 
+namespace {
+
+/// Brings a pass' step to where the linear step still says something. Predictions hold 1/L: from an L that is too small
+/// its linear step at most doubles L, from one twice too large it ends at zero. psi may start at zero and R at a wrong
+/// sign; they are linear. A gain goes to the next of kScreenGains, an angle to the next that is tried; a width's
+/// neighbour is two passes away. As (E48) has it.
+void limit_step(const Point& start, const Eigen::VectorXd& old, Eigen::VectorXd& next)
+{
+    constexpr double kLess = 0.6, kMore = 1.2, kGainTimes = 5.0, kWidthTimes = 2.0, kAngle_rad = 0.3;
+    // It forgets over 10^4 rows, more than three windows of the search: below, there is no correction.
+    constexpr double kGainLeast = 1e-4;
+    const Eigen::Index first_gain = start.base.size(), first_weight = first_gain + start.gain.size();
+    for (Eigen::Index j = 1; j < std::min<Eigen::Index>(3, first_gain); ++j)
+        next[j] = std::clamp(next[j], old[j] - kLess * std::abs(old[j]), old[j] + kMore * std::abs(old[j]));
+    for (Eigen::Index j = first_gain; j < first_weight; ++j)
+        next[j] = std::clamp(next[j], std::max(kGainLeast, 1.0 / kGainTimes * old[j]),
+                             std::min(1.0, kGainTimes * old[j]));
+    Eigen::Index j = first_weight;
+    for (const Term& t : start.terms) {
+        j += weights_of(t.input.law);
+        for (int s = 0; s < free_shapes_of(t.input); ++s, ++j)
+            if (s == 0 || !t.input.free_angle)
+                next[j] = std::clamp(next[j], old[j] / kWidthTimes, kWidthTimes * old[j]);
+            else
+                next[j] = std::clamp(next[j], old[j] - kAngle_rad, old[j] + kAngle_rad);
+    }
+}
+
+}  // namespace
+
 Refined refine(const Model& model, const Point& start, int passes)
 {
     Refined best;
@@ -199,31 +240,17 @@ Refined refine(const Model& model, const Point& start, int passes)
     best.ok = true;
     std::vector<Eigen::Index> use;
     for (Eigen::Index j = 0; j < start.columns(); ++j) use.push_back(j);
-    const Eigen::Index first_gain = start.base.size(), first_weight = first_gain + start.gain.size();
     // Of the ten nats that confirm an effect.
     constexpr double kSettled = 0.2;
-    double damping = 1e-9;
-    int failed = 0;
+    // Of a unit column: nothing beside any eigenvalue that counts; what first bends a step; where hardly any is left.
+    constexpr double kDampingLeast = kLeastEigenvalue, kDampingFirst = 1e-4, kDampingMost = 1e3;
+    // Six steps in a row that fail, each a pass, end the search; what helped falls more slowly, as (E48) has it.
+    constexpr double kGrows = 30.0, kFalls = 0.1;
+    double damping = kDampingLeast;
     for (int pass = 1; pass < passes; ++pass) {
         const Eigen::VectorXd old = best.point.values();
         Eigen::VectorXd next = old + linear_step(model, best.sums, use, damping);
-        for (Eigen::Index j = 0; j < first_gain; ++j) {
-            const double reach = 0.6 * std::abs(old[j]);
-            // psi may start at zero and R at a wrong sign; an inductance may do neither.
-            if (j == 1 || j == 2) next[j] = std::clamp(next[j], old[j] - reach, old[j] + 2.0 * reach);
-        }
-        for (Eigen::Index j = first_gain; j < first_weight; ++j)
-            next[j] = std::clamp(next[j], std::max(kGainLeast, 0.2 * old[j]), std::min(1.0, 5.0 * old[j]));
-        Eigen::Index j = first_weight;
-        for (const Term& t : start.terms) {
-            j += weights_of(t.input.law);
-            for (int s = 0; s < free_shapes_of(t.input); ++s, ++j) {
-                if (s == 0 || !t.input.free_angle)
-                    next[j] = std::clamp(next[j], 0.5 * old[j], 2.0 * old[j]);
-                else
-                    next[j] = std::clamp(next[j], old[j] - 0.3, old[j] + 0.3);
-            }
-        }
+        limit_step(start, old, next);
         Refined trial;
         trial.point = best.point;
         trial.point.set(next);
@@ -232,13 +259,12 @@ Refined refine(const Model& model, const Point& start, int passes)
         if (trial.ok && trial.left.seen > best.left.seen) {
             const double gained = trial.left.seen - best.left.seen;
             best = std::move(trial);
-            damping = std::max(damping * 0.1, 1e-9);
-            failed = 0;
+            damping = std::max(damping * kFalls, kDampingLeast);
             if (gained < kSettled) break;
         } else {
-            if ((trial.ok && best.left.seen - trial.left.seen < kSettled) || ++failed == 7) break;
-            damping = std::max(damping * 30.0, 1e-4);
-            if (damping > 1e3) break;
+            if (trial.ok && best.left.seen - trial.left.seen < kSettled) break;
+            damping = std::max(damping * kGrows, kDampingFirst);
+            if (damping > kDampingMost) break;
         }
     }
     return best;
@@ -255,10 +281,12 @@ Eigen::VectorXd deviations(const Model& model, const Refined& refined)
     const Eigen::VectorXd size = m.diagonal().cwiseMax(kLeast).cwiseSqrt();
     const Eigen::MatrixXd unit = size.cwiseInverse().asDiagonal() * m * size.cwiseInverse().asDiagonal();
     const Symmetric eigen(unit);
-    const Eigen::VectorXd inverse = eigen.eigenvalues().unaryExpr([](double x) { return x > 1e-10 ? 1.0 / x : 0.0; });
+    const Eigen::VectorXd inverse = eigen.eigenvalues().unaryExpr(
+        [](double x) { return x > kLeastEigenvalue ? 1.0 / x : 0.0; });
     const Eigen::MatrixXd pinv = eigen.eigenvectors() * inverse.asDiagonal() * eigen.eigenvectors().transpose();
-    // Scores of the fine blocks, neighbours joined in fives: rows and blocks are correlated where the model lacks
-    // something.
+    // Rows and blocks are correlated where the model lacks something: scores of neighbours are joined, half a stretch
+    // of ten together, as (E48) has it.
+    constexpr int kJoined = 5;
     Eigen::MatrixXd scatter = Eigen::MatrixXd::Zero(n, n);
     Eigen::VectorXd score = Eigen::VectorXd::Zero(n);
     int joined = 0;
@@ -267,18 +295,20 @@ Eigen::VectorXd deviations(const Model& model, const Refined& refined)
         if (blocks[b].heldout) continue;
         for (std::size_t c = 0; c < total.size(); ++c)
             score += refined.sums[b].gram[c].col(n).head(n) / v[static_cast<Eigen::Index>(c)];
-        if (++joined == 5) scatter += score * score.transpose(), score.setZero(), joined = 0;
+        if (++joined == kJoined) scatter += score * score.transpose(), score.setZero(), joined = 0;
     }
     scatter += score * score.transpose();
     const Eigen::MatrixXd s = size.cwiseInverse().asDiagonal() * scatter * size.cwiseInverse().asDiagonal();
     const Eigen::VectorXd white = pinv.diagonal(), robust = (pinv * s * pinv).diagonal();
     Eigen::VectorXd sd(n);
     for (Eigen::Index j = 0; j < n; ++j) {
-        // A direction that the rows do not tell.
+        // A direction that the rows do not tell. Within rounding, one that does not concern the column is no part of it.
+        constexpr double kMostLost = 1e-3;
         double lost = 0.0;
         for (Eigen::Index k = 0; k < n; ++k)
-            if (!(eigen.eigenvalues()[k] > 1e-10)) lost += eigen.eigenvectors()(j, k) * eigen.eigenvectors()(j, k);
-        sd[j] = lost > 1e-3 || !(m(j, j) > kLeast) ? HUGE_VAL : std::sqrt(std::max(white[j], robust[j])) / size[j];
+            if (!(eigen.eigenvalues()[k] > kLeastEigenvalue))
+                lost += eigen.eigenvectors()(j, k) * eigen.eigenvectors()(j, k);
+        sd[j] = lost > kMostLost || !(m(j, j) > kLeast) ? HUGE_VAL : std::sqrt(std::max(white[j], robust[j])) / size[j];
     }
     return sd;
 }

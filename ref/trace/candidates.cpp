@@ -8,7 +8,11 @@
 namespace dqw {
 namespace {
 
-constexpr double kLeastSpan_K = 0.5;  ///< of a temperature column, below which it tells nothing
+/// Of a temperature column, below which it tells nothing: at 0.4 % a kelvin R changes by 0.2 % within it.
+constexpr double kLeastSpan_K = 0.5;
+/// Of the largest: a sensor's last digits, which tell nothing apart.
+constexpr double kNoChange = 1e-3;
+constexpr double kTurn_rad = 6.0;  ///< nearly: the row that would close it may be missing
 
 /// Angles at the first row that are tried. Without an angle column the three phases look the same every sixth of a
 /// turn; four starts over it, and the angle is fitted from there.
@@ -104,7 +108,8 @@ void dead_time_candidates(double i_base_A, bool angle, const std::string& why, C
         }
 }
 
-/// Faults of the current sensors, tried beside the effects so that no effect is named for them.
+/// Faults of the current sensors, tried beside the effects so that no effect is named for them. The limit is fitted:
+/// each from 0.42 to 1 of the largest current is within a fifth of one that is tried.
 void clipped_candidates(TraceSetup& setup, bool angle)
 {
     double most = 0.0;
@@ -136,7 +141,7 @@ void electrical_candidates(TraceSetup& setup, Catalogue& c)
                 i_q.add(at_row(log.i_q_A, k));
     const bool turns = w.size() > 0.0,
                angle = everywhere(logs, &Log::theta_e_rad) || everywhere(logs, &Log::theta_m_rad);
-    const bool moves = std::max(i_d.sd(), i_q.sd()) > 1e-3 * ib;
+    const bool moves = std::max(i_d.sd(), i_q.sd()) > kNoChange * ib;
     // An angle is swept where it covers a turn; an integrated one needs rows in time.
     double swept = 0.0;
     for (std::size_t n = 0; n < logs.size(); ++n) {
@@ -147,15 +152,18 @@ void electrical_candidates(TraceSetup& setup, Catalogue& c)
                                                  std::atan2(columns.sin_e[k - 1], columns.cos_e[k - 1]),
                                              2.0 * M_PI));
     }
+    // Within it, what grows with the square of the speed differs from what grows with the speed by 0.1^2/8 of itself.
+    constexpr double kLeastSpeeds = 0.1;
     const std::pair<Asks, std::string> lacks[] = {
         {asks_turns, turns ? "" : "the machine does not turn"},
-        {asks_sweep, swept > 6.0 ? ""
-                     : angle     ? "the angle hardly changes"
-                                 : "no angle column, and none can be integrated"},
+        {asks_sweep, swept > kTurn_rad ? ""
+                     : angle           ? "the angle hardly changes"
+                                       : "no angle column, and none can be integrated"},
         {asks_currents, moves ? "" : "the currents do not change"},
-        {asks_points,
-         moves || w.span() > 1e-3 * w.size() ? "" : "one operating point: neither the currents nor the speed change"},
-        {asks_speeds, w.span() > 0.1 * w.size() ? "" : "one speed only"},
+        {asks_points, moves || w.span() > kNoChange * w.size()
+                          ? ""
+                          : "one operating point: neither the currents nor the speed change"},
+        {asks_speeds, w.span() > kLeastSpeeds * w.size() ? "" : "one speed only"},
     };
     /// The first that the log lacks of what an effect asks for.
     const auto lack = [&](Law law) {
@@ -176,7 +184,7 @@ void electrical_candidates(TraceSetup& setup, Catalogue& c)
         case Law::winding_temperature: temperature_candidates(logs, c, turns, i_d.size() + i_q.size() > 0.0); break;
         case Law::magnet_temperature: break;
         case Law::flux_harmonics:
-            if (swept > 6.0 && setup.regime == Regime::dynamic && c.wanted(Law::clipped_current))
+            if (swept > kTurn_rad && setup.regime == Regime::dynamic && c.wanted(Law::clipped_current))
                 clipped_candidates(setup, angle);
             c.add_unless({e.id, {6}}, why);
             if (why.empty()) c.add({e.id, {6}}, {e.id, {12}});
@@ -192,11 +200,15 @@ void mechanical_candidates(TraceSetup& setup, Catalogue& c)
 {
     const Range w = range_of(*setup.logs, &Log::w_m_rad_s);
     const double base = w.size();
-    const std::string still = w.sd() > 1e-3 * base ? "" : "the speed does not change";
-    const bool both_ways = w.least < -0.02 * base && w.most > 0.02 * base;
+    const std::string still = w.sd() > kNoChange * base ? "" : "the speed does not change";
+    // More than a sensor's offset or a swing about rest.
+    constexpr double kMoves = 0.02;
+    const bool both_ways = w.least < -kMoves * base && w.most > kMoves * base;
     // Each log may turn one way only, and they the other way.
     const std::string one_way = both_ways ? ""
                                           : "the machine turns one way only: it cannot be told from Coulomb friction";
+    // Both are fitted, and a pass of refine() halves or doubles them: a width from 0.0025 to 0.06 is two passes from one
+    // of these at most, a fall from 0.015 to 0.6 one pass.
     for (double part : {0.005, 0.03}) {
         if (still.empty()) c.add({Law::coulomb_friction, {part * base}});
         if (still.empty() && one_way.empty())
@@ -210,12 +222,14 @@ void mechanical_candidates(TraceSetup& setup, Catalogue& c)
     if (!still.empty()) c.cannot(Law::coulomb_friction, still), c.cannot(Law::stribeck_friction, still);
     if (!still.empty() || !one_way.empty()) c.cannot(Law::direction_asymmetry, still.empty() ? one_way : still);
     c.add_unless({Law::load_torque}, still);
+    // The least common multiple of slots and poles: 24 of 12 and 8, 48 of 48 and 8. The 60 of 12 and 10 is not sought.
+    constexpr int kMostOrder = 48;
     double turned = 0.0;
     for (const auto& angle : setup.angle)
         for (std::size_t k = 1; k < angle.size(); ++k)
             turned += std::abs(std::remainder(angle[k] - angle[k - 1], 2.0 * M_PI));
-    if (turned > 6.0)
-        for (int n = 1; n <= 48; ++n) c.add({Law::cogging_torque, {static_cast<double>(n)}});
+    if (turned > kTurn_rad)
+        for (int n = 1; n <= kMostOrder; ++n) c.add({Law::cogging_torque, {static_cast<double>(n)}});
     else
         c.cannot(Law::cogging_torque, "the shaft does not make a turn");
 }

@@ -7,12 +7,10 @@
 #include "ref/trace/shapes.hpp"
 
 namespace dqw {
-namespace {
 
-constexpr double kUncertain = 0.3;   ///< sd over value
-constexpr double kNoEffect = 1e-6;   ///< of the largest effect of a base parameter
-constexpr double kCollinear = 1e-8;  ///< eigenvalue of the information of unit columns
-constexpr double kPartner = 0.03;    ///< component in a null direction that counts
+using namespace assessing;
+
+namespace {
 
 std::vector<std::string> column_names(const Model& model, const Point& at)
 {
@@ -36,9 +34,11 @@ Eigen::MatrixXd information(const Model& model, const std::vector<BlockSum>& sum
         for (const BlockSum& s : sums) total[c] += s.gram[c];
         most = std::max(most, total[c](n, n));
     }
+    // As in a step: an axis weighs 10^6 of the other's at most, and zero divides nothing.
+    const double least = 1e-6 * most + 1e-300;
     Eigen::MatrixXd m = Eigen::MatrixXd::Zero(n, n);
     for (const Eigen::MatrixXd& t : total)
-        m += t.topLeftCorner(n, n) / (model.common_weight() ? 1.0 : std::max(t(n, n), 1e-6 * most + 1e-300));
+        m += t.topLeftCorner(n, n) / (model.common_weight() ? 1.0 : std::max(t(n, n), least));
     return m;
 }
 
@@ -53,8 +53,11 @@ Eigen::VectorXd typical_of(const TraceSetup& setup, const Point& at)
         for (double i : log.i_q_A) q += i * i;
         rows += static_cast<double>(log.rows());
     }
-    typical[3] = std::max(
-        typical[3], 0.1 * std::sqrt((at.base[1] * at.base[1] * d + at.base[2] * at.base[2] * q) / std::max(rows, 1.0)));
+    // A magnet of a tenth of it is hardly one.
+    constexpr double kMatters = 0.1;
+    const double of_currents = std::sqrt((at.base[1] * at.base[1] * d + at.base[2] * at.base[2] * q) /
+                                         std::max(rows, 1.0));
+    typical[3] = std::max(typical[3], kMatters * of_currents);
     return typical;
 }
 

@@ -17,8 +17,6 @@
 namespace dqw {
 namespace {
 
-constexpr double kClearlyLess = 0.9;
-
 using Names = std::vector<std::string>;
 
 bool has(const Names& names, const std::string& name)
@@ -167,7 +165,7 @@ EffectFit fit_effects(const std::vector<Log>& logs, const std::vector<std::strin
         if (!has(names, name)) names.push_back(name);
     int ticks = 0;
     const Fitted f = fitted(logs, names, [&] {
-        ++ticks;
+        ++ticks;  // of how many is not known: half of it after ten
         if (progress) progress(0.95 * ticks / (ticks + 10.0));
     });
     const Determined determined = determined_of(*f.setup, f.refined);

@@ -11,8 +11,11 @@
 namespace dqw {
 namespace {
 
-constexpr std::size_t kChunk = 200;
-constexpr double kLeastShare = 0.05;
+/// Rows of a chunk; a wild stretch spoils no more of them. Of 20 a mean square scatters by a third. (E48)
+constexpr std::size_t kChunk = 200, kLeastChunk = 20;
+constexpr double kLeastShare = 0.05;     ///< of the excess; what is told below is chance, (E48)
+constexpr std::size_t kLeastSeries = 8;  ///< blocks, beside which a share of one axis would be chance
+constexpr std::size_t kRare = 50;        ///< one row of so many is an extreme
 
 double median(std::vector<double> x)
 {
@@ -25,6 +28,8 @@ double median(std::vector<double> x)
 /// around a tenth of the sampling rate. Medians over chunks, so that a few wild stretches do not count.
 struct HighBand {
     double top = 0.0, fifth = 0.0;
+    static constexpr std::size_t kFive = 5, kReach = 3 * kFive;
+    static constexpr double kTopOfWhite = 1 + 16 + 36 + 16 + 1, kFifthOfMeans = 1 + 4 + 1;  ///< squares of the filters
 };
 
 HighBand high_band(const std::vector<double>& x, const std::vector<std::size_t>& starts)
@@ -32,25 +37,27 @@ HighBand high_band(const std::vector<double>& x, const std::vector<std::size_t>&
     std::vector<double> top, fifth;
     for (std::size_t s = 0; s < starts.size(); ++s) {
         const std::size_t begin = starts[s], end = s + 1 < starts.size() ? starts[s + 1] : x.size();
-        for (std::size_t k = begin; k + 15 < end; k += kChunk) {
-            const std::size_t stop = std::min(k + kChunk, end - 15);
-            if (stop < k + 20) break;
+        for (std::size_t k = begin; k + HighBand::kReach < end; k += kChunk) {
+            const std::size_t stop = std::min(k + kChunk, end - HighBand::kReach);
+            if (stop < k + kLeastChunk) break;
             double a = 0.0, b = 0.0;
             for (std::size_t r = k; r < stop; ++r) {
                 const double y = x[r] - 4.0 * x[r + 1] + 6.0 * x[r + 2] - 4.0 * x[r + 3] + x[r + 4];
                 double z = 0.0;
-                for (std::size_t n = 0; n < 5; ++n) z += 0.2 * (x[r + n] - 2.0 * x[r + 5 + n] + x[r + 10 + n]);
+                for (std::size_t n = r; n < r + HighBand::kFive; ++n)
+                    z += 0.2 * (x[n] - 2.0 * x[n + HighBand::kFive] + x[n + 2 * HighBand::kFive]);
                 a += y * y, b += z * z;
             }
-            top.push_back(a / 70.0 / static_cast<double>(stop - k)),
-                fifth.push_back(b / 6.0 / static_cast<double>(stop - k));
+            top.push_back(a / HighBand::kTopOfWhite / static_cast<double>(stop - k)),
+                fifth.push_back(b / HighBand::kFifthOfMeans / static_cast<double>(stop - k));
         }
     }
     return {median(top), median(fifth)};
 }
 
 /// Variance of a block's mean over `rows` rows, told apart into noise A |1 - z|^2 of the state's sensor, white noise S,
-/// and the known noise W |1 + z|^2 / 4 of the speed sensor: top = 3.6 A + S + 0.1 W, fifth = 0.133 A + 0.2 S + 0.167 W.
+/// and the known noise W |1 + z|^2 / 4 of the speed sensor: top = 3.6 A + S + 0.1 W, fifth = 0.133 A + 0.2 S + 0.167 W
+/// (sums of squares of the filters in a row: 252/70, 28/4/70; 20/25/6, 30/25/6, 25/25/6), solved for A and S.
 double block_variance(HighBand seen, double speed, double rows, double damped)
 {
     double differenced = (seen.top - 5.0 * seen.fifth + 0.7333 * speed) / 2.933;
@@ -119,13 +126,16 @@ double settled_floor(const TraceSetup& setup, const Point& at)
 /// Part of the variance of y that its means over 24 equally filled bins of x explain beyond chance.
 double share_by_bins(const std::vector<double>& x, const std::vector<double>& y, double excess)
 {
-    constexpr std::size_t kBins = 24;
+    // They follow twelve waves; each has enough rows for a mean. (E48)
+    constexpr std::size_t kBins = 24, kLeastInBin = 4;
+    constexpr double kConstant = 1e-9;  // of its size: x is one number and its rounding
     const std::size_t n = x.size();
-    if (n < 4 * kBins || !(excess > 0.0)) return 0.0;
+    if (n < kLeastInBin * kBins || !(excess > 0.0)) return 0.0;
     std::vector<std::size_t> order(n);
     for (std::size_t k = 0; k < n; ++k) order[k] = k;
     std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return x[a] < x[b]; });
-    if (!(x[order[n - 1 - n / 50]] - x[order[n / 50]] > 1e-9 * (std::abs(x[order[n - 1]]) + std::abs(x[order[0]]))))
+    if (!(x[order[n - 1 - n / kRare]] - x[order[n / kRare]] >
+          kConstant * (std::abs(x[order[n - 1]]) + std::abs(x[order[0]]))))
         return 0.0;
     double mean = 0.0, square = 0.0, between = 0.0;
     for (double v : y) mean += v / static_cast<double>(n);
@@ -164,7 +174,9 @@ Series series_of(const TraceSetup& setup, const std::vector<ReportBlock>& blocks
         Moment m;
         m.i_d = s.i_d.back(), m.i_q = s.i_q.back(), m.cos_e = c.cos_e[k], m.sin_e = c.sin_e[k];
         Vector2 f[kMostWeights], g[kMostWeights];
-        evaluate({Law::dead_time, {0.01 * setup.i_base_A}}, m, f, g);
+        // As good as a step: the least dead time that is tried is half as wide.
+        constexpr double kNarrow = 0.01;
+        evaluate({Law::dead_time, {kNarrow * setup.i_base_A}}, m, f, g);
         s.sign.push_back(axis == 0 ? f[0].d : f[0].q);
     }
     return s;
@@ -185,13 +197,15 @@ double amplitude_of_angle(const Series& s)
     return std::abs(sum) / static_cast<double>(std::max<std::size_t>(s.angle.size(), 1));
 }
 
+constexpr std::size_t kMostPoints = 65536, kLeastPoints = 32;  ///< of a spectrum: what a plot shows; what has lines
+
 /// Amplitudes of an evenly sampled series, Hann window; at most 2^16 points of it.
 void amplitudes(const std::vector<double>& y, double period_s, std::vector<double>& frequency_Hz,
                 std::vector<double>& amplitude)
 {
     std::size_t n = 1;
-    while (2 * n <= y.size() && n < 65536) n *= 2;
-    if (n < 32) return;
+    while (2 * n <= y.size() && n < kMostPoints) n *= 2;
+    if (n < kLeastPoints) return;
     std::vector<double> x(n);
     double mean = 0.0;
     for (std::size_t k = 0; k < n; ++k) mean += y[k] / static_cast<double>(n);
@@ -233,12 +247,18 @@ void add_line(const TraceSetup& setup, const std::vector<ReportBlock>& blocks, i
     std::vector<double> f, a;
     if (setup.regime == Regime::steady || setup.regime == Regime::standstill || !(period_s > 0.0)) return;
     amplitudes(y, period_s, f, a);
-    if (a.size() < 16) return;
+    constexpr std::size_t kLeastBins = 16;  // for a median beside the line
+    if (a.size() < kLeastBins) return;
     const std::size_t top = static_cast<std::size_t>(std::max_element(a.begin(), a.end()) - a.begin());
+    // Hann spreads a line of amplitude A over bins that sum to A^2 (1/4 + 1 + 1/4), and its variance is A^2/2.
+    constexpr std::size_t kWide = 2;
     double local = 0.0;
-    for (std::size_t k = top >= 2 ? top - 2 : 0; k < std::min(top + 3, a.size()); ++k) local += a[k] * a[k] / 3.0;
+    for (std::size_t k = top >= kWide ? top - kWide : 0; k < std::min(top + kWide + 1, a.size()); ++k)
+        local += a[k] * a[k] / 3.0;
     const double level = median(a);
-    if (top >= 3 && a[top] > 8.0 * level)
+    // Of 2^15 bins of white noise the largest exceeds 5 medians in one of a thousand logs; what is left is not white.
+    constexpr double kLine = 8.0;
+    if (top > kWide && a[top] > kLine * level)
         out.push_back(
             {"a line at " + figure(f[top]) + " Hz", axis_name(setup, axis), std::clamp(local / excess, 0.0, 1.0)});
 }
@@ -267,7 +287,9 @@ std::vector<TraceCorrelate> correlates(const TraceSetup& setup, const std::vecto
         double square = 0.0;
         for (double y : s.y) square += y * y / static_cast<double>(s.y.size());
         const double excess = square - floor * floor;
-        if (!(excess > 0.05 * floor * floor) || s.y.size() < 8) continue;
+        // Below, the RMS is that of noise within a fortieth: there is nothing to share out.
+        constexpr double kLeastExcess = 0.05;
+        if (!(excess > kLeastExcess * floor * floor) || s.y.size() < kLeastSeries) continue;
         const auto add = [&](const std::string& with, double share) {
             if (share > kLeastShare) out.push_back({with, axis_name(setup, axis), share});
         };
@@ -284,7 +306,9 @@ std::vector<TraceCorrelate> correlates(const TraceSetup& setup, const std::vecto
                 add("signs of the phase currents",
                     std::clamp(xy * xy / xx / static_cast<double>(s.y.size()) / excess, 0.0, 1.0));
         }
-        const bool swept = amplitude_of_angle(s) < 0.7;
+        // An angle that is evenly everywhere on three eighths of a turn has 0.78, on half a turn 0.64.
+        constexpr double kSwept = 0.7;
+        const bool swept = amplitude_of_angle(s) < kSwept;
         for (int order : swept ? std::vector<int>{1, 2, 3, 6, 12} : std::vector<int>{}) {
             const double a = amplitude_at(s, order);
             add("angle, order " + std::to_string(order), std::clamp(0.5 * a * a / excess, 0.0, 1.0));
@@ -321,8 +345,12 @@ std::vector<TraceSpectrum> spectra(const TraceSetup& setup, const std::vector<Re
 
 std::string record_fault(const std::vector<Log>& logs)
 {
-    constexpr std::size_t kLongestHeld = 10;
+    // A hold is short, and what the current did meanwhile shows at its end; a few are no fault. (E48)
+    constexpr std::size_t kLongestHeld = 10, kFewHeld = 5, kRareHeld = 2000;
     constexpr double kCatchesUp = 0.3;
+    // Steps of the converter in a usual move. Where neither axis turns, chance repeats both in one of 1100 rows at 20,
+    // in one of 2000 at 27.
+    constexpr double kFine = 20.0;
     std::size_t held = 0, rows = 0;
     for (const Log& log : logs) {
         if (log.regime != Regime::dynamic) return "";
@@ -339,7 +367,7 @@ std::string record_fault(const std::vector<Log>& logs)
         const double usual = median(moved);
         // On a coarse converter a repeated value is nothing; on a fine one it is a held sample, unless the current
         // rests.
-        if (!(usual > 20.0 * least) || 2 * moved.size() < moves.size()) continue;
+        if (!(usual > kFine * least) || 2 * moved.size() < moves.size()) continue;
         std::size_t run = 0;
         for (double move : moves) {
             if (move == 0.0) {
@@ -350,7 +378,7 @@ std::string record_fault(const std::vector<Log>& logs)
             run = 0;
         }
     }
-    if (held > 5 && held > rows / 2000)
+    if (held > kFewHeld && held > rows / kRareHeld)
         return std::to_string(held) +
                " rows repeat the currents of the row before to the last digit: held or dropped samples";
     return "";

@@ -23,8 +23,9 @@ std::vector<Estimate> base_parameters(const TraceSetup& setup, const Point& at, 
     std::vector<Estimate> out;
     const auto& names = setup.full->base_names();
     for (Eigen::Index j = 0; j < at.base.size(); ++j) {
-        // What the log cannot tell is absent.
-        if (!std::isfinite(sd[j]) || sd[j] > std::max(std::abs(at.base[j]), 1e-12)) continue;
+        // What the log cannot tell is absent; nothing is as small as this but zero.
+        constexpr double kZero = 1e-12;
+        if (!std::isfinite(sd[j]) || sd[j] > std::max(std::abs(at.base[j]), kZero)) continue;
         out.push_back({names[static_cast<std::size_t>(j)], at.base[j], sd[j], false});
     }
     const auto& given = setup.logs->front().machine.pole_pairs;

@@ -9,9 +9,15 @@
 namespace dqw {
 namespace {
 
+// What a drive's engineer would not believe, (E48).
 constexpr double kMostOfBase = 0.5;  ///< a sensor's or a flux's error beyond this part of its base is none
 constexpr double kSlow = 0.4;        ///< part of the top speed below which Stribeck friction fades
+constexpr double kMostWidth = 2.0;   ///< of the largest current: at half of its width a tanh is straight within 8 %
+/// Over those at zero current: saturation takes most of an inductance at most, and adds none; what a fitted polynomial
+/// of fourth order adds beside its end is left room.
 constexpr double kLeastInductance = 0.05, kMostInductance = 3.0;
+constexpr double kMostClipping = 5.0;  ///< of the weight of a clipped current, either way of 1; not varied
+constexpr std::size_t kRowsLooked = 500, kRare = 50;  ///< rows of a log; one of so many may be extreme
 
 /// Incremental inductances at the log's own currents, over those at zero current; rare extremes apart, where a
 /// polynomial ends.
@@ -20,7 +26,7 @@ std::string inductance_sense(const TraceSetup& setup, const Point& at)
     std::vector<double> part;
     for (const Log& log : *setup.logs) {
         const std::size_t rows = std::min(log.i_d_A.size(), log.i_q_A.size());
-        for (std::size_t k = 0; k < rows; k += std::max<std::size_t>(rows / 500, 1)) {
+        for (std::size_t k = 0; k < rows; k += std::max<std::size_t>(rows / kRowsLooked, 1)) {
             Moment m;
             m.i_d = log.i_d_A[k], m.i_q = log.i_q_A[k];
             double f[4] = {}, g[4] = {};
@@ -31,7 +37,7 @@ std::string inductance_sense(const TraceSetup& setup, const Point& at)
     }
     if (part.empty()) return "";
     std::sort(part.begin(), part.end());
-    const double least = part[part.size() / 50], most = part[part.size() - 1 - part.size() / 50];
+    const double least = part[part.size() / kRare], most = part[part.size() - 1 - part.size() / kRare];
     if (least < kLeastInductance) return "an incremental inductance would vanish";
     if (most > kMostInductance) return "an incremental inductance would grow " + figure(most) + " times";
     return "";
@@ -66,7 +72,8 @@ std::string sense_of(const TraceSetup& setup, const Point& at)
         const Effect* effect = find_effect(in.effect);
         // A fault of the record is no effect, but its measure must make sense too.
         if (!effect) {
-            if (!(in.weights[0] > 0.2 && in.weights[0] < 5.0)) return "no clipped sensor does that";
+            if (!(in.weights[0] > 1.0 / kMostClipping && in.weights[0] < kMostClipping))
+                return "no clipped sensor does that";
             continue;
         }
         for (const Estimate& e : physical({in}, sd, {0.0}, plain))
@@ -78,7 +85,7 @@ std::string sense_of(const TraceSetup& setup, const Point& at)
             return "the offset would be half of the largest current";
         if (in.effect == "stribeck_friction" && in.shape[1] > kSlow * setup.speed_base_rad_s)
             return "it would fade at " + figure(in.shape[1]) + " rad/s, the log's own speeds: viscous friction";
-        if (in.effect == "dead_time" && in.shape[0] > 2.0 * setup.i_base_A)
+        if (in.effect == "dead_time" && in.shape[0] > kMostWidth * setup.i_base_A)
             return "its width would be beyond the largest current: a resistance";
     }
     return "";
@@ -86,6 +93,8 @@ std::string sense_of(const TraceSetup& setup, const Point& at)
 
 std::string doubt_of(const TraceSetup& setup, const Point& plain, const TraceFit& fit)
 {
+    // In percent. A fit of rows in time leaves the effects, each some percent of the voltage; settled points behind an
+    // inverter, whose dead time is most of it, up to 25 % of what was measured. (E48)
     constexpr double kMostLeft = 10.0, kMostLeftSettled = 30.0;
     const char* const ask = ": are columns, units and signs those of the log format?";
     if (setup.regime == Regime::mechanical)

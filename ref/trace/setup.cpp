@@ -18,12 +18,21 @@
 namespace dqw {
 namespace {
 
-constexpr std::size_t kLeastPiece = 30;
-constexpr std::size_t kLeastRows = 400, kLeastSettled = 8;
-constexpr std::size_t kSearchRows = 24000, kSearchWindow = 3000;
+// How a log is divided; halved or doubled: (E48).
+/// Stretches, in turn seen and held out, and the fine blocks of one: a hundred that are held out give t of (E45) within
+/// a tenth. Of a stretch the guard leaves five reported blocks of 20 rows at least.
 constexpr std::size_t kStretches = 20, kFewestStretches = 4, kLeastStretch = 150, kFine = 10, kGuard = 60;
+/// Rows without a gap: fewer hardly hold a reported block.
+constexpr std::size_t kLeastPiece = 30;
+/// Rows, a hundred in each of the fewest stretches; settled points, four seen and four held out.
+constexpr std::size_t kLeastRows = 400, kLeastSettled = 8;
+/// A search looks at this many rows of a longer log, in eight windows: more cost time. Not varied.
+constexpr std::size_t kSearchRows = 24000, kSearchWindow = 3000;
 constexpr std::size_t kSettledStretches = 60, kSettledFine = 3;
 constexpr std::size_t kFewRows = 400;  ///< settled rows: fewer are operating points, more are a record in time
+constexpr double kSamePoint = 0.01;    ///< of the largest: sensors' noise within one operating point
+constexpr double kOneSpeed = 0.05;     ///< of the largest: within it no effect differs by more than a tenth
+constexpr double kStartGain = 0.1;     ///< of which refine() reaches each from 0.004 to 1 in two passes
 
 /// Settled points that follow one another at the same currents and speed are one operating point, held out as a whole.
 Plan point_plan(const std::vector<Log>& logs, double i_base_A, double w_base)
@@ -36,7 +45,7 @@ Plan point_plan(const std::vector<Log>& logs, double i_base_A, double w_base)
         for (std::size_t k = 0; k < log.rows();) {
             std::size_t end = k + 1;
             const auto same = [&](const std::vector<double>& column, double base) {
-                return std::abs(at_row(column, end) - at_row(column, k)) <= 0.01 * base;
+                return std::abs(at_row(column, end) - at_row(column, k)) <= kSamePoint * base;
             };
             while (end < log.rows() && same(log.i_d_A, i_base_A) && same(log.i_q_A, i_base_A) &&
                    same(log.w_m_rad_s, w_base))
@@ -59,7 +68,7 @@ std::vector<Piece> settled_pieces(const std::vector<Log>& logs)
 /// A long piece in eight, so that they can be worked on side by side.
 std::vector<Piece> cut(const std::vector<Piece>& pieces)
 {
-    constexpr std::size_t kLong = 100000, kParts = 8;
+    constexpr std::size_t kLong = 100000, kParts = 8;  // a shorter one is done within a second; cores at hand
     std::vector<Piece> out;
     for (const Piece& piece : pieces) {
         const std::size_t parts = piece.rows() > kLong ? kParts : 1;
@@ -89,7 +98,7 @@ std::optional<double> stated_pole_pairs(const std::vector<Log>& logs)
 /// does not say.
 double turns_of_angles(const std::vector<Log>& logs)
 {
-    constexpr double kMostStep_rad = 2.0, kLeastTurned_rad = 6.0;
+    constexpr double kMostStep_rad = 2.0, kLeastTurned_rad = 6.0;  // nearly a turn
     constexpr std::size_t kTogether = 100;
     double xy = 0.0, xx = 0.0, turned = 0.0;
     for (const Log& log : logs) {
@@ -115,17 +124,19 @@ double turns_of_angles(const std::vector<Log>& logs)
 
 double pole_pairs_of_angles(const std::vector<Log>& logs)
 {
-    constexpr double kMost = 200.0, kNear = 0.05;
+    // From a whole number: less than to any other, and of a few pairs 5 %.
+    constexpr double kMost = 200.0, kNear = 0.05, kNearest = 0.3;
     const double p = turns_of_angles(logs), whole = std::round(p);
-    return whole >= 1.0 && whole <= kMost && std::abs(p - whole) < kNear * whole && std::abs(p - whole) < 0.3 ? whole
-                                                                                                              : 0.0;
+    return whole >= 1.0 && whole <= kMost && std::abs(p - whole) < kNear * whole && std::abs(p - whole) < kNearest
+               ? whole
+               : 0.0;
 }
 
 void find_pole_pairs(TraceSetup& setup)
 {
     const std::vector<Log>& logs = *setup.logs;
     if (const auto p = stated_pole_pairs(logs)) {
-        constexpr double kNear = 0.05;
+        constexpr double kNear = 0.05;  // of a wrong unit it is 2 pi or 9.55; 20 pole pairs for 21 pass
         setup.pole_pairs = *p;
         const double turns = turns_of_angles(logs);
         if (turns != 0.0 && std::abs(turns / *p - 1.0) > kNear)
@@ -195,6 +206,7 @@ void electrical_setup(TraceSetup& setup, bool rotor_held)
             plan = alternate_plan(settled_pieces(logs), kSettledStretches, kSettledFine, 0);
         setup.full = std::make_unique<SettledModel>(logs, setup.columns, setup.pole_pairs, std::move(plan));
         Point start;
+        // The errors are linear in them: a start matters as far as a pass hardly more than doubles L.
         start.base = Eigen::Vector4d(1.0, 1e-3, 1e-3, 0.0);
         setup.starts.push_back(start);
         return;
@@ -216,7 +228,7 @@ void electrical_setup(TraceSetup& setup, bool rotor_held)
     for (const ElectricalStart& s : electrical_starts(setup.part ? windows : pieces, setup.pole_pairs)) {
         Point start;
         start.base = Eigen::Vector4d(s.R_ohm, s.Ld_H, s.Lq_H, s.psi_Wb);
-        start.gain = Eigen::Vector2d(0.1, 0.1);
+        start.gain = Eigen::Vector2d(kStartGain, kStartGain);
         setup.starts.push_back(start);
     }
 }
@@ -258,7 +270,7 @@ void mechanical_setup(TraceSetup& setup, bool averaged)
     for (const MechanicalStart& s : mechanical_starts(pieces, of_piece)) {
         Point start;
         start.base = Eigen::Vector2d(s.J_kgm2, s.B_Nms_rad);
-        start.gain = Eigen::VectorXd::Constant(averaged ? 0 : 1, 0.1);
+        start.gain = Eigen::VectorXd::Constant(averaged ? 0 : 1, kStartGain);
         setup.starts.push_back(start);
     }
 }
@@ -294,7 +306,7 @@ std::unique_ptr<TraceSetup> trace_setup(const std::vector<Log>& logs, const std:
     setup->regime = logs.front().regime;
     const Range speeds = range_of(logs, &Log::w_m_rad_s);
     setup->speed_base_rad_s = speeds.size();
-    setup->one_speed = setup->regime == Regime::steady && speeds.span() < 0.05 * speeds.size();
+    setup->one_speed = setup->regime == Regime::steady && speeds.span() < kOneSpeed * speeds.size();
     if (setup->regime == Regime::mechanical)
         mechanical_setup(*setup, variant == Variant::averaged);
     else

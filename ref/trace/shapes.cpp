@@ -7,7 +7,8 @@
 namespace dqw {
 namespace {
 
-constexpr std::size_t kRefined = 3;
+constexpr std::size_t kRefined = 3;  ///< choices that are fitted, the best first
+/// Of shapes, each until none changes; of fits, each until it gains no more: ends that hardly any reaches.
 constexpr int kRounds = 4, kSearchPasses = 12, kPasses = 30;
 
 /// The shapes of one effect.

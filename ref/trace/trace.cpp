@@ -17,13 +17,16 @@
 namespace dqw {
 namespace {
 
-constexpr double kExact =
-    5e-4;  ///< part of an axis' voltage (torque): where all are below, the residual is the sampling's own
-constexpr std::size_t kLeastBlocks = 3;
-constexpr double kClearlyLess = 0.9, kClearlyT = 3.0;
-constexpr double kLeastTurn_rad =
-    0.08;  ///< in a period, below which it does not matter in whose frame a voltage is held
-constexpr int kPasses = 12;
+// Halved or doubled: (E48).
+/// Part of an axis' voltage (torque): where all are below, the residual is the sampling's own.
+constexpr double kExact = 5e-4;
+constexpr std::size_t kLeastBlocks = 3;  ///< of two there is no scatter
+constexpr double kClearlyT = 3.0;        ///< a normal exceeds it, either way, in 3 of 1000 cases
+/// In a period, w T: below, it does not matter in whose frame a voltage is held. A vector held in the other's is
+/// shorter by (w T)^2/24, 3e-4: less than kExact.
+constexpr double kLeastTurn_rad = 0.08;
+constexpr int kPasses = 12;        ///< from where a part of the rows has it
+constexpr std::size_t kRare = 50;  ///< one row of so many is an extreme
 
 using Blocks = std::vector<ReportBlock>;
 
@@ -89,10 +92,13 @@ struct Judge {
 /// differ.
 Point least_residual(const Judge& judge, Point at)
 {
-    for (int round = 0; round < 2; ++round) {
+    constexpr int kRounds = 2, kLeastEach = 4;  // of values for each parameter
+    // Of a parameter: its difference is exact to 1e-3 where bent, to 1e-10 by rounding.
+    constexpr double kStep = 1e-3, kLeastStep = 1e-9;
+    for (int round = 0; round < kRounds; ++round) {
         const Blocks here = judge.of(at, true);
         const Eigen::Index n = at.base.size(), m = static_cast<Eigen::Index>(here.size()) * judge.channels;
-        if (m < 4 * n) return at;
+        if (m < kLeastEach * n) return at;
         Eigen::MatrixXd x(m, n);
         Eigen::VectorXd y(m);
         const auto fill = [&](const Blocks& blocks, auto&& column) {
@@ -103,7 +109,7 @@ Point least_residual(const Judge& judge, Point at)
         fill(here, y);
         for (Eigen::Index j = 0; j < n; ++j) {
             Point moved = at;
-            const double step = std::max(std::abs(at.base[j]) * 1e-3, 1e-9);
+            const double step = std::max(std::abs(at.base[j]) * kStep, kLeastStep);
             moved.base[j] += step;
             fill(judge.of(moved, true), x.col(j));
             x.col(j) = (x.col(j) - y) / step;
@@ -191,6 +197,7 @@ SelectOptions select_options(const TraceSetup& setup, const Judge& judge, const 
     o.one_speed = setup.one_speed;
     if (options.progress)
         o.tick = [&options, &ticks] {
+            // Of how many is not known: half of it after twenty.
             ++ticks;
             options.progress(0.95 * ticks / (ticks + 20.0));
         };
@@ -252,7 +259,7 @@ double widest_turn(const TraceSetup& setup)
     std::vector<double> turn;
     for (const Log& log : *setup.logs)
         for (double w : log.w_m_rad_s) turn.push_back(std::abs(setup.pole_pairs * w * log.dt_s));
-    const auto high = turn.begin() + static_cast<std::ptrdiff_t>(turn.size() - 1 - turn.size() / 50);
+    const auto high = turn.begin() + static_cast<std::ptrdiff_t>(turn.size() - 1 - turn.size() / kRare);
     std::nth_element(turn.begin(), high, turn.end());
     return *high;
 }
@@ -286,6 +293,7 @@ Search search(const std::vector<Log>& logs, const TraceOptions& options)
 /// Whether the plain model leaves far less where each voltage is that of the period before its row.
 bool fits_previous(const std::vector<Log>& logs, double before)
 {
+    // Every row is wrong then: what is left falls to a small part, and half tells.
     constexpr double kFarLess = 0.5;
     if (logs.front().regime != Regime::dynamic) return false;
     std::vector<Log> shifted = logs;
@@ -318,7 +326,9 @@ TraceResult trace(const std::vector<Log>& logs, const TraceOptions& options)
 
     Point plain = s.plain.point;
     const Point least = least_residual(judge, plain);
-    if (rms_of(judge.of(least, true), judge.channels) < 0.97 * rms_of(judge.of(plain, true), judge.channels))
+    // Chance alone takes n/(2 m) of the RMS of m values where n parameters are fitted to it: 3 % of 67 for four.
+    constexpr double kLess = 0.97;
+    if (rms_of(judge.of(least, true), judge.channels) < kLess * rms_of(judge.of(plain, true), judge.channels))
         plain.base = least.base;
     const double before = judge.rms(plain);
     double floor = noise_floor(*setup, s.best.point), after = judge.rms(s.best.point);
