@@ -164,6 +164,11 @@ bench:
 	@$(MAKE) --no-print-directory all $(C_BENCHES) $(BUILD)/tests/test_handover
 	@BUILD=$(BUILD) bench/run
 
+## imperfections  what each imperfection of a drive does to the parameters, one simulated log each, into docs/imperfections.md
+.PHONY: imperfections
+imperfections: $(BUILD)/dqwatch
+	python3 bench/imperfections.py $(BUILD)/dqwatch >$(BUILD)/imperfections.md && mv $(BUILD)/imperfections.md docs/imperfections.md
+
 ## blind        trace 320 simulated logs whose effects a seed draws, and print the confusion table
 .PHONY: blind
 blind:

@@ -11,16 +11,17 @@ typedef double state[DQW_SIM_STATES_MAX];
 // longer err by far less.
 static const double part = 0.1;
 
-// Near zero current a conducting part's drop bends within its knee: a step goes through one of that at most.
-static double knee_s(const dqw_sim_integrator *g, const double *y)
+// Near zero current a conducting part's drop bends within its knee: a step goes through one knee at most, or half of the
+// way to zero.
+static double knee_s(const dqw_sim_integrator *g, double t_s, const double *y)
 {
     const dqw_sim_plant *p = g->plant;
     dqw_sim_point o;
     double i_A[3];
-    if (!p->legs || !(p->legs->x->knee_A > 0) || !dqw_sim_plant_point(p, 0, y, &o)) return INFINITY;
+    if (!p->legs || !(p->legs->x->knee_A > 0) || !dqw_sim_plant_point(p, t_s, y, &o)) return INFINITY;
     dqw_sim_phases_of(o.i_alpha_A, o.i_beta_A, i_A);
     const double least = fmin(fabs(i_A[0]), fmin(fabs(i_A[1]), fabs(i_A[2])));
-    return fmax(p->legs->x->knee_A, least) * g->L_H / o.v_link_V;
+    return fmax(p->legs->x->knee_A, 0.5 * least) * g->L_H / o.v_link_V;
 }
 
 static double step_s(const dqw_sim_integrator *g, const double *y)
@@ -35,7 +36,7 @@ static double step_s(const dqw_sim_integrator *g, const double *y)
         rate = fmax(rate, (p->now.turn_short_ohm + p->now.turn_short.value * p->R_ref_ohm) / p->now.turn_short_H);
     for (int n = 0; p->at_node >= 0 && n < 3; ++n)
         if (p->legs->leg[n].conducts == DQW_SIM_FLOATS) rate = fmax(rate, sqrt(1.5 / (g->L_H * p->legs->node_F)));
-    return fmin(part / rate, knee_s(g, y));
+    return part / rate;
 }
 
 // A step, and the state in its middle by the method's own interpolant, whose error is of order four.
@@ -106,10 +107,11 @@ int dqw_sim_rk4(dqw_sim_integrator *g, double from_s, double to_s, double *reach
     double *y = dqw_sim_integrator_state(g), before[6], after[6], t = from_s;
     state k1, out, middle;
     if (watched && !dqw_sim_plant_margins(p, t, y, before)) return -1;
-    const long count = (long)ceil((to_s - from_s) / step_s(g, y));
+    const double most_s = step_s(g, y);
     bool end = false;
-    for (long n = 0; n < count && !end; ++n) {
-        double h = (to_s - t) / (double)(count - n);
+    while (t < to_s && !end) {
+        double h = (to_s - t) / ceil((to_s - t) / fmin(most_s, knee_s(g, t, y)));
+        const bool last = h >= to_s - t;
         if (!dqw_sim_plant_rhs(p, t, y, k1) || !advance(p, t, h, y, k1, out, middle)) return -1;
         if (watched) {
             if (!dqw_sim_plant_margins(p, t + h, out, after)) return -1;
@@ -119,9 +121,9 @@ int dqw_sim_rk4(dqw_sim_integrator *g, double from_s, double to_s, double *reach
         }
         if (g->filter.tau_s > 0 && !dqw_sim_filter_step(&g->filter, p, t, h, middle, out)) return -1;
         memcpy(y, out, (size_t)p->states * sizeof *y);
-        t += h;
+        t = last && !end ? to_s : t + h;
         g->steps += 1, g->rhs_evaluations += 4;
     }
-    *reached_s = end ? t : to_s;
+    *reached_s = t;
     return 0;
 }
