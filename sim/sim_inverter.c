@@ -17,7 +17,8 @@ static double switch_drop(const dqw_sim_inverter *x, bool reverse, double i_A)
 void dqw_sim_legs_init(dqw_sim_legs *legs, const dqw_sim_inverter *x, double v_dc_V, double i_max_A, double period_s)
 {
     legs->x = x;
-    // Without a capacitance the current stays at zero once its diode has let go: to a ten-thousandth of the largest.
+    // Without a capacitance the current stays at zero once its diode has let go, but for the ring v_dc sqrt(C / (1.5 L)):
+    // a hundredth of the geometric mean of i_max and of what v_dc moves in a dead time, v_dc dead / (1.5 L).
     const double least_F = 1e-4 * i_max_A * x->dead_time_s / v_dc_V;
     legs->node_F = fmax(x->node_F, least_F);
     legs->instant_s = x->node_F > 0 ? 1e-6 * period_s : INFINITY;
