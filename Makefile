@@ -162,7 +162,15 @@ measured:
 bench:
 	@.ci/install build
 	@$(MAKE) --no-print-directory all $(C_BENCHES) $(BUILD)/tests/test_handover
-	@BUILD=$(BUILD) bench/run
+	@BUILD=$(BUILD) $(STRANGERS_ENV) bench/run
+
+STRANGERS_ENV = CC="$(CC)" SUNLIBS="$(SUNLIBS)" SUNINC="$(MPIINC)"
+## strangers    the simulator's switching plant beside that of another project's firmware: PHOBIA=, a git directory of rombrew/phobia
+.PHONY: strangers
+strangers:
+	@.ci/install build
+	@$(MAKE) --no-print-directory $(BUILD)/libsim.a
+	@BUILD=$(BUILD) $(STRANGERS_ENV) bench/strangers/run
 
 ## imperfections  what each imperfection of a drive does to the parameters, one simulated log each, into docs/imperfections.md
 .PHONY: imperfections

@@ -777,7 +777,7 @@ static void test_each_refusal_has_its_code(void)
     REFUSED(e, DQW_ERR_EFFECT_ROOM, dqw_effect_init(&e, full, DQW_EFFECT_WEIGHTS + 1, &good));
 }
 
-// What an effect asks for is asked, whatever stands before or behind it. (E51) to (E56)
+// What an effect asks for is asked, whatever stands before or behind it. (E51) to (E55)
 static void test_what_a_list_asks_for(void)
 {
     const dqw_effect_base base = {1e-4f, 100, 15, 100, P_TRUE, false};

@@ -826,7 +826,7 @@ static void test_init_refuses_and_leaves_the_object_alone(void)
     TEST_ASSERT_EQUAL_INT(0, dqw_estimator_read_effect_q15(&q, 0, w, sd));
 }
 
-// What an effect asks for is asked, whatever stands before or behind it. (E51) to (E56)
+// What an effect asks for is asked, whatever stands before or behind it. (E51) to (E55)
 static void test_what_a_list_asks_for(void)
 {
     const dqw_effect_q15_base base = {.scale = &scale, .half_window = 20};
