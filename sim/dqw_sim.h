@@ -275,7 +275,8 @@ typedef struct dqw_sim_report {
     double magnet_J;  ///< work on the magnet and the iron as they change in time (temperature, ramps)
     /// mechanical = kinetic + friction + load (and cogging) where the shaft is free
     double kinetic_J, friction_J, load_J;
-    double heat_stored_J, heat_ambient_J;  ///< copper + iron = these two where there are heat capacities
+    /// copper + iron = these two where there are heat capacities; what heat_W brings counts against the ambient
+    double heat_stored_J, heat_ambient_J;
     long periods, steps, rhs_evaluations, error_test_failures;
     double map_rms_Wb, map_max_Wb;  ///< flux map minus its projection on one co-energy
     double map_curl;                ///< RMS of L_dq - L_qd over RMS of the cross terms' mean size

@@ -81,7 +81,7 @@ static int check_switches(const dqw_sim_scenario *s, char *message, size_t size)
                     {v->node_F > 0, "inverter.node_F"},
                     {v->switch_V > 0 || v->switch_ohm > 0, "inverter.switch_V, switch_ohm"},
                     {v->diode_V > 0 || v->diode_ohm > 0, "inverter.diode_V, diode_ohm"},
-                    {v->source_ohm > 0, "inverter.source_ohm"},
+                    {v->source_ohm > 0 || v->link_F > 0, "inverter.source_ohm, link_F"},
                     {v->ripple_V > 0, "inverter.ripple_V"},
                     {s->drive.overmodulation, "drive.overmodulation"},
                     {s->drive.compensation > 0, "drive.compensation"}};
@@ -120,6 +120,8 @@ static int check_sensing(const dqw_sim_scenario *s, char *message, size_t size)
     const dqw_sim_sensing *x = &s->sensing;
     if (s->drive.hold == DQW_SIM_HOLD_DQ && (x->filter_s > 0 || x->late_periods > 0))
         return refuse(message, size, "sensing.filter_s, late_periods", "need drive.hold = abc");
+    if (s->drive.hold == DQW_SIM_HOLD_DQ && s->drive.unturned)
+        return refuse(message, size, "drive.unturned", "needs drive.hold = abc: the other turns with the rotor");
     if (x->observer && !(x->speed_bandwidth_rad_s > 0))
         return refuse(message, size, "sensing.speed_bandwidth_rad_s", "must be above 0 with an observer");
     if (x->observer && x->observer_noise_rad > 0 && !(x->observer_corner_rad_s > 0 && x->observer_bandwidth_rad_s > 0))
@@ -128,9 +130,9 @@ static int check_sensing(const dqw_sim_scenario *s, char *message, size_t size)
     if (x->observer && (x->once_rad != 0 || x->twice_rad != 0 || x->angle_late_periods > 0))
         return refuse(message, size, "sensing.once_rad, twice_rad, angle_late_periods",
                       "are of an encoder, and sensing.observer has none");
-    // The tracking loop is stable below; beyond, it follows within two samples anyway.
-    if (!(x->speed_bandwidth_rad_s * s->drive.dt_s <= 0.5))
-        return refuse(message, size, "sensing.speed_bandwidth_rad_s", "must be 0.5 / drive.dt_s at most");
+    if (!x->observer && (x->observer_lag_s != 0 || x->observer_load_rad_A != 0 || x->observer_noise_rad > 0))
+        return refuse(message, size, "sensing.observer_lag_s, observer_load_rad_A, observer_noise_rad",
+                      "need sensing.observer");
     return 0;
 }
 

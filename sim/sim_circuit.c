@@ -130,14 +130,7 @@ void dqw_sim_circuit_branches(const dqw_sim_plant *p, const dqw_sim_point *o, co
 
 double dqw_sim_circuit_energy(const dqw_sim_plant *p, const double *y)
 {
-    double joule = 0;
-    const double G = p->now.iron_loss_S.value;
-    if (p->at_iron >= 0 && G > 0) {
-        const double *j = y + p->at_iron;
-        joule += 0.75 * (j[0] * j[0] + j[1] * j[1]) / (G * p->iron_tau_inv);
-    }
-    if (p->at_short >= 0) joule += 0.5 * p->now.turn_short_H * y[p->at_short] * y[p->at_short];
-    return joule;
+    return p->at_short >= 0 ? 0.5 * p->now.turn_short_H * y[p->at_short] * y[p->at_short] : 0;
 }
 
 void dqw_sim_circuit(const dqw_sim_plant *p, double R, double im_x, double im_y, const double *y, dqw_sim_point *o)
@@ -147,8 +140,8 @@ void dqw_sim_circuit(const dqw_sim_plant *p, double R, double im_x, double im_y,
         if (p->turning_frame) c = cos(p->theta_e_rad + o->turn_rad), s = sin(p->theta_e_rad + o->turn_rad);
         if (p->curve || p->now.dead_time_V.value != 0) subtract_loss(p, c, s, im_x, im_y, o);
         branched_circuit(p, R, c, s, im_x, im_y, y, o);
-        const double G = o->iron_S, *j = y + p->at_iron;
-        o->iron_W = p->at_iron < 0 || G <= 0 ? 0 : 1.5 * (j[0] * j[0] + j[1] * j[1]) / G;
+        // With the little that eddies store and give back.
+        o->iron_W = p->at_iron < 0 ? 0 : 1.5 * (o->e_alpha_V * y[p->at_iron] + o->e_beta_V * y[p->at_iron + 1]);
         return;
     }
     const bool loss = p->curve || p->now.dead_time_V.value != 0,

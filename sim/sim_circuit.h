@@ -11,7 +11,7 @@ void dqw_sim_circuit(const dqw_sim_plant *p, double R, double im_x, double im_y,
 /// dy/dt of the stator's branches that have a current of their own.
 void dqw_sim_circuit_branches(const dqw_sim_plant *p, const dqw_sim_point *o, const double *y, double *dy);
 
-/// Magnetic energy of those branches in joule.
+/// Magnetic energy of the short's leakage in joule.
 double dqw_sim_circuit_energy(const dqw_sim_plant *p, const double *y);
 
 /// Phase values of a vector without zero sequence.

@@ -41,9 +41,9 @@ static double encoded(const dqw_sim_encoder *e, const dqw_sim_sensing *x, const 
 static double tracked(dqw_sim_encoder *e, double bandwidth_rad_s, double dt_s, const dqw_sim_row *row)
 {
     if (!e->begun) e->track_rad = row->theta_m_rad, e->track_rad_s = row->w_m_rad_s;
-    const double error = apart(row->theta_m_rad - e->track_rad), gain = bandwidth_rad_s * dt_s;
-    e->track_rad_s += gain * bandwidth_rad_s * error;
-    e->track_rad = wrapped(e->track_rad + 2 * gain * error + dt_s * e->track_rad_s);
+    const double error = apart(row->theta_m_rad - e->track_rad), kept = exp(-bandwidth_rad_s * dt_s);
+    e->track_rad_s += (1 - kept) * (1 - kept) / dt_s * error;
+    e->track_rad = wrapped(e->track_rad + (1 - kept * kept) * error + dt_s * e->track_rad_s);
     return e->track_rad_s;
 }
 
@@ -56,5 +56,5 @@ void dqw_sim_encoder_see(dqw_sim_encoder *e, const dqw_sim_scenario *s, long k, 
         row->theta_e_rad = wrapped(row->theta_e_rad + s->machine.pole_pairs * error);
     }
     if (x->speed_bandwidth_rad_s > 0) row->w_m_rad_s = tracked(e, x->speed_bandwidth_rad_s, s->drive.dt_s, row);
-    e->theta_m_rad = true_rad, e->begun = true;
+    e->theta_m_rad = true_rad, e->begun = k >= 0;
 }

@@ -11,7 +11,8 @@ typedef struct dqw_sim_encoder {
     double track_rad, track_rad_s;  ///< loop that tracks the seen angle
 } dqw_sim_encoder;
 
-/// Turns the angles and the speed of a true sample, the k-th, into those that the drive sees. Seen angle: the true one
+/// Turns the angles and the speed of a true sample, the k-th (-1: before the first period), into those that the drive
+/// sees. Seen angle: the true one
 /// `angle_late_periods` ago, plus once sin(theta_m + phase) + twice sin(2 theta_m + phase) mechanical; for an observer
 /// the true one minus lag w_e and load i_q, plus noise. Seen speed: of a loop with double pole at speed_bandwidth_rad_s
 /// that tracks the seen angle.

@@ -104,7 +104,8 @@ static void control(run *r, int ahead)
     double v_d, v_q;
     dqw_sim_controller_step(&r->controller, s, &m, seen.t_s + ahead * s->drive.dt_s, &v_d, &v_q);
     // hold = dq: the drive's frame as far as it is not the rotor's.
-    double angle = dqw_sim_ramp_at(&s->nonideal.angle_offset_rad, seen.t_s);
+    double angle = r->seen.theta_e_rad - r->sample.theta_e_rad +
+                   dqw_sim_ramp_at(&s->nonideal.angle_offset_rad, seen.t_s);
     if (s->drive.hold == DQW_SIM_HOLD_ABC)
         angle = m.theta_e_rad +
                 (s->drive.unturned ? 0 : (ahead + 0.5) * s->drive.dt_s * s->machine.pole_pairs * m.w_m_rad_s);

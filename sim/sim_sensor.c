@@ -2,6 +2,7 @@
 
 #include <math.h>
 
+#include "sim_circuit.h"
 #include "sim_random.h"
 #include "sim_signal.h"
 
@@ -33,73 +34,85 @@ static void infer_phase(enum dqw_sim_phases phases, double i_A[3])
     if (phases == DQW_SIM_PHASES_CA) i_A[1] = -i_A[2] - i_A[0];
 }
 
+static void phases_of(const dqw_sim_row *row, double theta_e_rad, double i_A[3])
+{
+    const double c = cos(theta_e_rad), s = sin(theta_e_rad);
+    dqw_sim_phases_of(c * row->i_d_A - s * row->i_q_A, s * row->i_d_A + c * row->i_q_A, i_A);
+}
+
+static void alpha_beta(enum dqw_sim_phases phases, double i_A[3], double *alpha, double *beta)
+{
+    infer_phase(phases, i_A);
+    *alpha = (2 * i_A[0] - i_A[1] - i_A[2]) / 3, *beta = (i_A[1] - i_A[2]) / sqrt3;
+}
+
+static void see_currents(double theta_e_rad, double alpha, double beta, dqw_sim_row *row)
+{
+    const double c = cos(theta_e_rad), s = sin(theta_e_rad);
+    row->i_d_A = c * alpha + s * beta, row->i_q_A = c * beta - s * alpha;
+}
+
 void dqw_sim_sensor_white(const dqw_sim_scenario *s, long k, double *i_alpha_A, double *i_beta_A)
 {
-    double n[3];
+    double n[3], alpha, beta;
     for (uint64_t x = 0; x < 3; ++x)
         n[x] = s->sensing.noise_A *
                dqw_sim_random_normal(dqw_sim_sensor_seed(s), DQW_SIM_STREAM_SENSOR + x, (uint64_t)k);
-    infer_phase(s->sensing.phases, n);
-    *i_alpha_A += (2 * n[0] - n[1] - n[2]) / 3, *i_beta_A += (n[1] - n[2]) / sqrt3;
+    alpha_beta(s->sensing.phases, n, &alpha, &beta);
+    *i_alpha_A += alpha, *i_beta_A += beta;
 }
 
 void dqw_sim_sensor_mistake(const dqw_sim_scenario *s, dqw_sim_row *row)
 {
     const dqw_sim_nonideal *x = &s->nonideal;
-    const int pole_pairs = s->machine.pole_pairs;
-    const double gain_a = held_at(&x->current_gain_a, row), gain_b = held_at(&x->current_gain_b, row),
-                 gain_c = held_at(&x->current_gain_c, row);
+    const double gain[3] = {held_at(&x->current_gain_a, row), held_at(&x->current_gain_b, row),
+                            held_at(&x->current_gain_c, row)};
     const double off_alpha = held_at(&x->current_offset_alpha_A, row),
                  off_beta = held_at(&x->current_offset_beta_A, row);
     const double turn = held_at(&x->angle_offset_rad, row);
-    if (gain_a != 0 || gain_b != 0 || gain_c != 0 || off_alpha != 0 || off_beta != 0 || turn != 0) {
-        const double ct0 = cos(row->theta_e_rad), st0 = sin(row->theta_e_rad);
-        double alpha = ct0 * row->i_d_A - st0 * row->i_q_A, beta = st0 * row->i_d_A + ct0 * row->i_q_A;
-        double i_A[3] = {(1 + gain_a) * alpha, (1 + gain_b) * 0.5 * (sqrt3 * beta - alpha),
-                         (1 + gain_c) * -0.5 * (sqrt3 * beta + alpha)};
-        infer_phase(s->sensing.phases, i_A);
-        alpha = (2 * i_A[0] - i_A[1] - i_A[2]) / 3 + off_alpha, beta = (i_A[1] - i_A[2]) / sqrt3 + off_beta;
+    if (gain[0] != 0 || gain[1] != 0 || gain[2] != 0 || off_alpha != 0 || off_beta != 0 || turn != 0) {
+        double i_A[3], alpha, beta;
+        phases_of(row, row->theta_e_rad, i_A);
+        for (int n = 0; n < 3; ++n) i_A[n] *= 1 + gain[n];
+        alpha_beta(s->sensing.phases, i_A, &alpha, &beta);
         row->theta_e_rad = wrapped(row->theta_e_rad + turn),
-        row->theta_m_rad = wrapped(row->theta_m_rad + turn / pole_pairs);
-        const double cs = cos(row->theta_e_rad), ss = sin(row->theta_e_rad), ct = cos(turn), st = sin(turn),
-                     v_d = row->v_d_V;
-        row->i_d_A = cs * alpha + ss * beta, row->i_q_A = cs * beta - ss * alpha;
+        row->theta_m_rad = wrapped(row->theta_m_rad + turn / s->machine.pole_pairs);
+        see_currents(row->theta_e_rad, alpha + off_alpha, beta + off_beta, row);
+        const double ct = cos(turn), st = sin(turn), v_d = row->v_d_V;
         if (s->drive.logged == DQW_SIM_LOGGED_MEAN)
             row->v_d_V = ct * v_d + st * row->v_q_V, row->v_q_V = ct * row->v_q_V - st * v_d;
     }
     row->v_d_V += held_at(&x->voltage_offset_d_V, row), row->v_q_V += held_at(&x->voltage_offset_q_V, row);
 }
 
-// Hum of phase a's sensor: two thirds of it reach alpha.
-static void add_hum(const dqw_sim_nonideal *x, dqw_sim_row *row)
+// Of phase a's sensor.
+static void add_hum(const dqw_sim_scenario *s, dqw_sim_row *row)
 {
-    const double alpha = held_at(&x->hum_A, row) * (2.0 / 3) * sin(two_pi * x->hum_Hz * row->t_s);
-    row->i_d_A += cos(row->theta_e_rad) * alpha, row->i_q_A -= sin(row->theta_e_rad) * alpha;
+    const double hum_A = held_at(&s->nonideal.hum_A, row);
+    double i_A[3], alpha, beta;
+    if (hum_A == 0) return;
+    phases_of(row, row->theta_e_rad, i_A);
+    i_A[0] += hum_A * sin(two_pi * s->nonideal.hum_Hz * row->t_s);
+    alpha_beta(s->sensing.phases, i_A, &alpha, &beta);
+    see_currents(row->theta_e_rad, alpha, beta, row);
 }
 
-static void clip_currents(double limit_A, dqw_sim_row *row)
+static void clip_currents(const dqw_sim_scenario *s, dqw_sim_row *row)
 {
-    const double c = cos(row->theta_e_rad), s = sin(row->theta_e_rad);
-    double alpha = c * row->i_d_A - s * row->i_q_A, beta = s * row->i_d_A + c * row->i_q_A;
-    const double a = clamped(alpha, limit_A), b = clamped(0.5 * (sqrt3 * beta - alpha), limit_A),
-                 g = clamped(-0.5 * (sqrt3 * beta + alpha), limit_A);
-    alpha = (2 * a - b - g) / 3, beta = (b - g) / sqrt3;
-    row->i_d_A = c * alpha + s * beta, row->i_q_A = c * beta - s * alpha;
+    double i_A[3], alpha, beta;
+    phases_of(row, row->theta_e_rad, i_A);
+    for (int n = 0; n < 3; ++n) i_A[n] = clamped(i_A[n], s->nonideal.clip_A);
+    alpha_beta(s->sensing.phases, i_A, &alpha, &beta);
+    see_currents(row->theta_e_rad, alpha, beta, row);
 }
 
-static void quantise_currents(double step, enum dqw_sim_phases phases, double theta_true, double theta_seen,
-                              dqw_sim_row *row)
+static void quantise_currents(const dqw_sim_scenario *s, double theta_true, double theta_seen, dqw_sim_row *row)
 {
-    const double c = cos(theta_true), s = sin(theta_true);
-    double alpha = c * row->i_d_A - s * row->i_q_A, beta = s * row->i_d_A + c * row->i_q_A;
-    if (step > 0) {
-        double i_A[3] = {rounded(alpha, step), rounded(0.5 * (sqrt3 * beta - alpha), step),
-                         rounded(-0.5 * (sqrt3 * beta + alpha), step)};
-        infer_phase(phases, i_A);
-        alpha = (2 * i_A[0] - i_A[1] - i_A[2]) / 3, beta = (i_A[1] - i_A[2]) / sqrt3;
-    }
-    const double cs = cos(theta_seen), ss = sin(theta_seen);
-    row->i_d_A = cs * alpha + ss * beta, row->i_q_A = cs * beta - ss * alpha;
+    double i_A[3], alpha, beta;
+    phases_of(row, theta_true, i_A);
+    for (int n = 0; n < 3; ++n) i_A[n] = rounded(i_A[n], s->noise.step_i_A);
+    alpha_beta(s->sensing.phases, i_A, &alpha, &beta);
+    see_currents(theta_seen, alpha, beta, row);
 }
 
 void dqw_sim_sensor_quantise(const dqw_sim_scenario *s, dqw_sim_row *row)
@@ -110,8 +123,7 @@ void dqw_sim_sensor_quantise(const dqw_sim_scenario *s, dqw_sim_row *row)
         row->theta_m_rad = wrapped(rounded(row->theta_m_rad, n->step_theta_m_rad));
         row->theta_e_rad = wrapped(s->machine.pole_pairs * row->theta_m_rad);
     }
-    if (n->step_i_A > 0 || n->step_theta_m_rad > 0)
-        quantise_currents(n->step_i_A, s->sensing.phases, theta_true, row->theta_e_rad, row);
+    if (n->step_i_A > 0 || n->step_theta_m_rad > 0) quantise_currents(s, theta_true, row->theta_e_rad, row);
     row->v_d_V = rounded(row->v_d_V, n->step_v_V), row->v_q_V = rounded(row->v_q_V, n->step_v_V);
     row->w_m_rad_s = rounded(row->w_m_rad_s, n->step_w_rad_s);
     row->v_dc_V = rounded(row->v_dc_V, n->step_v_dc_V);
@@ -137,10 +149,7 @@ void dqw_sim_sensor_log(const dqw_sim_scenario *s, dqw_sim_row *rows, size_t cou
 {
     const dqw_sim_noise *n = &s->noise;
     const dqw_sim_nonideal *x = &s->nonideal;
-    for (size_t k = 0; k < count; ++k) {
-        dqw_sim_sensor_mistake(s, &rows[k]);
-        if (x->hum_A.value > 0) add_hum(x, &rows[k]);
-    }
+    for (size_t k = 0; k < count; ++k) dqw_sim_sensor_mistake(s, &rows[k]), add_hum(s, &rows[k]);
     const uint64_t seed = dqw_sim_sensor_seed(s);
     add_noise(rows, count, offsetof(dqw_sim_row, i_d_A), n->i, seed, 0);
     add_noise(rows, count, offsetof(dqw_sim_row, i_q_A), n->i, seed, 1);
@@ -151,7 +160,7 @@ void dqw_sim_sensor_log(const dqw_sim_scenario *s, dqw_sim_row *rows, size_t cou
     add_noise(rows, count, offsetof(dqw_sim_row, temp_winding_C), n->temp, seed, 6);
     add_noise(rows, count, offsetof(dqw_sim_row, temp_magnet_C), n->temp, seed, 7);
     add_noise(rows, count, offsetof(dqw_sim_row, torque_Nm), n->torque, seed, 8);
-    for (size_t k = 0; x->clip_A > 0 && k < count; ++k) clip_currents(x->clip_A, &rows[k]);
+    for (size_t k = 0; x->clip_A > 0 && k < count; ++k) clip_currents(s, &rows[k]);
     // The angle last: the phases' quantisation needs the true one.
     for (size_t k = 0; k < count; ++k) dqw_sim_sensor_quantise(s, &rows[k]);
     for (size_t k = 1; x->dropped_fraction > 0 && k < count; ++k)

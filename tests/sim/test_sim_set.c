@@ -233,6 +233,80 @@ static void test_unphysical_scenarios_are_refused_by_name(void)
     s.rtol = 1, expect_refused("rtol");
 }
 
+// One key too many or too few, and the name by which it is refused.
+static void test_contradictions_of_real_drives_are_refused_by_name(void)
+{
+    static const struct {
+        const char *set, *name;
+    } table[] = {
+        {"inverter.carriers=2", "inverter.carriers needs"},
+        {"inverter.compare_counts=2000", "inverter.compare_counts needs"},
+        {"inverter.dead_time_s=1e-6", "inverter.dead_time_s needs"},
+        {"inverter.node_F=1e-9", "inverter.node_F needs"},
+        {"inverter.switch_V=1", "inverter.switch_V, switch_ohm needs"},
+        {"inverter.switch_ohm=0.1", "inverter.switch_V, switch_ohm needs"},
+        {"inverter.diode_V=1", "inverter.diode_V, diode_ohm needs"},
+        {"inverter.diode_ohm=0.1", "inverter.diode_V, diode_ohm needs"},
+        {"inverter.source_ohm=1", "inverter.source_ohm, link_F needs"},
+        {"inverter.link_F=1e-3", "inverter.source_ohm, link_F needs"},
+        {"inverter.ripple_V=1", "inverter.ripple_V needs"},
+        {"drive.overmodulation=true", "drive.overmodulation needs"},
+        {"drive.compensation=1", "drive.compensation needs"},
+        {"inverter.modulation=centred drive.hold=dq", "inverter.modulation"},
+        {"inverter.modulation=centred inverter.carriers=-1", "inverter.carriers"},
+        {"inverter.modulation=centred inverter.carriers=10001", "inverter.carriers"},
+        {"inverter.modulation=centred inverter.compare_counts=-1", "inverter.compare_counts"},
+        {"inverter.modulation=centred inverter.dead_time_s=2.5e-5", "inverter.dead_time_s"},
+        {"inverter.modulation=centred inverter.carriers=2 inverter.dead_time_s=1.3e-5", "inverter.dead_time_s"},
+        {"inverter.modulation=centred inverter.switch_V=1", "inverter.knee_A"},
+        {"inverter.modulation=centred inverter.diode_V=1", "inverter.knee_A"},
+        {"inverter.modulation=centred inverter.source_ohm=1", "inverter.source_ohm and inverter.link_F"},
+        {"inverter.modulation=centred inverter.link_F=1", "inverter.source_ohm and inverter.link_F"},
+        {"inverter.modulation=centred nonideal.dead_time_V=1 nonideal.dead_time_width_A=1",
+         "nonideal.dead_time_V, inv"},
+        {"inverter.modulation=centred nonideal.inverter_curve=x.csv", "nonideal.dead_time_V, inverter_curve"},
+        {"inverter.modulation=centred nonideal.delay_periods=0.5", "nonideal.delay_periods"},
+        {"inverter.modulation=centred nonideal.delay_periods=1 nonideal.delay_periods.t_end_s=1",
+         "nonideal.delay_periods"},
+        {"inverter.modulation=centred nonideal.iron_loss_S=0.01", "nonideal.iron_loss_tau_s"},
+        {"inverter.modulation=centred nonideal.iron_hysteresis_S_rad_s=1 nonideal.iron_hysteresis_corner_rad_s=1",
+         "nonideal.iron_loss_tau_s"},
+        {"inverter.modulation=centred nonideal.turn_short=0.1 nonideal.turn_short_ohm=0.1", "nonideal.turn_short_H"},
+        {"drive.hold=dq sensing.filter_s=1e-5", "sensing.filter_s, late_periods"},
+        {"drive.hold=dq sensing.late_periods=0.1", "sensing.filter_s, late_periods"},
+        {"drive.hold=dq drive.unturned=true", "drive.unturned"},
+        {"sensing.late_periods=1", "sensing.late_periods"},
+        {"sensing.angle_late_periods=1.1", "sensing.angle_late_periods"},
+        {"sensing.observer=true", "sensing.speed_bandwidth_rad_s"},
+        {"sensing.observer=true sensing.speed_bandwidth_rad_s=100 sensing.observer_noise_rad=0.1 "
+         "sensing.observer_corner_rad_s=1",
+         "sensing.observer_corner_rad_s, observer_bandwidth_rad_s"},
+        {"sensing.observer=true sensing.speed_bandwidth_rad_s=100 sensing.observer_noise_rad=0.1 "
+         "sensing.observer_bandwidth_rad_s=1",
+         "sensing.observer_corner_rad_s, observer_bandwidth_rad_s"},
+        {"sensing.observer=true sensing.speed_bandwidth_rad_s=100 sensing.once_rad=0.1", "sensing.once_rad"},
+        {"sensing.observer=true sensing.speed_bandwidth_rad_s=100 sensing.twice_rad=-0.1", "sensing.once_rad"},
+        {"sensing.observer=true sensing.speed_bandwidth_rad_s=100 sensing.angle_late_periods=1", "sensing.once_rad"},
+        {"sensing.observer_lag_s=1e-4", "need sensing.observer"},
+        {"sensing.observer_load_rad_A=-1e-3", "need sensing.observer"},
+        {"sensing.observer_noise_rad=0.1", "need sensing.observer"},
+        {"machine.housing_heat_J_K=1", "machine.housing_heat_J_K"},
+        {"nonideal.iron_hysteresis_S_rad_s=1", "nonideal.iron_hysteresis_corner_rad_s"},
+    };
+    for (size_t k = 0; k < sizeof table / sizeof *table; ++k) {
+        char pairs[200], *next = pairs;
+        strcpy(pairs, table[k].set);
+        for (char *pair = next; next; pair = next) {
+            char *value = strchr(pair, '=');
+            next = strchr(pair, ' ');
+            if (next) *next++ = 0;
+            *value++ = 0;
+            TEST_ASSERT_EQUAL_INT_MESSAGE(0, dqw_sim_set(&s, pair, value), table[k].set);
+        }
+        expect_refused(table[k].name);
+    }
+}
+
 static int give_up(void *ctx, double fraction)
 {
     ++*(int *)ctx;
@@ -294,6 +368,7 @@ int main(void)
     RUN_TEST(test_bad_keys_and_values_are_refused_and_change_nothing);
     RUN_TEST(test_a_key_says_what_it_takes_and_a_choice_its_name);
     RUN_TEST(test_unphysical_scenarios_are_refused_by_name);
+    RUN_TEST(test_contradictions_of_real_drives_are_refused_by_name);
     RUN_TEST(test_capacity_progress_and_null);
     RUN_TEST(test_rows_of_many_periods);
     return UNITY_END();
