@@ -1,4 +1,4 @@
-// Where the drive believes its rotor to be: an encoder that is eccentric or late, or an observer.
+// Where the drive believes its rotor to be, (E97): an encoder that is eccentric or late, or an observer.
 #ifndef DQW_SIM_ENCODER_H
 #define DQW_SIM_ENCODER_H
 

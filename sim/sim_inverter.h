@@ -1,4 +1,4 @@
-// Three legs at their switches: gates with dead time, what conducts, and the voltage at each output.
+// Three legs at their switches, (E96): gates with dead time, what conducts, and the voltage at each output.
 //
 // A leg's reference is high in the middle of the carrier's period, for duty times its length. Its switch that opens
 // does so at the edge, the other closes a dead time later; in between the current decides: the output goes at once to

@@ -1,4 +1,4 @@
-// From a voltage vector to the duties of three legs.
+// From a voltage vector to the duties of three legs, (E95).
 #ifndef DQW_SIM_MODULATION_H
 #define DQW_SIM_MODULATION_H
 

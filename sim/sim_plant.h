@@ -1,4 +1,4 @@
-// The machine's differential equations, (E30), (E33), over one control period, during which voltage, load and faults
+// The machine's differential equations, (E30), (E33), (E99), over one control period, during which voltage, load and faults
 // are constant.
 #ifndef DQW_SIM_PLANT_H
 #define DQW_SIM_PLANT_H
@@ -89,7 +89,7 @@ bool dqw_sim_plant_rhs(const dqw_sim_plant *p, double tau_s, const double *y, do
 /// The margins of legs within their dead time, by 2 leg + rail; see dqw_sim_leg_margin.
 bool dqw_sim_plant_margins(const dqw_sim_plant *p, double tau_s, const double *y, double margin[6]);
 
-/// (E36).
+/// (E36), (E99).
 dqw_sim_harmonic dqw_sim_plant_harmonic(const dqw_sim_plant *p, double theta_e_rad);
 
 /// Magnetic energy in joule of the plant at this angle and flux.

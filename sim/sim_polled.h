@@ -1,4 +1,4 @@
-// The log as a vendor's tool writes it: polled from a host, slower than the drive's own rows.
+// The log as a vendor's tool writes it, (E100): polled from a host, slower than the drive's own rows.
 #ifndef DQW_SIM_POLLED_H
 #define DQW_SIM_POLLED_H
 
