@@ -105,6 +105,15 @@ static void test_init_refuses_and_leaves_the_object_alone(void)
     c = good;
     c.y_full_mA = 10000000;
     REFUSED(o, DQW_ERR_RANGE, dqw_ordinal_init_q15(&o, &c));
+    // The largest full scales, 10 kV and 10 kA, and what is just beyond; the longest period, of a slow winding.
+    const dqw_ordinal_config_q15 most = {
+        .dt_ns = 1000000000, .x_full_mV = 10000000, .y_full_mA = 10000000, .R_uohm = 1000000, .L_nH = 4000000000u};
+    TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_ordinal_init_q15(&o, &most));
+    for (int field = 0; field < 3; field++) {
+        c = most;
+        ++*(uint32_t *[]){&c.dt_ns, &c.x_full_mV, &c.y_full_mA}[field];
+        REFUSED(o, DQW_ERR_RANGE, dqw_ordinal_init_q15(&o, &c));
+    }
     TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_ordinal_init_q15(&o, &good));
 }
 
