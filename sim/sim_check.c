@@ -86,7 +86,8 @@ static int check_switches(const dqw_sim_scenario *s, char *message, size_t size)
                     {s->drive.overmodulation, "drive.overmodulation"},
                     {s->drive.compensation > 0, "drive.compensation"}};
         for (size_t k = 0; k < sizeof keys / sizeof *keys; ++k)
-            if (keys[k].given) return refuse(message, size, keys[k].key, "needs an inverter.modulation");
+            if (keys[k].given)
+                return refuse(message, size, keys[k].key, "needs an inverter.modulation other than mean");
         return 0;
     }
     const double carrier_s = s->drive.dt_s / (v->carriers > 1 ? v->carriers : 1);
@@ -101,6 +102,11 @@ static int check_switches(const dqw_sim_scenario *s, char *message, size_t size)
         return refuse(message, size, "inverter.knee_A", "must be above 0 where a switch or diode drops a voltage");
     if ((v->source_ohm > 0) != (v->link_F > 0))
         return refuse(message, size, "inverter.source_ohm", "and inverter.link_F go together");
+    if (v->ripple_V > 0 && !(v->ripple_Hz > 0))
+        return refuse(message, size, "inverter.ripple_Hz", "must be above 0 where the link has a ripple");
+    if (s->drive.compensation > 0 && !(v->dead_time_s > 0))
+        return refuse(message, size, "drive.compensation", "needs an inverter.dead_time_s");
+    if (s->drive.compensation > 10) return refuse(message, size, "drive.compensation", "must be 10 at most");
     if (x->dead_time_V.value > 0 || x->inverter_curve[0])
         return refuse(message, size, "nonideal.dead_time_V, inverter_curve",
                       "are of a mean voltage: legs have inverter.dead_time_s");
@@ -109,6 +115,8 @@ static int check_switches(const dqw_sim_scenario *s, char *message, size_t size)
     if ((x->iron_loss_S.value > 0 || x->iron_hysteresis_S_rad_s.value > 0) && !(x->iron_loss_tau_s > 0))
         return refuse(message, size, "nonideal.iron_loss_tau_s",
                       "must be above 0 where legs switch: eddies do not follow an edge");
+    if (x->turn_short_H > 0 && !(x->turn_short.value > 0))
+        return refuse(message, size, "nonideal.turn_short_H", "needs a nonideal.turn_short");
     if (x->turn_short.value > 0 && !(x->turn_short_H > 0))
         return refuse(message, size, "nonideal.turn_short_H",
                       "must be above 0 where legs switch: shorted turns do not follow an edge");
@@ -122,6 +130,19 @@ static int check_sensing(const dqw_sim_scenario *s, char *message, size_t size)
         return refuse(message, size, "sensing.filter_s, late_periods", "need drive.hold = abc");
     if (s->drive.hold == DQW_SIM_HOLD_DQ && s->drive.unturned)
         return refuse(message, size, "drive.unturned", "needs drive.hold = abc: the other turns with the rotor");
+    if (!(fabs(x->once_rad) <= 1)) return refuse(message, size, "sensing.once_rad", "must be 1 rad at most");
+    if (!(fabs(x->twice_rad) <= 1)) return refuse(message, size, "sensing.twice_rad", "must be 1 rad at most");
+    if (!(fabs(x->observer_lag_s) <= 0.01))
+        return refuse(message, size, "sensing.observer_lag_s", "must be 10 ms at most");
+    if (!(fabs(x->observer_load_rad_A) * s->drive.i_max_A <= 3))
+        return refuse(message, size, "sensing.observer_load_rad_A", "must turn by 3 rad at drive.i_max_A at most");
+    const dqw_sim_nonideal *n = &s->nonideal;
+    const double unseen = x->phases == DQW_SIM_PHASES_AB   ? n->current_gain_c.value
+                          : x->phases == DQW_SIM_PHASES_BC ? n->current_gain_a.value
+                          : x->phases == DQW_SIM_PHASES_CA ? n->current_gain_b.value
+                                                           : 0;
+    if (unseen != 0)
+        return refuse(message, size, "sensing.phases", "leaves out the phase of a nonideal.current_gain_*");
     if (x->observer && !(x->speed_bandwidth_rad_s > 0))
         return refuse(message, size, "sensing.speed_bandwidth_rad_s", "must be above 0 with an observer");
     if (x->observer && x->observer_noise_rad > 0 && !(x->observer_corner_rad_s > 0 && x->observer_bandwidth_rad_s > 0))
@@ -140,7 +161,11 @@ static int check_polled(const dqw_sim_scenario *s, char *message, size_t size)
 {
     const dqw_sim_polled *p = &s->polled;
     if (p->queue_rows < 0) return refuse(message, size, "polled.queue_rows", "must not be negative");
-    if (!(p->rate_Hz > 0)) return 0;
+    const double given = p->queue_rows + p->jitter_s + p->lost_fraction + p->repeated_fraction + p->speed_noise_rad_s +
+                         p->step_i_A + p->step_v_V + p->step_erpm + p->step_v_dc_V;
+    if (!(p->rate_Hz > 0)) return given > 0 ? refuse(message, size, "polled.*", "needs a polled.rate_Hz") : 0;
+    if (!(p->jitter_s * p->rate_Hz <= 0.5))
+        return refuse(message, size, "polled.jitter_s", "must be half of 1/polled.rate_Hz at most");
     if (s->drive.log_every > 1)
         return refuse(message, size, "polled.rate_Hz", "and drive.log_every above 1 exclude each other");
     if (!(p->rate_Hz * s->drive.dt_s <= 0.5 + 1e-9))
@@ -161,6 +186,9 @@ static int check_together(const dqw_sim_scenario *s, char *message, size_t size)
         return refuse(message, size, "machine.J_kgm2", "must be above 0 where the shaft is free");
     if ((m->winding_heat_J_K > 0) != (m->magnet_heat_J_K > 0))
         return refuse(message, size, "machine", "needs both heat capacities or neither");
+    if (!(m->housing_heat_J_K > 0) &&
+        (m->winding_housing_W_K > 0 || m->magnet_housing_W_K > 0 || m->housing_ambient_W_K > 0))
+        return refuse(message, size, "machine.housing_heat_J_K", "must be above 0 where heat goes to a housing");
     if (m->housing_heat_J_K > 0 && !(m->winding_heat_J_K > 0))
         return refuse(message, size, "machine.housing_heat_J_K", "needs the winding's and the magnet's");
     if (s->nonideal.iron_hysteresis_S_rad_s.value > 0 && !(s->nonideal.iron_hysteresis_corner_rad_s > 0))

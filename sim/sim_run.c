@@ -180,7 +180,8 @@ static int apply(run *r, double late_periods, double from_s, double to_s)
 static int advance(run *r, double late_periods, double *i_alpha_A, double *i_beta_A)
 {
     const dqw_sim_plant *p = &r->stage.plant;
-    const double dt = r->s->drive.dt_s, sample_s = r->s->sensing.late_periods * dt;
+    // Sooner than the integrator could begin is at once.
+    const double dt = r->s->drive.dt_s, late = r->s->sensing.late_periods, sample_s = late > 1e-6 ? late * dt : 0;
     const double *y = dqw_sim_integrator_state(&r->stage.integrator);
     const int flag = sample_s > 0 ? apply(r, late_periods, 0, sample_s) : 0;
     dqw_sim_point o;
@@ -356,6 +357,19 @@ static int load_curve(const dqw_sim_scenario *s, dqw_sim_curve **curve, dqw_sim_
                   : DQW_SIM_ERR_MEMORY;
 }
 
+// A log that nobody could read is none.
+static int check_rows(const dqw_sim_row *rows, size_t count, dqw_sim_report *report)
+{
+    for (size_t k = 0; k < count; ++k) {
+        const dqw_sim_row *r = &rows[k];
+        const double sum = r->t_s + r->v_d_V + r->v_q_V + r->i_d_A + r->i_q_A + r->w_m_rad_s + r->theta_e_rad +
+                           r->theta_m_rad + r->v_dc_V + r->temp_winding_C + r->temp_magnet_C + r->torque_Nm;
+        if (!isfinite(sum))
+            return refuse(report, DQW_SIM_ERR_SCENARIO, "is not finite: a value is far out of scale", r->t_s);
+    }
+    return 0;
+}
+
 int dqw_sim_run(const dqw_sim_scenario *s, dqw_sim_row *rows, size_t capacity, dqw_sim_report *report,
                 int (*progress)(void *ctx, double fraction), void *ctx)
 {
@@ -397,5 +411,5 @@ int dqw_sim_run(const dqw_sim_scenario *s, dqw_sim_row *rows, size_t capacity, d
         refuse(report, status, dqw_sim_status_text(status), -1);
     if (status == 0 && polled) dqw_sim_polled_log(s, drive, drive_rows, rows);
     if (polled) free(drive);
-    return status;
+    return status ? status : check_rows(rows, count, report);
 }
