@@ -101,6 +101,8 @@ static int check_switches(const dqw_sim_scenario *s, char *message, size_t size)
         return refuse(message, size, "inverter.knee_A", "must be above 0 where a switch or diode drops a voltage");
     if ((v->source_ohm > 0) != (v->link_F > 0))
         return refuse(message, size, "inverter.source_ohm", "and inverter.link_F go together");
+    if (!(v->ripple_V < s->drive.v_dc_V))
+        return refuse(message, size, "inverter.ripple_V", "must be below drive.v_dc_V");
     if (x->dead_time_V.value > 0 || x->inverter_curve[0])
         return refuse(message, size, "nonideal.dead_time_V, inverter_curve",
                       "are of a mean voltage: legs have inverter.dead_time_s");

@@ -21,7 +21,7 @@ static double knee_s(const dqw_sim_integrator *g, double t_s, const double *y)
     if (!p->legs || !(p->legs->x->knee_A > 0) || !dqw_sim_plant_point(p, t_s, y, &o)) return INFINITY;
     dqw_sim_phases_of(o.i_alpha_A, o.i_beta_A, i_A);
     const double least = fmin(fabs(i_A[0]), fmin(fabs(i_A[1]), fabs(i_A[2])));
-    return fmax(p->legs->x->knee_A, 0.5 * least) * g->L_H / o.v_link_V;
+    return fmax(p->legs->x->knee_A, 0.5 * least) * g->L_H / fabs(o.v_link_V);
 }
 
 static double step_s(const dqw_sim_integrator *g, const double *y)
@@ -34,6 +34,8 @@ static double step_s(const dqw_sim_integrator *g, const double *y)
     if (p->at_iron >= 0) rate = fmax(rate, p->iron_tau_inv);
     if (p->at_short >= 0)
         rate = fmax(rate, (p->now.turn_short_ohm + p->now.turn_short.value * p->R_ref_ohm) / p->now.turn_short_H);
+    if (p->ripple_V > 0) rate = fmax(rate, p->ripple_rad_s);
+    if (p->now.disturbance_V.value != 0) rate = fmax(rate, p->disturbance_rad_s);
     for (int n = 0; p->at_node >= 0 && n < 3; ++n)
         if (p->legs->leg[n].conducts == DQW_SIM_FLOATS) rate = fmax(rate, sqrt(1.5 / (g->L_H * p->legs->node_F)));
     return part / rate;

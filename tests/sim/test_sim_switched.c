@@ -238,6 +238,20 @@ static void test_ripple_of_the_link_measured_and_nominal(void)
     TEST_ASSERT_DOUBLE_WITHIN(0.2, 1.5 * w * s.drive.dt_s, swing[0] / swing[1]);
 }
 
+// A ripple and a disturbance as fast as the carrier, locked rotor: fixed steps follow them as CVODE does.
+static void test_fixed_steps_follow_a_fast_ripple(void)
+{
+    dqw_sim_scenario s = locked(20, 0);
+    s.inverter.ripple_V = 10, s.inverter.ripple_Hz = 4e4, s.nonideal.disturbance_V.value = 5;
+    s.nonideal.disturbance_Hz = 3e4;
+    rows = simulate(&s);
+    s.method = DQW_SIM_RK4;
+    other = simulate(&s);
+    const double apart = largest_apart(other, rows);
+    if (getenv("DQW_SIM_VERBOSE")) printf("fast ripple: %.1e apart\n", apart);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 0, apart);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -249,5 +263,6 @@ int main(void)
     RUN_TEST(test_compensation_right_too_little_too_much);
     RUN_TEST(test_current_stays_at_zero_once_its_diode_lets_go);
     RUN_TEST(test_ripple_of_the_link_measured_and_nominal);
+    RUN_TEST(test_fixed_steps_follow_a_fast_ripple);
     return UNITY_END();
 }
