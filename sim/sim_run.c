@@ -233,6 +233,10 @@ static int period(run *r, long k, double *v_d_V, double *v_q_V)
                  flag);
         return refuse(r->report, DQW_SIM_ERR_SOLVER, why, t);
     }
+    if (!(end.v_link_V > 0))
+        return refuse(r->report, DQW_SIM_ERR_SCENARIO,
+                      "the link has fallen to 0, beyond which its diodes would short it: inverter.source_ohm, link_F",
+                      t + dt);
     // The next voltage is computed while this one is applied.
     see(r, k, i_alpha_A, i_beta_A);
     control(r, 1);
