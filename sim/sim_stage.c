@@ -5,6 +5,9 @@
 #include "sim_circuit.h"
 #include "sim_hold.h"
 
+// Less than this part of a period is none: the integrator could not begin.
+static const double shortest = 1e-9;
+
 void dqw_sim_stage_init(dqw_sim_stage *g, const dqw_sim_scenario *s, dqw_sim_map *map, const dqw_sim_curve *curve)
 {
     const bool switches = s->inverter.modulation != DQW_SIM_MODULATION_MEAN;
@@ -27,7 +30,7 @@ void dqw_sim_stage_begin(dqw_sim_stage *g, double t_s, double theta_e_rad, doubl
 int dqw_sim_stage_hold(dqw_sim_stage *g, const double held_V[2], double from_s, double to_s)
 {
     dqw_sim_hold_in_frame(&g->plant, held_V, &g->plant.v_x_V, &g->plant.v_y_V);
-    return dqw_sim_integrator_span(&g->integrator, from_s, to_s);
+    return to_s - from_s > shortest * g->dt_s ? dqw_sim_integrator_span(&g->integrator, from_s, to_s) : 0;
 }
 
 static bool point(dqw_sim_stage *g, double t_s, dqw_sim_point *o, double i_A[3])
@@ -62,9 +65,6 @@ static bool act(dqw_sim_stage *g, double t_s, const int ended[6])
     }
     return true;
 }
-
-// Less than this part of a period between two edges is none: the integrator could not begin.
-static const double shortest = 1e-9;
 
 // From edge to edge. What has jumped just before the end is fresh in the next span still.
 static int advance(dqw_sim_stage *g, double from_s, double to_s)
