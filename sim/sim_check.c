@@ -107,6 +107,8 @@ static int check_switches(const dqw_sim_scenario *s, char *message, size_t size)
     if (s->drive.compensation > 0 && !(v->dead_time_s > 0))
         return refuse(message, size, "drive.compensation", "needs an inverter.dead_time_s");
     if (s->drive.compensation > 10) return refuse(message, size, "drive.compensation", "must be 10 at most");
+    if (!(v->ripple_V < s->drive.v_dc_V))
+        return refuse(message, size, "inverter.ripple_V", "must be below drive.v_dc_V");
     if (x->dead_time_V.value > 0 || x->inverter_curve[0])
         return refuse(message, size, "nonideal.dead_time_V, inverter_curve",
                       "are of a mean voltage: legs have inverter.dead_time_s");

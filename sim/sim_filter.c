@@ -10,18 +10,35 @@ static bool currents(const dqw_sim_plant *p, double t_s, const double *y, double
     return true;
 }
 
+// What u^n / n!, u from 0 to 1 over the step, leaves behind the filter: the sum over k of -(-x)^k / (n + k)!, and above
+// half a time constant g_n = 1/n! - g_(n-1) / x, which cancels below.
+static double lag(double x, int n)
+{
+    if (x > 0.5) {
+        const double g1 = 1 + expm1(-x) / x;
+        return n == 1 ? g1 : 0.5 - g1 / x;
+    }
+    double term = n == 1 ? 0.5 * x : x / 6, sum = 0;
+    for (int k = 2; k < 14; ++k) sum += term, term *= -x / (n + k);
+    return sum;
+}
+
+bool dqw_sim_filter_begin(dqw_sim_filter *f, const dqw_sim_plant *p, double t_s, const double *y)
+{
+    return currents(p, t_s, y, f->before_A);
+}
+
 bool dqw_sim_filter_step(dqw_sim_filter *f, const dqw_sim_plant *p, double t_s, double h_s, const double *middle,
                          const double *end)
 {
     const double *b = f->before_A;
     double m[2], e[2];
     if (!currents(p, t_s + 0.5 * h_s, middle, m) || !currents(p, t_s + h_s, end, e)) return false;
-    const double x = h_s / f->tau_s, left = exp(-x);
+    const double x = h_s / f->tau_s, left = exp(-x), by_slope = lag(x, 1), by_curve = lag(x, 2);
     for (int n = 0; n < 2; ++n) {
-        // Slope at the beginning and curvature, in units of the step; the filter lags behind by 1/x of it.
+        // Slope at the beginning and curvature, in units of the step.
         const double slope = 4 * m[n] - 3 * b[n] - e[n], curve = 4 * (b[n] - 2 * m[n] + e[n]);
-        const double from = b[n] - slope / x + curve / (x * x), to = e[n] - (slope + curve) / x + curve / (x * x);
-        f->i_A[n] = to + (f->i_A[n] - from) * left;
+        f->i_A[n] = f->i_A[n] * left - b[n] * expm1(-x) + slope * by_slope + curve * by_curve;
     }
     f->before_A[0] = e[0], f->before_A[1] = e[1];
     return true;

@@ -170,5 +170,7 @@ int dqw_sim_integrator_span(dqw_sim_integrator *g, double from_s, double to_s)
 {
     double reached_s;
     int ended[6];
+    if (g->filter.tau_s > 0 && !dqw_sim_filter_begin(&g->filter, g->plant, from_s, dqw_sim_integrator_state(g)))
+        return -1;
     return dqw_sim_integrator_watch(g, true, from_s, to_s, &reached_s, ended);
 }

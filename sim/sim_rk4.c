@@ -1,5 +1,6 @@
 #include "sim_rk4.h"
 
+#include <cvode/cvode.h>
 #include <math.h>
 #include <string.h>
 
@@ -21,23 +22,30 @@ static double knee_s(const dqw_sim_integrator *g, double t_s, const double *y)
     if (!p->legs || !(p->legs->x->knee_A > 0) || !dqw_sim_plant_point(p, t_s, y, &o)) return INFINITY;
     dqw_sim_phases_of(o.i_alpha_A, o.i_beta_A, i_A);
     const double least = fmin(fabs(i_A[0]), fmin(fabs(i_A[1]), fabs(i_A[2])));
-    return fmax(p->legs->x->knee_A, 0.5 * least) * g->L_H / o.v_link_V;
+    return fmax(p->legs->x->knee_A, 0.5 * least) * g->L_H / fabs(o.v_link_V);
 }
 
 static double step_s(const dqw_sim_integrator *g, const double *y)
 {
     const dqw_sim_plant *p = g->plant;
     const double w_e = p->p * fabs(p->at_w >= 0 ? y[p->at_w] : p->w_m_rad_s);
-    double rate = p->R_ref_ohm / g->L_H + w_e;
+    double R = p->R_ref_ohm + fmax(0, p->extra_a_ohm) + fmax(0, p->extra_b_ohm);
+    if (p->legs) R += fmax(p->legs->x->switch_ohm, p->legs->x->diode_ohm);
+    double rate = R / g->L_H + w_e;
     if (p->at_link >= 0) rate = fmax(rate, p->link_F_inv * p->source_ohm_inv);
     if (p->at_link >= 0) rate = fmax(rate, sqrt(p->link_F_inv / g->L_H));
     if (p->at_iron >= 0) rate = fmax(rate, p->iron_tau_inv);
     if (p->at_short >= 0)
         rate = fmax(rate, (p->now.turn_short_ohm + p->now.turn_short.value * p->R_ref_ohm) / p->now.turn_short_H);
+    if (p->ripple_V > 0) rate = fmax(rate, p->ripple_rad_s);
+    if (p->now.disturbance_V.value != 0) rate = fmax(rate, p->disturbance_rad_s);
     for (int n = 0; p->at_node >= 0 && n < 3; ++n)
         if (p->legs->leg[n].conducts == DQW_SIM_FLOATS) rate = fmax(rate, sqrt(1.5 / (g->L_H * p->legs->node_F)));
     return part / rate;
 }
+
+// So many steps a span are no campaign: something is far faster than the rest of the plant.
+static const long steps_max = 1000000;
 
 // A step, and the state in its middle by the method's own interpolant, whose error is of order four.
 static bool advance(const dqw_sim_plant *p, double t_s, double h_s, const double *y, const double *k1, double *out,
@@ -108,8 +116,10 @@ int dqw_sim_rk4(dqw_sim_integrator *g, double from_s, double to_s, double *reach
     state k1, out, middle;
     if (watched && !dqw_sim_plant_margins(p, t, y, before)) return -1;
     const double most_s = step_s(g, y);
+    const long until = g->steps + steps_max;
     bool end = false;
     while (t < to_s && !end) {
+        if (g->steps >= until) return CV_TOO_MUCH_WORK;
         double h = (to_s - t) / ceil((to_s - t) / fmin(most_s, knee_s(g, t, y)));
         const bool last = h >= to_s - t;
         if (!dqw_sim_plant_rhs(p, t, y, k1) || !advance(p, t, h, y, k1, out, middle)) return -1;

@@ -180,8 +180,7 @@ static int apply(run *r, double late_periods, double from_s, double to_s)
 static int advance(run *r, double late_periods, double *i_alpha_A, double *i_beta_A)
 {
     const dqw_sim_plant *p = &r->stage.plant;
-    // Sooner than the integrator could begin is at once.
-    const double dt = r->s->drive.dt_s, late = r->s->sensing.late_periods, sample_s = late > 1e-6 ? late * dt : 0;
+    const double dt = r->s->drive.dt_s, sample_s = r->s->sensing.late_periods * dt;
     const double *y = dqw_sim_integrator_state(&r->stage.integrator);
     const int flag = sample_s > 0 ? apply(r, late_periods, 0, sample_s) : 0;
     dqw_sim_point o;
@@ -234,6 +233,10 @@ static int period(run *r, long k, double *v_d_V, double *v_q_V)
                  flag);
         return refuse(r->report, DQW_SIM_ERR_SOLVER, why, t);
     }
+    if (!(end.v_link_V > 0))
+        return refuse(r->report, DQW_SIM_ERR_SCENARIO,
+                      "the link has fallen to 0, beyond which its diodes would short it: inverter.source_ohm, link_F",
+                      t + dt);
     // The next voltage is computed while this one is applied.
     see(r, k, i_alpha_A, i_beta_A);
     control(r, 1);

@@ -5,6 +5,9 @@
 #include "sim_circuit.h"
 #include "sim_hold.h"
 
+// Less than this part of a period is none: the integrator could not begin.
+static const double shortest = 1e-9;
+
 void dqw_sim_stage_init(dqw_sim_stage *g, const dqw_sim_scenario *s, dqw_sim_map *map, const dqw_sim_curve *curve)
 {
     const bool switches = s->inverter.modulation != DQW_SIM_MODULATION_MEAN;
@@ -21,12 +24,13 @@ void dqw_sim_stage_begin(dqw_sim_stage *g, double t_s, double theta_e_rad, doubl
     p->t_s = t_s, p->theta_e_rad = theta_e_rad, p->theta_m_rad = theta_m_rad;
     p->cos_frame = cos(theta_e_rad), p->sin_frame = sin(theta_e_rad);
     dqw_sim_legs_rewind(&g->legs, g->dt_s);
+    g->fresh = true;
 }
 
 int dqw_sim_stage_hold(dqw_sim_stage *g, const double held_V[2], double from_s, double to_s)
 {
     dqw_sim_hold_in_frame(&g->plant, held_V, &g->plant.v_x_V, &g->plant.v_y_V);
-    return dqw_sim_integrator_span(&g->integrator, from_s, to_s);
+    return to_s - from_s > shortest * g->dt_s ? dqw_sim_integrator_span(&g->integrator, from_s, to_s) : 0;
 }
 
 static bool point(dqw_sim_stage *g, double t_s, dqw_sim_point *o, double i_A[3])
@@ -36,9 +40,9 @@ static bool point(dqw_sim_stage *g, double t_s, dqw_sim_point *o, double i_A[3])
     return true;
 }
 
-// What is due at t_s: edges and closing switches, and the legs that a margin has ended. *jumped: an output has, or
-// begins or ends to float; the integrator must begin afresh.
-static bool act(dqw_sim_stage *g, double t_s, const int ended[6], bool *jumped)
+// What is due at t_s: edges and closing switches, and the legs that a margin has ended. fresh: an output has jumped, or
+// begins or ends to float, so that the integrator begins afresh.
+static bool act(dqw_sim_stage *g, double t_s, const int ended[6])
 {
     dqw_sim_point o;
     double i_A[3], unused_V[3] = {0, 0, 0};
@@ -57,30 +61,27 @@ static bool act(dqw_sim_stage *g, double t_s, const int ended[6], bool *jumped)
     for (int n = 0; n < 3; ++n) {
         const double step_V = dqw_sim_leg_V(&g->legs, n, i_A[n], o.v_link_V, node_V[n]) - before_V[n];
         const bool floats = before[n] == DQW_SIM_FLOATS || g->legs.leg[n].conducts == DQW_SIM_FLOATS;
-        *jumped = *jumped || fabs(step_V) > 1e-9 * o.v_link_V || (floats && g->legs.leg[n].conducts != before[n]);
+        g->fresh = g->fresh || fabs(step_V) > 1e-9 * o.v_link_V || (floats && g->legs.leg[n].conducts != before[n]);
     }
     return true;
 }
 
-// Less than this part of a period between two edges is none: the integrator could not begin.
-static const double shortest = 1e-9;
-
-// From edge to edge. `fresh`: the states have been set since the integrator's last step.
-static int advance(dqw_sim_stage *g, bool fresh, double from_s, double to_s)
+// From edge to edge. What has jumped just before the end is fresh in the next span still.
+static int advance(dqw_sim_stage *g, double from_s, double to_s)
 {
     int ended[6] = {0, 0, 0, 0, 0, 0};
     double t = from_s;
-    if (!act(g, t, ended, &fresh)) return -1;
+    if (!act(g, t, ended)) return -1;
     while (t < to_s) {
         const double next = fmin(to_s, dqw_sim_legs_next(&g->legs));
         double reached = next;
         if (next - t > shortest * g->dt_s) {
-            const int flag = dqw_sim_integrator_watch(&g->integrator, fresh, t, next, &reached, ended);
+            const int flag = dqw_sim_integrator_watch(&g->integrator, g->fresh, t, next, &reached, ended);
             if (flag < 0) return flag;
-            fresh = false;
+            g->fresh = false;
         }
         t = reached;
-        if (t < to_s && !act(g, t, ended, &fresh)) return -1;
+        if (t < to_s && !act(g, t, ended)) return -1;
     }
     return 0;
 }
@@ -93,7 +94,7 @@ int dqw_sim_stage_switch(dqw_sim_stage *g, const double duty[3], double from_s, 
         const double begin = n * period_s, end = n + 1 < g->carriers ? begin + period_s : g->dt_s;
         if (end <= from_s || begin >= to_s) continue;
         if (begin >= from_s) dqw_sim_legs_carrier(&g->legs, begin, period_s, duty);
-        const int flag = advance(g, n == 0 && from_s <= 0, fmax(begin, from_s), fmin(end, to_s));
+        const int flag = advance(g, fmax(begin, from_s), fmin(end, to_s));
         if (flag < 0) return flag;
     }
     return 0;

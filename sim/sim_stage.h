@@ -12,6 +12,7 @@ typedef struct dqw_sim_stage {
     dqw_sim_legs legs;
     int carriers;  ///< per control period
     double dt_s;   ///< control period
+    bool fresh;    ///< states or slopes have jumped since the integrator's last step
 } dqw_sim_stage;
 
 /// Takes what does not change during a run; map, curve: NULL or the caller's. The integrator comes later, when the plant

@@ -112,6 +112,59 @@ static void test_currents_behind_the_filter(void)
         }
 }
 
+// So slow a filter that a step is next to nothing of it: what is behind it has hardly begun to rise, and rounding is not
+// multiplied by the square of tau over the step.
+static void test_filter_far_slower_than_the_steps(void)
+{
+    static const double filters_s[] = {1, 1e6};
+    for (int m = 0; m < 2; ++m)
+        for (int f = 0; f < 2; ++f) {
+            dqw_sim_scenario s = open_loop(6, 3, 0);
+            s.method = m ? DQW_SIM_RK4 : DQW_SIM_ADAMS, s.sensing.filter_s = filters_s[f], s.duration_s = 5e-3;
+            s.inverter.modulation = DQW_SIM_MODULATION_CENTRED;
+            judge x = {.tau = filters_s[f]};
+            again(&s);
+            for (size_t k = 0; k < count; ++k) {
+                TEST_ASSERT_DOUBLE_WITHIN(1e-6 / filters_s[f], 0, cabs(x.f - i_of(&rows[k])));
+                go(&x, v_asked(&s), T);
+            }
+        }
+}
+
+// Iron without a time constant of its own takes G e at once: at rest that is G (v - R i_m), and behind the filter it
+// begins to rise where the voltage is turned on, not from where the step before ended.
+static void test_filter_begins_where_the_current_has_jumped(void)
+{
+    for (int m = 0; m < 2; ++m) {
+        dqw_sim_scenario s = open_loop(6, 0, 0);
+        const double G = 0.01, tau = 2e-4, E = 6 / (1 + R * G), slow = R / L / (1 + R * G);
+        s.nonideal.iron_loss_S.value = G, s.sensing.filter_s = tau, s.method = m ? DQW_SIM_RK4 : DQW_SIM_ADAMS;
+        again(&s);
+        // e falls from E with `slow`, and i is v - e over R.
+        double worst = 0;
+        for (size_t k = 0; k < count; ++k) {
+            const double t = (double)k * T, fast = exp(-t / tau);
+            const double f = 6 / R * (1 - fast) - E / R * (exp(-slow * t) - fast) / (1 - slow * tau);
+            worst = fmax(worst, fabs(rows[k].i_d_A - f));
+        }
+        if (getenv("DQW_SIM_VERBOSE")) printf("behind a jump: %.2g A apart\n", worst);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-5, 0, worst);
+    }
+}
+
+// Less than the integrator can begin with lies before the sample: it begins behind it.
+static void test_sampled_by_next_to_nothing_late(void)
+{
+    for (int legs = 0; legs < 2; ++legs) {
+        dqw_sim_scenario s = open_loop(-8, 85, 150);
+        s.inverter.modulation = legs ? DQW_SIM_MODULATION_CENTRED : DQW_SIM_MODULATION_MEAN, s.duration_s = 5e-3;
+        free(truth), truth = simulate(&s);
+        s.sensing.late_periods = legs ? 1e-10 : 1e-300;
+        again(&s);
+        for (size_t k = 0; k < count; ++k) TEST_ASSERT_DOUBLE_WITHIN(1e-6, 0, cabs(i_of(&truth[k]) - i_of(&rows[k])));
+    }
+}
+
 // The angle is that of t_k, the currents are later: at speed they look turned, and between the edges of the legs they
 // ripple. Measured: 4e-7 A; with the filter 6e-6 A.
 static void test_currents_sampled_late(void)
@@ -293,6 +346,9 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_currents_behind_the_filter);
+    RUN_TEST(test_filter_far_slower_than_the_steps);
+    RUN_TEST(test_filter_begins_where_the_current_has_jumped);
+    RUN_TEST(test_sampled_by_next_to_nothing_late);
     RUN_TEST(test_currents_sampled_late);
     RUN_TEST(test_voltage_that_is_not_turned_ahead_lags);
     RUN_TEST(test_two_sensors);

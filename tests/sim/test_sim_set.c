@@ -259,6 +259,7 @@ static void test_contradictions_of_real_drives_are_refused_by_name(void)
         {"inverter.modulation=centred inverter.dead_time_s=2.5e-5", "inverter.dead_time_s"},
         {"inverter.modulation=centred inverter.carriers=2 inverter.dead_time_s=1.3e-5", "inverter.dead_time_s"},
         {"inverter.modulation=centred inverter.switch_V=1", "inverter.knee_A"},
+        {"inverter.modulation=centred inverter.ripple_V=400", "inverter.ripple_V"},
         {"inverter.modulation=centred inverter.diode_V=1", "inverter.knee_A"},
         {"inverter.modulation=centred inverter.source_ohm=1", "inverter.source_ohm and inverter.link_F"},
         {"inverter.modulation=centred inverter.link_F=1", "inverter.source_ohm and inverter.link_F"},

@@ -238,6 +238,60 @@ static void test_ripple_of_the_link_measured_and_nominal(void)
     TEST_ASSERT_DOUBLE_WITHIN(0.2, 1.5 * w * s.drive.dt_s, swing[0] / swing[1]);
 }
 
+// A ripple and a disturbance as fast as the carrier, locked rotor: fixed steps follow them as CVODE does.
+static void test_fixed_steps_follow_a_fast_ripple(void)
+{
+    dqw_sim_scenario s = locked(20, 0);
+    s.inverter.ripple_V = 10, s.inverter.ripple_Hz = 4e4, s.nonideal.disturbance_V.value = 5;
+    s.nonideal.disturbance_Hz = 3e4;
+    rows = simulate(&s);
+    s.method = DQW_SIM_RK4;
+    other = simulate(&s);
+    const double apart = largest_apart(other, rows);
+    if (getenv("DQW_SIM_VERBOSE")) printf("fast ripple: %.1e apart\n", apart);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 0, apart);
+}
+
+// What the inverter has in series makes the current faster: fixed steps follow it still. Sampled at a quarter, where
+// the vector is not 0.
+static void test_fixed_steps_follow_large_resistances(void)
+{
+    for (double ohm = 100; ohm < 5000; ohm *= 20) {
+        dqw_sim_scenario s = locked(20, 0);
+        s.inverter.switch_ohm = s.inverter.diode_ohm = ohm, s.duration_s = 2e-3, s.rtol = 1e-10;
+        s.sensing.late_periods = 0.25;
+        rows = simulate(&s);
+        s.method = DQW_SIM_RK4;
+        other = simulate(&s);
+        const double apart = largest_apart(other, rows);
+        free(rows), free(other), rows = other = NULL;
+        if (getenv("DQW_SIM_VERBOSE")) printf("%g ohm: %.1e apart\n", ohm, apart);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-5, 0, apart);
+    }
+}
+
+static void is_refused(const dqw_sim_scenario *s, int status)
+{
+    dqw_sim_report r;
+    rows = calloc(dqw_sim_rows(s), sizeof *rows);
+    TEST_ASSERT_EQUAL_INT(status, dqw_sim_run(s, rows, dqw_sim_rows(s), &r, NULL, NULL));
+    free(rows), rows = NULL;
+}
+
+// A link that more is taken from than it has would go below 0, where real diodes short it; a link far stiffer than a
+// step ends fixed steps as it ends CVODE.
+static void test_link_that_cannot_be_is_refused(void)
+{
+    for (int method = DQW_SIM_ADAMS; method <= DQW_SIM_RK4; method += 2) {
+        dqw_sim_scenario s = *dqw_sim_scenario_find("servo_ideal");
+        s.inverter = (dqw_sim_inverter){.modulation = DQW_SIM_MODULATION_CENTRED, .source_ohm = 1000, .link_F = 1e-7};
+        s.method = (enum dqw_sim_method)method, s.duration_s = 0.02;
+        is_refused(&s, DQW_SIM_ERR_SCENARIO);
+        s.inverter.source_ohm = s.inverter.link_F = 1e-6;
+        is_refused(&s, DQW_SIM_ERR_SOLVER);
+    }
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -249,5 +303,8 @@ int main(void)
     RUN_TEST(test_compensation_right_too_little_too_much);
     RUN_TEST(test_current_stays_at_zero_once_its_diode_lets_go);
     RUN_TEST(test_ripple_of_the_link_measured_and_nominal);
+    RUN_TEST(test_fixed_steps_follow_a_fast_ripple);
+    RUN_TEST(test_fixed_steps_follow_large_resistances);
+    RUN_TEST(test_link_that_cannot_be_is_refused);
     return UNITY_END();
 }
