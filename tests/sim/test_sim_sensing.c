@@ -165,6 +165,19 @@ static void test_sampled_by_next_to_nothing_late(void)
     }
 }
 
+// A leg opens by rounding just before the sample, too little for the integrator to begin between: its output floats from
+// there on all the same. Going on instead of beginning afresh errs by 0.04 A of 4. Measured: 3e-7 A.
+static void test_sampled_where_an_output_begins_to_float(void)
+{
+    dqw_sim_scenario s = open_loop(1e-9, 0, 40);
+    s.inverter = (dqw_sim_inverter){.modulation = DQW_SIM_MODULATION_CENTRED, .dead_time_s = 4e-6, .node_F = 1e-9};
+    s.sensing.late_periods = 0.25, s.duration_s = 0.01, s.rtol = 1e-10, s.method = DQW_SIM_RK4;
+    truth = simulate(&s);
+    s.method = DQW_SIM_ADAMS;
+    again(&s);
+    for (size_t k = 0; k < count; ++k) TEST_ASSERT_DOUBLE_WITHIN(1e-5, 0, cabs(i_of(&truth[k]) - i_of(&rows[k])));
+}
+
 // The angle is that of t_k, the currents are later: at speed they look turned, and between the edges of the legs they
 // ripple. Measured: 4e-7 A; with the filter 6e-6 A.
 static void test_currents_sampled_late(void)
@@ -349,6 +362,7 @@ int main(void)
     RUN_TEST(test_filter_far_slower_than_the_steps);
     RUN_TEST(test_filter_begins_where_the_current_has_jumped);
     RUN_TEST(test_sampled_by_next_to_nothing_late);
+    RUN_TEST(test_sampled_where_an_output_begins_to_float);
     RUN_TEST(test_currents_sampled_late);
     RUN_TEST(test_voltage_that_is_not_turned_ahead_lags);
     RUN_TEST(test_two_sensors);
