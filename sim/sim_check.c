@@ -102,13 +102,18 @@ static int check_switches(const dqw_sim_scenario *s, char *message, size_t size)
         return refuse(message, size, "inverter.knee_A", "must be above 0 where a switch or diode drops a voltage");
     if ((v->source_ohm > 0) != (v->link_F > 0))
         return refuse(message, size, "inverter.source_ohm", "and inverter.link_F go together");
+    if (!(v->ripple_V < s->drive.v_dc_V))
+        return refuse(message, size, "inverter.ripple_V", "must be below drive.v_dc_V");
     if (v->ripple_V > 0 && !(v->ripple_Hz > 0))
         return refuse(message, size, "inverter.ripple_Hz", "must be above 0 where the link has a ripple");
     if (s->drive.compensation > 0 && !(v->dead_time_s > 0))
         return refuse(message, size, "drive.compensation", "needs an inverter.dead_time_s");
+    if (!(s->noise.step_v_dc_V < s->drive.v_dc_V))
+        return refuse(message, size, "noise.step_v_dc_V",
+                      "must be below drive.v_dc_V: legs divide by what is measured");
+    if (v->node_F > 0 && !(v->dead_time_s > 0))
+        return refuse(message, size, "inverter.node_F", "needs an inverter.dead_time_s");
     if (s->drive.compensation > 10) return refuse(message, size, "drive.compensation", "must be 10 at most");
-    if (!(v->ripple_V < s->drive.v_dc_V))
-        return refuse(message, size, "inverter.ripple_V", "must be below drive.v_dc_V");
     if (x->dead_time_V.value > 0 || x->inverter_curve[0])
         return refuse(message, size, "nonideal.dead_time_V, inverter_curve",
                       "are of a mean voltage: legs have inverter.dead_time_s");
@@ -166,8 +171,8 @@ static int check_polled(const dqw_sim_scenario *s, char *message, size_t size)
     const double given = p->queue_rows + p->jitter_s + p->lost_fraction + p->repeated_fraction + p->speed_noise_rad_s +
                          p->step_i_A + p->step_v_V + p->step_erpm + p->step_v_dc_V;
     if (!(p->rate_Hz > 0)) return given > 0 ? refuse(message, size, "polled.*", "needs a polled.rate_Hz") : 0;
-    if (!(p->jitter_s * p->rate_Hz <= 0.5))
-        return refuse(message, size, "polled.jitter_s", "must be half of 1/polled.rate_Hz at most");
+    if (!(p->jitter_s * p->rate_Hz <= 1))
+        return refuse(message, size, "polled.jitter_s", "must be 1/polled.rate_Hz at most");
     if (s->drive.log_every > 1)
         return refuse(message, size, "polled.rate_Hz", "and drive.log_every above 1 exclude each other");
     if (!(p->rate_Hz * s->drive.dt_s <= 0.5 + 1e-9))

@@ -85,7 +85,7 @@ void dqw_sim_polled_log(const dqw_sim_scenario *s, const dqw_sim_row *drive, siz
     for (size_t poll = 0; poll < polls; ++poll) {
         if (is_lost(s, poll)) continue;
         rows[arrived] = polled(s, drive, poll);
-        if (arrived > 0) rows[arrived].t_s = fmax(rows[arrived].t_s, rows[arrived - 1].t_s + tick_s);
+        rows[arrived].t_s = fmax(rows[arrived].t_s, arrived > 0 ? rows[arrived - 1].t_s + tick_s : 0);
         ++arrived;
     }
     queue(rows, arrived, lag);

@@ -195,7 +195,7 @@ static void test_stamps_and_speed_have_the_stated_noise_and_nothing_else_has(voi
 
 static void test_stamps_never_run_backwards(void)
 {
-    s.polled.jitter_s = 5e-3;
+    s.polled.jitter_s = 1 / s.polled.rate_Hz;
     rows = simulate(&s);
     size_t held = 0;
     for (size_t k = 1; k < count; ++k) {
