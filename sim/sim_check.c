@@ -143,13 +143,6 @@ static int check_sensing(const dqw_sim_scenario *s, char *message, size_t size)
         return refuse(message, size, "sensing.observer_lag_s", "must be 10 ms at most");
     if (!(fabs(x->observer_load_rad_A) * s->drive.i_max_A <= 3))
         return refuse(message, size, "sensing.observer_load_rad_A", "must turn by 3 rad at drive.i_max_A at most");
-    const dqw_sim_nonideal *n = &s->nonideal;
-    const double unseen = x->phases == DQW_SIM_PHASES_AB   ? n->current_gain_c.value
-                          : x->phases == DQW_SIM_PHASES_BC ? n->current_gain_a.value
-                          : x->phases == DQW_SIM_PHASES_CA ? n->current_gain_b.value
-                                                           : 0;
-    if (unseen != 0)
-        return refuse(message, size, "sensing.phases", "leaves out the phase of a nonideal.current_gain_*");
     if (x->observer && !(x->speed_bandwidth_rad_s > 0))
         return refuse(message, size, "sensing.speed_bandwidth_rad_s", "must be above 0 with an observer");
     if (x->observer && x->observer_noise_rad > 0 && !(x->observer_corner_rad_s > 0 && x->observer_bandwidth_rad_s > 0))

@@ -18,7 +18,7 @@ static const double R = 0.9, L = 2.2e-3, psi = 0.12, T = 1e-4, v_dc = 320;
 
 static void again(const dqw_sim_scenario *s)
 {
-    free(rows);
+    free(rows), rows = NULL;
     rows = simulate(s);
 }
 

@@ -266,7 +266,6 @@ static void test_contradictions_of_real_drives_are_refused_by_name(void)
         {"inverter.modulation=centred inverter.dead_time_s=1e-6 drive.compensation=11", "drive.compensation must"},
         {"inverter.modulation=centred noise.step_v_dc_V=1000", "noise.step_v_dc_V"},
         {"inverter.modulation=centred nonideal.turn_short_H=1e-6", "nonideal.turn_short_H needs"},
-        {"sensing.phases=bc nonideal.current_gain_a=0.01", "sensing.phases"},
         {"sensing.once_rad=2", "sensing.once_rad"},
         {"sensing.twice_rad=-2", "sensing.twice_rad"},
         {"machine.winding_housing_W_K=1", "machine.housing_heat_J_K"},
