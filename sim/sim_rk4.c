@@ -39,7 +39,7 @@ static double step_s(const dqw_sim_integrator *g, const double *y)
         rate = fmax(rate, (p->now.turn_short_ohm + p->now.turn_short.value * p->R_ref_ohm) / p->now.turn_short_H);
     if (p->ripple_V > 0) rate = fmax(rate, p->ripple_rad_s);
     if (p->now.disturbance_V.value != 0) rate = fmax(rate, p->disturbance_rad_s);
-    for (int n = 0; p->at_node >= 0 && n < 3; ++n)
+    for (int n = 0; p->legs && p->at_node >= 0 && n < 3; ++n)
         if (p->legs->leg[n].conducts == DQW_SIM_FLOATS) rate = fmax(rate, sqrt(1.5 / (g->L_H * p->legs->node_F)));
     return part / rate;
 }
