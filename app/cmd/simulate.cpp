@@ -109,7 +109,7 @@ Simulation simulate(const dqw_sim_scenario& scenario, const std::function<void(d
     run.scenario = scenario;
     // The drive's own rows, which a polled log is made of.
     dqw_sim_scenario unpolled = scenario;
-    unpolled.polled.rate_Hz = 0;
+    unpolled.polled = {};
     const std::size_t count = dqw_sim_rows(&scenario), most = dqw_sim_rows(&unpolled);
     if (most > most_rows)
         throw ValueError(fmt::format("{}: {} rows; at most {}: {}lower duration_s", scenario.name, most, most_rows,
