@@ -164,14 +164,14 @@ static int check_polled(const dqw_sim_scenario *s, char *message, size_t size)
     const double given = p->queue_rows + p->jitter_s + p->lost_fraction + p->repeated_fraction + p->speed_noise_rad_s +
                          p->step_i_A + p->step_v_V + p->step_erpm + p->step_v_dc_V;
     if (!(p->rate_Hz > 0)) return given > 0 ? refuse(message, size, "polled.*", "needs a polled.rate_Hz") : 0;
-    if (!(p->jitter_s * p->rate_Hz <= 1))
-        return refuse(message, size, "polled.jitter_s", "must be 1/polled.rate_Hz at most");
     if (s->drive.log_every > 1)
         return refuse(message, size, "polled.rate_Hz", "and drive.log_every above 1 exclude each other");
     if (!(p->rate_Hz * s->drive.dt_s <= 0.5 + 1e-9))
         return refuse(message, size, "polled.rate_Hz", "must be half of 1/drive.dt_s at most");
     if (!(p->rate_Hz * s->duration_s > 1))
         return refuse(message, size, "polled.rate_Hz", "gives no row within duration_s");
+    if (!(p->jitter_s * p->rate_Hz <= 10))
+        return refuse(message, size, "polled.jitter_s", "must be 10/polled.rate_Hz at most");
     return 0;
 }
 
