@@ -270,7 +270,7 @@ static void test_contradictions_of_real_drives_are_refused_by_name(void)
         {"sensing.twice_rad=-2", "sensing.twice_rad"},
         {"machine.winding_housing_W_K=1", "machine.housing_heat_J_K"},
         {"polled.queue_rows=3", "polled.* needs"},
-        {"polled.rate_Hz=100 polled.jitter_s=1", "polled.jitter_s"},
+        {"polled.rate_Hz=1000 polled.jitter_s=1", "polled.jitter_s"},
         {"inverter.modulation=centred inverter.diode_V=1", "inverter.knee_A"},
         {"inverter.modulation=centred inverter.source_ohm=1", "inverter.source_ohm and inverter.link_F"},
         {"inverter.modulation=centred inverter.link_F=1", "inverter.source_ohm and inverter.link_F"},
