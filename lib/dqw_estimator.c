@@ -38,14 +38,18 @@ static float soft_sign(float x)
     return a * (945.0f + a2 * (105.0f + a2)) / (945.0f + a2 * (420.0f + 15.0f * a2));
 }
 
+// Dead time's input at a sample.
+typedef struct {
+    float d, q;
+    float sign[3];  // of the phases' currents
+} dead_input;
+
 // What an inverter with dead time takes from each phase per volt of it, as dq. (E51)
-static void dead_time(dqw_estimator *e, const dqw_sample *s, float *d, float *q)
+static dead_input dead_time(dqw_estimator *e, const dqw_sample *s)
 {
+    dead_input x = {.d = 0.0f};
     const float width = e->dead_time_width_A;
-    if (!(width > 0.0f)) {
-        *d = *q = 0.0f;
-        return;
-    }
+    if (!(width > 0.0f)) return x;
     // Noise wider than the step would smooth it: so the noisier the currents, the slower they are followed here.
     const float follow = e->last_good ? e->follow : 1.0f;
     e->slow_d_A += follow * (s->i_d_A - e->slow_d_A);
@@ -53,20 +57,61 @@ static void dead_time(dqw_estimator *e, const dqw_sample *s, float *d, float *q)
     const float k = 1.0f / width;
     const float alpha = k * (s->cosine * e->slow_d_A - s->sine * e->slow_q_A);
     const float beta = SQRT3_2 * k * (s->sine * e->slow_d_A + s->cosine * e->slow_q_A);
-    const float a = soft_sign(alpha);
-    const float b = soft_sign(beta - 0.5f * alpha);
-    const float c = soft_sign(-0.5f * alpha - beta);
+    const float a = x.sign[0] = soft_sign(alpha);
+    const float b = x.sign[1] = soft_sign(beta - 0.5f * alpha);
+    const float c = x.sign[2] = soft_sign(-0.5f * alpha - beta);
     const float lost_alpha = (2.0f * a - b - c) * (1.0f / 3.0f);
     const float lost_beta = (b - c) * INV_SQRT3;
-    *d = s->cosine * lost_alpha + s->sine * lost_beta;
-    *q = s->cosine * lost_beta - s->sine * lost_alpha;
+    x.d = s->cosine * lost_alpha + s->sine * lost_beta;
+    x.q = s->cosine * lost_beta - s->sine * lost_alpha;
     // How much of it the current's noise moves, on average: what tanh gains at this current, (1 - tanh^2)/width. One
     // sample in four, and never the one that ends a block, is enough.
-    if ((e->window.at & 3u) != 1u) return;
+    if ((e->window.at & 3u) != 1u) return x;
     const float slope = k * (1.0f - (a * a + b * b + c * c) * (1.0f / 3.0f));
     const uint32_t rows = e->noise.of.rows;
     e->dead_slope_inv_A += (slope - e->dead_slope_inv_A) /
                            (1.0f + 0.25f * (float)(rows < SLOPE_ROWS ? rows : SLOPE_ROWS));
+    return x;
+}
+
+// In the order of the numbers, as integers.
+static int32_t ordered(float x)
+{
+    const uint32_t bits = dqw_number_bits(x);
+    return (int32_t)(bits >> 31 != 0 ? ~(bits & 0x7fffffffu) : bits);
+}
+
+// Legs that rested in the period that s ends, c and n the direction in its middle, nearly.
+static uint8_t resting(const dqw_estimator *e, float c, float n)
+{
+    const enum dqw_modulation m = e->config->modulation;
+    if (m == DQW_MODULATION_CENTRED || !(e->dead_time_width_A > 0.0f)) return 0;
+    if (m == DQW_MODULATION_MASK) return e->resting;
+    const float alpha = c * e->v_d_V - n * e->v_q_V;
+    const float beta = 2.0f * SQRT3_2 * (n * e->v_d_V + c * e->v_q_V);
+    const int32_t v[3] = {ordered(2.0f * alpha), ordered(beta - alpha), ordered(-alpha - beta)};
+    return dqw_modulation_resting(m, v);
+}
+
+// A leg that rests has no dead time: out of the pair's input with it; and what the others have whatever their currents'
+// signs shows. (E101)
+static void leave_out(const dqw_estimator *e, const dqw_sample *s, const dead_input *x, float dead[4])
+{
+    const float c = 0.5f * (e->cosine + s->cosine);
+    const float n = 0.5f * (e->sine + s->sine);
+    const uint8_t legs = resting(e, c, n);
+    static const float alpha[3] = {2.0f / 3.0f, -1.0f / 3.0f, -1.0f / 3.0f};
+    static const float beta[3] = {0.0f, INV_SQRT3, -INV_SQRT3};
+    for (int k = 0; k < 3; k++) {
+        if ((legs >> k & 1u) == 0) continue;
+        const float d = c * alpha[k] + n * beta[k];
+        const float q = c * beta[k] - n * alpha[k];
+        const float sign = x->sign[k] + e->dead_sign[k];
+        dead[0] -= sign * d;
+        dead[1] -= sign * q;
+        dead[2] -= 2.0f * d;
+        dead[3] -= 2.0f * q;
+    }
 }
 
 // What the inputs of the effects are made of, behind the plain signals. Without room for effects, nothing. False where
@@ -90,10 +135,12 @@ static bool gather_effects(dqw_estimator *e, const dqw_sample *s, bool good)
 }
 
 // The pair that a sample ends, as sums and steps: dqw_estimator_means() makes means and slopes of them. (E13)
-static void gather(dqw_estimator *e, const dqw_sample *s, float dead_d, float dead_q)
+static void gather(dqw_estimator *e, const dqw_sample *s, const dead_input *x)
 {
     const float step_d_A = s->i_d_A - e->i_d_A;
     const float step_q_A = s->i_q_A - e->i_q_A;
+    float dead[4] = {x->d + e->dead_d, x->q + e->dead_q, 0.0f, 0.0f};
+    if (e->config->modulation != DQW_MODULATION_CENTRED) leave_out(e, s, x, dead);
     const float pair[DQW_PLAIN_SIGNALS] = {
         e->v_d_V,
         e->v_q_V,
@@ -104,8 +151,10 @@ static void gather(dqw_estimator *e, const dqw_sample *s, float dead_d, float de
         s->w_m_rad_s * s->i_d_A + e->w_m_rad_s * e->i_d_A,
         s->w_m_rad_s * s->i_q_A + e->w_m_rad_s * e->i_q_A,
         s->w_m_rad_s + e->w_m_rad_s,
-        dead_d + e->dead_d,
-        dead_q + e->dead_q,
+        dead[0],
+        dead[1],
+        dead[2],
+        dead[3],
     };
     dqw_window_cell *cell = dqw_window_cells(&e->window);
     for (int i = 0; i < DQW_PLAIN_SIGNALS; i++) dqw_window_gather(&cell[i], pair[i]);
@@ -123,10 +172,20 @@ static void keep(dqw_estimator *e, const dqw_sample *s)
     e->i_d_A = s->i_d_A;
     e->i_q_A = s->i_q_A;
     e->w_m_rad_s = s->w_m_rad_s;
+    e->cosine = s->cosine;
+    e->sine = s->sine;
+    e->resting = s->resting;
+}
+
+static void keep_dead(dqw_estimator *e, const dead_input *x)
+{
+    e->dead_d = x->d;
+    e->dead_q = x->q;
+    for (int k = 0; k < 3; k++) e->dead_sign[k] = x->sign[k];
 }
 
 // A settled row is a block of its own: it makes a pair with itself.
-static void begin_row(dqw_estimator *e, const dqw_sample *s, float dead_d, float dead_q)
+static void begin_row(dqw_estimator *e, const dqw_sample *s, const dead_input *x)
 {
 #if DQW_EFFECT_WEIGHTS > 0
     if (e->effect.count > 0) {
@@ -141,8 +200,7 @@ static void begin_row(dqw_estimator *e, const dqw_sample *s, float dead_d, float
     }
 #endif
     keep(e, s);
-    e->dead_d = dead_d;
-    e->dead_q = dead_q;
+    keep_dead(e, x);
 }
 
 // Before a half is gathered: what the background made of those before it.
@@ -183,15 +241,14 @@ static uint32_t take(dqw_estimator *e, const dqw_sample *s, uint32_t event)
 {
     const dqw_estimator_config *c = e->config;
     const bool good = event == 0;
-    float dead_d = 0.0f;
-    float dead_q = 0.0f;
-    if (good) dead_time(e, s, &dead_d, &dead_q);
+    const dead_input none = {.d = 0.0f};
+    const dead_input x = good ? dead_time(e, s) : none;
 
     // [EST.2] the pair that it ends, into the window
     const bool row = c->settled && good;
-    if (row) begin_row(e, s, dead_d, dead_q);
+    if (row) begin_row(e, s, &x);
     if (row || (!c->settled && gather_effects(e, s, good))) {
-        gather(e, s, dead_d, dead_q);
+        gather(e, s, &x);
     } else if (!c->settled) {
         dqw_window_refuse(&e->window);
         dqw_noise_gap(&e->noise);
@@ -205,8 +262,7 @@ static uint32_t take(dqw_estimator *e, const dqw_sample *s, uint32_t event)
     // A voltage that acts later is not known at the first sample.
     e->last_good = good && (!c->voltage_next || e->commanded);
     e->commanded = good;
-    e->dead_d = dead_d;
-    e->dead_q = dead_q;
+    keep_dead(e, &x);
     return event;
 }
 

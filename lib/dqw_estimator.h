@@ -7,6 +7,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "dqw_modulation.h"
 #include "dqw_nameplate.h"
 #include "dqw_parameter.h"
 #include "dqw_parts.h"
@@ -25,8 +26,8 @@ extern "C" {
 /// Weights whose blocks' autocorrelation is followed: R, L_d, L_q, flux, then the effects'.
 #define DQW_ESTIMATOR_SCORES (4 + DQW_EFFECT_WEIGHTS)
 
-/// Signals of a block: the model's and dead time's input on d and q, then the effects' on d and on q.
-#define DQW_PLAIN_SIGNALS 11
+/// Signals of a block: the model's, dead time's and a resting leg's input on d and q, then the effects' on d and on q.
+#define DQW_PLAIN_SIGNALS 13
 #define DQW_ESTIMATOR_SIGNALS (DQW_PLAIN_SIGNALS + 2 * DQW_EFFECT_WEIGHTS)
 
 struct dqw_estimator;
@@ -54,10 +55,14 @@ typedef struct dqw_estimator_config {
     float dead_time_width_A;
     /// how far a parameter may wander, as part of itself, in 1 s; 0: it is constant, and nothing is forgotten
     float drift_per_sqrt_s;
+    /// the angle that comes with a sample is that of so long before its currents; < 0: after. Two periods at most
+    float angle_late_s;
+    enum dqw_modulation modulation;  ///< which legs switch: dead time is theirs alone
     uint32_t stale_limit;    ///< equal samples in a row before a sensor counts as stuck; 0: never
     uint32_t threshold_ppm;  ///< residual over the voltage base that stage 3 must reach; 0: 50000 (5 %)
     bool angle;              ///< cosine and sine are given: dead time and some effects need them
-    bool encoder_offset;     ///< learn the flux that shows on the other axis where the angle is off
+    /// learn the flux that shows on the other axis where the angle is off; without effects the data are turned by it
+    bool encoder_offset;
     bool noise_on_inputs;    ///< take the noise of currents and speed out of what is learned, (E60)
     bool settled;            ///< every sample is a settled point of its own: no slopes
     bool voltage_next;       ///< a sample's voltage acts one period later: from the next sample on
@@ -98,12 +103,15 @@ typedef struct dqw_estimator {
     float dead_time_width_A;
     float v_d_V, v_q_V, i_d_A, i_q_A, w_m_rad_s;  ///< the last sample; its voltages are those that act from it on
     float command_d_V, command_q_V;               ///< with voltage_next: the last sample's voltage
-    float dead_d, dead_q, dead_slope_inv_A;
+    float cosine, sine;                           ///< its angle
+    float dead_sign[3], dead_d, dead_q;           ///< signs of its phase currents, and dead time's input of them
+    float dead_slope_inv_A;
     float slow_d_A, slow_q_A;       ///< currents as dead time's input takes them
     float step_A_per_V[2], follow;  ///< as given last
     uint32_t halves;                ///< halves of a window since init: the time
     uint8_t missed;                 ///< halves lost because the background came too late, up to 255
     bool has_last, last_good, commanded;
+    uint8_t resting, command_resting;  ///< legs, while the last sample's voltages act
 #if DQW_EFFECT_WEIGHTS > 0
     dqw_effect effect;
 #endif
@@ -116,12 +124,18 @@ typedef struct dqw_estimator {
     // The background's: the half before.
     dqw_window_rise rise;
     float rise_cosine, rise_sine, rise_v_V[2];
+    float turn_cosine, turn_sine;  ///< the data are turned by the angle that the encoder was found to be off
     // The joint neuron's weights, per unit, and the gain that replaces its step size.
     float w_pu[DQW_ESTIMATOR_INPUTS];
     dqw_gain gain;
     float e_pu[2];                             ///< the last block's error before the correction, d and q
     float error_pu2[2];                        ///< mean squared residual, d and q
     float recent_pu2;                          ///< of both, over about 64 blocks
+    float e_before_pu[3][2];                   ///< errors of the three blocks before the last one
+    float lasting_pu2[2];                      ///< their product with the last one's, two and three blocks apart
+    float slow_sum_pu[2], slow_before_pu[2];   ///< errors of a stretch of blocks, and mean of the one before
+    float slow_pu2;                            ///< product of neighbouring stretches' means
+    float alone_pu2[DQW_ESTIMATOR_INPUTS];     ///< power of each input that no other one explains
     float score2[DQW_ESTIMATOR_SCORES];        ///< what a block teaches a weight, squared,
     float score_lag[DQW_ESTIMATOR_SCORES];     ///< times the next one's,
     float score_last[DQW_ESTIMATOR_SCORES];    ///< and the last one's
@@ -135,6 +149,7 @@ typedef struct dqw_estimator {
     uint16_t pole_pairs;                       ///< given or found; 0: not yet
     uint8_t restarts;  ///< times that the weights left all bounds, and learning began again, up to 255
     uint8_t inputs;
+    uint8_t slow_at;
     dqw_stage stage;
 } dqw_estimator;
 

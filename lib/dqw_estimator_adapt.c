@@ -15,6 +15,8 @@ void dqw_estimator_adapt(dqw_estimator *e, const dqw_sample *s, dqw_sample *x)
         x->v_q_V = e->commanded ? e->command_q_V : 0.0f;
         e->command_d_V = s->v_d_V;
         e->command_q_V = s->v_q_V;
+        x->resting = e->command_resting;
+        e->command_resting = s->resting;
     }
     if (c->voltage_held) {
         float turn = (c->voltage_next ? 1.5f : 0.5f) * (float)c->pole_pairs * x->w_m_rad_s * c->dt_s;

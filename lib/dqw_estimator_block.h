@@ -32,6 +32,13 @@ enum { DQW_POLES_LD = DQW_DEAD_TIME, DQW_POLES_LQ = DQW_PSI_Q };
 /// rest moves nothing.
 #define DQW_ESTIMATOR_START_RESIDUAL_PU 0.01f
 
+/// Blocks over which the residual's lasting part is a mean.
+#define DQW_LASTING_BLOCKS 8192.0f
+static inline float dqw_lasting_part(float blocks)
+{
+    return 2.0f / ((blocks < DQW_LASTING_BLOCKS ? blocks : DQW_LASTING_BLOCKS) + 1.0f);
+}
+
 /// The two axes.
 enum { DQW_AXIS_D = 0, DQW_AXIS_Q = 1 };
 
@@ -107,6 +114,21 @@ bool dqw_sample_finite(const dqw_sample *came, const dqw_sample *s);
 #define dqw_estimator_take DQW_SIZED(dqw_estimator_take)
 bool dqw_estimator_take(dqw_estimator *e, dqw_estimator_block *b);
 
+/// Turn a block that was taken into the magnet's frame, as far as that is known. Without effect where effects are
+/// learned: their laws saw the currents as they came.
+///
+/// Source   (E102) in docs/EQUATIONS.md
+/// Context  background
+#define dqw_estimator_turn_block DQW_SIZED(dqw_estimator_turn_block)
+void dqw_estimator_turn_block(const dqw_estimator *e, dqw_estimator_block *b);
+
+/// Does flux show on the other axis? Then later blocks are turned by that angle, and what was learned is less sure.
+///
+/// Source   (E102) in docs/EQUATIONS.md
+/// Context  background
+#define dqw_estimator_turn_on DQW_SIZED(dqw_estimator_turn_on)
+void dqw_estimator_turn_on(dqw_estimator *e);
+
 /// Learn a block that was taken.
 ///
 /// Source   (E16), (E17), (E60), (E61) in docs/EQUATIONS.md
@@ -135,10 +157,16 @@ float dqw_estimator_start_sd_pu(const dqw_estimator *e, int weight);
 /// Where R, L_d, L_q or the flux starts, per unit: the nominal value, or what is usual.
 float dqw_estimator_nominal_pu(const dqw_estimator *e, int weight);
 
-/// A weight, SI, and its deviation; DQW_UNKNOWN where nothing was learned of it.
-/// Source   (E20), (E61) in docs/EQUATIONS.md
+/// A weight, SI, and its deviation as noise makes it: that of a change; DQW_UNKNOWN where nothing was learned of it.
+/// The flux on the other axis is that of the angle as it came.
+/// Source   (E20), (E61), (E102) in docs/EQUATIONS.md
 float dqw_estimator_value(const dqw_estimator *e, int weight);
 float dqw_estimator_sd(const dqw_estimator *e, int weight);
+
+/// What of the model's lasting error may stand in line with a weight's input, SI: the value is no surer than that.
+/// Source   (E103) in docs/EQUATIONS.md
+#define dqw_estimator_model_sd DQW_SIZED(dqw_estimator_model_sd)
+float dqw_estimator_model_sd(const dqw_estimator *e, int weight);
 
 /// Residual of both axes over the voltage base, RMS of about the last thousand blocks, and of the last 64.
 float dqw_estimator_residual_pu(const dqw_estimator *e);

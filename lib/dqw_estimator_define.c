@@ -21,6 +21,8 @@
 #define START_SD_PU 3.0f
 #define START_DEAD_SD_PU 0.1f
 #define START_EFFECT_SD_PU 10.0f
+// Beyond that nobody controls a current.
+#define ANGLE_LATE_PERIODS 2.0f
 // Of a default configuration.
 #define DEAD_TIME_WIDTH_PU 0.02f
 #define DRIFT_PER_SQRT_S 0.01f
@@ -35,6 +37,7 @@ float dqw_estimator_unit(const dqw_estimator *e, int weight)
     case DQW_LD:
     case DQW_LQ: return c->v_base_V / (c->i_base_A * turning);
     case DQW_PSI: return c->v_base_V / turning;
+    case DQW_DEAD_CONSTANT: return c->v_base_V;
     case DQW_DEAD_TIME: return e->pole_pairs == 0 && !c->settled ? c->v_base_V / (c->i_base_A * turning) : c->v_base_V;
     case DQW_PSI_Q:
         return e->pole_pairs == 0 && !c->settled ? c->v_base_V / (c->i_base_A * turning) : c->v_base_V / turning;
@@ -54,7 +57,8 @@ float dqw_estimator_start_sd_pu(const dqw_estimator *e, int weight)
 {
     // The same place, an inductance.
     if (weight == DQW_POLES_LD && e->pole_pairs == 0 && !e->config->settled) return START_SD_PU;
-    return weight == DQW_DEAD_TIME ? START_DEAD_SD_PU : weight < DQW_PARAMETERS ? START_SD_PU : START_EFFECT_SD_PU;
+    const bool dead = weight == DQW_DEAD_TIME || weight == DQW_DEAD_CONSTANT;
+    return dead ? START_DEAD_SD_PU : weight < DQW_PARAMETERS ? START_SD_PU : START_EFFECT_SD_PU;
 }
 
 float dqw_estimator_nominal_pu(const dqw_estimator *e, int weight)
@@ -97,6 +101,11 @@ void dqw_estimator_start(dqw_estimator *e, const float start_pu[])
     for (int i = 0; i < DQW_PARAMETERS; i++) e->late_w[i] = 0.0f;
     e->late_pu2 = e->late_error_pu2 = 0.0f;
     e->error_pu2[0] = e->error_pu2[1] = e->recent_pu2 = 0.0f;
+    e->lasting_pu2[0] = e->lasting_pu2[1] = e->slow_pu2 = 0.0f;
+    e->slow_at = 0;
+    e->slow_before_pu[0] = e->slow_before_pu[1] = 0.0f;
+    for (int i = 0; i < DQW_ESTIMATOR_INPUTS; i++) e->alone_pu2[i] = 0.0f;
+    for (int k = 0; k < 3; k++) e->e_before_pu[k][0] = e->e_before_pu[k][1] = 0.0f;
     e->blocks = 0;
     e->learned = 0;
 }
@@ -139,6 +148,8 @@ static enum dqw_status check(const dqw_estimator_config *c)
     if (c->settled && (c->voltage_next || c->voltage_held)) return DQW_ERR_SETTLED;
     if (c->pole_pairs == 0 && (c->voltage_held || c->speed_electrical)) return DQW_ERR_POLE_PAIRS;
     if (c->dead_time_width_A > 0.0f && !dqw_is_finite(1.0f / c->dead_time_width_A)) return DQW_ERR_DEAD_TIME_WIDTH;
+    if ((unsigned)c->modulation >= DQW_MODULATIONS) return DQW_ERR_MODULATION;
+    if (!dqw_within(c->angle_late_s, ANGLE_LATE_PERIODS * c->dt_s)) return DQW_ERR_ANGLE_LATE;
     if (c->random != NULL && c->random->learn == NULL) return DQW_ERR_RANDOM;
     return DQW_OK;
 }
@@ -170,7 +181,7 @@ enum dqw_status dqw_estimator_init(dqw_estimator *e, const dqw_estimator_config 
     const dqw_estimator_config *c = config;
     enum dqw_status status = check(c);
     if (status != DQW_OK) return status;
-    dqw_estimator n = {.config = config, .follow = 1.0f, .inputs = DQW_PARAMETERS, .pole_pairs = c->pole_pairs};
+    dqw_estimator n = {.config = config, .follow = 1.0f, .turn_cosine = 1.0f, .inputs = DQW_PARAMETERS, .pole_pairs = c->pole_pairs};
     // Without an angle there is no phase whose current has a sign.
     n.dead_time_width_A = c->angle ? c->dead_time_width_A : 0.0f;
     status = init_effects(&n, c);

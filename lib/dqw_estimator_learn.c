@@ -29,6 +29,7 @@
 #define EXCESS_MAX 8.0f
 // Where noise is more than this part of all that was learned of a weight, taking it out could run away.
 #define NOISE_PART_MAX 0.05f
+#define STRETCH_S 0.03f
 // A per-unit weight beyond this is no machine's.
 #define WEIGHT_MAX_PU 1e4f
 // Currents are followed so fast that the noise left is about as wide as the step that dead time makes of them.
@@ -88,6 +89,59 @@ static void learn_late(dqw_estimator *e, const float x[], const float k[], float
     e->late_error_pu2 += (error_pu * rest * left - e->late_error_pu2) * dqw_estimator_part(e);
 }
 
+// The inputs as the others leave them: the gain is P times them, over P's own. (E103)
+static void keep_alone(dqw_estimator *e, const float k[], float seen)
+{
+    if (!(seen < 1.0f)) return;
+    const float more = 1.0f / (1.0f - seen);
+    for (int i = 0; i < e->inputs; i++) {
+        // P x, and P_ii before this row.
+        const float px = k[i] * more;
+        const float own = dqw_gain_covariance(&e->gain, i, i) + k[i] * px;
+        const float alone = px / own;
+        e->alone_pu2[i] += (alone * alone - e->alone_pu2[i]) * dqw_lasting_part((float)e->blocks);
+    }
+}
+
+// Blocks of a stretch of about 30 ms: shorter than an operating point, longer than what turns with the rotor.
+static int stretch(const dqw_estimator *e)
+{
+    const float blocks = STRETCH_S / ((float)e->window.half * e->config->dt_s);
+    return blocks < 4.0f ? 4 : blocks > 200.0f ? 200 : (int)blocks;
+}
+
+// What of the residual is still there two and three blocks later, where blocks overlap no more; and from one stretch to
+// the next. (E103)
+static void keep_lasting(dqw_estimator *e, const float ratio[2])
+{
+    if (e->elapsed != 1) {
+        for (int k = 0; k < 3; k++) e->e_before_pu[k][D] = e->e_before_pu[k][Q] = 0.0f;
+        e->slow_at = 0;
+        e->slow_before_pu[D] = e->slow_before_pu[Q] = 0.0f;
+    }
+    float product[2] = {0.0f, 0.0f};
+    for (int axis = 0; axis < 2; axis++) {
+        const float now = e->e_pu[axis] / sqrtf(ratio[axis]);
+        for (int k = 0; k < 2; k++) product[k] += 0.5f * now * e->e_before_pu[k + 1][axis];
+        e->e_before_pu[2][axis] = e->e_before_pu[1][axis];
+        e->e_before_pu[1][axis] = e->e_before_pu[0][axis];
+        e->e_before_pu[0][axis] = now;
+        e->slow_sum_pu[axis] = e->slow_at > 0 ? e->slow_sum_pu[axis] + now : now;
+    }
+    const float part = dqw_lasting_part((float)e->blocks);
+    for (int k = 0; k < 2; k++) e->lasting_pu2[k] += (product[k] - e->lasting_pu2[k]) * part;
+    const int n = stretch(e);
+    if (++e->slow_at < n) return;
+    e->slow_at = 0;
+    float slow = 0.0f;
+    for (int axis = 0; axis < 2; axis++) {
+        const float mean = e->slow_sum_pu[axis] / (float)n;
+        slow += 0.5f * mean * e->slow_before_pu[axis];
+        e->slow_before_pu[axis] = mean;
+    }
+    e->slow_pu2 += (slow - e->slow_pu2) * dqw_lasting_part((float)e->blocks / (float)n);
+}
+
 // One axis' row through the joint neuron: predict, compare, correct; weighed by how little of that axis is noise.
 static void learn_row(dqw_estimator *e, int axis, const dqw_estimator_rows *r, uint32_t mask, float ratio,
                       const float *late_pu, float score[])
@@ -108,6 +162,7 @@ static void learn_row(dqw_estimator *e, int axis, const dqw_estimator_rows *r, u
             (error * weigh);  // NOLINT(clang-analyzer-core.UndefinedBinaryOperatorResult): the gain has as many inputs
         seen += k[i] * x[i];  // NOLINT(clang-analyzer-core.UndefinedBinaryOperatorResult): the same
     }
+    keep_alone(e, k, seen);
     // seen rounds to above 1 where next to nothing was known.
     const float left = seen < 1.0f ? 1.0f - seen : 0.0f;
     const float after = error * left;
@@ -257,6 +312,7 @@ bool dqw_estimator_take(dqw_estimator *e, dqw_estimator_block *b)
     if (event != DQW_EVENT_BLOCK) return false;
     e->elapsed = h.number - e->number;
     e->number = h.number;
+    dqw_estimator_turn_block(e, b);
     return true;
 }
 
@@ -324,10 +380,12 @@ bool dqw_estimator_learn(dqw_estimator *e, const dqw_estimator_block *b)
     learn_row(e, D, &r, mask[D], ratio[D], late_pu, score);
     learn_row(e, Q, &r, mask[Q], ratio[Q], late_pu, score);
     keep_scores(e, score);
+    keep_lasting(e, ratio);
     e->recent_pu2 += (e->e_pu[D] * e->e_pu[D] + e->e_pu[Q] * e->e_pu[Q] - e->recent_pu2) * RECENT_PART;
     if (c->noise_on_inputs && !c->settled) take_noise_out(e, &r, ratio, mask);
     if (!sound(e)) return false;
     if (!c->settled) publish(e, b);
+    dqw_estimator_turn_on(e);
     drift(e);
     if (e->stage.name == DQW_STAGE_RANDOM) coarse_stage(e);
     return true;

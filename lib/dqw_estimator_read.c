@@ -18,10 +18,14 @@
 #define LATE_NEAR 0.35f
 #define LATE_SD 0.16f
 #define FEW_BLOCKS 50u
+// Two deviations of the mean of a block's four products of white errors, whose neighbours overlap.
+#define LASTING_NOISE 1.2f
 
 float dqw_estimator_value(const dqw_estimator *e, int weight)
 {
-    return e->w_pu[weight] * dqw_estimator_unit(e, weight);
+    float w = e->w_pu[weight];
+    if (weight == DQW_PSI_Q && e->turn_sine != 0.0f) w = w * e->turn_cosine - e->w_pu[DQW_PSI] * e->turn_sine;
+    return w * dqw_estimator_unit(e, weight);
 }
 
 float dqw_estimator_variance(const dqw_estimator *e, int axis)
@@ -66,6 +70,24 @@ float dqw_estimator_sd(const dqw_estimator *e, int weight)
     return sqrtf(v) * dqw_estimator_unit(e, weight);
 }
 
+float dqw_estimator_model_sd(const dqw_estimator *e, int weight)
+{
+    // [READ.4] what lasts of the residual, above what noise makes of so many products
+    if (e->config->settled || e->blocks == 0) return 0.0f;
+    const float fast = fabsf(e->lasting_pu2[0]) > fabsf(e->lasting_pu2[1]) ? fabsf(e->lasting_pu2[0])
+                                                                           : fabsf(e->lasting_pu2[1]);
+    const float noise = LASTING_NOISE * dqw_estimator_common_variance(e) *
+                        sqrtf(dqw_lasting_part((float)e->blocks));
+    const float above = fast > noise ? fast - noise : 0.0f;
+    const float slow = e->slow_pu2 > 0.0f ? e->slow_pu2 : 0.0f;
+    const bool both = weight == DQW_LD || weight == DQW_LQ;
+    const bool slowly = weight == DQW_R || weight == DQW_PSI || weight == DQW_PSI_Q;
+    const float lasting = both ? above + slow : slowly ? slow : above;
+    if (!(lasting > 0.0f)) return 0.0f;
+    const float alone = e->alone_pu2[weight];
+    return alone > 0.0f ? sqrtf(lasting / alone) * dqw_estimator_unit(e, weight) : DQW_UNKNOWN;
+}
+
 float dqw_estimator_residual_pu(const dqw_estimator *e)
 {
     return sqrtf(dqw_noise_variance(e->error_pu2[0]) + dqw_noise_variance(e->error_pu2[1]));
@@ -94,6 +116,10 @@ dqw_reading dqw_estimator_read(const dqw_estimator *e, enum dqw_parameter parame
     // What these rows cannot tell without the pole pairs.
     if (e->pole_pairs == 0 && parameter != DQW_R && (e->config->settled || parameter > DQW_LQ)) return r;
     r.sd = r.sd_change = aged(e, (int)parameter, dqw_estimator_sd(e, (int)parameter));
+    if (r.sd < DQW_UNKNOWN) {
+        const float model = dqw_estimator_model_sd(e, (int)parameter);
+        r.sd = model < DQW_UNKNOWN ? sqrtf(r.sd * r.sd + model * model) : DQW_UNKNOWN;
+    }
     const bool either_sign = parameter == DQW_DEAD_TIME || parameter == DQW_PSI_Q;
     const float size = either_sign ? fabsf(r.value) : r.value;
     // A stage that begins anew learns nothing: what it has is of a model that did not fit.

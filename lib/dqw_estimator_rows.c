@@ -48,6 +48,8 @@ static void inputs(const dqw_estimator *e, const dqw_estimator_block *b, const d
         const float late_s_A = b->dead_slope_inv_A * e->config->dt_s * (1.0f / b->follow - 1.0f);
         x_d[DQW_DEAD_TIME] = 0.5f * b->sum[DQW_BLOCK_SIGNALS] + late_s_A * m->di_d_A_s;
         x_q[DQW_DEAD_TIME] = 0.5f * b->sum[DQW_BLOCK_SIGNALS + 1] + late_s_A * m->di_q_A_s;
+        x_d[DQW_DEAD_CONSTANT] = 0.5f * b->sum[DQW_BLOCK_SIGNALS + 2];
+        x_q[DQW_DEAD_CONSTANT] = 0.5f * b->sum[DQW_BLOCK_SIGNALS + 3];
     }
     if (dqw_estimator_has_flux_q(e)) x_d[DQW_PSI_Q] = p * m->w_m_rad_s;
 #if DQW_EFFECT_WEIGHTS > 0

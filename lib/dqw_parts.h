@@ -28,8 +28,9 @@ typedef struct dqw_noise {
     uint8_t held;
 } dqw_noise;
 
-/// Most signals that a window gathers: a block's and dead time's, and two of each weight of an effect.
-#define DQW_WINDOW_SIGNALS (11 + 2 * DQW_EFFECT_WEIGHTS)
+/// Most signals that a window gathers: a block's, dead time's and the resting leg's, and two of each weight of an
+/// effect.
+#define DQW_WINDOW_SIGNALS (13 + 2 * DQW_EFFECT_WEIGHTS)
 
 /// One signal of a half.
 typedef struct dqw_window_cell {

@@ -2,6 +2,8 @@
 #ifndef DQW_SAMPLE_H
 #define DQW_SAMPLE_H
 
+#include <stdint.h>
+
 #ifdef __cplusplus
 extern "C" {
 #endif
@@ -14,6 +16,9 @@ typedef struct dqw_sample {
     float w_m_rad_s;     ///< mechanical
     float cosine, sine;  ///< of the electrical angle; read only where the configuration says that there is one
     float temp_winding_C, temp_magnet_C;  ///< read only where an effect needs it
+    /// bits 0, 1, 2: the leg of a, b, c does not switch while this voltage is made; read only with
+    /// DQW_MODULATION_MASK
+    uint8_t resting;
 } dqw_sample;
 
 /// A sample from dq and the electrical angle.

@@ -34,6 +34,8 @@ enum dqw_status {
     DQW_ERR_RANDOM = -31,
     DQW_ERR_TURN = -32,  ///< full speed, pole pairs and period together
     DQW_ERR_SETTLED = -33,
+    DQW_ERR_MODULATION = -34,
+    DQW_ERR_ANGLE_LATE = -35,
     DQW_ERR_EFFECT_LIST = -40,
     DQW_ERR_EFFECT_NAME = -41,
     DQW_ERR_EFFECT_SHAPE = -42,

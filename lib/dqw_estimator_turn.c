@@ -1,0 +1,75 @@
+// The data turned into the magnet's own frame: back by the time that the angle is late, and by the angle that the
+// encoder is found to be off. (E102)
+#include <math.h>
+
+#include "dqw_estimator_block.h"
+#include "dqw_transform.h"
+
+// An angle below this, or below so many of its deviations, is not worth turning by; of so many blocks it is known.
+#define LEAST_RAD 0.003f
+#define KNOWN_SD 4.0f
+#define KNOWN_BLOCKS 200u
+
+static void turn(float x[2], float c, float n)
+{
+    const float d = x[0];
+    x[0] = c * d + n * x[1];
+    x[1] = c * x[1] - n * d;
+}
+
+static bool has_effects(const dqw_estimator *e)
+{
+#if DQW_EFFECT_WEIGHTS > 0
+    return e->effect.count > 0;
+#else
+    (void)e;
+    return false;
+#endif
+}
+
+void dqw_estimator_turn_block(const dqw_estimator *e, dqw_estimator_block *b)
+{
+    if (has_effects(e)) return;
+    float c = e->turn_cosine;
+    float n = e->turn_sine;
+    if (e->config->angle_late_s != 0.0f && e->pole_pairs != 0) {
+        // Of a sum of two speeds.
+        const float w_e = 0.5f * (float)e->pole_pairs * b->sum[DQW_BLOCK_SIGNALS - 1];
+        float late_c;
+        float late_n;
+        dqw_cosine_sine(w_e * e->config->angle_late_s, &late_c, &late_n);
+        const float both = c * late_c - n * late_n;
+        n = n * late_c + c * late_n;
+        c = both;
+    }
+    if (n == 0.0f) return;
+    // v, i, di, w i; behind the speed dead time's two.
+    for (int i = 0; i < DQW_BLOCK_SIGNALS - 1; i += 2) turn(&b->sum[i], c, n);
+    for (int i = DQW_BLOCK_SIGNALS; i < DQW_PLAIN_SIGNALS; i += 2) turn(&b->sum[i], c, n);
+    turn(b->v_step_V, c, n);
+    const float cosine = b->cosine;
+    b->cosine = cosine * c - b->sine * n;
+    b->sine = b->sine * c + cosine * n;
+}
+
+void dqw_estimator_turn_on(dqw_estimator *e)
+{
+    if (has_effects(e) || !dqw_estimator_has_flux_q(e) || e->config->settled || e->blocks < KNOWN_BLOCKS) return;
+    const float psi = e->w_pu[DQW_PSI];
+    const float across = e->w_pu[DQW_PSI_Q];
+    const float unit = dqw_estimator_unit(e, DQW_PSI_Q);
+    if (!(fabsf(across) > LEAST_RAD * psi) || !(fabsf(across) * unit > KNOWN_SD * dqw_estimator_sd(e, DQW_PSI_Q)))
+        return;
+    const float all = sqrtf(psi * psi + across * across);
+    const float c = psi / all;
+    const float n = -across / all;
+    const float before = e->turn_cosine;
+    e->turn_cosine = before * c - e->turn_sine * n;
+    e->turn_sine = e->turn_sine * c + before * n;
+    e->w_pu[DQW_PSI] = all;
+    e->w_pu[DQW_PSI_Q] = 0.0f;
+    // What was learned before is of another frame: unlike inductances are to it a resistance and a coupling.
+    const float widest = 1.0f / dqw_estimator_common_variance(e);
+    const float L = e->w_pu[DQW_LD] > e->w_pu[DQW_LQ] ? e->w_pu[DQW_LD] : e->w_pu[DQW_LQ];
+    for (int i = DQW_R; i <= DQW_LQ; i++) dqw_gain_grow(&e->gain, i, n * n * L * L * widest);
+}
