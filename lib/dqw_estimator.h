@@ -63,6 +63,7 @@ typedef struct dqw_estimator_config {
     bool angle;              ///< cosine and sine are given: dead time and some effects need them
     /// learn the flux that shows on the other axis where the angle is off; without effects the data are turned by it
     bool encoder_offset;
+    bool follow;             ///< parameters may change: the memory is long until one does. Else nothing is forgotten
     bool noise_on_inputs;    ///< take the noise of currents and speed out of what is learned, (E60)
     bool settled;            ///< every sample is a settled point of its own: no slopes
     bool voltage_next;       ///< a sample's voltage acts one period later: from the next sample on
@@ -128,6 +129,9 @@ typedef struct dqw_estimator {
     // The joint neuron's weights, per unit, and the gain that replaces its step size.
     float w_pu[DQW_ESTIMATOR_INPUTS];
     dqw_gain gain;
+    dqw_segment segment;
+    uint16_t opened;   ///< times that a weight was found changed
+    uint8_t opened_last;
     float e_pu[2];                             ///< the last block's error before the correction, d and q
     float error_pu2[2];                        ///< mean squared residual, d and q
     float recent_pu2;                          ///< of both, over about 64 blocks

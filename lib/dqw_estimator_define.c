@@ -4,6 +4,7 @@
 #include "dqw_estimator_block.h"
 #include "dqw_estimator_random.h"
 #include "dqw_half_window.h"
+#include "dqw_segment.h"
 #include "dqw_number.h"
 
 #define HALF_WINDOW 20
@@ -23,9 +24,12 @@
 #define START_EFFECT_SD_PU 10.0f
 // Beyond that nobody controls a current.
 #define ANGLE_LATE_PERIODS 2.0f
+// Bands to begin with: a part of R and L, a third of that of the flux.
+#define START_BAND 0.03f
+#define START_BAND_PSI 0.33f
+#define START_BAND_DEAD_PU 0.003f
 // Of a default configuration.
 #define DEAD_TIME_WIDTH_PU 0.02f
-#define DRIFT_PER_SQRT_S 0.01f
 #define STALE 10u
 
 float dqw_estimator_unit(const dqw_estimator *e, int weight)
@@ -96,6 +100,12 @@ void dqw_estimator_start(dqw_estimator *e, const float start_pu[])
     }
     for (int i = 0; i <= DQW_PSI; i++) e->w_pu[i] = dqw_estimator_nominal_pu(e, i);
     start_effects(e);
+    float band_pu[DQW_PARAMETERS];
+    for (int i = 0; i < DQW_PARAMETERS; i++) band_pu[i] = START_BAND * dqw_estimator_size_pu(e, i);
+    band_pu[DQW_PSI] *= START_BAND_PSI;
+    band_pu[DQW_PSI_Q] *= START_BAND_PSI;
+    band_pu[DQW_DEAD_TIME] = band_pu[DQW_DEAD_CONSTANT] = START_BAND_DEAD_PU;
+    dqw_segment_init(&e->segment, band_pu);
     for (int i = 0; start_pu != NULL && i < e->inputs; i++) e->w_pu[i] = start_pu[i];
     for (int i = 0; i < DQW_ESTIMATOR_SCORES; i++) e->score2[i] = e->score_lag[i] = e->score_last[i] = 0.0f;
     for (int i = 0; i < DQW_PARAMETERS; i++) e->late_w[i] = 0.0f;
@@ -237,9 +247,10 @@ dqw_estimator_config dqw_estimator_config_default(const dqw_nameplate *plate)
     c.pole_pairs = plate->pole_pairs;
     c.half_window = dqw_nameplate_half_window(plate);
     c.dead_time_width_A = DEAD_TIME_WIDTH_PU * plate->i_A;
-    c.drift_per_sqrt_s = DRIFT_PER_SQRT_S;
+    c.drift_per_sqrt_s = 0.0f;
     c.stale_limit = STALE;
     c.angle = true;
+    c.follow = true;
     c.encoder_offset = true;
     c.noise_on_inputs = true;
     return c;

@@ -4,6 +4,7 @@
 
 #include "dqw_estimator_block.h"
 #include "dqw_estimator_random.h"
+#include "dqw_segment.h"
 #include "dqw_number.h"
 
 #define EXCITATION_PU 0.01f
@@ -30,6 +31,9 @@
 // Where noise is more than this part of all that was learned of a weight, taking it out could run away.
 #define NOISE_PART_MAX 0.05f
 #define STRETCH_S 0.03f
+#define SEGMENT_LEAST_S 0.5f
+#define SEGMENT_MOST_S 20.0f
+#define SEGMENTS_LEAST 20u
 // A per-unit weight beyond this is no machine's.
 #define WEIGHT_MAX_PU 1e4f
 // Currents are followed so fast that the noise left is about as wide as the step that dead time makes of them.
@@ -140,6 +144,52 @@ static void keep_lasting(dqw_estimator *e, const float ratio[2])
         e->slow_before_pu[axis] = mean;
     }
     e->slow_pu2 += (slow - e->slow_pu2) * dqw_lasting_part((float)e->blocks / (float)n);
+}
+
+static void show_segment(dqw_estimator *e, int axis, const dqw_estimator_rows *r, uint32_t mask, float ratio)
+{
+    const float weigh = 1.0f / sqrtf(ratio);
+    float x[DQW_PARAMETERS];
+    float error = r->y[axis];
+    for (int i = 0; i < e->inputs; i++) error -= e->w_pu[i] * r->x[axis][i];
+    for (int i = 0; i < DQW_PARAMETERS; i++) x[i] = (mask >> i & 1u) != 0 ? r->x[axis][i] * weigh : 0.0f;
+    dqw_segment_row(&e->segment, x, error * weigh);
+}
+
+static void follow(dqw_estimator *e, const dqw_estimator_block *b)
+{
+    const dqw_block m = dqw_estimator_means(e, b);
+    const float rate = 1.0f / ((float)e->window.half * e->config->dt_s);
+    if (!dqw_segment_block(&e->segment, m.w_m_rad_s / e->config->w_base_rad_s, m.i_q_A / e->config->i_base_A,
+                           (uint32_t)(SEGMENT_LEAST_S * rate), (uint32_t)(SEGMENT_MOST_S * rate)))
+        return;
+    const float rows = 2.0f * (float)e->segment.blocks;
+    float wide[DQW_PARAMETERS];
+    float move[DQW_PARAMETERS];
+    for (int i = 0; i < DQW_PARAMETERS; i++) wide[i] = (i == DQW_PSI || i == DQW_PSI_Q ? 0.1f : 0.3f) * dqw_estimator_size_pu(e, i);
+    wide[DQW_DEAD_TIME] = wide[DQW_DEAD_CONSTANT] = 0.03f;
+    const float variance = dqw_estimator_common_variance(e);
+    const int changed = dqw_segment_end(&e->segment, variance, wide, move);
+    const float seconds = 0.5f * rows / rate;
+    for (int i = 0; i < DQW_PARAMETERS; i++) {
+        const float alone = e->alone_pu2[i];
+        if (!(alone > 0.0f) || (e->learned >> i & 1u) == 0) continue;
+        // What the weight may wander in a segment, what one says of it, and so what part it is moved by.
+        const float walk = (i == DQW_R ? 1e-3f : i == DQW_LD || i == DQW_LQ || i == DQW_PSI || i == DQW_PSI_Q ? 3e-4f : 0.0f) * dqw_estimator_size_pu(e, i);
+        const float q = walk * walk * seconds;
+        const float one = variance / (rows * alone);
+        const float band = e->segment.band_pu[i];
+        const float scatter = band * band + one;
+        const float p = 0.5f * (q + sqrtf(q * q + 4.0f * q * scatter));
+        const float want = p / scatter / (rows * alone);
+        const float has = dqw_gain_covariance(&e->gain, i, i);
+        if (has < want) dqw_gain_grow(&e->gain, i, want - has);
+    }
+    if (changed < 0 || e->segment.segments < SEGMENTS_LEAST) return;
+    e->opened++;
+    e->opened_last = (uint8_t)changed;
+    for (int i = 0; i < DQW_PARAMETERS; i++) e->w_pu[i] += move[i];
+    dqw_gain_grow(&e->gain, changed, wide[changed] * wide[changed] / variance);
 }
 
 // One axis' row through the joint neuron: predict, compare, correct; weighed by how little of that axis is noise.
@@ -377,6 +427,8 @@ bool dqw_estimator_learn(dqw_estimator *e, const dqw_estimator_block *b)
         ratio[axis] = !c->settled && e->blocks > FEW_BLOCKS ? dqw_estimator_variance(e, axis) / common : 1.0f;
     const float *late_pu = !c->settled && e->pole_pairs != 0 && b->whole ? r.late : NULL;
     float score[DQW_ESTIMATOR_SCORES] = {0};
+    const bool follows = c->follow && !c->settled && e->pole_pairs != 0 && e->stage.name != DQW_STAGE_RANDOM;
+    if (follows) for (int axis = 0; axis < 2; axis++) show_segment(e, axis, &r, mask[axis], ratio[axis]);
     learn_row(e, D, &r, mask[D], ratio[D], late_pu, score);
     learn_row(e, Q, &r, mask[Q], ratio[Q], late_pu, score);
     keep_scores(e, score);
@@ -386,6 +438,7 @@ bool dqw_estimator_learn(dqw_estimator *e, const dqw_estimator_block *b)
     if (!sound(e)) return false;
     if (!c->settled) publish(e, b);
     dqw_estimator_turn_on(e);
+    if (follows) follow(e, b);
     drift(e);
     if (e->stage.name == DQW_STAGE_RANDOM) coarse_stage(e);
     return true;

@@ -1,0 +1,167 @@
+#include "dqw_segment.h"
+
+#include <math.h>
+
+enum { N = DQW_PARAMETERS };
+
+#define AT(i, j) ((j) * ((j) + 1) / 2 + (i))
+// Blocks overlap by half: their errors' power counts for half as much again.
+#define OVERLAP 1.5f
+// Page's sums: what a deviation must exceed to count, and where they tell a change. Siegmund's run length of 1e7
+// segments. (E105)
+#define ALLOWANCE 1.0f
+#define THRESHOLD 7.2f
+#define DEVIATION_MOST 6.0f
+// A band moves by this part at least, by more while it is young; upwards not while something seems to change.
+#define PART_LEAST 0.02f
+#define PART_YOUNG 0.1f
+#define SEEMS 4.0f
+// A segment that knows less of a weight than this, over its band, says nothing of it.
+#define SHARE_LEAST 0.02f
+// Of the long run's variance, that a segment must have met.
+#define MET 0.15f
+// Blocks of the long run.
+#define LONG_RUN 65536.0f
+
+static void clear(dqw_segment *s)
+{
+    for (int k = 0; k < AT(0, N); k++) s->a[k] = 0.0f;
+    for (int k = 0; k < N; k++) s->b[k] = 0.0f;
+    for (int k = 0; k < 2; k++) s->sum[k] = s->square[k] = 0.0f;
+    s->blocks = 0;
+}
+
+void dqw_segment_init(dqw_segment *s, const float band_pu[])
+{
+    const dqw_segment zero = {.blocks = 0};
+    *s = zero;
+    for (int k = 0; k < N; k++) s->band_pu[k] = band_pu[k];
+}
+
+void dqw_segment_restart(dqw_segment *s)
+{
+    clear(s);
+    for (int k = 0; k < N; k++) s->up[k] = s->down[k] = 0.0f;
+}
+
+void dqw_segment_row(dqw_segment *s, const float x_pu[], float error_pu)
+{
+    float *a = s->a;
+    for (int j = 0; j < N; j++) {
+        for (int i = 0; i <= j; i++) *a++ += x_pu[i] * x_pu[j];
+        s->b[j] += x_pu[j] * error_pu;
+    }
+}
+
+bool dqw_segment_block(dqw_segment *s, float w_pu, float i_pu, uint32_t least, uint32_t most)
+{
+    const float now[2] = {w_pu, i_pu};
+    if (s->run < LONG_RUN) s->run += 1.0f;
+    s->blocks++;
+    const float part = 1.0f / (float)s->blocks;
+    bool met = true;
+    for (int k = 0; k < 2; k++) {
+        const float off = now[k] - s->mean[k];
+        s->mean[k] += off / s->run;
+        s->variance[k] += (off * off - s->variance[k]) / s->run;
+        s->sum[k] += now[k];
+        s->square[k] += now[k] * now[k];
+        const float mean = s->sum[k] * part;
+        met = met && s->square[k] * part - mean * mean >= MET * s->variance[k];
+    }
+    return s->blocks >= most || (s->blocks >= least && met);
+}
+
+// Cholesky's factor of I + T^1/2 G T^1/2 / variance: at least I.
+static void factor(const dqw_segment *s, const float band_pu[], float variance, float l[])
+{
+    for (int i = 0; i < N; i++) {
+        for (int j = 0; j <= i; j++) {
+            float rest = s->a[AT(j, i)] * (band_pu[i] * band_pu[j] / variance) + (i == j ? 1.0f : 0.0f);
+            for (int k = 0; k < j; k++) rest -= l[AT(k, i)] * l[AT(k, j)];
+            if (j < i)
+                l[AT(j, i)] = rest / l[AT(j, j)];
+            else
+                l[AT(i, i)] = rest > 1.0f ? sqrtf(rest) : 1.0f;
+        }
+    }
+}
+
+// What the segment says of each weight, over its band, where the bands are what is known before it; and of each, how
+// much of that it knows: 0 nothing, 1 all. (E104)
+static void solve(const dqw_segment *s, const float band_pu[], float variance, float u[], float share[])
+{
+    float l[AT(0, N)];
+    factor(s, band_pu, variance, l);
+    for (int i = 0; i < N; i++) {
+        float rest = s->b[i] * (band_pu[i] / variance);
+        for (int k = 0; k < i; k++) rest -= l[AT(k, i)] * u[k];
+        u[i] = rest / l[AT(i, i)];
+    }
+    for (int i = N - 1; i >= 0; i--) {
+        for (int k = i + 1; k < N; k++) u[i] -= l[AT(i, k)] * u[k];
+        u[i] /= l[AT(i, i)];
+    }
+    for (int i = 0; i < N; i++) {
+        float z[N];
+        float own = 0.0f;
+        for (int k = i; k < N; k++) {
+            float rest = k == i ? 1.0f : 0.0f;
+            for (int m = i; m < k; m++) rest -= l[AT(m, k)] * z[m];
+            z[k] = rest / l[AT(k, k)];
+            own += z[k] * z[k];
+        }
+        share[i] = 1.0f - own;
+    }
+}
+
+static float limited(float x, float most)
+{
+    return x > most ? most : x < -most ? -most : x;
+}
+
+int dqw_segment_end(dqw_segment *s, float variance_pu2, const float wide_pu[], float move_pu[])
+{
+    float u[N];
+    float share[N];
+    const float variance = OVERLAP * variance_pu2;
+    solve(s, s->band_pu, variance, u, share);
+    if (s->segments < UINT16_MAX) s->segments++;
+    const float young = 4.0f / ((float)s->segments + 10.0f);
+    const float part = young > PART_LEAST ? young : PART_LEAST;
+    // A band that is known from few segments is itself unsure.
+    const float surer = 1.0f / (1.0f + sqrtf(part));
+    int changed = -1;
+    float most = THRESHOLD;
+    for (int k = 0; k < N; k++) {
+        s->share[k] = share[k];
+        if (!(share[k] > SHARE_LEAST)) continue;
+        // [SEG.1] of unit variance in health
+        const float z = u[k] / sqrtf(share[k]);
+        const float sum = s->up[k] > s->down[k] ? s->up[k] : s->down[k];
+        // [SEG.2] the band, to the scatter
+        const float wild = part > PART_YOUNG ? 4.0f : 9.0f;
+        const float z2 = z * z < wild ? z * z : wild;
+        if (z2 < 1.0f || sum <= SEEMS) s->band_pu[k] *= expf(0.5f * part * (z2 - 1.0f));
+        // [SEG.3] what agrees
+        const float d = limited(z * surer, DEVIATION_MOST);
+        s->up[k] = s->up[k] + d > ALLOWANCE ? s->up[k] + d - ALLOWANCE : 0.0f;
+        s->down[k] = s->down[k] - d > ALLOWANCE ? s->down[k] - d - ALLOWANCE : 0.0f;
+        const float now = s->up[k] > s->down[k] ? s->up[k] : s->down[k];
+        if (now > most) {
+            most = now;
+            changed = k;
+        }
+    }
+    if (changed >= 0) {
+        // [SEG.4] by how much: this weight alone is free
+        float free_pu[N];
+        for (int k = 0; k < N; k++) free_pu[k] = s->band_pu[k];
+        free_pu[changed] = wide_pu[changed];
+        solve(s, free_pu, variance, u, share);
+        for (int k = 0; k < N; k++) move_pu[k] = u[k] * free_pu[k];
+        for (int k = 0; k < N; k++) s->up[k] = s->down[k] = 0.0f;
+    }
+    clear(s);
+    return changed;
+}

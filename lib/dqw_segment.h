@@ -1,0 +1,49 @@
+// Has a weight changed? Of a segment of driving, what it says of each weight against the long memory; how far that
+// scatters in health, learned; and whether it agrees from one segment to the next.
+#ifndef DQW_SEGMENT_H
+#define DQW_SEGMENT_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "dqw_parts.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/// Nothing seen. band_pu[DQW_PARAMETERS]: how far each weight may scatter, to begin with; > 0.
+void dqw_segment_init(dqw_segment *s, const float band_pu[]);
+
+/// Forget what is being gathered, and what seemed to agree.
+void dqw_segment_restart(dqw_segment *s);
+
+/// One row: its inputs, 0 where they teach nothing, and what the weights leave of its target.
+///
+/// Source   (E104) in docs/EQUATIONS.md
+/// Shape    x_pu[DQW_PARAMETERS], read only
+/// Cost     35 products
+/// Context  background
+void dqw_segment_row(dqw_segment *s, const float x_pu[], float error_pu);
+
+/// One block's speed and current on q, per unit. A segment outlasts an operating point: it ends when both have moved in
+/// it as much as they do in the long run, after `least` blocks and before `most`.
+///
+/// Source   (E104) in docs/EQUATIONS.md
+/// Returns  true where the segment ends: dqw_segment_end() must follow
+/// Context  background
+bool dqw_segment_block(dqw_segment *s, float w_pu, float i_pu, uint32_t least, uint32_t most);
+
+/// The segment ends: bands move to its scatter, sums of what agrees go on, all that was gathered is forgotten.
+///
+/// Source   (E104), (E105) in docs/EQUATIONS.md
+/// Units    variance_pu2: of a row's error. wide_pu[DQW_PARAMETERS]: how far a weight may have jumped
+/// Returns  the weight that has changed, -1: none; then move_pu[DQW_PARAMETERS] is by how much each one is to be moved
+/// Cost     n^3 / 3 products for n = DQW_PARAMETERS, twice where one has changed
+/// Context  background
+int dqw_segment_end(dqw_segment *s, float variance_pu2, const float wide_pu[], float move_pu[]);
+
+#ifdef __cplusplus
+}
+#endif
+#endif
