@@ -60,6 +60,7 @@ typedef struct dqw_estimator_config {
     enum dqw_modulation modulation;  ///< which legs switch: dead time is theirs alone
     uint32_t stale_limit;    ///< equal samples in a row before a sensor counts as stuck; 0: never
     uint32_t threshold_ppm;  ///< residual over the voltage base that stage 3 must reach; 0: 50000 (5 %)
+    bool observed;           ///< the angle is an observer's, no encoder's: it may lean with load and speed, unseen
     bool angle;              ///< cosine and sine are given: dead time and some effects need them
     /// learn the flux that shows on the other axis where the angle is off; without effects the data are turned by it
     bool encoder_offset;
@@ -139,6 +140,8 @@ typedef struct dqw_estimator {
     float lasting_pu2[2];                      ///< their product with the last one's, two and three blocks apart
     float slow_sum_pu[2], slow_before_pu[2];   ///< errors of a stretch of blocks, and mean of the one before
     float slow_pu2;                            ///< product of neighbouring stretches' means
+    float slow_x_pu[2][DQW_ESTIMATOR_INPUTS];  ///< sums of a stretch's inputs,
+    float slow_alone_pu2[DQW_ESTIMATOR_INPUTS];  ///< and power of their means that no other one explains
     float alone_pu2[DQW_ESTIMATOR_INPUTS];     ///< power of each input that no other one explains
     float score2[DQW_ESTIMATOR_SCORES];        ///< what a block teaches a weight, squared,
     float score_lag[DQW_ESTIMATOR_SCORES];     ///< times the next one's,

@@ -116,7 +116,7 @@ static int stretch(const dqw_estimator *e)
 
 // What of the residual is still there two and three blocks later, where blocks overlap no more; and from one stretch to
 // the next. (E103)
-static void keep_lasting(dqw_estimator *e, const float ratio[2])
+static void keep_lasting(dqw_estimator *e, const dqw_estimator_rows *r, const float ratio[2])
 {
     if (e->elapsed != 1) {
         for (int k = 0; k < 3; k++) e->e_before_pu[k][D] = e->e_before_pu[k][Q] = 0.0f;
@@ -131,6 +131,10 @@ static void keep_lasting(dqw_estimator *e, const float ratio[2])
         e->e_before_pu[1][axis] = e->e_before_pu[0][axis];
         e->e_before_pu[0][axis] = now;
         e->slow_sum_pu[axis] = e->slow_at > 0 ? e->slow_sum_pu[axis] + now : now;
+        for (int i = 0; i < e->inputs; i++) {
+            const float x = r->x[axis][i] / sqrtf(ratio[axis]);
+            e->slow_x_pu[axis][i] = e->slow_at > 0 ? e->slow_x_pu[axis][i] + x : x;
+        }
     }
     const float part = dqw_lasting_part((float)e->blocks);
     for (int k = 0; k < 2; k++) e->lasting_pu2[k] += (product[k] - e->lasting_pu2[k]) * part;
@@ -142,6 +146,15 @@ static void keep_lasting(dqw_estimator *e, const float ratio[2])
         const float mean = e->slow_sum_pu[axis] / (float)n;
         slow += 0.5f * mean * e->slow_before_pu[axis];
         e->slow_before_pu[axis] = mean;
+    }
+    float px[2][DQW_ESTIMATOR_INPUTS];
+    for (int axis = 0; axis < 2; axis++) dqw_gain_apply(&e->gain, e->slow_x_pu[axis], px[axis]);
+    for (int i = 0; i < e->inputs; i++) {
+        const float by = 1.0f / ((float)n * dqw_gain_covariance(&e->gain, i, i));
+        const float d = px[D][i] * by;
+        const float q = px[Q][i] * by;
+        e->slow_alone_pu2[i] += (0.5f * (d * d + q * q) - e->slow_alone_pu2[i]) *
+                                dqw_lasting_part((float)e->blocks / (float)n);
     }
     e->slow_pu2 += (slow - e->slow_pu2) * dqw_lasting_part((float)e->blocks / (float)n);
 }
@@ -432,7 +445,7 @@ bool dqw_estimator_learn(dqw_estimator *e, const dqw_estimator_block *b)
     learn_row(e, D, &r, mask[D], ratio[D], late_pu, score);
     learn_row(e, Q, &r, mask[Q], ratio[Q], late_pu, score);
     keep_scores(e, score);
-    keep_lasting(e, ratio);
+    keep_lasting(e, &r, ratio);
     e->recent_pu2 += (e->e_pu[D] * e->e_pu[D] + e->e_pu[Q] * e->e_pu[Q] - e->recent_pu2) * RECENT_PART;
     if (c->noise_on_inputs && !c->settled) take_noise_out(e, &r, ratio, mask);
     if (!sound(e)) return false;

@@ -20,6 +20,8 @@
 #define FEW_BLOCKS 50u
 // Two deviations of the mean of a block's four products of white errors, whose neighbours overlap.
 #define LASTING_NOISE 1.2f
+// Of what may stand in line with an input, what does.
+#define MODEL_PART 0.4f
 
 float dqw_estimator_value(const dqw_estimator *e, int weight)
 {
@@ -80,12 +82,13 @@ float dqw_estimator_model_sd(const dqw_estimator *e, int weight)
                         sqrtf(dqw_lasting_part((float)e->blocks));
     const float above = fast > noise ? fast - noise : 0.0f;
     const float slow = e->slow_pu2 > 0.0f ? e->slow_pu2 : 0.0f;
-    const bool both = weight == DQW_LD || weight == DQW_LQ;
-    const bool slowly = weight == DQW_R || weight == DQW_PSI || weight == DQW_PSI_Q;
-    const float lasting = both ? above + slow : slowly ? slow : above;
-    if (!(lasting > 0.0f)) return 0.0f;
+    // Each in line with its own part of the input.
     const float alone = e->alone_pu2[weight];
-    return alone > 0.0f ? sqrtf(lasting / alone) * dqw_estimator_unit(e, weight) : DQW_UNKNOWN;
+    if (!(above + slow > 0.0f)) return 0.0f;
+    if (!(alone > 0.0f)) return DQW_UNKNOWN;
+    const float slowly = e->slow_alone_pu2[weight] < alone ? e->slow_alone_pu2[weight] : alone;
+    const float size = sqrtf(slow * slowly + above * (alone - slowly)) / alone;
+    return size * dqw_estimator_unit(e, weight);
 }
 
 float dqw_estimator_residual_pu(const dqw_estimator *e)
@@ -118,7 +121,10 @@ dqw_reading dqw_estimator_read(const dqw_estimator *e, enum dqw_parameter parame
     r.sd = r.sd_change = aged(e, (int)parameter, dqw_estimator_sd(e, (int)parameter));
     if (r.sd < DQW_UNKNOWN) {
         const float model = dqw_estimator_model_sd(e, (int)parameter);
-        r.sd = model < DQW_UNKNOWN ? sqrtf(r.sd * r.sd + model * model) : DQW_UNKNOWN;
+        const float part = e->config->observed && parameter <= DQW_LQ ? 1.0f : MODEL_PART;
+        const float band = e->segment.band_pu[parameter] * dqw_estimator_unit(e, (int)parameter);
+        const float hidden = part * part * model * model + band * (band < model ? band : model);
+        r.sd = model < DQW_UNKNOWN ? sqrtf(r.sd * r.sd + hidden) : DQW_UNKNOWN;
     }
     const bool either_sign = parameter == DQW_DEAD_TIME || parameter == DQW_PSI_Q;
     const float size = either_sign ? fabsf(r.value) : r.value;
