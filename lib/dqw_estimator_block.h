@@ -157,16 +157,24 @@ float dqw_estimator_start_sd_pu(const dqw_estimator *e, int weight);
 /// Where R, L_d, L_q or the flux starts, per unit: the nominal value, or what is usual.
 float dqw_estimator_nominal_pu(const dqw_estimator *e, int weight);
 
-/// A weight, SI, and its deviation as noise makes it: that of a change; DQW_UNKNOWN where nothing was learned of it.
-/// The flux on the other axis is that of the angle as it came.
-/// Source   (E20), (E61), (E102) in docs/EQUATIONS.md
+/// A weight, SI. The flux on the other axis is that of the angle as it came.
+/// Source   (E61), (E102) in docs/EQUATIONS.md
 float dqw_estimator_value(const dqw_estimator *e, int weight);
+
+/// Its deviation as noise makes it, and that of a change, in which what hides behind an input stands both times;
+/// DQW_UNKNOWN where nothing was learned of it.
+/// Source   (E20), (E61), (E106) in docs/EQUATIONS.md
+float dqw_estimator_noise_sd(const dqw_estimator *e, int weight);
 float dqw_estimator_sd(const dqw_estimator *e, int weight);
 
 /// What of the model's lasting error may stand in line with a weight's input, SI: the value is no surer than that.
 /// Source   (E103) in docs/EQUATIONS.md
 #define dqw_estimator_model_sd DQW_SIZED(dqw_estimator_model_sd)
 float dqw_estimator_model_sd(const dqw_estimator *e, int weight);
+
+/// What of the residual's lasting part may stand in line with an input of the witness, per unit, squared.
+/// Source   (E103) in docs/EQUATIONS.md
+float dqw_estimator_witness_pu2(const dqw_estimator *e);
 
 /// Residual of both axes over the voltage base, RMS of about the last thousand blocks, and of the last 64.
 float dqw_estimator_residual_pu(const dqw_estimator *e);

@@ -25,9 +25,9 @@
 // Beyond that nobody controls a current.
 #define ANGLE_LATE_PERIODS 2.0f
 // Bands to begin with: a part of R and L, a third of that of the flux.
-#define START_BAND 0.03f
-#define START_BAND_PSI 0.33f
-#define START_BAND_DEAD_PU 0.003f
+#define START_BAND 0.002f
+#define START_BAND_PSI 0.25f
+#define START_BAND_DEAD_PU 0.0003f
 // Of a default configuration.
 #define DEAD_TIME_WIDTH_PU 0.02f
 #define STALE 10u

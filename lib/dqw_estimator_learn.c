@@ -31,9 +31,8 @@
 // Where noise is more than this part of all that was learned of a weight, taking it out could run away.
 #define NOISE_PART_MAX 0.05f
 #define STRETCH_S 0.03f
-#define SEGMENT_LEAST_S 0.5f
+#define SEGMENT_LEAST_S 0.35f
 #define SEGMENT_MOST_S 20.0f
-#define SEGMENTS_LEAST 20u
 // A per-unit weight beyond this is no machine's.
 #define WEIGHT_MAX_PU 1e4f
 // Currents are followed so fast that the noise left is about as wide as the step that dead time makes of them.
@@ -182,7 +181,12 @@ static void follow(dqw_estimator *e, const dqw_estimator_block *b)
     for (int i = 0; i < DQW_PARAMETERS; i++) wide[i] = (i == DQW_PSI || i == DQW_PSI_Q ? 0.1f : 0.3f) * dqw_estimator_size_pu(e, i);
     wide[DQW_DEAD_TIME] = wide[DQW_DEAD_CONSTANT] = 0.03f;
     const float variance = dqw_estimator_common_variance(e);
-    const int changed = dqw_segment_end(&e->segment, variance, wide, move);
+    float model[DQW_PARAMETERS];
+    for (int i = 0; i < DQW_PARAMETERS; i++) {
+        const float m = dqw_estimator_model_sd(e, i) / dqw_estimator_unit(e, i);
+        model[i] = m < wide[i] ? m : wide[i];
+    }
+    const int changed = dqw_segment_end(&e->segment, variance, model, wide, move);
     const float seconds = 0.5f * rows / rate;
     for (int i = 0; i < DQW_PARAMETERS; i++) {
         const float alone = e->alone_pu2[i];
@@ -198,7 +202,9 @@ static void follow(dqw_estimator *e, const dqw_estimator_block *b)
         const float has = dqw_gain_covariance(&e->gain, i, i);
         if (has < want) dqw_gain_grow(&e->gain, i, want - has);
     }
-    if (changed < 0 || e->segment.segments < SEGMENTS_LEAST) return;
+    if (e->segment.since < UINT16_MAX) e->segment.since++;
+    if (changed < 0) return;
+    e->segment.since = 1;
     e->opened++;
     e->opened_last = (uint8_t)changed;
     for (int i = 0; i < DQW_PARAMETERS; i++) e->w_pu[i] += move[i];
@@ -328,7 +334,7 @@ static void publish(dqw_estimator *e, const dqw_estimator_block *b)
     bool noise_anew = waits && g->noise_anew;
     for (int axis = 0; axis < 2; axis++) {
         const float L_H = dqw_estimator_value(e, DQW_LD + axis);
-        if (!(dqw_estimator_sd(e, DQW_LD + axis) < PUBLISHED_SD * L_H)) continue;
+        if (!(dqw_estimator_noise_sd(e, DQW_LD + axis) < PUBLISHED_SD * L_H)) continue;
         const float step = e->config->dt_s / L_H;
         const float last = g->step_A_per_V[axis];
         if (step > PUBLISHED_RATIO * last || last > PUBLISHED_RATIO * step) noise_anew = true;

@@ -58,7 +58,7 @@ static float inflation(const dqw_estimator *e, int i)
     return bounded > 0.0f ? (1.0f + bounded) / (1.0f - bounded) : 1.0f;
 }
 
-float dqw_estimator_sd(const dqw_estimator *e, int weight)
+float dqw_estimator_noise_sd(const dqw_estimator *e, int weight)
 {
     // [READ.2] a deviation is its covariance times the residual's variance, wider where the rows are few
     // Rows less weights: of few settled ones each counts.
@@ -72,15 +72,26 @@ float dqw_estimator_sd(const dqw_estimator *e, int weight)
     return sqrtf(v) * dqw_estimator_unit(e, weight);
 }
 
-float dqw_estimator_model_sd(const dqw_estimator *e, int weight)
+// What lasts of the residual, above what noise makes of so many products. (E103)
+static float lasting(const dqw_estimator *e)
 {
-    // [READ.4] what lasts of the residual, above what noise makes of so many products
+    // [READ.4] two and three blocks later
     if (e->config->settled || e->blocks == 0) return 0.0f;
     const float fast = fabsf(e->lasting_pu2[0]) > fabsf(e->lasting_pu2[1]) ? fabsf(e->lasting_pu2[0])
                                                                            : fabsf(e->lasting_pu2[1]);
     const float noise = LASTING_NOISE * dqw_estimator_common_variance(e) *
                         sqrtf(dqw_lasting_part((float)e->blocks));
-    const float above = fast > noise ? fast - noise : 0.0f;
+    return fast > noise ? fast - noise : 0.0f;
+}
+
+float dqw_estimator_witness_pu2(const dqw_estimator *e)
+{
+    return MODEL_PART * MODEL_PART * lasting(e) / (1.0f + (float)e->segment.since);
+}
+
+float dqw_estimator_model_sd(const dqw_estimator *e, int weight)
+{
+    const float above = lasting(e);
     const float slow = e->slow_pu2 > 0.0f ? e->slow_pu2 : 0.0f;
     // Each in line with its own part of the input.
     const float alone = e->alone_pu2[weight];
@@ -89,6 +100,29 @@ float dqw_estimator_model_sd(const dqw_estimator *e, int weight)
     const float slowly = e->slow_alone_pu2[weight] < alone ? e->slow_alone_pu2[weight] : alone;
     const float size = sqrtf(slow * slowly + above * (alone - slowly)) / alone;
     return size * dqw_estimator_unit(e, weight);
+}
+
+// Half a lasting error's size, or its scatter between segments where that is known: what no residual shows. (E106)
+static float hidden(const dqw_estimator *e, int weight)
+{
+    const float model = dqw_estimator_model_sd(e, weight);
+    if (!(model < DQW_UNKNOWN)) return DQW_UNKNOWN;
+    const bool leans = e->config->observed && weight <= DQW_LQ;
+    const float part = leans ? model : MODEL_PART * model;
+    const float band = weight < DQW_PARAMETERS ? e->segment.band_pu[weight] * dqw_estimator_unit(e, weight) : 0.0f;
+    return sqrtf(part * part + band * (band < model ? band : model));
+}
+
+static float with(float noise, float hides)
+{
+    return noise < DQW_UNKNOWN && hides < DQW_UNKNOWN ? sqrtf(noise * noise + hides * hides) : DQW_UNKNOWN;
+}
+
+float dqw_estimator_sd(const dqw_estimator *e, int weight)
+{
+    const float hides = hidden(e, weight);
+    const float met = 1.0f + (float)e->segment.since;
+    return with(dqw_estimator_noise_sd(e, weight), hides < DQW_UNKNOWN ? hides / sqrtf(met) : DQW_UNKNOWN);
 }
 
 float dqw_estimator_residual_pu(const dqw_estimator *e)
@@ -118,14 +152,8 @@ dqw_reading dqw_estimator_read(const dqw_estimator *e, enum dqw_parameter parame
     r.value = dqw_estimator_value(e, (int)parameter);
     // What these rows cannot tell without the pole pairs.
     if (e->pole_pairs == 0 && parameter != DQW_R && (e->config->settled || parameter > DQW_LQ)) return r;
-    r.sd = r.sd_change = aged(e, (int)parameter, dqw_estimator_sd(e, (int)parameter));
-    if (r.sd < DQW_UNKNOWN) {
-        const float model = dqw_estimator_model_sd(e, (int)parameter);
-        const float part = e->config->observed && parameter <= DQW_LQ ? 1.0f : MODEL_PART;
-        const float band = e->segment.band_pu[parameter] * dqw_estimator_unit(e, (int)parameter);
-        const float hidden = part * part * model * model + band * (band < model ? band : model);
-        r.sd = model < DQW_UNKNOWN ? sqrtf(r.sd * r.sd + hidden) : DQW_UNKNOWN;
-    }
+    r.sd_change = aged(e, (int)parameter, dqw_estimator_sd(e, (int)parameter));
+    r.sd = with(aged(e, (int)parameter, dqw_estimator_noise_sd(e, (int)parameter)), hidden(e, (int)parameter));
     const bool either_sign = parameter == DQW_DEAD_TIME || parameter == DQW_PSI_Q;
     const float size = either_sign ? fabsf(r.value) : r.value;
     // A stage that begins anew learns nothing: what it has is of a model that did not fit.
@@ -172,7 +200,7 @@ int dqw_estimator_read_effect(const dqw_estimator *e, int index, float weights[]
     const int n = dqw_effect_weights(list[index].effect);
     for (int i = 0; i < n; i++) {
         weights[i] = dqw_estimator_value(e, first + i);
-        sd[i] = dqw_estimator_sd(e, first + i);
+        sd[i] = with(dqw_estimator_noise_sd(e, first + i), hidden(e, first + i));
     }
     return (int)dqw_effect_known(weights, sd, n);
 }

@@ -58,7 +58,7 @@ void dqw_estimator_turn_on(dqw_estimator *e)
     const float psi = e->w_pu[DQW_PSI];
     const float across = e->w_pu[DQW_PSI_Q];
     const float unit = dqw_estimator_unit(e, DQW_PSI_Q);
-    if (!(fabsf(across) > LEAST_RAD * psi) || !(fabsf(across) * unit > KNOWN_SD * dqw_estimator_sd(e, DQW_PSI_Q)))
+    if (!(fabsf(across) > LEAST_RAD * psi) || !(fabsf(across) * unit > KNOWN_SD * dqw_estimator_noise_sd(e, DQW_PSI_Q)))
         return;
     const float all = sqrtf(psi * psi + across * across);
     const float c = psi / all;

@@ -147,7 +147,13 @@ static void settle(dqw_monitor *m, int channel)
                                                   : KNOWN_PART;
     const bool known_now = x.sd < part * dqw_monitor_band_of(m, channel);
     if (known_now) m->watch.looks[channel]++;
-    if (known_now || looks == 0) dqw_monitor_move_healthy(m, channel, 1.0f - 1.0f / (float)(looks + 1));
+    if (!known_now && looks != 0) return;
+    const float before = channel <= DQW_WATCH_PSI ? m->healthy.weight[channel] : 1.0f;
+    dqw_monitor_move_healthy(m, channel, 1.0f - 1.0f / (float)(looks + 1));
+    // What temperatures count from was no surer than that.
+    if (looks >= DQW_WATCH_LOOKS_LEAST || m->config->commissioned) return;
+    if (channel == DQW_WATCH_R) m->healthy.cold_R_ohm *= m->healthy.weight[channel] / before;
+    if (channel == DQW_WATCH_PSI) m->healthy.cold_psi_Wb *= m->healthy.weight[channel] / before;
 }
 
 static void adopt(dqw_monitor *m)

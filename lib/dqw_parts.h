@@ -31,13 +31,14 @@ typedef struct dqw_noise {
 /// What a segment of driving says of each weight (dqw_segment.h).
 typedef struct dqw_segment {
     float a[DQW_PARAMETERS * (DQW_PARAMETERS + 1) / 2], b[DQW_PARAMETERS];  ///< sums of x x' and x e
+    float least_pu[DQW_PARAMETERS];
     float band_pu[DQW_PARAMETERS];                  ///< how far a weight scatters between segments in health
     float up[DQW_PARAMETERS], down[DQW_PARAMETERS];  ///< sums of what agrees
     float share[DQW_PARAMETERS];                    ///< what the last segment knew of a weight, over its band: 0 .. 1
     float sum[2], square[2];                        ///< of the segment's speed and current,
     float mean[2], variance[2], run;                ///< in the long run, and how long that is
     uint32_t blocks;
-    uint16_t segments;
+    uint16_t segments, since;
 } dqw_segment;
 
 /// Most signals that a window gathers: a block's, dead time's and the resting leg's, and two of each weight of an

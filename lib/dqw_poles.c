@@ -17,8 +17,8 @@
 
 static bool ratio_of(const dqw_estimator *e, int top, int bottom, float *ratio, float *variance)
 {
-    const float t = dqw_estimator_sd(e, top);
-    const float b = dqw_estimator_sd(e, bottom);
+    const float t = dqw_estimator_noise_sd(e, top);
+    const float b = dqw_estimator_noise_sd(e, bottom);
     if (!(t < DQW_UNKNOWN) || !(b < DQW_UNKNOWN) || e->w_pu[bottom] == 0.0f) return false;
     const float r = e->w_pu[top] / e->w_pu[bottom];
     const float pp = dqw_gain_covariance(&e->gain, top, top);

@@ -14,8 +14,11 @@ enum { N = DQW_PARAMETERS };
 #define DEVIATION_MOST 6.0f
 // A band moves by this part at least, by more while it is young; upwards not while something seems to change.
 #define PART_LEAST 0.02f
-#define PART_YOUNG 0.1f
 #define SEEMS 4.0f
+#define SCATTER_MOST 9.0f
+// Segments until bands are known by their scatter alone, and until a change is believed.
+#define YOUNG 20.0f
+#define FEW 3
 // A segment that knows less of a weight than this, over its band, says nothing of it.
 #define SHARE_LEAST 0.02f
 // Of the long run's variance, that a segment must have met.
@@ -35,7 +38,7 @@ void dqw_segment_init(dqw_segment *s, const float band_pu[])
 {
     const dqw_segment zero = {.blocks = 0};
     *s = zero;
-    for (int k = 0; k < N; k++) s->band_pu[k] = band_pu[k];
+    for (int k = 0; k < N; k++) s->band_pu[k] = s->least_pu[k] = band_pu[k];
 }
 
 void dqw_segment_restart(dqw_segment *s)
@@ -120,15 +123,22 @@ static float limited(float x, float most)
     return x > most ? most : x < -most ? -most : x;
 }
 
-int dqw_segment_end(dqw_segment *s, float variance_pu2, const float wide_pu[], float move_pu[])
+int dqw_segment_end(dqw_segment *s, float variance_pu2, const float model_pu[], const float wide_pu[], float move_pu[])
 {
     float u[N];
     float share[N];
     const float variance = OVERLAP * variance_pu2;
-    solve(s, s->band_pu, variance, u, share);
+    // Until it is known by its scatter, a band is what the model's error may make of it.
+    float used_pu[N];
+    const float young = s->segments < YOUNG ? 1.0f - (float)s->segments / YOUNG : 0.0f;
+    for (int k = 0; k < N; k++) {
+        const float model = young * model_pu[k];
+        used_pu[k] = s->band_pu[k] > model ? s->band_pu[k] : model;
+    }
+    solve(s, used_pu, variance, u, share);
     if (s->segments < UINT16_MAX) s->segments++;
-    const float young = 4.0f / ((float)s->segments + 10.0f);
-    const float part = young > PART_LEAST ? young : PART_LEAST;
+    const float first = 1.0f / (float)s->segments;
+    const float part = first > PART_LEAST ? first : PART_LEAST;
     // A band that is known from few segments is itself unsure.
     const float surer = 1.0f / (1.0f + sqrtf(part));
     int changed = -1;
@@ -140,9 +150,11 @@ int dqw_segment_end(dqw_segment *s, float variance_pu2, const float wide_pu[], f
         const float z = u[k] / sqrtf(share[k]);
         const float sum = s->up[k] > s->down[k] ? s->up[k] : s->down[k];
         // [SEG.2] the band, to the scatter
-        const float wild = part > PART_YOUNG ? 4.0f : 9.0f;
-        const float z2 = z * z < wild ? z * z : wild;
-        if (z2 < 1.0f || sum <= SEEMS) s->band_pu[k] *= expf(0.5f * part * (z2 - 1.0f));
+        const float z2 = z * z < SCATTER_MOST ? z * z : SCATTER_MOST;
+        const float seen = used_pu[k] * used_pu[k] * (1.0f + share[k] * (z2 - 1.0f));
+        const float band2 = s->band_pu[k] * s->band_pu[k];
+        if (seen < band2 || sum <= SEEMS) s->band_pu[k] = sqrtf(band2 + part * (seen - band2));
+        if (s->band_pu[k] < s->least_pu[k]) s->band_pu[k] = s->least_pu[k];
         // [SEG.3] what agrees
         const float d = limited(z * surer, DEVIATION_MOST);
         s->up[k] = s->up[k] + d > ALLOWANCE ? s->up[k] + d - ALLOWANCE : 0.0f;
@@ -153,10 +165,11 @@ int dqw_segment_end(dqw_segment *s, float variance_pu2, const float wide_pu[], f
             changed = k;
         }
     }
+    if (s->segments < FEW) changed = -1;
     if (changed >= 0) {
         // [SEG.4] by how much: this weight alone is free
         float free_pu[N];
-        for (int k = 0; k < N; k++) free_pu[k] = s->band_pu[k];
+        for (int k = 0; k < N; k++) free_pu[k] = used_pu[k];
         free_pu[changed] = wide_pu[changed];
         solve(s, free_pu, variance, u, share);
         for (int k = 0; k < N; k++) move_pu[k] = u[k] * free_pu[k];

@@ -97,6 +97,7 @@ float dqw_witness_size(const dqw_witness *w, enum dqw_witness_input input)
 float dqw_witness_sd(const dqw_witness *w, const dqw_estimator *e, enum dqw_witness_input input)
 {
     if (w->blocks < DQW_WITNESS_MEMORY || !(w->power[input] > 0.0f)) return DQW_UNKNOWN;
-    const float variance = 0.5f * (e->error_pu2[0] + e->error_pu2[1]) * e->config->v_base_V * e->config->v_base_V;
-    return sqrtf(variance / (2.0f * (float)DQW_WITNESS_MEMORY * w->power[input]));
+    const float noise = (e->error_pu2[0] + e->error_pu2[1]) * (0.25f / (float)DQW_WITNESS_MEMORY);
+    const float variance = noise + dqw_estimator_witness_pu2(e);
+    return e->config->v_base_V * sqrtf(variance / w->power[input]);
 }
