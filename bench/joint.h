@@ -101,7 +101,7 @@ static inline dqw_estimator_config joint_in_service(const dqw_sim_machine *m, do
     dqw_estimator_config c = joint_estimator(m);
     c.dead_time_width_A = (float)dead_time_width_A;
     c.angle = c.encoder_offset = true;
-    c.drift_per_sqrt_s = 0.01f;
+    c.follow = true;
     return c;
 }
 

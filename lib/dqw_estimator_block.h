@@ -167,10 +167,14 @@ float dqw_estimator_value(const dqw_estimator *e, int weight);
 float dqw_estimator_noise_sd(const dqw_estimator *e, int weight);
 float dqw_estimator_sd(const dqw_estimator *e, int weight);
 
-/// What of the model's lasting error may stand in line with a weight's input, SI: the value is no surer than that.
+/// What of the residual lasts now.
 /// Source   (E103) in docs/EQUATIONS.md
-#define dqw_estimator_model_sd DQW_SIZED(dqw_estimator_model_sd)
-float dqw_estimator_model_sd(const dqw_estimator *e, int weight);
+dqw_lasting dqw_estimator_lasting(const dqw_estimator *e);
+
+/// What of a lasting error may stand in line with a weight's input, per unit: the value is no surer than a part of it.
+/// Source   (E103) in docs/EQUATIONS.md
+#define dqw_estimator_model_pu DQW_SIZED(dqw_estimator_model_pu)
+float dqw_estimator_model_pu(const dqw_estimator *e, int weight, const dqw_lasting *l);
 
 /// What of the residual's lasting part may stand in line with an input of the witness, per unit, squared.
 /// Source   (E103) in docs/EQUATIONS.md

@@ -31,6 +31,9 @@
 // Where noise is more than this part of all that was learned of a weight, taking it out could run away.
 #define NOISE_PART_MAX 0.05f
 #define STRETCH_S 0.03f
+#define TOOK_BANDS 3.0f
+#define CALM_RISE 1.15f
+#define SEGMENTS_FIRST 2u
 #define SEGMENT_LEAST_S 0.35f
 #define SEGMENT_MOST_S 20.0f
 // A per-unit weight beyond this is no machine's.
@@ -168,6 +171,13 @@ static void show_segment(dqw_estimator *e, int axis, const dqw_estimator_rows *r
     dqw_segment_row(&e->segment, x, error * weigh);
 }
 
+// Down at once, up slowly.
+static float calmer(float calm, float now, bool first)
+{
+    const float most = CALM_RISE * calm;
+    return first || now < most ? now : most;
+}
+
 static void follow(dqw_estimator *e, const dqw_estimator_block *b)
 {
     const dqw_block m = dqw_estimator_means(e, b);
@@ -180,11 +190,18 @@ static void follow(dqw_estimator *e, const dqw_estimator_block *b)
     float move[DQW_PARAMETERS];
     for (int i = 0; i < DQW_PARAMETERS; i++) wide[i] = (i == DQW_PSI || i == DQW_PSI_Q ? 0.1f : 0.3f) * dqw_estimator_size_pu(e, i);
     wide[DQW_DEAD_TIME] = wide[DQW_DEAD_CONSTANT] = 0.03f;
-    const float variance = dqw_estimator_common_variance(e);
+    // What has changed must not seem to be what the model always lacked.
+    const dqw_lasting now = dqw_estimator_lasting(e);
+    dqw_lasting *calm = &e->calm;
+    const bool first = e->segment.segments < SEGMENTS_FIRST;
+    calm->fast_pu2 = calmer(calm->fast_pu2, now.fast_pu2, first);
+    calm->slow_pu2 = calmer(calm->slow_pu2, now.slow_pu2, first);
+    calm->all_pu2 = calmer(calm->all_pu2, now.all_pu2, first);
+    const float variance = calm->all_pu2;
     float model[DQW_PARAMETERS];
     for (int i = 0; i < DQW_PARAMETERS; i++) {
-        const float m = dqw_estimator_model_sd(e, i) / dqw_estimator_unit(e, i);
-        model[i] = m < wide[i] ? m : wide[i];
+        const float hidden = dqw_estimator_model_pu(e, i, calm);
+        model[i] = hidden < wide[i] ? hidden : wide[i];
     }
     const int changed = dqw_segment_end(&e->segment, variance, model, wide, move);
     const float seconds = 0.5f * rows / rate;
@@ -205,10 +222,18 @@ static void follow(dqw_estimator *e, const dqw_estimator_block *b)
     if (e->segment.since < UINT16_MAX) e->segment.since++;
     if (changed < 0) return;
     e->segment.since = 1;
+    for (int k = 0; k < 2; k++) e->lasting_pu2[k] = calm->fast_pu2;
+    e->slow_pu2 = calm->slow_pu2;
+    for (int axis = 0; axis < 2; axis++)
+        if (e->error_pu2[axis] > calm->all_pu2) e->error_pu2[axis] = calm->all_pu2;
     e->opened++;
     e->opened_last = (uint8_t)changed;
     for (int i = 0; i < DQW_PARAMETERS; i++) e->w_pu[i] += move[i];
-    dqw_gain_grow(&e->gain, changed, wide[changed] * wide[changed] / variance);
+    // The others took up a part of it while it was not known.
+    for (int i = 0; i < DQW_PARAMETERS; i++) {
+        const float took = i == changed ? wide[i] : TOOK_BANDS * e->segment.band_pu[i];
+        dqw_gain_grow(&e->gain, i, took * took / variance);
+    }
 }
 
 // One axis' row through the joint neuron: predict, compare, correct; weighed by how little of that axis is noise.

@@ -72,45 +72,44 @@ float dqw_estimator_noise_sd(const dqw_estimator *e, int weight)
     return sqrtf(v) * dqw_estimator_unit(e, weight);
 }
 
-// What lasts of the residual, above what noise makes of so many products. (E103)
-static float lasting(const dqw_estimator *e)
+dqw_lasting dqw_estimator_lasting(const dqw_estimator *e)
 {
-    // [READ.4] two and three blocks later
-    if (e->config->settled || e->blocks == 0) return 0.0f;
-    const float fast = fabsf(e->lasting_pu2[0]) > fabsf(e->lasting_pu2[1]) ? fabsf(e->lasting_pu2[0])
-                                                                           : fabsf(e->lasting_pu2[1]);
-    const float noise = LASTING_NOISE * dqw_estimator_common_variance(e) *
-                        sqrtf(dqw_lasting_part((float)e->blocks));
-    return fast > noise ? fast - noise : 0.0f;
+    // [READ.4] what lasts of the residual, above what noise makes of so many products
+    const float all = dqw_estimator_common_variance(e);
+    dqw_lasting l = {0.0f, 0.0f, all};
+    if (e->config->settled || e->blocks == 0) return l;
+    const float two = fabsf(e->lasting_pu2[0]);
+    const float three = fabsf(e->lasting_pu2[1]);
+    const float noise = LASTING_NOISE * all * sqrtf(dqw_lasting_part((float)e->blocks));
+    l.fast_pu2 = dqw_noise_variance((two > three ? two : three) - noise);
+    l.slow_pu2 = dqw_noise_variance(e->slow_pu2);
+    return l;
 }
 
 float dqw_estimator_witness_pu2(const dqw_estimator *e)
 {
-    return MODEL_PART * MODEL_PART * lasting(e) / (1.0f + (float)e->segment.since);
+    return MODEL_PART * MODEL_PART * e->calm.fast_pu2 / (1.0f + (float)e->segment.since);
 }
 
-float dqw_estimator_model_sd(const dqw_estimator *e, int weight)
+float dqw_estimator_model_pu(const dqw_estimator *e, int weight, const dqw_lasting *l)
 {
-    const float above = lasting(e);
-    const float slow = e->slow_pu2 > 0.0f ? e->slow_pu2 : 0.0f;
     // Each in line with its own part of the input.
     const float alone = e->alone_pu2[weight];
-    if (!(above + slow > 0.0f)) return 0.0f;
+    if (!(l->fast_pu2 + l->slow_pu2 > 0.0f)) return 0.0f;
     if (!(alone > 0.0f)) return DQW_UNKNOWN;
     const float slowly = e->slow_alone_pu2[weight] < alone ? e->slow_alone_pu2[weight] : alone;
-    const float size = sqrtf(slow * slowly + above * (alone - slowly)) / alone;
-    return size * dqw_estimator_unit(e, weight);
+    return sqrtf(l->slow_pu2 * slowly + l->fast_pu2 * (alone - slowly)) / alone;
 }
 
 // Half a lasting error's size, or its scatter between segments where that is known: what no residual shows. (E106)
-static float hidden(const dqw_estimator *e, int weight)
+static float hidden(const dqw_estimator *e, int weight, const dqw_lasting *l)
 {
-    const float model = dqw_estimator_model_sd(e, weight);
+    const float model = dqw_estimator_model_pu(e, weight, l);
     if (!(model < DQW_UNKNOWN)) return DQW_UNKNOWN;
     const bool leans = e->config->observed && weight <= DQW_LQ;
     const float part = leans ? model : MODEL_PART * model;
-    const float band = weight < DQW_PARAMETERS ? e->segment.band_pu[weight] * dqw_estimator_unit(e, weight) : 0.0f;
-    return sqrtf(part * part + band * (band < model ? band : model));
+    const float band = weight < DQW_PARAMETERS ? e->segment.band_pu[weight] : 0.0f;
+    return sqrtf(part * part + band * (band < model ? band : model)) * dqw_estimator_unit(e, weight);
 }
 
 static float with(float noise, float hides)
@@ -118,9 +117,16 @@ static float with(float noise, float hides)
     return noise < DQW_UNKNOWN && hides < DQW_UNKNOWN ? sqrtf(noise * noise + hides * hides) : DQW_UNKNOWN;
 }
 
+static float now_hidden(const dqw_estimator *e, int weight)
+{
+    const dqw_lasting now = dqw_estimator_lasting(e);
+    return hidden(e, weight, &now);
+}
+
 float dqw_estimator_sd(const dqw_estimator *e, int weight)
 {
-    const float hides = hidden(e, weight);
+    const dqw_lasting now = dqw_estimator_lasting(e);
+    const float hides = hidden(e, weight, e->segment.segments > 0 ? &e->calm : &now);
     const float met = 1.0f + (float)e->segment.since;
     return with(dqw_estimator_noise_sd(e, weight), hides < DQW_UNKNOWN ? hides / sqrtf(met) : DQW_UNKNOWN);
 }
@@ -153,7 +159,7 @@ dqw_reading dqw_estimator_read(const dqw_estimator *e, enum dqw_parameter parame
     // What these rows cannot tell without the pole pairs.
     if (e->pole_pairs == 0 && parameter != DQW_R && (e->config->settled || parameter > DQW_LQ)) return r;
     r.sd_change = aged(e, (int)parameter, dqw_estimator_sd(e, (int)parameter));
-    r.sd = with(aged(e, (int)parameter, dqw_estimator_noise_sd(e, (int)parameter)), hidden(e, (int)parameter));
+    r.sd = with(aged(e, (int)parameter, dqw_estimator_noise_sd(e, (int)parameter)), now_hidden(e, (int)parameter));
     const bool either_sign = parameter == DQW_DEAD_TIME || parameter == DQW_PSI_Q;
     const float size = either_sign ? fabsf(r.value) : r.value;
     // A stage that begins anew learns nothing: what it has is of a model that did not fit.
@@ -200,7 +206,7 @@ int dqw_estimator_read_effect(const dqw_estimator *e, int index, float weights[]
     const int n = dqw_effect_weights(list[index].effect);
     for (int i = 0; i < n; i++) {
         weights[i] = dqw_estimator_value(e, first + i);
-        sd[i] = with(dqw_estimator_noise_sd(e, first + i), hidden(e, first + i));
+        sd[i] = with(dqw_estimator_noise_sd(e, first + i), now_hidden(e, first + i));
     }
     return (int)dqw_effect_known(weights, sd, n);
 }

@@ -28,6 +28,12 @@ typedef struct dqw_noise {
     uint8_t held;
 } dqw_noise;
 
+/// What of the residual lasts, per unit, squared: two and three blocks later, from one stretch to the next; and all of
+/// it.
+typedef struct dqw_lasting {
+    float fast_pu2, slow_pu2, all_pu2;
+} dqw_lasting;
+
 /// What a segment of driving says of each weight (dqw_segment.h).
 typedef struct dqw_segment {
     float a[DQW_PARAMETERS * (DQW_PARAMETERS + 1) / 2], b[DQW_PARAMETERS];  ///< sums of x x' and x e

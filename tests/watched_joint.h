@@ -24,7 +24,7 @@ static inline dqw_monitor_config config_of(void)
                                                 .dead_time_width_A = 0.05f,
                                                 .angle = true,
                                                 .encoder_offset = true,
-                                                .drift_per_sqrt_s = 0.01f},
+                                                .follow = true},
                                   .J_kgm2 = (float)m->J_kgm2};
     return c;
 }
