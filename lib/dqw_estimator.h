@@ -7,7 +7,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "dqw_modulation.h"
+#include "dqw_modulation_name.h"
 #include "dqw_nameplate.h"
 #include "dqw_parameter.h"
 #include "dqw_parts.h"
@@ -55,17 +55,18 @@ typedef struct dqw_estimator_config {
     float dead_time_width_A;
     /// how far a parameter may wander, as part of itself, in 1 s; 0: it is constant, and nothing is forgotten
     float drift_per_sqrt_s;
-    /// the angle that comes with a sample is that of so long before its currents; < 0: after. Two periods at most
+    /// the angle that comes with a sample is that of so long before its currents; < 0: after. Two periods at most; 0
+    /// beside effects
     float angle_late_s;
     enum dqw_modulation modulation;  ///< which legs switch: dead time is theirs alone
-    uint32_t stale_limit;    ///< equal samples in a row before a sensor counts as stuck; 0: never
-    uint32_t threshold_ppm;  ///< residual over the voltage base that stage 3 must reach; 0: 50000 (5 %)
-    bool angle;              ///< cosine and sine are given: dead time and some effects need them
+    uint32_t stale_limit;            ///< equal samples in a row before a sensor counts as stuck; 0: never
+    uint32_t threshold_ppm;          ///< residual over the voltage base that stage 3 must reach; 0: 50000 (5 %)
+    bool angle;                      ///< cosine and sine are given: dead time and some effects need them
     /// learn the flux that shows on the other axis where the angle is off; without effects the data are turned by it
     bool encoder_offset;
-    bool noise_on_inputs;    ///< take the noise of currents and speed out of what is learned, (E60)
-    bool settled;            ///< every sample is a settled point of its own: no slopes
-    bool voltage_next;       ///< a sample's voltage acts one period later: from the next sample on
+    bool noise_on_inputs;  ///< take the noise of currents and speed out of what is learned, (E60)
+    bool settled;          ///< every sample is a settled point of its own: no slopes
+    bool voltage_next;     ///< a sample's voltage acts one period later: from the next sample on
     /// it is a vector held in the stationary frame, given in the sample's: turned here to the middle of its period
     bool voltage_held;
     bool speed_electrical;  ///< w_m_rad_s of a sample is electrical speed

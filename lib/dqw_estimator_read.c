@@ -76,8 +76,7 @@ float dqw_estimator_model_sd(const dqw_estimator *e, int weight)
     if (e->config->settled || e->blocks == 0) return 0.0f;
     const float fast = fabsf(e->lasting_pu2[0]) > fabsf(e->lasting_pu2[1]) ? fabsf(e->lasting_pu2[0])
                                                                            : fabsf(e->lasting_pu2[1]);
-    const float noise = LASTING_NOISE * dqw_estimator_common_variance(e) *
-                        sqrtf(dqw_lasting_part((float)e->blocks));
+    const float noise = LASTING_NOISE * dqw_estimator_common_variance(e) * sqrtf(dqw_lasting_part((float)e->blocks));
     const float above = fast > noise ? fast - noise : 0.0f;
     const float slow = e->slow_pu2 > 0.0f ? e->slow_pu2 : 0.0f;
     const bool both = weight == DQW_LD || weight == DQW_LQ;
@@ -120,7 +119,7 @@ dqw_reading dqw_estimator_read(const dqw_estimator *e, enum dqw_parameter parame
         const float model = dqw_estimator_model_sd(e, (int)parameter);
         r.sd = model < DQW_UNKNOWN ? sqrtf(r.sd * r.sd + model * model) : DQW_UNKNOWN;
     }
-    const bool either_sign = parameter == DQW_DEAD_TIME || parameter == DQW_PSI_Q;
+    const bool either_sign = parameter >= DQW_DEAD_TIME;
     const float size = either_sign ? fabsf(r.value) : r.value;
     // A stage that begins anew learns nothing: what it has is of a model that did not fit.
     r.usable = e->stage.name != DQW_STAGE_DOMAIN && r.sd < USABLE_SD * size;
