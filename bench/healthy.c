@@ -268,14 +268,14 @@ static void idle(double samples, bool taught)
         for (int i = 0; i < DQW_PARAMETERS; i++)
             most[i] = fmax(most[i], fabs((double)dqw_estimator_read(&e, (enum dqw_parameter)i).value - start[i]));
     }
-    const double unit[DQW_PARAMETERS] = {s.machine.R_ohm,  s.machine.Ld_H, s.machine.Lq_H,
-                                         s.machine.psi_Wb, 0.24,           s.machine.psi_Wb};
+    const double unit[DQW_PARAMETERS] = {
+        s.machine.R_ohm, s.machine.Ld_H, s.machine.Lq_H, s.machine.psi_Wb, 0.24, s.machine.psi_Wb, 0.24};
     printf("%s, %g samples of noise at rest (%.0f s): largest change, and deviation at the end, %% of the truth (dead "
            "time: 0.24 V)\n",
            taught ? "After 2 s of learning" : "Never taught", samples, now_s() - from_s);
     for (int i = 0; i < DQW_PARAMETERS; i++) {
         const dqw_reading r = dqw_estimator_read(&e, (enum dqw_parameter)i);
-        printf("  %-9s %9.4f   ", (const char *[]){"R", "L_d", "L_q", "flux", "dead time", "flux on q"}[i],
+        printf("  %-9s %9.4f   ", (const char *[]){"R", "L_d", "L_q", "flux", "dead time", "flux on q", "constant"}[i],
                100 * most[i] / unit[i]);
         if (r.sd < DQW_UNKNOWN)
             printf("%9.4g\n", 100 * (double)r.sd / unit[i]);

@@ -4,6 +4,7 @@
 #include <stddef.h>
 
 #include "dqw_estimator_block.h"
+#include "dqw_modulation.h"
 #include "dqw_number.h"
 
 // Rows in the mean slope of dead time's input.

@@ -55,7 +55,8 @@ typedef struct dqw_estimator_config {
     float dead_time_width_A;
     /// how far a parameter may wander, as part of itself, in 1 s; 0: it is constant, and nothing is forgotten
     float drift_per_sqrt_s;
-    /// the angle that comes with a sample is that of so long before its currents; < 0: after. Two periods at most
+    /// the angle that comes with a sample is that of so long before its currents; < 0: after. Two periods at most; 0
+    /// beside effects
     float angle_late_s;
     enum dqw_modulation modulation;  ///< which legs switch: dead time is theirs alone
     uint32_t stale_limit;    ///< equal samples in a row before a sensor counts as stuck; 0: never

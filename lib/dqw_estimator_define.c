@@ -161,6 +161,10 @@ static enum dqw_status check(const dqw_estimator_config *c)
     if (c->dead_time_width_A > 0.0f && !dqw_is_finite(1.0f / c->dead_time_width_A)) return DQW_ERR_DEAD_TIME_WIDTH;
     if ((unsigned)c->modulation >= DQW_MODULATIONS) return DQW_ERR_MODULATION;
     if (!dqw_within(c->angle_late_s, ANGLE_LATE_PERIODS * c->dt_s)) return DQW_ERR_ANGLE_LATE;
+#if DQW_EFFECT_WEIGHTS > 0
+    // Their laws see the currents as they come.
+    if (c->angle_late_s != 0.0f && c->effect_count > 0) return DQW_ERR_ANGLE_LATE;
+#endif
     if (c->random != NULL && c->random->learn == NULL) return DQW_ERR_RANDOM;
     return DQW_OK;
 }
@@ -192,7 +196,8 @@ enum dqw_status dqw_estimator_init(dqw_estimator *e, const dqw_estimator_config 
     const dqw_estimator_config *c = config;
     enum dqw_status status = check(c);
     if (status != DQW_OK) return status;
-    dqw_estimator n = {.config = config, .follow = 1.0f, .turn_cosine = 1.0f, .inputs = DQW_PARAMETERS, .pole_pairs = c->pole_pairs};
+    dqw_estimator n = {
+        .config = config, .follow = 1.0f, .turn_cosine = 1.0f, .inputs = DQW_PARAMETERS, .pole_pairs = c->pole_pairs};
     // Without an angle there is no phase whose current has a sign.
     n.dead_time_width_A = c->angle ? c->dead_time_width_A : 0.0f;
     status = init_effects(&n, c);

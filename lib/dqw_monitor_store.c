@@ -25,12 +25,13 @@ static uint32_t hash_of_effects(uint32_t hash, const dqw_estimator_config *c)
 static uint32_t hash_of(const dqw_monitor *m)
 {
     const dqw_estimator_config *c = &m->config->estimator;
-    const float values[] = {c->dt_s, c->v_base_V, c->i_base_A, c->w_base_rad_s,      c->R_ohm,
-                            c->Ld_H, c->Lq_H,     c->psi_Wb,   c->dead_time_width_A, m->config->J_kgm2};
+    const float values[] = {c->dt_s, c->v_base_V, c->i_base_A,          c->w_base_rad_s, c->R_ohm,         c->Ld_H,
+                            c->Lq_H, c->psi_Wb,   c->dead_time_width_A, c->angle_late_s, m->config->J_kgm2};
     const bool flags[] = {c->angle,        c->encoder_offset,   c->noise_on_inputs,     c->voltage_next,
                           c->voltage_held, c->speed_electrical, m->config->commissioned};
     uint32_t hash = dqw_hash_bytes(dqw_hash_begin(), values, sizeof values);
     for (unsigned i = 0; i < sizeof flags / sizeof flags[0]; i++) hash = dqw_hash_add(hash, flags[i] ? 1u : 0u);
+    hash = dqw_hash_add(hash, (uint32_t)c->modulation);
     hash = dqw_hash_add(hash, c->pole_pairs);
     hash = dqw_hash_add(hash, m->estimator.window.half);
     return hash_of_effects(hash, c);

@@ -40,6 +40,9 @@ static const char *const status_texts[] = {
     [-DQW_ERR_RANDOM] = "random: the memory lent to stage 2 is not made, dqw_estimator_random_init makes it",
     [-DQW_ERR_TURN] = "w_full_mrad_s, pole_pairs and dt_ns together: the angle in a period, above 0 and below 1 rad",
     [-DQW_ERR_SETTLED] = "settled: a settled point has no period in which its voltage could act later or be held",
+    [-DQW_ERR_MODULATION] = "modulation: none of those that enum dqw_modulation names",
+    [-DQW_ERR_ANGLE_LATE] =
+        "angle_late_s: how long before its currents the angle was taken, two periods at most, 0 beside effects",
     [-DQW_ERR_EFFECT_LIST] = "effects: the list is null where effect_count is not 0",
     [-DQW_ERR_EFFECT_NAME] = "effects: no name, or one of the shaft where the machine's belong, or the other way round",
     [-DQW_ERR_EFFECT_SHAPE] = "effects: a shape or start value that means nothing; dqw_effect_name.h says each shape",

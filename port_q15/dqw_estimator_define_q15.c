@@ -131,6 +131,7 @@ int64_t dqw_estimator_whole_q40(const dqw_estimator_q15 *e, const dqw_units_q15 
     // Of a slope, what one pole pair would make.
     case DQW_LD:
     case DQW_LQ: return dqw_q_floor64(u->X_q40[weight - DQW_LD], dqw_estimator_seeks_q15(e) ? DQW_POLES_Q15_BITS : 0u);
+    case DQW_DEAD_CONSTANT: return ((int64_t)1 << 40) / DQW_DEAD_TIME_Q15_PARTS;
     case DQW_DEAD_TIME: return dqw_estimator_seeks_q15(e) ? u->X_q40[0] : ((int64_t)1 << 40) / DQW_DEAD_TIME_Q15_PARTS;
     case DQW_PSI_Q: return dqw_estimator_seeks_q15(e) ? u->X_q40[1] : u->psi_q40;
     default: return u->psi_q40;
@@ -193,7 +194,7 @@ static void start_effects(dqw_estimator_q15 *e, bool nominal)
 int64_t dqw_estimator_start_cov_q40(const dqw_estimator_q15 *e, const dqw_units_q15 *u, int weight)
 {
     // Dead time's deviation is a tenth of the full voltage, as much as three of its units.
-    const bool dead_time = weight == DQW_DEAD_TIME && !dqw_estimator_seeks_q15(e);
+    const bool dead_time = weight == DQW_DEAD_CONSTANT || (weight == DQW_DEAD_TIME && !dqw_estimator_seeks_q15(e));
     const int64_t whole_q40 = dead_time ? (int64_t)1 << 40 : dqw_estimator_whole_q40(e, u, weight);
     const int64_t square_q40 = dqw_q_product64(whole_q40, whole_q40, -40);
     const int64_t cov_q40 = dqw_q_quotient64(weight < DQW_PARAMETERS ? START_COV : START_EFFECT_COV, square_q40, 80);

@@ -203,7 +203,7 @@ void dqw_estimator_missing_q15(dqw_estimator_q15 *e, uint32_t periods);
 /// Context  background; dqw_estimator_sample_q15 may interrupt it anywhere
 bool dqw_estimator_background_q15(dqw_estimator_q15 *e);
 
-/// What 1 of a parameter is: uOhm, nH, nH, nWb, uV, nWb; 0 for one that does not exist.
+/// What 1 of a parameter is: uOhm, nH, nH, nWb, uV, nWb, uV; 0 for one that does not exist.
 uint32_t dqw_estimator_unit_q15(const dqw_estimator_q15_config *config, enum dqw_parameter parameter);
 
 /// What was learned of a parameter, in dqw_estimator_unit_q15().

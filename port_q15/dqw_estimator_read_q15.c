@@ -22,7 +22,8 @@ uint32_t dqw_estimator_unit_q15(const dqw_estimator_q15_config *config, enum dqw
     dqw_units_q15 u;
     if ((unsigned)parameter >= DQW_PARAMETERS || dqw_units_of_q15(config, config->scale.pole_pairs, &u) != DQW_OK)
         return 0;
-    if (parameter == DQW_DEAD_TIME) return config->scale.v_full_mV * 100u / DQW_DEAD_TIME_Q15_PARTS * 10u;
+    if (parameter == DQW_DEAD_TIME || parameter == DQW_DEAD_CONSTANT)
+        return config->scale.v_full_mV * 100u / DQW_DEAD_TIME_Q15_PARTS * 10u;
     return u.si[parameter == DQW_PSI_Q ? DQW_PSI : parameter];
 }
 
@@ -101,7 +102,7 @@ dqw_reading_q15 dqw_estimator_read_q15(const dqw_estimator_q15 *e, enum dqw_para
     const int32_t sd_q24 = dqw_estimator_sd_q24(e, (int)parameter);
     if (sd_q24 == INT32_MAX) return r;
     r.sd_q40 = r.sd_change_q40 = (int64_t)aged_q24(e, (int)parameter, sd_q24) * 65536;
-    const bool either_sign = parameter == DQW_DEAD_TIME || parameter == DQW_PSI_Q;
+    const bool either_sign = parameter >= DQW_DEAD_TIME;
     // A stage that begins anew learns nothing: what it has is of a model that did not fit.
     r.usable = e->stage.name != DQW_STAGE_DOMAIN &&
                r.sd_q40 * USABLE_PARTS < (either_sign ? dqw_q_size64(r.value_q40) : r.value_q40);

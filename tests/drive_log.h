@@ -11,7 +11,7 @@
 
 enum { DRIVE_ROWS = 40001, DRIVE_CHANNELS = 5, DRIVES_MAX = 16 };
 
-static const char *const PARAMETER[] = {"R", "L_d", "L_q", "flux", "dead time", "flux on q"};
+static const char *const PARAMETER[] = {"R", "L_d", "L_q", "flux", "dead time", "flux on q", "constant"};
 
 /// A scenario's rows, and by how much each channel varies.
 typedef struct drive_log {

@@ -14,9 +14,9 @@
 #define V_FULL 32.0
 #define I_FULL 16.0
 #define W_FULL 250.0
-enum { ROWS = 40001, CHANNELS = 5, N = 6 };
+enum { ROWS = 40001, CHANNELS = 5, N = DQW_PARAMETERS };
 
-static const char *const NAME[] = {"R", "L_d", "L_q", "flux", "dead time", "flux on q"};
+static const char *const NAME[] = {"R", "L_d", "L_q", "flux", "dead time", "flux on q", "constant"};
 static const double FULL[CHANNELS] = {V_FULL, V_FULL, I_FULL, I_FULL, W_FULL};
 
 static inline bool quick(void) { return scaled(10) == 1; }
@@ -75,11 +75,15 @@ static inline double f_value(const pair *p, int i)
 {
     return (double)dqw_estimator_read(&p->f, (enum dqw_parameter)i).value;
 }
-static inline double f_sd(const pair *p, int i) { return (double)dqw_estimator_read(&p->f, (enum dqw_parameter)i).sd; }
+// As noise makes it.
+static inline double f_sd(const pair *p, int i)
+{
+    return (double)dqw_estimator_read(&p->f, (enum dqw_parameter)i).sd_change;
+}
 
 static inline double q_unit(const pair *p, int i)
 {
-    static const double si[N] = {1e-6, 1e-9, 1e-9, 1e-9, 1e-6, 1e-9};
+    static const double si[N] = {1e-6, 1e-9, 1e-9, 1e-9, 1e-6, 1e-9, 1e-6};
     return (double)dqw_estimator_unit_q15(&p->qc, (enum dqw_parameter)i) * si[i] / 1099511627776.0;
 }
 static inline double q_value(const pair *p, int i)

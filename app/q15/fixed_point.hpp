@@ -80,8 +80,8 @@ inline bool fixed(const dqw_sample& s, const FullScales& full, dqw_sample_q15& x
     return true;
 }
 
-/// What 1 of dqw_estimator_unit_q15() is: uOhm, nH, nH, nWb, uV, nWb.
-constexpr std::array kUnitQ15 = {1e-6, 1e-9, 1e-9, 1e-9, 1e-6, 1e-9};
+/// What 1 of dqw_estimator_unit_q15() is: uOhm, nH, nH, nWb, uV, nWb, uV.
+constexpr std::array kUnitQ15 = {1e-6, 1e-9, 1e-9, 1e-9, 1e-6, 1e-9, 1e-6};
 static_assert(kUnitQ15.size() == DQW_PARAMETERS, "one for each");
 
 /// What 1 of a parameter's reading is, SI.

@@ -823,15 +823,16 @@ static void test_start_deviations(void)
     const dqw_estimator s = begin(&seeks);
     for (int i = 0; i < e.inputs; i++) {
         CASE("weight %d", i);
-        const float sd = i == DQW_DEAD_TIME ? 0.1f : i < DQW_PARAMETERS ? 3.0f : 10.0f;
+        const bool dead = i == DQW_DEAD_TIME || i == DQW_DEAD_CONSTANT;
+        const float sd = dead ? 0.1f : i < DQW_PARAMETERS ? 3.0f : 10.0f;
         HOLDS(dqw_estimator_start_sd_pu(&e, i) == sd);
         BETWEEN(0.99999, e.gain.d[i] / (1e4f * sd * sd), 1.00001);
-        if (i < DQW_PARAMETERS) HOLDS(dqw_estimator_start_sd_pu(&s, i) == 3.0f);
+        if (i < DQW_PARAMETERS) HOLDS(dqw_estimator_start_sd_pu(&s, i) == (i == DQW_DEAD_CONSTANT ? 0.1f : 3.0f));
     }
 }
 
 // A deviation is widened by how alike blocks are in what they teach its own weight: dead time goes with R, the flux on
-// the other axis with the flux, each effect's weight by itself. (E61)
+// the other axis and dead time's constant part with the flux, each effect's weight by itself. (E61)
 static void test_each_deviation_is_widened_by_its_own_blocks(void)
 {
     list[0] = (dqw_effect_config){.effect = DQW_EFFECT_VOLTAGE_OFFSET};
@@ -839,8 +840,8 @@ static void test_each_deviation_is_widened_by_its_own_blocks(void)
     dqw_estimator e = begin(&c);
     e.learned = (1u << e.inputs) - 1u;
     e.blocks = 1000;
-    static const int score_of[] = {0, 1, 2, 3, 0, 3, 4, 5};
-    TEST_ASSERT_EQUAL_UINT8(8, e.inputs);
+    static const int score_of[] = {0, 1, 2, 3, 0, 3, 3, 4, 5};
+    TEST_ASSERT_EQUAL_UINT8(9, e.inputs);
     for (int k = 0; k < 6; k++)
         for (int i = 0; i < e.inputs; i++) {
             CASE("score %d, weight %d", k, i);

@@ -132,7 +132,7 @@ static void test_another_configuration_is_refused(void)
     const dqw_monitor_stored *good = stored();
     static const dqw_effect_config list[] = {{.effect = DQW_EFFECT_VOLTAGE_OFFSET},
                                              {.effect = DQW_EFFECT_DEAD_TIME, .shape = {0.1f}}};
-    enum { CHANGES = 19, SAME = 5 };
+    enum { CHANGES = 21, SAME = 5 };
     for (int k = 0; k < CHANGES + SAME; k++) {
         CASE("change %d", k);
         dqw_monitor_config c = config_of();
@@ -146,6 +146,8 @@ static void test_another_configuration_is_refused(void)
         if (k == 16) e->pole_pairs = 5;
         if (k == 17) e->half_window = 19;
         if (k == 18) e->effects = list, e->effect_count = 1;
+        if (k == 19) e->angle_late_s = e->dt_s;
+        if (k == 20) e->modulation = DQW_MODULATION_CLAMPED_60;
         // What does not give the healthy values their meaning may be another one.
         if (k == CHANGES) e->half_window = 20;
         if (k == CHANGES + 1) c.band[DQW_WATCH_R] = 0.1f;

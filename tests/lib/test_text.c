@@ -136,6 +136,8 @@ static void test_a_refusal_names_its_field(void)
         {DQW_ERR_ALPHA, "alpha_per_K: "},
         {DQW_ERR_BETA, "beta_per_K: "},
         {DQW_ERR_HEATING, "heating_K_s: "},
+        {DQW_ERR_MODULATION, "modulation: "},
+        {DQW_ERR_ANGLE_LATE, "angle_late_s: "},
         {DQW_ERR_TURN, "w_full_mrad_s, pole_pairs and dt_ns together: "},
     };
     for (unsigned k = 0; k < sizeof fields / sizeof fields[0]; k++)

@@ -30,7 +30,7 @@ static void test_both_follow_one_log(void)
             CASE("dead time %d, noise %g", dead, levels[level]);
             HOLDS(abs(p.f.blocks - p.q.blocks) <= 60 && p.q.missed == 0 && p.q.restarts == 0);
             BETWEEN(on_the_way[dead][level] / 8, worst, on_the_way[dead][level]);
-            for (int i = 0; i < (dead ? N : 4); i++) {
+            for (int i = 0; i < (dead ? (int)DQW_DEAD_CONSTANT : 4); i++) {
                 CASE("%s, dead time %d, noise %g", NAME[i], dead, levels[level]);
                 // The flux on the other axis is 0: beside the flux itself.
                 const double size = i == DQW_PSI_Q ? TRUTH[3] : f_value(&p, i);
