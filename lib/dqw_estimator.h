@@ -132,8 +132,9 @@ typedef struct dqw_estimator {
     float w_pu[DQW_ESTIMATOR_INPUTS];
     dqw_gain gain;
     dqw_segment segment;
-    uint16_t opened;   ///< times that a weight was found changed
-    uint8_t opened_last;
+    /// halves when this segment and the one before began; when a weight was last found changed, and since when
+    uint32_t began, began_before, opened_at, opened_since;
+    uint8_t opened;  ///< times that a weight was found changed, up to 255
     float e_pu[2];                             ///< the last block's error before the correction, d and q
     float error_pu2[2];                        ///< mean squared residual, d and q
     float recent_pu2;                          ///< of both, over about 64 blocks

@@ -34,10 +34,8 @@ enum { DQW_POLES_LD = DQW_DEAD_TIME, DQW_POLES_LQ = DQW_PSI_Q };
 
 /// Blocks over which the residual's lasting part is a mean.
 #define DQW_LASTING_BLOCKS 8192.0f
-static inline float dqw_lasting_part(float blocks)
-{
-    return 2.0f / ((blocks < DQW_LASTING_BLOCKS ? blocks : DQW_LASTING_BLOCKS) + 1.0f);
-}
+/// The first ones are about the start values.
+#define DQW_LASTING_FROM 50
 
 /// The two axes.
 enum { DQW_AXIS_D = 0, DQW_AXIS_Q = 1 };
@@ -166,6 +164,17 @@ float dqw_estimator_value(const dqw_estimator *e, int weight);
 /// Source   (E20), (E61), (E106) in docs/EQUATIONS.md
 float dqw_estimator_noise_sd(const dqw_estimator *e, int weight);
 float dqw_estimator_sd(const dqw_estimator *e, int weight);
+
+/// Part of such a mean that a stretch of so many blocks is.
+static inline float dqw_lasting_part(const dqw_estimator *e, float stretch)
+{
+    const float blocks = (float)(e->blocks - DQW_LASTING_FROM);
+    return 2.0f / ((blocks < DQW_LASTING_BLOCKS ? blocks : DQW_LASTING_BLOCKS) / stretch + 1.0f);
+}
+
+/// Blocks of a stretch, over which what is fast is averaged away.
+/// Source   (E103) in docs/EQUATIONS.md
+int dqw_estimator_stretch(const dqw_estimator *e);
 
 /// What of the residual lasts now.
 /// Source   (E103) in docs/EQUATIONS.md

@@ -30,7 +30,6 @@
 #define EXCESS_MAX 8.0f
 // Where noise is more than this part of all that was learned of a weight, taking it out could run away.
 #define NOISE_PART_MAX 0.05f
-#define STRETCH_S 0.03f
 #define TOOK_BANDS 3.0f
 #define CALM_RISE 1.15f
 #define SEGMENTS_FIRST 2u
@@ -98,22 +97,15 @@ static void learn_late(dqw_estimator *e, const float x[], const float k[], float
 // The inputs as the others leave them: the gain is P times them, over P's own. (E103)
 static void keep_alone(dqw_estimator *e, const float k[], float seen)
 {
-    if (!(seen < 1.0f)) return;
+    if (!(seen < 1.0f) || e->blocks <= DQW_LASTING_FROM) return;
     const float more = 1.0f / (1.0f - seen);
     for (int i = 0; i < e->inputs; i++) {
         // P x, and P_ii before this row.
         const float px = k[i] * more;
         const float own = dqw_gain_covariance(&e->gain, i, i) + k[i] * px;
         const float alone = px / own;
-        e->alone_pu2[i] += (alone * alone - e->alone_pu2[i]) * dqw_lasting_part((float)e->blocks);
+        e->alone_pu2[i] += (alone * alone - e->alone_pu2[i]) * dqw_lasting_part(e, 1.0f);
     }
-}
-
-// Blocks of a stretch of about 30 ms: shorter than an operating point, longer than what turns with the rotor.
-static int stretch(const dqw_estimator *e)
-{
-    const float blocks = STRETCH_S / ((float)e->window.half * e->config->dt_s);
-    return blocks < 4.0f ? 4 : blocks > 200.0f ? 200 : (int)blocks;
 }
 
 // What of the residual is still there two and three blocks later, where blocks overlap no more; and from one stretch to
@@ -138,9 +130,10 @@ static void keep_lasting(dqw_estimator *e, const dqw_estimator_rows *r, const fl
             e->slow_x_pu[axis][i] = e->slow_at > 0 ? e->slow_x_pu[axis][i] + x : x;
         }
     }
-    const float part = dqw_lasting_part((float)e->blocks);
+    if (e->blocks <= DQW_LASTING_FROM) return;
+    const float part = dqw_lasting_part(e, 1.0f);
     for (int k = 0; k < 2; k++) e->lasting_pu2[k] += (product[k] - e->lasting_pu2[k]) * part;
-    const int n = stretch(e);
+    const int n = dqw_estimator_stretch(e);
     if (++e->slow_at < n) return;
     e->slow_at = 0;
     float slow = 0.0f;
@@ -156,9 +149,9 @@ static void keep_lasting(dqw_estimator *e, const dqw_estimator_rows *r, const fl
         const float d = px[D][i] * by;
         const float q = px[Q][i] * by;
         e->slow_alone_pu2[i] += (0.5f * (d * d + q * q) - e->slow_alone_pu2[i]) *
-                                dqw_lasting_part((float)e->blocks / (float)n);
+                                dqw_lasting_part(e, (float)n);
     }
-    e->slow_pu2 += (slow - e->slow_pu2) * dqw_lasting_part((float)e->blocks / (float)n);
+    e->slow_pu2 += (slow - e->slow_pu2) * dqw_lasting_part(e, (float)n);
 }
 
 static void show_segment(dqw_estimator *e, int axis, const dqw_estimator_rows *r, uint32_t mask, float ratio)
@@ -180,6 +173,10 @@ static float calmer(float calm, float now, bool first)
 
 static void follow(dqw_estimator *e, const dqw_estimator_block *b)
 {
+    if (e->segment.blocks == 0) {
+        e->began_before = e->began;
+        e->began = e->number;
+    }
     const dqw_block m = dqw_estimator_means(e, b);
     const float rate = 1.0f / ((float)e->window.half * e->config->dt_s);
     if (!dqw_segment_block(&e->segment, m.w_m_rad_s / e->config->w_base_rad_s, m.i_q_A / e->config->i_base_A,
@@ -210,7 +207,8 @@ static void follow(dqw_estimator *e, const dqw_estimator_block *b)
         if (!(alone > 0.0f) || (e->learned >> i & 1u) == 0) continue;
         // What the weight may wander in a segment, what one says of it, and so what part it is moved by.
         const float walk = (i == DQW_R ? 1e-3f : i == DQW_LD || i == DQW_LQ || i == DQW_PSI || i == DQW_PSI_Q ? 3e-4f : 0.0f) * dqw_estimator_size_pu(e, i);
-        const float q = walk * walk * seconds;
+        const float agrees = 1.0f + (e->segment.up[i] > e->segment.down[i] ? e->segment.up[i] : e->segment.down[i]);
+        const float q = walk * walk * agrees * agrees * seconds;
         const float one = variance / (rows * alone);
         const float band = e->segment.band_pu[i];
         const float scatter = band * band + one;
@@ -226,8 +224,9 @@ static void follow(dqw_estimator *e, const dqw_estimator_block *b)
     e->slow_pu2 = calm->slow_pu2;
     for (int axis = 0; axis < 2; axis++)
         if (e->error_pu2[axis] > calm->all_pu2) e->error_pu2[axis] = calm->all_pu2;
-    e->opened++;
-    e->opened_last = (uint8_t)changed;
+    if (e->opened < UINT8_MAX) e->opened++;
+    e->opened_at = e->number;
+    e->opened_since = e->segment.agreed ? e->began_before : e->began;
     for (int i = 0; i < DQW_PARAMETERS; i++) e->w_pu[i] += move[i];
     // The others took up a part of it while it was not known.
     for (int i = 0; i < DQW_PARAMETERS; i++) {

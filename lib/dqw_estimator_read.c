@@ -20,6 +20,12 @@
 #define FEW_BLOCKS 50u
 // Two deviations of the mean of a block's four products of white errors, whose neighbours overlap.
 #define LASTING_NOISE 1.2f
+// The same of a stretch's two, whose blocks overlap.
+#define SLOW_NOISE 1.5f
+// Shorter than an operating point, longer than what turns with the rotor; in blocks.
+#define STRETCH_S 0.03f
+#define STRETCH_LEAST 4.0f
+#define STRETCH_MOST 200.0f
 // Of what may stand in line with an input, what does.
 #define MODEL_PART 0.4f
 
@@ -72,17 +78,24 @@ float dqw_estimator_noise_sd(const dqw_estimator *e, int weight)
     return sqrtf(v) * dqw_estimator_unit(e, weight);
 }
 
+int dqw_estimator_stretch(const dqw_estimator *e)
+{
+    const float blocks = STRETCH_S / ((float)e->window.half * e->config->dt_s);
+    return blocks < STRETCH_LEAST ? (int)STRETCH_LEAST : blocks > STRETCH_MOST ? (int)STRETCH_MOST : (int)blocks;
+}
+
 dqw_lasting dqw_estimator_lasting(const dqw_estimator *e)
 {
     // [READ.4] what lasts of the residual, above what noise makes of so many products
     const float all = dqw_estimator_common_variance(e);
     dqw_lasting l = {0.0f, 0.0f, all};
-    if (e->config->settled || e->blocks == 0) return l;
+    if (e->config->settled || e->blocks <= DQW_LASTING_FROM) return l;
     const float two = fabsf(e->lasting_pu2[0]);
     const float three = fabsf(e->lasting_pu2[1]);
-    const float noise = LASTING_NOISE * all * sqrtf(dqw_lasting_part((float)e->blocks));
+    const float noise = LASTING_NOISE * all * sqrtf(dqw_lasting_part(e, 1.0f));
     l.fast_pu2 = dqw_noise_variance((two > three ? two : three) - noise);
-    l.slow_pu2 = dqw_noise_variance(e->slow_pu2);
+    const float n = (float)dqw_estimator_stretch(e);
+    l.slow_pu2 = dqw_noise_variance(e->slow_pu2 - SLOW_NOISE * all / n * sqrtf(dqw_lasting_part(e, n)));
     return l;
 }
 
@@ -160,7 +173,7 @@ dqw_reading dqw_estimator_read(const dqw_estimator *e, enum dqw_parameter parame
     if (e->pole_pairs == 0 && parameter != DQW_R && (e->config->settled || parameter > DQW_LQ)) return r;
     r.sd_change = aged(e, (int)parameter, dqw_estimator_sd(e, (int)parameter));
     r.sd = with(aged(e, (int)parameter, dqw_estimator_noise_sd(e, (int)parameter)), now_hidden(e, (int)parameter));
-    const bool either_sign = parameter == DQW_DEAD_TIME || parameter == DQW_PSI_Q;
+    const bool either_sign = parameter >= DQW_DEAD_TIME;
     const float size = either_sign ? fabsf(r.value) : r.value;
     // A stage that begins anew learns nothing: what it has is of a model that did not fit.
     r.usable = e->stage.name != DQW_STAGE_DOMAIN && r.sd < USABLE_SD * size;

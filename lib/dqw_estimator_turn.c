@@ -6,9 +6,9 @@
 #include "dqw_transform.h"
 
 // An angle below this, or below so many of its deviations, is not worth turning by; of so many blocks it is known.
-#define LEAST_RAD 0.003f
+#define LEAST_RAD 0.01f
 #define KNOWN_SD 4.0f
-#define KNOWN_BLOCKS 200u
+#define KNOWN_BLOCKS 500u
 
 static void turn(float x[2], float c, float n)
 {
@@ -55,11 +55,14 @@ void dqw_estimator_turn_block(const dqw_estimator *e, dqw_estimator_block *b)
 void dqw_estimator_turn_on(dqw_estimator *e)
 {
     if (has_effects(e) || !dqw_estimator_has_flux_q(e) || e->config->settled || e->blocks < KNOWN_BLOCKS) return;
+    // A voltage that acts in another period than is said turns the frame too.
+    const enum dqw_voltage_acts acts = dqw_estimator_voltage_acts(e);
+    if (acts != DQW_VOLTAGE_NOT_KNOWN && (acts == DQW_VOLTAGE_NEXT) != e->config->voltage_next) return;
     const float psi = e->w_pu[DQW_PSI];
     const float across = e->w_pu[DQW_PSI_Q];
     const float unit = dqw_estimator_unit(e, DQW_PSI_Q);
-    if (!(fabsf(across) > LEAST_RAD * psi) || !(fabsf(across) * unit > KNOWN_SD * dqw_estimator_noise_sd(e, DQW_PSI_Q)))
-        return;
+    const float sd = dqw_estimator_read(e, DQW_PSI_Q).sd;
+    if (!(fabsf(across) > LEAST_RAD * psi) || !(fabsf(across) * unit > KNOWN_SD * sd)) return;
     const float all = sqrtf(psi * psi + across * across);
     const float c = psi / all;
     const float n = -across / all;

@@ -27,6 +27,8 @@
 // Part of the speed base above which a direction is one.
 #define SLOWEST_PU 0.1f
 #define HEATING_K_S 1.0f
+// A change is named within so many looks of being found.
+#define OPENED_LOOKS 64u
 
 dqw_monitor_config dqw_monitor_config_default(const dqw_nameplate *plate)
 {
@@ -289,6 +291,11 @@ static void name(dqw_monitor *m, int channel)
     m->named_sd = x.sd;
     m->named_at = m->estimator.number;
     m->named_since = m->estimator.number - (uint32_t)dqw_watch_since(&m->watch, channel) * DQW_WATCH_TICK_BLOCKS;
+    // A weight that was found changed began to be so in a segment that had passed by then.
+    const dqw_estimator *e = &m->estimator;
+    const uint32_t ago = e->number - e->opened_at;
+    if (e->opened > 0 && ago < OPENED_LOOKS * DQW_WATCH_TICK_BLOCKS && e->number - e->opened_since > e->number - m->named_since)
+        m->named_since = e->opened_since;
     m->named_channel = (uint8_t)channel;
     m->named_healthy = healthy_of(m, channel);
     const enum dqw_fault_name of_channel = dqw_watch_fault_of(channel, x.change > 0.0f);

@@ -44,7 +44,8 @@ typedef struct dqw_segment {
     float sum[2], square[2];                        ///< of the segment's speed and current,
     float mean[2], variance[2], run;                ///< in the long run, and how long that is
     uint32_t blocks;
-    uint16_t segments, since;
+    uint16_t segments, since;  ///< in all; since a weight was found changed
+    bool agreed;               ///< the one that was last, seemed so in the segment before
 } dqw_segment;
 
 /// Most signals that a window gathers: a block's, dead time's and the resting leg's, and two of each weight of an

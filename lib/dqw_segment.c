@@ -163,6 +163,7 @@ int dqw_segment_end(dqw_segment *s, float variance_pu2, const float model_pu[], 
         if (now > most) {
             most = now;
             changed = k;
+            s->agreed = sum > ALLOWANCE;
         }
     }
     if (s->segments < FEW) changed = -1;
