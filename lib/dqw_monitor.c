@@ -133,31 +133,6 @@ static void watch_friction(dqw_monitor *m, const dqw_estimator_block *block, boo
         reversal(m, way, m->gathered_Nm * (1.0f / (float)DQW_WATCH_STRETCH_BLOCKS));
 }
 
-// A healthy value is the mean over the first looks at which it is known, as long as nothing seems to change.
-static void settle(dqw_monitor *m, int channel)
-{
-    if (channel == DQW_WATCH_FRICTION) {
-        if (dqw_watch_friction_settles(&m->watch)) dqw_monitor_move_healthy(m, channel, 0.0f);
-        return;
-    }
-    if (!dqw_watch_settles(&m->watch, channel)) return;
-    dqw_monitor_channel_value x;
-    dqw_monitor_read_channel(m, channel, &x);
-    const uint8_t looks = m->watch.looks[channel];
-    const float part = channel > DQW_WATCH_ANGLE  ? KNOWN_PART_WITNESS
-                       : channel == DQW_WATCH_PSI ? KNOWN_PART_FLUX
-                                                  : KNOWN_PART;
-    const bool known_now = x.sd < part * dqw_monitor_band_of(m, channel);
-    if (known_now) m->watch.looks[channel]++;
-    if (!known_now && looks != 0) return;
-    const float before = channel <= DQW_WATCH_PSI ? m->healthy.weight[channel] : 1.0f;
-    dqw_monitor_move_healthy(m, channel, 1.0f - 1.0f / (float)(looks + 1));
-    // What temperatures count from was no surer than that.
-    if (looks >= DQW_WATCH_LOOKS_LEAST || m->config->commissioned) return;
-    if (channel == DQW_WATCH_R) m->healthy.cold_R_ohm *= m->healthy.weight[channel] / before;
-    if (channel == DQW_WATCH_PSI) m->healthy.cold_psi_Wb *= m->healthy.weight[channel] / before;
-}
-
 static void adopt(dqw_monitor *m)
 {
     for (int i = 0; i < DQW_WATCH_TEMPERATURE; i++) dqw_monitor_move_healthy(m, i, 0.0f);
@@ -234,6 +209,32 @@ static int32_t deviation_q5(const dqw_monitor *m, int channel)
     }
     // What is no number counts as nothing.
     return dqw_is_positive(ratio) ? (int32_t)((ratio < 100.0f ? ratio : 100.0f) * (float)DQW_CHANGE_BAND_Q5) : 0;
+}
+
+// A healthy value is the mean over the first looks at which it is known, as long as nothing seems to change.
+static void settle(dqw_monitor *m, int channel)
+{
+    if (channel == DQW_WATCH_FRICTION) {
+        if (dqw_watch_friction_settles(&m->watch)) dqw_monitor_move_healthy(m, channel, 0.0f);
+        return;
+    }
+    // What is half out of its band already may be a fault that begins.
+    if (!dqw_watch_settles(&m->watch, channel) || 2 * deviation_q5(m, channel) > DQW_CHANGE_BAND_Q5) return;
+    dqw_monitor_channel_value x;
+    dqw_monitor_read_channel(m, channel, &x);
+    const uint8_t looks = m->watch.looks[channel];
+    const float part = channel > DQW_WATCH_ANGLE  ? KNOWN_PART_WITNESS
+                       : channel == DQW_WATCH_PSI ? KNOWN_PART_FLUX
+                                                  : KNOWN_PART;
+    const bool known_now = x.sd < part * dqw_monitor_band_of(m, channel);
+    if (known_now) m->watch.looks[channel]++;
+    if (!known_now && looks != 0) return;
+    const float before = channel <= DQW_WATCH_PSI ? m->healthy.weight[channel] : 1.0f;
+    dqw_monitor_move_healthy(m, channel, 1.0f - 1.0f / (float)(looks + 1));
+    // What temperatures count from was no surer than that.
+    if (looks >= DQW_WATCH_LOOKS_LEAST || m->config->commissioned) return;
+    if (channel == DQW_WATCH_R) m->healthy.cold_R_ohm *= m->healthy.weight[channel] / before;
+    if (channel == DQW_WATCH_PSI) m->healthy.cold_psi_Wb *= m->healthy.weight[channel] / before;
 }
 
 static dqw_fault_verdict name_it(const dqw_monitor *m)
