@@ -129,7 +129,7 @@ static void one_fault(const fault *f, bool with_lent)
     HOLDS(o.events >= 1);
     HOLDS(o.first.fault.name == f->name);
     HOLDS(o.first.fault.phase == 0);
-    BETWEEN(0.7 * f->delay_s, o.first_s - ONSET_S, fmin(1.4 * f->delay_s, 1.0));
+    BETWEEN(0.7 * f->delay_s, o.first_s - ONSET_S, 1.4 * f->delay_s);
     BETWEEN(0.7, o.first.fault.confidence, 1.0001);  // 0.83 to 0.98
     // The event tells when, and since when.
     BETWEEN(o.first_s - 0.002, (double)o.first.sample * DT_S, o.first_s + 0.002);
