@@ -87,7 +87,7 @@ static const fault_case CASES[] = {
      {0.1, 0.2, 0.3},
      BEARING_END_S,
      0.1},
-    {"unknown (R of all phases)", "of R", DQW_FAULT_UNKNOWN, FAULT_RESISTANCE, NULL, {0.05, 0.1, 0.2}, END_S, 0},
+    {"resistance_rise", "of R", DQW_FAULT_RESISTANCE_RISE, FAULT_RESISTANCE, NULL, {0.05, 0.1, 0.2}, END_S, 0},
 };
 
 // What many logs of one fault and severity gave.

@@ -13,19 +13,22 @@ extern "C" {
 /// A change either way is this fault.
 static inline bool dqw_fault_either_sign(enum dqw_fault_name name)
 {
-    return name == DQW_FAULT_ENCODER_OFFSET || name == DQW_FAULT_INVERTER_FAULT || name == DQW_FAULT_CURRENT_GAIN;
+    return name == DQW_FAULT_ENCODER_OFFSET || name == DQW_FAULT_INVERTER_FAULT || name == DQW_FAULT_CURRENT_GAIN ||
+           name == DQW_FAULT_VOLTAGE_SCALE;
 }
 
-/// It is a phase's, and changes R with it.
+/// It changes R, and no heat has.
 static inline bool dqw_fault_moves_R(enum dqw_fault_name name)
 {
-    return name == DQW_FAULT_PHASE_CONNECTION || name == DQW_FAULT_CURRENT_GAIN;
+    return name == DQW_FAULT_PHASE_CONNECTION || name == DQW_FAULT_CURRENT_GAIN || name == DQW_FAULT_RESISTANCE_RISE ||
+           name == DQW_FAULT_VOLTAGE_SCALE;
 }
 
-/// It is a phase's: a ripple twice a turn is part of its pattern.
+/// A ripple twice a turn, or that there is none, is part of its pattern.
 static inline bool dqw_fault_ripples(enum dqw_fault_name name)
 {
-    return dqw_fault_moves_R(name) || name == DQW_FAULT_TURN_SHORT;
+    return name == DQW_FAULT_PHASE_CONNECTION || name == DQW_FAULT_CURRENT_GAIN || name == DQW_FAULT_TURN_SHORT ||
+           name == DQW_FAULT_RESISTANCE_RISE;
 }
 
 #ifdef __cplusplus

@@ -89,6 +89,8 @@ static const char *const fault_texts[] = {
     [DQW_FAULT_ENCODER_OFFSET] = "encoder_offset",
     [DQW_FAULT_BEARING_WEAR] = "bearing_wear",
     [DQW_FAULT_INVERTER_FAULT] = "inverter_fault",
+    [DQW_FAULT_RESISTANCE_RISE] = "resistance_rise",
+    [DQW_FAULT_VOLTAGE_SCALE] = "voltage_scale",
     [DQW_FAULT_UNKNOWN] = "unknown",
 };
 COMPLETE(fault_texts, DQW_FAULT_NAMES);

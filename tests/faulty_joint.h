@@ -66,7 +66,7 @@ static const fault faults[] = {
     {"current gain", "nonideal.current_gain_a", 0.1, DQW_FAULT_CURRENT_GAIN, 0.68},
     {"encoder offset", "nonideal.angle_offset_rad", 0.05, DQW_FAULT_ENCODER_OFFSET, 0.54},
     {"inverter", NULL, 0.48, DQW_FAULT_INVERTER_FAULT, 0.46},
-    {"R of all phases", NULL, 0.1, DQW_FAULT_UNKNOWN, 1.2}};
+    {"R of all phases", NULL, 0.1, DQW_FAULT_RESISTANCE_RISE, 1.2}};
 enum { FAULTS = sizeof faults / sizeof faults[0] };
 
 // Its rows. Returns the row of a joint between two logs, 0 where there is none.

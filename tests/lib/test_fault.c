@@ -42,7 +42,9 @@ static const pattern PATTERNS[] = {{DQW_FAULT_DEMAGNETISATION, "demagnetisation"
                                    {DQW_FAULT_CURRENT_OFFSET, "current offset", false, true},
                                    {DQW_FAULT_CURRENT_GAIN, "current gain", true, true},
                                    {DQW_FAULT_ENCODER_OFFSET, "encoder offset", false, true},
-                                   {DQW_FAULT_INVERTER_FAULT, "inverter", false, true}};
+                                   {DQW_FAULT_INVERTER_FAULT, "inverter", false, true},
+                                   {DQW_FAULT_RESISTANCE_RISE, "resistance rise", false, false},
+                                   {DQW_FAULT_VOLTAGE_SCALE, "voltage scale", false, true}};
 
 enum { PATTERNS_N = sizeof PATTERNS / sizeof PATTERNS[0] };
 
@@ -57,6 +59,10 @@ static void change_of(enum dqw_fault_name name, int phase, double size, double a
     case DQW_FAULT_DEMAGNETISATION: change[DQW_SIGN_PSI] = -size; break;
     case DQW_FAULT_ENCODER_OFFSET: change[DQW_SIGN_ANGLE] = size; break;
     case DQW_FAULT_INVERTER_FAULT: change[DQW_SIGN_DEAD_TIME] = size; break;
+    case DQW_FAULT_RESISTANCE_RISE: change[DQW_SIGN_R] = size; break;
+    case DQW_FAULT_VOLTAGE_SCALE:  // of all voltages: v = R i + L di/dt + w psi holds with all of them larger
+        for (int i = DQW_SIGN_R; i <= DQW_SIGN_PSI; i++) change[i] = size;
+        break;
     case DQW_FAULT_CURRENT_OFFSET:
         change[DQW_SIGN_OFFSET_RE] = size * cos(at_rad);
         change[DQW_SIGN_OFFSET_IM] = size * sin(at_rad);
@@ -160,8 +166,7 @@ static void test_what_no_pattern_explains_is_unknown(void)
     static const struct {
         const char *text;
         double z[DQW_SIGNS];
-    } none[] = {{"R", {[DQW_SIGN_R] = 10}},
-                {"R less", {[DQW_SIGN_R] = -10}},
+    } none[] = {{"R less", {[DQW_SIGN_R] = -10}},
                 {"L_d", {[DQW_SIGN_LD] = -10}},
                 {"L_q", {[DQW_SIGN_LQ] = 10}},
                 {"flux up", {[DQW_SIGN_PSI] = 10}},

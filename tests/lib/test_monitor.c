@@ -779,7 +779,8 @@ static void test_each_channel_counts_and_is_told(void)
         HOLDS(dqw_monitor_why(&told) == DQW_WHY_RESTS);
         is_healthy_now(&told);
         // What has broken is not what has heated.
-        const bool phase = e.fault.name == DQW_FAULT_PHASE_CONNECTION || e.fault.name == DQW_FAULT_CURRENT_GAIN;
+        const bool phase = e.fault.name == DQW_FAULT_PHASE_CONNECTION || e.fault.name == DQW_FAULT_CURRENT_GAIN ||
+                           e.fault.name == DQW_FAULT_RESISTANCE_RISE || e.fault.name == DQW_FAULT_VOLTAGE_SCALE;
         const float R_part = dqw_estimator_value(&m.estimator, DQW_R) / m.healthy.weight[DQW_R];
         const float psi_part = dqw_estimator_value(&m.estimator, DQW_PSI) / m.healthy.weight[DQW_PSI];
         BETWEEN(-1e-6, (double)(told.healthy.cold_R_ohm / cold_ohm) - (phase ? (double)R_part : 1.0), 1e-6);

@@ -93,7 +93,7 @@ static void test_every_enumerator_has_a_text_of_its_own(void)
 // DQW_FAULT_TURN_SHORT is "turn_short".
 static void test_faults_and_effects_are_called_as_their_enumerators(void)
 {
-    const listing all[] = {judge("lib/dqw_fault_name.h", "dqw_fault_name", "DQW_FAULT_NAMES", 11, of_fault),
+    const listing all[] = {judge("lib/dqw_fault_name.h", "dqw_fault_name", "DQW_FAULT_NAMES", 13, of_fault),
                            judge("lib/dqw_effect_name.h", "dqw_effect_name", "DQW_EFFECT_NAMES", 20, of_effect)};
     for (int k = 0; k < 2; k++)
         for (int i = 0; i < all[k].count; i++) {
