@@ -7,6 +7,7 @@
 
 // A pattern must explain this part of what changed, squared.
 #define EXPLAINED_MIN 0.6f
+#define SCALE_MIN 0.9f
 // What a second pattern may leave more, as part of the whole, before it counts as told apart.
 #define APART 0.1f
 
@@ -91,6 +92,8 @@ dqw_fault_verdict dqw_fault_name_it(const float change[], const float unit[], dq
                 }
             }
         }
+        // One factor for all: a flux that alone is known well is not enough.
+        if (name == DQW_FAULT_VOLTAGE_SCALE && explained < SCALE_MIN * whole) continue;
         if (explained > most) {
             next = most;
             most = explained;

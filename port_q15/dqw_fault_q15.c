@@ -113,6 +113,8 @@ dqw_fault_verdict_q15 dqw_fault_name_it_q15(const int32_t change_q24[], const in
                 at = (uint8_t)phase;
             }
         }
+        // One factor for all, nine tenths: a flux that alone is known well is not enough.
+        if (name == DQW_FAULT_VOLTAGE_SCALE && explained < whole_q20 / 10 * 9) continue;
         if (explained > most_q20) {
             next_q20 = most_q20;
             most_q20 = explained;
