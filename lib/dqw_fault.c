@@ -7,7 +7,9 @@
 
 // A pattern must explain this part of what changed, squared.
 #define EXPLAINED_MIN 0.6f
-#define SCALE_MIN 0.9f
+// What one factor for R, L and flux may leave of them, squared: three deviations' chance of 99 %, and a part of it.
+#define SCALE_LEFT 12.0f
+#define SCALE_LEFT_PART 0.02f
 // What a second pattern may leave more, as part of the whole, before it counts as told apart.
 #define APART 0.1f
 
@@ -51,6 +53,14 @@ static bool pattern_of(enum dqw_fault_name name, int phase, dqw_fault_machine m,
     return phase == 0;
 }
 
+// A flux that alone is known well is not enough.
+static bool is_scale(const float z[], float explained)
+{
+    float left = -explained;
+    for (int i = DQW_SIGN_R; i <= DQW_SIGN_PSI; i++) left += z[i] * z[i];
+    return left < SCALE_LEFT + SCALE_LEFT_PART * explained;
+}
+
 dqw_fault_verdict dqw_fault_name_it(const float change[], const float unit[], dqw_fault_machine machine)
 {
     // [NAM.1] every change in units of what means nothing
@@ -92,8 +102,7 @@ dqw_fault_verdict dqw_fault_name_it(const float change[], const float unit[], dq
                 }
             }
         }
-        // One factor for all: a flux that alone is known well is not enough.
-        if (name == DQW_FAULT_VOLTAGE_SCALE && explained < SCALE_MIN * whole) continue;
+        if (name == DQW_FAULT_VOLTAGE_SCALE && !is_scale(z, explained)) continue;
         if (explained > most) {
             next = most;
             most = explained;

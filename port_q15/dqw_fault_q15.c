@@ -7,6 +7,9 @@
 
 // A pattern must explain this part of what changed, squared: 0.6.
 #define EXPLAINED_MIN_Q15 19661
+// What one factor for R, L and flux may leave of them, squared: 12, and a fiftieth of what it explains.
+#define SCALE_LEFT_Q20 12582912
+#define SCALE_LEFT_PARTS 50
 // One over what a second pattern may leave more, as part of the whole, before it counts as told apart.
 #define PER_APART 10
 #define ONE_Q15 32768
@@ -78,6 +81,14 @@ static int64_t explained_q20(const int64_t z_q10[], const int64_t p_q24[], const
     return dqw_q_product64(zp_q10, dqw_q_quotient64(zp_q10, pp_q10, 30), -20);
 }
 
+// A flux that alone is known well is not enough.
+static bool is_scale(const int64_t z_q10[], int64_t explained_q20)
+{
+    int64_t left_q20 = -explained_q20;
+    for (int i = DQW_SIGN_R; i <= DQW_SIGN_PSI; i++) left_q20 += z_q10[i] * z_q10[i];
+    return left_q20 < SCALE_LEFT_Q20 + explained_q20 / SCALE_LEFT_PARTS;
+}
+
 dqw_fault_verdict_q15 dqw_fault_name_it_q15(const int32_t change_q24[], const int32_t unit_q24[],
                                             dqw_fault_machine_q15 machine)
 {
@@ -113,8 +124,7 @@ dqw_fault_verdict_q15 dqw_fault_name_it_q15(const int32_t change_q24[], const in
                 at = (uint8_t)phase;
             }
         }
-        // One factor for all, nine tenths: a flux that alone is known well is not enough.
-        if (name == DQW_FAULT_VOLTAGE_SCALE && explained < whole_q20 / 10 * 9) continue;
+        if (name == DQW_FAULT_VOLTAGE_SCALE && !is_scale(z_q10, explained)) continue;
         if (explained > most_q20) {
             next_q20 = most_q20;
             most_q20 = explained;
