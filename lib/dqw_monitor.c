@@ -29,6 +29,10 @@
 #define HEATING_K_S 1.0f
 // A change is named within so many looks of being found.
 #define OPENED_LOOKS 64u
+// By how much the healthy residual's power may rise in a look: while few operating points were met, and later.
+#define YOUNG_SEGMENTS 20u
+#define RESIDUAL_RISE_YOUNG 1.1f
+#define RESIDUAL_RISE 1.005f
 
 dqw_monitor_config dqw_monitor_config_default(const dqw_nameplate *plate)
 {
@@ -304,6 +308,16 @@ static void name(dqw_monitor *m, int channel)
     m->named_fault = of_channel != DQW_FAULT_NONE ? sure : name_it(m);
 }
 
+// The healthy residual is the largest one that driving made: no faster than so, or a fault would be taken in.
+static void follow_residual(dqw_monitor *m)
+{
+    const dqw_estimator *e = &m->estimator;
+    if (!e->config->follow) return;
+    const float most = m->healthy.residual_pu2 * (e->segment.segments < YOUNG_SEGMENTS ? RESIDUAL_RISE_YOUNG
+                                                                                       : RESIDUAL_RISE);
+    if (e->recent_pu2 > m->healthy.residual_pu2) m->healthy.residual_pu2 = e->recent_pu2 < most ? e->recent_pu2 : most;
+}
+
 static bool look(dqw_monitor *m)
 {
     const enum dqw_watch_begins begins = dqw_watch_begin(&m->watch);
@@ -314,6 +328,7 @@ static bool look(dqw_monitor *m)
     }
     if (begins == DQW_WATCH_SETTLES) {
         follow_temperature(m);
+        follow_residual(m);
         for (int i = 0; i < DQW_WATCH_TEMPERATURE; i++) settle(m, i);
     }
     int32_t q5[DQW_WATCH_CHANNELS];

@@ -5,9 +5,12 @@
 
 #include "dqw_estimator_block.h"
 #include "dqw_number.h"
+#include "dqw_segment.h"
 
 // No band is narrower than this many deviations.
 #define DEVIATIONS 5.0f
+// Nor than so many of its scatters between segments.
+#define WANDERS 3.0f
 #define USABLE_SD (0.1f / 3.0f)
 
 static const float BAND[DQW_WATCH_CHANNELS] = {
@@ -114,9 +117,13 @@ float dqw_monitor_surely(const dqw_monitor *m, int channel, float deviation)
     const float looks = (float)m->watch.looks[channel];
     const float sure = DEVIATIONS * deviation *
                        sqrtf(1.0f + (float)DQW_WATCH_LOOKS_ALIKE / ((float)DQW_WATCH_LOOKS_ALIKE + looks));
-    // [CHN.2] no narrower than the band
+    // [CHN.2] no narrower than the band, nor than it was seen to wander
     const float width = dqw_monitor_band_of(m, channel);
-    return width > sure ? width : sure;
+    const float least = width > sure ? width : sure;
+    if (channel >= DQW_WATCH_OFFSET || !m->config->estimator.follow) return least;
+    const dqw_estimator *e = &m->estimator;
+    const float wanders = WANDERS * e->segment.band_pu[channel] * dqw_estimator_unit(e, channel);
+    return wanders > least ? wanders : least;
 }
 
 dqw_reading dqw_monitor_read(const dqw_monitor *m, enum dqw_monitor_channel channel)
@@ -142,5 +149,11 @@ float dqw_monitor_sensitivity(const dqw_monitor *m, enum dqw_monitor_channel cha
     if (channel == DQW_WATCH_TEMPERATURE) return x.sd < DQW_UNKNOWN ? dqw_monitor_band(m, (int)channel) : DQW_UNKNOWN;
     if (channel == DQW_WATCH_RESIDUAL)
         return dqw_monitor_band(m, (int)channel) * sqrtf(m->healthy.residual_pu2) * m->config->estimator.v_base_V;
-    return m->watch.looks[channel] >= DQW_WATCH_LOOKS_LEAST ? dqw_monitor_surely(m, (int)channel, x.sd) : DQW_UNKNOWN;
+    if (m->watch.looks[channel] < DQW_WATCH_LOOKS_LEAST) return DQW_UNKNOWN;
+    const float sure = dqw_monitor_surely(m, (int)channel, x.sd);
+    const dqw_estimator *e = &m->estimator;
+    if ((int)channel >= DQW_WATCH_OFFSET || !e->config->follow) return sure;
+    const float sees = dqw_segment_sees(&e->segment, (int)channel);
+    const float seen = sees < DQW_UNKNOWN ? sees * dqw_estimator_unit(e, (int)channel) : DQW_UNKNOWN;
+    return seen > sure ? seen : sure;
 }

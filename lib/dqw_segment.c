@@ -2,6 +2,8 @@
 
 #include <math.h>
 
+#include "dqw_reading.h"
+
 enum { N = DQW_PARAMETERS };
 
 #define AT(i, j) ((j) * ((j) + 1) / 2 + (i))
@@ -123,6 +125,20 @@ static float limited(float x, float most)
     return x > most ? most : x < -most ? -most : x;
 }
 
+// A band that is known from few segments is itself unsure.
+static float part_of(const dqw_segment *s)
+{
+    const float first = 1.0f / (float)s->segments;
+    return first > PART_LEAST ? first : PART_LEAST;
+}
+
+float dqw_segment_sees(const dqw_segment *s, int weight)
+{
+    if (s->segments == 0 || !(s->share[weight] > SHARE_LEAST)) return DQW_UNKNOWN;
+    const float each = (ALLOWANCE + 0.5f * THRESHOLD) * (1.0f + sqrtf(part_of(s)));
+    return each * s->band_pu[weight] / sqrtf(s->share[weight]);
+}
+
 int dqw_segment_end(dqw_segment *s, float variance_pu2, const float model_pu[], const float wide_pu[], float move_pu[])
 {
     float u[N];
@@ -137,12 +153,10 @@ int dqw_segment_end(dqw_segment *s, float variance_pu2, const float model_pu[], 
     }
     solve(s, used_pu, variance, u, share);
     if (s->segments < UINT16_MAX) s->segments++;
-    const float first = 1.0f / (float)s->segments;
-    const float part = first > PART_LEAST ? first : PART_LEAST;
-    // A band that is known from few segments is itself unsure.
+    const float part = part_of(s);
     const float surer = 1.0f / (1.0f + sqrtf(part));
     int changed = -1;
-    float most = THRESHOLD;
+    float most = 0.0f;
     for (int k = 0; k < N; k++) {
         s->share[k] = share[k];
         if (!(share[k] > SHARE_LEAST)) continue;
@@ -160,8 +174,9 @@ int dqw_segment_end(dqw_segment *s, float variance_pu2, const float model_pu[], 
         s->up[k] = s->up[k] + d > ALLOWANCE ? s->up[k] + d - ALLOWANCE : 0.0f;
         s->down[k] = s->down[k] - d > ALLOWANCE ? s->down[k] - d - ALLOWANCE : 0.0f;
         const float now = s->up[k] > s->down[k] ? s->up[k] : s->down[k];
-        if (now > most) {
-            most = now;
+        // Of those that agree, the one that explains most now.
+        if (now > THRESHOLD && fabsf(z) > most) {
+            most = fabsf(z);
             changed = k;
             s->agreed = sum > ALLOWANCE;
         }

@@ -44,6 +44,13 @@ bool dqw_segment_block(dqw_segment *s, float w_pu, float i_pu, uint32_t least, u
 int dqw_segment_end(dqw_segment *s, float variance_pu2, const float model_pu[], const float wide_pu[],
                     float move_pu[]);
 
+/// The smallest change of a weight that two segments would tell, per unit.
+///
+/// Source   (E105) in docs/EQUATIONS.md
+/// Range    DQW_UNKNOWN where the last segment said nothing of it
+/// Context  background
+float dqw_segment_sees(const dqw_segment *s, int weight);
+
 #ifdef __cplusplus
 }
 #endif

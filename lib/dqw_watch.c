@@ -6,7 +6,7 @@
 // then shows 72 and 96 % of a step. A pattern wants the direction, a healthy value the rest as well.
 #define NAMING_TICKS 24
 #define REST_TICKS 60
-// An unknown one is given so many looks more, twice, 84 and 90 %: counted above the bits of the channels.
+// An unknown one, or R alone, is given so many looks more, twice, 84 and 90 %: counted above the bits of the channels.
 #define EXTENSION_TICKS 10
 #define EXTENDED 0x2000u
 // Bands times looks that the sum must gather.
@@ -195,7 +195,9 @@ enum dqw_fault_name dqw_watch_fault_of(int channel, bool more)
 enum dqw_watch_follows dqw_watch_named(dqw_watch *w, int channel, enum dqw_fault_name name)
 {
     w->too_hot = w->too_hot || channel == DQW_WATCH_TEMPERATURE;
-    if (name == DQW_FAULT_UNKNOWN && w->alarms < 2u * EXTENDED) {
+    // R takes up at first what others will explain.
+    const bool unsure = name == DQW_FAULT_UNKNOWN || name == DQW_FAULT_RESISTANCE_RISE;
+    if (unsure && w->alarms < 2u * EXTENDED) {
         w->alarms = (uint16_t)(w->alarms + EXTENDED);
         w->wait = EXTENSION_TICKS;
         return DQW_WATCH_LATER;

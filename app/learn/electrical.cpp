@@ -8,6 +8,7 @@
 #include <stdexcept>
 
 #include "app/base/effect_names.hpp"
+#include "app/learn/modulation.hpp"
 #include "app/learn/parts.hpp"
 #include "app/learn/passes.hpp"
 #include "app/learn/signals.hpp"
@@ -44,6 +45,7 @@ struct Poles {
 struct Before {
     dqw_estimator e{};
     std::array<float, 4> start{};  ///< R, L_d, L_q, psi; 0: not known
+    dqw_modulation modulation = DQW_MODULATION_CENTRED;
 };
 
 /// The estimator, sample by sample as firmware has it, but that no residual ends it: whoever asks what a log tells
@@ -112,7 +114,7 @@ public:
 
     Before left() const
     {
-        Before b{e_, {}};
+        Before b{e_, {}, config_.modulation};
         for (int i = 0; i <= DQW_PSI; ++i) {
             const dqw_reading r = dqw_estimator_read(&e_, static_cast<dqw_parameter>(i));
             if (read_of(r).known()) b.start[static_cast<std::size_t>(i)] = r.value;
@@ -150,6 +152,8 @@ private:
         config_.angle = std::any_of(inputs_.begin(), inputs_.end(),
                                     [](const TraceInput& in) { return needs_angle(in.effect); });
         if (const TraceInput* dead_time = dead_time_of(inputs_)) config_.dead_time_width_A = width_of(*dead_time);
+        config_.observed = first.observed;
+        config_.modulation = before != nullptr ? before->modulation : modulation_of(first, config_, inputs_);
         config_.effects = list_.data();
         config_.effect_count = static_cast<std::uint8_t>(list_.size());
     }
@@ -183,6 +187,10 @@ private:
         if (from.blocks == 0) return;
         std::copy(std::begin(from.score2), std::end(from.score2), e_.score2);
         std::copy(std::begin(from.score_lag), std::end(from.score_lag), e_.score_lag);
+        std::copy(std::begin(from.lasting_pu2), std::end(from.lasting_pu2), e_.lasting_pu2);
+        std::copy(std::begin(from.alone_pu2), std::end(from.alone_pu2), e_.alone_pu2);
+        std::copy(std::begin(from.slow_alone_pu2), std::end(from.slow_alone_pu2), e_.slow_alone_pu2);
+        e_.slow_pu2 = from.slow_pu2;
         e_.blocks = carried_ = kBlocksCarried;
     }
 

@@ -9,8 +9,10 @@
 #include "app/base/columns.hpp"
 #include "app/base/effect_names.hpp"
 #include "app/base/input_error.hpp"
+#include "app/base/modulation.hpp"
 #include "app/base/parameters.hpp"
 #include "app/base/text.hpp"
+#include "app/learn/modulation.hpp"
 #include "app/learn/parts.hpp"
 #include "app/learn/signals.hpp"
 
@@ -25,7 +27,6 @@ constexpr double kHalfAngle_rad = 1.1;
 constexpr double kDeadTimeWidth = 0.02;  // of the current base
 // A base is what this part of the rows stays below: a glitch scales nothing, and is refused as one.
 constexpr double kUsual = 0.999;
-constexpr double kDrift = 0.01;
 constexpr std::uint32_t kStale = 10;  // equal rows in a row
 constexpr double kAlpha_per_K = 0.0039;
 // What stands for a machine that nobody has described.
@@ -196,7 +197,8 @@ MonitorSetup monitor_setup(const std::vector<Log>& logs, const LearnConfig& aske
     c.angle = !log.theta_e_rad.empty() || !log.theta_m_rad.empty();
     c.encoder_offset = c.angle;
     c.noise_on_inputs = true;
-    c.drift_per_sqrt_s = static_cast<float>(kDrift);
+    c.follow = true;
+    c.observed = log.observed;
     c.stale_limit = kStale;
     c.half_window = half_window_of(log, c);
     if (c.angle)
@@ -214,6 +216,12 @@ MonitorSetup monitor_setup(const std::vector<Log>& logs, const LearnConfig& aske
     for (const Nominal& n : nominals) machine.*(n.parameter().model) = static_cast<double>(c.*(n.place));
     machine.pole_pairs = c.pole_pairs;
     setup.inputs = completed(effects, logs, machine);
+    std::vector<TraceInput> shown = setup.inputs;
+    if (c.angle) shown.push_back({"dead_time", {}, {}});
+    c.modulation = modulation_of(log, c, shown);
+    if (c.modulation != DQW_MODULATION_CENTRED && log.modulation != modulation_text(c.modulation))
+        setup.notes.push_back(fmt::format("modulation {}: found, it leaves the least residual",
+                                          modulation_text(c.modulation)));
     if (!effects.empty()) setup.notes.push_back("learned as well: " + list(effects_of({effects, {}})));
     return setup;
 }

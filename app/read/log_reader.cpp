@@ -150,6 +150,8 @@ private:
     void settle_regime()
     {
         if (has_[col_t]) base_ = time_base_of(log_.t_s);
+        log_.modulation = machine_.modulation;
+        log_.observed = machine_.observed;
         if (machine_.regime) {
             log_.regime = *machine_.regime;
             if (machine_.polled) note("a polled log, read as steady: rows in motion mislead");

@@ -12,6 +12,7 @@
 #include <sstream>
 
 #include "app/base/input_error.hpp"
+#include "app/base/modulation.hpp"
 #include "app/base/text.hpp"
 
 // toml++ 3.3 asserts on a table header such as [=x]. That is bad input and no bug here: an exception, whatever NDEBUG
@@ -213,8 +214,14 @@ private:
                 const std::string name = string(key, node);
                 if (name != "encoder" && name != "observer")
                     refuse(node, fmt::format("angle is {}; expected encoder or observer", shown(name)));
+                file_.observed = name == "observer";
             } else if (key == "modulation") {
-                string(key, node);
+                const std::string name = string(key, node);
+                if (name != "unknown" && !modulation_named(name))
+                    refuse(node, fmt::format("modulation is {}; expected centred, clamped_low, clamped_high, clamped_60 or "
+                                             "unknown",
+                                             shown(name)));
+                file_.modulation = name;
             } else if (key == "period_s") {
                 if (!(number(key, node) > 0)) refuse(node, "period_s is not positive; expected the control period");
             } else {

@@ -28,6 +28,9 @@ struct Log {
     std::vector<double> theta_e_rad, theta_m_rad, v_dc_V, temp_winding_C, temp_magnet_C, torque_Nm, torque_cmd_Nm;
     /// First row of each stretch without a gap in time; {0} for a log without gaps or without time.
     std::vector<std::size_t> segments{0};
+    /// Which legs of the inverter switch, as the machine file names it; empty: nothing is said, and all do.
+    std::string modulation;
+    bool observed = false;  ///< the angle is an observer's
     /// Median sampling period; 0 without t_s.
     double dt_s = 0.0;
 

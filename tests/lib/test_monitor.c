@@ -651,6 +651,7 @@ static void test_what_heat_explains_is_no_change(void)
             const double narrow = sd / (channel == DQW_WATCH_R ? 0.2 : 0.4) / (double)dqw_monitor_band_of(&m, channel) *
                                   0.7;
             c.band[channel] = (float)(narrow * (double)dqw_monitor_band(&m, channel));
+            m.estimator.segment.band_pu[channel] = 0.0f;
             const uint16_t halves = 400;
             m.watch.followed[channel == DQW_WATCH_PSI] = (uint16_t)((m.estimator.number >> DQW_WATCH_FOLLOW_SHIFT) -
                                                                     halves);

@@ -222,7 +222,7 @@ static void test_what_broke_while_it_was_off_is_told(void)
         enum dqw_fault_name name;
         double told_s;  ///< measured
     } broken[] = {{"demagnetisation", "nonideal.demagnetisation", 0.06, DQW_FAULT_DEMAGNETISATION, 0.99},
-                  {"turn short", "nonideal.turn_short", 0.03, DQW_FAULT_TURN_SHORT, 1.02},
+                  {"turn short", "nonideal.turn_short", 0.03, DQW_FAULT_TURN_SHORT, 1.40},
                   {"phase connection", "nonideal.phase_connection_ohm", 0.05, DQW_FAULT_PHASE_CONNECTION, 1.00},
                   {"current offset", "nonideal.current_offset_alpha_A", 0.2, DQW_FAULT_CURRENT_OFFSET, 1.00},
                   {"encoder offset", "nonideal.angle_offset_rad", 0.05, DQW_FAULT_ENCODER_OFFSET, 1.02}};
