@@ -14,14 +14,23 @@ dqw_block dqw_estimator_means(const dqw_estimator *e, const dqw_estimator_block 
     return means;
 }
 
+// The correction goes with one over L_d, and L_d with the correction: one that is not learned yet must not run away with
+// it. No machine's L_d is beyond these parts of its L_q.
+static float salient(float L_d_H, float L_q_H)
+{
+    const float least = 0.25f * L_q_H;
+    const float most = 2.0f * L_q_H;
+    return L_d_H < least ? least : L_d_H > most ? most : L_d_H;
+}
+
 static dqw_block exact(const dqw_estimator *e, const dqw_estimator_block *b)
 {
     dqw_block means = dqw_estimator_means(e, b);
     if (e->blocks <= 10 || e->config->settled) return means;
     // While the pole pairs are not known, as their weight has them.
     const float p = e->pole_pairs != 0 ? (float)e->pole_pairs : e->w_pu[DQW_POLES_LQ] / e->w_pu[DQW_LQ];
-    const dqw_machine known = {dqw_estimator_value(e, DQW_R), dqw_estimator_value(e, DQW_LD),
-                               dqw_estimator_value(e, DQW_LQ), p};
+    const float L_q_H = dqw_estimator_value(e, DQW_LQ);
+    const dqw_machine known = {dqw_estimator_value(e, DQW_R), salient(dqw_estimator_value(e, DQW_LD), L_q_H), L_q_H, p};
     if (known.R_ohm > 0.0f && p > 0.0f) dqw_model_bow(&means, &known, e->config->dt_s);
     return means;
 }
