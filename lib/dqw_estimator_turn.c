@@ -3,12 +3,14 @@
 #include <math.h>
 
 #include "dqw_estimator_block.h"
+#include "dqw_segment.h"
 #include "dqw_transform.h"
 
 // An angle below this, or below so many of its deviations, is not worth turning by; of so many blocks it is known.
 #define LEAST_RAD 0.01f
 #define KNOWN_SD 4.0f
 #define KNOWN_BLOCKS 500u
+#define SETTLED_SEGMENTS 8u
 
 static void turn(float x[2], float c, float n)
 {
@@ -55,6 +57,8 @@ void dqw_estimator_turn_block(const dqw_estimator *e, dqw_estimator_block *b)
 void dqw_estimator_turn_on(dqw_estimator *e)
 {
     if (has_effects(e) || !dqw_estimator_has_flux_q(e) || e->config->settled || e->blocks < KNOWN_BLOCKS) return;
+    // What has just changed is to be named first.
+    if (e->opened > 0 && e->segment.since < SETTLED_SEGMENTS) return;
     // A voltage that acts in another period than is said turns the frame too.
     const enum dqw_voltage_acts acts = dqw_estimator_voltage_acts(e);
     if (acts != DQW_VOLTAGE_NOT_KNOWN && (acts == DQW_VOLTAGE_NEXT) != e->config->voltage_next) return;
@@ -71,6 +75,7 @@ void dqw_estimator_turn_on(dqw_estimator *e)
     e->turn_sine = e->turn_sine * c + before * n;
     e->w_pu[DQW_PSI] = all;
     e->w_pu[DQW_PSI_Q] = 0.0f;
+    dqw_segment_restart(&e->segment);
     // What was learned before is of another frame: unlike inductances are to it a resistance and a coupling.
     const float widest = 1.0f / dqw_estimator_common_variance(e);
     const float L = e->w_pu[DQW_LD] > e->w_pu[DQW_LQ] ? e->w_pu[DQW_LD] : e->w_pu[DQW_LQ];
