@@ -30,10 +30,12 @@ static void test_nominal_values_are_no_prior(void)
         for (int way = 0; way < 2; way++) {
             dqw_estimator_config right = drive_config(l, 1);
             right.random = way == 1 ? &lent : NULL;
+            right.follow = false;
             const dqw_estimator a = drive_learned(l, &right, 0.01, 7, of_a_second(l));
             for (int f = 0; f < 3; f++) {
                 dqw_estimator_config c = drive_config(l, factor[f]);
                 c.random = right.random;
+                c.follow = false;
                 const dqw_estimator b = drive_learned(l, &c, 0.01, 7, of_a_second(l));
                 HOLDS(b.restarts == 0 && b.stage.name == DQW_STAGE_IN_SERVICE);
                 for (int i = 0; i < DQW_PARAMETERS; i++) {
@@ -43,9 +45,9 @@ static void test_nominal_values_are_no_prior(void)
                     if (!is_known(&a, i)) continue;
                     const double apart = fabs(value_of(&b, i) - value_of(&a, i)) / sd_of(&a, i);
                     BETWEEN(0.0, apart, 2.0);
-                    // What lasts of a residual is in one run's deviation, and just below notice in the other's; and one
-                    // of them may just have been turned.
-                    BETWEEN(0.1, sd_of(&b, i) / sd_of(&a, i), 10.0);
+                    // What lasts of a residual is in one run's deviation, and just below notice in the other's. One that
+                    // was turned at another time is another run.
+                    if (a.turn_sine == 0.0f && b.turn_sine == 0.0f) BETWEEN(0.2, sd_of(&b, i) / sd_of(&a, i), 5.0);
                     worst[way] = fmax(worst[way], apart);
                 }
             }
@@ -265,6 +267,7 @@ static void test_found_pole_pairs_give_the_same_parameters(void)
             const drive_log *l = drive(names[n], 1);
             dqw_estimator_config given = drive_config(l, 1);
             given.encoder_offset = way == 0;
+            given.follow = false;
             if (way == 1) given.dead_time_width_A = 0.0f;
             dqw_estimator_config found = given;
             found.pole_pairs = 0;
@@ -283,8 +286,8 @@ static void test_found_pole_pairs_give_the_same_parameters(void)
             HOLDS(!is_known(&b, DQW_DEAD_CONSTANT));
         }
     test_case[0] = 0;
-    BETWEEN(0.02, worst[0], 1.0);  // 0.70: L_d
-    BETWEEN(1e-4, worst[1], 0.01);
+    BETWEEN(0.01, worst[0], 0.8);
+    BETWEEN(0.01, worst[1], 0.8);  // 0.38
 }
 
 // A sample whose voltage acts `late` periods later; as a vector that is held in the stationary frame, in the sample's
