@@ -160,7 +160,7 @@ int main(int argc, char **argv)
     const int seeds = (int)joint_number(argc, argv, "--seeds", quick ? 2 : 10);
     const double rise_s = quick ? 10 : 60;
     const double noise[] = {0.01, 0.05};
-    printf("Drift 0.01 per root second, dead time learned: parameter changes at %g s (the slow one within %g s). Until "
+    printf("Long memory, dead time learned: parameter changes at %g s (the slow one within %g s). Until "
            "within\n"
            "%g %% of the new value for good, mean and slowest log, s; then in %% of it: overshoot (worst log), mean "
            "error and RMS error after\n"
