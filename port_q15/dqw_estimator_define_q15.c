@@ -248,6 +248,7 @@ static enum dqw_status check(const dqw_estimator_q15_config *c, dqw_units_q15 *u
     if (c->drift_ppm > DRIFT_MOST_PPM) return DQW_ERR_DRIFT;
     if (c->settled && (c->voltage_next || c->voltage_held)) return DQW_ERR_SETTLED;
     if (c->scale.pole_pairs == 0 && (c->voltage_held || c->speed_electrical)) return DQW_ERR_POLE_PAIRS;
+    if ((unsigned)c->modulation >= DQW_MODULATIONS) return DQW_ERR_MODULATION;
     if (c->random != NULL && c->random->learn == NULL) return DQW_ERR_RANDOM;
     // Below one radian a period, and not standing still
     const int64_t turn_q28 = dqw_scale_turn_q28(&c->scale, turning(c, c->scale.pole_pairs));

@@ -37,6 +37,7 @@ static uint32_t hash_of(const dqw_monitor_q15 *m)
                           c->voltage_held, c->speed_electrical, m->config->commissioned};
     uint32_t hash = dqw_hash_bytes(dqw_hash_begin(), values, sizeof values);
     for (unsigned i = 0; i < sizeof flags / sizeof flags[0]; i++) hash = dqw_hash_add(hash, flags[i] ? 1u : 0u);
+    hash = dqw_hash_add(hash, (uint32_t)c->modulation);
     hash = dqw_hash_add(hash, c->scale.pole_pairs);
     hash = dqw_hash_add(hash, m->estimator.window.half);
     return hash_of_effects(hash, c);

@@ -33,6 +33,7 @@ static inline dqw_monitor_q15_config dqw_monitor_config_in_q15(const dqw_monitor
     // A width so small is a milliampere: 0 would learn none.
     if (t->dead_time_width_mA == 0 && f->dead_time_width_A > 0.0f) t->dead_time_width_mA = 1;
     t->drift_ppm = dqw_q15_whole(1e6 * (double)f->drift_per_sqrt_s);
+    t->modulation = f->modulation;
     t->stale_limit = f->stale_limit;
     t->half_window = (uint8_t)(f->half_window < DQW_WINDOW_Q15_HALF ? f->half_window : DQW_WINDOW_Q15_HALF);
     t->angle = f->angle;
