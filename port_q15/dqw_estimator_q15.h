@@ -52,6 +52,9 @@ typedef struct dqw_estimator_q15_config {
     uint32_t dead_time_width_mA;
     /// how far a parameter may wander in 1 s, in millionths of itself, up to 10^6; 0: nothing is forgotten
     uint32_t drift_ppm;
+    /// the angle that comes with a sample is that of so long before its currents; < 0: after. Two periods at most; 0
+    /// beside effects
+    int32_t angle_late_ns;
     enum dqw_modulation modulation;  ///< which legs switch: dead time is theirs alone
     uint32_t stale_limit;            ///< equal samples in a row before a sensor counts as stuck; 0: never
     uint32_t threshold_ppm;          ///< residual over the full voltage that stage 3 must reach; 0: 50000 (5 %)
@@ -60,7 +63,8 @@ typedef struct dqw_estimator_q15_config {
     uint8_t half_window;   ///< pairs in half a block, 1 .. 100; 0: 20
     uint8_t solve_blocks;  ///< blocks between two solutions once 64 were learned; 0: 4. More cost less
     bool angle;            ///< the electrical angle is given: dead time and some effects need it
-    bool encoder_offset;   ///< learn the flux that shows on the other axis where the angle is off
+    /// learn the flux that shows on the other axis where the angle is off; without effects the data are turned by it
+    bool encoder_offset;
     bool noise_on_inputs;  ///< take the noise of currents and speed out of what is learned, (E60)
     bool settled;          ///< every sample is a settled point of its own: no slopes
     bool voltage_next;     ///< a sample's voltage acts one period later: from the next sample on
@@ -139,6 +143,7 @@ typedef struct dqw_estimator_q15 {
     int32_t score_last_q34[DQW_ESTIMATOR_Q15_SCORES];  ///< and the last one's
     dqw_window_q15_rise rise;
     int32_t rise_v_q15[2];                    ///< sums of its voltages
+    int32_t turn_cosine_q30, turn_sine_q30;   ///< data are turned by the angle that the encoder was found to be off
     int32_t w_q24[DQW_ESTIMATOR_Q15_INPUTS];  ///< the joint neuron's weights as solved last. |w| < 2^30
     int32_t e_q28[2];                         ///< the last block's error before the correction, d and q
     uint32_t number, elapsed;                 ///< of the last block; halves between it and the one before
@@ -148,6 +153,7 @@ typedef struct dqw_estimator_q15 {
     int16_t excess_q10[DQW_ESTIMATOR_Q15_INPUTS];
     uint16_t pole_pairs;  ///< given or found; 0: not yet
     uint8_t restarts;     ///< times that the weights left all bounds, and learning began again, up to 255
+    uint8_t across;       ///< blocks for which flux has shown on the other axis
     uint8_t turn;         ///< weight whose variance grows next
     dqw_stage stage;
 #if DQW_EFFECT_WEIGHTS > 0
