@@ -140,7 +140,6 @@ void dqw_estimator_turn_on_q15(dqw_estimator_q15 *e, const dqw_units_q15 *u, boo
                                                dqw_estimator_common_variance_q56(e), 48);
         const int64_t bounded_q40 = q_q40 < WIDEST_Q40 ? q_q40 : WIDEST_Q40;
         dqw_normal_grow_q15(&e->normal, i, bounded_q40);
-        // Solved just now: no more than the widest.
-        e->cov_q40[i] += bounded_q40;
+        e->cov_q40[i] = dqw_q_within64(e->cov_q40[i] + bounded_q40, 2 * WIDEST_Q40);
     }
 }

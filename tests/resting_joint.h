@@ -1,5 +1,5 @@
 // A joint whose pairs of samples hold exactly, in double, behind an inverter whose legs lose a voltage while they
-// switch, some of which rest; seen by a drive whose angle is off, or late.
+// switch, some of which rest; seen by a drive whose angle is off, or late. For the estimators.
 #ifndef RESTING_JOINT_H
 #define RESTING_JOINT_H
 
@@ -91,8 +91,9 @@ static inline unsigned resting_mask(long k)
     return masks[k / 37 % 8];
 }
 
-// The sample at k, with the voltage that the drive commands from then on.
-static inline dqw_sample resting_sample(const resting_joint *j, long k)
+// The sample at k, with the voltage that the drive commands from then on; *made where that is what these legs make of
+// it: between two legs there may be none.
+static inline dqw_sample resting_sample(const resting_joint *j, long k, bool *made)
 {
     const resting_state now = resting_state_at((double)k);
     const resting_state next = resting_state_at((double)k + 1);
@@ -101,21 +102,22 @@ static inline dqw_sample resting_sample(const resting_joint *j, long k)
     const double wi_d = RESTING_POLES * 0.5 * (now.w_m_rad_s * now.i_A[0] + next.w_m_rad_s * next.i_A[0]);
     const double wi_q = RESTING_POLES * 0.5 * (now.w_m_rad_s * now.i_A[1] + next.w_m_rad_s * next.i_A[1]);
     const double w_e = RESTING_POLES * 0.5 * (now.w_m_rad_s + next.w_m_rad_s);
-    const double v_V[2] = {
-        m[0] * 0.5 * (now.i_A[0] + next.i_A[0]) + m[1] * (next.i_A[0] - now.i_A[0]) / RESTING_DT_S - m[2] * wi_q,
-        m[0] * 0.5 * (now.i_A[1] + next.i_A[1]) + m[2] * (next.i_A[1] - now.i_A[1]) / RESTING_DT_S + m[1] * wi_d +
-            w_e * m[3]};
+    const double v_V[2] = {m[0] * 0.5 * (now.i_A[0] + next.i_A[0]) + m[1] * (next.i_A[0] - now.i_A[0]) / RESTING_DT_S -
+                               m[2] * wi_q,
+                           m[0] * 0.5 * (now.i_A[1] + next.i_A[1]) + m[2] * (next.i_A[1] - now.i_A[1]) / RESTING_DT_S +
+                               m[1] * wi_d + w_e * m[3]};
     // Which leg rests follows from the command, and the command from what the others lose.
     unsigned legs = j->modulation == DQW_MODULATION_MASK ? resting_mask(k) : 0;
     double command_V[2];
-    for (int tries = 0; tries < 4; tries++) {
+    *made = false;
+    for (int tries = 0; tries < 4 && !*made; tries++) {
         double loss_V[2];
         resting_loss(j, &middle, legs, loss_V);
         double phase[3];
         for (int axis = 0; axis < 2; axis++) command_V[axis] = v_V[axis] + loss_V[axis];
         for (int p = 0; p < 3; p++) phase[p] = resting_phase(command_V, middle.theta_rad, p) / RESTING_LINK_V;
         const unsigned said = j->modulation == DQW_MODULATION_MASK ? legs : resting_legs(j->modulation, phase);
-        if (said == legs) break;
+        *made = said == legs;
         legs = said;
     }
     const double off_rad = j->off_rad - RESTING_POLES * now.w_m_rad_s * j->late_s;
