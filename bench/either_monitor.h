@@ -48,11 +48,12 @@ static inline bool either_step(either_monitor *m, const dqw_monitor_config *c, c
     }
     const dqw_estimator_config *t = &c->estimator;
     const double turn = atan2((double)s->sine, (double)s->cosine) / (2 * acos(-1.0));
-    const dqw_sample_q15 x = dqw_sample_from_dq_q15(
+    dqw_sample_q15 x = dqw_sample_from_dq_q15(
         either_q15((double)s->v_d_V, (double)t->v_base_V), either_q15((double)s->v_q_V, (double)t->v_base_V),
         either_q15((double)s->i_d_A, (double)t->i_base_A), either_q15((double)s->i_q_A, (double)t->i_base_A),
         either_q15((double)s->w_m_rad_s, (double)t->w_base_rad_s),
         (uint16_t)(lrint((turn - floor(turn)) * 65536) & 65535));
+    x.resting = s->resting;
     dqw_monitor_change_q15 q;
     (void)dqw_monitor_sample_q15(&m->q, &x, false);
     if (!dqw_monitor_background_q15(&m->q) || !dqw_monitor_event_q15(&m->q, &q)) return false;

@@ -100,7 +100,11 @@ static void leave_out(const dqw_estimator *e, const dqw_sample *s, const dead_in
 {
     const float c = 0.5f * (e->cosine + s->cosine);
     const float n = 0.5f * (e->sine + s->sine);
-    const uint8_t legs = resting(e, c, n);
+    const uint8_t legs = resting(e, c, n) & 7u;
+    if (legs == 7u) {
+        dead[0] = dead[1] = 0.0f;
+        return;
+    }
     static const float alpha[3] = {2.0f / 3.0f, -1.0f / 3.0f, -1.0f / 3.0f};
     static const float beta[3] = {0.0f, INV_SQRT3, -INV_SQRT3};
     for (int k = 0; k < 3; k++) {

@@ -159,6 +159,7 @@ typedef struct dqw_estimator {
     uint8_t restarts;  ///< times that the weights left all bounds, and learning began again, up to 255
     uint8_t inputs;
     uint8_t slow_at;
+    uint8_t across;  ///< blocks for which flux has shown on the other axis
     dqw_lasting calm;  ///< what lasts, and the residual's variance, while nothing seems to change
     dqw_stage stage;
 } dqw_estimator;

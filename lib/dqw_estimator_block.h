@@ -63,6 +63,10 @@ static inline bool dqw_estimator_has_dead_time(const dqw_estimator *e)
 {
     return e->dead_time_width_A > 0.0f && dqw_estimator_cross(e, DQW_AXIS_D) == DQW_LQ;
 }
+static inline bool dqw_estimator_has_constant(const dqw_estimator *e)
+{
+    return dqw_estimator_has_dead_time(e) && e->config->modulation != DQW_MODULATION_CENTRED;
+}
 
 /// A block's rows as the joint neuron is shown them, per unit; variances of the noise of their inputs; the covariance
 /// of the speed's two inputs in a row, the other axis' inductance and the flux; and those of dead time's with R's.
@@ -120,7 +124,8 @@ bool dqw_estimator_take(dqw_estimator *e, dqw_estimator_block *b);
 #define dqw_estimator_turn_block DQW_SIZED(dqw_estimator_turn_block)
 void dqw_estimator_turn_block(const dqw_estimator *e, dqw_estimator_block *b);
 
-/// Does flux show on the other axis? Then later blocks are turned by that angle, and what was learned is less sure.
+/// Does flux show on the other axis, and stay? Then later blocks are turned by that angle, and what was learned is less
+/// sure.
 ///
 /// Source   (E102) in docs/EQUATIONS.md
 /// Context  background

@@ -71,7 +71,9 @@ float dqw_estimator_noise_sd(const dqw_estimator *e, int weight)
     const float rows = 2.0f * (float)e->blocks;
     float freedom = rows;
     for (uint32_t left = e->learned; left != 0; left &= left - 1u) freedom -= 1.0f;
-    const float least = e->config->settled ? 1.0f : 2.0f * (float)e->inputs;
+    // Where no leg rests there is one weight less.
+    const int weights = e->inputs - (dqw_estimator_has_constant(e) ? 0 : 1);
+    const float least = e->config->settled ? 1.0f : 2.0f * (float)weights;
     if ((e->learned >> weight & 1u) == 0 || freedom < least) return DQW_UNKNOWN;
     const float v = dqw_gain_covariance(&e->gain, weight, weight) * dqw_estimator_common_variance(e) *
                     inflation(e, weight) * (rows / freedom);

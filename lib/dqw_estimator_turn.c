@@ -11,6 +11,8 @@
 #define KNOWN_SD 4.0f
 #define KNOWN_BLOCKS 500u
 #define SETTLED_SEGMENTS 8u
+// What a fault's onset makes of the flux does not stay: an encoder that is off does.
+#define LASTING_BLOCKS 100u
 
 static void turn(float x[2], float c, float n)
 {
@@ -32,6 +34,7 @@ static bool has_effects(const dqw_estimator *e)
 void dqw_estimator_turn_block(const dqw_estimator *e, dqw_estimator_block *b)
 {
     if (has_effects(e)) return;
+    // [TUR.1] the angle that the encoder is off, and what the rotor turns while the angle is late
     float c = e->turn_cosine;
     float n = e->turn_sine;
     if (e->config->angle_late_s != 0.0f && e->pole_pairs != 0) {
@@ -44,7 +47,9 @@ void dqw_estimator_turn_block(const dqw_estimator *e, dqw_estimator_block *b)
         n = n * late_c + c * late_n;
         c = both;
     }
-    if (n == 0.0f) return;
+    if (n == 0.0f && c > 0.0f) return;
+
+    // [TUR.2] every vector of the block by both
     // v, i, di, w i; behind the speed dead time's two.
     for (int i = 0; i < DQW_BLOCK_SIGNALS - 1; i += 2) turn(&b->sum[i], c, n);
     for (int i = DQW_BLOCK_SIGNALS; i < DQW_PLAIN_SIGNALS; i += 2) turn(&b->sum[i], c, n);
@@ -59,14 +64,22 @@ void dqw_estimator_turn_on(dqw_estimator *e)
     if (has_effects(e) || !dqw_estimator_has_flux_q(e) || e->config->settled || e->blocks < KNOWN_BLOCKS) return;
     // What has just changed is to be named first.
     if (e->opened > 0 && e->segment.since < SETTLED_SEGMENTS) return;
-    // A voltage that acts in another period than is said turns the frame too.
-    const enum dqw_voltage_acts acts = dqw_estimator_voltage_acts(e);
-    if (acts != DQW_VOLTAGE_NOT_KNOWN && (acts == DQW_VOLTAGE_NEXT) != e->config->voltage_next) return;
+    // [TUR.3] is there flux across, beyond doubt
     const float psi = e->w_pu[DQW_PSI];
     const float across = e->w_pu[DQW_PSI_Q];
     const float unit = dqw_estimator_unit(e, DQW_PSI_Q);
     const float sd = dqw_estimator_read(e, DQW_PSI_Q).sd;
-    if (!(fabsf(across) > LEAST_RAD * psi) || !(fabsf(across) * unit > KNOWN_SD * sd)) return;
+    if (!(fabsf(across) > LEAST_RAD * psi) || !(fabsf(across) * unit > KNOWN_SD * sd)) {
+        e->across = 0;
+        return;
+    }
+    if (++e->across < LASTING_BLOCKS) return;
+    e->across = 0;
+    // A voltage that acts in another period than is said turns the frame too.
+    const enum dqw_voltage_acts acts = dqw_estimator_voltage_acts(e);
+    if (acts != DQW_VOLTAGE_NOT_KNOWN && (acts == DQW_VOLTAGE_NEXT) != e->config->voltage_next) return;
+
+    // [TUR.4] from now on all flux is along d
     const float all = sqrtf(psi * psi + across * across);
     const float c = psi / all;
     const float n = -across / all;
@@ -76,7 +89,8 @@ void dqw_estimator_turn_on(dqw_estimator *e)
     e->w_pu[DQW_PSI] = all;
     e->w_pu[DQW_PSI_Q] = 0.0f;
     dqw_segment_restart(&e->segment);
-    // What was learned before is of another frame: unlike inductances are to it a resistance and a coupling.
+
+    // [TUR.5] what was learned is of another frame: unlike inductances are to it a resistance and a coupling
     const float widest = 1.0f / dqw_estimator_common_variance(e);
     const float L = e->w_pu[DQW_LD] > e->w_pu[DQW_LQ] ? e->w_pu[DQW_LD] : e->w_pu[DQW_LQ];
     for (int i = DQW_R; i <= DQW_LQ; i++) dqw_gain_grow(&e->gain, i, n * n * L * L * widest);

@@ -16,7 +16,7 @@ enum dqw_parameter {
     DQW_DEAD_TIME,  ///< V that the inverter takes from each phase
     /// flux linkage of the magnet that shows on the other axis: psi times the angle by which the encoder is off
     DQW_PSI_Q,
-    /// V that dead time gives a switching leg whichever way its current flows: shows only where another leg rests
+    /// V that the inverter takes from a switching phase whichever way its current flows: shows only where a leg rests
     DQW_DEAD_CONSTANT,
     DQW_PARAMETERS
 };

@@ -69,6 +69,29 @@ enum dqw_status dqw_units_of_q15(const dqw_estimator_q15_config *config, uint32_
 #define dqw_estimator_take_q15 DQW_SIZED(dqw_estimator_take_q15)
 bool dqw_estimator_take_q15(dqw_estimator_q15 *e, dqw_estimator_q15_block *b);
 
+/// Turn a block that was taken into the magnet's frame, as far as that is known. Without effect where effects are
+/// learned: their laws saw the currents as they came.
+///
+/// Source   (E102) in docs/EQUATIONS.md
+/// Format   |sums| < h (h + 1) 2^17: turned they still fit
+/// Cost     30 products of 32 by 32 bits; 16 more and 10 divisions of 32 where the angle is late
+/// Context  background
+#define dqw_estimator_turn_block_q15 DQW_SIZED(dqw_estimator_turn_block_q15)
+void dqw_estimator_turn_block_q15(const dqw_estimator_q15 *e, dqw_estimator_q15_block *b);
+
+/// Does flux show on the other axis, and stay? Then later blocks are turned by that angle, and what was learned is less
+/// sure. Only where the weights were just solved: the sums go on around the turned ones.
+///
+/// Source   (E102) in docs/EQUATIONS.md
+/// Context  background
+#define dqw_estimator_turn_on_q15 DQW_SIZED(dqw_estimator_turn_on_q15)
+void dqw_estimator_turn_on_q15(dqw_estimator_q15 *e, const dqw_units_q15 *u, bool solved);
+
+/// A weight in its unit, the flux on the other axis as that of the angle as it came.
+/// Source   (E20), (E102) in docs/EQUATIONS.md
+#define dqw_estimator_value_q24 DQW_SIZED(dqw_estimator_value_q24)
+int32_t dqw_estimator_value_q24(const dqw_estimator_q15 *e, int weight);
+
 /// Learn a block that was taken.
 ///
 /// Source   (E16), (E17), (E60), (E61), (E70), (E71) in docs/EQUATIONS.md
@@ -109,6 +132,10 @@ static inline int dqw_estimator_cross_q15(const dqw_estimator_q15 *e, int axis)
 static inline bool dqw_estimator_has_dead_time_q15(const dqw_estimator_q15 *e)
 {
     return e->wide_q28 > 0 && !dqw_estimator_seeks_q15(e);
+}
+static inline bool dqw_estimator_has_constant_q15(const dqw_estimator_q15 *e)
+{
+    return dqw_estimator_has_dead_time_q15(e) && e->config->modulation != DQW_MODULATION_CENTRED;
 }
 static inline bool dqw_estimator_has_psi_q_q15(const dqw_estimator_q15 *e)
 {

@@ -7,8 +7,11 @@
 
 #define HALF_WINDOW 20
 #define DRIFT_MOST_PPM 1000000u
+// Beyond that nobody controls a current.
+#define ANGLE_LATE_PERIODS 2
 #define ONE_Q15 32768
 #define ONE_Q24 16777216
+#define ONE_Q30 1073741824
 #define RADIAN_Q28 268435456
 // A unit is a voltage at full scale of what it acts on: 8 full voltages at most, 2^-17 at least; what a step of the
 // full current may take.
@@ -232,7 +235,7 @@ void dqw_estimator_start_q15(dqw_estimator_q15 *e, const int32_t start_q24[])
     e->error_q56[0] = e->error_q56[1] = e->recent_q54 = 0;
     e->blocks = 0;
     e->learned = 0;
-    e->turn = 0;
+    e->turn = e->across = 0;
 }
 
 static enum dqw_status check(const dqw_estimator_q15_config *c, dqw_units_q15 *u)
@@ -241,6 +244,8 @@ static enum dqw_status check(const dqw_estimator_q15_config *c, dqw_units_q15 *u
     if (scale != DQW_OK) return scale;
 #if DQW_EFFECT_WEIGHTS > 0
     if (c->effect_count > 0 && c->effects == NULL) return DQW_ERR_EFFECT_LIST;
+    // Their laws see the currents as they come.
+    if (c->effect_count > 0 && c->angle_late_ns != 0) return DQW_ERR_ANGLE_LATE;
     // Each of the list has a weight, but dead time, which stands in it once at most.
     if (c->effect_count > DQW_EFFECT_WEIGHTS + 1) return DQW_ERR_EFFECT_ROOM;
 #endif
@@ -248,6 +253,8 @@ static enum dqw_status check(const dqw_estimator_q15_config *c, dqw_units_q15 *u
     if (c->drift_ppm > DRIFT_MOST_PPM) return DQW_ERR_DRIFT;
     if (c->settled && (c->voltage_next || c->voltage_held)) return DQW_ERR_SETTLED;
     if (c->scale.pole_pairs == 0 && (c->voltage_held || c->speed_electrical)) return DQW_ERR_POLE_PAIRS;
+    if ((unsigned)c->modulation >= DQW_MODULATIONS) return DQW_ERR_MODULATION;
+    if (dqw_q_size64(c->angle_late_ns) > (int64_t)ANGLE_LATE_PERIODS * c->scale.dt_ns) return DQW_ERR_ANGLE_LATE;
     if (c->random != NULL && c->random->learn == NULL) return DQW_ERR_RANDOM;
     // Below one radian a period, and not standing still
     const int64_t turn_q28 = dqw_scale_turn_q28(&c->scale, turning(c, c->scale.pole_pairs));
@@ -287,6 +294,7 @@ enum dqw_status dqw_estimator_init_q15(dqw_estimator_q15 *e, const dqw_estimator
 #endif
     (void)dqw_window_init_q15(&e->window, c->settled ? 1 : half_of(c),
                               DQW_PLAIN_Q15_SIGNALS + 2 * (dqw_estimator_inputs_q15(e) - DQW_PARAMETERS));
+    e->turn_cosine_q30 = ONE_Q30;
     e->follow_q15 = ONE_Q15;
     e->given.follow_q15 = ONE_Q15;
     if (u.width_q40 > 0) {

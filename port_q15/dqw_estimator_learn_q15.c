@@ -248,6 +248,7 @@ bool dqw_estimator_take_q15(dqw_estimator_q15 *e, dqw_estimator_q15_block *b)
     if (event != DQW_EVENT_BLOCK && !settled) return false;
     e->elapsed = b->with.number - e->number;
     e->number = b->with.number;
+    dqw_estimator_turn_block_q15(e, b);
     return true;
 }
 
@@ -291,6 +292,7 @@ bool dqw_estimator_learn_q15(dqw_estimator_q15 *e, const dqw_estimator_q15_block
     keep(e, &r, mask, by_q24, solved);
     if (!sound(e, &r.unit)) return false;
     if (solved && !c->settled) publish(e, b, &r.unit);
+    dqw_estimator_turn_on_q15(e, &r.unit, solved);
     dqw_estimator_drift_q15(e);
     if (e->stage.name == DQW_STAGE_RANDOM) coarse_stage(e, r.unit.w_q24);
     return true;

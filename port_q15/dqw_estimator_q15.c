@@ -3,12 +3,14 @@
 
 #include <stddef.h>
 
+#include "dqw_modulation.h"
 #include "dqw_q15.h"
 
 // Slopes of dead time's input in their sum.
 #define SLOPES_SHIFT 10u
 #define ONE_Q15 32768
 #define SQRT3_2_Q31 1859775393
+#define SQRT3_Q14 28378
 #define THIRD_Q15 10923
 #define INV_SQRT3_Q15 18919
 
@@ -85,10 +87,34 @@ static void adapt(dqw_estimator_q15 *e, dqw_sample_q15 *x)
         x->v_q_q15 = e->commanded ? e->command_q_q15 : 0;
         e->command_d_q15 = v_d_q15;
         e->command_q_q15 = v_q_q15;
+        const uint8_t resting = x->resting;
+        x->resting = e->command_resting;
+        e->command_resting = resting;
     }
     if (e->config->voltage_held) turn_back(e, next ? 3 : 1, x);
     // A voltage that came beyond the scale is refused with its sample.
     if (dqw_scale_beyond(v_d_q15) || dqw_scale_beyond(v_q_q15)) x->v_d_q15 = INT16_MAX;
+}
+
+// Dead time's input at the two samples of a pair together.
+typedef struct {
+    int32_t d_q15, q_q15;
+    int32_t sign_q15[3];  // of the phases' currents: |.| < 2^16
+} dead_input;
+
+// A sample's joins that of the sample before.
+static int32_t joined(int32_t *before_q15, int32_t now_q15)
+{
+    const int32_t both_q15 = *before_q15 + now_q15;
+    *before_q15 = now_q15;
+    return both_q15;
+}
+
+static int32_t joined_sign(int16_t *before_q15, int32_t now_q15)
+{
+    const int32_t both_q15 = *before_q15 + now_q15;
+    *before_q15 = (int16_t)now_q15;
+    return both_q15;
 }
 
 // tanh to 1e-3, bounded by 1, of a current: its continued fraction to the fifth term, with u the current over 3.6
@@ -120,10 +146,10 @@ static int32_t follow(int32_t slow_q28, int16_t now_q15, int32_t part_q15)
 }
 
 // What an inverter with dead time takes from each phase per volt of it, as dq. (E51)
-static void dead_time(dqw_estimator_q15 *e, const dqw_sample_q15 *s, int32_t *d_q15, int32_t *q_q15)
+static void dead_time(dqw_estimator_q15 *e, const dqw_sample_q15 *s, dead_input *x)
 {
     if (e->wide_q28 == 0) {
-        *d_q15 = *q_q15 = 0;
+        x->d_q15 = x->q_q15 = 0;
         return;
     }
     // Noise wider than the step would smooth it: so the noisier the currents, the slower they are followed here.
@@ -139,11 +165,14 @@ static void dead_time(dqw_estimator_q15 *e, const dqw_sample_q15 *s, int32_t *d_
     const int32_t a = soft_sign(e->wide_q28, e->per_wide, alpha);
     const int32_t b = soft_sign(e->wide_q28, e->per_wide, beta - half);
     const int32_t c = soft_sign(e->wide_q28, e->per_wide, -half - beta);
+    x->sign_q15[0] = joined_sign(&e->dead_sign_q15[0], a);
+    x->sign_q15[1] = joined_sign(&e->dead_sign_q15[1], b);
+    x->sign_q15[2] = joined_sign(&e->dead_sign_q15[2], c);
     // |.| <= 4/3, products below 2^30.5
     const int32_t lost_alpha = dqw_q_round32((2 * a - b - c) * THIRD_Q15, 15);
     const int32_t lost_beta = dqw_q_round32((b - c) * INV_SQRT3_Q15, 15);
-    *d_q15 = dqw_q_round32(cosine * lost_alpha + sine * lost_beta, 15);
-    *q_q15 = dqw_q_round32(cosine * lost_beta - sine * lost_alpha, 15);
+    x->d_q15 = joined(&e->dead_d_q15, dqw_q_round32(cosine * lost_alpha + sine * lost_beta, 15));
+    x->q_q15 = joined(&e->dead_q_q15, dqw_q_round32(cosine * lost_beta - sine * lost_alpha, 15));
     // How much of it the current's noise moves, on average: what tanh gains at this current, 1 - tanh^2 of what it
     // gains at none. One sample in four, and never the one that ends a block, is enough.
     if ((e->window.at & 3u) != 1u) return;
@@ -156,37 +185,95 @@ static void dead_time(dqw_estimator_q15 *e, const dqw_sample_q15 *s, int32_t *d_
     e->slope_q15 += slope_q15;
 }
 
-static void gather(dqw_estimator_q15 *e, const int32_t pair[])
+// Legs that rested in the period that s ends; c and n twice the direction in its middle, nearly.
+static uint8_t resting(const dqw_estimator_q15 *e, int32_t c, int32_t n)
 {
-    dqw_window_q15_cell *cell = dqw_window_cells_q15(&e->window);
-    const int32_t *const end = pair + (DQW_EFFECT_WEIGHTS > 0 ? e->window.signals : DQW_PLAIN_Q15_SIGNALS);
-    do dqw_window_gather_q15(cell++, *pair++);
-    while (pair != end);
-    dqw_window_count_q15(&e->window);
+    const dqw_sample_q15 *l = &e->last;
+    if (e->config->modulation == DQW_MODULATION_MASK) return l->resting & 7u;
+    const int32_t cosine = dqw_q_floor32(c, 1);
+    const int32_t sine = dqw_q_floor32(n, 1);
+    // A direction is below 1.05, a voltage below 1.42: sums below 2^31, and what is left below 1.5
+    const int32_t alpha_q15 = dqw_q_floor32(cosine * l->v_d_q15 - sine * l->v_q_q15, 15);
+    const int32_t beta_q15 = dqw_q_floor32(sine * l->v_d_q15 + cosine * l->v_q_q15, 15);
+    const int32_t side_q15 = dqw_q_floor32(beta_q15 * SQRT3_Q14, 14);
+    const int32_t v[3] = {2 * alpha_q15, side_q15 - alpha_q15, -side_q15 - alpha_q15};
+    return dqw_modulation_resting(e->config->modulation, v);
+}
+
+// A leg that rests has no dead time: out of the pair's input with it; and what the others have whatever their currents'
+// signs shows. (E101)
+static void leave_out(const dqw_estimator_q15 *e, const dqw_sample_q15 *s, const dead_input *x, int32_t dead_q15[])
+{
+    static const int16_t alpha_q15[3] = {2 * THIRD_Q15 - 1, -THIRD_Q15, -THIRD_Q15};
+    static const int16_t beta_q15[3] = {0, INV_SQRT3_Q15, -INV_SQRT3_Q15};
+    const int32_t c = s->cosine_q15 + e->last.cosine_q15;
+    const int32_t n = s->sine_q15 + e->last.sine_q15;
+    const uint8_t legs = resting(e, c, n);
+    if (legs == 7u) {
+        dead_q15[0] = dead_q15[1] = 0;
+        return;
+    }
+    for (int k = 0; k < 3; k++) {
+        if ((legs >> k & 1u) == 0) continue;
+        // Twice the direction is below 2.1, two thirds of that below 1.4; what is left of dead time's below 2.8.
+        const int32_t d_q15 = dqw_q_round32(c * alpha_q15[k] + n * beta_q15[k], 15);
+        const int32_t q_q15 = dqw_q_round32(c * beta_q15[k] - n * alpha_q15[k], 15);
+        const int32_t sign_q15 = dqw_q_floor32(x->sign_q15[k], 1);
+        dead_q15[0] -= dqw_q_round32(sign_q15 * d_q15, 15);
+        dead_q15[1] -= dqw_q_round32(sign_q15 * q_q15, 15);
+        dead_q15[2] -= d_q15;
+        dead_q15[3] -= q_q15;
+    }
 }
 
 // The pair that a sample ends, as sums and steps. (E13)
-static void gather_pair(dqw_estimator_q15 *e, const dqw_sample_q15 *s, int32_t dead_d_q15, int32_t dead_q_q15,
-                        int32_t pair[])
+static void gather(dqw_estimator_q15 *e, const dqw_sample_q15 *s, const dead_input *x, int32_t pair[])
+{
+    dqw_model_pair_q15(&e->last, s, pair);
+    int32_t *dead_q15 = pair + DQW_BLOCK_Q15_SIGNALS;
+    dead_q15[0] = x->d_q15;
+    dead_q15[1] = x->q_q15;
+    dead_q15[2] = dead_q15[3] = 0;
+    if (e->config->modulation != DQW_MODULATION_CENTRED && e->wide_q28 != 0) leave_out(e, s, x, dead_q15);
+    const int32_t *from = pair;
+    const int32_t *const end = pair + (DQW_EFFECT_WEIGHTS > 0 ? e->window.signals : DQW_PLAIN_Q15_SIGNALS);
+    dqw_window_q15_cell *cell = dqw_window_cells_q15(&e->window);
+    do dqw_window_gather_q15(cell++, *from++);
+    while (from != end);
+    dqw_window_count_q15(&e->window);
+}
+
+// Steps less what the voltage made of them.
+static void step_noise(dqw_estimator_q15 *e, const dqw_sample_q15 *s, const int32_t pair[])
 {
     const dqw_sample_q15 *l = &e->last;
-    dqw_model_pair_q15(l, s, pair);
-    pair[DQW_BLOCK_Q15_SIGNALS] = dead_d_q15 + e->dead_d_q15;
-    pair[DQW_BLOCK_Q15_SIGNALS + 1] = dead_q_q15 + e->dead_q_q15;
-    gather(e, pair);
-    // Steps less what the voltage made of them.
     dqw_noise_step_q15(&e->noise, pair[4] - dqw_q_round32(e->step_q15[0] * l->v_d_q15, 15),
                        pair[5] - dqw_q_round32(e->step_q15[1] * l->v_q_q15, 15), s->w_m_q15 - l->w_m_q15);
 }
 
-// A settled row is a block of its own.
-static void gather_row(dqw_estimator_q15 *e, const dqw_sample_q15 *s, int32_t dead_d_q15, int32_t dead_q_q15,
-                       int32_t pair[])
+// Sixteen bits at a time: the smallest cores copy what need not stand on a word byte by byte.
+static void copy(dqw_sample_q15 *to, const dqw_sample_q15 *from)
 {
-    dqw_model_pair_q15(s, s, pair);
-    pair[DQW_BLOCK_Q15_SIGNALS] = 2 * dead_d_q15;
-    pair[DQW_BLOCK_Q15_SIGNALS + 1] = 2 * dead_q_q15;
-    gather(e, pair);
+    to->v_d_q15 = from->v_d_q15;
+    to->v_q_q15 = from->v_q_q15;
+    to->i_d_q15 = from->i_d_q15;
+    to->i_q_q15 = from->i_q_q15;
+    to->w_m_q15 = from->w_m_q15;
+    to->cosine_q15 = from->cosine_q15;
+    to->sine_q15 = from->sine_q15;
+    to->temp_winding_cC = from->temp_winding_cC;
+    to->temp_magnet_cC = from->temp_magnet_cC;
+    to->resting = from->resting;
+}
+
+// A settled row is a block of its own: it makes a pair with itself.
+static void gather_row(dqw_estimator_q15 *e, const dqw_sample_q15 *s, dead_input *x, int32_t pair[])
+{
+    copy(&e->last, s);
+    x->d_q15 = 2 * e->dead_d_q15;
+    x->q_q15 = 2 * e->dead_q_q15;
+    for (int k = 0; k < 3; k++) x->sign_q15[k] = 2 * e->dead_sign_q15[k];
+    gather(e, s, x, pair);
 }
 
 // Before a half is gathered: what the background made of those before it.
@@ -227,17 +314,17 @@ static uint32_t end_half(dqw_estimator_q15 *e, const dqw_sample_q15 *s, bool goo
 static uint32_t take(dqw_estimator_q15 *e, const dqw_sample_q15 *s, uint32_t event)
 {
     const bool good = event == 0;
-    int32_t dead_d_q15 = 0;
-    int32_t dead_q_q15 = 0;
-    if (good) dead_time(e, s, &dead_d_q15, &dead_q_q15);
+    dead_input x;
+    if (good) dead_time(e, s, &x);
 
     // [EST.2] the pair that it ends, into the window
     int32_t pair[DQW_ESTIMATOR_Q15_SIGNALS];
     const bool there = pair_effects(e, s, good, pair);
     if (e->config->settled) {
-        if (good) gather_row(e, s, dead_d_q15, dead_q_q15, pair);
+        if (good) gather_row(e, s, &x, pair);
     } else if (there && e->last_good) {
-        gather_pair(e, s, dead_d_q15, dead_q_q15, pair);
+        gather(e, s, &x, pair);
+        step_noise(e, s, pair);
     } else {
         dqw_window_refuse_q15(&e->window);
         dqw_noise_gap_q15(&e->noise);
@@ -247,23 +334,7 @@ static uint32_t take(dqw_estimator_q15 *e, const dqw_sample_q15 *s, uint32_t eve
     // A voltage that acts later is not known at the first sample.
     e->last_good = good && (!e->config->voltage_next || e->commanded);
     e->commanded = good;
-    e->dead_d_q15 = dead_d_q15;
-    e->dead_q_q15 = dead_q_q15;
     return event;
-}
-
-// Sixteen bits at a time: the smallest cores copy what need not stand on a word byte by byte.
-static void copy(dqw_sample_q15 *to, const dqw_sample_q15 *from)
-{
-    to->v_d_q15 = from->v_d_q15;
-    to->v_q_q15 = from->v_q_q15;
-    to->i_d_q15 = from->i_d_q15;
-    to->i_q_q15 = from->i_q_q15;
-    to->w_m_q15 = from->w_m_q15;
-    to->cosine_q15 = from->cosine_q15;
-    to->sine_q15 = from->sine_q15;
-    to->temp_winding_cC = from->temp_winding_cC;
-    to->temp_magnet_cC = from->temp_magnet_cC;
 }
 
 uint32_t dqw_estimator_sample_q15(dqw_estimator_q15 *e, const dqw_sample_q15 *sample, bool saturated)

@@ -10,6 +10,7 @@
 #include "dqw_effect_q15.h"
 #include "dqw_gate.h"
 #include "dqw_model_q15.h"
+#include "dqw_modulation_name.h"
 #include "dqw_nameplate_q15.h"
 #include "dqw_noise_q15.h"
 #include "dqw_normal_q15.h"
@@ -31,11 +32,11 @@ extern "C" {
 /// Weights whose blocks' autocorrelation is followed: R, L_d, L_q, flux, then the effects'.
 #define DQW_ESTIMATOR_Q15_SCORES (4 + DQW_EFFECT_WEIGHTS)
 
-/// Signals of a block: the model's and dead time's input on d and q, then the effects' on d and on q.
-#define DQW_PLAIN_Q15_SIGNALS (DQW_BLOCK_Q15_SIGNALS + 2)
+/// Signals of a block: the model's, dead time's and a resting leg's input on d and q, then the effects' on d and on q.
+#define DQW_PLAIN_Q15_SIGNALS (DQW_BLOCK_Q15_SIGNALS + 4)
 #define DQW_ESTIMATOR_Q15_SIGNALS (DQW_PLAIN_Q15_SIGNALS + 2 * DQW_EFFECT_WEIGHTS)
 
-/// Dead time's unit is the full voltage over this.
+/// Of both of dead time's weights the unit is the full voltage over this.
 #define DQW_DEAD_TIME_Q15_PARTS 30
 
 /// Memory that stage 2 borrows (dqw_estimator_random_q15.h): free for other use once the stage is ordinal learning or
@@ -51,14 +52,19 @@ typedef struct dqw_estimator_q15_config {
     uint32_t dead_time_width_mA;
     /// how far a parameter may wander in 1 s, in millionths of itself, up to 10^6; 0: nothing is forgotten
     uint32_t drift_ppm;
-    uint32_t stale_limit;    ///< equal samples in a row before a sensor counts as stuck; 0: never
-    uint32_t threshold_ppm;  ///< residual over the full voltage that stage 3 must reach; 0: 50000 (5 %)
+    /// the angle that comes with a sample is that of so long before its currents; < 0: after. Two periods at most; 0
+    /// beside effects
+    int32_t angle_late_ns;
+    enum dqw_modulation modulation;  ///< which legs switch: dead time is theirs alone
+    uint32_t stale_limit;            ///< equal samples in a row before a sensor counts as stuck; 0: never
+    uint32_t threshold_ppm;          ///< residual over the full voltage that stage 3 must reach; 0: 50000 (5 %)
     /// an input whose power stays below this part of its full scale, squared, teaches nothing; 0: 328 (0.01)
     uint16_t excitation_q15;
     uint8_t half_window;   ///< pairs in half a block, 1 .. 100; 0: 20
     uint8_t solve_blocks;  ///< blocks between two solutions once 64 were learned; 0: 4. More cost less
     bool angle;            ///< the electrical angle is given: dead time and some effects need it
-    bool encoder_offset;   ///< learn the flux that shows on the other axis where the angle is off
+    /// learn the flux that shows on the other axis where the angle is off; without effects the data are turned by it
+    bool encoder_offset;
     bool noise_on_inputs;  ///< take the noise of currents and speed out of what is learned, (E60)
     bool settled;          ///< every sample is a settled point of its own: no slopes
     bool voltage_next;     ///< a sample's voltage acts one period later: from the next sample on
@@ -95,26 +101,27 @@ typedef struct dqw_estimator_q15_given {
 typedef struct dqw_estimator_q15 {
     const dqw_estimator_q15_config *config;
 
-    // The interrupt's. In this order nothing is lost to alignment.
-    dqw_gate gate;  ///< but for its blocks, learned and incomplete, which the background counts
-    dqw_window_q15 window;
-    int32_t turn_q28;  ///< electrical angle a period at full speed, rad
+    // The interrupt's. In this order nothing is lost to alignment, and small cores reach what each sample needs.
+    dqw_sample_q15 last;  ///< its voltages are those that act from it on
+    bool has_last, last_good, commanded;
+    uint8_t command_resting;               ///< with voltage_next: the last sample's legs,
+    int16_t command_d_q15, command_q_q15;  ///< and voltage
+    int16_t dead_sign_q15[3];              ///< signs of the last sample's phase currents,
+    uint16_t slopes;                       ///< in their sum
+    int32_t dead_d_q15, dead_q_q15;        ///< and dead time's input of them; |D| <= 4/3
+    int32_t slow_d_q28, slow_q_q28;        ///< currents as dead time's input takes them,
+    int32_t wide_q28, per_wide;            ///< 3.6 widths, and 2^47 over that; 0: no dead time
+    uint32_t slope_q15;                    ///< sum of the slopes of dead time's tanh
+    int16_t step_q15[2];                   ///< as given last
+    int32_t turn_q28;                      ///< electrical angle a period at full speed, rad
+    uint32_t halves;                       ///< since init: the time
+    dqw_gate gate;                         ///< but for its blocks, learned and incomplete, which the background counts
     dqw_noise_q15 noise;
-    dqw_sample_q15 last;             ///< its voltages are those that act from it on
-    uint16_t slopes;                 ///< in their sum
-    int32_t dead_d_q15, dead_q_q15;  ///< dead time's input there; |D| <= 4/3
-    int32_t slow_d_q28, slow_q_q28;  ///< currents as dead time's input takes them,
-    int32_t wide_q28, per_wide;      ///< 3.6 widths, and 2^47 over that; 0: no dead time
-    uint32_t halves;                 ///< since init: the time
-    uint32_t slope_q15;              ///< sum of the slopes of dead time's tanh
-    int16_t step_q15[2];             ///< as given last
+    dqw_window_q15 window;
+    uint16_t follow_q15;  ///< as given last
+    uint8_t missed;       ///< halves lost because the background came too late, up to 255
     // Handed over beside the window's part, while window.over.pending: the background's.
     dqw_estimator_q15_handed handed;
-    // The interrupt's again.
-    uint16_t follow_q15;                   ///< as given last
-    int16_t command_d_q15, command_q_q15;  ///< with voltage_next: the last sample's voltage
-    uint8_t missed;                        ///< halves lost because the background came too late, up to 255
-    bool has_last, last_good, commanded;
 #if DQW_EFFECT_WEIGHTS > 0
     dqw_scale scale;  ///< with the pole pairs of the speed that is given
     dqw_effect_q15 effect;
@@ -136,6 +143,7 @@ typedef struct dqw_estimator_q15 {
     int32_t score_last_q34[DQW_ESTIMATOR_Q15_SCORES];  ///< and the last one's
     dqw_window_q15_rise rise;
     int32_t rise_v_q15[2];                    ///< sums of its voltages
+    int32_t turn_cosine_q30, turn_sine_q30;   ///< data are turned by the angle that the encoder was found to be off
     int32_t w_q24[DQW_ESTIMATOR_Q15_INPUTS];  ///< the joint neuron's weights as solved last. |w| < 2^30
     int32_t e_q28[2];                         ///< the last block's error before the correction, d and q
     uint32_t number, elapsed;                 ///< of the last block; halves between it and the one before
@@ -145,6 +153,7 @@ typedef struct dqw_estimator_q15 {
     int16_t excess_q10[DQW_ESTIMATOR_Q15_INPUTS];
     uint16_t pole_pairs;  ///< given or found; 0: not yet
     uint8_t restarts;     ///< times that the weights left all bounds, and learning began again, up to 255
+    uint8_t across;       ///< blocks for which flux has shown on the other axis
     uint8_t turn;         ///< weight whose variance grows next
     dqw_stage stage;
 #if DQW_EFFECT_WEIGHTS > 0

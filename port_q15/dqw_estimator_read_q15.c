@@ -27,6 +27,15 @@ uint32_t dqw_estimator_unit_q15(const dqw_estimator_q15_config *config, enum dqw
     return u.si[parameter == DQW_PSI_Q ? DQW_PSI : parameter];
 }
 
+int32_t dqw_estimator_value_q24(const dqw_estimator_q15 *e, int weight)
+{
+    const int32_t w_q24 = e->w_q24[weight];
+    if (weight != DQW_PSI_Q || e->turn_sine_q30 == 0) return w_q24;
+    // |w| < 2^30: products below 2^61
+    return dqw_q31_sat(
+        dqw_q_round64((int64_t)w_q24 * e->turn_cosine_q30 - (int64_t)e->w_q24[DQW_PSI] * e->turn_sine_q30, 30));
+}
+
 int64_t dqw_estimator_variance_q56(const dqw_estimator_q15 *e, int axis)
 {
     const int64_t least = e->config->settled ? VARIANCE_FLOOR_SETTLED_Q56 : VARIANCE_FLOOR_Q56;
@@ -66,7 +75,8 @@ int32_t dqw_estimator_sd_q24(const dqw_estimator_q15 *e, int weight)
 {
     // [READ.2] a deviation is its covariance times the residual's variance, wider where the rows are few
     // Rows less weights: of few settled ones each counts.
-    const int n = dqw_estimator_inputs_q15(e);
+    // Where no leg rests there is one weight less.
+    const int n = dqw_estimator_inputs_q15(e) - (dqw_estimator_has_constant_q15(e) ? 0 : 1);
     const int rows = 2 * (int)e->blocks;
     int freedom = rows;
     for (uint32_t left = e->learned; left != 0; left &= left - 1u) freedom--;
@@ -96,7 +106,7 @@ dqw_reading_q15 dqw_estimator_read_q15(const dqw_estimator_q15 *e, enum dqw_para
     dqw_reading_q15 r = {.value_q40 = 0, .sd_q40 = INT64_MAX, .sd_change_q40 = INT64_MAX, .usable = false};
     if ((unsigned)parameter >= DQW_PARAMETERS) return r;
     const bool seeks = dqw_estimator_seeks_q15(e);
-    if (!seeks || parameter <= DQW_PSI) r.value_q40 = (int64_t)e->w_q24[parameter] * 65536;
+    if (!seeks || parameter <= DQW_PSI) r.value_q40 = (int64_t)dqw_estimator_value_q24(e, (int)parameter) * 65536;
     // What these rows cannot tell without the pole pairs.
     if (e->pole_pairs == 0 && parameter != DQW_R && (e->config->settled || parameter > DQW_LQ)) return r;
     const int32_t sd_q24 = dqw_estimator_sd_q24(e, (int)parameter);

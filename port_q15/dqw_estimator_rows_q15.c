@@ -62,10 +62,12 @@ static void inputs(const dqw_estimator_q15 *e, const dqw_estimator_q15_block *b,
         x[DQW_LD + axis] = dqw_q_times32(u->L_q40[axis], di_q28[axis], -40);
         x[dqw_estimator_cross_q15(e, axis)] = across;
         if (axis == Q || dqw_estimator_has_psi_q_q15(e)) x[axis == Q ? DQW_PSI : DQW_PSI_Q] = flux;
-        if (dead_time)
-            x[DQW_DEAD_TIME] = dqw_q31_sat(dqw_q_quotient64(b->sums[DQW_BLOCK_Q15_SIGNALS + axis],
-                                                            (int64_t)DQW_DEAD_TIME_Q15_PARTS * b->weight, 12) +
-                                           dqw_q_times64(late_q24, di_q28[axis], -24));
+        if (!dead_time) continue;
+        x[DQW_DEAD_TIME] = dqw_q31_sat(
+            dqw_q_quotient64(b->sums[DQW_BLOCK_Q15_SIGNALS + axis], (int64_t)DQW_DEAD_TIME_Q15_PARTS * b->weight, 12) +
+            dqw_q_times64(late_q24, di_q28[axis], -24));
+        x[DQW_DEAD_CONSTANT] = dqw_q_quotient32(b->sums[DQW_BLOCK_Q15_SIGNALS + 2 + axis],
+                                                (int64_t)DQW_DEAD_TIME_Q15_PARTS * b->weight, 12);
     }
 #if DQW_EFFECT_WEIGHTS > 0
     const int weights = e->effect.weights;

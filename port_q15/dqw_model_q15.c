@@ -23,9 +23,10 @@ dqw_block_q15 dqw_model_block_q15(const int32_t sums[], uint16_t weight)
     return b;
 }
 
+// To a number whose negative is one too.
 static void less(int32_t *x_q28, int64_t by_q28)
 {
-    *x_q28 = dqw_q31_sat(*x_q28 - by_q28);
+    *x_q28 = (int32_t)dqw_q_within64(*x_q28 - by_q28, INT32_MAX);
 }
 
 void dqw_model_correct_q15(dqw_block_q15 *b, const dqw_machine_q15 *known)

@@ -79,7 +79,7 @@ static int32_t difference(int32_t a, int32_t b)
 void dqw_monitor_read_channel_q15(const dqw_monitor_q15 *m, int channel, dqw_monitor_channel_q15 *r)
 {
     if (channel < DQW_WATCH_OFFSET) {
-        r->now = m->estimator.w_q24[channel];
+        r->now = dqw_estimator_value_q24(&m->estimator, channel);
         r->change = difference(r->now, m->healthy.weight_q24[channel]);
         r->sd = dqw_estimator_sd_q24(&m->estimator, channel);
     } else if (channel < DQW_WATCH_FRICTION) {
@@ -114,7 +114,7 @@ static void nearer(int32_t *healthy, int32_t now, int n)
 void dqw_monitor_move_healthy_q15(dqw_monitor_q15 *m, int channel, int n)
 {
     if (channel < DQW_WATCH_OFFSET) {
-        nearer(&m->healthy.weight_q24[channel], m->estimator.w_q24[channel], n);
+        nearer(&m->healthy.weight_q24[channel], dqw_estimator_value_q24(&m->estimator, channel), n);
     } else if (channel < DQW_WATCH_FRICTION) {
         const int k = channel - DQW_WATCH_OFFSET;
         nearer(&m->healthy.re_q28[k], m->witness.re_q28[k], n);

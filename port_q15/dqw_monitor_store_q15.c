@@ -30,13 +30,22 @@ static uint32_t hash_of_effects(uint32_t hash, const dqw_estimator_q15_config *c
 static uint32_t hash_of(const dqw_monitor_q15 *m)
 {
     const dqw_estimator_q15_config *c = &m->config->estimator;
-    const uint32_t values[] = {
-        c->scale.v_full_mV, c->scale.i_full_mA, c->scale.w_full_mrad_s, c->scale.dt_ns,    c->R_uohm, c->Ld_nH,
-        c->Lq_nH,           c->psi_nWb,         c->dead_time_width_mA,  m->config->J_nkgm2};
+    const uint32_t values[] = {c->scale.v_full_mV,
+                               c->scale.i_full_mA,
+                               c->scale.w_full_mrad_s,
+                               c->scale.dt_ns,
+                               c->R_uohm,
+                               c->Ld_nH,
+                               c->Lq_nH,
+                               c->psi_nWb,
+                               c->dead_time_width_mA,
+                               m->config->J_nkgm2,
+                               (uint32_t)c->angle_late_ns};
     const bool flags[] = {c->angle,        c->encoder_offset,   c->noise_on_inputs,     c->voltage_next,
                           c->voltage_held, c->speed_electrical, m->config->commissioned};
     uint32_t hash = dqw_hash_bytes(dqw_hash_begin(), values, sizeof values);
     for (unsigned i = 0; i < sizeof flags / sizeof flags[0]; i++) hash = dqw_hash_add(hash, flags[i] ? 1u : 0u);
+    hash = dqw_hash_add(hash, (uint32_t)c->modulation);
     hash = dqw_hash_add(hash, c->scale.pole_pairs);
     hash = dqw_hash_add(hash, m->estimator.window.half);
     return hash_of_effects(hash, c);

@@ -18,6 +18,9 @@ typedef struct dqw_sample_q15 {
     int16_t cosine_q15, sine_q15;
     /// hundredths of a degree; INT16_MIN: no number. Read only where an effect needs it
     int16_t temp_winding_cC, temp_magnet_cC;
+    /// bits 0, 1, 2: the leg of a, b, c does not switch while this voltage is made; read only with
+    /// DQW_MODULATION_MASK
+    uint8_t resting;
 } dqw_sample_q15;
 
 /// A sample from dq and the electrical angle.

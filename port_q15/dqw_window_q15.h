@@ -18,8 +18,8 @@
 extern "C" {
 #endif
 
-/// Most signals that a window gathers: a block's and dead time's, and two of each weight of an effect.
-#define DQW_WINDOW_Q15_SIGNALS (11 + 2 * DQW_EFFECT_WEIGHTS)
+/// Most signals that a window gathers: a block's, dead time's and a resting leg's, and two of each weight of an effect.
+#define DQW_WINDOW_Q15_SIGNALS (13 + 2 * DQW_EFFECT_WEIGHTS)
 
 /// Most pairs in half a window: h (h + 1) 2^17 < 2^31.
 #define DQW_WINDOW_Q15_HALF 100

@@ -103,10 +103,11 @@ static inline int16_t q15(double x, double full)
 
 static inline dqw_sample_q15 rounded(const dqw_sample *s)
 {
-    const dqw_sample_q15 r = dqw_sample_from_dq_q15(
+    dqw_sample_q15 r = dqw_sample_from_dq_q15(
         q15((double)s->v_d_V, V_FULL), q15((double)s->v_q_V, V_FULL), q15((double)s->i_d_A, I_FULL),
         q15((double)s->i_q_A, I_FULL), q15((double)s->w_m_rad_s, W_FULL),
         (uint16_t)(lrint(atan2((double)s->sine, (double)s->cosine) / (2 * PI) * 65536) & 65535));
+    r.resting = s->resting;
     return r;
 }
 

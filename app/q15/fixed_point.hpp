@@ -77,6 +77,7 @@ inline bool fixed(const dqw_sample& s, const FullScales& full, dqw_sample_q15& x
     x.sine_q15 = q15(static_cast<double>(s.sine), 1.0);
     x.temp_winding_cC = hundredths(s.temp_winding_C);
     x.temp_magnet_cC = hundredths(s.temp_magnet_C);
+    x.resting = s.resting;
     return true;
 }
 

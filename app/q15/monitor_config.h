@@ -14,6 +14,8 @@
 /// As a whole number; what does not fit becomes one that init refuses.
 static inline uint32_t dqw_q15_whole(double x) { return x >= 0.0 && x <= 4e9 ? (uint32_t)lround(x) : UINT32_MAX; }
 
+static inline int32_t dqw_q15_whole_either(double x) { return fabs(x) < 2e9 ? (int32_t)lround(x) : INT32_MAX; }
+
 /// With full scales of `room` bases. Effects and lent memory are left out: they are of one arithmetic.
 static inline dqw_monitor_q15_config dqw_monitor_config_in_q15(const dqw_monitor_config* from, double room)
 {
@@ -33,6 +35,8 @@ static inline dqw_monitor_q15_config dqw_monitor_config_in_q15(const dqw_monitor
     // A width so small is a milliampere: 0 would learn none.
     if (t->dead_time_width_mA == 0 && f->dead_time_width_A > 0.0f) t->dead_time_width_mA = 1;
     t->drift_ppm = dqw_q15_whole(1e6 * (double)f->drift_per_sqrt_s);
+    t->angle_late_ns = dqw_q15_whole_either(1e9 * (double)f->angle_late_s);
+    t->modulation = f->modulation;
     t->stale_limit = f->stale_limit;
     t->half_window = (uint8_t)(f->half_window < DQW_WINDOW_Q15_HALF ? f->half_window : DQW_WINDOW_Q15_HALF);
     t->angle = f->angle;

@@ -384,6 +384,7 @@ static dqw_estimator_config config_of(int way)
                                     .i_limit_A = way & 1 ? 30.0f : 0.0f,
                                     .drift_per_sqrt_s = way & 2 ? 0.01f : 0.0f,
                                     .dead_time_width_A = way & 2 ? 0.2f : 0.0f,
+                                    .modulation = way & 1 ? DQW_MODULATION_MASK : DQW_MODULATION_CLAMPED_60,
                                     .angle = (way & 2) != 0,
                                     .encoder_offset = (way & 4) != 0,
                                     .noise_on_inputs = (way & 1) != 0};
@@ -440,6 +441,7 @@ static void test_estimator(void)
         if (way == 9) c.effects = list, c.effect_count = sizeof list / sizeof list[0], c.angle = true;
         if (way == 10) c.voltage_next = c.voltage_held = c.speed_electrical = true;
         if (way == 11) c.pole_pairs = 0;
+        if (way == 3 || way == 6) c.angle_late_s = way == 3 ? 2.0f * c.dt_s : -c.dt_s;
         if (way % 3 == 2) c.random = &lent, dqw_estimator_random_init(&lent);
         dqw_estimator e;
         TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_estimator_init(&e, &c));
@@ -449,6 +451,7 @@ static void test_estimator(void)
         for (int k = 0; k < wild; k++) {
             dqw_sample s = wild_sample(&r, k);
             if (random_bits(&r) % 3000 == 0) s.temp_winding_C = random_float_bits(&r);
+            s.resting = (uint8_t)(random_bits(&r) & 255u);
             (void)dqw_estimator_sample(&e, &s, random_bits(&r) % 512 == 0);
             if (random_bits(&r) % 16 != 0) (void)dqw_estimator_background(&e);
             if (k % 5000 == 4999) {

@@ -35,6 +35,8 @@ static void test_init_names_the_field_and_leaves_the_object_alone(void)
     FIELD(excitation_q15, 32767, EXCITATION)                                                                           \
     FIELD(half_window, 101, HALF_WINDOW)                                                                               \
     FIELD(dead_time_width_mA, 1, DEAD_TIME_WIDTH)                                                                      \
+    FIELD(modulation, DQW_MODULATIONS, MODULATION)                                                                     \
+    FIELD(angle_late_ns, -100001, ANGLE_LATE)                                                                          \
     FIELD(random, &raw, RANDOM)
 #define FIELD BAD
         FIELDS
@@ -319,6 +321,10 @@ static void test_any_bits(void)
         pair p;
         configure(&p, way & 1 ? 0.9 : -0.9, way & 2 ? 0.05 : 0.0, way & 4 ? 1.0 : 0.0);
         p.qc.half_window = (uint8_t)(way % 3 == 0 ? 1 : way % 3 == 1 ? 100 : 7);
+        static const enum dqw_modulation modulation[] = {DQW_MODULATION_MASK, DQW_MODULATION_CLAMPED_LOW,
+                                                         DQW_MODULATION_CLAMPED_HIGH, DQW_MODULATION_CLAMPED_60};
+        p.qc.modulation = modulation[(way >> 1 & 2) | (way & 1)];
+        p.qc.angle_late_ns = way % 2 ? 100000 : -100000;
         begin(&p);
         test_random r = {(uint64_t)(500 + way)};
         for (int k = 0; k < scaled(200000); k++) {
@@ -328,6 +334,7 @@ static void test_any_bits(void)
                                                       (uint16_t)(z >> 7 & 65535));
             s.i_d_q15 = (int16_t)(z >> 32 & 65535), s.i_q_q15 = (int16_t)(z >> 48 & 65535),
             s.w_m_q15 = (int16_t)(random_bits(&r) & 65535);
+            s.resting = (uint8_t)(z >> 3 & 255);
             if (mild) s.v_d_q15 /= 64, s.i_q_q15 /= 1024, s.w_m_q15 /= 4;
             if (k % 30011 == 30010) dqw_estimator_missing_q15(&p.q, (uint32_t)z);
             if (dqw_estimator_sample_q15(&p.q, &s, false) & DQW_EVENT_BLOCK) (void)dqw_estimator_background_q15(&p.q);

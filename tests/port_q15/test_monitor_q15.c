@@ -681,13 +681,15 @@ static void test_a_store_that_is_damaged_or_another_machines_is_refused(void)
                                  &c.J_nkgm2};
     bool *const flags[] = {&c.estimator.encoder_offset, &c.estimator.noise_on_inputs, &c.estimator.voltage_next,
                            &c.estimator.voltage_held, &c.commissioned};
-    for (unsigned i = 0; i < 15 + 3; i++) {
+    for (unsigned i = 0; i < 15 + 5; i++) {
         CASE("field %u", i);
         c = good;
         if (i < 10) *numbers[i] += 1;
         if (i >= 10 && i < 15) *flags[i - 10] = !*flags[i - 10];
         if (i == 15) c.estimator.scale.pole_pairs = 5;
         if (i == 16) c.estimator.half_window = 17;
+        if (i == 18) c.estimator.angle_late_ns = -1;
+        if (i == 19) c.estimator.modulation = DQW_MODULATION_CLAMPED_60;
 #if DQW_EFFECT_WEIGHTS > 0
         static const dqw_effect_q15_config list[] = {{.effect = DQW_EFFECT_VOLTAGE_OFFSET}};
         if (i == 17) c.estimator.effects = list, c.estimator.effect_count = 1;

@@ -965,7 +965,8 @@ static void test_any_bits(void)
                                       q15(length * cos(theta), 1),
                                       q15(length * sin(theta), 1),
                                       bits(&r),
-                                      bits(&r)};
+                                      bits(&r),
+                                      0};
             (void)dqw_estimator_sample_q15(&q, &s, false);
             const dqw_effect_q15 *f = &q.effect;
             for (int i = 0; i < f->weights; i++)

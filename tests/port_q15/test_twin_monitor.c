@@ -551,6 +551,9 @@ static void test_any_configuration(void)
         c.estimator.angle = random_bits(&r) % 4 != 0;
         c.estimator.noise_on_inputs = random_bits(&r) % 4 != 0;
         c.estimator.threshold_ppm = (uint32_t)random_bits(&r);
+        c.estimator.encoder_offset = random_bits(&r) % 2 != 0;
+        c.estimator.modulation = (enum dqw_modulation)(random_bits(&r) % DQW_MODULATIONS);
+        c.estimator.angle_late_ns = random_bits(&r) % 2 != 0 ? 0 : (int32_t)random_uniform(&r, -2e9 * dt_s, 2e9 * dt_s);
         for (int i = 0; i < DQW_WATCH_CHANNELS; i++)
             c.band_ppm[i] = random_bits(&r) % 3 != 0 ? 0 : (uint32_t)(random_bits(&r) & 0xffffffffu);
         if (dqw_monitor_init_q15(&m, &c) != DQW_OK) continue;
@@ -559,12 +562,15 @@ static void test_any_configuration(void)
             const uint64_t z = random_bits(&r);
             const uint64_t y = random_bits(&r);
             const bool noise = n / 300 % 2 == 0;
-            const dqw_sample_q15 x = dqw_sample_from_dq_q15(noise ? q15_bits(z) : (int16_t)(size * (n % 97)),
-                                                            noise ? q15_bits(z >> 16) : (int16_t)(size * (n % 89)),
-                                                            noise ? q15_bits(z >> 32) : (int16_t)(size * (n % 83)),
-                                                            noise ? q15_bits(z >> 48) : (int16_t)(size * (n % 79)),
-                                                            noise ? q15_bits(y) : 12000, (uint16_t)(17 * n));
+            dqw_sample_q15 x = dqw_sample_from_dq_q15(noise ? q15_bits(z) : (int16_t)(size * (n % 97)),
+                                                      noise ? q15_bits(z >> 16) : (int16_t)(size * (n % 89)),
+                                                      noise ? q15_bits(z >> 32) : (int16_t)(size * (n % 83)),
+                                                      noise ? q15_bits(z >> 48) : (int16_t)(size * (n % 79)),
+                                                      noise ? q15_bits(y) : 12000, (uint16_t)(17 * n));
+            x.resting = (uint8_t)(y >> 40 & 255);
             (void)dqw_monitor_sample_q15(&m, &x, false);
+            // Now and then it turns, whatever the weights are.
+            if (n % 250 == 249) m.estimator.blocks = 600, m.estimator.across = 100;
             dqw_monitor_change_q15 e;
             if (dqw_monitor_background_q15(&m)) (void)dqw_monitor_event_q15(&m, &e);
             if (n % 40 == 0)

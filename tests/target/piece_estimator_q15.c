@@ -8,6 +8,9 @@
 #ifndef HELD
 #define HELD false
 #endif
+#ifndef MODULATION
+#define MODULATION DQW_MODULATION_CLAMPED_60
+#endif
 
 static const dqw_estimator_q15_config config = {.scale = STIMULUS_SCALE,
                                                 .R_uohm = 400000,
@@ -17,6 +20,7 @@ static const dqw_estimator_q15_config config = {.scale = STIMULUS_SCALE,
                                                 .dead_time_width_mA = 200,
                                                 .drift_ppm = 10000,
                                                 .stale_limit = 10,
+                                                .modulation = MODULATION,
                                                 .angle = true,
                                                 .encoder_offset = true,
                                                 .noise_on_inputs = true,
