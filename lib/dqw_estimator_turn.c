@@ -10,7 +10,7 @@
 #define LEAST_RAD 0.01f
 #define KNOWN_SD 4.0f
 #define KNOWN_BLOCKS 500u
-#define SETTLED_SEGMENTS 8u
+#define FIRST_SEGMENTS 3u
 // What a fault's onset makes of the flux does not stay: an encoder that is off does.
 #define LASTING_BLOCKS 100u
 
@@ -62,8 +62,8 @@ void dqw_estimator_turn_block(const dqw_estimator *e, dqw_estimator_block *b)
 void dqw_estimator_turn_on(dqw_estimator *e)
 {
     if (has_effects(e) || !dqw_estimator_has_flux_q(e) || e->config->settled || e->blocks < KNOWN_BLOCKS) return;
-    // What has just changed is to be named first.
-    if (e->opened > 0 && e->segment.since < SETTLED_SEGMENTS) return;
+    // Later it is a change, and to be told as one.
+    if (e->config->follow && e->segment.segments >= FIRST_SEGMENTS) return;
     // [TUR.3] is there flux across, beyond doubt
     const float psi = e->w_pu[DQW_PSI];
     const float across = e->w_pu[DQW_PSI_Q];
