@@ -1,7 +1,8 @@
-// The estimator over the drive's signals, with dead time, drift and a held voltage, without, with the pole pairs to
-// find, and settled: events, window, noise and what is handed over after every step, weights and sums after every
-// block, what is read at the end.
+// The estimator over the drive's signals, with dead time behind legs that rest, drift, a held voltage and an angle that
+// is late, without, with the pole pairs to find, settled, and behind an encoder that is off: events, window, noise and
+// what is handed over after every step, weights and sums after every block, what is read at the end.
 #include "dqw_estimator_block_q15.h"
+#include "dqw_transform_q15.h"
 #include "target/hash.h"
 #include "target/hash_room.h"
 #include "target/stimulus_q15.h"
@@ -29,6 +30,8 @@ static void put_learned(hash *h, const dqw_estimator_q15 *e)
         hash_put(h, e->given.step_q15[axis]);
     }
     hash_put(h, e->recent_q54);
+    hash_put(h, e->turn_cosine_q30);
+    hash_put(h, e->turn_sine_q30);
     hash_put(h, e->given.follow_q15);
     hash_put(h, e->learned);
     hash_put(h, e->restarts);
@@ -49,7 +52,21 @@ static void put_step(hash *h, const dqw_estimator_q15 *e)
     hash_put(h, e->slope_q15);
 }
 
-static void run(hash *h, dqw_estimator_q15_config config, int steps)
+// As a drive sees it whose angle is off by 0.12 rad.
+static void see_off(dqw_sample_q15 *s)
+{
+    enum { COSINE_Q15 = 32532, SINE_Q15 = 3923 };
+    const dqw_alphabeta_q15 v = {s->v_d_q15, s->v_q_q15};
+    const dqw_alphabeta_q15 i = {s->i_d_q15, s->i_q_q15};
+    const dqw_dq_q15 v_off = dqw_park_q15(v, COSINE_Q15, SINE_Q15);
+    const dqw_dq_q15 i_off = dqw_park_q15(i, COSINE_Q15, SINE_Q15);
+    s->v_d_q15 = v_off.d;
+    s->v_q_q15 = v_off.q;
+    s->i_d_q15 = i_off.d;
+    s->i_q_q15 = i_off.q;
+}
+
+static void run(hash *h, dqw_estimator_q15_config config, int steps, bool off)
 {
     static stimulus s;
     dqw_estimator_q15 *e = &hash_shared.estimator;
@@ -61,7 +78,9 @@ static void run(hash *h, dqw_estimator_q15_config config, int steps)
     hash_put(h, dqw_estimator_init_q15(e, &config));
     for (int k = 1; k <= steps; k++) {
         stimulus_next(&s);
-        const dqw_sample_q15 sample = stimulus_sample(&s);
+        dqw_sample_q15 sample = stimulus_sample(&s);
+        sample.resting = (uint8_t)(k / 5 % 8);
+        if (off) see_off(&sample);
         hash_put(h, dqw_estimator_sample_q15(e, &sample, s.limited));
         if (k % 8 == 0) put_step(h, e);
         if ((k % 20 < 15 || config.settled) && e->window.over.pending) {
@@ -85,6 +104,8 @@ hash hash_estimator(void)
     const dqw_estimator_q15_config whole = {.scale = STIMULUS_SCALE,
                                             .dead_time_width_mA = 200,
                                             .drift_ppm = 10000,
+                                            .angle_late_ns = STIMULUS_DT_NS / 2,
+                                            .modulation = DQW_MODULATION_CLAMPED_60,
                                             .angle = true,
                                             .encoder_offset = true,
                                             .noise_on_inputs = true,
@@ -94,9 +115,14 @@ hash hash_estimator(void)
     dqw_estimator_q15_config poles = plain;
     poles.scale.pole_pairs = 0;
     const dqw_estimator_q15_config settled = {.scale = STIMULUS_SCALE, .settled = true};
-    run(&h, whole, 6000);
-    run(&h, plain, 6000);
-    run(&h, poles, 6000);
-    run(&h, settled, 300);
-    return h;
+    dqw_estimator_q15_config mask = whole;
+    mask.modulation = DQW_MODULATION_MASK;
+    mask.voltage_next = mask.voltage_held = false;
+    run(&h, whole, 6000, false);
+    run(&h, plain, 6000, false);
+    run(&h, poles, 6000, false);
+    run(&h, settled, 300, false);
+    run(&h, mask, 20000, true);
+    // Without a turn, the hash would be of half of it.
+    return hash_shared.estimator.turn_sine_q30 != 0 ? h : 0;
 }

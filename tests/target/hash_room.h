@@ -10,6 +10,7 @@ typedef union hash_room {
     dqw_estimator_q15 estimator;
     dqw_shaft_q15 shaft;
     dqw_monitor_q15 monitor;
+    dqw_normal_q15 normal;
 } hash_room;
 
 extern hash_room hash_shared;

@@ -8,9 +8,6 @@
 #ifndef HELD
 #define HELD false
 #endif
-#ifndef MODULATION
-#define MODULATION DQW_MODULATION_CLAMPED_60
-#endif
 
 static const dqw_estimator_config config = {.dt_s = (float)STIMULUS_DT_NS * 1e-9f,
                                             .v_base_V = 14,
@@ -24,7 +21,7 @@ static const dqw_estimator_config config = {.dt_s = (float)STIMULUS_DT_NS * 1e-9
                                             .dead_time_width_A = 0.2f,
                                             .drift_per_sqrt_s = 0.01f,
                                             .stale_limit = 10,
-                                            .modulation = MODULATION,
+                                            .modulation = DQW_MODULATION_CLAMPED_60,
                                             .angle = true,
                                             .encoder_offset = true,
                                             .noise_on_inputs = true,

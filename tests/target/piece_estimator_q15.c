@@ -8,9 +8,6 @@
 #ifndef HELD
 #define HELD false
 #endif
-#ifndef MODULATION
-#define MODULATION DQW_MODULATION_CLAMPED_60
-#endif
 
 static const dqw_estimator_q15_config config = {.scale = STIMULUS_SCALE,
                                                 .R_uohm = 400000,
@@ -20,7 +17,7 @@ static const dqw_estimator_q15_config config = {.scale = STIMULUS_SCALE,
                                                 .dead_time_width_mA = 200,
                                                 .drift_ppm = 10000,
                                                 .stale_limit = 10,
-                                                .modulation = MODULATION,
+                                                .modulation = DQW_MODULATION_CLAMPED_60,
                                                 .angle = true,
                                                 .encoder_offset = true,
                                                 .noise_on_inputs = true,

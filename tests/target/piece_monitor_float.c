@@ -26,6 +26,7 @@ static const dqw_monitor_config config = {.estimator = {.dt_s = (float)STIMULUS_
                                                         .dead_time_width_A = 0.2f,
                                                         .drift_per_sqrt_s = 0.01f,
                                                         .stale_limit = 10,
+                                                        .modulation = DQW_MODULATION_CLAMPED_60,
                                                         .angle = true,
                                                         .encoder_offset = true,
                                                         .noise_on_inputs = true,

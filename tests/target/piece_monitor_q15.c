@@ -23,6 +23,7 @@ static const dqw_monitor_q15_config config = {.estimator = {.scale = STIMULUS_SC
                                                             .dead_time_width_mA = 200,
                                                             .drift_ppm = 10000,
                                                             .stale_limit = 10,
+                                                            .modulation = DQW_MODULATION_CLAMPED_60,
                                                             .angle = true,
                                                             .encoder_offset = true,
                                                             .noise_on_inputs = true,
