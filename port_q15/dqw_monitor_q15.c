@@ -172,6 +172,12 @@ static bool within_part(int32_t deviation, int32_t part_q15, int32_t band)
     return deviation != INT32_MAX && (int64_t)deviation * 32768 < (int64_t)part_q15 * band;
 }
 
+// Where a temperature counts from, after what has broken, or is known better.
+static void recount(int32_t *cold, int32_t now, int32_t healthy)
+{
+    *cold = dqw_q_times32(dqw_q_quotient64(now, healthy, 24), *cold, -24);
+}
+
 // A healthy value is the mean over the first looks at which it is known, as long as nothing seems to change.
 static void settle(dqw_monitor_q15 *m, int channel)
 {
@@ -188,7 +194,13 @@ static void settle(dqw_monitor_q15 *m, int channel)
     dqw_monitor_read_channel_q15(m, channel, &x);
     const bool known_now = within_part(x.sd, part_q15, dqw_monitor_band_of_q15(m, channel));
     if (known_now) m->watch.looks[channel]++;
-    if (known_now || looks == 0) dqw_monitor_move_healthy_q15(m, channel, looks + 1);
+    if (!known_now && looks != 0) return;
+    const int32_t before = channel <= DQW_WATCH_PSI ? m->healthy.weight_q24[channel] : 1;
+    dqw_monitor_move_healthy_q15(m, channel, looks + 1);
+    // What temperatures count from was no surer than that.
+    if (looks >= DQW_WATCH_LOOKS_LEAST || m->config->commissioned) return;
+    if (channel == DQW_WATCH_R) recount(&m->healthy.cold_R_q24, m->healthy.weight_q24[channel], before);
+    if (channel == DQW_WATCH_PSI) recount(&m->healthy.cold_psi_q24, m->healthy.weight_q24[channel], before);
 }
 
 static void adopt(dqw_monitor_q15 *m)
@@ -345,12 +357,6 @@ static void name(dqw_monitor_q15 *m, int channel)
     const enum dqw_fault_name of_channel = dqw_watch_fault_of(channel, x.change > 0);
     const dqw_fault_verdict_q15 sure = {.name = of_channel, .confidence_q15 = SURE_Q15, .phase = 0};
     m->named_fault = of_channel != DQW_FAULT_NONE ? sure : name_it(m);
-}
-
-// Where a temperature counts from, after what has broken.
-static void recount(int32_t *cold, int32_t now, int32_t healthy)
-{
-    *cold = dqw_q_times32(dqw_q_quotient64(now, healthy, 24), *cold, -24);
 }
 
 static bool look(dqw_monitor_q15 *m)

@@ -25,7 +25,6 @@ constexpr double kHalfAngle_rad = 1.1;
 constexpr double kDeadTimeWidth = 0.02;  // of the current base
 // A base is what this part of the rows stays below: a glitch scales nothing, and is refused as one.
 constexpr double kUsual = 0.999;
-constexpr double kDrift = 0.01;
 constexpr std::uint32_t kStale = 10;  // equal rows in a row
 constexpr double kAlpha_per_K = 0.0039;
 // What stands for a machine that nobody has described.
@@ -196,7 +195,7 @@ MonitorSetup monitor_setup(const std::vector<Log>& logs, const LearnConfig& aske
     c.angle = !log.theta_e_rad.empty() || !log.theta_m_rad.empty();
     c.encoder_offset = c.angle;
     c.noise_on_inputs = true;
-    c.drift_per_sqrt_s = static_cast<float>(kDrift);
+    c.follow = true;
     c.stale_limit = kStale;
     c.half_window = half_window_of(log, c);
     if (c.angle)

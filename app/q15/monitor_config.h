@@ -37,6 +37,8 @@ static inline dqw_monitor_q15_config dqw_monitor_config_in_q15(const dqw_monitor
     t->half_window = (uint8_t)(f->half_window < DQW_WINDOW_Q15_HALF ? f->half_window : DQW_WINDOW_Q15_HALF);
     t->angle = f->angle;
     t->encoder_offset = f->encoder_offset;
+    t->follow = f->follow;
+    t->observed = f->observed;
     t->noise_on_inputs = f->noise_on_inputs;
     t->voltage_next = f->voltage_next;
     t->voltage_held = f->voltage_held;
