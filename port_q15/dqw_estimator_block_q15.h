@@ -225,9 +225,73 @@ int64_t dqw_estimator_common_variance_q56(const dqw_estimator_q15 *e);
 /// Source   (E20), (E61) in docs/EQUATIONS.md
 int64_t dqw_estimator_inflation_q20(const dqw_estimator_q15 *e, int weight);
 
-/// Standard deviation of a weight, in its unit; INT32_MAX where nothing was learned.
-/// Source   (E20), (E61) in docs/EQUATIONS.md
+/// Standard deviation of a weight as noise makes it, and that of a change, in which what hides behind an input stands
+/// both times; in its unit, INT32_MAX where nothing was learned.
+/// Source   (E20), (E61), (E106) in docs/EQUATIONS.md
+int32_t dqw_estimator_noise_sd_q24(const dqw_estimator_q15 *e, int weight);
 int32_t dqw_estimator_sd_q24(const dqw_estimator_q15 *e, int weight);
+
+/// What of the residual lasts, squared: two and three blocks later, from one stretch to the next; and all of it.
+typedef struct dqw_lasting_q15 {
+    int64_t fast_q56, slow_q56, all_q56;
+} dqw_lasting_q15;
+
+/// What of it lasts now, and what while nothing seems to change.
+/// Source   (E103) in docs/EQUATIONS.md
+dqw_lasting_q15 dqw_estimator_lasting_q15(const dqw_estimator_q15 *e);
+dqw_lasting_q15 dqw_estimator_calm_q15(const dqw_estimator_q15 *e);
+
+/// What of a lasting error may stand in line with a weight's input, in weights of a whole input: the value is no surer
+/// than a part of it; INT32_MAX: nobody knows.
+/// Source   (E103) in docs/EQUATIONS.md
+int32_t dqw_estimator_model_q28(const dqw_estimator_q15 *e, int weight, const dqw_lasting_q15 *l);
+
+/// What of the residual's lasting part may stand in line with an input of the witness, squared.
+/// Source   (E103) in docs/EQUATIONS.md
+int64_t dqw_estimator_witness_q56(const dqw_estimator_q15 *e);
+
+/// Part of a mean over stretches of so many blocks that one is, of what lasts.
+/// Source   (E103) in docs/EQUATIONS.md
+int32_t dqw_lasting_part_q30(const dqw_estimator_q15 *e, uint32_t stretch);
+
+/// The first blocks are about the start values: behind so many.
+#define DQW_LASTING_FROM_Q15 50u
+
+/// Blocks of a stretch, over which what is fast is averaged away.
+/// Source   (E103) in docs/EQUATIONS.md
+uint32_t dqw_estimator_stretch_q15(const dqw_estimator_q15 *e);
+
+/// Are changes followed by segments now?
+static inline bool dqw_estimator_follows_q15(const dqw_estimator_q15 *e)
+{
+    return e->config->follow && !e->config->settled && e->pole_pairs != 0 && e->stage.name != DQW_STAGE_RANDOM;
+}
+
+/// Nothing is known of what lasts, nor of how weights scatter.
+/// Source   (E104) in docs/EQUATIONS.md
+void dqw_estimator_follow_start_q15(dqw_estimator_q15 *e, const dqw_units_q15 *u);
+
+/// What of the residual is still there two and three blocks later, where blocks overlap no more; and from one stretch to
+/// the next. Of a block that was shown.
+///
+/// Source   (E103) in docs/EQUATIONS.md
+/// Context  background
+#define dqw_estimator_keep_lasting_q15 DQW_SIZED(dqw_estimator_keep_lasting_q15)
+void dqw_estimator_keep_lasting_q15(dqw_estimator_q15 *e, const dqw_rows_q15 *r, const int64_t weigh_q24[]);
+
+/// The inputs as the others leave them: by what so many rows added to the inverse of each weight's variance, which was
+/// before_q40[].
+///
+/// Source   (E103) in docs/EQUATIONS.md
+/// Context  background
+void dqw_estimator_keep_alone_q15(dqw_estimator_q15 *e, const int64_t before_q40[], uint32_t rows);
+
+/// One learned block on in its segment. Where that ends: who has changed is opened; who may have wandered is no surer
+/// than that.
+///
+/// Source   (E103), (E104), (E105) in docs/EQUATIONS.md
+/// Context  background
+void dqw_estimator_follow_q15(dqw_estimator_q15 *e, const dqw_estimator_q15_block *b, const dqw_units_q15 *u);
 
 /// Residual of both axes over the full voltage: RMS of about the last thousand blocks, Q28, and of the last 64, Q27 and
 /// in millionths.

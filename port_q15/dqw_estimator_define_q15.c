@@ -28,9 +28,8 @@
 // An effect's weight: (10 bases / 0.01)^2.
 #define START_EFFECT_COV 1000000
 #define WIDEST_Q40 ((int64_t)1 << 61)
-// Of a nameplate: the width of dead time in the rated current, drift, equal samples.
+// Of a nameplate: the width of dead time in the rated current, equal samples.
 #define DEAD_TIME_PARTS 50u
-#define DRIFT_PPM 10000u
 #define STALE_LIMIT 10u
 
 static uint32_t turning(const dqw_estimator_q15_config *c, uint32_t pole_pairs)
@@ -233,6 +232,7 @@ void dqw_estimator_start_q15(dqw_estimator_q15 *e, const int32_t start_q24[])
         e->score_last_q34[i] = 0;
     }
     e->error_q56[0] = e->error_q56[1] = e->recent_q54 = 0;
+    dqw_estimator_follow_start_q15(e, &u);
     e->blocks = 0;
     e->learned = 0;
     e->turn = e->across = 0;
@@ -343,10 +343,10 @@ dqw_estimator_q15_config dqw_estimator_config_default_q15(const dqw_nameplate_q1
                                             .dt_ns = plate->dt_ns,
                                             .pole_pairs = plate->pole_pairs},
                                   .dead_time_width_mA = plate->i_mA / DEAD_TIME_PARTS,
-                                  .drift_ppm = DRIFT_PPM,
                                   .stale_limit = STALE_LIMIT,
                                   .angle = true,
                                   .encoder_offset = true,
+                                  .follow = true,
                                   .noise_on_inputs = true};
     const dqw_scale rated = {.w_full_mrad_s = plate->w_mrad_s, .dt_ns = plate->dt_ns, .pole_pairs = plate->pole_pairs};
     const uint16_t half = dqw_nameplate_half_window_q15(&rated);

@@ -134,7 +134,7 @@ static void publish(dqw_estimator_q15 *e, const dqw_estimator_q15_block *b, cons
     bool noise_anew = waits && g->noise_anew;
     for (int axis = 0; axis < 2; axis++) {
         const int32_t w_q24 = e->w_q24[DQW_LD + axis];
-        if ((int64_t)dqw_estimator_sd_q24(e, DQW_LD + axis) * PUBLISHED_PARTS >= w_q24) continue;
+        if ((int64_t)dqw_estimator_noise_sd_q24(e, DQW_LD + axis) * PUBLISHED_PARTS >= w_q24) continue;
         const int64_t L_q40 = dqw_q_times64(u->L_q40[axis], w_q24, -24);
         const int32_t step = dqw_q15_sat(dqw_q31_sat(dqw_q_quotient64((int64_t)1 << 40, L_q40, 15)));
         const int32_t last = g->step_q15[axis];
@@ -252,6 +252,14 @@ bool dqw_estimator_take_q15(dqw_estimator_q15 *e, dqw_estimator_q15_block *b)
     return true;
 }
 
+static void solve(dqw_estimator_q15 *e)
+{
+    int64_t before_q40[DQW_ESTIMATOR_Q15_INPUTS];
+    for (int i = 0; i < dqw_estimator_inputs_q15(e); i++) before_q40[i] = e->cov_q40[i];
+    dqw_estimator_solve_q15(e);
+    if (!e->config->settled) dqw_estimator_keep_alone_q15(e, before_q40, 2u * every(e));
+}
+
 bool dqw_estimator_learn_q15(dqw_estimator_q15 *e, const dqw_estimator_q15_block *b)
 {
     const dqw_estimator_q15_config *c = e->config;
@@ -275,24 +283,28 @@ bool dqw_estimator_learn_q15(dqw_estimator_q15 *e, const dqw_estimator_q15_block
 
     // [EST.6] both rows, then the noise of their inputs, then what may have drifted
     int64_t by_q24[2];
+    int64_t weigh_q24[2];
+    const bool follows = dqw_estimator_follows_q15(e);
     for (int axis = 0; axis < 2; axis++) {
         const bool alike = c->settled || e->blocks <= FEW_BLOCKS;
         const int64_t by = alike ? ONE_Q24
                                  : dqw_q_quotient64(dqw_estimator_common_variance_q56(e),
                                                     dqw_estimator_variance_q56(e, axis), 24);
-        const int64_t weigh_q24 = (int64_t)dqw_q_root64((uint64_t)dqw_q_scale64(by, 24));
-        const int64_t bounded_q24 = weigh_q24 < WEIGH_MAX_Q24 ? weigh_q24 : WEIGH_MAX_Q24;
-        by_q24[axis] = dqw_q_floor64(bounded_q24 * bounded_q24, 24);
+        const int64_t root_q24 = (int64_t)dqw_q_root64((uint64_t)dqw_q_scale64(by, 24));
+        weigh_q24[axis] = root_q24 < WEIGH_MAX_Q24 ? root_q24 : WEIGH_MAX_Q24;
+        by_q24[axis] = dqw_q_floor64(weigh_q24[axis] * weigh_q24[axis], 24);
         e->e_q28[axis] = dqw_estimator_error_q28(e, axis, &r);
-        dqw_estimator_show_q15(e, axis, &r, mask[axis], bounded_q24);
+        dqw_estimator_show_q15(e, axis, &r, mask[axis], weigh_q24[axis]);
     }
+    if (!c->settled) dqw_estimator_keep_lasting_q15(e, &r, weigh_q24);
     if (c->noise_on_inputs && !c->settled) dqw_estimator_take_noise_out_q15(e, &r, by_q24, mask);
     const bool solved = is_due(e);
-    if (solved) dqw_estimator_solve_q15(e);
+    if (solved) solve(e);
     keep(e, &r, mask, by_q24, solved);
     if (!sound(e, &r.unit)) return false;
     if (solved && !c->settled) publish(e, b, &r.unit);
     dqw_estimator_turn_on_q15(e, &r.unit, solved);
+    if (follows) dqw_estimator_follow_q15(e, b, &r.unit);
     dqw_estimator_drift_q15(e);
     if (e->stage.name == DQW_STAGE_RANDOM) coarse_stage(e, r.unit.w_q24);
     return true;

@@ -17,6 +17,7 @@
 #include "dqw_parameter.h"
 #include "dqw_reading_q15.h"
 #include "dqw_scale.h"
+#include "dqw_segment_q15.h"
 #include "dqw_size.h"
 #include "dqw_stage.h"
 #include "dqw_status.h"
@@ -62,9 +63,11 @@ typedef struct dqw_estimator_q15_config {
     uint16_t excitation_q15;
     uint8_t half_window;   ///< pairs in half a block, 1 .. 100; 0: 20
     uint8_t solve_blocks;  ///< blocks between two solutions once 64 were learned; 0: 4. More cost less
+    bool observed;         ///< the angle is an observer's, no encoder's: it may lean with load and speed, unseen
     bool angle;            ///< the electrical angle is given: dead time and some effects need it
     /// learn the flux that shows on the other axis where the angle is off; without effects the data are turned by it
     bool encoder_offset;
+    bool follow;           ///< parameters may change: the memory is long until one does. Else nothing is forgotten
     bool noise_on_inputs;  ///< take the noise of currents and speed out of what is learned, (E60)
     bool settled;          ///< every sample is a settled point of its own: no slopes
     bool voltage_next;     ///< a sample's voltage acts one period later: from the next sample on
@@ -97,6 +100,23 @@ typedef struct dqw_estimator_q15_given {
     bool noise_anew;      ///< the noise was measured with another dt/L
     bool ready;
 } dqw_estimator_q15_given;
+
+/// What of the residual lasts, and what of each input could make it a parameter's.
+typedef struct dqw_residual_q15 {
+    /// product of the last block's error with that two and three blocks before, and of neighbouring stretches' means
+    int32_t lasting_q38[2], slow_q38;
+    uint32_t alone_q31[DQW_ESTIMATOR_Q15_INPUTS];       ///< power of each input that no other one explains
+    uint32_t slow_alone_q31[DQW_ESTIMATOR_Q15_INPUTS];  ///< and of its means over a stretch
+    uint32_t calm_q28[3];        ///< roots of what lasts, fast and slow, and of all, while nothing seems to change
+    int16_t before_q17[3][2];    ///< errors of the three blocks before the last one
+    int16_t slow_before_q18[2];  ///< mean of the stretch before
+    /// sums of a stretch's errors and inputs, in halvings that keep them in their bits
+    int16_t slow_sum[2], slow_x[2][DQW_ESTIMATOR_Q15_INPUTS];
+    /// halves when this segment and the one before began; when a weight was last found changed, and since when
+    uint32_t began, began_before, opened_at, opened_since;
+    uint8_t opened;  ///< times that a weight was found changed, up to 255
+    uint8_t slow_at;
+} dqw_residual_q15;
 
 typedef struct dqw_estimator_q15 {
     const dqw_estimator_q15_config *config;
@@ -156,6 +176,8 @@ typedef struct dqw_estimator_q15 {
     uint8_t across;       ///< blocks for which flux has shown on the other axis
     uint8_t turn;         ///< weight whose variance grows next
     dqw_stage stage;
+    dqw_residual_q15 residual;
+    dqw_segment_q15 segment;
 #if DQW_EFFECT_WEIGHTS > 0
     uint8_t inputs;
     uint8_t shift[DQW_EFFECT_WEIGHTS];  ///< an effect's weight is in units of so many halvings of its input

@@ -17,6 +17,14 @@ dqw_block_q15 dqw_estimator_means_q15(const dqw_estimator_q15_block *b)
     return dqw_model_block_q15(b->sums, b->weight);
 }
 
+// The correction goes with one over L_d, and L_d with the correction: one that is not learned yet must not run away with
+// it. No machine's L_d is beyond these parts of its L_q.
+static int64_t salient_q40(int64_t L_d_q40, int64_t L_q_q40)
+{
+    const int64_t least = dqw_q_floor64(L_q_q40, 2);
+    return L_d_q40 < least ? least : L_d_q40 > 2 * L_q_q40 ? 2 * L_q_q40 : L_d_q40;
+}
+
 static void exact(const dqw_estimator_q15 *e, const dqw_estimator_q15_block *b, const dqw_units_q15 *u,
                   dqw_block_q15 *m)
 {
@@ -25,6 +33,7 @@ static void exact(const dqw_estimator_q15 *e, const dqw_estimator_q15_block *b, 
     if (e->blocks <= 10 || e->config->settled) return;
     dqw_machine_q15 known = {.R_q40 = dqw_q_times64(u->R_q40, w[DQW_R], -24), .turn_q28 = e->turn_q28};
     for (int axis = 0; axis < 2; axis++) known.L_q40[axis] = dqw_q_times64(u->L_q40[axis], w[DQW_LD + axis], -24);
+    known.L_q40[0] = salient_q40(known.L_q40[0], known.L_q40[1]);
     // Of what the cross weights say, the more learned one.
     if (dqw_estimator_seeks_q15(e)) {
         const int i = e->cov_q40[DQW_POLES_LQ_Q15] < e->cov_q40[DQW_POLES_LD_Q15] ? DQW_LQ : DQW_LD;

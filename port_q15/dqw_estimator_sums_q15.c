@@ -29,10 +29,12 @@ void dqw_estimator_show_q15(dqw_estimator_q15 *e, int axis, const dqw_rows_q15 *
     const int n = dqw_estimator_inputs_q15(e);
     int32_t x_q28[DQW_NORMAL_INPUTS];
     for (int i = 0; i < n; i++) x_q28[i] = (mask >> i & 1u) != 0 ? lighter(r->x_q28[axis][i], weigh_q24) : 0;
+    const int32_t e_q28 = lighter(e->e_q28[axis], weigh_q24);
+    if (dqw_estimator_follows_q15(e)) dqw_segment_row_q15(&e->segment, x_q28, e_q28);
     // Behind the inputs, the late voltage: what the others leave of it, and of the residual with it, says how late the
     // voltage acts. (E90)
     x_q28[n] = lighter(r->late_q28[axis], weigh_q24);
-    dqw_normal_add_q15(&e->normal, x_q28, lighter(e->e_q28[axis], weigh_q24));
+    dqw_normal_add_q15(&e->normal, x_q28, e_q28);
 }
 
 static int64_t weighed(int64_t x_q56, int64_t by_q24)

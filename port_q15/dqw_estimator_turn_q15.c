@@ -8,6 +8,7 @@
 #define LEAST_MRAD 10
 #define KNOWN_SD 4
 #define KNOWN_BLOCKS 500u
+#define FIRST_SEGMENTS 3u
 // What a fault's onset makes of the flux does not stay: an encoder that is off does.
 #define LASTING_BLOCKS 100u
 // What the sums can hold of a variance: 2^21 of the residual's.
@@ -105,12 +106,14 @@ static direction unit_of(direction x)
 void dqw_estimator_turn_on_q15(dqw_estimator_q15 *e, const dqw_units_q15 *u, bool solved)
 {
     if (has_effects(e) || !dqw_estimator_has_psi_q_q15(e) || e->config->settled || e->blocks < KNOWN_BLOCKS) return;
+    // Later it is a change, and to be told as one.
+    if (e->config->follow && e->segment.segments >= FIRST_SEGMENTS) return;
     // [TUR.3] is there flux across, beyond doubt
     const int32_t psi_q24 = e->w_q24[DQW_PSI];
     const int32_t across_q24 = e->w_q24[DQW_PSI_Q];
     const int64_t size_q24 = dqw_q_size64(across_q24);
-    const int32_t sd_q24 = dqw_estimator_sd_q24(e, DQW_PSI_Q);
-    if (1000 * size_q24 <= (int64_t)LEAST_MRAD * psi_q24 || size_q24 <= (int64_t)KNOWN_SD * sd_q24) {
+    const int64_t sd_q40 = dqw_estimator_read_q15(e, DQW_PSI_Q).sd_q40;
+    if (1000 * size_q24 <= (int64_t)LEAST_MRAD * psi_q24 || sd_q40 >= size_q24 * 65536 / KNOWN_SD) {
         e->across = 0;
         return;
     }
@@ -129,6 +132,7 @@ void dqw_estimator_turn_on_q15(dqw_estimator_q15 *e, const dqw_units_q15 *u, boo
     e->turn_sine_q30 = all.n_q30;
     e->w_q24[DQW_PSI] = dqw_q_length32(psi_q24, across_q24);
     e->w_q24[DQW_PSI_Q] = 0;
+    dqw_segment_restart_q15(&e->segment);
 
     // [TUR.5] what was learned is of another frame: unlike inductances are to it a resistance and a coupling
     const int64_t Xd_q40 = dqw_q_times64(u->X_q40[0], e->w_q24[DQW_LD], -24);

@@ -6,6 +6,8 @@
 
 // No band is narrower than this many deviations.
 #define DEVIATIONS 5
+// Nor than so many of its scatters between segments.
+#define WANDERS 3
 // Usable: three deviations are below a tenth of the value.
 #define USABLE_PARTS 30
 #define MILLION 1000000
@@ -131,9 +133,12 @@ int64_t dqw_monitor_surely_q15(const dqw_monitor_q15 *m, int channel, int32_t de
     const uint32_t wider_q15 = dqw_q_root64((uint64_t)ONE_Q30 + (uint64_t)ONE_Q30 / (DQW_WATCH_LOOKS_ALIKE + looks) *
                                                                     DQW_WATCH_LOOKS_ALIKE);
     const int64_t sure = dqw_q_round64((int64_t)deviation * DEVIATIONS * wider_q15, 15);
-    // [CHN.2] no narrower than the band
+    // [CHN.2] no narrower than the band, nor than it was seen to wander
     const int64_t width = dqw_monitor_band_of_q15(m, channel);
-    return width > sure ? width : sure;
+    const int64_t least = width > sure ? width : sure;
+    if (channel >= DQW_WATCH_OFFSET || !m->config->estimator.follow) return least;
+    const int64_t wanders = (int64_t)WANDERS * (m->estimator.segment.band_q28[channel] >> 4);
+    return wanders > least ? wanders : least;
 }
 
 int32_t dqw_monitor_residual_limit_q24(const dqw_monitor_q15 *m)
@@ -182,6 +187,10 @@ int64_t dqw_monitor_sensitivity_q15(const dqw_monitor_q15 *m, enum dqw_monitor_c
     dqw_monitor_read_channel_q15(m, (int)channel, &x);
     if (x.sd == INT32_MAX) return INT64_MAX;
     if (channel == DQW_WATCH_TEMPERATURE) return dqw_monitor_band_q24(m, (int)channel) * 65536;
-    return m->watch.looks[channel] >= DQW_WATCH_LOOKS_LEAST ? dqw_monitor_surely_q15(m, (int)channel, x.sd) * 65536
-                                                            : INT64_MAX;
+    if (m->watch.looks[channel] < DQW_WATCH_LOOKS_LEAST) return INT64_MAX;
+    const int64_t sure = dqw_monitor_surely_q15(m, (int)channel, x.sd) * 65536;
+    if ((int)channel >= DQW_WATCH_OFFSET || !m->config->estimator.follow) return sure;
+    const int32_t sees_q28 = dqw_segment_sees_q15(&m->estimator.segment, (int)channel);
+    const int64_t seen = sees_q28 < INT32_MAX ? (int64_t)sees_q28 * 4096 : INT64_MAX;
+    return seen > sure ? seen : sure;
 }

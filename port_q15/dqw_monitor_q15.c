@@ -18,6 +18,9 @@
 #define SERVICE_PARTS 10
 // Confidence of what needs no pattern: 0.99.
 #define SURE_Q15 32440
+// A change is named within so many looks of being found; bands are known after so many segments.
+#define OPENED_LOOKS 64u
+#define YOUNG_SEGMENTS 20u
 #define TEMPERATURE_BAND_K 5
 // Part of the full speed above which a direction is one: a fifteenth, a full scale being half as much again as a rated
 // value.
@@ -172,23 +175,10 @@ static bool within_part(int32_t deviation, int32_t part_q15, int32_t band)
     return deviation != INT32_MAX && (int64_t)deviation * 32768 < (int64_t)part_q15 * band;
 }
 
-// A healthy value is the mean over the first looks at which it is known, as long as nothing seems to change.
-static void settle(dqw_monitor_q15 *m, int channel)
+// Where a temperature counts from, after what has broken, or is known better.
+static void recount(int32_t *cold, int32_t now, int32_t healthy)
 {
-    if (channel == DQW_WATCH_FRICTION) {
-        if (dqw_watch_friction_settles(&m->watch)) dqw_monitor_move_healthy_q15(m, channel, 1);
-        return;
-    }
-    if (!dqw_watch_settles(&m->watch, channel)) return;
-    const uint8_t looks = m->watch.looks[channel];
-    const int32_t part_q15 = channel > DQW_WATCH_ANGLE  ? KNOWN_PART_WITNESS_Q15
-                             : channel == DQW_WATCH_PSI ? KNOWN_PART_FLUX_Q15
-                                                        : KNOWN_PART_Q15;
-    dqw_monitor_channel_q15 x;
-    dqw_monitor_read_channel_q15(m, channel, &x);
-    const bool known_now = within_part(x.sd, part_q15, dqw_monitor_band_of_q15(m, channel));
-    if (known_now) m->watch.looks[channel]++;
-    if (known_now || looks == 0) dqw_monitor_move_healthy_q15(m, channel, looks + 1);
+    *cold = dqw_q_times32(dqw_q_quotient64(now, healthy, 24), *cold, -24);
 }
 
 static void adopt(dqw_monitor_q15 *m)
@@ -340,6 +330,12 @@ static void name(dqw_monitor_q15 *m, int channel)
     m->named_sd = x.sd;
     m->named_at = m->estimator.number;
     m->named_looks = dqw_watch_since(&m->watch, channel);
+    // A weight that was found changed began to be so in a segment that had passed by then.
+    const dqw_residual_q15 *k = &m->estimator.residual;
+    const uint32_t found = (m->estimator.number - k->opened_at) / DQW_WATCH_TICK_BLOCKS;
+    const uint32_t began = (m->estimator.number - k->opened_since) / DQW_WATCH_TICK_BLOCKS;
+    if (k->opened > 0 && found < OPENED_LOOKS && began > m->named_looks)
+        m->named_looks = (uint8_t)(began < UINT8_MAX ? began : UINT8_MAX);
     m->named_channel = (uint8_t)channel;
     m->named_healthy = healthy_of(m, channel);
     const enum dqw_fault_name of_channel = dqw_watch_fault_of(channel, x.change > 0);
@@ -347,10 +343,41 @@ static void name(dqw_monitor_q15 *m, int channel)
     m->named_fault = of_channel != DQW_FAULT_NONE ? sure : name_it(m);
 }
 
-// Where a temperature counts from, after what has broken.
-static void recount(int32_t *cold, int32_t now, int32_t healthy)
+// A healthy value is the mean over the first looks at which it is known, as long as nothing seems to change.
+static void settle(dqw_monitor_q15 *m, int channel)
 {
-    *cold = dqw_q_times32(dqw_q_quotient64(now, healthy, 24), *cold, -24);
+    if (channel == DQW_WATCH_FRICTION) {
+        if (dqw_watch_friction_settles(&m->watch)) dqw_monitor_move_healthy_q15(m, channel, 1);
+        return;
+    }
+    // What is half out of its band already may be a fault that begins.
+    if (!dqw_watch_settles(&m->watch, channel) || 2 * deviation_q5(m, channel) > DQW_CHANGE_BAND_Q5) return;
+    const uint8_t looks = m->watch.looks[channel];
+    const int32_t part_q15 = channel > DQW_WATCH_ANGLE  ? KNOWN_PART_WITNESS_Q15
+                             : channel == DQW_WATCH_PSI ? KNOWN_PART_FLUX_Q15
+                                                        : KNOWN_PART_Q15;
+    dqw_monitor_channel_q15 x;
+    dqw_monitor_read_channel_q15(m, channel, &x);
+    const bool known_now = within_part(x.sd, part_q15, dqw_monitor_band_of_q15(m, channel));
+    if (known_now) m->watch.looks[channel]++;
+    if (!known_now && looks != 0) return;
+    const int32_t before = channel <= DQW_WATCH_PSI ? m->healthy.weight_q24[channel] : 1;
+    dqw_monitor_move_healthy_q15(m, channel, looks + 1);
+    // What temperatures count from was no surer than that.
+    if (looks >= DQW_WATCH_LOOKS_LEAST || m->config->commissioned) return;
+    if (channel == DQW_WATCH_R) recount(&m->healthy.cold_R_q24, m->healthy.weight_q24[channel], before);
+    if (channel == DQW_WATCH_PSI) recount(&m->healthy.cold_psi_q24, m->healthy.weight_q24[channel], before);
+}
+
+// The healthy residual is the largest one that driving made: no faster than by a tenth of its power in a look while few
+// operating points were met, and a two-hundredth later, or a fault would be taken in.
+static void follow_residual(dqw_monitor_q15 *m)
+{
+    const dqw_estimator_q15 *e = &m->estimator;
+    if (!e->config->follow) return;
+    const int64_t healthy = m->healthy.residual_q54;
+    const int64_t most = healthy + healthy / (e->segment.segments < YOUNG_SEGMENTS ? 10 : 200);
+    if (e->recent_q54 > healthy) m->healthy.residual_q54 = e->recent_q54 < most ? e->recent_q54 : most;
 }
 
 static bool look(dqw_monitor_q15 *m)
@@ -363,6 +390,7 @@ static bool look(dqw_monitor_q15 *m)
     }
     if (begins == DQW_WATCH_SETTLES) {
         follow_temperature(m);
+        follow_residual(m);
         for (int i = 0; i < DQW_WATCH_TEMPERATURE; i++) settle(m, i);
     }
     int32_t q5[DQW_WATCH_CHANNELS];

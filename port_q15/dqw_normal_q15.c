@@ -141,15 +141,23 @@ static int64_t inverse_diagonal_q40(const factors *f, int inputs, int i)
     return sum_q40;
 }
 
-// t = L^-T of a row of L: what an input, or the target, is of those before it. Q40, bounded to 2^17, which is beyond
-// all that is learned, so that sums of them stay below 2^62.
-static void back(const factors *f, int i, int64_t t_q40[])
+// t = L^-T y of the first so many. Q40, bounded to 2^17, which is beyond all that is learned, so that sums of them stay
+// below 2^62.
+static void back(const factors *f, int inputs, const int64_t y_q40[], int64_t t_q40[])
 {
-    for (int j = i - 1; j >= 0; j--) {
-        int64_t rest_q40 = (int64_t)f->l_q31[DQW_NORMAL_A(j, i)] * 512;
-        for (int k = j + 1; k < i; k++) rest_q40 -= dqw_q_times64(t_q40[k], f->l_q31[DQW_NORMAL_A(j, k)], -31);
+    for (int j = inputs - 1; j >= 0; j--) {
+        int64_t rest_q40 = y_q40[j];
+        for (int k = j + 1; k < inputs; k++) rest_q40 -= dqw_q_times64(t_q40[k], f->l_q31[DQW_NORMAL_A(j, k)], -31);
         t_q40[j] = dqw_q_within64(dqw_q_quotient64(rest_q40, f->l_q31[DQW_NORMAL_A(j, j)], 31), (int64_t)1 << 57);
     }
+}
+
+// Of a row of L: what an input, or the target, is of those before it.
+static void explain(const factors *f, int i, int64_t t_q40[])
+{
+    int64_t y_q40[N] = {0};
+    for (int j = 0; j < i; j++) y_q40[j] = (int64_t)f->l_q31[DQW_NORMAL_A(j, i)] * 512;
+    back(f, i, y_q40, t_q40);
 }
 
 void dqw_normal_solve_q15(const dqw_normal_q15 *n, const int64_t start_q40[], dqw_solution_q15 *s)
@@ -161,7 +169,7 @@ void dqw_normal_solve_q15(const dqw_normal_q15 *n, const int64_t start_q40[], dq
     const int half_y = f.half[inputs];
     s->left_q32 = f.left_q60 > 0 ? dqw_q_scale64(f.left_q60, -2 * half_y) : 0;
     s->out = f.out;
-    back(&f, inputs, t_q40);
+    explain(&f, inputs, t_q40);
     for (int i = 0; i < inputs; i++) {
         const bool out = (f.out >> i & 1u) != 0;
         s->w_q40[i] = out ? start_q40[i] : dqw_q_scale64(t_q40[i], f.half[i] - half_y);
@@ -172,8 +180,48 @@ void dqw_normal_solve_q15(const dqw_normal_q15 *n, const int64_t start_q40[], dq
     // A direction that was never learned has a part of others in it: those are not learned either.
     for (int i = 0; i < inputs; i++) {
         if ((f.out >> i & 1u) == 0) continue;
-        back(&f, i, t_q40);
+        explain(&f, i, t_q40);
         for (int j = 0; j < i; j++)
             if (t_q40[j] > TIE_Q40 || t_q40[j] < -TIE_Q40) s->cov_q40[j] = NOT_LEARNED;
+    }
+}
+
+// y = L^-1 of a row, scaled as the sums are; by what power of two besides.
+static int forth(const factors *f, int inputs, const int32_t x_q28[], int64_t y_q40[])
+{
+    int most = -200;
+    for (int i = 0; i < inputs; i++) {
+        const int bits = (int)dqw_q_bits64(x_q28[i]) + f->half[i];
+        if (x_q28[i] != 0 && bits > most) most = bits;
+    }
+    for (int j = 0; j < inputs; j++) {
+        int64_t rest_q40 = dqw_q_scale64(x_q28[j], 40 - most + f->half[j]);
+        for (int k = 0; k < j; k++) rest_q40 -= dqw_q_times64(y_q40[k], f->l_q31[DQW_NORMAL_A(k, j)], -31);
+        // 0 of a direction that was never learned. Sums of them stay below 2^62.
+        y_q40[j] = dqw_q_within64(dqw_q_quotient64(rest_q40, f->l_q31[DQW_NORMAL_A(j, j)], 31), (int64_t)1 << 57);
+    }
+    return 40 - most;
+}
+
+void dqw_normal_alone_q15(const dqw_normal_q15 *n, int32_t x_q28[2][DQW_NORMAL_INPUTS])
+{
+    factors f;
+    int64_t y_q40[N];
+    int64_t t_q40[2][N];
+    int up[2];
+    const int inputs = n->inputs;
+    factor(n, &f);
+    for (int row = 0; row < 2; row++) {
+        up[row] = forth(&f, inputs, x_q28[row], y_q40);
+        back(&f, inputs, y_q40, t_q40[row]);
+    }
+    for (int i = 0; i < inputs; i++) {
+        const bool out = (f.out >> i & 1u) != 0;
+        const int64_t own_q40 = out ? NOT_LEARNED : inverse_diagonal_q40(&f, inputs, i);
+        // x was scaled by 2^half, P is by as much twice.
+        for (int row = 0; row < 2; row++)
+            x_q28[row][i] = own_q40 == NOT_LEARNED
+                                ? 0
+                                : dqw_q31_sat(dqw_q_quotient64(t_q40[row][i], own_q40, 40 - up[row] - f.half[i]));
     }
 }

@@ -68,6 +68,16 @@ void dqw_normal_grow_q15(dqw_normal_q15 *n, int i, int64_t q_q40);
 #define dqw_normal_solve_q15 DQW_SIZED(dqw_normal_solve_q15)
 void dqw_normal_solve_q15(const dqw_normal_q15 *n, const int64_t start_q40[], dqw_solution_q15 *out);
 
+/// Of two rows of inputs, of each input what the others do not explain, as far as the sums know: P x, over each weight's
+/// own P_ii; 0 of one that was never learned.
+///
+/// Source   (E103) in docs/EQUATIONS.md
+/// Shape    x_q28[2][], read and written
+/// Range    any; the result is bounded
+/// Cost     as dqw_normal_solve_q15, about
+#define dqw_normal_alone_q15 DQW_SIZED(dqw_normal_alone_q15)
+void dqw_normal_alone_q15(const dqw_normal_q15 *n, int32_t x_q28[2][DQW_NORMAL_INPUTS]);
+
 #ifdef __cplusplus
 }
 #endif

@@ -145,8 +145,9 @@ std::string monitor_estimator(const dqw_estimator_q15_config& t, std::size_t eff
     put(out, "excitation_q15", t.excitation_q15);
     put(out, "half_window", t.half_window);
     put(out, "solve_blocks", t.solve_blocks);
-    out += fmt::format(", .angle = {}, .encoder_offset = {}, .noise_on_inputs = {}", t.angle, t.encoder_offset,
-                       t.noise_on_inputs);
+    out += fmt::format(", .angle = {}, .encoder_offset = {}, .follow = {}, .noise_on_inputs = {}", t.angle,
+                       t.encoder_offset, t.follow, t.noise_on_inputs);
+    if (t.observed) out += ", .observed = true";
     if (t.voltage_next) out += ", .voltage_next = true";
     if (t.voltage_held) out += ", .voltage_held = true";
     if (t.speed_electrical) out += ", .speed_electrical = true";

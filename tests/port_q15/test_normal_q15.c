@@ -66,7 +66,36 @@ static void step(covariance *c, const double x[], double y)
 typedef struct worst {
     double weight;    ///< in deviations of the weight, for a residual of 1e-3
     double variance;  ///< relative
+    double alone;     ///< of what the others leave of an input, over all of it
 } worst;
+
+// Of two rows what the others do not explain: P x over each own P_ii.
+static double compare_alone(const dqw_normal_q15 *s, const covariance *c, test_random *r)
+{
+    int32_t x_q28[2][DQW_NORMAL_INPUTS] = {{0}};
+    double off = 0;
+    long double left[2][6];
+    double size[2] = {0};
+    for (int row = 0; row < 2; row++) {
+        for (int i = 0; i < c->n; i++) {
+            x_q28[row][i] = (int32_t)lrint(random_uniform(r, -0.3, 0.3) * ONE_Q28);
+            size[row] = fmax(size[row], fabs(x_q28[row][i] / ONE_Q28));
+        }
+        for (int i = 0; i < c->n; i++) {
+            left[row][i] = 0;
+            for (int j = 0; j < c->n; j++) left[row][i] += c->p[i][j] * (x_q28[row][j] / (long double)ONE_Q28);
+            left[row][i] /= c->p[i][i];
+        }
+    }
+    dqw_normal_alone_q15(s, x_q28);
+    for (int row = 0; row < 2; row++)
+        for (int i = 0; i < c->n; i++) {
+            // Up to 8 fit.
+            const double is = fmin(7.99, fmax(-7.99, (double)left[row][i]));
+            off = fmax(off, fabs(x_q28[row][i] / ONE_Q28 - is) / fmax(size[row], fabs(is)));
+        }
+    return off;
+}
 
 // Inputs from 1 down to 1/condition, mixed; now and then weight i's variance grows.
 static worst compare(int n, int rows, double condition, double noise, bool grows, uint64_t seed)
@@ -87,7 +116,7 @@ static worst compare(int n, int rows, double condition, double noise, bool grows
         for (int j = 0; j < n; j++) mix[i][j] = (i == j ? 1.0 : 0.0) + 0.3 * random_normal(&r) / n;
     }
     TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_normal_init_q15(&s, n, prior, start));
-    worst out = {0, 0};
+    worst out = {0, 0, 0};
     for (int k = 1; k <= rows; k++) {
         int32_t x_q28[6];
         double z[6];
@@ -112,6 +141,7 @@ static worst compare(int n, int rows, double condition, double noise, bool grows
             c.p[i][i] += q40(q) / ONE_Q40;
         }
         if (k % 50 != 0) continue;
+        out.alone = fmax(out.alone, compare_alone(&s, &c, &r));
         dqw_solution_q15 w;
         dqw_normal_solve_q15(&s, start, &w);
         HOLDS(w.out == 0);
@@ -129,8 +159,8 @@ static void test_the_same_as_the_recursion(void)
 {
     static const double conditions[] = {1, 5, 30};
     static const double noises[] = {0.0, 0.001, 0.1};
-    worst all = {0, 0};
-    worst grown = {0, 0};
+    worst all = {0, 0, 0};
+    worst grown = {0, 0, 0};
     for (int n = 1; n <= 6; n++)
         for (int c = 0; c < 3; c++)
             for (int v = 0; v < 3; v++) {
@@ -140,11 +170,13 @@ static void test_the_same_as_the_recursion(void)
                 const worst b = compare(n, scaled(3000), conditions[c], noises[v], true,
                                         (uint64_t)(100 * n + 10 * c + v));
                 all.weight = fmax(all.weight, a.weight), all.variance = fmax(all.variance, a.variance);
+                all.alone = fmax(all.alone, fmax(a.alone, b.alone));
                 grown.weight = fmax(grown.weight, b.weight), grown.variance = fmax(grown.variance, b.variance);
             }
     CASE("without growth");
     BETWEEN(4e-5, all.weight, 7e-4);    // 1.7e-4
     BETWEEN(3e-7, all.variance, 6e-6);  // 1.4e-6
+    BETWEEN(3e-7, all.alone, 6e-6);     // 1.5e-6
     CASE("with growth");
     BETWEEN(3e-5, grown.weight, 5e-4);    // 1.1e-4
     BETWEEN(3e-7, grown.variance, 6e-6);  // 1.5e-6
@@ -307,6 +339,11 @@ static void test_any_sums(void)
         dqw_solution_q15 out;
         dqw_normal_solve_q15(&s, start, &out);
         HOLDS(out.left_q32 >= 0);
+        int32_t both[2][DQW_NORMAL_INPUTS];
+        for (int i = 0; i < 2 * n; i++) both[i / n][i % n] = dqw_q_signed32((uint32_t)random_bits(&r));
+        dqw_normal_alone_q15(&s, both);
+        for (int i = 0; i < 2 * n; i++)
+            HOLDS(out.cov_q40[i % n] != INT64_MAX || (out.out >> i % n & 1u) == 0 || both[i / n][i % n] == 0);
         for (int i = 0; i < n; i++) {
             HOLDS(out.cov_q40[i] >= 0);
             if ((out.out >> i & 1u) != 0) TEST_ASSERT_EQUAL_INT64(start[i], out.w_q40[i]);

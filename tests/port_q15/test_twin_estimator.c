@@ -80,6 +80,131 @@ static void test_a_resistance_that_steps_is_followed_as_fast(void)
     }
 }
 
+// What the weight has become at a sample: R and the flux of the moving joint, and errors that no weight explains.
+typedef struct joint {
+    double R, psi_more, fast_V, slow_V, noise;
+} joint;
+
+static dqw_sample driven(long k, const joint *j, test_random *r)
+{
+    dqw_sample s = moving(k, j->R, j->noise, r);
+    double w = 0;
+    for (int n = 0; n < 2; n++) w += 0.5 * 70 * sin(2 * PI * 3 * (double)(k + n) * DT_S);
+    const double t = (double)k * DT_S;
+    s.v_q_V += (float)(4 * j->psi_more * w + j->slow_V * sin(2 * PI * 1.3 * t));
+    s.v_d_V += (float)(j->fast_V * sin(2 * PI * 117 * t) + j->slow_V * cos(2 * PI * 0.9 * t));
+    return s;
+}
+
+// In the same unit, what 1 of a weight is.
+static double weight_pu(const pair *p, int i)
+{
+    return q_unit(p, i) * 1099511627776.0 / (double)dqw_estimator_unit(&p->f, i);
+}
+
+static double q_change(const pair *p, int i)
+{
+    return (double)dqw_estimator_read_q15(&p->q, (enum dqw_parameter)i).sd_change_q40 * q_unit(p, i);
+}
+
+// What of the inputs stands alone, what weights scatter by, what lasts; and what all that makes of the deviations.
+static void alike(const pair *p, double sd, double change, double inputs, double bands)
+{
+    for (int i = 0; i < 4; i++) {
+        const double unit = weight_pu(p, i);
+        CASE("%s", NAME[i]);
+        BETWEEN(1 / inputs, ldexp(p->q.residual.alone_q31[i], -31) / ((double)p->f.alone_pu2[i] * unit * unit), inputs);
+        BETWEEN(1 / inputs,
+                ldexp(p->q.residual.slow_alone_q31[i], -31) / ((double)p->f.slow_alone_pu2[i] * unit * unit), inputs);
+        BETWEEN(1 / bands, ldexp(p->q.segment.band_q28[i], -28) / ((double)p->f.segment.band_pu[i] / unit), bands);
+        BETWEEN(1 / sd, q_sd(p, i) / f_sd(p, i), sd);
+        BETWEEN(1 / change, q_change(p, i) / (double)dqw_estimator_read(&p->f, (enum dqw_parameter)i).sd_change,
+                change);
+    }
+}
+
+// R or the flux steps: both open it at the end of the same segment, and are as sure of what it is then.
+static void test_a_step_is_opened_alike(void)
+{
+    static const struct {
+        double R, psi, noise;
+        uint8_t every;
+    } ways[] = {{1.2, 1, 0.01, 1}, {0.94, 1, 0.01, 4}, {1, 0.97, 0.01, 1}, {1, 1.02, 0.05, 4}, {1.4, 1, 0.05, 1}};
+    for (int way = 0; way < (quick() ? 2 : 5); way++) {
+        pair p;
+        configure(&p, 0.15, 0.0, 0.0);
+        p.fc.follow = p.qc.follow = true;
+        p.qc.solve_blocks = ways[way].every;
+        begin(&p);
+        test_random r = {(uint64_t)(61 + way)};
+        joint j = {.R = 0.5, .noise = ways[way].noise};
+        const long at = 90000;
+        long opened[2] = {0};
+        double worst = 0;
+        for (long k = 0; k < 240000; k++) {
+            if (k == at) j.R = 0.5 * ways[way].R, j.psi_more = 0.02 * (ways[way].psi - 1);
+            const dqw_sample s = driven(k, &j, &r);
+            const bool learned = step(&p, &s);
+            if (opened[0] == 0 && p.f.opened > 0) opened[0] = k;
+            if (opened[1] == 0 && p.q.residual.opened > 0) opened[1] = k;
+            // Behind an opening, what is free moves with each row in float: until then that is noise.
+            if (!learned || k < 20000 || (opened[0] != 0 && k < opened[0] + 2000)) continue;
+            for (int i = 0; i < 4; i++) worst = fmax(worst, 100 * fabs(q_value(&p, i) / f_value(&p, i) - 1));
+        }
+        CASE("way %d: opened %d, %d, at %g, %g s", way, p.f.opened, p.q.residual.opened,
+             (double)(opened[0] - at) * DT_S, (double)(opened[1] - at) * DT_S);
+        if (getenv("DQW_TEST_VALUES") != NULL) printf("%s\n", test_case);
+        HOLDS(p.f.opened == 1 && p.q.residual.opened == 1);
+        TEST_ASSERT_EQUAL_INT(opened[0], opened[1]);
+        BETWEEN(0.3, (double)(opened[1] - at) * DT_S, 1.6);
+        HOLDS(p.f.segment.segments == p.q.segment.segments && p.f.segment.since == p.q.segment.since);
+        BETWEEN(1e-4, worst, 20 * ways[way].noise);
+        BETWEEN(0.995, q_value(&p, DQW_R) / j.R, 1.005);
+        BETWEEN(0.995, q_value(&p, DQW_PSI) / (0.02 + j.psi_more), 1.005);
+        // Solved at each block, all is as in float, but for what seems to last of noise alone.
+        if (ways[way].every == 1)
+            alike(&p, 10, 1.2, 1.05, 1.01);
+        else
+            alike(&p, 10, 1.2, 1.3, 1.15);
+    }
+}
+
+// Errors that last, fast and slow ones: both see as much of them, and are as unsure of the weights for it.
+static void test_what_lasts_is_seen_alike(void)
+{
+    for (int way = 0; way < 4; way++) {
+        pair p;
+        configure(&p, 0.15, 0.0, 0.0);
+        p.fc.follow = p.qc.follow = way % 2 == 1;
+        p.fc.observed = p.qc.observed = way >= 2;
+        begin(&p);
+        test_random r = {(uint64_t)(80 + way)};
+        const joint j = {.R = 0.5, .noise = 0.01, .fast_V = 0.15, .slow_V = 0.1};
+        for (long k = 0; k < 160000; k++) {
+            const dqw_sample s = driven(k, &j, &r);
+            (void)step(&p, &s);
+        }
+        const dqw_lasting f = dqw_estimator_lasting(&p.f);
+        const dqw_lasting_q15 q = dqw_estimator_lasting_q15(&p.q);
+        const dqw_lasting_q15 calm = dqw_estimator_calm_q15(&p.q);
+        CASE("way %d", way);
+        BETWEEN(0.9, ldexp((double)q.fast_q56, -56) / (double)f.fast_pu2, 1.1);
+        BETWEEN(0.9, ldexp((double)q.slow_q56, -56) / (double)f.slow_pu2, 1.1);
+        BETWEEN(0.85, ldexp((double)q.all_q56, -56) / (double)f.all_pu2, 1.15);
+        if (way % 2 == 1) {
+            HOLDS(p.q.residual.opened == p.f.opened);
+            BETWEEN(0.9, ldexp((double)calm.fast_q56, -56) / (double)p.f.calm.fast_pu2, 1.1);
+            BETWEEN(0.9, ldexp((double)calm.slow_q56, -56) / (double)p.f.calm.slow_pu2, 1.1);
+            BETWEEN(0.85, ldexp((double)calm.all_q56, -56) / (double)p.f.calm.all_pu2, 1.15);
+            BETWEEN(0.9, ldexp((double)dqw_estimator_witness_q56(&p.q), -56) / (double)dqw_estimator_witness_pu2(&p.f),
+                    1.1);
+        }
+        // It is far more than noise makes of them.
+        HOLDS(q_sd(&p, DQW_R) > 3 * (double)dqw_estimator_noise_sd(&p.f, DQW_R));
+        alike(&p, 1.05, 1.05, 1.1, 1.1);
+    }
+}
+
 // At rest, with noise on every sensor: for all samples to come nothing moves, and nobody grows surer.
 static void test_noise_on_a_machine_at_rest_teaches_nothing(void)
 {
@@ -123,6 +248,8 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(test_both_follow_one_log);
     RUN_TEST(test_a_resistance_that_steps_is_followed_as_fast);
+    RUN_TEST(test_a_step_is_opened_alike);
+    RUN_TEST(test_what_lasts_is_seen_alike);
     RUN_TEST(test_noise_on_a_machine_at_rest_teaches_nothing);
     return UNITY_END();
 }

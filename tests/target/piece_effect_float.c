@@ -30,7 +30,7 @@ static const dqw_estimator_config config = {.dt_s = (float)STIMULUS_DT_NS * 1e-9
                                             .w_base_rad_s = 110,
                                             .pole_pairs = STIMULUS_PAIRS,
                                             .dead_time_width_A = 0.2f,
-                                            .drift_per_sqrt_s = 0.01f,
+                                            .follow = true,
                                             .stale_limit = 10,
                                             .angle = true,
                                             .encoder_offset = true,

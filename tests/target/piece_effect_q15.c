@@ -23,7 +23,7 @@ static const dqw_effect_q15_config list[] = {{.effect = (enum dqw_effect_name)LI
 #endif
 static const dqw_estimator_q15_config config = {.scale = STIMULUS_SCALE,
                                                 .dead_time_width_mA = 200,
-                                                .drift_ppm = 10000,
+                                                .follow = true,
                                                 .stale_limit = 10,
                                                 .angle = true,
                                                 .encoder_offset = true,

@@ -19,7 +19,7 @@ static const dqw_estimator_config config = {.dt_s = (float)STIMULUS_DT_NS * 1e-9
                                             .psi_Wb = 12e-3f,
                                             .pole_pairs = STIMULUS_PAIRS,
                                             .dead_time_width_A = 0.2f,
-                                            .drift_per_sqrt_s = 0.01f,
+                                            .follow = true,
                                             .stale_limit = 10,
                                             .modulation = DQW_MODULATION_CLAMPED_60,
                                             .angle = true,

@@ -24,7 +24,7 @@ static const dqw_monitor_config config = {.estimator = {.dt_s = (float)STIMULUS_
                                                         .psi_Wb = 12e-3f,
                                                         .pole_pairs = STIMULUS_PAIRS,
                                                         .dead_time_width_A = 0.2f,
-                                                        .drift_per_sqrt_s = 0.01f,
+                                                        .follow = true,
                                                         .stale_limit = 10,
                                                         .modulation = DQW_MODULATION_CLAMPED_60,
                                                         .angle = true,

@@ -21,7 +21,7 @@ static const dqw_monitor_q15_config config = {.estimator = {.scale = STIMULUS_SC
                                                             .Lq_nH = 1900000,
                                                             .psi_nWb = 12000000,
                                                             .dead_time_width_mA = 200,
-                                                            .drift_ppm = 10000,
+                                                            .follow = true,
                                                             .stale_limit = 10,
                                                             .modulation = DQW_MODULATION_CLAMPED_60,
                                                             .angle = true,

@@ -1,0 +1,353 @@
+// Segments against dense double arithmetic, known scatter, healthy runs and steps.
+#include "dqw_segment.h"
+
+#include "driven_segment.h"
+
+void setUp(void) { test_case[0] = 0; }
+void tearDown(void) {}
+
+// Gauss and Jordan's elimination with pivots: a^-1, in place.
+static void invert(double a[WEIGHTS][WEIGHTS])
+{
+    double b[WEIGHTS][2 * WEIGHTS];
+    for (int i = 0; i < WEIGHTS; i++)
+        for (int j = 0; j < 2 * WEIGHTS; j++) b[i][j] = j < WEIGHTS ? a[i][j] : (j - WEIGHTS == i ? 1 : 0);
+    for (int c = 0; c < WEIGHTS; c++) {
+        int p = c;
+        for (int i = c; i < WEIGHTS; i++)
+            if (fabs(b[i][c]) > fabs(b[p][c])) p = i;
+        for (int j = 0; j < 2 * WEIGHTS; j++) {
+            const double t = b[c][j];
+            b[c][j] = b[p][j];
+            b[p][j] = t;
+        }
+        for (int i = 0; i < WEIGHTS; i++) {
+            if (i == c) continue;
+            const double by = b[i][c] / b[c][c];
+            for (int j = 0; j < 2 * WEIGHTS; j++) b[i][j] -= by * b[c][j];
+        }
+    }
+    for (int i = 0; i < WEIGHTS; i++)
+        for (int j = 0; j < WEIGHTS; j++) a[i][j] = b[i][WEIGHTS + j] / b[i][i];
+}
+
+typedef struct sums {
+    double g[WEIGHTS][WEIGHTS], b[WEIGHTS];
+} sums;
+
+typedef struct judged {
+    double delta[WEIGHTS];  ///< how far each weight is off, as far as the segment tells
+    double share[WEIGHTS];  ///< of its band's square that is no longer open
+} judged;
+
+// Gaussian: the mean of the weights' offsets, given the rows, where each has its band before them; (T^-1 + G/v)^-1 b/v.
+static judged conditioned(const sums *s, const double band[], double variance)
+{
+    double a[WEIGHTS][WEIGHTS];
+    for (int i = 0; i < WEIGHTS; i++)
+        for (int j = 0; j < WEIGHTS; j++) a[i][j] = s->g[i][j] / variance + (i == j ? 1 / (band[i] * band[i]) : 0);
+    invert(a);
+    judged d;
+    for (int i = 0; i < WEIGHTS; i++) {
+        d.delta[i] = 0;
+        for (int j = 0; j < WEIGHTS; j++) d.delta[i] += a[i][j] * s->b[j] / variance;
+        d.share[i] = 1 - a[i][i] / (band[i] * band[i]);
+    }
+    return d;
+}
+
+// A segment of so many blocks, whose weights are off by delta.
+static void show(dqw_segment *s, driven *d, int blocks, const double delta[], sums *all)
+{
+    for (int k = 0; k < blocks; k++) {
+        double x[2][WEIGHTS];
+        drive(d, x);
+        for (int axis = 0; axis < 2; axis++) {
+            float row[WEIGHTS];
+            double e = d->noise * random_normal(&d->r);
+            for (int i = 0; i < WEIGHTS; i++) {
+                row[i] = (float)x[axis][i];
+                e += delta[i] * (double)row[i];
+            }
+            dqw_segment_row(s, row, (float)e);
+            for (int i = 0; i < WEIGHTS; i++) {
+                all->b[i] += (double)row[i] * (double)(float)e;
+                for (int j = 0; j < WEIGHTS; j++) all->g[i][j] += (double)row[i] * (double)row[j];
+            }
+        }
+        (void)dqw_segment_block(s, (float)d->w, (float)d->i_q, 1000000, 1000000);
+    }
+}
+
+// Blocks overlap: a row's error counts for half as much again.
+static float half_less(double noise) { return (float)(noise * noise / 1.5); }
+
+static void in_float(const double from[], float to[])
+{
+    for (int k = 0; k < WEIGHTS; k++) to[k] = (float)from[k];
+}
+
+static void test_what_a_segment_says(void)
+{
+    static const float none[WEIGHTS] = {0};
+    const int cases = scaled(400);
+    double worst_z = 0;
+    double worst_share = 0;
+    double worst_move = 0;
+    int opened = 0;
+    for (int n = 0; n < cases; n++) {
+        driven d = drive_of(100 + (uint64_t)n);
+        float band[WEIGHTS];
+        float wide[WEIGHTS];
+        float move[WEIGHTS];
+        double delta[WEIGHTS];
+        double free[WEIGHTS];
+        in_float(d.band, band);
+        dqw_segment s;
+        dqw_segment_init(&s, band);
+        for (int k = 0; k < WEIGHTS; k++) {
+            delta[k] = d.band[k] * 3 * random_normal(&d.r);
+            wide[k] = 0.1f;
+        }
+        // As if many had been, and a change had shown since: a small deviation that agrees is enough.
+        s.segments = 999;
+        const int k_up = (int)(random_bits(&d.r) % WEIGHTS);
+        for (int k = 0; k < WEIGHTS; k++) s.up[k] = k == k_up && delta[k] > 0 ? 7 : 0;
+        for (int k = 0; k < WEIGHTS; k++) s.down[k] = k == k_up && delta[k] < 0 ? 7 : 0;
+        sums all = {{{0}}, {0}};
+        show(&s, &d, 200 + (int)(random_bits(&d.r) % 2000), delta, &all);
+        const judged j = conditioned(&all, d.band, d.noise * d.noise);
+        const dqw_segment before = s;
+        const int changed = dqw_segment_end(&s, half_less(d.noise), none, wide, move);
+        const double surer = 1 / (1 + sqrt(0.02));
+        for (int k = 0; k < WEIGHTS; k++) {
+            CASE("case %d, weight %d of %d", n, k, changed);
+            worst_share = fmax(worst_share, fabs((double)s.share[k] - j.share[k]) / (0.002 + 0.01 * j.share[k]));
+            if (j.share[k] < 0.03 || changed >= 0) continue;
+            const double z = surer * j.delta[k] / (d.band[k] * sqrt(j.share[k]));
+            const double most = fmax(-6, fmin(6, z));
+            const double up = fmax(0, (double)before.up[k] + most - 1);
+            const double down = fmax(0, (double)before.down[k] - most - 1);
+            worst_z = fmax(worst_z, fmax(fabs((double)s.up[k] - up), fabs((double)s.down[k] - down)) /
+                                        (0.01 + 0.01 * fabs(most)));
+        }
+        if (changed < 0) continue;
+        opened++;
+        for (int k = 0; k < WEIGHTS; k++) free[k] = k == changed ? (double)wide[k] : d.band[k];
+        const judged moved = conditioned(&all, free, d.noise * d.noise);
+        for (int k = 0; k < WEIGHTS; k++) {
+            const double size = fmax(fabs(moved.delta[k]), 0.3 * d.band[k]);
+            worst_move = fmax(worst_move, fabs((double)move[k] - moved.delta[k]) / size);
+        }
+        for (int k = 0; k < WEIGHTS; k++) HOLDS(s.up[k] == 0 && s.down[k] == 0);
+    }
+    CASE("%d of %d opened", opened, cases);
+    HOLDS(opened * 4 > cases && opened * 10 < 9 * cases);
+    BETWEEN(1e-6, worst_share, 1);
+    BETWEEN(1e-6, worst_z, 1);
+    BETWEEN(1e-7, worst_move, 0.02);
+}
+
+// Small segments of few rows, in which each weight is told by itself.
+static void few_rows(dqw_segment *s, test_random *r, const double delta[], double noise)
+{
+    for (int n = 0; n < 3 * WEIGHTS; n++) {
+        float x[WEIGHTS];
+        double e = noise * random_normal(r);
+        for (int k = 0; k < WEIGHTS; k++) {
+            x[k] = (float)(0.1 * random_normal(r));
+            e += delta[k] * (double)x[k];
+        }
+        dqw_segment_row(s, x, (float)e);
+    }
+}
+
+// Of known scatter the bands become that, whether it is wider or narrower than they were to begin with, and whatever
+// the noise hides of it.
+static void test_bands_find_the_scatter(void)
+{
+    static const float none[WEIGHTS] = {0};
+    static const double scatter[WEIGHTS] = {0.003, 0.01, 0.004, 0.002, 0.05, 0.008, 0.02};
+    // Noise of the offset that a segment of few rows tells, over the scatter: 0.2, and as wide as it.
+    for (int level = 0; level < 2; level++) {
+        double square[WEIGHTS] = {0};
+        double shares[WEIGHTS] = {0};
+        long count = 0;
+        const int runs = scaled(20);
+        for (int run = 0; run < runs; run++) {
+            test_random r = {(uint64_t)(7 + run)};
+            float band[WEIGHTS];
+            float wide[WEIGHTS];
+            float move[WEIGHTS];
+            for (int k = 0; k < WEIGHTS; k++) {
+                band[k] = (float)(scatter[k] * (run % 2 == 0 ? 3 : 0.5));
+                wide[k] = 1;
+            }
+            dqw_segment s;
+            dqw_segment_init(&s, band);
+            // Floors out of the way.
+            for (int k = 0; k < WEIGHTS; k++) s.least_pu[k] *= 0.01f;
+            const double noise = (level == 0 ? 0.2 : 1.0) * 0.01 * 0.1 * sqrt(3 * WEIGHTS);
+            for (int n = 0; n < 1200; n++) {
+                double delta[WEIGHTS];
+                for (int k = 0; k < WEIGHTS; k++) delta[k] = scatter[k] * random_normal(&r);
+                few_rows(&s, &r, delta, noise);
+                (void)dqw_segment_end(&s, half_less(noise), none, wide, move);
+                if (n < 400) continue;
+                count++;
+                for (int k = 0; k < WEIGHTS; k++) {
+                    square[k] += (double)s.band_pu[k] * (double)s.band_pu[k];
+                    shares[k] += (double)s.share[k];
+                }
+            }
+        }
+        for (int k = 0; k < WEIGHTS; k++) {
+            CASE("noise %d, weight %d, share %.2g", level, k, shares[k] / (double)count);
+            // Of what segments tell little a band is not known either.
+            if (shares[k] / (double)count < 1.0 / 3) continue;
+            BETWEEN(0.9, sqrt(square[k] / (double)count) / scatter[k], 1.1);
+        }
+    }
+}
+
+// Siegmund: one sum of one weight runs 9e6 healthy segments, so that fourteen of 2e5 make 0.3 openings.
+static void test_health_opens_nothing(void)
+{
+    static const float none[WEIGHTS] = {0};
+    test_random r = {12};
+    float band[WEIGHTS];
+    float wide[WEIGHTS];
+    float move[WEIGHTS];
+    for (int k = 0; k < WEIGHTS; k++) {
+        band[k] = 0.01f;
+        wide[k] = 1;
+    }
+    dqw_segment s;
+    dqw_segment_init(&s, band);
+    int opened = 0;
+    const int segments = scaled(200000);
+    for (int n = 0; n < segments; n++) {
+        double delta[WEIGHTS];
+        for (int k = 0; k < WEIGHTS; k++) delta[k] = 0.01 * (1 + 0.5 * k) * random_normal(&r);
+        few_rows(&s, &r, delta, 1e-3);
+        opened += dqw_segment_end(&s, half_less(1e-3), none, wide, move) >= 0;
+    }
+    CASE("%d openings", opened);
+    HOLDS(opened <= 2);
+}
+
+static void test_a_step_is_opened(void)
+{
+    static const float none[WEIGHTS] = {0};
+    int late = 0;
+    int wrong = 0;
+    double off = 0;
+    const int cases = scaled(700);
+    for (int n = 0; n < cases; n++) {
+        test_random r = {(uint64_t)(1000 + n)};
+        const int k_step = n % WEIGHTS;
+        const double size = (n / WEIGHTS % 2 == 0 ? 1 : -1) * 6 * 0.01;
+        float band[WEIGHTS];
+        float wide[WEIGHTS];
+        float move[WEIGHTS];
+        for (int k = 0; k < WEIGHTS; k++) {
+            band[k] = 0.01f;
+            wide[k] = 1;
+        }
+        dqw_segment s;
+        dqw_segment_init(&s, band);
+        int changed = -1;
+        for (int m = 0; m < 60 + 3 && changed < 0; m++) {
+            double delta[WEIGHTS];
+            for (int k = 0; k < WEIGHTS; k++) delta[k] = 0.01 * random_normal(&r) + (k == k_step && m >= 60 ? size : 0);
+            few_rows(&s, &r, delta, 1e-3);
+            changed = dqw_segment_end(&s, half_less(1e-3), none, wide, move);
+            HOLDS(m >= 60 || changed < 0);
+            HOLDS(s.blocks == 0 && s.a[0] == 0 && s.b[0] == 0);
+        }
+        late += changed < 0;
+        wrong += changed >= 0 && changed != k_step;
+        if (changed == k_step) off = fmax(off, fabs((double)move[k_step] - size));
+    }
+    CASE("%d late, %d wrong, of %d; %g", late, wrong, cases, off);
+    HOLDS(late * 100 <= cases && wrong == 0);  // 4 of 700
+    BETWEEN(0.01, off, 0.05);
+}
+
+// Until it is known by its scatter, a band is what the model's error may make of it; a change needs three segments.
+static void test_the_first_segments(void)
+{
+    float band[WEIGHTS];
+    float model[WEIGHTS];
+    float wide[WEIGHTS];
+    float move[WEIGHTS];
+    for (int k = 0; k < WEIGHTS; k++) {
+        band[k] = 0.001f;
+        model[k] = 0.1f;
+        wide[k] = 1;
+    }
+    for (int way = 0; way < 2; way++) {
+        test_random r = {3};
+        dqw_segment s;
+        dqw_segment_init(&s, band);
+        double delta[WEIGHTS] = {0.1};
+        int first = 0;
+        for (int n = 1; n <= 6 && first == 0; n++) {
+            if (way == 0)
+                for (int k = 0; k < WEIGHTS; k++) delta[k] = 0.1 * random_normal(&r);
+            few_rows(&s, &r, delta, 1e-4);
+            if (way == 1) s.band_pu[0] = 0.001f;
+            if (dqw_segment_end(&s, half_less(1e-4), model, wide, move) >= 0) first = n;
+            if (way == 1) model[0] = 0;
+        }
+        CASE("way %d: opened at %d", way, first);
+        HOLDS(way == 0 ? first == 0 : first == 3);
+        dqw_segment_restart(&s);
+        for (int k = 0; k < WEIGHTS; k++) HOLDS(s.up[k] == 0 && s.down[k] == 0);
+    }
+}
+
+// It ends where speed and current have both moved as much as usual: not before the least, and at the most.
+static void test_where_a_segment_ends(void)
+{
+    float band[WEIGHTS] = {0};
+    dqw_segment s;
+    dqw_segment_init(&s, band);
+    int count = 0;
+    for (int k = 0; k < 20000; k++) {
+        const float w = (float)sin(k * 0.01);
+        const float i = (float)sin(k * 0.0137);
+        if (!dqw_segment_block(&s, w, i, 50, 5000)) continue;
+        float move[WEIGHTS];
+        if (k > 5000) {
+            // A sine's variance over a stretch of itself: 0.15 of the whole takes more than a sixth of its turn.
+            CASE("block %d: %d blocks", k, (int)s.blocks);
+            HOLDS(s.blocks >= 100 && s.blocks <= 400);
+            count++;
+        }
+        (void)dqw_segment_end(&s, 1.0f, band, band, move);
+    }
+    HOLDS(count > 30);
+    // It stands: only the most ends it.
+    dqw_segment_restart(&s);
+    for (int k = 0; k < 3 * 700; k++) {
+        const bool ends = dqw_segment_block(&s, 0.3f, 0.2f, 50, 700);
+        if (!ends) continue;
+        float move[WEIGHTS];
+        HOLDS(s.blocks == 700);
+        (void)dqw_segment_end(&s, 1.0f, band, band, move);
+    }
+    for (int k = 1; k <= 50; k++) HOLDS(dqw_segment_block(&s, (float)sin(k), (float)cos(k), 50, 700) == (k == 50));
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_what_a_segment_says);
+    RUN_TEST(test_bands_find_the_scatter);
+    RUN_TEST(test_health_opens_nothing);
+    RUN_TEST(test_a_step_is_opened);
+    RUN_TEST(test_the_first_segments);
+    RUN_TEST(test_where_a_segment_ends);
+    return UNITY_END();
+}
