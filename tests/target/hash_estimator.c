@@ -1,12 +1,31 @@
-// The estimator over the drive's signals, with dead time, drift and a held voltage, without, with the pole pairs to
-// find, and settled: events, window, noise and what is handed over after every step, weights and sums after every
-// block, what is read at the end.
+// The estimator over the drive's signals, with dead time, drift and a held voltage, without, following, with the pole
+// pairs to find, and settled: events, window, noise and what is handed over after every step, weights and sums after
+// every block, what is read at the end.
 #include "dqw_estimator_block_q15.h"
 #include "target/hash.h"
 #include "target/hash_room.h"
 #include "target/stimulus_q15.h"
 
 hash_room hash_shared;
+
+static void put_lasting(hash *h, const dqw_estimator_q15 *e)
+{
+    const dqw_residual_q15 *k = &e->residual;
+    const dqw_segment_q15 *s = &e->segment;
+    for (int i = 0; i < DQW_PARAMETERS; i++) {
+        hash_put(h, k->alone_q31[i]);
+        hash_put(h, k->slow_alone_q31[i]);
+        hash_put(h, s->band_q28[i]);
+        hash_put(h, s->b[i]);
+        hash_put(h, s->up_q11[i] * 65536 + s->down_q11[i]);
+    }
+    for (int i = 0; i < 3; i++) hash_put(h, k->calm_q28[i]);
+    hash_put(h, k->lasting_q38[0]);
+    hash_put(h, k->lasting_q38[1]);
+    hash_put(h, k->slow_q38);
+    hash_put(h, s->segments);
+    hash_put(h, k->opened);
+}
 
 static void put_learned(hash *h, const dqw_estimator_q15 *e)
 {
@@ -28,6 +47,7 @@ static void put_learned(hash *h, const dqw_estimator_q15 *e)
         hash_put(h, e->e_q28[axis]);
         hash_put(h, e->given.step_q15[axis]);
     }
+    put_lasting(h, e);
     hash_put(h, e->recent_q54);
     hash_put(h, e->given.follow_q15);
     hash_put(h, e->learned);
@@ -74,6 +94,7 @@ static void run(hash *h, dqw_estimator_q15_config config, int steps)
         const dqw_reading_q15 r = dqw_estimator_read_q15(e, (enum dqw_parameter)i);
         hash_put(h, r.value_q40);
         hash_put(h, r.sd_q40);
+        hash_put(h, r.sd_change_q40);
         hash_put(h, r.usable);
     }
     hash_put(h, dqw_estimator_voltage_acts_q15(e));
@@ -91,11 +112,15 @@ hash hash_estimator(void)
                                             .voltage_next = true,
                                             .voltage_held = true};
     const dqw_estimator_q15_config plain = {.scale = STIMULUS_SCALE, .noise_on_inputs = true};
+    dqw_estimator_q15_config follows = plain;
+    follows.follow = follows.observed = true;
+    follows.half_window = 4;
     dqw_estimator_q15_config poles = plain;
     poles.scale.pole_pairs = 0;
     const dqw_estimator_q15_config settled = {.scale = STIMULUS_SCALE, .settled = true};
     run(&h, whole, 6000);
     run(&h, plain, 6000);
+    run(&h, follows, 24000);
     run(&h, poles, 6000);
     run(&h, settled, 300);
     return h;
