@@ -19,7 +19,7 @@ extern "C" {
 /// All zero is refused. Constant: it may stay in flash. 0 takes the value in brackets. dqw_monitor_config_default()
 /// fills it from a nameplate.
 typedef struct dqw_monitor_config {
-    /// pole pairs are needed. Give it a drift_per_sqrt_s, 0.01 is a good start, or it follows nothing
+    /// pole pairs are needed. Let it follow, or it learns of no change
     dqw_estimator_config estimator;
     /// A change by less is healthy. Of R, L_d, L_q, flux [0.04, 0.06, 0.06, 0.012] as part of the healthy value; dead
     /// time [0.005] as part of the voltage base; angle [0.02] rad; offset [0.01] as part of the current base;

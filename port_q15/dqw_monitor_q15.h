@@ -22,7 +22,7 @@ extern "C" {
 /// All zero is refused. Constant: it may stay in flash. 0 takes the value in brackets. dqw_monitor_config_default_q15()
 /// fills it from a nameplate.
 typedef struct dqw_monitor_q15_config {
-    /// pole pairs are needed. Give it drift_ppm, 10000 is a good start, or it follows nothing
+    /// pole pairs are needed. Let it follow, or it learns of no change
     dqw_estimator_q15_config estimator;
     /// A change by less is healthy, in millionths. Of R, L_d, L_q, flux [40000, 60000, 60000, 12000] of the healthy
     /// value; dead time [5000] of the full voltage; angle [20000] rad; offset [10000] of the full current; resistance

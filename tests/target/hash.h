@@ -16,7 +16,7 @@ static inline void hash_put(hash *h, int64_t x)
 
 /// The modules, in the order of the table; hash_NAME.c has hash_NAME(). A further one is a name here.
 #define HASH_MODULES(X)                                                                                                \
-    X(q15) X(learner) X(transform) X(random) X(normal) X(window) X(estimator) X(effect) X(shaft) X(monitor)
+    X(q15) X(learner) X(transform) X(random) X(normal) X(segment) X(window) X(estimator) X(effect) X(shaft) X(monitor)
 
 #define HASH_DECLARE(name) hash hash_##name(void);
 HASH_MODULES(HASH_DECLARE)

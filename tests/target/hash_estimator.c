@@ -1,5 +1,5 @@
 // The estimator over the drive's signals, with dead time behind legs that rest, drift, a held voltage and an angle that
-// is late, without, with the pole pairs to find, settled, and behind an encoder that is off: events, window, noise and
+// is late, without, following, with the pole pairs to find, settled, and behind an encoder that is off: events, window, noise and
 // what is handed over after every step, weights and sums after every block, what is read at the end.
 #include "dqw_estimator_block_q15.h"
 #include "dqw_transform_q15.h"
@@ -8,6 +8,25 @@
 #include "target/stimulus_q15.h"
 
 hash_room hash_shared;
+
+static void put_lasting(hash *h, const dqw_estimator_q15 *e)
+{
+    const dqw_residual_q15 *k = &e->residual;
+    const dqw_segment_q15 *s = &e->segment;
+    for (int i = 0; i < DQW_PARAMETERS; i++) {
+        hash_put(h, k->alone_q31[i]);
+        hash_put(h, k->slow_alone_q31[i]);
+        hash_put(h, s->band_q28[i]);
+        hash_put(h, s->b[i]);
+        hash_put(h, s->up_q11[i] * 65536 + s->down_q11[i]);
+    }
+    for (int i = 0; i < 3; i++) hash_put(h, k->calm_q28[i]);
+    hash_put(h, k->lasting_q38[0]);
+    hash_put(h, k->lasting_q38[1]);
+    hash_put(h, k->slow_q38);
+    hash_put(h, s->segments);
+    hash_put(h, k->opened);
+}
 
 static void put_learned(hash *h, const dqw_estimator_q15 *e)
 {
@@ -29,6 +48,7 @@ static void put_learned(hash *h, const dqw_estimator_q15 *e)
         hash_put(h, e->e_q28[axis]);
         hash_put(h, e->given.step_q15[axis]);
     }
+    put_lasting(h, e);
     hash_put(h, e->recent_q54);
     hash_put(h, e->turn_cosine_q30);
     hash_put(h, e->turn_sine_q30);
@@ -93,6 +113,7 @@ static void run(hash *h, dqw_estimator_q15_config config, int steps, bool off)
         const dqw_reading_q15 r = dqw_estimator_read_q15(e, (enum dqw_parameter)i);
         hash_put(h, r.value_q40);
         hash_put(h, r.sd_q40);
+        hash_put(h, r.sd_change_q40);
         hash_put(h, r.usable);
     }
     hash_put(h, dqw_estimator_voltage_acts_q15(e));
@@ -112,6 +133,9 @@ hash hash_estimator(void)
                                             .voltage_next = true,
                                             .voltage_held = true};
     const dqw_estimator_q15_config plain = {.scale = STIMULUS_SCALE, .noise_on_inputs = true};
+    dqw_estimator_q15_config follows = plain;
+    follows.follow = follows.observed = true;
+    follows.half_window = 4;
     dqw_estimator_q15_config poles = plain;
     poles.scale.pole_pairs = 0;
     const dqw_estimator_q15_config settled = {.scale = STIMULUS_SCALE, .settled = true};
@@ -120,6 +144,7 @@ hash hash_estimator(void)
     mask.voltage_next = mask.voltage_held = false;
     run(&h, whole, 6000, false);
     run(&h, plain, 6000, false);
+    run(&h, follows, 24000, false);
     run(&h, poles, 6000, false);
     run(&h, settled, 300, false);
     run(&h, mask, 20000, true);

@@ -25,8 +25,8 @@ static void put_solution(hash *h, const dqw_solution_q15 *s, int inputs)
 hash hash_normal(void)
 {
     static stimulus s;
-    dqw_normal_q15 *n = &hash_shared.normal;
-    static dqw_solution_q15 solution;
+    dqw_normal_q15 *n = &hash_shared.normal.sums;
+    dqw_solution_q15 *solution = &hash_shared.normal.solution;
     static const int64_t prior_q32[4] = {1 << 20, 1 << 22, 1 << 24, 1};
     static const int64_t start_q40[4] = {(int64_t)1 << 39, 0, -((int64_t)1 << 40), 0};
     hash h = HASH_EMPTY;
@@ -39,8 +39,11 @@ hash hash_normal(void)
         if (k % 100 == 0) dqw_normal_grow_q15(n, k / 100 % 4, (int64_t)k << 10);
         if (k % 10 == 0) put_sums(&h, n);
         if (k % 200 != 0) continue;
-        dqw_normal_solve_q15(n, start_q40, &solution);
-        put_solution(&h, &solution, 4);
+        dqw_normal_solve_q15(n, start_q40, solution);
+        put_solution(&h, solution, 4);
+        int32_t alone_q28[2][DQW_NORMAL_INPUTS] = {{x_q28[0], x_q28[1], x_q28[2], x_q28[3]}, {1, -x_q28[0], k, 0}};
+        dqw_normal_alone_q15(n, alone_q28);
+        for (int i = 0; i < 4; i++) hash_put(&h, alone_q28[0][i]), hash_put(&h, alone_q28[1][i]);
     }
     return h;
 }
