@@ -59,16 +59,16 @@ typedef struct dqw_estimator_config {
     /// beside effects
     float angle_late_s;
     enum dqw_modulation modulation;  ///< which legs switch: dead time is theirs alone
-    uint32_t stale_limit;    ///< equal samples in a row before a sensor counts as stuck; 0: never
-    uint32_t threshold_ppm;  ///< residual over the voltage base that stage 3 must reach; 0: 50000 (5 %)
-    bool observed;           ///< the angle is an observer's, no encoder's: it may lean with load and speed, unseen
-    bool angle;              ///< cosine and sine are given: dead time and some effects need them
+    uint32_t stale_limit;            ///< equal samples in a row before a sensor counts as stuck; 0: never
+    uint32_t threshold_ppm;          ///< residual over the voltage base that stage 3 must reach; 0: 50000 (5 %)
+    bool observed;  ///< the angle is an observer's, no encoder's: it may lean with load and speed, unseen
+    bool angle;     ///< cosine and sine are given: dead time and some effects need them
     /// learn the flux that shows on the other axis where the angle is off; without effects the data are turned by it
     bool encoder_offset;
-    bool follow;             ///< parameters may change: the memory is long until one does. Else nothing is forgotten
-    bool noise_on_inputs;    ///< take the noise of currents and speed out of what is learned, (E60)
-    bool settled;            ///< every sample is a settled point of its own: no slopes
-    bool voltage_next;       ///< a sample's voltage acts one period later: from the next sample on
+    bool follow;           ///< parameters may change: the memory is long until one does. Else nothing is forgotten
+    bool noise_on_inputs;  ///< take the noise of currents and speed out of what is learned, (E60)
+    bool settled;          ///< every sample is a settled point of its own: no slopes
+    bool voltage_next;     ///< a sample's voltage acts one period later: from the next sample on
     /// it is a vector held in the stationary frame, given in the sample's: turned here to the middle of its period
     bool voltage_held;
     bool speed_electrical;  ///< w_m_rad_s of a sample is electrical speed
@@ -134,22 +134,22 @@ typedef struct dqw_estimator {
     dqw_segment segment;
     /// halves when this segment and the one before began; when a weight was last found changed, and since when
     uint32_t began, began_before, opened_at, opened_since;
-    uint8_t opened;  ///< times that a weight was found changed, up to 255
-    float e_pu[2];                             ///< the last block's error before the correction, d and q
-    float error_pu2[2];                        ///< mean squared residual, d and q
-    float recent_pu2;                          ///< of both, over about 64 blocks
-    float e_before_pu[3][2];                   ///< errors of the three blocks before the last one
-    float lasting_pu2[2];                      ///< their product with the last one's, two and three blocks apart
-    float slow_sum_pu[2], slow_before_pu[2];   ///< errors of a stretch of blocks, and mean of the one before
-    float slow_pu2;                            ///< product of neighbouring stretches' means
-    float slow_x_pu[2][DQW_ESTIMATOR_INPUTS];  ///< sums of a stretch's inputs,
+    uint8_t opened;                              ///< times that a weight was found changed, up to 255
+    float e_pu[2];                               ///< the last block's error before the correction, d and q
+    float error_pu2[2];                          ///< mean squared residual, d and q
+    float recent_pu2;                            ///< of both, over about 64 blocks
+    float e_before_pu[3][2];                     ///< errors of the three blocks before the last one
+    float lasting_pu2[2];                        ///< their product with the last one's, two and three blocks apart
+    float slow_sum_pu[2], slow_before_pu[2];     ///< errors of a stretch of blocks, and mean of the one before
+    float slow_pu2;                              ///< product of neighbouring stretches' means
+    float slow_x_pu[2][DQW_ESTIMATOR_INPUTS];    ///< sums of a stretch's inputs,
     float slow_alone_pu2[DQW_ESTIMATOR_INPUTS];  ///< and power of their means that no other one explains
-    float alone_pu2[DQW_ESTIMATOR_INPUTS];     ///< power of each input that no other one explains
-    float score2[DQW_ESTIMATOR_SCORES];        ///< what a block teaches a weight, squared,
-    float score_lag[DQW_ESTIMATOR_SCORES];     ///< times the next one's,
-    float score_last[DQW_ESTIMATOR_SCORES];    ///< and the last one's
-    float late_w[DQW_PARAMETERS];              ///< of the late voltage, what the inputs explain
-    float late_pu2, late_error_pu2;            ///< power of the rest, and its product with the residual
+    float alone_pu2[DQW_ESTIMATOR_INPUTS];       ///< power of each input that no other one explains
+    float score2[DQW_ESTIMATOR_SCORES];          ///< what a block teaches a weight, squared,
+    float score_lag[DQW_ESTIMATOR_SCORES];       ///< times the next one's,
+    float score_last[DQW_ESTIMATOR_SCORES];      ///< and the last one's
+    float late_w[DQW_PARAMETERS];                ///< of the late voltage, what the inputs explain
+    float late_pu2, late_error_pu2;              ///< power of the rest, and its product with the residual
     uint32_t number, elapsed;                  ///< of the half that ended the last block; halves since the block before
     uint32_t noise_rows;                       ///< that its noise was a mean of
     uint32_t learned;                          ///< weights of which anything was ever learned
@@ -159,7 +159,7 @@ typedef struct dqw_estimator {
     uint8_t restarts;  ///< times that the weights left all bounds, and learning began again, up to 255
     uint8_t inputs;
     uint8_t slow_at;
-    uint8_t across;  ///< blocks for which flux has shown on the other axis
+    uint8_t across;    ///< blocks for which flux has shown on the other axis
     dqw_lasting calm;  ///< what lasts, and the residual's variance, while nothing seems to change
     dqw_stage stage;
 } dqw_estimator;

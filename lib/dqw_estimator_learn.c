@@ -148,8 +148,7 @@ static void keep_lasting(dqw_estimator *e, const dqw_estimator_rows *r, const fl
         const float by = 1.0f / ((float)n * dqw_gain_covariance(&e->gain, i, i));
         const float d = px[D][i] * by;
         const float q = px[Q][i] * by;
-        e->slow_alone_pu2[i] += (0.5f * (d * d + q * q) - e->slow_alone_pu2[i]) *
-                                dqw_lasting_part(e, (float)n);
+        e->slow_alone_pu2[i] += (0.5f * (d * d + q * q) - e->slow_alone_pu2[i]) * dqw_lasting_part(e, (float)n);
     }
     e->slow_pu2 += (slow - e->slow_pu2) * dqw_lasting_part(e, (float)n);
 }
@@ -185,7 +184,8 @@ static void follow(dqw_estimator *e, const dqw_estimator_block *b)
     const float rows = 2.0f * (float)e->segment.blocks;
     float wide[DQW_PARAMETERS];
     float move[DQW_PARAMETERS];
-    for (int i = 0; i < DQW_PARAMETERS; i++) wide[i] = (i == DQW_PSI || i == DQW_PSI_Q ? 0.1f : 0.3f) * dqw_estimator_size_pu(e, i);
+    for (int i = 0; i < DQW_PARAMETERS; i++)
+        wide[i] = (i == DQW_PSI || i == DQW_PSI_Q ? 0.1f : 0.3f) * dqw_estimator_size_pu(e, i);
     wide[DQW_DEAD_TIME] = wide[DQW_DEAD_CONSTANT] = 0.03f;
     // What has changed must not seem to be what the model always lacked.
     const dqw_lasting now = dqw_estimator_lasting(e);
@@ -206,7 +206,10 @@ static void follow(dqw_estimator *e, const dqw_estimator_block *b)
         const float alone = e->alone_pu2[i];
         if (!(alone > 0.0f) || (e->learned >> i & 1u) == 0) continue;
         // What the weight may wander in a segment, what one says of it, and so what part it is moved by.
-        const float walk = (i == DQW_R ? 1e-3f : i == DQW_LD || i == DQW_LQ || i == DQW_PSI || i == DQW_PSI_Q ? 3e-4f : 0.0f) * dqw_estimator_size_pu(e, i);
+        const float walk = (i == DQW_R                                                     ? 1e-3f
+                            : i == DQW_LD || i == DQW_LQ || i == DQW_PSI || i == DQW_PSI_Q ? 3e-4f
+                                                                                           : 0.0f) *
+                           dqw_estimator_size_pu(e, i);
         const float agrees = 1.0f + (e->segment.up[i] > e->segment.down[i] ? e->segment.up[i] : e->segment.down[i]);
         const float q = walk * walk * agrees * agrees * seconds;
         const float one = variance / (rows * alone);
@@ -471,7 +474,8 @@ bool dqw_estimator_learn(dqw_estimator *e, const dqw_estimator_block *b)
     const float *late_pu = !c->settled && e->pole_pairs != 0 && b->whole ? r.late : NULL;
     float score[DQW_ESTIMATOR_SCORES] = {0};
     const bool follows = c->follow && !c->settled && e->pole_pairs != 0 && e->stage.name != DQW_STAGE_RANDOM;
-    if (follows) for (int axis = 0; axis < 2; axis++) show_segment(e, axis, &r, mask[axis], ratio[axis]);
+    if (follows)
+        for (int axis = 0; axis < 2; axis++) show_segment(e, axis, &r, mask[axis], ratio[axis]);
     learn_row(e, D, &r, mask[D], ratio[D], late_pu, score);
     learn_row(e, Q, &r, mask[Q], ratio[Q], late_pu, score);
     keep_scores(e, score);

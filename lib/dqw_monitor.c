@@ -299,7 +299,8 @@ static void name(dqw_monitor *m, int channel)
     // A weight that was found changed began to be so in a segment that had passed by then.
     const dqw_estimator *e = &m->estimator;
     const uint32_t ago = e->number - e->opened_at;
-    if (e->opened > 0 && ago < OPENED_LOOKS * DQW_WATCH_TICK_BLOCKS && e->number - e->opened_since > e->number - m->named_since)
+    if (e->opened > 0 && ago < OPENED_LOOKS * DQW_WATCH_TICK_BLOCKS &&
+        e->number - e->opened_since > e->number - m->named_since)
         m->named_since = e->opened_since;
     m->named_channel = (uint8_t)channel;
     m->named_healthy = healthy_of(m, channel);
@@ -313,8 +314,8 @@ static void follow_residual(dqw_monitor *m)
 {
     const dqw_estimator *e = &m->estimator;
     if (!e->config->follow) return;
-    const float most = m->healthy.residual_pu2 * (e->segment.segments < YOUNG_SEGMENTS ? RESIDUAL_RISE_YOUNG
-                                                                                       : RESIDUAL_RISE);
+    const float most = m->healthy.residual_pu2 *
+                       (e->segment.segments < YOUNG_SEGMENTS ? RESIDUAL_RISE_YOUNG : RESIDUAL_RISE);
     if (e->recent_pu2 > m->healthy.residual_pu2) m->healthy.residual_pu2 = e->recent_pu2 < most ? e->recent_pu2 : most;
 }
 

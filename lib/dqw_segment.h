@@ -41,8 +41,7 @@ bool dqw_segment_block(dqw_segment *s, float w_pu, float i_pu, uint32_t least, u
 /// Returns  the weight that has changed, -1: none; then move_pu[DQW_PARAMETERS] is by how much each one is to be moved
 /// Cost     n^3 / 3 products for n = DQW_PARAMETERS, twice where one has changed
 /// Context  background
-int dqw_segment_end(dqw_segment *s, float variance_pu2, const float model_pu[], const float wide_pu[],
-                    float move_pu[]);
+int dqw_segment_end(dqw_segment *s, float variance_pu2, const float model_pu[], const float wide_pu[], float move_pu[]);
 
 /// The smallest change of a weight that two segments would tell, per unit.
 ///

@@ -88,9 +88,8 @@ static int32_t wide_q28(const dqw_estimator_q15 *e, int i)
 
 void dqw_estimator_follow_start_q15(dqw_estimator_q15 *e, const dqw_units_q15 *u)
 {
-    const dqw_residual_q15 nothing = {.opened = e->residual.opened,
-                                      .opened_at = e->residual.opened_at,
-                                      .opened_since = e->residual.opened_since};
+    const dqw_residual_q15 nothing = {
+        .opened = e->residual.opened, .opened_at = e->residual.opened_at, .opened_since = e->residual.opened_since};
     e->residual = nothing;
     int32_t band_q28[N];
     for (int i = 0; i < N; i++) band_q28[i] = least_q28(e, u, i);

@@ -75,10 +75,7 @@ static inline double f_value(const pair *p, int i)
 {
     return (double)dqw_estimator_read(&p->f, (enum dqw_parameter)i).value;
 }
-static inline double f_sd(const pair *p, int i)
-{
-    return (double)dqw_estimator_read(&p->f, (enum dqw_parameter)i).sd;
-}
+static inline double f_sd(const pair *p, int i) { return (double)dqw_estimator_read(&p->f, (enum dqw_parameter)i).sd; }
 
 static inline double q_unit(const pair *p, int i)
 {

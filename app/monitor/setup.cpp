@@ -220,8 +220,8 @@ MonitorSetup monitor_setup(const std::vector<Log>& logs, const LearnConfig& aske
     if (c.angle) shown.push_back({"dead_time", {}, {}});
     c.modulation = modulation_of(log, c, shown);
     if (c.modulation != DQW_MODULATION_CENTRED && log.modulation != modulation_text(c.modulation))
-        setup.notes.push_back(fmt::format("modulation {}: found, it leaves the least residual",
-                                          modulation_text(c.modulation)));
+        setup.notes.push_back(
+            fmt::format("modulation {}: found, it leaves the least residual", modulation_text(c.modulation)));
     if (!effects.empty()) setup.notes.push_back("learned as well: " + list(effects_of({effects, {}})));
     return setup;
 }

@@ -218,9 +218,10 @@ private:
             } else if (key == "modulation") {
                 const std::string name = string(key, node);
                 if (name != "unknown" && !modulation_named(name))
-                    refuse(node, fmt::format("modulation is {}; expected centred, clamped_low, clamped_high, clamped_60 or "
-                                             "unknown",
-                                             shown(name)));
+                    refuse(node,
+                           fmt::format("modulation is {}; expected centred, clamped_low, clamped_high, clamped_60 or "
+                                       "unknown",
+                                       shown(name)));
                 file_.modulation = name;
             } else if (key == "period_s") {
                 if (!(number(key, node) > 0)) refuse(node, "period_s is not positive; expected the control period");
