@@ -7,7 +7,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "dqw_modulation.h"
+#include "dqw_modulation_name.h"
 #include "dqw_nameplate.h"
 #include "dqw_parameter.h"
 #include "dqw_parts.h"

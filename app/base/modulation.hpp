@@ -6,7 +6,7 @@
 #include <string>
 #include <string_view>
 
-#include "dqw_modulation.h"
+#include "dqw_modulation_name.h"
 
 namespace dqw {
 
