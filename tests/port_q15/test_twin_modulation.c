@@ -1,6 +1,7 @@
 // The fixed-point estimator beside the float one and the truth: legs that rest, dead time on one side, an encoder that
 // is off and one that is late; what the interrupt gathers of a leg that rests, and how a block and the weights are
 // turned.
+#include "app/q15/monitor_config.h"
 #include "resting_joint.h"
 #include "twin_estimator.h"
 
@@ -379,6 +380,27 @@ static void test_refusals(void)
 #endif
 }
 
+// The fixed-point configuration that is made of a float one says the same of both.
+static void test_a_configuration_is_carried(void)
+{
+    pair p;
+    configure_resting(&p, DQW_MODULATION_CLAMPED_HIGH);
+    for (int way = -2; way <= 2; way++) {
+        p.fc.angle_late_s = (float)(way * 5e-5);
+        const dqw_monitor_config from = {.estimator = p.fc};
+        const dqw_monitor_q15_config c = dqw_monitor_config_in_q15(&from, 1.5);
+        HOLDS(c.estimator.modulation == DQW_MODULATION_CLAMPED_HIGH && c.estimator.angle_late_ns == way * 50000);
+        dqw_monitor_q15 m;
+        TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_monitor_init_q15(&m, &c));
+    }
+    // What does not fit is refused.
+    p.fc.angle_late_s = NAN;
+    const dqw_monitor_config from = {.estimator = p.fc};
+    const dqw_monitor_q15_config c = dqw_monitor_config_in_q15(&from, 1.5);
+    dqw_monitor_q15 m;
+    REFUSED(m, DQW_ERR_ANGLE_LATE, dqw_monitor_init_q15(&m, &c));
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -390,5 +412,6 @@ int main(void)
     RUN_TEST(test_many_turns_keep_their_length);
     RUN_TEST(test_what_is_not_turned);
     RUN_TEST(test_refusals);
+    RUN_TEST(test_a_configuration_is_carried);
     return UNITY_END();
 }
