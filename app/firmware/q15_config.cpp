@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "app/base/effect_names.hpp"
@@ -27,6 +28,10 @@ constexpr Nominal nominals[] = {{DQW_R, "R_ohm", &dqw_estimator_q15_config::R_uo
                                 {DQW_LD, "Ld_H", &dqw_estimator_q15_config::Ld_nH, "Ld_nH", "L_d", "H", 1e9},
                                 {DQW_LQ, "Lq_H", &dqw_estimator_q15_config::Lq_nH, "Lq_nH", "L_q", "H", 1e9},
                                 {DQW_PSI, "psi_Wb", &dqw_estimator_q15_config::psi_nWb, "psi_nWb", "psi", "Wb", 1e9}};
+
+constexpr std::array kModulations = {"DQW_MODULATION_CENTRED", "DQW_MODULATION_CLAMPED_LOW",
+                                     "DQW_MODULATION_CLAMPED_HIGH", "DQW_MODULATION_CLAMPED_60", "DQW_MODULATION_MASK"};
+static_assert(kModulations.size() == DQW_MODULATIONS, "one for each");
 
 /// What was found in place of what the machine file says.
 void take(const std::vector<Estimate>& found, dqw_estimator_q15_config& c)
@@ -141,6 +146,8 @@ std::string monitor_estimator(const dqw_estimator_q15_config& t, std::size_t eff
     for (const Nominal& n : nominals) put(out, n.name, t.*n.field);
     put(out, "dead_time_width_mA", t.dead_time_width_mA);
     put(out, "drift_ppm", t.drift_ppm);
+    if (t.angle_late_ns != 0) out += fmt::format(", .angle_late_ns = {}", t.angle_late_ns);
+    if (t.modulation != DQW_MODULATION_CENTRED) out += fmt::format(", .modulation = {}", kModulations[t.modulation]);
     put(out, "stale_limit", t.stale_limit);
     put(out, "excitation_q15", t.excitation_q15);
     put(out, "half_window", t.half_window);

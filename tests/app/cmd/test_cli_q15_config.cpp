@@ -8,6 +8,8 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "app/firmware/q15_config.hpp"
+#include "app/q15/fixed_point.hpp"
 #include "command.hpp"
 #include "unity.h"
 
@@ -249,6 +251,26 @@ static void only_where_it_is_asked_for()
     TEST_ASSERT_FALSE(std::filesystem::exists(folder / "dqw_q15_config.h"));
 }
 
+/// Which leg rests, and how late the angle is, go into the header, and a sample's legs into fixed point.
+static void legs_that_rest_are_carried()
+{
+    dqw_monitor_q15_config c{};
+    c.estimator.angle_late_ns = -25000;
+    c.estimator.modulation = DQW_MODULATION_MASK;
+    const std::string said = dqw::q15_monitor_text(c, "log.csv", {});
+    TEST_ASSERT_TRUE_MESSAGE(
+        said.find(", .angle_late_ns = -25000, .modulation = DQW_MODULATION_MASK") != std::string::npos, said.c_str());
+    c.estimator.angle_late_ns = 0;
+    c.estimator.modulation = DQW_MODULATION_CENTRED;
+    const std::string silent = dqw::q15_monitor_text(c, "log.csv", {});
+    TEST_ASSERT_TRUE(silent.find("angle_late") == std::string::npos && silent.find("modulation") == std::string::npos);
+    dqw_sample s{};
+    s.resting = 5;
+    dqw_sample_q15 x{};
+    TEST_ASSERT_TRUE(dqw::fixed(s, {10.0, 10.0, 10.0, 1e-4}, x));
+    TEST_ASSERT_EQUAL_UINT8(5, x.resting);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -257,5 +279,6 @@ int main(void)
     RUN_TEST(effects_that_were_asked_for);
     RUN_TEST(a_monitors_whole_configuration);
     RUN_TEST(only_where_it_is_asked_for);
+    RUN_TEST(legs_that_rest_are_carried);
     return UNITY_END();
 }
