@@ -272,12 +272,12 @@ static inline bool dqw_estimator_follows_q15(const dqw_estimator_q15 *e)
 void dqw_estimator_follow_start_q15(dqw_estimator_q15 *e, const dqw_units_q15 *u);
 
 /// What of the residual is still there two and three blocks later, where blocks overlap no more; and from one stretch to
-/// the next. Of a block that was shown.
+/// the next. Of a block that was shown. `busy`: its weights are to be solved as well; then a stretch may end later.
 ///
 /// Source   (E103) in docs/EQUATIONS.md
 /// Context  background
 #define dqw_estimator_keep_lasting_q15 DQW_SIZED(dqw_estimator_keep_lasting_q15)
-void dqw_estimator_keep_lasting_q15(dqw_estimator_q15 *e, const dqw_rows_q15 *r, const int64_t weigh_q24[]);
+void dqw_estimator_keep_lasting_q15(dqw_estimator_q15 *e, const dqw_rows_q15 *r, const int64_t weigh_q24[], bool busy);
 
 /// The inputs as the others leave them: by what so many rows added to the inverse of each weight's variance, which was
 /// before_q40[].

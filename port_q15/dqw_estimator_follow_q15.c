@@ -7,6 +7,8 @@
 #define STRETCH_NS 30000000
 #define STRETCH_LEAST 4
 #define STRETCH_MOST 200
+// Not in a block whose weights are solved, where one of the next is none.
+#define LATE_MOST 2
 // A segment takes 0.35 s of learned blocks at least and 20 s at most.
 #define SEGMENT_LEAST_NS 350000000
 #define SEGMENT_MOST_NS 20000000000
@@ -61,7 +63,8 @@ static void toward_product(int32_t *m, int64_t x, int32_t part_q30, uint32_t tur
 // By so many halvings, 1 .. 31.
 static int16_t halved(int32_t x, unsigned halvings, uint32_t turn)
 {
-    return dqw_q15_sat(dqw_q31_sat(dqw_q_floor64((int64_t)x + (turn >> (32u - halvings)), halvings)));
+    const uint32_t below = ((uint32_t)x & ((1u << halvings) - 1u)) + (turn >> (32u - halvings));
+    return dqw_q15_sat(dqw_q_floor32(x, halvings) + (int32_t)(below >> halvings));
 }
 
 static int16_t more(int16_t sum, int16_t x)
@@ -82,8 +85,8 @@ static int32_t wide_q28(const dqw_estimator_q15 *e, int i)
 {
     const bool flux = i == DQW_PSI || i == DQW_PSI_Q;
     if (i > DQW_PSI && !flux) return WIDE_DEAD_Q28;
-    // Up to 2^34; a weight that is 27 may jump by 8.
-    return dqw_q31_sat(dqw_estimator_size_q24(e, i) * (flux ? 16 : 48) / 10);
+    // 0.1 and 0.3; a weight that is 27 may jump by 8.
+    return dqw_q_times32(dqw_estimator_size_q24(e, i), flux ? 107374182 : 322122547, -26);
 }
 
 void dqw_estimator_follow_start_q15(dqw_estimator_q15 *e, const dqw_units_q15 *u)
@@ -165,7 +168,7 @@ static void end_stretch(dqw_estimator_q15 *e, const dqw_units_q15 *u, uint32_t n
     }
 }
 
-void dqw_estimator_keep_lasting_q15(dqw_estimator_q15 *e, const dqw_rows_q15 *r, const int64_t weigh_q24[])
+void dqw_estimator_keep_lasting_q15(dqw_estimator_q15 *e, const dqw_rows_q15 *r, const int64_t weigh_q24[], bool busy)
 {
     dqw_residual_q15 *k = &e->residual;
     if (e->elapsed != 1) forget_neighbours(k);
@@ -198,9 +201,9 @@ void dqw_estimator_keep_lasting_q15(dqw_estimator_q15 *e, const dqw_rows_q15 *r,
     const int32_t part_q30 = dqw_lasting_part_q30(e, 1);
     // Half of both axes'.
     for (int m = 0; m < 2; m++) toward_product(&k->lasting_q38[m], 8 * product_q34[m], part_q30, turn);
-    if (++k->slow_at < n) return;
+    if (++k->slow_at < n || (busy && k->slow_at < n + LATE_MOST)) return;
+    end_stretch(e, &r->unit, k->slow_at, bits);
     k->slow_at = 0;
-    end_stretch(e, &r->unit, n, bits);
 }
 
 // One over a variance.

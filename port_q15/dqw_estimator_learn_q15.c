@@ -296,9 +296,9 @@ bool dqw_estimator_learn_q15(dqw_estimator_q15 *e, const dqw_estimator_q15_block
         e->e_q28[axis] = dqw_estimator_error_q28(e, axis, &r);
         dqw_estimator_show_q15(e, axis, &r, mask[axis], weigh_q24[axis]);
     }
-    if (!c->settled) dqw_estimator_keep_lasting_q15(e, &r, weigh_q24);
-    if (c->noise_on_inputs && !c->settled) dqw_estimator_take_noise_out_q15(e, &r, by_q24, mask);
     const bool solved = is_due(e);
+    if (!c->settled) dqw_estimator_keep_lasting_q15(e, &r, weigh_q24, solved && every(e) > 1u);
+    if (c->noise_on_inputs && !c->settled) dqw_estimator_take_noise_out_q15(e, &r, by_q24, mask);
     if (solved) solve(e);
     keep(e, &r, mask, by_q24, solved);
     if (!sound(e, &r.unit)) return false;

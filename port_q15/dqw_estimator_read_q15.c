@@ -16,8 +16,8 @@
 // The period by which a voltage is late counts as 0 or 1 within 0.35, and a deviation of 0.16.
 #define LATE_NEAR_Q20 367002
 #define LATE_SD_Q20 167772
-// Of what may stand in line with an input, what does: 0.4.
-#define MODEL_PART_Q31 858993459
+// Of what may stand in line with an input, what does: 0.4, squared.
+#define MODEL_PART2_Q31 343597384
 
 uint32_t dqw_estimator_unit_q15(const dqw_estimator_q15_config *config, enum dqw_parameter parameter)
 {
@@ -73,7 +73,15 @@ static int64_t variance_q56(const dqw_estimator_q15 *e, int weight, int64_t cov_
                            dqw_estimator_inflation_q20(e, weight), -20);
 }
 
-int32_t dqw_estimator_noise_sd_q24(const dqw_estimator_q15 *e, int weight)
+// Of two squares up to 2^62, bounded as they are.
+static int64_t sum_q56(int64_t a, int64_t b)
+{
+    const int64_t most = (int64_t)1 << 61;
+    return dqw_q_within64(a, most) + dqw_q_within64(b, most);
+}
+
+// Squared, INT64_MAX where nothing was learned.
+static int64_t noise_q56(const dqw_estimator_q15 *e, int weight)
 {
     // [READ.2] a deviation is its covariance times the residual's variance, wider where the rows are few
     // Rows less weights: of few settled ones each counts.
@@ -82,11 +90,20 @@ int32_t dqw_estimator_noise_sd_q24(const dqw_estimator_q15 *e, int weight)
     const int rows = 2 * (int)e->blocks;
     int freedom = rows;
     for (uint32_t left = e->learned; left != 0; left &= left - 1u) freedom--;
-    if ((e->learned >> weight & 1u) == 0 || freedom < (e->config->settled ? 1 : 2 * n)) return INT32_MAX;
-    const int64_t v_q56 = dqw_q_quotient64(dqw_q_product64(variance_q56(e, weight, e->cov_q40[weight]), rows, -4),
-                                           freedom, 4);
+    if ((e->learned >> weight & 1u) == 0 || freedom < (e->config->settled ? 1 : 2 * n)) return INT64_MAX;
+    return dqw_q_quotient64(dqw_q_product64(variance_q56(e, weight, e->cov_q40[weight]), rows, -4), freedom, 4);
+}
+
+static int32_t root_q24(const dqw_estimator_q15 *e, int weight, int64_t v_q56)
+{
+    if (v_q56 == INT64_MAX) return INT32_MAX;
     // The root of 2^62 at most, Q28
     return dqw_q_floor32((int32_t)dqw_q_root64((uint64_t)v_q56 >> 2), 3u + dqw_estimator_shift_q15(e, weight));
+}
+
+int32_t dqw_estimator_noise_sd_q24(const dqw_estimator_q15 *e, int weight)
+{
+    return root_q24(e, weight, noise_q56(e, weight));
 }
 
 dqw_lasting_q15 dqw_estimator_lasting_q15(const dqw_estimator_q15 *e)
@@ -98,9 +115,9 @@ dqw_lasting_q15 dqw_estimator_lasting_q15(const dqw_estimator_q15 *e)
     const int64_t two_q38 = dqw_q_size64(e->residual.lasting_q38[0]);
     const int64_t three_q38 = dqw_q_size64(e->residual.lasting_q38[1]);
     // Two deviations of the mean of a block's four products of white errors, whose neighbours overlap: 1.2, squared.
-    const uint64_t parts_q30 = (uint64_t)dqw_lasting_part_q30(e, 1) * 36u / 25u;
-    const int64_t noise_q56 = dqw_q_product64(all_q56, dqw_q_root64(parts_q30 << 30), -30);
-    const int64_t fast_q56 = (two_q38 > three_q38 ? two_q38 : three_q38) * 262144 - noise_q56;
+    const uint32_t parts_q30 = (uint32_t)dqw_lasting_part_q30(e, 1) / 25u * 36u;
+    const int64_t noise = dqw_q_product64(all_q56, dqw_q_root64((uint64_t)parts_q30 << 30), -30);
+    const int64_t fast_q56 = (two_q38 > three_q38 ? two_q38 : three_q38) * 262144 - noise;
     if (fast_q56 > 0) l.fast_q56 = fast_q56;
     // The same of a stretch's two, whose blocks overlap: 1.5.
     const uint32_t n = dqw_estimator_stretch_q15(e);
@@ -129,33 +146,56 @@ int64_t dqw_estimator_witness_q56(const dqw_estimator_q15 *e)
     return dqw_q_quotient64(calm.fast_q56, 25 * (1 + (int64_t)e->segment.since), 2);
 }
 
-int32_t dqw_estimator_model_q28(const dqw_estimator_q15 *e, int weight, const dqw_lasting_q15 *l)
+// Squared, INT64_MAX where nobody knows.
+static int64_t model_q56(const dqw_estimator_q15 *e, int weight, const dqw_lasting_q15 *l)
 {
     // Each in line with its own part of the input.
     const int64_t alone_q31 = e->residual.alone_q31[weight];
     const int64_t slow_q31 = e->residual.slow_alone_q31[weight];
     if (l->fast_q56 == 0 && l->slow_q56 == 0) return 0;
-    if (alone_q31 == 0) return INT32_MAX;
+    if (alone_q31 == 0) return INT64_MAX;
     const int64_t slowly_q31 = slow_q31 < alone_q31 ? slow_q31 : alone_q31;
-    // Both together as much as the larger one by 2^32 at most: 2^49 by that
+    // As much as all of the larger one: 2^49 by 2^32 by 2^-18
     const int64_t both_q69 = dqw_q_product64(l->slow_q56, slowly_q31, -18) +
                              dqw_q_product64(l->fast_q56, alone_q31 - slowly_q31, -18);
-    const int64_t square_q56 = dqw_q_quotient64(dqw_q_quotient64(both_q69, alone_q31, 31), alone_q31, 18);
-    const uint32_t root_q28 = dqw_q_root64((uint64_t)square_q56);
-    return root_q28 < INT32_MAX ? (int32_t)root_q28 : INT32_MAX - 1;
+    return dqw_q_quotient64(dqw_q_quotient64(both_q69, alone_q31, 31), alone_q31, 18);
 }
 
-// Half a lasting error's size, or its scatter between segments where that is known: what no residual shows. (E106)
-static int32_t hidden_q24(const dqw_estimator_q15 *e, int weight, const dqw_lasting_q15 *l)
+int32_t dqw_estimator_model_q28(const dqw_estimator_q15 *e, int weight, const dqw_lasting_q15 *l)
 {
-    const int64_t model = dqw_estimator_model_q28(e, weight, l);
-    if (model == INT32_MAX) return INT32_MAX;
+    const int64_t square_q56 = model_q56(e, weight, l);
+    // The root of 2^62 at most
+    const uint32_t root_q28 = dqw_q_root64((uint64_t)square_q56);
+    return square_q56 == INT64_MAX ? INT32_MAX : root_q28 < INT32_MAX ? (int32_t)root_q28 : INT32_MAX - 1;
+}
+
+// Half a lasting error's size, or its scatter between segments where that is known, squared: what no residual shows.
+// (E106)
+static int64_t hidden_q56(const dqw_estimator_q15 *e, int weight, const dqw_lasting_q15 *l)
+{
+    const int64_t model = model_q56(e, weight, l);
+    if (model == INT64_MAX) return INT64_MAX;
     const bool leans = e->config->observed && weight <= DQW_LQ;
-    const int64_t part = leans ? model : dqw_q_round64(model * MODEL_PART_Q31, 31);
-    const int64_t band = weight < DQW_PARAMETERS ? e->segment.band_q28[weight] : 0;
-    // Two squares below 2^62
-    const uint64_t both_q56 = (uint64_t)(part * part) + (uint64_t)(band * (band < model ? band : model));
-    return (int32_t)(dqw_q_root64(both_q56) >> (4u + dqw_estimator_shift_q15(e, weight)));
+    const int64_t part = leans ? model : dqw_q_product64(model, MODEL_PART2_Q31, -31);
+    const int64_t band_q28 = weight < DQW_PARAMETERS ? e->segment.band_q28[weight] : 0;
+    const int64_t band = band_q28 * band_q28;
+    return sum_q56(part, band <= model ? band : band_q28 * dqw_q_root64((uint64_t)model));
+}
+
+static int64_t now_hidden_q56(const dqw_estimator_q15 *e, int weight)
+{
+    const dqw_lasting_q15 now = dqw_estimator_lasting_q15(e);
+    return hidden_q56(e, weight, &now);
+}
+
+int32_t dqw_estimator_sd_q24(const dqw_estimator_q15 *e, int weight)
+{
+    const int64_t noise = noise_q56(e, weight);
+    if (noise == INT64_MAX) return INT32_MAX;
+    const dqw_lasting_q15 lasts = e->segment.segments > 0 ? dqw_estimator_calm_q15(e) : dqw_estimator_lasting_q15(e);
+    const int64_t hides = hidden_q56(e, weight, &lasts);
+    const int64_t met = 1 + (int64_t)e->segment.since;
+    return root_q24(e, weight, hides == INT64_MAX ? INT64_MAX : sum_q56(noise, dqw_q_quotient64(hides, met, 0)));
 }
 
 static int32_t with_q24(int32_t noise, int32_t hides)
@@ -163,19 +203,10 @@ static int32_t with_q24(int32_t noise, int32_t hides)
     return noise == INT32_MAX || hides == INT32_MAX ? INT32_MAX : dqw_q_length32(noise, hides);
 }
 
-static int32_t now_hidden_q24(const dqw_estimator_q15 *e, int weight)
+// As it is now, of a deviation as noise makes it.
+static int32_t with_hidden_q24(const dqw_estimator_q15 *e, int weight, int32_t sd_q24)
 {
-    const dqw_lasting_q15 now = dqw_estimator_lasting_q15(e);
-    return hidden_q24(e, weight, &now);
-}
-
-int32_t dqw_estimator_sd_q24(const dqw_estimator_q15 *e, int weight)
-{
-    const dqw_lasting_q15 lasts = e->segment.segments > 0 ? dqw_estimator_calm_q15(e) : dqw_estimator_lasting_q15(e);
-    const int32_t hides = hidden_q24(e, weight, &lasts);
-    const uint32_t met_q15 = dqw_q_root64((uint64_t)(1u + (uint32_t)e->segment.since) << 30);
-    return with_q24(dqw_estimator_noise_sd_q24(e, weight),
-                    hides == INT32_MAX ? INT32_MAX : dqw_q_quotient32(hides, met_q15, 15));
+    return with_q24(sd_q24, root_q24(e, weight, now_hidden_q56(e, weight)));
 }
 
 // A deviation as it is now: since the last block the parameter may have wandered on. (E61)
@@ -201,8 +232,8 @@ dqw_reading_q15 dqw_estimator_read_q15(const dqw_estimator_q15 *e, enum dqw_para
     // What these rows cannot tell without the pole pairs.
     if (e->pole_pairs == 0 && parameter != DQW_R && (e->config->settled || parameter > DQW_LQ)) return r;
     const int32_t change_q24 = aged_q24(e, (int)parameter, dqw_estimator_sd_q24(e, (int)parameter));
-    const int32_t sd_q24 = with_q24(aged_q24(e, (int)parameter, dqw_estimator_noise_sd_q24(e, (int)parameter)),
-                                    now_hidden_q24(e, (int)parameter));
+    const int32_t sd_q24 = with_hidden_q24(e, (int)parameter,
+                                           aged_q24(e, (int)parameter, dqw_estimator_noise_sd_q24(e, (int)parameter)));
     if (change_q24 != INT32_MAX) r.sd_change_q40 = (int64_t)change_q24 * 65536;
     if (sd_q24 == INT32_MAX) return r;
     r.sd_q40 = (int64_t)sd_q24 * 65536;
@@ -267,7 +298,7 @@ int dqw_estimator_read_effect_q15(const dqw_estimator_q15 *e, int index, int64_t
     for (int i = 0; i < n; i++) {
         const int weight = dead_time ? DQW_DEAD_TIME : first + i;
         const int more = 16 + (int)dqw_estimator_shift_q15(e, weight);
-        const int32_t sd_q24 = with_q24(dqw_estimator_noise_sd_q24(e, weight), now_hidden_q24(e, weight));
+        const int32_t sd_q24 = with_hidden_q24(e, weight, dqw_estimator_noise_sd_q24(e, weight));
         const int64_t w = dqw_q_scale64(e->w_q24[weight], more);
         const int64_t sd = dqw_q_scale64(sd_q24, more);
         weights_q40[i] = dead_time ? dqw_q_quotient64(w, DQW_DEAD_TIME_Q15_PARTS, 0)

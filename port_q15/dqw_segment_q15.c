@@ -20,7 +20,7 @@ enum { N = DQW_PARAMETERS, SUMS = N * (N + 1) / 2 };
 // A segment that knows less of a weight than a fiftieth, over its band, says nothing of it.
 #define SHARE_LEAST_Q30 21474836
 #define ONE_Q28 268435456
-#define ONE_Q30 1073741824
+#define ONE_Q30 1073741824u
 #define ONE_Q32 ((int64_t)1 << 32)
 // What a segment may say of one weight, over its band, squared: beyond, the band counts as narrower, or no pivot would
 // tell it from the others.

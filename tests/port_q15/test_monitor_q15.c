@@ -757,7 +757,7 @@ static void test_what_changed_while_it_was_off_is_an_event_and_heat_is_none(void
     BETWEEN(0.38, o.first_s - o.service_s, 0.6);  // 24 looks to settle, and a few to see it
     // It is named by how the flux was, less what heat may have made of it.
     BETWEEN(0.0196, (double)o.first.healthy_q40 * unit_of(&m, DQW_WATCH_PSI), 0.0201);
-    s = joint(quick() ? 1.4 : 1.6);
+    s = joint(1.6);
     set(&s, "nonideal.phase_connection_ohm", ".t_end_s", 1e-4);
     set(&s, "nonideal.phase_connection_ohm", "", 0.08);
     o = after_power_cycle(&c, &stored, &s, &m);
