@@ -100,6 +100,7 @@ static void solve(const dqw_segment *s, const float band_pu[], float variance, f
     factor(s, band_pu, variance, l);
     for (int i = 0; i < N; i++) {
         float rest = s->b[i] * (band_pu[i] / variance);
+        // cppcheck-suppress uninitvar; those before i are set
         for (int k = 0; k < i; k++) rest -= l[AT(k, i)] * u[k];
         u[i] = rest / l[AT(i, i)];
     }
