@@ -13,8 +13,8 @@
 #define SEGMENT_LEAST_NS 350000000
 #define SEGMENT_MOST_NS 20000000000
 #define SEGMENTS_FIRST 2u
-// What one is, and dead time's units are a thirtieth of the full voltage: bands to begin with, of R and L, a quarter of
-// that of the flux; how far one may have jumped; and what may wander in 1 s, squared.
+// Bands to begin with: parts of R and L, and of the flux; dead time's, in its unit of a thirtieth of the full voltage,
+// and how far that may jump. Parts of their squares that R and the others may wander in 1 s, squared.
 #define START_PARTS 500
 #define START_PARTS_PSI 2000
 #define START_DEAD_Q28 2415919
@@ -101,7 +101,7 @@ void dqw_estimator_follow_start_q15(dqw_estimator_q15 *e, const dqw_units_q15 *u
 int32_t dqw_lasting_part_q30(uint32_t blocks, uint32_t stretch)
 {
     const uint32_t most = 8192u * stretch;
-    return dqw_q_quotient32(2u * stretch, (blocks < most ? blocks : most) + stretch, 30);
+    return dqw_q_quotient32(2 * (int64_t)stretch, (blocks < most ? blocks : most) + stretch, 30);
 }
 
 static uint32_t stretch(const dqw_estimator_q15 *e)
@@ -141,7 +141,7 @@ static void end_stretch(dqw_estimator_q15 *e, const dqw_units_q15 *u, uint32_t n
     int64_t slow_q36 = 0;
     for (int axis = 0; axis < 2; axis++) {
         const int16_t mean_q18 = dqw_q15_sat(k->slow_sum[axis] * (1 << bits) / (int32_t)n);
-        slow_q36 += mean_q18 * k->slow_before_q18[axis];
+        slow_q36 += (int64_t)mean_q18 * k->slow_before_q18[axis];
         k->slow_before_q18[axis] = mean_q18;
     }
     // Half of both axes'.
@@ -183,7 +183,7 @@ void dqw_estimator_keep_lasting_q15(dqw_estimator_q15 *e, const dqw_rows_q15 *r,
         }
         const int32_t e_q28 = lighter(e->e_q28[axis], weigh_q24[axis]);
         const int16_t now_q17 = dqw_q15_sat(dqw_q31_sat(dqw_q_round64(e_q28, 11)));
-        for (int m = 0; m < 2; m++) product_q34[m] += now_q17 * k->before_q17[m + 1][axis];
+        for (int m = 0; m < 2; m++) product_q34[m] += (int64_t)now_q17 * k->before_q17[m + 1][axis];
         for (int m = 2; m > 0; m--) k->before_q17[m][axis] = k->before_q17[m - 1][axis];
         k->before_q17[0][axis] = now_q17;
         *sum = more(*sum, halved(e_q28, 10u + bits, turn));

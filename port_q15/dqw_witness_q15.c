@@ -163,7 +163,7 @@ int32_t dqw_witness_size_q28(const dqw_witness_q15 *w, enum dqw_witness_input in
 int32_t dqw_witness_sd_q28(const dqw_witness_q15 *w, const dqw_estimator_q15 *t, enum dqw_witness_input input)
 {
     if (w->blocks < DQW_WITNESS_MEMORY || w->power_q52[input] <= 0) return INT32_MAX;
-    const int64_t noise_q56 = dqw_q_quotient64(t->error_q56[0] + t->error_q56[1], 4 * DQW_WITNESS_MEMORY, 0);
+    const int64_t noise_q56 = dqw_q_quotient64(t->error_q56[0] + t->error_q56[1], (int64_t)4 * DQW_WITNESS_MEMORY, 0);
     const int64_t v_q56 = dqw_q_quotient64(noise_q56 + dqw_estimator_witness_q56(t), w->power_q52[input], 52);
     return dqw_q31_sat(dqw_q_root64((uint64_t)v_q56));
 }
