@@ -415,6 +415,36 @@ static void test_healthy_values_settle_while_they_are_known(void)
         }
 }
 
+// What temperatures count from goes with a healthy value that settles, until that is the mean of enough looks; and not
+// where it was measured cold.
+static void test_what_is_cold_settles_with_it(void)
+{
+    dqw_monitor_q15_config c = config_of();
+    const dqw_monitor_q15 *serving = in_service(&c);
+    for (int flux = 0; flux < 2; flux++)
+        for (int way = 0; way < 3; way++) {
+            dqw_monitor_q15 m = *serving;
+            const int channel = flux ? DQW_WATCH_PSI : DQW_WATCH_R;
+            c.commissioned = way == 1;
+            m.watch.looks[channel] = way == 2 ? DQW_WATCH_LOOKS_LEAST : 2;
+            // What heat has not explained.
+            m.watch.followed[flux] = (uint16_t)(m.estimator.number >> DQW_WATCH_FOLLOW_SHIFT);
+            m.healthy.weight_q24[channel] += m.healthy.weight_q24[channel] / 250;
+            const int32_t cold[2] = {m.healthy.cold_R_q24, m.healthy.cold_psi_q24};
+            const double before = m.healthy.weight_q24[channel];
+            (void)watch(&m, 24000, 24000 + 20 * 18);
+            const double moved = m.healthy.weight_q24[channel] / before;
+            const int32_t after[2] = {m.healthy.cold_R_q24, m.healthy.cold_psi_q24};
+            CASE("channel %d, way %d: moved by %g", channel, way, moved - 1);
+            HOLDS(moved < 1 - 1e-4);
+            TEST_ASSERT_EQUAL_INT32(cold[1 - flux], after[1 - flux]);
+            if (way == 0)
+                BETWEEN(-5e-5, after[flux] / (double)cold[flux] - moved, 5e-5);
+            else
+                TEST_ASSERT_EQUAL_INT32(cold[flux], after[flux]);
+        }
+}
+
 // What heat may have made of R or the flux since its healthy value last followed is no change; what is beyond is one,
 // by so many of its widths less one. (E63)
 static void test_what_heat_explains_is_no_change(void)
@@ -890,6 +920,7 @@ int main(void)
     RUN_TEST(test_why_a_monitor_is_not_in_service);
     RUN_TEST(test_sensitivity);
     RUN_TEST(test_healthy_values_settle_while_they_are_known);
+    RUN_TEST(test_what_is_cold_settles_with_it);
     RUN_TEST(test_what_heat_explains_is_no_change);
     RUN_TEST(test_each_channel_counts_and_is_told);
     RUN_TEST(test_an_event_is_told_once_with_its_times);

@@ -8,6 +8,7 @@
 #include "dqw_monitor.h"
 #include "dqw_monitor_q15.h"
 #include "dqw_number.h"
+#include "dqw_witness.h"
 #include "faulty_joint.h"
 
 void setUp(void) { test_case[0] = 0; }
@@ -196,6 +197,25 @@ static void test_both_leave_a_healthy_joint_alone(void)
                         size,
                     quick() ? 0.006 : 0.003);
         }
+        // What temperatures count from goes with them while they are not known better.
+        CASE("cold R %.7g, healthy %.7g", (double)t.f.healthy.cold_R_ohm, (double)t.f.healthy.weight[DQW_R]);
+        if (getenv("DQW_TEST_VALUES") != NULL) printf("%s\n", test_case);
+        BETWEEN(-5e-4, t.q.healthy.cold_R_q24 / 16777216.0 * weight_unit(&t, 0) / (double)t.f.healthy.cold_R_ohm - 1,
+                5e-4);
+        BETWEEN(-5e-4, t.q.healthy.cold_psi_q24 / 16777216.0 * weight_unit(&t, 3) / (double)t.f.healthy.cold_psi_Wb - 1,
+                5e-4);
+        // What lasts is no ripple's.
+        for (int k = 0; k < INPUTS; k++)
+            for (int lasts = 0; lasts < 2; lasts++) {
+                t.f.estimator.calm.fast_pu2 = lasts ? 4e-6f : 0.0f;
+                t.q.estimator.residual.calm_q28[0] = lasts ? 536871 : 0;
+                CASE("input %d of the witness, %d", k, lasts);
+                BETWEEN(0.96,
+                        dqw_witness_sd_q28(&t.q.witness, &t.q.estimator, (enum dqw_witness_input)k) / 268435456.0 *
+                            witness_unit(&t, k) /
+                            (double)dqw_witness_sd(&t.f.witness, &t.f.estimator, (enum dqw_witness_input)k),
+                        1.04);
+            }
         if (quick()) continue;
         const double torque_Nm = 1.5 * 4 * weight_unit(&t, 3) * I_FULL;
         CASE("friction %g, %g Nm, %d, %d reversals", t.q.friction_q24 / 16777216.0 * torque_Nm, (double)t.f.friction_Nm,
