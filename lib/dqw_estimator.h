@@ -142,7 +142,7 @@ typedef struct dqw_estimator {
     float lasting_pu2[2];                        ///< their product with the last one's, two and three blocks apart
     float slow_sum_pu[2], slow_before_pu[2];     ///< errors of a stretch of blocks, and mean of the one before
     float slow_pu2;                              ///< product of neighbouring stretches' means
-    float slow_x_pu[2][DQW_ESTIMATOR_INPUTS];    ///< sums of a stretch's inputs,
+    float slow_x_pu[DQW_ESTIMATOR_INPUTS];       ///< sums of a stretch's inputs on one axis,
     float slow_alone_pu2[DQW_ESTIMATOR_INPUTS];  ///< and power of their means that no other one explains
     float alone_pu2[DQW_ESTIMATOR_INPUTS];       ///< power of each input that no other one explains
     float score2[DQW_ESTIMATOR_SCORES];          ///< what a block teaches a weight, squared,
@@ -158,9 +158,9 @@ typedef struct dqw_estimator {
     uint16_t pole_pairs;                       ///< given or found; 0: not yet
     uint8_t restarts;  ///< times that the weights left all bounds, and learning began again, up to 255
     uint8_t inputs;
-    uint8_t slow_at;
-    uint8_t across;    ///< blocks for which flux has shown on the other axis
-    dqw_lasting calm;  ///< what lasts, and the residual's variance, while nothing seems to change
+    uint8_t slow_at, slow_axis;  ///< blocks of the stretch, and the axis whose inputs it sums
+    uint8_t across;              ///< blocks for which flux has shown on the other axis
+    dqw_lasting calm;            ///< what lasts, and the residual's variance, while nothing seems to change
     dqw_stage stage;
 } dqw_estimator;
 

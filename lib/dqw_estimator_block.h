@@ -132,6 +132,27 @@ void dqw_estimator_turn_block(const dqw_estimator *e, dqw_estimator_block *b);
 #define dqw_estimator_turn_on DQW_SIZED(dqw_estimator_turn_on)
 void dqw_estimator_turn_on(dqw_estimator *e);
 
+/// What lasts of the residual after this block's rows, and what of each input no other one explains after one row:
+/// k[] is its gain, `seen` the part of its error that was known of it. (E103)
+#define dqw_estimator_keep_lasting DQW_SIZED(dqw_estimator_keep_lasting)
+void dqw_estimator_keep_lasting(dqw_estimator *e, const dqw_estimator_rows *r, const float ratio[2]);
+#define dqw_estimator_keep_alone DQW_SIZED(dqw_estimator_keep_alone)
+void dqw_estimator_keep_alone(dqw_estimator *e, const float k[], float seen);
+
+/// The narrowest band of each weight: band_pu[DQW_PARAMETERS] is written.
+#define dqw_estimator_least_bands DQW_SIZED(dqw_estimator_least_bands)
+void dqw_estimator_least_bands(const dqw_estimator *e, float band_pu[]);
+
+/// Show a segment one axis' row, before it is learned; and a block that was learned: where the segment ends, a weight
+/// may be found changed.
+///
+/// Source   (E104), (E105) in docs/EQUATIONS.md
+/// Context  background
+#define dqw_estimator_show_segment DQW_SIZED(dqw_estimator_show_segment)
+void dqw_estimator_show_segment(dqw_estimator *e, int axis, const dqw_estimator_rows *r, uint32_t mask, float ratio);
+#define dqw_estimator_follow DQW_SIZED(dqw_estimator_follow)
+void dqw_estimator_follow(dqw_estimator *e, const dqw_estimator_block *b);
+
 /// Learn a block that was taken.
 ///
 /// Source   (E16), (E17), (E60), (E61) in docs/EQUATIONS.md

@@ -24,10 +24,6 @@
 #define START_EFFECT_SD_PU 10.0f
 // Beyond that nobody controls a current.
 #define ANGLE_LATE_PERIODS 2.0f
-// Bands to begin with: a part of R and L, a third of that of the flux.
-#define START_BAND 0.002f
-#define START_BAND_PSI 0.25f
-#define START_BAND_DEAD_PU 0.0003f
 // Of a default configuration.
 #define DEAD_TIME_WIDTH_PU 0.02f
 #define STALE 10u
@@ -101,10 +97,7 @@ void dqw_estimator_start(dqw_estimator *e, const float start_pu[])
     for (int i = 0; i <= DQW_PSI; i++) e->w_pu[i] = dqw_estimator_nominal_pu(e, i);
     start_effects(e);
     float band_pu[DQW_PARAMETERS];
-    for (int i = 0; i < DQW_PARAMETERS; i++) band_pu[i] = START_BAND * dqw_estimator_size_pu(e, i);
-    band_pu[DQW_PSI] *= START_BAND_PSI;
-    band_pu[DQW_PSI_Q] *= START_BAND_PSI;
-    band_pu[DQW_DEAD_TIME] = band_pu[DQW_DEAD_CONSTANT] = START_BAND_DEAD_PU;
+    dqw_estimator_least_bands(e, band_pu);
     dqw_segment_init(&e->segment, band_pu);
     for (int i = 0; start_pu != NULL && i < e->inputs; i++) e->w_pu[i] = start_pu[i];
     for (int i = 0; i < DQW_ESTIMATOR_SCORES; i++) e->score2[i] = e->score_lag[i] = e->score_last[i] = 0.0f;

@@ -4,7 +4,6 @@
 
 #include "dqw_estimator_block.h"
 #include "dqw_estimator_random.h"
-#include "dqw_segment.h"
 #include "dqw_number.h"
 
 #define EXCITATION_PU 0.01f
@@ -30,11 +29,6 @@
 #define EXCESS_MAX 8.0f
 // Where noise is more than this part of all that was learned of a weight, taking it out could run away.
 #define NOISE_PART_MAX 0.05f
-#define TOOK_BANDS 3.0f
-#define CALM_RISE 1.15f
-#define SEGMENTS_FIRST 2u
-#define SEGMENT_LEAST_S 0.35f
-#define SEGMENT_MOST_S 20.0f
 // A per-unit weight beyond this is no machine's.
 #define WEIGHT_MAX_PU 1e4f
 // Currents are followed so fast that the noise left is about as wide as the step that dead time makes of them.
@@ -96,150 +90,6 @@ static void learn_late(dqw_estimator *e, const float x[], const float k[], float
     e->late_error_pu2 += (error_pu * rest * left - e->late_error_pu2) * dqw_estimator_part(e);
 }
 
-// The inputs as the others leave them: the gain is P times them, over P's own. (E103)
-static void keep_alone(dqw_estimator *e, const float k[], float seen)
-{
-    if (!(seen < 1.0f) || e->blocks <= DQW_LASTING_FROM) return;
-    const float more = 1.0f / (1.0f - seen);
-    for (int i = 0; i < e->inputs; i++) {
-        // P x, and P_ii before this row.
-        const float px = k[i] * more;
-        const float own = dqw_gain_covariance(&e->gain, i, i) + k[i] * px;
-        const float alone = px / own;
-        e->alone_pu2[i] += (alone * alone - e->alone_pu2[i]) * dqw_lasting_part(e, 1.0f);
-    }
-}
-
-// What of the residual is still there two and three blocks later, where blocks overlap no more; and from one stretch to
-// the next. (E103)
-static void keep_lasting(dqw_estimator *e, const dqw_estimator_rows *r, const float ratio[2])
-{
-    if (e->elapsed != 1) {
-        for (int k = 0; k < 3; k++) e->e_before_pu[k][D] = e->e_before_pu[k][Q] = 0.0f;
-        e->slow_at = 0;
-        e->slow_before_pu[D] = e->slow_before_pu[Q] = 0.0f;
-    }
-    float product[2] = {0.0f, 0.0f};
-    for (int axis = 0; axis < 2; axis++) {
-        const float now = e->e_pu[axis] / sqrtf(ratio[axis]);
-        for (int k = 0; k < 2; k++) product[k] += 0.5f * now * e->e_before_pu[k + 1][axis];
-        e->e_before_pu[2][axis] = e->e_before_pu[1][axis];
-        e->e_before_pu[1][axis] = e->e_before_pu[0][axis];
-        e->e_before_pu[0][axis] = now;
-        e->slow_sum_pu[axis] = e->slow_at > 0 ? e->slow_sum_pu[axis] + now : now;
-        for (int i = 0; i < e->inputs; i++) {
-            const float x = r->x[axis][i] / sqrtf(ratio[axis]);
-            e->slow_x_pu[axis][i] = e->slow_at > 0 ? e->slow_x_pu[axis][i] + x : x;
-        }
-    }
-    if (e->blocks <= DQW_LASTING_FROM) return;
-    const float part = dqw_lasting_part(e, 1.0f);
-    for (int k = 0; k < 2; k++) e->lasting_pu2[k] += (product[k] - e->lasting_pu2[k]) * part;
-    const int n = dqw_estimator_stretch(e);
-    if (++e->slow_at < n) return;
-    e->slow_at = 0;
-    float slow = 0.0f;
-    for (int axis = 0; axis < 2; axis++) {
-        const float mean = e->slow_sum_pu[axis] / (float)n;
-        slow += 0.5f * mean * e->slow_before_pu[axis];
-        e->slow_before_pu[axis] = mean;
-    }
-    float px[2][DQW_ESTIMATOR_INPUTS];
-    for (int axis = 0; axis < 2; axis++) dqw_gain_apply(&e->gain, e->slow_x_pu[axis], px[axis]);
-    for (int i = 0; i < e->inputs; i++) {
-        const float by = 1.0f / ((float)n * dqw_gain_covariance(&e->gain, i, i));
-        const float d = px[D][i] * by;
-        const float q = px[Q][i] * by;
-        e->slow_alone_pu2[i] += (0.5f * (d * d + q * q) - e->slow_alone_pu2[i]) * dqw_lasting_part(e, (float)n);
-    }
-    e->slow_pu2 += (slow - e->slow_pu2) * dqw_lasting_part(e, (float)n);
-}
-
-static void show_segment(dqw_estimator *e, int axis, const dqw_estimator_rows *r, uint32_t mask, float ratio)
-{
-    const float weigh = 1.0f / sqrtf(ratio);
-    float x[DQW_PARAMETERS];
-    float error = r->y[axis];
-    for (int i = 0; i < e->inputs; i++) error -= e->w_pu[i] * r->x[axis][i];
-    for (int i = 0; i < DQW_PARAMETERS; i++) x[i] = (mask >> i & 1u) != 0 ? r->x[axis][i] * weigh : 0.0f;
-    dqw_segment_row(&e->segment, x, error * weigh);
-}
-
-// Down at once, up slowly.
-static float calmer(float calm, float now, bool first)
-{
-    const float most = CALM_RISE * calm;
-    return first || now < most ? now : most;
-}
-
-static void follow(dqw_estimator *e, const dqw_estimator_block *b)
-{
-    if (e->segment.blocks == 0) {
-        e->began_before = e->began;
-        e->began = e->number;
-    }
-    const dqw_block m = dqw_estimator_means(e, b);
-    const float rate = 1.0f / ((float)e->window.half * e->config->dt_s);
-    if (!dqw_segment_block(&e->segment, m.w_m_rad_s / e->config->w_base_rad_s, m.i_q_A / e->config->i_base_A,
-                           (uint32_t)(SEGMENT_LEAST_S * rate), (uint32_t)(SEGMENT_MOST_S * rate)))
-        return;
-    const float rows = 2.0f * (float)e->segment.blocks;
-    float wide[DQW_PARAMETERS];
-    float move[DQW_PARAMETERS];
-    for (int i = 0; i < DQW_PARAMETERS; i++)
-        wide[i] = (i == DQW_PSI || i == DQW_PSI_Q ? 0.1f : 0.3f) * dqw_estimator_size_pu(e, i);
-    wide[DQW_DEAD_TIME] = wide[DQW_DEAD_CONSTANT] = 0.03f;
-    // What has changed must not seem to be what the model always lacked.
-    const dqw_lasting now = dqw_estimator_lasting(e);
-    dqw_lasting *calm = &e->calm;
-    const bool first = e->segment.segments < SEGMENTS_FIRST;
-    calm->fast_pu2 = calmer(calm->fast_pu2, now.fast_pu2, first);
-    calm->slow_pu2 = calmer(calm->slow_pu2, now.slow_pu2, first);
-    calm->all_pu2 = calmer(calm->all_pu2, now.all_pu2, first);
-    const float variance = calm->all_pu2;
-    float model[DQW_PARAMETERS];
-    for (int i = 0; i < DQW_PARAMETERS; i++) {
-        const float hidden = dqw_estimator_model_pu(e, i, calm);
-        model[i] = hidden < wide[i] ? hidden : wide[i];
-    }
-    const int changed = dqw_segment_end(&e->segment, variance, model, wide, move);
-    const float seconds = 0.5f * rows / rate;
-    for (int i = 0; i < DQW_PARAMETERS; i++) {
-        const float alone = e->alone_pu2[i];
-        if (!(alone > 0.0f) || (e->learned >> i & 1u) == 0) continue;
-        // What the weight may wander in a segment, what one says of it, and so what part it is moved by.
-        const float walk = (i == DQW_R                                                     ? 1e-3f
-                            : i == DQW_LD || i == DQW_LQ || i == DQW_PSI || i == DQW_PSI_Q ? 3e-4f
-                                                                                           : 0.0f) *
-                           dqw_estimator_size_pu(e, i);
-        const float agrees = 1.0f + (e->segment.up[i] > e->segment.down[i] ? e->segment.up[i] : e->segment.down[i]);
-        const float q = walk * walk * agrees * agrees * seconds;
-        const float one = variance / (rows * alone);
-        const float band = e->segment.band_pu[i];
-        const float scatter = band * band + one;
-        const float p = 0.5f * (q + sqrtf(q * q + 4.0f * q * scatter));
-        const float want = p / scatter / (rows * alone);
-        const float has = dqw_gain_covariance(&e->gain, i, i);
-        if (has < want) dqw_gain_grow(&e->gain, i, want - has);
-    }
-    if (e->segment.since < UINT16_MAX) e->segment.since++;
-    if (changed < 0) return;
-    e->segment.since = 1;
-    for (int k = 0; k < 2; k++) e->lasting_pu2[k] = calm->fast_pu2;
-    e->slow_pu2 = calm->slow_pu2;
-    for (int axis = 0; axis < 2; axis++)
-        if (e->error_pu2[axis] > calm->all_pu2) e->error_pu2[axis] = calm->all_pu2;
-    if (e->opened < UINT8_MAX) e->opened++;
-    e->opened_at = e->number;
-    e->opened_since = e->segment.agreed ? e->began_before : e->began;
-    for (int i = 0; i < DQW_PARAMETERS; i++) e->w_pu[i] += move[i];
-    // The others took up a part of it while it was not known.
-    for (int i = 0; i < DQW_PARAMETERS; i++) {
-        const float took = i == changed ? wide[i] : TOOK_BANDS * e->segment.band_pu[i];
-        dqw_gain_grow(&e->gain, i, took * took / variance);
-    }
-}
-
 // One axis' row through the joint neuron: predict, compare, correct; weighed by how little of that axis is noise.
 static void learn_row(dqw_estimator *e, int axis, const dqw_estimator_rows *r, uint32_t mask, float ratio,
                       const float *late_pu, float score[])
@@ -260,7 +110,7 @@ static void learn_row(dqw_estimator *e, int axis, const dqw_estimator_rows *r, u
             (error * weigh);  // NOLINT(clang-analyzer-core.UndefinedBinaryOperatorResult): the gain has as many inputs
         seen += k[i] * x[i];  // NOLINT(clang-analyzer-core.UndefinedBinaryOperatorResult): the same
     }
-    keep_alone(e, k, seen);
+    dqw_estimator_keep_alone(e, k, seen);
     // seen rounds to above 1 where next to nothing was known.
     const float left = seen < 1.0f ? 1.0f - seen : 0.0f;
     const float after = error * left;
@@ -477,17 +327,17 @@ bool dqw_estimator_learn(dqw_estimator *e, const dqw_estimator_block *b)
     float score[DQW_ESTIMATOR_SCORES] = {0};
     const bool follows = c->follow && !c->settled && e->pole_pairs != 0 && e->stage.name != DQW_STAGE_RANDOM;
     if (follows)
-        for (int axis = 0; axis < 2; axis++) show_segment(e, axis, &r, mask[axis], ratio[axis]);
+        for (int axis = 0; axis < 2; axis++) dqw_estimator_show_segment(e, axis, &r, mask[axis], ratio[axis]);
     learn_row(e, D, &r, mask[D], ratio[D], late_pu, score);
     learn_row(e, Q, &r, mask[Q], ratio[Q], late_pu, score);
     keep_scores(e, score);
-    keep_lasting(e, &r, ratio);
+    dqw_estimator_keep_lasting(e, &r, ratio);
     e->recent_pu2 += (e->e_pu[D] * e->e_pu[D] + e->e_pu[Q] * e->e_pu[Q] - e->recent_pu2) * RECENT_PART;
     if (c->noise_on_inputs && !c->settled) take_noise_out(e, &r, ratio, mask);
     if (!sound(e)) return false;
     if (!c->settled) publish(e, b);
     dqw_estimator_turn_on(e);
-    if (follows) follow(e, b);
+    if (follows) dqw_estimator_follow(e, b);
     drift(e);
     if (e->stage.name == DQW_STAGE_RANDOM) coarse_stage(e);
     return true;

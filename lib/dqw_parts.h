@@ -37,12 +37,11 @@ typedef struct dqw_lasting {
 /// What a segment of driving says of each weight (dqw_segment.h).
 typedef struct dqw_segment {
     float a[DQW_PARAMETERS * (DQW_PARAMETERS + 1) / 2], b[DQW_PARAMETERS];  ///< sums of x x' and x e
-    float least_pu[DQW_PARAMETERS];
-    float band_pu[DQW_PARAMETERS];                   ///< how far a weight scatters between segments in health
-    float up[DQW_PARAMETERS], down[DQW_PARAMETERS];  ///< sums of what agrees
-    float share[DQW_PARAMETERS];                     ///< what the last segment knew of a weight, over its band: 0 .. 1
-    float sum[2], square[2];                         ///< of the segment's speed and current,
-    float mean[2], variance[2], run;                 ///< in the long run, and how long that is
+    float band_pu[DQW_PARAMETERS];                             ///< how far a weight scatters between segments in health
+    int16_t up_q11[DQW_PARAMETERS], down_q11[DQW_PARAMETERS];  ///< sums of what agrees
+    uint16_t share_q15[DQW_PARAMETERS];  ///< what the last segment knew of a weight, over its band
+    float sum[2], square[2];             ///< of the segment's speed and current,
+    float mean[2], variance[2], run;     ///< in the long run, and how long that is
     uint32_t blocks;
     uint16_t segments, since;  ///< in all; since a weight was found changed
     bool agreed;               ///< the one that was last, seemed so in the segment before

@@ -14,6 +14,8 @@ enum { N = DQW_PARAMETERS };
 #define ALLOWANCE 1.0f
 #define THRESHOLD 7.2f
 #define DEVIATION_MOST 6.0f
+#define SUM_MOST 15.0f
+#define Q11 2048.0f
 // A band moves by this part at least, by more while it is young; upwards not while something seems to change.
 #define PART_LEAST 0.02f
 #define SEEMS 4.0f
@@ -40,13 +42,18 @@ void dqw_segment_init(dqw_segment *s, const float band_pu[])
 {
     const dqw_segment zero = {.blocks = 0};
     *s = zero;
-    for (int k = 0; k < N; k++) s->band_pu[k] = s->least_pu[k] = band_pu[k];
+    for (int k = 0; k < N; k++) s->band_pu[k] = band_pu[k];
+}
+
+static void disagree(dqw_segment *s)
+{
+    for (int k = 0; k < N; k++) s->up_q11[k] = s->down_q11[k] = 0;
 }
 
 void dqw_segment_restart(dqw_segment *s)
 {
     clear(s);
-    for (int k = 0; k < N; k++) s->up[k] = s->down[k] = 0.0f;
+    disagree(s);
 }
 
 void dqw_segment_row(dqw_segment *s, const float x_pu[], float error_pu)
@@ -133,14 +140,32 @@ static float part_of(const dqw_segment *s)
     return first > PART_LEAST ? first : PART_LEAST;
 }
 
-float dqw_segment_sees(const dqw_segment *s, int weight)
+static int16_t agreed_q11(int16_t sum_q11, float more)
 {
-    if (s->segments == 0 || !(s->share[weight] > SHARE_LEAST)) return DQW_UNKNOWN;
-    const float each = (ALLOWANCE + 0.5f * THRESHOLD) * (1.0f + sqrtf(part_of(s)));
-    return each * s->band_pu[weight] / sqrtf(s->share[weight]);
+    const float all = (float)sum_q11 * (1.0f / Q11) + more - ALLOWANCE;
+    // 6 at a time, and above 7.2 the sums begin anew, or stay where nothing is believed yet.
+    return all > 0.0f ? (int16_t)((all < SUM_MOST ? all : SUM_MOST) * Q11 + 0.5f) : (int16_t)0;
 }
 
-int dqw_segment_end(dqw_segment *s, float variance_pu2, const float model_pu[], const float wide_pu[], float move_pu[])
+static int16_t larger(int16_t a, int16_t b)
+{
+    return a > b ? a : b;
+}
+
+float dqw_segment_agreed(const dqw_segment *s, int weight)
+{
+    return (float)larger(s->up_q11[weight], s->down_q11[weight]) * (1.0f / Q11);
+}
+
+float dqw_segment_sees(const dqw_segment *s, int weight)
+{
+    const float share = (float)s->share_q15[weight] * 0x1p-15f;
+    if (s->segments == 0 || !(share > SHARE_LEAST)) return DQW_UNKNOWN;
+    const float each = (ALLOWANCE + 0.5f * THRESHOLD) * (1.0f + sqrtf(part_of(s)));
+    return each * s->band_pu[weight] / sqrtf(share);
+}
+
+int dqw_segment_end(dqw_segment *s, float variance_pu2, const dqw_segment_known *known, float move_pu[])
 {
     float u[N];
     float share[N];
@@ -149,7 +174,7 @@ int dqw_segment_end(dqw_segment *s, float variance_pu2, const float model_pu[], 
     float used_pu[N];
     const float young = s->segments < YOUNG ? 1.0f - (float)s->segments / YOUNG : 0.0f;
     for (int k = 0; k < N; k++) {
-        const float model = young * model_pu[k];
+        const float model = young * known->model_pu[k];
         used_pu[k] = s->band_pu[k] > model ? s->band_pu[k] : model;
     }
     solve(s, used_pu, variance, u, share);
@@ -159,22 +184,22 @@ int dqw_segment_end(dqw_segment *s, float variance_pu2, const float model_pu[], 
     int changed = -1;
     float most = 0.0f;
     for (int k = 0; k < N; k++) {
-        s->share[k] = share[k];
+        s->share_q15[k] = share[k] > 0.0f ? (uint16_t)(share[k] * 0x1p15f) : 0u;
         if (!(share[k] > SHARE_LEAST)) continue;
         // [SEG.1] of unit variance in health
         const float z = u[k] / sqrtf(share[k]);
-        const float sum = s->up[k] > s->down[k] ? s->up[k] : s->down[k];
+        const float sum = dqw_segment_agreed(s, k);
         // [SEG.2] the band, to the scatter
         const float z2 = z * z < SCATTER_MOST ? z * z : SCATTER_MOST;
         const float seen = used_pu[k] * used_pu[k] * (1.0f + share[k] * (z2 - 1.0f));
         const float band2 = s->band_pu[k] * s->band_pu[k];
         if (seen < band2 || sum <= SEEMS) s->band_pu[k] = sqrtf(band2 + part * (seen - band2));
-        if (s->band_pu[k] < s->least_pu[k]) s->band_pu[k] = s->least_pu[k];
+        if (s->band_pu[k] < known->least_pu[k]) s->band_pu[k] = known->least_pu[k];
         // [SEG.3] what agrees
         const float d = limited(z * surer, DEVIATION_MOST);
-        s->up[k] = s->up[k] + d > ALLOWANCE ? s->up[k] + d - ALLOWANCE : 0.0f;
-        s->down[k] = s->down[k] - d > ALLOWANCE ? s->down[k] - d - ALLOWANCE : 0.0f;
-        const float now = s->up[k] > s->down[k] ? s->up[k] : s->down[k];
+        s->up_q11[k] = agreed_q11(s->up_q11[k], d);
+        s->down_q11[k] = agreed_q11(s->down_q11[k], -d);
+        const float now = dqw_segment_agreed(s, k);
         // Of those that agree, the one that explains most now.
         if (now > THRESHOLD && fabsf(z) > most) {
             most = fabsf(z);
@@ -185,12 +210,10 @@ int dqw_segment_end(dqw_segment *s, float variance_pu2, const float model_pu[], 
     if (s->segments < FEW) changed = -1;
     if (changed >= 0) {
         // [SEG.4] by how much: this weight alone is free
-        float free_pu[N];
-        for (int k = 0; k < N; k++) free_pu[k] = used_pu[k];
-        free_pu[changed] = wide_pu[changed];
-        solve(s, free_pu, variance, u, share);
-        for (int k = 0; k < N; k++) move_pu[k] = u[k] * free_pu[k];
-        for (int k = 0; k < N; k++) s->up[k] = s->down[k] = 0.0f;
+        used_pu[changed] = known->wide_pu[changed];
+        solve(s, used_pu, variance, u, share);
+        for (int k = 0; k < N; k++) move_pu[k] = u[k] * used_pu[k];
+        disagree(s);
     }
     clear(s);
     return changed;

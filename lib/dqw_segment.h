@@ -12,6 +12,13 @@
 extern "C" {
 #endif
 
+/// What is known of the weights before a segment, per unit.
+typedef struct dqw_segment_known {
+    float least_pu[DQW_PARAMETERS];  ///< no band is narrower
+    float model_pu[DQW_PARAMETERS];  ///< what the model's error may make of a band that is not known yet
+    float wide_pu[DQW_PARAMETERS];   ///< how far a weight may have jumped
+} dqw_segment_known;
+
 /// Nothing seen. band_pu[DQW_PARAMETERS]: how far each weight may scatter, to begin with; > 0.
 void dqw_segment_init(dqw_segment *s, const float band_pu[]);
 
@@ -37,11 +44,15 @@ bool dqw_segment_block(dqw_segment *s, float w_pu, float i_pu, uint32_t least, u
 /// The segment ends: bands move to its scatter, sums of what agrees go on, all that was gathered is forgotten.
 ///
 /// Source   (E104), (E105) in docs/EQUATIONS.md
-/// Units    variance_pu2: of a row's error. wide_pu[DQW_PARAMETERS]: how far a weight may have jumped
+/// Units    variance_pu2: of a row's error, > 0
 /// Returns  the weight that has changed, -1: none; then move_pu[DQW_PARAMETERS] is by how much each one is to be moved
 /// Cost     n^3 / 3 products for n = DQW_PARAMETERS, twice where one has changed
 /// Context  background
-int dqw_segment_end(dqw_segment *s, float variance_pu2, const float model_pu[], const float wide_pu[], float move_pu[]);
+int dqw_segment_end(dqw_segment *s, float variance_pu2, const dqw_segment_known *known, float move_pu[]);
+
+/// How far beyond what scatter allows segments agree that a weight is off, in deviations.
+/// Source   (E105) in docs/EQUATIONS.md
+float dqw_segment_agreed(const dqw_segment *s, int weight);
 
 /// The smallest change of a weight that two segments would tell, per unit.
 ///

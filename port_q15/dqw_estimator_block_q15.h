@@ -269,7 +269,7 @@ static inline bool dqw_estimator_follows_q15(const dqw_estimator_q15 *e)
 
 /// Nothing is known of what lasts, nor of how weights scatter.
 /// Source   (E104) in docs/EQUATIONS.md
-void dqw_estimator_follow_start_q15(dqw_estimator_q15 *e, const dqw_units_q15 *u);
+void dqw_estimator_follow_start_q15(dqw_estimator_q15 *e);
 
 /// What of the residual is still there two and three blocks later, where blocks overlap no more; and from one stretch to
 /// the next. Of a block that was shown. `busy`: its weights are to be solved as well; then a stretch may end later.
@@ -291,7 +291,7 @@ void dqw_estimator_keep_alone_q15(dqw_estimator_q15 *e, const int64_t before_q40
 ///
 /// Source   (E103), (E104), (E105) in docs/EQUATIONS.md
 /// Context  background
-void dqw_estimator_follow_q15(dqw_estimator_q15 *e, const dqw_estimator_q15_block *b, const dqw_units_q15 *u);
+void dqw_estimator_follow_q15(dqw_estimator_q15 *e, const dqw_estimator_q15_block *b);
 
 /// Residual of both axes over the full voltage: RMS of about the last thousand blocks, Q28, and of the last 64, Q27 and
 /// in millionths.

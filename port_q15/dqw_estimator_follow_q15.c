@@ -13,12 +13,17 @@
 #define SEGMENT_LEAST_NS 350000000
 #define SEGMENT_MOST_NS 20000000000
 #define SEGMENTS_FIRST 2u
-// What one is, and dead time's units are a thirtieth of the full voltage: bands to begin with, of R and L, a quarter of
-// that of the flux; how far one may have jumped; and what may wander in 1 s, squared.
-#define START_PARTS 500
-#define START_PARTS_PSI 2000
-#define START_DEAD_Q28 2415919
+// Bands to begin with, and the narrowest: 0.0026 of R and L, 0.00035 of the flux, which is known best. How far a weight
+// may have jumped at once: 0.3 and 0.1 of it; what changed by more is found once more. Dead time's are of a thirtieth
+// of the full voltage: 0.009 and 0.9.
+#define LEAST_Q30 2791729
+#define LEAST_PSI_Q30 375810
+#define LEAST_DEAD_Q28 2415919
+#define WIDE_Q30 322122547
+#define WIDE_PSI_Q30 107374182
 #define WIDE_DEAD_Q28 241591910
+// What a weight may wander in a second without being found changed, squared: 0.001 of R, 0.0003 of the others. A winding
+// that warms by 1 K/s is four times faster, which segments that agree make up for.
 #define WANDER_R_PARTS 1000000
 #define WANDER_PARTS 11111111
 // What the others took up of a change, in bands, while it was not known.
@@ -72,30 +77,32 @@ static int16_t more(int16_t sum, int16_t x)
     return dqw_q15_sat(sum + x);
 }
 
-// Of a weight that is 1: a band to begin with, and how far it may jump.
-static int32_t least_q28(const dqw_estimator_q15 *e, const dqw_units_q15 *u, int i)
+// Of what a weight is now.
+static int32_t part_of(const dqw_estimator_q15 *e, int i, int32_t of_any_q30, int32_t of_flux_q30, int32_t dead_q28)
 {
     const bool flux = i == DQW_PSI || i == DQW_PSI_Q;
-    if (i > DQW_PSI && !flux) return START_DEAD_Q28;
-    if (i == DQW_PSI_Q && !dqw_estimator_has_psi_q_q15(e)) return 0;
-    return u->w_q24[flux ? DQW_PSI : i] / (flux ? START_PARTS_PSI : START_PARTS) * 16;
+    if (i > DQW_PSI && !flux) return dead_q28;
+    // Of a weight of 27, 8 at most.
+    return dqw_q_times32(dqw_estimator_size_q24(e, i), flux ? of_flux_q30 : of_any_q30, -26);
+}
+
+static int32_t least_q28(const dqw_estimator_q15 *e, int i)
+{
+    return part_of(e, i, LEAST_Q30, LEAST_PSI_Q30, LEAST_DEAD_Q28);
 }
 
 static int32_t wide_q28(const dqw_estimator_q15 *e, int i)
 {
-    const bool flux = i == DQW_PSI || i == DQW_PSI_Q;
-    if (i > DQW_PSI && !flux) return WIDE_DEAD_Q28;
-    // 0.1 and 0.3; a weight that is 27 may jump by 8.
-    return dqw_q_times32(dqw_estimator_size_q24(e, i), flux ? 107374182 : 322122547, -26);
+    return part_of(e, i, WIDE_Q30, WIDE_PSI_Q30, WIDE_DEAD_Q28);
 }
 
-void dqw_estimator_follow_start_q15(dqw_estimator_q15 *e, const dqw_units_q15 *u)
+void dqw_estimator_follow_start_q15(dqw_estimator_q15 *e)
 {
     const dqw_residual_q15 nothing = {
         .opened = e->residual.opened, .opened_at = e->residual.opened_at, .opened_since = e->residual.opened_since};
     e->residual = nothing;
     int32_t band_q28[N];
-    for (int i = 0; i < N; i++) band_q28[i] = least_q28(e, u, i);
+    for (int i = 0; i < N; i++) band_q28[i] = least_q28(e, i);
     dqw_segment_init_q15(&e->segment, band_q28);
 }
 
@@ -176,6 +183,7 @@ void dqw_estimator_keep_lasting_q15(dqw_estimator_q15 *e, const dqw_rows_q15 *r,
     const uint32_t n = dqw_estimator_stretch_q15(e);
     const unsigned bits = dqw_q_bits64(n - 1u);
     const int inputs = dqw_estimator_inputs_q15(e);
+    // [FOL.1] what of the residual is still there two and three blocks later, where blocks overlap no more
     int64_t product_q34[2] = {0, 0};
     for (int axis = 0; axis < 2; axis++) {
         int16_t *sum = &k->slow_sum[axis];
@@ -201,6 +209,7 @@ void dqw_estimator_keep_lasting_q15(dqw_estimator_q15 *e, const dqw_rows_q15 *r,
     const int32_t part_q30 = dqw_lasting_part_q30(e, 1);
     // Half of both axes'.
     for (int m = 0; m < 2; m++) toward_product(&k->lasting_q38[m], 8 * product_q34[m], part_q30, turn);
+    // [FOL.2] and from one stretch to the next
     if (++k->slow_at < n || (busy && k->slow_at < n + LATE_MOST)) return;
     end_stretch(e, &r->unit, k->slow_at, bits);
     k->slow_at = 0;
@@ -234,21 +243,23 @@ void dqw_estimator_keep_alone_q15(dqw_estimator_q15 *e, const int64_t before_q40
     }
 }
 
-// Down at once, up slowly: by 0.15.
-static int64_t calmer(int64_t calm_q56, int64_t now_q56, bool first)
+// Down at once, up slowly: by 0.15 of itself; from nothing to what noise would hide, some per cent of all, in about as
+// many segments as bands are young.
+static int64_t calmer(int64_t calm_q56, int64_t now_q56, int64_t all_q56, bool first)
 {
-    const int64_t most = calm_q56 + dqw_q_product64(calm_q56, 644245094, -32);
+    const int64_t most = calm_q56 + dqw_q_product64(calm_q56 + dqw_q_floor64(all_q56, 10), 644245094, -32);
     return first || now_q56 < most ? now_q56 : most;
 }
 
+// What has changed must not seem to be what the model always lacked.
 static dqw_lasting_q15 keep_calm(dqw_estimator_q15 *e)
 {
     const dqw_lasting_q15 now = dqw_estimator_lasting_q15(e);
     const bool first = e->segment.segments < SEGMENTS_FIRST;
     dqw_lasting_q15 calm = dqw_estimator_calm_q15(e);
-    calm.fast_q56 = calmer(calm.fast_q56, now.fast_q56, first);
-    calm.slow_q56 = calmer(calm.slow_q56, now.slow_q56, first);
-    calm.all_q56 = calmer(calm.all_q56, now.all_q56, first);
+    calm.fast_q56 = calmer(calm.fast_q56, now.fast_q56, calm.all_q56, first);
+    calm.slow_q56 = calmer(calm.slow_q56, now.slow_q56, calm.all_q56, first);
+    calm.all_q56 = calmer(calm.all_q56, now.all_q56, 0, first);
     e->residual.calm_q28[0] = dqw_q_root64((uint64_t)calm.fast_q56);
     e->residual.calm_q28[1] = dqw_q_root64((uint64_t)calm.slow_q56);
     e->residual.calm_q28[2] = dqw_q_root64((uint64_t)calm.all_q56);
@@ -313,7 +324,7 @@ static void open(dqw_estimator_q15 *e, int changed, const dqw_lasting_q15 *calm,
     }
 }
 
-void dqw_estimator_follow_q15(dqw_estimator_q15 *e, const dqw_estimator_q15_block *b, const dqw_units_q15 *u)
+void dqw_estimator_follow_q15(dqw_estimator_q15 *e, const dqw_estimator_q15_block *b)
 {
     const dqw_block_q15 m = dqw_estimator_means_q15(b);
     const uint32_t least = (uint32_t)dqw_q_quotient32(SEGMENT_LEAST_NS, block_ns(e), 0);
@@ -327,16 +338,18 @@ void dqw_estimator_follow_q15(dqw_estimator_q15 *e, const dqw_estimator_q15_bloc
     // Up to 2^37 by 2^16
     const int64_t seconds_q20 = dqw_q_quotient64(block_ns(e) * s->blocks, 1000000000, 20);
     const int64_t rows = 2 * (int64_t)s->blocks;
-    // What has changed must not seem to be what the model always lacked.
+    // [FOL.3] what lasts while nothing seems to change
     const dqw_lasting_q15 calm = keep_calm(e);
+    // [FOL.4] what the segment says, of bands that are no narrower than this and may be as wide as that
     dqw_segment_q15_known known;
     int32_t move_q24[N];
     for (int i = 0; i < N; i++) {
         const int32_t hidden = dqw_estimator_model_q28(e, i, &calm);
-        known.least_q28[i] = least_q28(e, u, i);
+        known.least_q28[i] = least_q28(e, i);
         known.wide_q28[i] = wide_q28(e, i);
         known.model_q28[i] = hidden < known.wide_q28[i] ? hidden : known.wide_q28[i];
     }
+    // [FOL.5] who is moved by how much later on; and what has changed now
     const int changed = dqw_segment_end_q15(s, calm.all_q56, &known, move_q24);
     for (int i = 0; i < N; i++) stay_awake(e, i, seconds_q20, rows, calm.all_q56);
     if (s->since < UINT16_MAX) s->since++;

@@ -304,7 +304,7 @@ bool dqw_estimator_learn_q15(dqw_estimator_q15 *e, const dqw_estimator_q15_block
     if (!sound(e, &r.unit)) return false;
     if (solved && !c->settled) publish(e, b, &r.unit);
     dqw_estimator_turn_on_q15(e, &r.unit, solved);
-    if (follows) dqw_estimator_follow_q15(e, b, &r.unit);
+    if (follows) dqw_estimator_follow_q15(e, b);
     dqw_estimator_drift_q15(e);
     if (e->stage.name == DQW_STAGE_RANDOM) coarse_stage(e, r.unit.w_q24);
     return true;

@@ -87,9 +87,21 @@ static void in_float(const double from[], float to[])
     for (int k = 0; k < WEIGHTS; k++) to[k] = (float)from[k];
 }
 
+static dqw_segment_known known_of(const float least[], float model, float wide)
+{
+    dqw_segment_known known;
+    for (int k = 0; k < WEIGHTS; k++) {
+        known.least_pu[k] = least[k];
+        known.model_pu[k] = model;
+        known.wide_pu[k] = wide;
+    }
+    return known;
+}
+
+static float q11(int16_t x) { return (float)x / 2048; }
+
 static void test_what_a_segment_says(void)
 {
-    static const float none[WEIGHTS] = {0};
     const int cases = scaled(400);
     double worst_z = 0;
     double worst_share = 0;
@@ -99,47 +111,45 @@ static void test_what_a_segment_says(void)
     for (int n = 0; n < cases; n++) {
         driven d = drive_of(100 + (uint64_t)n);
         float band[WEIGHTS];
-        float wide[WEIGHTS];
         float move[WEIGHTS];
         double delta[WEIGHTS];
         double free[WEIGHTS];
         in_float(d.band, band);
         dqw_segment s;
         dqw_segment_init(&s, band);
-        for (int k = 0; k < WEIGHTS; k++) {
-            delta[k] = d.band[k] * 3 * random_normal(&d.r);
-            wide[k] = 0.1f;
-        }
+        for (int k = 0; k < WEIGHTS; k++) delta[k] = d.band[k] * 3 * random_normal(&d.r);
+        const dqw_segment_known known = known_of(band, 0, 0.1f);
         // As if many had been, and a change had shown since: a small deviation that agrees is enough.
         s.segments = 999;
         const int k_up = (int)(random_bits(&d.r) % WEIGHTS);
-        for (int k = 0; k < WEIGHTS; k++) s.up[k] = k == k_up && delta[k] > 0 ? 7 : 0;
-        for (int k = 0; k < WEIGHTS; k++) s.down[k] = k == k_up && delta[k] < 0 ? 7 : 0;
+        for (int k = 0; k < WEIGHTS; k++) s.up_q11[k] = k == k_up && delta[k] > 0 ? 7 * 2048 : 0;
+        for (int k = 0; k < WEIGHTS; k++) s.down_q11[k] = k == k_up && delta[k] < 0 ? 7 * 2048 : 0;
         sums all = {{{0}}, {0}};
         show(&s, &d, 200 + (int)(random_bits(&d.r) % 2000), delta, &all);
         const judged j = conditioned(&all, d.band, d.noise * d.noise);
         const dqw_segment before = s;
-        const int changed = dqw_segment_end(&s, half_less(d.noise), none, wide, move);
+        const int changed = dqw_segment_end(&s, half_less(d.noise), &known, move);
         const double surer = 1 / (1 + sqrt(0.02));
         double agrees = 0;
         int most_k = -1;
         for (int k = 0; k < WEIGHTS; k++) {
             CASE("case %d, weight %d of %d", n, k, changed);
-            worst_share = fmax(worst_share, fabs((double)s.share[k] - j.share[k]) / (0.002 + 0.01 * j.share[k]));
+            worst_share = fmax(worst_share,
+                               fabs((double)s.share_q15[k] / 32768 - j.share[k]) / (0.002 + 0.01 * j.share[k]));
             if (j.share[k] < 0.02) continue;
             const double z = j.delta[k] / (d.band[k] * sqrt(j.share[k]));
             // A fiftieth of what the segment shows of the band; not upwards where something seems to change.
             const double seen = d.band[k] * d.band[k] * (1 + j.share[k] * (fmin(9, z * z) - 1));
             const double band2 = d.band[k] * d.band[k];
-            const bool seems = (double)fmaxf(before.up[k], before.down[k]) > 4;
+            const bool seems = (double)q11((int16_t)fmax(before.up_q11[k], before.down_q11[k])) > 4;
             const double to = sqrt(band2 + (seems && seen > band2 ? 0 : 0.02) * (seen - band2));
             worst_band = fmax(worst_band, fabs((double)s.band_pu[k] / fmax(to, d.band[k]) - 1));
             const double most = fmax(-6, fmin(6, surer * z));
-            const double up = fmax(0, (double)before.up[k] + most - 1);
-            const double down = fmax(0, (double)before.down[k] - most - 1);
+            const double up = fmax(0, (double)q11(before.up_q11[k]) + most - 1);
+            const double down = fmax(0, (double)q11(before.down_q11[k]) - most - 1);
             if (fmax(up, down) > agrees) agrees = fmax(up, down), most_k = k;
             if (changed >= 0) continue;
-            worst_z = fmax(worst_z, fmax(fabs((double)s.up[k] - up), fabs((double)s.down[k] - down)) /
+            worst_z = fmax(worst_z, fmax(fabs((double)q11(s.up_q11[k]) - up), fabs((double)q11(s.down_q11[k]) - down)) /
                                         (0.01 + 0.01 * fabs(most)));
         }
         CASE("case %d: weight %d, most %g", n, changed, agrees);
@@ -147,13 +157,13 @@ static void test_what_a_segment_says(void)
         HOLDS(agrees < 7.3 || changed == most_k);
         if (changed < 0) continue;
         opened++;
-        for (int k = 0; k < WEIGHTS; k++) free[k] = k == changed ? (double)wide[k] : d.band[k];
+        for (int k = 0; k < WEIGHTS; k++) free[k] = k == changed ? (double)known.wide_pu[k] : d.band[k];
         const judged moved = conditioned(&all, free, d.noise * d.noise);
         for (int k = 0; k < WEIGHTS; k++) {
             const double size = fmax(fabs(moved.delta[k]), 0.3 * d.band[k]);
             worst_move = fmax(worst_move, fabs((double)move[k] - moved.delta[k]) / size);
         }
-        for (int k = 0; k < WEIGHTS; k++) HOLDS(s.up[k] == 0 && s.down[k] == 0);
+        for (int k = 0; k < WEIGHTS; k++) HOLDS(s.up_q11[k] == 0 && s.down_q11[k] == 0);
     }
     CASE("%d of %d opened", opened, cases);
     HOLDS(opened * 4 > cases && opened * 10 < 9 * cases);
@@ -181,7 +191,6 @@ static void few_rows(dqw_segment *s, test_random *r, const double delta[], doubl
 // the noise hides of it.
 static void test_bands_find_the_scatter(void)
 {
-    static const float none[WEIGHTS] = {0};
     static const double scatter[WEIGHTS] = {0.003, 0.01, 0.004, 0.002, 0.05, 0.008, 0.02};
     // Noise of the offset that a segment of few rows tells, over the scatter: 0.2, and as wide as it.
     for (int level = 0; level < 2; level++) {
@@ -192,27 +201,26 @@ static void test_bands_find_the_scatter(void)
         for (int run = 0; run < runs; run++) {
             test_random r = {(uint64_t)(7 + run)};
             float band[WEIGHTS];
-            float wide[WEIGHTS];
+            float least[WEIGHTS];
             float move[WEIGHTS];
             for (int k = 0; k < WEIGHTS; k++) {
                 band[k] = (float)(scatter[k] * (run % 2 == 0 ? 3 : 0.5));
-                wide[k] = 1;
+                least[k] = 0.01f * band[k];
             }
             dqw_segment s;
             dqw_segment_init(&s, band);
-            // Floors out of the way.
-            for (int k = 0; k < WEIGHTS; k++) s.least_pu[k] *= 0.01f;
+            const dqw_segment_known known = known_of(least, 0, 1);
             const double noise = (level == 0 ? 0.2 : 1.0) * 0.01 * 0.1 * sqrt(3 * WEIGHTS);
             for (int n = 0; n < 1200; n++) {
                 double delta[WEIGHTS];
                 for (int k = 0; k < WEIGHTS; k++) delta[k] = scatter[k] * random_normal(&r);
                 few_rows(&s, &r, delta, noise);
-                (void)dqw_segment_end(&s, half_less(noise), none, wide, move);
+                (void)dqw_segment_end(&s, half_less(noise), &known, move);
                 if (n < 400) continue;
                 count++;
                 for (int k = 0; k < WEIGHTS; k++) {
                     square[k] += (double)s.band_pu[k] * (double)s.band_pu[k];
-                    shares[k] += (double)s.share[k];
+                    shares[k] += (double)s.share_q15[k] / 32768;
                 }
             }
         }
@@ -228,24 +236,20 @@ static void test_bands_find_the_scatter(void)
 // Siegmund: one sum of one weight runs 9e6 healthy segments, so that fourteen of 2e5 make 0.3 openings.
 static void test_health_opens_nothing(void)
 {
-    static const float none[WEIGHTS] = {0};
     test_random r = {12};
     float band[WEIGHTS];
-    float wide[WEIGHTS];
     float move[WEIGHTS];
-    for (int k = 0; k < WEIGHTS; k++) {
-        band[k] = 0.01f;
-        wide[k] = 1;
-    }
+    for (int k = 0; k < WEIGHTS; k++) band[k] = 0.01f;
     dqw_segment s;
     dqw_segment_init(&s, band);
+    const dqw_segment_known known = known_of(band, 0, 1);
     int opened = 0;
     const int segments = scaled(200000);
     for (int n = 0; n < segments; n++) {
         double delta[WEIGHTS];
         for (int k = 0; k < WEIGHTS; k++) delta[k] = 0.01 * (1 + 0.5 * k) * random_normal(&r);
         few_rows(&s, &r, delta, 1e-3);
-        opened += dqw_segment_end(&s, half_less(1e-3), none, wide, move) >= 0;
+        opened += dqw_segment_end(&s, half_less(1e-3), &known, move) >= 0;
     }
     CASE("%d openings", opened);
     HOLDS(opened <= 2);
@@ -253,7 +257,6 @@ static void test_health_opens_nothing(void)
 
 static void test_a_step_is_opened(void)
 {
-    static const float none[WEIGHTS] = {0};
     int late = 0;
     int wrong = 0;
     double off = 0;
@@ -263,20 +266,17 @@ static void test_a_step_is_opened(void)
         const int k_step = n % WEIGHTS;
         const double size = (n / WEIGHTS % 2 == 0 ? 1 : -1) * 6 * 0.01;
         float band[WEIGHTS];
-        float wide[WEIGHTS];
         float move[WEIGHTS];
-        for (int k = 0; k < WEIGHTS; k++) {
-            band[k] = 0.01f;
-            wide[k] = 1;
-        }
+        for (int k = 0; k < WEIGHTS; k++) band[k] = 0.01f;
         dqw_segment s;
         dqw_segment_init(&s, band);
+        const dqw_segment_known known = known_of(band, 0, 1);
         int changed = -1;
         for (int m = 0; m < 60 + 3 && changed < 0; m++) {
             double delta[WEIGHTS];
             for (int k = 0; k < WEIGHTS; k++) delta[k] = 0.01 * random_normal(&r) + (k == k_step && m >= 60 ? size : 0);
             few_rows(&s, &r, delta, 1e-3);
-            changed = dqw_segment_end(&s, half_less(1e-3), none, wide, move);
+            changed = dqw_segment_end(&s, half_less(1e-3), &known, move);
             HOLDS(m >= 60 || changed < 0);
             HOLDS(s.blocks == 0 && s.a[0] == 0 && s.b[0] == 0);
         }
@@ -293,14 +293,9 @@ static void test_a_step_is_opened(void)
 static void test_the_first_segments(void)
 {
     float band[WEIGHTS];
-    float model[WEIGHTS];
-    float wide[WEIGHTS];
     float move[WEIGHTS];
-    for (int k = 0; k < WEIGHTS; k++) {
-        band[k] = 0.001f;
-        model[k] = 0.1f;
-        wide[k] = 1;
-    }
+    for (int k = 0; k < WEIGHTS; k++) band[k] = 0.001f;
+    dqw_segment_known known = known_of(band, 0.1f, 1);
     for (int way = 0; way < 2; way++) {
         test_random r = {3};
         dqw_segment s;
@@ -312,13 +307,13 @@ static void test_the_first_segments(void)
                 for (int k = 0; k < WEIGHTS; k++) delta[k] = 0.1 * random_normal(&r);
             few_rows(&s, &r, delta, 1e-4);
             if (way == 1) s.band_pu[0] = 0.001f;
-            if (way == 1) model[0] = 0;
-            if (dqw_segment_end(&s, half_less(1e-4), model, wide, move) >= 0) first = n;
+            if (way == 1) known.model_pu[0] = 0;
+            if (dqw_segment_end(&s, half_less(1e-4), &known, move) >= 0) first = n;
         }
         CASE("way %d: opened at %d", way, first);
         HOLDS(way == 0 ? first == 0 : first == 3);
         dqw_segment_restart(&s);
-        for (int k = 0; k < WEIGHTS; k++) HOLDS(s.up[k] == 0 && s.down[k] == 0);
+        for (int k = 0; k < WEIGHTS; k++) HOLDS(s.up_q11[k] == 0 && s.down_q11[k] == 0);
     }
 }
 
@@ -326,6 +321,7 @@ static void test_the_first_segments(void)
 static void test_where_a_segment_ends(void)
 {
     float band[WEIGHTS] = {0};
+    const dqw_segment_known known = known_of(band, 0, 0);
     dqw_segment s;
     dqw_segment_init(&s, band);
     int count = 0;
@@ -340,7 +336,7 @@ static void test_where_a_segment_ends(void)
             HOLDS(s.blocks >= 100 && s.blocks <= 400);
             count++;
         }
-        (void)dqw_segment_end(&s, 1.0f, band, band, move);
+        (void)dqw_segment_end(&s, 1.0f, &known, move);
     }
     HOLDS(count > 30);
     // It stands: only the most ends it.
@@ -350,7 +346,7 @@ static void test_where_a_segment_ends(void)
         if (!ends) continue;
         float move[WEIGHTS];
         HOLDS(s.blocks == 700);
-        (void)dqw_segment_end(&s, 1.0f, band, band, move);
+        (void)dqw_segment_end(&s, 1.0f, &known, move);
     }
     for (int k = 1; k <= 50; k++) HOLDS(dqw_segment_block(&s, (float)sin(k), (float)cos(k), 50, 700) == (k == 50));
 }

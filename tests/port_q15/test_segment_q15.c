@@ -14,7 +14,8 @@ typedef struct pair {
     dqw_segment f;
     dqw_segment_q15 q;
     dqw_segment_q15_known known;
-    float model[WEIGHTS], wide[WEIGHTS], f_move[WEIGHTS];
+    dqw_segment_known f_known;
+    float f_move[WEIGHTS];
     int32_t q_move[WEIGHTS];
 } pair;
 
@@ -28,8 +29,9 @@ static void begin(pair *p, const double band[], double model, double wide)
         p->known.model_q28[k] = q28(model * band[k]);
         p->known.wide_q28[k] = q28(wide);
         band_pu[k] = (float)band[k];
-        p->model[k] = (float)(model * band[k]);
-        p->wide[k] = (float)wide;
+        p->f_known.least_pu[k] = (float)band[k];
+        p->f_known.model_pu[k] = (float)(model * band[k]);
+        p->f_known.wide_pu[k] = (float)wide;
     }
     dqw_segment_init(&p->f, band_pu);
     dqw_segment_init_q15(&p->q, p->known.least_q28);
@@ -58,7 +60,7 @@ static void show(pair *p, driven *d, int blocks, const double delta[])
 static void end(pair *p, double noise, int *f, int *q)
 {
     const double variance = noise * noise / 1.5;
-    *f = dqw_segment_end(&p->f, (float)variance, p->model, p->wide, p->f_move);
+    *f = dqw_segment_end(&p->f, (float)variance, &p->f_known, p->f_move);
     *q = dqw_segment_end_q15(&p->q, llrint(ldexp(variance, 56)), &p->known, p->q_move);
 }
 
@@ -101,8 +103,8 @@ static void test_both_say_the_same(void)
                 break;
             }
             for (int k = 0; f < 0 && k < WEIGHTS; k++) {
-                worst_sum = fmax(worst_sum, fabs(p.q.up_q11[k] / 2048.0 - (double)p.f.up[k]));
-                worst_sum = fmax(worst_sum, fabs(p.q.down_q11[k] / 2048.0 - (double)p.f.down[k]));
+                worst_sum = fmax(worst_sum, fabs(p.q.up_q11[k] / 2048.0 - p.f.up_q11[k] / 2048.0));
+                worst_sum = fmax(worst_sum, fabs(p.q.down_q11[k] / 2048.0 - p.f.down_q11[k] / 2048.0));
             }
             for (int k = 0; f >= 0 && k < WEIGHTS; k++) {
                 const double f_move = (double)p.f_move[k];
