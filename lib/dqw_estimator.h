@@ -148,7 +148,7 @@ typedef struct dqw_estimator {
     float score2[DQW_ESTIMATOR_SCORES];          ///< what a block teaches a weight, squared,
     float score_lag[DQW_ESTIMATOR_SCORES];       ///< times the next one's,
     float score_last[DQW_ESTIMATOR_SCORES];      ///< and the last one's
-    float late_w[DQW_PARAMETERS];                ///< of the late voltage, what the inputs explain
+    float late_w[DQW_ESTIMATOR_INPUTS];          ///< of the late voltage, what the inputs explain
     float late_pu2, late_error_pu2;              ///< power of the rest, and its product with the residual
     uint32_t number, elapsed;                  ///< of the half that ended the last block; halves since the block before
     uint32_t noise_rows;                       ///< that its noise was a mean of

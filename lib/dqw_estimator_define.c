@@ -108,7 +108,7 @@ void dqw_estimator_start(dqw_estimator *e, const float start_pu[])
     dqw_segment_init(&e->segment, band_pu);
     for (int i = 0; start_pu != NULL && i < e->inputs; i++) e->w_pu[i] = start_pu[i];
     for (int i = 0; i < DQW_ESTIMATOR_SCORES; i++) e->score2[i] = e->score_lag[i] = e->score_last[i] = 0.0f;
-    for (int i = 0; i < DQW_PARAMETERS; i++) e->late_w[i] = 0.0f;
+    for (int i = 0; i < DQW_ESTIMATOR_INPUTS; i++) e->late_w[i] = 0.0f;
     e->late_pu2 = e->late_error_pu2 = 0.0f;
     e->error_pu2[0] = e->error_pu2[1] = e->recent_pu2 = 0.0f;
     e->lasting_pu2[0] = e->lasting_pu2[1] = e->slow_pu2 = 0.0f;

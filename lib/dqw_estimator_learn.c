@@ -88,10 +88,10 @@ float dqw_estimator_part(const dqw_estimator *e)
 static void learn_late(dqw_estimator *e, const float x[], const float k[], float late_pu, float error_pu, float left)
 {
     float rest = late_pu;
-    // The gain has as many inputs and more.
-    for (int i = 0; i < DQW_PARAMETERS; i++)
+    // All of them: by a part of its inputs a gain may lead away from what they say.
+    for (int i = 0; i < e->inputs; i++)
         rest -= e->late_w[i] * x[i];  // NOLINT(clang-analyzer-core.UndefinedBinaryOperatorResult)
-    for (int i = 0; i < DQW_PARAMETERS; i++) e->late_w[i] += k[i] * rest;
+    for (int i = 0; i < e->inputs; i++) e->late_w[i] += k[i] * rest;
     e->late_pu2 += (rest * rest * left - e->late_pu2) * dqw_estimator_part(e);
     e->late_error_pu2 += (error_pu * rest * left - e->late_error_pu2) * dqw_estimator_part(e);
 }
