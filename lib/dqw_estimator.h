@@ -53,8 +53,6 @@ typedef struct dqw_estimator_config {
     float excitation_pu;  ///< an input whose power stays below this part of its base, squared, teaches nothing; 0: 0.01
     /// current at which the inverter's loss is three quarters of its full size; 0: no dead time is learned
     float dead_time_width_A;
-    /// how far a parameter may wander, as part of itself, in 1 s; 0: it is constant, and nothing is forgotten
-    float drift_per_sqrt_s;
     /// the angle that comes with a sample is that of so long before its currents; < 0: after. Two periods at most; 0
     /// beside effects
     float angle_late_s;
