@@ -95,7 +95,7 @@ static inline dqw_estimator_config joint_estimator(const dqw_sim_machine *m)
     return c;
 }
 
-/// And with what a drive adds: dead time and the encoder's offset are learned too, parameters may wander.
+/// And with what a drive adds: dead time and the encoder's offset are learned too, parameters may change.
 static inline dqw_estimator_config joint_in_service(const dqw_sim_machine *m, double dead_time_width_A)
 {
     dqw_estimator_config c = joint_estimator(m);

@@ -53,8 +53,6 @@ typedef struct dqw_estimator_config {
     float excitation_pu;  ///< an input whose power stays below this part of its base, squared, teaches nothing; 0: 0.01
     /// current at which the inverter's loss is three quarters of its full size; 0: no dead time is learned
     float dead_time_width_A;
-    /// how far a parameter may wander, as part of itself, in 1 s; 0: it is constant, and nothing is forgotten
-    float drift_per_sqrt_s;
     /// the angle that comes with a sample is that of so long before its currents; < 0: after. Two periods at most; 0
     /// beside effects
     float angle_late_s;
@@ -148,7 +146,7 @@ typedef struct dqw_estimator {
     float score2[DQW_ESTIMATOR_SCORES];          ///< what a block teaches a weight, squared,
     float score_lag[DQW_ESTIMATOR_SCORES];       ///< times the next one's,
     float score_last[DQW_ESTIMATOR_SCORES];      ///< and the last one's
-    float late_w[DQW_PARAMETERS];                ///< of the late voltage, what the inputs explain
+    float late_w[DQW_ESTIMATOR_INPUTS];          ///< of the late voltage, what the inputs explain
     float late_pu2, late_error_pu2;              ///< power of the rest, and its product with the residual
     uint32_t number, elapsed;                  ///< of the half that ended the last block; halves since the block before
     uint32_t noise_rows;                       ///< that its noise was a mean of

@@ -93,7 +93,8 @@ void dqw_estimator_rows_of(const dqw_estimator *e, const dqw_estimator_block *b,
 float dqw_estimator_variance(const dqw_estimator *e, int axis);
 float dqw_estimator_common_variance(const dqw_estimator *e);
 
-/// How large a parameter is, per unit: what it may wander is a part of that.
+/// How large a parameter is, per unit: how far it may jump, and what heat may move it by, are parts of that.
+/// Source   (E105) in docs/EQUATIONS.md
 float dqw_estimator_size_pu(const dqw_estimator *e, int i);
 
 /// Part of a mean over the last thousand blocks that a block is: while it is young, later blocks count for more, for
@@ -174,7 +175,7 @@ void dqw_estimator_start(dqw_estimator *e, const float start_pu[]);
 /// Source   (P15); (E7) in docs/EQUATIONS.md
 float dqw_estimator_unit(const dqw_estimator *e, int weight);
 
-/// Start deviation of a weight, per unit, and how large a parameter is, for what it may wander.
+/// Start deviation of a weight, per unit.
 /// Source   (E61) in docs/EQUATIONS.md
 float dqw_estimator_start_sd_pu(const dqw_estimator *e, int weight);
 

@@ -101,7 +101,7 @@ void dqw_estimator_start(dqw_estimator *e, const float start_pu[])
     dqw_segment_init(&e->segment, band_pu);
     for (int i = 0; start_pu != NULL && i < e->inputs; i++) e->w_pu[i] = start_pu[i];
     for (int i = 0; i < DQW_ESTIMATOR_SCORES; i++) e->score2[i] = e->score_lag[i] = e->score_last[i] = 0.0f;
-    for (int i = 0; i < DQW_PARAMETERS; i++) e->late_w[i] = 0.0f;
+    for (int i = 0; i < DQW_ESTIMATOR_INPUTS; i++) e->late_w[i] = 0.0f;
     e->late_pu2 = e->late_error_pu2 = 0.0f;
     e->error_pu2[0] = e->error_pu2[1] = e->recent_pu2 = 0.0f;
     e->lasting_pu2[0] = e->lasting_pu2[1] = e->slow_pu2 = 0.0f;
@@ -118,24 +118,13 @@ static enum dqw_status check_numbers(const dqw_estimator_config *c)
 {
     enum { NEEDED = 4 };
 #define AT(member) offsetof(dqw_estimator_config, member)
-    static const uint8_t at[] = {AT(dt_s),
-                                 AT(v_base_V),
-                                 AT(i_base_A),
-                                 AT(w_base_rad_s),
-                                 AT(R_ohm),
-                                 AT(Ld_H),
-                                 AT(Lq_H),
-                                 AT(psi_Wb),
-                                 AT(v_limit_V),
-                                 AT(i_limit_A),
-                                 AT(excitation_pu),
-                                 AT(dead_time_width_A),
-                                 AT(drift_per_sqrt_s)};
+    static const uint8_t at[] = {AT(dt_s),      AT(v_base_V),  AT(i_base_A),      AT(w_base_rad_s),
+                                 AT(R_ohm),     AT(Ld_H),      AT(Lq_H),          AT(psi_Wb),
+                                 AT(v_limit_V), AT(i_limit_A), AT(excitation_pu), AT(dead_time_width_A)};
 #undef AT
     static const int8_t status[] = {DQW_ERR_DT,      DQW_ERR_V_BASE,  DQW_ERR_I_BASE,     DQW_ERR_W_BASE,
                                     DQW_ERR_R,       DQW_ERR_LD,      DQW_ERR_LQ,         DQW_ERR_PSI,
-                                    DQW_ERR_V_LIMIT, DQW_ERR_I_LIMIT, DQW_ERR_EXCITATION, DQW_ERR_DEAD_TIME_WIDTH,
-                                    DQW_ERR_DRIFT};
+                                    DQW_ERR_V_LIMIT, DQW_ERR_I_LIMIT, DQW_ERR_EXCITATION, DQW_ERR_DEAD_TIME_WIDTH};
     for (unsigned i = 0; i < sizeof at; i++) {
         const float field = *(const float *)(const void *)((const char *)c + at[i]);
         if (!dqw_within(field, FIELD_MOST) || !(field >= 0.0f) || (i < NEEDED && field == 0.0f))
@@ -246,7 +235,6 @@ dqw_estimator_config dqw_estimator_config_default(const dqw_nameplate *plate)
     c.pole_pairs = plate->pole_pairs;
     c.half_window = dqw_nameplate_half_window(plate);
     c.dead_time_width_A = DEAD_TIME_WIDTH_PU * plate->i_A;
-    c.drift_per_sqrt_s = 0.0f;
     c.stale_limit = STALE;
     c.angle = true;
     c.follow = true;

@@ -82,10 +82,10 @@ float dqw_estimator_part(const dqw_estimator *e)
 static void learn_late(dqw_estimator *e, const float x[], const float k[], float late_pu, float error_pu, float left)
 {
     float rest = late_pu;
-    // The gain has as many inputs and more.
-    for (int i = 0; i < DQW_PARAMETERS; i++)
+    // All of them: by a part of its inputs a gain may lead away from what they say.
+    for (int i = 0; i < e->inputs; i++)
         rest -= e->late_w[i] * x[i];  // NOLINT(clang-analyzer-core.UndefinedBinaryOperatorResult)
-    for (int i = 0; i < DQW_PARAMETERS; i++) e->late_w[i] += k[i] * rest;
+    for (int i = 0; i < e->inputs; i++) e->late_w[i] += k[i] * rest;
     e->late_pu2 += (rest * rest * left - e->late_pu2) * dqw_estimator_part(e);
     e->late_error_pu2 += (error_pu * rest * left - e->late_error_pu2) * dqw_estimator_part(e);
 }
@@ -138,21 +138,6 @@ float dqw_estimator_size_pu(const dqw_estimator *e, int i)
     if (i == DQW_DEAD_TIME && dqw_estimator_has_dead_time(e))
         return dqw_estimator_start_sd_pu(e, DQW_DEAD_TIME) * (1.0f / 3.0f);
     return fabsf(e->w_pu[i == DQW_PSI_Q && dqw_estimator_has_flux_q(e) ? DQW_PSI : i]);
-}
-
-// A parameter may wander: its variance grows with time, here in halves of a window, up to three of its size. (E61)
-static void drift(dqw_estimator *e)
-{
-    const float rate = e->config->drift_per_sqrt_s;
-    if (!(rate > 0.0f) || e->config->settled) return;
-    const float widest = 1.0f / dqw_estimator_common_variance(e);
-    float unit = rate * rate * (float)e->elapsed * (float)e->window.half * e->config->dt_s;
-    if (unit > 9.0f) unit = 9.0f;
-    for (int i = 0; i < e->inputs; i++) {
-        const float size = dqw_estimator_size_pu(e, i);
-        if (dqw_gain_covariance(&e->gain, i, i) < 9.0f * widest * size * size)
-            dqw_gain_grow(&e->gain, i, unit * widest * size * size);
-    }
 }
 
 // Inputs large enough to teach their weight, by their power above the noise: a choice by the mean and not by the block,
@@ -310,15 +295,12 @@ bool dqw_estimator_learn(dqw_estimator *e, const dqw_estimator_block *b)
     uint32_t mask[2];
     choose(e, &r, mask);
     const bool warm = c->settled || !c->noise_on_inputs || b->noise.rows >= DQW_NOISE_ROWS;
-    if ((mask[D] | mask[Q]) == 0 || !warm) {
-        drift(e);
-        return false;
-    }
+    if ((mask[D] | mask[Q]) == 0 || !warm) return false;
     if (e->stage.name == DQW_STAGE_RANDOM && c->random != NULL) return random_stage(e, &r);
     if (e->gate.blocks < UINT32_MAX) e->gate.blocks++;
     if (e->blocks < UINT16_MAX) e->blocks++;
 
-    // [EST.6] both rows, then the noise of their inputs, then what may have drifted
+    // [EST.6] both rows, then the noise of their inputs, then what has changed
     const float common = dqw_estimator_common_variance(e);
     float ratio[2];
     for (int axis = 0; axis < 2; axis++)
@@ -338,7 +320,6 @@ bool dqw_estimator_learn(dqw_estimator *e, const dqw_estimator_block *b)
     if (!c->settled) publish(e, b);
     dqw_estimator_turn_on(e);
     if (follows) dqw_estimator_follow(e, b);
-    drift(e);
     if (e->stage.name == DQW_STAGE_RANDOM) coarse_stage(e);
     return true;
 }

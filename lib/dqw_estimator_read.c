@@ -88,7 +88,7 @@ int dqw_estimator_stretch(const dqw_estimator *e)
 
 dqw_lasting dqw_estimator_lasting(const dqw_estimator *e)
 {
-    // [READ.4] what lasts of the residual, above what noise makes of so many products
+    // [READ.3] what lasts of the residual, above what noise makes of so many products
     const float all = dqw_estimator_common_variance(e);
     dqw_lasting l = {0.0f, 0.0f, all};
     if (e->config->settled || e->blocks <= DQW_LASTING_FROM) return l;
@@ -156,16 +156,6 @@ float dqw_estimator_recent_pu(const dqw_estimator *e)
     return sqrtf(e->recent_pu2);
 }
 
-// A deviation as it is now: since the last block the parameter may have wandered on. (E61)
-static float aged(const dqw_estimator *e, int weight, float sd)
-{
-    // [READ.3] how far it may have wandered since
-    const uint32_t halves = *(const volatile uint32_t *)&e->halves;
-    const float since_s = (float)(halves - e->number) * (float)e->window.half * e->config->dt_s;
-    const float wander = e->config->drift_per_sqrt_s * dqw_estimator_size_pu(e, weight) * dqw_estimator_unit(e, weight);
-    return sd < DQW_UNKNOWN && !e->config->settled ? sqrtf(sd * sd + wander * wander * since_s) : sd;
-}
-
 dqw_reading dqw_estimator_read(const dqw_estimator *e, enum dqw_parameter parameter)
 {
     dqw_reading r = {.value = 0.0f, .sd = DQW_UNKNOWN, .sd_change = DQW_UNKNOWN, .usable = false};
@@ -173,8 +163,8 @@ dqw_reading dqw_estimator_read(const dqw_estimator *e, enum dqw_parameter parame
     r.value = dqw_estimator_value(e, (int)parameter);
     // What these rows cannot tell without the pole pairs.
     if (e->pole_pairs == 0 && parameter != DQW_R && (e->config->settled || parameter > DQW_LQ)) return r;
-    r.sd_change = aged(e, (int)parameter, dqw_estimator_sd(e, (int)parameter));
-    r.sd = with(aged(e, (int)parameter, dqw_estimator_noise_sd(e, (int)parameter)), now_hidden(e, (int)parameter));
+    r.sd_change = dqw_estimator_sd(e, (int)parameter);
+    r.sd = with(dqw_estimator_noise_sd(e, (int)parameter), now_hidden(e, (int)parameter));
     const bool either_sign = parameter >= DQW_DEAD_TIME;
     const float size = either_sign ? fabsf(r.value) : r.value;
     // A stage that begins anew learns nothing: what it has is of a model that did not fit.

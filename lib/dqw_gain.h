@@ -41,9 +41,9 @@ void dqw_gain_step(dqw_gain *g, const float x_pu[], float k_pu[]);
 /// Context  ISR safe; reads *g only
 void dqw_gain_apply(const dqw_gain *g, const float z[], float out[]);
 
-/// The weight of input i may have drifted: its variance grows by q.
+/// The weight of input i may have changed: its variance grows by q.
 ///
-/// Source   Agee and Turner's update of U D U'; (E61) in docs/EQUATIONS.md
+/// Source   Agee and Turner's update of U D U'; (E105) in docs/EQUATIONS.md
 /// Units    q: squared per-unit weight per squared per-unit residual, >= 0
 /// Range    i in 0 .. inputs-1
 /// Cost     about 2 i^2 + 6 i flops, i divisions
@@ -52,7 +52,7 @@ void dqw_gain_grow(dqw_gain *g, int i, float q);
 
 /// P + q a a'.
 ///
-/// Source   Agee and Turner's update of U D U'; (E61) in docs/EQUATIONS.md
+/// Source   Agee and Turner's update of U D U'; (E105) in docs/EQUATIONS.md
 /// Shape    a[n], the rest of the vector is zero; it is changed
 /// Units    q >= 0
 /// Cost     about 2 n^2 + 6 n flops, n divisions

@@ -10,8 +10,8 @@
 #include "dqw_number.h"
 
 // A healthy value is learned while its deviation is within this part of its band. A wider one does where looks are soon
-// unlike, so that their mean is better than each: the witness forgets in 0.3 s, a weight in (deviation over drift)
-// squared, the flux with its narrow band first.
+// unlike, so that their mean is better than each: the witness forgets in 0.3 s, a weight as
+// heat is followed (E105), the flux with its narrow band first.
 #define KNOWN_PART 0.2f
 #define KNOWN_PART_FLUX 0.4f
 #define KNOWN_PART_WITNESS 0.5f

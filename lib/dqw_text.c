@@ -31,8 +31,6 @@ static const char *const status_texts[] = {
         "excitation_pu: the least input that teaches, 0 (the default) or above, as part of its base",
     [-DQW_ERR_DEAD_TIME_WIDTH] =
         "dead_time_width_A: the current that makes three quarters of the step, 0 (none is learned) or above",
-    [-DQW_ERR_DRIFT] =
-        "drift_per_sqrt_s: a parameter's wander in 1 s, as part of itself, 0 (none) or above; ppm up to 10^6",
     [-DQW_ERR_COULOMB_WIDTH] = "coulomb_width_rad_s: where friction has changed its sign, 0 (at once) or above",
     [-DQW_ERR_STANDSTILL] = "standstill_rad_s: below it friction has no direction, 0 or above",
     [-DQW_ERR_UNIT] =

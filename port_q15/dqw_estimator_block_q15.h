@@ -193,13 +193,6 @@ void dqw_estimator_show_q15(dqw_estimator_q15 *e, int axis, const dqw_rows_q15 *
 void dqw_estimator_take_noise_out_q15(dqw_estimator_q15 *e, const dqw_rows_q15 *r, const int64_t by_q24[],
                                       const uint32_t mask[]);
 
-/// A parameter may wander: its variance grows with the time since it last grew, up to three of its size or to what the
-/// sums can hold, 2^21.
-///
-/// Source   (E61), (E71) in docs/EQUATIONS.md
-/// Context  background
-void dqw_estimator_drift_q15(dqw_estimator_q15 *e);
-
 /// Weights that explain all that was shown; the sums go on around them.
 ///
 /// Source   (E70) in docs/EQUATIONS.md
@@ -303,15 +296,11 @@ uint32_t dqw_estimator_recent_ppm_q15(const dqw_estimator_q15 *e);
 /// Source   (E21) in docs/EQUATIONS.md
 void dqw_estimator_stage_on_q15(dqw_estimator_q15 *e, bool random_converged);
 
-/// How large a parameter is: what it may wander is a part of that.
+/// How large a parameter is: how far it may jump, and what heat may move it by, are parts of that.
 ///
+/// Source   (E105) in docs/EQUATIONS.md
 /// Format   Q24, with the halvings of its input
 int64_t dqw_estimator_size_q24(const dqw_estimator_q15 *e, int i);
-
-/// How far a parameter may wander in so many halves, as a part of its size, squared.
-///
-/// Source   (E61) in docs/EQUATIONS.md
-int64_t dqw_estimator_wander_q40(const dqw_estimator_q15 *e, uint32_t halves);
 
 #ifdef __cplusplus
 }

@@ -6,7 +6,6 @@
 #include "dqw_q15.h"
 
 #define HALF_WINDOW 20
-#define DRIFT_MOST_PPM 1000000u
 // Beyond that nobody controls a current.
 #define ANGLE_LATE_PERIODS 2
 #define ONE_Q15 32768
@@ -235,7 +234,7 @@ void dqw_estimator_start_q15(dqw_estimator_q15 *e, const int32_t start_q24[])
     dqw_estimator_follow_start_q15(e);
     e->blocks = 0;
     e->learned = 0;
-    e->turn = e->across = 0;
+    e->across = 0;
 }
 
 static enum dqw_status check(const dqw_estimator_q15_config *c, dqw_units_q15 *u)
@@ -250,7 +249,6 @@ static enum dqw_status check(const dqw_estimator_q15_config *c, dqw_units_q15 *u
     if (c->effect_count > DQW_EFFECT_WEIGHTS + 1) return DQW_ERR_EFFECT_ROOM;
 #endif
     if (c->excitation_q15 > DQW_SCALE_MOST_Q15) return DQW_ERR_EXCITATION;
-    if (c->drift_ppm > DRIFT_MOST_PPM) return DQW_ERR_DRIFT;
     if (c->settled && (c->voltage_next || c->voltage_held)) return DQW_ERR_SETTLED;
     if (c->scale.pole_pairs == 0 && (c->voltage_held || c->speed_electrical)) return DQW_ERR_POLE_PAIRS;
     if ((unsigned)c->modulation >= DQW_MODULATIONS) return DQW_ERR_MODULATION;
@@ -322,7 +320,7 @@ enum dqw_status dqw_estimator_define_q15(dqw_estimator_q15 *e, const dqw_estimat
     e->stage.residual_ppm = stage.residual_ppm;
     gate.stale_limit = config->stale_limit;
     e->gate = gate;
-    e->halves = e->number = e->drifted = halves;
+    e->halves = e->number = halves;
     e->missed = missed;
     return DQW_OK;
 }

@@ -273,15 +273,12 @@ bool dqw_estimator_learn_q15(dqw_estimator_q15 *e, const dqw_estimator_q15_block
     uint32_t mask[2];
     choose(e, &r, mask);
     const bool warm = c->settled || !c->noise_on_inputs || b->with.rows >= DQW_NOISE_ROWS;
-    if ((mask[D] | mask[Q]) == 0 || !warm) {
-        dqw_estimator_drift_q15(e);
-        return false;
-    }
+    if ((mask[D] | mask[Q]) == 0 || !warm) return false;
     if (e->stage.name == DQW_STAGE_RANDOM && c->random != NULL) return random_stage(e, &r);
     if (e->gate.blocks < UINT32_MAX) e->gate.blocks++;
     if (e->blocks < UINT16_MAX) e->blocks++;
 
-    // [EST.6] both rows, then the noise of their inputs, then what may have drifted
+    // [EST.6] both rows, then the noise of their inputs, then what has changed
     int64_t by_q24[2];
     int64_t weigh_q24[2];
     const bool follows = dqw_estimator_follows_q15(e);
@@ -305,7 +302,6 @@ bool dqw_estimator_learn_q15(dqw_estimator_q15 *e, const dqw_estimator_q15_block
     if (solved && !c->settled) publish(e, b, &r.unit);
     dqw_estimator_turn_on_q15(e, &r.unit, solved);
     if (follows) dqw_estimator_follow_q15(e, b);
-    dqw_estimator_drift_q15(e);
     if (e->stage.name == DQW_STAGE_RANDOM) coarse_stage(e, r.unit.w_q24);
     return true;
 }

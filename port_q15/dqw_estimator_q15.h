@@ -51,8 +51,6 @@ typedef struct dqw_estimator_q15_config {
     uint32_t R_uohm, Ld_nH, Lq_nH, psi_nWb;  ///< nominal values to start from; 0: not known. Never a prior
     /// current at which the inverter's loss is three quarters of its full size; 0: no dead time is learned
     uint32_t dead_time_width_mA;
-    /// how far a parameter may wander in 1 s, in millionths of itself, up to 10^6; 0: nothing is forgotten
-    uint32_t drift_ppm;
     /// the angle that comes with a sample is that of so long before its currents; < 0: after. Two periods at most; 0
     /// beside effects
     int32_t angle_late_ns;
@@ -167,14 +165,12 @@ typedef struct dqw_estimator_q15 {
     int32_t w_q24[DQW_ESTIMATOR_Q15_INPUTS];  ///< the joint neuron's weights as solved last. |w| < 2^30
     int32_t e_q28[2];                         ///< the last block's error before the correction, d and q
     uint32_t number, elapsed;                 ///< of the last block; halves between it and the one before
-    uint32_t drifted, span;                   ///< when the last turn of drift began, and how long the one before took
     uint32_t learned;                         ///< weights of which anything was ever learned
     /// power of both axes' inputs above what teaches, over that; -1 .. 7
     int16_t excess_q10[DQW_ESTIMATOR_Q15_INPUTS];
     uint16_t pole_pairs;  ///< given or found; 0: not yet
     uint8_t restarts;     ///< times that the weights left all bounds, and learning began again, up to 255
     uint8_t across;       ///< blocks for which flux has shown on the other axis
-    uint8_t turn;         ///< weight whose variance grows next
     dqw_stage stage;
     dqw_residual_q15 residual;
     dqw_segment_q15 segment;

@@ -108,7 +108,7 @@ int32_t dqw_estimator_noise_sd_q24(const dqw_estimator_q15 *e, int weight)
 
 dqw_lasting_q15 dqw_estimator_lasting_q15(const dqw_estimator_q15 *e)
 {
-    // [READ.4] what lasts of the residual, above what noise makes of so many products
+    // [READ.3] what lasts of the residual, above what noise makes of so many products
     const int64_t all_q56 = dqw_estimator_common_variance_q56(e);
     dqw_lasting_q15 l = {0, 0, all_q56};
     if (e->config->settled || e->blocks <= DQW_LASTING_FROM_Q15) return l;
@@ -209,20 +209,6 @@ static int32_t with_hidden_q24(const dqw_estimator_q15 *e, int weight, int32_t s
     return with_q24(sd_q24, root_q24(e, weight, now_hidden_q56(e, weight)));
 }
 
-// A deviation as it is now: since the last block the parameter may have wandered on. (E61)
-static int32_t aged_q24(const dqw_estimator_q15 *e, int weight, int32_t sd_q24)
-{
-    if (e->config->settled || sd_q24 == INT32_MAX) return sd_q24;
-    // [READ.3] how far it may have wandered since
-    const uint32_t halves = *(const volatile uint32_t *)&e->halves;
-    const int64_t size = dqw_estimator_size_q24(e, weight);
-    const int64_t wander_q48 = dqw_q_product64(dqw_q_product64(size, size, 0),
-                                               dqw_estimator_wander_q40(e, halves - e->number), -40);
-    const uint64_t both_q48 = (uint64_t)((int64_t)sd_q24 * sd_q24) + (uint64_t)wander_q48;
-    const uint32_t root = dqw_q_root64(both_q48);
-    return root < INT32_MAX ? (int32_t)root : INT32_MAX - 1;
-}
-
 dqw_reading_q15 dqw_estimator_read_q15(const dqw_estimator_q15 *e, enum dqw_parameter parameter)
 {
     dqw_reading_q15 r = {.value_q40 = 0, .sd_q40 = INT64_MAX, .sd_change_q40 = INT64_MAX, .usable = false};
@@ -231,9 +217,8 @@ dqw_reading_q15 dqw_estimator_read_q15(const dqw_estimator_q15 *e, enum dqw_para
     if (!seeks || parameter <= DQW_PSI) r.value_q40 = (int64_t)dqw_estimator_value_q24(e, (int)parameter) * 65536;
     // What these rows cannot tell without the pole pairs.
     if (e->pole_pairs == 0 && parameter != DQW_R && (e->config->settled || parameter > DQW_LQ)) return r;
-    const int32_t change_q24 = aged_q24(e, (int)parameter, dqw_estimator_sd_q24(e, (int)parameter));
-    const int32_t sd_q24 = with_hidden_q24(e, (int)parameter,
-                                           aged_q24(e, (int)parameter, dqw_estimator_noise_sd_q24(e, (int)parameter)));
+    const int32_t change_q24 = dqw_estimator_sd_q24(e, (int)parameter);
+    const int32_t sd_q24 = with_hidden_q24(e, (int)parameter, dqw_estimator_noise_sd_q24(e, (int)parameter));
     if (change_q24 != INT32_MAX) r.sd_change_q40 = (int64_t)change_q24 * 65536;
     if (sd_q24 == INT32_MAX) return r;
     r.sd_q40 = (int64_t)sd_q24 * 65536;

@@ -1,4 +1,4 @@
-// The joint neuron in its information form: what rows, noise and time make of the sums, and the weights that they say.
+// The joint neuron in its information form: what rows and noise make of the sums, and the weights that they say.
 #include "dqw_estimator_block_q15.h"
 #include "dqw_q15.h"
 
@@ -81,45 +81,6 @@ int64_t dqw_estimator_size_q24(const dqw_estimator_q15 *e, int i)
     if (i == DQW_DEAD_TIME && dqw_estimator_has_dead_time_q15(e)) return ONE_Q24;
     const int32_t w_q24 = e->w_q24[i == DQW_PSI_Q && dqw_estimator_has_psi_q_q15(e) ? DQW_PSI : i];
     return dqw_q_size64(w_q24) * ((int64_t)1 << dqw_estimator_shift_q15(e, i));
-}
-
-int64_t dqw_estimator_wander_q40(const dqw_estimator_q15 *e, uint32_t halves)
-{
-    const dqw_estimator_q15_config *c = e->config;
-    // ns up to 2^37 by halves up to 2^32; ppm^2 up to 2^40
-    const int64_t time_q20 = dqw_q_quotient64(dqw_q_product64((int64_t)c->scale.dt_ns * e->window.half, halves, -8),
-                                              1000000000, 28);
-    const int64_t rate_q40 = dqw_q_quotient64((int64_t)c->drift_ppm * c->drift_ppm, 1000000000000, 40);
-    return dqw_q_product64(rate_q40, time_q20, -20);
-}
-
-// A parameter may wander: its variance grows with time, here in halves of a window, up to three of its size. One weight
-// a block, each by the time that the last turn took. (E61)
-void dqw_estimator_drift_q15(dqw_estimator_q15 *e)
-{
-    const dqw_estimator_q15_config *c = e->config;
-    if (c->drift_ppm == 0 || c->settled) return;
-    if (e->turn == 0) {
-        e->span = e->number - e->drifted;
-        e->drifted = e->number;
-    }
-    // Of what was never learned nothing can wander away.
-    const int n = dqw_estimator_inputs_q15(e);
-    int i = e->turn;
-    while (i < n - 1 && (e->learned >> i & 1u) == 0) i++;
-    int next = i + 1;
-    while (next < n && (e->learned >> next & 1u) == 0) next++;
-    e->turn = (uint8_t)(next < n ? next : 0);
-    // The size squared over the residual's variance, and nine times that, at most.
-    const int64_t size = dqw_estimator_size_q24(e, i);
-    const int64_t one_q20 = dqw_q_quotient64(dqw_q_product64(size, size, 0), dqw_estimator_common_variance_q56(e), 28);
-    const int64_t cap_q20 = one_q20 < WIDEST_Q40 >> 24 ? 9 * one_q20 : WIDEST_Q40 >> 20;
-    const int64_t cap_q40 = cap_q20 < WIDEST_Q40 >> 20 ? cap_q20 * ((int64_t)1 << 20) : WIDEST_Q40;
-    if (e->cov_q40[i] >= cap_q40) return;
-    int64_t q_q40 = dqw_q_product64(dqw_estimator_wander_q40(e, e->span), one_q20, -20);
-    if (q_q40 > cap_q40) q_q40 = cap_q40;
-    dqw_normal_grow_q15(&e->normal, i, q_q40);
-    e->cov_q40[i] += q_q40;
 }
 
 void dqw_estimator_solve_q15(dqw_estimator_q15 *e)

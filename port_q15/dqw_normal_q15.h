@@ -53,7 +53,7 @@ enum dqw_status dqw_normal_init_q15(dqw_normal_q15 *n, int inputs, const int64_t
 /// Context  background, or once a block
 void dqw_normal_add_q15(dqw_normal_q15 *n, const int32_t x_q28[], int32_t y_q28);
 
-/// The weights may have wandered: the variance of weight i grows by q, as P grows in (E61); its value stays.
+/// Weight i may have changed: its variance grows by q, as P grows in (E105); its value stays.
 ///
 /// Source   (E71) in docs/EQUATIONS.md
 /// Format   q_q40: per unit squared, per unit of the residual's variance; >= 0

@@ -29,7 +29,7 @@ typedef struct pair {
     dqw_estimator_q15 q;
 } pair;
 
-static inline void configure(pair *p, double wrong, double width_A, double drift)
+static inline void configure(pair *p, double wrong, double width_A)
 {
     const double nominal[] = {TRUTH[0] * (1 + wrong), TRUTH[1] * (1 - wrong), TRUTH[2] * (1 + wrong),
                               TRUTH[3] * (1 - wrong)};
@@ -43,7 +43,6 @@ static inline void configure(pair *p, double wrong, double width_A, double drift
                                      .psi_Wb = (float)nominal[3],
                                      .pole_pairs = 4,
                                      .dead_time_width_A = (float)width_A,
-                                     .drift_per_sqrt_s = (float)drift,
                                      .angle = width_A > 0,
                                      .encoder_offset = width_A > 0,
                                      .noise_on_inputs = true};
@@ -57,7 +56,6 @@ static inline void configure(pair *p, double wrong, double width_A, double drift
                                          .Lq_nH = (uint32_t)lrint(1e9 * nominal[2]),
                                          .psi_nWb = (uint32_t)lrint(1e9 * nominal[3]),
                                          .dead_time_width_mA = (uint32_t)lrint(1000 * width_A),
-                                         .drift_ppm = (uint32_t)lrint(1e6 * drift),
                                          .angle = width_A > 0,
                                          .encoder_offset = width_A > 0,
                                          .noise_on_inputs = true};

@@ -145,7 +145,6 @@ std::string monitor_estimator(const dqw_estimator_q15_config& t, std::size_t eff
     std::string out = ".scale = DQW_Q15_MONITOR_SCALE";
     for (const Nominal& n : nominals) put(out, n.name, t.*n.field);
     put(out, "dead_time_width_mA", t.dead_time_width_mA);
-    put(out, "drift_ppm", t.drift_ppm);
     if (t.angle_late_ns != 0) out += fmt::format(", .angle_late_ns = {}", t.angle_late_ns);
     if (t.modulation != DQW_MODULATION_CENTRED) out += fmt::format(", .modulation = {}", kModulations[t.modulation]);
     put(out, "stale_limit", t.stale_limit);

@@ -34,7 +34,6 @@ static inline dqw_monitor_q15_config dqw_monitor_config_in_q15(const dqw_monitor
     t->dead_time_width_mA = dqw_q15_whole(1e3 * (double)f->dead_time_width_A);
     // A width so small is a milliampere: 0 would learn none.
     if (t->dead_time_width_mA == 0 && f->dead_time_width_A > 0.0f) t->dead_time_width_mA = 1;
-    t->drift_ppm = dqw_q15_whole(1e6 * (double)f->drift_per_sqrt_s);
     t->angle_late_ns = dqw_q15_whole_either(1e9 * (double)f->angle_late_s);
     t->modulation = f->modulation;
     t->stale_limit = f->stale_limit;

@@ -382,11 +382,11 @@ static dqw_estimator_config config_of(int way)
                                     .stale_limit = 10,
                                     .v_limit_V = way & 1 ? 250.0f : 0.0f,
                                     .i_limit_A = way & 1 ? 30.0f : 0.0f,
-                                    .drift_per_sqrt_s = way & 2 ? 0.01f : 0.0f,
                                     .dead_time_width_A = way & 2 ? 0.2f : 0.0f,
                                     .modulation = way & 1 ? DQW_MODULATION_MASK : DQW_MODULATION_CLAMPED_60,
                                     .angle = (way & 2) != 0,
                                     .encoder_offset = (way & 4) != 0,
+                                    .follow = (way & 2) != 0,
                                     .noise_on_inputs = (way & 1) != 0};
     return c;
 }

@@ -68,11 +68,11 @@ static void test_nominal_values_are_no_prior_under_heavy_noise(void)
     for (int n = 0; n < 3; n++) {
         const drive_log *l = drive(names[n], 1);
         dqw_estimator_config right = drive_config(l, 1);
-        right.drift_per_sqrt_s = right.dead_time_width_A = 0.0f;
+        right.dead_time_width_A = 0.0f;
         const dqw_estimator a = drive_learned(l, &right, 0.2, 11, of_a_second(l));
         for (int f = 0; f < 3; f++) {
             dqw_estimator_config c = drive_config(l, factor[f]);
-            c.drift_per_sqrt_s = c.dead_time_width_A = 0.0f;
+            c.dead_time_width_A = 0.0f;
             const dqw_estimator b = drive_learned(l, &c, 0.2, 11, of_a_second(l));
             for (int i = 0; i < DQW_PARAMETERS; i++) {
                 CASE("%s, nominal values times %g, %s", names[n], factor[f], PARAMETER[i]);
@@ -93,7 +93,6 @@ static const double levels[LEVELS] = {0.01, 0.05, 0.20};
 
 typedef struct plainness {
     const char *name;
-    double drift;
     bool all;  ///< dead time and the encoder's offset are learned as well
     double target[LEVELS][4], measured[LEVELS][4];
     double inside, z;  ///< measured: part of the 95 % intervals that hold the truth; RMS error in deviations
@@ -101,21 +100,18 @@ typedef struct plainness {
 
 static const plainness ways[] = {
     {"a constant machine",
-     0.0,
      false,
      {{0.5, 1, 1, 0.2}, {0.5, 1, 1, 0.3}, {0.5, 1, 1, 0.3}},
      {{0.012, 0.039, 0.018, 0.011}, {0.057, 0.157, 0.078, 0.039}, {0.285, 0.753, 0.271, 0.109}},
      0.929,
      1.05},
-    // A parameter that may wander by 1 % in a second is known no better; dead time's weight goes with the current, as R
-    // does.
+    // Dead time's weight goes with the current, as R does.
     {"as the nameplate gives it",
-     0.01,
      true,
      {{0.5, 1, 1, 0.2}, {0.5, 1, 1, 0.3}, {1.0, 1.2, 1, 0.4}},
-     {{0.204, 0.190, 0.192, 0.076}, {0.279, 0.353, 0.264, 0.115}, {0.645, 0.782, 0.406, 0.249}},
-     0.996,
-     0.74},
+     {{0.025, 0.039, 0.019, 0.011}, {0.153, 0.158, 0.077, 0.039}, {0.645, 0.762, 0.278, 0.109}},
+     0.954,
+     0.95},
 };
 
 static void test_accuracy_and_honesty_under_noise(void)
@@ -132,7 +128,6 @@ static void test_accuracy_and_honesty_under_noise(void)
                 // Four excitations, five noises each.
                 const drive_log *l = drive("joint_24v", (uint64_t)(1 + seed % 4));
                 dqw_estimator_config c = drive_config(l, 1);
-                c.drift_per_sqrt_s = (float)w->drift;
                 if (!w->all) c.dead_time_width_A = 0.0f;
                 c.encoder_offset = w->all;
                 const dqw_estimator e = drive_learned(l, &c, levels[level], (uint64_t)(100 + 10 * seed + level), 0);
@@ -168,7 +163,6 @@ static void test_without_noise_the_truth_is_found(void)
     for (int n = 0; n < 5; n++) {
         const drive_log *l = drive(names[n], 1);
         dqw_estimator_config c = drive_config(l, 1.3);
-        c.drift_per_sqrt_s = 0.0f;
         c.dead_time_width_A = 0.0f;
         const dqw_estimator e = drive_learned(l, &c, 0.0, 1, 0);
         for (int i = 0; i < 4; i++) {
@@ -517,13 +511,12 @@ static void test_bad_samples_do_not_bias(void)
     }
 }
 
-// In service, then the log goes on with a machine of three times the resistance, and nothing may wander.
+// In service, then the log goes on with a machine of three times the resistance.
 static void test_a_changed_machine_leaves_the_band(void)
 {
     const drive_log *l = drive("servo_ideal", 1);
     dqw_estimator_config c = drive_config(l, 1);
     c.threshold_ppm = 30000;
-    c.drift_per_sqrt_s = 0.0f;
     dqw_estimator e = drive_learned(l, &c, 0.01, 1, 0);
     TEST_ASSERT_EQUAL_INT(DQW_STAGE_IN_SERVICE, e.stage.name);
     TEST_ASSERT_EQUAL_INT(DQW_BACK_NONE, e.stage.back);

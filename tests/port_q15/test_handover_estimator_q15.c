@@ -17,10 +17,10 @@ static dqw_sample_q15 rows[ROWS];
 static const dqw_estimator_q15_config given = {.scale = STIMULUS_SCALE,
                                                .half_window = HALF,
                                                .dead_time_width_mA = 200,
-                                               .drift_ppm = 10000,
                                                .stale_limit = 10,
                                                .angle = true,
                                                .encoder_offset = true,
+                                               .follow = true,
                                                .noise_on_inputs = true};
 
 static dqw_estimator_q15 held, expected;

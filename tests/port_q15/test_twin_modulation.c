@@ -14,7 +14,7 @@ static const char *const MODULATION[MODULATIONS] = {"centred", "clamped low", "c
 
 static void configure_resting(pair *p, enum dqw_modulation modulation)
 {
-    configure(p, 0.0, 0.2, 0.0);
+    configure(p, 0.0, 0.2);
     p->fc.R_ohm = (float)(1.05 * RESTING_MACHINE[0]);
     p->fc.Ld_H = (float)(1.05 * RESTING_MACHINE[1]);
     p->fc.Lq_H = (float)(1.05 * RESTING_MACHINE[2]);
@@ -102,10 +102,10 @@ static void test_an_angle_that_is_off_or_late(void)
         configure_resting(&p, j.modulation);
         p.fc.angle_late_s = (float)j.late_s;
         p.qc.angle_late_ns = (int32_t)lrint(1e9 * j.late_s);
-        p.fc.drift_per_sqrt_s = j.off_rad != 0.0 ? 0.01f : 0.0f;
-        p.qc.drift_ppm = j.off_rad != 0.0 ? 10000 : 0;
-        learn(&p, &j, 4.0);
+        p.fc.follow = p.qc.follow = true;
         const bool off = j.off_rad != 0.0;
+        // What was learned before the turn counts for as long again.
+        learn(&p, &j, off ? 8.0 : 4.0);
         near(&p, &j, off ? 0.06 : 0.02, off ? 0.05 : 0.02);  // 0.029, 0.025
         BETWEEN(-5e-4, q_value(&p, DQW_PSI_Q) / j.machine[3] - sin(j.off_rad), 5e-4);
         BETWEEN(-5e-4, (q_value(&p, DQW_PSI_Q) - f_value(&p, DQW_PSI_Q)) / j.machine[3], 5e-4);

@@ -588,7 +588,7 @@ static void test_any_configuration(void)
         c.estimator.Lq_nH = bounded(c.estimator.Ld_nH * any_size(&r, -2, 2));
         c.estimator.psi_nWb = bounded(1e9 * v_V / (w_rad_s * p) * any_size(&r, -16, 3.1));
         c.estimator.dead_time_width_mA = random_bits(&r) % 3 != 0 ? bounded(1e3 * i_A * any_size(&r, -13, 2)) : 0;
-        c.estimator.drift_ppm = (uint32_t)any_size(&r, 0, 19.9);
+        c.estimator.follow = random_bits(&r) % 2 != 0;
         c.J_nkgm2 = bounded(any_size(&r, -2, 31.9));
         c.estimator.half_window = (uint8_t)(1 + random_bits(&r) % 100);
         c.estimator.solve_blocks = (uint8_t)(random_bits(&r) & 255);

@@ -1,6 +1,6 @@
-// The estimator over the drive's signals, with dead time behind legs that rest, drift, a held voltage and an angle that
-// is late, without, following, with the pole pairs to find, settled, and behind an encoder that is off: events, window, noise and
-// what is handed over after every step, weights and sums after every block, what is read at the end.
+// The estimator over the drive's signals, following, with dead time behind legs that rest, a held voltage and an angle
+// that is late, without all that, without but following, with the pole pairs to find, settled, and behind an encoder that is off:
+// events, window, noise and what is handed over after every step, weights and sums after every block, what is read at the end.
 #include "dqw_estimator_block_q15.h"
 #include "dqw_transform_q15.h"
 #include "target/hash.h"
@@ -124,11 +124,11 @@ hash hash_estimator(void)
     hash h = HASH_EMPTY;
     const dqw_estimator_q15_config whole = {.scale = STIMULUS_SCALE,
                                             .dead_time_width_mA = 200,
-                                            .drift_ppm = 10000,
                                             .angle_late_ns = STIMULUS_DT_NS / 2,
                                             .modulation = DQW_MODULATION_CLAMPED_60,
                                             .angle = true,
                                             .encoder_offset = true,
+                                            .follow = true,
                                             .noise_on_inputs = true,
                                             .voltage_next = true,
                                             .voltage_held = true};

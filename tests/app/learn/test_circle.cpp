@@ -61,7 +61,6 @@ void the_circle_closes()
     dqw_estimator_config config = dqw_estimator_config_default(&plate);
     config.threshold_ppm = 10000;
     config.dead_time_width_A = 0.0F;
-    config.drift_per_sqrt_s = 0.0F;
     dqw_estimator e;
     TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_estimator_init(&e, &config));
 
