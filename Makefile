@@ -52,7 +52,7 @@ APP_O := $(patsubst %.cpp,$(BUILD)/%.o,$(filter-out app/cmd/main.cpp,$(wildcard 
 # The plotting library of the reports, and its licence, as Debian installs them.
 DYGRAPHS ?= /usr/share/javascript/dygraphs
 DYGRAPHS_LICENCE ?= /usr/share/doc/libjs-dygraphs
-C_BENCHES := $(patsubst %,$(BUILD)/bench/%,sim_speed regressors usage accuracy tracking faults healthy scenarios step_sizes)
+C_BENCHES := $(patsubst %,$(BUILD)/bench/%,sim_speed regressors usage accuracy tracking faults healthy scenarios step_sizes model_error)
 ARCHIVES := $(BUILD)/libapp.a $(BUILD)/libref.a $(BUILD)/libsim.a $(BUILD)/libdqw_q15.a $(BUILD)/libdqw.a
 # A test's binary is build/tests/test_NAME, whatever room its source is in.
 TEST_C   := $(wildcard tests/*/test_*.c)

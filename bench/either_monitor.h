@@ -1,4 +1,5 @@
-// The monitor in float, or in whole numbers as the command configures it: what the benches run.
+// The monitor in float, or in whole numbers as the command configures it: what the benches run, and
+// tests of both.
 #ifndef BENCH_EITHER_MONITOR_H
 #define BENCH_EITHER_MONITOR_H
 
@@ -67,6 +68,32 @@ static inline bool either_step(either_monitor *m, const dqw_monitor_config *c, c
     e->fault.confidence = (float)q.fault.confidence_q15 / 32768.0f;
     e->fault.phase = q.fault.phase;
     return true;
+}
+
+/// R, L_d, L_q or the flux, SI.
+static inline dqw_reading either_read(const either_monitor *m, enum dqw_parameter parameter)
+{
+    if (!m->q15) return dqw_estimator_read(&m->f.estimator, parameter);
+    // Micro-ohms, else nanohenries and nanowebers.
+    const double unit = ldexp(parameter == DQW_R ? 1e-6 : 1e-9, -40) *
+                        (double)dqw_estimator_unit_q15(&m->config_q15.estimator, parameter);
+    const dqw_reading_q15 q = dqw_estimator_read_q15(&m->q.estimator, parameter);
+    const dqw_reading r = {.value = (float)((double)q.value_q40 * unit),
+                           .sd = q.sd_q40 < INT64_MAX ? (float)((double)q.sd_q40 * unit) : DQW_UNKNOWN,
+                           .sd_change = q.sd_change_q40 < INT64_MAX ? (float)((double)q.sd_change_q40 * unit)
+                                                                    : DQW_UNKNOWN,
+                           .usable = q.usable};
+    return r;
+}
+
+static inline enum dqw_why either_why(const either_monitor *m)
+{
+    return m->q15 ? dqw_monitor_why_q15(&m->q) : dqw_monitor_why(&m->f);
+}
+
+static inline enum dqw_why either_unwatched(const either_monitor *m, enum dqw_monitor_channel channel)
+{
+    return m->q15 ? dqw_monitor_unwatched_q15(&m->q, channel) : dqw_monitor_unwatched(&m->f, channel);
 }
 
 static inline const dqw_stage *either_stage(const either_monitor *m)

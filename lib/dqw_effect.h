@@ -8,7 +8,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "dqw_effect_name.h"
+#include "dqw_effect_kind.h"
 #include "dqw_model.h"
 #include "dqw_parts.h"
 #include "dqw_sample.h"

@@ -1,4 +1,4 @@
-// What an effect asks for: of the machine or of its shaft, and of which samples.
+// What an effect is made of and asks for: weights, of the machine or of its shaft, and of which samples.
 #ifndef DQW_EFFECT_KIND_H
 #define DQW_EFFECT_KIND_H
 
@@ -31,6 +31,9 @@ enum dqw_effect_shape {
 
 /// Which of them an effect's are; free where there is no such name.
 enum dqw_effect_shape dqw_effect_shape_of(enum dqw_effect_name name);
+
+/// Weights of an effect; 0 where there is no such name.
+int dqw_effect_weights(enum dqw_effect_name name);
 
 /// What an effect asks for; 0 where there is no such name.
 unsigned dqw_effect_needs(enum dqw_effect_name name);

@@ -1,4 +1,4 @@
-// The effects' names, and how many weights each has: integers alone, so that float and fixed point share them.
+// The effects' names, and which weights each has: integers alone, so that float and fixed point share them.
 #ifndef DQW_EFFECT_NAME_H
 #define DQW_EFFECT_NAME_H
 
@@ -40,9 +40,6 @@ enum dqw_effect_name {
 /// Returns  constant text; "?" for what is no enumerator
 /// Context  ISR safe; no state
 const char *dqw_effect_text(enum dqw_effect_name name);
-
-/// Weights of an effect; 0 where there is no such name.
-int dqw_effect_weights(enum dqw_effect_name name);
 
 #ifdef __cplusplus
 }

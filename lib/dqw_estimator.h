@@ -225,7 +225,7 @@ dqw_reading dqw_estimator_read(const dqw_estimator *e, enum dqw_parameter parame
 /// What was learned of the effect config->effects[index]: SI weights and their deviations, in the order of its law.
 ///
 /// Source   (E50) in docs/EQUATIONS.md
-/// Shape    weights[], sd[]: dqw_effect_weights() of the name, written
+/// Shape    weights[], sd[]: as many as dqw_effect_name.h lists, DQW_EFFECT_STARTS at most, written
 /// Returns  bit i set where weight i is known: its deviation is below a quarter of the largest; DQW_ERR_SIZE for an
 ///          index out of range
 /// Context  background

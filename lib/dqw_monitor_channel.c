@@ -12,6 +12,9 @@
 // Nor than so many of its scatters between segments.
 #define WANDERS 3.0f
 #define USABLE_SD (0.1f / 3.0f)
+// More than any fault makes of it: so much of R, L_d, L_q or the flux; of the others so many usual bands.
+#define COARSE 0.3f
+#define COARSE_BANDS 10.0f
 
 static const float BAND[DQW_WATCH_CHANNELS] = {
     [DQW_WATCH_R] = 0.04f,       [DQW_WATCH_LD] = 0.06f,         [DQW_WATCH_LQ] = 0.06f,
@@ -141,19 +144,74 @@ dqw_reading dqw_monitor_read(const dqw_monitor *m, enum dqw_monitor_channel chan
     return r;
 }
 
+static bool is_asked_for(const dqw_monitor *m, int channel)
+{
+    const dqw_estimator *e = &m->estimator;
+    if (channel == DQW_WATCH_DEAD_TIME) return dqw_estimator_has_dead_time(e);
+    if (channel == DQW_WATCH_ANGLE) return dqw_estimator_has_flux_q(e);
+    if (channel == DQW_WATCH_FRICTION) return m->config->J_kgm2 > 0.0f;
+    return channel < DQW_WATCH_OFFSET || channel > DQW_WATCH_FRICTION || e->config->angle;
+}
+
+// More than any fault makes of it.
+static float too_much(const dqw_monitor *m, int channel)
+{
+    if (channel <= DQW_WATCH_PSI) return COARSE * m->healthy.weight[channel];
+    return COARSE_BANDS * BAND[channel] * dqw_monitor_band_of(m, channel) / dqw_monitor_band(m, channel);
+}
+
+// Why not, and where it is watched the smallest change that would be an event; DQW_UNKNOWN else.
+static enum dqw_why sees(const dqw_monitor *m, int channel, float *least)
+{
+    const dqw_estimator *e = &m->estimator;
+    *least = DQW_UNKNOWN;
+    // [CHN.3] what the configuration asks for, and while anything is watched
+    if ((unsigned)channel >= DQW_WATCH_CHANNELS || !is_asked_for(m, channel)) return DQW_WHY_NOT_ASKED;
+    const enum dqw_why nothing = dqw_monitor_why(m);
+    if (nothing != DQW_WHY_IN_SERVICE) return nothing;
+    if (dqw_watch_paused(&m->watch, *(const volatile uint32_t *)&e->halves)) return DQW_WHY_PAUSE;
+    if (channel == DQW_WATCH_RESIDUAL) {
+        *least = dqw_monitor_band(m, channel) * sqrtf(m->healthy.residual_pu2) * m->config->estimator.v_base_V;
+        return DQW_WHY_IN_SERVICE;
+    }
+
+    // [CHN.4] what the motion teaches, and makes sense
+    const int weight = channel == DQW_WATCH_TEMPERATURE ? (int)DQW_WATCH_R : channel;
+    dqw_monitor_channel_value x;
+    dqw_monitor_read_channel(m, channel, &x);
+    const bool moves = weight >= DQW_WATCH_OFFSET || e->excess_q10[weight] > 0;
+    if (!moves || !(x.sd < DQW_UNKNOWN)) return DQW_WHY_NOT_TAUGHT;
+    if (weight <= DQW_WATCH_PSI && !(dqw_estimator_value(e, weight) > 0.0f)) return DQW_WHY_SIGN;
+
+    // [CHN.5] what is known well enough: a temperature where R is to its band
+    if (channel == DQW_WATCH_TEMPERATURE) {
+        if (!(dqw_estimator_sd(e, DQW_R) < dqw_monitor_band_of(m, DQW_WATCH_R))) return DQW_WHY_UNSETTLED;
+        *least = dqw_monitor_band(m, channel);
+        return DQW_WHY_IN_SERVICE;
+    }
+    if (m->watch.looks[channel] < DQW_WATCH_LOOKS_LEAST) return DQW_WHY_UNSETTLED;
+
+    // [CHN.6] what segments tell as well, and what is too much
+    float sure = dqw_monitor_surely(m, channel, x.sd);
+    if (channel < DQW_WATCH_OFFSET && e->config->follow) {
+        const float seen_pu = dqw_segment_sees(&e->segment, channel);
+        if (!(seen_pu < DQW_UNKNOWN)) return e->segment.segments == 0 ? DQW_WHY_UNSETTLED : DQW_WHY_NOT_TAUGHT;
+        const float seen = seen_pu * dqw_estimator_unit(e, channel);
+        sure = seen > sure ? seen : sure;
+    }
+    *least = sure;
+    return sure < too_much(m, channel) ? DQW_WHY_IN_SERVICE : DQW_WHY_COARSE;
+}
+
+enum dqw_why dqw_monitor_unwatched(const dqw_monitor *m, enum dqw_monitor_channel channel)
+{
+    float least;
+    return sees(m, (int)channel, &least);
+}
+
 float dqw_monitor_sensitivity(const dqw_monitor *m, enum dqw_monitor_channel channel)
 {
-    if ((unsigned)channel >= DQW_WATCH_CHANNELS || dqw_monitor_why(m) != DQW_WHY_IN_SERVICE) return DQW_UNKNOWN;
-    dqw_monitor_channel_value x;
-    dqw_monitor_read_channel(m, (int)channel, &x);
-    if (channel == DQW_WATCH_TEMPERATURE) return x.sd < DQW_UNKNOWN ? dqw_monitor_band(m, (int)channel) : DQW_UNKNOWN;
-    if (channel == DQW_WATCH_RESIDUAL)
-        return dqw_monitor_band(m, (int)channel) * sqrtf(m->healthy.residual_pu2) * m->config->estimator.v_base_V;
-    if (m->watch.looks[channel] < DQW_WATCH_LOOKS_LEAST) return DQW_UNKNOWN;
-    const float sure = dqw_monitor_surely(m, (int)channel, x.sd);
-    const dqw_estimator *e = &m->estimator;
-    if ((int)channel >= DQW_WATCH_OFFSET || !e->config->follow) return sure;
-    const float sees = dqw_segment_sees(&e->segment, (int)channel);
-    const float seen = sees < DQW_UNKNOWN ? sees * dqw_estimator_unit(e, (int)channel) : DQW_UNKNOWN;
-    return seen > sure ? seen : sure;
+    float least;
+    (void)sees(m, (int)channel, &least);
+    return least;
 }

@@ -26,8 +26,8 @@ const char *dqw_parameter_text(enum dqw_monitor_channel channel);
 const char *dqw_fault_text(enum dqw_fault_name fault);
 const char *dqw_stage_text(enum dqw_stage_name stage);
 
-/// Why a monitor is not in service, or watches nothing at the moment, as half a sentence: "L_q is not known yet: i_q
-/// must move".
+/// Why a monitor is not in service, watches nothing at the moment, or does not watch one channel, as half a sentence:
+/// "L_q is not known yet: i_q must move".
 /// Returns  constant text; "?" for what is no enumerator
 /// Context  ISR safe; no state
 const char *dqw_why_text(enum dqw_why why);

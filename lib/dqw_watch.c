@@ -25,13 +25,19 @@ void dqw_watch_init(dqw_watch *w)
 void dqw_watch_learned(dqw_watch *w, uint32_t at)
 {
     const uint32_t pause = at - w->learned_at;
+    const bool paused = dqw_watch_paused(w, at);
     w->learned_at = at;
-    if (pause <= PAUSE) return;
+    if (!paused) return;
     if (w->alarms == 0 && w->wait == 0)
         w->wait = (uint8_t)(pause < REST_TICKS * DQW_WATCH_TICK_BLOCKS ? pause / DQW_WATCH_TICK_BLOCKS : REST_TICKS);
     // The 16 bits of the healthy values' time must not come round.
     if (pause >> DQW_WATCH_FOLLOW_SHIFT >= FOLLOW_MOST)
         w->followed[0] = w->followed[1] = (uint16_t)((at >> DQW_WATCH_FOLLOW_SHIFT) + 1u);
+}
+
+bool dqw_watch_paused(const dqw_watch *w, uint32_t now)
+{
+    return now - w->learned_at > PAUSE;
 }
 
 int dqw_watch_stretch(dqw_watch *w, int way, bool unbroken)

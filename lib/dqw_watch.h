@@ -51,6 +51,9 @@ void dqw_watch_init(dqw_watch *w);
 /// changed meanwhile: for as long as it was, a second at most.
 void dqw_watch_learned(dqw_watch *w, uint32_t at);
 
+/// At half `now` no block was learned for so long that it makes a pause.
+bool dqw_watch_paused(const dqw_watch *w, uint32_t now);
+
 /// A stretch's block in direction `way`, 0 for none; `unbroken`: it follows the last one.
 /// Returns  blocks of the stretch, 0 where it counts for nothing, DQW_WATCH_STRETCH_BLOCKS where it is complete
 int dqw_watch_stretch(dqw_watch *w, int way, bool unbroken);

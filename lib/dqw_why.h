@@ -1,4 +1,4 @@
-// Why a monitor is not in service, or watches nothing at the moment. Integers alone.
+// Why a monitor is not in service, watches nothing at the moment, or does not watch one channel. Integers alone.
 #ifndef DQW_WHY_H
 #define DQW_WHY_H
 
@@ -26,6 +26,12 @@ enum dqw_why {
     DQW_WHY_RESTS,   ///< after an event, or on entering service: healthy values are taken anew
     DQW_WHY_NAMING,  ///< something has changed, and is being named
     DQW_WHY_PAUSE,   ///< no block was learned for a while: the weights catch up
+    // Of one channel, while others are watched
+    DQW_WHY_NOT_ASKED,   ///< the configuration does not ask for it, or lacks what it needs
+    DQW_WHY_NOT_TAUGHT,  ///< the motion does not teach it now, or never did
+    DQW_WHY_SIGN,        ///< it came out at 0 or below, as no machine's is
+    DQW_WHY_UNSETTLED,   ///< it is not known well enough for a healthy value to stand
+    DQW_WHY_COARSE,      ///< watched in name only: what would be an event is more than a fault makes of it
     DQW_WHYS
 };
 

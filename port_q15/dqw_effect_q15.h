@@ -6,7 +6,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "dqw_effect_name.h"
+#include "dqw_effect_kind.h"
 #include "dqw_scale.h"
 #include "dqw_size.h"
 #include "dqw_status.h"

@@ -246,7 +246,7 @@ dqw_reading_q15 dqw_estimator_read_q15(const dqw_estimator_q15 *e, enum dqw_para
 ///
 /// Source   (E50), (E75) in docs/EQUATIONS.md
 /// Format   Q40 of the units that dqw_effect_restored_q40 names; a deviation of INT64_MAX: not known
-/// Shape    weights_q40[], sd_q40[]: dqw_effect_weights() of the name, written
+/// Shape    weights_q40[], sd_q40[]: as many as dqw_effect_name.h lists, DQW_EFFECT_STARTS at most, written
 /// Returns  bit i set where weight i is known: its deviation is below a quarter of the largest; DQW_ERR_SIZE for an
 ///          index out of range
 /// Context  background

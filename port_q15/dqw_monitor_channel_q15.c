@@ -10,6 +10,9 @@
 #define WANDERS 3
 // Usable: three deviations are below a tenth of the value.
 #define USABLE_PARTS 30
+// More than any fault makes of it: 0.3 of R, L_d, L_q or the flux; of the others so many usual bands.
+#define COARSE_TENTHS 3
+#define COARSE_BANDS 10
 #define MILLION 1000000
 #define ONE_Q30 1073741824
 
@@ -179,18 +182,75 @@ dqw_reading_q15 dqw_monitor_read_q15(const dqw_monitor_q15 *m, enum dqw_monitor_
     return r;
 }
 
+static bool is_asked_for(const dqw_monitor_q15 *m, int channel)
+{
+    const dqw_estimator_q15 *e = &m->estimator;
+    if (channel == DQW_WATCH_DEAD_TIME) return dqw_estimator_has_dead_time_q15(e);
+    if (channel == DQW_WATCH_ANGLE) return dqw_estimator_has_psi_q_q15(e);
+    if (channel == DQW_WATCH_FRICTION) return m->config->J_nkgm2 > 0;
+    return channel < DQW_WATCH_OFFSET || channel > DQW_WATCH_FRICTION || e->config->angle;
+}
+
+// More than any fault makes of it.
+static int64_t too_much(const dqw_monitor_q15 *m, int channel)
+{
+    if (channel <= DQW_WATCH_PSI) return (int64_t)m->healthy.weight_q24[channel] * COARSE_TENTHS / 10;
+    return (int64_t)dqw_monitor_band_of_q15(m, channel) * BAND_PPM[channel] * COARSE_BANDS /
+           dqw_monitor_or_else(m->config->band_ppm[channel], BAND_PPM[channel]);
+}
+
+// Why not, and where it is watched the smallest change that would be an event; INT64_MAX else.
+static enum dqw_why sees(const dqw_monitor_q15 *m, int channel, int64_t *least)
+{
+    const dqw_estimator_q15 *e = &m->estimator;
+    *least = INT64_MAX;
+    // [CHN.3] what the configuration asks for, and while anything is watched
+    if ((unsigned)channel >= DQW_WATCH_CHANNELS || !is_asked_for(m, channel)) return DQW_WHY_NOT_ASKED;
+    const enum dqw_why nothing = dqw_monitor_why_q15(m);
+    if (nothing != DQW_WHY_IN_SERVICE) return nothing;
+    if (dqw_watch_paused(&m->watch, *(const volatile uint32_t *)&e->halves)) return DQW_WHY_PAUSE;
+    if (channel == DQW_WATCH_RESIDUAL) {
+        *least = dqw_monitor_q40_of(channel, dqw_monitor_residual_limit_q24(m));
+        return DQW_WHY_IN_SERVICE;
+    }
+
+    // [CHN.4] what the motion teaches, and makes sense
+    const int weight = channel == DQW_WATCH_TEMPERATURE ? (int)DQW_WATCH_R : channel;
+    dqw_monitor_channel_q15 x;
+    dqw_monitor_read_channel_q15(m, channel, &x);
+    const bool moves = weight >= DQW_WATCH_OFFSET || e->excess_q10[weight] > 0;
+    if (!moves || x.sd == INT32_MAX) return DQW_WHY_NOT_TAUGHT;
+    if (weight <= DQW_WATCH_PSI && e->w_q24[weight] <= 0) return DQW_WHY_SIGN;
+
+    // [CHN.5] what is known well enough: a temperature where R is to its band
+    if (channel == DQW_WATCH_TEMPERATURE) {
+        if (dqw_estimator_sd_q24(e, DQW_R) >= dqw_monitor_band_of_q15(m, DQW_WATCH_R)) return DQW_WHY_UNSETTLED;
+        *least = dqw_monitor_band_q24(m, channel) * 65536;
+        return DQW_WHY_IN_SERVICE;
+    }
+    if (m->watch.looks[channel] < DQW_WATCH_LOOKS_LEAST) return DQW_WHY_UNSETTLED;
+
+    // [CHN.6] what segments tell as well, and what is too much
+    int64_t sure = dqw_monitor_surely_q15(m, channel, x.sd) * 65536;
+    if (channel < DQW_WATCH_OFFSET && m->config->estimator.follow) {
+        const int32_t seen_q28 = dqw_segment_sees_q15(&e->segment, channel);
+        if (seen_q28 == INT32_MAX) return e->segment.segments == 0 ? DQW_WHY_UNSETTLED : DQW_WHY_NOT_TAUGHT;
+        const int64_t seen = (int64_t)seen_q28 * 4096;
+        sure = seen > sure ? seen : sure;
+    }
+    *least = sure;
+    return sure / 65536 < too_much(m, channel) ? DQW_WHY_IN_SERVICE : DQW_WHY_COARSE;
+}
+
+enum dqw_why dqw_monitor_unwatched_q15(const dqw_monitor_q15 *m, enum dqw_monitor_channel channel)
+{
+    int64_t least;
+    return sees(m, (int)channel, &least);
+}
+
 int64_t dqw_monitor_sensitivity_q15(const dqw_monitor_q15 *m, enum dqw_monitor_channel channel)
 {
-    if ((unsigned)channel >= DQW_WATCH_CHANNELS || dqw_monitor_why_q15(m) != DQW_WHY_IN_SERVICE) return INT64_MAX;
-    if (channel == DQW_WATCH_RESIDUAL) return dqw_monitor_q40_of((int)channel, dqw_monitor_residual_limit_q24(m));
-    dqw_monitor_channel_q15 x;
-    dqw_monitor_read_channel_q15(m, (int)channel, &x);
-    if (x.sd == INT32_MAX) return INT64_MAX;
-    if (channel == DQW_WATCH_TEMPERATURE) return dqw_monitor_band_q24(m, (int)channel) * 65536;
-    if (m->watch.looks[channel] < DQW_WATCH_LOOKS_LEAST) return INT64_MAX;
-    const int64_t sure = dqw_monitor_surely_q15(m, (int)channel, x.sd) * 65536;
-    if ((int)channel >= DQW_WATCH_OFFSET || !m->config->estimator.follow) return sure;
-    const int32_t sees_q28 = dqw_segment_sees_q15(&m->estimator.segment, (int)channel);
-    const int64_t seen = sees_q28 < INT32_MAX ? (int64_t)sees_q28 * 4096 : INT64_MAX;
-    return seen > sure ? seen : sure;
+    int64_t least;
+    (void)sees(m, (int)channel, &least);
+    return least;
 }

@@ -154,6 +154,14 @@ dqw_reading_q15 dqw_monitor_read_q15(const dqw_monitor_q15 *m, enum dqw_monitor_
 /// Context  background
 int64_t dqw_monitor_sensitivity_q15(const dqw_monitor_q15 *m, enum dqw_monitor_channel channel);
 
+/// Why a channel is not watched now. One that is DQW_WHY_COARSE has a sensitivity, so large that no fault reaches it:
+/// above 0.3 of healthy R, L_d, L_q or flux, of the others ten times their usual band.
+///
+/// Returns  DQW_WHY_IN_SERVICE where it is watched; as dqw_monitor_why_q15 where nothing is, or nothing was learned for
+///          a while
+/// Context  background
+enum dqw_why dqw_monitor_unwatched_q15(const dqw_monitor_q15 *m, enum dqw_monitor_channel channel);
+
 /// Where Fig. 1 is, and why it is not in service or watches nothing now.
 /// Source   Fig. 1; (E21) in docs/EQUATIONS.md
 /// Context  background

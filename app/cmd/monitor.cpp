@@ -74,7 +74,7 @@ int monitor_command(const Options& options)
     note(report, closing_notes(report.run));
     if (!config.empty()) write_file(path_in(options.out_dir, "dqw_q15_monitor.h"), config);
     write_file(path_in(options.out_dir, "monitor.html"), monitor_page(report));
-    if (!options.json) print(monitor_text(report.run));
+    print(options.json ? sensitivity_json(report.run) : monitor_text(report.run));
     return exit_done;
 }
 

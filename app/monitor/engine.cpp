@@ -136,6 +136,20 @@ public:
                           static_cast<double>(dqw_estimator_residual_pu(&m_.estimator)));
     }
 
+    MonitorSights sights() const override
+    {
+        const MonitorMeasures now = measures();
+        MonitorSights all;
+        for (int i = 0; i < DQW_WATCH_CHANNELS; ++i) {
+            const auto channel = static_cast<dqw_monitor_channel>(i);
+            const float least = dqw_monitor_sensitivity(&m_, channel);
+            MonitorSight& s = all[static_cast<std::size_t>(i)];
+            if (least < DQW_UNKNOWN) s.least = static_cast<double>(least) * channel_unit(now, i);
+            s.why = dqw_monitor_unwatched(&m_, channel);
+        }
+        return all;
+    }
+
 private:
     static double sd_of(float sd) { return sd < DQW_UNKNOWN ? static_cast<double>(sd) : INFINITY; }
 
@@ -227,6 +241,21 @@ public:
         gate.saturated -= not_numbers_;
         gate.nonfinite += not_numbers_;
         return state_with(stage, gate, kFaultRoom * dqw_estimator_residual_q28(&m_.estimator) * kQ28);
+    }
+
+    MonitorSights sights() const override
+    {
+        const MonitorMeasures now = measures();
+        MonitorSights all;
+        for (int i = 0; i < DQW_WATCH_CHANNELS; ++i) {
+            const auto channel = static_cast<dqw_monitor_channel>(i);
+            const std::int64_t least_q40 = dqw_monitor_sensitivity_q15(&m_, channel);
+            MonitorSight& s = all[static_cast<std::size_t>(i)];
+            if (least_q40 != INT64_MAX)
+                s.least = static_cast<double>(least_q40) * kQ40 * unit_of(i) * channel_unit(now, i);
+            s.why = dqw_monitor_unwatched_q15(&m_, channel);
+        }
+        return all;
     }
 
 private:

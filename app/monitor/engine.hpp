@@ -49,6 +49,8 @@ public:
     virtual std::uint32_t halves() const = 0;
     virtual MonitorMeasures measures() const = 0;
     virtual MonitorState state() const = 0;
+    /// What it could see now, in the units of the names.
+    virtual MonitorSights sights() const = 0;
 };
 
 /// Throws std::invalid_argument where the monitor refuses its configuration; `setup` stays in use as long as the

@@ -7,6 +7,7 @@
 #include "app/base/text.hpp"
 #include "app/monitor/names.hpp"
 #include "app/monitor/report.hpp"
+#include "dqw_text.h"
 
 namespace dqw {
 namespace {
@@ -69,6 +70,24 @@ std::string why_no_service(const MonitorRun& run)
                   : fmt::format("what would help: {}", fmt::join(help, "; ")));
     if (run.end.stage.times_back > 0) return reason(run.end.stage);
     return "the log ends before all stages are done; what would help: a longer log";
+}
+
+std::string why_not_watched(int channel, dqw_why why)
+{
+    std::string out = dqw_why_text(why);
+    const bool by_angle = channel >= DQW_WATCH_DEAD_TIME && channel < DQW_WATCH_FRICTION;
+    if (why == DQW_WHY_NOT_ASKED && by_angle) return out + ": there is no theta_e_rad or theta_m_rad";
+    if (why == DQW_WHY_NOT_ASKED) return out + ": there is no J_kgm2";
+    if (why != DQW_WHY_NOT_TAUGHT) return out;
+    if (channel == DQW_WATCH_FRICTION) return out + ": reversals of the direction would, 32 of them";
+    if (channel >= DQW_WATCH_OFFSET && channel < DQW_WATCH_FRICTION)
+        return out + ": it turned too slowly or too fast to tell a ripple";
+    const int taught_with = channel == DQW_WATCH_TEMPERATURE || channel == DQW_WATCH_DEAD_TIME ? int{DQW_WATCH_R}
+                            : channel == DQW_WATCH_ANGLE                                       ? int{DQW_WATCH_PSI}
+                                                                                               : channel;
+    for (const Help& h : helps)
+        if (h.channel == taught_with) out += fmt::format(": {} would", h.excitation);
+    return out;
 }
 
 std::string way_back_text(double t_s, const dqw_stage& stage)

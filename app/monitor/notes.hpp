@@ -12,6 +12,9 @@ namespace dqw {
 /// Why it is not in service, and what would help; empty where it was.
 std::string why_no_service(const MonitorRun& run);
 
+/// Why a channel is not watched, and what would help: "the motion does not teach it: a turning machine would".
+std::string why_not_watched(int channel, dqw_why why);
+
 /// "to stage 1 again at 3.2 s: …".
 std::string way_back_text(double t_s, const dqw_stage& stage);
 

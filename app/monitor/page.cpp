@@ -128,6 +128,17 @@ std::string value_card(const MonitorRun& run)
     return rows.size() < 2 ? "" : card("Healthy and last values", html_table(rows, "numbers"));
 }
 
+std::string unwatched_card(const MonitorRun& run)
+{
+    const MonitorRows rows = unwatched_rows(run, true);
+    if (!run.watched || rows.empty()) return "";
+    std::string out = "<table class=\"plain\"><tbody>\n";
+    for (const auto& row : rows)
+        out += fmt::format("<tr><th scope=\"row\">{}</th><td>{}</td></tr>\n", escaped(capital(row[0])),
+                           escaped(row[1]));
+    return card(fmt::format("Not watched at {:.3f} s", run.sights_s), out + "</tbody></table>");
+}
+
 constexpr std::size_t most_rows = 1000, most_stretches = 200, most_marks = 50;
 constexpr double in_band = 1.96;  // deviations, 95 %
 /// No plot shows less than this part of the healthy value, or noise would fill it.
@@ -247,7 +258,7 @@ std::string monitor_page(const MonitorReport& report)
     body += "<div class=\"stack\">\n" + card("Stages and events", timeline(run) + ticks(run) + legend()) +
             event_card(run) + "</div>\n";
     const std::vector<Plot> all = monitor_plots(run);
-    body += "<div class=\"first\">\n<div>" + summary_card(run) + value_card(run) + "</div>\n";
+    body += "<div class=\"first\">\n<div>" + summary_card(run) + value_card(run) + unwatched_card(run) + "</div>\n";
     if (const Plot* key = key_plot(run, all)) body += plots.figure(*key, "card wide");
     body += "</div>\n" +
             plots.section({"Parameters over time",

@@ -8,6 +8,7 @@
 
 #include "dqw_parameter.h"
 #include "dqw_watch.h"
+#include "dqw_why.h"
 #include "dqw_witness.h"
 
 namespace dqw {
@@ -17,6 +18,13 @@ struct MonitorReading {
     double value = std::numeric_limits<double>::quiet_NaN(), sd = value, healthy = value;
 };
 using MonitorReadings = std::array<MonitorReading, DQW_WATCH_CHANNELS>;
+
+/// The smallest change of a channel that would be told, NaN where there is none, and why it is not watched.
+struct MonitorSight {
+    double least = std::numeric_limits<double>::quiet_NaN();
+    dqw_why why = DQW_WHY_NO_BLOCK;
+};
+using MonitorSights = std::array<MonitorSight, DQW_WATCH_CHANNELS>;
 
 /// What it has measured, SI. A deviation is infinite where nothing is known.
 struct MonitorMeasures {

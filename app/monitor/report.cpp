@@ -68,6 +68,17 @@ std::string changed(int channel, const MonitorReading& r)
     return std::fabs(percent) < 0.05 ? "0 %" : with_minus(fmt::format("{:+.1f} %", percent));
 }
 
+/// The smallest change that would be told; of temperature and residual the limit.
+std::string told_from(int channel, const char* name, const MonitorSights& sights)
+{
+    const double least = sights[static_cast<std::size_t>(channel)].least;
+    if (!std::isfinite(least)) return "–";
+    const bool limit = channel == DQW_WATCH_TEMPERATURE || channel == DQW_WATCH_RESIDUAL;
+    Quantity q = quantity(name, least, 0.1 * least);
+    q.sd.clear();
+    return (limit ? "above " : "±") + with_sd(q);
+}
+
 std::string refused_text(const MonitorRun& run)
 {
     const dqw_gate& g = run.end.gate;
@@ -126,6 +137,20 @@ std::string event_text(const MonitorEvent& e)
                        percent.empty() ? "" : " (" + percent + ")", e.since_s, e.fault.confidence);
 }
 
+std::string sensitivity_json(const MonitorRun& run)
+{
+    Json channels = Json::object();
+    for (int channel = 0; channel < DQW_WATCH_CHANNELS; ++channel) {
+        const MonitorSight& s = run.sights[static_cast<std::size_t>(channel)];
+        Json& json = channels[channel_named(channel).parameter];
+        const bool watched = s.why == DQW_WHY_IN_SERVICE;
+        json = {{"least_change", number(s.least)}, {"watched", watched}};
+        if (!watched) json["why"] = why_not_watched(channel, s.why);
+    }
+    return Json{{"schema", "dqwatch.sensitivity/1"}, {"t_s", number(run.sights_s)}, {"parameters", channels}}.dump() +
+           "\n";
+}
+
 std::string monitor_outcome(const MonitorRun& run)
 {
     if (!run.served) return "The monitor did not enter service: " + why_no_service(run) + ".";
@@ -167,14 +192,31 @@ std::string relearned_text(const MonitorRelearned& r)
 
 MonitorRows value_rows(const MonitorRun& run, bool titles)
 {
-    MonitorRows rows = {{titles ? "" : "parameter", "healthy", "last", "change"}};
+    MonitorRows rows = {{titles ? "" : "parameter", "healthy", "last", "change", "would be told"}};
     for (int channel = 0; channel < DQW_WATCH_CHANNELS; ++channel) {
         MonitorReading r = run.last[static_cast<std::size_t>(channel)];
         r.healthy = run.healthy[static_cast<std::size_t>(channel)].healthy;
         if (!std::isfinite(r.value) && !std::isfinite(r.healthy)) continue;
         const MonitorChannel& c = channel_named(channel);
         rows.push_back({titles ? c.title : c.parameter, healthy_text(c.parameter, r), now_text(c.parameter, r),
-                        changed(channel, r)});
+                        changed(channel, r), told_from(channel, c.parameter, run.sights)});
+    }
+    return rows;
+}
+
+MonitorRows unwatched_rows(const MonitorRun& run, bool titles)
+{
+    MonitorRows rows;
+    for (int channel = 0; channel < DQW_WATCH_CHANNELS; ++channel) {
+        const dqw_why why = run.sights[static_cast<std::size_t>(channel)].why;
+        if (why == DQW_WHY_IN_SERVICE) continue;
+        const MonitorChannel& c = channel_named(channel);
+        const std::string name = titles ? c.title : c.parameter, text = why_not_watched(channel, why);
+        const auto same = std::find_if(rows.begin(), rows.end(), [&](const auto& row) { return row[1] == text; });
+        if (same == rows.end())
+            rows.push_back({name, text});
+        else
+            (*same)[0] += ", " + name;
     }
     return rows;
 }
@@ -209,7 +251,12 @@ std::string monitor_text(const MonitorRun& run)
     std::string out = run.events.empty() ? "" : "\n";
     for (const auto& row : summary_rows(run)) out += fmt::format("{:<9}{}\n", row[0], row[1]);
     const MonitorRows values = value_rows(run, false);
-    return values.size() > 1 ? out + "\n" + table(values) : out;
+    if (values.size() > 1) out += "\n" + table(values);
+    const MonitorRows unwatched = unwatched_rows(run, false);
+    if (!run.watched || unwatched.empty()) return out;
+    out += fmt::format("\nnot watched at {:.3f} s\n", run.sights_s);
+    for (const auto& row : unwatched) out += fmt::format("  {}: {}\n", row[0], row[1]);
+    return out;
 }
 
 }  // namespace dqw

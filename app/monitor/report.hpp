@@ -20,6 +20,10 @@ std::string event_json(const MonitorEvent& event);
 /// The same for people, one line.
 std::string event_text(const MonitorEvent& event);
 
+/// One object of schema dqwatch.sensitivity/1, one line: of each channel the smallest change that would be told, whether
+/// it is watched, and why not.
+std::string sensitivity_json(const MonitorRun& run);
+
 /// What came of it, in one sentence.
 std::string monitor_outcome(const MonitorRun& run);
 
@@ -27,8 +31,11 @@ std::string monitor_outcome(const MonitorRun& run);
 std::string relearned_text(const MonitorRelearned& relearned);
 
 using MonitorRows = std::vector<std::vector<std::string>>;
-/// Healthy and last values of what is watched; the first row is the heading. Called by title, or as in the events.
+/// Healthy and last values of what is watched, and the smallest change that would be told; the first row is the heading.
+/// Called by title, or as in the events.
 MonitorRows value_rows(const MonitorRun& run, bool titles);
+/// What is not watched, or in name only: names, and why.
+MonitorRows unwatched_rows(const MonitorRun& run, bool titles);
 /// Stage, rows, what was refused, events.
 MonitorRows summary_rows(const MonitorRun& run);
 MonitorRows event_rows(const MonitorRun& run, std::size_t most);

@@ -11,6 +11,8 @@ namespace {
 
 constexpr std::size_t kMostPoints = 100000;
 constexpr double kLongestGap = 4e9;  // periods
+/// Learned blocks from one question what it could see to the next: a look.
+constexpr std::uint32_t kSightBlocks = DQW_WATCH_TICK_BLOCKS;
 
 class Runner {
 public:
@@ -34,6 +36,7 @@ public:
         walk(
             log_, done, log_.rows(), options, [&] { gap_ = true; }, [&](std::size_t k, bool) { step(k); });
         run_.end = m_.state();
+        if (!saw_) run_.sights = m_.sights(), run_.sights_s = run_.end_s;
         run_.last = readings_of(m_.measures());
         run_.watched = settled_;
         return std::move(run_);
@@ -70,11 +73,21 @@ private:
         if (is.stage.name != was.stage.name) stage_from(t_s);
         if (is.stage.name == DQW_STAGE_IN_SERVICE) serve(t_s, is);
         if (told) tell(before, *told);
+        if (is.blocks != was.blocks && is.blocks % kSightBlocks == 0) look(t_s);
         if (is.stage.name == DQW_STAGE_DOMAIN) go_back(t_s, before, is.stage);
         if (halves_.size() % every_ == 0)
             run_.points.push_back({t_s, is.stage.name == DQW_STAGE_IN_SERVICE, readings_of(m_.measures())});
         if (settled_ && (was.friction_looks != is.friction_looks || was.witness_blocks != is.witness_blocks))
             complete();
+    }
+
+    /// A log that ends at rest, or behind an event, still says what could be seen before.
+    void look(double t_s)
+    {
+        const MonitorSights now = m_.sights();
+        if (now[DQW_WATCH_RESIDUAL].why != DQW_WHY_IN_SERVICE) return;
+        run_.sights = now, run_.sights_s = t_s;
+        saw_ = true;
     }
 
     void stage_from(double t_s)
@@ -145,7 +158,7 @@ private:
     std::vector<Half> halves_;
     bool gap_ = false;
     std::size_t every_ = 1;
-    bool settled_ = false;
+    bool settled_ = false, saw_ = false;
 };
 
 }  // namespace

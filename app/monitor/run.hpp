@@ -48,6 +48,9 @@ struct MonitorRun {
     MonitorReadings healthy;           ///< `healthy` of each when they first stood
     MonitorReadings last;
     MonitorState end{};  ///< what it says of itself then
+    /// what it could see, when it last learned while it watched; at the end where it never did
+    MonitorSights sights;
+    double sights_s = 0.0;
     bool angle = false, ripple_watched = false, friction_wanted = false;
     double watched_from_s = 0.0;           ///< healthy values stand from here; of use where `watched` is
     double entered_s = 0.0;                ///< service, for the first time; of use where `served` is

@@ -527,6 +527,8 @@ static void test_monitor(void)
             const float least = dqw_monitor_sensitivity(&m, channel);
             HOLDS(least > 0.0f && least <= DQW_UNKNOWN);
             HOLDS((unsigned)dqw_monitor_why(&m) < DQW_WHYS);
+            const enum dqw_why unwatched = dqw_monitor_unwatched(&m, channel);
+            HOLDS((least < DQW_UNKNOWN) == (unwatched == DQW_WHY_IN_SERVICE || unwatched == DQW_WHY_COARSE));
             // What was taken can be given back.
             if (z % 5000 == 0 && dqw_monitor_store(&m, &stored)) HOLDS(dqw_monitor_restore(&m, &stored) == DQW_OK);
             if (z % 5000 == 1) {

@@ -1,5 +1,6 @@
-// A monitor's channels by themselves: bands as they are documented, what is read, how far a healthy value moves; from
-// numbers set by hand, against their closed forms in double.
+// A monitor's channels by themselves: bands as they are documented, what is read, how far a healthy value moves, why one
+// is not watched; from numbers set by hand, against their closed forms in double.
+#include "dqw_estimator_block.h"
 #include "dqw_monitor_channel.h"
 #include "dqw_test.h"
 
@@ -167,6 +168,8 @@ static void test_what_would_be_an_event(void)
     m.healthy.cold_R_ohm = 0.5f;
     m.healthy.residual_pu2 = 0.0001f;
     m.watch.looks[DQW_WATCH_R] = 20;
+    m.estimator.excess_q10[DQW_R] = 1;
+    m.estimator.gain.d[DQW_R] *= 0.01f;
     for (int way = 0; way < 6; way++) {
         CASE("way %d", way);
         m.estimator.stage.name = way == 0 ? DQW_STAGE_ORDINAL : DQW_STAGE_IN_SERVICE;
@@ -217,6 +220,182 @@ static void test_a_healthy_value_goes_part_of_the_way(void)
     }
 }
 
+// ---- why a channel is not watched ----
+
+// In service with everything known and taught: all is watched.
+static dqw_monitor serving(dqw_monitor_config *c)
+{
+    c->J_kgm2 = 1e-4f;
+    dqw_monitor m = begin(c);
+    m.healthy.cold_R_ohm = 0.5f;
+    m.healthy.residual_pu2 = 0.0001f;
+    m.healthy.friction_Nm = m.friction_Nm = 0.05f;
+    m.spread_Nm2 = 1e-8f;
+    m.estimator.stage.name = DQW_STAGE_IN_SERVICE;
+    m.estimator.learned = (1u << DQW_PARAMETERS) - 1u;
+    m.estimator.blocks = 1000;
+    m.estimator.halves = m.watch.learned_at = 4000;
+    for (int i = 0; i < DQW_PARAMETERS; i++) m.estimator.gain.d[i] *= 1e-4f;
+    for (int i = 0; i < DQW_PARAMETERS; i++) m.estimator.excess_q10[i] = 1;
+    for (int k = 0; k < DQW_WITNESS_INPUTS; k++) m.witness.power[k] = 0.5f;
+    m.witness.blocks = DQW_WITNESS_MEMORY;
+    m.watch.reversals = DQW_WATCH_REVERSALS_MOST;
+    for (int i = 0; i < DQW_WATCH_TEMPERATURE; i++) m.watch.looks[i] = DQW_WATCH_LOOKS_MOST;
+    return m;
+}
+
+// Channels as bits.
+#define BIT(channel) (1u << (channel))
+#define WITNESS (BIT(DQW_WATCH_OFFSET) | BIT(DQW_WATCH_RESISTANCE) | BIT(DQW_WATCH_REACTANCE) | BIT(DQW_WATCH_SHORT))
+#define WEIGHTS (BIT(DQW_WATCH_OFFSET) - 1u)
+#define ALL (BIT(DQW_WATCH_CHANNELS) - 1u)
+
+// These channels have this reason, the others are watched; and what is watched, if in name alone, has a sensitivity.
+static void only(const dqw_monitor *m, unsigned channels, enum dqw_why why)
+{
+    for (int i = 0; i < DQW_WATCH_CHANNELS; i++) {
+        const enum dqw_why is = dqw_monitor_unwatched(m, (enum dqw_monitor_channel)i);
+        CASE("channels %x, reason %d: channel %d, %d", channels, (int)why, i, (int)is);
+        HOLDS(is == ((channels >> i & 1u) != 0 ? why : DQW_WHY_IN_SERVICE));
+        HOLDS((dqw_monitor_sensitivity(m, (enum dqw_monitor_channel)i) < DQW_UNKNOWN) ==
+              (is == DQW_WHY_IN_SERVICE || is == DQW_WHY_COARSE));
+    }
+}
+
+static void test_what_the_configuration_does_not_ask_for(void)
+{
+    dqw_monitor_config c = config_of();
+    dqw_monitor m = serving(&c);
+    only(&m, 0, DQW_WHY_IN_SERVICE);
+    c.J_kgm2 = 0;
+    only(&m, BIT(DQW_WATCH_FRICTION), DQW_WHY_NOT_ASKED);
+    // Before service too: it will never be watched.
+    m.estimator.stage.name = DQW_STAGE_ORDINAL;
+    HOLDS(dqw_monitor_unwatched(&m, DQW_WATCH_FRICTION) == DQW_WHY_NOT_ASKED);
+    HOLDS(dqw_monitor_unwatched(&m, DQW_WATCH_R) == dqw_monitor_why(&m));
+    c = config_of();
+    c.estimator.dead_time_width_A = 0;
+    m = serving(&c);
+    only(&m, BIT(DQW_WATCH_DEAD_TIME), DQW_WHY_NOT_ASKED);
+    c = config_of();
+    c.estimator.encoder_offset = false;
+    m = serving(&c);
+    only(&m, BIT(DQW_WATCH_ANGLE), DQW_WHY_NOT_ASKED);
+    c = config_of();
+    c.estimator.angle = false;
+    m = serving(&c);
+    only(&m, WITNESS | BIT(DQW_WATCH_DEAD_TIME), DQW_WHY_NOT_ASKED);
+    HOLDS(dqw_monitor_unwatched(&m, (enum dqw_monitor_channel) - 1) == DQW_WHY_NOT_ASKED);
+    HOLDS(dqw_monitor_unwatched(&m, DQW_WATCH_CHANNELS) == DQW_WHY_NOT_ASKED);
+}
+
+static void test_while_nothing_is_watched(void)
+{
+    dqw_monitor_config c = config_of();
+    for (int way = 0; way < 4; way++) {
+        dqw_monitor m = serving(&c);
+        if (way == 0) m.estimator.stage.name = DQW_STAGE_DOMAIN;
+        m.watch.resting = way == 1;
+        m.watch.alarms = way == 2;
+        m.watch.wait = way == 3;
+        HOLDS(dqw_monitor_why(&m) != DQW_WHY_IN_SERVICE);
+        only(&m, ALL, dqw_monitor_why(&m));
+    }
+    // No block for 64 halves of a window is nothing, more is a pause.
+    dqw_monitor m = serving(&c);
+    m.estimator.halves += 64;
+    only(&m, 0, DQW_WHY_IN_SERVICE);
+    m.estimator.halves++;
+    only(&m, ALL, DQW_WHY_PAUSE);
+}
+
+static void test_what_the_motion_does_not_teach(void)
+{
+    dqw_monitor_config c = config_of();
+    const dqw_monitor all = serving(&c);
+    for (int i = 0; i < DQW_WATCH_OFFSET; i++)
+        for (int never = 0; never < 2; never++) {
+            dqw_monitor m = all;
+            m.estimator.excess_q10[i] = (int16_t)never;
+            if (never != 0) m.estimator.learned &= ~BIT(i);
+            only(&m, BIT(i) | (i == DQW_WATCH_R ? BIT(DQW_WATCH_TEMPERATURE) : 0), DQW_WHY_NOT_TAUGHT);
+        }
+    dqw_monitor m = all;
+    m.witness.blocks = DQW_WITNESS_MEMORY - 1;
+    only(&m, WITNESS, DQW_WHY_NOT_TAUGHT);
+    m = all;
+    m.watch.reversals = DQW_WATCH_REVERSALS_LEAST - 1;
+    only(&m, BIT(DQW_WATCH_FRICTION), DQW_WHY_NOT_TAUGHT);
+    // What follows is compared by segments: none yet, then one that says nothing of L_d.
+    c.estimator.follow = true;
+    m = serving(&c);
+    for (int i = 0; i < DQW_PARAMETERS; i++) m.estimator.segment.share_q15[i] = 32768;
+    for (int i = 0; i < DQW_PARAMETERS; i++) m.estimator.segment.band_pu[i] = 0.0001f;
+    only(&m, WEIGHTS, DQW_WHY_UNSETTLED);
+    m.estimator.segment.segments = 100;
+    only(&m, 0, DQW_WHY_IN_SERVICE);
+    m.estimator.segment.share_q15[DQW_LD] = 328;
+    only(&m, BIT(DQW_WATCH_LD), DQW_WHY_NOT_TAUGHT);
+    // A quarter of it known, and a band of its own: 4.6 (1 + sqrt(1/50)) tau/sqrt(1/4). (E105)
+    m.estimator.segment.share_q15[DQW_LD] = 8192;
+    m.estimator.segment.band_pu[DQW_LD] = 0.02f;
+    NEAR(4.6 * (1 + sqrt(0.02)) * 0.02 / 0.5 * (double)dqw_estimator_unit(&m.estimator, DQW_LD),
+         (double)dqw_monitor_sensitivity(&m, DQW_WATCH_LD));
+    c.estimator.follow = false;
+}
+
+static void test_what_no_machine_has(void)
+{
+    dqw_monitor_config c = config_of();
+    const dqw_monitor all = serving(&c);
+    for (int i = 0; i < DQW_WATCH_OFFSET; i++)
+        for (int below = 0; below < 2; below++) {
+            dqw_monitor m = all;
+            m.estimator.w_pu[i] = below != 0 ? -m.estimator.w_pu[i] : 0;
+            // Dead time and an angle may have either sign.
+            only(&m, i > DQW_WATCH_PSI ? 0 : BIT(i) | (i == DQW_WATCH_R ? BIT(DQW_WATCH_TEMPERATURE) : 0),
+                 DQW_WHY_SIGN);
+            HOLDS(i > DQW_WATCH_PSI || !dqw_monitor_read(&m, (enum dqw_monitor_channel)i).usable);
+        }
+}
+
+static void test_what_is_not_known_well_enough(void)
+{
+    dqw_monitor_config c = config_of();
+    const dqw_monitor all = serving(&c);
+    for (int i = 0; i < DQW_WATCH_TEMPERATURE; i++) {
+        dqw_monitor m = all;
+        m.watch.looks[i] = DQW_WATCH_LOOKS_LEAST;
+        only(&m, 0, DQW_WHY_IN_SERVICE);
+        m.watch.looks[i]--;
+        only(&m, BIT(i), DQW_WHY_UNSETTLED);
+    }
+    // A temperature is as sure as R: to its band.
+    dqw_monitor m = all;
+    m.estimator.gain.d[DQW_R] *= 1e4f;
+    HOLDS(dqw_monitor_unwatched(&m, DQW_WATCH_TEMPERATURE) == DQW_WHY_UNSETTLED);
+    HOLDS(dqw_monitor_sensitivity(&m, DQW_WATCH_TEMPERATURE) == DQW_UNKNOWN);
+}
+
+// 0.3 of the first four, ten usual bands of the others: here a band says it, else five deviations do.
+static void test_what_is_watched_in_name_only(void)
+{
+    static const double usual[DQW_WATCH_TEMPERATURE] = {0.03, 0.03, 0.03, 0.03,  0.005, 0.02,
+                                                        0.01, 0.03, 0.03, 0.003, 0.05};
+    dqw_monitor_config c = config_of();
+    dqw_monitor m = serving(&c);
+    for (int i = 0; i < DQW_WATCH_TEMPERATURE; i++) {
+        const double part = 10 * usual[i];
+        for (int beyond = 0; beyond < 2; beyond++) {
+            c.band[i] = (float)(part * (beyond ? 1.01 : 0.99));
+            only(&m, beyond ? BIT(i) : 0, DQW_WHY_COARSE);
+        }
+        c.band[i] = 0.0f;
+    }
+    m.estimator.gain.d[DQW_R] *= 1e4f;
+    HOLDS(dqw_monitor_unwatched(&m, DQW_WATCH_R) == DQW_WHY_COARSE);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -225,5 +404,11 @@ int main(void)
     RUN_TEST(test_what_is_surely_a_change);
     RUN_TEST(test_what_would_be_an_event);
     RUN_TEST(test_a_healthy_value_goes_part_of_the_way);
+    RUN_TEST(test_what_the_configuration_does_not_ask_for);
+    RUN_TEST(test_while_nothing_is_watched);
+    RUN_TEST(test_what_the_motion_does_not_teach);
+    RUN_TEST(test_what_no_machine_has);
+    RUN_TEST(test_what_is_not_known_well_enough);
+    RUN_TEST(test_what_is_watched_in_name_only);
     return UNITY_END();
 }

@@ -87,7 +87,7 @@ static void test_every_enumerator_has_a_text_of_its_own(void)
     (void)judge("lib/dqw_status.h", "dqw_status", "", 40, of_status);
     (void)judge("lib/dqw_state.h", "dqw_monitor_channel", "DQW_WATCH_CHANNELS", 13, of_parameter);
     (void)judge("lib/dqw_state.h", "dqw_stage_name", "", 4, of_stage);
-    (void)judge("lib/dqw_why.h", "dqw_why", "DQW_WHYS", 14, of_why);
+    (void)judge("lib/dqw_why.h", "dqw_why", "DQW_WHYS", 21, of_why);
 }
 
 // DQW_FAULT_TURN_SHORT is "turn_short".

@@ -1,5 +1,5 @@
 // A fixed-point monitor's channels by themselves: bands as they are documented, what is read, how far a healthy value
-// moves; from numbers set by hand, against their closed forms in double.
+// moves, why one is not watched; from numbers set by hand, against their closed forms in double.
 #include "dqw_estimator_block_q15.h"
 #include "dqw_monitor_channel_q15.h"
 #include "dqw_test.h"
@@ -196,6 +196,7 @@ static void test_what_would_be_an_event(void)
     m.healthy.cold_R_q24 = fixed(0.9, Q24);
     m.healthy.residual_q54 = (int64_t)ldexp(1e-4, 54);
     m.estimator.cov_q40[DQW_R] = (int64_t)1 << 50;
+    m.estimator.excess_q10[DQW_R] = 1;
     for (int way = 0; way < 6; way++) {
         CASE("way %d", way);
         m.estimator.stage.name = way == 0 ? DQW_STAGE_ORDINAL : DQW_STAGE_IN_SERVICE;
@@ -246,6 +247,182 @@ static void test_a_healthy_value_goes_part_of_the_way(void)
     }
 }
 
+// ---- why a channel is not watched ----
+
+// In service with everything known and taught: all is watched.
+static dqw_monitor_q15 serving(dqw_monitor_q15_config *c)
+{
+    c->J_nkgm2 = 100000;
+    dqw_monitor_q15 m = begin(c);
+    m.healthy.cold_R_q24 = fixed(0.9, Q24);
+    m.healthy.residual_q54 = (int64_t)ldexp(1e-4, 54);
+    m.healthy.friction_q24 = m.friction_q24 = fixed(0.1, Q24);
+    m.spread_q48 = (int64_t)ldexp(1e-8, 48);
+    for (int i = 0; i < DQW_WATCH_OFFSET; i++) m.estimator.w_q24[i] = m.healthy.weight_q24[i];
+    m.estimator.stage.name = DQW_STAGE_IN_SERVICE;
+    m.estimator.learned = (1u << DQW_PARAMETERS) - 1u;
+    m.estimator.blocks = 1000;
+    m.estimator.halves = m.watch.learned_at = 4000;
+    for (int i = 0; i < DQW_PARAMETERS; i++) m.estimator.cov_q40[i] = (int64_t)1 << 40;
+    for (int i = 0; i < DQW_PARAMETERS; i++) m.estimator.excess_q10[i] = 1;
+    for (int k = 0; k < DQW_WITNESS_INPUTS; k++) m.witness.power_q52[k] = (int64_t)ldexp(0.5, 52);
+    m.witness.blocks = DQW_WITNESS_MEMORY;
+    m.watch.reversals = DQW_WATCH_REVERSALS_MOST;
+    for (int i = 0; i < DQW_WATCH_TEMPERATURE; i++) m.watch.looks[i] = DQW_WATCH_LOOKS_MOST;
+    return m;
+}
+
+// Channels as bits.
+#define BIT(channel) (1u << (channel))
+#define WITNESS (BIT(DQW_WATCH_OFFSET) | BIT(DQW_WATCH_RESISTANCE) | BIT(DQW_WATCH_REACTANCE) | BIT(DQW_WATCH_SHORT))
+#define WEIGHTS (BIT(DQW_WATCH_OFFSET) - 1u)
+#define ALL (BIT(DQW_WATCH_CHANNELS) - 1u)
+
+// These channels have this reason, the others are watched; and what is watched, if in name alone, has a sensitivity.
+static void only(const dqw_monitor_q15 *m, unsigned channels, enum dqw_why why)
+{
+    for (int i = 0; i < DQW_WATCH_CHANNELS; i++) {
+        const enum dqw_why is = dqw_monitor_unwatched_q15(m, (enum dqw_monitor_channel)i);
+        CASE("channels %x, reason %d: channel %d, %d", channels, (int)why, i, (int)is);
+        HOLDS(is == ((channels >> i & 1u) != 0 ? why : DQW_WHY_IN_SERVICE));
+        HOLDS((dqw_monitor_sensitivity_q15(m, (enum dqw_monitor_channel)i) < INT64_MAX) ==
+              (is == DQW_WHY_IN_SERVICE || is == DQW_WHY_COARSE));
+    }
+}
+
+static void test_what_the_configuration_does_not_ask_for(void)
+{
+    dqw_monitor_q15_config c = config_of();
+    dqw_monitor_q15 m = serving(&c);
+    only(&m, 0, DQW_WHY_IN_SERVICE);
+    c.J_nkgm2 = 0;
+    only(&m, BIT(DQW_WATCH_FRICTION), DQW_WHY_NOT_ASKED);
+    // Before service too: it will never be watched.
+    m.estimator.stage.name = DQW_STAGE_ORDINAL;
+    HOLDS(dqw_monitor_unwatched_q15(&m, DQW_WATCH_FRICTION) == DQW_WHY_NOT_ASKED);
+    HOLDS(dqw_monitor_unwatched_q15(&m, DQW_WATCH_R) == dqw_monitor_why_q15(&m));
+    c = config_of();
+    c.estimator.dead_time_width_mA = 0;
+    m = serving(&c);
+    only(&m, BIT(DQW_WATCH_DEAD_TIME), DQW_WHY_NOT_ASKED);
+    c = config_of();
+    c.estimator.encoder_offset = false;
+    m = serving(&c);
+    only(&m, BIT(DQW_WATCH_ANGLE), DQW_WHY_NOT_ASKED);
+    c = config_of();
+    c.estimator.angle = false;
+    m = serving(&c);
+    only(&m, WITNESS | BIT(DQW_WATCH_DEAD_TIME), DQW_WHY_NOT_ASKED);
+    HOLDS(dqw_monitor_unwatched_q15(&m, (enum dqw_monitor_channel) - 1) == DQW_WHY_NOT_ASKED);
+    HOLDS(dqw_monitor_unwatched_q15(&m, DQW_WATCH_CHANNELS) == DQW_WHY_NOT_ASKED);
+}
+
+static void test_while_nothing_is_watched(void)
+{
+    dqw_monitor_q15_config c = config_of();
+    for (int way = 0; way < 4; way++) {
+        dqw_monitor_q15 m = serving(&c);
+        if (way == 0) m.estimator.stage.name = DQW_STAGE_DOMAIN;
+        m.watch.resting = way == 1;
+        m.watch.alarms = way == 2;
+        m.watch.wait = way == 3;
+        HOLDS(dqw_monitor_why_q15(&m) != DQW_WHY_IN_SERVICE);
+        only(&m, ALL, dqw_monitor_why_q15(&m));
+    }
+    // No block for 64 halves of a window is nothing, more is a pause.
+    dqw_monitor_q15 m = serving(&c);
+    m.estimator.halves += 64;
+    only(&m, 0, DQW_WHY_IN_SERVICE);
+    m.estimator.halves++;
+    only(&m, ALL, DQW_WHY_PAUSE);
+}
+
+static void test_what_the_motion_does_not_teach(void)
+{
+    dqw_monitor_q15_config c = config_of();
+    const dqw_monitor_q15 all = serving(&c);
+    for (int i = 0; i < DQW_WATCH_OFFSET; i++)
+        for (int never = 0; never < 2; never++) {
+            dqw_monitor_q15 m = all;
+            m.estimator.excess_q10[i] = (int16_t)never;
+            if (never != 0) m.estimator.learned &= ~BIT(i);
+            only(&m, BIT(i) | (i == DQW_WATCH_R ? BIT(DQW_WATCH_TEMPERATURE) : 0), DQW_WHY_NOT_TAUGHT);
+        }
+    dqw_monitor_q15 m = all;
+    m.witness.blocks = DQW_WITNESS_MEMORY - 1;
+    only(&m, WITNESS, DQW_WHY_NOT_TAUGHT);
+    m = all;
+    m.watch.reversals = DQW_WATCH_REVERSALS_LEAST - 1;
+    only(&m, BIT(DQW_WATCH_FRICTION), DQW_WHY_NOT_TAUGHT);
+    // What follows is compared by segments: none yet, then one that says nothing of L_d.
+    c.estimator.follow = true;
+    m = serving(&c);
+    for (int i = 0; i < DQW_PARAMETERS; i++) m.estimator.segment.share_q15[i] = 32768;
+    for (int i = 0; i < DQW_PARAMETERS; i++) m.estimator.segment.band_q28[i] = fixed(0.001, Q28);
+    only(&m, WEIGHTS, DQW_WHY_UNSETTLED);
+    m.estimator.segment.segments = 100;
+    only(&m, 0, DQW_WHY_IN_SERVICE);
+    m.estimator.segment.share_q15[DQW_LD] = 327;
+    only(&m, BIT(DQW_WATCH_LD), DQW_WHY_NOT_TAUGHT);
+    // A quarter of it known, and a band of its own: 4.6 (1 + sqrt(1/50)) tau/sqrt(1/4). (E105)
+    m.estimator.segment.share_q15[DQW_LD] = 8192;
+    m.estimator.segment.band_q28[DQW_LD] = fixed(0.02, Q28);
+    NEAR(4.6 * (1 + sqrt(0.02)) * 0.02 / 0.5 * 1.0, (double)dqw_monitor_sensitivity_q15(&m, DQW_WATCH_LD) / Q40);
+    c.estimator.follow = false;
+}
+
+static void test_what_no_machine_has(void)
+{
+    dqw_monitor_q15_config c = config_of();
+    const dqw_monitor_q15 all = serving(&c);
+    for (int i = 0; i < DQW_WATCH_OFFSET; i++)
+        for (int below = 0; below < 2; below++) {
+            dqw_monitor_q15 m = all;
+            m.estimator.w_q24[i] = below != 0 ? -m.estimator.w_q24[i] : 0;
+            // Dead time and an angle may have either sign.
+            only(&m, i > DQW_WATCH_PSI ? 0 : BIT(i) | (i == DQW_WATCH_R ? BIT(DQW_WATCH_TEMPERATURE) : 0),
+                 DQW_WHY_SIGN);
+            HOLDS(i > DQW_WATCH_PSI || !dqw_monitor_read_q15(&m, (enum dqw_monitor_channel)i).usable);
+        }
+}
+
+static void test_what_is_not_known_well_enough(void)
+{
+    dqw_monitor_q15_config c = config_of();
+    const dqw_monitor_q15 all = serving(&c);
+    for (int i = 0; i < DQW_WATCH_TEMPERATURE; i++) {
+        dqw_monitor_q15 m = all;
+        m.watch.looks[i] = DQW_WATCH_LOOKS_LEAST;
+        only(&m, 0, DQW_WHY_IN_SERVICE);
+        m.watch.looks[i]--;
+        only(&m, BIT(i), DQW_WHY_UNSETTLED);
+    }
+    // A temperature is as sure as R: to its band.
+    dqw_monitor_q15 m = all;
+    m.estimator.cov_q40[DQW_R] = (int64_t)1 << 60;
+    HOLDS(dqw_monitor_unwatched_q15(&m, DQW_WATCH_TEMPERATURE) == DQW_WHY_UNSETTLED);
+    HOLDS(dqw_monitor_sensitivity_q15(&m, DQW_WATCH_TEMPERATURE) == INT64_MAX);
+}
+
+// 0.3 of the first four, ten usual bands of the others: here a band says it, else five deviations do.
+static void test_what_is_watched_in_name_only(void)
+{
+    static const double usual[DQW_WATCH_TEMPERATURE] = {0.03, 0.03, 0.03, 0.03,  0.005, 0.02,
+                                                        0.01, 0.03, 0.03, 0.003, 0.05};
+    dqw_monitor_q15_config c = config_of();
+    dqw_monitor_q15 m = serving(&c);
+    for (int i = 0; i < DQW_WATCH_TEMPERATURE; i++) {
+        const double part = 10 * usual[i];
+        for (int beyond = 0; beyond < 2; beyond++) {
+            c.band_ppm[i] = (uint32_t)lrint(1e6 * part * (beyond ? 1.01 : 0.99));
+            only(&m, beyond ? BIT(i) : 0, DQW_WHY_COARSE);
+        }
+        c.band_ppm[i] = 0;
+    }
+    m.estimator.cov_q40[DQW_R] = (int64_t)1 << 60;
+    HOLDS(dqw_monitor_unwatched_q15(&m, DQW_WATCH_R) == DQW_WHY_COARSE);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -254,5 +431,11 @@ int main(void)
     RUN_TEST(test_what_is_surely_a_change);
     RUN_TEST(test_what_would_be_an_event);
     RUN_TEST(test_a_healthy_value_goes_part_of_the_way);
+    RUN_TEST(test_what_the_configuration_does_not_ask_for);
+    RUN_TEST(test_while_nothing_is_watched);
+    RUN_TEST(test_what_the_motion_does_not_teach);
+    RUN_TEST(test_what_no_machine_has);
+    RUN_TEST(test_what_is_not_known_well_enough);
+    RUN_TEST(test_what_is_watched_in_name_only);
     return UNITY_END();
 }

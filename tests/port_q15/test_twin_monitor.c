@@ -620,7 +620,8 @@ static void test_any_configuration(void)
             if (n % 40 == 0)
                 for (int i = 0; i < DQW_WATCH_CHANNELS; i++)
                     (void)dqw_monitor_read_q15(&m, (enum dqw_monitor_channel)i),
-                        (void)dqw_monitor_sensitivity_q15(&m, (enum dqw_monitor_channel)i);
+                        (void)dqw_monitor_sensitivity_q15(&m, (enum dqw_monitor_channel)i),
+                        (void)dqw_monitor_unwatched_q15(&m, (enum dqw_monitor_channel)i);
             if (m.estimator.stage.name == DQW_STAGE_ORDINAL && m.estimator.blocks > 20)
                 m.estimator.stage.name = DQW_STAGE_IN_SERVICE;
             if (m.estimator.stage.name == DQW_STAGE_DOMAIN)

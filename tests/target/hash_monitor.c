@@ -44,6 +44,7 @@ static void put_end(hash *h, const dqw_monitor_q15 *m)
         hash_put(h, r.sd_q40);
         hash_put(h, r.usable);
         hash_put(h, dqw_monitor_sensitivity_q15(m, (enum dqw_monitor_channel)i));
+        hash_put(h, dqw_monitor_unwatched_q15(m, (enum dqw_monitor_channel)i));
     }
     hash_put(h, dqw_monitor_why_q15(m));
     dqw_monitor_stored_q15 stored;

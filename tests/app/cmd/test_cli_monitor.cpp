@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <utility>
 
 #include "monitor_command.hpp"
 #include "unity.h"
@@ -35,9 +36,28 @@ static std::vector<std::string> fault(const std::string& key, const std::string&
     return {key + "=" + size, key + ".t_start_s=2", key + ".t_end_s=2.1"};
 }
 
-/// Every line of `text` as an event, its schema checked.
-static std::vector<json> events(const std::string& text)
+/// The last line of `text`: what could be seen, its schema checked.
+static json sensitivity(const std::string& text)
 {
+    TEST_ASSERT_TRUE(text.size() > 1 && text.back() == '\n');
+    const std::size_t before = text.rfind('\n', text.size() - 2);
+    const json j = json::parse(text.substr(before == std::string::npos ? 0 : before + 1));
+    TEST_ASSERT_EQUAL_STRING("dqwatch.sensitivity/1", j.at("schema").get<std::string>().c_str());
+    TEST_ASSERT_TRUE(j.at("t_s").is_number());
+    TEST_ASSERT_EQUAL_size_t(13, j.at("parameters").size());
+    for (const auto& [name, p] : j.at("parameters").items()) {
+        TEST_ASSERT_TRUE_MESSAGE(p.at("watched").get<bool>() != p.contains("why"), name.c_str());
+        TEST_ASSERT_TRUE_MESSAGE(!p.at("watched").get<bool>() || p.at("least_change").get<double>() > 0, name.c_str());
+    }
+    return j.at("parameters");
+}
+
+/// Every line of `text` but the last as an event, its schema checked.
+static std::vector<json> events(const std::string& whole)
+{
+    (void)sensitivity(whole);
+    const std::size_t last = whole.rfind('\n', whole.size() - 2);
+    const std::string text = whole.substr(0, last == std::string::npos ? 0 : last + 1);
     std::vector<json> all;
     for (std::size_t at = 0; at < text.size();) {
         const std::size_t end = text.find('\n', at);
@@ -67,7 +87,7 @@ static void a_healthy_machine_raises_no_event(void)
     const Folder folder;
     const std::string log = joint(folder, {"duration_s=6"});
     const Outcome machine = monitor({log, "--json", "--out", folder / "o"});
-    TEST_ASSERT_EQUAL_STRING("", machine.out.c_str());
+    TEST_ASSERT_EQUAL_size_t(0, events(machine.out).size());
     const Outcome text = monitor({log, "--out", folder / "o"});
     holds(text.out, "in service since 0.");
     holds(text.out, "refused  no sample");
@@ -76,6 +96,73 @@ static void a_healthy_machine_raises_no_event(void)
                              "phase_resistance_ohm", "gain", "short_S", "residual_V"})
         holds(text.out, std::string("\n") + name + " ");
     holds(command::read_file(folder / "o/monitor.html"), "No parameter left its healthy band");
+}
+
+/// The columns of a log's `text` of these names, rows passed through `change`.
+template <class Change> static std::string some_columns(const std::string& text, std::size_t columns, Change change)
+{
+    std::string out;
+    std::size_t row = 0;
+    for (std::size_t at = 0; at < text.size(); ++row) {
+        const std::size_t end = text.find('\n', at);
+        std::size_t cut = at;
+        for (std::size_t c = 0; c < columns; ++c) cut = std::min(end, text.find(',', cut + (c > 0 ? 1 : 0)));
+        if (row == 0 || change(row)) out.append(text, at, cut - at).append("\n");
+        at = end + 1;
+    }
+    return out;
+}
+
+// What would be told, and what is not watched and why: lines, text and page, in both arithmetics.
+static void what_could_be_seen_is_said(void)
+{
+    const Folder folder;
+    const std::string log = joint(folder, {"duration_s=4"});
+    // Bands of the joint: parts of the healthy values. (E63)
+    const std::vector<std::pair<const char*, double>> bands = {{"R_ohm", 0.04 * 0.5},
+                                                               {"Ld_H", 0.06 * 1e-3},
+                                                               {"Lq_H", 0.06 * 1.4e-3},
+                                                               {"psi_Wb", 0.012 * 0.02},
+                                                               {"angle_rad", 0.02},
+                                                               {"gain", 0.03},
+                                                               {"phase_resistance_ohm", 0.03 * 0.5},
+                                                               {"temperature_K", 110}};
+    for (const char* arith : {"float", "q15"}) {
+        const std::vector<std::string> args = {log, "--arith", arith, "--out", folder / "o"};
+        std::vector<std::string> as_json = args;
+        as_json.emplace_back("--json");
+        const json seen = sensitivity(monitor(as_json).out);
+        for (const auto& [name, band] : bands) {
+            TEST_ASSERT_TRUE_MESSAGE(seen.at(name).at("watched").get<bool>(), name);
+            TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(0.03 * band, band, seen.at(name).at("least_change").get<double>(), name);
+        }
+        TEST_ASSERT_FALSE(seen.at("friction_Nm").at("watched").get<bool>());
+        TEST_ASSERT_TRUE(seen.at("friction_Nm").at("least_change").is_null());
+        holds(seen.at("friction_Nm").at("why").get<std::string>(), "the motion does not teach it: reversals");
+        const std::string text = monitor(args).out, page = command::read_file(folder / "o/monitor.html");
+        holds(text, "would be told\n");
+        holds(text, "±240 µWb\n");
+        holds(text, "above 110 K\n");
+        holds(text, "\nnot watched at 3.9");
+        holds(text, "\n  friction_Nm: the motion does not teach it: reversals");
+        holds(page, ">would be told<");
+        holds(page, "Not watched at 3.9");
+        holds(page, "Friction</th><td>the motion does not teach it: reversals");
+    }
+    // A log that ends at rest still says what was seen before it.
+    std::string rest = command::read_file(log);
+    for (int k = 1; k <= 6000; ++k) {
+        char line[200];
+        const double noise = 1e-3 * (k % 2 == 0 ? 1 : -1);
+        std::snprintf(line, sizeof line, "%.6f,%.4g,%.4g,%.4g,%.4g,%.4g,0\n", 4 + 5e-5 * (k - 1), noise, -noise, noise,
+                      noise * (k % 3), -noise);
+        rest += line;
+    }
+    const std::string ends = folder.write("rest.csv", some_columns(rest, 7, [](std::size_t) { return true; }));
+    const std::string out =
+        monitor({ends, "--machine", folder / "joint_24v.toml", "--json", "--out", folder / "o"}).out;
+    for (const auto& [name, band] : bands)
+        TEST_ASSERT_TRUE_MESSAGE(sensitivity(out).at(name).at("watched").get<bool>(), (name + out).c_str());
 }
 
 static void lost_flux_is_one_event_in_lines_text_and_page(void)
@@ -152,29 +239,13 @@ static void faults_have_their_names_and_phases(void)
     }
 }
 
-/// The columns of `log` of these names, rows passed through `change`.
-template <class Change> static std::string some_columns(const std::string& log, std::size_t columns, Change change)
-{
-    const std::string text = command::read_file(log);
-    std::string out;
-    std::size_t row = 0;
-    for (std::size_t at = 0; at < text.size(); ++row) {
-        const std::size_t end = text.find('\n', at);
-        std::size_t cut = at;
-        for (std::size_t c = 0; c < columns; ++c) cut = std::min(end, text.find(',', cut + (c > 0 ? 1 : 0)));
-        if (row == 0 || change(row)) out.append(text, at, cut - at).append("\n");
-        at = end + 1;
-    }
-    return out;
-}
-
 static void an_angle_and_a_machine_file_are_no_must(void)
 {
     const Folder folder;
     const std::string log = joint(folder, fault("nonideal.demagnetisation", "0.1"));
     const auto all = [](std::size_t) { return true; };
-    const std::string angle = folder.write("angle.csv", some_columns(log, 7, all)),
-                      bare = folder.write("bare.csv", some_columns(log, 6, all));
+    const std::string angle = folder.write("angle.csv", some_columns(command::read_file(log), 7, all)),
+                      bare = folder.write("bare.csv", some_columns(command::read_file(log), 6, all));
 
     const Outcome first = monitor({angle, "--pole-pairs", "4", "--json", "--out", folder / "o"});
     TEST_ASSERT_EQUAL_STRING("demagnetisation", one_event(first.out).at("fault").get<std::string>().c_str());
@@ -188,9 +259,14 @@ static void an_angle_and_a_machine_file_are_no_must(void)
     holds(second.out, "events   1");
     holds(second.out, " mWb  17.");
     const std::string page = command::read_file(folder / "o/monitor.html");
-    for (const std::string& text : {second.out, page})
-        for (const char* name : {"dead_time_V", "Encoder angle", "short_S"})
-            TEST_ASSERT_TRUE_MESSAGE(text.find(name) == std::string::npos, name);
+    // No value, and why: once.
+    const std::string why = ": the configuration does not ask for it: there is no theta_e_rad or theta_m_rad\n";
+    holds(second.out, "  dead_time_V, angle_rad, offset_A, phase_resistance_ohm, gain, short_S" + why);
+    TEST_ASSERT_EQUAL_size_t(1, count(page, "Dead time, encoder angle"));
+    for (const char* name : {"dead_time_V", "short_S"})
+        TEST_ASSERT_EQUAL_size_t_MESSAGE(1, count(second.out, name), name);
+    for (const char* name : {"dead_time_V", "Encoder angle", "short_S"})
+        TEST_ASSERT_EQUAL_size_t_MESSAGE(0, count(page, name), name);
     holds(page, "no theta_e_rad or theta_m_rad");
 }
 
@@ -200,8 +276,9 @@ static void events_keep_the_logs_time(void)
     const std::string key = "nonideal.demagnetisation";
     const std::string log = joint(folder, {"duration_s=4", key + "=0.05", key + ".t_start_s=3", key + ".t_end_s=3.1"});
     // 0.26 s are missing before the fault.
-    const std::string gap = folder.write(
-        "gap.csv", some_columns(log, 7, [](std::size_t row) { return row < 34000 || row > 40000 - 800; }));
+    const std::string gap = folder.write("gap.csv", some_columns(command::read_file(log), 7, [](std::size_t row) {
+                                             return row < 34000 || row > 40000 - 800;
+                                         }));
     const Outcome run = monitor({gap, "--machine", folder / "joint_24v.toml", "--json", "--out", folder / "o"});
     const json e = one_event(run.out);
     holds(run.err, "1 gap in time");
@@ -294,6 +371,7 @@ int main(void)
     // The simulator takes its time under the sanitizers.
     if (!command::sanitized()) {
         RUN_TEST(a_healthy_machine_raises_no_event);
+        RUN_TEST(what_could_be_seen_is_said);
         RUN_TEST(lost_flux_is_one_event_in_lines_text_and_page);
         RUN_TEST(faults_have_their_names_and_phases);
         RUN_TEST(an_angle_and_a_machine_file_are_no_must);
