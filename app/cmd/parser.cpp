@@ -126,7 +126,8 @@ void add_trace(CLI::App& command, Options& o)
 void add_monitor(CLI::App& command, Options& o)
 {
     add_log(command, o, "dynamic log");
-    command.get_option("--json")->description("print one JSON object an event, one a line, and nothing else on stdout");
+    command.get_option("--json")->description(
+        "print one JSON object an event, one a line, then one of what could be seen, and nothing else on stdout");
     add_effects(
         command, o,
         "effect that the machine has, learned as well; repeatable; a note says where this log cannot have it: ");
