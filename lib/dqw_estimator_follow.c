@@ -15,7 +15,7 @@
 #define CALM_LEAST (1.0f / 1024.0f)
 // Bands to begin with, and the narrowest, as parts of the weight; the flux is known best. Dead time's are parts of the
 // base.
-#define LEAST_BAND 0.0026f
+#define LEAST_BAND 0.002f
 #define LEAST_BAND_PSI 0.00035f
 #define LEAST_BAND_DEAD_PU 0.0003f
 // How far a weight may have jumped at once; what changed by more is found once more.

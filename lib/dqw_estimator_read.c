@@ -165,6 +165,8 @@ dqw_reading dqw_estimator_read(const dqw_estimator *e, enum dqw_parameter parame
     if (e->pole_pairs == 0 && parameter != DQW_R && (e->config->settled || parameter > DQW_LQ)) return r;
     r.sd_change = dqw_estimator_sd(e, (int)parameter);
     r.sd = with(dqw_estimator_noise_sd(e, (int)parameter), now_hidden(e, (int)parameter));
+    // An observer's own constant puts the frame where the machine's cannot be told from it. (E106)
+    if (e->config->observed && parameter == DQW_LQ) r.sd = DQW_UNKNOWN;
     const bool either_sign = parameter >= DQW_DEAD_TIME;
     const float size = either_sign ? fabsf(r.value) : r.value;
     // A stage that begins anew learns nothing: what it has is of a model that did not fit.

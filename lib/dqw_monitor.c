@@ -29,6 +29,9 @@
 #define HEATING_K_S 1.0f
 // A change is named within so many looks of being found.
 #define OPENED_LOOKS 64u
+// What shows waits so long for a segment of its own, and a weight that was found changed settles for so many looks.
+#define WAITS_S 5.0f
+#define OPENED_SETTLES 16u
 // By how much the healthy residual's power may rise in a look: while few operating points were met, and later.
 #define YOUNG_SEGMENTS 20u
 #define RESIDUAL_RISE_YOUNG 1.1f
@@ -195,7 +198,7 @@ static int32_t deviation_q5(const dqw_monitor *m, int channel)
 {
     float ratio;
     if (channel == DQW_WATCH_TEMPERATURE) {
-        if (!(sd(m, DQW_R) < dqw_monitor_band_of(m, DQW_WATCH_R))) return 0;
+        if (!dqw_monitor_knows_heat(m)) return 0;
         ratio = (dqw_monitor_rise_K(m, value(m, DQW_R)) - dqw_monitor_band(m, DQW_WATCH_TEMPERATURE)) /
                     TEMPERATURE_BAND_K +
                 1.0f;
@@ -215,6 +218,11 @@ static int32_t deviation_q5(const dqw_monitor *m, int channel)
     return dqw_is_positive(ratio) ? (int32_t)((ratio < 100.0f ? ratio : 100.0f) * (float)DQW_CHANGE_BAND_Q5) : 0;
 }
 
+static bool is_known(const dqw_monitor *m, int weight)
+{
+    return sd(m, weight) < SERVICE_SD * value(m, weight);
+}
+
 // A healthy value is the mean over the first looks at which it is known, as long as nothing seems to change.
 static void settle(dqw_monitor *m, int channel)
 {
@@ -230,8 +238,10 @@ static void settle(dqw_monitor *m, int channel)
     const float part = channel > DQW_WATCH_ANGLE  ? KNOWN_PART_WITNESS
                        : channel == DQW_WATCH_PSI ? KNOWN_PART_FLUX
                                                   : KNOWN_PART;
-    const bool known_now = x.sd < part * dqw_monitor_band_of(m, channel);
-    if (known_now) m->watch.looks[channel]++;
+    const bool known_well = x.sd < part * dqw_monitor_band_of(m, channel);
+    // Known less well it is watched with a band of five deviations, and its healthy value goes on being learned.
+    const bool known_now = known_well || (channel <= DQW_WATCH_PSI && is_known(m, channel));
+    if (known_well || (known_now && looks < DQW_WATCH_LOOKS_MOST - 1)) m->watch.looks[channel]++;
     if (!known_now && looks != 0) return;
     const float before = channel <= DQW_WATCH_PSI ? m->healthy.weight[channel] : 1.0f;
     dqw_monitor_move_healthy(m, channel, 1.0f - 1.0f / (float)(looks + 1));
@@ -319,8 +329,32 @@ static void follow_residual(dqw_monitor *m)
     if (e->recent_pu2 > m->healthy.residual_pu2) m->healthy.residual_pu2 = e->recent_pu2 < most ? e->recent_pu2 : most;
 }
 
+// What has just begun to show is judged by a segment of its own: a weight that moved along one operating point may be
+// any. (E105)
+static void hasten(dqw_monitor *m)
+{
+    dqw_segment *s = &m->estimator.segment;
+    const bool urgent = dqw_watch_wants_a_name(&m->watch) && m->config->estimator.follow;
+    if (urgent && !s->urgent) {
+        dqw_segment_restart(s);
+        m->alarmed_segments = s->segments;
+    }
+    s->urgent = urgent;
+}
+
+// Has that segment not ended, or a weight only just been found changed?
+static bool is_early(const dqw_monitor *m)
+{
+    const dqw_estimator *e = &m->estimator;
+    if (!e->segment.urgent) return false;
+    const bool waits = e->segment.segments == m->alarmed_segments &&
+                       e->segment.blocks < (uint32_t)(WAITS_S / (e->config->dt_s * (float)e->window.half));
+    return waits || (e->opened > 0 && e->number - e->opened_at < OPENED_SETTLES * DQW_WATCH_TICK_BLOCKS);
+}
+
 static bool look(dqw_monitor *m)
 {
+    hasten(m);
     const enum dqw_watch_begins begins = dqw_watch_begin(&m->watch);
     if (begins == DQW_WATCH_PAUSES) return false;
     if (begins == DQW_WATCH_ADOPTS) {
@@ -335,6 +369,10 @@ static bool look(dqw_monitor *m)
     int32_t q5[DQW_WATCH_CHANNELS];
     for (int i = 0; i < DQW_WATCH_CHANNELS; i++) q5[i] = deviation_q5(m, i);
     if (!dqw_watch_look(&m->watch, q5)) return false;
+    if (is_early(m)) {
+        dqw_watch_later(&m->watch);
+        return false;
+    }
     const int worst = dqw_watch_worst(&m->watch, q5, above_threshold(m));
     if (worst < 0) return false;
     name(m, worst);
@@ -363,11 +401,6 @@ static void enter_service(dqw_monitor *m)
     m->healthy.cold_psi_Wb = m->config->commissioned ? c->psi_Wb : value(m, DQW_PSI);
     m->healthy.hottest_K = 0.0f;
     begin_rest(m);
-}
-
-static bool is_known(const dqw_monitor *m, int weight)
-{
-    return sd(m, weight) < SERVICE_SD * value(m, weight);
 }
 
 // L_d shows only where i_d is not 0: without it the other three are watched.

@@ -67,6 +67,7 @@ typedef struct dqw_monitor {
     uint32_t named_at, named_since;
     float named_value, named_sd, named_healthy;
     dqw_fault_verdict named_fault;
+    uint16_t alarmed_segments;  ///< had ended when something began to show
     uint8_t named_channel;
     bool has_change;
     void (*enter_as_stored)(

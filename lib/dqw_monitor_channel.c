@@ -51,6 +51,11 @@ float dqw_monitor_rise_K(const dqw_monitor *m, float R_ohm)
     return (R_ohm / m->healthy.cold_R_ohm - 1.0f) / dqw_monitor_alpha(m);
 }
 
+bool dqw_monitor_knows_heat(const dqw_monitor *m)
+{
+    return dqw_estimator_read(&m->estimator, DQW_R).sd < dqw_monitor_band_of(m, DQW_WATCH_R);
+}
+
 float dqw_monitor_band_of(const dqw_monitor *m, int channel)
 {
     const dqw_estimator_config *c = &m->config->estimator;
@@ -182,10 +187,11 @@ static enum dqw_why sees(const dqw_monitor *m, int channel, float *least)
     const bool moves = weight >= DQW_WATCH_OFFSET || e->excess_q10[weight] > 0;
     if (!moves || !(x.sd < DQW_UNKNOWN)) return DQW_WHY_NOT_TAUGHT;
     if (weight <= DQW_WATCH_PSI && !(dqw_estimator_value(e, weight) > 0.0f)) return DQW_WHY_SIGN;
+    if (channel == DQW_WATCH_LQ && m->config->estimator.observed) return DQW_WHY_OBSERVED;
 
     // [CHN.5] what is known well enough: a temperature where R is to its band
     if (channel == DQW_WATCH_TEMPERATURE) {
-        if (!(dqw_estimator_sd(e, DQW_R) < dqw_monitor_band_of(m, DQW_WATCH_R))) return DQW_WHY_UNSETTLED;
+        if (!dqw_monitor_knows_heat(m)) return DQW_WHY_UNSETTLED;
         *least = dqw_monitor_band(m, channel);
         return DQW_WHY_IN_SERVICE;
     }

@@ -23,6 +23,9 @@ float dqw_monitor_beta(const dqw_monitor *m);
 /// The winding's rise above cold, K, where its resistance is this.
 float dqw_monitor_rise_K(const dqw_monitor *m, float R_ohm);
 
+/// Is the value of R known to its band? What its change is sure of is no temperature.
+bool dqw_monitor_knows_heat(const dqw_monitor *m);
+
 /// A channel's value, its change from the healthy one, and its deviation.
 typedef struct dqw_monitor_channel_value {
     float now, change, sd;

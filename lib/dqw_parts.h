@@ -44,6 +44,7 @@ typedef struct dqw_segment {
     float mean[2], variance[2], run;     ///< in the long run, and how long that is
     uint32_t blocks;
     uint16_t segments, since;  ///< in all; since a weight was found changed
+    bool urgent;               ///< something shows already: this segment alone may tell what has changed
     bool agreed;               ///< the one that was last, seemed so in the segment before
 } dqw_segment;
 

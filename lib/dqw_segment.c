@@ -13,6 +13,8 @@ enum { N = DQW_PARAMETERS };
 // segments. (E105)
 #define ALLOWANCE 1.0f
 #define THRESHOLD 7.2f
+// Where a channel shows a change already, one segment that is this far off is enough.
+#define THRESHOLD_URGENT 4.0f
 #define DEVIATION_MOST 6.0f
 #define SUM_MOST 15.0f
 #define Q11 2048.0f
@@ -181,6 +183,7 @@ int dqw_segment_end(dqw_segment *s, float variance_pu2, const dqw_segment_known 
     if (s->segments < UINT16_MAX) s->segments++;
     const float part = part_of(s);
     const float surer = 1.0f / (1.0f + sqrtf(part));
+    const float threshold = s->urgent ? THRESHOLD_URGENT : THRESHOLD;
     int changed = -1;
     float most = 0.0f;
     for (int k = 0; k < N; k++) {
@@ -201,7 +204,7 @@ int dqw_segment_end(dqw_segment *s, float variance_pu2, const dqw_segment_known 
         s->down_q11[k] = agreed_q11(s->down_q11[k], -d);
         const float now = dqw_segment_agreed(s, k);
         // Of those that agree, the one that explains most now.
-        if (now > THRESHOLD && fabsf(z) > most) {
+        if (now > threshold && fabsf(z) > most) {
             most = fabsf(z);
             changed = k;
             s->agreed = sum > ALLOWANCE;

@@ -9,6 +9,7 @@
 // An unknown one, or R alone, is given so many looks more, twice, 84 and 90 %: counted above the bits of the channels.
 #define EXTENSION_TICKS 10
 #define EXTENDED 0x2000u
+#define SOON_TICKS 4
 // Bands times looks that the sum must gather.
 #define LIMIT_Q5 (5 * DQW_CHANGE_BAND_Q5)
 // Halves of a window between two learned blocks that make a pause, and time that healthy values can follow in one step,
@@ -139,10 +140,23 @@ bool dqw_watch_look(dqw_watch *w, const int32_t deviation_q5[])
 {
     if (deviation_q5[DQW_WATCH_TEMPERATURE] == 0) w->too_hot = false;
     for (int i = 0; i < DQW_WATCH_CHANNELS; i++) {
-        if (i == DQW_WATCH_TEMPERATURE && w->too_hot) continue;
+        // Heat does not multiply the residual: what does may seem to be heat.
+        if (i == DQW_WATCH_TEMPERATURE && (w->too_hot || deviation_q5[DQW_WATCH_RESIDUAL] >= DQW_CHANGE_BAND_Q5))
+            continue;
         if (dqw_change_step(&w->change[i], deviation_q5[i], LIMIT_Q5)) alarm(w, i);
     }
     return w->alarms != 0 && --w->wait == 0;
+}
+
+bool dqw_watch_wants_a_name(const dqw_watch *w)
+{
+    const uint32_t apart = 1u << DQW_WATCH_FRICTION | 1u << DQW_WATCH_TEMPERATURE;
+    return (w->alarms & ((1u << DQW_WATCH_CHANNELS) - 1u) & ~apart) != 0;
+}
+
+void dqw_watch_later(dqw_watch *w)
+{
+    w->wait = SOON_TICKS;
 }
 
 int dqw_watch_worst(dqw_watch *w, const int32_t deviation_q5[], bool above)

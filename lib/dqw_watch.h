@@ -98,6 +98,12 @@ void dqw_watch_follow(dqw_watch *w, int channel, uint32_t halves);
 /// Returns  true where there is an event to be named
 bool dqw_watch_look(dqw_watch *w, const int32_t deviation_q5[]);
 
+/// Does anything show whose name hangs on what else has changed?
+bool dqw_watch_wants_a_name(const dqw_watch *w);
+
+/// It is not time yet to name that event: look again in a while.
+void dqw_watch_later(dqw_watch *w);
+
 /// The channel of that event: the one furthest out of its band; -1 where all are back within and the residual is not
 /// `above` its threshold: then nothing has changed.
 int dqw_watch_worst(dqw_watch *w, const int32_t deviation_q5[], bool above);

@@ -13,10 +13,10 @@
 #define SEGMENT_LEAST_NS 350000000
 #define SEGMENT_MOST_NS 20000000000
 #define SEGMENTS_FIRST 2u
-// Bands to begin with, and the narrowest: 0.0026 of R and L, 0.00035 of the flux, which is known best. How far a weight
+// Bands to begin with, and the narrowest: 0.002 of R and L, 0.00035 of the flux, which is known best. How far a weight
 // may have jumped at once: 0.3 and 0.1 of it; what changed by more is found once more. Dead time's are of a thirtieth
 // of the full voltage: 0.009 and 0.9.
-#define LEAST_Q30 2791729
+#define LEAST_Q30 2147484
 #define LEAST_PSI_Q30 375810
 #define LEAST_DEAD_Q28 2415919
 #define WIDE_Q30 322122547

@@ -220,7 +220,8 @@ dqw_reading_q15 dqw_estimator_read_q15(const dqw_estimator_q15 *e, enum dqw_para
     const int32_t change_q24 = dqw_estimator_sd_q24(e, (int)parameter);
     const int32_t sd_q24 = with_hidden_q24(e, (int)parameter, dqw_estimator_noise_sd_q24(e, (int)parameter));
     if (change_q24 != INT32_MAX) r.sd_change_q40 = (int64_t)change_q24 * 65536;
-    if (sd_q24 == INT32_MAX) return r;
+    // An observer's own constant puts the frame where the machine's cannot be told from it. (E106)
+    if (sd_q24 == INT32_MAX || (e->config->observed && parameter == DQW_LQ)) return r;
     r.sd_q40 = (int64_t)sd_q24 * 65536;
     const bool either_sign = parameter >= DQW_DEAD_TIME;
     // A stage that begins anew learns nothing: what it has is of a model that did not fit.

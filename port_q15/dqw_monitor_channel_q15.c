@@ -191,6 +191,11 @@ static bool is_asked_for(const dqw_monitor_q15 *m, int channel)
     return channel < DQW_WATCH_OFFSET || channel > DQW_WATCH_FRICTION || e->config->angle;
 }
 
+bool dqw_monitor_knows_heat_q15(const dqw_monitor_q15 *m)
+{
+    return dqw_estimator_read_q15(&m->estimator, DQW_R).sd_q40 >> 16 < dqw_monitor_band_of_q15(m, DQW_WATCH_R);
+}
+
 // More than any fault makes of it.
 static int64_t too_much(const dqw_monitor_q15 *m, int channel)
 {
@@ -221,10 +226,11 @@ static enum dqw_why sees(const dqw_monitor_q15 *m, int channel, int64_t *least)
     const bool moves = weight >= DQW_WATCH_OFFSET || e->excess_q10[weight] > 0;
     if (!moves || x.sd == INT32_MAX) return DQW_WHY_NOT_TAUGHT;
     if (weight <= DQW_WATCH_PSI && e->w_q24[weight] <= 0) return DQW_WHY_SIGN;
+    if (channel == DQW_WATCH_LQ && m->config->estimator.observed) return DQW_WHY_OBSERVED;
 
     // [CHN.5] what is known well enough: a temperature where R is to its band
     if (channel == DQW_WATCH_TEMPERATURE) {
-        if (dqw_estimator_sd_q24(e, DQW_R) >= dqw_monitor_band_of_q15(m, DQW_WATCH_R)) return DQW_WHY_UNSETTLED;
+        if (!dqw_monitor_knows_heat_q15(m)) return DQW_WHY_UNSETTLED;
         *least = dqw_monitor_band_q24(m, channel) * 65536;
         return DQW_WHY_IN_SERVICE;
     }

@@ -32,6 +32,8 @@ int64_t dqw_monitor_beta_ppm(const dqw_monitor_q15 *m);
 
 /// The winding's rise above cold, Q16 K, where its resistance is this.
 int32_t dqw_monitor_rise_q16(const dqw_monitor_q15 *m, int32_t R_q24);
+/// Is the value of R known to its band? What its change is sure of is no temperature.
+bool dqw_monitor_knows_heat_q15(const dqw_monitor_q15 *m);
 
 /// Of temperature and residual the change is the value.
 void dqw_monitor_read_channel_q15(const dqw_monitor_q15 *m, int channel, dqw_monitor_channel_q15 *r);

@@ -20,6 +20,9 @@
 #define SURE_Q15 32440
 // A change is named within so many looks of being found; bands are known after so many segments.
 #define OPENED_LOOKS 64u
+// What shows waits so long for a segment of its own, and a weight that was found changed settles for so many looks.
+#define WAITS_NS 5000000000u
+#define OPENED_SETTLES 16u
 #define YOUNG_SEGMENTS 20u
 #define TEMPERATURE_BAND_K 5
 // Part of the full speed above which a direction is one: a fifteenth, a full scale being half as much again as a rated
@@ -248,7 +251,7 @@ static int32_t deviation_q5(const dqw_monitor_q15 *m, int channel)
     int64_t width;
     int n = 5;
     if (channel == DQW_WATCH_TEMPERATURE) {
-        if (sd(m, DQW_R) >= dqw_monitor_band_of_q15(m, DQW_WATCH_R)) return 0;
+        if (!dqw_monitor_knows_heat_q15(m)) return 0;
         over = dqw_monitor_rise_q16(m, value(m, DQW_R)) - dqw_q_round64(dqw_monitor_band_q24(m, channel), 8) +
                (int64_t)TEMPERATURE_BAND_K * ONE_Q16;
         width = TEMPERATURE_BAND_K;
@@ -343,6 +346,11 @@ static void name(dqw_monitor_q15 *m, int channel)
     m->named_fault = of_channel != DQW_FAULT_NONE ? sure : name_it(m);
 }
 
+static bool is_known(const dqw_monitor_q15 *m, int weight)
+{
+    return (int64_t)sd(m, weight) * SERVICE_PARTS < value(m, weight);
+}
+
 // A healthy value is the mean over the first looks at which it is known, as long as nothing seems to change.
 static void settle(dqw_monitor_q15 *m, int channel)
 {
@@ -358,8 +366,10 @@ static void settle(dqw_monitor_q15 *m, int channel)
                                                         : KNOWN_PART_Q15;
     dqw_monitor_channel_q15 x;
     dqw_monitor_read_channel_q15(m, channel, &x);
-    const bool known_now = within_part(x.sd, part_q15, dqw_monitor_band_of_q15(m, channel));
-    if (known_now) m->watch.looks[channel]++;
+    const bool known_well = within_part(x.sd, part_q15, dqw_monitor_band_of_q15(m, channel));
+    // Known less well it is watched with a band of five deviations, and its healthy value goes on being learned.
+    const bool known_now = known_well || (channel <= DQW_WATCH_PSI && is_known(m, channel));
+    if (known_well || (known_now && looks < DQW_WATCH_LOOKS_MOST - 1)) m->watch.looks[channel]++;
     if (!known_now && looks != 0) return;
     const int32_t before = channel <= DQW_WATCH_PSI ? m->healthy.weight_q24[channel] : 1;
     dqw_monitor_move_healthy_q15(m, channel, looks + 1);
@@ -380,8 +390,33 @@ static void follow_residual(dqw_monitor_q15 *m)
     if (e->recent_q54 > healthy) m->healthy.residual_q54 = e->recent_q54 < most ? e->recent_q54 : most;
 }
 
+// What has just begun to show is judged by a segment of its own: a weight that moved along one operating point may be
+// any. (E105)
+static void hasten(dqw_monitor_q15 *m)
+{
+    dqw_segment_q15 *s = &m->estimator.segment;
+    const bool urgent = dqw_watch_wants_a_name(&m->watch) && m->config->estimator.follow;
+    if (urgent && !s->urgent) {
+        dqw_segment_restart_q15(s);
+        m->alarmed_segments = s->segments;
+    }
+    s->urgent = urgent;
+}
+
+// Has that segment not ended, or a weight only just been found changed?
+static bool is_early(const dqw_monitor_q15 *m)
+{
+    const dqw_estimator_q15 *e = &m->estimator;
+    if (!e->segment.urgent) return false;
+    const bool waits = e->segment.segments == m->alarmed_segments &&
+                       e->segment.blocks < WAITS_NS / (e->config->scale.dt_ns * (uint64_t)e->window.half);
+    return waits ||
+           (e->residual.opened > 0 && e->number - e->residual.opened_at < OPENED_SETTLES * DQW_WATCH_TICK_BLOCKS);
+}
+
 static bool look(dqw_monitor_q15 *m)
 {
+    hasten(m);
     const enum dqw_watch_begins begins = dqw_watch_begin(&m->watch);
     if (begins == DQW_WATCH_PAUSES) return false;
     if (begins == DQW_WATCH_ADOPTS) {
@@ -396,6 +431,10 @@ static bool look(dqw_monitor_q15 *m)
     int32_t q5[DQW_WATCH_CHANNELS];
     for (int i = 0; i < DQW_WATCH_CHANNELS; i++) q5[i] = deviation_q5(m, i);
     if (!dqw_watch_look(&m->watch, q5)) return false;
+    if (is_early(m)) {
+        dqw_watch_later(&m->watch);
+        return false;
+    }
     const int worst = dqw_watch_worst(&m->watch, q5, above_threshold(m));
     if (worst < 0) return false;
     name(m, worst);
@@ -426,11 +465,6 @@ static void enter_service(dqw_monitor_q15 *m)
     m->healthy.cold_psi_q24 = commissioned ? u.w_q24[DQW_PSI] : value(m, DQW_PSI);
     m->healthy.hottest_q16 = 0;
     begin_rest(m);
-}
-
-static bool is_known(const dqw_monitor_q15 *m, int weight)
-{
-    return (int64_t)sd(m, weight) * SERVICE_PARTS < value(m, weight);
 }
 
 // L_d shows only where i_d is not 0: without it the other three are watched.

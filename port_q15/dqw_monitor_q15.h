@@ -76,6 +76,7 @@ typedef struct dqw_monitor_q15 {
     uint32_t named_at;
     int32_t named_value, named_sd, named_healthy;
     dqw_fault_verdict_q15 named_fault;
+    uint16_t alarmed_segments;           ///< had ended when something began to show
     uint8_t named_channel, named_looks;  ///< looks since it began to show
     bool has_change;
     bool restored;  ///< healthy values came from a store

@@ -9,6 +9,8 @@ enum { N = DQW_PARAMETERS, SUMS = N * (N + 1) / 2 };
 // (E105)
 #define ALLOWANCE_Q11 2048
 #define THRESHOLD_Q11 14746
+// Where a channel shows a change already, one segment that is 4 off is enough.
+#define THRESHOLD_URGENT_Q11 8192
 #define DEVIATION_MOST_Q11 12288
 // A band moves by a fiftieth at least, by more while it is young; upwards not while something seems to change: 4.
 #define PARTS_MOST 50u
@@ -239,6 +241,7 @@ int dqw_segment_end_q15(dqw_segment_q15 *s, int64_t variance_q56, const dqw_segm
     const uint32_t part_q30 = part_of_q30(s);
     const int32_t surer_q15 = dqw_q_quotient32(1, (int64_t)ONE_Q30 + dqw_q_root64((uint64_t)part_q30 << 30), 45);
     for (int k = 0; k < N; k++) s->share_q15[k] = (uint16_t)(v.share_q30[k] >> 15);
+    const int32_t threshold = s->urgent ? THRESHOLD_URGENT_Q11 : THRESHOLD_Q11;
     int changed = -1;
     int64_t most = 0;
     for (int k = 0; k < N; k++) {
@@ -260,7 +263,7 @@ int dqw_segment_end_q15(dqw_segment_q15 *s, int64_t variance_q56, const dqw_segm
         s->down_q11[k] = agreed(s->down_q11[k], -d);
         const int32_t now = larger(s->up_q11[k], s->down_q11[k]);
         // Of those that agree, the one that explains most now.
-        if (now > THRESHOLD_Q11 && dqw_q_size64(z_q20) > most) {
+        if (now > threshold && dqw_q_size64(z_q20) > most) {
             most = dqw_q_size64(z_q20);
             changed = k;
             s->agreed = sum > ALLOWANCE_Q11;

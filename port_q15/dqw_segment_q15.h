@@ -28,6 +28,7 @@ typedef struct dqw_segment_q15 {
     uint16_t segments, since;
     uint16_t share_q15[DQW_PARAMETERS];  ///< what the last segment knew of a weight, over its band
     uint8_t a_bits, b_bits;
+    bool urgent;  ///< something shows already: this segment alone may tell what has changed
     bool agreed;  ///< the weight that was found changed seemed so in the segment before
 } dqw_segment_q15;
 

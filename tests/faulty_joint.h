@@ -59,13 +59,13 @@ static inline void set(dqw_sim_scenario *s, const char *key, const char *part, d
 }
 
 static const fault faults[] = {
-    {"demagnetisation", "nonideal.demagnetisation", 0.03, DQW_FAULT_DEMAGNETISATION, 0.57},
+    {"demagnetisation", "nonideal.demagnetisation", 0.03, DQW_FAULT_DEMAGNETISATION, 1.0},
     {"turn short", "nonideal.turn_short", 0.03, DQW_FAULT_TURN_SHORT, 0.77},
     {"phase connection", "nonideal.phase_connection_ohm", 0.05, DQW_FAULT_PHASE_CONNECTION, 0.77},
-    {"current offset", "nonideal.current_offset_alpha_A", 0.2, DQW_FAULT_CURRENT_OFFSET, 0.67},
-    {"current gain", "nonideal.current_gain_a", 0.1, DQW_FAULT_CURRENT_GAIN, 0.68},
-    {"encoder offset", "nonideal.angle_offset_rad", 0.05, DQW_FAULT_ENCODER_OFFSET, 0.95},
-    {"inverter", NULL, 0.48, DQW_FAULT_INVERTER_FAULT, 0.46},
+    {"current offset", "nonideal.current_offset_alpha_A", 0.2, DQW_FAULT_CURRENT_OFFSET, 0.95},
+    {"current gain", "nonideal.current_gain_a", 0.1, DQW_FAULT_CURRENT_GAIN, 0.9},
+    {"encoder offset", "nonideal.angle_offset_rad", 0.05, DQW_FAULT_ENCODER_OFFSET, 1.2},
+    {"inverter", NULL, 0.48, DQW_FAULT_INVERTER_FAULT, 0.75},
     {"R of all phases", NULL, 0.1, DQW_FAULT_RESISTANCE_RISE, 1.2}};
 enum { FAULTS = sizeof faults / sizeof faults[0] };
 

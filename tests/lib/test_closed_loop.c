@@ -441,7 +441,7 @@ static void test_a_vector_that_is_held_is_turned_to_the_middle_of_its_period(voi
             }
             // Not turned, it is off by what it would have been turned by: the test above sees something.
             CASE("%s, %s: not turned, half a period is up to %g rad", names[n], next ? "next" : "now", widest);
-            BETWEEN(3.0, fabs(value_of(&wrong, 0) - value_of(&mean, 0)) / sd_of(&mean, 0), 230.0);  // 209
+            BETWEEN(3.0, fabs(value_of(&wrong, 0) - value_of(&mean, 0)) / sd_of(&mean, 0), 200.0);
         }
     }
 }

@@ -196,27 +196,27 @@ static void test_a_slow_demagnetisation_is_told(void)
 static void test_an_event_of_temperature_hides_no_other(void)
 {
     if (quick()) return;
-    dqw_sim_scenario s = joint(4.0);
+    dqw_sim_scenario s = joint(4.6);
     s.machine.temp_start_C = s.machine.temp_ref_C + 1;
     s.nonideal.winding_alpha_per_K = (dqw_sim_ramp){0.0039 * 30, 1.5, 2.8};
-    s.nonideal.demagnetisation = (dqw_sim_ramp){0.06, 3.0, 3.1};
+    s.nonideal.demagnetisation = (dqw_sim_ramp){0.06, 3.4, 3.5};
     simulate(&s);
     dqw_monitor_config c = config_of();
     c.band[DQW_WATCH_TEMPERATURE] = 20.0f;
     c.heating_K_s = 30.0f;
     dqw_monitor m = begin(&c);
-    const course hot = watch(&m, 0, (int)(3.14 / DT_S));
+    const course hot = watch(&m, 0, (int)(3.54 / DT_S));
     CASE("%d events, first of channel %d, fault %d at %g s", hot.events, (int)hot.first.parameter,
          (int)hot.first.fault.name, hot.first_s);
     HOLDS(hot.events == 1 && hot.first.parameter == DQW_WATCH_TEMPERATURE &&
           hot.first.fault.name == DQW_FAULT_OVER_TEMPERATURE);
-    BETWEEN(2.8, hot.first_s, 3.14);  // 3.10: the limit is passed at 2.4 s, seen a tenth later, and 24 looks follow
+    BETWEEN(2.8, hot.first_s, 3.54);  // the limit is passed at 2.4 s, R is there at 3, and 24 looks follow
     BETWEEN(25, hot.first.value, 33);
-    const course o = watch(&m, (int)(3.14 / DT_S), row_count);
+    const course o = watch(&m, (int)(3.54 / DT_S), row_count);
     CASE("%d events, first of channel %d, fault %d at %g s", o.events, (int)o.first.parameter, (int)o.first.fault.name,
          o.first_s);
     HOLDS(o.events == 1 && o.first.fault.name == DQW_FAULT_DEMAGNETISATION);
-    BETWEEN(3.2, o.first_s, 3.7);
+    BETWEEN(3.6, o.first_s, 4.6);
 }
 
 // A drive that stops and goes for ever, and a background that is late by a half in every eight, are watched all the
@@ -629,7 +629,7 @@ static void test_healthy_values_settle_while_they_are_known(void)
             m.watch.looks[channel] = 0;
             (void)watch(&m, 24000, 24000 + 20 * 18);
             CASE("channel %d, %s: sd %g", channel, unsure ? "unsure" : "sure", sd);
-            HOLDS((m.watch.looks[channel] > 0) == (unsure == 0));
+            HOLDS((m.watch.looks[channel] > 0) == (unsure == 0 || channel <= DQW_WATCH_PSI));
         }
 }
 
@@ -656,7 +656,7 @@ static void test_what_heat_explains_is_no_change(void)
             m.watch.followed[channel == DQW_WATCH_PSI] = (uint16_t)((m.estimator.number >> DQW_WATCH_FOLLOW_SHIFT) -
                                                                     halves);
             // A mean of fewer than twenty looks is none yet.
-            const int looks = way < 4 ? 20 : 19;
+            const int looks = way < 4 ? 20 : 18;
             m.watch.looks[channel] = (uint8_t)looks;
             const double rate = channel == DQW_WATCH_R ? 0.0039 : 0.001;
             const double heat = 1.3 * rate *
@@ -760,6 +760,9 @@ static void test_each_channel_counts_and_is_told(void)
         // Named now, and whether anything explains it or not.
         told.watch.alarms = (uint16_t)(0x4000u | 1u << channel);
         told.watch.wait = 1;
+        // Its own segment has ended.
+        told.estimator.segment.urgent = true;
+        told.alarmed_segments = UINT16_MAX;
         told.watch.change[channel] = (dqw_change){.sum_q5 = 100, .above = 7};
         const float cold_ohm = told.healthy.cold_R_ohm;
         const float cold_Wb = told.healthy.cold_psi_Wb;

@@ -410,7 +410,7 @@ static void test_healthy_values_settle_while_they_are_known(void)
             m.watch.looks[channel] = 0;
             (void)watch(&m, 24000, 24000 + 20 * 18);
             CASE("channel %d, %s: sd %g", channel, unsure ? "unsure" : "sure", sd);
-            HOLDS((m.watch.looks[channel] > 0) == (unsure == 0));
+            HOLDS((m.watch.looks[channel] > 0) == (unsure == 0 || channel <= DQW_WATCH_PSI));
         }
 }
 
@@ -468,7 +468,7 @@ static void test_what_heat_explains_is_no_change(void)
             m.watch.followed[channel == DQW_WATCH_PSI] = (uint16_t)((m.estimator.number >> DQW_WATCH_FOLLOW_SHIFT) -
                                                                     halves);
             // A mean of fewer than twenty looks is none yet.
-            const int looks = way < 4 ? 20 : 19;
+            const int looks = way < 4 ? 20 : 18;
             m.watch.looks[channel] = (uint8_t)looks;
             const double rate = channel == DQW_WATCH_R ? 0.0039 : 0.001;
             const double heat = 1.3 * rate *
@@ -575,6 +575,9 @@ static void test_each_channel_counts_and_is_told(void)
         // Named now, and whether anything explains it or not.
         told.watch.alarms = (uint16_t)(0x4000u | 1u << channel);
         told.watch.wait = 1;
+        // Its own segment has ended.
+        told.estimator.segment.urgent = true;
+        told.alarmed_segments = UINT16_MAX;
         told.watch.change[channel] = (dqw_change){.sum_q5 = 100, .above = 7};
         const double cold_R = told.healthy.cold_R_q24;
         const double cold_psi = told.healthy.cold_psi_q24;

@@ -251,7 +251,7 @@ static bool one_fault(const fault *f, int joined, bool lent, bool every_block)
     // An opening is a segment earlier or later, where a change is just enough.
     BETWEEN(-0.4, o.q_s - o.f_s, 0.4);
     // For three blocks behind an opening, a weight that is free moves by its noise in one and not yet in the other.
-    BETWEEN(1e-5, o.weight, every_block ? 0.008 : 0.15);
+    BETWEEN(1e-5, o.weight, every_block ? 0.008 : 0.4);
     BETWEEN(0, o.unlike_s, every_block ? 0.1 : 0.8);
     BETWEEN(1e-3, o.witness, every_block ? 0.15 : 0.6);
     if (!every_block) return true;
