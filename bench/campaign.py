@@ -16,7 +16,7 @@ import sys
 import time
 from collections.abc import Callable, Iterable
 
-from campaign import coverage
+from campaign import alarms, coverage, faults
 from campaign.command import Tools
 
 
@@ -45,7 +45,20 @@ def run_coverage(args: argparse.Namespace, tools: Tools) -> None:
     coverage.report(runs)
 
 
-PARTS = {"coverage": run_coverage}
+def run_faults(args: argparse.Namespace, tools: Tools) -> None:
+    runs = [run for found in each(args.jobs, faults.one, [(tools, c) for c in faults.cases(args.seed, args.per)]) for run in found]
+    kept(args, "faults", runs)
+    faults.report(runs)
+
+
+def run_alarms(args: argparse.Namespace, tools: Tools) -> None:
+    drives = alarms.drives(args.seed, args.samples)
+    runs = [run for found in each(args.jobs, alarms.one, [(tools, d) for d in drives]) for run in found]
+    kept(args, "alarms", runs)
+    alarms.report(runs)
+
+
+PARTS = {"coverage": run_coverage, "faults": run_faults, "alarms": run_alarms}
 
 
 def main() -> None:
@@ -59,6 +72,8 @@ def main() -> None:
     parser.add_argument("--jobs", type=int, default=os.cpu_count())
     args = parser.parse_args()
     tools = Tools(pathlib.Path(args.build).absolute())
+    print("# A campaign of drives drawn by a seed\n\nBy `make campaign`; one part: `python3 bench/campaign.py PART --seed N`. "
+          f"Seed {args.seed}.\n")
     for name in PARTS if args.part == "all" else [args.part]:
         start = time.monotonic()
         PARTS[name](args, tools)

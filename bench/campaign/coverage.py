@@ -6,7 +6,6 @@ from __future__ import annotations
 import pathlib
 import random
 import tempfile
-from collections import Counter
 
 from . import command, figures
 from .command import PARAMETERS, Tools
@@ -16,14 +15,14 @@ SECONDS = (12.0, 20.0)
 KINDS = ("clamped", "compensated", "observer", "cheap")
 DEAD = ("--effect", "dead_time")
 LIMITS = {"psi_Wb": 95, "Lq_H": 80, "R_ohm": 50}
-# Who reads: command, options of it, arithmetic. Each told, and those of TOLD_ALONE only told.
-READERS: dict[str, tuple[str, tuple[str, ...], str]] = {
-    "monitor": ("monitor", (), "float"),
-    "monitor, q15": ("monitor", (), "q15"),
-    "learn": ("learn", (), "float"),
-    "learn --effect dead_time": ("learn", DEAD, "float"),
-    "learn --effect dead_time, q15": ("learn", DEAD, "q15"),
-    "plain least squares": ("plain", (), "float"),
+# Who reads: command, options of it, arithmetic, and whether told and not told.
+READERS: dict[str, tuple[str, tuple[str, ...], str, tuple[bool, ...]]] = {
+    "monitor": ("monitor", (), "float", (True, False)),
+    "monitor, q15": ("monitor", (), "q15", (True, False)),
+    "learn": ("learn", (), "float", (False,)),
+    "learn --effect dead_time": ("learn", DEAD, "float", (True, False)),
+    "learn --effect dead_time, q15": ("learn", DEAD, "q15", (True,)),
+    "plain least squares": ("plain", (), "float", (True,)),
 }
 MODULATIONS = ("centred", "clamped_low", "clamped_high", "clamped_60")
 
@@ -44,6 +43,10 @@ def drives(seed: int, count: int) -> list[Drive]:
     return chosen
 
 
+def dead_time_shows(drive: Drive) -> bool:
+    return "as built" in drive.title or float(drive.value("inverter.dead_time_s")) > 0
+
+
 def one(job: tuple[Tools, Drive, int]) -> list[dict]:
     """All readers of one drive."""
     tools, drive, number = job
@@ -54,7 +57,9 @@ def one(job: tuple[Tools, Drive, int]) -> list[dict]:
             command.tell(sim, told)
             if told and drive.decided:
                 command.voltage_later(sim.csv)
-            for name, (what, more, arith) in READERS.items():
+            for name, (what, more, arith, tells) in READERS.items():
+                if told not in tells:
+                    continue
                 if what == "monitor":
                     reads = command.monitor_reads(tools, sim.csv, arith)
                 elif what == "learn":
@@ -64,7 +69,7 @@ def one(job: tuple[Tools, Drive, int]) -> list[dict]:
                 found.append({"number": number, "title": drive.title, "machine": drive.machine.name, "told": told,
                               "reader": name, "reads": reads, "truth": sim.truth, "repeat": command.repeat(drive),
                               "modulation": command.modulation_of(drive), "observed": drive.observed,
-                              "switch_ohm": float(drive.value("inverter.switch_ohm") or 0)})
+                              "rests_show": dead_time_shows(drive), "switch_ohm": float(drive.value("inverter.switch_ohm") or 0)})
     return found
 
 
@@ -118,7 +123,7 @@ def report(runs: list[dict]) -> None:
           "interval\nscore, % of the truth, of all parameters, less is better.\n")
     head = ("who", "usable", "within 2", "within 3", "over 15 % off", "R", "L_d", "L_q", "ψ", "score")
     figures.table(head, [coverage_row(f"{name}, {'told' if told else 'not told'}", of(runs, name, told))
-                         for told in (True, False) for name in READERS])
+                         for told in (True, False) for name in READERS if told in READERS[name][3]])
     monitor = of(runs, "monitor", True)
     groups = {"encoder": [run for run in monitor if not run["observed"]],
               "observer": [run for run in monitor if run["observed"]],
@@ -139,8 +144,10 @@ def report(runs: list[dict]) -> None:
         z = [((r := run["reads"]["R_ohm"])["value"] - run["truth"]["R_ohm"] - run["switch_ohm"]) / r["sd"] for run in switched]
         print(f"Where switches conduct, their resistance is no part of the truth; with it, {sum(abs(x) <= 2 for x in z)} of "
               f"{len(z)} usable R would be within two deviations.\n")
-    found = Counter((MODULATIONS[run["reads"]["modulation"]] == run["modulation"]) for run in of(runs, "monitor", False))
-    print(f"Not told, the command takes the right modulation on {found[True]} of {sum(found.values())} drives.\n")
+    for told, what in ((True, "with"), (False, "without")):
+        part = [run for run in of(runs, "monitor", False) if run["rests_show"] == told]
+        right = sum(MODULATIONS[run["reads"]["modulation"]] == run["modulation"] for run in part)
+        print(f"Not told, the command takes the right modulation on {right} of {len(part)} drives {what} dead time.\n")
     for name, told in (("monitor", True), ("monitor", False), ("learn --effect dead_time", True), ("learn", False)):
         print(f"The ten furthest off, {name}, {'told' if told else 'not told'}:\n")
         worst(of(runs, name, told))

@@ -53,7 +53,7 @@ MACHINES = (
 # Of the scenario drive_clamped_*: what makes it a drive. Without these it is the machine, its sensors' noise and loops.
 PLAIN = tuple(f"{key}=0" for key in (
     "inverter.dead_time_s", "inverter.node_F", "inverter.switch_V", "inverter.switch_ohm", "inverter.diode_V",
-    "inverter.diode_ohm", "inverter.source_ohm", "inverter.link_F", "inverter.ripple_V", "inverter.compare_counts",
+    "inverter.diode_ohm", "inverter.knee_A", "inverter.source_ohm", "inverter.link_F", "inverter.ripple_V", "inverter.compare_counts",
     "nonideal.iron_loss_S", "nonideal.iron_hysteresis_S_rad_s", "nonideal.winding_alpha_per_K", "sensing.filter_s",
     "nonideal.magnet_beta_per_K", "machine.winding_heat_J_K", "machine.magnet_heat_J_K", "machine.housing_heat_J_K",
     "machine.winding_housing_W_K", "machine.magnet_housing_W_K", "machine.housing_ambient_W_K"))
@@ -170,6 +170,7 @@ IMPERFECTIONS: dict[str, Draw] = {
     "sensors' gains": gains,
     "sensors' offsets": offsets,
     "coarse currents": lambda r, m: {"noise.step_i_A": m.i_max_A * log_uniform(r, 5e-4, 5e-3)},
+    "slow speed loop": lambda r, m: {"sensing.speed_bandwidth_rad_s": log_uniform(r, 100, 1000)},
     "coarse encoder": lambda r, m: {"noise.step_theta_m_rad": 6.283185307179586 / 2 ** r.randint(10, 13)},
     "eccentric encoder": lambda r, m: {"sensing.once_rad": r.uniform(1e-3, 4e-3), "sensing.twice_rad": r.uniform(0, 2e-3)},
     "encoder's angle late": lambda r, m: {"sensing.angle_late_periods": r.uniform(0.2, 1)},
@@ -244,11 +245,21 @@ def compatible(names: tuple[str, ...]) -> bool:
     return not ("soft link, measured" in names and any("nominal" in name for name in names))
 
 
+def seconds_of(r: random.Random, m: Machine, seconds: tuple[float, float]) -> float:
+    """Less where the period is short: a drive costs by its rows."""
+    return r.uniform(*seconds) * min(1.0, m.dt_s / 5e-5)
+
+
+def sensed_speed(r: random.Random, m: Machine) -> Settings:
+    """The shaft's own, or as a loop has it that follows the angle."""
+    return {"sensing.speed_bandwidth_rad_s": r.choice((0, 1)) * log_uniform(r, 300, 3000)}
+
+
 def drawn(r: random.Random, m: Machine, names: tuple[str, ...], seconds: tuple[float, float]) -> Drive:
     """A machine with these imperfections alone, at sizes drawn."""
     settings: Settings = dict(pair.split("=") for pair in PLAIN)
-    settings |= {"method": "rk4", "duration_s": r.uniform(*seconds), "inverter.modulation": r.choice(MODULATIONS)}
-    settings |= driving(r, m, "observer" in names)
+    settings |= {"method": "rk4", "duration_s": seconds_of(r, m, seconds), "inverter.modulation": r.choice(MODULATIONS)}
+    settings |= driving(r, m, "observer" in names) | sensed_speed(r, m)
     for name in names:
         settings |= IMPERFECTIONS[name](r, m)
     return Drive(m, f"drive_clamped{m.suffix}", r.randrange(1, 10**6), " + ".join(names) or "none",
@@ -257,7 +268,7 @@ def drawn(r: random.Random, m: Machine, names: tuple[str, ...], seconds: tuple[f
 
 def built(r: random.Random, m: Machine, kind: str, seconds: tuple[float, float]) -> Drive:
     """A scenario of sim/ with all its imperfections, driven by other set points."""
-    settings: Settings = {"method": "rk4", "duration_s": r.uniform(*seconds), "inverter.modulation": r.choice(MODULATIONS)}
+    settings: Settings = {"method": "rk4", "duration_s": seconds_of(r, m, seconds), "inverter.modulation": r.choice(MODULATIONS)}
     settings |= driving(r, m, kind == "observer")
     return Drive(m, f"drive_{kind}{m.suffix}", r.randrange(1, 10**6), f"as built, {kind}",
                  tuple((key, text(value)) for key, value in settings.items()))

@@ -12,7 +12,7 @@ def wilson(hits: int, n: int) -> tuple[float, float]:
         return 0.0, 1.0
     z2 = 1.96**2
     middle, half = hits / n + z2 / (2 * n), 1.96 * math.sqrt(hits / n * (1 - hits / n) / n + z2 / (4 * n * n))
-    return (middle - half) / (1 + z2 / n), (middle + half) / (1 + z2 / n)
+    return max((middle - half) / (1 + z2 / n), 0.0), min((middle + half) / (1 + z2 / n), 1.0)
 
 
 def share(hits: int, n: int) -> str:
