@@ -109,10 +109,11 @@ template <class Monitor> void run(const dqw::Log& log, const dqw::MonitorSetup& 
                                    static_cast<int>(setup.config.estimator.modulation));
     for (int channel = 0; channel < Monitor::channels; ++channel) {
         const dqw_reading r = monitor.read(channel);
-        text += fmt::format(", \"{}\": {{\"value\": {}, \"sd\": {}, \"sd_change\": {}, \"usable\": {}, \"sensitivity\": {}}}",
-                            dqw_parameter_text(static_cast<dqw_monitor_channel>(channel)),
-                            number(static_cast<double>(r.value)), number(static_cast<double>(r.sd)),
-                            number(static_cast<double>(r.sd_change)), r.usable, number(monitor.sensitivity(channel)));
+        text += fmt::format(
+            ", \"{}\": {{\"value\": {}, \"sd\": {}, \"sd_change\": {}, \"usable\": {}, \"sensitivity\": {}}}",
+            dqw_parameter_text(static_cast<dqw_monitor_channel>(channel)), number(static_cast<double>(r.value)),
+            number(static_cast<double>(r.sd)), number(static_cast<double>(r.sd_change)), r.usable,
+            number(monitor.sensitivity(channel)));
     }
     fmt::print("{}}}\n", text);
 }

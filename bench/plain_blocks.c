@@ -113,10 +113,7 @@ static block_row block_of(const double *x, size_t n, int h, double T_s, double p
     return b;
 }
 
-static double dot(const double *a, const double *b)
-{
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3];
-}
+static double dot(const double *a, const double *b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3]; }
 
 int main(int argc, char **argv)
 {
