@@ -2,7 +2,7 @@
 """Drives drawn by a seed through the command, as a user has it: do the deviations hold, are faults named rightly and
 with the confidence stated, does it stay quiet? Markdown on stdout; what was measured as JSON in BUILD/campaign.
 
-usage: campaign.py coverage|faults|alarms|all [--build DIR] [--seed N] [--drives N] [--per N] [--samples N] [--jobs N]
+usage: campaign.py coverage|faults|alarms|all [--build DIR] [--seed N] [--drives N] [--per N] [--samples N] [--jobs N] [--read]
 """
 
 from __future__ import annotations
@@ -20,42 +20,37 @@ from campaign import alarms, coverage, faults
 from campaign.command import Tools
 
 
-def each(jobs: int, what: Callable, over: Iterable) -> list:
-    """Every job's result, in order; one that fails is said, and left out."""
-    out = []
-    with concurrent.futures.ProcessPoolExecutor(jobs) as pool:
-        for number, future in enumerate([pool.submit(what, job) for job in over]):
-            try:
-                out.append(future.result())
-            except RuntimeError as error:
-                print(f"campaign: {number}: {error}", file=sys.stderr)
-    return out
-
-
-def kept(args: argparse.Namespace, name: str, found: object) -> None:
-    folder = pathlib.Path(args.build) / "campaign"
-    folder.mkdir(exist_ok=True)
-    (folder / f"{name}.json").write_text(json.dumps(found))
+def each(args: argparse.Namespace, part: str, what: Callable, over: Iterable) -> list[dict]:
+    """What every job found, kept line by line as it comes; of --read what was kept before. A job that fails is said."""
+    file = pathlib.Path(args.build) / "campaign" / f"{part}_{args.seed}.jsonl"
+    file.parent.mkdir(exist_ok=True)
+    if not args.read:
+        jobs = list(over)
+        with concurrent.futures.ProcessPoolExecutor(args.jobs) as pool, file.open("w") as out:
+            for done, future in enumerate(concurrent.futures.as_completed([pool.submit(what, job) for job in jobs]), 1):
+                try:
+                    for run in future.result():
+                        print(json.dumps(run), file=out, flush=True)
+                except RuntimeError as error:
+                    print(f"campaign: {error}", file=sys.stderr)
+                if done % 10 == 0:
+                    print(f"campaign: {part}, {done} of {len(jobs)}", file=sys.stderr)
+    found = [json.loads(line) for line in file.open()]
+    return sorted(found, key=lambda run: run["number"])
 
 
 def run_coverage(args: argparse.Namespace, tools: Tools) -> None:
     drives = coverage.drives(args.seed, args.drives)
-    runs = [run for found in each(args.jobs, coverage.one, [(tools, d, k) for k, d in enumerate(drives)]) for run in found]
-    kept(args, "coverage", runs)
-    coverage.report(runs)
+    coverage.report(each(args, "coverage", coverage.one, [(tools, d, k) for k, d in enumerate(drives)]))
 
 
 def run_faults(args: argparse.Namespace, tools: Tools) -> None:
-    runs = [run for found in each(args.jobs, faults.one, [(tools, c) for c in faults.cases(args.seed, args.per)]) for run in found]
-    kept(args, "faults", runs)
-    faults.report(runs)
+    faults.report(each(args, "faults", faults.one, [(tools, c) for c in faults.cases(args.seed, args.per)]))
 
 
 def run_alarms(args: argparse.Namespace, tools: Tools) -> None:
     drives = alarms.drives(args.seed, args.samples)
-    runs = [run for found in each(args.jobs, alarms.one, [(tools, d) for d in drives]) for run in found]
-    kept(args, "alarms", runs)
-    alarms.report(runs)
+    alarms.report(each(args, "alarms", alarms.one, [(tools, d, k) for k, d in enumerate(drives)]))
 
 
 PARTS = {"coverage": run_coverage, "faults": run_faults, "alarms": run_alarms}
@@ -69,6 +64,7 @@ def main() -> None:
     parser.add_argument("--drives", type=int, default=160, help="of coverage")
     parser.add_argument("--per", type=int, default=10, help="drives of each fault and severity, with encoder and with observer")
     parser.add_argument("--samples", type=float, default=2e7, help="of alarms")
+    parser.add_argument("--read", action="store_true", help="run nothing: report what BUILD/campaign has of this seed")
     parser.add_argument("--jobs", type=int, default=os.cpu_count())
     args = parser.parse_args()
     tools = Tools(pathlib.Path(args.build).absolute())

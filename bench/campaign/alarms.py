@@ -33,15 +33,15 @@ def drives(seed: int, samples: float) -> list[Drive]:
     return chosen
 
 
-def one(job: tuple[Tools, Drive]) -> list[dict]:
-    tools, drive = job
+def one(job: tuple[Tools, Drive, int]) -> list[dict]:
+    tools, drive, number = job
     found = []
     with tempfile.TemporaryDirectory() as folder:
         sim = command.simulate(tools, drive, pathlib.Path(folder))
         command.tell(sim, True)
         for arith in ("float", "q15"):
             since_s, why = command.service(tools, sim.csv, arith)
-            found.append({"title": drive.title, "machine": drive.machine.name, "arith": arith, "observed": drive.observed,
+            found.append({"number": number, "title": drive.title, "machine": drive.machine.name, "arith": arith, "observed": drive.observed,
                           "modulation": command.modulation_of(drive), "samples": drive.duration_s / drive.machine.dt_s,
                           "duration_s": drive.duration_s, "service_s": since_s, "why": why,
                           "events": command.events(tools, sim.csv, arith), "repeat": command.repeat(drive)})
