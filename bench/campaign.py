@@ -2,7 +2,8 @@
 """Drives drawn by a seed through the command, as a user has it: do the deviations hold, are faults named rightly and
 with the confidence stated, does it stay quiet? Markdown on stdout; what was measured as JSON in BUILD/campaign.
 
-usage: campaign.py coverage|faults|alarms|all [--build DIR] [--seed N] [--drives N] [--per N] [--samples N] [--jobs N] [--read]
+usage: campaign.py coverage|faults|alarms|all [--build DIR] [--seed N] [--drives N] [--per N] [--samples N] [--jobs N]
+       [--read]
 """
 
 from __future__ import annotations
@@ -61,15 +62,15 @@ def main() -> None:
     parser.add_argument("part", choices=[*PARTS, "all"])
     parser.add_argument("--build", default="build")
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--drives", type=int, default=160, help="of coverage")
-    parser.add_argument("--per", type=int, default=10, help="drives of each fault and severity, with encoder and with observer")
+    parser.add_argument("--drives", type=int, default=120, help="of coverage")
+    parser.add_argument("--per", type=int, default=6, help="of each fault and severity, with encoder and with observer")
     parser.add_argument("--samples", type=float, default=2e7, help="of alarms")
     parser.add_argument("--read", action="store_true", help="run nothing: report what BUILD/campaign has of this seed")
     parser.add_argument("--jobs", type=int, default=os.cpu_count())
     args = parser.parse_args()
     tools = Tools(pathlib.Path(args.build).absolute())
-    print("# A campaign of drives drawn by a seed\n\nBy `make campaign`; one part: `python3 bench/campaign.py PART --seed N`. "
-          f"Seed {args.seed}.\n")
+    print("# A campaign of drives drawn by a seed\n")
+    print(f"By `make campaign`; one part: `python3 bench/campaign.py PART --seed N`. Seed {args.seed}.\n")
     for name in PARTS if args.part == "all" else [args.part]:
         start = time.monotonic()
         PARTS[name](args, tools)

@@ -41,21 +41,17 @@ def one(job: tuple[Tools, Drive, int]) -> list[dict]:
         command.tell(sim, True)
         for arith in ("float", "q15"):
             since_s, why = command.service(tools, sim.csv, arith)
-            found.append({"number": number, "title": drive.title, "machine": drive.machine.name, "arith": arith, "observed": drive.observed,
-                          "modulation": command.modulation_of(drive), "samples": drive.duration_s / drive.machine.dt_s,
-                          "duration_s": drive.duration_s, "service_s": since_s, "why": why,
-                          "events": command.events(tools, sim.csv, arith), "repeat": command.repeat(drive)})
+            found.append(command.about(drive) | {
+                "number": number, "arith": arith, "samples": drive.duration_s / drive.machine.dt_s,
+                "duration_s": drive.duration_s, "service_s": since_s, "why": why,
+                "events": command.events(tools, sim.csv, arith), "repeat": command.repeat(drive)})
     return found
 
 
-def where(run: dict) -> str:
-    return f"{run['machine']}, {run['modulation']}: {run['title']}"
-
-
 def report(runs: list[dict]) -> None:
-    print("## False alarms\n\nHealthy drives that switch, with dead time, every second with an observer, half of them warming "
-          f"up, and up to two further\nimperfections; {SECONDS[0]:g} to {SECONDS[1]:g} s each, told as above. Every event is "
-          "false (wanted none). In service within 10 s\n(wanted 95 %): from the log's beginning.\n")
+    print("## False alarms\n\nHealthy drives that switch, with dead time, every second with an observer, half of them "
+          f"warming up, and up to two\nfurther imperfections; {SECONDS[0]:g} to {SECONDS[1]:g} s each, told as above. "
+          "Every event is false (wanted none). In service within\n10 s (wanted 95 %): from the log's beginning.\n")
     rows = []
     for arith in ("float", "q15"):
         for name, kind in (("encoder", False), ("observer", True)):
@@ -69,13 +65,13 @@ def report(runs: list[dict]) -> None:
     if late:
         print("Not within 10 s:\n")
         figures.table(("drive", "arithmetic", "when", "what the command says"), [
-            [where(run), run["arith"], "never" if run["service_s"] is None else f"{run['service_s']:.1f} s", run["why"]]
-            for run in late])
+            [command.where(run), run["arith"],
+             "never" if run["service_s"] is None else f"{run['service_s']:.1f} s", run["why"]] for run in late])
     alarmed = [(run, event) for run in runs for event in run["events"]]
     if alarmed:
         print("Events:\n")
         figures.table(("drive", "arithmetic", "at, s", "fault", "confidence", "parameter", "value", "healthy"), [
-            [where(run), run["arith"], f"{e['t_s']:.2f}", e["fault"], e["confidence"], e["parameter"],
+            [command.where(run), run["arith"], f"{e['t_s']:.2f}", e["fault"], e["confidence"], e["parameter"],
              f"{e['value']:.4g}" if e["value"] is not None else "–",
              f"{e['healthy']:.4g}" if e["healthy"] is not None else "–"] for run, e in alarmed])
         print("Each by one command; its log is then watched with `dqwatch monitor`:\n\n```sh")

@@ -106,7 +106,9 @@ def service(tools: Tools, csv: pathlib.Path, arith: str) -> tuple[float | None, 
 
 
 def read(value: float | None, sd: float | None) -> dict | None:
-    return None if value is None or sd is None else {"value": value, "sd": sd, "usable": value > 0 and 3 * sd < 0.1 * value}
+    if value is None or sd is None:
+        return None
+    return {"value": value, "sd": sd, "usable": value > 0 and 3 * sd < 0.1 * value}
 
 
 def monitor_reads(tools: Tools, csv: pathlib.Path, arith: str) -> dict[str, dict | None]:
@@ -122,6 +124,15 @@ def learn_reads(tools: Tools, csv: pathlib.Path, arith: str, *more: str) -> dict
 def plain_reads(tools: Tools, csv: pathlib.Path, pole_pairs: int) -> dict[str, dict | None]:
     said = tools.json("bench/plain_blocks", str(csv), str(pole_pairs))
     return {p: read(said[p]["value"], said[p]["sd"]) if p in said else None for p in PARAMETERS}
+
+
+def about(drive: Drive) -> dict:
+    return {"title": drive.title, "machine": drive.machine.name, "modulation": modulation_of(drive),
+            "observed": drive.observed}
+
+
+def where(run: dict) -> str:
+    return f"{run['number']} {run['machine']}, {run['modulation']}: {run['title']}"
 
 
 def repeat(drive: Drive) -> str:

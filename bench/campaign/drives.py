@@ -44,16 +44,19 @@ class Machine:
 
 MACHINES = (
     Machine("", 4, 0.9, 2.2e-3, 2.8e-3, 0.12, 2e-3, 320, 15, 1e-4, 150, 3, 0.051, 3, 0.02, 4e-3, 1e-3, 0.4, -0.0011),
-    Machine("_joint", 4, 0.5, 1e-3, 1.4e-3, 0.02, 3e-4, 24, 6, 5e-5, 90, 0.35, 0.051, 2, 0.01, 1e-2, 2e-3, 0.5, -0.0011),
-    Machine("_hub", 15, 0.24, 520e-6, 650e-6, 0.0243, 0.02, 48, 20, 5e-5, 45, 4, 0.11, 4, 0.03, 3e-3, 2e-3, 0.8, -0.0012),
-    Machine("_fast", 14, 0.014, 10e-6, 15e-6, 1.456e-3, 1.5e-4, 22, 50, 3.5e-5, 300, 0.5, 0.051, 8, 0.08, 1e-3, 0.03, 60,
+    Machine("_joint", 4, 0.5, 1e-3, 1.4e-3, 0.02, 3e-4, 24, 6, 5e-5, 90, 0.35, 0.051, 2, 0.01, 1e-2, 2e-3, 0.5,
+            -0.0011),
+    Machine("_hub", 15, 0.24, 520e-6, 650e-6, 0.0243, 0.02, 48, 20, 5e-5, 45, 4, 0.11, 4, 0.03, 3e-3, 2e-3, 0.8,
             -0.0012),
+    Machine("_fast", 14, 0.014, 10e-6, 15e-6, 1.456e-3, 1.5e-4, 22, 50, 3.5e-5, 300, 0.5, 0.051, 8, 0.08, 1e-3, 0.03,
+            60, -0.0012),
 )
 
 # Of the scenario drive_clamped_*: what makes it a drive. Without these it is the machine, its sensors' noise and loops.
 PLAIN = tuple(f"{key}=0" for key in (
     "inverter.dead_time_s", "inverter.node_F", "inverter.switch_V", "inverter.switch_ohm", "inverter.diode_V",
-    "inverter.diode_ohm", "inverter.knee_A", "inverter.source_ohm", "inverter.link_F", "inverter.ripple_V", "inverter.compare_counts",
+    "inverter.diode_ohm", "inverter.knee_A", "inverter.source_ohm", "inverter.link_F", "inverter.ripple_V",
+    "inverter.compare_counts",
     "nonideal.iron_loss_S", "nonideal.iron_hysteresis_S_rad_s", "nonideal.winding_alpha_per_K", "sensing.filter_s",
     "nonideal.magnet_beta_per_K", "machine.winding_heat_J_K", "machine.magnet_heat_J_K", "machine.housing_heat_J_K",
     "machine.winding_housing_W_K", "machine.magnet_housing_W_K", "machine.housing_ambient_W_K"))
@@ -114,7 +117,8 @@ def rippled_link(r: random.Random, m: Machine, link: str = "measured") -> Settin
 
 def observer(r: random.Random, m: Machine) -> Settings:
     return {"sensing.observer": "true", "sensing.speed_bandwidth_rad_s": 300, "noise.step_theta_m_rad": 0,
-            "sensing.observer_lag_s": r.uniform(2e-6, 3e-5), "sensing.observer_load_rad_A": m.lean_rad_A * r.uniform(0, 1.5),
+            "sensing.observer_lag_s": r.uniform(2e-6, 3e-5),
+            "sensing.observer_load_rad_A": m.lean_rad_A * r.uniform(0, 1.5),
             "sensing.observer_noise_rad": r.uniform(0, 0.05), "sensing.observer_corner_rad_s": 100,
             "sensing.observer_bandwidth_rad_s": 500}
 
@@ -172,7 +176,8 @@ IMPERFECTIONS: dict[str, Draw] = {
     "coarse currents": lambda r, m: {"noise.step_i_A": m.i_max_A * log_uniform(r, 5e-4, 5e-3)},
     "slow speed loop": lambda r, m: {"sensing.speed_bandwidth_rad_s": log_uniform(r, 100, 1000)},
     "coarse encoder": lambda r, m: {"noise.step_theta_m_rad": 6.283185307179586 / 2 ** r.randint(10, 13)},
-    "eccentric encoder": lambda r, m: {"sensing.once_rad": r.uniform(1e-3, 4e-3), "sensing.twice_rad": r.uniform(0, 2e-3)},
+    "eccentric encoder": lambda r, m: {"sensing.once_rad": r.uniform(1e-3, 4e-3),
+                                       "sensing.twice_rad": r.uniform(0, 2e-3)},
     "encoder's angle late": lambda r, m: {"sensing.angle_late_periods": r.uniform(0.2, 1)},
     "encoder turned": lambda r, m: {"nonideal.angle_offset_rad": either(r, 0.01, 0.1)},
     "observer": observer,
@@ -258,7 +263,8 @@ def sensed_speed(r: random.Random, m: Machine) -> Settings:
 def drawn(r: random.Random, m: Machine, names: tuple[str, ...], seconds: tuple[float, float]) -> Drive:
     """A machine with these imperfections alone, at sizes drawn."""
     settings: Settings = dict(pair.split("=") for pair in PLAIN)
-    settings |= {"method": "rk4", "duration_s": seconds_of(r, m, seconds), "inverter.modulation": r.choice(MODULATIONS)}
+    settings |= {"method": "rk4", "duration_s": seconds_of(r, m, seconds),
+                 "inverter.modulation": r.choice(MODULATIONS)}
     settings |= driving(r, m, "observer" in names) | sensed_speed(r, m)
     for name in names:
         settings |= IMPERFECTIONS[name](r, m)
@@ -268,7 +274,8 @@ def drawn(r: random.Random, m: Machine, names: tuple[str, ...], seconds: tuple[f
 
 def built(r: random.Random, m: Machine, kind: str, seconds: tuple[float, float]) -> Drive:
     """A scenario of sim/ with all its imperfections, driven by other set points."""
-    settings: Settings = {"method": "rk4", "duration_s": seconds_of(r, m, seconds), "inverter.modulation": r.choice(MODULATIONS)}
+    settings: Settings = {"method": "rk4", "duration_s": seconds_of(r, m, seconds),
+                          "inverter.modulation": r.choice(MODULATIONS)}
     settings |= driving(r, m, kind == "observer")
     return Drive(m, f"drive_{kind}{m.suffix}", r.randrange(1, 10**6), f"as built, {kind}",
                  tuple((key, text(value)) for key, value in settings.items()))
