@@ -128,11 +128,12 @@ def plain_reads(tools: Tools, csv: pathlib.Path, pole_pairs: int) -> dict[str, d
 
 def about(drive: Drive) -> dict:
     return {"title": drive.title, "machine": drive.machine.name, "modulation": modulation_of(drive),
-            "observed": drive.observed}
+            "observed": drive.observed, "looped": drive.looped}
 
 
 def where(run: dict) -> str:
-    return f"{run['number']} {run['machine']}, {run['modulation']}: {run['title']}"
+    speed = ", speed loop" if run.get("looped") else ""
+    return f"{run['number']} {run['machine']}, {run['modulation']}{speed}: {run['title']}"
 
 
 def repeat(drive: Drive) -> str:

@@ -130,6 +130,8 @@ def report(runs: list[dict]) -> None:
     monitor = of(runs, "monitor", True)
     groups = {"encoder": [run for run in monitor if not run["observed"]],
               "observer": [run for run in monitor if run["observed"]],
+              "speed by a loop": [run for run in monitor if run["looped"]],
+              "the shaft's own speed": [run for run in monitor if not run["looped"]],
               "as built": [run for run in monitor if "as built" in run["title"]],
               "one imperfection, or none": [run for run in monitor
                                             if " + " not in run["title"] and "as built" not in run["title"]],

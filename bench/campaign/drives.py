@@ -211,6 +211,11 @@ class Drive:
         return self.value("sensing.observer") == "true" or "observer" in self.scenario
 
     @property
+    def looped(self) -> bool:
+        """The speed lags."""
+        return self.value("sensing.speed_bandwidth_rad_s") != "0"
+
+    @property
     def decided(self) -> bool:
         return self.value("drive.logged") == "decided" or "cheap" in self.scenario
 
