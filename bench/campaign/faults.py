@@ -165,7 +165,7 @@ def one(job: tuple[Tools, Case]) -> list[dict]:
         command.tell(sim, True)
         said = tools.json("bench/campaign_reads", str(sim.csv), "--until", str(START_S))
         least = said[fault.channel]["sensitivity"]
-        # Heat is a fault when the limit is passed.
+        # Heat is a fault when the limit is passed; an event may be earlier, as the monitor knows it within some kelvin.
         at_s = START_S if fault.name != "over_temperature" else START_S + LIMIT_K / HEATING_K_S
         change = fault.change(drive.machine, case.severity, drive)
         for arith in ("float", "q15"):
@@ -175,7 +175,7 @@ def one(job: tuple[Tools, Case]) -> list[dict]:
                 "arith": arith, "why": said["why"], "change": change, "sensitivity": least,
                 "above": least is not None and change > least, "watched": said["why"] == "in service", "at_s": at_s,
                 "repeat": commands, "before": [e for e in events if e["t_s"] < START_S],
-                "first": next((e for e in events if e["t_s"] >= at_s), None)})
+                "first": next((e for e in events if e["t_s"] >= START_S), None)})
     return found
 
 
