@@ -70,7 +70,8 @@ def main() -> None:
     args = parser.parse_args()
     tools = Tools(pathlib.Path(args.build).absolute())
     print("# A campaign of drives drawn by a seed\n")
-    print(f"By `make campaign`; one part: `python3 bench/campaign.py PART --seed N`. Seed {args.seed}.\n")
+    print(f"`make campaign`, or `python3 bench/campaign.py {args.part} --seed {args.seed} --drives {args.drives} "
+          f"--per {args.per} --samples {args.samples:g}`, which\nis what this is of. A drive's number repeats it.\n")
     for name in PARTS if args.part == "all" else [args.part]:
         start = time.monotonic()
         PARTS[name](args, tools)

@@ -74,5 +74,6 @@ def report(runs: list[dict]) -> None:
             [command.where(run), run["arith"], f"{e['t_s']:.2f}", e["fault"], e["confidence"], e["parameter"],
              f"{e['value']:.4g}" if e["value"] is not None else "–",
              f"{e['healthy']:.4g}" if e["healthy"] is not None else "–"] for run, e in alarmed])
-        print("Each by one command; its log is then watched with `dqwatch monitor`:\n\n```sh")
+        print("Each by one command; its log is then watched with `dqwatch monitor`, with the machine file that `sim` "
+              "writes:\n\n```sh")
         print("\n".join(dict.fromkeys(run["repeat"] for run, _ in alarmed)) + "\n```\n")
