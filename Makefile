@@ -52,7 +52,7 @@ APP_O := $(patsubst %.cpp,$(BUILD)/%.o,$(filter-out app/cmd/main.cpp,$(wildcard 
 # The plotting library of the reports, and its licence, as Debian installs them.
 DYGRAPHS ?= /usr/share/javascript/dygraphs
 DYGRAPHS_LICENCE ?= /usr/share/doc/libjs-dygraphs
-C_BENCHES := $(patsubst %,$(BUILD)/bench/%,sim_speed regressors usage accuracy tracking faults healthy scenarios step_sizes model_error)
+C_BENCHES := $(patsubst %,$(BUILD)/bench/%,sim_speed regressors usage accuracy tracking faults healthy scenarios step_sizes model_error plain_blocks)
 ARCHIVES := $(BUILD)/libapp.a $(BUILD)/libref.a $(BUILD)/libsim.a $(BUILD)/libdqw_q15.a $(BUILD)/libdqw.a
 # A test's binary is build/tests/test_NAME, whatever room its source is in.
 TEST_C   := $(wildcard tests/*/test_*.c)
@@ -177,6 +177,11 @@ strangers:
 imperfections: $(BUILD)/dqwatch
 	python3 bench/imperfections.py $(BUILD)/dqwatch >$(BUILD)/imperfections.md && mv $(BUILD)/imperfections.md docs/imperfections.md
 
+## campaign     drives by a seed through the command: coverage of deviations, faults named, false alarms, into docs/campaign.md; SEED=N. An hour
+.PHONY: campaign
+campaign: $(BUILD)/dqwatch $(BUILD)/bench/campaign_reads $(BUILD)/bench/plain_blocks
+	python3 bench/campaign.py all --build $(BUILD) --seed $(or $(SEED),1) >$(BUILD)/campaign.md && mv $(BUILD)/campaign.md docs/campaign.md
+
 ## blind        trace 320 simulated logs whose effects a seed draws, and print the confusion table
 .PHONY: blind
 blind:
@@ -287,6 +292,8 @@ $(BUILD)/bench/blind: $(BUILD)/bench/blind_main.o $(BLIND_O) $(ARCHIVES)
 $(BUILD)/tests/test_blind $(BUILD)/bench/blind:
 	$(CXX) $(SANFLAGS) $^ $(SUNLIBS) $(CERESLIBS) -lm -o $@
 $(BUILD)/bench/measured: $(patsubst %.cpp,$(BUILD)/%.o,$(wildcard bench/measured*.cpp)) $(ARCHIVES)
+	$(CXX) $(SANFLAGS) $^ $(SUNLIBS) $(CERESLIBS) -lm -o $@
+$(BUILD)/bench/campaign_reads: $(BUILD)/bench/campaign_reads.o $(ARCHIVES)
 	$(CXX) $(SANFLAGS) $^ $(SUNLIBS) $(CERESLIBS) -lm -o $@
 $(C_BENCHES): %: %.o $(BUILD)/libsim.a $(BUILD)/libdqw_q15.a $(BUILD)/libdqw.a
 	$(CC) $^ $(SUNLIBS) -lm -o $@

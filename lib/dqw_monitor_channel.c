@@ -53,7 +53,9 @@ float dqw_monitor_rise_K(const dqw_monitor *m, float R_ohm)
 
 bool dqw_monitor_knows_heat(const dqw_monitor *m)
 {
-    return dqw_estimator_read(&m->estimator, DQW_R).sd < dqw_monitor_band_of(m, DQW_WATCH_R);
+    // Until its healthy value has settled, what is cold goes with R.
+    const bool has_cold = m->config->commissioned || m->watch.looks[DQW_WATCH_R] >= DQW_WATCH_LOOKS_LEAST;
+    return has_cold && dqw_estimator_read(&m->estimator, DQW_R).sd < dqw_monitor_band_of(m, DQW_WATCH_R);
 }
 
 float dqw_monitor_band_of(const dqw_monitor *m, int channel)

@@ -193,7 +193,10 @@ static bool is_asked_for(const dqw_monitor_q15 *m, int channel)
 
 bool dqw_monitor_knows_heat_q15(const dqw_monitor_q15 *m)
 {
-    return dqw_estimator_read_q15(&m->estimator, DQW_R).sd_q40 >> 16 < dqw_monitor_band_of_q15(m, DQW_WATCH_R);
+    // Until its healthy value has settled, what is cold goes with R.
+    const bool has_cold = m->config->commissioned || m->watch.looks[DQW_WATCH_R] >= DQW_WATCH_LOOKS_LEAST;
+    const int64_t sd_q24 = dqw_estimator_read_q15(&m->estimator, DQW_R).sd_q40 >> 16;
+    return has_cold && sd_q24 < dqw_monitor_band_of_q15(m, DQW_WATCH_R);
 }
 
 // More than any fault makes of it.

@@ -1,0 +1,1 @@
+"""The measuring campaign's parts; bench/campaign.py is its command."""
