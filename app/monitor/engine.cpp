@@ -109,7 +109,7 @@ public:
         for (int i = 0; i < DQW_WATCH_OFFSET; ++i) {
             const auto at = static_cast<std::size_t>(i);
             r.weight[at] = static_cast<double>(dqw_estimator_value(&m_.estimator, i));
-            r.weight_sd[at] = sd_of(dqw_estimator_sd(&m_.estimator, i));
+            r.weight_sd[at] = sd_of(dqw_estimator_sd_value(&m_.estimator, i));
             r.healthy[at] = static_cast<double>(m_.healthy.weight[i]);
         }
         for (int k = 0; k < DQW_WITNESS_INPUTS; ++k) {
