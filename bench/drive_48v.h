@@ -23,6 +23,12 @@ static const voltage_error drive_48v_errors[] = {
 };
 enum { DRIVE_48V_ERRORS = sizeof drive_48v_errors / sizeof drive_48v_errors[0] };
 
+/// Length of the vector by which the voltage is off, unseen, V.
+static inline double drive_48v_off_V(const voltage_error *e)
+{
+    return e->told ? 0.0 : hypot(e->d_V, e->q_V) + 1.2732 * e->dead_V;
+}
+
 /// How it is driven: means, and how far it moves around them. Speed as a sine of 2 s, currents drawn anew.
 typedef struct driven {
     const char *text;

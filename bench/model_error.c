@@ -1,6 +1,7 @@
 // What 0.1 V that the model lacks makes of a 48 V drive's parameters, and whether their deviations say so: errors that
 // are constant in the rotor's frame, or go with the current, by how the drive is driven. Where a value is off by more
-// than two of its deviations it is marked !, where it is usable and off by more than a tenth !!. Options: --seeds N (1).
+// than two of its deviations it is marked !, where it is usable and off by more than a tenth !!. Options: --seeds N (1), --told
+// (the configuration says by how much the voltage is off).
 #include "drive_48v.h"
 
 static const driven WAYS[] = {
@@ -37,6 +38,7 @@ static void cell(const either_monitor *m, const dqw_sim_machine *machine, int i,
 int main(int argc, char **argv)
 {
     const int seeds = (int)joint_number(argc, argv, "--seeds", 1);
+    const bool told = joint_flag(argc, argv, "--told");
     tally all[2][4] = {{{0, 0, 0}}};
     printf("0.1 V of model error on a 48 V drive, 8 s: error and deviation, %% of the truth\n\n");
     printf("| error | driven | arithmetic | 0.1 V over R i | R | L_d | L_q | flux |\n"
@@ -49,7 +51,8 @@ int main(int argc, char **argv)
                 const dqw_sim_scenario s = drive_48v(e, &WAYS[n], seed, 8.0);
                 const joint_log log = joint_run(&s);
                 const drive_48v_rms rms = drive_48v_measure(&log, &s.machine);
-                const dqw_monitor_config c = drive_48v_monitor(e, &WAYS[n], &s);
+                dqw_monitor_config c = drive_48v_monitor(e, &WAYS[n], &s);
+                if (told) c.estimator.voltage_error_V = (float)drive_48v_off_V(e);
                 for (int q15 = 0; q15 < 2; q15++) {
                     static either_monitor m;
                     if (either_init(&m, &c, q15 == 1) != DQW_OK) return 1;

@@ -56,6 +56,8 @@ typedef struct dqw_estimator_config {
     /// the angle that comes with a sample is that of so long before its currents; < 0: after. Two periods at most; 0
     /// beside effects
     float angle_late_s;
+    /// by how much the voltage may be off where no residual shows it, as a vector; 0: no more than the residual shows
+    float voltage_error_V;
     enum dqw_modulation modulation;  ///< which legs switch: dead time is theirs alone
     uint32_t stale_limit;            ///< equal samples in a row before a sensor counts as stuck; 0: never
     uint32_t threshold_ppm;          ///< residual over the voltage base that stage 3 must reach; 0: 50000 (5 %)

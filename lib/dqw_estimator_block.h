@@ -192,6 +192,10 @@ float dqw_estimator_value(const dqw_estimator *e, int weight);
 float dqw_estimator_noise_sd(const dqw_estimator *e, int weight);
 float dqw_estimator_sd(const dqw_estimator *e, int weight);
 
+/// The same of the value itself, with the error of the voltage that the configuration allows for.
+/// Source   (E61), (E106) in docs/EQUATIONS.md
+float dqw_estimator_sd_value(const dqw_estimator *e, int weight);
+
 /// Part of such a mean that a stretch of so many blocks is.
 static inline float dqw_lasting_part(const dqw_estimator *e, float stretch)
 {

@@ -118,13 +118,16 @@ static enum dqw_status check_numbers(const dqw_estimator_config *c)
 {
     enum { NEEDED = 4 };
 #define AT(member) offsetof(dqw_estimator_config, member)
-    static const uint8_t at[] = {AT(dt_s),      AT(v_base_V),  AT(i_base_A),      AT(w_base_rad_s),
-                                 AT(R_ohm),     AT(Ld_H),      AT(Lq_H),          AT(psi_Wb),
-                                 AT(v_limit_V), AT(i_limit_A), AT(excitation_pu), AT(dead_time_width_A)};
+    static const uint8_t at[] = {AT(dt_s),           AT(v_base_V),  AT(i_base_A),      AT(w_base_rad_s),
+                                 AT(R_ohm),          AT(Ld_H),      AT(Lq_H),          AT(psi_Wb),
+                                 AT(v_limit_V),      AT(i_limit_A), AT(excitation_pu), AT(dead_time_width_A),
+                                 AT(voltage_error_V)};
 #undef AT
-    static const int8_t status[] = {DQW_ERR_DT,      DQW_ERR_V_BASE,  DQW_ERR_I_BASE,     DQW_ERR_W_BASE,
-                                    DQW_ERR_R,       DQW_ERR_LD,      DQW_ERR_LQ,         DQW_ERR_PSI,
-                                    DQW_ERR_V_LIMIT, DQW_ERR_I_LIMIT, DQW_ERR_EXCITATION, DQW_ERR_DEAD_TIME_WIDTH};
+    static const int8_t status[] = {DQW_ERR_DT,           DQW_ERR_V_BASE,     DQW_ERR_I_BASE,
+                                    DQW_ERR_W_BASE,       DQW_ERR_R,          DQW_ERR_LD,
+                                    DQW_ERR_LQ,           DQW_ERR_PSI,        DQW_ERR_V_LIMIT,
+                                    DQW_ERR_I_LIMIT,      DQW_ERR_EXCITATION, DQW_ERR_DEAD_TIME_WIDTH,
+                                    DQW_ERR_VOLTAGE_ERROR};
     for (unsigned i = 0; i < sizeof at; i++) {
         const float field = *(const float *)(const void *)((const char *)c + at[i]);
         if (!dqw_within(field, FIELD_MOST) || !(field >= 0.0f) || (i < NEEDED && field == 0.0f))

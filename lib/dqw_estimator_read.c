@@ -28,6 +28,8 @@
 #define STRETCH_MOST 200.0f
 // Of what may stand in line with an input, what does.
 #define MODEL_PART 0.4f
+// Squared it is finite.
+#define SD_MOST 1e18f
 
 float dqw_estimator_value(const dqw_estimator *e, int weight)
 {
@@ -132,10 +134,28 @@ static float with(float noise, float hides)
     return noise < DQW_UNKNOWN && hides < DQW_UNKNOWN ? sqrtf(noise * noise + hides * hides) : DQW_UNKNOWN;
 }
 
-static float now_hidden(const dqw_estimator *e, int weight)
+// An error of the voltage that the user allows for, all of it in line with the input: half its square on each axis.
+static float of_voltage(const dqw_estimator *e, int weight)
+{
+    const float error_pu = e->config->voltage_error_V / e->config->v_base_V;
+    if (!(error_pu > 0.0f)) return 0.0f;
+    const float alone = e->alone_pu2[weight];
+    if (!e->config->settled && !(alone > 0.0f)) return DQW_UNKNOWN;
+    // Settled rows forget nothing: one over P is the sum of both axes' powers.
+    // A quiet axis' rows weigh more: there the error is, but for the flux, which has its own.
+    const float v_d = dqw_estimator_variance(e, DQW_AXIS_D);
+    const float v_q = dqw_estimator_variance(e, DQW_AXIS_Q);
+    const bool in_q = weight == DQW_PSI || (v_q < v_d && (weight != DQW_PSI_Q || e->pole_pairs == 0));
+    const float part = e->config->settled ? dqw_gain_covariance(&e->gain, weight, weight) * (float)e->blocks
+                                          : 0.5f * dqw_estimator_common_variance(e) / ((in_q ? v_q : v_d) * alone);
+    const float sd = error_pu * sqrtf(part) * dqw_estimator_unit(e, weight);
+    return sd < SD_MOST ? sd : DQW_UNKNOWN;
+}
+
+float dqw_estimator_sd_value(const dqw_estimator *e, int weight)
 {
     const dqw_lasting now = dqw_estimator_lasting(e);
-    return hidden(e, weight, &now);
+    return with(with(dqw_estimator_noise_sd(e, weight), hidden(e, weight, &now)), of_voltage(e, weight));
 }
 
 float dqw_estimator_sd(const dqw_estimator *e, int weight)
@@ -164,7 +184,7 @@ dqw_reading dqw_estimator_read(const dqw_estimator *e, enum dqw_parameter parame
     // What these rows cannot tell without the pole pairs.
     if (e->pole_pairs == 0 && parameter != DQW_R && (e->config->settled || parameter > DQW_LQ)) return r;
     r.sd_change = dqw_estimator_sd(e, (int)parameter);
-    r.sd = with(dqw_estimator_noise_sd(e, (int)parameter), now_hidden(e, (int)parameter));
+    r.sd = dqw_estimator_sd_value(e, (int)parameter);
     // An observer's own constant puts the frame where the machine's cannot be told from it. (E106)
     if (e->config->observed && parameter == DQW_LQ) r.sd = DQW_UNKNOWN;
     const bool either_sign = parameter >= DQW_DEAD_TIME;
@@ -213,7 +233,7 @@ int dqw_estimator_read_effect(const dqw_estimator *e, int index, float weights[]
     const int n = dqw_effect_weights(list[index].effect);
     for (int i = 0; i < n; i++) {
         weights[i] = dqw_estimator_value(e, first + i);
-        sd[i] = with(dqw_estimator_noise_sd(e, first + i), now_hidden(e, first + i));
+        sd[i] = dqw_estimator_sd_value(e, first + i);
     }
     return (int)dqw_effect_known(weights, sd, n);
 }

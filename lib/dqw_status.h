@@ -27,6 +27,7 @@ enum dqw_status {
     DQW_ERR_I_LIMIT = -24,
     DQW_ERR_EXCITATION = -25,
     DQW_ERR_DEAD_TIME_WIDTH = -26,
+    DQW_ERR_VOLTAGE_ERROR = -27,
     DQW_ERR_COULOMB_WIDTH = -28,
     DQW_ERR_STANDSTILL = -29,
     DQW_ERR_UNIT = -30,  ///< bases and nominal values together: what they make of a weight does not fit the arithmetic

@@ -31,6 +31,8 @@ static const char *const status_texts[] = {
         "excitation_pu: the least input that teaches, 0 (the default) or above, as part of its base",
     [-DQW_ERR_DEAD_TIME_WIDTH] =
         "dead_time_width_A: the current that makes three quarters of the step, 0 (none is learned) or above",
+    [-DQW_ERR_VOLTAGE_ERROR] =
+        "voltage_error_V: by how much the voltage may be off, 0 (what the residual shows) or above",
     [-DQW_ERR_COULOMB_WIDTH] = "coulomb_width_rad_s: where friction has changed its sign, 0 (at once) or above",
     [-DQW_ERR_STANDSTILL] = "standstill_rad_s: below it friction has no direction, 0 or above",
     [-DQW_ERR_UNIT] =

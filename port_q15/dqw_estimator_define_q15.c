@@ -253,6 +253,7 @@ static enum dqw_status check(const dqw_estimator_q15_config *c, dqw_units_q15 *u
     if (c->scale.pole_pairs == 0 && (c->voltage_held || c->speed_electrical)) return DQW_ERR_POLE_PAIRS;
     if ((unsigned)c->modulation >= DQW_MODULATIONS) return DQW_ERR_MODULATION;
     if (dqw_q_size64(c->angle_late_ns) > (int64_t)ANGLE_LATE_PERIODS * c->scale.dt_ns) return DQW_ERR_ANGLE_LATE;
+    if (c->voltage_error_mV > DQW_SCALE_MAX) return DQW_ERR_VOLTAGE_ERROR;
     if (c->random != NULL && c->random->learn == NULL) return DQW_ERR_RANDOM;
     // Below one radian a period, and not standing still
     const int64_t turn_q28 = dqw_scale_turn_q28(&c->scale, turning(c, c->scale.pole_pairs));

@@ -182,10 +182,34 @@ static int64_t hidden_q56(const dqw_estimator_q15 *e, int weight, const dqw_last
     return sum_q56(part, band <= model ? band : band_q28 * dqw_q_root64((uint64_t)model));
 }
 
+// An error of the voltage that the user allows for, all of it in line with the input, squared: half on each axis.
+static int64_t of_voltage_q56(const dqw_estimator_q15 *e, int weight)
+{
+    const dqw_estimator_q15_config *c = e->config;
+    if (c->voltage_error_mV == 0) return 0;
+    const int64_t error_q28 = dqw_q_within64(dqw_q_quotient64(c->voltage_error_mV, c->scale.v_full_mV, 28),
+                                             (int64_t)1 << 30);
+    const int64_t square_q56 = error_q28 * error_q28;
+    // Settled rows forget nothing: one over P is the sum of both axes' powers.
+    if (c->settled) return dqw_q_product64(dqw_q_product64(e->cov_q40[weight], square_q56, -40), e->blocks, 0);
+    const int64_t alone_q31 = e->residual.alone_q31[weight];
+    if (alone_q31 == 0) return INT64_MAX;
+    // A quiet axis' rows weigh more: there the error is, but for the flux, which has its own.
+    const int64_t d_q56 = dqw_estimator_variance_q56(e, 0);
+    const int64_t q_q56 = dqw_estimator_variance_q56(e, 1);
+    const bool in_q = weight == DQW_PSI || (q_q56 < d_q56 && (weight != DQW_PSI_Q || dqw_estimator_seeks_q15(e)));
+    const int64_t weight_q24 = dqw_q_quotient64(dqw_estimator_common_variance_q56(e), in_q ? q_q56 : d_q56, 24);
+    const int64_t most_q24 = (int64_t)64 << 24;
+    const int64_t by_q24 = weight_q24 < most_q24 ? weight_q24 : most_q24;
+    return dqw_q_product64(dqw_q_quotient64(square_q56, alone_q31, 30), by_q24, -24);
+}
+
 static int64_t now_hidden_q56(const dqw_estimator_q15 *e, int weight)
 {
     const dqw_lasting_q15 now = dqw_estimator_lasting_q15(e);
-    return hidden_q56(e, weight, &now);
+    const int64_t hides = hidden_q56(e, weight, &now);
+    const int64_t more = of_voltage_q56(e, weight);
+    return hides == INT64_MAX || more == INT64_MAX ? INT64_MAX : sum_q56(hides, more);
 }
 
 int32_t dqw_estimator_sd_q24(const dqw_estimator_q15 *e, int weight)

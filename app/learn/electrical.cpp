@@ -153,6 +153,7 @@ private:
                                     [](const TraceInput& in) { return needs_angle(in.effect); });
         if (const TraceInput* dead_time = dead_time_of(inputs_)) config_.dead_time_width_A = width_of(*dead_time);
         config_.observed = first.observed;
+        config_.voltage_error_V = static_cast<float>(first.voltage_error_V);
         config_.modulation = before != nullptr ? before->modulation : modulation_of(first, config_, inputs_);
         config_.effects = list_.data();
         config_.effect_count = static_cast<std::uint8_t>(list_.size());
@@ -396,7 +397,7 @@ Learned pass(const std::vector<Log>& logs, const LearnOptions& options, const st
         int known = 0;
         if (in.effect == "dead_time") {
             w[0] = dqw_estimator_value(&e, DQW_DEAD_TIME);
-            sd[0] = dqw_estimator_sd(&e, DQW_DEAD_TIME);
+            sd[0] = dqw_estimator_sd_value(&e, DQW_DEAD_TIME);
             known = static_cast<int>(dqw_effect_known(w, sd, 1));
         } else {
             known = dqw_estimator_read_effect(&e, at++, w, sd);

@@ -199,6 +199,7 @@ MonitorSetup monitor_setup(const std::vector<Log>& logs, const LearnConfig& aske
     c.noise_on_inputs = true;
     c.follow = true;
     c.observed = log.observed;
+    c.voltage_error_V = static_cast<float>(log.voltage_error_V);
     c.stale_limit = kStale;
     c.half_window = half_window_of(log, c);
     if (c.angle)

@@ -152,6 +152,7 @@ private:
         if (has_[col_t]) base_ = time_base_of(log_.t_s);
         log_.modulation = machine_.modulation;
         log_.observed = machine_.observed;
+        log_.voltage_error_V = machine_.voltage_error_V;
         if (machine_.regime) {
             log_.regime = *machine_.regime;
             if (machine_.polled) note("a polled log, read as steady: rows in motion mislead");

@@ -223,6 +223,11 @@ private:
                                        "unknown",
                                        shown(name)));
                 file_.modulation = name;
+            } else if (key == "voltage_error_V") {
+                const double value = number(key, node);
+                if (value < 0)
+                    refuse(node, fmt::format("voltage_error_V is {:g}; expected a non-negative number", value));
+                file_.voltage_error_V = value;
             } else if (key == "period_s") {
                 if (!(number(key, node) > 0)) refuse(node, "period_s is not positive; expected the control period");
             } else {

@@ -26,8 +26,9 @@ struct MachineFile {
     std::optional<Regime> regime;
     bool polled = false;  ///< then the regime is steady, until polled logs have an estimator of their own
     bool voltage_previous = false;
-    std::string modulation;  ///< empty: nothing is said
-    bool observed = false;   ///< the angle is an observer's
+    std::string modulation;        ///< empty: nothing is said
+    bool observed = false;         ///< the angle is an observer's
+    double voltage_error_V = 0.0;  ///< by how much the voltage may be off, unseen
     std::array<ColumnSource, column_count> sources;
     std::vector<std::string> public_sources;  ///< text of the comment lines that begin "# Source:"
     std::vector<std::string> notes;           ///< unknown keys, one line

@@ -30,7 +30,8 @@ struct Log {
     std::vector<std::size_t> segments{0};
     /// Which legs of the inverter switch, as the machine file names it; empty: nothing is said, and all do.
     std::string modulation;
-    bool observed = false;  ///< the angle is an observer's
+    bool observed = false;         ///< the angle is an observer's
+    double voltage_error_V = 0.0;  ///< by how much the voltage may be off, unseen
     /// Median sampling period; 0 without t_s.
     double dt_s = 0.0;
 

@@ -57,7 +57,8 @@ static void test_init_names_the_field_that_it_refuses_and_leaves_the_object_alon
                                   {FIELD(v_limit_V), DQW_ERR_V_LIMIT},
                                   {FIELD(i_limit_A), DQW_ERR_I_LIMIT},
                                   {FIELD(excitation_pu), DQW_ERR_EXCITATION},
-                                  {FIELD(dead_time_width_A), DQW_ERR_DEAD_TIME_WIDTH}};
+                                  {FIELD(dead_time_width_A), DQW_ERR_DEAD_TIME_WIDTH},
+                                  {FIELD(voltage_error_V), DQW_ERR_VOLTAGE_ERROR}};
     static const float bad[] = {0.0f, -0.0f, -1.0f, -1e-30f, NAN, INFINITY, -INFINITY};
     enum { MUST = sizeof must / sizeof must[0], MAY = sizeof may / sizeof may[0], BAD = sizeof bad / sizeof bad[0] };
     const dqw_estimator_config good = config_of(0.0);

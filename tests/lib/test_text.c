@@ -129,6 +129,7 @@ static void test_a_refusal_names_its_field(void)
         {DQW_ERR_I_LIMIT, "i_limit_A: "},
         {DQW_ERR_EXCITATION, "excitation_pu: "},
         {DQW_ERR_DEAD_TIME_WIDTH, "dead_time_width_A: "},
+        {DQW_ERR_VOLTAGE_ERROR, "voltage_error_V: "},
         {DQW_ERR_COULOMB_WIDTH, "coulomb_width_rad_s: "},
         {DQW_ERR_STANDSTILL, "standstill_rad_s: "},
         {DQW_ERR_BAND, "band: "},

@@ -257,14 +257,19 @@ static void legs_that_rest_are_carried()
 {
     dqw_monitor_q15_config c{};
     c.estimator.angle_late_ns = -25000;
+    c.estimator.voltage_error_mV = 100;
     c.estimator.modulation = DQW_MODULATION_MASK;
     const std::string said = dqw::q15_monitor_text(c, "log.csv", {});
     TEST_ASSERT_TRUE_MESSAGE(
-        said.find(", .angle_late_ns = -25000, .modulation = DQW_MODULATION_MASK") != std::string::npos, said.c_str());
+        said.find(", .angle_late_ns = -25000, .voltage_error_mV = 100u, .modulation = DQW_MODULATION_MASK") !=
+            std::string::npos,
+        said.c_str());
     c.estimator.angle_late_ns = 0;
+    c.estimator.voltage_error_mV = 0;
     c.estimator.modulation = DQW_MODULATION_CENTRED;
     const std::string silent = dqw::q15_monitor_text(c, "log.csv", {});
-    TEST_ASSERT_TRUE(silent.find("angle_late") == std::string::npos && silent.find("modulation") == std::string::npos);
+    TEST_ASSERT_TRUE(silent.find("angle_late") == std::string::npos && silent.find("modulation") == std::string::npos &&
+                     silent.find("voltage_error") == std::string::npos);
     dqw_sample s{};
     s.resting = 5;
     dqw_sample_q15 x{};

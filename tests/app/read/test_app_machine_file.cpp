@@ -45,6 +45,8 @@ static void what_the_simulator_says_of_its_drive_is_no_note(void)
                                                      "\"") +
                                          angle + "\"\nperiod_s = 5e-05\n")
                                         .notes.size());
+    TEST_ASSERT_EQUAL_DOUBLE(0.1, read("[log]\nvoltage_error_V = 0.1\n").voltage_error_V);
+    TEST_ASSERT_EQUAL_DOUBLE(0.0, read("[log]\nregime = \"steady\"\n").voltage_error_V);
     TEST_ASSERT_FALSE(read("[log]\nregime = \"steady\"\n").polled);
     const auto polled = read("[log]\nregime = \"polled\"\n");
     TEST_ASSERT_TRUE(polled.polled);
@@ -85,6 +87,9 @@ static void wrong_values_are_refused_with_their_line(void)
         {"[log]\nmodulation = 1\n", 2, "modulation"},
         {"[log]\nangle = \"resolver\"\n", 2, "encoder or observer"},
         {"[log]\nangle = 1\n", 2, "angle"},
+        {"[log]\nvoltage_error_V = -0.1\n", 2, "voltage_error_V"},
+        {"[log]\nvoltage_error_V = nan\n", 2, "voltage_error_V"},
+        {"[log]\nvoltage_error_V = \"0.1\"\n", 2, "voltage_error_V"},
         {"[log]\nperiod_s = 0\n", 2, "period_s"},
         {"[log]\nperiod_s = -1e-4\n", 2, "period_s"},
         {"[log]\nperiod_s = \"short\"\n", 2, "period_s"},
