@@ -395,7 +395,7 @@ static void test_what_is_not_known_well_enough(void)
         m.watch.looks[i] = DQW_WATCH_LOOKS_LEAST;
         only(&m, 0, DQW_WHY_IN_SERVICE);
         m.watch.looks[i]--;
-        only(&m, BIT(i), DQW_WHY_UNSETTLED);
+        only(&m, BIT(i) | (i == DQW_WATCH_R ? BIT(DQW_WATCH_TEMPERATURE) : 0), DQW_WHY_UNSETTLED);
     }
     // A temperature is as sure as R: to its band.
     dqw_monitor_q15 m = all;
