@@ -127,6 +127,9 @@ typedef struct dqw_estimator {
     // The background's: the half before.
     dqw_window_rise rise;
     float rise_cosine, rise_sine, rise_v_V[2];
+    float w_before_rad_s;  ///< mean speed of the half before
+    /// what the angle is ahead of the speed times the speed's change, that squared, and what is left
+    float lag_num, lag_den, lag_rest;
     float turn_cosine, turn_sine;  ///< the data are turned by the angle that the encoder was found to be off
     // The joint neuron's weights, per unit, and the gain that replaces its step size.
     float w_pu[DQW_ESTIMATOR_INPUTS];

@@ -217,6 +217,9 @@ bool dqw_estimator_take(dqw_estimator *e, dqw_estimator_block *b)
     if (!dqw_handover_waits(&e->window.over)) return false;
     float v_V[2];
     const uint32_t before = e->rise.valid;
+    const volatile dqw_window_part *half = &e->window.part[dqw_handover_part(&e->window.over)];
+    // Of sums of two.
+    const float w_m = half->valid > 0 ? 0.5f * half->cell[DQW_BLOCK_SIGNALS - 1].sum / (float)half->valid : 0.0f;
     uint32_t event = dqw_window_join(&e->window, &e->rise, b->sum, v_V);
     const dqw_estimator_handed h = *(const volatile dqw_estimator_handed *)&e->handed;
     dqw_handover_release(&e->window.over);
@@ -236,6 +239,8 @@ bool dqw_estimator_take(dqw_estimator *e, dqw_estimator_block *b)
     b->follow = h.follow;
     b->noise = h.noise;
     b->whole = before == e->window.half && e->rise.valid == e->window.half;
+    const float advance[2] = {h.cosine * e->rise_cosine + h.sine * e->rise_sine,
+                              h.sine * e->rise_cosine - h.cosine * e->rise_sine};
     e->rise_cosine = h.cosine;
     e->rise_sine = h.sine;
     e->rise_v_V[0] = v_V[0];
@@ -245,6 +250,7 @@ bool dqw_estimator_take(dqw_estimator *e, dqw_estimator_block *b)
     if (event != DQW_EVENT_BLOCK) return false;
     e->elapsed = h.number - e->number;
     e->number = h.number;
+    dqw_estimator_keep_pace(e, b, advance, w_m);
     dqw_estimator_turn_block(e, b);
     return true;
 }

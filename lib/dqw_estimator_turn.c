@@ -1,5 +1,5 @@
 // The data turned into the magnet's own frame: back by the time that the angle is late, and by the angle that the
-// encoder is found to be off. (E102)
+// encoder is found to be off. (E102) The speed as the angle has it. (E107)
 #include <math.h>
 
 #include "dqw_estimator_block.h"
@@ -13,6 +13,12 @@
 #define FIRST_SEGMENTS 3u
 // What a fault's onset makes of the flux does not stay: an encoder that is off does.
 #define LASTING_BLOCKS 100u
+// A speed that a loop takes from the angle is late. Blocks over which that is a mean, that it needs, and deviations
+// beyond which it is so; an angle that is further ahead than acos 0.9 is another sensor's fault.
+#define LAG_BLOCKS 4096u
+#define LAG_FEW 100u
+#define LAG_SD 5.0f
+#define AHEAD_COSINE 0.9f
 
 static void turn(float x[2], float c, float n)
 {
@@ -31,10 +37,48 @@ static bool has_effects(const dqw_estimator *e)
 #endif
 }
 
+// How late the speed is: the angle's advance beyond what the speed says, on the speed's own change.
+static float lag_of(const dqw_estimator *e)
+{
+    const float blocks = e->blocks < LAG_BLOCKS ? (float)e->blocks : (float)LAG_BLOCKS;
+    const float lag = e->lag_den > 0.0f ? e->lag_num / e->lag_den : 0.0f;
+    return e->blocks >= LAG_FEW && lag * lag * e->lag_den * blocks > LAG_SD * LAG_SD * e->lag_rest ? lag : 0.0f;
+}
+
+void dqw_estimator_keep_pace(dqw_estimator *e, dqw_estimator_block *b, const float advance[2], float w_m_rad_s)
+{
+    const float half_s = (float)e->window.half * e->config->dt_s;
+    const float faster = w_m_rad_s - e->w_before_rad_s;
+    e->w_before_rad_s = w_m_rad_s;
+    // Without an angle there is no advance.
+    const bool known = advance[0] * advance[0] + advance[1] * advance[1] > 0.5f;
+    if (e->elapsed != 1 || !b->whole || !known || e->pole_pairs == 0 || e->config->settled) return;
+
+    // [TUR.1] by how much the angle is ahead of the speed, in so many halves
+    const float p = (float)e->pole_pairs;
+    float c;
+    float n;
+    dqw_cosine_sine(p * w_m_rad_s * half_s, &c, &n);
+    if (advance[0] * c + advance[1] * n > AHEAD_COSINE) {
+        const float ahead = advance[1] * c - advance[0] * n;
+        const float rest = ahead - (e->lag_den > 0.0f ? e->lag_num / e->lag_den : 0.0f) * p * faster;
+        e->lag_num += (ahead * p * faster - e->lag_num) * (1.0f / (float)LAG_BLOCKS);
+        e->lag_den += (p * faster * p * faster - e->lag_den) * (1.0f / (float)LAG_BLOCKS);
+        e->lag_rest += (rest * rest - e->lag_rest) * (1.0f / (float)LAG_BLOCKS);
+    }
+
+    // [TUR.2] the block's speeds as of so much later
+    const float more = lag_of(e) * faster / half_s;
+    if (more == 0.0f) return;
+    b->sum[8] += 2.0f * more;
+    b->sum[6] += more * b->sum[2];
+    b->sum[7] += more * b->sum[3];
+}
+
 void dqw_estimator_turn_block(const dqw_estimator *e, dqw_estimator_block *b)
 {
     if (has_effects(e)) return;
-    // [TUR.1] the angle that the encoder is off, and what the rotor turns while the angle is late
+    // [TUR.3] the angle that the encoder is off, and what the rotor turns while the angle is late
     float c = e->turn_cosine;
     float n = e->turn_sine;
     if (e->config->angle_late_s != 0.0f && e->pole_pairs != 0) {
@@ -49,7 +93,7 @@ void dqw_estimator_turn_block(const dqw_estimator *e, dqw_estimator_block *b)
     }
     if (n == 0.0f && c > 0.0f) return;
 
-    // [TUR.2] every vector of the block by both
+    // [TUR.4] every vector of the block by both
     // v, i, di, w i; behind the speed dead time's two.
     for (int i = 0; i < DQW_BLOCK_SIGNALS - 1; i += 2) turn(&b->sum[i], c, n);
     for (int i = DQW_BLOCK_SIGNALS; i < DQW_PLAIN_SIGNALS; i += 2) turn(&b->sum[i], c, n);
@@ -64,7 +108,7 @@ void dqw_estimator_turn_on(dqw_estimator *e)
     if (has_effects(e) || !dqw_estimator_has_flux_q(e) || e->config->settled || e->blocks < KNOWN_BLOCKS) return;
     // Later it is a change, and to be told as one.
     if (e->config->follow && e->segment.segments >= FIRST_SEGMENTS) return;
-    // [TUR.3] is there flux across, beyond doubt
+    // [TUR.5] is there flux across, beyond doubt
     const float psi = e->w_pu[DQW_PSI];
     const float across = e->w_pu[DQW_PSI_Q];
     const float unit = dqw_estimator_unit(e, DQW_PSI_Q);
@@ -79,7 +123,7 @@ void dqw_estimator_turn_on(dqw_estimator *e)
     const enum dqw_voltage_acts acts = dqw_estimator_voltage_acts(e);
     if (acts != DQW_VOLTAGE_NOT_KNOWN && (acts == DQW_VOLTAGE_NEXT) != e->config->voltage_next) return;
 
-    // [TUR.4] from now on all flux is along d
+    // [TUR.6] from now on all flux is along d
     const float all = sqrtf(psi * psi + across * across);
     const float c = psi / all;
     const float n = -across / all;
@@ -90,7 +134,7 @@ void dqw_estimator_turn_on(dqw_estimator *e)
     e->w_pu[DQW_PSI_Q] = 0.0f;
     dqw_segment_restart(&e->segment);
 
-    // [TUR.5] what was learned is of another frame: unlike inductances are to it a resistance and a coupling
+    // [TUR.7] what was learned is of another frame: unlike inductances are to it a resistance and a coupling
     const float widest = 1.0f / dqw_estimator_common_variance(e);
     const float L = e->w_pu[DQW_LD] > e->w_pu[DQW_LQ] ? e->w_pu[DQW_LD] : e->w_pu[DQW_LQ];
     for (int i = DQW_R; i <= DQW_LQ; i++) dqw_gain_grow(&e->gain, i, n * n * L * L * widest);
