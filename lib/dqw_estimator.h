@@ -127,9 +127,9 @@ typedef struct dqw_estimator {
     // The background's: the half before.
     dqw_window_rise rise;
     float rise_cosine, rise_sine, rise_v_V[2];
-    float w_before_rad_s;  ///< mean speed of the half before
-    /// what the angle is ahead of the speed times the speed's change, that squared, and what is left
-    float lag_num, lag_den, lag_rest;
+    float w_before_rad_s[3];  ///< mean speeds of the halves before
+    /// what the angle is ahead of the speed, and the speed's change, times its change before; what is left, squared
+    float lag_num, lag_den, lag_var;
     float turn_cosine, turn_sine;  ///< the data are turned by the angle that the encoder was found to be off
     // The joint neuron's weights, per unit, and the gain that replaces its step size.
     float w_pu[DQW_ESTIMATOR_INPUTS];
@@ -161,6 +161,7 @@ typedef struct dqw_estimator {
     uint16_t pole_pairs;                       ///< given or found; 0: not yet
     uint8_t restarts;  ///< times that the weights left all bounds, and learning began again, up to 255
     uint8_t inputs;
+    uint8_t paced;               ///< whole halves behind each other, up to 3
     uint8_t slow_at, slow_axis;  ///< blocks of the stretch, and the axis whose inputs it sums
     uint8_t across;              ///< blocks for which flux has shown on the other axis
     dqw_lasting calm;            ///< what lasts, and the residual's variance, while nothing seems to change

@@ -18,6 +18,7 @@
 #define LAG_BLOCKS 4096u
 #define LAG_FEW 100u
 #define LAG_SD 5.0f
+#define LAG_LEAST 0.1f  // of half a window
 #define AHEAD_COSINE 0.9f
 
 static void turn(float x[2], float c, float n)
@@ -37,38 +38,46 @@ static bool has_effects(const dqw_estimator *e)
 #endif
 }
 
-// How late the speed is: the angle's advance beyond what the speed says, on the speed's own change.
-static float lag_of(const dqw_estimator *e)
+// How late the speed is, where that is beyond doubt.
+static float lag_s_of(const dqw_estimator *e)
 {
     const float blocks = e->blocks < LAG_BLOCKS ? (float)e->blocks : (float)LAG_BLOCKS;
-    const float lag = e->lag_den > 0.0f ? e->lag_num / e->lag_den : 0.0f;
-    return e->blocks >= LAG_FEW && lag * lag * e->lag_den * blocks > LAG_SD * LAG_SD * e->lag_rest ? lag : 0.0f;
+    const bool sure = e->blocks >= LAG_FEW && e->lag_num * e->lag_num * blocks > LAG_SD * LAG_SD * e->lag_var;
+    const float lag_s = sure && e->lag_den > 0.0f ? e->lag_num / e->lag_den : 0.0f;
+    // Not what the angle itself may be late by.
+    return lag_s > LAG_LEAST * (float)e->window.half * e->config->dt_s ? lag_s : 0.0f;
 }
 
 void dqw_estimator_keep_pace(dqw_estimator *e, dqw_estimator_block *b, const float advance[2], float w_m_rad_s)
 {
     const float half_s = (float)e->window.half * e->config->dt_s;
-    const float faster = w_m_rad_s - e->w_before_rad_s;
-    e->w_before_rad_s = w_m_rad_s;
+    float *before = e->w_before_rad_s;
+    const float faster = w_m_rad_s - before[0];
+    const float earlier = before[1] - before[2];
+    e->paced = e->elapsed == 1 && b->whole ? (e->paced < 3 ? (uint8_t)(e->paced + 1) : e->paced) : 0;
+    before[2] = before[1];
+    before[1] = before[0];
+    before[0] = w_m_rad_s;
     // Without an angle there is no advance.
     const bool known = advance[0] * advance[0] + advance[1] * advance[1] > 0.5f;
-    if (e->elapsed != 1 || !b->whole || !known || e->pole_pairs == 0 || e->config->settled) return;
+    if (e->paced < 3 || !known || e->pole_pairs == 0 || e->config->settled) return;
 
-    // [TUR.1] by how much the angle is ahead of the speed, in so many halves
+    // [TUR.1] by how much the angle is ahead of the speed; judged by the change two halves before, whose noise is
+    // another
     const float p = (float)e->pole_pairs;
     float c;
     float n;
     dqw_cosine_sine(p * w_m_rad_s * half_s, &c, &n);
     if (advance[0] * c + advance[1] * n > AHEAD_COSINE) {
-        const float ahead = advance[1] * c - advance[0] * n;
-        const float rest = ahead - (e->lag_den > 0.0f ? e->lag_num / e->lag_den : 0.0f) * p * faster;
-        e->lag_num += (ahead * p * faster - e->lag_num) * (1.0f / (float)LAG_BLOCKS);
-        e->lag_den += (p * faster * p * faster - e->lag_den) * (1.0f / (float)LAG_BLOCKS);
-        e->lag_rest += (rest * rest - e->lag_rest) * (1.0f / (float)LAG_BLOCKS);
+        const float ahead = (advance[1] * c - advance[0] * n) / p;
+        const float rest = (ahead - lag_s_of(e) * faster) * earlier;
+        e->lag_num += (ahead * earlier - e->lag_num) * (1.0f / (float)LAG_BLOCKS);
+        e->lag_den += (faster * earlier - e->lag_den) * (1.0f / (float)LAG_BLOCKS);
+        e->lag_var += (rest * rest - e->lag_var) * (1.0f / (float)LAG_BLOCKS);
     }
 
     // [TUR.2] the block's speeds as of so much later
-    const float more = lag_of(e) * faster / half_s;
+    const float more = lag_s_of(e) * faster / half_s;
     if (more == 0.0f) return;
     b->sum[8] += 2.0f * more;
     b->sum[6] += more * b->sum[2];
