@@ -56,7 +56,7 @@ typedef struct dqw_estimator_config {
     /// the angle that comes with a sample is that of so long before its currents; < 0: after. Two periods at most; 0
     /// beside effects
     float angle_late_s;
-    enum dqw_modulation modulation;  ///< which legs switch: dead time is theirs alone
+    enum dqw_modulation modulation;  ///< which legs switch: dead time is theirs alone. Without dead time of no meaning
     uint32_t stale_limit;            ///< equal samples in a row before a sensor counts as stuck; 0: never
     uint32_t threshold_ppm;          ///< residual over the voltage base that stage 3 must reach; 0: 50000 (5 %)
     bool observed;  ///< the angle is an observer's, no encoder's: it may lean with load and speed, unseen
@@ -113,6 +113,7 @@ typedef struct dqw_estimator {
     uint8_t missed;                 ///< halves lost because the background came too late, up to 255
     bool has_last, last_good, commanded;
     uint8_t resting, command_resting;  ///< legs, while the last sample's voltages act
+    uint8_t modulation;                ///< as configured, tried or found: the background writes it
 #if DQW_EFFECT_WEIGHTS > 0
     dqw_effect effect;
 #endif
@@ -158,6 +159,8 @@ typedef struct dqw_estimator {
     uint8_t inputs;
     uint8_t slow_at, slow_axis;  ///< blocks of the stretch, and the axis whose inputs it sums
     uint8_t across;              ///< blocks for which flux has shown on the other axis
+    uint8_t trial;               ///< which legs switch, from 1 on, 255 before the first; 0: that is known
+    uint8_t mixed;               ///< blocks to come in which two of them meet
     dqw_lasting calm;            ///< what lasts, and the residual's variance, while nothing seems to change
     dqw_stage stage;
 } dqw_estimator;
@@ -236,6 +239,13 @@ int dqw_estimator_read_effect(const dqw_estimator *e, int index, float weights[]
 /// Source   (E22) in docs/EQUATIONS.md
 /// Context  background
 uint16_t dqw_estimator_pole_pairs(const dqw_estimator *e);
+
+/// Which legs switch: as configured; or as found, where that is DQW_MODULATION_UNKNOWN.
+///
+/// Source   (E101) in docs/EQUATIONS.md
+/// Returns  DQW_MODULATION_UNKNOWN while it is being found; without dead time to learn, then centred
+/// Context  background
+enum dqw_modulation dqw_estimator_modulation(const dqw_estimator *e);
 
 /// When the voltage of a sample acts, as the motion shows it; the configuration says it with voltage_next.
 ///

@@ -138,6 +138,7 @@ typedef struct dqw_estimator_q15 {
     dqw_window_q15 window;
     uint16_t follow_q15;  ///< as given last
     uint8_t missed;       ///< halves lost because the background came too late, up to 255
+    uint8_t modulation;   ///< as configured, tried or found: the background writes it
     // Handed over beside the window's part, while window.over.pending: the background's.
     dqw_estimator_q15_handed handed;
 #if DQW_EFFECT_WEIGHTS > 0
@@ -171,6 +172,8 @@ typedef struct dqw_estimator_q15 {
     uint16_t pole_pairs;  ///< given or found; 0: not yet
     uint8_t restarts;     ///< times that the weights left all bounds, and learning began again, up to 255
     uint8_t across;       ///< blocks for which flux has shown on the other axis
+    uint8_t trial;        ///< which legs switch, from 1 on, 255 before the first; 0: that is known
+    uint8_t mixed;        ///< blocks to come in which two modulations meet
     dqw_stage stage;
     dqw_residual_q15 residual;
     dqw_segment_q15 segment;
@@ -257,6 +260,13 @@ int dqw_estimator_read_effect_q15(const dqw_estimator_q15 *e, int index, int64_t
 /// Source   (E22) in docs/EQUATIONS.md
 /// Context  background
 uint16_t dqw_estimator_pole_pairs_q15(const dqw_estimator_q15 *e);
+
+/// Which legs switch: as configured; or as found, where that is DQW_MODULATION_UNKNOWN.
+///
+/// Source   (E101) in docs/EQUATIONS.md
+/// Returns  DQW_MODULATION_UNKNOWN while it is being found; without dead time to learn, then centred
+/// Context  background
+enum dqw_modulation dqw_estimator_modulation_q15(const dqw_estimator_q15 *e);
 
 /// When the voltage of a sample acts, as the motion shows it; the configuration says it with voltage_next.
 ///

@@ -1,0 +1,182 @@
+// Which legs switch, where nobody says it: each way in turn with all legs switching, some blocks of one and some of the
+// other, over a segment of driving. (E101)
+#include "dqw_estimator_block.h"
+#include "dqw_segment.h"
+
+// One that is taken leaves at most this part of what all legs leave, and the other one of what the next best leaves;
+// where none comes as near to all legs, nobody need look on.
+#define LEADS 0.6f
+#define NEAR 0.8f
+#define ROUNDS_LEAST 2
+#define ROUNDS_MOST 4
+// Two halves of a block, and two blocks of a half.
+#define MIXED 2u
+// Blocks of one, then of the other: shorter than an operating point, and not in step with the rotor.
+#define RUN_LEAST 8u
+#define RUN_MORE 7u
+// What a weight is known by beside the sums: they are good to that part of themselves.
+#define RIDGE 1e-5f
+
+// All legs, then three ways to let one rest.
+enum { RIVALS = 3, N = DQW_PARAMETERS };
+
+// What a least squares' sum leaves, and what it is made of; of single rows.
+typedef struct {
+    float a[N * (N + 1) / 2], b[N];
+} sums;
+
+static float *at(sums *s, int i, int j)
+{
+    return &s->a[i < j ? j * (j + 1) / 2 + i : i * (i + 1) / 2 + j];
+}
+
+// What all weights together explain.
+static float explained(sums *s)
+{
+    float power = 0.0f;
+    for (int k = 0; k < N; k++) {
+        const float own = *at(s, k, k) * (1.0f + RIDGE) + RIDGE;
+        const float part = s->b[k] / own;
+        power += part * s->b[k];
+        for (int j = k + 1; j < N; j++) {
+            const float by = *at(s, k, j) / own;
+            s->b[j] -= by * s->b[k];
+            for (int i = k + 1; i <= j; i++) *at(s, i, j) -= by * *at(s, k, i);
+        }
+    }
+    return power;
+}
+
+static void use(dqw_estimator *e, int modulation)
+{
+    *(volatile uint8_t *)&e->modulation = (uint8_t)modulation;
+    e->mixed = MIXED;
+    e->slow_at = (uint8_t)(RUN_LEAST + e->number % RUN_MORE);
+}
+
+static int rival_of(const dqw_estimator *e)
+{
+    return DQW_MODULATION_CLAMPED_LOW + (e->trial - 1) % RIVALS;
+}
+
+// Nothing is learned meanwhile, so that there is room: the sums of the rival are the segment's; those of all legs stand
+// where the gain and the late voltage's weights are.
+static void begin_trial(dqw_estimator *e)
+{
+    dqw_segment *s = &e->segment;
+    for (int k = 0; k < N * (N + 1) / 2; k++) s->a[k] = 0.0f;
+    for (int k = 0; k < N * (N - 1) / 2; k++) e->gain.u[k] = 0.0f;
+    for (int k = 0; k < N; k++) s->b[k] = e->gain.d[k] = e->late_w[k] = 0.0f;
+    for (int k = 0; k < 2; k++) s->sum[k] = s->square[k] = e->slow_before_pu[k] = e->slow_sum_pu[k] = 0.0f;
+    s->blocks = 0;
+}
+
+static void begin(dqw_estimator *e)
+{
+    e->trial = 1;
+    for (int m = 0; m <= RIVALS; m++) e->alone_pu2[m] = e->slow_alone_pu2[m] = 0.0f;
+    // Nothing is told of them meanwhile.
+    e->learned = 0;
+    e->late_pu2 = 0.0f;
+    // Their part is what is asked for.
+    e->w_pu[DQW_DEAD_TIME] = e->w_pu[DQW_DEAD_CONSTANT] = 0.0f;
+    begin_trial(e);
+    use(e, DQW_MODULATION_CENTRED);
+    e->mixed = 0;
+}
+
+static void show_all_legs(dqw_estimator *e, const float x[], float error)
+{
+    float *u = e->gain.u;
+    for (int j = 0; j < N; j++) {
+        for (int i = 0; i < j; i++) *u++ += x[i] * x[j];
+        e->gain.d[j] += x[j] * x[j];
+        e->late_w[j] += x[j] * error;
+    }
+}
+
+static void show(dqw_estimator *e, const dqw_estimator_rows *r, const uint32_t mask[2])
+{
+    const bool rival = e->modulation != (uint8_t)DQW_MODULATION_CENTRED;
+    for (int axis = 0; axis < 2; axis++) {
+        float x[N];
+        float error = r->y[axis];
+        for (int i = 0; i < e->inputs; i++) error -= e->w_pu[i] * r->x[axis][i];
+        for (int i = 0; i < N; i++) x[i] = (mask[axis] >> i & 1u) != 0 ? r->x[axis][i] : 0.0f;
+        if (rival)
+            dqw_segment_row(&e->segment, x, error);
+        else
+            show_all_legs(e, x, error);
+        e->slow_before_pu[rival ? 1 : 0] += error * error;
+    }
+    e->slow_sum_pu[rival ? 1 : 0] += 1.0f;
+}
+
+// What both have left, a block.
+static void end_trial(dqw_estimator *e)
+{
+    sums all = {.b = {0.0f}};
+    sums rival;
+    const float *u = e->gain.u;
+    for (int j = 0; j < N; j++) {
+        for (int i = 0; i < j; i++) *at(&all, i, j) = *u++;
+        *at(&all, j, j) = e->gain.d[j];
+        all.b[j] = e->late_w[j];
+        rival.b[j] = e->segment.b[j];
+    }
+    for (int k = 0; k < N * (N + 1) / 2; k++) rival.a[k] = e->segment.a[k];
+    const int m = rival_of(e);
+    e->alone_pu2[m] += (e->slow_before_pu[0] - explained(&all)) / e->slow_sum_pu[0];
+    e->slow_alone_pu2[m] += (e->slow_before_pu[1] - explained(&rival)) / e->slow_sum_pu[1];
+}
+
+// A round is over: which one it is, DQW_MODULATION_UNKNOWN where that is open.
+static int judge(const dqw_estimator *e)
+{
+    const int rounds = e->trial / RIVALS;
+    if (rounds < ROUNDS_LEAST) return DQW_MODULATION_UNKNOWN;
+    int best = DQW_MODULATION_CENTRED;
+    float least = NEAR;
+    float next = 1.0f;
+    for (int m = DQW_MODULATION_CLAMPED_LOW; m <= RIVALS; m++) {
+        const float left = e->slow_alone_pu2[m] / e->alone_pu2[m];
+        if (left < least) {
+            next = least;
+            least = left;
+            best = m;
+        } else if (left < next) {
+            next = left;
+        }
+    }
+    if (best == DQW_MODULATION_CENTRED || (least <= LEADS && least <= NEAR * next)) return best;
+    return rounds < ROUNDS_MOST ? DQW_MODULATION_UNKNOWN : DQW_MODULATION_CENTRED;
+}
+
+void dqw_estimator_try(dqw_estimator *e, const dqw_estimator_block *b, const dqw_estimator_rows *r,
+                       const uint32_t mask[2])
+{
+    if (e->trial == DQW_ESTIMATOR_SEEKS) begin(e);
+    // [SEA.1] sums of both in turn over a segment, around weights that stay as they are
+    show(e, r, mask);
+    const bool turn = --e->slow_at == 0;
+    const bool both = e->slow_sum_pu[0] > 0.0f && e->slow_sum_pu[1] > 0.0f;
+    if (!dqw_estimator_segment_ends(e, b) || !both) {
+        if (turn) use(e, e->modulation != (uint8_t)DQW_MODULATION_CENTRED ? DQW_MODULATION_CENTRED : rival_of(e));
+        return;
+    }
+    // [SEA.2] what they leave; after a round, is it found
+    end_trial(e);
+    const int found = e->trial % RIVALS == 0 ? judge(e) : (int)DQW_MODULATION_UNKNOWN;
+    if (found == DQW_MODULATION_UNKNOWN) {
+        e->trial++;
+        begin_trial(e);
+        use(e, rival_of(e));
+        return;
+    }
+    // [SEA.3] learning begins anew
+    use(e, found);
+    e->trial = 0;
+    float w[DQW_ESTIMATOR_INPUTS];
+    for (int i = 0; i < e->inputs; i++) w[i] = e->w_pu[i];
+    dqw_estimator_start(e, w);
+}
