@@ -160,6 +160,7 @@ typedef struct dqw_estimator {
     uint8_t slow_at, slow_axis;  ///< blocks of the stretch, and the axis whose inputs it sums
     uint8_t across;              ///< blocks for which flux has shown on the other axis
     uint8_t trial;               ///< which legs switch, from 1 on, 255 before the first; 0: that is known
+    uint8_t leader;              ///< the one beside which the others are tried
     uint8_t mixed;               ///< blocks to come in which two of them meet
     dqw_lasting calm;            ///< what lasts, and the residual's variance, while nothing seems to change
     dqw_stage stage;

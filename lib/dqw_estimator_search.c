@@ -1,12 +1,13 @@
-// Which legs switch, where nobody says it: each way in turn with all legs switching, some blocks of one and some of the
-// other, over a segment of driving. (E101)
+// Which legs switch, where nobody says it: one way leads, at first that all do, and each other one is tried beside it in
+// turn, some blocks of one and some of the other, over a segment of driving. (E101)
 #include "dqw_estimator_block.h"
 #include "dqw_segment.h"
 
-// One that is taken leaves at most this part of what all legs leave, and the other one of what the next best leaves;
-// where none comes as near to all legs, nobody need look on.
-#define LEADS 0.6f
+// A rival leads from then on that leaves at most this part of what all legs leave, or less clearly less where it is far
+// below the next best. Where none comes near, all legs switch.
+#define LEADS 0.7f
 #define NEAR 0.8f
+#define FAR 0.6f
 #define ROUNDS_LEAST 2
 #define ROUNDS_MOST 4
 // Two halves of a block, and two blocks of a half.
@@ -17,7 +18,7 @@
 // What a weight is known by beside the sums: they are good to that part of themselves.
 #define RIDGE 1e-5f
 
-// All legs, then three ways to let one rest.
+// All legs, and three ways to let one rest: each but the one that leads.
 enum { RIVALS = 3, N = DQW_PARAMETERS };
 
 // What a least squares' sum leaves, and what it is made of; of single rows.
@@ -56,11 +57,12 @@ static void use(dqw_estimator *e, int modulation)
 
 static int rival_of(const dqw_estimator *e)
 {
-    return DQW_MODULATION_CLAMPED_LOW + (e->trial - 1) % RIVALS;
+    const int k = (e->trial - 1) % RIVALS;
+    return k < e->leader ? k : k + 1;
 }
 
-// Nothing is learned meanwhile, so that there is room: the sums of the rival are the segment's; those of all legs stand
-// where the gain and the late voltage's weights are.
+// Nothing is learned meanwhile, so that there is room: the sums of the rival are the segment's; those of the leader
+// stand where the gain and the late voltage's weights are.
 static void begin_trial(dqw_estimator *e)
 {
     dqw_segment *s = &e->segment;
@@ -71,21 +73,27 @@ static void begin_trial(dqw_estimator *e)
     s->blocks = 0;
 }
 
-static void begin(dqw_estimator *e)
+static void lead(dqw_estimator *e, int modulation)
 {
+    e->leader = (uint8_t)modulation;
     e->trial = 1;
     for (int m = 0; m <= RIVALS; m++) e->alone_pu2[m] = e->slow_alone_pu2[m] = 0.0f;
+    begin_trial(e);
+    use(e, modulation);
+}
+
+static void begin(dqw_estimator *e)
+{
     // Nothing is told of them meanwhile.
     e->learned = 0;
     e->late_pu2 = 0.0f;
     // Their part is what is asked for.
     e->w_pu[DQW_DEAD_TIME] = e->w_pu[DQW_DEAD_CONSTANT] = 0.0f;
-    begin_trial(e);
-    use(e, DQW_MODULATION_CENTRED);
+    lead(e, DQW_MODULATION_CENTRED);
     e->mixed = 0;
 }
 
-static void show_all_legs(dqw_estimator *e, const float x[], float error)
+static void show_leader(dqw_estimator *e, const float x[], float error)
 {
     float *u = e->gain.u;
     for (int j = 0; j < N; j++) {
@@ -97,7 +105,7 @@ static void show_all_legs(dqw_estimator *e, const float x[], float error)
 
 static void show(dqw_estimator *e, const dqw_estimator_rows *r, const uint32_t mask[2])
 {
-    const bool rival = e->modulation != (uint8_t)DQW_MODULATION_CENTRED;
+    const bool rival = e->modulation != e->leader;
     for (int axis = 0; axis < 2; axis++) {
         float x[N];
         float error = r->y[axis];
@@ -106,7 +114,7 @@ static void show(dqw_estimator *e, const dqw_estimator_rows *r, const uint32_t m
         if (rival)
             dqw_segment_row(&e->segment, x, error);
         else
-            show_all_legs(e, x, error);
+            show_leader(e, x, error);
         e->slow_before_pu[rival ? 1 : 0] += error * error;
     }
     e->slow_sum_pu[rival ? 1 : 0] += 1.0f;
@@ -115,41 +123,61 @@ static void show(dqw_estimator *e, const dqw_estimator_rows *r, const uint32_t m
 // What both have left, a block.
 static void end_trial(dqw_estimator *e)
 {
-    sums all = {.b = {0.0f}};
+    sums leader = {.b = {0.0f}};
     sums rival;
     const float *u = e->gain.u;
     for (int j = 0; j < N; j++) {
-        for (int i = 0; i < j; i++) *at(&all, i, j) = *u++;
-        *at(&all, j, j) = e->gain.d[j];
-        all.b[j] = e->late_w[j];
+        for (int i = 0; i < j; i++) *at(&leader, i, j) = *u++;
+        *at(&leader, j, j) = e->gain.d[j];
+        leader.b[j] = e->late_w[j];
         rival.b[j] = e->segment.b[j];
     }
     for (int k = 0; k < N * (N + 1) / 2; k++) rival.a[k] = e->segment.a[k];
     const int m = rival_of(e);
-    e->alone_pu2[m] += (e->slow_before_pu[0] - explained(&all)) / e->slow_sum_pu[0];
+    e->alone_pu2[m] += (e->slow_before_pu[0] - explained(&leader)) / e->slow_sum_pu[0];
     e->slow_alone_pu2[m] += (e->slow_before_pu[1] - explained(&rival)) / e->slow_sum_pu[1];
 }
 
+// What a rival left over what the leader left beside it.
+static float ratio_of(const dqw_estimator *e, int modulation)
+{
+    return e->slow_alone_pu2[modulation] / e->alone_pu2[modulation];
+}
+
 // A round is over: which one it is, DQW_MODULATION_UNKNOWN where that is open.
-static int judge(const dqw_estimator *e)
+static int judge(dqw_estimator *e)
 {
     const int rounds = e->trial / RIVALS;
-    if (rounds < ROUNDS_LEAST) return DQW_MODULATION_UNKNOWN;
-    int best = DQW_MODULATION_CENTRED;
-    float least = NEAR;
-    float next = 1.0f;
+    int best = -1;
+    float least = 1e30f;
+    float next = 1e30f;
     for (int m = DQW_MODULATION_CLAMPED_LOW; m <= RIVALS; m++) {
-        const float left = e->slow_alone_pu2[m] / e->alone_pu2[m];
-        if (left < least) {
+        if (m == e->leader) continue;
+        const float ratio = ratio_of(e, m);
+        if (ratio < least) {
             next = least;
-            least = left;
+            least = ratio;
             best = m;
-        } else if (left < next) {
-            next = left;
+        } else if (ratio < next) {
+            next = ratio;
         }
     }
-    if (best == DQW_MODULATION_CENTRED || (least <= LEADS && least <= NEAR * next)) return best;
-    return rounds < ROUNDS_MOST ? DQW_MODULATION_UNKNOWN : DQW_MODULATION_CENTRED;
+    if (e->leader == (uint8_t)DQW_MODULATION_CENTRED) {
+        if (rounds < ROUNDS_LEAST) return DQW_MODULATION_UNKNOWN;
+        if (!(least < NEAR)) return DQW_MODULATION_CENTRED;
+        if (least <= LEADS || least <= FAR * next) {
+            lead(e, best);
+            return DQW_MODULATION_UNKNOWN;
+        }
+        return rounds < ROUNDS_MOST ? DQW_MODULATION_UNKNOWN : DQW_MODULATION_CENTRED;
+    }
+    // It leads once more: against all legs clearly, against the others at all.
+    const bool clear = NEAR * ratio_of(e, DQW_MODULATION_CENTRED) >= 1.0f;
+    if (clear && least > 1.0f) return e->leader;
+    if (rounds < ROUNDS_LEAST) return DQW_MODULATION_UNKNOWN;
+    if (!clear) return DQW_MODULATION_CENTRED;
+    if (least < NEAR) return best;
+    return rounds < ROUNDS_MOST ? DQW_MODULATION_UNKNOWN : e->leader;
 }
 
 void dqw_estimator_try(dqw_estimator *e, const dqw_estimator_block *b, const dqw_estimator_rows *r,
@@ -161,13 +189,15 @@ void dqw_estimator_try(dqw_estimator *e, const dqw_estimator_block *b, const dqw
     const bool turn = --e->slow_at == 0;
     const bool both = e->slow_sum_pu[0] > 0.0f && e->slow_sum_pu[1] > 0.0f;
     if (!dqw_estimator_segment_ends(e, b) || !both) {
-        if (turn) use(e, e->modulation != (uint8_t)DQW_MODULATION_CENTRED ? DQW_MODULATION_CENTRED : rival_of(e));
+        if (turn) use(e, e->modulation != e->leader ? e->leader : rival_of(e));
         return;
     }
     // [SEA.2] what they leave; after a round, is it found
     end_trial(e);
-    const int found = e->trial % RIVALS == 0 ? judge(e) : (int)DQW_MODULATION_UNKNOWN;
+    const int trial = e->trial;
+    const int found = trial % RIVALS == 0 ? judge(e) : (int)DQW_MODULATION_UNKNOWN;
     if (found == DQW_MODULATION_UNKNOWN) {
+        if (e->trial != trial) return;
         e->trial++;
         begin_trial(e);
         use(e, rival_of(e));

@@ -173,6 +173,7 @@ typedef struct dqw_estimator_q15 {
     uint8_t restarts;     ///< times that the weights left all bounds, and learning began again, up to 255
     uint8_t across;       ///< blocks for which flux has shown on the other axis
     uint8_t trial;        ///< which legs switch, from 1 on, 255 before the first; 0: that is known
+    uint8_t leader;       ///< the one beside which the others are tried
     uint8_t mixed;        ///< blocks to come in which two modulations meet
     dqw_stage stage;
     dqw_residual_q15 residual;
