@@ -241,13 +241,6 @@ int dqw_estimator_read_effect(const dqw_estimator *e, int index, float weights[]
 /// Context  background
 uint16_t dqw_estimator_pole_pairs(const dqw_estimator *e);
 
-/// Which legs switch: as configured; or as found, where that is DQW_MODULATION_UNKNOWN.
-///
-/// Source   (E101) in docs/EQUATIONS.md
-/// Returns  DQW_MODULATION_UNKNOWN while it is being found; without dead time to learn, then centred
-/// Context  background
-enum dqw_modulation dqw_estimator_modulation(const dqw_estimator *e);
-
 /// When the voltage of a sample acts, as the motion shows it; the configuration says it with voltage_next.
 ///
 /// Source   (E90) in docs/EQUATIONS.md

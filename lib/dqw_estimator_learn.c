@@ -320,8 +320,7 @@ bool dqw_estimator_learn(dqw_estimator *e, const dqw_estimator_block *b)
         ratio[axis] = !c->settled && e->blocks > FEW_BLOCKS ? dqw_estimator_variance(e, axis) / common : 1.0f;
     const float *late_pu = !c->settled && e->pole_pairs != 0 && b->whole ? r.late : NULL;
     float score[DQW_ESTIMATOR_SCORES] = {0};
-    const bool follows = c->follow && !c->settled && e->pole_pairs != 0 &&
-                         e->stage.name != DQW_STAGE_RANDOM && !seeks;
+    const bool follows = c->follow && !c->settled && e->pole_pairs != 0 && e->stage.name != DQW_STAGE_RANDOM && !seeks;
     if (follows)
         for (int axis = 0; axis < 2; axis++) dqw_estimator_show_segment(e, axis, &r, mask[axis], ratio[axis]);
     learn_row(e, D, &r, mask[D], ratio[D], late_pu, score);

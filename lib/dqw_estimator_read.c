@@ -177,11 +177,6 @@ uint16_t dqw_estimator_pole_pairs(const dqw_estimator *e)
     return e->pole_pairs;
 }
 
-enum dqw_modulation dqw_estimator_modulation(const dqw_estimator *e)
-{
-    return e->trial != 0 ? DQW_MODULATION_UNKNOWN : (enum dqw_modulation)e->modulation;
-}
-
 // By how many periods the voltage acts later than it is said to, and its deviation. (E90)
 static void late(const dqw_estimator *e, float *periods, float *sd)
 {

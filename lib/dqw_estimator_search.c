@@ -1,5 +1,7 @@
 // Which legs switch, where nobody says it: one way leads, at first that all do, and each other one is tried beside it in
 // turn, some blocks of one and some of the other, over a segment of driving. (E101)
+#include "dqw_estimator_search.h"
+
 #include "dqw_estimator_block.h"
 #include "dqw_segment.h"
 
@@ -46,6 +48,11 @@ static float explained(sums *s)
         }
     }
     return power;
+}
+
+enum dqw_modulation dqw_estimator_modulation(const dqw_estimator *e)
+{
+    return e->trial != 0 ? DQW_MODULATION_UNKNOWN : (enum dqw_modulation)e->modulation;
 }
 
 static void use(dqw_estimator *e, int modulation)

@@ -262,13 +262,6 @@ int dqw_estimator_read_effect_q15(const dqw_estimator_q15 *e, int index, int64_t
 /// Context  background
 uint16_t dqw_estimator_pole_pairs_q15(const dqw_estimator_q15 *e);
 
-/// Which legs switch: as configured; or as found, where that is DQW_MODULATION_UNKNOWN.
-///
-/// Source   (E101) in docs/EQUATIONS.md
-/// Returns  DQW_MODULATION_UNKNOWN while it is being found; without dead time to learn, then centred
-/// Context  background
-enum dqw_modulation dqw_estimator_modulation_q15(const dqw_estimator_q15 *e);
-
 /// When the voltage of a sample acts, as the motion shows it; the configuration says it with voltage_next.
 ///
 /// Source   (E90) in docs/EQUATIONS.md

@@ -234,11 +234,6 @@ uint16_t dqw_estimator_pole_pairs_q15(const dqw_estimator_q15 *e)
     return e->pole_pairs;
 }
 
-enum dqw_modulation dqw_estimator_modulation_q15(const dqw_estimator_q15 *e)
-{
-    return e->trial != 0 ? DQW_MODULATION_UNKNOWN : (enum dqw_modulation)e->modulation;
-}
-
 uint32_t dqw_estimator_residual_q28(const dqw_estimator_q15 *e)
 {
     const int64_t both_q56 = e->error_q56[0] + e->error_q56[1];

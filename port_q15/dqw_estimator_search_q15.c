@@ -1,5 +1,7 @@
 // Which legs switch, where nobody says it: one way leads, at first that all do, and each other one is tried beside it in
 // turn, some blocks of one and some of the other, over a segment of driving. (E101)
+#include "dqw_estimator_search_q15.h"
+
 #include "dqw_estimator_block_q15.h"
 #include "dqw_q15.h"
 
@@ -20,6 +22,11 @@
 
 // All legs, and three ways to let one rest: each but the one that leads.
 enum { RIVALS = 3, N = DQW_PARAMETERS };
+
+enum dqw_modulation dqw_estimator_modulation_q15(const dqw_estimator_q15 *e)
+{
+    return e->trial != 0 ? DQW_MODULATION_UNKNOWN : (enum dqw_modulation)e->modulation;
+}
 
 static void use(dqw_estimator_q15 *e, int modulation)
 {
