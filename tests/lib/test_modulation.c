@@ -259,7 +259,7 @@ static void test_the_legs_that_switch_are_found(void)
             CASE("%s, way %d", NAME[m], way);
             double found_s = 0.0;
             bool why = false;
-            for (long k = 0; k < lrint(14 / RESTING_DT_S); k++) {
+            for (long k = 0; k < lrint(9 / RESTING_DT_S); k++) {
                 bool made;
                 const dqw_sample s = resting_sample(&j, k, &made);
                 if (k % 30011 == 30010) dqw_monitor_missing(&o, k % 2 == 0 ? 1 : 0);
