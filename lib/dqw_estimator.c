@@ -85,7 +85,7 @@ static int32_t ordered(float x)
 // Legs that rested in the period that s ends, c and n the direction in its middle, nearly.
 static uint8_t resting(const dqw_estimator *e, float c, float n)
 {
-    const enum dqw_modulation m = e->config->modulation;
+    const enum dqw_modulation m = (enum dqw_modulation)e->modulation;
     if (m == DQW_MODULATION_CENTRED || !(e->dead_time_width_A > 0.0f)) return 0;
     if (m == DQW_MODULATION_MASK) return e->resting;
     const float alpha = c * e->v_d_V - n * e->v_q_V;
@@ -145,7 +145,7 @@ static void gather(dqw_estimator *e, const dqw_sample *s, const dead_input *x)
     const float step_d_A = s->i_d_A - e->i_d_A;
     const float step_q_A = s->i_q_A - e->i_q_A;
     float dead[4] = {x->d + e->dead_d, x->q + e->dead_q, 0.0f, 0.0f};
-    if (e->config->modulation != DQW_MODULATION_CENTRED) leave_out(e, s, x, dead);
+    if (e->modulation != (uint8_t)DQW_MODULATION_CENTRED) leave_out(e, s, x, dead);
     const float pair[DQW_PLAIN_SIGNALS] = {
         e->v_d_V,
         e->v_q_V,

@@ -58,7 +58,7 @@ typedef struct dqw_estimator_config {
     float angle_late_s;
     /// by how much the voltage may be off where no residual shows it, as a vector; 0: no more than the residual shows
     float voltage_error_V;
-    enum dqw_modulation modulation;  ///< which legs switch: dead time is theirs alone
+    enum dqw_modulation modulation;  ///< which legs switch: dead time is theirs alone. Without dead time of no meaning
     uint32_t stale_limit;            ///< equal samples in a row before a sensor counts as stuck; 0: never
     uint32_t threshold_ppm;          ///< residual over the voltage base that stage 3 must reach; 0: 50000 (5 %)
     bool observed;  ///< the angle is an observer's, no encoder's: it may lean with load and speed, unseen
@@ -115,6 +115,7 @@ typedef struct dqw_estimator {
     uint8_t missed;                 ///< halves lost because the background came too late, up to 255
     bool has_last, last_good, commanded;
     uint8_t resting, command_resting;  ///< legs, while the last sample's voltages act
+    uint8_t modulation;                ///< as configured, tried or found: the background writes it
 #if DQW_EFFECT_WEIGHTS > 0
     dqw_effect effect;
 #endif
@@ -164,6 +165,9 @@ typedef struct dqw_estimator {
     uint8_t paced;               ///< whole halves behind each other, up to 3
     uint8_t slow_at, slow_axis;  ///< blocks of the stretch, and the axis whose inputs it sums
     uint8_t across;              ///< blocks for which flux has shown on the other axis
+    uint8_t trial;               ///< which legs switch, from 1 on, 255 before the first; 0: that is known
+    uint8_t leader;              ///< the one beside which the others are tried
+    uint8_t mixed;               ///< blocks to come in which two of them meet
     dqw_lasting calm;            ///< what lasts, and the residual's variance, while nothing seems to change
     dqw_stage stage;
 } dqw_estimator;

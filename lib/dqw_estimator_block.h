@@ -65,7 +65,7 @@ static inline bool dqw_estimator_has_dead_time(const dqw_estimator *e)
 }
 static inline bool dqw_estimator_has_constant(const dqw_estimator *e)
 {
-    return dqw_estimator_has_dead_time(e) && e->config->modulation != DQW_MODULATION_CENTRED;
+    return dqw_estimator_has_dead_time(e) && e->modulation != (uint8_t)DQW_MODULATION_CENTRED;
 }
 
 /// A block's rows as the joint neuron is shown them, per unit; variances of the noise of their inputs; the covariance
@@ -162,6 +162,30 @@ void dqw_estimator_least_bands(const dqw_estimator *e, float band_pu[]);
 void dqw_estimator_show_segment(dqw_estimator *e, int axis, const dqw_estimator_rows *r, uint32_t mask, float ratio);
 #define dqw_estimator_follow DQW_SIZED(dqw_estimator_follow)
 void dqw_estimator_follow(dqw_estimator *e, const dqw_estimator_block *b);
+
+/// One learned block on in its segment of driving.
+/// Returns  true where that ends
+/// Source   (E104) in docs/EQUATIONS.md
+#define dqw_estimator_segment_ends DQW_SIZED(dqw_estimator_segment_ends)
+bool dqw_estimator_segment_ends(dqw_estimator *e, const dqw_estimator_block *b);
+
+/// e->trial before the first trial; and learned blocks until then, in which an angle that is off has shown. (E102)
+#define DQW_ESTIMATOR_SEEKS 255u
+#define DQW_ESTIMATOR_SEEKS_FROM 800u
+
+/// Are the legs that switch still to be found?
+static inline bool dqw_estimator_seeks_legs(const dqw_estimator *e)
+{
+    return e->trial != 0 && e->pole_pairs != 0;
+}
+
+/// A block is shown to the trial; nothing is learned. At the trial's end one more begins, or it is found.
+///
+/// Source   (E101) in docs/EQUATIONS.md
+/// Context  background
+#define dqw_estimator_try DQW_SIZED(dqw_estimator_try)
+void dqw_estimator_try(dqw_estimator *e, const dqw_estimator_block *b, const dqw_estimator_rows *r,
+                       const uint32_t mask[2]);
 
 /// Learn a block that was taken.
 ///

@@ -187,6 +187,9 @@ enum dqw_status dqw_estimator_init(dqw_estimator *e, const dqw_estimator_config 
     n.dead_time_width_A = c->angle ? c->dead_time_width_A : 0.0f;
     status = init_effects(&n, c);
     if (status != DQW_OK) return status;
+    const bool unknown = c->modulation == DQW_MODULATION_UNKNOWN;
+    n.modulation = (uint8_t)(unknown ? DQW_MODULATION_CENTRED : c->modulation);
+    n.trial = unknown && n.dead_time_width_A > 0.0f && !c->settled ? DQW_ESTIMATOR_SEEKS : 0;
     const int half = c->settled ? 1 : c->half_window != 0 ? c->half_window : HALF_WINDOW;
     status = dqw_window_init(&n.window, half, DQW_PLAIN_SIGNALS + 2 * (n.inputs - DQW_PARAMETERS));
     if (status != DQW_OK) return DQW_ERR_HALF_WINDOW;

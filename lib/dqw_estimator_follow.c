@@ -185,20 +185,24 @@ static void open(dqw_estimator *e, int changed, const float wide_pu[], const flo
     }
 }
 
-void dqw_estimator_follow(dqw_estimator *e, const dqw_estimator_block *b)
+bool dqw_estimator_segment_ends(dqw_estimator *e, const dqw_estimator_block *b)
 {
     const dqw_block m = dqw_estimator_means(e, b);
     const float rate = 1.0f / ((float)e->window.half * e->config->dt_s);
+    return dqw_segment_block(&e->segment, m.w_m_rad_s / e->config->w_base_rad_s, m.i_q_A / e->config->i_base_A,
+                             (uint32_t)(SEGMENT_LEAST_S * rate), (uint32_t)(SEGMENT_MOST_S * rate));
+}
+
+void dqw_estimator_follow(dqw_estimator *e, const dqw_estimator_block *b)
+{
     dqw_segment *s = &e->segment;
     if (s->blocks == 0) {
         e->began_before = e->began;
         e->began = e->number;
     }
-    if (!dqw_segment_block(s, m.w_m_rad_s / e->config->w_base_rad_s, m.i_q_A / e->config->i_base_A,
-                           (uint32_t)(SEGMENT_LEAST_S * rate), (uint32_t)(SEGMENT_MOST_S * rate)))
-        return;
+    if (!dqw_estimator_segment_ends(e, b)) return;
     const float rows = 2.0f * (float)s->blocks;
-    const float seconds = (float)s->blocks / rate;
+    const float seconds = (float)s->blocks * ((float)e->window.half * e->config->dt_s);
     // [FOL.3] what lasts while nothing seems to change
     keep_calm(e);
     // [FOL.4] what the segment says, of bands that are no narrower than this and may be as wide as that

@@ -257,6 +257,8 @@ bool dqw_estimator_take(dqw_estimator *e, dqw_estimator_block *b)
 
 void dqw_estimator_stage_on(dqw_estimator *e, bool random_converged)
 {
+    // What is still to be found is not judged by what it leaves.
+    if (e->stage.name == DQW_STAGE_ORDINAL && dqw_estimator_seeks_legs(e)) return;
     const float ratio = dqw_estimator_recent_pu(e);
     (void)dqw_stage_step(&e->stage, random_converged, ratio < 4000.0f ? (uint32_t)(ratio * 1e6f) : 4000000000u);
 }
@@ -292,6 +294,10 @@ static void coarse_stage(dqw_estimator *e)
 bool dqw_estimator_learn(dqw_estimator *e, const dqw_estimator_block *b)
 {
     const dqw_estimator_config *c = e->config;
+    if (e->mixed != 0) {
+        e->mixed--;
+        return false;
+    }
 
     // [EST.4] inputs of both axes
     dqw_estimator_rows r;
@@ -306,6 +312,13 @@ bool dqw_estimator_learn(dqw_estimator *e, const dqw_estimator_block *b)
     if (e->gate.blocks < UINT32_MAX) e->gate.blocks++;
     if (e->blocks < UINT16_MAX) e->blocks++;
 
+    // Once the frame is known, which legs switch.
+    const bool seeks = dqw_estimator_seeks_legs(e) && e->stage.name != DQW_STAGE_RANDOM;
+    if (seeks && e->blocks >= DQW_ESTIMATOR_SEEKS_FROM) {
+        dqw_estimator_try(e, b, &r, mask);
+        return false;
+    }
+
     // [EST.6] both rows, then the noise of their inputs, then what has changed
     const float common = dqw_estimator_common_variance(e);
     float ratio[2];
@@ -313,7 +326,7 @@ bool dqw_estimator_learn(dqw_estimator *e, const dqw_estimator_block *b)
         ratio[axis] = !c->settled && e->blocks > FEW_BLOCKS ? dqw_estimator_variance(e, axis) / common : 1.0f;
     const float *late_pu = !c->settled && e->pole_pairs != 0 && b->whole ? r.late : NULL;
     float score[DQW_ESTIMATOR_SCORES] = {0};
-    const bool follows = c->follow && !c->settled && e->pole_pairs != 0 && e->stage.name != DQW_STAGE_RANDOM;
+    const bool follows = c->follow && !c->settled && e->pole_pairs != 0 && e->stage.name != DQW_STAGE_RANDOM && !seeks;
     if (follows)
         for (int axis = 0; axis < 2; axis++) dqw_estimator_show_segment(e, axis, &r, mask[axis], ratio[axis]);
     learn_row(e, D, &r, mask[D], ratio[D], late_pu, score);

@@ -9,6 +9,7 @@ enum dqw_modulation {
     DQW_MODULATION_CLAMPED_HIGH,  ///< the highest phase rests on the positive rail
     DQW_MODULATION_CLAMPED_60,    ///< the phase furthest from the middle rests, each on its rail for 60 degrees
     DQW_MODULATION_MASK,          ///< dqw_sample's resting says it
+    DQW_MODULATION_UNKNOWN,       ///< one of the first four: found while the machine runs
     DQW_MODULATIONS
 };
 

@@ -472,6 +472,7 @@ enum dqw_why dqw_monitor_why(const dqw_monitor *m)
     if (e->number == 0) return DQW_WHY_NO_BLOCK;
     if (e->config->noise_on_inputs && e->noise_rows < DQW_NOISE_ROWS) return DQW_WHY_NOISE;
     if (!dqw_watch_excited(e->excess_q10, e->inputs)) return DQW_WHY_EXCITATION;
+    if (dqw_estimator_seeks_legs(e)) return DQW_WHY_MODULATION;
     const enum dqw_voltage_acts acts = dqw_estimator_voltage_acts(e);
     if (acts != DQW_VOLTAGE_NOT_KNOWN && (acts == DQW_VOLTAGE_NEXT) != e->config->voltage_next) return DQW_WHY_VOLTAGE;
     if (e->stage.name == DQW_STAGE_ORDINAL && above_threshold(m)) return DQW_WHY_RESIDUAL;

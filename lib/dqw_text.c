@@ -108,6 +108,7 @@ static const char *const why_texts[] = {
     [DQW_WHY_NO_BLOCK] = "no block was learned yet: are samples refused, or does the background not run?",
     [DQW_WHY_NOISE] = "too few samples in a row to know the noise of currents and speed",
     [DQW_WHY_EXCITATION] = "currents and speed move too little to learn from",
+    [DQW_WHY_MODULATION] = "which legs switch is being found: it needs currents and speeds that move",
     [DQW_WHY_R] = "R is not known yet: it needs current",
     [DQW_WHY_LQ] = "L_q is not known yet: i_q must move, or i_q and speed be there",
     [DQW_WHY_PSI] = "the flux is not known yet: it needs speed",

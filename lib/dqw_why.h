@@ -12,6 +12,7 @@ enum dqw_why {
     DQW_WHY_NO_BLOCK,        ///< no block was ever learned
     DQW_WHY_NOISE,           ///< too few rows for the noise of currents and speed
     DQW_WHY_EXCITATION,      ///< no current or speed moves enough
+    DQW_WHY_MODULATION,      ///< which legs switch is being found
     DQW_WHY_R,               ///< R is not known yet
     DQW_WHY_LQ,              ///< L_q is not known yet
     DQW_WHY_PSI,             ///< the flux is not known yet

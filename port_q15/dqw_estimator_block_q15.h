@@ -92,6 +92,21 @@ void dqw_estimator_turn_on_q15(dqw_estimator_q15 *e, const dqw_units_q15 *u, boo
 #define dqw_estimator_value_q24 DQW_SIZED(dqw_estimator_value_q24)
 int32_t dqw_estimator_value_q24(const dqw_estimator_q15 *e, int weight);
 
+/// A block is shown to the trial which legs switch; nothing is learned. At the trial's end one more begins, or it is
+/// found.
+///
+/// Source   (E101) in docs/EQUATIONS.md
+/// Cost     as dqw_estimator_show_q15; at the trial's end dqw_normal_solve_q15 twice
+/// Context  background
+#define dqw_estimator_try_q15 DQW_SIZED(dqw_estimator_try_q15)
+void dqw_estimator_try_q15(dqw_estimator_q15 *e, const dqw_estimator_q15_block *b, const dqw_rows_q15 *r,
+                           const uint32_t mask[]);
+
+/// One learned block on in its segment of driving.
+/// Source   (E104) in docs/EQUATIONS.md
+/// Returns  true where that ends
+bool dqw_estimator_segment_ends_q15(dqw_estimator_q15 *e, const dqw_estimator_q15_block *b);
+
 /// Learn a block that was taken.
 ///
 /// Source   (E16), (E17), (E60), (E61), (E70), (E71) in docs/EQUATIONS.md
@@ -128,6 +143,16 @@ static inline int dqw_estimator_cross_q15(const dqw_estimator_q15 *e, int axis)
     return (dqw_estimator_seeks_q15(e) ? (int)DQW_POLES_LQ_Q15 : (int)DQW_LQ) - axis;
 }
 
+/// e->trial before the first one; and learned blocks until then, in which an angle that is off has shown. (E102)
+#define DQW_ESTIMATOR_SEEKS_Q15 255u
+#define DQW_ESTIMATOR_SEEKS_FROM_Q15 800u
+
+/// Are the legs that switch still to be found?
+static inline bool dqw_estimator_seeks_legs_q15(const dqw_estimator_q15 *e)
+{
+    return e->trial != 0 && e->pole_pairs != 0;
+}
+
 /// What this configuration and what is known of the pole pairs leave to be learned.
 static inline bool dqw_estimator_has_dead_time_q15(const dqw_estimator_q15 *e)
 {
@@ -135,7 +160,7 @@ static inline bool dqw_estimator_has_dead_time_q15(const dqw_estimator_q15 *e)
 }
 static inline bool dqw_estimator_has_constant_q15(const dqw_estimator_q15 *e)
 {
-    return dqw_estimator_has_dead_time_q15(e) && e->config->modulation != DQW_MODULATION_CENTRED;
+    return dqw_estimator_has_dead_time_q15(e) && e->modulation != (uint8_t)DQW_MODULATION_CENTRED;
 }
 static inline bool dqw_estimator_has_psi_q_q15(const dqw_estimator_q15 *e)
 {
@@ -257,7 +282,8 @@ uint32_t dqw_estimator_stretch_q15(const dqw_estimator_q15 *e);
 /// Are changes followed by segments now?
 static inline bool dqw_estimator_follows_q15(const dqw_estimator_q15 *e)
 {
-    return e->config->follow && !e->config->settled && e->pole_pairs != 0 && e->stage.name != DQW_STAGE_RANDOM;
+    return e->config->follow && !e->config->settled && e->pole_pairs != 0 && e->stage.name != DQW_STAGE_RANDOM &&
+           !dqw_estimator_seeks_legs_q15(e);
 }
 
 /// Nothing is known of what lasts, nor of how weights scatter.

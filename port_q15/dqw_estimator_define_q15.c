@@ -300,6 +300,9 @@ enum dqw_status dqw_estimator_init_q15(dqw_estimator_q15 *e, const dqw_estimator
         e->wide_q28 = (int32_t)dqw_q_quotient64(18 * u.width_q40, 5, -12);
         e->per_wide = dqw_q31_sat(dqw_q_quotient64(1, e->wide_q28, 47));
     }
+    const bool unknown = c->modulation == DQW_MODULATION_UNKNOWN;
+    e->modulation = (uint8_t)(unknown ? DQW_MODULATION_CENTRED : c->modulation);
+    e->trial = unknown && e->wide_q28 > 0 && !c->settled ? DQW_ESTIMATOR_SEEKS_Q15 : 0;
     dqw_estimator_start_q15(e, NULL);
     dqw_gate_init(&e->gate, c->stale_limit);
     dqw_stage_init(&e->stage, c->threshold_ppm);

@@ -324,17 +324,22 @@ static void open(dqw_estimator_q15 *e, int changed, const dqw_lasting_q15 *calm,
     }
 }
 
-void dqw_estimator_follow_q15(dqw_estimator_q15 *e, const dqw_estimator_q15_block *b)
+bool dqw_estimator_segment_ends_q15(dqw_estimator_q15 *e, const dqw_estimator_q15_block *b)
 {
     const dqw_block_q15 m = dqw_estimator_means_q15(b);
     const uint32_t least = (uint32_t)dqw_q_quotient32(SEGMENT_LEAST_NS, block_ns(e), 0);
     const uint32_t most = (uint32_t)dqw_q_quotient32(SEGMENT_MOST_NS, block_ns(e), 0);
+    return dqw_segment_block_q15(&e->segment, m.w_m, m.i_q, least, most);
+}
+
+void dqw_estimator_follow_q15(dqw_estimator_q15 *e, const dqw_estimator_q15_block *b)
+{
     dqw_segment_q15 *s = &e->segment;
     if (s->blocks == 0) {
         e->residual.began_before = e->residual.began;
         e->residual.began = e->number;
     }
-    if (!dqw_segment_block_q15(s, m.w_m, m.i_q, least, most)) return;
+    if (!dqw_estimator_segment_ends_q15(e, b)) return;
     // Up to 2^37 by 2^16
     const int64_t seconds_q20 = dqw_q_quotient64(block_ns(e) * s->blocks, 1000000000, 20);
     const int64_t rows = 2 * (int64_t)s->blocks;

@@ -184,6 +184,8 @@ static void keep(dqw_estimator_q15 *e, const dqw_rows_q15 *r, const uint32_t mas
 
 void dqw_estimator_stage_on_q15(dqw_estimator_q15 *e, bool random_converged)
 {
+    // What is still to be found is not judged by what it leaves.
+    if (e->stage.name == DQW_STAGE_ORDINAL && dqw_estimator_seeks_legs_q15(e)) return;
     (void)dqw_stage_step(&e->stage, random_converged, dqw_estimator_recent_ppm_q15(e));
 }
 
@@ -263,6 +265,10 @@ static void solve(dqw_estimator_q15 *e)
 bool dqw_estimator_learn_q15(dqw_estimator_q15 *e, const dqw_estimator_q15_block *b)
 {
     const dqw_estimator_q15_config *c = e->config;
+    if (e->mixed != 0) {
+        e->mixed--;
+        return false;
+    }
 
     // [EST.4] inputs of both axes
     // cppcheck-suppress uninitvar; every element is set
@@ -277,6 +283,13 @@ bool dqw_estimator_learn_q15(dqw_estimator_q15 *e, const dqw_estimator_q15_block
     if (e->stage.name == DQW_STAGE_RANDOM && c->random != NULL) return random_stage(e, &r);
     if (e->gate.blocks < UINT32_MAX) e->gate.blocks++;
     if (e->blocks < UINT16_MAX) e->blocks++;
+
+    // Once the frame is known, which legs switch.
+    if (dqw_estimator_seeks_legs_q15(e) && e->stage.name != DQW_STAGE_RANDOM &&
+        e->blocks >= DQW_ESTIMATOR_SEEKS_FROM_Q15) {
+        dqw_estimator_try_q15(e, b, &r, mask);
+        return false;
+    }
 
     // [EST.6] both rows, then the noise of their inputs, then what has changed
     int64_t by_q24[2];

@@ -189,7 +189,7 @@ static void dead_time(dqw_estimator_q15 *e, const dqw_sample_q15 *s, dead_input 
 static uint8_t resting(const dqw_estimator_q15 *e, int32_t c, int32_t n)
 {
     const dqw_sample_q15 *l = &e->last;
-    if (e->config->modulation == DQW_MODULATION_MASK) return l->resting & 7u;
+    if (e->modulation == (uint8_t)DQW_MODULATION_MASK) return l->resting & 7u;
     const int32_t cosine = dqw_q_floor32(c, 1);
     const int32_t sine = dqw_q_floor32(n, 1);
     // A direction is below 1.05, a voltage below 1.42: sums below 2^31, and what is left below 1.5
@@ -197,7 +197,7 @@ static uint8_t resting(const dqw_estimator_q15 *e, int32_t c, int32_t n)
     const int32_t beta_q15 = dqw_q_floor32(sine * l->v_d_q15 + cosine * l->v_q_q15, 15);
     const int32_t side_q15 = dqw_q_floor32(beta_q15 * SQRT3_Q14, 14);
     const int32_t v[3] = {2 * alpha_q15, side_q15 - alpha_q15, -side_q15 - alpha_q15};
-    return dqw_modulation_resting(e->config->modulation, v);
+    return dqw_modulation_resting((enum dqw_modulation)e->modulation, v);
 }
 
 // A leg that rests has no dead time: out of the pair's input with it; and what the others have whatever their currents'
@@ -234,7 +234,7 @@ static void gather(dqw_estimator_q15 *e, const dqw_sample_q15 *s, const dead_inp
     dead_q15[0] = x->d_q15;
     dead_q15[1] = x->q_q15;
     dead_q15[2] = dead_q15[3] = 0;
-    if (e->config->modulation != DQW_MODULATION_CENTRED && e->wide_q28 != 0) leave_out(e, s, x, dead_q15);
+    if (e->modulation != (uint8_t)DQW_MODULATION_CENTRED && e->wide_q28 != 0) leave_out(e, s, x, dead_q15);
     const int32_t *from = pair;
     const int32_t *const end = pair + (DQW_EFFECT_WEIGHTS > 0 ? e->window.signals : DQW_PLAIN_Q15_SIGNALS);
     dqw_window_q15_cell *cell = dqw_window_cells_q15(&e->window);

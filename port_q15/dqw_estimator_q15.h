@@ -140,6 +140,7 @@ typedef struct dqw_estimator_q15 {
     dqw_window_q15 window;
     uint16_t follow_q15;  ///< as given last
     uint8_t missed;       ///< halves lost because the background came too late, up to 255
+    uint8_t modulation;   ///< as configured, tried or found: the background writes it
     // Handed over beside the window's part, while window.over.pending: the background's.
     dqw_estimator_q15_handed handed;
 #if DQW_EFFECT_WEIGHTS > 0
@@ -173,6 +174,9 @@ typedef struct dqw_estimator_q15 {
     uint16_t pole_pairs;  ///< given or found; 0: not yet
     uint8_t restarts;     ///< times that the weights left all bounds, and learning began again, up to 255
     uint8_t across;       ///< blocks for which flux has shown on the other axis
+    uint8_t trial;        ///< which legs switch, from 1 on, 255 before the first; 0: that is known
+    uint8_t leader;       ///< the one beside which the others are tried
+    uint8_t mixed;        ///< blocks to come in which two modulations meet
     dqw_stage stage;
     dqw_residual_q15 residual;
     dqw_segment_q15 segment;

@@ -538,6 +538,7 @@ enum dqw_why dqw_monitor_why_q15(const dqw_monitor_q15 *m)
     // Of the block that was handed over last: one number of 16 bits, whenever it is read.
     if (e->config->noise_on_inputs && e->handed.rows < DQW_NOISE_ROWS) return DQW_WHY_NOISE;
     if (!dqw_watch_excited(e->excess_q10, dqw_estimator_inputs_q15(e))) return DQW_WHY_EXCITATION;
+    if (dqw_estimator_seeks_legs_q15(e)) return DQW_WHY_MODULATION;
     const enum dqw_voltage_acts acts = dqw_estimator_voltage_acts_q15(e);
     if (acts != DQW_VOLTAGE_NOT_KNOWN && (acts == DQW_VOLTAGE_NEXT) != e->config->voltage_next) return DQW_WHY_VOLTAGE;
     if (e->stage.name == DQW_STAGE_ORDINAL && above_threshold(m)) return DQW_WHY_RESIDUAL;

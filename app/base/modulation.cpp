@@ -19,7 +19,9 @@ std::optional<dqw_modulation> modulation_named(std::string_view name)
 
 std::string modulation_text(dqw_modulation modulation)
 {
-    return std::string(modulation < DQW_MODULATION_MASK ? kNames[modulation] : "mask");
+    return std::string(modulation < DQW_MODULATION_MASK    ? kNames[modulation]
+                       : modulation == DQW_MODULATION_MASK ? "mask"
+                                                           : "unknown");
 }
 
 }  // namespace dqw

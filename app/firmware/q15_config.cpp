@@ -29,8 +29,9 @@ constexpr Nominal nominals[] = {{DQW_R, "R_ohm", &dqw_estimator_q15_config::R_uo
                                 {DQW_LQ, "Lq_H", &dqw_estimator_q15_config::Lq_nH, "Lq_nH", "L_q", "H", 1e9},
                                 {DQW_PSI, "psi_Wb", &dqw_estimator_q15_config::psi_nWb, "psi_nWb", "psi", "Wb", 1e9}};
 
-constexpr std::array kModulations = {"DQW_MODULATION_CENTRED", "DQW_MODULATION_CLAMPED_LOW",
-                                     "DQW_MODULATION_CLAMPED_HIGH", "DQW_MODULATION_CLAMPED_60", "DQW_MODULATION_MASK"};
+constexpr std::array kModulations = {"DQW_MODULATION_CENTRED",      "DQW_MODULATION_CLAMPED_LOW",
+                                     "DQW_MODULATION_CLAMPED_HIGH", "DQW_MODULATION_CLAMPED_60",
+                                     "DQW_MODULATION_MASK",         "DQW_MODULATION_UNKNOWN"};
 static_assert(kModulations.size() == DQW_MODULATIONS, "one for each");
 
 /// What was found in place of what the machine file says.

@@ -1,7 +1,9 @@
 // Which leg of an inverter rests; what the estimator learns behind one, with its dead time on one side, on both or
-// overcompensated; an encoder that is off, and one that is late.
+// overcompensated; an encoder that is off, and one that is late; and how it is found which legs switch.
 #include "dqw_estimator_block.h"
+#include "dqw_estimator_search.h"
 #include "dqw_modulation.h"
+#include "dqw_monitor.h"
 #include "resting_joint.h"
 
 void setUp(void) { test_case[0] = 0; }
@@ -240,6 +242,114 @@ static void test_a_block_is_turned(void)
     }
 }
 
+// Nobody says which legs switch: found, on whichever side dead time is, with an encoder that is off and one that is not;
+// and then all is learned as if it had been said. Time has jumped now and then, and the drive stood still.
+static void test_the_legs_that_switch_are_found(void)
+{
+    for (int m = 0; m < 4; m++)
+        for (int way = 0; way < 4; way++) {
+            resting_joint j = joint_of((enum dqw_modulation)m, way == 1 ? -0.24 : 0.24, way == 2 ? -0.24 : 0.0);
+            if (way == 3) j.off_rad = 0.12;
+            dqw_estimator_config c = config_of(DQW_MODULATION_UNKNOWN);
+            c.follow = way != 1;
+            const dqw_monitor_config mc = {.estimator = c};
+            static dqw_monitor o;
+            TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_monitor_init(&o, &mc));
+            const dqw_estimator *e = &o.estimator;
+            CASE("%s, way %d", NAME[m], way);
+            double found_s = 0.0;
+            bool why = false;
+            for (long k = 0; k < lrint(9 / RESTING_DT_S); k++) {
+                bool made;
+                const dqw_sample s = resting_sample(&j, k, &made);
+                if (k % 30011 == 30010) dqw_monitor_missing(&o, k % 2 == 0 ? 1 : 0);
+                if (dqw_monitor_sample(&o, &s, !made) & DQW_EVENT_BLOCK) (void)dqw_monitor_background(&o);
+                if (found_s > 0.0) continue;
+                if (dqw_estimator_modulation(e) != DQW_MODULATION_UNKNOWN) found_s = (double)k * RESTING_DT_S;
+                HOLDS(e->stage.name != DQW_STAGE_IN_SERVICE && e->modulation < 4);
+                // Nothing is told meanwhile.
+                if (e->trial == 0 || e->trial == DQW_ESTIMATOR_SEEKS) continue;
+                HOLDS(!dqw_estimator_read(e, DQW_R).usable);
+                HOLDS(dqw_estimator_voltage_acts(e) == DQW_VOLTAGE_NOT_KNOWN);
+                if (dqw_monitor_why(&o) == DQW_WHY_MODULATION) why = true;
+            }
+            CASE("%s, way %d: %d found at %g s, trial %d", NAME[m], way, (int)dqw_estimator_modulation(e), found_s,
+                 e->trial);
+            HOLDS(dqw_estimator_modulation(e) == (enum dqw_modulation)m && why);
+            BETWEEN(3.0, found_s, 7.0);  // 0.8 s, then four rounds at most, or two and one
+            HOLDS(e->stage.name == DQW_STAGE_IN_SERVICE && e->restarts == 0);
+            for (int i = 0; i < 4; i++) {
+                const double most = way == 3 ? 0.06 : 0.02;
+                BETWEEN(-most, off_percent(e, &j, i), most);
+            }
+            BETWEEN(0.998, value_of(e, DQW_DEAD_TIME) / j.dead_V, 1.002);
+        }
+}
+
+// Where nothing tells them apart all legs switch: no dead time, or none to be learned. A drive that does not move tells
+// nothing at all.
+static void test_what_is_not_found(void)
+{
+    for (int m = 0; m < 4; m++) {
+        const resting_joint j = joint_of((enum dqw_modulation)m, 0.0, 0.0);
+        const dqw_estimator_config c = config_of(DQW_MODULATION_UNKNOWN);
+        const dqw_estimator e = learned(&j, &c, 8.0);
+        CASE("%s: %d, trial %d", NAME[m], (int)dqw_estimator_modulation(&e), e.trial);
+        HOLDS(dqw_estimator_modulation(&e) == DQW_MODULATION_CENTRED && e.trial == 0);
+    }
+    dqw_estimator_config c = config_of(DQW_MODULATION_UNKNOWN);
+    dqw_estimator e;
+    for (int way = 0; way < 3; way++) {
+        c.dead_time_width_A = way == 0 ? 0.0f : 0.2f;
+        c.angle = way != 1;
+        c.settled = way == 2;
+        TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_estimator_init(&e, &c));
+        HOLDS(dqw_estimator_modulation(&e) == DQW_MODULATION_CENTRED);
+    }
+    c = config_of(DQW_MODULATION_UNKNOWN);
+    TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_estimator_init(&e, &c));
+    const dqw_sample rest = {.cosine = 1.0f};
+    for (int k = 0; k < 100000; k++)
+        if (dqw_estimator_sample(&e, &rest, false) & DQW_EVENT_BLOCK) (void)dqw_estimator_background(&e);
+    HOLDS(dqw_estimator_modulation(&e) == DQW_MODULATION_UNKNOWN && e.trial == DQW_ESTIMATOR_SEEKS);
+    for (int m = 0; m < DQW_MODULATION_UNKNOWN; m++) {
+        c.modulation = (enum dqw_modulation)m;
+        TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_estimator_init(&e, &c));
+        HOLDS(dqw_estimator_modulation(&e) == c.modulation);
+    }
+}
+
+// Blocks in which two modulations meet are not learned: the two after a change, and no other.
+static void test_no_block_mixes(void)
+{
+    const resting_joint j = joint_of(DQW_MODULATION_CENTRED, 0.24, 0.0);
+    const dqw_estimator_config c = config_of(DQW_MODULATION_UNKNOWN);
+    dqw_estimator e;
+    TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_estimator_init(&e, &c));
+    uint32_t changed = 0;
+    uint8_t before = 0;
+    int changes = 0;
+    for (long k = 0; k < lrint(3 / RESTING_DT_S); k++) {
+        bool made;
+        const dqw_sample s = resting_sample(&j, k, &made);
+        if ((dqw_estimator_sample(&e, &s, false) & DQW_EVENT_BLOCK) == 0) continue;
+        const float shown = e.slow_sum_pu[0] + e.slow_sum_pu[1];
+        (void)dqw_estimator_background(&e);
+        const bool tries = e.trial != 0 && e.trial != DQW_ESTIMATOR_SEEKS;
+        CASE("row %ld, trial %d: changed %u halves ago", k, e.trial, (unsigned)(e.number - changed));
+        if (tries && changes > 0 && e.number - changed <= 2)
+            HOLDS(e.slow_sum_pu[0] + e.slow_sum_pu[1] == shown);
+        else if (tries && changes > 0 && e.modulation == before)
+            HOLDS(e.slow_sum_pu[0] + e.slow_sum_pu[1] == shown + 1.0f);
+        if (tries && e.modulation != before) {
+            changes++;
+            changed = e.number;
+        }
+        before = e.modulation;
+    }
+    HOLDS(changes > 50);
+}
+
 static void test_refusals(void)
 {
     const dqw_estimator_config good = config_of(DQW_MODULATION_MASK);
@@ -286,6 +396,9 @@ int main(void)
     RUN_TEST(test_a_negative_dead_time);
     RUN_TEST(test_an_angle_that_is_off_or_late);
     RUN_TEST(test_a_block_is_turned);
+    RUN_TEST(test_the_legs_that_switch_are_found);
+    RUN_TEST(test_what_is_not_found);
+    RUN_TEST(test_no_block_mixes);
     RUN_TEST(test_refusals);
     return UNITY_END();
 }

@@ -3,6 +3,9 @@
 // turned.
 #include "dqw_estimator_block.h"
 #include "dqw_estimator_block_q15.h"
+#include "dqw_estimator_search.h"
+#include "dqw_estimator_search_q15.h"
+#include "dqw_monitor_q15.h"
 #include "resting_joint.h"
 #include "twin_estimator.h"
 
@@ -383,6 +386,85 @@ static void test_refusals(void)
 #endif
 }
 
+// Nobody says which legs switch: both find it, and then learn as if it had been said. Where no dead time shows, all do.
+static void test_the_legs_that_switch_are_found(void)
+{
+    for (int m = 0; m < 4; m++)
+        for (int way = 0; way < 3; way++) {
+            const resting_joint j = joint_of((enum dqw_modulation)m, way == 2 ? 0.0 : 0.24, way == 1 ? -0.24 : 0.0);
+            pair p;
+            configure_resting(&p, DQW_MODULATION_UNKNOWN);
+            p.fc.follow = p.qc.follow = way == 1;
+            begin(&p);
+            HOLDS(dqw_estimator_modulation_q15(&p.q) == DQW_MODULATION_UNKNOWN);
+            learn(&p, &j, 7.0);
+            CASE("%s, way %d: %d, trial %d; float %d", MODULATION[m], way, (int)dqw_estimator_modulation_q15(&p.q),
+                 p.q.trial, (int)dqw_estimator_modulation(&p.f));
+            HOLDS(dqw_estimator_modulation_q15(&p.q) == (way == 2 ? DQW_MODULATION_CENTRED : (enum dqw_modulation)m));
+            HOLDS(dqw_estimator_modulation(&p.f) == dqw_estimator_modulation_q15(&p.q));
+            if (way == 2) continue;
+            for (int i = 0; i < 4; i++) BETWEEN(-0.02, 100 * (q_value(&p, i) / j.machine[i] - 1), 0.02);
+            BETWEEN(0.998, q_value(&p, DQW_DEAD_TIME) / j.dead_V, 1.002);
+        }
+    // Without dead time there is nothing to find.
+    pair p;
+    configure_resting(&p, DQW_MODULATION_UNKNOWN);
+    for (int way = 0; way < 3; way++) {
+        p.qc.dead_time_width_mA = way == 0 ? 0 : 200;
+        p.qc.angle = way != 1;
+        p.qc.settled = way == 2;
+        TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_estimator_init_q15(&p.q, &p.qc));
+        HOLDS(dqw_estimator_modulation_q15(&p.q) == DQW_MODULATION_CENTRED);
+    }
+    for (int m = 0; m < DQW_MODULATION_UNKNOWN; m++) {
+        configure_resting(&p, (enum dqw_modulation)m);
+        begin(&p);
+        HOLDS(dqw_estimator_modulation_q15(&p.q) == (enum dqw_modulation)m);
+    }
+}
+
+// Meanwhile nothing is told nor judged, the monitor says why, and no block mixes two modulations; time jumps now and
+// then.
+static void test_while_it_is_found(void)
+{
+    const resting_joint j = joint_of(DQW_MODULATION_CLAMPED_HIGH, 0.24, 0.0);
+    pair p;
+    configure_resting(&p, DQW_MODULATION_UNKNOWN);
+    const dqw_monitor_q15_config c = {.estimator = p.qc};
+    static dqw_monitor_q15 o;
+    TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_monitor_init_q15(&o, &c));
+    const dqw_estimator_q15 *e = &o.estimator;
+    uint32_t changed = 0;
+    uint8_t before = 0;
+    int changes = 0;
+    bool why = false;
+    for (long k = 0; k < lrint(8 / RESTING_DT_S); k++) {
+        bool made;
+        const dqw_sample s = resting_sample(&j, k, &made);
+        const dqw_sample_q15 q = rounded(&s);
+        if (k % 30011 == 30010) dqw_monitor_missing_q15(&o, k % 2 == 0 ? 1 : 0);
+        if ((dqw_monitor_sample_q15(&o, &q, false) & DQW_EVENT_BLOCK) == 0) continue;
+        const uint32_t shown = e->residual.began + e->residual.began_before;
+        (void)dqw_monitor_background_q15(&o);
+        if (e->trial == 0) continue;
+        HOLDS(e->stage.name != DQW_STAGE_IN_SERVICE && e->modulation < 4);
+        if (e->trial == DQW_ESTIMATOR_SEEKS_Q15) continue;
+        CASE("row %ld, trial %d: changed %u halves ago", k, e->trial, (unsigned)(e->number - changed));
+        HOLDS(!dqw_estimator_read_q15(e, DQW_R).usable);
+        HOLDS(dqw_estimator_voltage_acts_q15(e) == DQW_VOLTAGE_NOT_KNOWN);
+        if (dqw_monitor_why_q15(&o) == DQW_WHY_MODULATION) why = true;
+        if (changes > 0 && e->number - changed <= 2) HOLDS(e->residual.began + e->residual.began_before == shown);
+        if (e->modulation != before) {
+            changes++;
+            changed = e->number;
+        }
+        before = e->modulation;
+    }
+    CASE("%d changes, modulation %d", changes, (int)dqw_estimator_modulation_q15(e));
+    HOLDS(changes > 100 && why && dqw_estimator_modulation_q15(e) == DQW_MODULATION_CLAMPED_HIGH);
+    HOLDS(e->stage.name == DQW_STAGE_IN_SERVICE);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -394,5 +476,7 @@ int main(void)
     RUN_TEST(test_many_turns_keep_their_length);
     RUN_TEST(test_what_is_not_turned);
     RUN_TEST(test_refusals);
+    RUN_TEST(test_the_legs_that_switch_are_found);
+    RUN_TEST(test_while_it_is_found);
     return UNITY_END();
 }
