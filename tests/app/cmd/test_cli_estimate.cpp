@@ -1,5 +1,6 @@
 // `learn` and `fit` on good logs: the JSON object, equivalent spellings of one log, several logs, the warning of rpm.
 // Plain only: long, and what it runs others run under the sanitizers.
+#include <cmath>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <string>
@@ -151,6 +152,27 @@ static void previous_voltages_give_the_same_parameters(void)
     for (const char* reader : readers) expect_truth(run_json({reader, folder / "log.csv"}), 1);
 }
 
+// What the machine file says of the voltage goes into the deviations, over the current, and moves no value.
+static void a_voltage_that_may_be_off_makes_values_less_sure(void)
+{
+    const Folder folder;
+    std::string text = "v_d_V,v_q_V,i_d_A,i_q_A\n";
+    for (int k = -20; k <= 20; ++k) text += std::to_string(0.5 * k) + ",0," + std::to_string(k) + ",0\n";
+    folder.write("log.csv", text);
+    const double i_rms = std::sqrt(20.0 * 21.0 / 3.0);
+    for (const char* arithmetic : {"float", "q15"}) {
+        folder.write("log.toml", "[log]\nregime = \"standstill\"\n");
+        const std::vector<std::string> args = {"learn", folder / "log.csv", "--arith", arithmetic};
+        const json without = run_json(args);
+        folder.write("log.toml", "[log]\nregime = \"standstill\"\nvoltage_error_V = 0.2\n");
+        const json with = run_json(args);
+        TEST_ASSERT_EQUAL_DOUBLE(value(without, "R_ohm"), value(with, "R_ohm"));
+        const auto sd = [](const json& result) { return result.at("parameters").at("R_ohm").at("sd").get<double>(); };
+        TEST_ASSERT_TRUE_MESSAGE(sd(without) < 0.02 * sd(with), arithmetic);
+        TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(0.03 * 0.2 / i_rms, 0.2 / i_rms, sd(with), arithmetic);
+    }
+}
+
 static void nominal_values_do_not_move_the_fit(void)
 {
     const Folder folder;
@@ -247,6 +269,7 @@ int main(void)
     RUN_TEST(a_log_comes_through_a_pipe);
     RUN_TEST(several_logs_are_estimated_jointly);
     RUN_TEST(previous_voltages_give_the_same_parameters);
+    RUN_TEST(a_voltage_that_may_be_off_makes_values_less_sure);
     RUN_TEST(nominal_values_do_not_move_the_fit);
     RUN_TEST(a_speed_in_rpm_is_warned_of);
     RUN_TEST(exit_code_4_only_for_what_was_asked);
