@@ -37,12 +37,14 @@ static bool has_effects(const dqw_estimator *e)
 #endif
 }
 
-// How late the speed is: the angle's advance beyond what the speed says, on the speed's own change.
+// How late the speed is: the angle's advance beyond what the speed says, on the speed's own change. Its noise stands in
+// both, and makes it seem early: that it never is.
 static float lag_of(const dqw_estimator *e)
 {
     const float blocks = e->blocks < LAG_BLOCKS ? (float)e->blocks : (float)LAG_BLOCKS;
     const float lag = e->lag_den > 0.0f ? e->lag_num / e->lag_den : 0.0f;
-    return e->blocks >= LAG_FEW && lag * lag * e->lag_den * blocks > LAG_SD * LAG_SD * e->lag_rest ? lag : 0.0f;
+    const bool told = lag * lag * e->lag_den * blocks > LAG_SD * LAG_SD * e->lag_rest;
+    return lag > 0.0f && e->blocks >= LAG_FEW && told ? lag : 0.0f;
 }
 
 void dqw_estimator_keep_pace(dqw_estimator *e, dqw_estimator_block *b, const float advance[2], float w_m_rad_s)
