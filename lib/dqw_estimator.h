@@ -129,8 +129,9 @@ typedef struct dqw_estimator {
     dqw_window_rise rise;
     float rise_cosine, rise_sine, rise_v_V[2];
     float w_before_rad_s[3];  ///< mean speeds of the halves before
-    /// what the angle is ahead of the speed, and the speed's change, times its change before; what is left, squared
-    float lag_num, lag_den, lag_var;
+    /// what the angle is ahead of the speed, and the speed's change, times its change before; what is left, and that
+    /// change, squared
+    float lag_num, lag_den, lag_rest, lag_by;
     float turn_cosine, turn_sine;  ///< the data are turned by the angle that the encoder was found to be off
     // The joint neuron's weights, per unit, and the gain that replaces its step size.
     float w_pu[DQW_ESTIMATOR_INPUTS];

@@ -42,7 +42,8 @@ static bool has_effects(const dqw_estimator *e)
 static float lag_s_of(const dqw_estimator *e)
 {
     const float blocks = e->blocks < LAG_BLOCKS ? (float)e->blocks : (float)LAG_BLOCKS;
-    const bool sure = e->blocks >= LAG_FEW && e->lag_num * e->lag_num * blocks > LAG_SD * LAG_SD * e->lag_var;
+    const bool sure = e->blocks >= LAG_FEW &&
+                      e->lag_num * e->lag_num * blocks > LAG_SD * LAG_SD * e->lag_rest * e->lag_by;
     const float lag_s = sure && e->lag_den > 0.0f ? e->lag_num / e->lag_den : 0.0f;
     // Not what the angle itself may be late by.
     return lag_s > LAG_LEAST * (float)e->window.half * e->config->dt_s ? lag_s : 0.0f;
@@ -70,10 +71,11 @@ void dqw_estimator_keep_pace(dqw_estimator *e, dqw_estimator_block *b, const flo
     dqw_cosine_sine(p * w_m_rad_s * half_s, &c, &n);
     if (advance[0] * c + advance[1] * n > AHEAD_COSINE) {
         const float ahead = (advance[1] * c - advance[0] * n) / p;
-        const float rest = (ahead - lag_s_of(e) * faster) * earlier;
+        const float rest = ahead - lag_s_of(e) * faster;
         e->lag_num += (ahead * earlier - e->lag_num) * (1.0f / (float)LAG_BLOCKS);
         e->lag_den += (faster * earlier - e->lag_den) * (1.0f / (float)LAG_BLOCKS);
-        e->lag_var += (rest * rest - e->lag_var) * (1.0f / (float)LAG_BLOCKS);
+        e->lag_rest += (rest * rest - e->lag_rest) * (1.0f / (float)LAG_BLOCKS);
+        e->lag_by += (earlier * earlier - e->lag_by) * (1.0f / (float)LAG_BLOCKS);
     }
 
     // [TUR.2] the block's speeds as of so much later

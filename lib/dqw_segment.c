@@ -146,7 +146,7 @@ static int16_t agreed_q11(int16_t sum_q11, float more)
 {
     const float all = (float)sum_q11 * (1.0f / Q11) + more - ALLOWANCE;
     // 6 at a time, and above 7.2 the sums begin anew, or stay where nothing is believed yet.
-    return all > 0.0f ? (int16_t)((all < SUM_MOST ? all : SUM_MOST) * Q11 + 0.5f) : (int16_t)0;
+    return all > 0.0f ? (int16_t)((all < SUM_MOST ? all : SUM_MOST) * Q11) : (int16_t)0;
 }
 
 static int16_t larger(int16_t a, int16_t b)

@@ -69,6 +69,17 @@ enum dqw_status dqw_units_of_q15(const dqw_estimator_q15_config *config, uint32_
 #define dqw_estimator_take_q15 DQW_SIZED(dqw_estimator_take_q15)
 bool dqw_estimator_take_q15(dqw_estimator_q15 *e, dqw_estimator_q15_block *b);
 
+/// How late is the speed? From the angle's advance over a half, where it has one; and the block's speeds, as of then.
+///
+/// Source   (E107) in docs/EQUATIONS.md
+/// Shape    advance_q30[2]: cosine and sine of the electrical angle's advance over the half, 0 and 0 where there is none
+/// Format   w_sum_q15: sum of the half's speeds, of two samples each, below 2^24; |advance| up to 1.11
+/// Cost     40 products of 32 by 32 bits, 3 divisions of 32
+/// Context  background
+#define dqw_estimator_keep_pace_q15 DQW_SIZED(dqw_estimator_keep_pace_q15)
+void dqw_estimator_keep_pace_q15(dqw_estimator_q15 *e, dqw_estimator_q15_block *b, const int64_t advance_q30[2],
+                                 int32_t w_sum_q15);
+
 /// Turn a block that was taken into the magnet's frame, as far as that is known. Without effect where effects are
 /// learned: their laws saw the currents as they came.
 ///

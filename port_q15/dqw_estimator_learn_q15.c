@@ -226,6 +226,8 @@ bool dqw_estimator_take_q15(dqw_estimator_q15 *e, dqw_estimator_q15_block *b)
     const bool settled = e->config->settled;
     const uint8_t before = e->rise.valid;
     int32_t v_q15[2];
+    const volatile dqw_window_q15_part *half = &e->window.part[dqw_handover_part(&e->window.over)];
+    const int32_t w_sum_q15 = half->cell[DQW_BLOCK_Q15_SIGNALS - 1].sum;
     const uint32_t event = dqw_window_join_q15(&e->window, &e->rise, b->sums, &b->weight, v_q15);
     b->with = *(const volatile dqw_estimator_q15_handed *)&e->handed;
     dqw_handover_release(&e->window.over);
@@ -240,6 +242,8 @@ bool dqw_estimator_take_q15(dqw_estimator_q15 *e, dqw_estimator_q15_block *b)
         b->with.sine_q15 = e->rise_sine_q15;
     }
     b->whole = before == e->window.half && e->rise.valid == e->window.half;
+    const int64_t advance_q30[2] = {(int64_t)cosine * e->rise_cosine_q15 + (int64_t)sine * e->rise_sine_q15,
+                                    (int64_t)sine * e->rise_cosine_q15 - (int64_t)cosine * e->rise_sine_q15};
     e->rise_cosine_q15 = cosine;
     e->rise_sine_q15 = sine;
     for (int axis = 0; axis < 2; axis++) {
@@ -250,6 +254,7 @@ bool dqw_estimator_take_q15(dqw_estimator_q15 *e, dqw_estimator_q15_block *b)
     if (event != DQW_EVENT_BLOCK && !settled) return false;
     e->elapsed = b->with.number - e->number;
     e->number = b->with.number;
+    dqw_estimator_keep_pace_q15(e, b, advance_q30, w_sum_q15);
     dqw_estimator_turn_block_q15(e, b);
     return true;
 }

@@ -163,20 +163,26 @@ typedef struct dqw_estimator_q15 {
     int64_t score_lag_q68[DQW_ESTIMATOR_Q15_SCORES];   ///< times the next one's,
     int32_t score_last_q34[DQW_ESTIMATOR_Q15_SCORES];  ///< and the last one's
     dqw_window_q15_rise rise;
-    int32_t rise_v_q15[2];                    ///< sums of its voltages
-    int32_t turn_cosine_q30, turn_sine_q30;   ///< data are turned by the angle that the encoder was found to be off
+    int32_t rise_v_q15[2];                   ///< sums of its voltages
+    int32_t turn_cosine_q30, turn_sine_q30;  ///< data are turned by the angle that the encoder was found to be off
+    int32_t w_before_q15[3];                 ///< sums of the speeds of the halves before
+    /// what the angle is ahead of the speed, and the speed's change, times its change before; what is left, and that
+    /// change, squared
+    int32_t lag_num, lag_den, lag_rest, lag_by;
     int32_t w_q24[DQW_ESTIMATOR_Q15_INPUTS];  ///< the joint neuron's weights as solved last. |w| < 2^30
     int32_t e_q28[2];                         ///< the last block's error before the correction, d and q
     uint32_t number, elapsed;                 ///< of the last block; halves between it and the one before
     uint32_t learned;                         ///< weights of which anything was ever learned
     /// power of both axes' inputs above what teaches, over that; -1 .. 7
     int16_t excess_q10[DQW_ESTIMATOR_Q15_INPUTS];
-    uint16_t pole_pairs;  ///< given or found; 0: not yet
-    uint8_t restarts;     ///< times that the weights left all bounds, and learning began again, up to 255
-    uint8_t across;       ///< blocks for which flux has shown on the other axis
-    uint8_t trial;        ///< which legs switch, from 1 on, 255 before the first; 0: that is known
-    uint8_t leader;       ///< the one beside which the others are tried
-    uint8_t mixed;        ///< blocks to come in which two modulations meet
+    uint16_t pole_pairs;   ///< given or found; 0: not yet
+    uint8_t restarts;      ///< times that the weights left all bounds, and learning began again, up to 255
+    uint8_t across;        ///< blocks for which flux has shown on the other axis
+    uint8_t trial;         ///< which legs switch, from 1 on, 255 before the first; 0: that is known
+    uint8_t leader;        ///< the one beside which the others are tried
+    uint8_t mixed;         ///< blocks to come in which two modulations meet
+    uint8_t lag_halvings;  ///< of the lag's four, which are Q56 without
+    uint8_t paced;         ///< whole halves behind each other, up to 3
     dqw_stage stage;
     dqw_residual_q15 residual;
     dqw_segment_q15 segment;

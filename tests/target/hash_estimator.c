@@ -52,6 +52,10 @@ static void put_learned(hash *h, const dqw_estimator_q15 *e)
     hash_put(h, e->recent_q54);
     hash_put(h, e->turn_cosine_q30);
     hash_put(h, e->turn_sine_q30);
+    hash_put(h, e->lag_num);
+    hash_put(h, e->lag_den);
+    hash_put(h, e->lag_rest);
+    hash_put(h, e->lag_by);
     hash_put(h, e->given.follow_q15);
     hash_put(h, e->learned);
     hash_put(h, e->restarts);
