@@ -23,6 +23,7 @@
 #define RESIDUAL_FLOOR_PU2 4e-6f
 // Confidence of what needs no pattern.
 #define SURE 0.99f
+#define SURE_ABOVE 0.8f
 #define TEMPERATURE_BAND_K 5.0f
 // Part of the speed base above which a direction is one.
 #define SLOWEST_PU 0.1f
@@ -317,6 +318,8 @@ static void name(dqw_monitor *m, int channel)
     const enum dqw_fault_name of_channel = dqw_watch_fault_of(channel, x.change > 0.0f);
     const dqw_fault_verdict sure = {.name = of_channel, .confidence = SURE, .phase = 0};
     m->named_fault = of_channel != DQW_FAULT_NONE ? sure : name_it(m);
+    // Where the model does not hold at all, a pattern that explains no more of what moved is none.
+    if (above_threshold(m) && m->named_fault.confidence < SURE_ABOVE) m->named_fault.name = DQW_FAULT_UNKNOWN;
 }
 
 // The healthy residual is the largest one that driving made: no faster than so, or a fault would be taken in.

@@ -18,6 +18,7 @@
 #define SERVICE_PARTS 10
 // Confidence of what needs no pattern: 0.99.
 #define SURE_Q15 32440
+#define SURE_ABOVE_Q15 26214
 // A change is named within so many looks of being found; bands are known after so many segments.
 #define OPENED_LOOKS 64u
 // What shows waits so long for a segment of its own, and a weight that was found changed settles for so many looks.
@@ -344,6 +345,8 @@ static void name(dqw_monitor_q15 *m, int channel)
     const enum dqw_fault_name of_channel = dqw_watch_fault_of(channel, x.change > 0);
     const dqw_fault_verdict_q15 sure = {.name = of_channel, .confidence_q15 = SURE_Q15, .phase = 0};
     m->named_fault = of_channel != DQW_FAULT_NONE ? sure : name_it(m);
+    // Where the model does not hold at all, a pattern that explains no more of what moved is none.
+    if (above_threshold(m) && m->named_fault.confidence_q15 < SURE_ABOVE_Q15) m->named_fault.name = DQW_FAULT_UNKNOWN;
 }
 
 static bool is_known(const dqw_monitor_q15 *m, int weight)
