@@ -116,7 +116,8 @@ static void learn_row(dqw_estimator *e, int axis, const dqw_estimator_rows *r, u
     const float after = error * left;
     for (int i = 0; i < e->inputs; i++) {
         const int at = i >= DQW_PARAMETERS ? i - DQW_PARAMETERS + 4 : i < 4 ? i : -1;
-        if (at >= 0) score[at] += x[i] * (after * weigh);
+        if (at >= 0)
+            score[at] += x[i] * (after * weigh);  // NOLINT(clang-analyzer-core.UndefinedBinaryOperatorResult): the same
     }
     e->error_pu2[axis] += (error * after - e->error_pu2[axis]) * dqw_estimator_part(e);
     e->e_pu[axis] = error;

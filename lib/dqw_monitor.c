@@ -8,6 +8,7 @@
 #include "dqw_fault_kind.h"
 #include "dqw_monitor_channel.h"
 #include "dqw_number.h"
+#include "dqw_segment.h"
 
 // A healthy value is learned while its deviation is within this part of its band. A wider one does where looks are soon
 // unlike, so that their mean is better than each: the witness forgets in 0.3 s, a weight as
