@@ -1380,7 +1380,10 @@ static void test_samples_may_interrupt_the_background_anywhere(void)
                                             samples_into_interrupted, one_of_them);
         HOLDS(all > 1000);
         // The last ones too: few are left behind what is given back.
-        for (long at = 0;; at += at < 120 || at > all - 400 ? 1 : at / (quick() ? 2 : 8)) {
+        const long last = all - 120;
+        for (long at = 0, next = 0;; at = next) {
+            next = at + (at < 120 || at >= last ? 1 : at / (quick() ? 2 : 8));
+            if (at < last && next > last) next = last;
             CASE("way %d, after instruction %ld of %ld", way, at, all);
             memcpy(&interrupted, &start, sizeof start);
             if (!preempt_run(at, background_of_interrupted, samples_into_interrupted)) break;
