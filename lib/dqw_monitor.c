@@ -11,8 +11,8 @@
 #include "dqw_segment.h"
 
 // A healthy value is learned while its deviation is within this part of its band. A wider one does where looks are soon
-// unlike, so that their mean is better than each: the witness forgets in 0.3 s, a weight as
-// heat is followed (E105), the flux with its narrow band first.
+// unlike, so that their mean is better than each: the witness forgets in 0.3 s, a weight as heat
+// is followed (E105), the flux with its narrow band first.
 #define KNOWN_PART 0.2f
 #define KNOWN_PART_FLUX 0.4f
 #define KNOWN_PART_WITNESS 0.5f
@@ -24,6 +24,7 @@
 #define RESIDUAL_FLOOR_PU2 4e-6f
 // Confidence of what needs no pattern.
 #define SURE 0.99f
+// A pattern of less confidence is no name while the residual is above the threshold.
 #define SURE_ABOVE 0.8f
 #define TEMPERATURE_BAND_K 5.0f
 // Part of the speed base above which a direction is one.

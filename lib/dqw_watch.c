@@ -9,6 +9,7 @@
 // An unknown one, or R alone, is given so many looks more, twice, 84 and 90 %: counted above the bits of the channels.
 #define EXTENSION_TICKS 10
 #define EXTENDED 0x2000u
+// And where its segment has not ended: so many until the next try.
 #define SOON_TICKS 4
 // Bands times looks that the sum must gather.
 #define LIMIT_Q5 (5 * DQW_CHANGE_BAND_Q5)

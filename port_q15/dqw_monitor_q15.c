@@ -18,6 +18,7 @@
 #define SERVICE_PARTS 10
 // Confidence of what needs no pattern: 0.99.
 #define SURE_Q15 32440
+// A pattern of less confidence than 0.8 is no name while the residual is above the threshold.
 #define SURE_ABOVE_Q15 26214
 // A change is named within so many looks of being found; bands are known after so many segments.
 #define OPENED_LOOKS 64u
