@@ -94,7 +94,8 @@ def voltage_later(csv: pathlib.Path, rows: int = 1) -> None:
 
 def events(tools: Tools, csv: pathlib.Path, arith: str) -> list[dict]:
     lines, _ = tools.run("dqwatch", "monitor", str(csv), "--json", "--arith", arith, "--out", str(csv.parent))
-    return [json.loads(line) for line in lines.splitlines()]
+    said = map(json.loads, lines.splitlines())
+    return [line for line in said if line["schema"] == "dqwatch.event/1"]
 
 
 def service(tools: Tools, csv: pathlib.Path, arith: str) -> tuple[float | None, str]:
