@@ -10,8 +10,10 @@
 // What one factor for R, L and flux may leave of them, squared: three deviations' chance of 99 %, and a part of it.
 #define SCALE_LEFT 12.0f
 #define SCALE_LEFT_PART 0.02f
-// What a second pattern may leave more, as part of the whole, before it counts as told apart.
-#define APART 0.1f
+// What a second pattern must leave more, squared, before it counts as told apart: odds of e^3, and a hundredth of the
+// whole, as patterns are no better known.
+#define APART 6.0f
+#define APART_PART 0.01f
 
 // Cosine and sine of twice the angle of phase a, b, c.
 static const float PHASE_RE[3] = {1.0f, -0.5f, -0.5f};
@@ -113,7 +115,7 @@ dqw_fault_verdict dqw_fault_name_it(const float change[], const float unit[], dq
 
     // [NAM.3] an explanation counts by what it leaves, and by how far the next one stays behind
     const float part = most / whole;
-    const float lead = (most - next) / (APART * whole);
+    const float lead = (most - next) / (APART + APART_PART * whole);
     best.confidence = part * (lead < 1.0f ? 0.5f + 0.5f * lead : 1.0f);
     if (part < EXPLAINED_MIN) {
         best.name = DQW_FAULT_UNKNOWN;

@@ -24,8 +24,10 @@
 #define RESIDUAL_FLOOR_PU2 4e-6f
 // Confidence of what needs no pattern.
 #define SURE 0.99f
-// A pattern of less confidence is no name while the residual is above the threshold.
-#define SURE_ABOVE 0.8f
+// A pattern of less confidence is no name while the residual is above the threshold, and is waited for elsewhere.
+#define SURE_ENOUGH 0.8f
+// And one of less than that is none at all: about two to one.
+#define SURE_LEAST 0.65f
 #define TEMPERATURE_BAND_K 5.0f
 // Part of the speed base above which a direction is one.
 #define SLOWEST_PU 0.1f
@@ -321,7 +323,7 @@ static void name(dqw_monitor *m, int channel)
     const dqw_fault_verdict sure = {.name = of_channel, .confidence = SURE, .phase = 0};
     m->named_fault = of_channel != DQW_FAULT_NONE ? sure : name_it(m);
     // Where the model does not hold at all, a pattern that explains no more of what moved is none.
-    if (above_threshold(m) && m->named_fault.confidence < SURE_ABOVE) m->named_fault.name = DQW_FAULT_UNKNOWN;
+    if (above_threshold(m) && m->named_fault.confidence < SURE_ENOUGH) m->named_fault.name = DQW_FAULT_UNKNOWN;
 }
 
 // The healthy residual is the largest one that driving made: no faster than so, or a fault would be taken in.
@@ -381,8 +383,10 @@ static bool look(dqw_monitor *m)
     const int worst = dqw_watch_worst(&m->watch, q5, above_threshold(m));
     if (worst < 0) return false;
     name(m, worst);
-    const enum dqw_watch_follows follows = dqw_watch_named(&m->watch, worst, m->named_fault.name);
+    const bool sure = m->named_fault.confidence >= SURE_ENOUGH;
+    const enum dqw_watch_follows follows = dqw_watch_named(&m->watch, worst, m->named_fault.name, sure);
     if (follows == DQW_WATCH_LATER) return false;
+    if (m->named_fault.confidence < SURE_LEAST) m->named_fault.name = DQW_FAULT_UNKNOWN;
     if (follows == DQW_WATCH_APART) {
         if (worst == DQW_WATCH_FRICTION) dqw_monitor_move_healthy(m, worst, 0.0f);
         return true;

@@ -6,9 +6,12 @@
 // then shows 72 and 96 % of a step. A pattern wants the direction, a healthy value the rest as well.
 #define NAMING_TICKS 24
 #define REST_TICKS 60
-// An unknown one, or R alone, is given so many looks more, twice, 84 and 90 %: counted above the bits of the channels.
+// An unknown one, or R alone, is given so many looks more, twice, 84 and 90 %; one of two names six times, for weights
+// that were opened are known better and better: counted above the bits of the channels.
 #define EXTENSION_TICKS 10
 #define EXTENDED 0x2000u
+#define UNKNOWN_EXTENDED 2u
+#define UNSURE_EXTENDED 6u
 // And where its segment has not ended: so many until the next try.
 #define SOON_TICKS 4
 // Bands times looks that the sum must gather.
@@ -213,12 +216,12 @@ enum dqw_fault_name dqw_watch_fault_of(int channel, bool more)
     return more ? DQW_FAULT_BEARING_WEAR : DQW_FAULT_UNKNOWN;
 }
 
-enum dqw_watch_follows dqw_watch_named(dqw_watch *w, int channel, enum dqw_fault_name name)
+enum dqw_watch_follows dqw_watch_named(dqw_watch *w, int channel, enum dqw_fault_name name, bool sure)
 {
     w->too_hot = w->too_hot || channel == DQW_WATCH_TEMPERATURE;
     // R takes up at first what others will explain.
-    const bool unsure = name == DQW_FAULT_UNKNOWN || name == DQW_FAULT_RESISTANCE_RISE;
-    if (unsure && w->alarms < 2u * EXTENDED) {
+    const bool settles = name == DQW_FAULT_UNKNOWN || name == DQW_FAULT_RESISTANCE_RISE;
+    if (w->alarms < (settles ? UNKNOWN_EXTENDED : sure ? 0u : UNSURE_EXTENDED) * EXTENDED) {
         w->alarms = (uint16_t)(w->alarms + EXTENDED);
         w->wait = EXTENSION_TICKS;
         return DQW_WATCH_LATER;

@@ -123,9 +123,9 @@ bool dqw_watch_stands(const dqw_watch *w);
 /// A channel that a fault's pattern does not name: the fault it is, or DQW_FAULT_NONE.
 enum dqw_fault_name dqw_watch_fault_of(int channel, bool more);
 
-/// The event of this channel has a name.
+/// The event of this channel has a name; not `sure` where another one explains it nearly as well.
 /// Source   Fig. 1; (E65) in docs/EQUATIONS.md
-enum dqw_watch_follows dqw_watch_named(dqw_watch *w, int channel, enum dqw_fault_name name);
+enum dqw_watch_follows dqw_watch_named(dqw_watch *w, int channel, enum dqw_fault_name name, bool sure);
 
 #ifdef __cplusplus
 }

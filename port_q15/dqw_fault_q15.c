@@ -10,8 +10,10 @@
 // What one factor for R, L and flux may leave of them, squared: 12, and a fiftieth of what it explains.
 #define SCALE_LEFT_Q20 12582912
 #define SCALE_LEFT_PARTS 50
-// One over what a second pattern may leave more, as part of the whole, before it counts as told apart.
-#define PER_APART 10
+// What a second pattern must leave more, squared, before it counts as told apart: odds of e^3, and a hundredth of the
+// whole, as patterns are no better known.
+#define APART_Q20 6291456
+#define APART_PARTS 100
 #define ONE_Q15 32768
 #define ONE_Q24 16777216
 // A change of so many units is one of so many: squares of fourteen fit. A pattern's part of a sign, the same.
@@ -135,7 +137,8 @@ dqw_fault_verdict_q15 dqw_fault_name_it_q15(const int32_t change_q24[], const in
 
     // [NAM.3] an explanation counts by what it leaves, and by how far the next one stays behind
     const int32_t part_q15 = dqw_q31_sat(dqw_q_quotient64(most_q20 < whole_q20 ? most_q20 : whole_q20, whole_q20, 15));
-    const int32_t lead_q15 = dqw_q31_sat(PER_APART * dqw_q_quotient64(most_q20 - next_q20, whole_q20, 15));
+    const int64_t apart_q20 = APART_Q20 + whole_q20 / APART_PARTS;
+    const int32_t lead_q15 = dqw_q31_sat(dqw_q_quotient64(most_q20 - next_q20, apart_q20, 15));
     best.confidence_q15 = (uint16_t)(lead_q15 < ONE_Q15 ? (part_q15 * ((ONE_Q15 + lead_q15) / 2)) >> 15 : part_q15);
     if (part_q15 < EXPLAINED_MIN_Q15) {
         best.name = DQW_FAULT_UNKNOWN;

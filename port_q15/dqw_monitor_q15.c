@@ -18,8 +18,10 @@
 #define SERVICE_PARTS 10
 // Confidence of what needs no pattern: 0.99.
 #define SURE_Q15 32440
-// A pattern of less confidence than 0.8 is no name while the residual is above the threshold.
-#define SURE_ABOVE_Q15 26214
+// A pattern of less confidence is no name while the residual is above the threshold, and is waited for elsewhere.
+#define SURE_ENOUGH_Q15 26214
+// And one of less than that is none at all: about two to one.
+#define SURE_LEAST_Q15 21299
 // A change is named within so many looks of being found; bands are known after so many segments.
 #define OPENED_LOOKS 64u
 // What shows waits so long for a segment of its own, and a weight that was found changed settles for so many looks.
@@ -347,7 +349,7 @@ static void name(dqw_monitor_q15 *m, int channel)
     const dqw_fault_verdict_q15 sure = {.name = of_channel, .confidence_q15 = SURE_Q15, .phase = 0};
     m->named_fault = of_channel != DQW_FAULT_NONE ? sure : name_it(m);
     // Where the model does not hold at all, a pattern that explains no more of what moved is none.
-    if (above_threshold(m) && m->named_fault.confidence_q15 < SURE_ABOVE_Q15) m->named_fault.name = DQW_FAULT_UNKNOWN;
+    if (above_threshold(m) && m->named_fault.confidence_q15 < SURE_ENOUGH_Q15) m->named_fault.name = DQW_FAULT_UNKNOWN;
 }
 
 static bool is_known(const dqw_monitor_q15 *m, int weight)
@@ -442,8 +444,10 @@ static bool look(dqw_monitor_q15 *m)
     const int worst = dqw_watch_worst(&m->watch, q5, above_threshold(m));
     if (worst < 0) return false;
     name(m, worst);
-    const enum dqw_watch_follows follows = dqw_watch_named(&m->watch, worst, m->named_fault.name);
+    const bool sure = m->named_fault.confidence_q15 >= SURE_ENOUGH_Q15;
+    const enum dqw_watch_follows follows = dqw_watch_named(&m->watch, worst, m->named_fault.name, sure);
     if (follows == DQW_WATCH_LATER) return false;
+    if (m->named_fault.confidence_q15 < SURE_LEAST_Q15) m->named_fault.name = DQW_FAULT_UNKNOWN;
     if (follows == DQW_WATCH_APART) {
         if (worst == DQW_WATCH_FRICTION) dqw_monitor_move_healthy_q15(m, worst, 1);
         return true;

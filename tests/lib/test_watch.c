@@ -37,7 +37,7 @@ static void test_too_hot_is_told_again_after_it_was_cool(void)
     int32_t q5[DQW_WATCH_CHANNELS] = {0};
     for (int cool = 0; cool < 2; cool++) {
         dqw_watch_init(&w);
-        TEST_ASSERT_EQUAL_INT(DQW_WATCH_APART, dqw_watch_named(&w, DQW_WATCH_TEMPERATURE, DQW_FAULT_OVER_TEMPERATURE));
+        TEST_ASSERT_EQUAL_INT(DQW_WATCH_APART, dqw_watch_named(&w, DQW_WATCH_TEMPERATURE, DQW_FAULT_OVER_TEMPERATURE, true));
         q5[DQW_WATCH_TEMPERATURE] = 4 * DQW_CHANGE_BAND_Q5;
         for (int k = 0; k < 5; k++) (void)dqw_watch_look(&w, q5);
         HOLDS(w.alarms == 0);
@@ -60,7 +60,7 @@ static void test_friction_is_gathered_anew_after_its_event(void)
     w.reversals = DQW_WATCH_REVERSALS_MOST;
     w.change[DQW_WATCH_FRICTION].sum_q5 = 99;
     w.alarms = 1u << DQW_WATCH_FRICTION;
-    TEST_ASSERT_EQUAL_INT(DQW_WATCH_APART, dqw_watch_named(&w, DQW_WATCH_FRICTION, DQW_FAULT_BEARING_WEAR));
+    TEST_ASSERT_EQUAL_INT(DQW_WATCH_APART, dqw_watch_named(&w, DQW_WATCH_FRICTION, DQW_FAULT_BEARING_WEAR, true));
     HOLDS(w.looks[DQW_WATCH_FRICTION] == 0 && w.reversals == 0 && w.change[DQW_WATCH_FRICTION].sum_q5 == 0);
     HOLDS(w.alarms == 0 && w.looks[DQW_WATCH_R] == 77);
 }
