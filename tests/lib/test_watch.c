@@ -37,7 +37,8 @@ static void test_too_hot_is_told_again_after_it_was_cool(void)
     int32_t q5[DQW_WATCH_CHANNELS] = {0};
     for (int cool = 0; cool < 2; cool++) {
         dqw_watch_init(&w);
-        TEST_ASSERT_EQUAL_INT(DQW_WATCH_APART, dqw_watch_named(&w, DQW_WATCH_TEMPERATURE, DQW_FAULT_OVER_TEMPERATURE, true));
+        TEST_ASSERT_EQUAL_INT(DQW_WATCH_APART,
+                              dqw_watch_named(&w, DQW_WATCH_TEMPERATURE, DQW_FAULT_OVER_TEMPERATURE, true));
         q5[DQW_WATCH_TEMPERATURE] = 4 * DQW_CHANGE_BAND_Q5;
         for (int k = 0; k < 5; k++) (void)dqw_watch_look(&w, q5);
         HOLDS(w.alarms == 0);
