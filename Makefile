@@ -165,12 +165,14 @@ bench:
 	@BUILD=$(BUILD) $(STRANGERS_ENV) bench/run
 
 STRANGERS_ENV = CC="$(CC)" SUNLIBS="$(SUNLIBS)" SUNINC="$(MPIINC)"
-## strangers    the simulator's switching plant beside that of another project's firmware: PHOBIA=, a git directory of rombrew/phobia
+## strangers    the simulator's plant beside another project's, PHOBIA=, a git directory of rombrew/phobia; then 60 logs that other simulators draw, traced: SEED=N
 .PHONY: strangers
 strangers:
 	@.ci/install build
-	@$(MAKE) --no-print-directory $(BUILD)/libsim.a
+	@$(MAKE) --no-print-directory all $(BUILD)/libsim.a
 	@BUILD=$(BUILD) $(STRANGERS_ENV) bench/strangers/run
+	@echo
+	@BUILD=$(BUILD) SEED=$(or $(SEED),1) bench/strangers/logs.sh
 
 ## imperfections  what each imperfection of a drive does to the parameters, one simulated log each, into docs/imperfections.md
 .PHONY: imperfections

@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 #include <stdexcept>
 
+#include "blind_class.hpp"
 #include "blind_effect.hpp"
 #include "ref/log/result.hpp"
 
@@ -27,7 +28,10 @@ std::vector<Drawn> draw_effects(Random& random, const Setup& s, Kind kind)
     const auto names = kind == Kind::outside ? faults_for(s) : effects_for(s);
     // Log-uniform; a fault is judged where it shows clearly.
     const auto one = [&] {
-        return Drawn{names[random.below(names.size())], 0.0, random.log_uniform(kind == Kind::outside ? 2.5 : 1.6, 30)};
+        Drawn d;
+        d.name = names[random.below(names.size())];
+        d.strength = random.log_uniform(kind == Kind::outside ? 2.5 : 1.6, 30);
+        return d;
     };
     drawn.push_back(one());
     while (kind == Kind::two && drawn.size() < 2) {
@@ -58,7 +62,10 @@ std::string about_of(const Setup& s, const Case& c)
     if (!s.angle) text += ", no angle";
     if (s.temperatures) text += ", temperatures";
     if (s.gap) text += ", gap";
-    for (const Drawn& d : c.drawn) text += fmt::format("; {} {:.3g} ({:.1f}x)", d.name, d.size, d.strength);
+    for (const Drawn& d : c.drawn) {
+        text += fmt::format("; {} {:.3g} ({:.1f}x)", d.name, d.size, d.strength);
+        if (!d.same.empty()) text += fmt::format(" like {}", fmt::join(d.same, ", "));
+    }
     return text;
 }
 
@@ -67,8 +74,9 @@ void add_companions(std::vector<Drawn>& drawn)
 {
     const std::vector<Drawn> alone = drawn;
     for (const Drawn& d : alone) {
-        if (d.name == "cross_saturation") drawn.push_back({"saturation", 0.3, d.strength});
-        if (d.name == "direction_asymmetry") drawn.push_back({"coulomb_friction", d.size, d.strength});
+        // Which of the two has a look-alike, no log says.
+        if (d.name == "cross_saturation") drawn.push_back({"saturation", 0.3, d.strength, {}, d.close});
+        if (d.name == "direction_asymmetry") drawn.push_back({"coulomb_friction", d.size, d.strength, {}, d.close});
     }
 }
 
@@ -84,8 +92,10 @@ bool fill(const Setup& s, Case& c)
     heat_idly(s, x);
     c.log = log_of(s, x, true);
     c.log.path = fmt::format("seed {}", c.seed);
+    if (c.kind != Kind::outside && !c.drawn.empty()) find_classes(s, c.drawn);
     c.about = about_of(s, c);
     if (c.kind != Kind::outside) add_companions(c.drawn);
+    c.switching = s.switching;
     return true;
 }
 
@@ -103,6 +113,8 @@ Kind kind_of(std::uint64_t seed)
     return place < 4 ? Kind::clean : place < 13 ? Kind::one : place < 17 ? Kind::two : Kind::outside;
 }
 
+bool switches(std::uint64_t seed) { return seed / 20 % 2 == 1; }
+
 double Case::strength() const
 {
     double least = drawn.empty() ? 0.0 : drawn[0].strength;
@@ -116,12 +128,14 @@ Case draw(std::uint64_t seed)
     const Kind kind = kind_of(seed);
     const dqw::Regime regime = draw_regime(random, kind);
     for (int attempt = 0; attempt < kAttempts; ++attempt) {
-        const Setup s = draw_setup(random, regime);
+        const Setup s = draw_setup(random, regime, switches(seed));
         Case c;
         c.seed = seed, c.kind = kind, c.truth = truth_of(s), c.drawn = draw_effects(random, s, kind);
         // A machine that the simulator cannot follow is not drawn.
         try {
-            if (fill(s, c)) return c;
+            const bool filled = fill(s, c);
+            remove_curves();
+            if (filled) return c;
         } catch (const std::runtime_error&) {
             continue;
         }

@@ -38,6 +38,39 @@ double saturation_qq(double size, const Setup& s)
     return size / (m.Lq_H * std::pow(m.Lq_H * s.current_A, 2));
 }
 
+double most_W(const Setup& s)
+{
+    const dqw_sim_machine& m = s.scenario.machine;
+    return 1.5 * s.current_A * (m.R_ohm * s.current_A + m.pole_pairs * s.speed_rad_s * m.psi_Wb);
+}
+
+/// Currents late, angle late, or a reference logged as it was decided, which acts a period later: that has no size.
+void shift(double size, const Setup& s, dqw_sim_scenario& x)
+{
+    if (s.injection && s.shape[0] < 0.3)
+        x.drive.logged = DQW_SIM_LOGGED_DECIDED;
+    else if (s.shape[0] < 0.65)
+        x.sensing.late_periods = size;
+    else
+        x.sensing.angle_late_periods = size;
+}
+
+/// An inverter that switches on a link behind a resistance, whose voltage nobody measures; its capacitor follows within
+/// some periods.
+void sag(double size, dqw_sim_scenario& x)
+{
+    x.inverter.modulation = DQW_SIM_MODULATION_CENTRED, x.method = DQW_SIM_RK4;
+    x.inverter.source_ohm = size, x.inverter.link_F = 5 * x.drive.dt_s / size;
+    x.drive.link = DQW_SIM_LINK_NOMINAL;
+}
+
+/// As many turns as a short of no resistance needs, or a twentieth.
+void turns(double size, const Setup& s, dqw_sim_scenario& x)
+{
+    const double R = s.scenario.machine.R_ohm, share = std::clamp(1.5 * size * R, 0.05, 0.5);
+    x.nonideal.turn_short = always(share), x.nonideal.turn_short_ohm = std::max(share * share / size - share * R, 0.0);
+}
+
 }  // namespace
 
 std::vector<std::string> effects_for(const Setup& s)
@@ -59,9 +92,14 @@ std::vector<std::string> effects_for(const Setup& s)
                                       "winding_temperature", "magnet_temperature", "iron_loss",
                                       "flux_harmonics",      "current_offset",     "current_gain_mismatch",
                                       "angle_offset",        "skin_effect",        "phase_resistance_imbalance",
-                                      "voltage_offset"};
-    // Without a voltage that changes a delay is an angle offset of the voltage.
-    if (s.injection) names.insert(names.end(), {"delay", "delay"});
+                                      "voltage_offset",      "sample_shift",       "voltage_scale",
+                                      "turn_short"};
+    // Their angle is the shaft's, which a gap leaves unknown without its column.
+    if (s.pole_pairs_given && !s.gap) names.insert(names.end(), {"encoder_eccentricity", "magnet_asymmetry"});
+    // Where the currents only wave a filter is a shift.
+    if (s.injection) names.emplace_back("sensor_lag");
+    // Without a voltage that changes a delay is an angle offset of the voltage; legs switch late by whole periods.
+    if (s.injection && !s.switching) names.insert(names.end(), {"delay", "delay"});
     return names;
 }
 
@@ -72,6 +110,15 @@ bool may_join(const std::string& one, const std::string& other)
     const auto heat = [](const std::string& n) { return n == "winding_temperature" || n == "magnet_temperature"; };
     // Both of these stand for two already.
     const auto whole = [](const std::string& n) { return n == "cross_saturation" || n == "direction_asymmetry"; };
+    // Legs that switch lose no mean voltage, and have no eddies without a time constant.
+    const auto switched = [](const std::string& n) { return n == "voltage_scale"; };
+    const auto mean = [](const std::string& n) {
+        return n == "dead_time" || n == "iron_loss" || n == "turn_short" || n == "delay";
+    };
+    if ((switched(one) && mean(other)) || (switched(other) && mean(one))) return false;
+    // The simulator has them in one phase or the other.
+    const auto phase = [](const std::string& n) { return n == "turn_short" || n == "phase_resistance_imbalance"; };
+    if (phase(one) && phase(other)) return false;
     return one != other && !(heat(one) && heat(other)) && !whole(one) && !whole(other);
 }
 
@@ -92,6 +139,12 @@ double most_of(const std::string& name, const Setup& s)
     if (name == "skin_effect") return 1.5 / (w_top * w_top);
     if (name == "phase_resistance_imbalance") return 0.5 * m.R_ohm;
     if (name == "voltage_offset") return 0.05 * s.voltage_V;
+    if (name == "sample_shift") return 0.9;
+    if (name == "sensor_lag") return 0.5;
+    if (name == "voltage_scale") return 0.25 * 3 * s.voltage_V * s.voltage_V / most_W(s);
+    if (name == "turn_short") return 0.2 * s.current_A / (w_top * m.psi_Wb);
+    if (name == "encoder_eccentricity") return 0.25 / m.pole_pairs;
+    if (name == "magnet_asymmetry") return 0.06 * m.psi_Wb;
     if (name == "disturbance") return 0.2 * s.voltage_V;
     if (name == "hum") return 0.15 * s.current_A;
     if (name == "clip") return 0.7;
@@ -106,7 +159,7 @@ void apply(const std::string& name, double size, const Setup& s, dqw_sim_scenari
     const double around = two_pi * s.shape[2], c = std::cos(around), sn = std::sin(around),
                  sign = s.shape[3] < 0.5 ? -1 : 1;
     if (name == "dead_time") {
-        n.dead_time_V = always(size), n.dead_time_width_A = s.current_A * 0.008 * std::pow(10.0, s.shape[0]);
+        apply_dead_time(size, s, x);
     } else if (name == "saturation" || name == "cross_saturation") {
         const double own = name == "saturation" ? size : 0.3;
         const double dd = saturation_dd(own, s), qq = saturation_qq(own, s);
@@ -119,6 +172,8 @@ void apply(const std::string& name, double size, const Setup& s, dqw_sim_scenari
         heat_magnet(size, s, x), n.magnet_beta_per_K = always(-0.0012);
     } else if (name == "iron_loss") {
         n.iron_loss_S = always(size);
+        // Eddies do not follow an edge.
+        if (s.switching) n.iron_loss_tau_s = x.drive.dt_s;
     } else if (name == "flux_harmonics") {
         n.flux_harmonic_6d_Wb = always(size * m.psi_Wb * c), n.flux_harmonic_6q_Wb = always(size * m.psi_Wb * sn);
         n.flux_harmonic_6_phase_rad = two_pi * s.shape[1];
@@ -138,6 +193,19 @@ void apply(const std::string& name, double size, const Setup& s, dqw_sim_scenari
         n.phase_resistance_a_ohm = always(size * c), n.phase_resistance_b_ohm = always(size * sn);
     } else if (name == "voltage_offset") {
         n.voltage_offset_d_V = always(size * c), n.voltage_offset_q_V = always(size * sn);
+    } else if (name == "sample_shift") {
+        shift(size, s, x);
+    } else if (name == "sensor_lag") {
+        x.sensing.filter_s = size * x.drive.dt_s;
+    } else if (name == "voltage_scale") {
+        sag(size, x);
+    } else if (name == "turn_short") {
+        turns(size, s, x);
+    } else if (name == "encoder_eccentricity") {
+        (s.shape[0] < 0.6 ? x.sensing.once_rad : x.sensing.twice_rad) = size;
+        x.sensing.once_phase_rad = x.sensing.twice_phase_rad = around;
+    } else if (name == "magnet_asymmetry") {
+        n.magnet_asymmetry_Wb = always(size), n.magnet_asymmetry_phase_rad = around;
     } else if (name == "coulomb_friction") {
         x.machine.coulomb_Nm = size;
     } else if (name == "direction_asymmetry") {

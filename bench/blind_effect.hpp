@@ -20,6 +20,18 @@ double most_of(const std::string& name, const Setup& setup);
 /// Puts an effect of this size into the scenario.
 void apply(const std::string& name, double size, const Setup& setup, dqw_sim_scenario& scenario);
 
+/// What an inverter loses, into the scenario: on its switches a dead time, else a law of the current; both signs.
+void apply_dead_time(double size, const Setup& setup, dqw_sim_scenario& scenario);
+
+/// Takes away what apply_dead_time wrote in this process.
+void remove_curves();
+
+/// v less the model's v, averaged over blocks of so many rows (0: as reported), L di from their ends: d, then q.
+std::vector<double> residuals(const dqw::Log& log, const dqw::PlainModel& model, std::size_t rows = 0);
+
+/// Base parameters that a log of this regime teaches.
+std::vector<double dqw::PlainModel::*> fields_of(dqw::Regime regime);
+
 /// Block residuals (E43) of the plain model fitted to the log itself by least squares, one axis after the other,
 /// starting at the truth.
 std::vector<double> best_rest(const dqw::Log& log, const dqw::PlainModel& truth);

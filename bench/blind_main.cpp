@@ -1,5 +1,6 @@
 // The blind campaign: draws logs, traces them in processes of their own, prints the confusion table:
-//     blind [--from SEED] [--count N] [--jobs N] [--draw] [--lines FILE] | --seed SEED [--draw] [--csv DIR]
+//     blind [--from SEED] [--count N] [--jobs N] [--draw] [--lines FILE]
+//     blind --seed SEED [--draw] [--csv DIR] | --read FILE
 // FILE takes each outcome as it comes, one a line; an existing one is added to.
 #include <fmt/format.h>
 #include <sys/wait.h>
@@ -21,7 +22,7 @@ constexpr unsigned kLongest_s = 600;
 struct Options {
     std::uint64_t from = 0, count = 320, jobs = 0;
     bool alone = false, draw = false;
-    std::string csv, lines;
+    std::string csv, lines, read;
 };
 
 /// Draws only: what the campaign consists of.
@@ -139,6 +140,22 @@ void write_csv(const blind::Case& c, const std::string& folder)
     toml.close();
 }
 
+/// Outcomes that --lines kept, the last of each seed.
+std::vector<blind::Outcome> kept(const std::string& file)
+{
+    std::map<std::uint64_t, blind::Outcome> by_seed;
+    std::ifstream in(file);
+    if (!in) throw std::runtime_error(file + ": cannot be read");
+    for (std::string text; std::getline(in, text);) {
+        if (text.empty()) continue;
+        const blind::Outcome o = blind::outcome_of(text);
+        by_seed[o.seed] = o;
+    }
+    std::vector<blind::Outcome> outcomes;
+    for (const auto& [seed, o] : by_seed) outcomes.push_back(o);
+    return outcomes;
+}
+
 int one(const Options& options)
 {
     const blind::Case c = blind::draw(options.from);
@@ -146,6 +163,10 @@ int one(const Options& options)
                 c.truth.pole_pairs, c.truth.R_ohm, c.truth.Ld_H, c.truth.Lq_H, c.truth.psi_Wb, c.truth.J_kgm2,
                 c.truth.B_Nms_rad, c.noise_floor);
     if (!options.csv.empty()) write_csv(c, options.csv);
+    for (const blind::Drawn& d : c.drawn)
+        std::printf("%s: the log cannot tell it from [%s], hardly from [%s]\n", d.name.c_str(),
+                    fmt::format("{}", fmt::join(d.same, ", ")).c_str(),
+                    fmt::format("{}", fmt::join(d.close, ", ")).c_str());
     if (options.draw) return 0;
     const dqw::TraceResult r = dqw::trace({c.log});
     std::printf("%s: floor %.4g, before %.4g, after %.4g %s\n", r.verdict.c_str(), r.noise_floor, r.before.heldout_rms,
@@ -178,17 +199,23 @@ int main(int argc, char** argv)
             options.csv = argv[++k];
         } else if (!last && key == "--lines") {
             options.lines = argv[++k];
+        } else if (!last && key == "--read") {
+            options.read = argv[++k];
         } else if (!last && (key == "--seed" || key == "--from" || key == "--count" || key == "--jobs")) {
             const std::uint64_t value = std::strtoull(argv[++k], nullptr, 10);
             (key == "--count" ? options.count : key == "--jobs" ? options.jobs : options.from) = value;
             options.alone = options.alone || key == "--seed";
         } else {
             std::fprintf(stderr, "blind [--from SEED] [--count N] [--jobs N] [--draw] [--lines FILE] | --seed SEED "
-                                 "[--draw] [--csv DIR]\n");
+                                 "[--draw] [--csv DIR] | --read FILE\n");
             return 2;
         }
     }
     if (options.alone) return one(options);
+    if (!options.read.empty()) {
+        std::fputs(blind::report(kept(options.read)).c_str(), stdout);
+        return 0;
+    }
     if (options.jobs == 0) options.jobs = std::max(1u, std::thread::hardware_concurrency());
     const auto lines = all_lines(options);
     std::vector<blind::Outcome> outcomes;

@@ -153,11 +153,23 @@ void draw_mechanical(Random& random, Setup& s)
     x.rtol = 1e-7;
 }
 
+const char* const modulations[] = {"centred", "lowest leg clamped", "highest leg clamped", "clamped by 60 degrees"};
+
+/// Of the drive's own period: a timer of 12 to 14 bits would show, and is left out.
+void draw_switches(Random& random, Setup& s)
+{
+    s.switching = true;
+    const std::size_t which = random.below(4);
+    s.scenario.inverter.modulation = static_cast<dqw_sim_modulation>(DQW_SIM_MODULATION_CENTRED + which);
+    s.scenario.method = DQW_SIM_RK4;
+    s.profile += std::string(", ") + modulations[which];
+}
+
 }  // namespace
 
 double Random::log_uniform(double low, double high) { return low * std::exp(uniform(0, std::log(high / low))); }
 
-Setup draw_setup(Random& random, dqw::Regime regime)
+Setup draw_setup(Random& random, dqw::Regime regime, bool switching)
 {
     Setup s;
     s.regime = regime;
@@ -185,6 +197,16 @@ Setup draw_setup(Random& random, dqw::Regime regime)
     if (s.gap || drift > 0.1 || regime != dqw::Regime::dynamic) s.angle = true;
     s.pole_pairs_given = !s.angle || regime != dqw::Regime::dynamic || random.chance(0.8);
     if (regime == dqw::Regime::mechanical) s.torque = random.chance(0.7);
+    if (switching && regime == dqw::Regime::dynamic) draw_switches(random, s);
+    return s;
+}
+
+Setup on_mean_plant(const Setup& setup)
+{
+    Setup s = setup;
+    s.switching = false;
+    s.scenario.inverter = dqw_sim_inverter{};
+    s.scenario.method = DQW_SIM_ADAMS;
     return s;
 }
 

@@ -33,6 +33,7 @@ struct Setup {
     dqw_sim_scenario scenario{};
     dqw::Regime regime = dqw::Regime::dynamic;
     bool injection = false, slow = false;  ///< slow: cogging can be seen
+    bool switching = false;                ///< the inverter at its switches, else its mean voltage
     /// columns; heats: though nothing follows it
     bool angle = true, temperatures = false, heats = false, torque = false;
     bool bus = false, pole_pairs_given = true, nominal_given = false, gap = false;
@@ -43,8 +44,11 @@ struct Setup {
     std::string machine, profile;
 };
 
-/// `regime` is drawn by the caller.
-Setup draw_setup(Random& random, dqw::Regime regime);
+/// `regime` is drawn by the caller, and whether the inverter switches, as it may in a dynamic log.
+Setup draw_setup(Random& random, dqw::Regime regime, bool switching = false);
+
+/// The same drive with an inverter that gives its mean voltage.
+Setup on_mean_plant(const Setup& setup);
 
 dqw::PlainModel truth_of(const Setup& setup);
 

@@ -10,7 +10,28 @@
 namespace blind {
 namespace {
 
-std::vector<double> residuals(const dqw::Log& log, const dqw::PlainModel& m)
+/// Of the strengths asked for, after what the sizes can give.
+constexpr double kLeast = 1.45;
+
+double dot(const std::vector<double>& a, const std::vector<double>& b)
+{
+    double sum = 0;
+    for (std::size_t k = 0; k < a.size(); ++k) sum += a[k] * b[k];
+    return sum;
+}
+
+/// What the effects before, and this one of `size`, leave.
+std::vector<double> rest_of(const Setup& s, const std::vector<Drawn>& before, const std::string& name, double size)
+{
+    dqw_sim_scenario x = s.scenario;
+    for (const Drawn& e : before) apply(e.name, e.size, s, x);
+    apply(name, size, s, x);
+    return best_rest(log_of(s, x, false), truth_of(s));
+}
+
+}  // namespace
+
+std::vector<double> residuals(const dqw::Log& log, const dqw::PlainModel& m, std::size_t rows)
 {
     std::vector<double> d, q;
     if (log.regime == dqw::Regime::steady || log.regime == dqw::Regime::standstill) {
@@ -24,7 +45,7 @@ std::vector<double> residuals(const dqw::Log& log, const dqw::PlainModel& m)
         std::string unused;
         const auto torque = mechanical ? dqw::torque_of(log, m.torque_constant_Nm_A, unused) : std::vector<double>();
         for (const dqw::Piece& piece : dqw::pieces_of(log, 2)) {
-            const std::size_t n = dqw::block_rows(log);
+            const std::size_t n = rows ? rows : dqw::block_rows(log);
             for (std::size_t k = piece.begin; k + n < piece.end; k += n) {
                 double e_d = 0, e_q = 0;
                 for (std::size_t r = k; r < k + n; ++r) {
@@ -49,34 +70,16 @@ std::vector<double> residuals(const dqw::Log& log, const dqw::PlainModel& m)
     return d;
 }
 
-/// Of the strengths asked for, after what the sizes can give.
-constexpr double kLeast = 1.45;
-
-double dot(const std::vector<double>& a, const std::vector<double>& b)
+std::vector<double dqw::PlainModel::*> fields_of(dqw::Regime regime)
 {
-    double sum = 0;
-    for (std::size_t k = 0; k < a.size(); ++k) sum += a[k] * b[k];
-    return sum;
+    if (regime == dqw::Regime::mechanical) return {&dqw::PlainModel::J_kgm2, &dqw::PlainModel::B_Nms_rad};
+    if (regime == dqw::Regime::standstill) return {&dqw::PlainModel::R_ohm};
+    return {&dqw::PlainModel::R_ohm, &dqw::PlainModel::Ld_H, &dqw::PlainModel::Lq_H, &dqw::PlainModel::psi_Wb};
 }
-
-/// What the effects before, and this one of `size`, leave.
-std::vector<double> rest_of(const Setup& s, const std::vector<Drawn>& before, const std::string& name, double size)
-{
-    dqw_sim_scenario x = s.scenario;
-    for (const Drawn& e : before) apply(e.name, e.size, s, x);
-    apply(name, size, s, x);
-    return best_rest(log_of(s, x, false), truth_of(s));
-}
-
-}  // namespace
 
 std::vector<double> best_rest(const dqw::Log& log, const dqw::PlainModel& truth)
 {
-    using Field = double dqw::PlainModel::*;
-    std::vector<Field> fields = {&dqw::PlainModel::R_ohm, &dqw::PlainModel::Ld_H, &dqw::PlainModel::Lq_H,
-                                 &dqw::PlainModel::psi_Wb};
-    if (log.regime == dqw::Regime::standstill) fields.resize(1);
-    if (log.regime == dqw::Regime::mechanical) fields = {&dqw::PlainModel::J_kgm2, &dqw::PlainModel::B_Nms_rad};
+    const auto fields = fields_of(log.regime);
     dqw::PlainModel m = truth;
     std::vector<double> e = residuals(log, m);
     // Linear but for a small correction of the trapezoid: the second pass is for that.

@@ -92,6 +92,11 @@ int compare_command(const Options& options)
     complete(c.fixed, fixed, logs, options);
     complete(c.reference, reference, logs, options);
     gather_notes(c);
+    for (const auto& [who, result] : estimates_of(c))
+        if (result != &c.reference)
+            for (const std::string& note :
+                 disagreements(result->parameters, who, c.reference.parameters, "the reference"))
+                c.notes.push_back(note);
     write_file(path_in(options.out_dir, "compare.html"), compare_page(c));
     print_notes(c.notes);
     print(options.json ? json_text(compare_json(c)) : compare_text(c));

@@ -18,7 +18,7 @@ int estimate(const std::string& name, const Options& options, decltype(estimate_
 {
     std::vector<std::string> notes;
     const LearnConfig config = asked_effects(options.config_file, options.effects);
-    const std::vector<Log> logs = read_logs(options.logs, options, !config.inputs.empty(), notes);
+    const std::vector<Log> logs = read_logs(options.logs, options, !config.inputs.empty(), notes, name == "fit");
     Estimated estimated = with_logs(logs, [&] { return estimator(logs, options, config); });
     Result& result = estimated.result;
     check_sense(logs, result);

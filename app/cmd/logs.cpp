@@ -34,7 +34,7 @@ void complete(Machine& to, const Machine& from)
 }  // namespace
 
 std::vector<Log> read_logs(const std::vector<std::string>& paths, const Options& options, bool all_columns,
-                           std::vector<std::string>& notes)
+                           std::vector<std::string>& notes, bool angle)
 {
     std::vector<Log> logs;
     Progress progress("reading");
@@ -43,6 +43,7 @@ std::vector<Log> read_logs(const std::vector<std::string>& paths, const Options&
         read.machine_file = options.machine_file;
         if (options.pole_pairs) read.pole_pairs = *options.pole_pairs;
         read.plain_only = !all_columns;
+        read.angle = angle;
         read.notes = &notes;
         read.progress = [&](double fraction) {
             progress.update((static_cast<double>(i) + fraction) / static_cast<double>(paths.size()));

@@ -13,9 +13,9 @@
 namespace dqw {
 
 /// Reads logs of one machine and one regime, for a joint estimate: what one machine file says holds for all. Without
-/// `all_columns` only those of a plain fit are kept. Throws InputError.
+/// `all_columns` only those of a plain fit are kept, and with `angle` the electrical angle. Throws InputError.
 std::vector<Log> read_logs(const std::vector<std::string>& paths, const Options& options, bool all_columns,
-                           std::vector<std::string>& notes);
+                           std::vector<std::string>& notes, bool angle = false);
 
 /// What an estimator says of a log, which it may begin with the log's name, behind the log's last line.
 InputError refused(const Log& log, std::string what);

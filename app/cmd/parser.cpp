@@ -5,6 +5,7 @@
 #include <charconv>
 
 #include "app/base/effect_names.hpp"
+#include "app/base/learnable.hpp"
 #include "app/base/output.hpp"
 #include "app/base/parameters.hpp"
 #include "app/base/text.hpp"
@@ -66,7 +67,7 @@ void add_parameters(CLI::App& command, Options& o)
 
 void add_effects(CLI::App& command, Options& o, const std::string& about)
 {
-    add_names(command, "--effect", o.effects, about, effect_names())->type_name("NAME");
+    add_names(command, "--effect", o.effects, about, traced_names())->type_name("NAME");
 }
 
 void add_config(CLI::App& command, Options& o, const char* about)

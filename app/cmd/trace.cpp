@@ -3,12 +3,14 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "app/base/learnable.hpp"
 #include "app/base/output.hpp"
 #include "app/base/progress.hpp"
 #include "app/cmd/logs.hpp"
 #include "app/firmware/model_config.hpp"
 #include "app/firmware/q15_config.hpp"
 #include "app/learn/trace.hpp"
+#include "app/report/compare.hpp"
 #include "app/report/report.hpp"
 #include "app/trace/page.hpp"
 #include "app/trace/report.hpp"
@@ -32,7 +34,12 @@ void learn_as_well(const std::vector<Log>& logs, TraceReport& report)
         report.learner_before = learn_fit(logs, report.trace, false);
         report.learner_after = learn_fit(logs, report.trace, true);
         const auto& learned = report.learner_after->parameters;
-        if (std::any_of(learned.begin(), learned.end(), [](const Estimate& e) { return !e.given; })) return;
+        if (std::any_of(learned.begin(), learned.end(), [](const Estimate& e) { return !e.given; })) {
+            for (const std::string& note :
+                 disagreements(learned, "the learners", report.trace.after.parameters, "the reference"))
+                report.trace.notes.push_back(note);
+            return;
+        }
         report.trace.notes.emplace_back("no learners: this log determines none of their parameters");
     } catch (const std::invalid_argument& error) {
         // The trace holds without them.
@@ -46,7 +53,7 @@ void write_q15_config(const std::vector<Log>& logs, TraceReport& report, const O
 {
     try {
         write_file(path_in(options.out_dir, "dqw_q15_config.h"),
-                   q15_config_text(logs, report.trace.after.parameters, report.trace.inputs));
+                   q15_config_text(logs, report.trace.after.parameters, learnable(report.trace.inputs)));
     } catch (const std::invalid_argument& error) {
         report.trace.notes.push_back(std::string("no dqw_q15_config.h: ") + error.what());
     }

@@ -8,6 +8,8 @@
 #include <iterator>
 
 #include "app/base/effect_names.hpp"
+#include "app/base/learnable.hpp"
+#include "app/base/modulation.hpp"
 
 namespace dqw {
 namespace {
@@ -26,6 +28,14 @@ std::string macro_of(const std::string& parameter)
 {
     std::string text = "DQW_MODEL_";
     for (const char c : parameter) text += static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
+    return text;
+}
+
+std::string modulation_macro(dqw_modulation modulation)
+{
+    std::string text = "DQW_MODULATION_";
+    for (const char c : modulation_text(modulation))
+        text += static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
     return text;
 }
 
@@ -59,7 +69,7 @@ std::string values_text(const TraceResult& trace, const std::vector<Field>& fiel
     for (const Field& f : fields)
         for (const Estimate& e : trace.after.parameters) {
             if (lacks_pole_pairs(trace) && e.name != "R_ohm") continue;
-            if (e.name != f.parameter || !std::isfinite(e.value) || !(e.value > 0.0)) continue;
+            if (e.name != f.parameter || !(e.value > 0.0) || !why_not_usable(e).empty()) continue;
             const bool count = e.name == "pole_pairs";
             out += fmt::format("#define {} {}\n", macro_of(e.name),
                                count ? fmt::format("{:.0f}", e.value) : literal(e.value));
@@ -79,7 +89,7 @@ EffectRows effect_rows(const TraceResult& trace, std::string& assignments)
 {
     EffectRows rows;
     std::string watched;
-    for (const TraceInput& in : trace.inputs) {
+    for (const TraceInput& in : learnable(trace.inputs)) {
         const dqw_effect_config c = effect_config(in);
         if (c.effect == DQW_EFFECT_DEAD_TIME) {
             rows.width += fmt::format("// Dead time: the current at which the inverter's loss is three quarters of its "
@@ -87,6 +97,8 @@ EffectRows effect_rows(const TraceResult& trace, std::string& assignments)
                                       "#define DQW_MODEL_DEAD_TIME_WIDTH_A {}\n\n",
                                       literal(static_cast<double>(c.shape[0])));
             assignments += "    config->dead_time_width_A = DQW_MODEL_DEAD_TIME_WIDTH_A;\n";
+            if (const auto named = modulation_named(in.modulation); named && *named != DQW_MODULATION_CENTRED)
+                assignments += fmt::format("    config->modulation = {};\n", modulation_macro(*named));
             continue;
         }
         rows.count++;
@@ -157,6 +169,7 @@ std::string model_config_text(const TraceResult& trace, const std::vector<std::s
     out += "#ifndef DQW_MODEL_CONFIG_H\n#define DQW_MODEL_CONFIG_H\n\n#include \"dqw.h\"\n\n";
     if (!values.empty()) out += "// To start from, SI.\n" + values + "\n";
     out += rows.width;
+    for (const std::string& note : notes_on_others(trace.inputs)) out += "// " + note + ".\n";
     out += fmt::format("#define DQW_MODEL_EFFECT_COUNT {}\n", rows.count);
     // What a monitor watches by inputs of its own is none of the effects that it learns.
     if (!mechanical) out += fmt::format("#define DQW_MODEL_MONITOR_EFFECT_COUNT {}\n", rows.unwatched);

@@ -38,7 +38,7 @@ static_assert(kModulations.size() == DQW_MODULATIONS, "one for each");
 void take(const std::vector<Estimate>& found, dqw_estimator_q15_config& c)
 {
     for (const Estimate& e : found) {
-        if (!std::isfinite(e.value) || !(e.value > 0.0)) continue;
+        if (!(e.value > 0.0) || !why_not_usable(e).empty()) continue;
         if (e.name == "pole_pairs") c.scale.pole_pairs = static_cast<std::uint16_t>(std::lround(e.value));
         for (const Nominal& n : nominals)
             if (e.name == n.parameter)

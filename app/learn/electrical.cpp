@@ -8,6 +8,7 @@
 #include <stdexcept>
 
 #include "app/base/effect_names.hpp"
+#include "app/base/modulation.hpp"
 #include "app/learn/modulation.hpp"
 #include "app/learn/parts.hpp"
 #include "app/learn/passes.hpp"
@@ -403,6 +404,13 @@ Learned pass(const std::vector<Log>& logs, const LearnOptions& options, const st
             known = dqw_estimator_read_effect(&e, at++, w, sd);
         }
         read.push_back(input_read(in, known, w, sd, weight_unit(in, first, inputs)));
+        if (in.effect != "dead_time") continue;
+        InputRead& r = read.back();
+        const dqw_modulation modulation = run->config().modulation;
+        r.input.modulation = modulation_text(modulation);
+        if (modulation == DQW_MODULATION_CENTRED) continue;
+        r.input.weights.push_back(value(DQW_DEAD_CONSTANT));
+        r.sd.push_back(static_cast<double>(dqw_estimator_sd_value(&e, DQW_DEAD_CONSTANT)));
     }
     put_effects(read, learned);
     return learned;

@@ -12,6 +12,8 @@
 #include "app/base/columns.hpp"
 #include "app/base/effect_names.hpp"
 #include "app/base/input_error.hpp"
+#include "app/base/learnable.hpp"
+#include "app/base/modulation.hpp"
 #include "app/base/text.hpp"
 #include "app/learn/signals.hpp"
 
@@ -91,10 +93,15 @@ TraceInput input_of(const Json& entry, const std::string& path)
         refuse(path, 1, "an entry of \"inputs\" names no effect");
     TraceInput in;
     in.effect = entry["effect"].get<std::string>();
-    if (!effect_named(in.effect))
-        refuse(path, 1, "unknown effect " + shown(in.effect) + "; known are " + list(effect_names(), 99));
+    if (find_effect(in.effect) == nullptr)
+        refuse(path, 1, "unknown effect " + shown(in.effect) + "; known are " + list(traced_names(), 99));
     in.shape = numbers(entry, "shape", path);
     in.weights = numbers(entry, "weights", path);
+    if (entry.contains("modulation")) {
+        if (!entry["modulation"].is_string() || !modulation_named(entry["modulation"].get<std::string>()))
+            refuse(path, 1, "\"modulation\" is none of centred, clamped_low, clamped_high, clamped_60");
+        in.modulation = entry["modulation"].get<std::string>();
+    }
     return in;
 }
 

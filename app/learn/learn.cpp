@@ -3,6 +3,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "app/base/learnable.hpp"
 #include "app/base/parameters.hpp"
 #include "app/learn/electrical.hpp"
 #include "app/learn/mechanical.hpp"
@@ -31,13 +32,26 @@ void check(const std::vector<Log>& logs, const LearnOptions& options)
 
 }  // namespace
 
+namespace {
+
+Learned learn_those(const std::vector<Log>& logs, const LearnOptions& options)
+{
+    if (logs.front().regime == Regime::mechanical) return learn_mechanical(logs, options);
+    return options.fixed_point ? learn_q15(logs, options) : learn_electrical(logs, options);
+}
+
+}  // namespace
+
 Learned learn_all(const std::vector<Log>& logs, const LearnOptions& options)
 {
     check(logs, options);
     if (options.heldout_row != nullptr && options.heldout_row->size() != all_rows(logs))
         throw std::invalid_argument("not one mark for each row of what is held out");
-    if (logs.front().regime == Regime::mechanical) return learn_mechanical(logs, options);
-    return options.fixed_point ? learn_q15(logs, options) : learn_electrical(logs, options);
+    LearnOptions those = options;
+    those.inputs = learnable(options.inputs);
+    Learned learned = learn_those(logs, those);
+    for (const std::string& note : notes_on_others(options.inputs)) learned.result.notes.push_back(note);
+    return learned;
 }
 
 Result learn(const std::vector<Log>& logs, const LearnOptions& options) { return learn_all(logs, options).result; }

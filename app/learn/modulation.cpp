@@ -50,6 +50,8 @@ std::optional<double> left_by(const Log& log, dqw_estimator_config config, dqw_m
 dqw_modulation modulation_of(const Log& log, const dqw_estimator_config& config, const std::vector<TraceInput>& inputs)
 {
     if (const auto named = modulation_named(log.modulation)) return *named;
+    for (const TraceInput& in : inputs)
+        if (const auto found = modulation_named(in.modulation)) return *found;
     if (!config.angle || config.settled || !(config.dead_time_width_A > 0.0F) || config.pole_pairs == 0 ||
         !(log.dt_s > 0.0))
         return DQW_MODULATION_CENTRED;

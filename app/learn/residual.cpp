@@ -6,8 +6,11 @@
 
 #include "app/base/columns.hpp"
 #include "app/base/effect_names.hpp"
+#include "app/base/modulation.hpp"
 #include "app/learn/parts.hpp"
 #include "app/learn/signals.hpp"
+#include "dqw_modulation.h"
+#include "dqw_transform.h"
 
 namespace dqw {
 namespace {
@@ -23,6 +26,30 @@ std::vector<double> weights_of(const std::vector<TraceInput>& inputs, const Log&
         all.insert(all.end(), w.begin(), w.end());
     }
     return all;
+}
+
+/// The dead time where a leg rests: what it takes of a volt in the period from `last`, mean of both samples, less what
+/// it takes where all legs switch.
+void rest(const TraceInput& dead_time, const dqw_sample& last, const dqw_sample& now, double& d_V, double& q_V)
+{
+    const auto modulation = modulation_named(dead_time.modulation);
+    if (!modulation || *modulation == DQW_MODULATION_CENTRED) return;
+    const dqw_abc v = dqw_clarke_inverse(dqw_park_inverse({last.v_d_V, last.v_q_V}, last.cosine, last.sine));
+    constexpr float kFine = 1e6F;  // parts of the voltage, as the estimator compares whole numbers
+    const float size = std::max({std::fabs(v.a), std::fabs(v.b), std::fabs(v.c), 1e-9F});
+    const auto whole = [&](float x) { return static_cast<std::int32_t>(kFine * x / size); };
+    const std::int32_t each[3] = {whole(v.a), whole(v.b), whole(v.c)};
+    const unsigned resting = dqw_modulation_resting(*modulation, each);
+    const double constant_V = dead_time.weights.size() > 1 ? dead_time.weights[1] : 0.0;
+    for (const dqw_sample* s : {&last, &now}) {
+        const dqw_abc i = dqw_clarke_inverse(dqw_park_inverse({s->i_d_A, s->i_q_A}, s->cosine, s->sine));
+        const auto lost = [&](unsigned bit, float current) {
+            if ((resting & bit) == 0) return 0.0F;
+            return static_cast<float>(constant_V + dead_time.weights[0] * std::tanh(current / dead_time.shape[0]));
+        };
+        const dqw_dq less = dqw_park(dqw_clarke({lost(1, i.a), lost(2, i.b), lost(4, i.c)}), s->cosine, s->sine);
+        d_V -= 0.5 * static_cast<double>(less.d), q_V -= 0.5 * static_cast<double>(less.q);
+    }
 }
 
 void take_from(Log& log, const std::vector<TraceInput>& inputs, const std::vector<dqw_effect_config>& list,
@@ -60,6 +87,9 @@ void take_from(Log& log, const std::vector<TraceInput>& inputs, const std::vecto
             d[row] += weights[i] * static_cast<double>(x_d[i]);
             q[row] += weights[i] * static_cast<double>(x_q[i]);
         }
+        for (const TraceInput& in : inputs)
+            if (there && in.effect == "dead_time" && !in.weights.empty() && !in.shape.empty())
+                rest(in, settled ? now : last, now, d[row], q[row]);
         last = now;
         has_last = true;
     }

@@ -9,6 +9,7 @@
 #include "app/base/columns.hpp"
 #include "app/base/effect_names.hpp"
 #include "app/base/input_error.hpp"
+#include "app/base/learnable.hpp"
 #include "app/base/modulation.hpp"
 #include "app/base/parameters.hpp"
 #include "app/base/text.hpp"
@@ -132,7 +133,7 @@ std::vector<TraceInput> effects_to_learn(const std::vector<TraceInput>& inputs, 
         if (c.angle && in.effect == "dead_time" && !in.shape.empty() && usable(in.shape[0]))
             c.dead_time_width_A = static_cast<float>(in.shape[0]);
         if (monitor_watches(in.effect)) continue;
-        const std::string why = why_not(in, log, c.angle);
+        const std::string never = not_learned(in.effect), why = never.empty() ? why_not(in, log, c.angle) : never;
         if (why.empty())
             learned.push_back(in);
         else

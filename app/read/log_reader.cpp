@@ -79,7 +79,8 @@ private:
         keep_ = has_;
         if (options_.plain_only) {
             const ColumnSet plain = columns_of_plain_model(regime_.value_or(Regime::dynamic));
-            for (std::size_t c = 0; c < column_count; ++c) keep_[c] = has_[c] && plain[c];
+            for (std::size_t c = 0; c < column_count; ++c)
+                keep_[c] = has_[c] && (plain[c] || (options_.angle && c == col_theta_e));
         }
     }
 

@@ -15,6 +15,7 @@ namespace dqw {
 struct ReadOptions {
     std::string machine_file;          ///< instead of LOG.toml; empty: LOG.toml if it is there
     std::optional<double> pole_pairs;  ///< wins over the machine file's
+    bool angle = false;                ///< beside these the angle, which tells the pole pairs
     bool plain_only = false;           ///< keep only the columns that a plain fit uses: 10 million rows in 0.5 GB
     /// gets what was assumed, ignored or skipped; warnings begin "warning: "
     std::vector<std::string>* notes = nullptr;

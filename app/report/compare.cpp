@@ -156,6 +156,24 @@ std::optional<double> difference_percent(const Result& first, const Result& seco
     return 100.0 * (a->value - b->value) / b->value;
 }
 
+std::vector<std::string> disagreements(const std::vector<Estimate>& first, const std::string& who,
+                                       const std::vector<Estimate>& second, const std::string& other)
+{
+    constexpr double kDeviations = 3.0, kPart = 0.01;
+    std::vector<std::string> out;
+    for (const Estimate& a : first) {
+        const Estimate* b = find_estimate(second, a.name);
+        if (b == nullptr || a.given || b->given || a.name == "pole_pairs") continue;
+        const double apart = std::fabs(a.value - b->value), sd = std::hypot(a.sd, b->sd);
+        if (!(apart > kDeviations * sd) || !(apart > kPart * std::fabs(b->value))) continue;
+        out.push_back(fmt::format("warning: {} and {} differ on {} by {:.2g} %{}: one of them takes up what the model "
+                                  "lacks",
+                                  who, other, symbol(a.name), 100.0 * apart / std::fabs(b->value),
+                                  sd > 0.0 ? fmt::format(", {:.2g} of their deviations", apart / sd) : ""));
+    }
+    return out;
+}
+
 Json compare_json(const Comparison& c)
 {
     const auto parameters = [&](const Result& r) { return result_json(r, c.nominal).at("parameters"); };

@@ -46,6 +46,10 @@ std::array<NamedResult, 3> estimates_of(const Comparison& c);
 /// 100 (first - second) / second, where both know the parameter.
 std::optional<double> difference_percent(const Result& first, const Result& second, const std::string& parameter);
 
+/// Warnings: parameters on which two estimates are apart by more than three of their deviations and by a percent.
+std::vector<std::string> disagreements(const std::vector<Estimate>& first, const std::string& who,
+                                       const std::vector<Estimate>& second, const std::string& other);
+
 /// The object of schema dqwatch.compare/1.
 nlohmann::ordered_json compare_json(const Comparison& c);
 

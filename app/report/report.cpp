@@ -33,8 +33,21 @@ Json parameters_json(const std::vector<Estimate>& parameters)
             entry["given"] = true;
         else
             entry["sd"] = e.sd;
+        const auto& machine = known_parameters();
+        if (std::find(machine.begin(), machine.end(), e.name) == machine.end()) continue;
+        const std::string why = why_not_usable(e);
+        entry["usable"] = why.empty();
+        if (!why.empty()) entry["why"] = why;
     }
     return json;
+}
+
+std::string not_usable_text(const std::vector<Estimate>& parameters)
+{
+    std::string out;
+    for (const Estimate& e : parameters)
+        if (!why_not_usable(e).empty()) out += (out.empty() ? "not usable: " : ", ") + symbol(e.name);
+    return out;
 }
 
 Json axes_json(const std::vector<AxisResidual>& axes)
@@ -109,7 +122,9 @@ static std::string effect_table(const std::vector<TraceEffect>& effects)
 
 std::string result_text(const Result& result, const Machine& nominal, const std::vector<TraceEffect>& effects)
 {
-    std::string out = fmt::format("{}, {}\n\n", name_of(result.regime), counted(result.rows, "row"));
+    const std::string doubtful = not_usable_text(result.parameters);
+    std::string out = fmt::format("{}, {}{}\n\n", name_of(result.regime), counted(result.rows, "row"),
+                                  doubtful.empty() ? "" : "; " + doubtful);
     const std::string parameters = parameter_table(result.parameters, nominal);
     out += parameters;
     if (!result.not_identifiable.empty())

@@ -22,6 +22,9 @@ std::string result_text(const Result& result, const Machine& nominal, const std:
 /// Value and deviation of each, by name; of what was given that it was.
 nlohmann::ordered_json parameters_json(const std::vector<Estimate>& parameters);
 
+/// "not usable: L_d, ψ"; empty where all are.
+std::string not_usable_text(const std::vector<Estimate>& parameters);
+
 /// Residual of each axis.
 nlohmann::ordered_json axes_json(const std::vector<AxisResidual>& axes);
 

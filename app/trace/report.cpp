@@ -31,6 +31,17 @@ Json correlates_json(const std::vector<TraceCorrelate>& correlates)
     return json;
 }
 
+Json partial_json(const TracePartial& partial)
+{
+    Json effects = Json::array();
+    for (const TraceEffect& e : partial.effects) {
+        effects.push_back({{"name", e.name}, {"parameters", parameters_json(e.parameters)}});
+        if (!e.modulation.empty()) effects.back()["modulation"] = e.modulation, effects.back()["law"] = e.law;
+    }
+    return {
+        {"effects", effects}, {"share", partial.share}, {"heldout_rms", partial.heldout_rms}, {"rest", partial.rest}};
+}
+
 std::string correlates_text(const std::vector<TraceCorrelate>& correlates)
 {
     std::string out;
@@ -63,20 +74,29 @@ Json trace_json(const TraceReport& report)
     if (report.learner_after) learner["after"] = fit_json(*report.learner_after);
     json["learner"] = learner;
     Json effects = Json::array(), rejected = Json::array(), inputs = Json::array();
-    for (const TraceEffect& e : trace.effects)
+    for (const TraceEffect& e : trace.effects) {
         effects.push_back({{"name", e.name},
                            {"parameters", parameters_json(e.parameters)},
                            {"heldout_rms_after", e.heldout_rms_after},
                            {"confusable_with", e.confusable_with},
                            {"separate", e.separate}});
+        if (!e.modulation.empty()) effects.back()["modulation"] = e.modulation, effects.back()["law"] = e.law;
+        if (!e.channel.empty()) effects.back()["channel"] = e.channel;
+        if (e.turned) effects.back()["turned"] = true;
+    }
     for (const TraceRejected& r : trace.rejected)
         rejected.push_back({{"name", r.name}, {"why", r.why}, {"heldout_rms", r.heldout_rms}});
-    for (const TraceInput& i : trace.inputs)
+    for (const TraceInput& i : trace.inputs) {
         inputs.push_back({{"effect", i.effect}, {"shape", i.shape}, {"weights", i.weights}});
+        if (!i.modulation.empty()) inputs.back()["modulation"] = i.modulation;
+    }
     json["effects"] = effects;
+    if (!trace.partial.effects.empty()) json["best_partial_match"] = partial_json(trace.partial);
+    if (trace.beyond_hexagon > 0) json["beyond_hexagon_rows"] = trace.beyond_hexagon;
     json["rejected"] = rejected;
     json["structure"] = correlates_json(trace.structure);
     json["rest"] = {{"signature", trace.rest_signature}, {"correlates", correlates_json(trace.rest)}};
+    json["doubt"] = trace.doubt.empty() ? Json::array() : Json::array({trace.doubt});
     json["inputs"] = inputs;
     json["notes"] = trace.notes;
     return json;
@@ -85,7 +105,8 @@ Json trace_json(const TraceReport& report)
 std::string trace_text(const TraceReport& report)
 {
     const TraceResult& trace = report.trace;
-    std::string out = verdict_sentence(trace) + "\n";
+    const std::string doubtful = not_usable_text(trace.after.parameters);
+    std::string out = verdict_sentence(trace) + (doubtful.empty() ? "" : " Parameters " + doubtful + ".") + "\n";
     const std::string remark = verdict_remark(trace);
     out += remark + (remark.empty() ? "\n" : "\n\n");
     out += fmt::format("{}: {}, {}, {} held out\n\n", trace.verdict, name_of(trace.regime), counted(trace.rows, "row"),

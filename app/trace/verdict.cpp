@@ -17,6 +17,7 @@ namespace {
 
 std::string value_text(const std::string& name, const TraceEffect& effect)
 {
+    if (name == "channel") return effect.channel;
     for (const Estimate& e : effect.parameters)
         if (e.name == name) return with_sd(quantity(name, e.value, e.given ? 0.0 : e.sd, 3, 1));
     return "";
@@ -89,6 +90,24 @@ std::string flux_sentence(const TraceEffect& effect, const TraceBlocks& blocks)
 std::string in_unit(double value, const std::string& unit)
 {
     return number_like({"", "", unit}, "_" + unit, value, 2) + " " + unit;
+}
+
+/// A dead time below zero is given back, and more of it than is lost; where a leg rests, which.
+std::string inverter_sentence(const TraceEffect& effect)
+{
+    if (effect.name != "dead_time" || effect.modulation.empty()) return "";
+    std::string text;
+    for (const Estimate& e : effect.parameters)
+        if (e.name == "voltage_V" && e.value < 0.0)
+            text = fmt::format("The controller gives back {} per phase more than its inverter loses: its own "
+                               "compensation is too much (dead time)",
+                               with_sd(quantity(e.name, -e.value, e.given ? 0.0 : e.sd, 3, 1)));
+    if (text.empty())
+        text = fmt::format("The inverter loses {} per phase (dead time)", value_text("voltage_V", effect));
+    if (effect.modulation == "clamped_low") text += "; the lowest leg rests";
+    if (effect.modulation == "clamped_high") text += "; the highest leg rests";
+    if (effect.modulation == "clamped_60") text += "; the leg furthest from the middle rests";
+    return text;
 }
 
 std::string joined(const std::vector<std::string>& items, const char* last)
@@ -191,6 +210,7 @@ std::string look_alikes_of(const TraceEffect& effect)
 std::string effect_sentence(const TraceEffect& effect, const TraceBlocks& blocks)
 {
     if (const std::string text = flux_sentence(effect, blocks); !text.empty()) return with_minus(text) + ".";
+    if (const std::string text = inverter_sentence(effect); !text.empty()) return with_minus(text) + ".";
     if (const Effect* row = find_effect(effect.name))
         for (const char* sentence : row->sentences)
             if (const std::string text = filled(sentence, effect); !text.empty()) return with_minus(text) + ".";
@@ -224,6 +244,15 @@ std::string verdict_remark(const TraceResult& trace)
     std::string out = look_alikes(trace) + untested(trace);
     if (trace.verdict == "partly_explained")
         out += fmt::format(" A structured rest remains: {}.", against_noise(trace.after.heldout_rms, trace));
+    if (!trace.partial.effects.empty() && trace.doubt.empty()) {
+        out += " Best partial match:";
+        for (const TraceEffect& e : trace.partial.effects) out += " " + effect_sentence(e, trace.blocks);
+        out += fmt::format(" It explains {:.0f} % of what is above the noise, too little to name it; {}.",
+                           100 * trace.partial.share, trace.partial.rest);
+    }
+    if (trace.beyond_hexagon > 0)
+        out += fmt::format(" {} beyond the inverter's hexagon: held out, not fitted.",
+                           counted(trace.beyond_hexagon, "row"));
     std::string rest = trace.doubt.empty() ? trace.rest_signature : "";
     if (!rest.empty() && rest[0] >= 'a' && rest[0] <= 'z') rest[0] = static_cast<char>(rest[0] - 'a' + 'A');
     if (!rest.empty()) out += " " + rest + (rest.back() == '.' ? "" : ".");

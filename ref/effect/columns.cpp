@@ -1,23 +1,65 @@
 #include "ref/effect/columns.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace dqw {
+namespace {
+
+/// Slope of the electrical speed over some rows each way, by least squares: of single rows it is the sensor's noise.
+std::vector<double> speed_slope(const Log& log, double pole_pairs)
+{
+    constexpr std::size_t kEachWay = 10;
+    std::vector<double> slope(log.rows());
+    for (std::size_t s = 0; s < log.segments.size(); ++s) {
+        const std::size_t begin = log.segments[s], end = s + 1 < log.segments.size() ? log.segments[s + 1] : log.rows();
+        for (std::size_t k = begin; k < end; ++k) {
+            const std::size_t from = k - std::min(kEachWay, k - begin), to = std::min(k + kEachWay + 1, end);
+            double n = 0.0, t = 0.0, w = 0.0, tt = 0.0, tw = 0.0;
+            for (std::size_t j = from; j < to; ++j) {
+                const double x = log.t_s[j] - log.t_s[k];
+                n += 1.0, t += x, w += log.w_m_rad_s[j], tt += x * x, tw += x * log.w_m_rad_s[j];
+            }
+            const double spread = n * tt - t * t;
+            if (spread > 0.0) slope[k] = pole_pairs * (n * tw - t * w) / spread;
+        }
+    }
+    return slope;
+}
+
+/// Angle of the shaft: its own column, or the electrical one, whose turns are counted; empty where rows are missing in
+/// between.
+std::vector<double> shaft_turns(const Log& log, const std::vector<double>& electrical, double pole_pairs)
+{
+    if (!log.theta_m_rad.empty()) return log.theta_m_rad;
+    if (!(pole_pairs > 0.0) || log.t_s.empty() || log.segments.size() > 1) return {};
+    std::vector<double> angle(electrical.size());
+    for (std::size_t k = 1; k < angle.size(); ++k)
+        angle[k] = angle[k - 1] + std::remainder(electrical[k] - electrical[k - 1], 2.0 * M_PI) / pole_pairs;
+    return angle;
+}
+
+}  // namespace
 
 TraceColumns trace_columns(const Log& log, double pole_pairs, double i_base_A, double span_s)
 {
     TraceColumns c;
     const std::size_t rows = log.rows();
     c.cos_e.resize(rows), c.sin_e.resize(rows);
+    const double p = pole_pairs > 0.0 ? pole_pairs : 1.0;
     double integrated = 0.0;
+    std::vector<double> electrical(rows);
     for (std::size_t k = 0; k < rows; ++k) {
         if (k > 0 && !log.t_s.empty() && !log.w_m_rad_s.empty())
-            integrated += pole_pairs * 0.5 * (log.w_m_rad_s[k] + log.w_m_rad_s[k - 1]) * (log.t_s[k] - log.t_s[k - 1]);
+            integrated += p * 0.5 * (log.w_m_rad_s[k] + log.w_m_rad_s[k - 1]) * (log.t_s[k] - log.t_s[k - 1]);
         double angle = integrated;
-        if (!log.theta_m_rad.empty()) angle = pole_pairs * log.theta_m_rad[k];
+        if (!log.theta_m_rad.empty()) angle = p * log.theta_m_rad[k];
         if (!log.theta_e_rad.empty()) angle = log.theta_e_rad[k];
-        c.cos_e[k] = std::cos(angle), c.sin_e[k] = std::sin(angle);
+        c.cos_e[k] = std::cos(angle), c.sin_e[k] = std::sin(angle), electrical[k] = angle;
     }
+    for (double angle : shaft_turns(log, electrical, pole_pairs))
+        c.cos_m.push_back(std::cos(angle)), c.sin_m.push_back(std::sin(angle));
+    if (!log.t_s.empty() && !log.w_m_rad_s.empty()) c.w_dot = speed_slope(log, p);
     for (double t : log.temp_winding_C) c.winding_K.push_back(t - kReferenceTemperature_C);
     for (double t : log.temp_magnet_C) c.magnet_K.push_back(t - kReferenceTemperature_C);
     if (log.t_s.empty() || !(span_s > 0.0)) return c;

@@ -12,6 +12,8 @@ namespace dqw {
 /// Columns that a log brings for effects, or what stands in for them.
 struct TraceColumns {
     std::vector<double> cos_e, sin_e;         ///< of the angle: measured, or integrated from 0
+    std::vector<double> cos_m, sin_m;         ///< of the shaft's angle: measured, or turns counted; empty: not known
+    std::vector<double> w_dot;                ///< slope of the electrical speed over some rows, rad/s^2
     std::vector<double> winding_K, magnet_K;  ///< above 25 degC; empty without the column
     std::vector<std::vector<double>> heat;    ///< heating states (E55), one for each time constant
 };
@@ -20,6 +22,7 @@ constexpr double kReferenceTemperature_C = 25.0;
 /// Time constants of the heating states tried, over the length of the log.
 constexpr double kHeatTimes[] = {0.05, 0.25, 1.0, 20.0};
 
+/// `pole_pairs`: 0 where they are not known; then no turn of the shaft is.
 TraceColumns trace_columns(const Log& log, double pole_pairs, double i_base_A, double span_s);
 
 /// Heat of a Moment at row k: the log's temperature above 25 degC or a heating state.

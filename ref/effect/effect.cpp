@@ -48,6 +48,13 @@ void heat(const FittedInput& f, Out& out, const char* coefficient, const char* r
 void winding(const FittedInput& f, Out& out) { heat(f, out, "alpha_per_K", "rise_percent", 100.0, f.machine.R_ohm); }
 void magnet(const FittedInput& f, Out& out) { heat(f, out, "beta_per_K", "fall_percent", -100.0, f.machine.psi_Wb); }
 
+void inverter(const FittedInput& f, Out& out)
+{
+    out.push_back(f.scaled("voltage_V", 0, 1.0));
+    out.push_back({"width_A", f.shape(0), f.shape_sd, !(f.shape_sd > 0.0)});
+    if (f.input.weights.size() > 1) out.push_back(f.scaled("constant_V", 1, 1.0));
+}
+
 void across(const FittedInput& f, Out& out)
 {
     out.push_back({"R_fe_ohm", 1.0 / f.w(0), f.sd[0] / (f.w(0) * f.w(0)), false});
@@ -73,6 +80,37 @@ void mismatch(const FittedInput& f, Out& out)
 /// A settled row has no period: there the weight is in seconds.
 void late(const FittedInput& f, Out& out) { out.push_back(f.scaled(f.shape(0) > 0.0 ? "delay_s" : "periods", 0, 1.0)); }
 
+/// The link's loss at the largest power, or at its lowest; the source's resistance where the link's voltage is known.
+void scale(const FittedInput& f, Out& out)
+{
+    const bool column = static_cast<Sag>(static_cast<int>(f.shape(0))) == Sag::by_its_column;
+    out.push_back(f.scaled("gain", 0, -f.shape(2)));
+    if (!column && f.shape(1) > 0.0) out.push_back(f.scaled("source_ohm", 0, f.shape(1) * f.shape(1)));
+}
+
+void short_circuit(const FittedInput& f, Out& out)
+{
+    const Polar p(f, 1);
+    out.push_back({"R_short_ohm", 1.0 / f.w(0), f.sd[0] / (f.w(0) * f.w(0)), false});
+    out.push_back(f.scaled("share", 0, f.machine.R_ohm));
+    out.push_back({"axis_rad", 0.5 * p.angle, 0.5 * p.angle_sd, false});
+}
+
+void eccentric(const FittedInput& f, Out& out)
+{
+    const Polar p(f, 0);
+    out.push_back({"amplitude_rad", p.size, p.size_sd, false});
+    out.push_back({"phase_rad", p.angle, p.angle_sd, false});
+    out.push_back(f.given("order", 0));
+}
+
+void asymmetric(const FittedInput& f, Out& out)
+{
+    const Polar p(f, 0);
+    out.push_back({"psi_1_Wb", p.size, p.size_sd, false});
+    out.push_back({"phase_rad", p.angle, p.angle_sd, false});
+}
+
 void skin(const FittedInput& f, Out& out) { out.push_back(f.scaled("k_s2_rad2", 0, 1.0 / f.machine.R_ohm)); }
 
 void stribeck(const FittedInput& f, Out& out)
@@ -90,14 +128,17 @@ void cogging(const FittedInput& f, Out& out)
 }
 
 constexpr auto turns = asks_turns, sweep = asks_sweep, currents = asks_currents, points = asks_points,
-               speeds = asks_speeds;
+               speeds = asks_speeds, shaft = asks_shaft;
+
+constexpr const char* no_shaft_angle = "a sample has no angle of the shaft";
 
 constexpr Effect rows[] = {
     {{Law::dead_time, "dead_time", 1, Shape::current_width, Unit::V, currents},
-     "phase x loses V tanh(i_x/w)",
+     "a phase that switches loses V tanh(i_x/w), or by another law of the same kind",
      "small currents: a slow sweep of i_d through zero at standstill",
-     {{"voltage_V", 0.0, 1e3}, {"width_A", 0.0, 1e4}},
-     {"The inverter loses {voltage_V} per phase (dead time)"}},
+     {{"voltage_V", -1e3, 1e3}, {"width_A", 0.0, 1e4}, {"constant_V", -1e3, 1e3}},
+     {"The inverter loses {voltage_V} per phase (dead time)"},
+     inverter},
     {{Law::saturation, "saturation", 5, Shape::current_unit, Unit::Wb, {currents, turns | currents}},
      "flux linkage bends with its own current",
      "larger currents on one axis at a time, at constant speed",
@@ -160,6 +201,31 @@ constexpr Effect rows[] = {
      {{"periods", 0.0, 3.0}},
      {"The voltage comes {periods} periods late (delay)", "The voltage comes {delay_s} late (delay)"},
      late},
+    {{Law::sample_shift, "sample_shift", 1, Shape::instant, Unit::s, {currents, turns | speeds}, is_like_turning_v},
+     "currents, angle and voltage of a row are not of one instant",
+     "injection at standstill and at top speed: a shift follows the change of what is late, a loss its size",
+     {{"shift_s", -1.0, 1.0}},
+     {"Of each row the {channel} is of an instant that is later by {shift_s} than the rest (sample shift)",
+      "A part of each row is of an instant that is later by {shift_s} than the rest (sample shift)"},
+     nullptr,
+     "the next row's voltage, which the step of a sample does not have"},
+    {{Law::sensor_lag, "sensor_lag", 1, Shape::channel, Unit::s, currents},
+     "a first-order filter before the sampling",
+     "steps of the voltage, a few samples apart: a filter rounds what a shift only moves",
+     {{"tau_s", 0.0, 1.0}},
+     {"A filter delays the {channel} by a time constant of {tau_s} (sensor lag)",
+      "A filter delays a sensor by a time constant of {tau_s} (sensor lag)"},
+     nullptr,
+     "its law is not linear in the time constant"},
+    {{Law::voltage_scale, "voltage_scale", 1, Shape::link, Unit::per_W, currents},
+     "the log's voltage takes the link as constant, which sags",
+     "the same speed without load and at full power, and a column v_dc_V",
+     {{"gain", -0.6, 0.6}, {"source_ohm", 0.0, 1e3}},
+     {"The link sags behind {source_ohm}, and the log's voltage does not: at most {gain} of it are missing (voltage "
+      "scale)",
+      "The link's voltage changes, and the log's voltage does not: at most {gain} of it are missing (voltage scale)"},
+     scale,
+     "a product of three columns, which a block of sums does not hold"},
     {{Law::skin_effect, "skin_effect", 1, Shape::none, Unit::ohm_s2, turns | currents | speeds},
      "R = R_0 (1 + k w_e^2)",
      "the same currents at standstill and at top speed",
@@ -172,6 +238,28 @@ constexpr Effect rows[] = {
      "a current vector turned slowly at standstill",
      {{"dR_a_ohm", -1e3, 1e3}, {"dR_b_ohm", -1e3, 1e3}},
      {"The phases differ in resistance: a by {dR_a_ohm} and b by {dR_b_ohm} from c (phase resistance imbalance)"}},
+    {{Law::turn_short, "turn_short", 3, Shape::R_L, Unit::S, {turns | sweep, turns | sweep}, 0, 2.0},
+     "turns of one phase are shorted",
+     "two speeds without load: the short's current grows with the induced voltage, a resistance' with the current",
+     {{"R_short_ohm", 0.0, 1e9}, {"share", 0.0, 1.0}},
+     {"Turns of one phase are shorted, as if by {R_short_ohm} across all of them (turn short)"},
+     short_circuit,
+     "the monitor has its pattern"},
+    {{Law::encoder_eccentricity, "encoder_eccentricity", 2, Shape::shaft_order, Unit::one, turns | shaft},
+     "the angle is wrong by a sine of the shaft's own",
+     "a second speed: the error stays, while a magnet's ripple of the induced voltage is on the other axis",
+     {{"amplitude_rad", 0.0, 0.2}, {"order", 1, 2}},
+     {"The encoder is eccentric: its angle errs by {amplitude_rad}, {order} times a turn of the shaft (encoder "
+      "eccentricity)"},
+     eccentric,
+     no_shaft_angle},
+    {{Law::magnet_asymmetry, "magnet_asymmetry", 2, Shape::shaft_order, Unit::Wb, turns | shaft},
+     "one magnet is unlike the others",
+     "a constant speed without current: the induced voltage itself, over a turn of the shaft",
+     {{"psi_1_Wb", 0.0, 10.0}},
+     {"The magnet's flux changes by {psi_1_Wb} once a turn of the shaft (magnet asymmetry)"},
+     asymmetric,
+     no_shaft_angle},
     {{Law::voltage_offset, "voltage_offset", 2, Shape::none, Unit::V, currents, is_like_turning_v},
      "a constant is added to v_d, v_q",
      "zero speed and zero current",
@@ -204,7 +292,9 @@ constexpr Effect rows[] = {
      "motion both ways",
      {{"torque_Nm", -1e6, 1e6}},
      {"A constant load takes {torque_Nm} (load torque)"}},
-    {{Law::clipped_current, "clipped_current", 1, Shape::limit, Unit::one, 0}},  // last: no effect
+    // No effects of their own.
+    {{Law::clipped_current, "clipped_current", 1, Shape::limit, Unit::one, 0}},
+    {{Law::dead_clamped, "dead_time", 2, Shape::current_width, Unit::V, currents}},
 };
 
 /// Where a law's row is.
@@ -218,14 +308,14 @@ struct Places {
     }
 };
 constexpr Places places;
-static_assert(places.found == std::size(rows) && std::size(rows) == static_cast<std::size_t>(Law::clipped_current) + 1,
+static_assert(places.found == std::size(rows) && std::size(rows) == static_cast<std::size_t>(Law::dead_clamped) + 1,
               "an effect lacks its row");
 
 }  // namespace
 
 const std::vector<Effect>& effects()
 {
-    static const std::vector<Effect> catalogue(std::begin(rows), std::end(rows) - 1);
+    static const std::vector<Effect> catalogue(std::begin(rows), std::end(rows) - 2);
     return catalogue;
 }
 
@@ -243,7 +333,11 @@ int numbers_of(Shape shape)
     switch (shape) {
     case Shape::none:
     case Shape::seconds:
-    case Shape::limit: return 0;
+    case Shape::limit:
+    case Shape::instant:
+    case Shape::channel:
+    case Shape::link:
+    case Shape::shaft_order: return 0;
     case Shape::speed_widths: return 2;
     case Shape::heat:
     case Shape::R_L:
@@ -256,6 +350,29 @@ int free_of(Shape shape)
 {
     if (shape == Shape::speed_widths) return 2;
     return shape == Shape::current_width || shape == Shape::limit || shape == Shape::speed_width ? 1 : 0;
+}
+
+std::string channel_of(const TraceInput& input)
+{
+    const Effect* effect = find_effect(input.effect);
+    if (effect == nullptr || input.shape.empty()) return "";
+    const int which = static_cast<int>(input.shape[0]);
+    if (effect->shape == Shape::channel) return static_cast<Channel>(which) == Channel::speed ? "speed" : "currents";
+    if (effect->shape != Shape::instant) return "";
+    switch (static_cast<Instant>(which)) {
+    case Instant::currents_before:
+    case Instant::currents_after: return "currents";
+    case Instant::angle: return "angle";
+    case Instant::voltage_turned: return "voltage";
+    default: return "voltage's frame";
+    }
+}
+
+bool is_turned(const TraceInput& input)
+{
+    const Effect* effect = find_effect(input.effect);
+    return effect != nullptr && effect->shape == Shape::instant && !input.shape.empty() &&
+           static_cast<Instant>(static_cast<int>(input.shape[0])) == Instant::voltage_turned;
 }
 
 std::vector<Estimate> physical(const std::vector<TraceInput>& inputs, const std::vector<std::vector<double>>& sd,

@@ -23,15 +23,22 @@ enum class Law {
     current_gain_mismatch,
     angle_offset,
     delay,
+    sample_shift,
+    sensor_lag,
+    voltage_scale,
     skin_effect,
     phase_resistance_imbalance,
+    turn_short,
+    encoder_eccentricity,
+    magnet_asymmetry,
     voltage_offset,
     coulomb_friction,
     direction_asymmetry,
     stribeck_friction,
     cogging_torque,
     load_torque,
-    clipped_current  ///< no effect of the catalogue: a fault of the record, tried so that nothing else is named for it
+    clipped_current,  ///< no effect of the catalogue: a fault of the record, tried so that nothing else is named for it
+    dead_clamped      ///< dead_time where a leg rests: with a part that does not ask which way the current flows
 };
 
 /// What a law takes for given, in the order of TraceInput::shape.
@@ -45,13 +52,32 @@ enum class Shape {
     R_L,            ///< R, L_d, L_q
     L_psi,          ///< L_d, L_q, psi
     order,          ///< of the electrical angle
+    instant,        ///< which of `Instant` is late; R, L_d, L_q, psi
+    channel,        ///< which of `Channel` lags; R, L_d, L_q, psi
+    link,           ///< which of `Sag`; the link's voltage without load, V (0: unknown); largest power, W
+    shaft_order,    ///< of the shaft's angle; 1 where the speed is that of the same encoder, else 0
     speed_width,    ///< a speed, rad/s, that is fitted too
     speed_widths,   ///< two of them
     periods_a_turn  ///< of the shaft
 };
 
+/// What is of another instant than the rest of its row.
+enum class Instant {
+    currents_before,  ///< the currents, seen while the last voltage acts
+    currents_after,   ///< the same, while the row's own voltage acts
+    angle,            ///< the angle in whose frame currents and voltage are written
+    voltage_turned,   ///< the voltage, turned along with the rotor to when it acts
+    voltage_frame     ///< the angle in whose frame the voltage alone is written
+};
+
+/// What a sensor's filter delays.
+enum class Channel { currents, speed };
+
+/// What tells how far the link has fallen, where the log takes its nominal voltage.
+enum class Sag { behind_a_resistance, by_its_column };
+
 /// What a weight is made of, in full scales.
-enum class Unit { one, V, A, Wb, ohm, S, ohm_s2 };
+enum class Unit { one, V, A, Wb, ohm, S, ohm_s2, s, per_W };
 
 /// Bits: what a log must have for an effect to be tested on it.
 enum Asks : unsigned {
@@ -59,7 +85,8 @@ enum Asks : unsigned {
     asks_sweep = 2,     ///< its angle covers a turn
     asks_currents = 4,  ///< the currents change
     asks_points = 8,    ///< they or the speed do
-    asks_speeds = 16    ///< the speed does
+    asks_speeds = 16,   ///< the speed does
+    asks_shaft = 32     ///< the shaft makes a turn, and its angle is known
 };
 
 /// Bits: what else is to be known of an effect.
@@ -104,7 +131,8 @@ struct Effect : EffectInput {
     std::initializer_list<EffectParameter> parameters = {};
     /// {name} stands for that parameter with its deviation and unit; the first that finds its parameters is said
     std::initializer_list<const char*> sentences = {};
-    Physical physical = nullptr;  ///< null: the parameters are the weights, then the shape
+    Physical physical = nullptr;   ///< null: the parameters are the weights, then the shape
+    const char* not_learned = "";  ///< why firmware's learners have no law of it; empty: they have
 
     bool mechanical() const { return (is & is_mechanical) != 0; }
 };
@@ -118,6 +146,8 @@ const Effect& effect_of(Law law);
 /// nullptr where there is none of this name.
 const Effect* find_effect(const std::string& name);
 
+/// Either of the two.
+inline bool is_dead_time(Law law) { return law == Law::dead_time || law == Law::dead_clamped; }
 inline int weights_of(Law law) { return effect_of(law).weights; }
 inline const char* name_of(Law law) { return effect_of(law).name; }
 /// Does `a` stand before `b` in the catalogue?
@@ -126,6 +156,12 @@ inline bool stands_before(Law a, Law b) { return &effect_of(a) < &effect_of(b); 
 int numbers_of(Shape shape);
 /// Of a shape, how many of its first numbers are fitted along with the weights.
 int free_of(Shape shape);
+
+/// Which of its channels an effect is of: "currents", "angle", "voltage", "voltage's frame", "speed"; empty where it has
+/// but one.
+std::string channel_of(const TraceInput& input);
+/// Whether a late voltage was turned along with the rotor.
+bool is_turned(const TraceInput& input);
 
 /// Parameters of all inputs of one effect, as effects() names them, with their deviations; shapes that were assumed are
 /// `given`.

@@ -15,7 +15,10 @@ struct TraceEffect {
     std::vector<Estimate> parameters;
     double heldout_rms_after = 0.0;  ///< with this effect and those before it
     std::vector<std::string> confusable_with;
-    std::string separate;  ///< which experiment would tell it from those; empty where there are none
+    std::string separate;                   ///< which experiment would tell it from those; empty where there are none
+    std::string modulation = {}, law = {};  ///< of a dead time: which legs switch, how its loss grows with the current
+    std::string channel = {};               ///< of what, where an effect may be of several; else empty
+    bool turned = false;                    ///< a late voltage that was turned along with the rotor
 };
 
 /// One term that firmware's Learner must know to have the effects found: the input of the named effect of
@@ -25,7 +28,8 @@ struct TraceInput {
     std::string effect;
     std::vector<double> shape;
     std::vector<double> weights;
-    double reach = 1.0;  ///< largest value of a heating state in the log; 1 for all others
+    double reach = 1.0;           ///< largest value of a heating state in the log; 1 for all others
+    std::string modulation = {};  ///< of a dead time: which legs switch
 };
 
 }  // namespace dqw

@@ -6,13 +6,10 @@
 namespace dqw {
 namespace {
 
-constexpr double kRoot3 = 1.7320508075688772, kLn2 = 0.6931471805599453;
+constexpr double kRoot3 = 1.7320508075688772;
 
 /// Beyond it tanh differs from +-1 by 2 e^-40 = 8e-18, less than a double's last place.
 constexpr double kOne = 20.0;
-/// Of a difference of two points, below which a mean between them is that of the points to 1e-7 (its square over 12),
-/// and the quotient of differences loses digits.
-constexpr double kLeastStep = 1e-3;
 
 /// tanh with the error of one exp.
 double fast_tanh(double x)
@@ -35,6 +32,7 @@ const Moment& turned(const Input& input, const Moment& at, Moment& m)
     m.cos_e = c * at.cos_e - s * at.sin_e, m.sin_e = s * at.cos_e + c * at.sin_e;
     m.past_alpha = c * at.past_alpha - s * at.past_beta, m.past_beta = s * at.past_alpha + c * at.past_beta;
     m.bow_alpha = c * at.bow_alpha - s * at.bow_beta, m.bow_beta = s * at.bow_alpha + c * at.bow_beta;
+    m.held_alpha = c * at.held_alpha - s * at.held_beta, m.held_beta = s * at.held_alpha + c * at.held_beta;
     return m;
 }
 
@@ -47,44 +45,6 @@ Phases phases_of(const Moment& at)
     return phases_of(at.cos_e * at.i_d - at.sin_e * at.i_q, at.sin_e * at.i_d + at.cos_e * at.i_q);
 }
 
-/// tanh and ln cosh by one exponential.
-struct Soft {
-    double x, tanh, log_cosh;
-    explicit Soft(double at) : x(at)
-    {
-        const double size = std::abs(x), e = size < kOne ? std::exp(-2.0 * size) : 0.0;
-        tanh = std::copysign((1.0 - e) / (1.0 + e), x);
-        log_cosh = size - kLn2 + (e > 0.0 ? std::log1p(e) : 0.0);
-    }
-};
-
-/// Mean of tanh over a current that goes evenly from one to the other, and its slope by the second.
-struct MeanTanh {
-    double mean, by_from, by_to;
-    MeanTanh(const Soft& from, const Soft& to)
-    {
-        const double step = to.x - from.x;
-        if (std::abs(step) < kLeastStep) {
-            mean = 0.5 * (from.tanh + to.tanh), by_from = by_to = 0.5 * (1.0 - mean * mean);
-        } else {
-            mean = (to.log_cosh - from.log_cosh) / step, by_from = (mean - from.tanh) / step,
-            by_to = (to.tanh - mean) / step;
-        }
-    }
-};
-
-/// The same over a bow, two lines by a point off the middle; the slope by its end.
-struct Bowed {
-    double mean, by_end;
-    Bowed(double x, double bow, double y)
-    {
-        const Soft from(x), middle(0.5 * (x + y) + bow), to(y);
-        const MeanTanh first(from, middle), second(middle, to);
-        mean = 0.5 * (first.mean + second.mean);
-        by_end = 0.5 * (second.by_to + 0.5 * (first.by_to + second.by_from));
-    }
-};
-
 Vector2 to_dq(const Moment& at, double alpha, double beta)
 {
     return {at.cos_e * alpha + at.sin_e * beta, at.cos_e * beta - at.sin_e * alpha};
@@ -93,6 +53,14 @@ Vector2 to_dq(const Moment& at, double alpha, double beta)
 Vector2 of_phases(const Moment& at, double a, double b, double c)
 {
     return to_dq(at, (2.0 * a - b - c) / 3.0, (b - c) / kRoot3);
+}
+
+/// The leg that rests in the period, or -1.
+int resting_of(const Input& input, const Moment& m)
+{
+    const Phases v = phases_of(m.held_alpha, m.held_beta);
+    const double each_V[3] = {v.a, v.b, v.c};
+    return resting_leg(input.modulation, each_V);
 }
 
 double beyond(double i, double limit) { return i > limit ? i - limit : i < -limit ? i + limit : 0.0; }
@@ -130,10 +98,57 @@ void cross_saturation(const Input& input, const Moment& at, Vector2 g[])
     g[2] = {y * y * y * y, 4.0 * x * y * y * y};
 }
 
-/// A voltage late by `late` periods, of a settled point by `late` seconds, (E51); its slope by them.
+/// What the legs that switch lose of one volt, the way their current flows, or, `constant`, whichever way it does.
+Vector2 lost(const Input& input, const Moment& m, bool constant)
+{
+    const Phases p = phases_of(m), x = phases_of(m.past_alpha, m.past_beta), bow = phases_of(m.bow_alpha, m.bow_beta);
+    const double now[3] = {p.a, p.b, p.c}, past[3] = {x.a, x.b, x.c}, by[3] = {bow.a, bow.b, bow.c};
+    const int rests = resting_of(input, m);
+    // The mean of a period counts at its end alone, and there twice.
+    const double k = 1.0 / input.shape[0], all = m.ends ? 2.0 : 1.0;
+    double u[3] = {};
+    for (int leg = 0; leg < 3; ++leg) {
+        if (leg == rests) continue;
+        if (constant)
+            u[leg] = all;
+        else
+            u[leg] = m.ends ? all * MeanLoss(input.loss, k * past[leg], k * by[leg], k * now[leg]).mean
+                            : LossAt(input.loss, k * now[leg]).value;
+    }
+    return of_phases(m, u[0], u[1], u[2]);
+}
+
+/// Mean over a turn, whatever the angle: where all legs switch, the first harmonic along the current.
+Vector2 over_a_turn(const Input& input, const Moment& at, bool constant)
+{
+    const double i_A = std::hypot(at.i_d, at.i_q);
+    if (!(i_A > 0.0)) return {};
+    if (input.modulation == Modulation::centred) {
+        const double along = first_harmonic(input.loss, i_A / input.shape[0]) / i_A;
+        return {along * at.i_d, along * at.i_q};
+    }
+    // A leg's step falls within one of them: three legs are off by 2 pi/72 of their part at most.
+    constexpr int kPoints = 72;
+    // From the current on, so that the result does not depend on how the vectors lie.
+    const double start = std::atan2(at.i_q, at.i_d);
+    Vector2 sum;
+    Moment m = at;
+    for (int n = 0; n < kPoints; ++n) {
+        const double angle = (n + 0.5) * 2.0 * M_PI / kPoints - start;
+        m.cos_e = std::cos(angle), m.sin_e = std::sin(angle);
+        m.held_alpha = m.cos_e * at.v_end_d - m.sin_e * at.v_end_q;
+        m.held_beta = m.sin_e * at.v_end_d + m.cos_e * at.v_end_q;
+        const Vector2 here = lost(input, m, constant);
+        sum.d += here.d / kPoints, sum.q += here.q / kPoints;
+    }
+    return sum;
+}
+
+/// A voltage late by `late` periods, of a settled point by `late` seconds, (E51); its slope by them. `changes`: of a
+/// vector that stands still, or that turns with the rotor.
 struct Late {
     Vector2 f, slope;
-    Late(const Moment& at, double late)
+    Late(const Moment& at, double late, const Vector2 (&changes)[kPast])
     {
         if (at.settled) {
             const double c = std::cos(at.w_e * late), s = std::sin(at.w_e * late);
@@ -149,11 +164,143 @@ struct Late {
                 sum += part * (1.0 - fade * (1.0 - inside)) * change;
                 if (part < 1.0 || n + 1 == kPast) by = (1.0 - fade * (1.0 - 2.0 * inside)) * change;
             };
-            add(at.change[n].d, at.R / at.Ld, f.d, slope.d);
-            add(at.change[n].q, at.R / at.Lq, f.q, slope.q);
+            add(changes[n].d, at.R / at.Ld, f.d, slope.d);
+            add(changes[n].q, at.R / at.Lq, f.q, slope.q);
         }
     }
 };
+
+Vector2 turned_by(double angle, Vector2 x)
+{
+    const double c = std::cos(angle), s = std::sin(angle);
+    return {c * x.d - s * x.q, s * x.d + c * x.q};
+}
+Vector2 plus(Vector2 a, double by, Vector2 b) { return {a.d + by * b.d, a.q + by * b.q}; }
+
+/// Slope of the currents on the rotor's axes under a voltage.
+Vector2 slope_of(const Moment& at, Vector2 v, Vector2 i, double psi)
+{
+    return {(v.d - at.R * i.d + at.w_e * at.Lq * i.q) / at.Ld,
+            (v.q - at.R * i.q - at.w_e * (at.Ld * i.d + psi)) / at.Lq};
+}
+
+/// What a current that was sampled `late` seconds after its row has more than at its row: back to second order, under
+/// the voltage that acts between the two.
+Vector2 sampled_late(const Moment& at, Vector2 v, double late)
+{
+    const double turn = -at.w_e * late;
+    const Vector2 i{at.i_d, at.i_q}, then = turned_by(turn, i);
+    if (at.settled) return {i.d - then.d, i.q - then.q};
+    const Vector2 v_then = turned_by(turn, v), slope = slope_of(at, v_then, then, at.psi),
+                  bend = slope_of(at, {at.w_e * v_then.q, -at.w_e * v_then.d}, slope, 0.0);
+    const Vector2 row = plus(plus(then, -late, slope), 0.5 * late * late, bend);
+    return {i.d - row.d, i.q - row.q};
+}
+
+/// What a filtered current has more than the true one: its time constant times its own slope, negative. That is the
+/// true slope, less what of its jumps at the last rows, and of the magnet's turning, has not come through; all of it
+/// decays with R/L meanwhile. (E117)
+Vector2 filtered(const Moment& at, double tau_s)
+{
+    const Vector2 v{at.v_end_d, at.v_end_q};
+    const double kept = tau_s > 0.0 ? std::exp(-at.period_s / tau_s) : 0.0, half = 0.5 * at.w_e * at.period_s;
+    constexpr double kLeastPart = 0.1;  // a filter as slow as the winding is none of a drive's
+    double part = 1.0;
+    Vector2 missing;
+    // The row at which a period starts ends the one before: its last jump is one further back.
+    for (int n = at.starts ? 1 : 0; n < kPast; ++n) {
+        part *= kept;
+        const Vector2 jump = turned_by(at.starts ? half : -half, at.change[n]);
+        missing.d += part * jump.d / at.Ld, missing.q += part * jump.q / at.Lq;
+    }
+    // The slope is that of the true currents, which are known after a first round.
+    Vector2 i{at.i_d, at.i_q}, slope;
+    for (int round = 0; round < 2; ++round) {
+        slope = slope_of(at, v, i, at.psi);
+        slope.d -= at.w_e * i.q, slope.q += at.w_e * i.d;
+        slope.d -= tau_s * at.w_e * at.w_e * at.psi / at.Ld;
+        slope = plus(slope, -1.0, missing);
+        slope.d /= std::max(1.0 - tau_s * at.R / at.Ld, kLeastPart),
+            slope.q /= std::max(1.0 - tau_s * at.R / at.Lq, kLeastPart);
+        i = {at.i_d + tau_s * slope.d, at.i_q + tau_s * slope.q};
+    }
+    return {-tau_s * slope.d, -tau_s * slope.q};
+}
+
+/// Currents and voltage seen from a frame that is `angle` ahead of the rotor: the induced voltage lies elsewhere, and
+/// with saliency the flux. (E116)
+void seen_ahead(const Moment& at, double angle, Vector2& f, Vector2& g)
+{
+    const double e = at.w_e * at.psi / at.mean_of_held, c = std::cos(angle), s = std::sin(angle);
+    f.d += e * s, f.q += e * (c - 1.0);
+    // L in that frame less L.
+    const double L = at.Lq - at.Ld, of_i = s * s * L, cross = c * s * L;
+    g.d += of_i * at.i_d + cross * at.i_q, g.q += cross * at.i_d - of_i * at.i_q;
+}
+
+void shifted(const Input& input, double shift_s, const Moment& at, Vector2& f, Vector2& g)
+{
+    switch (static_cast<Instant>(static_cast<int>(input.shape[0]))) {
+    case Instant::currents_before:
+    case Instant::currents_after: {
+        const bool before = static_cast<Instant>(static_cast<int>(input.shape[0])) == Instant::currents_before;
+        Vector2 of_f, of_g;
+        sensor(at, sampled_late(at, before ? Vector2{at.v_end_d, at.v_end_q} : at.v_next, shift_s), of_f, of_g);
+        f = plus(f, 1.0, of_f), g = plus(g, 1.0, of_g);
+        break;
+    }
+    case Instant::angle: seen_ahead(at, at.w_e * shift_s, f, g); break;
+    case Instant::voltage_turned:
+        if (!at.settled) f = plus(f, 1.0, Late(at, shift_s / at.period_s, at.turned).f);
+        break;
+    case Instant::voltage_frame: f = plus(f, 1.0, plus(at.v_now, -1.0, turned_by(at.w_e * shift_s, at.v_now))); break;
+    }
+}
+
+void lagging(const Input& input, double tau_s, const Moment& at, Vector2& f, Vector2& g)
+{
+    if (static_cast<Channel>(static_cast<int>(input.shape[0])) == Channel::speed) {
+        const double by = tau_s * at.w_dot / at.mean_of_held;
+        f.d -= by * at.Lq * at.i_q, f.q += by * (at.Ld * at.i_d + at.psi);
+        return;
+    }
+    Vector2 of_f, of_g;
+    sensor(at, filtered(at, tau_s), of_f, of_g);
+    f = plus(f, 1.0, of_f), g = plus(g, 1.0, of_g);
+}
+
+/// The part of the voltage that a sagging link lacks, for one unit of the weight. (E118)
+double lacking(const Input& input, const Moment& at)
+{
+    if (static_cast<Sag>(static_cast<int>(input.shape[0])) == Sag::by_its_column) return 1.0 - at.v_dc / input.shape[1];
+    return 1.5 * (at.v_now.d * at.i_d + at.v_now.q * at.i_q);
+}
+
+/// (E119): the angle that is seen is ahead by p (a cos + b sin) of n times the shaft's. What the frame turns faster by
+/// is in the speed where that is the encoder's own, else it is not.
+void eccentric(const Input& input, const double weights[], const Moment& at, Vector2& f, Vector2& g)
+{
+    const double p = input.shape[2], n = input.shape[0];
+    const double c = n > 1.5 ? at.cos_m * at.cos_m - at.sin_m * at.sin_m : at.cos_m,
+                 s = n > 1.5 ? 2.0 * at.cos_m * at.sin_m : at.sin_m;
+    seen_ahead(at, p * (weights[0] * c + weights[1] * s), f, g);
+    const double faster = n * at.w_e * (weights[1] * c - weights[0] * s) / at.mean_of_held;
+    if (input.shape[1] > 0.5)
+        f.q -= faster * at.psi;
+    else
+        f.d -= faster * at.Lq * at.i_q, f.q += faster * at.Ld * at.i_d;
+}
+
+/// Of laws that are not linear: their slope by weight j, by difference.
+template <typename Sum> void slope_by(double weights[], int j, double step, Sum&& sum, Vector2& f, Vector2& g)
+{
+    Vector2 f0, g0, f1, g1;
+    const double at = weights[j];
+    weights[j] = at - 0.5 * step, sum(f0, g0);
+    weights[j] = at + 0.5 * step, sum(f1, g1);
+    weights[j] = at;
+    f = {(f1.d - f0.d) / step, (f1.q - f0.q) / step}, g = {(g1.d - g0.d) / step, (g1.q - g0.q) / step};
+}
 
 }  // namespace
 
@@ -164,21 +311,13 @@ void evaluate(const Input& input, const Moment& at, Vector2 f[kMostWeights], Vec
 {
     for (int j = 0; j < weights_of(input.law); ++j) f[j] = g[j] = {};
     switch (input.law) {
-    case Law::dead_time: {
+    case Law::dead_time:
+    case Law::dead_clamped: {
         Moment seen;
         const Moment& m = turned(input, at, seen);
         if (at.starts) break;
-        const Phases p = phases_of(m);
-        const double k = 1.0 / input.shape[0];
-        if (at.ends) {
-            const Phases x = phases_of(m.past_alpha, m.past_beta), bow = phases_of(m.bow_alpha, m.bow_beta);
-            const auto twice = [&](double from, double by, double to) {
-                return 2.0 * Bowed(k * from, k * by, k * to).mean;
-            };
-            f[0] = of_phases(m, twice(x.a, bow.a, p.a), twice(x.b, bow.b, p.b), twice(x.c, bow.c, p.c));
-        } else {
-            f[0] = of_phases(m, fast_tanh(k * p.a), fast_tanh(k * p.b), fast_tanh(k * p.c));
-        }
+        for (int j = 0; j < weights_of(input.law); ++j)
+            f[j] = input.averaged ? over_a_turn(input, m, j > 0) : lost(input, m, j > 0);
         break;
     }
     case Law::saturation: saturation(input, at, g); break;
@@ -213,7 +352,40 @@ void evaluate(const Input& input, const Moment& at, Vector2 f[kMostWeights], Vec
         break;
     }
     case Law::angle_offset: g[0] = {(at.Lq - at.Ld) * at.i_q, (at.Lq - at.Ld) * at.i_d - at.psi}; break;
-    case Law::delay: f[0] = Late(at, weights ? weights[0] : 0.0).slope; break;
+    case Law::delay: f[0] = Late(at, weights ? weights[0] : 0.0, at.change).slope; break;
+    case Law::sample_shift:
+    case Law::sensor_lag: {
+        // Of a period, or of the time in which a radian passes: a difference bends by a millionth.
+        constexpr double kStep = 1e-3;
+        const double step = kStep * (at.settled ? 1.0 / (1.0 + std::abs(at.w_e)) : at.period_s);
+        double w[1] = {weights ? weights[0] : 0.0};
+        const auto sum = [&](Vector2& of_f, Vector2& of_g) { evaluate_sum(input, w, at, of_f, of_g); };
+        slope_by(w, 0, step, sum, f[0], g[0]);
+        break;
+    }
+    case Law::voltage_scale: f[0] = plus({}, lacking(input, at), at.v_now); break;
+    case Law::turn_short: {
+        // A third of what it draws, and that mirrored on the phase's axis. (E120)
+        const double d = at.v_end_d / 3.0, q = at.v_end_q / 3.0;
+        const double alpha = at.cos_e * d - at.sin_e * q, beta = at.sin_e * d + at.cos_e * q;
+        sensor(at, {d, q}, f[0], g[0]);
+        sensor(at, to_dq(at, alpha, -beta), f[1], g[1]);
+        sensor(at, to_dq(at, beta, alpha), f[2], g[2]);
+        break;
+    }
+    case Law::encoder_eccentricity: {
+        constexpr double kStep = 1e-5;  // rad
+        double w[2] = {weights ? weights[0] : 0.0, weights ? weights[1] : 0.0};
+        const auto sum = [&](Vector2& of_f, Vector2& of_g) { evaluate_sum(input, w, at, of_f, of_g); };
+        for (int j : {0, 1}) slope_by(w, j, kStep, sum, f[j], g[j]);
+        break;
+    }
+    case Law::magnet_asymmetry: {
+        // As voltages: a difference of a noisy angle would be noise. (E121)
+        const double e = at.w_e / at.mean_of_held, by = e / input.shape[2];
+        f[0] = {-by * at.sin_m, e * at.cos_m}, f[1] = {by * at.cos_m, e * at.sin_m};
+        break;
+    }
     case Law::skin_effect: f[0] = {at.w_e * at.w_e * (at.i_d + at.bow_d), at.w_e * at.w_e * at.i_q}; break;
     case Law::phase_resistance_imbalance: {
         const double i_d = at.i_d + at.bow_d;
@@ -247,10 +419,13 @@ void evaluate_sum(const Input& input, const double weights[], const Moment& at, 
         return;
     }
     if (input.law == Law::delay) {
-        const Late late(at, weights[0]);
+        const Late late(at, weights[0], at.change);
         f.d += late.f.d, f.q += late.f.q;
         return;
     }
+    if (input.law == Law::sample_shift) return shifted(input, weights[0], at, f, g);
+    if (input.law == Law::sensor_lag) return lagging(input, weights[0], at, f, g);
+    if (input.law == Law::encoder_eccentricity) return eccentric(input, weights, at, f, g);
     Vector2 each_f[kMostWeights], each_g[kMostWeights];
     evaluate(input, at, each_f, each_g);
     for (int j = 0; j < weights_of(input.law); ++j) {
@@ -262,19 +437,21 @@ void evaluate_sum(const Input& input, const double weights[], const Moment& at, 
 void evaluate_slope(const Input& input, const double weights[], const Moment& at, double f_slope[4], double g_slope[4])
 {
     switch (input.law) {
-    case Law::dead_time: {
+    case Law::dead_time:
+    case Law::dead_clamped: {
         Moment seen;
         const Moment& m = turned(input, at, seen);
         const Phases p = phases_of(m);
         const double k = 1.0 / input.shape[0];
         const Phases x = phases_of(m.past_alpha, m.past_beta), bow = phases_of(m.bow_alpha, m.bow_beta);
-        const auto slope = [&](double from, double by, double to) {
-            if (at.ends) return 2.0 * weights[0] * k * Bowed(k * from, k * by, k * to).by_end;
-            const double t = fast_tanh(k * to);
-            return weights[0] * k * (1.0 - t * t);
+        const int rests = resting_of(input, m);
+        const auto slope = [&](int leg, double from, double by, double to) {
+            if (leg == rests) return 0.0;
+            if (at.ends) return 2.0 * weights[0] * k * MeanLoss(input.loss, k * from, k * by, k * to).by_end;
+            return weights[0] * k * LossAt(input.loss, k * to).slope;
         };
         double out[4];
-        phase_slopes(m, slope(x.a, bow.a, p.a), slope(x.b, bow.b, p.b), slope(x.c, bow.c, p.c), out);
+        phase_slopes(m, slope(0, x.a, bow.a, p.a), slope(1, x.b, bow.b, p.b), slope(2, x.c, bow.c, p.c), out);
         for (int j = 0; j < 4; ++j) f_slope[j] += out[j];
         break;
     }
@@ -290,6 +467,13 @@ void evaluate_slope(const Input& input, const double weights[], const Moment& at
         const double mixed = k * y * (2.0 * weights[0] + 4.0 * weights[1] * x + 4.0 * weights[2] * y * y);
         g_slope[1] += mixed, g_slope[2] += mixed;
         g_slope[3] += k * x * (2.0 * weights[0] + 2.0 * weights[1] * x + 12.0 * weights[2] * y * y);
+        break;
+    }
+    case Law::voltage_scale: {
+        if (static_cast<Sag>(static_cast<int>(input.shape[0])) == Sag::by_its_column) break;
+        const double by = 1.5 * weights[0];
+        f_slope[0] += by * at.v_now.d * at.v_now.d, f_slope[1] += by * at.v_now.d * at.v_now.q;
+        f_slope[2] += by * at.v_now.q * at.v_now.d, f_slope[3] += by * at.v_now.q * at.v_now.q;
         break;
     }
     case Law::clipped_current: {

@@ -1,16 +1,17 @@
-// The inputs of the effects, (E50) to (E55): what each adds to the voltage and to the flux linkage for one unit of each
-// weight.
+// The inputs of the effects, (E50) to (E55), (E116) to (E121): what each adds to the voltage and to the flux linkage for
+// one unit of each weight.
 #ifndef DQW_REF_EFFECT_INPUT_HPP
 #define DQW_REF_EFFECT_INPUT_HPP
 
 #include <array>
 
 #include "ref/effect/effect.hpp"
+#include "ref/effect/inverter.hpp"
 
 namespace dqw {
 
 constexpr int kMostWeights = 5;
-constexpr int kPast = 3;  ///< voltages that a delay looks back
+constexpr int kPast = 6;  ///< voltages that are looked back at: a lag of one period has come through to e^-6
 
 /// A law with its shape; the weights are what is fitted. `heat` names the heating state of a temperature law: 0 is the
 /// log's own temperature, n the n-th time constant that the model prepared.
@@ -18,7 +19,10 @@ struct Input {
     Law law;
     std::array<double, 4> shape{};
     int heat = 0;
-    bool free_angle = false;  ///< the log has no angle: that at the first row is shape[1], and fitted
+    bool free_angle = false;       ///< the log has no angle: that at the first row is shape[1], and fitted
+    LossLaw loss = LossLaw::tanh;  ///< of a dead time
+    Modulation modulation = Modulation::centred;  ///< the same
+    bool averaged = false;                        ///< the same: a settled row is a mean over turns
 };
 
 /// Entries of the shape that are fitted along with the weights: the first so many.
@@ -33,7 +37,12 @@ struct Vector2 {
 struct Moment {
     double i_d = 0, i_q = 0, w_e = 0, cos_e = 1, sin_e = 0;
     double v_end_d = 0, v_end_q = 0;
+    Vector2 v_next;  ///< the voltage that begins at this sample, as the rotor sees it then
+    Vector2 v_now;   ///< that of the period whose end this is, as the rotor sees it at this sample
     Vector2 change[kPast];
+    Vector2 turned[kPast];                   ///< the same changes of voltages that were turned along with the rotor
+    double cos_m = 1, sin_m = 0, w_dot = 0;  ///< of the shaft's angle; the electrical speed's slope, rad/s^2
+    double v_dc = 0;
     double period_s = 0;
     bool settled = false;  ///< a point that lasts: its voltage has not just stepped
     double heat_K = 0;
@@ -44,7 +53,8 @@ struct Moment {
     double past_alpha = 0, past_beta = 0;  ///< stationary currents at its start, for its end
     double bow_alpha = 0, bow_beta = 0;    ///< how far its current lies, half-way, from the line between its ends
     double bow_d = 0;  ///< the same on average, in the rotor's frame: the magnet turns while the voltage is held
-    double mean_of_held = 1.0;  ///< what a constant rotor-frame f keeps of itself as a mean over it
+    double held_alpha = 0, held_beta = 0;  ///< the voltage of its middle, stationary
+    double mean_of_held = 1.0;             ///< what a constant rotor-frame f keeps of itself as a mean over it
 };
 
 /// f and g of one unit of each weight, (E51) to (E53); of a delay the slope at `weights`, where given. clipped_current:
@@ -53,7 +63,7 @@ struct Moment {
 void evaluate(const Input& input, const Moment& at, Vector2 f[kMostWeights], Vector2 g[kMostWeights],
               const double weights[] = nullptr);
 
-/// Sum over the weights; angle_offset and delay exactly instead of to first order.
+/// Sum over the weights; turned vectors, delays, shifts and lags exactly instead of to first order.
 void evaluate_sum(const Input& input, const double weights[], const Moment& at, Vector2& f, Vector2& g);
 
 /// Derivatives by the currents of the same sums, [dd dq qd qq]; zero for what hardly depends on them.

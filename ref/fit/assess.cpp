@@ -37,6 +37,8 @@ Eigen::MatrixXd scores(const Solution& s, const std::vector<int>& index)
 {
     const auto n = static_cast<Eigen::Index>(index.size());
     Eigen::MatrixXd meat = Eigen::MatrixXd::Zero(n, n);
+    double rows = 0.0;
+    for (const BlockSum& sum : s.sums) rows += sum.rows;
     for (const BlockSum& sum : s.sums) {
         Eigen::VectorXd score = Eigen::VectorXd::Zero(n);
         for (Eigen::Index c = 0; c < s.sigma.size(); ++c) {
@@ -44,6 +46,8 @@ Eigen::MatrixXd scores(const Solution& s, const std::vector<int>& index)
             for (Eigen::Index i = 0; i < n; ++i)
                 score[i] += m(index[static_cast<std::size_t>(i)], m.cols() - 1) / (s.sigma[c] * s.sigma[c]);
         }
+        for (Eigen::Index i = 0; i < n && s.added.size() > 0; ++i)
+            score[i] -= s.added[index[static_cast<std::size_t>(i)]] * sum.rows / rows;
         meat += score * score.transpose();
     }
     const auto blocks = static_cast<double>(s.sums.size());

@@ -10,6 +10,8 @@
 #include "ref/log/residual.hpp"
 #include "ref/model/averaged.hpp"
 #include "ref/model/blocks.hpp"
+#include "ref/model/coherent.hpp"
+#include "ref/model/column_noise.hpp"
 #include "ref/model/electrical.hpp"
 #include "ref/model/plan.hpp"
 
@@ -87,6 +89,36 @@ PlainModel plain_model(const Eigen::VectorXd& theta)
     return model;
 }
 
+/// Adds what the model's error may hide to the deviations, (E111); of the pole pairs it takes them as they are.
+/// `averaged`: a fit of means over blocks, whose rows are volts.
+void add_hidden(const Task& task, const std::vector<Piece>& pieces, const Eigen::VectorXd& theta, const Solution& s,
+                double rows, bool averaged, Covariance& covariance)
+{
+    static const std::vector<TraceColumns> none;
+    const ElectricalModel model(task.logs, none, theta[kPolePairs], even_plan(pieces, 1));
+    const Point at{theta.head(4), averaged ? Eigen::VectorXd() : Eigen::VectorXd(theta.tail(2)), {}};
+    std::vector<int> columns{kR, kLd, kLq, kPsi};
+    if (!averaged) columns.insert(columns.end(), {kGainD, kGainQ});
+    const auto n = static_cast<Eigen::Index>(columns.size());
+    Eigen::MatrixXd information = Eigen::MatrixXd::Zero(n, n);
+    for (Eigen::Index c = 0; c < s.sigma.size(); ++c) {
+        const Eigen::MatrixXd total = total_of(s.sums, static_cast<std::size_t>(c)) / (s.sigma[c] * s.sigma[c]);
+        for (Eigen::Index i = 0; i < n; ++i)
+            for (Eigen::Index j = 0; j < n; ++j)
+                information(i, j) += total(columns[static_cast<std::size_t>(i)], columns[static_cast<std::size_t>(j)]);
+    }
+    const Eigen::VectorXd variance = s.sigma.cwiseAbs2(),
+                          weight = averaged ? Eigen::VectorXd(rows * variance.cwiseInverse())
+                                            : coherent_weight(task.logs, at, variance, rows),
+                          hidden = coherent_deviations(model, at, information, weight);
+    for (Eigen::Index j = 0; j < 4; ++j) {
+        Assessment& a = covariance.each[static_cast<std::size_t>(j)];
+        if (a.verdict != Verdict::determined) continue;
+        covariance.of(j, j) += hidden[j] * hidden[j];
+        a.sd = std::hypot(a.sd, hidden[j]);
+    }
+}
+
 /// Publishes the averaged fit in place of the predicting one where its reported residual is clearly less.
 bool publish_averaged(const Task& task, const std::vector<Piece>& pieces, const Regression& all,
                       const Solution& predicted, Result& result)
@@ -108,7 +140,8 @@ bool publish_averaged(const Task& task, const std::vector<Piece>& pieces, const 
     report_residual(task.logs, plain_model(full), averaged);
     if (!clearly_better(*model, averaged.residual_rms, result.residual_rms)) return false;
     result = averaged;
-    const Covariance covariance = assess(s, *model, typical_of(all, s.theta));
+    Covariance covariance = assess(s, *model, typical_of(all, s.theta));
+    add_hidden(task, pieces, full, s, static_cast<double>(model->rows()), true, covariance);
     publish(task, model->names(), covariance, result);
     result.notes.push_back(
         "the plain model does not hold; fitted to voltages averaged over blocks, which leaves less than prediction");
@@ -213,9 +246,25 @@ Result fit_dynamic(const Task& task)
     options.tick = task.tick;
     if (rows_of(pieces) > kHuge) options.tolerance = 1e-7;
     WithoutEffects all = dynamic_model(task, pieces);
+    const ColumnNoise column_noise(task.logs);
+    options.added = [&](const Eigen::VectorXd& theta, const Eigen::VectorXd& variance) {
+        const NoiseSizes sizes = column_noise.sizes(theta.head(kGainD), theta.tail(2), 1.0, variance);
+        if (!sizes.any()) return Eigen::MatrixXd();
+        return column_noise.added(sizes, [&](const std::vector<Log>& logs) {
+            Task with_noise{logs, task.asked, task.pole_pairs, {}, {}};
+            WithoutEffects model = dynamic_model(with_noise, pieces_in(pieces, task.logs, logs));
+            model.prepare(theta);
+            std::vector<BlockSum> sums;
+            Eigen::MatrixXd scores(theta.size() + 1, 2);
+            if (!model.sweep(theta, sums)) return Eigen::MatrixXd();
+            for (int c : {0, 1}) scores.col(c) = total_of(sums, static_cast<std::size_t>(c)).col(theta.size());
+            return scores;
+        });
+    };
     fit_all(all, free, options, s, p);
     all.prepare(s.theta);
-    const Covariance covariance = assess_excited(s, all, typical_of(all, s.theta));
+    Covariance covariance = assess_excited(s, all, typical_of(all, s.theta));
+    add_hidden(task, pieces, s.theta, s, static_cast<double>(all.rows()), false, covariance);
 
     Result result;
     Task rest = task;

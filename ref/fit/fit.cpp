@@ -9,6 +9,7 @@
 #include "ref/fit/static.hpp"
 #include "ref/fit/task.hpp"
 #include "ref/log/piece.hpp"
+#include "ref/log/turns.hpp"
 
 namespace dqw {
 namespace {
@@ -113,6 +114,8 @@ Result fit(const std::vector<Log>& logs, const FitOptions& options)
               stated(logs, &Machine::pole_pairs, "pole_pairs"),
               stated(logs, &Machine::torque_constant_Nm_A, "torque_constant_Nm_A"),
               {}};
+    if (!task.pole_pairs && (regime == Regime::dynamic || regime == Regime::steady))
+        if (const double p = pole_pairs_of_angles(logs); p > 0.0) task.pole_pairs = p, task.by_angle = true;
     if (options.progress)
         task.tick = [&] {
             ++evaluations;
@@ -121,6 +124,9 @@ Result fit(const std::vector<Log>& logs, const FitOptions& options)
     Result result = regime == Regime::dynamic      ? fit_dynamic(task)
                     : regime == Regime::mechanical ? fit_mechanical(task)
                                                    : fit_static(task);
+    if (task.by_angle)
+        result.notes.push_back("pole pairs found: " + std::to_string(static_cast<int>(*task.pole_pairs)) +
+                               ", from the electrical angle");
     result.rows = rows;
     result.regime = regime;
     for (const std::string& name : task.asked)

@@ -22,7 +22,7 @@ PolePairs decide_pole_pairs(const Assessment& real)
 void report_pole_pairs(Task& task, const PolePairs& p, double product, double product_sd, Result& result)
 {
     if (task.pole_pairs) {
-        result.parameters.push_back({"pole_pairs", *task.pole_pairs, 0.0, true});
+        result.parameters.push_back({"pole_pairs", *task.pole_pairs, 0.0, !task.by_angle});
         return;
     }
     if (p.clear) {

@@ -182,6 +182,61 @@ void confine(const Regression& model, const std::vector<int>& free, double margi
         if (model.is_gain(j)) theta[j] = std::clamp(theta[j], margin, 1.0 - margin);
 }
 
+/// From the least squares to where the scores add up to what noise of columns adds to them.
+void take_off_noise(const Regression& model, const std::vector<int>& free, const SolveOptions& options, double rows,
+                    Solution& s)
+{
+    constexpr int kRounds = 6;
+    constexpr double kMost = 0.3;  // of R and L, in a step and in all: beyond, the model bends
+    const auto n = static_cast<Eigen::Index>(free.size());
+    const Solution first = s;
+    Solution best = s;
+    for (int round = 0; round < kRounds; ++round) {
+        const Eigen::MatrixXd added = options.added(best.theta, best.noise.cwiseAbs2());
+        if (added.size() == 0) return;
+        best.added = added * best.sigma.cwiseAbs2().cwiseInverse();
+        Eigen::MatrixXd m = Eigen::MatrixXd::Zero(n, n);
+        Eigen::VectorXd score(n), step = Eigen::VectorXd::Zero(best.theta.size());
+        for (Eigen::Index i = 0; i < n; ++i) score[i] = -best.added[free[static_cast<std::size_t>(i)]];
+        for (Eigen::Index c = 0; c < best.sigma.size(); ++c) {
+            const Eigen::MatrixXd total = total_of(best.sums, static_cast<std::size_t>(c)) /
+                                          (best.sigma[c] * best.sigma[c]);
+            for (Eigen::Index i = 0; i < n; ++i) {
+                score[i] += total(free[static_cast<std::size_t>(i)], total.cols() - 1);
+                for (Eigen::Index j = 0; j < n; ++j)
+                    m(i, j) += total(free[static_cast<std::size_t>(i)], free[static_cast<std::size_t>(j)]);
+            }
+        }
+        const Eigen::VectorXd size =
+            m.diagonal().cwiseMax(std::numeric_limits<double>::min()).cwiseSqrt().cwiseInverse();
+        const Eigen::VectorXd by = size.asDiagonal() * (pseudo_inverse(size.asDiagonal() * m * size.asDiagonal()) *
+                                                        (size.asDiagonal() * score));
+        double most = 0.0;
+        for (Eigen::Index i = 0; i < n; ++i) {
+            const int j = free[static_cast<std::size_t>(i)];
+            step[j] = -by[i];
+            if (!model.is_gain(j)) most = std::max(most, std::abs(step[j]) / std::abs(best.theta[j]));
+        }
+        if (!step.allFinite()) return;
+        best.theta += std::min(1.0, kMost / most) * step;
+        confine(model, free, 0.0, best.theta);
+        if (!model.sweep(best.theta, best.sums)) return;
+        std::vector<int> moving;
+        for (int j : free)
+            if (!at_bound(model, best.theta, j)) moving.push_back(j);
+        best.noise = noise(best.sums, moving, best.sigma, rows);
+        best.sigma = weights(best.noise, options.common_weight);
+        s = best;
+        for (int j : free)
+            if (j < 3 && std::abs(s.theta[j] - first.theta[j]) > kMost * std::abs(first.theta[j])) {
+                // What it takes for noise is the model's error.
+                s = first;
+                return;
+            }
+        if (most < 1e-5) return;
+    }
+}
+
 }  // namespace
 
 bool at_bound(const Regression& model, const Eigen::VectorXd& theta, Eigen::Index j)
@@ -225,6 +280,12 @@ Solution solve(Regression& model, const Eigen::VectorXd& start, const std::vecto
     s.theta = scaling.theta;
     s.log_likelihood = -rows * s.noise.array().log().sum();
     s.ok = true;
+    if (options.added) {
+        std::vector<int> moving;
+        for (int j : scaling.free)
+            if (!at_bound(model, s.theta, j)) moving.push_back(j);
+        take_off_noise(model, moving, options, rows, s);
+    }
     return s;
 }
 

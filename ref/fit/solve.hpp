@@ -15,6 +15,9 @@ struct SolveOptions {
     double tolerance = 1e-10;       ///< relative change of theta that ends a pass
     double sigma_tolerance = 1e-3;  ///< relative change of the noise that ends the passes
     std::function<void()> tick = {};
+    /// (E110): what noise of columns adds to the scores of each channel, at theta and with each channel's variance;
+    /// empty where that cannot be had.
+    std::function<Eigen::MatrixXd(const Eigen::VectorXd& theta, const Eigen::VectorXd& variance)> added = {};
 };
 
 /// (E41). The maximum of the likelihood, each channel's noise variance concentrated out.
@@ -25,6 +28,7 @@ struct Solution {
     std::vector<bool> free;
     double log_likelihood = 0.0;  ///< up to a constant
     std::vector<BlockSum> sums;   ///< at theta
+    Eigen::VectorXd added;        ///< what the scores, over sigma squared, add up to there; empty: zero
     bool ok = false;              ///< false where the model could not be evaluated at the start
 };
 

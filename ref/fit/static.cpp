@@ -50,7 +50,7 @@ Result fit_static(const Task& task)
     }
     publish(rest, standstill ? std::vector<std::string>{"R_ohm"} : model.names(), covariance, result);
     if (task.pole_pairs)
-        result.parameters.push_back({"pole_pairs", *task.pole_pairs, 0.0, true});
+        result.parameters.push_back({"pole_pairs", *task.pole_pairs, 0.0, !task.by_angle});
     else if (task.asks("pole_pairs") || rest.asked.size() < task.asked.size())
         result.not_identifiable.push_back({"pole_pairs",
                                            standstill ? "at rest the pole pairs have no effect"

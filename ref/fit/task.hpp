@@ -21,6 +21,7 @@ struct Task {
     std::optional<double> pole_pairs;  ///< of the machine
     std::optional<double> torque_constant_Nm_A;
     std::function<void()> tick;  ///< one evaluation done
+    bool by_angle = false;       ///< the pole pairs are not given, but seen in the angle
 
     bool asks(const std::string& name) const;
 };

@@ -18,6 +18,10 @@ struct Estimate {
     bool given = false;  ///< said by the user, not estimated; sd is then meaningless
 };
 
+/// Why an estimate of the machine is not usable; empty where it is known, of the right sign, and three deviations are
+/// below a tenth of it.
+std::string why_not_usable(const Estimate& estimate);
+
 /// A parameter that the log cannot determine. It has no value.
 struct NotIdentifiable {
     std::string name;

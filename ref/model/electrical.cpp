@@ -56,6 +56,14 @@ GainSchedule ElectricalModel::schedule(const Point& at, int axis) const
     return {at.gain[axis], at.base[kR] / at.base[kLd + axis] * dt_mean_s_};
 }
 
+Vector2 ElectricalModel::begun(const Piece& piece, std::size_t k, double turn_rad) const
+{
+    const Vector2 mean{piece.log->v_d_V[k], piece.log->v_q_V[k]};
+    if (rotor_held_) return mean;
+    const double h = 0.5 * turn_rad, s = std::abs(h) > 1e-4 ? std::sin(h) / h : 1.0 - h * h / 6.0;
+    return turn(std::cos(h) / s, std::sin(h) / s) * mean;
+}
+
 void ElectricalModel::weigh_starts(const Point& at, bool count)
 {
     for (int axis : {0, 1}) weights_[axis] = StartWeights(schedule(at, axis), count);
@@ -100,6 +108,10 @@ struct ElectricalModel::Plant {
         Moment m;
         m.i_d = i.d, m.i_q = i.q, m.w_e = pole_pairs * piece.log->w_m_rad_s[k];
         m.cos_e = c.cos_e[k], m.sin_e = c.sin_e[k];
+        if (!c.cos_m.empty()) m.cos_m = c.cos_m[k], m.sin_m = c.sin_m[k];
+        if (!c.w_dot.empty()) m.w_dot = c.w_dot[k];
+        if (!piece.log->v_dc_V.empty()) m.v_dc = piece.log->v_dc_V[k];
+        m.v_next = model.begun(piece, k, m.w_e * dt);
         m.v_end_d = v_end.d, m.v_end_q = v_end.q, m.period_s = dt;
         m.R = R, m.Ld = Ld, m.Lq = Lq, m.psi = psi;
         return m;

@@ -41,6 +41,8 @@ private:
     struct Pass;
     struct Run;
     GainSchedule schedule(const Point& at, int axis) const;
+    /// The voltage that begins at row k, as the rotor sees it then; it turns by `turn_rad` in the period.
+    Vector2 begun(const Piece& piece, std::size_t k, double turn_rad) const;
 
     const std::vector<Log>& logs_;
     const std::vector<TraceColumns>& columns_;

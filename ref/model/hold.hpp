@@ -19,9 +19,12 @@ struct Hold {
     double bow;  ///< half-way, of a flux that stands in the rotor, while the voltage does not turn with it
     Matrix2 to_start, to_end;  ///< from the frame of a period's start (end) to that of its middle
     Vector2 end;               ///< as seen at the end
+    Vector2 middle;            ///< half-way
     /// mean less the mean of the last held voltage, had it gone on; that less the one before ...; as an f of constant
     /// value
     Vector2 change[kPast];
+    Vector2 begin;          ///< as seen at the start
+    Vector2 turned[kPast];  ///< the same changes where each was turned along with the rotor to this period
 
     /// `held`: the last voltages, as seen at the start; as seen at the end, this one first, when done.
     Hold(double h, Vector2 mean, Held& held, bool rotor_held)
@@ -31,10 +34,19 @@ struct Hold {
         to_start = turn(c, -s), to_end = turn(c, s);
         end = rotor_held ? mean : to_start * Vector2{mean.d / sinc, mean.q / sinc};
         bow = rotor_held ? 0.0 : -0.5 * s * s;
+        middle = mean;
+        begin = rotor_held ? mean : to_end * Vector2{mean.d / sinc, mean.q / sinc};
         Vector2 now{mean.d / sinc, mean.q / sinc}, next = end;
+        const Matrix2 period = to_end * to_end;
+        Matrix2 along = period;
+        Vector2 along_now = now;
         for (int n = 0; n < kPast; ++n) {
             const Vector2 last = to_start * held[static_cast<std::size_t>(n)];
             change[n] = {(now.d - last.d) / c, (now.q - last.q) / c};
+            // At the speed of now: what it changed by in the periods between turns a change by as little.
+            const Vector2 along_last = along * last;
+            turned[n] = {(along_now.d - along_last.d) / c, (along_now.q - along_last.q) / c};
+            along_now = along_last, along = along * period;
             now = last;
             held[static_cast<std::size_t>(n)] = next, next = to_start * last;
         }
@@ -44,13 +56,20 @@ struct Hold {
     void pair(Moment& m0, Moment& m1) const
     {
         m0.starts = m1.ends = true;
-        for (Moment* m : {&m0, &m1}) std::copy(std::begin(change), std::end(change), m->change);
+        for (Moment* m : {&m0, &m1}) {
+            std::copy(std::begin(change), std::end(change), m->change);
+            std::copy(std::begin(turned), std::end(turned), m->turned);
+        }
+        m0.v_now = begin, m1.v_now = end;
         m0.mean_of_held = m1.mean_of_held = sinc * to_end.dd;
         // Voltage held, magnet turning: the current bows by the flux' (w_e T)^2/8 over L_d, two thirds of it on
         // average.
         const double c = to_end.dd, s = to_end.qd, bow_A = bow * m0.psi / m0.Ld;
         m0.bow_d = m1.bow_d = 2.0 / 3.0 * bow_A;
-        m1.bow_alpha = bow_A * (c * m0.cos_e - s * m0.sin_e), m1.bow_beta = bow_A * (s * m0.cos_e + c * m0.sin_e);
+        const double half_c = c * m0.cos_e - s * m0.sin_e, half_s = s * m0.cos_e + c * m0.sin_e;
+        for (Moment* m : {&m0, &m1})
+            m->held_alpha = half_c * middle.d - half_s * middle.q, m->held_beta = half_s * middle.d + half_c * middle.q;
+        m1.bow_alpha = bow_A * half_c, m1.bow_beta = bow_A * half_s;
         m1.past_alpha = m0.cos_e * m0.i_d - m0.sin_e * m0.i_q, m1.past_beta = m0.sin_e * m0.i_d + m0.cos_e * m0.i_q;
     }
 };

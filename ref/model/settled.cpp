@@ -28,6 +28,9 @@ Moment SettledModel::moment(const Point& at, const Log& log, const TraceColumns&
     m.w_e = log.regime == Regime::standstill ? 0.0 : pole_pairs_ * at_row(log.w_m_rad_s, k);
     m.cos_e = c.cos_e[k], m.sin_e = c.sin_e[k];
     m.v_end_d = at_row(log.v_d_V, k), m.v_end_q = at_row(log.v_q_V, k);
+    m.held_alpha = m.cos_e * m.v_end_d - m.sin_e * m.v_end_q, m.held_beta = m.sin_e * m.v_end_d + m.cos_e * m.v_end_q;
+    m.v_now = m.v_next = {m.v_end_d, m.v_end_q};
+    m.v_dc = at_row(log.v_dc_V, k);
     m.settled = true;
     m.R = at.base[kR], m.Ld = at.base[kLd], m.Lq = at.base[kLq], m.psi = at.base[kPsi];
     return m;

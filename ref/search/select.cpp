@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <set>
 
 #include "ref/fit/explain.hpp"
 
@@ -43,14 +44,14 @@ int weights_of(const Candidate& c)
     return n;
 }
 
-bool has(const Point& at, Law law)
+bool has(const Point& at, const std::string& name)
 {
-    return std::any_of(at.terms.begin(), at.terms.end(), [&](const Term& t) { return t.input.law == law; });
+    return std::any_of(at.terms.begin(), at.terms.end(), [&](const Term& t) { return name == name_of(t.input.law); });
 }
 
 bool has_any(const Point& at, const Candidate& c)
 {
-    return std::any_of(c.inputs.begin(), c.inputs.end(), [&](const Input& i) { return has(at, i.law); });
+    return std::any_of(c.inputs.begin(), c.inputs.end(), [&](const Input& i) { return has(at, name_of(i.law)); });
 }
 
 Point without(Point at, const std::string& name)
@@ -179,7 +180,15 @@ bool stands_before(const Tried& t, const Tried& best)
                              stands_before(t.candidate.inputs.front().law, best.candidate.inputs.front().law);
 }
 
-/// The candidates that are not on, tried on top of `base`, best first; one for each name.
+/// Of inputs of one name those that are apart: which channel is late decides what gain is wanted, so that linear steps do
+/// not tell which is right.
+int apart(const Candidate& c)
+{
+    const Input& first = c.inputs.front();
+    return effect_of(first.law).shape == Shape::instant ? static_cast<int>(first.shape[0]) : 0;
+}
+
+/// The candidates that are not on, tried on top of `base`, best first; one for each name, or for each that is apart.
 std::vector<Tried> round(const Model& model, const Refined& base, const std::vector<Candidate>& candidates,
                          const SelectOptions& options, std::vector<std::pair<std::string, Point>>* alone)
 {
@@ -190,18 +199,23 @@ std::vector<Tried> round(const Model& model, const Refined& base, const std::vec
     std::sort(screened.begin(), screened.end(),
               [](const Screened& a, const Screened& b) { return a.heldout > b.heldout; });
     std::vector<Tried> tried;
-    std::map<std::string, int> times;
+    std::map<std::string, std::vector<int>> seen;
+    std::set<std::string> refined;
     for (const Screened& s : screened) {
         if (!s.candidate) continue;
         std::string key;
         for (const std::string& n : s.candidate->names()) key += n + " ";
-        if (++times[key] > 1) continue;
-        if (alone && s.candidate->names().size() == 1 && !s.candidate->is_fault())
+        std::vector<int>& kinds = seen[key];
+        if (std::find(kinds.begin(), kinds.end(), apart(*s.candidate)) != kinds.end()) continue;
+        kinds.push_back(apart(*s.candidate));
+        if (alone && kinds.size() == 1 && s.candidate->names().size() == 1 && !s.candidate->is_fault())
             alone->push_back({s.candidate->names().front(), s.point});
-        if (tried.size() >= kRefined && s.candidate->inputs.front().law != Law::saturation) {
+        if (refined.size() >= kRefined && refined.count(key) == 0 &&
+            s.candidate->inputs.front().law != Law::saturation) {
             if (alone) continue;
             break;
         }
+        refined.insert(key);
         tried.push_back(attempt(model, base, s));
         if (options.tick) options.tick();
     }
@@ -286,6 +300,8 @@ void look_alikes(const Model& model, const std::vector<Candidate>& candidates, c
             if (c.names().size() == 1 && c.names().front() != found.name && !c.is_fault()) rivals.push_back(c);
         for (const Tried& t : round(model, base, rivals, options, nullptr)) {
             if (!t.refined.ok || found.confusable_with.size() >= kMostAlike) continue;
+            const auto& listed = found.confusable_with;
+            if (std::find(listed.begin(), listed.end(), t.name) != listed.end()) continue;
             if (better(model, t.refined.left, s.best.left).t > apart) continue;
             if (joint(options.reported_rms(t.refined.point)) > close) continue;
             if (options.veto && !options.veto(t.refined.point).empty()) continue;
@@ -348,6 +364,8 @@ Selection select(const Model& model, const Point& start, const std::vector<Candi
         if (below(options.reported_rms(s.best.point), options.exact)) break;
         std::vector<Tried> tried = round(model, s.best, candidates, options, n == 0 ? &s.alone : nullptr);
         const Tried* taken = nullptr;
+        for (const Tried& t : tried)
+            if (n == 0 && t.refined.ok) s.fitted.push_back({t.name, t.over});
         for (const Tried& t : tried) {
             if (!t.refined.ok || !confirmed(model, t.over)) continue;
             if (taken && !stands_before(t, *taken)) continue;
@@ -368,7 +386,7 @@ Selection select(const Model& model, const Point& start, const std::vector<Candi
             s.best = s.plain, s.found.clear(), s.after.clear();
             return s;
         }
-        s.best = taken->refined;
+        s.best = options.settle ? options.settle(taken->refined) : taken->refined;
         for (const std::string& name : taken->candidate.names())
             s.found.push_back({name, {}, n}), s.after.push_back(s.best.point);
     }

@@ -46,6 +46,8 @@ struct SelectOptions {
     std::vector<double> exact;  ///< of each axis: below all of them no further effect is sought
     /// of settled points: what turns with the speed cannot be told apart there but by small terms
     bool one_speed = false;
+    /// The same point with the choices settled that an effect just taken leaves open; absent: none are.
+    std::function<Refined(Refined)> settle;
     std::function<void()> tick;
 };
 
@@ -62,6 +64,8 @@ struct Selection {
     std::vector<Point> after;  ///< the point after each of them
     /// every candidate on the plain model: what each would explain alone
     std::vector<std::pair<std::string, Point>> alone;
+    /// of those that were fitted, by how much on the rows held out
+    std::vector<std::pair<std::string, Better>> fitted;
     std::vector<std::pair<std::string, std::string>> vetoed;  ///< name and reason
 };
 

@@ -270,6 +270,63 @@ Refined refine(const Model& model, const Point& start, int passes)
     return best;
 }
 
+Refined take_off_noise(const Model& model, const Refined& refined, const AddedScores& added)
+{
+    constexpr int kRounds = 4;
+    // Of R and L, in a step and in all: beyond, the model bends; a change that no deviation shows.
+    constexpr double kMost = 0.3, kSettled = 1e-5;
+    Refined best = refined, next = refined;
+    for (int round = 0; round < kRounds; ++round) {
+        double rows = 0.0;
+        const std::vector<Eigen::MatrixXd> total = seen_total(model, next.sums, rows);
+        const Eigen::Index n = total.front().rows() - 1;
+        const Eigen::VectorXd v = variances(model, total, rows, with_error(Eigen::VectorXd::Zero(n)));
+        const Eigen::MatrixXd scores = added(next.point, v, rows);
+        if (scores.size() == 0) return best;
+        next.added = scores * v.cwiseInverse();
+        Eigen::MatrixXd m = Eigen::MatrixXd::Zero(n, n);
+        Eigen::VectorXd score = -next.added;
+        for (std::size_t c = 0; c < total.size(); ++c) {
+            m += total[c].topLeftCorner(n, n) / v[static_cast<Eigen::Index>(c)];
+            score += total[c].col(n).head(n) / v[static_cast<Eigen::Index>(c)];
+        }
+        const Eigen::VectorXd size = m.diagonal().cwiseMax(kLeast).cwiseSqrt();
+        const Eigen::MatrixXd unit = size.cwiseInverse().asDiagonal() * m * size.cwiseInverse().asDiagonal();
+        const Symmetric eigen(unit);
+        Eigen::VectorXd z = eigen.eigenvectors().transpose() * score.cwiseQuotient(size);
+        for (Eigen::Index i = 0; i < n; ++i)
+            z[i] = eigen.eigenvalues()[i] > kLeastEigenvalue ? z[i] / eigen.eigenvalues()[i] : 0.0;
+        const Eigen::VectorXd step = -(eigen.eigenvectors() * z).cwiseQuotient(size);
+        const Eigen::VectorXd old = next.point.values();
+        double most = kLeast;
+        for (Eigen::Index j = 0; j < next.point.base.size(); ++j)
+            most = std::max(most, std::abs(step[j]) / (std::abs(old[j]) + kLeast));
+        Eigen::VectorXd values = old + std::min(1.0, kMost / most) * step;
+        limit_step(next.point, old, values);
+        next.point.set(values);
+        if (!model.pass(next.point, {}, next.sums)) return best;
+        next.left = left_of(model, next.sums);
+        // What it takes for noise is the model's error.
+        const Eigen::Index few = std::min<Eigen::Index>(next.point.base.size(), 3);
+        const Eigen::VectorXd first = refined.point.base.head(few), moved = next.point.base.head(few) - first;
+        if ((moved.cwiseAbs() - kMost * first.cwiseAbs()).maxCoeff() > 0.0) return refined;
+        best = next;
+        if (most < kSettled) break;
+    }
+    return best;
+}
+
+Eigen::MatrixXd seen_information(const Model& model, const Refined& refined, Eigen::VectorXd& variance, double& rows)
+{
+    const std::vector<Eigen::MatrixXd> total = seen_total(model, refined.sums, rows);
+    const Eigen::Index n = total.front().rows() - 1;
+    variance = variances(model, total, rows, with_error(Eigen::VectorXd::Zero(n)));
+    Eigen::MatrixXd m = Eigen::MatrixXd::Zero(n, n);
+    for (std::size_t c = 0; c < total.size(); ++c)
+        m += total[c].topLeftCorner(n, n) / variance[static_cast<Eigen::Index>(c)];
+    return m;
+}
+
 Eigen::VectorXd deviations(const Model& model, const Refined& refined)
 {
     double rows = 0.0;
@@ -295,6 +352,7 @@ Eigen::VectorXd deviations(const Model& model, const Refined& refined)
         if (blocks[b].heldout) continue;
         for (std::size_t c = 0; c < total.size(); ++c)
             score += refined.sums[b].gram[c].col(n).head(n) / v[static_cast<Eigen::Index>(c)];
+        if (refined.added.size() > 0) score -= refined.sums[b].rows / rows * refined.added;
         if (++joined == kJoined) scatter += score * score.transpose(), score.setZero(), joined = 0;
     }
     scatter += score * score.transpose();

@@ -2,6 +2,8 @@
 #ifndef DQW_REF_SEARCH_SOLVE_HPP
 #define DQW_REF_SEARCH_SOLVE_HPP
 
+#include <functional>
+
 #include "ref/model/model.hpp"
 
 namespace dqw {
@@ -43,11 +45,22 @@ struct Refined {
     Point point;
     std::vector<BlockSum> sums;
     Left left;
+    Eigen::VectorXd added;  ///< what the scores of the rows seen add up to, (E110); empty: zero
     bool ok = false;
 };
 
 /// Gauss-Newton from `start`, damped, at most `passes` passes. Gains stay within [1e-4, 1].
 Refined refine(const Model& model, const Point& start, int passes);
+
+/// What noise of columns adds to the scores of the rows seen, one column a channel, where its squared errors have that
+/// mean; empty where it cannot be had.
+using AddedScores = std::function<Eigen::MatrixXd(const Point& at, const Eigen::VectorXd& variance, double rows)>;
+
+/// From the least squares to where the scores add up to what noise of columns adds to them, (E110).
+Refined take_off_noise(const Model& model, const Refined& refined, const AddedScores& added);
+
+/// Information of the rows seen: J'J over each channel's variance, which is given too.
+Eigen::MatrixXd seen_information(const Model& model, const Refined& refined, Eigen::VectorXd& variance, double& rows);
 
 /// Standard deviation of each column of a refined point, from the scatter of the seen blocks' scores; infinite where
 /// the rows do not tell it.

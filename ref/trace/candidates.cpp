@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "ref/effect/range.hpp"
+#include "ref/trace/inverter_loss.hpp"
 
 namespace dqw {
 namespace {
@@ -96,16 +97,22 @@ void temperature_candidates(const std::vector<Log>& logs, Catalogue& c, bool tur
                 c.add(state(Law::winding_temperature, n), state(Law::magnet_temperature, m));
 }
 
-void dead_time_candidates(double i_base_A, bool angle, const std::string& why, Catalogue& c)
+/// `averaged`: settled rows without an angle, each a mean over turns.
+void dead_time_candidates(const std::vector<Log>& logs, double i_base_A, bool angle, bool averaged, Catalogue& c)
 {
-    if (!why.empty()) c.cannot(Law::dead_time, why);
+    const std::string stated = stated_modulation(logs);
+    const auto add = [&](Modulation m, double width, double start) {
+        Input in = dead_time_input(m, width * i_base_A, start, !angle && !averaged);
+        in.averaged = averaged;
+        c.add(in);
+    };
     // The width is fitted; a pass of refine() halves or doubles it, so each from 0.0025 to 0.16 is one pass away.
     for (double width : {0.005, 0.02, 0.08})
-        for (double start : start_angles(angle)) {
-            Input in{Law::dead_time, {width * i_base_A, start, 0, 0}};
-            in.free_angle = !angle;
-            if (why.empty()) c.add(in);
-        }
+        for (double start : start_angles(angle || averaged)) add(modulation_named(stated), width, start);
+    // Without an angle a modulation is sought where a dead time was found.
+    if (!stated.empty() || !angle || averaged) return;
+    for (const Modulation m : {Modulation::clamped_low, Modulation::clamped_high, Modulation::clamped_60})
+        add(m, 0.02, 0.0);
 }
 
 /// Faults of the current sensors, tried beside the effects so that no effect is named for them. The limit is fitted:
@@ -127,6 +134,57 @@ void clipped_candidates(TraceSetup& setup, bool angle)
             in.free_angle = !angle;
             setup.candidates.push_back({{in}});
         }
+}
+
+void shift_candidates(bool settled, bool speeds, const std::string& why, Catalogue& c)
+{
+    if (!why.empty()) return c.cannot(Law::sample_shift, why);
+    const auto add = [&](Instant which) { c.add({Law::sample_shift, {static_cast<double>(which)}}); };
+    add(Instant::currents_before);
+    // Of settled rows a turned voltage is the same in both, and one in another frame is late.
+    if (!settled) add(Instant::currents_after), add(Instant::voltage_turned);
+    // At one speed they are an angle offset, and a delay.
+    if (speeds) add(Instant::angle);
+    if (speeds && !settled) add(Instant::voltage_frame);
+}
+
+void lag_candidates(bool settled, bool turns, const std::string& why, Catalogue& c)
+{
+    if (settled) return c.cannot(Law::sensor_lag, "settled rows: a filter only turns the currents, as a shift does");
+    if (!why.empty()) return c.cannot(Law::sensor_lag, why);
+    c.add({Law::sensor_lag, {static_cast<double>(Channel::currents)}});
+    if (turns) c.add({Law::sensor_lag, {static_cast<double>(Channel::speed)}});
+}
+
+/// Of its largest, what a link must change by: a sensor's noise and a PWM period's ripple are less.
+constexpr double kLeastLink = 0.02;
+
+void link_candidates(const TraceSetup& setup, const std::string& why, Catalogue& c)
+{
+    const std::vector<Log>& logs = *setup.logs;
+    if (!why.empty()) return c.cannot(Law::voltage_scale, why);
+    double most_W = 0.0, least_W = 0.0;
+    for (const Log& log : logs)
+        for (std::size_t k = 0; k < log.rows(); ++k) {
+            const double W = 1.5 * (at_row(log.v_d_V, k) * at_row(log.i_d_A, k) +
+                                    at_row(log.v_q_V, k) * at_row(log.i_q_A, k));
+            most_W = std::max(most_W, W), least_W = std::min(least_W, W);
+        }
+    const Range link = range_of(logs, &Log::v_dc_V);
+    const bool column = everywhere(logs, &Log::v_dc_V) && link.least > 0.0;
+    if (column && link.span() > kLeastLink * link.most)
+        c.add({Law::voltage_scale, {static_cast<double>(Sag::by_its_column), link.most, 1.0 - link.least / link.most}});
+    if (most_W - least_W > 0.0)
+        c.add({Law::voltage_scale,
+               {static_cast<double>(Sag::behind_a_resistance), column ? link.most : 0.0, std::max(most_W, -least_W)}});
+}
+
+void shaft_candidates(Law law, double pole_pairs, const std::string& why, Catalogue& c)
+{
+    if (!why.empty()) return c.cannot(law, why);
+    if (law == Law::magnet_asymmetry) return c.add({law, {1.0, 0.0, pole_pairs}});
+    for (double order : {1.0, 2.0})
+        for (double of_encoder : {0.0, 1.0}) c.add({law, {order, of_encoder, pole_pairs}});
 }
 
 void electrical_candidates(TraceSetup& setup, Catalogue& c)
@@ -154,6 +212,20 @@ void electrical_candidates(TraceSetup& setup, Catalogue& c)
     }
     // Within it, what grows with the square of the speed differs from what grows with the speed by 0.1^2/8 of itself.
     constexpr double kLeastSpeeds = 0.1;
+    double shaft_turned = 0.0;
+    bool shaft = setup.pole_pairs_known && !settled;
+    for (const TraceColumns& columns : setup.columns) {
+        shaft = shaft && !columns.cos_m.empty();
+        for (std::size_t k = 1; k < columns.cos_m.size(); ++k)
+            shaft_turned += std::abs(std::remainder(std::atan2(columns.sin_m[k], columns.cos_m[k]) -
+                                                        std::atan2(columns.sin_m[k - 1], columns.cos_m[k - 1]),
+                                                    2.0 * M_PI));
+    }
+    const std::string shaft_why = settled                     ? "settled rows are means over turns of the shaft"
+                                  : !shaft                    ? "the angle of the shaft is not known"
+                                  : shaft_turned <= kTurn_rad ? "the shaft does not make a turn"
+                                                              : "";
+    const bool speeds = w.span() > kLeastSpeeds * w.size();
     const std::pair<Asks, std::string> lacks[] = {
         {asks_turns, turns ? "" : "the machine does not turn"},
         {asks_sweep, swept > kTurn_rad ? ""
@@ -163,7 +235,8 @@ void electrical_candidates(TraceSetup& setup, Catalogue& c)
         {asks_points, moves || w.span() > kNoChange * w.size()
                           ? ""
                           : "one operating point: neither the currents nor the speed change"},
-        {asks_speeds, w.span() > kLeastSpeeds * w.size() ? "" : "one speed only"},
+        {asks_shaft, shaft_why},
+        {asks_speeds, speeds ? "" : "one speed only"},
     };
     /// The first that the log lacks of what an effect asks for.
     const auto lack = [&](Law law) {
@@ -176,10 +249,10 @@ void electrical_candidates(TraceSetup& setup, Catalogue& c)
         const std::string why = lack(e.id);
         switch (e.id) {
         case Law::dead_time:
-            dead_time_candidates(
-                ib, angle,
-                why.empty() && settled && !angle && turns ? "no angle column: the phases' currents are not known" : why,
-                c);
+            if (why.empty())
+                dead_time_candidates(logs, ib, angle, settled && !angle && turns, c);
+            else
+                c.cannot(e.id, why);
             break;
         case Law::winding_temperature: temperature_candidates(logs, c, turns, i_d.size() + i_q.size() > 0.0); break;
         case Law::magnet_temperature: break;
@@ -189,6 +262,11 @@ void electrical_candidates(TraceSetup& setup, Catalogue& c)
             c.add_unless({e.id, {6}}, why);
             if (why.empty()) c.add({e.id, {6}}, {e.id, {12}});
             break;
+        case Law::sample_shift: shift_candidates(settled, speeds && turns, why, c); break;
+        case Law::sensor_lag: lag_candidates(settled, turns, why, c); break;
+        case Law::voltage_scale: link_candidates(setup, why, c); break;
+        case Law::encoder_eccentricity:
+        case Law::magnet_asymmetry: shaft_candidates(e.id, setup.pole_pairs, why, c); break;
         default:
             if (!e.mechanical()) c.add_unless({e.id, {e.shape == Shape::current_unit ? ib : 0.0}}, why);
         }

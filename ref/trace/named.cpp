@@ -119,6 +119,7 @@ void put_effect(const Fitted& f, const Determined& determined, const std::string
     TraceEffect effect;
     effect.name = name;
     effect.heldout_rms_after = std::nan("");
+    put_channel(*f.setup, f.refined.point, effect);
     std::string values;
     for (const Estimate& e : effect_parameters(*f.setup, f.refined.point, determined.sd, name)) {
         if (!e.given)

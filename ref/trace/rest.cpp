@@ -11,8 +11,6 @@
 namespace dqw {
 namespace {
 
-/// Rows of a chunk; a wild stretch spoils no more of them. Of 20 a mean square scatters by a third. (E48)
-constexpr std::size_t kChunk = 200, kLeastChunk = 20;
 constexpr double kLeastShare = 0.05;     ///< of the excess; what is told below is chance, (E48)
 constexpr std::size_t kLeastSeries = 8;  ///< blocks, beside which a share of one axis would be chance
 constexpr std::size_t kRare = 50;        ///< one row of so many is an extreme
@@ -22,105 +20,6 @@ double median(std::vector<double> x)
     if (x.empty()) return 0.0;
     std::nth_element(x.begin(), x.begin() + static_cast<std::ptrdiff_t>(x.size() / 2), x.end());
     return x[x.size() / 2];
-}
-
-/// Mean squares of two filters: (1 -4 6 -4 1), at the top of the band, and second differences of means over five rows,
-/// around a tenth of the sampling rate. Medians over chunks, so that a few wild stretches do not count.
-struct HighBand {
-    double top = 0.0, fifth = 0.0;
-    static constexpr std::size_t kFive = 5, kReach = 3 * kFive;
-    static constexpr double kTopOfWhite = 1 + 16 + 36 + 16 + 1, kFifthOfMeans = 1 + 4 + 1;  ///< squares of the filters
-};
-
-HighBand high_band(const std::vector<double>& x, const std::vector<std::size_t>& starts)
-{
-    std::vector<double> top, fifth;
-    for (std::size_t s = 0; s < starts.size(); ++s) {
-        const std::size_t begin = starts[s], end = s + 1 < starts.size() ? starts[s + 1] : x.size();
-        for (std::size_t k = begin; k + HighBand::kReach < end; k += kChunk) {
-            const std::size_t stop = std::min(k + kChunk, end - HighBand::kReach);
-            if (stop < k + kLeastChunk) break;
-            double a = 0.0, b = 0.0;
-            for (std::size_t r = k; r < stop; ++r) {
-                const double y = x[r] - 4.0 * x[r + 1] + 6.0 * x[r + 2] - 4.0 * x[r + 3] + x[r + 4];
-                double z = 0.0;
-                for (std::size_t n = r; n < r + HighBand::kFive; ++n)
-                    z += 0.2 * (x[n] - 2.0 * x[n + HighBand::kFive] + x[n + 2 * HighBand::kFive]);
-                a += y * y, b += z * z;
-            }
-            top.push_back(a / HighBand::kTopOfWhite / static_cast<double>(stop - k)),
-                fifth.push_back(b / HighBand::kFifthOfMeans / static_cast<double>(stop - k));
-        }
-    }
-    return {median(top), median(fifth)};
-}
-
-/// Variance of a block's mean over `rows` rows, told apart into noise A |1 - z|^2 of the state's sensor, white noise S,
-/// and the known noise W |1 + z|^2 / 4 of the speed sensor: top = 3.6 A + S + 0.1 W, fifth = 0.133 A + 0.2 S + 0.167 W
-/// (sums of squares of the filters in a row: 252/70, 28/4/70; 20/25/6, 30/25/6, 25/25/6), solved for A and S.
-double block_variance(HighBand seen, double speed, double rows, double damped)
-{
-    double differenced = (seen.top - 5.0 * seen.fifth + 0.7333 * speed) / 2.933;
-    double white = 5.0 * (seen.fifth - 0.1333 * differenced - 0.1667 * speed);
-    if (differenced < 0.0) differenced = 0.0, white = std::max(5.0 * seen.fifth - 0.8333 * speed, 0.0);
-    if (white < 0.0) white = 0.0, differenced = std::max(seen.top - 0.1 * speed, 0.0) / 3.6;
-    return 2.0 * differenced / (rows * rows) + differenced * damped * damped / rows + (white + speed) / rows;
-}
-
-double moving_floor(const TraceSetup& setup, const Point& at)
-{
-    const std::vector<ReportBlock> single = setup.full->report(at, 1);
-    const int channels = setup.full->channels();
-    std::vector<std::size_t> starts;
-    std::vector<double> residual[2], speed;
-    double flux[2] = {}, dt = 0.0, turned = 0.0;
-    for (std::size_t k = 0; k < single.size(); ++k) {
-        const ReportBlock& b = single[k];
-        if (k == 0 || single[k - 1].log != b.log || single[k - 1].end != b.begin) starts.push_back(k);
-        for (int c = 0; c < channels; ++c) residual[c].push_back(b.residual[c]);
-        speed.push_back(b.log->w_m_rad_s[b.begin]);
-        dt = b.log->dt_s;
-        if (channels == 2) {
-            turned += std::pow(setup.pole_pairs * speed.back() * dt, 2) / static_cast<double>(single.size());
-            const double d = at.base[1] * b.log->i_d_A[b.begin] + at.base[3], q = at.base[2] * b.log->i_q_A[b.begin];
-            flux[0] += q * q, flux[1] += d * d;
-        }
-    }
-    if (single.empty()) return 0.0;
-    const double speed_noise = high_band(speed, starts).top,
-                 rows = static_cast<double>(block_rows(*single.front().log));
-    double sum = 0.0;
-    for (int c = 0; c < channels; ++c) {
-        const double inertia = channels == 2 ? at.base[1 + c] : at.base[0],
-                     drag = channels == 2 ? at.base[0] : at.base[1];
-        const double w = channels == 2 ? setup.pole_pairs * setup.pole_pairs * speed_noise * flux[c] /
-                                             static_cast<double>(single.size())
-                                       : 0.0;
-        // The other axis' current, of about the same noise, comes in by the turning.
-        const double across = channels == 2 ? at.base[2 - c] / inertia : 0.0;
-        sum += block_variance(high_band(residual[c], starts), w, rows,
-                              std::sqrt(std::pow(drag * dt / inertia, 2) + across * across * turned));
-    }
-    return std::sqrt(sum / channels);
-}
-
-double settled_floor(const TraceSetup& setup, const Point& at)
-{
-    const std::vector<ReportBlock> blocks = setup.full->report(at, 1);
-    std::vector<double> square;
-    for (std::size_t k = 2; k < blocks.size(); ++k) {
-        if (blocks[k].log != blocks[k - 2].log) continue;
-        double sum = 0.0;
-        for (int c = 0; c < 2; ++c) {
-            const double y = blocks[k].residual[c] - 2.0 * blocks[k - 1].residual[c] + blocks[k - 2].residual[c];
-            sum += y * y / 6.0;
-        }
-        square.push_back(0.5 * sum);
-    }
-    if (square.empty()) return 0.0;
-    double mean = 0.0;
-    for (double x : square) mean += x / static_cast<double>(square.size());
-    return std::sqrt(mean);
 }
 
 /// Part of the variance of y that its means over 24 equally filled bins of x explain beyond chance.
@@ -271,12 +170,6 @@ double rms_of(const std::vector<ReportBlock>& blocks, int channels)
     for (const ReportBlock& b : blocks)
         for (int c = 0; c < channels; ++c) sum += b.residual[c] * b.residual[c];
     return blocks.empty() ? 0.0 : std::sqrt(sum / static_cast<double>(blocks.size()) / channels);
-}
-
-double noise_floor(const TraceSetup& setup, const Point& at)
-{
-    const bool moving = setup.regime == Regime::dynamic || setup.regime == Regime::mechanical;
-    return moving ? moving_floor(setup, at) : settled_floor(setup, at);
 }
 
 std::vector<TraceCorrelate> correlates(const TraceSetup& setup, const std::vector<ReportBlock>& blocks, double floor)

@@ -68,4 +68,13 @@ std::vector<Estimate> effect_parameters(const TraceSetup& setup, const Point& at
     return physical(inputs, weight_sd, shape_sd, plain_of(setup, at));
 }
 
+void put_channel(const TraceSetup& setup, const Point& at, TraceEffect& effect)
+{
+    for (const Term& t : at.terms) {
+        if (effect.name != name_of(t.input.law)) continue;
+        const TraceInput in = input_of(setup, at, t);
+        effect.channel = channel_of(in), effect.turned = is_turned(in);
+    }
+}
+
 }  // namespace dqw

@@ -16,6 +16,9 @@ std::vector<Estimate> base_parameters(const TraceSetup& setup, const Point& at, 
 std::vector<Estimate> effect_parameters(const TraceSetup& setup, const Point& at, const Eigen::VectorXd& sd,
                                         const std::string& name);
 
+/// Of what the effect is, where it may be of several things.
+void put_channel(const TraceSetup& setup, const Point& at, TraceEffect& effect);
+
 /// RMS of each axis' reported residual, and what part it is of the axis' voltage (torque).
 std::vector<AxisResidual> axes_of(const TraceSetup& setup, const std::vector<ReportBlock>& blocks);
 

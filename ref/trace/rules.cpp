@@ -25,6 +25,20 @@ bool explains(const Finding& f)
            excess(f.after, f.floor) <= (1.0 - kLeastExplained) * excess(f.before, f.floor);
 }
 
+double share_of(double before, double after, double floor)
+{
+    const double most = excess(before, floor);
+    return most > 0.0 ? 1.0 - excess(after, floor) / most : 0.0;
+}
+
+bool reads_better(const Finding& f, double read, std::size_t effects)
+{
+    // As little: as what is not made larger; clearly less: as the reading itself is judged.
+    constexpr double kClearlyLess = 0.8;
+    return (effects > 1 && read <= kGrown * f.after) ||
+           (above(f.after, f.floor, f.after_exact) && read < kClearlyLess * f.after);
+}
+
 bool is_structured(const Rest& rest)
 {
     const Finding& f = rest.is;

@@ -2,6 +2,7 @@
 #ifndef DQW_REF_TRACE_RULES_HPP
 #define DQW_REF_TRACE_RULES_HPP
 
+#include <cstddef>
 #include <string>
 
 namespace dqw {
@@ -20,6 +21,14 @@ struct Finding {
 /// Are the effects that the search took to be named? Not where a fault may have caused it, where there was nothing to
 /// explain, where the residual grew, or where most of what is above the noise stays.
 bool explains(const Finding& f);
+
+/// Part of what is above the noise that is gone; below 0 where there is more.
+double share_of(double before, double after, double floor);
+
+/// Is another reading of the record, under which the plain model leaves `read`, to stand in the place of effects that
+/// explain? One that has no weight and leaves as little as two do; or clearly less than what effects leave above the
+/// noise.
+bool reads_better(const Finding& f, double read, std::size_t effects);
 
 /// What is left, with the effects that are named or without any.
 struct Rest {

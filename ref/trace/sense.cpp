@@ -16,6 +16,10 @@ constexpr double kMostWidth = 2.0;   ///< of the largest current: at half of its
 /// Over those at zero current: saturation takes most of an inductance at most, and adds none; what a fitted polynomial
 /// of fourth order adds beside its end is left room.
 constexpr double kLeastInductance = 0.05, kMostInductance = 3.0;
+/// Of a short's current and that mirrored on its phase, which are the same: a factor e^0.5 is beyond any noise that
+/// lets it be confirmed.
+constexpr double kMostUnlike = 0.5;
+constexpr double kMostPeriods = 2.5;   ///< rows farther apart are not one row's, and more than three are not looked at
 constexpr double kMostClipping = 5.0;  ///< of the weight of a clipped current, either way of 1; not varied
 constexpr std::size_t kRowsLooked = 500, kRare = 50;  ///< rows of a log; one of so many may be extreme
 
@@ -31,7 +35,7 @@ std::string inductance_sense(const TraceSetup& setup, const Point& at)
             m.i_d = log.i_d_A[k], m.i_q = log.i_q_A[k];
             double f[4] = {}, g[4] = {};
             for (const Term& t : at.terms)
-                if (t.input.law != Law::dead_time) evaluate_slope(t.input, t.weights.data(), m, f, g);
+                if (!is_dead_time(t.input.law)) evaluate_slope(t.input, t.weights.data(), m, f, g);
             part.push_back(1.0 + g[0] / at.base[1]), part.push_back(1.0 + g[3] / at.base[2]);
         }
     }
@@ -41,6 +45,13 @@ std::string inductance_sense(const TraceSetup& setup, const Point& at)
     if (least < kLeastInductance) return "an incremental inductance would vanish";
     if (most > kMostInductance) return "an incremental inductance would grow " + figure(most) + " times";
     return "";
+}
+
+bool is_of_other_side(const TraceInput& in)
+{
+    const auto which = static_cast<Instant>(static_cast<int>(in.shape[0]));
+    return (which == Instant::currents_before && in.weights[0] > 0.0) ||
+           (which == Instant::currents_after && in.weights[0] < 0.0);
 }
 
 bool has(const Point& at, Law law)
@@ -66,6 +77,7 @@ std::string sense_of(const TraceSetup& setup, const Point& at)
             if (!why.empty()) return why;
         }
     }
+    const double dt_s = setup.logs->front().dt_s;
     for (const Term& t : at.terms) {
         const TraceInput in = input_of(setup, at, t);
         const std::vector<std::vector<double>> sd{std::vector<double>(in.weights.size(), 0.0)};
@@ -83,6 +95,14 @@ std::string sense_of(const TraceSetup& setup, const Point& at)
                            figure(p.most);
         if (in.effect == "current_offset" && std::hypot(in.weights[0], in.weights[1]) > kMostOfBase * setup.i_base_A)
             return "the offset would be half of the largest current";
+        if (in.effect == "turn_short" &&
+            !(std::abs(std::log(std::hypot(in.weights[1], in.weights[2]) / in.weights[0])) < kMostUnlike))
+            return "it would not be of one phase";
+        // The voltage that it is carried back with is that of the other side, which a controller makes of the currents.
+        if (in.effect == "sample_shift" && is_of_other_side(in)) return "the currents would be of the other side";
+        if ((in.effect == "sample_shift" || in.effect == "sensor_lag") && channel_of(in) != "speed" && dt_s > 0.0 &&
+            std::abs(in.weights[0]) > kMostPeriods * dt_s)
+            return "it would be " + figure(in.weights[0] / dt_s) + " periods";
         if (in.effect == "stribeck_friction" && in.shape[1] > kSlow * setup.speed_base_rad_s)
             return "it would fade at " + figure(in.shape[1]) + " rad/s, the log's own speeds: viscous friction";
         if (in.effect == "dead_time" && in.shape[0] > kMostWidth * setup.i_base_A)

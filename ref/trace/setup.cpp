@@ -9,11 +9,13 @@
 #include "ref/fit/explain.hpp"
 #include "ref/fit/fit.hpp"
 #include "ref/log/residual.hpp"
+#include "ref/log/turns.hpp"
 #include "ref/model/blocks.hpp"
 #include "ref/model/mechanical.hpp"
 #include "ref/model/plan.hpp"
 #include "ref/model/settled.hpp"
 #include "ref/trace/candidates.hpp"
+#include "ref/trace/hexagon.hpp"
 
 namespace dqw {
 namespace {
@@ -94,44 +96,6 @@ std::optional<double> stated_pole_pairs(const std::vector<Log>& logs)
     return p;
 }
 
-/// Electrical turns in a mechanical one, by the log's own angle, negative where they run against each other; 0 where it
-/// does not say.
-double turns_of_angles(const std::vector<Log>& logs)
-{
-    constexpr double kMostStep_rad = 2.0, kLeastTurned_rad = 6.0;  // nearly a turn
-    constexpr std::size_t kTogether = 100;
-    double xy = 0.0, xx = 0.0, turned = 0.0;
-    for (const Log& log : logs) {
-        if (log.theta_e_rad.empty() || log.t_s.empty() || log.w_m_rad_s.empty()) return 0.0;
-        for (const Piece& piece : pieces_of(log, 2)) {
-            double sum_e = 0.0, sum_m = 0.0;
-            for (std::size_t k = piece.begin + 1; k < piece.end; ++k) {
-                const double electrical = std::remainder(log.theta_e_rad[k] - log.theta_e_rad[k - 1], 2.0 * M_PI);
-                // A step near half a turn may be one the other way.
-                if (std::abs(electrical) > kMostStep_rad) return 0.0;
-                sum_e += electrical,
-                    sum_m += 0.5 * (log.w_m_rad_s[k] + log.w_m_rad_s[k - 1]) * (log.t_s[k] - log.t_s[k - 1]);
-                // Over many rows the speed's noise, which would make the ratio small, is averaged away.
-                if ((k - piece.begin) % kTogether != 0 && k + 1 != piece.end) continue;
-                xy += sum_e * sum_m, xx += sum_m * sum_m, turned += std::abs(sum_e);
-                sum_e = sum_m = 0.0;
-            }
-        }
-    }
-    if (!(xx > 0.0) || turned < kLeastTurned_rad) return 0.0;
-    return xy / xx;
-}
-
-double pole_pairs_of_angles(const std::vector<Log>& logs)
-{
-    // From a whole number: less than to any other, and of a few pairs 5 %.
-    constexpr double kMost = 200.0, kNear = 0.05, kNearest = 0.3;
-    const double p = turns_of_angles(logs), whole = std::round(p);
-    return whole >= 1.0 && whole <= kMost && std::abs(p - whole) < kNear * whole && std::abs(p - whole) < kNearest
-               ? whole
-               : 0.0;
-}
-
 void find_pole_pairs(TraceSetup& setup)
 {
     const std::vector<Log>& logs = *setup.logs;
@@ -177,9 +141,32 @@ std::size_t stretches_of(const std::vector<Piece>& pieces, std::size_t most)
     return std::clamp(rows_of(pieces) / kLeastStretch, kFewestStretches, most);
 }
 
+/// Pieces without the rows beyond the inverter's hexagon, where enough remain.
+void hold_out_overmodulated(TraceSetup& setup, std::vector<Piece>& pieces)
+{
+    const std::vector<Log>& logs = *setup.logs;
+    std::vector<std::vector<char>> marks;
+    std::size_t beyond = 0;
+    for (std::size_t n = 0; n < logs.size(); ++n) {
+        marks.push_back(beyond_hexagon(logs[n], setup.columns[n], setup.pole_pairs));
+        beyond += static_cast<std::size_t>(std::count(marks.back().begin(), marks.back().end(), 1));
+    }
+    if (beyond == 0) return;
+    std::vector<Piece> inside = without_marked(pieces, logs, marks, kLeastPiece);
+    const std::string said = std::to_string(beyond) + " rows ask for a voltage beyond the inverter's hexagon (v_dc_V)";
+    // Half of a log that is cut to pieces says little of the other half.
+    if (rows_of(inside) < std::max(kLeastRows, rows_of(pieces) / 2)) {
+        setup.notes.push_back(said + ", too many to do without them: check v_dc_V");
+        return;
+    }
+    pieces = std::move(inside), setup.beyond_hexagon = beyond;
+    setup.notes.push_back(said + ": held out, neither fitted nor judged");
+}
+
 void electrical_setup(TraceSetup& setup, bool rotor_held)
 {
     const std::vector<Log>& logs = *setup.logs;
+    setup.rotor_held = rotor_held;
     find_pole_pairs(setup);
     double begin = HUGE_VAL, end = -HUGE_VAL;
     setup.i_base_A = 0.0;
@@ -192,7 +179,8 @@ void electrical_setup(TraceSetup& setup, bool rotor_held)
     setup.span_s = std::max(end - begin, 0.0);
     if (!std::isfinite(setup.span_s)) setup.span_s = 0.0;
     for (const Log& log : logs)
-        setup.columns.push_back(trace_columns(log, setup.pole_pairs, setup.i_base_A, setup.span_s));
+        setup.columns.push_back(
+            trace_columns(log, setup.pole_pairs_known ? setup.pole_pairs : 0.0, setup.i_base_A, setup.span_s));
     if (setup.regime != Regime::dynamic) {
         std::size_t rows = 0;
         for (const Log& log : logs) rows += log.rows();
@@ -211,7 +199,8 @@ void electrical_setup(TraceSetup& setup, bool rotor_held)
         setup.starts.push_back(start);
         return;
     }
-    const std::vector<Piece> pieces = pieces_of(logs, kLeastPiece);
+    std::vector<Piece> pieces = pieces_of(logs, kLeastPiece);
+    hold_out_overmodulated(setup, pieces);
     if (rows_of(pieces) < kLeastRows)
         throw std::invalid_argument(logs.front().path + ": " + std::to_string(rows_of(pieces)) +
                                     " rows in even pieces of " + std::to_string(kLeastPiece) +
@@ -338,6 +327,10 @@ TraceInput input_of(const TraceSetup& setup, const Point& at, const Term& term)
                 for (double h : c.heat[static_cast<std::size_t>(term.input.heat - 1)]) in.reach = std::max(in.reach, h);
         }
         break;
+    case Shape::instant:
+    case Shape::channel: in.shape = {s[0], at.base[0], at.base[1], at.base[2], at.base[3]}; break;
+    case Shape::link:
+    case Shape::shaft_order: in.shape = {s[0], s[1], s[2]}; break;
     case Shape::R_L: in.shape = {at.base[0], at.base[1], at.base[2]}; break;
     case Shape::L_psi: in.shape = {at.base[1], at.base[2], at.base[3]}; break;
     case Shape::seconds:

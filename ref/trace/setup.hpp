@@ -18,8 +18,10 @@ struct TraceSetup {
     double pole_pairs = 1.0;
     bool pole_pairs_known = true;  ///< else 1 stands for them
     double i_base_A = 1.0, span_s = 0.0, speed_base_rad_s = 0.0;
-    std::string turns_apart;  ///< where the angle column does not turn with the speed: how
-    bool one_speed = false;   ///< settled points that turn, all alike
+    std::size_t beyond_hexagon = 0;  ///< rows that are neither seen nor judged: no inverter on this link makes them
+    std::string turns_apart;         ///< where the angle column does not turn with the speed: how
+    bool one_speed = false;          ///< settled points that turn, all alike
+    bool rotor_held = false;         ///< within a period the voltage turns with the rotor
     std::vector<TraceColumns> columns;
     std::vector<std::vector<double>> torque, angle;
     std::unique_ptr<Model> full;  ///< of all rows

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "ref/trace/column_noise.hpp"
+
 namespace dqw {
 namespace {
 
@@ -183,7 +185,9 @@ Refined fit_named(const TraceSetup& setup, const std::vector<std::string>& names
         if (r.ok && (!best.ok || r.left.heldout > best.left.heldout)) best = std::move(r);
         if (tick) tick();
     }
-    return best.ok ? refine(Replanned(*setup.full, all_seen(*setup.full)), best.point, kPasses) : best;
+    if (!best.ok) return best;
+    const Replanned all(*setup.full, all_seen(*setup.full));
+    return without_column_noise(setup, all, refine(all, best.point, kPasses));
 }
 
 }  // namespace dqw

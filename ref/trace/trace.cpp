@@ -8,6 +8,10 @@
 #include "ref/fit/explain.hpp"
 #include "ref/log/hands.hpp"
 #include "ref/log/symmetric.hpp"
+#include "ref/trace/column_noise.hpp"
+#include "ref/trace/inverter_loss.hpp"
+#include "ref/trace/noise.hpp"
+#include "ref/trace/reading.hpp"
 #include "ref/trace/rest.hpp"
 #include "ref/trace/result.hpp"
 #include "ref/trace/rules.hpp"
@@ -124,6 +128,18 @@ Point least_residual(const Judge& judge, Point at)
     return at;
 }
 
+/// What an effect has to better: the held-out RMS of the plain model, or of the one of least residual where that is
+/// clearly less on the rows seen. Its parameters are no estimate: noise on the slopes of the currents makes L small.
+double least_of(const Judge& judge, const Point& plain)
+{
+    const Point least = least_residual(judge, plain);
+    // Chance alone takes n/(2 m) of the RMS of m values where n parameters are fitted to it: 3 % of 67 for four.
+    constexpr double kLess = 0.97;
+    const bool less = rms_of(judge.of(least, true), judge.channels) <
+                      kLess * rms_of(judge.of(plain, true), judge.channels);
+    return judge.rms(less ? least : plain);
+}
+
 TraceFit fit_of(const TraceSetup& setup, const Judge& judge, const Point& at, const Eigen::VectorXd& sd)
 {
     const Blocks blocks = judge.of(at, false);
@@ -159,6 +175,21 @@ void fill_blocks(const TraceSetup& setup, const Judge& judge, const Point& befor
     out.spectra = spectra(setup, a, b);
 }
 
+void say_inverter(const Point& at, TraceEffect& effect)
+{
+    for (const Term& t : at.terms)
+        if (is_dead_time(t.input.law) && effect.name == name_of(t.input.law))
+            effect.modulation = name_of(t.input.modulation), effect.law = name_of(t.input.loss);
+}
+
+/// Firmware learns what a dead time takes whichever way the current flows by a weight of its own.
+TraceInput firmware_input(const TraceSetup& setup, const Point& at, const Term& term)
+{
+    TraceInput in = input_of(setup, at, term);
+    if (is_dead_time(term.input.law)) in.modulation = name_of(term.input.modulation), in.weights.resize(1);
+    return in;
+}
+
 std::string describe(const std::vector<TraceCorrelate>& rest)
 {
     if (rest.empty()) return "what remains goes with nothing that was tested";
@@ -188,6 +219,7 @@ SelectOptions select_options(const TraceSetup& setup, const Judge& judge, const 
 {
     SelectOptions o;
     o.veto = [&setup](const Point& p) { return sense_of(setup, p); };
+    o.settle = [&setup](Refined r) { return settle_loss(setup, setup.search(), std::move(r)); };
     o.reported_rms = [&judge](const Point& p) { return judge.each(p); };
     const Blocks held = judge.of(setup.starts.front(), false);
     if (held.size() < kLeastBlocks)
@@ -204,6 +236,37 @@ SelectOptions select_options(const TraceSetup& setup, const Judge& judge, const 
     return o;
 }
 
+std::string percent_of(double share) { return std::to_string(static_cast<int>(std::lround(100.0 * share))) + " %"; }
+
+/// Why an effect that alone leaves `left` was not taken.
+std::string why_not(const std::string& name, double left, const Selection& s, const TraceResult& result)
+{
+    for (const TraceEffect& e : result.effects)
+        if (std::find(e.confusable_with.begin(), e.confusable_with.end(), name) != e.confusable_with.end())
+            return "cannot be told from " + e.name + " here";
+    for (const auto& [vetoed, reason] : s.vetoed)
+        if (vetoed == name) return reason;
+    const double before = result.before.heldout_rms, share = share_of(before, left, result.noise_floor);
+    const auto is_it = [&name](const auto& x) { return x.name == name; };
+    if (std::any_of(result.partial.effects.begin(), result.partial.effects.end(), is_it))
+        return "the best partial match, but it explains too little: " + percent_of(result.partial.share) +
+               " of what is above the noise";
+    if (!(before > kStructured * result.noise_floor)) return "what the plain model leaves is noise: nothing to explain";
+    if (!(left < before)) return "alone it leaves more of the rows held out than the plain model does";
+    // What is told below is chance.
+    constexpr double kLeastShare = 0.05;
+    if (!(share > kLeastShare)) return "alone it explains less than 5 % of what is above the noise";
+    const std::string alone = "alone it explains " + percent_of(share) + " of what is above the noise";
+    if (!result.effects.empty())
+        return alone + "; with " + result.effects.front().name + " in the model it is not needed";
+    for (const auto& [fitted, over] : s.fitted)
+        if (fitted == name) {
+            if (over.nats < kLeastNats) return alone + ", but once fitted the rows held out do not confirm it";
+            return alone + ", by a t of " + figure(over.t) + " on the rows held out: not enough to name it";
+        }
+    return alone + "; others explain more";
+}
+
 void reject(const TraceSetup& setup, const Judge& judge, const Selection& s, TraceResult& result)
 {
     // A long log takes a while for each of them.
@@ -213,15 +276,28 @@ void reject(const TraceSetup& setup, const Judge& judge, const Selection& s, Tra
         const std::string& name = s.alone[k].first;
         const auto is_it = [&name](const auto& x) { return x.name == name; };
         if (std::any_of(result.effects.begin(), result.effects.end(), is_it)) continue;
-        std::string why = "explains nothing that the rows held out confirm";
-        for (const TraceEffect& e : result.effects)
-            if (std::find(e.confusable_with.begin(), e.confusable_with.end(), name) != e.confusable_with.end())
-                why = "cannot be told from " + e.name + " here";
-        for (const auto& [vetoed, reason] : s.vetoed)
-            if (vetoed == name) why = reason;
-        result.rejected.push_back({name, why, left[k]});
+        result.rejected.push_back({name, why_not(name, left[k], s, result), left[k]});
     }
     for (const TraceRejected& r : setup.untestable) result.rejected.push_back(r);
+}
+
+/// What was found and is not named.
+TracePartial partial_of(const TraceSetup& setup, const Judge& judge, const Selection& s, const Finding& finding)
+{
+    TracePartial partial;
+    const double share = share_of(finding.before, finding.after, finding.floor);
+    if (s.found.empty() || finding.fault || finding.before_exact || !(share > 0.0)) return partial;
+    const Eigen::VectorXd sd = deviations(*setup.full, s.best);
+    partial.share = share, partial.heldout_rms = finding.after;
+    partial.rest = describe(correlates(setup, judge.of(s.best.point, false), finding.floor));
+    for (const Found& f : s.found) {
+        TraceEffect e;
+        e.name = f.name, e.heldout_rms_after = finding.after;
+        e.parameters = effect_parameters(setup, s.best.point, sd, f.name);
+        say_inverter(s.best.point, e);
+        partial.effects.push_back(e);
+    }
+    return partial;
 }
 
 /// A search and its judge; `judge` refers to `setup`.
@@ -278,7 +354,7 @@ Search search(const std::vector<Log>& logs, const TraceOptions& options)
         const Effect* effect = find_effect(f.name);
         return effect != nullptr && (effect->is & is_like_turning_v) != 0;
     });
-    if (!alike && (found.rms < kStructured * noise_floor(*found.setup, found.selection.best.point) ||
+    if (!alike && (found.rms < kStructured * noise_of(*found.setup, found.selection.best.point).floor ||
                    below(found.judge->each(found.selection.best.point), found.exact)))
         return found;
     Search other = search(logs, options, Variant::rotor_held, ticks);
@@ -290,21 +366,16 @@ Search search(const std::vector<Log>& logs, const TraceOptions& options)
     return other;
 }
 
-/// Whether the plain model leaves far less where each voltage is that of the period before its row.
-bool fits_previous(const std::vector<Log>& logs, double before)
+std::string doubt_of(const Reading& r)
 {
-    // Every row is wrong then: what is left falls to a small part, and half tells.
-    constexpr double kFarLess = 0.5;
-    if (logs.front().regime != Regime::dynamic) return false;
-    std::vector<Log> shifted = logs;
-    for (Log& log : shifted)
-        for (auto* v : {&log.v_d_V, &log.v_q_V}) std::rotate(v->begin(), v->begin() + 1, v->end());
-    const auto setup = trace_setup(shifted, {});
-    const Judge judge(*setup);
-    SelectOptions by;
-    by.reported_rms = [&judge](const Point& p) { return judge.each(p); };
-    const Selection s = select(setup->search(), best_start(*setup), {}, by);
-    return s.plain.ok && judge.rms(s.plain.point) < kFarLess * before;
+    constexpr double kAsMuch = 0.9;  // nothing but signs is then better
+    std::string text = r.part > kAsMuch ? r.how + " all parameters come out positive"
+                                        : r.how + " the plain model leaves " + figure(100.0 * r.part) +
+                                              " % of what it leaves as it stands";
+    if (r.pole_pairs > 0.0) text += ", and the pole pairs come out at " + figure(r.pole_pairs);
+    if (r.previous) return text + ": is voltage_interval = \"previous\" missing in the TOML?";
+    return text + ": are " + (r.kind == Reading::Kind::signs ? "signs and columns" : "rows and frame") +
+           " those of the log format?";
 }
 
 }  // namespace
@@ -315,48 +386,58 @@ TraceResult trace(const std::vector<Log>& logs, const TraceOptions& options)
     const std::unique_ptr<TraceSetup>& setup = found.setup;
     const Judge& judge = *found.judge;
     Selection s = found.selection;
+    s.plain = without_column_noise(*setup, *setup->full, s.plain);
+    s.best = s.found.empty() ? s.plain : without_column_noise(*setup, *setup->full, s.best);
 
     TraceResult result;
     result.regime = setup->regime;
     result.unit = setup->regime == Regime::mechanical ? "Nm" : "V";
     result.notes = setup->notes;
+    result.beyond_hexagon = setup->beyond_hexagon;
     for (const Log& log : logs) result.rows += log.rows();
     for (const auto& held : judge.held) result.heldout_row.insert(result.heldout_row.end(), held.begin(), held.end());
     result.heldout_rows = static_cast<std::size_t>(std::count(result.heldout_row.begin(), result.heldout_row.end(), 1));
 
-    Point plain = s.plain.point;
-    const Point least = least_residual(judge, plain);
-    // Chance alone takes n/(2 m) of the RMS of m values where n parameters are fitted to it: 3 % of 67 for four.
-    constexpr double kLess = 0.97;
-    if (rms_of(judge.of(least, true), judge.channels) < kLess * rms_of(judge.of(plain, true), judge.channels))
-        plain.base = least.base;
-    const double before = judge.rms(plain);
-    double floor = noise_floor(*setup, s.best.point), after = judge.rms(s.best.point);
+    const Point& plain = s.plain.point;
+    const double before = least_of(judge, plain);
+    Noise noise = noise_of(*setup, s.best.point);
+    double after = judge.rms(s.best.point);
     const bool was_exact = below(judge.each(plain), found.exact);
     const std::string fault = !s.fault.empty() || was_exact ? s.fault : record_fault(logs);
-    const Finding finding{before,        after, floor, was_exact, below(judge.each(s.best.point), found.exact),
+    const Finding finding{before,        after, noise.floor, was_exact, below(judge.each(s.best.point), found.exact),
                           !fault.empty()};
-    if (!explains(finding)) {
+    const std::optional<Reading> reading = was_exact ? std::nullopt : other_reading(*setup);
+    // Rows or a frame that are not of one instant have a name, which stands where it leaves noise alone.
+    const bool shifted = std::any_of(s.found.begin(), s.found.end(),
+                                     [](const Found& f) { return f.name == "sample_shift" || f.name == "delay"; });
+    const bool read = reading && reads_better(finding, reading->part * before, shifted ? 1 : s.found.size());
+    if (!explains(finding) || read) {
+        result.partial = partial_of(*setup, judge, s, finding);
         s.found.clear(), s.after.clear();
         s.best = s.plain;
-        floor = noise_floor(*setup, s.best.point), after = before;
+        noise = noise_of(*setup, s.best.point), after = before;
     }
-    result.noise_floor = floor;
-    const Eigen::VectorXd sd = deviations(*setup->full, s.best), plain_sd = deviations(*setup->full, s.plain);
+    const double floor = result.noise_floor = noise.floor;
+    const Eigen::VectorXd plain_sd = whole_deviations(*setup, *setup->full, s.plain),
+                          spread = spread_over_laws(*setup, s.best);
+    const Eigen::VectorXd whole = whole_deviations(*setup, *setup->full, s.best),
+                          sd = (whole.array().square() + spread.array().square()).sqrt();
     result.before = fit_of(*setup, judge, plain, plain_sd);
     result.after = s.found.empty() ? result.before : fit_of(*setup, judge, s.best.point, sd);
     const Point& last = s.found.empty() ? plain : s.best.point;
     for (std::size_t k = 0; k < s.found.size(); ++k) {
         TraceEffect e;
         e.name = s.found[k].name;
+        say_inverter(s.best.point, e);
         e.parameters = effect_parameters(*setup, s.best.point, sd, e.name);
+        put_channel(*setup, s.best.point, e);
         e.heldout_rms_after = k + 1 == s.found.size() ? result.after.heldout_rms : judge.rms(s.after[k]);
         e.confusable_with = s.found[k].confusable_with;
         if (!e.confusable_with.empty()) e.separate = find_effect(e.name)->separate;
         result.effects.push_back(e);
     }
     for (const Term& t : s.found.empty() ? std::vector<Term>() : s.best.point.terms)
-        result.inputs.push_back(input_of(*setup, s.best.point, t));
+        result.inputs.push_back(firmware_input(*setup, s.best.point, t));
     reject(*setup, judge, s, result);
     result.structure = correlates(*setup, judge.of(plain, false), floor);
     result.rest = correlates(*setup, judge.of(last, false), floor);
@@ -366,9 +447,11 @@ TraceResult trace(const std::vector<Log>& logs, const TraceOptions& options)
     const bool structured = is_structured({rest, !s.found.empty(), taken_back});
     result.doubt = result.effects.empty() ? doubt_of(*setup, plain, result.before) : "";
     if (structured) result.rest_signature = fault.empty() ? describe(result.rest) : fault;
-    if (result.effects.empty() && (structured || !result.doubt.empty()) && fault.empty() && fits_previous(logs, before))
-        result.doubt = "each voltage fits the period before its row far better: is voltage_interval = \"previous\" "
-                       "missing in the TOML?";
+    if (result.effects.empty() && fault.empty()) {
+        // An angle that turns otherwise says more than what its speed makes of the axes.
+        if (reading && setup->turns_apart.empty()) result.doubt = doubt_of(*reading);
+        if (result.doubt.empty() && !rest.after_exact) result.doubt = doubt_of(noise, rest.after);
+    }
     if (!result.doubt.empty()) result.rest_signature = result.doubt;
     result.verdict = verdict_of(!result.effects.empty(), structured, !result.doubt.empty());
     fill_blocks(*setup, judge, plain, last, result);

@@ -28,6 +28,14 @@ struct TraceRejected {
     double heldout_rms = 0.0;
 };
 
+/// The effects that the search took and that explain too little to be named. Empty: it took none, or they are named.
+struct TracePartial {
+    std::vector<TraceEffect> effects;
+    double share = 0.0;        ///< of the residual's power above the noise that they explain
+    double heldout_rms = 0.0;  ///< with them
+    std::string rest;          ///< what they leave, in words
+};
+
 /// One thing that a residual goes with: "time", "angle, order 6", "i_q", "speed", "temperature", "voltage", "signs of
 /// the phase currents",
 /// "a line at 37 Hz". `share`: part of the residual's variance above the noise that a smooth function of it explains.
@@ -62,9 +70,11 @@ struct TraceResult {
     Regime regime = Regime::dynamic;
     std::size_t rows = 0, heldout_rows = 0;
     std::string unit = "V";
-    double noise_floor = 0.0;  ///< block RMS that the log's own noise would leave
+    std::size_t beyond_hexagon = 0;  ///< rows that were left out: no inverter on their link makes their voltage
+    double noise_floor = 0.0;        ///< block RMS that the log's own noise would leave
     TraceFit before, after;
     std::vector<TraceEffect> effects;  ///< in the order found
+    TracePartial partial;              ///< where none is named
     std::vector<TraceRejected> rejected;
     std::vector<TraceCorrelate> structure;  ///< of the residual before, strongest first
     std::vector<TraceCorrelate> rest;       ///< of the residual after

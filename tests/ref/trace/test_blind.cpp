@@ -1,10 +1,15 @@
 // The blind campaign's judge, and a fixed twenty of its logs, traced.
 // Plain only: long, and what it runs others run under the sanitizers.
+#include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <fstream>
 #include <string>
 
 #include "bench/blind.hpp"
+#include "bench/blind_class.hpp"
+#include "bench/blind_effect.hpp"
 #include "command.hpp"
 #include "unity.h"
 
@@ -52,6 +57,85 @@ static void wrong_is_a_missed_a_false_or_a_vague_one(void)
     TEST_ASSERT_FALSE(thrown.right());
 }
 
+static void exact_lists_what_the_log_cannot_tell_and_no_more(void)
+{
+    const auto exact = [](std::vector<std::string> named, std::vector<std::vector<std::string>> confusable,
+                          std::vector<std::string> same, std::vector<std::string> close) {
+        Outcome o = said({"delay"}, named, confusable);
+        o.same = {same}, o.close = {close};
+        return o.exact();
+    };
+    TEST_ASSERT_TRUE(exact({"delay"}, {{}}, {}, {}));
+    TEST_ASSERT_TRUE(exact({"delay"}, {{"iron_loss"}}, {"iron_loss"}, {"iron_loss"}));
+    TEST_ASSERT_TRUE(exact({"iron_loss"}, {{"delay"}}, {"iron_loss"}, {"iron_loss"}));
+    TEST_ASSERT_TRUE_MESSAGE(exact({"delay"}, {{"iron_loss"}}, {}, {"iron_loss"}), "hardly told: may be listed");
+    TEST_ASSERT_TRUE_MESSAGE(exact({"delay"}, {{}}, {}, {"iron_loss"}), "hardly told: need not be listed");
+    TEST_ASSERT_FALSE_MESSAGE(exact({"delay"}, {{}}, {"iron_loss"}, {"iron_loss"}), "not told: must be listed");
+    TEST_ASSERT_FALSE_MESSAGE(exact({"delay"}, {{"iron_loss"}}, {}, {}), "told: may not be listed");
+    TEST_ASSERT_FALSE_MESSAGE(exact({"iron_loss"}, {{"delay"}}, {}, {}), "told: may not be named");
+    TEST_ASSERT_FALSE_MESSAGE(exact({}, {}, {}, {}), "missed");
+    const std::vector<std::string> many = {"iron_loss", "angle_offset", "voltage_offset", "dead_time"};
+    TEST_ASSERT_TRUE_MESSAGE(exact({"delay"}, {{many[0], many[1], many[2]}}, many, many), "three are enough");
+    TEST_ASSERT_FALSE(exact({"delay"}, {{many[0], many[1]}}, many, many));
+}
+
+// At one speed a turned frame is a constant voltage, but for what goes with the current: below the noise where that is
+// little. What goes with the rotor's angle is told.
+static void a_class_is_what_one_speed_cannot_tell(void)
+{
+    blind::Random random(3);
+    blind::Setup s = blind::draw_setup(random, dqw::Regime::dynamic);
+    dqw_sim_profile& p = s.scenario.profile;
+    p = dqw_sim_profile{};
+    p.control = DQW_SIM_CONTROL_CURRENT, p.shaft = DQW_SIM_SHAFT_IMPOSED;
+    p.speed_rad_s.value = p.speed_start_rad_s = s.speed_rad_s;
+    p.i_d_A.random = p.i_q_A.random = 0.05 * s.current_A, p.i_d_A.random_hold_s = 0.02, p.i_q_A.random_hold_s = 0.03;
+    s.injection = false, s.scenario.duration_s = 0.5, s.scenario.noise = dqw_sim_noise{};
+    s.scenario.noise.i = 0.03, s.scenario.noise.v = 0.05;
+    std::vector<blind::Drawn> drawn(1);
+    drawn[0].name = "angle_offset", drawn[0].size = 0.001;
+    blind::find_classes(s, drawn);
+    const auto in = [&](const char* name) { return std::count(drawn[0].same.begin(), drawn[0].same.end(), name) == 1; };
+    std::string all;
+    for (const std::string& name : drawn[0].same) all += name + " ";
+    TEST_ASSERT_TRUE_MESSAGE(in("voltage_offset") && in("iron_loss"), all.c_str());
+    TEST_ASSERT_EQUAL_size_t_MESSAGE(2, drawn[0].same.size(), all.c_str());
+
+    // At many speeds nothing is like it.
+    blind::Random other(3);
+    const blind::Setup rich = blind::draw_setup(other, dqw::Regime::dynamic);
+    drawn[0].same.clear(), drawn[0].close.clear(), drawn[0].size = 0.1;
+    blind::find_classes(rich, drawn);
+    TEST_ASSERT_EQUAL_size_t(0, drawn[0].close.size());
+}
+
+static void an_inverter_loses_what_was_drawn_in_either_plant(void)
+{
+    blind::Random random(1);
+    blind::Setup s = blind::draw_setup(random, dqw::Regime::dynamic, true);
+    TEST_ASSERT_TRUE(s.switching && s.scenario.inverter.modulation != DQW_SIM_MODULATION_MEAN);
+    dqw_sim_scenario x = s.scenario;
+    s.shape[4] = 0.9;
+    blind::apply_dead_time(1.0, s, x);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-12, 1.0, x.inverter.dead_time_s / x.drive.dt_s * x.drive.v_dc_V);
+    TEST_ASSERT_EQUAL_DOUBLE(0, x.drive.compensation);
+    s.shape[4] = 0.1;
+    blind::apply_dead_time(1.0, s, x);
+    // What the dead time takes less what the controller gives back.
+    TEST_ASSERT_DOUBLE_WITHIN(1e-12, -1.0,
+                              x.inverter.dead_time_s / x.drive.dt_s * x.drive.v_dc_V * (1 - x.drive.compensation));
+    // Of the mean plant, the curve's end.
+    const blind::Setup mean = blind::on_mean_plant(s);
+    x = mean.scenario;
+    blind::apply_dead_time(1.0, mean, x);
+    std::ifstream in(x.nonideal.inverter_curve);
+    std::string line, last;
+    while (std::getline(in, line)) last = line;
+    TEST_ASSERT_DOUBLE_WITHIN(0.12, -1.0, std::stod(last.substr(last.find(',') + 1)));
+    blind::remove_curves();
+    TEST_ASSERT_FALSE(std::ifstream(x.nonideal.inverter_curve).good());
+}
+
 static void base_parameters_have_their_bounds(void)
 {
     blind::Case c;
@@ -70,7 +154,10 @@ static void base_parameters_have_their_bounds(void)
 static void an_outcome_survives_its_line(void)
 {
     Outcome o = said({"delay", "dead_time"}, {"dead_time", "iron_loss"}, {{}, {"delay", "angle_offset"}});
-    o.seed = 77, o.strength = 3.25, o.about = "servo\ttab", o.off = {{"R_ohm", -1.5}, {"psi_Wb", 0.25}}, o.seconds = 2;
+    o.seed = 77, o.strength = 3.25, o.about = "servo\ttab", o.seconds = 2, o.switching = true;
+    o.off = {{"R_ohm", -1.5, 0.5, true}, {"psi_Wb", 0.25, 9, false}};
+    o.same = {{"iron_loss"}, {}}, o.close = {{"iron_loss", "angle_offset"}, {"skin_effect"}},
+    o.confidence = {0.75, std::nan("")};
     const Outcome back = blind::outcome_of(blind::line_of(o));
     TEST_ASSERT_EQUAL_UINT64(77, back.seed);
     TEST_ASSERT_TRUE(back.kind == Kind::two && back.truth == o.truth && back.named == o.named &&
@@ -79,6 +166,11 @@ static void an_outcome_survives_its_line(void)
     TEST_ASSERT_EQUAL_DOUBLE(3.25, back.strength);
     TEST_ASSERT_EQUAL_size_t(2, back.off.size());
     TEST_ASSERT_EQUAL_DOUBLE(-1.5, back.off[0].percent);
+    TEST_ASSERT_EQUAL_DOUBLE(0.5, back.off[0].sd_percent);
+    TEST_ASSERT_TRUE(back.off[0].usable && !back.off[1].usable && back.switching && back.same == o.same &&
+                     back.close == o.close);
+    TEST_ASSERT_TRUE(back.confidence.size() == 2 && back.confidence[0] == 0.75 &&
+                     !(back.confidence[1] == back.confidence[1]));
     const Outcome clean = blind::outcome_of(blind::line_of(said({}, {}, {})));
     TEST_ASSERT_TRUE(clean.right() && clean.truth.empty() && clean.named.empty() && clean.confusable.empty() &&
                      clean.off.empty());
@@ -93,6 +185,23 @@ static void the_report_counts(void)
     TEST_ASSERT_TRUE_MESSAGE(text.find("| delay | 3 | 1 | 0 | 1 | 0 | iron_loss 1 |") != text.npos, text.c_str());
     TEST_ASSERT_TRUE_MESSAGE(text.find("noise floor      1 of   3") != text.npos, text.c_str());
     TEST_ASSERT_TRUE(text.find("blind --seed 4\n") == text.npos && text.find("blind --seed 5\n") != text.npos);
+}
+
+// 30 names at 0.9 of which 27 are right hold it, 30 at 0.9 of which 20 are do not; two of four parameters within.
+static void the_report_calibrates_and_covers(void)
+{
+    std::vector<Outcome> outcomes;
+    for (int k = 0; k < 60; ++k) {
+        Outcome o = said({"delay"}, {k % 30 < (k < 30 ? 27 : 20) ? "delay" : "iron_loss"}, {{}});
+        o.strength = 5, o.confidence = {k < 30 ? 0.9 : 0.91};
+        outcomes.push_back(o);
+    }
+    outcomes[0].off = {
+        {"R_ohm", 2.5, 1, true}, {"Ld_H", -3.5, 1, true}, {"Lq_H", 0.9, 0.1, true}, {"psi_Wb", 50, 9, false}};
+    const std::string text = blind::report(outcomes);
+    TEST_ASSERT_TRUE_MESSAGE(text.find("| 30 | 0.900 | 27 | 0.744 to 0.965 | yes |") != text.npos, text.c_str());
+    TEST_ASSERT_TRUE_MESSAGE(text.find("| 30 | 0.910 | 20 | 0.488 to 0.808 | NO |") != text.npos, text.c_str());
+    TEST_ASSERT_TRUE_MESSAGE(text.find("| all | 4 | 3 | 33.3 % | 66.7 % | 0 | 3.5 |") != text.npos, text.c_str());
 }
 
 // Strength is what a fit that knows nothing of the effects leaves over the floor: the tracer's own `before` judges the
@@ -127,6 +236,10 @@ int main(void)
     RUN_TEST(base_parameters_have_their_bounds);
     RUN_TEST(an_outcome_survives_its_line);
     RUN_TEST(the_report_counts);
+    RUN_TEST(the_report_calibrates_and_covers);
+    RUN_TEST(exact_lists_what_the_log_cannot_tell_and_no_more);
+    RUN_TEST(a_class_is_what_one_speed_cannot_tell);
+    RUN_TEST(an_inverter_loses_what_was_drawn_in_either_plant);
     RUN_TEST(fixed_logs_are_traced);
     return UNITY_END();
 }

@@ -76,6 +76,18 @@ void each_effect_reads_as_simulated()
         // Without noise the law itself shows. Measured: 499.9 ohm; 508 without what a step of voltage does at once.
         {"servo_ideal", "iron_loss", {"nonideal.iron_loss_S=0.002"}, "R_fe_ohm", 500.0, 1.0},
         {"servo", "voltage_offset", {"nonideal.voltage_offset_d_V=0.5"}, "v_d_V", 0.5, 0.03},
+        {"servo", "sample_shift", {"sensing.late_periods=0.2"}, "shift_s", 2e-5, 4e-7},
+        {"servo", "sensor_lag", {"sensing.filter_s=2e-5"}, "tau_s", 2e-5, 1e-6},
+        // 0.05 of the turns through 0.2 ohm.
+        {"servo",
+         "turn_short",
+         {"nonideal.turn_short=0.05", "nonideal.turn_short_ohm=0.2"},
+         "R_short_ohm",
+         (0.2 + 0.05 * 0.9) / 0.0025,
+         2.0},
+        {"servo", "encoder_eccentricity", {"sensing.once_rad=0.01"}, "amplitude_rad", 0.01, 2e-4},
+        {"servo", "encoder_eccentricity", {"sensing.twice_rad=0.01"}, "amplitude_rad", 0.01, 2e-4},
+        {"servo", "magnet_asymmetry", {"nonideal.magnet_asymmetry_Wb=0.003"}, "psi_1_Wb", 0.003, 6e-5},
         {"coast_friction", "coulomb_friction", {}, "torque_Nm", 0.1, 0.002},
     };
     for (const auto& c : cases) {

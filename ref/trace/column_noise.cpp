@@ -1,0 +1,63 @@
+#include "ref/trace/column_noise.hpp"
+
+#include <cmath>
+
+#include "ref/model/coherent.hpp"
+#include "ref/model/column_noise.hpp"
+
+namespace dqw {
+namespace {
+
+/// Scores of the rows seen, each channel a column, e'e below.
+Eigen::MatrixXd seen_scores(const Model& model, const Point& at, double& rows)
+{
+    std::vector<BlockSum> sums;
+    if (!model.pass(at, {}, sums)) return {};
+    const Eigen::Index last = at.columns();
+    Eigen::MatrixXd scores = Eigen::MatrixXd::Zero(last + 1, model.channels());
+    rows = 0.0;
+    for (std::size_t b = 0; b < sums.size(); ++b) {
+        if (model.plan().blocks[b].heldout) continue;
+        rows += sums[b].rows;
+        for (Eigen::Index c = 0; c < scores.cols(); ++c)
+            scores.col(c) += sums[b].gram[static_cast<std::size_t>(c)].col(last);
+    }
+    return scores;
+}
+
+}  // namespace
+
+Refined without_column_noise(const TraceSetup& setup, const Model& model, const Refined& refined)
+{
+    if (setup.regime != Regime::dynamic || !refined.ok) return refined;
+    const std::vector<Log>& logs = *setup.logs;
+    const ColumnNoise noise(logs);
+    // Of a long log a part says it: what its draw scatters by is little beside what the noise adds.
+    const Plan& plan = setup.part ? setup.part->plan() : model.plan();
+    return take_off_noise(model, refined, [&](const Point& at, const Eigen::VectorXd& variance, double rows) {
+        const NoiseSizes sizes = noise.sizes(at.base, at.gain, setup.pole_pairs, variance);
+        if (!sizes.any()) return Eigen::MatrixXd();
+        double of_part = 0.0;
+        Eigen::MatrixXd added = noise.added(sizes, [&](const std::vector<Log>& noisy) {
+            const ElectricalModel moved(noisy, setup.columns, setup.pole_pairs, plan_of(plan, logs, noisy),
+                                        setup.rotor_held);
+            return seen_scores(moved, at, of_part);
+        });
+        return of_part > 0.0 ? Eigen::MatrixXd(rows / of_part * added) : added;
+    });
+}
+
+Eigen::VectorXd whole_deviations(const TraceSetup& setup, const Model& model, const Refined& refined)
+{
+    Eigen::VectorXd sd = deviations(model, refined);
+    if (setup.regime != Regime::dynamic) return sd;
+    double rows = 0.0;
+    Eigen::VectorXd variance;
+    const Eigen::MatrixXd information = seen_information(model, refined, variance, rows);
+    const Eigen::VectorXd hidden = coherent_deviations(model, refined.point, information,
+                                                       coherent_weight(*setup.logs, refined.point, variance, rows));
+    for (Eigen::Index j = 0; j < sd.size(); ++j) sd[j] = std::hypot(sd[j], hidden[j]);
+    return sd;
+}
+
+}  // namespace dqw

@@ -1,0 +1,16 @@
+// A traced point without what noise of the logged columns makes of it, and how far it may be off.
+#ifndef DQW_REF_TRACE_COLUMN_NOISE_HPP
+#define DQW_REF_TRACE_COLUMN_NOISE_HPP
+
+#include "ref/trace/setup.hpp"
+
+namespace dqw {
+
+/// (E110), of a dynamic log: `refined` is a point of `model`, which is setup.full or has its rows. As it is elsewhere.
+Refined without_column_noise(const TraceSetup& setup, const Model& model, const Refined& refined);
+
+/// Deviations of a point's columns with what the model's own error may hide, (E111).
+Eigen::VectorXd whole_deviations(const TraceSetup& setup, const Model& model, const Refined& refined);
+
+}  // namespace dqw
+#endif

@@ -1,0 +1,137 @@
+#include "ref/trace/inverter_loss.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "ref/trace/noise.hpp"
+#include "ref/trace/rest.hpp"
+
+namespace dqw {
+namespace {
+
+constexpr int kPasses = 12;  ///< as a fit of the search has
+/// Rows held out tell two laws apart: a normal exceeds it, either way, in 3 of 1000 cases.
+constexpr double kToldT = 3.0;
+
+Term* dead_time_of(Point& at)
+{
+    for (Term& t : at.terms)
+        if (is_dead_time(t.input.law)) return &t;
+    return nullptr;
+}
+
+/// Width at which a law has half of its loss, over its own.
+double half_of(LossLaw law)
+{
+    switch (law) {
+    case LossLaw::tanh: return 0.55;
+    case LossLaw::ramp: return 0.5;
+    default: return 1.0;
+    }
+}
+
+Refined with_law(const Model& model, const Refined& found, LossLaw law)
+{
+    Point start = found.point;
+    Input& input = dead_time_of(start)->input;
+    input.shape[0] *= half_of(input.loss) / half_of(law);
+    input.loss = law;
+    return refine(model, start, kPasses);
+}
+
+Refined with_modulation(const Model& model, const Refined& found, Modulation modulation, double turned_rad)
+{
+    Point start = found.point;
+    Term& term = *dead_time_of(start);
+    const Input old = term.input;
+    term.input = dead_time_input(modulation, old.shape[0], old.shape[1] + turned_rad, old.free_angle);
+    term.input.loss = old.loss, term.input.averaged = old.averaged;
+    term.weights[1] = 0.0;
+    return refine(model, start, kPasses);
+}
+
+bool leads(const Refined& rival, const Refined& best) { return rival.ok && rival.left.heldout > best.left.heldout; }
+
+}  // namespace
+
+std::string stated_modulation(const std::vector<Log>& logs)
+{
+    for (const Log& log : logs)
+        if (log.modulation != logs.front().modulation) return "";
+    return logs.front().modulation == "unknown" ? "" : logs.front().modulation;
+}
+
+Input dead_time_input(Modulation modulation, double width_A, double start_angle_rad, bool free_angle)
+{
+    const bool clamped = modulation != Modulation::centred;
+    Input in{clamped ? Law::dead_clamped : Law::dead_time, {width_A, start_angle_rad, 0, 0}};
+    in.free_angle = free_angle, in.modulation = modulation;
+    return in;
+}
+
+Refined settle_loss(const TraceSetup& setup, const Model& model, Refined found)
+{
+    const Term* term = dead_time_of(found.point);
+    if (term == nullptr) return found;
+    if (stated_modulation(*setup.logs).empty() && !term->input.averaged) {
+        Refined best = found;
+        const Modulation first = term->input.modulation;
+        for (const Modulation m : kModulations) {
+            // Three phases look the same every third of a turn, and a sixth further with high for low.
+            const bool other_half = term->input.free_angle && m == Modulation::clamped_low;
+            if (m == first || (term->input.free_angle && m == Modulation::clamped_high)) continue;
+            for (const double turned_rad : {0.0, M_PI / 3.0}) {
+                if (turned_rad > 0.0 && !other_half) continue;
+                Refined rival = with_modulation(model, found, m, turned_rad);
+                if (leads(rival, best) &&
+                    (m == Modulation::centred || confirmed(model, better(model, found.left, rival.left))))
+                    best = std::move(rival);
+            }
+        }
+        found = std::move(best);
+    }
+    Refined best = found;
+    for (const LossLaw law : kLossLaws) {
+        if (law == dead_time_of(found.point)->input.loss) continue;
+        Refined rival = with_law(model, found, law);
+        if (leads(rival, best)) best = std::move(rival);
+    }
+    return best;
+}
+
+Eigen::VectorXd spread_over_laws(const TraceSetup& setup, const Refined& best)
+{
+    Eigen::VectorXd spread = Eigen::VectorXd::Zero(best.point.columns());
+    Point at = best.point;
+    const Term* term = dead_time_of(at);
+    if (term == nullptr) return spread;
+    const Model& model = setup.search();
+    const Refined here = refine(model, best.point, kPasses);
+    if (!here.ok) return spread;
+    const Eigen::VectorXd values = here.point.values();
+    const auto square = [&](const Refined& r) {
+        return std::pow(rms_of(setup.full->report(r.point, 0), setup.full->channels()), 2);
+    };
+    const double own = square(here), excess = std::max(own - std::pow(noise_of(setup, here.point).floor, 2), 0.0);
+    for (const LossLaw law : kLossLaws) {
+        if (law == term->input.loss) continue;
+        const Refined other = with_law(model, here, law);
+        if (!other.ok) continue;
+        // Where the best itself leaves more than noise, no law is the true one.
+        const bool as_near = square(other) - own <= excess;
+        if (!as_near && better(model, other.left, here.left).t > kToldT) continue;
+        spread = spread.cwiseMax((other.point.values() - values).cwiseAbs());
+    }
+    // A gain is none of the machine's, and each law has a width of its own.
+    spread.segment(best.point.base.size(), best.point.gain.size()).setZero();
+    Eigen::Index j = best.point.base.size() + best.point.gain.size();
+    for (const Term& t : best.point.terms) {
+        j += weights_of(t.input.law);
+        const Eigen::Index shapes = free_shapes_of(t.input);
+        spread.segment(j, shapes).setZero();
+        j += shapes;
+    }
+    return spread;
+}
+
+}  // namespace dqw

@@ -1,0 +1,25 @@
+// A dead time that was found: which legs switch, by which law its loss grows with the current, and what of the
+// machine's parameters hangs on that law.
+#ifndef DQW_REF_TRACE_INVERTER_LOSS_HPP
+#define DQW_REF_TRACE_INVERTER_LOSS_HPP
+
+#include "ref/trace/setup.hpp"
+
+namespace dqw {
+
+/// Which legs switch, as the logs' machine files say it; empty where they say nothing, or not the same.
+std::string stated_modulation(const std::vector<Log>& logs);
+
+/// The inputs of a dead time with this modulation.
+Input dead_time_input(Modulation modulation, double width_A, double start_angle_rad, bool free_angle);
+
+/// (E114). The same point with the modulation and the law of its dead time that predict best; as it is where it has
+/// none. A modulation that no machine file says is left only for one that the rows held out confirm.
+Refined settle_loss(const TraceSetup& setup, const Model& model, Refined found);
+
+/// (E114). Largest change of each column of `best` from its law of the loss to another that the rows held out do not
+/// tell from it, or that fits no worse beside it than it itself does beside the noise; 0 where it has no dead time.
+Eigen::VectorXd spread_over_laws(const TraceSetup& setup, const Refined& best);
+
+}  // namespace dqw
+#endif

@@ -1,0 +1,266 @@
+// Laws of the effects against closed forms and a machine integrated finely, neither of ref/.
+#include <cmath>
+#include <complex>
+#include <vector>
+
+#include "ref/effect/input.hpp"
+#include "unity.h"
+
+void setUp(void) {}
+void tearDown(void) {}
+
+namespace {
+
+using dqw::Input;
+using dqw::Law;
+using dqw::Moment;
+using dqw::Vector2;
+using Complex = std::complex<double>;
+
+constexpr double R = 0.5, Ld = 1.0e-3, Lq = 1.6e-3, psi = 0.05, w_e = 700.0, T = 1e-4;
+
+Complex turned(double angle) { return std::polar(1.0, angle); }
+
+Moment moment(Complex i)
+{
+    Moment m;
+    m.R = R, m.Ld = Ld, m.Lq = Lq, m.psi = psi, m.w_e = w_e, m.period_s = T;
+    m.i_d = i.real(), m.i_q = i.imag();
+    return m;
+}
+
+Vector2 dq(Complex x) { return {x.real(), x.imag()}; }
+
+double shape(dqw::Instant which) { return static_cast<double>(which); }
+
+/// Stationary current from a stationary flux at an angle.
+Complex current(Complex flux, double theta)
+{
+    const Complex rotor = flux * turned(-theta);
+    return Complex((rotor.real() - psi) / Ld, rotor.imag() / Lq) * turned(theta);
+}
+Complex flux(Complex i_dq, double theta) { return Complex(Ld * i_dq.real() + psi, Lq * i_dq.imag()) * turned(theta); }
+
+/// A thousandth of a microsecond at a time, midpoint rule: flux, angle and a filtered current.
+struct Machine {
+    Complex flux_s, y;
+    double theta = 0.0;
+    void run(Complex v, double time_s, double tau_s)
+    {
+        const int steps = static_cast<int>(std::ceil(std::abs(time_s) / 5e-8));
+        const double h = time_s / steps;
+        for (int n = 0; n < steps; ++n) {
+            const Complex i0 = current(flux_s, theta), middle = flux_s + 0.5 * h * (v - R * i0);
+            const Complex i = current(middle, theta + 0.5 * h * w_e);
+            flux_s += h * (v - R * i);
+            theta += h * w_e;
+            if (tau_s > 0.0) y += (1.0 - std::exp(-h / tau_s)) * (i - y);
+        }
+    }
+};
+
+/// What a law takes the log's current to be more than the true one, from its flux.
+Complex read_as(const Input& input, double weight, const Moment& m)
+{
+    Vector2 f, g;
+    dqw::evaluate_sum(input, &weight, m, f, g);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-12, g.d * R / Ld, f.d);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-12, g.q * R / Lq, f.q);
+    return {-g.d / Ld, -g.q / Lq};
+}
+
+void currents_of_another_instant()
+{
+    const Complex i(3.0, -7.0), v(12.0, 31.0);
+    for (double late : {-0.9 * T, -0.2 * T, 0.3 * T, 0.8 * T}) {
+        Machine m{flux(i, 0.0), 0.0, 0.0};
+        m.run(v, late, 0.0);
+        // Written in the row's own frame, whose angle is 0.
+        const Complex seen = current(m.flux_s, m.theta);
+        Moment at = moment(seen);
+        (late < 0.0 ? at.v_end_d : at.v_next.d) = v.real(), (late < 0.0 ? at.v_end_q : at.v_next.q) = v.imag();
+        const Input input{Law::sample_shift,
+                          {shape(late < 0.0 ? dqw::Instant::currents_before : dqw::Instant::currents_after)}};
+        const Complex o = read_as(input, late, at);
+        // A third-order term, (w_e s)^3/6 of v/(w_e L): measured 2.5e-3 A at most, of 0.6 A.
+        TEST_ASSERT_DOUBLE_WITHIN(4e-3, (seen - i).real(), o.real());
+        TEST_ASSERT_DOUBLE_WITHIN(4e-3, (seen - i).imag(), o.imag());
+        TEST_ASSERT_TRUE(std::abs(seen - i) > 0.1);
+    }
+}
+
+void a_filtered_current()
+{
+    for (double tau : {0.3 * T, 0.9 * T}) {
+        const Complex rest(2.0, 5.0);
+        Machine m{flux(rest, 0.0), rest, 0.0};
+        std::vector<Complex> v;
+        Complex last = 0.0;
+        const double levels[] = {1.0, -1.0, 1.0, 1.0, -1.0, -1.0, 1.0, -1.0, 1.0, 1.0, -1.0, 1.0};
+        for (double level : levels) {
+            const double middle = m.theta + 0.5 * w_e * T;
+            last = Complex(-5.0 + 6.0 * level, w_e * psi + 4.0 - 5.0 * level) * turned(middle);
+            v.push_back(last);
+            m.run(last, T, tau);
+        }
+        Moment at = moment(m.y * turned(-m.theta));
+        at.ends = true;
+        at.v_end_d = (last * turned(-m.theta)).real(), at.v_end_q = (last * turned(-m.theta)).imag();
+        const double middle = m.theta - 0.5 * w_e * T;
+        for (std::size_t n = 0; n < dqw::kPast; ++n)
+            at.change[n] = dq((v[v.size() - 1 - n] - v[v.size() - 2 - n]) * turned(-middle));
+        const Complex more = (m.y - current(m.flux_s, m.theta)) * turned(-m.theta),
+                      o = read_as({Law::sensor_lag, {0.0}}, tau, at);
+        // Of what a jump of 10 V moves it by, what saliency does while the rotor turns: measured 0.9 and 0.8 %.
+        TEST_ASSERT_TRUE(std::abs(more) > 0.02);
+        TEST_ASSERT_DOUBLE_WITHIN(0.012 * tau * 10.0 / Ld, 0.0, std::abs(o - more));
+    }
+}
+
+/// Settled: v = R i + w_e J (L i + psi) in the rotor's frame, and both written in one that is ahead.
+void a_frame_that_is_ahead()
+{
+    const double ahead = 0.2;
+    const Complex i(-4.0, 9.0), v = R * i + Complex(0.0, w_e) * Complex(Ld * i.real() + psi, Lq * i.imag());
+    const Complex i_seen = i * turned(-ahead), v_seen = v * turned(-ahead);
+    const auto check = [&](const Input& input, const double weights[], const Moment& m) {
+        Vector2 f, g;
+        dqw::evaluate_sum(input, weights, m, f, g);
+        const double d = R * m.i_d + f.d - w_e * (Lq * m.i_q + g.q),
+                     q = R * m.i_q + f.q + w_e * (Ld * m.i_d + psi + g.d);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-9, v_seen.real(), d);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-9, v_seen.imag(), q);
+    };
+    const double shift[] = {ahead / w_e};
+    check({Law::sample_shift, {shape(dqw::Instant::angle)}}, shift, moment(i_seen));
+    // An encoder's error is at its top where its sine of the shaft's angle, here 30 degrees, or of twice it, is.
+    for (double order : {1.0, 2.0}) {
+        Moment m = moment(i_seen);
+        m.cos_m = std::cos(M_PI / 6), m.sin_m = std::sin(M_PI / 6);
+        const double p = 5.0,
+                     error[] = {ahead / p * std::cos(order * M_PI / 6), ahead / p * std::sin(order * M_PI / 6)};
+        for (double own : {0.0, 1.0}) check({Law::encoder_eccentricity, {order, own, p}}, error, m);
+    }
+}
+
+void an_encoders_frame_turns_unevenly()
+{
+    Moment m = moment({-4.0, 9.0});
+    // Through zero, at its steepest: the frame is right and turns faster by w_e a.
+    const double p = 5.0, a[] = {0.0, 0.01};
+    Vector2 f, g;
+    dqw::evaluate_sum({Law::encoder_eccentricity, {1.0, 0.0, p}}, a, m, f, g);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-12, -w_e * 0.01 * Lq * 9.0, f.d);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-12, w_e * 0.01 * Ld * -4.0, f.q);
+    Vector2 f_own, g_own;
+    dqw::evaluate_sum({Law::encoder_eccentricity, {1.0, 1.0, p}}, a, m, f_own, g_own);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-12, 0.0, f_own.d);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-12, -w_e * 0.01 * psi, f_own.q);
+}
+
+void a_voltage_in_another_frame_or_late()
+{
+    Moment m = moment(0.0);
+    m.v_now = {3.0, 40.0};
+    const double later[] = {0.25 * T};
+    Vector2 f, g;
+    dqw::evaluate_sum({Law::sample_shift, {shape(dqw::Instant::voltage_frame)}}, later, m, f, g);
+    const Complex acts = Complex(3.0, 40.0) * turned(w_e * 0.25 * T);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-12, 3.0 - acts.real(), f.d);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-12, 40.0 - acts.imag(), f.q);
+    // One period and a half: all of the last change, and half of the one before less what decays.
+    m.turned[0] = {1.0, -2.0}, m.turned[1] = {-4.0, 0.5};
+    const double late[] = {1.5 * T};
+    f = {};
+    dqw::evaluate_sum({Law::sample_shift, {shape(dqw::Instant::voltage_turned)}}, late, m, f, g);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-9, 1.0 - 2.0 * (1.0 - 0.25 * R * T / Ld), f.d);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-9, -2.0 + 0.25 * (1.0 - 0.25 * R * T / Lq), f.q);
+}
+
+/// A source of 48 V behind 0.2 ohm, and legs that take the power.
+void a_link_that_sags()
+{
+    const Complex duty(0.1, 0.35), i(-3.0, 20.0);
+    const double link_A = 1.5 * (duty.real() * i.real() + duty.imag() * i.imag()), link_V = 48.0 - 0.2 * link_A;
+    Moment m = moment(i);
+    m.v_now = dq(48.0 * duty);
+    const double kappa[] = {0.2 / (48.0 * 48.0)};
+    Vector2 f, g;
+    dqw::evaluate_sum({Law::voltage_scale, {0.0}}, kappa, m, f, g);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-12, (48.0 - link_V) * duty.real(), f.d);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-12, (48.0 - link_V) * duty.imag(), f.q);
+    m.v_dc = link_V, f = {};
+    const double all[] = {1.0};
+    dqw::evaluate_sum({Law::voltage_scale, {1.0, 48.0}}, all, m, f, g);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-12, (48.0 - link_V) * duty.imag(), f.q);
+    // Its slope by the currents, by difference.
+    double by[4] = {}, none[4] = {};
+    dqw::evaluate_slope({Law::voltage_scale, {0.0}}, kappa, m, by, none);
+    Vector2 f0 = {}, f1 = {};
+    dqw::evaluate_sum({Law::voltage_scale, {0.0}}, kappa, m, f0, g);
+    m.i_q += 1.0;
+    dqw::evaluate_sum({Law::voltage_scale, {0.0}}, kappa, m, f1, g);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-12, f1.d - f0.d, by[1]);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-12, f1.q - f0.q, by[3]);
+}
+
+/// A conductance across phase x takes G v_x from x's line; the star's other two lines share what returns.
+void shorted_turns()
+{
+    const double theta = 0.7, G = 0.03;
+    const Complex v(11.0, -23.0);
+    for (int x = 0; x < 3; ++x) {
+        const double axis = 2.0 * M_PI / 3.0 * x;
+        const double v_x = (v * turned(theta) * turned(-axis)).real();
+        const Complex o = 2.0 / 3.0 * G * v_x * turned(axis) * turned(-theta);
+        Moment m = moment({1.0, 2.0});
+        m.cos_e = std::cos(theta), m.sin_e = std::sin(theta), m.v_end_d = v.real(), m.v_end_q = v.imag();
+        const double weights[] = {G, G * std::cos(2.0 * axis), G * std::sin(2.0 * axis)};
+        Vector2 f, g;
+        dqw::evaluate_sum({Law::turn_short, {}}, weights, m, f, g);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-12, -Ld * o.real(), g.d);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-12, -Lq * o.imag(), g.q);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-12, -R * o.real(), f.d);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-12, -R * o.imag(), f.q);
+    }
+}
+
+/// Of laws that are not linear the slope is that of the sum.
+void slopes_by_the_weights()
+{
+    Moment m = moment({-4.0, 9.0});
+    m.v_end_d = 5.0, m.v_end_q = 30.0, m.v_next = {7.0, 28.0}, m.v_now = {6.0, 29.0}, m.cos_m = 0.6, m.sin_m = 0.8;
+    for (std::size_t n = 0; n < dqw::kPast; ++n) m.change[n] = m.turned[n] = {1.0 - 0.3 * static_cast<double>(n), 2.0};
+    std::vector<Input> inputs{{Law::sensor_lag, {0.0}}, {Law::encoder_eccentricity, {2.0, 0.0, 4.0}}};
+    for (int which = 0; which < 5; ++which) inputs.push_back({Law::sample_shift, {static_cast<double>(which)}});
+    for (const Input& input : inputs) {
+        const bool angle = input.law == Law::encoder_eccentricity;
+        const double step = angle ? 1e-4 : 1e-2 * T;
+        double at[2] = {angle ? 0.01 : 0.3 * T, 0.02};
+        Vector2 f[dqw::kMostWeights], g[dqw::kMostWeights], f0, g0, f1, g1;
+        dqw::evaluate(input, m, f, g, at);
+        dqw::evaluate_sum(input, at, m, f0, g0);
+        at[0] += step;
+        dqw::evaluate_sum(input, at, m, f1, g1);
+        const double size = std::abs(f[0].d) + std::abs(f[0].q);
+        TEST_ASSERT_TRUE(size > 0.0);
+        TEST_ASSERT_DOUBLE_WITHIN(0.02 * size, (f1.d - f0.d) / step, f[0].d);
+        TEST_ASSERT_DOUBLE_WITHIN(0.02 * size, (f1.q - f0.q) / step, f[0].q);
+    }
+}
+
+}  // namespace
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(currents_of_another_instant);
+    RUN_TEST(a_filtered_current);
+    RUN_TEST(a_frame_that_is_ahead);
+    RUN_TEST(an_encoders_frame_turns_unevenly);
+    RUN_TEST(a_voltage_in_another_frame_or_late);
+    RUN_TEST(a_link_that_sags);
+    RUN_TEST(shorted_turns);
+    RUN_TEST(slopes_by_the_weights);
+    return UNITY_END();
+}

@@ -1,0 +1,136 @@
+// Records that say other than their columns: the simulator's log, changed by hand, and read.
+#include <algorithm>
+#include <cmath>
+#include <complex>
+
+#include "ref/trace/reading.hpp"
+#include "simulated.hpp"
+#include "unity.h"
+
+extern "C" void setUp(void) {}
+extern "C" void tearDown(void) {}
+
+namespace {
+
+using dqw::Log;
+using dqw::Reading;
+
+const Log& good()
+{
+    static const Log log = simulated("servo", {"duration_s=0.4"}, Beside::nothing);
+    return log;
+}
+
+template <class Change> std::optional<Reading> read_of(Change change)
+{
+    std::vector<Log> logs{good()};
+    change(logs[0]);
+    return dqw::other_reading(*dqw::trace_setup(logs, {}));
+}
+
+void turn(std::vector<double>& x)
+{
+    for (double& v : x) v = -v;
+}
+
+void expect(const std::optional<Reading>& r, Reading::Kind kind, const char* how, double most)
+{
+    TEST_ASSERT_TRUE_MESSAGE(r.has_value(), how);
+    TEST_ASSERT_TRUE_MESSAGE(r->kind == kind, r->how.c_str());
+    TEST_ASSERT_EQUAL_STRING(how, r->how.c_str());
+    TEST_ASSERT_TRUE_MESSAGE(r->part > 0.01 * most && r->part < most,
+                             (r->how + ": " + std::to_string(r->part)).c_str());
+}
+
+void a_log_as_it_should_be_has_no_other_reading()
+{
+    TEST_ASSERT_FALSE(read_of([](Log&) {}).has_value());
+}
+
+void signs_and_columns_are_found()
+{
+    const auto signs = Reading::Kind::signs;
+    expect(read_of([](Log& l) { turn(l.v_d_V); }), signs, "with the sign of v_d turned", 0.1);
+    expect(read_of([](Log& l) { turn(l.i_q_A); }), signs, "with the sign of i_q turned", 0.1);
+    expect(read_of([](Log& l) { turn(l.v_d_V), turn(l.i_d_A); }), signs, "with the signs of v_d and i_d turned", 0.1);
+    // The residual is the same, and all of R, L_d and L_q negative.
+    expect(read_of([](Log& l) { turn(l.i_d_A), turn(l.i_q_A); }), signs, "with the signs of i_d and i_q turned", 1.01);
+    expect(read_of([](Log& l) { std::swap(l.v_d_V, l.v_q_V); }), signs, "with v_d and v_q exchanged", 0.1);
+    expect(read_of([](Log& l) { std::swap(l.i_d_A, l.i_q_A); }), signs, "with i_d and i_q exchanged", 0.1);
+}
+
+// v_q, i_q and w turned together are the same machine seen with another order of phases.
+void an_order_of_phases_is_told_as_the_speed()
+{
+    expect(read_of([](Log& l) { turn(l.v_q_V), turn(l.i_q_A); }), Reading::Kind::signs, "with the sign of w_m turned",
+           0.1);
+}
+
+void pole_pairs_come_out_where_nobody_gave_them()
+{
+    std::vector<Log> logs{good()};
+    logs[0].machine.pole_pairs.reset();
+    logs[0].theta_e_rad.clear(), logs[0].theta_m_rad.clear();
+    turn(logs[0].v_d_V), turn(logs[0].i_d_A);
+    auto setup = dqw::trace_setup(logs, {});
+    if (setup->pole_pairs_known) TEST_IGNORE_MESSAGE("the fit finds them in spite of the signs");
+    const auto r = dqw::other_reading(*setup);
+    expect(r, Reading::Kind::signs, "with the signs of v_d and i_d turned", 1.01);
+    TEST_ASSERT_DOUBLE_WITHIN(0.05 * *good().machine.pole_pairs, *good().machine.pole_pairs, r->pole_pairs);
+}
+
+void rows_apart_are_found()
+{
+    const auto rows = Reading::Kind::rows;
+    const auto shift = [](std::vector<double>& x, int by) {
+        if (by > 0)
+            std::rotate(x.begin(), x.end() - by, x.end());
+        else
+            std::rotate(x.begin(), x.begin() - by, x.end());
+    };
+    for (int by : {1, 2, -1, -2}) {
+        const char* const how[] = {
+            "with each voltage taken from two rows before", "with each voltage taken from the row before", "",
+            "with each voltage taken from the row after", "with each voltage taken from two rows after"};
+        expect(read_of([&](Log& l) { shift(l.v_d_V, by), shift(l.v_q_V, by); }), rows, how[by + 2], 0.6);
+    }
+}
+
+/// A vector of the log in a frame that is `part` of a period ahead.
+void ahead(Log& l, std::vector<double>& d, std::vector<double>& q, double part)
+{
+    for (std::size_t k = 0; k < l.rows(); ++k) {
+        const std::complex<double> z = std::complex<double>(d[k], q[k]) *
+                                       std::polar(1.0, -part * *l.machine.pole_pairs * l.w_m_rad_s[k] * l.dt_s);
+        d[k] = z.real(), q[k] = z.imag();
+    }
+}
+
+void frames_are_found()
+{
+    const auto rows = Reading::Kind::rows;
+    expect(read_of([](Log& l) { ahead(l, l.v_d_V, l.v_q_V, 0.5); }), rows,
+           "with voltages that were turned by the angle at the end of their period, not in its middle", 0.6);
+    expect(read_of([](Log& l) { ahead(l, l.v_d_V, l.v_q_V, -0.5); }), rows,
+           "with voltages that were turned by the angle at the start of their period, not in its middle", 0.6);
+    // A current of the row before, in this row's frame.
+    expect(read_of([](Log& l) {
+               for (auto* i : {&l.i_d_A, &l.i_q_A}) std::rotate(i->begin(), i->end() - 1, i->end());
+               ahead(l, l.i_d_A, l.i_q_A, 1.0);
+           }),
+           rows, "with currents that were sampled one row before the one that they stand in", 0.6);
+}
+
+}  // namespace
+
+int main()
+{
+    UNITY_BEGIN();
+    RUN_TEST(a_log_as_it_should_be_has_no_other_reading);
+    RUN_TEST(signs_and_columns_are_found);
+    RUN_TEST(an_order_of_phases_is_told_as_the_speed);
+    RUN_TEST(pole_pairs_come_out_where_nobody_gave_them);
+    RUN_TEST(rows_apart_are_found);
+    RUN_TEST(frames_are_found);
+    return UNITY_END();
+}

@@ -1,0 +1,86 @@
+// What the tracer takes for noise, against what the true machine leaves of the simulator's own log.
+#include <cmath>
+
+#include "ref/log/residual.hpp"
+#include "ref/trace/noise.hpp"
+#include "simulated.hpp"
+#include "unity.h"
+
+extern "C" void setUp(void) {}
+extern "C" void tearDown(void) {}
+
+namespace {
+
+using dqw::Log;
+using dqw::Noise;
+
+struct Judged {
+    Noise noise;
+    double left = 0.0;  ///< block RMS of the true machine
+};
+
+template <class Change> Judged judged(const std::vector<std::string>& settings, Change change)
+{
+    std::vector<Log> logs{simulated("servo", settings, Beside::nothing)};
+    change(logs[0]);
+    const auto setup = dqw::trace_setup(logs, {});
+    dqw::Point at = setup->starts.front();
+    at.base = Eigen::Vector4d(0.9, 2.2e-3, 2.8e-3, 0.12);
+    dqw::PlainModel truth;
+    truth.pole_pairs = setup->pole_pairs;
+    truth.R_ohm = 0.9, truth.Ld_H = 2.2e-3, truth.Lq_H = 2.8e-3, truth.psi_Wb = 0.12;
+    dqw::Result result;
+    dqw::report_residual(logs, truth, result);
+    return {dqw::noise_of(*setup, at), result.residual_rms};
+}
+
+void unchanged(Log&) {}
+
+/// Of every channel alone: the floor is what the true machine leaves, and nothing is foretold.
+void white_noise_is_noise()
+{
+    for (const char* noise : {"noise=0.01", "noise=0.03"}) {
+        const Judged j = judged({"duration_s=1", noise}, unchanged);
+        TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(0.12, 1.0, j.left / j.noise.floor, noise);
+        TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(0.005, 0.0, j.noise.followed, noise);
+        TEST_ASSERT_EQUAL_STRING("", dqw::doubt_of(j.noise, j.left).c_str());
+    }
+}
+
+/// Means over five rows: what is noise of a row stands in five.
+void filtered_currents_are_told()
+{
+    const Judged j = judged({"duration_s=1"}, [](Log& l) {
+        for (auto* i : {&l.i_d_A, &l.i_q_A}) {
+            const std::vector<double> raw = *i;
+            for (std::size_t k = 4; k < raw.size(); ++k)
+                (*i)[k] = 0.2 * (raw[k] + raw[k - 1] + raw[k - 2] + raw[k - 3] + raw[k - 4]);
+        }
+    });
+    TEST_ASSERT_TRUE_MESSAGE(j.noise.followed > 0.2 && j.noise.followed < 1.0,
+                             std::to_string(j.noise.followed).c_str());
+    TEST_ASSERT_TRUE(j.noise.floor < j.noise.raw);
+}
+
+void doubts_stand_at_their_edges()
+{
+    TEST_ASSERT_EQUAL_STRING("", dqw::doubt_of({1.0, 1.0, 0.0}, 0.51).c_str());
+    TEST_ASSERT_TRUE(dqw::doubt_of({1.0, 1.0, 0.0}, 0.49).find("0.49 of what") != std::string::npos);
+    TEST_ASSERT_EQUAL_STRING("", dqw::doubt_of({1.0, 1.0, 0.06}, 0.78).c_str());
+    TEST_ASSERT_TRUE(dqw::doubt_of({1.0, 1.0, 0.06}, 0.76).find("0.76 of what") != std::string::npos);
+    TEST_ASSERT_EQUAL_STRING("", dqw::doubt_of({1.0, 1.0, 0.24}, 1.0).c_str());
+    TEST_ASSERT_TRUE(dqw::doubt_of({1.0, 1.0, 0.26}, 1.0).find("26 %") != std::string::npos);
+    TEST_ASSERT_TRUE(dqw::doubt_of({0.5, 1.0, 0.1}, 1.0).find("10 %") != std::string::npos);
+    TEST_ASSERT_EQUAL_STRING("", dqw::doubt_of({0.5, 1.0, 0.1}, 1.4).c_str());
+}
+
+}  // namespace
+
+int main()
+{
+    UNITY_BEGIN();
+    RUN_TEST(white_noise_is_noise);
+    RUN_TEST(filtered_currents_are_told);
+    RUN_TEST(doubts_stand_at_their_edges);
+    return UNITY_END();
+}
