@@ -200,7 +200,7 @@ void measured_sweeps_are_dead_time()
             TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(0.15, 0.0, value(r.effects[1].parameters, "v_d_V"), name);
         }
         const double R = value(r.after.parameters, "R_ohm");
-        // Measured: 1.07 to 1.23, its deviation .12 at most: which law holds beyond the largest current, nobody knows.
+        // Measured: 1.07 to 1.18 with deviations of 0.12 to 0.20: which law holds beyond the largest current is not known.
         TEST_ASSERT_TRUE_MESSAGE(R > 1.0 && R < 1.4, name);
         TEST_ASSERT_TRUE_MESSAGE(r.before.axes[0].percent > 20.0 && r.after.axes[0].percent < 2.5, name);
     }
