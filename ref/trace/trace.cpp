@@ -411,8 +411,11 @@ TraceResult trace(const std::vector<Log>& logs, const TraceOptions& options)
     const bool shifted = std::any_of(s.found.begin(), s.found.end(),
                                      [](const Found& f) { return f.name == "sample_shift" || f.name == "delay"; });
     const bool read = reading && reads_better(finding, reading->part * before, shifted ? 1 : s.found.size());
-    if (!explains(finding) || read) {
-        result.partial = partial_of(*setup, judge, s, finding);
+    const bool explained = explains(finding);
+    std::vector<Found> read_otherwise;
+    if (!explained || read) {
+        if (explained) read_otherwise = s.found;
+        if (!explained) result.partial = partial_of(*setup, judge, s, finding);
         s.found.clear(), s.after.clear();
         s.best = s.plain;
         noise = noise_of(*setup, s.best.point), after = before;
@@ -439,6 +442,10 @@ TraceResult trace(const std::vector<Log>& logs, const TraceOptions& options)
     for (const Term& t : s.found.empty() ? std::vector<Term>() : s.best.point.terms)
         result.inputs.push_back(firmware_input(*setup, s.best.point, t));
     reject(*setup, judge, s, result);
+    for (TraceRejected& r : result.rejected)
+        if (std::any_of(read_otherwise.begin(), read_otherwise.end(),
+                        [&r](const Found& f) { return f.name == r.name; }))
+            r.why = "it explains the log as it stands, but another reading of its columns does without it";
     result.structure = correlates(*setup, judge.of(plain, false), floor);
     result.rest = correlates(*setup, judge.of(last, false), floor);
     const bool taken_back = s.found.empty() && !(found.selection.found.empty() && s.vetoed.empty());

@@ -51,6 +51,29 @@ static void test_too_hot_is_told_again_after_it_was_cool(void)
     }
 }
 
+// What two names explain waits six times, what none does twice, what one does not at all.
+static void test_a_name_that_is_not_sure_waits(void)
+{
+    static const struct {
+        enum dqw_fault_name name;
+        bool sure;
+        int later;
+    } cases[] = {{DQW_FAULT_DEMAGNETISATION, true, 0},
+                 {DQW_FAULT_DEMAGNETISATION, false, 6},
+                 {DQW_FAULT_RESISTANCE_RISE, true, 2},
+                 {DQW_FAULT_UNKNOWN, false, 2}};
+    for (unsigned k = 0; k < sizeof cases / sizeof cases[0]; k++) {
+        dqw_watch w;
+        dqw_watch_init(&w);
+        w.alarms = 1u << DQW_WATCH_PSI;
+        int later = 0;
+        while (later < 9 && dqw_watch_named(&w, DQW_WATCH_PSI, cases[k].name, cases[k].sure) == DQW_WATCH_LATER)
+            later++;
+        CASE("case %u: %d times", k, later);
+        HOLDS(later == cases[k].later && w.back == (cases[k].name == DQW_FAULT_UNKNOWN));
+    }
+}
+
 // A worn bearing is healthy friction from then on: it is gathered anew.
 static void test_friction_is_gathered_anew_after_its_event(void)
 {
@@ -90,6 +113,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(test_a_long_pause_is_the_longest_time);
     RUN_TEST(test_too_hot_is_told_again_after_it_was_cool);
+    RUN_TEST(test_a_name_that_is_not_sure_waits);
     RUN_TEST(test_friction_is_gathered_anew_after_its_event);
     RUN_TEST(test_adopting_leaves_what_is_timed);
     return UNITY_END();
