@@ -18,13 +18,6 @@ bool holds(const std::vector<std::string>& list, const std::string& name)
     return std::find(list.begin(), list.end(), name) != list.end();
 }
 
-/// Of an effect whose result says it; NaN of one whose does not.
-template <class Effect> auto confidence_of(const Effect& e, int) -> decltype(static_cast<double>(e.confidence))
-{
-    return static_cast<double>(e.confidence);
-}
-template <class Effect> double confidence_of(const Effect&, long) { return std::nan(""); }
-
 /// Known, and three deviations below a tenth of it.
 bool usable(const dqw::Estimate& e) { return e.value > 0 && 3 * e.sd < 0.1 * e.value; }
 
@@ -119,8 +112,7 @@ Outcome score(const Case& c, const dqw::TraceResult& result, double seconds)
     o.switching = c.switching;
     for (const Drawn& d : c.drawn) o.truth.push_back(d.name), o.same.push_back(d.same), o.close.push_back(d.close);
     for (const dqw::TraceEffect& e : result.effects)
-        o.named.push_back(e.name), o.confusable.push_back(e.confusable_with),
-            o.confidence.push_back(confidence_of(e, 0));
+        o.named.push_back(e.name), o.confusable.push_back(e.confusable_with), o.confidence.push_back(e.confidence);
     const std::pair<const char*, double> base[] = {
         {"R_ohm", c.truth.R_ohm}, {"Ld_H", c.truth.Ld_H}, {"Lq_H", c.truth.Lq_H}, {"psi_Wb", c.truth.psi_Wb}};
     for (const dqw::Estimate& e : result.after.parameters)

@@ -10,6 +10,7 @@
 #include "app/base/text.hpp"
 #include "app/page/html.hpp"
 #include "app/page/page.hpp"
+#include "app/trace/advice.hpp"
 #include "app/trace/plots.hpp"
 #include "app/trace/rows.hpp"
 #include "app/trace/verdict.hpp"
@@ -96,13 +97,18 @@ std::string effect_section(const TraceResult& trace)
 {
     if (trace.effects.empty()) return "";
     std::string out = html_table(effect_rows(trace), "numbers effects named");
-    for (const TraceEffect& e : trace.effects) {
-        if (e.confusable_with.empty()) continue;
-        out += fmt::format("<p class=\"confusable\"><b>{}</b> cannot be told from {} on this log.{}</p>\n",
-                           escaped(spoken(e.name)), escaped(look_alikes_of(e)),
-                           e.separate.empty() ? "" : " What would separate them: " + escaped(e.separate));
-    }
+    for (const TraceEffect& e : trace.effects)
+        if (!e.confusable_with.empty())
+            out += fmt::format("<p class=\"confusable\"><b>{}</b> cannot be told from {} on this log.</p>\n",
+                               escaped(spoken(e.name)), escaped(look_alikes_of(e)));
     return section("Effects found", out);
+}
+
+std::string advice_section(const TraceResult& trace)
+{
+    std::string out;
+    for (const std::string& text : advice_of(trace)) out += "<li>" + escaped(text) + "</li>\n";
+    return out.empty() ? out : section("What would tell more", "<ul class=\"advice\">\n" + out + "</ul>\n");
 }
 
 /// What each candidate would leave, as bars, with why those that were not taken were not.
@@ -160,7 +166,7 @@ std::string report_page(const TraceReport& report)
     const Plot key = key_plot(trace);
     if (!key.series.empty()) body += plots.figure(key, "card wide");
     body += fmt::format("</div>\n<p class=\"hint\">{}</p>\n", kPlotHint);
-    body += effect_section(trace) + learner_section(report) + candidate_section(trace);
+    body += effect_section(trace) + advice_section(trace) + learner_section(report) + candidate_section(trace);
     for (const PlotGroup& group : plot_groups(trace)) body += plots.section(group);
     body += rest_section(trace) + notes_section(report);
     return page_around(names + " – dqwatch trace", body, plots);

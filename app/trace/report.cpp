@@ -9,8 +9,10 @@
 #include "app/base/quantity.hpp"
 #include "app/base/text.hpp"
 #include "app/report/report.hpp"
+#include "app/trace/advice.hpp"
 #include "app/trace/rows.hpp"
 #include "app/trace/verdict.hpp"
+#include "ref/trace/rules.hpp"
 
 namespace dqw {
 namespace {
@@ -51,11 +53,15 @@ std::string correlates_text(const std::vector<TraceCorrelate>& correlates)
     return out;
 }
 
-std::string confusable_text(const TraceEffect& e)
+/// What the ratio of the last residual to the noise says.
+std::string ratio_text(const TraceResult& trace)
 {
-    if (e.confusable_with.empty()) return "";
-    return fmt::format("\n{} or {}: {}\n", e.name, list(e.confusable_with),
-                       e.separate.empty() ? "nothing in this log tells" : "what would tell: " + e.separate);
+    const double ratio = trace.after.heldout_rms / trace.noise_floor;
+    if (!std::isfinite(ratio)) return "";
+    return fmt::format(
+        "{:.{}f} times the floor (1: noise alone; above {}: something is left; clearly below 1: rows are "
+        "filtered or repeated)\n",
+        ratio, ratio < 9.95 ? 2 : 0, kStructured);
 }
 
 }  // namespace
@@ -78,6 +84,7 @@ Json trace_json(const TraceReport& report)
         effects.push_back({{"name", e.name},
                            {"parameters", parameters_json(e.parameters)},
                            {"heldout_rms_after", e.heldout_rms_after},
+                           {"confidence", e.confidence},
                            {"confusable_with", e.confusable_with},
                            {"separate", e.separate}});
         if (!e.modulation.empty()) effects.back()["modulation"] = e.modulation, effects.back()["law"] = e.law;
@@ -94,6 +101,7 @@ Json trace_json(const TraceReport& report)
     if (!trace.partial.effects.empty()) json["best_partial_match"] = partial_json(trace.partial);
     if (trace.beyond_hexagon > 0) json["beyond_hexagon_rows"] = trace.beyond_hexagon;
     json["rejected"] = rejected;
+    json["advice"] = advice_of(trace);
     json["structure"] = correlates_json(trace.structure);
     json["rest"] = {{"signature", trace.rest_signature}, {"correlates", correlates_json(trace.rest)}};
     json["doubt"] = trace.doubt.empty() ? Json::array() : Json::array({trace.doubt});
@@ -116,11 +124,13 @@ std::string trace_text(const TraceReport& report)
         const Rows rows = parameter_rows(before, after, found);
         return rows.size() < 2 ? "" : "\n" + heading + table(rows);
     };
-    out += table(residual_rows(report)) + parameters("", trace.before, trace.after);
+    out += table(residual_rows(report)) + ratio_text(trace) + parameters("", trace.before, trace.after);
     if (found) out += "\n" + table(effect_rows(trace));
     if (report.learner_before && report.learner_after)
         out += parameters("learners in firmware\n", *report.learner_before, *report.learner_after);
-    for (const TraceEffect& e : trace.effects) out += confusable_text(e);
+    const std::vector<std::string> advice = advice_of(trace);
+    if (!advice.empty()) out += "\nwhat would tell more\n";
+    for (const std::string& text : advice) out += "  " + text + "\n";
     if (!trace.structure.empty())
         out += fmt::format("\nthe residual {}goes with: {}\n", found ? "before " : "",
                            correlates_text(trace.structure));

@@ -85,12 +85,14 @@ Rows residual_rows(const TraceReport& report)
 
 Rows effect_rows(const TraceResult& trace)
 {
-    Rows rows = {{"effect", "parameter", "value"}};
+    Rows rows = {{"effect", "confidence", "parameter", "value"}};
     for (const TraceEffect& e : trace.effects)
-        for (const Estimate& p : e.parameters)
+        for (const Estimate& p : e.parameters) {
+            const bool first = &p == &e.parameters[0];
             rows.push_back(
-                {&p == &e.parameters[0] ? e.name : "", p.name,
+                {first ? e.name : "", first ? fmt::format("{:.2f}", e.confidence) : "", p.name,
                  with_minus(with_sd(quantity(p.name, p.value, p.given ? 0.0 : p.sd))) + (p.given ? " (assumed)" : "")});
+        }
     return rows;
 }
 

@@ -17,7 +17,7 @@ Rows parameter_rows(const TraceFit& before, const TraceFit& after, bool effects_
 /// Held-out residual before and after, of both, and in percent of each axis.
 Rows residual_rows(const TraceReport& report);
 
-/// One row a parameter of an effect: effect, parameter, value.
+/// One row a parameter of an effect: effect and its confidence, parameter, value.
 Rows effect_rows(const TraceResult& trace);
 
 /// "1.53 V", "0.160 V": without prefixes, so that a column of them compares.

@@ -128,6 +128,7 @@ struct EffectInput {
 struct Effect : EffectInput {
     const char* law = "";       ///< one line, for people
     const char* separate = "";  ///< the experiment that tells it from its look-alikes
+    const char* show = "";      ///< what `dqwatch sim` takes to simulate a log that tells it
     std::initializer_list<EffectParameter> parameters = {};
     /// {name} stands for that parameter with its deviation and unit; the first that finds its parameters is said
     std::initializer_list<const char*> sentences = {};

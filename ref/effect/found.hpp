@@ -19,6 +19,7 @@ struct TraceEffect {
     std::string modulation = {}, law = {};  ///< of a dead time: which legs switch, how its loss grows with the current
     std::string channel = {};               ///< of what, where an effect may be of several; else empty
     bool turned = false;                    ///< a late voltage that was turned along with the rotor
+    double confidence = 0.0;                ///< probability that the machine has it, (E112)
 };
 
 /// One term that firmware's Learner must know to have the effects found: the input of the named effect of

@@ -12,6 +12,9 @@ namespace {
 
 /// A normal exceeds 3 in one of 700 cases: of some five rivals of each effect, one of a hundred logs calls one told.
 constexpr double kSeparateT = 3.0;
+/// Nats were each block one row, below which a rival is as good: of two laws that hardly differ, what either of them
+/// leaves of the sampling's own error decides by tens of nats, alike in all blocks.
+constexpr double kSeparateNats = 1.0;
 constexpr std::size_t kMostAlike = 3;  ///< in a report: more help nobody
 /// Effects that a round fits, of those that did best as a linear step, and passes of a fit: more cost time, (E48).
 constexpr std::size_t kRefined = 5;
@@ -52,14 +55,6 @@ bool has(const Point& at, const std::string& name)
 bool has_any(const Point& at, const Candidate& c)
 {
     return std::any_of(c.inputs.begin(), c.inputs.end(), [&](const Input& i) { return has(at, name_of(i.law)); });
-}
-
-Point without(Point at, const std::string& name)
-{
-    at.terms.erase(
-        std::remove_if(at.terms.begin(), at.terms.end(), [&](const Term& t) { return name_of(t.input.law) == name; }),
-        at.terms.end());
-    return at;
 }
 
 /// The best of several gains: a wrong model wants a large one, a right one a small one, and each has its own valley.
@@ -133,12 +128,13 @@ std::vector<Screened> screen(const Model& model, const Point& at, const std::vec
         std::vector<BlockSum> sums;
         if (options.tick) options.tick();
         if (!model.pass(there, inputs, sums)) continue;
+        const Seen seen = seen_of(model, sums);
         for (std::size_t c = 0; c < candidates.size(); ++c) {
             const int n = weights_of(*candidates[c]);
             std::vector<Eigen::Index> use = with_columns(at, first[c], n);
             // The gain stays: a step of it is far from linear.
             use.erase(use.begin() + at.base.size(), use.begin() + at.base.size() + at.gain.size());
-            const Eigen::VectorXd delta = linear_step(model, sums, use, 0.0);
+            const Eigen::VectorXd delta = linear_step(model, seen, use, 0.0);
             const Left left = left_after(model, sums, delta);
             if (left.seen <= out[c].seen) continue;
             Point end = there;
@@ -228,6 +224,14 @@ std::vector<Tried> round(const Model& model, const Refined& base, const std::vec
 
 }  // namespace
 
+Point without(Point at, const std::string& name)
+{
+    at.terms.erase(
+        std::remove_if(at.terms.begin(), at.terms.end(), [&](const Term& t) { return name_of(t.input.law) == name; }),
+        at.terms.end());
+    return at;
+}
+
 std::vector<std::string> Candidate::names() const
 {
     std::vector<std::string> out;
@@ -295,17 +299,19 @@ void look_alikes(const Model& model, const std::vector<Candidate>& candidates, c
     for (Found& found : s.found) {
         const Refined base = refine(model, without(s.best.point, found.name), kPasses);
         if (!base.ok) continue;
-        std::vector<Candidate> rivals;
+        found.over = better(model, base.left, s.best.left);
+        std::vector<Candidate> others;
         for (const Candidate& c : candidates)
-            if (c.names().size() == 1 && c.names().front() != found.name && !c.is_fault()) rivals.push_back(c);
-        for (const Tried& t : round(model, base, rivals, options, nullptr)) {
-            if (!t.refined.ok || found.confusable_with.size() >= kMostAlike) continue;
+            if (c.names().size() == 1 && c.names().front() != found.name && !c.is_fault()) others.push_back(c);
+        for (const Tried& t : round(model, base, others, options, nullptr)) {
+            if (!t.refined.ok) continue;
             const auto& listed = found.confusable_with;
             if (std::find(listed.begin(), listed.end(), t.name) != listed.end()) continue;
-            if (better(model, t.refined.left, s.best.left).t > apart) continue;
-            if (joint(options.reported_rms(t.refined.point)) > close) continue;
             if (options.veto && !options.veto(t.refined.point).empty()) continue;
-            found.confusable_with.push_back(t.name);
+            const Better over = better(model, t.refined.left, s.best.left);
+            found.rivals.push_back({t.name, over});
+            if ((over.t > apart && over.nats_each > kSeparateNats) || listed.size() >= kMostAlike) continue;
+            if (joint(options.reported_rms(t.refined.point)) <= close) found.confusable_with.push_back(t.name);
         }
     }
 }
@@ -345,7 +351,7 @@ bool take_pair(const Model& model, const std::vector<Tried>& tried, const std::v
     if (!best.ok) return false;
     s.best = std::move(best);
     for (const Candidate& c : chosen)
-        s.found.push_back({c.names().front(), {}, round_number}), s.after.push_back(s.best.point);
+        s.found.push_back({c.names().front(), {}, round_number, {}, {}}), s.after.push_back(s.best.point);
     return true;
 }
 
@@ -388,7 +394,7 @@ Selection select(const Model& model, const Point& start, const std::vector<Candi
         }
         s.best = options.settle ? options.settle(taken->refined) : taken->refined;
         for (const std::string& name : taken->candidate.names())
-            s.found.push_back({name, {}, n}), s.after.push_back(s.best.point);
+            s.found.push_back({name, {}, n, {}, {}}), s.after.push_back(s.best.point);
     }
     drop_superfluous(model, options, s);
     return s;

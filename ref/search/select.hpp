@@ -22,6 +22,9 @@ struct Candidate {
     bool is_fault() const { return inputs.front().law == Law::clipped_current; }
 };
 
+/// The point without an effect's terms.
+Point without(Point at, const std::string& name);
+
 /// How a candidate did when it was tried.
 struct Tried {
     std::string name;
@@ -51,10 +54,18 @@ struct SelectOptions {
     std::function<void()> tick;
 };
 
+/// Another effect in the place of one that was found.
+struct Rival {
+    std::string name;
+    Better over;  ///< how much better the one found is
+};
+
 struct Found {
     std::string name;  ///< of one effect
     std::vector<std::string> confusable_with;
-    int round = 0;  ///< effects of one round came together
+    int round = 0;              ///< effects of one round came together
+    Better over = {};           ///< what is left without it in the place of it
+    std::vector<Rival> rivals;  ///< those that make physical sense, by look_alikes()
 };
 
 struct Selection {
@@ -67,10 +78,12 @@ struct Selection {
     /// of those that were fitted, by how much on the rows held out
     std::vector<std::pair<std::string, Better>> fitted;
     std::vector<std::pair<std::string, std::string>> vetoed;  ///< name and reason
+    std::vector<std::string> dropped;                         ///< found, and then not told from nothing
 };
 
 /// What could stand in for each effect found: rivals that, in its place, leave as little on the rows held out (within
-/// 10 % of the reported RMS; of one speed alone 40 %), and that a joint fit cannot tell from it. At most three each.
+/// 10 % of the reported RMS; of one speed alone 40 %), and that a joint fit cannot tell from it. At most three each. Fills
+/// in `over` and `rivals` too.
 void look_alikes(const Model& model, const std::vector<Candidate>& candidates, const SelectOptions& options,
                  Selection& selection);
 

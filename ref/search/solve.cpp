@@ -41,7 +41,7 @@ void total_up(const Model& model, Left& left)
     }
 }
 
-std::vector<Eigen::MatrixXd> seen_total(const Model& model, const std::vector<BlockSum>& sums, double& rows)
+std::vector<Eigen::MatrixXd> total_of_seen(const Model& model, const std::vector<BlockSum>& sums, double& rows)
 {
     const auto& blocks = model.plan().blocks;
     std::vector<Eigen::MatrixXd> total;
@@ -58,15 +58,34 @@ std::vector<Eigen::MatrixXd> seen_total(const Model& model, const std::vector<Bl
     return total;
 }
 
-double quadratic(const Eigen::MatrixXd& gram, const Eigen::VectorXd& row) { return std::max(row.dot(gram * row), 0.0); }
+/// Entries of a row that are not zero: of many columns a step moves few.
+std::vector<Eigen::Index> entries_of(const Eigen::VectorXd& row)
+{
+    std::vector<Eigen::Index> at;
+    for (Eigen::Index j = 0; j < row.size(); ++j)
+        if (row[j] != 0.0) at.push_back(j);
+    return at;
+}
+
+double quadratic(const Eigen::MatrixXd& gram, const Eigen::VectorXd& row, const std::vector<Eigen::Index>& at)
+{
+    double sum = 0.0;
+    for (const Eigen::Index j : at) {
+        double of_column = 0.0;
+        for (const Eigen::Index i : at) of_column += gram(i, j) * row[i];
+        sum += of_column * row[j];
+    }
+    return std::max(sum, 0.0);
+}
 
 /// Variance of each channel of the rows seen, after the step.
 Eigen::VectorXd variances(const Model& model, const std::vector<Eigen::MatrixXd>& total, double rows,
                           const Eigen::VectorXd& with_e)
 {
+    const std::vector<Eigen::Index> at = entries_of(with_e);
     Eigen::VectorXd v(static_cast<Eigen::Index>(total.size()));
     for (std::size_t c = 0; c < total.size(); ++c)
-        v[static_cast<Eigen::Index>(c)] = quadratic(total[c], with_e) / std::max(rows, 1.0) + kLeast;
+        v[static_cast<Eigen::Index>(c)] = quadratic(total[c], with_e, at) / std::max(rows, 1.0) + kLeast;
     if (model.common_weight()) {
         // An axis without current or voltage says nothing about the noise.
         double sum = 0.0, told = 0.0;
@@ -90,10 +109,11 @@ Left left_after(const Model& model, const std::vector<BlockSum>& sums, const Eig
 {
     Left left;
     const Eigen::VectorXd row = with_error(delta);
+    const std::vector<Eigen::Index> at = entries_of(row);
     left.of.resize(static_cast<std::size_t>(model.channels()));
     for (const BlockSum& s : sums) {
         left.rows.push_back(s.rows);
-        for (std::size_t c = 0; c < left.of.size(); ++c) left.of[c].push_back(quadratic(s.gram[c], row));
+        for (std::size_t c = 0; c < left.of.size(); ++c) left.of[c].push_back(quadratic(s.gram[c], row, at));
     }
     total_up(model, left);
     return left;
@@ -104,11 +124,17 @@ Left left_of(const Model& model, const std::vector<BlockSum>& sums)
     return left_after(model, sums, Eigen::VectorXd::Zero(sums.front().gram.front().rows() - 1));
 }
 
-Eigen::VectorXd linear_step(const Model& model, const std::vector<BlockSum>& sums, const std::vector<Eigen::Index>& use,
-                            double damping)
+Seen seen_of(const Model& model, const std::vector<BlockSum>& sums)
 {
-    double rows = 0.0;
-    const std::vector<Eigen::MatrixXd> total = seen_total(model, sums, rows);
+    Seen seen;
+    seen.total = total_of_seen(model, sums, seen.rows);
+    return seen;
+}
+
+Eigen::VectorXd linear_step(const Model& model, const Seen& seen, const std::vector<Eigen::Index>& use, double damping)
+{
+    const std::vector<Eigen::MatrixXd>& total = seen.total;
+    const double rows = seen.rows;
     const Eigen::Index n = total.front().rows() - 1, m = static_cast<Eigen::Index>(use.size());
     Eigen::VectorXd delta = Eigen::VectorXd::Zero(n);
     // Weights and step in turn; where these do not settle them, the next pass goes on.
@@ -249,7 +275,7 @@ Refined refine(const Model& model, const Point& start, int passes)
     double damping = kDampingLeast;
     for (int pass = 1; pass < passes; ++pass) {
         const Eigen::VectorXd old = best.point.values();
-        Eigen::VectorXd next = old + linear_step(model, best.sums, use, damping);
+        Eigen::VectorXd next = old + linear_step(model, seen_of(model, best.sums), use, damping);
         limit_step(start, old, next);
         Refined trial;
         trial.point = best.point;
@@ -278,7 +304,7 @@ Refined take_off_noise(const Model& model, const Refined& refined, const AddedSc
     Refined best = refined, next = refined;
     for (int round = 0; round < kRounds; ++round) {
         double rows = 0.0;
-        const std::vector<Eigen::MatrixXd> total = seen_total(model, next.sums, rows);
+        const std::vector<Eigen::MatrixXd> total = total_of_seen(model, next.sums, rows);
         const Eigen::Index n = total.front().rows() - 1;
         const Eigen::VectorXd v = variances(model, total, rows, with_error(Eigen::VectorXd::Zero(n)));
         const Eigen::MatrixXd scores = added(next.point, v, rows);
@@ -318,7 +344,7 @@ Refined take_off_noise(const Model& model, const Refined& refined, const AddedSc
 
 Eigen::MatrixXd seen_information(const Model& model, const Refined& refined, Eigen::VectorXd& variance, double& rows)
 {
-    const std::vector<Eigen::MatrixXd> total = seen_total(model, refined.sums, rows);
+    const std::vector<Eigen::MatrixXd> total = total_of_seen(model, refined.sums, rows);
     const Eigen::Index n = total.front().rows() - 1;
     variance = variances(model, total, rows, with_error(Eigen::VectorXd::Zero(n)));
     Eigen::MatrixXd m = Eigen::MatrixXd::Zero(n, n);
@@ -330,7 +356,7 @@ Eigen::MatrixXd seen_information(const Model& model, const Refined& refined, Eig
 Eigen::VectorXd deviations(const Model& model, const Refined& refined)
 {
     double rows = 0.0;
-    const std::vector<Eigen::MatrixXd> total = seen_total(model, refined.sums, rows);
+    const std::vector<Eigen::MatrixXd> total = total_of_seen(model, refined.sums, rows);
     const Eigen::Index n = total.front().rows() - 1;
     const Eigen::VectorXd v = variances(model, total, rows, with_error(Eigen::VectorXd::Zero(n)));
     Eigen::MatrixXd m = Eigen::MatrixXd::Zero(n, n);

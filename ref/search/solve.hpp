@@ -19,10 +19,16 @@ struct Left {
 Left left_of(const Model& model, const std::vector<BlockSum>& sums);
 Left left_after(const Model& model, const std::vector<BlockSum>& sums, const Eigen::VectorXd& delta);
 
+/// The sums of the rows seen.
+struct Seen {
+    std::vector<Eigen::MatrixXd> total;  ///< of each channel
+    double rows = 0.0;
+};
+Seen seen_of(const Model& model, const std::vector<BlockSum>& sums);
+
 /// The step of the columns `use` that leaves least on the rows seen; `damping` in units of each column's own square.
 /// A column that others span to 1e-9 does not move.
-Eigen::VectorXd linear_step(const Model& model, const std::vector<BlockSum>& sums, const std::vector<Eigen::Index>& use,
-                            double damping);
+Eigen::VectorXd linear_step(const Model& model, const Seen& seen, const std::vector<Eigen::Index>& use, double damping);
 
 /// How much better `b` is than `a` on the held-out blocks, (E45).
 struct Better {

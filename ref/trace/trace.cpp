@@ -8,7 +8,9 @@
 #include "ref/fit/explain.hpp"
 #include "ref/log/hands.hpp"
 #include "ref/log/symmetric.hpp"
+#include "ref/trace/clue.hpp"
 #include "ref/trace/column_noise.hpp"
+#include "ref/trace/confidence.hpp"
 #include "ref/trace/inverter_loss.hpp"
 #include "ref/trace/noise.hpp"
 #include "ref/trace/reading.hpp"
@@ -190,16 +192,6 @@ TraceInput firmware_input(const TraceSetup& setup, const Point& at, const Term& 
     return in;
 }
 
-std::string describe(const std::vector<TraceCorrelate>& rest)
-{
-    if (rest.empty()) return "what remains goes with nothing that was tested";
-    std::string text = "what remains goes with ";
-    for (std::size_t k = 0; k < std::min<std::size_t>(rest.size(), 3); ++k)
-        text += (k > 0 ? ", " : "") + rest[k].with + " (axis " + rest[k].axis + ", " +
-                std::to_string(static_cast<int>(std::lround(100.0 * rest[k].share))) + " % of it)";
-    return text;
-}
-
 /// The best of the log's own starting points.
 Point best_start(const TraceSetup& setup)
 {
@@ -246,6 +238,8 @@ std::string why_not(const std::string& name, double left, const Selection& s, co
             return "cannot be told from " + e.name + " here";
     for (const auto& [vetoed, reason] : s.vetoed)
         if (vetoed == name) return reason;
+    if (std::find(s.dropped.begin(), s.dropped.end(), name) != s.dropped.end())
+        return "fitted, its parameters are not told from nothing";
     const double before = result.before.heldout_rms, share = share_of(before, left, result.noise_floor);
     const auto is_it = [&name](const auto& x) { return x.name == name; };
     if (std::any_of(result.partial.effects.begin(), result.partial.effects.end(), is_it))
@@ -289,7 +283,7 @@ TracePartial partial_of(const TraceSetup& setup, const Judge& judge, const Selec
     if (s.found.empty() || finding.fault || finding.before_exact || !(share > 0.0)) return partial;
     const Eigen::VectorXd sd = deviations(*setup.full, s.best);
     partial.share = share, partial.heldout_rms = finding.after;
-    partial.rest = describe(correlates(setup, judge.of(s.best.point, false), finding.floor));
+    partial.rest = clue_of(correlates(setup, judge.of(s.best.point, false), finding.floor), setup.regime);
     for (const Found& f : s.found) {
         TraceEffect e;
         e.name = f.name, e.heldout_rms_after = finding.after;
@@ -327,6 +321,37 @@ Search search(const std::vector<Log>& logs, const TraceOptions& options, Variant
     }
     out.rms = out.judge->rms(s.best.point);
     return out;
+}
+
+/// Whether a weight of the effect stands out by its deviation. Of a polynomial's weights, each of which another may stand
+/// in for, none need to; of a dead time the part that asks which way the current flows must.
+bool stands_out(const Point& at, const Eigen::VectorXd& sd, const std::string& name)
+{
+    constexpr double kStands = 2.0;  // one of 22 that are nothing does by chance, and what the search took is more
+    Eigen::Index j = at.base.size() + at.gain.size();
+    for (const Term& t : at.terms) {
+        const int weights = is_dead_time(t.input.law) ? 1 : weights_of(t.input.law);
+        const bool polynomial = effect_of(t.input.law).shape == Shape::current_unit;
+        for (int w = 0; w < weights && name == name_of(t.input.law); ++w)
+            if (polynomial || std::abs(t.weights[static_cast<std::size_t>(w)]) > kStands * sd[j + w]) return true;
+        j += weights_of(t.input.law) + free_shapes_of(t.input);
+    }
+    return false;
+}
+
+/// Names whose value may as well be nothing go: the held-out rows may confirm what no parameter of theirs carries.
+void drop_unknown(const TraceSetup& setup, Selection& s)
+{
+    while (!s.found.empty()) {
+        const Eigen::VectorXd sd = whole_deviations(setup, *setup.full, s.best);
+        const auto unknown = std::find_if(s.found.begin(), s.found.end(),
+                                          [&](const Found& f) { return !stands_out(s.best.point, sd, f.name); });
+        if (unknown == s.found.end()) return;
+        const Refined less = refine(*setup.full, without(s.best.point, unknown->name), kPasses);
+        if (!less.ok) return;
+        s.best = less, s.dropped.push_back(unknown->name);
+        s.after.erase(s.after.begin() + (unknown - s.found.begin())), s.found.erase(unknown);
+    }
 }
 
 /// Largest electrical angle within a period, rare extremes apart.
@@ -387,6 +412,7 @@ TraceResult trace(const std::vector<Log>& logs, const TraceOptions& options)
     const Judge& judge = *found.judge;
     Selection s = found.selection;
     s.plain = without_column_noise(*setup, *setup->full, s.plain);
+    drop_unknown(*setup, s);
     s.best = s.found.empty() ? s.plain : without_column_noise(*setup, *setup->full, s.best);
 
     TraceResult result;
@@ -436,6 +462,7 @@ TraceResult trace(const std::vector<Log>& logs, const TraceOptions& options)
         put_channel(*setup, s.best.point, e);
         e.heldout_rms_after = k + 1 == s.found.size() ? result.after.heldout_rms : judge.rms(s.after[k]);
         e.confusable_with = s.found[k].confusable_with;
+        e.confidence = confidence_of(s.found[k], share_of(before, result.after.heldout_rms, floor));
         if (!e.confusable_with.empty()) e.separate = find_effect(e.name)->separate;
         result.effects.push_back(e);
     }
@@ -453,7 +480,7 @@ TraceResult trace(const std::vector<Log>& logs, const TraceOptions& options)
                        !fault.empty()};
     const bool structured = is_structured({rest, !s.found.empty(), taken_back});
     result.doubt = result.effects.empty() ? doubt_of(*setup, plain, result.before) : "";
-    if (structured) result.rest_signature = fault.empty() ? describe(result.rest) : fault;
+    if (structured) result.rest_signature = fault.empty() ? clue_of(result.rest, result.regime) : fault;
     if (result.effects.empty() && fault.empty()) {
         // An angle that turns otherwise says more than what its speed makes of the axes.
         if (reading && setup->turns_apart.empty()) result.doubt = doubt_of(*reading);

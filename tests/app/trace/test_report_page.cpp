@@ -11,6 +11,7 @@
 #include "app/page/html.hpp"
 #include "app/page/thin.hpp"
 #include "app/report/report.hpp"
+#include "app/trace/advice.hpp"
 #include "app/trace/page.hpp"
 #include "app/trace/plots.hpp"
 #include "app/trace/verdict.hpp"
@@ -91,6 +92,22 @@ static void the_verdict_is_one_sentence_with_units(void)
     holds(remark, "iron loss from angle offset or delay");
     holds(remark, "A line at 37 Hz");
     TEST_ASSERT_EQUAL_STRING("", dqw::verdict_remark(trace_sample::report("explained", 100).trace).c_str());
+}
+
+static void advice_says_what_to_log_next(void)
+{
+    TEST_ASSERT_EQUAL_size_t(0, dqw::advice_of(trace_sample::report("clean", 100).trace).size());
+    auto trace = trace_sample::report("partly_explained", 100).trace;
+    const std::vector<std::string> advice = dqw::advice_of(trace);
+    TEST_ASSERT_EQUAL_size_t(1, advice.size());
+    holds(advice[0], "iron loss or angle offset or delay: ");
+    holds(advice[0], "; such a log: dqwatch sim servo --set nonideal.iron_loss_S=0.002 && dqwatch trace servo.csv");
+    // What no log of this kind tells has none, and what is not usable has its excitation.
+    trace.after.parameters = {{"Ld_H", 2e-3, 1e-3, false}};
+    holds(dqw::advice_of(trace).back(), "L_d: steps or a random signal on i_d");
+    const json j = dqw::trace_json({trace, {}, {}, {}});
+    TEST_ASSERT_EQUAL_size_t(2, j.at("advice").size());
+    TEST_ASSERT_EQUAL_DOUBLE(trace.effects[0].confidence, j.at("effects").at(0).at("confidence").get<double>());
 }
 
 static void every_effect_has_a_sentence_of_its_own(void)
@@ -319,6 +336,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(json_has_the_documented_fields);
     RUN_TEST(the_verdict_is_one_sentence_with_units);
+    RUN_TEST(advice_says_what_to_log_next);
     RUN_TEST(every_effect_has_a_sentence_of_its_own);
     RUN_TEST(a_flux_is_told_where_the_log_has_been);
     RUN_TEST(minus_signs_are_minus_signs);
