@@ -42,7 +42,7 @@ MPILIBS  := $(shell pkg-config --libs mpi-c 2>/dev/null)
 endif
 SUNLIBS  := -lsundials_cvode -lsundials_nvecserial -lsundials_sunmatrixdense -lsundials_sunlinsoldense \
             -lsundials_sunnonlinsolfixedpoint $(SUNCORE) $(MPILIBS)
-CERESLIBS = -lceres -lglog -lfmt -pthread
+CERESLIBS = -lceres -lglog -lfmt -lz -lzstd -pthread
 
 LIB_O := $(patsubst %.c,$(BUILD)/%.o,$(wildcard lib/*.c))
 Q15_O := $(patsubst %.c,$(BUILD)/%.o,$(wildcard port_q15/*.c))

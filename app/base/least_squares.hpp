@@ -65,6 +65,20 @@ public:
         }
     }
 
+    /// The part of y that a solution leaves, RMS over RMS.
+    double left(const std::array<double, N>& value) const
+    {
+        double rss = yy_;
+        for (std::size_t i = 0; i < N; ++i) rss -= value[i] * xy_[i];
+        return yy_ > 0 ? std::sqrt(std::fmax(rss, 0.0) / yy_) : 0.0;
+    }
+
+    /// RMS of unknown i's term over that of y.
+    double share(std::size_t i, double value) const
+    {
+        return yy_ > 0 ? std::fabs(value) * std::sqrt(xx_[i][i] / yy_) : 0.0;
+    }
+
 private:
     std::array<std::array<double, N>, N> xx_ = {};
     std::array<double, N> xy_ = {};

@@ -30,6 +30,9 @@ struct Options {
     bool out_given = false;
     std::optional<int> pole_pairs;
     std::string machine_file;
+    std::string format;  ///< of the logs; empty: found
+    std::optional<double> gear, v_dc_V, period_s;
+    bool write = false;
     std::vector<std::string> logs, parameters;
     std::vector<std::string> effects;  ///< named with --effect
     std::string config_file;           ///< trace.json

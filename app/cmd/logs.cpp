@@ -5,7 +5,6 @@
 #include "app/base/columns.hpp"
 #include "app/base/parameters.hpp"
 #include "app/base/progress.hpp"
-#include "app/read/log_reader.hpp"
 
 namespace dqw {
 namespace {
@@ -33,15 +32,23 @@ void complete(Machine& to, const Machine& from)
 
 }  // namespace
 
+ReadOptions read_options(const Options& options)
+{
+    ReadOptions read;
+    read.machine_file = options.machine_file;
+    if (options.pole_pairs) read.pole_pairs = *options.pole_pairs;
+    read.format = options.format;
+    read.given.gear = options.gear, read.given.v_dc_V = options.v_dc_V, read.given.period_s = options.period_s;
+    return read;
+}
+
 std::vector<Log> read_logs(const std::vector<std::string>& paths, const Options& options, bool all_columns,
                            std::vector<std::string>& notes, bool angle)
 {
     std::vector<Log> logs;
     Progress progress("reading");
     for (std::size_t i = 0; i < paths.size(); ++i) {
-        ReadOptions read;
-        read.machine_file = options.machine_file;
-        if (options.pole_pairs) read.pole_pairs = *options.pole_pairs;
+        ReadOptions read = read_options(options);
         read.plain_only = !all_columns;
         read.angle = angle;
         read.notes = &notes;

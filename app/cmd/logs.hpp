@@ -8,9 +8,13 @@
 
 #include "app/base/input_error.hpp"
 #include "app/cmd/command.hpp"
+#include "app/read/log_reader.hpp"
 #include "ref/log/log.hpp"
 
 namespace dqw {
+
+/// What the command line says of reading logs.
+ReadOptions read_options(const Options& options);
 
 /// Reads logs of one machine and one regime, for a joint estimate: what one machine file says holds for all. Without
 /// `all_columns` only those of a plain fit are kept, and with `angle` the electrical angle. Throws InputError.

@@ -9,6 +9,7 @@
 #include "app/base/output.hpp"
 #include "app/base/parameters.hpp"
 #include "app/base/text.hpp"
+#include "app/cmd/columns.hpp"
 #include "app/cmd/command.hpp"
 #include "app/cmd/compare.hpp"
 #include "app/cmd/demo.hpp"
@@ -16,7 +17,9 @@
 #include "app/cmd/monitor.hpp"
 #include "app/cmd/sim.hpp"
 #include "app/cmd/trace.hpp"
+#include "app/format/formats.hpp"
 #include "app/paper/paper.hpp"
+#include "app/read/csv.hpp"
 
 namespace dqw {
 namespace {
@@ -46,6 +49,32 @@ void add_common(CLI::App& command, Options& o)
         ->check(CLI::Range(1, 1000))
         ->type_name("N");
     command.add_option("--machine", o.machine_file, "machine file instead of LOG.toml")->type_name("FILE");
+}
+
+/// What a log's file may not say.
+void add_reading(CLI::App& command, Options& o)
+{
+    std::vector<std::string> names;
+    for (const Format* format : formats()) names.emplace_back(format->name);
+    command.add_option("--format", o.format, "format of the log, where it is not found by itself; see dqwatch formats")
+        ->check(CLI::IsMember(names))
+        ->type_name("NAME");
+    const auto positive = CLI::Validator(
+        [](const std::string& text) {
+            double value = 0;
+            return parse_number(text, value) == NumberError::none && value > 0 ? std::string()
+                                                                               : shown(text) + " is not above 0";
+        },
+        "");
+    command.add_option("--gear", o.gear, "turns of the rotor for one of the output shaft")
+        ->check(positive)
+        ->type_name("N");
+    command.add_option("--v-dc", o.v_dc_V, "voltage of the DC link, where the log has none")
+        ->check(positive)
+        ->type_name("V");
+    command.add_option("--period", o.period_s, "seconds from row to row, where the log has no time")
+        ->check(positive)
+        ->type_name("S");
 }
 
 /// A list of names out of those that are known.
@@ -85,12 +114,14 @@ void add_log(CLI::App& command, Options& o, const char* about)
     o.logs.resize(1);
     command.add_option("LOG.csv", o.logs.front(), about)->required()->type_name("");
     add_common(command, o);
+    add_reading(command, o);
 }
 
 void add_logs(CLI::App& command, Options& o)
 {
     command.add_option("LOG.csv", o.logs, "log, or several of one machine and regime")->required()->type_name("");
     add_common(command, o);
+    add_reading(command, o);
 }
 
 void add_estimate(CLI::App& command, Options& o)
@@ -134,6 +165,12 @@ void add_monitor(CLI::App& command, Options& o)
         "effect that the machine has, learned as well; repeatable; a note says where this log cannot have it: ");
     add_config(command, o, "what a trace found: start values, and the effects to learn");
     add_arith(command, o, "arithmetic of the monitor");
+}
+
+void add_columns(CLI::App& command, Options& o)
+{
+    add_log(command, o, "log of any format");
+    command.add_flag("--write", o.write, "write DIR/LOG_canonical.csv and .toml: the same in dqwatch's own format");
 }
 
 void add_demo(CLI::App& command, Options& o)
@@ -200,6 +237,9 @@ const Command commands[] = {
      "parameter asked for is not identifiable by all three."},
     {"monitor", "watch a log for changes of the machine, and name the fault", add_monitor, monitor_command,
      "Writes monitor.html into DIR, with --arith q15 dqw_q15_monitor.h as well. Exit code 0 with and without events."},
+    {"columns", "say what is read of a log, column by column, and what is missing: the first thing to run", add_columns,
+     columns_command, ""},
+    {"formats", "list the formats of logs that are read", add_common, formats_command, ""},
     {"demo", "simulate a servo, learn it, fit it, and compare both with the truth", add_demo, demo_command,
      "Writes DIR/servo.csv, DIR/servo.toml and DIR/demo.json."},
 };

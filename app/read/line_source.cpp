@@ -1,33 +1,11 @@
 #include "app/read/line_source.hpp"
 
-#include <fcntl.h>
-#include <sys/stat.h>
-#include <unistd.h>
-
-#include <cerrno>
 #include <cstring>
+#include <stdexcept>
 
 #include "app/base/input_error.hpp"
 
 namespace dqw {
-
-LineSource::LineSource(const std::string& path) : path_(path)
-{
-    fd_ = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NOCTTY);
-    if (fd_ < 0)
-        throw InputError(path_, 0, std::string("cannot be opened: ") + std::strerror(errno) + "; expected a CSV log");
-    struct stat info = {};
-    if (::fstat(fd_, &info) == 0) {
-        if (S_ISDIR(info.st_mode)) {
-            ::close(fd_);
-            throw InputError(path_, 0, "is a directory; expected a CSV log");
-        }
-        if (S_ISREG(info.st_mode) && info.st_size > 0) file_bytes_ = static_cast<std::uint64_t>(info.st_size);
-    }
-    buffer_.resize(std::size_t{1} << 18);
-}
-
-LineSource::~LineSource() { ::close(fd_); }
 
 bool LineSource::fill()
 {
@@ -42,12 +20,14 @@ bool LineSource::fill()
             throw InputError(path_, line_ + 1, "a line of more than 1 MiB; expected a CSV text file");
         buffer_.resize(buffer_.size() * 2);
     }
-    ssize_t got = 0;
-    do got = ::read(fd_, buffer_.data() + end_, buffer_.size() - end_);
-    while (got < 0 && errno == EINTR);
-    if (got < 0) throw InputError(path_, line_ + 1, std::string("cannot be read: ") + std::strerror(errno));
+    std::size_t got = 0;
+    try {
+        got = bytes_->read(buffer_.data() + end_, buffer_.size() - end_);
+    } catch (const std::runtime_error& error) {
+        throw InputError(path_, line_ + 1, error.what());
+    }
     at_end_ = got == 0;
-    end_ += static_cast<std::size_t>(got);
+    end_ += got;
     return !at_end_;
 }
 
@@ -73,6 +53,19 @@ bool LineSource::next(std::string_view& line)
     if (length > 0 && first[length - 1] == '\r') --length;
     line = std::string_view(first, length);
     return true;
+}
+
+std::string LineSource::rest(std::size_t most_bytes)
+{
+    std::string text;
+    do {
+        text.append(buffer_.data() + begin_, end_ - begin_);
+        consumed_ += end_ - begin_;
+        begin_ = end_;
+        if (text.size() > most_bytes)
+            throw InputError(path_, line_ + 1, "more than " + std::to_string(most_bytes >> 20) + " MiB of JSON");
+    } while (fill());
+    return text;
 }
 
 }  // namespace dqw

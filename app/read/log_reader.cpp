@@ -7,11 +7,15 @@
 
 #include "app/base/columns.hpp"
 #include "app/base/text.hpp"
-#include "app/read/header.hpp"
-#include "app/read/line_source.hpp"
+#include "app/read/column_doubts.hpp"
 #include "app/read/machine_file.hpp"
+#include "app/read/mapping.hpp"
+#include "app/read/opening.hpp"
 #include "app/read/row_parser.hpp"
+#include "app/read/slow_channel.hpp"
+#include "app/read/speed_of_angle.hpp"
 #include "app/read/speed_unit.hpp"
+#include "app/read/stamps.hpp"
 #include "app/read/time_base.hpp"
 
 namespace dqw {
@@ -32,98 +36,199 @@ std::size_t fewest_rows(Regime regime)
     return 2;
 }
 
+Given given_of(const ReadOptions& options, const MachineFile& machine)
+{
+    const auto first = [](const std::optional<double>& a, const std::optional<double>& b) { return a ? a : b; };
+    return {first(options.pole_pairs, machine.machine.pole_pairs), first(options.given.gear, machine.gear),
+            first(options.given.v_dc_V, machine.v_dc_V), first(options.given.period_s, machine.period_s)};
+}
+
 class LogReader {
 public:
     LogReader(const std::string& path, const ReadOptions& options)
-        : options_(options), path_(path), source_(path), machine_(machine_file_of(path, options.machine_file))
+        : options_(options), path_(path), opening_(path), machine_(machine_file_of(path, options.machine_file)),
+          given_(given_of(options, machine_)), import_(opening_.head, given_),
+          format_(format_for(opening_.head, opening_.json, options.format, machine_))
     {
-        if (options_.pole_pairs) machine_.machine.pole_pairs = options_.pole_pairs;
+        machine_.machine.pole_pairs = given_.pole_pairs;
     }
 
     Log read()
     {
         read_header();
         read_rows();
+        make_speed();
+        settle_slow_channels();
         settle_regime();
         check_size();
         check_period();
         find_segments();
-        warn_of_rpm();
+        warn_of_units();
         turn_voltages();
-        name_unused();
+        tell_what_was_left_out();
         log_.path = path_;
         log_.machine = machine_.machine;
+        fill_survey();
         for (std::size_t c = 0; c < column_count; ++c)
             if (!keep_[c]) log_.*(columns[c].values) = {};
         return std::move(log_);
     }
 
 private:
+    std::vector<double>& values(std::size_t c) { return log_.*(columns[c].values); }
+
     void note(const std::string& text) const
     {
         if (options_.notes) options_.notes->push_back(path_ + ": " + text);
     }
 
-    [[noreturn]] void refuse(const std::string& what) const { throw InputError(path_, source_.line_number(), what); }
+    [[noreturn]] void refuse(const std::string& what) const { throw InputError(path_, opening_.line_number(), what); }
+
+    bool own_format() const { return &format_ == &plain; }
 
     void read_header()
     {
         if (options_.notes) options_.notes->insert(options_.notes->end(), machine_.notes.begin(), machine_.notes.end());
-        std::string_view line;
-        if (!source_.next(line)) throw InputError(path_, 1, "an empty file; expected a CSV log with a header line");
-        header_ = parse_header(path_, line, machine_);
-        has_ = header_.has();
-        regime_ = machine_.regime ? machine_.regime : regime_of_columns(has_);
-        // Without time it is one of the two regimes that need none; the rows tell which.
-        require_columns(path_, header_, regime_ ? regime_ : has_[col_t] ? Regime::dynamic : Regime::steady, machine_);
+        map_columns(import_, format_, machine_);
+        has_ = import_.has();
+        for (std::size_t c = 0; c < column_count; ++c) in_file_[c] = import_.columns[c].has_value();
+        if (!own_format() && !options_.survey) note(fmt::format("read as {} ({})", format_.name, format_.about));
+        for (const std::string& text : import_.notes) note(text);
+        if (!opening_.head.units.empty() && own_format()) note("a line of units below the header");
+        regime_ = hinted_regime();
+        if (!options_.survey) require_columns();
         keep_ = has_;
         if (options_.plain_only) {
-            const ColumnSet plain = columns_of_plain_model(regime_.value_or(Regime::dynamic));
+            const ColumnSet plain_columns = columns_of_plain_model(regime_.value_or(Regime::dynamic));
             for (std::size_t c = 0; c < column_count; ++c)
-                keep_[c] = has_[c] && (plain[c] || (options_.angle && c == col_theta_e));
+                keep_[c] = has_[c] && (plain_columns[c] || (options_.angle && c == col_theta_e));
         }
+        whole_ = keep_;
+        whole_[col_theta_e] = whole_[col_theta_e] || import_.speed_from_angle;
+    }
+
+    bool complete(Regime regime, const ColumnSet& columns_there) const
+    {
+        return missing_columns(regime, columns_there, machine_.machine.torque_constant_Nm_A.has_value()).empty();
+    }
+
+    /// What the machine file says, or the format where its columns are in the file; else what those columns tell.
+    std::optional<Regime> hinted_regime() const
+    {
+        if (machine_.regime) return machine_.regime;
+        if (import_.polled && complete(Regime::steady, in_file_)) return Regime::steady;
+        if (import_.regime && (complete(*import_.regime, in_file_) || *import_.regime == Regime::mechanical))
+            return import_.regime;
+        return regime_of_columns(in_file_);
+    }
+
+    std::vector<std::string> missing() const
+    {
+        // Without time it is one of the two regimes that need none; the rows tell which.
+        const Regime assumed = regime_.value_or(has_[col_t] ? Regime::dynamic : Regime::steady);
+        auto names = missing_columns(assumed, has_, machine_.machine.torque_constant_Nm_A.has_value());
+        for (std::string& name : names) {
+            const auto column = column_named(name);
+            if (!column) continue;
+            if (import_.columns[*column] && !import_.columns[*column]->needs.empty()) {
+                std::vector<std::string> how;
+                for (const std::string& need : import_.columns[*column]->needs) how.push_back(how_to_give(need));
+                name += fmt::format(" (made of {}, which needs {})", import_.columns[*column]->expression.text,
+                                    list(how));
+            } else if (machine_.sources[*column].line) {
+                name += fmt::format(" (from {})", shown(machine_.sources[*column].name));
+            }
+        }
+        return names;
+    }
+
+    /// Throws the InputError that says which columns are missing and which are there.
+    void require_columns() const
+    {
+        const auto names = missing();
+        if (names.empty()) return;
+        const Regime assumed = regime_.value_or(has_[col_t] ? Regime::dynamic : Regime::steady);
+        std::string what = fmt::format("missing column{} {}; a {} log needs {}, the file has {}",
+                                       names.size() == 1 ? "" : "s", list(names), name_of(assumed),
+                                       names.size() == 1 ? "it" : "them", list(shown_all(opening_.head.fields)));
+        if (!own_format()) what += fmt::format("; read as {}, dqwatch columns says more", format_.name);
+        throw InputError(path_, opening_.head.line, what);
     }
 
     void read_rows()
     {
-        const std::uint64_t header_bytes = source_.bytes_consumed();
-        RowParser parser(path_, header_);
+        const std::uint64_t header_bytes = opening_.source().bytes_consumed();
+        RowParser parser(path_, import_);
         std::size_t blank_lines = 0, blank_run = 0;
         std::string_view line;
-        while (source_.next(line)) {
+        while (opening_.next(line)) {
             if (line.find_first_not_of(" \t") == line.npos) {
                 ++blank_run;
                 continue;
             }
             blank_lines += blank_run;
             blank_run = 0;
-            const RowValues& values = parser.parse(line, source_.line_number());
-            if (has_[col_t]) check_time(values[col_t]);
-            store_row(values);
-            if (rows_ == 1000) reserve(source_.bytes_consumed() - header_bytes);
-            if (options_.progress && rows_ % 65536 == 0 && source_.file_bytes())
-                options_.progress(static_cast<double>(source_.bytes_consumed()) /
-                                  static_cast<double>(source_.file_bytes()));
+            take_row(parser, line);
+            ++rows_in_file_;
+            if (rows_ == 1000) reserve(opening_.source().bytes_consumed() - header_bytes);
+            if (options_.progress && rows_in_file_ % 65536 == 0 && opening_.source().file_bytes())
+                options_.progress(static_cast<double>(opening_.source().bytes_consumed()) /
+                                  static_cast<double>(opening_.source().file_bytes()));
         }
         if (blank_lines) note(counted(blank_lines, "blank line") + " between rows skipped");
-        if (rows_ == 0) throw InputError(path_, 1, "a header and no data; expected at least one row below it");
+        if (rows_in_file_ == 0)
+            throw InputError(path_, opening_.head.line, "a header and no data; expected at least one row below it");
+        if (rows_ == 0)
+            throw InputError(
+                path_, left_out_.front().first_line,
+                fmt::format("no row is left: {} ({})", left_out_.front().why, counted(left_out_.front().rows, "row")));
+        if (stamps_.backward() * 10 > rows_in_file_)
+            throw InputError(path_, stamps_.first_backward_line(),
+                             fmt::format("{} of {} are not after the row before; expected time to increase from row to "
+                                         "row",
+                                         stamps_.backward(), counted(rows_in_file_, "stamp")));
     }
 
-    void check_time(double t_s)
+    void take_row(RowParser& parser, std::string_view line)
     {
-        if (rows_ > 0 && !(t_s > t_before_s_))
-            refuse(fmt::format("t_s is {} after {}; expected time to increase from row to row", t_s, t_before_s_));
-        if (!std::isfinite(t_s - t_before_s_)) refuse(fmt::format("t_s jumps from {:g} to {:g}", t_before_s_, t_s));
-        t_before_s_ = t_s;
+        const RowValues* parsed = parser.parse(line, opening_.line_number());
+        if (!parsed) return count_left_out(left_out_, parser.left_out(), opening_.line_number());
+        RowValues row = *parsed;
+        if (import_.row_period_s) row[col_t] = *import_.row_period_s * static_cast<double>(rows_in_file_);
+        if (rows_ == 0 && is_idle(row))
+            return count_left_out(left_out_, "zeros before the first values", opening_.line_number());
+        if (has_[col_t] && !stamps_.take(row[col_t], opening_.line_number())) {
+            if (own_format() && !import_.gaps)
+                refuse(fmt::format("t_s is {} after {}; expected time to increase from row to row", row[col_t],
+                                   stamps_.last_s()));
+            return count_left_out(left_out_, "its stamp is not after the row before", opening_.line_number());
+        }
+        if (has_[col_t] && !stamps_.finite())
+            refuse(fmt::format("t_s jumps from {:g} to {:g}", stamps_.before_s(), row[col_t]));
+        store_row(row);
     }
 
-    void store_row(const RowValues& values)
+    /// A link of 0 V, or currents and voltages of exactly 0 where the rows come from a host: nobody has answered yet.
+    bool is_idle(const RowValues& row) const
+    {
+        if (has_[col_v_dc] && row[col_v_dc] == 0.0) return true;
+        bool any = false;
+        for (const Column c : {col_v_d, col_v_q, col_i_d, col_i_q, col_w_m}) {
+            if (!has_[c] || (c == col_w_m && import_.speed_from_angle)) continue;
+            any = true;
+            if (row[c] != 0.0) return false;
+        }
+        return any && import_.host_clock;
+    }
+
+    void store_row(const RowValues& row)
     {
         for (std::size_t c = 0; c < column_count; ++c)
-            if (has_[c] && (keep_[c] || rows_ < probe_rows)) (log_.*(columns[c].values)).push_back(values[c]);
-        moves_ = moves_ || (has_[col_w_m] && values[col_w_m] != 0.0);
-        if (rows_ + 2 + line_shift_ != source_.line_number()) {
-            line_shift_ = source_.line_number() - rows_ - 2;
+            if (has_[c] && (whole_[c] || rows_ < probe_rows))
+                values(c).push_back(c == col_t ? stamps_.last_s() : row[c]);
+        moves_ = moves_ || (has_[col_w_m] && row[col_w_m] != 0.0);
+        if (rows_ + 2 + line_shift_ != opening_.line_number()) {
+            line_shift_ = opening_.line_number() - rows_ - 2;
             line_shifts_.emplace_back(rows_, line_shift_);
         }
         ++rows_;
@@ -132,12 +237,12 @@ private:
     /// From the bytes of the first rows; a little more than needed, so that no vector doubles near its end.
     void reserve(std::uint64_t bytes)
     {
-        if (source_.file_bytes() == 0) return;
-        const double estimate = 1.03 * static_cast<double>(source_.file_bytes()) * static_cast<double>(rows_) /
-                                static_cast<double>(bytes);
+        if (opening_.source().file_bytes() == 0 || bytes == 0) return;
+        const double estimate = 1.03 * static_cast<double>(opening_.source().file_bytes()) *
+                                static_cast<double>(rows_) / static_cast<double>(bytes);
         const auto rows = static_cast<std::size_t>(estimate) + 1000;
         for (std::size_t c = 0; c < column_count; ++c)
-            if (has_[c]) (log_.*(columns[c].values)).reserve(keep_[c] ? rows : std::min(rows, probe_rows));
+            if (has_[c]) values(c).reserve(whole_[c] ? rows : std::min(rows, probe_rows));
     }
 
     std::size_t line_of_row(std::size_t row) const
@@ -148,31 +253,60 @@ private:
         return row + 2 + shift;
     }
 
+    void make_speed()
+    {
+        if (!import_.speed_from_angle || !given_.pole_pairs) return;
+        log_.w_m_rad_s = slope_of_angle(log_.t_s, log_.theta_e_rad);
+        for (double& w : log_.w_m_rad_s) w /= *given_.pole_pairs;
+        moves_ = std::any_of(log_.w_m_rad_s.begin(), log_.w_m_rad_s.end(), [](double w) { return w != 0.0; });
+    }
+
+    void settle_slow_channels()
+    {
+        for (const Column c : {col_v_dc, col_temp_winding, col_temp_magnet}) {
+            if (!has_[c]) continue;
+            const std::string trouble = settle_slow_channel(c, values(c), !own_format());
+            if (trouble.empty()) continue;
+            note(fmt::format("{} left out: {}", columns[c].name, trouble));
+            values(c) = {};
+            has_[c] = keep_[c] = false;
+        }
+    }
+
     void settle_regime()
     {
-        if (has_[col_t]) base_ = time_base_of(log_.t_s);
+        const Clock clock = import_.host_clock              ? Clock::host
+                            : regime_ == Regime::mechanical ? Clock::unknown
+                                                            : Clock::own;
+        if (has_[col_t]) base_ = time_base_of(log_.t_s, clock);
         log_.modulation = machine_.modulation;
         log_.observed = machine_.observed;
         log_.voltage_error_V = machine_.voltage_error_V;
-        if (machine_.regime) {
-            log_.regime = *machine_.regime;
-            if (machine_.polled) note("a polled log, read as steady: rows in motion mislead");
+        const bool of_format = !machine_.regime && regime_ && !own_format();
+        polled_ = machine_.regime ? machine_.polled : of_format && import_.polled && regime_ == Regime::steady;
+        if (machine_.regime || of_format) {
+            log_.regime = *regime_;
+            if (polled_) note("a polled log, read as steady: rows in motion mislead");
+            if (of_format) regime_why_ = "what the format's rows are good for";
             return;
         }
         const auto [regime, why] = regime_of_rows();
         log_.regime = regime;
+        regime_why_ = why;
+        if (options_.survey && !complete(regime, has_)) return;
         note(fmt::format("regime taken as {}: {} ([log] regime in the machine file overrides)", name_of(regime), why));
     }
 
     std::pair<Regime, const char*> regime_of_rows() const
     {
         if (regime_ == Regime::mechanical) return {Regime::mechanical, "no voltages"};
-        if (!has_[col_w_m]) {
-            if (theta_moves(log_.theta_e_rad) || theta_moves(log_.theta_m_rad))
-                throw InputError(path_, 1, "missing column w_m_rad_s; the angle moves, so this is no standstill log");
+        if (!in_file_[col_w_m]) {
+            if (!options_.survey && (theta_moves(log_.theta_e_rad) || theta_moves(log_.theta_m_rad)))
+                throw InputError(path_, opening_.head.line,
+                                 "missing column w_m_rad_s; the angle moves, so this is no standstill log");
             return {Regime::standstill, "no w_m_rad_s"};
         }
-        if (!moves_) return {Regime::standstill, "w_m_rad_s is 0 throughout"};
+        if (has_[col_w_m] && !moves_) return {Regime::standstill, "w_m_rad_s is 0 throughout"};
         if (!has_[col_t]) return {Regime::steady, "no t_s"};
         if (!base_.regular) return {Regime::steady, "t_s has gaps throughout"};
         if (base_.median_s > 0.02) return {Regime::steady, "more than 20 ms from row to row"};
@@ -188,7 +322,7 @@ private:
     void check_size() const
     {
         const std::size_t fewest = fewest_rows(log_.regime);
-        if (rows_ < fewest)
+        if (rows_ < fewest && !options_.survey)
             refuse(fmt::format("{} only; expected at least {} in a {} log", counted(rows_, "row"), fewest,
                                name_of(log_.regime)));
     }
@@ -199,7 +333,7 @@ private:
     void check_period() const
     {
         constexpr double shortest_s = 1e-9;
-        if (!has_[col_t] || !timed() || !(base_.median_s < shortest_s)) return;
+        if (!has_[col_t] || !timed() || rows_ < 2 || !(base_.median_s < shortest_s)) return;
         throw InputError(path_, line_of_row(0),
                          fmt::format("t_s: {:.3g} s from row to row; expected seconds, 1 ns at least", base_.median_s));
     }
@@ -223,7 +357,7 @@ private:
                  name_of(log_.regime) + " fit");
     }
 
-    void warn_of_rpm() const
+    void warn_of_units() const
     {
         SpeedProbe probe;
         for (std::size_t c = 0; c < column_count; ++c)
@@ -231,44 +365,127 @@ private:
         probe.rows = std::min(rows_, probe_rows);
         probe.median_dt_s = base_.median_s;
         probe.regime = log_.regime;
+        if (!options_.notes || !has_[col_w_m] || !complete(log_.regime, has_)) return;
+        bool of_speed = false;
+        for (const Doubt& doubt : column_doubts(probe, machine_.machine)) {
+            of_speed = of_speed || doubt.of_time_or_speed();
+            std::vector<std::string> names, lines;
+            for (const Column c : doubt.columns) {
+                names.emplace_back(columns[c].name);
+                lines.push_back(
+                    fmt::format("{} = {{ from = {}, {} }}", columns[c].name, source_name(c), doubt.correction));
+            }
+            options_.notes->push_back(
+                doubt.correction.empty()
+                    ? fmt::format("warning: {}: {}: it reads with {}: {}; put scale = -1, or the other axis' name, "
+                                  "under [columns] of the machine file",
+                                  path_, list(names), doubt.looks_like, doubt.evidence)
+                    : fmt::format("warning: {}: {}: the numbers look like {}: {}; if so, put {} under [columns] of the "
+                                  "machine file",
+                                  path_, list(names), doubt.looks_like, doubt.evidence, list(lines)));
+        }
+        if (!of_speed) warn_of_rpm(probe);
+    }
+
+    std::string source_name(Column c) const
+    {
+        const auto& fields = import_.columns[c]->expression.fields;
+        return shown(fields.empty() ? columns[c].name : opening_.head.fields[fields[0]], 200);
+    }
+
+    void warn_of_rpm(const SpeedProbe& probe) const
+    {
         const auto evidence = evidence_of_rpm(probe, machine_.machine);
-        if (!evidence || !options_.notes) return;
+        if (!evidence) return;
+        const double scale = 0.1047197551 * machine_.sources[col_w_m].scale;
         options_.notes->push_back(
             fmt::format("warning: {}: w_m_rad_s: the numbers look like rpm, not rad/s: {}; if so, put "
-                        "w_m_rad_s = {{ from = {}, scale = 0.104720 }} under [columns] of the machine file",
-                        path_, *evidence, shown(header_.fields[header_.field_of[col_w_m]], 200)));
+                        "w_m_rad_s = {{ from = {}, scale = {:.6f} }} under [columns] of the machine file",
+                        path_, *evidence, source_name(col_w_m), scale));
     }
 
     void turn_voltages()
     {
         const bool interval_matters = log_.regime == Regime::dynamic ||
                                       (log_.regime == Regime::standstill && has_[col_t] && base_.regular);
-        if (!machine_.voltage_previous || !interval_matters) return;
+        if (!(machine_.voltage_previous || import_.voltage_previous) || !interval_matters) return;
         for (std::size_t c = 0; c < column_count; ++c)
-            if (!keep_[c]) log_.*(columns[c].values) = {};
+            if (!keep_[c]) values(c) = {};
         const std::size_t dropped = turn_voltage_interval(log_);
         note(fmt::format("voltage_interval previous: voltages moved up by one row; {} at the ends of segments dropped",
                          counted(dropped, "row")));
     }
 
-    void name_unused() const
+    void tell_what_was_left_out()
     {
-        std::vector<std::string> unused = header_.unused;
+        unused_ = unused_fields(import_);
+        if (stamps_.midnights()) note(counted(stamps_.midnights(), "midnight") + " passed: the clock goes on");
+        if (options_.survey) return;
+        for (const LeftOut& reason : left_out_)
+            note(fmt::format("{} left out, the first at line {}: {}", counted(reason.rows, "row"), reason.first_line,
+                             reason.why));
+        std::vector<std::string> unused;
+        if (own_format()) unused = unused_;
         for (std::size_t c = 0; c < column_count; ++c)
             if (has_[c] && !keep_[c]) unused.push_back(columns[c].name);
         if (!unused.empty()) note("columns not used: " + list(unused));
     }
 
+    void fill_survey()
+    {
+        if (!options_.survey) return;
+        Survey& s = *options_.survey;
+        s.format = format_.name, s.about = format_.about, s.voltage = import_.voltage;
+        s.rows_in_file = rows_in_file_, s.rows_kept = log_.rows() ? log_.rows() : rows_;
+        s.left_out = left_out_, s.unused = unused_;
+        for (std::size_t c = 0; c < column_count; ++c) {
+            const auto& source = import_.columns[c];
+            if (!source) continue;
+            Survey::Column column;
+            column.name = columns[c].name, column.rule = source->expression.text, column.unit = source->unit;
+            for (const std::size_t f : source->expression.fields) {
+                const std::string name = printable(opening_.head.fields[f]);
+                if (std::find(column.from.begin(), column.from.end(), name) == column.from.end())
+                    column.from.push_back(name);
+            }
+            if (source->expression.linear() && source->expression.offset == 0.0 && column.from.size() == 1)
+                column.factor = source->expression.scale;
+            column.needs = source->needs;
+            const auto& v = values(c);
+            column.kept = has_[c] && !v.empty();
+            if (column.kept) {
+                column.first = v.front();
+                column.least = *std::min_element(v.begin(), v.end());
+                column.largest = *std::max_element(v.begin(), v.end());
+            }
+            s.columns.push_back(std::move(column));
+        }
+        for (const std::string& need : import_.missing_given) s.missing.push_back(how_to_give(need));
+        for (const std::string& name : missing()) s.missing.push_back(name);
+        const bool enough = rows_ >= fewest_rows(log_.regime);
+        if (complete(log_.regime, has_) && enough)
+            s.regime = polled_ ? "polled" : name_of(log_.regime), s.regime_why = regime_why_;
+        else
+            s.regime_why = enough ? "columns are missing"
+                                  : fmt::format("{} only; at least {} are needed", counted(rows_, "row"),
+                                                fewest_rows(log_.regime));
+    }
+
     const ReadOptions& options_;
     std::string path_;
-    LineSource source_;
+    Opening opening_;
     MachineFile machine_;
-    Header header_;
-    ColumnSet has_ = {}, keep_ = {};
-    std::optional<Regime> regime_;  // before the rows are seen
-    double t_before_s_ = 0.0;
-    std::size_t rows_ = 0;
-    bool moves_ = false;
+    Given given_;
+    Import import_;
+    const Format& format_;
+    ColumnSet in_file_ = {}, has_ = {}, keep_ = {}, whole_ = {};  // named, known, kept, and read to the end
+    std::optional<Regime> regime_;                                // before the rows are seen
+    Stamps stamps_;
+    std::vector<LeftOut> left_out_;
+    std::vector<std::string> unused_;
+    std::string regime_why_ = "as the machine file says";
+    std::size_t rows_ = 0, rows_in_file_ = 0;
+    bool moves_ = false, polled_ = false;
     std::size_t line_shift_ = 0;  // lines skipped so far
     std::vector<std::pair<std::size_t, std::size_t>> line_shifts_;
     TimeBase base_;

@@ -8,6 +8,8 @@
 #include <vector>
 
 #include "app/base/input_error.hpp"
+#include "app/format/unit.hpp"
+#include "app/read/survey.hpp"
 #include "ref/log/log.hpp"
 
 namespace dqw {
@@ -15,14 +17,17 @@ namespace dqw {
 struct ReadOptions {
     std::string machine_file;          ///< instead of LOG.toml; empty: LOG.toml if it is there
     std::optional<double> pole_pairs;  ///< wins over the machine file's
+    std::string format = {};           ///< name of the format; empty: found from the file
+    Given given = {};                  ///< gear, v_dc, period: win over the machine file's
     bool angle = false;                ///< beside these the angle, which tells the pole pairs
     bool plain_only = false;           ///< keep only the columns that a plain fit uses: 10 million rows in 0.5 GB
+    Survey* survey = nullptr;          ///< what was made of it; then nothing that is missing refuses the log
     /// gets what was assumed, ignored or skipped; warnings begin "warning: "
     std::vector<std::string>* notes = nullptr;
     std::function<void(double)> progress = {};  ///< called with 0..1 now and then
 };
 
-/// Reads a log of the documented format; throws InputError. Every row is used, or counted in a note.
+/// Reads a log of any format of `formats()`, "-" for standard input, packed or not; throws InputError. Every row is used, or counted in a note.
 /// Memory: 8 bytes a row for each column kept, and 1 MiB.
 Log read_log(const std::string& path, const ReadOptions& options = {});
 

@@ -14,6 +14,7 @@
 #include "app/base/input_error.hpp"
 #include "app/base/modulation.hpp"
 #include "app/base/text.hpp"
+#include "app/format/unit.hpp"
 
 // toml++ 3.3 asserts on a table header such as [=x]. That is bad input and no bug here: an exception, whatever NDEBUG
 // says.
@@ -178,6 +179,12 @@ private:
                 file_.machine.pole_pairs = p;
                 continue;
             }
+            if (key == "gear" || key == "v_dc_V") {
+                const double value = number(key, node);
+                if (!(value > 0)) refuse(node, fmt::format("{} is {:g}; expected a positive number", key, value));
+                (key == "gear" ? file_.gear : file_.v_dc_V) = value;
+                continue;
+            }
             const Nominal* nominal = nullptr;
             for (const Nominal& n : nominals)
                 if (key == n.key) nominal = &n;
@@ -229,7 +236,8 @@ private:
                     refuse(node, fmt::format("voltage_error_V is {:g}; expected a non-negative number", value));
                 file_.voltage_error_V = value;
             } else if (key == "period_s") {
-                if (!(number(key, node) > 0)) refuse(node, "period_s is not positive; expected the control period");
+                file_.period_s = number(key, node);
+                if (!(*file_.period_s > 0)) refuse(node, "period_s is not positive; expected the control period");
             } else {
                 unknown_.push_back("log." + printable(key));
             }
@@ -240,6 +248,10 @@ private:
     {
         for (auto&& [key_, node] : map) {
             const std::string key(key_.str());
+            if (key == "i_dq_A" || key == "v_dq_V") {
+                read_frame(key, node, key == "i_dq_A" ? file_.i_dq : file_.v_dq);
+                continue;
+            }
             const auto column = column_named(key);
             if (!column) {
                 unknown_.push_back("columns." + printable(key));
@@ -250,15 +262,24 @@ private:
             if (node.is_string())
                 source.name = node.as_string()->get();
             else if (node.is_table())
-                read_source(key, *node.as_table(), source);
+                read_source(*column, key, *node.as_table(), source);
             else
                 refuse(node, fmt::format("columns.{} is neither a name nor {{ from = \"…\", scale = … }}", key));
-            if (source.name.empty())
+            if (source.name.empty() && !source.value)
                 refuse(node, fmt::format("columns.{} names no column; expected from = \"name in the CSV\"", key));
         }
     }
 
-    void read_source(const std::string& key, const toml::table& entry, ColumnSource& source)
+    std::string unit(Column column, const toml::node& node, bool duty) const
+    {
+        const std::string name = string("unit", node);
+        if (is_unit(column, name) || (duty && name == "duty")) return name;
+        std::vector<std::string> names = unit_names(column);
+        if (duty) names.emplace_back("duty");
+        refuse(node, fmt::format("unit is {}; expected {}", shown(name), list(names, names.size())));
+    }
+
+    void read_source(Column column, const std::string& key, const toml::table& entry, ColumnSource& source)
     {
         source.name = key;
         for (auto&& [field_, node] : entry) {
@@ -268,10 +289,49 @@ private:
             } else if (field == "scale") {
                 source.scale = number("scale", node);
                 if (source.scale == 0) refuse(node, "scale is 0; expected the factor from the file's unit to SI");
+            } else if (field == "offset") {
+                source.offset = number("offset", node);
+            } else if (field == "value") {
+                source.value = number("value", node);
+            } else if (field == "times") {
+                source.times = string("times", node);
+            } else if (field == "unit") {
+                source.unit = unit(column, node, column == col_v_q);
             } else {
                 unknown_.push_back("columns." + key + "." + printable(field));
             }
         }
+    }
+
+    void read_frame(const std::string& key, const toml::node& node, FrameSource& source)
+    {
+        const char* const example = "{ from = [\"ia\", \"ib\", \"ic\"], unit = \"A\" }";
+        if (!node.is_table()) refuse(node, fmt::format("columns.{} is not a table; expected {}", key, example));
+        source.line = node.source().begin.line;
+        for (auto&& [field_, entry] : *node.as_table()) {
+            const std::string field(field_.str());
+            if (field == "from") {
+                if (!entry.is_array()) refuse(entry, fmt::format("from is not a list; expected {}", example));
+                for (auto&& name : *entry.as_array()) source.names.push_back(string("from", name));
+            } else if (field == "kind") {
+                source.kind = string("kind", entry);
+                const bool line = source.kind == "line" && &source == &file_.v_dq;
+                if (!line && source.kind != "phase" && source.kind != "alpha_beta")
+                    refuse(entry, fmt::format("kind is {}; expected phase, line (voltages) or alpha_beta",
+                                              shown(source.kind)));
+            } else if (field == "unit") {
+                source.unit = unit(&source == &file_.i_dq ? col_i_d : col_v_d, entry, false);
+            } else if (field == "scale") {
+                source.scale = number("scale", entry);
+                if (source.scale == 0) refuse(entry, "scale is 0; expected the factor from the file's unit to SI");
+            } else {
+                unknown_.push_back("columns." + key + "." + printable(field));
+            }
+        }
+        const std::size_t most = source.kind == "alpha_beta" ? 2 : 3;
+        if (source.names.size() < 2 || source.names.size() > most)
+            refuse(node, fmt::format("columns.{} has {} of {}; expected 2{}", key, counted(source.names.size(), "name"),
+                                     source.kind, most == 3 ? " or 3" : ""));
     }
 
     static constexpr std::size_t largest_bytes = std::size_t{1} << 20;

@@ -13,11 +13,21 @@
 
 namespace dqw {
 
-/// How a column is called in the CSV, and the factor to SI.
+/// How a column is called in the CSV, and how it becomes SI: (name · scale + offset) · times, in its unit.
 struct ColumnSource {
-    std::string name;
+    std::string name, unit;
+    std::string times;  ///< name of a column that it is multiplied by
+    double scale = 1.0, offset = 0.0;
+    std::optional<double> value;  ///< instead of a name: a constant in SI
+    std::size_t line = 0;         ///< in the machine file; 0: it says nothing, the column has its own name
+};
+
+/// d and q out of phases, line-to-line voltages, or α and β, with theta_e.
+struct FrameSource {
+    std::vector<std::string> names;
+    std::string kind = "phase", unit;
     double scale = 1.0;
-    std::size_t line = 0;  ///< in the machine file; 0: it says nothing, the column has its own name
+    std::size_t line = 0;
 };
 
 struct MachineFile {
@@ -29,7 +39,9 @@ struct MachineFile {
     std::string modulation;        ///< empty: nothing is said
     bool observed = false;         ///< the angle is an observer's
     double voltage_error_V = 0.0;  ///< by how much the voltage may be off, unseen
+    std::optional<double> gear, v_dc_V, period_s;
     std::array<ColumnSource, column_count> sources;
+    FrameSource i_dq, v_dq;
     std::vector<std::string> public_sources;  ///< text of the comment lines that begin "# Source:"
     std::vector<std::string> notes;           ///< unknown keys, one line
 };

@@ -1,4 +1,4 @@
-// One row of a log: text to numbers, one for each column that the file has.
+// One row of a log: text to numbers, one for each column that is made of the file.
 #ifndef DQW_APP_READ_ROW_PARSER_HPP
 #define DQW_APP_READ_ROW_PARSER_HPP
 
@@ -9,35 +9,55 @@
 #include <vector>
 
 #include "app/base/columns.hpp"
-#include "app/read/header.hpp"
+#include "app/format/format.hpp"
 
 namespace dqw {
 
 using RowValues = std::array<double, column_count>;
 
-/// Parses rows by a header. Time is linear in the row; no memory is taken by a usual row.
+/// Parses rows by an import. Time is linear in the row; no memory is taken by a usual row.
 class RowParser {
 public:
-    RowParser(const std::string& path, const Header& header);
+    RowParser(const std::string& path, Import& import);
 
-    /// The row's numbers in SI units, finite and of a sane size where the file has the column; throws InputError at
+    /// The row's numbers in SI units, finite and of a sane size where there is a column; a column that may be held is
+    /// NaN before its first number. Null where the row is left out, and left_out() says why. Throws InputError at
     /// `line_number`.
-    const RowValues& parse(std::string_view line, std::size_t line_number);
+    const RowValues* parse(std::string_view line, std::size_t line_number);
+    const std::string& left_out() const { return left_out_; }
 
 private:
+    /// What becomes of a field that holds no number.
+    enum class Need { unused, noticed, held, every_row };
+    struct Slot {
+        Need need = Need::unused;
+        std::size_t column = 0;  ///< the first that is made of it
+        bool time = false;
+        double value = 0.0;
+    };
+    struct Plan {
+        std::size_t column;
+        bool linear;
+        std::size_t field;
+        double scale, offset;
+    };
+
     bool parse_usual(std::string_view line);
-    void parse_any(std::string_view line);
-    void parse_field(std::size_t c, const std::string& field);
-    void scale();
+    bool parse_any(std::string_view line);
+    bool parse_field(std::size_t f, const std::string& field);
+    bool evaluate();
+    double value_of(const Expression& x);
     [[noreturn]] void refuse(const std::string& what) const;
 
     const std::string& path_;
-    const Header& header_;
-    std::vector<std::size_t> column_of_;                       // each field's column, or Header::none
-    std::vector<std::pair<std::size_t, std::size_t>> copies_;  // columns whose field serves another as well: to, from
-    std::vector<std::size_t> scaled_, signals_;
+    Import& import_;
+    bool strict_;  // dqwatch's own format: what is no number is an error
+    std::vector<Slot> slots_;
+    std::vector<Plan> plans_;
+    std::vector<double> gathered_;
     RowValues values_ = {};
     std::size_t line_number_ = 0;
+    std::string left_out_;
 };
 
 }  // namespace dqw

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "app/base/least_squares.hpp"
+#include "app/read/voltage_fit.hpp"
 
 namespace dqw {
 namespace {
@@ -18,11 +19,6 @@ using Maybe = std::optional<Finding>;
 
 constexpr double pi = 3.14159265358979323846;
 constexpr double rpm_per_rad_s = 30.0 / pi;
-
-bool gap_before(const SpeedProbe& p, std::size_t k)
-{
-    return p.column[col_t][k] - p.column[col_t][k - 1] > 1.5 * p.median_dt_s;
-}
 
 /// Turns of an angle against the integral of w, over blocks of 64 rows. Only where w, taken as rad/s, leaves no doubt
 /// which way the angle went from row to row: less than 2.5 rad of it.
@@ -80,54 +76,13 @@ Maybe from_power(const SpeedProbe& p)
     return {};
 }
 
-enum Unknown : std::size_t { R, Ld, Lq, pLd, pLq, ppsi, unknown_count };
-
-struct Electrical {
-    std::array<double, unknown_count> value, sd;
-    bool known(Unknown u) const { return sd[u] < 0.1 * std::fabs(value[u]) && value[u] > 0; }
-};
-
-/// The voltage equations with w as logged, over blocks of 20 rows (dynamic) or row by row.
-Electrical fit_voltages(const SpeedProbe& p)
-{
-    const double *v_d = p.column[col_v_d], *v_q = p.column[col_v_q], *i_d = p.column[col_i_d], *i_q = p.column[col_i_q],
-                 *w = p.column[col_w_m];
-    LeastSquares<unknown_count> fit;
-    if (p.regime != Regime::dynamic) {
-        for (std::size_t k = 0; k < p.rows; ++k) {
-            fit.add({i_d[k], 0, 0, 0, -w[k] * i_q[k], 0}, v_d[k]);
-            fit.add({i_q[k], 0, 0, w[k] * i_d[k], 0, w[k]}, v_q[k]);
-        }
-    } else {
-        constexpr std::size_t block = 20;
-        const double* t = p.column[col_t];
-        for (std::size_t first = 0; first + block < p.rows; first += block) {
-            double s_vd = 0, s_vq = 0, s_id = 0, s_iq = 0, s_w = 0, s_wid = 0, s_wiq = 0;
-            bool whole = true;
-            for (std::size_t k = first; k < first + block; ++k) {
-                whole = whole && !gap_before(p, k + 1);
-                const double dt = t[k + 1] - t[k], wm = 0.5 * (w[k] + w[k + 1]);
-                const double d = 0.5 * (i_d[k] + i_d[k + 1]), q = 0.5 * (i_q[k] + i_q[k + 1]);
-                s_vd += v_d[k] * dt, s_vq += v_q[k] * dt, s_id += d * dt, s_iq += q * dt, s_w += wm * dt,
-                    s_wid += wm * d * dt, s_wiq += wm * q * dt;
-            }
-            if (!whole) continue;
-            fit.add({s_id, i_d[first + block] - i_d[first], 0, 0, -s_wiq, 0}, s_vd);
-            fit.add({s_iq, 0, i_q[first + block] - i_q[first], s_wid, 0, s_w}, s_vq);
-        }
-    }
-    Electrical result;
-    fit.solve(result.value, result.sd);
-    return result;
-}
-
 Maybe against_nominal(const char* what, double found, double nominal, const char* unit)
 {
     return Finding{nominal / found, fmt::format("with it {} comes out as {:.3g} {}, the machine file says {:.3g}", what,
                                                 found, unit, nominal)};
 }
 
-Maybe from_induced_voltage(const Machine& m, const Electrical& e)
+Maybe from_induced_voltage(const Machine& m, const VoltageFit& e)
 {
     if (e.known(ppsi)) {
         if (m.psi_Wb && *m.psi_Wb > 0 && m.pole_pairs)
@@ -141,7 +96,7 @@ Maybe from_induced_voltage(const Machine& m, const Electrical& e)
 }
 
 /// L in front of w over L in front of di/dt is the number of pole pairs, a whole number from 1.
-Maybe from_pole_pairs(const SpeedProbe& p, const Machine& m, const Electrical& e)
+Maybe from_pole_pairs(const SpeedProbe& p, const Machine& m, const VoltageFit& e)
 {
     if (p.regime != Regime::dynamic) return {};
     double pole_pairs = 0;
@@ -154,7 +109,8 @@ Maybe from_pole_pairs(const SpeedProbe& p, const Machine& m, const Electrical& e
                                              pole_pairs,
                                              m.pole_pairs ? fmt::format("{:g}", *m.pole_pairs) : "1 or more");
     if (m.pole_pairs) return Finding{*m.pole_pairs / pole_pairs, evidence};
-    if (pole_pairs < 0.75) return Finding{rpm_per_rad_s, evidence};
+    // As p/9.549; below it is the time that is off by thousands.
+    if (pole_pairs < 0.75 && pole_pairs > 0.08) return Finding{rpm_per_rad_s, evidence};
     return {};
 }
 
@@ -215,7 +171,7 @@ std::optional<std::string> evidence_of_rpm(const SpeedProbe& probe, const Machin
         return verdict;
     if (electrical) {
         if (decided(from_power(probe))) return verdict;
-        const Electrical e = fit_voltages(probe);
+        const VoltageFit e = fit_voltages(probe);
         if (decided(from_induced_voltage(machine, e)) || decided(from_pole_pairs(probe, machine, e))) return verdict;
     } else if (decided(from_inertia(probe, machine))) {
         return verdict;

@@ -3,23 +3,13 @@
 #ifndef DQW_APP_READ_SPEED_UNIT_HPP
 #define DQW_APP_READ_SPEED_UNIT_HPP
 
-#include <array>
-#include <cstddef>
 #include <optional>
 #include <string>
 
-#include "app/base/columns.hpp"
+#include "app/read/voltage_fit.hpp"
 #include "ref/log/log.hpp"
 
 namespace dqw {
-
-/// The rows to judge by: a pointer per column that is there.
-struct SpeedProbe {
-    std::array<const double*, column_count> column = {};
-    std::size_t rows = 0;
-    double median_dt_s = 0.0;
-    Regime regime = Regime::dynamic;
-};
 
 /// The evidence that w_m is in rpm, for a warning; nothing where it is in rad/s or cannot be told.
 ///

@@ -6,7 +6,7 @@
 
 namespace dqw {
 
-TimeBase time_base_of(const std::vector<double>& t_s)
+TimeBase time_base_of(const std::vector<double>& t_s, Clock clock)
 {
     TimeBase base;
     if (t_s.size() < 2) return base;
@@ -18,9 +18,15 @@ TimeBase time_base_of(const std::vector<double>& t_s)
     const auto middle = some.begin() + static_cast<std::ptrdiff_t>(some.size() / 2);
     std::nth_element(some.begin(), middle, some.end());
     base.median_s = *middle;
+    double longest_s = 1.5 * base.median_s;
+    if (clock != Clock::own) {
+        const auto usual = some.begin() + static_cast<std::ptrdiff_t>(some.size() * 9 / 10);
+        std::nth_element(some.begin(), usual, some.end());
+        if (clock == Clock::host || *usual > 1.05 * base.median_s) longest_s = 4.0 * *usual;
+    }
     for (std::size_t k = 0; k < intervals; ++k) {
         const double dt_s = t_s[k + 1] - t_s[k];
-        if (dt_s <= 1.5 * base.median_s) continue;
+        if (dt_s <= longest_s) continue;
         base.gaps.push_back(k + 1);
         base.longest_gap_s = std::max(base.longest_gap_s, dt_s);
     }

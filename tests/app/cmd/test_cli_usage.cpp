@@ -33,6 +33,8 @@ static void help_and_version_are_no_errors(void)
                                                                   {"trace", "--help"},
                                                                   {"monitor", "--help"},
                                                                   {"compare", "--help"},
+                                                                  {"columns", "--help"},
+                                                                  {"formats", "--help"},
                                                                   {"demo", "--help"}}) {
         const Outcome run = command::dqwatch(args);
         TEST_ASSERT_EQUAL_INT(0, run.code);
@@ -40,7 +42,8 @@ static void help_and_version_are_no_errors(void)
         TEST_ASSERT_EQUAL_STRING("", run.err.c_str());
     }
     const Outcome all = command::dqwatch({"--help"});
-    for (const char* name : {"paper", "sim", "learn", "fit", "trace", "compare", "monitor", "demo"})
+    for (const char* name :
+         {"paper", "sim", "learn", "fit", "trace", "compare", "monitor", "columns", "formats", "demo"})
         TEST_ASSERT_TRUE_MESSAGE(all.out.find(name) != std::string::npos, name);
     const Outcome version = command::dqwatch({"--version"});
     TEST_ASSERT_EQUAL_INT(0, version.code);
@@ -67,6 +70,11 @@ static void wrong_usage_is_exit_code_2(void)
         {{"fit", "a.csv", "--parameters", "R_ohm,colour"}, "colour"},
         {{"learn", "a.csv", "--arith", "q7"}, "q7"},
         {{"compare"}, "LOG.csv"},
+        {{"columns"}, "LOG.csv"},
+        {{"fit", "a.csv", "--format", "no_such_format"}, "--format"},
+        {{"fit", "a.csv", "--gear", "-9"}, "--gear"},
+        {{"fit", "a.csv", "--v-dc", "nan"}, "--v-dc"},
+        {{"fit", "a.csv", "--period", "0"}, "--period"},
         {{"compare", "a.csv", "b.csv"}, "b.csv"},
         {{"compare", "a.csv", "--arith", "q15"}, "--arith"},
         {{"fit", "a.csv", "--arith", "float"}, "--arith"},

@@ -56,9 +56,9 @@ static void what_the_simulator_says_of_its_drive_is_no_note(void)
 static void unknown_keys_are_one_note(void)
 {
     const auto file = read("[machine]\ncolour = 1\n[extra]\nx = 1\n[log]\nwho = 1\n[columns]\nspeed = \"n\"\nt_s = { "
-                           "from = \"t\", unit = \"s\" }\n");
+                           "from = \"t\", colour = \"s\" }\n");
     TEST_ASSERT_EQUAL_size_t(1, file.notes.size());
-    for (const char* key : {"machine.colour", "extra", "log.who", "columns.speed", "columns.t_s.unit"})
+    for (const char* key : {"machine.colour", "extra", "log.who", "columns.speed", "columns.t_s.colour"})
         TEST_ASSERT_TRUE_MESSAGE(file.notes[0].find(key) != std::string::npos, key);
 }
 

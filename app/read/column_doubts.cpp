@@ -1,0 +1,271 @@
+#include "app/read/column_doubts.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+namespace dqw {
+namespace {
+
+constexpr double pi = 3.14159265358979323846;
+constexpr double rpm_to_rad_s = pi / 30;
+constexpr std::size_t rows_for_signs = 50000;
+
+using Maybe = std::optional<Doubt>;
+
+/// An angle that is wrapped jumps back by one turn of its unit.
+Maybe angle_unit(const SpeedProbe& p, Column column)
+{
+    const double* a = p.column[column];
+    if (!a || p.rows < 3) return {};
+    const auto [least, largest] = std::minmax_element(a, a + p.rows);
+    const double span = *largest - *least;
+    const struct {
+        double turn;
+        const char* unit;
+    } wraps[] = {{360, "deg"}, {65536, "16-bit turns"}, {1, "turns"}};
+    for (const auto& wrap : wraps) {
+        if (span > 1.002 * wrap.turn || span < 0.8 * wrap.turn || std::fabs(*least) > 1.002 * wrap.turn) continue;
+        std::size_t jumps = 0, between = 0;
+        for (std::size_t k = 1; k < p.rows; ++k) {
+            const double step = std::fabs(a[k] - a[k - 1]);
+            jumps += step > 0.7 * wrap.turn;
+            between += step > 0.3 * wrap.turn && step <= 0.7 * wrap.turn;
+        }
+        if (jumps < 2 || between > jumps) continue;
+        return Doubt{{column},
+                     fmt::format("in {}", wrap.unit),
+                     fmt::format("it goes from {:.4g} to {:.4g} and jumps back {} times", *least, *largest, jumps),
+                     fmt::format("unit = \"{}\"", wrap.unit)};
+    }
+    return {};
+}
+
+struct Scale {
+    double of_w, of_t;
+    const char* looks_like;
+    Column column;
+    const char* correction;
+};
+
+/// How well the integral of w times `scale` follows the angle: the slope, or 0 where they do not agree.
+double slope_of(const SpeedProbe& p, const double* theta, const Scale& scale, double turns)
+{
+    const double *t = p.column[col_t], *w = p.column[col_w_m];
+    constexpr std::size_t block = 16;
+    double ww = 0, wa = 0, aa = 0, block_w = 0, block_a = 0, judged = 0, steps = 0;
+    std::size_t n = 0;
+    for (std::size_t k = 1; k < p.rows; ++k) {
+        const double by_w = 0.5 * (w[k] + w[k - 1]) * scale.of_w * (t[k] - t[k - 1]) * scale.of_t;
+        steps += 1;
+        if (gap_before(p, k) || std::fabs(by_w) * turns > 2.5) {
+            n = 0, block_w = block_a = 0;
+            continue;
+        }
+        judged += 1;
+        block_w += by_w, block_a += std::remainder(theta[k] - theta[k - 1], 2 * pi);
+        if (++n < block) continue;
+        ww += block_w * block_w, wa += block_w * block_a, aa += block_a * block_a;
+        n = 0, block_w = block_a = 0;
+    }
+    if (!(aa > 1.0) || judged < 0.5 * steps || wa * wa < 0.98 * ww * aa) return 0.0;
+    return wa / ww;
+}
+
+/// Speed and time against an angle whose turns for one of the shaft are known.
+Maybe by_angle(const SpeedProbe& p, Column angle, std::optional<double> turns, std::optional<double> pole_pairs,
+               bool& settled)
+{
+    const double* theta = p.column[angle];
+    if (!theta || !turns || !p.column[col_t] || !p.column[col_w_m]) return {};
+    const double poles = pole_pairs.value_or(1.0);
+    const Scale as_is = {1, 1, "", col_w_m, ""};
+    // What the plain reading leaves within a tenth is the angle's own matter.
+    if (std::fabs(slope_of(p, theta, as_is, *turns) / *turns - 1) < 0.1) {
+        settled = true;
+        return {};
+    }
+    const Scale others[] = {
+        {1 / poles, 1, "the electrical speed in rad/s", col_w_m, "unit = \"electrical rad/s\""},
+        {rpm_to_rad_s / poles, 1, "in electrical rpm", col_w_m, "unit = \"erpm\""},
+        {2 * pi, 1, "in turns a second", col_w_m, "unit = \"turns/s\""},
+        {2 * pi / poles, 1, "in electrical hertz", col_w_m, "unit = \"Hz\""},
+        {pi / 180, 1, "in degrees a second", col_w_m, "unit = \"deg/s\""},
+        {1, 1e-3, "in ms", col_t, "unit = \"ms\""},
+        {1, 1e-6, "in µs", col_t, "unit = \"us\""},
+    };
+    Maybe found;
+    for (const Scale& other : others) {
+        if (poles == 1.0 && other.of_w * other.of_t == 1.0) continue;
+        const double slope = slope_of(p, theta, other, *turns);
+        if (std::fabs(slope / *turns - 1) > 0.02) continue;
+        const double rpm = slope_of(p, theta, {rpm_to_rad_s, 1, "", col_w_m, ""}, *turns);
+        if (found || std::fabs(rpm / *turns - 1) < 0.02) return {};
+        found = Doubt{{other.column},
+                      other.looks_like,
+                      fmt::format("{} turns at {:.4g} times what speed and time say so", columns[angle].name, slope),
+                      other.correction};
+    }
+    return found;
+}
+
+double rms(const double* x, std::size_t rows)
+{
+    double sum = 0;
+    for (std::size_t k = 0; k < rows; ++k) sum += x[k] * x[k];
+    return rows ? std::sqrt(sum / static_cast<double>(rows)) : 0.0;
+}
+
+/// No machine of some volts takes thousands of amperes, none of a few amperes thousands of volts.
+Maybe by_size(const SpeedProbe& p)
+{
+    const double v = std::hypot(rms(p.column[col_v_d], p.rows), rms(p.column[col_v_q], p.rows));
+    const double i = std::hypot(rms(p.column[col_i_d], p.rows), rms(p.column[col_i_q], p.rows));
+    if (v > 0 && i > 1500 && v < 100 && i / v > 30)
+        return Doubt{{col_i_d, col_i_q}, "in mA", fmt::format("{:.3g} A at {:.3g} V RMS", i, v), "unit = \"mA\""};
+    if (i > 0 && v > 3000 && i < 50)
+        return Doubt{{col_v_d, col_v_q}, "in mV", fmt::format("{:.3g} V at {:.3g} A RMS", v, i), "unit = \"mV\""};
+    return {};
+}
+
+bool near(double ratio, double to, double part) { return std::fabs(std::log(ratio / to)) < part; }
+
+/// Against R, L and ψ of the nameplate, all of which must agree.
+Maybe by_nameplate(const SpeedProbe& p, const Machine& m, const VoltageFit& e)
+{
+    if (!m.pole_pairs || !m.R_ohm || !m.Lq_H || !m.psi_Wb || !(*m.psi_Wb > 0)) return {};
+    const Unknown L = p.regime == Regime::dynamic ? Lq : pLq;
+    if (!e.known(R) || !e.known(L) || !e.known(ppsi) || e.left > 0.1) return {};
+    const double poles = *m.pole_pairs;
+    const double r = e.value[R] / *m.R_ohm, l = e.value[L] / (L == pLq ? poles : 1.0) / *m.Lq_H,
+                 f = e.value[ppsi] / poles / *m.psi_Wb;
+    const std::string evidence = fmt::format("with it R is {:.3g}, L_q {:.3g} and psi {:.3g} times the machine file's",
+                                             r, l, f);
+    const auto all = [&](double of_r, double of_l, double of_f, double part) {
+        return near(r, of_r, 2 * part) && near(l, of_l, part) && near(f, of_f, part);
+    };
+    constexpr double close = 0.06, far = 0.25;
+    if (all(std::sqrt(3.0), std::sqrt(3.0), std::sqrt(3.0), close))
+        return Doubt{{col_v_d, col_v_q}, "line to line", evidence, "scale = 0.57735"};
+    if (all(1, 1, std::sqrt(1.5), close))
+        return Doubt{
+            {col_v_d, col_v_q, col_i_d, col_i_q}, "of the power-invariant scaling", evidence, "scale = 0.81650"};
+    if (all(1, 1, std::sqrt(0.5), close))
+        return Doubt{{col_v_d, col_v_q, col_i_d, col_i_q}, "RMS values", evidence, "scale = 1.41421"};
+    if (all(1e-3, 1e-3, 1, far)) return Doubt{{col_i_d, col_i_q}, "in mA", evidence, "unit = \"mA\""};
+    if (all(1e3, 1e3, 1e3, far)) return Doubt{{col_v_d, col_v_q}, "in mV", evidence, "unit = \"mV\""};
+    const double of_L = p.regime == Regime::dynamic ? 1 : 1 / poles;
+    if (poles > 2 && all(1, of_L, 1 / poles, 0.15) && !near(poles, 30 / pi, 0.3))
+        return Doubt{{col_w_m}, "the electrical speed in rad/s", evidence, "unit = \"electrical rad/s\""};
+    const double erpm = 30 / pi * poles;
+    if (all(1, p.regime == Regime::dynamic ? 1 : 1 / erpm, 1 / erpm, 0.15) && poles > 1)
+        return Doubt{{col_w_m}, "in electrical rpm", evidence, "unit = \"erpm\""};
+    return {};
+}
+
+/// L in front of w over L in front of di/dt: the pole pairs times what w and t are wrong by.
+Maybe by_pole_pairs(const SpeedProbe& p, const Machine& m, const VoltageFit& e)
+{
+    if (p.regime != Regime::dynamic) return {};
+    double poles = 0;
+    if (e.known(Lq) && e.known(pLq) && e.sd[Lq] < 0.02 * e.value[Lq] && e.sd[pLq] < 0.02 * e.value[pLq])
+        poles = e.value[pLq] / e.value[Lq];
+    if (!(poles > 0)) return {};
+    const std::string evidence = fmt::format("with it the cross-coupling tells {:.3g} pole pairs", poles);
+    if (m.pole_pairs && *m.pole_pairs > 1 && near(poles, 1.0, 0.03))
+        return Doubt{{col_w_m},
+                     "the electrical speed in rad/s",
+                     fmt::format("{}, expected {:g}", evidence, *m.pole_pairs),
+                     "unit = \"electrical rad/s\""};
+    const double thousand = 1000 * poles;
+    const double whole = m.pole_pairs.value_or(std::fmax(std::round(thousand), 1.0));
+    if (thousand < 60 && near(thousand, whole, 0.05))
+        return Doubt{{col_t}, "in ms", fmt::format("{}, expected {:g}", evidence, whole), "unit = \"ms\""};
+    return {};
+}
+
+/// A term that is below zero beyond doubt, and no small one: what the model lacks may turn that.
+bool negative(const VoltageFit& e)
+{
+    constexpr double no_small_part = 0.05;
+    for (std::size_t u = 0; u < unknown_count; ++u)
+        if (e.value[u] < -5 * e.sd[u] && e.share[u] > no_small_part) return true;
+    return false;
+}
+
+/// Signs turned and axes exchanged, where the log as it is has a negative R, L or ψ, or leaves far more.
+Maybe by_signs(const SpeedProbe& p, const VoltageFit& as_is)
+{
+    constexpr double much = 0.3, far_less = 0.2;
+    const bool senseless = negative(as_is);
+    if (!senseless && as_is.left < much) return {};
+    const double most = std::fmin(0.1, (senseless ? 1.02 : far_less) * as_is.left);
+    Maybe found;
+    double best = 0;
+    int fewest = 99;
+    for (int exchanged = 0; exchanged < 2; ++exchanged)
+        for (int signs = 0; signs < 16; ++signs) {
+            const auto sign = [&](int bit) { return signs & bit ? -1.0 : 1.0; };
+            const int changes = exchanged + (signs & 1) + (signs >> 1 & 1) + (signs >> 2 & 1) + (signs >> 3 & 1);
+            if (changes == 0 || changes > 3) continue;
+            const VoltageFit e = fit_voltages(p, {sign(1), sign(2), sign(4), sign(8), exchanged == 1}, rows_for_signs);
+            if (negative(e) || !e.known(R) || !e.known(ppsi) || e.left > most) continue;
+            if (found && (changes > fewest || (changes == fewest && e.left >= best))) continue;
+            std::vector<std::string> what;
+            const char* const names[] = {"v_d", "v_q", "i_d", "i_q"};
+            for (int n = 0; n < 4; ++n)
+                if (signs >> n & 1) what.emplace_back(names[n]);
+            std::string how = exchanged ? "d and q exchanged" : "";
+            for (std::size_t n = 0; n < what.size(); ++n)
+                how += (n ? " and " : how.empty() ? "the sign of " : ", then the sign of ") + what[n];
+            best = e.left, fewest = changes;
+            found = Doubt{
+                {col_v_d, col_v_q, col_i_d, col_i_q},
+                how + (what.empty() ? "" : " turned"),
+                fmt::format("as it is {}{:.2g} % of the voltage is left; so read R, L and psi are positive, and "
+                            "{:.2g} % is",
+                            senseless ? "R, L or psi comes out negative and " : "", 100 * as_is.left, 100 * e.left),
+                ""};
+        }
+    return found;
+}
+
+}  // namespace
+
+bool Doubt::of_time_or_speed() const
+{
+    return std::any_of(columns.begin(), columns.end(), [](Column c) { return c == col_t || c == col_w_m; });
+}
+
+std::vector<Doubt> column_doubts(const SpeedProbe& probe, const Machine& machine)
+{
+    std::vector<Doubt> doubts;
+    const auto add = [&](const Maybe& doubt) {
+        if (doubt) doubts.push_back(*doubt);
+        return doubt.has_value();
+    };
+    if (probe.rows < 3) return doubts;
+    const bool angle_is_off = add(angle_unit(probe, col_theta_e)) | add(angle_unit(probe, col_theta_m));
+    bool settled = false;
+    if (!angle_is_off) {
+        if (!add(by_angle(probe, col_theta_m, 1.0, machine.pole_pairs, settled)) && !settled)
+            add(by_angle(probe, col_theta_e, machine.pole_pairs, machine.pole_pairs, settled));
+    }
+    for (const Column c : {col_v_d, col_v_q, col_i_d, col_i_q})
+        if (!probe.column[c]) return doubts;
+    if (add(by_size(probe)) || !probe.column[col_w_m] || probe.regime == Regime::standstill) return doubts;
+    const VoltageFit as_is = fit_voltages(probe);
+    const bool known = !doubts.empty() && doubts.back().of_time_or_speed();
+    if (known) return doubts;
+    if (add(by_signs(probe, as_is))) return doubts;
+    const Maybe plate = by_nameplate(probe, machine, as_is);
+    if (plate && !(settled && plate->of_time_or_speed()))
+        add(plate);
+    else if (!settled)
+        add(by_pole_pairs(probe, machine, as_is));
+    return doubts;
+}
+
+}  // namespace dqw
