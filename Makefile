@@ -24,7 +24,9 @@ QUICKOPT ?= $(OPT)
 
 WARN     := -Wall -Wextra -Wshadow
 LIBWARN  := $(WARN) -Wconversion -Wsign-conversion -Wdouble-promotion
-FP       := -ffp-contract=off
+# A line of packages/facts.toml: a text, or a list's items.
+fact      = $(shell sed -n 's/^$(1) = //p' packages/facts.toml | sed 's/", "/ /g; s/[]["]//g')
+FP       := $(call fact,float_flags)
 # app/ and ref/ have rooms: their files are included by their whole path.
 INC      := -I. -Ilib -Iport_q15 -Isim
 # Ceres' and Eigen's headers as system headers: their warnings are not ours.
@@ -77,7 +79,7 @@ all: $(BUILD)/dqwatch
 ## help         this list
 .PHONY: help
 help:
-	@sed -n 's/^## //p' Makefile
+	@sed -n 's/^## //p' Makefile packages/install.mk
 
 ## demo         install what is missing, build, and run the main job: simulate, learn, fit, compare with the truth
 .PHONY: demo
@@ -132,6 +134,8 @@ test-binaries: $(TESTS) $(BUILD)/dqwatch
 $(UNITY_DIR)/unity.c:
 	@.ci/unity $(UNITY_DIR)
 $(addsuffix .o,$(TESTS)): | $(UNITY_DIR)/unity.c
+
+include packages/install.mk
 
 ## tools        install the checkers that make lint uses
 .PHONY: tools
@@ -280,7 +284,7 @@ $(BUILD)/libref.a: $(REF_O)
 $(BUILD)/libapp.a: $(APP_O)
 	@rm -f $@; ar rcs $@ $^
 $(BUILD)/dqwatch: $(BUILD)/app/cmd/main.o $(ARCHIVES)
-	$(CXX) $(SANFLAGS) $^ $(SUNLIBS) $(CERESLIBS) -lm -o $@
+	$(CXX) $(SANFLAGS) $(LDFLAGS) $^ $(SUNLIBS) $(CERESLIBS) -lm -o $@
 
 # C tests see lib/, port_q15/ and sim/; C++ tests see ref/ and app/ as well.
 $(call binaries,$(TEST_C)): %: %.o $(BUILD)/tests/unity.o $(BUILD)/libsim.a $(BUILD)/libdqw_q15.a $(BUILD)/libdqw.a

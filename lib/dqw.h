@@ -16,5 +16,6 @@
 #include "dqw_sample.h"
 #include "dqw_shaft.h"
 #include "dqw_text.h"
+#include "dqw_version.h"
 
 #endif

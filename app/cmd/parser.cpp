@@ -12,19 +12,21 @@
 #include "app/cmd/columns.hpp"
 #include "app/cmd/command.hpp"
 #include "app/cmd/compare.hpp"
+#include "app/cmd/completion.hpp"
 #include "app/cmd/demo.hpp"
 #include "app/cmd/estimate.hpp"
+#include "app/cmd/manual.hpp"
 #include "app/cmd/monitor.hpp"
 #include "app/cmd/sim.hpp"
 #include "app/cmd/trace.hpp"
+#include "app/cmd/version.hpp"
 #include "app/format/formats.hpp"
 #include "app/paper/paper.hpp"
 #include "app/read/csv.hpp"
+#include "dqw_sim.h"
 
 namespace dqw {
 namespace {
-
-constexpr const char* version = "dqwatch 0.2.0";
 
 /// A number that does not fit is no seed: the parser would take the nearest that does.
 std::uint64_t seed_of(const std::string& text)
@@ -244,7 +246,35 @@ const Command commands[] = {
      "Writes DIR/servo.csv, DIR/servo.toml and DIR/demo.json."},
 };
 
-/// False where help or the version was asked for, and printed.
+/// Pages and completions of this very parser; what they tell to end parsing, as help does.
+void add_installed(CLI::App& app)
+{
+    const auto pages = [&app] {
+        std::map<std::string, std::vector<std::string>> known;
+        for (std::size_t i = 0; i < dqw_sim_scenario_count(); ++i)
+            known["SCENARIO"].push_back(dqw_sim_scenario_at(i)->name);
+        return pages_of(app, known);
+    };
+    app.add_option_function<std::string>(
+           "--completion",
+           [pages](const std::string& shell) {
+               print(completion_for(shell, pages()));
+               throw CLI::Success();
+           },
+           "print the completion of this command line for a shell")
+        ->check(CLI::IsMember(completed_shells()))
+        ->type_name("SHELL");
+    app.add_option_function<std::string>(
+           "--manual",
+           [pages](const std::string& dir) {
+               write_manual(pages(), dir);
+               throw CLI::Success();
+           },
+           "write a man page for this and for each subcommand into DIR")
+        ->type_name("DIR");
+}
+
+/// False where help, the version or the like was asked for, and printed.
 bool parse(CLI::App& app, int argc, char** argv)
 {
     try {
@@ -254,7 +284,8 @@ bool parse(CLI::App& app, int argc, char** argv)
         const auto chosen = app.get_subcommands();
         print(chosen.empty() ? app.help() : chosen.front()->help());
     } catch (const CLI::CallForVersion&) {
-        print(std::string(version) + "\n");
+        print(version_text());
+    } catch (const CLI::Success&) {
     } catch (const CLI::ParseError& error) {
         throw UsageError(std::string(error.what()) + "; see dqwatch --help");
     }
@@ -267,7 +298,8 @@ int run_command_line(int argc, char** argv)
 {
     CLI::App app("dqwatch learns the parameters of a permanent-magnet motor, and checks them against a reference fit.",
                  "dqwatch");
-    app.set_version_flag("--version", version);
+    app.set_version_flag("--version", std::string(), "say which version this is, and what it was built with");
+    add_installed(app);
     app.require_subcommand(1);
     Options options;
     for (const Command& c : commands) {

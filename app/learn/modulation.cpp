@@ -1,6 +1,7 @@
 #include "app/learn/modulation.hpp"
 
 #include <algorithm>
+#include <cstdint>
 
 #include "app/base/modulation.hpp"
 #include "app/learn/signals.hpp"

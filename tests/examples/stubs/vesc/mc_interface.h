@@ -1,0 +1,2 @@
+// See vesc_stub.h.
+#include "vesc_stub.h"
