@@ -6,10 +6,15 @@
 #include "ref/fit/explain.hpp"
 
 namespace dqw {
+namespace {
+
+constexpr double kDeviations = 4.0;  // a normal exceeds it in 6 of 100000 cases
+
+}  // namespace
 
 PolePairs decide_pole_pairs(const Assessment& real)
 {
-    constexpr double kFarthest = 0.3, kDeviations = 4.0;
+    constexpr double kFarthest = 0.3;
     PolePairs p;
     p.sought = true;
     p.real = real;
@@ -45,6 +50,14 @@ void report_pole_pairs(Task& task, const PolePairs& p, double product, double pr
         n = explain("pole_pairs", p.real, {"R_ohm", "Ld_H", "Lq_H", "psi_Wb", "pole_pairs", "", ""}, task.logs);
     }
     result.not_identifiable.push_back(n);
+    // No machine has a part of a pole pair: the fit, and what turns with it, took up what the model lacks.
+    if (p.real.verdict == Verdict::determined && std::abs(p.real.value - p.whole) > kDeviations * p.real.sd)
+        for (const char* name : {"Ld_H", "Lq_H", "psi_Wb"})
+            withhold(task, name,
+                     "the pole pairs come out as " + figure(p.real.value) + ", " +
+                         figure(std::abs(p.real.value - p.whole) / p.real.sd) +
+                         " deviations from a whole number: the model lacks something, and took up " + name + " for it",
+                     "give the pole pairs, and trace the log", result);
     constexpr double kDoubt = 0.1;
     if (p.sought && !(p.real.sd < kDoubt * std::abs(p.real.value)))
         withhold_product(task, "psi_Wb", product, product_sd, result);

@@ -9,16 +9,21 @@ namespace dqw {
 
 bool Task::asks(const std::string& name) const { return std::find(asked.begin(), asked.end(), name) != asked.end(); }
 
-void withhold_product(Task& task, const std::string& name, double product, double sd, Result& result)
+void withhold(Task& task, const std::string& name, const std::string& why, const std::string& would_help,
+              Result& result)
 {
     if (!task.asks(name)) return;
-    const std::string unit = name == "psi_Wb" ? " Wb" : " H";
-    result.not_identifiable.push_back({name,
-                                       "the pole pairs are not known, and of " + name +
-                                           " only the product pole_pairs * " + name + " = " + figure(product) + unit +
-                                           " (standard deviation " + figure(sd) + ")",
-                                       "give the pole pairs; or " + excitation_for("pole_pairs", Regime::dynamic)});
+    result.not_identifiable.push_back({name, why, would_help});
     task.asked.erase(std::remove(task.asked.begin(), task.asked.end(), name), task.asked.end());
+}
+
+void withhold_product(Task& task, const std::string& name, double product, double sd, Result& result)
+{
+    const std::string unit = name == "psi_Wb" ? " Wb" : " H";
+    withhold(task, name,
+             "the pole pairs are not known, and of " + name + " only the product pole_pairs * " + name + " = " +
+                 figure(product) + unit + " (standard deviation " + figure(sd) + ")",
+             "give the pole pairs; or " + excitation_for("pole_pairs", Regime::dynamic), result);
 }
 
 void publish(const Task& task, const std::vector<std::string>& names, const Covariance& covariance, Result& result)

@@ -11,6 +11,10 @@
 
 namespace dqw {
 
+/// Says why `name` is not known, what would help, and asks for it no longer.
+void withhold(Task& task, const std::string& name, const std::string& why, const std::string& would_help,
+              Result& result);
+
 /// Says that of `name` only its product with the pole pairs is known, and asks for it no longer.
 void withhold_product(Task& task, const std::string& name, double product, double sd, Result& result);
 
