@@ -299,7 +299,7 @@ $(BUILD)/tests/test_blind $(BUILD)/bench/blind:
 	$(CXX) $(SANFLAGS) $^ $(SUNLIBS) $(CERESLIBS) -lm -o $@
 $(BUILD)/bench/measured: $(patsubst %.cpp,$(BUILD)/%.o,$(wildcard bench/measured*.cpp)) $(ARCHIVES)
 	$(CXX) $(SANFLAGS) $^ $(SUNLIBS) $(CERESLIBS) -lm -o $@
-$(BUILD)/bench/campaign_reads: $(BUILD)/bench/campaign_reads.o $(ARCHIVES)
+$(BUILD)/bench/campaign_reads $(BUILD)/bench/flux_map: %: %.o $(ARCHIVES)
 	$(CXX) $(SANFLAGS) $^ $(SUNLIBS) $(CERESLIBS) -lm -o $@
 $(C_BENCHES): %: %.o $(BUILD)/libsim.a $(BUILD)/libdqw_q15.a $(BUILD)/libdqw.a
 	$(CC) $^ $(SUNLIBS) -lm -o $@

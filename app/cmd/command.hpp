@@ -37,6 +37,7 @@ struct Options {
     std::vector<std::string> effects;  ///< named with --effect
     std::string config_file;           ///< trace.json
     std::string arith = "float";
+    std::vector<std::string> maps;  ///< two flux maps
     // Of `sim`.
     std::string scenario;
     std::vector<std::string> settings;

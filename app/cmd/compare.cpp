@@ -8,7 +8,9 @@
 #include "app/base/progress.hpp"
 #include "app/cmd/estimate.hpp"
 #include "app/cmd/logs.hpp"
+#include "app/read/flux_map.hpp"
 #include "app/report/compare.hpp"
+#include "app/report/compare_maps.hpp"
 #include "app/report/report.hpp"
 #include "app/report/sense.hpp"
 #include "ref/trace/named.hpp"
@@ -75,6 +77,14 @@ void gather_notes(Comparison& c)
 
 int compare_command(const Options& options)
 {
+    const bool maps = !options.maps.empty();
+    if (maps == !options.logs.front().empty())
+        throw UsageError("compare: LOG.csv, or --map with two flux maps, and not both; --help says more");
+    if (maps) {
+        const MapComparison c = compare_maps(read_flux_map(options.maps[0]), read_flux_map(options.maps[1]));
+        print(options.json ? json_text(compare_maps_json(c)) : compare_maps_text(c));
+        return exit_done;
+    }
     Comparison c;
     c.log = options.logs.front();
     const LearnConfig config = asked_effects(options.config_file, options.effects);

@@ -11,6 +11,7 @@
 #include "app/base/progress.hpp"
 #include "app/base/text.hpp"
 #include "app/cmd/command.hpp"
+#include "app/read/flux_map.hpp"
 
 namespace dqw {
 namespace {
@@ -46,6 +47,8 @@ const Field fields[] = {
                                          report.message[0] ? report.message : dqw_sim_status_text(status));
     if (status == DQW_SIM_ERR_SCENARIO) throw ValueError(what);
     if (status == DQW_SIM_ERR_MAP) {
+        // The row at fault, where one is.
+        if (scenario.machine.flux_map[0] != '\0') read_flux_map(scenario.machine.flux_map);
         const std::string curve = scenario.nonideal.inverter_curve,
                           said = report.message[0] ? report.message : dqw_sim_status_text(status);
         throw InputError(

@@ -12,6 +12,7 @@
 #include "app/learn/trace.hpp"
 #include "app/report/compare.hpp"
 #include "app/report/report.hpp"
+#include "app/trace/flux_map.hpp"
 #include "app/trace/page.hpp"
 #include "app/trace/report.hpp"
 
@@ -59,6 +60,14 @@ void write_q15_config(const std::vector<Log>& logs, TraceReport& report, const O
     }
 }
 
+void write_flux_map(const TraceResult& trace, const Options& options)
+{
+    if (trace.map.empty()) return;
+    write_file(path_in(options.out_dir, "flux_map.csv"), flux_map_csv(trace.map));
+    if (const double p = pole_pairs_of(trace); p > 0.0 && !mtpa(trace.map, p).empty())
+        write_file(path_in(options.out_dir, "mtpa.csv"), mtpa_csv(trace.map, p));
+}
+
 }  // namespace
 
 int trace_command(const Options& options)
@@ -76,6 +85,7 @@ int trace_command(const Options& options)
     write_file(path_in(options.out_dir, "trace.json"), json);
     write_file(path_in(options.out_dir, "report.html"), report_page(report));
     write_file(path_in(options.out_dir, "dqw_model_config.h"), model_config_text(report.trace, report.logs));
+    write_flux_map(report.trace, options);
     if (report.trace.regime != Regime::mechanical) write_q15_config(logs, report, options);
     print_notes(report.trace.notes);
     print(options.json ? json : trace_text(report));

@@ -10,6 +10,7 @@
 #include "app/base/text.hpp"
 #include "app/report/report.hpp"
 #include "app/trace/advice.hpp"
+#include "app/trace/flux_map.hpp"
 #include "app/trace/rows.hpp"
 #include "app/trace/verdict.hpp"
 #include "ref/trace/rules.hpp"
@@ -126,6 +127,8 @@ std::string trace_text(const TraceReport& report)
     };
     out += table(residual_rows(report)) + ratio_text(trace) + parameters("", trace.before, trace.after);
     if (found) out += "\n" + table(effect_rows(trace));
+    const std::string map = flux_map_text(trace);
+    if (!map.empty()) out += "\n" + map;
     if (report.learner_before && report.learner_after)
         out += parameters("learners in firmware\n", *report.learner_before, *report.learner_after);
     const std::vector<std::string> advice = advice_of(trace);

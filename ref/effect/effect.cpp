@@ -3,6 +3,8 @@
 #include <cmath>
 #include <iterator>
 
+#include "ref/effect/flux_map.hpp"
+
 namespace dqw {
 
 struct FittedInput {
@@ -325,6 +327,8 @@ constexpr Effect rows[] = {
     // No effects of their own.
     {{Law::clipped_current, "clipped_current", 1, Shape::limit, Unit::one, 0}},
     {{Law::dead_clamped, "dead_time", 2, Shape::current_width, Unit::V, currents}},
+    {{Law::own_map, "saturation", kOwnWeights, Shape::current_cells, Unit::Wb, currents}},
+    {{Law::cross_map, "cross_saturation", kCrossWeights, Shape::current_cells, Unit::Wb, currents}},
 };
 
 /// Where a law's row is.
@@ -338,14 +342,14 @@ struct Places {
     }
 };
 constexpr Places places;
-static_assert(places.found == std::size(rows) && std::size(rows) == static_cast<std::size_t>(Law::dead_clamped) + 1,
+static_assert(places.found == std::size(rows) && std::size(rows) == static_cast<std::size_t>(Law::cross_map) + 1,
               "an effect lacks its row");
 
 }  // namespace
 
 const std::vector<Effect>& effects()
 {
-    static const std::vector<Effect> catalogue(std::begin(rows), std::end(rows) - 2);
+    static const std::vector<Effect> catalogue(std::begin(rows), std::end(rows) - 4);
     return catalogue;
 }
 
@@ -364,6 +368,7 @@ int numbers_of(Shape shape)
     case Shape::none:
     case Shape::seconds:
     case Shape::limit:
+    case Shape::current_cells:
     case Shape::instant:
     case Shape::channel:
     case Shape::link:

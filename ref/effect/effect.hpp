@@ -38,7 +38,9 @@ enum class Law {
     cogging_torque,
     load_torque,
     clipped_current,  ///< no effect of the catalogue: a fault of the record, tried so that nothing else is named for it
-    dead_clamped      ///< dead_time where a leg rests: with a part that does not ask which way the current flows
+    dead_clamped,     ///< dead_time where a leg rests: with a part that does not ask which way the current flows
+    own_map,          ///< saturation, bending cell by cell: where a polynomial is not enough
+    cross_map         ///< cross_saturation, the same
 };
 
 /// What a law takes for given, in the order of TraceInput::shape.
@@ -48,6 +50,7 @@ enum class Shape {
     current_width,  ///< a current, A, that is fitted too, and the angle at the first row
     limit,          ///< a current, A, that is fitted too
     current_unit,   ///< of a polynomial, A
+    current_cells,  ///< least and largest i_d, largest |i_q|, A; how stiff its weights are, 1/Wb^2
     heat,           ///< T_0, degC; time constant, s; current that heats by 1, A
     R_L,            ///< R, L_d, L_q
     L_psi,          ///< L_d, L_q, psi
@@ -149,6 +152,8 @@ const Effect* find_effect(const std::string& name);
 
 /// Either of the two.
 inline bool is_dead_time(Law law) { return law == Law::dead_time || law == Law::dead_clamped; }
+/// Either of a flux map's two.
+inline bool is_map(Law law) { return law == Law::own_map || law == Law::cross_map; }
 inline int weights_of(Law law) { return effect_of(law).weights; }
 inline const char* name_of(Law law) { return effect_of(law).name; }
 /// Does `a` stand before `b` in the catalogue?

@@ -98,6 +98,14 @@ void cross_saturation(const Input& input, const Moment& at, Vector2 g[])
     g[2] = {y * y * y * y, 4.0 * x * y * y * y};
 }
 
+void mapped(const Input& input, const Moment& at, Vector2 g[])
+{
+    double psi_d[kMostWeights], psi_q[kMostWeights];
+    const auto flux = input.law == Law::own_map ? own_flux : cross_flux;
+    flux(input.shape, at.i_d, at.i_q, psi_d, psi_q);
+    for (int j = 0; j < weights_of(input.law); ++j) g[j] = {psi_d[j], psi_q[j]};
+}
+
 /// What the legs that switch lose of one volt, the way their current flows, or, `constant`, whichever way it does.
 Vector2 lost(const Input& input, const Moment& m, bool constant)
 {
@@ -322,6 +330,8 @@ void evaluate(const Input& input, const Moment& at, Vector2 f[kMostWeights], Vec
     }
     case Law::saturation: saturation(input, at, g); break;
     case Law::cross_saturation: cross_saturation(input, at, g); break;
+    case Law::own_map:
+    case Law::cross_map: mapped(input, at, g); break;
     case Law::winding_temperature: f[0] = {at.heat_K * (at.i_d + at.bow_d), at.heat_K * at.i_q}; break;
     case Law::magnet_temperature: g[0].d = at.heat_K; break;
     case Law::iron_loss:
@@ -467,6 +477,13 @@ void evaluate_slope(const Input& input, const double weights[], const Moment& at
         const double mixed = k * y * (2.0 * weights[0] + 4.0 * weights[1] * x + 4.0 * weights[2] * y * y);
         g_slope[1] += mixed, g_slope[2] += mixed;
         g_slope[3] += k * x * (2.0 * weights[0] + 2.0 * weights[1] * x + 12.0 * weights[2] * y * y);
+        break;
+    }
+    case Law::own_map:
+    case Law::cross_map: {
+        const auto inductance = input.law == Law::own_map ? own_inductance : cross_inductance;
+        const std::array<double, 3> L = inductance(input.shape, weights, at.i_d, at.i_q);
+        g_slope[0] += L[0], g_slope[1] += L[1], g_slope[2] += L[1], g_slope[3] += L[2];
         break;
     }
     case Law::voltage_scale: {

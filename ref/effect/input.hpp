@@ -6,11 +6,12 @@
 #include <array>
 
 #include "ref/effect/effect.hpp"
+#include "ref/effect/flux_map.hpp"
 #include "ref/effect/inverter.hpp"
 
 namespace dqw {
 
-constexpr int kMostWeights = 5;
+constexpr int kMostWeights = kCrossWeights;
 constexpr int kPast = 6;  ///< voltages that are looked back at: a lag of one period has come through to e^-6
 
 /// A law with its shape; the weights are what is fitted. `heat` names the heating state of a temperature law: 0 is the

@@ -90,7 +90,7 @@ Eigen::VectorXd coherent_deviations(const Model& model, const Point& at, const E
     for (auto& s : slope) s = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(here.size()), n);
     const Eigen::VectorXd values = at.values();
     for (Eigen::Index j = 0; j < n; ++j) {
-        if (j >= first && j < last) continue;
+        if ((j >= first && j < last) || !(information(j, j) > 0.0)) continue;
         Point moved = at;
         Eigen::VectorXd to = values;
         const double step = std::max(std::abs(values[j]) * kStep, 1e-9);

@@ -129,12 +129,13 @@ std::vector<Screened> screen(const Model& model, const Point& at, const std::vec
         if (options.tick) options.tick();
         if (!model.pass(there, inputs, sums)) continue;
         const Seen seen = seen_of(model, sums);
+        const Prior prior = prior_of(there, inputs);
         for (std::size_t c = 0; c < candidates.size(); ++c) {
             const int n = weights_of(*candidates[c]);
             std::vector<Eigen::Index> use = with_columns(at, first[c], n);
             // The gain stays: a step of it is far from linear.
             use.erase(use.begin() + at.base.size(), use.begin() + at.base.size() + at.gain.size());
-            const Eigen::VectorXd delta = linear_step(model, seen, use, 0.0);
+            const Eigen::VectorXd delta = linear_step(model, seen, use, 0.0, prior);
             const Left left = left_after(model, sums, delta);
             if (left.seen <= out[c].seen) continue;
             Point end = there;
@@ -318,6 +319,33 @@ void look_alikes(const Model& model, const std::vector<Candidate>& candidates, c
 
 namespace {
 
+/// Iron that no polynomial is: a flux map in place of them, as far as the rows held out want it. Each of its two that a
+/// map does as well without goes.
+bool take_map(const Model& model, const SelectOptions& options, int round_number, Selection& s)
+{
+    if (!options.mapped) return false;
+    Refined best = options.mapped(s.best.point);
+    const auto holds = [&](const Refined& less, const Refined& more) {
+        return more.ok && needed(model, less, more, options) && (!options.veto || options.veto(more.point).empty());
+    };
+    if (!holds(s.best, best)) return false;
+    for (const char* name : {"cross_saturation", "saturation"}) {
+        const Refined less = refine(model, without(best.point, name), kPasses);
+        if (less.ok && holds(s.best, less) && !needed(model, less, best, options)) best = less;
+    }
+    s.best = std::move(best);
+    for (const char* name : {"saturation", "cross_saturation"}) {
+        const auto is_it = [name](const Found& f) { return f.name == name; };
+        if (has(s.best.point, name) && std::none_of(s.found.begin(), s.found.end(), is_it))
+            s.found.push_back({name, {}, round_number}), s.after.push_back(s.best.point);
+    }
+    for (std::size_t k = s.found.size(); k-- > 0;)
+        if (!has(s.best.point, s.found[k].name))
+            s.found.erase(s.found.begin() + static_cast<std::ptrdiff_t>(k)),
+                s.after.erase(s.after.begin() + static_cast<std::ptrdiff_t>(k));
+    return true;
+}
+
 /// Two effects of which neither alone is confirmed, each hiding what the other would explain: taken only where both
 /// together are, halve the reported residual, and neither does without the other.
 bool take_pair(const Model& model, const std::vector<Tried>& tried, const std::vector<Candidate>& candidates,
@@ -366,6 +394,7 @@ Selection select(const Model& model, const Point& start, const std::vector<Candi
     s.best = s.plain;
     // An end to the search, beyond the effects that any log had. (E48)
     constexpr int kMostRounds = 6;
+    bool mapped = false;
     for (int n = 0; n < kMostRounds; ++n) {
         if (below(options.reported_rms(s.best.point), options.exact)) break;
         std::vector<Tried> tried = round(model, s.best, candidates, options, n == 0 ? &s.alone : nullptr);
@@ -383,6 +412,10 @@ Selection select(const Model& model, const Point& start, const std::vector<Candi
             if (needed(model, s.best, t.refined, options)) taken = &t;
         }
         if (!taken) {
+            if (!mapped && take_map(model, options, n, s)) {
+                mapped = true;
+                continue;
+            }
             if (n > 0 || !take_pair(model, tried, candidates, options, n, s)) break;
             continue;
         }

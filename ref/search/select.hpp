@@ -51,6 +51,8 @@ struct SelectOptions {
     bool one_speed = false;
     /// The same point with the choices settled that an effect just taken leaves open; absent: none are.
     std::function<Refined(Refined)> settle;
+    /// a point's saturation, or none, as a flux map fitted in its place; not ok where there is nothing left to explain
+    std::function<Refined(const Point&)> mapped;
     std::function<void()> tick;
 };
 

@@ -124,6 +124,21 @@ Left left_of(const Model& model, const std::vector<BlockSum>& sums)
     return left_after(model, sums, Eigen::VectorXd::Zero(sums.front().gram.front().rows() - 1));
 }
 
+Prior prior_of(const Point& at, const std::vector<Input>& candidates)
+{
+    const Eigen::Index n = columns_of(at, &candidates);
+    Prior prior{Eigen::VectorXd::Zero(n), Eigen::VectorXd::Zero(n)};
+    prior.value.head(at.columns()) = at.values();
+    Eigen::Index j = at.base.size() + at.gain.size();
+    const auto put = [&](const Input& input, int shapes) {
+        if (is_map(input.law)) prior.stiffness.segment(j, weights_of(input.law)).setConstant(input.shape[3]);
+        j += weights_of(input.law) + shapes;
+    };
+    for (const Term& t : at.terms) put(t.input, free_shapes_of(t.input));
+    for (const Input& input : candidates) put(input, 0);
+    return prior;
+}
+
 Seen seen_of(const Model& model, const std::vector<BlockSum>& sums)
 {
     Seen seen;
@@ -131,7 +146,8 @@ Seen seen_of(const Model& model, const std::vector<BlockSum>& sums)
     return seen;
 }
 
-Eigen::VectorXd linear_step(const Model& model, const Seen& seen, const std::vector<Eigen::Index>& use, double damping)
+Eigen::VectorXd linear_step(const Model& model, const Seen& seen, const std::vector<Eigen::Index>& use, double damping,
+                            const Prior& prior)
 {
     const std::vector<Eigen::MatrixXd>& total = seen.total;
     const double rows = seen.rows;
@@ -150,6 +166,10 @@ Eigen::VectorXd linear_step(const Model& model, const Seen& seen, const std::vec
                 for (Eigen::Index j = 0; j < m; ++j)
                     a(i, j) += w * total[c](use[static_cast<std::size_t>(i)], use[static_cast<std::size_t>(j)]);
             }
+        }
+        for (Eigen::Index i = 0; i < m; ++i) {
+            const Eigen::Index j = use[static_cast<std::size_t>(i)];
+            a(i, i) += prior.stiffness[j], b[i] -= prior.stiffness[j] * prior.value[j];
         }
         const Eigen::VectorXd size = a.diagonal().cwiseMax(kLeast).cwiseSqrt();
         Eigen::MatrixXd unit = size.cwiseInverse().asDiagonal() * a * size.cwiseInverse().asDiagonal();
@@ -229,6 +249,13 @@ bool confirmed(const Model& model, const Better& gain)
 
 namespace {
 
+/// What a point loses of its log-likelihood for not being what was likely before.
+double unlikely(const Point& at)
+{
+    const Prior prior = prior_of(at, {});
+    return 0.5 * prior.stiffness.dot(prior.value.cwiseAbs2());
+}
+
 /// Brings a pass' step to where the linear step still says something. Predictions hold 1/L: from an L that is too small
 /// its linear step at most doubles L, from one twice too large it ends at zero. psi may start at zero and R at a wrong
 /// sign; they are linear. A gain goes to the next of kScreenGains, an angle to the next that is tried; a width's
@@ -275,20 +302,22 @@ Refined refine(const Model& model, const Point& start, int passes)
     double damping = kDampingLeast;
     for (int pass = 1; pass < passes; ++pass) {
         const Eigen::VectorXd old = best.point.values();
-        Eigen::VectorXd next = old + linear_step(model, seen_of(model, best.sums), use, damping);
+        Eigen::VectorXd next = old +
+                               linear_step(model, seen_of(model, best.sums), use, damping, prior_of(best.point, {}));
         limit_step(start, old, next);
         Refined trial;
         trial.point = best.point;
         trial.point.set(next);
         trial.ok = model.pass(trial.point, {}, trial.sums);
         if (trial.ok) trial.left = left_of(model, trial.sums);
-        if (trial.ok && trial.left.seen > best.left.seen) {
-            const double gained = trial.left.seen - best.left.seen;
+        const double gained = trial.ok ? trial.left.seen - best.left.seen + unlikely(best.point) - unlikely(trial.point)
+                                       : 0.0;
+        if (trial.ok && gained > 0.0) {
             best = std::move(trial);
             damping = std::max(damping * kFalls, kDampingLeast);
             if (gained < kSettled) break;
         } else {
-            if (trial.ok && best.left.seen - trial.left.seen < kSettled) break;
+            if (trial.ok && -gained < kSettled) break;
             damping = std::max(damping * kGrows, kDampingFirst);
             if (damping > kDampingMost) break;
         }
@@ -316,6 +345,9 @@ Refined take_off_noise(const Model& model, const Refined& refined, const AddedSc
             m += total[c].topLeftCorner(n, n) / v[static_cast<Eigen::Index>(c)];
             score += total[c].col(n).head(n) / v[static_cast<Eigen::Index>(c)];
         }
+        const Prior prior = prior_of(next.point, {});
+        m += prior.stiffness.asDiagonal();
+        score += prior.stiffness.cwiseProduct(prior.value);
         const Eigen::VectorXd size = m.diagonal().cwiseMax(kLeast).cwiseSqrt();
         const Eigen::MatrixXd unit = size.cwiseInverse().asDiagonal() * m * size.cwiseInverse().asDiagonal();
         const Symmetric eigen(unit);
@@ -350,10 +382,11 @@ Eigen::MatrixXd seen_information(const Model& model, const Refined& refined, Eig
     Eigen::MatrixXd m = Eigen::MatrixXd::Zero(n, n);
     for (std::size_t c = 0; c < total.size(); ++c)
         m += total[c].topLeftCorner(n, n) / variance[static_cast<Eigen::Index>(c)];
+    m += prior_of(refined.point, {}).stiffness.asDiagonal();
     return m;
 }
 
-Eigen::VectorXd deviations(const Model& model, const Refined& refined)
+Eigen::MatrixXd covariance(const Model& model, const Refined& refined)
 {
     double rows = 0.0;
     const std::vector<Eigen::MatrixXd> total = total_of_seen(model, refined.sums, rows);
@@ -361,6 +394,7 @@ Eigen::VectorXd deviations(const Model& model, const Refined& refined)
     const Eigen::VectorXd v = variances(model, total, rows, with_error(Eigen::VectorXd::Zero(n)));
     Eigen::MatrixXd m = Eigen::MatrixXd::Zero(n, n);
     for (std::size_t c = 0; c < total.size(); ++c) m += total[c].topLeftCorner(n, n) / v[static_cast<Eigen::Index>(c)];
+    m += prior_of(refined.point, {}).stiffness.asDiagonal();
     const Eigen::VectorXd size = m.diagonal().cwiseMax(kLeast).cwiseSqrt();
     const Eigen::MatrixXd unit = size.cwiseInverse().asDiagonal() * m * size.cwiseInverse().asDiagonal();
     const Symmetric eigen(unit);
@@ -383,8 +417,10 @@ Eigen::VectorXd deviations(const Model& model, const Refined& refined)
     }
     scatter += score * score.transpose();
     const Eigen::MatrixXd s = size.cwiseInverse().asDiagonal() * scatter * size.cwiseInverse().asDiagonal();
-    const Eigen::VectorXd white = pinv.diagonal(), robust = (pinv * s * pinv).diagonal();
-    Eigen::VectorXd sd(n);
+    const Eigen::VectorXd white = pinv.diagonal().cwiseMax(kLeast), robust = (pinv * s * pinv).diagonal();
+    // Each column by the wider of the two, together as the white noise has them.
+    const Eigen::VectorXd wider = robust.cwiseQuotient(white).cwiseMax(1.0).cwiseSqrt().cwiseQuotient(size);
+    Eigen::MatrixXd out = wider.asDiagonal() * pinv * wider.asDiagonal();
     for (Eigen::Index j = 0; j < n; ++j) {
         // A direction that the rows do not tell. Within rounding, one that does not concern the column is no part of it.
         constexpr double kMostLost = 1e-3;
@@ -392,9 +428,14 @@ Eigen::VectorXd deviations(const Model& model, const Refined& refined)
         for (Eigen::Index k = 0; k < n; ++k)
             if (!(eigen.eigenvalues()[k] > kLeastEigenvalue))
                 lost += eigen.eigenvectors()(j, k) * eigen.eigenvectors()(j, k);
-        sd[j] = lost > kMostLost || !(m(j, j) > kLeast) ? HUGE_VAL : std::sqrt(std::max(white[j], robust[j])) / size[j];
+        if (lost > kMostLost || !(m(j, j) > kLeast)) out(j, j) = HUGE_VAL;
     }
-    return sd;
+    return out;
+}
+
+Eigen::VectorXd deviations(const Model& model, const Refined& refined)
+{
+    return covariance(model, refined).diagonal().cwiseSqrt();
 }
 
 }  // namespace dqw

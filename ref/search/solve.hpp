@@ -26,9 +26,16 @@ struct Seen {
 };
 Seen seen_of(const Model& model, const std::vector<BlockSum>& sums);
 
+/// What is held for likely before a log is seen: weights about zero, each by its stiffness, (E142).
+struct Prior {
+    Eigen::VectorXd stiffness, value;  ///< of each column of a sweep: one over its variance, and where it is
+};
+Prior prior_of(const Point& at, const std::vector<Input>& candidates);
+
 /// The step of the columns `use` that leaves least on the rows seen; `damping` in units of each column's own square.
 /// A column that others span to 1e-9 does not move.
-Eigen::VectorXd linear_step(const Model& model, const Seen& seen, const std::vector<Eigen::Index>& use, double damping);
+Eigen::VectorXd linear_step(const Model& model, const Seen& seen, const std::vector<Eigen::Index>& use, double damping,
+                            const Prior& prior);
 
 /// How much better `b` is than `a` on the held-out blocks, (E45).
 struct Better {
@@ -68,8 +75,10 @@ Refined take_off_noise(const Model& model, const Refined& refined, const AddedSc
 /// Information of the rows seen: J'J over each channel's variance, which is given too.
 Eigen::MatrixXd seen_information(const Model& model, const Refined& refined, Eigen::VectorXd& variance, double& rows);
 
-/// Standard deviation of each column of a refined point, from the scatter of the seen blocks' scores; infinite where
-/// the rows do not tell it.
+/// Covariance of the columns of a refined point, each as wide as the scatter of the seen blocks' scores has it; infinite
+/// on the diagonal where the rows do not tell it.
+Eigen::MatrixXd covariance(const Model& model, const Refined& refined);
+/// Standard deviation of each column.
 Eigen::VectorXd deviations(const Model& model, const Refined& refined);
 
 }  // namespace dqw

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "ref/effect/effect.hpp"
+#include "ref/trace/flux_map.hpp"
 
 namespace dqw {
 
@@ -59,8 +60,8 @@ std::vector<Estimate> effect_parameters(const TraceSetup& setup, const Point& at
     for (const Term& t : at.terms) {
         const int w = weights_of(t.input.law), s = free_shapes_of(t.input);
         if (name == name_of(t.input.law)) {
-            inputs.push_back(input_of(setup, at, t));
             weight_sd.emplace_back(sd.data() + j, sd.data() + j + w);
+            inputs.push_back(input_of(setup, at, is_map(t.input.law) ? polynomial_of(setup, t, &weight_sd.back()) : t));
             shape_sd.push_back(s > 0 ? sd[j + w] : 0.0);
         }
         j += w + s;

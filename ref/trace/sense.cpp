@@ -47,6 +47,25 @@ std::string inductance_sense(const TraceSetup& setup, const Point& at)
     return "";
 }
 
+/// Whether the co-energy of a map is convex at the log's own currents, extremes apart: where it is not, it is no
+/// iron. (E140)
+std::string convex_sense(const TraceSetup& setup, const Point& at)
+{
+    std::size_t looked = 0, bent = 0;
+    for (const Log& log : *setup.logs) {
+        const std::size_t rows = std::min(log.i_d_A.size(), log.i_q_A.size());
+        for (std::size_t k = 0; k < rows; k += std::max<std::size_t>(rows / kRowsLooked, 1)) {
+            Moment m;
+            m.i_d = log.i_d_A[k], m.i_q = log.i_q_A[k];
+            double f[4] = {}, g[4] = {at.base[1], 0.0, 0.0, at.base[2]};
+            for (const Term& t : at.terms)
+                if (!is_dead_time(t.input.law)) evaluate_slope(t.input, t.weights.data(), m, f, g);
+            ++looked, bent += g[0] > 0.0 && g[0] * g[3] - g[1] * g[2] > 0.0 ? 0 : 1;
+        }
+    }
+    return bent * kRare > looked ? "an incremental inductance would be negative" : "";
+}
+
 bool is_of_other_side(const TraceInput& in)
 {
     const auto which = static_cast<Instant>(static_cast<int>(in.shape[0]));
@@ -72,8 +91,9 @@ std::string sense_of(const TraceSetup& setup, const Point& at)
         if (!(at.base[0] > 0.0)) return "the resistance would be negative";
         const bool turns = setup.regime != Regime::standstill;
         if (turns && (!(at.base[1] > 0.0) || !(at.base[2] > 0.0))) return "an inductance would be negative";
-        if (has(at, Law::saturation) || has(at, Law::cross_saturation)) {
-            std::string why = inductance_sense(setup, at);
+        const bool mapped = has(at, Law::own_map) || has(at, Law::cross_map);
+        if (mapped || has(at, Law::saturation) || has(at, Law::cross_saturation)) {
+            std::string why = mapped ? convex_sense(setup, at) : inductance_sense(setup, at);
             if (!why.empty()) return why;
         }
     }
@@ -88,6 +108,8 @@ std::string sense_of(const TraceSetup& setup, const Point& at)
                 return "no clipped sensor does that";
             continue;
         }
+        // Told as the polynomial beside it, which says nothing where it is far from it.
+        if (is_map(t.input.law)) continue;
         for (const Estimate& e : physical({in}, sd, {0.0}, plain))
             for (const EffectParameter& p : effect->parameters)
                 if (e.name == p.name && !(e.value >= p.least && e.value <= p.most))

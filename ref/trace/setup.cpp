@@ -15,6 +15,7 @@
 #include "ref/model/plan.hpp"
 #include "ref/model/settled.hpp"
 #include "ref/trace/candidates.hpp"
+#include "ref/trace/flux_map.hpp"
 #include "ref/trace/hexagon.hpp"
 
 namespace dqw {
@@ -333,6 +334,7 @@ TraceInput input_of(const TraceSetup& setup, const Point& at, const Term& term)
     case Shape::shaft_order: in.shape = {s[0], s[1], s[2]}; break;
     case Shape::R_L: in.shape = {at.base[0], at.base[1], at.base[2]}; break;
     case Shape::L_psi: in.shape = {at.base[1], at.base[2], at.base[3]}; break;
+    case Shape::current_cells: return input_of(setup, at, polynomial_of(setup, term));
     case Shape::seconds:
         if (setup.regime != Regime::dynamic) in.shape = {1.0};
         break;

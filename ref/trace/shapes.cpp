@@ -75,6 +75,7 @@ public:
             }
         }
         ok_ = model.pass(at, inputs, sums_);
+        prior_ = prior_of(at, inputs);
         if (ok_) sums_ = folded(model, sums_), seen_ = seen_of(model_, sums_);
     }
     bool ok() const { return ok_; }
@@ -91,7 +92,7 @@ public:
             for (const Input& input : effects_[n][picked[n]]->inputs)
                 for (int w = 0; w < weights_of(input.law); ++w) use.push_back(column++);
         }
-        const Eigen::VectorXd delta = linear_step(model_, seen_, use, 0.0);
+        const Eigen::VectorXd delta = linear_step(model_, seen_, use, 0.0, prior_);
         Choice out{at_, left_after(model_, sums_, delta).heldout};
         out.point.set(at_.values() + delta.head(at_.columns()));
         for (std::size_t n = 0; n < effects_.size(); ++n) {
@@ -113,6 +114,7 @@ private:
     std::vector<std::vector<Eigen::Index>> first_;  ///< columns of each shape of each effect
     std::vector<BlockSum> sums_;                    ///< folded
     Seen seen_;                                     ///< their total
+    Prior prior_;
     bool ok_ = false;
 };
 

@@ -11,6 +11,7 @@
 #include "ref/trace/clue.hpp"
 #include "ref/trace/column_noise.hpp"
 #include "ref/trace/confidence.hpp"
+#include "ref/trace/flux_map.hpp"
 #include "ref/trace/inverter_loss.hpp"
 #include "ref/trace/noise.hpp"
 #include "ref/trace/reading.hpp"
@@ -212,6 +213,9 @@ SelectOptions select_options(const TraceSetup& setup, const Judge& judge, const 
     SelectOptions o;
     o.veto = [&setup](const Point& p) { return sense_of(setup, p); };
     o.settle = [&setup](Refined r) { return settle_loss(setup, setup.search(), std::move(r)); };
+    o.mapped = [&setup, &judge](const Point& p) {
+        return judge.rms(p) > kStructured * noise_of(setup, p).floor ? with_map(setup, setup.search(), p) : Refined();
+    };
     o.reported_rms = [&judge](const Point& p) { return judge.each(p); };
     const Blocks held = judge.of(setup.starts.front(), false);
     if (held.size() < kLeastBlocks)
@@ -331,7 +335,7 @@ bool stands_out(const Point& at, const Eigen::VectorXd& sd, const std::string& n
     Eigen::Index j = at.base.size() + at.gain.size();
     for (const Term& t : at.terms) {
         const int weights = is_dead_time(t.input.law) ? 1 : weights_of(t.input.law);
-        const bool polynomial = effect_of(t.input.law).shape == Shape::current_unit;
+        const bool polynomial = effect_of(t.input.law).shape == Shape::current_unit || is_map(t.input.law);
         for (int w = 0; w < weights && name == name_of(t.input.law); ++w)
             if (polynomial || std::abs(t.weights[static_cast<std::size_t>(w)]) > kStands * sd[j + w]) return true;
         j += weights_of(t.input.law) + free_shapes_of(t.input);
@@ -448,7 +452,7 @@ TraceResult trace(const std::vector<Log>& logs, const TraceOptions& options)
     }
     const double floor = result.noise_floor = noise.floor;
     const Eigen::VectorXd plain_sd = whole_deviations(*setup, *setup->full, s.plain),
-                          spread = spread_over_laws(*setup, s.best);
+                          spread = spread_over_laws(*setup, s.best) + spread_over_cells(*setup, s.best);
     const Eigen::VectorXd whole = whole_deviations(*setup, *setup->full, s.best),
                           sd = (whole.array().square() + spread.array().square()).sqrt();
     result.before = fit_of(*setup, judge, plain, plain_sd);
@@ -468,6 +472,7 @@ TraceResult trace(const std::vector<Log>& logs, const TraceOptions& options)
     }
     for (const Term& t : s.found.empty() ? std::vector<Term>() : s.best.point.terms)
         result.inputs.push_back(firmware_input(*setup, s.best.point, t));
+    result.map = flux_map_of(*setup, s.best);
     reject(*setup, judge, s, result);
     for (TraceRejected& r : result.rejected)
         if (std::any_of(read_otherwise.begin(), read_otherwise.end(),

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "ref/effect/found.hpp"
+#include "ref/effect/plane.hpp"
 #include "ref/log/log.hpp"
 #include "ref/log/result.hpp"
 
@@ -82,6 +83,7 @@ struct TraceResult {
     std::string doubt;               ///< why the log may not be what the format says; empty: nothing speaks against it
     std::vector<std::string> notes;  ///< gaps, what could not be tested and why
     std::vector<TraceInput> inputs;  ///< of the effects found, for lib/
+    FluxMap map;                     ///< where saturation was found
     std::vector<char> heldout_row;   ///< one for each row of all logs, one after the other: 1 where no fit saw it
     TraceBlocks blocks;
 };

@@ -48,6 +48,7 @@ void clean_log_has_nothing()
     TEST_ASSERT_EQUAL_size_t(0, r.effects.size());
     // Measured: 1.06.
     TEST_ASSERT_DOUBLE_WITHIN(0.12, 1.05, r.after.heldout_rms / r.noise_floor);
+    TEST_ASSERT_TRUE(r.map.empty());
 }
 
 void dead_time_does_not_stay_in_R()

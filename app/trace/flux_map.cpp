@@ -1,0 +1,67 @@
+#include "app/trace/flux_map.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "app/base/quantity.hpp"
+#include "app/base/text.hpp"
+
+namespace dqw {
+
+double pole_pairs_of(const TraceResult& trace)
+{
+    for (const Estimate& e : trace.after.parameters)
+        if (e.name == "pole_pairs") return e.value;
+    return 0.0;
+}
+
+std::string flux_map_csv(const FluxMap& map)
+{
+    std::string out = "i_d_A,i_q_A,psi_d_Wb,psi_q_Wb,sd_d_Wb,sd_q_Wb,seen\n";
+    for (std::size_t d = 0; d < map.i_d_A.size(); ++d)
+        for (std::size_t q = 0; q < map.i_q_A.size(); ++q) {
+            const FluxNode& n = map.at(d, q);
+            out += fmt::format("{:.9g},{:.9g},{:.9g},{:.9g},{:.3g},{:.3g},{}\n", map.i_d_A[d], map.i_q_A[q], n.psi_d_Wb,
+                               n.psi_q_Wb, n.sd_d_Wb, n.sd_q_Wb, n.seen ? 1 : 0);
+        }
+    return out;
+}
+
+std::string mtpa_csv(const FluxMap& map, double pole_pairs)
+{
+    std::string out = "torque_Nm,i_d_A,i_q_A,i_A\n";
+    for (const LeastCurrent& at : mtpa(map, pole_pairs))
+        out += fmt::format("{:.6g},{:.6g},{:.6g},{:.6g}\n", at.torque_Nm, at.i_d_A, at.i_q_A, at.i_A);
+    return out;
+}
+
+std::string flux_map_text(const TraceResult& trace)
+{
+    const FluxMap& map = trace.map;
+    if (map.empty()) return "";
+    const auto seen = std::count_if(map.nodes.begin(), map.nodes.end(), [](const FluxNode& n) { return n.seen; });
+    std::string out = fmt::format(
+        "flux map: i_d {:.3g} to {:.3g} A, i_q {:.3g} to {:.3g} A; the log was at {:.0f} % of it\n", map.i_d_A.front(),
+        map.i_d_A.back(), map.i_q_A.front(), map.i_q_A.back(),
+        100.0 * static_cast<double>(seen) / static_cast<double>(map.nodes.size()));
+    const double p = pole_pairs_of(trace);
+    if (!(p > 0.0)) return with_minus(out + "no mtpa.csv: the pole pairs are not known (say --pole-pairs)\n");
+    const std::vector<LeastCurrent> least = mtpa(map, p);
+    if (least.empty())
+        return with_minus(out +
+                          "no mtpa.csv: the currents of least size for a torque are not among the log's: drive i_d "
+                          "and i_q at once\n");
+    const LeastCurrent& most = least.back();
+    out += fmt::format("{:.3g} Nm takes {:.3g} A at i_d = {:.3g} A, i_q = {:.3g} A", most.torque_Nm, most.i_A,
+                       most.i_d_A, most.i_q_A);
+    const double alone = current_without_d(map, p, most.torque_Nm);
+    if (std::isfinite(alone))
+        out += fmt::format("; with i_d = 0 it is {:.3g} A, {:.2g} % more", alone, 100.0 * (alone / most.i_A - 1.0));
+    else
+        out += "; the log was not where i_d = 0 makes it";
+    return with_minus(out + "\n");
+}
+
+}  // namespace dqw

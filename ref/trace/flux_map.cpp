@@ -1,0 +1,311 @@
+#include "ref/trace/flux_map.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "ref/effect/range.hpp"
+#include "ref/log/symmetric.hpp"
+#include "ref/model/coherent.hpp"
+#include "ref/trace/shapes.hpp"
+
+namespace dqw {
+namespace {
+
+constexpr int kPasses = 12;            ///< as a fit of the search has
+constexpr std::size_t kPlaces = 2000;  ///< currents at which laws are compared: more say the same
+
+bool bends(Law law) { return law == Law::saturation || law == Law::cross_saturation || is_map(law); }
+bool is_polynomial(Law law) { return bends(law) && !is_map(law); }
+Law map_of(Law law) { return law == Law::saturation || law == Law::own_map ? Law::own_map : Law::cross_map; }
+Law polynomial_of(Law law) { return map_of(law) == Law::own_map ? Law::saturation : Law::cross_saturation; }
+
+std::vector<Vector2> places_of(const std::vector<Log>& logs)
+{
+    std::size_t rows = 0;
+    for (const Log& log : logs) rows += log.rows();
+    const std::size_t step = std::max<std::size_t>(rows / kPlaces, 1);
+    std::vector<Vector2> out;
+    for (const Log& log : logs)
+        for (std::size_t k = 0; k < log.rows(); k += step) out.push_back({at_row(log.i_d_A, k), at_row(log.i_q_A, k)});
+    return out;
+}
+
+/// Columns: the flux of one unit of each weight, d above q.
+Eigen::MatrixXd flux_columns(const Input& input, const std::vector<Vector2>& places)
+{
+    const auto n = static_cast<Eigen::Index>(places.size());
+    Eigen::MatrixXd out(2 * n, weights_of(input.law));
+    Vector2 f[kMostWeights], g[kMostWeights];
+    Moment m;
+    for (Eigen::Index k = 0; k < n; ++k) {
+        m.i_d = places[static_cast<std::size_t>(k)].d, m.i_q = places[static_cast<std::size_t>(k)].q;
+        evaluate(input, m, f, g);
+        for (Eigen::Index j = 0; j < out.cols(); ++j) out(k, j) = g[j].d, out(n + k, j) = g[j].q;
+    }
+    return out;
+}
+
+/// What takes weights of `from` to those of `to` that leave least of the flux at the places.
+Eigen::MatrixXd taking(const Input& from, const Input& to, const std::vector<Vector2>& places)
+{
+    const Eigen::MatrixXd a = flux_columns(to, places), b = flux_columns(from, places);
+    const Eigen::VectorXd size = a.colwise().norm().cwiseMax(1e-300).cwiseInverse();
+    return size.asDiagonal() * pseudo_inverse(a * size.asDiagonal()) * b;
+}
+
+Term taken(const Term& from, const Input& to, const Eigen::MatrixXd& by)
+{
+    Term term{to, {}};
+    const Eigen::Map<const Eigen::VectorXd> weights(from.weights.data(), by.cols());
+    Eigen::Map<Eigen::VectorXd>(term.weights.data(), by.rows()) = by * weights;
+    return term;
+}
+
+/// Each map as stiff as its weights are small, by how many of them the log tells. (E142)
+Refined as_smooth_as_told(const Model& model, Refined best)
+{
+    constexpr int kRounds = 4;
+    constexpr double kLeastTold = 0.5, kSettled = 1.2;
+    for (int round = 0; round < kRounds && best.ok; ++round) {
+        const Eigen::MatrixXd c = covariance(model, best);
+        Point next = best.point;
+        Eigen::Index j = next.base.size() + next.gain.size();
+        double most = 1.0;
+        for (Term& t : next.terms) {
+            const Eigen::Index n = weights_of(t.input.law);
+            if (is_map(t.input.law)) {
+                double& stiffness = t.input.shape[3];
+                double told = 0.0, square = 0.0;
+                for (Eigen::Index k = j; k < j + n; ++k) {
+                    const double w = t.weights[static_cast<std::size_t>(k - j)];
+                    told += std::max(1.0 - stiffness * c(k, k), 0.0), square += w * w;
+                }
+                const double old = stiffness;
+                stiffness = std::max(told, kLeastTold) / std::max(square, 1e-300);
+                most = std::max({most, stiffness / old, old / stiffness});
+            }
+            j += n + free_shapes_of(t.input);
+        }
+        if (most < kSettled) break;
+        Refined r = refine(model, next, kPasses);
+        if (!r.ok || r.left.heldout < best.left.heldout) break;
+        best = std::move(r);
+    }
+    return best;
+}
+
+/// Each polynomial as the map that comes closest to it.
+Point at_map(const TraceSetup& setup, Point at)
+{
+    const std::vector<Vector2> places = places_of(*setup.logs);
+    for (Term& t : at.terms)
+        if (is_polynomial(t.input.law)) {
+            const Input map = map_input(setup, map_of(t.input.law));
+            t = taken(t, map, taking(t.input, map, places));
+        }
+    return at;
+}
+
+}  // namespace
+
+Input map_input(const TraceSetup& setup, Law law)
+{
+    // An axis that hardly moves has cells too, of which its noise says nothing.
+    constexpr double kLeastPart = 0.1;
+    const Range d = range_of(*setup.logs, &Log::i_d_A), q = range_of(*setup.logs, &Log::i_q_A);
+    const double least = kLeastPart * setup.i_base_A, span = std::max(d.most, 0.0) - std::min(d.least, 0.0);
+    const double low = span > least ? std::min(d.least, 0.0) : -least,
+                 high = span > least ? std::max(d.most, 0.0) : least;
+    const double flux = setup.i_base_A * 0.5 *
+                        (std::abs(setup.starts.front().base[1]) + std::abs(setup.starts.front().base[2]));
+    // A cell may bend a tenth of the currents' flux, one axis the other by a hundredth for each of its thirty.
+    const double each = std::max(law == Law::own_map ? 0.02 * flux : 0.002 * flux, 1e-12);
+    return {law, {low, high, std::max(q.size(), least), 1.0 / (each * each)}};
+}
+
+Refined with_map(const TraceSetup& setup, const Model& model, const Point& at)
+{
+    // One that begins as nothing has far to go.
+    constexpr int kMorePasses = 3 * kPasses;
+    Point mapped = at_map(setup, at);
+    for (const Law law : {Law::own_map, Law::cross_map})
+        if (std::none_of(mapped.terms.begin(), mapped.terms.end(), [&](const Term& t) { return t.input.law == law; }))
+            mapped.terms.push_back({map_input(setup, law), {}});
+    return as_smooth_as_told(model, refine(model, mapped, kMorePasses));
+}
+
+Term polynomial_of(const TraceSetup& setup, const Term& map, std::vector<double>* sd)
+{
+    const Input to{polynomial_of(map.input.law), {setup.i_base_A}};
+    const Eigen::MatrixXd by = taking(map.input, to, places_of(*setup.logs));
+    if (sd != nullptr) {
+        std::vector<double> out;
+        for (Eigen::Index i = 0; i < by.rows(); ++i) {
+            double square = 0.0;
+            for (Eigen::Index j = 0; j < by.cols(); ++j)
+                square += std::pow(by(i, j) * (*sd)[static_cast<std::size_t>(j)], 2);
+            out.push_back(std::sqrt(square));
+        }
+        *sd = out;
+    }
+    return taken(map, to, by);
+}
+
+namespace {
+
+constexpr int kGrid = 20;  ///< steps of an axis
+
+/// Zero among them.
+std::vector<double> axis_of(double least_A, double most_A)
+{
+    const int below = std::clamp(static_cast<int>(std::lround(-least_A / (most_A - least_A) * kGrid)),
+                                 least_A < 0.0 ? 1 : 0, most_A > 0.0 ? kGrid - 1 : kGrid);
+    const double step = std::max(below > 0 ? -least_A / below : 0.0, below < kGrid ? most_A / (kGrid - below) : 0.0);
+    std::vector<double> out;
+    for (int k = -below; k <= kGrid - below; ++k) out.push_back(k * step);
+    return out;
+}
+
+/// Three means of rows within a step of the node; of settled points, which have no noise to speak of, one row.
+void mark_seen(const TraceSetup& setup, FluxMap& map)
+{
+    constexpr std::size_t kMean = 10, kLeast = 3;
+    const bool settled = setup.regime != Regime::dynamic;
+    const std::size_t rows = settled ? 1 : kMean, least = settled ? 1 : kLeast;
+    const double step_d = map.i_d_A[1] - map.i_d_A[0], step_q = map.i_q_A[1] - map.i_q_A[0];
+    std::vector<std::size_t> count(map.nodes.size(), 0);
+    for (const Log& log : *setup.logs)
+        for (std::size_t k = 0; k + rows <= log.rows(); k += rows) {
+            double d = 0.0, q = 0.0;
+            for (std::size_t r = k; r < k + rows; ++r) d += at_row(log.i_d_A, r), q += at_row(log.i_q_A, r);
+            d /= static_cast<double>(rows), q /= static_cast<double>(rows);
+            for (std::size_t n = 0; n < map.i_d_A.size(); ++n)
+                for (std::size_t m = 0; m < map.i_q_A.size(); ++m)
+                    if (std::hypot((d - map.i_d_A[n]) / step_d, (q - map.i_q_A[m]) / step_q) <= 1.0)
+                        ++count[n * map.i_q_A.size() + m];
+        }
+    for (std::size_t n = 0; n < count.size(); ++n) map.nodes[n].seen = count[n] >= least;
+}
+
+/// Fluxes with their deviations at the nodes of a grid.
+std::vector<FluxNode> nodes_of(const Refined& r, const Eigen::MatrixXd& c, const FluxMap& grid)
+{
+    const Point& at = r.point;
+    std::vector<FluxNode> nodes;
+    Moment m;
+    m.R = at.base[0], m.Ld = at.base[1], m.Lq = at.base[2], m.psi = at.base[3];
+    for (const double i_d : grid.i_d_A)
+        for (const double i_q : grid.i_q_A) {
+            FluxNode node;
+            m.i_d = i_d, m.i_q = i_q;
+            Vector2 f, g{m.psi + m.Ld * i_d, m.Lq * i_q};
+            double by_f[4] = {}, by_g[4] = {};
+            Eigen::MatrixXd by = Eigen::MatrixXd::Zero(2, at.columns());
+            by(0, 1) = i_d, by(1, 2) = i_q, by(0, 3) = 1.0;
+            Eigen::Index j = at.base.size() + at.gain.size();
+            for (const Term& t : at.terms) {
+                // An angle that is off turns the log's axes: the map is as the controller sees it.
+                if (bends(t.input.law) || t.input.law == Law::angle_offset) {
+                    evaluate_sum(t.input, t.weights.data(), m, f, g);
+                    evaluate_slope(t.input, t.weights.data(), m, by_f, by_g);
+                    Vector2 each_f[kMostWeights], each_g[kMostWeights];
+                    evaluate(t.input, m, each_f, each_g, t.weights.data());
+                    for (int w = 0; w < weights_of(t.input.law); ++w)
+                        by(0, j + w) = each_g[w].d, by(1, j + w) = each_g[w].q;
+                }
+                j += weights_of(t.input.law) + free_shapes_of(t.input);
+            }
+            node.psi_d_Wb = g.d, node.psi_q_Wb = g.q;
+            node.sd_d_Wb = std::sqrt(by.row(0).dot(c * by.row(0).transpose()));
+            node.sd_q_Wb = std::sqrt(by.row(1).dot(c * by.row(1).transpose()));
+            node.L_dd_H = m.Ld + by_g[0], node.L_dq_H = by_g[1], node.L_qq_H = m.Lq + by_g[3];
+            nodes.push_back(node);
+        }
+    return nodes;
+}
+
+/// The same point with other cells: what they make of the flux is what cells cannot bend. (E143)
+Point with_wider_cells(const TraceSetup& setup, Point at)
+{
+    constexpr double kWider = 1.3;
+    const std::vector<Vector2> places = places_of(*setup.logs);
+    for (Term& t : at.terms)
+        if (is_map(t.input.law)) {
+            Input wider = t.input;
+            for (std::size_t k = 0; k < 3; ++k) wider.shape[k] *= kWider;
+            t = taken(t, wider, taking(t.input, wider, places));
+        }
+    return at;
+}
+
+/// What the model's own error may hide behind R, L_d, L_q and psi, (E111): a map has freedom enough to stand in line with
+/// anything.
+Eigen::VectorXd hidden_in_plain(const TraceSetup& setup, const Model& model, const Refined& r)
+{
+    if (setup.regime != Regime::dynamic) return Eigen::VectorXd::Zero(r.point.columns());
+    double rows = 0.0;
+    Eigen::VectorXd variance;
+    Eigen::MatrixXd information = seen_information(model, r, variance, rows);
+    const Eigen::Index others = information.rows() - r.point.base.size();
+    information.bottomRows(others).setZero(), information.rightCols(others).setZero();
+    return coherent_deviations(model, r.point, information, coherent_weight(*setup.logs, r.point, variance, rows));
+}
+
+void add_square(double by, double& sd) { sd = std::hypot(sd, by); }
+
+}  // namespace
+
+Eigen::VectorXd spread_over_cells(const TraceSetup& setup, const Refined& best)
+{
+    Eigen::VectorXd spread = Eigen::VectorXd::Zero(best.point.columns());
+    const auto& terms = best.point.terms;
+    if (std::none_of(terms.begin(), terms.end(), [](const Term& t) { return is_map(t.input.law); })) return spread;
+    const Refined wider = refine(*setup.full, with_wider_cells(setup, best.point), kPasses);
+    const Eigen::Index n = best.point.base.size();
+    if (wider.ok) spread.head(n) = (wider.point.base - best.point.base).cwiseAbs();
+    return spread;
+}
+
+FluxMap flux_map_of(const TraceSetup& setup, const Refined& best)
+{
+    FluxMap map;
+    const auto any = [](const Point& at, auto&& is) {
+        return std::any_of(at.terms.begin(), at.terms.end(), [&](const Term& t) { return is(t.input.law); });
+    };
+    if (setup.regime == Regime::mechanical || setup.regime == Regime::standstill || !any(best.point, bends)) return map;
+    const Replanned all(*setup.full, all_seen(*setup.full));
+    Refined r = best;
+    if (any(best.point, is_polynomial)) {
+        const Model& model = setup.search();
+        const Refined now = refine(model, best.point, kPasses),
+                      mapped = as_smooth_as_told(model, refine(model, at_map(setup, best.point), kPasses));
+        if (now.ok && mapped.ok && confirmed(model, better(model, now.left, mapped.left))) r = mapped;
+    }
+    r = refine(all, r.point, kPasses);
+    if (!r.ok) return map;
+    Eigen::MatrixXd c = covariance(all, r);
+    c.diagonal() += hidden_in_plain(setup, all, r).cwiseAbs2();
+    // What no row tells and the map does not ask for: a covariance of zero.
+    for (Eigen::Index j = 1; j < 4; ++j)
+        if (!std::isfinite(c(j, j))) return map;
+    const Input box = map_input(setup, Law::own_map);
+    map.i_d_A = axis_of(box.shape[0], box.shape[1]), map.i_q_A = axis_of(-box.shape[2], box.shape[2]);
+    map.nodes = nodes_of(r, c.array().isFinite().select(c, 0.0), map);
+    if (any(r.point, is_map)) {
+        const Refined wider = refine(all, with_wider_cells(setup, r.point), kPasses);
+        if (wider.ok) {
+            const std::vector<FluxNode> other = nodes_of(wider, Eigen::MatrixXd::Zero(c.rows(), c.cols()), map);
+            for (std::size_t k = 0; k < other.size(); ++k) {
+                add_square(other[k].psi_d_Wb - map.nodes[k].psi_d_Wb, map.nodes[k].sd_d_Wb);
+                add_square(other[k].psi_q_Wb - map.nodes[k].psi_q_Wb, map.nodes[k].sd_q_Wb);
+            }
+        }
+    }
+    if (!std::all_of(map.nodes.begin(), map.nodes.end(),
+                     [](const FluxNode& n) { return std::isfinite(n.psi_d_Wb + n.psi_q_Wb + n.sd_d_Wb + n.sd_q_Wb); }))
+        return {};
+    mark_seen(setup, map);
+    return map;
+}
+
+}  // namespace dqw

@@ -1,0 +1,28 @@
+// From a trace that found saturation to a flux map: which law, how smooth, and what it says over the plane.
+#ifndef DQW_REF_TRACE_FLUX_MAP_HPP
+#define DQW_REF_TRACE_FLUX_MAP_HPP
+
+#include "ref/effect/plane.hpp"
+#include "ref/trace/setup.hpp"
+
+namespace dqw {
+
+/// The law of `own_map` or `cross_map` over a log's currents, hardly stiff.
+Input map_input(const TraceSetup& setup, Law law);
+
+/// A point whose saturation, or none, is a map of both kinds, as smooth as the log allows, (E142).
+Refined with_map(const TraceSetup& setup, const Model& model, const Point& at);
+
+/// The weights of the polynomial of a map's name that comes closest to it at the log's currents: what firmware begins
+/// with. `sd`, one each of the map's weights, becomes those of the polynomial.
+Term polynomial_of(const TraceSetup& setup, const Term& map, std::vector<double>* sd = nullptr);
+
+/// By how much a map with other cells moves the machine's parameters; zero without one.
+Eigen::VectorXd spread_over_cells(const TraceSetup& setup, const Refined& best);
+
+/// The flux linkage over the currents of the logs, fitted to all rows, (E143): by a map where the rows held out confirm
+/// that polynomials are not enough. Empty where the point does not bend, or where the magnet's flux is not known.
+FluxMap flux_map_of(const TraceSetup& setup, const Refined& best);
+
+}  // namespace dqw
+#endif

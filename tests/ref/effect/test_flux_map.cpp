@@ -1,0 +1,164 @@
+// A flux map's law against its own co-energy by differences, and the least current against closed forms.
+#include <cmath>
+#include <vector>
+
+#include "ref/effect/flux_map.hpp"
+#include "ref/effect/plane.hpp"
+#include "unity.h"
+
+extern "C" void setUp(void) {}
+extern "C" void tearDown(void) {}
+
+namespace {
+
+using dqw::FluxMap;
+using dqw::FluxNode;
+
+constexpr std::array<double, 4> kShape = {-9.0, 4.0, 7.0, 0.0};
+constexpr int kMost = dqw::kCrossWeights;
+
+using Flux = void (*)(const std::array<double, 4>&, double, double, double[], double[]);
+using Inductance = std::array<double, 3> (*)(const std::array<double, 4>&, const double[], double, double);
+
+struct Law {
+    Flux flux;
+    Inductance inductance;
+    int weights;
+};
+constexpr Law kLaws[] = {{dqw::own_flux, dqw::own_inductance, dqw::kOwnWeights},
+                         {dqw::cross_flux, dqw::cross_inductance, dqw::kCrossWeights}};
+
+/// Of the sum of the weights 1, -2, 3, ...
+void sum(const Law& law, double i_d, double i_q, double& psi_d, double& psi_q)
+{
+    double d[kMost], q[kMost];
+    law.flux(kShape, i_d, i_q, d, q);
+    psi_d = psi_q = 0.0;
+    for (int j = 0; j < law.weights; ++j) {
+        const double w = (j % 2 == 0 ? 1.0 : -1.0) * (j + 1);
+        psi_d += w * d[j], psi_q += w * q[j];
+    }
+}
+
+void slopes_are_those_of_one_co_energy()
+{
+    constexpr double kStep = 1e-5;
+    for (const Law& law : kLaws)
+        for (double i_d : {-11.0, -8.3, -2.2, 0.4, 3.1, 6.0})
+            for (double i_q : {-8.1, -3.3, 0.7, 2.9, 9.2}) {
+                double weights[kMost], d0, q0, d1, q1;
+                for (int j = 0; j < law.weights; ++j) weights[j] = (j % 2 == 0 ? 1.0 : -1.0) * (j + 1);
+                const std::array<double, 3> L = law.inductance(kShape, weights, i_d, i_q);
+                const double near = 1e-6 * (1.0 + std::abs(L[0]) + std::abs(L[1]) + std::abs(L[2]));
+                sum(law, i_d - kStep, i_q, d0, q0), sum(law, i_d + kStep, i_q, d1, q1);
+                TEST_ASSERT_DOUBLE_WITHIN(near, L[0], (d1 - d0) / (2 * kStep));
+                TEST_ASSERT_DOUBLE_WITHIN(near, L[1], (q1 - q0) / (2 * kStep));
+                sum(law, i_d, i_q - kStep, d0, q0), sum(law, i_d, i_q + kStep, d1, q1);
+                TEST_ASSERT_DOUBLE_WITHIN(near, L[1], (d1 - d0) / (2 * kStep));
+                TEST_ASSERT_DOUBLE_WITHIN(near, L[2], (q1 - q0) / (2 * kStep));
+            }
+}
+
+void nothing_is_added_at_zero_current_and_both_sides_of_q_are_alike()
+{
+    for (const Law& law : kLaws) {
+        double d[kMost], q[kMost], d_other[kMost], q_other[kMost];
+        law.flux(kShape, 0.0, 0.0, d, q);
+        for (int j = 0; j < law.weights; ++j) {
+            double unit[kMost] = {};
+            unit[j] = 1.0;
+            TEST_ASSERT_EQUAL_DOUBLE(0.0, d[j]);
+            TEST_ASSERT_EQUAL_DOUBLE(0.0, q[j]);
+            for (double L : law.inductance(kShape, unit, 0.0, 0.0)) TEST_ASSERT_EQUAL_DOUBLE(0.0, L);
+        }
+        law.flux(kShape, -3.0, 5.0, d, q), law.flux(kShape, -3.0, -5.0, d_other, q_other);
+        for (int j = 0; j < law.weights; ++j) {
+            TEST_ASSERT_EQUAL_DOUBLE(d[j], d_other[j]);
+            TEST_ASSERT_EQUAL_DOUBLE(q[j], -q_other[j]);
+        }
+    }
+}
+
+/// Each of the eight is needed: no other combination of them is the same flux.
+void axis_bends_in_its_cells_and_no_further()
+{
+    double weights[dqw::kOwnWeights];
+    for (int j = 0; j < dqw::kOwnWeights; ++j) weights[j] = 1.0;
+    const std::array<double, 3> edge = dqw::own_inductance(kShape, weights, 4.0, 7.0),
+                                beyond = dqw::own_inductance(kShape, weights, 40.0, 70.0);
+    // Cells of 9/6 and 4/2 A: the wider holds for both, so two of 2 A lie right of zero; of i_q eight of 7/8 A.
+    TEST_ASSERT_DOUBLE_WITHIN(1e-12, 2.0 / 2.0, edge[0]);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-12, 8.0 / (7.0 / 8.0), edge[2]);
+    TEST_ASSERT_EQUAL_DOUBLE(edge[0], beyond[0]);
+    TEST_ASSERT_EQUAL_DOUBLE(edge[2], beyond[2]);
+}
+
+/// psi_d = psi + L_d i_d + a i_q^2, psi_q = L_q i_q + 2 a i_d i_q
+FluxMap quadratic(double psi, double Ld, double Lq, double a)
+{
+    FluxMap map;
+    for (int k = -10; k <= 10; ++k) map.i_d_A.push_back(k), map.i_q_A.push_back(k);
+    for (double d : map.i_d_A)
+        for (double q : map.i_q_A)
+            map.nodes.push_back(
+                {psi + Ld * d + a * q * q, Lq * q + 2 * a * d * q, 0, 0, Ld, 2 * a * q, Lq + 2 * a * d, true});
+    return map;
+}
+
+void between_nodes_a_quadratic_is_exact()
+{
+    const FluxMap map = quadratic(0.1, 2e-3, 5e-3, -1e-4);
+    for (double d : {-9.7, -0.25, 3.5})
+        for (double q : {-6.6, 0.5, 9.1}) {
+            const FluxNode at = dqw::between(map, d, q);
+            TEST_ASSERT_DOUBLE_WITHIN(1e-14, 0.1 + 2e-3 * d - 1e-4 * q * q, at.psi_d_Wb);
+            TEST_ASSERT_DOUBLE_WITHIN(1e-14, 5e-3 * q - 2e-4 * d * q, at.psi_q_Wb);
+            TEST_ASSERT_TRUE(at.seen);
+        }
+    TEST_ASSERT_FALSE(dqw::between(map, 10.5, 0.0).seen);
+}
+
+void least_current_is_that_of_the_closed_form()
+{
+    const double psi = 0.1, Ld = 2e-3, Lq = 8e-3, p = 3.0;
+    const auto least = dqw::mtpa(quadratic(psi, Ld, Lq, 0.0), p);
+    // The largest of the grid's circles leave it.
+    TEST_ASSERT_TRUE(least.size() > 10 && least.size() < 25);
+    for (const dqw::LeastCurrent& at : least) {
+        const double k = psi / (4.0 * (Lq - Ld)), i_d = k - std::sqrt(k * k + 0.5 * at.i_A * at.i_A);
+        TEST_ASSERT_DOUBLE_WITHIN(0.01 * at.i_A, i_d, at.i_d_A);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-9, at.i_A, std::hypot(at.i_d_A, at.i_q_A));
+        TEST_ASSERT_DOUBLE_WITHIN(1e-9, 1.5 * p * (psi + (Ld - Lq) * at.i_d_A) * at.i_q_A, at.torque_Nm);
+    }
+    const double T = 1.5 * p * psi * 7.3;
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 7.3, dqw::current_without_d(quadratic(psi, Ld, Lq, 0.0), p, T));
+    TEST_ASSERT_DOUBLE_IS_NAN(dqw::current_without_d(quadratic(psi, Ld, Lq, 0.0), p, 2.0 * T));
+}
+
+void least_current_ends_where_the_log_does()
+{
+    FluxMap map = quadratic(0.1, 2e-3, 8e-3, 0.0);
+    for (std::size_t d = 0; d < map.i_d_A.size(); ++d)
+        for (std::size_t q = 0; q < map.i_q_A.size(); ++q)
+            map.nodes[d * map.i_q_A.size() + q].seen = map.i_d_A[d] > -2.5;
+    const auto least = dqw::mtpa(map, 3.0);
+    TEST_ASSERT_TRUE(!least.empty());
+    for (const dqw::LeastCurrent& at : least) TEST_ASSERT_TRUE(at.i_d_A >= -2.5);
+    for (FluxNode& node : map.nodes) node.seen = false;
+    TEST_ASSERT_TRUE(dqw::mtpa(map, 3.0).empty());
+    TEST_ASSERT_TRUE(dqw::mtpa({}, 3.0).empty());
+}
+
+}  // namespace
+
+int main()
+{
+    UNITY_BEGIN();
+    RUN_TEST(slopes_are_those_of_one_co_energy);
+    RUN_TEST(nothing_is_added_at_zero_current_and_both_sides_of_q_are_alike);
+    RUN_TEST(axis_bends_in_its_cells_and_no_further);
+    RUN_TEST(between_nodes_a_quadratic_is_exact);
+    RUN_TEST(least_current_is_that_of_the_closed_form);
+    RUN_TEST(least_current_ends_where_the_log_does);
+    return UNITY_END();
+}
