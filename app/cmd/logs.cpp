@@ -2,9 +2,13 @@
 
 #include <fmt/format.h>
 
+#include <filesystem>
+
 #include "app/base/columns.hpp"
 #include "app/base/parameters.hpp"
 #include "app/base/progress.hpp"
+#include "app/base/text.hpp"
+#include "app/read/join.hpp"
 
 namespace dqw {
 namespace {
@@ -30,6 +34,79 @@ void complete(Machine& to, const Machine& from)
         if (!(to.*(p.nominal))) to.*(p.nominal) = from.*(p.nominal);
 }
 
+/// A file that cannot be read is not one; whoever reads it says why.
+bool is_control(const std::string& path)
+{
+    try {
+        return format_of_file(path) == "moteus_control";
+    } catch (const InputError&) {
+        return false;
+    }
+}
+
+/// A file of moteus' currents and speed, and the one of its voltages; that one empty: there is none.
+struct Source {
+    std::string path, voltages;
+};
+
+/// Files that belong together, by their formats: one of each, or names that differ by the channel alone.
+std::vector<Source> sources_of(const std::vector<std::string>& paths, const Options& options)
+{
+    std::vector<Source> sources;
+    std::vector<std::string> controls;
+    for (const std::string& path : paths) {
+        std::error_code ignored;
+        // A pipe can be read but once.
+        const bool may_be = paths.size() > 1 && options.format.empty() &&
+                            std::filesystem::is_regular_file(path, ignored);
+        if (may_be && is_control(path))
+            controls.push_back(path);
+        else
+            sources.push_back({path, ""});
+    }
+    for (const std::string& control : controls) {
+        Source* partner = nullptr;
+        for (Source& source : sources) {
+            std::string name = control;
+            const auto at = name.rfind("servo_control");
+            if (at != name.npos) name.replace(at, 13, "servo_stats");
+            if (name == source.path || (sources.size() == 1 && controls.size() == 1)) partner = &source;
+        }
+        if (!partner)
+            throw InputError(control, 1, "voltages without currents; expected the file of servo_stats beside it");
+        partner->voltages = control;
+    }
+    return sources;
+}
+
+/// (E136)
+Log joined(const Source& source, const ReadOptions& options)
+{
+    Survey survey;
+    ReadOptions half = options;
+    half.survey = &survey;
+    half.plain_only = false;
+    Log log = read_log(source.path, half);
+    for (const std::string& what : survey.missing)
+        if (what.find("w_m_rad_s") != what.npos) throw InputError(source.path, 1, "missing column " + what);
+    for (const auto* column : {&log.i_d_A, &log.i_q_A, &log.w_m_rad_s, &log.t_s})
+        if (column->empty())
+            throw InputError(source.path, 1, "nothing to join voltages to; expected t_s, currents and speed");
+    half.notes = nullptr;
+    const Log control = read_log(source.voltages, half);
+    const std::size_t far = join_voltages(log, control), moving = keep_settled(log);
+    if (log.rows() < 3)
+        throw InputError(source.path, 1,
+                         fmt::format("{} of {} left beside the voltages of {}; expected settled stretches", log.rows(),
+                                     counted(log.rows() + far + moving, "row"), source.voltages));
+    log.regime = Regime::steady;
+    if (options.notes)
+        options.notes->push_back(fmt::format("{}: voltages of {} by the nearest stamp; {} without one and {} in motion "
+                                             "left out",
+                                             source.path, source.voltages, counted(far, "row"), moving));
+    return log;
+}
+
 }  // namespace
 
 ReadOptions read_options(const Options& options)
@@ -47,15 +124,16 @@ std::vector<Log> read_logs(const std::vector<std::string>& paths, const Options&
 {
     std::vector<Log> logs;
     Progress progress("reading");
-    for (std::size_t i = 0; i < paths.size(); ++i) {
+    const std::vector<Source> sources = sources_of(paths, options);
+    for (std::size_t i = 0; i < sources.size(); ++i) {
         ReadOptions read = read_options(options);
         read.plain_only = !all_columns;
         read.angle = angle;
         read.notes = &notes;
         read.progress = [&](double fraction) {
-            progress.update((static_cast<double>(i) + fraction) / static_cast<double>(paths.size()));
+            progress.update((static_cast<double>(i) + fraction) / static_cast<double>(sources.size()));
         };
-        logs.push_back(read_log(paths[i], read));
+        logs.push_back(sources[i].voltages.empty() ? read_log(sources[i].path, read) : joined(sources[i], read));
         const Log &first = logs.front(), &log = logs.back();
         if (log.regime != first.regime)
             throw InputError(log.path, 1,

@@ -45,6 +45,7 @@ struct Import {
     bool host_clock = false;                 ///< stamps jitter; they are no control period
     bool gaps = true;                        ///< empty cells: slow columns are held, other rows left out
     bool short_rows = false;                 ///< rows may end before fields that are not used
+    bool settled_only = false;               ///< v and i are not of one instant: rows in motion are dropped (E136)
     bool speed_from_angle = false;           ///< w_m is the slope of theta_e
     bool voltage_previous = false;           ///< row k's voltage acted before t_k
     std::optional<double> row_period_s;      ///< there is no time, or none to trust: rows are this far apart

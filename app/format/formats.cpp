@@ -19,12 +19,18 @@ std::vector<std::string> marks_missing(const Format& format, const Head& head)
     return missing;
 }
 
-/// A file that has columns under their own names is dqwatch's, whatever else is in it.
+/// A file that has columns under their own names is dqwatch's, whatever else is in it. Currents alone are not enough:
+/// moteus calls its set points so.
 bool is_plain(const Head& head)
 {
     std::size_t own = 0;
-    for (const std::string& field : head.fields) own += column_named(field).has_value();
-    return own >= 2;
+    bool telling = false;
+    for (const std::string& field : head.fields) {
+        const auto column = column_named(field);
+        own += column.has_value();
+        telling = telling || (column && *column != col_i_d && *column != col_i_q && *column != col_torque);
+    }
+    return own >= 2 && telling;
 }
 
 }  // namespace

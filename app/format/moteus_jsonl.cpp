@@ -47,7 +47,9 @@ bool to_csv(const std::string& path, const std::string& text, CsvText& csv)
         (channel == "servo_stats" ? stats : control)
             .push_back({object["timestamp"].get<double>(), std::move(object["data"]), number});
     });
-    const char* const names[] = {"mode", "d_A", "q_A", "velocity", "bus_V", "filt_bus_V", "motor_temp_C", "torque_Nm"};
+    std::vector<const char*> names;
+    for (const char* name : {"mode", "d_A", "q_A", "velocity", "bus_V", "filt_bus_V", "motor_temp_C", "torque_Nm"})
+        if (!stats.empty() && stats.front().data.contains(name)) names.push_back(name);
     std::string header = "timestamp";
     for (const char* name : names) header += std::string(",") + name;
     csv.add(header + ",control.d_V,control.q_V", first.number);
@@ -64,14 +66,17 @@ bool to_csv(const std::string& path, const std::string& text, CsvText& csv)
     return true;
 }
 
+void describe(Import& in)
+{
+    moteus_stats.describe(in);
+    in.settled_only = in.known(col_v_d);
+}
+
 }  // namespace
 
 /// Its rows are those of servo_stats with the voltages beside them.
-const Format moteus_jsonl = {"moteus_jsonl",
-                             "moteus tview, JSONL",
-                             {"timestamp", "control.d_V"},
-                             [](const Head&) { return false; },
-                             [](Import& in) { moteus_stats.describe(in); },
-                             to_csv};
+const Format moteus_jsonl = {
+    "moteus_jsonl", "moteus tview, JSONL", {"timestamp", "control.d_V"}, [](const Head&) { return false; }, describe,
+    to_csv};
 
 }  // namespace dqw

@@ -9,7 +9,13 @@
 namespace dqw {
 namespace {
 
-constexpr const char* told_note = "channels are volts of probes: say under [columns] which is what";
+/// What the machine file must tell, and the speed by the angle that it names.
+void tell(Import& in)
+{
+    in.voltage = "as the machine file says; edges of the PWM are in it";
+    in.notes.push_back("channels are volts of probes: say under [columns] which is what");
+    in.speed_from_angle = true;
+}
 
 bool is_tektronix(const Head& head)
 {
@@ -31,8 +37,7 @@ void describe_tektronix(Import& in)
         in.row_period_s = interval_s;
         in.columns[col_t].reset();
     }
-    in.voltage = "as the machine file says; edges of the PWM are in it";
-    in.notes.push_back(told_note);
+    tell(in);
 }
 
 bool is_rigol(const Head& head) { return head.has("X") && head.has("Start") && head.has("Increment"); }
@@ -41,8 +46,7 @@ void describe_rigol(Import& in)
 {
     in.short_rows = true;
     const std::size_t start = in.head.find("Start"), increment = in.head.find("Increment");
-    in.voltage = "as the machine file says; edges of the PWM are in it";
-    in.notes.push_back(told_note);
+    tell(in);
     // The line below the header has units, and in the last two places the numbers.
     if (in.head.units.size() <= start || in.head.units.size() <= increment) return;
     const double t0_s = std::strtod(in.head.units[start].c_str(), nullptr);

@@ -41,16 +41,19 @@ bool take(Import& in, Column column, std::initializer_list<const char*> keys, co
 void describe(Import& in)
 {
     const std::size_t time = find(in.head, "t_day");
-    take(in, col_t, {"t_day", "t_trip"}, "s");
+    const bool whole_seconds = time != Head::none && part_of(in.head.fields[time], 3) == "0";
+    if (!whole_seconds) take(in, col_t, {"t_day", "t_trip"}, "s");
     take(in, col_v_dc, {"v_in", "Input Voltage"}, "V");
     take(in, col_i_d, {"id"}, "A");
     take(in, col_i_q, {"iq"}, "A");
     take(in, col_w_m, {"erpm", "RPM"}, "erpm");
     take(in, col_temp_winding, {"t_motor", "Temp Motor"}, "C");
     const bool voltages = take(in, col_v_d, {"vd"}, "V") && take(in, col_v_q, {"vq"}, "V");
-    if (time != Head::none && part_of(in.head.fields[time], 3) == "0")
-        in.notes.push_back("t_day has whole seconds: 50 rows share one; the real-time CSV that it was made of is "
-                           "better");
+    if (whole_seconds) {
+        in.notes.push_back("t_day has whole seconds, which 50 rows share: no time, unless --period says how far apart "
+                           "rows are; the real-time CSV that this was made of is better");
+        in.missing_given.push_back("period");
+    }
     const std::size_t fault = find(in.head, "fault");
     if (fault != Head::none) in.rules.push_back({in.field(fault), is_not_zero, "fault is not 0"});
     in.host_clock = true;

@@ -132,6 +132,16 @@ Maybe by_size(const SpeedProbe& p)
 
 bool near(double ratio, double to, double part) { return std::fabs(std::log(ratio / to)) < part; }
 
+/// Is i_q a torque column times a constant, to the last digits?
+bool is_torque(const SpeedProbe& p)
+{
+    const double *i = p.column[col_i_q], *m = p.column[col_torque] ? p.column[col_torque] : p.column[col_torque_cmd];
+    if (!m) return false;
+    double ii = 0, im = 0, mm = 0;
+    for (std::size_t k = 0; k < p.rows; ++k) ii += i[k] * i[k], im += i[k] * m[k], mm += m[k] * m[k];
+    return ii > 0 && mm > 0 && im * im > (1 - 1e-8) * ii * mm;
+}
+
 /// Against R, L and ψ of the nameplate, all of which must agree.
 Maybe by_nameplate(const SpeedProbe& p, const Machine& m, const VoltageFit& e)
 {
@@ -156,6 +166,13 @@ Maybe by_nameplate(const SpeedProbe& p, const Machine& m, const VoltageFit& e)
         return Doubt{{col_v_d, col_v_q, col_i_d, col_i_q}, "RMS values", evidence, "scale = 1.41421"};
     if (all(1e-3, 1e-3, 1, far)) return Doubt{{col_i_d, col_i_q}, "in mA", evidence, "unit = \"mA\""};
     if (all(1e3, 1e3, 1e3, far)) return Doubt{{col_v_d, col_v_q}, "in mV", evidence, "unit = \"mV\""};
+    // R stands before i_d too, which is right.
+    const bool between = r > 0.9 * std::fmin(l, 1.0) && r < 1.1 * std::fmax(l, 1.0);
+    if (between && near(f, 1, close) && !near(l, 1, 0.2) && is_torque(p))
+        return Doubt{{col_i_q},
+                     "torque over a torque constant, and no measured current",
+                     evidence + ", and it is the torque times a constant",
+                     fmt::format("scale = {:.2g}", l)};
     const double of_L = p.regime == Regime::dynamic ? 1 : 1 / poles;
     if (poles > 2 && all(1, of_L, 1 / poles, 0.15) && !near(poles, 30 / pi, 0.3))
         return Doubt{{col_w_m}, "the electrical speed in rad/s", evidence, "unit = \"electrical rad/s\""};

@@ -8,6 +8,7 @@
 #include "app/base/columns.hpp"
 #include "app/base/text.hpp"
 #include "app/read/column_doubts.hpp"
+#include "app/read/join.hpp"
 #include "app/read/machine_file.hpp"
 #include "app/read/mapping.hpp"
 #include "app/read/opening.hpp"
@@ -58,6 +59,7 @@ public:
         read_header();
         read_rows();
         make_speed();
+        drop_motion();
         settle_slow_channels();
         settle_regime();
         check_size();
@@ -259,6 +261,16 @@ private:
         log_.w_m_rad_s = slope_of_angle(log_.t_s, log_.theta_e_rad);
         for (double& w : log_.w_m_rad_s) w /= *given_.pole_pairs;
         moves_ = std::any_of(log_.w_m_rad_s.begin(), log_.w_m_rad_s.end(), [](double w) { return w != 0.0; });
+    }
+
+    void drop_motion()
+    {
+        if (!import_.settled_only || !has_[col_w_m]) return;
+        const std::size_t dropped = keep_settled(log_);
+        if (dropped == 0) return;
+        left_out_.push_back({"in motion: its channels are not of one instant", dropped, opening_.head.line + 1});
+        rows_ -= dropped;
+        if (rows_ == 0) refuse("no settled row: speed or voltage differ from row to row throughout");
     }
 
     void settle_slow_channels()
@@ -493,6 +505,12 @@ private:
 };
 
 }  // namespace
+
+std::string format_of_file(const std::string& path)
+{
+    const Opening opening(path);
+    return format_for(opening.head, opening.json, "", {}).name;
+}
 
 Log read_log(const std::string& path, const ReadOptions& options) { return LogReader(path, options).read(); }
 

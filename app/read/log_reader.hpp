@@ -31,5 +31,8 @@ struct ReadOptions {
 /// Memory: 8 bytes a row for each column kept, and 1 MiB.
 Log read_log(const std::string& path, const ReadOptions& options = {});
 
+/// Name of the format that a file has by its first lines, without a machine file; throws InputError.
+std::string format_of_file(const std::string& path);
+
 }  // namespace dqw
 #endif

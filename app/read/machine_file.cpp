@@ -346,7 +346,11 @@ MachineFile read_machine_file(const std::string& path) { return Reader(path).rea
 MachineFile machine_file_of(const std::string& log_path, const std::string& chosen)
 {
     if (!chosen.empty()) return read_machine_file(chosen);
-    const std::filesystem::path beside = std::filesystem::path(log_path).replace_extension(".toml");
+    if (log_path == "-") return {};
+    // LOG.toml is beside LOG.csv.gz too.
+    std::filesystem::path unpacked = log_path;
+    if (unpacked.extension() == ".gz" || unpacked.extension() == ".zst") unpacked.replace_extension();
+    const std::filesystem::path beside = unpacked.replace_extension(".toml");
     std::error_code ignored;
     if (beside != std::filesystem::path(log_path) && std::filesystem::exists(beside, ignored))
         return read_machine_file(beside.string());

@@ -51,7 +51,8 @@ bool looks_like_a_unit(const std::string& field)
 /// Numbers nowhere (oscilloscopes have some in the last two places), a unit somewhere.
 bool is_line_of_units(const Head& head, const std::vector<std::string>& fields)
 {
-    if (fields.size() != head.fields.size() + head.trailing_separator) return false;
+    if (fields.size() != head.fields.size() && fields.size() != head.fields.size() + head.trailing_separator)
+        return false;
     if (head.has("Increment") && head.has("Start")) return !is_number(fields[0]);
     bool unit = false;
     for (const std::string& field : fields) {

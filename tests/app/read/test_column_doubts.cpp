@@ -101,6 +101,10 @@ static void what_is_wrong_is_named_with_the_correction(void)
         std::swap(c.values[col_v_d], c.values[col_v_q]);
         std::swap(c.values[col_i_d], c.values[col_i_q]);
     };
+    const Damage of_torque = [](Columns& c) {
+        for (const double x : c.values[col_i_q]) c.values[col_torque].push_back(0.3 * x);
+        c.times(col_i_q, 1.5);
+    };
     const struct {
         const char* what;
         Columns log;
@@ -128,6 +132,7 @@ static void what_is_wrong_is_named_with_the_correction(void)
         {"RMS", settled(), scaled(vi, 0.70710678), plate(), "RMS", "1.41421"},
         {"d turned", moving(false), scaled({col_v_d, col_i_d}, -1), {}, "the sign of v_d and i_d turned", ""},
         {"i_q turned", settled(), scaled({col_i_q}, -1), {}, "the sign of i_q turned", ""},
+        {"i_q of torque", settled(), of_torque, plate(), "torque over", "scale = 0.7"},
         {"exchanged", moving(false), exchange, {}, "d and q exchanged", ""},
     };
     for (const auto& c : cases) {

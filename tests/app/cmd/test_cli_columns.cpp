@@ -1,0 +1,144 @@
+// `dqwatch columns` and `dqwatch formats`: snapshots of vendors' samples, JSON, and what --write makes of a log.
+// SNAPSHOTS=1 in the environment writes them anew.
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "command.hpp"
+#include "unity.h"
+
+void setUp(void) {}
+void tearDown(void) {}
+
+namespace fs = std::filesystem;
+using command::Outcome;
+
+static const char* const snapshots = "tests/app/cmd/columns.txt";
+
+static fs::path folder() { return fs::path(command::environment("DATA", "../shared/data")) / "vendor"; }
+
+static std::vector<fs::path> samples()
+{
+    std::vector<fs::path> found;
+    std::error_code error;
+    for (const auto& file : fs::directory_iterator(folder(), error))
+        if (file.path().extension() != ".md") found.push_back(file.path());
+    std::sort(found.begin(), found.end());
+    return found;
+}
+
+/// The samples' folder taken off, and long lists of unused fields cut.
+static std::string shortened(std::string text)
+{
+    const std::string from = folder().string() + "/";
+    for (auto at = text.find(from); at != text.npos; at = text.find(from)) text.erase(at, from.size());
+    std::string out;
+    for (std::size_t begin = 0; begin < text.size();) {
+        const std::size_t end = std::min(text.find('\n', begin), text.size());
+        std::string line = text.substr(begin, end - begin);
+        if (line.size() > 200) line = line.substr(0, 200) + " …";
+        out += line + "\n";
+        begin = end + 1;
+    }
+    return out;
+}
+
+static void each_sample_is_told_as_its_snapshot(void)
+{
+    if (samples().empty()) TEST_IGNORE_MESSAGE("no vendors' logs: set DATA");
+    std::string all;
+    for (const fs::path& sample : samples()) {
+        const Outcome run = command::dqwatch({"columns", sample.string(), "--pole-pairs", "7"});
+        all += shortened(run.err + run.out) + "exit code " + std::to_string(run.code) + "\n\n";
+    }
+    if (command::environment("SNAPSHOTS", "") == "1") std::ofstream(snapshots, std::ios::binary) << all;
+    const std::string expected = command::read_file(snapshots);
+    std::size_t at = 0, line = 1;
+    while (at < std::min(all.size(), expected.size()) && all[at] == expected[at]) line += all[at++] == '\n';
+    const std::string differs = std::string(snapshots) + ":" + std::to_string(line) + ": \"" +
+                                all.substr(at, std::min(all.find('\n', at), all.size()) - at) + "\"";
+    TEST_ASSERT_TRUE_MESSAGE(all == expected, differs.c_str());
+}
+
+static void the_json_has_what_the_text_has(void)
+{
+    const command::Folder here;
+    const std::string log = here.write(
+        "x.csv", "timestamp,d_A,mode,motor_temp_C,q_A,velocity\n1,0,0,1,1,1\n2,0,10,1,1,1\n3,0,10,1,1,1\n");
+    const Outcome run = command::dqwatch({"columns", log, "--json"});
+    TEST_ASSERT_EQUAL_INT_MESSAGE(0, run.code, run.err.c_str());
+    const auto json = nlohmann::json::parse(run.out);
+    TEST_ASSERT_EQUAL_STRING("dqwatch.columns/1", json.at("schema").get<std::string>().c_str());
+    TEST_ASSERT_EQUAL_STRING("moteus_stats", json.at("format").get<std::string>().c_str());
+    TEST_ASSERT_EQUAL_INT(3, json.at("rows").get<int>());
+    TEST_ASSERT_EQUAL_INT(2, json.at("rows_kept").get<int>());
+    TEST_ASSERT_EQUAL_INT(2, json.at("dropped")[0].at("first_line").get<int>());
+    TEST_ASSERT_TRUE(json.at("regime").is_null());
+    TEST_ASSERT_TRUE(!json.at("missing").empty() && json.at("warnings").empty());
+    for (const auto& column : json.at("columns"))
+        if (column.at("name") == "w_m_rad_s") {
+            TEST_ASSERT_EQUAL_STRING("turns/s output", column.at("unit").get<std::string>().c_str());
+            TEST_ASSERT_EQUAL_STRING("gear", column.at("needs")[0].get<std::string>().c_str());
+        } else if (column.at("name") == "i_q_A") {
+            TEST_ASSERT_EQUAL_DOUBLE(1, column.at("factor").get<double>());
+            TEST_ASSERT_EQUAL_STRING("q_A", column.at("from")[0].get<std::string>().c_str());
+        }
+    const auto formats = nlohmann::json::parse(command::dqwatch({"formats", "--json"}).out).at("formats");
+    TEST_ASSERT_EQUAL_STRING("dqwatch", formats.back().at("name").get<std::string>().c_str());
+    const Outcome text = command::dqwatch({"formats"});
+    for (const auto& format : formats)
+        TEST_ASSERT_TRUE(text.out.find(format.at("about").get<std::string>()) != text.out.npos);
+}
+
+/// A log in another program's columns, and the canonical one made of it, are fitted alike.
+static void what_is_written_is_the_same_log(void)
+{
+    const command::Folder here;
+    command::Machine machine;
+    command::Style style;
+    style.separator = ';', style.speed_factor = machine.p * 30 / 3.14159265358979323846;
+    command::write_log(here / "x.csv", 400, machine, style);
+    here.write("x.toml",
+               "[machine]\npole_pairs = 4\nR_ohm = 0.4\n[log]\nmodulation = \"centred\"\n[columns]\nw_m_rad_s = { "
+               "from = \"w_m_rad_s\", unit = \"erpm\" }\n");
+    const std::string out = here / "out";
+    const Outcome run = command::dqwatch({"columns", here / "x.csv", "--write", "--out", out});
+    TEST_ASSERT_EQUAL_INT_MESSAGE(0, run.code, run.err.c_str());
+    const auto fitted = [&](const std::string& log) {
+        const Outcome fit = command::dqwatch({"fit", log, "--json"});
+        TEST_ASSERT_EQUAL_INT_MESSAGE(0, fit.code, fit.err.c_str());
+        return nlohmann::json::parse(fit.out).at("parameters");
+    };
+    const auto before = fitted(here / "x.csv"), after = fitted(out + "/x_canonical.csv");
+    for (const char* name : {"R_ohm", "Ld_H", "Lq_H", "psi_Wb"})
+        TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(1e-9 * before.at(name).at("value").get<double>(),
+                                          before.at(name).at("value").get<double>(),
+                                          after.at(name).at("value").get<double>(), name);
+    TEST_ASSERT_DOUBLE_WITHIN(0.02 * machine.psi_Wb, machine.psi_Wb, after.at("psi_Wb").at("value").get<double>());
+}
+
+/// What `columns` says is what the other subcommands read.
+static void every_subcommand_takes_a_vendors_file(void)
+{
+    const fs::path log = folder() / "tmotor_eff_1667828286.70403.csv";
+    if (!fs::exists(log)) TEST_IGNORE_MESSAGE("no vendors' logs: set DATA");
+    const command::Folder here;
+    for (const char* name : {"fit", "learn", "compare", "trace"}) {
+        const Outcome run = command::dqwatch({name, log.string(), "--pole-pairs", "21", "--out", here / "out"});
+        TEST_ASSERT_TRUE_MESSAGE(run.code == 0 || run.code == 4, (std::string(name) + run.err).c_str());
+        TEST_ASSERT_TRUE_MESSAGE((run.out + run.err).find("tmotor_efficiency") != run.out.npos, name);
+        const Outcome asks = command::dqwatch({name, log.string()});
+        TEST_ASSERT_EQUAL_INT(3, asks.code);
+        TEST_ASSERT_TRUE_MESSAGE(asks.err.find("--pole-pairs N") != asks.err.npos, asks.err.c_str());
+    }
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(each_sample_is_told_as_its_snapshot);
+    RUN_TEST(the_json_has_what_the_text_has);
+    RUN_TEST(what_is_written_is_the_same_log);
+    RUN_TEST(every_subcommand_takes_a_vendors_file);
+    return UNITY_END();
+}
