@@ -11,8 +11,9 @@ extern ADC_HandleTypeDef hadc;
 extern TIM_HandleTypeDef htim1;
 extern UART_HandleTypeDef huart1;
 
+// 4 kHz and blocks of 50 periods: what a core of 48 MHz has the time for (docs/INTEGRATION.md).
 // What 32768 stands for: the board's full scales, which nothing reaches in operation.
-enum { V_FULL_mV = 24000, I_FULL_mA = 20000, W_FULL_mrad_s = 600000, PERIOD_ns = 62500, PAIRS = 4 };
+enum { V_FULL_mV = 24000, I_FULL_mA = 20000, W_FULL_mrad_s = 600000, PERIOD_ns = 250000, PAIRS = 4 };
 
 static volatile uint16_t adc_counts[3];  // phases a and b, centred on 2048; the link, 4095 = V_FULL_mV
 static dqw_monitor_q15 monitor;
@@ -55,6 +56,9 @@ bool foc_q15_start(void)
     config = dqw_monitor_config_default_q15(&plate);
     // As the signals are scaled, not half as much again.
     config.estimator.scale = (dqw_scale){V_FULL_mV, I_FULL_mA, W_FULL_mrad_s, PERIOD_ns, PAIRS};
+    // The background takes milliseconds a block on this core, so long a block must last. Ripples of phases and sensors are
+    // then watched below 24 rad/s alone.
+    config.estimator.half_window = 50;
     config.estimator.voltage_next = true;  // the preloaded compare registers act from the next update on
     config.estimator.voltage_held = true;  // as a vector that the inverter holds
     const enum dqw_status status = dqw_monitor_init_q15(&monitor, &config);

@@ -4,7 +4,7 @@
 #         install what they need
 # debian  on Debian 13: dpkg-buildpackage, lintian without an error or a warning; then in a second bare one the packages installed, and
 #         autopkgtest
-# A line a step; logs in build/packages/full.
+# A line a step; logs in build/packages/full. SUITES: which of bookworm and trixie are tried.
 set -eu
 cd "$(dirname "$0")/../.."
 [ "$(id -u)" = 0 ] || { echo "make packages-full: needs root, for chroots" >&2; exit 1; }
@@ -49,13 +49,13 @@ step() {
 for part in "$@"; do
     case $part in
     clean)
-        for suite in bookworm trixie; do
+        for suite in ${SUITES:-bookworm trixie}; do
             bare $suite make,gcc,libc6-dev,ca-certificates
             git archive HEAD | tar -x -C "$root/dqwatch"
             step $suite-lib 'make lib; make install-lib DESTDIR=/stage' || continue
-            step $suite-install 'make demo; make install DESTDIR=/stage PREFIX=/usr; LD_LIBRARY_PATH=/stage/usr/lib /stage/usr/bin/dqwatch --version;
-                make uninstall DESTDIR=/stage PREFIX=/usr; test -z \"\$(find /stage/usr -name \"*dqw*\")\"' || :
             step $suite-packages 'make packages' || :
+            step $suite-install 'make demo; make install DESTDIR=/stage PREFIX=/usr; LD_LIBRARY_PATH=/stage/usr/lib /stage/usr/bin/dqwatch --version;
+                make uninstall DESTDIR=/stage PREFIX=/usr; test -z "$(find /stage/usr -name "*dqw*")"' || :
         done
         ;;
     debian)
@@ -64,10 +64,10 @@ for part in "$@"; do
         cp -r "$full/debian" "$root/dqwatch/source"
         step debian-build 'apt-get update -qq; cd source; apt-get build-dep -y -qq --no-install-recommends ./ >/dev/null; dpkg-buildpackage -us -uc' || continue
         step debian-lintian 'apt-get install -y -qq --no-install-recommends lintian >/dev/null
-            useradd someone; su someone -c \"lintian --fail-on error,warning /dqwatch/*.changes\"' || :
+            useradd someone; su someone -c "lintian --fail-on error,warning /dqwatch/*.changes"' || :
         rm -rf "$full/debs"
         mkdir "$full/debs"
-        find "$root/dqwatch" -maxdepth 1 -type f -exec cp {} "$full/debs" \;
+        find "$root/dqwatch" -maxdepth 1 -type f ! -name '*dbgsym*' -exec cp {} "$full/debs" \;
         bare trixie ca-certificates
         cp "$full"/debs/* "$root/dqwatch"
         step debian-installed 'apt-get update -qq; apt-get install -y -qq --no-install-recommends ./libdqwatch*_*.deb ./dqwatch_*.deb >/dev/null

@@ -1,18 +1,20 @@
 #!/bin/sh
-# installed.sh WHAT: `make install` as a user meets it, in a stage below the build folder. WHAT: stage (once, before the others), exports,
-# headers, pkgconfig, find_package, add_subdirectory, fetchcontent, manual, sizes, version, uninstall (last), abi. Consumers are packages/consumer,
-# built from what is installed alone. Prints what is wrong; 77: the tool is not here.
+# installed.sh WHAT: `make install` as a user meets it, in a stage below the build folder. WHAT: stage (before the others), exports, headers,
+# pkgconfig, find_package, add_subdirectory, cmake_install, fetchcontent, manual, sizes, version, abi, uninstall (after them). Consumers
+# are packages/consumer, built from what is installed alone. Prints what is wrong; 77: the tool is not here.
 set -eu
 cd "$(dirname "$0")/../.."
 here=$PWD
-BUILD=$(cd "${BUILD:-build}" && pwd)
+given=${BUILD:-build}
+BUILD=$(cd "$given" && pwd)
 CC=${CC:-cc}
 stage=$BUILD/tests/stage
 lib=$stage/usr/lib
 include=$stage/usr/include/dqwatch
 unset MAKEFLAGS MAKELEVEL MFLAGS
 needs() { command -v "$1" >/dev/null || { echo "no $1 here"; exit 77; }; }
-made() { make --no-print-directory BUILD="$BUILD" DESTDIR="$stage" PREFIX=/usr "$@" >"$BUILD/tests/made" 2>&1 || { cat "$BUILD/tests/made"; exit 1; }; }
+# The build folder by the name that it was given: make knows what depends on a header by that name alone.
+made() { make --no-print-directory BUILD="$given" DESTDIR="$stage" PREFIX=/usr "$@" >"$BUILD/tests/made" 2>&1 || { cat "$BUILD/tests/made"; exit 1; }; }
 version=$(sed -n 's/.*DQW_VERSION "\(.*\)"/\1/p' lib/dqw_version.h)
 # A consumer's output begins with the version; its exit code says whether it learned.
 learned() {
@@ -115,6 +117,12 @@ find_package)
     ! cmake -S "$work" -B "$work/old" "-Ddqwatch_DIR=$lib/cmake/dqwatch" >"$work/log" 2>&1
     ;;
 add_subdirectory) cmake_project "add_subdirectory($here dqwatch)" -DDQW_EFFECT_WEIGHTS=0 0 ;;
+cmake_install) # by CMake alone, as on a machine without make: the same two files are found
+    needs cmake
+    { cmake -S . -B "$work/library" -DCMAKE_C_COMPILER="$CC" -DCMAKE_INSTALL_LIBDIR=lib/some-arch && cmake --build "$work/library" -j2 &&
+        cmake --install "$work/library" --prefix "$work/prefix"; } >"$work/log" 2>&1 || { cat "$work/log"; exit 1; }
+    cmake_project 'find_package(dqwatch 0.2 REQUIRED)' "-DCMAKE_PREFIX_PATH=$work/prefix -Ddqwatch_DIR=$work/prefix/lib/some-arch/cmake/dqwatch" 12
+    ;;
 fetchcontent)
     cmake_project "include(FetchContent)
 FetchContent_Declare(dqwatch GIT_REPOSITORY none)

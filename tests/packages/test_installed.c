@@ -17,6 +17,10 @@ static void test_a_consumer_by_add_subdirectory_learns(void)
 {
     tool_passes("tests/packages/installed.sh add_subdirectory");
 }
+static void test_a_consumer_of_what_cmake_installs_learns(void)
+{
+    tool_passes("tests/packages/installed.sh cmake_install");
+}
 static void test_a_consumer_by_fetchcontent_learns(void) { tool_passes("tests/packages/installed.sh fetchcontent"); }
 static void test_another_size_does_not_link(void) { tool_passes("tests/packages/installed.sh sizes"); }
 static void test_man_has_nothing_to_say_of_the_pages(void) { tool_passes("tests/packages/installed.sh manual"); }
@@ -33,6 +37,7 @@ int main(void)
     RUN_TEST(test_a_consumer_by_pkg_config_learns);
     RUN_TEST(test_a_consumer_by_find_package_learns);
     RUN_TEST(test_a_consumer_by_add_subdirectory_learns);
+    RUN_TEST(test_a_consumer_of_what_cmake_installs_learns);
     RUN_TEST(test_a_consumer_by_fetchcontent_learns);
     RUN_TEST(test_another_size_does_not_link);
     RUN_TEST(test_man_has_nothing_to_say_of_the_pages);
