@@ -29,7 +29,9 @@ std::vector<std::string> advice_of(const TraceResult& trace)
         if (!e.confusable_with.empty() && !e.separate.empty())
             out.push_back(fmt::format("{} or {}: {}{}", spoken(e.name), look_alikes_of(e), e.separate, shown(e)));
     for (const Estimate& p : trace.after.parameters)
-        if (!p.given && !why_not_usable(p).empty())
+        if (p.times_pole_pairs)
+            out.push_back(fmt::format("{}: the pole pairs, --pole-pairs N", symbol(p.name)));
+        else if (!p.given && !why_not_usable(p).empty())
             out.push_back(fmt::format("{}: {}", symbol(p.name), excitation_for(p.name, trace.regime)));
     return out;
 }

@@ -10,6 +10,7 @@ std::string why_not_usable(const Estimate& e)
     if (e.given) return "";
     if (!std::isfinite(e.value) || !std::isfinite(e.sd)) return "it is not known";
     if (!(e.value > 0.0)) return "no machine has one that is not above zero";
+    if (e.times_pole_pairs) return "this is its product with the pole pairs, which are not known";
     constexpr double kDeviations = 3.0, kPart = 0.1;
     const double part = kDeviations * e.sd / e.value;
     // What is rounded to a whole number is known where it is told.

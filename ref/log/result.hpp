@@ -15,7 +15,8 @@ struct Estimate {
     std::string name;
     double value = 0.0;
     double sd = 0.0;
-    bool given = false;  ///< said by the user, not estimated; sd is then meaningless
+    bool given = false;             ///< said by the user, not estimated; sd is then meaningless
+    bool times_pole_pairs = false;  ///< its product with the pole pairs, which are not known
 };
 
 /// Why an estimate of the machine is not usable; empty where it is known, of the right sign, and three deviations are

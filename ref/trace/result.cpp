@@ -27,7 +27,11 @@ std::vector<Estimate> base_parameters(const TraceSetup& setup, const Point& at, 
         // What the log cannot tell is absent; nothing is as small as this but zero.
         constexpr double kZero = 1e-12;
         if (!std::isfinite(sd[j]) || sd[j] > std::max(std::abs(at.base[j]), kZero)) continue;
-        out.push_back({names[static_cast<std::size_t>(j)], at.base[j], sd[j], false});
+        const std::string& name = names[static_cast<std::size_t>(j)];
+        // In time L di/dt tells L; psi never stands without the speed.
+        const bool product = !setup.pole_pairs_known &&
+                             (name == "psi_Wb" || (name != "R_ohm" && setup.regime == Regime::steady));
+        out.push_back({name, at.base[j], sd[j], false, product && setup.regime != Regime::mechanical});
     }
     const auto& given = setup.logs->front().machine.pole_pairs;
     if (setup.regime != Regime::mechanical && setup.pole_pairs_known)

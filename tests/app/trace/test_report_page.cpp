@@ -105,8 +105,12 @@ static void advice_says_what_to_log_next(void)
     // What no log of this kind tells has none, and what is not usable has its excitation.
     trace.after.parameters = {{"Ld_H", 2e-3, 1e-3, false}};
     holds(dqw::advice_of(trace).back(), "L_d: steps or a random signal on i_d");
+    trace.after.parameters.push_back({"psi_Wb", 0.1, 1e-4, false, true});
+    holds(dqw::advice_of(trace).back(), "the pole pairs, --pole-pairs N");
     const json j = dqw::trace_json({trace, {}, {}, {}});
-    TEST_ASSERT_EQUAL_size_t(2, j.at("advice").size());
+    TEST_ASSERT_EQUAL_STRING("this is its product with the pole pairs, which are not known",
+                             j.at("after").at("parameters").at("psi_Wb").at("why").get<std::string>().c_str());
+    TEST_ASSERT_EQUAL_size_t(3, j.at("advice").size());
     TEST_ASSERT_EQUAL_DOUBLE(trace.effects[0].confidence, j.at("effects").at(0).at("confidence").get<double>());
 }
 
