@@ -65,9 +65,9 @@ struct Rival {
 struct Found {
     std::string name;  ///< of one effect
     std::vector<std::string> confusable_with;
-    int round = 0;              ///< effects of one round came together
-    Better over = {};           ///< what is left without it in the place of it
-    std::vector<Rival> rivals;  ///< those that make physical sense, by look_alikes()
+    int round = 0;                   ///< effects of one round came together
+    Better over = {};                ///< what is left without it in the place of it
+    std::vector<Rival> rivals = {};  ///< those that make physical sense, by look_alikes()
 };
 
 struct Selection {
