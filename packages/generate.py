@@ -63,6 +63,10 @@ def values(known, kind):
         text["OWN_FLAGS"] = " ".join(known["own_flags"])
         day = datetime.fromisoformat(known["date"]).replace(tzinfo=timezone.utc)
         text["DATE_RFC"] = format_datetime(day)
+        installed = re.search(r'^build="(.*)"', (ROOT / ".ci/install").read_text(), re.M)[1].split()
+        # What every builder of Debian has, and what only runs.
+        needed = sorted(set(installed) - {"g++", "make", "gnuplot-nox"})
+        text["BUILD_DEPENDS"] = ",\n               ".join(needed)
         terms = (ROOT / "LICENSE").read_text().split("\n\n", 2)[2].rstrip().split("\n")
         text["LICENCE_TEXT"] = "\n".join(" " + (line or ".") for line in terms)
         text["WEIGHTS"] = ", ".join(str(n) for n in range(25))

@@ -4,6 +4,8 @@
 #include <fmt/format.h>
 #include <sundials/sundials_config.h>
 #include <toml++/toml.h>
+#include <zlib.h>
+#include <zstd.h>
 
 #include <CLI/Version.hpp>
 #include <Eigen/Core>
@@ -37,6 +39,7 @@ std::string version_text()
                dotted(NLOHMANN_JSON_VERSION_MAJOR, NLOHMANN_JSON_VERSION_MINOR, NLOHMANN_JSON_VERSION_PATCH)) +
            row("toml++", dotted(TOML_LIB_MAJOR, TOML_LIB_MINOR, TOML_LIB_PATCH)) +
            row("fmt", dotted(FMT_VERSION / 10000, FMT_VERSION / 100 % 100, FMT_VERSION % 100)) +
+           row("zlib", ZLIB_VERSION) + row("zstd", ZSTD_VERSION_STRING) +
            row("lib/", fmt::format("room for {} weights of effects", DQW_EFFECT_WEIGHTS));
 }
 

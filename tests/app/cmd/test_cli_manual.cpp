@@ -148,8 +148,8 @@ static void the_version_says_what_it_was_built_with(void)
     const auto from = header.find("DQW_VERSION \"") + 13;
     const std::string version = header.substr(from, header.find('"', from) - from);
     TEST_ASSERT_EQUAL_INT(0, run.out.compare(0, 9 + version.size(), "dqwatch " + version + "\n"));
-    for (const char* part :
-         {"compiler", "SUNDIALS", "Ceres", "Eigen", "CLI11", "nlohmann-json", "toml++", "fmt", "lib/"}) {
+    for (const char* part : {"compiler", "SUNDIALS", "Ceres", "Eigen", "CLI11", "nlohmann-json", "toml++", "fmt",
+                             "zlib", "zstd", "lib/"}) {
         const auto at = run.out.find(std::string("\n  ") + part + " ");
         TEST_ASSERT_TRUE_MESSAGE(at != std::string::npos, part);
         const std::string line = run.out.substr(at + 1, run.out.find('\n', at + 1) - at - 1);
