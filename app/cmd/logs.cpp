@@ -45,14 +45,14 @@ bool is_control(const std::string& path)
 }
 
 /// A file of moteus' currents and speed, and the one of its voltages; that one empty: there is none.
-struct Source {
+struct Files {
     std::string path, voltages;
 };
 
 /// Files that belong together, by their formats: one of each, or names that differ by the channel alone.
-std::vector<Source> sources_of(const std::vector<std::string>& paths, const Options& options)
+std::vector<Files> sources_of(const std::vector<std::string>& paths, const Options& options)
 {
-    std::vector<Source> sources;
+    std::vector<Files> sources;
     std::vector<std::string> controls;
     for (const std::string& path : paths) {
         std::error_code ignored;
@@ -65,8 +65,8 @@ std::vector<Source> sources_of(const std::vector<std::string>& paths, const Opti
             sources.push_back({path, ""});
     }
     for (const std::string& control : controls) {
-        Source* partner = nullptr;
-        for (Source& source : sources) {
+        Files* partner = nullptr;
+        for (Files& source : sources) {
             std::string name = control;
             const auto at = name.rfind("servo_control");
             if (at != name.npos) name.replace(at, 13, "servo_stats");
@@ -80,7 +80,7 @@ std::vector<Source> sources_of(const std::vector<std::string>& paths, const Opti
 }
 
 /// (E136)
-Log joined(const Source& source, const ReadOptions& options)
+Log joined(const Files& source, const ReadOptions& options)
 {
     Survey survey;
     ReadOptions half = options;
@@ -124,7 +124,7 @@ std::vector<Log> read_logs(const std::vector<std::string>& paths, const Options&
 {
     std::vector<Log> logs;
     Progress progress("reading");
-    const std::vector<Source> sources = sources_of(paths, options);
+    const std::vector<Files> sources = sources_of(paths, options);
     for (std::size_t i = 0; i < sources.size(); ++i) {
         ReadOptions read = read_options(options);
         read.plain_only = !all_columns;

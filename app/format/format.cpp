@@ -1,6 +1,16 @@
 #include "app/format/format.hpp"
 
+#include "app/base/input_error.hpp"
+#include "app/base/text.hpp"
+
 namespace dqw {
+
+Expression Import::field(std::string_view name) const
+{
+    const std::size_t f = head.find(name);
+    if (f == Head::none) throw InputError(head.path, head.line, "no column " + shown(name));
+    return field(f);
+}
 
 bool Import::take(Column column, std::string_view field, std::string_view unit)
 {
@@ -9,7 +19,7 @@ bool Import::take(Column column, std::string_view field, std::string_view unit)
 
 bool Import::take(Column column, std::size_t f, std::string_view unit)
 {
-    if (f == Head::none) return false;
+    if (f >= head.fields.size()) return false;
     take(column, field(f), unit);
     return true;
 }

@@ -59,7 +59,8 @@ struct Import {
     /// A column in SI as it stands.
     void take_si(Column column, const Expression& x);
 
-    Expression field(std::string_view name) const { return field(head.find(name)); }
+    /// Throws InputError where there is none of this name.
+    Expression field(std::string_view name) const;
     Expression field(std::size_t f) const { return field_expression(f, head.fields[f]); }
     /// The DC link: a column, or what is given.
     std::optional<Expression> v_dc() const;

@@ -36,7 +36,7 @@ Maybe angle_unit(const SpeedProbe& p, Column column)
         }
         if (jumps < 2 || between > jumps) continue;
         return Doubt{{column},
-                     fmt::format("in {}", wrap.unit),
+                     wrap.unit,
                      fmt::format("it goes from {:.4g} to {:.4g} and jumps back {} times", *least, *largest, jumps),
                      fmt::format("unit = \"{}\"", wrap.unit)};
     }
@@ -89,12 +89,12 @@ Maybe by_angle(const SpeedProbe& p, Column angle, std::optional<double> turns, s
     }
     const Scale others[] = {
         {1 / poles, 1, "the electrical speed in rad/s", col_w_m, "unit = \"electrical rad/s\""},
-        {rpm_to_rad_s / poles, 1, "in electrical rpm", col_w_m, "unit = \"erpm\""},
-        {2 * pi, 1, "in turns a second", col_w_m, "unit = \"turns/s\""},
-        {2 * pi / poles, 1, "in electrical hertz", col_w_m, "unit = \"Hz\""},
-        {pi / 180, 1, "in degrees a second", col_w_m, "unit = \"deg/s\""},
-        {1, 1e-3, "in ms", col_t, "unit = \"ms\""},
-        {1, 1e-6, "in µs", col_t, "unit = \"us\""},
+        {rpm_to_rad_s / poles, 1, "electrical rpm", col_w_m, "unit = \"erpm\""},
+        {2 * pi, 1, "turns a second", col_w_m, "unit = \"turns/s\""},
+        {2 * pi / poles, 1, "electrical hertz", col_w_m, "unit = \"Hz\""},
+        {pi / 180, 1, "degrees a second", col_w_m, "unit = \"deg/s\""},
+        {1, 1e-3, "ms", col_t, "unit = \"ms\""},
+        {1, 1e-6, "µs", col_t, "unit = \"us\""},
     };
     Maybe found;
     for (const Scale& other : others) {
@@ -124,9 +124,9 @@ Maybe by_size(const SpeedProbe& p)
     const double v = std::hypot(rms(p.column[col_v_d], p.rows), rms(p.column[col_v_q], p.rows));
     const double i = std::hypot(rms(p.column[col_i_d], p.rows), rms(p.column[col_i_q], p.rows));
     if (v > 0 && i > 1500 && v < 100 && i / v > 30)
-        return Doubt{{col_i_d, col_i_q}, "in mA", fmt::format("{:.3g} A at {:.3g} V RMS", i, v), "unit = \"mA\""};
+        return Doubt{{col_i_d, col_i_q}, "mA", fmt::format("{:.3g} A at {:.3g} V RMS", i, v), "unit = \"mA\""};
     if (i > 0 && v > 3000 && i < 50)
-        return Doubt{{col_v_d, col_v_q}, "in mV", fmt::format("{:.3g} V at {:.3g} A RMS", v, i), "unit = \"mV\""};
+        return Doubt{{col_v_d, col_v_q}, "mV", fmt::format("{:.3g} V at {:.3g} A RMS", v, i), "unit = \"mV\""};
     return {};
 }
 
@@ -158,14 +158,14 @@ Maybe by_nameplate(const SpeedProbe& p, const Machine& m, const VoltageFit& e)
     };
     constexpr double close = 0.06, far = 0.25;
     if (all(std::sqrt(3.0), std::sqrt(3.0), std::sqrt(3.0), close))
-        return Doubt{{col_v_d, col_v_q}, "line to line", evidence, "scale = 0.57735"};
+        return Doubt{{col_v_d, col_v_q}, "values line to line", evidence, "scale = 0.57735"};
     if (all(1, 1, std::sqrt(1.5), close))
         return Doubt{
-            {col_v_d, col_v_q, col_i_d, col_i_q}, "of the power-invariant scaling", evidence, "scale = 0.81650"};
+            {col_v_d, col_v_q, col_i_d, col_i_q}, "values of the power-invariant scaling", evidence, "scale = 0.81650"};
     if (all(1, 1, std::sqrt(0.5), close))
         return Doubt{{col_v_d, col_v_q, col_i_d, col_i_q}, "RMS values", evidence, "scale = 1.41421"};
-    if (all(1e-3, 1e-3, 1, far)) return Doubt{{col_i_d, col_i_q}, "in mA", evidence, "unit = \"mA\""};
-    if (all(1e3, 1e3, 1e3, far)) return Doubt{{col_v_d, col_v_q}, "in mV", evidence, "unit = \"mV\""};
+    if (all(1e-3, 1e-3, 1, far)) return Doubt{{col_i_d, col_i_q}, "mA", evidence, "unit = \"mA\""};
+    if (all(1e3, 1e3, 1e3, far)) return Doubt{{col_v_d, col_v_q}, "mV", evidence, "unit = \"mV\""};
     // R stands before i_d too, which is right.
     const bool between = r > 0.9 * std::fmin(l, 1.0) && r < 1.1 * std::fmax(l, 1.0);
     if (between && near(f, 1, close) && !near(l, 1, 0.2) && is_torque(p))
@@ -178,7 +178,7 @@ Maybe by_nameplate(const SpeedProbe& p, const Machine& m, const VoltageFit& e)
         return Doubt{{col_w_m}, "the electrical speed in rad/s", evidence, "unit = \"electrical rad/s\""};
     const double erpm = 30 / pi * poles;
     if (all(1, p.regime == Regime::dynamic ? 1 : 1 / erpm, 1 / erpm, 0.15) && poles > 1)
-        return Doubt{{col_w_m}, "in electrical rpm", evidence, "unit = \"erpm\""};
+        return Doubt{{col_w_m}, "electrical rpm", evidence, "unit = \"erpm\""};
     return {};
 }
 
@@ -199,7 +199,7 @@ Maybe by_pole_pairs(const SpeedProbe& p, const Machine& m, const VoltageFit& e)
     const double thousand = 1000 * poles;
     const double whole = m.pole_pairs.value_or(std::fmax(std::round(thousand), 1.0));
     if (thousand < 60 && near(thousand, whole, 0.05))
-        return Doubt{{col_t}, "in ms", fmt::format("{}, expected {:g}", evidence, whole), "unit = \"ms\""};
+        return Doubt{{col_t}, "ms", fmt::format("{}, expected {:g}", evidence, whole), "unit = \"ms\""};
     return {};
 }
 

@@ -11,7 +11,7 @@ namespace dqw {
 
 struct Doubt {
     std::vector<Column> columns;
-    std::string looks_like;  ///< "in mA", "the electrical speed"
+    std::string looks_like;  ///< "mA", "the electrical speed in rad/s", "the sign of i_q turned"
     std::string evidence;
     std::string correction;  ///< behind `from = "…", `: `unit = "mA"`; empty: said by looks_like
     bool of_time_or_speed() const;

@@ -7,7 +7,6 @@
 
 #include "app/base/columns.hpp"
 #include "app/base/text.hpp"
-#include "app/read/column_doubts.hpp"
 #include "app/read/join.hpp"
 #include "app/read/machine_file.hpp"
 #include "app/read/mapping.hpp"
@@ -15,9 +14,9 @@
 #include "app/read/row_parser.hpp"
 #include "app/read/slow_channel.hpp"
 #include "app/read/speed_of_angle.hpp"
-#include "app/read/speed_unit.hpp"
 #include "app/read/stamps.hpp"
 #include "app/read/time_base.hpp"
+#include "app/read/unit_warnings.hpp"
 
 namespace dqw {
 namespace {
@@ -96,6 +95,7 @@ private:
         for (std::size_t c = 0; c < column_count; ++c) in_file_[c] = import_.columns[c].has_value();
         if (!own_format() && !options_.survey) note(fmt::format("read as {} ({})", format_.name, format_.about));
         for (const std::string& text : import_.notes) note(text);
+        if (options_.given.period_s && !import_.row_period_s) note("--period changes nothing: the log has time");
         if (!opening_.head.units.empty() && own_format()) note("a line of units below the header");
         regime_ = hinted_regime();
         if (!options_.survey) require_columns();
@@ -371,49 +371,14 @@ private:
 
     void warn_of_units() const
     {
+        if (!options_.notes || !has_[col_w_m] || !complete(log_.regime, has_)) return;
         SpeedProbe probe;
         for (std::size_t c = 0; c < column_count; ++c)
             if (has_[c]) probe.column[c] = (log_.*(columns[c].values)).data();
         probe.rows = std::min(rows_, probe_rows);
         probe.median_dt_s = base_.median_s;
         probe.regime = log_.regime;
-        if (!options_.notes || !has_[col_w_m] || !complete(log_.regime, has_)) return;
-        bool of_speed = false;
-        for (const Doubt& doubt : column_doubts(probe, machine_.machine)) {
-            of_speed = of_speed || doubt.of_time_or_speed();
-            std::vector<std::string> names, lines;
-            for (const Column c : doubt.columns) {
-                names.emplace_back(columns[c].name);
-                lines.push_back(
-                    fmt::format("{} = {{ from = {}, {} }}", columns[c].name, source_name(c), doubt.correction));
-            }
-            options_.notes->push_back(
-                doubt.correction.empty()
-                    ? fmt::format("warning: {}: {}: it reads with {}: {}; put scale = -1, or the other axis' name, "
-                                  "under [columns] of the machine file",
-                                  path_, list(names), doubt.looks_like, doubt.evidence)
-                    : fmt::format("warning: {}: {}: the numbers look like {}: {}; if so, put {} under [columns] of the "
-                                  "machine file",
-                                  path_, list(names), doubt.looks_like, doubt.evidence, list(lines)));
-        }
-        if (!of_speed) warn_of_rpm(probe);
-    }
-
-    std::string source_name(Column c) const
-    {
-        const auto& fields = import_.columns[c]->expression.fields;
-        return shown(fields.empty() ? columns[c].name : opening_.head.fields[fields[0]], 200);
-    }
-
-    void warn_of_rpm(const SpeedProbe& probe) const
-    {
-        const auto evidence = evidence_of_rpm(probe, machine_.machine);
-        if (!evidence) return;
-        const double scale = 0.1047197551 * machine_.sources[col_w_m].scale;
-        options_.notes->push_back(
-            fmt::format("warning: {}: w_m_rad_s: the numbers look like rpm, not rad/s: {}; if so, put "
-                        "w_m_rad_s = {{ from = {}, scale = {:.6f} }} under [columns] of the machine file",
-                        path_, *evidence, source_name(col_w_m), scale));
+        for (const std::string& warning : unit_warnings(probe, import_, machine_)) options_.notes->push_back(warning);
     }
 
     void turn_voltages()
@@ -450,28 +415,7 @@ private:
         s.format = format_.name, s.about = format_.about, s.voltage = import_.voltage;
         s.rows_in_file = rows_in_file_, s.rows_kept = log_.rows() ? log_.rows() : rows_;
         s.left_out = left_out_, s.unused = unused_;
-        for (std::size_t c = 0; c < column_count; ++c) {
-            const auto& source = import_.columns[c];
-            if (!source) continue;
-            Survey::Column column;
-            column.name = columns[c].name, column.rule = source->expression.text, column.unit = source->unit;
-            for (const std::size_t f : source->expression.fields) {
-                const std::string name = printable(opening_.head.fields[f]);
-                if (std::find(column.from.begin(), column.from.end(), name) == column.from.end())
-                    column.from.push_back(name);
-            }
-            if (source->expression.linear() && source->expression.offset == 0.0 && column.from.size() == 1)
-                column.factor = source->expression.scale;
-            column.needs = source->needs;
-            const auto& v = values(c);
-            column.kept = has_[c] && !v.empty();
-            if (column.kept) {
-                column.first = v.front();
-                column.least = *std::min_element(v.begin(), v.end());
-                column.largest = *std::max_element(v.begin(), v.end());
-            }
-            s.columns.push_back(std::move(column));
-        }
+        s.columns = surveyed_columns(import_, log_, has_);
         for (const std::string& need : import_.missing_given) s.missing.push_back(how_to_give(need));
         for (const std::string& name : missing()) s.missing.push_back(name);
         const bool enough = rows_ >= fewest_rows(log_.regime);

@@ -105,8 +105,7 @@ const Format& format_for(const Head& head, const Format* json, const std::string
 {
     if (!name.empty()) {
         const Format& format = format_named(name);
-        if (head.headerless && format.recognises && !format.marks.empty()) require_marks(format, head);
-        if (!format.marks.empty()) require_marks(format, head);
+        require_marks(format, head);
         return format;
     }
     if (json) return *json;

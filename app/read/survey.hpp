@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "app/base/columns.hpp"
+#include "app/format/format.hpp"
 
 namespace dqw {
 
@@ -39,6 +39,9 @@ struct Survey {
     std::string regime_why;            ///< or why there is none
     std::vector<std::string> missing;  ///< by name, with the option that says it
 };
+
+/// What each column is made of, and the values that `log` has of those in `has`.
+std::vector<Survey::Column> surveyed_columns(const Import& import, const Log& log, const ColumnSet& has);
 
 /// `pole pairs` as a sentence that says how to give it.
 std::string how_to_give(const std::string& need);

@@ -172,11 +172,32 @@ static void a_damaged_file_is_read_or_refused_in_one_line(void)
     TEST_ASSERT_TRUE(read > 200 && refused > 200);
 }
 
+static void a_format_may_be_forced_on_any_file(void)
+{
+    const command::Folder folder;
+    const auto all = vendor::all();
+    for (const vendor::Written& w : all)
+        for (const dqw::Format* format : dqw::formats()) {
+            dqw::Survey survey;
+            dqw::ReadOptions options = options_of(survey);
+            options.format = format->name;
+            const std::string where = fmt::format("{} as {}", w.format, format->name);
+            try {
+                dqw::read_log(put(folder, w, w.text), options);
+            } catch (const dqw::InputError& error) {
+                const std::string what = error.what();
+                TEST_ASSERT_TRUE_MESSAGE(what.find('\n') == what.npos && what.find(folder / "x.") == 0, where.c_str());
+                TEST_ASSERT_TRUE_MESSAGE(std::strcmp(w.format, format->name) != 0, (where + what).c_str());
+            }
+        }
+}
+
 int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(what_was_written_is_read);
     RUN_TEST(every_format_has_a_writer);
     RUN_TEST(a_damaged_file_is_read_or_refused_in_one_line);
+    RUN_TEST(a_format_may_be_forced_on_any_file);
     return UNITY_END();
 }

@@ -260,6 +260,36 @@ static void what_is_no_log_is_refused_with_the_reason(void)
     TEST_ASSERT_DOUBLE_WITHIN(1e-9, 101 * 0.104719755119660, told.w_m_rad_s.front());
 }
 
+/// Whatever lies there, with what its machine file says; vendors' with their pole pairs. One has its d axis turned.
+static void no_right_log_is_warned_of(void)
+{
+    NEED_SAMPLES();
+    const std::string data = command::environment("DATA", "../shared/data");
+    std::size_t logs = 0;
+    for (const char* folder : {"", "/foreign", "/vendor"})
+        for (const auto& file : std::filesystem::directory_iterator(data + folder)) {
+            const std::string name = file.path().filename().string();
+            if (file.is_directory() || file.path().extension() == ".toml" || file.path().extension() == ".md") continue;
+            std::vector<std::string> notes;
+            dqw::Survey made;
+            dqw::ReadOptions options;
+            options.survey = &made, options.notes = &notes;
+            const bool actuator = name.find("tmotor") == 0, inverter = name.find("openinverter") != name.npos;
+            if (std::string("/vendor") == folder) options.pole_pairs = actuator ? 21 : inverter ? 4 : 7;
+            options.given.gear = 9;
+            if (inverter) options.given.v_dc_V = 350;
+            try {
+                dqw::read_log(file.path().string(), options);
+                ++logs;
+            } catch (const dqw::InputError&) {
+            }
+            bool warned = false;
+            for (const std::string& note : notes) warned = warned || note.find("warning: ") == 0;
+            TEST_ASSERT_TRUE_MESSAGE(warned == (name == "us_sign_d.csv"), name.c_str());
+        }
+    TEST_ASSERT_TRUE(logs > 40);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -273,5 +303,6 @@ int main(void)
     RUN_TEST(dynos_keep_their_rows_in_one_piece);
     RUN_TEST(apps_and_benches_are_read_for_what_they_are);
     RUN_TEST(what_is_no_log_is_refused_with_the_reason);
+    RUN_TEST(no_right_log_is_warned_of);
     return UNITY_END();
 }

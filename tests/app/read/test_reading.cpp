@@ -228,6 +228,27 @@ static void phases_are_turned(void)
     expect_refused(csv, "[columns]\ni_dq_A = { from = [\"ia\", \"ib\"], kind = \"line\" }\n", 2, "kind is \"line\"");
 }
 
+static void a_wrong_unit_is_warned_of_with_the_line_that_corrects_it(void)
+{
+    const command::Machine machine;
+    std::string text = "t_s,v_d_V,v_q_V,i_d_A,iq,w_m_rad_s\n";
+    for (std::size_t k = 0; k < 2000; ++k) {
+        const auto r = machine.row(k);
+        char line[200];
+        std::snprintf(line, sizeof line, "%.9g,%.12g,%.12g,%.12g,%.12g,%.12g\n", 1e-4 * static_cast<double>(k), r.v_d_V,
+                      r.v_q_V, 1e3 * r.i_d_A, 2e3 * r.i_q_A, r.w_m_rad_s);
+        text += line;
+    }
+    const std::string half = "[columns]\ni_q_A = { from = \"iq\", scale = 0.5 }\n";
+    read(text, half);
+    TEST_ASSERT_TRUE(noted("warning: "));
+    TEST_ASSERT_TRUE(noted("i_d_A = { from = \"i_d_A\", unit = \"mA\" }, i_q_A = { from = \"iq\", scale = 0.5, unit = "
+                           "\"mA\" } under [columns]"));
+    read(text, "[columns]\ni_d_A = { from = \"i_d_A\", unit = \"mA\" }\ni_q_A = { from = \"iq\", scale = 0.5, unit = "
+               "\"mA\" }\n");
+    TEST_ASSERT_FALSE(noted("warning: "));
+}
+
 static void a_format_nearly_there_says_what_differs(void)
 {
     expect_refused("ms_today;input_voltage;erpm;d_axis_current;q_axis_current;\n1;2;3;4;5;\n", "", 1,
@@ -295,6 +316,7 @@ int main(void)
     RUN_TEST(slow_channels_are_held_and_nothing_else);
     RUN_TEST(units_are_said_by_name);
     RUN_TEST(phases_are_turned);
+    RUN_TEST(a_wrong_unit_is_warned_of_with_the_line_that_corrects_it);
     RUN_TEST(a_format_nearly_there_says_what_differs);
     RUN_TEST(stamps_that_go_back_are_left_out_while_few);
     RUN_TEST(voltages_of_another_file_are_joined_where_nothing_moves);
