@@ -165,7 +165,7 @@ measured:
 .PHONY: bench
 bench:
 	@.ci/install build
-	@$(MAKE) --no-print-directory all $(C_BENCHES) $(BUILD)/tests/test_handover
+	@$(MAKE) --no-print-directory all $(C_BENCHES) $(BUILD)/bench/flux_map $(BUILD)/tests/test_handover
 	@BUILD=$(BUILD) $(STRANGERS_ENV) bench/run
 
 STRANGERS_ENV = CC="$(CC)" SUNLIBS="$(SUNLIBS)" SUNINC="$(MPIINC)"

@@ -17,6 +17,7 @@ const char* name_of(Plot::Kind kind)
     case Plot::Kind::lines: return "lines";
     case Plot::Kind::points: return "points";
     case Plot::Kind::bars: return "bars";
+    case Plot::Kind::bands: return "bands";
     case Plot::Kind::band: break;
     }
     return "band";

@@ -23,6 +23,9 @@
   // A value with its bounds, and a second line without.
   const bandRows = (plot) => plot.rows.map(([x, value, low, high, ...others]) => [x, value === null ? null : [low, value, high], ...others.map((v) => (v === null ? null : [v, v, v]))]);
 
+  // Each series with its bounds.
+  const bandsRows = (plot) => plot.rows.map((row) => [row[0], ...plot.series.map((_, k) => (row[1 + 3 * k] === null ? null : [row[2 + 3 * k], row[1 + 3 * k], row[3 + 3 * k]]))]);
+
   // Bars from zero, the second series narrower and in front of the first.
   function bars(e) {
     const points = e.points;
@@ -93,7 +96,7 @@
       axes: { x: Object.assign({ pixelsPerLabel: 60, axisLabelFormatter: number(7) }, plot.x.endsWith("[\u00b0]") ? { ticker: degrees } : {}), y: { pixelsPerLabel: 34, axisLabelWidth: 54, axisLabelFormatter: number(5) } },
       xRangePad: points || plot.kind === "bars" ? 8 : 0, yRangePad: plot.kind === "bars" || plot.log ? 0 : 6,
       includeZero: plot.kind === "bars", logscale: plot.log, underlayCallback: shade(plot),
-      customBars: plot.kind === "band", fillAlpha: 0.25, valueRange: plot.range,
+      customBars: plot.kind === "band" || plot.kind === "bands", fillAlpha: 0.25, valueRange: plot.range,
       animatedZooms: false, rightGap: 8,
     };
   }
@@ -101,7 +104,7 @@
   function draw() {
     for (const graph of graphs) graph.destroy();
     graphs = plots.map((plot, k) => {
-      const rows = plot.kind === "points" ? mergedRows(plot) : plot.kind === "band" ? bandRows(plot) : plot.rows;
+      const rows = plot.kind === "points" ? mergedRows(plot) : plot.kind === "band" ? bandRows(plot) : plot.kind === "bands" ? bandsRows(plot) : plot.rows;
       return new Dygraph(places[k], rows, options(plot, places[k].parentElement.querySelector(".key")));
     });
   }

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "app/trace/map_plots.hpp"
 #include "app/trace/plot_axes.hpp"
 
 namespace dqw {
@@ -212,7 +213,8 @@ Plot key_plot(const TraceResult& trace)
 std::vector<PlotGroup> plot_groups(const TraceResult& trace)
 {
     std::vector<PlotGroup> groups;
-    for (PlotGroup& group : std::vector<PlotGroup>{predictions(trace), residual_group(trace), spectra(trace)})
+    for (PlotGroup& group :
+         std::vector<PlotGroup>{map_group(trace.map), predictions(trace), residual_group(trace), spectra(trace)})
         if (!group.plots.empty()) groups.push_back(std::move(group));
     return groups;
 }

@@ -11,6 +11,7 @@ struct FluxNode {
     double psi_d_Wb = 0, psi_q_Wb = 0, sd_d_Wb = 0, sd_q_Wb = 0;
     double L_dd_H = 0, L_dq_H = 0, L_qq_H = 0;  ///< incremental
     bool seen = false;                          ///< the log was here
+    double sd_dd_H = 0, sd_qq_H = 0;            ///< of L_dd, L_qq
 };
 
 /// Empty: there is none.

@@ -200,8 +200,8 @@ std::vector<FluxNode> nodes_of(const Refined& r, const Eigen::MatrixXd& c, const
             m.i_d = i_d, m.i_q = i_q;
             Vector2 f, g{m.psi + m.Ld * i_d, m.Lq * i_q};
             double by_f[4] = {}, by_g[4] = {};
-            Eigen::MatrixXd by = Eigen::MatrixXd::Zero(2, at.columns());
-            by(0, 1) = i_d, by(1, 2) = i_q, by(0, 3) = 1.0;
+            Eigen::MatrixXd by = Eigen::MatrixXd::Zero(4, at.columns());
+            by(0, 1) = i_d, by(1, 2) = i_q, by(0, 3) = 1.0, by(2, 1) = by(3, 2) = 1.0;
             Eigen::Index j = at.base.size() + at.gain.size();
             for (const Term& t : at.terms) {
                 // An angle that is off turns the log's axes: the map is as the controller sees it.
@@ -210,14 +210,19 @@ std::vector<FluxNode> nodes_of(const Refined& r, const Eigen::MatrixXd& c, const
                     evaluate_slope(t.input, t.weights.data(), m, by_f, by_g);
                     Vector2 each_f[kMostWeights], each_g[kMostWeights];
                     evaluate(t.input, m, each_f, each_g, t.weights.data());
-                    for (int w = 0; w < weights_of(t.input.law); ++w)
+                    for (int w = 0; w < weights_of(t.input.law); ++w) {
+                        double unit[kMostWeights] = {}, f_slope[4] = {}, g_slope[4] = {};
+                        unit[w] = 1.0;
+                        evaluate_slope(t.input, unit, m, f_slope, g_slope);
                         by(0, j + w) = each_g[w].d, by(1, j + w) = each_g[w].q;
+                        by(2, j + w) = g_slope[0], by(3, j + w) = g_slope[3];
+                    }
                 }
                 j += weights_of(t.input.law) + free_shapes_of(t.input);
             }
             node.psi_d_Wb = g.d, node.psi_q_Wb = g.q;
-            node.sd_d_Wb = std::sqrt(by.row(0).dot(c * by.row(0).transpose()));
-            node.sd_q_Wb = std::sqrt(by.row(1).dot(c * by.row(1).transpose()));
+            const Eigen::VectorXd sd = (by * c).cwiseProduct(by).rowwise().sum().cwiseMax(0.0).cwiseSqrt();
+            node.sd_d_Wb = sd[0], node.sd_q_Wb = sd[1], node.sd_dd_H = sd[2], node.sd_qq_H = sd[3];
             node.L_dd_H = m.Ld + by_g[0], node.L_dq_H = by_g[1], node.L_qq_H = m.Lq + by_g[3];
             nodes.push_back(node);
         }
@@ -298,6 +303,8 @@ FluxMap flux_map_of(const TraceSetup& setup, const Refined& best)
             for (std::size_t k = 0; k < other.size(); ++k) {
                 add_square(other[k].psi_d_Wb - map.nodes[k].psi_d_Wb, map.nodes[k].sd_d_Wb);
                 add_square(other[k].psi_q_Wb - map.nodes[k].psi_q_Wb, map.nodes[k].sd_q_Wb);
+                add_square(other[k].L_dd_H - map.nodes[k].L_dd_H, map.nodes[k].sd_dd_H);
+                add_square(other[k].L_qq_H - map.nodes[k].L_qq_H, map.nodes[k].sd_qq_H);
             }
         }
     }

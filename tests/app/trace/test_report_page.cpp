@@ -335,6 +335,29 @@ static void a_million_rows_are_a_small_page(void)
     }
 }
 
+/// psi_d = 0.1 + 2e-3 i_d, psi_q = 5e-3 i_q; the corner of both largest currents was not seen.
+static void a_map_is_drawn_where_the_log_was(void)
+{
+    auto report = trace_sample::report("partly_explained", 100);
+    const std::string without = dqw::report_page(report);
+    for (int k = -2; k <= 2; ++k) report.trace.map.i_d_A.push_back(k), report.trace.map.i_q_A.push_back(2 * k);
+    for (int d = -2; d <= 2; ++d)
+        for (int q = -2; q <= 2; ++q)
+            report.trace.map.nodes.push_back(
+                {0.1 + 2e-3 * d, 0.01 * q, 1e-3, 2e-3, 2e-3, 0, 5e-3, d < 2 || q < 2, 1e-5, 2e-5});
+    const std::string page = dqw::report_page(report);
+    TEST_ASSERT_EQUAL_size_t(4, count(page, "\"bands\"") - count(without, "\"bands\""));
+    holds(page, "ψ_d over i_d at i_q = 0 (none), 2 (half), 4 A (most)");
+    const auto groups = dqw::plot_groups(report.trace);
+    const dqw::Plot& psi_d = groups.front().plots.front();
+    TEST_ASSERT_EQUAL_size_t(10, psi_d.columns.size());
+    TEST_ASSERT_DOUBLE_WITHIN(1e-12, 0.098, psi_d.columns[1][1]);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-12, 0.096, psi_d.columns[2][1]);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-12, 0.100, psi_d.columns[3][1]);
+    TEST_ASSERT_DOUBLE_IS_NAN(psi_d.columns[7][4]);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-12, 0.104, psi_d.columns[4][4]);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -353,5 +376,6 @@ int main(void)
     RUN_TEST(no_name_breaks_out_of_the_page);
     RUN_TEST(the_page_asks_for_nothing_from_outside);
     RUN_TEST(a_million_rows_are_a_small_page);
+    RUN_TEST(a_map_is_drawn_where_the_log_was);
     return UNITY_END();
 }

@@ -1,0 +1,71 @@
+#include "app/trace/map_plots.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "app/base/text.hpp"
+
+namespace dqw {
+namespace {
+
+/// One quantity over one current, at none, half and most of the other that the log saw.
+Plot over_current(const FluxMap& map, bool over_d, const char* name, const char* unit, double FluxNode::*value,
+                  double FluxNode::*sd)
+{
+    const std::vector<double>&x = over_d ? map.i_d_A : map.i_q_A, &other = over_d ? map.i_q_A : map.i_d_A;
+    const auto node = [&](std::size_t a, std::size_t b) -> const FluxNode& {
+        return over_d ? map.at(a, b) : map.at(b, a);
+    };
+    const auto zero = static_cast<std::size_t>(
+        std::min_element(other.begin(), other.end(), [](double a, double b) { return std::abs(a) < std::abs(b); }) -
+        other.begin());
+    // The farthest of which the log saw some stretch; of two sides alike the upper.
+    constexpr int kStretch = 3;
+    std::size_t most = zero;
+    for (std::size_t b = 0; b < other.size(); ++b) {
+        int seen = 0;
+        for (std::size_t a = 0; a < x.size(); ++a) seen += node(a, b).seen ? 1 : 0;
+        if (seen >= kStretch && std::abs(other[b]) >= std::abs(other[most])) most = b;
+    }
+    const std::size_t at[3] = {zero, (zero + most) / 2, most};
+    Plot plot;
+    plot.kind = Plot::Kind::bands;
+    plot.title = with_minus(fmt::format("{} over {} at {} = {:.3g} (none), {:.3g} (half), {:.3g} A (most)", name,
+                                        over_d ? "i_d" : "i_q", over_d ? "i_q" : "i_d", other[at[0]] + 0.0,
+                                        other[at[1]], other[at[2]]));
+    plot.x_label = over_d ? "i_d [A]" : "i_q [A]";
+    plot.y_label = fmt::format("{} [{}]", name, unit);
+    plot.series = {"none", "half", "most"};
+    plot.columns.resize(1 + 3 * plot.series.size());
+    for (std::size_t a = 0; a < x.size(); ++a) {
+        plot.columns[0].push_back(x[a]);
+        for (std::size_t k = 0; k < plot.series.size(); ++k) {
+            const FluxNode& n = node(a, at[k]);
+            const double v = n.seen ? n.*value : std::nan("");
+            plot.columns[1 + 3 * k].push_back(v);
+            plot.columns[2 + 3 * k].push_back(v - 2 * n.*sd), plot.columns[3 + 3 * k].push_back(v + 2 * n.*sd);
+        }
+    }
+    return plot;
+}
+
+}  // namespace
+
+PlotGroup map_group(const FluxMap& map)
+{
+    PlotGroup group{
+        "Flux map",
+        "Flux linkage and incremental inductance where the log was, within two deviations. flux_map.csv has "
+        "them over the whole plane.",
+        {}};
+    if (map.empty()) return group;
+    group.plots = {over_current(map, true, "ψ_d", "Wb", &FluxNode::psi_d_Wb, &FluxNode::sd_d_Wb),
+                   over_current(map, false, "ψ_q", "Wb", &FluxNode::psi_q_Wb, &FluxNode::sd_q_Wb),
+                   over_current(map, true, "L_dd", "H", &FluxNode::L_dd_H, &FluxNode::sd_dd_H),
+                   over_current(map, false, "L_qq", "H", &FluxNode::L_qq_H, &FluxNode::sd_qq_H)};
+    return group;
+}
+
+}  // namespace dqw
