@@ -134,4 +134,25 @@ Eigen::VectorXd spread_over_laws(const TraceSetup& setup, const Refined& best)
     return spread;
 }
 
+Eigen::VectorXd hidden_loss(const TraceSetup& setup, const Point& plain, const Point& lossy)
+{
+    // Of the largest voltage: what dead times of 0.5 to 2 us take at 10 to 20 kHz.
+    constexpr double kUsualLoss = 0.02;
+    const Model& model = setup.search();
+    Eigen::VectorXd hidden = Eigen::VectorXd::Zero(plain.columns());
+    const Refined without = refine(model, plain, kPasses), with = refine(model, lossy, kPasses);
+    if (!without.ok || !with.ok) return hidden;
+    double most_V = 0.0;
+    for (const Log& log : *setup.logs)
+        for (std::size_t k = 0; k < log.v_d_V.size(); ++k)
+            most_V = std::max(most_V, std::hypot(log.v_d_V[k], log.v_q_V[k]));
+    const Eigen::Index weight = plain.base.size() + plain.gain.size();
+    const double sd_V = deviations(model, with)[weight], loss_V = with.point.values()[weight];
+    if (!std::isfinite(sd_V) || !(sd_V > 0.0)) return hidden;
+    const double odds = std::exp(0.5 * std::pow(loss_V / sd_V, 2)) / std::hypot(1.0, kUsualLoss * most_V / sd_V);
+    const double probable = std::isfinite(odds) ? odds / (1.0 + odds) : 1.0;
+    hidden.head(plain.base.size()) = std::sqrt(probable) * (with.point.base - without.point.base).cwiseAbs();
+    return hidden;
+}
+
 }  // namespace dqw

@@ -21,5 +21,9 @@ Refined settle_loss(const TraceSetup& setup, const Model& model, Refined found);
 /// tell from it, or that fits no worse beside it than it itself does beside the noise; 0 where it has no dead time.
 Eigen::VectorXd spread_over_laws(const TraceSetup& setup, const Refined& best);
 
+/// Deviation of the machine's parameters by a loss of the inverter that the log neither shows nor excludes, (E124): of
+/// `plain`, from `lossy`, the same model with a dead time. Costs two fits.
+Eigen::VectorXd hidden_loss(const TraceSetup& setup, const Point& plain, const Point& lossy);
+
 }  // namespace dqw
 #endif

@@ -298,6 +298,14 @@ TracePartial partial_of(const TraceSetup& setup, const Judge& judge, const Selec
     return partial;
 }
 
+/// What a dead time that is not named may hide in the machine's parameters.
+Eigen::VectorXd hidden_loss_of(const TraceSetup& setup, const Selection& s)
+{
+    for (const auto& [name, point] : s.alone)
+        if (s.found.empty() && name == name_of(Law::dead_time)) return hidden_loss(setup, s.plain.point, point);
+    return Eigen::VectorXd::Zero(s.plain.point.columns());
+}
+
 /// A search and its judge; `judge` refers to `setup`.
 struct Search {
     std::unique_ptr<TraceSetup> setup;
@@ -451,8 +459,10 @@ TraceResult trace(const std::vector<Log>& logs, const TraceOptions& options)
         noise = noise_of(*setup, s.best.point), after = before;
     }
     const double floor = result.noise_floor = noise.floor;
-    const Eigen::VectorXd plain_sd = whole_deviations(*setup, *setup->full, s.plain),
-                          spread = spread_over_laws(*setup, s.best) + spread_over_cells(*setup, s.best);
+    const Eigen::VectorXd
+        hidden = hidden_loss_of(*setup, s),
+        plain_sd = (whole_deviations(*setup, *setup->full, s.plain).array().square() + hidden.array().square()).sqrt(),
+        spread = spread_over_laws(*setup, s.best) + spread_over_cells(*setup, s.best);
     const Eigen::VectorXd whole = whole_deviations(*setup, *setup->full, s.best),
                           sd = (whole.array().square() + spread.array().square()).sqrt();
     result.before = fit_of(*setup, judge, plain, plain_sd);

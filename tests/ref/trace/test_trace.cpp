@@ -51,6 +51,29 @@ void clean_log_has_nothing()
     TEST_ASSERT_TRUE(r.map.empty());
 }
 
+/// In 10 % noise half a volt of dead time is not seen, and R takes it up: 1.0 for 0.9 ohm.
+void a_loss_that_noise_hides_is_in_the_deviation_of_R()
+{
+    if (slow_kind()) TEST_IGNORE_MESSAGE("takes long under the sanitizers");
+    const auto R_of = [](const char* volt) {
+        const TraceResult r = dqw::trace(
+            one_log("servo", {"duration_s=0.5", "noise=0.1", volt, "nonideal.dead_time_width_A=0.5"}));
+        TEST_ASSERT_EQUAL_STRING("clean", r.verdict.c_str());
+        for (const dqw::Estimate& e : r.after.parameters)
+            if (e.name == "R_ohm") return e;
+        return dqw::Estimate{};
+    };
+    // Without the part that it hides, 6 deviations off.
+    const dqw::Estimate lossy = R_of("nonideal.dead_time_V=0.5");
+    TEST_ASSERT_TRUE(lossy.value > 0.95);
+    TEST_ASSERT_DOUBLE_WITHIN(3.0 * lossy.sd, 0.9, lossy.value);
+    TEST_ASSERT_TRUE(lossy.sd < 0.15);
+    // Where there is none it widens little.
+    const dqw::Estimate ideal = R_of("nonideal.dead_time_V=0");
+    TEST_ASSERT_DOUBLE_WITHIN(3.0 * ideal.sd, 0.9, ideal.value);
+    TEST_ASSERT_TRUE(ideal.sd < 0.02);
+}
+
 void dead_time_does_not_stay_in_R()
 {
     if (slow_kind()) TEST_IGNORE_MESSAGE("takes long under the sanitizers");
@@ -271,6 +294,7 @@ int main()
 {
     UNITY_BEGIN();
     RUN_TEST(clean_log_has_nothing);
+    RUN_TEST(a_loss_that_noise_hides_is_in_the_deviation_of_R);
     RUN_TEST(dead_time_does_not_stay_in_R);
     RUN_TEST(each_single_effect_is_named);
     RUN_TEST(deviations_cover_the_errors);
