@@ -86,7 +86,8 @@ std::vector<std::string> effects_for(const Setup& s)
     case dqw::Regime::steady:
         return {"dead_time", "saturation",   "cross_saturation", "winding_temperature", "magnet_temperature",
                 "iron_loss", "angle_offset", "skin_effect",      "voltage_offset"};
-    case dqw::Regime::dynamic: break;
+    case dqw::Regime::dynamic:
+    case dqw::Regime::polled: break;
     }
     std::vector<std::string> names = {"dead_time",           "saturation",         "cross_saturation",
                                       "winding_temperature", "magnet_temperature", "iron_loss",

@@ -32,6 +32,7 @@ const char* name_of(Regime regime)
     case Regime::dynamic: return "dynamic";
     case Regime::steady: return "steady";
     case Regime::standstill: return "standstill";
+    case Regime::polled: return "polled";
     case Regime::mechanical: break;
     }
     return "mechanical";
@@ -39,7 +40,7 @@ const char* name_of(Regime regime)
 
 std::optional<Regime> regime_named(std::string_view name)
 {
-    for (const Regime r : {Regime::dynamic, Regime::steady, Regime::standstill, Regime::mechanical})
+    for (const Regime r : {Regime::dynamic, Regime::steady, Regime::standstill, Regime::mechanical, Regime::polled})
         if (name == name_of(r)) return r;
     return {};
 }
@@ -67,7 +68,7 @@ std::vector<std::string> missing_columns(Regime regime, const ColumnSet& has, bo
         if (!has[c]) missing.push_back(columns[c].name);
     };
     const bool electrical = regime != Regime::mechanical;
-    if (regime == Regime::dynamic || !electrical) need(col_t);
+    if (regime == Regime::dynamic || regime == Regime::polled || !electrical) need(col_t);
     if (electrical)
         for (const Column c : {col_v_d, col_v_q, col_i_d, col_i_q}) need(c);
     if (regime != Regime::standstill) need(col_w_m);
@@ -88,6 +89,7 @@ ColumnSet columns_of_plain_model(Regime regime)
         use[col_torque] = use[col_torque_cmd] = true;
     else
         use[col_v_d] = use[col_v_q] = use[col_i_d] = true;
+    use[col_v_dc] = regime == Regime::polled;
     return use;
 }
 

@@ -6,6 +6,7 @@
 #include "app/base/progress.hpp"
 #include "app/cmd/logs.hpp"
 #include "app/firmware/q15_config.hpp"
+#include "app/report/datasheet.hpp"
 #include "app/report/report.hpp"
 #include "app/report/sense.hpp"
 #include "ref/fit/fit.hpp"
@@ -18,14 +19,17 @@ int estimate(const std::string& name, const Options& options, decltype(estimate_
 {
     std::vector<std::string> notes;
     const LearnConfig config = asked_effects(options.config_file, options.effects);
-    const std::vector<Log> logs = read_logs(options.logs, options, !config.inputs.empty(), notes, name == "fit");
+    const bool fits = name == "fit", plain = config.inputs.empty();
+    const std::vector<Log> logs = read_logs(options.logs, options, !plain, notes, fits, fits && plain);
     Estimated estimated = with_logs(logs, [&] { return estimator(logs, options, config); });
     Result& result = estimated.result;
     check_sense(logs, result);
     name_what_was_left_out(result, options.parameters);
     result.notes.insert(result.notes.begin(), notes.begin(), notes.end());
     const Machine& nominal = logs.front().machine;
-    const std::string json = json_text(result_json(result, nominal, estimated.effects));
+    auto object = result_json(result, nominal, estimated.effects);
+    if (fits && result.regime != Regime::mechanical) object["datasheet"] = datasheet_json(result);
+    const std::string json = json_text(object);
     if (options.out_given) {
         make_directory(options.out_dir);
         write_file(path_in(options.out_dir, name + ".json"), json);
@@ -33,7 +37,9 @@ int estimate(const std::string& name, const Options& options, decltype(estimate_
             write_file(path_in(options.out_dir, "dqw_q15_config.h"), estimated.q15_config);
     }
     print_notes(result.notes);
-    print(options.json ? json : result_text(result, nominal, estimated.effects));
+    print(options.json ? json
+                       : result_text(result, nominal, estimated.effects) +
+                             (fits && result.regime != Regime::mechanical ? datasheet_text(result) : ""));
     return result.not_identifiable.empty() ? exit_done : exit_not_identifiable;
 }
 
@@ -64,7 +70,12 @@ Estimated estimate_by_fit(const std::vector<Log>& logs, const Options& options, 
 {
     Progress progress("fitting");
     const std::vector<std::string> names = effects_of(config);
-    if (names.empty()) return {fit(logs, {options.parameters, progress.callback()}), {}};
+    if (names.empty()) {
+        Estimated plain{fit(logs, {options.parameters, progress.callback()}), {}, {}};
+        if (!plain.result.dead_time.empty())
+            plain.effects.push_back({"dead_time", plain.result.dead_time, 0.0, {}, ""});
+        return plain;
+    }
     const EffectFit found = fit_effects(logs, names, options.parameters, progress.callback());
     return {found.result, found.effects};
 }

@@ -9,6 +9,7 @@
 #include "app/base/progress.hpp"
 #include "app/base/text.hpp"
 #include "app/read/join.hpp"
+#include "ref/fit/polled.hpp"
 
 namespace dqw {
 namespace {
@@ -107,6 +108,17 @@ Log joined(const Files& source, const ReadOptions& options)
     return log;
 }
 
+/// Of polled logs the settled rows, as settled points; others as they are.
+std::vector<Log> settled(const std::vector<Log>& logs, std::vector<std::string>& notes)
+{
+    if (logs.empty() || logs.front().regime != Regime::polled) return logs;
+    const std::vector<Log> out = with_logs(logs, [&] { return settled_logs(logs); });
+    for (std::size_t i = 0; i < logs.size(); ++i)
+        notes.push_back(fmt::format("{}: polled: {} of {} settled rows, read as settled points", logs[i].path,
+                                    out[i].rows(), counted(logs[i].rows(), "row")));
+    return out;
+}
+
 }  // namespace
 
 ReadOptions read_options(const Options& options)
@@ -120,7 +132,7 @@ ReadOptions read_options(const Options& options)
 }
 
 std::vector<Log> read_logs(const std::vector<std::string>& paths, const Options& options, bool all_columns,
-                           std::vector<std::string>& notes, bool angle)
+                           std::vector<std::string>& notes, bool angle, bool polled)
 {
     std::vector<Log> logs;
     Progress progress("reading");
@@ -144,7 +156,7 @@ std::vector<Log> read_logs(const std::vector<std::string>& paths, const Options&
     Machine machine;
     for (const Log& log : logs) complete(machine, log.machine);
     for (Log& log : logs) log.machine = machine;
-    return logs;
+    return polled ? logs : settled(logs, notes);
 }
 
 InputError refused(const Log& log, std::string what)

@@ -17,9 +17,10 @@ namespace dqw {
 ReadOptions read_options(const Options& options);
 
 /// Reads logs of one machine and one regime, for a joint estimate: what one machine file says holds for all. Without
-/// `all_columns` only those of a plain fit are kept, and with `angle` the electrical angle. Throws InputError.
+/// `all_columns` only those of a plain fit are kept, and with `angle` the electrical angle. Unless `polled`
+/// of a polled log its settled rows, as settled points. Throws InputError.
 std::vector<Log> read_logs(const std::vector<std::string>& paths, const Options& options, bool all_columns,
-                           std::vector<std::string>& notes, bool angle = false);
+                           std::vector<std::string>& notes, bool angle = false, bool polled = false);
 
 /// What an estimator says of a log, which it may begin with the log's name, behind the log's last line.
 InputError refused(const Log& log, std::string what);

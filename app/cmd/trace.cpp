@@ -73,7 +73,11 @@ void write_flux_map(const TraceResult& trace, const Options& options)
 int trace_command(const Options& options)
 {
     std::vector<std::string> notes;
-    const std::vector<Log> logs = read_logs(options.logs, options, true, notes);
+    const std::vector<Log> logs = read_logs(options.logs, options, true, notes, false, true);
+    if (logs.front().regime == Regime::polled)
+        throw InputError(logs.front().path, 1,
+                         "a polled log: errors of its rows last longer than those that trace can judge, and would be "
+                         "given names; expected a log of another regime (fit takes this one)");
     // What cannot be written is said before the work, not after.
     make_directory(options.out_dir);
     TraceReport report;

@@ -32,6 +32,7 @@ std::size_t fewest_rows(Regime regime)
     case Regime::mechanical: return 20;
     case Regime::steady: return 3;
     case Regime::standstill: return 2;
+    case Regime::polled: return 8;
     }
     return 2;
 }
@@ -118,7 +119,7 @@ private:
     std::optional<Regime> hinted_regime() const
     {
         if (machine_.regime) return machine_.regime;
-        if (import_.polled && complete(Regime::steady, in_file_)) return Regime::steady;
+        if (import_.polled && complete(Regime::polled, in_file_)) return Regime::polled;
         if (import_.regime && (complete(*import_.regime, in_file_) || *import_.regime == Regime::mechanical))
             return import_.regime;
         return regime_of_columns(in_file_);
@@ -295,10 +296,8 @@ private:
         log_.observed = machine_.observed;
         log_.voltage_error_V = machine_.voltage_error_V;
         const bool of_format = !machine_.regime && regime_ && !own_format();
-        polled_ = machine_.regime ? machine_.polled : of_format && import_.polled && regime_ == Regime::steady;
         if (machine_.regime || of_format) {
             log_.regime = *regime_;
-            if (polled_) note("a polled log, read as steady: rows in motion mislead");
             if (of_format) regime_why_ = "what the format's rows are good for";
             return;
         }
@@ -420,7 +419,7 @@ private:
         for (const std::string& name : missing()) s.missing.push_back(name);
         const bool enough = rows_ >= fewest_rows(log_.regime);
         if (complete(log_.regime, has_) && enough)
-            s.regime = polled_ ? "polled" : name_of(log_.regime), s.regime_why = regime_why_;
+            s.regime = name_of(log_.regime), s.regime_why = regime_why_;
         else
             s.regime_why = enough ? "columns are missing"
                                   : fmt::format("{} only; at least {} are needed", counted(rows_, "row"),
@@ -441,7 +440,7 @@ private:
     std::vector<std::string> unused_;
     std::string regime_why_ = "as the machine file says";
     std::size_t rows_ = 0, rows_in_file_ = 0;
-    bool moves_ = false, polled_ = false;
+    bool moves_ = false;
     std::size_t line_shift_ = 0;  // lines skipped so far
     std::vector<std::pair<std::size_t, std::size_t>> line_shifts_;
     TimeBase base_;

@@ -207,8 +207,7 @@ private:
             const std::string key(key_.str());
             if (key == "regime") {
                 const std::string name = string(key, node);
-                file_.polled = name == "polled";
-                file_.regime = file_.polled ? Regime::steady : regime_named(name);
+                file_.regime = regime_named(name);
                 if (!file_.regime)
                     refuse(node, fmt::format("regime is {}; expected dynamic, steady, standstill, mechanical or polled",
                                              shown(name)));

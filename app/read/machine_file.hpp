@@ -34,7 +34,6 @@ struct MachineFile {
     std::string path;  ///< empty: there is none
     Machine machine;
     std::optional<Regime> regime;
-    bool polled = false;  ///< then the regime is steady, until polled logs have an estimator of their own
     bool voltage_previous = false;
     std::string modulation;        ///< empty: nothing is said
     bool observed = false;         ///< the angle is an observer's

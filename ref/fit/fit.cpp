@@ -6,6 +6,7 @@
 #include "ref/fit/dynamic.hpp"
 #include "ref/fit/explain.hpp"
 #include "ref/fit/mechanical.hpp"
+#include "ref/fit/polled.hpp"
 #include "ref/fit/static.hpp"
 #include "ref/fit/task.hpp"
 #include "ref/log/piece.hpp"
@@ -41,6 +42,7 @@ const char* name_of(Regime regime)
     case Regime::dynamic: return "dynamic";
     case Regime::steady: return "steady";
     case Regime::standstill: return "standstill";
+    case Regime::polled: return "polled";
     default: return "mechanical";
     }
 }
@@ -59,7 +61,8 @@ void need(const Log& log, const std::vector<double>& column, const char* name)
 void check_columns(const Log& log)
 {
     switch (log.regime) {
-    case Regime::dynamic: need(log, log.t_s, "t_s"); [[fallthrough]];
+    case Regime::dynamic:
+    case Regime::polled: need(log, log.t_s, "t_s"); [[fallthrough]];
     case Regime::steady:
         need(log, log.w_m_rad_s, "w_m_rad_s");
         need(log, log.v_d_V, "v_d_V"), need(log, log.v_q_V, "v_q_V");
@@ -123,6 +126,7 @@ Result fit(const std::vector<Log>& logs, const FitOptions& options)
         };
     Result result = regime == Regime::dynamic      ? fit_dynamic(task)
                     : regime == Regime::mechanical ? fit_mechanical(task)
+                    : regime == Regime::polled     ? fit_polled(task)
                                                    : fit_static(task);
     if (task.by_angle)
         result.notes.push_back("pole pairs found: " + std::to_string(static_cast<int>(*task.pole_pairs)) +

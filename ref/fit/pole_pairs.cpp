@@ -51,7 +51,7 @@ void report_pole_pairs(Task& task, const PolePairs& p, double product, double pr
     }
     result.not_identifiable.push_back(n);
     // No machine has a part of a pole pair: the fit, and what turns with it, took up what the model lacks.
-    if (p.real.verdict == Verdict::determined && std::abs(p.real.value - p.whole) > kDeviations * p.real.sd)
+    if (p.sought && p.real.verdict == Verdict::determined && std::abs(p.real.value - p.whole) > kDeviations * p.real.sd)
         for (const char* name : {"Ld_H", "Lq_H", "psi_Wb"})
             withhold(task, name,
                      "the pole pairs come out as " + figure(p.real.value) + ", " +

@@ -9,7 +9,8 @@
 
 namespace dqw {
 
-enum class Regime { dynamic, steady, standstill, mechanical };
+/// polled: currents and voltages are means over the interval before their row, the speed is an instant.
+enum class Regime { dynamic, steady, standstill, mechanical, polled };
 
 /// What the machine file says. Nominal values are starting points and bases, never a prior.
 struct Machine {

@@ -41,6 +41,7 @@ struct Result {
     std::size_t rows = 0;
     Regime regime = Regime::dynamic;
     std::vector<Estimate> parameters;
+    std::vector<Estimate> dead_time;  ///< voltage_V, where a polled log tells it from R
     std::vector<NotIdentifiable> not_identifiable;
     double residual_rms = 0.0;  ///< over all blocks and axes
     std::string residual_unit = "V";

@@ -1,0 +1,269 @@
+#include "ref/fit/polled_solve.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace dqw {
+namespace {
+
+using Matrix = Eigen::MatrixXd;
+using Vector = Eigen::VectorXd;
+
+constexpr int kRounds = 4;          // of weights that depend on what is found
+constexpr double kQuietest = 0.35;  // of the rows
+constexpr double kMoving = 4.0;     // times the quiet rows' residual: left out
+constexpr std::size_t kParts = 8;   // stretches that are held out in turn
+
+std::vector<int> free_of(const PolledForm& f)
+{
+    std::vector<int> out;
+    const bool free[] = {f.R, f.Ld && !f.one_L, f.Lq, f.psi, f.V, f.tau, f.late};
+    for (int j = 0; j < kPolledWeights; ++j)
+        if (free[j]) out.push_back(j);
+    return out;
+}
+
+/// One row's equations; `turn` is what the frame is known to be off by, per electrical speed.
+struct Equations {
+    Eigen::Matrix<double, 2, kPolledWeights> x;
+    Eigen::Vector2d y;
+};
+
+Equations equations(const PolledRow& r, bool one_L, double turn_s)
+{
+    const double c = std::cos(turn_s * r.w_rad_s), s = std::sin(turn_s * r.w_rad_s);
+    Equations e;
+    e.y = {c * r.v_V[0] + s * r.v_V[1], c * r.v_V[1] - s * r.v_V[0]};
+    const double size = std::max(r.i_abs_A, 1e-12);
+    e.x.row(0) << r.i_A[0], r.di_A_s[0], -r.wi_A_rad_s[1], 0.0, r.i_A[0] / size, -r.w_rad_s * e.y[1], 0.0;
+    e.x.row(1) << r.i_A[1], r.wi_A_rad_s[0], r.di_A_s[1], r.w_rad_s, r.i_A[1] / size, r.w_rad_s * e.y[0], r.dw_rad_s2;
+    if (one_L) e.x.col(kPolledLq) += e.x.col(kPolledLd), e.x.col(kPolledLd).setZero();
+    return e;
+}
+
+struct Sums {
+    Matrix gram;
+    Vector moment;
+};
+
+class Problem {
+public:
+    Problem(const std::vector<PolledRow>& rows, const PolledForm& form) : rows_(rows), form_(form), free_(free_of(form))
+    {
+        build(0.0);
+    }
+
+    const std::vector<int>& free() const { return free_; }
+
+    /// Weighted least squares over rows of share above 0; the frame is turned until its weight is nothing.
+    bool solve(const std::vector<double>& share, PolledVector& x)
+    {
+        double turn_s = 0.0;
+        const int turns = form_.tau ? 4 : 1;
+        build(0.0);
+        for (int round = 0; round < turns; ++round) {
+            if (round > 0) build(turn_s);
+            const Sums s = sums(share);
+            const Vector d = s.gram.diagonal().cwiseSqrt().cwiseMax(1e-300);
+            const Matrix scaled = d.cwiseInverse().asDiagonal() * s.gram * d.cwiseInverse().asDiagonal();
+            Eigen::LDLT<Matrix> factors(scaled);
+            if (factors.info() != Eigen::Success || !(factors.vectorD().minCoeff() > 1e-9)) return false;
+            const Vector found = factors.solve(s.moment.cwiseQuotient(d)).cwiseQuotient(d);
+            if (!found.allFinite()) return false;
+            inverse_ = d.cwiseInverse().asDiagonal() * factors.solve(Matrix::Identity(d.size(), d.size())) *
+                       d.cwiseInverse().asDiagonal();
+            x.setZero();
+            for (std::size_t j = 0; j < free_.size(); ++j) x[free_[j]] = found[static_cast<Eigen::Index>(j)];
+            if (form_.tau) turn_s += x[kPolledTau];
+        }
+        own_ = x;
+        if (form_.tau) x[kPolledTau] = turn_s;
+        if (form_.one_L) x[kPolledLd] = x[kPolledLq];
+        return true;
+    }
+
+    /// Of the rows as the last solve() left them.
+    std::array<double, 2> residual(std::size_t k) const
+    {
+        const Eigen::Vector2d e = built_[k].y - built_[k].x * own_;
+        return {e[0], e[1]};
+    }
+
+    Vector row(std::size_t k, int axis) const
+    {
+        Vector out(static_cast<Eigen::Index>(free_.size()));
+        for (std::size_t j = 0; j < free_.size(); ++j) out[static_cast<Eigen::Index>(j)] = built_[k].x(axis, free_[j]);
+        return out;
+    }
+
+    const Matrix& inverse() const { return inverse_; }
+
+private:
+    void build(double turn_s)
+    {
+        built_.clear();
+        for (const PolledRow& r : rows_) built_.push_back(equations(r, form_.one_L, turn_s));
+    }
+
+    Sums sums(const std::vector<double>& share) const
+    {
+        const auto n = static_cast<Eigen::Index>(free_.size());
+        Sums s{Matrix::Zero(n, n), Vector::Zero(n)};
+        for (std::size_t k = 0; k < rows_.size(); ++k)
+            for (int a = 0; share[k] > 0.0 && a < 2; ++a) {
+                const Vector x = row(k, a);
+                s.gram += share[k] * x * x.transpose();
+                s.moment += share[k] * built_[k].y[a] * x;
+            }
+        return s;
+    }
+
+    const std::vector<PolledRow>& rows_;
+    PolledForm form_;
+    std::vector<int> free_;
+    std::vector<Equations> built_;
+    PolledVector own_ = PolledVector::Zero();
+    Matrix inverse_;
+};
+
+double median(std::vector<double> x)
+{
+    if (x.empty()) return 0.0;
+    const auto middle = x.begin() + static_cast<std::ptrdiff_t>(x.size() / 2);
+    std::nth_element(x.begin(), middle, x.end());
+    return *middle;
+}
+
+/// (E151): volts that the row's own averages cannot see.
+double unseen_V(const PolledRow& r, const PolledVector& x)
+{
+    const double L = std::max(std::abs(x[kPolledLd]), std::abs(x[kPolledLq]));
+    return std::hypot((std::abs(x[kPolledPsi]) + L * r.i_abs_A) * r.dw_unseen_rad_s,
+                      std::hypot(L * r.di_unseen_A_s, L * r.wi_unseen_A_rad_s));
+}
+
+void weigh(const std::vector<PolledRow>& rows, const Problem& p, PolledSolution& s)
+{
+    std::vector<double> h, sorted;
+    for (const PolledRow& r : rows) h.push_back(unseen_V(r, s.x));
+    sorted = h;
+    const auto at = sorted.begin() + static_cast<std::ptrdiff_t>(kQuietest * static_cast<double>(sorted.size()));
+    std::nth_element(sorted.begin(), at, sorted.end());
+    std::vector<double> squares;
+    for (std::size_t k = 0; k < rows.size(); ++k)
+        if (h[k] <= *at) {
+            const auto e = p.residual(k);
+            squares.push_back(e[0] * e[0] + e[1] * e[1]);
+        }
+    // The median of a chi-square of two is 2 ln 2.
+    s.quiet_V = std::sqrt(median(squares) / (2.0 * std::log(2.0)));
+    for (std::size_t k = 0; k < rows.size(); ++k) {
+        const double own = s.quiet_V * s.quiet_V;
+        s.share[k] = h[k] > kMoving * s.quiet_V || !(own > 0.0) ? (h[k] > 0.0 ? 0.0 : 1.0) : own / (own + h[k] * h[k]);
+    }
+}
+
+/// (E152).
+void judge(const std::vector<PolledRow>& rows, const Problem& p, double noise_rad_s, PolledSolution& s)
+{
+    const auto n = static_cast<Eigen::Index>(p.free().size());
+    std::vector<std::size_t> used;
+    double power = 0.0, shares = 0.0;
+    for (std::size_t k = 0; k < rows.size(); ++k)
+        if (s.share[k] > 0.0) {
+            used.push_back(k), shares += s.share[k];
+            power += s.share[k] * (s.e_V[k][0] * s.e_V[k][0] + s.e_V[k][1] * s.e_V[k][1]);
+        }
+    const double count = static_cast<double>(used.size());
+    const Matrix white = power / std::max(2.0 * shares - static_cast<double>(n), 1.0) * p.inverse();
+    // White errors of unlike size, and what neighbours share.
+    std::vector<Vector> scores;
+    for (std::size_t k : used) {
+        Vector score = Vector::Zero(n);
+        for (int a = 0; a < 2; ++a) score += s.share[k] * s.e_V[k][static_cast<std::size_t>(a)] * p.row(k, a);
+        scores.push_back(score);
+    }
+    const auto lags = static_cast<std::size_t>(1.5 * std::cbrt(count));
+    Matrix middle = Matrix::Zero(n, n);
+    for (std::size_t lag = 0; lag <= lags && lag < used.size(); ++lag) {
+        Matrix product = Matrix::Zero(n, n);
+        for (std::size_t k = lag; k < used.size(); ++k) product += scores[k] * scores[k - lag].transpose();
+        const double bartlett = 1.0 - static_cast<double>(lag) / static_cast<double>(lags + 1);
+        middle += bartlett * (lag == 0 ? product : Matrix(product + product.transpose()));
+    }
+    const Matrix robust = p.inverse() * middle * p.inverse();
+    // What lasts: products of residuals that share no instant of the speed.
+    double lasting = 0.0, chance = 0.0;
+    for (std::size_t lag = 4; lag <= 7; ++lag) {
+        double sum = 0.0, products = 0.0;
+        for (std::size_t k = lag; k < used.size(); ++k) {
+            const std::size_t i = used[k], j = used[k - lag];
+            const double share = std::sqrt(s.share[i] * s.share[j]);
+            sum += share * (s.e_V[i][0] * s.e_V[j][0] + s.e_V[i][1] * s.e_V[j][1]);
+            products += share;
+        }
+        if (!(products > 0.0)) continue;
+        lasting = std::max(lasting, std::abs(sum) / products);
+        // The largest of four by chance is 1.5 deviations.
+        chance = 1.5 * power / shares / std::sqrt(2.0 * products);
+    }
+    lasting = std::max(0.0, lasting - chance);
+    // (E153)
+    Eigen::Index psi = -1;
+    for (std::size_t j = 0; j < p.free().size(); ++j)
+        if (p.free()[j] == kPolledPsi) psi = static_cast<Eigen::Index>(j);
+    const double mean_noise2 = 0.59 * noise_rad_s * noise_rad_s;
+    s.follows = psi >= 0 ? mean_noise2 * shares * p.inverse()(psi, psi) : 0.0;
+    for (std::size_t j = 0; j < p.free().size(); ++j) {
+        const auto i = static_cast<Eigen::Index>(j);
+        const double bias = psi >= 0 ? 0.5 * s.follows * s.x[kPolledPsi] * p.inverse()(i, psi) / p.inverse()(psi, psi)
+                                     : 0.0;
+        s.sd[p.free()[j]] = std::sqrt(std::max({white(i, i), robust(i, i), 0.0}) +
+                                      lasting * shares * p.inverse()(i, i) + bias * bias);
+    }
+}
+
+}  // namespace
+
+PolledSolution solve_polled(const std::vector<PolledRow>& rows, const PolledForm& form, double noise_rad_s)
+{
+    PolledSolution s;
+    s.share.assign(rows.size(), 1.0);
+    s.e_V.assign(rows.size(), {});
+    Problem p(rows, form);
+    if (2 * rows.size() < 2 * p.free().size()) return s;
+    for (int round = 0; round <= kRounds; ++round) {
+        if (!p.solve(s.share, s.x)) return s;
+        if (round < kRounds) weigh(rows, p, s);
+    }
+    for (std::size_t k = 0; k < rows.size(); ++k) s.e_V[k] = p.residual(k);
+    judge(rows, p, noise_rad_s, s);
+    if (form.one_L) s.sd[kPolledLd] = 0.0;
+    s.ok = s.x.allFinite() && s.sd.allFinite();
+    return s;
+}
+
+std::vector<double> held_out_polled(const std::vector<PolledRow>& rows, const PolledSolution& weighed,
+                                    const PolledForm& form)
+{
+    std::vector<double> out;
+    const std::size_t n = rows.size();
+    for (std::size_t part = 0; part < kParts; ++part) {
+        std::vector<double> share = weighed.share;
+        const std::size_t begin = part * n / kParts, end = (part + 1) * n / kParts;
+        std::fill(share.begin() + static_cast<std::ptrdiff_t>(begin), share.begin() + static_cast<std::ptrdiff_t>(end),
+                  0.0);
+        Problem p(rows, form);
+        PolledVector x;
+        if (!p.solve(share, x)) return {};
+        double sum = 0.0;
+        for (std::size_t k = begin; k < end; ++k) {
+            const auto e = p.residual(k);
+            sum += weighed.share[k] * (e[0] * e[0] + e[1] * e[1]);
+        }
+        out.push_back(sum);
+    }
+    return out;
+}
+
+}  // namespace dqw

@@ -1,0 +1,41 @@
+// Weighted least squares of a polled log's rows, and what its weights are worth.
+#ifndef DQW_REF_FIT_POLLED_SOLVE_HPP
+#define DQW_REF_FIT_POLLED_SOLVE_HPP
+
+#include <Eigen/Dense>
+#include <vector>
+
+#include "ref/log/polled.hpp"
+
+namespace dqw {
+
+/// Weights of (E150): across them also the volts along the current, and by how long the voltage is ahead of it, and
+/// psi times the time by which the speed is late.
+enum PolledWeight { kPolledR, kPolledLd, kPolledLq, kPolledPsi, kPolledV, kPolledTau, kPolledLate, kPolledWeights };
+
+using PolledVector = Eigen::Matrix<double, kPolledWeights, 1>;
+
+/// Which weights are free. `one_L`: L_d is taken to be L_q.
+struct PolledForm {
+    bool R = true, Ld = true, Lq = true, psi = true, V = true, tau = false, late = true, one_L = false;
+};
+
+struct PolledSolution {
+    bool ok = false;
+    PolledVector x = PolledVector::Zero();
+    PolledVector sd = PolledVector::Zero();  ///< (E152); zero for what is not free
+    double quiet_V = 0.0;                    ///< residual of settled rows, of either axis
+    double follows = 0.0;                    ///< (E153): part of psi that speed noise takes
+    std::vector<double> share;               ///< of each row: its weight, 0 to 1; 0 where it is left out
+    std::vector<std::array<double, 2>> e_V;  ///< each row's residual
+};
+
+/// Rows of one machine; speeds are electrical.
+PolledSolution solve_polled(const std::vector<PolledRow>& rows, const PolledForm& form, double noise_rad_s);
+
+/// Sum of squared residuals of settled rows, each eighth of the rows judged by the weights of the others; V².
+std::vector<double> held_out_polled(const std::vector<PolledRow>& rows, const PolledSolution& weighed,
+                                    const PolledForm& form);
+
+}  // namespace dqw
+#endif
