@@ -213,9 +213,14 @@ SelectOptions select_options(const TraceSetup& setup, const Judge& judge, const 
     SelectOptions o;
     o.veto = [&setup](const Point& p) { return sense_of(setup, p); };
     o.settle = [&setup](Refined r) { return settle_loss(setup, setup.search(), std::move(r)); };
-    o.mapped = [&setup, &judge](const Point& p) {
-        return judge.rms(p) > kStructured * noise_of(setup, p).floor ? with_map(setup, setup.search(), p) : Refined();
-    };
+    // Where the log cannot tell saturation, or it is not asked for, it tells no map.
+    const bool bends = std::any_of(setup.candidates.begin(), setup.candidates.end(),
+                                   [](const Candidate& c) { return c.inputs.front().law == Law::saturation; });
+    if (bends)
+        o.mapped = [&setup, &judge](const Point& p) {
+            return judge.rms(p) > kStructured * noise_of(setup, p).floor ? with_map(setup, setup.search(), p)
+                                                                         : Refined();
+        };
     o.reported_rms = [&judge](const Point& p) { return judge.each(p); };
     const Blocks held = judge.of(setup.starts.front(), false);
     if (held.size() < kLeastBlocks)
