@@ -17,9 +17,10 @@ struct Plot {
     Kind kind = Kind::lines;
     std::string title, x_label, y_label;
     std::vector<std::string> series;  ///< of columns[1] and those after it
-    Columns columns;  ///< at most 2000 rows; of a band: x, value, its lower and upper bound, and a second line; of bands:
-                      ///< each series' value, lower and upper bound
-    Columns means;    ///< of the points: means along x, from all blocks
+    Columns
+        columns;    ///< at most 2000 rows; of a band: x, value, its lower and upper bound, and a second line; of bands:
+                    ///< each series' value, lower and upper bound
+    Columns means;  ///< of the points: means along x, from all blocks
     std::vector<std::array<double, 2>> shaded;          ///< stretches of x: rows that no fit saw, or out of service
     std::vector<std::pair<double, std::string>> marks;  ///< upright lines
     std::array<double, 2> y_range{};                    ///< what is shown at first; empty: all
