@@ -147,11 +147,14 @@ Eigen::VectorXd hidden_loss(const TraceSetup& setup, const Point& plain, const P
         for (std::size_t k = 0; k < log.v_d_V.size(); ++k)
             most_V = std::max(most_V, std::hypot(log.v_d_V[k], log.v_q_V[k]));
     const Eigen::Index weight = plain.base.size() + plain.gain.size();
-    const double sd_V = deviations(model, with)[weight], loss_V = with.point.values()[weight];
+    const Eigen::VectorXd sd = deviations(model, with);
+    const double sd_V = sd[weight], loss_V = with.point.values()[weight];
     if (!std::isfinite(sd_V) || !(sd_V > 0.0)) return hidden;
     const double odds = std::exp(0.5 * std::pow(loss_V / sd_V, 2)) / std::hypot(1.0, kUsualLoss * most_V / sd_V);
     const double probable = std::isfinite(odds) ? odds / (1.0 + odds) : 1.0;
-    hidden.head(plain.base.size()) = std::sqrt(probable) * (with.point.base - without.point.base).cwiseAbs();
+    for (Eigen::Index j = 0; j < plain.base.size(); ++j)
+        if (std::isfinite(sd[j]))
+            hidden[j] = std::sqrt(probable) * std::hypot(with.point.base[j] - without.point.base[j], sd[j]);
     return hidden;
 }
 
