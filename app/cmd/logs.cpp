@@ -114,8 +114,8 @@ std::vector<Log> settled(const std::vector<Log>& logs, std::vector<std::string>&
     if (logs.empty() || logs.front().regime != Regime::polled) return logs;
     const std::vector<Log> out = with_logs(logs, [&] { return settled_logs(logs); });
     for (std::size_t i = 0; i < logs.size(); ++i)
-        notes.push_back(fmt::format("{}: polled: {} of {} settled rows, read as settled points", logs[i].path,
-                                    out[i].rows(), counted(logs[i].rows(), "row")));
+        notes.push_back(fmt::format("{}: polled: {} of {} settled, read as settled points", logs[i].path, out[i].rows(),
+                                    counted(logs[i].rows(), "row")));
     return out;
 }
 

@@ -111,6 +111,20 @@ Maybe by_angle(const SpeedProbe& p, Column angle, std::optional<double> turns, s
     return found;
 }
 
+/// An electrical angle that is of another number of pole pairs.
+Maybe by_turns(const SpeedProbe& p, std::optional<double> pole_pairs)
+{
+    const double* theta = p.column[col_theta_e];
+    if (!theta || !pole_pairs || !p.column[col_t] || !p.column[col_w_m]) return {};
+    const double slope = slope_of(p, theta, {1, 1, "", col_w_m, ""}, *pole_pairs), whole = std::round(slope);
+    if (whole < 1.0 || whole == *pole_pairs || std::fabs(slope / whole - 1) > 0.01) return {};
+    return Doubt{
+        {col_theta_e},
+        fmt::format("the angle of {:.0f} pole pairs", whole),
+        fmt::format("it turns {:.4g} times as far as the shaft, and the pole pairs are {:.0f}", slope, *pole_pairs),
+        ""};
+}
+
 double rms(const double* x, std::size_t rows)
 {
     double sum = 0;
@@ -218,7 +232,9 @@ Maybe by_signs(const SpeedProbe& p, const VoltageFit& as_is)
     constexpr double much = 0.3, far_less = 0.2;
     const bool senseless = negative(as_is);
     if (!senseless && as_is.left < much) return {};
-    const double most = std::fmin(0.1, (senseless ? 1.02 : far_less) * as_is.left);
+    // Means between polls lack what happened within them, and that may turn a term.
+    const bool told = senseless && p.regime != Regime::polled;
+    const double most = std::fmin(0.1, (told ? 1.02 : far_less) * as_is.left);
     Maybe found;
     double best = 0;
     int fewest = 99;
@@ -269,6 +285,7 @@ std::vector<Doubt> column_doubts(const SpeedProbe& probe, const Machine& machine
     if (!angle_is_off) {
         if (!add(by_angle(probe, col_theta_m, 1.0, machine.pole_pairs, settled)) && !settled)
             add(by_angle(probe, col_theta_e, machine.pole_pairs, machine.pole_pairs, settled));
+        if (doubts.empty()) add(by_turns(probe, machine.pole_pairs));
     }
     for (const Column c : {col_v_d, col_v_q, col_i_d, col_i_q})
         if (!probe.column[c]) return doubts;

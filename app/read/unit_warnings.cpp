@@ -34,6 +34,9 @@ std::string warning_of(const Doubt& doubt, const Import& import, const MachineFi
                                     corrected(doubt.correction, machine.sources[c])));
     }
     const std::string of = fmt::format("warning: {}: {}: ", import.head.path, list(names));
+    if (doubt.correction.empty() && doubt.columns.front() == col_theta_e)
+        return of + fmt::format("it is {}: {}; correct --pole-pairs, or pole_pairs under [machine]", doubt.looks_like,
+                                doubt.evidence);
     if (doubt.correction.empty())
         return of + fmt::format("it reads with {}: {}; put scale = -1, or the other axis' name, under [columns] of the "
                                 "machine file",

@@ -105,6 +105,8 @@ static void what_is_wrong_is_named_with_the_correction(void)
         for (const double x : c.values[col_i_q]) c.values[col_torque].push_back(0.3 * x);
         c.times(col_i_q, 1.5);
     };
+    Machine of_five;
+    of_five.pole_pairs = 5;
     const struct {
         const char* what;
         Columns log;
@@ -115,6 +117,7 @@ static void what_is_wrong_is_named_with_the_correction(void)
         {"theta_e deg", moving(true), scaled({col_theta_e}, deg), {}, "deg", "unit = \"deg\""},
         {"theta_m 16 bits", moving(true), scaled({col_theta_m}, 65536 / turn), {}, "16-bit turns", "16-bit turns"},
         {"theta_e turns", moving(true), scaled({col_theta_e}, 1 / turn), {}, "turns", "unit = \"turns\""},
+        {"pole pairs", moving(true), scaled({}, 1), of_five, "the angle of 4 pole pairs", ""},
         {"electrical, angle", moving(true), scaled({col_w_m}, 4), plate(false), "electrical speed", "electrical rad/s"},
         {"erpm, angle", moving(true), scaled({col_w_m}, 4 * 60 / turn), plate(false), "electrical rpm", "erpm"},
         {"turns/s, angle", moving(true), scaled({col_w_m}, 1 / turn), plate(false), "turns a second", "turns/s"},
