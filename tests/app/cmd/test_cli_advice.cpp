@@ -59,11 +59,28 @@ static void the_first_third_of_the_catalogue_is_shown(void) { named_in_its_own_s
 static void the_second_third(void) { named_in_its_own_simulation(1, 3); }
 static void the_last_third(void) { named_in_its_own_simulation(2, 3); }
 
+/// While the shaft moves a constant load and friction that differs with the direction are one torque.
+static void what_no_motion_tells_apart_is_listed(void)
+{
+    const Folder folder;
+    const json j = shown(folder,
+                         "effect_friction --set profile.speed_start_rad_s=0 --set profile.i_q_A.wave=0.15 --set "
+                         "profile.i_q_A.random=0.1 --set nonideal.stribeck_Nm=0 --set nonideal.cogging_Nm=0 --set "
+                         "nonideal.friction_asymmetry_Nm=0 --set profile.load_Nm=0.03 --set noise=0.002");
+    std::string names;
+    for (const json& e : j.at("effects")) {
+        if (e.at("name") == "direction_asymmetry") names += e.at("confusable_with").dump();
+        if (e.at("name") == "load_torque") names += "load_torque";
+    }
+    TEST_ASSERT_TRUE_MESSAGE(names.find("load_torque") != std::string::npos, j.at("effects").dump().c_str());
+}
+
 int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(the_first_third_of_the_catalogue_is_shown);
     RUN_TEST(the_second_third);
     RUN_TEST(the_last_third);
+    RUN_TEST(what_no_motion_tells_apart_is_listed);
     return UNITY_END();
 }

@@ -129,6 +129,8 @@ static void a_polled_log_is_fitted_by_its_own_regime(void)
     TEST_ASSERT_TRUE_MESSAGE(has(fit.out, "polled, "), fit.out.c_str());
     TEST_ASSERT_TRUE_MESSAGE(has(fit.err, "rows used, weighed by how settled they are"), fit.err.c_str());
     TEST_ASSERT_FALSE_MESSAGE(has(fit.err, "unknown"), fit.err.c_str());
+    // Its moving rows turn the sign of L, and no column's.
+    TEST_ASSERT_FALSE_MESSAGE(has(fit.err, "turned"), fit.err.c_str());
 }
 
 // An AK80-9 by its makers' speed constant has 2.6 mWb; its R, with what dead time adds, is below 170 mOhm.

@@ -325,6 +325,10 @@ static void unknown_pole_pairs_are_in_no_table(void)
             TEST_ASSERT_DOUBLE_WITHIN(name[0] == 'a' ? 0.002 : 0.1, 0.2,
                                       fits.at(name).at("parameters").at("psi_Wb").at("value").get<double>());
         }
+    const json& psi = j.at("after").at("parameters").at("psi_Wb");
+    TEST_ASSERT_FALSE(psi.at("usable").get<bool>());
+    TEST_ASSERT_EQUAL_STRING("this is its product with the pole pairs, which are not known",
+                             psi.at("why").get<std::string>().c_str());
     TEST_ASSERT_TRUE(run.out.find("\np ") == std::string::npos);
     // No machine has these as they are, so firmware starts from nothing.
     const std::string config = command::read_file(folder / "o/dqw_model_config.h");
