@@ -9,7 +9,7 @@
 #include "app/base/progress.hpp"
 #include "app/base/text.hpp"
 #include "app/read/join.hpp"
-#include "ref/fit/polled.hpp"
+#include "ref/fit/polled_logs.hpp"
 
 namespace dqw {
 namespace {

@@ -5,6 +5,7 @@
 #include "app/base/output.hpp"
 #include "app/base/progress.hpp"
 #include "app/cmd/logs.hpp"
+#include "app/cmd/monitor_looks.hpp"
 #include "app/firmware/q15_config.hpp"
 #include "app/learn/inputs.hpp"
 #include "app/monitor/notes.hpp"
@@ -60,7 +61,9 @@ int monitor_command(const Options& options)
     LearnConfig asked;
     if (!options.config_file.empty()) asked = read_learn_config(options.config_file);
     for (const std::string& name : options.effects) asked.inputs.push_back({name, {}, {}});
-    const std::vector<Log> logs = read_logs(options.logs, options, true, notes);
+    const std::vector<Log> logs = read_logs(options.logs, options, true, notes, false, true);
+    if (const Regime r = logs.front().regime; r == Regime::polled || r == Regime::steady)
+        return monitor_looks_command(logs.front(), options, notes);
     // What cannot be written is said before the work, not after.
     make_directory(options.out_dir);
     std::string config;

@@ -145,7 +145,7 @@ std::string sensitivity_json(const MonitorRun& run)
         Json& json = channels[channel_named(channel).parameter];
         const bool watched = s.why == DQW_WHY_IN_SERVICE;
         json = {{"least_change", number(s.least)}, {"watched", watched}};
-        if (!watched) json["why"] = why_not_watched(channel, s.why);
+        if (!watched) json["why"] = s.said ? s.said : why_not_watched(channel, s.why);
     }
     return Json{{"schema", "dqwatch.sensitivity/1"}, {"t_s", number(run.sights_s)}, {"parameters", channels}}.dump() +
            "\n";
@@ -208,10 +208,11 @@ MonitorRows unwatched_rows(const MonitorRun& run, bool titles)
 {
     MonitorRows rows;
     for (int channel = 0; channel < DQW_WATCH_CHANNELS; ++channel) {
-        const dqw_why why = run.sights[static_cast<std::size_t>(channel)].why;
-        if (why == DQW_WHY_IN_SERVICE) continue;
+        const MonitorSight& s = run.sights[static_cast<std::size_t>(channel)];
+        if (s.why == DQW_WHY_IN_SERVICE) continue;
         const MonitorChannel& c = channel_named(channel);
-        const std::string name = titles ? c.title : c.parameter, text = why_not_watched(channel, why);
+        const std::string name = titles ? c.title : c.parameter,
+                          text = s.said ? s.said : why_not_watched(channel, s.why);
         const auto same = std::find_if(rows.begin(), rows.end(), [&](const auto& row) { return row[1] == text; });
         if (same == rows.end())
             rows.push_back({name, text});
@@ -228,7 +229,7 @@ MonitorRows summary_rows(const MonitorRun& run)
         rows.push_back({"", fmt::format("first in service at {:.3f} s; {} to stage 1", run.entered_s,
                                         counted(run.end.stage.times_back, "way") + " back")});
     rows.push_back({"rows", fmt::format("{}, {:.4g} s", run.rows, run.end_s - run.begin_s)});
-    rows.push_back({"refused", refused_text(run)});
+    if (!run.averages) rows.push_back({"refused", refused_text(run)});
     rows.push_back({"events", std::to_string(run.events.size())});
     return rows;
 }

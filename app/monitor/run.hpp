@@ -51,6 +51,8 @@ struct MonitorRun {
     /// what it could see, when it last learned while it watched; at the end where it never did
     MonitorSights sights;
     double sights_s = 0.0;
+    bool averages = false;           ///< looks of a slow log, not samples
+    std::vector<std::string> notes;  ///< of what it did
     bool angle = false, ripple_watched = false, friction_wanted = false;
     double watched_from_s = 0.0;           ///< healthy values stand from here; of use where `watched` is
     double entered_s = 0.0;                ///< service, for the first time; of use where `served` is

@@ -11,9 +11,5 @@ namespace dqw {
 /// Throws std::invalid_argument where rows are too few.
 Result fit_polled(const Task& task);
 
-/// The settled rows of polled logs, as logs of settled points: mean speed, L di/dt taken off, channels of one instant.
-/// Other logs as they are. Throws as fit_polled().
-std::vector<Log> settled_logs(const std::vector<Log>& logs);
-
 }  // namespace dqw
 #endif

@@ -23,24 +23,6 @@ std::vector<int> free_of(const PolledForm& f)
     return out;
 }
 
-/// One row's equations; `turn` is what the frame is known to be off by, per electrical speed.
-struct Equations {
-    Eigen::Matrix<double, 2, kPolledWeights> x;
-    Eigen::Vector2d y;
-};
-
-Equations equations(const PolledRow& r, bool one_L, double turn_s)
-{
-    const double c = std::cos(turn_s * r.w_rad_s), s = std::sin(turn_s * r.w_rad_s);
-    Equations e;
-    e.y = {c * r.v_V[0] + s * r.v_V[1], c * r.v_V[1] - s * r.v_V[0]};
-    const double size = std::max(r.i_abs_A, 1e-12);
-    e.x.row(0) << r.i_A[0], r.di_A_s[0], -r.wi_A_rad_s[1], 0.0, r.i_A[0] / size, -r.w_rad_s * e.y[1], 0.0;
-    e.x.row(1) << r.i_A[1], r.wi_A_rad_s[0], r.di_A_s[1], r.w_rad_s, r.i_A[1] / size, r.w_rad_s * e.y[0], r.dw_rad_s2;
-    if (one_L) e.x.col(kPolledLq) += e.x.col(kPolledLd), e.x.col(kPolledLd).setZero();
-    return e;
-}
-
 struct Sums {
     Matrix gram;
     Vector moment;
@@ -102,7 +84,7 @@ private:
     void build(double turn_s)
     {
         built_.clear();
-        for (const PolledRow& r : rows_) built_.push_back(equations(r, form_.one_L, turn_s));
+        for (const PolledRow& r : rows_) built_.push_back(polled_equations(r, form_.one_L, turn_s));
     }
 
     Sums sums(const std::vector<double>& share) const
@@ -121,7 +103,7 @@ private:
     const std::vector<PolledRow>& rows_;
     PolledForm form_;
     std::vector<int> free_;
-    std::vector<Equations> built_;
+    std::vector<PolledEquations> built_;
     PolledVector own_ = PolledVector::Zero();
     Matrix inverse_;
 };
@@ -142,6 +124,17 @@ double unseen_V(const PolledRow& r, const PolledVector& x)
                       std::hypot(L * r.di_unseen_A_s, L * r.wi_unseen_A_rad_s));
 }
 
+/// (E151): what rows count whose unseen volts are these.
+void share(const std::vector<double>& h, PolledSolution& s)
+{
+    const double own = s.quiet_V * s.quiet_V;
+    s.share.clear();
+    for (const double x : h) {
+        const double still = own > 0.0 ? own / (own + x * x) : x > 0.0 ? 0.0 : 1.0;
+        s.share.push_back(x > kMoving * s.quiet_V ? 0.0 : still);
+    }
+}
+
 void weigh(const std::vector<PolledRow>& rows, const Problem& p, PolledSolution& s)
 {
     std::vector<double> h, sorted;
@@ -157,10 +150,7 @@ void weigh(const std::vector<PolledRow>& rows, const Problem& p, PolledSolution&
         }
     // The median of a chi-square of two is 2 ln 2.
     s.quiet_V = std::sqrt(median(squares) / (2.0 * std::log(2.0)));
-    for (std::size_t k = 0; k < rows.size(); ++k) {
-        const double own = s.quiet_V * s.quiet_V;
-        s.share[k] = h[k] > kMoving * s.quiet_V || !(own > 0.0) ? (h[k] > 0.0 ? 0.0 : 1.0) : own / (own + h[k] * h[k]);
-    }
+    share(h, s);
 }
 
 /// (E152).
@@ -192,22 +182,7 @@ void judge(const std::vector<PolledRow>& rows, const Problem& p, double noise_ra
         middle += bartlett * (lag == 0 ? product : Matrix(product + product.transpose()));
     }
     const Matrix robust = p.inverse() * middle * p.inverse();
-    // What lasts: products of residuals that share no instant of the speed.
-    double lasting = 0.0, chance = 0.0;
-    for (std::size_t lag = 4; lag <= 7; ++lag) {
-        double sum = 0.0, products = 0.0;
-        for (std::size_t k = lag; k < used.size(); ++k) {
-            const std::size_t i = used[k], j = used[k - lag];
-            const double share = std::sqrt(s.share[i] * s.share[j]);
-            sum += share * (s.e_V[i][0] * s.e_V[j][0] + s.e_V[i][1] * s.e_V[j][1]);
-            products += share;
-        }
-        if (!(products > 0.0)) continue;
-        lasting = std::max(lasting, std::abs(sum) / products);
-        // The largest of four by chance is 1.5 deviations.
-        chance = 1.5 * power / shares / std::sqrt(2.0 * products);
-    }
-    lasting = std::max(0.0, lasting - chance);
+    const double lasting = lasting_V2(s);
     // (E153)
     Eigen::Index psi = -1;
     for (std::size_t j = 0; j < p.free().size(); ++j)
@@ -225,6 +200,45 @@ void judge(const std::vector<PolledRow>& rows, const Problem& p, double noise_ra
 
 }  // namespace
 
+PolledEquations polled_equations(const PolledRow& r, bool one_L, double turn_s)
+{
+    const double c = std::cos(turn_s * r.w_rad_s), s = std::sin(turn_s * r.w_rad_s);
+    PolledEquations e;
+    e.y = {c * r.v_V[0] + s * r.v_V[1], c * r.v_V[1] - s * r.v_V[0]};
+    const double size = std::max(r.i_abs_A, 1e-12);
+    e.x.row(0) << r.i_A[0], r.di_A_s[0], -r.wi_A_rad_s[1], 0.0, r.i_A[0] / size, -r.w_rad_s * e.y[1], 0.0;
+    e.x.row(1) << r.i_A[1], r.wi_A_rad_s[0], r.di_A_s[1], r.w_rad_s, r.i_A[1] / size, r.w_rad_s * e.y[0], r.dw_rad_s2;
+    if (one_L) e.x.col(kPolledLq) += e.x.col(kPolledLd), e.x.col(kPolledLd).setZero();
+    return e;
+}
+
+/// (E152): what lasts, from products of residuals that share no instant of the speed.
+double lasting_V2(const PolledSolution& s)
+{
+    std::vector<std::size_t> used;
+    double power = 0.0, shares = 0.0;
+    for (std::size_t k = 0; k < s.share.size(); ++k)
+        if (s.share[k] > 0.0) {
+            used.push_back(k), shares += s.share[k];
+            power += s.share[k] * (s.e_V[k][0] * s.e_V[k][0] + s.e_V[k][1] * s.e_V[k][1]);
+        }
+    double lasting = 0.0, chance = 0.0;
+    for (std::size_t lag = 4; lag <= 7; ++lag) {
+        double sum = 0.0, products = 0.0;
+        for (std::size_t k = lag; k < used.size(); ++k) {
+            const std::size_t i = used[k], j = used[k - lag];
+            const double share = std::sqrt(s.share[i] * s.share[j]);
+            sum += share * (s.e_V[i][0] * s.e_V[j][0] + s.e_V[i][1] * s.e_V[j][1]);
+            products += share;
+        }
+        if (!(products > 0.0)) continue;
+        lasting = std::max(lasting, std::abs(sum) / products);
+        // The largest of four by chance is 1.5 deviations.
+        chance = 1.5 * power / shares / std::sqrt(2.0 * products);
+    }
+    return std::max(0.0, lasting - chance);
+}
+
 PolledSolution solve_polled(const std::vector<PolledRow>& rows, const PolledForm& form, double noise_rad_s)
 {
     PolledSolution s;
@@ -240,6 +254,23 @@ PolledSolution solve_polled(const std::vector<PolledRow>& rows, const PolledForm
     judge(rows, p, noise_rad_s, s);
     if (form.one_L) s.sd[kPolledLd] = 0.0;
     s.ok = s.x.allFinite() && s.sd.allFinite();
+    return s;
+}
+
+PolledSolution under(const PolledSolution& of, const std::vector<PolledRow>& rows, const PolledForm& form)
+{
+    PolledSolution s = of;
+    std::vector<double> h;
+    s.e_V.clear();
+    for (const PolledRow& r : rows) {
+        h.push_back(unseen_V(r, of.x));
+        const PolledEquations e = polled_equations(r, form.one_L, of.x[kPolledTau]);
+        PolledVector x = of.x;
+        x[kPolledTau] = 0.0;
+        const Eigen::Vector2d left = e.y - e.x * x;
+        s.e_V.push_back({left[0], left[1]});
+    }
+    share(h, s);
     return s;
 }
 

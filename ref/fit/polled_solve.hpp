@@ -30,8 +30,21 @@ struct PolledSolution {
     std::vector<std::array<double, 2>> e_V;  ///< each row's residual
 };
 
+/// One row's equations, y = x w; `turn_s` is what the frame is known to be off by, per electrical speed.
+struct PolledEquations {
+    Eigen::Matrix<double, 2, kPolledWeights> x;
+    Eigen::Vector2d y;
+};
+PolledEquations polled_equations(const PolledRow& r, bool one_L, double turn_s);
+
+/// (E152): of the residuals' square, what neighbours share that have no instant of the speed in common.
+double lasting_V2(const PolledSolution& s);
+
 /// Rows of one machine; speeds are electrical.
 PolledSolution solve_polled(const std::vector<PolledRow>& rows, const PolledForm& form, double noise_rad_s);
+
+/// Other rows of the same machine under what was found: their shares and residuals.
+PolledSolution under(const PolledSolution& of, const std::vector<PolledRow>& rows, const PolledForm& form);
 
 /// Sum of squared residuals of settled rows, each eighth of the rows judged by the weights of the others; V².
 std::vector<double> held_out_polled(const std::vector<PolledRow>& rows, const PolledSolution& weighed,

@@ -62,10 +62,27 @@ PolledRow row_at(const Log& log, std::size_t k, std::size_t s)
     return r;
 }
 
+/// A settled point is its own mean.
+std::vector<PolledRow> points(const Log& log)
+{
+    std::vector<PolledRow> out;
+    for (std::size_t k = 0; k < log.rows(); ++k) {
+        if (limited(log, k)) continue;
+        PolledRow r{};
+        r.row = k;
+        r.v_V = {log.v_d_V[k], log.v_q_V[k]}, r.i_A = {log.i_d_A[k], log.i_q_A[k]};
+        r.i_abs_A = std::hypot(r.i_A[0], r.i_A[1]), r.w_rad_s = log.w_m_rad_s[k];
+        r.wi_A_rad_s = {r.w_rad_s * r.i_A[0], r.w_rad_s * r.i_A[1]};
+        out.push_back(r);
+    }
+    return out;
+}
+
 }  // namespace
 
 std::vector<PolledRow> polled_rows(const Log& log, int lag)
 {
+    if (log.regime == Regime::steady) return points(log);
     std::vector<PolledRow> out;
     const std::vector<char> ok = follows(log);
     const auto unbroken = [&](std::size_t from, std::size_t to) {

@@ -24,7 +24,7 @@ struct PolledRow {
 };
 
 /// Rows that two unbroken neighbours on either side complete, currents and voltages taken from `lag` rows later than the
-/// speed. Rows that now and then repeat the last one's means, and those near the largest voltage, are left out.
+/// speed; settled points as they are. Rows that now and then repeat the last one's means, and those near the largest voltage, are left out.
 std::vector<PolledRow> polled_rows(const Log& log, int lag);
 
 }  // namespace dqw

@@ -102,7 +102,7 @@ static void poor_logs_are_refused_in_one_line(void)
     expect_refused(folder.write("a.csv", ten), 11, "10 rows only", p);
     expect_refused(folder.write("a.csv", nan), 12, "\"nan", p);
     expect_refused(folder.write("a.csv", locked), 1, "a standstill log; expected a dynamic one", p);
-    expect_refused(folder.write("a.csv", settled), 1, "a steady log; expected a dynamic one", p);
+    expect_refused(folder.write("a.csv", settled), 1, "a steady log without t_s; expected a time", p);
     expect_refused(folder.write("a.csv", shaft), 1, "a mechanical log; expected a dynamic one", p);
     expect_refused(folder / "good.csv", 1, "expected --pole-pairs N", {"--out", folder / "o"});
     TEST_ASSERT_FALSE(std::filesystem::exists(folder / "o/monitor.html"));

@@ -1,0 +1,295 @@
+#include "app/monitor/looks.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <stdexcept>
+#include <string>
+
+#include "app/base/columns.hpp"
+#include "app/base/text.hpp"
+#include "dqw_fault.h"
+#include "dqw_number.h"
+#include "ref/fit/polled_looks.hpp"
+
+namespace dqw {
+namespace {
+
+constexpr double kShortest_s = 10.0;  // of a look
+constexpr double kMostLooks = 200.0;
+constexpr std::size_t kHealthy = 5;                           // looks that a healthy value is the mean of, at least
+constexpr double kHealthyPart = 0.1;                          // of all looks
+constexpr double kBand[kLooked] = {0.04, 0.06, 0.06, 0.012};  // as dqw_monitor_config's
+constexpr double kSure = 5.0;                                 // deviations
+constexpr double kSpread = 3.0;
+constexpr double kCoarse = 0.3;  // of the healthy value: no fault is told from so far
+constexpr float kSureName = 0.65F;
+// Copper; the magnets' flux, as a fall: ferrite loses 0.2 %/K, neodymium 0.12, so that 0.1 is what to expect and twice
+// as much no fault. Heat that a healthy drive may gain, and lose, after its healthy values were taken.
+constexpr double kAlpha_per_K = 0.0039, kBeta_per_K = 0.001, kSlack = 2.0;
+constexpr double kHotter_K = 110.0, kColder_K = 80.0;
+constexpr int kChannel[kLooked] = {DQW_WATCH_R, DQW_WATCH_LD, DQW_WATCH_LQ, DQW_WATCH_PSI};
+enum { R, Ld, Lq, Psi };
+
+/// How far a parameter may be from its healthy value, by heat.
+struct Heat {
+    double low = 0.0, high = 0.0;
+};
+
+/// NaN without the column.
+double mean_of(const std::vector<double>& x, const Log& log, double from_s, double to_s)
+{
+    if (x.empty()) return NAN;
+    const auto row = [&](auto at) { return x.begin() + (at - log.t_s.begin()); };
+    const auto from = row(std::lower_bound(log.t_s.begin(), log.t_s.end(), from_s)),
+               to = row(std::upper_bound(log.t_s.begin(), log.t_s.end(), to_s));
+    return std::accumulate(from, to, 0.0) / static_cast<double>(to - from);
+}
+
+class Watcher {
+public:
+    Watcher(const Log& log, const MonitorWatch& watch) : log_(log), watch_(watch), all_(looks_of(log))
+    {
+        const auto part = static_cast<std::size_t>(kHealthyPart * static_cast<double>(all_.looks.size()));
+        healthy_looks_ = std::max(kHealthy, part);
+        if (all_.looks.size() <= healthy_looks_)
+            throw std::invalid_argument(
+                fmt::format("{}: {} of {} s or more; healthy values take {}, and one more is to be watched", log.path,
+                            counted(all_.looks.size(), "look"), kShortest_s, healthy_looks_));
+    }
+
+    MonitorRun run()
+    {
+        run_.rows = log_.rows(), run_.begin_s = log_.t_s.front(), run_.end_s = log_.t_s.back();
+        run_.stages.push_back({run_.begin_s, DQW_STAGE_ORDINAL});
+        for (std::size_t n = 0; n < all_.looks.size(); ++n) {
+            look(n);
+            if (watch_.progress) watch_.progress(static_cast<double>(n + 1) / static_cast<double>(all_.looks.size()));
+        }
+        run_.end.stage.name = run_.stages.back().name;
+        run_.averages = true;
+        double worth = 0.0;
+        for (const PolledLook& l : all_.looks) worth += l.rows;
+        run_.notes.push_back(fmt::format(
+            "{} log: {} looks of {:.3g} s, the first {} as healthy; its rows are worth {:.0f}, by how settled they are",
+            name_of(log_.regime), all_.looks.size(),
+            (run_.end_s - run_.begin_s) / static_cast<double>(all_.looks.size()), healthy_looks_, worth));
+        if (all_.holds_dead_time && all_.known[R])
+            run_.notes.emplace_back("R holds what dead time adds: a change of it is the winding's or the inverter's");
+        return std::move(run_);
+    }
+
+private:
+    static PolledLooks looks_of(const Log& log)
+    {
+        const double whole_s = log.t_s.back() - log.t_s.front(), least_s = std::max(kShortest_s, whole_s / kMostLooks);
+        return polled_looks(log, least_s, std::max(kHealthyPart * whole_s, static_cast<double>(kHealthy) * least_s));
+    }
+
+    double value(std::size_t n, std::size_t j) const { return all_.head[j] + all_.looks[n].change[j]; }
+
+    void look(std::size_t n)
+    {
+        const PolledLook& now = all_.looks[n];
+        const bool watched = n >= taken_from_ + healthy_looks_;
+        if (n == taken_from_ + healthy_looks_) take_healthy();
+        MonitorPoint point{now.to_s, watched, {}};
+        for (std::size_t j = 0; j < kLooked; ++j)
+            if (all_.known[j] && log_tells(n, j))
+                point.readings[channel(j)] = {value(n, j), deviation(n, j), watched ? healthy_[j] : NAN};
+        if (watched && knows_heat() && looked_at(n, R))
+            point.readings[DQW_WATCH_TEMPERATURE] = {rise_K(n), change_sd(n, R) / (kAlpha_per_K * healthy_[R]), NAN};
+        run_.points.push_back(point);
+        for (std::size_t j = 0; j < kLooked; ++j)
+            if (std::isfinite(point.readings[channel(j)].value)) run_.last[channel(j)] = point.readings[channel(j)];
+        if (const auto& K = point.readings[DQW_WATCH_TEMPERATURE]; std::isfinite(K.value))
+            run_.last[DQW_WATCH_TEMPERATURE] = K;
+        if (!watched) return;
+        see(n);
+        const int worst = out_of_band(n);
+        out_for_ = worst >= 0 && worst == out_ ? out_for_ + 1 : worst >= 0 ? 1 : 0;
+        if (out_for_ == 1) since_s_ = now.from_s;
+        out_ = worst;
+        // Two looks that agree; then all is taken anew.
+        if (out_for_ < 2) return;
+        tell(n, static_cast<std::size_t>(worst));
+        taken_from_ = n, out_ = -1, out_for_ = 0;
+    }
+
+    static std::size_t channel(std::size_t j) { return static_cast<std::size_t>(kChannel[j]); }
+
+    /// A look that lacks what teaches a weight has the whole log's value for it, and no own.
+    bool log_tells(std::size_t n, std::size_t j) const
+    {
+        return all_.looks[n].sd[j] < kCoarse * std::abs(all_.head[j]) / kSure;
+    }
+
+    double deviation(std::size_t n, std::size_t j) const
+    {
+        return std::hypot(all_.looks[n].sd[j], all_.looks[n].lasting[j]);
+    }
+
+    void take_healthy()
+    {
+        for (std::size_t j = 0; j < kLooked; ++j) {
+            double weights = 0.0, sum = 0.0, squares = 0.0, own = 0.0, lasting = 0.0, count = 0.0;
+            for (std::size_t n = taken_from_; n < taken_from_ + healthy_looks_; ++n) {
+                const PolledLook& l = all_.looks[n];
+                const double weight = 1.0 / std::max(l.sd[j] * l.sd[j], 1e-300);
+                weights += weight, sum += weight * value(n, j), lasting += weight * l.lasting[j];
+                own += l.sd[j] * l.sd[j], ++count;
+            }
+            healthy_[j] = sum / weights;
+            for (std::size_t n = taken_from_; n < taken_from_ + healthy_looks_; ++n)
+                squares += std::pow(value(n, j) - healthy_[j], 2);
+            spread_[j] = std::sqrt(std::max(0.0, (squares - own) / (count - 1.0)));
+            healthy_sd_[j] = std::sqrt(1.0 / weights + std::pow(spread_[j], 2) / count);
+            healthy_lasting_[j] = lasting / weights;
+        }
+        const double from_s = all_.looks[taken_from_].from_s, to_s = all_.looks[taken_from_ + healthy_looks_ - 1].to_s;
+        winding_C_ = mean_of(log_.temp_winding_C, log_, from_s, to_s);
+        magnet_C_ = mean_of(log_.temp_magnet_C, log_, from_s, to_s);
+        hottest_K_ = 0.0;
+        if (!run_.served) {
+            run_.served = run_.watched = true, run_.entered_s = run_.watched_from_s = to_s;
+            run_.stages.push_back({to_s, DQW_STAGE_IN_SERVICE});
+            for (std::size_t j = 0; j < kLooked; ++j)
+                if (all_.known[j]) run_.healthy[channel(j)] = {healthy_[j], healthy_sd_[j], healthy_[j]};
+        }
+    }
+
+    double change_sd(std::size_t n, std::size_t j) const
+    {
+        const PolledLook& l = all_.looks[n];
+        return std::hypot(std::hypot(l.sd[j], healthy_sd_[j]), std::hypot(l.lasting[j], healthy_lasting_[j]));
+    }
+
+    double band(std::size_t j) const { return std::max(kBand[j] * std::abs(healthy_[j]), kSpread * spread_[j]); }
+
+    /// What heat may make of R and flux: what the column says, give or take a slack; else what a drive may gain or lose.
+    Heat heat(std::size_t n, std::size_t j) const
+    {
+        const PolledLook& l = all_.looks[n];
+        const auto gained = [&](const std::vector<double>& column, double from_C) {
+            return mean_of(column, log_, l.from_s, l.to_s) - from_C;
+        };
+        if (j == R) {
+            const double per_K = kAlpha_per_K * healthy_[j];
+            const double K = gained(log_.temp_winding_C, winding_C_);
+            if (std::isfinite(K)) return {std::min(0.0, per_K * K), std::max(0.0, per_K * K)};
+            return {-per_K * kColder_K, per_K * kHotter_K};
+        }
+        if (j != Psi) return {};
+        const double per_K = kBeta_per_K * healthy_[j], K = gained(log_.temp_magnet_C, magnet_C_);
+        if (std::isfinite(K)) return {-kSlack * per_K * std::max(0.0, K), kSlack * per_K * std::max(0.0, -K)};
+        return {-per_K * (knows_heat() ? hottest_K_ : kHotter_K), per_K * kColder_K};
+    }
+
+    double excess(std::size_t n, std::size_t j) const
+    {
+        const Heat h = heat(n, j);
+        const double change = value(n, j) - healthy_[j];
+        return change - std::clamp(change, h.low, h.high);
+    }
+
+    /// R is the winding's alone.
+    bool knows_heat() const { return all_.known[R] && !all_.holds_dead_time; }
+
+    double rise_K(std::size_t n) const { return (value(n, R) - healthy_[R]) / (kAlpha_per_K * healthy_[R]); }
+
+    bool looked_at(std::size_t n, std::size_t j) const { return all_.known[j] && log_tells(n, j); }
+
+    int out_of_band(std::size_t n)
+    {
+        // The magnets may be as hot as the winding was, as far as that is known.
+        if (looked_at(n, R) && knows_heat())
+            hottest_K_ = std::clamp(rise_K(n) + 2.0 * change_sd(n, R) / (kAlpha_per_K * healthy_[R]), hottest_K_,
+                                    kHotter_K);
+        int worst = -1;
+        double most = 1.0;
+        for (std::size_t j = 0; j < kLooked; ++j) {
+            if (!looked_at(n, j)) continue;
+            const double ratio = std::abs(excess(n, j)) / std::max(band(j), kSure * change_sd(n, j));
+            if (ratio > most) most = ratio, worst = static_cast<int>(j);
+        }
+        return worst;
+    }
+
+    /// What would be told now.
+    void see(std::size_t n)
+    {
+        MonitorSights sights;
+        for (MonitorSight& s : sights) s = {NAN, DQW_WHY_NOT_ASKED, "averages do not show it"};
+        for (std::size_t j = 0; j < kLooked; ++j) {
+            MonitorSight& s = sights[channel(j)];
+            s = {NAN, DQW_WHY_NOT_TAUGHT, nullptr};
+            if (!all_.known[j]) s = {NAN, DQW_WHY_UNSETTLED, why_unknown(j)};
+            if (!looked_at(n, j)) continue;
+            const Heat h = heat(n, j);
+            s.least = std::max(band(j), kSure * change_sd(n, j)) + std::max(-h.low, h.high);
+            s.why = s.least > kCoarse * std::abs(healthy_[j]) ? DQW_WHY_COARSE : DQW_WHY_IN_SERVICE;
+        }
+        MonitorSight& heat = sights[DQW_WATCH_TEMPERATURE];
+        if (looked_at(n, R) && knows_heat())
+            heat = {kHotter_K, DQW_WHY_IN_SERVICE, nullptr};
+        else
+            heat = {NAN, DQW_WHY_UNSETTLED, "R alone is not known"};
+        run_.sights = sights, run_.sights_s = all_.looks[n].to_s;
+    }
+
+    const char* why_unknown(std::size_t j) const
+    {
+        if (all_.follows && (j == R || j == Psi))
+            return "the current follows the speed: load that changes apart from the speed would tell";
+        return nullptr;
+    }
+
+    dqw_fault_verdict name(std::size_t n, std::size_t worst) const
+    {
+        float change[DQW_SIGNS] = {}, unit[DQW_SIGNS];
+        std::fill(unit, unit + DQW_SIGNS, DQW_UNKNOWN);
+        constexpr int sign[kLooked] = {DQW_SIGN_R, DQW_SIGN_LD, DQW_SIGN_LQ, DQW_SIGN_PSI};
+        for (std::size_t j = 0; j < kLooked; ++j) {
+            if (!looked_at(n, j)) continue;
+            change[sign[j]] = static_cast<float>(excess(n, j) / healthy_[j]);
+            unit[sign[j]] = static_cast<float>(std::max(band(j) / kSure, change_sd(n, j)) / std::abs(healthy_[j]));
+        }
+        dqw_fault_verdict verdict = dqw_fault_name_it(
+            change, unit, {static_cast<float>(all_.head[R]), static_cast<float>(all_.head[Lq])});
+        // R beyond every heat: the winding's, or a connection's; a mean tells the two apart by the column alone.
+        if (worst == R && !all_.holds_dead_time && excess(n, R) > 0.0 && !log_.temp_winding_C.empty() &&
+            verdict.name == DQW_FAULT_UNKNOWN)
+            verdict = {DQW_FAULT_RESISTANCE_RISE, 0.9F, 0};
+        if (verdict.confidence < kSureName) verdict.name = DQW_FAULT_UNKNOWN;
+        return verdict;
+    }
+
+    void tell(std::size_t n, std::size_t worst)
+    {
+        const MonitorEvent event{all_.looks[n].to_s,
+                                 since_s_,
+                                 static_cast<dqw_monitor_channel>(kChannel[worst]),
+                                 {value(n, worst), change_sd(n, worst), healthy_[worst]},
+                                 name(n, worst)};
+        run_.events.push_back(event);
+        if (watch_.event) watch_.event(event);
+    }
+
+    const Log& log_;
+    const MonitorWatch& watch_;
+    const PolledLooks all_;
+    MonitorRun run_;
+    std::size_t healthy_looks_ = kHealthy, taken_from_ = 0;
+    std::array<double, kLooked> healthy_{}, healthy_sd_{}, healthy_lasting_{}, spread_{};
+    double winding_C_ = NAN, magnet_C_ = NAN, hottest_K_ = 0.0, since_s_ = 0.0;
+    int out_ = -1;
+    std::size_t out_for_ = 0;
+};
+
+}  // namespace
+
+MonitorRun watch_looks(const Log& log, const MonitorWatch& watch) { return Watcher(log, watch).run(); }
+
+}  // namespace dqw

@@ -1,0 +1,124 @@
+// The watch over slow logs: what it names, what it lets pass, what it says of itself.
+#include "app/monitor/looks.hpp"
+
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+#include <stdexcept>
+
+#include "polled_drive.hpp"
+#include "unity.h"
+
+extern "C" void setUp(void) {}
+extern "C" void tearDown(void) {}
+
+using polled_drive::Drawn;
+using polled_drive::polled;
+
+namespace {
+
+Drawn drive(unsigned seed)
+{
+    Drawn m;
+    m.seed = seed, m.seconds = 200, m.noise_rad_s = 0.4, m.change_s = 110;
+    return m;
+}
+
+dqw::MonitorRun watch(const Drawn& m) { return dqw::watch_looks(polled(m), {}); }
+
+void healthy_drives_raise_nothing(void)
+{
+    for (unsigned seed = 1; seed <= 24; ++seed) {
+        Drawn m = drive(seed);
+        m.warm_K = seed % 3 == 0 ? 80.0 : seed % 3 == 1 ? -30.0 : 0.0, m.measures_heat = seed % 4 == 0;
+        m.lost_V = seed % 2 == 0 ? 0.2 : 0.0, m.i_d_moves = seed % 5 != 0;
+        const dqw::MonitorRun run = watch(m);
+        TEST_ASSERT_TRUE(run.watched);
+        TEST_ASSERT_EQUAL_size_t_MESSAGE(0, run.events.size(), m.measures_heat ? "with heat" : "without");
+    }
+}
+
+void lost_flux_is_named(void)
+{
+    for (unsigned seed = 31; seed <= 40; ++seed) {
+        Drawn m = drive(seed);
+        m.psi_fall = 0.2, m.warm_K = seed % 2 == 0 ? 40.0 : 0.0;
+        const dqw::MonitorRun run = watch(m);
+        TEST_ASSERT_EQUAL_size_t(1, run.events.size());
+        const dqw::MonitorEvent& e = run.events[0];
+        TEST_ASSERT_EQUAL_INT(DQW_FAULT_DEMAGNETISATION, e.fault.name);
+        TEST_ASSERT_EQUAL_INT(DQW_WATCH_PSI, e.parameter);
+        // The healthy value is the one before the ramp; two looks of 10 s tell it.
+        TEST_ASSERT_DOUBLE_WITHIN(0.012 * m.psi_Wb, m.psi_at(30), e.reading.healthy);
+        TEST_ASSERT_TRUE(e.since_s > 100 && e.since_s < 135);
+        TEST_ASSERT_TRUE(e.t_s > 120 && e.t_s < 160);
+    }
+}
+
+void resistance_beyond_a_measured_heat_is_named(void)
+{
+    Drawn m = drive(5);
+    m.R_rise = 0.4, m.warm_K = 30, m.measures_heat = true;
+    const dqw::MonitorRun run = watch(m);
+    TEST_ASSERT_EQUAL_size_t(1, run.events.size());
+    TEST_ASSERT_EQUAL_INT(DQW_FAULT_RESISTANCE_RISE, run.events[0].fault.name);
+    // Without the column the same rise may be 100 K of heat.
+    m.measures_heat = false;
+    TEST_ASSERT_EQUAL_size_t(0, watch(m).events.size());
+    // Twice that is no heat that a drive gains: changed, but by what a mean does not tell.
+    m.R_rise = 0.9;
+    const dqw::MonitorRun more = watch(m);
+    TEST_ASSERT_EQUAL_size_t(1, more.events.size());
+    TEST_ASSERT_EQUAL_INT(DQW_FAULT_UNKNOWN, more.events[0].fault.name);
+}
+
+void the_windings_heat_is_read(void)
+{
+    Drawn m = drive(7);
+    m.warm_K = 60;
+    const dqw::MonitorRun run = watch(m);
+    const dqw::MonitorReading& K = run.last[DQW_WATCH_TEMPERATURE];
+    const double healthy_K = (m.R_at(0) + m.R_at(15) + m.R_at(25) + m.R_at(35) + m.R_at(50)) / 5,
+                 rise_K = (m.R_at(195) / healthy_K - 1.0) / 0.0039;
+    std::printf("winding %.1f +- %.1f K above, truth %.1f\n", K.value, K.sd, rise_K);
+    TEST_ASSERT_DOUBLE_WITHIN(2 * K.sd + 1.0, rise_K, K.value);
+    TEST_ASSERT_TRUE(K.sd > 2.0 && K.sd < 15.0 && rise_K > 25.0);
+}
+
+void what_is_not_watched_is_said(void)
+{
+    Drawn m = drive(3);
+    m.fan = true;
+    const dqw::MonitorRun run = watch(m);
+    TEST_ASSERT_EQUAL_size_t(0, run.events.size());
+    TEST_ASSERT_EQUAL_INT(DQW_WHY_UNSETTLED, run.sights[DQW_WATCH_PSI].why);
+    TEST_ASSERT_NOT_NULL(std::strstr(run.sights[DQW_WATCH_PSI].said, "current follows the speed"));
+    TEST_ASSERT_TRUE(DQW_WHY_IN_SERVICE != run.sights[DQW_WATCH_FRICTION].why);
+    TEST_ASSERT_NOT_NULL(std::strstr(run.sights[DQW_WATCH_RESISTANCE].said, "averages"));
+}
+
+void a_log_of_a_minute_is_too_short(void)
+{
+    Drawn m = drive(3);
+    m.seconds = 55;
+    try {
+        (void)watch(m);
+        TEST_FAIL_MESSAGE("expected a refusal");
+    } catch (const std::invalid_argument& e) {
+        TEST_ASSERT_NOT_NULL(std::strstr(e.what(), "healthy values take 5, and one more is to be watched"));
+    }
+}
+
+}  // namespace
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(healthy_drives_raise_nothing);
+    RUN_TEST(lost_flux_is_named);
+    RUN_TEST(resistance_beyond_a_measured_heat_is_named);
+    RUN_TEST(the_windings_heat_is_read);
+    RUN_TEST(what_is_not_watched_is_said);
+    RUN_TEST(a_log_of_a_minute_is_too_short);
+    return UNITY_END();
+}
