@@ -48,8 +48,8 @@ void what_stays_reads_no_change(void)
                 if (j == Psi) least = std::min(least, sd(l, j) / m.psi_Wb), most = std::max(most, sd(l, j) / m.psi_Wb);
             }
     }
-    std::printf("%d of %d within two deviations, those of psi %.2f to %.2f %%; changes of %.2f deviations RMS\n", within,
-                all, 100 * least, 100 * most, std::sqrt(squares / all));
+    std::printf("%d of %d within two deviations, those of psi %.2f to %.2f %%; changes of %.2f deviations RMS\n",
+                within, all, 100 * least, 100 * most, std::sqrt(squares / all));
     TEST_ASSERT_TRUE(within >= 0.9 * all);
     // What may last is in every look's deviation, here where only the speed's noise does not.
     TEST_ASSERT_TRUE(std::sqrt(squares / all) > 0.4 && std::sqrt(squares / all) < 1.2);
