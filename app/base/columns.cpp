@@ -58,6 +58,8 @@ std::optional<Regime> regime_of_columns(const ColumnSet& has)
     if (!has[col_v_d] && !has[col_v_q])
         return has[col_t] && has[col_w_m] && torque ? std::optional(Regime::mechanical) : std::nullopt;
     if (!has[col_w_m]) return Regime::standstill;
+    // Half a log: means of one axis still tell something.
+    if (has[col_t] && has[col_v_q] && has[col_i_q] && !(has[col_v_d] && has[col_i_d])) return Regime::polled;
     return {};
 }
 
@@ -69,7 +71,9 @@ std::vector<std::string> missing_columns(Regime regime, const ColumnSet& has, bo
     };
     const bool electrical = regime != Regime::mechanical;
     if (regime == Regime::dynamic || regime == Regime::polled || !electrical) need(col_t);
-    if (electrical)
+    if (regime == Regime::polled)
+        for (const Column c : {col_v_q, col_i_q}) need(c);
+    else if (electrical)
         for (const Column c : {col_v_d, col_v_q, col_i_d, col_i_q}) need(c);
     if (regime != Regime::standstill) need(col_w_m);
     if (!electrical && !has[col_torque] && !has[col_torque_cmd]) {

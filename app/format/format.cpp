@@ -63,6 +63,7 @@ void Import::take_duty(const Expression& duty)
         columns[col_v_q]->needs = {"v_dc"};
     else
         take_si(col_v_q, voltage_of_duty(duty, *link, known(col_v_d) ? &columns[col_v_d]->expression : nullptr));
+    voltage_is_size = link && !known(col_v_d);
 }
 
 void Import::drop(std::string_view name, bool (*is_none)(double), const std::string& why)

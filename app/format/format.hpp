@@ -41,6 +41,7 @@ struct Import {
     std::string voltage;                     ///< what v_d, v_q are, for people
     std::vector<std::string> notes;          ///< what a reader should know
     std::optional<Regime> regime;            ///< what the rows are good for, where the machine file says nothing
+    bool voltage_is_size = false;            ///< v_q is that of the voltage's vector, by a duty
     bool polled = false;                     ///< i and v are means over the interval before the row
     bool host_clock = false;                 ///< stamps jitter; they are no control period
     bool gaps = true;                        ///< empty cells: slow columns are held, other rows left out

@@ -71,6 +71,9 @@ void describe(Import& in)
     const bool percent = part_of(in.head.fields[duty], 2) == "%";
     in.take_duty(scaled(in.field(duty), percent ? 0.01 : 1.0, percent ? "/100" : ""));
     in.voltage = "none: its size by duty, dead time included";
+    // Whole percents are too coarse for one.
+    in.polled = in.voltage_is_size && !percent;
+    if (in.polled) in.regime.reset();
 }
 
 }  // namespace

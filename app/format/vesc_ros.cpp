@@ -24,10 +24,11 @@ void vesc_state(Import& in)
         in.voltage = "phase, peak; mean since the last poll, less the firmware's model of the dead time";
         return;
     }
-    in.regime = Regime::mechanical;
     in.voltage = "none in this message: |v| by duty, dead time included";
     const std::size_t duty = in.head.find_ending("duty_cycle");
     if (duty != Head::none) in.take_duty(in.field(duty));
+    in.polled = in.voltage_is_size;
+    if (!in.polled) in.regime = Regime::mechanical;
 }
 
 namespace {

@@ -21,7 +21,8 @@ void describe(Import& in)
     } else {
         in.take_duty(in.field("duty_cycle"));
         in.voltage = "none in a file of this age: its size by duty, dead time included";
-        in.regime = Regime::mechanical;
+        in.polled = in.voltage_is_size;
+        if (!in.polled) in.regime = Regime::mechanical;
     }
 }
 

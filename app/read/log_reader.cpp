@@ -293,6 +293,7 @@ private:
                                                             : Clock::own;
         if (has_[col_t]) base_ = time_base_of(log_.t_s, clock);
         log_.modulation = machine_.modulation;
+        log_.v_q_is_size = import_.voltage_is_size && !has_[col_v_d];
         log_.observed = machine_.observed;
         log_.voltage_error_V = machine_.voltage_error_V;
         const bool of_format = !machine_.regime && regime_ && !own_format();
@@ -311,6 +312,7 @@ private:
     std::pair<Regime, const char*> regime_of_rows() const
     {
         if (regime_ == Regime::mechanical) return {Regime::mechanical, "no voltages"};
+        if (regime_ == Regime::polled) return {Regime::polled, "without v_d_V or i_d_A only means tell something"};
         if (!in_file_[col_w_m]) {
             if (!options_.survey && (theta_moves(log_.theta_e_rad) || theta_moves(log_.theta_m_rad)))
                 throw InputError(path_, opening_.head.line,
@@ -370,7 +372,8 @@ private:
 
     void warn_of_units() const
     {
-        if (!options_.notes || !has_[col_w_m] || !complete(log_.regime, has_)) return;
+        const bool half = log_.regime == Regime::polled && !(has_[col_v_d] && has_[col_i_d]);
+        if (!options_.notes || !has_[col_w_m] || half || !complete(log_.regime, has_)) return;
         SpeedProbe probe;
         for (std::size_t c = 0; c < column_count; ++c)
             if (has_[c]) probe.column[c] = (log_.*(columns[c].values)).data();

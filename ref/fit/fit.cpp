@@ -61,8 +61,12 @@ void need(const Log& log, const std::vector<double>& column, const char* name)
 void check_columns(const Log& log)
 {
     switch (log.regime) {
-    case Regime::dynamic:
-    case Regime::polled: need(log, log.t_s, "t_s"); [[fallthrough]];
+    case Regime::polled:
+        for (const auto& [column, name] : {std::pair(&Log::t_s, "t_s"), std::pair(&Log::w_m_rad_s, "w_m_rad_s"),
+                                           std::pair(&Log::v_q_V, "v_q_V"), std::pair(&Log::i_q_A, "i_q_A")})
+            need(log, log.*column, name);
+        break;
+    case Regime::dynamic: need(log, log.t_s, "t_s"); [[fallthrough]];
     case Regime::steady:
         need(log, log.w_m_rad_s, "w_m_rad_s");
         need(log, log.v_d_V, "v_d_V"), need(log, log.v_q_V, "v_q_V");

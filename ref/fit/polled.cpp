@@ -77,13 +77,22 @@ void report(const std::vector<Log>& logs, const PolledLogs& p, Result& result)
             e2[a] += share * std::pow(p.solution.e_V[k][a], 2), v2[a] += share * std::pow(p.rows[k].v_V[a], 2);
         count += share, used += share > 0.0;
     }
-    for (std::size_t a = 0; a < 2; ++a)
+    const bool half = equations_a_row(p.rows) < 2.0;
+    for (std::size_t a = half ? 1 : 0; a < 2; ++a)
         result.axes.push_back({a == 0 ? "d" : "q", std::sqrt(e2[a] / std::max(count, 1e-300)),
                                v2[a] > 0.0 ? 100.0 * std::sqrt(e2[a] / v2[a]) : 0.0});
-    result.residual_rms = std::sqrt((e2[0] + e2[1]) / std::max(2.0 * count, 1e-300));
+    result.residual_rms = std::sqrt((e2[0] + e2[1]) / std::max(equations_a_row(p.rows) * count, 1e-300));
     result.notes.push_back("polled: " + std::to_string(used) + " of " + std::to_string(rows) +
                            " rows used, weighed by how settled they are (worth " + figure(std::round(count)) +
                            "); the rest move, have little current or lack a neighbour");
+    if (half)
+        result.notes.emplace_back(
+            p.rows.front().voltage == PolledVoltage::size
+                ? "of the voltage only its size is in the log: its direction follows from R, L and psi"
+                : "v_d_V is not in the log: the q axis alone is fitted");
+    if (std::any_of(logs.begin(), logs.end(), [](const Log& log) { return log.i_d_A.empty(); }))
+        result.notes.emplace_back(
+            "i_d_A is not in the log: it is taken as zero, and where it is not, psi takes L_d i_d over");
     for (std::size_t l = 0; l < logs.size(); ++l)
         if (const int lag = p.lag[l]; lag != 0)
             result.notes.push_back(logs[l].path + ": currents and voltages come " + std::to_string(std::abs(lag)) +

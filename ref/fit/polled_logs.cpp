@@ -58,6 +58,8 @@ PolledForm form_of(const std::vector<PolledRow>& rows, double noise_rad_s)
     if (!tells(solve_polled(rows, form, noise_rad_s), kPolledLd)) form.one_L = true;
     if (!solve_polled(rows, form, noise_rad_s).ok) form.late = false;
     if (!solve_polled(rows, form, noise_rad_s).ok) form.V = false;
+    // Without v_d only what i_q gains in a row shows L.
+    if (equations_a_row(rows) < 2.0 && !solve_polled(rows, form, noise_rad_s).ok) form.Ld = form.Lq = false;
     return form;
 }
 
@@ -162,7 +164,8 @@ PolledLogs solve_logs(const std::vector<Log>& logs, double pole_pairs)
     // Both judged on the same rows: those of the plain form.
     const auto without = held_out_polled(p.rows, p.solution, p.form),
                found = held_out_polled(p.rows, p.solution, turned);
-    if (p.solution.ok && with.ok && !without.empty() && !found.empty() && sum(found) < kClearlyTurned * sum(without))
+    if (equations_a_row(p.rows) > 1.0 && p.solution.ok && with.ok && !without.empty() && !found.empty() &&
+        sum(found) < kClearlyTurned * sum(without))
         p.form = turned, p.solution = with;
     allow_for_inverter(logs, p);
     return p;
@@ -181,6 +184,11 @@ PolledLogs under(const PolledLogs& of, const Log& log, double pole_pairs)
 std::vector<Log> settled_logs(const std::vector<Log>& logs)
 {
     if (logs.empty() || logs.front().regime != Regime::polled) return logs;
+    for (const Log& log : logs)
+        if (log.v_d_V.empty() || log.i_d_A.empty())
+            throw std::invalid_argument(log.path +
+                                        ": without v_d_V or i_d_A its rows are no points of both axes; fit and "
+                                        "monitor take it");
     const double pole_pairs = logs.front().machine.pole_pairs.value_or(1.0);
     const PolledLogs p = solve_logs(logs, pole_pairs);
     std::vector<Log> out;

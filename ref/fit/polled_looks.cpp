@@ -18,11 +18,11 @@ using Vector = Eigen::Matrix<double, kLooked, 1>;
 using Matrix = Eigen::Matrix<double, kLooked, kLooked>;
 
 /// Mean square of an axis' residual, each row as it counts.
-double power(const PolledSolution& s, std::size_t from, std::size_t to)
+double power(const PolledSolution& s, double per_row, std::size_t from, std::size_t to)
 {
     double sum = 0.0, rows = 0.0;
     for (std::size_t k = from; k <= to; ++k)
-        sum += s.share[k] * (s.e_V[k][0] * s.e_V[k][0] + s.e_V[k][1] * s.e_V[k][1]), rows += 2.0 * s.share[k];
+        sum += s.share[k] * (s.e_V[k][0] * s.e_V[k][0] + s.e_V[k][1] * s.e_V[k][1]), rows += per_row * s.share[k];
     return sum / std::max(rows, 1.0);
 }
 
@@ -77,13 +77,14 @@ public:
     {
         PolledSolution now = p_.solution;
         for (std::size_t k = s.first; k <= s.last; ++k) {
-            const PolledEquations e = polled_equations(p_.rows[k], p_.form.one_L, p_.solution.x[kPolledTau]);
+            const PolledEquations e = polled_equations(p_.rows[k], p_.form.one_L, p_.solution.x[kPolledTau],
+                                                       p_.solution.x);
             for (int a = 0; a < 2; ++a)
                 for (std::size_t j = 0; j < kLooked; ++j)
                     now.e_V[k][static_cast<std::size_t>(a)] -= e.x(a, kWeights[j]) *
                                                                change[static_cast<Eigen::Index>(j)];
         }
-        return power(now, s.first, s.last);
+        return power(now, equations_a_row(p_.rows), s.first, s.last);
     }
 
     double time(std::size_t k) const { return log_.t_s[p_.rows[k].row]; }
@@ -91,7 +92,7 @@ public:
 private:
     void add(std::size_t k, Sums& s) const
     {
-        const PolledEquations e = polled_equations(p_.rows[k], p_.form.one_L, p_.solution.x[kPolledTau]);
+        const PolledEquations e = polled_equations(p_.rows[k], p_.form.one_L, p_.solution.x[kPolledTau], p_.solution.x);
         for (int a = 0; a < 2; ++a) {
             Vector x;
             for (std::size_t j = 0; j < kLooked; ++j) x[static_cast<Eigen::Index>(j)] = e.x(a, kWeights[j]);
@@ -156,8 +157,8 @@ PolledLooks polled_looks(const Log& log, double least_s, double head_s)
         if (free) wander[static_cast<Eigen::Index>(j)] = kWander * std::abs(out.head[j]);
     }
     // The head's residual says what lasts and what neighbours share; a look whose own is larger is as much less sure.
-    const double white = power(first.solution, 0, first.rows.size() - 1), lasting = lasting_V2(first.solution),
-                 own = white * neighbours(first.solution);
+    const double white = power(first.solution, equations_a_row(p.rows), 0, first.rows.size() - 1),
+                 lasting = lasting_V2(first.solution), own = white * neighbours(first.solution);
     for (const Sums& s : looks.gather(least_s)) {
         Matrix inverse;
         const Vector change = changes(s, wander, white, inverse);

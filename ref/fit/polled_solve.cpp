@@ -9,10 +9,11 @@ namespace {
 using Matrix = Eigen::MatrixXd;
 using Vector = Eigen::VectorXd;
 
-constexpr int kRounds = 4;          // of weights that depend on what is found
-constexpr double kQuietest = 0.35;  // of the rows
-constexpr double kMoving = 4.0;     // times the quiet rows' residual: left out
-constexpr std::size_t kParts = 8;   // stretches that are held out in turn
+constexpr int kTurns = 4, kDirections = 6;  // until the frame, or where the voltage points, stays
+constexpr int kRounds = 4;                  // of weights that depend on what is found
+constexpr double kQuietest = 0.35;          // of the rows
+constexpr double kMoving = 4.0;             // times the quiet rows' residual: left out
+constexpr std::size_t kParts = 8;           // stretches that are held out in turn
 
 std::vector<int> free_of(const PolledForm& f)
 {
@@ -41,10 +42,11 @@ public:
     bool solve(const std::vector<double>& share, PolledVector& x)
     {
         double turn_s = 0.0;
-        const int turns = form_.tau ? 4 : 1;
-        build(0.0);
+        const bool of_size = !rows_.empty() && rows_.front().voltage == PolledVoltage::size;
+        const int turns = form_.tau ? kTurns : of_size ? kDirections : 1;
+        own_.setZero();
         for (int round = 0; round < turns; ++round) {
-            if (round > 0) build(turn_s);
+            build(turn_s);
             const Sums s = sums(share);
             const Vector d = s.gram.diagonal().cwiseSqrt().cwiseMax(1e-300);
             const Matrix scaled = d.cwiseInverse().asDiagonal() * s.gram * d.cwiseInverse().asDiagonal();
@@ -57,8 +59,8 @@ public:
             x.setZero();
             for (std::size_t j = 0; j < free_.size(); ++j) x[free_[j]] = found[static_cast<Eigen::Index>(j)];
             if (form_.tau) turn_s += x[kPolledTau];
+            own_ = x;
         }
-        own_ = x;
         if (form_.tau) x[kPolledTau] = turn_s;
         if (form_.one_L) x[kPolledLd] = x[kPolledLq];
         return true;
@@ -84,7 +86,7 @@ private:
     void build(double turn_s)
     {
         built_.clear();
-        for (const PolledRow& r : rows_) built_.push_back(polled_equations(r, form_.one_L, turn_s));
+        for (const PolledRow& r : rows_) built_.push_back(polled_equations(r, form_.one_L, turn_s, own_));
     }
 
     Sums sums(const std::vector<double>& share) const
@@ -148,8 +150,8 @@ void weigh(const std::vector<PolledRow>& rows, const Problem& p, PolledSolution&
             const auto e = p.residual(k);
             squares.push_back(e[0] * e[0] + e[1] * e[1]);
         }
-    // The median of a chi-square of two is 2 ln 2.
-    s.quiet_V = std::sqrt(median(squares) / (2.0 * std::log(2.0)));
+    // The median of a chi-square of two is 2 ln 2, of one 0.455.
+    s.quiet_V = std::sqrt(median(squares) / (equations_a_row(rows) > 1.0 ? 2.0 * std::log(2.0) : 0.455));
     share(h, s);
 }
 
@@ -165,7 +167,7 @@ void judge(const std::vector<PolledRow>& rows, const Problem& p, double noise_ra
             power += s.share[k] * (s.e_V[k][0] * s.e_V[k][0] + s.e_V[k][1] * s.e_V[k][1]);
         }
     const double count = static_cast<double>(used.size());
-    const Matrix white = power / std::max(2.0 * shares - static_cast<double>(n), 1.0) * p.inverse();
+    const Matrix white = power / std::max(equations_a_row(rows) * shares - static_cast<double>(n), 1.0) * p.inverse();
     // White errors of unlike size, and what neighbours share.
     std::vector<Vector> scores;
     for (std::size_t k : used) {
@@ -200,7 +202,12 @@ void judge(const std::vector<PolledRow>& rows, const Problem& p, double noise_ra
 
 }  // namespace
 
-PolledEquations polled_equations(const PolledRow& r, bool one_L, double turn_s)
+double equations_a_row(const std::vector<PolledRow>& rows)
+{
+    return rows.empty() || rows.front().voltage == PolledVoltage::both ? 2.0 : 1.0;
+}
+
+PolledEquations polled_equations(const PolledRow& r, bool one_L, double turn_s, const PolledVector& at)
 {
     const double c = std::cos(turn_s * r.w_rad_s), s = std::sin(turn_s * r.w_rad_s);
     PolledEquations e;
@@ -209,6 +216,17 @@ PolledEquations polled_equations(const PolledRow& r, bool one_L, double turn_s)
     e.x.row(0) << r.i_A[0], r.di_A_s[0], -r.wi_A_rad_s[1], 0.0, r.i_A[0] / size, -r.w_rad_s * e.y[1], 0.0;
     e.x.row(1) << r.i_A[1], r.wi_A_rad_s[0], r.di_A_s[1], r.w_rad_s, r.i_A[1] / size, r.w_rad_s * e.y[0], r.dw_rad_s2;
     if (one_L) e.x.col(kPolledLq) += e.x.col(kPolledLd), e.x.col(kPolledLd).setZero();
+    if (r.voltage == PolledVoltage::both) return e;
+    Eigen::Vector2d along(0.0, 1.0);
+    if (r.voltage == PolledVoltage::size) {
+        along = e.x * at;
+        // Before anything is known the speed says where the voltage points.
+        if (!(along.norm() > 0.0)) along = {0.0, r.w_rad_s < 0.0 ? -1.0 : 1.0};
+        along.normalize();
+        e.y[1] = e.y.norm();
+    }
+    e.x.row(1) = (along.transpose() * e.x).eval();
+    e.x.row(0).setZero(), e.y[0] = 0.0;
     return e;
 }
 
@@ -245,7 +263,7 @@ PolledSolution solve_polled(const std::vector<PolledRow>& rows, const PolledForm
     s.share.assign(rows.size(), 1.0);
     s.e_V.assign(rows.size(), {});
     Problem p(rows, form);
-    if (2 * rows.size() < 2 * p.free().size()) return s;
+    if (rows.size() < p.free().size()) return s;
     for (int round = 0; round <= kRounds; ++round) {
         if (!p.solve(s.share, s.x)) return s;
         if (round < kRounds) weigh(rows, p, s);
@@ -264,7 +282,7 @@ PolledSolution under(const PolledSolution& of, const std::vector<PolledRow>& row
     s.e_V.clear();
     for (const PolledRow& r : rows) {
         h.push_back(unseen_V(r, of.x));
-        const PolledEquations e = polled_equations(r, form.one_L, of.x[kPolledTau]);
+        const PolledEquations e = polled_equations(r, form.one_L, of.x[kPolledTau], of.x);
         PolledVector x = of.x;
         x[kPolledTau] = 0.0;
         const Eigen::Vector2d left = e.y - e.x * x;

@@ -30,12 +30,16 @@ struct PolledSolution {
     std::vector<std::array<double, 2>> e_V;  ///< each row's residual
 };
 
-/// One row's equations, y = x w; `turn_s` is what the frame is known to be off by, per electrical speed.
+/// One row's equations, y = x w; `turn_s` is what the frame is known to be off by, per electrical speed. Of v_q alone, or
+/// of the voltage's size, the second is the one there is: |v| is taken along the direction that the weights `at` give.
 struct PolledEquations {
     Eigen::Matrix<double, 2, kPolledWeights> x;
     Eigen::Vector2d y;
 };
-PolledEquations polled_equations(const PolledRow& r, bool one_L, double turn_s);
+PolledEquations polled_equations(const PolledRow& r, bool one_L, double turn_s, const PolledVector& at);
+
+/// How many equations a row of these has.
+double equations_a_row(const std::vector<PolledRow>& rows);
 
 /// (E152): of the residuals' square, what neighbours share that have no instant of the speed in common.
 double lasting_V2(const PolledSolution& s);

@@ -18,7 +18,8 @@ struct Machine {
     std::optional<double> pole_pairs, R_ohm, Ld_H, Lq_H, psi_Wb, J_kgm2, B_Nms_rad, torque_constant_Nm_A;
 };
 
-/// One machine's log. A column that the file lacks is empty; every other has rows() entries, all finite.
+/// One machine's log. A column that the file lacks is empty; every other has rows() entries, all finite. A polled log may
+/// lack i_d, which is then taken as zero, and v_d: then v_q is alone, or the whole voltage.
 /// Row k: currents, speed and angle at t_k; v_d, v_q are the rotating-frame means from t_k to t_{k+1}
 /// (the reader has already turned `voltage_interval = "previous"` round).
 struct Log {
@@ -32,6 +33,7 @@ struct Log {
     /// Which legs of the inverter switch, as the machine file names it; empty: nothing is said, and all do.
     std::string modulation;
     bool observed = false;         ///< the angle is an observer's
+    bool v_q_is_size = false;      ///< of the voltage's vector, without v_d
     double voltage_error_V = 0.0;  ///< by how much the voltage may be off, unseen
     /// Median sampling period; 0 without t_s.
     double dt_s = 0.0;

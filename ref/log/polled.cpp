@@ -78,10 +78,24 @@ std::vector<PolledRow> points(const Log& log)
     return out;
 }
 
+/// What a log lacks as zero.
+Log filled(Log log)
+{
+    for (const auto column : {&Log::v_d_V, &Log::i_d_A})
+        if ((log.*column).empty()) (log.*column).assign(log.rows(), 0.0);
+    return log;
+}
+
 }  // namespace
 
 std::vector<PolledRow> polled_rows(const Log& log, int lag)
 {
+    if (log.v_d_V.empty() || log.i_d_A.empty()) {
+        std::vector<PolledRow> out = polled_rows(filled(log), lag);
+        if (log.v_d_V.empty())
+            for (PolledRow& r : out) r.voltage = log.v_q_is_size ? PolledVoltage::size : PolledVoltage::q;
+        return out;
+    }
     if (log.regime == Regime::steady) return points(log);
     std::vector<PolledRow> out;
     const std::vector<char> ok = follows(log);

@@ -10,6 +10,9 @@
 
 namespace dqw {
 
+/// What a log has of the voltage: both axes, that of q alone, or the size of the vector.
+enum class PolledVoltage { both, q, size };
+
 /// (E150): one row with what its neighbours tell of the interval; d, q in this order. Speeds are the shaft's.
 struct PolledRow {
     std::size_t row = 0;               ///< of the log
@@ -21,6 +24,7 @@ struct PolledRow {
     double dw_unseen_rad_s = 0.0;      ///< by how much the mean speed may be off: (E151)
     double di_unseen_A_s = 0.0, wi_unseen_A_rad_s = 0.0;
     double i_abs_A = 0.0;
+    PolledVoltage voltage = PolledVoltage::both;  ///< else v_V[0] is zero
 };
 
 /// Rows that two unbroken neighbours on either side complete, currents and voltages taken from `lag` rows later than the

@@ -182,7 +182,7 @@ static void an_old_ros_message_has_no_voltage_but_the_duty(void)
 {
     NEED_SAMPLES();
     const dqw::Log log = read("SYNTHETIC_vescstate_rostopic_echo.csv", {7});
-    expect_read("vesc_ros", 32, 32, "");
+    expect_read("vesc_ros", 32, 32, "polled");
     TEST_ASSERT_TRUE(survey.voltage.find("none") == 0);
     // v_q of the same motor at the same rows: 1.978 V, of a duty in steps of 0.001 and 48 V.
     TEST_ASSERT_DOUBLE_WITHIN(1e-9, 0.077 * 48 / std::sqrt(3.0), log.v_q_V.front());

@@ -134,6 +134,41 @@ void settled_rows_are_settled_points(void)
     TEST_ASSERT_EQUAL_size_t(1, dqw::settled_logs(settled).size());
 }
 
+/// A log without v_d and i_d: v_q alone, or by a duty the size of the voltage; i_d is taken as zero, as here it is.
+void half_a_log_tells_flux_and_resistance(void)
+{
+    for (const bool size : {false, true}) {
+        int within = 0;
+        double worst_R = 0.0, worst_psi = 0.0;
+        for (unsigned seed = 1; seed <= 10; ++seed) {
+            Drawn m;
+            m.seed = seed, m.noise_rad_s = 0.4, m.i_d_moves = false, m.seconds = 60;
+            dqw::Log log = polled(m);
+            if (size) {
+                // As a tool gives it: a duty in thousandths of 48 V.
+                const double step = 1e-3 * 48 / std::sqrt(3.0);
+                for (std::size_t k = 0; k < log.rows(); ++k)
+                    log.v_q_V[k] = step * std::round(std::hypot(log.v_d_V[k], log.v_q_V[k]) / step);
+            }
+            log.v_d_V.clear(), log.i_d_A.clear(), log.v_q_is_size = size;
+            const dqw::Result r = dqw::fit({log});
+            TEST_ASSERT_TRUE(notes(r, "it is taken as zero"));
+            TEST_ASSERT_TRUE(notes(r, size ? "only its size" : "the q axis alone"));
+            TEST_ASSERT_EQUAL_size_t(1, r.axes.size());
+            TEST_ASSERT_TRUE(refused(r, "Ld_H", ""));
+            worst_R = std::max(worst_R, std::abs(error(r, "R_ohm", m.R_ohm)));
+            worst_psi = std::max(worst_psi, std::abs(error(r, "psi_Wb", m.psi_Wb)));
+            within += std::abs(value(r, "R_ohm") - m.R_ohm) < 2 * sd(r, "R_ohm");
+            within += std::abs(value(r, "psi_Wb") - m.psi_Wb) < 2 * sd(r, "psi_Wb");
+        }
+        std::printf("%s: R within %.2f %%, psi within %.3f %%, %d of 20 within two deviations\n",
+                    size ? "size by duty" : "v_q alone", 100 * worst_R, 100 * worst_psi, within);
+        TEST_ASSERT_TRUE(worst_R > 1e-4 && worst_R < 0.03);
+        TEST_ASSERT_TRUE(worst_psi > 1e-5 && worst_psi < 0.005);
+        TEST_ASSERT_TRUE(within >= 18);
+    }
+}
+
 void one_operating_point_tells_nothing(void)
 {
     dqw::Log log = polled({});
@@ -168,6 +203,7 @@ int main(void)
     RUN_TEST(where_current_follows_speed_both_are_refused);
     RUN_TEST(without_i_d_the_inductances_are_one);
     RUN_TEST(settled_rows_are_settled_points);
+    RUN_TEST(half_a_log_tells_flux_and_resistance);
     RUN_TEST(one_operating_point_tells_nothing);
     RUN_TEST(too_few_rows_are_refused);
     return UNITY_END();
