@@ -9,7 +9,7 @@
 #include <cstring>
 #include <exception>
 
-#include "app/cmd/logs.hpp"
+#include "app/job/logs.hpp"
 #include "app/learn/inputs.hpp"
 #include "app/learn/parts.hpp"
 #include "app/learn/signals.hpp"

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "app/cmd/simulate.hpp"
+#include "app/job/simulate.hpp"
 #include "ref/trace/trace.hpp"
 
 extern "C" {

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "app/cmd/simulate.hpp"
+#include "app/job/simulate.hpp"
 #include "app/read/log_reader.hpp"
 #include "command.hpp"
 

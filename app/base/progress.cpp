@@ -8,9 +8,9 @@
 
 namespace dqw {
 
-Progress::Progress(std::string label)
-    : label_(std::move(label)), terminal_(::isatty(STDERR_FILENO) == 1), start_(std::chrono::steady_clock::now()),
-      last_(start_)
+Progress::Progress(std::string label, JobProgress instead)
+    : label_(std::move(label)), instead_(std::move(instead)), terminal_(::isatty(STDERR_FILENO) == 1),
+      start_(std::chrono::steady_clock::now()), last_(start_)
 {
 }
 
@@ -27,6 +27,7 @@ void Progress::wipe()
 void Progress::update(double fraction)
 {
     using namespace std::chrono_literals;
+    if (instead_) return instead_(label_, fraction);
     if (!terminal_) return;
     const auto now = std::chrono::steady_clock::now();
     if (now - start_ < 1s || now - last_ < 100ms) return;

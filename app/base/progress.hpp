@@ -8,10 +8,13 @@
 
 namespace dqw {
 
-/// Shows one bar for one job; the destructor wipes it off the line.
+/// How far a job of this name is, 0..1, called on the thread that runs it; it ends the job by throwing.
+using JobProgress = std::function<void(const std::string& job, double fraction)>;
+
+/// Shows one bar for one job, or tells `instead`; the destructor wipes it off the line.
 class Progress {
 public:
-    explicit Progress(std::string label);
+    explicit Progress(std::string label, JobProgress instead = {});
     ~Progress();
     Progress(const Progress&) = delete;
     Progress& operator=(const Progress&) = delete;
@@ -30,6 +33,7 @@ public:
 
 private:
     std::string label_;
+    JobProgress instead_;
     bool terminal_, drawn_ = false;
     std::chrono::steady_clock::time_point start_, last_;
 };

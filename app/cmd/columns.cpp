@@ -9,7 +9,7 @@
 #include "app/base/parameters.hpp"
 #include "app/base/quantity.hpp"
 #include "app/base/text.hpp"
-#include "app/cmd/logs.hpp"
+#include "app/job/logs.hpp"
 #include "app/format/formats.hpp"
 #include "app/read/log_reader.hpp"
 #include "app/report/report.hpp"

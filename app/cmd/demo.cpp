@@ -8,9 +8,9 @@
 #include "app/base/parameters.hpp"
 #include "app/base/quantity.hpp"
 #include "app/base/text.hpp"
-#include "app/cmd/estimate.hpp"
-#include "app/cmd/logs.hpp"
-#include "app/cmd/simulate.hpp"
+#include "app/job/estimate.hpp"
+#include "app/job/logs.hpp"
+#include "app/job/simulate.hpp"
 #include "app/report/report.hpp"
 
 namespace dqw {

@@ -3,27 +3,11 @@
 #define DQW_APP_CMD_ESTIMATE_HPP
 
 #include "app/cmd/command.hpp"
-#include "app/learn/inputs.hpp"
-#include "app/learn/learn.hpp"
 
 namespace dqw {
 
 int learn_command(const Options& options);
 int fit_command(const Options& options);
-
-/// What was estimated: effects beside parameters, where they were asked for.
-struct Estimated {
-    Result result;
-    std::vector<TraceEffect> effects;
-    std::string q15_config = {};  ///< a header, where the learners were those of port_q15/
-};
-
-/// By the learners in the arithmetic asked for, or by the reference fit; shows how far it is.
-Estimated estimate_by_learners(const std::vector<Log>& logs, const Options& options, const LearnConfig& config);
-Estimated estimate_by_fit(const std::vector<Log>& logs, const Options& options, const LearnConfig& config);
-
-/// What the command line and a trace say to the learners.
-LearnOptions learn_options(const Options& options, const LearnConfig& config, bool fixed_point);
 
 }  // namespace dqw
 #endif

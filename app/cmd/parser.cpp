@@ -163,7 +163,7 @@ void add_trace(CLI::App& command, Options& o)
 
 void add_monitor(CLI::App& command, Options& o)
 {
-    add_log(command, o, "dynamic log");
+    add_log(command, o, "dynamic log; - for rows from a pipe as they come");
     command.get_option("--json")->description(
         "print one JSON object an event, one a line, then one of what could be seen, and nothing else on stdout");
     add_effects(
@@ -171,6 +171,10 @@ void add_monitor(CLI::App& command, Options& o)
         "effect that the machine has, learned as well; repeatable; a note says where this log cannot have it: ");
     add_config(command, o, "what a trace found: start values, and the effects to learn");
     add_arith(command, o, "arithmetic of the monitor");
+    command
+        .add_option("--store", o.store_file,
+                    "keep what is healthy in this file: read at the start where it is there, written while it runs")
+        ->type_name("FILE");
 }
 
 void add_columns(CLI::App& command, Options& o)

@@ -142,6 +142,11 @@ LearnConfig read_learn_config(const std::string& path)
     const std::string text{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
     if (file.bad() || text.empty())
         refuse(path, 1, "is empty or cannot be read; expected the trace.json of `dqwatch trace`");
+    return learn_config_of(path, text);
+}
+
+LearnConfig learn_config_of(const std::string& path, const std::string& text)
+{
     Json trace;
     try {
         trace = Json::parse(text);
@@ -163,15 +168,12 @@ LearnConfig read_learn_config(const std::string& path)
     return config;
 }
 
-LearnConfig asked_effects(const std::string& path, const std::vector<std::string>& names)
+void add_effects(LearnConfig& config, const std::vector<std::string>& names)
 {
-    LearnConfig config;
-    if (!path.empty()) config = read_learn_config(path);
     for (const std::string& name : names) {
         const auto is_it = [&](const TraceInput& in) { return in.effect == name; };
         if (std::none_of(config.inputs.begin(), config.inputs.end(), is_it)) config.inputs.push_back({name, {}, {}});
     }
-    return config;
 }
 
 std::vector<std::string> effects_of(const LearnConfig& config)

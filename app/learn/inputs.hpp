@@ -19,9 +19,11 @@ struct LearnConfig {
 
 /// Reads `inputs` and `after` of a trace. Throws InputError: unreadable, no JSON, not a trace, an unknown effect.
 LearnConfig read_learn_config(const std::string& path);
+/// The same of a text; `path` stands for its file.
+LearnConfig learn_config_of(const std::string& path, const std::string& text);
 
-/// The effects asked for: those of a trace.json ("": none) with its shapes and weights, then those named that it lacks.
-LearnConfig asked_effects(const std::string& path, const std::vector<std::string>& names);
+/// Adds those named that it lacks.
+void add_effects(LearnConfig& config, const std::vector<std::string>& names);
 
 /// Their names, each once.
 std::vector<std::string> effects_of(const LearnConfig& config);

@@ -87,9 +87,24 @@ double largest_current(const std::vector<Log>& logs)
 
 SampleSource::SampleSource(const Log& log, double pole_pairs, const std::vector<TraceInput>& inputs) : log_(log)
 {
+    End end;
+    fill(pole_pairs, inputs, end);
+}
+
+SampleSource::SampleSource(const Log& log, double pole_pairs, const std::vector<TraceInput>& inputs, End& end)
+    : log_(log)
+{
+    fill(pole_pairs, inputs, end);
+}
+
+void SampleSource::fill(double pole_pairs, const std::vector<TraceInput>& inputs, End& end)
+{
+    const Log& log = log_;
     if (inputs.empty()) return;
     theta_e_rad_.resize(log.rows());
-    double integrated = start_angle(inputs);
+    double integrated = end.any ? end.angle_rad : start_angle(inputs);
+    if (end.any && !log.t_s.empty() && !log.w_m_rad_s.empty())
+        integrated += pole_pairs * (0.5 * (log.w_m_rad_s[0] + end.w_m_rad_s) * (log.t_s[0] - end.t_s));
     for (std::size_t k = 0; k < log.rows(); ++k) {
         integrated += pole_pairs * speed_integrated(log, k);
         double angle = integrated;
@@ -98,6 +113,8 @@ SampleSource::SampleSource(const Log& log, double pole_pairs, const std::vector<
         // Single precision keeps the digits of a small angle alone.
         theta_e_rad_[k] = static_cast<float>(std::remainder(angle, kTurn_rad));
     }
+    if (log.rows() == 0 || log.t_s.empty() || log.w_m_rad_s.empty()) return;
+    end = {integrated, log.t_s.back(), log.w_m_rad_s.back(), true};
 }
 
 dqw_sample SampleSource::operator()(std::size_t k) const

@@ -33,10 +33,19 @@ double weight_unit(const TraceInput& input, const Log& log, const std::vector<Tr
 /// else p w_m integrated from a dead time's start angle; a magnet without a thermometer follows the winding's.
 class SampleSource {
 public:
+    /// Where the rows of a log end whose next rows are another Log: its angle goes on.
+    struct End {
+        double angle_rad = 0.0, t_s = 0.0, w_m_rad_s = 0.0;
+        bool any = false;
+    };
+
     SampleSource(const Log& log, double pole_pairs, const std::vector<TraceInput>& inputs);
+    /// For the next rows behind `end`, which is then theirs.
+    SampleSource(const Log& log, double pole_pairs, const std::vector<TraceInput>& inputs, End& end);
     dqw_sample operator()(std::size_t row) const;
 
 private:
+    void fill(double pole_pairs, const std::vector<TraceInput>& inputs, End& end);
     const Log& log_;
     std::vector<float> theta_e_rad_;
 };

@@ -3,9 +3,11 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <cstring>
 #include <stdexcept>
 
 #include "app/learn/parts.hpp"
+#include "app/monitor/image.hpp"
 #include "app/q15/effect_q15.hpp"
 #include "app/q15/fixed_point.hpp"
 #include "app/q15/monitor_config.h"
@@ -13,6 +15,8 @@
 #include "dqw_estimator_block_q15.h"
 #include "dqw_estimator_random.h"
 #include "dqw_monitor.h"
+#include "dqw_monitor_channel.h"
+#include "dqw_monitor_channel_q15.h"
 #include "dqw_number.h"
 #include "dqw_text.h"
 
@@ -52,6 +56,22 @@ protected:
         r.in_service = m_.estimator.stage.name == DQW_STAGE_IN_SERVICE;
         r.resting = m_.watch.resting;
         return r;
+    }
+
+    template <class Stored, class Give> static std::string bytes_of(const Give& give)
+    {
+        Stored stored{};
+        if (!give(&stored)) return "";
+        return {reinterpret_cast<const char*>(&stored), sizeof stored};
+    }
+
+    template <class Stored, class Take> static std::string taken(const std::string& bytes, const Take& take)
+    {
+        Stored stored{};
+        if (bytes.size() != sizeof stored) return "its size is another";
+        std::memcpy(&stored, bytes.data(), sizeof stored);
+        const dqw_status status = take(&stored);
+        return status == DQW_OK ? "" : dqw_status_text(status);
     }
 
     MonitorState state_with(const dqw_stage& stage, const dqw_gate& gate, double residual_pu) const
@@ -97,10 +117,38 @@ public:
         return told(e, static_cast<double>(e.value) * unit, sd_of(e.sd) * unit, e.fault);
     }
 
+    std::string image() const override
+    {
+        std::string bytes;
+        put_image(bytes, without_pointers(m_));
+        put_image(bytes, without_pointers(lent_));
+        return bytes;
+    }
+
+    bool take(std::string_view image) override
+    {
+        dqw_monitor m;
+        dqw_estimator_random lent;
+        if (!take_image(image, m) || !take_image(image, lent) || !image.empty()) return false;
+        point_as(m, m_), point_as(lent, lent_);
+        m_ = m, lent_ = lent;
+        return true;
+    }
+
     void define() override
     {
         dqw_estimator_random_init(&lent_);
         accept(dqw_monitor_define(&m_, &config_), "monitor");
+    }
+
+    std::string store() const override
+    {
+        return bytes_of<dqw_monitor_stored>([&](dqw_monitor_stored* s) { return dqw_monitor_store(&m_, s); });
+    }
+    std::string restore(const std::string& stored) override
+    {
+        return taken<dqw_monitor_stored>(stored,
+                                         [&](const dqw_monitor_stored* s) { return dqw_monitor_restore(&m_, s); });
     }
 
     MonitorMeasures measures() const override
@@ -145,6 +193,8 @@ public:
             const float least = dqw_monitor_sensitivity(&m_, channel);
             MonitorSight& s = all[static_cast<std::size_t>(i)];
             if (least < DQW_UNKNOWN) s.least = static_cast<double>(least) * channel_unit(now, i);
+            if (i < DQW_WATCH_TEMPERATURE && m_.healthy.weight[DQW_R] > 0.0F)
+                s.band = static_cast<double>(dqw_monitor_band_of(&m_, i)) * channel_unit(now, i);
             s.why = dqw_monitor_unwatched(&m_, channel);
         }
         return all;
@@ -200,7 +250,36 @@ public:
                     {e.fault.name, static_cast<float>(e.fault.confidence_q15) / 32768.0F, e.fault.phase});
     }
 
+    std::string image() const override
+    {
+        std::string bytes;
+        put_image(bytes, without_pointers(m_));
+        put_image(bytes, not_numbers_);
+        return bytes;
+    }
+
+    bool take(std::string_view image) override
+    {
+        dqw_monitor_q15 m;
+        std::uint32_t not_numbers = 0;
+        if (!take_image(image, m) || !take_image(image, not_numbers) || !image.empty()) return false;
+        point_as(m, m_);
+        m_ = m, not_numbers_ = not_numbers;
+        return true;
+    }
+
     void define() override { accept(dqw_monitor_define_q15(&m_, &config_), "fixed-point monitor"); }
+
+    std::string store() const override
+    {
+        return bytes_of<dqw_monitor_stored_q15>(
+            [&](dqw_monitor_stored_q15* s) { return dqw_monitor_store_q15(&m_, s); });
+    }
+    std::string restore(const std::string& stored) override
+    {
+        return taken<dqw_monitor_stored_q15>(
+            stored, [&](const dqw_monitor_stored_q15* s) { return dqw_monitor_restore_q15(&m_, s); });
+    }
 
     MonitorMeasures measures() const override
     {
@@ -253,6 +332,8 @@ public:
             MonitorSight& s = all[static_cast<std::size_t>(i)];
             if (least_q40 != INT64_MAX)
                 s.least = static_cast<double>(least_q40) * kQ40 * unit_of(i) * channel_unit(now, i);
+            if (i < DQW_WATCH_TEMPERATURE && m_.healthy.weight_q24[DQW_R] > 0)
+                s.band = dqw_monitor_band_of_q15(&m_, i) * kQ24 * unit_of(i) * channel_unit(now, i);
             s.why = dqw_monitor_unwatched_q15(&m_, channel);
         }
         return all;

@@ -6,6 +6,8 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <string>
+#include <string_view>
 
 #include "app/monitor/readings.hpp"
 #include "app/monitor/setup.hpp"
@@ -51,6 +53,14 @@ public:
     virtual MonitorState state() const = 0;
     /// What it could see now, in the units of the names.
     virtual MonitorSights sights() const = 0;
+    /// What was learned as healthy, lib/'s own struct byte by byte; empty before it stands.
+    virtual std::string store() const = 0;
+    /// Gives it back, before the first sample; what it is refused for, empty where it is taken.
+    virtual std::string restore(const std::string& stored) = 0;
+    /// All of its state, for an engine of the same setup in the same build.
+    virtual std::string image() const = 0;
+    /// Goes on as the engine that gave it would. False where it is none of this engine's, which is then as it was.
+    virtual bool take(std::string_view image) = 0;
 };
 
 /// Throws std::invalid_argument where the monitor refuses its configuration; `setup` stays in use as long as the

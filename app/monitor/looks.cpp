@@ -274,6 +274,7 @@ private:
                                  {value(n, worst), change_sd(n, worst), healthy_[worst]},
                                  name(n, worst)};
         run_.events.push_back(event);
+        ++run_.event_count;
         if (watch_.event) watch_.event(event);
     }
 

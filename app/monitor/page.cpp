@@ -28,13 +28,13 @@ std::string badge_text(const MonitorRun& run)
     if (!run.served) return "not in service";
     if (!run.watched) return "not watched";
     if (run.events.empty() && !run.relearned.empty()) return "learned anew";
-    return run.events.empty() ? "healthy" : counted(run.events.size(), "event");
+    return run.events.empty() ? "healthy" : counted(run.event_count, "event");
 }
 
 std::string remark(const MonitorRun& run)
 {
     std::string out;
-    if (run.events.size() > 1) out = fmt::format("The first of {} events; the others stand below.", run.events.size());
+    if (run.events.size() > 1) out = fmt::format("The first of {} events; the others stand below.", run.event_count);
     if (run.end.stage.times_back > 0)
         out += fmt::format("{}The monitor went back to stage 1 {} and learned anew.", out.empty() ? "" : " ",
                            run.end.stage.times_back == 1 ? "once" : fmt::format("{} times", run.end.stage.times_back));
@@ -110,7 +110,7 @@ std::string event_card(const MonitorRun& run)
 {
     if (run.events.empty()) return "";
     std::string out = html_table(event_rows(run, most_events), "numbers events");
-    if (run.events.size() > most_events) out += fmt::format("<p>and {} more</p>\n", run.events.size() - most_events);
+    if (run.event_count > most_events) out += fmt::format("<p>and {} more</p>\n", run.event_count - most_events);
     return card("Events", out);
 }
 

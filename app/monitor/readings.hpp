@@ -23,6 +23,8 @@ using MonitorReadings = std::array<MonitorReading, DQW_WATCH_CHANNELS>;
 /// the monitor of lib/ has no word for it.
 struct MonitorSight {
     double least = std::numeric_limits<double>::quiet_NaN();
+    double band =
+        least;  ///< a change by less is healthy, however sure; NaN where there is no healthy value, or a limit
     dqw_why why = DQW_WHY_NO_BLOCK;
     const char* said = nullptr;
 };

@@ -102,7 +102,7 @@ std::string stage_text(const MonitorRun& run)
 /// Seconds in service.
 double served_s(const MonitorRun& run)
 {
-    double sum = 0.0;
+    double sum = run.served_before_s;
     for (std::size_t k = 0; k < run.stages.size(); ++k)
         if (run.stages[k].name == DQW_STAGE_IN_SERVICE)
             sum += (k + 1 < run.stages.size() ? run.stages[k + 1].from_s : run.end_s) - run.stages[k].from_s;
@@ -149,6 +149,40 @@ std::string sensitivity_json(const MonitorRun& run)
     }
     return Json{{"schema", "dqwatch.sensitivity/1"}, {"t_s", number(run.sights_s)}, {"parameters", channels}}.dump() +
            "\n";
+}
+
+std::string status_json(const MonitorEngine& monitor)
+{
+    const MonitorState state = monitor.state();
+    const MonitorReadings readings = readings_of(monitor.measures());
+    const MonitorSights sights = monitor.sights();
+    Json channels = Json::object();
+    for (int channel = 0; channel < DQW_WATCH_CHANNELS; ++channel) {
+        const auto at = static_cast<std::size_t>(channel);
+        const MonitorReading& r = readings[at];
+        const MonitorSight& s = sights[at];
+        const bool watched = s.why == DQW_WHY_IN_SERVICE;
+        Json& json = channels[channel_named(channel).parameter];
+        json = {{"value", number(r.value)},
+                {"sd", number(r.sd)},
+                {"healthy", number(r.healthy)},
+                {"band", number(s.band)},
+                {"least_change", number(s.least)},
+                {"watched", watched},
+                {"why", watched ? "" : why_not_watched(channel, s.why)}};
+    }
+    const dqw_gate& g = state.gate;
+    return Json{{"stage", dqw_stage_text(state.stage.name)},
+                {"in_service", state.stage.name == DQW_STAGE_IN_SERVICE},
+                {"blocks", state.blocks},
+                {"residual_pu", number(state.residual_pu)},
+                {"parameters", channels},
+                {"refused",
+                 {{"not_finite", g.nonfinite},
+                  {"saturated", g.saturated},
+                  {"stuck", g.stale},
+                  {"incomplete_blocks", g.incomplete}}}}
+        .dump();
 }
 
 std::string monitor_outcome(const MonitorRun& run)
@@ -230,7 +264,7 @@ MonitorRows summary_rows(const MonitorRun& run)
                                         counted(run.end.stage.times_back, "way") + " back")});
     rows.push_back({"rows", fmt::format("{}, {:.4g} s", run.rows, run.end_s - run.begin_s)});
     if (!run.averages) rows.push_back({"refused", refused_text(run)});
-    rows.push_back({"events", std::to_string(run.events.size())});
+    rows.push_back({"events", std::to_string(run.event_count)});
     return rows;
 }
 

@@ -24,6 +24,10 @@ std::string event_text(const MonitorEvent& event);
 /// it is watched, and why not.
 std::string sensitivity_json(const MonitorRun& run);
 
+/// Where a monitor is now, as one object: stage, why it is not in service, of each channel what it knows, its band, the
+/// smallest change that would be told, whether it is watched; what was refused.
+std::string status_json(const MonitorEngine& monitor);
+
 /// What came of it, in one sentence.
 std::string monitor_outcome(const MonitorRun& run);
 

@@ -3,6 +3,7 @@
 #define DQW_APP_MONITOR_RUN_HPP
 
 #include <functional>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -41,11 +42,13 @@ struct MonitorPoint {
 struct MonitorRun {
     std::size_t rows = 0;
     double begin_s = 0.0, end_s = 0.0;
-    std::vector<MonitorEvent> events;
-    std::vector<MonitorStage> stages;
-    std::vector<MonitorRelearned> relearned;
-    std::vector<MonitorPoint> points;  ///< evenly chosen, 100 000 at most
-    MonitorReadings healthy;           ///< `healthy` of each when they first stood
+    std::vector<MonitorEvent> events;         ///< the first of them, 10 000 at most
+    std::size_t event_count = 0;              ///< all
+    std::vector<MonitorStage> stages;         ///< the last of them, 10 000 at least
+    double served_before_s = 0.0;             ///< in service, before those
+    std::vector<MonitorRelearned> relearned;  ///< the first of them, 1000 at most
+    std::vector<MonitorPoint> points;         ///< evenly chosen, 100 000 at most; of rows without end 4096
+    MonitorReadings healthy;                  ///< `healthy` of each when they first stood
     MonitorReadings last;
     MonitorState end{};  ///< what it says of itself then
     /// what it could see, when it last learned while it watched; at the end where it never did
@@ -64,6 +67,25 @@ struct MonitorWatch {
     /// A way back to stage 1, and what had been wrong.
     std::function<void(double t_s, const dqw_stage&)> back;
     std::function<void(double)> progress;
+};
+
+/// A run over rows that come in pieces, in bounded memory; the same events whatever the pieces.
+class MonitorRunner {
+public:
+    /// `rows_ahead`: how many will come, 0 where nobody knows. All that is given stays in use.
+    MonitorRunner(const MonitorSetup& setup, MonitorEngine& monitor, const MonitorWatch& watch, double dt_s,
+                  std::size_t rows_ahead);
+    ~MonitorRunner();
+    MonitorRunner(const MonitorRunner&) = delete;
+    MonitorRunner& operator=(const MonitorRunner&) = delete;
+    /// The next rows; a gap stands before those of rows.segments.
+    void take(const Log& rows);
+    /// What came of it, once.
+    MonitorRun end();
+
+private:
+    class Impl;
+    std::unique_ptr<Impl> impl_;
 };
 
 /// Throws std::invalid_argument where the monitor refuses its configuration.

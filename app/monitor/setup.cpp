@@ -190,9 +190,13 @@ MonitorSetup monitor_setup(const std::vector<Log>& logs, const LearnConfig& aske
     MonitorSetup setup;
     dqw_estimator_config& c = setup.config.estimator;
     c.dt_s = static_cast<float>(log.dt_s);
-    c.v_base_V = usual_largest(logs, &Log::v_d_V, &Log::v_q_V);
-    c.i_base_A = usual_largest(logs, &Log::i_d_A, &Log::i_q_A);
-    c.w_base_rad_s = usual_largest(logs, &Log::w_m_rad_s, &Log::w_m_rad_s);
+    const Machine& plate = log.machine;
+    const auto rated = [](const std::optional<double>& said, float found) {
+        return said ? static_cast<float>(*said) : found;
+    };
+    c.v_base_V = rated(plate.v_rated_V, usual_largest(logs, &Log::v_d_V, &Log::v_q_V));
+    c.i_base_A = rated(plate.i_rated_A, usual_largest(logs, &Log::i_d_A, &Log::i_q_A));
+    c.w_base_rad_s = rated(plate.w_max_rad_s, usual_largest(logs, &Log::w_m_rad_s, &Log::w_m_rad_s));
     c.pole_pairs = static_cast<std::uint16_t>(log.machine.pole_pairs ? *log.machine.pole_pairs
                                                                      : *asked.start.pole_pairs);
     c.angle = !log.theta_e_rad.empty() || !log.theta_m_rad.empty();

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "app/base/input_error.hpp"
+#include "app/base/interrupt.hpp"
 
 namespace dqw {
 namespace {
@@ -46,6 +47,7 @@ public:
             begin_.erase(0, n);
             return n;
         }
+        if (!wait_to_read(fd_)) return 0;
         ssize_t got = 0;
         do got = ::read(fd_, to, most);
         while (got < 0 && errno == EINTR);
@@ -95,7 +97,8 @@ public:
             if (z_.avail_in == 0) {
                 const std::size_t got = packed_->read(in_.data(), in_.size());
                 if (got == 0) {
-                    if (!ended_) throw std::runtime_error("the gzip file is cut off; expected its end");
+                    if (!ended_ && !interrupted())
+                        throw std::runtime_error("the gzip file is cut off; expected its end");
                     return 0;
                 }
                 z_.next_in = reinterpret_cast<Bytef*>(in_.data());
@@ -137,7 +140,8 @@ public:
             if (at_.pos == at_.size) {
                 const std::size_t got = packed_->read(in_.data(), in_.size());
                 if (got == 0) {
-                    if (open_ != 0) throw std::runtime_error("the zstd file is cut off; expected its end");
+                    if (open_ != 0 && !interrupted())
+                        throw std::runtime_error("the zstd file is cut off; expected its end");
                     return 0;
                 }
                 at_ = {in_.data(), got, 0};

@@ -13,7 +13,7 @@ namespace dqw {
 class ByteSource {
 public:
     virtual ~ByteSource() = default;
-    /// At most `most` bytes into `to`; 0 at the end.
+    /// At most `most` bytes into `to`; 0 at the end, and where an interrupt that is caught came.
     virtual std::size_t read(char* to, std::size_t most) = 0;
     /// Size of a regular file that is not packed; 0 of all else.
     virtual std::uint64_t size() const { return 0; }

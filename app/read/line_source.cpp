@@ -4,6 +4,7 @@
 #include <stdexcept>
 
 #include "app/base/input_error.hpp"
+#include "app/base/interrupt.hpp"
 
 namespace dqw {
 
@@ -44,7 +45,8 @@ bool LineSource::next(std::string_view& line)
         if (!fill()) break;
     }
     const char* first = buffer_.data() + begin_;
-    if (!lf && begin_ == end_) return false;
+    // What an interrupt cuts off is no line.
+    if (!lf && (begin_ == end_ || interrupted())) return false;
     std::size_t length = lf ? static_cast<std::size_t>(lf - first) : end_ - begin_;
     const std::size_t used = length + (lf ? 1 : 0);
     begin_ += used;
@@ -53,6 +55,11 @@ bool LineSource::next(std::string_view& line)
     if (length > 0 && first[length - 1] == '\r') --length;
     line = std::string_view(first, length);
     return true;
+}
+
+bool LineSource::ready() const
+{
+    return at_end_ || (end_ > begin_ && std::memchr(buffer_.data() + begin_, '\n', end_ - begin_) != nullptr);
 }
 
 std::string LineSource::rest(std::size_t most_bytes)

@@ -29,6 +29,8 @@ public:
 
     /// The next line without its LF or CRLF, valid until the next call; false at the end.
     bool next(std::string_view& line);
+    /// True where next() gives a line without waiting for more.
+    bool ready() const;
     /// All that is left, as it stands; throws where it is more than `most_bytes`.
     std::string rest(std::size_t most_bytes);
 

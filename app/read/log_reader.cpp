@@ -8,6 +8,7 @@
 #include "app/base/columns.hpp"
 #include "app/base/text.hpp"
 #include "app/read/join.hpp"
+#include "app/read/log_stream.hpp"
 #include "app/read/machine_file.hpp"
 #include "app/read/mapping.hpp"
 #include "app/read/opening.hpp"
@@ -44,11 +45,18 @@ Given given_of(const ReadOptions& options, const MachineFile& machine)
             first(options.given.v_dc_V, machine.v_dc_V), first(options.given.period_s, machine.period_s)};
 }
 
+MachineFile machine_of(const std::string& path, const ReadOptions& options)
+{
+    if (!options.machine_text.empty()) return read_machine_text("machine", options.machine_text);
+    if (options.table && options.machine_file.empty()) return {};
+    return machine_file_of(path, options.machine_file);
+}
+
 class LogReader {
 public:
     LogReader(const std::string& path, const ReadOptions& options)
-        : options_(options), path_(path), opening_(path), machine_(machine_file_of(path, options.machine_file)),
-          given_(given_of(options, machine_)), import_(opening_.head, given_),
+        : options_(options), path_(path), opening_(options.table ? Opening(path, *options.table) : Opening(path)),
+          machine_(machine_of(path, options)), given_(given_of(options, machine_)), import_(opening_.head, given_),
           format_(format_for(opening_.head, opening_.json, options.format, machine_))
     {
         machine_.machine.pole_pairs = given_.pole_pairs;
@@ -58,9 +66,122 @@ public:
     {
         read_header();
         read_rows();
+        return made_of_rows();
+    }
+
+    const Machine& machine() const { return machine_.machine; }
+    const std::string& modulation() const { return machine_.modulation; }
+    const std::vector<LeftOut>& left_out() const { return left_out_; }
+    std::function<void(const std::string&)> said;  ///< gets what happens while rows come
+
+    /// The log that the first `window_s` make, `fewest` rows at least; then() gives these rows again, and all others.
+    Log begin(double window_s, std::size_t fewest)
+    {
+        window_s_ = window_s, fewest_ = fewest;
+        read_header();
+        read_rows();
+        Log first = made_of_rows();
+        log_ = std::move(raw_);
+        for (std::size_t c = 0; c < column_count; ++c)
+            if (!has_[c]) values(c) = {};
+        tail_ = true;
+        return first;
+    }
+
+    /// The rows that are there, one at least; false at the end.
+    bool then(Log& out)
+    {
+        const std::size_t ahead = (import_.speed_from_angle ? slope_rows : 0) + (previous() ? 1 : 0);
+        for (;;) {
+            const std::size_t all = values(col_t).size();
+            const std::size_t good = std::min(ended_ ? all : all - std::min(ahead, all), given_rows_ + most_at_once);
+            if (given_rows_ < good && give(good, out)) return true;
+            if (ended_ && given_rows_ >= all) return false;
+            if (!ended_ && given_rows_ >= good) ended_ = !take_lines();
+        }
+    }
+
+private:
+    /// Rows on either side that the slope of an angle is made of.
+    static constexpr std::size_t slope_rows = 10;
+    static constexpr std::size_t most_at_once = 4096;
+
+    bool previous() const { return machine_.voltage_previous || import_.voltage_previous; }
+
+    /// Those that are there, one at least; false at the end.
+    bool take_lines()
+    {
+        std::string_view line;
+        const std::size_t before = rows_;
+        for (std::size_t n = 0; n == 0 || (n < most_at_once && opening_.ready()); ++n) {
+            if (!opening_.next(line)) return rows_ != before;
+            if (line.find_first_not_of(" \t") == line.npos) continue;
+            try {
+                take_row(*parser_, parser_->parse(line, opening_.line_number()));
+            } catch (const InputError& error) {
+                leave_out(error);
+            }
+        }
+        return true;
+    }
+
+    /// One bad row of a pipe is no end: the motor goes on.
+    void leave_out(const InputError& error)
+    {
+        if (broken_rows_++ == 0 && said) said(std::string(error.what()) + "; left out, as are all others");
+        count_left_out(left_out_, "it cannot be read", opening_.line_number());
+    }
+
+    /// Does a gap stand before row k of those that wait?
+    bool gap_at(std::size_t k) const
+    {
+        if (std::find(log_.segments.begin(), log_.segments.end(), k) != log_.segments.end()) return true;
+        return k > 0 && log_.t_s[k] - log_.t_s[k - 1] > base_.gap_s;
+    }
+
+    /// Rows up to `good` into `out`; false where none of them can be used.
+    bool give(std::size_t good, Log& out)
+    {
+        make_speed();
+        for (const ColumnInfo& column : columns) (out.*(column.values)).clear();
+        out.segments.clear();
+        out.dt_s = log_.dt_s;
+        std::size_t given = 0;
+        for (std::size_t k = given_rows_; k < good; ++k) {
+            gap_ = gap_ || gap_at(k);
+            if (previous() && (k + 1 == values(col_t).size() || gap_at(k + 1))) continue;
+            if (gap_) out.segments.push_back(given);
+            gap_ = false;
+            for (std::size_t c = 0; c < column_count; ++c)
+                if (has_[c]) {
+                    const bool later = previous() && (c == col_v_d || c == col_v_q);
+                    (out.*(columns[c].values)).push_back(values(c)[later ? k + 1 : k]);
+                }
+            ++given;
+        }
+        given_rows_ = good;
+        forget(good - std::min(good, slope_rows));
+        return given > 0;
+    }
+
+    /// The first `rows` of those that wait: nothing needs them any more.
+    void forget(std::size_t rows)
+    {
+        for (std::size_t c = 0; c < column_count; ++c)
+            if (has_[c]) values(c).erase(values(c).begin(), values(c).begin() + static_cast<std::ptrdiff_t>(rows));
+        given_rows_ -= rows;
+        std::vector<std::size_t> left;
+        for (const std::size_t s : log_.segments)
+            if (s >= rows) left.push_back(s - rows);
+        log_.segments = left;
+    }
+
+    Log made_of_rows()
+    {
         make_speed();
         drop_motion();
         settle_slow_channels();
+        if (window_s_ < HUGE_VAL) raw_ = log_;
         settle_regime();
         check_size();
         check_period();
@@ -73,10 +194,10 @@ public:
         fill_survey();
         for (std::size_t c = 0; c < column_count; ++c)
             if (!keep_[c]) log_.*(columns[c].values) = {};
+        raw_.dt_s = log_.dt_s;
         return std::move(log_);
     }
 
-private:
     std::vector<double>& values(std::size_t c) { return log_.*(columns[c].values); }
 
     void note(const std::string& text) const
@@ -85,6 +206,12 @@ private:
     }
 
     [[noreturn]] void refuse(const std::string& what) const { throw InputError(path_, opening_.line_number(), what); }
+
+    /// A file's line; a table's row, from 0.
+    std::string place(std::size_t line) const
+    {
+        return opening_.is_table() ? fmt::format("row {}", line < 2 ? 0 : line - 2) : fmt::format("line {}", line);
+    }
 
     bool own_format() const { return &format_ == &plain; }
 
@@ -160,25 +287,53 @@ private:
 
     void read_rows()
     {
-        const std::uint64_t header_bytes = opening_.source().bytes_consumed();
-        RowParser parser(path_, import_);
+        const std::uint64_t header_bytes = opening_.taken();
+        parser_.emplace(path_, import_);
+        RowParser& parser = *parser_;
+        if (opening_.is_table()) return read_table(parser);
         std::size_t blank_lines = 0, blank_run = 0;
         std::string_view line;
-        while (opening_.next(line)) {
+        while (!enough() && opening_.next(line)) {
             if (line.find_first_not_of(" \t") == line.npos) {
                 ++blank_run;
                 continue;
             }
             blank_lines += blank_run;
             blank_run = 0;
-            take_row(parser, line);
-            ++rows_in_file_;
-            if (rows_ == 1000) reserve(opening_.source().bytes_consumed() - header_bytes);
-            if (options_.progress && rows_in_file_ % 65536 == 0 && opening_.source().file_bytes())
-                options_.progress(static_cast<double>(opening_.source().bytes_consumed()) /
-                                  static_cast<double>(opening_.source().file_bytes()));
+            take_row(parser, parser.parse(line, opening_.line_number()));
+            if (rows_ == 1000) reserve(opening_.taken() - header_bytes);
+            tell_progress();
         }
         if (blank_lines) note(counted(blank_lines, "blank line") + " between rows skipped");
+        check_rows();
+    }
+
+    void read_table(RowParser& parser)
+    {
+        for (std::size_t f = 0; f < opening_.head.fields.size(); ++f)
+            if (const std::string type = options_.table->no_numbers(f); parser.uses(f) && !type.empty())
+                throw InputError(path_, opening_.head.line,
+                                 fmt::format("column {} is of type {}; expected real numbers, such as float64",
+                                             shown(opening_.head.fields[f]), type));
+        for (std::size_t c = 0; c < column_count; ++c)
+            if (has_[c])
+                values(c).reserve(whole_[c] ? options_.table->rows() : std::min(options_.table->rows(), probe_rows));
+        while (const double* row = opening_.next()) {
+            take_row(parser, parser.parse(row, opening_.line_number()));
+            tell_progress();
+        }
+        check_rows();
+    }
+
+    void tell_progress() const
+    {
+        if (!options_.progress || rows_in_file_ % 65536 != 0) return;
+        const auto all = static_cast<double>(opening_.in_all());
+        options_.progress(all > 0.0 ? std::min(static_cast<double>(opening_.taken()) / all, 1.0) : 0.0);
+    }
+
+    void check_rows() const
+    {
         if (rows_in_file_ == 0)
             throw InputError(path_, opening_.head.line, "a header and no data; expected at least one row below it");
         if (rows_ == 0)
@@ -192,16 +347,37 @@ private:
                                          stamps_.backward(), counted(rows_in_file_, "stamp")));
     }
 
-    void take_row(RowParser& parser, std::string_view line)
+    /// Of a pipe the window that makes the log.
+    bool enough() const
     {
-        const RowValues* parsed = parser.parse(line, opening_.line_number());
+        return window_s_ < HUGE_VAL && rows_ >= fewest_ && has_[col_t] && !log_.t_s.empty() &&
+               stamps_.last_s() - log_.t_s.front() >= window_s_;
+    }
+
+    /// A controller that starts anew, or a clock that is set: the rows go on, behind a gap of a length that nobody knows.
+    void set_clock(double t_s)
+    {
+        constexpr double set_s = 1.0;
+        if (!tail_ || !(stamps_.back_s(t_s) > set_s)) return;
+        if (clocks_set_++ == 0 && said)
+            said(fmt::format("{}:{}: the clock went back by {:.4g} s; the rows go on behind a gap", path_,
+                             opening_.line_number(), stamps_.back_s(t_s)));
+        stamps_.set(t_s, log_.dt_s);
+        const std::size_t next = values(col_t).size();
+        if (log_.segments.empty() || log_.segments.back() != next) log_.segments.push_back(next);
+    }
+
+    void take_row(const RowParser& parser, const RowValues* parsed)
+    {
+        const std::size_t number = rows_in_file_++;
         if (!parsed) return count_left_out(left_out_, parser.left_out(), opening_.line_number());
         RowValues row = *parsed;
-        if (import_.row_period_s) row[col_t] = *import_.row_period_s * static_cast<double>(rows_in_file_);
+        if (import_.row_period_s) row[col_t] = *import_.row_period_s * static_cast<double>(number);
         if (rows_ == 0 && is_idle(row))
             return count_left_out(left_out_, "zeros before the first values", opening_.line_number());
+        if (has_[col_t]) set_clock(row[col_t]);
         if (has_[col_t] && !stamps_.take(row[col_t], opening_.line_number())) {
-            if (own_format() && !import_.gaps)
+            if (own_format() && !import_.gaps && !tail_)
                 refuse(fmt::format("t_s is {} after {}; expected time to increase from row to row", row[col_t],
                                    stamps_.last_s()));
             return count_left_out(left_out_, "its stamp is not after the row before", opening_.line_number());
@@ -230,7 +406,7 @@ private:
             if (has_[c] && (whole_[c] || rows_ < probe_rows))
                 values(c).push_back(c == col_t ? stamps_.last_s() : row[c]);
         moves_ = moves_ || (has_[col_w_m] && row[col_w_m] != 0.0);
-        if (rows_ + 2 + line_shift_ != opening_.line_number()) {
+        if (!tail_ && rows_ + 2 + line_shift_ != opening_.line_number()) {
             line_shift_ = opening_.line_number() - rows_ - 2;
             line_shifts_.emplace_back(rows_, line_shift_);
         }
@@ -240,9 +416,9 @@ private:
     /// From the bytes of the first rows; a little more than needed, so that no vector doubles near its end.
     void reserve(std::uint64_t bytes)
     {
-        if (opening_.source().file_bytes() == 0 || bytes == 0) return;
-        const double estimate = 1.03 * static_cast<double>(opening_.source().file_bytes()) *
-                                static_cast<double>(rows_) / static_cast<double>(bytes);
+        if (opening_.in_all() == 0 || bytes == 0) return;
+        const double estimate = 1.03 * static_cast<double>(opening_.in_all()) * static_cast<double>(rows_) /
+                                static_cast<double>(bytes);
         const auto rows = static_cast<std::size_t>(estimate) + 1000;
         for (std::size_t c = 0; c < column_count; ++c)
             if (has_[c]) values(c).reserve(whole_[c] ? rows : std::min(rows, probe_rows));
@@ -358,9 +534,9 @@ private:
         log_.segments.insert(log_.segments.end(), base_.gaps.begin(), base_.gaps.end());
         if (!timed()) return;
         const std::size_t row = base_.gaps.front();
-        note(fmt::format("{} in time, the longest {:.4g} s, the first before line {} ({:.4g} s, usual {:.4g} s); a new "
+        note(fmt::format("{} in time, the longest {:.4g} s, the first before {} ({:.4g} s, usual {:.4g} s); a new "
                          "segment begins behind each",
-                         counted(base_.gaps.size(), "gap"), base_.longest_gap_s, line_of_row(row),
+                         counted(base_.gaps.size(), "gap"), base_.longest_gap_s, place(line_of_row(row)),
                          log_.t_s[row] - log_.t_s[row - 1], base_.median_s));
         std::size_t lone = 0;
         for (std::size_t s = 0; s < log_.segments.size(); ++s)
@@ -401,7 +577,7 @@ private:
         if (stamps_.midnights()) note(counted(stamps_.midnights(), "midnight") + " passed: the clock goes on");
         if (options_.survey) return;
         for (const LeftOut& reason : left_out_)
-            note(fmt::format("{} left out, the first at line {}: {}", counted(reason.rows, "row"), reason.first_line,
+            note(fmt::format("{} left out, the first at {}: {}", counted(reason.rows, "row"), place(reason.first_line),
                              reason.why));
         std::vector<std::string> unused;
         if (own_format()) unused = unused_;
@@ -448,6 +624,12 @@ private:
     std::vector<std::pair<std::size_t, std::size_t>> line_shifts_;
     TimeBase base_;
     Log log_;
+    std::optional<RowParser> parser_;
+    // Of a pipe: the rows of its window, those that wait in log_, what was counted of all others.
+    Log raw_;
+    double window_s_ = HUGE_VAL;
+    std::size_t fewest_ = 0, given_rows_ = 0, broken_rows_ = 0, clocks_set_ = 0;
+    bool tail_ = false, ended_ = false, gap_ = false;
 };
 
 }  // namespace
@@ -457,6 +639,23 @@ std::string format_of_file(const std::string& path)
     const Opening opening(path);
     return format_for(opening.head, opening.json, "", {}).name;
 }
+
+class LogStream::Impl : public LogReader {
+public:
+    using LogReader::LogReader;
+};
+
+LogStream::LogStream(const std::string& path, const ReadOptions& options)
+    : options_(options), impl_(std::make_unique<Impl>(path, options_))
+{
+}
+LogStream::~LogStream() = default;
+const Machine& LogStream::machine() const { return impl_->machine(); }
+const std::string& LogStream::modulation() const { return impl_->modulation(); }
+Log LogStream::begin(double window_s, std::size_t fewest_rows) { return impl_->begin(window_s, fewest_rows); }
+bool LogStream::next(Log& rows) { return impl_->then(rows); }
+void LogStream::on_note(std::function<void(const std::string&)> said) { impl_->said = std::move(said); }
+const std::vector<LeftOut>& LogStream::left_out() const { return impl_->left_out(); }
 
 Log read_log(const std::string& path, const ReadOptions& options) { return LogReader(path, options).read(); }
 

@@ -9,6 +9,7 @@
 
 #include "app/base/input_error.hpp"
 #include "app/format/unit.hpp"
+#include "app/read/row_source.hpp"
 #include "app/read/survey.hpp"
 #include "ref/log/log.hpp"
 
@@ -21,6 +22,8 @@ struct ReadOptions {
     Given given = {};                  ///< gear, v_dc, period: win over the machine file's
     bool angle = false;                ///< beside these the angle, which tells the pole pairs
     bool plain_only = false;           ///< keep only the columns that a plain fit uses: 10 million rows in 0.5 GB
+    std::string machine_text = {};     ///< a machine file's text, in place of the file
+    RowSource* table = nullptr;        ///< the log itself, where `path` is only its name; read once
     Survey* survey = nullptr;          ///< what was made of it; then nothing that is missing refuses the log
     /// gets what was assumed, ignored or skipped; warnings begin "warning: "
     std::vector<std::string>* notes = nullptr;

@@ -59,13 +59,20 @@ const Nominal nominals[] = {
     {"torque_constant_Nm_A", &Machine::torque_constant_Nm_A, Range::positive},
 };
 
+const Nominal nameplate[] = {
+    {"v_V", &Machine::v_rated_V, Range::positive},
+    {"i_A", &Machine::i_rated_A, Range::positive},
+    {"w_m_rad_s", &Machine::w_max_rad_s, Range::positive},
+};
+
 class Reader {
 public:
     explicit Reader(const std::string& path) { file_.path = path; }
 
-    MachineFile read()
+    MachineFile read() { return read(slurp()); }
+
+    MachineFile read(const std::string& text)
     {
-        const std::string text = slurp();
         note_sources(text);
         toml::table root;
         try {
@@ -79,6 +86,8 @@ public:
         for (auto&& [key, node] : root) {
             if (key == "machine")
                 read_machine(table(key.str(), node));
+            else if (key == "nameplate")
+                read_nameplate(table(key.str(), node));
             else if (key == "log")
                 read_log_table(table(key.str(), node));
             else if (key == "columns")
@@ -198,6 +207,23 @@ private:
                 refuse(node, fmt::format("{} is {:g}; expected a {} number", key, value,
                                          zero_is_fine ? "non-negative" : "positive"));
             file_.machine.*(nominal->value) = value;
+        }
+    }
+
+    void read_nameplate(const toml::table& plate)
+    {
+        for (auto&& [key_, node] : plate) {
+            const std::string key(key_.str());
+            const Nominal* rated = nullptr;
+            for (const Nominal& n : nameplate)
+                if (key == n.key) rated = &n;
+            if (!rated) {
+                unknown_.push_back("nameplate." + printable(key));
+                continue;
+            }
+            const double value = number(key, node);
+            if (!(value > 0)) refuse(node, fmt::format("{} is {:g}; expected a positive number", key, value));
+            file_.machine.*(rated->value) = value;
         }
     }
 
@@ -341,6 +367,8 @@ private:
 }  // namespace
 
 MachineFile read_machine_file(const std::string& path) { return Reader(path).read(); }
+
+MachineFile read_machine_text(const std::string& name, const std::string& text) { return Reader(name).read(text); }
 
 MachineFile machine_file_of(const std::string& log_path, const std::string& chosen)
 {

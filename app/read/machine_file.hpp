@@ -48,6 +48,9 @@ struct MachineFile {
 /// Reads a machine file; throws InputError, with its path and line, on bad syntax, a wrong type or an unphysical value.
 MachineFile read_machine_file(const std::string& path);
 
+/// The same of a text; `name` stands for its path.
+MachineFile read_machine_text(const std::string& name, const std::string& text);
+
 /// The machine file of `log_path`: `chosen` where that is not empty (then it must exist), else LOG.toml if there is
 /// one.
 MachineFile machine_file_of(const std::string& log_path, const std::string& chosen);

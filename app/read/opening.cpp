@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
+
 #include "app/base/input_error.hpp"
 #include "app/base/text.hpp"
 #include "app/read/clock.hpp"
@@ -98,6 +100,33 @@ Opening::Opening(const std::string& path) : source_(std::make_unique<LineSource>
     }
     read_header(path, line);
     look_at_rows();
+}
+
+Opening::Opening(const std::string& name, RowSource& rows) : table_(&rows)
+{
+    head.path = name;
+    head.fields = rows.fields();
+    line_ = 1;
+    if (head.fields.empty()) throw InputError(name, 1, "no columns; expected columns such as t_s, v_d_V, i_d_A");
+    if (head.fields.size() > most_fields)
+        throw InputError(name, 1, fmt::format("{} columns; expected at most {}", head.fields.size(), most_fields));
+    while (seen_rows_.size() < rows_looked_at) {
+        const double* values = rows.next();
+        if (!values) break;
+        seen_rows_.emplace_back(values, values + head.fields.size());
+        std::vector<std::string> texts;
+        for (const double value : seen_rows_.back()) texts.push_back(std::isnan(value) ? "" : fmt::format("{}", value));
+        head.rows.push_back(std::move(texts));
+    }
+}
+
+const double* Opening::next()
+{
+    ++line_;
+    if (seen_rows_.empty()) return table_->next();
+    row_ = std::move(seen_rows_.front());
+    seen_rows_.pop_front();
+    return row_.data();
 }
 
 bool Opening::read(std::string& line)

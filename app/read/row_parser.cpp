@@ -57,7 +57,17 @@ void RowParser::refuse(const std::string& what) const { throw InputError(path_, 
 const RowValues* RowParser::parse(std::string_view line, std::size_t line_number)
 {
     line_number_ = line_number;
-    if (!parse_usual(line) && !parse_any(line)) return nullptr;
+    return parse_usual(line) || parse_any(line) ? ruled() : nullptr;
+}
+
+const RowValues* RowParser::parse(const double* fields, std::size_t line_number)
+{
+    line_number_ = line_number;
+    return take_values(fields) ? ruled() : nullptr;
+}
+
+const RowValues* RowParser::ruled()
+{
     for (RowRule& rule : import_.rules) {
         const double value = value_of(rule.what);
         if (!std::isfinite(value) || !rule.is_none(value)) continue;
@@ -118,6 +128,25 @@ bool RowParser::parse_usual(std::string_view line)
         if (f + 1 < fields && (at == end || *at++ != separator)) return false;
     }
     return at == end || (import_.head.trailing_separator && *at == separator && at + 1 == end);
+}
+
+bool RowParser::take_values(const double* fields)
+{
+    for (std::size_t f = 0; f < slots_.size(); ++f) {
+        Slot& slot = slots_[f];
+        if (slot.need == Need::unused) continue;
+        if (std::isfinite(fields[f])) {
+            slot.value = fields[f];
+        } else if (slot.need == Need::noticed) {
+            slot.value = no_number;
+        } else if (strict_) {
+            refuse(fmt::format("{} is {}; expected a finite number", columns[slot.column].name, fields[f]));
+        } else if (slot.need != Need::held) {
+            left_out_ = fmt::format("no value of {}", printable(import_.head.fields[f]));
+            return false;
+        }
+    }
+    return true;
 }
 
 bool RowParser::parse_any(std::string_view line)

@@ -24,9 +24,15 @@ public:
     /// NaN before its first number. Null where the row is left out, and left_out() says why. Throws InputError at
     /// `line_number`.
     const RowValues* parse(std::string_view line, std::size_t line_number);
+    /// The same of a row that is numbers already, one a field; NaN holds nothing.
+    const RowValues* parse(const double* fields, std::size_t line_number);
+    /// True where a column is made of the field.
+    bool uses(std::size_t field) const { return slots_[field].need >= Need::held; }
     const std::string& left_out() const { return left_out_; }
 
 private:
+    const RowValues* ruled();
+
     /// What becomes of a field that holds no number.
     enum class Need { unused, noticed, held, every_row };
     struct Slot {
@@ -43,6 +49,7 @@ private:
     };
 
     bool parse_usual(std::string_view line);
+    bool take_values(const double* fields);
     bool parse_any(std::string_view line);
     bool parse_field(std::size_t f, const std::string& field);
     bool evaluate();

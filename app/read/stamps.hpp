@@ -28,6 +28,10 @@ public:
         any_ = true;
         return true;
     }
+    /// The clock was set: `t_s` stands `after_s` behind the last one.
+    void set(double t_s, double after_s) { days_s_ = last_s_ + after_s - t_s; }
+    /// By how much a stamp stands before the last one.
+    double back_s(double t_s) const { return last_s_ - (t_s + days_s_); }
     double last_s() const { return last_s_; }
     double before_s() const { return before_s_; }
     bool finite() const { return std::isfinite(last_s_ - before_s_); }

@@ -24,6 +24,7 @@ TimeBase time_base_of(const std::vector<double>& t_s, Clock clock)
         std::nth_element(some.begin(), usual, some.end());
         if (clock == Clock::host || *usual > 1.05 * base.median_s) longest_s = 4.0 * *usual;
     }
+    base.gap_s = longest_s;
     for (std::size_t k = 0; k < intervals; ++k) {
         const double dt_s = t_s[k + 1] - t_s[k];
         if (dt_s <= longest_s) continue;

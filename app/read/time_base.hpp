@@ -18,6 +18,7 @@ struct TimeBase {
     double median_s = 0.0;
     std::vector<std::size_t> gaps;  ///< rows that begin behind a gap
     double longest_gap_s = 0.0;
+    double gap_s = 0.0;    ///< an interval above it is a gap
     bool regular = false;  ///< at most one interval in ten is a gap
 };
 

@@ -16,6 +16,8 @@ enum class Regime { dynamic, steady, standstill, mechanical, polled };
 struct Machine {
     std::string name;
     std::optional<double> pole_pairs, R_ohm, Ld_H, Lq_H, psi_Wb, J_kgm2, B_Nms_rad, torque_constant_Nm_A;
+    /// Phase voltage and current, peak, and the highest speed: what stands on the nameplate.
+    std::optional<double> v_rated_V, i_rated_A, w_max_rad_s;
 };
 
 /// One machine's log. A column that the file lacks is empty; every other has rows() entries, all finite. A polled log may

@@ -5,7 +5,7 @@
 #include <sstream>
 #include <string>
 
-#include "app/cmd/simulate.hpp"
+#include "app/job/simulate.hpp"
 #include "app/read/machine_file.hpp"
 #include "command.hpp"
 #include "unity.h"

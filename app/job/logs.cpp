@@ -1,4 +1,4 @@
-#include "app/cmd/logs.hpp"
+#include "app/job/logs.hpp"
 
 #include <fmt/format.h>
 
@@ -33,6 +33,8 @@ void complete(Machine& to, const Machine& from)
     if (to.name.empty()) to.name = from.name;
     for (const Parameter& p : kParameters)
         if (!(to.*(p.nominal))) to.*(p.nominal) = from.*(p.nominal);
+    for (const auto rated : {&Machine::v_rated_V, &Machine::i_rated_A, &Machine::w_max_rad_s})
+        if (!(to.*rated)) to.*rated = from.*rated;
 }
 
 /// A file that cannot be read is not one; whoever reads it says why.
@@ -58,7 +60,7 @@ std::vector<Files> sources_of(const std::vector<std::string>& paths, const Optio
     for (const std::string& path : paths) {
         std::error_code ignored;
         // A pipe can be read but once.
-        const bool may_be = paths.size() > 1 && options.format.empty() &&
+        const bool may_be = paths.size() > 1 && options.format.empty() && options.tables.count(path) == 0 &&
                             std::filesystem::is_regular_file(path, ignored);
         if (may_be && is_control(path))
             controls.push_back(path);
@@ -127,19 +129,38 @@ ReadOptions read_options(const Options& options)
     read.machine_file = options.machine_file;
     if (options.pole_pairs) read.pole_pairs = *options.pole_pairs;
     read.format = options.format;
+    read.machine_text = options.machine_text;
     read.given.gear = options.gear, read.given.v_dc_V = options.v_dc_V, read.given.period_s = options.period_s;
     return read;
+}
+
+LearnConfig asked_effects(const Options& options, const std::vector<std::string>& names)
+{
+    LearnConfig config;
+    if (!options.config_text.empty())
+        config = learn_config_of("trace", options.config_text);
+    else if (!options.config_file.empty())
+        config = read_learn_config(options.config_file);
+    add_effects(config, names);
+    return config;
+}
+
+RowSource* table_of(const Options& options, const std::string& log)
+{
+    const auto found = options.tables.find(log);
+    return found == options.tables.end() ? nullptr : found->second.get();
 }
 
 std::vector<Log> read_logs(const std::vector<std::string>& paths, const Options& options, bool all_columns,
                            std::vector<std::string>& notes, bool angle, bool polled)
 {
     std::vector<Log> logs;
-    Progress progress("reading");
+    Progress progress("reading", options.progress);
     const std::vector<Files> sources = sources_of(paths, options);
     for (std::size_t i = 0; i < sources.size(); ++i) {
         ReadOptions read = read_options(options);
         read.plain_only = !all_columns;
+        read.table = table_of(options, sources[i].path);
         read.angle = angle;
         read.notes = &notes;
         read.progress = [&](double fraction) {

@@ -1,13 +1,14 @@
 // Several logs of one machine.
-#ifndef DQW_APP_CMD_LOGS_HPP
-#define DQW_APP_CMD_LOGS_HPP
+#ifndef DQW_APP_JOB_LOGS_HPP
+#define DQW_APP_JOB_LOGS_HPP
 
 #include <stdexcept>
 #include <string>
 #include <vector>
 
 #include "app/base/input_error.hpp"
-#include "app/cmd/command.hpp"
+#include "app/job/options.hpp"
+#include "app/learn/inputs.hpp"
 #include "app/read/log_reader.hpp"
 #include "ref/log/log.hpp"
 
@@ -15,6 +16,12 @@ namespace dqw {
 
 /// What the command line says of reading logs.
 ReadOptions read_options(const Options& options);
+
+/// The effects of a trace.json, or of its text, and those in `names` that it lacks.
+LearnConfig asked_effects(const Options& options, const std::vector<std::string>& names);
+
+/// The table that stands for a log of this name; null where it is a file.
+RowSource* table_of(const Options& options, const std::string& log);
 
 /// Reads logs of one machine and one regime, for a joint estimate: what one machine file says holds for all. Without
 /// `all_columns` only those of a plain fit are kept, and with `angle` the electrical angle. Unless `polled`

@@ -1,6 +1,6 @@
 // Runs a scenario of the simulator and writes its log in the documented format.
-#ifndef DQW_APP_CMD_SIMULATE_HPP
-#define DQW_APP_CMD_SIMULATE_HPP
+#ifndef DQW_APP_JOB_SIMULATE_HPP
+#define DQW_APP_JOB_SIMULATE_HPP
 
 #include <functional>
 #include <nlohmann/json_fwd.hpp>

@@ -1,4 +1,4 @@
-#include "app/cmd/simulate.hpp"
+#include "app/job/simulate.hpp"
 
 #include <fmt/format.h>
 
@@ -10,7 +10,7 @@
 #include "app/base/parameters.hpp"
 #include "app/base/progress.hpp"
 #include "app/base/text.hpp"
-#include "app/cmd/command.hpp"
+#include "app/job/options.hpp"
 #include "app/read/flux_map.hpp"
 
 namespace dqw {

@@ -1,0 +1,13 @@
+// dqwatch._core: what Python calls. Its shape is in _core.pyi, its words are in the modules around it.
+#include <nanobind/nanobind.h>
+
+#include "dqw_version.h"
+#include "jobs.hpp"
+#include "streams.hpp"
+
+NB_MODULE(_core, m)
+{
+    m.attr("version") = DQW_VERSION;
+    dqw::python::bind_jobs(m);
+    dqw::python::bind_streams(m);
+}

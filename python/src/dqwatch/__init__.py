@@ -1,0 +1,48 @@
+"""Learns the parameters of a permanent-magnet motor from its logs, finds what its model lacks, watches it for faults.
+
+>>> import dqwatch
+>>> result = dqwatch.fit("log.csv", pole_pairs=4)
+>>> result.parameters["psi_Wb"].value, result.parameters["psi_Wb"].sd
+
+:func:`fit`, :func:`learn`, :func:`trace`, :func:`compare` and :func:`monitor` take a log: a path, a frame, an Arrow
+stream, or arrays by name. :class:`Monitor` and :class:`Estimator` take rows as they come. All quantities are SI, and their names say so.
+"""
+
+from __future__ import annotations
+
+from ._core import version as __version__
+from ._errors import Error, InputError, UsageError
+from ._jobs import compare, fit, learn, monitor, trace
+from ._results import (
+    CompareResult,
+    Effect,
+    Event,
+    FitResult,
+    MonitorResult,
+    NotIdentifiable,
+    Parameter,
+    TraceResult,
+)
+from ._streams import Estimator, Monitor
+
+__all__ = [
+    "CompareResult",
+    "Effect",
+    "Error",
+    "Estimator",
+    "Event",
+    "FitResult",
+    "InputError",
+    "Monitor",
+    "MonitorResult",
+    "NotIdentifiable",
+    "Parameter",
+    "TraceResult",
+    "UsageError",
+    "__version__",
+    "compare",
+    "fit",
+    "learn",
+    "monitor",
+    "trace",
+]

@@ -1,0 +1,217 @@
+"""Bytes of a source to rows: text lines of CSV, SimpleFOC's monitor(), JSON objects. Broken ones are counted."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+
+#: What a motor takes of a row, SI.
+COLUMNS = (
+    "t_s",
+    "v_d_V",
+    "v_q_V",
+    "i_d_A",
+    "i_q_A",
+    "w_m_rad_s",
+    "theta_e_rad",
+    "temp_winding_C",
+    "temp_magnet_C",
+)
+#: Without these a row is none.
+NEEDED = ("v_d_V", "v_q_V", "i_d_A", "i_q_A", "w_m_rad_s")
+#: A longer line is no line of a motor.
+LONGEST_LINE = 65536
+#: No sensor gives more; single precision and its squares take it.
+LARGEST = 1e9
+
+Row = dict[str, float]
+
+
+@dataclass
+class Rule:
+    """One column out of a message's field: value · scale + offset."""
+
+    field: str
+    scale: float = 1.0
+    offset: float = 0.0
+
+
+@dataclass
+class Counts:
+    """What was dropped of a source, by the reason."""
+
+    broken: int = 0
+    too_long: int = 0
+    unknown_motor: int = 0
+    first: str = ""
+
+    def note(self, what: str) -> None:
+        """Keep the first of them, for people."""
+        if not self.first:
+            self.first = what[:200]
+
+
+@dataclass
+class Format:
+    """How a source's messages are read.
+
+    ``kind``: csv, json. ``names``: of the fields where a text has no header. ``rules``: by column; a column without one
+    is the field of its own name. ``motor_key``: the JSON field that names the motor.
+    """
+
+    kind: str
+    names: tuple[str, ...] = ()
+    rules: dict[str, Rule] = field(default_factory=dict)
+    motor_key: str = "motor"
+
+
+def format_of(name: str, pole_pairs: int, columns: Mapping[str, object]) -> Format:
+    """The format of that name, with a configuration's ``columns`` over it."""
+    turn = 2.0 * math.pi
+    if name == "simplefoc":
+        made = Format("csv", ("target", "v_q_V", "v_d_V", "i_q_mA", "i_d_mA", "w_m_rad_s", "theta_m_rad"))
+        made.rules = {
+            "i_q_A": Rule("i_q_mA", 1e-3),
+            "i_d_A": Rule("i_d_mA", 1e-3),
+            "theta_e_rad": Rule("theta_m_rad", float(pole_pairs)),
+        }
+    elif name == "mesc":
+        made = Format("json")
+        made.rules = {
+            "v_d_V": Rule("Vd"),
+            "v_q_V": Rule("Vq"),
+            "i_d_A": Rule("id"),
+            "i_q_A": Rule("iq"),
+            "w_m_rad_s": Rule("ehz", turn / pole_pairs),
+            "temp_winding_C": Rule("TMOT", 1.0, -273.15),
+        }
+    elif name in ("csv", "json"):
+        made = Format(name)
+    else:
+        raise ValueError(f"format {name!r}; expected csv, json, simplefoc or mesc")
+    for column, rule in columns.items():
+        if column not in COLUMNS:
+            raise ValueError(f"column {column!r}; expected one of {', '.join(COLUMNS)}")
+        made.rules[column] = _rule(column, rule)
+    return made
+
+
+def _rule(column: str, rule: object) -> Rule:
+    if isinstance(rule, str):
+        return Rule(rule)
+    if isinstance(rule, Mapping) and isinstance(rule.get("from"), str) and set(rule) <= {"from", "scale", "offset"}:
+        return Rule(str(rule["from"]), float(rule.get("scale", 1.0)), float(rule.get("offset", 0.0)))
+    raise ValueError(f'column {column}: {rule!r}; expected a name, or {{ from = "name", scale = 1.0, offset = 0.0 }}')
+
+
+def row_of(values: Mapping[str, float], form: Format) -> Row | None:
+    """The row that a message's numbers make; None where they make none."""
+    row: Row = {}
+    for column in COLUMNS:
+        rule = form.rules.get(column)
+        value = values.get(rule.field if rule else column)
+        if value is None:
+            if column in NEEDED:
+                return None
+            continue
+        x = value * rule.scale + rule.offset if rule else value
+        if not abs(x) < LARGEST:
+            return None
+        row[column] = x
+    return row
+
+
+class Decoder:
+    """The messages of one stream, in pieces as they come. ``motor``: whose rows they are; empty: each says it."""
+
+    def __init__(self, form: Format, motor: str = "") -> None:
+        self.form = form
+        self.motor = motor
+        self.counts = Counts()
+        self._rest = b""
+        self._skipping = False
+        self._names: Sequence[str] = form.names
+        self._taken: list[tuple[str, int, float, float]] | None = None
+
+    def feed(self, data: bytes) -> Iterator[tuple[str, Row]]:
+        """Rows of the lines that ``data`` ends; what it leaves open waits for more."""
+        lines = (self._rest + data).split(b"\n")
+        self._rest = lines.pop()
+        if len(self._rest) > LONGEST_LINE:
+            # An endless message is dropped while it lasts.
+            self._rest = b""
+            if not self._skipping:
+                self.counts.too_long += 1
+                self.counts.note("a line without end")
+            self._skipping = True
+        for line in lines:
+            if self._skipping:
+                self._skipping = False
+                continue
+            if len(line) > LONGEST_LINE:
+                self.counts.too_long += 1
+            elif line.strip():
+                yield from self.message(line)
+
+    def message(self, line: bytes) -> Iterator[tuple[str, Row]]:
+        """The row of one whole message."""
+        found = self._json(line) if self.form.kind == "json" else self._csv(line)
+        if found is None:
+            self.counts.broken += 1
+            self.counts.note(line[:80].decode("ascii", "replace"))
+        elif found[1]:
+            yield found
+
+    def _json(self, line: bytes) -> tuple[str, Row] | None:
+        try:
+            found = json.loads(line)
+        except (ValueError, RecursionError):
+            return None
+        if not isinstance(found, dict):
+            return None
+        values = {k: float(v) for k, v in found.items() if type(v) in (int, float) and abs(v) < LARGEST}
+        row = row_of(values, self.form)
+        name = self.motor or found.get(self.form.motor_key)
+        return (name, row) if row and isinstance(name, str) else None
+
+    def _csv(self, line: bytes) -> tuple[str, Row] | None:
+        parts = line.replace(b"\t", b",").replace(b";", b",").rstrip(b",\r ").split(b",")
+        try:
+            numbers = list(map(float, parts))
+        except ValueError:
+            return self._header(parts)
+        if self._taken is None or len(numbers) != len(self._names):
+            if self._taken is not None or len(self._names) != len(numbers):
+                return None
+            self._plan()
+        row: Row = {}
+        for column, k, scale, offset in self._taken or ():
+            x = numbers[k] * scale + offset
+            if not abs(x) < LARGEST:
+                return None
+            row[column] = x
+        return self.motor, row
+
+    def _header(self, parts: list[bytes]) -> tuple[str, Row] | None:
+        names = [p.decode("utf-8", "replace").strip() for p in parts]
+        rules = self.form.rules
+        if self.form.names or any((rules[c].field if c in rules else c) not in names for c in NEEDED):
+            return None
+        self._names = names
+        self._plan()
+        return self.motor, {}
+
+    def _plan(self) -> None:
+        plan = []
+        for column in COLUMNS:
+            rule = self.form.rules.get(column, Rule(column))
+            if rule.field in self._names:
+                plan.append((column, list(self._names).index(rule.field), rule.scale, rule.offset))
+        self._taken = plan
+
+    def reset(self) -> None:
+        """The stream began anew: what was left open is none of it."""
+        self._rest = b""
+        self._skipping = False

@@ -1,0 +1,175 @@
+"""A configuration, TOML, to motors, sources and sinks."""
+
+from __future__ import annotations
+
+import importlib
+import tomllib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import dqwatch
+
+from .capture import read_machine
+from .core import Live, Sink
+from .decode import Decoder, Format, format_of
+from .motor import Motor, Settings
+from .sources import Source
+from .state import slug
+
+_MOTOR = ("machine", "arithmetic", "stall_s", "replayed", "settings")
+_SOURCE = ("kind", "name", "motor", "format", "columns", "fields")
+_KINDS: dict[str, tuple[str, ...]] = {
+    "serial": ("port", "baud"),
+    "udp": ("listen",),
+    "file": ("path",),
+    "mqtt": ("broker", "topic"),
+    "can": ("bus", "dbc", "last"),
+}
+_SINKS: dict[str, tuple[str, ...]] = {"mqtt": ("broker", "prefix"), "parquet": ("folder", "keep_MB")}
+#: What a kind needs beyond dqwatch itself, and the extra that has it.
+_NEEDS = {"serial": "serial", "can": "can", "mqtt": "paho.mqtt.client"}
+
+
+class ConfigError(Exception):
+    """A configuration that cannot be: one line, with the file and the key."""
+
+
+def read_config(path: Path) -> dict[str, Any]:
+    """The file's. Raises ConfigError."""
+    try:
+        return tomllib.loads(path.read_text())
+    except OSError as error:
+        raise ConfigError(f"{path}: cannot be read: {error.strerror}; expected a configuration (TOML)") from None
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise ConfigError(f"{path}: not TOML: {error}") from None
+
+
+def _known(what: str, table: Mapping[str, Any], keys: tuple[str, ...]) -> None:
+    for key in table:
+        if key not in keys:
+            raise ConfigError(f"{what}: unknown {key}; expected {', '.join(keys)}")
+
+
+def _address(what: str, text: Any, port: int) -> tuple[str, int]:
+    host, _, number = str(text).rpartition(":")
+    if not host:
+        host, number = str(text), str(port)
+    if not number.isdigit() or int(number) > 65535:
+        raise ConfigError(f"{what}: {text!r}; expected HOST:PORT")
+    return host.strip("[]"), int(number)
+
+
+def _motor(name: str, table: Mapping[str, Any], base: Path, folder: Path | None) -> Motor:
+    what = f"motor.{name}"
+    _known(what, table, _MOTOR)
+    machine = table.get("machine")
+    try:
+        if isinstance(machine, str):
+            machine = read_machine(base / machine)
+        if not isinstance(machine, Mapping):
+            raise ConfigError(f"{what}: no machine; expected the path of a machine file, or a table")
+        settings = Settings(
+            name=name,
+            machine=machine,
+            arithmetic=str(table.get("arithmetic", "float")),
+            stall_s=float(table.get("stall_s", 5.0)),
+            replayed=bool(table.get("replayed", False)),
+            folder=folder,
+            extra=dict(table.get("settings", {})),
+        )
+        if "period_s" not in settings.machine:
+            raise ConfigError(f"{what}: no period_s; expected the seconds from row to row in its machine")
+        return Motor(settings)
+    except (OSError, ValueError, dqwatch.Error) as error:
+        raise ConfigError(f"{what}: {error}") from None
+
+
+def _format(what: str, table: Mapping[str, Any], motors: Mapping[str, Motor]) -> Format:
+    motor = motors.get(str(table.get("motor", "")))
+    pole_pairs = int(motor.settings.machine.get("pole_pairs", 1)) if motor else 1
+    try:
+        made = format_of(str(table.get("format", "json")), pole_pairs, table.get("columns", {}))
+    except ValueError as error:
+        raise ConfigError(f"{what}: {error}") from None
+    if "fields" in table:
+        made.names = tuple(str(f) for f in table["fields"])
+    return made
+
+
+def _source(k: int, table: Mapping[str, Any], base: Path, motors: Mapping[str, Motor]) -> Source:
+    kind = str(table.get("kind", ""))
+    what = f"source {k + 1}"
+    if kind not in _KINDS:
+        raise ConfigError(f"{what}: kind {kind!r}; expected {', '.join(_KINDS)}")
+    _known(what, table, (*_SOURCE, *_KINDS[kind]))
+    for key in _KINDS[kind]:
+        if key not in table and key != "baud":
+            raise ConfigError(f"{what}: no {key}; a {kind} source needs it")
+    name = str(table.get("motor", ""))
+    form = _format(what, table, motors)
+    if name and name not in motors:
+        raise ConfigError(f"{what}: motor {name!r}; expected one of {', '.join(motors)}")
+    if not name and (form.kind != "json" or kind in ("can", "file")):
+        raise ConfigError(f"{what}: no motor; expected whose rows these are")
+    decoder = Decoder(form, name)
+    opened = _opener(kind, table, base, decoder)
+    return Source(str(table.get("name", f"{kind} {k + 1}")), kind, opened, [decoder], motor=name)
+
+
+def _opener(kind: str, table: Mapping[str, Any], base: Path, decoder: Decoder) -> Any:
+    needed = _NEEDS.get(kind)
+    try:
+        module = importlib.import_module(f"dqwatch.live.sources.{kind}")
+    except ModuleNotFoundError as error:
+        raise ConfigError(f"a {kind} source needs {needed or error.name}; pip install 'dqwatch[live]'") from None
+    if kind == "serial":
+        return module.opener(str(table["port"]), int(table.get("baud", 115200)), decoder)
+    if kind == "udp":
+        host, port = _address("listen", table["listen"], 8601)
+        return module.opener(host, port, decoder)
+    if kind == "file":
+        return module.opener(str(base / str(table["path"])), decoder)
+    if kind == "mqtt":
+        host, port = _address("broker", table["broker"], 1883)
+        return module.opener(host, port, str(table["topic"]), decoder)
+    return module.opener(dict(table["bus"]), str(base / str(table["dbc"])), str(table["last"]), decoder)
+
+
+def _sink(table: Mapping[str, Any], base: Path) -> Sink:
+    kind = str(table.get("kind", ""))
+    if kind not in _SINKS:
+        raise ConfigError(f"sink {kind!r}; expected {', '.join(_SINKS)}")
+    _known(f"sink {kind}", table, ("kind", *_SINKS[kind]))
+    try:
+        if kind == "mqtt":
+            from .sinks.mqtt import MqttSink
+
+            host, port = _address("broker", table.get("broker", "127.0.0.1:1883"), 1883)
+            return MqttSink(host, port, str(table.get("prefix", "dqwatch")))
+        from .sinks.parquet import ParquetSink
+
+        return ParquetSink(base / str(table.get("folder", "log")), int(float(table.get("keep_MB", 1000)) * 1e6))
+    except ModuleNotFoundError as error:
+        raise ConfigError(f"a {kind} sink needs {error.name}; pip install 'dqwatch[live]'") from None
+
+
+def live_of(config: Mapping[str, Any], base: Path) -> tuple[Live, Path | None]:
+    """All that the configuration says, and the folder of the logs around events. Raises ConfigError."""
+    _known("the configuration", config, ("live", "motor", "source", "sink"))
+    table = config.get("live", {})
+    _known("[live]", table, ("state", "listen", "token"))
+    folder = base / str(table["state"]) if "state" in table else None
+    captures = folder / "events" if folder is not None else None
+    if captures is not None:
+        captures.mkdir(parents=True, exist_ok=True)
+    motors = {name: _motor(name, m, base, captures) for name, m in config.get("motor", {}).items()}
+    if not motors:
+        raise ConfigError("no motor; expected [motor.NAME] with machine")
+    if len({slug(n) for n in motors}) != len(motors):
+        raise ConfigError("two motors whose names cannot be told apart")
+    sources = [_source(k, s, base, motors) for k, s in enumerate(config.get("source", []))]
+    if not sources:
+        raise ConfigError("no source; expected [[source]] with kind")
+    sinks = [_sink(s, base) for s in config.get("sink", [])]
+    return Live(list(motors.values()), sources, sinks, folder), captures

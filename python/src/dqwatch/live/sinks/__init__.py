@@ -1,0 +1,1 @@
+"""Where things go. Each takes what comes without waiting, in a queue with an end."""
