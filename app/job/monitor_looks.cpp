@@ -13,11 +13,13 @@ namespace {
 void check(const Log& log, const Options& options)
 {
     const std::string regime = name_of(log.regime);
-    if (options.fixed_point() || !options.effects.empty() || !options.config_file.empty() || !options.store_file.empty())
-        throw InputError(log.path, 1,
-                         fmt::format("a {} log: looks of it know neither --arith q15 nor --config, --effect or --store; "
-                                     "expected a dynamic log, or none of these",
-                                     regime));
+    if (options.fixed_point() || !options.effects.empty() || !options.config_file.empty() ||
+        !options.store_file.empty())
+        throw InputError(
+            log.path, 1,
+            fmt::format("a {} log: looks of it know neither --arith q15 nor --config, --effect or --store; "
+                        "expected a dynamic log, or none of these",
+                        regime));
     if (log.t_s.empty()) throw InputError(log.path, 1, fmt::format("a {} log without t_s; expected a time", regime));
     if (!log.machine.pole_pairs)
         throw InputError(log.path, 1,

@@ -221,21 +221,22 @@ private:
     void see(std::size_t n)
     {
         MonitorSights sights;
-        for (MonitorSight& s : sights) s = {NAN, DQW_WHY_NOT_ASKED, "averages do not show it"};
+        for (MonitorSight& s : sights) s = {NAN, NAN, DQW_WHY_NOT_ASKED, "averages do not show it"};
         for (std::size_t j = 0; j < kLooked; ++j) {
             MonitorSight& s = sights[channel(j)];
-            s = {NAN, DQW_WHY_NOT_TAUGHT, nullptr};
-            if (!all_.known[j]) s = {NAN, DQW_WHY_UNSETTLED, why_unknown(j)};
+            s = {NAN, NAN, DQW_WHY_NOT_TAUGHT, nullptr};
+            if (!all_.known[j]) s = {NAN, NAN, DQW_WHY_UNSETTLED, why_unknown(j)};
             if (!looked_at(n, j)) continue;
             const Heat h = heat(n, j);
             s.least = std::max(band(j), kSure * change_sd(n, j)) + std::max(-h.low, h.high);
+            s.band = band(j);
             s.why = s.least > kCoarse * std::abs(healthy_[j]) ? DQW_WHY_COARSE : DQW_WHY_IN_SERVICE;
         }
         MonitorSight& heat = sights[DQW_WATCH_TEMPERATURE];
         if (looked_at(n, R) && knows_heat())
-            heat = {kHotter_K, DQW_WHY_IN_SERVICE, nullptr};
+            heat = {kHotter_K, NAN, DQW_WHY_IN_SERVICE, nullptr};
         else
-            heat = {NAN, DQW_WHY_UNSETTLED, "R alone is not known"};
+            heat = {NAN, NAN, DQW_WHY_UNSETTLED, "R alone is not known"};
         run_.sights = sights, run_.sights_s = all_.looks[n].to_s;
     }
 
