@@ -178,6 +178,11 @@ strangers:
 	@echo
 	@BUILD=$(BUILD) SEED=$(or $(SEED),1) bench/strangers/logs.sh
 
+## python       wheels of the Python package, repaired, with all licences; installed into bare environments and tested there
+.PHONY: python
+python: $(BUILD)/dqwatch
+	@BUILD=$(BUILD) DQWATCH_COMMAND=$(CURDIR)/$(BUILD)/dqwatch .ci/python
+
 ## imperfections  what each imperfection of a drive does to the parameters, one simulated log each, into docs/imperfections.md
 .PHONY: imperfections
 imperfections: $(BUILD)/dqwatch

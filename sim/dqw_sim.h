@@ -221,6 +221,10 @@ typedef struct dqw_sim_signal {
     int levels;                    ///< stairs: this many equal levels from -wave to +wave per period
     double random, random_hold_s;  ///< uniform in +-random, drawn anew every hold
     double binary, binary_hold_s;  ///< +-binary, sign drawn anew every hold
+    /// table[k] at k table_dt_s, straight lines between them, the last one from there on; the caller's, NULL: none
+    const double *table;
+    size_t table_rows;
+    double table_dt_s;
 } dqw_sim_signal;
 
 /// What the drive is asked to do.
@@ -312,6 +316,32 @@ size_t dqw_sim_rows(const dqw_sim_scenario *s);
 /// Cost: some 5 to 15 microseconds a control period. Thread safe; the same scenario gives the same rows.
 int dqw_sim_run(const dqw_sim_scenario *s, dqw_sim_row *rows, size_t capacity, dqw_sim_report *report,
                 int (*progress)(void *ctx, double fraction), void *ctx);
+
+/// A run that its caller steps, with a controller of the caller's own in place of the drive's loops.
+typedef struct dqw_sim_stepper dqw_sim_stepper;
+
+/// What the caller decides for the period that begins: a voltage in the rotating frame of the angle that the sensors
+/// saw last, limited as the drive's is; load_Nm and speed_rad_s (of an imposed shaft, at the period's end) are added to
+/// the profile's.
+typedef struct dqw_sim_decision {
+    double v_d_V, v_q_V, load_Nm, speed_rad_s;
+} dqw_sim_decision;
+
+/// Begins a run; the scenario is copied, its tables stay the caller's. *seen: what the loops would see at the start.
+/// Returns 0 or a negative dqw_sim_status, and then *out is NULL.
+int dqw_sim_open(const dqw_sim_scenario *s, dqw_sim_stepper **out, dqw_sim_row *seen, char *why, size_t size);
+
+/// One control period, from t_k to t_{k+1}. *seen: what the loops see of t_k, with the voltage's mean of the period as
+/// the log has it: a drive decides by it what the next period applies. *logged: the same without quantisation and what
+/// current sensors err by, as dqw_sim_close_log takes it. Past duration_s it goes on. Returns as dqw_sim_open.
+int dqw_sim_step(dqw_sim_stepper *x, const dqw_sim_decision *decision, dqw_sim_row *seen, dqw_sim_row *logged,
+                 char *why, size_t size);
+
+/// Makes of the rows that steps logged what the drive's log would hold: noise, quantisation and sensors' errors.
+void dqw_sim_log_of(const dqw_sim_stepper *x, dqw_sim_row *rows, size_t count);
+
+/// Ends it; NULL is nothing.
+void dqw_sim_close(dqw_sim_stepper *x);
 
 /// One line for a status.
 const char *dqw_sim_status_text(int status);

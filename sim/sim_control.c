@@ -21,6 +21,14 @@ static double speed_loop(dqw_sim_controller *c, const dqw_sim_scenario *s, const
     return given;
 }
 
+void dqw_sim_limit(const dqw_sim_drive *drive, double v_dc_V, double *v_d_V, double *v_q_V)
+{
+    const double limit = drive->overmodulation ? v_dc_V * (2.0 / 3) : v_dc_V / 1.7320508075688772,
+                 size = hypot(*v_d_V, *v_q_V);
+    const double k = size > limit ? limit / size : 1;
+    *v_d_V *= k, *v_q_V *= k;
+}
+
 void dqw_sim_controller_step(dqw_sim_controller *c, const dqw_sim_scenario *s, const dqw_sim_measured *m,
                              double t_apply_s, double *v_d_V, double *v_q_V)
 {
@@ -43,10 +51,8 @@ void dqw_sim_controller_step(dqw_sim_controller *c, const dqw_sim_scenario *s, c
         v_d += kp_d * error_d + c->integral_d_V - w_e * c->Lq_H * i_q;
         v_q += kp_q * error_q + c->integral_q_V + w_e * (c->Ld_H * i_d + c->psi_Wb);
     }
-    const double limit = drive->overmodulation ? m->v_dc_V * (2.0 / 3) : m->v_dc_V / 1.7320508075688772,
-                 size = hypot(v_d, v_q);
-    const double k = size > limit ? limit / size : 1;
-    *v_d_V = k * v_d, *v_q_V = k * v_q;
+    *v_d_V = v_d, *v_q_V = v_q;
+    dqw_sim_limit(drive, m->v_dc_V, v_d_V, v_q_V);
     if (!loops) return;
     c->integral_d_V += ki_dt * error_d + back(*v_d_V - v_d, ki_dt, kp_d);
     c->integral_q_V += ki_dt * error_q + back(*v_q_V - v_q, ki_dt, kp_q);

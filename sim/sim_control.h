@@ -14,6 +14,9 @@ typedef struct dqw_sim_measured {
     double t_s, i_d_A, i_q_A, w_m_rad_s, theta_e_rad, v_dc_V;
 } dqw_sim_measured;
 
+/// Shortens a voltage to what the link can give.
+void dqw_sim_limit(const dqw_sim_drive *drive, double v_dc_V, double *v_d_V, double *v_q_V);
+
 /// Voltage in the rotating frame for the period that begins at t_apply_s, within the voltage limit.
 ///
 /// Current loops: zero of the PI on the winding's pole (gain bandwidth L, integral gain bandwidth R); decoupling by the

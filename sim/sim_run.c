@@ -29,8 +29,11 @@ typedef struct run {
     double
         v_V[4]
            [2];  // stationary (hold = dq: rotor's): decided for the coming period, meant for this one and those before
-    double duty[4][3];    // the same, where the inverter switches
-    double decided_V[2];  // the newest, in the drive's frame
+    double duty[4][3];             // the same, where the inverter switches
+    double decided_V[2];           // the newest, in the drive's frame
+    dqw_sim_row *own, *own_loops;  // a caller decides, by what is put here
+    double more_load_Nm, more_speed_rad_s;
+    double seen_turn_rad;  // by which the seen angle is ahead of the true one
     double energy_J[DQW_SIM_ENERGIES], edges_J;
     dqw_sim_report *report;
 } run;
@@ -90,22 +93,31 @@ static void see(run *r, long k, double i_alpha_A, double i_beta_A)
     } else {
         r->seen.i_d_A = i_d_A, r->seen.i_q_A = i_q_A;
     }
+    r->seen_turn_rad = r->seen.theta_e_rad - r->sample.theta_e_rad;
 }
 
-// The drive decides from what it has seen at t_k the voltage that is applied `ahead` periods later. The angle is carried
-// on to the middle of that period.
-static void control(run *r, int ahead)
+// What the loops take of it.
+static dqw_sim_row seen_by_loops(const run *r)
+{
+    dqw_sim_row seen = r->seen;
+    dqw_sim_sensor_mistake(r->s, &seen);
+    dqw_sim_sensor_quantise(r->s, &seen);
+    return seen;
+}
+
+static dqw_sim_measured measured(const dqw_sim_row *seen)
+{
+    const dqw_sim_measured m = {seen->t_s, seen->i_d_A, seen->i_q_A, seen->w_m_rad_s, seen->theta_e_rad, seen->v_dc_V};
+    return m;
+}
+
+// A voltage that was decided from what was seen at t_k is applied `ahead` periods later. The angle is carried on to the
+// middle of that period.
+static void decide(run *r, const dqw_sim_measured m, int ahead, double v_d, double v_q)
 {
     const dqw_sim_scenario *s = r->s;
-    dqw_sim_row seen = r->seen;
-    dqw_sim_sensor_mistake(s, &seen);
-    dqw_sim_sensor_quantise(s, &seen);
-    const dqw_sim_measured m = {seen.t_s, seen.i_d_A, seen.i_q_A, seen.w_m_rad_s, seen.theta_e_rad, seen.v_dc_V};
-    double v_d, v_q;
-    dqw_sim_controller_step(&r->controller, s, &m, seen.t_s + ahead * s->drive.dt_s, &v_d, &v_q);
     // hold = dq: the drive's frame as far as it is not the rotor's.
-    double angle = r->seen.theta_e_rad - r->sample.theta_e_rad +
-                   dqw_sim_ramp_at(&s->nonideal.angle_offset_rad, seen.t_s);
+    double angle = r->seen_turn_rad + dqw_sim_ramp_at(&s->nonideal.angle_offset_rad, m.t_s);
     if (s->drive.hold == DQW_SIM_HOLD_ABC)
         angle = m.theta_e_rad +
                 (s->drive.unturned ? 0 : (ahead + 0.5) * s->drive.dt_s * s->machine.pole_pairs * m.w_m_rad_s);
@@ -116,6 +128,15 @@ static void control(run *r, int ahead)
     dqw_sim_modulate(s->inverter.modulation, r->v_V[0][0], r->v_V[0][1], m.v_dc_V, r->duty[0]);
     const double c = cos(m.theta_e_rad), si = sin(m.theta_e_rad);
     compensate(s, c * m.i_d_A - si * m.i_q_A, si * m.i_d_A + c * m.i_q_A, r->duty[0]);
+}
+
+static void control(run *r, int ahead)
+{
+    const dqw_sim_row seen = seen_by_loops(r);
+    const dqw_sim_measured m = measured(&seen);
+    double v_d, v_q;
+    dqw_sim_controller_step(&r->controller, r->s, &m, seen.t_s + ahead * r->s->drive.dt_s, &v_d, &v_q);
+    decide(r, m, ahead, v_d, v_q);
 }
 
 static void take_sample(run *r, double t_s, const dqw_sim_point *o, double turn_rad)
@@ -196,7 +217,7 @@ static int advance(run *r, double late_periods, double *i_alpha_A, double *i_bet
 // The log's voltage in the frame of the angle that the drive sees.
 static void see_voltage(const run *r, double *v_d_V, double *v_q_V)
 {
-    const double turn = r->seen.theta_e_rad - r->sample.theta_e_rad;
+    const double turn = r->seen_turn_rad;
     if (r->s->drive.logged == DQW_SIM_LOGGED_DECIDED) {
         *v_d_V = r->decided_V[0], *v_q_V = r->decided_V[1];
     } else if (turn != 0) {
@@ -216,10 +237,10 @@ static int period(run *r, long k, double *v_d_V, double *v_q_V)
         return refuse(r->report, DQW_SIM_ERR_SCENARIO, "the ramped machine is not invertible", t);
     memmove(r->v_V[1], r->v_V[0], 3 * sizeof r->v_V[0]);
     memmove(r->duty[1], r->duty[0], 3 * sizeof r->duty[0]);
-    p->load_Nm = dqw_sim_signal_at(&s->profile.load_Nm, t, s->seed, DQW_SIM_STREAM_LOAD);
+    p->load_Nm = dqw_sim_signal_at(&s->profile.load_Nm, t, s->seed, DQW_SIM_STREAM_LOAD) + r->more_load_Nm;
     if (p->at_w < 0) {
         p->w_m_rad_s = r->sample.w_m_rad_s;
-        p->accel_rad_s2 = (speed_reference(s, t + dt) - p->w_m_rad_s) / dt;
+        p->accel_rad_s2 = (speed_reference(s, t + dt) + r->more_speed_rad_s - p->w_m_rad_s) / dt;
     }
     double *y = dqw_sim_integrator_state(&r->stage.integrator), i_alpha_A, i_beta_A;
     fill_state(r, y);
@@ -239,7 +260,8 @@ static int period(run *r, long k, double *v_d_V, double *v_q_V)
                       t + dt);
     // The next voltage is computed while this one is applied.
     see(r, k, i_alpha_A, i_beta_A);
-    control(r, 1);
+    if (r->own) *r->own = r->seen, *r->own_loops = seen_by_loops(r);
+    if (!r->own) control(r, 1);
     dqw_sim_hold_mean(p, r->v_V[1], dt, end.turn_rad, r->sample.w_m_rad_s, end.w_m_rad_s, v_d_V, v_q_V);
     see_voltage(r, v_d_V, v_q_V);
     for (int e = 0; p->at_energy >= 0 && e < DQW_SIM_ENERGIES; ++e) r->energy_J[e] += y[p->at_energy + e];
@@ -415,4 +437,91 @@ int dqw_sim_run(const dqw_sim_scenario *s, dqw_sim_row *rows, size_t capacity, d
     if (status == 0 && polled) dqw_sim_polled_log(s, drive, drive_rows, rows);
     if (polled) free(drive);
     return status ? status : check_rows(rows, count, report);
+}
+
+struct dqw_sim_stepper {
+    dqw_sim_scenario s;
+    run r;
+    dqw_sim_report report;
+    dqw_sim_row raw, loops;
+    dqw_sim_map *map;
+    dqw_sim_curve *curve;
+    long k;
+};
+
+static int told(const dqw_sim_stepper *x, int status, char *why, size_t size)
+{
+    if (status) snprintf(why, size, "%s", x && x->report.message[0] ? x->report.message : dqw_sim_status_text(status));
+    return status;
+}
+
+static int open_run(dqw_sim_stepper *x)
+{
+    dqw_sim_scenario *s = &x->s;
+    int status = dqw_sim_check(s, x->report.message, sizeof x->report.message);
+    if (status) return status;
+    if (s->polled.rate_Hz > 0 || s->drive.log_every > 1 || s->drive.logged != DQW_SIM_LOGGED_MEAN)
+        return refuse(&x->report, DQW_SIM_ERR_SCENARIO,
+                      "a stepped run logs each period's mean voltage: polled, drive.log_every and drive.logged must be "
+                      "as without",
+                      -1);
+    if (s->machine.flux_map[0]) status = load_map(s, &x->map, &x->report);
+    if (status == 0 && s->nonideal.inverter_curve[0]) status = load_curve(s, &x->curve, &x->report);
+    if (status) return status;
+    x->r.s = s, x->r.report = &x->report;
+    x->r.own = &x->raw, x->r.own_loops = &x->loops;
+    dqw_sim_stage_init(&x->r.stage, s, x->map, x->curve);
+    status = begin(&x->r);
+    if (status) return status;
+    see(&x->r, -1, 0, 0);
+    x->loops = seen_by_loops(&x->r);
+    return 0;
+}
+
+int dqw_sim_open(const dqw_sim_scenario *s, dqw_sim_stepper **out, dqw_sim_row *seen, char *why, size_t size)
+{
+    *out = NULL;
+    dqw_sim_stepper *x = s ? calloc(1, sizeof *x) : NULL;
+    if (!x) return told(NULL, s ? DQW_SIM_ERR_MEMORY : DQW_SIM_ERR_SCENARIO, why, size);
+    x->s = *s;
+    const int status = told(x, open_run(x), why, size);
+    if (status) {
+        dqw_sim_close(x);
+        return status;
+    }
+    *seen = x->loops;
+    *out = x;
+    return 0;
+}
+
+int dqw_sim_step(dqw_sim_stepper *x, const dqw_sim_decision *decision, dqw_sim_row *seen, dqw_sim_row *logged,
+                 char *why, size_t size)
+{
+    run *r = &x->r;
+    const dqw_sim_measured m = measured(&x->loops);
+    double v_d = decision->v_d_V, v_q = decision->v_q_V;
+    if (!isfinite(v_d + v_q + decision->load_Nm + decision->speed_rad_s)) {
+        refuse(&x->report, DQW_SIM_ERR_VALUE, "a decision that is not finite", m.t_s);
+        return told(x, DQW_SIM_ERR_VALUE, why, size);
+    }
+    dqw_sim_limit(&x->s.drive, m.v_dc_V, &v_d, &v_q);
+    decide(r, m, x->k > 0, v_d, v_q);
+    r->more_load_Nm = decision->load_Nm, r->more_speed_rad_s = decision->speed_rad_s;
+    const int status = period(r, x->k++, &v_d, &v_q);
+    if (status) return told(x, status, why, size);
+    x->raw.v_d_V = x->loops.v_d_V = v_d, x->raw.v_q_V = x->loops.v_q_V = v_q;
+    *seen = x->loops, *logged = x->raw;
+    return told(x, check_rows(logged, 1, &x->report), why, size);
+}
+
+void dqw_sim_log_of(const dqw_sim_stepper *x, dqw_sim_row *rows, size_t count)
+{
+    dqw_sim_sensor_log(&x->s, rows, count);
+}
+
+void dqw_sim_close(dqw_sim_stepper *x)
+{
+    if (!x) return;
+    dqw_sim_integrator_free(&x->r.stage.integrator);
+    free(x->map), free(x->curve), free(x);
 }

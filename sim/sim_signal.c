@@ -25,11 +25,23 @@ static double wave_at(const dqw_sim_signal *g, double t_s)
     return g->wave * sin(two_pi * phase);
 }
 
+static double table_at(const dqw_sim_signal *g, double t_s)
+{
+    const double at = t_s / g->table_dt_s + edge;
+    if (!(at > 0)) return g->table[0];
+    if (at >= (double)(g->table_rows - 1)) return g->table[g->table_rows - 1];
+    const size_t k = (size_t)at;
+    // At a row's own time the table says it to the last digit.
+    const double part = at - (double)k < 2 * edge ? 0 : at - (double)k - edge;
+    return (1 - part) * g->table[k] + part * g->table[k + 1];
+}
+
 double dqw_sim_signal_at(const dqw_sim_signal *g, double t_s, uint64_t seed, uint64_t stream)
 {
     double y = g->value;
     if (g->step != 0.0 && t_s >= g->t_step_s - edge * (1 + g->t_step_s)) y += g->step;
     if (g->wave != 0.0) y += wave_at(g, t_s);
+    if (g->table && g->table_rows > 0) y += table_at(g, t_s);
     if (g->random != 0.0) {
         const uint64_t hold = (uint64_t)(t_s / g->random_hold_s + edge);
         y += g->random * (2 * dqw_sim_random_uniform(seed, 2 * stream, hold) - 1);

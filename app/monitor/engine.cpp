@@ -235,9 +235,11 @@ public:
     {
         dqw_sample_q15 x;
         const bool good = fixed(s, full_, x);
-        // Sixteen bits have no not-a-number: the port is told of a limit, and it is counted here.
-        if (!good) ++not_numbers_;
+        const std::uint32_t before = m_.estimator.gate.nonfinite;
         (void)dqw_monitor_sample_q15(&m_, &x, !good);
+        // Sixteen bits have no not-a-number: the port is told of a limit, and it is counted here. With an angle it sees
+        // by itself that there is none.
+        if (!good && m_.estimator.gate.nonfinite == before) ++not_numbers_;
         return m_.estimator.window.over.pending;
     }
 

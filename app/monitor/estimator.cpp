@@ -112,9 +112,10 @@ public:
     {
         dqw_sample_q15 x;
         const bool good = fixed(s, full_, x);
-        // As the monitor's engine has it.
-        if (!good) ++not_numbers_;
+        const std::uint32_t before = e_.gate.nonfinite;
         (void)dqw_estimator_sample_q15(&e_, &x, !good);
+        // As the monitor's engine has it.
+        if (!good && e_.gate.nonfinite == before) ++not_numbers_;
         if (!e_.window.over.pending) return;
         (void)dqw_estimator_background_q15(&e_);
         if (e_.stage.name == DQW_STAGE_DOMAIN) accept(dqw_estimator_define_q15(&e_, &config_), "fixed-point estimator");

@@ -3,6 +3,7 @@
 
 #include "dqw_version.h"
 #include "jobs.hpp"
+#include "simulate.hpp"
 #include "streams.hpp"
 
 NB_MODULE(_core, m)
@@ -10,4 +11,5 @@ NB_MODULE(_core, m)
     m.attr("version") = DQW_VERSION;
     dqw::python::bind_jobs(m);
     dqw::python::bind_streams(m);
+    dqw::python::bind_simulate(m);
 }

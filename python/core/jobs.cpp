@@ -1,10 +1,16 @@
 #include "jobs.hpp"
 
+#include <fmt/format.h>
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/vector.h>
 
+#include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "app/base/learnable.hpp"
+#include "app/base/parameters.hpp"
+#include "app/base/text.hpp"
 #include "app/job/compare.hpp"
 #include "app/job/estimate.hpp"
 #include "app/job/monitor.hpp"
@@ -23,12 +29,43 @@ namespace {
 
 template <class T> void take(const nb::dict& asked, const char* key, T& to)
 {
-    if (asked.contains(key)) to = nb::cast<T>(asked[key]);
+    if (asked.contains(key) && !nb::try_cast(asked[key], to))
+        raise_usage(std::string(key) + " is " + nb::cast<std::string>(nb::repr(asked[key])) +
+                    "; expected a value of another type, as help() has it");
 }
 
 template <class T> void take(const nb::dict& asked, const char* key, std::optional<T>& to)
 {
-    if (asked.contains(key)) to = nb::cast<T>(asked[key]);
+    if (!asked.contains(key)) return;
+    T value{};
+    take(asked, key, value);
+    to = value;
+}
+
+void check_positive(const char* name, const std::optional<double>& value)
+{
+    if (value && !(*value > 0.0 && std::isfinite(*value)))
+        raise_usage(fmt::format("{} is {}; expected a number above 0", name, *value));
+}
+
+/// What the command's parser would refuse.
+void check(const Options& o)
+{
+    if (o.pole_pairs && (*o.pole_pairs < 1 || *o.pole_pairs > 1000))
+        raise_usage(fmt::format("pole_pairs is {}; expected 1 to 1000", *o.pole_pairs));
+    check_positive("gear", o.gear);
+    check_positive("v_dc_V", o.v_dc_V);
+    check_positive("period_s", o.period_s);
+    if (o.arith != "float" && o.arith != "q15")
+        raise_usage("arithmetic is " + shown(o.arith) + "; expected float or q15");
+    const auto names = [](const std::vector<std::string>& asked, const std::vector<std::string>& known,
+                          const char* what) {
+        for (const std::string& name : asked)
+            if (std::find(known.begin(), known.end(), name) == known.end())
+                raise_usage(fmt::format("no {} {}; expected of {}", what, shown(name), list(known, 99)));
+    };
+    names(o.parameters, known_parameters(), "parameter");
+    names(o.effects, traced_names(), "effect");
 }
 
 nb::list texts(const std::vector<std::string>& all)
@@ -167,10 +204,16 @@ Options options_of(const nb::dict& asked, const nb::list& tables)
     take(asked, "parameters", o.parameters);
     take(asked, "effects", o.effects);
     take(asked, "arithmetic", o.arith);
+    take(asked, "scenario", o.scenario);
+    take(asked, "settings", o.settings);
+    take(asked, "seed", o.seed);
+    take(asked, "polled", o.polled);
+    take(asked, "modulation", o.modulation);
     for (const nb::handle item : tables) {
         const auto pair = nb::cast<nb::tuple>(item);
         o.tables[nb::cast<std::string>(pair[0])] = nb::cast<TableHandle&>(pair[1]).table;
     }
+    check(o);
     return o;
 }
 

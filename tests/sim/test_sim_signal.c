@@ -35,6 +35,21 @@ static void test_waves(void)
     check_wave(DQW_SIM_SHAPE_STAIRS, (const double[]){-4, -4, -2, -2, 0, 2, 2, 4});
 }
 
+static void test_table(void)
+{
+    static const double table[] = {1, 3, -2};
+    const dqw_sim_signal g = {.value = 10, .table = table, .table_rows = 3, .table_dt_s = 0.1};
+    const double wanted[][2] = {{0, 11}, {0.05, 12}, {0.1, 13}, {0.125, 11.75}, {0.2, 8}, {0.3, 8}, {1e9, 8}};
+    for (size_t k = 0; k < sizeof wanted / sizeof *wanted; ++k)
+        TEST_ASSERT_DOUBLE_WITHIN(1e-7, wanted[k][1], at(&g, wanted[k][0]));
+    // At a row's own time to the last digit, however that time was summed.
+    for (int k = 0; k < 3; ++k) {
+        double t_s = 0;
+        for (int n = 0; n < k; ++n) t_s += 0.1;
+        TEST_ASSERT_TRUE(at(&g, t_s) == 10 + table[k] && at(&g, k * 0.1) == 10 + table[k]);
+    }
+}
+
 // Held for its time, uniform in +-3 over many holds: mean 0, deviation 3 / sqrt(3); another stream is another signal.
 static void test_random_is_uniform_and_held(void)
 {
@@ -73,6 +88,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(test_constant_and_step);
     RUN_TEST(test_waves);
+    RUN_TEST(test_table);
     RUN_TEST(test_random_is_uniform_and_held);
     RUN_TEST(test_binary_is_two_valued_and_held);
     return UNITY_END();

@@ -5,7 +5,8 @@
 >>> result.parameters["psi_Wb"].value, result.parameters["psi_Wb"].sd
 
 :func:`fit`, :func:`learn`, :func:`trace`, :func:`compare` and :func:`monitor` take a log: a path, a frame, an Arrow
-stream, or arrays by name. :class:`Monitor` and :class:`Estimator` take rows as they come. All quantities are SI, and their names say so.
+stream, or arrays by name. :class:`Monitor` and :class:`Estimator` take
+rows as they come. :func:`simulate` and :class:`Simulation` make logs. All quantities are SI, and their names say so.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ from __future__ import annotations
 from ._core import version as __version__
 from ._errors import Error, InputError, UsageError
 from ._jobs import compare, fit, learn, monitor, trace
+from ._readers import read
 from ._results import (
     CompareResult,
     Effect,
@@ -23,6 +25,7 @@ from ._results import (
     Parameter,
     TraceResult,
 )
+from ._simulate import SimResult, SimRow, Simulation, scenario_keys, scenarios, simulate
 from ._streams import Estimator, Monitor
 
 __all__ = [
@@ -37,6 +40,9 @@ __all__ = [
     "MonitorResult",
     "NotIdentifiable",
     "Parameter",
+    "SimResult",
+    "SimRow",
+    "Simulation",
     "TraceResult",
     "UsageError",
     "__version__",
@@ -44,5 +50,9 @@ __all__ = [
     "fit",
     "learn",
     "monitor",
+    "read",
+    "scenario_keys",
+    "scenarios",
+    "simulate",
     "trace",
 ]

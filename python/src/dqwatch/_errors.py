@@ -27,7 +27,8 @@ class Error(Exception):
         row: int | None = None,
         advice: str | None = None,
     ) -> None:
-        super().__init__(message)
+        # Names out of a log may hold anything; a line stays one.
+        super().__init__("".join(c if c.isprintable() else "?" for c in message))
         self.file = file
         self.line = line
         self.row = row

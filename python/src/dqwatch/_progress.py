@@ -20,11 +20,13 @@ def _notebook() -> bool:
 
 @contextmanager
 def shown(progress: bool | Told | None) -> Iterator[Told | None]:
-    """``None``: a bar where somebody watches and tqdm is there; True, False: always, never; else what is to be called."""
+    """``None``: a bar of tqdm where somebody watches; True, False: always, never; else what is to be called."""
     if callable(progress):
         yield progress
         return
-    if progress is False or (progress is None and not (sys.stderr is not None and sys.stderr.isatty() or _notebook())):
+    if progress is False or (
+        progress is None and not ((sys.stderr is not None and sys.stderr.isatty()) or _notebook())
+    ):
         yield None
         return
     try:

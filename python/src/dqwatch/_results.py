@@ -421,13 +421,12 @@ class CompareResult(PagedResult):
     def to_frame(self, backend: Backend = "pandas") -> Any:
         """One row a parameter: what each of the three makes of it."""
         found = self.to_dict()
-        rows = found["parameters"]
-        names = list(rows) if isinstance(rows, Mapping) else [row["name"] for row in rows]
-        entries = list(rows.values()) if isinstance(rows, Mapping) else rows
+        whose = ("float", "q15", "reference")
+        names = list(dict.fromkeys(name for who in whose for name in found[who]))
         columns: dict[str, list[Any]] = {"parameter": names}
-        for who in ("float", "q15", "reference"):
+        for who in whose:
             for what in ("value", "sd"):
-                columns[f"{who}_{what}"] = [_number((e.get(who) or {}).get(what)) for e in entries]
+                columns[f"{who}_{what}"] = [_number(found[who].get(name, {}).get(what)) for name in names]
         return frame_of(columns, backend)
 
     def plot(self, axes: Any = None) -> Any:
@@ -451,8 +450,8 @@ class Event:
     """A change of the machine that the monitor tells.
 
     ``t_s`` when it was named, ``since_s`` when it began to show; ``parameter`` the channel, with its unit as suffix;
-    ``value``, ``sd`` and ``healthy`` in that unit (NaN: not known); ``fault`` its name, ``confidence`` 0 to 1, ``phase``
-    "a", "b", "c" or empty.
+    ``value``, ``sd`` and ``healthy`` in that unit (NaN: not known); ``fault`` its name, ``confidence`` 0 to 1,
+    ``phase`` "a", "b", "c" or empty.
     """
 
     t_s: float

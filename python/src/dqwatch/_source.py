@@ -1,4 +1,4 @@
-"""What a log may be given as, and how it reaches the compiled part: a path, a frame, an Arrow stream, arrays by name."""
+"""What a log may be given as: a path, a frame, an Arrow stream, arrays by name; and its way to the compiled part."""
 
 from __future__ import annotations
 
@@ -53,6 +53,10 @@ def _of_columns(columns: Iterable[tuple[str, Any]]) -> _core.Table:
 
 def table_of(source: Source) -> _core.Table:
     """A frame, a stream or arrays by name as a table; raises UsageError on anything else."""
+    if hasattr(source, "collect"):
+        raise UsageError(f"a log cannot be a {type(source).__name__}; expected .collect() first")
+    if isinstance(getattr(source, "columns", None), Mapping):
+        source = source.columns  # a SimResult
     if isinstance(source, Mapping):
         if not source:
             raise UsageError("no columns; expected arrays such as t_s, v_d_V, v_q_V, i_d_A, i_q_A, w_m_rad_s")
@@ -68,10 +72,7 @@ def table_of(source: Source) -> _core.Table:
         return _core.stream(source.__arrow_c_stream__(), rows)
     if isinstance(source, np.ndarray) and source.dtype.names:
         return _of_columns((name, source[name]) for name in source.dtype.names)
-    hint = "; expected .collect() first" if hasattr(source, "collect") else ""
-    raise UsageError(
-        f"a log cannot be a {type(source).__name__}" + (hint or "; expected a path, a frame, or arrays by name")
-    )
+    raise UsageError(f"a log cannot be a {type(source).__name__}; expected a path, a frame, or arrays by name")
 
 
 def _not_text(name: str, values: Any) -> Any:
@@ -141,8 +142,12 @@ def machine_text(machine: Mapping[str, Any]) -> str:
 
 
 def add_machine(asked: dict[str, Any], machine: Machine | None) -> None:
-    """Puts a machine file, or what stands for one, among the options."""
+    """Puts a machine file, or what stands for one, among the options; of one container LOG.toml beside it."""
     if machine is None:
+        logs = asked.get("logs", [])
+        beside = os.path.splitext(logs[0])[0] + ".toml" if len(logs) == 1 and _readers.takes(logs[0]) else ""
+        if beside and os.path.isfile(beside):
+            asked["machine_file"] = beside
         return
     if isinstance(machine, Mapping):
         # A comment keeps an empty one from meaning none.

@@ -157,7 +157,7 @@ class _Stream:
 
     def state(self) -> bytes:
         """All of its state, for :meth:`from_state` in the same version of dqwatch on the same kind of machine."""
-        image = self._core.state()
+        image: bytes = self._core.state()
         head = {
             "kind": self._kind,
             "build": _core.build,
@@ -242,9 +242,10 @@ class Monitor(_Stream):
     Parameters
     ----------
     machine
-        a mapping, or the path of TOML ([machine], [nameplate]) or JSON (a fit's or a trace's among them). Needed, there
-        or as arguments: ``pole_pairs``, ``period_s``, ``v_V`` (rated phase voltage, peak), ``i_A`` (rated phase current,
-        peak), ``w_m_rad_s`` (highest mechanical speed). Known values start the learning: ``R_ohm Ld_H Lq_H psi_Wb``;
+        a mapping, or the path of TOML ([machine], [nameplate]) or JSON (a fit's or a trace's among them). Needed,
+        there or as arguments: ``pole_pairs``, ``period_s``, ``v_V`` (rated phase voltage, peak), ``i_A`` (rated phase
+        current, peak), ``w_m_rad_s`` (highest mechanical speed). Known values start the learning:
+        ``R_ohm Ld_H Lq_H psi_Wb``;
         ``J_kgm2`` has friction watched
     period_s
         seconds from row to row
@@ -312,7 +313,7 @@ class Monitor(_Stream):
         return [event_of(line) for line in told]
 
     def block(self, source: Source = None, **columns: Any) -> list[Event]:
-        """Rows in order: a frame, an Arrow stream, or arrays of one length by name, named as :meth:`step` names them."""
+        """Rows in order: a frame, an Arrow stream, or arrays of one length by name as :meth:`step` has them."""
         return [event_of(line) for line in self._block(source, columns)]
 
 
