@@ -96,11 +96,12 @@ test:
 	@$(MAKE) --no-print-directory run-tests
 
 ## check        lint's quick part and the tests in C: what to run after a change of lib/, port_q15/ or sim/
-.PHONY: check
-check:
-	@.ci/lint dependencies citations docstrings effects twins public-functions text
-	@$(MAKE) --no-print-directory $(CHECKED)
+.PHONY: check check-lint
+check: check-lint $(CHECKED)
 	@BUILD=$(BUILD) DATA=$(DATA) CC="$(CC)" CXX="$(CXX)" tests/run plain $(CHECKED)
+## check-lint   lint's quick part, which check runs beside the compilers
+check-lint:
+	@.ci/lint dependencies citations docstrings effects twins public-functions text
 
 ## mutants      change 300 lines of lib/ and of port_q15/, one at a time: what the tests in C do not see; SEED=N draws others. Hours
 .PHONY: mutants

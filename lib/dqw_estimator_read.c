@@ -34,7 +34,7 @@
 float dqw_estimator_value(const dqw_estimator *e, int weight)
 {
     float w = e->w_pu[weight];
-    if (weight == DQW_PSI_Q && e->turn_sine != 0.0f) w = w * e->turn_cosine - e->w_pu[DQW_PSI] * e->turn_sine;
+    if (weight == DQW_PSI_Q) w = w * e->turn_cosine - e->w_pu[DQW_PSI] * e->turn_sine;
     return w * dqw_estimator_unit(e, weight);
 }
 

@@ -117,10 +117,8 @@ bool dqw_ordinal_end_epoch(dqw_ordinal *o)
     const bool done_with_pairs = o->from_pairs && inside;
     o->restless = still || o->from_pairs ? 0 : (uint8_t)(o->restless + 1);
     if (done_with_pairs) o->from_pairs = false;
-    if (o->restless >= RESTLESS_MAX) {
-        o->restless = 0;
-        o->from_pairs = true;
-    }
+    // The next epoch counts anew.
+    if (o->restless >= RESTLESS_MAX) o->from_pairs = true;
     o->a = a;
     o->b_pu = b;
     o->delta_pu[0] = o->delta_pu[1] = 0.0f;

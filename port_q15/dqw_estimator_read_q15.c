@@ -32,7 +32,7 @@ uint32_t dqw_estimator_unit_q15(const dqw_estimator_q15_config *config, enum dqw
 int32_t dqw_estimator_value_q24(const dqw_estimator_q15 *e, int weight)
 {
     const int32_t w_q24 = e->w_q24[weight];
-    if (weight != DQW_PSI_Q || e->turn_sine_q30 == 0) return w_q24;
+    if (weight != DQW_PSI_Q) return w_q24;
     // |w| < 2^30: products below 2^61
     return dqw_q31_sat(
         dqw_q_round64((int64_t)w_q24 * e->turn_cosine_q30 - (int64_t)e->w_q24[DQW_PSI] * e->turn_sine_q30, 30));
@@ -91,7 +91,7 @@ static int64_t noise_q56(const dqw_estimator_q15 *e, int weight)
     int freedom = rows;
     for (uint32_t left = e->learned; left != 0; left &= left - 1u) freedom--;
     if ((e->learned >> weight & 1u) == 0 || freedom < (e->config->settled ? 1 : 2 * n)) return INT64_MAX;
-    return dqw_q_quotient64(dqw_q_product64(variance_q56(e, weight, e->cov_q40[weight]), rows, -4), freedom, 4);
+    return dqw_q_product64(variance_q56(e, weight, e->cov_q40[weight]), dqw_q_quotient64(rows, freedom, 24), -24);
 }
 
 static int32_t root_q24(const dqw_estimator_q15 *e, int weight, int64_t v_q56)

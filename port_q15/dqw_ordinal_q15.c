@@ -182,10 +182,8 @@ bool dqw_ordinal_end_epoch_q15(dqw_ordinal_q15 *o)
     const bool done_with_pairs = o->from_pairs && solved && inside;
     o->restless = still || o->from_pairs ? 0 : (uint8_t)(o->restless + 1);
     if (done_with_pairs) o->from_pairs = false;
-    if (o->restless >= RESTLESS_MAX) {
-        o->restless = 0;
-        o->from_pairs = true;
-    }
+    // The next epoch counts anew.
+    if (o->restless >= RESTLESS_MAX) o->from_pairs = true;
     o->a_q31 = (int32_t)a_q31;
     o->b_q27 = (int32_t)b_q27;
     if (!pairs) {

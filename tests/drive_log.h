@@ -40,7 +40,7 @@ static inline const drive_log *drive(const char *name, uint64_t seed)
     dqw_sim_scenario s = *found;
     memset(&s.noise, 0, sizeof s.noise);
     s.seed = l->seed = seed;
-    s.rtol = fmax(s.rtol, 1e-7);
+    s.method = DQW_SIM_RK4;
     if (s.duration_s < 1.0) s.duration_s = 1.05;
     static dqw_sim_row rows[DRIVE_ROWS];
     const size_t count = dqw_sim_rows(&s);

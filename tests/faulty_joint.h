@@ -24,7 +24,7 @@ static inline dqw_sim_scenario joint(double duration_s)
     dqw_sim_scenario s = *dqw_sim_scenario_find("joint_24v");
     s.seed = 1;
     s.duration_s = duration_s;
-    s.rtol = 1e-6;
+    s.method = DQW_SIM_RK4;
     s.nonideal.dead_time_V.value = DEAD_TIME_V;
     s.nonideal.dead_time_width_A = 0.05;
     s.nonideal.turn_short_ohm = 0.05;

@@ -131,6 +131,7 @@ static inline const journal *simulated(double dead_time_V)
     memset(&s.noise, 0, sizeof s.noise);
     s.nonideal.dead_time_V.value = dead_time_V;
     s.nonideal.dead_time_width_A = 0.05;
+    s.method = DQW_SIM_RK4;
     const size_t n = dqw_sim_rows(&s);
     TEST_ASSERT_TRUE(n > 0 && n <= ROWS);
     TEST_ASSERT_EQUAL_INT(DQW_SIM_OK, dqw_sim_run(&s, rows, n, NULL, NULL, NULL));

@@ -1,5 +1,7 @@
 // Half a block's pairs from the nameplate: machines by hand, the three bounds everywhere, float and fixed point against
 // exact integers.
+#include "dqw_estimator.h"
+#include "dqw_estimator_q15.h"
 #include "dqw_half_window.h"
 #include "dqw_nameplate_q15.h"
 #include "dqw_test.h"
@@ -91,11 +93,41 @@ static void test_any_bits(void)
     TEST_ASSERT_EQUAL_UINT16(20, dqw_nameplate_half_window_q15(&zero));
 }
 
+// What a nameplate makes of an estimator: its values, a fiftieth of the current as dead time's width, and all that a
+// drive with an encoder can learn. In whole numbers full scales are half as much again.
+static void test_the_default_estimator(void)
+{
+    const dqw_nameplate plate = {1e-4f, 24.0f, 10.0f, 300.0f, 2};
+    const dqw_estimator_config c = dqw_estimator_config_default(&plate);
+    HOLDS(c.dt_s == 1e-4f && c.v_base_V == 24.0f && c.i_base_A == 10.0f && c.w_base_rad_s == 300.0f);
+    HOLDS(c.pole_pairs == 2 && c.half_window == 10 && c.dead_time_width_A == 0.02f * 10.0f && c.stale_limit == 10);
+    HOLDS(c.angle && c.encoder_offset && c.follow && c.noise_on_inputs);
+    HOLDS(!c.observed && !c.settled && !c.voltage_next && !c.voltage_held && !c.speed_electrical);
+    HOLDS(c.R_ohm == 0 && c.Ld_H == 0 && c.Lq_H == 0 && c.psi_Wb == 0 && c.v_limit_V == 0 && c.i_limit_A == 0 &&
+          c.excitation_pu == 0 && c.angle_late_s == 0 && c.voltage_error_V == 0 && c.threshold_ppm == 0);
+    HOLDS(c.modulation == DQW_MODULATION_CENTRED && c.random == NULL);
+    const dqw_nameplate_q15 whole = {100000, 24000, 10001, 300000, 2};
+    const dqw_estimator_q15_config q = dqw_estimator_config_default_q15(&whole);
+    HOLDS(q.scale.dt_ns == 100000 && q.scale.v_full_mV == 36000 && q.scale.i_full_mA == 15001 &&
+          q.scale.w_full_mrad_s == 450000 && q.scale.pole_pairs == 2);
+    HOLDS(q.half_window == 10 && q.dead_time_width_mA == 200 && q.stale_limit == 10);
+    HOLDS(q.angle && q.encoder_offset && q.follow && q.noise_on_inputs);
+    HOLDS(!q.observed && !q.settled && !q.voltage_next && !q.voltage_held && !q.speed_electrical);
+    HOLDS(q.R_uohm == 0 && q.Ld_nH == 0 && q.Lq_nH == 0 && q.psi_nWb == 0 && q.excitation_q15 == 0 &&
+          q.angle_late_ns == 0 && q.voltage_error_mV == 0 && q.threshold_ppm == 0 && q.solve_blocks == 0);
+    HOLDS(q.modulation == DQW_MODULATION_CENTRED && q.random == NULL);
+    // A window of whole numbers has no more than a hundred pairs, and a full scale its own end.
+    const dqw_nameplate_q15 fast = {1000, 9000000, 9000000, 1000, 1};
+    const dqw_estimator_q15_config f = dqw_estimator_config_default_q15(&fast);
+    HOLDS(f.half_window == 100 && f.scale.v_full_mV == DQW_SCALE_MAX && f.scale.i_full_mA == DQW_SCALE_MAX);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_machines);
     RUN_TEST(test_no_longer_and_no_shorter_than_it_says);
     RUN_TEST(test_any_bits);
+    RUN_TEST(test_the_default_estimator);
     return UNITY_END();
 }

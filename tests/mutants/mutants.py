@@ -4,7 +4,8 @@
 mutants.py FOLDER [--count N] [--seed S] [--build build] [--jobs N] prints each survivor and, last, how many of the sample the tests kill.
 mutants.py FOLDER --only FILE:LINE prints the verdict on every mutant of that line. What is judged stays in build/mutants.tsv: a campaign that was
 interrupted goes on.
-Changes that the compiler sees no difference in are no mutants, nor is < to <= where the larger, the smaller or the size is taken. Those that nobody can see are in equivalent.txt, each with its reason.
+Changes that the compiler sees no difference in are no mutants, nor is < to <= where the larger, the smaller or the size is taken,
+nor x < 1 for x < 0 in the size of a whole number. Those that nobody can see are in equivalent.txt, each with its reason.
 """
 
 from __future__ import annotations
@@ -112,6 +113,14 @@ def is_choice(code: str, at: int) -> bool:
     return any(m.start() <= at < m.end() for c in CHOICES for m in c.finditer(code))
 
 
+# Of a whole number x < 1 ? -x : x is its size too.
+SIZE = re.compile(r"(?P<a>[\w.\[\]>-]+) < (?P<nought>0) \? -(?P=a) : (?P=a)" + ENDS)
+
+
+def is_of_size(code: str, at: int) -> bool:
+    return any(m.start("nought") == at for m in SIZE.finditer(code))
+
+
 def of_line(code: str) -> list[tuple[str, str]]:
     """What can be done to a line: its new text, and a word for it."""
     out: list[tuple[str, str]] = []
@@ -122,6 +131,8 @@ def of_line(code: str) -> list[tuple[str, str]]:
             out.append((code[: m.start()] + new + code[m.end() :], f"{old.strip()} to {new.strip()}"))
     for m in re.finditer(r"(?<![\w.])(\d+)(u?)(?![\w.])", code):
         n = int(m.group(1))
+        if is_of_size(code, m.start()):
+            continue
         out.append((code[: m.start()] + str(n + 1) + m.group(2) + code[m.end() :], f"{n} to {n + 1}"))
         if n > 0:
             out.append((code[: m.start()] + str(n - 1) + m.group(2) + code[m.end() :], f"{n} to {n - 1}"))

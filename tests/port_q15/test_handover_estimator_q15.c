@@ -63,8 +63,10 @@ static void test_samples_may_interrupt_the_background_anywhere(void)
 #if PREEMPT_HERE
     make_rows();
     static dqw_estimator_q15 start;
-    // Every instruction where it may take a minute; else one in so many.
-    const long stride = getenv("DQW_FULL") != NULL ? 1 : 997;
+    // Every instruction where it may take a minute; else one in so many, and what ends nearly half a window: stopping at
+    // each takes time already.
+    const bool full = getenv("DQW_FULL") != NULL;
+    const long stride = full ? 1 : 97;
     static const int until[] = {2 * HALF, 600, 1500, 8000};
     long places = 0;
     int learned = 0;
@@ -74,20 +76,20 @@ static void test_samples_may_interrupt_the_background_anywhere(void)
             if (way == 1) c.scale.pole_pairs = 0;
             begin(&start, &c, until[k]);
             // What a slow background sees come: less than half a window.
-            for (samples = 1; samples < HALF; samples += HALF - 2) {
+            for (samples = full ? 1 : HALF - 1; samples < HALF; samples += HALF - 2) {
                 CASE("way %d, row %d, %d samples", way, at_row, samples);
                 memcpy(&held, &start, sizeof held);
                 background(), interrupt();
                 memcpy(&expected, &held, sizeof held);
                 learned += expected.blocks > start.blocks;
                 memcpy(&held, &start, sizeof held);
-                const long instructions = preempt_everywhere(stride, background, interrupt, equal);
+                const long instructions = preempt_everywhere(stride, &held, sizeof held, background, interrupt, equal);
                 places += instructions / stride;
                 HOLDS(instructions > 100);
             }
         }
-    TEST_ASSERT_TRUE(places > 30 && learned > 6);
-    if (stride == 1) printf("%ld places\n", places);
+    TEST_ASSERT_TRUE(places > 30 && learned > 3);
+    if (full) printf("%ld places\n", places);
 #else
     TEST_IGNORE_MESSAGE("no single step here");
 #endif
@@ -154,12 +156,12 @@ static void test_a_half_may_end_in_the_background_anywhere(void)
         memcpy(&held, &start, sizeof held);
         everywhere.first = 2000;
         const long stride = getenv("DQW_FULL") != NULL ? 1 : 499;
-        const long count = preempt_everywhere(stride, background, interrupt, one_of_them);
+        const long count = preempt_everywhere(stride, &held, sizeof held, background, interrupt, one_of_them);
         HOLDS(count > 5000);
         everywhere.first = 0;
         everywhere.last = count - 4000;
         memcpy(&held, &start, sizeof held);
-        HOLDS(preempt_everywhere(stride, background, interrupt, one_of_them) == count);
+        HOLDS(preempt_everywhere(stride, &held, sizeof held, background, interrupt, one_of_them) == count);
         everywhere.last = 0;
     }
 #else
