@@ -184,6 +184,13 @@ strangers:
 python: $(BUILD)/dqwatch
 	@BUILD=$(BUILD) DQWATCH_COMMAND=$(CURDIR)/$(BUILD)/dqwatch .ci/python
 
+## live         two simulated motors on a page, http://127.0.0.1:8600/, one of which fails after a minute; Ctrl-C ends it
+.PHONY: live
+live:
+	@.ci/install build
+	@BUILD=$(BUILD) .ci/live
+	@$(BUILD)/live/bin/dqwatch live --demo $(if $(LISTEN),--listen $(LISTEN))
+
 ## imperfections  what each imperfection of a drive does to the parameters, one simulated log each, into docs/imperfections.md
 .PHONY: imperfections
 imperfections: $(BUILD)/dqwatch

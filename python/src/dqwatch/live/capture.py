@@ -34,9 +34,7 @@ class Minute:
         self._blocks.append(block)
         self._rows += len(block["t_s"])
         last = float(block["t_s"][-1])
-        while len(self._blocks) > 1 and (
-            self._rows > MOST_ROWS or float(self._blocks[0]["t_s"][-1]) < last - SPAN_S
-        ):
+        while len(self._blocks) > 1 and (self._rows > MOST_ROWS or float(self._blocks[0]["t_s"][-1]) < last - SPAN_S):
             self._rows -= len(self._blocks.popleft()["t_s"])
 
     def blocks(self) -> list[Block]:

@@ -56,6 +56,7 @@ class Live:
         self.board = Board()
         self.unknown_rows = 0
         self.first_unknown = ""
+        self._untold: list[LiveEvent] = []
         self._unsaved: dict[str, str] = {}
         self._due_s: dict[str, float] = {}
         self._tile_s = float("-inf")
@@ -72,6 +73,8 @@ class Live:
             if not motor.load(self.state):
                 continue
             known += 1
+            # Killed between disk and sinks: they are told again, by the same id.
+            self._untold += [e for e in motor.events if e.number > motor.told_count]
             for event in motor.events:
                 self.board.event(asdict(event))
                 if event.capture:
@@ -94,7 +97,7 @@ class Live:
                     self.first_unknown = self.first_unknown or name[:80]
                 else:
                     motor.push(row, now_s)
-        told: list[LiveEvent] = []
+        told, self._untold = self._untold, []
         for motor in self.motors.values():
             told += motor.step(now_s)
             if motor.last_block is not None:
@@ -106,6 +109,9 @@ class Live:
             self.board.event(asdict(event))
             for sink in self.sinks:
                 sink.event(event)
+            self.motors[event.motor].told_count = event.number
+        if told:
+            self.save(now_s, {e.motor for e in told})
         self._tell_captures()
         if now_s >= self._tile_s or told:
             self._tiles(now_s)
@@ -194,7 +200,7 @@ def views(motor: Motor, now_s: float) -> tuple[dict[str, Any], dict[str, Any]]:
         "phase": last.phase if last else "",
         "confidence": last.confidence if last else None,
         "events": motor.event_count,
-        "silent_s": None if motor.last_row_at is None else int(now_s - motor.last_row_at),
+        "silent_s": None if motor.last_row_at is None else round(now_s - motor.last_row_at),
     }
     shown = {
         n: {k: p.get(k) for k in ("value", "sd", "healthy", "band", "least_change", "watched", "why")}

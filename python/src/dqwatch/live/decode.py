@@ -106,20 +106,27 @@ def _rule(column: str, rule: object) -> Rule:
     raise ValueError(f'column {column}: {rule!r}; expected a name, or {{ from = "name", scale = 1.0, offset = 0.0 }}')
 
 
-def row_of(values: Mapping[str, float], form: Format) -> Row | None:
+Plan = tuple[tuple[str, str, float, float, bool], ...]
+
+
+def plan_of(form: Format) -> Plan:
+    """Column, field, scale, offset, needed: of every column."""
+    rules = [(c, form.rules.get(c, Rule(c))) for c in COLUMNS]
+    return tuple((c, r.field, r.scale, r.offset, c in NEEDED) for c, r in rules)
+
+
+def row_of(values: Mapping[str, object], plan: Plan) -> Row | None:
     """The row that a message's numbers make; None where they make none."""
     row: Row = {}
-    for column in COLUMNS:
-        rule = form.rules.get(column)
-        value = values.get(rule.field if rule else column)
-        if value is None:
-            if column in NEEDED:
+    for column, name, scale, offset, needed in plan:
+        value = values.get(name)
+        if type(value) is float or type(value) is int:
+            # Of what is not a number neither is true.
+            if not -LARGEST < value < LARGEST:
                 return None
-            continue
-        x = value * rule.scale + rule.offset if rule else value
-        if not abs(x) < LARGEST:
+            row[column] = value * scale + offset
+        elif needed or value is not None:
             return None
-        row[column] = x
     return row
 
 
@@ -129,6 +136,7 @@ class Decoder:
     def __init__(self, form: Format, motor: str = "") -> None:
         self.form = form
         self.motor = motor
+        self.plan = plan_of(form)
         self.counts = Counts()
         self._rest = b""
         self._skipping = False
@@ -171,8 +179,7 @@ class Decoder:
             return None
         if not isinstance(found, dict):
             return None
-        values = {k: float(v) for k, v in found.items() if type(v) in (int, float) and abs(v) < LARGEST}
-        row = row_of(values, self.form)
+        row = row_of(found, self.plan)
         name = self.motor or found.get(self.form.motor_key)
         return (name, row) if row and isinstance(name, str) else None
 
@@ -196,20 +203,15 @@ class Decoder:
 
     def _header(self, parts: list[bytes]) -> tuple[str, Row] | None:
         names = [p.decode("utf-8", "replace").strip() for p in parts]
-        rules = self.form.rules
-        if self.form.names or any((rules[c].field if c in rules else c) not in names for c in NEEDED):
+        if self.form.names or any(needed and name not in names for _, name, _, _, needed in self.plan):
             return None
         self._names = names
         self._plan()
         return self.motor, {}
 
     def _plan(self) -> None:
-        plan = []
-        for column in COLUMNS:
-            rule = self.form.rules.get(column, Rule(column))
-            if rule.field in self._names:
-                plan.append((column, list(self._names).index(rule.field), rule.scale, rule.offset))
-        self._taken = plan
+        names = list(self._names)
+        self._taken = [(c, names.index(f), scale, offset) for c, f, scale, offset, _ in self.plan if f in names]
 
     def reset(self) -> None:
         """The stream began anew: what was left open is none of it."""

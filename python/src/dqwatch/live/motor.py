@@ -7,7 +7,7 @@ from collections import deque
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
@@ -66,7 +66,7 @@ class Settings:
 
     name: str
     machine: Mapping[str, Any]
-    arithmetic: str = "float"
+    arithmetic: Literal["float", "q15"] = "float"
     stall_s: float = 5.0
     replayed: bool = False
     folder: Path | None = None
@@ -87,6 +87,7 @@ class Motor:
         self.counts = Counts()
         self.events: deque[LiveEvent] = deque(maxlen=MOST_EVENTS)
         self.event_count = 0
+        self.told_count = 0  # events that every sink has been given
         self.position: dict[str, Any] = {}
         self.notes: deque[str] = deque(maxlen=20)
         self.history: list[dict[str, Any]] = []
@@ -251,6 +252,7 @@ class Motor:
             "motor": self.name,
             "counts": asdict(self.counts),
             "event_count": self.event_count,
+            "told_count": self.told_count,
             "events": [asdict(e) for e in self.events],
             "position": self.position,
             "t_s": self.t_s if self.t_s > -math.inf else None,
@@ -277,6 +279,7 @@ class Motor:
         self.monitor = found
         self.counts = Counts(**head["counts"])
         self.event_count = head["event_count"]
+        self.told_count = head["told_count"]
         self.events.extend(LiveEvent(**e) for e in head["events"])
         self.position = head["position"]
         self.t_s = -math.inf if head["t_s"] is None else head["t_s"]

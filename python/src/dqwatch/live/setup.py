@@ -72,7 +72,7 @@ def _motor(name: str, table: Mapping[str, Any], base: Path, folder: Path | None)
         settings = Settings(
             name=name,
             machine=machine,
-            arithmetic=str(table.get("arithmetic", "float")),
+            arithmetic="q15" if table.get("arithmetic") == "q15" else "float",
             stall_s=float(table.get("stall_s", 5.0)),
             replayed=bool(table.get("replayed", False)),
             folder=folder,

@@ -15,7 +15,7 @@ SCHEMA = b"dqwatch.live.state/1"
 def slug(name: str) -> str:
     """A file's name, and a topic's and a path's, of any motor's name: no two are alike, and none leads anywhere."""
     plain = re.sub(r"[^A-Za-z0-9_-]+", "_", name)[:40]
-    if plain == name:
+    if name and plain == name:
         return plain
     return f"{plain}-{hashlib.sha256(name.encode('utf-8', 'surrogatepass')).hexdigest()[:8]}"
 

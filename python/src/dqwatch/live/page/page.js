@@ -24,7 +24,8 @@ function quantity(x, name, digits = 4) {
   if (x === null || x === undefined) return "–";
   const unit = unitOf(name), steps = [["", 1], ["m", 1e-3], ["µ", 1e-6], ["n", 1e-9]];
   const [prefix, size] = !unit || x === 0 ? steps[0] : steps.find(([, s]) => Math.abs(x) >= s) || steps[3];
-  return (x / size).toPrecision(digits).replace("-", "−") + (unit ? " " + prefix + unit : "");
+  const text = (x / size).toPrecision(digits);
+  return (text.includes("e") ? String(Number(text)) : text).replace("-", "−") + (unit ? " " + prefix + unit : "");
 }
 const spokenFault = e => e.fault.replaceAll("_", " ") + (e.phase ? ", phase " + e.phase : "");
 const clock = t => new Date(1000 * t).toLocaleTimeString();

@@ -8,9 +8,11 @@ from dataclasses import asdict
 from typing import Any
 
 import paho.mqtt.client as mqtt
+from paho.mqtt.enums import CallbackAPIVersion
 
 from ..capture import Block
 from ..motor import LiveEvent, Motor
+from ..state import slug
 
 MOST_WAITING = 1000
 
@@ -24,12 +26,11 @@ class MqttSink:
         self._where = f"{host}:{port}"
         self._prefix = prefix.rstrip("/")
         self._events: deque[tuple[str, str]] = deque()
-        self._sent: deque[mqtt.MQTTMessageInfo] = deque()
         self._states: dict[str, str] = {}
         self._told: dict[str, str] = {}
         self.dropped = 0
         self._connected = False
-        self._client = mqtt.Client(mqtt.CallbackAPIVersion.VERSION2)
+        self._client = mqtt.Client(CallbackAPIVersion.VERSION2)
         self._client.on_connect = self._here
         self._client.on_disconnect = self._gone
         self._client.reconnect_delay_set(1, 10)
@@ -47,8 +48,6 @@ class MqttSink:
 
     def event(self, event: LiveEvent) -> None:
         """Waits for the broker; the oldest goes where too many wait."""
-        from ..state import slug
-
         if len(self._events) >= MOST_WAITING:
             self._events.popleft()
             self.dropped += 1
@@ -65,15 +64,16 @@ class MqttSink:
         """Send what waits."""
         if not self._connected:
             return
-        while self._events:
-            topic, text = self._events[0]
-            if self._client.publish(topic, text, qos=1).rc not in (mqtt.MQTT_ERR_SUCCESS, mqtt.MQTT_ERR_NO_CONN):
-                return
+        while self._events and self._taken(*self._events[0]):
             self._events.popleft()
-        for slug, text in self._states.items():
-            if self._told.get(slug) != text:
-                self._client.publish(f"{self._prefix}/{slug}/state", text, qos=1, retain=True)
-                self._told[slug] = text
+        for motor, text in self._states.items():
+            if self._told.get(motor) != text and self._taken(f"{self._prefix}/{motor}/state", text, retain=True):
+                self._told[motor] = text
+
+    def _taken(self, topic: str, text: str, retain: bool = False) -> bool:
+        """Does the client have it? Not where too many wait in it."""
+        taken = self._client.publish(topic, text, qos=1, retain=retain).rc
+        return taken in (mqtt.MQTT_ERR_SUCCESS, mqtt.MQTT_ERR_NO_CONN)
 
     def trouble(self) -> str:
         """No broker, or events that were dropped."""

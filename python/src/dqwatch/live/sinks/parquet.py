@@ -1,4 +1,4 @@
-"""A log in Parquet: a folder a motor, a file a minute, named by its first row. What is written twice is the same file."""
+"""A log in Parquet: a folder a motor, a file a minute, named by its first row: written twice it is the same file."""
 
 from __future__ import annotations
 

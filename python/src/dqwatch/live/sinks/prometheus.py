@@ -48,5 +48,5 @@ class _Motors:
 def metrics(board: Board) -> bytes:
     """The text that Prometheus scrapes."""
     registry = CollectorRegistry()
-    registry.register(_Motors(board))  # type: ignore[arg-type]
+    registry.register(_Motors(board))
     return generate_latest(registry)

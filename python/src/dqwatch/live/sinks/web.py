@@ -16,8 +16,14 @@ import uvicorn
 from starlette.applications import Starlette
 from starlette.middleware import Middleware
 from starlette.requests import Request
-from starlette.responses import FileResponse, JSONResponse, PlainTextResponse, RedirectResponse, Response
-from starlette.responses import StreamingResponse
+from starlette.responses import (
+    FileResponse,
+    JSONResponse,
+    PlainTextResponse,
+    RedirectResponse,
+    Response,
+    StreamingResponse,
+)
 from starlette.routing import Route
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
@@ -135,6 +141,9 @@ def application(board: Board, token: str, tracer: Tracer | None) -> Starlette:
             return PlainTextResponse("no such log\n", 404)
         return FileResponse(tracer.folder / event["capture"], media_type="text/csv", filename=event["capture"])
 
+    async def nothing(_: Request) -> Response:
+        return Response(status_code=204)
+
     async def metrics(_: Request) -> Response:
         return Response(prometheus.metrics(board), media_type="text/plain; version=0.0.4")
 
@@ -143,6 +152,7 @@ def application(board: Board, token: str, tracer: Tracer | None) -> Starlette:
             Route("/", asset("index.html")),
             Route("/page.js", asset("page.js")),
             Route("/page.css", asset("page.css")),
+            Route("/favicon.ico", nothing),
             Route("/api/stream", stream),
             Route("/api/all", whole),
             Route("/api/motor/{slug}", motor),
@@ -198,12 +208,14 @@ class WebSink:
         self._socket = socket.socket(family, socket.SOCK_STREAM)
         self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         self._socket.bind((host, port))
+        self._socket.listen(128)
         self.port = int(self._socket.getsockname()[1])
         config = uvicorn.Config(
             application(board, token, self._tracer),
-            log_level="error",
+            log_level="critical",
             access_log=False,
             server_header=False,
+            lifespan="off",
             timeout_graceful_shutdown=1,
             limit_concurrency=256,
         )

@@ -80,6 +80,7 @@ class Source:
         if self.health.connected:
             self.health.losses += 1
         self.health.connected = False
+        self.where()
         port, self._port = self._port, None
         if port is not None:
             port.close()

@@ -6,7 +6,9 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 import can
-import cantools.database
+from cantools.database import load_file
+from cantools.database.can import Database
+from cantools.database.errors import Error as DatabaseError
 
 from ..decode import Decoder, Row, row_of
 from . import Lost
@@ -19,10 +21,13 @@ class CanPort:
 
     def __init__(self, bus: Mapping[str, Any], dbc: str, last: str, decoder: Decoder) -> None:
         try:
-            self._database = cantools.database.load_file(dbc, strict=False)
+            database = load_file(dbc, strict=False)
+            if not isinstance(database, Database):
+                raise Lost(f"{dbc}: no CAN database")
+            self._database = database
             self._last = self._database.get_message_by_name(last).frame_id
             self._bus = can.Bus(**bus)
-        except (can.CanError, OSError, KeyError, ValueError, cantools.database.UnsupportedDatabaseFormatError) as error:
+        except (can.CanError, OSError, KeyError, ValueError, DatabaseError) as error:
             raise Lost(f"{type(error).__name__}: {error}") from None
         self._decoder = decoder
         self._known = {m.frame_id for m in self._database.messages}
@@ -46,7 +51,7 @@ class CanPort:
     def _row(self, frame: can.Message) -> Row | None:
         counts = self._decoder.counts
         try:
-            values = self._database.decode_message(frame.arbitration_id, frame.data, decode_choices=False)
+            values = self._database.decode_message(frame.arbitration_id, bytes(frame.data), decode_choices=False)
         except Exception as error:  # of a hostile frame cantools raises many kinds
             counts.broken += 1
             counts.note(f"frame {frame.arbitration_id:x}: {error}")
@@ -55,7 +60,7 @@ class CanPort:
         self._held.update({k: float(v) for k, v in values.items() if isinstance(v, int | float)})
         if frame.arbitration_id != self._last:
             return None
-        row = row_of(self._held, self._decoder.form)
+        row = row_of(self._held, self._decoder.plan)
         if row is None:
             counts.broken += 1
         return row

@@ -1,4 +1,4 @@
-"""A file that grows: read on from where the last run stopped; one that was replaced or cut is read from its beginning."""
+"""A file that grows: read on from where the last run stopped; one that was replaced or cut from its beginning."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ class GrowingFile:
     def __init__(self, path: str, decoder: Decoder, position: Mapping[str, Any]) -> None:
         self._path = path
         self._decoder = decoder
-        self._file = open(path, "rb")  # noqa: SIM115 - open as long as the source
+        self._file = open(path, "rb")
         self._inode = os.fstat(self._file.fileno()).st_ino
         self._header = b""
         self._offset = 0
@@ -34,6 +34,7 @@ class GrowingFile:
     def poll(self) -> Iterable[tuple[str, Row]]:
         """The rows that were written since."""
         if self._offset + len(self._rest) > self._size() or os.stat(self._path).st_ino != self._inode:
+            self._inode, self._offset = -1, 0
             raise OSError(f"{self._path}: replaced or cut; read from its beginning")
         data = self._rest + self._file.read(MOST_BYTES)
         end = data.rfind(b"\n") + 1

@@ -8,6 +8,7 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 import paho.mqtt.client as mqtt
+from paho.mqtt.enums import CallbackAPIVersion
 
 from ..decode import Decoder, Row
 from . import Lost
@@ -24,7 +25,7 @@ class MqttPort:
         self._lock = threading.Lock()
         self.dropped = 0
         self._lost = ""
-        self._client = mqtt.Client(mqtt.CallbackAPIVersion.VERSION2, client_id="")
+        self._client = mqtt.Client(CallbackAPIVersion.VERSION2, client_id="")
         self._client.on_message = self._take
         self._client.on_disconnect = self._gone
         self._client.on_connect = lambda client, *_: client.subscribe(topic)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import socket
+import sys
 from collections.abc import Iterable, Mapping
 from typing import Any
 
@@ -10,6 +11,8 @@ from ..decode import Decoder, Row
 
 MOST_DATAGRAMS = 4096
 BUFFER_BYTES = 4 << 20
+#: Of Linux: each datagram tells how many were dropped before it.
+_RXQ_OVFL = 40
 
 
 class UdpPort:
@@ -21,6 +24,9 @@ class UdpPort:
         self._socket = socket.socket(family, socket.SOCK_DGRAM)
         self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, BUFFER_BYTES)
         self._socket.setblocking(False)
+        self.dropped = 0
+        if sys.platform == "linux":
+            self._socket.setsockopt(socket.SOL_SOCKET, _RXQ_OVFL, 1)
         try:
             self._socket.bind((host, port))
         except OSError:
@@ -32,9 +38,12 @@ class UdpPort:
         """The rows of the datagrams that are there."""
         for _ in range(MOST_DATAGRAMS):
             try:
-                data = self._socket.recv(65536)
+                data, more, _, _ = self._socket.recvmsg(65536, 64)
             except BlockingIOError:
                 return
+            for level, kind, value in more:
+                if level == socket.SOL_SOCKET and kind == _RXQ_OVFL:
+                    self.dropped = int.from_bytes(value, sys.byteorder)
             for line in data.split(b"\n"):
                 if line.strip():
                     yield from self._decoder.message(line)
