@@ -208,6 +208,13 @@ blind:
 	@$(MAKE) --no-print-directory $(BUILD)/bench/blind
 	@$(BUILD)/bench/blind
 
+## docs         the documentation site into build/site/html: pages, equations typeset, C and Python reference, notebooks run; links checked
+.PHONY: docs
+docs:
+	@.ci/install build docs
+	@$(MAKE) --no-print-directory all $(BUILD)/docs/site/catalogue
+	@BUILD=$(BUILD) docs/site/build
+
 ## firmware     run examples/ on a Cortex-M4F under QEMU, and write what the monitor costs there to docs/firmware.md
 .PHONY: firmware
 firmware:
@@ -281,6 +288,9 @@ $(BUILD)/bench/%.o: bench/%.c
 $(BUILD)/bench/%.o: bench/%.cpp
 	@mkdir -p $(@D)
 	$(CXX) $(CXX17) $(WARN) $(CXXINC) $(CXXFLAGS) -c $< -o $@
+$(BUILD)/docs/%.o: docs/%.cpp
+	@mkdir -p $(@D)
+	$(CXX) $(CXX17) $(WARN) $(CXXINC) $(CXXFLAGS) -c $< -o $@
 $(BUILD)/tests/unity.o: $(UNITY_DIR)/unity.c
 	@mkdir -p $(@D)
 	$(CC) $(OPT) $(SANFLAGS) -DUNITY_INCLUDE_DOUBLE -c $< -o $@
@@ -312,7 +322,7 @@ $(BUILD)/tests/test_blind $(BUILD)/bench/blind:
 	$(CXX) $(SANFLAGS) $^ $(SUNLIBS) $(CERESLIBS) -lm -o $@
 $(BUILD)/bench/measured: $(patsubst %.cpp,$(BUILD)/%.o,$(wildcard bench/measured*.cpp)) $(ARCHIVES)
 	$(CXX) $(SANFLAGS) $^ $(SUNLIBS) $(CERESLIBS) -lm -o $@
-$(BUILD)/bench/campaign_reads $(BUILD)/bench/flux_map: %: %.o $(ARCHIVES)
+$(BUILD)/docs/site/catalogue $(BUILD)/bench/campaign_reads $(BUILD)/bench/flux_map: %: %.o $(ARCHIVES)
 	$(CXX) $(SANFLAGS) $^ $(SUNLIBS) $(CERESLIBS) -lm -o $@
 $(C_BENCHES): %: %.o $(BUILD)/libsim.a $(BUILD)/libdqw_q15.a $(BUILD)/libdqw.a
 	$(CC) $^ $(SUNLIBS) -lm -o $@

@@ -28,6 +28,7 @@ extern "C" {
 
 /// Signals of a block: the model's, dead time's and a resting leg's input on d and q, then the effects' on d and on q.
 #define DQW_PLAIN_SIGNALS 13
+/// All of them.
 #define DQW_ESTIMATOR_SIGNALS (DQW_PLAIN_SIGNALS + 2 * DQW_EFFECT_WEIGHTS)
 
 struct dqw_estimator;
@@ -40,12 +41,12 @@ typedef struct dqw_estimator_config {
     float dt_s;  ///< PWM period, > 0
     /// rated voltage, current and mechanical speed: they scale. A sample beyond ten of them is saturated. > 0
     float v_base_V;
-    float i_base_A;      ///< > 0
-    float w_base_rad_s;  ///< > 0
-    float R_ohm;         ///< nominal values to start from; 0: not known. Never a prior
-    float Ld_H;
-    float Lq_H;
-    float psi_Wb;
+    float i_base_A;        ///< > 0
+    float w_base_rad_s;    ///< > 0
+    float R_ohm;           ///< nominal values to start from; 0: not known. Never a prior
+    float Ld_H;            ///< the same
+    float Lq_H;            ///< the same
+    float psi_Wb;          ///< the same; the magnet's flux linkage, peak
     uint16_t pole_pairs;   ///< 0: found from the motion, where there are no effects
     uint16_t half_window;  ///< pairs in half a block, 1 .. 10000; 0: 20
     float v_limit_V;       ///< samples beyond are saturated, and not learned; 0: ten bases
@@ -95,6 +96,7 @@ typedef struct dqw_estimator_given {
     bool noise_anew;        ///< the noise was measured with a dt/L that is no longer believed
 } dqw_estimator_given;
 
+/// A motor's estimator.
 typedef struct dqw_estimator {
     const dqw_estimator_config *config;
 

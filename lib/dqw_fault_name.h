@@ -6,6 +6,7 @@
 extern "C" {
 #endif
 
+/// What has happened to a machine.
 enum dqw_fault_name {
     DQW_FAULT_NONE = 0,
     DQW_FAULT_OVER_TEMPERATURE,  ///< R beyond what the temperature limit allows

@@ -20,6 +20,7 @@ extern "C" {
 #define DQW_UNROLL
 #endif
 
+/// What a neuron is told at the start.
 typedef struct dqw_learner_config {
     int inputs;                        ///< 1 .. DQW_LEARNER_INPUTS
     float step_size;                   ///< normalised step, 0 < step_size < 2; 0.5 is a good start

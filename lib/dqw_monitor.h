@@ -40,10 +40,10 @@ typedef struct dqw_monitor_change {
     uint64_t sample;  ///< when it was named
     /// when it began to show: in looks of 16 learned blocks, 255 at most; later than true where blocks were lost
     uint64_t since;
-    enum dqw_monitor_channel parameter;
-    float value, sd;  ///< SI
-    float healthy;    ///< what it was before; of temperature and residual the limit
-    dqw_fault_verdict fault;
+    enum dqw_monitor_channel parameter;  ///< the one furthest out of its band; need not be the fault's own
+    float value, sd;                     ///< SI
+    float healthy;                       ///< what it was before; of temperature and residual the limit
+    dqw_fault_verdict fault;             ///< which, and how sure
 } dqw_monitor_change;
 
 /// What was learned as healthy.
@@ -55,6 +55,7 @@ typedef struct dqw_monitor_healthy {
     float residual_pu2, friction_Nm;
 } dqw_monitor_healthy;
 
+/// A motor's monitor.
 typedef struct dqw_monitor {
     const dqw_monitor_config *config;
     dqw_estimator estimator;

@@ -8,6 +8,7 @@
 extern "C" {
 #endif
 
+/// What is on a motor's nameplate.
 typedef struct dqw_nameplate {
     float dt_s;           ///< PWM period
     float v_V;            ///< rated phase voltage, peak: as a rule the DC link's over the root of 3

@@ -12,6 +12,7 @@
 extern "C" {
 #endif
 
+/// What stands for y's own past.
 enum dqw_ordinal_form {
     /// y's own past, z^-1 y, is what the neuron itself put out: noise on y then biases nothing. The default.
     DQW_ORDINAL_OUTPUT_ERROR = 0,
@@ -19,22 +20,25 @@ enum dqw_ordinal_form {
     DQW_ORDINAL_PAIRS,
 };
 
+/// How R and L are read from the weights.
 enum dqw_ordinal_discretisation {
     DQW_ORDINAL_EXACT = 0,  ///< x held from sample to sample
     /// the paper's backward difference, (P21) with its signs corrected: from z^-1 y it reads R high by T R / 2 L
     DQW_ORDINAL_BACKWARD,
 };
 
+/// What an Ordinal Learner is told at the start.
 typedef struct dqw_ordinal_config {
-    float dt_s;    ///< sampling period, > 0
-    float x_base;  ///< base of x, V, > 0
-    float y_base;  ///< base of y, A, > 0
-    float R_ohm;   ///< start value, > 0
-    float L_H;     ///< start value, > 0
-    enum dqw_ordinal_form form;
-    enum dqw_ordinal_discretisation discretisation;
+    float dt_s;                                      ///< sampling period, > 0
+    float x_base;                                    ///< base of x, V, > 0
+    float y_base;                                    ///< base of y, A, > 0
+    float R_ohm;                                     ///< start value, > 0
+    float L_H;                                       ///< start value, > 0
+    enum dqw_ordinal_form form;                      ///< what z^-1 y is
+    enum dqw_ordinal_discretisation discretisation;  ///< how R and L are read
 } dqw_ordinal_config;
 
+/// An Ordinal Learner.
 typedef struct dqw_ordinal {
     dqw_gain gain;
     float b_pu, a;      ///< weights of x and of z^-1 y; output error: as the last epoch left them

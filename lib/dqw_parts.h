@@ -21,6 +21,7 @@ typedef struct dqw_noise_variances {
     uint32_t rows;  ///< that they are means of
 } dqw_noise_variances;
 
+/// How noisy the sensors are, from single rows.
 typedef struct dqw_noise {
     dqw_noise_variances of;
     float e_d_A[3], e_q_A[3];  ///< the last rows' current steps less what the voltage made
@@ -88,13 +89,15 @@ typedef struct dqw_gain {
     uint8_t inputs;
 } dqw_gain;
 
+/// Most numbers that an effect's shape has.
 #define DQW_EFFECT_SHAPES 4
 /// The highest flux harmonic.
 #define DQW_EFFECT_ORDERS 100
 
+/// An effect to learn.
 typedef struct dqw_effect_config {
-    enum dqw_effect_name effect;
-    float shape[DQW_EFFECT_SHAPES];
+    enum dqw_effect_name effect;     ///< which
+    float shape[DQW_EFFECT_SHAPES];  ///< what its law takes for given, as enum dqw_effect_name lists it
     float start[DQW_EFFECT_STARTS];  ///< weights to start from, SI. Never a prior
 } dqw_effect_config;
 
@@ -126,6 +129,7 @@ typedef struct dqw_effect {
 
 #endif
 
+/// What the estimator leaves, against ripples once and twice a turn.
 typedef struct dqw_witness {
     /// weights, SI; their angle is twice that of the phase (offset: the vector in the stator)
     float re[DQW_WITNESS_INPUTS], im[DQW_WITNESS_INPUTS];
@@ -133,10 +137,11 @@ typedef struct dqw_witness {
     uint16_t blocks;                  ///< learned, up to the memory
 } dqw_witness;
 
+/// Which fault it is.
 typedef struct dqw_fault_verdict {
-    enum dqw_fault_name name;
-    float confidence;  ///< 0 .. 1: how much of what changed the pattern explains, against the next best one
-    uint8_t phase;     ///< 0, 1, 2: a, b, c, where the fault has one
+    enum dqw_fault_name name;  ///< DQW_FAULT_UNKNOWN where no pattern fits
+    float confidence;          ///< 0 .. 1: how much of what changed the pattern explains, against the next best one
+    uint8_t phase;             ///< 0, 1, 2: a, b, c, where the fault has one
 } dqw_fault_verdict;
 
 #ifdef __cplusplus

@@ -16,10 +16,11 @@ extern "C" {
 
 /// One remembered sample.
 typedef struct dqw_random_sample {
-    float x[DQW_LEARNER_INPUTS];
-    float target;
+    float x[DQW_LEARNER_INPUTS];  ///< inputs
+    float target;                 ///< what they should give
 } dqw_random_sample;
 
+/// What a Random Learner's reservoir is told at the start.
 typedef struct dqw_random_config {
     dqw_random_sample *reservoir;  ///< the caller's memory; stays in use as long as the object
     uint32_t capacity;             ///< samples that it holds, >= 2
@@ -28,6 +29,7 @@ typedef struct dqw_random_config {
     float tolerance;  ///< converged when an epoch moves no weight by more than this part of the largest, > 0
 } dqw_random_config;
 
+/// The samples that a Random Learner is shown.
 typedef struct dqw_random {
     dqw_random_sample *reservoir;
     dqw_draw draw;

@@ -12,6 +12,7 @@ extern "C" {
 /// infinity. What is known is `sd < DQW_UNKNOWN`.
 #define DQW_UNKNOWN 3.4e38f
 
+/// A value, and how sure it is.
 typedef struct dqw_reading {
     float value;      ///< SI
     float sd;         ///< standard deviation of the value; DQW_UNKNOWN where nothing was learned

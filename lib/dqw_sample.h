@@ -11,8 +11,8 @@ extern "C" {
 /// Terminal signals of one row: currents, speed and angle at t_k; voltages as the configuration's voltage_next and
 /// voltage_held say, as a rule means from t_k to t_{k+1} in the rotating frame.
 typedef struct dqw_sample {
-    float v_d_V, v_q_V;
-    float i_d_A, i_q_A;
+    float v_d_V, v_q_V;  ///< what the inverter applied
+    float i_d_A, i_q_A;  ///< at t_k
     float w_m_rad_s;     ///< mechanical
     float cosine, sine;  ///< of the electrical angle; read only where the configuration says that there is one
     float temp_winding_C, temp_magnet_C;  ///< read only where an effect needs it

@@ -20,9 +20,9 @@ typedef struct dqw_shaft_config {
     float dt_s;  ///< sampling period, > 0
     /// rated torque and mechanical speed: they scale. A sample beyond ten of them is saturated. > 0
     float torque_base_Nm;
-    float w_base_rad_s;
-    float J_kgm2;  ///< nominal values to start from; 0: start from zero. Never a prior
-    float B_Nms_rad;
+    float w_base_rad_s;         ///< > 0
+    float J_kgm2;               ///< nominal values to start from; 0: start from zero. Never a prior
+    float B_Nms_rad;            ///< the same
     uint16_t half_window;       ///< pairs in half a block, 1 .. 10000; 0: 25
     float excitation_pu;        ///< a block's input below this part of its base teaches nothing, >= 0; 0: 0.002
     bool coulomb;               ///< learn a friction torque against the motion as well
@@ -48,6 +48,7 @@ typedef struct dqw_shaft_nameplate {
 /// Most inputs of the neuron: J, B, Coulomb friction where it is asked for, then the effects' weights.
 #define DQW_SHAFT_INPUTS (DQW_SHAFT_PARAMETERS + DQW_EFFECT_WEIGHTS)
 
+/// A shaft's learner.
 typedef struct dqw_shaft {
     // Set at the start.
     const dqw_shaft_config *config;

@@ -6,6 +6,7 @@
 extern "C" {
 #endif
 
+/// Inertia, kg m^2; viscous friction, Nms/rad; Coulomb friction, Nm.
 enum dqw_shaft_parameter { DQW_J = 0, DQW_B, DQW_COULOMB, DQW_SHAFT_PARAMETERS };
 
 #ifdef __cplusplus

@@ -20,7 +20,9 @@
 /// The name that a linker sees of a function that makes an object: with the size in it, so that a program built with
 /// two sizes does not link.
 #define DQW_SIZED(name) DQW_SIZED_WITH(name, DQW_EFFECT_WEIGHTS)
+/// DQW_SIZED's steps: the number's own text.
 #define DQW_SIZED_WITH(name, weights) DQW_SIZED_AS(name, weights)
+/// DQW_SIZED's steps: the name with it.
 #define DQW_SIZED_AS(name, weights) name##_w##weights
 
 #endif

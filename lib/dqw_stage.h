@@ -11,8 +11,9 @@
 extern "C" {
 #endif
 
-/// Blocks that stage 2 may take, and that stage 3 takes before it is judged.
+/// Blocks that stage 2 may take.
 #define DQW_STAGE_RANDOM_BLOCKS 2000u
+/// Blocks that stage 3 takes before it is judged.
 #define DQW_STAGE_ORDINAL_BLOCKS 500u
 
 /// Begin in stage 1. threshold_ppm: residual over voltage, RMS, that stage 3 must reach; 0: 50000.

@@ -16,18 +16,21 @@ extern "C" {
 
 /// Random Learners of an axis: v, w i of the other axis, and on the q-axis w.
 enum dqw_tap { DQW_TAP_V = 0, DQW_TAP_CROSS, DQW_TAP_FLUX };
+/// Most Random Learners of an axis.
 #define DQW_TAPS 3
 
+/// What a tapped axis is told at the start.
 typedef struct dqw_tapped_config {
     int taps;                                ///< 2 on the d-axis, 3 on the q-axis
     float x_base[DQW_TAPS];                  ///< V, A rad/s, rad/s. (P15)
     float y_base[DQW_TAPS];                  ///< A/s
     float step_size;                         ///< of the first epoch; from then on it falls as one over the iterations
     dqw_random_sample *reservoir[DQW_TAPS];  ///< the caller's memory, `capacity` samples each
-    uint32_t capacity, draws, seed;
-    float tolerance;
+    uint32_t capacity, draws, seed;          ///< as in dqw_random_config
+    float tolerance;                         ///< as in dqw_random_config
 } dqw_tapped_config;
 
+/// The Random Learners of an axis.
 typedef struct dqw_tapped {
     dqw_learner learner[DQW_TAPS];
     dqw_random random[DQW_TAPS];

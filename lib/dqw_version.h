@@ -2,6 +2,7 @@
 #ifndef DQW_VERSION_H
 #define DQW_VERSION_H
 
+/// Major, minor, patch.
 #define DQW_VERSION "0.2.0"
 
 #endif

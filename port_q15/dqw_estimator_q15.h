@@ -35,6 +35,7 @@ extern "C" {
 
 /// Signals of a block: the model's, dead time's and a resting leg's input on d and q, then the effects' on d and on q.
 #define DQW_PLAIN_Q15_SIGNALS (DQW_BLOCK_Q15_SIGNALS + 4)
+/// All of them.
 #define DQW_ESTIMATOR_Q15_SIGNALS (DQW_PLAIN_Q15_SIGNALS + 2 * DQW_EFFECT_WEIGHTS)
 
 /// Of both of dead time's weights the unit is the full voltage over this.
@@ -118,6 +119,7 @@ typedef struct dqw_residual_q15 {
     uint8_t slow_at;
 } dqw_residual_q15;
 
+/// A motor's estimator, in whole numbers.
 typedef struct dqw_estimator_q15 {
     const dqw_estimator_q15_config *config;
 

@@ -16,10 +16,11 @@ typedef struct dqw_fault_machine_q15 {
     int64_t short_q40;     ///< dqw_witness_short_q40()
 } dqw_fault_machine_q15;
 
+/// Which fault it is.
 typedef struct dqw_fault_verdict_q15 {
-    enum dqw_fault_name name;
-    uint16_t confidence_q15;  ///< 0 .. 32768: how much of what changed the pattern explains, against the next best one
-    uint8_t phase;            ///< 0, 1, 2: a, b, c, where the fault has one
+    enum dqw_fault_name name;  ///< DQW_FAULT_UNKNOWN where no pattern fits
+    uint16_t confidence_q15;   ///< 0 .. 32768: how much of what changed the pattern explains, against the next best one
+    uint8_t phase;             ///< 0, 1, 2: a, b, c, where the fault has one
 } dqw_fault_verdict_q15;
 
 /// Name what changed.

@@ -16,6 +16,7 @@ extern "C" {
 /// 32 bits.
 #define DQW_LEARNER_INPUTS_Q15 6
 
+/// What a neuron is told at the start.
 typedef struct dqw_learner_config_q15 {
     int inputs;              ///< 1 .. DQW_LEARNER_INPUTS_Q15
     uint16_t step_size_q15;  ///< normalised step, 0 < step_size < 2; 16384, a half, is a good start

@@ -46,10 +46,10 @@ typedef struct dqw_monitor_change_q15 {
     uint64_t sample;  ///< when it was named
     /// when it began to show: in looks of 16 learned blocks, 255 at most; later than true where blocks were lost
     uint64_t since;
-    enum dqw_monitor_channel parameter;
-    int64_t value_q40, sd_q40;
-    int64_t healthy_q40;  ///< what it was before; of temperature and residual the limit
-    dqw_fault_verdict_q15 fault;
+    enum dqw_monitor_channel parameter;  ///< the one furthest out of its band; need not be the fault's own
+    int64_t value_q40, sd_q40;           ///< as dqw_monitor_read_q15() has them
+    int64_t healthy_q40;                 ///< what it was before; of temperature and residual the limit
+    dqw_fault_verdict_q15 fault;         ///< which, and how sure
 } dqw_monitor_change_q15;
 
 /// What was learned as healthy.
@@ -62,6 +62,7 @@ typedef struct dqw_monitor_healthy_q15 {
     int32_t friction_q24;  ///< of the torque at the flux's unit and full current
 } dqw_monitor_healthy_q15;
 
+/// A motor's monitor, in whole numbers.
 typedef struct dqw_monitor_q15 {
     dqw_estimator_q15 estimator;
     dqw_witness_q15 witness;

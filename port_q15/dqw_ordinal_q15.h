@@ -22,16 +22,18 @@ enum dqw_ordinal_form_q15 { DQW_ORDINAL_OUTPUT_ERROR_Q15 = 0, DQW_ORDINAL_PAIRS_
 /// As enum dqw_ordinal_discretisation.
 enum dqw_ordinal_discretisation_q15 { DQW_ORDINAL_EXACT_Q15 = 0, DQW_ORDINAL_BACKWARD_Q15 };
 
+/// What an Ordinal Learner is told at the start.
 typedef struct dqw_ordinal_config_q15 {
-    uint32_t dt_ns;      ///< sampling period, 1 .. 10^9
-    uint32_t x_full_mV;  ///< full scale of x, 1 .. 10^7
-    uint32_t y_full_mA;  ///< full scale of y, 1 .. 10^7
-    uint32_t R_uohm;     ///< start value, > 0
-    uint32_t L_nH;       ///< start value, > 0
-    enum dqw_ordinal_form_q15 form;
-    enum dqw_ordinal_discretisation_q15 discretisation;
+    uint32_t dt_ns;                                      ///< sampling period, 1 .. 10^9
+    uint32_t x_full_mV;                                  ///< full scale of x, 1 .. 10^7
+    uint32_t y_full_mA;                                  ///< full scale of y, 1 .. 10^7
+    uint32_t R_uohm;                                     ///< start value, > 0
+    uint32_t L_nH;                                       ///< start value, > 0
+    enum dqw_ordinal_form_q15 form;                      ///< what z^-1 y is
+    enum dqw_ordinal_discretisation_q15 discretisation;  ///< how R and L are read
 } dqw_ordinal_config_q15;
 
+/// An Ordinal Learner.
 typedef struct dqw_ordinal_q15 {
     int64_t sum[5];     ///< of the regressors' products, 00, 01, 11, and of theirs with the error
     int32_t b_q27;      ///< weight of x, per unit, as the last epoch left it: |b| <= 8

@@ -16,10 +16,11 @@ extern "C" {
 
 /// One remembered sample.
 typedef struct dqw_random_sample_q15 {
-    int16_t x_q15[DQW_LEARNER_INPUTS_Q15];
-    int16_t target_q15;
+    int16_t x_q15[DQW_LEARNER_INPUTS_Q15];  ///< inputs
+    int16_t target_q15;                     ///< what they should give
 } dqw_random_sample_q15;
 
+/// What a Random Learner's reservoir is told at the start.
 typedef struct dqw_random_config_q15 {
     dqw_random_sample_q15 *reservoir;  ///< the caller's memory; stays in use as long as the object
     uint32_t capacity;                 ///< samples that it holds, >= 2
@@ -28,6 +29,7 @@ typedef struct dqw_random_config_q15 {
     uint16_t tolerance_q15;  ///< converged when an epoch moves no weight by more than this part of the largest, > 0
 } dqw_random_config_q15;
 
+/// The samples that a Random Learner is shown.
 typedef struct dqw_random_q15 {
     dqw_random_sample_q15 *reservoir;
     dqw_draw draw;

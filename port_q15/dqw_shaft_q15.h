@@ -30,7 +30,7 @@ typedef struct dqw_shaft_scale {
 
 /// All zero is refused. Constant: it may stay in flash.
 typedef struct dqw_shaft_q15_config {
-    dqw_shaft_scale scale;
+    dqw_shaft_scale scale;  ///< full scales and sampling period
     /// nominal values to start from, 10^-9 kg m^2 and Nms/rad; 0: start from zero. Never a prior
     uint32_t J_gmm2, B_nNms_rad;
     uint32_t standstill_urad_s;  ///< with coulomb: no friction direction up to this speed
@@ -63,6 +63,7 @@ typedef struct dqw_shaft_q15_nameplate {
 /// Most inputs of the neuron: J, B, Coulomb friction where it is asked for, then the effects' weights.
 #define DQW_SHAFT_Q15_INPUTS (DQW_SHAFT_PARAMETERS + DQW_EFFECT_WEIGHTS)
 
+/// A shaft's learner, in whole numbers.
 typedef struct dqw_shaft_q15 {
     // Set at the start.
     const dqw_shaft_q15_config *config;
