@@ -168,8 +168,34 @@ bench:
 	@.ci/install build
 	@$(MAKE) --no-print-directory all $(C_BENCHES) $(BUILD)/bench/flux_map $(BUILD)/tests/test_handover
 	@BUILD=$(BUILD) $(STRANGERS_ENV) bench/run
+	@echo
+	@$(MAKE) --no-print-directory bench-fleet
 
 STRANGERS_ENV = CC="$(CC)" SUNLIBS="$(SUNLIBS)" SUNINC="$(MPIINC)"
+# The Python package with what the fleet needs, in an environment of its own.
+FLEET_ENV := $(BUILD)/fleet/env
+FLEET_OF  := $(wildcard python/pyproject.toml python/CMakeLists.txt python/core/* python/src/dqwatch/*.py \
+             python/src/dqwatch/fleet/* python/src/dqwatch/fleet/*/* ref/*/*.cpp app/*/*.cpp lib/*.c sim/*.c)
+$(FLEET_ENV)/made: $(FLEET_OF)
+	@echo "dqwatch: building the Python package into $(FLEET_ENV): minutes, once"
+	@python3 -m venv $(FLEET_ENV)
+	@$(FLEET_ENV)/bin/pip install -q --disable-pip-version-check './python[fleet]'
+	@touch $@
+
+## fleet        a demo: the logs of 60 simulated motors, compared with each other; who stands out, and a page
+.PHONY: fleet
+fleet:
+	@.ci/install build python
+	@$(MAKE) --no-print-directory $(FLEET_ENV)/made
+	@$(FLEET_ENV)/bin/python -m dqwatch.fleet.demo --out $(BUILD)/fleet/demo
+
+## bench-fleet  a fleet of 1000 motors by a seed never used (SEED=N), the cost of DuckDB and Spark, the page of 10 000; an hour
+.PHONY: bench-fleet
+bench-fleet:
+	@.ci/install build python
+	@$(MAKE) --no-print-directory $(FLEET_ENV)/made
+	@BUILD=$(BUILD) SEED=$(or $(SEED),1001) bench/fleet.sh
+
 ## strangers    the simulator's plant beside another project's, PHOBIA=, a git directory of rombrew/phobia; then 60 logs that other simulators draw, traced: SEED=N
 .PHONY: strangers
 strangers:

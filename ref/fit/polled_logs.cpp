@@ -49,18 +49,26 @@ std::vector<PolledRow> electrical(std::vector<PolledRow> rows, double pole_pairs
     return rows;
 }
 
-/// The fullest form that the rows can tell.
-PolledForm form_of(const std::vector<PolledRow>& rows, double noise_rad_s)
-{
+struct Told {
     PolledForm form;
+    PolledSolution solution;
+};
+
+/// The fullest form that the rows can tell, and its weights.
+Told told_by(const std::vector<PolledRow>& rows, double noise_rad_s, PolledDeviations deviations)
+{
+    Told t;
+    PolledForm& form = t.form;
     form.psi = std::any_of(rows.begin(), rows.end(), [](const PolledRow& r) { return r.w_rad_s != 0.0; });
     form.late = std::any_of(rows.begin(), rows.end(), [](const PolledRow& r) { return r.dw_rad_s2 != 0.0; });
-    if (!tells(solve_polled(rows, form, noise_rad_s), kPolledLd)) form.one_L = true;
-    if (!solve_polled(rows, form, noise_rad_s).ok) form.late = false;
-    if (!solve_polled(rows, form, noise_rad_s).ok) form.V = false;
+    t.solution = solve_polled(rows, form, noise_rad_s);
+    const auto again = [&] { t.solution = solve_polled(rows, form, noise_rad_s, deviations); };
+    if (!tells(t.solution, kPolledLd)) form.one_L = true, again();
+    if (!t.solution.ok) form.late = false, again();
+    if (!t.solution.ok) form.V = false, again();
     // Without v_d only what i_q gains in a row shows L.
-    if (equations_a_row(rows) < 2.0 && !solve_polled(rows, form, noise_rad_s).ok) form.Ld = form.Lq = false;
-    return form;
+    if (!t.solution.ok && equations_a_row(rows) < 2.0) form.Ld = form.Lq = false, again();
+    return t;
 }
 
 double rms(const PolledSolution& s)
@@ -77,7 +85,7 @@ int lag_of(const Log& log, double pole_pairs, double noise_rad_s)
     const auto left = [&](int lag) {
         const auto rows = electrical(polled_rows(log, lag), pole_pairs);
         if (rows.size() < kLeastRows) return HUGE_VAL;
-        const PolledSolution s = solve_polled(rows, form_of(rows, noise_rad_s), noise_rad_s);
+        const PolledSolution s = told_by(rows, noise_rad_s, PolledDeviations::left_out).solution;
         return s.ok ? rms(s) : HUGE_VAL;
     };
     const double none = left(0);
@@ -155,8 +163,8 @@ PolledLogs solve_logs(const std::vector<Log>& logs, double pole_pairs)
                                     " have current and two unbroken neighbours on either side; a fit of polled rows "
                                     "needs at least " +
                                     std::to_string(kLeastRows));
-    p.form = form_of(p.rows, p.noise_rad_s);
-    p.solution = solve_polled(p.rows, p.form, p.noise_rad_s);
+    const Told told = told_by(p.rows, p.noise_rad_s, PolledDeviations::found);
+    p.form = told.form, p.solution = told.solution;
     PolledForm turned = p.form;
     turned.tau = true;
     const PolledSolution with = solve_polled(p.rows, turned, p.noise_rad_s);

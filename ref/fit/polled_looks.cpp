@@ -81,7 +81,7 @@ public:
                                                        p_.solution.x);
             for (int a = 0; a < 2; ++a)
                 for (std::size_t j = 0; j < kLooked; ++j)
-                    now.e_V[k][static_cast<std::size_t>(a)] -= e.x(a, kWeights[j]) *
+                    now.e_V[k][static_cast<std::size_t>(a)] -= e.x[static_cast<std::size_t>(a)][kWeights[j]] *
                                                                change[static_cast<Eigen::Index>(j)];
         }
         return power(now, equations_a_row(p_.rows), s.first, s.last);
@@ -95,7 +95,8 @@ private:
         const PolledEquations e = polled_equations(p_.rows[k], p_.form.one_L, p_.solution.x[kPolledTau], p_.solution.x);
         for (int a = 0; a < 2; ++a) {
             Vector x;
-            for (std::size_t j = 0; j < kLooked; ++j) x[static_cast<Eigen::Index>(j)] = e.x(a, kWeights[j]);
+            for (std::size_t j = 0; j < kLooked; ++j)
+                x[static_cast<Eigen::Index>(j)] = e.x[static_cast<std::size_t>(a)][kWeights[j]];
             s.gram += p_.solution.share[k] * x * x.transpose();
             s.moment += p_.solution.share[k] * p_.solution.e_V[k][static_cast<std::size_t>(a)] * x;
         }

@@ -1,13 +1,17 @@
 #include "ref/fit/polled_solve.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace dqw {
 namespace {
 
-using Matrix = Eigen::MatrixXd;
-using Vector = Eigen::VectorXd;
+using Filled = PolledFilled;
+using Square = Eigen::Matrix<double, kPolledFilled, kPolledFilled>;
+// Of the free weights; their number has a bound, so that they need no heap.
+using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kPolledWeights, kPolledWeights>;
+using Vector = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, kPolledWeights, 1>;
 
 constexpr int kTurns = 4, kDirections = 6;  // until the frame, or where the voltage points, stays
 constexpr int kRounds = 4;                  // of weights that depend on what is found
@@ -33,7 +37,7 @@ class Problem {
 public:
     Problem(const std::vector<PolledRow>& rows, const PolledForm& form) : rows_(rows), form_(form), free_(free_of(form))
     {
-        build(0.0);
+        built_.reserve(rows.size());
     }
 
     const std::vector<int>& free() const { return free_; }
@@ -42,8 +46,7 @@ public:
     bool solve(const std::vector<double>& share, PolledVector& x)
     {
         double turn_s = 0.0;
-        const bool of_size = !rows_.empty() && rows_.front().voltage == PolledVoltage::size;
-        const int turns = form_.tau ? kTurns : of_size ? kDirections : 1;
+        const int turns = form_.tau ? kTurns : of_size() ? kDirections : 1;
         own_.setZero();
         for (int round = 0; round < turns; ++round) {
             build(turn_s);
@@ -69,43 +72,60 @@ public:
     /// Of the rows as the last solve() left them.
     std::array<double, 2> residual(std::size_t k) const
     {
-        const Eigen::Vector2d e = built_[k].y - built_[k].x * own_;
-        return {e[0], e[1]};
+        std::array<double, 2> e;
+        for (std::size_t a = 0; a < 2; ++a)
+            e[a] = built_[k].y[static_cast<Eigen::Index>(a)] - built_[k].x[a].head<kPolledWeights>().dot(own_);
+        return e;
     }
 
-    Vector row(std::size_t k, int axis) const
+    /// Of the last solve(): one axis' equation, all weights.
+    const Filled& row(std::size_t k, std::size_t axis) const { return built_[k].x[axis]; }
+
+    /// Of the free weights.
+    Matrix freed(const Square& all) const
     {
-        Vector out(static_cast<Eigen::Index>(free_.size()));
-        for (std::size_t j = 0; j < free_.size(); ++j) out[static_cast<Eigen::Index>(j)] = built_[k].x(axis, free_[j]);
+        const auto n = static_cast<Eigen::Index>(free_.size());
+        Matrix out(n, n);
+        for (Eigen::Index j = 0; j < n; ++j)
+            for (Eigen::Index k = 0; k < n; ++k)
+                out(j, k) = all(free_[static_cast<std::size_t>(j)], free_[static_cast<std::size_t>(k)]);
         return out;
     }
 
     const Matrix& inverse() const { return inverse_; }
 
 private:
+    bool of_size() const { return !rows_.empty() && rows_.front().voltage == PolledVoltage::size; }
+
     void build(double turn_s)
     {
+        if (!built_.empty() && turn_s == built_turn_s_ && !of_size()) return;
+        built_turn_s_ = turn_s;
         built_.clear();
         for (const PolledRow& r : rows_) built_.push_back(polled_equations(r, form_.one_L, turn_s, own_));
     }
 
     Sums sums(const std::vector<double>& share) const
     {
-        const auto n = static_cast<Eigen::Index>(free_.size());
-        Sums s{Matrix::Zero(n, n), Vector::Zero(n)};
+        Square gram = Square::Zero();
+        Filled moment = Filled::Zero();
         for (std::size_t k = 0; k < rows_.size(); ++k)
-            for (int a = 0; share[k] > 0.0 && a < 2; ++a) {
-                const Vector x = row(k, a);
-                s.gram += share[k] * x * x.transpose();
-                s.moment += share[k] * built_[k].y[a] * x;
+            for (std::size_t a = 0; share[k] > 0.0 && a < 2; ++a) {
+                const Filled& x = row(k, a);
+                const Filled shared = share[k] * x;
+                gram.noalias() += shared * x.transpose();
+                moment += share[k] * built_[k].y[static_cast<Eigen::Index>(a)] * x;
             }
-        return s;
+        Vector of_free(static_cast<Eigen::Index>(free_.size()));
+        for (std::size_t j = 0; j < free_.size(); ++j) of_free[static_cast<Eigen::Index>(j)] = moment[free_[j]];
+        return {freed(gram), of_free};
     }
 
     const std::vector<PolledRow>& rows_;
     PolledForm form_;
     std::vector<int> free_;
-    std::vector<PolledEquations> built_;
+    std::vector<PolledEquations, Eigen::aligned_allocator<PolledEquations>> built_;
+    double built_turn_s_ = 0.0;
     PolledVector own_ = PolledVector::Zero();
     Matrix inverse_;
 };
@@ -169,21 +189,22 @@ void judge(const std::vector<PolledRow>& rows, const Problem& p, double noise_ra
     const double count = static_cast<double>(used.size());
     const Matrix white = power / std::max(equations_a_row(rows) * shares - static_cast<double>(n), 1.0) * p.inverse();
     // White errors of unlike size, and what neighbours share.
-    std::vector<Vector> scores;
+    std::vector<Filled, Eigen::aligned_allocator<Filled>> scores;
+    scores.reserve(used.size());
     for (std::size_t k : used) {
-        Vector score = Vector::Zero(n);
-        for (int a = 0; a < 2; ++a) score += s.share[k] * s.e_V[k][static_cast<std::size_t>(a)] * p.row(k, a);
+        Filled score = Filled::Zero();
+        for (std::size_t a = 0; a < 2; ++a) score += s.share[k] * s.e_V[k][a] * p.row(k, a);
         scores.push_back(score);
     }
     const auto lags = static_cast<std::size_t>(1.5 * std::cbrt(count));
-    Matrix middle = Matrix::Zero(n, n);
+    Square middle = Square::Zero();
     for (std::size_t lag = 0; lag <= lags && lag < used.size(); ++lag) {
-        Matrix product = Matrix::Zero(n, n);
-        for (std::size_t k = lag; k < used.size(); ++k) product += scores[k] * scores[k - lag].transpose();
+        Square product = Square::Zero();
+        for (std::size_t k = lag; k < used.size(); ++k) product.noalias() += scores[k] * scores[k - lag].transpose();
         const double bartlett = 1.0 - static_cast<double>(lag) / static_cast<double>(lags + 1);
-        middle += bartlett * (lag == 0 ? product : Matrix(product + product.transpose()));
+        middle += bartlett * (lag == 0 ? product : Square(product + product.transpose()));
     }
-    const Matrix robust = p.inverse() * middle * p.inverse();
+    const Matrix robust = p.inverse() * p.freed(middle) * p.inverse();
     const double lasting = lasting_V2(s);
     // (E153)
     Eigen::Index psi = -1;
@@ -209,24 +230,26 @@ double equations_a_row(const std::vector<PolledRow>& rows)
 
 PolledEquations polled_equations(const PolledRow& r, bool one_L, double turn_s, const PolledVector& at)
 {
-    const double c = std::cos(turn_s * r.w_rad_s), s = std::sin(turn_s * r.w_rad_s);
+    const double c = turn_s == 0.0 ? 1.0 : std::cos(turn_s * r.w_rad_s),
+                 s = turn_s == 0.0 ? 0.0 : std::sin(turn_s * r.w_rad_s);
     PolledEquations e;
     e.y = {c * r.v_V[0] + s * r.v_V[1], c * r.v_V[1] - s * r.v_V[0]};
     const double size = std::max(r.i_abs_A, 1e-12);
-    e.x.row(0) << r.i_A[0], r.di_A_s[0], -r.wi_A_rad_s[1], 0.0, r.i_A[0] / size, -r.w_rad_s * e.y[1], 0.0;
-    e.x.row(1) << r.i_A[1], r.wi_A_rad_s[0], r.di_A_s[1], r.w_rad_s, r.i_A[1] / size, r.w_rad_s * e.y[0], r.dw_rad_s2;
-    if (one_L) e.x.col(kPolledLq) += e.x.col(kPolledLd), e.x.col(kPolledLd).setZero();
+    e.x[0] << r.i_A[0], r.di_A_s[0], -r.wi_A_rad_s[1], 0.0, r.i_A[0] / size, -r.w_rad_s * e.y[1], 0.0, 0.0;
+    e.x[1] << r.i_A[1], r.wi_A_rad_s[0], r.di_A_s[1], r.w_rad_s, r.i_A[1] / size, r.w_rad_s * e.y[0], r.dw_rad_s2, 0.0;
+    for (PolledFilled& x : e.x)
+        if (one_L) x[kPolledLq] += x[kPolledLd], x[kPolledLd] = 0.0;
     if (r.voltage == PolledVoltage::both) return e;
     Eigen::Vector2d along(0.0, 1.0);
     if (r.voltage == PolledVoltage::size) {
-        along = e.x * at;
+        along = {e.x[0].head<kPolledWeights>().dot(at), e.x[1].head<kPolledWeights>().dot(at)};
         // Before anything is known the speed says where the voltage points.
         if (!(along.norm() > 0.0)) along = {0.0, r.w_rad_s < 0.0 ? -1.0 : 1.0};
         along.normalize();
         e.y[1] = e.y.norm();
     }
-    e.x.row(1) = (along.transpose() * e.x).eval();
-    e.x.row(0).setZero(), e.y[0] = 0.0;
+    e.x[1] = (along[0] * e.x[0] + along[1] * e.x[1]).eval();
+    e.x[0].setZero(), e.y[0] = 0.0;
     return e;
 }
 
@@ -257,7 +280,8 @@ double lasting_V2(const PolledSolution& s)
     return std::max(0.0, lasting - chance);
 }
 
-PolledSolution solve_polled(const std::vector<PolledRow>& rows, const PolledForm& form, double noise_rad_s)
+PolledSolution solve_polled(const std::vector<PolledRow>& rows, const PolledForm& form, double noise_rad_s,
+                            PolledDeviations deviations)
 {
     PolledSolution s;
     s.share.assign(rows.size(), 1.0);
@@ -269,7 +293,7 @@ PolledSolution solve_polled(const std::vector<PolledRow>& rows, const PolledForm
         if (round < kRounds) weigh(rows, p, s);
     }
     for (std::size_t k = 0; k < rows.size(); ++k) s.e_V[k] = p.residual(k);
-    judge(rows, p, noise_rad_s, s);
+    if (deviations == PolledDeviations::found) judge(rows, p, noise_rad_s, s);
     if (form.one_L) s.sd[kPolledLd] = 0.0;
     s.ok = s.x.allFinite() && s.sd.allFinite();
     return s;
@@ -285,8 +309,7 @@ PolledSolution under(const PolledSolution& of, const std::vector<PolledRow>& row
         const PolledEquations e = polled_equations(r, form.one_L, of.x[kPolledTau], of.x);
         PolledVector x = of.x;
         x[kPolledTau] = 0.0;
-        const Eigen::Vector2d left = e.y - e.x * x;
-        s.e_V.push_back({left[0], left[1]});
+        s.e_V.push_back({e.y[0] - e.x[0].head<kPolledWeights>().dot(x), e.y[1] - e.x[1].head<kPolledWeights>().dot(x)});
     }
     share(h, s);
     return s;

@@ -3,6 +3,7 @@
 #define DQW_REF_FIT_POLLED_SOLVE_HPP
 
 #include <Eigen/Dense>
+#include <array>
 #include <vector>
 
 #include "ref/log/polled.hpp"
@@ -30,10 +31,15 @@ struct PolledSolution {
     std::vector<std::array<double, 2>> e_V;  ///< each row's residual
 };
 
+/// Of all weights, and one more that is nothing: eight fill the processor's vectors.
+constexpr int kPolledFilled = 8;
+static_assert(kPolledWeights <= kPolledFilled, "kPolledFilled holds all weights");
+using PolledFilled = Eigen::Matrix<double, kPolledFilled, 1>;
+
 /// One row's equations, y = x w; `turn_s` is what the frame is known to be off by, per electrical speed. Of v_q alone, or
 /// of the voltage's size, the second is the one there is: |v| is taken along the direction that the weights `at` give.
 struct PolledEquations {
-    Eigen::Matrix<double, 2, kPolledWeights> x;
+    std::array<PolledFilled, 2> x;
     Eigen::Vector2d y;
 };
 PolledEquations polled_equations(const PolledRow& r, bool one_L, double turn_s, const PolledVector& at);
@@ -44,8 +50,12 @@ double equations_a_row(const std::vector<PolledRow>& rows);
 /// (E152): of the residuals' square, what neighbours share that have no instant of the speed in common.
 double lasting_V2(const PolledSolution& s);
 
+/// Deviations cost more than weights; without them `sd` and `follows` are zero.
+enum class PolledDeviations { found, left_out };
+
 /// Rows of one machine; speeds are electrical.
-PolledSolution solve_polled(const std::vector<PolledRow>& rows, const PolledForm& form, double noise_rad_s);
+PolledSolution solve_polled(const std::vector<PolledRow>& rows, const PolledForm& form, double noise_rad_s,
+                            PolledDeviations deviations = PolledDeviations::found);
 
 /// Other rows of the same machine under what was found: their shares and residuals.
 PolledSolution under(const PolledSolution& of, const std::vector<PolledRow>& rows, const PolledForm& form);

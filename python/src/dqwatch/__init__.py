@@ -56,3 +56,12 @@ __all__ = [
     "simulate",
     "trace",
 ]
+
+
+def __getattr__(name: str) -> object:
+    """``dqwatch.fleet`` is there when it is asked for: it needs more than numpy."""
+    if name == "fleet":
+        import importlib
+
+        return importlib.import_module("dqwatch.fleet")
+    raise AttributeError(f"module 'dqwatch' has no attribute {name!r}")

@@ -1,0 +1,292 @@
+"""The fleet as a whole: who is found on seeds never used, what an engine costs beside the bare fit, how large a page is.
+
+Ratios are of processor time, all processes of a run together, so that they hold on a machine that does something else.
+"""
+import argparse
+import base64
+import csv
+import hashlib
+import http.server
+import json
+import os
+import pathlib
+import resource
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+
+import dqwatch
+import dqwatch.fleet
+import pyarrow.parquet as pq
+from dqwatch.fleet.compare import compare
+from dqwatch.fleet.page import page
+from dqwatch.fleet.simulated.planted import drawn
+from dqwatch.fleet.simulated.short import windows
+from dqwatch.fleet.simulated.write import write
+from dqwatch.fleet.sources import sources
+from dqwatch.fleet.windows import windows_of
+from dqwatch.fleet.work import Settings, channels
+
+CLICK = """
+const rows = [...document.querySelectorAll("#standing button.row")], times = [];
+for (const row of rows.slice(0, 10)) {
+  const begin = performance.now(); row.click(); document.getElementById("one").getBoundingClientRect(); times.push(performance.now() - begin);
+  document.querySelector("#one button").click();
+}
+const root = document.documentElement.dataset;
+return { first: Number(root.first), ready: Number(root.ready), click: Math.max(...times), motors: rows.length };
+"""
+
+
+def score(folder, seeds, motors):
+    """Draws, writes, fits and compares fleets; prints what was found of what was planted."""
+    found = planted_in_all = false = 0
+    for seed in seeds:
+        root = folder / str(seed)
+        fleet = drawn(seed, motors, each=None if motors >= 200 else 1, batch=10 if motors >= 200 else 5)
+        begin = time.time()
+        logs = write(fleet, root)
+        made_s = time.time() - begin
+        begin = time.time()
+        result = dqwatch.fleet(logs, root / "out")
+        fitted_s = time.time() - begin
+        said = {s.motor: s.cause for s in result.comparison.standing}
+        with open(root / "planted.csv", newline="") as file:
+            planted = {r["motor"]: r["planted"] for r in csv.DictReader(file)}
+        right = [m for m, what in planted.items() if said.get(m) == what]
+        wrong = sorted(set(said) - set(planted))
+        found, planted_in_all, false = found + len(right), planted_in_all + len(planted), false + len(wrong)
+        print(f"seed {seed}: {len(right)} of {len(planted)} planted found and rightly named, {len(wrong)} false; "
+              f"made in {made_s:.0f} s, fitted and compared in {fitted_s:.0f} s, "
+              f"page {result.page.stat().st_size / 1e6:.2f} MB", flush=True)
+        for m in sorted(set(planted) - set(right)):
+            print(f"  {m}: {planted[m]}, said: {said.get(m) or 'nothing'}")
+        for m in wrong:
+            signs = next(s.signs for s in result.comparison.standing if s.motor == m)
+            print(f"  {m}: nothing planted, said: {said[m]} ({signs[0].parameter} {signs[0].what} {signs[0].z:.1f})")
+        together = {(c.key, c.label) for c in result.comparison.common}
+        if together != {("site", fleet.sagging_site)}:
+            print(f"  changed together: {sorted(together)}, true: site {fleet.sagging_site}")
+        shutil.rmtree(root)
+    print(f"in all {found} of {planted_in_all} ({100 * found / planted_in_all:.1f} %), {false} false "
+          f"in {len(seeds)} fleets of {motors}")
+
+
+def tree_cpu_s(pid):
+    """Processor seconds of a process and all below it, those that ended included where their parent waited."""
+    ticks = os.sysconf("SC_CLK_TCK")
+    below, cpu = {}, {}
+    for entry in pathlib.Path("/proc").iterdir():
+        if not entry.name.isdigit():
+            continue
+        try:
+            text = (entry / "stat").read_text()
+        except OSError:
+            continue
+        values = text[text.rindex(")") + 2:].split()
+        below.setdefault(int(values[1]), []).append(int(entry.name))
+        cpu[int(entry.name)] = sum(map(int, values[11:15])) / ticks
+    total, waiting = 0.0, [pid]
+    while waiting:
+        one = waiting.pop()
+        total += cpu.get(one, 0.0)
+        waiting += below.get(one, [])
+    return total
+
+
+def many(folder, logs, windows_wanted):
+    """A folder of so many windows: the logs that are there, linked again and again under other motors."""
+    files = sorted(logs.glob("motor=*/????-??-??.parquet"))
+    target = folder / f"linked{windows_wanted}"
+    for k in range(windows_wanted):
+        place = target / f"motor=L{k // 8:06d}"
+        place.mkdir(parents=True, exist_ok=True)
+        os.link(files[k % len(files)], place / f"2026-01-{1 + k % 8:02d}.parquet")
+    papers = ["motor,type,pole_pairs"] + [f"L{k:06d},J24,4" for k in range(windows_wanted // 8 + 1)]
+    (target / "motors.csv").write_text("\n".join(papers) + "\n")
+    return target
+
+
+def bare(logs):
+    """Rows a processor second of the fit alone, tables in memory."""
+    tables = [channels(pq.ParquetFile(s.path).read()) for s in sources(logs)]
+    before = time.process_time()
+    for t in tables:
+        dqwatch.fit(t, pole_pairs=4, machine={"log": {"regime": "polled"}}, progress=False)
+    return sum(t.num_rows for t in tables) / (time.process_time() - before)
+
+
+def cost(folder, count):
+    fleet = drawn(1, 8, each=0, batch=2)
+    logs = many(folder, write_polled(fleet, folder / "cost"), count)
+    ours = bare(logs)
+    rows = 3000 * count
+    run = [sys.executable, __file__, "one-core", str(logs), str(folder / "cost-out")]
+    affinity = next(iter(os.sched_getaffinity(0)))
+    done = json.loads(subprocess.run(run, capture_output=True, text=True, check=True,
+                                     preexec_fn=lambda: os.sched_setaffinity(0, {affinity})).stdout.splitlines()[-1])
+    print(f"{rows} rows on one core: the fit alone {ours:.0f} rows/s, with DuckDB {rows / done['run_s']:.0f}: "
+          f"{100 * rows / done['run_s'] / ours:.0f} %")
+    spark = os.environ.get("SPARK_PYTHON")
+    if not spark or not shutil.which("java"):
+        print("skipped: Spark (no java, or no SPARK_PYTHON with pyspark)")
+        return
+    run = [spark, __file__, "spark", str(logs), str(folder / "spark-out")]
+    out = subprocess.run(run, capture_output=True, text=True)
+    if out.returncode:
+        print(f"skipped: Spark ({out.stderr.splitlines()[-1:]})")
+        return
+    done = json.loads(out.stdout.splitlines()[-1])
+    print(f"with Spark, local[1], beyond its start of {done['start_s']:.0f} s of processor: "
+          f"{rows / done['run_s']:.0f} rows/s: {100 * rows / done['run_s'] / ours:.0f} %; the same rows to the bit: "
+          f"{same(folder / 'cost-out', folder / 'spark-out')}")
+
+
+def same(a, b):
+    from dqwatch.fleet.store import Store
+
+    return Store(a).table().equals(Store(b).table())
+
+
+def write_polled(fleet, root):
+    """Without the coasting logs: the cost is of polled rows."""
+    from dqwatch.fleet.simulated import write as module
+
+    kept, module.coasting = module.coasting, lambda fleet: []
+    try:
+        return write(fleet, root)
+    finally:
+        module.coasting = kept
+
+
+def one_core(logs, out):
+    from dqwatch.fleet.run import run
+    from dqwatch.fleet.sources import papers_of
+    from dqwatch.fleet.store import Store
+
+    store, found, papers = Store(out), sources(logs), papers_of(logs, None)
+    before = time.process_time()
+    run(store, found, Settings(), papers, "1GB", 1)
+    print(json.dumps({"run_s": time.process_time() - before}))
+
+
+def on_spark(logs, out):
+    from dqwatch.fleet import spark
+    from dqwatch.fleet.sources import papers_of
+    from dqwatch.fleet.store import Store
+    from pyspark.sql import SparkSession
+
+    os.environ.setdefault("PYSPARK_PYTHON", sys.executable)
+    session = (SparkSession.builder.master("local[1]").config("spark.ui.enabled", "false")
+               .config("spark.sql.shuffle.partitions", "4").getOrCreate())
+    found, papers = sources(logs), papers_of(logs, None)
+    # Its start: the session, workers, and what its compiler makes of a first job.
+    with tempfile.TemporaryDirectory() as first:
+        spark.run(Store(first), found[:8], Settings(), papers)
+    start_s = tree_cpu_s(os.getpid())
+    spark.run(Store(out), found, Settings(), papers)
+    print(json.dumps({"start_s": start_s, "run_s": tree_cpu_s(os.getpid()) - start_s}))
+    session.stop()
+
+
+def scale(folder, counts, memory):
+    fleet = drawn(1, 8, each=0, batch=2)
+    small = write_polled(fleet, folder / "scale")
+    for count in counts:
+        logs = many(folder, small, count)
+        run = [sys.executable, __file__, "memory", str(logs), str(folder / f"scale-out{count}"), "--memory", memory]
+        begin = time.time()
+        done = json.loads(subprocess.run(run, capture_output=True, text=True, check=True).stdout.splitlines()[-1])
+        print(f"{3000 * count:.0e} rows: {time.time() - begin:.0f} s, {3000 * count / done['cpu_s']:.0f} rows a "
+              f"processor second, {done['MB']:.0f} MB at most, of --memory {memory}", flush=True)
+
+
+def memory_of(logs, out, memory):
+    dqwatch.fleet(logs, out, memory=memory)
+    usage = resource.getrusage(resource.RUSAGE_SELF)
+    print(json.dumps({"MB": usage.ru_maxrss / 1024, "cpu_s": usage.ru_utime + usage.ru_stime}))
+
+
+def in_chromium(text, folder, script):
+    """What `script` gives once the page is ready, in true time; None where it never is."""
+    found = []
+
+    class Listener(http.server.BaseHTTPRequestHandler):
+        def do_POST(self):
+            found.append(json.loads(self.rfile.read(int(self.headers["Content-Length"]))))
+            self.send_response(204)
+            self.end_headers()
+
+        def log_message(self, *_):
+            pass
+
+    with http.server.HTTPServer(("127.0.0.1", 0), Listener) as server:
+        server.timeout = 60
+        where = f"http://127.0.0.1:{server.server_port}"
+        probe = ("(async () => { while (!document.documentElement.dataset.ready) await new Promise((go) => setTimeout(go, 20));"
+                 f"const said = (() => {{ {script} }})(); fetch('{where}', {{ method: 'POST', mode: 'no-cors', body: JSON.stringify(said) }}); }})();")
+        digest = base64.b64encode(hashlib.sha256(probe.encode()).digest()).decode()
+        # The page's own policy stands, but for this script and where it answers.
+        text = text.replace("script-src '", f"connect-src {where}; script-src 'sha256-{digest}' '", 1)
+        path = (folder / "timed.html").resolve()
+        path.write_text(text.replace("</body>", f"<script>{probe}</script></body>"), encoding="utf-8")
+        chromium = subprocess.Popen(
+            ["chromium", "--headless=new", "--no-sandbox", "--no-first-run", "--disable-gpu", "--disable-dev-shm-usage",
+             "--disable-extensions", f"--user-data-dir={path.parent / 'profile'}", f"file://{path}"],
+            stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        server.handle_request()
+        chromium.terminate()
+        chromium.wait()
+    return found[0] if found else None
+
+
+def browser(folder, motors):
+    if not shutil.which("chromium"):
+        print("skipped: the page in Chromium (no chromium here; make tools installs it)")
+        return
+    table = windows(drawn(1, motors))
+    begin = time.time()
+    w = windows_of(table)
+    c = compare(w)
+    compared_s = time.time() - begin
+    text = page(w, c, table)
+    print(f"{motors} motors, {table.num_rows} windows: compared in {compared_s:.0f} s; page {len(text) / 1e6:.1f} MB "
+          "(wanted 20)")
+    if seen := in_chromium(text, folder, CLICK):
+        print(f"  in Chromium: first view {seen['first'] / 1e3:.2f} s (wanted 2), all {seen['ready'] / 1e3:.2f} s, "
+              f"slowest of ten clicks {seen['click'] / 1e3:.3f} s (wanted 0.2)")
+
+
+def main():
+    p = argparse.ArgumentParser(description=__doc__)
+    p.add_argument("what", choices=["all", "score", "cost", "scale", "page", "one-core", "spark", "memory"])
+    p.add_argument("paths", nargs="*")
+    p.add_argument("--seeds", default="1001")
+    p.add_argument("--motors", type=int, default=1000)
+    p.add_argument("--windows", default="100,333,1000", help="of the runs that show how time grows")
+    p.add_argument("--memory", default="1GB")
+    p.add_argument("--count", type=int, default=200, help="windows of the cost")
+    a = p.parse_args()
+    if a.what == "one-core":
+        return one_core(*a.paths)
+    if a.what == "spark":
+        return on_spark(*a.paths)
+    if a.what == "memory":
+        return memory_of(*a.paths, a.memory)
+    with tempfile.TemporaryDirectory(dir=os.environ.get("BUILD")) as name:
+        folder = pathlib.Path(name)
+        if a.what in ("all", "score"):
+            score(folder, [int(s) for s in a.seeds.split(",")], a.motors)
+        if a.what in ("all", "cost"):
+            cost(folder, a.count)
+        if a.what in ("all", "scale"):
+            scale(folder, [int(n) for n in a.windows.split(",")], a.memory)
+        if a.what in ("all", "page"):
+            browser(folder, 10000)
+    return None
+
+
+if __name__ == "__main__":
+    main()

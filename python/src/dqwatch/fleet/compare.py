@@ -1,0 +1,406 @@
+"""What one motor alone cannot tell: who stands out in a fleet, who drifts, which batch is unlike the others."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+from scipy.stats import chi2
+from scipy.stats import t as student
+
+from .adjust import Common, Slope, at_one_point, common_changes, scale_of, weeks_of
+from .naming import SAYS, named
+from .robust import Array, Index, Tracks, crossing, location, of_others, spread_of, tracks
+from .windows import D_AXIS, PARAMETERS, Windows
+
+FALSE_DISCOVERIES = 0.01
+LIMIT = 0.10  # of a type's value: where a drift is said to cross
+_LEAST_GROUP = 0.01
+# What is worth a look, relative: a level, a drift over the time seen. Less is real or not, and nobody's concern.
+_WORTH = {"R_ohm": (0.05, 0.02), "Ld_H": (0.05, 0.02), "Lq_H": (0.05, 0.02), "psi_Wb": (0.02, 0.01),
+          "dead_time_V": (0.10, 0.05), "J_kgm2": (0.10, 0.05), "B_Nms_rad": (0.30, 0.30), "coulomb_Nm": (0.30, 0.30),
+          D_AXIS: (0.5, 0.5)}
+# Types are compared at their own temperature and current, on their own inverter: by so much the same motor may differ.
+_LIKE = {"R_ohm": 0.12, "Lq_H": 0.06, "psi_Wb": 0.04}
+_MACHINE, _FAR = ("R_ohm", "Lq_H", "psi_Wb"), 5.0
+_LEAST_MOTORS = 5  # of a type, to be compared
+_GROUPED = ("batch", "axis", "site")
+_COMMON = ("site", "axis")
+
+
+@dataclasses.dataclass(frozen=True)
+class Of:
+    """One parameter of one type: location at one temperature and current, spread over motors, and each motor in it."""
+
+    type: str
+    parameter: str
+    value: float
+    sd: float
+    spread: float
+    drift: float
+    slopes: dict[str, Slope]
+    temperature_C: float
+    current_A: float
+    scale: float
+    motors: Index
+    off: Array  # of each motor, relative (logarithm)
+    off_sd: Array  # its own
+    z: Array
+    slope: Array  # relative, a day, against the type's
+    slope_sd: Array
+    slope_z: Array
+    span: Array
+    day: Array
+    shift: Array  # of each motor's group, where that is unlike the others: taken off before it is judged
+    window: Index  # of the windows' table
+    y: Array  # of each window, relative to the type's location
+
+
+@dataclasses.dataclass(frozen=True)
+class Sign:
+    """One test that a motor does not pass."""
+
+    parameter: str
+    what: str  # "level" or "drift"
+    off: float  # relative; a drift's over the time seen
+    sd: float
+    z: float
+    q: float
+
+
+@dataclasses.dataclass(frozen=True)
+class Standing:
+    """A motor that stands out: why, by which signs, and when a drift crosses its limit (days, with 95 %)."""
+
+    motor: str
+    type: str
+    cause: str
+    says: str
+    also: tuple[str, ...]
+    signs: tuple[Sign, ...]
+    like: str = ""
+    crossing: tuple[str, float, float, float] | None = None
+
+
+@dataclasses.dataclass(frozen=True)
+class Unlike:
+    """A batch, axis or site whose motors are unlike the type's others."""
+
+    key: str
+    label: str
+    type: str
+    parameter: str
+    off: float
+    sd: float
+    z: float
+    q: float
+    motors: tuple[str, ...]
+
+
+@dataclasses.dataclass(frozen=True)
+class Comparison:
+    of: list[Of]
+    standing: list[Standing]
+    unlike: list[Unlike]
+    common: list[Common]
+    tests: int
+
+
+def discovered(p: Array) -> Array:
+    """Benjamini and Hochberg's q of each p."""
+    if p.size == 0:
+        return p
+    order = np.argsort(p)
+    q = p[order] * p.size / np.arange(1, p.size + 1)
+    q = np.minimum.accumulate(q[::-1])[::-1]
+    out = np.empty(p.size)
+    out[order] = np.minimum(q, 1.0)
+    return out
+
+
+@dataclasses.dataclass
+class _Part:
+    """One parameter of one type while it is worked on."""
+
+    type: int
+    parameter: str
+    window: Index
+    motor: Index  # of each window
+    y: Array
+    s: Array
+    slopes: dict[str, Slope]
+    temperature_C: float
+    current_A: float
+    scale: float
+
+
+def _parts(w: Windows) -> list[_Part]:
+    out = []
+    kind = w.group["type"]
+    n = len(w.motors)
+    for g in range(-1, len(w.labels["type"])):
+        for p in (*PARAMETERS, D_AXIS):
+            value, sd = w.value[p], w.sd[p]
+            with np.errstate(invalid="ignore"):
+                at = np.flatnonzero((kind[w.motor] == g) & (value > 0) & (sd > 0) & np.isfinite(sd))
+            if np.unique(w.motor[at]).size < _LEAST_MOTORS:
+                continue
+            motor, y = w.motor[at], np.log(value[at])
+            s = sd[at] / value[at]
+            T, i = w.temperature_C[at], w.current_A[at]
+            if p == D_AXIS:
+                T, i = np.full(at.size, np.nan), np.full(at.size, np.nan)
+            y, scale, slopes = at_one_point(p, motor, n, y, s, T, i)
+            out.append(_Part(g, p, at, motor, y, s, slopes, float(np.median(T)), float(np.median(i)), scale))
+    return out
+
+
+def _take_common(w: Windows, parts: list[_Part]) -> list[Common]:
+    found: list[Common] = []
+    week = weeks_of(w.motor, w.day)
+    n = len(w.motors)
+    for p in sorted({part.parameter for part in parts} - {D_AXIS}):
+        mine = [part for part in parts if part.parameter == p]
+        at = np.concatenate([part.window for part in mine])
+        for key in _COMMON:
+            y, s = np.concatenate([part.y for part in mine]), np.concatenate([part.s * part.scale for part in mine])
+            common, off = common_changes(p, key, w.group[key], w.labels[key], w.motor[at], n, week[at], w.day[at], y, s)
+            found += common
+            begin = 0
+            for part in mine:
+                part.y = part.y - off[begin:begin + part.y.size]
+                begin += part.y.size
+    return found
+
+
+def _tracks(w: Windows, part: _Part) -> Tracks:
+    """With deviations as the windows scatter, and no less than a motor's own do."""
+    n = len(w.motors)
+    day = w.day[part.window]
+    first = tracks(part.motor, day, part.y, part.s, n)
+    part.scale = scale_of(part.motor, first.residual, part.s, 2)
+    s = part.s * part.scale
+    found = tracks(part.motor, day, part.y, s, n)
+    free = np.maximum(found.windows - 2, 0)
+    square = np.bincount(part.motor, np.minimum((found.residual / s) ** 2, 25.0), minlength=n)
+    # A few windows hardly tell a motor's own scatter: the fleet's counts as six.
+    wide = np.sqrt(np.maximum(1.0, (square * free / np.maximum(found.windows, 1) + 6) / (free + 6)))
+    return dataclasses.replace(found, level_sd=found.level_sd * wide, slope_sd=found.slope_sd * wide)
+
+
+def _by_firmware(w: Windows, part: _Part, t: Tracks, members: Index) -> Array:
+    """What an inverter loses is its firmware's, and R is never quite without it: by how much each motor's firmware is
+    off the type. NaN where too few have it."""
+    base = np.zeros(len(w.motors))
+    if part.parameter not in ("dead_time_V", "R_ohm"):
+        return base
+    whole = location(t.level[members], t.level_sd[members]).value
+    firmware = w.group["firmware"][members]
+    for f in np.unique(firmware[firmware >= 0]):
+        mine = members[firmware == f]
+        enough = mine.size >= _LEAST_MOTORS
+        base[mine] = location(t.level[mine], t.level_sd[mine]).value - whole if enough else np.nan
+    return base
+
+
+def _unlike(w: Windows, part: _Part, level: Array, sd: Array, members: Index) -> list[tuple[Unlike, Index]]:
+    found: list[tuple[Unlike, Index]] = []
+    for key in _GROUPED:
+        group = w.group[key][members]
+        labels = [g for g in np.unique(group[group >= 0]) if np.count_nonzero(group == g) >= _LEAST_MOTORS]
+        if len(labels) < 4:
+            continue
+        each = [members[group == g] for g in labels]
+        value = np.array([location(level[mine], sd[mine]).value for mine in each])
+        # Within groups: what one is off by is no spread of the motors.
+        of_group = np.concatenate(each)
+        within = spread_of(np.concatenate([level[mine] - v for mine, v in zip(each, value)]), sd[of_group], len(labels))
+        own = np.sqrt([np.mean(sd[mine] ** 2 + within**2) / mine.size for mine in each])
+        others, others_sd, spread = of_others(value, own)
+        total = np.sqrt(own**2 + spread**2 + others_sd**2)
+        for g, mine, v, s, among in zip(labels, each, value - others, total, spread):
+            # Welch and Satterthwaite: the spread between groups is known by the groups, the rest by the motors.
+            motors, groups = (s * s - among**2) ** 2 / members.size, among**4 / (0.6 * len(labels) - 1)
+            p = 2 * float(student.sf(abs(v) / s, s**4 / (motors + groups)))
+            found.append((Unlike(key, w.labels[key][g], "" if part.type < 0 else w.labels["type"][part.type],
+                                 part.parameter, float(v), float(s), float(v / s), p,
+                                 tuple(w.motors[k] for k in mine)), mine))
+    return found
+
+
+def _place(w: Windows, part: _Part, t: Tracks, level: Array, shift: Array, members: Index, core: Index) -> Of:
+    """Location by the motors of `core`; every one of `members` in it."""
+    whole = location(level[core], t.level_sd[core])
+    own = t.level_sd[members]
+    off = level[members] - whole.value
+    others, others_sd, spread = np.full(members.size, whole.value), np.full(members.size, whole.sd), np.full(
+        members.size, whole.spread)
+    if core.size == members.size:
+        others, others_sd, spread = of_others(level[members], own)
+    z = (level[members] - others) / np.sqrt(own**2 + spread**2 + others_sd**2)
+    slope, slope_sd = t.slope[members].copy(), t.slope_sd[members].copy()
+    slope_z = np.full(members.size, np.nan)
+    drift = 0.0
+    has = np.isfinite(slope)
+    if np.count_nonzero(has) >= _LEAST_MOTORS:
+        all_slopes = location(slope[has], slope_sd[has])
+        drift = all_slopes.value
+        slope -= drift
+        slope_sd = np.sqrt(slope_sd**2 + all_slopes.spread**2 + all_slopes.sd**2)
+        slope_z = slope / slope_sd
+    return Of("" if part.type < 0 else w.labels["type"][part.type], part.parameter, float(np.exp(whole.value)),
+              whole.sd, whole.spread, drift, part.slopes, part.temperature_C, part.current_A, part.scale, members, off,
+              own, z, slope, slope_sd, slope_z, t.span[members], t.day[members], shift[members], *_shown(part, members, whole.value))
+
+
+def _shown(part: _Part, members: Index, value: float) -> tuple[Index, Array]:
+    """The windows of motors that are compared, relative to the type's location."""
+    keep = np.isin(part.motor, members)
+    return part.window[keep], part.y[keep] - value
+
+
+def _signs(of: list[Of]) -> tuple[list[list[Sign]], int]:
+    """For each Of and motor its failed tests; how many tests there were."""
+    rows: list[tuple[int, int, str, float, float, float]] = []
+    for k, o in enumerate(of):
+        for j in range(o.motors.size):
+            if np.isfinite(o.z[j]) and not (o.parameter == D_AXIS and o.z[j] < 0):
+                rows.append((k, j, "level", float(o.off[j]), float(np.hypot(o.off_sd[j], o.spread)), float(o.z[j])))
+            if np.isfinite(o.slope_z[j]) and o.parameter != D_AXIS:
+                span = float(o.span[j])
+                rows.append((k, j, "drift", float(o.slope[j] * span), float(o.slope_sd[j] * span), float(o.slope_z[j])))
+    z = np.array([row[5] for row in rows])
+    # A spread that some motors tell is uncertain itself; the clipped ones tell less.
+    free = np.array([max(0.6 * of[row[0]].motors.size - 1, 2) for row in rows])
+    q = discovered(2 * student.sf(np.abs(z), free) if z.size else z)
+    found: list[list[Sign]] = [[] for _ in range(1 + max((int(m) for o in of for m in o.motors), default=-1))]
+    for (k, j, what, off, sd, zj), qj in zip(rows, q):
+        p = of[k].parameter
+        if qj < FALSE_DISCOVERIES and abs(off) >= _WORTH[p][what == "drift"]:
+            found[int(of[k].motors[j])].append(Sign(p, what, off, sd, zj, float(qj)))
+    return found, len(rows)
+
+
+def _offs(of: list[Of], m: int) -> list[tuple[dict[str, float], dict[str, float]]]:
+    levels: tuple[dict[str, float], dict[str, float]] = ({}, {})
+    drifts: tuple[dict[str, float], dict[str, float]] = ({}, {})
+    for o in of:
+        at = np.flatnonzero(o.motors == m)
+        if at.size == 0:
+            continue
+        j = int(at[0])
+        levels[0][o.parameter] = float(o.off[j])
+        levels[1][o.parameter] = float(np.sqrt(o.off_sd[j] ** 2 + o.spread**2 + o.sd**2))
+        if np.isfinite(o.slope_z[j]) and o.parameter != D_AXIS and o.span[j] > 0:
+            drifts[0][o.parameter] = float(o.slope[j] * o.span[j])
+            drifts[1][o.parameter] = float(o.slope_sd[j] * o.span[j])
+    return [levels, drifts]
+
+
+def _far(of: list[Of], m: int) -> bool:
+    """Two of R, L and flux are far from the type's."""
+    far = [abs(float(o.z[o.motors == m][0])) > _FAR for o in of if o.parameter in _MACHINE and m in o.motors]
+    return sum(far) >= 2
+
+
+def _other_type(w: Windows, of: list[Of], m: int, kind: str) -> str:
+    """The type that this motor's R, L and flux are those of, where they are not its own type's; "" for none.
+
+    Flux and L that were found with the pole pairs of the papers are taken times those.
+    """
+    mine = {o.parameter: (o, int(np.flatnonzero(o.motors == m)[0])) for o in of if m in o.motors}
+    best, best_p = "", 1e-4
+    for other in w.labels["type"]:
+        theirs = {o.parameter: o for o in of if o.type == other}
+        if other == kind:
+            continue
+        like = np.flatnonzero(w.group["type"] == w.labels["type"].index(other))
+        poles = float(np.nanmedian(w.pole_pairs[like]))
+        square, count = 0.0, 0
+        for p in _MACHINE:
+            if p not in mine or p not in theirs:
+                continue
+            o, j = mine[p]
+            x = float(o.off[j]) + float(np.log(o.value))
+            if p != "R_ohm":
+                x += float(np.log(w.pole_pairs[m] / poles))
+            x -= float(np.log(theirs[p].value))
+            square += x * x / (theirs[p].spread ** 2 + float(o.off_sd[j]) ** 2 + _LIKE[p] ** 2)
+            count += 1
+        if count >= 2 and (p_like := float(chi2.sf(square, count))) > best_p:
+            best, best_p = other, p_like
+    return best
+
+
+def _crossing(w: Windows, of: list[Of], m: int, signs: tuple[Sign, ...]) -> tuple[str, float, float, float] | None:
+    """Of the drift that crosses first: parameter, and days after its last window."""
+    first: tuple[str, float, float, float] | None = None
+    for o in of:
+        if not any(s.what == "drift" and s.parameter == o.parameter for s in signs) or m not in o.motors:
+            continue
+        j = int(np.flatnonzero(o.motors == m)[0])
+        limit = np.sign(o.slope[j]) * LIMIT
+        at, low, high = crossing(float(o.off[j]), float(o.off_sd[j]), float(o.slope[j]), float(o.slope_sd[j]), limit)
+        day = float(o.day[j])
+        if np.isfinite(at) and (first is None or day + at < first[1]):
+            first = (o.parameter, float(day + at), day + low, day + high)
+    return first
+
+
+def compare(w: Windows) -> Comparison:
+    """Compares motors of a type with each other; false discoveries of motors are held at 1 % over the fleet."""
+    parts = _parts(w)
+    common = _take_common(w, parts)
+    done: list[tuple[_Part, Tracks, Array, Index]] = []
+    groups: list[tuple[Unlike, Index, int]] = []
+    for part in parts:
+        t = _tracks(w, part)
+        members = np.unique(part.motor)
+        base = _by_firmware(w, part, t, members)
+        level = t.level - base
+        part.y = part.y - base[part.motor]
+        members = members[np.isfinite(level[members])]
+        if members.size < _LEAST_MOTORS:
+            continue
+        done.append((part, t, level, members))
+        if part.parameter != D_AXIS:
+            groups += [(u, mine, len(done) - 1) for u, mine in _unlike(w, part, level, t.level_sd, members)]
+    q = discovered(np.array([u.q for u, _m, _k in groups]))
+    real = [(dataclasses.replace(u, q=float(x)), mine, k) for (u, mine, k), x in zip(groups, q)
+            if x < FALSE_DISCOVERIES and abs(u.off) >= _LEAST_GROUP]
+    of: list[Of] = []
+    of_batch: dict[int, Unlike] = {}
+    for k, (part, t, level, members) in enumerate(done):
+        shift = np.zeros(level.size)
+        for u, mine, at in real:
+            if at == k:
+                shift[mine] += u.off
+                if u.key == "batch":
+                    of_batch.update({int(m): u for m in mine})
+        level = level - shift
+        core = members[shift[members] == 0]
+        of.append(_place(w, part, t, level, shift, members, core if core.size >= _LEAST_MOTORS else members))
+    signs, tests = _signs(of)
+    standing: list[Standing] = []
+    by_type: dict[str, list[Of]] = {}
+    for o in of:
+        by_type.setdefault(o.type, []).append(o)
+    for m, failed in enumerate(signs):
+        kind = "" if w.group["type"][m] < 0 else w.labels["type"][w.group["type"][m]]
+        mine_of = by_type.get(kind, [])
+        if failed:
+            verdict = named(_offs(mine_of, m))
+            cause, also, like = verdict.name, verdict.also, ""
+            if _far(mine_of, m):
+                like = _other_type(w, of, m, kind)
+            if like:
+                cause, also = "other_type", ()
+            ordered = tuple(sorted(failed, key=lambda s: -abs(s.z)))
+            standing.append(Standing(w.motors[m], kind, cause, SAYS[cause], also, ordered, like,
+                                     _crossing(w, mine_of, m, ordered)))
+        elif m in of_batch:
+            u = of_batch[m]
+            standing.append(Standing(w.motors[m], kind, "batch", SAYS["batch"], (),
+                                     (Sign(u.parameter, "level", u.off, u.sd, u.z, u.q),), u.label))
+    standing.sort(key=lambda s: -max(abs(x.z) for x in s.signs))
+    return Comparison(of, standing, [u for u, _m, _k in real], common, tests)

@@ -1,0 +1,69 @@
+"""The windows of a fleet as arrays: which motor, which day, what was found."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pyarrow as pa
+
+from .robust import Array, Index
+
+PARAMETERS = ("R_ohm", "Ld_H", "Lq_H", "psi_Wb", "dead_time_V", "J_kgm2", "B_Nms_rad", "coulomb_Nm")
+GROUPS = ("type", "batch", "axis", "site", "firmware")
+# Of a motor's own residual on the d axis: an angle that is off leaves the magnet's flux there.
+D_AXIS = "d_axis"
+UNITS = {"R_ohm": "Ω", "Ld_H": "H", "Lq_H": "H", "psi_Wb": "Wb", "dead_time_V": "V", "J_kgm2": "kg m²",
+         "B_Nms_rad": "Nms/rad", "coulomb_Nm": "Nm", D_AXIS: "%"}
+
+
+@dataclasses.dataclass(frozen=True)
+class Windows:
+    """One entry a window. Values that a window does not have are NaN; groups are indices into `labels`."""
+
+    motors: list[str]
+    motor: Index
+    day: Array
+    value: dict[str, Array]
+    sd: dict[str, Array]
+    usable: dict[str, Array]
+    temperature_C: Array
+    current_A: Array
+    v_dc_V: Array
+    group: dict[str, Index]  # of each motor; -1: not said
+    labels: dict[str, list[str]]
+    pole_pairs: Array  # of each motor
+
+
+def _numbers(table: pa.Table, name: str) -> Array:
+    if name not in table.column_names:
+        return np.full(table.num_rows, np.nan)
+    return np.asarray(table[name].cast(pa.float64()).to_numpy(zero_copy_only=False), dtype=np.float64)
+
+
+def windows_of(table: pa.Table) -> Windows:
+    """Of the table that a run writes."""
+    names = table["motor"].to_pylist()
+    motors = sorted(set(names))
+    at = {name: k for k, name in enumerate(motors)}
+    motor = np.array([at[name] for name in names], dtype=np.intp)
+    value, sd, usable = {}, {}, {}
+    for p in PARAMETERS:
+        value[p], sd[p] = _numbers(table, p), _numbers(table, f"{p}_sd")
+        usable[p] = np.nan_to_num(_numbers(table, f"{p}_usable"))
+    value[D_AXIS] = _numbers(table, "residual_d_percent")
+    sd[D_AXIS], usable[D_AXIS] = value[D_AXIS].copy(), np.ones(len(names))
+    group: dict[str, Index] = {}
+    labels: dict[str, list[str]] = {}
+    for g in GROUPS:
+        said = table[g].to_pylist() if g in table.column_names else [None] * len(names)
+        labels[g] = sorted({str(x) for x in said if x is not None})
+        place = {label: k for k, label in enumerate(labels[g])}
+        group[g] = np.full(len(motors), -1, dtype=np.intp)
+        for k, x in zip(motor, said):
+            if x is not None:
+                group[g][k] = place[str(x)]
+    poles = np.full(len(motors), np.nan)
+    poles[motor] = _numbers(table, "pole_pairs")
+    return Windows(motors, motor, _numbers(table, "day"), value, sd, usable, _numbers(table, "temp_winding_C"),
+                   _numbers(table, "i_rms_A"), _numbers(table, "v_dc_V"), group, labels, poles)

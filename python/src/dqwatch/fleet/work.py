@@ -1,0 +1,166 @@
+"""One window of one motor: what dqwatch says of its rows, as one row of results. The same under every engine."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+
+from .windows import PARAMETERS
+
+_TEXTS = ("motor", "window", "verdict", "regime", "why", "source", "source_hash", "settings")
+_NUMBERS = ("day", "pole_pairs", "temp_winding_C", "v_dc_V", "i_rms_A", "w_rms_rad_s", "residual_d_percent",
+            "residual_q_percent")
+SCHEMA = pa.schema(
+    [pa.field(n, pa.string()) for n in _TEXTS]
+    + [pa.field("faults", pa.list_(pa.string()))]
+    + [pa.field(n, pa.int64()) for n in ("rows", "rows_used", "source_size", "source_mtime_ns")]
+    + [pa.field(n, pa.float64()) for n in _NUMBERS]
+    + [f for p in PARAMETERS
+       for f in (pa.field(p, pa.float64()), pa.field(f"{p}_sd", pa.float64()), pa.field(f"{p}_usable", pa.bool_()))]
+)
+# What a log may hold beside its channels, and is no channel.
+BESIDE = frozenset(("motor", "window", "week", "day", "date", "type", "batch", "axis", "site", "firmware", "pole_pairs",
+                    "gear", "filename", "source"))
+_POLLED_S = 0.004  # from row to row: what is slower are means of a poll
+
+
+@dataclasses.dataclass(frozen=True)
+class Settings:
+    """What results depend on beside logs and papers. regime: "" where the rows decide."""
+
+    regime: str = ""
+
+    def digest(self) -> str:
+        import dqwatch
+
+        return f"{dqwatch.__version__}/{self.regime or 'auto'}"
+
+
+def _regime(table: pa.Table, settings: Settings) -> str:
+    if settings.regime:
+        return settings.regime
+    names = table.column_names
+    if "t_s" not in names or "v_q_V" not in names or table.num_rows < 3:
+        return ""
+    t = table["t_s"].to_numpy()
+    return "polled" if float(np.median(np.diff(t))) >= _POLLED_S else ""
+
+
+def channels(table: pa.Table) -> pa.Table:
+    """Its columns of numbers, in the order of time. What other files of the part have, and this one not, is empty."""
+    keep = [f.name for f in table.schema if f.name not in BESIDE
+            and (pa.types.is_floating(f.type) or pa.types.is_integer(f.type))
+            and (table[f.name].null_count < table.num_rows or table.num_rows == 0)]
+    table = table.select(keep)
+    if "t_s" in keep and table.num_rows > 1:
+        t = table["t_s"].to_numpy()
+        if np.any(np.diff(t) < 0):
+            table = table.take(np.argsort(t, kind="stable"))
+    return table
+
+
+def _means(table: pa.Table) -> dict[str, float]:
+    out: dict[str, float] = {}
+
+    def column(name: str) -> Any:
+        return table[name].to_numpy() if name in table.column_names else None
+
+    for name in ("temp_winding_C", "v_dc_V"):
+        if (x := column(name)) is not None and x.size:
+            out[name] = float(np.mean(x))
+    i_q, i_d, w = column("i_q_A"), column("i_d_A"), column("w_m_rad_s")
+    if i_q is not None and i_q.size:
+        out["i_rms_A"] = float(np.sqrt(np.mean(i_q**2 + (i_d**2 if i_d is not None else 0))))
+    if w is not None and w.size:
+        out["w_rms_rad_s"] = float(np.sqrt(np.mean(w**2)))
+    return out
+
+
+def _number(x: str | None) -> float | None:
+    return float(x) if x else None
+
+
+def empty_row(**known: Any) -> dict[str, Any]:
+    return dict.fromkeys(SCHEMA.names) | {"faults": []} | known
+
+
+def _fit(log: Any, settings: Settings, papers: Mapping[str, str], regime: str) -> dict[str, Any]:
+    import dqwatch
+
+    options: dict[str, Any] = {}
+    if poles := _number(papers.get("pole_pairs")):
+        options["pole_pairs"] = int(poles)
+    if gear := _number(papers.get("gear")):
+        options["gear"] = gear
+    if regime:
+        options["machine"] = {"log": {"regime": regime}}
+    found: dict[str, Any] = json.loads(dqwatch.fit(log, progress=False, **options).to_json())
+    if found["regime"] == "mechanical":
+        # What a bearing drags with is not viscous alone.
+        found = json.loads(dqwatch.fit(log, progress=False, effects=["coulomb_friction"], **options).to_json())
+    return found
+
+
+def _faults(log: Any, papers: Mapping[str, str]) -> list[str]:
+    """What the monitor says of rows of single periods; an event it names, once."""
+    import dqwatch
+
+    poles = _number(papers.get("pole_pairs"))
+    events = dqwatch.monitor(log, progress=False, pole_pairs=int(poles) if poles else None).events
+    return sorted({str(e.fault) for e in events})
+
+
+def _fill(row: dict[str, Any], found: Mapping[str, Any]) -> None:
+    row["rows"], row["regime"] = found.get("rows"), found.get("regime")
+    for axis in found.get("residual", {}).get("axes", []):
+        if (name := f"residual_{axis['axis']}_percent") in row:
+            row[name] = axis["percent"]
+    values = dict(found["parameters"])
+    for effect in found.get("effects", []):
+        if effect["name"] == "dead_time" and "voltage_V" in effect["parameters"]:
+            values["dead_time_V"] = effect["parameters"]["voltage_V"]
+        if effect["name"] == "coulomb_friction" and "torque_Nm" in effect["parameters"]:
+            values["coulomb_Nm"] = effect["parameters"]["torque_Nm"]
+    for p in PARAMETERS:
+        if p in values and not values[p].get("given"):
+            row[p], row[f"{p}_sd"] = float(values[p]["value"]), float(values[p]["sd"])
+            row[f"{p}_usable"] = bool(values[p].get("usable", 3 * values[p]["sd"] < 0.1 * abs(values[p]["value"])))
+    if "pole_pairs" in values and values["pole_pairs"]["value"] is not None:
+        row["pole_pairs"] = float(values["pole_pairs"]["value"])
+    usable = [p for p in PARAMETERS if row[f"{p}_usable"]]
+    row["verdict"] = "good" if usable else "weak" if any(row[p] is not None for p in PARAMETERS) else "nothing"
+    why = [f"{p}: {values[p]['why']}" for p in PARAMETERS if p in values and values[p].get("why")]
+    why += [f"{n['name']}: {n['why']}" for n in found.get("not_identifiable", [])]
+    row["why"] = "; ".join(why)
+    row["rows_used"] = row["rows"]
+    for note in found.get("notes", []):
+        if note.startswith("polled: ") and " of " in note:
+            row["rows_used"] = int(note.split()[1])
+
+
+def window_row(log: pa.Table | str, settings: Settings, papers: Mapping[str, str], **known: Any) -> dict[str, Any]:
+    """The row of one window. `log`: its channels (see channels()), or the path of a file that dqwatch reads itself.
+
+    Never raises for what a log holds: the row then says why not.
+    """
+    row = empty_row(settings=settings.digest(), **known)
+    try:
+        regime = _regime(log, settings) if isinstance(log, pa.Table) else settings.regime
+        _fill(row, _fit(log, settings, papers, regime))
+        if row["regime"] == "dynamic":
+            row["faults"] = _faults(log, papers)
+    except Exception as error:  # of any kind: one log stops nothing
+        row["verdict"], row["why"] = "not_fitted", str(error).strip() or type(error).__name__
+    if isinstance(log, pa.Table):
+        row |= _means(log)
+        row["rows"] = log.num_rows
+    return row
+
+
+def rows_table(rows: list[dict[str, Any]]) -> pa.Table:
+    return pa.Table.from_pylist(rows, schema=SCHEMA)
