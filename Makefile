@@ -217,6 +217,11 @@ live:
 	@BUILD=$(BUILD) .ci/live
 	@$(BUILD)/live/bin/dqwatch live --demo $(if $(LISTEN),--listen $(LISTEN))
 
+## python-fresh the stable-ABI wheel in a bare Debian 13, on its own Python. As root
+.PHONY: python-fresh
+python-fresh:
+	@BUILD=$(BUILD) .ci/python-fresh
+
 ## imperfections  what each imperfection of a drive does to the parameters, one simulated log each, into docs/imperfections.md
 .PHONY: imperfections
 imperfections: $(BUILD)/dqwatch

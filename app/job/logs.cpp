@@ -111,7 +111,7 @@ Log joined(const Files& source, const ReadOptions& options)
 }
 
 /// Of polled logs the settled rows, as settled points; others as they are.
-std::vector<Log> settled(const std::vector<Log>& logs, std::vector<std::string>& notes)
+std::vector<Log> settled(std::vector<Log> logs, std::vector<std::string>& notes)
 {
     if (logs.empty() || logs.front().regime != Regime::polled) return logs;
     const std::vector<Log> out = with_logs(logs, [&] { return settled_logs(logs); });
@@ -177,7 +177,9 @@ std::vector<Log> read_logs(const std::vector<std::string>& paths, const Options&
     Machine machine;
     for (const Log& log : logs) complete(machine, log.machine);
     for (Log& log : logs) log.machine = machine;
-    return polled ? logs : settled(logs, notes);
+    // Moved, for a copy of a long log would be as much memory again.
+    if (polled) return logs;
+    return settled(std::move(logs), notes);
 }
 
 InputError refused(const Log& log, std::string what)

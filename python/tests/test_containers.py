@@ -140,6 +140,7 @@ def test_hdf5(log: dict[str, Any], tmp_path: Path) -> None:
     path = tmp_path / "log.h5"
     with h5py.File(path, "w") as file:
         file["setting"] = np.arange(7.0)
+        file["run/drive/gains"] = np.arange(3.0)
         for name in NAMES:
             file[f"run/drive/{name}"] = log[name]
     same(path, log, "run/drive")

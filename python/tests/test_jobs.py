@@ -78,19 +78,12 @@ def test_fit_finds_the_truth(servo: dqwatch.SimResult) -> None:
     assert found.parameters["psi_Wb"].unit == "Wb" and found.parameters["pole_pairs"].given
 
 
-def test_a_log_at_one_speed_is_not_usable() -> None:
-    still = dqwatch.simulate(
-        profile={
-            **{"control": "current", "shaft": "imposed", "speed_rad_s": 50.0},
-            **{"i_d_A": 0.0, "i_q_A": 3.0, "v_d_V": 0.0, "v_q_V": 0.0},
-        },
-        duration_s=0.3,
-    )
-    found = dqwatch.fit(still, pole_pairs=4)
-    assert found.verdict != "usable"
-    lost = {n.name for n in found.not_identifiable} | {p.name for p in found.parameters.values() if not p.usable}
-    assert "psi_Wb" in lost or "R_ohm" in lost
-    assert all(n.why for n in found.not_identifiable)
+def test_what_a_log_cannot_tell(servo: dqwatch.SimResult) -> None:
+    found = dqwatch.fit(servo, pole_pairs=4, parameters=["R_ohm", "J_kgm2"])
+    assert found.verdict == "partly_usable" and "J_kgm2" not in found.parameters
+    (lost,) = found.not_identifiable
+    assert lost.name == "J_kgm2" and lost.why and lost.excitation
+    assert dqwatch.fit(servo, pole_pairs=4, parameters=["J_kgm2"]).verdict == "not_usable"
 
 
 def test_trace_names_dead_time() -> None:
