@@ -87,7 +87,8 @@ static dqw_monitor watching(test_random *r)
     m.watch.reversals = (uint8_t)(random_bits(r) % (DQW_WATCH_REVERSALS_MOST + 1));
     m.estimator.segment.segments = (uint16_t)(random_bits(r) % 2 ? 19 : 20);
     for (int i = 0; i < 2; i++)
-        m.watch.followed[i] = (uint16_t)((m.estimator.number >> DQW_WATCH_FOLLOW_SHIFT) - random_bits(r) % 40);
+        m.watch.followed[i] = (uint16_t)((m.estimator.number >> DQW_WATCH_FOLLOW_SHIFT) -
+                                         (random_bits(r) % 2 ? 0 : random_bits(r) % 40));
     return m;
 }
 
@@ -240,6 +241,34 @@ static void test_a_look(void)
     }
 }
 
+// (E64): each change over its deviation, of a third of a band at least; parts of the healthy values, of dead time
+// volts, of the angle radians.
+static dqw_fault_verdict named(const dqw_monitor *m)
+{
+    float change[DQW_SIGNS];
+    float unit[DQW_SIGNS];
+    for (int i = 0; i < DQW_WATCH_FRICTION; i++) {
+        dqw_monitor_channel_value x;
+        dqw_monitor_read_channel(m, i, &x);
+        const double least = hypot((double)x.sd, band_of(m, i) / 3);
+        const bool known = (double)x.sd < (double)DQW_UNKNOWN;
+        if (i < DQW_WATCH_OFFSET) {
+            const double of = i == DQW_WATCH_DEAD_TIME ? 1 : (double)m->healthy.weight[i == DQW_WATCH_ANGLE ? 3 : i];
+            change[i] = (float)((value(m, i) - (double)m->healthy.weight[i]) / of);
+            unit[i] = known ? (float)(least / fabs(of)) : DQW_UNKNOWN;
+        } else {
+            const int k = i - DQW_WATCH_OFFSET;
+            float *at = &change[DQW_SIGN_OFFSET_RE + 2 * k];
+            at[0] = m->witness.re[k] - m->healthy.re[k], at[1] = m->witness.im[k] - m->healthy.im[k];
+            unit[DQW_SIGN_OFFSET_RE + 2 * k] = unit[DQW_SIGN_OFFSET_RE + 2 * k + 1] = known ? (float)least
+                                                                                            : DQW_UNKNOWN;
+        }
+    }
+    const dqw_fault_machine machine = {m->healthy.weight[DQW_R],
+                                       (m->healthy.weight[DQW_LD] + m->healthy.weight[DQW_LQ]) / 2};
+    return dqw_fault_name_it(change, unit, machine);
+}
+
 // What is named: its channel as it is read, since when it has shown, and the fault; then all is healthy as it is now.
 static void test_what_is_named(void)
 {
@@ -297,6 +326,13 @@ static void test_what_is_named(void)
                                    : hypot((double)x->healthy.re[w], (double)x->healthy.im[w]);
         alike((float)healthy, c.healthy, "healthy");
         faults[c.fault.name]++;
+        if (channel != DQW_WATCH_FRICTION) {
+            const dqw_fault_verdict v = named(x);
+            const bool sure = v.confidence >= 0.65f;
+            if (fabsf(v.confidence - 0.65f) > 1e-3f) HOLDS(c.fault.name == (sure ? v.name : DQW_FAULT_UNKNOWN));
+            BETWEEN((double)v.confidence - 1e-3, c.fault.confidence, (double)v.confidence + 1e-3);
+            if (sure) HOLDS(c.fault.phase == v.phase);
+        }
         if (channel == DQW_WATCH_FRICTION) {
             HOLDS(c.fault.name == (now.change > 0 ? DQW_FAULT_BEARING_WEAR : DQW_FAULT_UNKNOWN));
             if (now.change > 0) {

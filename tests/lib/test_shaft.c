@@ -193,6 +193,8 @@ static void test_a_configuration_from_a_nameplate(void)
     for (int k = 0; k < 5; k++) {
         const dqw_shaft_config c = dqw_shaft_config_default(&bad[k]);
         REFUSED(m, refused[k], dqw_shaft_init(&m, &c));
+        // Of a period that is none nothing is a number of pairs.
+        HOLDS((c.half_window == 0) == (k < 3));
     }
     const dqw_shaft_config none = dqw_shaft_config_default(NULL);
     REFUSED(m, DQW_ERR_DT, dqw_shaft_init(&m, &none));

@@ -100,7 +100,8 @@ static dqw_monitor_q15 watching(test_random *r)
     m.watch.reversals = (uint8_t)(random_bits(r) % (DQW_WATCH_REVERSALS_MOST + 1));
     m.estimator.segment.segments = (uint16_t)(random_bits(r) % 2 ? 19 : 20);
     for (int i = 0; i < 2; i++)
-        m.watch.followed[i] = (uint16_t)((m.estimator.number >> DQW_WATCH_FOLLOW_SHIFT) - random_bits(r) % 40);
+        m.watch.followed[i] = (uint16_t)((m.estimator.number >> DQW_WATCH_FOLLOW_SHIFT) -
+                                         (random_bits(r) % 2 ? 0 : random_bits(r) % 40));
     return m;
 }
 
@@ -262,6 +263,35 @@ static void test_a_look(void)
     }
 }
 
+// (E64): each change over its deviation, of a third of a band at least; parts of the healthy values, of dead time in
+// its unit, of the angle radians.
+static dqw_fault_verdict_q15 named(const dqw_monitor_q15 *m)
+{
+    int32_t change_q24[DQW_SIGNS];
+    int32_t unit_q24[DQW_SIGNS];
+    for (int i = 0; i < DQW_WATCH_FRICTION; i++) {
+        dqw_monitor_channel_q15 x;
+        dqw_monitor_read_channel_q15(m, i, &x);
+        const double least = hypot(x.sd / Q24, band_of(m, i) / 3);
+        const bool known = x.sd != INT32_MAX;
+        if (i < DQW_WATCH_OFFSET) {
+            const double of = i == DQW_WATCH_DEAD_TIME ? 1 : m->healthy.weight_q24[i == DQW_WATCH_ANGLE ? 3 : i] / Q24;
+            change_q24[i] = rounded((value(m, i) * Q24 - m->healthy.weight_q24[i]) / of);
+            unit_q24[i] = known ? rounded(least / fabs(of) * Q24) : INT32_MAX;
+        } else {
+            const int k = i - DQW_WATCH_OFFSET;
+            const int at = DQW_SIGN_OFFSET_RE + 2 * k;
+            change_q24[at] = rounded((m->witness.re_q28[k] - m->healthy.re_q28[k]) / 16.0);
+            change_q24[at + 1] = rounded((m->witness.im_q28[k] - m->healthy.im_q28[k]) / 16.0);
+            unit_q24[at] = unit_q24[at + 1] = known ? rounded(least * Q24) : INT32_MAX;
+        }
+    }
+    const int32_t *h = m->healthy.weight_q24;
+    const dqw_fault_machine_q15 machine = {h[DQW_R], dqw_witness_mean_L_q24(&config.estimator, h[DQW_LD], h[DQW_LQ]),
+                                           dqw_witness_short_q40(&config.estimator)};
+    return dqw_fault_name_it_q15(change_q24, unit_q24, machine);
+}
+
 // What is named: its channel as it is read, since when it has shown, and the fault; then all is healthy as it is now.
 static void test_what_is_named(void)
 {
@@ -321,6 +351,13 @@ static void test_what_is_named(void)
                                    : hypot(x->healthy.re_q28[w] / 16.0, x->healthy.im_q28[w] / 16.0);
         alike(llrint(healthy), c.healthy_q40 / 65536, "healthy");
         faults[c.fault.name]++;
+        if (channel != DQW_WATCH_FRICTION) {
+            const dqw_fault_verdict_q15 v = named(x);
+            const bool sure = v.confidence_q15 >= 21299;
+            if (abs(v.confidence_q15 - 21299) > 32) HOLDS(c.fault.name == (sure ? v.name : DQW_FAULT_UNKNOWN));
+            BETWEEN(v.confidence_q15 - 32, c.fault.confidence_q15, v.confidence_q15 + 32);
+            if (sure) HOLDS(c.fault.phase == v.phase);
+        }
         if (channel == DQW_WATCH_FRICTION) {
             HOLDS(c.fault.name == (now.change > 0 ? DQW_FAULT_BEARING_WEAR : DQW_FAULT_UNKNOWN));
             if (now.change > 0) {
