@@ -210,7 +210,7 @@ strangers:
 python: $(BUILD)/dqwatch
 	@BUILD=$(BUILD) DQWATCH_COMMAND=$(CURDIR)/$(BUILD)/dqwatch .ci/python
 
-## live         two simulated motors on a page of port 8600, one of which fails after a minute; Ctrl-C ends it
+## live         two simulated motors on a page, one of which fails after a minute; Ctrl-C ends it; LISTEN=HOST:PORT
 .PHONY: live
 live:
 	@.ci/install build

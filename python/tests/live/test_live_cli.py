@@ -1,0 +1,86 @@
+"""`dqwatch live CONFIG.toml` as a program: it ends when told, goes on when killed, and refuses in one line."""
+
+from __future__ import annotations
+
+import json
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from joints import MACHINE
+
+CONFIG = """[live]
+state = "state"
+[motor.m]
+machine = {{ {machine} }}
+[[source]]
+kind = "file"
+path = "log.csv"
+format = "csv"
+motor = "m"
+"""
+
+
+def start(config: Path) -> subprocess.Popen[str]:
+    command = [sys.executable, "-c", "import sys; from dqwatch.live import main; sys.exit(main(sys.argv[1:]))"]
+    return subprocess.Popen(
+        [*command, str(config), "--no-page"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+
+
+def saved(folder: Path) -> dict[str, object]:
+    path = folder / "state" / "m.state"
+    if not path.exists():
+        return {}
+    head: dict[str, object] = json.loads(path.read_bytes().split(b"\n")[1])
+    return head
+
+
+def test_killed_and_begun_again_as_a_program(failing: Path, tmp_path: Path) -> None:
+    from test_live_sources import wait_for
+
+    config = tmp_path / "live.toml"
+    config.write_text(CONFIG.format(machine=", ".join(f"{k} = {v!r}" for k, v in MACHINE.items())))
+    lines = failing.read_text().splitlines(keepends=True)
+    log = tmp_path / "log.csv"
+    # The fault is in the first part: its event is saved as it is named.
+    log.write_text("".join(lines[:24_001]))
+    first = start(config)
+    wait_for(lambda: saved(tmp_path).get("event_count") == 1, 120)
+    first.kill()
+    first.communicate()
+    with log.open("a") as file:
+        file.write("".join(lines[24_001:]))
+    second = start(config)
+    rows = len(lines) - 1
+    # It saves when it ends; what it has read by then is for it to say.
+    wait_for(lambda: saved(tmp_path).get("counts", {}).get("rows") == rows, 120)  # type: ignore[attr-defined]
+    second.send_signal(signal.SIGTERM)
+    out, err = second.communicate(timeout=60)
+    assert second.returncode == 0, err
+    assert "1 of 1 motors go on where they were" in out
+    assert f"m: {rows} rows, 1 events" in out and "demagnetisation" in out
+    assert saved(tmp_path)["event_count"] == 1
+
+
+@pytest.mark.parametrize(
+    ("text", "why"),
+    [
+        ("", "no motor"),
+        ("[motor.m]\n", "no machine"),
+        ("[motor.m]\nmachine = {}\n", "no period_s"),
+        ("[motor.m]\nmachine = { period_s = 1 }\n", "lacks"),
+        ("x = 1\n", "unknown x"),
+        ("[live\n", "not TOML"),
+        ("[motor.m]\nmachine = 'none.toml'\n", "none.toml"),
+    ],
+)
+def test_what_cannot_be_is_refused_in_one_line(text: str, why: str, tmp_path: Path) -> None:
+    config = tmp_path / "live.toml"
+    config.write_text(text)
+    done = start(config)
+    _, err = done.communicate(timeout=60)
+    assert done.returncode == 3 and why in err and err.count("\n") == 1, err
+    assert "Traceback" not in err
