@@ -242,7 +242,7 @@ blind:
 ## docs         the documentation site into build/site/html: pages, equations typeset, C and Python reference, notebooks run; links checked
 .PHONY: docs
 docs:
-	@.ci/install build docs
+	@.ci/install build python docs
 	@$(MAKE) --no-print-directory all $(BUILD)/docs/site/catalogue
 	@BUILD=$(BUILD) docs/site/build
 

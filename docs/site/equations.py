@@ -42,6 +42,7 @@ class Node:
     big: bool = False  # a sum or an integral
     fenced: bool = False  # stands in brackets of its own
     applied: bool = False  # a function with its brackets
+    listed: bool = False  # a sign that belongs to the number behind it, in a list of numbers
 
     def mathml(self) -> str:
         if not self.children:
@@ -60,8 +61,12 @@ def row_mathml(nodes: list[Node]) -> str:
         before = nodes[n - 1] if n else None
         if before is not None and "mo" not in (node.kind, before.kind):
             if node.spaced or before.function or node.function or before.applied:
-                wide = len(before.text) > 2 and not before.function or len(node.text) > 2 and not node.function
-                out += f'<mspace width="{"0.28em" if wide else "0.14em"}"/>'
+                wide = before.function or len(before.text) > 2 or len(node.text) > 2 and not node.function
+                # Numbers of a list, `1 −4 6`, must not become one.
+                width = 0.6 if before.kind == node.kind == "mn" else 0.3 if wide else 0.14
+                out += f'<mspace width="{width}em"/>'
+        elif before is not None and node.listed:
+            out += '<mspace width="0.6em"/>'
         out += node.mathml()
     return out
 
@@ -227,6 +232,12 @@ class Reader:
                 above += self.exponent()
             elif marks := self.take("'+"):
                 above.append(mo("′" * len(marks)))
+            elif self.peek() == "!":
+                # Of all that stands before it, which a fraction's bar must not part from it.
+                self.at += 1
+                node = Node("mrow", [node, mo("!", ' lspace="0" rspace="0"')])
+                plain_end = self.at
+                nodes = [*nodes[:-1], node]
             elif self.peek() == "*" and (self.at + 1 == len(self.text) or not self.text[self.at + 1].isalnum()):
                 self.at += 1
                 above.append(mo("∗"))
@@ -290,6 +301,9 @@ def signed(nodes: list[Node]) -> list[Node]:
         if node.kind == "mo" and node.text in ("−", "+", "±", "∓") and n + 1 < len(nodes):
             if n == 0 or (ends_term(nodes[n - 1]) and nodes[n - 1].text != "|"):
                 node.attributes = ' form="prefix" lspace="0" rspace="0"'
+            elif node.spaced and not nodes[n + 1].spaced and nodes[n - 1].kind == "mn":
+                node.attributes = ' form="prefix" lspace="0" rspace="0"'
+                node.listed = True
     return nodes
 
 
@@ -353,8 +367,19 @@ def weight(nodes: list[Node]) -> int:
     return sum(1 if not n.children else weight(n.children) for n in nodes)
 
 
+def opened(node: Node) -> list[Node]:
+    """A long bracket as what stands in it, so that a line may end within."""
+    if not node.fenced or weight([node]) <= 3 * SHORT:
+        return [node]
+    first, *inner, last = node.children
+    fixed = [mo(first.text, ' stretchy="false" form="prefix"'), *inner, mo(last.text, ' stretchy="false" form="postfix"')]
+    fixed[0].spaced = node.spaced
+    return fixed
+
+
 def pieces(nodes: list[Node]) -> list[list[Node]]:
     """A long row in parts that a line may end behind."""
+    nodes = [part for node in nodes for part in opened(node)]
     out: list[list[Node]] = [[]]
     for n, node in enumerate(nodes):
         breaks = node.kind == "mo" and node.text in BREAKS and n > 0
@@ -399,7 +424,7 @@ def is_code(span: str) -> bool:
 
 
 SUBSCRIPTED = re.compile(
-    rf"(?<![\w`/.&#-])Δ?{L}[\u0300-\u036f]?_(?:\{{[^}}]*\}}|(?:{L}|\d){{1,6}}(?:,[ik](?!\w))?)[²³⁴]?(?![\w/`(=])")
+    rf"(?<![\w`/.&#-])Δ?{L}[\u0300-\u036f]?'?_(?:\{{[^}}]*\}}|(?:{L}|\d){{1,6}}(?:,[ik](?!\w))?)[²³⁴]?(?![\w/`(=])")
 
 
 def typeset_page(text: str) -> str:

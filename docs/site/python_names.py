@@ -15,7 +15,7 @@ PAGE = pathlib.Path(__file__).parent / "pages/python.md"
 
 def unlisted() -> list[str]:
     """Names that dqwatch offers and the reference does not have."""
-    listed = set(re.findall(r"\w+", " ".join(re.findall(r"members: \[(.*)\]", PAGE.read_text()))))
+    listed = set(re.findall(r"^::: dqwatch\.(\w+)$", PAGE.read_text(), re.M))
     return [name for name in dqwatch.__all__ if name not in listed and not name.startswith("_")]
 
 

@@ -108,6 +108,15 @@ def equation_page(text: str) -> str:
     return re.sub(r"^\*\*\(E(\d+)\)\*\*", r'<span class="entry" id="e\1" markdown="span">**(E\1)**</span>', text, flags=re.M)
 
 
+LIST = re.compile(r"^(?![-*|#>\d ]|$)(.*\n)(?=(?:[-*]|1\.) )", re.M)
+
+
+def lists(text: str) -> str:
+    """An empty line before a list, which GitHub does without."""
+    parts = re.split(r"(^ *```.*?^ *``` *$)", text, flags=re.S | re.M)
+    return "".join(part if n % 2 else LIST.sub(r"\1\n", part) for n, part in enumerate(parts))
+
+
 def formats_page(program: str) -> str:
     rows = json.loads(subprocess.run([program, "formats", "--json"], check=True, capture_output=True, text=True).stdout)
     listed = "\n".join(f"| `{row['name']}` | {row['about']} |" for row in rows["formats"])
@@ -125,7 +134,7 @@ def write(args: argparse.Namespace) -> None:
     pages = sources()
     known = set(re.findall(r"^\*\*\(E(\d+)\)\*\*", (ROOT / "docs/EQUATIONS.md").read_text(), re.M))
     made = {page: (ROOT / source).read_text() for source, page in pages.items()}
-    made = {page: linked(source, made[page], pages, out) for source, page in pages.items()}
+    made = {page: linked(source, lists(made[page]), pages, out) for source, page in pages.items()}
     catalogue = [subprocess.run([args.catalogue, what], check=True, capture_output=True, text=True).stdout
                  for what in ("effects", "faults")]
     made |= {"formats.md": formats_page(args.dqwatch), "effects.md": catalogue[0], "faults.md": catalogue[1],

@@ -50,6 +50,7 @@ BY_HAND = {
     "∫_0^π f": "underover(∫;0;π)f",
     "jw_e v": "jsub(w;e)v",
     "x = d cosθ": "x=dcosθ",
+    "Σ (−z)^n/(n + 1)!": "∑frac(sup((−z);n);(n+1)!)",
 }
 
 # Of these the value is computed twice. Letters are one name each.
