@@ -9,8 +9,7 @@ import pytest
 
 
 def looked_at(page, folder, script, width=1280, height=900):
-    """The JSON that `script` gives once the page is ready; the console must be silent. Skips without Chromium.
-    """
+    """The JSON that `script` gives once the page is ready; the console must be silent. Skips without Chromium."""
     if not shutil.which("chromium") or subprocess.run(["chromium", "--version"], capture_output=True).returncode:
         pytest.skip("no chromium here; make tools installs it")
     probe = (
@@ -26,14 +25,31 @@ def looked_at(page, folder, script, width=1280, height=900):
     digest = base64.b64encode(hashlib.sha256(probe.encode()).digest()).decode()
     # The page's own policy stands; it is told of this one script.
     text = page.replace("script-src '", f"script-src 'sha256-{digest}' '", 1).replace(
-        "</body>", f"<script>{probe}</script></body>")
+        "</body>", f"<script>{probe}</script></body>"
+    )
     path = folder / "probed.html"
     path.write_text(text, encoding="utf-8")
     run = subprocess.run(
-        ["chromium", "--headless=new", "--no-sandbox", "--no-first-run", "--disable-gpu", "--hide-scrollbars",
-         "--disable-dev-shm-usage", "--disable-extensions", f"--user-data-dir={folder / 'profile'}",
-         "--enable-logging=stderr", "--virtual-time-budget=20000", f"--window-size={width},{height}", "--dump-dom",
-         f"file://{path}"], capture_output=True, text=True, timeout=300)
+        [
+            "chromium",
+            "--headless=new",
+            "--no-sandbox",
+            "--no-first-run",
+            "--disable-gpu",
+            "--hide-scrollbars",
+            "--disable-dev-shm-usage",
+            "--disable-extensions",
+            f"--user-data-dir={folder / 'profile'}",
+            "--enable-logging=stderr",
+            "--virtual-time-budget=20000",
+            f"--window-size={width},{height}",
+            "--dump-dom",
+            f"file://{path}",
+        ],
+        capture_output=True,
+        text=True,
+        timeout=300,
+    )
     assert "CONSOLE" not in run.stderr, run.stderr
     found = re.search(r'<pre id="probe">(.*?)</pre>', run.stdout, re.S)
     assert found, run.stderr[-2000:]

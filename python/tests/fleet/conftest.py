@@ -1,12 +1,23 @@
 """The fleet's tests need its extra; without, they are skipped by name. One small fleet serves many of them."""
 
 import dataclasses
+import importlib.util
 import pathlib
 
 import pytest
 
-for module in ("scipy", "duckdb", "pyarrow"):
-    pytest.importorskip(module, reason=f"no {module}; pip install 'dqwatch[fleet]'")
+MISSING = [m for m in ("scipy", "duckdb", "pyarrow") if importlib.util.find_spec(m) is None]
+
+
+def pytest_ignore_collect(collection_path, config):
+    """Says by name what stays away, and why."""
+    if not MISSING or not collection_path.name.startswith("test_"):
+        return None
+    if reporter := config.pluginmanager.get_plugin("terminalreporter"):
+        reporter.write_line(
+            f"skipped: fleet/{collection_path.name}, no {', '.join(MISSING)}; pip install 'dqwatch[fleet]'"
+        )
+    return True
 
 
 @dataclasses.dataclass

@@ -77,7 +77,9 @@ def test_a_site_whose_supply_sags_is_no_fault_of_its_motors(whole):
     fleet, c = whole
     assert {(x.key, x.label, x.parameter) for x in c.common} == {("site", fleet.sagging_site, "dead_time_V")}
     change = np.array(c.common[0].change)
-    assert np.mean(change[fleet.sag_week:]) - np.mean(change[:fleet.sag_week]) == pytest.approx(np.log(0.92), abs=0.02)
+    assert np.mean(change[fleet.sag_week :]) - np.mean(change[: fleet.sag_week]) == pytest.approx(
+        np.log(0.92), abs=0.02
+    )
     at = {m.name for m in fleet.members if m.site == fleet.sagging_site and not m.planted}
     assert not at & {s.motor for s in c.standing}
 

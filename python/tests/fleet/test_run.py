@@ -7,12 +7,12 @@ import subprocess
 import sys
 import time
 
-import dqwatch
-import dqwatch.fleet
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
+import dqwatch
+import dqwatch.fleet
 from dqwatch.fleet import run as runs
 from dqwatch.fleet.sources import day_of, papers_of, sources
 from dqwatch.fleet.store import Store
@@ -24,8 +24,12 @@ def rows_of(out):
 
 
 def start(logs, out):
-    return subprocess.Popen([sys.executable, "-m", "dqwatch", "fleet", str(logs), "--out", str(out), "--threads", "1"],
-                            stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    return subprocess.Popen(
+        [sys.executable, "-m", "dqwatch", "fleet", str(logs), "--out", str(out), "--threads", "1"],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
 
 
 def test_each_window_is_what_fit_says_of_its_log(small):
@@ -73,7 +77,9 @@ def test_a_log_that_was_replaced_counts_once(small, tmp_path):
     os.utime(path, ns=(time.time_ns() + 10**9,) * 2)
     table = dqwatch.fleet(logs, tmp_path / "out").windows
     assert table.num_rows == 3
-    assert [r for r, w in zip(table["rows"].to_pylist(), table["window"].to_pylist()) if w == "2026-01-12"] == [300]
+    assert [
+        r for r, w in zip(table["rows"].to_pylist(), table["window"].to_pylist(), strict=False) if w == "2026-01-12"
+    ] == [300]
 
 
 def test_what_cannot_be_read_is_a_row_and_stops_nothing(small, tmp_path):
@@ -204,8 +210,14 @@ def test_windows_of_csv_files_and_folders(small, tmp_path):
     folder.mkdir()
     t = pq.ParquetFile(small.logs / "motor=M00001" / "2026-01-12.parquet").read()
     names = t.column_names
-    (folder / "2026-03-01 a.csv").write_text("\n".join(
-        [",".join(names), *(",".join(map(repr, row)) for row in zip(*(t[n].to_pylist() for n in names)))]))
+    (folder / "2026-03-01 a.csv").write_text(
+        "\n".join(
+            [
+                ",".join(names),
+                *(",".join(map(repr, row)) for row in zip(*(t[n].to_pylist() for n in names), strict=False)),
+            ]
+        )
+    )
     (tmp_path / "motors.csv").write_text("motor,type,pole_pairs\npump 7,J24,4\n")
     table = dqwatch.fleet(tmp_path, tmp_path.parent / "out", regime="polled").windows
     row = table.to_pylist()[0]
@@ -216,13 +228,17 @@ def test_windows_of_csv_files_and_folders(small, tmp_path):
 
 def test_the_schema_has_what_is_promised():
     assert {"motor", "window", "verdict", "why", "faults", "rows_used", "R_ohm", "R_ohm_sd", "R_ohm_usable"} <= set(
-        SCHEMA.names)
+        SCHEMA.names
+    )
 
 
-@pytest.mark.parametrize("arguments, says", [
-    (["nowhere"], "nowhere: no logs"),
-    ([".", "--memory", "much"], "expected a number and a unit"),
-])
+@pytest.mark.parametrize(
+    "arguments, says",
+    [
+        (["nowhere"], "nowhere: no logs"),
+        ([".", "--memory", "much"], "expected a number and a unit"),
+    ],
+)
 def test_refusals_are_one_line(tmp_path, arguments, says, capsys):
     from dqwatch.fleet.main import main
 

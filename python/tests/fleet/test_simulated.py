@@ -2,10 +2,10 @@
 
 import dataclasses
 
-import dqwatch
 import numpy as np
 import pytest
 
+import dqwatch
 from dqwatch.fleet.simulated.drive import Wire, Wrong, polled_log, torque_Nm, voltages
 from dqwatch.fleet.simulated.planted import TYPES, drawn
 from dqwatch.fleet.simulated.write import coast_log, coasting
@@ -24,17 +24,39 @@ def test_its_voltages_are_the_simulators(number):
     each = round(hold_s / 0.01)
     sim = dqwatch.simulate(
         {"R_ohm": m.R_ohm, "Ld_H": m.Ld_H, "Lq_H": m.Lq_H, "psi_Wb": m.psi_Wb, "pole_pairs": m.pole_pairs},
-        profile={"t_s": 0.01 * np.arange(holds * each), "i_d_A": np.zeros(holds * each), "i_q_A": np.repeat(i_q, each),
-                 "speed_rad_s": np.repeat(w, each), "v_d_V": 0.0, "v_q_V": 0.0, "control": "current", "shaft": "imposed"},
-        scenario="servo_ideal", progress=False,
-        settings={"drive.v_dc_V": 2 * m.v_dc_V, "nonideal.dead_time_V": m.dead_time_V,
-                  "nonideal.dead_time_width_A": 0.01 * m.load_Nm / np.max(np.abs(i_q))})
+        profile={
+            "t_s": 0.01 * np.arange(holds * each),
+            "i_d_A": np.zeros(holds * each),
+            "i_q_A": np.repeat(i_q, each),
+            "speed_rad_s": np.repeat(w, each),
+            "v_d_V": 0.0,
+            "v_q_V": 0.0,
+            "control": "current",
+            "shaft": "imposed",
+        },
+        scenario="servo_ideal",
+        progress=False,
+        settings={
+            "drive.v_dc_V": 2 * m.v_dc_V,
+            "nonideal.dead_time_V": m.dead_time_V,
+            "nonideal.dead_time_width_A": 0.01 * m.load_Nm / np.max(np.abs(i_q)),
+        },
+    )
     for k in range(holds):
         settled = (sim["t_s"] > hold_s * (k + 0.5)) & (sim["t_s"] < hold_s * (k + 0.9))
         mean = {name: np.array([np.mean(sim[name][settled])]) for name in sim.keys()}
         assert mean["w_m_rad_s"][0] == pytest.approx(w[k], rel=1e-3)
-        v_d, v_q = voltages(m, m.pole_pairs * mean["w_m_rad_s"], mean["i_d_A"], mean["i_q_A"], np.zeros(1), np.zeros(1),
-                            25.0, 25.0, m.v_dc_V)
+        v_d, v_q = voltages(
+            m,
+            m.pole_pairs * mean["w_m_rad_s"],
+            mean["i_d_A"],
+            mean["i_q_A"],
+            np.zeros(1),
+            np.zeros(1),
+            25.0,
+            25.0,
+            m.v_dc_V,
+        )
         size = np.hypot(v_d, v_q)[0]
         assert mean["v_q_V"][0] == pytest.approx(v_q[0], abs=0.004 * size)
         # The ripple that dead time makes of six a turn turns the voltage a little; measured 0.65 % at most.
@@ -48,7 +70,8 @@ def test_its_power_is_the_shafts_and_the_losses():
     R = m.R_ohm * (1 + 0.00393 * 35)
     lost = 1.5 * (R + 4 / np.pi * m.dead_time_V / np.hypot(10**0.5, m.ripple_A)) * 10
     assert 1.5 * (v_d * i_d + v_q * i_q) == pytest.approx(
-        torque_Nm(m, i_d, i_q, 50.0) * w_e / m.pole_pairs + lost, rel=1e-12)
+        torque_Nm(m, i_d, i_q, 50.0) * w_e / m.pole_pairs + lost, rel=1e-12
+    )
 
 
 def test_what_comes_over_the_wire_is_quantised_and_by_the_seed():

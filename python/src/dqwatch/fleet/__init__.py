@@ -1,4 +1,6 @@
-"""``dqwatch fleet``: motors of a fleet compared with each other. The module is the function: ``dqwatch.fleet(logs, out)``.
+"""``dqwatch fleet``: motors of a fleet compared with each other.
+
+The module is the function: ``dqwatch.fleet(logs, out)``.
 
 See :func:`dqwatch.fleet.api.fleet`.
 """

@@ -48,6 +48,7 @@ def weeks_of(motor: Index, day: Array) -> Index:
 
 
 def centred(motor: Index, x: Array, w: Array, motors: int) -> Array:
+    """Values without each motor's weighted mean."""
     sums = np.bincount(motor, w, minlength=motors)
     return np.asarray(x - (np.bincount(motor, w * x, minlength=motors) / np.maximum(sums, 1e-300))[motor])
 
@@ -61,8 +62,9 @@ def scale_of(motor: Index, r: Array, s: Array, parameters: int) -> float:
     return max(spread_of((r / s)[many], np.zeros(int(np.count_nonzero(many))), 0), 1e-6)
 
 
-def at_one_point(parameter: str, motor: Index, motors: int, y: Array, s: Array, temperature_C: Array,
-                 current_A: Array) -> tuple[Array, float, dict[str, Slope]]:
+def at_one_point(
+    parameter: str, motor: Index, motors: int, y: Array, s: Array, temperature_C: Array, current_A: Array
+) -> tuple[Array, float, dict[str, Slope]]:
     """Logarithms y at the median temperature and current; the deviations' scale; the slopes that were used."""
     used: dict[str, Slope] = {}
     flat = tracks(motor, np.zeros(y.size), y, s, motors, flat=True)
@@ -88,8 +90,18 @@ def at_one_point(parameter: str, motor: Index, motors: int, y: Array, s: Array, 
     return y, scale_of(motor, flat.residual, s, 1), used
 
 
-def common_changes(parameter: str, key: str, group: Index, labels: list[str], motor: Index, motors: int, week: Index,
-                   day: Array, y: Array, s: Array) -> tuple[list[Common], Array]:
+def common_changes(
+    parameter: str,
+    key: str,
+    group: Index,
+    labels: list[str],
+    motor: Index,
+    motors: int,
+    week: Index,
+    day: Array,
+    y: Array,
+    s: Array,
+) -> tuple[list[Common], Array]:
     """Groups whose motors change together against all others, and what to take off each window for it.
 
     group[motors] is the label's index or -1; y may be of several types, since each motor is its own reference.
@@ -107,8 +119,18 @@ def common_changes(parameter: str, key: str, group: Index, labels: list[str], mo
         total = total + off
 
 
-def _most_common(parameter: str, key: str, group: Index, labels: list[str], motor: Index, motors: int, week: Index,
-                 day: Array, y: Array, s: Array) -> tuple[Common | None, Array]:
+def _most_common(
+    parameter: str,
+    key: str,
+    group: Index,
+    labels: list[str],
+    motor: Index,
+    motors: int,
+    week: Index,
+    day: Array,
+    y: Array,
+    s: Array,
+) -> tuple[Common | None, Array]:
     off = np.zeros(y.size)
     best: Common | None = None
     r = centred(motor, y, 1 / s**2, motors)
@@ -124,7 +146,7 @@ def _most_common(parameter: str, key: str, group: Index, labels: list[str], moto
         cells = [r[mine & (week == w)] for w in weeks]
         change = np.array([np.median(c) for c in cells])
         # Each window's change has its week's median taken off: what is left is noise.
-        left = np.concatenate([c - m for c, m in zip(cells, change)])
+        left = np.concatenate([c - m for c, m in zip(cells, change, strict=False)])
         noise = 1.4826 * float(np.median(np.abs(left)))
         if noise <= 0:
             continue
@@ -133,9 +155,18 @@ def _most_common(parameter: str, key: str, group: Index, labels: list[str], moto
         if best is not None and square <= best.square:
             continue
         days = tuple(float(np.median(day[mine & (week == w)])) for w in weeks)
-        best = Common(key, label, parameter, days, tuple(map(float, change)), tuple(map(float, sd)),
-                      int(np.unique(motor[mine]).size), float(chi2.sf(square, len(weeks) - 1)), square)
+        best = Common(
+            key,
+            label,
+            parameter,
+            days,
+            tuple(map(float, change)),
+            tuple(map(float, sd)),
+            int(np.unique(motor[mine]).size),
+            float(chi2.sf(square, len(weeks) - 1)),
+            square,
+        )
         off = np.zeros(y.size)
-        for w, c in zip(weeks, change):
+        for w, c in zip(weeks, change, strict=False):
             off[mine & (week == w)] = c
     return best, off

@@ -56,20 +56,69 @@ def write_tables(c: Comparison, folder: Path) -> None:
             out.writerows(rows)
         os.replace(own, folder / name)
 
-    write("standing.csv", ("motor", "type", "cause", "also", "like", "parameter", "what", "off", "sd", "z", "q",
-                           "crosses_day", "from_day", "to_day"),
-          [(s.motor, s.type, s.cause, " ".join(s.also), s.like, x.parameter, x.what, x.off, x.sd, x.z, x.q,
-            *((s.crossing[1:]) if s.crossing and s.crossing[0] == x.parameter and x.what == "drift" else ("", "", "")))
-           for s in c.standing for x in s.signs])
-    write("groups.csv", ("what", "key", "label", "type", "parameter", "off", "sd", "motors", "chance"),
-          [("unlike", u.key, u.label, u.type, u.parameter, u.off, u.sd, len(u.motors), u.q) for u in c.unlike]
-          + [("together", x.key, x.label, "", x.parameter, max(x.change) - min(x.change), max(x.sd), x.motors, x.p)
-             for x in c.common])
+    write(
+        "standing.csv",
+        (
+            "motor",
+            "type",
+            "cause",
+            "also",
+            "like",
+            "parameter",
+            "what",
+            "off",
+            "sd",
+            "z",
+            "q",
+            "crosses_day",
+            "from_day",
+            "to_day",
+        ),
+        [
+            (
+                s.motor,
+                s.type,
+                s.cause,
+                " ".join(s.also),
+                s.like,
+                x.parameter,
+                x.what,
+                x.off,
+                x.sd,
+                x.z,
+                x.q,
+                *(
+                    (s.crossing[1:])
+                    if s.crossing and s.crossing[0] == x.parameter and x.what == "drift"
+                    else ("", "", "")
+                ),
+            )
+            for s in c.standing
+            for x in s.signs
+        ],
+    )
+    write(
+        "groups.csv",
+        ("what", "key", "label", "type", "parameter", "off", "sd", "motors", "chance"),
+        [("unlike", u.key, u.label, u.type, u.parameter, u.off, u.sd, len(u.motors), u.q) for u in c.unlike]
+        + [
+            ("together", x.key, x.label, "", x.parameter, max(x.change) - min(x.change), max(x.sd), x.motors, x.p)
+            for x in c.common
+        ],
+    )
 
 
-def fleet(logs: Paths, out: str | os.PathLike[str], *, motors: str | os.PathLike[str] | None = None,
-          regime: str = "", engine: Literal["duckdb", "spark"] = "duckdb", memory: str = "4GB",
-          threads: int | None = None, told: Callable[[int, int], None] | None = None) -> FleetResult:
+def fleet(
+    logs: Paths,
+    out: str | os.PathLike[str],
+    *,
+    motors: str | os.PathLike[str] | None = None,
+    regime: str = "",
+    engine: Literal["duckdb", "spark"] = "duckdb",
+    memory: str = "4GB",
+    threads: int | None = None,
+    told: Callable[[int, int], None] | None = None,
+) -> FleetResult:
     """Compares the motors of a fleet with each other.
 
     Parameters

@@ -9,17 +9,24 @@ from scipy.stats import chi2
 from scipy.stats import t as student
 
 from .adjust import Common, Slope, at_one_point, common_changes, scale_of, weeks_of
-from .naming import SAYS, named
+from .naming import SAYS, Offs, named
 from .robust import Array, Index, Tracks, crossing, location, of_others, spread_of, tracks
 from .windows import D_AXIS, PARAMETERS, Windows
 
 FALSE_DISCOVERIES = 0.01
 LIMIT = 0.10  # of a type's value: where a drift is said to cross
-_LEAST_GROUP = 0.01
 # What is worth a look, relative: a level, a drift over the time seen. Less is real or not, and nobody's concern.
-_WORTH = {"R_ohm": (0.05, 0.02), "Ld_H": (0.05, 0.02), "Lq_H": (0.05, 0.02), "psi_Wb": (0.02, 0.01),
-          "dead_time_V": (0.10, 0.05), "J_kgm2": (0.10, 0.05), "B_Nms_rad": (0.30, 0.30), "coulomb_Nm": (0.30, 0.30),
-          D_AXIS: (0.5, 0.5)}
+_WORTH = {
+    "R_ohm": (0.05, 0.02),
+    "Ld_H": (0.05, 0.02),
+    "Lq_H": (0.05, 0.02),
+    "psi_Wb": (0.02, 0.01),
+    "dead_time_V": (0.10, 0.05),
+    "J_kgm2": (0.10, 0.05),
+    "B_Nms_rad": (0.30, 0.30),
+    "coulomb_Nm": (0.30, 0.30),
+    D_AXIS: (0.5, 0.5),
+}
 # Types are compared at their own temperature and current, on their own inverter: by so much the same motor may differ.
 _LIKE = {"R_ohm": 0.12, "Lq_H": 0.06, "psi_Wb": 0.04}
 _MACHINE, _FAR = ("R_ohm", "Lq_H", "psi_Wb"), 5.0
@@ -99,6 +106,8 @@ class Unlike:
 
 @dataclasses.dataclass(frozen=True)
 class Comparison:
+    """All that is told of a fleet: types, who stands out, groups, common changes, and how many tests there were."""
+
     of: list[Of]
     standing: list[Standing]
     unlike: list[Unlike]
@@ -168,7 +177,7 @@ def _take_common(w: Windows, parts: list[_Part]) -> list[Common]:
             found += common
             begin = 0
             for part in mine:
-                part.y = part.y - off[begin:begin + part.y.size]
+                part.y = part.y - off[begin : begin + part.y.size]
                 begin += part.y.size
     return found
 
@@ -214,17 +223,31 @@ def _unlike(w: Windows, part: _Part, level: Array, sd: Array, members: Index) ->
         value = np.array([location(level[mine], sd[mine]).value for mine in each])
         # Within groups: what one is off by is no spread of the motors.
         of_group = np.concatenate(each)
-        within = spread_of(np.concatenate([level[mine] - v for mine, v in zip(each, value)]), sd[of_group], len(labels))
+        within = spread_of(
+            np.concatenate([level[mine] - v for mine, v in zip(each, value, strict=False)]), sd[of_group], len(labels)
+        )
         own = np.sqrt([np.mean(sd[mine] ** 2 + within**2) / mine.size for mine in each])
         others, others_sd, spread = of_others(value, own)
         total = np.sqrt(own**2 + spread**2 + others_sd**2)
-        for g, mine, v, s, among in zip(labels, each, value - others, total, spread):
-            # Welch and Satterthwaite: the spread between groups is known by the groups, the rest by the motors.
-            motors, groups = (s * s - among**2) ** 2 / members.size, among**4 / (0.6 * len(labels) - 1)
-            p = 2 * float(student.sf(abs(v) / s, s**4 / (motors + groups)))
-            found.append((Unlike(key, w.labels[key][g], "" if part.type < 0 else w.labels["type"][part.type],
-                                 part.parameter, float(v), float(s), float(v / s), p,
-                                 tuple(w.motors[k] for k in mine)), mine))
+        for g, mine, v, s in zip(labels, each, value - others, total, strict=False):
+            # The spread between few groups is little known, and the rest by the motors: eight stand for that.
+            p = 2 * float(student.sf(abs(v) / s, max(0.6 * len(labels) - 1, 8)))
+            found.append(
+                (
+                    Unlike(
+                        key,
+                        w.labels[key][g],
+                        "" if part.type < 0 else w.labels["type"][part.type],
+                        part.parameter,
+                        float(v),
+                        float(s),
+                        float(v / s),
+                        p,
+                        tuple(w.motors[k] for k in mine),
+                    ),
+                    mine,
+                )
+            )
     return found
 
 
@@ -233,8 +256,11 @@ def _place(w: Windows, part: _Part, t: Tracks, level: Array, shift: Array, membe
     whole = location(level[core], t.level_sd[core])
     own = t.level_sd[members]
     off = level[members] - whole.value
-    others, others_sd, spread = np.full(members.size, whole.value), np.full(members.size, whole.sd), np.full(
-        members.size, whole.spread)
+    others, others_sd, spread = (
+        np.full(members.size, whole.value),
+        np.full(members.size, whole.sd),
+        np.full(members.size, whole.spread),
+    )
     if core.size == members.size:
         others, others_sd, spread = of_others(level[members], own)
     z = (level[members] - others) / np.sqrt(own**2 + spread**2 + others_sd**2)
@@ -248,9 +274,29 @@ def _place(w: Windows, part: _Part, t: Tracks, level: Array, shift: Array, membe
         slope -= drift
         slope_sd = np.sqrt(slope_sd**2 + all_slopes.spread**2 + all_slopes.sd**2)
         slope_z = slope / slope_sd
-    return Of("" if part.type < 0 else w.labels["type"][part.type], part.parameter, float(np.exp(whole.value)),
-              whole.sd, whole.spread, drift, part.slopes, part.temperature_C, part.current_A, part.scale, members, off,
-              own, z, slope, slope_sd, slope_z, t.span[members], t.day[members], shift[members], *_shown(part, members, whole.value))
+    return Of(
+        "" if part.type < 0 else w.labels["type"][part.type],
+        part.parameter,
+        float(np.exp(whole.value)),
+        whole.sd,
+        whole.spread,
+        drift,
+        part.slopes,
+        part.temperature_C,
+        part.current_A,
+        part.scale,
+        members,
+        off,
+        own,
+        z,
+        slope,
+        slope_sd,
+        slope_z,
+        t.span[members],
+        t.day[members],
+        shift[members],
+        *_shown(part, members, whole.value),
+    )
 
 
 def _shown(part: _Part, members: Index, value: float) -> tuple[Index, Array]:
@@ -274,14 +320,14 @@ def _signs(of: list[Of]) -> tuple[list[list[Sign]], int]:
     free = np.array([max(0.6 * of[row[0]].motors.size - 1, 2) for row in rows])
     q = discovered(2 * student.sf(np.abs(z), free) if z.size else z)
     found: list[list[Sign]] = [[] for _ in range(1 + max((int(m) for o in of for m in o.motors), default=-1))]
-    for (k, j, what, off, sd, zj), qj in zip(rows, q):
+    for (k, j, what, off, sd, zj), qj in zip(rows, q, strict=False):
         p = of[k].parameter
         if qj < FALSE_DISCOVERIES and abs(off) >= _WORTH[p][what == "drift"]:
             found[int(of[k].motors[j])].append(Sign(p, what, off, sd, zj, float(qj)))
     return found, len(rows)
 
 
-def _offs(of: list[Of], m: int) -> list[tuple[dict[str, float], dict[str, float]]]:
+def _offs(of: list[Of], m: int) -> Offs:
     levels: tuple[dict[str, float], dict[str, float]] = ({}, {})
     drifts: tuple[dict[str, float], dict[str, float]] = ({}, {})
     for o in of:
@@ -366,8 +412,11 @@ def compare(w: Windows) -> Comparison:
         if part.parameter != D_AXIS:
             groups += [(u, mine, len(done) - 1) for u, mine in _unlike(w, part, level, t.level_sd, members)]
     q = discovered(np.array([u.q for u, _m, _k in groups]))
-    real = [(dataclasses.replace(u, q=float(x)), mine, k) for (u, mine, k), x in zip(groups, q)
-            if x < FALSE_DISCOVERIES and abs(u.off) >= _LEAST_GROUP]
+    real = [
+        (dataclasses.replace(u, q=float(x)), mine, k)
+        for (u, mine, k), x in zip(groups, q, strict=False)
+        if x < FALSE_DISCOVERIES and abs(u.off) >= _WORTH[u.parameter][0]
+    ]
     of: list[Of] = []
     of_batch: dict[int, Unlike] = {}
     for k, (part, t, level, members) in enumerate(done):
@@ -396,11 +445,21 @@ def compare(w: Windows) -> Comparison:
             if like:
                 cause, also = "other_type", ()
             ordered = tuple(sorted(failed, key=lambda s: -abs(s.z)))
-            standing.append(Standing(w.motors[m], kind, cause, SAYS[cause], also, ordered, like,
-                                     _crossing(w, mine_of, m, ordered)))
+            standing.append(
+                Standing(w.motors[m], kind, cause, SAYS[cause], also, ordered, like, _crossing(w, mine_of, m, ordered))
+            )
         elif m in of_batch:
             u = of_batch[m]
-            standing.append(Standing(w.motors[m], kind, "batch", SAYS["batch"], (),
-                                     (Sign(u.parameter, "level", u.off, u.sd, u.z, u.q),), u.label))
+            standing.append(
+                Standing(
+                    w.motors[m],
+                    kind,
+                    "batch",
+                    SAYS["batch"],
+                    (),
+                    (Sign(u.parameter, "level", u.off, u.sd, u.z, u.q),),
+                    u.label,
+                )
+            )
     standing.sort(key=lambda s: -max(abs(x.z) for x in s.signs))
     return Comparison(of, standing, [u for u, _m, _k in real], common, tests)

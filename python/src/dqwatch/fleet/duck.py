@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import os
 from collections.abc import Iterator
 from typing import Any
@@ -13,6 +14,7 @@ import pyarrow as pa
 from .sources import Source
 from .work import BESIDE
 
+Error = duckdb.Error
 _BATCH_ROWS = 65536
 # Of what papers say, a log may say it itself.
 SAID = ("type", "pole_pairs", "gear", "batch", "axis", "site", "firmware")
@@ -21,8 +23,9 @@ SAID = ("type", "pole_pairs", "gear", "batch", "axis", "site", "firmware")
 def connection(memory: str, threads: int, folder: str | os.PathLike[str]) -> duckdb.DuckDBPyConnection:
     """DuckDB with a bound on its memory; what is larger goes to `folder`. memory: "4GB"."""
     spill = os.path.join(os.fspath(folder), ".spill")
-    return duckdb.connect(config={"memory_limit": memory, "threads": threads, "temp_directory": spill,
-                                  "preserve_insertion_order": False})
+    return duckdb.connect(
+        config={"memory_limit": memory, "threads": threads, "temp_directory": spill, "preserve_insertion_order": False}
+    )
 
 
 def _quoted(name: str) -> str:
@@ -70,15 +73,18 @@ def windows(con: duckdb.DuckDBPyConnection, sources: list[Source]) -> Iterator[t
 
     def whole() -> tuple[Source, dict[str, str], pa.Table]:
         table = pa.Table.from_batches(held)
-        said = {n: v for n in ("motor", "window", *SAID) if n in table.column_names
-                and (v := table[n][0].as_py()) is not None}
+        said = {
+            n: v
+            for n in ("motor", "window", *SAID)
+            if n in table.column_names and (v := table[n][0].as_py()) is not None
+        }
         return by_path[table["__file"][0].as_py()], said, table.drop_columns(["__file"])
 
     for batch in reader:
         if batch.num_rows == 0:
             continue
         edges = _edges(batch, keys)
-        for a, b in zip(edges, edges[1:]):
+        for a, b in itertools.pairwise(edges):
             key = _key(batch, keys, a)
             if held and key != last:
                 yield whole()

@@ -12,8 +12,12 @@ def _parser() -> argparse.ArgumentParser:
     p.add_argument("logs", nargs="+", metavar="LOGS", help="folders, globs or files: Parquet, or what dqwatch reads")
     p.add_argument("--out", required=True, metavar="DIR", help="folder for windows/, fleet.html, standing.csv")
     p.add_argument("--motors", metavar="FILE", help="table: motor, type, pole_pairs, batch, axis, site, firmware")
-    p.add_argument("--regime", default="", choices=["polled", "dynamic", "steady", "standstill", "mechanical"],
-                   help="of all logs, where their rows do not tell")
+    p.add_argument(
+        "--regime",
+        default="",
+        choices=["polled", "dynamic", "steady", "standstill", "mechanical"],
+        help="of all logs, where their rows do not tell",
+    )
     p.add_argument("--engine", default="duckdb", choices=["duckdb", "spark"])
     p.add_argument("--memory", default="4GB", help="bound, such as 4GB (default) or 512MiB")
     p.add_argument("--threads", type=int, metavar="N", help="default: all cores")
@@ -36,8 +40,16 @@ def main(argv: Sequence[str]) -> int:
             print(f"\r{done} of {new} new files", end="\n" if done == new else "", file=sys.stderr)
 
     try:
-        result = fleet(a.logs, a.out, motors=a.motors, regime=a.regime, engine=a.engine, memory=a.memory,
-                       threads=a.threads, told=told)
+        result = fleet(
+            a.logs,
+            a.out,
+            motors=a.motors,
+            regime=a.regime,
+            engine=a.engine,
+            memory=a.memory,
+            threads=a.threads,
+            told=told,
+        )
     except (OSError, ValueError, RuntimeError) as error:
         print(f"dqwatch: {error}", file=sys.stderr)
         return 3

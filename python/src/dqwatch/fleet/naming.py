@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from scipy.stats import chi2
@@ -25,14 +25,28 @@ _DRAGS = "friction is high: a bearing, a seal or a brake that drags"
 CAUSES = (
     Cause("weak_magnet", "the flux is low: the magnets are weak, or were too hot", {"psi_Wb": -1}, 1),
     Cause("strong_magnet", "the flux is high: other magnets or another winding", {"psi_Wb": 1}, 1),
-    Cause("current_sensor", "R and L moved by one factor, the flux did not: the current sensors' gain",
-          {"R_ohm": -1, "Lq_H": -1, "Ld_H": -1}),
-    Cause("voltage_sensor", "R, L, flux and dead time moved by one factor: the voltage's gain",
-          {"R_ohm": 1, "Lq_H": 1, "Ld_H": 1, "psi_Wb": 1, "dead_time_V": 1}),
-    Cause("encoder_scale", "flux and L moved by one factor, R did not: the speed's scale",
-          {"psi_Wb": -1, "Lq_H": -1, "Ld_H": -1}),
-    Cause("encoder_zero", "the magnet's flux shows on the d axis: the encoder's zero", {"d_axis": 1}, 1,
-          ("R_ohm", "Lq_H", "Ld_H", "dead_time_V", "psi_Wb")),
+    Cause(
+        "current_sensor",
+        "R and L moved by one factor, the flux did not: the current sensors' gain",
+        {"R_ohm": -1, "Lq_H": -1, "Ld_H": -1},
+    ),
+    Cause(
+        "voltage_sensor",
+        "R, L, flux and dead time moved by one factor: the voltage's gain",
+        {"R_ohm": 1, "Lq_H": 1, "Ld_H": 1, "psi_Wb": 1, "dead_time_V": 1},
+    ),
+    Cause(
+        "encoder_scale",
+        "flux and L moved by one factor, R did not: the speed's scale",
+        {"psi_Wb": -1, "Lq_H": -1, "Ld_H": -1},
+    ),
+    Cause(
+        "encoder_zero",
+        "the magnet's flux shows on the d axis: the encoder's zero",
+        {"d_axis": 1},
+        1,
+        ("R_ohm", "Lq_H", "Ld_H", "dead_time_V", "psi_Wb"),
+    ),
     Cause("worn_bearing", _DRAGS, {"B_Nms_rad": 1, "coulomb_Nm": 1}, 1),
     # Not by one factor where it is dry, or thick with cold grease.
     Cause("worn_bearing", _DRAGS, {"coulomb_Nm": 1}, 1, ("B_Nms_rad",)),
@@ -79,7 +93,11 @@ def amount_of(cause: Cause, off: Mapping[str, float], sd: Mapping[str, float]) -
     return x, power**-0.5, float(np.sum(w * (r - a * x) ** 2))
 
 
-def named(offs: list[tuple[Mapping[str, float], Mapping[str, float]]]) -> Verdict:
+#: For levels and for drifts, how far each parameter is off, and its deviation.
+Offs = Sequence[tuple[Mapping[str, float], Mapping[str, float]]]
+
+
+def named(offs: Offs) -> Verdict:
     """The cause that fits best. `offs`: for levels and for drifts, how far each parameter is off, and its deviation."""
     found: list[tuple[float, float, float, str]] = []
     for cause in CAUSES:

@@ -25,10 +25,12 @@ class Line:
 
     @property
     def value(self) -> float:
+        """The first coefficient."""
         return float(self.b[0])
 
     @property
     def sd(self) -> float:
+        """Its deviation."""
         return float(np.sqrt(self.covariance[0, 0]))
 
 
@@ -37,14 +39,14 @@ def _clipped_square(z: Array) -> Array:
 
 
 def spread_of(r: Array, s: Array, parameters: int = 1) -> float:
-    """The spread tau for which residuals r of deviations s have Huber's scale one (his proposal 2); 0 where s suffices."""
+    """The spread for which residuals r of deviations s have Huber's scale one (his proposal 2); 0 where s suffices."""
     free = max(1, r.size - parameters) * _SQUARE
 
     def excess(tau: float) -> float:
         return float(np.sum(_clipped_square(r / np.sqrt(s * s + tau * tau)))) - free
 
     low, high = 0.0, float(np.max(np.abs(r), initial=0.0)) * 4
-    if np.all(s > 0) and excess(0.0) <= 0 or high == 0:
+    if (np.all(s > 0) and excess(0.0) <= 0) or high == 0:
         return 0.0
     for _ in range(60):
         middle = 0.5 * (low + high)
@@ -84,7 +86,9 @@ def line(X: Array, y: Array, s: Array, spread: float | None = None) -> Line:
         bread = np.linalg.inv(curved)
     except np.linalg.LinAlgError:
         bread = np.linalg.inv(all_of)
-    return Line(b, max(factor, 1e-12) * bread @ all_of @ bread, tau)
+    return Line(
+        np.asarray(b, dtype=np.float64), np.asarray(max(factor, 1e-12) * bread @ all_of @ bread, dtype=np.float64), tau
+    )
 
 
 def location(y: Array, s: Array) -> Line:
@@ -108,7 +112,7 @@ def of_others(y: Array, s: Array) -> tuple[Array, Array, Array]:
 
 @dataclasses.dataclass(frozen=True)
 class Tracks:
-    """A line through each motor's windows: level at `day`, slope a day, their deviations (independent of each other)."""
+    """A line through each motor's windows: level at `day`, slope a day, their deviations (independent)."""
 
     level: Array
     level_sd: Array
@@ -137,7 +141,7 @@ def tracks(motor: Index, day: Array, y: Array, s: Array, motors: int, flat: bool
     r = np.zeros(y.size)
 
     def total(x: Array) -> Array:
-        return np.bincount(motor, x, minlength=motors)
+        return np.asarray(np.bincount(motor, x, minlength=motors), dtype=np.float64)
 
     for _ in range(12):
         w = clip / (s * s)
@@ -151,14 +155,21 @@ def tracks(motor: Index, day: Array, y: Array, s: Array, motors: int, flat: bool
         clip = np.minimum(1.0, 2 * CORNER / np.maximum(np.abs(r / s), 1e-12))
     known = count > 0
     ok = lined & (spread2 > 0)
-    return Tracks(np.where(known, level, np.nan), np.where(known, 1 / np.sqrt(sums), np.nan),
-                  np.where(ok, slope, np.nan), np.where(ok, 1 / np.sqrt(np.maximum(spread2, 1e-300)), np.nan),
-                  np.where(known, middle, np.nan), np.where(known, last - first, 0.0), np.asarray(count, dtype=np.intp),
-                  r * np.sqrt(safe[motor] / np.maximum(safe[motor] - (2 if not flat else 1), 1)))
+    return Tracks(
+        np.where(known, level, np.nan),
+        np.where(known, 1 / np.sqrt(sums), np.nan),
+        np.where(ok, slope, np.nan),
+        np.where(ok, 1 / np.sqrt(np.maximum(spread2, 1e-300)), np.nan),
+        np.where(known, middle, np.nan),
+        np.where(known, last - first, 0.0),
+        np.asarray(count, dtype=np.intp),
+        r * np.sqrt(safe[motor] / np.maximum(safe[motor] - (2 if not flat else 1), 1)),
+    )
 
 
-def crossing(level: float, level_sd: float, slope: float, slope_sd: float, limit: float,
-             z: float = 1.96) -> tuple[float, float, float]:
+def crossing(
+    level: float, level_sd: float, slope: float, slope_sd: float, limit: float, z: float = 1.96
+) -> tuple[float, float, float]:
     """Days from the line's middle until it crosses `limit`, and Fieller's interval; infinite where it may never."""
     gap = limit - level
     if slope == 0 or gap / slope < 0 or abs(slope) < 1e-300:

@@ -27,7 +27,7 @@ def bytes_of(memory: str) -> int:
     for unit, size in _UNITS.items():
         if text.endswith(unit):
             try:
-                return int(float(text[:-len(unit)]) * size)
+                return int(float(text[: -len(unit)]) * size)
             except ValueError:
                 break
     raise ValueError(f"--memory {memory}: expected a number and a unit, such as 4GB or 512MiB")
@@ -47,10 +47,17 @@ def parts_of(sources: Sequence[Source], most_bytes: int) -> list[list[Source]]:
 
 
 def known_of(source: Source, said: Mapping[str, str], content: str) -> dict[str, Any]:
+    """What a row says of where it is from."""
     window = said.get("window", source.window)
-    return {"motor": said.get("motor", source.motor), "window": window, "day": day_of(window, source.mtime_ns),
-            "source": source.name, "source_hash": content, "source_size": source.size,
-            "source_mtime_ns": source.mtime_ns}
+    return {
+        "motor": said.get("motor", source.motor),
+        "window": window,
+        "day": day_of(window, source.mtime_ns),
+        "source": source.name,
+        "source_hash": content,
+        "source_size": source.size,
+        "source_mtime_ns": source.mtime_ns,
+    }
 
 
 def papers_for(motor: str, papers: Papers, said: Mapping[str, str]) -> dict[str, str]:
@@ -97,7 +104,7 @@ class Run:
                 if source not in told:
                     told.append(source)
                 yield of_table(source, said, table)
-        except duck.duckdb.Error:
+        except duck.Error:
             # One of them cannot be read: each alone, but those that are through.
             for s in parquet:
                 if s in told[:-1]:
@@ -105,7 +112,7 @@ class Run:
                 try:
                     for source, said, table in duck.windows(self.connection, [s]):
                         yield of_table(source, said, table)
-                except duck.duckdb.Error as error:
+                except duck.Error as error:
                     reason = error
                     yield lambda s=s, reason=reason: _not_read(s, self.settings, reason, content[s])  # type: ignore[misc]
 
@@ -126,14 +133,24 @@ class Run:
                 rows.append(waiting.popleft().result())
         rows += [f.result() for f in waiting]
         empty = {s.name for s in content} - {r["source"] for r in rows}
-        rows += [empty_row(**known_of(s, {}, content[s]), settings=self.settings.digest(), verdict="not_read",
-                           why="no rows") for s in content if s.name in empty]
+        rows += [
+            empty_row(**known_of(s, {}, content[s]), settings=self.settings.digest(), verdict="not_read", why="no rows")
+            for s in content
+            if s.name in empty
+        ]
         unique = {(r["source"], r["motor"], r["window"]): r for r in rows}
         return rows_table([unique[k] for k in sorted(unique)])
 
 
-def run(store: Store, sources: Sequence[Source], settings: Settings, papers: Papers, memory: str, threads: int,
-        told: Callable[[int, int], None] | None = None) -> int:
+def run(
+    store: Store,
+    sources: Sequence[Source],
+    settings: Settings,
+    papers: Papers,
+    memory: str,
+    threads: int,
+    told: Callable[[int, int], None] | None = None,
+) -> int:
     """Fits every window that the folder lacks; returns how many files were new. A run that is killed goes on where it
     was; runs at the same time share the parts."""
     digest = settings.digest()
@@ -164,4 +181,5 @@ def run(store: Store, sources: Sequence[Source], settings: Settings, papers: Pap
 
 
 def cores() -> int:
+    """Processors that this process may use."""
     return len(os.sched_getaffinity(0))

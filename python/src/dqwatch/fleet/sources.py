@@ -28,12 +28,13 @@ class Source:
 
     @property
     def parquet(self) -> bool:
+        """By its name."""
         return self.path.endswith(PARQUET)
 
     @property
     def parts(self) -> dict[str, str]:
         """What key=value folders say."""
-        return dict(m.groups() for m in re.finditer(r"([A-Za-z_]\w*)=([^/]+)(?=/)", self.name))
+        return dict((m[1], m[2]) for m in re.finditer(r"([A-Za-z_]\w*)=([^/]+)(?=/)", self.name))
 
     @property
     def motor(self) -> str:
@@ -43,6 +44,7 @@ class Source:
 
     @property
     def window(self) -> str:
+        """A folder window=…, week=…, day=… or date=…, else its own name."""
         for key in ("window", "week", "day", "date"):
             if key in self.parts:
                 return self.parts[key]
@@ -50,8 +52,9 @@ class Source:
 
     @property
     def stem(self) -> str:
+        """Its name without endings."""
         name = os.path.basename(self.name)
-        return name[:name.index(".")] if "." in name.lstrip(".") else name
+        return name[: name.index(".")] if "." in name.lstrip(".") else name
 
     def content(self) -> str:
         """A hash of its bytes."""
@@ -83,8 +86,8 @@ def sources(logs: str | os.PathLike[str] | Sequence[str | os.PathLike[str]]) -> 
     """
     given = [logs] if isinstance(logs, str | os.PathLike) else list(logs)
     out: list[Source] = []
-    for one in map(os.fspath, given):
-        for path, name in _files(one):
+    for one in given:
+        for path, name in _files(os.fspath(one)):
             base = os.path.basename(name)
             if base.startswith((".", "_", "motors.")) or base.endswith(_BESIDE) or os.path.isdir(path):
                 continue
@@ -110,8 +113,9 @@ def unreadable(source: Source) -> str:
     return ""
 
 
-def papers_of(logs: str | os.PathLike[str] | Sequence[str | os.PathLike[str]],
-              motors: str | os.PathLike[str] | None) -> dict[str, dict[str, str]]:
+def papers_of(
+    logs: str | os.PathLike[str] | Sequence[str | os.PathLike[str]], motors: str | os.PathLike[str] | None
+) -> dict[str, dict[str, str]]:
     """What is known of each motor without its log: the rows of motors.csv or motors.parquet, by motor.
 
     Errors: ValueError, with file and line, where the table has no column `motor` or names one twice.
@@ -150,7 +154,7 @@ def day_of(window: str, mtime_ns: int) -> float:
     if found := re.search(r"(20\d\d)[-_]?(\d\d)[-_]?(\d\d)(?:[T_ -]?(\d\d)[-_:]?(\d\d))?", window):
         y, mo, d, h, mi = (int(x or 0) for x in found.groups())
         try:
-            at = datetime.datetime(y, mo, d, h, mi, tzinfo=datetime.timezone.utc)
+            at = datetime.datetime(y, mo, d, h, mi, tzinfo=datetime.UTC)
             return at.timestamp() / 86400
         except ValueError:
             pass

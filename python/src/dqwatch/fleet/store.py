@@ -38,6 +38,7 @@ class Store:
         return hashlib.blake2b("\n".join(words).encode(), digest_size=12).hexdigest()
 
     def has(self, part: str) -> bool:
+        """Whether a part is written."""
         return (self.windows / f"{part}.parquet").exists()
 
     def put(self, part: str, table: pa.Table) -> None:
@@ -101,6 +102,7 @@ class Store:
         return True
 
     def parts(self) -> list[Path]:
+        """Files of all parts, in order."""
         return sorted(p for p in self.windows.glob("*.parquet") if not p.name.startswith("."))
 
     def table(self, settings: str | None = None) -> pa.Table:
@@ -111,12 +113,19 @@ class Store:
             import pyarrow.compute as pc
 
             table = table.filter(pc.equal(table["settings"], settings))
-        table = table.sort_by([("motor", "ascending"), ("window", "ascending"), ("regime", "ascending"),
-                               ("source_mtime_ns", "descending"), ("source", "ascending")])
+        table = table.sort_by(
+            [
+                ("motor", "ascending"),
+                ("window", "ascending"),
+                ("regime", "ascending"),
+                ("source_mtime_ns", "descending"),
+                ("source", "ascending"),
+            ]
+        )
         seen: set[tuple[str, str, bool]] = set()
         keep = []
         mechanical = [r == "mechanical" for r in table["regime"].to_pylist()]
-        for k, key in enumerate(zip(table["motor"].to_pylist(), table["window"].to_pylist(), mechanical)):
+        for k, key in enumerate(zip(table["motor"].to_pylist(), table["window"].to_pylist(), mechanical, strict=False)):
             if key not in seen:
                 seen.add(key)
                 keep.append(k)
@@ -127,5 +136,9 @@ class Store:
         out: set[tuple[str, int, int]] = set()
         for path in self.parts():
             t = pq.read_table(path, columns=["source", "source_size", "source_mtime_ns", "settings"])
-            out.update((n, z, m) for n, z, m, s in zip(*(t[c].to_pylist() for c in t.column_names)) if s == settings)
+            out.update(
+                (n, z, m)
+                for n, z, m, s in zip(*(t[c].to_pylist() for c in t.column_names), strict=False)
+                if s == settings
+            )
         return out

@@ -12,11 +12,21 @@ if TYPE_CHECKING:
     from .api import FleetResult
 
 _MOST = 40
-_SHORT = {"R_ohm": "R", "Ld_H": "L_d", "Lq_H": "L_q", "psi_Wb": "ψ", "dead_time_V": "dead time", "J_kgm2": "J",
-          "B_Nms_rad": "B", "coulomb_Nm": "friction", D_AXIS: "rest on d"}
+_SHORT = {
+    "R_ohm": "R",
+    "Ld_H": "L_d",
+    "Lq_H": "L_q",
+    "psi_Wb": "ψ",
+    "dead_time_V": "dead time",
+    "J_kgm2": "J",
+    "B_Nms_rad": "B",
+    "coulomb_Nm": "friction",
+    D_AXIS: "rest on d",
+}
 
 
 def sign_text(s: Sign) -> str:
+    """One test, in words."""
     if s.parameter == D_AXIS:
         return f"rest on d × {math.exp(s.off):.1f}"
     change = f"{_SHORT[s.parameter]} {100 * math.expm1(s.off):+.1f} %"
@@ -32,23 +42,39 @@ def _date(day: float) -> str:
 
 
 def text_of(result: FleetResult) -> str:
+    """The whole text."""
     c, table = result.comparison, result.windows
     motors = len(set(table["motor"].to_pylist()))
     lost = sum(v in ("not_read", "not_fitted", "nothing") for v in table["verdict"].to_pylist())
-    lines = [f"{motors} motors, {table.num_rows} windows ({result.new} files new, {lost} not usable); "
-             f"{len(c.standing)} stand out", ""]
-    rows = [(s.motor, s.type, s.cause.replace("_", " ") + (f" ({s.like})" if s.like else ""),
-             ", ".join(map(sign_text, s.signs[:3])),
-             f"10 % {_date(s.crossing[1])} ({_date(s.crossing[2])} … {_date(s.crossing[3])})" if s.crossing else "")
-            for s in c.standing[:_MOST]]
+    lines = [
+        f"{motors} motors, {table.num_rows} windows ({result.new} files new, {lost} not usable); "
+        f"{len(c.standing)} stand out",
+        "",
+    ]
+    rows = [
+        (
+            s.motor,
+            s.type,
+            s.cause.replace("_", " ") + (f" ({s.like})" if s.like else ""),
+            ", ".join(map(sign_text, s.signs[:3])),
+            f"10 % {_date(s.crossing[1])} ({_date(s.crossing[2])} … {_date(s.crossing[3])})" if s.crossing else "",
+        )
+        for s in c.standing[:_MOST]
+    ]
     widths = [max((len(r[k]) for r in rows), default=0) for k in range(4)]
-    lines += [("  ".join(x.ljust(n) for x, n in zip(r, (*widths, 0)))).rstrip() for r in rows]
+    lines += [("  ".join(x.ljust(n) for x, n in zip(r, (*widths, 0), strict=False))).rstrip() for r in rows]
     if len(c.standing) > _MOST:
         lines.append(f"… {len(c.standing) - _MOST} more in standing.csv")
     if c.unlike or c.common:
         lines.append("")
-    lines += [f"{u.key} {u.label}: {_SHORT[u.parameter]} {100 * math.expm1(u.off):+.1f} % ± {100 * u.sd:.1f}, "
-              f"{len(u.motors)} motors" for u in c.unlike]
-    lines += [f"{x.key} {x.label}: {_SHORT[x.parameter]} of {x.motors} motors changes together, "
-              f"{100 * (max(x.change) - min(x.change)):.1f} %" for x in c.common]
+    lines += [
+        f"{u.key} {u.label}: {_SHORT[u.parameter]} {100 * math.expm1(u.off):+.1f} % ± {100 * u.sd:.1f}, "
+        f"{len(u.motors)} motors"
+        for u in c.unlike
+    ]
+    lines += [
+        f"{x.key} {x.label}: {_SHORT[x.parameter]} of {x.motors} motors changes together, "
+        f"{100 * (max(x.change) - min(x.change)):.1f} %"
+        for x in c.common
+    ]
     return "\n".join([*lines, "", f"page: {result.page}"])

@@ -13,8 +13,17 @@ PARAMETERS = ("R_ohm", "Ld_H", "Lq_H", "psi_Wb", "dead_time_V", "J_kgm2", "B_Nms
 GROUPS = ("type", "batch", "axis", "site", "firmware")
 # Of a motor's own residual on the d axis: an angle that is off leaves the magnet's flux there.
 D_AXIS = "d_axis"
-UNITS = {"R_ohm": "Ω", "Ld_H": "H", "Lq_H": "H", "psi_Wb": "Wb", "dead_time_V": "V", "J_kgm2": "kg m²",
-         "B_Nms_rad": "Nms/rad", "coulomb_Nm": "Nm", D_AXIS: "%"}
+UNITS = {
+    "R_ohm": "Ω",
+    "Ld_H": "H",
+    "Lq_H": "H",
+    "psi_Wb": "Wb",
+    "dead_time_V": "V",
+    "J_kgm2": "kg m²",
+    "B_Nms_rad": "Nms/rad",
+    "coulomb_Nm": "Nm",
+    D_AXIS: "%",
+}
 
 
 @dataclasses.dataclass(frozen=True)
@@ -60,10 +69,25 @@ def windows_of(table: pa.Table) -> Windows:
         labels[g] = sorted({str(x) for x in said if x is not None})
         place = {label: k for k, label in enumerate(labels[g])}
         group[g] = np.full(len(motors), -1, dtype=np.intp)
-        for k, x in zip(motor, said):
+        for k, x in zip(motor, said, strict=False):
             if x is not None:
                 group[g][k] = place[str(x)]
     poles = np.full(len(motors), np.nan)
-    poles[motor] = _numbers(table, "pole_pairs")
-    return Windows(motors, motor, _numbers(table, "day"), value, sd, usable, _numbers(table, "temp_winding_C"),
-                   _numbers(table, "i_rms_A"), _numbers(table, "v_dc_V"), group, labels, poles)
+    said_poles = _numbers(table, "pole_pairs")
+    # A coasting log knows of none.
+    known = np.isfinite(said_poles)
+    poles[motor[known]] = said_poles[known]
+    return Windows(
+        motors,
+        motor,
+        _numbers(table, "day"),
+        value,
+        sd,
+        usable,
+        _numbers(table, "temp_winding_C"),
+        _numbers(table, "i_rms_A"),
+        _numbers(table, "v_dc_V"),
+        group,
+        labels,
+        poles,
+    )

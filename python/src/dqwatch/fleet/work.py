@@ -13,19 +13,46 @@ import pyarrow as pa
 from .windows import PARAMETERS
 
 _TEXTS = ("motor", "window", "verdict", "regime", "why", "source", "source_hash", "settings")
-_NUMBERS = ("day", "pole_pairs", "temp_winding_C", "v_dc_V", "i_rms_A", "w_rms_rad_s", "residual_d_percent",
-            "residual_q_percent")
+_NUMBERS = (
+    "day",
+    "pole_pairs",
+    "temp_winding_C",
+    "v_dc_V",
+    "i_rms_A",
+    "w_rms_rad_s",
+    "residual_d_percent",
+    "residual_q_percent",
+)
 SCHEMA = pa.schema(
     [pa.field(n, pa.string()) for n in _TEXTS]
     + [pa.field("faults", pa.list_(pa.string()))]
     + [pa.field(n, pa.int64()) for n in ("rows", "rows_used", "source_size", "source_mtime_ns")]
     + [pa.field(n, pa.float64()) for n in _NUMBERS]
-    + [f for p in PARAMETERS
-       for f in (pa.field(p, pa.float64()), pa.field(f"{p}_sd", pa.float64()), pa.field(f"{p}_usable", pa.bool_()))]
+    + [
+        f
+        for p in PARAMETERS
+        for f in (pa.field(p, pa.float64()), pa.field(f"{p}_sd", pa.float64()), pa.field(f"{p}_usable", pa.bool_()))
+    ]
 )
 # What a log may hold beside its channels, and is no channel.
-BESIDE = frozenset(("motor", "window", "week", "day", "date", "type", "batch", "axis", "site", "firmware", "pole_pairs",
-                    "gear", "filename", "source"))
+BESIDE = frozenset(
+    (
+        "motor",
+        "window",
+        "week",
+        "day",
+        "date",
+        "type",
+        "batch",
+        "axis",
+        "site",
+        "firmware",
+        "pole_pairs",
+        "gear",
+        "filename",
+        "source",
+    )
+)
 _POLLED_S = 0.004  # from row to row: what is slower are means of a poll
 
 
@@ -36,6 +63,7 @@ class Settings:
     regime: str = ""
 
     def digest(self) -> str:
+        """Text that differs where results may."""
         import dqwatch
 
         return f"{dqwatch.__version__}/{self.regime or 'auto'}"
@@ -53,9 +81,13 @@ def _regime(table: pa.Table, settings: Settings) -> str:
 
 def channels(table: pa.Table) -> pa.Table:
     """Its columns of numbers, in the order of time. What other files of the part have, and this one not, is empty."""
-    keep = [f.name for f in table.schema if f.name not in BESIDE
-            and (pa.types.is_floating(f.type) or pa.types.is_integer(f.type))
-            and (table[f.name].null_count < table.num_rows or table.num_rows == 0)]
+    keep = [
+        f.name
+        for f in table.schema
+        if f.name not in BESIDE
+        and (pa.types.is_floating(f.type) or pa.types.is_integer(f.type))
+        and (table[f.name].null_count < table.num_rows or table.num_rows == 0)
+    ]
     table = table.select(keep)
     if "t_s" in keep and table.num_rows > 1:
         t = table["t_s"].to_numpy()
@@ -86,6 +118,7 @@ def _number(x: str | None) -> float | None:
 
 
 def empty_row(**known: Any) -> dict[str, Any]:
+    """A row of nothing but what is known."""
     return dict.fromkeys(SCHEMA.names) | {"faults": []} | known
 
 
@@ -163,4 +196,5 @@ def window_row(log: pa.Table | str, settings: Settings, papers: Mapping[str, str
 
 
 def rows_table(rows: list[dict[str, Any]]) -> pa.Table:
+    """Rows as a table of the schema."""
     return pa.Table.from_pylist(rows, schema=SCHEMA)

@@ -59,46 +59,111 @@ def page(w: Windows, c: Comparison, table: pa.Table) -> str:
     of = []
     for k, o in enumerate(c.of):
         z = o.z + o.shift / np.sqrt(o.off_sd**2 + o.spread**2)
-        summary |= {f"m{k}": ("i4", o.motors), f"z{k}": ("f4", z), f"o{k}": ("f4", o.off + o.shift),
-                    f"t{k}": ("f4", o.slope),
-                    f"sz{k}": ("f4", o.slope_z), f"d{k}": ("f8", o.day)}
+        summary |= {
+            f"m{k}": ("i4", o.motors),
+            f"z{k}": ("f4", z),
+            f"o{k}": ("f4", o.off + o.shift),
+            f"t{k}": ("f4", o.slope),
+            f"sz{k}": ("f4", o.slope_z),
+            f"d{k}": ("f8", o.day),
+        }
         motor = w.motor[o.window]
         order = np.lexsort((w.day[o.window], motor))
         begin = np.searchsorted(motor[order], np.append(o.motors, len(w.motors)))
         sd = o.scale * w.sd[o.parameter][o.window] / w.value[o.parameter][o.window]
-        windows |= {f"w{k}": ("i4", o.window[order]), f"y{k}": ("f4", o.y[order]), f"s{k}": ("f4", sd[order]),
-                    f"b{k}": ("i4", begin)}
+        windows |= {
+            f"w{k}": ("i4", o.window[order]),
+            f"y{k}": ("f4", o.y[order]),
+            f"s{k}": ("f4", sd[order]),
+            f"b{k}": ("i4", begin),
+        }
         per_K = o.slopes.get("per_K")
-        of.append({"type": o.type, "parameter": o.parameter, "unit": UNITS[o.parameter], "value": o.value, "sd": o.sd,
-                   "spread": o.spread, "drift": o.drift, "motors": int(o.motors.size),
-                   "per_K": per_K.value if per_K else None, "per_K_sd": per_K.sd if per_K else None})
+        of.append(
+            {
+                "type": o.type,
+                "parameter": o.parameter,
+                "unit": UNITS[o.parameter],
+                "value": o.value,
+                "sd": o.sd,
+                "spread": o.spread,
+                "drift": o.drift,
+                "motors": int(o.motors.size),
+                "per_K": per_K.value if per_K else None,
+                "per_K_sd": per_K.sd if per_K else None,
+            }
+        )
     verdicts, whys = table["verdict"].to_pylist(), table["why"].to_pylist()
     names, labels = table["motor"].to_pylist(), table["window"].to_pylist()
-    lost = [{"index": index[m], "window": x, "verdict": v, "why": y or ""} for m, x, v, y in
-            zip(names, labels, verdicts, whys) if v in ("not_read", "not_fitted", "nothing")]
-    faults = [{"index": index[m], "window": x, "why": ", ".join(f).replace("_", " ")} for m, x, f in
-              zip(names, labels, table["faults"].to_pylist()) if f]
+    lost = [
+        {"index": index[m], "window": x, "verdict": v, "why": y or ""}
+        for m, x, v, y in zip(names, labels, verdicts, whys, strict=False)
+        if v in ("not_read", "not_fitted", "nothing")
+    ]
+    faults = [
+        {"index": index[m], "window": x, "why": ", ".join(f).replace("_", " ")}
+        for m, x, f in zip(names, labels, table["faults"].to_pylist(), strict=False)
+        if f
+    ]
     days = w.day[np.isfinite(w.day)]
     first, last = (float(days.min()), float(days.max())) if days.size else (0.0, 0.0)
     data = {
-        "title": "Fleet", "headline": _headline(w, c, len(names)),
+        "title": "Fleet",
+        "headline": _headline(w, c, len(names)),
         "about": f"{len(names)} windows; {len(lost)} not usable; {c.tests} tests, false discoveries held at 1 %.",
-        "motors": w.motors, "causes": SAYS, "limit": LIMIT, "last": last, "weeks": (last - first) / 7,
+        "motors": w.motors,
+        "causes": SAYS,
+        "limit": LIMIT,
+        "last": last,
+        "weeks": (last - first) / 7,
         "windows_of": np.bincount(w.motor, minlength=len(w.motors)).tolist(),
         "groups": {g: {"labels": w.labels[g], "of": w.group[g].tolist()} for g in GROUPS if w.labels[g]},
         "of": of,
         "standing": [
-            {"motor": s.motor, "index": index[s.motor], "type": s.type, "cause": s.cause, "says": s.says,
-             "also": s.also, "like": s.like,
-             "signs": [{"parameter": x.parameter, "what": x.what, "off": x.off, "sd": x.sd, "z": x.z, "q": x.q}
-                       for x in s.signs],
-             "crossing": [s.crossing[0], *(_finite(x) for x in s.crossing[1:])] if s.crossing else None}
-            for s in c.standing],
-        "unlike": [{"key": u.key, "label": u.label, "type": u.type, "parameter": u.parameter, "off": u.off, "sd": u.sd,
-                    "z": u.z, "motors": [index[m] for m in u.motors]} for u in c.unlike],
-        "common": [{"key": x.key, "label": x.label, "parameter": x.parameter, "weeks": x.weeks, "change": x.change,
-                    "sd": x.sd, "motors": x.motors} for x in c.common],
-        "lost": lost, "faults": faults, "summary": _blob(summary), "windows": _blob(windows),
+            {
+                "motor": s.motor,
+                "index": index[s.motor],
+                "type": s.type,
+                "cause": s.cause,
+                "says": s.says,
+                "also": s.also,
+                "like": s.like,
+                "signs": [
+                    {"parameter": x.parameter, "what": x.what, "off": x.off, "sd": x.sd, "z": x.z, "q": x.q}
+                    for x in s.signs
+                ],
+                "crossing": [s.crossing[0], *(_finite(x) for x in s.crossing[1:])] if s.crossing else None,
+            }
+            for s in c.standing
+        ],
+        "unlike": [
+            {
+                "key": u.key,
+                "label": u.label,
+                "type": u.type,
+                "parameter": u.parameter,
+                "off": u.off,
+                "sd": u.sd,
+                "z": u.z,
+                "motors": [index[m] for m in u.motors],
+            }
+            for u in c.unlike
+        ],
+        "common": [
+            {
+                "key": x.key,
+                "label": x.label,
+                "parameter": x.parameter,
+                "weeks": x.weeks,
+                "change": x.change,
+                "sd": x.sd,
+                "motors": x.motors,
+            }
+            for x in c.common
+        ],
+        "lost": lost,
+        "faults": faults,
+        "summary": _blob(summary),
+        "windows": _blob(windows),
     }
     here = resources.files(__package__)
     script = here.joinpath("fleet.js").read_text(encoding="utf-8")

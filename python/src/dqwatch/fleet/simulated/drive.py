@@ -1,4 +1,4 @@
-"""A drive's polled log from settled equations: means over each poll's interval, the speed of its end, what a wire quantises."""
+"""A drive's polled log from settled equations: means over each interval, the speed of its end, a wire's quanta."""
 
 from __future__ import annotations
 
@@ -61,9 +61,18 @@ class Wire:
     fine: int = 8  # points within an interval
 
 
-def voltages(m: Motor, w_e: Array, i_d: Array, i_q: Array, di_d: Array, di_q: Array, winding_C: Array | float,
-             magnet_C: Array | float, v_dc_V: float) -> tuple[Array, Array]:
-    """v_d, v_q in V of each point: electrical speed in rad/s, currents in A, their slopes in A/s, temperatures in °C."""
+def voltages(
+    m: Motor,
+    w_e: Array,
+    i_d: Array,
+    i_q: Array,
+    di_d: Array,
+    di_q: Array,
+    winding_C: Array | float,
+    magnet_C: Array | float,
+    v_dc_V: float,
+) -> tuple[Array, Array]:
+    """v_d, v_q in V: electrical speed in rad/s, currents in A, their slopes in A/s, temperatures in °C."""
     R = m.R_ohm * (1 + COPPER_PER_K * (winding_C - REFERENCE_C))
     psi = m.psi_Wb * (1 + MAGNET_PER_K * (magnet_C - REFERENCE_C))
     size = np.hypot(i_d, i_q)
@@ -84,7 +93,7 @@ def torque_Nm(m: Motor, i_d: Array, i_q: Array, magnet_C: Array | float) -> Arra
 def held(rng: np.random.Generator, points: int, hold: int, lag: float, low: float, high: float) -> Array:
     """Levels drawn anew every `hold` points, through two lags of `lag` points."""
     levels = rng.uniform(low, high, points // hold + 2)
-    x = np.repeat(levels, hold)[int(rng.integers(hold)):][:points]
+    x = np.repeat(levels, hold)[int(rng.integers(hold)) :][:points]
     keep = float(np.exp(-1 / lag))
     for _ in range(2):
         x, _state = lfilter([1 - keep], [1, -keep], x, zi=[keep * x[0]])
@@ -99,12 +108,14 @@ def work(m: Motor, rng: np.random.Generator, points: int, step_s: float) -> tupl
 
 
 def rounded(x: Array, step: float) -> Array:
+    """To the nearest step; 0: as it is."""
     return step * np.round(x / step) if step > 0 else x
 
 
-def polled_log(m: Motor, wrong: Wrong, wire: Wire, rng: np.random.Generator, rows: int, start_C: float,
-               v_dc_V: float) -> dict[str, Array]:
-    """Columns of a log of `rows` polls, names and units as dqwatch reads them, of a winding that warms from `start_C`."""
+def polled_log(
+    m: Motor, wrong: Wrong, wire: Wire, rng: np.random.Generator, rows: int, start_C: float, v_dc_V: float
+) -> dict[str, Array]:
+    """Columns of a log of `rows` polls, named as dqwatch reads them; the winding warms from `start_C`."""
     fine = wire.fine
     step_s = 1 / (wire.rate_Hz * fine)
     points = (rows + 1) * fine
@@ -118,11 +129,12 @@ def polled_log(m: Motor, wrong: Wrong, wire: Wire, rng: np.random.Generator, row
     size = asked / torque_Nm(m, np.zeros(1), np.ones(1), magnet_C) / c
     i_d, i_q = -s * size, c * size
     p = m.pole_pairs
-    v_d, v_q = voltages(m, p * w, i_d, i_q, np.gradient(i_d, step_s), np.gradient(i_q, step_s), winding_C, magnet_C,
-                        v_dc_V)
+    v_d, v_q = voltages(
+        m, p * w, i_d, i_q, np.gradient(i_d, step_s), np.gradient(i_q, step_s), winding_C, magnet_C, v_dc_V
+    )
 
     def mean(x: Array) -> Array:
-        return np.asarray(x[fine // 2:fine // 2 + rows * fine].reshape(rows, fine).mean(axis=1))
+        return np.asarray(x[fine // 2 : fine // 2 + rows * fine].reshape(rows, fine).mean(axis=1))
 
     ends = fine // 2 + fine * np.arange(1, rows + 1)
     i_noise = wire.noise_i_A * rng.standard_normal((2, rows))

@@ -1,4 +1,4 @@
-"""A fleet drawn by a seed: motors of three types as made, their temperatures and firmware, and what is wrong with some."""
+"""A fleet drawn by a seed: motors of three types as made, temperatures, firmware, and what is wrong with some."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ BETWEEN = {"R_ohm": 0.003, "psi_Wb": 0.002, "L": 0.004, "friction": 0.02}
 
 @dataclasses.dataclass(frozen=True)
 class Member:
-    """One motor of the fleet. `said` is the type that its papers name, `planted` what is wrong with it, "" for nothing."""
+    """One motor. `said` is the type that its papers name, `planted` what is wrong with it, "" for nothing."""
 
     name: str
     said: str
@@ -70,9 +70,11 @@ class Fleet:
     sag_week: int
 
     def day(self, week: int) -> datetime.date:
+        """The day of a week's log."""
         return FIRST_DAY + datetime.timedelta(weeks=week)
 
     def random(self, *words: int) -> np.random.Generator:
+        """A stream of its own for these words."""
         return np.random.default_rng([self.seed, *words])
 
     def log(self, number: int, week: int) -> dict[str, Array]:
@@ -90,18 +92,33 @@ class Fleet:
 
 
 def made(like: Motor, firmware: str, rng: np.random.Generator, batch: dict[str, float]) -> Motor:
+    """A motor as manufacture spreads it; `batch` has its batch's offsets (logarithms)."""
+
     def part(name: str) -> float:
         return float(np.exp(batch[name] + MADE[name] * np.clip(rng.standard_normal(), -3, 3)))
 
     L, friction = part("L"), part("friction")
     return dataclasses.replace(
-        like, R_ohm=like.R_ohm * part("R_ohm"), psi_Wb=like.psi_Wb * part("psi_Wb"), Ld_H=like.Ld_H * L,
-        Lq_H=like.Lq_H * L, coulomb_Nm=like.coulomb_Nm * friction, B_Nms_rad=like.B_Nms_rad * friction,
-        dead_time_V=like.dead_time_V * FIRMWARE[firmware] * float(np.exp(0.02 * np.clip(rng.standard_normal(), -3, 3))))
+        like,
+        R_ohm=like.R_ohm * part("R_ohm"),
+        psi_Wb=like.psi_Wb * part("psi_Wb"),
+        Ld_H=like.Ld_H * L,
+        Lq_H=like.Lq_H * L,
+        coulomb_Nm=like.coulomb_Nm * friction,
+        B_Nms_rad=like.B_Nms_rad * friction,
+        dead_time_V=like.dead_time_V * FIRMWARE[firmware] * float(np.exp(0.02 * np.clip(rng.standard_normal(), -3, 3))),
+    )
 
 
-def drawn(seed: int, motors: int = 1000, weeks: int = 8, rows: int = 3000, each: int | None = None,
-          batch: int = BATCH, healthy: bool = False) -> Fleet:
+def drawn(
+    seed: int,
+    motors: int = 1000,
+    weeks: int = 8,
+    rows: int = 3000,
+    each: int | None = None,
+    batch: int = BATCH,
+    healthy: bool = False,
+) -> Fleet:
     """The fleet of a seed, in batches of so many. `each`: motors with each single fault; without, one in two hundred.
     `healthy`: nothing is planted, and no supply sags."""
     rng = np.random.default_rng([seed, 0])
@@ -114,9 +131,17 @@ def drawn(seed: int, motors: int = 1000, weeks: int = 8, rows: int = 3000, each:
             kind = names[k // batch % len(names)]
             offsets = {name: sd * rng.standard_normal() for name, sd in BETWEEN.items()}
         firmware = str(rng.choice(list(FIRMWARE)))
-        members.append(Member(f"M{k:05d}", kind, f"{kind}-{k // batch:04d}", f"axis {1 + k % 6}",
-                              SITES[int(rng.integers(len(SITES)))], firmware,
-                              made(TYPES[kind], firmware, rng, offsets)))
+        members.append(
+            Member(
+                f"M{k:05d}",
+                kind,
+                f"{kind}-{k // batch:04d}",
+                f"axis {1 + k % 6}",
+                SITES[int(rng.integers(len(SITES)))],
+                firmware,
+                made(TYPES[kind], firmware, rng, offsets),
+            )
+        )
     if healthy:
         return Fleet(seed, weeks, rows, tuple(members), "", 0.0, weeks)
     free = [int(k) for k in rng.permutation(motors)]
@@ -124,8 +149,9 @@ def drawn(seed: int, motors: int = 1000, weeks: int = 8, rows: int = 3000, each:
     low = free[0] // batch * batch
     for k in range(low, min(motors, low + batch)):
         m = members[k].motor
-        members[k] = dataclasses.replace(members[k], planted="batch", size=0.04,
-                                         motor=dataclasses.replace(m, psi_Wb=0.96 * m.psi_Wb))
+        members[k] = dataclasses.replace(
+            members[k], planted="batch", size=0.04, motor=dataclasses.replace(m, psi_Wb=0.96 * m.psi_Wb)
+        )
     free = [k for k in free if k // batch * batch != low]
 
     def plant(what: str, size: float) -> None:
@@ -135,7 +161,9 @@ def drawn(seed: int, motors: int = 1000, weeks: int = 8, rows: int = 3000, each:
     for _ in range(each):
         plant("weak_magnet", rng.uniform(0.07, 0.15))
         plant("worn_bearing", rng.uniform(1.5, 4.0))
-        plant("current_sensor" if rng.random() < 0.6 else "voltage_sensor", rng.choice([-1, 1]) * rng.uniform(0.08, 0.2))
+        plant(
+            "current_sensor" if rng.random() < 0.6 else "voltage_sensor", rng.choice([-1, 1]) * rng.uniform(0.08, 0.2)
+        )
         if rng.random() < 0.6:
             plant("encoder_zero", rng.choice([-1, 1]) * rng.uniform(0.06, 0.2))
         else:

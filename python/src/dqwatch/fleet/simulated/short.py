@@ -1,4 +1,4 @@
-"""The windows of a simulated fleet without their logs: parameters as a fit of each would tell them, with its scatter."""
+"""The windows of a simulated fleet without their logs: parameters as a fit would tell them, with its scatter."""
 
 from __future__ import annotations
 
@@ -35,9 +35,19 @@ def windows(fleet: Fleet) -> pa.Table:
                 "psi_Wb": m.psi_Wb * (1 + MAGNET_PER_K * (T - REFERENCE_C)) * v / w * p * np.cos(wrong.angle_rad),
                 "dead_time_V": m.dead_time_V * v * (1 - fleet.sag * sags),
             }
-            row = empty_row(motor=member.name, window=fleet.day(week).isoformat(), verdict="good", regime="polled",
-                            why="", day=(fleet.day(week).toordinal() - 719163) * 1.0, temp_winding_C=T, i_rms_A=i_A,
-                            v_dc_V=m.v_dc_V, pole_pairs=float(TYPES[member.said].pole_pairs), rows=fleet.rows)
+            row = empty_row(
+                motor=member.name,
+                window=fleet.day(week).isoformat(),
+                verdict="good",
+                regime="polled",
+                why="",
+                day=(fleet.day(week).toordinal() - 719163) * 1.0,
+                temp_winding_C=T,
+                i_rms_A=i_A,
+                v_dc_V=m.v_dc_V,
+                pole_pairs=float(TYPES[member.said].pole_pairs),
+                rows=fleet.rows,
+            )
             for name, x in value.items():
                 if abs(wrong.angle_rad) > 0.05 and name != "psi_Wb":
                     continue  # the fit does not tell them then
@@ -49,14 +59,21 @@ def windows(fleet: Fleet) -> pa.Table:
             rows.append(row)
             papers.append((member.said, member.batch, member.axis, member.site, member.firmware))
             if member.planted == "worn_bearing" or k % 10 == 0:
-                coast = empty_row(motor=member.name, window=f"{row['window']}-coast", verdict="good", why="",
-                                  regime="mechanical", day=row["day"], rows=10000)
+                coast = empty_row(
+                    motor=member.name,
+                    window=f"{row['window']}-coast",
+                    verdict="good",
+                    why="",
+                    regime="mechanical",
+                    day=row["day"],
+                    rows=10000,
+                )
                 for name, x in (("J_kgm2", m.J_kgm2), ("B_Nms_rad", m.B_Nms_rad), ("coulomb_Nm", m.coulomb_Nm)):
                     coast[name] = float(x * np.exp(0.004 * rng.standard_normal()))
                     coast[f"{name}_sd"], coast[f"{name}_usable"] = 0.004 * x, True
                 rows.append(coast)
                 papers.append(papers[-1])
     table = rows_table(rows)
-    for name, values in zip(("type", "batch", "axis", "site", "firmware"), zip(*papers)):
+    for name, values in zip(("type", "batch", "axis", "site", "firmware"), zip(*papers, strict=False), strict=False):
         table = table.append_column(name, pa.array(values, pa.string()))
     return table

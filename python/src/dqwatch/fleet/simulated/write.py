@@ -21,8 +21,11 @@ def coasting(fleet: Fleet) -> list[int]:
     rng = fleet.random(2)
     chance = rng.random(len(fleet.members))
     least = np.sort(chance)[min(len(chance) - 1, 59)]
-    return [k for k, m in enumerate(fleet.members)
-            if m.planted == "worn_bearing" or (not m.planted and chance[k] <= max(_COASTING_PART, least))]
+    return [
+        k
+        for k, m in enumerate(fleet.members)
+        if m.planted == "worn_bearing" or (not m.planted and chance[k] <= max(_COASTING_PART, least))
+    ]
 
 
 def coast_log(fleet: Fleet, number: int, week: int) -> dict[str, np.ndarray]:
@@ -35,13 +38,25 @@ def coast_log(fleet: Fleet, number: int, week: int) -> dict[str, np.ndarray]:
     w = like.speed_rad_s
     i_A = like.J_kgm2 * 2 * w / 0.5 / (1.5 * m.pole_pairs * like.psi_Wb)
     settings = {
-        "machine.pole_pairs": m.pole_pairs, "machine.R_ohm": m.R_ohm, "machine.Ld_H": m.Ld_H, "machine.Lq_H": m.Lq_H,
-        "machine.psi_Wb": m.psi_Wb, "machine.J_kgm2": m.J_kgm2, "machine.B_Nms_rad": m.B_Nms_rad,
-        "machine.coulomb_Nm": m.coulomb_Nm, "machine.coulomb_width_rad_s": 0.01 * w,
-        "profile.speed_start_rad_s": -w, "profile.i_q_A.wave": i_A, "profile.i_q_A.random": i_A,
+        "machine.pole_pairs": m.pole_pairs,
+        "machine.R_ohm": m.R_ohm,
+        "machine.Ld_H": m.Ld_H,
+        "machine.Lq_H": m.Lq_H,
+        "machine.psi_Wb": m.psi_Wb,
+        "machine.J_kgm2": m.J_kgm2,
+        "machine.B_Nms_rad": m.B_Nms_rad,
+        "machine.coulomb_Nm": m.coulomb_Nm,
+        "machine.coulomb_width_rad_s": 0.01 * w,
+        "profile.speed_start_rad_s": -w,
+        "profile.i_q_A.wave": i_A,
+        "profile.i_q_A.random": i_A,
     }
-    found = dqwatch.simulate(scenario="coast_friction", seed=int(fleet.random(3, number, week).integers(1, 2**31)),
-                             settings=settings, progress=False)
+    found = dqwatch.simulate(
+        scenario="coast_friction",
+        seed=int(fleet.random(3, number, week).integers(1, 2**31)),
+        settings=settings,
+        progress=False,
+    )
     return {name: found[name] for name in ("t_s", "w_m_rad_s", "torque_Nm")}
 
 
@@ -61,7 +76,7 @@ def _motor(job: tuple[Fleet, int, str, bool]) -> None:
 
 
 def write(fleet: Fleet, out: str | os.PathLike[str], processes: int | None = None) -> Path:
-    """Writes the fleet's logs and papers into a folder; returns that of the logs. The truth is planted.csv beside it."""
+    """Writes logs and papers into a folder; returns that of the logs. The truth is planted.csv beside it."""
     root = Path(out)
     (root / "logs").mkdir(parents=True, exist_ok=True)
     with open(root / "logs" / "motors.csv", "w", newline="") as file:
