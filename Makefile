@@ -71,7 +71,7 @@ binaries  = $(patsubst %,$(BUILD)/tests/%,$(basename $(notdir $(1))))
 TESTS    := $(call binaries,$(TEST_C) $(TEST_CXX))
 # Two tests of one name would be one binary.
 ifneq ($(words $(TESTS)),$(words $(sort $(TESTS))))
-$(error two tests of one name: $(foreach t,$(sort $(TESTS)),$(if $(filter-out 1,$(words $(filter $(t),$(TESTS)))),$(notdir $(t)))))
+$(error two tests of one name: $(strip $(foreach t,$(sort $(TESTS)),$(if $(filter-out 1,$(words $(filter $(t),$(TESTS)))),$(notdir $(t))))))
 endif
 # What `make check` runs: C alone, and no other compilers.
 CHECKED   = $(call binaries,$(filter-out $(shell grep -l '^// Plain only: runs other programs' $(TEST_C)),$(TEST_C)))
