@@ -122,7 +122,9 @@ void minimise(Scaling& scaling, const Regression& model, const Eigen::VectorXd& 
     ceres::Problem problem;
     problem.AddResidualBlock(new RootCost(model, scaling, sigma, latest, options.tick), nullptr, z.data());
     // Ceres logs what its summary says anyway; a failed search is judged here, not on stderr.
+#ifndef CERCES_INTERNAL_MINIGLOG_GLOG_LOGGING_H_  // Ceres' own small log has its level from its build
     FLAGS_minloglevel = google::GLOG_FATAL;
+#endif
     ceres::Solver::Options ceres_options;
     ceres_options.linear_solver_type = ceres::DENSE_QR;
     ceres_options.logging_type = ceres::SILENT;

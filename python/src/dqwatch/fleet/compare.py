@@ -220,13 +220,14 @@ def _unlike(w: Windows, part: _Part, level: Array, sd: Array, members: Index) ->
         if len(labels) < 4:
             continue
         each = [members[group == g] for g in labels]
-        value = np.array([location(level[mine], sd[mine]).value for mine in each])
+        # The median: of five, two may be what no batch is the reason of.
+        value = np.array([np.median(level[mine]) for mine in each])
         # Within groups: what one is off by is no spread of the motors.
         of_group = np.concatenate(each)
         within = spread_of(
             np.concatenate([level[mine] - v for mine, v in zip(each, value, strict=False)]), sd[of_group], len(labels)
         )
-        own = np.sqrt([np.mean(sd[mine] ** 2 + within**2) / mine.size for mine in each])
+        own = 1.2533 * np.sqrt([np.mean(sd[mine] ** 2 + within**2) / mine.size for mine in each])
         others, others_sd, spread = of_others(value, own)
         total = np.sqrt(own**2 + spread**2 + others_sd**2)
         for g, mine, v, s in zip(labels, each, value - others, total, strict=False):
