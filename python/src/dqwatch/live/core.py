@@ -16,6 +16,8 @@ from .sources import Source
 SAVE_S = 10.0
 #: States that one turn writes, beside those of motors with an event.
 MOST_SAVED = 4
+#: Tiles that one turn makes: a turn stays short however many motors there are.
+MOST_TILES = 4
 TILE_S = 0.5
 
 
@@ -59,7 +61,7 @@ class Live:
         self._untold: list[LiveEvent] = []
         self._unsaved: dict[str, str] = {}
         self._due_s: dict[str, float] = {}
-        self._tile_s = float("-inf")
+        self._tile_s = dict.fromkeys(self.motors, float("-inf"))
         self._captured: set[str] = set()
         if len({m.slug for m in motors}) != len(motors):
             raise ValueError("two motors of one name; expected each once")
@@ -113,8 +115,8 @@ class Live:
         if told:
             self.save(now_s, {e.motor for e in told})
         self._tell_captures()
-        if now_s >= self._tile_s or told:
-            self._tiles(now_s)
+        due = [n for n, due_s in self._tile_s.items() if now_s >= due_s]
+        self._tiles(now_s, {*due[:MOST_TILES], *(e.motor for e in told)})
         for sink in self.sinks:
             sink.step(now_s)
         return came
@@ -145,9 +147,14 @@ class Live:
                     self._captured.add(event.id)
                     self.board.event(asdict(event))
 
-    def _tiles(self, now_s: float) -> None:
-        self._tile_s = now_s + TILE_S
-        for motor in self.motors.values():
+    def _tiles(self, now_s: float, names: set[str]) -> None:
+        if not names:
+            return
+        for name in names:
+            motor = self.motors[name]
+            # Behind all others: every one has its turn.
+            del self._tile_s[name]
+            self._tile_s[name] = now_s + TILE_S
             tile, detail = views(motor, now_s)
             self.board.tile(motor.slug, tile, detail)
             for sink in self.sinks:
@@ -165,7 +172,7 @@ class Live:
             motor.finish()
         self.save(now_s, set(self.motors))
         self._tell_captures()
-        self._tiles(now_s)
+        self._tiles(now_s, set(self.motors))
         for sink in self.sinks:
             with contextlib.suppress(OSError):
                 sink.close()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import socket
 import sys
 from collections.abc import Iterable, Mapping
@@ -12,7 +13,7 @@ from ..decode import Decoder, Row
 MOST_DATAGRAMS = 4096
 BUFFER_BYTES = 4 << 20
 #: Of Linux: each datagram tells how many were dropped before it.
-_RXQ_OVFL = 40
+_RXQ_OVFL, _RCVBUFFORCE = 40, 33
 
 
 class UdpPort:
@@ -23,6 +24,9 @@ class UdpPort:
         family = socket.AF_INET6 if ":" in host else socket.AF_INET
         self._socket = socket.socket(family, socket.SOCK_DGRAM)
         self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, BUFFER_BYTES)
+        # Beyond net.core.rmem_max where one may.
+        with contextlib.suppress(OSError):
+            self._socket.setsockopt(socket.SOL_SOCKET, _RCVBUFFORCE, BUFFER_BYTES)
         self._socket.setblocking(False)
         self.dropped = 0
         if sys.platform == "linux":
