@@ -13,7 +13,8 @@ install)
     "$top/test/bin/python" -m pip install -q scikit-build-core nanobind numpy pytest >"$top/test.log" 2>&1 ||
         absent "scikit-build-core, nanobind, numpy or pytest cannot be had from PyPI"
     # Not needed by the package: what is not there is skipped by name.
-    "$top/test/bin/python" -m pip install -q cmake ninja pandas polars pyarrow mypy ruff scipy duckdb statsmodels >>"$top/test.log" 2>&1 || :
+    "$top/test/bin/python" -m pip install -q cmake ninja pandas polars pyarrow mypy ruff scipy duckdb statsmodels matplotlib \
+        pyserial python-can cantools "paho-mqtt>=2" prometheus_client starlette uvicorn >>"$top/test.log" 2>&1 || :
     "$top/test/bin/python" -m pip install -q --no-build-isolation --no-deps --force-reinstall ./python >>"$top/test.log" 2>&1 ||
         { tail -n 30 "$top/test.log"; exit 1; }
     "$top/test/bin/python" -c 'import dqwatch; print(dqwatch.__version__)'
