@@ -10,6 +10,7 @@
 
 #include "app/base/columns.hpp"
 #include "app/base/text.hpp"
+#include "app/monitor/names.hpp"
 #include "dqw_fault.h"
 #include "dqw_number.h"
 #include "ref/fit/polled_looks.hpp"
@@ -24,12 +25,17 @@ constexpr double kHealthyPart = 0.1;                          // of all looks
 constexpr double kBand[kLooked] = {0.04, 0.06, 0.06, 0.012};  // as dqw_monitor_config's
 constexpr double kSure = 5.0;                                 // deviations
 constexpr double kSpread = 3.0;
-constexpr double kCoarse = 0.3;  // of the healthy value: no fault is told from so far
+constexpr std::size_t kPatience = 5;  // looks
+constexpr double kCoarse = 0.3;       // of the healthy value: no fault is told from so far
 constexpr float kSureName = 0.65F;
 // Copper; the magnets' flux, as a fall: ferrite loses 0.2 %/K, neodymium 0.12, so that 0.1 is what to expect and twice
 // as much no fault. Heat that a healthy drive may gain, and lose, after its healthy values were taken.
 constexpr double kAlpha_per_K = 0.0039, kBeta_per_K = 0.001, kSlack = 2.0;
 constexpr double kHotter_K = 110.0, kColder_K = 80.0;
+// A sensor lags behind its winding, or sits beside it: by so much; one that stands still, or jumps, is none.
+constexpr double kLag_K = 60.0, kStill_K = 0.5, kJump_K = 15.0;
+constexpr double kSaturation = 0.3;  // of L, from no current to the largest
+constexpr double kUnfit = 9.0;       // times the head's mean square: the equations no longer hold
 constexpr int kChannel[kLooked] = {DQW_WATCH_R, DQW_WATCH_LD, DQW_WATCH_LQ, DQW_WATCH_PSI};
 enum { R, Ld, Lq, Psi };
 
@@ -37,6 +43,16 @@ enum { R, Ld, Lq, Psi };
 struct Heat {
     double low = 0.0, high = 0.0;
 };
+
+/// Does a temperature column follow anything, without steps that no heat makes?
+bool is_believed(const std::vector<double>& column)
+{
+    if (column.empty()) return false;
+    const auto [low, high] = std::minmax_element(column.begin(), column.end());
+    double step = 0.0;
+    for (std::size_t k = 1; k < column.size(); ++k) step = std::max(step, std::abs(column[k] - column[k - 1]));
+    return *high - *low > kStill_K && step < kJump_K;
+}
 
 /// NaN without the column.
 double mean_of(const std::vector<double>& x, const Log& log, double from_s, double to_s)
@@ -56,8 +72,16 @@ public:
         healthy_looks_ = std::max(kHealthy, part);
         if (all_.looks.size() <= healthy_looks_)
             throw std::invalid_argument(
-                fmt::format("{}: {} of {} s or more; healthy values take {}, and one more is to be watched", log.path,
-                            counted(all_.looks.size(), "look"), kShortest_s, healthy_looks_));
+                fmt::format("{}: {} of {} s or more and 30 settled rows; healthy values take {}, and one more is to be "
+                            "watched",
+                            log.path, counted(all_.looks.size(), "look"), kShortest_s, healthy_looks_));
+        for (std::size_t j = 0; j < kLooked; ++j)
+            if (all_.head[j] < -2.0 * all_.head_sd[j])
+                throw std::invalid_argument(
+                    fmt::format("{}: {} is negative, as no machine has it: a sign or a column is probably wrong; fit "
+                                "and columns say more",
+                                log.path, channel_named(kChannel[j]).parameter));
+        winding_ = is_believed(log.temp_winding_C), magnet_ = is_believed(log.temp_magnet_C);
     }
 
     MonitorRun run()
@@ -76,6 +100,11 @@ public:
             "{} log: {} looks of {:.3g} s, the first {} as healthy; its rows are worth {:.0f}, by how settled they are",
             name_of(log_.regime), all_.looks.size(),
             (run_.end_s - run_.begin_s) / static_cast<double>(all_.looks.size()), healthy_looks_, worth));
+        if (log_.i_d_A.empty())
+            run_.notes.emplace_back(
+                "i_d_A is not in the log: a change of psi may be an i_d that came in, and is not named");
+        if (!log_.temp_winding_C.empty() && !winding_)
+            run_.notes.emplace_back("temp_winding_C stands still or jumps: it is not believed");
         if (all_.holds_dead_time && all_.known[R])
             run_.notes.emplace_back("R holds what dead time adds: a change of it is the winding's or the inverter's");
         return std::move(run_);
@@ -109,13 +138,14 @@ private:
         if (!watched) return;
         see(n);
         const int worst = out_of_band(n);
-        out_for_ = worst >= 0 && worst == out_ ? out_for_ + 1 : worst >= 0 ? 1 : 0;
+        out_for_ = worst >= 0 ? out_for_ + 1 : 0;
         if (out_for_ == 1) since_s_ = now.from_s;
-        out_ = worst;
-        // Two looks that agree; then all is taken anew.
+        // Two looks running, some more where the change is still on its way and has no name; then all is taken anew.
         if (out_for_ < 2) return;
-        tell(n, static_cast<std::size_t>(worst));
-        taken_from_ = n, out_ = -1, out_for_ = 0;
+        const bool named = worst < static_cast<int>(kLooked) && name(n).name != DQW_FAULT_UNKNOWN;
+        if (!named && out_for_ < kPatience) return;
+        tell(n, worst);
+        taken_from_ = n, out_for_ = 0;
     }
 
     static std::size_t channel(std::size_t j) { return static_cast<std::size_t>(kChannel[j]); }
@@ -151,7 +181,11 @@ private:
         const double from_s = all_.looks[taken_from_].from_s, to_s = all_.looks[taken_from_ + healthy_looks_ - 1].to_s;
         winding_C_ = mean_of(log_.temp_winding_C, log_, from_s, to_s);
         magnet_C_ = mean_of(log_.temp_magnet_C, log_, from_s, to_s);
-        hottest_K_ = 0.0;
+        hottest_K_ = 0.0, healthy_A_ = 0.0, unfit_ = kUnfit;
+        for (std::size_t n = taken_from_; n < taken_from_ + healthy_looks_; ++n) {
+            healthy_A_ += all_.looks[n].i_A / static_cast<double>(healthy_looks_);
+            unfit_ = std::max(unfit_, 4.0 * all_.looks[n].worse);
+        }
         if (!run_.served) {
             run_.served = run_.watched = true, run_.entered_s = run_.watched_from_s = to_s;
             run_.stages.push_back({to_s, DQW_STAGE_IN_SERVICE});
@@ -168,7 +202,7 @@ private:
 
     double band(std::size_t j) const { return std::max(kBand[j] * std::abs(healthy_[j]), kSpread * spread_[j]); }
 
-    /// What heat may make of R and flux: what the column says, give or take a slack; else what a drive may gain or lose.
+    /// What heat may make of R and flux, saturation of L: what the column says, give or take; else what a drive may.
     Heat heat(std::size_t n, std::size_t j) const
     {
         const PolledLook& l = all_.looks[n];
@@ -177,14 +211,19 @@ private:
         };
         if (j == R) {
             const double per_K = kAlpha_per_K * healthy_[j];
-            const double K = gained(log_.temp_winding_C, winding_C_);
-            if (std::isfinite(K)) return {std::min(0.0, per_K * K), std::max(0.0, per_K * K)};
-            return {-per_K * kColder_K, per_K * kHotter_K};
+            if (!winding_) return {-per_K * kColder_K, per_K * kHotter_K};
+            const double K = gained(log_.temp_winding_C, winding_C_), up = std::max(0.0, K), down = std::max(0.0, -K);
+            return {-per_K * std::min(kSlack * down + kLag_K, down + kColder_K),
+                    per_K * std::min(kSlack * up + kLag_K, up + kHotter_K)};
         }
-        if (j != Psi) return {};
-        const double per_K = kBeta_per_K * healthy_[j], K = gained(log_.temp_magnet_C, magnet_C_);
-        if (std::isfinite(K)) return {-kSlack * per_K * std::max(0.0, K), kSlack * per_K * std::max(0.0, -K)};
-        return {-per_K * (knows_heat() ? hottest_K_ : kHotter_K), per_K * kColder_K};
+        if (j != Psi) {
+            const double moved = std::abs(l.i_A - healthy_A_) / std::max({l.i_A, healthy_A_, 1e-12});
+            return {-kSaturation * moved * healthy_[j], kSaturation * moved * healthy_[j]};
+        }
+        const double per_K = kBeta_per_K * healthy_[j];
+        if (!magnet_) return {-per_K * (knows_heat() ? hottest_K_ : kHotter_K), per_K * kColder_K};
+        const double K = gained(log_.temp_magnet_C, magnet_C_);
+        return {-kSlack * per_K * std::max(0.0, K), kSlack * per_K * std::max(0.0, -K)};
     }
 
     double excess(std::size_t n, std::size_t j) const
@@ -214,7 +253,7 @@ private:
             const double ratio = std::abs(excess(n, j)) / std::max(band(j), kSure * change_sd(n, j));
             if (ratio > most) most = ratio, worst = static_cast<int>(j);
         }
-        return worst;
+        return worst < 0 && all_.looks[n].worse > unfit_ ? static_cast<int>(kLooked) : worst;
     }
 
     /// What would be told now.
@@ -232,6 +271,7 @@ private:
             s.band = band(j);
             s.why = s.least > kCoarse * std::abs(healthy_[j]) ? DQW_WHY_COARSE : DQW_WHY_IN_SERVICE;
         }
+        sights[DQW_WATCH_RESIDUAL] = {all_.head_V * std::sqrt(unfit_), NAN, DQW_WHY_IN_SERVICE, nullptr};
         MonitorSight& heat = sights[DQW_WATCH_TEMPERATURE];
         if (looked_at(n, R) && knows_heat())
             heat = {kHotter_K, NAN, DQW_WHY_IN_SERVICE, nullptr};
@@ -247,33 +287,64 @@ private:
         return nullptr;
     }
 
-    dqw_fault_verdict name(std::size_t n, std::size_t worst) const
+    /// By (E64), of what changed as a whole; what heat or current may make of it is in its deviation.
+    dqw_fault_verdict name(std::size_t n) const
     {
         float change[DQW_SIGNS] = {}, unit[DQW_SIGNS];
         std::fill(unit, unit + DQW_SIGNS, DQW_UNKNOWN);
         constexpr int sign[kLooked] = {DQW_SIGN_R, DQW_SIGN_LD, DQW_SIGN_LQ, DQW_SIGN_PSI};
         for (std::size_t j = 0; j < kLooked; ++j) {
             if (!looked_at(n, j)) continue;
-            change[sign[j]] = static_cast<float>(excess(n, j) / healthy_[j]);
-            unit[sign[j]] = static_cast<float>(std::max(band(j) / kSure, change_sd(n, j)) / std::abs(healthy_[j]));
+            const Heat h = heat(n, j);
+            const double unsure = std::hypot(std::max(band(j) / kSure, change_sd(n, j)),
+                                             0.5 * std::max(-h.low, h.high));
+            change[sign[j]] = static_cast<float>((value(n, j) - healthy_[j]) / healthy_[j]);
+            unit[sign[j]] = static_cast<float>(unsure / healthy_[j]);
         }
         dqw_fault_verdict verdict = dqw_fault_name_it(
             change, unit, {static_cast<float>(all_.head[R]), static_cast<float>(all_.head[Lq])});
-        // R beyond every heat: the winding's, or a connection's; a mean tells the two apart by the column alone.
-        if (worst == R && !all_.holds_dead_time && excess(n, R) > 0.0 && !log_.temp_winding_C.empty() &&
-            verdict.name == DQW_FAULT_UNKNOWN)
-            verdict = {DQW_FAULT_RESISTANCE_RISE, 0.9F, 0};
-        if (verdict.confidence < kSureName) verdict.name = DQW_FAULT_UNKNOWN;
+        if (verdict.confidence < kSureName || !is_sure(n, verdict.name)) verdict.name = DQW_FAULT_UNKNOWN;
+        if (verdict.name == DQW_FAULT_UNKNOWN) verdict = rise_of_R(n);
         return verdict;
     }
 
-    void tell(std::size_t n, std::size_t worst)
+    /// Of half a log an i_d that comes in looks like flux that goes; of the speed's scale like the voltage's, but for R.
+    bool is_sure(std::size_t n, dqw_fault_name name) const
     {
-        const MonitorEvent event{all_.looks[n].to_s,
-                                 since_s_,
-                                 static_cast<dqw_monitor_channel>(kChannel[worst]),
-                                 {value(n, worst), change_sd(n, worst), healthy_[worst]},
-                                 name(n, worst)};
+        if (log_.i_d_A.empty()) return false;
+        if (name != DQW_FAULT_VOLTAGE_SCALE) return true;
+        if (!looked_at(n, R) || !looked_at(n, Psi)) return false;
+        const double off = (value(n, R) - healthy_[R]) / healthy_[R] - (value(n, Psi) - healthy_[Psi]) / healthy_[Psi];
+        return std::abs(off) <
+               3.0 * std::hypot(change_sd(n, R) / healthy_[R], change_sd(n, Psi) / healthy_[Psi]) + kBand[R];
+    }
+
+    /// R beyond what its sensor says and beyond every heat, all else within: a connection's, or the winding's.
+    dqw_fault_verdict rise_of_R(std::size_t n) const
+    {
+        const dqw_fault_verdict unknown = {DQW_FAULT_UNKNOWN, 0.5F, 0};
+        if (!looked_at(n, R) || !knows_heat() || !winding_) return unknown;
+        for (std::size_t j = Ld; j < kLooked; ++j)
+            if (looked_at(n, j) && std::abs(excess(n, j)) > std::max(band(j), kSure * change_sd(n, j))) return unknown;
+        const double beyond = rise_K(n) - kHotter_K, sd_K = change_sd(n, R) / (kAlpha_per_K * healthy_[R]);
+        if (!(beyond > kSure * sd_K)) return unknown;
+        // The sensor may be the one that is wrong.
+        return {DQW_FAULT_RESISTANCE_RISE, 0.8F, 0};
+    }
+
+    void tell(std::size_t n, int worst)
+    {
+        const bool unfit = worst == static_cast<int>(kLooked);
+        const auto j = static_cast<std::size_t>(worst);
+        MonitorEvent event{all_.looks[n].to_s, since_s_, DQW_WATCH_RESIDUAL, {}, {DQW_FAULT_UNKNOWN, 0.5F, 0}};
+        if (unfit)
+            event.reading = {all_.head_V * std::sqrt(all_.looks[n].worse), NAN, all_.head_V};
+        else
+            event = {event.t_s,
+                     since_s_,
+                     static_cast<dqw_monitor_channel>(kChannel[j]),
+                     {value(n, j), change_sd(n, j), healthy_[j]},
+                     name(n)};
         run_.events.push_back(event);
         ++run_.event_count;
         if (watch_.event) watch_.event(event);
@@ -286,7 +357,8 @@ private:
     std::size_t healthy_looks_ = kHealthy, taken_from_ = 0;
     std::array<double, kLooked> healthy_{}, healthy_sd_{}, healthy_lasting_{}, spread_{};
     double winding_C_ = NAN, magnet_C_ = NAN, hottest_K_ = 0.0, since_s_ = 0.0;
-    int out_ = -1;
+    bool winding_ = false, magnet_ = false;
+    double healthy_A_ = 0.0, unfit_ = kUnfit;
     std::size_t out_for_ = 0;
 };
 

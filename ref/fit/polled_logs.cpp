@@ -18,6 +18,7 @@ constexpr double kLeastCurrent = 0.15;       // of the 95th percentile: below, d
 constexpr double kInverter = 0.01;  // of the link: what dead time and drops are, where the log does not show more
 constexpr double kAlong = 0.05, kAcross = 0.2;  // of it: what is not constant along the current
 constexpr double kSwing = 0.4;
+constexpr double kUnseen = 0.3;  // of the current: an i_d that is not in the log
 
 double quantile(std::vector<double> x, double part)
 {
@@ -122,6 +123,12 @@ void allow_for_inverter(const std::vector<Log>& logs, PolledLogs& p)
     const double swing = kSwing * std::sqrt(wobble2 / std::max(i2, 1e-300));
     widen(kPolledR, (kAlong + swing) * volts, i2), widen(kPolledPsi, kAlong * volts, w2);
     widen(kPolledLd, kAcross * volts, wi2[0]), widen(kPolledLq, kAcross * volts, wi2[1]);
+    // An i_d that is not in the log is not zero where a controller weakens the field, or its angle is off.
+    const bool unseen = std::any_of(logs.begin(), logs.end(), [](const Log& log) { return log.i_d_A.empty(); });
+    double& sd = p.solution.sd[kPolledPsi];
+    if (unseen && sd > 0.0)
+        sd = std::hypot(sd, kUnseen * std::hypot(p.solution.x[kPolledLq], p.solution.sd[kPolledLq]) *
+                                std::sqrt(i2 / std::max(shares, 1e-300)));
 }
 
 /// Where dead time clamps.

@@ -47,7 +47,7 @@ double neighbours(const PolledSolution& s)
 struct Sums {
     Matrix gram = Matrix::Zero();
     Vector moment = Vector::Zero();
-    double rows = 0.0;
+    double rows = 0.0, i_A2 = 0.0;
     std::size_t first = 0, last = 0;
 };
 
@@ -67,7 +67,8 @@ public:
         }
         if (now.rows > 0.0 && !out.empty()) {
             Sums& last = out.back();
-            last.gram += now.gram, last.moment += now.moment, last.rows += now.rows, last.last = now.last;
+            last.gram += now.gram, last.moment += now.moment, last.rows += now.rows, last.i_A2 += now.i_A2,
+                last.last = now.last;
         }
         return out;
     }
@@ -100,6 +101,7 @@ private:
             s.gram += p_.solution.share[k] * x * x.transpose();
             s.moment += p_.solution.share[k] * p_.solution.e_V[k][static_cast<std::size_t>(a)] * x;
         }
+        s.i_A2 += p_.solution.share[k] * p_.rows[k].i_abs_A * p_.rows[k].i_abs_A;
         s.rows += p_.solution.share[k], s.last = k;
     }
 
@@ -159,13 +161,16 @@ PolledLooks polled_looks(const Log& log, double least_s, double head_s)
     }
     // The head's residual says what lasts and what neighbours share; a look whose own is larger is as much less sure.
     const double white = power(first.solution, equations_a_row(p.rows), 0, first.rows.size() - 1),
-                 lasting = lasting_V2(first.solution), own = white * neighbours(first.solution);
+                 lasting = lasting_V2(first.solution, equations_a_row(first.rows)),
+                 own = white * neighbours(first.solution);
+    out.head_V = std::sqrt(white);
     for (const Sums& s : looks.gather(least_s)) {
         Matrix inverse;
         const Vector change = changes(s, wander, white, inverse);
-        const double worse = std::max(1.0, looks.left(s, change) / white);
+        const double left = looks.left(s, change) / white, worse = std::max(1.0, left);
         PolledLook look;
         look.from_s = looks.time(s.first), look.to_s = looks.time(s.last), look.rows = s.rows;
+        look.i_A = std::sqrt(s.i_A2 / s.rows), look.worse = left;
         for (std::size_t j = 0; j < kLooked; ++j) {
             const auto i = static_cast<Eigen::Index>(j);
             look.change[j] = change[i];

@@ -15,7 +15,9 @@ constexpr std::size_t kLooked = 4;
 /// Deviations: `sd` is a look's own, `lasting` may be the same in all looks.
 struct PolledLook {
     double from_s = 0.0, to_s = 0.0;
-    double rows = 0.0;  ///< that it is worth
+    double rows = 0.0;   ///< that it is worth
+    double i_A = 0.0;    ///< RMS current
+    double worse = 1.0;  ///< mean square that it leaves, over the head's
     std::array<double, kLooked> change{}, sd{}, lasting{};
 };
 
@@ -23,6 +25,7 @@ struct PolledLooks {
     std::array<bool, kLooked> known{};  ///< told by the head: L_d is not where it was taken to be L_q
     std::array<double, kLooked> head{}, head_sd{};
     std::vector<PolledLook> looks;
+    double head_V = 0.0;           ///< residual of the head, RMS of an axis
     bool holds_dead_time = false;  ///< R holds what an inverter loses
     bool follows = false;          ///< (E153): current follows speed, neither R nor psi is known
 };

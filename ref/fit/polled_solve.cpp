@@ -205,7 +205,7 @@ void judge(const std::vector<PolledRow>& rows, const Problem& p, double noise_ra
         middle += bartlett * (lag == 0 ? product : Square(product + product.transpose()));
     }
     const Matrix robust = p.inverse() * p.freed(middle) * p.inverse();
-    const double lasting = lasting_V2(s);
+    const double lasting = lasting_V2(s, equations_a_row(rows));
     // (E153)
     Eigen::Index psi = -1;
     for (std::size_t j = 0; j < p.free().size(); ++j)
@@ -254,7 +254,7 @@ PolledEquations polled_equations(const PolledRow& r, bool one_L, double turn_s, 
 }
 
 /// (E152): what lasts, from products of residuals that share no instant of the speed.
-double lasting_V2(const PolledSolution& s)
+double lasting_V2(const PolledSolution& s, double per_row)
 {
     std::vector<std::size_t> used;
     double power = 0.0, shares = 0.0;
@@ -275,7 +275,7 @@ double lasting_V2(const PolledSolution& s)
         if (!(products > 0.0)) continue;
         lasting = std::max(lasting, std::abs(sum) / products);
         // The largest of four by chance is 1.5 deviations.
-        chance = 1.5 * power / shares / std::sqrt(2.0 * products);
+        chance = 1.5 * power / shares / std::sqrt(per_row * products);
     }
     return std::max(0.0, lasting - chance);
 }

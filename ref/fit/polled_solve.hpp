@@ -48,7 +48,7 @@ PolledEquations polled_equations(const PolledRow& r, bool one_L, double turn_s, 
 double equations_a_row(const std::vector<PolledRow>& rows);
 
 /// (E152): of the residuals' square, what neighbours share that have no instant of the speed in common.
-double lasting_V2(const PolledSolution& s);
+double lasting_V2(const PolledSolution& s, double per_row);
 
 /// Deviations cost more than weights; without them `sd` and `follows` are zero.
 enum class PolledDeviations { found, left_out };
