@@ -35,7 +35,8 @@ constexpr double kHotter_K = 110.0, kColder_K = 80.0;
 // A sensor lags behind its winding, or sits beside it: by so much; one that stands still, or jumps, is none.
 constexpr double kLag_K = 60.0, kStill_K = 0.5, kJump_K = 15.0;
 constexpr double kSaturation = 0.3;  // of L, from no current to the largest
-constexpr double kUnfit = 9.0;       // times the head's mean square: the equations no longer hold
+// Times the head's mean square, and of the voltage: the equations no longer hold. Saturation leaves some percent.
+constexpr double kUnfit = 9.0, kUnfitPart = 0.05;
 constexpr int kChannel[kLooked] = {DQW_WATCH_R, DQW_WATCH_LD, DQW_WATCH_LQ, DQW_WATCH_PSI};
 enum { R, Ld, Lq, Psi };
 
@@ -253,7 +254,9 @@ private:
             const double ratio = std::abs(excess(n, j)) / std::max(band(j), kSure * change_sd(n, j));
             if (ratio > most) most = ratio, worst = static_cast<int>(j);
         }
-        return worst < 0 && all_.looks[n].worse > unfit_ ? static_cast<int>(kLooked) : worst;
+        const PolledLook& l = all_.looks[n];
+        const bool unfit = l.worse > unfit_ && all_.head_V * std::sqrt(2.0 * l.worse) > kUnfitPart * l.v_V;
+        return worst < 0 && unfit ? static_cast<int>(kLooked) : worst;
     }
 
     /// What would be told now.

@@ -47,7 +47,7 @@ double neighbours(const PolledSolution& s)
 struct Sums {
     Matrix gram = Matrix::Zero();
     Vector moment = Vector::Zero();
-    double rows = 0.0, i_A2 = 0.0;
+    double rows = 0.0, i_A2 = 0.0, v_V2 = 0.0;
     std::size_t first = 0, last = 0;
 };
 
@@ -68,7 +68,7 @@ public:
         if (now.rows > 0.0 && !out.empty()) {
             Sums& last = out.back();
             last.gram += now.gram, last.moment += now.moment, last.rows += now.rows, last.i_A2 += now.i_A2,
-                last.last = now.last;
+                last.v_V2 += now.v_V2, last.last = now.last;
         }
         return out;
     }
@@ -101,7 +101,9 @@ private:
             s.gram += p_.solution.share[k] * x * x.transpose();
             s.moment += p_.solution.share[k] * p_.solution.e_V[k][static_cast<std::size_t>(a)] * x;
         }
-        s.i_A2 += p_.solution.share[k] * p_.rows[k].i_abs_A * p_.rows[k].i_abs_A;
+        const PolledRow& r = p_.rows[k];
+        s.i_A2 += p_.solution.share[k] * r.i_abs_A * r.i_abs_A;
+        s.v_V2 += p_.solution.share[k] * (r.v_V[0] * r.v_V[0] + r.v_V[1] * r.v_V[1]);
         s.rows += p_.solution.share[k], s.last = k;
     }
 
@@ -170,7 +172,7 @@ PolledLooks polled_looks(const Log& log, double least_s, double head_s)
         const double left = looks.left(s, change) / white, worse = std::max(1.0, left);
         PolledLook look;
         look.from_s = looks.time(s.first), look.to_s = looks.time(s.last), look.rows = s.rows;
-        look.i_A = std::sqrt(s.i_A2 / s.rows), look.worse = left;
+        look.i_A = std::sqrt(s.i_A2 / s.rows), look.v_V = std::sqrt(s.v_V2 / s.rows), look.worse = left;
         for (std::size_t j = 0; j < kLooked; ++j) {
             const auto i = static_cast<Eigen::Index>(j);
             look.change[j] = change[i];

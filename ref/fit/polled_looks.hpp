@@ -15,9 +15,9 @@ constexpr std::size_t kLooked = 4;
 /// Deviations: `sd` is a look's own, `lasting` may be the same in all looks.
 struct PolledLook {
     double from_s = 0.0, to_s = 0.0;
-    double rows = 0.0;   ///< that it is worth
-    double i_A = 0.0;    ///< RMS current
-    double worse = 1.0;  ///< mean square that it leaves, over the head's
+    double rows = 0.0;            ///< that it is worth
+    double i_A = 0.0, v_V = 0.0;  ///< RMS current and voltage
+    double worse = 1.0;           ///< mean square that it leaves, over the head's
     std::array<double, kLooked> change{}, sd{}, lasting{};
 };
 
