@@ -86,7 +86,15 @@ public:
         std::vector<char*> argv;
         for (const auto& a : args) argv.push_back(const_cast<char*>(a.c_str()));
         argv.push_back(nullptr);
-        const int failed = ::posix_spawnp(&pid_, argv[0], &actions, nullptr, argv.data(), environ);
+        // Where the tests run in the background an interrupt is ignored, and a child would inherit that.
+        posix_spawnattr_t usual;
+        sigset_t signals;
+        sigemptyset(&signals), sigaddset(&signals, SIGINT), sigaddset(&signals, SIGTERM);
+        posix_spawnattr_init(&usual);
+        posix_spawnattr_setsigdefault(&usual, &signals);
+        posix_spawnattr_setflags(&usual, POSIX_SPAWN_SETSIGDEF);
+        const int failed = ::posix_spawnp(&pid_, argv[0], &actions, &usual, argv.data(), environ);
+        posix_spawnattr_destroy(&usual);
         posix_spawn_file_actions_destroy(&actions);
         ::close(in[0]), ::close(out[1]), ::close(err[1]);
         in_ = in[1], out_ = out[0], err_ = err[0];
