@@ -100,7 +100,7 @@ def test_the_day_a_drift_crosses_is_in_its_interval():
             o = spread[s.type, "psi_Wb"]
             base = np.log(o.value / (1 + MAGNET_PER_K * (o.temperature_C - REFERENCE_C)))
             first = fleet.day(0).toordinal() - 719163
-            at = first + (base - 0.10 - level) / slope
+            at = first + (base + np.log(0.9) - level) / slope
             total += 1
             # The location is known to its own deviation, which the interval of one motor's line has no part of.
             slack = 3 * o.sd / abs(slope)

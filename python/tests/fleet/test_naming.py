@@ -6,7 +6,7 @@ import numpy as np
 import pyarrow as pa
 import pytest
 
-from dqwatch.fleet.naming import CAUSES, named
+from dqwatch.fleet.naming import CAUSES, SAYS, named
 from dqwatch.fleet.simulated.drive import Wire, Wrong, polled_log
 from dqwatch.fleet.simulated.planted import TYPES
 from dqwatch.fleet.windows import D_AXIS
@@ -62,3 +62,46 @@ def test_what_two_causes_explain_names_both():
     off = {"Lq_H": 0.05}
     verdict = named([(off, {"Lq_H": 0.01})])
     assert {verdict.name, *verdict.also} >= {"inductance", "current_sensor"}
+
+
+@pytest.mark.parametrize(
+    ("off", "could"),
+    [
+        ({"psi_Wb": -0.1}, {"weak_magnet", "encoder_scale", "voltage_sensor"}),
+        ({"R_ohm": 0.4}, {"winding", "current_sensor", "voltage_sensor"}),
+        ({"R_ohm": 0.4, "psi_Wb": 0.0}, {"winding", "current_sensor"}),
+        ({"Lq_H": -0.2}, {"inductance", "current_sensor", "voltage_sensor", "encoder_scale"}),
+    ],
+)
+def test_causes_that_nothing_measured_tells_apart_are_unknown_and_listed(off, could):
+    verdict = named([(off, dict.fromkeys(off, 0.01))])
+    assert verdict.name == "unknown" and set(verdict.also) == could
+    assert verdict.says != SAYS["unknown"]
+
+
+def test_what_is_measured_alone_is_named_and_no_text_speaks_of_more():
+    off = {"psi_Wb": -0.1, "Lq_H": 0.0}
+    verdict = named([(off, dict.fromkeys(off, 0.01))])
+    assert verdict.name == "weak_magnet"
+    off = {"R_ohm": -0.1, "Lq_H": -0.1, "psi_Wb": 0.0}
+    verdict = named([(off, dict.fromkeys(off, 0.01))])
+    assert verdict.name == "current_sensor"
+    assert "L_q" in verdict.says and "flux" in verdict.says and "L_d" not in verdict.says
+    off = {"psi_Wb": 0.1, "Ld_H": 0.1, "dead_time_V": 0.0}
+    verdict = named([(off, dict.fromkeys(off, 0.01))])
+    assert verdict.name == "encoder_scale"
+    assert "L_d" in verdict.says and " R" not in verdict.says and "L_q" not in verdict.says
+
+
+def test_heat_is_listed_where_no_temperature_is_known_and_r_rose():
+    off = {"R_ohm": 0.2, "Lq_H": 0.0, "psi_Wb": 0.0, "dead_time_V": 0.0}
+    sd = dict.fromkeys(off, 0.01)
+    assert "heat" in named([(off, sd)], temperature_known=False).also
+    assert "heat" not in named([(off, sd)]).also
+    assert "heat" not in named([(off | {"R_ohm": -0.2}, sd)], temperature_known=False).also
+
+
+def test_a_drift_the_other_way_breaks_no_tie():
+    levels, drifts = {"R_ohm": 0.2}, {"R_ohm": -0.004}
+    verdict = named([(levels, {"R_ohm": 0.01}), (drifts, {"R_ohm": 0.01})])
+    assert verdict.name == "unknown" and "winding" in verdict.also

@@ -13,6 +13,7 @@ COPPER_PER_K = 0.00393
 _LEAST_K, _LEAST_LOG_A = 1.0, 0.03  # of scatter within motors: below, a slope is not sought
 _LEAST_CELL = 5  # motors of a group in one week
 _LEAST_COMMON = 0.01
+_LEAST_SIZE = 0.25
 
 
 @dataclasses.dataclass(frozen=True)
@@ -62,32 +63,83 @@ def scale_of(motor: Index, r: Array, s: Array, parameters: int) -> float:
     return max(spread_of((r / s)[many], np.zeros(int(np.count_nonzero(many))), 0), 1e-6)
 
 
+@dataclasses.dataclass(frozen=True)
+class Brought:
+    """Values at one temperature and current; deviations that a correction which could not be made adds (0 where it
+    was made); the stated deviations' scale; the slopes that were used."""
+
+    y: Array
+    wide: Array
+    scale: float
+    slopes: dict[str, Slope]
+
+
+def middle(x: Array) -> float:
+    """Median of what is known; NaN where nothing is."""
+    known = x[np.isfinite(x)]
+    return float(np.median(known)) if known.size else float("nan")
+
+
+def told_scale(motor: Index, r: Array, s: Array, wide: Array, parameters: int) -> float:
+    """scale_of by windows that were brought to one point, where these are enough."""
+    whole = wide == 0
+    if np.count_nonzero(whole) < 20:
+        return scale_of(motor, r, s, parameters)
+    return scale_of(motor[whole], r[whole], s[whole], parameters)
+
+
+def own_size(motor: Index, y: Array, s: Array, motors: int) -> Array:
+    """Of each window, its motor's level as a part of the type's, 1 + y; no less than a quarter."""
+    flat = tracks(motor, np.zeros(y.size), y, s, motors, flat=True)
+    return np.asarray(np.maximum(1 + flat.level, _LEAST_SIZE)[motor])
+
+
 def at_one_point(
     parameter: str, motor: Index, motors: int, y: Array, s: Array, temperature_C: Array, current_A: Array
-) -> tuple[Array, float, dict[str, Slope]]:
-    """Logarithms y at the median temperature and current; the deviations' scale; the slopes that were used."""
+) -> Brought:
+    """Values y = x / type - 1 at the median temperature and current. Windows without one (NaN) stay where they are,
+    and a motor's own have together no less deviation than the type's spread of it makes."""
     used: dict[str, Slope] = {}
     flat = tracks(motor, np.zeros(y.size), y, s, motors, flat=True)
     scale = scale_of(motor, flat.residual, s, 1)
-    columns: dict[str, Array] = {}
-    wanted = {"per_K": (temperature_C, _LEAST_K), "per_log_A": (np.log(np.maximum(current_A, 1e-9)), _LEAST_LOG_A)}
+    with np.errstate(invalid="ignore"):
+        log_A = np.log(np.maximum(current_A, 1e-9))
+    wanted = {"per_K": (temperature_C, _LEAST_K), "per_log_A": (log_A, _LEAST_LOG_A)}
+    known = np.ones(y.size, dtype=bool)
+    chosen: list[str] = []
     for name, (x, least) in wanted.items():
-        if np.all(np.isfinite(x)):
-            within = centred(motor, x, 1 / s**2, motors)
-            if float(np.std(within)) > least and np.count_nonzero(np.bincount(motor, minlength=motors) > 1) >= 5:
-                columns[name] = within
-    if columns:
-        X = np.column_stack(list(columns.values()))
-        found = line(X, centred(motor, y, 1 / s**2, motors), scale * s)
-        for k, name in enumerate(columns):
+        at = known & np.isfinite(x)
+        if not np.any(at):
+            continue
+        within = centred(motor[at], x[at], 1 / s[at] ** 2, motors)
+        if float(np.std(within)) > least and np.count_nonzero(np.bincount(motor[at], minlength=motors) > 1) >= 5:
+            chosen.append(name)
+            known = at
+    if chosen:
+        weight = 1 / s[known] ** 2
+        size = own_size(motor, y, s, motors)[known]
+        X = np.column_stack([size * centred(motor[known], wanted[name][0][known], weight, motors) for name in chosen])
+        found = line(X, centred(motor[known], y[known], weight, motors), scale * s[known])
+        for k, name in enumerate(chosen):
             used[name] = Slope(float(found.b[k]), float(np.sqrt(found.covariance[k, k])))
-    if parameter == "R_ohm" and "per_K" not in used and np.all(np.isfinite(temperature_C)):
+    if parameter == "R_ohm" and "per_K" not in used and np.any(np.isfinite(temperature_C)):
         used["per_K"] = Slope(COPPER_PER_K, 0.0)
+    wide2 = np.zeros(y.size)
     for name, slope in used.items():
         x = wanted[name][0]
-        y = y - slope.value * (x - np.median(x))
-    flat = tracks(motor, np.zeros(y.size), y, s, motors, flat=True)
-    return y, scale_of(motor, flat.residual, s, 1), used
+        has = np.isfinite(x)
+        by = np.clip(1 + slope.value * (x[has] - middle(x)), 0.2, 5.0)
+        y = y.copy()
+        y[has] = (1 + y[has]) / by - 1
+        # What a motor's windows lack is one and the same for all of them: not less for being many.
+        lacking = np.bincount(motor[~has], minlength=motors)[motor]
+        spread = 1.4826 * middle(np.abs(x - middle(x)))
+        wide2 += np.where(has, 0.0, lacking * (slope.value * spread) ** 2)
+    wide = np.sqrt(wide2)
+    if np.any(wide > 0):
+        wide = wide * own_size(motor, y, np.hypot(s, wide), motors)
+    flat = tracks(motor, np.zeros(y.size), y, np.hypot(s, wide), motors, flat=True)
+    return Brought(y, wide, told_scale(motor, flat.residual, s, wide, 1), used)
 
 
 def common_changes(

@@ -8,7 +8,7 @@ import numpy as np
 from scipy.stats import chi2
 from scipy.stats import t as student
 
-from .adjust import Common, Slope, at_one_point, common_changes, scale_of, weeks_of
+from .adjust import Common, Slope, at_one_point, common_changes, middle, own_size, told_scale, weeks_of
 from .naming import SAYS, Offs, named
 from .robust import Array, Index, Tracks, crossing, location, of_others, spread_of, tracks
 from .windows import D_AXIS, PARAMETERS, Windows
@@ -29,7 +29,9 @@ _WORTH = {
 }
 # Types are compared at their own temperature and current, on their own inverter: by so much the same motor may differ.
 _LIKE = {"R_ohm": 0.12, "Lq_H": 0.06, "psi_Wb": 0.04}
+_CLEAR = 5.0  # deviations from none
 _MACHINE, _FAR = ("R_ohm", "Lq_H", "psi_Wb"), 5.0
+_LEAST_SIZE = 0.25  # of a type's value: what is less is no measure of others
 _LEAST_MOTORS = 5  # of a type, to be compared
 _GROUPED = ("batch", "axis", "site")
 _COMMON = ("site", "axis")
@@ -50,7 +52,7 @@ class Of:
     current_A: float
     scale: float
     motors: Index
-    off: Array  # of each motor, relative (logarithm)
+    off: Array  # of each motor, relative; of D_AXIS a logarithm
     off_sd: Array  # its own
     z: Array
     slope: Array  # relative, a day, against the type's
@@ -61,6 +63,7 @@ class Of:
     shift: Array  # of each motor's group, where that is unlike the others: taken off before it is judged
     window: Index  # of the windows' table
     y: Array  # of each window, relative to the type's location
+    size: float  # what is relative is a part of this
 
 
 @dataclasses.dataclass(frozen=True)
@@ -113,6 +116,8 @@ class Comparison:
     unlike: list[Unlike]
     common: list[Common]
     tests: int
+    uncorrected: dict[str, int]  # windows with R, L or flux that lack "temperature", "current"
+    not_compared: list[tuple[str, str]]  # motor and parameter, where too few have its firmware
 
 
 def discovered(p: Array) -> Array:
@@ -141,6 +146,17 @@ class _Part:
     temperature_C: float
     current_A: float
     scale: float
+    wide: Array  # deviation of each window for what it was not corrected by
+    size: float  # y = value / size - 1; NaN where y is a logarithm
+
+
+def _size(motor: Index, x: Array, s: Array, motors: int) -> float:
+    """The type's value without its sign, robustly over its motors; its own deviation where it is less than that."""
+    unit = float(np.median(s))
+    flat = tracks(motor, np.zeros(x.size), x / unit, s / unit, motors, flat=True)
+    some = np.unique(motor)
+    found = location(flat.level[some], flat.level_sd[some])
+    return unit * max(abs(found.value), found.sd)
 
 
 def _parts(w: Windows) -> list[_Part]:
@@ -151,17 +167,27 @@ def _parts(w: Windows) -> list[_Part]:
         for p in (*PARAMETERS, D_AXIS):
             value, sd = w.value[p], w.sd[p]
             with np.errstate(invalid="ignore"):
-                at = np.flatnonzero((kind[w.motor] == g) & (value > 0) & (sd > 0) & np.isfinite(sd))
+                at = np.flatnonzero((kind[w.motor] == g) & np.isfinite(value) & (sd > 0) & np.isfinite(sd))
+                if p == D_AXIS:
+                    at = at[value[at] > 0]
             if np.unique(w.motor[at]).size < _LEAST_MOTORS:
                 continue
-            motor, y = w.motor[at], np.log(value[at])
-            s = sd[at] / value[at]
+            motor = w.motor[at]
+            if p == D_AXIS:
+                size, y, s = float("nan"), np.log(value[at]), sd[at] / value[at]
+            else:
+                size = _size(motor, value[at], sd[at], n)
+                y, s = value[at] / size - 1, sd[at] / size
             T, i = w.temperature_C[at], w.current_A[at]
             if p == D_AXIS:
                 T, i = np.full(at.size, np.nan), np.full(at.size, np.nan)
-            y, scale, slopes = at_one_point(p, motor, n, y, s, T, i)
-            out.append(_Part(g, p, at, motor, y, s, slopes, float(np.median(T)), float(np.median(i)), scale))
+            b = at_one_point(p, motor, n, y, s, T, i)
+            out.append(_Part(g, p, at, motor, b.y, s, b.slopes, middle(T), middle(i), b.scale, b.wide, size))
     return out
+
+
+def _deviations(part: _Part) -> Array:
+    return np.asarray(np.hypot(part.s * part.scale, part.wide))
 
 
 def _take_common(w: Windows, parts: list[_Part]) -> list[Common]:
@@ -172,10 +198,13 @@ def _take_common(w: Windows, parts: list[_Part]) -> list[Common]:
         mine = [part for part in parts if part.parameter == p]
         at = np.concatenate([part.window for part in mine])
         for key in _COMMON:
-            y, s = np.concatenate([part.y for part in mine]), np.concatenate([part.s * part.scale for part in mine])
+            # What a group does together multiplies each motor's own.
+            own = np.concatenate([own_size(part.motor, part.y, _deviations(part), n) for part in mine])
+            y = (1 + np.concatenate([part.y for part in mine])) / own - 1
+            s = np.concatenate([_deviations(part) for part in mine]) / own
             common, off = common_changes(p, key, w.group[key], w.labels[key], w.motor[at], n, week[at], w.day[at], y, s)
             found += common
-            begin = 0
+            begin, off = 0, off * own
             for part in mine:
                 part.y = part.y - off[begin : begin + part.y.size]
                 begin += part.y.size
@@ -186,9 +215,9 @@ def _tracks(w: Windows, part: _Part) -> Tracks:
     """With deviations as the windows scatter, and no less than a motor's own do."""
     n = len(w.motors)
     day = w.day[part.window]
-    first = tracks(part.motor, day, part.y, part.s, n)
-    part.scale = scale_of(part.motor, first.residual, part.s, 2)
-    s = part.s * part.scale
+    first = tracks(part.motor, day, part.y, _deviations(part), n)
+    part.scale = told_scale(part.motor, first.residual, part.s, part.wide, 2)
+    s = _deviations(part)
     found = tracks(part.motor, day, part.y, s, n)
     free = np.maximum(found.windows - 2, 0)
     square = np.bincount(part.motor, np.minimum((found.residual / s) ** 2, 25.0), minlength=n)
@@ -197,19 +226,36 @@ def _tracks(w: Windows, part: _Part) -> Tracks:
     return dataclasses.replace(found, level_sd=found.level_sd * wide, slope_sd=found.slope_sd * wide)
 
 
+def _between(level: Array, firmware: Index, without: int) -> float:
+    """Deviation between firmwares that two or more motors have, one motor left out; NaN for fewer than two of them."""
+    rest = np.arange(level.size) != without
+    said = [firmware == f for f in np.unique(firmware[firmware >= 0])]
+    values = [float(np.median(level[at & rest])) for at in said if np.count_nonzero(at & rest) >= 2]
+    return float(np.std(values, ddof=1)) if len(values) >= 2 else float("nan")
+
+
 def _by_firmware(w: Windows, part: _Part, t: Tracks, members: Index) -> Array:
-    """What an inverter loses is its firmware's, and R is never quite without it: by how much each motor's firmware is
-    off the type. NaN where too few have it."""
-    base = np.zeros(len(w.motors))
+    """What an inverter loses is its firmware's, and R is never quite without it: brings each firmware's windows to the
+    type's. Gives the deviation between firmwares for motors whose own too few have; NaN where that is not told."""
+    wide = np.zeros(len(w.motors))
     if part.parameter not in ("dead_time_V", "R_ohm"):
-        return base
+        return wide
     whole = location(t.level[members], t.level_sd[members]).value
     firmware = w.group["firmware"][members]
     for f in np.unique(firmware[firmware >= 0]):
         mine = members[firmware == f]
-        enough = mine.size >= _LEAST_MOTORS
-        base[mine] = location(t.level[mine], t.level_sd[mine]).value - whole if enough else np.nan
-    return base
+        if mine.size >= _LEAST_MOTORS:
+            base = location(t.level[mine], t.level_sd[mine]).value
+            at = np.isin(part.motor, mine)
+            if min(1 + base, 1 + whole) > _LEAST_SIZE:
+                by = np.where(at, (1 + whole) / (1 + base), 1.0)
+                part.y, part.s, part.wide = (1 + part.y) * by - 1, part.s * by, part.wide * by
+            else:
+                part.y = part.y - np.where(at, base - whole, 0.0)
+            continue
+        for m in mine:
+            wide[m] = _between(t.level[members], firmware, int(np.flatnonzero(members == m)[0]))
+    return wide
 
 
 def _unlike(w: Windows, part: _Part, level: Array, sd: Array, members: Index) -> list[tuple[Unlike, Index]]:
@@ -256,7 +302,9 @@ def _place(w: Windows, part: _Part, t: Tracks, level: Array, shift: Array, membe
     """Location by the motors of `core`; every one of `members` in it."""
     whole = location(level[core], t.level_sd[core])
     own = t.level_sd[members]
-    off = level[members] - whole.value
+    # Locations are the type's size but for what windows that scatter leave.
+    part_of = 1.0 if part.parameter == D_AXIS else max(abs(1 + whole.value), whole.sd)
+    off = (level[members] - whole.value) / part_of
     others, others_sd, spread = (
         np.full(members.size, whole.value),
         np.full(members.size, whole.sd),
@@ -275,35 +323,32 @@ def _place(w: Windows, part: _Part, t: Tracks, level: Array, shift: Array, membe
         slope -= drift
         slope_sd = np.sqrt(slope_sd**2 + all_slopes.spread**2 + all_slopes.sd**2)
         slope_z = slope / slope_sd
+    keep = np.isin(part.motor, members)
     return Of(
         "" if part.type < 0 else w.labels["type"][part.type],
         part.parameter,
-        float(np.exp(whole.value)),
-        whole.sd,
-        whole.spread,
-        drift,
+        float(np.exp(whole.value)) if part.parameter == D_AXIS else part.size * (1 + whole.value),
+        whole.sd / part_of,
+        whole.spread / part_of,
+        drift / part_of,
         part.slopes,
         part.temperature_C,
         part.current_A,
         part.scale,
         members,
         off,
-        own,
+        own / part_of,
         z,
-        slope,
-        slope_sd,
+        slope / part_of,
+        slope_sd / part_of,
         slope_z,
         t.span[members],
         t.day[members],
-        shift[members],
-        *_shown(part, members, whole.value),
+        shift[members] / part_of,
+        part.window[keep],
+        (part.y[keep] - whole.value) / part_of,
+        part.size * part_of,
     )
-
-
-def _shown(part: _Part, members: Index, value: float) -> tuple[Index, Array]:
-    """The windows of motors that are compared, relative to the type's location."""
-    keep = np.isin(part.motor, members)
-    return part.window[keep], part.y[keep] - value
 
 
 def _signs(of: list[Of]) -> tuple[list[list[Sign]], int]:
@@ -336,11 +381,14 @@ def _offs(of: list[Of], m: int) -> Offs:
         if at.size == 0:
             continue
         j = int(at[0])
-        levels[0][o.parameter] = float(o.off[j])
-        levels[1][o.parameter] = float(np.sqrt(o.off_sd[j] ** 2 + o.spread**2 + o.sd**2))
+        off, sd = float(o.off[j]), float(np.sqrt(o.off_sd[j] ** 2 + o.spread**2 + o.sd**2))
+        # Causes are factors: logarithms, where a value is far enough from none.
+        size = 1 + off if o.parameter != D_AXIS and 1 + off > _CLEAR * float(o.off_sd[j]) else 1.0
+        levels[0][o.parameter] = off if size == 1 else float(np.log(size))
+        levels[1][o.parameter] = sd / size
         if np.isfinite(o.slope_z[j]) and o.parameter != D_AXIS and o.span[j] > 0:
-            drifts[0][o.parameter] = float(o.slope[j] * o.span[j])
-            drifts[1][o.parameter] = float(o.slope_sd[j] * o.span[j])
+            drifts[0][o.parameter] = float(o.slope[j] * o.span[j]) / size
+            drifts[1][o.parameter] = float(o.slope_sd[j] * o.span[j]) / size
     return [levels, drifts]
 
 
@@ -368,11 +416,13 @@ def _other_type(w: Windows, of: list[Of], m: int, kind: str) -> str:
             if p not in mine or p not in theirs:
                 continue
             o, j = mine[p]
-            x = float(o.off[j]) + float(np.log(o.value))
+            if min(1 + float(o.off[j]), o.value, theirs[p].value) <= 0:
+                continue
+            x = float(np.log1p(o.off[j]) + np.log(o.value))
             if p != "R_ohm":
                 x += float(np.log(w.pole_pairs[m] / poles))
             x -= float(np.log(theirs[p].value))
-            square += x * x / (theirs[p].spread ** 2 + float(o.off_sd[j]) ** 2 + _LIKE[p] ** 2)
+            square += x * x / (theirs[p].spread ** 2 + float(o.off_sd[j] / (1 + o.off[j])) ** 2 + _LIKE[p] ** 2)
             count += 1
         if count >= 2 and (p_like := float(chi2.sf(square, count))) > best_p:
             best, best_p = other, p_like
@@ -380,7 +430,8 @@ def _other_type(w: Windows, of: list[Of], m: int, kind: str) -> str:
 
 
 def _crossing(w: Windows, of: list[Of], m: int, signs: tuple[Sign, ...]) -> tuple[str, float, float, float] | None:
-    """Of the drift that crosses first: parameter, and days after its last window."""
+    """Of the drift that crosses first: parameter, day and interval; from -inf to its first window where it is past the
+    limit before that."""
     first: tuple[str, float, float, float] | None = None
     for o in of:
         if not any(s.what == "drift" and s.parameter == o.parameter for s in signs) or m not in o.motors:
@@ -389,9 +440,33 @@ def _crossing(w: Windows, of: list[Of], m: int, signs: tuple[Sign, ...]) -> tupl
         limit = np.sign(o.slope[j]) * LIMIT
         at, low, high = crossing(float(o.off[j]), float(o.off_sd[j]), float(o.slope[j]), float(o.slope_sd[j]), limit)
         day = float(o.day[j])
-        if np.isfinite(at) and (first is None or day + at < first[1]):
+        begin = float(np.min(w.day[o.window[w.motor[o.window] == m]]))
+        if day + at < begin:
+            at, low, high = -np.inf, -np.inf, begin - day
+        if at < np.inf and (first is None or day + at < first[1]):
             first = (o.parameter, float(day + at), day + low, day + high)
     return first
+
+
+def _uncorrected(w: Windows) -> dict[str, int]:
+    with np.errstate(invalid="ignore"):
+        electrical = np.any([w.sd[p] > 0 for p in ("R_ohm", "Ld_H", "Lq_H", "psi_Wb")], axis=0)
+    lacks = {"temperature": w.temperature_C, "current": w.current_A}
+    return {name: int(np.count_nonzero(electrical & ~np.isfinite(x))) for name, x in lacks.items()}
+
+
+def left_out(c: Comparison) -> list[str]:
+    """What was not corrected and not compared, a line each."""
+    lines = [
+        f"{count} windows are without {name} and not brought to one {name}"
+        for name, count in c.uncorrected.items()
+        if count
+    ]
+    for p in dict.fromkeys(p for _m, p in c.not_compared):
+        some = [m for m, of in c.not_compared if of == p]
+        shown = ", ".join(some[:5]) + (", …" if len(some) > 5 else "")
+        lines.append(f"{p} of {len(some)} motors is not compared, too few have their firmware: {shown}")
+    return lines
 
 
 def compare(w: Windows) -> Comparison:
@@ -400,13 +475,17 @@ def compare(w: Windows) -> Comparison:
     common = _take_common(w, parts)
     done: list[tuple[_Part, Tracks, Array, Index]] = []
     groups: list[tuple[Unlike, Index, int]] = []
+    not_compared: list[tuple[str, str]] = []
     for part in parts:
         t = _tracks(w, part)
         members = np.unique(part.motor)
-        base = _by_firmware(w, part, t, members)
-        level = t.level - base
-        part.y = part.y - base[part.motor]
-        members = members[np.isfinite(level[members])]
+        wide = _by_firmware(w, part, t, members)
+        t = _tracks(w, part)
+        t = dataclasses.replace(t, level_sd=np.hypot(t.level_sd, wide))
+        level = t.level
+        told = np.isfinite(t.level_sd[members])
+        not_compared += [(w.motors[m], part.parameter) for m in members[~told]]
+        members = members[told]
         if members.size < _LEAST_MOTORS:
             continue
         done.append((part, t, level, members))
@@ -432,6 +511,7 @@ def compare(w: Windows) -> Comparison:
         of.append(_place(w, part, t, level, shift, members, core if core.size >= _LEAST_MOTORS else members))
     signs, tests = _signs(of)
     standing: list[Standing] = []
+    warm_known = {int(m) for m in w.motor[np.isfinite(w.temperature_C)]}
     by_type: dict[str, list[Of]] = {}
     for o in of:
         by_type.setdefault(o.type, []).append(o)
@@ -439,15 +519,15 @@ def compare(w: Windows) -> Comparison:
         kind = "" if w.group["type"][m] < 0 else w.labels["type"][w.group["type"][m]]
         mine_of = by_type.get(kind, [])
         if failed:
-            verdict = named(_offs(mine_of, m))
-            cause, also, like = verdict.name, verdict.also, ""
+            verdict = named(_offs(mine_of, m), m in warm_known)
+            cause, also, like, says = verdict.name, verdict.also, "", verdict.says
             if _far(mine_of, m):
                 like = _other_type(w, of, m, kind)
             if like:
-                cause, also = "other_type", ()
+                cause, also, says = "other_type", (), SAYS["other_type"]
             ordered = tuple(sorted(failed, key=lambda s: -abs(s.z)))
             standing.append(
-                Standing(w.motors[m], kind, cause, SAYS[cause], also, ordered, like, _crossing(w, mine_of, m, ordered))
+                Standing(w.motors[m], kind, cause, says, also, ordered, like, _crossing(w, mine_of, m, ordered))
             )
         elif m in of_batch:
             u = of_batch[m]
@@ -463,4 +543,4 @@ def compare(w: Windows) -> Comparison:
                 )
             )
     standing.sort(key=lambda s: -max(abs(x.z) for x in s.signs))
-    return Comparison(of, standing, [u for u, _m, _k in real], common, tests)
+    return Comparison(of, standing, [u for u, _m, _k in real], common, tests, _uncorrected(w), not_compared)

@@ -27,17 +27,17 @@ CAUSES = (
     Cause("strong_magnet", "the flux is high: other magnets or another winding", {"psi_Wb": 1}, 1),
     Cause(
         "current_sensor",
-        "R and L moved by one factor, the flux did not: the current sensors' gain",
+        "the current sensors' gain",
         {"R_ohm": -1, "Lq_H": -1, "Ld_H": -1},
     ),
     Cause(
         "voltage_sensor",
-        "R, L, flux and dead time moved by one factor: the voltage's gain",
+        "the voltage's gain",
         {"R_ohm": 1, "Lq_H": 1, "Ld_H": 1, "psi_Wb": 1, "dead_time_V": 1},
     ),
     Cause(
         "encoder_scale",
-        "flux and L moved by one factor, R did not: the speed's scale",
+        "the speed's scale",
         {"psi_Wb": -1, "Lq_H": -1, "Ld_H": -1},
     ),
     Cause(
@@ -52,9 +52,14 @@ CAUSES = (
     Cause("worn_bearing", _DRAGS, {"coulomb_Nm": 1}, 1, ("B_Nms_rad",)),
     Cause("worn_bearing", _DRAGS, {"B_Nms_rad": 1}, 1, ("coulomb_Nm",)),
     Cause("low_friction", "friction is low: no load, or another bearing", {"B_Nms_rad": -1, "coulomb_Nm": -1}, 1),
-    Cause("winding", "R is high and nothing else: a connection or the winding", {"R_ohm": 1}, 1),
-    Cause("low_resistance", "R is low and nothing else: a parallel path, or another winding", {"R_ohm": -1}, 1),
-    Cause("inductance", "L_q alone: the iron or the air gap", {"Lq_H": 1, "Ld_H": 1}),
+    Cause("winding", "R is high and nothing else that is measured: a connection or the winding", {"R_ohm": 1}, 1),
+    Cause(
+        "low_resistance",
+        "R is low and nothing else that is measured: a parallel path, another winding",
+        {"R_ohm": -1},
+        1,
+    ),
+    Cause("inductance", "L alone: the iron or the air gap", {"Lq_H": 1, "Ld_H": 1}),
     Cause("inverter", "what the inverter loses alone: dead time, or its compensation", {"dead_time_V": 1}),
     Cause("inertia", "the inertia alone: another load on the shaft", {"J_kgm2": 1}),
 )
@@ -62,20 +67,25 @@ SAYS = {cause.name: cause.says for cause in CAUSES} | {
     "batch": "its whole batch is unlike the others",
     "other_type": "it is not of the type that its papers name",
     "unknown": "unlike the others, and no single cause fits",
+    "heat": "a winding that is warmer than the others'",
 }
+_TIED = "unlike the others; what would tell the causes apart is not measured"
+_CALLED = {"R_ohm": "R", "Ld_H": "L_d", "Lq_H": "L_q", "psi_Wb": "the flux", "dead_time_V": "dead time"}
 _DOUBT = 6.0  # of chi-square: a cause as near as that is named beside
 _SURE = 4.0  # deviations of its own sign that a cause needs which frees others
+_WARM = 2.0  # deviations by which R is high where heat may be why
 _LEFT = 1e-4  # chance below which what a cause leaves is not chance
 
 
 @dataclasses.dataclass(frozen=True)
 class Verdict:
-    """The cause, its amount (in logarithms), and others that fit about as well."""
+    """The cause, its amount (in logarithms), and others that fit about as well. `says` speaks of what is measured."""
 
     name: str
     amount: float
     also: tuple[str, ...]
     left: float
+    says: str
 
 
 def amount_of(cause: Cause, off: Mapping[str, float], sd: Mapping[str, float]) -> tuple[float, float, float]:
@@ -97,9 +107,32 @@ def amount_of(cause: Cause, off: Mapping[str, float], sd: Mapping[str, float]) -
 Offs = Sequence[tuple[Mapping[str, float], Mapping[str, float]]]
 
 
-def named(offs: Offs) -> Verdict:
-    """The cause that fits best. `offs`: for levels and for drifts, how far each parameter is off, and its deviation."""
-    found: list[tuple[float, float, float, str]] = []
+def _text(name: str, offs: Offs) -> str:
+    """The cause in words; where it is a factor, with what is measured that it moves, and what it does not."""
+    cause = next((c for c in CAUSES if c.name == name), None)
+    if name not in ("current_sensor", "voltage_sensor", "encoder_scale") or cause is None:
+        return SAYS[name]
+    known = [n for n in _CALLED if any(n in off for off, _sd in offs)]
+    moved = [_CALLED[n] for n in known if n in cause.moves]
+    still = [_CALLED[n] for n in known if n not in cause.moves and n != "dead_time_V"]
+    text = f"{', '.join(moved)} moved" + (" by one factor" if len(moved) > 1 else "")
+    if still:
+        text += f", {', '.join(still)} did not"
+    return f"{text}: {cause.says}"
+
+
+def _warm(offs: Offs) -> bool:
+    return any(off.get("R_ohm", 0.0) > _WARM * sd["R_ohm"] for off, sd in offs if "R_ohm" in sd)
+
+
+def named(offs: Offs, temperature_known: bool = True) -> Verdict:
+    """The cause that fits best. `offs`: for levels and for drifts, how far each parameter is off, and its deviation.
+
+    Causes that move all that is measured alike are `unknown`, and stand beside it. Heat stands beside where R is high
+    and no temperature is known.
+    """
+    found: list[tuple[float, float, float, str, dict[str, float]]] = []
+    known = {n for off, _sd in offs for n in off}
     for cause in CAUSES:
         rest, freed, largest, surest = 0.0, 0, 0.0, 0.0
         for off, sd in offs:
@@ -112,15 +145,22 @@ def named(offs: Offs) -> Verdict:
         # What is freed may not win by being many, and not without what the cause itself moves.
         if cause.frees and surest < _SURE:
             continue
-        found.append((rest + 4 * freed, rest, largest, cause.name))
-    found.sort()
-    _score, rest, amount, name = found[0]
-    near = [other for score, _r, x, other in found[1:] if score < found[0][0] + _DOUBT and x != 0 and other != name]
-    also = tuple(dict.fromkeys(near))
+        moved = {n: by * float(np.sign(largest)) for n, by in cause.moves.items() if n in known}
+        found.append((rest + 4 * freed, rest, largest, cause.name, moved))
+    found.sort(key=lambda f: f[:4])
+    score, rest, amount, name, moved = found[0]
+    near = [(n, way) for s, _r, x, n, way in found[1:] if x != 0 and n != name and s < score + _DOUBT]
+    also = tuple(dict.fromkeys(n for n, _way in near))
+    tied = any(way == moved for _n, way in near)
+    warm = ("heat",) if not temperature_known and _warm(offs) else ()
     judged = max(1, sum(len(off) for off, _sd in offs) - 1)
     left = float(chi2.sf(rest, judged))
     # A part in ten of what was off may stay: neither made nor modelled exactly.
     all_off = sum(sum((off[n] / sd[n]) ** 2 for n in off) for off, sd in offs)
+    if amount == 0:
+        return Verdict("unknown", 0.0, warm, left, SAYS["unknown"])
     if left < _LEFT and rest > 0.1 * all_off:
-        return Verdict("unknown", amount, (name, *also), left)
-    return Verdict(name, amount, also, left)
+        return Verdict("unknown", amount, (*warm, name, *also), left, SAYS["unknown"])
+    if tied:
+        return Verdict("unknown", amount, (*warm, name, *also), left, _TIED)
+    return Verdict(name, amount, (*warm, *also), left, _text(name, offs))

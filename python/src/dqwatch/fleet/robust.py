@@ -170,9 +170,10 @@ def tracks(motor: Index, day: Array, y: Array, s: Array, motors: int, flat: bool
 def crossing(
     level: float, level_sd: float, slope: float, slope_sd: float, limit: float, z: float = 1.96
 ) -> tuple[float, float, float]:
-    """Days from the line's middle until it crosses `limit`, and Fieller's interval; infinite where it may never."""
+    """Days from the line's middle until it crosses `limit`, and Fieller's interval; infinite where it may never, and
+    negative where it is past the limit already."""
     gap = limit - level
-    if slope == 0 or gap / slope < 0 or abs(slope) < 1e-300:
+    if abs(slope) < 1e-300 or slope * limit <= 0:
         return np.inf, np.inf, np.inf
     at = gap / slope
     # (gap - slope x)^2 = z^2 (level_sd^2 + x^2 slope_sd^2)
@@ -181,7 +182,7 @@ def crossing(
     c = gap**2 - (z * level_sd) ** 2
     root2 = b * b - 4 * a * c
     if a <= 0 or root2 < 0:
-        return at, 0.0, np.inf
+        return at, 0.0 if at >= 0 else -np.inf, np.inf
     root = np.sqrt(root2)
     low, high = sorted(((-b - root) / (2 * a), (-b + root) / (2 * a)))
-    return at, max(0.0, float(low)), float(high)
+    return at, max(0.0, float(low)) if at >= 0 else float(low), float(high)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from .compare import Sign
+from .compare import Sign, Standing, left_out
 from .windows import D_AXIS
 
 if TYPE_CHECKING:
@@ -29,7 +29,7 @@ def sign_text(s: Sign) -> str:
     """One test, in words."""
     if s.parameter == D_AXIS:
         return f"rest on d × {math.exp(s.off):.1f}"
-    change = f"{_SHORT[s.parameter]} {100 * math.expm1(s.off):+.1f} %"
+    change = f"{_SHORT[s.parameter]} {100 * s.off:+.1f} %"
     return change + (" (drift)" if s.what == "drift" else f" ± {100 * s.sd:.1f}")
 
 
@@ -39,6 +39,16 @@ def _date(day: float) -> str:
     if not math.isfinite(day) or not 0 <= day < 2.9e6:
         return "–"
     return (datetime.date(1970, 1, 1) + datetime.timedelta(days=int(day))).isoformat()
+
+
+def due_text(s: Standing) -> str:
+    """When a drift crosses 10 %, or that it was past before the first window; "" for none."""
+    if s.crossing is None:
+        return ""
+    _parameter, at, low, high = s.crossing
+    if not math.isfinite(at):
+        return f"past 10 % before the first window ({_date(high)})"
+    return f"10 % {_date(at)} ({_date(low)} … {_date(high)})"
 
 
 def text_of(result: FleetResult) -> str:
@@ -57,7 +67,7 @@ def text_of(result: FleetResult) -> str:
             s.type,
             s.cause.replace("_", " ") + (f" ({s.like})" if s.like else ""),
             ", ".join(map(sign_text, s.signs[:3])),
-            f"10 % {_date(s.crossing[1])} ({_date(s.crossing[2])} … {_date(s.crossing[3])})" if s.crossing else "",
+            due_text(s),
         )
         for s in c.standing[:_MOST]
     ]
@@ -68,8 +78,7 @@ def text_of(result: FleetResult) -> str:
     if c.unlike or c.common:
         lines.append("")
     lines += [
-        f"{u.key} {u.label}: {_SHORT[u.parameter]} {100 * math.expm1(u.off):+.1f} % ± {100 * u.sd:.1f}, "
-        f"{len(u.motors)} motors"
+        f"{u.key} {u.label}: {_SHORT[u.parameter]} {100 * u.off:+.1f} % ± {100 * u.sd:.1f}, {len(u.motors)} motors"
         for u in c.unlike
     ]
     lines += [
@@ -77,4 +86,6 @@ def text_of(result: FleetResult) -> str:
         f"{100 * (max(x.change) - min(x.change)):.1f} %"
         for x in c.common
     ]
+    if notes := left_out(c):
+        lines += ["", *notes]
     return "\n".join([*lines, "", f"page: {result.page}"])

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pyarrow as pa
 
+from .glance import glance, has_machine
 from .windows import PARAMETERS
 
 _TEXTS = ("motor", "window", "verdict", "regime", "why", "source", "source_hash", "settings")
@@ -96,6 +97,12 @@ def channels(table: pa.Table) -> pa.Table:
     return table
 
 
+def _mean(x: Any) -> float:
+    """Of the rows that have a value; NaN where none has."""
+    known = x[np.isfinite(x)]
+    return float(np.mean(known)) if known.size else float("nan")
+
+
 def _means(table: pa.Table) -> dict[str, float]:
     out: dict[str, float] = {}
 
@@ -104,12 +111,12 @@ def _means(table: pa.Table) -> dict[str, float]:
 
     for name in ("temp_winding_C", "v_dc_V"):
         if (x := column(name)) is not None and x.size:
-            out[name] = float(np.mean(x))
+            out[name] = _mean(x)
     i_q, i_d, w = column("i_q_A"), column("i_d_A"), column("w_m_rad_s")
     if i_q is not None and i_q.size:
-        out["i_rms_A"] = float(np.sqrt(np.mean(i_q**2 + (i_d**2 if i_d is not None else 0))))
+        out["i_rms_A"] = float(np.sqrt(_mean(i_q**2 + (i_d**2 if i_d is not None else 0))))
     if w is not None and w.size:
-        out["w_rms_rad_s"] = float(np.sqrt(np.mean(w**2)))
+        out["w_rms_rad_s"] = float(np.sqrt(_mean(w**2)))
     return out
 
 
@@ -182,16 +189,19 @@ def window_row(log: pa.Table | str, settings: Settings, papers: Mapping[str, str
     Never raises for what a log holds: the row then says why not.
     """
     row = empty_row(settings=settings.digest(), **known)
+    seen = log if isinstance(log, pa.Table) else glance(log)
     try:
-        regime = _regime(log, settings) if isinstance(log, pa.Table) else settings.regime
+        regime = settings.regime
+        if seen is not None and not (isinstance(log, str) and has_machine(log)):
+            regime = _regime(seen, settings)
         _fill(row, _fit(log, settings, papers, regime))
         if row["regime"] == "dynamic":
             row["faults"] = _faults(log, papers)
     except Exception as error:  # of any kind: one log stops nothing
         row["verdict"], row["why"] = "not_fitted", str(error).strip() or type(error).__name__
-    if isinstance(log, pa.Table):
-        row |= _means(log)
-        row["rows"] = log.num_rows
+    if seen is not None:
+        row |= _means(seen)
+        row["rows"] = seen.num_rows
     return row
 
 

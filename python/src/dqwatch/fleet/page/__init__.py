@@ -13,9 +13,9 @@ import numpy as np
 import numpy.typing as npt
 import pyarrow as pa
 
-from ..compare import LIMIT, Comparison
+from ..compare import LIMIT, Comparison, left_out
 from ..naming import SAYS
-from ..windows import GROUPS, UNITS, Windows
+from ..windows import D_AXIS, GROUPS, UNITS, Windows
 
 _KINDS = {"f4": "<f4", "f8": "<f8", "i4": "<i4"}
 
@@ -70,7 +70,8 @@ def page(w: Windows, c: Comparison, table: pa.Table) -> str:
         motor = w.motor[o.window]
         order = np.lexsort((w.day[o.window], motor))
         begin = np.searchsorted(motor[order], np.append(o.motors, len(w.motors)))
-        sd = o.scale * w.sd[o.parameter][o.window] / w.value[o.parameter][o.window]
+        sd = o.scale * w.sd[o.parameter][o.window]
+        sd = sd / (w.value[o.parameter][o.window] if o.parameter == D_AXIS else o.size)
         windows |= {
             f"w{k}": ("i4", o.window[order]),
             f"y{k}": ("f4", o.y[order]),
@@ -84,6 +85,7 @@ def page(w: Windows, c: Comparison, table: pa.Table) -> str:
                 "parameter": o.parameter,
                 "unit": UNITS[o.parameter],
                 "value": o.value,
+                "size": _finite(o.size),
                 "sd": o.sd,
                 "spread": o.spread,
                 "drift": o.drift,
@@ -109,7 +111,8 @@ def page(w: Windows, c: Comparison, table: pa.Table) -> str:
     data = {
         "title": "Fleet",
         "headline": _headline(w, c, len(names)),
-        "about": f"{len(names)} windows; {len(lost)} not usable; {c.tests} tests, false discoveries held at 1 %.",
+        "about": f"{len(names)} windows; {len(lost)} not usable; {c.tests} tests, false discoveries held at 1 %."
+        + "".join(f" {line}." for line in left_out(c)),
         "motors": w.motors,
         "causes": SAYS,
         "limit": LIMIT,

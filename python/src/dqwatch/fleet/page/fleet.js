@@ -35,7 +35,9 @@
   const PLURAL = { batch: "batches", axis: "axes", site: "sites" };
   const words = (name) => name.replaceAll("_", " ");
   const percent = (x, digits = 1) => `${x >= 0 ? "+" : "−"}${Math.abs(100 * x).toFixed(digits)} %`;
-  const part = (logarithm) => Math.expm1(Math.max(-20, Math.min(20, logarithm)));
+  // Of the rest on d logarithms are compared, of all else parts of the type's value.
+  const part = (off, parameter) => parameter === "d_axis" ? Math.expm1(Math.max(-20, Math.min(20, off))) : off;
+  const size_of = (o) => o.size ?? o.value;
   const date = (day) => new Date(day * 86400e3).toISOString().slice(0, 10);
   const figure = (x) => {
     if (!isFinite(x)) return "–";
@@ -56,6 +58,7 @@
   const due_text = (s) => {
     if (!s.crossing) return "";
     const [, at, low, high] = s.crossing;
+    if (at === null) return `${(100 * data.limit).toFixed(0)} % passed before the first window`;
     const ends = isFinite(high) && high !== null ? `${date(low)} … ${date(high)}` : `not before ${date(low)}`;
     return at > data.last ? `${percent(Math.sign(s.signs.find((x) => x.what === "drift").off) * data.limit, 0)} on ${date(at)} (${ends})` : `${(100 * data.limit).toFixed(0)} % passed ${date(at)}`;
   };
@@ -281,7 +284,7 @@
       el("header", {}, el("h1", { text: name }), el("p", { text: TABLE_HEAD.slice(1, 6).map((h, k) => row[k + 1] ? `${h} ${row[k + 1]}` : "").filter(Boolean).join(" · ") })));
     const verdict = el("section", { class: "card" });
     if (s) verdict.append(el("h2", { text: words(s.cause), style: { color: colour(s.cause) } }), el("p", { text: why_text(s) }), s.crossing ? el("p", { text: `${SHORT[s.crossing[0]]}: ${due_text(s)}` }) : null,
-      table(["parameter", "what", "#off", "#± %", "#deviations", "#q"], s.signs.map((x) => [SHORT[x.parameter], x.what, percent(part(x.off)), (100 * x.sd).toFixed(2), x.z.toFixed(1), x.q.toPrecision(2)])));
+      table(["parameter", "what", "#off", "#± %", "#deviations", "#q"], s.signs.map((x) => [SHORT[x.parameter], x.what, percent(part(x.off, x.parameter)), (100 * x.sd).toFixed(2), x.z.toFixed(1), x.q.toPrecision(2)])));
     else verdict.append(el("h2", { text: "As the others of its type" }), el("p", { text: "No parameter and no drift of it stands out at 1 % false discoveries." }));
     place.append(verdict);
     const plots = el("div", { class: "two" });
@@ -289,8 +292,8 @@
       const [points, j] = points_of(k, m);
       if (j < 0) continue;
       const z = summary[`z${k}`][j], sz = summary[`sz${k}`][j], t = summary[`t${k}`][j], off = summary[`o${k}`][j];
-      const card = el("section", { class: "card" }, el("h2", { text: `${SHORT[o.parameter]}  ${quantity(o.value * Math.exp(off), o.unit)}` }),
-        el("p", { text: `${percent(part(off), 2)} of its type (${z.toFixed(1)} deviations)${isFinite(sz) && o.parameter !== "d_axis" ? `; ${percent(7 * t, 2)} a week (${sz.toFixed(1)})` : ""}` }));
+      const card = el("section", { class: "card" }, el("h2", { text: `${SHORT[o.parameter]}  ${quantity(o.value + size_of(o) * part(off, o.parameter), o.unit)}` }),
+        el("p", { text: `${percent(part(off, o.parameter), 2)} of its type (${z.toFixed(1)} deviations)${isFinite(sz) && o.parameter !== "d_axis" ? `; ${percent(7 * t, 2)} a week (${sz.toFixed(1)})` : ""}` }));
       const days = points.map((p) => p[0]), middle = summary[`d${k}`][j], ratio = o.parameter === "d_axis";
       const trend = isFinite(t) && points.length > 2 ? [days[0], off + (t + o.drift) * (days[0] - middle), days[days.length - 1], off + (t + o.drift) * (days[days.length - 1] - middle)] : null;
       line_plot(card, { points, trend, ratio, colour: s && s.signs.some((x) => x.parameter === o.parameter) ? colour(s.cause) : "var(--line)", band: 2 * o.spread, least: -2.2 * o.spread, limits: ratio ? [] : [data.limit, -data.limit], width: 520, height: 170, left: 42 });
@@ -304,7 +307,7 @@
     const rows = [];
     for (const [k, o] of data.of.entries()) {
       const [points] = points_of(k, m);
-      for (const [day, y, s] of points) rows.push([motor_of(m), date(day), o.parameter, (o.value * Math.exp(y)).toPrecision(7), (o.value * Math.exp(y) * s).toPrecision(3), part(y).toPrecision(4)]);
+      for (const [day, y, s] of points) rows.push([motor_of(m), date(day), o.parameter, (o.value + size_of(o) * part(y, o.parameter)).toPrecision(7), (o.parameter === "d_axis" ? o.value * Math.exp(y) * s : o.size * s).toPrecision(3), part(y, o.parameter).toPrecision(4)]);
     }
     save("windows.csv", ["motor", "day", "parameter", "value_at_reference", "sd", "off"], rows);
   };
