@@ -345,6 +345,7 @@ static int all_periods(run *r, dqw_sim_row *rows, int (*progress)(void *, double
     const long periods = dqw_sim_periods(s), every = s->drive.log_every > 1 ? s->drive.log_every : 1;
     const long window = s->drive.log_window > 0 ? s->drive.log_window : every, tick = periods / 100 + 1;
     dqw_sim_row *row = rows;
+    double mean_d_V = 0, mean_q_V = 0;
     see(r, -1, 0, 0);
     control(r, 0);
     for (long k = 0; k < periods; ++k) {
@@ -352,10 +353,10 @@ static int all_periods(run *r, dqw_sim_row *rows, int (*progress)(void *, double
         double v_d, v_q;
         const int status = period(r, k, &v_d, &v_q);
         if (status) return status;
-        if (phase == 0) *row = r->seen, row->v_d_V = row->v_q_V = 0;
+        if (phase == 0) *row = r->seen, mean_d_V = mean_q_V = 0;
         r->report->periods = k + 1;
-        if (phase >= 0) row->v_d_V += v_d / (double)window, row->v_q_V += v_q / (double)window;
-        if (phase == window - 1) ++row;
+        if (phase >= 0) mean_d_V += v_d / (double)window, mean_q_V += v_q / (double)window;
+        if (phase == window - 1) row->v_d_V = mean_d_V, row->v_q_V = mean_q_V, ++row;
         if (progress && k % tick == 0 && progress(ctx, (double)k / (double)periods))
             return refuse(r->report, DQW_SIM_ERR_ABORTED, "stopped by the caller", -1);
     }
