@@ -259,9 +259,23 @@ def browser(folder, motors):
               f"slowest of ten clicks {seen['click'] / 1e3:.3f} s (wanted 0.2)")
 
 
+def compared(seeds, motors):
+    """Fleets whose windows are drawn with the scatter of fits, without logs: seconds a fleet."""
+    found = planted_in_all = false = 0
+    for seed in seeds:
+        fleet = drawn(seed, motors, each=None, batch=10)
+        said = {s.motor: s.cause for s in compare(windows_of(windows(fleet))).standing}
+        planted = {m.name: m.planted for m in fleet.members if m.planted}
+        right = sum(said.get(m) == what for m, what in planted.items())
+        wrong = {m: said[m] for m in set(said) - set(planted)}
+        print(f"seed {seed}: {right} of {len(planted)} planted found and rightly named, {len(wrong)} false {wrong or ''}")
+        found, planted_in_all, false = found + right, planted_in_all + len(planted), false + len(wrong)
+    print(f"in all {found} of {planted_in_all}, {false} false in {len(seeds)} fleets of {motors}")
+
+
 def main():
     p = argparse.ArgumentParser(description=__doc__)
-    p.add_argument("what", choices=["all", "score", "cost", "scale", "page", "one-core", "spark", "memory"])
+    p.add_argument("what", choices=["all", "compared", "score", "cost", "scale", "page", "one-core", "spark", "memory"])
     p.add_argument("paths", nargs="*")
     p.add_argument("--seeds", default="1001")
     p.add_argument("--motors", type=int, default=1000)
@@ -269,6 +283,8 @@ def main():
     p.add_argument("--memory", default="1GB")
     p.add_argument("--count", type=int, default=200, help="windows of the cost")
     a = p.parse_args()
+    if a.what == "compared":
+        return compared([int(x) for x in a.seeds.split(",")], a.motors)
     if a.what == "one-core":
         return one_core(*a.paths)
     if a.what == "spark":

@@ -85,7 +85,7 @@ void settled_points_show_heat_and_no_fault(void)
     const std::vector<json> said = lines(run.out);
     TEST_ASSERT_EQUAL_size_t_MESSAGE(1, said.size(), run.out.c_str());
     const json& channels = said[0].at("parameters");
-    for (const char* name : {"R_ohm", "Lq_H", "psi_Wb", "temperature_K"})
+    for (const char* name : {"Lq_H", "psi_Wb", "temperature_K"})
         TEST_ASSERT_TRUE_MESSAGE(channels.at(name).at("watched").get<bool>(), name);
     // A demagnetisation of a tenth would be seen.
     TEST_ASSERT_TRUE(channels.at("psi_Wb").at("least_change").get<double>() < 0.012);
