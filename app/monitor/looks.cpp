@@ -40,8 +40,8 @@ constexpr double kUnfit = 9.0, kUnfitPart = 0.05;
 constexpr int kChannel[kLooked] = {DQW_WATCH_R, DQW_WATCH_LD, DQW_WATCH_LQ, DQW_WATCH_PSI};
 enum { R, Ld, Lq, Psi };
 
-/// How far a parameter may be from its healthy value, by heat.
-struct Heat {
+/// How far a healthy parameter may be from its value, by heat or current.
+struct Leeway {
     double low = 0.0, high = 0.0;
 };
 
@@ -204,7 +204,7 @@ private:
     double band(std::size_t j) const { return std::max(kBand[j] * std::abs(healthy_[j]), kSpread * spread_[j]); }
 
     /// What heat may make of R and flux, saturation of L: what the column says, give or take; else what a drive may.
-    Heat heat(std::size_t n, std::size_t j) const
+    Leeway leeway(std::size_t n, std::size_t j) const
     {
         const PolledLook& l = all_.looks[n];
         const auto gained = [&](const std::vector<double>& column, double from_C) {
@@ -229,7 +229,7 @@ private:
 
     double excess(std::size_t n, std::size_t j) const
     {
-        const Heat h = heat(n, j);
+        const Leeway h = leeway(n, j);
         const double change = value(n, j) - healthy_[j];
         return change - std::clamp(change, h.low, h.high);
     }
@@ -269,7 +269,7 @@ private:
             s = {NAN, NAN, DQW_WHY_NOT_TAUGHT, nullptr};
             if (!all_.known[j]) s = {NAN, NAN, DQW_WHY_UNSETTLED, why_unknown(j)};
             if (!looked_at(n, j)) continue;
-            const Heat h = heat(n, j);
+            const Leeway h = leeway(n, j);
             s.least = std::max(band(j), kSure * change_sd(n, j)) + std::max(-h.low, h.high);
             s.band = band(j);
             s.why = s.least > kCoarse * std::abs(healthy_[j]) ? DQW_WHY_COARSE : DQW_WHY_IN_SERVICE;
@@ -298,7 +298,7 @@ private:
         constexpr int sign[kLooked] = {DQW_SIGN_R, DQW_SIGN_LD, DQW_SIGN_LQ, DQW_SIGN_PSI};
         for (std::size_t j = 0; j < kLooked; ++j) {
             if (!looked_at(n, j)) continue;
-            const Heat h = heat(n, j);
+            const Leeway h = leeway(n, j);
             const double unsure = std::hypot(std::max(band(j) / kSure, change_sd(n, j)),
                                              0.5 * std::max(-h.low, h.high));
             change[sign[j]] = static_cast<float>((value(n, j) - healthy_[j]) / healthy_[j]);

@@ -109,6 +109,14 @@ double served_s(const MonitorRun& run)
     return sum;
 }
 
+Json refused_json(const dqw_gate& g)
+{
+    return {{"not_finite", g.nonfinite},
+            {"saturated", g.saturated},
+            {"stuck", g.stale},
+            {"incomplete_blocks", g.incomplete}};
+}
+
 }  // namespace
 
 std::string event_json(const MonitorEvent& e)
@@ -171,17 +179,33 @@ std::string status_json(const MonitorEngine& monitor)
                 {"watched", watched},
                 {"why", watched ? "" : why_not_watched(channel, s.why)}};
     }
-    const dqw_gate& g = state.gate;
     return Json{{"stage", dqw_stage_text(state.stage.name)},
                 {"in_service", state.stage.name == DQW_STAGE_IN_SERVICE},
                 {"blocks", state.blocks},
                 {"residual_pu", number(state.residual_pu)},
                 {"parameters", channels},
-                {"refused",
-                 {{"not_finite", g.nonfinite},
-                  {"saturated", g.saturated},
-                  {"stuck", g.stale},
-                  {"incomplete_blocks", g.incomplete}}}}
+                {"refused", refused_json(state.gate)}}
+        .dump();
+}
+
+std::string status_json(const EstimatorEngine& estimator)
+{
+    const auto whole = [](double x) { return std::isfinite(x) ? Json(x) : Json(nullptr); };
+    const EstimatorState s = estimator.state();
+    const auto readings = estimator.read();
+    Json parameters = Json::object();
+    for (int i = 0; i < DQW_PARAMETERS; ++i) {
+        const EstimatorReading& r = readings[static_cast<std::size_t>(i)];
+        parameters[estimator_name(i)] = {
+            {"value", std::isfinite(r.sd) ? whole(r.value) : Json(nullptr)}, {"sd", whole(r.sd)}, {"usable", r.usable}};
+    }
+    return Json{{"stage", dqw_stage_text(s.stage)},
+                {"in_service", s.stage == DQW_STAGE_IN_SERVICE},
+                {"blocks", s.blocks},
+                {"residual_pu", whole(s.residual_pu)},
+                {"pole_pairs", s.pole_pairs > 0 ? Json(s.pole_pairs) : Json(nullptr)},
+                {"parameters", parameters},
+                {"refused", refused_json(s.gate)}}
         .dump();
 }
 

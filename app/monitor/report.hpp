@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "app/monitor/estimator.hpp"
 #include "app/monitor/run.hpp"
 
 namespace dqw {
@@ -27,6 +28,8 @@ std::string sensitivity_json(const MonitorRun& run);
 /// Where a monitor is now, as one object: stage, why it is not in service, of each channel what it knows, its band, the
 /// smallest change that would be told, whether it is watched; what was refused.
 std::string status_json(const MonitorEngine& monitor);
+/// The same of an estimator alone: values where they are known, and whether they are usable.
+std::string status_json(const EstimatorEngine& estimator);
 
 /// What came of it, in one sentence.
 std::string monitor_outcome(const MonitorRun& run);

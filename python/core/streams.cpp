@@ -5,7 +5,6 @@
 
 #include <cmath>
 #include <memory>
-#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
@@ -16,7 +15,6 @@
 #include "app/monitor/report.hpp"
 #include "app/monitor/session.hpp"
 #include "app/monitor/setup_json.hpp"
-#include "dqw_text.h"
 #include "dqw_version.h"
 #include "guard.hpp"
 #include "jobs.hpp"
@@ -120,33 +118,7 @@ public:
 
     std::vector<std::string> told() const { return {}; }
 
-    std::string status() const
-    {
-        using Json = nlohmann::ordered_json;
-        const auto number = [](double x) { return std::isfinite(x) ? Json(x) : Json(nullptr); };
-        const EstimatorState s = engine_->state();
-        Json parameters = Json::object();
-        const auto readings = engine_->read();
-        for (int i = 0; i < DQW_PARAMETERS; ++i) {
-            const EstimatorReading& r = readings[static_cast<std::size_t>(i)];
-            const bool known = std::isfinite(r.sd);
-            parameters[estimator_name(i)] = {
-                {"value", known ? number(r.value) : Json(nullptr)}, {"sd", number(r.sd)}, {"usable", r.usable}};
-        }
-        return Json{{"stage", dqw_stage_text(s.stage)},
-                    {"in_service", s.stage == DQW_STAGE_IN_SERVICE},
-                    {"blocks", s.blocks},
-                    {"residual_pu", number(s.residual_pu)},
-                    {"pole_pairs", s.pole_pairs > 0 ? Json(s.pole_pairs) : Json(nullptr)},
-                    {"parameters", parameters},
-                    {"refused",
-                     {{"not_finite", s.gate.nonfinite},
-                      {"saturated", s.gate.saturated},
-                      {"stuck", s.gate.stale},
-                      {"incomplete_blocks", s.gate.incomplete}}}}
-            .dump();
-    }
-
+    std::string status() const { return status_json(*engine_); }
     std::string setup() const { return setup_json(setup_); }
     const Times& times() const { return times_; }
 
