@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "ref/effect/effect.hpp"
+#include "ref/effect/range.hpp"
 #include "ref/trace/flux_map.hpp"
 
 namespace dqw {
@@ -22,15 +23,15 @@ PlainModel plain_of(const TraceSetup& setup, const Point& at)
 std::vector<Estimate> base_parameters(const TraceSetup& setup, const Point& at, const Eigen::VectorXd& sd)
 {
     std::vector<Estimate> out;
+    const bool turns = range_of(*setup.logs, &Log::w_m_rad_s).size() > 0.0;
     const auto& names = setup.full->base_names();
     for (Eigen::Index j = 0; j < at.base.size(); ++j) {
         // What the log cannot tell is absent; nothing is as small as this but zero.
         constexpr double kZero = 1e-12;
         if (!std::isfinite(sd[j]) || sd[j] > std::max(std::abs(at.base[j]), kZero)) continue;
         const std::string& name = names[static_cast<std::size_t>(j)];
-        // In time L di/dt tells L; psi never stands without the speed.
-        const bool product = !setup.pole_pairs_known &&
-                             (name == "psi_Wb" || (name != "R_ohm" && setup.regime == Regime::steady));
+        // In time L di/dt tells L, but where the machine turns w_e L i pulls it to the product; psi never stands alone.
+        const bool product = !setup.pole_pairs_known && (name == "psi_Wb" || (name != "R_ohm" && turns));
         out.push_back({name, at.base[j], sd[j], false, product && setup.regime != Regime::mechanical});
     }
     const auto& given = setup.logs->front().machine.pole_pairs;

@@ -4,6 +4,7 @@
 #include <complex>
 
 #include "ref/trace/reading.hpp"
+#include "ref/trace/result.hpp"
 #include "simulated.hpp"
 #include "unity.h"
 
@@ -79,6 +80,21 @@ void pole_pairs_come_out_where_nobody_gave_them()
     TEST_ASSERT_DOUBLE_WITHIN(0.05 * *good().machine.pole_pairs, *good().machine.pole_pairs, r->pole_pairs);
 }
 
+void what_turns_is_a_product_where_nobody_knows_the_pole_pairs()
+{
+    std::vector<Log> logs{good()};
+    auto setup = dqw::trace_setup(logs, {});
+    setup->pole_pairs_known = false;
+    dqw::Point at;
+    at.base = Eigen::Vector4d(0.2, 1e-3, 1.5e-3, 0.05);
+    const Eigen::VectorXd sd = 1e-3 * at.base;
+    for (const dqw::Estimate& e : dqw::base_parameters(*setup, at, sd))
+        TEST_ASSERT_EQUAL_MESSAGE(e.name != "R_ohm", e.times_pole_pairs, e.name.c_str());
+    std::fill(logs[0].w_m_rad_s.begin(), logs[0].w_m_rad_s.end(), 0.0);
+    for (const dqw::Estimate& e : dqw::base_parameters(*setup, at, sd))
+        TEST_ASSERT_EQUAL_MESSAGE(e.name == "psi_Wb", e.times_pole_pairs, e.name.c_str());
+}
+
 void rows_apart_are_found()
 {
     const auto rows = Reading::Kind::rows;
@@ -130,6 +146,7 @@ int main()
     RUN_TEST(signs_and_columns_are_found);
     RUN_TEST(an_order_of_phases_is_told_as_the_speed);
     RUN_TEST(pole_pairs_come_out_where_nobody_gave_them);
+    RUN_TEST(what_turns_is_a_product_where_nobody_knows_the_pole_pairs);
     RUN_TEST(rows_apart_are_found);
     RUN_TEST(frames_are_found);
     return UNITY_END();
