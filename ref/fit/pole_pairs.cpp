@@ -42,6 +42,7 @@ void report_pole_pairs(Task& task, const PolePairs& p, double product, double pr
         n = {"pole_pairs", "w_m is 0 rad/s on every row, and the pole pairs act only through it",
              excitation_for("pole_pairs", Regime::dynamic)};
     } else if (p.real.verdict == Verdict::determined) {
+        result.real_pole_pairs = p.real.value;
         n = {"pole_pairs",
              "no whole number stands out: standard deviation " + figure(p.real.sd) + ", " +
                  figure(std::abs(p.real.value - p.whole)) + " off the nearest (a real number stayed in the fit)",

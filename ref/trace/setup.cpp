@@ -97,7 +97,7 @@ std::optional<double> stated_pole_pairs(const std::vector<Log>& logs)
     return p;
 }
 
-void find_pole_pairs(TraceSetup& setup)
+void find_pole_pairs(TraceSetup& setup, double assumed)
 {
     const std::vector<Log>& logs = *setup.logs;
     if (const auto p = stated_pole_pairs(logs)) {
@@ -109,6 +109,10 @@ void find_pole_pairs(TraceSetup& setup)
                                 " times as far as the shaft by w_m_rad_s, and the pole pairs are " + figure(*p) +
                                 ": check the speed's unit and sign";
         if (!setup.turns_apart.empty()) setup.notes.push_back(setup.turns_apart);
+        return;
+    }
+    if (assumed > 0.0) {
+        setup.pole_pairs = assumed;
         return;
     }
     if (range_of(logs, &Log::w_m_rad_s).size() == 0.0 || setup.regime == Regime::standstill) {
@@ -124,7 +128,9 @@ void find_pole_pairs(TraceSetup& setup)
     if (setup.regime == Regime::dynamic) {
         FitOptions options;
         options.parameters = {"pole_pairs"};
-        for (const Estimate& e : fit(logs, options).parameters)
+        const Result plain = fit(logs, options);
+        setup.real_pole_pairs = plain.real_pole_pairs;
+        for (const Estimate& e : plain.parameters)
             if (e.name == "pole_pairs") {
                 setup.pole_pairs = e.value;
                 setup.notes.push_back("pole pairs found: " + std::to_string(static_cast<int>(e.value)));
@@ -164,11 +170,11 @@ void hold_out_overmodulated(TraceSetup& setup, std::vector<Piece>& pieces)
     setup.notes.push_back(said + ": held out, neither fitted nor judged");
 }
 
-void electrical_setup(TraceSetup& setup, bool rotor_held)
+void electrical_setup(TraceSetup& setup, bool rotor_held, double pole_pairs)
 {
     const std::vector<Log>& logs = *setup.logs;
     setup.rotor_held = rotor_held;
-    find_pole_pairs(setup);
+    find_pole_pairs(setup, pole_pairs);
     double begin = HUGE_VAL, end = -HUGE_VAL;
     setup.i_base_A = 0.0;
     for (const Log& log : logs) {
@@ -286,7 +292,7 @@ void check(const std::vector<Log>& logs)
 }  // namespace
 
 std::unique_ptr<TraceSetup> trace_setup(const std::vector<Log>& logs, const std::vector<std::string>& only,
-                                        Variant variant)
+                                        Variant variant, double pole_pairs)
 {
     check(logs);
     for (const std::string& name : only)
@@ -300,7 +306,7 @@ std::unique_ptr<TraceSetup> trace_setup(const std::vector<Log>& logs, const std:
     if (setup->regime == Regime::mechanical)
         mechanical_setup(*setup, variant == Variant::averaged);
     else
-        electrical_setup(*setup, variant == Variant::rotor_held);
+        electrical_setup(*setup, variant == Variant::rotor_held, pole_pairs);
     add_candidates(*setup, only);
     return setup;
 }

@@ -17,6 +17,7 @@ struct TraceSetup {
     Regime regime = Regime::dynamic;
     double pole_pairs = 1.0;
     bool pole_pairs_known = true;  ///< else 1 stands for them
+    double real_pole_pairs = 0.0;  ///< as the plain fit has them, where no whole number stands out
     double i_base_A = 1.0, span_s = 0.0, speed_base_rad_s = 0.0;
     std::size_t beyond_hexagon = 0;  ///< rows that are neither seen nor judged: no inverter on this link makes them
     std::string turns_apart;         ///< where the angle column does not turn with the speed: how
@@ -46,9 +47,9 @@ enum class Variant {
 constexpr double kClearlyLess = 0.9;
 
 /// Throws std::invalid_argument (one line) where logs do not fit together or rows are too few to hold some out.
-/// `only`: names of the effects to try; empty: all.
+/// `only`: names of the effects to try; empty: all. `pole_pairs`: where no log says them; 0: found.
 std::unique_ptr<TraceSetup> trace_setup(const std::vector<Log>& logs, const std::vector<std::string>& only,
-                                        Variant variant = Variant::usual);
+                                        Variant variant = Variant::usual, double pole_pairs = 0.0);
 
 /// The firmware's view of a term: its shape completed from the base parameters.
 TraceInput input_of(const TraceSetup& setup, const Point& at, const Term& term);

@@ -14,6 +14,7 @@
 #include "ref/trace/flux_map.hpp"
 #include "ref/trace/inverter_loss.hpp"
 #include "ref/trace/noise.hpp"
+#include "ref/trace/pole_pairs.hpp"
 #include "ref/trace/reading.hpp"
 #include "ref/trace/rest.hpp"
 #include "ref/trace/result.hpp"
@@ -323,7 +324,7 @@ struct Search {
 Search search(const std::vector<Log>& logs, const TraceOptions& options, Variant variant, int& ticks)
 {
     Search out;
-    out.setup = trace_setup(logs, options.effects, variant);
+    out.setup = trace_setup(logs, options.effects, variant, options.pole_pairs);
     out.judge = std::make_unique<Judge>(*out.setup);
     const SelectOptions by = select_options(*out.setup, *out.judge, options, ticks);
     out.exact = by.exact;
@@ -420,9 +421,7 @@ std::string doubt_of(const Reading& r)
            " those of the log format?";
 }
 
-}  // namespace
-
-TraceResult trace(const std::vector<Log>& logs, const TraceOptions& options)
+TraceResult traced(const std::vector<Log>& logs, const TraceOptions& options)
 {
     const Search found = search(logs, options);
     const std::unique_ptr<TraceSetup>& setup = found.setup;
@@ -435,7 +434,7 @@ TraceResult trace(const std::vector<Log>& logs, const TraceOptions& options)
     TraceResult result;
     result.regime = setup->regime;
     result.unit = setup->regime == Regime::mechanical ? "Nm" : "V";
-    result.notes = setup->notes;
+    result.notes = setup->notes, result.real_pole_pairs = setup->real_pole_pairs;
     result.beyond_hexagon = setup->beyond_hexagon;
     for (const Log& log : logs) result.rows += log.rows();
     for (const auto& held : judge.held) result.heldout_row.insert(result.heldout_row.end(), held.begin(), held.end());
@@ -511,6 +510,14 @@ TraceResult trace(const std::vector<Log>& logs, const TraceOptions& options)
     fill_blocks(*setup, judge, plain, last, result);
     if (options.progress) options.progress(1.0);
     return result;
+}
+
+}  // namespace
+
+TraceResult trace(const std::vector<Log>& logs, const TraceOptions& options)
+{
+    TraceResult result = traced(logs, options);
+    return result.real_pole_pairs > 0.0 ? under_whole_pole_pairs(logs, options, std::move(result)) : result;
 }
 
 }  // namespace dqw

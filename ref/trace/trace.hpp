@@ -68,6 +68,7 @@ struct TraceBlocks {
 
 struct TraceResult {
     std::string verdict;  ///< clean, explained, partly_explained, unexplained
+    double real_pole_pairs = 0.0;  ///< as the plain fit has them, where they are not known; 0: it has none
     Regime regime = Regime::dynamic;
     std::size_t rows = 0, heldout_rows = 0;
     std::string unit = "V";
@@ -90,6 +91,7 @@ struct TraceResult {
 
 struct TraceOptions {
     std::vector<std::string> effects;           ///< try these alone; empty: the whole catalogue
+    double pole_pairs = 0.0;                    ///< where no log says them; 0: found
     std::function<void(double)> progress = {};  ///< called with 0..1 now and then
 };
 
