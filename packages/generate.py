@@ -48,6 +48,7 @@ def values(known, kind):
         text["FLAGS"] = json.dumps(known["float_flags"] + known["own_flags"])
     elif kind == "cmsis":
         text = {key: escape(value) for key, value in text.items()}
+        text["FLOAT_FLAGS"] = ", ".join(f'"{flag}"' for flag in known["float_flags"])
         text["KEYWORDS"] = "".join(f"\n    <keyword>{escape(word)}</keyword>" for word in known["keywords"])
         for part, names in files.items():
             text[part.upper()] = "".join(f'\n        <file category="sourceC" name="{name}"/>' for name in names)

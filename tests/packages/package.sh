@@ -40,20 +40,39 @@ compile_flat() {
         learned "$work/$part"
     done
 }
-# LINES: a CMake project of these, then both consumers on the target named by $2.
+# COMMANDS WEIGHTS: by these compile_commands.json the consumers have what the package hands on: room for weights, and flags in float.
+travelled() {
+    python3 - "$@" <<'END'
+import json, shlex, sys, tomllib
+with open("packages/facts.toml", "rb") as file:
+    flags = tomllib.load(file)["float_flags"]
+weights = f"-DDQW_EFFECT_WEIGHTS={sys.argv[2]}"
+with open(sys.argv[1]) as file:
+    commands = json.load(file)
+for name, wanted in {"learn.c": {weights, *flags}, "learn_q15.c": {weights}}.items():
+    lines = [shlex.split(c["command"]) for c in commands if c["file"].endswith("/" + name)]
+    for line in lines or [[]]:
+        if missing := wanted - set(line):
+            sys.exit(f"{name} is compiled without {' '.join(sorted(missing))}: {' '.join(line)}")
+END
+}
+# LINES: a CMake project of these, then both consumers on the target named by $2; their sources are learn and learn_q15.
 compile_cmake() {
     needs cmake
     cat >"$work/CMakeLists.txt" <<END
 cmake_minimum_required(VERSION 3.16)
 project(consumer C)
+set(learn $consumer/learn.c)
+set(learn_q15 $consumer/learn_q15.c)
 $1
 foreach(part learn learn_q15)
-    add_executable(\${part} $consumer/main.c $consumer/\${part}.c)
+    add_executable(\${part} $consumer/main.c \${\${part}})
     target_link_libraries(\${part} $2 m)
 endforeach()
 END
-    quietly cmake -S "$work" -B "$work/build" -DCMAKE_C_COMPILER="$CC"
+    quietly cmake -S "$work" -B "$work/build" -DCMAKE_C_COMPILER="$CC" -DCMAKE_EXPORT_COMPILE_COMMANDS=ON
     quietly cmake --build "$work/build" -j2
+    travelled "$work/build/compile_commands.json" 4
     learned "$work/build/learn"
     learned "$work/build/learn_q15"
 }
@@ -128,7 +147,9 @@ zephyr.use)
     compile_cmake "include($stubs/zephyr.cmake)
 include(config.cmake)
 add_subdirectory($package/zephyr module)
-target_link_libraries(zephyr_interface INTERFACE module)" zephyr_interface
+target_link_libraries(zephyr_interface INTERFACE module)
+target_sources(app PRIVATE \${learn})
+set(learn \$<TARGET_OBJECTS:app>)" zephyr_interface
     ;;
 zephyr.judge) # Kconfig's ranges and defaults by kconfiglib; module.yml by pykwalify, by Zephyr's own script where ZEPHYR_BASE says where that is
     tool pykwalify
@@ -162,13 +183,27 @@ espidf.judge)
     ;;
 cmsis.use)
     for part in Float Q15; do
-        files=$(python3 tests/packages/cmsis.py "$package" Common $part) || exit 1
+        files=$(python3 tests/packages/cmsis.py "$package" "$work/$part.h" Common $part) || exit 1
         learn=learn.c
         [ $part = Float ] || learn=learn_q15.c
-        sed -n '/<Pre_Include_Global_h>/,/<\/Pre_Include_Global_h>/p' "$package"/*.pdsc | sed '1d;$d' >"$work/global.h"
         # shellcheck disable=SC2086
-        quietly "$CC" -std=c99 -O2 -include "$work/global.h" -I"$consumer" $files "$consumer/main.c" "$consumer/$learn" -lm -o "$work/$part"
+        quietly "$CC" -std=c99 -O2 -include "$work/$part.h" -I"$consumer" $files "$consumer/main.c" "$consumer/$learn" -lm -o "$work/$part"
         learned "$work/$part"
+        grep -q '^#define DQW_EFFECT_WEIGHTS ' "$work/$part.h"
+    done
+    # A product and a sum stay two roundings on a core that has both in one; without the header they do not.
+    echo 'float both(float a, float b, float c); float both(float a, float b, float c) { return a * b + c; }' >"$work/both.c"
+    needs arm-none-eabi-gcc
+    core="-mcpu=cortex-m55 -mthumb -mfloat-abi=hard -std=gnu11 -O2"
+    clang=
+    command -v clang >/dev/null && clang="clang --target=thumbv7em-none-eabihf"
+    for compiler in arm-none-eabi-gcc ${clang:+"$clang"}; do
+        # shellcheck disable=SC2086
+        for header in Float Q15; do
+            $compiler $core -S -o - -include "$work/$header.h" "$work/both.c" >"$work/both.$header"
+        done
+        ! grep vfma "$work/both.Float" || { echo "$compiler: fused"; exit 1; }
+        grep -q vfma "$work/both.Q15" || { echo "$compiler: never fused, so this shows nothing"; exit 1; }
     done
     ;;
 cmsis.judge) # CMSIS_PACK_XSD: the specification's schema/PACK.xsd, which no registry has
@@ -197,6 +232,7 @@ END
     PATH="$TOOLS/bin:$PATH"
     quietly meson setup --wrap-mode=nodownload "$work/build" "$work/consumer"
     quietly meson compile -C "$work/build"
+    travelled "$work/build/compile_commands.json" 4
     learned "$work/build/learn"
     learned "$work/build/learn_q15"
     ;;
@@ -205,10 +241,13 @@ conan.use)
     needs cmake
     export CONAN_HOME="$work/home"
     unset CC CXX # a profile is found for compilers by their own names, not for cc
+    export CMAKE_EXPORT_COMPILE_COMMANDS=ON
     quietly "$TOOLS/bin/conan" profile detect
     for weights in 12 0; do
+        rm -rf "$package/test_package/build"
         quietly "$TOOLS/bin/conan" create "$package" -nr -o "dqwatch/*:effect_weights=$weights"
         [ "$(grep -c "^dqwatch $version\$" "$work/log")" = 2 ] || { cat "$work/log"; exit 1; }
+        travelled "$(find "$package/test_package/build" -name compile_commands.json)" $weights
     done
     ;;
 *) echo "package.sh: no '$2' of '$1'"; exit 2 ;;

@@ -1,5 +1,8 @@
 # The functions of Zephyr's build that a module calls, for one library on a host.
 add_library(zephyr_interface INTERFACE)
+# The application's library, which Zephyr makes before it comes to the modules.
+add_library(app OBJECT)
+target_link_libraries(app PRIVATE zephyr_interface)
 function(zephyr_include_directories)
     target_include_directories(zephyr_interface INTERFACE ${ARGN})
 endfunction()
