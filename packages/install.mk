@@ -59,6 +59,7 @@ FILL = sed -e 's|@VERSION@|$(VERSION)|g; s|@PREFIX@|$(PREFIX)|g; s|@LIBDIR@|$(LI
        -e 's|@FLOAT_FLAGS@|$(FP)|g; s|@INCLUDE_FROM_LIBDIR@|$(shell realpath -m --relative-to=$(LIBDIR) $(INCLUDEDIR))/dqwatch|g'
 to = $(DESTDIR)$(1)
 
+# Without ldconfig a program does not find what is new in /usr/local/lib; where it may not, PREFIX is the user's own.
 ## install-lib  headers, libraries, pkg-config and CMake packages of `make lib` to DESTDIR, PREFIX (/usr/local)
 .PHONY: install-lib
 install-lib: lib
@@ -74,6 +75,7 @@ install-lib: lib
 	$(FILL) -e 's|@LIBRARY@|dqwatch_q15|; s|@PRIVATE@||; s|@FLAGS@||' packages/dqwatch.pc.in >'$(call to,$(LIBDIR))/pkgconfig/dqwatch-q15.pc'
 	for name in dqwatch-config dqwatch-config-version; do \
 	    $(FILL) packages/$$name.cmake.in >'$(call to,$(LIBDIR))'/cmake/dqwatch/$$name.cmake; done
+	@[ -n '$(DESTDIR)' ] || ! command -v ldconfig >/dev/null || ldconfig 2>/dev/null || :
 
 ## install      the library, the command, its man pages, its completions for bash, zsh and fish
 .PHONY: install

@@ -1,7 +1,7 @@
 #!/bin/sh
 # full.sh [clean] [debian]: what needs bare systems, as root; debootstrap, from this machine's own mirror. What is committed is what is tried.
-# clean   on Debian 12 and 13 with make and a C compiler alone: make lib, make install-lib; then make install and make packages, which
-#         install what they need
+# clean   on Debian 12 and 13 with make and a C compiler alone: make lib, make install-lib, programs on it; then make install and make
+#         packages, which install what they need
 # debian  on Debian 13: dpkg-buildpackage, lintian without an error or a warning; then in a second bare one the packages installed, and
 #         autopkgtest
 # A line a step; logs in build/packages/full. SUITES: which of bookworm and trixie are tried.
@@ -52,7 +52,10 @@ for part in "$@"; do
         for suite in ${SUITES:-bookworm trixie}; do
             bare $suite make,gcc,libc6-dev,ca-certificates
             git archive HEAD | tar -x -C "$root/dqwatch"
-            step $suite-lib 'make lib; make install-lib DESTDIR=/stage' || continue
+            step $suite-lib 'make lib; make install-lib; from=packages/consumer
+                cc -I/usr/local/include/dqwatch $from/main.c $from/learn.c -ldqwatch -lm -o /tmp/learn; /tmp/learn
+                cc -I/usr/local/include/dqwatch $from/main.c $from/learn_q15.c -ldqwatch_q15 -lm -o /tmp/learn_q15; /tmp/learn_q15
+                make uninstall; test -z "$(find /usr/local ! -type d -name "*dqw*")"' || continue
             step $suite-packages 'make packages' || :
             step $suite-install 'make demo; make install DESTDIR=/stage PREFIX=/usr; LD_LIBRARY_PATH=/stage/usr/lib /stage/usr/bin/dqwatch --version;
                 make uninstall DESTDIR=/stage PREFIX=/usr; test -z "$(find /stage/usr -name "*dqw*")"' || :
