@@ -26,7 +26,7 @@ typedef struct dqw_sample {
 /// Source   (E2) in docs/EQUATIONS.md
 /// Units    SI; w_m_rad_s mechanical, or electrical over the pole pairs
 /// Range    |theta_e_rad| <= 1e5; any float is taken, what is not finite is refused by the step that takes the sample
-/// Cost     the table in README.md; no loop
+/// Cost     the table in docs/cost.md; no loop
 /// Context  ISR safe; no state
 dqw_sample dqw_sample_from_dq(float v_d_V, float v_q_V, float i_d_A, float i_q_A, float w_m_rad_s, float theta_e_rad);
 
@@ -36,7 +36,7 @@ dqw_sample dqw_sample_from_dq(float v_d_V, float v_q_V, float i_d_A, float i_q_A
 /// Source   (E2) in docs/EQUATIONS.md
 /// Units    SI; w_m_rad_s mechanical, or electrical over the pole pairs
 /// Range    any float
-/// Cost     the table in README.md; no loop
+/// Cost     the table in docs/cost.md; no loop
 /// Context  ISR safe; no state
 dqw_sample dqw_sample_from_alphabeta(float v_alpha_V, float v_beta_V, float i_alpha_A, float i_beta_A, float w_m_rad_s,
                                      float cosine, float sine);

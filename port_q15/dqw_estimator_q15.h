@@ -225,7 +225,7 @@ enum dqw_status dqw_estimator_define_q15(dqw_estimator_q15 *e, const dqw_estimat
 /// Format   Q15 of the full scales
 /// Range    any; beyond full scale (-32768, -32767, 32767) it is counted as saturated and not learned
 /// Returns  DQW_EVENT_* bits; DQW_EVENT_BLOCK: a block waits for dqw_estimator_background_q15
-/// Cost     the table in README.md; no loop depends on data
+/// Cost     the table in docs/cost.md; no loop depends on data
 /// Context  interrupt; one writer per object
 #define dqw_estimator_sample_q15 DQW_SIZED(dqw_estimator_sample_q15)
 uint32_t dqw_estimator_sample_q15(dqw_estimator_q15 *e, const dqw_sample_q15 *s, bool saturated);
