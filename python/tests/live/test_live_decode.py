@@ -2,11 +2,13 @@ from __future__ import annotations
 
 import json
 import math
+import random
 import string
 
+import numpy as np
 import pytest
 
-from dqwatch.live.decode import LONGEST_LINE, Decoder, Format, format_of
+from dqwatch.live.decode import COLUMNS, LONGEST_LINE, Decoder, Format, format_of, rows_of
 from dqwatch.live.state import slug
 
 HEADER = b"t_s,v_d_V,v_q_V,i_d_A,i_q_A,w_m_rad_s\n"
@@ -81,6 +83,61 @@ def test_a_line_without_end_takes_no_memory() -> None:
         assert len(decoder._rest) <= LONGEST_LINE
     assert decoder.counts.too_long == 1
     assert len(list(decoder.feed(b"\n1,2,3,4,5,6\n"))) == 1
+
+
+SIGNALS = {"v_d_V": 1.5, "v_q_V": -2e-3, "i_d_A": 0, "i_q_A": 3.25, "w_m_rad_s": 1e2}
+VALUES = [
+    "0", "-0", "0.1", "-1.25e-3", "3E2", "1e999", "01", "1.", ".5", "+1", "-", "1e", "0x1", "NaN", "Infinity",
+    "-Infinity", "null", "true", "false", '"1"', '""', "[1]", "{}", '{"a":1}', "1 2", "9" * 400, "1e17",
+    "999999999.9", "1e9", "1e11", "123456789012345678901234567890", "4.9e-324", "1e-400", '"\\u0041"', '"ü"', "'1'", "",
+]  # fmt: skip
+ENDS = ["}", "} ", "}\r", "},", "}}", "", "} x", "}\x0c", ",}"]
+
+
+def drawn_line(draw: random.Random) -> bytes:
+    """An object that is whole, or nearly."""
+    fields = [("motor", f'"m{draw.randrange(3)}"'), ("t_s", repr(draw.random()))]
+    fields += [(n, repr(v)) for n, v in [*SIGNALS.items(), ("Iq", 12.5)]]
+    for _ in range(draw.choice([0, 1, 1, 2])):
+        name = draw.choice([*COLUMNS, "motor", "Iq", "other", "", "a\tb", "a\\\\b", "ü"])
+        fields.insert(draw.randrange(len(fields) + 1), (name, draw.choice(VALUES)))
+    if draw.random() < 0.1:
+        fields.pop(draw.randrange(len(fields)))
+    colon, comma = draw.choice([":", ": ", " :\t"]), draw.choice([",", ", ", " ,\t"])
+    text = draw.choice(["{", " {", "{ "]) + comma.join(f'"{n}"{colon}{v}' for n, v in fields)
+    return (text + draw.choice(ENDS if draw.random() < 0.2 else ENDS[:1])).encode()
+
+
+@pytest.mark.parametrize("motor", ["", "m"])
+def test_many_lines_at_once_are_what_each_is_alone(motor: str) -> None:
+    draw = random.Random(7)
+    lines = [drawn_line(draw) for _ in range(20_000)] + [b"", b"\r", b"\x0b", b"\xff", b"{" * 3000, b"9" * 70_000]
+    draw.shuffle(lines)
+    form = format_of("json", 4, {"i_q_A": {"from": "Iq", "scale": 0.1, "offset": 0.7}, "v_q_V": "v_d_V"})
+    many, alone = Decoder(form, motor), Decoder(form, motor)
+    parts: dict[str, list[object]] = {}
+    for name, some in many.lines(b"\n".join(lines)):
+        parts.setdefault(name, []).append(some)
+    expected: dict[str, list[object]] = {}
+    for line in lines:
+        if len(line) <= LONGEST_LINE and line.strip():
+            for name, row in alone.message(line):
+                expected.setdefault(name, []).append(row)
+    assert {n: rows_of(p).tobytes() for n, p in parts.items()} == {n: rows_of(p).tobytes() for n, p in expected.items()}  # type: ignore[arg-type]
+    assert many.counts.broken == alone.counts.broken > 1000 and many.counts.too_long == 1
+    whole = sum(len(p) for p in parts.values() for p in p if isinstance(p, np.ndarray))
+    assert whole > 3000
+
+
+def test_seconds_since_1970_are_a_time() -> None:
+    for kind, line in (
+        ("json", json.dumps({"t_s": 1.8e9, **SIGNALS}).encode()),
+        ("csv", b"1.8e9," + ",".join(map(str, SIGNALS.values())).encode()),
+    ):
+        decoder = Decoder(format_of(kind, 4, {}), "m")
+        list(decoder.feed(HEADER if kind == "csv" else b""))
+        ((_, row),) = decoder.feed(line + b"\n")
+        assert row["t_s"] == 1.8e9
 
 
 NAMES = ["../../etc/passwd", "a/b", "", "<b>", "x" * 5000, "\u202eevil", "a\0b", ".", "..", "+/#"]

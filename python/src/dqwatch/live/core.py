@@ -91,14 +91,15 @@ class Live:
         """One turn; the rows that came."""
         came = 0
         for source in self.sources:
-            for name, row in source.poll(now_s):
-                came += 1
+            for name, rows in source.poll(now_s):
+                count = 1 if isinstance(rows, dict) else len(rows)
+                came += count
                 motor = self.motors.get(name)
                 if motor is None:
-                    self.unknown_rows += 1
+                    self.unknown_rows += count
                     self.first_unknown = self.first_unknown or name[:80]
                 else:
-                    motor.push(row, now_s)
+                    motor.push(rows, now_s)
         told, self._untold = self._untold, []
         for motor in self.motors.values():
             told += motor.step(now_s)

@@ -2,10 +2,16 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+
+import numpy as np
+import numpy.typing as npt
+
+from dqwatch import _core
 
 #: What a motor takes of a row, SI.
 COLUMNS = (
@@ -23,10 +29,14 @@ COLUMNS = (
 NEEDED = ("v_d_V", "v_q_V", "i_d_A", "i_q_A", "w_m_rad_s")
 #: A longer line is no line of a motor.
 LONGEST_LINE = 65536
-#: No sensor gives more; single precision and its squares take it.
-LARGEST = 1e9
+#: No sensor gives more; single precision and its squares take it. Seconds since 1970 are more.
+LARGEST, LARGEST_T_S = 1e9, 1e11
+#: Of a field before its scale: beyond lie integers that are no double.
+LARGEST_RAW = 1e18
 
 Row = dict[str, float]
+#: A row each, a column each of :data:`COLUMNS`; NaN: it does not say.
+Rows = npt.NDArray[np.float64]
 
 
 @dataclass
@@ -106,28 +116,42 @@ def _rule(column: str, rule: object) -> Rule:
     raise ValueError(f'column {column}: {rule!r}; expected a name, or {{ from = "name", scale = 1.0, offset = 0.0 }}')
 
 
-Plan = tuple[tuple[str, str, float, float, bool], ...]
+Plan = tuple[tuple[str, str, float, float, float, bool], ...]
 
 
 def plan_of(form: Format) -> Plan:
-    """Column, field, scale, offset, needed: of every column."""
+    """Column, field, scale, offset, what it is less than, needed: of every column."""
     rules = [(c, form.rules.get(c, Rule(c))) for c in COLUMNS]
-    return tuple((c, r.field, r.scale, r.offset, c in NEEDED) for c, r in rules)
+    most = {"t_s": LARGEST_T_S}
+    return tuple((c, r.field, r.scale, r.offset, most.get(c, LARGEST), c in NEEDED) for c, r in rules)
 
 
 def row_of(values: Mapping[str, object], plan: Plan) -> Row | None:
     """The row that a message's numbers make; None where they make none."""
     row: Row = {}
-    for column, name, scale, offset, needed in plan:
+    for column, name, scale, offset, most, needed in plan:
         value = values.get(name)
         if type(value) is float or type(value) is int:
             # Of what is not a number neither is true.
-            if not -LARGEST < value < LARGEST:
+            if not -LARGEST_RAW < value < LARGEST_RAW:
                 return None
             row[column] = value * scale + offset
+            if not -most < row[column] < most:
+                return None
         elif needed or value is not None:
             return None
     return row
+
+
+def rows_of(parts: Sequence[Row | Rows]) -> Rows:
+    """Rows that came one at a time or many, as one array."""
+    made: list[Rows] = []
+    for single, some in itertools.groupby(parts, lambda part: isinstance(part, dict)):
+        if single:
+            made.append(np.array([[row.get(c, math.nan) for c in COLUMNS] for row in some]))  # type: ignore[union-attr]
+        else:
+            made.extend(some)  # type: ignore[arg-type]
+    return made[0] if len(made) == 1 else np.concatenate(made)
 
 
 class Decoder:
@@ -141,7 +165,22 @@ class Decoder:
         self._rest = b""
         self._skipping = False
         self._names: Sequence[str] = form.names
-        self._taken: list[tuple[str, int, float, float]] | None = None
+        self._taken: list[tuple[str, int, float, float, float]] | None = None
+        columns = [p[1:] for p in self.plan]
+        self._json_rows = _core.JsonRows(columns, form.motor_key, motor, LARGEST_RAW)
+
+    def lines(self, data: bytes) -> Iterator[tuple[str, Row | Rows]]:
+        """Rows of whole lines. Of JSON many at once; a line that is not simple, and any other text, alone."""
+        at = 0
+        while at < len(data):
+            if self.form.kind == "json":
+                at = self._json_rows.take(data, at)
+                for name, rows in self._json_rows.give():
+                    yield name, np.frombuffer(rows).reshape(-1, len(COLUMNS))
+            end = data.find(b"\n", at)
+            line = data[at : end if end >= 0 else len(data)]
+            at += len(line) + 1
+            yield from self._line(line)
 
     def feed(self, data: bytes) -> Iterator[tuple[str, Row]]:
         """Rows of the lines that ``data`` ends; what it leaves open waits for more."""
@@ -158,10 +197,14 @@ class Decoder:
             if self._skipping:
                 self._skipping = False
                 continue
-            if len(line) > LONGEST_LINE:
-                self.counts.too_long += 1
-            elif line.strip():
-                yield from self.message(line)
+            yield from self._line(line)
+
+    def _line(self, line: bytes) -> Iterator[tuple[str, Row]]:
+        if len(line) > LONGEST_LINE:
+            self.counts.too_long += 1
+            self.counts.note("a line without end")
+        elif line.strip():
+            yield from self.message(line)
 
     def message(self, line: bytes) -> Iterator[tuple[str, Row]]:
         """The row of one whole message."""
@@ -194,16 +237,16 @@ class Decoder:
                 return None
             self._plan()
         row: Row = {}
-        for column, k, scale, offset in self._taken or ():
+        for column, k, scale, offset, most in self._taken or ():
             x = numbers[k] * scale + offset
-            if not abs(x) < LARGEST:
+            if not abs(x) < most:
                 return None
             row[column] = x
         return self.motor, row
 
     def _header(self, parts: list[bytes]) -> tuple[str, Row] | None:
         names = [p.decode("utf-8", "replace").strip() for p in parts]
-        if self.form.names or any(needed and name not in names for _, name, _, _, needed in self.plan):
+        if self.form.names or any(needed and name not in names for _, name, *_, needed in self.plan):
             return None
         self._names = names
         self._plan()
@@ -211,7 +254,7 @@ class Decoder:
 
     def _plan(self) -> None:
         names = list(self._names)
-        self._taken = [(c, names.index(f), scale, offset) for c, f, scale, offset, _ in self.plan if f in names]
+        self._taken = [(c, names.index(f), s, o, most) for c, f, s, o, most, _ in self.plan if f in names]
 
     def reset(self) -> None:
         """The stream began anew: what was left open is none of it."""

@@ -10,13 +10,14 @@ from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
+import numpy.typing as npt
 
 import dqwatch
 
 from . import state
 from .advice import advice
 from .capture import Block, Capture, Minute
-from .decode import COLUMNS, NEEDED, Row
+from .decode import COLUMNS, NEEDED, Row, Rows, rows_of
 
 #: A stamp that goes back by more is a clock that was set, or a controller that began anew.
 SET_BACK_S = 1.0
@@ -96,7 +97,8 @@ class Motor:
         self.t_s = -math.inf
         self._offset_s = 0.0
         self._every_s, self._next_s = 1.0, -math.inf
-        self._waiting: list[Row] = []
+        self._waiting: list[Row | Rows] = []
+        self._waiting_rows = 0
         self._minute = Minute()
         self._captures: list[tuple[LiveEvent, Capture]] = []
         self.period_s = float(settings.machine["period_s"])
@@ -105,18 +107,23 @@ class Motor:
 
     # ---- rows
 
-    def push(self, row: Row, now_s: float) -> None:
-        """One row; it waits for :meth:`step`. Without a stamp it comes a period after the last."""
+    def push(self, rows: Row | Rows, now_s: float) -> None:
+        """One row, or some; they wait for :meth:`step`. Without a stamp each comes a period after the last."""
         self.last_row_at = now_s
-        if len(self._waiting) >= MOST_WAITING:
-            self.counts.dropped += 1
-            return
-        self._waiting.append(row)
+        count = 1 if isinstance(rows, dict) else len(rows)
+        left = MOST_WAITING - self._waiting_rows
+        if count > left:
+            self.counts.dropped += count - left
+            if left == 0 or isinstance(rows, dict):
+                return
+            rows, count = rows[:left], left
+        self._waiting.append(rows)
+        self._waiting_rows += count
 
     def step(self, now_s: float) -> list[LiveEvent]:
         """Learns what waits; the events that it told."""
-        rows, self._waiting = self._waiting, []
-        block = self.last_block = self._block(rows)
+        parts, self._waiting, self._waiting_rows = self._waiting, [], 0
+        block = self.last_block = self._block(rows_of(parts)) if parts else None
         if block is None:
             return []
         told = [self._event(e, now_s) for e in self.monitor.block(**block)]
@@ -127,43 +134,51 @@ class Motor:
             self._remember()
         return told
 
-    def _block(self, rows: list[Row]) -> Block | None:
+    def _block(self, rows: Rows) -> Block | None:
         """Rows that follow each other, as arrays by column."""
-        wanted = ("theta_e_rad",) if self._has_angle else ()
-        kept: list[Row] = []
-        stamps: list[float] = []
-        for row in rows:
-            stamp = self._stamp(row)
-            if stamp is None:
-                continue
-            if self.t_s > -math.inf and stamp - self.t_s > 1.5 * self.period_s:
-                self.counts.gaps += 1
-            self.t_s = stamp
-            stamps.append(stamp)
-            kept.append(row)
-        if not kept:
+        stamps, rows = self._stamps(rows)
+        if len(stamps) == 0:
             return None
-        block: Block = {"t_s": np.array(stamps)}
-        for column in COLUMNS[1:]:
-            if column in NEEDED or column in wanted or (column in kept[0] and column.startswith("temp_")):
-                block[column] = np.array([row.get(column, math.nan) for row in kept])
-        return block
+        # Before the first row nothing is missing.
+        steps = np.diff(stamps, prepend=self.t_s if self.t_s > -math.inf else stamps[0])
+        self.counts.gaps += int(np.count_nonzero(steps > 1.5 * self.period_s))
+        self.t_s = float(stamps[-1])
+        wanted = [c in NEEDED or (c == "theta_e_rad" and self._has_angle) for c in COLUMNS]
+        said = [not np.isnan(column).all() for column in rows.T]
+        return {"t_s": stamps} | {
+            column: rows[:, k].copy()
+            for k, column in enumerate(COLUMNS)
+            if wanted[k] or (column.startswith("temp_") and said[k])
+        }
 
-    def _stamp(self, row: Row) -> float | None:
+    def _stamps(self, rows: Rows) -> tuple[npt.NDArray[np.float64], Rows]:
+        """When each row was, and the rows without those that were there before."""
+        stamps = rows[:, 0] + self._offset_s
+        # Nearly always.
+        if stamps[0] > self.t_s and (stamps[1:] > stamps[:-1]).all():
+            return stamps, rows
+        last_s, kept = self.t_s, []
+        for k, given in enumerate(rows[:, 0].tolist()):
+            stamp = self._stamp(given, last_s)
+            if stamp is not None:
+                last_s = stamps[k] = stamp
+                kept.append(k)
+        return stamps[kept], rows[kept]
+
+    def _stamp(self, given: float, last_s: float) -> float | None:
         """Time goes on whatever the row's clock does; None: the row was there before."""
-        given = row.get("t_s")
-        if given is None:
-            return self.period_s if self.t_s == -math.inf else self.t_s + self.period_s
+        if math.isnan(given):
+            return self.period_s if last_s == -math.inf else last_s + self.period_s
         stamp = given + self._offset_s
-        if stamp > self.t_s:
+        if stamp > last_s:
             return stamp
-        if self.settings.replayed or self.t_s - stamp <= SET_BACK_S:
+        if self.settings.replayed or last_s - stamp <= SET_BACK_S:
             self.counts.late += 1
             return None
         self.counts.clock_set += 1
-        self.note(f"the clock went back by {self.t_s - stamp:.3g} s: rows go on behind it")
+        self.note(f"the clock went back by {last_s - stamp:.3g} s: rows go on behind it")
         # Two periods: a gap, for nobody knows how long it was.
-        stamp = self.t_s + 2.0 * self.period_s
+        stamp = last_s + 2.0 * self.period_s
         self._offset_s = stamp - given
         return stamp
 

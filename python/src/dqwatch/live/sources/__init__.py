@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
-from ..decode import Decoder, Row
+from ..decode import Decoder, Row, Rows
 
 #: Bytes or messages that one poll takes at most, so that no source starves the others.
 MOST_BYTES = 1 << 20
@@ -35,8 +35,8 @@ class Health:
 class Port(Protocol):
     """An open connection."""
 
-    def poll(self) -> Iterable[tuple[str, Row]]:
-        """The rows that are there. Raises Lost, OSError."""
+    def poll(self) -> Iterable[tuple[str, Row | Rows]]:
+        """The rows that are there, one or some at a time. Raises Lost, OSError."""
 
     def close(self) -> None:
         """Give it back."""
@@ -58,11 +58,11 @@ class Source:
         self._port: Port | None = None
         self._retry_s = float("-inf")
 
-    def poll(self, now_s: float) -> list[tuple[str, Row]]:
+    def poll(self, now_s: float) -> list[tuple[str, Row | Rows]]:
         """The rows that are there now; none while it is lost."""
         if self._port is None and now_s < self._retry_s:
             return []
-        rows: list[tuple[str, Row]] = []
+        rows: list[tuple[str, Row | Rows]] = []
         try:
             if self._port is None:
                 self._port = self.open(self.position)

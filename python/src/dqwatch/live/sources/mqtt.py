@@ -10,7 +10,7 @@ from typing import Any
 import paho.mqtt.client as mqtt
 from paho.mqtt.enums import CallbackAPIVersion
 
-from ..decode import Decoder, Row
+from ..decode import Decoder, Row, Rows
 from . import Lost
 
 MOST_WAITING = 20_000
@@ -45,14 +45,11 @@ class MqttPort:
     def _gone(self, _client: Any, _data: Any, _flags: Any, reason: Any, _more: Any) -> None:
         self._lost = f"the broker is gone: {reason}"
 
-    def poll(self) -> Iterable[tuple[str, Row]]:
+    def poll(self) -> Iterable[tuple[str, Row | Rows]]:
         """The rows of what has come."""
         with self._lock:
             messages, self._waiting = self._waiting, deque()
-        for message in messages:
-            for line in message.split(b"\n"):
-                if line.strip():
-                    yield from self._decoder.message(line)
+        yield from self._decoder.lines(b"\n".join(messages))
         if self._lost:
             raise Lost(self._lost)
 
