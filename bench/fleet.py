@@ -184,9 +184,9 @@ def on_spark(logs, out):
     found, papers = sources(logs), papers_of(logs, None)
     # Its start: the session, workers, and what its compiler makes of a first job.
     with tempfile.TemporaryDirectory() as first:
-        spark.run(Store(first), found[:8], Settings(), papers)
+        spark.run(Store(first), found[:8], Settings(), papers, "1GB")
     start_s = tree_cpu_s(os.getpid())
-    spark.run(Store(out), found, Settings(), papers)
+    spark.run(Store(out), found, Settings(), papers, "1GB")
     print(json.dumps({"start_s": start_s, "run_s": tree_cpu_s(os.getpid()) - start_s}))
     session.stop()
 

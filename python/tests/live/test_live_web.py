@@ -175,19 +175,19 @@ def test_a_parquet_log_is_the_rows(healthy: Path, tmp_path: Path, monkeypatch: p
     live = Live([motor], [Source("s", "t", lambda _: port, [], motor="m")], [sink, Told()], None)
     now_s = run(live, port, len(rows), 500)
     live.close(now_s)
-    files = sorted((tmp_path / "m").glob("*.parquet"))
+    files = sorted((tmp_path / "motor=m").glob("*.parquet"))
     assert len(files) == 5 and files[0].name == "000000000000000.parquet"
     read = np.concatenate([pq.read_table(f)["v_q_V"].to_numpy() for f in files])
     assert np.array_equal(read, np.array([r["v_q_V"] for r in rows]))
     fitted = dqwatch.fit(pq.read_table(files[2]), pole_pairs=4)
     assert fitted.parameters["psi_Wb"].value == pytest.approx(0.02, rel=0.05)
     # No disk: said, and the rows that were lost.
-    blocked = ParquetSink(tmp_path / "m" / files[0].name, 10**9)
+    blocked = ParquetSink(tmp_path / "motor=m" / files[0].name, 10**9)
     block = {"t_s": np.array([0.0, 3.0]), "v_d_V": np.zeros(2)}
     blocked.rows(motor, block, 0)
     assert "2 rows lost" in blocked.trouble()
     # Only so much of it.
     small = ParquetSink(tmp_path, files[0].stat().st_size * 2)
     small.rows(motor, block, 10**6)
-    left = sorted((tmp_path / "m").glob("*.parquet"))
+    left = sorted((tmp_path / "motor=m").glob("*.parquet"))
     assert len(left) < 5 and left[-1].name == "000000001000000.parquet"

@@ -138,7 +138,7 @@ def fleet(
     engine
         "duckdb" on this machine; "spark" on the session that is active, or a local one
     memory
-        bound on DuckDB's and the windows' memory, "4GB"
+        bound on DuckDB's and the windows' memory, "4GB"; with Spark of each task
     threads
         default: all cores
     told
@@ -155,7 +155,7 @@ def fleet(
     if engine == "spark":
         from . import spark
 
-        new = spark.run(store, found, settings, papers, told)
+        new = spark.run(store, found, settings, papers, memory, told)
     elif engine == "duckdb":
         new = run(store, found, settings, papers, memory, threads or cores(), told)
     else:

@@ -32,6 +32,7 @@ def glance(path: str) -> pa.Table | None:
     return table.select(kept) if "t_s" in kept else None
 
 
-def has_machine(path: str) -> bool:
-    """True where a machine file lies beside a log: what it says of the log stands."""
-    return os.path.isfile(os.path.splitext(path)[0] + ".toml")
+def machine_beside(path: str) -> str:
+    """The machine file beside a log, "" where there is none: what it says of the log stands."""
+    beside = os.path.splitext(path)[0] + ".toml"
+    return beside if os.path.isfile(beside) else ""

@@ -7,11 +7,13 @@ import time
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
+from pathlib import Path
 from typing import Any
 
 import pyarrow as pa
 
 from . import duck
+from .glance import machine_beside
 from .sources import PAGES, Source, day_of, unreadable
 from .store import Store
 from .work import Settings, channels, empty_row, rows_table, window_row
@@ -72,20 +74,21 @@ def _not_read(source: Source, settings: Settings, error: BaseException, content:
 
 
 class Run:
-    """What all parts of a run share."""
+    """What all parts of a run share. `folder` takes what is larger than memory."""
 
-    def __init__(self, store: Store, settings: Settings, papers: Papers, memory: str, threads: int) -> None:
-        self.store, self.settings, self.papers, self.threads = store, settings, papers, threads
+    def __init__(self, folder: Path, settings: Settings, papers: Papers, memory: str, threads: int) -> None:
+        self.settings, self.papers, self.threads = settings, papers, threads
         self.bytes = bytes_of(memory)
         # Windows in flight and Arrow's own need the other half.
         limit = f"{max(self.bytes // 2, 100 << 20)}B"
-        self.connection = duck.connection(limit, threads, store.folder)
+        self.connection = duck.connection(limit, threads, folder)
 
     def _jobs(self, sources: list[Source], content: Mapping[Source, str]) -> Iterator[Callable[[], dict[str, Any]]]:
         def of_table(source: Source, said: dict[str, str], table: pa.Table) -> Callable[[], dict[str, Any]]:
             known = known_of(source, said, content[source])
             papers = papers_for(known["motor"], self.papers, said)
-            return lambda: window_row(channels(table), self.settings, papers, **known)
+            machine = machine_beside(source.path)
+            return lambda: window_row(channels(table), self.settings, papers, machine, **known)
 
         def of_file(source: Source) -> Callable[[], dict[str, Any]]:
             known = known_of(source, {}, content[source])
@@ -156,7 +159,7 @@ def run(
     digest = settings.digest()
     done = store.done(digest)
     new = [s for s in sources if (s.name, s.size, s.mtime_ns) not in done]
-    r = Run(store, settings, papers, memory, threads)
+    r = Run(store.folder, settings, papers, memory, threads)
     parts = parts_of(new, min(_PART_BYTES, max(r.bytes // 16, 1 << 20)))
     left = [(store.part_name(p, digest), p) for p in parts]
     count = 0

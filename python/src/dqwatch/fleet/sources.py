@@ -151,7 +151,7 @@ def day_of(window: str, mtime_ns: int) -> float:
     """Days since 1970 of a window whose name has a date (2026-01-05, 20260105), or of the file."""
     import datetime
 
-    if found := re.search(r"(20\d\d)[-_]?(\d\d)[-_]?(\d\d)(?:[T_ -]?(\d\d)[-_:]?(\d\d))?", window):
+    if found := re.search(r"(?<!\d)(20\d\d)[-_]?(\d\d)[-_]?(\d\d)(?:[T_ -]?(\d\d)[-_:]?(\d\d))?", window):
         y, mo, d, h, mi = (int(x or 0) for x in found.groups())
         try:
             at = datetime.datetime(y, mo, d, h, mi, tzinfo=datetime.UTC)

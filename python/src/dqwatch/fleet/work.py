@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pyarrow as pa
 
-from .glance import glance, has_machine
+from .glance import glance, machine_beside
 from .windows import PARAMETERS
 
 _TEXTS = ("motor", "window", "verdict", "regime", "why", "source", "source_hash", "settings")
@@ -129,10 +129,10 @@ def empty_row(**known: Any) -> dict[str, Any]:
     return dict.fromkeys(SCHEMA.names) | {"faults": []} | known
 
 
-def _fit(log: Any, settings: Settings, papers: Mapping[str, str], regime: str) -> dict[str, Any]:
+def _fit(log: Any, papers: Mapping[str, str], regime: str, machine: str) -> dict[str, Any]:
     import dqwatch
 
-    options: dict[str, Any] = {}
+    options: dict[str, Any] = {"machine": machine} if machine else {}
     if poles := _number(papers.get("pole_pairs")):
         options["pole_pairs"] = int(poles)
     if gear := _number(papers.get("gear")):
@@ -146,12 +146,12 @@ def _fit(log: Any, settings: Settings, papers: Mapping[str, str], regime: str) -
     return found
 
 
-def _faults(log: Any, papers: Mapping[str, str]) -> list[str]:
+def _faults(log: Any, pole_pairs: float | None, machine: str) -> list[str]:
     """What the monitor says of rows of single periods; an event it names, once."""
     import dqwatch
 
-    poles = _number(papers.get("pole_pairs"))
-    events = dqwatch.monitor(log, progress=False, pole_pairs=int(poles) if poles else None).events
+    poles = int(pole_pairs) if pole_pairs else None
+    events = dqwatch.monitor(log, progress=False, pole_pairs=poles, machine=machine or None).events
     return sorted({str(e.fault) for e in events})
 
 
@@ -183,20 +183,29 @@ def _fill(row: dict[str, Any], found: Mapping[str, Any]) -> None:
             row["rows_used"] = int(note.split()[1])
 
 
-def window_row(log: pa.Table | str, settings: Settings, papers: Mapping[str, str], **known: Any) -> dict[str, Any]:
+def window_row(
+    log: pa.Table | str, settings: Settings, papers: Mapping[str, str], machine: str = "", **known: Any
+) -> dict[str, Any]:
     """The row of one window. `log`: its channels (see channels()), or the path of a file that dqwatch reads itself.
+    `machine`: of a table, path of the machine file beside its log, "" where there is none.
 
     Never raises for what a log holds: the row then says why not.
     """
+    import dqwatch
+
     row = empty_row(settings=settings.digest(), **known)
     seen = log if isinstance(log, pa.Table) else glance(log)
+    machine = machine_beside(log) if isinstance(log, str) else machine
     try:
         regime = settings.regime
-        if seen is not None and not (isinstance(log, str) and has_machine(log)):
+        if seen is not None and not machine:
             regime = _regime(seen, settings)
-        _fill(row, _fit(log, settings, papers, regime))
+        _fill(row, _fit(log, papers, regime, machine))
         if row["regime"] == "dynamic":
-            row["faults"] = _faults(log, papers)
+            try:
+                row["faults"] = _faults(log, _number(papers.get("pole_pairs")) or row["pole_pairs"], machine)
+            except dqwatch.Error as error:  # the fit stands
+                row["why"] = "; ".join(filter(None, (row["why"], f"not monitored: {error}")))
     except Exception as error:  # of any kind: one log stops nothing
         row["verdict"], row["why"] = "not_fitted", str(error).strip() or type(error).__name__
     if seen is not None:

@@ -1,4 +1,4 @@
-"""A log in Parquet: a folder a motor, a file a minute, named by its first row: written twice it is the same file."""
+"""A log in Parquet: a folder motor=… each, a file a minute, named by its first row: written twice it is the same file."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class ParquetSink:
     def __init__(self, folder: Path, most_bytes: int) -> None:
         self._folder = folder
         self._most_bytes = most_bytes
-        self._open: dict[str, tuple[int, list[Block]]] = {}
+        self._open: dict[str, tuple[int, Motor, list[Block]]] = {}
         self._trouble = ""
         self.lost_rows = 0
 
@@ -39,25 +39,24 @@ class ParquetSink:
 
     def rows(self, motor: Motor, block: Block, first: int) -> None:
         """They wait until a file is full."""
-        begun, blocks = self._open.setdefault(motor.slug, (first, []))
+        _, _, blocks = self._open.setdefault(motor.slug, (first, motor, []))
         blocks.append(block)
         rows = sum(len(b["t_s"]) for b in blocks)
         if float(block["t_s"][-1]) - float(blocks[0]["t_s"][0]) >= SPAN_S or rows > MOST_ROWS:
-            self._flush(motor.slug, motor)
-        del begun
+            self._flush(motor.slug)
 
-    def _flush(self, slug: str, motor: Motor | None) -> None:
-        first, blocks = self._open.pop(slug)
+    def _flush(self, slug: str) -> None:
+        first, motor, blocks = self._open.pop(slug)
         names = [c for c in blocks[0] if all(c in b for b in blocks)]
         table = pa.table({c: np.concatenate([b[c] for b in blocks]) for c in names})
-        folder = self._folder / slug
+        folder = self._folder / f"motor={slug}"
         path = folder / f"{first:015d}.parquet"
         try:
             folder.mkdir(parents=True, exist_ok=True)
             fresh = path.with_suffix(".new")
             pq.write_table(table, fresh, compression="zstd")
             os.replace(fresh, path)
-            if motor is not None and not path.with_suffix(".toml").exists():
+            if not path.with_suffix(".toml").exists():
                 replace_file(path.with_suffix(".toml"), machine_text(motor.settings.machine).encode())
             self._shrink(folder)
             self._trouble = ""
@@ -85,4 +84,4 @@ class ParquetSink:
     def close(self) -> None:
         """What waits is written as it is."""
         for slug in list(self._open):
-            self._flush(slug, None)
+            self._flush(slug)
