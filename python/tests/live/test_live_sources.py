@@ -33,16 +33,18 @@ def wait_for(what: Callable[[], object], at_most_s: float = 20.0) -> object:
     raise AssertionError("it never came")
 
 
+def polled(source: Source, now_s: float) -> list[tuple[str, Row]]:
+    """Each row alone, without what it does not say."""
+    rows: list[tuple[str, Row]] = []
+    for name, some in source.poll(now_s):
+        alone = [some] if isinstance(some, dict) else [dict(zip(COLUMNS, r, strict=True)) for r in some.tolist()]
+        rows.extend((name, {c: x for c, x in row.items() if x == x}) for row in alone)
+    return rows
+
+
 def gather(source: Source, count: int, now_s: float = 0.0) -> list[tuple[str, Row]]:
     rows: list[tuple[str, Row]] = []
-
-    def more() -> bool:
-        for name, some in source.poll(now_s):
-            alone = [some] if isinstance(some, dict) else [dict(zip(COLUMNS, r, strict=True)) for r in some.tolist()]
-            rows.extend((name, {c: x for c, x in row.items() if x == x}) for row in alone)
-        return len(rows) >= count
-
-    wait_for(more)
+    wait_for(lambda: rows.extend(polled(source, now_s)) or len(rows) >= count)
     return rows
 
 
@@ -207,7 +209,7 @@ def test_mqtt_and_a_broker_that_goes(broker: Callable[[], tuple[subprocess.Popen
 
     def came() -> bool:
         sender.publish("motors/m", message)
-        rows.extend(source.poll(0.0))
+        rows.extend(polled(source, 0.0))
         return len(rows) > 0
 
     wait_for(came)

@@ -1,4 +1,4 @@
-"""A log in Parquet: a folder motor=… each, a file a minute, named by its first row: written twice it is the same file."""
+"""A log in Parquet: a folder motor=… each, a file a minute named by its first row: written twice it is the same."""
 
 from __future__ import annotations
 
