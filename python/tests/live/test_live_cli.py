@@ -65,6 +65,25 @@ def test_killed_and_begun_again_as_a_program(failing: Path, tmp_path: Path) -> N
     assert saved(tmp_path)["event_count"] == 1
 
 
+def test_what_could_not_be_written_at_the_end_is_said(failing: Path, tmp_path: Path) -> None:
+    from test_live_sources import wait_for
+
+    config = tmp_path / "live.toml"
+    text = CONFIG.format(machine=", ".join(f"{k} = {v!r}" for k, v in MACHINE.items()))
+    config.write_text(text + '[[sink]]\nkind = "parquet"\nfolder = "live.toml"\n')
+    lines = failing.read_text().splitlines(keepends=True)
+    (tmp_path / "log.csv").write_text("".join(lines))
+    # A folder stands where the log around the event belongs.
+    (tmp_path / "state" / "events" / "m-1.csv" / "x").mkdir(parents=True)
+    run = start(config)
+    wait_for(lambda: saved(tmp_path).get("counts", {}).get("rows") == len(lines) - 1, 120)  # type: ignore[attr-defined]
+    run.send_signal(signal.SIGINT)
+    out, err = run.communicate(timeout=60)
+    assert run.returncode == 0, err
+    assert "the minutes around m-1 could not be kept" in out
+    assert f"{len(lines) - 1} rows lost" in out
+
+
 @pytest.mark.parametrize(
     ("text", "why"),
     [

@@ -100,3 +100,7 @@ def _summary(live: Live) -> None:
         print(f"{motor.name}: {motor.counts.rows} rows, {motor.event_count} events")
         for event in list(motor.events)[-10:]:
             print(f"  {event.t_s:.3f} s  {event.fault}, confidence {event.confidence:.2f}. {event.advice}")
+        for note in motor.notes:
+            print(f"  {note}")
+    for trouble in live.health()["trouble"]:
+        print(trouble)

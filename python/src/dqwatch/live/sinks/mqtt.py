@@ -84,5 +84,6 @@ class MqttSink:
 
     def close(self) -> None:
         """Leave the broker."""
+        self._client.on_disconnect = None
         self._client.disconnect()
         self._client.loop_stop()

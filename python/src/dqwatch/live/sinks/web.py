@@ -237,7 +237,7 @@ class WebSink:
 
     def trouble(self) -> str:
         """A server that ended."""
-        return "" if self._thread.is_alive() else "the page's server has ended"
+        return "" if self._thread.is_alive() or self._server.should_exit else "the page's server has ended"
 
     def close(self) -> None:
         """The end of every stream."""
