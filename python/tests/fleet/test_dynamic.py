@@ -31,17 +31,31 @@ def failing():
 
 
 def test_events_of_the_monitor_are_in_a_row(failing, tmp_path):
-    for name, log in (("healthy", joint(20.0, 0.0)), ("failing", failing), ("short", joint(1.0, 0.0))):
+    for name, log in (("healthy", joint(20.0, 0.0)), ("failing", failing)):
         pq.write_table(pa.table(log), tmp_path / f"{name}.parquet")
-    (tmp_path / "motors.csv").write_text("motor,pole_pairs\nhealthy,4\nfailing,4\nshort,4\n")
     windows = dqwatch.fleet(tmp_path, tmp_path / "out", threads=1).windows
     rows = {r["motor"]: r for r in windows.to_pylist()}
     assert {m: r["regime"] for m, r in rows.items()} == dict.fromkeys(rows, "dynamic")
     assert rows["failing"]["faults"] == ["demagnetisation"] and rows["healthy"]["faults"] == []
     assert [e.fault for e in dqwatch.monitor(failing, pole_pairs=4, progress=False).events] == ["demagnetisation"]
-    # A log that the monitor refuses is fitted all the same.
-    fitted = dqwatch.fit(joint(1.0, 0.0), pole_pairs=4, progress=False)
-    assert rows["short"]["Ld_H"] == fitted.parameters["Ld_H"].value and rows["short"]["verdict"] != "not_fitted"
+
+
+def test_a_log_that_the_monitor_refuses_is_fitted_all_the_same(failing, tmp_path, monkeypatch):
+    def refuses(*_, **__):
+        raise dqwatch.InputError("too short")
+
+    pq.write_table(pa.table({n: x[:4000] for n, x in failing.items()}), tmp_path / "m.parquet")
+    monkeypatch.setattr(dqwatch, "monitor", refuses)
+    (row,) = dqwatch.fleet(tmp_path, tmp_path / "out", threads=1).windows.to_pylist()
+    assert row["verdict"] == "good" and row["faults"] == [] and row["why"].endswith("not monitored: too short")
+
+
+def test_the_machine_file_beside_parquet_stands(failing, tmp_path):
+    pq.write_table(pa.table({n: x[:4000] for n, x in failing.items()}), tmp_path / "m.parquet")
+    (tmp_path / "m.toml").write_text("[machine]\npole_pairs = 8\n")
+    (row,) = dqwatch.fleet(tmp_path, tmp_path / "out", threads=1).windows.to_pylist()
+    # The log's own speed and angle say four.
+    assert row["pole_pairs"] == 8
 
 
 def test_what_live_logs_the_fleet_reads(failing, tmp_path):
@@ -74,7 +88,6 @@ def test_what_live_logs_the_fleet_reads(failing, tmp_path):
     rows = windows.to_pylist()
     assert len({r["motor"] for r in rows}) == 2 and len(rows) == 4
     for r in rows:
-        # The machine file beside it says the pole pairs.
         assert r["regime"] == "dynamic" and r["verdict"] == "good" and r["pole_pairs"] == 4, r["why"]
         assert r["Ld_H"] == pytest.approx(1e-3, rel=0.05) and r["Lq_H"] == pytest.approx(1.4e-3, rel=0.05)
     assert sorted(r["rows"] for r in rows) == [14_000, 14_000, 26_000, 26_000]
