@@ -14,6 +14,7 @@
 #include "dqw.h"
 #include "dqw_estimator_q15.h"
 #include "dqw_number.h"
+#include "ref/log/wanted.hpp"
 
 namespace dqw {
 
@@ -133,6 +134,7 @@ void walk(const Log& log, std::size_t& done, std::size_t total, const LearnOptio
         was_heldout = heldout;
         step(k, heldout);
         done++;
+        ask_at(done);
         if (options.progress && done % kProgressRows == 0)
             options.progress(static_cast<double>(done) / static_cast<double>(total));
     }

@@ -11,6 +11,7 @@
 #include <thread>
 
 #include "error.hpp"
+#include "ref/log/wanted.hpp"
 
 namespace nb = nanobind;
 
@@ -37,6 +38,9 @@ void work_on(Job& job, const std::function<void(const JobProgress&)>& work)
         job.fraction = fraction;
     };
     std::exception_ptr failed;
+    still_wanted = [&job] {
+        if (job.cancelled) throw Cancelled();
+    };
     try {
         work(tell);
     } catch (...) {

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "ref/log/wanted.hpp"
+
 namespace dqw {
 namespace {
 
@@ -14,6 +16,7 @@ std::vector<double> speed_slope(const Log& log, double pole_pairs)
     for (std::size_t s = 0; s < log.segments.size(); ++s) {
         const std::size_t begin = log.segments[s], end = s + 1 < log.segments.size() ? log.segments[s + 1] : log.rows();
         for (std::size_t k = begin; k < end; ++k) {
+            ask_at(k);
             const std::size_t from = k - std::min(kEachWay, k - begin), to = std::min(k + kEachWay + 1, end);
             double n = 0.0, t = 0.0, w = 0.0, tt = 0.0, tw = 0.0;
             for (std::size_t j = from; j < to; ++j) {
@@ -50,6 +53,7 @@ TraceColumns trace_columns(const Log& log, double pole_pairs, double i_base_A, d
     double integrated = 0.0;
     std::vector<double> electrical(rows);
     for (std::size_t k = 0; k < rows; ++k) {
+        ask_at(k);
         if (k > 0 && !log.t_s.empty() && !log.w_m_rad_s.empty())
             integrated += p * 0.5 * (log.w_m_rad_s[k] + log.w_m_rad_s[k - 1]) * (log.t_s[k] - log.t_s[k - 1]);
         double angle = integrated;
@@ -67,6 +71,7 @@ TraceColumns trace_columns(const Log& log, double pole_pairs, double i_base_A, d
         std::vector<double> h(rows);
         const double tau = part * span_s;
         for (std::size_t k = 1; k < rows; ++k) {
+            ask_at(k);
             const auto square = [&](const std::vector<double>& i) {
                 return i.empty() ? 0.0 : i[k - 1] * i[k - 1] / (i_base_A * i_base_A);
             };

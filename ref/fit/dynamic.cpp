@@ -27,10 +27,10 @@ constexpr double kGains[] = {0.02, 0.5};
 /// Entries of theta.
 enum Index { kR, kLd, kLq, kPsi, kPolePairs, kGainD, kGainQ, kSize };
 
-WithoutEffects dynamic_model(const Task& task, std::vector<Piece> pieces)
+WithoutEffects dynamic_model(const Task& task, std::vector<Piece> pieces, const RowNoise* noise = nullptr)
 {
     static const std::vector<TraceColumns> none;
-    return {std::make_unique<ElectricalModel>(task.logs, none, 1.0, even_plan(std::move(pieces), 1)),
+    return {std::make_unique<ElectricalModel>(task.logs, none, 1.0, even_plan(std::move(pieces), 1), false, noise),
             {"R_ohm", "Ld_H", "Lq_H", "psi_Wb", "pole_pairs"}};
 }
 
@@ -246,13 +246,12 @@ Result fit_dynamic(const Task& task)
     options.tick = task.tick;
     if (rows_of(pieces) > kHuge) options.tolerance = 1e-7;
     WithoutEffects all = dynamic_model(task, pieces);
-    const ColumnNoise column_noise(task.logs);
+    ColumnNoise column_noise(task.logs);
     options.added = [&](const Eigen::VectorXd& theta, const Eigen::VectorXd& variance) {
         const NoiseSizes sizes = column_noise.sizes(theta.head(kGainD), theta.tail(2), 1.0, variance);
         if (!sizes.any()) return Eigen::MatrixXd();
-        return column_noise.added(sizes, [&](const std::vector<Log>& logs) {
-            Task with_noise{logs, task.asked, task.pole_pairs, {}, {}};
-            WithoutEffects model = dynamic_model(with_noise, pieces_in(pieces, task.logs, logs));
+        return column_noise.added(sizes, [&](const RowNoise* noise) {
+            WithoutEffects model = dynamic_model(task, pieces, noise);
             model.prepare(theta);
             std::vector<BlockSum> sums;
             Eigen::MatrixXd scores(theta.size() + 1, 2);

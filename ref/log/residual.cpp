@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "ref/log/piece.hpp"
+#include "ref/log/wanted.hpp"
 
 namespace dqw {
 namespace {
@@ -49,6 +50,7 @@ void add_dynamic(const Log& log, const Piece& piece, const PlainModel& m, Axis& 
 {
     const std::size_t n = block_rows(log);
     for (std::size_t k = piece.begin; k + n < piece.end; k += n) {
+        ask_at(k, n);
         double e_d = 0.0, e_q = 0.0;
         const double time_s = span_s(piece, k, n);
         for (std::size_t r = k; r < k + n; ++r) {

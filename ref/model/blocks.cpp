@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "ref/log/symmetric.hpp"
+#include "ref/log/wanted.hpp"
 
 namespace dqw {
 namespace {
@@ -78,6 +79,7 @@ Normal electrical_normal(const std::vector<Piece>& pieces, std::size_t length)
 
 Block block_at(const Piece& piece, std::size_t k, std::size_t n)
 {
+    ask_at(k, n);
     const Log& log = *piece.log;
     const double share = 1.0 / static_cast<double>(n);
     Block s;

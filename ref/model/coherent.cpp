@@ -1,7 +1,9 @@
 #include "ref/model/coherent.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <vector>
 
 #include "ref/log/symmetric.hpp"
 
@@ -10,49 +12,63 @@ namespace {
 
 constexpr double kLeast = 1e-300;
 
-/// Means of `length` values that follow one another.
-std::vector<double> means(const std::vector<double>& x, std::size_t length)
-{
-    std::vector<double> out;
-    for (std::size_t k = 0; k + length <= x.size(); k += length) {
-        double sum = 0.0;
-        for (std::size_t n = k; n < k + length; ++n) sum += x[n];
-        out.push_back(sum / static_cast<double>(length));
-    }
-    return out;
-}
+// Means of 5, 20, 80, 320 rows: what lasts 10 rows is seen, and what is drowned in them shows in the longer.
+constexpr std::size_t kRows = 5, kLonger = 4, kScales = 4;
 
-double mean_square(const std::vector<double>& x)
-{
+/// Means of values that follow one another, at each scale as they come; a rest of the last is none.
+class Means {
+public:
+    template <typename Visit> void add(double x, Visit&& visit)
+    {
+        std::size_t length = 1;
+        for (std::size_t scale = 0; scale < kScales; ++scale, length *= kLonger) {
+            sum_[scale] += x;
+            if (++count_[scale] < length) continue;
+            visit(scale, sum_[scale] / static_cast<double>(length));
+            sum_[scale] = 0.0, count_[scale] = 0;
+        }
+    }
+
+private:
+    double sum_[kScales] = {};
+    std::size_t count_[kScales] = {};
+};
+
+struct MeanSquare {
     double sum = 0.0;
-    for (double v : x) sum += v * v;
-    return x.empty() ? 0.0 : sum / static_cast<double>(x.size());
-}
+    std::size_t count = 0;
+    void add(double x) { sum += x * x, ++count; }
+    double value() const { return count == 0 ? 0.0 : sum / static_cast<double>(count); }
+};
 
 /// What lasts of a series, a mean square: what values two and three apart have in common, which share no row and no
 /// end, less what chance makes of it.
-double lasting(const std::vector<double>& e)
-{
-    // Of a dozen looks a normal exceeds three in one of 40 logs; ends that neighbours share cost 1.2 of it.
-    constexpr double kChance = 4.0;
-    double most = 0.0;
-    for (const std::size_t apart : {2, 3}) {
-        if (e.size() < 4 * apart) continue;
-        double sum = 0.0;
-        for (std::size_t k = apart; k < e.size(); ++k) sum += e[k] * e[k - apart];
-        most = std::max(most, std::abs(sum) / static_cast<double>(e.size() - apart));
+class Lasting {
+public:
+    void add(double e)
+    {
+        for (std::size_t apart : {2, 3})
+            if (square_.count >= apart) sum_[apart - 2] += e * last_[apart - 1];
+        last_[2] = last_[1], last_[1] = last_[0], last_[0] = e;
+        square_.add(e);
     }
-    // Of few values all may be what lasts: the whole of them is taken for white.
-    const double count = static_cast<double>(std::max<std::size_t>(e.size(), 1));
-    return std::max(most - kChance * mean_square(e) / std::sqrt(count), 0.0);
-}
+    double value() const
+    {
+        // Of a dozen looks a normal exceeds three in one of 40 logs; ends that neighbours share cost 1.2 of it.
+        constexpr double kChance = 4.0;
+        double most = 0.0;
+        for (std::size_t apart : {2, 3})
+            if (square_.count >= 4 * apart)
+                most = std::max(most, std::abs(sum_[apart - 2]) / static_cast<double>(square_.count - apart));
+        // Of few values all may be what lasts: the whole of them is taken for white.
+        const double count = static_cast<double>(std::max<std::size_t>(square_.count, 1));
+        return std::max(most - kChance * square_.value() / std::sqrt(count), 0.0);
+    }
 
-std::vector<double> channel_of(const std::vector<ReportBlock>& blocks, int channel)
-{
-    std::vector<double> out;
-    for (const ReportBlock& b : blocks) out.push_back(b.residual[channel]);
-    return out;
-}
+private:
+    double last_[3] = {}, sum_[2] = {};
+    MeanSquare square_;
+};
 
 Eigen::MatrixXd inverse_of(const Eigen::MatrixXd& m)
 {
@@ -71,47 +87,65 @@ Eigen::VectorXd coherent_deviations(const Model& model, const Point& at, const E
                                     const Eigen::VectorXd& weight)
 {
     constexpr double kStep = 1e-3;  // of a value: the residual is linear in all but shapes
-    // Means of 5, 20, 80, 320 rows: what lasts 10 rows is seen, and what is drowned in them shows in the longer.
-    constexpr std::size_t kRows = 5, kLonger = 4, kScales = 4;
     const Eigen::Index n = at.columns(), first = at.base.size(), last = first + at.gain.size();
+    const auto channels = static_cast<std::size_t>(model.channels());
     Eigen::VectorXd square = Eigen::VectorXd::Zero(n);
-    const std::vector<ReportBlock> here = model.report(at, kRows);
-    std::vector<std::vector<double>> residual;
+    std::vector<Means> residual(channels);
+    std::vector<std::array<Lasting, kScales>> lasting(channels);
+    model.report_each({at}, kRows, [&](const std::vector<ReportBlock>& here) {
+        for (std::size_t c = 0; c < channels; ++c)
+            residual[c].add(here[0].residual[c], [&](std::size_t scale, double e) { lasting[c][scale].add(e); });
+    });
     double most = 0.0;
-    for (int c = 0; c < model.channels(); ++c) {
-        residual.push_back(channel_of(here, c));
-        std::size_t length = 1;
-        for (std::size_t scale = 0; scale < kScales; ++scale, length *= kLonger)
-            most = std::max(most, lasting(means(residual.back(), length)));
-    }
+    for (const auto& of_channel : lasting)
+        for (const Lasting& l : of_channel) most = std::max(most, l.value());
     if (!(most > 0.0)) return square;
-    const Eigen::MatrixXd inverse = inverse_of(information);
-    std::vector<Eigen::MatrixXd> slope(residual.size());
-    for (auto& s : slope) s = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(here.size()), n);
-    const Eigen::VectorXd values = at.values();
+
+    // The point, and those with one value moved.
+    std::vector<Point> points{at};
+    std::vector<Eigen::Index> column;
+    std::vector<double> steps;
     for (Eigen::Index j = 0; j < n; ++j) {
         if ((j >= first && j < last) || !(information(j, j) > 0.0)) continue;
-        Point moved = at;
-        Eigen::VectorXd to = values;
-        const double step = std::max(std::abs(values[j]) * kStep, 1e-9);
-        to[j] += step;
-        moved.set(to);
-        const std::vector<ReportBlock> there = model.report(moved, kRows);
-        for (std::size_t c = 0; c < slope.size(); ++c)
-            for (std::size_t b = 0; b < here.size(); ++b)
-                slope[c](static_cast<Eigen::Index>(b), j) = (there[b].residual[c] - here[b].residual[c]) / step;
+        Eigen::VectorXd to = at.values();
+        steps.push_back(std::max(std::abs(to[j]) * kStep, 1e-9));
+        to[j] += steps.back();
+        column.push_back(j);
+        points.push_back(at);
+        points.back().set(to);
     }
-    for (std::size_t c = 0; c < slope.size(); ++c) {
-        const Eigen::MatrixXd moves = slope[c] * inverse;
-        for (Eigen::Index j = 0; j < n; ++j) {
-            const std::vector<double> by(moves.col(j).data(), moves.col(j).data() + moves.rows());
-            double worst = 0.0;
-            std::size_t length = 1;
-            for (std::size_t scale = 0; scale < kScales; ++scale, length *= kLonger)
-                worst = std::max(worst, lasting(means(residual[c], length)) * mean_square(means(by, length)));
-            square[j] += worst * std::pow(weight[static_cast<Eigen::Index>(c)], 2);
+    // A product of some blocks at a time.
+    constexpr Eigen::Index kChunk = 1024;
+    const Eigen::MatrixXd inverse = inverse_of(information);
+    std::vector<Eigen::MatrixXd> slope(channels, Eigen::MatrixXd::Zero(kChunk, n));
+    std::vector<std::vector<Means>> moves(channels, std::vector<Means>(static_cast<std::size_t>(n)));
+    std::vector<std::vector<std::array<MeanSquare, kScales>>> moved(
+        channels, std::vector<std::array<MeanSquare, kScales>>(static_cast<std::size_t>(n)));
+    Eigen::Index gathered = 0;
+    const auto flush = [&] {
+        for (std::size_t c = 0; c < channels; ++c) {
+            const Eigen::MatrixXd by = slope[c] * inverse;
+            for (std::size_t j = 0; j < moved[c].size(); ++j)
+                for (Eigen::Index b = 0; b < gathered; ++b)
+                    moves[c][j].add(by(b, static_cast<Eigen::Index>(j)),
+                                    [&](std::size_t scale, double mean) { moved[c][j][scale].add(mean); });
         }
-    }
+        gathered = 0;
+    };
+    model.report_each(points, kRows, [&](const std::vector<ReportBlock>& blocks) {
+        for (std::size_t c = 0; c < channels; ++c)
+            for (std::size_t p = 0; p < column.size(); ++p)
+                slope[c](gathered, column[p]) = (blocks[p + 1].residual[c] - blocks[0].residual[c]) / steps[p];
+        if (++gathered == kChunk) flush();
+    });
+    flush();
+    for (std::size_t c = 0; c < channels; ++c)
+        for (std::size_t j = 0; j < moved[c].size(); ++j) {
+            double worst = 0.0;
+            for (std::size_t scale = 0; scale < kScales; ++scale)
+                worst = std::max(worst, lasting[c][scale].value() * moved[c][j][scale].value());
+            square[static_cast<Eigen::Index>(j)] += worst * std::pow(weight[static_cast<Eigen::Index>(c)], 2);
+        }
     return square.cwiseSqrt();
 }
 

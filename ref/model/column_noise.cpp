@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <random>
 
 #include "ref/log/piece.hpp"
+#include "ref/log/wanted.hpp"
 
 namespace dqw {
 namespace {
@@ -31,6 +31,7 @@ double white_variance(const std::vector<Log>& logs, std::vector<double> Log::*co
         const std::vector<double>& x = log.*column;
         for (const Piece& piece : pieces_of(log, kReach + kLeastChunk))
             for (std::size_t k = piece.begin; k + kReach + kLeastChunk <= piece.end; k += kChunk) {
+                ask_at(k, kChunk);
                 const std::size_t stop = std::min(k + kChunk, piece.end - kReach);
                 double a = 0.0, b = 0.0;
                 for (std::size_t r = k; r < stop; ++r) {
@@ -103,22 +104,16 @@ NoiseSizes ColumnNoise::sizes(const Eigen::VectorXd& base, const Eigen::VectorXd
 }
 
 Eigen::MatrixXd ColumnNoise::added(const NoiseSizes& sizes,
-                                   const std::function<Eigen::MatrixXd(const std::vector<Log>&)>& scores) const
+                                   const std::function<Eigen::MatrixXd(const RowNoise*)>& scores)
 {
-    const Eigen::MatrixXd middle = scores(logs_);
+    if (!draws_) draws_.emplace(logs_);
+    const Eigen::MatrixXd middle = scores(nullptr);
     Eigen::MatrixXd sum = -2.0 * middle;
     for (const double sign : {1.0, -1.0}) {
-        std::mt19937_64 bits(1);
-        std::normal_distribution<double> normal;
-        std::vector<Log> logs = logs_;
-        for (Log& log : logs) {
-            const auto put = [&](std::vector<double>& column, double size) {
-                for (double& x : column) x += sign * size * normal(bits);
-            };
-            put(log.v_d_V, sizes.v_V[0]), put(log.v_q_V, sizes.v_V[1]), put(log.i_d_A, sizes.i_A[0]),
-                put(log.i_q_A, sizes.i_A[1]), put(log.w_m_rad_s, sizes.w_m_rad_s);
-        }
-        const Eigen::MatrixXd moved = scores(logs);
+        const RowNoise noise{&*draws_,
+                             {sign * sizes.v_V[0], sign * sizes.v_V[1], sign * sizes.i_A[0], sign * sizes.i_A[1],
+                              sign * sizes.w_m_rad_s}};
+        const Eigen::MatrixXd moved = scores(&noise);
         if (moved.size() != middle.size() || middle.size() == 0) return {};
         sum += moved;
     }
@@ -129,20 +124,6 @@ Eigen::MatrixXd ColumnNoise::added(const NoiseSizes& sizes,
         if (sum(last, c) > 0.0)
             sum.col(c) *= std::clamp(2.0 * sizes.share[c] * middle(last, c) / sum(last, c), 1.0 / kMost, kMost);
     return 0.5 * sum.topRows(last);
-}
-
-std::vector<Piece> pieces_in(const std::vector<Piece>& pieces, const std::vector<Log>& from, const std::vector<Log>& to)
-{
-    std::vector<Piece> out = pieces;
-    for (Piece& piece : out) piece.log = to.data() + (piece.log - from.data());
-    return out;
-}
-
-Plan plan_of(const Plan& plan, const std::vector<Log>& from, const std::vector<Log>& to)
-{
-    Plan out{pieces_in(plan.pieces, from, to), plan.blocks};
-    for (FineBlock& b : out.blocks) b.piece = out.pieces.data() + (b.piece - plan.pieces.data());
-    return out;
 }
 
 }  // namespace dqw

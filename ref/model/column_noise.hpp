@@ -4,9 +4,10 @@
 
 #include <Eigen/Dense>
 #include <functional>
+#include <optional>
 #include <vector>
 
-#include "ref/model/model.hpp"
+#include "ref/model/rows.hpp"
 
 namespace dqw {
 
@@ -31,22 +32,17 @@ public:
                      const Eigen::VectorXd& variance) const;
 
     /// What noise of these sizes adds to the scores J'e of each channel on average: half the second difference of the
-    /// scores where such noise is put on the logs and taken off. `scores(logs)` gives them, one column a channel,
-    /// below them e'e; an empty matrix where they cannot be had, and then here.
-    Eigen::MatrixXd added(const NoiseSizes& sizes,
-                          const std::function<Eigen::MatrixXd(const std::vector<Log>&)>& scores) const;
+    /// scores where such noise is put on the logs and taken off. `scores(noise)` gives them, without noise for a
+    /// null, one column a channel, below them e'e; an empty matrix where they cannot be had, and then here.
+    Eigen::MatrixXd added(const NoiseSizes& sizes, const std::function<Eigen::MatrixXd(const RowNoise*)>& scores);
 
 private:
     const std::vector<Log>& logs_;
+    std::optional<Draws> draws_;       ///< from when they are first asked for
     double dt_s_ = 0.0, speed_ = 0.0;  ///< variance of the speed's noise, (rad/s)^2
     double voltage_[2] = {};           ///< the most that white noise of the columns may have, V^2
     double mean_d_A_ = 0.0, square_A2_[2] = {}, square_w_ = 0.0;
 };
-
-/// The same rows of other logs, as many and as long.
-Plan plan_of(const Plan& plan, const std::vector<Log>& from, const std::vector<Log>& to);
-std::vector<Piece> pieces_in(const std::vector<Piece>& pieces, const std::vector<Log>& from,
-                             const std::vector<Log>& to);
 
 }  // namespace dqw
 #endif

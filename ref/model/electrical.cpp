@@ -6,6 +6,7 @@
 
 #include "ref/log/hands.hpp"
 #include "ref/log/residual.hpp"
+#include "ref/log/wanted.hpp"
 #include "ref/model/gather.hpp"
 #include "ref/model/hold.hpp"
 #include "ref/model/inputs.hpp"
@@ -18,10 +19,10 @@ constexpr double kLargestRateDt = 15.0;  ///< (R/L + w_e) dt beyond which a log 
 constexpr int kIterations = 4;
 constexpr double kEnded = 1e-9;
 
-Held held_from(const Piece& piece)
+Held held_from(const Row& row)
 {
     Held held;
-    held.fill({piece.log->v_d_V[piece.begin], piece.log->v_q_V[piece.begin]});
+    held.fill({row.v_d_V, row.v_q_V});
     return held;
 }
 
@@ -30,13 +31,16 @@ Matrix2 matrix(const double m[4]) { return {m[0], m[1], m[2], m[3]}; }
 }  // namespace
 
 ElectricalModel::ElectricalModel(const std::vector<Log>& logs, const std::vector<TraceColumns>& columns,
-                                 double pole_pairs, Plan plan, bool rotor_held)
-    : logs_(logs), columns_(columns), pole_pairs_(pole_pairs), plan_(std::move(plan)), rotor_held_(rotor_held)
+                                 double pole_pairs, Plan plan, bool rotor_held, const RowNoise* noise)
+    : logs_(logs), columns_(columns), pole_pairs_(pole_pairs), plan_(std::move(plan)), rotor_held_(rotor_held),
+      noise_(noise)
 {
     double time_s = 0.0, periods = 0.0;
+    RowReader rows(noise_);
     for (const Piece& piece : plan_.pieces) {
         for (std::size_t k = piece.begin; k < piece.end; ++k) {
-            w_max_rad_s_ = std::max(w_max_rad_s_, std::abs(piece.log->w_m_rad_s[k]));
+            ask_at(k);
+            w_max_rad_s_ = std::max(w_max_rad_s_, std::abs(rows.speed_at(*piece.log, k)));
             if (k + 1 < piece.end) dt_max_s_ = std::max(dt_max_s_, piece.period_s(k));
         }
         time_s += piece.log->t_s[piece.end - 1] - piece.log->t_s[piece.begin];
@@ -56,9 +60,9 @@ GainSchedule ElectricalModel::schedule(const Point& at, int axis) const
     return {at.gain[axis], at.base[kR] / at.base[kLd + axis] * dt_mean_s_};
 }
 
-Vector2 ElectricalModel::begun(const Piece& piece, std::size_t k, double turn_rad) const
+Vector2 ElectricalModel::begun(const Row& row, double turn_rad) const
 {
-    const Vector2 mean{piece.log->v_d_V[k], piece.log->v_q_V[k]};
+    const Vector2 mean{row.v_d_V, row.v_q_V};
     if (rotor_held_) return mean;
     const double h = 0.5 * turn_rad, s = std::abs(h) > 1e-4 ? std::sin(h) / h : 1.0 - h * h / 6.0;
     return turn(std::cos(h) / s, std::sin(h) / s) * mean;
@@ -102,16 +106,17 @@ struct ElectricalModel::Plant {
         return model.columns_[static_cast<std::size_t>(piece.log - model.logs_.data())];
     }
 
-    Moment moment(const Piece& piece, std::size_t k, Vector2 i, Vector2 v_end, double dt) const
+    /// `row`: the piece's k-th.
+    Moment moment(const Piece& piece, std::size_t k, const Row& row, Vector2 i, Vector2 v_end, double dt) const
     {
         const TraceColumns& c = columns(piece);
         Moment m;
-        m.i_d = i.d, m.i_q = i.q, m.w_e = pole_pairs * piece.log->w_m_rad_s[k];
+        m.i_d = i.d, m.i_q = i.q, m.w_e = pole_pairs * row.w_m_rad_s;
         m.cos_e = c.cos_e[k], m.sin_e = c.sin_e[k];
         if (!c.cos_m.empty()) m.cos_m = c.cos_m[k], m.sin_m = c.sin_m[k];
         if (!c.w_dot.empty()) m.w_dot = c.w_dot[k];
         if (!piece.log->v_dc_V.empty()) m.v_dc = piece.log->v_dc_V[k];
-        m.v_next = model.begun(piece, k, m.w_e * dt);
+        m.v_next = model.begun(row, m.w_e * dt);
         m.v_end_d = v_end.d, m.v_end_q = v_end.q, m.period_s = dt;
         m.R = R, m.Ld = Ld, m.Lq = Lq, m.psi = psi;
         return m;
@@ -139,12 +144,12 @@ struct ElectricalModel::Plant {
     /// its start, and then at its end.
     Vector2 lost(const Piece& piece, std::size_t k, double dt, Held& held) const
     {
-        const Log& log = *piece.log;
-        const double h = 0.5 * pole_pairs * 0.5 * (log.w_m_rad_s[k] + log.w_m_rad_s[k + 1]) * dt;
+        const Row row = row_of(*piece.log, k), next = row_of(*piece.log, k + 1);
+        const double h = 0.5 * pole_pairs * 0.5 * (row.w_m_rad_s + next.w_m_rad_s) * dt;
         const Vector2 v_end = held[0];
-        const Hold hold(h, {log.v_d_V[k], log.v_q_V[k]}, held, model.rotor_held_);
-        Moment m0 = moment(piece, k, {log.i_d_A[k], log.i_q_A[k]}, v_end, dt),
-               m1 = moment(piece, k + 1, {log.i_d_A[k + 1], log.i_q_A[k + 1]}, hold.end, dt);
+        const Hold hold(h, {row.v_d_V, row.v_q_V}, held, model.rotor_held_);
+        Moment m0 = moment(piece, k, row, {row.i_d_A, row.i_q_A}, v_end, dt),
+               m1 = moment(piece, k + 1, next, {next.i_d_A, next.i_q_A}, hold.end, dt);
         hold.pair(m0, m1);
         Vector2 f0, g0, f1, g1;
         sum_terms(piece, k, m0, false, f0, g0);
@@ -200,7 +205,8 @@ struct ElectricalModel::Run {
     const Plant& plant;
     const ElectricalModel& model;
     const Piece& piece;
-    const Log& log;
+    RowReader& rows;
+    Row row, next;  ///< at a period's ends
     const ResponseTable* const table;
     const Eigen::Index columns;
     const std::size_t first_gain, first_input;
@@ -208,17 +214,18 @@ struct ElectricalModel::Run {
     std::vector<Vector2> s;  ///< derivatives of the currents
     Gather gather;
 
-    Run(const Pass& p, const Piece& of)
-        : pass(p), plant(p.plant), model(plant.model), piece(of), log(*of.log), table(p.table(of)), columns(p.columns),
-          first_gain(static_cast<std::size_t>(plant.at.base.size())), first_input(first_gain + 2),
-          lanes(static_cast<std::size_t>(columns)), s(lanes.size()), gather(model.plan_, of, 2, p.sums)
+    Run(const Pass& p, const Piece& of, RowReader& reader)
+        : pass(p), plant(p.plant), model(plant.model), piece(of), rows(reader), row(rows.at(*of.log, of.begin)),
+          next(row), table(p.table(of)), columns(p.columns), first_gain(static_cast<std::size_t>(plant.at.base.size())),
+          first_input(first_gain + 2), lanes(static_cast<std::size_t>(columns)), s(lanes.size()),
+          gather(model.plan_, of, 2, p.sums)
     {
     }
 
-    void count(std::size_t row, Vector2 e)
+    void count(std::size_t k, Vector2 e)
     {
-        if (!gather.counts(row)) return;
-        const std::size_t n = row - piece.begin - 1;
+        if (!gather.counts(k)) return;
+        const std::size_t n = k - piece.begin - 1;
         const double w_d = model.weights_[0].at(n), w_q = model.weights_[1].at(n);
         double *const d = gather.line(0), *const q = gather.line(1);
         for (std::size_t j = 0; j < s.size(); ++j) d[j] = -w_d * s[j].d, q[j] = -w_q * s[j].q;
@@ -230,7 +237,7 @@ struct ElectricalModel::Run {
     void end(std::size_t k, double dt, const Hold& hold, const Matrix2& P, Vector2 x, Moment& m0, Step& step) const
     {
         for (int n = 0; n < kIterations; ++n) {
-            Moment m1 = plant.moment(piece, k + 1, step.next, hold.end, dt);
+            Moment m1 = plant.moment(piece, k + 1, next, step.next, hold.end, dt);
             hold.pair(m0, m1);
             Vector2 f, g;
             Matrix2 by_f, by_g;
@@ -251,7 +258,7 @@ struct ElectricalModel::Run {
                       Step& step)
     {
         const Matrix2 Bs = hold.sinc * B, P = Bs * hold.to_end, Q = Bs * hold.to_start;
-        Moment m0 = plant.moment(piece, k, i, v_end, dt), m1 = m0;
+        Moment m0 = plant.moment(piece, k, row, i, v_end, dt), m1 = m0;
         hold.pair(m0, m1);
         if (!plant.at.terms.empty()) {
             Vector2 f, g;
@@ -263,7 +270,7 @@ struct ElectricalModel::Run {
             end(k, dt, hold, P, x + Q * ((1.0 / dt) * g - 0.5 * f), m0, step);
         }
         if (pass.candidates == nullptr) return;
-        m1 = plant.moment(piece, k + 1, step.next, hold.end, dt);
+        m1 = plant.moment(piece, k + 1, next, step.next, hold.end, dt);
         hold.pair(m0, m1);
         const TraceColumns& c = plant.columns(piece);
         std::size_t j = first_input;
@@ -295,29 +302,30 @@ struct ElectricalModel::Run {
         for (std::size_t j : {first_gain, first_gain + 1}) s[j] = T * s[j];
     }
 
-    /// Corrects the currents by the error e of row `row`, and their derivatives.
-    Vector2 correct(std::size_t row, Vector2 next, Vector2 e)
+    /// Corrects the currents i by the error e of row k, and their derivatives.
+    Vector2 correct(std::size_t k, Vector2 i, Vector2 e)
     {
-        const std::size_t n = row - piece.begin - 1;
+        const std::size_t n = k - piece.begin - 1;
         const double k_d = pass.schedule[0].gain(n), k_q = pass.schedule[1].gain(n);
         for (Vector2& by : s) by.d *= 1.0 - k_d, by.q *= 1.0 - k_q;
         if (!s.empty()) {
             s[first_gain].d += pass.schedule[0].slope(n) * e.d;
             s[first_gain + 1].q += pass.schedule[1].slope(n) * e.q;
         }
-        return {next.d + k_d * e.d, next.q + k_q * e.q};
+        return {i.d + k_d * e.d, i.q + k_q * e.q};
     }
 
     bool run()
     {
-        Vector2 i{log.i_d_A[piece.begin], log.i_q_A[piece.begin]};
-        Held held = held_from(piece);
+        Vector2 i{row.i_d_A, row.i_q_A};
+        Held held = held_from(row);
         for (std::size_t k = piece.begin; k + 1 < piece.end; ++k) {
-            const double dt = piece.period_s(k), w_m = 0.5 * (log.w_m_rad_s[k] + log.w_m_rad_s[k + 1]),
+            ask_at(k);
+            next = rows.at(*piece.log, k + 1);
+            const double dt = piece.period_s(k), w_m = 0.5 * (row.w_m_rad_s + next.w_m_rad_s),
                          w_dt = plant.pole_pairs * w_m * dt;
             const Responses r = table != nullptr ? table->at(w_dt) : pass.rates.at(w_dt, dt);
-            const Vector2 v{log.v_d_V[k], log.v_q_V[k]},
-                x = r[0](Vector2{plant.Ld * i.d, plant.Lq * i.q}, v, plant.psi);
+            const Vector2 v{row.v_d_V, row.v_q_V}, x = r[0](Vector2{plant.Ld * i.d, plant.Lq * i.q}, v, plant.psi);
             Step step{{x.d / plant.Ld, x.q / plant.Lq},
                       r[0].A() * Matrix2{plant.Ld, 0.0, 0.0, plant.Lq},
                       {plant.Ld, 0.0, 0.0, plant.Lq}};
@@ -328,9 +336,10 @@ struct ElectricalModel::Run {
             }
             if (!std::isfinite(step.next.d) || !std::isfinite(step.next.q)) return false;
             if (columns > 0) base_slopes(r, w_dt / dt, dt, i, v, step, w_m * dt);
-            const Vector2 e = Vector2{log.i_d_A[k + 1], log.i_q_A[k + 1]} - step.next;
+            const Vector2 e = Vector2{next.i_d_A, next.i_q_A} - step.next;
             count(k + 1, e);
             i = correct(k + 1, step.next, e);
+            row = next;
         }
         gather.flush();
         return true;
@@ -340,35 +349,53 @@ struct ElectricalModel::Run {
 std::vector<ReportBlock> ElectricalModel::report(const Point& at, std::size_t rows) const
 {
     std::vector<ReportBlock> out;
-    PlainModel plain;
-    plain.pole_pairs = pole_pairs_;
-    plain.rotor_held = rotor_held_;
-    plain.R_ohm = at.base[kR], plain.Ld_H = at.base[kLd], plain.Lq_H = at.base[kLq], plain.psi_Wb = at.base[kPsi];
-    const Plant plant(*this, at);
+    report_each({at}, rows, [&](const std::vector<ReportBlock>& blocks) { out.push_back(blocks.front()); });
+    return out;
+}
+
+void ElectricalModel::report_each(const std::vector<Point>& at, std::size_t rows,
+                                  const std::function<void(const std::vector<ReportBlock>&)>& visit) const
+{
+    std::vector<PlainModel> plains;
+    std::vector<Plant> plants;
+    for (const Point& point : at) {
+        PlainModel plain;
+        plain.pole_pairs = pole_pairs_;
+        plain.rotor_held = rotor_held_;
+        plain.R_ohm = point.base[kR], plain.Ld_H = point.base[kLd], plain.Lq_H = point.base[kLq];
+        plain.psi_Wb = point.base[kPsi];
+        plains.push_back(plain);
+        plants.emplace_back(*this, point);
+    }
+    std::vector<ReportBlock> blocks(at.size());
     for (const Log& log : logs_) {
         const std::size_t n = rows > 0 ? rows : block_rows(log);
         for (const Piece& piece : pieces_of(log, 2)) {
-            Held held = held_from(piece);
+            std::vector<Held> held(at.size(), held_from(row_of(log, piece.begin)));
             for (std::size_t k = piece.begin; k + n < piece.end; k += n) {
-                ReportBlock b{&log, k, k + n, {}, {}};
+                ask_at(k, n);
                 const double time_s = span_s(piece, k, n);
-                for (std::size_t r = k; r < k + n; ++r) {
-                    const double dt = piece.period_s(r);
-                    add_period(log, plain, r, dt, b.residual[0], b.residual[1]);
-                    b.measured[0] += log.v_d_V[r] * dt, b.measured[1] += log.v_q_V[r] * dt;
-                    if (!at.terms.empty()) {
-                        const Vector2 lost = plant.lost(piece, r, dt, held);
-                        b.residual[0] -= lost.d * dt, b.residual[1] -= lost.q * dt;
+                for (std::size_t p = 0; p < at.size(); ++p) {
+                    const PlainModel& plain = plains[p];
+                    ReportBlock b{&log, k, k + n, {}, {}};
+                    for (std::size_t r = k; r < k + n; ++r) {
+                        const double dt = piece.period_s(r);
+                        add_period(log, plain, r, dt, b.residual[0], b.residual[1]);
+                        b.measured[0] += log.v_d_V[r] * dt, b.measured[1] += log.v_q_V[r] * dt;
+                        if (!at[p].terms.empty()) {
+                            const Vector2 lost = plants[p].lost(piece, r, dt, held[p]);
+                            b.residual[0] -= lost.d * dt, b.residual[1] -= lost.q * dt;
+                        }
                     }
+                    b.residual[0] = (b.residual[0] - plain.Ld_H * (log.i_d_A[k + n] - log.i_d_A[k])) / time_s;
+                    b.residual[1] = (b.residual[1] - plain.Lq_H * (log.i_q_A[k + n] - log.i_q_A[k])) / time_s;
+                    b.measured[0] /= time_s, b.measured[1] /= time_s;
+                    blocks[p] = b;
                 }
-                b.residual[0] = (b.residual[0] - plain.Ld_H * (log.i_d_A[k + n] - log.i_d_A[k])) / time_s;
-                b.residual[1] = (b.residual[1] - plain.Lq_H * (log.i_q_A[k + n] - log.i_q_A[k])) / time_s;
-                b.measured[0] /= time_s, b.measured[1] /= time_s;
-                out.push_back(b);
+                visit(blocks);
             }
         }
     }
-    return out;
 }
 
 bool ElectricalModel::sweep(const Point& at, const std::vector<Input>* candidates, std::vector<BlockSum>& sums) const
@@ -378,9 +405,11 @@ bool ElectricalModel::sweep(const Point& at, const std::vector<Input>* candidate
     const Pass pass(*this, at, candidates, sums);
     // A piece's blocks are its own: pieces are worked on side by side, and the sums do not depend on how.
     std::atomic<bool> ok{true};
-    side_by_side(plan_.pieces.size(), [&](std::size_t p) {
-        if (!Run(pass, plan_.pieces[p]).run()) ok = false;
-    });
+    side_by_side(
+        plan_.pieces.size(), [&] { return RowReader(noise_); },
+        [&](std::size_t p, RowReader& rows) {
+            if (!Run(pass, plan_.pieces[p], rows).run()) ok = false;
+        });
     for (BlockSum& s : sums)
         for (auto& g : s.gram) g.triangularView<Eigen::StrictlyUpper>() = g.transpose();
     return ok;

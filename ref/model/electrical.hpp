@@ -5,6 +5,7 @@
 #include "ref/effect/columns.hpp"
 #include "ref/model/gain.hpp"
 #include "ref/model/model.hpp"
+#include "ref/model/rows.hpp"
 
 namespace dqw {
 
@@ -19,9 +20,9 @@ public:
     enum Index { kR, kLd, kLq, kPsi, kPolePairs };
 
     /// `columns[i]` belongs to logs[i], and may lack where there are no effects; both outlive the model. `rotor_held`:
-    /// within a period the voltage turns with the rotor.
+    /// within a period the voltage turns with the rotor. `noise`: put on the rows that a sweep reads; outlives it too.
     ElectricalModel(const std::vector<Log>& logs, const std::vector<TraceColumns>& columns, double pole_pairs,
-                    Plan plan, bool rotor_held = false);
+                    Plan plan, bool rotor_held = false, const RowNoise* noise = nullptr);
 
     const std::vector<std::string>& base_names() const override;
     int channels() const override { return 2; }
@@ -34,6 +35,8 @@ public:
     }
     void weigh_starts(const Point& at, bool count) override;
     std::vector<ReportBlock> report(const Point& at, std::size_t rows) const override;
+    void report_each(const std::vector<Point>& at, std::size_t rows,
+                     const std::function<void(const std::vector<ReportBlock>&)>& visit) const override;
     bool sweep(const Point& at, const std::vector<Input>* candidates, std::vector<BlockSum>& sums) const override;
 
 private:
@@ -41,14 +44,15 @@ private:
     struct Pass;
     struct Run;
     GainSchedule schedule(const Point& at, int axis) const;
-    /// The voltage that begins at row k, as the rotor sees it then; it turns by `turn_rad` in the period.
-    Vector2 begun(const Piece& piece, std::size_t k, double turn_rad) const;
+    /// The voltage that begins at the row, as the rotor sees it then; it turns by `turn_rad` in the period.
+    Vector2 begun(const Row& row, double turn_rad) const;
 
     const std::vector<Log>& logs_;
     const std::vector<TraceColumns>& columns_;
     double pole_pairs_;
     Plan plan_;
     bool rotor_held_;
+    const RowNoise* noise_;
     double w_max_rad_s_ = 0.0, dt_max_s_ = 0.0, dt_mean_s_ = 0.0;
     StartWeights weights_[2];
 };

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "ref/log/wanted.hpp"
 #include "ref/model/gather.hpp"
 
 namespace dqw {
@@ -248,6 +249,7 @@ struct MechanicalModel::Run {
         double w = speed[piece.begin];
         Period p(J, B, piece.dt_s > 0.0 ? piece.dt_s : model.dt_mean_s_);
         for (std::size_t k = piece.begin; k + 1 < piece.end; ++k) {
+            ask_at(k);
             if (!(piece.dt_s > 0.0)) p = Period(J, B, piece.period_s(k));
             w = step(p, k, w);
             if (!std::isfinite(w)) return false;

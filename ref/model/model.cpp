@@ -53,4 +53,16 @@ Eigen::Index columns_of(const Point& at, const std::vector<Input>* candidates)
     return n;
 }
 
+void Model::report_each(const std::vector<Point>& at, std::size_t rows,
+                        const std::function<void(const std::vector<ReportBlock>&)>& visit) const
+{
+    std::vector<std::vector<ReportBlock>> each;
+    for (const Point& point : at) each.push_back(report(point, rows));
+    std::vector<ReportBlock> blocks(at.size());
+    for (std::size_t b = 0; b < each.front().size(); ++b) {
+        for (std::size_t p = 0; p < at.size(); ++p) blocks[p] = each[p][b];
+        visit(blocks);
+    }
+}
+
 }  // namespace dqw

@@ -4,6 +4,7 @@
 
 #include <Eigen/Dense>
 #include <cstddef>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -81,6 +82,9 @@ public:
     virtual void weigh_starts(const Point& at, bool count) { (void)at, (void)count; }
     /// Reported residuals of all logs at `at`, block by block of `rows` rows; 0: the regime's own length.
     virtual std::vector<ReportBlock> report(const Point& at, std::size_t rows) const = 0;
+    /// The same of several points, block by block of all; nothing is kept where a model has a way of its own.
+    virtual void report_each(const std::vector<Point>& at, std::size_t rows,
+                             const std::function<void(const std::vector<ReportBlock>&)>& visit) const;
     /// Errors at `at`, with derivatives by its columns and by the weights (at zero) of `candidates`, or, where that is
     /// nullptr, without any. False outside the model's domain.
     virtual bool sweep(const Point& at, const std::vector<Input>* candidates, std::vector<BlockSum>& sums) const = 0;

@@ -25,22 +25,29 @@ Eigen::MatrixXd seen_scores(const Model& model, const Point& at, double& rows)
     return scores;
 }
 
+/// A copy whose blocks lie in its own pieces.
+Plan copy_of(const Plan& plan)
+{
+    Plan out = plan;
+    for (FineBlock& b : out.blocks) b.piece = out.pieces.data() + (b.piece - plan.pieces.data());
+    return out;
+}
+
 }  // namespace
 
 Refined without_column_noise(const TraceSetup& setup, const Model& model, const Refined& refined)
 {
     if (setup.regime != Regime::dynamic || !refined.ok) return refined;
-    const std::vector<Log>& logs = *setup.logs;
-    const ColumnNoise noise(logs);
+    ColumnNoise noise(*setup.logs);
     // Of a long log a part says it: what its draw scatters by is little beside what the noise adds.
     const Plan& plan = setup.part ? setup.part->plan() : model.plan();
     return take_off_noise(model, refined, [&](const Point& at, const Eigen::VectorXd& variance, double rows) {
         const NoiseSizes sizes = noise.sizes(at.base, at.gain, setup.pole_pairs, variance);
         if (!sizes.any()) return Eigen::MatrixXd();
         double of_part = 0.0;
-        Eigen::MatrixXd added = noise.added(sizes, [&](const std::vector<Log>& noisy) {
-            const ElectricalModel moved(noisy, setup.columns, setup.pole_pairs, plan_of(plan, logs, noisy),
-                                        setup.rotor_held);
+        Eigen::MatrixXd added = noise.added(sizes, [&](const RowNoise* noisy) {
+            const ElectricalModel moved(*setup.logs, setup.columns, setup.pole_pairs, copy_of(plan), setup.rotor_held,
+                                        noisy);
             return seen_scores(moved, at, of_part);
         });
         return of_part > 0.0 ? Eigen::MatrixXd(rows / of_part * added) : added;
