@@ -247,7 +247,7 @@ const Plot* key_plot(const MonitorRun& run, const std::vector<Plot>& all)
 
 }  // namespace
 
-std::string monitor_page(const MonitorReport& report)
+std::string monitor_page(const MonitorReport& report, Extent extent)
 {
     const MonitorRun& run = report.run;
     const std::string name = names_of_files({report.log});
@@ -260,8 +260,10 @@ std::string monitor_page(const MonitorReport& report)
     const std::vector<Plot> all = monitor_plots(run);
     body += "<div class=\"first\">\n<div>" + summary_card(run) + value_card(run) + unwatched_card(run) + "</div>\n";
     if (const Plot* key = key_plot(run, all)) body += plots.figure(*key, "card wide");
-    body += "</div>\n" +
-            plots.section({"Parameters over time",
+    body += "</div>\n";
+    const std::string title = name + " – dqwatch monitor";
+    if (extent == Extent::first_screen) return page_around(title, body, plots);
+    body += plots.section({"Parameters over time",
                            "Lines: what is learned, within its 95 % band where there is one. Dashed: healthy values. "
                            "Shaded: not in service. Upright: events. " +
                                std::string(kPlotHint),
@@ -269,7 +271,7 @@ std::string monitor_page(const MonitorReport& report)
     std::vector<std::string> notes;
     for (const std::string& note : report.notes) notes.push_back(with_minus(note));
     body += lists_section("Log and notes", {report.log}, notes);
-    return page_around(name + " – dqwatch monitor", body, plots);
+    return page_around(title, body, plots);
 }
 
 }  // namespace dqw

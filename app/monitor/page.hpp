@@ -5,11 +5,12 @@
 #include <string>
 
 #include "app/monitor/report.hpp"
+#include "app/page/page.hpp"
 
 namespace dqw {
 
 /// The whole page. Every string that may come from a file is escaped.
-std::string monitor_page(const MonitorReport& report);
+std::string monitor_page(const MonitorReport& report, Extent extent = Extent::whole);
 
 }  // namespace dqw
 #endif

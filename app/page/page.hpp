@@ -22,6 +22,9 @@ private:
     std::string data_;
 };
 
+/// How much of a page: all, or what comes first in it, which is a page too.
+enum class Extent { whole, first_screen };
+
 /// How plots are handled.
 constexpr const char* kPlotHint =
     "Drag over a plot to zoom in, double-click to see all of it again; point at it for its values.";

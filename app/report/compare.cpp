@@ -198,7 +198,7 @@ std::string compare_text(const Comparison& c)
     return out;
 }
 
-std::string compare_page(const Comparison& c)
+std::string compare_page(const Comparison& c, Extent extent)
 {
     PagePlots plots;
     const std::string name = names_of_files({c.log});
@@ -212,15 +212,17 @@ std::string compare_page(const Comparison& c)
     for (auto& row : rows)
         for (auto& cell : row) cell = with_minus(cell);
     body += card("Parameters",
-                 html_table(rows, "numbers named") + "<p class=\"hint\">" + unbroken(about_last_places(c)) + ".</p>") +
-            plots.section({"Parameters over time",
+                 html_table(rows, "numbers named") + "<p class=\"hint\">" + unbroken(about_last_places(c)) + ".</p>");
+    const std::string title = name + " – dqwatch compare";
+    if (extent == Extent::first_screen) return page_around(title, body, plots);
+    body += plots.section({"Parameters over time",
                            "What float and Q15 learners have read after each block; dashed: the reference fit of the "
                            "whole log. " +
                                std::string(kPlotHint),
                            compare_plots(c)});
     std::vector<std::string> notes = left;
     for (const std::string& note : c.notes) notes.push_back(with_minus(note));
-    return page_around(name + " – dqwatch compare", body + lists_section("Log and notes", {c.log}, notes), plots);
+    return page_around(title, body + lists_section("Log and notes", {c.log}, notes), plots);
 }
 
 }  // namespace dqw

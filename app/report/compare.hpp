@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "app/page/page.hpp"
 #include "ref/log/log.hpp"
 #include "ref/log/result.hpp"
 
@@ -57,7 +58,7 @@ nlohmann::ordered_json compare_json(const Comparison& c);
 std::string compare_text(const Comparison& c);
 
 /// compare.html. Every string that may come from a file is escaped.
-std::string compare_page(const Comparison& c);
+std::string compare_page(const Comparison& c, Extent extent = Extent::whole);
 
 }  // namespace dqw
 #endif

@@ -153,7 +153,7 @@ std::string notes_section(const TraceReport& report)
 
 }  // namespace
 
-std::string report_page(const TraceReport& report)
+std::string report_page(const TraceReport& report, Extent extent)
 {
     const TraceResult& trace = report.trace;
     const std::string names = names_of_files(report.logs);
@@ -166,10 +166,12 @@ std::string report_page(const TraceReport& report)
     const Plot key = key_plot(trace);
     if (!key.series.empty()) body += plots.figure(key, "card wide");
     body += fmt::format("</div>\n<p class=\"hint\">{}</p>\n", kPlotHint);
+    const std::string title = names + " – dqwatch trace";
+    if (extent == Extent::first_screen) return page_around(title, body, plots);
     body += effect_section(trace) + advice_section(trace) + learner_section(report) + candidate_section(trace);
     for (const PlotGroup& group : plot_groups(trace)) body += plots.section(group);
     body += rest_section(trace) + notes_section(report);
-    return page_around(names + " – dqwatch trace", body, plots);
+    return page_around(title, body, plots);
 }
 
 }  // namespace dqw

@@ -11,6 +11,7 @@
 #include "app/base/learnable.hpp"
 #include "app/base/parameters.hpp"
 #include "app/base/text.hpp"
+#include "app/job/columns.hpp"
 #include "app/job/compare.hpp"
 #include "app/job/estimate.hpp"
 #include "app/job/monitor.hpp"
@@ -106,7 +107,7 @@ nb::dict learn_job(const nb::dict& asked, const nb::list& tables, const nb::obje
 nb::dict trace_job(const nb::dict& asked, const nb::list& tables, const nb::object& told)
 {
     const Options wanted = options_of(asked, tables);
-    std::string json, text, page;
+    std::string json, text, page, first;
     std::vector<std::string> notes;
     run_job(
         [&](const JobProgress& progress) {
@@ -115,7 +116,8 @@ nb::dict trace_job(const nb::dict& asked, const nb::list& tables, const nb::obje
             std::vector<std::string> said;
             const std::vector<Log> logs = logs_to_trace(options, said);
             const TraceReport report = trace_logs(logs, options, said);
-            json = json_text(trace_json(report)), text = trace_text(report), page = report_page(report);
+            json = json_text(trace_json(report)), text = trace_text(report);
+            page = report_page(report), first = report_page(report, Extent::first_screen);
             notes = report.trace.notes;
         },
         told, names_of(wanted));
@@ -123,6 +125,7 @@ nb::dict trace_job(const nb::dict& asked, const nb::list& tables, const nb::obje
     out["json"] = text_of(json);
     out["text"] = text_of(text);
     out["page"] = text_of(page);
+    out["first"] = text_of(first);
     out["notes"] = texts(notes);
     return out;
 }
@@ -142,7 +145,29 @@ nb::dict compare_job(const nb::dict& asked, const nb::list& tables, const nb::ob
     out["json"] = text_of(json_text(compare_json(c)));
     out["text"] = text_of(compare_text(c));
     out["page"] = text_of(compare_page(c));
+    out["first"] = text_of(compare_page(c, Extent::first_screen));
     out["notes"] = texts(c.notes);
+    return out;
+}
+
+nb::dict columns_job(const nb::dict& asked, const nb::list& tables, const nb::object& told)
+{
+    const Options wanted = options_of(asked, tables);
+    if (wanted.logs.size() != 1) raise_usage(fmt::format("{} logs; expected one", wanted.logs.size()));
+    std::string json, text;
+    std::vector<std::string> notes;
+    run_job(
+        [&](const JobProgress& progress) {
+            Options options = wanted;
+            options.progress = progress;
+            const Surveyed surveyed = survey_log(options);
+            json = survey_json(surveyed), text = survey_text(surveyed), notes = surveyed.notes;
+        },
+        told, names_of(wanted));
+    nb::dict out;
+    out["json"] = text_of(json);
+    out["text"] = text_of(text);
+    out["notes"] = texts(notes);
     return out;
 }
 
@@ -167,6 +192,7 @@ nb::dict monitor_job(const nb::dict& asked, const nb::list& tables, const nb::ob
     out["json"] = text_of(json);
     out["text"] = text_of(text);
     out["page"] = text_of(monitor_page(done.report));
+    out["first"] = text_of(monitor_page(done.report, Extent::first_screen));
     out["outcome"] = text_of(monitor_outcome(done.report.run));
     out["rows"] = done.report.run.rows;
     out["q15_header"] = text_of(done.q15_header);
@@ -231,6 +257,7 @@ void bind_jobs(nb::module_& m)
     job("trace", trace_job);
     job("compare", compare_job);
     job("monitor", monitor_job);
+    job("columns", columns_job);
 }
 
 }  // namespace dqw::python

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import os
 from collections.abc import Callable
 from pathlib import Path
@@ -47,6 +48,27 @@ def test_monitor_is_the_commands(weak_csv: Path, command: Command, tmp_path: Pat
     assert mine.to_json() == command("monitor", str(weak_csv), "--json", *asked)
     assert str(mine) == command("monitor", str(weak_csv), *asked)
     assert mine.to_html() == (tmp_path / "monitor.html").read_text()
+
+
+def test_columns_is_the_commands(servo_csv: Path, command: Command) -> None:
+    mine = dqwatch.columns(servo_csv)
+    assert mine.to_json() == command("columns", str(servo_csv), "--json")
+    assert str(mine) == command("columns", str(servo_csv))
+
+
+def test_columns_of_what_cannot_be_fitted_yet(servo: dqwatch.SimResult) -> None:
+    some = {"time": servo["t_s"], "rpm": servo["w_m_rad_s"] * 30 / 3.141592653589793, "i_q_A": servo["i_q_A"]}
+    rpm = {"from": "rpm", "unit": "rpm"}
+    found = dqwatch.columns(some, machine={"columns": {"t_s": "time", "w_m_rad_s": rpm}})
+    assert found.regime is None and found.rows == found.rows_kept == len(servo)
+    assert any("torque_Nm" in what for what in found.missing)
+    speed = found.columns["w_m_rad_s"]
+    assert speed.kept and speed.made_of == ("rpm",) and speed.unit == "rpm"
+    assert speed.largest == pytest.approx(servo["w_m_rad_s"].max())
+    with pytest.raises(dqwatch.UsageError):
+        dqwatch.columns([some, some])
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        found.rows = 1  # type: ignore[misc]
 
 
 def test_trace_is_the_commands(servo_csv: Path, command: Command, tmp_path: Path) -> None:

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import dataclasses
+import html
 import inspect
 import json
 import pydoc
+import re
 
 import pytest
 
@@ -73,6 +75,19 @@ def test_notebook(found: dqwatch.FitResult, servo: dqwatch.SimResult) -> None:
     nasty = dataclasses.replace(found, verdict="<script>")
     assert "<script>" not in nasty._repr_html_()
     assert "i_q_A" in servo._repr_html_()
+
+
+def test_notebooks_show_the_first_screen(servo: dqwatch.SimResult, weak: dqwatch.SimResult) -> None:
+    for done, last in (
+        (dqwatch.trace(servo, pole_pairs=4, effects=["dead_time"]), '<p class="hint">'),
+        (dqwatch.compare(servo, pole_pairs=4), '<p class="hint">'),
+        (dqwatch.monitor(weak, pole_pairs=4), "<figure"),
+    ):
+        (shown,) = re.findall(r'<iframe srcdoc="([^"]*)"', done._repr_html_())
+        assert "<" not in shown
+        first, page = (re.search("<header>.*</main>", p, re.S) for p in (html.unescape(shown), done.to_html()))
+        assert first and page and last in first[0]
+        assert page[0].startswith(first[0].removesuffix("</main>")) and len(first[0]) < len(page[0])
 
 
 def test_help_is_enough_to_work_by() -> None:

@@ -5,18 +5,21 @@
 >>> result.parameters["psi_Wb"].value, result.parameters["psi_Wb"].sd
 
 :func:`fit`, :func:`learn`, :func:`trace`, :func:`compare` and :func:`monitor` take a log: a path, a frame, an Arrow
-stream, or arrays by name. :class:`Monitor` and :class:`Estimator` take
-rows as they come. :func:`simulate` and :class:`Simulation` make logs. All quantities are SI, and their names say so.
+stream, or arrays by name; :func:`columns` says how it is read. :class:`Monitor` and :class:`Estimator` take rows
+as they come. :func:`simulate` and :class:`Simulation` make logs. All quantities are SI, and their names say so.
 """
 
 from __future__ import annotations
 
 from ._core import version as __version__
 from ._errors import Error, InputError, UsageError
-from ._jobs import compare, fit, learn, monitor, trace
+from ._jobs import columns, compare, fit, learn, monitor, trace
 from ._readers import read
 from ._results import (
+    Column,
+    ColumnsResult,
     CompareResult,
+    Dropped,
     Effect,
     Event,
     FitResult,
@@ -29,7 +32,10 @@ from ._simulate import SimResult, SimRow, Simulation, scenario_keys, scenarios, 
 from ._streams import Estimator, Monitor
 
 __all__ = [
+    "Column",
+    "ColumnsResult",
     "CompareResult",
+    "Dropped",
     "Effect",
     "Error",
     "Estimator",
@@ -46,6 +52,7 @@ __all__ = [
     "TraceResult",
     "UsageError",
     "__version__",
+    "columns",
     "compare",
     "fit",
     "learn",

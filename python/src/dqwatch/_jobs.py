@@ -9,10 +9,12 @@ from typing import Any, Literal, TypeAlias
 from . import _core
 from ._progress import Told, shown
 from ._results import (
+    ColumnsResult,
     CompareResult,
     FitResult,
     MonitorResult,
     TraceResult,
+    columns_result,
     compare_result,
     fit_result,
     monitor_result,
@@ -274,3 +276,34 @@ def monitor(
         format=format,
     )
     return monitor_result(done)
+
+
+def columns(
+    source: Source = None,
+    *,
+    pole_pairs: int | None = None,
+    gear: float | None = None,
+    v_dc_V: float | None = None,
+    period_s: float | None = None,
+    format: str | None = None,
+    machine: Machine | None = None,
+    progress: bool | Told | None = None,
+    **arrays: Any,
+) -> ColumnsResult:
+    """Tell what is made of a log, column by column: format, units, factors, rows left out, and what a fit still wants.
+
+    Arguments as :func:`fit` has them, but one log. It says what is missing where ``fit`` refuses.
+    """
+    done = _run(
+        _core.columns,
+        source,
+        arrays,
+        progress,
+        machine=machine,
+        pole_pairs=pole_pairs,
+        gear=gear,
+        v_dc_V=v_dc_V,
+        period_s=period_s,
+        format=format,
+    )
+    return columns_result(done)

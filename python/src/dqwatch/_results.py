@@ -310,10 +310,18 @@ class PagedResult(Result):
     """A result that has a page as well."""
 
     page: str = field(default="", repr=False)
+    first: str = field(default="", repr=False)
 
     def to_html(self) -> str:
         """The command's page: one file that opens offline."""
         return self.page
+
+    def _repr_html_(self) -> str:
+        """The page's first screen, in a frame: its style is not the notebook's."""
+        return (
+            f'<iframe srcdoc="{html.escape(self.first)}" style="width:100%;height:600px;border:0"'
+            " onload=\"this.style.height=this.contentDocument.body.offsetHeight+'px'\"></iframe>"
+        )
 
 
 @dataclass(frozen=True)
@@ -376,20 +384,6 @@ class TraceResult(PagedResult):
         axes.legend()
         return axes
 
-    def _repr_html_(self) -> str:
-        rows = [
-            (e.name, p.name, f"{p.value:.6g}", "given" if p.sd is None else f"{p.sd:.2g}", p.unit)
-            for e in self.effects
-            for p in e.parameters.values()
-        ]
-        effects = table_html(("effect", "parameter", "value", "sd", "unit"), rows) if rows else ""
-        return (
-            f"<p><b>{html.escape(self.sentence)}</b></p><p>{html.escape(self.verdict.replace('_', ' '))}:"
-            f" residual on unseen rows {self.residual_before:.3g} → {self.residual_after:.3g} {html.escape(self.unit)},"
-            f" noise floor {self.noise_floor:.3g} {html.escape(self.unit)}</p>"
-            f"{effects}{table_html(_PARAMETER_HEAD, _parameter_rows(self.after))}"
-        )
-
 
 def trace_result(done: Mapping[str, Any]) -> TraceResult:
     """A TraceResult of what the compiled part gives."""
@@ -399,6 +393,7 @@ def trace_result(done: Mapping[str, Any]) -> TraceResult:
         text=done["text"],
         notes=tuple(done["notes"]),
         page=done["page"],
+        first=done["first"],
         verdict=found["verdict"],
         sentence=found["sentence"],
         effects=_effects_of(found["effects"]),
@@ -440,9 +435,6 @@ class CompareResult(PagedResult):
         axes.set_xlabel("from the reference fit, %")
         axes.legend()
         return axes
-
-    def _repr_html_(self) -> str:
-        return f"<pre>{html.escape(self.text)}</pre>"
 
 
 @dataclass(frozen=True)
@@ -526,14 +518,6 @@ class MonitorResult(PagedResult):
         axes.set_xlabel("t, s")
         return axes
 
-    def _repr_html_(self) -> str:
-        rows = [
-            (f"{e.t_s:.3f}", e.parameter, f"{e.value:.4g} ± {e.sd:.2g}", e.fault, f"{e.confidence:.2f}")
-            for e in self.events
-        ]
-        events = table_html(("t_s", "parameter", "value", "fault", "confidence"), rows) if rows else ""
-        return f"<p><b>{html.escape(self.outcome)}</b></p>{events}"
-
 
 def monitor_result(done: Mapping[str, Any]) -> MonitorResult:
     """A MonitorResult of what the compiled part gives."""
@@ -543,6 +527,7 @@ def monitor_result(done: Mapping[str, Any]) -> MonitorResult:
         text=done["text"],
         notes=tuple(done["notes"]),
         page=done["page"],
+        first=done["first"],
         outcome=done["outcome"],
         events=tuple(event_of(line) for line in lines[:-1]),
         sensitivity=MappingProxyType(json.loads(lines[-1])),
@@ -553,4 +538,129 @@ def monitor_result(done: Mapping[str, Any]) -> MonitorResult:
 
 def compare_result(done: Mapping[str, Any]) -> CompareResult:
     """A CompareResult of what the compiled part gives."""
-    return CompareResult(_json=done["json"], text=done["text"], notes=tuple(done["notes"]), page=done["page"])
+    return CompareResult(
+        _json=done["json"], text=done["text"], notes=tuple(done["notes"]), page=done["page"], first=done["first"]
+    )
+
+
+@dataclass(frozen=True)
+class Column:
+    """A column of a log: how it is made of the file's fields, and its values as far as they are kept.
+
+    ``rule`` is the formula, ``made_of`` the fields in it, ``unit`` theirs in the file and ``factor`` what makes SI of
+    it (None where it is more than a factor). ``needs`` names what is not known for it. ``first``, ``least`` and
+    ``largest`` are SI, None where ``kept`` is False.
+    """
+
+    name: str
+    rule: str
+    made_of: tuple[str, ...]
+    unit: str = ""
+    factor: float | None = None
+    needs: tuple[str, ...] = ()
+    first: float | None = None
+    least: float | None = None
+    largest: float | None = None
+
+    @property
+    def kept(self) -> bool:
+        """Whether it is there."""
+        return self.first is not None
+
+
+@dataclass(frozen=True)
+class Dropped:
+    """Rows that are none: how many, the line of the first (of a frame its row + 2), and why."""
+
+    rows: int
+    first_line: int
+    why: str
+
+
+@dataclass(frozen=True)
+class ColumnsResult(Result):
+    """What is made of a log, column by column.
+
+    Attributes
+    ----------
+    format, about : str
+        the format by name, and in words
+    rows, rows_kept : int
+    columns : mapping of name to Column
+    voltage : str
+        what the voltage is made of, where the format says it
+    dropped : tuple of Dropped
+    unused : tuple of str
+        fields of the file that nothing is made of
+    regime : str or None
+        None where there is none yet; ``regime_why`` says why
+    missing : tuple of str
+        what a fit would still want, with the option that says it
+    warnings : tuple of str
+        what physics doubts
+    """
+
+    file: str = ""
+    format: str = ""
+    about: str = ""
+    rows: int = 0
+    rows_kept: int = 0
+    columns: Mapping[str, Column] = field(default_factory=dict)
+    voltage: str = ""
+    dropped: tuple[Dropped, ...] = ()
+    unused: tuple[str, ...] = ()
+    regime: str | None = None
+    regime_why: str = ""
+    missing: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
+
+    def to_frame(self, backend: Backend = "pandas") -> Any:
+        """One row a column: column, rule, unit, factor, first, least, largest."""
+        columns = self.columns.values()
+        frame: dict[str, list[Any]] = {"column": [c.name for c in columns]}
+        for name in ("rule", "unit"):
+            frame[name] = [getattr(c, name) for c in columns]
+        for name in ("factor", "first", "least", "largest"):
+            frame[name] = [_number(getattr(c, name)) for c in columns]
+        return frame_of(frame, backend)
+
+    def _repr_html_(self) -> str:
+        return f"<pre>{html.escape(self.text)}</pre>"
+
+
+def columns_result(done: Mapping[str, Any]) -> ColumnsResult:
+    """A ColumnsResult of what the compiled part gives."""
+    found = json.loads(done["json"])
+    return ColumnsResult(
+        _json=done["json"],
+        text=done["text"],
+        notes=tuple(done["notes"]),
+        file=found["file"],
+        format=found["format"],
+        about=found["about"],
+        rows=found["rows"],
+        rows_kept=found["rows_kept"],
+        columns=MappingProxyType(
+            {
+                c["name"]: Column(
+                    name=c["name"],
+                    rule=c["rule"],
+                    made_of=tuple(c["from"]),
+                    unit=c.get("unit", ""),
+                    factor=c.get("factor"),
+                    needs=tuple(c.get("needs", ())),
+                    first=c.get("first"),
+                    least=c.get("least"),
+                    largest=c.get("largest"),
+                )
+                for c in found["columns"]
+            }
+        ),
+        voltage=found.get("voltage", ""),
+        dropped=tuple(Dropped(d["rows"], d["first_line"], d["why"]) for d in found["dropped"]),
+        unused=tuple(found["unused"]),
+        regime=found["regime"],
+        regime_why=found["regime_why"],
+        missing=tuple(found["missing"]),
+        warnings=tuple(found["warnings"]),
+    )
