@@ -232,3 +232,21 @@ def test_any_columns_are_a_log_or_refused(seed: int) -> None:
         job(log) if seed % 4 == 3 else job(log, pole_pairs=4)  # type: ignore[operator]
     except dqwatch.Error as error:
         assert "\n" not in str(error) and str(error)
+
+
+def test_masked_values_are_missing(servo: dqwatch.SimResult) -> None:
+    masked = np.ma.masked_array(servo["i_d_A"], mask=np.arange(len(servo)) == 7)
+    with pytest.raises(dqwatch.InputError) as caught:
+        dqwatch.fit({**servo.columns, "i_d_A": masked}, pole_pairs=4)
+    assert caught.value.row == 7
+
+
+def test_a_name_that_is_no_text(servo: dqwatch.SimResult) -> None:
+    found = dqwatch.columns({**servo.columns, "\ud800": servo["t_s"]}, pole_pairs=4)
+    assert "?" in found.unused
+
+
+def test_the_link_by_name_is_a_column(servo: dqwatch.SimResult) -> None:
+    link = np.linspace(300.0, 320.0, len(servo))
+    found = dqwatch.columns(**{**servo.columns, "v_dc_V": link}, pole_pairs=4)
+    assert found.columns["v_dc_V"].least == 300.0

@@ -6,6 +6,8 @@ import os
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Literal, TypeAlias
 
+import numpy as np
+
 from . import _core
 from ._progress import Told, shown
 from ._results import (
@@ -40,6 +42,8 @@ def _run(
     effects: Sequence[str] | None = None,
     **others: Any,
 ) -> dict[str, Any]:
+    if columns and np.ndim(others.get("v_dc_V", 0.0)) > 0:
+        columns = {**columns, "v_dc_V": others.pop("v_dc_V")}  # the link's column, not its one value
     names, tables = sources_of(source, columns)
     asked: dict[str, Any] = {key: value for key, value in others.items() if value is not None}
     asked["logs"] = names
@@ -83,7 +87,7 @@ def fit(
         from t_k to t_{k+1}. NaN is refused where a column needs a number.
     pole_pairs, gear, v_dc_V, period_s
         what the log does not say: number of pole pairs, turns of the rotor for one of the output, volts of the DC
-        link, seconds from row to row
+        link (or, beside columns by name, its column), seconds from row to row
     format
         name of the format, where it is not found by itself
     machine

@@ -26,6 +26,8 @@ def _column(name: str, values: Any) -> Any:
     if isinstance(values, str | bytes):
         raise UsageError(f"column {name} is text; expected one number a row")
     try:
+        if isinstance(values, np.ma.MaskedArray) and values.dtype.kind in "iufb":
+            values = np.ma.filled(values.astype(np.float64), np.nan)
         array = np.asarray(values)
     except (ValueError, TypeError) as error:
         raise UsageError(f"column {name} is no array: {error}; expected one number a row") from None
@@ -48,7 +50,9 @@ def _pandas_column(series: Any) -> Any:
 
 
 def _of_columns(columns: Iterable[tuple[str, Any]]) -> _core.Table:
-    return _core.arrays([(n, v if isinstance(v, str) else _column(n, v)) for n, v in columns])
+    # A name that is no UTF-8 is shown with what can be shown of it.
+    named = ((name.encode(errors="replace").decode(), values) for name, values in columns)
+    return _core.arrays([(n, v if isinstance(v, str) else _column(n, v)) for n, v in named])
 
 
 def table_of(source: Source) -> _core.Table:
