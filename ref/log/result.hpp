@@ -44,7 +44,7 @@ struct Result {
     std::vector<Estimate> dead_time;  ///< voltage_V, where a polled log tells it from R
     std::vector<NotIdentifiable> not_identifiable;
     double real_pole_pairs = 0.0;  ///< as fitted, where no whole number stands out; 0: not fitted
-    double residual_rms = 0.0;  ///< over all blocks and axes
+    double residual_rms = 0.0;     ///< over all blocks and axes
     std::string residual_unit = "V";
     std::vector<AxisResidual> axes;
     std::vector<std::string> notes;  ///< one line each: gaps, skipped rows, what was assumed

@@ -1,48 +1,74 @@
 #include "ref/trace/pole_pairs.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <map>
-#include <optional>
 
 namespace dqw {
 namespace {
 
 // Of a model that lacks something the real ones were off by up to 1.5; each number costs a trace.
 constexpr int kNearest = 4;
+// Of what any other number leaves: a wrong one may be explained by effects that are not there, to a floor that they
+// are part of.
+constexpr double kClearly = 0.75;
 
 bool tells_all(const TraceResult& r) { return r.verdict == "clean" || r.verdict == "explained"; }
+
+/// Traces under whole numbers, the best so far.
+class Trials {
+public:
+    Trials(const std::vector<Log>& logs, const TraceOptions& options) : logs_(logs), options_(options) {}
+
+    void of(int p)
+    {
+        if (p < 1 || left_.count(p) > 0) return;
+        TraceOptions with = options_;
+        with.pole_pairs = p;
+        TraceResult r = trace(logs_, with);
+        left_[p] = r.after.heldout_rms;
+        if (!tells_all(r) || (found() && !(left_[p] < left_[right_]))) return;
+        right_ = p, best_ = std::move(r);
+    }
+
+    bool found() const { return right_ > 0; }
+    int right() const { return right_; }
+    TraceResult& best() { return best_; }
+
+    bool clear() const
+    {
+        return found() && std::all_of(left_.begin(), left_.end(), [this](const auto& other) {
+                   return other.first == right_ || left_.at(right_) < kClearly * other.second;
+               });
+    }
+
+private:
+    const std::vector<Log>& logs_;
+    const TraceOptions& options_;
+    std::map<int, double> left_;  ///< of rows held out, by the number
+    int right_ = 0;
+    TraceResult best_;
+};
 
 }  // namespace
 
 TraceResult under_whole_pole_pairs(const std::vector<Log>& logs, const TraceOptions& options, TraceResult as_it_stands)
 {
     if (tells_all(as_it_stands)) return as_it_stands;
-    std::map<int, std::optional<TraceResult>> tried;
-    int right = 0, count = 0;
-    const auto trial = [&](int p) {
-        if (p < 1 || tried.count(p) > 0) return;
-        TraceOptions with = options;
-        with.pole_pairs = p;
-        TraceResult r = trace(logs, with);
-        const bool told = tells_all(r);
-        if (told) right = p, ++count;
-        tried[p] = told ? std::optional<TraceResult>(std::move(r)) : std::nullopt;
-    };
+    Trials trials(logs, options);
     const double real = as_it_stands.real_pole_pairs;
     const int below = static_cast<int>(std::floor(real));
-    // Nearest first: two on either side.
     const bool down = real - below < 0.5;
-    for (int k = 0; k < kNearest && count == 0; ++k) {
-        const int away = k / 2;
-        trial((k % 2 == 0) == down ? below - away : below + 1 + away);
+    // Nearest first: two on either side.
+    for (int k = 0; k < kNearest && !trials.found(); ++k)
+        trials.of((k % 2 == 0) == down ? below - k / 2 : below + 1 + k / 2);
+    for (int last = 0; trials.right() != last;) {
+        last = trials.right();
+        trials.of(last - 1), trials.of(last + 1);
     }
-    if (count == 1) {
-        const int found = right;
-        trial(found - 1), trial(found + 1), right = found;
-    }
-    if (count != 1) return as_it_stands;
-    TraceResult r = std::move(*tried[right]);
-    r.notes.push_back("pole pairs found: " + std::to_string(right) +
+    if (!trials.clear()) return as_it_stands;
+    TraceResult r = std::move(trials.best());
+    r.notes.push_back("pole pairs found: " + std::to_string(trials.right()) +
                       ", the one whole number under which nothing of the log remains unexplained");
     return r;
 }

@@ -6,8 +6,8 @@
 
 namespace dqw {
 
-/// (E125) `as_it_stands` is the trace without pole pairs, whose real ones the plain fit has: the trace under the one
-/// whole number near those that leaves nothing unexplained, or `as_it_stands` where none or several do.
+/// (E125) `as_it_stands` is the trace without pole pairs, whose real ones the plain fit has: the trace under the whole
+/// number near those that leaves nothing unexplained, or `as_it_stands` where none stands out.
 TraceResult under_whole_pole_pairs(const std::vector<Log>& logs, const TraceOptions& options, TraceResult as_it_stands);
 
 }  // namespace dqw

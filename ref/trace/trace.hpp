@@ -67,7 +67,7 @@ struct TraceBlocks {
 };
 
 struct TraceResult {
-    std::string verdict;  ///< clean, explained, partly_explained, unexplained
+    std::string verdict;           ///< clean, explained, partly_explained, unexplained
     double real_pole_pairs = 0.0;  ///< as the plain fit has them, where they are not known; 0: it has none
     Regime regime = Regime::dynamic;
     std::size_t rows = 0, heldout_rows = 0;

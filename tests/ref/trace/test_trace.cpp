@@ -245,6 +245,21 @@ void delay_beyond_one_period()
     }
 }
 
+void pole_pairs_are_those_that_explain_the_log()
+{
+    if (slow_kind()) TEST_IGNORE_MESSAGE("several traces; run plain");
+    // Under 3 iron loss explains it, to a floor that the shorted turns are part of.
+    std::vector<Log> logs = one_log("servo", {"nonideal.turn_short=0.1", "duration_s=0.4"});
+    const double pole_pairs = *logs[0].machine.pole_pairs;
+    logs[0].machine.pole_pairs.reset();
+    logs[0].theta_e_rad.clear(), logs[0].theta_m_rad.clear();
+    const TraceResult r = dqw::trace(logs);
+    only(r, "turn_short");
+    TEST_ASSERT_EQUAL_DOUBLE(pole_pairs, value(r.after.parameters, "pole_pairs"));
+    TEST_ASSERT_TRUE_MESSAGE(r.notes.back().find("the one whole number") != std::string::npos,
+                             "the plain fit has them");
+}
+
 void voltage_may_turn_with_the_rotor()
 {
     if (slow_kind()) TEST_IGNORE_MESSAGE("takes long under the sanitizers");
@@ -307,6 +322,7 @@ int main()
     RUN_TEST(too_few_rows_to_hold_some_out_are_refused);
     RUN_TEST(measured_sweeps_are_dead_time);
     RUN_TEST(delay_beyond_one_period);
+    RUN_TEST(pole_pairs_are_those_that_explain_the_log);
     RUN_TEST(voltage_may_turn_with_the_rotor);
     RUN_TEST(log_that_is_not_what_the_format_says);
     return UNITY_END();
