@@ -318,6 +318,9 @@ int run_command_line(int argc, char** argv)
     // The parser would only say that a subcommand is missing.
     const std::string first = argc > 1 ? argv[1] : "-";
     const auto is_first = [&](const Command& c) { return c.name == first; };
+    if (first == "live" || first == "fleet")
+        throw UsageError(first + " is the Python package's: pip install './python[" + first +
+                         "]' puts a dqwatch that has it on the path");
     if (first[0] != '-' && std::none_of(std::begin(commands), std::end(commands), is_first))
         throw UsageError("no subcommand " + shown(first) + "; see dqwatch --help");
     app.footer("Exit codes: 0 done; 1 anything else; 2 wrong usage; 3 input unreadable or invalid; 4 a parameter asked "

@@ -58,6 +58,7 @@ static void wrong_usage_is_exit_code_2(void)
     } wrong[] = {
         {{}, "subcommand"},
         {{"fly"}, "fly"},
+        {{"live"}, "pip install './python[live]'"},
         {{"fit"}, "LOG.csv"},
         {{"learn"}, "LOG.csv"},
         {{"sim"}, "SCENARIO"},
