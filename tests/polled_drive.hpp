@@ -7,6 +7,8 @@
 #include <array>
 #include <cmath>
 #include <random>
+#include <sstream>
+#include <string>
 #include <vector>
 
 #include "ref/log/log.hpp"
@@ -89,6 +91,21 @@ inline dqw::Log polled(const Drawn& m)
         log.w_m_rad_s.push_back(at(m, (k + 1) * T).w + m.noise_rad_s * normal(random));
     }
     return log;
+}
+
+/// Its log as a file of dqwatch's own columns.
+inline std::string csv(const dqw::Log& log)
+{
+    std::ostringstream out;
+    out.precision(9);
+    out << "t_s,v_d_V,v_q_V,i_d_A,i_q_A,w_m_rad_s" << (log.temp_winding_C.empty() ? "\n" : ",temp_winding_C\n");
+    for (std::size_t k = 0; k < log.rows(); ++k) {
+        out << log.t_s[k] << ',' << log.v_d_V[k] << ',' << log.v_q_V[k] << ',' << log.i_d_A[k] << ',' << log.i_q_A[k]
+            << ',' << log.w_m_rad_s[k];
+        if (!log.temp_winding_C.empty()) out << ',' << log.temp_winding_C[k];
+        out << '\n';
+    }
+    return out.str();
 }
 
 }  // namespace polled_drive

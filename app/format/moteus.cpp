@@ -96,9 +96,9 @@ void describe_dyno(Import& in)
     in.take(col_theta_m, "c1 position [rev]", "turns");
     in.take(col_temp_winding, "motor temp [C]", "C");
     in.take(col_v_dc, "c1 voltage [V]", "V");
-    std::optional<double> gear = in.given.gear;
-    if (!gear) gear = commented(in.head, "g1");
-    if (!gear) gear = gear_of_rows(in.head);
+    std::optional<double> gear;
+    if (!in.given.gear) gear = commented(in.head, "g1");
+    if (!in.given.gear && !gear) gear = gear_of_rows(in.head);
     for (const char* sensor : {"trd605 torque [Nm]", "trs605-5 torque [Nm]"}) {
         if (!in.head.has(sensor)) continue;
         if (gear) {

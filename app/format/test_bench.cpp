@@ -20,8 +20,17 @@ void describe(Import& in)
     in.take(col_temp_winding, find(in.head, "T_MOTOR"), "C");
     in.take(col_temp_magnet, find(in.head, "T_Rotor"), "C");
     in.voltage = "RMS of a power analyser; no dq";
-    in.notes.push_back("RMS values without dq: of an open circuit they give the flux by hand, p·ψ = U·√2/w_m of phase "
-                       "voltages, U·√2/√3/w_m of line voltages");
+    if (find(in.head, "IRMS_") != Head::none) {
+        in.notes.push_back("RMS values under current have no dq: read the flux off an open circuit");
+        return;
+    }
+    // All the voltage is the magnet's, ahead of it by a quarter turn.
+    const std::size_t mean = find(in.head, "average_voltage");
+    in.take_si(col_v_q, in.field(mean != Head::none ? mean : find(in.head, "URMS_")));
+    in.columns[col_v_q]->needs.emplace_back("line or phase");
+    for (const Column c : {col_v_d, col_i_d, col_i_q}) in.take_si(c, constant(0.0));
+    in.regime = Regime::steady;
+    in.notes.push_back("RMS volts and no currents: read as an open circuit");
 }
 
 }  // namespace

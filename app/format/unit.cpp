@@ -32,6 +32,8 @@ const Unit units[] = {
     {Kind::time, "min", 60, " · 60"},
     {Kind::voltage, "V", 1, ""},
     {Kind::voltage, "mV", 1e-3, " · 0.001"},
+    {Kind::voltage, "V RMS", 1.4142135623730951, " · √2"},
+    {Kind::voltage, "V RMS line", 0.81649658092772603, " · √2/√3"},
     {Kind::voltage, "modulation", 0.57735026918962576, " · v_dc/√3", 0, With::times_v_dc},
     {Kind::voltage, "% of modulation", 0.0057735026918962576, " · v_dc/√3/100", 0, With::times_v_dc},
     {Kind::voltage, "v_dc", 1, " · v_dc", 0, With::times_v_dc},

@@ -1,22 +1,84 @@
 #include "app/job/trace.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <cmath>
 
 #include "app/base/progress.hpp"
+#include "app/base/text.hpp"
 #include "app/job/logs.hpp"
 #include "app/learn/trace.hpp"
 #include "app/report/compare.hpp"
+#include "ref/fit/polled_points.hpp"
 
 namespace dqw {
 namespace {
 
+/// What a look of many turns and of some seconds tells. Iron's loss turns the voltage as the delay does that is taken
+/// out of polled rows, and comes out several times too small.
+constexpr const char* kOfLooks[] = {"winding_temperature", "magnet_temperature", "dead_time", "voltage_scale"};
+
+/// Polled logs as looks of settled points, and what that is said of them.
+std::vector<Log> looks_of(const std::vector<Log>& logs, std::vector<std::string>& notes)
+{
+    PolledPoints points = with_logs(logs, [&] { return polled_points(logs); });
+    if (points.looks < kLeastLooks)
+        throw InputError(logs.front().path, 1,
+                         fmt::format("a polled log with {} settled at points of their own; a trace needs at least {}: "
+                                     "a longer log, or more currents and speeds (fit takes this one)",
+                                     counted(points.looks, "look"), kLeastLooks));
+    notes.push_back(fmt::format("polled: traced in {} of settled rows, each of one operating point and of {:g} s at "
+                                "most; of such a log only {} are told, all else leaves the same in their means, and "
+                                "iron_loss the same as a delay",
+                                counted(points.looks, "look"), points.look_s,
+                                list({std::begin(kOfLooks), std::end(kOfLooks)})));
+    return std::move(points.logs);
+}
+
+/// The effects to try; none: all that there are.
+std::vector<std::string> tried(const std::vector<Log>& logs, const Options& options)
+{
+    if (!logs.front().of_polled) return options.effects;
+    std::vector<std::string> told(std::begin(kOfLooks), std::end(kOfLooks));
+    if (options.effects.empty()) return told;
+    for (const std::string& name : options.effects)
+        if (std::find(told.begin(), told.end(), name) == told.end())
+            throw InputError(logs.front().path, 1,
+                             fmt::format("a polled log: it tells no {}; expected {}", name, list(told)));
+    return options.effects;
+}
+
+/// An effect that was named and whose size may as well be nothing; "" where there is none.
+std::string untold_of(const TraceResult& result)
+{
+    constexpr double kTold = 2.0;  // deviations
+    for (const TraceEffect& e : result.effects)
+        if (!e.parameters.empty() && !(std::abs(e.parameters.front().value) > kTold * e.parameters.front().sd))
+            return e.name;
+    return "";
+}
+
 TraceResult traced(const std::vector<Log>& logs, const Options& options)
 {
     TraceOptions how;
-    how.effects = options.effects;
+    how.effects = tried(logs, options);
     Progress progress("tracing", options.progress);
     how.progress = progress.callback();
-    return with_logs(logs, [&] { return trace(logs, how); });
+    return with_logs(logs, [&] {
+        std::vector<std::string> untold;
+        for (;;) {
+            TraceResult result = trace(logs, how);
+            const std::string name = logs.front().of_polled ? untold_of(result) : "";
+            if (name.empty() || how.effects.size() == 1) {
+                if (!untold.empty())
+                    result.notes.push_back(list(untold) + " would be found, its size is not told: left out");
+                return result;
+            }
+            untold.push_back(name);
+            how.effects.erase(std::find(how.effects.begin(), how.effects.end(), name));
+        }
+    });
 }
 
 /// The learners on the same rows; where they can tell nothing, their residual says nothing.
@@ -46,10 +108,7 @@ void learn_as_well(const std::vector<Log>& logs, TraceReport& report)
 std::vector<Log> logs_to_trace(const Options& options, std::vector<std::string>& notes)
 {
     std::vector<Log> logs = read_logs(options.logs, options, true, notes, false, true);
-    if (logs.front().regime == Regime::polled)
-        throw InputError(logs.front().path, 1,
-                         "a polled log: errors of its rows last longer than those that trace can judge, and would be "
-                         "given names; expected a log of another regime (fit takes this one)");
+    if (logs.front().regime == Regime::polled) return looks_of(logs, notes);
     return logs;
 }
 

@@ -11,7 +11,7 @@
 
 namespace dqw {
 
-/// Reads what is to be traced; throws InputError, for a polled log too.
+/// Reads what is to be traced, polled logs as looks of settled points; throws InputError.
 std::vector<Log> logs_to_trace(const Options& options, std::vector<std::string>& notes);
 
 /// Traces them; `notes` stand before the trace's own. Throws InputError.

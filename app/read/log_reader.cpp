@@ -223,7 +223,7 @@ private:
         for (std::size_t c = 0; c < column_count; ++c) in_file_[c] = import_.columns[c].has_value();
         if (!own_format() && !options_.survey) note(fmt::format("read as {} ({})", format_.name, format_.about));
         for (const std::string& text : import_.notes) note(text);
-        if (options_.given.period_s && !import_.row_period_s) note("--period changes nothing: the log has time");
+        note_idle_options();
         if (!opening_.head.units.empty() && own_format()) note("a line of units below the header");
         regime_ = hinted_regime();
         if (!options_.survey) require_columns();
@@ -235,6 +235,18 @@ private:
         }
         whole_ = keep_;
         whole_[col_theta_e] = whole_[col_theta_e] || import_.speed_from_angle;
+    }
+
+    void note_idle_options() const
+    {
+        const auto& link = import_.columns[col_v_dc];
+        const bool geared = std::any_of(import_.columns.begin(), import_.columns.end(), [](const auto& source) {
+            return source && source->unit.find(" output") != std::string::npos;
+        });
+        if (options_.given.period_s && !import_.row_period_s) note("--period changes nothing: the log has time");
+        if (options_.given.gear && !geared) note("--gear changes nothing: no column is of an output shaft");
+        if (options_.given.v_dc_V && link && !link->expression.fields.empty())
+            note("--v-dc changes nothing: the log has the link's voltage");
     }
 
     bool complete(Regime regime, const ColumnSet& columns_there) const

@@ -139,6 +139,8 @@ bool RowParser::take_values(const double* fields)
             slot.value = fields[f];
         } else if (slot.need == Need::noticed) {
             slot.value = no_number;
+        } else if (slot.need == Need::held && std::isnan(fields[f])) {
+            continue;
         } else if (strict_) {
             refuse(fmt::format("{} is {}; expected a finite number", columns[slot.column].name, fields[f]));
         } else if (slot.need != Need::held) {
@@ -179,7 +181,8 @@ bool RowParser::parse_field(std::size_t f, const std::string& text)
         return true;
     }
     // Words that writers put where there is no sample.
-    const bool nothing = error == NumberError::empty ||
+    const bool nan = error == NumberError::not_finite && (field.back() == 'n' || field.back() == 'N');
+    const bool nothing = error == NumberError::empty || (nan && slot.need == Need::held) ||
                          (!strict_ && (error == NumberError::not_finite || field == "undefined" || field == "null" ||
                                        field == "None"));
     if (nothing && slot.need == Need::held) return true;

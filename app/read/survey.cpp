@@ -38,6 +38,10 @@ std::string how_to_give(const std::string& need)
     if (need == "gear") return "gear, turns of the rotor for one of the output: --gear N, or gear under [machine]";
     if (need == "v_dc") return "voltage of the DC link: --v-dc V, or v_dc_V under [machine]";
     if (need == "period") return "seconds from row to row: --period S, or period_s under [log]";
+    if (need == "line or phase")
+        return "what RMS volts are of: v_q_V = { from = \"…\", unit = \"V RMS line\" } under [columns], or \"V RMS\" "
+               "of a "
+               "phase";
     return need;
 }
 

@@ -210,7 +210,7 @@ std::vector<Log> settled_logs(const std::vector<Log>& logs)
     for (const Log& log : logs) {
         Log settled;
         settled.path = log.path, settled.machine = log.machine, settled.regime = Regime::steady;
-        settled.modulation = log.modulation, settled.observed = log.observed;
+        settled.modulation = log.modulation, settled.observed = log.observed, settled.of_polled = true;
         settled.voltage_error_V = std::hypot(log.voltage_error_V, kAcross * p.inverter_V);
         out.push_back(settled);
     }

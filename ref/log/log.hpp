@@ -36,6 +36,7 @@ struct Log {
     std::string modulation;
     bool observed = false;         ///< the angle is an observer's
     bool v_q_is_size = false;      ///< of the voltage's vector, without v_d
+    bool of_polled = false;        ///< settled points that were rows of a polled log
     double voltage_error_V = 0.0;  ///< by how much the voltage may be off, unseen
     /// Median sampling period; 0 without t_s.
     double dt_s = 0.0;

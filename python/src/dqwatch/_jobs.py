@@ -188,7 +188,8 @@ def trace(
 ) -> TraceResult:
     """Find the physical effect that the model of a log lacks; with ``effects`` try those alone.
 
-    Arguments as :func:`fit` has them. Polled logs are refused: errors of their rows would be given names.
+    Arguments as :func:`fit` has them. Polled logs are traced in looks of
+    settled rows, and only for what such looks tell.
     ``result.to_html()`` is the report.
     """
     done = _run(

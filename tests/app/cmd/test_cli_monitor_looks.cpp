@@ -22,15 +22,8 @@ bool has(const std::string& text, const std::string& part) { return text.find(pa
 
 std::string written(const Folder& folder, const polled_drive::Drawn& m)
 {
-    const dqw::Log log = polled_drive::polled(m);
-    std::ostringstream csv;
-    csv.precision(9);
-    csv << "t_s,v_d_V,v_q_V,i_d_A,i_q_A,w_m_rad_s\n";
-    for (std::size_t k = 0; k < log.rows(); ++k)
-        csv << log.t_s[k] << ',' << log.v_d_V[k] << ',' << log.v_q_V[k] << ',' << log.i_d_A[k] << ',' << log.i_q_A[k]
-            << ',' << log.w_m_rad_s[k] << '\n';
     folder.write("drive.toml", "[log]\nregime = \"polled\"\n[machine]\npole_pairs = 5\n");
-    return folder.write("drive.csv", csv.str());
+    return folder.write("drive.csv", polled_drive::csv(polled_drive::polled(m)));
 }
 
 std::vector<json> lines(const std::string& text)

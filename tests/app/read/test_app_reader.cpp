@@ -166,11 +166,23 @@ static void only_what_a_plain_fit_uses_is_kept_on_request(void)
     TEST_ASSERT_TRUE(noted("temp_winding_C"));
     // A log is valid or not, whoever reads it.
     try {
-        read("v_d_V,v_q_V,i_d_A,i_q_A,w_m_rad_s,temp_winding_C\n1,2,3,4,5,nan\n1,2,3,4,6,25\n1,2,3,4,6,25\n", "", true);
+        read("v_d_V,v_q_V,i_d_A,i_q_A,w_m_rad_s,temp_winding_C\n1,2,3,4,5,inf\n1,2,3,4,6,25\n1,2,3,4,6,25\n", "", true);
         TEST_FAIL_MESSAGE("accepted");
     } catch (const dqw::InputError& error) {
         TEST_ASSERT_EQUAL_size_t(2, error.line);
     }
+}
+
+static void a_slow_channel_is_held_where_it_is_nan(void)
+{
+    const std::string head = "v_d_V,v_q_V,i_d_A,i_q_A,w_m_rad_s,temp_winding_C\n";
+    for (const char* nan : {"nan", "NaN", "-nan"}) {
+        const dqw::Log log = read(head + "1,2,3,4,5," + nan + "\n1,2,3,4,6,25\n1,2,3,4,6," + nan + "\n1,2,3,4,6,27\n");
+        TEST_ASSERT_EQUAL_size_t(4, log.temp_winding_C.size());
+        for (const std::size_t k : {0u, 1u, 2u}) TEST_ASSERT_EQUAL_DOUBLE(25, log.temp_winding_C[k]);
+        TEST_ASSERT_EQUAL_DOUBLE(27, log.temp_winding_C[3]);
+    }
+    expect_refused(head + "1,2,3,4,5,25\n1,2,3,nan,6,25\n1,2,3,4,6,25\n", "", 3, "i_q_A is \"nan\"");
 }
 
 static void too_few_rows_are_refused(void)
@@ -207,6 +219,7 @@ int main(void)
     RUN_TEST(blank_lines_are_counted_and_shift_no_line_number);
     RUN_TEST(previous_voltages_move_up_a_row_in_each_segment);
     RUN_TEST(only_what_a_plain_fit_uses_is_kept_on_request);
+    RUN_TEST(a_slow_channel_is_held_where_it_is_nan);
     RUN_TEST(too_few_rows_are_refused);
     RUN_TEST(ten_thousand_columns_are_refused);
     RUN_TEST(quoted_numbers_and_trailing_separators_work);

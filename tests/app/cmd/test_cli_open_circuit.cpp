@@ -1,0 +1,100 @@
+// A power analyser's RMS volts of an open circuit, against the flux and its coefficient that they were made of.
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "command.hpp"
+#include "unity.h"
+
+void setUp(void) {}
+void tearDown(void) {}
+
+using command::Folder;
+using command::Outcome;
+using nlohmann::json;
+
+static const double pi = 3.14159265358979323846, psi_Wb = 0.05, beta_per_K = -9e-4;
+
+static bool has(const std::string& text, const std::string& part) { return text.find(part) != text.npos; }
+
+/// Between lines, or of a phase; `unit` empty: nobody says which.
+static std::string table(const Folder& folder, const std::string& name, double temp_C, bool lines,
+                         const std::string& unit)
+{
+    std::string csv = "SO_N_HM [1/min],M_HMmess [Nm],PA1_URMS_1_gMW [V],T_MOTOR [°C]\n";
+    for (int n = 1; n <= 12; ++n) {
+        const double w_e = 3 * 500.0 * n * pi / 30, noise = 1 + 1e-4 * std::sin(7.0 * n + temp_C);
+        const double peak = w_e * psi_Wb * (1 + beta_per_K * (temp_C - 25)) * noise;
+        csv += std::to_string(500 * n) + ",-0.5," + std::to_string(peak / std::sqrt(2) * (lines ? std::sqrt(3) : 1)) +
+               "," + std::to_string(temp_C) + "\n";
+    }
+    if (!unit.empty())
+        folder.write(name + ".toml", "[columns]\nv_q_V = { from = \"PA1_URMS_1_gMW [V]\", unit = \"" + unit + "\" }\n");
+    return folder.write(name + ".csv", csv);
+}
+
+static double flux(const std::string& log)
+{
+    const Outcome run = command::dqwatch({"fit", log, "--pole-pairs", "3", "--json"});
+    TEST_ASSERT_TRUE_MESSAGE(run.code == 0 || run.code == 4, run.err.c_str());
+    TEST_ASSERT_TRUE_MESSAGE(has(run.err, "read as an open circuit"), run.err.c_str());
+    const json said = json::parse(run.out);
+    TEST_ASSERT_FALSE(said.at("parameters").contains("R_ohm"));
+    return said.at("parameters").at("psi_Wb").at("value");
+}
+
+static void volts_of_lines_and_of_phases_give_one_flux(void)
+{
+    const Folder folder;
+    TEST_ASSERT_DOUBLE_WITHIN(1e-4 * psi_Wb, psi_Wb, flux(table(folder, "lines", 25, true, "V RMS line")));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-4 * psi_Wb, psi_Wb, flux(table(folder, "phases", 25, false, "V RMS")));
+}
+
+static void whose_volts_is_asked_for(void)
+{
+    const Folder folder;
+    const Outcome run = command::dqwatch({"fit", table(folder, "x", 25, true, ""), "--pole-pairs", "3"});
+    TEST_ASSERT_EQUAL_INT(3, run.code);
+    TEST_ASSERT_TRUE_MESSAGE(has(run.err, "V RMS line"), run.err.c_str());
+}
+
+static void two_temperatures_give_the_coefficient(void)
+{
+    const Folder folder;
+    const Outcome run = command::dqwatch({"trace", table(folder, "cold", 20, true, "V RMS line"),
+                                          table(folder, "hot", 65, true, "V RMS line"), "--pole-pairs", "3", "--json",
+                                          "--out", folder / "o"});
+    TEST_ASSERT_EQUAL_INT_MESSAGE(0, run.code, run.err.c_str());
+    const json effects = json::parse(run.out).at("effects");
+    TEST_ASSERT_EQUAL_size_t(1, effects.size());
+    TEST_ASSERT_EQUAL_STRING("magnet_temperature", effects[0].at("name").get<std::string>().c_str());
+    const double beta = effects[0].at("parameters").at("beta_per_K").at("value");
+    TEST_ASSERT_DOUBLE_WITHIN(0.01 * std::fabs(beta_per_K), beta_per_K, beta);
+}
+
+static void an_option_that_changes_nothing_is_told(void)
+{
+    const Folder folder;
+    const std::string log = table(folder, "x", 25, true, "V RMS line");
+    const Outcome idle = command::dqwatch({"fit", log, "--pole-pairs", "3", "--gear", "9"});
+    TEST_ASSERT_TRUE_MESSAGE(has(idle.err, "--gear changes nothing"), idle.err.c_str());
+    std::string csv = "v_d_V,v_q_V,i_d_A,i_q_A,w_m_rad_s,v_dc_V\n";
+    for (int k = 1; k < 10; ++k)
+        csv += std::to_string(-k) + "," + std::to_string(2 * k) + ",0," + std::to_string(k % 4) + "," +
+               std::to_string(10 * k) + ",48\n";
+    const std::string own = folder.write("own.csv", csv);
+    const Outcome link = command::dqwatch({"columns", own, "--v-dc", "24"});
+    TEST_ASSERT_FALSE(has(link.err, "--gear"));
+    TEST_ASSERT_TRUE_MESSAGE(has(link.err + link.out, "--v-dc changes nothing"), (link.err + link.out).c_str());
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(volts_of_lines_and_of_phases_give_one_flux);
+    RUN_TEST(whose_volts_is_asked_for);
+    RUN_TEST(two_temperatures_give_the_coefficient);
+    RUN_TEST(an_option_that_changes_nothing_is_told);
+    return UNITY_END();
+}
