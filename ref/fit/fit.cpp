@@ -33,6 +33,7 @@ Names possible_parameters(Regime regime)
 {
     Names names = default_parameters(regime);
     names.push_back(regime == Regime::mechanical ? "torque_constant_Nm_A" : "pole_pairs");
+    if (regime == Regime::polled) names.insert(names.end(), {"J_kgm2", "B_Nms_rad"});
     return names;
 }
 

@@ -8,6 +8,7 @@
 #include "ref/fit/assess.hpp"
 #include "ref/fit/explain.hpp"
 #include "ref/fit/polled_logs.hpp"
+#include "ref/fit/polled_shaft.hpp"
 #include "ref/fit/publish.hpp"
 
 namespace dqw {
@@ -143,6 +144,7 @@ Result fit_polled(const Task& task)
     constexpr double kPhase = 0.78539816339744831;
     if (p.form.V && std::abs(s.x[kPolledV]) > kSignificant * s.sd[kPolledV])
         result.dead_time.push_back({"voltage_V", kPhase * s.x[kPolledV], kPhase * s.sd[kPolledV], false});
+    publish_shaft(task, p, result);
     report(task.logs, p, result);
     return result;
 }
