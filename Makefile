@@ -164,7 +164,13 @@ measured:
 	@.ci/install build
 	@$(MAKE) --no-print-directory $(BUILD)/bench/measured
 	@$(BUILD)/bench/measured $(DATA) docs/measured.md $(BUILD)/bench/reports
+	@$(MAKE) --no-print-directory measured-vendors
 	@bench/pictures.sh $(BUILD)/bench/reports docs/pictures
+
+## measured-vendors  the section of docs/measured.md on vendors' logs alone, from the folder vendor of DATA
+.PHONY: measured-vendors
+measured-vendors: $(BUILD)/dqwatch
+	@python3 bench/vendors.py $(BUILD)/dqwatch $(DATA) docs/measured.md
 
 ## bench        accuracy, coverage, start values, tracking, faults and false alarms of the learners; regressor forms; speed; peers from their registries
 .PHONY: bench
