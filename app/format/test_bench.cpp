@@ -25,8 +25,10 @@ void describe(Import& in)
         return;
     }
     // All the voltage is the magnet's, ahead of it by a quarter turn.
-    const std::size_t mean = find(in.head, "average_voltage");
-    in.take_si(col_v_q, in.field(mean != Head::none ? mean : find(in.head, "URMS_")));
+    const std::size_t mean = find(in.head, "average_voltage"),
+                      volts = mean != Head::none ? mean : find(in.head, "URMS_");
+    if (volts == Head::none) return;
+    in.take_si(col_v_q, in.field(volts));
     in.columns[col_v_q]->needs.emplace_back("line or phase");
     for (const Column c : {col_v_d, col_i_d, col_i_q}) in.take_si(c, constant(0.0));
     in.regime = Regime::steady;
