@@ -80,6 +80,12 @@ TraceColumns trace_columns(const Log& log, double pole_pairs, double i_base_A, d
         }
         c.heat.push_back(std::move(h));
     }
+    for (double part : kSteadyHeatTimes) {
+        std::vector<double> h;
+        h.reserve(rows);
+        for (double t : log.t_s) h.push_back(1.0 - std::exp((log.t_s.front() - t) / (part * span_s)));
+        c.heat.push_back(std::move(h));
+    }
     return c;
 }
 

@@ -15,12 +15,17 @@ struct TraceColumns {
     std::vector<double> cos_m, sin_m;         ///< of the shaft's angle: measured, or turns counted; empty: not known
     std::vector<double> w_dot;                ///< slope of the electrical speed over some rows, rad/s^2
     std::vector<double> winding_K, magnet_K;  ///< above 25 degC; empty without the column
-    std::vector<std::vector<double>> heat;    ///< heating states (E55), one for each time constant
+    std::vector<std::vector<double>>
+        heat;  ///< heating states (E55), one for each time constant, then steady ones (E126)
 };
 
 constexpr double kReferenceTemperature_C = 25.0;
 /// Time constants of the heating states tried, over the length of the log.
 constexpr double kHeatTimes[] = {0.05, 0.25, 1.0, 20.0};
+/// The same of states that one power heats all the time: no effect is named by them, but R may be off by them. (E126)
+constexpr double kSteadyHeatTimes[] = {0.25, 20.0};
+constexpr int kHeats = static_cast<int>(sizeof kHeatTimes / sizeof *kHeatTimes +
+                                        sizeof kSteadyHeatTimes / sizeof *kSteadyHeatTimes);
 
 /// `pole_pairs`: 0 where they are not known; then no turn of the shaft is.
 TraceColumns trace_columns(const Log& log, double pole_pairs, double i_base_A, double span_s);

@@ -3,15 +3,12 @@
 #include <algorithm>
 #include <cmath>
 
-#include "ref/trace/noise.hpp"
-#include "ref/trace/rest.hpp"
+#include "ref/trace/spread.hpp"
 
 namespace dqw {
 namespace {
 
 constexpr int kPasses = 12;  ///< as a fit of the search has
-/// Rows held out tell two laws apart: a normal exceeds it, either way, in 3 of 1000 cases.
-constexpr double kToldT = 3.0;
 
 Term* dead_time_of(Point& at)
 {
@@ -101,37 +98,15 @@ Refined settle_loss(const TraceSetup& setup, const Model& model, Refined found)
 
 Eigen::VectorXd spread_over_laws(const TraceSetup& setup, const Refined& best)
 {
-    Eigen::VectorXd spread = Eigen::VectorXd::Zero(best.point.columns());
     Point at = best.point;
     const Term* term = dead_time_of(at);
-    if (term == nullptr) return spread;
-    const Model& model = setup.search();
-    const Refined here = refine(model, best.point, kPasses);
-    if (!here.ok) return spread;
-    const Eigen::VectorXd values = here.point.values();
-    const auto square = [&](const Refined& r) {
-        return std::pow(rms_of(setup.full->report(r.point, 0), setup.full->channels()), 2);
-    };
-    const double own = square(here), excess = std::max(own - std::pow(noise_of(setup, here.point).floor, 2), 0.0);
-    for (const LossLaw law : kLossLaws) {
-        if (law == term->input.loss) continue;
-        const Refined other = with_law(model, here, law);
-        if (!other.ok) continue;
-        // Where the best itself leaves more than noise, no law is the true one.
-        const bool as_near = square(other) - own <= excess;
-        if (!as_near && better(model, other.left, here.left).t > kToldT) continue;
-        spread = spread.cwiseMax((other.point.values() - values).cwiseAbs());
-    }
-    // A gain is none of the machine's, and each law has a width of its own.
-    spread.segment(best.point.base.size(), best.point.gain.size()).setZero();
-    Eigen::Index j = best.point.base.size() + best.point.gain.size();
-    for (const Term& t : best.point.terms) {
-        j += weights_of(t.input.law);
-        const Eigen::Index shapes = free_shapes_of(t.input);
-        spread.segment(j, shapes).setZero();
-        j += shapes;
-    }
-    return spread;
+    if (term == nullptr) return Eigen::VectorXd::Zero(best.point.columns());
+    return spread_over(setup, best, [own = term->input.loss](const Model& model, const Refined& here) {
+        std::vector<Refined> out;
+        for (const LossLaw law : kLossLaws)
+            if (law != own) out.push_back(with_law(model, here, law));
+        return out;
+    });
 }
 
 Eigen::VectorXd hidden_loss(const TraceSetup& setup, const Point& plain, const Point& lossy)

@@ -21,6 +21,7 @@
 #include "ref/trace/rules.hpp"
 #include "ref/trace/sense.hpp"
 #include "ref/trace/setup.hpp"
+#include "ref/trace/spread.hpp"
 
 namespace dqw {
 namespace {
@@ -466,7 +467,8 @@ TraceResult traced(const std::vector<Log>& logs, const TraceOptions& options)
     const Eigen::VectorXd
         hidden = hidden_loss_of(*setup, s),
         plain_sd = (whole_deviations(*setup, *setup->full, s.plain).array().square() + hidden.array().square()).sqrt(),
-        spread = spread_over_laws(*setup, s.best) + spread_over_cells(*setup, s.best);
+        spread = spread_over_laws(*setup, s.best) + spread_over_cells(*setup, s.best) +
+                 spread_over_heats(*setup, s.best);
     const Eigen::VectorXd whole = whole_deviations(*setup, *setup->full, s.best),
                           sd = (whole.array().square() + spread.array().square()).sqrt();
     result.before = fit_of(*setup, judge, plain, plain_sd);

@@ -1,6 +1,7 @@
 // The tracer against the simulator, whose laws are others' (sim/ shares no code with ref/), and against measured logs.
 // Plain only: long, and what it runs others run under the sanitizers.
 #include <algorithm>
+#include <cmath>
 #include <cstdlib>
 #include <cstring>
 #include <fstream>
@@ -245,6 +246,29 @@ void delay_beyond_one_period()
     }
 }
 
+void heat_that_no_current_drives_is_in_the_deviation_of_R()
+{
+    if (slow_kind()) TEST_IGNORE_MESSAGE("takes long under the sanitizers");
+    std::vector<Log> logs = one_log("servo", {"duration_s=1"});
+    Log& log = logs[0];
+    log.temp_winding_C.clear(), log.temp_magnet_C.clear();
+    const double R_ohm = 0.9, rise_ohm = 0.3;
+    for (std::size_t k = 0; k + 1 < log.rows(); ++k) {
+        const double more_ohm = rise_ohm * log.t_s[k] / log.t_s.back();
+        log.v_d_V[k] += more_ohm * 0.5 * (log.i_d_A[k] + log.i_d_A[k + 1]);
+        log.v_q_V[k] += more_ohm * 0.5 * (log.i_q_A[k] + log.i_q_A[k + 1]);
+    }
+    const TraceResult r = dqw::trace(logs);
+    only(r, "winding_temperature");
+    for (const dqw::Estimate& e : r.after.parameters)
+        if (e.name == "R_ohm") {
+            const double off = std::abs(e.value - R_ohm);
+            TEST_ASSERT_TRUE_MESSAGE(off < 3.0 * e.sd && e.sd < 0.3 * R_ohm, std::to_string(off / e.sd).c_str());
+            return;
+        }
+    TEST_FAIL_MESSAGE("no R");
+}
+
 void pole_pairs_are_those_that_explain_the_log()
 {
     if (slow_kind()) TEST_IGNORE_MESSAGE("several traces; run plain");
@@ -322,6 +346,7 @@ int main()
     RUN_TEST(too_few_rows_to_hold_some_out_are_refused);
     RUN_TEST(measured_sweeps_are_dead_time);
     RUN_TEST(delay_beyond_one_period);
+    RUN_TEST(heat_that_no_current_drives_is_in_the_deviation_of_R);
     RUN_TEST(pole_pairs_are_those_that_explain_the_log);
     RUN_TEST(voltage_may_turn_with_the_rotor);
     RUN_TEST(log_that_is_not_what_the_format_says);

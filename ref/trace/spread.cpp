@@ -1,0 +1,74 @@
+#include "ref/trace/spread.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "ref/trace/noise.hpp"
+#include "ref/trace/rest.hpp"
+
+namespace dqw {
+namespace {
+
+constexpr int kPasses = 12;  ///< as a fit of the search has
+/// Rows held out tell two laws apart: a normal exceeds it, either way, in 3 of 1000 cases.
+constexpr double kToldT = 3.0;
+
+bool has_state(const Term& t)
+{
+    return t.input.heat > 0 && (t.input.law == Law::winding_temperature || t.input.law == Law::magnet_temperature);
+}
+
+}  // namespace
+
+Eigen::VectorXd spread_over(const TraceSetup& setup, const Refined& best,
+                            const std::function<std::vector<Refined>(const Model&, const Refined&)>& rivals)
+{
+    Eigen::VectorXd spread = Eigen::VectorXd::Zero(best.point.columns());
+    const Model& model = setup.search();
+    const Refined here = refine(model, best.point, kPasses);
+    if (!here.ok) return spread;
+    const Eigen::VectorXd values = here.point.values();
+    const auto square = [&](const Refined& r) {
+        return std::pow(rms_of(setup.full->report(r.point, 0), setup.full->channels()), 2);
+    };
+    const double own = square(here), excess = std::max(own - std::pow(noise_of(setup, here.point).floor, 2), 0.0);
+    for (const Refined& other : rivals(model, here)) {
+        if (!other.ok) continue;
+        // Where the best itself leaves more than noise, no law is the true one.
+        const bool as_near = square(other) - own <= excess;
+        if (!as_near && better(model, other.left, here.left).t > kToldT) continue;
+        spread = spread.cwiseMax((other.point.values() - values).cwiseAbs());
+    }
+    // A gain is none of the machine's, and each law has a width of its own.
+    spread.segment(best.point.base.size(), best.point.gain.size()).setZero();
+    Eigen::Index j = best.point.base.size() + best.point.gain.size();
+    for (const Term& t : best.point.terms) {
+        j += weights_of(t.input.law);
+        const Eigen::Index shapes = free_shapes_of(t.input);
+        spread.segment(j, shapes).setZero();
+        j += shapes;
+    }
+    return spread;
+}
+
+Eigen::VectorXd spread_over_heats(const TraceSetup& setup, const Refined& best)
+{
+    const auto& terms = best.point.terms;
+    if (std::none_of(terms.begin(), terms.end(), has_state)) return Eigen::VectorXd::Zero(best.point.columns());
+    Eigen::VectorXd spread = spread_over(setup, best, [](const Model& model, const Refined& here) {
+        std::vector<Refined> out;
+        for (std::size_t n = 0; n < here.point.terms.size(); ++n)
+            for (int heat = 1; has_state(here.point.terms[n]) && heat <= kHeats; ++heat) {
+                if (heat == here.point.terms[n].input.heat) continue;
+                Point start = here.point;
+                start.terms[n].input.heat = heat;
+                out.push_back(refine(model, start, kPasses));
+            }
+        return out;
+    });
+    // A weight counts in its own state's unit.
+    spread.tail(spread.size() - best.point.base.size()).setZero();
+    return spread;
+}
+
+}  // namespace dqw
