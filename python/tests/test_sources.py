@@ -162,6 +162,11 @@ def test_unlike_lengths(arrays: dict[str, Any]) -> None:
         dqwatch.fit({**arrays, "i_q_A": arrays["i_q_A"][:-1]}, machine=MACHINE)
 
 
+def test_a_misspelt_option_is_named(arrays: dict[str, Any]) -> None:
+    with pytest.raises(dqwatch.UsageError, match="polepairs"):
+        dqwatch.fit(arrays, polepairs=4)
+
+
 def test_time_that_goes_back(arrays: dict[str, Any]) -> None:
     t_s = arrays["t_s"].copy()
     t_s[40] = 0.0

@@ -89,7 +89,8 @@ def sources_of(source: Source, columns: Mapping[str, Any]) -> tuple[list[str], l
     """Names of all logs, and the tables of those that are no files."""
     if columns:
         if source is not None:
-            raise UsageError("a log and columns by name; expected one of them")
+            named = ", ".join(columns)
+            raise UsageError(f"a log and columns by name ({named}); expected one of them, or an option's name")
         source = dict(columns)
     if source is None:
         raise UsageError("no log; expected a path, a frame, or arrays by name")
