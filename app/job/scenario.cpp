@@ -38,6 +38,8 @@ void poll(dqw_sim_scenario& scenario, const std::string& rate_Hz)
     set(scenario, "polled.rate_Hz=" + rate_Hz);
     dqw_sim_polled& p = scenario.polled;
     if (!(p.rate_Hz > 0)) throw ValueError("polled.rate_Hz must be above 0");
+    // A scenario that is logged now and then is polled instead.
+    scenario.drive.log_every = 0, scenario.drive.log_window = 0;
     p.step_i_A = 0.01, p.step_v_V = 0.001, p.step_erpm = 1, p.step_v_dc_V = 0.1;
     p.jitter_s = 1e-3, p.lost_fraction = 0.02, p.repeated_fraction = 0.01;
 }

@@ -81,12 +81,23 @@ TraceResult traced(const std::vector<Log>& logs, const Options& options)
     });
 }
 
+/// Points stand as their rows were turned and freed of L di/dt: what that leaves open no point shows.
+void allow_for_rows(const Log& log, std::vector<Estimate>& parameters)
+{
+    constexpr const char* kNames[] = {"R_ohm", "Ld_H", "Lq_H", "psi_Wb"};
+    for (Estimate& e : parameters)
+        for (std::size_t k = 0; k < log.rows_sd.size(); ++k)
+            if (e.name == kNames[k]) e.sd = std::max(e.sd, log.rows_sd[k]);
+}
+
 /// The learners on the same rows; where they can tell nothing, their residual says nothing.
 void learn_as_well(const std::vector<Log>& logs, TraceReport& report)
 {
     try {
         report.learner_before = learn_fit(logs, report.trace, false);
         report.learner_after = learn_fit(logs, report.trace, true);
+        allow_for_rows(logs.front(), report.learner_before->parameters);
+        allow_for_rows(logs.front(), report.learner_after->parameters);
         const auto& learned = report.learner_after->parameters;
         if (std::any_of(learned.begin(), learned.end(), [](const Estimate& e) { return !e.given; })) {
             for (const std::string& note :
@@ -117,6 +128,8 @@ TraceReport trace_logs(const std::vector<Log>& logs, const Options& options, con
     TraceReport report;
     report.logs = options.logs;
     report.trace = traced(logs, options);
+    allow_for_rows(logs.front(), report.trace.before.parameters);
+    allow_for_rows(logs.front(), report.trace.after.parameters);
     report.trace.notes.insert(report.trace.notes.begin(), notes.begin(), notes.end());
     learn_as_well(logs, report);
     return report;

@@ -212,6 +212,8 @@ std::vector<Log> settled_logs(const std::vector<Log>& logs)
         settled.path = log.path, settled.machine = log.machine, settled.regime = Regime::steady;
         settled.modulation = log.modulation, settled.observed = log.observed, settled.of_polled = true;
         settled.voltage_error_V = std::hypot(log.voltage_error_V, kAcross * p.inverter_V);
+        const PolledVector& sd = p.solution.sd;
+        settled.rows_sd = {sd[kPolledR], sd[p.form.one_L ? kPolledLq : kPolledLd], sd[kPolledLq], sd[kPolledPsi]};
         out.push_back(settled);
     }
     for (std::size_t k = 0; k < p.rows.size(); ++k) {

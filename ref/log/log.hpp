@@ -2,6 +2,7 @@
 #ifndef DQW_REF_LOG_LOG_HPP
 #define DQW_REF_LOG_LOG_HPP
 
+#include <array>
 #include <cstddef>
 #include <optional>
 #include <string>
@@ -38,6 +39,8 @@ struct Log {
     bool v_q_is_size = false;      ///< of the voltage's vector, without v_d
     bool of_polled = false;        ///< settled points that were rows of a polled log
     double voltage_error_V = 0.0;  ///< by how much the voltage may be off, unseen
+    /// Of R, L_d, L_q, psi: deviations of the polled rows behind settled points, which do not show them; 0: none.
+    std::array<double, 4> rows_sd{};
     /// Median sampling period; 0 without t_s.
     double dt_s = 0.0;
 

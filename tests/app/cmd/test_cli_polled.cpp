@@ -120,6 +120,16 @@ static void the_command_of_the_machine_file_repeats_the_log(void)
     TEST_ASSERT_TRUE(has(toml, "regime = \"polled\"\nperiod_s = 0.0001\n[machine]"));
 }
 
+// Its own log is a row every 200 periods.
+static void a_scenario_that_is_logged_now_and_then_is_polled_as_well(void)
+{
+    const Folder folder;
+    const Outcome run = command::dqwatch(
+        {"sim", "heating", "--polled", "20", "--set", "duration_s=10", "--out", folder / ""});
+    TEST_ASSERT_EQUAL_INT_MESSAGE(0, run.code, run.err.c_str());
+    TEST_ASSERT_TRUE(has(command::read_file(folder / "heating.toml"), "regime = \"polled\""));
+}
+
 static void a_polled_log_is_fitted_by_its_own_regime(void)
 {
     const Folder folder;
@@ -190,6 +200,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(what_is_not_said_has_ordinary_sizes);
     RUN_TEST(the_command_of_the_machine_file_repeats_the_log);
+    RUN_TEST(a_scenario_that_is_logged_now_and_then_is_polled_as_well);
     RUN_TEST(a_polled_log_is_fitted_by_its_own_regime);
     RUN_TEST(actuators_on_a_bench_give_their_flux);
     RUN_TEST(a_switched_drive_is_told_and_read_back_without_a_note);

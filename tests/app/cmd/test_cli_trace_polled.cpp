@@ -101,6 +101,27 @@ void a_link_that_sags_is_named(void)
     }
 }
 
+// Points are rows that were turned by a time which the rows hardly tell; no deviation is below that of the rows.
+void no_parameter_is_known_better_than_by_the_rows(void)
+{
+    const Folder folder;
+    for (unsigned seed = 51; seed <= 53; ++seed) {
+        const Outcome run = traced(folder, polled_drive::polled(drawn(seed)));
+        TEST_ASSERT_EQUAL_INT_MESSAGE(0, run.code, run.err.c_str());
+        const json told = json::parse(run.out).at("after").at("parameters");
+        const json rows = json::parse(command::dqwatch({"fit", folder / "drive.csv", "--json"}).out).at("parameters");
+        int compared = 0;
+        for (const char* name : {"R_ohm", "Ld_H", "Lq_H", "psi_Wb"}) {
+            if (!told.contains(name) || !rows.contains(name)) continue;
+            const double sd = told.at(name).at("sd"), least = rows.at(name).at("sd");
+            std::printf("%s: %g, of the rows %g\n", name, sd, least);
+            TEST_ASSERT_TRUE_MESSAGE(sd >= 0.999 * least, name);
+            ++compared;
+        }
+        TEST_ASSERT_TRUE(compared >= 3);
+    }
+}
+
 void too_few_looks_are_refused_in_numbers(void)
 {
     const Folder folder;
@@ -136,6 +157,7 @@ int main(void)
     RUN_TEST(a_healthy_drive_gets_no_name);
     RUN_TEST(what_is_there_is_named_in_its_size);
     RUN_TEST(a_link_that_sags_is_named);
+    RUN_TEST(no_parameter_is_known_better_than_by_the_rows);
     RUN_TEST(too_few_looks_are_refused_in_numbers);
     RUN_TEST(actuators_on_a_bench_get_no_name);
     return UNITY_END();
