@@ -138,8 +138,9 @@ void find_pole_pairs(TraceSetup& setup, double assumed)
             }
     }
     setup.pole_pairs_known = false;
-    setup.notes.push_back(
-        "the pole pairs are not known: L, psi and a delay come out multiplied by them (say --pole-pairs)");
+    setup.notes.push_back("the pole pairs are not known: psi and a delay come out multiplied by them, and L wherever "
+                          "the machine turns (say "
+                          "--pole-pairs)");
 }
 
 /// As many stretches as are long enough to hold blocks of the reported residual.
