@@ -933,6 +933,46 @@ static void test_pole_pairs_are_never_wrong(void)
     TEST_ASSERT_EQUAL_INT(seeds, found[3]);
 }
 
+// p as one axis has it, the other silent.
+static float pole_pairs_of(dqw_estimator e, int other, float *sd)
+{
+    e.w_pu[other] = 0.0f;
+    float p;
+    dqw_poles_evidence(&e, &p, sd);
+    return p;
+}
+
+// Both axes tell p where they agree within a quarter each, or three deviations of their difference.
+static void test_pole_pairs_are_told_where_both_axes_agree(void)
+{
+    dqw_estimator_config c = config_of(0.3);
+    c.pole_pairs = 0;
+    dqw_estimator e = begin(&c);
+    test_random r = {77};
+    for (long k = 0; k < 12000; k++) {
+        const dqw_sample s = moving(k, 0.5, 1.0, &r);
+        (void)shown(&e, &s);
+    }
+    TEST_ASSERT_EQUAL_INT(0, e.pole_pairs);
+    int told[2] = {0};
+    for (int step = 0; step < 40; step++) {
+        CASE("step %d", step);
+        float p_d, p_q, sd_d, sd_q, p, sd;
+        p_q = pole_pairs_of(e, DQW_LD, &sd_q);
+        (void)pole_pairs_of(e, DQW_LQ, &sd_d);
+        e.w_pu[DQW_POLES_LD] = e.w_pu[DQW_LD] * (p_q + 0.15f * (float)step * hypotf(sd_d, sd_q));
+        p_d = pole_pairs_of(e, DQW_LQ, &sd_d);
+        const double apart = fabs((double)(p_d - p_q)), most = fmax(0.5, 3.0 * hypot((double)sd_d, (double)sd_q));
+        if (fabs(apart - most) < 0.02 * most) continue;
+        dqw_poles_evidence(&e, &p, &sd);
+        HOLDS((apart < most) == (p != 0.0f));
+        told[p != 0.0f] += apart > 0.5;
+    }
+    test_case[0] = 0;
+    BETWEEN(5, told[0], 25);
+    BETWEEN(5, told[1], 25);
+}
+
 // An encoder that is off shows flux on d: where it may be, and p is not known, L_q's cross weight says nothing.
 static void test_an_encoder_that_is_off_does_not_spoil_the_pole_pairs(void)
 {
@@ -1463,6 +1503,7 @@ int main(void)
     RUN_TEST(test_noise_of_the_speed_in_two_inputs);
     RUN_TEST(test_exact_pairs_give_the_truth);
     RUN_TEST(test_pole_pairs_are_never_wrong);
+    RUN_TEST(test_pole_pairs_are_told_where_both_axes_agree);
     RUN_TEST(test_an_encoder_that_is_off_does_not_spoil_the_pole_pairs);
     RUN_TEST(test_one_missing_sample_is_a_refused_one);
     RUN_TEST(test_a_missing_sample_may_end_a_half);

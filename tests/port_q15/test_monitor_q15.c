@@ -579,6 +579,11 @@ static void test_each_channel_counts_and_is_told(void)
         told.estimator.segment.urgent = true;
         told.alarmed_segments = UINT16_MAX;
         told.watch.change[channel] = (dqw_change){.sum_q5 = 100, .above = 7};
+        // Nor does it wait for itself: one that has yet to begin does.
+        dqw_monitor_q15 early = told;
+        early.estimator.segment.urgent = false;
+        const int at_once = channel == DQW_WATCH_TEMPERATURE || channel == DQW_WATCH_FRICTION;
+        if (!at_once) TEST_ASSERT_EQUAL_INT(0, after_a_look(&early, &e));
         const double cold_R = told.healthy.cold_R_q24;
         const double cold_psi = told.healthy.cold_psi_q24;
         TEST_ASSERT_EQUAL_INT(1, after_a_look(&told, &e));
