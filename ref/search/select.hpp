@@ -80,7 +80,6 @@ struct Selection {
     /// of those that were fitted, by how much on the rows held out
     std::vector<std::pair<std::string, Better>> fitted;
     std::vector<std::pair<std::string, std::string>> vetoed;  ///< name and reason
-    std::vector<std::string> dropped;                         ///< found, and then not told from nothing
 };
 
 /// What could stand in for each effect found: rivals that, in its place, leave as little on the rows held out (within

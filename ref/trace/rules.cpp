@@ -31,6 +31,12 @@ double share_of(double before, double after, double floor)
     return most > 0.0 ? 1.0 - excess(after, floor) / most : 0.0;
 }
 
+bool carries(const Finding& f, double without)
+{
+    return !above(f.after, f.floor, f.after_exact) ||
+           excess(without, f.floor) - excess(f.after, f.floor) >= excess(f.after, f.floor);
+}
+
 bool reads_better(const Finding& f, double read, std::size_t effects)
 {
     // As little: as what is not made larger; clearly less: as the reading itself is judged.

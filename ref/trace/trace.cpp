@@ -249,8 +249,6 @@ std::string why_not(const std::string& name, double left, const Selection& s, co
             return "cannot be told from " + e.name + " here";
     for (const auto& [vetoed, reason] : s.vetoed)
         if (vetoed == name) return reason;
-    if (std::find(s.dropped.begin(), s.dropped.end(), name) != s.dropped.end())
-        return "fitted, its parameters are not told from nothing";
     const double before = result.before.heldout_rms, share = share_of(before, left, result.noise_floor);
     const auto is_it = [&name](const auto& x) { return x.name == name; };
     if (std::any_of(result.partial.effects.begin(), result.partial.effects.end(), is_it))
@@ -368,8 +366,31 @@ void drop_unknown(const TraceSetup& setup, Selection& s)
         if (unknown == s.found.end()) return;
         const Refined less = refine(*setup.full, without(s.best.point, unknown->name), kPasses);
         if (!less.ok) return;
-        s.best = less, s.dropped.push_back(unknown->name);
+        s.best = less, s.vetoed.push_back({unknown->name, "fitted, its parameters are not told from nothing"});
         s.after.erase(s.after.begin() + (unknown - s.found.begin())), s.found.erase(unknown);
+    }
+}
+
+/// Of several effects those go, the least first, that take less than what stays without a name.
+void drop_small(const TraceSetup& setup, const Judge& judge, const std::vector<double>& exact, Selection& s)
+{
+    while (s.found.size() > 1) {
+        const Point& at = s.best.point;
+        Finding is;
+        is.after = judge.rms(at), is.floor = noise_of(setup, at).floor, is.after_exact = below(judge.each(at), exact);
+        if (!is_structured({is, true, false})) return;
+        std::size_t least = 0;
+        double left = HUGE_VAL;
+        Refined rest;
+        for (std::size_t k = 0; k < s.found.size(); ++k) {
+            const Refined less = refine(*setup.full, without(at, s.found[k].name), kPasses);
+            const double rms = less.ok ? judge.rms(less.point) : HUGE_VAL;
+            if (rms < left) least = k, left = rms, rest = less;
+        }
+        if (!rest.ok || carries(is, left)) return;
+        s.best = rest, s.vetoed.push_back({s.found[least].name, "it takes less than what stays without a name"});
+        s.after.erase(s.after.begin() + static_cast<std::ptrdiff_t>(least));
+        s.found.erase(s.found.begin() + static_cast<std::ptrdiff_t>(least));
     }
 }
 
@@ -430,6 +451,7 @@ TraceResult traced(const std::vector<Log>& logs, const TraceOptions& options)
     Selection s = found.selection;
     s.plain = without_column_noise(*setup, *setup->full, s.plain);
     drop_unknown(*setup, s);
+    drop_small(*setup, judge, found.exact, s);
     s.best = s.found.empty() ? s.plain : without_column_noise(*setup, *setup->full, s.best);
 
     TraceResult result;

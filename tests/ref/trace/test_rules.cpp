@@ -30,6 +30,23 @@ static void effects_are_named_where_they_explain(void)
     for (const auto& row : table) TEST_ASSERT_EQUAL_INT_MESSAGE(row.named, dqw::explains(row.f), row.what);
 }
 
+static void one_of_several_takes_more_than_what_has_no_name(void)
+{
+    const struct {
+        const char* what;
+        Finding f;
+        double without;
+        bool named;
+    } table[] = {
+        {"as much as what stays, and a little", {1.0, 0.30, 0.1, false, false, false}, 0.413, true},
+        {"a little less than what stays", {1.0, 0.30, 0.1, false, false, false}, 0.412, false},
+        {"little, but what stays is noise", {1.0, 0.129, 0.1, false, false, false}, 0.131, true},
+        {"little, but what stays is the sampling's own", {1.0, 0.30, 0.1, false, true, false}, 0.31, true},
+        {"nothing", {1.0, 0.30, 0.1, false, false, false}, 0.30, false},
+    };
+    for (const auto& row : table) TEST_ASSERT_EQUAL_INT_MESSAGE(row.named, dqw::carries(row.f, row.without), row.what);
+}
+
 static void what_is_left_is_structured_or_noise(void)
 {
     const struct {
@@ -63,6 +80,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(effects_are_named_where_they_explain);
+    RUN_TEST(one_of_several_takes_more_than_what_has_no_name);
     RUN_TEST(what_is_left_is_structured_or_noise);
     RUN_TEST(verdicts_are_four);
     return UNITY_END();
