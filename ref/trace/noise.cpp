@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "ref/fit/explain.hpp"
-#include "ref/log/symmetric.hpp"
+#include "ref/model/foretold.hpp"
 #include "ref/trace/rules.hpp"
 
 namespace dqw {
@@ -63,10 +63,10 @@ double block_variance(HighBand seen, double speed, double rows, double damped)
     return 2.0 * differenced / (rows * rows) + differenced * damped * damped / rows + (white + speed) / rows;
 }
 
-/// Single rows one after the other: what is left of them, and the voltage of each.
+/// Single rows one after the other, and what is left of them.
 struct Singles {
     std::vector<std::size_t> starts;  ///< of stretches without a gap
-    std::vector<double> residual[2], measured[2], speed;
+    std::vector<double> residual[2], speed;
     double flux[2] = {};  ///< sums of squares
     double dt_s = 0.0, turned = 0.0;
 };
@@ -79,8 +79,7 @@ Singles singles_of(const TraceSetup& setup, const Point& at)
     for (std::size_t k = 0; k < single.size(); ++k) {
         const ReportBlock& b = single[k];
         if (k == 0 || single[k - 1].log != b.log || single[k - 1].end != b.begin) s.starts.push_back(k);
-        for (int c = 0; c < channels; ++c)
-            s.residual[c].push_back(b.residual[c]), s.measured[c].push_back(b.measured[c]);
+        for (int c = 0; c < channels; ++c) s.residual[c].push_back(b.residual[c]);
         s.speed.push_back(b.log->w_m_rad_s[b.begin]);
         s.dt_s = b.log->dt_s;
         if (channels == 2) {
@@ -92,75 +91,32 @@ Singles singles_of(const TraceSetup& setup, const Point& at)
     return s;
 }
 
-/// What foretells row k, (E123): steps of the voltage before it, and residuals two rows and more before, both axes'.
-/// The first three (a one, and both residuals' slow means) are slow structure, and count for neither.
-constexpr Eigen::Index kSlow = 3, kFast = 12, kAll = kSlow + kFast;
-constexpr std::size_t kSlowRows = 20, kBefore = kSlowRows + 4;  ///< a block's; rows that a line looks back
-constexpr std::size_t kMostLines = 32768;                       ///< of a regression: its parts are then known to 0.03 %
-using Line = Eigen::Matrix<double, kAll, 1>;
-
-Line line_of(const Singles& s, const std::vector<double> (&sum)[2], std::size_t k)
-{
-    Line x;
-    x(0) = 1.0;
-    Eigen::Index n = kSlow;
-    for (int c : {0, 1}) {
-        const double slow = (sum[c][k - 1] - sum[c][k - 1 - kSlowRows]) / static_cast<double>(kSlowRows);
-        x(1 + c) = slow;
-        for (std::size_t lag : {1, 2, 3}) x(n++) = s.measured[c][k - lag] - s.measured[c][k - lag - 1];
-        for (std::size_t lag : {2, 3, 4}) x(n++) = s.residual[c][k - lag] - slow;
-    }
-    return x;
-}
+constexpr std::size_t kMostLines = 32768;  ///< of a regression: its parts are then known to 0.03 %
 
 /// The part of each axis' residual that its past foretells beyond chance; takes that off where it is beyond kFollowed.
-double take_followed(Singles& s)
+double take_followed(const TraceSetup& setup, const Point& at, Singles& s)
 {
-    std::vector<double> sum[2];
-    for (int c : {0, 1}) {
-        sum[c].assign(1, 0.0);
-        for (double e : s.residual[c]) sum[c].push_back(sum[c].back() + e);
-    }
-    const std::size_t rows = s.residual[0].size(), stride = std::max<std::size_t>(rows / kMostLines, 1);
-    const auto each = [&](std::size_t step, auto&& work) {
-        for (std::size_t n = 0; n < s.starts.size(); ++n) {
-            const std::size_t end = n + 1 < s.starts.size() ? s.starts[n + 1] : rows;
-            for (std::size_t k = s.starts[n] + kBefore; k < end; k += step) work(k, line_of(s, sum, k));
-        }
+    const std::size_t stride = std::max<std::size_t>(s.residual[0].size() / kMostLines, 1);
+    const auto each = [&](auto&& work) {
+        RowsBefore rows;
+        Foretelling line;
+        std::size_t k = 0;
+        setup.full->report_each({at}, 1, [&](const std::vector<ReportBlock>& b) {
+            if (rows.add(b.front(), line)) work(k, line, b.front());
+            ++k;
+        });
     };
-    Eigen::Matrix<double, kAll, kAll> g = Eigen::Matrix<double, kAll, kAll>::Zero();
-    Eigen::Matrix<double, kAll, 2> h = Eigen::Matrix<double, kAll, 2>::Zero();
-    Eigen::Vector2d square = Eigen::Vector2d::Zero();
-    double lines = 0.0;
-    each(stride, [&](std::size_t k, const Line& x) {
-        const Eigen::RowVector2d y(s.residual[0][k], s.residual[1][k]);
-        g += x * x.transpose(), h += x * y, square += y.cwiseAbs2().transpose(), lines += 1.0;
+    Foretold foretold;
+    each([&](std::size_t k, const Foretelling& line, const ReportBlock& b) {
+        if (k % stride == 0) foretold.add(line, b);
     });
-    constexpr double kLeastLines = 10.0 * kAll;
-    if (lines < kLeastLines) return 0.0;
-    // A column that never moves, as a voltage without steps, stays out.
-    const Line size = g.diagonal().cwiseSqrt().cwiseMax(1e-300);
-    const Eigen::MatrixXd unit = size.cwiseInverse().asDiagonal() * g * size.cwiseInverse().asDiagonal();
-    const Eigen::MatrixXd to = size.cwiseInverse().asDiagonal() * h;
-    const Eigen::MatrixXd all = pseudo_inverse(unit) * to,
-                          slow = pseudo_inverse(unit.topLeftCorner(kSlow, kSlow)) * to.topRows(kSlow);
-    double most = 0.0;
-    Eigen::Matrix<double, kAll, 2> take = Eigen::Matrix<double, kAll, 2>::Zero();
-    for (int c : {0, 1}) {
-        const double without = square(c) - to.col(c).head(kSlow).dot(slow.col(c)),
-                     with = square(c) - to.col(c).dot(all.col(c));
-        if (!(without > 0.0)) continue;
-        const double part = 1.0 - with / without - static_cast<double>(kFast) / lines;
-        most = std::max(most, part);
-        if (part > kFollowed) take.col(c).tail(kFast) = all.col(c).tail(kFast).cwiseQuotient(size.tail(kFast));
-    }
-    if (take.isZero()) return most;
-    std::vector<double> left[2] = {s.residual[0], s.residual[1]};
-    each(1, [&](std::size_t k, const Line& x) {
-        for (int c : {0, 1}) left[c][k] -= x.dot(take.col(c));
-    });
-    for (int c : {0, 1}) s.residual[c] = std::move(left[c]);
-    return most;
+    const Foretold::Part found = foretold.solve();
+    if (std::max(found.part[0], found.part[1]) > kFollowed)
+        each([&](std::size_t k, const Foretelling& line, const ReportBlock&) {
+            for (int c : {0, 1})
+                if (found.part[c] > kFollowed) s.residual[c][k] -= line.dot(found.of_line.col(c));
+        });
+    return std::max(found.part[0], found.part[1]);
 }
 
 double moving_floor(const TraceSetup& setup, const Point& at, const Singles& s)
@@ -187,7 +143,7 @@ Noise moving_noise(const TraceSetup& setup, const Point& at)
     if (s.speed.empty()) return {};
     Noise out;
     out.floor = out.raw = moving_floor(setup, at, s);
-    if (setup.full->channels() == 2) out.followed = take_followed(s);
+    if (setup.full->channels() == 2) out.followed = take_followed(setup, at, s);
     if (out.followed > kFollowed) out.floor = std::min(out.raw, moving_floor(setup, at, s));
     return out;
 }

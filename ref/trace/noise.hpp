@@ -12,10 +12,6 @@ struct Noise {
     double followed = 0.0;  ///< (E123): part of the single rows' residual that the rows before foretell; 0: white
 };
 
-/// The part from which it is no noise: of white noise of any channel the rows before foretell 0.007 at most (logs
-/// of 10^4 rows and more; beside a model that is slightly wrong 0.03), of filtered currents or a late reference a tenth and more.
-constexpr double kFollowed = 0.05;
-
 /// Dynamic and mechanical: the single rows' residual in the upper half band, where slow structure is not, told apart
 /// into noise of the state's sensor (differenced) and of the input (white), with the speed sensor's own noise beside
 /// them; of dynamic logs without what rows before foretell, where that is beyond kFollowed.
