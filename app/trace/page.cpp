@@ -160,7 +160,7 @@ std::string report_page(const TraceReport& report, Extent extent)
     PagePlots plots;
     std::string body = page_header(fmt::format("{} · {} log, {} rows, {} held out", names, name_of(trace.regime),
                                                grouped(trace.rows), grouped(trace.heldout_rows)),
-                                   trace.verdict, spoken(trace.verdict), verdict_sentence(trace),
+                                   trace.verdict, spoken(trace.verdict), verdict_line(trace),
                                    unbroken(verdict_remark(trace)));
     body += "<div class=\"first\">\n<div>" + error_card(report) + parameter_card(report) + "</div>\n";
     const Plot key = key_plot(trace);

@@ -71,7 +71,7 @@ Json trace_json(const TraceReport& report)
 {
     const TraceResult& trace = report.trace;
     Json json = {{"schema", "dqwatch.trace/1"},         {"verdict", trace.verdict},
-                 {"sentence", verdict_sentence(trace)}, {"logs", report.logs},
+                 {"sentence", verdict_line(trace)},     {"logs", report.logs},
                  {"regime", name_of(trace.regime)},     {"rows", trace.rows},
                  {"heldout_rows", trace.heldout_rows},  {"unit", trace.unit},
                  {"noise_floor", trace.noise_floor},    {"before", fit_json(trace.before)},
@@ -114,8 +114,7 @@ Json trace_json(const TraceReport& report)
 std::string trace_text(const TraceReport& report)
 {
     const TraceResult& trace = report.trace;
-    const std::string doubtful = not_usable_text(trace.after.parameters);
-    std::string out = verdict_sentence(trace) + (doubtful.empty() ? "" : " Parameters " + doubtful + ".") + "\n";
+    std::string out = verdict_line(trace) + "\n";
     const std::string remark = verdict_remark(trace);
     out += remark + (remark.empty() ? "\n" : "\n\n");
     out += fmt::format("{}: {}, {}, {} held out\n\n", trace.verdict, name_of(trace.regime), counted(trace.rows, "row"),

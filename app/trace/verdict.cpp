@@ -10,6 +10,7 @@
 #include "app/base/parameters.hpp"
 #include "app/base/quantity.hpp"
 #include "app/base/text.hpp"
+#include "app/report/report.hpp"
 #include "ref/effect/effect.hpp"
 
 namespace dqw {
@@ -237,6 +238,12 @@ std::string verdict_sentence(const TraceResult& trace)
     std::string out;
     for (const TraceEffect& e : trace.effects) out += (out.empty() ? "" : " ") + effect_sentence(e, trace.blocks);
     return out + with_minus(without_them(trace));
+}
+
+std::string verdict_line(const TraceResult& trace)
+{
+    const std::string doubtful = not_usable_text(trace.after.parameters);
+    return verdict_sentence(trace) + (doubtful.empty() ? "" : " Parameters " + doubtful + ".");
 }
 
 std::string verdict_remark(const TraceResult& trace)

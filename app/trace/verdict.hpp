@@ -16,6 +16,9 @@ std::string effect_sentence(const TraceEffect& effect, const TraceBlocks& blocks
 /// and for one that nothing of the catalogue fits, what the plain model leaves against the log's own noise.
 std::string verdict_sentence(const TraceResult& trace);
 
+/// The same, and which parameters are not usable: what is read first, and often alone.
+std::string verdict_line(const TraceResult& trace);
+
 /// What must be said beside it: look-alikes, and what is left. Empty where there is nothing.
 std::string verdict_remark(const TraceResult& trace);
 

@@ -94,6 +94,19 @@ static void the_verdict_is_one_sentence_with_units(void)
     TEST_ASSERT_EQUAL_STRING("", dqw::verdict_remark(trace_sample::report("explained", 100).trace).c_str());
 }
 
+static void what_is_not_usable_is_said_in_the_first_line(void)
+{
+    auto report = trace_sample::report("explained", 100);
+    TEST_ASSERT_EQUAL_STRING(dqw::verdict_sentence(report.trace).c_str(), dqw::verdict_line(report.trace).c_str());
+    report.trace.after.parameters = {{"R_ohm", 1.2, 0.01, false}, {"Ld_H", 2e-3, 1e-3, false}};
+    const std::string line = dqw::verdict_sentence(report.trace) + " Parameters not usable: L_d.";
+    TEST_ASSERT_EQUAL_STRING(line.c_str(), dqw::verdict_line(report.trace).c_str());
+    TEST_ASSERT_EQUAL_STRING(line.c_str(), dqw::trace_json(report).at("sentence").get<std::string>().c_str());
+    const std::string text = dqw::trace_text(report);
+    TEST_ASSERT_EQUAL_STRING(line.c_str(), text.substr(0, text.find('\n')).c_str());
+    holds(dqw::report_page(report, dqw::Extent::first_screen), "Parameters not usable: L_d.");
+}
+
 static void advice_says_what_to_log_next(void)
 {
     TEST_ASSERT_EQUAL_size_t(0, dqw::advice_of(trace_sample::report("clean", 100).trace).size());
@@ -363,6 +376,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(json_has_the_documented_fields);
     RUN_TEST(the_verdict_is_one_sentence_with_units);
+    RUN_TEST(what_is_not_usable_is_said_in_the_first_line);
     RUN_TEST(advice_says_what_to_log_next);
     RUN_TEST(every_effect_has_a_sentence_of_its_own);
     RUN_TEST(a_flux_is_told_where_the_log_has_been);
