@@ -199,6 +199,9 @@ private:
     {
         store();
         progress_.wipe();
+        if (!options_.store_file.empty() && !stored_ && !store_failed_)
+            note({fmt::format("{}: {}, no healthy values stood before the rows ended", options_.store_file,
+                              store_ ? "left as it was" : "not written")});
         note(closing_notes(out_.report.run));
     }
 

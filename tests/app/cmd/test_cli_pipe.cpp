@@ -305,6 +305,19 @@ static void what_is_healthy_outlives_a_restart(void)
     }
 }
 
+static void a_store_of_nothing_is_not_written_and_says_so(void)
+{
+    const Folder folder;
+    const std::string log = joint(folder, {"duration_s=0.5"}), toml = folder / "joint_24v.toml";
+    const std::string store = folder / "store", none = ": not written, no healthy values stood before the rows ended\n";
+    const Outcome brief = from_pipe(folder, log, {"--machine", toml, "--store", store});
+    TEST_ASSERT_EQUAL_INT_MESSAGE(0, brief.code, brief.err.c_str());
+    TEST_ASSERT_EQUAL_size_t_MESSAGE(1, count(brief.err, store + none), brief.err.c_str());
+    TEST_ASSERT_NULL(std::fopen(store.c_str(), "r"));
+    const Outcome enough = from_pipe(folder, joint(folder, {"duration_s=4"}), {"--machine", toml, "--store", store});
+    TEST_ASSERT_EQUAL_size_t_MESSAGE(0, count(enough.err, "not written"), enough.err.c_str());
+}
+
 static void a_foreign_store_is_refused_in_one_line(void)
 {
     const Folder folder;
@@ -365,6 +378,7 @@ int main(void)
     RUN_TEST(an_event_comes_before_the_pipe_ends_and_an_interrupt_ends_it);
     RUN_TEST(rows_that_are_none_and_a_clock_that_is_set_end_nothing);
     RUN_TEST(what_is_healthy_outlives_a_restart);
+    RUN_TEST(a_store_of_nothing_is_not_written_and_says_so);
     RUN_TEST(a_foreign_store_is_refused_in_one_line);
     RUN_TEST(a_store_that_cannot_be_written_ends_nothing);
     return UNITY_END();
