@@ -17,7 +17,12 @@ namespace {
 
 using Array = nb::ndarray<nb::ro, nb::ndim<1>, nb::device::cpu>;
 
-/// How a column is copied into a block; null: it holds no numbers.
+bool is_bool(nb::dlpack::dtype type)
+{
+    return type.code == static_cast<std::uint8_t>(nb::dlpack::dtype_code::Bool) && type.bits == 8;
+}
+
+/// How a column is copied into a block; null: it holds nothing that a number could stand for.
 Copy copy_of(nb::dlpack::dtype type)
 {
     using Code = nb::dlpack::dtype_code;
@@ -34,7 +39,7 @@ Copy copy_of(nb::dlpack::dtype type)
     if (is(Code::UInt, 64)) return copy<std::uint64_t>;
     if (is(Code::UInt, 32)) return copy<std::uint32_t>;
     if (is(Code::UInt, 16)) return copy<std::uint16_t>;
-    if (is(Code::UInt, 8) || is(Code::Bool, 8)) return copy<std::uint8_t>;
+    if (is(Code::UInt, 8) || is_bool(type)) return copy<std::uint8_t>;
     return nullptr;
 }
 
@@ -85,7 +90,7 @@ private:
         Copy copy = nullptr;
         const char* bytes = nullptr;
         std::ptrdiff_t stride = 0;  // bytes
-        std::string type;           // where it holds no numbers
+        std::string type;           // where it holds no numbers; of truth values, which a status may be, beside copy
     };
 
     static Column column_of(const nb::object& what, const std::string& name)
@@ -102,6 +107,7 @@ private:
             column.type = "unknown";
             return column;
         }
+        if (is_bool(column.array.dtype())) column.type = "bool";
         column.bytes = static_cast<const char*>(column.array.data());
         column.stride = column.array.stride(0) * column.array.dtype().bits / 8;
         return column;

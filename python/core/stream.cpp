@@ -58,7 +58,7 @@ struct Type {
     Copy copy = nullptr;
     std::ptrdiff_t bytes = 0;
     bool bits = false;
-    std::string none;  ///< what it is where it is no number
+    std::string none;  ///< what it is where it is no number; a truth value is still read, for a status
 };
 
 template <class T> Type number() { return {copy<T>, sizeof(T), false, ""}; }
@@ -77,7 +77,7 @@ Type type_of(const ArrowSchema& s)
     if (format == "S") return number<std::uint16_t>();
     if (format == "c") return number<std::int8_t>();
     if (format == "C") return number<std::uint8_t>();
-    if (format == "b") return {nullptr, 0, true, ""};
+    if (format == "b") return {nullptr, 0, true, "bool"};
     if (format == "u" || format == "U" || format == "vu") return {nullptr, 0, false, "string"};
     if (format == "n") return {nullptr, 0, false, "null"};
     if (format == "e") return {nullptr, 0, false, "float16"};
@@ -154,7 +154,7 @@ private:
                 to[r * step] = type.bits ? static_cast<double>(bit(a.buffers[1], from + static_cast<std::int64_t>(r)))
                                          : std::numeric_limits<double>::quiet_NaN();
         }
-        if (!type.none.empty() || a.null_count == 0 || !a.buffers[0]) return;
+        if ((!type.copy && !type.bits) || a.null_count == 0 || !a.buffers[0]) return;
         for (std::size_t r = 0; r < rows; ++r)
             if (!bit(a.buffers[0], from + static_cast<std::int64_t>(r)))
                 to[r * step] = std::numeric_limits<double>::quiet_NaN();

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import os
+import re
 import stat
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -51,6 +53,28 @@ def test_it_is_the_commands(have_command: bool) -> None:
         pytest.skip("no build/dqwatch")
     done = run(str(built), "--version")
     assert done.returncode == 0 and done.stdout.startswith("dqwatch ")
+
+
+def test_hints_name_extras_of_the_clone() -> None:
+    root = Path(__file__).resolve().parents[1]
+    extras = tomllib.loads((root / "pyproject.toml").read_text())["project"]["optional-dependencies"]
+    hints = [h for path in root.glob("src/**/*.py") for h in re.findall(r"pip install '([^']*)'", path.read_text())]
+    assert len(hints) > 5
+    for hint in hints:
+        written = re.fullmatch(r"\./python\[(.*)\]", hint)
+        assert written, hint
+        assert written[1] in extras or written[1].startswith("{"), hint
+
+
+@pytest.mark.parametrize(("word", "module"), [("fleet", "duckdb"), ("live", "uvicorn")])
+def test_what_is_missing_is_installed_from_the_clone(tmp_path: Path, word: str, module: str) -> None:
+    call = {"fleet": ["x.csv", "--out", str(tmp_path / "out")], "live": ["--demo"]}[word]
+    script = (
+        f"import sys; sys.modules[{module!r}] = None; from dqwatch.__main__ import main; sys.exit(main(sys.argv[1:]))"
+    )
+    done = subprocess.run([sys.executable, "-c", script, word, *call], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr.count("\n")) == (1, 1), done.stderr
+    assert done.stderr.endswith(f"; pip install './python[{word}]'\n")
 
 
 def test_packages_are_asked(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -6,10 +6,14 @@ import dataclasses
 import html
 import inspect
 import json
+import pickle
 import pydoc
 import re
+from pathlib import Path
 
+import numpy as np
 import pytest
+from browser import looked_at
 
 import dqwatch
 
@@ -33,6 +37,23 @@ def test_json_is_the_values(found: dqwatch.FitResult) -> None:
     assert read == found.to_dict() and read["schema"] == "dqwatch.parameters/1"
     for name, p in found.parameters.items():
         assert read["parameters"][name]["value"] == p.value
+
+
+def test_pickled(found: dqwatch.FitResult, servo: dqwatch.SimResult, weak: dqwatch.SimResult) -> None:
+    for done in (
+        found,
+        dqwatch.trace(servo, pole_pairs=4, effects=["dead_time"]),
+        dqwatch.compare(servo, pole_pairs=4),
+        dqwatch.monitor(weak, pole_pairs=4),
+        dqwatch.columns(servo, pole_pairs=4),
+        servo,
+    ):
+        again = pickle.loads(pickle.dumps(done))
+        assert type(again) is type(done) and again.to_json() == done.to_json() and str(again) == str(done)
+    again = pickle.loads(pickle.dumps(found))
+    assert again == found and again.parameters == pickle.loads(pickle.dumps(found.parameters))
+    with pytest.raises(TypeError):
+        again.parameters["R_ohm"] = None
 
 
 def test_frames(found: dqwatch.FitResult) -> None:
@@ -88,6 +109,34 @@ def test_notebooks_show_the_first_screen(servo: dqwatch.SimResult, weak: dqwatch
         first, page = (re.search("<header>.*</main>", p, re.S) for p in (html.unescape(shown), done.to_html()))
         assert first and page and last in first[0]
         assert page[0].startswith(first[0].removesuffix("</main>")) and len(first[0]) < len(page[0])
+
+
+def test_the_frame_is_as_high_as_its_page(weak: dqwatch.SimResult, tmp_path: Path) -> None:
+    shown = dqwatch.monitor(weak, pole_pairs=4)._repr_html_()
+    script = """
+      const frame = document.querySelector('iframe'), found = [];
+      for (const width of ['1200px', '700px', '1200px']) {
+        frame.parentElement.style.width = width;
+        await new Promise((go) => setTimeout(go, 500));
+        found.push([frame.clientHeight, frame.contentDocument.documentElement.scrollHeight]);
+      }
+      return found;"""
+    page = f'<!doctype html><html data-ready="1"><meta charset="utf-8"><body><div>{shown}</div></body></html>'
+    wide, narrow, again = looked_at(page, tmp_path, script)
+    assert wide[0] == wide[1] == again[0] and narrow[0] == narrow[1] > wide[0]
+
+
+def test_what_is_not_usable_is_said_first(found: dqwatch.FitResult, servo: dqwatch.SimResult) -> None:
+    noise = np.random.default_rng(1).standard_normal((2, 500))
+    log = {name: column[:500] for name, column in servo.columns.items()}
+    log |= {"v_d_V": log["v_d_V"] + 60 * noise[0], "v_q_V": log["v_q_V"] + 60 * noise[1]}
+    traced = dqwatch.trace(log, pole_pairs=4, effects=["dead_time"])
+    assert traced.sentence.endswith(" Parameters not usable: L_d, L_q, ψ.")
+    assert traced.sentence == traced.to_dict()["sentence"] == str(traced).splitlines()[0]
+    assert html.escape("Parameters not usable: L_d, L_q, ψ.") in traced._repr_html_()
+    doubtful = dataclasses.replace(found.parameters["Ld_H"], usable=False, why="its deviation is too large")
+    said = dataclasses.replace(found, parameters={**found.parameters, "Ld_H": doubtful})._repr_html_()
+    assert "not usable: Ld_H;" in said.partition("</p>")[0] and "not usable" not in found._repr_html_()
 
 
 def test_help_is_enough_to_work_by() -> None:

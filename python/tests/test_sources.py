@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 from pathlib import Path
 from typing import Any
 
@@ -157,13 +158,46 @@ def test_columns_of_no_numbers(arrays: dict[str, Any], column: Any, word: str) -
     assert word in str(caught.value) and caught.value.advice
 
 
+def _frames(columns: dict[str, Any]) -> list[Any]:
+    """The same columns as arrays, and as whatever frames are here."""
+    frames: list[Any] = [columns]
+    for module, make in (("pandas", "DataFrame"), ("polars", "DataFrame"), ("pyarrow", "table")):
+        try:
+            frames.append(getattr(importlib.import_module(module), make)(columns))
+        except ImportError:
+            continue
+        if module == "pandas":
+            frames.append(frames[-1].convert_dtypes())
+    return frames
+
+
+def test_truth_values_are_no_current(arrays: dict[str, Any]) -> None:
+    for frame in _frames({**arrays, "i_q_A": arrays["i_q_A"] > 0}):
+        with pytest.raises(dqwatch.InputError, match=r'column "?i_q_A"? is of type bool; expected real'):
+            dqwatch.fit(frame, machine=MACHINE)
+        with pytest.raises(dqwatch.UsageError, match=r'column "?i_q_A"? is of type bool; expected real'):
+            dqwatch.Monitor({"pole_pairs": 4}, **PLATE).block(frame)
+
+
+def test_truth_values_may_be_a_status(arrays: dict[str, Any], expected: dict[str, Any]) -> None:
+    for frame in _frames({**arrays, "enabled": arrays["i_q_A"] > 0}):
+        assert values(dqwatch.fit(frame, machine=MACHINE)) == expected
+    # Rows of a moteus that are faults.
+    t_s = np.arange(100) * 1e-2
+    motion = {"time": t_s, "POSITION": t_s, "VELOCITY": np.ones(100), "Q_CURRENT": np.ones(100), "TORQUE": t_s}
+    for frame in _frames({**motion, "FAULT": t_s >= 0.9}):
+        found = dqwatch.columns(frame)
+        assert [(d.rows, d.why) for d in found.dropped] == [(10, "FAULT is not 0")]
+
+
 def test_unlike_lengths(arrays: dict[str, Any]) -> None:
     with pytest.raises(dqwatch.UsageError, match="as many in all"):
         dqwatch.fit({**arrays, "i_q_A": arrays["i_q_A"][:-1]}, machine=MACHINE)
 
 
 def test_a_misspelt_option_is_named(arrays: dict[str, Any]) -> None:
-    with pytest.raises(dqwatch.UsageError, match="polepairs"):
+    # Taken for a column it would be refused as well, but not as what it is.
+    with pytest.raises(dqwatch.UsageError, match=r"\(polepairs\).*an option's name"):
         dqwatch.fit(arrays, polepairs=4)
 
 
@@ -183,6 +217,14 @@ def test_missing_column(arrays: dict[str, Any]) -> None:
 @pytest.mark.parametrize("source", [None, 3, object(), [], {}, {"t_s": []}, b"bytes"])
 def test_no_log(source: Any) -> None:
     with pytest.raises(dqwatch.Error):
+        dqwatch.fit(source)
+
+
+@pytest.mark.parametrize(
+    ("source", "said"), [(3, "cannot be an int;"), (object(), "cannot be an object;"), (2.5, "cannot be a float;")]
+)
+def test_what_is_no_log_has_its_article(source: Any, said: str) -> None:
+    with pytest.raises(dqwatch.UsageError, match=said):
         dqwatch.fit(source)
 
 

@@ -32,8 +32,7 @@ def main(argv: Sequence[str]) -> int:
             package = importlib.import_module(f"dqwatch.{word}")
         except ModuleNotFoundError as error:
             if error.name != f"dqwatch.{word}":
-                extra = f"pip install {error.name}"
-                print(f"dqwatch: {word} needs {error.name}; {extra}", file=sys.stderr)
+                print(f"dqwatch: {word} needs {error.name}; pip install './python[{word}]'", file=sys.stderr)
                 return 1
             print(f"dqwatch: this installation has no {word}", file=sys.stderr)
             return 1

@@ -56,6 +56,12 @@ def advice_of(message: str) -> str:
     return advice if semicolon else ""
 
 
+def kind_of(value: object) -> str:
+    """The type of a value with its article: "an int"."""
+    name = type(value).__name__
+    return f"{'an' if name[0].lower() in 'aeio' else 'a'} {name}"
+
+
 def input_error(file: str, line: int, text: str, table: bool) -> InputError:
     """An InputError of the compiled part; ``table``: ``file`` is a frame's name, and lines are its rows."""
     if not table:

@@ -61,7 +61,7 @@ def _need(module: str, extra: str, path: str) -> Any:
         return importlib.import_module(module)
     except ImportError:
         raise InputError(
-            f"{path}: {module.partition('.')[0]} is needed to read it; pip install 'dqwatch[{extra}]'", file=path
+            f"{path}: {module.partition('.')[0]} is needed to read it; pip install './python[{extra}]'", file=path
         ) from None
 
 
@@ -234,7 +234,7 @@ def read(path: str | os.PathLike[str], part: str | None = None) -> Columns:
     ----------
     path
         the file; of a ROS 2 bag its folder. The library that reads it comes with the extra of its name,
-        ``pip install 'dqwatch[mf4]'``: parquet, mf4, mcap, ros, hdf5, mat
+        ``pip install './python[mf4]'``: parquet, mf4, mcap, ros, hdf5, mat
     part
         which group of MF4 or HDF5 (MAT: struct), which topic of a bag; default: the one with most of a log's own
         column names, then with most columns

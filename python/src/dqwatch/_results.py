@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import html
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from types import MappingProxyType
-from typing import Any, Literal
+from typing import Any, Literal, TypeVar
 
 from ._errors import UsageError
 
 Backend = Literal["pandas", "polars"]
+_Value = TypeVar("_Value")
 
 _UNITS = {
     "ohm": "Ω",
@@ -42,6 +42,25 @@ def unit_of(name: str) -> str:
     return ""
 
 
+class Frozen(Mapping[str, _Value]):
+    """A mapping that is not written. It is pickled, as types.MappingProxyType is not."""
+
+    def __init__(self, of: Mapping[str, _Value]) -> None:
+        self._of = dict(of)
+
+    def __getitem__(self, name: str) -> _Value:
+        return self._of[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._of)
+
+    def __len__(self) -> int:
+        return len(self._of)
+
+    def __repr__(self) -> str:
+        return repr(self._of)
+
+
 def frame_of(columns: Mapping[str, Any], backend: Backend) -> Any:
     """Columns as a frame of pandas or polars."""
     if backend == "pandas":
@@ -68,7 +87,7 @@ def _axes() -> Any:
     try:
         import matplotlib.pyplot as plt
     except ImportError:
-        raise UsageError("no matplotlib for plot(); pip install 'dqwatch[plot]'") from None
+        raise UsageError("no matplotlib for plot(); pip install './python[plot]'") from None
     return plt.subplots()[1]
 
 
@@ -123,7 +142,7 @@ class Effect:
 
 def parameters_of(found: Mapping[str, Any]) -> Mapping[str, Parameter]:
     """The parameters of a JSON object, in its order."""
-    return MappingProxyType(
+    return Frozen(
         {
             name: Parameter(
                 name=name,
@@ -261,10 +280,12 @@ class FitResult(Result):
             f"<p>{html.escape(n.name)} cannot be told: {html.escape(n.why)}. {html.escape(n.excitation)}</p>"
             for n in self.not_identifiable
         )
+        doubtful = ", ".join(p.name for p in self.parameters.values() if not p.usable)
+        told = f"{self.rows_used} rows; " + (f"not usable: {doubtful}; " if doubtful else "")
         percent = ", ".join(f"{axis} {value:.3g} %" for axis, value in self.residual_percent.items())
         return (
             f"<p><b>{html.escape(self.verdict.replace('_', ' '))}</b>: {html.escape(self.regime)},"
-            f" {self.rows_used} rows; residual {self.residual_rms:.3g} {html.escape(self.residual_unit)}"
+            f" {html.escape(told)}residual {self.residual_rms:.3g} {html.escape(self.residual_unit)}"
             f" ({html.escape(percent)})</p>{table_html(_PARAMETER_HEAD, _parameter_rows(self.parameters))}{lost}"
         )
 
@@ -296,7 +317,7 @@ def fit_result(done: Mapping[str, Any]) -> FitResult:
         rows_used=found["rows"],
         residual_rms=_number(found["residual"]["rms"]),
         residual_unit=found["residual"]["unit"],
-        residual_percent=MappingProxyType({a["axis"]: _number(a["percent"]) for a in found["residual"]["axes"]}),
+        residual_percent=Frozen({a["axis"]: _number(a["percent"]) for a in found["residual"]["axes"]}),
         q15_config=done.get("q15_config", ""),
     )
 
@@ -317,10 +338,11 @@ class PagedResult(Result):
         return self.page
 
     def _repr_html_(self) -> str:
-        """The page's first screen, in a frame: its style is not the notebook's."""
+        """The page's first screen, in a frame of its height at any width: its style is not the notebook's."""
         return (
             f'<iframe srcdoc="{html.escape(self.first)}" style="width:100%;height:600px;border:0"'
-            " onload=\"this.style.height=this.contentDocument.body.offsetHeight+'px'\"></iframe>"
+            ' onload="const b=this.contentDocument.body;'
+            "new ResizeObserver(()=>this.style.height=b.offsetHeight+'px').observe(b)\"></iframe>"
         )
 
 
@@ -530,7 +552,7 @@ def monitor_result(done: Mapping[str, Any]) -> MonitorResult:
         first=done["first"],
         outcome=done["outcome"],
         events=tuple(event_of(line) for line in lines[:-1]),
-        sensitivity=MappingProxyType(json.loads(lines[-1])),
+        sensitivity=Frozen(json.loads(lines[-1])),
         rows_used=done["rows"],
         q15_header=done["q15_header"],
     )
@@ -640,7 +662,7 @@ def columns_result(done: Mapping[str, Any]) -> ColumnsResult:
         about=found["about"],
         rows=found["rows"],
         rows_kept=found["rows_kept"],
-        columns=MappingProxyType(
+        columns=Frozen(
             {
                 c["name"]: Column(
                     name=c["name"],

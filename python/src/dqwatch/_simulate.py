@@ -6,16 +6,15 @@ import json
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from . import _core
-from ._errors import UsageError
+from ._errors import UsageError, kind_of
 from ._progress import Told, shown
-from ._results import Backend, Result, frame_of, table_html
+from ._results import Backend, Frozen, Result, frame_of, table_html
 from ._source import Machine, add_machine, machine_text
 
 _SIGNALS = ("speed_rad_s", "i_d_A", "i_q_A", "v_d_V", "v_q_V", "load_Nm")
@@ -46,7 +45,7 @@ def _text(key: str, value: Any) -> str:
         return repr(float(value))
     if isinstance(value, str):
         return value
-    raise UsageError(f"{key} is a {type(value).__name__}; expected a number or a name")
+    raise UsageError(f"{key} is {kind_of(value)}; expected a number or a name")
 
 
 def _settings(group: str, values: Mapping[str, Any]) -> list[str]:
@@ -191,7 +190,7 @@ class SimResult(Result):
             try:
                 import matplotlib.pyplot as plt
             except ImportError:
-                raise UsageError("no matplotlib for plot(); pip install 'dqwatch[plot]'") from None
+                raise UsageError("no matplotlib for plot(); pip install './python[plot]'") from None
             axes = plt.subplots(3, 1, sharex=True)[1]
         for one, names in zip(axes, (("i_d_A", "i_q_A"), ("v_d_V", "v_q_V"), ("w_m_rad_s",)), strict=True):
             for name in names:
@@ -212,8 +211,8 @@ def _result(done: Mapping[str, Any]) -> SimResult:
         _json=done["json"],
         text=f"{found['scenario']}: {found['regime']}, {rows} rows",
         notes=tuple(done["notes"]),
-        columns=MappingProxyType(dict(done["columns"])),
-        truth=MappingProxyType(found["truth"]),
+        columns=Frozen(done["columns"]),
+        truth=Frozen(found["truth"]),
         regime=found["regime"],
     )
 
@@ -342,4 +341,4 @@ class Simulation:
 
     def log(self) -> Mapping[str, Array]:
         """All rows so far as the drive logs them, noise included: columns by name, a log for all that take one."""
-        return MappingProxyType(dict(self._core.log()))
+        return Frozen(self._core.log())

@@ -10,7 +10,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from . import _core, _readers
-from ._errors import UsageError
+from ._errors import UsageError, kind_of
 
 Path: TypeAlias = "str | os.PathLike[str]"
 #: A path; a pandas or polars frame; anything with ``__arrow_c_stream__``; a mapping of names to arrays.
@@ -27,7 +27,11 @@ def _column(name: str, values: Any) -> Any:
         raise UsageError(f"column {name} is text; expected one number a row")
     try:
         if isinstance(values, np.ma.MaskedArray) and values.dtype.kind in "iufb":
-            values = np.ma.filled(values.astype(np.float64), np.nan)
+            values = (
+                np.ma.filled(values, False)
+                if values.dtype.kind == "b"
+                else np.ma.filled(values.astype(np.float64), np.nan)
+            )
         array = np.asarray(values)
     except (ValueError, TypeError) as error:
         raise UsageError(f"column {name} is no array: {error}; expected one number a row") from None
@@ -44,7 +48,9 @@ def _pandas_column(series: Any) -> Any:
     """A pandas column: a view where it holds plain numbers; missing values become NaN."""
     if isinstance(series.dtype, np.dtype):
         return series.to_numpy()
-    if getattr(series.dtype, "_is_numeric", False) or str(series.dtype) == "boolean":
+    if series.dtype.kind == "b":
+        return series.to_numpy(dtype=np.bool_, na_value=False)
+    if getattr(series.dtype, "_is_numeric", False):
         return series.to_numpy(dtype=np.float64, na_value=np.nan)
     return str(series.dtype)
 
@@ -58,7 +64,7 @@ def _of_columns(columns: Iterable[tuple[str, Any]]) -> _core.Table:
 def table_of(source: Source) -> _core.Table:
     """A frame, a stream or arrays by name as a table; raises UsageError on anything else."""
     if hasattr(source, "collect"):
-        raise UsageError(f"a log cannot be a {type(source).__name__}; expected .collect() first")
+        raise UsageError(f"a log cannot be {kind_of(source)}; expected .collect() first")
     if isinstance(getattr(source, "columns", None), Mapping):
         source = source.columns  # a SimResult
     if isinstance(source, Mapping):
@@ -76,7 +82,7 @@ def table_of(source: Source) -> _core.Table:
         return _core.stream(source.__arrow_c_stream__(), rows)
     if isinstance(source, np.ndarray) and source.dtype.names:
         return _of_columns((name, source[name]) for name in source.dtype.names)
-    raise UsageError(f"a log cannot be a {type(source).__name__}; expected a path, a frame, or arrays by name")
+    raise UsageError(f"a log cannot be {kind_of(source)}; expected a path, a frame, or arrays by name")
 
 
 def _not_text(name: str, values: Any) -> Any:
@@ -128,7 +134,7 @@ def _toml(value: Any) -> str:
         return repr(float(value))
     if isinstance(value, Sequence):
         return "[" + ", ".join(_toml(v) for v in value) + "]"
-    raise UsageError(f"a {type(value).__name__} in the machine; expected numbers, texts and mappings of them")
+    raise UsageError(f"{kind_of(value)} in the machine; expected numbers, texts and mappings of them")
 
 
 def machine_text(machine: Mapping[str, Any]) -> str:

@@ -8,13 +8,12 @@ import math
 import os
 import tomllib
 from collections.abc import Mapping
-from types import MappingProxyType
 from typing import Any, ClassVar, Self
 
 from . import _core
-from ._errors import InputError, UsageError
+from ._errors import InputError, UsageError, kind_of
 from ._jobs import Arithmetic, Config
-from ._results import Event, Parameter, TraceResult, event_of, unit_of
+from ._results import Event, Frozen, Parameter, TraceResult, event_of, unit_of
 from ._source import Machine, Source, add_machine, sources_of, table_of
 
 _NAN = math.nan
@@ -82,7 +81,7 @@ def _setup(machine: Machine, given: Mapping[str, Any]) -> str:
 def _plain(value: Any) -> Any:
     if hasattr(value, "item"):
         return value.item()
-    raise TypeError(f"a {type(value).__name__} in it")
+    raise TypeError(f"{kind_of(value)} in it")
 
 
 class _Stream:
@@ -174,7 +173,7 @@ class _Stream:
         Raises InputError for what is damaged, of another kind, or of another build of dqwatch.
         """
         if not isinstance(state, bytes | bytearray | memoryview):
-            raise UsageError(f"a {type(state).__name__}; expected the bytes of state()")
+            raise UsageError(f"{kind_of(state)}; expected the bytes of state()")
         head_line, _, body = bytes(state).partition(b"\n")
         words = head_line.split(b" ")
         if words[:2] != [b"dqwatch", b"state"] or len(words) != 4:
@@ -349,7 +348,7 @@ class Estimator(_Stream):
     @property
     def parameters(self) -> Mapping[str, Parameter]:
         """What is known now, by name; ``psi_q_Wb`` over ``psi_Wb`` is the angle by which the encoder is off."""
-        return MappingProxyType(
+        return Frozen(
             {
                 name: Parameter(
                     name=name,

@@ -15,7 +15,7 @@ def pytest_ignore_collect(collection_path, config):
         return None
     if reporter := config.pluginmanager.get_plugin("terminalreporter"):
         reporter.write_line(
-            f"skipped: fleet/{collection_path.name}, no {', '.join(MISSING)}; pip install 'dqwatch[fleet]'"
+            f"skipped: fleet/{collection_path.name}, no {', '.join(MISSING)}; pip install './python[fleet]'"
         )
     return True
 

@@ -21,7 +21,7 @@ def python():
         pytest.skip("no java; openjdk-17-jre-headless")
     if subprocess.run([PYTHON, "-c", "import pyspark, dqwatch.fleet.spark"], capture_output=True).returncode:
         pytest.skip(
-            "no pyspark; pip install 'dqwatch[spark]' into an environment of its own, DQW_SPARK_PYTHON names it"
+            "no pyspark; pip install './python[spark]' into an environment of its own, DQW_SPARK_PYTHON names it"
         )
     return PYTHON
 

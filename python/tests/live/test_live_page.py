@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 for _needed in ("starlette", "uvicorn", "prometheus_client"):
-    pytest.importorskip(_needed, reason=f"needs {_needed}: dqwatch[live]")
+    pytest.importorskip(_needed, reason=f"needs {_needed}: ./python[live]")
 
 from chrome import Chrome  # noqa: E402
 from joints import MACHINE, rows_of  # noqa: E402

@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 
 for _needed in ("serial", "can", "cantools", "paho.mqtt.client"):
-    pytest.importorskip(_needed, reason=f"needs {_needed}: dqwatch[live]")
+    pytest.importorskip(_needed, reason=f"needs {_needed}: ./python[live]")
 
 from dqwatch.live.decode import COLUMNS, Decoder, Row, format_of  # noqa: E402
 from dqwatch.live.sources import RETRY_S, Source  # noqa: E402

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 for _needed in ("starlette", "uvicorn", "prometheus_client", "pyarrow"):
-    pytest.importorskip(_needed, reason=f"needs {_needed}: dqwatch[live]")
+    pytest.importorskip(_needed, reason=f"needs {_needed}: ./python[live]")
 pq = pytest.importorskip("pyarrow.parquet")
 
 from joints import MACHINE, rows_of  # noqa: E402

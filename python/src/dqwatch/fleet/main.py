@@ -31,7 +31,7 @@ def main(argv: Sequence[str]) -> int:
     try:
         from .api import fleet
     except ModuleNotFoundError as error:
-        print(f"dqwatch: fleet needs {error.name}; pip install 'dqwatch[fleet]'", file=sys.stderr)
+        print(f"dqwatch: fleet needs {error.name}; pip install './python[fleet]'", file=sys.stderr)
         return 1
     watched = sys.stderr.isatty()
 

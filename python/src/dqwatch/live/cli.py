@@ -58,7 +58,7 @@ def run(argv: Sequence[str]) -> int:
         print(f"dqwatch live: {error}", file=sys.stderr)
         return 3
     except ModuleNotFoundError as error:
-        print(f"dqwatch live: needs {error.name}; pip install 'dqwatch[live]'", file=sys.stderr)
+        print(f"dqwatch live: needs {error.name}; pip install './python[live]'", file=sys.stderr)
         return 1
 
 

@@ -122,7 +122,7 @@ def _opener(kind: str, table: Mapping[str, Any], base: Path, decoder: Decoder) -
     try:
         module = importlib.import_module(f"dqwatch.live.sources.{kind}")
     except ModuleNotFoundError as error:
-        raise ConfigError(f"a {kind} source needs {needed or error.name}; pip install 'dqwatch[live]'") from None
+        raise ConfigError(f"a {kind} source needs {needed or error.name}; pip install './python[live]'") from None
     if kind == "serial":
         return module.opener(str(table["port"]), int(table.get("baud", 115200)), decoder)
     if kind == "udp":
@@ -151,7 +151,7 @@ def _sink(table: Mapping[str, Any], base: Path) -> Sink:
 
         return ParquetSink(base / str(table.get("folder", "log")), int(float(table.get("keep_MB", 1000)) * 1e6))
     except ModuleNotFoundError as error:
-        raise ConfigError(f"a {kind} sink needs {error.name}; pip install 'dqwatch[live]'") from None
+        raise ConfigError(f"a {kind} sink needs {error.name}; pip install './python[live]'") from None
 
 
 def live_of(config: Mapping[str, Any], base: Path) -> tuple[Live, Path | None]:
