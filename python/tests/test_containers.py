@@ -107,6 +107,39 @@ def _written_bag(path: Path, log: dict[str, Any], version: Any) -> None:
             writer.write(connection, at_ns, store.serialize_cdr(message, "drive_msgs/msg/State"))
 
 
+def test_ros1_bag(log: dict[str, Any], tmp_path: Path) -> None:
+    rosbag1 = pytest.importorskip("rosbags.rosbag1")
+    typesys = pytest.importorskip("rosbags.typesys")
+    store = typesys.get_typestore(typesys.Stores.ROS1_NOETIC)
+    kind = "drive_msgs/msg/State"
+    names = [name.lower() for name in NAMES[1:]]
+    store.register(
+        typesys.get_types_from_msg("Header header\n" + "".join(f"float64 {n}\n" for n in names) + "bool armed\n", kind)
+    )
+    state, header, stamp = (store.types[n] for n in (kind, "std_msgs/msg/Header", "builtin_interfaces/msg/Time"))
+    path = tmp_path / "log.bag"
+    with rosbag1.Writer(path) as writer:
+        drive = writer.add_connection("/drive", kind, typestore=store)
+        other = writer.add_connection("/other", "std_msgs/msg/Float64", typestore=store)
+        for k in range(log["t_s"].size):
+            at_ns = 10**9 * 100 + round(1e9 * float(log["t_s"][k]))
+            head = header(seq=k, stamp=stamp(sec=at_ns // 10**9, nanosec=at_ns % 10**9), frame_id="")
+            message = state(head, *(float(log[name][k]) for name in NAMES[1:]), True)
+            # Recorded late and unevenly: the stamp is what counts.
+            writer.write(drive, at_ns + 1000 * (k % 7), store.serialize_ros1(message, kind))
+            beside = store.types["std_msgs/msg/Float64"](1.0)
+            writer.write(other, at_ns, store.serialize_ros1(beside, "std_msgs/msg/Float64"))
+    found = dqwatch.read(path, "/drive")
+    assert set(found) == {"t_s", *names, "armed"} and set(dqwatch.read(path, "/other")) == {"data", "t_s"}
+    for name in NAMES[1:]:
+        assert (found[name.lower()] == log[name]).all(), name
+    assert np.abs(found["t_s"] - log["t_s"]).max() < 1e-7
+    columns = {name: {"from": name.lower()} for name in NAMES[1:]}
+    fitted = dqwatch.fit(path, machine={**MACHINE, "columns": columns})
+    assert fitted.parameters["psi_Wb"].value == pytest.approx(0.12, rel=0.01)
+    refuses_damage(path)
+
+
 ROS_MACHINE = {
     **MACHINE,
     "columns": {name: {"from": name.replace("_V", "_v").replace("_A", "_a")} for name in NAMES[1:5]},
