@@ -70,11 +70,11 @@ std::string ratio_text(const TraceResult& trace)
 Json trace_json(const TraceReport& report)
 {
     const TraceResult& trace = report.trace;
-    Json json = {{"schema", "dqwatch.trace/1"},         {"verdict", trace.verdict},
-                 {"sentence", verdict_line(trace)},     {"logs", report.logs},
-                 {"regime", name_of(trace.regime)},     {"rows", trace.rows},
-                 {"heldout_rows", trace.heldout_rows},  {"unit", trace.unit},
-                 {"noise_floor", trace.noise_floor},    {"before", fit_json(trace.before)},
+    Json json = {{"schema", "dqwatch.trace/1"},        {"verdict", trace.verdict},
+                 {"sentence", verdict_line(trace)},    {"logs", report.logs},
+                 {"regime", name_of(trace.regime)},    {"rows", trace.rows},
+                 {"heldout_rows", trace.heldout_rows}, {"unit", trace.unit},
+                 {"noise_floor", trace.noise_floor},   {"before", fit_json(trace.before)},
                  {"after", fit_json(trace.after)}};
     Json learner = Json::object();
     if (report.learner_before) learner["before"] = fit_json(*report.learner_before);
