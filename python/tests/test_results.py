@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from browser import looked_at
+from chrome import Chrome
 
 import dqwatch
 
@@ -113,17 +113,23 @@ def test_notebooks_show_the_first_screen(servo: dqwatch.SimResult, weak: dqwatch
 
 def test_the_frame_is_as_high_as_its_page(weak: dqwatch.SimResult, tmp_path: Path) -> None:
     shown = dqwatch.monitor(weak, pole_pairs=4)._repr_html_()
-    script = """
-      const frame = document.querySelector('iframe'), found = [];
-      for (const width of ['1200px', '700px', '1200px']) {
-        frame.parentElement.style.width = width;
-        await new Promise((go) => setTimeout(go, 500));
-        found.push([frame.clientHeight, frame.contentDocument.documentElement.scrollHeight]);
-      }
-      return found;"""
-    page = f'<!doctype html><html data-ready="1"><meta charset="utf-8"><body><div>{shown}</div></body></html>'
-    wide, narrow, again = looked_at(page, tmp_path, script)
-    assert wide[0] == wide[1] == again[0] and narrow[0] == narrow[1] > wide[0]
+    path = tmp_path / "cell.html"
+    path.write_text(f'<!doctype html><meta charset="utf-8"><body>{shown}')
+    chrome = Chrome(tmp_path / "profile")
+    try:
+        frame = "document.querySelector('iframe')"
+        inside = f"{frame}.contentDocument.body.offsetHeight"
+        chrome.size(1200, 900)
+        chrome.go(path.as_uri())
+        chrome.until(f"{frame} && {inside} > 700 && {frame}.clientHeight === {inside}")
+        wide = chrome.run(inside)
+        chrome.size(700, 900)
+        chrome.until(f"{inside} > {wide} && {frame}.clientHeight === {inside}")
+        chrome.size(1200, 900)
+        chrome.until(f"{inside} === {wide} && {frame}.clientHeight === {inside}")
+        assert chrome.console == []
+    finally:
+        chrome.close()
 
 
 def test_what_is_not_usable_is_said_first(found: dqwatch.FitResult, servo: dqwatch.SimResult) -> None:
