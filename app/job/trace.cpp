@@ -11,6 +11,7 @@
 #include "app/learn/trace.hpp"
 #include "app/report/compare.hpp"
 #include "ref/fit/polled_points.hpp"
+#include "ref/model/open_circuit.hpp"
 
 namespace dqw {
 namespace {
@@ -90,6 +91,15 @@ void allow_for_rows(const Log& log, std::vector<Estimate>& parameters)
             if (e.name == kNames[k]) e.sd = std::max(e.sd, log.rows_sd[k]);
 }
 
+/// Of an open circuit's speeds the learners know no more than the reference.
+void allow_for_speeds(const std::vector<Log>& logs, const TraceFit& reference, std::vector<Estimate>& learned)
+{
+    if (!is_open_circuit(logs)) return;
+    for (Estimate& e : learned)
+        for (const Estimate& r : reference.parameters)
+            if (r.name == e.name) e.sd = std::max(e.sd, r.sd);
+}
+
 /// The learners on the same rows; where they can tell nothing, their residual says nothing.
 void learn_as_well(const std::vector<Log>& logs, TraceReport& report)
 {
@@ -98,6 +108,8 @@ void learn_as_well(const std::vector<Log>& logs, TraceReport& report)
         report.learner_after = learn_fit(logs, report.trace, true);
         allow_for_rows(logs.front(), report.learner_before->parameters);
         allow_for_rows(logs.front(), report.learner_after->parameters);
+        allow_for_speeds(logs, report.trace.before, report.learner_before->parameters);
+        allow_for_speeds(logs, report.trace.after, report.learner_after->parameters);
         const auto& learned = report.learner_after->parameters;
         if (std::any_of(learned.begin(), learned.end(), [](const Estimate& e) { return !e.given; })) {
             for (const std::string& note :

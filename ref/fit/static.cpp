@@ -6,6 +6,7 @@
 #include "ref/fit/explain.hpp"
 #include "ref/fit/publish.hpp"
 #include "ref/log/residual.hpp"
+#include "ref/model/open_circuit.hpp"
 #include "ref/model/plan.hpp"
 #include "ref/model/settled.hpp"
 
@@ -35,7 +36,13 @@ Result fit_static(const Task& task)
     options.tick = task.tick;
     options.common_weight = true;  // what is left is mostly not noise, and an axis at rest would otherwise rule
     const Solution s = solve(model, Eigen::Vector4d::Zero(), {true, !standstill, !standstill, !standstill}, options);
-    const Covariance covariance = assess(s, model, Eigen::Vector4d::Zero());
+    Covariance covariance = assess(s, model, Eigen::Vector4d::Zero());
+    if (is_open_circuit(task.logs)) {
+        const SettledModel settled(task.logs, columns, pole_pairs, even_plan(pieces, 0));
+        const Eigen::VectorXd hidden = open_circuit_deviations(settled, {s.theta, {}, {}});
+        for (std::size_t j = 0; j < covariance.each.size(); ++j)
+            covariance.each[j].sd = std::hypot(covariance.each[j].sd, hidden[static_cast<Eigen::Index>(j)]);
+    }
 
     Result result;
     PlainModel plain;

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "ref/model/coherent.hpp"
+#include "ref/model/open_circuit.hpp"
 #include "ref/model/column_noise.hpp"
 
 namespace dqw {
@@ -57,6 +58,8 @@ Refined without_column_noise(const TraceSetup& setup, const Model& model, const 
 Eigen::VectorXd whole_deviations(const TraceSetup& setup, const Model& model, const Refined& refined)
 {
     Eigen::VectorXd sd = deviations(model, refined);
+    if (is_open_circuit(*setup.logs))
+        return (sd.array().square() + open_circuit_deviations(model, refined.point).array().square()).sqrt();
     if (setup.regime != Regime::dynamic) return sd;
     double rows = 0.0;
     Eigen::VectorXd variance;

@@ -4,6 +4,8 @@
 #include <cmath>
 
 #include "ref/log/symmetric.hpp"
+#include "ref/model/open_circuit.hpp"
+#include "ref/trace/column_noise.hpp"
 #include "ref/trace/shapes.hpp"
 
 namespace dqw {
@@ -120,7 +122,7 @@ Determined determined_of(const TraceSetup& setup, const Refined& refined)
     const Replanned model(*setup.full, all_seen(*setup.full));
     const Point& at = refined.point;
     Determined d;
-    d.sd = deviations(model, refined);
+    d.sd = is_open_circuit(*setup.logs) ? whole_deviations(setup, model, refined) : deviations(model, refined);
     d.names = column_names(model, at);
     const Eigen::VectorXd bare = model.gains() > 0 ? simulated(model, refined) : d.sd, typical = typical_of(setup, at);
     for (Eigen::Index j = 0; j < at.base.size(); ++j) {

@@ -8,6 +8,7 @@
 #include "ref/fit/explain.hpp"
 #include "ref/log/hands.hpp"
 #include "ref/log/symmetric.hpp"
+#include "ref/model/open_circuit.hpp"
 #include "ref/trace/clue.hpp"
 #include "ref/trace/column_noise.hpp"
 #include "ref/trace/confidence.hpp"
@@ -508,6 +509,9 @@ TraceResult traced(const std::vector<Log>& logs, const TraceOptions& options)
         if (!e.confusable_with.empty()) e.separate = find_effect(e.name)->separate;
         result.effects.push_back(e);
     }
+    if (!s.found.empty() && is_beside_magnet(s.best.point))
+        result.notes.emplace_back("no thermometer is on the magnet: temp_winding_C stood for it. A magnet that warms "
+                                  "by less than the sensor has a larger coefficient, by as much");
     for (const Term& t : s.found.empty() ? std::vector<Term>() : s.best.point.terms)
         result.inputs.push_back(firmware_input(*setup, s.best.point, t));
     result.map = flux_map_of(*setup, s.best);

@@ -18,14 +18,15 @@ static const double pi = 3.14159265358979323846, psi_Wb = 0.05, beta_per_K = -9e
 
 static bool has(const std::string& text, const std::string& part) { return text.find(part) != text.npos; }
 
-/// Between lines, or of a phase; `unit` empty: nobody says which.
+/// Between lines, or of a phase; `unit` empty: nobody says which. `lack`: by which part more at the highest speed than
+/// at rest.
 static std::string table(const Folder& folder, const std::string& name, double temp_C, bool lines,
-                         const std::string& unit)
+                         const std::string& unit, double lack = 0)
 {
     std::string csv = "SO_N_HM [1/min],M_HMmess [Nm],PA1_URMS_1_gMW [V],T_MOTOR [°C]\n";
     for (int n = 1; n <= 12; ++n) {
         const double w_e = 3 * 500.0 * n * pi / 30, noise = 1 + 1e-4 * std::sin(7.0 * n + temp_C);
-        const double peak = w_e * psi_Wb * (1 + beta_per_K * (temp_C - 25)) * noise;
+        const double peak = w_e * psi_Wb * (1 + beta_per_K * (temp_C - 25)) * noise * (1 + lack * n / 12);
         csv += std::to_string(500 * n) + ",-0.5," + std::to_string(peak / std::sqrt(2) * (lines ? std::sqrt(3) : 1)) +
                "," + std::to_string(temp_C) + "\n";
     }
@@ -73,6 +74,55 @@ static void two_temperatures_give_the_coefficient(void)
     TEST_ASSERT_DOUBLE_WITHIN(0.01 * std::fabs(beta_per_K), beta_per_K, beta);
 }
 
+static json fitted(const std::string& log)
+{
+    return json::parse(command::dqwatch({"fit", log, "--pole-pairs", "3", "--json"}).out).at("parameters").at("psi_Wb");
+}
+
+static json traced(const std::vector<std::string>& logs, const std::string& out)
+{
+    std::vector<std::string> words{"trace", "--pole-pairs", "3", "--json", "--out", out};
+    words.insert(words.end(), logs.begin(), logs.end());
+    const Outcome run = command::dqwatch(words);
+    TEST_ASSERT_EQUAL_INT_MESSAGE(0, run.code, run.err.c_str());
+    return json::parse(run.out);
+}
+
+/// What neighbours share is the deviation: of a line from 0 to 1 % about the fit, whose square weighs by the speed's.
+static void what_goes_with_speed_is_in_the_deviation(void)
+{
+    const Folder folder;
+    const std::string plain = table(folder, "plain", 25, true, "V RMS line"),
+                      lacks = table(folder, "lacks", 25, true, "V RMS line", -0.01);
+    TEST_ASSERT_TRUE(fitted(plain).at("sd").get<double>() < 2e-4 * psi_Wb);
+    double mean = 0, of_all = 0, sum = 0;
+    for (int n = 1; n <= 12; ++n) mean += n * n * (1 - 0.01 * n / 12), of_all += n * n;
+    mean /= of_all;
+    for (int n = 1; n < 12; ++n) sum += (1 - 0.01 * n / 12 - mean) * (1 - 0.01 * (n + 1) / 12 - mean) / 11;
+    const json found = fitted(lacks);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-4 * psi_Wb, mean * psi_Wb, found.at("value").get<double>());
+    TEST_ASSERT_DOUBLE_WITHIN(0.1 * std::sqrt(sum) * psi_Wb, std::sqrt(sum) * psi_Wb, found.at("sd").get<double>());
+    const json trace = traced({lacks}, folder / "t");
+    for (const json& fit : {trace.at("after"), trace.at("learner").at("after")})
+        TEST_ASSERT_DOUBLE_WITHIN(0.2 * std::sqrt(sum) * psi_Wb, std::sqrt(sum) * psi_Wb,
+                                  fit.at("parameters").at("psi_Wb").at("sd").get<double>());
+}
+
+/// A magnet that lags: by what it moves unseen within a log it may be off.
+static void a_sensor_beside_the_magnet_is_told_and_counts(void)
+{
+    const Folder folder;
+    const json trace = traced(
+        {table(folder, "cold", 20, true, "V RMS line", 0.002), table(folder, "hot", 65, true, "V RMS line", -0.007)},
+        folder / "o");
+    const json beta = trace.at("effects").at(0).at("parameters").at("beta_per_K");
+    const double expected = std::hypot(0.002, 0.007) / 45;
+    TEST_ASSERT_DOUBLE_WITHIN(0.2 * expected, expected, beta.at("sd").get<double>());
+    TEST_ASSERT_DOUBLE_WITHIN(2 * expected, beta_per_K, beta.at("value").get<double>());
+    TEST_ASSERT_TRUE_MESSAGE(has(trace.at("notes").dump(), "no thermometer is on the magnet"),
+                             trace.at("notes").dump().c_str());
+}
+
 static void an_option_that_changes_nothing_is_told(void)
 {
     const Folder folder;
@@ -95,6 +145,8 @@ int main(void)
     RUN_TEST(volts_of_lines_and_of_phases_give_one_flux);
     RUN_TEST(whose_volts_is_asked_for);
     RUN_TEST(two_temperatures_give_the_coefficient);
+    RUN_TEST(what_goes_with_speed_is_in_the_deviation);
+    RUN_TEST(a_sensor_beside_the_magnet_is_told_and_counts);
     RUN_TEST(an_option_that_changes_nothing_is_told);
     return UNITY_END();
 }

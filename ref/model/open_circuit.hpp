@@ -1,0 +1,20 @@
+// What an open circuit's model may lack in every row alike: deviations that no scatter of rows shows.
+#ifndef DQW_REF_MODEL_OPEN_CIRCUIT_HPP
+#define DQW_REF_MODEL_OPEN_CIRCUIT_HPP
+
+#include "ref/model/model.hpp"
+
+namespace dqw {
+
+/// Settled points in which no current flows.
+bool is_open_circuit(const std::vector<Log>& logs);
+
+/// Whether a magnet's temperature is in the model and no thermometer is on the magnet.
+bool is_beside_magnet(const Point& at);
+
+/// (E160), (E161). By how much each column of `at` may be off where neighbours in speed depart alike, and where the
+/// magnet is not as warm as the sensor that stands for it.
+Eigen::VectorXd open_circuit_deviations(const Model& model, const Point& at);
+
+}  // namespace dqw
+#endif
