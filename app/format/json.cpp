@@ -35,8 +35,9 @@ std::string json_cell(const nlohmann::json& value)
 bool objects_to_csv(const std::string& path, const std::string& text, CsvText& csv)
 {
     std::vector<std::string> keys;
-    each_line(text, [&](const std::string& line, std::size_t number) {
+    each_line(text, [&](const std::string& line, std::size_t number, bool ended) {
         const nlohmann::json object = nlohmann::json::parse(line, nullptr, false);
+        if (object.is_discarded() && !ended && keys.size() > 1) return csv.add(kCutRow, number);
         if (!object.is_object())
             throw InputError(path, number, shown(line) + " is no JSON object; expected one a line");
         std::string row;

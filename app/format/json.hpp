@@ -24,7 +24,10 @@ bool objects_to_csv(const std::string& path, const std::string& text, CsvText& c
 /// A value as a field: a number, a text without commas, empty where it is null or something else.
 std::string json_cell(const nlohmann::json& value);
 
-/// Calls `take(line, number)` for each line that is not empty, without its end.
+/// What stands for a line that the file's end cuts off: a row of too few fields.
+constexpr const char* kCutRow = "cut off";
+
+/// Calls `take(line, number, ended)` for each line that is not empty, without its end, which the last may lack.
 template <class Take> void each_line(const std::string& text, const Take& take)
 {
     std::size_t number = 0;
@@ -33,7 +36,7 @@ template <class Take> void each_line(const std::string& text, const Take& take)
         std::string line = text.substr(from, end - from);
         if (!line.empty() && line.back() == '\r') line.pop_back();
         from = end + 1, ++number;
-        if (line.find_first_not_of(" \t") != line.npos) take(line, number);
+        if (line.find_first_not_of(" \t") != line.npos) take(line, number, end < text.size());
     }
 }
 

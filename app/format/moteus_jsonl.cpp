@@ -30,8 +30,13 @@ bool to_csv(const std::string& path, const std::string& text, CsvText& csv)
     if (!first.object.is_object() || !first.object.contains("channel") || !first.object.contains("data")) return false;
     std::vector<Sample> stats, control;
     std::string controller;
-    each_line(text, [&](const std::string& line, std::size_t number) {
+    std::size_t cut = 0;
+    each_line(text, [&](const std::string& line, std::size_t number, bool ended) {
         nlohmann::json object = nlohmann::json::parse(line, nullptr, false);
+        if (object.is_discarded() && !ended) {
+            cut = number;
+            return;
+        }
         if (!object.is_object() || !object.contains("channel") || !object["channel"].is_string() ||
             !object.contains("timestamp") || !object["timestamp"].is_number() || !object.contains("data") ||
             !object["data"].is_object())
@@ -63,6 +68,7 @@ bool to_csv(const std::string& path, const std::string& text, CsvText& csv)
         row += control.empty() ? ",," : "," + cell(control[near].data, "d_V") + "," + cell(control[near].data, "q_V");
         csv.add(row, s.line);
     }
+    if (cut > 0) csv.add(kCutRow, cut);
     return true;
 }
 

@@ -22,9 +22,11 @@ void uart(Import& in)
     in.drop("v_bus", is_zero, "v_bus is 0: the UART has not answered");
     in.drop("CAN error code", is_not_zero, "CAN error code is not 0");
     in.host_clock = true;
-    in.polled = in.known(col_v_d);
+    in.polled = in.columns[col_v_q].has_value();
     if (!in.polled) in.regime = Regime::mechanical;
-    in.voltage = in.polled ? "phase, peak; mean since the last query, as VESC's" : "v_q alone";
+    in.voltage = !in.polled          ? "none"
+                 : in.known(col_v_d) ? "phase, peak; mean since the last query, as VESC's"
+                                     : "v_q alone, mean since the last query, as VESC's";
     in.notes.push_back("speed (CAN) and the rest (UART) are not of one instant: as many rows late as were zero");
 }
 

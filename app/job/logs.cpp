@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <filesystem>
 
 #include "app/base/columns.hpp"
@@ -110,6 +111,30 @@ Log joined(const Files& source, const ReadOptions& options)
     return log;
 }
 
+/// Whether `head` is the beginning of `whole`, row by row.
+bool begins(const Log& whole, const Log& head)
+{
+    return head.rows() > 0 && std::all_of(columns.begin(), columns.end(), [&](const ColumnInfo& column) {
+               const auto &all = whole.*(column.values), &few = head.*(column.values);
+               return all.empty() == few.empty() && all.size() >= few.size() &&
+                      std::equal(few.begin(), few.end(), all.begin());
+           });
+}
+
+/// Rows that were given twice count once, or they would be taken for twice as much to know.
+void drop_repeated(std::vector<Log>& logs, std::vector<std::string>& notes)
+{
+    for (std::size_t k = 0; k + 1 < logs.size(); ++k) {
+        const bool longer = logs.back().rows() > logs[k].rows();
+        if (!(longer ? begins(logs.back(), logs[k]) : begins(logs[k], logs.back()))) continue;
+        if (longer) std::swap(logs.back(), logs[k]);
+        notes.push_back(fmt::format("{}: its rows are those of {}: used once", logs.back().path, logs[k].path));
+        complete(logs[k].machine, logs.back().machine);
+        logs.pop_back();
+        return;
+    }
+}
+
 /// Of polled logs the settled rows, as settled points; others as they are.
 std::vector<Log> settled(std::vector<Log> logs, std::vector<std::string>& notes)
 {
@@ -173,6 +198,7 @@ std::vector<Log> read_logs(const std::vector<std::string>& paths, const Options&
                              fmt::format("a {} log, but {} is {}; expected logs of one regime", name_of(log.regime),
                                          first.path, name_of(first.regime)));
         check_same_machine(first, log);
+        drop_repeated(logs, notes);
     }
     Machine machine;
     for (const Log& log : logs) complete(machine, log.machine);

@@ -49,6 +49,7 @@ bool LineSource::next(std::string_view& line)
     if (!lf && (begin_ == end_ || interrupted())) return false;
     std::size_t length = lf ? static_cast<std::size_t>(lf - first) : end_ - begin_;
     const std::size_t used = length + (lf ? 1 : 0);
+    unended_ = !lf;
     begin_ += used;
     consumed_ += used;
     ++line_;

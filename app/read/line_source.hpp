@@ -31,6 +31,8 @@ public:
     bool next(std::string_view& line);
     /// True where next() gives a line without waiting for more.
     bool ready() const;
+    /// Whether the line that next() gave last had no end: the last of a file that was cut off, or not ended.
+    bool unended() const { return unended_; }
     /// All that is left, as it stands; throws where it is more than `most_bytes`.
     std::string rest(std::size_t most_bytes);
 
@@ -52,7 +54,7 @@ private:
     std::vector<char> buffer_;
     std::size_t begin_ = 0, end_ = 0, line_ = 0;
     std::uint64_t consumed_ = 0;
-    bool at_end_ = false;
+    bool at_end_ = false, unended_ = false;
 };
 
 }  // namespace dqw

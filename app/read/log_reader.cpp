@@ -7,6 +7,7 @@
 
 #include "app/base/columns.hpp"
 #include "app/base/text.hpp"
+#include "app/read/csv.hpp"
 #include "app/read/join.hpp"
 #include "app/read/log_stream.hpp"
 #include "app/read/machine_file.hpp"
@@ -312,12 +313,32 @@ private:
             }
             blank_lines += blank_run;
             blank_run = 0;
-            take_row(parser, parser.parse(line, opening_.line_number()));
+            const RowValues* row = nullptr;
+            try {
+                row = parser.parse(line, opening_.line_number());
+            } catch (const InputError&) {
+                if (!is_cut(line)) throw;
+                break;
+            }
+            take_row(parser, row);
             if (rows_ == 1000) reserve(opening_.taken() - header_bytes);
             tell_progress();
         }
         if (blank_lines) note(counted(blank_lines, "blank line") + " between rows skipped");
         check_rows();
+    }
+
+    /// A controller that lost power: the last row lacks cells, or its end. It is left out.
+    bool is_cut(std::string_view line)
+    {
+        const std::size_t number = opening_.line_number();
+        const bool may_be = opening_.was_unended() ||
+                            split(line, import_.head.separator).size() < import_.head.fields.size();
+        // A pipe may have more to come, for which nobody waits.
+        if (window_s_ < HUGE_VAL || !may_be || !opening_.was_last()) return false;
+        ++rows_in_file_;
+        count_left_out(left_out_, "the log ends within it", number);
+        return true;
     }
 
     void read_table(RowParser& parser)

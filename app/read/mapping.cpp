@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <cctype>
 #include <stdexcept>
 
 #include "app/base/input_error.hpp"
@@ -82,6 +83,20 @@ void take_frame(Import& in, Column d, Column q, const FrameSource& source)
         in.columns[c]->needs.insert(in.columns[c]->needs.end(), scratch.needs.begin(), scratch.needs.end());
 }
 
+/// RMS values that nobody says are any: they are read as peaks, too small by √2 or, between lines, too large by √3/√2.
+void note_rms(Import& in, Column column, const ColumnSource& source)
+{
+    if (!in.columns[column] || source.value || source.scale != 1.0 || source.unit.find("RMS") != none) return;
+    const bool volts = column == col_v_d || column == col_v_q;
+    std::string name = source.name;
+    for (char& c : name) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    if (name.find("rms") == none && !(volts && in.voltage.rfind("RMS", 0) == 0)) return;
+    in.notes.push_back(fmt::format("{} of {} is taken as a peak, and it {} RMS: {}", columns[column].name,
+                                   shown(source.name), name.find("rms") == none ? "is" : "is called",
+                                   volts ? "unit = \"V RMS\" of a phase, \"V RMS line\" between lines"
+                                         : "scale = 1.41421 of a phase"));
+}
+
 bool maps_columns(const MachineFile& machine)
 {
     for (const ColumnSource& source : machine.sources)
@@ -132,6 +147,8 @@ void map_columns(Import& in, const Format& format, const MachineFile& machine)
         const bool done = column.id == col_v_dc || column.id == col_theta_e || column.id == col_v_d;
         if (!done && machine.sources[column.id].line) take_named(in, column.id, machine.sources[column.id]);
     }
+    for (const Column c : {col_v_d, col_v_q, col_i_d, col_i_q})
+        if (machine.sources[c].line) note_rms(in, c, machine.sources[c]);
     take_frame(in, col_i_d, col_i_q, machine.i_dq);
     take_frame(in, col_v_d, col_v_q, machine.v_dq);
     if (!in.columns[col_v_dc] && in.given.v_dc_V) in.take_si(col_v_dc, constant(*in.given.v_dc_V));

@@ -206,4 +206,12 @@ bool Opening::next(std::string_view& line)
     return true;
 }
 
+bool Opening::was_last()
+{
+    std::string_view line;
+    while (next(line))
+        if (!trimmed(line).empty()) return false;
+    return true;
+}
+
 }  // namespace dqw

@@ -112,8 +112,12 @@ void publish_shaft(const Task& task, const PolledLogs& p, Result& result)
         shaft.sd[j] = std::hypot(shaft.sd[j], shaft.value[j] * s.sd[kPolledPsi] / s.x[kPolledPsi]);
     const std::string left = figure(100.0 * shaft.left) + " % of the torque of settled rows";
     for (const int j : {kJ, kB}) {
-        if (shaft.left > kMostLeft)
-            cannot(names[j], "with friction and inertia " + left + " is left: a load, which nobody may know");
+        if (shaft.left > kMostLeft && task.asks(names[j]))
+            result.not_identifiable.push_back(
+                {names[j], "with friction and inertia " + left + " is left: a load, which nobody may know",
+                 "the shaft alone: take the load off"});
+        else if (shaft.left > kMostLeft)
+            continue;
         else if (!(shaft.sd[j] < assessing::kUncertain * shaft.value[j]))
             cannot(names[j],
                    "it is " + figure(shaft.value[j]) + " with a standard deviation of " + figure(shaft.sd[j]));
@@ -121,9 +125,17 @@ void publish_shaft(const Task& task, const PolledLogs& p, Result& result)
             result.parameters.push_back({names[j], shaft.value[j], shaft.sd[j], false});
     }
     if (shaft.left > kMostLeft) return;
-    result.notes.push_back("Coulomb friction " + figure(1e3 * shaft.value[kC]) + " ± " + figure(1e3 * shaft.sd[kC]) +
-                           " mNm; " + left +
-                           " is left. Torque is 1.5 p psi i_q of this log, and a load would be in all");
+    const double C_Nm = shaft.value[kC], sd_Nm = shaft.sd[kC];
+    const bool one_way = std::all_of(rows.begin(), rows.end(),
+                                     [&](const ShaftRow& r) { return r.x[kC] == rows.front().x[kC]; });
+    const std::string usable =
+        one_way
+            ? ", not usable: the log turns one way, and a constant load is the same there; take the load off, or turn "
+              "both ways"
+        : !why_not_usable({"coulomb_Nm", C_Nm, sd_Nm}).empty() ? ", not usable"
+                                                               : "";
+    result.notes.push_back("Coulomb friction " + figure(1e3 * C_Nm) + " ± " + figure(1e3 * sd_Nm) + " mNm" + usable +
+                           "; " + left + " is left. Torque is 1.5 p psi i_q of this log, and a load would be in all");
 }
 
 }  // namespace dqw

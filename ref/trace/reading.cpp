@@ -112,6 +112,7 @@ struct Columns {
 
 struct Fitted {
     bool sense = false;
+    bool negative = false;                  ///< one is, beyond doubt
     double left = HUGE_VAL, voltage = 0.0;  ///< RMS
     double pole_pairs = 0.0;
     Eigen::VectorXd weights;
@@ -125,6 +126,21 @@ bool mirrored(const Fitted& a, const Fitted& b)
     for (Eigen::Index j = 0; j < a.weights.size(); ++j)
         if (std::abs(std::abs(a.weights[j]) - std::abs(b.weights[j])) > kSame * std::abs(a.weights[j])) return false;
     return true;
+}
+
+/// Of each weight of unit columns, d above q: as wide as the scores of the stretches scatter.
+Eigen::VectorXd deviations(const Eigen::MatrixXd& x, const Eigen::VectorXd& e)
+{
+    const Eigen::Index m = x.rows() / 2, n = static_cast<Eigen::Index>(kStretches);
+    Eigen::MatrixXd scatter = Eigen::MatrixXd::Zero(x.cols(), x.cols());
+    for (Eigen::Index s = 0; s < n; ++s) {
+        Eigen::VectorXd score = Eigen::VectorXd::Zero(x.cols());
+        for (Eigen::Index k = (s * m + n - 1) / n; k < ((s + 1) * m + n - 1) / n; ++k)
+            score += x.row(k).transpose() * e(k) + x.row(m + k).transpose() * e(m + k);
+        scatter += score * score.transpose();
+    }
+    const Eigen::MatrixXd inverse = pseudo_inverse(x.transpose() * x);
+    return (inverse * scatter * inverse).diagonal().cwiseSqrt();
 }
 
 /// R, L_d, L_q, psi; where the pole pairs are not known, what turns with the speed has weights of its own, p times
@@ -153,6 +169,8 @@ Fitted fit(const TraceSetup& setup, const Blocks& blocks, const Columns& c)
     const Eigen::VectorXd e = y - x * found;
     Fitted out;
     out.sense = found.minCoeff() > 0.0;
+    out.negative =
+        (found + kSure * deviations(x * size.cwiseInverse().asDiagonal(), e).cwiseQuotient(size)).minCoeff() < 0.0;
     out.weights = found;
     // Of both axes, each as its inductance tells it.
     if (apart) out.pole_pairs = (found[4] + found[5]) / (found[1] + found[2]);
@@ -200,7 +218,7 @@ std::optional<Reading> other_reading(const TraceSetup& setup)
         const Reading r = reading_of(as_is, f, Reading::Kind::signs, c.how());
         // A phase order turned is v_q, i_q and w turned: of two that leave the same the one with fewer changes.
         constexpr double kSame = 1e-6;
-        if (!(r.part < kFarLess && r.t > kSure) && !(!as_is.sense && mirrored(as_is, f))) continue;
+        if (!(r.part < kFarLess && r.t > kSure) && !(as_is.negative && mirrored(as_is, f))) continue;
         const bool same = best && std::abs(r.part - best->part) < kSame;
         if (!best || (same ? c.changes() < changes : r.part < best->part)) best = r, changes = c.changes();
     }

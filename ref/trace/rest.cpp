@@ -133,6 +133,13 @@ std::vector<double> longest_run(const std::vector<ReportBlock>& blocks, int axis
     return best;
 }
 
+/// Settled rows are apart by turns of which nobody counts parts, and means are over turns.
+bool has_angle(const TraceSetup& setup)
+{
+    return setup.regime != Regime::steady || everywhere(*setup.logs, &Log::theta_e_rad) ||
+           everywhere(*setup.logs, &Log::theta_m_rad);
+}
+
 const char* axis_name(const TraceSetup& setup, int axis)
 {
     return setup.regime == Regime::mechanical ? "torque" : axis == 0 ? "d" : "q";
@@ -192,7 +199,7 @@ std::vector<TraceCorrelate> correlates(const TraceSetup& setup, const std::vecto
         if (!s.i_d.empty())
             add("i_d", share_by_bins(s.i_d, s.y, excess)), add("i_q", share_by_bins(s.i_q, s.y, excess)),
                 add("voltage", share_by_bins(s.v, s.y, excess));
-        if (!s.sign.empty()) {
+        if (!s.sign.empty() && has_angle(setup)) {
             double xy = 0.0, xx = 0.0;
             for (std::size_t k = 0; k < s.y.size(); ++k) xy += s.sign[k] * s.y[k], xx += s.sign[k] * s.sign[k];
             if (xx > 0.0)
@@ -201,7 +208,7 @@ std::vector<TraceCorrelate> correlates(const TraceSetup& setup, const std::vecto
         }
         // An angle that is evenly everywhere on three eighths of a turn has 0.78, on half a turn 0.64.
         constexpr double kSwept = 0.7;
-        const bool swept = amplitude_of_angle(s) < kSwept;
+        const bool swept = has_angle(setup) && amplitude_of_angle(s) < kSwept;
         for (int order : swept ? std::vector<int>{1, 2, 3, 6, 12} : std::vector<int>{}) {
             const double a = amplitude_at(s, order);
             add("angle, order " + std::to_string(order), std::clamp(0.5 * a * a / excess, 0.0, 1.0));

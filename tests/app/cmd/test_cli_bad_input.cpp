@@ -140,13 +140,33 @@ static void rows_of_unequal_length(void)
 {
     refused(good(200, 57, [](std::string& row) { row.erase(row.rfind(',')); }), 57, "5 fields");
     refused(good(200, 57, [](std::string& row) { row += ",1"; }), 57, "7 fields");
-    refused(good(200, 201, [](std::string& row) { row.erase(12); }), 201, "expected 6");
+    refused(good(200, 200, [](std::string& row) { row.erase(12); }), 200, "expected 6");
+    refused(good(200, 201, [](std::string& row) { row += ",1"; }), 201, "7 fields");
+    refused(good(200, 201, [](std::string& row) { row[12] = 'x'; }), 201, "expected a number");
 }
 
+/// A controller that lost power: its last row goes, and the log counts as without it.
 static void a_truncated_file(void)
 {
+    const Folder folder;
     const std::string text = good();
-    refused(text.substr(0, text.rfind(',')), 201, "5 fields");
+    const std::size_t last = text.rfind('\n', text.size() - 2) + 1;
+    const std::string whole = folder.write("whole.csv", text.substr(0, last));
+    const auto fitted = [](const std::string& path) {
+        const Outcome run = command::dqwatch({"fit", path, "--json"});
+        TEST_ASSERT_EQUAL_INT_MESSAGE(0, run.code, run.err.c_str());
+        return nlohmann::json::parse(run.out);
+    };
+    const nlohmann::json expected = fitted(whole).at("parameters");
+    std::string half = text.substr(last, 14);
+    for (const std::string& cut :
+         {text.substr(0, text.rfind(',')), text.substr(0, last) + half, text.substr(0, last) + half + "\n",
+          text.substr(0, last) + half + "\n\n", text.substr(0, text.rfind(',') + 1), text.substr(0, last + 1) + "-"}) {
+        const nlohmann::json said = fitted(folder.write("cut.csv", cut));
+        TEST_ASSERT_EQUAL_STRING(expected.dump().c_str(), said.at("parameters").dump().c_str());
+        TEST_ASSERT_TRUE_MESSAGE(said.at("notes").dump().find("line 201: the log ends within it") != std::string::npos,
+                                 said.at("notes").dump().c_str());
+    }
 }
 
 static void time_that_does_not_increase(void)

@@ -133,6 +133,27 @@ static void several_logs_are_estimated_jointly(void)
     }
 }
 
+/// One log again, under its name and another's, and its first half: no more is known than by one.
+static void rows_given_twice_count_once(void)
+{
+    const Folder folder;
+    const std::string one = folder / "one.csv";
+    command::write_log(one, 2000);
+    const std::string text = command::read_file(one), again = folder.write("again.csv", text),
+                      half = folder.write("half.csv", text.substr(0, text.find('\n', text.size() / 2) + 1));
+    const auto fitted = [](std::vector<std::string> logs) {
+        logs.insert(logs.begin(), "fit");
+        return run_json(logs);
+    };
+    const json expected = fitted({one}).at("parameters");
+    for (const std::vector<std::string>& logs : {std::vector<std::string>{one, one}, {half, one, again}}) {
+        const json said = fitted(logs);
+        TEST_ASSERT_EQUAL_STRING(expected.dump().c_str(), said.at("parameters").dump().c_str());
+        TEST_ASSERT_TRUE_MESSAGE(said.at("notes").dump().find("used once") != std::string::npos,
+                                 said.at("notes").dump().c_str());
+    }
+}
+
 static void previous_voltages_give_the_same_parameters(void)
 {
     const Folder folder;
@@ -268,6 +289,7 @@ int main(void)
     RUN_TEST(one_log_spelt_in_other_ways_gives_the_same_result);
     RUN_TEST(a_log_comes_through_a_pipe);
     RUN_TEST(several_logs_are_estimated_jointly);
+    RUN_TEST(rows_given_twice_count_once);
     RUN_TEST(previous_voltages_give_the_same_parameters);
     RUN_TEST(a_voltage_that_may_be_off_makes_values_less_sure);
     RUN_TEST(nominal_values_do_not_move_the_fit);

@@ -74,6 +74,16 @@ static void two_temperatures_give_the_coefficient(void)
     TEST_ASSERT_DOUBLE_WITHIN(0.01 * std::fabs(beta_per_K), beta_per_K, beta);
 }
 
+/// RMS volts that are called volts.
+static void rms_taken_as_a_peak_is_told(void)
+{
+    const Folder folder;
+    for (const char* unit : {"V", "V RMS"}) {
+        const Outcome run = command::dqwatch({"fit", table(folder, "x", 25, true, unit), "--pole-pairs", "3"});
+        TEST_ASSERT_EQUAL_INT_MESSAGE(unit == std::string("V"), has(run.err, "is taken as a peak"), run.err.c_str());
+    }
+}
+
 static json fitted(const std::string& log)
 {
     return json::parse(command::dqwatch({"fit", log, "--pole-pairs", "3", "--json"}).out).at("parameters").at("psi_Wb");
@@ -145,6 +155,7 @@ int main(void)
     RUN_TEST(volts_of_lines_and_of_phases_give_one_flux);
     RUN_TEST(whose_volts_is_asked_for);
     RUN_TEST(two_temperatures_give_the_coefficient);
+    RUN_TEST(rms_taken_as_a_peak_is_told);
     RUN_TEST(what_goes_with_speed_is_in_the_deviation);
     RUN_TEST(a_sensor_beside_the_magnet_is_told_and_counts);
     RUN_TEST(an_option_that_changes_nothing_is_told);

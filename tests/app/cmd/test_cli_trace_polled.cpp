@@ -149,6 +149,9 @@ void actuators_on_a_bench_get_no_name(void)
         const Outcome run = command::dqwatch(
             {"trace", data + name, "--gear", "9", "--pole-pairs", "21", "--json", "--out", folder / "o"});
         TEST_ASSERT_EQUAL_STRING_MESSAGE("", names(run).c_str(), name);
+        const json said = json::parse(run.out);
+        TEST_ASSERT_EQUAL_size_t_MESSAGE(0, said.at("doubt").size(), said.at("doubt").dump().c_str());
+        TEST_ASSERT_FALSE_MESSAGE(has(said.at("structure").dump() + said.at("rest").dump(), "angle"), name);
     }
 }
 

@@ -88,6 +88,26 @@ static void what_was_written_is_read(void)
     }
 }
 
+/// A log that ends within a row is the log without that row; JSON of one object cannot be.
+static void a_cut_last_row_is_left_out(void)
+{
+    const command::Folder folder;
+    int cut_logs = 0;
+    for (const vendor::Written& w : vendor::all()) {
+        const std::size_t last = w.text.rfind('\n', w.text.size() - 2) + 1;
+        dqw::Survey survey;
+        dqw::ReadOptions options = options_of(survey);
+        if (std::strcmp(w.format, "simplefoc") == 0) options.given.period_s = 0.02;
+        if (std::strcmp(w.format, "mesc_log") == 0 || std::strcmp(w.format, "floaty") == 0) continue;
+        const dqw::Log without = dqw::read_log(put(folder, w, w.text.substr(0, last)), options);
+        const dqw::Log cut = dqw::read_log(put(folder, w, w.text.substr(0, last + 4)), options);
+        TEST_ASSERT_EQUAL_size_t_MESSAGE(without.rows(), cut.rows(), w.format);
+        TEST_ASSERT_TRUE_MESSAGE(without.w_m_rad_s == cut.w_m_rad_s, w.format);
+        ++cut_logs;
+    }
+    TEST_ASSERT_TRUE(cut_logs > 20);
+}
+
 static void every_format_has_a_writer(void)
 {
     std::set<std::string> written = {"dqwatch", "odrive_dyno", "odrive_dyno_list", "test_bench"};  // have real samples
@@ -196,6 +216,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(what_was_written_is_read);
+    RUN_TEST(a_cut_last_row_is_left_out);
     RUN_TEST(every_format_has_a_writer);
     RUN_TEST(a_damaged_file_is_read_or_refused_in_one_line);
     RUN_TEST(a_format_may_be_forced_on_any_file);

@@ -198,7 +198,7 @@ static void tmotor_files_lose_their_zero_rows_and_five_percent(void)
     expect_read("tmotor_efficiency", 368, 362, "polled");
     TEST_ASSERT_TRUE(b.torque_Nm.empty());
     const dqw::Log c = read("tmotor_Measuring_velocities_1_rps.csv", {21});
-    expect_read("tmotor_velocity", 1599, 1599 - 221, "");
+    expect_read("tmotor_velocity", 1599, 1599 - 221, "polled");
     // 0.22116 logged.
     TEST_ASSERT_DOUBLE_WITHIN(0.001, 8.568 * 0.22116, c.w_m_rad_s[299 - 222]);
     TEST_ASSERT_DOUBLE_WITHIN(1e-9, -0.02617079866940486 / 9, a.torque_Nm[18 - 6]);

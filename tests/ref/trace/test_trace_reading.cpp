@@ -2,8 +2,10 @@
 #include <algorithm>
 #include <cmath>
 #include <complex>
+#include <random>
 
 #include "ref/trace/reading.hpp"
+#include "ref/trace/rest.hpp"
 #include "ref/trace/result.hpp"
 #include "simulated.hpp"
 #include "unity.h"
@@ -61,6 +63,63 @@ void signs_and_columns_are_found()
 }
 
 // v_q, i_q and w turned together are the same machine seen with another order of phases.
+/// Points of a machine whose i_d hardly moves: chance alone says on which side of zero L_d comes out.
+Log points(unsigned seed, double i_d_A)
+{
+    std::mt19937 random(seed);
+    std::normal_distribution<double> normal;
+    Log log;
+    log.path = "points", log.regime = dqw::Regime::steady, log.machine.pole_pairs = 5;
+    for (int k = 0; k < 120; ++k) {
+        const double w = 100 + 40 * (k % 8), i_q = 6 + k / 8 % 5, i_d = i_d_A * normal(random);
+        log.t_s.push_back(k), log.w_m_rad_s.push_back(w), log.i_d_A.push_back(i_d), log.i_q_A.push_back(i_q);
+        log.v_d_V.push_back(0.2 * i_d - 5 * w * 2e-4 * i_q + 0.1 * normal(random));
+        log.v_q_V.push_back(0.2 * i_q + 5 * w * (1e-4 * i_d + 0.01) + 0.1 * normal(random));
+    }
+    return log;
+}
+
+void chance_turns_no_sign()
+{
+    int negative = 0;
+    for (unsigned seed = 1; seed <= 20; ++seed) {
+        const std::vector<Log> logs{points(seed, 0.02)};
+        double xy = 0.0;  // the slope of v_q by w i_d, as chance has it
+        for (std::size_t k = 0; k < logs[0].rows(); ++k)
+            xy += logs[0].w_m_rad_s[k] * logs[0].i_d_A[k] *
+                  (logs[0].v_q_V[k] - 0.2 * logs[0].i_q_A[k] - 0.05 * logs[0].w_m_rad_s[k]);
+        negative += xy < 0.0;
+        const auto r = dqw::other_reading(*dqw::trace_setup(logs, {}));
+        TEST_ASSERT_FALSE_MESSAGE(r.has_value(), (std::to_string(seed) + ": " + (r ? r->how : "")).c_str());
+    }
+    TEST_ASSERT_TRUE(negative >= 5);
+    std::vector<Log> logs{points(1, 5.0)};
+    turn(logs[0].i_d_A), turn(logs[0].i_q_A);
+    expect(dqw::other_reading(*dqw::trace_setup(logs, {})), Reading::Kind::signs,
+           "with the signs of i_d and i_q turned", 1.01);
+}
+
+/// What remains goes with the angle that speed and time make, of rows a second apart.
+void rows_without_an_angle_go_with_none()
+{
+    for (const bool column : {false, true}) {
+        std::vector<Log> logs{points(1, 5.0)};
+        double angle = 0.0;
+        for (std::size_t k = 0; k < logs[0].rows(); ++k) {
+            if (k > 0) angle += 2.5 * (logs[0].w_m_rad_s[k] + logs[0].w_m_rad_s[k - 1]);
+            if (column) logs[0].theta_e_rad.push_back(std::remainder(angle, 2 * M_PI));
+            logs[0].v_q_V[k] += 2 * std::cos(angle);
+        }
+        const auto setup = dqw::trace_setup(logs, {});
+        dqw::Point at = setup->starts.front();
+        at.base = Eigen::Vector4d(0.2, 1e-4, 2e-4, 0.01);
+        int angles = 0;
+        for (const auto& c : dqw::correlates(*setup, setup->full->report(at, 0), 0.1))
+            angles += c.with.rfind("angle", 0) == 0 || c.with.rfind("signs", 0) == 0;
+        TEST_ASSERT_TRUE(column ? angles > 0 : angles == 0);
+    }
+}
+
 void an_order_of_phases_is_told_as_the_speed()
 {
     expect(read_of([](Log& l) { turn(l.v_q_V), turn(l.i_q_A); }), Reading::Kind::signs, "with the sign of w_m turned",
@@ -142,6 +201,8 @@ void frames_are_found()
 int main()
 {
     UNITY_BEGIN();
+    RUN_TEST(chance_turns_no_sign);
+    RUN_TEST(rows_without_an_angle_go_with_none);
     RUN_TEST(a_log_as_it_should_be_has_no_other_reading);
     RUN_TEST(signs_and_columns_are_found);
     RUN_TEST(an_order_of_phases_is_told_as_the_speed);
