@@ -93,6 +93,7 @@ ColumnSet columns_of_plain_model(Regime regime)
         use[col_torque] = use[col_torque_cmd] = true;
     else
         use[col_v_d] = use[col_v_q] = use[col_i_d] = true;
+    if (regime == Regime::steady) use[col_torque] = true;  // what turns an open circuit
     use[col_v_dc] = regime == Regime::polled;
     return use;
 }

@@ -21,7 +21,9 @@ void describe(Import& in)
     in.take(col_temp_magnet, find(in.head, "T_Rotor"), "C");
     in.voltage = "RMS of a power analyser; no dq";
     if (find(in.head, "IRMS_") != Head::none) {
-        in.notes.push_back("RMS values under current have no dq: read the flux off an open circuit");
+        in.notes.push_back(
+            "RMS values under current have no dq: read the flux off an open circuit; of shorted terminals "
+            "R and L, by v_d_V, v_q_V and i_d_A = { value = 0 } and i_q_A = { from = \"…\", unit = \"A RMS\" }");
         return;
     }
     // All the voltage is the magnet's, ahead of it by a quarter turn.

@@ -40,6 +40,7 @@ const Unit units[] = {
     {Kind::voltage, "% of v_dc", 0.01, " · v_dc/100", 0, With::times_v_dc},
     {Kind::current, "A", 1, ""},
     {Kind::current, "mA", 1e-3, " · 0.001"},
+    {Kind::current, "A RMS", 1.4142135623730951, " · √2"},
     {Kind::speed, "rad/s", 1, ""},
     {Kind::speed, "electrical rad/s", 1, "", 0, With::per_pole_pair},
     {Kind::speed, "rpm", pi / 30, " · 2π/60"},

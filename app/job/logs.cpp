@@ -11,6 +11,7 @@
 #include "app/base/text.hpp"
 #include "app/read/join.hpp"
 #include "ref/fit/polled_logs.hpp"
+#include "ref/model/open_circuit.hpp"
 
 namespace dqw {
 namespace {
@@ -203,6 +204,9 @@ std::vector<Log> read_logs(const std::vector<std::string>& paths, const Options&
     Machine machine;
     for (const Log& log : logs) complete(machine, log.machine);
     for (Log& log : logs) log.machine = machine;
+    for (const Log& log : logs)
+        if (!polled && is_short_circuit(log))
+            throw InputError(log.path, 1, "a short circuit, of whose current the size alone is known; fit takes it");
     // Moved, for a copy of a long log would be as much memory again.
     if (polled) return logs;
     return settled(std::move(logs), notes);

@@ -94,7 +94,7 @@ void note_rms(Import& in, Column column, const ColumnSource& source)
     in.notes.push_back(fmt::format("{} of {} is taken as a peak, and it {} RMS: {}", columns[column].name,
                                    shown(source.name), name.find("rms") == none ? "is" : "is called",
                                    volts ? "unit = \"V RMS\" of a phase, \"V RMS line\" between lines"
-                                         : "scale = 1.41421 of a phase"));
+                                         : "unit = \"A RMS\" of a phase"));
 }
 
 bool maps_columns(const MachineFile& machine)

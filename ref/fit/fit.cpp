@@ -7,10 +7,12 @@
 #include "ref/fit/explain.hpp"
 #include "ref/fit/mechanical.hpp"
 #include "ref/fit/polled.hpp"
+#include "ref/fit/short_circuit.hpp"
 #include "ref/fit/static.hpp"
 #include "ref/fit/task.hpp"
 #include "ref/log/piece.hpp"
 #include "ref/log/turns.hpp"
+#include "ref/model/open_circuit.hpp"
 
 namespace dqw {
 namespace {
@@ -129,10 +131,11 @@ Result fit(const std::vector<Log>& logs, const FitOptions& options)
             ++evaluations;
             options.progress(evaluations / (evaluations + 30.0));  // how many there will be is not known before
         };
-    Result result = regime == Regime::dynamic      ? fit_dynamic(task)
-                    : regime == Regime::mechanical ? fit_mechanical(task)
-                    : regime == Regime::polled     ? fit_polled(task)
-                                                   : fit_static(task);
+    Result result = regime == Regime::dynamic                                 ? fit_dynamic(task)
+                    : regime == Regime::mechanical                            ? fit_mechanical(task)
+                    : regime == Regime::polled                                ? fit_polled(task)
+                    : std::any_of(logs.begin(), logs.end(), is_short_circuit) ? fit_short_circuit(task)
+                                                                              : fit_static(task);
     if (task.by_angle)
         result.notes.push_back("pole pairs found: " + std::to_string(static_cast<int>(*task.pole_pairs)) +
                                ", from the electrical angle");

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "ref/fit/drag.hpp"
 #include "ref/fit/explain.hpp"
 #include "ref/fit/publish.hpp"
 #include "ref/log/residual.hpp"
@@ -38,7 +39,10 @@ Result fit_static(const Task& task)
     const Solution s = solve(model, Eigen::Vector4d::Zero(), {true, !standstill, !standstill, !standstill}, options);
     Covariance covariance = assess(s, model, Eigen::Vector4d::Zero());
     if (is_open_circuit(task.logs)) {
-        const SettledModel settled(task.logs, columns, pole_pairs, even_plan(pieces, 0));
+        Plan each{pieces, {}};
+        for (const Piece& piece : each.pieces)
+            for (std::size_t k = piece.begin; k < piece.end; ++k) each.blocks.push_back({&piece, k, k + 1, false});
+        const SettledModel settled(task.logs, columns, pole_pairs, std::move(each));
         const Eigen::VectorXd hidden = open_circuit_deviations(settled, {s.theta, {}, {}});
         for (std::size_t j = 0; j < covariance.each.size(); ++j)
             covariance.each[j].sd = std::hypot(covariance.each[j].sd, hidden[static_cast<Eigen::Index>(j)]);
@@ -64,6 +68,8 @@ Result fit_static(const Task& task)
                                                       : "in settled points they act only as factors of L and psi",
                                            excitation_for("pole_pairs", task.logs.front().regime)});
     note_robust(covariance, result);
+    if (is_open_circuit(task.logs))
+        if (const std::string drag = drag_of(task.logs); !drag.empty()) result.notes.push_back(drag);
     report_residual(task.logs, plain, result);
     return result;
 }

@@ -12,6 +12,11 @@ namespace {
 /// Of the largest: an analyser's 0.02 % of its range is 1 % there.
 constexpr double kSlow = 0.02;
 
+bool is_zero(const std::vector<double>& column)
+{
+    return std::all_of(column.begin(), column.end(), [](double x) { return x == 0.0; });
+}
+
 /// A row's departure, as a part of its voltage.
 struct Departure {
     double speed, part;
@@ -28,6 +33,14 @@ std::map<const Log*, std::vector<Departure>> departures(const Model& model, cons
         if (speed > kSlow * fastest) out[row.log].push_back({speed, row.residual[1] / row.measured[1]});
     }
     return out;
+}
+
+/// Of an analyser it goes with the reading.
+double scatter(const std::vector<Departure>& rows)
+{
+    double sum = 0.0;
+    for (const Departure& row : rows) sum += row.part * row.part;
+    return rows.size() > 1 ? sum / static_cast<double>(rows.size() - 1) : 0.0;
 }
 
 /// What neighbours in speed have in common, a mean square.
@@ -56,11 +69,14 @@ double drift(const std::vector<Departure>& rows)
 bool is_open_circuit(const std::vector<Log>& logs)
 {
     return std::all_of(logs.begin(), logs.end(), [](const Log& log) {
-        const auto none = [](const std::vector<double>& i) {
-            return std::all_of(i.begin(), i.end(), [](double x) { return x == 0.0; });
-        };
-        return log.regime == Regime::steady && none(log.i_d_A) && none(log.i_q_A);
+        return log.regime == Regime::steady && is_zero(log.i_d_A) && is_zero(log.i_q_A);
     });
+}
+
+bool is_short_circuit(const Log& log)
+{
+    return log.regime == Regime::steady && is_zero(log.v_d_V) && is_zero(log.v_q_V) && is_zero(log.i_d_A) &&
+           !is_zero(log.i_q_A) && !is_zero(log.w_m_rad_s);
 }
 
 bool is_beside_magnet(const Point& at)
@@ -81,11 +97,14 @@ Eigen::VectorXd open_circuit_deviations(const Model& model, const Point& at)
     const Eigen::MatrixXd inverse = size.asDiagonal() * pseudo_inverse(size.asDiagonal() * all * size.asDiagonal()) *
                                     size.asDiagonal();
     for (const auto& [log, rows] : departures(model, at)) {
-        Eigen::VectorXd of_log = Eigen::VectorXd::Zero(n);
-        for (std::size_t b = 0; b < blocks.size(); ++b)
-            if (blocks[b].piece->log == log) of_log += sums[b].gram[1].topLeftCorner(n, n) * at.values();
+        Eigen::VectorXd of_log = Eigen::VectorXd::Zero(n), apart = of_log;
+        for (std::size_t b = 0; b < blocks.size(); ++b) {
+            if (blocks[b].piece->log != log) continue;
+            const Eigen::VectorXd of_block = sums[b].gram[1].topLeftCorner(n, n) * at.values();
+            of_log += of_block, apart += (inverse * of_block).cwiseAbs2();
+        }
         const double unseen = is_beside_magnet(at) ? std::pow(drift(rows), 2) : 0.0;
-        square += std::max(common(rows), unseen) * (inverse * of_log).cwiseAbs2();
+        square += std::max(common(rows), unseen) * (inverse * of_log).cwiseAbs2() + scatter(rows) * apart;
     }
     return square.cwiseSqrt();
 }

@@ -12,6 +12,7 @@
 #include "ref/log/turns.hpp"
 #include "ref/model/blocks.hpp"
 #include "ref/model/mechanical.hpp"
+#include "ref/model/open_circuit.hpp"
 #include "ref/model/plan.hpp"
 #include "ref/model/settled.hpp"
 #include "ref/trace/candidates.hpp"
@@ -280,6 +281,9 @@ void check(const std::vector<Log>& logs)
             throw std::invalid_argument(log.path + ": this regime needs " + std::string(name) + " on every row");
     };
     for (const Log& log : logs) {
+        if (is_short_circuit(log))
+            throw std::invalid_argument(log.path + ": a short circuit, of whose current the size alone is known: fit "
+                                                   "takes it, beside an open circuit");
         if (log.regime != logs.front().regime)
             throw std::invalid_argument(log.path + ": its regime is not that of " + logs.front().path);
         if (log.regime == Regime::dynamic || log.regime == Regime::mechanical) need(log, log.t_s, "t_s");

@@ -84,6 +84,33 @@ static void rms_taken_as_a_peak_is_told(void)
     }
 }
 
+/// RMS amperes of a shorted machine, mapped by hand, beside its open circuit.
+static void a_short_circuit_beside_it_gives_R_and_L(void)
+{
+    const Folder folder;
+    std::string csv = "rpm,amps\n";
+    for (int n = 1; n <= 24; ++n) {
+        const double w = 3 * 20 * std::pow(1.25, n) * pi / 30, q = w * psi_Wb * 0.01 / (1e-4 + w * w * 1e-8);
+        csv += std::to_string(20 * std::pow(1.25, n)) + "," +
+               std::to_string(q * std::hypot(1, w * 0.01) / std::sqrt(2)) + "\n";
+    }
+    const std::string log = folder.write("short.csv", csv);
+    folder.write("short.toml", "[columns]\nw_m_rad_s = { from = \"rpm\", unit = \"rpm\" }\nv_d_V = { value = 0 }\n"
+                               "v_q_V = { value = 0 }\ni_d_A = { value = 0 }\n"
+                               "i_q_A = { from = \"amps\", unit = \"A RMS\" }\n");
+    const std::string open = table(folder, "open", 25, true, "V RMS line");
+    const Outcome run = command::dqwatch({"fit", open, log, "--pole-pairs", "3", "--json"});
+    TEST_ASSERT_EQUAL_INT_MESSAGE(0, run.code, (run.err + run.out).c_str());
+    const json said = json::parse(run.out).at("parameters");
+    TEST_ASSERT_DOUBLE_WITHIN(0.01 * 0.01, 0.01, said.at("R_ohm").at("value").get<double>());
+    TEST_ASSERT_DOUBLE_WITHIN(0.01 * 1e-4, 1e-4, said.at("Ld_H").at("value").get<double>());
+    for (const char* other : {"learn", "trace", "compare"}) {
+        const Outcome refused = command::dqwatch({other, log, "--pole-pairs", "3", "--out", folder / "o"});
+        TEST_ASSERT_EQUAL_INT_MESSAGE(3, refused.code, refused.err.c_str());
+        TEST_ASSERT_TRUE_MESSAGE(has(refused.err, "a short circuit"), refused.err.c_str());
+    }
+}
+
 static json fitted(const std::string& log)
 {
     return json::parse(command::dqwatch({"fit", log, "--pole-pairs", "3", "--json"}).out).at("parameters").at("psi_Wb");
@@ -156,6 +183,7 @@ int main(void)
     RUN_TEST(whose_volts_is_asked_for);
     RUN_TEST(two_temperatures_give_the_coefficient);
     RUN_TEST(rms_taken_as_a_peak_is_told);
+    RUN_TEST(a_short_circuit_beside_it_gives_R_and_L);
     RUN_TEST(what_goes_with_speed_is_in_the_deviation);
     RUN_TEST(a_sensor_beside_the_magnet_is_told_and_counts);
     RUN_TEST(an_option_that_changes_nothing_is_told);
