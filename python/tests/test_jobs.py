@@ -134,7 +134,14 @@ def test_a_path_may_be_bytes_or_a_path(servo_csv: Path) -> None:
     assert one == dqwatch.fit(servo_csv).to_json()
 
 
-def test_two_logs_of_one_machine(servo_csv: Path, command: Command) -> None:
-    both = dqwatch.fit([servo_csv, str(servo_csv)])
-    assert both.rows_used == 2 * 5000
-    assert both.to_json() == command("fit", str(servo_csv), str(servo_csv), "--json")
+def test_two_logs_of_one_machine(servo_csv: Path, tmp_path: Path, command: Command) -> None:
+    lines = servo_csv.read_text().splitlines(keepends=True)
+    half = tmp_path / "half.csv"
+    half.write_text(lines[0] + "".join(lines[2501:]))
+    half.with_suffix(".toml").write_bytes(servo_csv.with_suffix(".toml").read_bytes())
+    first = tmp_path / "first.csv"
+    first.write_text("".join(lines[:2501]))
+    first.with_suffix(".toml").write_bytes(servo_csv.with_suffix(".toml").read_bytes())
+    both = dqwatch.fit([first, str(half)])
+    assert both.rows_used == 5000
+    assert both.to_json() == command("fit", str(first), str(half), "--json")

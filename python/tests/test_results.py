@@ -135,7 +135,7 @@ def test_the_frame_is_as_high_as_its_page(weak: dqwatch.SimResult, tmp_path: Pat
 def test_what_is_not_usable_is_said_first(found: dqwatch.FitResult, servo: dqwatch.SimResult) -> None:
     noise = np.random.default_rng(1).standard_normal((2, 500))
     log = {name: column[:500] for name, column in servo.columns.items()}
-    log |= {"v_d_V": log["v_d_V"] + 60 * noise[0], "v_q_V": log["v_q_V"] + 60 * noise[1]}
+    log |= {"v_d_V": log["v_d_V"] + 10 * noise[0], "v_q_V": log["v_q_V"] + 10 * noise[1]}
     traced = dqwatch.trace(log, pole_pairs=4, effects=["dead_time"])
     assert traced.sentence.endswith(" Parameters not usable: L_d, L_q, ψ.")
     assert traced.sentence == traced.to_dict()["sentence"] == str(traced).splitlines()[0]

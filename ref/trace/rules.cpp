@@ -31,10 +31,10 @@ double share_of(double before, double after, double floor)
     return most > 0.0 ? 1.0 - excess(after, floor) / most : 0.0;
 }
 
-bool carries(const Finding& f, double without)
+bool carries(const Finding& all, double with, double without)
 {
-    return !above(f.after, f.floor, f.after_exact) ||
-           excess(without, f.floor) - excess(f.after, f.floor) >= excess(f.after, f.floor);
+    return !above(all.after, all.floor, all.after_exact) ||
+           without * without - with * with >= excess(all.after, all.floor);
 }
 
 bool reads_better(const Finding& f, double read, std::size_t effects)

@@ -25,9 +25,10 @@ bool explains(const Finding& f);
 /// Part of what is above the noise that is gone; below 0 where there is more.
 double share_of(double before, double after, double floor);
 
-/// Is one effect of several to be named? `without`: what the others leave once they are fitted alone. Not where it takes
-/// less than what stays above the noise: what has no name is then larger, and an effect that it resembles stands in for it.
-bool carries(const Finding& f, double without);
+/// Is one effect of several to be named? `all`: with every one of them; `with`, `without`: what is left with it, and once
+/// the others are fitted alone. Not where it takes less than what stays above the noise: what has no name is then larger,
+/// and an effect that it resembles stands in for it.
+bool carries(const Finding& all, double with, double without);
 
 /// Is another reading of the record, under which the plain model leaves `read`, to stand in the place of effects that
 /// explain? One that has no weight and leaves as little as two do; or clearly less than what effects leave above the

@@ -372,23 +372,23 @@ void drop_unknown(const TraceSetup& setup, Selection& s)
     }
 }
 
-/// Of several effects those go, the least first, that take less than what stays without a name.
+/// Of several effects those go, the least first, that take less than what stays without a name where all of them are in.
 void drop_small(const TraceSetup& setup, const Judge& judge, const std::vector<double>& exact, Selection& s)
 {
-    while (s.found.size() > 1) {
-        const Point& at = s.best.point;
-        Finding is;
-        is.after = judge.rms(at), is.floor = noise_of(setup, at).floor, is.after_exact = below(judge.each(at), exact);
-        if (!is_structured({is, true, false})) return;
+    Finding is;
+    is.after = judge.rms(s.best.point), is.floor = noise_of(setup, s.best.point).floor;
+    is.after_exact = below(judge.each(s.best.point), exact);
+    while (s.found.size() > 1 && is_structured({is, true, false})) {
         std::size_t least = 0;
         double left = HUGE_VAL;
+        const double now = judge.rms(s.best.point);
         Refined rest;
         for (std::size_t k = 0; k < s.found.size(); ++k) {
-            const Refined less = refine(*setup.full, without(at, s.found[k].name), kPasses);
+            const Refined less = refine(*setup.full, without(s.best.point, s.found[k].name), kPasses);
             const double rms = less.ok ? judge.rms(less.point) : HUGE_VAL;
             if (rms < left) least = k, left = rms, rest = less;
         }
-        if (!rest.ok || carries(is, left)) return;
+        if (!rest.ok || carries(is, now, left)) return;
         s.best = rest, s.vetoed.push_back({s.found[least].name, "it takes less than what stays without a name"});
         s.after.erase(s.after.begin() + static_cast<std::ptrdiff_t>(least));
         s.found.erase(s.found.begin() + static_cast<std::ptrdiff_t>(least));

@@ -47,10 +47,11 @@ static std::string noisy(std::size_t rows)
 }
 
 /// A constant 2 V on d and -3 V on q, known before the tracer saw it.
-static std::string offset(std::size_t rows)
+static std::string offset(std::size_t rows, unsigned seed = 1)
 {
-    return log_text(
-        rows, [](std::size_t k, command::Machine::Row& r) { r.v_d_V += 2 + noise(k, 1), r.v_q_V += -3 + noise(k, 2); });
+    return log_text(rows, [seed](std::size_t k, command::Machine::Row& r) {
+        r.v_d_V += 2 + noise(k, seed), r.v_q_V += -3 + noise(k, seed + 1);
+    });
 }
 
 static json traced(std::vector<std::string> args)
@@ -153,7 +154,7 @@ static void only_what_is_named_is_tried(void)
 static void several_logs_are_traced_jointly(void)
 {
     const Folder folder;
-    const std::string a = folder.write("a.csv", offset(4000)), b = folder.write("b.csv", offset(4000));
+    const std::string a = folder.write("a.csv", offset(4000)), b = folder.write("b.csv", offset(4000, 3));
     const json j = traced({a, b, "--pole-pairs", "4", "--out", folder / "o"});
     TEST_ASSERT_EQUAL_INT(8000, j.at("rows").get<int>());
     TEST_ASSERT_EQUAL_size_t(2, j.at("logs").size());

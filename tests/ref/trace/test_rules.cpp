@@ -44,7 +44,12 @@ static void one_of_several_takes_more_than_what_has_no_name(void)
         {"little, but what stays is the sampling's own", {1.0, 0.30, 0.1, false, true, false}, 0.31, true},
         {"nothing", {1.0, 0.30, 0.1, false, false, false}, 0.30, false},
     };
-    for (const auto& row : table) TEST_ASSERT_EQUAL_INT_MESSAGE(row.named, dqw::carries(row.f, row.without), row.what);
+    for (const auto& row : table)
+        TEST_ASSERT_EQUAL_INT_MESSAGE(row.named, dqw::carries(row.f, row.f.after, row.without), row.what);
+    // Others are gone already: what they took is not what stays.
+    const Finding all{1.0, 0.30, 0.1, false, false, false};
+    TEST_ASSERT_TRUE(dqw::carries(all, 0.40, 0.491));
+    TEST_ASSERT_FALSE(dqw::carries(all, 0.40, 0.489));
 }
 
 static void what_is_left_is_structured_or_noise(void)
