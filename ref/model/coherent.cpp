@@ -82,6 +82,9 @@ Eigen::MatrixXd inverse_of(const Eigen::MatrixXd& m)
            size.asDiagonal();
 }
 
+/// A part of single rows that noise does not have: of white noise of any channel the rows before foretell 0.007 at most.
+constexpr double kForetold = 0.01;
+
 /// Whether the rows before foretell more of single rows than noise lets them.
 bool is_foretold(const Model& model, const Point& at)
 {
@@ -92,7 +95,7 @@ bool is_foretold(const Model& model, const Point& at)
         if (before.add(b.front(), line)) foretold.add(line, b.front());
     });
     const Foretold::Part found = foretold.solve();
-    return std::max(found.part[0], found.part[1]) > kFollowed;
+    return std::max(found.part[0], found.part[1]) > kForetold;
 }
 
 /// How far least squares on means over 20 rows, in which noise of currents is small, puts each column from
