@@ -5,7 +5,6 @@ reports=$1 out=$2
 # A stub that a snap leaves behind answers no version.
 chromium --version >/dev/null 2>&1 || { echo "skipped: pictures of the reports (no chromium; make tools installs it on Debian)"; exit 0; }
 mkdir -p "$out"
-rm -f "$out"/*.png
 profile=$(mktemp -d)
 trap 'rm -rf "$profile"' EXIT
 count=0
