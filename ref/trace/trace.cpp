@@ -467,7 +467,7 @@ TraceResult traced(const std::vector<Log>& logs, const TraceOptions& options)
     const Point& plain = s.plain.point;
     const double before = least_of(judge, plain);
     Noise noise = noise_of(*setup, s.best.point);
-    double after = judge.rms(s.best.point);
+    const double after = judge.rms(s.best.point);
     const bool was_exact = below(judge.each(plain), found.exact);
     const std::string fault = !s.fault.empty() || was_exact ? s.fault : record_fault(logs);
     const Finding finding{before,        after, noise.floor, was_exact, below(judge.each(s.best.point), found.exact),
@@ -484,7 +484,7 @@ TraceResult traced(const std::vector<Log>& logs, const TraceOptions& options)
         if (!explained) result.partial = partial_of(*setup, judge, s, finding);
         s.found.clear(), s.after.clear();
         s.best = s.plain;
-        noise = noise_of(*setup, s.best.point), after = before;
+        noise = noise_of(*setup, s.best.point);
     }
     const double floor = result.noise_floor = noise.floor;
     const Eigen::VectorXd
