@@ -33,7 +33,7 @@ INC      := -I. -Ilib -Iport_q15 -Isim
 CXXINC   := $(INC) -isystem /usr/include/eigen3
 CFLAGS   ?=
 CXXFLAGS ?=
-C99      := -std=c99 -pedantic $(OPT) $(FP) $(SANFLAGS) -MMD -MP
+C99      := -std=c99 -pedantic -Werror=implicit-function-declaration $(OPT) $(FP) $(SANFLAGS) -MMD -MP
 CXX17    := -std=c++17 $(OPT) $(FP) $(SANFLAGS) -MMD -MP
 
 # SUNDIALS 7 moved its context into a library of its own, and Debian builds it with MPI, whose header its own then include.

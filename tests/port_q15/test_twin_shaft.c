@@ -3,6 +3,7 @@
 // First: it asks for the registers of a signal.
 #include "preempt.h"
 
+#include "dqw_effect_kind.h"
 #include "dqw_number.h"
 #include "dqw_shaft.h"
 #include "dqw_shaft_q15.h"
@@ -444,7 +445,7 @@ static void test_samples_may_interrupt_the_background_anywhere(void)
     TEST_ASSERT_EQUAL_UINT32(before.gate.blocks + 1, behind.gate.blocks);
 #if PREEMPT_HERE
     int places[2] = {0};
-    for (long at = 0;; at += at < 300 ? 1 : at / 16) {
+    for (long at = 0;; at += at < 300 ? 1 : at / 6) {
         CASE("after instruction %ld", at);
         memcpy(&held, &start, sizeof held);
         const bool came = preempt_run(at, learn_held, half_more);
