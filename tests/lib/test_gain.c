@@ -240,6 +240,24 @@ static void test_apply_and_grow_are_those_of_a_dense_matrix(void)
     }
 }
 
+// Two inputs: the product by hand, and nothing behind the last.
+static void test_apply_writes_its_inputs_alone(void)
+{
+    dqw_gain g;
+    TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_gain_init(&g, 2, 4.0f));
+    const float x[2] = {1.0f, 2.0f};
+    float k[2];
+    dqw_gain_step(&g, x, k);
+    const float z[3] = {3.0f, -1.0f, 7.0f};
+    float out[3] = {0.0f, 0.0f, 5.0f};
+    dqw_gain_apply(&g, z, out);
+    for (int i = 0; i < 2; i++) {
+        const double by_hand = 3.0 * (double)dqw_gain_covariance(&g, i, 0) - (double)dqw_gain_covariance(&g, i, 1);
+        BETWEEN(by_hand - 1e-5, (double)out[i], by_hand + 1e-5);
+    }
+    TEST_ASSERT_EQUAL_FLOAT(5.0f, out[2]);
+}
+
 static void test_growth_of_nothing_changes_nothing(void)
 {
     dqw_gain g;
@@ -348,6 +366,7 @@ int main(void)
     RUN_TEST(test_an_input_of_zero_leaves_its_variance_alone);
     RUN_TEST(test_variances_stay_positive);
     RUN_TEST(test_apply_and_grow_are_those_of_a_dense_matrix);
+    RUN_TEST(test_apply_writes_its_inputs_alone);
     RUN_TEST(test_growth_of_nothing_changes_nothing);
     RUN_TEST(test_variances_stay_positive_over_mixed_steps_and_growth);
     RUN_TEST(test_growing_along_a_vector);

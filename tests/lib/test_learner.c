@@ -339,6 +339,26 @@ static void test_a_wild_sample_does_not_wedge_it(void)
     }
 }
 
+// With noisy inputs a sample counts by the inputs' expected power, until half of the step would more than mirror the
+// error: from there on by its own, and the weight then moves to twice what would explain the sample. (E6)
+static void test_a_large_sample_of_noisy_inputs_mirrors_the_error_at_most(void)
+{
+    static const double x[] = {0.5, 1.5, 2.5, 4.0, 30.0};
+    for (int k = 0; k < 5; k++) {
+        dqw_learner_config c = config_of(1);
+        c.noisy_inputs = true;
+        c.step_size = 0.5f;
+        c.x_base[0] = c.y_base = 1.0f;
+        dqw_learner l;
+        TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_learner_init(&l, &c));
+        const float in = (float)x[k];
+        (void)dqw_learner_learn(&l, &in, 0.25f);
+        const double norm = fmax(c.indicator ? 2.0 : 1.0, 0.5 * 0.5 * (x[k] * x[k] + (c.indicator ? 1.0 : 0.0)));
+        CASE("an input of %g", x[k]);
+        BETWEEN(1 - 1e-5, (double)l.w_pu[0] / (0.5 * 0.25 / norm * x[k]), 1 + 1e-5);
+    }
+}
+
 static void test_a_wild_target_moves_the_weights_by_a_bounded_step(void)
 {
     const dqw_learner_config c = config_of(1);
@@ -441,6 +461,7 @@ int main(void)
     RUN_TEST(test_indicator_becomes_the_mean_error_and_zero_when_done);
     RUN_TEST(test_samples_that_are_no_numbers_are_counted_and_change_nothing);
     RUN_TEST(test_a_wild_sample_does_not_wedge_it);
+    RUN_TEST(test_a_large_sample_of_noisy_inputs_mirrors_the_error_at_most);
     RUN_TEST(test_a_wild_target_moves_the_weights_by_a_bounded_step);
     RUN_TEST(test_counters_stop_at_their_maximum);
     RUN_TEST(test_the_plain_step_takes_the_same_path);

@@ -52,6 +52,19 @@ static void test_init_refuses_and_leaves_the_object_alone(void)
     }
 }
 
+// Marsaglia's xorshift32 by its published triple and start: 13, 17, 5 from 2463534242.
+static void test_the_generator_is_the_published_one(void)
+{
+    static const uint32_t published[] = {723471715u, 2497366906u, 2064144800u, 2008045182u, 3532304609u};
+    dqw_draw d;
+    TEST_ASSERT_TRUE(dqw_draw_init(&d, 2, 1, 2463534242u));
+    for (int k = 0; k < 5; k++) {
+        const uint32_t high = dqw_draw_below(&d, 65536);
+        TEST_ASSERT_EQUAL_UINT32(published[k], d.state);
+        TEST_ASSERT_EQUAL_UINT32(published[k] >> 16, high);
+    }
+}
+
 // Of 301 samples each must be kept with probability 50 / 301, whatever its place.
 static void test_reservoir_is_a_fair_sample(void)
 {
@@ -305,6 +318,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_init_refuses_and_leaves_the_object_alone);
+    RUN_TEST(test_the_generator_is_the_published_one);
     RUN_TEST(test_reservoir_is_a_fair_sample);
     RUN_TEST(test_no_sample_twice_within_an_epoch);
     RUN_TEST(test_the_seed_alone_decides_the_trajectory);

@@ -759,6 +759,24 @@ static void test_units_without_nominal_values(void)
     }
 }
 
+// While pole pairs are sought, the two cross weights are reactances of the other axis: of L_d, and of L_q.
+static void test_units_of_the_cross_weights(void)
+{
+    const dqw_estimator_q15_config c = {
+        .scale = {.v_full_mV = 24000, .i_full_mA = 10000, .w_full_mrad_s = 300000, .dt_ns = 50000},
+        .Ld_nH = 400000,
+        .Lq_nH = 900000};
+    dqw_estimator_q15 e;
+    memset(&e, 0, sizeof e);
+    TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_estimator_init_q15(&e, &c));
+    dqw_units_q15 u;
+    (void)dqw_units_of_q15(&c, e.pole_pairs, &u);
+    HOLDS(u.X_q40[1] > u.X_q40[0]);
+    TEST_ASSERT_TRUE(u.X_q40[0] == dqw_estimator_whole_q40(&e, &u, DQW_DEAD_TIME));
+    TEST_ASSERT_TRUE(u.X_q40[1] == dqw_estimator_whole_q40(&e, &u, DQW_PSI_Q));
+    TEST_ASSERT_TRUE(u.psi_q40 == dqw_estimator_whole_q40(&e, &u, DQW_PSI));
+}
+
 // A part of the full voltage in millionths, rounded down.
 static void test_recent_residual_in_millionths(void)
 {
@@ -1059,6 +1077,7 @@ int main(void)
     RUN_TEST(test_defined_anew_it_forgets_all_but_the_counts);
     RUN_TEST(test_small_nominal_values_are_where_it_starts);
     RUN_TEST(test_units_without_nominal_values);
+    RUN_TEST(test_units_of_the_cross_weights);
     RUN_TEST(test_recent_residual_in_millionths);
     RUN_TEST(test_how_large_a_parameter_is);
     RUN_TEST(test_stage_two_takes_fifty_blocks);

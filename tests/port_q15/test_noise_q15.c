@@ -1,0 +1,84 @@
+// Sensor noise from single rows in whole numbers: the float sums of the same rows, to the last place of what forgets;
+// and what a gap, or a beginning, leaves out.
+#include "dqw_noise.h"
+#include "dqw_noise_q15.h"
+#include "dqw_test.h"
+
+void setUp(void) { test_case[0] = 0; }
+void tearDown(void) {}
+
+#define ONE 32768.0
+
+static int32_t normal(test_random *r, double size_q15) { return (int32_t)lrint(size_q15 * random_normal(r)); }
+
+static void step_both(dqw_noise_q15 *n, dqw_noise *f, int32_t d, int32_t q, int32_t w)
+{
+    dqw_noise_step_q15(n, d, q, w);
+    dqw_noise_step(f, (float)(d / ONE), (float)(q / ONE), (float)(w / ONE));
+}
+
+// The variances of both: a mean that forgets as the sum over a full memory does.
+static void test_variances_are_those_of_the_float_twin(void)
+{
+    for (int rows = 100; rows <= 40000; rows *= 20) {
+        dqw_noise_q15 n;
+        dqw_noise f;
+        memset(&n, 0x5a, sizeof n);
+        dqw_noise_init_q15(&n);
+        dqw_noise_init(&f);
+        test_random r = {(uint64_t)rows};
+        int32_t i[2] = {0};
+        int32_t w = 0;
+        for (int k = 0; k < rows; k++) {
+            const int32_t next[2] = {normal(&r, 80), normal(&r, 300)};
+            const int32_t faster = normal(&r, 40);
+            step_both(&n, &f, next[0] - i[0], next[1] - i[1], faster - w);
+            i[0] = next[0], i[1] = next[1], w = faster;
+        }
+        const double of_float[] = {(double)f.of.i_d_A2, (double)f.of.i_q_A2, (double)f.of.w_rad2_s2};
+        const double truth[] = {80 * 80, 300 * 300, 40 * 40};
+        for (int c = 0; c < 3; c++) {
+            const int64_t v = dqw_noise_variance_q36(n.sum_q30[c], n.rows, c == DQW_NOISE_W_Q15 ? 6 : -2);
+            CASE("channel %d after %d rows", c, rows);
+            BETWEEN(0.999 * of_float[c] - 1e-9, ldexp((double)v, -36), 1.001 * of_float[c] + 1e-9);
+            if (rows > 10000) BETWEEN(0.85, ldexp((double)v, -36) * ONE * ONE / truth[c], 1.15);
+        }
+        TEST_ASSERT_EQUAL_UINT16(f.of.rows, n.rows);
+    }
+}
+
+// Between gaps all is level; across them it jumps by far more than the noise, and so it does at the beginning.
+static void test_a_gap_is_not_spanned(void)
+{
+    for (int length = 1; length <= 12; length++) {
+        CASE("a gap every %d rows", length);
+        dqw_noise_q15 n;
+        memset(&n, 0x5a, sizeof n);
+        dqw_noise_init_q15(&n);
+        test_random r = {(uint64_t)length};
+        uint32_t expected = 0;
+        int32_t level = 0;
+        for (int k = 0; k < 3000; k++) {
+            if (k % length == 0) {
+                if (k > 0) dqw_noise_gap_q15(&n);
+                level = random_bits(&r) % 2 == 0 ? -20000 : 9000 * (k / length % 3);
+            }
+            dqw_noise_step_q15(&n, level + normal(&r, 3), level, level / 2);
+            expected += k % length >= 3;
+        }
+        HOLDS(n.rows == expected);
+        // White steps show nothing; a jump within one would show millions.
+        for (int c = 0; c < 3; c++) {
+            const int64_t v_q36 = dqw_noise_variance_q36(n.sum_q30[c], n.rows, c == DQW_NOISE_W_Q15 ? 6 : -2);
+            BETWEEN(0.0, ldexp((double)v_q36, -36) * ONE * ONE, 3.0);
+        }
+    }
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_variances_are_those_of_the_float_twin);
+    RUN_TEST(test_a_gap_is_not_spanned);
+    return UNITY_END();
+}
