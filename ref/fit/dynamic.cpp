@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include "ref/fit/explain.hpp"
+#include "ref/fit/hidden_loss.hpp"
 #include "ref/fit/pole_pairs.hpp"
 #include "ref/fit/publish.hpp"
 #include "ref/log/residual.hpp"
@@ -23,6 +24,7 @@ constexpr std::size_t kFirstRows = 20000, kFirstWindow = 1000;  ///< of the part
 constexpr std::size_t kHuge = 1000000;  ///< rows beyond which a pass is dear and standard deviations are tiny
 constexpr double kCoarse_rad = 0.6;
 constexpr double kGains[] = {0.02, 0.5};
+constexpr double kLikely = 0.5, kTelling = 0.02;  ///< a loss is told from this probability, and part of R, on
 
 /// Entries of theta.
 enum Index { kR, kLd, kLq, kPsi, kPolePairs, kGainD, kGainQ, kSize };
@@ -89,10 +91,10 @@ PlainModel plain_model(const Eigen::VectorXd& theta)
     return model;
 }
 
-/// Adds what the model's error may hide to the deviations, (E111); of the pole pairs it takes them as they are.
-/// `averaged`: a fit of means over blocks, whose rows are volts.
+/// Adds what the model's error may hide to the deviations, (E111), and what an inverter may, `loss`; of the pole pairs it
+/// takes them as they are. `averaged`: a fit of means over blocks, whose rows are volts.
 void add_hidden(const Task& task, const std::vector<Piece>& pieces, const Eigen::VectorXd& theta, const Solution& s,
-                double rows, bool averaged, Covariance& covariance)
+                double rows, bool averaged, const HiddenLoss& loss, Covariance& covariance)
 {
     static const std::vector<TraceColumns> none;
     const ElectricalModel model(task.logs, none, theta[kPolePairs], even_plan(pieces, 1));
@@ -114,14 +116,14 @@ void add_hidden(const Task& task, const std::vector<Piece>& pieces, const Eigen:
     for (Eigen::Index j = 0; j < 4; ++j) {
         Assessment& a = covariance.each[static_cast<std::size_t>(j)];
         if (a.verdict != Verdict::determined) continue;
-        covariance.of(j, j) += hidden[j] * hidden[j];
-        a.sd = std::hypot(a.sd, hidden[j]);
+        covariance.of(j, j) += hidden[j] * hidden[j] + loss.sd[j] * loss.sd[j];
+        a.sd = std::hypot(a.sd, hidden[j], loss.sd[j]);
     }
 }
 
 /// Publishes the averaged fit in place of the predicting one where its reported residual is clearly less.
 bool publish_averaged(const Task& task, const std::vector<Piece>& pieces, const Regression& all,
-                      const Solution& predicted, Result& result)
+                      const Solution& predicted, const HiddenLoss& loss, Result& result)
 {
     const Eigen::VectorXd& theta = predicted.theta;
     // A steady gain g tells the sensor's share of the innovation: (1 - g) of its variance.
@@ -141,7 +143,7 @@ bool publish_averaged(const Task& task, const std::vector<Piece>& pieces, const 
     if (!clearly_better(*model, averaged.residual_rms, result.residual_rms)) return false;
     result = averaged;
     Covariance covariance = assess(s, *model, typical_of(all, s.theta));
-    add_hidden(task, pieces, full, s, static_cast<double>(model->rows()), true, covariance);
+    add_hidden(task, pieces, full, s, static_cast<double>(model->rows()), true, loss, covariance);
     publish(task, model->names(), covariance, result);
     result.notes.push_back(
         "the plain model does not hold; fitted to voltages averaged over blocks, which leaves less than prediction");
@@ -263,13 +265,15 @@ Result fit_dynamic(const Task& task)
     fit_all(all, free, options, s, p);
     all.prepare(s.theta);
     Covariance covariance = assess_excited(s, all, typical_of(all, s.theta));
-    add_hidden(task, pieces, s.theta, s, static_cast<double>(all.rows()), false, covariance);
+    const HiddenLoss loss = hidden_loss(task.logs, pieces, s.theta[kPolePairs], {s.theta.head(4), s.theta.tail(2), {}},
+                                        s.sigma);
+    add_hidden(task, pieces, s.theta, s, static_cast<double>(all.rows()), false, loss, covariance);
 
     Result result;
     Task rest = task;
     report_residual(task.logs, plain_model(s.theta), result);
     const double product = s.theta[kPsi] * s.theta[kPolePairs];
-    if (free[kPolePairs] || !covariance.robust || !publish_averaged(task, pieces, all, s, result)) {
+    if (free[kPolePairs] || !covariance.robust || !publish_averaged(task, pieces, all, s, loss, result)) {
         report_pole_pairs(rest, p, product, product_sd(s.theta, covariance), result);
         publish(rest, all.names(), covariance, result);
         note_robust(covariance, result);
@@ -280,6 +284,10 @@ Result fit_dynamic(const Task& task)
         result.notes.push_back("the rotor turns by up to " + figure(turn) +
                                " rad in a sampling period; a voltage held that long is " +
                                "hardly meant: average it and call the log steady, or sample faster");
+    if (loss.probable > kLikely && 3.0 * loss.sd[kR] > kTelling * std::abs(s.theta[kR]))
+        result.notes.push_back("an inverter whose legs lose " + figure(loss.leg_V) +
+                               " V with the sign of their current would explain more; beside it R were " +
+                               figure(1e3 * loss.R_ohm) + " mOhm: `dqwatch trace` tells");
     result.notes.push_back("correction gain of the currents: d " + figure(s.theta[kGainD]) + ", q " +
                            figure(s.theta[kGainQ]));
     return result;

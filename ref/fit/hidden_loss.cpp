@@ -1,0 +1,118 @@
+#include "ref/fit/hidden_loss.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "ref/model/electrical.hpp"
+#include "ref/model/plan.hpp"
+
+namespace dqw {
+namespace {
+
+constexpr std::size_t kRows = 20000, kWindow = 1000, kFine = 2, kGuard = 40;
+constexpr int kBase = 4;
+/// A leg's loss, of the largest voltage: what dead times of 0.5 to 2 us take at 10 to 20 kHz.
+constexpr double kUsual = 0.02;
+/// Of logs that show none and exclude none, one in four has a loss that its controller does not give back.
+constexpr double kBefore = 1.0 / 3.0;
+/// Over the largest current.
+constexpr double kWidths[] = {0.005, 0.01, 0.02, 0.04, 0.08};
+/// Electrical angles at the first row where the log has none: three phases look the same every sixth of a turn.
+constexpr int kAngles = 4;
+
+double largest(const std::vector<double>& d, const std::vector<double>& q)
+{
+    double most = 0.0;
+    for (std::size_t k = 0; k < d.size(); ++k) most = std::max(most, std::hypot(d[k], q[k]));
+    return most;
+}
+
+bool has_angle(const Log& log) { return !log.theta_e_rad.empty() || !log.theta_m_rad.empty(); }
+
+std::vector<Input> losses_of(const std::vector<Log>& logs, double i_max_A)
+{
+    const bool angle = std::all_of(logs.begin(), logs.end(), has_angle);
+    std::vector<Input> out;
+    for (const double width : kWidths) {
+        for (int k = 0; k < (angle ? 1 : kAngles); ++k)
+            out.push_back({Law::dead_time, {width * i_max_A, k * M_PI / 3.0 / kAngles, 0, 0}});
+        if (!angle) continue;
+        for (const Modulation m : {Modulation::clamped_low, Modulation::clamped_high, Modulation::clamped_60}) {
+            out.push_back({Law::dead_clamped, {width * i_max_A, 0, 0, 0}});
+            out.back().modulation = m;
+        }
+    }
+    return out;
+}
+
+}  // namespace
+
+HiddenLoss hidden_loss(const std::vector<Log>& logs, const std::vector<Piece>& pieces, double pole_pairs,
+                       const Point& at, const Eigen::VectorXd& sigma)
+{
+    HiddenLoss out;
+    out.sd = Eigen::VectorXd::Zero(kBase);
+    double i_max_A = 0.0, v_max_V = 0.0;
+    for (const Log& log : logs) {
+        i_max_A = std::max(i_max_A, largest(log.i_d_A, log.i_q_A));
+        v_max_V = std::max(v_max_V, largest(log.v_d_V, log.v_q_V));
+    }
+    if (!(i_max_A > 0.0) || !(v_max_V > 0.0)) return out;
+    std::vector<TraceColumns> columns;
+    for (const Log& log : logs) columns.push_back(trace_columns(log, pole_pairs, i_max_A, 0.0));
+    const std::vector<Piece> windows = spread_sample(pieces, kRows, kWindow);
+    const double rows = static_cast<double>(rows_of(windows)), more = static_cast<double>(rows_of(pieces)) / rows;
+    const ElectricalModel model(
+        logs, columns, pole_pairs,
+        alternate_plan(windows, std::max<std::size_t>(rows_of(windows) / kWindow, 1), kFine, kGuard));
+    const std::vector<Input> losses = losses_of(logs, i_max_A);
+    std::vector<BlockSum> sums;
+    if (!model.sweep(at, &losses, sums)) return out;
+
+    // J'J and J'e over the innovations' variance, of each block.
+    const Eigen::Index known = at.columns(), all = columns_of(at, &losses);
+    std::vector<Eigen::MatrixXd> of_block;
+    Eigen::MatrixXd gram = Eigen::MatrixXd::Zero(all + 1, all + 1);
+    for (const BlockSum& sum : sums) {
+        of_block.push_back(sum.gram[0] / (sigma[0] * sigma[0]) + sum.gram[1] / (sigma[1] * sigma[1]));
+        gram += of_block.back();
+    }
+    const Eigen::VectorXd scale = gram.diagonal().head(known).cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
+    const Eigen::LDLT<Eigen::MatrixXd> base(scale.asDiagonal() * gram.topLeftCorner(known, known) * scale.asDiagonal());
+    const double usual_V = kUsual * v_max_V, usual2 = usual_V * usual_V;
+    double total = 1.0, best = 0.0;
+    Eigen::VectorXd square = Eigen::VectorXd::Zero(kBase);
+    Eigen::Index column = known;
+    for (const Input& input : losses) {
+        const Eigen::Index j = column;
+        column += weights_of(input.law);
+        // What a volt takes from the parameters, and what is left of it that they do not take.
+        const Eigen::VectorXd by_volt = -(scale.asDiagonal() *
+                                          base.solve(scale.asDiagonal() * gram.col(j).head(known)));
+        const double left = gram(j, j) + by_volt.dot(gram.col(j).head(known));
+        if (!(left > 1e-9 * gram(j, j)) || !by_volt.allFinite()) continue;
+        // A block's score of it: x'[J e], and how far from the fit it stays.
+        Eigen::VectorXd x = Eigen::VectorXd::Zero(all + 1);
+        x.head(known) = by_volt, x[j] = 1.0;
+        const double loss_V = -gram.col(all).dot(x) / left;
+        double scatter = 0.0;
+        for (const Eigen::MatrixXd& b : of_block) {
+            const Eigen::VectorXd of_x = b * x;
+            scatter += std::pow(of_x[all] + of_x.dot(x) * loss_V, 2);
+        }
+        const double s2 = std::max(scatter, left) / (left * left * more);
+        // Beside a prior of the usual size.
+        const double part = usual2 / (usual2 + s2),
+                     odds = kBefore * std::exp(std::min(0.5 * loss_V * loss_V / s2 * part, 600.0)) /
+                            std::sqrt(1.0 + usual2 / s2) / static_cast<double>(losses.size()),
+                     mean_V = part * loss_V, mean2 = mean_V * mean_V + part * s2;
+        total += odds;
+        square += odds * mean2 * by_volt.head(kBase).cwiseAbs2();
+        if (odds > best) best = odds, out.leg_V = mean_V, out.R_ohm = at.base[0] + by_volt[0] * mean_V;
+    }
+    out.probable = 1.0 - 1.0 / total;
+    out.sd = (square / total).cwiseSqrt();
+    return out;
+}
+
+}  // namespace dqw

@@ -1,0 +1,29 @@
+// What an inverter that no one has declared hides in a fit's parameters.
+#ifndef DQW_REF_FIT_HIDDEN_LOSS_HPP
+#define DQW_REF_FIT_HIDDEN_LOSS_HPP
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "ref/log/piece.hpp"
+#include "ref/model/model.hpp"
+
+namespace dqw {
+
+struct HiddenLoss {
+    Eigen::VectorXd sd;     ///< by which R, L_d, L_q, psi may be off
+    double probable = 0.0;  ///< that there is a loss
+    double leg_V = 0.0;     ///< of a leg, by the likeliest
+    double R_ohm = 0.0;     ///< what R would be beside it
+};
+
+/// A loss of voltage with the sign of each leg's current, of any usual width and modulation: how probable it is, and what
+/// it would take from the parameters of `at`, a plain fit with gains; `sigma` of both axes' innovations.
+///
+/// Source   (E170) in docs/EQUATIONS.md
+/// Cost     one sweep over 20 000 rows of them at most
+HiddenLoss hidden_loss(const std::vector<Log>& logs, const std::vector<Piece>& pieces, double pole_pairs,
+                       const Point& at, const Eigen::VectorXd& sigma);
+
+}  // namespace dqw
+#endif
