@@ -33,8 +33,10 @@ INC      := -I. -Ilib -Iport_q15 -Isim
 CXXINC   := $(INC) -isystem /usr/include/eigen3
 CFLAGS   ?=
 CXXFLAGS ?=
-C99      := -std=c99 -pedantic -Werror=implicit-function-declaration $(OPT) $(FP) $(SANFLAGS) -MMD -MP
-CXX17    := -std=c++17 $(OPT) $(FP) $(SANFLAGS) -MMD -MP
+# Hidden, so that the Python module may take the archives in.
+PIC      := -fPIC -fvisibility=hidden
+C99      := -std=c99 -pedantic -Werror=implicit-function-declaration $(PIC) $(OPT) $(FP) $(SANFLAGS) -MMD -MP
+CXX17    := -std=c++17 $(PIC) $(OPT) $(FP) $(SANFLAGS) -MMD -MP
 
 # SUNDIALS 7 moved its context into a library of its own, and Debian builds it with MPI, whose header its own then include.
 SUNCORE  := $(shell echo 'int main(void){return 0;}' | $(CC) -x c - -lsundials_core -o /dev/null 2>/dev/null && echo -lsundials_core)
