@@ -244,6 +244,13 @@ inline std::vector<Written> all()
                                       r.i_d, r.i_q, r.v_d / v_dc * 65536, r.v_q / v_dc * 65536, r.w * p / turn, r.temp);
                }),
          "tvdqwT", 1e-5, 0.005, 0.005});
+    add({"openinverter_spot", slow,
+         lines(slow, "Time(s),udc,id,iq,ud,uq,fstat,tmpm", "\n",
+               [](const Row& r, std::size_t) {
+                   return fmt::format("{:.6g},48,{:.5g},{:.5g},{:.6g},{:.6g},{:.6g},{:.4g}", r.t, r.i_d, r.i_q,
+                                      r.v_d / v_dc * 65536, r.v_q / v_dc * 65536, r.w * p / turn, r.temp);
+               }),
+         "tvdqwT", 1e-3, 5e-4, 1e-3});
     add({"odrive", slow,
          lines(slow,
                "time,odrv0.axis0.motor.current_control.Iq_measured,odrv0.axis0.motor.current_control.Id_measured,odrv0."

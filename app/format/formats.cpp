@@ -53,6 +53,7 @@ const std::vector<const Format*>& formats()
         &mesc_log,
         &mesc_status,
         &openinverter_motor,
+        &openinverter_spot,
         &openinverter_web,
         &odrive,
         &odrive_dyno,

@@ -12,8 +12,8 @@ namespace dqw {
 
 extern const Format vesc_tool, vesc_sampled, vesc_log, vesc_ros, tmotor_efficiency, tmotor_velocity, tmotor_pi,
     moteus_dyno, moteus_csv, moteus_stats, moteus_control, moteus_jsonl, mesc_log, mesc_status, openinverter_motor,
-    openinverter_web, odrive, odrive_dyno, odrive_dyno_list, simplefoc, odri, float_control, floaty, plotjuggler,
-    test_bench, tektronix, rigol, plain;
+    openinverter_spot, openinverter_web, odrive, odrive_dyno, odrive_dyno_list, simplefoc, odri, float_control, floaty,
+    plotjuggler, test_bench, tektronix, rigol, plain;
 
 /// All formats, in the order in which they are tried; the last is dqwatch's own.
 const std::vector<const Format*>& formats();

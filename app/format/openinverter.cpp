@@ -26,21 +26,24 @@ void describe_motor(Import& in)
     in.take(col_i_d, "id", "A");
     for (const auto& [column, name] : {std::pair(col_v_d, "ud"), std::pair(col_v_q, "uq")})
         in.take(column, scaled(in.field(name), modmax_share, "% · 37637/65536"), "% of v_dc");
+    in.counter = head.find("count");
     in.speed_from_angle = true;
     in.regime = Regime::dynamic;
     in.voltage = "phase, peak, commanded, in % of modmax (37637)";
-    in.notes.push_back("rows are taken one period apart, 8789 Hz unless --period says otherwise: the stamps have too "
-                       "few digits, and lost messages are not in them");
+    in.notes.push_back("rows are taken one period apart, 8789 Hz unless --period says otherwise, and those that count "
+                       "lacks are a gap: the stamps have too few digits, and lost messages are not in them");
 }
 
 bool is_web(const Head& head) { return head.has("Timestamp") && (head.has("udc") || head.has("uq")); }
+
+bool is_spot(const Head& head) { return head.has("Time(s)") && !head.has("count") && head.has("udc"); }
 
 void describe_web(Import& in)
 {
     const auto take = [&](Column column, const std::string& name, const char* unit) {
         return in.take(column, name, unit) || in.take(column, name + " (avg)", unit);
     };
-    take(col_t, "Timestamp", "s");
+    if (!take(col_t, "Timestamp", "s")) take(col_t, "Time(s)", "s");
     take(col_i_d, "id", "A");
     take(col_i_q, "iq", "A");
     take(col_v_dc, "udc", "V");
@@ -63,6 +66,11 @@ const Format openinverter_motor = {"openinverter_motor",
                                    {"Time(s)", "count", "angle", "uq", "ud", "iq", "id"},
                                    is_motor,
                                    describe_motor};
+const Format openinverter_spot = {"openinverter_spot",
+                                  "openinverter, binary log decoded (_spot_values.csv)",
+                                  {"Time(s)", "udc"},
+                                  is_spot,
+                                  describe_web};
 const Format openinverter_web = {
     "openinverter_web", "openinverter, web interface's log.csv", {"Timestamp"}, is_web, describe_web};
 

@@ -75,7 +75,7 @@ ToCompare log_to_compare(const Options& options)
     ToCompare what;
     what.comparison.log = options.logs.front();
     what.config = asked_effects(options, options.effects);
-    what.logs = read_logs(options.logs, options, !what.config.inputs.empty(), what.comparison.notes);
+    what.logs = read_logs(options.logs, options, !what.config.inputs.empty(), what.comparison.notes, true);
     what.comparison.nominal = what.logs.front().machine;
     return what;
 }

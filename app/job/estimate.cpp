@@ -19,7 +19,7 @@ Estimation estimate(bool fits, const Options& options, decltype(estimate_by_fit)
     std::vector<std::string> notes;
     const LearnConfig config = asked_effects(options, options.effects);
     const bool plain = config.inputs.empty();
-    const std::vector<Log> logs = read_logs(options.logs, options, !plain, notes, fits, fits && plain);
+    const std::vector<Log> logs = read_logs(options.logs, options, !plain, notes, true, fits && plain);
     Estimated estimated = with_logs(logs, [&] { return estimator(logs, options, config); });
     Result& result = estimated.result;
     check_sense(logs, result);
@@ -37,14 +37,14 @@ Estimation fit_logs(const Options& options) { return estimate(true, options, est
 std::string estimation_json(const Estimation& e)
 {
     auto object = result_json(e.estimated.result, e.nominal, e.estimated.effects);
-    if (e.datasheet) object["datasheet"] = datasheet_json(e.estimated.result);
+    if (e.datasheet) object["datasheet"] = datasheet_json(e.estimated.result, e.nominal);
     return json_text(object);
 }
 
 std::string estimation_text(const Estimation& e)
 {
     return result_text(e.estimated.result, e.nominal, e.estimated.effects) +
-           (e.datasheet ? datasheet_text(e.estimated.result) : "");
+           (e.datasheet ? datasheet_text(e.estimated.result, e.nominal) : "");
 }
 
 LearnOptions learn_options(const Options& options, const LearnConfig& config, bool fixed_point)

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <numeric>
 
 #include "app/base/columns.hpp"
 #include "app/base/parameters.hpp"
@@ -39,44 +40,57 @@ void complete(Machine& to, const Machine& from)
         if (!(to.*rated)) to.*rated = from.*rated;
 }
 
-/// A file that cannot be read is not one; whoever reads it says why.
-bool is_control(const std::string& path)
+/// Empty of a file that cannot be read; whoever reads it says why.
+std::string format_if_any(const std::string& path)
 {
     try {
-        return format_of_file(path) == "moteus_control";
+        return format_of_file(path);
     } catch (const InputError&) {
-        return false;
+        return "";
     }
 }
 
-/// A file of moteus' currents and speed, and the one of its voltages; that one empty: there is none.
+/// A file of currents and speed, and the one beside it of the voltages (moteus), or of the link's (openinverter); empty:
+/// there is none.
 struct Files {
-    std::string path, voltages;
+    std::string path, voltages, link;
 };
 
 /// Files that belong together, by their formats: one of each, or names that differ by the channel alone.
 std::vector<Files> sources_of(const std::vector<std::string>& paths, const Options& options)
 {
     std::vector<Files> sources;
-    std::vector<std::string> controls;
+    std::vector<std::string> controls, spots;
     for (const std::string& path : paths) {
         std::error_code ignored;
         // A pipe can be read but once.
         const bool may_be = paths.size() > 1 && options.format.empty() && options.tables.count(path) == 0 &&
                             std::filesystem::is_regular_file(path, ignored);
-        if (may_be && is_control(path))
+        const std::string format = may_be ? format_if_any(path) : "";
+        if (format == "moteus_control")
             controls.push_back(path);
+        else if (format == "openinverter_spot")
+            spots.push_back(path);
         else
-            sources.push_back({path, ""});
+            sources.push_back({path, "", ""});
+    }
+    const auto partner_of = [&](std::string name, const std::string& word, const char* other, std::size_t count) {
+        const auto at = name.rfind(word);
+        if (at != name.npos) name.replace(at, word.size(), other);
+        Files* partner = nullptr;
+        for (Files& source : sources)
+            if (name == source.path || (sources.size() == 1 && count == 1)) partner = &source;
+        return partner;
+    };
+    for (const std::string& spot : spots) {
+        Files* partner = partner_of(spot, "spot_values", "motor_data", spots.size());
+        if (!partner || format_if_any(partner->path) != "openinverter_motor")
+            throw InputError(spot, 1,
+                             "values now and then; expected the file of motor_data beside it, or this one alone");
+        partner->link = spot;
     }
     for (const std::string& control : controls) {
-        Files* partner = nullptr;
-        for (Files& source : sources) {
-            std::string name = control;
-            const auto at = name.rfind("servo_control");
-            if (at != name.npos) name.replace(at, 13, "servo_stats");
-            if (name == source.path || (sources.size() == 1 && controls.size() == 1)) partner = &source;
-        }
+        Files* partner = partner_of(control, "servo_control", "servo_stats", controls.size());
         if (!partner)
             throw InputError(control, 1, "voltages without currents; expected the file of servo_stats beside it");
         partner->voltages = control;
@@ -109,6 +123,37 @@ Log joined(const Files& source, const ReadOptions& options)
         options.notes->push_back(fmt::format("{}: voltages of {} by the nearest stamp; {} without one and {} in motion "
                                              "left out",
                                              source.path, source.voltages, counted(far, "row"), moving));
+    return log;
+}
+
+/// A log whose voltages are parts of the link's, which another file has: between its rows it goes straight.
+Log linked(const Files& source, const ReadOptions& options)
+{
+    Survey survey;
+    ReadOptions beside = options;
+    beside.survey = &survey;
+    beside.plain_only = false;
+    beside.notes = nullptr;
+    const Log spots = read_log(source.link, beside);
+    const std::vector<double>&t = spots.t_s, &v = spots.v_dc_V;
+    if (t.empty() || v.empty()) throw InputError(source.link, 1, "no voltage of the DC link by time; expected udc");
+    const double mean = std::accumulate(v.begin(), v.end(), 0.0) / static_cast<double>(v.size());
+    const auto [least, largest] = std::minmax_element(v.begin(), v.end());
+    if (!(*least > 0.0)) throw InputError(source.link, 1, "udc is not above 0 throughout; expected the link's voltage");
+    ReadOptions whole = options;
+    whole.given.v_dc_V = mean;
+    Log log = read_log(source.path, whole);
+    for (std::size_t k = 0, n = 0; k < log.t_s.size(); ++k) {
+        while (n + 1 < t.size() && t[n + 1] <= log.t_s[k]) ++n;
+        const bool between = n + 1 < t.size() && log.t_s[k] > t[n];
+        const double link_V = between ? v[n] + (v[n + 1] - v[n]) * (log.t_s[k] - t[n]) / (t[n + 1] - t[n]) : v[n];
+        for (auto* column : {&log.v_d_V, &log.v_q_V})
+            if (!column->empty()) (*column)[k] *= link_V / mean;
+        if (!log.v_dc_V.empty()) log.v_dc_V[k] = link_V;
+    }
+    if (options.notes)
+        options.notes->push_back(fmt::format("{}: the link's voltage is that of {}: {:g} to {:g} V", source.path,
+                                             source.link, *least, *largest));
     return log;
 }
 
@@ -192,7 +237,9 @@ std::vector<Log> read_logs(const std::vector<std::string>& paths, const Options&
         read.progress = [&](double fraction) {
             progress.update((static_cast<double>(i) + fraction) / static_cast<double>(sources.size()));
         };
-        logs.push_back(sources[i].voltages.empty() ? read_log(sources[i].path, read) : joined(sources[i], read));
+        logs.push_back(!sources[i].voltages.empty() ? joined(sources[i], read)
+                       : !sources[i].link.empty()   ? linked(sources[i], read)
+                                                    : read_log(sources[i].path, read));
         const Log &first = logs.front(), &log = logs.back();
         if (log.regime != first.regime)
             throw InputError(log.path, 1,
@@ -216,6 +263,7 @@ InputError refused(const Log& log, std::string what)
 {
     const std::string path = log.path + ": ";
     if (what.rfind(path, 0) == 0) what.erase(0, path.size());
+    if (!log.doubt.empty()) what += "; " + log.doubt;
     return {log.path, log.rows() + 1, what};
 }
 

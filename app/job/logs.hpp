@@ -29,7 +29,8 @@ RowSource* table_of(const Options& options, const std::string& log);
 std::vector<Log> read_logs(const std::vector<std::string>& paths, const Options& options, bool all_columns,
                            std::vector<std::string>& notes, bool angle = false, bool polled = false);
 
-/// What an estimator says of a log, which it may begin with the log's name, behind the log's last line.
+/// What an estimator says of a log, which it may begin with the log's name, behind the log's last line. What is doubted
+/// of its columns goes with it: that may be why.
 InputError refused(const Log& log, std::string what);
 
 /// Does `work` with logs; what it refuses by std::invalid_argument is an InputError of the first, which stands for all.

@@ -10,6 +10,7 @@
 #include "app/job/logs.hpp"
 #include "app/learn/trace.hpp"
 #include "app/report/compare.hpp"
+#include "app/report/sense.hpp"
 #include "ref/fit/polled_points.hpp"
 #include "ref/model/open_circuit.hpp"
 
@@ -144,6 +145,12 @@ TraceReport trace_logs(const std::vector<Log>& logs, const Options& options, con
     allow_for_rows(logs.front(), report.trace.after.parameters);
     report.trace.notes.insert(report.trace.notes.begin(), notes.begin(), notes.end());
     learn_as_well(logs, report);
+    std::vector<std::vector<Estimate>*> all = {&report.trace.before.parameters, &report.trace.after.parameters};
+    for (auto* learned : {&report.learner_before, &report.learner_after})
+        if (*learned) all.push_back(&(*learned)->parameters);
+    std::string slip;
+    for (auto* parameters : all) slip = allow_for_slip(logs, *parameters);
+    if (!slip.empty()) report.trace.notes.push_back(slip);
     return report;
 }
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <optional>
 #include <stdexcept>
 #include <string>
 
@@ -34,6 +35,10 @@ constexpr double kAlpha_per_K = 0.0039, kBeta_per_K = 0.001, kSlack = 2.0;
 constexpr double kHotter_K = 110.0, kColder_K = 80.0;
 // A sensor lags behind its winding, or sits beside it: by so much; one that stands still, or jumps, is none.
 constexpr double kLag_K = 60.0, kStill_K = 0.5, kJump_K = 15.0;
+// By how much a machine differs from what its maker says, or who measured it before, of R, L_d, L_q, psi; at 20 C.
+constexpr double kPlate[kLooked] = {0.1, 0.3, 0.3, 0.1}, kPlate_C = 20.0;
+constexpr std::optional<double> Machine::*kNominal[kLooked] = {&Machine::R_ohm, &Machine::Ld_H, &Machine::Lq_H,
+                                                               &Machine::psi_Wb};
 constexpr double kSaturation = 0.3;  // of L, from no current to the largest
 // Times the head's mean square, and of the voltage: the equations no longer hold. Saturation leaves some percent.
 constexpr double kUnfit = 9.0, kUnfitPart = 0.05;
@@ -124,7 +129,11 @@ private:
     {
         const PolledLook& now = all_.looks[n];
         const bool watched = n >= taken_from_ + healthy_looks_;
-        if (n == taken_from_ + healthy_looks_) take_healthy();
+        if (n == taken_from_ + healthy_looks_) {
+            if (!run_.served) doubt_drift(n - 1);
+            take_healthy(healthy_looks_);
+            if (!run_.served) serve(), hold_against_plate();
+        }
         MonitorPoint point{now.to_s, watched, {}};
         for (std::size_t j = 0; j < kLooked; ++j)
             if (all_.known[j] && log_tells(n, j))
@@ -162,37 +171,106 @@ private:
         return std::hypot(all_.looks[n].sd[j], all_.looks[n].lasting[j]);
     }
 
-    void take_healthy()
+    void take_healthy(std::size_t looks)
     {
         for (std::size_t j = 0; j < kLooked; ++j) {
             double weights = 0.0, sum = 0.0, squares = 0.0, own = 0.0, lasting = 0.0, count = 0.0;
-            for (std::size_t n = taken_from_; n < taken_from_ + healthy_looks_; ++n) {
+            for (std::size_t n = taken_from_; n < taken_from_ + looks; ++n) {
                 const PolledLook& l = all_.looks[n];
                 const double weight = 1.0 / std::max(l.sd[j] * l.sd[j], 1e-300);
                 weights += weight, sum += weight * value(n, j), lasting += weight * l.lasting[j];
                 own += l.sd[j] * l.sd[j], ++count;
             }
             healthy_[j] = sum / weights;
-            for (std::size_t n = taken_from_; n < taken_from_ + healthy_looks_; ++n)
+            for (std::size_t n = taken_from_; n < taken_from_ + looks; ++n)
                 squares += std::pow(value(n, j) - healthy_[j], 2);
-            spread_[j] = std::sqrt(std::max(0.0, (squares - own) / (count - 1.0)));
+            spread_[j] = looks > 1 ? std::sqrt(std::max(0.0, (squares - own) / (count - 1.0))) : 0.0;
             healthy_sd_[j] = std::sqrt(1.0 / weights + std::pow(spread_[j], 2) / count);
             healthy_lasting_[j] = lasting / weights;
         }
-        const double from_s = all_.looks[taken_from_].from_s, to_s = all_.looks[taken_from_ + healthy_looks_ - 1].to_s;
+        const double from_s = all_.looks[taken_from_].from_s, to_s = all_.looks[taken_from_ + looks - 1].to_s;
         winding_C_ = mean_of(log_.temp_winding_C, log_, from_s, to_s);
         magnet_C_ = mean_of(log_.temp_magnet_C, log_, from_s, to_s);
         hottest_K_ = 0.0, healthy_A_ = 0.0, unfit_ = kUnfit;
-        for (std::size_t n = taken_from_; n < taken_from_ + healthy_looks_; ++n) {
-            healthy_A_ += all_.looks[n].i_A / static_cast<double>(healthy_looks_);
+        for (std::size_t n = taken_from_; n < taken_from_ + looks; ++n) {
+            healthy_A_ += all_.looks[n].i_A / static_cast<double>(looks);
             unfit_ = std::max(unfit_, 4.0 * all_.looks[n].worse);
         }
-        if (!run_.served) {
-            run_.served = run_.watched = true, run_.entered_s = run_.watched_from_s = to_s;
-            run_.stages.push_back({to_s, DQW_STAGE_IN_SERVICE});
-            for (std::size_t j = 0; j < kLooked; ++j)
-                if (all_.known[j]) run_.healthy[channel(j)] = {healthy_[j], healthy_sd_[j], healthy_[j]};
+    }
+
+    void serve()
+    {
+        const double to_s = all_.looks[taken_from_ + healthy_looks_ - 1].to_s;
+        run_.served = run_.watched = true, run_.entered_s = run_.watched_from_s = to_s;
+        run_.stages.push_back({to_s, DQW_STAGE_IN_SERVICE});
+        for (std::size_t j = 0; j < kLooked; ++j)
+            if (all_.known[j]) run_.healthy[channel(j)] = {healthy_[j], healthy_sd_[j], healthy_[j]};
+    }
+
+    static const char* parameter(std::size_t j) { return channel_named(kChannel[j]).parameter; }
+
+    /// The last of the looks that shall be healthy against the first of them. Their equations are those of the head as a
+    /// whole, which what moves has spoilt: a look's own residual is the noise.
+    void doubt_drift(std::size_t last)
+    {
+        take_healthy(1);
+        const auto own_sd = [&](std::size_t n, std::size_t j) {
+            return all_.looks[n].sd[j] * std::sqrt(std::min(1.0, all_.looks[n].worse));
+        };
+        if (knows_heat())
+            hottest_K_ = std::clamp(rise_K(last) + 2.0 * own_sd(last, R) / (kAlpha_per_K * healthy_[R]), 0.0,
+                                    kHotter_K);
+        int worst = -1;
+        double most = 1.0;
+        for (std::size_t j = 0; j < kLooked; ++j) {
+            const double sure = kSure * std::hypot(own_sd(taken_from_, j), own_sd(last, j));
+            const double ratio = std::abs(excess(last, j)) / std::max(kBand[j] * std::abs(healthy_[j]), sure);
+            if (ratio > most) most = ratio, worst = static_cast<int>(j);
         }
+        if (worst < 0) return;
+        const auto j = static_cast<std::size_t>(worst);
+        run_.notes.push_back(fmt::format(
+            "warning: {} goes from {} to {} within the first {} looks, more than heat or current explain: what is "
+            "taken as healthy may be a fault on its way",
+            parameter(j), shown_as(j, healthy_[j]), shown_as(j, value(last, j)), healthy_looks_));
+    }
+
+    static std::string shown_as(std::size_t j, double value)
+    {
+        return fmt::format("{:.4g} {}", value, j == R ? "ohm" : j == Psi ? "Wb" : "H");
+    }
+
+    /// (E157)
+    void hold_against_plate()
+    {
+        std::vector<std::string> differences;
+        double hottest_K = kHotter_K;
+        for (std::size_t j = 0; j < kLooked; ++j) {
+            const std::optional<double>& plate = log_.machine.*kNominal[j];
+            if (!all_.known[j] || !plate || !(*plate > 0.0)) continue;
+            const double off = healthy_[j] / *plate - 1.0,
+                         sd = std::hypot(healthy_sd_[j], healthy_lasting_[j]) / *plate;
+            double low = 0.0, high = 0.0;
+            if (j == R) {
+                const double K = winding_ ? winding_C_ - kPlate_C : 0.0;
+                low = kAlpha_per_K * (winding_ ? K - kLag_K : -kColder_K);
+                high = all_.holds_dead_time ? HUGE_VAL : kAlpha_per_K * (winding_ ? K + kLag_K : kHotter_K);
+                if (knows_heat()) hottest_K = std::clamp((off + kPlate[R] + 2.0 * sd) / kAlpha_per_K, 0.0, kHotter_K);
+            } else if (j == Psi) {
+                low = -kBeta_per_K * hottest_K, high = kBeta_per_K * kColder_K;
+            }
+            low -= kPlate[j], high += kPlate[j];
+            differences.push_back(fmt::format("{} {:+.1f} %", parameter(j), 100.0 * off));
+            if (std::abs(off - std::clamp(off, low, high)) <= kSure * sd) continue;
+            run_.notes.push_back(fmt::format(
+                "warning: {} is {} in the first looks, {:+.1f} % of the machine file's {}, more than heat and a "
+                "maker's tolerance explain: what is taken as healthy may be none",
+                parameter(j), shown_as(j, healthy_[j]), 100.0 * off, shown_as(j, *plate)));
+        }
+        run_.notes.push_back(
+            differences.empty() ? "what is there in the first looks is taken as healthy, a fault too: R_ohm and psi_Wb "
+                                  "under [machine] would be held against it"
+                                : "the first looks beside the machine file: " + list(differences));
     }
 
     double change_sd(std::size_t n, std::size_t j) const

@@ -125,13 +125,6 @@ Maybe by_turns(const SpeedProbe& p, std::optional<double> pole_pairs)
         ""};
 }
 
-double rms(const double* x, std::size_t rows)
-{
-    double sum = 0;
-    for (std::size_t k = 0; k < rows; ++k) sum += x[k] * x[k];
-    return rows ? std::sqrt(sum / static_cast<double>(rows)) : 0.0;
-}
-
 /// No machine of some volts takes thousands of amperes, none of a few amperes thousands of volts.
 Maybe by_size(const SpeedProbe& p)
 {
@@ -196,16 +189,58 @@ Maybe by_nameplate(const SpeedProbe& p, const Machine& m, const VoltageFit& e)
     return {};
 }
 
-/// L in front of w over L in front of di/dt: the pole pairs times what w and t are wrong by.
-Maybe by_pole_pairs(const SpeedProbe& p, const Machine& m, const VoltageFit& e)
+/// Of means R holds what dead time adds, and L what moved within a row; half a log has no L. The flux tells, and R must
+/// not contradict it.
+Maybe by_flux(const Machine& m, const VoltageFit& e)
 {
-    if (p.regime != Regime::dynamic) return {};
+    if (!m.pole_pairs || !m.psi_Wb || !(*m.psi_Wb > 0) || !e.known(ppsi) || e.left > 0.3) return {};
+    constexpr double sharp = 0.04, blunt = 0.15, far = 0.25;
+    const double poles = *m.pole_pairs, f = e.value[ppsi] / poles / *m.psi_Wb;
+    const bool has_R = m.R_ohm && e.known(R);
+    const double r = has_R ? e.value[R] / *m.R_ohm : 1.0;
+    const std::vector<Column> v = {col_v_d, col_v_q}, i = {col_i_d, col_i_q}, w = {col_w_m},
+                              all = {col_v_d, col_v_q, col_i_d, col_i_q};
+    const struct {
+        double of_r, of_f, part;
+        bool may_be;
+        const std::vector<Column>& columns;
+        const char *looks_like, *correction;
+    } units[] = {
+        {std::sqrt(3.0), std::sqrt(3.0), sharp, true, v, "values line to line", "scale = 0.57735"},
+        {1, std::sqrt(1.5), sharp, true, all, "values of the power-invariant scaling", "scale = 0.81650"},
+        {1, std::sqrt(0.5), sharp, true, all, "RMS values", "scale = 1.41421"},
+        {1e-3, 1, far, has_R, i, "mA", "unit = \"mA\""},
+        {1e3, 1e3, far, true, v, "mV", "unit = \"mV\""},
+        {1, 1 / poles, blunt, poles > 2 && !near(poles, 30 / pi, 0.3), w, "the electrical speed in rad/s",
+         "unit = \"electrical rad/s\""},
+        {1, pi / 30 / poles, blunt, poles > 1, w, "electrical rpm", "unit = \"erpm\""},
+        {1, 2 * pi, blunt, true, w, "turns a second", "unit = \"turns/s\""},
+        {1, pi / 180, blunt, true, w, "degrees a second", "unit = \"deg/s\""},
+    };
+    constexpr double most_by_dead_time = 6.0, least = 0.7;
+    for (const auto& unit : units)
+        if (unit.may_be && near(f, unit.of_f, unit.part) && r > least * unit.of_r && r < most_by_dead_time * unit.of_r)
+            return Doubt{unit.columns, unit.looks_like,
+                         fmt::format("with it psi is {:.3g} times the machine file's", f) +
+                             (has_R ? fmt::format(" and R {:.3g} times", r) : ""),
+                         unit.correction};
+    return {};
+}
+
+/// L in front of w over L in front of di/dt: the pole pairs times what w and t are wrong by.
+Maybe by_pole_pairs(const SpeedProbe& p, const Machine& m, const VoltageFit& as_is)
+{
+    if (!p.column[col_t]) return {};
+    // Times a thousand an even time looks like that of settled rows.
+    SpeedProbe timed = p;
+    timed.regime = Regime::dynamic;
+    const VoltageFit e = p.regime == Regime::dynamic ? as_is : fit_voltages(timed);
     double poles = 0;
     if (e.known(Lq) && e.known(pLq) && e.sd[Lq] < 0.02 * e.value[Lq] && e.sd[pLq] < 0.02 * e.value[pLq])
         poles = e.value[pLq] / e.value[Lq];
     if (!(poles > 0)) return {};
     const std::string evidence = fmt::format("with it the cross-coupling tells {:.3g} pole pairs", poles);
-    if (m.pole_pairs && *m.pole_pairs > 1 && near(poles, 1.0, 0.03))
+    if (p.regime == Regime::dynamic && m.pole_pairs && *m.pole_pairs > 1 && near(poles, 1.0, 0.03))
         return Doubt{{col_w_m},
                      "the electrical speed in rad/s",
                      fmt::format("{}, expected {:g}", evidence, *m.pole_pairs),
@@ -217,13 +252,51 @@ Maybe by_pole_pairs(const SpeedProbe& p, const Machine& m, const VoltageFit& e)
     return {};
 }
 
+/// A tool that asks a few times a second writes rows in which speed goes on; seconds apart they would not.
+Maybe by_smoothness(const SpeedProbe& p)
+{
+    constexpr double shortest_s = 4.0, shortest_in_us = 4e3;
+    if (p.regime != Regime::polled || !(p.median_dt_s > shortest_s)) return {};
+    const double* w = p.column[col_w_m];
+    double steps = 0, mean = 0, squares = 0;
+    const auto rows = static_cast<double>(p.rows);
+    for (std::size_t k = 0; k < p.rows; ++k) {
+        if (k > 0) steps += std::pow(w[k] - w[k - 1], 2);
+        mean += w[k] / rows, squares += w[k] * w[k];
+    }
+    if (!(steps < 0.1 * (squares - rows * mean * mean))) return {};
+    const bool us = p.median_dt_s > shortest_in_us;
+    return Doubt{{col_t},
+                 us ? "µs" : "ms",
+                 fmt::format("rows are {:.3g} s apart, and yet the speed goes smoothly from row to row", p.median_dt_s),
+                 us ? "unit = \"us\"" : "unit = \"ms\""};
+}
+
 /// A term that is below zero beyond doubt, and no small one: what the model lacks may turn that.
-bool negative(const VoltageFit& e)
+bool negative(const VoltageFit& e, Unknown u)
 {
     constexpr double no_small_part = 0.05;
-    for (std::size_t u = 0; u < unknown_count; ++u)
-        if (e.value[u] < -5 * e.sd[u] && e.share[u] > no_small_part) return true;
-    return false;
+    return e.value[u] < -5 * e.sd[u] && e.share[u] > no_small_part;
+}
+
+constexpr Unknown unknowns[] = {R, Ld, Lq, pLd, pLq, ppsi};
+
+bool negative(const VoltageFit& e)
+{
+    return std::any_of(std::begin(unknowns), std::end(unknowns), [&](Unknown u) { return negative(e, u); });
+}
+
+/// Of half a log: v_q = R i_q + psi w has its signs at once.
+Maybe by_half_signs(const VoltageFit& e)
+{
+    const bool of_psi = negative(e, ppsi) && e.certain(ppsi), of_R = negative(e, R) && e.certain(R);
+    if (!of_psi && !of_R) return {};
+    const char* of = of_psi ? e.known(R) ? "w_m" : of_R ? "v_q" : "v_q, or that of w_m," : "i_q";
+    return Doubt{
+        {col_v_q, col_i_q, col_w_m},
+        fmt::format("the sign of {} turned", of),
+        fmt::format("as it is {} negative", of_psi ? of_R ? "R and psi come out" : "psi comes out" : "R comes out"),
+        ""};
 }
 
 /// Signs turned and axes exchanged, where the log as it is has a negative R, L or ψ, or leaves far more.
@@ -232,9 +305,12 @@ Maybe by_signs(const SpeedProbe& p, const VoltageFit& as_is)
     constexpr double much = 0.3, far_less = 0.2;
     const bool senseless = negative(as_is);
     if (!senseless && as_is.left < much) return {};
-    // Means between polls lack what happened within them, and that may turn a term.
-    const bool told = senseless && p.regime != Regime::polled;
-    const double most = std::fmin(0.1, (told ? 1.02 : far_less) * as_is.left);
+    // Means between polls lack what happened within them, and that may turn a term that explains little.
+    const bool certain = std::any_of(std::begin(unknowns), std::end(unknowns),
+                                     [&](Unknown u) { return negative(as_is, u) && as_is.certain(u); });
+    const bool told = senseless && (p.regime != Regime::polled || certain);
+    const double most = std::fmin(told && p.regime == Regime::polled ? 0.3 : 0.1,
+                                  (told ? 1.02 : far_less) * as_is.left);
     Maybe found;
     double best = 0;
     int fewest = 99;
@@ -276,8 +352,11 @@ std::vector<Doubt> column_doubts(const SpeedProbe& probe, const Machine& machine
 {
     std::vector<Doubt> doubts;
     const auto add = [&](const Maybe& doubt) {
-        if (doubt) doubts.push_back(*doubt);
-        return doubt.has_value();
+        if (!doubt) return false;
+        doubts.push_back(*doubt);
+        auto& of = doubts.back().columns;
+        of.erase(std::remove_if(of.begin(), of.end(), [&](Column c) { return !probe.column[c]; }), of.end());
+        return true;
     };
     if (probe.rows < 3) return doubts;
     const bool angle_is_off = add(angle_unit(probe, col_theta_e)) | add(angle_unit(probe, col_theta_m));
@@ -287,17 +366,18 @@ std::vector<Doubt> column_doubts(const SpeedProbe& probe, const Machine& machine
             add(by_angle(probe, col_theta_e, machine.pole_pairs, machine.pole_pairs, settled));
         if (doubts.empty()) add(by_turns(probe, machine.pole_pairs));
     }
-    for (const Column c : {col_v_d, col_v_q, col_i_d, col_i_q})
-        if (!probe.column[c]) return doubts;
+    if (!probe.column[col_v_q] || !probe.column[col_i_q] || (probe.is_half() && probe.regime != Regime::polled))
+        return doubts;
     if (add(by_size(probe)) || !probe.column[col_w_m] || probe.regime == Regime::standstill) return doubts;
+    if (!settled && doubts.empty()) add(by_smoothness(probe));
     const VoltageFit as_is = fit_voltages(probe);
     const bool known = !doubts.empty() && doubts.back().of_time_or_speed();
     if (known) return doubts;
-    if (add(by_signs(probe, as_is))) return doubts;
-    const Maybe plate = by_nameplate(probe, machine, as_is);
+    if (add(probe.is_half() ? by_half_signs(as_is) : by_signs(probe, as_is))) return doubts;
+    const Maybe plate = probe.regime == Regime::polled ? by_flux(machine, as_is) : by_nameplate(probe, machine, as_is);
     if (plate && !(settled && plate->of_time_or_speed()))
         add(plate);
-    else if (!settled)
+    else if (!settled && probe.regime != Regime::polled)
         add(by_pole_pairs(probe, machine, as_is));
     return doubts;
 }

@@ -403,9 +403,11 @@ private:
     void take_row(const RowParser& parser, const RowValues* parsed)
     {
         const std::size_t number = rows_in_file_++;
+        if (!parsed && last_count_) last_count_ = *last_count_ + 1.0;
         if (!parsed) return count_left_out(left_out_, parser.left_out(), opening_.line_number());
         RowValues row = *parsed;
-        if (import_.row_period_s) row[col_t] = *import_.row_period_s * static_cast<double>(number);
+        if (import_.row_period_s)
+            row[col_t] = *import_.row_period_s * (static_cast<double>(number) + lost_before(parser));
         if (rows_ == 0 && is_idle(row))
             return count_left_out(left_out_, "zeros before the first values", opening_.line_number());
         if (has_[col_t]) set_clock(row[col_t]);
@@ -418,6 +420,18 @@ private:
         if (has_[col_t] && !stamps_.finite())
             refuse(fmt::format("t_s jumps from {:g} to {:g}", stamps_.before_s(), row[col_t]));
         store_row(row);
+    }
+
+    /// Rows that its counter of 8 bits says are not in the file.
+    double lost_before(const RowParser& parser)
+    {
+        constexpr double counts = 256.0;
+        if (!import_.counter || !std::isfinite(parser.counter())) return lost_rows_;
+        double step = std::fmod(parser.counter() - last_count_.value_or(parser.counter() - 1.0), counts);
+        if (step < 0.0) step += counts;
+        lost_rows_ += step - 1.0;
+        last_count_ = parser.counter();
+        return lost_rows_;
     }
 
     /// A link of 0 V, or currents and voltages of exactly 0 where the rows come from a host: nobody has answered yet.
@@ -579,17 +593,20 @@ private:
                  name_of(log_.regime) + " fit");
     }
 
-    void warn_of_units() const
+    void warn_of_units()
     {
-        const bool half = log_.regime == Regime::polled && !(has_[col_v_d] && has_[col_i_d]);
-        if (!options_.notes || !has_[col_w_m] || half || !complete(log_.regime, has_)) return;
+        if (!options_.notes || !has_[col_w_m] || !complete(log_.regime, has_)) return;
         SpeedProbe probe;
         for (std::size_t c = 0; c < column_count; ++c)
             if (has_[c]) probe.column[c] = (log_.*(columns[c].values)).data();
         probe.rows = std::min(rows_, probe_rows);
         probe.median_dt_s = base_.median_s;
         probe.regime = log_.regime;
-        for (const std::string& warning : unit_warnings(probe, import_, machine_)) options_.notes->push_back(warning);
+        probe.v_q_is_size = log_.v_q_is_size;
+        const std::vector<std::string> warnings = unit_warnings(probe, import_, machine_);
+        options_.notes->insert(options_.notes->end(), warnings.begin(), warnings.end());
+        const std::string head = fmt::format("warning: {}: ", import_.head.path);
+        if (!warnings.empty()) log_.doubt = warnings.front().substr(head.size());
     }
 
     void turn_voltages()
@@ -652,6 +669,8 @@ private:
     std::vector<std::string> unused_;
     std::string regime_why_ = "as the machine file says";
     std::size_t rows_ = 0, rows_in_file_ = 0;
+    std::optional<double> last_count_;
+    double lost_rows_ = 0.0;
     bool moves_ = false;
     std::size_t line_shift_ = 0;  // lines skipped so far
     std::vector<std::pair<std::size_t, std::size_t>> line_shifts_;

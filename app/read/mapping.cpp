@@ -173,6 +173,7 @@ void map_columns(Import& in, const Format& format, const MachineFile& machine)
 std::vector<std::string> unused_fields(const Import& in)
 {
     std::vector<bool> used(in.head.fields.size(), false);
+    if (in.counter) used[*in.counter] = true;
     for (const auto& source : in.columns)
         if (source)
             for (const std::size_t f : source->expression.fields) used[f] = true;

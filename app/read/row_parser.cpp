@@ -47,6 +47,7 @@ RowParser::RowParser(const std::string& path, Import& import)
     for (const RowRule& rule : import.rules)
         for (const std::size_t f : rule.what.fields)
             if (slots_[f].need == Need::unused) slots_[f].need = Need::noticed;
+    if (import.counter && slots_[*import.counter].need == Need::unused) slots_[*import.counter].need = Need::noticed;
     for (Slot& slot : slots_)
         if (slot.need == Need::held) slot.value = no_number;
     gathered_.resize(most);

@@ -29,6 +29,8 @@ public:
     /// True where a column is made of the field.
     bool uses(std::size_t field) const { return slots_[field].need >= Need::held; }
     const std::string& left_out() const { return left_out_; }
+    /// Of the row parsed last; NaN where it holds nothing.
+    double counter() const { return import_.counter ? slots_[*import_.counter].value : 0.0; }
 
 private:
     const RowValues* ruled();

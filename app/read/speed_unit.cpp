@@ -171,6 +171,7 @@ std::optional<std::string> evidence_of_rpm(const SpeedProbe& probe, const Machin
         return verdict;
     if (electrical) {
         if (decided(from_power(probe))) return verdict;
+        if (!probe.column[col_v_q] || !probe.column[col_i_q]) return verdict;
         const VoltageFit e = fit_voltages(probe);
         if (decided(from_induced_voltage(machine, e)) || decided(from_pole_pairs(probe, machine, e))) return verdict;
     } else if (decided(from_inertia(probe, machine))) {

@@ -11,6 +11,9 @@ namespace dqw {
 namespace {
 
 constexpr double kRpm = 9.549296585513721;  // rpm in a rad/s
+// Copper; magnets lose from half to twice as much as here, by their kind.
+constexpr double kAlpha_per_K = 0.0039, kBeta_per_K = 0.001, kOfKind = 0.5;
+constexpr double kTold_K = 50.0;  // the largest deviation
 
 /// Of line-to-line peak volts: turning at w_m, two lines have sqrt(3) p psi w_m.
 double Kv_of(double pole_pairs, double psi_Wb) { return kRpm / (std::sqrt(3.0) * pole_pairs * psi_Wb); }
@@ -81,7 +84,7 @@ std::vector<std::string> simplefoc(const Known& k)
 
 }  // namespace
 
-std::vector<Estimate> datasheet_numbers(const Result& result)
+std::vector<Estimate> datasheet_numbers(const Result& result, const Machine& nominal)
 {
     const Known k(result);
     std::vector<Estimate> out;
@@ -92,6 +95,14 @@ std::vector<Estimate> datasheet_numbers(const Result& result)
         out.push_back({"Kt_Nm_A", Kt, Kt * part, false});
     }
     if (k.R) out.push_back({"R_line_to_line_ohm", 2.0 * k.R->value, 2.0 * k.R->sd, false});
+    const auto warmer = [&](const char* name, const Estimate* e, const std::optional<double>& cold, double per_K,
+                            double unsure) {
+        if (!e || !cold || !(*cold > 0.0)) return;
+        const double K = (e->value / *cold - 1.0) / per_K, sd = std::hypot(e->sd / (per_K * *cold), unsure * K);
+        if (sd < kTold_K) out.push_back({name, K, sd, false});
+    };
+    warmer("warmer_by_R_K", k.R, nominal.R_ohm, kAlpha_per_K, 0.0);
+    warmer("warmer_by_psi_K", k.psi, nominal.psi_Wb, -kBeta_per_K, kOfKind);
     return out;
 }
 
@@ -103,18 +114,18 @@ std::vector<ControllerSettings> controller_settings(const Result& result)
     return {{"VESC", vesc(k)}, {"moteus", moteus(k)}, {"ODrive 0.5", odrive(k)}, {"SimpleFOC", simplefoc(k)}};
 }
 
-nlohmann::ordered_json datasheet_json(const Result& result)
+nlohmann::ordered_json datasheet_json(const Result& result, const Machine& nominal)
 {
     auto json = nlohmann::ordered_json::object();
-    for (const Estimate& e : datasheet_numbers(result)) json[e.name] = {{"value", e.value}, {"sd", e.sd}};
+    for (const Estimate& e : datasheet_numbers(result, nominal)) json[e.name] = {{"value", e.value}, {"sd", e.sd}};
     for (const ControllerSettings& s : controller_settings(result)) json["settings"][s.controller] = s.lines;
     return json;
 }
 
-std::string datasheet_text(const Result& result)
+std::string datasheet_text(const Result& result, const Machine& nominal)
 {
     std::string out;
-    const auto numbers = datasheet_numbers(result);
+    const auto numbers = datasheet_numbers(result, nominal);
     const auto find = [&](const char* name) { return find_estimate(numbers, name); };
     const auto add = [&](const std::string& text) { out += (out.empty() ? "\nas on a data sheet: " : ", ") + text; };
     if (const auto* Kv = find("Kv_rpm_V"))
@@ -122,6 +133,9 @@ std::string datasheet_text(const Result& result)
     if (const auto* Kt = find("Kt_Nm_A")) add(fmt::format("K_t {:.4g} ± {:.2g} Nm/A", Kt->value, Kt->sd));
     if (const auto* R = find("R_line_to_line_ohm"))
         add(fmt::format("R {:.4g} ± {:.2g} Ω line to line", R->value, R->sd));
+    for (const auto& [name, of] : {std::pair("warmer_by_R_K", "R"), std::pair("warmer_by_psi_K", "ψ")})
+        if (const auto* K = find(name))
+            add(fmt::format("by {} {:.0f} ± {:.0f} K warmer than the machine file's", of, K->value, std::abs(K->sd)));
     if (!out.empty()) out += '\n';
     for (const ControllerSettings& s : controller_settings(result)) {
         out += fmt::format("\n{}\n", s.controller);

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <string>
 
+#include "ref/log/turns.hpp"
+
 namespace dqw {
 namespace {
 
@@ -73,6 +75,19 @@ template <class Doubtful> void withhold(Result& result, const Doubtful& doubtful
 
 }  // namespace
 
+std::string allow_for_slip(const std::vector<Log>& logs, std::vector<Estimate>& parameters)
+{
+    constexpr double kSlips = 0.02;
+    const double turns = turns_of_angles(logs), p = logs.front().machine.pole_pairs.value_or(0.0);
+    const double part = turns != 0.0 && p > 0.0 ? std::abs(turns / p - 1.0) : 0.0;
+    if (!(part > kSlips)) return "";
+    for (Estimate& e : parameters)
+        if (!e.given) e.sd = std::max(e.sd, part * std::abs(e.value));
+    return fmt::format("warning: theta_e_rad turns {:.4g} times as far as the shaft, and the pole pairs are {:g}: the "
+                       "speed slips, and no parameter is known better than by that",
+                       turns, p);
+}
+
 void check_sense(const std::vector<Log>& logs, Result& result)
 {
     if (result.regime == Regime::dynamic && turns(logs) && !moves(logs, &Log::i_d_A) && !moves(logs, &Log::i_q_A) &&
@@ -95,6 +110,7 @@ void check_sense(const std::vector<Log>& logs, Result& result)
         },
         "a check of the signs and columns of voltage, current and speed");
 
+    if (const std::string slip = allow_for_slip(logs, result.parameters); !slip.empty()) result.notes.push_back(slip);
     for (const AxisResidual& axis : result.axes) {
         if (!(axis.percent > kMisfitPercent) || !(axis.rms > 0.1 * result.residual_rms)) continue;
         if (axis.percent > 100.0 && !result.not_identifiable.empty())

@@ -12,7 +12,7 @@ namespace {
 constexpr double kLook_s[] = {0.5, 1, 2, 5, 10, 20, 60, 120, 300};
 constexpr double kSame = 0.03;   // of the largest current, or speed: one operating point
 constexpr double kBroken = 3.0;  // of the usual step
-constexpr double kWhite = 2.0;   // deviations
+constexpr double kWhite = 2.16;  // sqrt(14/3)
 
 using Column = std::vector<double> Log::*;
 constexpr Column kMeans[] = {&Log::t_s,       &Log::v_d_V,  &Log::v_q_V,          &Log::i_d_A,        &Log::i_q_A,
@@ -89,8 +89,8 @@ bool are_white(const std::vector<Log>& looks)
             far += (e.row(k - 2) - 2.0 * e.row(k) + e.row(k + 2)).squaredNorm();
             count += 1.0;
         }
-    // Of white errors the two differ by a part of 1.1/sqrt(n).
-    return count > 0.0 && near > (1.0 - kWhite * 1.1 / std::sqrt(count)) * far;
+    // Of white errors the two differ by that part over sqrt(n), one deviation, where one axis has them all.
+    return count > 0.0 && near > (1.0 - kWhite / std::sqrt(count)) * far;
 }
 
 }  // namespace

@@ -38,6 +38,7 @@ struct Log {
     bool observed = false;         ///< the angle is an observer's
     bool v_q_is_size = false;      ///< of the voltage's vector, without v_d
     bool of_polled = false;        ///< settled points that were rows of a polled log
+    std::string doubt;             ///< of a column's unit or sign, in words; empty: none
     double voltage_error_V = 0.0;  ///< by how much the voltage may be off, unseen
     /// Of R, L_d, L_q, psi: deviations of the polled rows behind settled points, which do not show them; 0: none.
     std::array<double, 4> rows_sd{};

@@ -84,6 +84,57 @@ void settled_points_show_heat_and_no_fault(void)
     TEST_ASSERT_TRUE(channels.at("psi_Wb").at("least_change").get<double>() < 0.012);
 }
 
+/// The same drive, its magnet weak from the start, and weaker while the first looks last: beside the machine file, and
+/// without.
+void what_is_there_at_the_start_is_held_against_the_machine_file(void)
+{
+    const Folder folder;
+    const auto said_of = [&](const polled_drive::Drawn& m, const std::string& machine) {
+        const std::string log = written(folder, m);
+        folder.write("drive.toml", "[log]\nregime = \"polled\"\n[machine]\npole_pairs = 5\n" + machine);
+        const Outcome run = command::dqwatch({"monitor", log, "--out", folder / "o"});
+        TEST_ASSERT_EQUAL_INT_MESSAGE(0, run.code, run.err.c_str());
+        return run.err;
+    };
+    polled_drive::Drawn m;
+    m.seconds = 120, m.noise_rad_s = 0.4;
+    const std::string plate = "R_ohm = 0.31\nLd_H = 0.4e-3\nLq_H = 0.7e-3\npsi_Wb = 0.015\n";
+    TEST_ASSERT_TRUE(has(said_of(m, ""), "first looks is taken as healthy, a fault too"));
+    const std::string healthy = said_of(m, plate);
+    TEST_ASSERT_FALSE_MESSAGE(has(healthy, "warning"), healthy.c_str());
+    TEST_ASSERT_TRUE_MESSAGE(has(healthy, "the first looks beside the machine file: R_ohm"), healthy.c_str());
+    polled_drive::Drawn weak = m;
+    weak.psi_Wb = 0.8 * m.psi_Wb;
+    const std::string fallen = said_of(weak, plate);
+    TEST_ASSERT_TRUE_MESSAGE(has(fallen, "warning: psi_Wb is 0.012"), fallen.c_str());
+    TEST_ASSERT_FALSE_MESSAGE(has(fallen, "warning: R_ohm") || has(fallen, "goes from"), fallen.c_str());
+    polled_drive::Drawn falling = m;
+    falling.change_s = 20, falling.psi_fall = 0.3;
+    const std::string on_its_way = said_of(falling, "");
+    TEST_ASSERT_TRUE_MESSAGE(has(on_its_way, "warning: psi_Wb goes from 0.01"), on_its_way.c_str());
+    polled_drive::Drawn warming = m;
+    warming.warm_K = 60;
+    const std::string warmer = said_of(warming, plate);
+    TEST_ASSERT_FALSE_MESSAGE(has(warmer, "warning"), warmer.c_str());
+}
+
+/// A refusal names the unit that may be its reason.
+void a_refused_log_says_what_is_doubted_of_it(void)
+{
+    const Folder folder;
+    polled_drive::Drawn m;
+    m.seconds = 20;
+    dqw::Log log = polled_drive::polled(m);
+    for (auto* column : {&log.v_d_V, &log.v_q_V})
+        for (double& v : *column) v *= 1e3;
+    folder.write("drive.toml", "[log]\nregime = \"polled\"\n[machine]\npole_pairs = 5\n");
+    const std::string path = folder.write("drive.csv", polled_drive::csv(log));
+    const Outcome run = command::dqwatch({"monitor", path, "--out", folder / "o"});
+    TEST_ASSERT_EQUAL_INT(3, run.code);
+    TEST_ASSERT_TRUE_MESSAGE(has(run.err, "one more is to be watched; v_d_V, v_q_V: the numbers look like mV"),
+                             run.err.c_str());
+}
+
 }  // namespace
 
 int main(void)
@@ -91,5 +142,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(a_polled_log_tells_what_has_failed);
     RUN_TEST(settled_points_show_heat_and_no_fault);
+    RUN_TEST(what_is_there_at_the_start_is_held_against_the_machine_file);
+    RUN_TEST(a_refused_log_says_what_is_doubted_of_it);
     return UNITY_END();
 }

@@ -14,7 +14,7 @@ static const double turn = 2 * 3.14159265358979323846;
 struct Columns {
     std::vector<double> values[dqw::column_count];
     dqw::Regime regime = dqw::Regime::dynamic;
-    double dt_s = 0;
+    bool of_size = false;
 
     void times(dqw::Column c, double factor)
     {
@@ -28,6 +28,7 @@ struct Columns {
         probe.rows = values[dqw::col_w_m].size();
         probe.median_dt_s = values[dqw::col_t].empty() ? 0 : values[dqw::col_t][1] - values[dqw::col_t][0];
         probe.regime = regime;
+        probe.v_q_is_size = of_size;
         return dqw::column_doubts(probe, machine);
     }
 };
@@ -63,6 +64,23 @@ static Columns settled()
     return c;
 }
 
+/// Rows 20 ms apart, means at speeds that go on, and a dead time that means do not show apart from R.
+static Columns polled(bool half, bool of_size)
+{
+    Columns c;
+    c.regime = dqw::Regime::polled, c.of_size = of_size;
+    for (int k = 0; k < 600; ++k) {
+        const double t = 0.02 * k, w = 60 + 40 * std::sin(0.7 * t), before = 60 + 40 * std::sin(0.7 * (t - 0.02));
+        const double d = half ? 0 : -1 - std::sin(0.9 * t), q = 3 + 2 * std::sin(2.3 * t), p = 4, R = 0.5, Ld = 2e-3,
+                     Lq = 3e-3, psi = 0.05, lost = 0.4 / std::hypot(d, q), e = 0.5 * p * (w + before);
+        const double v_d = (R + lost) * d - e * Lq * q, v_q = (R + lost) * q + e * (Ld * d + psi);
+        const double values[] = {t, v_d, of_size ? std::hypot(v_d, v_q) : v_q, d, q, w};
+        for (std::size_t i = 0; i < 6; ++i)
+            if (!half || (i != dqw::col_v_d && i != dqw::col_i_d)) c.values[i].push_back(values[i]);
+    }
+    return c;
+}
+
 static dqw::Machine plate(bool parameters = true)
 {
     dqw::Machine m;
@@ -76,7 +94,8 @@ static void a_right_log_is_not_doubted(void)
     for (const double nominal : {0.7, 1.0, 1.3}) {
         dqw::Machine m = plate();
         for (auto* x : {&m.R_ohm, &m.Ld_H, &m.Lq_H, &m.psi_Wb}) **x *= nominal;
-        for (const Columns& c : {moving(true), moving(false), settled()}) {
+        for (const Columns& c :
+             {moving(true), moving(false), settled(), polled(false, false), polled(true, false), polled(true, true)}) {
             TEST_ASSERT_TRUE(c.doubts(m).empty());
             TEST_ASSERT_TRUE(c.doubts({}).empty());
         }
@@ -105,6 +124,8 @@ static void what_is_wrong_is_named_with_the_correction(void)
         for (const double x : c.values[col_i_q]) c.values[col_torque].push_back(0.3 * x);
         c.times(col_i_q, 1.5);
     };
+    Columns taken_as_settled = moving(false);
+    taken_as_settled.regime = Regime::steady;
     Machine of_five;
     of_five.pole_pairs = 5;
     const struct {
@@ -137,6 +158,24 @@ static void what_is_wrong_is_named_with_the_correction(void)
         {"i_q turned", settled(), scaled({col_i_q}, -1), {}, "the sign of i_q turned", ""},
         {"i_q of torque", settled(), of_torque, plate(), "torque over", "scale = 0.7"},
         {"exchanged", moving(false), exchange, {}, "d and q exchanged", ""},
+        {"ms, taken as settled", taken_as_settled, scaled({col_t}, 1e3), {}, "ms", "unit = \"ms\""},
+        {"polled ms", polled(false, false), scaled({col_t}, 1e3), {}, "ms", "unit = \"ms\""},
+        {"polled us", polled(true, false), scaled({col_t}, 1e6), {}, "µs", "unit = \"us\""},
+        {"polled d turned", polled(false, false), scaled({col_v_d, col_i_d}, -1), {}, "v_d and i_d turned", ""},
+        {"polled electrical", polled(false, false), scaled({col_w_m}, 4), plate(), "electrical speed",
+         "electrical rad"},
+        {"polled lines", polled(false, false), scaled(v, 1.7320508), plate(), "line to line", "0.57735"},
+        {"half lines", polled(true, false), scaled(v, 1.7320508), plate(), "line to line", "0.57735"},
+        {"half RMS", polled(true, false), scaled(vi, 0.70710678), plate(), "RMS", "1.41421"},
+        {"half invariant", polled(true, true), scaled(vi, 1.2247449), plate(), "power-invariant", "0.81650"},
+        {"half erpm", polled(true, false), scaled({col_w_m}, 4 * 60 / turn), plate(), "electrical rpm", "erpm"},
+        {"half turns/s", polled(true, true), scaled({col_w_m}, 1 / turn), plate(), "turns a second", "turns/s"},
+        {"half mA", polled(true, false), scaled(i, 1e3), {}, "mA", "unit = \"mA\""},
+        {"half mA, plate", polled(true, true), scaled(i, 1e3), plate(), "mA", "unit = \"mA\""},
+        {"half mV", polled(true, false), scaled(v, 1e3), {}, "mV", "unit = \"mV\""},
+        {"half i turned", polled(true, false), scaled({col_i_q}, -1), {}, "the sign of i_q turned", ""},
+        {"half v turned", polled(true, false), scaled({col_v_q}, -1), {}, "the sign of v_q turned", ""},
+        {"half w turned", polled(true, false), scaled({col_w_m}, -1), {}, "the sign of w_m turned", ""},
     };
     for (const auto& c : cases) {
         Columns log = c.log;

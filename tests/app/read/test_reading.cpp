@@ -1,6 +1,8 @@
 // Files as people have them: packed, piped, commented, without a header, with clocks of the day, holes and units by name.
 #include <sys/wait.h>
 
+#include <cmath>
+#include <functional>
 #include <string>
 
 #include "app/format/formats.hpp"
@@ -306,6 +308,66 @@ static void voltages_of_another_file_are_joined_where_nothing_moves(void)
     TEST_ASSERT_EQUAL_INT(3, alone.code);
 }
 
+/// openinverter's decoded log: rows of 8789 Hz that count to 256, voltages in parts of a link that sags.
+static std::string motor_data(double p, const std::function<double(double)>& link_V, int lost_from, int lost_to)
+{
+    const double R = 0.02, L = 0.3e-3, psi = 0.065, w = 200, T = 1 / 8789.0;
+    std::string text = "Time(s),count,angle,idc,i1,i2,pwm1,opmode,uq,ud,iq,id,\n";
+    for (int k = 0, row = 0; k < 4000; ++k) {
+        if (k >= lost_from && k < lost_to) continue;
+        const double t = k * T, f = 900, g = 700, d = -40 + 20 * std::sin(f * t), q = 80 + 30 * std::sin(g * t),
+                     e = p * w, h = t + T / 2;
+        const double v_d = R * (-40 + 20 * std::sin(f * h)) + L * 20 * f * std::cos(f * h) -
+                           e * L * (80 + 30 * std::sin(g * h)),
+                     v_q = R * (80 + 30 * std::sin(g * h)) + L * 30 * g * std::cos(g * h) +
+                           e * (L * (-40 + 20 * std::sin(f * h)) + psi);
+        const double percent = 100 / (37637.0 / 65536 * link_V(t));
+        char line[300];
+        std::snprintf(line, sizeof line, "%.6g,%d,%.8g,0,0,0,0,1,%.9g,%.9g,%d,%.9g,%.9g,\n", row++ * T, k % 256,
+                      std::fmod(e * t, 6.283185307179586) * 360 / 6.283185307179586, percent * v_q, percent * v_d,
+                      37 * k % 256, q, d);
+        text += line;
+    }
+    return text;
+}
+
+static void lost_messages_are_a_gap_by_their_counter(void)
+{
+    const auto link = [](double) { return 350.0; };
+    dqw::Given given;
+    given.pole_pairs = 4, given.v_dc_V = 350;
+    const auto whole = read(motor_data(4, link, 0, 0), "", given),
+               less = read(motor_data(4, link, 1000, 1600), "", given);
+    TEST_ASSERT_EQUAL_size_t(1, whole.segments.size());
+    TEST_ASSERT_EQUAL_size_t(3400, less.rows());
+    TEST_ASSERT_EQUAL_size_t(2, less.segments.size());
+    TEST_ASSERT_EQUAL_size_t(1000, less.segments[1]);
+    // 600 lost are 88 by a counter to 256.
+    TEST_ASSERT_DOUBLE_WITHIN(1e-9, 89 / 8789.0, less.t_s[1000] - less.t_s[999]);
+}
+
+static void the_links_voltage_comes_from_the_file_beside_it(void)
+{
+    const command::Folder folder;
+    const auto link = [](double t) { return 360 - 100 * t; };
+    std::string spots = "Time(s),udc,tmpm\n";
+    for (int k = 0; k < 16; ++k) spots += std::to_string(0.032 * k) + "," + std::to_string(link(0.032 * k)) + ",40\n";
+    const std::string motor = folder.write("a_motor_data.csv", motor_data(4, link, 0, 0)),
+                      spot = folder.write("a_spot_values.csv", spots);
+    for (const auto& files : {std::vector<std::string>{motor, spot}, {spot, motor}}) {
+        const auto run = command::dqwatch({"fit", files[0], files[1], "--pole-pairs", "4"});
+        TEST_ASSERT_EQUAL_INT_MESSAGE(0, run.code, run.err.c_str());
+        TEST_ASSERT_TRUE_MESSAGE(run.err.find("314.489 to 360 V") != run.err.npos ||
+                                     run.err.find("312 to 360 V") != run.err.npos,
+                                 run.err.c_str());
+        TEST_ASSERT_TRUE_MESSAGE(run.out.find("65.0") != run.out.npos && run.out.find("300.") != run.out.npos,
+                                 run.out.c_str());
+    }
+    const auto constant = command::dqwatch({"fit", motor, "--pole-pairs", "4", "--v-dc", "337"});
+    TEST_ASSERT_TRUE_MESSAGE(constant.out.find("65.0") == constant.out.npos, constant.out.c_str());
+    TEST_ASSERT_EQUAL_INT(3, command::dqwatch({"fit", spot, spot, "--pole-pairs", "4"}).code);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -320,5 +382,7 @@ int main(void)
     RUN_TEST(a_format_nearly_there_says_what_differs);
     RUN_TEST(stamps_that_go_back_are_left_out_while_few);
     RUN_TEST(voltages_of_another_file_are_joined_where_nothing_moves);
+    RUN_TEST(lost_messages_are_a_gap_by_their_counter);
+    RUN_TEST(the_links_voltage_comes_from_the_file_beside_it);
     return UNITY_END();
 }

@@ -86,6 +86,29 @@ void a_misfit_is_warned_of()
     TEST_ASSERT_FALSE(noted(r, "of d"));
 }
 
+/// An angle of four pole pairs beside a speed that is `part` of the shaft's.
+void a_speed_that_slips_leaves_nothing_usable()
+{
+    for (const double part : {1.0, 0.99, 0.95, 0.2}) {
+        dqw::Log log = log_at_one_point(0.02, 1.0);
+        log.machine.pole_pairs = 4;
+        double theta = 0.0;
+        for (std::size_t k = 0; k < log.i_q_A.size(); ++k) {
+            log.t_s.push_back(1e-4 * static_cast<double>(k));
+            log.theta_e_rad.push_back(theta);
+            theta = std::remainder(theta + 4 * 100 * 1e-4 / part, 2 * M_PI);
+        }
+        dqw::Result r = estimates();
+        dqw::check_sense({log}, r);
+        const bool slips = part < 0.98;
+        TEST_ASSERT_EQUAL(slips, noted(r, "the speed slips"));
+        TEST_ASSERT_EQUAL(slips, !dqw::why_not_usable(r.parameters[0]).empty());
+        TEST_ASSERT_DOUBLE_WITHIN(1e-3 * r.parameters[2].value / part,
+                                  slips ? (1 / part - 1) * r.parameters[2].value : 1e-3, r.parameters[2].sd);
+        TEST_ASSERT_EQUAL_DOUBLE(0.0, r.parameters[3].sd);
+    }
+}
+
 }  // namespace
 
 int main(void)
@@ -95,5 +118,6 @@ int main(void)
     RUN_TEST(a_moving_log_keeps_its_numbers);
     RUN_TEST(impossible_values_are_taken_back);
     RUN_TEST(a_misfit_is_warned_of);
+    RUN_TEST(a_speed_that_slips_leaves_nothing_usable);
     return UNITY_END();
 }

@@ -43,6 +43,22 @@ static void the_speed_constant_is_of_line_to_line_peak_volts(void)
     TEST_ASSERT_DOUBLE_WITHIN(0.01, 8.27, numbers[0].value * numbers[1].value);
 }
 
+static void heat_is_told_against_what_the_machine_file_has(void)
+{
+    dqw::Machine cold;
+    cold.R_ohm = 0.05 / (1 + 0.0039 * 40), cold.psi_Wb = 4e-3 / (1 - 0.001 * 25);
+    const auto numbers = dqw::datasheet_numbers(known(), cold);
+    TEST_ASSERT_EQUAL_size_t(5, numbers.size());
+    TEST_ASSERT_DOUBLE_WITHIN(1e-9, 40, numbers[3].value);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-9, 0.001 / (0.0039 * *cold.R_ohm), numbers[3].sd);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-9, 25, numbers[4].value);
+    // A magnet may lose half as much, so the deviation holds half of it, and psi's own.
+    TEST_ASSERT_DOUBLE_WITHIN(1e-9, std::hypot(12.5, 1e-5 / (0.001 * *cold.psi_Wb)), numbers[4].sd);
+    TEST_ASSERT_TRUE(dqw::datasheet_text(known(), cold).find("by R 40 ± 6 K warmer") != std::string::npos);
+    cold.R_ohm = 0.0;
+    TEST_ASSERT_EQUAL_size_t(4, dqw::datasheet_numbers(known(), cold).size());
+}
+
 static void settings_are_in_each_controllers_own_words(void)
 {
     const auto json = dqw::datasheet_json(known());
@@ -80,6 +96,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(the_speed_constant_is_of_line_to_line_peak_volts);
+    RUN_TEST(heat_is_told_against_what_the_machine_file_has);
     RUN_TEST(settings_are_in_each_controllers_own_words);
     RUN_TEST(what_is_not_known_is_left_out);
     return UNITY_END();
