@@ -150,7 +150,7 @@ TraceReport trace_logs(const std::vector<Log>& logs, const Options& options, con
         if (*learned) all.push_back(&(*learned)->parameters);
     std::string slip;
     for (auto* parameters : all) slip = allow_for_slip(logs, *parameters);
-    if (!slip.empty()) report.trace.notes.push_back(slip);
+    if (!slip.empty() && report.trace.doubt.empty()) report.trace.notes.push_back(slip);
     return report;
 }
 
