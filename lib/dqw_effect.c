@@ -34,6 +34,10 @@ static bool sound(const dqw_effect_config *c)
     case DQW_SHAPE_ORDER: return s[0] >= 1.0f && s[0] <= (float)DQW_EFFECT_ORDERS && s[0] == (float)(int)s[0];
     case DQW_SHAPE_HEAT: return none_negative(s + 1, 2) && (s[1] == 0.0f || dqw_is_positive(1.0f / s[1]));
     case DQW_SHAPE_MACHINE: return none_negative(s, 3) && s[0] + s[1] + s[2] > 0.0f;
+    case DQW_SHAPE_MAP:
+        for (int i = 0; i < 3; i++)
+            if (!dqw_is_positive(s[i]) || !dqw_is_positive(1.0f / s[i])) return false;
+        return dqw_effect_is_map(c->map);
     case DQW_SHAPE_FREE:
     default: return true;
     }

@@ -3,6 +3,7 @@
 #define DQW_EFFECT_KIND_H
 
 #include <stdbool.h>
+#include <stdint.h>
 
 #include "dqw_effect_name.h"
 
@@ -21,12 +22,13 @@ enum {
 
 /// What the numbers of a shape may be.
 enum dqw_effect_shape {
-    DQW_SHAPE_FREE,    ///< there are none
-    DQW_SHAPE_WIDTH,   ///< one, above 0
-    DQW_SHAPE_WIDTHS,  ///< two, above 0
-    DQW_SHAPE_HEAT,    ///< T_0, time constant, current
-    DQW_SHAPE_ORDER,   ///< whole, 1 .. DQW_EFFECT_ORDERS
-    DQW_SHAPE_MACHINE  ///< three of R, L_d, L_q, psi: 0 or above, not all 0
+    DQW_SHAPE_FREE,     ///< there are none
+    DQW_SHAPE_WIDTH,    ///< one, above 0
+    DQW_SHAPE_WIDTHS,   ///< two, above 0
+    DQW_SHAPE_HEAT,     ///< T_0, time constant, current
+    DQW_SHAPE_ORDER,    ///< whole, 1 .. DQW_EFFECT_ORDERS
+    DQW_SHAPE_MACHINE,  ///< three of R, L_d, L_q, psi: 0 or above, not all 0
+    DQW_SHAPE_MAP       ///< three, above 0, and a table
 };
 
 /// Which of them an effect's are; free where there is no such name.
@@ -37,6 +39,15 @@ int dqw_effect_weights(enum dqw_effect_name name);
 
 /// What an effect asks for; 0 where there is no such name.
 unsigned dqw_effect_needs(enum dqw_effect_name name);
+
+/// True where a flux map's table has two nodes or more each way, zero current among them, and the room that is allowed.
+bool dqw_effect_is_map(const int16_t *map);
+
+/// Bytes of a table.
+static inline unsigned dqw_effect_map_bytes(const int16_t *map)
+{
+    return 2u * (DQW_EFFECT_MAP_HEAD + 2u * (unsigned)map[0] * (unsigned)map[2]);
+}
 
 /// True for the effects of the shaft.
 bool dqw_effect_is_mechanical(enum dqw_effect_name name);

@@ -31,6 +31,7 @@ enum law {
     GAIN_MISMATCH,
     SKIN,
     IMBALANCE,
+    MAP,
     // The block says it all.
     NO_WEIGHT,
     ONE_WEIGHT,
@@ -38,7 +39,7 @@ enum law {
 };
 
 // What one unit of a weight brings at the machine's bases: a first factor, and what it is multiplied by.
-enum { ONE, HEAT, N, Z, L_V, FLUX, STEP, BY_W = 8, BY_W2 = 24, BY_I = 32 };
+enum { ONE, HEAT, FIRST, Z, L_V, FLUX, STEP, BY_W = 8, BY_W2 = 24, BY_I = 32 };
 
 // An electrical effect: what is gathered of it, and its base. Its law is dqw_effect_gather_pair() and effect_inputs().
 static const struct {
@@ -50,7 +51,7 @@ static const struct {
     [DQW_EFFECT_WINDING_TEMPERATURE] = {WINDING, HEAT | BY_I},
     [DQW_EFFECT_MAGNET_TEMPERATURE] = {MAGNET, HEAT | BY_W},
     [DQW_EFFECT_IRON_LOSS] = {LATE, L_V | BY_W},
-    [DQW_EFFECT_FLUX_HARMONICS] = {HARMONICS, N | BY_W},
+    [DQW_EFFECT_FLUX_HARMONICS] = {HARMONICS, FIRST | BY_W},
     [DQW_EFFECT_CURRENT_OFFSET] = {OFFSET, Z},
     [DQW_EFFECT_CURRENT_GAIN_MISMATCH] = {GAIN_MISMATCH, Z | BY_I},
     [DQW_EFFECT_ANGLE_OFFSET] = {ONE_WEIGHT, FLUX | BY_W},
@@ -58,6 +59,7 @@ static const struct {
     [DQW_EFFECT_SKIN_EFFECT] = {SKIN, BY_W2 | BY_I},
     [DQW_EFFECT_PHASE_RESISTANCE_IMBALANCE] = {IMBALANCE, BY_I},
     [DQW_EFFECT_VOLTAGE_OFFSET] = {TWO_WEIGHTS, ONE},
+    [DQW_EFFECT_FLUX_MAP] = {MAP, FIRST | BY_W},
 };
 
 static enum law law_of(const dqw_effect *e, enum dqw_effect_name name)
@@ -77,7 +79,7 @@ float dqw_effect_input_base(const dqw_effect *e, int index)
     float base = 1.0f;
     switch (by & 7u) {
     case HEAT: base = s[1] > 0.0f ? 1.0f : HEAT_BASE_K; break;
-    case N: base = s[0]; break;
+    case FIRST: base = s[0]; break;
     case Z: base = s[0] + fmaxf(s[1], s[2]) * w_e; break;
     case L_V: base = fmaxf(s[1], s[2]) * e->base.v_V; break;
     case FLUX: base = s[2] + fabsf(s[1] - s[0]) * i; break;
@@ -98,6 +100,10 @@ void dqw_effect_plan(dqw_effect *e)
         if (law == HARMONICS) {
             last[4] = 1.5f;
             last[5] = 0.5f;
+        }
+        if (law == MAP) {
+            last[2] = 1.0f / e->list[k].shape[1];
+            last[3] = 1.0f / e->list[k].shape[2];
         }
         e->law[k] = (uint8_t)law;
         last += 2 * (ptrdiff_t)dqw_effect_weights_of(e, e->list[k].effect);
@@ -221,6 +227,44 @@ DQW_INLINE void add_harmonics(dqw_window_cell cell[], float last[], speeds w, un
     }
     add_flux(&cell[0], &cell[1], &last[0], w, c);
     add_flux(&cell[2], &cell[3], &last[1], w, s);
+}
+
+// In nodes, none below 0 or beyond the last.
+DQW_INLINE float within(float x, int nodes)
+{
+    const float end = (float)(nodes - 1);
+    const float low = x > 0.0f ? x : 0.0f;
+    return low < end ? low : end;
+}
+
+// The node before x, one that another follows.
+DQW_INLINE int node_of(float x, int nodes)
+{
+    const int k = (int)x;
+    return k < nodes - 1 ? k : nodes - 2;
+}
+
+DQW_INLINE float lerp(float a, float b, float part)
+{
+    return a + part * (b - a);
+}
+
+// Between four nodes of a table, at currents in cells; beyond it what stands at its edge. (E165)
+DQW_INLINE void add_flux_map(dqw_window_cell cell[], float last[], speeds w, const int16_t *map, float i_d, float i_q)
+{
+    const int nodes = map[2];
+    const float x = within(i_d * last[2] + (float)map[1], map[0]);
+    const float y = within(fabsf(i_q) * last[3], nodes);
+    const int k = node_of(x, map[0]);
+    const int n = node_of(y, nodes);
+    const float u = x - (float)k;
+    const float v = y - (float)n;
+    const int16_t *a = map + DQW_EFFECT_MAP_HEAD + 2 * (ptrdiff_t)(k * nodes + n);
+    const int16_t *b = a + 2 * (ptrdiff_t)nodes;
+    const float g_d = lerp(lerp(a[0], a[2], v), lerp(b[0], b[2], v), u);
+    const float g_q = lerp(lerp(a[1], a[3], v), lerp(b[1], b[3], v), u);
+    add_flux(&cell[0], &cell[1], &last[0], w, g_d);
+    add_flux(&cell[3], &cell[2], &last[1], w, i_q < 0.0f ? -g_q : g_q);
 }
 
 // Three products into a cell.
@@ -353,6 +397,10 @@ bool dqw_effect_gather_pair(dqw_effect *e, const dqw_sample *before, const dqw_s
             break;
         case IMBALANCE:
             add_imbalance(cell, last, s);
+            weights = 2;
+            break;
+        case MAP:
+            add_flux_map(cell, last, speeds_of(before, s), c->map, s->i_d_A, s->i_q_A);
             weights = 2;
             break;
         case TWO_WEIGHTS: weights = 2; break;
@@ -514,6 +562,9 @@ static void effect_inputs(const dqw_effect *e, const dqw_effect_config *c, const
     case DQW_EFFECT_VOLTAGE_OFFSET:
         d[0] = q[1] = 1.0f;
         d[1] = q[0] = 0.0f;
+        break;
+    case DQW_EFFECT_FLUX_MAP:
+        for (int i = 0; i < 2; i++) flux_inputs(e, i, s[0] * (1.0f / 32768.0f), &d[i], &q[i]);
         break;
     default: break;
     }

@@ -20,6 +20,7 @@
     ROW(SKIN_EFFECT, "skin_effect", 1, 0, FREE) \
     ROW(PHASE_RESISTANCE_IMBALANCE, "phase_resistance_imbalance", 2, DQW_NEEDS_ANGLE, FREE) \
     ROW(VOLTAGE_OFFSET, "voltage_offset", 2, 0, FREE) \
+    ROW(FLUX_MAP, "flux_map", 2, 0, MAP) \
     ROW(COULOMB_FRICTION, "coulomb_friction", 1, DQW_NEEDS_SHAFT, WIDTH) \
     ROW(DIRECTION_ASYMMETRY, "direction_asymmetry", 1, DQW_NEEDS_SHAFT, WIDTH) \
     ROW(STRIBECK_FRICTION, "stribeck_friction", 1, DQW_NEEDS_SHAFT, WIDTHS) \
@@ -53,6 +54,12 @@ unsigned dqw_effect_needs(enum dqw_effect_name name)
 enum dqw_effect_shape dqw_effect_shape_of(enum dqw_effect_name name)
 {
     return (unsigned)name < DQW_EFFECT_NAMES ? (enum dqw_effect_shape)rows[name].shape : DQW_SHAPE_FREE;
+}
+
+bool dqw_effect_is_map(const int16_t *map)
+{
+    if (map == NULL || map[0] < 2 || map[1] < 0 || map[1] >= map[0] || map[2] < 2) return false;
+    return map[2] <= (DQW_EFFECT_MAP_NUMBERS - DQW_EFFECT_MAP_HEAD) / (2 * map[0]);
 }
 
 bool dqw_effect_is_mechanical(enum dqw_effect_name name)

@@ -9,6 +9,12 @@ extern "C" {
 /// Most weights that one effect has.
 #define DQW_EFFECT_STARTS 5
 
+/// Most numbers of a flux map's table, of 2 bytes: 2 kB.
+#define DQW_EFFECT_MAP_NUMBERS 1024
+/// Where its nodes begin: before them stand the nodes of i_d, how many of them are below zero, the nodes of |i_q|. Of
+/// each node d and q, row by row of i_d: parts of 2^15 of the largest flux.
+#define DQW_EFFECT_MAP_HEAD 3
+
 /// Weights in brackets, then the shape: what is assumed of the effect, not learned.
 /// Source   (E51) to (E54) in docs/EQUATIONS.md
 enum dqw_effect_name {
@@ -28,6 +34,7 @@ enum dqw_effect_name {
     DQW_EFFECT_SKIN_EFFECT,                 ///< [ohm s^2]
     DQW_EFFECT_PHASE_RESISTANCE_IMBALANCE,  ///< [a, b, ohm]
     DQW_EFFECT_VOLTAGE_OFFSET,              ///< [d, q, V]
+    DQW_EFFECT_FLUX_MAP,                    ///< [d, q]: largest flux of its table, Wb; cells of i_d and of i_q, A
     DQW_EFFECT_COULOMB_FRICTION,            ///< [Nm]: width, rad/s. From here on for dqw_shaft
     DQW_EFFECT_DIRECTION_ASYMMETRY,         ///< [Nm]: width, rad/s
     DQW_EFFECT_STRIBECK_FRICTION,           ///< [Nm]: width, speed at which it has fallen to 1/e, rad/s

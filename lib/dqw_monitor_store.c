@@ -14,6 +14,8 @@ static uint32_t hash_of_effects(uint32_t hash, const dqw_estimator_config *c)
     for (int k = 0; k < c->effect_count; k++) {
         hash = dqw_hash_add(hash, (uint32_t)c->effects[k].effect);
         hash = dqw_hash_bytes(hash, c->effects[k].shape, sizeof c->effects[k].shape);
+        if (c->effects[k].effect == DQW_EFFECT_FLUX_MAP)
+            hash = dqw_hash_bytes(hash, c->effects[k].map, dqw_effect_map_bytes(c->effects[k].map));
     }
 #else
     (void)c;

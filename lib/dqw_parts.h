@@ -99,6 +99,7 @@ typedef struct dqw_effect_config {
     enum dqw_effect_name effect;     ///< which
     float shape[DQW_EFFECT_SHAPES];  ///< what its law takes for given, as enum dqw_effect_name lists it
     float start[DQW_EFFECT_STARTS];  ///< weights to start from, SI. Never a prior
+    const int16_t *map;              ///< a flux map's table, as dqw_effect_name.h has it; others: not read
 } dqw_effect_config;
 
 #if DQW_EFFECT_WEIGHTS > 0

@@ -83,6 +83,49 @@ static void put_saturation(enum dqw_effect_name effect, const moment *m)
     }
 }
 
+// Place of a current among a table's nodes, Q15: none below 0 or beyond the last.
+static int32_t place_q15(int16_t i_q15, int32_t cells_q24, int32_t below, int32_t nodes)
+{
+    const int32_t x = (int32_t)dqw_q_round64((int64_t)i_q15 * cells_q24, 24) + below * 32768;
+    const int32_t end = (nodes - 1) * 32768;
+    return x < 0 ? 0 : x < end ? x : end;
+}
+
+// The node before it, one that another follows.
+static int32_t node_of(int32_t x_q15, int32_t nodes)
+{
+    const int32_t k = dqw_q_floor32(x_q15, 15);
+    return k < nodes - 1 ? k : nodes - 2;
+}
+
+static int32_t lerp_q28(int32_t a_q28, int32_t b_q28, int32_t part_q15)
+{
+    return a_q28 + (int32_t)dqw_q_round64((int64_t)(b_q28 - a_q28) * part_q15, 15);
+}
+
+// Between four nodes of a table: two of one row, two of the next.
+static int32_t between_q28(const int16_t *a, const int16_t *b, int32_t u_q15, int32_t v_q15)
+{
+    return lerp_q28(lerp_q28(a[0] * 8192, a[2] * 8192, v_q15), lerp_q28(b[0] * 8192, b[2] * 8192, v_q15), u_q15);
+}
+
+// The bend of a flux map: between four nodes of its table, beyond it what stands at its edge. (E165)
+static void put_flux_map(const int16_t *map, const int32_t part_q24[], const moment *m)
+{
+    const int32_t nodes = map[2];
+    const int32_t x = place_q15(m->i_d_q15, part_q24[0], map[1], map[0]);
+    const int32_t y = place_q15((int16_t)(m->i_q_q15 < 0 ? -m->i_q_q15 : m->i_q_q15), part_q24[1], 0, nodes);
+    const int32_t k = node_of(x, map[0]);
+    const int32_t n = node_of(y, nodes);
+    const int32_t u = x - k * 32768;
+    const int32_t v = y - n * 32768;
+    const int16_t *a = map + DQW_EFFECT_MAP_HEAD + 2 * (ptrdiff_t)(k * nodes + n);
+    const int16_t *b = a + 2 * (ptrdiff_t)nodes;
+    const int32_t q = between_q28(a + 1, b + 1, u, v);
+    m->g_d[0] = between_q28(a, b, u, v);
+    m->g_q[1] = m->i_q_q15 < 0 ? -q : q;
+}
+
 // tanh of a phase current over the width, wrong by 3e-6: the third order around the nearest eighth. Beyond 8 it is 1.
 static int32_t soft_sign_q28(int32_t i_q28, int32_t per_width, unsigned fraction)
 {
@@ -200,6 +243,7 @@ static void put(const dqw_effect_q15 *e, int k, const moment *m, const dqw_sampl
         put_phases(m, m->alpha_q28, 0, 0, &m->f_d[0], &m->f_q[0]);
         put_phases(m, 0, side - half, 0, &m->f_d[1], &m->f_q[1]);
         break;
+    case DQW_EFFECT_FLUX_MAP: put_flux_map(c->map, p, m); break;
     case DQW_EFFECT_VOLTAGE_OFFSET: m->f_d[0] = m->f_q[1] = ONE_Q28; break;
     default: break;
     }

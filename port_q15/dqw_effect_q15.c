@@ -25,7 +25,7 @@
 
 // What a weight is divided by when it is read: nothing; of settled rows the angle; its square; a base that the machine's
 // own values make.
-enum weight { PLAIN, PER_ANGLE, PER_ANGLE_2, OWN_IRON, OWN_SENSOR, OWN_GAIN, OWN_ANGLE };
+enum weight { PLAIN, PER_ANGLE, PER_ANGLE_2, OWN_IRON, OWN_SENSOR, OWN_GAIN, OWN_ANGLE, OWN_MAP };
 
 // An electrical effect: its weight. Its shape is take_shape(), its law put() in dqw_effect_law_q15.c.
 static const uint8_t rows[DQW_EFFECT_NAMES] = {
@@ -43,6 +43,7 @@ static const uint8_t rows[DQW_EFFECT_NAMES] = {
     [DQW_EFFECT_SKIN_EFFECT] = PER_ANGLE_2,
     [DQW_EFFECT_PHASE_RESISTANCE_IMBALANCE] = PLAIN,
     [DQW_EFFECT_VOLTAGE_OFFSET] = PLAIN,
+    [DQW_EFFECT_FLUX_MAP] = OWN_MAP,
 };
 
 static int64_t size(int64_t x)
@@ -105,6 +106,7 @@ static int64_t own_base_q40(const dqw_effect_q15 *e, const dqw_effect_q15_config
     case OWN_IRON: return bounded(dqw_q_product64(2 * L, ONE_Q40 + R, -40));
     case OWN_SENSOR: return larger(R, L);
     case OWN_GAIN: return 2 * larger(R, L);
+    case OWN_MAP: return psi_q40(e, c->psi_nWb);
     case OWN_ANGLE: return psi_q40(e, c->psi_nWb) + size(L_q40(e, c->Lq_nH) - L_q40(e, c->Ld_nH));
     default: return ONE_Q40;
     }
@@ -137,6 +139,17 @@ static bool is_unit(const dqw_effect_q15 *e, uint64_t i_uA)
 {
     const uint64_t full = i_full_uA(e->scale);
     return i_uA * LEAST_PART >= full && i_uA <= full * MOST_PARTS;
+}
+
+// A full current is at most 127 of a flux map's cells.
+static bool is_cell(const dqw_effect_q15 *e, uint32_t cell_uA)
+{
+    return cell_uA > 0 && (uint64_t)cell_uA * 127u >= i_full_uA(e->scale);
+}
+
+static int32_t cells_q24(const dqw_effect_q15 *e, uint32_t cell_uA)
+{
+    return dqw_q31_sat(dqw_q_quotient64((int64_t)i_full_uA(e->scale), cell_uA, 24));
 }
 
 // Shape of entry k to the parts of its law and to its usual input; false where it means nothing.
@@ -199,6 +212,12 @@ static bool take_shape(dqw_effect_q15 *e, int k)
         good = fits;
         p[0] = part(L_q - L_d, base);
         p[1] = part(psi_q40(e, c->psi_nWb), base);
+        usual_q28 = T_q28;
+        break;
+    case DQW_EFFECT_FLUX_MAP:
+        good = fits && is_cell(e, c->cell_d_uA) && is_cell(e, c->cell_q_uA) && dqw_effect_is_map(c->map);
+        if (good) p[0] = cells_q24(e, c->cell_d_uA);
+        if (good) p[1] = cells_q24(e, c->cell_q_uA);
         usual_q28 = T_q28;
         break;
     case DQW_EFFECT_DELAY:

@@ -28,7 +28,10 @@ typedef struct dqw_effect_q15_config {
     enum dqw_effect_name effect;
     /// dead time: width; polynomials: their unit; heating: the current that heats by 1, 0: the full one
     uint32_t i_uA;
-    uint32_t R_uohm, Ld_nH, Lq_nH, psi_nWb;  ///< iron loss and sensors: R, L_d, L_q; angle offset: L_d, L_q, psi
+    /// iron loss and sensors: R, L_d, L_q; angle offset: L_d, L_q, psi; flux map: psi, its table's largest flux
+    uint32_t R_uohm, Ld_nH, Lq_nH, psi_nWb;
+    uint32_t cell_d_uA, cell_q_uA;  ///< flux map: from node to node, a 127th of the full current or more
+    const int16_t *map;             ///< the same: its table, as dqw_effect_name.h has it
     uint64_t tau_us;  ///< temperatures: time constant of a heating state, up to 10^12; 0: the sample's temperature
     uint32_t row_us;  ///< the same: time between two rows that are settled; 0: the sampling period
     int16_t T_0_cC;   ///< the same: temperature at which the effect is none, hundredths of a degree

@@ -16,9 +16,11 @@ static uint32_t hash_of_effects(uint32_t hash, const dqw_estimator_q15_config *c
     for (int k = 0; k < c->effect_count; k++) {
         const dqw_effect_q15_config *e = &c->effects[k];
         const uint32_t shape[] = {(uint32_t)e->effect, e->i_uA,   e->R_uohm,           e->Ld_nH, e->Lq_nH,
-                                  e->psi_nWb,          e->row_us, (uint32_t)e->T_0_cC, e->order};
+                                  e->psi_nWb,          e->row_us, (uint32_t)e->T_0_cC, e->order, e->cell_d_uA,
+                                  e->cell_q_uA};
         hash = dqw_hash_bytes(hash, shape, sizeof shape);
         hash = dqw_hash_bytes(hash, &e->tau_us, sizeof e->tau_us);
+        if (e->effect == DQW_EFFECT_FLUX_MAP) hash = dqw_hash_bytes(hash, e->map, dqw_effect_map_bytes(e->map));
     }
 #else
     (void)c;

@@ -37,7 +37,7 @@ static const dqw_sim_field fields[] = {
     NUMBER(machine.winding_magnet_W_K, FROM_0), NUMBER(machine.winding_ambient_W_K, FROM_0),
     NUMBER(machine.magnet_ambient_W_K, FROM_0), NUMBER(machine.housing_heat_J_K, FROM_0),
     NUMBER(machine.winding_housing_W_K, FROM_0), NUMBER(machine.magnet_housing_W_K, FROM_0),
-    NUMBER(machine.housing_ambient_W_K, FROM_0), OTHER(machine.flux_map, PATH),
+    NUMBER(machine.housing_ambient_W_K, FROM_0), OTHER(machine.flux_map, PATH),  // flux_map
     RAMP(nonideal.dead_time_V, FROM_0), NUMBER(nonideal.dead_time_width_A, FROM_0),  // dead_time
     RAMP(nonideal.saturation_dd_A_Wb3, ANY), RAMP(nonideal.saturation_qq_A_Wb3, ANY),  // saturation
     RAMP(nonideal.saturation_dq_A_Wb3, ANY),  // cross_saturation

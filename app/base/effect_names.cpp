@@ -87,6 +87,7 @@ dqw_effect_config effect_config(const TraceInput& input)
     const auto weights = static_cast<std::size_t>(dqw_effect_weights(*name));
     for (std::size_t i = 0; i < std::min(weights, input.weights.size()); ++i)
         config.start[i] = static_cast<float>(input.weights[i]);
+    if (!input.map.empty()) config.map = input.map.data();
     return config;
 }
 

@@ -34,8 +34,8 @@ double angle_order(const TraceInput& in);
 /// Its row of the catalogue.
 const Effect& row_of(dqw_effect_name name);
 
-/// For lib/: shape and start values in single precision, what is missing 0. Throws std::invalid_argument for an unknown
-/// name.
+/// For lib/: shape and start values in single precision, what is missing 0; a table stays the input's. Throws
+/// std::invalid_argument for an unknown name.
 dqw_effect_config effect_config(const TraceInput& input);
 
 }  // namespace dqw

@@ -56,7 +56,8 @@ std::string row_of(const TraceInput& input, Regime regime, bool scaled)
     std::string shape, start;
     for (const float x : c.shape) shape += (shape.empty() ? "" : ", ") + literal(static_cast<double>(x));
     for (const float x : c.start) start += (start.empty() ? "" : ", ") + literal(static_cast<double>(x));
-    return fmt::format("    {{{}, {{{}}}, {{{}}}}},\n", enumerator_of(input.effect), shape, start);
+    return fmt::format("    {{{}, {{{}}}, {{{}}}, {}}},\n", enumerator_of(input.effect), shape, start,
+                       input.map.empty() ? "NULL" : "dqw_model_flux_map");
 }
 
 struct Field {
@@ -117,10 +118,18 @@ EffectRows effect_rows(const TraceResult& trace, std::string& assignments)
 
 std::string effects_text(const EffectRows& rows)
 {
-    return fmt::format("#if DQW_EFFECT_WEIGHTS < {0}\n#error \"build lib/ with -DDQW_EFFECT_WEIGHTS={0} or more\"\n"
-                       "#endif\n\n// Effect, shape, weights to start from.\nstatic const dqw_effect_config "
-                       "dqw_model_effects[DQW_MODEL_EFFECT_COUNT] = {{\n{1}}};\n\n",
-                       rows.weights, rows.text);
+    return fmt::format(
+        "#if DQW_EFFECT_WEIGHTS < {0}\n#error \"build lib/ with -DDQW_EFFECT_WEIGHTS={0} or more\"\n"
+        "#endif\n\n// Effect, shape, weights to start from, a flux map's table.\nstatic const dqw_effect_config "
+        "dqw_model_effects[DQW_MODEL_EFFECT_COUNT] = {{\n{1}}};\n\n",
+        rows.weights, rows.text);
+}
+
+std::string maps_text(const std::vector<TraceInput>& inputs)
+{
+    for (const TraceInput& in : inputs)
+        if (!in.map.empty()) return map_table_text("dqw_model_flux_map", in.map);
+    return {};
 }
 
 std::string monitor_text(const EffectRows& rows)
@@ -141,6 +150,18 @@ std::string harmless(const std::string& path)
     for (char& c : name)
         if (!std::isalnum(static_cast<unsigned char>(c)) && std::string("._- ").find(c) == std::string::npos) c = '?';
     return name;
+}
+
+std::string map_table_text(const std::string& name, const std::vector<std::int16_t>& map)
+{
+    std::string out = fmt::format("// Nodes of i_d, of them below zero, nodes of |i_q|; of each node how far d and q "
+                                  "bend, in parts of 2^15 of the "
+                                  "largest:\n// {} bytes.\nstatic const int16_t {}[] = {{\n    {}, {}, {}",
+                                  2 * map.size(), name, map[0], map[1], map[2]);
+    constexpr std::size_t kRow = 16;
+    for (std::size_t k = DQW_EFFECT_MAP_HEAD; k < map.size(); ++k)
+        out += fmt::format("{}{}", (k - DQW_EFFECT_MAP_HEAD) % kRow == 0 ? ",\n    " : ", ", map[k]);
+    return out + "};\n\n";
 }
 
 std::string model_config_text(const TraceResult& trace, const std::vector<std::string>& logs)
@@ -175,7 +196,7 @@ std::string model_config_text(const TraceResult& trace, const std::vector<std::s
     if (!mechanical) out += fmt::format("#define DQW_MODEL_MONITOR_EFFECT_COUNT {}\n", rows.unwatched);
     out += "\n";
     if (rows.count > 0) {
-        out += effects_text(rows);
+        out += maps_text(trace.inputs) + effects_text(rows);
         assignments += "    config->effects = dqw_model_effects;\n    config->effect_count = DQW_MODEL_EFFECT_COUNT;\n";
     }
     if (assignments.empty()) assignments = "    (void)config;\n";

@@ -14,6 +14,9 @@ namespace dqw {
 /// named in a comment.
 std::string model_config_text(const TraceResult& trace, const std::vector<std::string>& logs = {});
 
+/// A flux map's table as an array of that name.
+std::string map_table_text(const std::string& name, const std::vector<std::int16_t>& map);
+
 /// A file's name without its folder, that cannot end the comment it stands in.
 std::string harmless(const std::string& path);
 

@@ -78,6 +78,9 @@ std::string effect_row(const TraceInput& input, const dqw_effect_q15_config& c)
     put("Ld_nH", c.Ld_nH, "{}u");
     put("Lq_nH", c.Lq_nH, "{}u");
     put("psi_nWb", c.psi_nWb, "{}u");
+    put("cell_d_uA", c.cell_d_uA, "{}u");
+    put("cell_q_uA", c.cell_q_uA, "{}u");
+    if (c.map != nullptr) out += ", .map = dqw_q15_flux_map";
     put("tau_us", static_cast<long long>(c.tau_us), "UINT64_C({})");
     put("row_us", c.row_us, "{}u");
     put("T_0_cC", c.T_0_cC, "{}");
@@ -89,7 +92,7 @@ std::string effect_row(const TraceInput& input, const dqw_effect_q15_config& c)
 
 /// Its rows, and the room that they need.
 struct EffectRows {
-    std::string text;
+    std::string text, maps;
     int weights = 0;
 };
 EffectRows effect_rows(const FullScales& full, const std::vector<TraceInput>& inputs, double delay_unit, double row_s)
@@ -98,6 +101,7 @@ EffectRows effect_rows(const FullScales& full, const std::vector<TraceInput>& in
     for (const TraceInput& in : inputs) {
         const auto config = effect_config_q15(in, full, in.effect == "delay" ? delay_unit : 1.0, row_s);
         rows.weights += dqw_effect_weights(config.effect);
+        if (!in.map.empty()) rows.maps += map_table_text("dqw_q15_flux_map", in.map);
         rows.text += fmt::format("{}    {}", rows.text.empty() ? "" : ", \\\n", effect_row(in, config));
     }
     return rows;
@@ -119,7 +123,7 @@ std::string effects_text(const std::vector<Log>& logs, const dqw_estimator_q15_c
     const FullScales full = full_scales(c.scale);
     const EffectRows rows = effect_rows(full, inputs, c.settled ? full.dt_s : 1.0,
                                         c.settled ? static_cast<double>(period_of(logs.front(), inputs)) : 0.0);
-    return "\n" + room_text(rows) +
+    return "\n" + room_text(rows) + rows.maps +
            fmt::format("// What the plain model lacks. The sizes go with the full scales:\n"
                        "//     static const dqw_effect_q15_config effects[] = {{DQW_Q15_EFFECTS}};\n"
                        "//     static const dqw_estimator_q15_config config = {{DQW_Q15_ESTIMATOR, .effects = effects, "
@@ -216,7 +220,7 @@ std::string q15_monitor_text(const dqw_monitor_q15_config& c, const std::string&
     std::string list, effects;
     if (!inputs.empty()) {
         list = "//     static const dqw_effect_q15_config monitor_effects[] = {DQW_Q15_MONITOR_EFFECTS};\n";
-        effects = room_text(rows) + "#define DQW_Q15_MONITOR_EFFECTS \\\n" + rows.text + "\n\n";
+        effects = room_text(rows) + rows.maps + "#define DQW_Q15_MONITOR_EFFECTS \\\n" + rows.text + "\n\n";
     }
     return fmt::format("// With what `dqwatch monitor --arith q15` ran over {}. In firmware, with "
                        "DQW_EFFECT_WEIGHTS={} for all of "

@@ -60,7 +60,9 @@ LearnOptions learn_options(const Options& options, const LearnConfig& config, bo
 Estimated estimate_by_learners(const std::vector<Log>& logs, const Options& options, const LearnConfig& config)
 {
     Progress progress("learning", options.progress);
-    LearnOptions how = learn_options(options, config, options.fixed_point());
+    LearnConfig with_map = config;
+    add_flux_map(with_map, logs);
+    LearnOptions how = learn_options(options, with_map, options.fixed_point());
     how.progress = progress.callback();
     const Learned found = learn_all(logs, how);
     const bool header = how.fixed_point && found.result.regime != Regime::mechanical;

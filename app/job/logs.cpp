@@ -34,6 +34,7 @@ void check_same_machine(const Log& first, const Log& log)
 void complete(Machine& to, const Machine& from)
 {
     if (to.name.empty()) to.name = from.name;
+    if (to.flux_map.empty()) to.flux_map = from.flux_map;
     for (const Parameter& p : kParameters)
         if (!(to.*(p.nominal))) to.*(p.nominal) = from.*(p.nominal);
     for (const auto rated : {&Machine::v_rated_V, &Machine::i_rated_A, &Machine::w_max_rad_s})

@@ -16,6 +16,8 @@
 #include "app/base/modulation.hpp"
 #include "app/base/text.hpp"
 #include "app/learn/signals.hpp"
+#include "app/read/flux_map.hpp"
+#include "ref/effect/flux_table.hpp"
 
 namespace dqw {
 namespace {
@@ -87,6 +89,22 @@ std::vector<double> numbers(const Json& object, const char* key, const std::stri
     return values;
 }
 
+std::vector<std::int16_t> map_of(const Json& entry, const std::string& path)
+{
+    const auto found = entry.find("map");
+    std::vector<std::int16_t> map;
+    if (found == entry.end()) return map;
+    const auto is_number = [](const Json& x) {
+        return x.is_number_integer() && x.get<std::int64_t>() >= INT16_MIN && x.get<std::int64_t>() <= INT16_MAX;
+    };
+    if (found->is_array() && found->size() > DQW_EFFECT_MAP_HEAD &&
+        std::all_of(found->begin(), found->end(), is_number))
+        map = found->get<std::vector<std::int16_t>>();
+    if (map.empty() || !dqw_effect_is_map(map.data()) || dqw_effect_map_bytes(map.data()) != sizeof map[0] * map.size())
+        refuse(path, 1, "\"map\" is not the table of a flux map");
+    return map;
+}
+
 TraceInput input_of(const Json& entry, const std::string& path)
 {
     if (!entry.is_object() || !entry.contains("effect") || !entry["effect"].is_string())
@@ -97,6 +115,9 @@ TraceInput input_of(const Json& entry, const std::string& path)
         refuse(path, 1, "unknown effect " + shown(in.effect) + "; known are " + list(traced_names(), 99));
     in.shape = numbers(entry, "shape", path);
     in.weights = numbers(entry, "weights", path);
+    in.map = map_of(entry, path);
+    if ((in.effect == "flux_map") != !in.map.empty())
+        refuse(path, 1, in.map.empty() ? "flux_map without its \"map\"" : in.effect + " has no \"map\"");
     if (entry.contains("modulation")) {
         if (!entry["modulation"].is_string() || !modulation_named(entry["modulation"].get<std::string>()))
             refuse(path, 1, "\"modulation\" is none of centred, clamped_low, clamped_high, clamped_60");
@@ -176,11 +197,34 @@ void add_effects(LearnConfig& config, const std::vector<std::string>& names)
     }
 }
 
+void add_flux_map(LearnConfig& config, const std::vector<Log>& logs)
+{
+    const std::string& path = logs.front().machine.flux_map;
+    if (path.empty() || logs.front().regime == Regime::mechanical) return;
+    const auto bends = [](const TraceInput& in) {
+        return in.effect == "flux_map" || in.effect == "saturation" || in.effect == "cross_saturation";
+    };
+    const auto known = std::find_if(config.inputs.begin(), config.inputs.end(), bends);
+    if (known != config.inputs.end())
+        throw std::invalid_argument("the machine file's flux_map and the effect " + known->effect +
+                                    " both say how the iron bends; take one of them");
+    FluxRange range;
+    for (const Log& log : logs) {
+        for (const double i : log.i_d_A)
+            range.least_d_A = std::min(range.least_d_A, i), range.most_d_A = std::max(range.most_d_A, i);
+        for (const double i : log.i_q_A) range.most_q_A = std::max(range.most_q_A, std::abs(i));
+    }
+    config.inputs.insert(config.inputs.begin(), flux_table(read_flux_map(path), range));
+}
+
 std::vector<std::string> effects_of(const LearnConfig& config)
 {
     std::vector<std::string> names;
     for (const TraceInput& in : config.inputs)
-        if (std::find(names.begin(), names.end(), in.effect) == names.end()) names.push_back(in.effect);
+        for (const std::string& name : in.effect == "flux_map"
+                                           ? std::vector<std::string>{"saturation", "cross_saturation"}
+                                           : std::vector<std::string>{in.effect})
+            if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
     return names;
 }
 

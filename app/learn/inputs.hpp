@@ -25,7 +25,11 @@ LearnConfig learn_config_of(const std::string& path, const std::string& text);
 /// Adds those named that it lacks.
 void add_effects(LearnConfig& config, const std::vector<std::string>& names);
 
-/// Their names, each once.
+/// Adds the machine file's flux map, over its currents and the logs'. Throws InputError where the file is no map, and
+/// std::invalid_argument beside another effect of the same kind.
+void add_flux_map(LearnConfig& config, const std::vector<Log>& logs);
+
+/// Their names, each once; a flux map's are those of what it stands for.
 std::vector<std::string> effects_of(const LearnConfig& config);
 
 /// The inputs with every shape filled in that is missing: widths of 2 % of the largest current or speed, the largest

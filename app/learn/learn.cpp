@@ -1,5 +1,7 @@
 #include "app/learn/learn.hpp"
 
+#include <fmt/format.h>
+
 #include <cmath>
 #include <stdexcept>
 
@@ -40,6 +42,20 @@ Learned learn_those(const std::vector<Log>& logs, const LearnOptions& options)
     return options.fixed_point ? learn_q15(logs, options) : learn_electrical(logs, options);
 }
 
+/// A flux map is the machine's where its bend counts once.
+void note_flux_map(Learned& learned)
+{
+    constexpr double kOff = 0.05, kDeviations = 4.0;
+    for (const TraceEffect& effect : learned.effects)
+        for (const Estimate& e : effect.parameters)
+            if (effect.name == "flux_map" && !e.given && std::isfinite(e.sd) &&
+                std::abs(e.value - 1.0) > std::max(kOff, kDeviations * e.sd))
+                learned.result.notes.push_back(
+                    fmt::format("warning: the flux map is not this machine's, or the iron has changed: {} is {:.3g} ± "
+                                "{:.2g}, expected 1",
+                                e.name, e.value, e.sd));
+}
+
 }  // namespace
 
 Learned learn_all(const std::vector<Log>& logs, const LearnOptions& options)
@@ -50,6 +66,7 @@ Learned learn_all(const std::vector<Log>& logs, const LearnOptions& options)
     LearnOptions those = options;
     those.inputs = learnable(options.inputs);
     Learned learned = learn_those(logs, those);
+    note_flux_map(learned);
     for (const std::string& note : notes_on_others(options.inputs)) learned.result.notes.push_back(note);
     return learned;
 }

@@ -212,7 +212,9 @@ MonitorSetup monitor_setup(const std::vector<Log>& logs, const LearnConfig& aske
     else
         setup.notes.emplace_back(
             "no theta_e_rad or theta_m_rad: dead time, unlike phases, current sensors and the encoder are not watched");
-    const std::vector<TraceInput> effects = effects_to_learn(asked.inputs, log, setup);
+    LearnConfig with_map = asked;
+    add_flux_map(with_map, logs);
+    const std::vector<TraceInput> effects = effects_to_learn(with_map.inputs, log, setup);
     check_room(effects);
     setup.config.alpha_per_K = static_cast<float>(kAlpha_per_K);
     setup.config.J_kgm2 = nominal(log.machine, asked.start, &Machine::J_kgm2);

@@ -167,6 +167,7 @@ std::string setup_json(const MonitorSetup& setup)
     for (const TraceInput& in : setup.inputs) {
         inputs.push_back({{"effect", in.effect}, {"shape", in.shape}, {"weights", in.weights}, {"reach", in.reach}});
         if (!in.modulation.empty()) inputs.back()["modulation"] = in.modulation;
+        if (!in.map.empty()) inputs.back()["map"] = in.map;
     }
     json["inputs"] = inputs;
     return json.dump();

@@ -73,7 +73,8 @@ Json body_of(const MonitorStore& s)
                           {"shape", in.shape},
                           {"weights", in.weights},
                           {"reach", in.reach},
-                          {"modulation", in.modulation}});
+                          {"modulation", in.modulation},
+                          {"map", in.map}});
     return {{"schema", kSchema}, {"arithmetic", s.arithmetic}, {"dt_s", s.dt_s},           {"machine", machine},
             {"inputs", inputs},  {"modulation", s.modulation}, {"healthy", hex(s.healthy)}};
 }
@@ -90,7 +91,7 @@ MonitorStore store_from(const Json& body)
     for (const Json& in : body.at("inputs"))
         s.inputs.push_back({in.at("effect").get<std::string>(), in.at("shape").get<std::vector<double>>(),
                             in.at("weights").get<std::vector<double>>(), in.at("reach").get<double>(),
-                            in.at("modulation").get<std::string>()});
+                            in.at("modulation").get<std::string>(), in.at("map").get<std::vector<std::int16_t>>()});
     return s;
 }
 

@@ -65,6 +65,12 @@ dqw_effect_q15_config effect_config_q15(const TraceInput& input, const FullScale
         c.Lq_nH = whole<std::uint32_t>(shape(1, 1e-9), input);
         c.psi_nWb = whole<std::uint32_t>(shape(2, 1e-9), input);
         break;
+    case Shape::flux_cells:
+        c.psi_nWb = whole<std::uint32_t>(shape(0, 1e-9), input);
+        c.cell_d_uA = whole<std::uint32_t>(shape(1, 1e-6), input);
+        c.cell_q_uA = whole<std::uint32_t>(shape(2, 1e-6), input);
+        c.map = f.map;
+        break;
     case Shape::order: c.order = whole<std::uint16_t>(shape(0, 1.0), input); break;
     default: break;
     }

@@ -181,6 +181,12 @@ private:
                 file_.machine.name = string(key, node);
                 continue;
             }
+            if (key == "flux_map") {
+                const std::filesystem::path map = string(key, node);
+                if (map.empty()) refuse(node, "flux_map is empty; expected the file of a flux map");
+                file_.machine.flux_map = (std::filesystem::path(file_.path).parent_path() / map).string();
+                continue;
+            }
             if (key == "pole_pairs") {
                 const double p = number(key, node);
                 if (!(p >= 1 && p <= 1000) || p != std::floor(p))

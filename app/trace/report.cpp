@@ -97,6 +97,7 @@ Json trace_json(const TraceReport& report)
     for (const TraceInput& i : trace.inputs) {
         inputs.push_back({{"effect", i.effect}, {"shape", i.shape}, {"weights", i.weights}});
         if (!i.modulation.empty()) inputs.back()["modulation"] = i.modulation;
+        if (!i.map.empty()) inputs.back()["map"] = i.map;
     }
     json["effects"] = effects;
     if (!trace.partial.effects.empty()) json["best_partial_match"] = partial_json(trace.partial);

@@ -1,5 +1,6 @@
 #include "ref/effect/effect.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <iterator>
 
@@ -324,6 +325,12 @@ constexpr Effect rows[] = {
      "",
      {{"torque_Nm", -1e6, 1e6}},
      {"A constant load takes {torque_Nm} (load torque)"}},
+    // Not sought.
+    {{Law::flux_map, "flux_map", 2, Shape::flux_cells, Unit::one, {currents, turns | currents}},
+     "flux linkage bends as a map says",
+     "currents on both axes as large as the map's",
+     "",
+     {{"weight_d", 0, 10}, {"weight_q", 0, 10}}},
     // No effects of their own.
     {{Law::clipped_current, "clipped_current", 1, Shape::limit, Unit::one, 0}},
     {{Law::dead_clamped, "dead_time", 2, Shape::current_width, Unit::V, currents}},
@@ -349,7 +356,7 @@ static_assert(places.found == std::size(rows) && std::size(rows) == static_cast<
 
 const std::vector<Effect>& effects()
 {
-    static const std::vector<Effect> catalogue(std::begin(rows), std::end(rows) - 4);
+    static const std::vector<Effect> catalogue(std::begin(rows), std::end(rows) - 5);
     return catalogue;
 }
 
@@ -357,9 +364,9 @@ const Effect& effect_of(Law law) { return rows[places.of[static_cast<std::size_t
 
 const Effect* find_effect(const std::string& name)
 {
-    for (const Effect& e : effects())
-        if (name == e.name) return &e;
-    return nullptr;
+    const auto* const end = std::end(rows) - 4;
+    const auto* const found = std::find_if(std::begin(rows), end, [&](const Effect& e) { return name == e.name; });
+    return found != end ? found : nullptr;
 }
 
 int numbers_of(Shape shape)
@@ -374,6 +381,7 @@ int numbers_of(Shape shape)
     case Shape::link:
     case Shape::shaft_order: return 0;
     case Shape::speed_widths: return 2;
+    case Shape::flux_cells:
     case Shape::heat:
     case Shape::R_L:
     case Shape::L_psi: return 3;

@@ -39,6 +39,7 @@ enum class Law {
     load_torque,
     clipped_current,  ///< no effect of the catalogue: a fault of the record, tried so that nothing else is named for it
     dead_clamped,     ///< dead_time where a leg rests: with a part that does not ask which way the current flows
+    flux_map,         ///< one that was there before the log: learned by firmware, not sought
     own_map,          ///< saturation, bending cell by cell: where a polynomial is not enough
     cross_map         ///< cross_saturation, the same
 };
@@ -51,6 +52,7 @@ enum class Shape {
     limit,          ///< a current, A, that is fitted too
     current_unit,   ///< of a polynomial, A
     current_cells,  ///< least and largest i_d, largest |i_q|, A; how stiff its weights are, 1/Wb^2
+    flux_cells,     ///< largest flux of a table, Wb; its cells of i_d and i_q, A
     heat,           ///< T_0, degC; time constant, s; current that heats by 1, A
     R_L,            ///< R, L_d, L_q
     L_psi,          ///< L_d, L_q, psi

@@ -2,6 +2,7 @@
 #ifndef DQW_REF_EFFECT_FOUND_HPP
 #define DQW_REF_EFFECT_FOUND_HPP
 
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -29,8 +30,9 @@ struct TraceInput {
     std::string effect;
     std::vector<double> shape;
     std::vector<double> weights;
-    double reach = 1.0;           ///< largest value of a heating state in the log; 1 for all others
-    std::string modulation = {};  ///< of a dead time: which legs switch
+    double reach = 1.0;                  ///< largest value of a heating state in the log; 1 for all others
+    std::string modulation = {};         ///< of a dead time: which legs switch
+    std::vector<std::int16_t> map = {};  ///< of a flux map: its table, as firmware has it
 };
 
 }  // namespace dqw

@@ -16,6 +16,7 @@ enum class Regime { dynamic, steady, standstill, mechanical, polled };
 /// What the machine file says. Nominal values are starting points and bases, never a prior.
 struct Machine {
     std::string name;
+    std::string flux_map;  ///< file; empty: nothing is said
     std::optional<double> pole_pairs, R_ohm, Ld_H, Lq_H, psi_Wb, J_kgm2, B_Nms_rad, torque_constant_Nm_A;
     /// Phase voltage and current, peak, and the highest speed: what stands on the nameplate.
     std::optional<double> v_rated_V, i_rated_A, w_max_rad_s;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "ref/effect/flux_table.hpp"
 #include "ref/effect/range.hpp"
 #include "ref/log/symmetric.hpp"
 #include "ref/model/coherent.hpp"
@@ -313,6 +314,16 @@ FluxMap flux_map_of(const TraceSetup& setup, const Refined& best)
         return {};
     mark_seen(setup, map);
     return map;
+}
+
+void put_table(const Point& at, const FluxMap& map, std::vector<TraceInput>& inputs)
+{
+    if (std::none_of(at.terms.begin(), at.terms.end(), [](const Term& t) { return is_map(t.input.law); })) return;
+    const auto of_map = [](const TraceInput& in) {
+        return in.effect == name_of(Law::saturation) || in.effect == name_of(Law::cross_saturation);
+    };
+    inputs.erase(std::remove_if(inputs.begin(), inputs.end(), of_map), inputs.end());
+    inputs.insert(inputs.begin(), flux_table(map));
 }
 
 }  // namespace dqw

@@ -24,5 +24,8 @@ Eigen::VectorXd spread_over_cells(const TraceSetup& setup, const Refined& best);
 /// that polynomials are not enough. Empty where the point does not bend, or where the magnet's flux is not known.
 FluxMap flux_map_of(const TraceSetup& setup, const Refined& best);
 
+/// The map's table in place of the polynomials that stood for it, where the point has a map.
+void put_table(const Point& at, const FluxMap& map, std::vector<TraceInput>& inputs);
+
 }  // namespace dqw
 #endif

@@ -515,6 +515,7 @@ TraceResult traced(const std::vector<Log>& logs, const TraceOptions& options)
     for (const Term& t : s.found.empty() ? std::vector<Term>() : s.best.point.terms)
         result.inputs.push_back(firmware_input(*setup, s.best.point, t));
     result.map = flux_map_of(*setup, s.best);
+    if (!result.map.empty()) put_table(s.best.point, result.map, result.inputs);
     reject(*setup, judge, s, result);
     for (TraceRejected& r : result.rejected)
         if (std::any_of(read_otherwise.begin(), read_otherwise.end(),

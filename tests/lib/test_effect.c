@@ -1,6 +1,7 @@
 // Every effect against a machine that has it by its physical law, integrated finely in double: the float learners must
 // give back its weight and R, L_d, L_q, psi beside it. The plant works in phases, co-energies and circuits, not in
 // (E51) to (E55).
+#include "bent_iron.h"
 #include "dqw_effect.h"
 #include "dqw_effect_kind.h"
 #include "dqw_estimator.h"
@@ -71,6 +72,8 @@ static double coenergy(const plant *p, double i_d, double i_q)
                        p->w[3] * pow(y, 4) / 4 + p->w[4] * pow(y, 6) / 6);
     if (p->effect == DQW_EFFECT_CROSS_SATURATION)
         w += I_BASE * (p->w[0] * x * y * y + p->w[1] * x * x * y * y + p->w[2] * x * pow(y, 4));
+    // Both axes of one co-energy: they bend alike.
+    if (p->effect == DQW_EFFECT_FLUX_MAP) w += p->w[0] * bent_coenergy(i_d, i_q);
     if (p->effect == DQW_EFFECT_MAGNET_TEMPERATURE) w += p->w[0] * (p->shape > 0 ? p->heat : p->temp_C - 25) * i_d;
     return w;
 }
@@ -432,6 +435,15 @@ static const law laws[] = {
      {0.00519, 0.0403},
      3.72},
     {DQW_EFFECT_VOLTAGE_OFFSET, "voltage_offset", 2, {1.5, -1.0}, 0, {0}, {0.00332, 0.41}, {0.00161, 0.0354}, 3.67},
+    {DQW_EFFECT_FLUX_MAP,
+     "flux_map",
+     2,
+     {0.9, 0.9},
+     0,
+     {(float)BENT_FULL_WB, (float)BENT_CELL_D_A, (float)BENT_CELL_Q_A},
+     {0.0196, 0.185},
+     {0.0143, 0.0301},
+     10.2},
 };
 enum { LAWS = sizeof laws / sizeof laws[0] };
 
@@ -459,7 +471,7 @@ static void behind_others(const law *l)
     if (l->effect == DQW_EFFECT_VOLTAGE_OFFSET || l->effect == DQW_EFFECT_SKIN_EFFECT) return;
     dqw_effect_config behind[3] = {{.effect = DQW_EFFECT_VOLTAGE_OFFSET},
                                    {.effect = DQW_EFFECT_DEAD_TIME, .shape = {0.3f}},
-                                   {.effect = l->effect}};
+                                   {.effect = l->effect, .map = bent_table()}};
     memcpy(behind[2].shape, l->config, sizeof l->config);
     dqw_estimator_config c = config_of(0);
     c.effects = behind;
@@ -486,7 +498,7 @@ static void test_every_effect_gives_back_its_weight(void)
         plant p = {.effect = l->effect, .shape = l->shape};
         memcpy(p.w, l->w, sizeof p.w);
         simulate(&p, (uint64_t)(100 + k));
-        list[0] = (dqw_effect_config){.effect = l->effect};
+        list[0] = (dqw_effect_config){.effect = l->effect, .map = bent_table()};
         memcpy(list[0].shape, l->config, sizeof l->config);
         double largest = 0.0;
         for (int i = 0; i < l->weights; i++) largest = fmax(largest, fabs(l->w[i]));
@@ -544,7 +556,7 @@ static void test_settled_rows_give_back_what_has_no_slope(void)
         CASE("%s", l->name);
         plant p = {.effect = l->effect, .shape = l->shape};
         memcpy(p.w, l->w, sizeof p.w);
-        list[0] = (dqw_effect_config){.effect = l->effect};
+        list[0] = (dqw_effect_config){.effect = l->effect, .map = bent_table()};
         memcpy(list[0].shape, l->config, sizeof l->config);
         dqw_estimator_config c = config_of(1);
         c.settled = true;
@@ -616,7 +628,8 @@ static void test_read_before_anything_was_learned(void)
     for (int k = 0; k < LAWS; k++) {
         CASE("%s", laws[k].name);
         list[0] = (dqw_effect_config){.effect = DQW_EFFECT_VOLTAGE_OFFSET, .start = {0.5f, -0.25f}};
-        list[1] = (dqw_effect_config){.effect = laws[k].effect, .start = {0.01f, 0.02f, 0.03f, 0.04f, 0.05f}};
+        list[1] = (dqw_effect_config){
+            .effect = laws[k].effect, .start = {0.01f, 0.02f, 0.03f, 0.04f, 0.05f}, .map = bent_table()};
         memcpy(list[1].shape, laws[k].config, sizeof laws[k].config);
         const dqw_estimator_config c = config_of(2);
         dqw_estimator e = begin(&c);
@@ -788,6 +801,7 @@ static void test_what_a_list_asks_for(void)
             CASE("%s, place %d", laws[n].name, at);
             dqw_effect_config two[2] = {nothing, nothing};
             two[at].effect = name;
+            two[at].map = bent_table();
             two[at].shape[0] = laws[n].config[0];
             for (int i = 0; i < 3 && name >= DQW_EFFECT_IRON_LOSS; i++) two[at].shape[i] = laws[n].config[i];
             dqw_effect e;
@@ -882,6 +896,7 @@ static void test_input_bases(void)
                  {{.effect = DQW_EFFECT_SKIN_EFFECT}, w_e * w_e * 15},
                  {{.effect = DQW_EFFECT_PHASE_RESISTANCE_IMBALANCE}, 15},
                  {{.effect = DQW_EFFECT_VOLTAGE_OFFSET}, 1},
+                 {{.effect = DQW_EFFECT_FLUX_MAP, .shape = {0.02f, 1, 2}, .map = bent_table()}, 0.02 * w_e},
                  {{.effect = DQW_EFFECT_DEAD_TIME, .shape = {0.3f}}, 1}};
     for (unsigned k = 0; k < sizeof cases / sizeof cases[0]; k++) {
         CASE("case %u", k);
@@ -924,7 +939,7 @@ static void test_every_effect_before_another(void)
     const dqw_effect_base base = {(float)DT_S, 100, (float)I_BASE, 140, P_TRUE, false};
     test_random r = {78};
     for (int k = 0; k < LAWS; k++) {
-        dqw_effect_config two[] = {{.effect = laws[k].effect}, {.effect = DQW_EFFECT_SKIN_EFFECT}};
+        dqw_effect_config two[] = {{.effect = laws[k].effect, .map = bent_table()}, {.effect = DQW_EFFECT_SKIN_EFFECT}};
         memcpy(two[0].shape, laws[k].config, sizeof laws[k].config);
         dqw_effect both;
         dqw_effect alone;
@@ -984,7 +999,11 @@ static void test_a_block_is_the_mean_of_its_pairs(void)
                  {{.effect = DQW_EFFECT_DELAY}, 1.5e-3},
                  {{.effect = DQW_EFFECT_SKIN_EFFECT}, 2e-6},
                  {{.effect = DQW_EFFECT_PHASE_RESISTANCE_IMBALANCE}, 2e-6},
-                 {{.effect = DQW_EFFECT_VOLTAGE_OFFSET}, 2e-6}};
+                 {{.effect = DQW_EFFECT_VOLTAGE_OFFSET}, 2e-6},
+                 {{.effect = DQW_EFFECT_FLUX_MAP,
+                   .shape = {(float)BENT_FULL_WB, (float)BENT_CELL_D_A, (float)BENT_CELL_Q_A},
+                   .map = bent_table()},
+                  2e-6}};
     for (unsigned n = 0; n < sizeof cases / sizeof cases[0]; n++) {
         CASE("effect %d", (int)cases[n].c.effect);
         const dqw_effect_config both[] = {
@@ -1096,7 +1115,7 @@ static void test_no_pair_uses_a_refused_sample(void)
         plant p = {.effect = l->effect, .shape = l->shape};
         memcpy(p.w, l->w, sizeof p.w);
         simulate(&p, (uint64_t)(100 + which[n]));
-        list[0] = (dqw_effect_config){.effect = l->effect};
+        list[0] = (dqw_effect_config){.effect = l->effect, .map = bent_table()};
         memcpy(list[0].shape, l->config, sizeof l->config);
         const dqw_estimator_config c = config_of(1);
         dqw_estimator e;

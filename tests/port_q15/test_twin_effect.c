@@ -1,5 +1,6 @@
 // The effects' inputs in fixed point beside the float ones, each law over a whole trajectory; what is learned of them
 // beside what float learns; heat, refusals, any bits.
+#include "bent_iron.h"
 #include "dqw_effect.h"
 #include "dqw_estimator.h"
 #include "dqw_estimator_q15.h"
@@ -42,7 +43,7 @@ typedef struct law {
         .effect = (name), .shape = { __VA_ARGS__ }                                                                     \
     }
 #define MACHINE .R_uohm = 900000, .Ld_nH = 2200000, .Lq_nH = 2800000, .psi_nWb = 120000000
-static const law laws[] = {
+static law laws[] = {
     {"dead_time", FLOAT(DQW_EFFECT_DEAD_TIME, 0.3f), {.effect = DQW_EFFECT_DEAD_TIME, .i_uA = 300000}, 1, 0, 0, {4}},
     {"saturation",
      FLOAT(DQW_EFFECT_SATURATION, 15),
@@ -137,6 +138,13 @@ static const law laws[] = {
      0,
      0,
      {1.5, -1.0}},
+    {"flux_map",
+     FLOAT(DQW_EFFECT_FLUX_MAP, (float)BENT_FULL_WB, (float)BENT_CELL_D_A, (float)BENT_CELL_Q_A),
+     {.effect = DQW_EFFECT_FLUX_MAP, .psi_nWb = 13200000, .cell_d_uA = 1500000, .cell_q_uA = 800000},
+     0,
+     0,
+     0,
+     {0.9, 1.1}},
 };
 enum { LAWS = sizeof laws / sizeof laws[0] };
 
@@ -162,6 +170,7 @@ static const struct {
     {{0.031, 0.00068}, {0.0009, 0.0012}, {0.00056, 0.0019}},  // skin_effect
     {{0.0033, 0.002}, {0.011, 0.0078}, {0.0014, 0.0017}},     // phase_resistance_imbalance
     {{0, 0}, {0.027, 0.0063}, {0.00075, 0.0012}},             // voltage_offset
+    {{0.1, 0.02}, {0.0041, 0.034}, {0.001, 0.0036}},          // flux_map
 };
 
 // Pairs in half a block: what comes and goes with the angle needs short ones.
@@ -261,6 +270,9 @@ static dqw_sample meant(const dqw_sample_q15 *x)
 
 static dqw_effect one;
 static dqw_effect_q15 two;
+
+// A table is made as the program starts.
+static void take_table(void) { laws[LAWS - 1].one.map = laws[LAWS - 1].two.map = bent_table(); }
 
 static void begin(const law *l, bool settled)
 {
@@ -985,6 +997,7 @@ static void test_any_bits(void)
 
 int main(void)
 {
+    take_table();
     UNITY_BEGIN();
     RUN_TEST(test_inputs_over_a_whole_trajectory);
     RUN_TEST(test_what_is_learned_is_what_float_learns);

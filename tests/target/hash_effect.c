@@ -9,8 +9,11 @@
 #endif
 
 #define MACHINE .R_uohm = 400000, .Ld_nH = 700000, .Lq_nH = 1900000, .psi_nWb = 12000000
-// Every law once: four lists that fit.
-static const dqw_effect_q15_config lists[4][4] = {
+static const int16_t map[] = {3, 2, 3, -30000, 100,  -20000, 8000,  -10000, 16000, 9000,  -5,
+                              0, 0, 0, 12000,  9000, 7000,   20000, -7000,  32767, -32768};
+// Every law once: lists that fit.
+enum { LISTS = 5 };
+static const dqw_effect_q15_config lists[LISTS][4] = {
     {{.effect = DQW_EFFECT_DEAD_TIME, .i_uA = 300000},
      {.effect = DQW_EFFECT_FLUX_HARMONICS, .order = 6},
      {.effect = DQW_EFFECT_CURRENT_OFFSET, MACHINE},
@@ -27,6 +30,10 @@ static const dqw_effect_q15_config lists[4][4] = {
      {.effect = DQW_EFFECT_PHASE_RESISTANCE_IMBALANCE, .start_q40 = {1 << 30, -(1 << 30)}},
      {.effect = DQW_EFFECT_WINDING_TEMPERATURE, .T_0_cC = 2500},
      {.effect = DQW_EFFECT_MAGNET_TEMPERATURE, .tau_us = 100000}},
+    {{.effect = DQW_EFFECT_FLUX_MAP, .psi_nWb = 9000000, .cell_d_uA = 2000000, .cell_q_uA = 1500000, .map = map},
+     {.effect = DQW_EFFECT_SKIN_EFFECT},
+     {.effect = DQW_EFFECT_VOLTAGE_OFFSET},
+     {.effect = DQW_EFFECT_DELAY}},
 };
 
 static void put_inputs(hash *h, const dqw_effect_q15 *f)
@@ -85,7 +92,7 @@ static void run(hash *h, int list, bool settled, int steps)
 hash hash_effect(void)
 {
     hash h = HASH_EMPTY;
-    for (int list = 0; list < 4; list++) {
+    for (int list = 0; list < LISTS; list++) {
         run(&h, list, false, 1000);
         run(&h, list, true, 60);
     }

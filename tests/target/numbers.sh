@@ -36,7 +36,8 @@ angle_offset 1
 delay 1
 skin_effect 1
 phase_resistance_imbalance 2
-voltage_offset 2"
+voltage_offset 2
+flux_map 2"
 
 # The libraries with room for so many weights, and the piece with the list of one effect, 0 without: out NAME.txt.
 effect_piece() { # CORE PIECE ROOM LIST
@@ -228,15 +229,23 @@ limits() {
         case $more in lent) printf ' |\n| with memory lent to stage 2, its Random Learner' ;; *) printf ' |\n| with `store` and `restore`' ;; esac
         for piece in m4f/monitor_float m4f/monitor_q15 m0/monitor_q15; do limit "$(value "${piece%/*}" "${piece#*/}.$more" flash)"; done
     done
-    printf ' |\n| each further weight of an effect, worst: instructions'
+    printf ' |\n| each further weight of an effect without a table, worst: instructions'
     limit "$(worst_weight m4f effect_float)" 40
     limit "$(worst_weight m4f effect_q15)"
     limit "$(worst_weight m0 effect_q15)"
+    printf ' |\n| a flux map, both its weights: instructions'
+    limit "$(of_map m4f effect_float)" 140
+    limit "$(of_map m4f effect_q15)"
+    limit "$(of_map m0 effect_q15)"
     printf ' |\n\nM4F, M4: one core, with and without its floating-point unit in use. No link-time optimisation.\n'
+}
+# The last of the effects.
+of_map() { # CORE PIECE
+    further "$1" "$2" $((1 + $(echo "$effects" | wc -l))) 1 | tr -d ' |'
 }
 worst_weight() { # CORE PIECE
     list=1
-    echo "$effects" | while read -r line; do
+    echo "$effects" | grep -v '^flux_map' | while read -r line; do
         list=$((list + 1))
         further "$1" "$2" $list "${line##* }" | tr -d ' |'
         echo

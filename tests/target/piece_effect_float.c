@@ -14,6 +14,8 @@
 #define SHAPE {25, 600, 6}
 #elif LIST == 10
 #define SHAPE {0.7e-3f, 1.9e-3f, 12e-3f}
+#elif LIST == 15
+#define SHAPE {0.01f, 0.5f, 0.5f}, .map = map
 #elif LIST == 6 || LIST == 8 || LIST == 9
 #define SHAPE {0.4f, 0.7e-3f, 1.9e-3f}
 #else
@@ -21,6 +23,9 @@
 #endif
 // clang-format on
 
+#if LIST == 15
+static const int16_t map[DQW_EFFECT_MAP_HEAD + 2 * 21 * 21] = {21, 12, 21, 1000, 2000};
+#endif
 #if DQW_EFFECT_WEIGHTS > 0
 static const dqw_effect_config list[] = {{.effect = (enum dqw_effect_name)LIST, .shape = SHAPE}};
 #endif

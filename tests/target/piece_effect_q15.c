@@ -12,12 +12,17 @@
 #define SHAPE .i_uA = 6000000
 #elif LIST == 4 || LIST == 5
 #define SHAPE .tau_us = 600000000, .i_uA = 6000000
+#elif LIST == 15
+#define SHAPE .psi_nWb = 10000000, .cell_d_uA = 500000, .cell_q_uA = 500000, .map = map
 #elif LIST == 7
 #define SHAPE .order = 6
 #else
 #define SHAPE .R_uohm = 400000, .Ld_nH = 700000, .Lq_nH = 1900000, .psi_nWb = 12000000
 #endif
 
+#if LIST == 15
+static const int16_t map[DQW_EFFECT_MAP_HEAD + 2 * 21 * 21] = {21, 12, 21, 1000, 2000};
+#endif
 #if DQW_EFFECT_WEIGHTS > 0
 static const dqw_effect_q15_config list[] = {{.effect = (enum dqw_effect_name)LIST, SHAPE}};
 #endif
