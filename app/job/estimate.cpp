@@ -64,7 +64,8 @@ Estimated estimate_by_learners(const std::vector<Log>& logs, const Options& opti
     add_flux_map(with_map, logs);
     LearnOptions how = learn_options(options, with_map, options.fixed_point());
     how.progress = progress.callback();
-    const Learned found = learn_all(logs, how);
+    Learned found = learn_all(logs, how);
+    note_flux_map(logs, found.result);
     const bool header = how.fixed_point && found.result.regime != Regime::mechanical;
     return {found.result, found.effects,
             header ? q15_config_text(logs, found.result.parameters, found.inputs) : std::string()};

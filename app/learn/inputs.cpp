@@ -1,6 +1,8 @@
 #include "app/learn/inputs.hpp"
 #include "dqw_effect_kind.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
@@ -215,6 +217,19 @@ void add_flux_map(LearnConfig& config, const std::vector<Log>& logs)
         for (const double i : log.i_q_A) range.most_q_A = std::max(range.most_q_A, std::abs(i));
     }
     config.inputs.insert(config.inputs.begin(), flux_table(read_flux_map(path), range));
+}
+
+void note_flux_map(const std::vector<Log>& logs, Result& result)
+{
+    const std::string& path = logs.front().machine.flux_map;
+    if (path.empty() || logs.front().regime == Regime::mechanical) return;
+    constexpr double kOff = 0.05, kDeviations = 4.0;
+    const double map_Wb = between(read_flux_map(path), 0.0, 0.0).psi_d_Wb;
+    for (const Estimate& e : result.parameters)
+        if (e.name == "psi_Wb" && !e.given && std::abs(e.value - map_Wb) > std::max(kOff * map_Wb, kDeviations * e.sd))
+            result.notes.push_back(
+                fmt::format("warning: ψ is {:.4g} Wb, in the flux map {:.4g} Wb: another magnet, or it has changed",
+                            e.value, map_Wb));
 }
 
 std::vector<std::string> effects_of(const LearnConfig& config)

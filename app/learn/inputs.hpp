@@ -25,9 +25,12 @@ LearnConfig learn_config_of(const std::string& path, const std::string& text);
 /// Adds those named that it lacks.
 void add_effects(LearnConfig& config, const std::vector<std::string>& names);
 
-/// Adds the machine file's flux map, over its currents and the logs'. Throws InputError where the file is no map, and
+/// Adds the machine file's flux map, over the logs' currents. Throws InputError where the file is no map, and
 /// std::invalid_argument beside another effect of the same kind.
 void add_flux_map(LearnConfig& config, const std::vector<Log>& logs);
+
+/// A note where the magnet is not that of the machine file's flux map.
+void note_flux_map(const std::vector<Log>& logs, Result& result);
 
 /// Their names, each once; a flux map's are those of what it stands for.
 std::vector<std::string> effects_of(const LearnConfig& config);

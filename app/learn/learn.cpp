@@ -43,7 +43,7 @@ Learned learn_those(const std::vector<Log>& logs, const LearnOptions& options)
 }
 
 /// A flux map is the machine's where its bend counts once.
-void note_flux_map(Learned& learned)
+void note_weights(Learned& learned)
 {
     constexpr double kOff = 0.05, kDeviations = 4.0;
     for (const TraceEffect& effect : learned.effects)
@@ -66,7 +66,7 @@ Learned learn_all(const std::vector<Log>& logs, const LearnOptions& options)
     LearnOptions those = options;
     those.inputs = learnable(options.inputs);
     Learned learned = learn_those(logs, those);
-    note_flux_map(learned);
+    note_weights(learned);
     for (const std::string& note : notes_on_others(options.inputs)) learned.result.notes.push_back(note);
     return learned;
 }

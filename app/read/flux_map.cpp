@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <filesystem>
 #include <map>
 #include <vector>
 
@@ -24,6 +25,8 @@ struct Point {
 
 std::vector<Point> points_of(const std::string& path)
 {
+    if (std::error_code error; !std::filesystem::is_regular_file(path, error))
+        throw InputError(path, 0, "cannot be opened; expected a flux map (CSV)");
     LineSource source(path);
     std::string_view line;
     if (!source.next(line)) throw InputError(path, 1, "empty; a flux map has i_d_A,i_q_A,psi_d_Wb,psi_q_Wb");

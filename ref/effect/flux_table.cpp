@@ -33,11 +33,15 @@ private:
 
 }  // namespace
 
-TraceInput flux_table(const FluxMap& map, const FluxRange& also)
+FluxRange range_of(const FluxMap& map)
 {
-    const double least_A = std::min({map.i_d_A.front(), also.least_d_A, 0.0}),
-                 most_A = std::max({map.i_d_A.back(), also.most_d_A, 0.0}),
-                 q_A = std::max({map.i_q_A.back(), -map.i_q_A.front(), also.most_q_A});
+    return {map.i_d_A.front(), map.i_d_A.back(), std::max(map.i_q_A.back(), -map.i_q_A.front())};
+}
+
+TraceInput flux_table(const FluxMap& map, const FluxRange& over)
+{
+    const double least_A = std::min(over.least_d_A, 0.0), most_A = std::max(over.most_d_A, 0.0), q_A = over.most_q_A;
+    if (!(most_A > least_A) || !(q_A > 0.0)) throw std::invalid_argument("a flux map needs currents on both axes");
     const int below = std::clamp(static_cast<int>(std::lround(-least_A / (most_A - least_A) * kCells)),
                                  least_A < 0.0 ? 1 : 0, most_A > 0.0 ? kCells - 1 : kCells);
     const double cell_d_A = std::max(below > 0 ? -least_A / below : 0.0,

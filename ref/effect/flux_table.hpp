@@ -12,9 +12,12 @@ struct FluxRange {
     double least_d_A = 0, most_d_A = 0, most_q_A = 0;
 };
 
-/// The input "flux_map" of both weights 1, over the map's currents and those of `also`; what the map says of i_q and of
-/// −i_q is averaged. Throws std::invalid_argument for a map that does not bend.
-TraceInput flux_table(const FluxMap& map, const FluxRange& also = {});
+/// All that a map has.
+FluxRange range_of(const FluxMap& map);
+
+/// The input "flux_map" of both weights 1; what the map says of i_q and of −i_q is averaged. Throws
+/// std::invalid_argument for a map that does not bend, or no currents.
+TraceInput flux_table(const FluxMap& map, const FluxRange& over);
 
 }  // namespace dqw
 #endif

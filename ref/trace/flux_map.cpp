@@ -323,7 +323,7 @@ void put_table(const Point& at, const FluxMap& map, std::vector<TraceInput>& inp
         return in.effect == name_of(Law::saturation) || in.effect == name_of(Law::cross_saturation);
     };
     inputs.erase(std::remove_if(inputs.begin(), inputs.end(), of_map), inputs.end());
-    inputs.insert(inputs.begin(), flux_table(map));
+    inputs.insert(inputs.begin(), flux_table(map, range_of(map)));
 }
 
 }  // namespace dqw
