@@ -8,6 +8,7 @@
 #include "app/report/compare.hpp"
 #include "app/report/compare_maps.hpp"
 #include "app/report/report.hpp"
+#include "app/trace/maps_page.hpp"
 
 namespace dqw {
 int compare_command(const Options& options)
@@ -16,7 +17,11 @@ int compare_command(const Options& options)
     if (maps == !options.logs.front().empty())
         throw UsageError("compare: LOG.csv, or --map with two flux maps, and not both; --help says more");
     if (maps) {
-        const MapComparison c = compare_maps(read_flux_map(options.maps[0]), read_flux_map(options.maps[1]));
+        const FluxMap first = read_flux_map(options.maps[0]), second = read_flux_map(options.maps[1]);
+        const MapComparison c = compare_maps(first, second);
+        make_directory(options.out_dir);
+        write_file(path_in(options.out_dir, "compare.html"),
+                   maps_page({options.maps[0], options.maps[1]}, first, second));
         print(options.json ? json_text(compare_maps_json(c)) : compare_maps_text(c));
         return exit_done;
     }

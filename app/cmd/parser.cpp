@@ -244,7 +244,7 @@ const Command commands[] = {
      "Differences are 100 (first - second) / second. One LSB of a parameter is 1/32768 of the unit that the full "
      "scales make of it:\nR V/I, L V T/I, psi V T; J M T/W, B M/W; full scales V, I, torque M, speed W, sampling "
      "period T. An effect's parameter is named EFFECT.PARAMETER. Writes compare.html into DIR.\nExit code 4: a "
-     "parameter asked for is not identifiable by all three. Of two maps nothing is written."},
+     "parameter asked for is not identifiable by all three. Of two maps compare.html has both, and where they differ."},
     {"monitor", "watch a log for changes of the machine, and name the fault", add_monitor, monitor_command,
      "Writes monitor.html into DIR, with --arith q15 dqw_q15_monitor.h as well. Exit code 0 with and without events."},
     {"columns", "say what is read of a log, column by column, and what is missing: the first thing to run", add_columns,

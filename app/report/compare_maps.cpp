@@ -59,14 +59,18 @@ nlohmann::ordered_json compare_maps_json(const MapComparison& c)
     return json;
 }
 
-std::string compare_maps_text(const MapComparison& c)
+std::string compare_maps_sentence(const MapComparison& c)
 {
-    if (c.nodes == 0) return "The maps have no current in common that both logs saw: drive both machines alike.\n";
-    std::string out = !c.deviations ? "The maps say nothing of their deviations."
-                      : c.differ()  ? "The maps differ."
-                                    : "The maps do not differ by more than their deviations.";
-    out += fmt::format(" {} points that both saw, flux up to {}\n\n", c.nodes,
+    if (c.nodes == 0) return "The maps have no current in common that both logs saw: drive both machines alike.";
+    const char* verdict = !c.deviations ? "The maps say nothing of their deviations."
+                          : c.differ()  ? "The maps differ."
+                                        : "The maps do not differ by more than their deviations.";
+    return fmt::format("{} {} points that both saw, flux up to {}", verdict, c.nodes,
                        with_sd(quantity("_Wb", c.flux_Wb, 0.0, 3)));
+}
+
+std::vector<std::vector<std::string>> compare_maps_rows(const MapComparison& c)
+{
     std::vector<std::vector<std::string>> rows = {{"second less first", "mean", "RMS"}};
     if (c.deviations) rows.front().insert(rows.front().end(), {"beyond 2 sd", "beyond 3 sd", "most", "at"});
     for (std::size_t k = 0; k < 2; ++k) {
@@ -79,7 +83,14 @@ std::string compare_maps_text(const MapComparison& c)
                                                    fmt::format("{:.1f} sd", axis.most_deviations),
                                                    fmt::format("i_d {:.3g} A, i_q {:.3g} A", axis.i_d_A, axis.i_q_A)});
     }
-    return with_minus(out + table(rows));
+    for (auto& row : rows)
+        for (auto& cell : row) cell = with_minus(cell);
+    return rows;
+}
+
+std::string compare_maps_text(const MapComparison& c)
+{
+    return compare_maps_sentence(c) + "\n" + (c.nodes > 0 ? "\n" + table(compare_maps_rows(c)) : "");
 }
 
 }  // namespace dqw

@@ -5,6 +5,7 @@
 #include <array>
 #include <nlohmann/json_fwd.hpp>
 #include <string>
+#include <vector>
 
 #include "ref/effect/plane.hpp"
 
@@ -31,6 +32,9 @@ MapComparison compare_maps(const FluxMap& first, const FluxMap& second);
 /// Schema dqwatch.compare_map/1.
 nlohmann::ordered_json compare_maps_json(const MapComparison& c);
 std::string compare_maps_text(const MapComparison& c);
+/// Its sentence; its table, the first row of which names the columns.
+std::string compare_maps_sentence(const MapComparison& c);
+std::vector<std::vector<std::string>> compare_maps_rows(const MapComparison& c);
 
 }  // namespace dqw
 #endif

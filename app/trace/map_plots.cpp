@@ -51,7 +51,32 @@ Plot over_current(const FluxMap& map, bool over_d, const char* name, const char*
     return plot;
 }
 
+/// At the first's nodes; seen where both are.
+FluxMap difference(const FluxMap& first, const FluxMap& second)
+{
+    FluxMap out = first;
+    for (std::size_t d = 0; d < out.i_d_A.size(); ++d)
+        for (std::size_t q = 0; q < out.i_q_A.size(); ++q) {
+            FluxNode& n = out.nodes[d * out.i_q_A.size() + q];
+            const FluxNode b = between(second, out.i_d_A[d], out.i_q_A[q]);
+            n.psi_d_Wb = b.psi_d_Wb - n.psi_d_Wb, n.psi_q_Wb = b.psi_q_Wb - n.psi_q_Wb;
+            n.sd_d_Wb = std::hypot(n.sd_d_Wb, b.sd_d_Wb), n.sd_q_Wb = std::hypot(n.sd_q_Wb, b.sd_q_Wb);
+            n.seen = n.seen && b.seen;
+        }
+    return out;
+}
+
 }  // namespace
+
+PlotGroup difference_group(const FluxMap& first, const FluxMap& second)
+{
+    const FluxMap apart = difference(first, second);
+    PlotGroup group{"Where they differ", "Second less first where both logs were, within two deviations.", {}};
+    if (std::none_of(apart.nodes.begin(), apart.nodes.end(), [](const FluxNode& n) { return n.seen; })) return group;
+    group.plots = {over_current(apart, true, "Δψ_d", "Wb", &FluxNode::psi_d_Wb, &FluxNode::sd_d_Wb),
+                   over_current(apart, false, "Δψ_q", "Wb", &FluxNode::psi_q_Wb, &FluxNode::sd_q_Wb)};
+    return group;
+}
 
 PlotGroup map_group(const FluxMap& map)
 {

@@ -10,5 +10,8 @@ namespace dqw {
 /// Flux linkages and incremental inductances within two deviations; without plots where there is no map.
 PlotGroup map_group(const FluxMap& map);
 
+/// What the second has more, at the first's currents; without plots where no current was seen by both.
+PlotGroup difference_group(const FluxMap& first, const FluxMap& second);
+
 }  // namespace dqw
 #endif

@@ -116,9 +116,17 @@ void command_compares_maps()
     const std::string a = folder.write("a.csv", dqw::flux_map_csv(known(1.0))),
                       b = folder.write("b.csv", dqw::flux_map_csv(known(0.95))),
                       bad = folder.write("c.csv", grid(4, ""));
-    TEST_ASSERT_TRUE(command::dqwatch({"compare", "--map", a, b}).out.find("The maps differ.") == 0);
-    TEST_ASSERT_TRUE(command::dqwatch({"compare", "--json", "--map", a, b}).out.find("dqwatch.compare_map/1") !=
-                     std::string::npos);
+    TEST_ASSERT_TRUE(
+        command::dqwatch({"compare", "--out", folder / "out", "--map", a, b}).out.find("The maps differ.") == 0);
+    const std::string page = command::read_file(folder / "out/compare.html");
+    // Two of what differs, four of each map.
+    std::size_t figures = 0;
+    for (std::size_t at = page.find("<figure"); at != std::string::npos; at = page.find("<figure", at + 1)) ++figures;
+    TEST_ASSERT_EQUAL_size_t(10, figures);
+    for (const char* what : {"First: a.csv", "Second: b.csv", "Δψ_q over i_q", "The maps differ."})
+        TEST_ASSERT_TRUE_MESSAGE(page.find(what) != std::string::npos, what);
+    TEST_ASSERT_TRUE(command::dqwatch({"compare", "--json", "--out", folder / "out", "--map", a, b})
+                         .out.find("dqwatch.compare_map/1") != std::string::npos);
     TEST_ASSERT_EQUAL_INT(3, command::dqwatch({"compare", "--map", a, bad}).code);
     TEST_ASSERT_EQUAL_INT(2, command::dqwatch({"compare", "--map", a}).code);
     TEST_ASSERT_EQUAL_INT(2, command::dqwatch({"compare"}).code);
