@@ -1,5 +1,6 @@
 // Flux maps from logs of iron whose map is known: two that were measured, each made one co-energy by the simulator, and
-// a steep one of our own.
+// a steep one of our own. flux_map [IRON [NOISE [SEED [PAGE.html]]]]: of one iron, at one noise, drawn by a seed, with its
+// picture.
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -10,7 +11,9 @@
 #include <string>
 #include <vector>
 
+#include "app/base/output.hpp"
 #include "app/job/simulate.hpp"
+#include "app/trace/maps_page.hpp"
 #include "ref/trace/trace.hpp"
 
 extern "C" {
@@ -80,6 +83,11 @@ std::vector<Machine> machines(const std::string& data, const std::string& scratc
               "profile.i_q_A.random=9", "profile.i_q_A.random_hold_s=0.031"}}};
 }
 
+/// What the command line says beside the iron and the noise.
+struct Asked {
+    std::string seed = "1", page;  ///< page: file of the page that shows the map beside the true one
+};
+
 struct Score {
     double rms = 0, rated = 0, within = 0, sd = 0, n = 0;
 };
@@ -109,7 +117,21 @@ Score score_of(const FluxMap& map, const dqw_sim_map& truth, bool seen)
     return s;
 }
 
-void run(const Machine& m, double noise)
+/// The measured map at the learned one's currents, all of which count.
+FluxMap truth_of(const FluxMap& map, const dqw_sim_map& truth)
+{
+    FluxMap out = map;
+    for (std::size_t d = 0; d < map.i_d_A.size(); ++d)
+        for (std::size_t q = 0; q < map.i_q_A.size(); ++q) {
+            dqw::FluxNode& n = out.nodes[d * map.i_q_A.size() + q];
+            double L[3];
+            dqw_sim_map_flux(&truth, map.i_d_A[d], map.i_q_A[q], &n.psi_d_Wb, &n.psi_q_Wb, L);
+            n.L_dd_H = L[0], n.L_dq_H = L[1], n.L_qq_H = L[2], n.sd_d_Wb = n.sd_q_Wb = n.sd_dd_H = n.sd_qq_H = 0;
+        }
+    return out;
+}
+
+void run(const Machine& m, double noise, const Asked& asked)
 {
     dqw_sim_scenario s = dqw::scenario_named("servo");
     for (const std::string& setting : kSteps) dqw::set(s, setting);
@@ -117,6 +139,7 @@ void run(const Machine& m, double noise)
     dqw::set(s, "machine.flux_map=" + m.map), dqw::set(s, "noise=" + std::to_string(noise));
     // A speed sensor has no such noise.
     dqw::set(s, "noise.w=0.0005");
+    dqw::set(s, "seed=" + asked.seed);
     const dqw::Log log = log_of(dqw::simulate(s, [](double) {}));
     const auto start = std::chrono::steady_clock::now();
     // Of the other candidates most is time, and nothing is said of how true a map is.
@@ -142,6 +165,9 @@ void run(const Machine& m, double noise)
                 100 * in.n / std::max(in.n + out.n, 1.0), 100 * (R / s.machine.R_ohm - 1),
                 r.after.heldout_rms / r.noise_floor, (r.verdict + ": " + names).c_str(), took);
     std::fflush(stdout);
+    if (!asked.page.empty())
+        dqw::write_file(asked.page,
+                        dqw::maps_page({std::string("what a log says"), m.name}, r.map, truth_of(r.map, truth)));
 }
 
 }  // namespace
@@ -160,13 +186,16 @@ int main(int argc, char** argv)
         "the flux within two deviations, %%\n\n"
         "| iron | noise, %% | where the log was | within | elsewhere | within | seen | R | over the floor | found | s "
         "|\n| --- | --: | --: | --: | --: | --: | --: | --: | --: | --- | --: |\n");
+    Asked asked;
+    if (argc > 3) asked.seed = argv[3];
+    if (argc > 4) asked.page = argv[4];
     for (const Machine& m : machines(data, scratch)) {
         if (!only.empty() && std::string(m.name).find(only) == std::string::npos) continue;
         if (!std::ifstream(m.map)) {
             std::printf("| %s | skipped: no %s |\n", m.name, m.map.c_str());
             continue;
         }
-        for (const double noise : levels) run(m, noise);
+        for (const double noise : levels) run(m, noise, asked);
     }
     std::filesystem::remove_all(scratch);
     return 0;

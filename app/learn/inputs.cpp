@@ -216,7 +216,12 @@ void add_flux_map(LearnConfig& config, const std::vector<Log>& logs)
             range.least_d_A = std::min(range.least_d_A, i), range.most_d_A = std::max(range.most_d_A, i);
         for (const double i : log.i_q_A) range.most_q_A = std::max(range.most_q_A, std::abs(i));
     }
-    config.inputs.insert(config.inputs.begin(), flux_table(read_flux_map(path), range));
+    const FluxMap map = read_flux_map(path);
+    try {
+        config.inputs.insert(config.inputs.begin(), flux_table(map, range));
+    } catch (const std::invalid_argument& error) {
+        refuse(path, 0, error.what());
+    }
 }
 
 void note_flux_map(const std::vector<Log>& logs, Result& result)

@@ -184,7 +184,8 @@ private:
             if (key == "flux_map") {
                 const std::filesystem::path map = string(key, node);
                 if (map.empty()) refuse(node, "flux_map is empty; expected the file of a flux map");
-                file_.machine.flux_map = (std::filesystem::path(file_.path).parent_path() / map).string();
+                file_.machine.flux_map =
+                    (std::filesystem::path(file_.path).parent_path() / map).lexically_normal().string();
                 continue;
             }
             if (key == "pole_pairs") {
