@@ -19,7 +19,8 @@ namespace {
 
 /// What a look of many turns and of some seconds tells. Iron's loss turns the voltage as the delay does that is taken
 /// out of polled rows, and comes out several times too small.
-constexpr const char* kOfLooks[] = {"winding_temperature", "magnet_temperature", "dead_time", "voltage_scale"};
+constexpr const char* kOfLooks[] = {"saturation",         "cross_saturation", "winding_temperature",
+                                    "magnet_temperature", "dead_time",        "voltage_scale"};
 
 /// Polled logs as looks of settled points, and what that is said of them.
 std::vector<Log> looks_of(const std::vector<Log>& logs, std::vector<std::string>& notes)
@@ -55,8 +56,11 @@ std::vector<std::string> tried(const std::vector<Log>& logs, const Options& opti
 std::string untold_of(const TraceResult& result)
 {
     constexpr double kTold = 2.0;  // deviations
+    // Neighbouring powers of a saturation are alike: none may stand out where all together do.
+    const auto bends = [](const TraceEffect& e) { return e.name == "saturation" || e.name == "cross_saturation"; };
     for (const TraceEffect& e : result.effects)
-        if (!e.parameters.empty() && !(std::abs(e.parameters.front().value) > kTold * e.parameters.front().sd))
+        if (!bends(e) && !e.parameters.empty() &&
+            !(std::abs(e.parameters.front().value) > kTold * e.parameters.front().sd))
             return e.name;
     return "";
 }

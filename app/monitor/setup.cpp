@@ -230,7 +230,9 @@ MonitorSetup monitor_setup(const std::vector<Log>& logs, const LearnConfig& aske
     if (c.modulation != DQW_MODULATION_CENTRED && log.modulation != modulation_text(c.modulation))
         setup.notes.push_back(
             fmt::format("modulation {}: found, it leaves the least residual", modulation_text(c.modulation)));
-    if (!effects.empty()) setup.notes.push_back("learned as well: " + list(effects_of({effects, {}})));
+    std::vector<std::string> names;
+    for (const TraceInput& in : effects) names.push_back(in.effect);
+    if (!names.empty()) setup.notes.push_back("learned as well: " + list(names));
     return setup;
 }
 

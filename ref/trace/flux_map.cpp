@@ -313,7 +313,48 @@ FluxMap flux_map_of(const TraceSetup& setup, const Refined& best)
                      [](const FluxNode& n) { return std::isfinite(n.psi_d_Wb + n.psi_q_Wb + n.sd_d_Wb + n.sd_q_Wb); }))
         return {};
     mark_seen(setup, map);
+    make_monotone(map);
     return map;
+}
+
+namespace {
+
+/// From node `at` outward the flux goes on by `least_Wb` at least; what that changes is not known by as much.
+void rise(double& psi_Wb, double& sd_Wb, double inner_Wb, double side, double least_Wb)
+{
+    const double bound = inner_Wb + side * least_Wb;
+    if (side * (psi_Wb - bound) >= 0.0) return;
+    add_square(psi_Wb - bound, sd_Wb);
+    psi_Wb = bound;
+}
+
+/// Steps of an axis from zero current outward, both ways: call(node, the node before it, side).
+template <class Call> void outward(const std::vector<double>& axis, Call&& call)
+{
+    const auto zero = static_cast<std::size_t>(
+        std::min_element(axis.begin(), axis.end(), [](double a, double b) { return std::abs(a) < std::abs(b); }) -
+        axis.begin());
+    for (std::size_t k = zero; k-- > 0;) call(k, k + 1, -1.0);
+    for (std::size_t k = zero + 1; k < axis.size(); ++k) call(k, k - 1, 1.0);
+}
+
+}  // namespace
+
+void make_monotone(FluxMap& map)
+{
+    constexpr double kLeastPart = 0.05;  // of the inductance at rest, as sense has it
+    const FluxNode zero = between(map, 0.0, 0.0);
+    const auto node = [&](std::size_t d, std::size_t q) -> FluxNode& { return map.nodes[d * map.i_q_A.size() + q]; };
+    outward(map.i_d_A, [&](std::size_t d, std::size_t inner, double side) {
+        const double least_Wb = kLeastPart * zero.L_dd_H * std::abs(map.i_d_A[d] - map.i_d_A[inner]);
+        for (std::size_t q = 0; q < map.i_q_A.size(); ++q)
+            rise(node(d, q).psi_d_Wb, node(d, q).sd_d_Wb, node(inner, q).psi_d_Wb, side, least_Wb);
+    });
+    outward(map.i_q_A, [&](std::size_t q, std::size_t inner, double side) {
+        const double least_Wb = kLeastPart * zero.L_qq_H * std::abs(map.i_q_A[q] - map.i_q_A[inner]);
+        for (std::size_t d = 0; d < map.i_d_A.size(); ++d)
+            rise(node(d, q).psi_q_Wb, node(d, q).sd_q_Wb, node(d, inner).psi_q_Wb, side, least_Wb);
+    });
 }
 
 void put_table(const Point& at, const FluxMap& map, std::vector<TraceInput>& inputs)

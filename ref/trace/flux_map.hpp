@@ -24,6 +24,10 @@ Eigen::VectorXd spread_over_cells(const TraceSetup& setup, const Refined& best);
 /// that polynomials are not enough. Empty where the point does not bend, or where the magnet's flux is not known.
 FluxMap flux_map_of(const TraceSetup& setup, const Refined& best);
 
+/// Where a flux would hardly rise with its own current, which no iron does, it is made to, by a twentieth of the
+/// inductance at rest, (E143).
+void make_monotone(FluxMap& map);
+
 /// The map's table in place of the polynomials that stood for it, where the point has a map.
 void put_table(const Point& at, const FluxMap& map, std::vector<TraceInput>& inputs);
 

@@ -9,6 +9,7 @@
 #include "app/read/flux_map.hpp"
 #include "command.hpp"
 #include "dqw_effect_kind.h"
+#include "flux_table.hpp"
 #include "ref/effect/flux_table.hpp"
 #include "simulated.hpp"
 #include "unity.h"
@@ -148,21 +149,11 @@ void a_table_is_the_map()
     double worst = 0.0, square = 0.0, n = 0.0;
     for (double d = -10.9; d <= 1.9; d += 0.23)
         for (double q = -10.9; q <= 10.9; q += 0.31) {
-            const double x = d / table.shape[1] + table.map[1], y = std::abs(q) / table.shape[2];
-            const int k = static_cast<int>(x), m = static_cast<int>(y);
-            const auto at = [&](int a, int b, int axis) {
-                return table.map[static_cast<std::size_t>(3 + 2 * ((k + a) * table.map[2] + m + b) + axis)] / 32768.0 *
-                       table.shape[0];
-            };
-            const double u = x - k, v = y - m;
-            const auto bend = [&](int axis) {
-                return (1 - u) * ((1 - v) * at(0, 0, axis) + v * at(0, 1, axis)) +
-                       u * ((1 - v) * at(1, 0, axis) + v * at(1, 1, axis));
-            };
+            const std::array<double, 2> bend = bend_of(table, d, q);
             double psi_d, psi_q;
             Iron().flux(d, q, psi_d, psi_q);
-            const double e_d = zero.psi_d_Wb + zero.L_dd_H * d + bend(0) - psi_d,
-                         e_q = zero.L_qq_H * q + (q < 0 ? -bend(1) : bend(1)) - psi_q;
+            const double e_d = zero.psi_d_Wb + zero.L_dd_H * d + bend[0] - psi_d,
+                         e_q = zero.L_qq_H * q + bend[1] - psi_q;
             worst = std::max({worst, std::abs(e_d), std::abs(e_q)}), square += e_d * e_d + e_q * e_q, ++n;
         }
     // Of 0.3 Wb.

@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "ref/effect/flux_map.hpp"
+#include "ref/trace/flux_map.hpp"
 #include "ref/effect/plane.hpp"
 #include "unity.h"
 
@@ -149,6 +150,30 @@ void least_current_ends_where_the_log_does()
     TEST_ASSERT_TRUE(dqw::mtpa({}, 3.0).empty());
 }
 
+/// Beyond what was seen a map may bend too far; its own reader would refuse it.
+void what_would_fall_is_made_to_rise()
+{
+    dqw::FluxMap map;
+    for (int k = -3; k <= 3; ++k) map.i_d_A.push_back(k), map.i_q_A.push_back(2 * k);
+    for (const double d : map.i_d_A)
+        for (const double q : map.i_q_A)
+            map.nodes.push_back(
+                {0.1 + 0.01 * d - 0.002 * d * d, 0.02 * q - 6e-4 * q * q * q, 1e-4, 1e-4, 0.01, 0, 0.02, true});
+    const dqw::FluxMap before = map;
+    dqw::make_monotone(map);
+    for (std::size_t d = 0; d < 7; ++d)
+        for (std::size_t q = 0; q < 7; ++q) {
+            const dqw::FluxNode &now = map.at(d, q), &then = before.at(d, q);
+            if (d > 0) TEST_ASSERT_TRUE(now.psi_d_Wb - map.at(d - 1, q).psi_d_Wb > 0.0499 * 0.01);
+            if (q > 0) TEST_ASSERT_TRUE(now.psi_q_Wb - map.at(d, q - 1).psi_q_Wb > 0.0499 * 0.02 * 2);
+            // Of d the last alone fell, of q both ends; by how much is in the deviation.
+            TEST_ASSERT_EQUAL_INT(d == 6, now.psi_d_Wb != then.psi_d_Wb);
+            TEST_ASSERT_EQUAL_INT(q == 0 || q == 6, now.psi_q_Wb != then.psi_q_Wb);
+            TEST_ASSERT_DOUBLE_WITHIN(1e-12, std::hypot(1e-4, now.psi_d_Wb - then.psi_d_Wb), now.sd_d_Wb);
+            TEST_ASSERT_DOUBLE_WITHIN(1e-12, std::hypot(1e-4, now.psi_q_Wb - then.psi_q_Wb), now.sd_q_Wb);
+        }
+}
+
 }  // namespace
 
 int main()
@@ -160,5 +185,6 @@ int main()
     RUN_TEST(between_nodes_a_quadratic_is_exact);
     RUN_TEST(least_current_is_that_of_the_closed_form);
     RUN_TEST(least_current_ends_where_the_log_does);
+    RUN_TEST(what_would_fall_is_made_to_rise);
     return UNITY_END();
 }

@@ -12,6 +12,7 @@
 
 #include "ref/trace/trace.hpp"
 #include "simulated.hpp"
+#include "flux_table.hpp"
 #include "unity.h"
 
 extern "C" void setUp(void) {}
@@ -91,12 +92,24 @@ std::vector<double> weights(const TraceResult& r, const char* name, double& base
     return {};
 }
 
-/// Flux that the tracer's model has, (E52) and (E53), against the map's at its points within the currents of the log:
-/// RMS difference over RMS deviation of the map from its mean, the worse axis.
-double flux_error(const TraceResult& r, const Table& map, double least_d_A, double most_d_A, double most_q_A)
+/// What the inputs for firmware add to the plain model's flux: by polynomials, (E52) and (E53), or a map's table.
+std::array<double, 2> bend_in_firmware(const TraceResult& r, double i_d_A, double i_q_A)
 {
+    for (const dqw::TraceInput& i : r.inputs)
+        if (i.effect == "flux_map") return bend_of(i, i_d_A, i_q_A);
     double base_A = 1.0;
     const std::vector<double> s = weights(r, "saturation", base_A), c = weights(r, "cross_saturation", base_A);
+    const double x = i_d_A / base_A, y = i_q_A / base_A;
+    return {s[0] * x * x + s[1] * x * x * x + s[2] * std::pow(x, 4) + c[0] * y * y + 2 * c[1] * x * y * y +
+                c[2] * std::pow(y, 4),
+            s[3] * y * y * y + s[4] * std::pow(y, 5) + 2 * c[0] * x * y + 2 * c[1] * x * x * y +
+                4 * c[2] * x * y * y * y};
+}
+
+/// Flux that the tracer's model has for firmware, against the map's at its points within the currents of the log: RMS
+/// difference over RMS deviation of the map from its mean, the worse axis.
+double flux_error(const TraceResult& r, const Table& map, double least_d_A, double most_d_A, double most_q_A)
+{
     const double Ld = value(r.after.parameters, "Ld_H"), Lq = value(r.after.parameters, "Lq_H"),
                  psi = value(r.after.parameters, "psi_Wb");
     const dqw::TraceEffect* offset = effect(r, "angle_offset");
@@ -104,11 +117,9 @@ double flux_error(const TraceResult& r, const Table& map, double least_d_A, doub
     double wrong[2] = {}, sum[2] = {}, square[2] = {}, n = 0;
     for (const std::vector<double>& p : map) {
         if (p[0] < least_d_A || p[0] > most_d_A || std::fabs(p[1]) > most_q_A) continue;
-        const double x = p[0] / base_A, y = p[1] / base_A;
-        const double flux[2] = {psi + Ld * p[0] + turn * (Lq - Ld) * p[1] + s[0] * x * x + s[1] * x * x * x +
-                                    s[2] * std::pow(x, 4) + c[0] * y * y + 2 * c[1] * x * y * y + c[2] * std::pow(y, 4),
-                                Lq * p[1] + turn * ((Lq - Ld) * p[0] - psi) + s[3] * y * y * y + s[4] * std::pow(y, 5) +
-                                    2 * c[0] * x * y + 2 * c[1] * x * x * y + 4 * c[2] * x * y * y * y};
+        const std::array<double, 2> bend = bend_in_firmware(r, p[0], p[1]);
+        const double flux[2] = {psi + Ld * p[0] + turn * (Lq - Ld) * p[1] + bend[0],
+                                Lq * p[1] + turn * ((Lq - Ld) * p[0] - psi) + bend[1]};
         for (int k = 0; k < 2; ++k)
             wrong[k] += std::pow(flux[k] - p[2 + k], 2), sum[k] += p[2 + k], square[k] += p[2 + k] * p[2 + k];
         ++n;
