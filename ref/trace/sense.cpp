@@ -14,8 +14,9 @@ constexpr double kMostOfBase = 0.5;  ///< a sensor's or a flux's error beyond th
 constexpr double kSlow = 0.4;        ///< part of the top speed below which Stribeck friction fades
 constexpr double kMostWidth = 2.0;   ///< of the largest current: at half of its width a tanh is straight within 8 %
 /// Over those at zero current: saturation takes most of an inductance at most, and adds none; what a fitted polynomial
-/// of fourth order adds beside its end is left room.
-constexpr double kLeastInductance = 0.05, kMostInductance = 3.0;
+/// of fourth order adds beside its end is left room. Against the magnet's flux iron comes out of the saturation in which
+/// it is without current.
+constexpr double kLeastInductance = 0.05, kMostInductance[2] = {6.0, 3.0};
 /// Of a short's current and that mirrored on its phase, which are the same: a factor e^0.5 is beyond any noise that
 /// lets it be confirmed.
 constexpr double kMostUnlike = 0.5;
@@ -27,7 +28,7 @@ constexpr std::size_t kRowsLooked = 500, kRare = 50;  ///< rows of a log; one of
 /// polynomial ends.
 std::string inductance_sense(const TraceSetup& setup, const Point& at)
 {
-    std::vector<double> part;
+    std::vector<double> part[2];
     for (const Log& log : *setup.logs) {
         const std::size_t rows = std::min(log.i_d_A.size(), log.i_q_A.size());
         for (std::size_t k = 0; k < rows; k += std::max<std::size_t>(rows / kRowsLooked, 1)) {
@@ -36,14 +37,16 @@ std::string inductance_sense(const TraceSetup& setup, const Point& at)
             double f[4] = {}, g[4] = {};
             for (const Term& t : at.terms)
                 if (!is_dead_time(t.input.law)) evaluate_slope(t.input, t.weights.data(), m, f, g);
-            part.push_back(1.0 + g[0] / at.base[1]), part.push_back(1.0 + g[3] / at.base[2]);
+            part[0].push_back(1.0 + g[0] / at.base[1]), part[1].push_back(1.0 + g[3] / at.base[2]);
         }
     }
-    if (part.empty()) return "";
-    std::sort(part.begin(), part.end());
-    const double least = part[part.size() / kRare], most = part[part.size() - 1 - part.size() / kRare];
-    if (least < kLeastInductance) return "an incremental inductance would vanish";
-    if (most > kMostInductance) return "an incremental inductance would grow " + figure(most) + " times";
+    for (std::size_t axis = 0; axis < 2 && !part[axis].empty(); ++axis) {
+        std::vector<double>& all = part[axis];
+        std::sort(all.begin(), all.end());
+        const double least = all[all.size() / kRare], most = all[all.size() - 1 - all.size() / kRare];
+        if (least < kLeastInductance) return "an incremental inductance would vanish";
+        if (most > kMostInductance[axis]) return "an incremental inductance would grow " + figure(most) + " times";
+    }
     return "";
 }
 

@@ -131,9 +131,9 @@ void too_few_looks_are_refused_in_numbers(void)
     TEST_ASSERT_EQUAL_INT_MESSAGE(3, run.code, run.out.c_str());
     TEST_ASSERT_TRUE_MESSAGE(has(run.err, "drive.csv:1: a polled log with ") && has(run.err, "at least 30"),
                              run.err.c_str());
-    const Outcome other = traced(folder, polled_drive::polled(drawn(32)), {"--effect", "saturation"});
+    const Outcome other = traced(folder, polled_drive::polled(drawn(32)), {"--effect", "iron_loss"});
     TEST_ASSERT_EQUAL_INT(3, other.code);
-    TEST_ASSERT_TRUE_MESSAGE(has(other.err, "it tells no saturation"), other.err.c_str());
+    TEST_ASSERT_TRUE_MESSAGE(has(other.err, "it tells no iron_loss"), other.err.c_str());
 }
 
 std::string vendors() { return command::environment("DATA", "../shared/data") + "/vendor/"; }
