@@ -168,6 +168,14 @@ measured:
 	@$(BUILD)/bench/measured $(DATA) docs/measured.md $(BUILD)/bench/reports
 	@$(MAKE) --no-print-directory measured-vendors
 	@bench/pictures.sh $(BUILD)/bench/reports docs/pictures
+	@$(MAKE) --no-print-directory map-picture
+
+# A measured machine's flux map as a log tells it, beside the measured one.
+.PHONY: map-picture
+map-picture: $(BUILD)/bench/flux_map
+	@mkdir -p $(BUILD)/bench/maps
+	@DATA=$(DATA) $(BUILD)/bench/flux_map Baldor 0.01 11 $(BUILD)/bench/maps/flux_map.html
+	@HEIGHT=1070 bench/pictures.sh $(BUILD)/bench/maps docs/pictures
 
 ## measured-vendors  the section of docs/measured.md on vendors' logs alone, from the folder vendor of DATA
 .PHONY: measured-vendors
