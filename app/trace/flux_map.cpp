@@ -40,7 +40,15 @@ std::string mtpa_csv(const FluxMap& map, double pole_pairs)
 std::string flux_map_text(const TraceResult& trace)
 {
     const FluxMap& map = trace.map;
-    if (map.empty()) return "";
+    if (map.empty()) {
+        const bool bends = std::any_of(trace.effects.begin(), trace.effects.end(), [](const TraceEffect& e) {
+            return e.name == "saturation" || e.name == "cross_saturation";
+        });
+        return bends
+                   ? "no flux map: the log does not tell L_d, L_q and ψ beside the saturation; drive i_d and i_q, each "
+                     "by itself and both at once, at several levels while the machine turns\n"
+                   : "";
+    }
     const auto seen = std::count_if(map.nodes.begin(), map.nodes.end(), [](const FluxNode& n) { return n.seen; });
     std::string out = fmt::format(
         "flux map: i_d {:.3g} to {:.3g} A, i_q {:.3g} to {:.3g} A; the log was at {:.0f} % of it\n", map.i_d_A.front(),

@@ -14,8 +14,8 @@ std::string flux_map_csv(const FluxMap& map);
 /// torque_Nm,i_d_A,i_q_A,i_A: as far as the least current lies where the log was.
 std::string mtpa_csv(const FluxMap& map, double pole_pairs);
 
-/// What is written, and what the largest torque gains against i_d = 0; or which currents a log lacks. Empty without a
-/// map.
+/// What is written, and what the largest torque gains against i_d = 0; or which currents a log lacks. Empty where nothing
+/// saturates.
 std::string flux_map_text(const TraceResult& trace);
 
 /// 0 where they are not known.

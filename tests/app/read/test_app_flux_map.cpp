@@ -133,6 +133,15 @@ void command_compares_maps()
     TEST_ASSERT_EQUAL_INT(3, command::dqwatch({"sim", "servo", "--set", "machine.flux_map=" + bad}).code);
 }
 
+void what_gives_no_map_says_which_currents_to_drive()
+{
+    dqw::TraceResult trace;
+    TEST_ASSERT_EQUAL_STRING("", dqw::flux_map_text(trace).c_str());
+    trace.effects.push_back({"cross_saturation", {}, 0.0, {}, ""});
+    TEST_ASSERT_EQUAL_size_t(0, dqw::flux_map_text(trace).find("no flux map: "));
+    TEST_ASSERT_TRUE(dqw::flux_map_text(trace).find("drive i_d and i_q") != std::string::npos);
+}
+
 }  // namespace
 
 int main()
@@ -142,5 +151,6 @@ int main()
     RUN_TEST(what_is_no_map_is_refused_by_its_row);
     RUN_TEST(a_weaker_magnet_shows);
     RUN_TEST(command_compares_maps);
+    RUN_TEST(what_gives_no_map_says_which_currents_to_drive);
     return UNITY_END();
 }
