@@ -20,7 +20,7 @@ struct HiddenLoss {
 /// A loss of voltage with the sign of each leg's current, of any usual width and modulation: how probable it is, and what
 /// it would take from the parameters of `at`, a plain fit with gains; `sigma` of both axes' innovations.
 ///
-/// Source   (E170) in docs/EQUATIONS.md
+/// Source   (E166) in docs/EQUATIONS.md
 /// Cost     one sweep over 20 000 rows of them at most
 HiddenLoss hidden_loss(const std::vector<Log>& logs, const std::vector<Piece>& pieces, double pole_pairs,
                        const Point& at, const Eigen::VectorXd& sigma);
