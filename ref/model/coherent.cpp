@@ -209,7 +209,8 @@ Eigen::VectorXd coherent_deviations(const Model& model, const Point& at, const E
         }
     if (brief) {
         const Eigen::VectorXd far = moved_by_steps(model, points, steps);
-        for (std::size_t k = 0; k < column.size(); ++k)
+        // An effect's own weights stay: iron loss is as good as such a step, and its rivals judge that.
+        for (std::size_t k = 0; k < column.size() && column[k] < first; ++k)
             square[column[k]] += std::pow(far[static_cast<Eigen::Index>(k)], 2);
     }
     return square.cwiseSqrt();
