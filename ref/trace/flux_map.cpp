@@ -313,6 +313,12 @@ FluxMap flux_map_of(const TraceSetup& setup, const Refined& best)
                      [](const FluxNode& n) { return std::isfinite(n.psi_d_Wb + n.psi_q_Wb + n.sd_d_Wb + n.sd_q_Wb); }))
         return {};
     mark_seen(setup, map);
+    // What neither noise nor other cells show of measured iron, of its largest flux.
+    constexpr double kLeastPart = 3e-4;
+    double most_Wb = 0.0;
+    for (const FluxNode& n : map.nodes) most_Wb = std::max(most_Wb, n.seen ? std::hypot(n.psi_d_Wb, n.psi_q_Wb) : 0.0);
+    for (FluxNode& n : map.nodes)
+        add_square(kLeastPart * most_Wb, n.sd_d_Wb), add_square(kLeastPart * most_Wb, n.sd_q_Wb);
     make_monotone(map);
     return map;
 }
