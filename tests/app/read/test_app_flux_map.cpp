@@ -133,6 +133,33 @@ void command_compares_maps()
     TEST_ASSERT_EQUAL_INT(3, command::dqwatch({"sim", "servo", "--set", "machine.flux_map=" + bad}).code);
 }
 
+void learn_takes_the_map_that_the_machine_file_names()
+{
+    const Folder folder;
+    TEST_ASSERT_EQUAL_INT(
+        0,
+        command::dqwatch({"sim", "servo", "--set", "duration_s=0.5", "--set", "noise=0", "--out", folder / ""}).code);
+    const std::string log = folder / "servo.csv", toml = command::read_file(folder / "servo.toml");
+    const auto learned = [&](const std::string& map) {
+        std::string with = toml;
+        with.insert(with.find("[machine]\n") + 10, "flux_map = \"" + map + "\"\n");
+        return command::dqwatch({"learn", log, "--machine", folder.write("with.toml", with)});
+    };
+    folder.write("a.csv", dqw::flux_map_csv(known(1.0))), folder.write("bad.csv", grid(4, ""));
+    // This machine does not bend, and its magnet is another: no weight is told.
+    const auto good = learned("a.csv");
+    TEST_ASSERT_EQUAL_INT_MESSAGE(4, good.code, good.err.c_str());
+    TEST_ASSERT_TRUE_MESSAGE(good.out.find("flux_map: none of its weights") != std::string::npos, good.out.c_str());
+    TEST_ASSERT_TRUE_MESSAGE(good.err.find("ψ is 0.12 Wb, in the flux map 0.1 Wb") != std::string::npos,
+                             good.err.c_str());
+    for (const char* map : {"bad.csv", "none.csv"}) {
+        const auto bad = learned(map);
+        TEST_ASSERT_EQUAL_INT(3, bad.code);
+        TEST_ASSERT_TRUE_MESSAGE(bad.err.find(map) != std::string::npos, bad.err.c_str());
+    }
+    TEST_ASSERT_EQUAL_INT(3, learned("").code);
+}
+
 void what_gives_no_map_says_which_currents_to_drive()
 {
     dqw::TraceResult trace;
@@ -151,6 +178,7 @@ int main()
     RUN_TEST(what_is_no_map_is_refused_by_its_row);
     RUN_TEST(a_weaker_magnet_shows);
     RUN_TEST(command_compares_maps);
+    RUN_TEST(learn_takes_the_map_that_the_machine_file_names);
     RUN_TEST(what_gives_no_map_says_which_currents_to_drive);
     return UNITY_END();
 }
