@@ -27,7 +27,7 @@ static const dqw_effect_config dqw_model_effects[DQW_MODEL_EFFECT_COUNT] = {
     {DQW_EFFECT_FLUX_HARMONICS,
      {6.0f, 0.0f, 0.0f, 0.0f},
      {0.0004001138f, -4.334987e-07f, -1.304746e-06f, 0.0002998986f, 0.0f},
-     NULL},
+     0},
 };
 
 static inline void dqw_model_config_apply(dqw_estimator_config *config)

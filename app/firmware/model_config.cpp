@@ -57,7 +57,7 @@ std::string row_of(const TraceInput& input, Regime regime, bool scaled)
     for (const float x : c.shape) shape += (shape.empty() ? "" : ", ") + literal(static_cast<double>(x));
     for (const float x : c.start) start += (start.empty() ? "" : ", ") + literal(static_cast<double>(x));
     return fmt::format("    {{{}, {{{}}}, {{{}}}, {}}},\n", enumerator_of(input.effect), shape, start,
-                       input.map.empty() ? "NULL" : "dqw_model_flux_map");
+                       input.map.empty() ? "0" : "dqw_model_flux_map");
 }
 
 struct Field {

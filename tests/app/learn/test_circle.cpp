@@ -225,6 +225,14 @@ void the_header_compiles_and_says_what_was_found()
                              compiled(c, "c", dqw::model_config_text(without), in_c).c_str());
     TEST_ASSERT_EQUAL_STRING("4 0.9000 0.000 1 | 0 0.000 1",
                              compiled(cxx, "cpp", dqw::model_config_text(without), program).c_str());
+    dqw::TraceInput map{"flux_map", {0.25, 1.0, 2.0}, {1.0, 1.0}};
+    map.map = {2, 1, 2, 1, 2, 3, 4, 5, 6, 7, 8};
+    for (const bool plus : {false, true})
+        TEST_ASSERT_EQUAL_STRING(
+            ("4 0.9000 0.000 1 " + std::to_string(DQW_EFFECT_FLUX_MAP) + " 0.250 1.000 | 1 0.000 1").c_str(),
+            compiled(plus ? cxx : c, plus ? "cpp" : "c", dqw::model_config_text(made(dqw::Regime::dynamic, {map})),
+                     plus ? program : in_c)
+                .c_str());
     // A library without room for them is refused by name.
     const std::string refused = compiled(c, "c", dqw::model_config_text(with), in_c, "3");
     TEST_ASSERT_TRUE_MESSAGE(refused.find("DQW_EFFECT_WEIGHTS=6") != std::string::npos, refused.c_str());
