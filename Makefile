@@ -33,8 +33,8 @@ INC      := -I. -Ilib -Iport_q15 -Isim
 CXXINC   := $(INC) -isystem /usr/include/eigen3
 CFLAGS   ?=
 CXXFLAGS ?=
-# Hidden, so that the Python module may take the archives in.
-PIC      := -fPIC -fvisibility=hidden
+# The Python module takes the archives in.
+PIC      := -fPIC -fno-semantic-interposition
 C99      := -std=c99 -pedantic -Werror=implicit-function-declaration $(PIC) $(OPT) $(FP) $(SANFLAGS) -MMD -MP
 CXX17    := -std=c++17 $(PIC) $(OPT) $(FP) $(SANFLAGS) -MMD -MP
 

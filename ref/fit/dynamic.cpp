@@ -265,8 +265,7 @@ Result fit_dynamic(const Task& task)
     fit_all(all, free, options, s, p);
     all.prepare(s.theta);
     Covariance covariance = assess_excited(s, all, typical_of(all, s.theta));
-    const HiddenLoss loss = hidden_loss(task.logs, pieces, s.theta[kPolePairs], {s.theta.head(4), s.theta.tail(2), {}},
-                                        s.sigma);
+    const HiddenLoss loss = hidden_loss(pieces, s.theta[kPolePairs], {s.theta.head(4), s.theta.tail(2), {}}, s.sigma);
     add_hidden(task, pieces, s.theta, s, static_cast<double>(all.rows()), false, loss, covariance);
 
     Result result;

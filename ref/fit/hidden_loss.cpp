@@ -29,9 +29,8 @@ double largest(const std::vector<double>& d, const std::vector<double>& q)
 
 bool has_angle(const Log& log) { return !log.theta_e_rad.empty() || !log.theta_m_rad.empty(); }
 
-std::vector<Input> losses_of(const std::vector<Log>& logs, double i_max_A)
+std::vector<Input> losses_of(bool angle, double i_max_A)
 {
-    const bool angle = std::all_of(logs.begin(), logs.end(), has_angle);
     std::vector<Input> out;
     for (const double width : kWidths) {
         for (int k = 0; k < (angle ? 1 : kAngles); ++k)
@@ -45,27 +44,51 @@ std::vector<Input> losses_of(const std::vector<Log>& logs, double i_max_A)
     return out;
 }
 
+/// The windows' rows as logs of their own: a long log's columns are not made twice.
+std::vector<Log> copies_of(const std::vector<Piece>& windows)
+{
+    std::vector<Log> out;
+    for (const Piece& w : windows) {
+        Log copy;
+        copy.path = w.log->path, copy.dt_s = w.log->dt_s;
+        for (auto column : {&Log::t_s, &Log::v_d_V, &Log::v_q_V, &Log::i_d_A, &Log::i_q_A, &Log::w_m_rad_s,
+                            &Log::theta_e_rad, &Log::theta_m_rad}) {
+            const std::vector<double>& from = w.log->*column;
+            const auto at = [&](std::size_t k) { return from.begin() + static_cast<std::ptrdiff_t>(k); };
+            if (!from.empty()) (copy.*column).assign(at(w.begin), at(w.end));
+        }
+        out.push_back(std::move(copy));
+    }
+    return out;
+}
+
 }  // namespace
 
-HiddenLoss hidden_loss(const std::vector<Log>& logs, const std::vector<Piece>& pieces, double pole_pairs,
-                       const Point& at, const Eigen::VectorXd& sigma)
+HiddenLoss hidden_loss(const std::vector<Piece>& pieces, double pole_pairs, const Point& at,
+                       const Eigen::VectorXd& sigma)
 {
     HiddenLoss out;
     out.sd = Eigen::VectorXd::Zero(kBase);
+    const bool angle = std::all_of(pieces.begin(), pieces.end(), [](const Piece& p) { return has_angle(*p.log); });
+    // Without an angle each window would begin at one of its own.
+    std::vector<Piece> windows = spread_sample(pieces, kRows, angle ? kWindow : kRows);
+    if (!angle) windows.resize(1), windows[0].end = std::min(windows[0].end, windows[0].begin + kRows);
+    const std::vector<Log> logs = copies_of(windows);
     double i_max_A = 0.0, v_max_V = 0.0;
     for (const Log& log : logs) {
         i_max_A = std::max(i_max_A, largest(log.i_d_A, log.i_q_A));
         v_max_V = std::max(v_max_V, largest(log.v_d_V, log.v_q_V));
     }
     if (!(i_max_A > 0.0) || !(v_max_V > 0.0)) return out;
+    const double more = static_cast<double>(rows_of(pieces)) / static_cast<double>(rows_of(windows));
     std::vector<TraceColumns> columns;
-    for (const Log& log : logs) columns.push_back(trace_columns(log, pole_pairs, i_max_A, 0.0));
-    const std::vector<Piece> windows = spread_sample(pieces, kRows, kWindow);
-    const double rows = static_cast<double>(rows_of(windows)), more = static_cast<double>(rows_of(pieces)) / rows;
-    const ElectricalModel model(
-        logs, columns, pole_pairs,
-        alternate_plan(windows, std::max<std::size_t>(rows_of(windows) / kWindow, 1), kFine, kGuard));
-    const std::vector<Input> losses = losses_of(logs, i_max_A);
+    for (std::size_t k = 0; k < logs.size(); ++k) {
+        columns.push_back(trace_columns(logs[k], pole_pairs, i_max_A, 0.0));
+        windows[k] = {&logs[k], 0, logs[k].rows(), windows[k].dt_s};
+    }
+    const std::size_t stretches = std::max<std::size_t>(rows_of(windows) / kWindow, 1);
+    const ElectricalModel model(logs, columns, pole_pairs, alternate_plan(windows, stretches, kFine, kGuard));
+    const std::vector<Input> losses = losses_of(angle, i_max_A);
     std::vector<BlockSum> sums;
     if (!model.sweep(at, &losses, sums)) return out;
 

@@ -22,8 +22,8 @@ struct HiddenLoss {
 ///
 /// Source   (E166) in docs/EQUATIONS.md
 /// Cost     one sweep over 20 000 rows of them at most
-HiddenLoss hidden_loss(const std::vector<Log>& logs, const std::vector<Piece>& pieces, double pole_pairs,
-                       const Point& at, const Eigen::VectorXd& sigma);
+HiddenLoss hidden_loss(const std::vector<Piece>& pieces, double pole_pairs, const Point& at,
+                       const Eigen::VectorXd& sigma);
 
 }  // namespace dqw
 #endif
