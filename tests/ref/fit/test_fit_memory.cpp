@@ -49,7 +49,7 @@ namespace {
 void beside_a_noisy_log()
 {
     machine::Run run;
-    run.rows = 60000, run.substeps = 5;
+    run.rows = 240000, run.substeps = 2;
     std::vector<dqw::Log> logs{machine::simulate({}, run)};
     unsigned seed = 1;
     for (auto* column : {&logs[0].v_d_V, &logs[0].v_q_V, &logs[0].i_d_A, &logs[0].i_q_A, &logs[0].w_m_rad_s})
@@ -59,7 +59,8 @@ void beside_a_noisy_log()
     TEST_ASSERT_EQUAL_DOUBLE(4.0, machine::value(dqw::fit(logs), "pole_pairs"));
     const double part = static_cast<double>(most - before) / static_cast<double>(log);
     std::printf("of the log's memory: %.3f\n", part);
-    TEST_ASSERT_TRUE(part < 0.2);
+    // 3 MB of it for what looks at 20 000 rows, whatever the log.
+    TEST_ASSERT_TRUE(part < 0.35);
 }
 
 }  // namespace
