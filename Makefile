@@ -170,7 +170,7 @@ measured:
 	@bench/pictures.sh $(BUILD)/bench/reports docs/pictures
 	@$(MAKE) --no-print-directory map-picture
 
-# A measured machine's flux map as a log tells it, beside the measured one.
+## map-picture  README's picture: a measured machine's flux map as a log tells it, beside the measured one
 .PHONY: map-picture
 map-picture: $(BUILD)/bench/flux_map
 	@mkdir -p $(BUILD)/bench/maps

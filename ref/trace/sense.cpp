@@ -10,9 +10,10 @@ namespace dqw {
 namespace {
 
 // What a drive's engineer would not believe, (E48).
-constexpr double kMostOfBase = 0.5;  ///< a sensor's or a flux's error beyond this part of its base is none
-constexpr double kSlow = 0.4;        ///< part of the top speed below which Stribeck friction fades
-constexpr double kMostWidth = 2.0;   ///< of the largest current: at half of its width a tanh is straight within 8 %
+constexpr double kMostDriving = 1.1;  ///< asymmetry over Coulomb friction, as both are known
+constexpr double kMostOfBase = 0.5;   ///< a sensor's or a flux's error beyond this part of its base is none
+constexpr double kSlow = 0.4;         ///< part of the top speed below which Stribeck friction fades
+constexpr double kMostWidth = 2.0;    ///< of the largest current: at half of its width a tanh is straight within 8 %
 /// Over those at zero current: saturation takes most of an inductance at most, and adds none; what a fitted polynomial
 /// of fourth order adds beside its end is left room. Against the magnet's flux iron comes out of the saturation in which
 /// it is without current.
@@ -81,6 +82,13 @@ bool has(const Point& at, Law law)
     return std::any_of(at.terms.begin(), at.terms.end(), [&](const Term& t) { return t.input.law == law; });
 }
 
+double coulomb_of(const Point& at)
+{
+    for (const Term& t : at.terms)
+        if (t.input.law == Law::coulomb_friction) return t.weights[0];
+    return 0.0;
+}
+
 }  // namespace
 
 std::string sense_of(const TraceSetup& setup, const Point& at)
@@ -128,6 +136,8 @@ std::string sense_of(const TraceSetup& setup, const Point& at)
         if ((in.effect == "sample_shift" || in.effect == "sensor_lag") && channel_of(in) != "speed" && dt_s > 0.0 &&
             std::abs(in.weights[0]) > kMostPeriods * dt_s)
             return "it would be " + figure(in.weights[0] / dt_s) + " periods";
+        if (in.effect == "direction_asymmetry" && std::abs(in.weights[0]) > kMostDriving * coulomb_of(at))
+            return "friction would drive the shaft one way: it would be more than Coulomb friction";
         if (in.effect == "stribeck_friction" && in.shape[1] > kSlow * setup.speed_base_rad_s)
             return "it would fade at " + figure(in.shape[1]) + " rad/s, the log's own speeds: viscous friction";
         if (in.effect == "dead_time" && in.shape[0] > kMostWidth * setup.i_base_A)

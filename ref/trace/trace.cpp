@@ -395,6 +395,21 @@ void drop_small(const TraceSetup& setup, const Judge& judge, const std::vector<d
     }
 }
 
+/// Of several effects those go that the log does not tell from others, and without which what is left is noise.
+void drop_idle(const TraceSetup& setup, const Judge& judge, Selection& s)
+{
+    const double floor = noise_of(setup, s.best.point).floor;
+    for (std::size_t k = s.found.size(); k-- > 0 && s.found.size() > 1;) {
+        if (s.found[k].confusable_with.empty()) continue;
+        const Refined less = refine(*setup.full, without(s.best.point, s.found[k].name), kPasses);
+        if (!less.ok || !(judge.rms(less.point) <= floor)) continue;
+        s.best = less,
+        s.vetoed.push_back({s.found[k].name, "what stays without it is noise, and it is not told apart"});
+        s.after.erase(s.after.begin() + static_cast<std::ptrdiff_t>(k));
+        s.found.erase(s.found.begin() + static_cast<std::ptrdiff_t>(k));
+    }
+}
+
 /// Largest electrical angle within a period, rare extremes apart.
 double widest_turn(const TraceSetup& setup)
 {
@@ -453,6 +468,7 @@ TraceResult traced(const std::vector<Log>& logs, const TraceOptions& options)
     s.plain = without_column_noise(*setup, *setup->full, s.plain);
     drop_unknown(*setup, s);
     drop_small(*setup, judge, found.exact, s);
+    drop_idle(*setup, judge, s);
     s.best = s.found.empty() ? s.plain : without_column_noise(*setup, *setup->full, s.best);
 
     TraceResult result;

@@ -18,8 +18,8 @@ install)
     "$top/test/bin/python" -m pip install -q asammdf mcap mcap-ros2-support rosbags h5py websocket-client >>"$top/test.log" 2>&1 || :
     # make's archives are the same code; `make python` compiles anew.
     build=$(cd "${BUILD:-build}" && pwd)
-    [ -f "$build/libapp.a" ] && set -- -C "cmake.define.DQWATCH_BUILD=$build" || set --
-    "$top/test/bin/python" -m pip install -q --no-build-isolation --no-deps --force-reinstall "$@" ./python >>"$top/test.log" 2>&1 ||
+    [ -f "$build/libapp.a" ] && export CMAKE_ARGS="-DDQWATCH_BUILD=$build"
+    "$top/test/bin/python" -m pip install -q --no-build-isolation --no-deps --force-reinstall ./python >>"$top/test.log" 2>&1 ||
         { tail -n 30 "$top/test.log"; exit 1; }
     "$top/test/bin/python" -c 'import dqwatch; print(dqwatch.__version__)'
     ;;

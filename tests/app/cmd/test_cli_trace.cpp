@@ -415,6 +415,24 @@ static void too_few_rows_to_hold_some_out_are_refused(void)
     }
 }
 
+/// A constant load is a load: friction that is more one way than Coulomb friction would drive the shaft the other.
+static void a_load_is_no_friction(void)
+{
+    const Folder folder;
+    const Outcome sim = command::dqwatch({"sim", "effect_friction", "--set", "machine.coulomb_Nm=0", "--set",
+                                          "nonideal.stribeck_Nm=0", "--set", "nonideal.cogging_Nm=0", "--set",
+                                          "nonideal.friction_asymmetry_Nm=0", "--set", "profile.load_Nm=0.03", "--set",
+                                          "noise=0.01", "--out", folder / ""});
+    TEST_ASSERT_EQUAL_INT_MESSAGE(0, sim.code, sim.err.c_str());
+    const Outcome run = command::dqwatch({"trace", folder / "effect_friction.csv", "--json", "--out", folder / "o"});
+    const json j = json::parse(run.out);
+    TEST_ASSERT_EQUAL_size_t_MESSAGE(1, j.at("effects").size(), j.at("effects").dump().c_str());
+    TEST_ASSERT_EQUAL_STRING("load_torque", j.at("effects")[0].at("name").get<std::string>().c_str());
+    TEST_ASSERT_TRUE_MESSAGE(j.at("effects")[0].at("confusable_with").empty(), j.at("effects").dump().c_str());
+    TEST_ASSERT_DOUBLE_WITHIN(6e-4, 0.03,
+                              j.at("effects")[0].at("parameters").at("torque_Nm").at("value").get<double>());
+}
+
 static void wrong_usage_is_exit_code_2(void)
 {
     const Folder folder;
@@ -477,6 +495,7 @@ int main(void)
     RUN_TEST(a_dead_time_at_standstill_is_found);
     RUN_TEST(one_operating_point_says_what_cannot_be_tested);
     RUN_TEST(too_few_rows_to_hold_some_out_are_refused);
+    RUN_TEST(a_load_is_no_friction);
     RUN_TEST(wrong_usage_is_exit_code_2);
     RUN_TEST(what_cannot_be_written_is_exit_code_1);
     RUN_TEST(a_hostile_name_stays_text);
