@@ -137,7 +137,9 @@ static const char *text_of(const char *const table[], size_t length, long at)
 
 const char *dqw_status_text(enum dqw_status status)
 {
-    return text_of(status_texts, LENGTH(status_texts), -(long)status);
+    // None but these is negated: the least long has no counterpart.
+    return text_of(status_texts, LENGTH(status_texts),
+                   status > DQW_OK || status < DQW_ERR_STORE_CONFIG ? -1 : -(long)status);
 }
 
 const char *dqw_parameter_text(enum dqw_monitor_channel channel)

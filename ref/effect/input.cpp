@@ -529,4 +529,12 @@ void evaluate_torque(const Input& input, double w_m, double theta_m, double torq
     }
 }
 
+Input dead_time_input(Modulation modulation, double width_A, double start_angle_rad, bool free_angle)
+{
+    const bool clamped = modulation != Modulation::centred;
+    Input in{clamped ? Law::dead_clamped : Law::dead_time, {width_A, start_angle_rad, 0, 0}};
+    in.free_angle = free_angle, in.modulation = modulation;
+    return in;
+}
+
 }  // namespace dqw

@@ -29,6 +29,9 @@ struct Input {
 /// Entries of the shape that are fitted along with the weights: the first so many.
 int free_shapes_of(const Input& input);
 
+/// The inputs of a dead time with this modulation.
+Input dead_time_input(Modulation modulation, double width_A, double start_angle_rad, bool free_angle);
+
 struct Vector2 {
     double d = 0, q = 0;
 };

@@ -284,9 +284,8 @@ Result fit_dynamic(const Task& task)
                                " rad in a sampling period; a voltage held that long is " +
                                "hardly meant: average it and call the log steady, or sample faster");
     if (loss.probable > kLikely && 3.0 * loss.sd[kR] > kTelling * std::abs(s.theta[kR]))
-        result.notes.push_back("an inverter whose legs lose " + figure(loss.leg_V) +
-                               " V with the sign of their current would explain more; beside it R were " +
-                               figure(1e3 * loss.R_ohm) + " mOhm: `dqwatch trace` tells");
+        result.notes.push_back("an inverter whose legs lose voltage with the sign of their current would explain more, "
+                               "and R hangs on it, as its deviation says: `dqwatch trace` tells");
     result.notes.push_back("correction gain of the currents: d " + figure(s.theta[kGainD]) + ", q " +
                            figure(s.theta[kGainQ]));
     return result;

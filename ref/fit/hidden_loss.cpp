@@ -11,8 +11,6 @@ namespace {
 
 constexpr std::size_t kRows = 20000, kWindow = 1000, kFine = 2, kGuard = 40;
 constexpr int kBase = 4;
-/// A leg's loss, of the largest voltage: what dead times of 0.5 to 2 us take at 10 to 20 kHz.
-constexpr double kUsual = 0.02;
 /// Of logs that show none and exclude none, one in four has a loss that its controller does not give back.
 constexpr double kBefore = 1.0 / 3.0;
 /// Over the largest current.
@@ -34,12 +32,10 @@ std::vector<Input> losses_of(bool angle, double i_max_A)
     std::vector<Input> out;
     for (const double width : kWidths) {
         for (int k = 0; k < (angle ? 1 : kAngles); ++k)
-            out.push_back({Law::dead_time, {width * i_max_A, k * M_PI / 3.0 / kAngles, 0, 0}});
+            out.push_back(dead_time_input(Modulation::centred, width * i_max_A, k * M_PI / 3.0 / kAngles, false));
         if (!angle) continue;
-        for (const Modulation m : {Modulation::clamped_low, Modulation::clamped_high, Modulation::clamped_60}) {
-            out.push_back({Law::dead_clamped, {width * i_max_A, 0, 0, 0}});
-            out.back().modulation = m;
-        }
+        for (const Modulation m : {Modulation::clamped_low, Modulation::clamped_high, Modulation::clamped_60})
+            out.push_back(dead_time_input(m, width * i_max_A, 0.0, false));
     }
     return out;
 }
@@ -102,8 +98,8 @@ HiddenLoss hidden_loss(const std::vector<Piece>& pieces, double pole_pairs, cons
     }
     const Eigen::VectorXd scale = gram.diagonal().head(known).cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
     const Eigen::LDLT<Eigen::MatrixXd> base(scale.asDiagonal() * gram.topLeftCorner(known, known) * scale.asDiagonal());
-    const double usual_V = kUsual * v_max_V, usual2 = usual_V * usual_V;
-    double total = 1.0, best = 0.0;
+    const double usual_V = kUsualLoss * v_max_V, usual2 = usual_V * usual_V;
+    double total = 1.0;
     Eigen::VectorXd square = Eigen::VectorXd::Zero(kBase);
     Eigen::Index column = known;
     for (const Input& input : losses) {
@@ -131,7 +127,6 @@ HiddenLoss hidden_loss(const std::vector<Piece>& pieces, double pole_pairs, cons
                      mean_V = part * loss_V, mean2 = mean_V * mean_V + part * s2;
         total += odds;
         square += odds * mean2 * by_volt.head(kBase).cwiseAbs2();
-        if (odds > best) best = odds, out.leg_V = mean_V, out.R_ohm = at.base[0] + by_volt[0] * mean_V;
     }
     out.probable = 1.0 - 1.0 / total;
     out.sd = (square / total).cwiseSqrt();

@@ -13,8 +13,6 @@ namespace dqw {
 struct HiddenLoss {
     Eigen::VectorXd sd;     ///< by which R, L_d, L_q, psi may be off
     double probable = 0.0;  ///< that there is a loss
-    double leg_V = 0.0;     ///< of a leg, by the likeliest
-    double R_ohm = 0.0;     ///< what R would be beside it
 };
 
 /// A loss of voltage with the sign of each leg's current, of any usual width and modulation: how probable it is, and what

@@ -58,14 +58,6 @@ std::string stated_modulation(const std::vector<Log>& logs)
     return logs.front().modulation == "unknown" ? "" : logs.front().modulation;
 }
 
-Input dead_time_input(Modulation modulation, double width_A, double start_angle_rad, bool free_angle)
-{
-    const bool clamped = modulation != Modulation::centred;
-    Input in{clamped ? Law::dead_clamped : Law::dead_time, {width_A, start_angle_rad, 0, 0}};
-    in.free_angle = free_angle, in.modulation = modulation;
-    return in;
-}
-
 Refined settle_loss(const TraceSetup& setup, const Model& model, Refined found)
 {
     const Term* term = dead_time_of(found.point);
@@ -111,8 +103,6 @@ Eigen::VectorXd spread_over_laws(const TraceSetup& setup, const Refined& best)
 
 Eigen::VectorXd hidden_loss(const TraceSetup& setup, const Point& plain, const Point& lossy)
 {
-    // Of the largest voltage: what dead times of 0.5 to 2 us take at 10 to 20 kHz.
-    constexpr double kUsualLoss = 0.02;
     const Model& model = setup.search();
     Eigen::VectorXd hidden = Eigen::VectorXd::Zero(plain.columns());
     const Refined without = refine(model, plain, kPasses), with = refine(model, lossy, kPasses);

@@ -10,9 +10,6 @@ namespace dqw {
 /// Which legs switch, as the logs' machine files say it; empty where they say nothing, or not the same.
 std::string stated_modulation(const std::vector<Log>& logs);
 
-/// The inputs of a dead time with this modulation.
-Input dead_time_input(Modulation modulation, double width_A, double start_angle_rad, bool free_angle);
-
 /// (E114). The same point with the modulation and the law of its dead time that predict best; as it is where it has
 /// none. A modulation that no machine file says is left only for one that the rows held out confirm.
 Refined settle_loss(const TraceSetup& setup, const Model& model, Refined found);

@@ -37,6 +37,8 @@ bool carries(const Finding& all, double with, double without)
            without * without - with * with >= excess(all.after, all.floor);
 }
 
+bool is_idle(double without, double floor, std::size_t alike) { return alike > 0 && without <= floor; }
+
 bool reads_better(const Finding& f, double read, std::size_t effects)
 {
     // As little: as what is not made larger; clearly less: as the reading itself is judged.

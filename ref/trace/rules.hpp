@@ -30,6 +30,10 @@ double share_of(double before, double after, double floor);
 /// and an effect that it resembles stands in for it.
 bool carries(const Finding& all, double with, double without);
 
+/// Is one effect of several needed by nothing? `without`: what is left once the others are fitted alone; `alike`: how many
+/// the log does not tell it from.
+bool is_idle(double without, double floor, std::size_t alike);
+
 /// Is another reading of the record, under which the plain model leaves `read`, to stand in the place of effects that
 /// explain? One that has no weight and leaves as little as two do; or clearly less than what effects leave above the
 /// noise.

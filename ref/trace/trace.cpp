@@ -357,6 +357,14 @@ bool stands_out(const Point& at, const Eigen::VectorXd& sd, const std::string& n
     return false;
 }
 
+/// Leaves an effect out; `less`: the point without it, fitted again.
+void leave_out(Selection& s, std::size_t k, const Refined& less, const std::string& reason)
+{
+    s.best = less, s.vetoed.push_back({s.found[k].name, reason});
+    s.after.erase(s.after.begin() + static_cast<std::ptrdiff_t>(k));
+    s.found.erase(s.found.begin() + static_cast<std::ptrdiff_t>(k));
+}
+
 /// Names whose value may as well be nothing go: the held-out rows may confirm what no parameter of theirs carries.
 void drop_unknown(const TraceSetup& setup, Selection& s)
 {
@@ -367,8 +375,8 @@ void drop_unknown(const TraceSetup& setup, Selection& s)
         if (unknown == s.found.end()) return;
         const Refined less = refine(*setup.full, without(s.best.point, unknown->name), kPasses);
         if (!less.ok) return;
-        s.best = less, s.vetoed.push_back({unknown->name, "fitted, its parameters are not told from nothing"});
-        s.after.erase(s.after.begin() + (unknown - s.found.begin())), s.found.erase(unknown);
+        leave_out(s, static_cast<std::size_t>(unknown - s.found.begin()), less,
+                  "fitted, its parameters are not told from nothing");
     }
 }
 
@@ -389,9 +397,7 @@ void drop_small(const TraceSetup& setup, const Judge& judge, const std::vector<d
             if (rms < left) least = k, left = rms, rest = less;
         }
         if (!rest.ok || carries(is, now, left)) return;
-        s.best = rest, s.vetoed.push_back({s.found[least].name, "it takes less than what stays without a name"});
-        s.after.erase(s.after.begin() + static_cast<std::ptrdiff_t>(least));
-        s.found.erase(s.found.begin() + static_cast<std::ptrdiff_t>(least));
+        leave_out(s, least, rest, "it takes less than what stays without a name");
     }
 }
 
@@ -402,11 +408,8 @@ void drop_idle(const TraceSetup& setup, const Judge& judge, Selection& s)
     for (std::size_t k = s.found.size(); k-- > 0 && s.found.size() > 1;) {
         if (s.found[k].confusable_with.empty()) continue;
         const Refined less = refine(*setup.full, without(s.best.point, s.found[k].name), kPasses);
-        if (!less.ok || !(judge.rms(less.point) <= floor)) continue;
-        s.best = less,
-        s.vetoed.push_back({s.found[k].name, "what stays without it is noise, and it is not told apart"});
-        s.after.erase(s.after.begin() + static_cast<std::ptrdiff_t>(k));
-        s.found.erase(s.found.begin() + static_cast<std::ptrdiff_t>(k));
+        if (less.ok && is_idle(judge.rms(less.point), floor, s.found[k].confusable_with.size()))
+            leave_out(s, k, less, "what stays without it is noise, and it is not told apart");
     }
 }
 

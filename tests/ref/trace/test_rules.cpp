@@ -52,6 +52,13 @@ static void one_of_several_takes_more_than_what_has_no_name(void)
     TEST_ASSERT_FALSE(dqw::carries(all, 0.40, 0.489));
 }
 
+static void what_looks_like_another_and_leaves_noise_is_idle(void)
+{
+    TEST_ASSERT_TRUE(dqw::is_idle(0.0999, 0.1, 1));
+    TEST_ASSERT_FALSE(dqw::is_idle(0.1001, 0.1, 1));
+    TEST_ASSERT_FALSE(dqw::is_idle(0.0999, 0.1, 0));
+}
+
 static void what_is_left_is_structured_or_noise(void)
 {
     const struct {
@@ -86,6 +93,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(effects_are_named_where_they_explain);
     RUN_TEST(one_of_several_takes_more_than_what_has_no_name);
+    RUN_TEST(what_looks_like_another_and_leaves_noise_is_idle);
     RUN_TEST(what_is_left_is_structured_or_noise);
     RUN_TEST(verdicts_are_four);
     return UNITY_END();
