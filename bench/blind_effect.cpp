@@ -82,7 +82,8 @@ std::vector<std::string> effects_for(const Setup& s)
                     "cogging_torque",   "cogging_torque",      "load_torque"};
         return {"coulomb_friction", "direction_asymmetry", "stribeck_friction", "load_torque"};
     case dqw::Regime::standstill:
-        return {"dead_time", "winding_temperature", "voltage_offset", "phase_resistance_imbalance"};
+        return {"dead_time", "winding_temperature", "voltage_offset", "phase_resistance_imbalance",
+                "current_gain_mismatch"};
     case dqw::Regime::steady:
         return {"dead_time", "saturation",   "cross_saturation", "winding_temperature", "magnet_temperature",
                 "iron_loss", "angle_offset", "skin_effect",      "voltage_offset"};

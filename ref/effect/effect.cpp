@@ -131,7 +131,7 @@ void cogging(const FittedInput& f, Out& out)
 }
 
 constexpr auto turns = asks_turns, sweep = asks_sweep, currents = asks_currents, points = asks_points,
-               speeds = asks_speeds, shaft = asks_shaft;
+               speeds = asks_speeds, shaft = asks_shaft, axes = asks_axes;
 
 constexpr const char* no_shaft_angle = "a sample has no angle of the shaft";
 
@@ -195,7 +195,7 @@ constexpr Effect rows[] = {
      "servo --set nonideal.current_offset_alpha_A=0.4",
      {{"i_alpha_A", -1e4, 1e4}, {"i_beta_A", -1e4, 1e4}},
      {"The current sensors are off by {i_alpha_A} in α and {i_beta_A} in β (current offset)"}},
-    {{Law::current_gain_mismatch, "current_gain_mismatch", 2, Shape::R_L, Unit::one, sweep | currents, 0, 2.0},
+    {{Law::current_gain_mismatch, "current_gain_mismatch", 2, Shape::R_L, Unit::one, axes | currents, 0, 2.0},
      "the phases' current sensors differ in gain",
      "a second speed: it also follows L di/dt, a resistance does not",
      "servo --set nonideal.current_gain_a=1.03",
@@ -251,7 +251,7 @@ constexpr Effect rows[] = {
      {{"k_s2_rad2", 0.0, 1.0}},
      {"R grows with the square of the speed, by {k_s2_rad2} (skin effect)"},
      skin},
-    {{Law::phase_resistance_imbalance, "phase_resistance_imbalance", 2, Shape::none, Unit::ohm, sweep | currents, 0,
+    {{Law::phase_resistance_imbalance, "phase_resistance_imbalance", 2, Shape::none, Unit::ohm, axes | currents, 0,
       2.0},
      "one or two phases' resistance differs",
      "a current vector turned slowly at standstill",

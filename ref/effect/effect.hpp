@@ -91,7 +91,8 @@ enum Asks : unsigned {
     asks_currents = 4,  ///< the currents change
     asks_points = 8,    ///< they or the speed do
     asks_speeds = 16,   ///< the speed does
-    asks_shaft = 32     ///< the shaft makes a turn, and its angle is known
+    asks_shaft = 32,    ///< the shaft makes a turn, and its angle is known
+    asks_axes = 64      ///< its angle covers a turn; or it rests at a known angle, and both axes' currents change
 };
 
 /// Bits: what else is to be known of an effect.

@@ -103,27 +103,39 @@ NoiseSizes ColumnNoise::sizes(const Eigen::VectorXd& base, const Eigen::VectorXd
     return out;
 }
 
-Eigen::MatrixXd ColumnNoise::added(const NoiseSizes& sizes,
-                                   const std::function<Eigen::MatrixXd(const RowNoise*)>& scores)
+Eigen::MatrixXd ColumnNoise::second(const NoiseSizes& sizes, const std::function<Eigen::MatrixXd(const RowNoise*)>& of)
 {
     if (!draws_) draws_.emplace(logs_);
-    const Eigen::MatrixXd middle = scores(nullptr);
+    const Eigen::MatrixXd middle = of(nullptr);
     Eigen::MatrixXd sum = -2.0 * middle;
     for (const double sign : {1.0, -1.0}) {
         const RowNoise noise{&*draws_,
                              {sign * sizes.v_V[0], sign * sizes.v_V[1], sign * sizes.i_A[0], sign * sizes.i_A[1],
                               sign * sizes.w_m_rad_s}};
-        const Eigen::MatrixXd moved = scores(&noise);
+        const Eigen::MatrixXd moved = of(&noise);
         if (moved.size() != middle.size() || middle.size() == 0) return {};
         sum += moved;
     }
+    return 0.5 * sum;
+}
+
+Eigen::MatrixXd ColumnNoise::added(const NoiseSizes& sizes,
+                                   const std::function<Eigen::MatrixXd(const RowNoise*)>& scores)
+{
+    Eigen::MatrixXd middle;
+    Eigen::MatrixXd sum = second(sizes, [&](const RowNoise* noise) {
+        Eigen::MatrixXd out = scores(noise);
+        if (noise == nullptr) middle = out;
+        return out;
+    });
+    if (sum.size() == 0) return {};
     // Sizes are of axes that do not turn into each other within a period: the squares themselves say how near they are.
     constexpr double kMost = 2.0;
     const Eigen::Index last = middle.rows() - 1;
     for (Eigen::Index c = 0; c < sum.cols(); ++c)
         if (sum(last, c) > 0.0)
-            sum.col(c) *= std::clamp(2.0 * sizes.share[c] * middle(last, c) / sum(last, c), 1.0 / kMost, kMost);
-    return 0.5 * sum.topRows(last);
+            sum.col(c) *= std::clamp(sizes.share[c] * middle(last, c) / sum(last, c), 1.0 / kMost, kMost);
+    return sum.topRows(last);
 }
 
 }  // namespace dqw

@@ -36,6 +36,9 @@ public:
     /// null, one column a channel, below them e'e; an empty matrix where they cannot be had, and then here.
     Eigen::MatrixXd added(const NoiseSizes& sizes, const std::function<Eigen::MatrixXd(const RowNoise*)>& scores);
 
+    /// Half the second difference of anything that is had of the rows; empty where it cannot be had.
+    Eigen::MatrixXd second(const NoiseSizes& sizes, const std::function<Eigen::MatrixXd(const RowNoise*)>& of);
+
 private:
     const std::vector<Log>& logs_;
     std::optional<Draws> draws_;       ///< from when they are first asked for

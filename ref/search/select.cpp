@@ -164,13 +164,35 @@ Tried attempt(const Model& model, const Refined& base, const Screened& s)
     return t;
 }
 
+double law_noise(const SelectOptions& options, const Refined& r)
+{
+    return options.to_law_noise && r.ok ? options.to_law_noise(r) : 0.0;
+}
+
+/// Of those that leave about as little of the reported residual, in which single rows' noise hardly is, the innovations
+/// decide without the noise that each law brings into them; best first.
+void weigh_law_noise(const SelectOptions& options, std::vector<Tried>& tried)
+{
+    if (!options.to_law_noise) return;
+    constexpr double kClose = 1.1;
+    std::vector<double> rms(tried.size(), HUGE_VAL);
+    for (std::size_t k = 0; k < tried.size(); ++k)
+        if (tried[k].refined.ok) rms[k] = joint(options.reported_rms(tried[k].refined.point));
+    const double least = tried.empty() ? 0.0 : *std::min_element(rms.begin(), rms.end());
+    for (std::size_t k = 0; k < tried.size(); ++k)
+        if (rms[k] <= kClose * least) tried[k].to_law_noise = options.to_law_noise(tried[k].refined);
+    std::stable_sort(tried.begin(), tried.end(), [](const Tried& a, const Tried& b) {
+        return a.refined.ok != b.refined.ok ? a.refined.ok : a.nats() > b.nats();
+    });
+}
+
 /// The best, or one that is hardly worse and plainer, or as plain and the more common.
 bool stands_before(const Tried& t, const Tried& best)
 {
     // What confirms no effect speaks for no weight more; nor does one nat for another of as many. Halved or doubled,
     // either changes nothing on the logs named in confirmed().
     constexpr double kHardly = kLeastNats, kSame = 1.0;
-    const double lost = best.over.nats - t.over.nats;
+    const double lost = best.nats() - t.nats();
     const int weights = weights_of(t.candidate) - weights_of(best.candidate);
     return weights < 0 ? lost < kHardly
                        : weights == 0 && lost < kSame &&
@@ -297,6 +319,7 @@ void look_alikes(const Model& model, const std::vector<Candidate>& candidates, c
     // offset as told from iron loss.
     const double close = (options.one_speed ? 1.4 : 1.1) * joint(options.reported_rms(s.best.point)),
                  apart = kSeparateT + (options.one_speed ? 0.5 : 0.0);
+    const double own = law_noise(options, s.best);
     for (Found& found : s.found) {
         const Refined base = refine(model, without(s.best.point, found.name), kPasses);
         if (!base.ok) continue;
@@ -309,7 +332,8 @@ void look_alikes(const Model& model, const std::vector<Candidate>& candidates, c
             const auto& listed = found.confusable_with;
             if (std::find(listed.begin(), listed.end(), t.name) != listed.end()) continue;
             if (options.veto && !options.veto(t.refined.point).empty()) continue;
-            const Better over = better(model, t.refined.left, s.best.left);
+            const Better over = beside_law_noise(better(model, t.refined.left, s.best.left),
+                                                 own - law_noise(options, t.refined));
             found.rivals.push_back({t.name, over});
             if ((over.t > apart && over.nats_each > kSeparateNats) || listed.size() >= kMostAlike) continue;
             if (joint(options.reported_rms(t.refined.point)) <= close) found.confusable_with.push_back(t.name);
@@ -398,6 +422,7 @@ Selection select(const Model& model, const Point& start, const std::vector<Candi
     for (int n = 0; n < kMostRounds; ++n) {
         if (below(options.reported_rms(s.best.point), options.exact)) break;
         std::vector<Tried> tried = round(model, s.best, candidates, options, n == 0 ? &s.alone : nullptr);
+        weigh_law_noise(options, tried);
         const Tried* taken = nullptr;
         for (const Tried& t : tried)
             if (n == 0 && t.refined.ok) s.fitted.push_back({t.name, t.over});

@@ -30,7 +30,10 @@ struct Tried {
     std::string name;
     Candidate candidate;
     Refined refined;
-    Better over;  ///< the point without it
+    Better over;                ///< the point without it
+    double to_law_noise = 0.0;  ///< nats of it that the noise of the columns in its own law took
+
+    double nats() const { return over.nats + to_law_noise; }
 };
 
 /// Every entry below its limit; false where there are no limits.
@@ -53,6 +56,8 @@ struct SelectOptions {
     std::function<Refined(Refined)> settle;
     /// a point's saturation, or none, as a flux map fitted in its place; not ok where there is nothing left to explain
     std::function<Refined(const Point&)> mapped;
+    /// Nats on the rows held out that a point's effects lose to noise of the columns in their own laws; absent: none.
+    std::function<double(const Refined&)> to_law_noise;
     std::function<void()> tick;
 };
 

@@ -186,6 +186,14 @@ Eigen::VectorXd linear_step(const Model& model, const Seen& seen, const std::vec
     return delta;
 }
 
+Better beside_law_noise(Better over, double nats)
+{
+    const double raw = over.nats;
+    over.nats += nats;
+    if (raw != 0.0) over.t *= over.nats / raw, over.nats_each *= over.nats / raw;
+    return over;
+}
+
 Better better(const Model& model, const Left& a, const Left& b)
 {
     const auto& blocks = model.plan().blocks;

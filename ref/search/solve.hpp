@@ -44,6 +44,8 @@ struct Better {
     double nats_each = 0.0;  ///< the gain if each block counted as one row: rows within a block may all be alike
 };
 Better better(const Model& model, const Left& a, const Left& b);
+/// With as many nats more, each block alike. (E167)
+Better beside_law_noise(Better over, double nats);
 /// Gain on rows that no fit saw that is no chance: with the noise known, without an effect the likelihoods' ratio has a
 /// mean of at most 1, so by Markov's inequality it exceeds e^10 in fewer than one case in 20000.
 constexpr double kLeastNats = 10.0;

@@ -226,11 +226,15 @@ void electrical_candidates(TraceSetup& setup, Catalogue& c)
                                   : shaft_turned <= kTurn_rad ? "the shaft does not make a turn"
                                                               : "";
     const bool speeds = w.span() > kLeastSpeeds * w.size();
+    const std::string unswept = swept > kTurn_rad ? ""
+                                : angle           ? "the angle hardly changes"
+                                                  : "no angle column, and none can be integrated";
+    // At rest what phases do not share is a matrix between the axes, which one direction of current does not show.
+    const bool both_axes = std::min(i_d.sd(), i_q.sd()) > kNoChange * ib;
     const std::pair<Asks, std::string> lacks[] = {
         {asks_turns, turns ? "" : "the machine does not turn"},
-        {asks_sweep, swept > kTurn_rad ? ""
-                     : angle           ? "the angle hardly changes"
-                                       : "no angle column, and none can be integrated"},
+        {asks_sweep, unswept},
+        {asks_axes, angle && !turns && both_axes ? "" : unswept},
         {asks_currents, moves ? "" : "the currents do not change"},
         {asks_points, moves || w.span() > kNoChange * w.size()
                           ? ""

@@ -55,6 +55,42 @@ Refined without_column_noise(const TraceSetup& setup, const Model& model, const 
     });
 }
 
+double nats_to_law_noise(const TraceSetup& setup, ColumnNoise& noise, const Refined& refined)
+{
+    if (setup.regime != Regime::dynamic || !refined.ok || refined.point.terms.empty()) return 0.0;
+    const Model& model = setup.search();
+    Eigen::VectorXd variance;
+    double rows = 0.0;
+    seen_information(model, refined, variance, rows);
+    const NoiseSizes sizes = noise.sizes(refined.point.base, refined.point.gain, setup.pole_pairs, variance);
+    if (!sizes.any()) return 0.0;
+    Point bare = refined.point;
+    bare.terms.clear();
+    const auto squares = [&](const Point& at, const RowNoise* noisy) {
+        double of_rows = 0.0;
+        const ElectricalModel moved(*setup.logs, setup.columns, setup.pole_pairs, copy_of(model.plan()),
+                                    setup.rotor_held, noisy);
+        const Eigen::MatrixXd scores = seen_scores(moved, at, of_rows);
+        return of_rows > 0.0 ? Eigen::VectorXd(scores.bottomRows(1).transpose() / of_rows) : Eigen::VectorXd();
+    };
+    const Eigen::VectorXd with = noise.second(sizes, [&](const RowNoise*n) { return squares(refined.point, n); }),
+                          without = noise.second(sizes, [&](const RowNoise*n) { return squares(bare, n); });
+    if (with.size() != variance.size() || without.size() != variance.size()) return 0.0;
+    // Of the innovations: more is no small change of them; of the sizes, as in ColumnNoise::added().
+    constexpr double kMost = 0.5, kMostSize = 2.0;
+    double held = 0.0;
+    for (std::size_t k = 0; k < refined.left.rows.size(); ++k)
+        if (model.plan().blocks[k].heldout) held += refined.left.rows[k];
+    double nats = 0.0;
+    for (Eigen::Index c = 0; c < variance.size(); ++c) {
+        const double size = without[c] > 0.0
+                                ? std::clamp(sizes.share[c] * variance[c] / without[c], 1.0 / kMostSize, kMostSize)
+                                : 1.0;
+        nats -= 0.5 * held * std::log(1.0 - std::clamp(size * (with[c] - without[c]) / variance[c], -kMost, kMost));
+    }
+    return nats;
+}
+
 Eigen::VectorXd whole_deviations(const TraceSetup& setup, const Model& model, const Refined& refined)
 {
     Eigen::VectorXd sd = deviations(model, refined);

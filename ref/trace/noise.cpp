@@ -1,8 +1,10 @@
 #include "ref/trace/noise.hpp"
 
+#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 
+#include "ref/effect/range.hpp"
 #include "ref/fit/explain.hpp"
 #include "ref/model/foretold.hpp"
 #include "ref/trace/rules.hpp"
@@ -148,23 +150,69 @@ Noise moving_noise(const TraceSetup& setup, const Point& at)
     return out;
 }
 
+/// Of rows that follow one another, by second differences.
+double floor_in_time(const std::vector<ReportBlock>& blocks)
+{
+    double sum = 0.0;
+    std::size_t count = 0;
+    for (std::size_t k = 2; k < blocks.size(); ++k) {
+        if (blocks[k].log != blocks[k - 2].log) continue;
+        for (int c = 0; c < 2; ++c) {
+            const double y = blocks[k].residual[c] - 2.0 * blocks[k - 1].residual[c] + blocks[k - 2].residual[c];
+            sum += y * y / 6.0, ++count;
+        }
+    }
+    return count ? std::sqrt(sum / static_cast<double>(count)) : HUGE_VAL;
+}
+
+/// Of rows of like currents and speeds, wherever they stand in time: each against the plane through its nearest. Points
+/// that jump leave all of what the model lacks in their order's differences, and next to none here.
+double floor_in_the_plane(const std::vector<ReportBlock>& blocks)
+{
+    constexpr std::size_t kMostRows = 2000;  ///< looked at; of these a mean square is known to 3 %
+    std::vector<const ReportBlock*> rows;
+    const std::size_t stride = (blocks.size() + kMostRows - 1) / kMostRows;
+    for (std::size_t k = 0; k < blocks.size(); k += stride) rows.push_back(&blocks[k]);
+    const auto n = static_cast<Eigen::Index>(rows.size());
+    Eigen::MatrixXd where(n, 3), left(n, 2);
+    for (Eigen::Index k = 0; k < n; ++k) {
+        const ReportBlock& b = *rows[static_cast<std::size_t>(k)];
+        where.row(k) << at_row(b.log->i_d_A, b.begin), at_row(b.log->i_q_A, b.begin), at_row(b.log->w_m_rad_s, b.begin);
+        left.row(k) << b.residual[0], b.residual[1];
+    }
+    where.rowwise() -= where.colwise().mean().eval();
+    Eigen::Index varied = 0;
+    for (Eigen::Index c = 0; c < 3; ++c)
+        if (const double sd = where.col(c).norm(); sd > 0.0) where.col(varied++) = where.col(c) / sd;
+    const Eigen::Index nearest = 2 * varied + 2;
+    if (varied == 0 || n <= 2 * nearest) return HUGE_VAL;
+    double sum = 0.0;
+    std::vector<std::pair<double, Eigen::Index>> far;
+    for (Eigen::Index k = 0; k < n; ++k) {
+        far.clear();
+        for (Eigen::Index j = 0; j < n; ++j)
+            if (j != k) far.emplace_back((where.row(j) - where.row(k)).leftCols(varied).squaredNorm(), j);
+        std::nth_element(far.begin(), far.begin() + nearest, far.end());
+        Eigen::MatrixXd plane(nearest, varied + 1), of(nearest, 2);
+        for (Eigen::Index m = 0; m < nearest; ++m) {
+            const Eigen::Index j = far[static_cast<std::size_t>(m)].second;
+            plane(m, 0) = 1.0, plane.row(m).tail(varied) = (where.row(j) - where.row(k)).leftCols(varied);
+            of.row(m) = left.row(j);
+        }
+        // How much of each neighbour stands in the plane's value at the row.
+        const Eigen::VectorXd part = plane.transpose().completeOrthogonalDecomposition().solve(
+            Eigen::VectorXd::Unit(varied + 1, 0));
+        sum += (left.row(k) - part.transpose() * of).squaredNorm() / (1.0 + part.squaredNorm());
+    }
+    return std::sqrt(sum / static_cast<double>(2 * n));
+}
+
+/// The smaller: each holds the noise, and more or less of what the model lacks.
 double settled_floor(const TraceSetup& setup, const Point& at)
 {
     const std::vector<ReportBlock> blocks = setup.full->report(at, 1);
-    std::vector<double> square;
-    for (std::size_t k = 2; k < blocks.size(); ++k) {
-        if (blocks[k].log != blocks[k - 2].log) continue;
-        double sum = 0.0;
-        for (int c = 0; c < 2; ++c) {
-            const double y = blocks[k].residual[c] - 2.0 * blocks[k - 1].residual[c] + blocks[k - 2].residual[c];
-            sum += y * y / 6.0;
-        }
-        square.push_back(0.5 * sum);
-    }
-    if (square.empty()) return 0.0;
-    double mean = 0.0;
-    for (double x : square) mean += x / static_cast<double>(square.size());
-    return std::sqrt(mean);
+    const double floor = std::min(floor_in_time(blocks), floor_in_the_plane(blocks));
+    return std::isfinite(floor) ? floor : 0.0;
 }
 
 }  // namespace

@@ -37,7 +37,7 @@ bool carries(const Finding& all, double with, double without)
            without * without - with * with >= excess(all.after, all.floor);
 }
 
-bool is_idle(double without, double floor, std::size_t alike) { return alike > 0 && without <= floor; }
+bool is_idle(double without, double floor, std::size_t alike) { return alike > 0 && without <= kStructured * floor; }
 
 bool reads_better(const Finding& f, double read, std::size_t effects)
 {

@@ -224,6 +224,10 @@ SelectOptions select_options(const TraceSetup& setup, const Judge& judge, const 
             return judge.rms(p) > kStructured * noise_of(setup, p).floor ? with_map(setup, setup.search(), p)
                                                                          : Refined();
         };
+    if (setup.regime == Regime::dynamic)
+        o.to_law_noise = [&setup, noise = std::make_shared<ColumnNoise>(*setup.logs)](const Refined& r) {
+            return nats_to_law_noise(setup, *noise, r);
+        };
     o.reported_rms = [&judge](const Point& p) { return judge.each(p); };
     const Blocks held = judge.of(setup.starts.front(), false);
     if (held.size() < kLeastBlocks)
@@ -401,11 +405,11 @@ void drop_small(const TraceSetup& setup, const Judge& judge, const std::vector<d
     }
 }
 
-/// Of several effects those go that the log does not tell from others, and without which what is left is noise.
+/// Effects go that the log does not tell from others, and without which what is left is noise.
 void drop_idle(const TraceSetup& setup, const Judge& judge, Selection& s)
 {
     const double floor = noise_of(setup, s.best.point).floor;
-    for (std::size_t k = s.found.size(); k-- > 0 && s.found.size() > 1;) {
+    for (std::size_t k = s.found.size(); k-- > 0;) {
         if (s.found[k].confusable_with.empty()) continue;
         const Refined less = refine(*setup.full, without(s.best.point, s.found[k].name), kPasses);
         if (less.ok && is_idle(judge.rms(less.point), floor, s.found[k].confusable_with.size()))
@@ -442,7 +446,11 @@ Search search(const std::vector<Log>& logs, const TraceOptions& options)
                    below(found.judge->each(found.selection.best.point), found.exact)))
         return found;
     Search other = search(logs, options, Variant::rotor_held, ticks);
-    const double t = better(*found.setup->full, found.selection.best.left, other.selection.best.left).t;
+    ColumnNoise noise(logs);
+    const auto law_noise = [&noise](const Search& s) { return nats_to_law_noise(*s.setup, noise, s.selection.best); };
+    const double t = beside_law_noise(better(*found.setup->full, found.selection.best.left, other.selection.best.left),
+                                      law_noise(other) - law_noise(found))
+                         .t;
     const bool plainer = other.selection.found.size() < found.selection.found.size();
     if (t < -kClearlyT || (t < kClearlyT && !plainer)) return found;
     other.setup->notes.push_back(

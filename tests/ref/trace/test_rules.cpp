@@ -54,9 +54,9 @@ static void one_of_several_takes_more_than_what_has_no_name(void)
 
 static void what_looks_like_another_and_leaves_noise_is_idle(void)
 {
-    TEST_ASSERT_TRUE(dqw::is_idle(0.0999, 0.1, 1));
-    TEST_ASSERT_FALSE(dqw::is_idle(0.1001, 0.1, 1));
-    TEST_ASSERT_FALSE(dqw::is_idle(0.0999, 0.1, 0));
+    TEST_ASSERT_TRUE(dqw::is_idle(0.129, 0.1, 1));
+    TEST_ASSERT_FALSE(dqw::is_idle(0.131, 0.1, 1));
+    TEST_ASSERT_FALSE(dqw::is_idle(0.05, 0.1, 0));
 }
 
 static void what_is_left_is_structured_or_noise(void)
