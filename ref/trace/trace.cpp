@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include "ref/effect/effect.hpp"
+#include "ref/effect/range.hpp"
 #include "ref/fit/explain.hpp"
 #include "ref/log/hands.hpp"
 #include "ref/log/symmetric.hpp"
@@ -40,15 +41,25 @@ constexpr std::size_t kRare = 50;  ///< one row of so many is an extreme
 
 using Blocks = std::vector<ReportBlock>;
 
-/// Reported RMS of each axis that is the sampling's own.
-std::vector<double> exact_of(const Blocks& blocks, int channels)
+/// Reported RMS of each axis that is the sampling's own: of its own voltage, and where the machine turns, of what a vector
+/// that no row says how it stands within the period may lie off in either.
+std::vector<double> exact_of(const TraceSetup& setup, const Blocks& blocks, int channels)
 {
-    std::vector<double> out;
-    for (int c = 0; c < channels; ++c) {
+    std::vector<double> out(static_cast<std::size_t>(channels), 0.0);
+    if (blocks.empty()) return out;
+    double own[2] = {}, all = 0.0, turned = 0.0;
+    for (const ReportBlock& b : blocks) {
         double square = 0.0;
-        for (const ReportBlock& b : blocks) square += b.measured[c] * b.measured[c];
-        out.push_back(blocks.empty() ? 0.0 : kExact * std::sqrt(square / static_cast<double>(blocks.size())));
+        for (int c = 0; c < channels; ++c)
+            own[c] += b.measured[c] * b.measured[c], square += std::pow(b.measured[c], 2);
+        const double turn = setup.pole_pairs * at_row(b.log->w_m_rad_s, b.begin) * b.log->dt_s;
+        all += square, turned += square * std::pow(turn, 4);
     }
+    const double n = static_cast<double>(blocks.size());
+    const bool turns = setup.regime == Regime::dynamic && channels == 2;
+    const double vector = turns ? std::min(kExact * std::sqrt(all / n), std::sqrt(turned / n) / 24.0) : 0.0;
+    for (int c = 0; c < channels; ++c)
+        out[static_cast<std::size_t>(c)] = std::max(kExact * std::sqrt(own[c] / n), vector);
     return out;
 }
 
@@ -233,7 +244,7 @@ SelectOptions select_options(const TraceSetup& setup, const Judge& judge, const 
     if (held.size() < kLeastBlocks)
         throw std::invalid_argument(setup.logs->front().path + ": too few rows to hold some out: " +
                                     std::to_string(held.size()) + " blocks of the residual");
-    o.exact = exact_of(held, judge.channels);
+    o.exact = exact_of(setup, held, judge.channels);
     o.one_speed = setup.one_speed;
     if (options.progress)
         o.tick = [&options, &ticks] {
