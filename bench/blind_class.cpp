@@ -214,6 +214,9 @@ void find_classes(const Setup& setup, std::vector<Drawn>& drawn)
     for (std::size_t k = 0; k < drawn.size(); ++k) {
         std::vector<Column> others = alone;
         others.erase(others.begin() + static_cast<std::ptrdiff_t>(k));
+        // Its Coulomb friction is named beside it, and stays beside what may stand for it.
+        if (drawn[k].name == "direction_asymmetry")
+            others.push_back(classes.alone({"coulomb_friction", drawn[k].size}));
         const double slack = std::pow(kLinear, 2) * (classes.rest(others, {}, false) - own);
         for (const std::string& name : names) {
             const auto drawn_too = [&](const Drawn& d) { return d.name == name; };

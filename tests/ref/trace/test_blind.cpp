@@ -109,6 +109,15 @@ static void a_class_is_what_one_speed_cannot_tell(void)
     TEST_ASSERT_EQUAL_size_t(0, drawn[0].close.size());
 }
 
+// Coulomb friction is named beside it in any case, so that a load, which is one while the shaft moves, may stand for it.
+static void a_class_has_the_friction_that_an_asymmetry_brings(void)
+{
+    const blind::Case c = blind::draw(45107);
+    TEST_ASSERT_EQUAL_STRING("direction_asymmetry", c.drawn[0].name.c_str());
+    TEST_ASSERT_EQUAL_size_t(1, c.drawn[0].same.size());
+    TEST_ASSERT_EQUAL_STRING("load_torque", c.drawn[0].same[0].c_str());
+}
+
 static void an_inverter_loses_what_was_drawn_in_either_plant(void)
 {
     blind::Random random(1);
@@ -253,6 +262,7 @@ int main(void)
     RUN_TEST(the_report_calibrates_and_covers);
     RUN_TEST(exact_lists_what_the_log_cannot_tell_and_no_more);
     RUN_TEST(a_class_is_what_one_speed_cannot_tell);
+    RUN_TEST(a_class_has_the_friction_that_an_asymmetry_brings);
     RUN_TEST(an_inverter_loses_what_was_drawn_in_either_plant);
     RUN_TEST(fixed_logs_are_traced);
     RUN_TEST(a_name_without_a_value_is_taken_back);
