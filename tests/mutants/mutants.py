@@ -121,6 +121,21 @@ def is_of_size(code: str, at: int) -> bool:
     return any(m.start("nought") == at for m in SIZE.finditer(code))
 
 
+# x_q24 = 0, x_q24[3] = {0}, |x_q24| of one last place: NN bits behind the point, where they are enough for a last place to say nothing.
+FIXED = re.compile(r"\w_q(?P<bits>\d+)(?:\[[^\]]*\])*(?: = \w_q\d+)* = \{?(?P<number>[01])(?![\w.])")
+
+
+def in_fixed_point(code: str, at: int, n: int) -> str:
+    """A number in fixed point is changed as one in float is: by a quarter, 0 to half a unit. A last place is no change that a test should see."""
+    if n >= 4096:
+        return str(n + n // 4 if n + n // 4 < 2**31 else n - n // 4)
+    for m in FIXED.finditer(code):
+        bits = int(m.group("bits"))
+        if m.start("number") == at and bits >= 15:
+            return f"((int64_t)1 << {bits - 1})" if bits > 31 else str(1 << (bits - 1))
+    return ""
+
+
 def of_line(code: str) -> list[tuple[str, str]]:
     """What can be done to a line: its new text, and a word for it."""
     out: list[tuple[str, str]] = []
@@ -132,6 +147,10 @@ def of_line(code: str) -> list[tuple[str, str]]:
     for m in re.finditer(r"(?<![\w.])(\d+)(u?)(?![\w.])", code):
         n = int(m.group(1))
         if is_of_size(code, m.start()):
+            continue
+        q = in_fixed_point(code, m.start(), n)
+        if q:
+            out.append((code[: m.start()] + q + code[m.end() :], f"{n} to {q}"))
             continue
         out.append((code[: m.start()] + str(n + 1) + m.group(2) + code[m.end() :], f"{n} to {n + 1}"))
         if n > 0:
