@@ -760,6 +760,29 @@ static void test_each_refusal_has_its_code(void)
         const dqw_effect_config harmonics = {.effect = DQW_EFFECT_FLUX_HARMONICS, .shape = {orders[k]}};
         REFUSED(e, DQW_ERR_EFFECT_SHAPE, dqw_effect_init(&e, &harmonics, 1, &good));
     }
+    // A width and a time constant have a reciprocal; a heating state may have none of either.
+    static const struct {
+        enum dqw_effect_name effect;
+        float shape[3];
+        bool taken;
+    } shapes[] = {{DQW_EFFECT_DEAD_TIME, {3.3e-39f}, true},
+                  {DQW_EFFECT_DEAD_TIME, {2.7e-39f}, false},
+                  {DQW_EFFECT_WINDING_TEMPERATURE, {-40.0f, 0.0f, 0.0f}, true},
+                  {DQW_EFFECT_WINDING_TEMPERATURE, {20.0f, 0.0f, 5.0f}, true},
+                  {DQW_EFFECT_WINDING_TEMPERATURE, {20.0f, 30.0f, 0.0f}, true},
+                  {DQW_EFFECT_WINDING_TEMPERATURE, {20.0f, -30.0f, 5.0f}, false},
+                  {DQW_EFFECT_WINDING_TEMPERATURE, {20.0f, 30.0f, -5.0f}, false},
+                  {DQW_EFFECT_WINDING_TEMPERATURE, {20.0f, 3.3e-39f, 5.0f}, true},
+                  {DQW_EFFECT_WINDING_TEMPERATURE, {20.0f, 2.7e-39f, 5.0f}, false}};
+    for (size_t k = 0; k < sizeof shapes / sizeof shapes[0]; k++) {
+        dqw_effect_config c = {.effect = shapes[k].effect};
+        for (int i = 0; i < 3; i++) c.shape[i] = shapes[k].shape[i];
+        CASE("effect %d, shape %g %g %g", (int)c.effect, (double)c.shape[0], (double)c.shape[1], (double)c.shape[2]);
+        if (shapes[k].taken)
+            HOLDS(dqw_effect_init(&e, &c, 1, &good) == DQW_OK);
+        else
+            REFUSED(e, DQW_ERR_EFFECT_SHAPE, dqw_effect_init(&e, &c, 1, &good));
+    }
     // What an effect knows of the machine: nothing at all is refused, any one number is enough.
     const enum dqw_effect_name of_machine[] = {DQW_EFFECT_IRON_LOSS, DQW_EFFECT_CURRENT_OFFSET,
                                                DQW_EFFECT_CURRENT_GAIN_MISMATCH, DQW_EFFECT_ANGLE_OFFSET};

@@ -134,6 +134,22 @@ static void test_every_pattern_is_named_with_its_phase(void)
             }
 }
 
+// In whatever unit a change is given: of what lies in line with a pattern, the pattern leaves nothing.
+static void test_a_pattern_explains_the_whole_of_itself(void)
+{
+    static const float units[] = {0.01f, 1.0f, 100.0f};
+    for (int k = 0; k < 3; k++) {
+        float change[DQW_SIGNS] = {0};
+        float unit[DQW_SIGNS];
+        for (int i = 0; i < DQW_SIGNS; i++) unit[i] = i == DQW_SIGN_PSI ? units[k] : 1e6f * units[k];
+        change[DQW_SIGN_PSI] = -10.0f * units[k];
+        const dqw_fault_verdict v = dqw_fault_name_it(change, unit, machine);
+        CASE("unit %g", (double)units[k]);
+        TEST_ASSERT_EQUAL_INT(DQW_FAULT_DEMAGNETISATION, v.name);
+        BETWEEN(0.49, v.confidence, 1.00001);  // a short without its ripple explains it as well
+    }
+}
+
 static void test_noise_on_every_sign_keeps_the_name(void)
 {
     const int tries = scaled(3000);
@@ -271,6 +287,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_every_pattern_is_named_with_its_phase);
+    RUN_TEST(test_a_pattern_explains_the_whole_of_itself);
     RUN_TEST(test_noise_on_every_sign_keeps_the_name);
     RUN_TEST(test_what_no_pattern_explains_is_unknown);
     RUN_TEST(test_a_foreign_part_takes_the_name_away_where_it_is_large);

@@ -98,6 +98,29 @@ static void test_weights_and_covariances_are_those_of_batch_least_squares(void)
     }
 }
 
+// p0 I less p0² x x'/(1 + p0 x'x), with as many inputs as there is room for: nothing behind the last one counts.
+static void test_covariances_of_all_inputs_that_there_is_room_for(void)
+{
+    const int n = DQW_LEARNER_INPUTS;
+    const double p0 = 4.0;
+    dqw_gain g;
+    float x[DQW_LEARNER_INPUTS];
+    float gain[DQW_LEARNER_INPUTS];
+    double square = 0.0;
+    TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_gain_init(&g, n, (float)p0));
+    for (int i = 0; i < n; i++) {
+        x[i] = 1.0f + 0.25f * (float)i;
+        square += x[i] * (double)x[i];
+    }
+    dqw_gain_step(&g, x, gain);
+    for (int i = 0; i < n; i++)
+        for (int j = 0; j < n; j++) {
+            const double p = (i == j ? p0 : 0.0) - p0 * p0 * x[i] * (double)x[j] / (1.0 + p0 * square);
+            CASE("%d, %d", i, j);
+            TEST_ASSERT_DOUBLE_WITHIN(1e-6 * p0, p, dqw_gain_covariance(&g, i, j));
+        }
+}
+
 static void test_ill_conditioned_regressors(void)
 {
     static const double conditions[] = {1e1, 1e2, 1e3, 1e4};
@@ -362,6 +385,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(test_init_refuses_and_leaves_the_object_alone);
     RUN_TEST(test_weights_and_covariances_are_those_of_batch_least_squares);
+    RUN_TEST(test_covariances_of_all_inputs_that_there_is_room_for);
     RUN_TEST(test_ill_conditioned_regressors);
     RUN_TEST(test_an_input_of_zero_leaves_its_variance_alone);
     RUN_TEST(test_variances_stay_positive);

@@ -15,6 +15,7 @@ import atexit
 import collections
 import concurrent.futures
 import hashlib
+import json
 import os
 import random
 import re
@@ -37,6 +38,8 @@ ARCHIVES = ["libdqw.a", "libdqw_q15.a"]
 SANITIZERS = ["-O1", "-fsanitize=address,undefined", "-fno-sanitize-recover=undefined"]
 # What reads or writes beyond a field does so in a short test as in a long one.
 SANITIZED_S = 2.0
+# What a longer test does not run of the library it need not judge.
+COVERED_S = 0.5
 # Slow starts and other programs: what they find, others find.
 LEFT_OUT = {"test_api_warnings", "test_fast_math", "test_size"}
 
@@ -281,6 +284,40 @@ class Bench:
         self.digests = {t: digest((build / "tests" / f"{t}.o").read_bytes()) for t in self.tests}
         with concurrent.futures.ThreadPoolExecutor(jobs) as pool:
             self.seconds = dict(zip(self.tests, pool.map(self.before, self.tests)))
+            slow = [t for t in self.tests if self.seconds[t] > COVERED_S]
+            self.lines = dict(zip(slow, pool.map(self.covered, slow)))
+
+    def covered(self, test: str) -> dict[str, dict[int, bool]]:
+        """Of each file, which lines with code the test runs; a line without an entry has none, by gcov's account."""
+        kept = self.build / "mutants.lines" / f"{digest(self.sources.encode(), self.digests[test].encode())}.json"
+        if not kept.exists():
+            folder = self.was / "coverage" / test
+            folder.mkdir(parents=True)
+            objects = [str(folder / (Path(f).stem + ".o")) for f in self.files]
+            for file, made in zip(self.files, objects):
+                subprocess.run(["cc", *CFLAGS, "-O1", "--coverage", "-c", str(TOP / file), "-o", made], cwd=TOP, check=True)
+            fixed = [str(self.build / "tests" / f"{test}.o"), str(self.build / "tests/unity.o"), str(self.build / "libsim.a")]
+            subprocess.run(["cc", "--coverage", *fixed[:2], *objects, fixed[2], *LINK, "-o", str(folder / test)], check=True)
+            env = dict(os.environ, DQW_TEST_KIND="plain", BUILD=str(self.build))
+            subprocess.run([str(folder / test)], cwd=TOP, env=env, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+            runs: dict[str, dict[int, bool]] = {}
+            for part in PARTS:
+                counts = [str(p) for p in folder.glob("*.gcda") if (TOP / part / f"{p.stem}.c").exists()]
+                out = subprocess.run(["gcov", "-j", "-t", *counts], cwd=folder, capture_output=True, text=True).stdout
+                for unit in filter(None, out.split("\n")):
+                    for file in json.loads(unit)["files"]:
+                        name = os.path.relpath(os.path.join(TOP, file["file"]), TOP)
+                        of = runs.setdefault(name, {})
+                        for line in file["lines"]:
+                            of[line["line_number"]] = of.get(line["line_number"], False) or line["count"] > 0
+            kept.parent.mkdir(exist_ok=True)
+            kept.write_text(json.dumps(runs))
+            shutil.rmtree(folder)
+        return {file: {int(n): ran for n, ran in of.items()} for file, of in json.loads(kept.read_text()).items()}
+
+    def runs(self, test: str, mutant: Mutant) -> bool:
+        """A table, a header's constant or a line that goes on above has no count of its own: then every test may."""
+        return self.lines.get(test, {}).get(mutant.file, {}).get(mutant.line, True)
 
     def before(self, test: str) -> float:
         """How long a test takes, and what it links, before anything is changed."""
@@ -341,7 +378,7 @@ class Bench:
 
     def judge(self, mutant: Mutant) -> Outcome:
         key = digest(self.sources.encode(), f"{mutant.file}:{mutant.line}".encode(), mutant.after.encode())
-        tests = self.order(mutant.file)
+        tests = [t for t in self.order(mutant.file) if mutant.file.endswith(".h") or self.runs(t, mutant)]
         every = digest(str(self.sanitized).encode(), *(self.digests[t].encode() for t in sorted(tests)))
         verdict, by = self.memory.verdicts.get(key, ("", ""))
         if verdict in ("same", "invalid") or (verdict == "survived" and by == every):
