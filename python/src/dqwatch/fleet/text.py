@@ -51,6 +51,11 @@ def due_text(s: Standing) -> str:
     return f"10 % {_date(at)} ({_date(low)} … {_date(high)})"
 
 
+def _shown(line: str) -> str:
+    """Names come from logs: what a terminal would obey is spelt."""
+    return "".join(x if x.isprintable() else ascii(x)[1:-1] for x in line)
+
+
 def text_of(result: FleetResult) -> str:
     """The whole text."""
     c, table = result.comparison, result.windows
@@ -88,4 +93,4 @@ def text_of(result: FleetResult) -> str:
     ]
     if notes := left_out(c):
         lines += ["", *notes]
-    return "\n".join([*lines, "", f"page: {result.page}"])
+    return "\n".join(map(_shown, [*lines, "", f"page: {result.page}"]))

@@ -285,6 +285,7 @@
     const verdict = el("section", { class: "card" });
     if (s) verdict.append(el("h2", { text: words(s.cause), style: { color: colour(s.cause) } }), el("p", { text: why_text(s) }), s.crossing ? el("p", { text: `${SHORT[s.crossing[0]]}: ${due_text(s)}` }) : null,
       table(["parameter", "what", "#off", "#± %", "#deviations", "#q"], s.signs.map((x) => [SHORT[x.parameter], x.what, percent(part(x.off, x.parameter)), (100 * x.sd).toFixed(2), x.z.toFixed(1), x.q.toPrecision(2)])));
+    else if (!data.of.some((_, k) => points_of(k, m)[1] >= 0)) verdict.append(el("h2", { text: "Not compared" }), el("p", { text: "No parameter is told of it, or of fewer than five motors of its type." }));
     else verdict.append(el("h2", { text: "As the others of its type" }), el("p", { text: "No parameter and no drift of it stands out at 1 % false discoveries." }));
     place.append(verdict);
     const plots = el("div", { class: "two" });
