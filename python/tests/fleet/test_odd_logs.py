@@ -48,7 +48,12 @@ def cast(table, kind):
 def test_a_log_of_texts_or_decimals_does_not_touch_its_neighbours(logs, small):
     t = first(logs)
     put(logs, "M00001", cast(t, pa.string()), "2026-02-01.parquet")
-    put(logs, "M00001", pa.table({n: t[n].cast(pa.decimal128(30, 12), safe=False) for n in t.column_names}), "2026-02-02.parquet")
+    put(
+        logs,
+        "M00001",
+        pa.table({n: t[n].cast(pa.decimal128(30, 12), safe=False) for n in t.column_names}),
+        "2026-02-02.parquet",
+    )
     put(logs, "M00001", t.set_column(2, t.column_names[2], pa.nulls(t.num_rows, pa.float64())), "2026-02-03.parquet")
     put(logs, "M00001", cast(t, pa.float32()), "2026-02-04.parquet")
     rows = rows_of(ran(logs))
@@ -105,7 +110,10 @@ def test_nothing_that_can_be_read_is_a_page_all_the_same(tmp_path):
     result = ran(tmp_path / "logs")
     assert result.windows["verdict"].to_pylist() == ["not_read"] * 6
     assert "None of 6 motors is compared" in result.page.read_text()
-    assert "6 motors are not compared" in text_of(result)
+    text = text_of(result)
+    assert "6 motors are not compared" in text and "no motors.csv names types" in text
+    # Five of the reasons are said at once.
+    assert text.count("not read: ") == 5 and "… 1 more on the page" in text and "0, 0: not read: " in text
 
 
 def test_motors_of_one_window_are_compared_and_do_not_drift(small, tmp_path):

@@ -237,6 +237,9 @@ def test_the_schema_has_what_is_promised():
     [
         (["nowhere"], "nowhere: no logs"),
         ([".", "--memory", "much"], "expected a number and a unit"),
+        ([".", "--memory", "infGB"], "expected a number and a unit"),
+        ([".", "--threads", "-2"], "--threads -2: expected a number from 1 on"),
+        ([".", "--out", "a.csv"], "a.csv"),
     ],
 )
 def test_refusals_are_one_line(tmp_path, arguments, says, capsys):
@@ -246,7 +249,7 @@ def test_refusals_are_one_line(tmp_path, arguments, says, capsys):
     here = os.getcwd()
     os.chdir(tmp_path)
     try:
-        assert main([*arguments, "--out", "out"]) == 3
+        assert main(["--out", "out", *arguments]) == 3
     finally:
         os.chdir(here)
     said = capsys.readouterr().err

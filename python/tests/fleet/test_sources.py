@@ -101,7 +101,9 @@ def test_a_pipe_is_not_waited_for(tree):
         pipe.content()
 
 
-@pytest.mark.parametrize("given", ["logs", "logs/*/*.csv", ["logs/left wheel/2026-01-05.csv", "logs/right [2]/2026-01-05.csv"]])
+@pytest.mark.parametrize(
+    "given", ["logs", "logs/*/*.csv", ["logs/left wheel/2026-01-05.csv", "logs/right [2]/2026-01-05.csv"]]
+)
 def test_the_table_of_motors_is_found_from_wherever(tree, given):
     assert papers_of(given, None) == {"left wheel": {"type": "T"}}
 

@@ -190,6 +190,8 @@ def fleet(
     papers = papers_of(logs, motors)
     found = sources(logs)
     bytes_of(memory)
+    if threads is not None and threads < 1:
+        raise ValueError(f"--threads {threads}: expected a number from 1 on")
     store = Store(out)
     if engine == "spark":
         from . import spark

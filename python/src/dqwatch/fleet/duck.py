@@ -80,7 +80,8 @@ def _key(batch: pa.RecordBatch, keys: list[str], row: int) -> tuple[Any, ...]:
 
 
 def windows(con: duckdb.DuckDBPyConnection, sources: list[Source]) -> Iterator[tuple[Source, dict[str, str], pa.Table]]:
-    """Each window of Parquet files of the same columns: its source, what its rows say of themselves, its rows in the order of time.
+    """Each window of Parquet files of the same columns: its source, what its rows say of themselves, its rows in the
+    order of time.
 
     One window at a time is held beside what DuckDB holds. Errors: duckdb.Error where a file cannot be read.
     """

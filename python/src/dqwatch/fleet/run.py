@@ -84,8 +84,8 @@ class Run:
     def __init__(self, folder: Path, settings: Settings, papers: Papers, memory: str, threads: int) -> None:
         self.settings, self.papers, self.threads = settings, papers, threads
         self.bytes = bytes_of(memory)
-        # Windows in flight and Arrow's own need the other half.
-        limit = f"{max(self.bytes // 2, 100 << 20)}B"
+        # Windows in flight and Arrow's own need the other half; the program with its libraries is 250 MB itself.
+        limit = f"{max(min(self.bytes // 2, self.bytes - (320 << 20)), 100 << 20)}B"
         self.connection = duck.connection(limit, threads, folder)
 
     def _known(self, source: Source, said: Mapping[str, str], content: str) -> dict[str, Any]:

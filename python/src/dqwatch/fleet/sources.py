@@ -127,8 +127,8 @@ def _walked(folder: str, root: str) -> Iterator[tuple[str, str]]:
 
 
 def _given(logs: Logs) -> list[tuple[str, list[str]]]:
-    """What stands for logs, each with the folder that its names begin from: folders, globs, and files, which a shell may
-    have made of a glob, from the folder that they share."""
+    """What stands for logs, each with the folder that its names begin from: folders, globs, and files, which a shell
+    may have made of a glob, from the folder that they share."""
     given = [os.fspath(one) for one in ([logs] if isinstance(logs, str | os.PathLike) else list(logs))]
     out: list[tuple[str, list[str]]] = []
     single: list[str] = []
@@ -169,8 +169,8 @@ def _written(path: str, known: dict[str, bool]) -> bool:
 
 
 def sources(logs: Logs) -> list[Source]:
-    """Every log under folders, globs or paths, each once, in order; nothing that a run wrote. A link to nothing is kept:
-    its row says why.
+    """Every log under folders, globs or paths, each once, in order; nothing that a run wrote. A link to nothing is
+    kept: its row says why.
 
     Errors: FileNotFoundError where nothing matches.
     """

@@ -168,7 +168,11 @@ class Store:
             rows = done.get(s.key, [])
             of = {(motor, given) for motor, given, _opened in rows}
             shut = not any(opened for *_said, opened in rows)
-            return bool(rows) and not (shut and s.opens) and all((m, given_of(papers.get(m, {}), s.path)) in of for m, _g in of)
+            return (
+                bool(rows)
+                and not (shut and s.opens)
+                and all((m, given_of(papers.get(m, {}), s.path)) in of for m, _g in of)
+            )
 
         return [s for s in sources if not known(s)]
 

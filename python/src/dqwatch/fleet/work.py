@@ -107,7 +107,7 @@ def channels(table: pa.Table) -> pa.Table:
     table = table.select(keep)
     if "t_s" in keep and table.num_rows > 1:
         t = table["t_s"].to_numpy()
-        if np.any(np.diff(t) < 0):
+        if np.any(t[1:] < t[:-1]):
             table = table.take(np.argsort(t, kind="stable"))
     return table
 
@@ -229,7 +229,8 @@ def window_row(
     try:
         regime = settings.regime
         if seen is not None and (not machine or "regime" not in tables_of(machine).get("log", {"regime": ""})):
-            regime = _regime(seen, settings)
+            with np.errstate(invalid="ignore"):
+                regime = _regime(seen, settings)
         _fill(row, _fit(log, papers, regime, machine))
         if row["regime"] == "dynamic":
             try:
@@ -239,7 +240,8 @@ def window_row(
     except Exception as error:  # of any kind: one log stops nothing
         row["verdict"], row["why"] = "not_fitted", str(error).strip() or type(error).__name__
     if seen is not None:
-        row |= _means(seen)
+        with np.errstate(over="ignore"):
+            row |= _means(seen)
         row["rows"] = seen.num_rows
     return row
 
