@@ -19,6 +19,7 @@ import time
 
 import dqwatch
 import dqwatch.fleet
+import pyarrow as pa
 import pyarrow.parquet as pq
 from dqwatch.fleet.compare import compare
 from dqwatch.fleet.page import page
@@ -40,7 +41,7 @@ return { first: Number(root.first), ready: Number(root.ready), click: Math.max(.
 """
 
 
-def score(folder, seeds, motors):
+def score(folder, seeds, motors, keep):
     """Draws, writes, fits and compares fleets; prints what was found of what was planted."""
     found = planted_in_all = false = 0
     for seed in seeds:
@@ -49,9 +50,10 @@ def score(folder, seeds, motors):
         begin = time.time()
         logs = write(fleet, root)
         made_s = time.time() - begin
-        begin = time.time()
+        begin, begin_cpu_s = time.time(), time.process_time()
         result = dqwatch.fleet(logs, root / "out")
-        fitted_s = time.time() - begin
+        fitted_s, cpu_s = time.time() - begin, time.process_time() - begin_cpu_s
+        rows = sum(result.windows["rows"].to_pylist())
         said = {s.motor: s.cause for s in result.comparison.standing}
         with open(root / "planted.csv", newline="") as file:
             planted = {r["motor"]: r["planted"] for r in csv.DictReader(file)}
@@ -59,8 +61,8 @@ def score(folder, seeds, motors):
         wrong = sorted(set(said) - set(planted))
         found, planted_in_all, false = found + len(right), planted_in_all + len(planted), false + len(wrong)
         print(f"seed {seed}: {len(right)} of {len(planted)} planted found and rightly named, {len(wrong)} false; "
-              f"made in {made_s:.0f} s, fitted and compared in {fitted_s:.0f} s, "
-              f"page {result.page.stat().st_size / 1e6:.2f} MB", flush=True)
+              f"made in {made_s:.0f} s, fitted and compared in {fitted_s:.0f} s; {rows:.1e} rows, "
+              f"{rows / cpu_s:.0f} a processor second; page {result.page.stat().st_size / 1e6:.2f} MB", flush=True)
         for m in sorted(set(planted) - set(right)):
             print(f"  {m}: {planted[m]}, said: {said.get(m) or 'nothing'}")
         for m in wrong:
@@ -69,6 +71,9 @@ def score(folder, seeds, motors):
         together = {(c.key, c.label) for c in result.comparison.common}
         if together != {("site", fleet.sagging_site)}:
             print(f"  changed together: {sorted(together)}, true: site {fleet.sagging_site}")
+        if keep:
+            for name in ("out/fleet.html", "out/standing.csv", "planted.csv"):
+                shutil.copy(root / name, pathlib.Path(keep) / f"{seed}-{pathlib.Path(name).name}")
         shutil.rmtree(root)
     print(f"in all {found} of {planted_in_all} ({100 * found / planted_in_all:.1f} %), {false} false "
           f"in {len(seeds)} fleets of {motors}")
@@ -142,6 +147,8 @@ def cost(folder, count):
     print(f"with Spark, local[1], beyond its start of {done['start_s']:.0f} s of processor: "
           f"{rows / done['run_s']:.0f} rows/s: {100 * rows / done['run_s'] / ours:.0f} %; the same rows to the bit: "
           f"{same(folder / 'cost-out', folder / 'spark-out')}")
+    print(f"  applyInArrow by file with nothing in it: {rows / done['grouped_s']:.0f} rows/s; with the fit in it it could "
+          f"have {100 / (1 + ours * done['grouped_s'] / rows):.0f} %")
 
 
 def same(a, b):
@@ -187,23 +194,74 @@ def on_spark(logs, out):
         spark.run(Store(first), found[:8], Settings(), papers, "1GB")
     start_s = tree_cpu_s(os.getpid())
     spark.run(Store(out), found, Settings(), papers, "1GB")
-    print(json.dumps({"start_s": start_s, "run_s": tree_cpu_s(os.getpid()) - start_s}))
+    run_s = tree_cpu_s(os.getpid()) - start_s
+    # Beside it the rows through Spark itself, a group a file, and nothing done with them.
+    grouped(session, found[:8])
+    begin_s = tree_cpu_s(os.getpid())
+    grouped(session, found)
+    print(json.dumps({"start_s": start_s, "run_s": run_s, "grouped_s": tree_cpu_s(os.getpid()) - begin_s}))
     session.stop()
 
 
-def scale(folder, counts, memory):
+def grouped(session, found):
+    from pyspark.sql.functions import input_file_name
+
+    frame = session.read.parquet(*(str(pathlib.Path(s.path).resolve()) for s in found))
+    counted = frame.withColumn("file", input_file_name()).groupBy("file").applyInArrow(
+        lambda rows: pa.table({"rows": [rows.num_rows]}), "rows long").toArrow()
+    assert counted.num_rows == len(found) and sum(counted["rows"].to_pylist()) == 3000 * len(found)
+
+
+def in_one_file(folder, logs, windows_wanted):
+    """As many(), in one file, rows in the order of time: every motor's a row, then every motor's next."""
+    tables = [channels(pq.ParquetFile(f).read()) for f in sorted(logs.glob("motor=*/????-??-??.parquet"))]
+    target = folder / f"one{windows_wanted}"
+    target.mkdir()
+    (target / "motors.csv").write_text("\n".join(["motor,type,pole_pairs", *(
+        f"L{k:06d},J24,4" for k in range(windows_wanted))]) + "\n")
+    names = pa.array([f"L{k:06d}" for k in range(windows_wanted)])
+    of = [tables[k % len(tables)] for k in range(windows_wanted)]
+    with pq.ParquetWriter(target / "2026-01-05.parquet", of[0].schema.append(pa.field("motor", pa.string()))) as file:
+        for row in range(0, of[0].num_rows, 50):
+            piece = pa.concat_tables([t.slice(row, 50) for t in of])
+            order = pa.array([50 * k + j for j in range(50) for k in range(windows_wanted)])
+            piece = piece.take(order).append_column("motor", pa.concat_arrays([names] * 50))
+            file.write_table(piece, row_group_size=100_000)
+    return target
+
+
+def scale(folder, counts, memory, unfitted):
+    """`unfitted` windows: all of a run but its fits, which are done once for each of the few different logs."""
     fleet = drawn(1, 8, each=0, batch=2)
     small = write_polled(fleet, folder / "scale")
-    for count in counts:
-        logs = many(folder, small, count)
-        run = [sys.executable, __file__, "memory", str(logs), str(folder / f"scale-out{count}"), "--memory", memory]
+    one = max(counts)
+    for count, what, logs in [
+        *((n, "memory", many) for n in counts), (unfitted, "unfitted", many), (one, "unfitted", in_one_file)
+    ]:
+        logs = logs(folder, small, count)
+        run = [sys.executable, __file__, what, str(logs), str(folder / f"{logs.name}-{what}"), "--memory", memory]
         begin = time.time()
         done = json.loads(subprocess.run(run, capture_output=True, text=True, check=True).stdout.splitlines()[-1])
-        print(f"{3000 * count:.0e} rows: {time.time() - begin:.0f} s, {3000 * count / done['cpu_s']:.0f} rows a "
-              f"processor second, {done['MB']:.0f} MB at most, of --memory {memory}", flush=True)
+        print(f"{3000 * count:.0e} rows in {'one file' if logs.name.startswith('one') else f'{count} files'}"
+              f"{', all but the fits' if what == 'unfitted' else ''}: {time.time() - begin:.0f} s, "
+              f"{3000 * count / done['cpu_s']:.0f} rows a processor second, "
+              f"{done['MB']:.0f} MB at most, of --memory {memory}", flush=True)
+        shutil.rmtree(logs)
 
 
-def memory_of(logs, out, memory):
+def memory_of(logs, out, memory, fits=True):
+    from dqwatch.fleet import run as runs
+
+    fit, known = runs.window_row, {}
+
+    def once(log, settings, papers, machine="", **where):
+        key = (log["v_q_V"][0].as_py(), log["i_q_A"][0].as_py(), log["v_q_V"][-1].as_py())
+        if key not in known:
+            known[key] = fit(log, settings, papers, machine, **where)
+        return known[key] | where
+
+    if not fits:
+        runs.window_row = once
     dqwatch.fleet(logs, out, memory=memory)
     usage = resource.getrusage(resource.RUSAGE_SELF)
     print(json.dumps({"MB": usage.ru_maxrss / 1024, "cpu_s": usage.ru_utime + usage.ru_stime}))
@@ -275,12 +333,15 @@ def compared(seeds, motors):
 
 def main():
     p = argparse.ArgumentParser(description=__doc__)
-    p.add_argument("what", choices=["all", "compared", "score", "cost", "scale", "page", "one-core", "spark", "memory"])
+    p.add_argument("what", choices=["all", "compared", "score", "cost", "scale", "page", "one-core", "spark", "memory",
+                                    "unfitted"])
     p.add_argument("paths", nargs="*")
     p.add_argument("--seeds", default="1001")
     p.add_argument("--motors", type=int, default=1000)
-    p.add_argument("--windows", default="100,333,1000", help="of the runs that show how time grows")
-    p.add_argument("--memory", default="1GB")
+    p.add_argument("--keep", metavar="DIR", help="takes the page, who stands out, and the truth of each fleet")
+    p.add_argument("--windows", default="34,334,3334", help="of the runs that show how time grows")
+    p.add_argument("--unfitted", type=int, default=33334, help="windows of the run without fits")
+    p.add_argument("--memory", default="512MiB")
     p.add_argument("--count", type=int, default=200, help="windows of the cost")
     a = p.parse_args()
     if a.what == "compared":
@@ -289,16 +350,16 @@ def main():
         return one_core(*a.paths)
     if a.what == "spark":
         return on_spark(*a.paths)
-    if a.what == "memory":
-        return memory_of(*a.paths, a.memory)
+    if a.what in ("memory", "unfitted"):
+        return memory_of(*a.paths, a.memory, fits=a.what == "memory")
     with tempfile.TemporaryDirectory(dir=os.environ.get("BUILD")) as name:
         folder = pathlib.Path(name)
         if a.what in ("all", "score"):
-            score(folder, [int(s) for s in a.seeds.split(",")], a.motors)
+            score(folder, [int(s) for s in a.seeds.split(",")], a.motors, a.keep)
         if a.what in ("all", "cost"):
             cost(folder, a.count)
         if a.what in ("all", "scale"):
-            scale(folder, [int(n) for n in a.windows.split(",")], a.memory)
+            scale(folder, [int(n) for n in a.windows.split(",")], a.memory, a.unfitted)
         if a.what in ("all", "page"):
             browser(folder, 10000)
     return None

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from dqwatch.fleet.api import compared_table
 from dqwatch.fleet.compare import compare
 from dqwatch.fleet.simulated.drive import COPPER_PER_K, MAGNET_PER_K, REFERENCE_C
 from dqwatch.fleet.simulated.planted import drawn
@@ -126,3 +127,21 @@ def test_nothing_is_compared_where_nothing_is():
     fleet = drawn(3, 3, weeks=1, healthy=True)
     c = compare(windows_of(windows(fleet)))
     assert c.of == [] and c.standing == [] and c.tests == 0
+
+
+def test_the_table_of_all_motors_has_each_drift_and_its_day():
+    fleet = drawn(4, 60, each=1, batch=5)
+    w = windows_of(windows(fleet))
+    c = compare(w)
+    table = compared_table(w, c)
+    assert table.num_rows == sum(o.motors.size for o in c.of)
+    weak = next(m for m in fleet.members if m.planted == "weak_magnet")
+    rows = [r for r in table.to_pylist() if r["parameter"] == "psi_Wb"]
+    assert len(rows) == 60 and {r["type"] for r in rows} == {"H48", "J24", "S320"}
+    mine = next(r for r in rows if r["motor"] == weak.name)
+    # It loses size * (0.4 + 0.6 part) of its flux over seven weeks.
+    assert mine["drift_week"] == pytest.approx(-0.6 * weak.size / 7, rel=0.15)
+    last = w.day.max()
+    at = last + 7 * (0.10 - weak.size) / (0.6 * weak.size / 7)
+    assert mine["crosses_day"] == pytest.approx(at, abs=25) and mine["from_day"] < mine["crosses_day"] < mine["to_day"]
+    assert abs(mine["drift_z"]) > 10 > 3 > np.median([abs(r["drift_z"]) for r in rows])

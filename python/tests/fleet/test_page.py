@@ -118,3 +118,17 @@ def test_a_click_opens_a_motors_own_page_and_tables_can_be_had(shown, tmp_path):
     assert len(lines) == 151
     # What a spreadsheet would run is told to be a text.
     assert any(line.startswith("'=cmd") for line in lines) and not any(line.startswith("=") for line in lines)
+
+
+def test_a_motor_that_is_not_compared_is_not_called_healthy(tmp_path):
+    table = windows(drawn(5, 4, each=0, batch=2))
+    w = windows_of(table)
+    seen = looked_at(
+        page(w, compare(w), table),
+        tmp_path,
+        """
+        document.querySelector("#motors tr.go").click();
+        return { title: document.getElementById("title").textContent, said: document.querySelector("#one h2").textContent };
+    """,
+    )
+    assert seen == {"title": "None of 4 motors is compared.", "said": "Not compared"}

@@ -15,7 +15,7 @@ import dqwatch
 import dqwatch.fleet
 from dqwatch.fleet import run as runs
 from dqwatch.fleet.sources import day_of, papers_of, sources
-from dqwatch.fleet.store import Store
+from dqwatch.fleet.store import Store, depends_on
 from dqwatch.fleet.work import PARAMETERS, SCHEMA, Settings
 
 
@@ -165,8 +165,8 @@ def test_a_killed_run_goes_on(small, tmp_path, monkeypatch):
     (store.windows / ".half.part").write_bytes(b"PAR1")
     dead = subprocess.Popen(["true"])
     dead.wait()
-    left = [s for s in found if (s.name, s.size, s.mtime_ns) not in store.done(Settings().digest())]
-    claim = store.claims / f"{store.part_name(left[:2], Settings().digest())}.json"
+    left = store.new(found, Settings().digest(), papers)
+    claim = store.claims / f"{store.part_name(left[:2], depends_on(Settings().digest(), papers))}.json"
     claim.write_text(f'{{"host": "{os.uname().nodename}", "pid": {dead.pid}}}')
     assert runs.run(store, found, Settings(), papers, "1GB", 1) == 12
     assert kept.items() <= {p.name: p.stat().st_mtime_ns for p in store.parts()}.items()
@@ -237,6 +237,9 @@ def test_the_schema_has_what_is_promised():
     [
         (["nowhere"], "nowhere: no logs"),
         ([".", "--memory", "much"], "expected a number and a unit"),
+        ([".", "--memory", "infGB"], "expected a number and a unit"),
+        ([".", "--threads", "-2"], "--threads -2: expected a number from 1 on"),
+        ([".", "--out", "a.csv"], "a.csv"),
     ],
 )
 def test_refusals_are_one_line(tmp_path, arguments, says, capsys):
@@ -246,7 +249,7 @@ def test_refusals_are_one_line(tmp_path, arguments, says, capsys):
     here = os.getcwd()
     os.chdir(tmp_path)
     try:
-        assert main([*arguments, "--out", "out"]) == 3
+        assert main(["--out", "out", *arguments]) == 3
     finally:
         os.chdir(here)
     said = capsys.readouterr().err

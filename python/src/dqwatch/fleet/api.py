@@ -4,21 +4,29 @@ from __future__ import annotations
 
 import csv
 import dataclasses
+import math
 import os
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Literal
 
+import numpy as np
 import pyarrow as pa
+import pyarrow.parquet as pq
 
-from .compare import Comparison, compare
+from .compare import LIMIT, Comparison, compare
 from .page import page
+from .robust import crossing
 from .run import bytes_of, cores, run
 from .sources import PAPERS, papers_of, sources
-from .store import Store
-from .windows import windows_of
+from .store import Store, stale_by
+from .windows import D_AXIS, Windows, windows_of
 from .work import Settings
 
+_NUMBERS = ("off", "off_sd", "z", "drift_week", "drift_week_sd", "drift_z", "crosses_day", "from_day", "to_day")
+_COMPARED = pa.schema(
+    [pa.field(n, pa.string()) for n in ("motor", "type", "parameter")] + [pa.field(n, pa.float64()) for n in _NUMBERS]
+)
 Paths = str | os.PathLike[str] | Sequence[str | os.PathLike[str]]
 
 
@@ -45,15 +53,45 @@ def with_papers(table: pa.Table, papers: dict[str, dict[str, str]]) -> pa.Table:
     return table
 
 
-def write_tables(c: Comparison, folder: Path) -> None:
-    """standing.csv and groups.csv: what the page shows, for other programs. Whole or not at all."""
+def _cell(x: object) -> object:
+    """A text that a spreadsheet would take for a formula is told to be a text."""
+    return f"'{x}" if isinstance(x, str) and x[:1] in ("=", "+", "-", "@", "\t", "\r") else x
+
+
+def compared_table(w: Windows, c: Comparison) -> pa.Table:
+    """A row a motor and parameter that is compared: how far it is off as a part of the type's value (`d_axis`: as a
+    logarithm), its drift a week, both with deviations, and the day on which that crosses the limit, with its 95 %."""
+    columns: dict[str, list[object]] = {name: [] for name in _COMPARED.names}
+    for o in c.of:
+        for j, m in enumerate(o.motors):
+            level, drift = float(o.off[j] + o.shift[j]), float(o.slope[j])
+            at = low = high = math.nan
+            if o.parameter != D_AXIS and np.isfinite(drift):
+                limit = math.copysign(LIMIT, drift)
+                found = crossing(float(o.off[j]), float(o.off_sd[j]), drift, float(o.slope_sd[j]), limit)
+                at, low, high = (float(o.day[j]) + x for x in found)
+            row = (w.motors[m], o.type, o.parameter, level, o.off_sd[j], o.z[j], 7 * drift, 7 * o.slope_sd[j])
+            for name, x in zip(columns, (*row, o.slope_z[j], at, low, high), strict=True):
+                columns[name].append(x if isinstance(x, str) else _finite(float(x)))
+    return pa.table(columns, schema=_COMPARED)
+
+
+def _finite(x: float) -> float | None:
+    return x if math.isfinite(x) else None
+
+
+def write_tables(w: Windows, c: Comparison, folder: Path) -> None:
+    """compared.parquet, standing.csv and groups.csv: what the page shows, for other programs. Whole or not at all."""
+    own = folder / f".compared.{os.getpid()}.part"
+    pq.write_table(compared_table(w, c), own, compression="zstd")
+    os.replace(own, folder / "compared.parquet")
 
     def write(name: str, head: Sequence[str], rows: Sequence[Sequence[object]]) -> None:
         own = folder / f".{name}.{os.getpid()}.part"
         with open(own, "w", newline="", encoding="utf-8") as file:
             out = csv.writer(file)
             out.writerow(head)
-            out.writerows(rows)
+            out.writerows([_cell(x) for x in row] for row in rows)
         os.replace(own, folder / name)
 
     write(
@@ -128,8 +166,9 @@ def fleet(
         ``motor``, its folder ``motor=…`` or the folder that it lies in; its window the column ``window``, a folder
         ``week=…``, ``day=…``, or the file's name, with a date in it (2026-01-05)
     out
-        folder for windows/*.parquet (one row a motor and window), fleet.html, standing.csv, groups.csv. A second run
-        reads new files only; runs at once share the work
+        folder for windows/*.parquet (one row a motor and window), fleet.html, compared.parquet, standing.csv,
+        groups.csv. A second run reads files that are new or have changed, or whose papers have; runs at once share the
+        work
     motors
         table (CSV or Parquet) of what papers say: motor, type, pole_pairs, gear, batch, axis, site, firmware; default:
         motors.csv or motors.parquet beside the logs
@@ -151,6 +190,8 @@ def fleet(
     papers = papers_of(logs, motors)
     found = sources(logs)
     bytes_of(memory)
+    if threads is not None and threads < 1:
+        raise ValueError(f"--threads {threads}: expected a number from 1 on")
     store = Store(out)
     if engine == "spark":
         from . import spark
@@ -160,12 +201,12 @@ def fleet(
         new = run(store, found, settings, papers, memory, threads or cores(), told)
     else:
         raise ValueError(f"engine {engine!r}: expected 'duckdb' or 'spark'")
-    table = with_papers(store.table(settings.digest()), papers)
+    table = with_papers(store.table(settings.digest(), stale_by(found, papers)), papers)
     w = windows_of(table)
     c = compare(w)
     path = store.folder / "fleet.html"
     own = store.folder / f".fleet.html.{os.getpid()}.part"
     own.write_text(page(w, c, table), encoding="utf-8")
     os.replace(own, path)
-    write_tables(c, store.folder)
+    write_tables(w, c, store.folder)
     return FleetResult(table, c, path, new)

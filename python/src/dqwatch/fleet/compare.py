@@ -118,6 +118,7 @@ class Comparison:
     tests: int
     uncorrected: dict[str, int]  # windows with R, L or flux that lack "temperature", "current"
     not_compared: list[tuple[str, str]]  # motor and parameter, where too few have its firmware
+    alone: int = 0  # motors of which nothing is compared
 
 
 def discovered(p: Array) -> Array:
@@ -462,6 +463,8 @@ def left_out(c: Comparison) -> list[str]:
         for name, count in c.uncorrected.items()
         if count
     ]
+    if c.alone:
+        lines.append(f"{c.alone} motors are not compared: nothing is told of them, or of fewer than five of their type")
     for p in dict.fromkeys(p for _m, p in c.not_compared):
         some = [m for m, of in c.not_compared if of == p]
         shown = ", ".join(some[:5]) + (", …" if len(some) > 5 else "")
@@ -543,4 +546,5 @@ def compare(w: Windows) -> Comparison:
                 )
             )
     standing.sort(key=lambda s: -max(abs(x.z) for x in s.signs))
-    return Comparison(of, standing, [u for u, _m, _k in real], common, tests, _uncorrected(w), not_compared)
+    alone = len(w.motors) - np.unique(np.concatenate([[], *(o.motors for o in of)])).size
+    return Comparison(of, standing, [u for u, _m, _k in real], common, tests, _uncorrected(w), not_compared, alone)

@@ -4,17 +4,18 @@ from __future__ import annotations
 
 import itertools
 import os
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import Any
 
 import duckdb
 import numpy as np
 import pyarrow as pa
+import pyarrow.parquet as pq
 
 from .sources import Source
 from .work import BESIDE
 
-Error = duckdb.Error
+Error, TooLarge = duckdb.Error, duckdb.OutOfMemoryException
 _BATCH_ROWS = 65536
 # Of what papers say, a log may say it itself.
 SAID = ("type", "pole_pairs", "gear", "batch", "axis", "site", "firmware")
@@ -36,9 +37,27 @@ def _literal(text: str) -> str:
     return "'" + text.replace("'", "''") + "'"
 
 
+def alike(sources: Iterable[Source]) -> tuple[list[list[Source]], list[tuple[Source, Exception]]]:
+    """Files whose columns are the same, together: one that has texts for numbers would make texts of all. Beside them
+    those whose footer cannot be read, and why."""
+    groups: dict[str, list[Source]] = {}
+    shut: list[tuple[Source, Exception]] = []
+    for s in sources:
+        try:
+            s.path.encode()
+            schema = pq.read_schema(s.path)
+        except (OSError, pa.ArrowException) as error:
+            shut.append((s, error))
+        except UnicodeError:
+            shut.append((s, OSError("its name is not UTF-8")))
+        else:
+            groups.setdefault("\n".join(f"{f.name}\t{f.type}" for f in schema), []).append(s)
+    return list(groups.values()), shut
+
+
 def _query(con: duckdb.DuckDBPyConnection, sources: list[Source]) -> str:
     files = "[" + ", ".join(_literal(s.path) for s in sources) + "]"
-    read = f"read_parquet({files}, union_by_name=true, hive_partitioning=false, filename='__file')"
+    read = f"read_parquet({files}, hive_partitioning=false, filename='__file')"
     columns = [row[0] for row in con.sql(f"describe select * from {read}").fetchall()]
     keys = [c for c in ("motor", "window") if c in columns]
     order = ["__file", *keys, *(["t_s"] if "t_s" in columns else [])]
@@ -61,7 +80,8 @@ def _key(batch: pa.RecordBatch, keys: list[str], row: int) -> tuple[Any, ...]:
 
 
 def windows(con: duckdb.DuckDBPyConnection, sources: list[Source]) -> Iterator[tuple[Source, dict[str, str], pa.Table]]:
-    """Each window of Parquet files: its source, what its rows say of themselves, its rows in the order of time.
+    """Each window of Parquet files of the same columns: its source, what its rows say of themselves, its rows in the
+    order of time.
 
     One window at a time is held beside what DuckDB holds. Errors: duckdb.Error where a file cannot be read.
     """

@@ -50,6 +50,9 @@ def main(argv: Sequence[str]) -> int:
             threads=a.threads,
             told=told,
         )
+    except KeyboardInterrupt:
+        print("dqwatch: stopped; the same command goes on from here", file=sys.stderr)
+        return 130
     except (OSError, ValueError, RuntimeError) as error:
         print(f"dqwatch: {error}", file=sys.stderr)
         return 3

@@ -14,9 +14,9 @@ import pyarrow as pa
 
 from . import duck
 from .glance import machine_beside
-from .sources import PAGES, Source, day_of, unreadable
-from .store import Store
-from .work import Settings, channels, empty_row, rows_table, window_row
+from .sources import PAGES, Source, day_of
+from .store import Store, depends_on
+from .work import Settings, channels, empty_row, given_of, rows_table, window_row
 
 Papers = Mapping[str, Mapping[str, str]]
 _PART_FILES, _PART_BYTES = 64, 64 << 20
@@ -29,9 +29,11 @@ def bytes_of(memory: str) -> int:
     for unit, size in _UNITS.items():
         if text.endswith(unit):
             try:
-                return int(float(text[: -len(unit)]) * size)
-            except ValueError:
+                found = int(float(text[: -len(unit)]) * size)
+            except (ValueError, OverflowError):
                 break
+            if found > 0:
+                return found
     raise ValueError(f"--memory {memory}: expected a number and a unit, such as 4GB or 512MiB")
 
 
@@ -67,10 +69,13 @@ def papers_for(motor: str, papers: Papers, said: Mapping[str, str]) -> dict[str,
     return {**papers.get(motor, {}), **{k: v for k, v in said.items() if k in duck.SAID}}
 
 
-def _not_read(source: Source, settings: Settings, error: BaseException, content: str) -> dict[str, Any]:
-    why = unreadable(source) if source.parquet else ""
-    why = why or (PAGES if source.parquet and source.size > 0 else str(error) or type(error).__name__)
-    return empty_row(**known_of(source, {}, content), settings=settings.digest(), verdict="not_read", why=why)
+def _reason(error: BaseException) -> str:
+    """In one line."""
+    if isinstance(error, duck.TooLarge):
+        return "its rows are more than --memory lets DuckDB sort, and the disk takes no more of them"
+    if isinstance(error, duck.Error):
+        return PAGES
+    return next((line for line in str(error).splitlines() if line.strip()), type(error).__name__)
 
 
 class Run:
@@ -79,45 +84,57 @@ class Run:
     def __init__(self, folder: Path, settings: Settings, papers: Papers, memory: str, threads: int) -> None:
         self.settings, self.papers, self.threads = settings, papers, threads
         self.bytes = bytes_of(memory)
-        # Windows in flight and Arrow's own need the other half.
-        limit = f"{max(self.bytes // 2, 100 << 20)}B"
+        # Windows in flight and Arrow's own need the other half; the program with its libraries is 250 MB itself.
+        limit = f"{max(min(self.bytes // 2, self.bytes - (320 << 20)), 100 << 20)}B"
         self.connection = duck.connection(limit, threads, folder)
+
+    def _known(self, source: Source, said: Mapping[str, str], content: str) -> dict[str, Any]:
+        known = known_of(source, said, content)
+        return known | {"given": given_of(self.papers.get(known["motor"], {}), source.path)}
+
+    def _not_read(self, source: Source, why: str, content: str) -> dict[str, Any]:
+        known = self._known(source, {}, content)
+        return empty_row(**known, settings=self.settings.digest(), verdict="not_read", why=why)
 
     def _jobs(self, sources: list[Source], content: Mapping[Source, str]) -> Iterator[Callable[[], dict[str, Any]]]:
         def of_table(source: Source, said: dict[str, str], table: pa.Table) -> Callable[[], dict[str, Any]]:
-            known = known_of(source, said, content[source])
+            known = self._known(source, said, content[source])
             papers = papers_for(known["motor"], self.papers, said)
             machine = machine_beside(source.path)
             return lambda: window_row(channels(table), self.settings, papers, machine, **known)
 
         def of_file(source: Source) -> Callable[[], dict[str, Any]]:
-            known = known_of(source, {}, content[source])
+            known = self._known(source, {}, content[source])
             papers = papers_for(known["motor"], self.papers, {})
             return lambda: window_row(source.path, self.settings, papers, **known)
 
-        parquet = [s for s in sources if s.parquet]
+        def not_read(source: Source, error: Exception) -> Callable[[], dict[str, Any]]:
+            why = _reason(error)
+            return lambda: self._not_read(source, why, content[source])
+
         for s in sources:
             if not s.parquet:
                 yield of_file(s)
-        if not parquet:
-            return
-        told: list[Source] = []
-        try:
-            for source, said, table in duck.windows(self.connection, parquet):
-                if source not in told:
-                    told.append(source)
-                yield of_table(source, said, table)
-        except duck.Error:
-            # One of them cannot be read: each alone, but those that are through.
-            for s in parquet:
-                if s in told[:-1]:
-                    continue
-                try:
-                    for source, said, table in duck.windows(self.connection, [s]):
-                        yield of_table(source, said, table)
-                except duck.Error as error:
-                    reason = error
-                    yield lambda s=s, reason=reason: _not_read(s, self.settings, reason, content[s])  # type: ignore[misc]
+        groups, shut = duck.alike(s for s in sources if s.parquet)
+        for s, error in shut:
+            yield not_read(s, error)
+        for group in groups:
+            told: list[Source] = []
+            try:
+                for source, said, table in duck.windows(self.connection, group):
+                    if source not in told:
+                        told.append(source)
+                    yield of_table(source, said, table)
+            except duck.Error:
+                # One of them cannot be read: each alone, but those that are through.
+                for s in group:
+                    if s in told[:-1]:
+                        continue
+                    try:
+                        for source, said, table in duck.windows(self.connection, [s]):
+                            yield of_table(source, said, table)
+                    except duck.Error as error:
+                        yield not_read(s, error)
 
     def part(self, sources: list[Source], pool: ThreadPoolExecutor) -> pa.Table:
         """The rows of some files."""
@@ -127,7 +144,7 @@ class Run:
             try:
                 content[s] = s.content()
             except OSError as error:
-                rows.append(_not_read(s, self.settings, error, ""))
+                rows.append(self._not_read(s, _reason(error), ""))
         waiting: deque[Future[dict[str, Any]]] = deque()
         for job in self._jobs([s for s in sources if s in content], content):
             waiting.append(pool.submit(job))
@@ -136,11 +153,7 @@ class Run:
                 rows.append(waiting.popleft().result())
         rows += [f.result() for f in waiting]
         empty = {s.name for s in content} - {r["source"] for r in rows}
-        rows += [
-            empty_row(**known_of(s, {}, content[s]), settings=self.settings.digest(), verdict="not_read", why="no rows")
-            for s in content
-            if s.name in empty
-        ]
+        rows += [self._not_read(s, "no rows", content[s]) for s in content if s.name in empty]
         unique = {(r["source"], r["motor"], r["window"]): r for r in rows}
         return rows_table([unique[k] for k in sorted(unique)])
 
@@ -156,31 +169,40 @@ def run(
 ) -> int:
     """Fits every window that the folder lacks; returns how many files were new. A run that is killed goes on where it
     was; runs at the same time share the parts."""
-    digest = settings.digest()
-    done = store.done(digest)
-    new = [s for s in sources if (s.name, s.size, s.mtime_ns) not in done]
+    new = store.new(sources, settings.digest(), papers)
     r = Run(store.folder, settings, papers, memory, threads)
     parts = parts_of(new, min(_PART_BYTES, max(r.bytes // 16, 1 << 20)))
-    left = [(store.part_name(p, digest), p) for p in parts]
-    count = 0
     with ThreadPoolExecutor(threads, thread_name_prefix="dqwatch-fleet") as pool:
-        while left:
-            held = []
-            for name, part in left:
-                if not store.has(name):
-                    with store.claimed(name) as mine:
-                        if not mine:
-                            held.append((name, part))
-                            continue
-                        if not store.has(name):
-                            store.put(name, r.part(part, pool))
-                count += len(part)
-                if told:
-                    told(count, len(new))
-            if len(held) == len(left):
-                time.sleep(0.2)  # another run is at work on all that is left
-            left = held
+        put_all(store, parts, depends_on(settings.digest(), papers), lambda part: r.part(part, pool), told)
     return len(new)
+
+
+def put_all(
+    store: Store,
+    parts: Sequence[list[Source]],
+    depends: str,
+    rows_of: Callable[[list[Source]], pa.Table],
+    told: Callable[[int, int], None] | None,
+) -> None:
+    """Writes the rows of all parts, and waits for those that another run is at work on."""
+    left = [(store.part_name(p, depends), p) for p in parts]
+    count, new = 0, sum(map(len, parts))
+    while left:
+        held = []
+        for name, part in left:
+            if not store.has(name):
+                with store.claimed(name) as mine:
+                    if not mine:
+                        held.append((name, part))
+                        continue
+                    if not store.has(name):
+                        store.put(name, rows_of(part))
+            count += len(part)
+            if told:
+                told(count, new)
+        if len(held) == len(left):
+            time.sleep(0.2)
+        left = held
 
 
 def cores() -> int:

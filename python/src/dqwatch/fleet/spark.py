@@ -14,9 +14,9 @@ import pyarrow as pa
 from pyspark.sql import SparkSession
 from pyspark.sql.types import StructType
 
-from .run import Papers, Run, parts_of
+from .run import Papers, Run, parts_of, put_all
 from .sources import Source
-from .store import Store
+from .store import Store, depends_on
 from .work import SCHEMA, Settings
 
 _PART_FILES = 4096
@@ -69,17 +69,10 @@ def run(
 ) -> int:
     """As run.run(), by Spark. Executors read the files by the paths that they have here; `memory` is each task's."""
     spark = session()
-    digest = settings.digest()
-    done = store.done(digest)
-    new = [s for s in sources if (s.name, s.size, s.mtime_ns) not in done]
-    for begin in range(0, len(new), _PART_FILES):
-        part = new[begin : begin + _PART_FILES]
-        name = store.part_name(part, digest)
-        with store.claimed(name) as mine:
-            if mine and not store.has(name):
-                store.put(name, _part(spark, part, settings, papers, memory))
-        if told:
-            told(min(begin + _PART_FILES, len(new)), len(new))
+    new = store.new(sources, settings.digest(), papers)
+    parts = [new[k : k + _PART_FILES] for k in range(0, len(new), _PART_FILES)]
+    depends = depends_on(settings.digest(), papers)
+    put_all(store, parts, depends, lambda part: _part(spark, part, settings, papers, memory), told)
     return len(new)
 
 

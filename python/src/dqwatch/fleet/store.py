@@ -8,17 +8,28 @@ import json
 import os
 import socket
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import pyarrow as pa
+import pyarrow.compute as pc
 import pyarrow.parquet as pq
 
 from .sources import Source
-from .work import SCHEMA
+from .work import SCHEMA, given_of
 
+Papers = Mapping[str, Mapping[str, str]]
+Key = tuple[str, int, int]
 _STALE_S = 3600.0  # of a claim that another machine holds: it is taken for dead
+
+
+class Row(NamedTuple):
+    """Of a row of results: its motor, its file's key, and what was given beside the log."""
+
+    motor: str
+    key: Key
+    given: str
 
 
 class Store:
@@ -32,10 +43,10 @@ class Store:
         self.claims.mkdir(exist_ok=True)
 
     @staticmethod
-    def part_name(sources: list[Source], settings: str) -> str:
-        """Of the same files and settings always the same."""
-        words = [settings, *(f"{s.name}\t{s.size}\t{s.mtime_ns}" for s in sorted(sources))]
-        return hashlib.blake2b("\n".join(words).encode(), digest_size=12).hexdigest()
+    def part_name(sources: Sequence[Source], depends: str) -> str:
+        """Of the same files, what lies beside them, and what results depend on always the same."""
+        files = [[*s.key, s.opens, given_of({}, s.path)] for s in sorted(sources)]
+        return hashlib.blake2b(json.dumps([depends, files]).encode(), digest_size=12).hexdigest()
 
     def has(self, part: str) -> bool:
         """Whether a part is written."""
@@ -105,40 +116,78 @@ class Store:
         """Files of all parts, in order."""
         return sorted(p for p in self.windows.glob("*.parquet") if not p.name.startswith("."))
 
-    def table(self, settings: str | None = None) -> pa.Table:
-        """All rows, one a motor and window: where a log was replaced or is there twice, the youngest file's."""
-        tables = [pq.read_table(p, schema=SCHEMA) for p in self.parts()]
-        table = pa.concat_tables(tables) if tables else SCHEMA.empty_table()
+    def table(self, settings: str | None = None, stale: Callable[[Row], bool] = lambda row: False) -> pa.Table:
+        """All rows, one a motor and window: where a log was replaced or is there twice, the youngest file's; none that
+        is `stale`."""
+        tables = [pq.ParquetFile(p).read() for p in self.parts()]
+        table = pa.concat_tables([SCHEMA.empty_table(), *tables], promote_options="default").select(SCHEMA.names)
         if settings is not None:
-            import pyarrow.compute as pc
-
             table = table.filter(pc.equal(table["settings"], settings))
-        table = table.sort_by(
+        # What a coasting log tells stands beside what the same window's others do.
+        coasts = pc.fill_null(pc.equal(table["regime"], "mechanical"), False)
+        table = table.append_column("coasts", coasts).sort_by(
             [
                 ("motor", "ascending"),
                 ("window", "ascending"),
-                ("regime", "ascending"),
+                ("coasts", "ascending"),
                 ("source_mtime_ns", "descending"),
+                ("source_hash", "descending"),
                 ("source", "ascending"),
+                ("given", "ascending"),
             ]
         )
         seen: set[tuple[str, str, bool]] = set()
         keep = []
-        mechanical = [r == "mechanical" for r in table["regime"].to_pylist()]
-        for k, key in enumerate(zip(table["motor"].to_pylist(), table["window"].to_pylist(), mechanical, strict=False)):
-            if key not in seen:
-                seen.add(key)
+        names = ("motor", "window", "coasts", "source", "source_size", "source_mtime_ns", "given")
+        for k, row in enumerate(zip(*(table[n].to_pylist() for n in names), strict=True)):
+            if row[:3] not in seen and not stale(Row(row[0], row[3:6], row[6] or "")):
+                seen.add(row[:3])
                 keep.append(k)
-        return table.take(pa.array(keep, pa.int64()))
+        return table.take(pa.array(keep, pa.int64())).drop_columns(["coasts"])
 
-    def done(self, settings: str) -> set[tuple[str, int, int]]:
-        """Name, size and time of every file whose rows are here."""
-        out: set[tuple[str, int, int]] = set()
+    def done(self, settings: str) -> dict[Key, list[tuple[str, str, bool]]]:
+        """By name, size and time of every file whose rows are here: motor, what was given beside it, and whether it
+        could be opened."""
+        out: dict[Key, list[tuple[str, str, bool]]] = {}
         for path in self.parts():
-            t = pq.read_table(path, columns=["source", "source_size", "source_mtime_ns", "settings"])
-            out.update(
-                (n, z, m)
-                for n, z, m, s in zip(*(t[c].to_pylist() for c in t.column_names), strict=False)
-                if s == settings
-            )
+            file = pq.ParquetFile(path)
+            names = ("source", "source_size", "source_mtime_ns", "settings", "motor", "given", "source_hash")
+            if not set(names) <= set(file.schema_arrow.names):
+                continue
+            t = file.read(columns=list(names))
+            for n, z, ns, said, motor, given, content in zip(*(t[c].to_pylist() for c in names), strict=True):
+                if said == settings:
+                    out.setdefault((n, z, ns), []).append((motor, given, bool(content)))
         return out
+
+    def new(self, sources: Sequence[Source], settings: str, papers: Papers) -> list[Source]:
+        """Files without rows here, or whose rows are of other papers, or that could not be opened and now can."""
+        done = self.done(settings)
+
+        def known(s: Source) -> bool:
+            rows = done.get(s.key, [])
+            of = {(motor, given) for motor, given, _opened in rows}
+            shut = not any(opened for *_said, opened in rows)
+            return (
+                bool(rows)
+                and not (shut and s.opens)
+                and all((m, given_of(papers.get(m, {}), s.path)) in of for m, _g in of)
+            )
+
+        return [s for s in sources if not known(s)]
+
+
+def depends_on(settings: str, papers: Papers) -> str:
+    """What results depend on beside the logs, as text."""
+    said = [(motor, p.get("pole_pairs"), p.get("gear")) for motor, p in sorted(papers.items())]
+    return hashlib.blake2b(json.dumps([settings, said]).encode(), digest_size=12).hexdigest()
+
+
+def stale_by(sources: Sequence[Source], papers: Papers) -> Callable[[Row], bool]:
+    """Rows of files that are here, but fitted with other papers than theirs; of a file that is gone they stay."""
+    here = {s.key: s.path for s in sources}
+
+    def stale(row: Row) -> bool:
+        return row.key in here and row.given != given_of(papers.get(row.motor, {}), here[row.key])
+
+    return stale

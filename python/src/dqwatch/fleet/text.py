@@ -11,7 +11,8 @@ from .windows import D_AXIS
 if TYPE_CHECKING:
     from .api import FleetResult
 
-_MOST = 40
+_MOST, _MOST_LOST = 40, 5
+_LOST = ("not_read", "not_fitted", "nothing")
 _SHORT = {
     "R_ohm": "R",
     "Ld_H": "L_d",
@@ -51,11 +52,16 @@ def due_text(s: Standing) -> str:
     return f"10 % {_date(at)} ({_date(low)} … {_date(high)})"
 
 
+def _shown(line: str) -> str:
+    """Names come from logs: what a terminal would obey is spelt."""
+    return "".join(x if x.isprintable() else ascii(x)[1:-1] for x in line)
+
+
 def text_of(result: FleetResult) -> str:
     """The whole text."""
     c, table = result.comparison, result.windows
     motors = len(set(table["motor"].to_pylist()))
-    lost = sum(v in ("not_read", "not_fitted", "nothing") for v in table["verdict"].to_pylist())
+    lost = sum(v in _LOST for v in table["verdict"].to_pylist())
     lines = [
         f"{motors} motors, {table.num_rows} windows ({result.new} files new, {lost} not usable); "
         f"{len(c.standing)} stand out",
@@ -86,6 +92,14 @@ def text_of(result: FleetResult) -> str:
         f"{100 * (max(x.change) - min(x.change)):.1f} %"
         for x in c.common
     ]
-    if notes := left_out(c):
+    notes = left_out(c)
+    if all(x is None for x in table["type"].to_pylist()):
+        notes.append("no motors.csv names types: all motors count as one")
+    if notes:
         lines += ["", *notes]
-    return "\n".join([*lines, "", f"page: {result.page}"])
+    names = ("motor", "window", "verdict", "why")
+    some = [r for r in zip(*(table[n].to_pylist() for n in names), strict=True) if r[2] in _LOST]
+    lines += ["", *(f"{m}, {x}: {v.replace('_', ' ')}: {why}" for m, x, v, why in some[:_MOST_LOST])] if some else []
+    if len(some) > _MOST_LOST:
+        lines.append(f"… {len(some) - _MOST_LOST} more on the page")
+    return "\n".join(map(_shown, [*lines, "", f"page: {result.page}"]))

@@ -26,6 +26,10 @@ UNITS = {
 }
 
 
+_MOST = 1e12
+_LEAST_SD = 1e-9  # of a value: no log tells more
+
+
 @dataclasses.dataclass(frozen=True)
 class Windows:
     """One entry a window. Values that a window does not have are NaN; groups are indices into `labels`."""
@@ -47,7 +51,10 @@ class Windows:
 def _numbers(table: pa.Table, name: str) -> Array:
     if name not in table.column_names:
         return np.full(table.num_rows, np.nan)
-    return np.asarray(table[name].cast(pa.float64()).to_numpy(zero_copy_only=False), dtype=np.float64)
+    x = np.array(table[name].cast(pa.float64()).to_numpy(zero_copy_only=False), dtype=np.float64)
+    # No motor has such, in any of these units, and squares of it are no numbers.
+    x[np.abs(x) > _MOST] = np.nan
+    return x
 
 
 def windows_of(table: pa.Table) -> Windows:
@@ -60,6 +67,7 @@ def windows_of(table: pa.Table) -> Windows:
     for p in PARAMETERS:
         value[p], sd[p] = _numbers(table, p), _numbers(table, f"{p}_sd")
         usable[p] = np.nan_to_num(_numbers(table, f"{p}_usable"))
+        sd[p] = np.where(sd[p] > 0, np.maximum(sd[p], _LEAST_SD * np.abs(value[p])), sd[p])
     value[D_AXIS] = _numbers(table, "residual_d_percent")
     sd[D_AXIS], usable[D_AXIS] = value[D_AXIS].copy(), np.ones(len(names))
     group: dict[str, Index] = {}

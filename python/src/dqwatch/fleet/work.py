@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import dataclasses
+import hashlib
 import json
+import tomllib
 from collections.abc import Mapping
 from typing import Any
 
@@ -13,7 +15,7 @@ import pyarrow as pa
 from .glance import glance, machine_beside
 from .windows import PARAMETERS
 
-_TEXTS = ("motor", "window", "verdict", "regime", "why", "source", "source_hash", "settings")
+_TEXTS = ("motor", "window", "verdict", "regime", "why", "source", "source_hash", "settings", "given")
 _NUMBERS = (
     "day",
     "pole_pairs",
@@ -70,6 +72,18 @@ class Settings:
         return f"{dqwatch.__version__}/{self.regime or 'auto'}"
 
 
+def given_of(papers: Mapping[str, str], path: str) -> str:
+    """What papers and the machine file beside a log say to its fit, as text that differs where results may."""
+    said = "/".join(papers.get(key, "") for key in ("pole_pairs", "gear"))
+    if beside := machine_beside(path):
+        try:
+            with open(beside, "rb") as file:
+                said += "/" + hashlib.file_digest(file, lambda: hashlib.blake2b(digest_size=8)).hexdigest()
+        except OSError:
+            said += "/closed"
+    return said
+
+
 def _regime(table: pa.Table, settings: Settings) -> str:
     if settings.regime:
         return settings.regime
@@ -81,18 +95,19 @@ def _regime(table: pa.Table, settings: Settings) -> str:
 
 
 def channels(table: pa.Table) -> pa.Table:
-    """Its columns of numbers, in the order of time. What other files of the part have, and this one not, is empty."""
-    keep = [
-        f.name
-        for f in table.schema
-        if f.name not in BESIDE
-        and (pa.types.is_floating(f.type) or pa.types.is_integer(f.type))
-        and (table[f.name].null_count < table.num_rows or table.num_rows == 0)
-    ]
+    """Its columns of numbers that have any, in the order of time."""
+    keep = []
+    for k, f in enumerate(table.schema):
+        number = pa.types.is_floating(f.type) or pa.types.is_integer(f.type) or pa.types.is_decimal(f.type)
+        if f.name in BESIDE or not number or table[f.name].null_count == table.num_rows > 0:
+            continue
+        if pa.types.is_decimal(f.type):
+            table = table.set_column(k, f.name, table[f.name].cast(pa.float64()))
+        keep.append(f.name)
     table = table.select(keep)
     if "t_s" in keep and table.num_rows > 1:
         t = table["t_s"].to_numpy()
-        if np.any(np.diff(t) < 0):
+        if np.any(t[1:] < t[:-1]):
             table = table.take(np.argsort(t, kind="stable"))
     return table
 
@@ -129,16 +144,31 @@ def empty_row(**known: Any) -> dict[str, Any]:
     return dict.fromkeys(SCHEMA.names) | {"faults": []} | known
 
 
+def tables_of(machine: str) -> dict[str, dict[str, Any]]:
+    """What a machine file says, to be said together with a regime that it leaves open; nothing, as if it had said that
+    one, where it is not told so: by a mistake in it, or by a path that is told from its folder."""
+    try:
+        with open(machine, "rb") as file:
+            said = tomllib.load(file)
+    except (OSError, ValueError):
+        return {}
+    numbers = all(isinstance(table, dict) for table in said.values()) and set(said) <= {"machine", "log", "columns"}
+    if not numbers or any(isinstance(x, str) for x in said.get("machine", {}).values()):
+        return {}
+    return {"log": {}} | said
+
+
 def _fit(log: Any, papers: Mapping[str, str], regime: str, machine: str) -> dict[str, Any]:
     import dqwatch
 
     options: dict[str, Any] = {"machine": machine} if machine else {}
+    said = tables_of(machine) if machine else {}
     if poles := _number(papers.get("pole_pairs")):
         options["pole_pairs"] = int(poles)
     if gear := _number(papers.get("gear")):
         options["gear"] = gear
     if regime:
-        options["machine"] = {"log": {"regime": regime}}
+        options["machine"] = said | {"log": said.get("log", {}) | {"regime": regime}}
     found: dict[str, Any] = json.loads(dqwatch.fit(log, progress=False, **options).to_json())
     if found["regime"] == "mechanical":
         # What a bearing drags with is not viscous alone.
@@ -198,8 +228,9 @@ def window_row(
     machine = machine_beside(log) if isinstance(log, str) else machine
     try:
         regime = settings.regime
-        if seen is not None and not machine:
-            regime = _regime(seen, settings)
+        if seen is not None and (not machine or "regime" not in tables_of(machine).get("log", {"regime": ""})):
+            with np.errstate(invalid="ignore"):
+                regime = _regime(seen, settings)
         _fill(row, _fit(log, papers, regime, machine))
         if row["regime"] == "dynamic":
             try:
@@ -209,7 +240,8 @@ def window_row(
     except Exception as error:  # of any kind: one log stops nothing
         row["verdict"], row["why"] = "not_fitted", str(error).strip() or type(error).__name__
     if seen is not None:
-        row |= _means(seen)
+        with np.errstate(over="ignore"):
+            row |= _means(seen)
         row["rows"] = seen.num_rows
     return row
 

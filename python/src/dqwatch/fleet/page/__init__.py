@@ -44,6 +44,8 @@ def _headline(w: Windows, c: Comparison, windows: int) -> str:
     text = f"{motors} of {len(w.motors)} motors stand{'s' if motors == 1 else ''} out"
     if not motors:
         text = f"None of {len(w.motors)} motors stands out"
+    if c.alone == len(w.motors):
+        text = f"None of {len(w.motors)} motors is compared"
     if batches:
         text += f", {batches} group{'s are' if batches > 1 else ' is'} unlike the others"
     if together:

@@ -39,6 +39,7 @@
   const part = (off, parameter) => parameter === "d_axis" ? Math.expm1(Math.max(-20, Math.min(20, off))) : off;
   const size_of = (o) => o.size ?? o.value;
   const date = (day) => new Date(day * 86400e3).toISOString().slice(0, 10);
+  const minus = (x) => String(x).replace(/^-/, "−");
   const figure = (x) => {
     if (!isFinite(x)) return "–";
     const size = Math.abs(x), prefix = [[1e3, "k", 1e-3], [1, "", 1], [1e-3, "m", 1e3], [0, "µ", 1e6]].find((p) => size >= p[0]);
@@ -78,7 +79,7 @@
   const table = (head, rows, go) => el("div", { class: "scroll" }, el("table", {},
     el("thead", {}, el("tr", {}, ...head.map((h) => el("th", { text: h.replace(/^#/, ""), class: h.startsWith("#") ? "n" : "" })))),
     el("tbody", {}, ...rows.map((r, k) => el("tr", go ? { class: "go", tabindex: 0, onclick: () => go(k), onkeydown: (e) => e.key === "Enter" && go(k) } : {},
-      ...r.map((x, c) => el("td", { text: x ?? "", class: head[c].startsWith("#") ? "n" : "" })))))));
+      ...r.map((x, c) => head[c].startsWith("#") ? el("td", { text: minus(x ?? ""), class: "n" }) : el("td", { text: x ?? "" })))))));
 
   // Pictures
   const line_plot = (place, o) => {
@@ -92,7 +93,7 @@
     if (o.band) g.append(svg("rect", { x: left, width: w - left - right, y: Y(Math.min(y1, o.band)), height: Math.max(0, Y(Math.max(y0, -o.band)) - Y(Math.min(y1, o.band))), fill: "var(--shade)" }));
     g.append(svg("line", { x1: left, x2: w - right, y1: Y(0), y2: Y(0), stroke: "var(--rule)" }));
     for (const l of o.limits || []) if (l > y0 && l < y1) g.append(svg("line", { x1: left, x2: w - right, y1: Y(l), y2: Y(l), stroke: "var(--bad)", "stroke-dasharray": "3 3" }));
-    for (const y of [y0 + air, y1 - air]) g.append(svg("text", { x: left - 4, y: Y(y) + 4, "text-anchor": "end" }, o.ratio ? Math.exp(y).toFixed(1) : (100 * part(y)).toFixed(1)));
+    for (const y of [y0 + air, y1 - air]) g.append(svg("text", { x: left - 4, y: Y(y) + 4, "text-anchor": "end" }, minus(o.ratio ? Math.exp(y).toFixed(1) : (100 * part(y)).toFixed(1))));
     g.append(svg("text", { x: left, y: h - 2 }, date(x0).slice(5)), svg("text", { x: w - right, y: h - 2, "text-anchor": "end" }, date(x1).slice(5)));
     if (o.trend) g.append(svg("line", { x1: X(o.trend[0]), y1: Y(o.trend[1]), x2: X(o.trend[2]), y2: Y(o.trend[3]), stroke: o.colour, "stroke-width": 1.2, opacity: 0.55 }));
     for (const [x, y, s] of o.points) {
@@ -120,6 +121,8 @@
     }
     const height = y + 22;
     canvas.style.height = `${height}px`;
+    // The list is as long as the picture beside it.
+    $("standing").style.setProperty("max-height", matchMedia("(max-width: 860px)").matches ? "none" : `${Math.max(400, height + 30 - $("causes").offsetHeight)}px`);
     canvas.width = width * ratio; canvas.height = height * ratio;
     context.scale(ratio, ratio);
     const most = 40, squeeze = (z) => Math.sign(z) * Math.log1p(Math.abs(z) / 3) / Math.log1p(most / 3);
@@ -164,7 +167,7 @@
       for (const s of spots) { const d = (s[0] - x) ** 2 + (s[1] - v) ** 2; if (d < least) least = d, best = s; }
       return best;
     };
-    canvas.onmousemove = (e) => { const s = near(e); canvas.style.cursor = s ? "pointer" : ""; show_tip(e, s ? `${motor_of(s[2])}: ${words(s[3].cause)}, ${SHORT[s[4]]} ${s[5].toFixed(1)} spreads off` : ""); };
+    canvas.onmousemove = (e) => { const s = near(e); canvas.style.cursor = s ? "pointer" : ""; show_tip(e, s ? `${motor_of(s[2])}: ${words(s[3].cause)}, ${SHORT[s[4]]} ${minus(s[5].toFixed(1))} spreads off` : ""); };
     canvas.onmouseleave = () => { tip.style.display = "none"; };
     canvas.onclick = (e) => { const s = near(e); if (s) open(s[2]); };
   };
@@ -281,10 +284,11 @@
   const motor_page = (m) => {
     const place = $("one"), name = motor_of(m), s = standing.get(name), row = table_row(m);
     place.replaceChildren(el("div", { class: "bar" }, el("button", { class: "act", text: "← the fleet", onclick: () => { history.pushState(null, "", "#"); show(); } }), el("button", { class: "act", text: "its windows as CSV", onclick: () => export_windows(m) })),
-      el("header", {}, el("h1", { text: name }), el("p", { text: TABLE_HEAD.slice(1, 6).map((h, k) => row[k + 1] ? `${h} ${row[k + 1]}` : "").filter(Boolean).join(" · ") })));
+      el("header", {}, el("h1", { text: name }), el("p", { text: TABLE_HEAD.slice(1, 6).map((h, k) => row[k + 1] ? (row[k + 1].startsWith(h) ? row[k + 1] : `${h} ${row[k + 1]}`) : "").filter(Boolean).join(" · ") })));
     const verdict = el("section", { class: "card" });
     if (s) verdict.append(el("h2", { text: words(s.cause), style: { color: colour(s.cause) } }), el("p", { text: why_text(s) }), s.crossing ? el("p", { text: `${SHORT[s.crossing[0]]}: ${due_text(s)}` }) : null,
       table(["parameter", "what", "#off", "#± %", "#deviations", "#q"], s.signs.map((x) => [SHORT[x.parameter], x.what, percent(part(x.off, x.parameter)), (100 * x.sd).toFixed(2), x.z.toFixed(1), x.q.toPrecision(2)])));
+    else if (!data.of.some((_, k) => points_of(k, m)[1] >= 0)) verdict.append(el("h2", { text: "Not compared" }), el("p", { text: "No parameter is told of it, or of fewer than five motors of its type." }));
     else verdict.append(el("h2", { text: "As the others of its type" }), el("p", { text: "No parameter and no drift of it stands out at 1 % false discoveries." }));
     place.append(verdict);
     const plots = el("div", { class: "two" });
@@ -293,7 +297,7 @@
       if (j < 0) continue;
       const z = summary[`z${k}`][j], sz = summary[`sz${k}`][j], t = summary[`t${k}`][j], off = summary[`o${k}`][j];
       const card = el("section", { class: "card" }, el("h2", { text: `${SHORT[o.parameter]}  ${quantity(o.value + size_of(o) * part(off, o.parameter), o.unit)}` }),
-        el("p", { text: `${percent(part(off, o.parameter), 2)} of its type (${z.toFixed(1)} deviations)${isFinite(sz) && o.parameter !== "d_axis" ? `; ${percent(7 * t, 2)} a week (${sz.toFixed(1)})` : ""}` }));
+        el("p", { text: `${percent(part(off, o.parameter), 2)} of its type (${minus(z.toFixed(1))} deviations)${isFinite(sz) && o.parameter !== "d_axis" ? `; ${percent(7 * t, 2)} a week (${minus(sz.toFixed(1))})` : ""}` }));
       const days = points.map((p) => p[0]), middle = summary[`d${k}`][j], ratio = o.parameter === "d_axis";
       const trend = isFinite(t) && points.length > 2 ? [days[0], off + (t + o.drift) * (days[0] - middle), days[days.length - 1], off + (t + o.drift) * (days[days.length - 1] - middle)] : null;
       line_plot(card, { points, trend, ratio, colour: s && s.signs.some((x) => x.parameter === o.parameter) ? colour(s.cause) : "var(--line)", band: 2 * o.spread, least: -2.2 * o.spread, limits: ratio ? [] : [data.limit, -data.limit], width: 520, height: 170, left: 42 });
