@@ -113,8 +113,8 @@ static inline known_state known_drawn(test_random *r, bool settled, double floor
     }
     s.slow2 = size * random_uniform(r, -0.3, 1);
     s.calm_fast2 = size * random_uniform(r, 0, 1), s.calm_slow2 = size * random_uniform(r, 0, 1);
-    // Until then nothing was known to last.
-    if (s.blocks <= 50) s.calm_fast2 = s.calm_slow2 = 0;
+    // Until then, and of settled points, nothing is known to last.
+    if (settled || s.blocks <= 50) s.calm_fast2 = s.calm_slow2 = 0;
     if (random_bits(r) % 4 == 0) s.lasting2[0] = s.lasting2[1] = s.slow2 = 0;
     s.segments = (int)(random_bits(r) % 3), s.since = (int)(random_bits(r) % 5);
     s.voltage_error = random_bits(r) % 2 ? random_uniform(r, 0.001, 0.03) : 0;
