@@ -232,8 +232,8 @@ int32_t dqw_estimator_sd_q24(const dqw_estimator_q15 *e, int weight)
 // Every weight is volts for something: in volts a part too large all are that part too large, and nothing shows it.
 static int32_t of_scale_q24(const dqw_estimator_q15 *e, int weight)
 {
-    return dqw_q_times32(dqw_estimator_value_q24(e, weight),
-                         (int32_t)(e->config->voltage_scale_ppm * MILLIONTH_Q32), -32);
+    return dqw_q_times32(dqw_estimator_value_q24(e, weight), (int32_t)(e->config->voltage_scale_ppm * MILLIONTH_Q32),
+                         -32);
 }
 
 // As it is now, of a deviation as noise makes it. What is not known is as long as it can be, whatever is added.
