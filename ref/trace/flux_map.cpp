@@ -124,15 +124,48 @@ Input map_input(const TraceSetup& setup, Law law)
     return {law, {low, high, std::max(q.size(), least), 1.0 / (each * each)}};
 }
 
+namespace {
+
+bool any(const Point& at, bool (*is)(Law))
+{
+    return std::any_of(at.terms.begin(), at.terms.end(), [&](const Term& t) { return is(t.input.law); });
+}
+
+Point without_bends(Point at)
+{
+    at.terms.erase(std::remove_if(at.terms.begin(), at.terms.end(), [](const Term& t) { return bends(t.input.law); }),
+                   at.terms.end());
+    return at;
+}
+
+/// Both maps, those that are missing as nothing.
+Point with_both(const TraceSetup& setup, Point at)
+{
+    for (const Law law : {Law::own_map, Law::cross_map})
+        if (std::none_of(at.terms.begin(), at.terms.end(), [&](const Term& t) { return t.input.law == law; }))
+            at.terms.push_back({map_input(setup, law), {}});
+    return at;
+}
+
+}  // namespace
+
 Refined with_map(const TraceSetup& setup, const Model& model, const Point& at)
 {
     // One that begins as nothing has far to go.
     constexpr int kMorePasses = 3 * kPasses;
-    Point mapped = at_map(setup, at);
-    for (const Law law : {Law::own_map, Law::cross_map})
-        if (std::none_of(mapped.terms.begin(), mapped.terms.end(), [&](const Term& t) { return t.input.law == law; }))
-            mapped.terms.push_back({map_input(setup, law), {}});
-    return as_smooth_as_told(model, refine(model, mapped, kMorePasses));
+    Refined best = refine(model, with_both(setup, at_map(setup, at)), kMorePasses);
+    if (any(at, is_polynomial)) {
+        // A polynomial that is far from the iron leads astray: the map then begins as nothing.
+        std::vector<BlockSum> sums;
+        const bool astray = !best.ok || (model.pass(at, {}, sums) &&
+                                         best.left.heldout < left_of(model, sums).heldout);
+        const Refined plain = astray ? refine(model, without_bends(at), kPasses) : Refined();
+        if (plain.ok) {
+            Refined other = refine(model, with_both(setup, plain.point), kMorePasses);
+            if (other.ok && (!best.ok || other.left.seen > best.left.seen)) best = std::move(other);
+        }
+    }
+    return as_smooth_as_told(model, best);
 }
 
 Term polynomial_of(const TraceSetup& setup, const Term& map, std::vector<double>* sd)
@@ -167,25 +200,47 @@ std::vector<double> axis_of(double least_A, double most_A)
     return out;
 }
 
-/// Three means of rows within a step of the node; of settled points, which have no noise to speak of, one row.
-void mark_seen(const TraceSetup& setup, FluxMap& map)
+/// Three means of rows within a step of the node.
+void mark_rows(const TraceSetup& setup, double step_d_A, double step_q_A, FluxMap& map)
 {
-    constexpr std::size_t kMean = 10, kLeast = 3;
-    const bool settled = setup.regime != Regime::dynamic;
-    const std::size_t rows = settled ? 1 : kMean, least = settled ? 1 : kLeast;
-    const double step_d = map.i_d_A[1] - map.i_d_A[0], step_q = map.i_q_A[1] - map.i_q_A[0];
+    constexpr std::size_t kRows = 10, kLeast = 3;
     std::vector<std::size_t> count(map.nodes.size(), 0);
     for (const Log& log : *setup.logs)
-        for (std::size_t k = 0; k + rows <= log.rows(); k += rows) {
+        for (std::size_t k = 0; k + kRows <= log.rows(); k += kRows) {
             double d = 0.0, q = 0.0;
-            for (std::size_t r = k; r < k + rows; ++r) d += at_row(log.i_d_A, r), q += at_row(log.i_q_A, r);
-            d /= static_cast<double>(rows), q /= static_cast<double>(rows);
+            for (std::size_t r = k; r < k + kRows; ++r) d += at_row(log.i_d_A, r), q += at_row(log.i_q_A, r);
+            d /= kRows, q /= kRows;
             for (std::size_t n = 0; n < map.i_d_A.size(); ++n)
                 for (std::size_t m = 0; m < map.i_q_A.size(); ++m)
-                    if (std::hypot((d - map.i_d_A[n]) / step_d, (q - map.i_q_A[m]) / step_q) <= 1.0)
+                    if (std::hypot((d - map.i_d_A[n]) / step_d_A, (q - map.i_q_A[m]) / step_q_A) <= 1.0)
                         ++count[n * map.i_q_A.size() + m];
         }
-    for (std::size_t n = 0; n < count.size(); ++n) map.nodes[n].seen = count[n] >= least;
+    for (std::size_t n = 0; n < count.size(); ++n) map.nodes[n].seen = count[n] >= kLeast;
+}
+
+/// Settled points, which have no noise to speak of: one on each side of the node, on both axes, no further than a
+/// quarter of the grid.
+void mark_points(const TraceSetup& setup, double step_d_A, double step_q_A, FluxMap& map)
+{
+    constexpr double kFar = kGrid / 4;
+    std::vector<unsigned> sides(map.nodes.size(), 0);
+    for (const Log& log : *setup.logs)
+        for (std::size_t k = 0; k < log.rows(); ++k)
+            for (std::size_t n = 0; n < map.i_d_A.size(); ++n)
+                for (std::size_t m = 0; m < map.i_q_A.size(); ++m) {
+                    const double d = (at_row(log.i_d_A, k) - map.i_d_A[n]) / step_d_A,
+                                 q = (at_row(log.i_q_A, k) - map.i_q_A[m]) / step_q_A;
+                    if (std::abs(d) > kFar || std::abs(q) > kFar) continue;
+                    const unsigned low = q <= 1.0 ? 1U : 0U, high = q >= -1.0 ? 2U : 0U;
+                    sides[n * map.i_q_A.size() + m] |= (d <= 1.0 ? low | high : 0U) | (d >= -1.0 ? (low | high) << 2 : 0U);
+                }
+    for (std::size_t n = 0; n < sides.size(); ++n) map.nodes[n].seen = sides[n] == 15U;
+}
+
+void mark_seen(const TraceSetup& setup, FluxMap& map)
+{
+    const double step_d_A = map.i_d_A[1] - map.i_d_A[0], step_q_A = map.i_q_A[1] - map.i_q_A[0];
+    (setup.regime == Regime::dynamic ? mark_rows : mark_points)(setup, step_d_A, step_q_A, map);
 }
 
 /// Fluxes with their deviations at the nodes of a grid.
@@ -259,6 +314,20 @@ Eigen::VectorXd hidden_in_plain(const TraceSetup& setup, const Model& model, con
 
 void add_square(double by, double& sd) { sd = std::hypot(sd, by); }
 
+/// What another law makes of the same rows, into the deviations.
+void add_distance(const Refined& other, FluxMap& map)
+{
+    const Eigen::Index n = other.point.columns();
+    const std::vector<FluxNode> nodes = nodes_of(other, Eigen::MatrixXd::Zero(n, n), map);
+    for (std::size_t k = 0; k < nodes.size(); ++k) {
+        FluxNode& to = map.nodes[k];
+        add_square(nodes[k].psi_d_Wb - to.psi_d_Wb, to.sd_d_Wb);
+        add_square(nodes[k].psi_q_Wb - to.psi_q_Wb, to.sd_q_Wb);
+        add_square(nodes[k].L_dd_H - to.L_dd_H, to.sd_dd_H);
+        add_square(nodes[k].L_qq_H - to.L_qq_H, to.sd_qq_H);
+    }
+}
+
 }  // namespace
 
 Eigen::VectorXd spread_over_cells(const TraceSetup& setup, const Refined& best)
@@ -275,19 +344,16 @@ Eigen::VectorXd spread_over_cells(const TraceSetup& setup, const Refined& best)
 FluxMap flux_map_of(const TraceSetup& setup, const Refined& best)
 {
     FluxMap map;
-    const auto any = [](const Point& at, auto&& is) {
-        return std::any_of(at.terms.begin(), at.terms.end(), [&](const Term& t) { return is(t.input.law); });
-    };
     if (setup.regime == Regime::mechanical || setup.regime == Regime::standstill || !any(best.point, bends)) return map;
     const Replanned all(*setup.full, all_seen(*setup.full));
-    Refined r = best;
+    // Names say which of the bends alone is told; iron has all of them, as stiff as the log has it.
+    Refined now = with_map(setup, setup.search(), best.point), other;
     if (any(best.point, is_polynomial)) {
-        const Model& model = setup.search();
-        const Refined now = refine(model, best.point, kPasses),
-                      mapped = as_smooth_as_told(model, refine(model, at_map(setup, best.point), kPasses));
-        if (now.ok && mapped.ok && confirmed(model, better(model, now.left, mapped.left))) r = mapped;
+        Refined polynomial = refine(setup.search(), best.point, kPasses);
+        if (polynomial.ok && (!now.ok || polynomial.left.heldout > now.left.heldout))
+            other = std::move(now), now = std::move(polynomial);
     }
-    r = refine(all, r.point, kPasses);
+    const Refined r = refine(all, now.ok ? now.point : best.point, kPasses);
     if (!r.ok) return map;
     Eigen::MatrixXd c = covariance(all, r);
     c.diagonal() += hidden_in_plain(setup, all, r).cwiseAbs2();
@@ -297,18 +363,9 @@ FluxMap flux_map_of(const TraceSetup& setup, const Refined& best)
     const Input box = map_input(setup, Law::own_map);
     map.i_d_A = axis_of(box.shape[0], box.shape[1]), map.i_q_A = axis_of(-box.shape[2], box.shape[2]);
     map.nodes = nodes_of(r, c.array().isFinite().select(c, 0.0), map);
-    if (any(r.point, is_map)) {
-        const Refined wider = refine(all, with_wider_cells(setup, r.point), kPasses);
-        if (wider.ok) {
-            const std::vector<FluxNode> other = nodes_of(wider, Eigen::MatrixXd::Zero(c.rows(), c.cols()), map);
-            for (std::size_t k = 0; k < other.size(); ++k) {
-                add_square(other[k].psi_d_Wb - map.nodes[k].psi_d_Wb, map.nodes[k].sd_d_Wb);
-                add_square(other[k].psi_q_Wb - map.nodes[k].psi_q_Wb, map.nodes[k].sd_q_Wb);
-                add_square(other[k].L_dd_H - map.nodes[k].L_dd_H, map.nodes[k].sd_dd_H);
-                add_square(other[k].L_qq_H - map.nodes[k].L_qq_H, map.nodes[k].sd_qq_H);
-            }
-        }
-    }
+    if (!other.ok) other.point = with_wider_cells(setup, r.point);
+    other = refine(all, other.point, kPasses);
+    if (other.ok) add_distance(other, map);
     if (!std::all_of(map.nodes.begin(), map.nodes.end(),
                      [](const FluxNode& n) { return std::isfinite(n.psi_d_Wb + n.psi_q_Wb + n.sd_d_Wb + n.sd_q_Wb); }))
         return {};
