@@ -62,6 +62,14 @@ Term taken(const Term& from, const Input& to, const Eigen::MatrixXd& by)
     return term;
 }
 
+/// Whether the blocks held out, each by itself, speak against `b`: the few that lie beyond the rows seen, where a map says
+/// nothing yet, would outweigh all others in the sum.
+bool worse(const Model& model, const Refined& a, const Refined& b)
+{
+    constexpr double kClearlyT = 2.0;  // one of 44 that are alike is told so
+    return better(model, a.left, b.left).t < -kClearlyT;
+}
+
 /// Each map as stiff as its weights are small, by how many of them the log tells. (E142)
 Refined as_smooth_as_told(const Model& model, Refined best)
 {
@@ -89,7 +97,7 @@ Refined as_smooth_as_told(const Model& model, Refined best)
         }
         if (most < kSettled) break;
         Refined r = refine(model, next, kPasses);
-        if (!r.ok || r.left.heldout < best.left.heldout) break;
+        if (!r.ok || worse(model, best, r)) break;
         best = std::move(r);
     }
     return best;
@@ -243,8 +251,24 @@ void mark_seen(const TraceSetup& setup, FluxMap& map)
     (setup.regime == Regime::dynamic ? mark_rows : mark_points)(setup, step_d_A, step_q_A, map);
 }
 
+/// What a map's deviations are made of: empty, none.
+struct Deviations {
+    Spreads spread;
+    Eigen::MatrixXd hidden;
+
+    /// Of each row of `by`, derivatives by the columns.
+    Eigen::VectorXd of(const Eigen::MatrixXd& by) const
+    {
+        if (hidden.size() == 0) return Eigen::VectorXd::Zero(by.rows());
+        const auto square = [&](const Eigen::MatrixXd& c) -> Eigen::ArrayXd {
+            return (by * c).cwiseProduct(by).rowwise().sum().cwiseMax(0.0).array();
+        };
+        return (square(spread.white).max(square(spread.scatter)) + square(hidden)).sqrt();
+    }
+};
+
 /// Fluxes with their deviations at the nodes of a grid.
-std::vector<FluxNode> nodes_of(const Refined& r, const Eigen::MatrixXd& c, const FluxMap& grid)
+std::vector<FluxNode> nodes_of(const Refined& r, const Deviations& of, const FluxMap& grid)
 {
     const Point& at = r.point;
     std::vector<FluxNode> nodes;
@@ -277,7 +301,7 @@ std::vector<FluxNode> nodes_of(const Refined& r, const Eigen::MatrixXd& c, const
                 j += weights_of(t.input.law) + free_shapes_of(t.input);
             }
             node.psi_d_Wb = g.d, node.psi_q_Wb = g.q;
-            const Eigen::VectorXd sd = (by * c).cwiseProduct(by).rowwise().sum().cwiseMax(0.0).cwiseSqrt();
+            const Eigen::Vector4d sd = of.of(by);
             node.sd_d_Wb = sd[0], node.sd_q_Wb = sd[1], node.sd_dd_H = sd[2], node.sd_qq_H = sd[3];
             node.L_dd_H = m.Ld + by_g[0], node.L_dq_H = by_g[1], node.L_qq_H = m.Lq + by_g[3];
             nodes.push_back(node);
@@ -299,17 +323,36 @@ Point with_wider_cells(const TraceSetup& setup, Point at)
     return at;
 }
 
-/// What the model's own error may hide behind R, L_d, L_q and psi, (E111): a map has freedom enough to stand in line with
-/// anything.
-Eigen::VectorXd hidden_in_plain(const TraceSetup& setup, const Model& model, const Refined& r)
+/// Whether the rows tell L_d, L_q and psi apart. Beside a map a cell may stand in for one of them, and flux is flux.
+bool tells_plain(const Model& model, const Refined& r)
 {
-    if (setup.regime != Regime::dynamic) return Eigen::VectorXd::Zero(r.point.columns());
+    constexpr double kLeastEigenvalue = 1e-9;  // of unit columns: what rounding of 10^6 rows leaves
+    double rows = 0.0;
+    Eigen::VectorXd variance;
+    const Eigen::MatrixXd flux = seen_information(model, r, variance, rows).block<3, 3>(1, 1);
+    if (!(flux.diagonal().minCoeff() > 0.0)) return false;
+    const Eigen::Vector3d size = flux.diagonal().cwiseSqrt().cwiseInverse();
+    return Symmetric(size.asDiagonal() * flux * size.asDiagonal()).eigenvalues().minCoeff() > kLeastEigenvalue;
+}
+
+/// What the model's own error may hide behind R, L_d, L_q and psi, (E111), together as the log tells them: a map has
+/// freedom enough to stand in line with anything.
+Eigen::MatrixXd hidden_in_plain(const TraceSetup& setup, const Model& model, const Refined& r)
+{
+    const Eigen::Index n = r.point.columns(), plain = r.point.base.size();
+    Eigen::MatrixXd out = Eigen::MatrixXd::Zero(n, n);
+    if (setup.regime != Regime::dynamic) return out;
     double rows = 0.0;
     Eigen::VectorXd variance;
     Eigen::MatrixXd information = seen_information(model, r, variance, rows);
-    const Eigen::Index others = information.rows() - r.point.base.size();
+    const Eigen::Index others = n - plain;
     information.bottomRows(others).setZero(), information.rightCols(others).setZero();
-    return coherent_deviations(model, r.point, information, coherent_weight(*setup.logs, r.point, variance, rows));
+    const Eigen::VectorXd each =
+        coherent_deviations(model, r.point, information, coherent_weight(*setup.logs, r.point, variance, rows));
+    const Eigen::MatrixXd shape = information.topLeftCorner(plain, plain).inverse();
+    const Eigen::VectorXd by = each.head(plain).cwiseQuotient(shape.diagonal().cwiseMax(1e-300).cwiseSqrt());
+    if (by.allFinite()) out.topLeftCorner(plain, plain) = by.asDiagonal() * shape * by.asDiagonal();
+    return out;
 }
 
 void add_square(double by, double& sd) { sd = std::hypot(sd, by); }
@@ -317,8 +360,7 @@ void add_square(double by, double& sd) { sd = std::hypot(sd, by); }
 /// What another law makes of the same rows, into the deviations.
 void add_distance(const Refined& other, FluxMap& map)
 {
-    const Eigen::Index n = other.point.columns();
-    const std::vector<FluxNode> nodes = nodes_of(other, Eigen::MatrixXd::Zero(n, n), map);
+    const std::vector<FluxNode> nodes = nodes_of(other, {}, map);
     for (std::size_t k = 0; k < nodes.size(); ++k) {
         FluxNode& to = map.nodes[k];
         add_square(nodes[k].psi_d_Wb - to.psi_d_Wb, to.sd_d_Wb);
@@ -350,19 +392,16 @@ FluxMap flux_map_of(const TraceSetup& setup, const Refined& best)
     Refined now = with_map(setup, setup.search(), best.point), other;
     if (any(best.point, is_polynomial)) {
         Refined polynomial = refine(setup.search(), best.point, kPasses);
-        if (polynomial.ok && (!now.ok || polynomial.left.heldout > now.left.heldout))
+        if (polynomial.ok && (!now.ok || worse(setup.search(), polynomial, now)))
             other = std::move(now), now = std::move(polynomial);
     }
     const Refined r = refine(all, now.ok ? now.point : best.point, kPasses);
     if (!r.ok) return map;
-    Eigen::MatrixXd c = covariance(all, r);
-    c.diagonal() += hidden_in_plain(setup, all, r).cwiseAbs2();
-    // What no row tells and the map does not ask for: a covariance of zero.
-    for (Eigen::Index j = 1; j < 4; ++j)
-        if (!std::isfinite(c(j, j))) return map;
+    const Deviations deviations{spreads_of(all, r), hidden_in_plain(setup, all, r)};
+    if (!tells_plain(all, r)) return map;
     const Input box = map_input(setup, Law::own_map);
     map.i_d_A = axis_of(box.shape[0], box.shape[1]), map.i_q_A = axis_of(-box.shape[2], box.shape[2]);
-    map.nodes = nodes_of(r, c.array().isFinite().select(c, 0.0), map);
+    map.nodes = nodes_of(r, deviations, map);
     if (!other.ok) other.point = with_wider_cells(setup, r.point);
     other = refine(all, other.point, kPasses);
     if (other.ok) add_distance(other, map);
