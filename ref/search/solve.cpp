@@ -446,10 +446,8 @@ Eigen::MatrixXd covariance(const Model& model, const Refined& refined)
 {
     const Spreads s = spreads_of(model, refined);
     // Each column by the wider of the two, together as the white noise has them.
-    const Eigen::VectorXd wider = s.scatter.diagonal()
-                                      .cwiseQuotient(s.white.diagonal().cwiseMax(kLeast))
-                                      .cwiseMax(1.0)
-                                      .cwiseSqrt();
+    const Eigen::VectorXd wider =
+        s.scatter.diagonal().cwiseQuotient(s.white.diagonal().cwiseMax(kLeast)).cwiseMax(1.0).cwiseSqrt();
     Eigen::MatrixXd out = wider.asDiagonal() * s.white * wider.asDiagonal();
     for (Eigen::Index j = 0; j < out.cols(); ++j)
         if (!s.told[static_cast<std::size_t>(j)]) out(j, j) = HUGE_VAL;

@@ -76,7 +76,7 @@ Refined as_smooth_as_told(const Model& model, Refined best)
     constexpr int kRounds = 4;
     constexpr double kLeastTold = 0.5, kSettled = 1.2;
     for (int round = 0; round < kRounds && best.ok; ++round) {
-        const Eigen::MatrixXd c = covariance(model, best);
+        const Eigen::MatrixXd c = spreads_of(model, best).white;
         Point next = best.point;
         Eigen::Index j = next.base.size() + next.gain.size();
         double most = 1.0;
@@ -97,7 +97,7 @@ Refined as_smooth_as_told(const Model& model, Refined best)
         }
         if (most < kSettled) break;
         Refined r = refine(model, next, kPasses);
-        if (!r.ok || worse(model, best, r)) break;
+        if (!r.ok || r.left.heldout < best.left.heldout) break;
         best = std::move(r);
     }
     return best;
@@ -117,19 +117,50 @@ Point at_map(const TraceSetup& setup, Point at)
 
 }  // namespace
 
+namespace {
+
+struct Box {
+    double low_A, high_A, most_q_A;
+};
+
+/// An axis that hardly moves has cells too, of which its noise says nothing.
+Box box_of(const TraceSetup& setup, const Range& d, const Range& q)
+{
+    constexpr double kLeastPart = 0.1;
+    const double least = kLeastPart * setup.i_base_A, span = std::max(d.most, 0.0) - std::min(d.least, 0.0);
+    return {span > least ? std::min(d.least, 0.0) : -least, span > least ? std::max(d.most, 0.0) : least,
+            std::max(q.size(), least)};
+}
+
+/// Without the rarest currents of a moving log, which would make cells wide where all others are.
+Range usual_range(const TraceSetup& setup, std::vector<double> Log::*column)
+{
+    constexpr double kRare = 0.005;
+    if (setup.regime != Regime::dynamic) return range_of(*setup.logs, column);
+    std::vector<double> all;
+    for (const Log& log : *setup.logs) all.insert(all.end(), (log.*column).begin(), (log.*column).end());
+    if (all.empty()) return range_of(*setup.logs, column);
+    const auto at = [&all](double part) {
+        const auto k = all.begin() + static_cast<std::ptrdiff_t>(part * static_cast<double>(all.size() - 1));
+        std::nth_element(all.begin(), k, all.end());
+        return *k;
+    };
+    Range out;
+    out.add(at(kRare)), out.add(at(1.0 - kRare));
+    return out;
+}
+
+}  // namespace
+
 Input map_input(const TraceSetup& setup, Law law)
 {
-    // An axis that hardly moves has cells too, of which its noise says nothing.
-    constexpr double kLeastPart = 0.1;
-    const Range d = range_of(*setup.logs, &Log::i_d_A), q = range_of(*setup.logs, &Log::i_q_A);
-    const double least = kLeastPart * setup.i_base_A, span = std::max(d.most, 0.0) - std::min(d.least, 0.0);
-    const double low = span > least ? std::min(d.least, 0.0) : -least,
-                 high = span > least ? std::max(d.most, 0.0) : least;
+    const Range d = usual_range(setup, &Log::i_d_A), q = usual_range(setup, &Log::i_q_A);
+    const Box box = box_of(setup, d, q);
     const double flux = setup.i_base_A * 0.5 *
                         (std::abs(setup.starts.front().base[1]) + std::abs(setup.starts.front().base[2]));
     // A cell may bend a tenth of the currents' flux, one axis the other by a hundredth for each of its thirty.
     const double each = std::max(law == Law::own_map ? 0.02 * flux : 0.002 * flux, 1e-12);
-    return {law, {low, high, std::max(q.size(), least), 1.0 / (each * each)}};
+    return {law, {box.low_A, box.high_A, box.most_q_A, 1.0 / (each * each)}};
 }
 
 namespace {
@@ -165,8 +196,7 @@ Refined with_map(const TraceSetup& setup, const Model& model, const Point& at)
     if (any(at, is_polynomial)) {
         // A polynomial that is far from the iron leads astray: the map then begins as nothing.
         std::vector<BlockSum> sums;
-        const bool astray = !best.ok || (model.pass(at, {}, sums) &&
-                                         best.left.heldout < left_of(model, sums).heldout);
+        const bool astray = !best.ok || (model.pass(at, {}, sums) && best.left.heldout < left_of(model, sums).heldout);
         const Refined plain = astray ? refine(model, without_bends(at), kPasses) : Refined();
         if (plain.ok) {
             Refined other = refine(model, with_both(setup, plain.point), kMorePasses);
@@ -240,7 +270,8 @@ void mark_points(const TraceSetup& setup, double step_d_A, double step_q_A, Flux
                                  q = (at_row(log.i_q_A, k) - map.i_q_A[m]) / step_q_A;
                     if (std::abs(d) > kFar || std::abs(q) > kFar) continue;
                     const unsigned low = q <= 1.0 ? 1U : 0U, high = q >= -1.0 ? 2U : 0U;
-                    sides[n * map.i_q_A.size() + m] |= (d <= 1.0 ? low | high : 0U) | (d >= -1.0 ? (low | high) << 2 : 0U);
+                    sides[n * map.i_q_A.size() + m] |= (d <= 1.0 ? low | high : 0U) |
+                                                       (d >= -1.0 ? (low | high) << 2 : 0U);
                 }
     for (std::size_t n = 0; n < sides.size(); ++n) map.nodes[n].seen = sides[n] == 15U;
 }
@@ -323,6 +354,14 @@ Point with_wider_cells(const TraceSetup& setup, Point at)
     return at;
 }
 
+/// A start for rows that no fit saw, where a map may be far off: predictions that stay close to what is measured.
+Point held_close(Point at)
+{
+    constexpr double kClose = 0.3;
+    at.gain = at.gain.cwiseMax(kClose);
+    return at;
+}
+
 /// Whether the rows tell L_d, L_q and psi apart. Beside a map a cell may stand in for one of them, and flux is flux.
 bool tells_plain(const Model& model, const Refined& r)
 {
@@ -347,8 +386,8 @@ Eigen::MatrixXd hidden_in_plain(const TraceSetup& setup, const Model& model, con
     Eigen::MatrixXd information = seen_information(model, r, variance, rows);
     const Eigen::Index others = n - plain;
     information.bottomRows(others).setZero(), information.rightCols(others).setZero();
-    const Eigen::VectorXd each =
-        coherent_deviations(model, r.point, information, coherent_weight(*setup.logs, r.point, variance, rows));
+    const Eigen::VectorXd each = coherent_deviations(model, r.point, information,
+                                                     coherent_weight(*setup.logs, r.point, variance, rows));
     const Eigen::MatrixXd shape = information.topLeftCorner(plain, plain).inverse();
     const Eigen::VectorXd by = each.head(plain).cwiseQuotient(shape.diagonal().cwiseMax(1e-300).cwiseSqrt());
     if (by.allFinite()) out.topLeftCorner(plain, plain) = by.asDiagonal() * shape * by.asDiagonal();
@@ -395,15 +434,15 @@ FluxMap flux_map_of(const TraceSetup& setup, const Refined& best)
         if (polynomial.ok && (!now.ok || worse(setup.search(), polynomial, now)))
             other = std::move(now), now = std::move(polynomial);
     }
-    const Refined r = refine(all, now.ok ? now.point : best.point, kPasses);
+    const Refined r = as_smooth_as_told(all, refine(all, held_close(now.ok ? now.point : best.point), 2 * kPasses));
     if (!r.ok) return map;
     const Deviations deviations{spreads_of(all, r), hidden_in_plain(setup, all, r)};
     if (!tells_plain(all, r)) return map;
-    const Input box = map_input(setup, Law::own_map);
-    map.i_d_A = axis_of(box.shape[0], box.shape[1]), map.i_q_A = axis_of(-box.shape[2], box.shape[2]);
+    const Box box = box_of(setup, range_of(*setup.logs, &Log::i_d_A), range_of(*setup.logs, &Log::i_q_A));
+    map.i_d_A = axis_of(box.low_A, box.high_A), map.i_q_A = axis_of(-box.most_q_A, box.most_q_A);
     map.nodes = nodes_of(r, deviations, map);
     if (!other.ok) other.point = with_wider_cells(setup, r.point);
-    other = refine(all, other.point, kPasses);
+    other = refine(all, held_close(other.point), 2 * kPasses);
     if (other.ok) add_distance(other, map);
     if (!std::all_of(map.nodes.begin(), map.nodes.end(),
                      [](const FluxNode& n) { return std::isfinite(n.psi_d_Wb + n.psi_q_Wb + n.sd_d_Wb + n.sd_q_Wb); }))
