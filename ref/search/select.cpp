@@ -204,6 +204,7 @@ bool stands_before(const Tried& t, const Tried& best)
 int apart(const Candidate& c)
 {
     const Input& first = c.inputs.front();
+    if (effect_of(first.law).shape == Shape::pulses) return -1;
     return effect_of(first.law).shape == Shape::instant ? static_cast<int>(first.shape[0]) : 0;
 }
 
@@ -375,16 +376,17 @@ bool take_map(const Model& model, const SelectOptions& options, int round_number
 bool take_pair(const Model& model, const std::vector<Tried>& tried, const std::vector<Candidate>& candidates,
                const SelectOptions& options, int round_number, Selection& s)
 {
-    constexpr int kFirsts = 3;  // each costs a round; (E48)
+    constexpr std::size_t kFirsts = 3;  // each costs a round; (E48)
     constexpr double kHalf = 0.5;
     const double before = joint(options.reported_rms(s.best.point));
     Refined best;
-    int firsts = 0;
+    std::set<std::string> firsts;
     std::vector<Candidate> chosen;
     for (const Tried& first : tried) {
         if (!first.refined.ok || first.candidate.is_fault() || first.candidate.names().size() > 1) continue;
-        if (firsts == kFirsts) break;
-        ++firsts;
+        // Of one name the best alone: each of its channels would take another's place.
+        if (firsts.size() == kFirsts) break;
+        if (!firsts.insert(first.name).second) continue;
         for (const Tried& second : round(model, first.refined, candidates, options, nullptr)) {
             if (!second.refined.ok || second.candidate.is_fault() || second.candidate.names().size() > 1) continue;
             if (best.ok && second.refined.left.heldout <= best.left.heldout) break;
