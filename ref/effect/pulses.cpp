@@ -20,7 +20,7 @@ Duties::Duties(Modulation modulation, const double v_V[3], double link_V)
 double pulse_beyond_mean(double duty, double u_s, double period_s)
 {
     const double u = std::min(std::abs(u_s), period_s), begins = 0.5 * (1.0 - duty) * period_s;
-    return std::copysign(std::clamp(u - begins, 0.0, duty * period_s) - duty * u, u_s);
+    return std::copysign(1.0, u_s) * (std::clamp(u - begins, 0.0, duty * period_s) - duty * u);
 }
 
 double filtered_beyond_mean(double duty, double tau_s, double period_s)
