@@ -43,8 +43,7 @@ enum class Law {
     own_map,          ///< saturation, bending cell by cell: where a polynomial is not enough
     cross_map,        ///< cross_saturation, the same
     pulsed_shift,     ///< sample_shift of currents between the legs' pulses: not under their mean voltage
-    pulsed_lag,       ///< sensor_lag, the same
-    pulsed_iron       ///< iron_loss whose eddies follow late, and so see the pulses
+    pulsed_lag        ///< sensor_lag, the same
 };
 
 /// What a law takes for given, in the order of TraceInput::shape.
@@ -62,7 +61,7 @@ enum class Shape {
     order,          ///< of the electrical angle
     instant,        ///< which of `Instant` is late; R, L_d, L_q, psi
     channel,        ///< which of `Channel` lags; R, L_d, L_q, psi
-    pulses,         ///< the link, V, that is fitted too, or 0: its column; angle at the first row; of iron, periods
+    pulses,         ///< the link, V, that is fitted too, or 0: its column; the angle at the first row
     link,           ///< which of `Sag`; the link's voltage without load, V (0: unknown); largest power, W
     shaft_order,    ///< of the shaft's angle; 1 where the speed is that of the same encoder, else 0
     speed_width,    ///< a speed, rad/s, that is fitted too

@@ -241,26 +241,13 @@ Vector2 filtered(const Moment& at, double tau_s)
     return {-tau_s * slope.d, -tau_s * slope.q};
 }
 
-/// The legs' pulses: what each adds to its mean voltage, by `beyond` of its duty, as a vector. (E168)
-template <typename Beyond> Vector2 of_pulses(const Input& input, const Moment& at, Vector2 v, Beyond&& beyond)
-{
-    const Phases p = phases_of(at.cos_e * v.d - at.sin_e * v.q, at.sin_e * v.d + at.cos_e * v.q);
-    const double each_V[3] = {p.a, p.b, p.c}, link_V = input.shape[0] > 0.0 ? input.shape[0] : at.v_dc;
-    const Duties duty(input.modulation, each_V, link_V);
-    return of_phases(at, link_V * beyond(duty.of[0]), link_V * beyond(duty.of[1]), link_V * beyond(duty.of[2]));
-}
-
-/// A conductance across the voltage behind R, whose current follows in some periods. What the line carries of it within
-/// a period is not half-way between its ends. (E52)
+/// A conductance across the voltage behind R, whose current follows in shape[0] periods. What the line carries of it
+/// within a period is not half-way between its ends. (E52)
 void iron(const Input& input, const Moment& at, Vector2& f, Vector2& g)
 {
-    const bool pulsed = input.law == Law::pulsed_iron;
-    const double periods = input.shape[pulsed ? 2 : 0], kept = periods > 0.0 ? std::exp(-1.0 / periods) : 0.0;
-    const Vector2 v{at.v_end_d, at.v_end_q};
-    Vector2 late = at.settled ? Vector2{} : on_the_way(at, periods * at.period_s);
-    const auto ripple = [&](double duty) { return -filtered_beyond_mean(duty, periods, 1.0) / periods; };
-    if (pulsed) late = plus(late, 1.0, of_pulses(input, at, v, ripple));
-    g = {-at.Ld * (v.d - at.R * at.i_d - late.d), -at.Lq * (v.q - at.R * at.i_q - late.q)};
+    const double periods = input.shape[0], kept = periods > 0.0 ? std::exp(-1.0 / periods) : 0.0;
+    const Vector2 late = at.settled ? Vector2{} : on_the_way(at, periods * at.period_s);
+    g = {-at.Ld * (at.v_end_d - at.R * at.i_d - late.d), -at.Lq * (at.v_end_q - at.R * at.i_q - late.q)};
     if (at.settled) return;
     const double beside = at.R * (0.5 * (1.0 + kept) - (1.0 - kept) * periods);
     double part = 1.0;
@@ -283,10 +270,16 @@ void between_pulses(const Input& input, double late_s, const Moment& m, Vector2&
 {
     Moment seen;
     const Moment& at = turned(input, m, seen);
-    const auto before = [&](double duty) { return -filtered_beyond_mean(duty, late_s, at.period_s); };
-    const auto after = [&](double duty) { return pulse_beyond_mean(duty, late_s, at.period_s); };
-    const Vector2 flux = input.law == Law::pulsed_lag ? of_pulses(input, at, {at.v_end_d, at.v_end_q}, before)
-                                                      : of_pulses(input, at, at.v_next, after);
+    const bool lag = input.law == Law::pulsed_lag;
+    const Vector2 v = lag ? Vector2{at.v_end_d, at.v_end_q} : at.v_next;
+    const Phases p = phases_of(at.cos_e * v.d - at.sin_e * v.q, at.sin_e * v.d + at.cos_e * v.q);
+    const double each_V[3] = {p.a, p.b, p.c}, link = input.shape[0] > 0.0 ? input.shape[0] : at.v_dc;
+    const Duties duty(input.modulation, each_V, link);
+    double Vs[3];
+    for (int leg = 0; leg < 3; ++leg)
+        Vs[leg] = link * (lag ? -filtered_beyond_mean(duty.of[leg], late_s, at.period_s)
+                              : pulse_beyond_mean(duty.of[leg], late_s, at.period_s));
+    const Vector2 flux = of_phases(at, Vs[0], Vs[1], Vs[2]);
     Vector2 of_f, of_g;
     sensor(at, {flux.d / at.Ld, flux.q / at.Lq}, of_f, of_g);
     f = plus(f, 1.0, of_f), g = plus(g, 1.0, of_g);
@@ -385,8 +378,7 @@ void evaluate(const Input& input, const Moment& at, Vector2 f[kMostWeights], Vec
     case Law::cross_map: mapped(input, at, g); break;
     case Law::winding_temperature: f[0] = {at.heat_K * (at.i_d + at.bow_d), at.heat_K * at.i_q}; break;
     case Law::magnet_temperature: g[0].d = at.heat_K; break;
-    case Law::iron_loss:
-    case Law::pulsed_iron: iron(input, at, f[0], g[0]); break;
+    case Law::iron_loss: iron(input, at, f[0], g[0]); break;
     case Law::flux_harmonics: {
         double c = at.cos_e, s = at.sin_e, cn = 1.0, sn = 0.0;
         for (int n = static_cast<int>(input.shape[0]); n > 0; n /= 2) {

@@ -344,7 +344,6 @@ TraceInput input_of(const TraceSetup& setup, const Point& at, const Term& term)
     case Shape::pulses:
         in.shape = {static_cast<double>(Instant::currents_after), at.base[0], at.base[1], at.base[2], at.base[3]};
         if (term.input.law == Law::pulsed_lag) in.shape[0] = static_cast<double>(Channel::currents);
-        if (term.input.law == Law::pulsed_iron) in.shape = {at.base[0], at.base[1], at.base[2]};
         break;
     case Shape::link:
     case Shape::shaft_order: in.shape = {s[0], s[1], s[2]}; break;

@@ -17,7 +17,6 @@
 #include "ref/trace/inverter_loss.hpp"
 #include "ref/trace/noise.hpp"
 #include "ref/trace/pole_pairs.hpp"
-#include "ref/trace/pulses.hpp"
 #include "ref/trace/reading.hpp"
 #include "ref/trace/rest.hpp"
 #include "ref/trace/result.hpp"
@@ -227,9 +226,7 @@ SelectOptions select_options(const TraceSetup& setup, const Judge& judge, const 
 {
     SelectOptions o;
     o.veto = [&setup](const Point& p) { return sense_of(setup, p); };
-    o.settle = [&setup](Refined r) {
-        return settle_iron(setup, setup.search(), settle_loss(setup, setup.search(), std::move(r)));
-    };
+    o.settle = [&setup](Refined r) { return settle_loss(setup, setup.search(), std::move(r)); };
     // Where the log cannot tell saturation, or it is not asked for, it tells no map.
     const bool bends = std::any_of(setup.candidates.begin(), setup.candidates.end(),
                                    [](const Candidate& c) { return c.inputs.front().law == Law::saturation; });
