@@ -224,8 +224,7 @@ Vector2 on_the_way(const Moment& at, double tau_s)
 /// decays with R/L meanwhile. (E117)
 Vector2 filtered(const Moment& at, double tau_s)
 {
-    const Vector2 v{at.v_end_d, at.v_end_q}, jumps = on_the_way(at, tau_s),
-                  missing{jumps.d / at.Ld, jumps.q / at.Lq};
+    const Vector2 v{at.v_end_d, at.v_end_q}, jumps = on_the_way(at, tau_s), missing{jumps.d / at.Ld, jumps.q / at.Lq};
     constexpr double kLeastPart = 0.1;  // a filter as slow as the winding is none of a drive's
     // The slope is that of the true currents, which are known after a first round.
     Vector2 i{at.i_d, at.i_q}, slope;

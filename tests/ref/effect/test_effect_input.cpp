@@ -191,6 +191,39 @@ void a_current_filtered_between_pulses()
     }
 }
 
+/// What the line has more than the winding: eddies that follow the voltage behind R with a time constant.
+void iron_that_follows_late()
+{
+    const double G = 0.05, tau = 1.0 * T, h = 2e-8;
+    Complex flux_s = flux({2.0, 5.0}, 0.0), y = 0.0, last = 0.0;
+    double theta = 0.0;
+    std::vector<Complex> v;
+    const double levels[] = {1.0, -1.0, 1.0, 1.0, -1.0, -1.0, 1.0, -1.0, 1.0, 1.0, -1.0, 1.0};
+    for (double level : levels) {
+        last = Complex(-5.0 + 6.0 * level, w_e * psi + 4.0 - 5.0 * level) * turned(theta + 0.5 * w_e * T);
+        v.push_back(last);
+        for (int n = 0; n < static_cast<int>(T / h + 0.5); ++n) {
+            const Complex e = last - R * (current(flux_s, theta) + y);
+            flux_s += h * e, y += h / tau * (G * e - y), theta += h * w_e;
+        }
+    }
+    Moment at = moment((current(flux_s, theta) + y) * turned(-theta));
+    at.ends = true;
+    at.v_end_d = (last * turned(-theta)).real(), at.v_end_q = (last * turned(-theta)).imag();
+    const double middle = theta - 0.5 * w_e * T;
+    for (std::size_t n = 0; n < dqw::kPast; ++n)
+        at.change[n] = dq((v[v.size() - 1 - n] - v[v.size() - 2 - n]) * turned(-middle));
+    const Complex more = y * turned(-theta);
+    const auto off = [&](double periods) {
+        Vector2 f, g;
+        dqw::evaluate_sum({Law::iron_loss, {periods}}, &G, at, f, g);
+        return std::abs(Complex(-g.d / Ld, -g.q / Lq) - more) / std::abs(more);
+    };
+    // R times the current is not late in the law: measured 0.2 %. What follows at once is off by the last jump.
+    TEST_ASSERT_TRUE(off(1.0) < 0.006);
+    TEST_ASSERT_TRUE(off(0.0) > 0.05);
+}
+
 /// Settled: v = R i + w_e J (L i + psi) in the rotor's frame, and both written in one that is ahead.
 void a_frame_that_is_ahead()
 {
@@ -330,6 +363,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(currents_of_another_instant);
     RUN_TEST(a_filtered_current);
+    RUN_TEST(iron_that_follows_late);
     RUN_TEST(currents_told_between_pulses);
     RUN_TEST(a_current_filtered_between_pulses);
     RUN_TEST(a_frame_that_is_ahead);
