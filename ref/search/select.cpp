@@ -411,6 +411,21 @@ bool take_pair(const Model& model, const std::vector<Tried>& tried, const std::v
 
 }  // namespace
 
+namespace {
+
+/// Those that come and go once or twice a turn, electrical or of the shaft: three legs' pulses do neither.
+std::vector<Candidate> unlike_pulses(const std::vector<Candidate>& candidates)
+{
+    std::vector<Candidate> out;
+    for (const Candidate& c : candidates) {
+        const Effect& e = effect_of(c.inputs.front().law);
+        if (e.order == 1.0 || e.order == 2.0 || e.shape == Shape::shaft_order) out.push_back(c);
+    }
+    return out;
+}
+
+}  // namespace
+
 Selection select(const Model& model, const Point& start, const std::vector<Candidate>& candidates,
                  const SelectOptions& options)
 {
@@ -422,8 +437,12 @@ Selection select(const Model& model, const Point& start, const std::vector<Candi
     constexpr int kMostRounds = 6;
     bool mapped = false;
     for (int n = 0; n < kMostRounds; ++n) {
-        if (below(options.reported_rms(s.best.point), options.exact)) break;
-        std::vector<Tried> tried = round(model, s.best, candidates, options, n == 0 ? &s.alone : nullptr);
+        const std::vector<double> left = options.reported_rms(s.best.point);
+        const bool exact = below(left, options.exact);
+        const std::vector<Candidate> rest = exact ? unlike_pulses(candidates) : std::vector<Candidate>();
+        if (below(left, options.own) || (exact && rest.empty())) break;
+        std::vector<Tried> tried = round(model, s.best, exact ? rest : candidates, options,
+                                         n == 0 && !exact ? &s.alone : nullptr);
         weigh_law_noise(options, tried);
         const Tried* taken = nullptr;
         for (const Tried& t : tried)
@@ -439,6 +458,7 @@ Selection select(const Model& model, const Point& start, const std::vector<Candi
             if (needed(model, s.best, t.refined, options)) taken = &t;
         }
         if (!taken) {
+            if (exact) break;
             if (!mapped && take_map(model, options, n, s)) {
                 mapped = true;
                 continue;
