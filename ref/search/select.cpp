@@ -186,6 +186,17 @@ void weigh_law_noise(const SelectOptions& options, std::vector<Tried>& tried)
     });
 }
 
+/// Of inputs of one name those that are apart: which channel is late decides what gain is wanted, so that linear steps do
+/// not tell which is right.
+int apart(const Candidate& c)
+{
+    const Input& first = c.inputs.front();
+    if (effect_of(first.law).shape == Shape::pulses) return -1;
+    // Eddies that follow late average what noise the law's columns bring in.
+    if (first.law == Law::iron_loss) return first.shape[0] > 0.0 ? 1 : 0;
+    return effect_of(first.law).shape == Shape::instant ? static_cast<int>(first.shape[0]) : 0;
+}
+
 /// The best, or one that is hardly worse and plainer, or as plain and the more common.
 bool stands_before(const Tried& t, const Tried& best)
 {
@@ -194,18 +205,11 @@ bool stands_before(const Tried& t, const Tried& best)
     constexpr double kHardly = kLeastNats, kSame = 1.0;
     const double lost = best.nats() - t.nats();
     const int weights = weights_of(t.candidate) - weights_of(best.candidate);
+    const Law law = t.candidate.inputs.front().law;
+    if (law == Law::iron_loss && t.name == best.name) return apart(t.candidate) == 0 && lost < kHardly;
     return weights < 0 ? lost < kHardly
                        : weights == 0 && lost < kSame &&
                              stands_before(t.candidate.inputs.front().law, best.candidate.inputs.front().law);
-}
-
-/// Of inputs of one name those that are apart: which channel is late decides what gain is wanted, so that linear steps do
-/// not tell which is right.
-int apart(const Candidate& c)
-{
-    const Input& first = c.inputs.front();
-    if (effect_of(first.law).shape == Shape::pulses) return -1;
-    return effect_of(first.law).shape == Shape::instant ? static_cast<int>(first.shape[0]) : 0;
 }
 
 /// The candidates that are not on, tried on top of `base`, best first; one for each name, or for each that is apart.
