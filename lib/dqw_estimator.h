@@ -62,6 +62,8 @@ typedef struct dqw_estimator_config {
     enum dqw_modulation modulation;  ///< which legs switch: dead time is theirs alone. Without dead time of no meaning
     uint32_t stale_limit;            ///< equal samples in a row before a sensor counts as stuck; 0: never
     uint32_t threshold_ppm;          ///< residual over the voltage base that stage 3 must reach; 0: 50000 (5 %)
+    /// deviation of the scale in which the voltage is given, as of the link's converter; 0: exact. A tenth at most
+    uint32_t voltage_scale_ppm;
     bool observed;  ///< the angle is an observer's, no encoder's: it may lean with load and speed, unseen
     bool angle;     ///< cosine and sine are given: dead time and some effects need them
     /// learn the flux that shows on the other axis where the angle is off; without effects the data are turned by it

@@ -24,6 +24,8 @@
 #define START_EFFECT_SD_PU 10.0f
 // Beyond that nobody controls a current.
 #define ANGLE_LATE_PERIODS 2.0f
+// Where three deviations are more, no value is usable.
+#define VOLTAGE_SCALE_MOST_PPM 100000u
 // Of a default configuration.
 #define DEAD_TIME_WIDTH_PU 0.02f
 #define STALE 10u
@@ -146,6 +148,7 @@ static enum dqw_status check(const dqw_estimator_config *c)
     if (c->dead_time_width_A > 0.0f && !dqw_is_finite(1.0f / c->dead_time_width_A)) return DQW_ERR_DEAD_TIME_WIDTH;
     if ((unsigned)c->modulation >= DQW_MODULATIONS) return DQW_ERR_MODULATION;
     if (!dqw_within(c->angle_late_s, ANGLE_LATE_PERIODS * c->dt_s)) return DQW_ERR_ANGLE_LATE;
+    if (c->voltage_scale_ppm > VOLTAGE_SCALE_MOST_PPM) return DQW_ERR_VOLTAGE_SCALE;
 #if DQW_EFFECT_WEIGHTS > 0
     // Their laws see the currents as they come.
     if (c->angle_late_s != 0.0f && c->effect_count > 0) return DQW_ERR_ANGLE_LATE;

@@ -110,12 +110,14 @@ float dqw_estimator_witness_pu2(const dqw_estimator *e)
 
 float dqw_estimator_model_pu(const dqw_estimator *e, int weight, const dqw_lasting *l)
 {
-    // Each in line with its own part of the input.
+    // Each in line with its own part of the input: what is fast of one that is slow, no less than so many stretches tell.
     const float alone = e->alone_pu2[weight];
     if (!(l->fast_pu2 + l->slow_pu2 > 0.0f)) return 0.0f;
     if (!(alone > 0.0f)) return DQW_UNKNOWN;
     const float slowly = e->slow_alone_pu2[weight] < alone ? e->slow_alone_pu2[weight] : alone;
-    return sqrtf(l->slow_pu2 * slowly + l->fast_pu2 * (alone - slowly)) / alone;
+    const float told = slowly * sqrtf(dqw_lasting_part(e, (float)dqw_estimator_stretch(e)));
+    const float quickly = told > alone - slowly ? told : alone - slowly;
+    return sqrtf(l->slow_pu2 * slowly + l->fast_pu2 * quickly) / alone;
 }
 
 // Half a lasting error's size, or its scatter between segments where that is known: what no residual shows. (E106)
@@ -152,10 +154,17 @@ static float of_voltage(const dqw_estimator *e, int weight)
     return sd < SD_MOST ? sd : DQW_UNKNOWN;
 }
 
+// Every weight is volts for something: in volts a part too large all are that part too large, and nothing shows it.
+static float of_scale(const dqw_estimator *e, int weight)
+{
+    return 1e-6f * (float)e->config->voltage_scale_ppm * fabsf(dqw_estimator_value(e, weight));
+}
+
 float dqw_estimator_sd_value(const dqw_estimator *e, int weight)
 {
     const dqw_lasting now = dqw_estimator_lasting(e);
-    return with(with(dqw_estimator_noise_sd(e, weight), hidden(e, weight, &now)), of_voltage(e, weight));
+    const float unseen = with(of_voltage(e, weight), of_scale(e, weight));
+    return with(with(dqw_estimator_noise_sd(e, weight), hidden(e, weight, &now)), unseen);
 }
 
 float dqw_estimator_sd(const dqw_estimator *e, int weight)

@@ -43,6 +43,7 @@ static const char *const status_texts[] = {
     [-DQW_ERR_MODULATION] = "modulation: none of those that enum dqw_modulation names",
     [-DQW_ERR_ANGLE_LATE] =
         "angle_late_s: how long before its currents the angle was taken, two periods at most, 0 beside effects",
+    [-DQW_ERR_VOLTAGE_SCALE] = "voltage_scale_ppm: deviation of the voltage's scale, 0 (exact) to 100000",
     [-DQW_ERR_EFFECT_LIST] = "effects: the list is null where effect_count is not 0",
     [-DQW_ERR_EFFECT_NAME] = "effects: no name, or one of the shaft where the machine's belong, or the other way round",
     [-DQW_ERR_EFFECT_SHAPE] = "effects: a shape or start value that means nothing; dqw_effect_name.h says each shape",

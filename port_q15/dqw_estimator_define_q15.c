@@ -8,6 +8,8 @@
 #define HALF_WINDOW 20
 // Beyond that nobody controls a current.
 #define ANGLE_LATE_PERIODS 2
+// Where three deviations are more, no value is usable.
+#define VOLTAGE_SCALE_MOST_PPM 100000u
 #define ONE_Q15 32768
 #define ONE_Q24 16777216
 #define ONE_Q30 1073741824
@@ -254,6 +256,7 @@ static enum dqw_status check(const dqw_estimator_q15_config *c, dqw_units_q15 *u
     if ((unsigned)c->modulation >= DQW_MODULATIONS) return DQW_ERR_MODULATION;
     if (dqw_q_size64(c->angle_late_ns) > (int64_t)ANGLE_LATE_PERIODS * c->scale.dt_ns) return DQW_ERR_ANGLE_LATE;
     if (c->voltage_error_mV > DQW_SCALE_MAX) return DQW_ERR_VOLTAGE_ERROR;
+    if (c->voltage_scale_ppm > VOLTAGE_SCALE_MOST_PPM) return DQW_ERR_VOLTAGE_SCALE;
     if (c->random != NULL && c->random->learn == NULL) return DQW_ERR_RANDOM;
     // Below one radian a period, and not standing still
     const int64_t turn_q28 = dqw_scale_turn_q28(&c->scale, turning(c, c->scale.pole_pairs));

@@ -60,6 +60,8 @@ typedef struct dqw_estimator_q15_config {
     enum dqw_modulation modulation;  ///< which legs switch: dead time is theirs alone
     uint32_t stale_limit;            ///< equal samples in a row before a sensor counts as stuck; 0: never
     uint32_t threshold_ppm;          ///< residual over the full voltage that stage 3 must reach; 0: 50000 (5 %)
+    /// deviation of the scale in which the voltage is given, as of the link's converter; 0: exact. A tenth at most
+    uint32_t voltage_scale_ppm;
     /// an input whose power stays below this part of its full scale, squared, teaches nothing; 0: 328 (0.01)
     uint16_t excitation_q15;
     uint8_t half_window;   ///< pairs in half a block, 1 .. 100; 0: 20

@@ -18,6 +18,7 @@
 #define LATE_SD_Q20 167772
 // Of what may stand in line with an input, what does: 0.4, squared.
 #define MODEL_PART2_Q31 343597384
+#define MILLIONTH_Q32 4295u
 
 uint32_t dqw_estimator_unit_q15(const dqw_estimator_q15_config *config, enum dqw_parameter parameter)
 {
@@ -106,6 +107,12 @@ int32_t dqw_estimator_noise_sd_q24(const dqw_estimator_q15 *e, int weight)
     return root_q24(e, weight, noise_q56(e, weight));
 }
 
+// Deviation of a square's mean over the stretches that were, as a part of it.
+static uint32_t stretches_tell_q30(const dqw_estimator_q15 *e)
+{
+    return dqw_q_root64((uint64_t)dqw_lasting_part_q30(e, dqw_estimator_stretch_q15(e)) << 30);
+}
+
 dqw_lasting_q15 dqw_estimator_lasting_q15(const dqw_estimator_q15 *e)
 {
     // [READ.3] what lasts of the residual, above what noise makes of so many products
@@ -120,11 +127,9 @@ dqw_lasting_q15 dqw_estimator_lasting_q15(const dqw_estimator_q15 *e)
     const int64_t fast_q56 = (two_q38 > three_q38 ? two_q38 : three_q38) * 262144 - noise;
     if (fast_q56 > 0) l.fast_q56 = fast_q56;
     // The same of a stretch's two, whose blocks overlap: 1.5.
-    const uint32_t n = dqw_estimator_stretch_q15(e);
-    const uint32_t part_q30 = (uint32_t)dqw_lasting_part_q30(e, n);
-    const int64_t of_stretch_q56 = dqw_q_quotient64(dqw_q_product64(all_q56, 3, -1), n, 0);
+    const int64_t of_stretch_q56 = dqw_q_quotient64(dqw_q_product64(all_q56, 3, -1), dqw_estimator_stretch_q15(e), 0);
     const int64_t slow_q56 = (int64_t)e->residual.slow_q38 * 262144 -
-                             dqw_q_product64(of_stretch_q56, dqw_q_root64((uint64_t)part_q30 << 30), -30);
+                             dqw_q_product64(of_stretch_q56, stretches_tell_q30(e), -30);
     if (slow_q56 > 0) l.slow_q56 = slow_q56;
     return l;
 }
@@ -149,15 +154,17 @@ int64_t dqw_estimator_witness_q56(const dqw_estimator_q15 *e)
 // Squared, INT64_MAX where nobody knows.
 static int64_t model_q56(const dqw_estimator_q15 *e, int weight, const dqw_lasting_q15 *l)
 {
-    // Each in line with its own part of the input.
-    const int64_t alone_q31 = e->residual.alone_q31[weight];
-    const int64_t slow_q31 = e->residual.slow_alone_q31[weight];
+    // Each in line with its own part of the input: what is fast of one that is slow, no less than so many stretches tell.
+    const uint32_t alone_q31 = e->residual.alone_q31[weight];
+    const uint32_t slow_q31 = e->residual.slow_alone_q31[weight];
     if (l->fast_q56 == 0 && l->slow_q56 == 0) return 0;
     if (alone_q31 == 0) return INT64_MAX;
-    const int64_t slowly_q31 = slow_q31 < alone_q31 ? slow_q31 : alone_q31;
-    // As much as all of the larger one: 2^49 by 2^32 by 2^-18
+    const uint32_t slowly_q31 = slow_q31 < alone_q31 ? slow_q31 : alone_q31;
+    const uint32_t told_q31 = (uint32_t)(((uint64_t)slowly_q31 * stretches_tell_q30(e)) >> 30);
+    const uint32_t quickly_q31 = told_q31 > alone_q31 - slowly_q31 ? told_q31 : alone_q31 - slowly_q31;
+    // As much as twice all of the larger one: 2^49 by 2^32 by 2^-18
     const int64_t both_q69 = dqw_q_product64(l->slow_q56, slowly_q31, -18) +
-                             dqw_q_product64(l->fast_q56, alone_q31 - slowly_q31, -18);
+                             dqw_q_product64(l->fast_q56, quickly_q31, -18);
     return dqw_q_quotient64(dqw_q_quotient64(both_q69, alone_q31, 31), alone_q31, 18);
 }
 
@@ -222,15 +229,18 @@ int32_t dqw_estimator_sd_q24(const dqw_estimator_q15 *e, int weight)
     return root_q24(e, weight, hides == INT64_MAX ? INT64_MAX : sum_q56(noise, dqw_q_quotient64(hides, met, 0)));
 }
 
-static int32_t with_q24(int32_t noise, int32_t hides)
+// Every weight is volts for something: in volts a part too large all are that part too large, and nothing shows it.
+static int32_t of_scale_q24(const dqw_estimator_q15 *e, int weight)
 {
-    return noise == INT32_MAX || hides == INT32_MAX ? INT32_MAX : dqw_q_length32(noise, hides);
+    return dqw_q_times32(dqw_estimator_value_q24(e, weight), (int32_t)(e->config->voltage_scale_ppm * MILLIONTH_Q32),
+                         -32);
 }
 
-// As it is now, of a deviation as noise makes it.
+// As it is now, of a deviation as noise makes it. What is not known is as long as it can be, whatever is added.
 static int32_t with_hidden_q24(const dqw_estimator_q15 *e, int weight, int32_t sd_q24)
 {
-    return with_q24(sd_q24, root_q24(e, weight, now_hidden_q56(e, weight)));
+    const int32_t seen_q24 = dqw_q_length32(sd_q24, root_q24(e, weight, now_hidden_q56(e, weight)));
+    return dqw_q_length32(seen_q24, of_scale_q24(e, weight));
 }
 
 dqw_reading_q15 dqw_estimator_read_q15(const dqw_estimator_q15 *e, enum dqw_parameter parameter)

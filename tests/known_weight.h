@@ -17,12 +17,13 @@ typedef struct known_state {
     int learned;                    ///< weights of which anything was learned
     int segments, since;            ///< in all; since a weight was found changed
     double voltage_error;           ///< that the user allows for
+    double voltage_scale;           ///< deviation of its scale, as a part
     bool settled;
 } known_state;
 
 /// And of one weight.
 typedef struct known_weight {
-    double cov, score2, lag, alone2, slow_alone2, band;
+    double w, cov, score2, lag, alone2, slow_alone2, band;
     bool learned, leans, in_q;  ///< an observer's angle leans with it; its voltage error counts on q
 } known_weight;
 
@@ -59,18 +60,20 @@ static inline void known_lasting(const known_state *s, double *fast2, double *sl
 }
 
 /// h^2 of (E103).
-static inline double known_model2(const known_weight *w, double fast2, double slow2)
+static inline double known_model2(const known_state *s, const known_weight *w, double fast2, double slow2)
 {
     if (fast2 + slow2 <= 0) return 0;
     if (w->alone2 <= 0) return INFINITY;
     const double slowly = fmin(w->alone2, w->slow_alone2);
-    return (slow2 * slowly + fast2 * (w->alone2 - slowly)) / (w->alone2 * w->alone2);
+    const double m = fmin(8192, s->blocks - 50) / s->stretch;
+    const double quickly = fmax(w->alone2 - slowly, slowly * sqrt(2 / (m + 1)));
+    return (slow2 * slowly + fast2 * quickly) / (w->alone2 * w->alone2);
 }
 
 /// (E106)
-static inline double known_hidden2(const known_weight *w, double fast2, double slow2)
+static inline double known_hidden2(const known_state *s, const known_weight *w, double fast2, double slow2)
 {
-    const double h2 = known_model2(w, fast2, slow2);
+    const double h2 = known_model2(s, w, fast2, slow2);
     return (w->leans ? 1 : 0.16) * h2 + w->band * fmin(w->band, sqrt(h2));
 }
 
@@ -90,9 +93,10 @@ static inline known_sd known_of(const known_state *s, const known_weight *w)
     known_lasting(s, &fast2, &slow2);
     const double noise2 = known_noise2(s, w);
     const bool calm = s->segments > 0;
-    const double then2 = known_hidden2(w, calm ? s->calm_fast2 : fast2, calm ? s->calm_slow2 : slow2);
+    const double then2 = known_hidden2(s, w, calm ? s->calm_fast2 : fast2, calm ? s->calm_slow2 : slow2);
+    const double scale2 = pow(s->voltage_scale * w->w, 2);
     const known_sd sd = {sqrt(noise2), sqrt(noise2 + then2 / (1 + s->since)),
-                         sqrt(noise2 + known_hidden2(w, fast2, slow2) + known_voltage2(s, w))};
+                         sqrt(noise2 + known_hidden2(s, w, fast2, slow2) + known_voltage2(s, w) + scale2)};
     return sd;
 }
 
@@ -109,9 +113,12 @@ static inline known_state known_drawn(test_random *r, bool settled, double floor
     }
     s.slow2 = size * random_uniform(r, -0.3, 1);
     s.calm_fast2 = size * random_uniform(r, 0, 1), s.calm_slow2 = size * random_uniform(r, 0, 1);
+    // Until then, and of settled points, nothing is known to last.
+    if (settled || s.blocks <= 50) s.calm_fast2 = s.calm_slow2 = 0;
     if (random_bits(r) % 4 == 0) s.lasting2[0] = s.lasting2[1] = s.slow2 = 0;
     s.segments = (int)(random_bits(r) % 3), s.since = (int)(random_bits(r) % 5);
     s.voltage_error = random_bits(r) % 2 ? random_uniform(r, 0.001, 0.03) : 0;
+    s.voltage_scale = random_bits(r) % 2 ? pow(10, random_uniform(r, -4, -1)) : 0;
     return s;
 }
 
@@ -124,6 +131,7 @@ static inline known_weight weight_drawn(test_random *r)
     w.alone2 = random_bits(r) % 8 == 0 ? 0 : random_uniform(r, 0.01, 0.9);
     w.slow_alone2 = w.alone2 * random_uniform(r, 0, 1.3);
     w.band = pow(10, random_uniform(r, -4, -1));
+    w.w = random_uniform(r, -2, 2);
     return w;
 }
 

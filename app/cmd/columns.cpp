@@ -9,6 +9,7 @@
 #include "app/base/parameters.hpp"
 #include "app/format/formats.hpp"
 #include "app/job/columns.hpp"
+#include "app/read/machine_file.hpp"
 #include "app/report/report.hpp"
 
 namespace dqw {
@@ -50,6 +51,8 @@ void write_canonical(const Log& log, const Survey& survey, const Options& option
     if (!log.modulation.empty()) toml += fmt::format("modulation = \"{}\"\n", log.modulation);
     if (log.observed) toml += "angle = \"observer\"\n";
     if (log.voltage_error_V > 0) toml += fmt::format("voltage_error_V = {}\n", log.voltage_error_V);
+    if (log.voltage_scale != MachineFile{}.voltage_scale)
+        toml += fmt::format("voltage_scale = {}\n", log.voltage_scale);
     write_file(path_in(options.out_dir, stem + ".toml"), toml);
 }
 

@@ -152,6 +152,7 @@ std::string monitor_estimator(const dqw_estimator_q15_config& t, std::size_t eff
     put(out, "dead_time_width_mA", t.dead_time_width_mA);
     if (t.angle_late_ns != 0) out += fmt::format(", .angle_late_ns = {}", t.angle_late_ns);
     put(out, "voltage_error_mV", t.voltage_error_mV);
+    put(out, "voltage_scale_ppm", t.voltage_scale_ppm);
     if (t.modulation != DQW_MODULATION_CENTRED) out += fmt::format(", .modulation = {}", kModulations[t.modulation]);
     put(out, "stale_limit", t.stale_limit);
     put(out, "excitation_q15", t.excitation_q15);

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
 #include <iterator>
 #include <nlohmann/json.hpp>
 
@@ -73,6 +74,9 @@ std::string about_drive(const dqw_sim_scenario& s)
     if (switched || s.sensing.observer)
         text += fmt::format("angle = \"{}\"\n", s.sensing.observer ? "observer" : "encoder");
     if (switched || polled) text += fmt::format("period_s = {}\n", s.drive.dt_s);
+    // A link that is read in steps, for good by half of one.
+    if (!polled)
+        text += fmt::format("voltage_scale = {:.3g}\n", s.noise.step_v_dc_V / (s.drive.v_dc_V * std::sqrt(12.0)));
     return text;
 }
 

@@ -155,6 +155,7 @@ private:
         if (const TraceInput* dead_time = dead_time_of(inputs_)) config_.dead_time_width_A = width_of(*dead_time);
         config_.observed = first.observed;
         config_.voltage_error_V = static_cast<float>(first.voltage_error_V);
+        config_.voltage_scale_ppm = static_cast<std::uint32_t>(std::lround(1e6 * first.voltage_scale));
         config_.modulation = before != nullptr ? before->modulation : modulation_of(first, config_, inputs_);
         config_.effects = list_.data();
         config_.effect_count = static_cast<std::uint8_t>(list_.size());

@@ -63,6 +63,7 @@ dqw_estimator_q15_config config_of(const std::vector<Log>& logs, const LearnOpti
     c.psi_nWb = whole(1e9 * static_cast<double>(nominal(first.machine, options.start, &Machine::psi_Wb)));
     c.excitation_q15 = static_cast<std::uint16_t>(std::lround(32768.0 * kExcitation_pu));
     c.voltage_error_mV = whole(1e3 * first.voltage_error_V);
+    c.voltage_scale_ppm = whole(1e6 * first.voltage_scale);
     c.noise_on_inputs = !is_static && all_rows(logs) > kShort;
     c.angle = std::any_of(inputs.begin(), inputs.end(), [](const TraceInput& in) { return needs_angle(in.effect); });
     if (!is_static)

@@ -205,6 +205,7 @@ MonitorSetup monitor_setup(const std::vector<Log>& logs, const LearnConfig& aske
     c.follow = true;
     c.observed = log.observed;
     c.voltage_error_V = static_cast<float>(log.voltage_error_V);
+    c.voltage_scale_ppm = static_cast<std::uint32_t>(std::lround(1e6 * log.voltage_scale));
     c.stale_limit = kStale;
     c.half_window = half_window_of(log, c);
     if (c.angle)

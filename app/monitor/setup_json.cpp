@@ -46,6 +46,7 @@ constexpr Field<Estimator, std::uint16_t> estimator_small[] = {
 constexpr Field<Estimator, std::uint32_t> estimator_counts[] = {
     {"stale_limit", &Estimator::stale_limit},
     {"threshold_ppm", &Estimator::threshold_ppm},
+    {"voltage_scale_ppm", &Estimator::voltage_scale_ppm},
 };
 constexpr Field<Estimator, bool> estimator_switches[] = {
     {"observed", &Estimator::observed},

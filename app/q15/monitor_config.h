@@ -36,6 +36,7 @@ static inline dqw_monitor_q15_config dqw_monitor_config_in_q15(const dqw_monitor
     if (t->dead_time_width_mA == 0 && f->dead_time_width_A > 0.0f) t->dead_time_width_mA = 1;
     t->angle_late_ns = dqw_q15_whole_either(1e9 * (double)f->angle_late_s);
     t->voltage_error_mV = dqw_q15_whole(1e3 * (double)f->voltage_error_V);
+    t->voltage_scale_ppm = f->voltage_scale_ppm;
     t->modulation = f->modulation;
     t->stale_limit = f->stale_limit;
     t->half_window = (uint8_t)(f->half_window < DQW_WINDOW_Q15_HALF ? f->half_window : DQW_WINDOW_Q15_HALF);

@@ -519,6 +519,7 @@ private:
         log_.v_q_is_size = import_.voltage_is_size && !has_[col_v_d];
         log_.observed = machine_.observed;
         log_.voltage_error_V = machine_.voltage_error_V;
+        log_.voltage_scale = machine_.voltage_scale;
         const bool of_format = !machine_.regime && regime_ && !own_format();
         if (machine_.regime || of_format) {
             log_.regime = *regime_;

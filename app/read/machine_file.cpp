@@ -267,6 +267,11 @@ private:
                 if (value < 0)
                     refuse(node, fmt::format("voltage_error_V is {:g}; expected a non-negative number", value));
                 file_.voltage_error_V = value;
+            } else if (key == "voltage_scale") {
+                const double value = number(key, node);
+                if (value < 0 || value > 0.1)
+                    refuse(node, fmt::format("voltage_scale is {:g}; expected a part, 0 (exact) to 0.1", value));
+                file_.voltage_scale = value;
             } else if (key == "period_s") {
                 file_.period_s = number(key, node);
                 if (!(*file_.period_s > 0)) refuse(node, "period_s is not positive; expected the control period");

@@ -39,7 +39,7 @@ class Simulated:
 
 
 def simulate(tools: Tools, drive: Drive, folder: pathlib.Path) -> Simulated:
-    """Truth as it is at the log's end; of two unlike phases the mean."""
+    """Truth as it is at the log's end and as the drive's sensors have it, R from the inverter's rails on."""
     said = tools.json("dqwatch", *drive.arguments(), "--out", str(folder), "--json")
     csv = pathlib.Path(said["csv"])
     csv.with_suffix(".toml").unlink()  # it holds the truth
@@ -52,6 +52,9 @@ def simulate(tools: Tools, drive: Drive, folder: pathlib.Path) -> Simulated:
     if not plain:
         truth["R_ohm"] *= 1 + 0.0039 * (end["temp_winding_C"] - 25)
         truth["psi_Wb"] *= 1 + drive.machine.magnet_beta * (end["temp_magnet_C"] - 25)
+    truth["R_ohm"] += drive.legs_ohm
+    for name in ("R_ohm", "Ld_H", "Lq_H"):
+        truth[name] /= drive.common_gain
     return Simulated(drive, csv, truth, end)
 
 

@@ -32,6 +32,7 @@ class Machine:
     iron_S: float
     hysteresis_S_rad_s: float
     magnet_beta: float
+    legs_ohm: float  # of the scenarios' own inverter, as a current meets it
 
     @property
     def name(self) -> str:
@@ -43,13 +44,14 @@ class Machine:
 
 
 MACHINES = (
-    Machine("", 4, 0.9, 2.2e-3, 2.8e-3, 0.12, 2e-3, 320, 15, 1e-4, 150, 3, 0.051, 3, 0.02, 4e-3, 1e-3, 0.4, -0.0011),
+    Machine("", 4, 0.9, 2.2e-3, 2.8e-3, 0.12, 2e-3, 320, 15, 1e-4, 150, 3, 0.051, 3, 0.02, 4e-3, 1e-3, 0.4, -0.0011,
+            0.025),
     Machine("_joint", 4, 0.5, 1e-3, 1.4e-3, 0.02, 3e-4, 24, 6, 5e-5, 90, 0.35, 0.051, 2, 0.01, 1e-2, 2e-3, 0.5,
-            -0.0011),
+            -0.0011, 0.02),
     Machine("_hub", 15, 0.24, 520e-6, 650e-6, 0.0243, 0.02, 48, 20, 5e-5, 45, 4, 0.11, 4, 0.03, 3e-3, 2e-3, 0.8,
-            -0.0012),
+            -0.0012, 0.004),
     Machine("_fast", 14, 0.014, 10e-6, 15e-6, 1.456e-3, 1.5e-4, 22, 50, 3.5e-5, 300, 0.5, 0.051, 8, 0.08, 1e-3, 0.03,
-            60, -0.0012),
+            60, -0.0012, 0.0015),
 )
 
 # Of the scenario drive_clamped_*: what makes it a drive. Without these it is the machine, its sensors' noise and loops.
@@ -218,6 +220,21 @@ class Drive:
     @property
     def decided(self) -> bool:
         return self.value("drive.logged") == "decided" or "cheap" in self.scenario
+
+    @property
+    def legs_ohm(self) -> float:
+        """What a current meets in a leg: channels alone, or a switch and the other one's diode in turn."""
+        if "as built" in self.title:
+            return self.machine.legs_ohm
+        switch, diode = float(self.value("inverter.switch_ohm")), float(self.value("inverter.diode_ohm"))
+        return switch if self.value("inverter.reverse") == "channel" else 0.5 * (switch + diode)
+
+    @property
+    def common_gain(self) -> float:
+        """Of the current sensors that there are: what they share, they do not show."""
+        gains = [float(self.value(f"nonideal.current_gain_{phase}") or 0) for phase in
+                 self.value("sensing.phases") or "abc"]
+        return 1 + sum(gains) / len(gains)
 
     @property
     def duration_s(self) -> float:

@@ -336,6 +336,8 @@ constexpr Effect rows[] = {
     {{Law::dead_clamped, "dead_time", 2, Shape::current_width, Unit::V, currents}},
     {{Law::own_map, "saturation", kOwnWeights, Shape::current_cells, Unit::Wb, currents}},
     {{Law::cross_map, "cross_saturation", kCrossWeights, Shape::current_cells, Unit::Wb, currents}},
+    {{Law::pulsed_shift, "sample_shift", 1, Shape::pulses, Unit::s, currents}},
+    {{Law::pulsed_lag, "sensor_lag", 1, Shape::pulses, Unit::s, currents}},
 };
 
 /// Where a law's row is.
@@ -349,14 +351,14 @@ struct Places {
     }
 };
 constexpr Places places;
-static_assert(places.found == std::size(rows) && std::size(rows) == static_cast<std::size_t>(Law::cross_map) + 1,
+static_assert(places.found == std::size(rows) && std::size(rows) == static_cast<std::size_t>(Law::pulsed_lag) + 1,
               "an effect lacks its row");
 
 }  // namespace
 
 const std::vector<Effect>& effects()
 {
-    static const std::vector<Effect> catalogue(std::begin(rows), std::end(rows) - 5);
+    static const std::vector<Effect> catalogue(std::begin(rows), std::end(rows) - 7);
     return catalogue;
 }
 
@@ -364,7 +366,7 @@ const Effect& effect_of(Law law) { return rows[places.of[static_cast<std::size_t
 
 const Effect* find_effect(const std::string& name)
 {
-    const auto* const end = std::end(rows) - 4;
+    const auto* const end = std::end(rows) - 6;
     const auto* const found = std::find_if(std::begin(rows), end, [&](const Effect& e) { return name == e.name; });
     return found != end ? found : nullptr;
 }
@@ -378,6 +380,7 @@ int numbers_of(Shape shape)
     case Shape::current_cells:
     case Shape::instant:
     case Shape::channel:
+    case Shape::pulses:
     case Shape::link:
     case Shape::shaft_order: return 0;
     case Shape::speed_widths: return 2;

@@ -41,7 +41,9 @@ enum class Law {
     dead_clamped,     ///< dead_time where a leg rests: with a part that does not ask which way the current flows
     flux_map,         ///< one that was there before the log: learned by firmware, not sought
     own_map,          ///< saturation, bending cell by cell: where a polynomial is not enough
-    cross_map         ///< cross_saturation, the same
+    cross_map,        ///< cross_saturation, the same
+    pulsed_shift,     ///< sample_shift of currents between the legs' pulses: not under their mean voltage
+    pulsed_lag        ///< sensor_lag, the same
 };
 
 /// What a law takes for given, in the order of TraceInput::shape.
@@ -59,6 +61,7 @@ enum class Shape {
     order,          ///< of the electrical angle
     instant,        ///< which of `Instant` is late; R, L_d, L_q, psi
     channel,        ///< which of `Channel` lags; R, L_d, L_q, psi
+    pulses,         ///< the link, V, that is fitted too, or 0: its column; the angle at the first row
     link,           ///< which of `Sag`; the link's voltage without load, V (0: unknown); largest power, W
     shaft_order,    ///< of the shaft's angle; 1 where the speed is that of the same encoder, else 0
     speed_width,    ///< a speed, rad/s, that is fitted too

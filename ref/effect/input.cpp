@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "ref/effect/pulses.hpp"
+
 namespace dqw {
 namespace {
 
@@ -205,22 +207,25 @@ Vector2 sampled_late(const Moment& at, Vector2 v, double late)
     return {i.d - row.d, i.q - row.q};
 }
 
+/// Of the voltage's jumps at the last rows, what has not come through a filter by this sample.
+Vector2 on_the_way(const Moment& at, double tau_s)
+{
+    Vector2 missing;
+    if (!(tau_s > 0.0)) return missing;
+    const double kept = std::exp(-at.period_s / tau_s), half = 0.5 * at.w_e * at.period_s;
+    double part = 1.0;
+    // The row at which a period starts ends the one before: its last jump is one further back.
+    for (int n = at.starts ? 1 : 0; n < kPast; ++n) missing = plus(missing, part *= kept, at.change[n]);
+    return turned_by(at.starts ? half : -half, missing);
+}
+
 /// What a filtered current has more than the true one: its time constant times its own slope, negative. That is the
 /// true slope, less what of its jumps at the last rows, and of the magnet's turning, has not come through; all of it
 /// decays with R/L meanwhile. (E117)
 Vector2 filtered(const Moment& at, double tau_s)
 {
-    const Vector2 v{at.v_end_d, at.v_end_q};
-    const double kept = tau_s > 0.0 ? std::exp(-at.period_s / tau_s) : 0.0, half = 0.5 * at.w_e * at.period_s;
+    const Vector2 v{at.v_end_d, at.v_end_q}, jumps = on_the_way(at, tau_s), missing{jumps.d / at.Ld, jumps.q / at.Lq};
     constexpr double kLeastPart = 0.1;  // a filter as slow as the winding is none of a drive's
-    double part = 1.0;
-    Vector2 missing;
-    // The row at which a period starts ends the one before: its last jump is one further back.
-    for (int n = at.starts ? 1 : 0; n < kPast; ++n) {
-        part *= kept;
-        const Vector2 jump = turned_by(at.starts ? half : -half, at.change[n]);
-        missing.d += part * jump.d / at.Ld, missing.q += part * jump.q / at.Lq;
-    }
     // The slope is that of the true currents, which are known after a first round.
     Vector2 i{at.i_d, at.i_q}, slope;
     for (int round = 0; round < 2; ++round) {
@@ -235,6 +240,19 @@ Vector2 filtered(const Moment& at, double tau_s)
     return {-tau_s * slope.d, -tau_s * slope.q};
 }
 
+/// A conductance across the voltage behind R, whose current follows in shape[0] periods. What the line carries of it
+/// within a period is not half-way between its ends. (E52)
+void iron(const Input& input, const Moment& at, Vector2& f, Vector2& g)
+{
+    const double periods = input.shape[0], kept = periods > 0.0 ? std::exp(-1.0 / periods) : 0.0;
+    const Vector2 late = at.settled ? Vector2{} : on_the_way(at, periods * at.period_s);
+    g = {-at.Ld * (at.v_end_d - at.R * at.i_d - late.d), -at.Lq * (at.v_end_q - at.R * at.i_q - late.q)};
+    if (at.settled) return;
+    const double beside = at.R * (0.5 * (1.0 + kept) - (1.0 - kept) * periods);
+    double part = 1.0;
+    for (int n = 0; n < kPast && part > 0.0; ++n, part *= kept) f = plus(f, beside * part, at.change[n]);
+}
+
 /// Currents and voltage seen from a frame that is `angle` ahead of the rotor: the induced voltage lies elsewhere, and
 /// with saliency the flux. (E116)
 void seen_ahead(const Moment& at, double angle, Vector2& f, Vector2& g)
@@ -244,6 +262,26 @@ void seen_ahead(const Moment& at, double angle, Vector2& f, Vector2& g)
     // L in that frame less L.
     const double L = at.Lq - at.Ld, of_i = s * s * L, cross = c * s * L;
     g.d += of_i * at.i_d + cross * at.i_q, g.q += cross * at.i_d - of_i * at.i_q;
+}
+
+/// What the legs' pulses add to currents that a sensor tells `late` seconds after the row, or behind a filter. (E168)
+void between_pulses(const Input& input, double late_s, const Moment& m, Vector2& f, Vector2& g)
+{
+    Moment seen;
+    const Moment& at = turned(input, m, seen);
+    const bool lag = input.law == Law::pulsed_lag;
+    const Vector2 v = lag ? Vector2{at.v_end_d, at.v_end_q} : at.v_next;
+    const Phases p = phases_of(at.cos_e * v.d - at.sin_e * v.q, at.sin_e * v.d + at.cos_e * v.q);
+    const double each_V[3] = {p.a, p.b, p.c}, link = input.shape[0] > 0.0 ? input.shape[0] : at.v_dc;
+    const Duties duty(input.modulation, each_V, link);
+    double Vs[3];
+    for (int leg = 0; leg < 3; ++leg)
+        Vs[leg] = link * (lag ? -filtered_beyond_mean(duty.of[leg], late_s, at.period_s)
+                              : pulse_beyond_mean(duty.of[leg], late_s, at.period_s));
+    const Vector2 flux = of_phases(at, Vs[0], Vs[1], Vs[2]);
+    Vector2 of_f, of_g;
+    sensor(at, {flux.d / at.Ld, flux.q / at.Lq}, of_f, of_g);
+    f = plus(f, 1.0, of_f), g = plus(g, 1.0, of_g);
 }
 
 void shifted(const Input& input, double shift_s, const Moment& at, Vector2& f, Vector2& g)
@@ -312,7 +350,12 @@ template <typename Sum> void slope_by(double weights[], int j, double step, Sum&
 
 }  // namespace
 
-int free_shapes_of(const Input& input) { return free_of(effect_of(input.law).shape) + (input.free_angle ? 1 : 0); }
+int free_shapes_of(const Input& input)
+{
+    const Shape shape = effect_of(input.law).shape;
+    const int free = shape == Shape::pulses && input.shape[0] > 0.0 ? 1 : free_of(shape);
+    return free + (input.free_angle ? 1 : 0);
+}
 
 void evaluate(const Input& input, const Moment& at, Vector2 f[kMostWeights], Vector2 g[kMostWeights],
               const double weights[])
@@ -334,10 +377,7 @@ void evaluate(const Input& input, const Moment& at, Vector2 f[kMostWeights], Vec
     case Law::cross_map: mapped(input, at, g); break;
     case Law::winding_temperature: f[0] = {at.heat_K * (at.i_d + at.bow_d), at.heat_K * at.i_q}; break;
     case Law::magnet_temperature: g[0].d = at.heat_K; break;
-    case Law::iron_loss:
-        g[0] = {-at.Ld * (at.v_end_d - at.R * at.i_d), -at.Lq * (at.v_end_q - at.R * at.i_q)};
-        if (!at.settled) f[0] = {0.5 * at.R * at.change[0].d, 0.5 * at.R * at.change[0].q};
-        break;
+    case Law::iron_loss: iron(input, at, f[0], g[0]); break;
     case Law::flux_harmonics: {
         double c = at.cos_e, s = at.sin_e, cn = 1.0, sn = 0.0;
         for (int n = static_cast<int>(input.shape[0]); n > 0; n /= 2) {
@@ -364,6 +404,8 @@ void evaluate(const Input& input, const Moment& at, Vector2 f[kMostWeights], Vec
     case Law::angle_offset: g[0] = {(at.Lq - at.Ld) * at.i_q, (at.Lq - at.Ld) * at.i_d - at.psi}; break;
     case Law::delay: f[0] = Late(at, weights ? weights[0] : 0.0, at.change).slope; break;
     case Law::sample_shift:
+    case Law::pulsed_shift:
+    case Law::pulsed_lag:
     case Law::sensor_lag: {
         // Of a period, or of the time in which a radian passes: a difference bends by a millionth.
         constexpr double kStep = 1e-3;
@@ -434,6 +476,14 @@ void evaluate_sum(const Input& input, const double weights[], const Moment& at, 
         return;
     }
     if (input.law == Law::sample_shift) return shifted(input, weights[0], at, f, g);
+    if (input.law == Law::pulsed_shift) {
+        shifted({Law::sample_shift, {static_cast<double>(Instant::currents_after)}}, weights[0], at, f, g);
+        return between_pulses(input, weights[0], at, f, g);
+    }
+    if (input.law == Law::pulsed_lag) {
+        lagging({Law::sensor_lag, {static_cast<double>(Channel::currents)}}, weights[0], at, f, g);
+        return between_pulses(input, weights[0], at, f, g);
+    }
     if (input.law == Law::sensor_lag) return lagging(input, weights[0], at, f, g);
     if (input.law == Law::encoder_eccentricity) return eccentric(input, weights, at, f, g);
     Vector2 each_f[kMostWeights], each_g[kMostWeights];
@@ -533,6 +583,13 @@ Input dead_time_input(Modulation modulation, double width_A, double start_angle_
 {
     const bool clamped = modulation != Modulation::centred;
     Input in{clamped ? Law::dead_clamped : Law::dead_time, {width_A, start_angle_rad, 0, 0}};
+    in.free_angle = free_angle, in.modulation = modulation;
+    return in;
+}
+
+Input pulsed_input(Law law, Modulation modulation, double link_V, double start_angle_rad, bool free_angle)
+{
+    Input in{law, {link_V, start_angle_rad, 0, 0}};
     in.free_angle = free_angle, in.modulation = modulation;
     return in;
 }

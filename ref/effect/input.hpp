@@ -32,6 +32,9 @@ int free_shapes_of(const Input& input);
 /// The inputs of a dead time with this modulation.
 Input dead_time_input(Modulation modulation, double width_A, double start_angle_rad, bool free_angle);
 
+/// Of currents told between the pulses of this modulation; `link_V` 0: the link's column.
+Input pulsed_input(Law law, Modulation modulation, double link_V, double start_angle_rad, bool free_angle);
+
 struct Vector2 {
     double d = 0, q = 0;
 };

@@ -186,6 +186,17 @@ void weigh_law_noise(const SelectOptions& options, std::vector<Tried>& tried)
     });
 }
 
+/// Of inputs of one name those that are apart: which channel is late decides what gain is wanted, so that linear steps do
+/// not tell which is right.
+int apart(const Candidate& c)
+{
+    const Input& first = c.inputs.front();
+    if (effect_of(first.law).shape == Shape::pulses) return -1;
+    // Eddies that follow late average what noise the law's columns bring in.
+    if (first.law == Law::iron_loss) return first.shape[0] > 0.0 ? 1 : 0;
+    return effect_of(first.law).shape == Shape::instant ? static_cast<int>(first.shape[0]) : 0;
+}
+
 /// The best, or one that is hardly worse and plainer, or as plain and the more common.
 bool stands_before(const Tried& t, const Tried& best)
 {
@@ -194,17 +205,11 @@ bool stands_before(const Tried& t, const Tried& best)
     constexpr double kHardly = kLeastNats, kSame = 1.0;
     const double lost = best.nats() - t.nats();
     const int weights = weights_of(t.candidate) - weights_of(best.candidate);
+    const Law law = t.candidate.inputs.front().law;
+    if (law == Law::iron_loss && t.name == best.name) return apart(t.candidate) == 0 && lost < kHardly;
     return weights < 0 ? lost < kHardly
                        : weights == 0 && lost < kSame &&
                              stands_before(t.candidate.inputs.front().law, best.candidate.inputs.front().law);
-}
-
-/// Of inputs of one name those that are apart: which channel is late decides what gain is wanted, so that linear steps do
-/// not tell which is right.
-int apart(const Candidate& c)
-{
-    const Input& first = c.inputs.front();
-    return effect_of(first.law).shape == Shape::instant ? static_cast<int>(first.shape[0]) : 0;
 }
 
 /// The candidates that are not on, tried on top of `base`, best first; one for each name, or for each that is apart.
@@ -375,16 +380,17 @@ bool take_map(const Model& model, const SelectOptions& options, int round_number
 bool take_pair(const Model& model, const std::vector<Tried>& tried, const std::vector<Candidate>& candidates,
                const SelectOptions& options, int round_number, Selection& s)
 {
-    constexpr int kFirsts = 3;  // each costs a round; (E48)
+    constexpr std::size_t kFirsts = 3;  // each costs a round; (E48)
     constexpr double kHalf = 0.5;
     const double before = joint(options.reported_rms(s.best.point));
     Refined best;
-    int firsts = 0;
+    std::set<std::string> firsts;
     std::vector<Candidate> chosen;
     for (const Tried& first : tried) {
         if (!first.refined.ok || first.candidate.is_fault() || first.candidate.names().size() > 1) continue;
-        if (firsts == kFirsts) break;
-        ++firsts;
+        // Of one name the best alone: each of its channels would take another's place.
+        if (firsts.size() == kFirsts) break;
+        if (!firsts.insert(first.name).second) continue;
         for (const Tried& second : round(model, first.refined, candidates, options, nullptr)) {
             if (!second.refined.ok || second.candidate.is_fault() || second.candidate.names().size() > 1) continue;
             if (best.ok && second.refined.left.heldout <= best.left.heldout) break;
@@ -409,6 +415,21 @@ bool take_pair(const Model& model, const std::vector<Tried>& tried, const std::v
 
 }  // namespace
 
+namespace {
+
+/// Those that come and go once or twice a turn, electrical or of the shaft: three legs' pulses do neither.
+std::vector<Candidate> unlike_pulses(const std::vector<Candidate>& candidates)
+{
+    std::vector<Candidate> out;
+    for (const Candidate& c : candidates) {
+        const Effect& e = effect_of(c.inputs.front().law);
+        if (e.order == 1.0 || e.order == 2.0 || e.shape == Shape::shaft_order) out.push_back(c);
+    }
+    return out;
+}
+
+}  // namespace
+
 Selection select(const Model& model, const Point& start, const std::vector<Candidate>& candidates,
                  const SelectOptions& options)
 {
@@ -420,8 +441,12 @@ Selection select(const Model& model, const Point& start, const std::vector<Candi
     constexpr int kMostRounds = 6;
     bool mapped = false;
     for (int n = 0; n < kMostRounds; ++n) {
-        if (below(options.reported_rms(s.best.point), options.exact)) break;
-        std::vector<Tried> tried = round(model, s.best, candidates, options, n == 0 ? &s.alone : nullptr);
+        const std::vector<double> left = options.reported_rms(s.best.point);
+        const bool exact = below(left, options.exact);
+        const std::vector<Candidate> rest = exact ? unlike_pulses(candidates) : std::vector<Candidate>();
+        if (below(left, options.own) || (exact && rest.empty())) break;
+        std::vector<Tried> tried = round(model, s.best, exact ? rest : candidates, options,
+                                         n == 0 && !exact ? &s.alone : nullptr);
         weigh_law_noise(options, tried);
         const Tried* taken = nullptr;
         for (const Tried& t : tried)
@@ -437,6 +462,7 @@ Selection select(const Model& model, const Point& start, const std::vector<Candi
             if (needed(model, s.best, t.refined, options)) taken = &t;
         }
         if (!taken) {
+            if (exact) break;
             if (!mapped && take_map(model, options, n, s)) {
                 mapped = true;
                 continue;

@@ -49,7 +49,9 @@ struct SelectOptions {
     std::function<std::string(const Point&)> veto;
     /// RMS of the reported held-out residual of a point, of each channel.
     std::function<std::vector<double>(const Point&)> reported_rms;
-    std::vector<double> exact;  ///< of each axis: below all of them no further effect is sought
+    /// Of each axis: below all of them what is left may be the pulses' within a period, and only what they do not look
+    /// like is sought; below all of `own` nothing is.
+    std::vector<double> exact, own;
     /// of settled points: what turns with the speed cannot be told apart there but by small terms
     bool one_speed = false;
     /// The same point with the choices settled that an effect just taken leaves open; absent: none are.

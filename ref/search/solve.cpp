@@ -394,7 +394,7 @@ Eigen::MatrixXd seen_information(const Model& model, const Refined& refined, Eig
     return m;
 }
 
-Eigen::MatrixXd covariance(const Model& model, const Refined& refined)
+Spreads spreads_of(const Model& model, const Refined& refined)
 {
     double rows = 0.0;
     const std::vector<Eigen::MatrixXd> total = total_of_seen(model, refined.sums, rows);
@@ -425,10 +425,11 @@ Eigen::MatrixXd covariance(const Model& model, const Refined& refined)
     }
     scatter += score * score.transpose();
     const Eigen::MatrixXd s = size.cwiseInverse().asDiagonal() * scatter * size.cwiseInverse().asDiagonal();
-    const Eigen::VectorXd white = pinv.diagonal().cwiseMax(kLeast), robust = (pinv * s * pinv).diagonal();
-    // Each column by the wider of the two, together as the white noise has them.
-    const Eigen::VectorXd wider = robust.cwiseQuotient(white).cwiseMax(1.0).cwiseSqrt().cwiseQuotient(size);
-    Eigen::MatrixXd out = wider.asDiagonal() * pinv * wider.asDiagonal();
+    Spreads out;
+    const auto in_units = [&](const Eigen::MatrixXd& unitless) -> Eigen::MatrixXd {
+        return size.cwiseInverse().asDiagonal() * unitless * size.cwiseInverse().asDiagonal();
+    };
+    out.white = in_units(pinv), out.scatter = in_units(pinv * s * pinv);
     for (Eigen::Index j = 0; j < n; ++j) {
         // A direction that the rows do not tell. Within rounding, one that does not concern the column is no part of it.
         constexpr double kMostLost = 1e-3;
@@ -436,8 +437,20 @@ Eigen::MatrixXd covariance(const Model& model, const Refined& refined)
         for (Eigen::Index k = 0; k < n; ++k)
             if (!(eigen.eigenvalues()[k] > kLeastEigenvalue))
                 lost += eigen.eigenvectors()(j, k) * eigen.eigenvectors()(j, k);
-        if (lost > kMostLost || !(m(j, j) > kLeast)) out(j, j) = HUGE_VAL;
+        out.told.push_back(!(lost > kMostLost || !(m(j, j) > kLeast)));
     }
+    return out;
+}
+
+Eigen::MatrixXd covariance(const Model& model, const Refined& refined)
+{
+    const Spreads s = spreads_of(model, refined);
+    // Each column by the wider of the two, together as the white noise has them.
+    const Eigen::VectorXd wider =
+        s.scatter.diagonal().cwiseQuotient(s.white.diagonal().cwiseMax(kLeast)).cwiseMax(1.0).cwiseSqrt();
+    Eigen::MatrixXd out = wider.asDiagonal() * s.white * wider.asDiagonal();
+    for (Eigen::Index j = 0; j < out.cols(); ++j)
+        if (!s.told[static_cast<std::size_t>(j)]) out(j, j) = HUGE_VAL;
     return out;
 }
 

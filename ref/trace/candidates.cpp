@@ -136,6 +136,27 @@ void clipped_candidates(TraceSetup& setup, bool angle)
         }
 }
 
+/// Currents that are told between the legs' pulses.
+void pulsed_candidates(Law law, const std::vector<Log>& logs, bool angle, const std::string& why, Catalogue& c)
+{
+    if (!why.empty()) return;
+    double most_V = 0.0;
+    for (const Log& log : logs)
+        for (std::size_t k = 0; k < log.rows(); ++k) most_V = std::max(most_V, std::hypot(log.v_d_V[k], log.v_q_V[k]));
+    // The link is fitted: a pass of refine() halves or doubles it, so from what the largest vector needs to six times
+    // that is one pass away.
+    constexpr double kUsualRoom = 1.6, kRoot3 = 1.7320508075688772;
+    const double link_V = everywhere(logs, &Log::v_dc_V) ? 0.0 : kUsualRoom * kRoot3 * most_V;
+    const std::string stated = stated_modulation(logs);
+    for (const Modulation m : kModulations) {
+        if (!stated.empty() && m != modulation_named(stated)) continue;
+        c.add(pulsed_input(law, m, link_V, 0.0, !angle));
+        // Legs that rest at the upper rail look the same every third of a turn.
+        const bool high = m == Modulation::clamped_high || m == Modulation::clamped_60;
+        if (!angle && high) c.add(pulsed_input(law, m, link_V, M_PI / 3.0, true));
+    }
+}
+
 void shift_candidates(bool settled, bool speeds, const std::string& why, Catalogue& c)
 {
     if (!why.empty()) return c.cannot(Law::sample_shift, why);
@@ -266,8 +287,20 @@ void electrical_candidates(TraceSetup& setup, Catalogue& c)
             c.add_unless({e.id, {6}}, why);
             if (why.empty()) c.add({e.id, {6}}, {e.id, {12}});
             break;
-        case Law::sample_shift: shift_candidates(settled, speeds && turns, why, c); break;
-        case Law::sensor_lag: lag_candidates(settled, turns, why, c); break;
+        case Law::iron_loss:
+            c.add_unless({e.id}, why);
+            // Eddies follow a voltage that changes by rows within some tens of microseconds, a period or so.
+            if (why.empty() && !settled)
+                for (const double periods : {0.5, 1.0, 2.0, 4.0}) c.add({e.id, {periods}});
+            break;
+        case Law::sample_shift:
+            shift_candidates(settled, speeds && turns, why, c);
+            if (!settled) pulsed_candidates(Law::pulsed_shift, logs, angle, why, c);
+            break;
+        case Law::sensor_lag:
+            lag_candidates(settled, turns, why, c);
+            if (!settled) pulsed_candidates(Law::pulsed_lag, logs, angle, why, c);
+            break;
         case Law::voltage_scale: link_candidates(setup, why, c); break;
         case Law::encoder_eccentricity:
         case Law::magnet_asymmetry: shaft_candidates(e.id, setup.pole_pairs, why, c); break;

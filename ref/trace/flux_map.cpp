@@ -62,13 +62,21 @@ Term taken(const Term& from, const Input& to, const Eigen::MatrixXd& by)
     return term;
 }
 
+/// Whether the blocks held out, each by itself, speak against `b`: the few that lie beyond the rows seen, where a map says
+/// nothing yet, would outweigh all others in the sum.
+bool worse(const Model& model, const Refined& a, const Refined& b)
+{
+    constexpr double kClearlyT = 2.0;  // one of 44 that are alike is told so
+    return better(model, a.left, b.left).t < -kClearlyT;
+}
+
 /// Each map as stiff as its weights are small, by how many of them the log tells. (E142)
 Refined as_smooth_as_told(const Model& model, Refined best)
 {
     constexpr int kRounds = 4;
     constexpr double kLeastTold = 0.5, kSettled = 1.2;
     for (int round = 0; round < kRounds && best.ok; ++round) {
-        const Eigen::MatrixXd c = covariance(model, best);
+        const Eigen::MatrixXd c = spreads_of(model, best).white;
         Point next = best.point;
         Eigen::Index j = next.base.size() + next.gain.size();
         double most = 1.0;
@@ -109,30 +117,93 @@ Point at_map(const TraceSetup& setup, Point at)
 
 }  // namespace
 
+namespace {
+
+struct Box {
+    double low_A, high_A, most_q_A;
+};
+
+/// An axis that hardly moves has cells too, of which its noise says nothing.
+Box box_of(const TraceSetup& setup, const Range& d, const Range& q)
+{
+    constexpr double kLeastPart = 0.1;
+    const double least = kLeastPart * setup.i_base_A, span = std::max(d.most, 0.0) - std::min(d.least, 0.0);
+    return {span > least ? std::min(d.least, 0.0) : -least, span > least ? std::max(d.most, 0.0) : least,
+            std::max(q.size(), least)};
+}
+
+/// Without the rarest currents of a moving log, which would make cells wide where all others are.
+Range usual_range(const TraceSetup& setup, std::vector<double> Log::*column)
+{
+    constexpr double kRare = 0.005;
+    if (setup.regime != Regime::dynamic) return range_of(*setup.logs, column);
+    std::vector<double> all;
+    for (const Log& log : *setup.logs) all.insert(all.end(), (log.*column).begin(), (log.*column).end());
+    if (all.empty()) return range_of(*setup.logs, column);
+    const auto at = [&all](double part) {
+        const auto k = all.begin() + static_cast<std::ptrdiff_t>(part * static_cast<double>(all.size() - 1));
+        std::nth_element(all.begin(), k, all.end());
+        return *k;
+    };
+    Range out;
+    out.add(at(kRare)), out.add(at(1.0 - kRare));
+    return out;
+}
+
+}  // namespace
+
 Input map_input(const TraceSetup& setup, Law law)
 {
-    // An axis that hardly moves has cells too, of which its noise says nothing.
-    constexpr double kLeastPart = 0.1;
-    const Range d = range_of(*setup.logs, &Log::i_d_A), q = range_of(*setup.logs, &Log::i_q_A);
-    const double least = kLeastPart * setup.i_base_A, span = std::max(d.most, 0.0) - std::min(d.least, 0.0);
-    const double low = span > least ? std::min(d.least, 0.0) : -least,
-                 high = span > least ? std::max(d.most, 0.0) : least;
+    const Range d = usual_range(setup, &Log::i_d_A), q = usual_range(setup, &Log::i_q_A);
+    const Box box = box_of(setup, d, q);
     const double flux = setup.i_base_A * 0.5 *
                         (std::abs(setup.starts.front().base[1]) + std::abs(setup.starts.front().base[2]));
     // A cell may bend a tenth of the currents' flux, one axis the other by a hundredth for each of its thirty.
     const double each = std::max(law == Law::own_map ? 0.02 * flux : 0.002 * flux, 1e-12);
-    return {law, {low, high, std::max(q.size(), least), 1.0 / (each * each)}};
+    return {law, {box.low_A, box.high_A, box.most_q_A, 1.0 / (each * each)}};
 }
+
+namespace {
+
+bool any(const Point& at, bool (*is)(Law))
+{
+    return std::any_of(at.terms.begin(), at.terms.end(), [&](const Term& t) { return is(t.input.law); });
+}
+
+Point without_bends(Point at)
+{
+    at.terms.erase(std::remove_if(at.terms.begin(), at.terms.end(), [](const Term& t) { return bends(t.input.law); }),
+                   at.terms.end());
+    return at;
+}
+
+/// Both maps, those that are missing as nothing.
+Point with_both(const TraceSetup& setup, Point at)
+{
+    for (const Law law : {Law::own_map, Law::cross_map})
+        if (std::none_of(at.terms.begin(), at.terms.end(), [&](const Term& t) { return t.input.law == law; }))
+            at.terms.push_back({map_input(setup, law), {}});
+    return at;
+}
+
+}  // namespace
 
 Refined with_map(const TraceSetup& setup, const Model& model, const Point& at)
 {
     // One that begins as nothing has far to go.
     constexpr int kMorePasses = 3 * kPasses;
-    Point mapped = at_map(setup, at);
-    for (const Law law : {Law::own_map, Law::cross_map})
-        if (std::none_of(mapped.terms.begin(), mapped.terms.end(), [&](const Term& t) { return t.input.law == law; }))
-            mapped.terms.push_back({map_input(setup, law), {}});
-    return as_smooth_as_told(model, refine(model, mapped, kMorePasses));
+    Refined best = refine(model, with_both(setup, at_map(setup, at)), kMorePasses);
+    if (any(at, is_polynomial)) {
+        // A polynomial that is far from the iron leads astray: the map then begins as nothing.
+        std::vector<BlockSum> sums;
+        const bool astray = !best.ok || (model.pass(at, {}, sums) && best.left.heldout < left_of(model, sums).heldout);
+        const Refined plain = astray ? refine(model, without_bends(at), kPasses) : Refined();
+        if (plain.ok) {
+            Refined other = refine(model, with_both(setup, plain.point), kMorePasses);
+            if (other.ok && (!best.ok || other.left.seen > best.left.seen)) best = std::move(other);
+        }
+    }
+    return as_smooth_as_told(model, best);
 }
 
 Term polynomial_of(const TraceSetup& setup, const Term& map, std::vector<double>* sd)
@@ -167,29 +238,68 @@ std::vector<double> axis_of(double least_A, double most_A)
     return out;
 }
 
-/// Three means of rows within a step of the node; of settled points, which have no noise to speak of, one row.
-void mark_seen(const TraceSetup& setup, FluxMap& map)
+/// Three means of rows within a step of the node.
+void mark_rows(const TraceSetup& setup, double step_d_A, double step_q_A, FluxMap& map)
 {
-    constexpr std::size_t kMean = 10, kLeast = 3;
-    const bool settled = setup.regime != Regime::dynamic;
-    const std::size_t rows = settled ? 1 : kMean, least = settled ? 1 : kLeast;
-    const double step_d = map.i_d_A[1] - map.i_d_A[0], step_q = map.i_q_A[1] - map.i_q_A[0];
+    constexpr std::size_t kRows = 10, kLeast = 3;
     std::vector<std::size_t> count(map.nodes.size(), 0);
     for (const Log& log : *setup.logs)
-        for (std::size_t k = 0; k + rows <= log.rows(); k += rows) {
+        for (std::size_t k = 0; k + kRows <= log.rows(); k += kRows) {
             double d = 0.0, q = 0.0;
-            for (std::size_t r = k; r < k + rows; ++r) d += at_row(log.i_d_A, r), q += at_row(log.i_q_A, r);
-            d /= static_cast<double>(rows), q /= static_cast<double>(rows);
+            for (std::size_t r = k; r < k + kRows; ++r) d += at_row(log.i_d_A, r), q += at_row(log.i_q_A, r);
+            d /= kRows, q /= kRows;
             for (std::size_t n = 0; n < map.i_d_A.size(); ++n)
                 for (std::size_t m = 0; m < map.i_q_A.size(); ++m)
-                    if (std::hypot((d - map.i_d_A[n]) / step_d, (q - map.i_q_A[m]) / step_q) <= 1.0)
+                    if (std::hypot((d - map.i_d_A[n]) / step_d_A, (q - map.i_q_A[m]) / step_q_A) <= 1.0)
                         ++count[n * map.i_q_A.size() + m];
         }
-    for (std::size_t n = 0; n < count.size(); ++n) map.nodes[n].seen = count[n] >= least;
+    for (std::size_t n = 0; n < count.size(); ++n) map.nodes[n].seen = count[n] >= kLeast;
 }
 
+/// Settled points, which have no noise to speak of: one on each side of the node, on both axes, no further than a
+/// quarter of the grid.
+void mark_points(const TraceSetup& setup, double step_d_A, double step_q_A, FluxMap& map)
+{
+    constexpr double kFar = kGrid / 4;
+    std::vector<unsigned> sides(map.nodes.size(), 0);
+    for (const Log& log : *setup.logs)
+        for (std::size_t k = 0; k < log.rows(); ++k)
+            for (std::size_t n = 0; n < map.i_d_A.size(); ++n)
+                for (std::size_t m = 0; m < map.i_q_A.size(); ++m) {
+                    const double d = (at_row(log.i_d_A, k) - map.i_d_A[n]) / step_d_A,
+                                 q = (at_row(log.i_q_A, k) - map.i_q_A[m]) / step_q_A;
+                    if (std::abs(d) > kFar || std::abs(q) > kFar) continue;
+                    const unsigned low = q <= 1.0 ? 1U : 0U, high = q >= -1.0 ? 2U : 0U;
+                    sides[n * map.i_q_A.size() + m] |= (d <= 1.0 ? low | high : 0U) |
+                                                       (d >= -1.0 ? (low | high) << 2 : 0U);
+                }
+    for (std::size_t n = 0; n < sides.size(); ++n) map.nodes[n].seen = sides[n] == 15U;
+}
+
+void mark_seen(const TraceSetup& setup, FluxMap& map)
+{
+    const double step_d_A = map.i_d_A[1] - map.i_d_A[0], step_q_A = map.i_q_A[1] - map.i_q_A[0];
+    (setup.regime == Regime::dynamic ? mark_rows : mark_points)(setup, step_d_A, step_q_A, map);
+}
+
+/// What a map's deviations are made of: empty, none.
+struct Deviations {
+    Spreads spread;
+    Eigen::MatrixXd hidden;
+
+    /// Of each row of `by`, derivatives by the columns.
+    Eigen::VectorXd of(const Eigen::MatrixXd& by) const
+    {
+        if (hidden.size() == 0) return Eigen::VectorXd::Zero(by.rows());
+        const auto square = [&](const Eigen::MatrixXd& c) -> Eigen::ArrayXd {
+            return (by * c).cwiseProduct(by).rowwise().sum().cwiseMax(0.0).array();
+        };
+        return (square(spread.white).max(square(spread.scatter)) + square(hidden)).sqrt();
+    }
+};
+
 /// Fluxes with their deviations at the nodes of a grid.
-std::vector<FluxNode> nodes_of(const Refined& r, const Eigen::MatrixXd& c, const FluxMap& grid)
+std::vector<FluxNode> nodes_of(const Refined& r, const Deviations& of, const FluxMap& grid)
 {
     const Point& at = r.point;
     std::vector<FluxNode> nodes;
@@ -222,7 +332,7 @@ std::vector<FluxNode> nodes_of(const Refined& r, const Eigen::MatrixXd& c, const
                 j += weights_of(t.input.law) + free_shapes_of(t.input);
             }
             node.psi_d_Wb = g.d, node.psi_q_Wb = g.q;
-            const Eigen::VectorXd sd = (by * c).cwiseProduct(by).rowwise().sum().cwiseMax(0.0).cwiseSqrt();
+            const Eigen::Vector4d sd = of.of(by);
             node.sd_d_Wb = sd[0], node.sd_q_Wb = sd[1], node.sd_dd_H = sd[2], node.sd_qq_H = sd[3];
             node.L_dd_H = m.Ld + by_g[0], node.L_dq_H = by_g[1], node.L_qq_H = m.Lq + by_g[3];
             nodes.push_back(node);
@@ -244,20 +354,60 @@ Point with_wider_cells(const TraceSetup& setup, Point at)
     return at;
 }
 
-/// What the model's own error may hide behind R, L_d, L_q and psi, (E111): a map has freedom enough to stand in line with
-/// anything.
-Eigen::VectorXd hidden_in_plain(const TraceSetup& setup, const Model& model, const Refined& r)
+/// A start for rows that no fit saw, where a map may be far off: predictions that stay close to what is measured.
+Point held_close(Point at)
 {
-    if (setup.regime != Regime::dynamic) return Eigen::VectorXd::Zero(r.point.columns());
+    constexpr double kClose = 0.3;
+    at.gain = at.gain.cwiseMax(kClose);
+    return at;
+}
+
+/// Whether the rows tell L_d, L_q and psi apart. Beside a map a cell may stand in for one of them, and flux is flux.
+bool tells_plain(const Model& model, const Refined& r)
+{
+    constexpr double kLeastEigenvalue = 1e-9;  // of unit columns: what rounding of 10^6 rows leaves
+    double rows = 0.0;
+    Eigen::VectorXd variance;
+    const Eigen::MatrixXd flux = seen_information(model, r, variance, rows).block<3, 3>(1, 1);
+    if (!(flux.diagonal().minCoeff() > 0.0)) return false;
+    const Eigen::Vector3d size = flux.diagonal().cwiseSqrt().cwiseInverse();
+    return Symmetric(size.asDiagonal() * flux * size.asDiagonal()).eigenvalues().minCoeff() > kLeastEigenvalue;
+}
+
+/// What the model's own error may hide behind R, L_d, L_q and psi, (E111), together as the log tells them: a map has
+/// freedom enough to stand in line with anything.
+Eigen::MatrixXd hidden_in_plain(const TraceSetup& setup, const Model& model, const Refined& r)
+{
+    const Eigen::Index n = r.point.columns(), plain = r.point.base.size();
+    Eigen::MatrixXd out = Eigen::MatrixXd::Zero(n, n);
+    if (setup.regime != Regime::dynamic) return out;
     double rows = 0.0;
     Eigen::VectorXd variance;
     Eigen::MatrixXd information = seen_information(model, r, variance, rows);
-    const Eigen::Index others = information.rows() - r.point.base.size();
+    const Eigen::Index others = n - plain;
     information.bottomRows(others).setZero(), information.rightCols(others).setZero();
-    return coherent_deviations(model, r.point, information, coherent_weight(*setup.logs, r.point, variance, rows));
+    const Eigen::VectorXd each = coherent_deviations(model, r.point, information,
+                                                     coherent_weight(*setup.logs, r.point, variance, rows));
+    const Eigen::MatrixXd shape = information.topLeftCorner(plain, plain).inverse();
+    const Eigen::VectorXd by = each.head(plain).cwiseQuotient(shape.diagonal().cwiseMax(1e-300).cwiseSqrt());
+    if (by.allFinite()) out.topLeftCorner(plain, plain) = by.asDiagonal() * shape * by.asDiagonal();
+    return out;
 }
 
 void add_square(double by, double& sd) { sd = std::hypot(sd, by); }
+
+/// What another law makes of the same rows, into the deviations.
+void add_distance(const Refined& other, FluxMap& map)
+{
+    const std::vector<FluxNode> nodes = nodes_of(other, {}, map);
+    for (std::size_t k = 0; k < nodes.size(); ++k) {
+        FluxNode& to = map.nodes[k];
+        add_square(nodes[k].psi_d_Wb - to.psi_d_Wb, to.sd_d_Wb);
+        add_square(nodes[k].psi_q_Wb - to.psi_q_Wb, to.sd_q_Wb);
+        add_square(nodes[k].L_dd_H - to.L_dd_H, to.sd_dd_H);
+        add_square(nodes[k].L_qq_H - to.L_qq_H, to.sd_qq_H);
+    }
+}
 
 }  // namespace
 
@@ -275,40 +425,25 @@ Eigen::VectorXd spread_over_cells(const TraceSetup& setup, const Refined& best)
 FluxMap flux_map_of(const TraceSetup& setup, const Refined& best)
 {
     FluxMap map;
-    const auto any = [](const Point& at, auto&& is) {
-        return std::any_of(at.terms.begin(), at.terms.end(), [&](const Term& t) { return is(t.input.law); });
-    };
     if (setup.regime == Regime::mechanical || setup.regime == Regime::standstill || !any(best.point, bends)) return map;
     const Replanned all(*setup.full, all_seen(*setup.full));
-    Refined r = best;
+    // Names say which of the bends alone is told; iron has all of them, as stiff as the log has it.
+    Refined now = with_map(setup, setup.search(), best.point), other;
     if (any(best.point, is_polynomial)) {
-        const Model& model = setup.search();
-        const Refined now = refine(model, best.point, kPasses),
-                      mapped = as_smooth_as_told(model, refine(model, at_map(setup, best.point), kPasses));
-        if (now.ok && mapped.ok && confirmed(model, better(model, now.left, mapped.left))) r = mapped;
+        Refined polynomial = refine(setup.search(), best.point, kPasses);
+        if (polynomial.ok && (!now.ok || worse(setup.search(), polynomial, now)))
+            other = std::move(now), now = std::move(polynomial);
     }
-    r = refine(all, r.point, kPasses);
+    const Refined r = as_smooth_as_told(all, refine(all, held_close(now.ok ? now.point : best.point), 2 * kPasses));
     if (!r.ok) return map;
-    Eigen::MatrixXd c = covariance(all, r);
-    c.diagonal() += hidden_in_plain(setup, all, r).cwiseAbs2();
-    // What no row tells and the map does not ask for: a covariance of zero.
-    for (Eigen::Index j = 1; j < 4; ++j)
-        if (!std::isfinite(c(j, j))) return map;
-    const Input box = map_input(setup, Law::own_map);
-    map.i_d_A = axis_of(box.shape[0], box.shape[1]), map.i_q_A = axis_of(-box.shape[2], box.shape[2]);
-    map.nodes = nodes_of(r, c.array().isFinite().select(c, 0.0), map);
-    if (any(r.point, is_map)) {
-        const Refined wider = refine(all, with_wider_cells(setup, r.point), kPasses);
-        if (wider.ok) {
-            const std::vector<FluxNode> other = nodes_of(wider, Eigen::MatrixXd::Zero(c.rows(), c.cols()), map);
-            for (std::size_t k = 0; k < other.size(); ++k) {
-                add_square(other[k].psi_d_Wb - map.nodes[k].psi_d_Wb, map.nodes[k].sd_d_Wb);
-                add_square(other[k].psi_q_Wb - map.nodes[k].psi_q_Wb, map.nodes[k].sd_q_Wb);
-                add_square(other[k].L_dd_H - map.nodes[k].L_dd_H, map.nodes[k].sd_dd_H);
-                add_square(other[k].L_qq_H - map.nodes[k].L_qq_H, map.nodes[k].sd_qq_H);
-            }
-        }
-    }
+    const Deviations deviations{spreads_of(all, r), hidden_in_plain(setup, all, r)};
+    if (!tells_plain(all, r)) return map;
+    const Box box = box_of(setup, range_of(*setup.logs, &Log::i_d_A), range_of(*setup.logs, &Log::i_q_A));
+    map.i_d_A = axis_of(box.low_A, box.high_A), map.i_q_A = axis_of(-box.most_q_A, box.most_q_A);
+    map.nodes = nodes_of(r, deviations, map);
+    if (!other.ok) other.point = with_wider_cells(setup, r.point);
+    other = refine(all, held_close(other.point), 2 * kPasses);
+    if (other.ok) add_distance(other, map);
     if (!std::all_of(map.nodes.begin(), map.nodes.end(),
                      [](const FluxNode& n) { return std::isfinite(n.psi_d_Wb + n.psi_q_Wb + n.sd_d_Wb + n.sd_q_Wb); }))
         return {};

@@ -341,6 +341,10 @@ TraceInput input_of(const TraceSetup& setup, const Point& at, const Term& term)
         break;
     case Shape::instant:
     case Shape::channel: in.shape = {s[0], at.base[0], at.base[1], at.base[2], at.base[3]}; break;
+    case Shape::pulses:
+        in.shape = {static_cast<double>(Instant::currents_after), at.base[0], at.base[1], at.base[2], at.base[3]};
+        if (term.input.law == Law::pulsed_lag) in.shape[0] = static_cast<double>(Channel::currents);
+        break;
     case Shape::link:
     case Shape::shaft_order: in.shape = {s[0], s[1], s[2]}; break;
     case Shape::R_L: in.shape = {at.base[0], at.base[1], at.base[2]}; break;

@@ -42,8 +42,8 @@ constexpr std::size_t kRare = 50;  ///< one row of so many is an extreme
 using Blocks = std::vector<ReportBlock>;
 
 /// Reported RMS of each axis that is the sampling's own: of its own voltage, and where the machine turns, of what a vector
-/// that no row says how it stands within the period may lie off in either.
-std::vector<double> exact_of(const TraceSetup& setup, const Blocks& blocks, int channels)
+/// that no row says how it stands within the period may lie off in either: `pulsed`.
+std::vector<double> exact_of(const TraceSetup& setup, const Blocks& blocks, int channels, bool pulsed)
 {
     std::vector<double> out(static_cast<std::size_t>(channels), 0.0);
     if (blocks.empty()) return out;
@@ -56,7 +56,7 @@ std::vector<double> exact_of(const TraceSetup& setup, const Blocks& blocks, int 
         all += square, turned += square * std::pow(turn, 4);
     }
     const double n = static_cast<double>(blocks.size());
-    const bool turns = setup.regime == Regime::dynamic && channels == 2;
+    const bool turns = pulsed && setup.regime == Regime::dynamic && channels == 2;
     const double vector = turns ? std::min(kExact * std::sqrt(all / n), std::sqrt(turned / n) / 24.0) : 0.0;
     for (int c = 0; c < channels; ++c)
         out[static_cast<std::size_t>(c)] = std::max(kExact * std::sqrt(own[c] / n), vector);
@@ -244,7 +244,7 @@ SelectOptions select_options(const TraceSetup& setup, const Judge& judge, const 
     if (held.size() < kLeastBlocks)
         throw std::invalid_argument(setup.logs->front().path + ": too few rows to hold some out: " +
                                     std::to_string(held.size()) + " blocks of the residual");
-    o.exact = exact_of(setup, held, judge.channels);
+    o.exact = exact_of(setup, held, judge.channels, true), o.own = exact_of(setup, held, judge.channels, false);
     o.one_speed = setup.one_speed;
     if (options.progress)
         o.tick = [&options, &ticks] {
@@ -332,7 +332,7 @@ struct Search {
     std::unique_ptr<TraceSetup> setup;
     std::unique_ptr<Judge> judge;
     Selection selection;
-    std::vector<double> exact;  ///< reported RMS of each axis that is the sampling's own
+    std::vector<double> exact, own;  ///< reported RMS of each axis that is the sampling's, with and without its pulses
     double rms = HUGE_VAL;
 };
 
@@ -342,7 +342,7 @@ Search search(const std::vector<Log>& logs, const TraceOptions& options, Variant
     out.setup = trace_setup(logs, options.effects, variant, options.pole_pairs);
     out.judge = std::make_unique<Judge>(*out.setup);
     const SelectOptions by = select_options(*out.setup, *out.judge, options, ticks);
-    out.exact = by.exact;
+    out.exact = by.exact, out.own = by.own;
     Selection& s = out.selection = select(out.setup->search(), best_start(*out.setup), out.setup->candidates, by);
     if (!s.plain.ok)
         throw std::invalid_argument(
@@ -506,7 +506,8 @@ TraceResult traced(const std::vector<Log>& logs, const TraceOptions& options)
     const double before = least_of(judge, plain);
     Noise noise = noise_of(*setup, s.best.point);
     const double after = judge.rms(s.best.point);
-    const bool was_exact = below(judge.each(plain), found.exact);
+    // What was found within the pulses' error is none of theirs.
+    const bool was_exact = below(judge.each(plain), s.found.empty() ? found.exact : found.own);
     const std::string fault = !s.fault.empty() || was_exact ? s.fault : record_fault(logs);
     const Finding finding{before,        after, noise.floor, was_exact, below(judge.each(s.best.point), found.exact),
                           !fault.empty()};
@@ -561,7 +562,7 @@ TraceResult traced(const std::vector<Log>& logs, const TraceOptions& options)
             r.why = "it explains the log as it stands, but another reading of its columns does without it";
     result.structure = correlates(*setup, judge.of(plain, false), floor);
     result.rest = correlates(*setup, judge.of(last, false), floor);
-    const bool taken_back = s.found.empty() && !(found.selection.found.empty() && s.vetoed.empty());
+    const bool taken_back = s.found.empty() && !was_exact && !(found.selection.found.empty() && s.vetoed.empty());
     const Finding rest{before,        result.after.heldout_rms, floor, was_exact, below(judge.each(last), found.exact),
                        !fault.empty()};
     const bool structured = is_structured({rest, !s.found.empty(), taken_back});

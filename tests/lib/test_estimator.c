@@ -92,6 +92,11 @@ static void test_init_names_the_field_that_it_refuses_and_leaves_the_object_alon
     c.half_window = 10000;
     TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_estimator_init(&e, &c));
     c = good;
+    c.voltage_scale_ppm = 100001;
+    REFUSED(e, DQW_ERR_VOLTAGE_SCALE, dqw_estimator_init(&e, &c));
+    c.voltage_scale_ppm = 100000;
+    TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_estimator_init(&e, &c));
+    c = good;
     c.pole_pairs = 0;
     TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_estimator_init(&e, &c));
     c.voltage_held = true;

@@ -33,7 +33,7 @@ static void start(bool settled, bool effects)
     e.stage.name = DQW_STAGE_ORDINAL;
 }
 
-static void take_state(const known_state *s)
+static void take_state(known_state *s)
 {
     for (int a = 0; a < 2; a++) {
         e.error_pu2[a] = (float)s->error2[a];
@@ -44,10 +44,13 @@ static void take_state(const known_state *s)
     e.blocks = (uint16_t)s->blocks;
     e.segment.segments = (uint16_t)s->segments, e.segment.since = (uint16_t)s->since;
     config.voltage_error_V = (float)(s->voltage_error * (double)config.v_base_V);
+    config.voltage_scale_ppm = (uint32_t)lrint(1e6 * s->voltage_scale);
+    s->voltage_scale = 1e-6 * config.voltage_scale_ppm;
 }
 
 static void take_weight(int i, const known_weight *w)
 {
+    e.w_pu[i] = (float)w->w;
     e.gain.d[i] = (float)w->cov;
     e.alone_pu2[i] = (float)w->alone2, e.slow_alone_pu2[i] = (float)w->slow_alone2;
     if (i < N) e.segment.band_pu[i] = (float)w->band;
@@ -111,7 +114,7 @@ static void test_deviations_are_the_equations(void)
             alike(unit * sd.noise, dqw_estimator_noise_sd(&e, i), "by noise");
             alike(unit * sd.change, dqw_estimator_sd(&e, i), "of a change");
             alike(unit * sd.value, dqw_estimator_sd_value(&e, i), "of the value");
-            alike(sqrt(known_model2(&w[i], fast2, slow2)), dqw_estimator_model_pu(&e, i, &now), "hidden");
+            alike(sqrt(known_model2(&s, &w[i], fast2, slow2)), dqw_estimator_model_pu(&e, i, &now), "hidden");
             known += isfinite(sd.value);
             if (i >= N) continue;
             const dqw_reading read = dqw_estimator_read(&e, (enum dqw_parameter)i);

@@ -138,6 +138,7 @@ static void test_a_refusal_names_its_field(void)
         {DQW_ERR_HEATING, "heating_K_s: "},
         {DQW_ERR_MODULATION, "modulation: "},
         {DQW_ERR_ANGLE_LATE, "angle_late_s: "},
+        {DQW_ERR_VOLTAGE_SCALE, "voltage_scale_ppm: "},
         {DQW_ERR_TURN, "w_full_mrad_s, pole_pairs and dt_ns together: "},
     };
     for (unsigned k = 0; k < sizeof fields / sizeof fields[0]; k++)

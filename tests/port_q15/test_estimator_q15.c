@@ -37,6 +37,7 @@ static void test_init_names_the_field_and_leaves_the_object_alone(void)
     FIELD(modulation, DQW_MODULATIONS, MODULATION)                                                                     \
     FIELD(angle_late_ns, -100001, ANGLE_LATE)                                                                          \
     FIELD(voltage_error_mV, DQW_SCALE_MAX + 1, VOLTAGE_ERROR)                                                          \
+    FIELD(voltage_scale_ppm, 100001, VOLTAGE_SCALE)                                                                    \
     FIELD(random, &raw, RANDOM)
 #define FIELD BAD
         FIELDS

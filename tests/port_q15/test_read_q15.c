@@ -54,10 +54,13 @@ static void take_state(known_state *s)
     e.segment.segments = (uint16_t)s->segments, e.segment.since = (uint16_t)s->since;
     config.voltage_error_mV = (uint32_t)lrint(s->voltage_error * 1000 * V_FULL);
     s->voltage_error = config.voltage_error_mV / (1000 * V_FULL);
+    config.voltage_scale_ppm = (uint32_t)lrint(1e6 * s->voltage_scale);
+    s->voltage_scale = 1e-6 * config.voltage_scale_ppm;
 }
 
 static void take_weight(int i, known_weight *w)
 {
+    e.w_q24[i] = (int32_t)lrint(w->w * Q24);
     e.cov_q40[i] = llrint(w->cov * Q40);
     e.residual.alone_q31[i] = (uint32_t)llrint(w->alone2 * Q31);
     e.residual.slow_alone_q31[i] = (uint32_t)llrint(w->slow_alone2 * Q31);
@@ -126,7 +129,7 @@ static void test_deviations_are_the_equations(void)
             const known_sd sd = known_of(&s, &w[i]);
             alike(sd.noise, dqw_estimator_noise_sd_q24(&e, i), "by noise");
             alike(sd.change, dqw_estimator_sd_q24(&e, i), "of a change");
-            const double model = sqrt(known_model2(&w[i], fast2, slow2));
+            const double model = sqrt(known_model2(&s, &w[i], fast2, slow2));
             const int32_t model_q28 = dqw_estimator_model_q28(&e, i, &now);
             if (!isfinite(model))
                 HOLDS(model_q28 == INT32_MAX);

@@ -63,6 +63,8 @@ def _log_keys(table: Mapping[str, Any]) -> dict[str, Any]:
     kept = {k: table[k] for k in ("period_s", "modulation", "voltage_error_V") if k in table}
     if table.get("angle") == "observer":
         kept["observed"] = True
+    if "voltage_scale" in table:
+        kept["voltage_scale_ppm"] = round(1e6 * table["voltage_scale"])
     return kept
 
 
@@ -255,8 +257,9 @@ class Monitor(_Stream):
     settings
         of firmware's configuration: ``angle`` (theta_e_rad is given; default True), ``voltage_next`` (a row's voltage
         acts one period later), ``voltage_held`` (it is a vector held in the stationary frame), ``observed`` (the angle
-        is an observer's), ``voltage_error_V``, ``modulation`` (name), ``band`` (mapping of channels; as part of the
-        healthy value or of the base), ``alpha_per_K``, ``beta_per_K``, ``heating_K_s``, ``commissioned``,
+        is an observer's), ``voltage_error_V``, ``voltage_scale_ppm``, ``modulation`` (name), ``band`` (mapping of
+        channels; as part of the healthy value or of the base), ``alpha_per_K``, ``beta_per_K``, ``heating_K_s``,
+        ``commissioned``,
         ``half_window``, ``stale_limit``, ``threshold_ppm``, ``encoder_offset``, ``noise_on_inputs``, ``follow``,
         ``v_limit_V``, ``i_limit_A``, ``excitation_pu``, ``dead_time_width_A``, ``angle_late_s``
 

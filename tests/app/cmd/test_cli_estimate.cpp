@@ -189,6 +189,15 @@ static void a_voltage_that_may_be_off_makes_values_less_sure(void)
         const json with = run_json(args);
         TEST_ASSERT_EQUAL_DOUBLE(value(without, "R_ohm"), value(with, "R_ohm"));
         const auto sd = [](const json& result) { return result.at("parameters").at("R_ohm").at("sd").get<double>(); };
+        // Its scale moves all of it: 12 bits where nobody says, and what is said.
+        folder.write("log.toml", "[log]\nregime = \"standstill\"\nvoltage_scale = 0\n");
+        const json exact = run_json(args);
+        folder.write("log.toml", "[log]\nregime = \"standstill\"\nvoltage_scale = 0.01\n");
+        const json coarse = run_json(args);
+        TEST_ASSERT_EQUAL_DOUBLE(value(without, "R_ohm"), value(coarse, "R_ohm"));
+        TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(2e-5, 0.01 * 0.5, sd(coarse), arithmetic);
+        TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(5e-6, std::hypot(sd(exact), 1.41e-4 * 0.5), sd(without), arithmetic);
+        TEST_ASSERT_TRUE_MESSAGE(sd(exact) < 0.9 * sd(without), arithmetic);
         TEST_ASSERT_TRUE_MESSAGE(sd(without) < 0.02 * sd(with), arithmetic);
         TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(0.03 * 0.2 / i_rms, 0.2 / i_rms, sd(with), arithmetic);
     }

@@ -193,7 +193,7 @@ static void an_observer_and_fixed_steps_are_told(void)
     simulation.scenario.method = DQW_SIM_RK4;
     dqw::write_toml(simulation, folder / "s.toml", "test");
     const std::string toml = command::read_file(folder / "s.toml");
-    TEST_ASSERT_TRUE_MESSAGE(has(toml, "\nangle = \"observer\"\n[machine]"), toml.c_str());
+    TEST_ASSERT_TRUE_MESSAGE(has(toml, "\nangle = \"observer\"\nvoltage_scale = 0\n[machine]"), toml.c_str());
     TEST_ASSERT_TRUE_MESSAGE(has(toml, "\n# Integrated by fixed steps.\n"), toml.c_str());
     TEST_ASSERT_EQUAL_size_t(0, dqw::read_machine_file(folder / "s.toml").notes.size());
 }

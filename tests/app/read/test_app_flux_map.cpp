@@ -167,6 +167,15 @@ void what_gives_no_map_says_which_currents_to_drive()
     trace.effects.push_back({"cross_saturation", {}, 0.0, {}, ""});
     TEST_ASSERT_EQUAL_size_t(0, dqw::flux_map_text(trace).find("no flux map: "));
     TEST_ASSERT_TRUE(dqw::flux_map_text(trace).find("drive i_d and i_q") != std::string::npos);
+    // Nine blocks of ten at one current, and nine at two.
+    dqw::TraceResult one;
+    for (int k = 0; k < 10; ++k) one.blocks.i_d_A.push_back(k == 0 ? 0.0 : -3.0), one.blocks.i_q_A.push_back(4.0);
+    TEST_ASSERT_TRUE(dqw::flux_map_text(one).find("hardly more than one current (i_d −3 A, i_q 4 A); drive i_d") !=
+                     std::string::npos);
+    one.regime = dqw::Regime::standstill;
+    TEST_ASSERT_EQUAL_STRING("", dqw::flux_map_text(one).c_str());
+    one.regime = dqw::Regime::dynamic, one.blocks.i_q_A[1] = -4.0;
+    TEST_ASSERT_EQUAL_STRING("", dqw::flux_map_text(one).c_str());
 }
 
 }  // namespace

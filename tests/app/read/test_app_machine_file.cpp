@@ -1,4 +1,5 @@
 // LOG.toml: what is taken, what is noted, what is refused and where.
+#include <cmath>
 #include <string>
 
 #include "app/base/input_error.hpp"
@@ -48,6 +49,10 @@ static void what_the_simulator_says_of_its_drive_is_no_note(void)
     TEST_ASSERT_EQUAL_DOUBLE(0.1, read("[log]\nvoltage_error_V = 0.1\n").voltage_error_V);
     TEST_ASSERT_EQUAL_DOUBLE(0.0, read("[log]\nregime = \"steady\"\n").voltage_error_V);
     TEST_ASSERT_TRUE(read("[log]\nregime = \"polled\"\n").regime == dqw::Regime::polled);
+    TEST_ASSERT_EQUAL_DOUBLE(0.002, read("[log]\nvoltage_scale = 0.002\n").voltage_scale);
+    TEST_ASSERT_EQUAL_DOUBLE(0.0, read("[log]\nvoltage_scale = 0\n").voltage_scale);
+    // 2^-11 over the root of 12
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, std::ldexp(1.0, -11) / std::sqrt(12.0), read("").voltage_scale);
 }
 
 static void unknown_keys_are_one_note(void)
@@ -85,6 +90,8 @@ static void wrong_values_are_refused_with_their_line(void)
         {"[log]\nangle = \"resolver\"\n", 2, "encoder or observer"},
         {"[log]\nangle = 1\n", 2, "angle"},
         {"[log]\nvoltage_error_V = -0.1\n", 2, "voltage_error_V"},
+        {"[log]\nvoltage_scale = -0.001\n", 2, "voltage_scale"},
+        {"[log]\nvoltage_scale = 0.11\n", 2, "voltage_scale"},
         {"[log]\nvoltage_error_V = nan\n", 2, "voltage_error_V"},
         {"[log]\nvoltage_error_V = \"0.1\"\n", 2, "voltage_error_V"},
         {"[log]\nperiod_s = 0\n", 2, "period_s"},

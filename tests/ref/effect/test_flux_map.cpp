@@ -3,8 +3,9 @@
 #include <vector>
 
 #include "ref/effect/flux_map.hpp"
-#include "ref/trace/flux_map.hpp"
 #include "ref/effect/plane.hpp"
+#include "ref/trace/flux_map.hpp"
+#include "ref/trace/trace.hpp"
 #include "unity.h"
 
 extern "C" void setUp(void) {}
@@ -174,6 +175,46 @@ void what_would_fall_is_made_to_rise()
         }
 }
 
+/// Points 1 and 2 A apart of an iron of one co-energy: between them the map is seen, beyond them it is not, and it is the
+/// iron's to a thousandth.
+void settled_points_are_seen_between_them()
+{
+    constexpr double kR = 0.25, kPsi = 0.02, kLd = 6e-4, kLq = 9e-4, kKnee_A = 7.0;
+    dqw::Log log;
+    log.path = "points", log.regime = dqw::Regime::steady, log.machine.pole_pairs = 4.0;
+    const auto flux = [](double i_d, double i_q, double psi[2]) {
+        const double x = (i_d + 4.0) / kKnee_A, y = i_q / kKnee_A, norm = std::sqrt(1.0 + x * x + y * y),
+                     at = 4.0 / kKnee_A / std::sqrt(1.0 + 16.0 / (kKnee_A * kKnee_A));
+        psi[0] = kPsi + kLd * kKnee_A * (x / norm - at), psi[1] = kLq * i_q + kLd * kKnee_A * y / norm;
+    };
+    int row = 0;
+    for (const double w_m : {150.0, 300.0})
+        for (int d = -6; d <= 0; ++d)
+            for (int q = -3; q <= 3; ++q, ++row) {
+                double psi[2];
+                flux(d, 2.0 * q, psi);
+                const double w = 4.0 * w_m, noise_V = 2e-4 * std::sin(12.9898 * row * row);
+                log.i_d_A.push_back(d), log.i_q_A.push_back(2.0 * q), log.w_m_rad_s.push_back(w_m);
+                log.v_d_V.push_back(kR * d - w * psi[1] + noise_V);
+                log.v_q_V.push_back(kR * 2.0 * q + w * psi[0] - noise_V);
+            }
+    const dqw::TraceResult r = dqw::trace({log}, {{"saturation", "cross_saturation"}, {}});
+    TEST_ASSERT_FALSE(r.map.empty());
+    std::size_t between = 0;
+    for (std::size_t d = 0; d < r.map.i_d_A.size(); ++d)
+        for (std::size_t q = 0; q < r.map.i_q_A.size(); ++q) {
+            const FluxNode& node = r.map.at(d, q);
+            const double i_d = r.map.i_d_A[d], i_q = r.map.i_q_A[q];
+            TEST_ASSERT_EQUAL_INT(i_d >= -6.31 && i_d <= 0.31 && std::abs(i_q) <= 6.61, node.seen);
+            if (!node.seen) continue;
+            double psi[2];
+            flux(i_d, i_q, psi), ++between;
+            TEST_ASSERT_DOUBLE_WITHIN(1e-3 * kPsi, psi[0], node.psi_d_Wb);
+            TEST_ASSERT_DOUBLE_WITHIN(1e-3 * kPsi, psi[1], node.psi_q_Wb);
+        }
+    TEST_ASSERT_TRUE(between > 400);
+}
+
 }  // namespace
 
 int main()
@@ -186,5 +227,6 @@ int main()
     RUN_TEST(least_current_is_that_of_the_closed_form);
     RUN_TEST(least_current_ends_where_the_log_does);
     RUN_TEST(what_would_fall_is_made_to_rise);
+    RUN_TEST(settled_points_are_seen_between_them);
     return UNITY_END();
 }

@@ -196,6 +196,46 @@ void map_of_the_reluctance_motor_baldor()
     map_is_the_measured_one(r, numbers(data("flux_map_baldor")), 0.2, 0.5);
 }
 
+/// Two seconds with wide steps: a polynomial that goes astray beyond the rows seen hides from names what one axis does to
+/// the other, and the map has it nevertheless. Judged by few blocks that lie far out, it was 1.4 % off at 3 %.
+void map_of_a_log_with_wide_steps()
+{
+    NEED("flux_map_baldor");
+    const TraceResult r = dqw::trace({simulated("servo",
+                                                {"machine.flux_map=" + data("flux_map_baldor"),
+                                                 "machine.R_ohm=0.63",
+                                                 "machine.pole_pairs=2",
+                                                 "profile.shaft=imposed",
+                                                 "profile.control=current",
+                                                 "profile.speed_rad_s.wave=40",
+                                                 "drive.v_dc_V=560",
+                                                 "drive.i_max_A=16",
+                                                 "drive.current_bandwidth_rad_s=300",
+                                                 "profile.i_d_A=-5",
+                                                 "profile.i_d_A.random=4",
+                                                 "profile.i_d_A.random_hold_s=0.05",
+                                                 "profile.i_q_A.random=9",
+                                                 "profile.i_q_A.random_hold_s=0.031",
+                                                 "profile.v_d_V.binary=0",
+                                                 "profile.v_q_V.binary=0",
+                                                 "duration_s=2",
+                                                 "noise=0.01",
+                                                 "noise.w=0.0005",
+                                                 "seed=51"},
+                                                Beside::nothing)},
+                                     {{"saturation", "cross_saturation"}, {}});
+    TEST_ASSERT_FALSE(r.map.empty());
+    map_is_the_measured_one(r, numbers(data("flux_map_baldor")), 0.1, 0.5);
+    double square = 0, most = 0, n = 0;
+    for (const dqw::FluxNode& node : r.map.nodes)
+        if (node.seen)
+            square += node.sd_d_Wb * node.sd_d_Wb + node.sd_q_Wb * node.sd_q_Wb,
+                most = std::max(most, std::hypot(node.psi_d_Wb, node.psi_q_Wb)), ++n;
+    const double percent = 100 * std::sqrt(square / n) / most;
+    std::printf("its deviation is %.3f %%\n", percent);
+    TEST_ASSERT_TRUE(percent > 0.03 && percent < 0.5);
+}
+
 /// What each phase loses, from a sweep of settled voltage against current: its odd half. Along beta, b and c carry
 /// sqrt(3)/2 i: 2/sqrt(3) V of it is seen. Along alpha, phase a carries i and the others half of it: 2/3 (V(i) +
 /// V(i/2)) is seen, to second order 4/3 V(3/4 i). The slope of V's upper half is R: a loss in proportion to the current
@@ -262,6 +302,7 @@ int main()
     UNITY_BEGIN();
     RUN_TEST(map_of_the_servo_am8141);
     RUN_TEST(map_of_the_reluctance_motor_baldor);
+    RUN_TEST(map_of_a_log_with_wide_steps);
     RUN_TEST(curves_of_an_inverter);
     return UNITY_END();
 }

@@ -85,6 +85,39 @@ void pulses_within_a_period_have_no_name()
     only(traced("sensing.late_periods=0.05"), "sample_shift");
 }
 
+/// What comes once a turn no pulses make: below what they may turn, a sensor's offset is named still.
+void offset_below_the_pulses_own_is_named()
+{
+    if (slow_kind()) TEST_IGNORE_MESSAGE("takes long under the sanitizers");
+    const TraceResult r = dqw::trace(
+        one_log("servo", {"duration_s=1", "noise=0.0003", "noise.v=0", "nonideal.current_offset_alpha_A=0.01"}));
+    only(r, "current_offset");
+    TEST_ASSERT_EQUAL_STRING("explained", r.verdict.c_str());
+    TEST_ASSERT_DOUBLE_WITHIN(0.4e-3, 10e-3, value(r.effects[0].parameters, "i_alpha_A"));
+}
+
+/// A leg that rests at the upper rail leaves the currents under one vector around each row: what is told a twenty-fifth of
+/// a period late, or behind a filter as short, goes with that, not with the mean voltage.
+void currents_told_between_pulses_are_named()
+{
+    if (slow_kind()) TEST_IGNORE_MESSAGE("takes long under the sanitizers");
+    const auto traced = [](const char* what) {
+        return dqw::trace(one_log("servo", {"inverter.modulation=clamped_60", "method=rk4", "drive.dt_s=0.0002",
+                                            "duration_s=1.5", "noise=0.003", "noise.v=0", "profile.v_d_V.binary=4",
+                                            "profile.v_q_V.binary=4", "profile.speed_rad_s.wave=250", what}));
+    };
+    // Of 8 us: measured 7.94 and 7.89.
+    const TraceResult late = traced("sensing.late_periods=0.04"), filtered = traced("sensing.filter_s=8e-6");
+    only(late, "sample_shift");
+    TEST_ASSERT_DOUBLE_WITHIN(0.16e-6, 7.94e-6, value(late.effects[0].parameters, "shift_s"));
+    only(filtered, "sensor_lag");
+    TEST_ASSERT_DOUBLE_WITHIN(0.16e-6, 7.89e-6, value(filtered.effects[0].parameters, "tau_s"));
+    for (const TraceResult& r : {late, filtered}) {
+        TEST_ASSERT_EQUAL_STRING("explained", r.verdict.c_str());
+        TEST_ASSERT_EQUAL_size_t(0, r.effects[0].confusable_with.size());
+    }
+}
+
 /// Phases unlike each other at one angle of a locked rotor: settled points in no order, of which none follows a like
 /// one. It is the rotor's own matrix, whether of resistances or of sensors.
 void unlike_phases_show_at_one_angle()
@@ -394,6 +427,8 @@ int main()
     RUN_TEST(clean_log_has_nothing);
     RUN_TEST(a_law_of_noisy_columns_is_not_named_as_a_shift);
     RUN_TEST(pulses_within_a_period_have_no_name);
+    RUN_TEST(offset_below_the_pulses_own_is_named);
+    RUN_TEST(currents_told_between_pulses_are_named);
     RUN_TEST(unlike_phases_show_at_one_angle);
     RUN_TEST(a_loss_that_noise_hides_is_in_the_deviation_of_R);
     RUN_TEST(dead_time_does_not_stay_in_R);

@@ -1,0 +1,34 @@
+#include "ref/effect/pulses.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace dqw {
+
+Duties::Duties(Modulation modulation, const double v_V[3], double link_V)
+{
+    const auto [least, most] = std::minmax_element(v_V, v_V + 3);
+    const double low = *least, high = *most, link = std::max(link_V, high - low);
+    double shift = -0.5 * (high + low);
+    const int rests = resting_leg(modulation, v_V);
+    // The leg that rests is the highest or the lowest, whichever it is of.
+    if (rests >= 0) shift = v_V[rests] >= high ? 0.5 * link - high : -0.5 * link - low;
+    for (int leg = 0; leg < 3; ++leg)
+        of[leg] = link > 0.0 ? std::clamp(0.5 + (v_V[leg] + shift) / link, 0.0, 1.0) : 0.5;
+}
+
+double pulse_beyond_mean(double duty, double u_s, double period_s)
+{
+    const double u = std::min(std::abs(u_s), period_s), begins = 0.5 * (1.0 - duty) * period_s;
+    return std::copysign(1.0, u_s) * (std::clamp(u - begins, 0.0, duty * period_s) - duty * u);
+}
+
+double filtered_beyond_mean(double duty, double tau_s, double period_s)
+{
+    const double tau = std::abs(tau_s);
+    if (!(tau > 0.0)) return 0.0;
+    const double off = 0.5 * (1.0 - duty) * period_s, all = -std::expm1(-period_s / tau);
+    return tau_s * ((std::exp(-off / tau) - std::exp(-(period_s - off) / tau)) / all - duty);
+}
+
+}  // namespace dqw

@@ -1,0 +1,24 @@
+// What three legs' pulses do to the currents within a period, which their mean voltage does not. (E168)
+#ifndef DQW_REF_EFFECT_PULSES_HPP
+#define DQW_REF_EFFECT_PULSES_HPP
+
+#include "ref/effect/inverter.hpp"
+
+namespace dqw {
+
+/// Of three legs, what each spends on the upper rail, as a part of the period, for these phase voltages from this link.
+/// Beyond the hexagon the vector is made shorter.
+struct Duties {
+    double of[3];
+    Duties(Modulation modulation, const double v_V[3], double link_V);
+};
+
+/// Of a leg of one volt of link whose pulse is in the middle of its period: what its voltage adds to the mean one within
+/// the first u seconds, V s. Within the last ones it is the same. Odd in u.
+double pulse_beyond_mean(double duty, double u_s, double period_s);
+
+/// What of that a filter tells at the period's end: the mean over the past, weighed by its decay, V s. Odd in tau.
+double filtered_beyond_mean(double duty, double tau_s, double period_s);
+
+}  // namespace dqw
+#endif
