@@ -772,10 +772,14 @@ static void test_each_refusal_has_its_code(void)
                   {DQW_EFFECT_WINDING_TEMPERATURE, {20.0f, 30.0f, 0.0f}, true},
                   {DQW_EFFECT_WINDING_TEMPERATURE, {20.0f, -30.0f, 5.0f}, false},
                   {DQW_EFFECT_WINDING_TEMPERATURE, {20.0f, 30.0f, -5.0f}, false},
+                  {DQW_EFFECT_FLUX_MAP, {0.02f, 1.0f, 2.0f}, true},
+                  {DQW_EFFECT_FLUX_MAP, {0.0f, 1.0f, 2.0f}, false},
+                  {DQW_EFFECT_FLUX_MAP, {0.02f, 0.0f, 2.0f}, false},
+                  {DQW_EFFECT_FLUX_MAP, {0.02f, 1.0f, 0.0f}, false},
                   {DQW_EFFECT_WINDING_TEMPERATURE, {20.0f, 3.3e-39f, 5.0f}, true},
                   {DQW_EFFECT_WINDING_TEMPERATURE, {20.0f, 2.7e-39f, 5.0f}, false}};
     for (size_t k = 0; k < sizeof shapes / sizeof shapes[0]; k++) {
-        dqw_effect_config c = {.effect = shapes[k].effect};
+        dqw_effect_config c = {.effect = shapes[k].effect, .map = bent_table()};
         for (int i = 0; i < 3; i++) c.shape[i] = shapes[k].shape[i];
         CASE("effect %d, shape %g %g %g", (int)c.effect, (double)c.shape[0], (double)c.shape[1], (double)c.shape[2]);
         if (shapes[k].taken)
@@ -892,6 +896,30 @@ static void test_each_deviation_is_widened_by_its_own_blocks(void)
             e.score_lag[k] = 1.99f;
             BETWEEN(0.99999, (double)dqw_estimator_sd(&e, i) / alone / (score_of[i] == k ? sqrt(2.96) : 1.0), 1.00001);
         }
+}
+
+// What a block teaches an effect's weight counts for the score of that weight, and no other. (E61)
+static void test_each_effect_keeps_its_own_score(void)
+{
+    plant p = {.effect = DQW_EFFECT_VOLTAGE_OFFSET, .w = {0.5, -0.3}};
+    simulate(&p, 100);
+    list[0] = (dqw_effect_config){.effect = DQW_EFFECT_VOLTAGE_OFFSET};
+    for (int count = 0; count < 2; count++) {
+        const dqw_estimator_config c = config_of(count);
+        const dqw_estimator e = learned(&c, 0.01, 7);
+        for (int k = 0; k < DQW_ESTIMATOR_SCORES; k++) {
+            CASE("%d effects, score %d", count, k);
+            HOLDS((e.score2[k] > 0.0f && e.score_lag[k] != 0.0f) == (k < 4 + 2 * count));
+        }
+    }
+}
+
+// A table takes the head and two numbers a node.
+static void test_bytes_of_a_map(void)
+{
+    TEST_ASSERT_EQUAL_UINT(2 * (DQW_EFFECT_MAP_HEAD + 2 * BENT_NODES * BENT_NODES), dqw_effect_map_bytes(bent_table()));
+    static const int16_t small[] = {3, 0, 2, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11};
+    TEST_ASSERT_EQUAL_UINT(2 * (DQW_EFFECT_MAP_HEAD + 2 * 3 * 2), dqw_effect_map_bytes(small));
 }
 
 // What an input is at the machine's bases: a measured temperature by 50 K, a heating state by 1, whatever T_0 is.
@@ -1258,6 +1286,8 @@ int main(void)
     RUN_TEST(test_what_a_list_asks_for);
     RUN_TEST(test_start_deviations);
     RUN_TEST(test_each_deviation_is_widened_by_its_own_blocks);
+    RUN_TEST(test_each_effect_keeps_its_own_score);
+    RUN_TEST(test_bytes_of_a_map);
     RUN_TEST(test_input_bases);
     RUN_TEST(test_an_empty_list_after_a_gap);
     RUN_TEST(test_every_effect_before_another);

@@ -241,6 +241,8 @@ static void test_begun_again_it_has_forgotten(void)
             (void)shown(&e, &s);
         }
         HOLDS(e.blocks > 50 && e.error_pu2[0] > 0.0f && e.late_pu2 > 0.0f && e.score_last[0] != 0.0f);
+        for (int k = 0; k < 3; k++) HOLDS(e.e_before_pu[k][0] != 0.0f && e.e_before_pu[k][1] != 0.0f);
+        e.slow_at = e.across = 3;
         dqw_estimator_start(&e, told ? start : NULL);
         TEST_ASSERT_EQUAL_MEMORY(told ? start : fresh.w_pu, e.w_pu, sizeof e.w_pu[0] * fresh.inputs);
         TEST_ASSERT_EQUAL_MEMORY(fresh.gain.u, e.gain.u, sizeof e.gain.u);
@@ -252,6 +254,11 @@ static void test_begun_again_it_has_forgotten(void)
         TEST_ASSERT_EQUAL_MEMORY(fresh.excess_q10, e.excess_q10, sizeof e.excess_q10);
         HOLDS(e.error_pu2[0] == 0.0f && e.error_pu2[1] == 0.0f && e.recent_pu2 == 0.0f);
         HOLDS(e.late_pu2 == 0.0f && e.late_error_pu2 == 0.0f && e.blocks == 0 && e.learned == 0);
+        TEST_ASSERT_EQUAL_MEMORY(fresh.e_before_pu, e.e_before_pu, sizeof e.e_before_pu);
+        TEST_ASSERT_EQUAL_MEMORY(fresh.slow_alone_pu2, e.slow_alone_pu2, sizeof e.slow_alone_pu2);
+        TEST_ASSERT_EQUAL_MEMORY(fresh.alone_pu2, e.alone_pu2, sizeof e.alone_pu2);
+        HOLDS(e.lasting_pu2[0] == 0.0f && e.lasting_pu2[1] == 0.0f && e.slow_pu2 == 0.0f);
+        HOLDS(e.slow_before_pu[0] == 0.0f && e.slow_before_pu[1] == 0.0f && e.slow_at == 0 && e.across == 0);
     }
 }
 

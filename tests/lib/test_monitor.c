@@ -76,6 +76,23 @@ static void test_init_names_the_field_that_it_refuses_and_leaves_the_object_alon
     }
 }
 
+// A period without a sample is the estimator's matter: one, and many.
+static void test_a_missing_period_is_the_estimators(void)
+{
+    const dqw_sim_scenario s = joint(0.1);
+    simulate(&s);
+    const dqw_monitor_config c = config_of();
+    for (uint32_t periods = 0; periods < 600; periods += 1 + 100 * (periods > 0)) {
+        dqw_monitor m = begin(&c);
+        (void)watch(&m, 0, row_count);
+        dqw_estimator e = m.estimator;
+        dqw_monitor_missing(&m, periods);
+        dqw_estimator_missing(&e, periods);
+        HOLDS(m.estimator.has_last == false && m.estimator.halves == e.halves && m.estimator.window.at == e.window.at);
+        TEST_ASSERT_EQUAL_MEMORY(&e.gate, &m.estimator.gate, sizeof e.gate);
+    }
+}
+
 // With and without stage 2's memory; 4 s without an event.
 static void test_a_healthy_joint_enters_service_and_is_left_alone(void)
 {
@@ -833,6 +850,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_init_names_the_field_that_it_refuses_and_leaves_the_object_alone);
+    RUN_TEST(test_a_missing_period_is_the_estimators);
     RUN_TEST(test_a_healthy_joint_enters_service_and_is_left_alone);
     RUN_TEST(test_each_fault_is_told_by_its_name);
     RUN_TEST(test_healthy_heating_tells_nothing);

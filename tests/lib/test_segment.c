@@ -259,6 +259,8 @@ static void test_a_step_is_opened(void)
 {
     int late = 0;
     int wrong = 0;
+    int opened[2] = {0};
+    int agreed[2] = {0};
     double off = 0;
     const int cases = scaled(700);
     for (int n = 0; n < cases; n++) {
@@ -276,9 +278,12 @@ static void test_a_step_is_opened(void)
             double delta[WEIGHTS];
             for (int k = 0; k < WEIGHTS; k++) delta[k] = 0.01 * random_normal(&r) + (k == k_step && m >= 60 ? size : 0);
             few_rows(&s, &r, delta, 1e-3);
+            // Where something shows already one segment is enough.
+            s.urgent = m >= 60 && n % 2 == 1;
             changed = dqw_segment_end(&s, half_less(1e-3), &known, move);
             HOLDS(m >= 60 || changed < 0);
             HOLDS(s.blocks == 0 && s.a[0] == 0 && s.b[0] == 0);
+            if (changed == k_step) opened[m > 60]++, agreed[m > 60] += s.agreed;
         }
         late += changed < 0;
         wrong += changed >= 0 && changed != k_step;
@@ -287,6 +292,10 @@ static void test_a_step_is_opened(void)
     CASE("%d late, %d wrong, of %d; %g", late, wrong, cases, off);
     HOLDS(late * 100 <= cases && wrong == 0);  // 4 of 700
     BETWEEN(0.01, off, 0.05);
+    // It began with the segment that opens it, or with one before.
+    CASE("at once %d, of which %d agreed before; later %d of %d", opened[0], agreed[0], agreed[1], opened[1]);
+    HOLDS(opened[0] > 0 && opened[1] > 0);
+    HOLDS(agreed[0] * 20 <= opened[0] && agreed[1] * 20 >= 19 * opened[1]);
 }
 
 // Until it is known by its scatter, a band is what the model's error may make of it; a change needs three segments.

@@ -183,6 +183,20 @@ static void test_counters_stop_at_their_maximum(void)
     BETWEEN(0.0, axis.learner[0].step_size, 1e-6);
 }
 
+// Converged is what each of the Learners is, from the iteration on that the last of them needed.
+static void test_converged_when_every_learner_is(void)
+{
+    simulate();
+    (void)learn(false, 0.0, 3);
+    HOLDS(dqw_tapped_iterate(&axis));
+    for (int i = 0; i < axis.taps; i++) {
+        CASE("tap %d", i);
+        dqw_tapped one = axis;
+        one.random[i].converged = false;
+        HOLDS(!dqw_tapped_iterate(&one));
+    }
+}
+
 // Each Learner draws by itself.
 static void test_no_two_draw_alike(void)
 {
@@ -206,6 +220,7 @@ int main(void)
     RUN_TEST(test_worst_of_twenty_seeds_is_below_the_papers);
     RUN_TEST(test_same_seed_same_weights);
     RUN_TEST(test_counters_stop_at_their_maximum);
+    RUN_TEST(test_converged_when_every_learner_is);
     RUN_TEST(test_no_two_draw_alike);
     return UNITY_END();
 }

@@ -5,7 +5,7 @@ mutants.py FOLDER [--count N] [--seed S] [--build build] [--jobs N] prints each 
 mutants.py FOLDER --only FILE:LINE prints the verdict on every mutant of that line. What is judged stays in build/mutants.tsv: a campaign that was
 interrupted goes on.
 Changes that the compiler sees no difference in are no mutants, nor is < to <= where the larger, the smaller or the size is taken,
-nor x < 1 for x < 0 in the size of a whole number. Those that nobody can see are in equivalent.txt, each with its reason.
+nor x < 1 for x < 0 in the size of a whole number, nor an array with an element to spare. Those that nobody can see are in equivalent.txt, each with its reason.
 """
 
 from __future__ import annotations
@@ -130,6 +130,18 @@ def is_of_size(code: str, at: int) -> bool:
 FIXED = re.compile(r"\w_q(?P<bits>\d+)(?:\[[^\]]*\])*(?: = \w_q\d+)* = \{?(?P<number>[01])(?![\w.])")
 
 
+# T x[3]: an element more is one that nothing reads; as a parameter it is a pointer, whatever stands there.
+DECLARED = re.compile(r"\b(?!return\b|case\b|else\b)[A-Za-z]\w*\*? \*?[A-Za-z]\w*(?:\[\w+\])*\[$")
+
+
+def is_size(code: str, at: int, end: int) -> bool:
+    return code[end : end + 1] == "]" and DECLARED.search(code[:at]) is not None
+
+
+def is_parameter(code: str, at: int) -> bool:
+    return code[:at].count("(") > code[:at].count(")")
+
+
 def in_fixed_point(code: str, at: int, n: int) -> str:
     """A number in fixed point is changed as one in float is: by a quarter, 0 to half a unit. A last place is no change that a test should see."""
     if n >= 4096:
@@ -151,13 +163,15 @@ def of_line(code: str) -> list[tuple[str, str]]:
             out.append((code[: m.start()] + new + code[m.end() :], f"{old.strip()} to {new.strip()}"))
     for m in re.finditer(r"(?<![\w.])(\d+)(u?)(?![\w.])", code):
         n = int(m.group(1))
-        if is_of_size(code, m.start()):
+        sizes = is_size(code, m.start(), m.end())
+        if is_of_size(code, m.start()) or (sizes and is_parameter(code, m.start())):
             continue
         q = in_fixed_point(code, m.start(), n)
         if q:
             out.append((code[: m.start()] + q + code[m.end() :], f"{n} to {q}"))
             continue
-        out.append((code[: m.start()] + str(n + 1) + m.group(2) + code[m.end() :], f"{n} to {n + 1}"))
+        if not sizes:
+            out.append((code[: m.start()] + str(n + 1) + m.group(2) + code[m.end() :], f"{n} to {n + 1}"))
         if n > 0:
             out.append((code[: m.start()] + str(n - 1) + m.group(2) + code[m.end() :], f"{n} to {n - 1}"))
     for m in re.finditer(r"(?<![\w.])(\d+\.\d+(?:e-?\d+)?)f", code):
