@@ -898,14 +898,16 @@ static void test_each_deviation_is_widened_by_its_own_blocks(void)
         }
 }
 
-// What a block teaches an effect's weight counts for the score of that weight, and no other. (E61)
+// What a block teaches an effect's weight counts for the score of that weight, and no other: dead time has none of its
+// own. (E61)
 static void test_each_effect_keeps_its_own_score(void)
 {
     plant p = {.effect = DQW_EFFECT_VOLTAGE_OFFSET, .w = {0.5, -0.3}};
     simulate(&p, 100);
     list[0] = (dqw_effect_config){.effect = DQW_EFFECT_VOLTAGE_OFFSET};
     for (int count = 0; count < 2; count++) {
-        const dqw_estimator_config c = config_of(count);
+        dqw_estimator_config c = config_of(count);
+        c.dead_time_width_A = 0.3f;
         const dqw_estimator e = learned(&c, 0.01, 7);
         for (int k = 0; k < DQW_ESTIMATOR_SCORES; k++) {
             CASE("%d effects, score %d", count, k);
