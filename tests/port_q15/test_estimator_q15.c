@@ -63,6 +63,12 @@ static void test_init_names_the_field_and_leaves_the_object_alone(void)
     TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_estimator_init_q15(&p.q, &p.qc));
     HOLDS(p.q.wide_q28 == 0);
 #if DQW_EFFECT_WEIGHTS > 0
+    // Dead time by its width and in the list.
+    p.qc = good;
+    static const dqw_effect_q15_config again = {.effect = DQW_EFFECT_DEAD_TIME, .i_uA = 300000};
+    p.qc.effect_count = 1;
+    p.qc.effects = &again;
+    REFUSED(e, DQW_ERR_EFFECT_TWICE, dqw_estimator_init_q15(&e, &p.qc));
     // A list that is not there, and one longer than any that has room.
     p.qc = good;
     p.qc.effect_count = 1;
