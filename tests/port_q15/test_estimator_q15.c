@@ -95,6 +95,18 @@ static void test_init_names_the_field_and_leaves_the_object_alone(void)
     HOLDS(p.q.halves == 77 && p.q.gate.accepted == 5 && p.q.blocks == 0 && p.q.stage.name == DQW_STAGE_RANDOM);
 }
 
+// What the background gives holds from the next half on, each axis its own.
+static void test_each_axis_takes_its_own_step(void)
+{
+    pair p;
+    configure(&p, 0.3, 0.05);
+    begin(&p);
+    p.q.given = (dqw_estimator_q15_given){.step_q15 = {3, 7}, .follow_q15 = 99, .ready = true};
+    const dqw_sample_q15 s = {.i_q_q15 = 1000, .w_m_q15 = 2000, .cosine_q15 = INT16_MAX};
+    for (int k = 0; k < 300 && p.q.given.ready; k++) (void)dqw_estimator_sample_q15(&p.q, &s, false);
+    HOLDS(!p.q.given.ready && p.q.step_q15[0] == 3 && p.q.step_q15[1] == 7 && p.q.follow_q15 == 99);
+}
+
 static void test_a_nameplate_is_enough(void)
 {
     const dqw_nameplate_q15 plate = {
@@ -1064,6 +1076,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_init_names_the_field_and_leaves_the_object_alone);
+    RUN_TEST(test_each_axis_takes_its_own_step);
     RUN_TEST(test_a_nameplate_is_enough);
     RUN_TEST(test_fresh_estimator_has_the_nominal_values_and_knows_nothing);
     RUN_TEST(test_time_alone_makes_nobody_less_sure);

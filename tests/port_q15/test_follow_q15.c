@@ -319,6 +319,25 @@ static void test_a_change_opens(void)
     HOLDS(opened > 80);
 }
 
+// What is not known at all is not known less.
+static void test_no_variance_grows_beyond_the_widest(void)
+{
+    const int64_t widest_q40 = (int64_t)1 << 61;
+    test_random r = {734};
+    int at_it = 0;
+    for (int k = 0; k < 20; k++) {
+        gathered(&r, 30, 1, k % 2 ? 0.05 : -0.05);
+        for (int i = 0; i < N; i++) e.cov_q40[i] = widest_q40 - (int64_t)1000 * i;
+        dqw_estimator_follow_q15(&e, &still);
+        for (int i = 0; i < N; i++) {
+            CASE("change %d, weight %d", k, i);
+            HOLDS(e.cov_q40[i] > 0 && e.cov_q40[i] <= widest_q40);
+            at_it += i > 0 && e.cov_q40[i] == widest_q40;
+        }
+    }
+    HOLDS(at_it > 0);
+}
+
 // Where the first block of a segment is learned it begins.
 static void test_where_a_segment_begins(void)
 {
@@ -346,6 +365,7 @@ int main(void)
     RUN_TEST(test_least_bands);
     RUN_TEST(test_where_a_segment_ends);
     RUN_TEST(test_a_change_opens);
+    RUN_TEST(test_no_variance_grows_beyond_the_widest);
     RUN_TEST(test_where_a_segment_begins);
     return UNITY_END();
 }

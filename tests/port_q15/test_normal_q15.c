@@ -37,6 +37,8 @@ static void test_init_refuses_and_leaves_the_object_alone(void)
     }
     const int64_t most[] = {((int64_t)1 << 40) - 1, 1};
     TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_normal_init_q15(&n, 2, most, start));
+    const int64_t far[] = {((int64_t)1 << 60) - 1, -((int64_t)1 << 60) + 1};
+    TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_normal_init_q15(&n, 2, prior, far));
     TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_normal_init_q15(&n, DQW_NORMAL_INPUTS < 4 ? DQW_NORMAL_INPUTS : 4, prior, start));
 }
 

@@ -73,6 +73,8 @@ static void test_both_say_the_same(void)
     double worst_free = 0;
     int openings = 0;
     int unlike = 0;
+    int began_before[2] = {0};
+    int began_unlike = 0;
     int segments = 0;
     const int cases = scaled(300);
     for (int n = 0; n < cases; n++) {
@@ -89,6 +91,7 @@ static void test_both_say_the_same(void)
             show(&p, &d, (int)(150 * exp(random_uniform(&d.r, 0, 3))), delta);
             int f;
             int q;
+            p.f.urgent = p.q.urgent = n % 4 == 1;
             end(&p, d.noise, &f, &q);
             segments++;
             CASE("case %d, segment %d: weight %d, %d", n, m, f, q);
@@ -101,6 +104,11 @@ static void test_both_say_the_same(void)
                 // What hangs on the last place of a sum; from here on they are of other opinions.
                 unlike++;
                 break;
+            }
+            // Whether the change began with this segment.
+            if (f >= 0) {
+                began_before[p.f.agreed]++;
+                began_unlike += p.f.agreed != p.q.agreed;
             }
             for (int k = 0; f < 0 && k < WEIGHTS; k++) {
                 worst_sum = fmax(worst_sum, fabs(p.q.up_q11[k] / 2048.0 - p.f.up_q11[k] / 2048.0));
@@ -120,6 +128,8 @@ static void test_both_say_the_same(void)
     if (getenv("DQW_TEST_VALUES") != NULL) printf("%s\n", test_case);
     HOLDS(openings * 3 > cases);
     HOLDS(unlike * 50 <= openings);
+    CASE("began with it %d, before %d; unlike %d", began_before[0], began_before[1], began_unlike);
+    HOLDS(began_before[0] > 0 && began_before[1] > 0 && began_unlike * 50 <= openings);
     BETWEEN(1e-6, worst_band, 0.03);
     BETWEEN(1e-4, worst_sum, 0.1);
     BETWEEN(1e-6, worst_free, 0.03);

@@ -655,6 +655,20 @@ static void test_what_the_signals_cannot_teach_is_not_known(void)
     }
 }
 
+// As many inputs as there is room for: none is written beyond.
+static void test_a_full_shaft(void)
+{
+    dqw_shaft_q15_config c = frictional();
+    static dqw_torque_q15_config list[DQW_EFFECT_WEIGHTS];
+    for (int k = 0; k < DQW_EFFECT_WEIGHTS / 2; k++)
+        list[k] = (dqw_torque_q15_config){.effect = DQW_EFFECT_COGGING_TORQUE, .periods = (uint16_t)(k + 1)};
+    c.effects = list;
+    c.effect_count = DQW_EFFECT_WEIGHTS / 2;
+    const dqw_shaft_q15 m = begin(&c);
+    TEST_ASSERT_EQUAL_UINT8(DQW_SHAFT_Q15_INPUTS, m.inputs);
+    for (int i = 0; i < m.inputs; i++) HOLDS(m.sd_q40[i] == INT64_MAX);
+}
+
 static void test_init_refuses_and_leaves_the_object_alone(void)
 {
     dqw_shaft_q15 m;
@@ -841,6 +855,7 @@ int main(void)
     RUN_TEST(test_the_laws_of_friction);
     RUN_TEST(test_how_wide_a_soft_sign_may_be);
     RUN_TEST(test_the_laws_of_cogging_and_load);
+    RUN_TEST(test_a_full_shaft);
     RUN_TEST(test_init_refuses_and_leaves_the_object_alone);
     RUN_TEST(test_the_whole_trajectory);
     RUN_TEST(test_start_values_and_readings_are_irrelevant);
