@@ -911,6 +911,10 @@ static void test_the_circle_with_an_effect(void)
     int64_t weights_q40[DQW_EFFECT_STARTS];
     int64_t sd_q40[DQW_EFFECT_STARTS];
     HOLDS(dqw_estimator_read_effect_q15(&m.estimator, 0, weights_q40, sd_q40) == 1);
+    // By either name the same; in the list it is of the full voltage.
+    const dqw_reading_q15 dead = dqw_estimator_read_q15(&m.estimator, DQW_DEAD_TIME);
+    BETWEEN(0.9999, (double)weights_q40[0] / (double)dead.value_q40 * DQW_DEAD_TIME_Q15_PARTS, 1.0001);
+    BETWEEN(0.9999, (double)sd_q40[0] / (double)dead.sd_q40 * DQW_DEAD_TIME_Q15_PARTS, 1.0001);
     BETWEEN(1.45, (double)weights_q40[0] / Q40 * V_FULL, 1.55);
     HOLDS(dqw_estimator_read_effect_q15(&m.estimator, 1, weights_q40, sd_q40) >= 0);
     for (int i = 0; i < 2; i++) BETWEEN(-0.02, (double)weights_q40[i] / Q40 * V_FULL, 0.02);
