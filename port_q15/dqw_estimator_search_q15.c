@@ -105,9 +105,8 @@ static void take_rival(dqw_estimator_q15 *e)
 // What all weights together leave, a block.
 static uint32_t left_q40(const dqw_estimator_q15 *e, uint32_t blocks)
 {
-    static const int64_t none[DQW_NORMAL_INPUTS] = {0};
     dqw_solution_q15 s;
-    dqw_normal_solve_q15(&e->normal, none, &s);
+    dqw_normal_solve_q15(&e->normal, dqw_normal_nought_q40, &s);
     const int64_t left = dqw_q_quotient64(s.left_q32, blocks, 8);
     return (uint32_t)(left < LEFT_MOST_Q40 ? left : LEFT_MOST_Q40);
 }

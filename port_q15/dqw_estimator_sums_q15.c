@@ -85,7 +85,6 @@ int64_t dqw_estimator_size_q24(const dqw_estimator_q15 *e, int i)
 
 void dqw_estimator_solve_q15(dqw_estimator_q15 *e)
 {
-    static const int64_t stay_q40[DQW_NORMAL_INPUTS] = {0};
     dqw_normal_q15 *m = &e->normal;
     dqw_solution_q15 s;
     const int n = dqw_estimator_inputs_q15(e);
@@ -93,7 +92,7 @@ void dqw_estimator_solve_q15(dqw_estimator_q15 *e)
     m->c_q32 = 2 * m->c_q32 + 16;
     // The late voltage only watches.
     m->inputs = (uint8_t)n;
-    dqw_normal_solve_q15(m, stay_q40, &s);
+    dqw_normal_solve_q15(m, dqw_normal_nought_q40, &s);
     m->inputs = (uint8_t)(n + 1);
     for (int i = 0; i < n; i++) {
         m->b_q32[n] -= dqw_q_product64(m->a_q32[DQW_NORMAL_A(i, n)], s.w_q40[i], -40);

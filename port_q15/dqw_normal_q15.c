@@ -160,6 +160,8 @@ static void explain(const factors *f, int i, int64_t t_q40[])
     back(f, i, y_q40, t_q40);
 }
 
+const int64_t dqw_normal_nought_q40[N] = {0};
+
 void dqw_normal_solve_q15(const dqw_normal_q15 *n, const int64_t start_q40[], dqw_solution_q15 *s)
 {
     factors f;

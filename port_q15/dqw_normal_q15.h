@@ -60,6 +60,10 @@ void dqw_normal_add_q15(dqw_normal_q15 *n, const int32_t x_q28[], int32_t y_q28)
 /// Cost     n (n + 1) / 2 products of 32 by 32 bits, one division of 32
 void dqw_normal_grow_q15(dqw_normal_q15 *n, int i, int64_t q_q40);
 
+/// Noughts: weights that start there, or whose start nobody asks for.
+#define dqw_normal_nought_q40 DQW_SIZED(dqw_normal_nought_q40)
+extern const int64_t dqw_normal_nought_q40[DQW_NORMAL_INPUTS];
+
 /// Solve by Cholesky's factors of the sums, scaled by powers of two. Leaves out what was never learned.
 ///
 /// Source   (E70) in docs/EQUATIONS.md

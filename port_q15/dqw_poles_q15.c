@@ -31,13 +31,12 @@ static int64_t sum_of(const dqw_normal_q15 *m, int i, int j)
 // The sums around weights that keep to p pole pairs, and what these are.
 static void fold(const dqw_estimator_q15 *e, int32_t p, dqw_normal_q15 *m, dqw_solution_q15 *s)
 {
-    static const int64_t none[AFTER] = {0};
     static const int64_t least[AFTER] = {1, 1, 1, 1};
     const int32_t *w = e->w_q24;
     // Off by this much where the inductances stay, and the cross weights follow them.
     const int64_t off_q24[2] = {dqw_q_times64(w[DQW_LD], p, -3) - w[DQW_POLES_LD_Q15],
                                 dqw_q_times64(w[DQW_LQ], p, -3) - w[DQW_POLES_LQ_Q15]};
-    (void)dqw_normal_init_q15(m, AFTER, least, none);
+    (void)dqw_normal_init_q15(m, AFTER, least, dqw_normal_nought_q40);
     for (int j = 0; j < BEFORE; j++) {
         const int to = stands_for[j];
         const int64_t gradient_q32 = dqw_q_product64(sum_of(&e->normal, j, DQW_POLES_LD_Q15), off_q24[0], -24) +
@@ -49,7 +48,7 @@ static void fold(const dqw_estimator_q15 *e, int32_t p, dqw_normal_q15 *m, dqw_s
                 m->a_q32[DQW_NORMAL_A(stands_for[i], to)] += part(part(sum_of(&e->normal, i, j), i, p), j, p);
     }
     if (m->c_q32 < 1) m->c_q32 = 1;
-    dqw_normal_solve_q15(m, none, s);
+    dqw_normal_solve_q15(m, dqw_normal_nought_q40, s);
 }
 
 static int64_t cost_q32(const dqw_estimator_q15 *e, int32_t p)

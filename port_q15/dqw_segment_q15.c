@@ -147,7 +147,6 @@ static void scale(const dqw_segment_q15 *s, const int32_t band_q28[], int64_t sd
 // vanishes. (E104)
 static void solve(const dqw_segment_q15 *s, const int32_t band_q28[], int64_t variance_q56, verdict *v)
 {
-    static const int64_t none[DQW_NORMAL_INPUTS] = {0};
     const int64_t sd_q28 = (int64_t)dqw_q_root64((uint64_t)variance_q56) + 1;
     int64_t t_q16[N];
     int halves[N];
@@ -171,7 +170,7 @@ static void solve(const dqw_segment_q15 *s, const int32_t band_q28[], int64_t va
         m.c_q32 += dqw_q_product64(m.b_q32[i], m.b_q32[i], -32);
     }
     dqw_solution_q15 w;
-    dqw_normal_solve_q15(&m, none, &w);
+    dqw_normal_solve_q15(&m, dqw_normal_nought_q40, &w);
     for (int i = 0; i < N; i++) {
         const int64_t own_q30 = dqw_q_scale64(w.cov_q40[i], -10 - 2 * halves[i]);
         v->u_q40[i] = dqw_q_scale64(w.w_q40[i], less - halves[i]);
