@@ -73,7 +73,8 @@ double nats_to_law_noise(const TraceSetup& setup, ColumnNoise& noise, const Refi
         const Eigen::MatrixXd scores = seen_scores(moved, at, of_rows);
         return of_rows > 0.0 ? Eigen::VectorXd(scores.bottomRows(1).transpose() / of_rows) : Eigen::VectorXd();
     };
-    const Eigen::VectorXd with = noise.second(sizes, [&](const RowNoise*n) { return squares(refined.point, n); }),
+    // Empty, which is no vector, where a moved log cannot be predicted.
+    const Eigen::MatrixXd with = noise.second(sizes, [&](const RowNoise*n) { return squares(refined.point, n); }),
                           without = noise.second(sizes, [&](const RowNoise*n) { return squares(bare, n); });
     if (with.size() != variance.size() || without.size() != variance.size()) return 0.0;
     // Of the innovations: more is no small change of them; of the sizes, as in ColumnNoise::added().
@@ -83,10 +84,11 @@ double nats_to_law_noise(const TraceSetup& setup, ColumnNoise& noise, const Refi
         if (model.plan().blocks[k].heldout) held += refined.left.rows[k];
     double nats = 0.0;
     for (Eigen::Index c = 0; c < variance.size(); ++c) {
-        const double size = without[c] > 0.0
-                                ? std::clamp(sizes.share[c] * variance[c] / without[c], 1.0 / kMostSize, kMostSize)
+        const double size = without(c, 0) > 0.0
+                                ? std::clamp(sizes.share[c] * variance[c] / without(c, 0), 1.0 / kMostSize, kMostSize)
                                 : 1.0;
-        nats -= 0.5 * held * std::log(1.0 - std::clamp(size * (with[c] - without[c]) / variance[c], -kMost, kMost));
+        nats -= 0.5 * held *
+                std::log(1.0 - std::clamp(size * (with(c, 0) - without(c, 0)) / variance[c], -kMost, kMost));
     }
     return nats;
 }

@@ -22,7 +22,8 @@ Eigen::VectorXd spread_over_cells(const TraceSetup& setup, const Refined& best);
 
 /// The flux linkage over the currents of the logs, fitted to all rows, (E143): by a map where the rows held out confirm
 /// that polynomials are not enough. Empty where the point does not bend, or where the magnet's flux is not known.
-FluxMap flux_map_of(const TraceSetup& setup, const Refined& best);
+/// `unnamed`: a point that does not bend has one too where the rows held out confirm it.
+FluxMap flux_map_of(const TraceSetup& setup, const Refined& best, bool unnamed);
 
 /// Where a flux would hardly rise with its own current, which no iron does, it is made to, by a twentieth of the
 /// inductance at rest, (E143).

@@ -222,15 +222,19 @@ Point best_start(const TraceSetup& setup)
     return best;
 }
 
+/// Where the log cannot tell saturation, or it is not asked for, it tells no map.
+bool tells_bends(const TraceSetup& setup)
+{
+    return std::any_of(setup.candidates.begin(), setup.candidates.end(),
+                       [](const Candidate& c) { return c.inputs.front().law == Law::saturation; });
+}
+
 SelectOptions select_options(const TraceSetup& setup, const Judge& judge, const TraceOptions& options, int& ticks)
 {
     SelectOptions o;
     o.veto = [&setup](const Point& p) { return sense_of(setup, p); };
     o.settle = [&setup](Refined r) { return settle_loss(setup, setup.search(), std::move(r)); };
-    // Where the log cannot tell saturation, or it is not asked for, it tells no map.
-    const bool bends = std::any_of(setup.candidates.begin(), setup.candidates.end(),
-                                   [](const Candidate& c) { return c.inputs.front().law == Law::saturation; });
-    if (bends)
+    if (tells_bends(setup))
         o.mapped = [&setup, &judge](const Point& p) {
             return judge.rms(p) > kStructured * noise_of(setup, p).floor ? with_map(setup, setup.search(), p)
                                                                          : Refined();
@@ -553,7 +557,10 @@ TraceResult traced(const std::vector<Log>& logs, const TraceOptions& options)
                                   "by less than the sensor has a larger coefficient, by as much");
     for (const Term& t : s.found.empty() ? std::vector<Term>() : s.best.point.terms)
         result.inputs.push_back(firmware_input(*setup, s.best.point, t));
-    result.map = flux_map_of(*setup, s.best);
+    // Where nothing is left over: a map has freedom enough to take some of what has no name.
+    result.map = flux_map_of(*setup, s.best,
+                             setup->regime == Regime::dynamic && fault.empty() && tells_bends(*setup) &&
+                                 !(result.after.heldout_rms > kStructured * floor));
     if (!result.map.empty()) put_table(s.best.point, result.map, result.inputs);
     reject(*setup, judge, s, result);
     for (TraceRejected& r : result.rejected)

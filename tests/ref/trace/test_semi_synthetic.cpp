@@ -236,6 +236,48 @@ void map_of_a_log_with_wide_steps()
     TEST_ASSERT_TRUE(percent > 0.03 && percent < 0.5);
 }
 
+/// Of 4 s of steps with no signal beside, at 1 % noise.
+TraceResult traced_steps(const std::vector<std::string>& settings)
+{
+    std::vector<std::string> all = {"machine.R_ohm=0.51",
+                                    "profile.shaft=imposed",
+                                    "profile.control=current",
+                                    "profile.i_d_A=-3.5",
+                                    "profile.i_d_A.random=3",
+                                    "profile.i_d_A.random_hold_s=0.05",
+                                    "profile.i_q_A.random=6.5",
+                                    "profile.i_q_A.random_hold_s=0.031",
+                                    "profile.v_d_V.binary=0",
+                                    "profile.v_q_V.binary=0",
+                                    "duration_s=4",
+                                    "noise=0.01",
+                                    "noise.w=0.0005",
+                                    "seed=34"};
+    all.insert(all.end(), settings.begin(), settings.end());
+    return dqw::trace({simulated("servo", all, Beside::nothing)},
+                      {{"saturation", "cross_saturation", "angle_offset", "dead_time"}, {}});
+}
+
+/// Iron that bends by a tenth of a percent of the flux has no name at 1 % noise, and a map: rows held out confirm it.
+void map_of_a_bend_without_a_name()
+{
+    NEED("flux_map_am8141");
+    const TraceResult r = traced_steps({"machine.flux_map=" + data("flux_map_am8141")});
+    TEST_ASSERT_NULL(effect(r, "saturation"));
+    TEST_ASSERT_FALSE(r.map.empty());
+    map_is_the_measured_one(r, numbers(data("flux_map_am8141")), 0.01, 0.3);
+}
+
+void linear_machine_has_no_map()
+{
+    if (slow_kind()) TEST_IGNORE_MESSAGE("takes long under the sanitizers");
+    for (const char* seed : {"seed=34", "seed=61"}) {
+        const TraceResult r = traced_steps({seed, "duration_s=2"});
+        TEST_ASSERT_EQUAL_size_t(0, r.effects.size());
+        TEST_ASSERT_TRUE(r.map.empty());
+    }
+}
+
 /// What each phase loses, from a sweep of settled voltage against current: its odd half. Along beta, b and c carry
 /// sqrt(3)/2 i: 2/sqrt(3) V of it is seen. Along alpha, phase a carries i and the others half of it: 2/3 (V(i) +
 /// V(i/2)) is seen, to second order 4/3 V(3/4 i). The slope of V's upper half is R: a loss in proportion to the current
@@ -303,6 +345,8 @@ int main()
     RUN_TEST(map_of_the_servo_am8141);
     RUN_TEST(map_of_the_reluctance_motor_baldor);
     RUN_TEST(map_of_a_log_with_wide_steps);
+    RUN_TEST(map_of_a_bend_without_a_name);
+    RUN_TEST(linear_machine_has_no_map);
     RUN_TEST(curves_of_an_inverter);
     return UNITY_END();
 }
