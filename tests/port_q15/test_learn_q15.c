@@ -296,10 +296,34 @@ static void test_what_is_not_learned(void)
     HOLDS(dqw_estimator_learn_q15(&e, &b) && e.blocks == before.blocks + 1);
 }
 
+// Where noise is more than a twentieth of what a weight was learned by, its gradient is left alone; below, C w is put
+// back, weight by weight. (E60)
+static void test_noise_is_taken_out_where_it_is_little(void)
+{
+    begin();
+    for (int i = 0; i < N; i++)
+        for (int high = 0; high < 2; high++) {
+            start();
+            static dqw_rows_q15 r;
+            memset(&r, 0, sizeof r);
+            // 1e-4 of an input's square, so a covariance of 500 is the bound: one per cent from it
+            r.noise_q56[0][i] = llrint(1e-4 * Q56);
+            const uint32_t mask[2] = {1u << i, 0};
+            const int64_t by_q24[2] = {(int64_t)Q24, (int64_t)Q24};
+            e.cov_q40[i] = llrint(500 * (high ? 1.01 : 0.99) * Q40);
+            e.w_q24[i] = (int32_t)lrint(0.7 * Q24);
+            const int64_t before = e.normal.b_q32[i];
+            dqw_estimator_take_noise_out_q15(&e, &r, by_q24, mask);
+            CASE("weight %d, %s the bound", i, high ? "above" : "below");
+            BETWEEN(high ? 0 : 0.999 * 0.7e-4, (double)(e.normal.b_q32[i] - before) / Q32, high ? 0 : 1.001 * 0.7e-4);
+        }
+}
+
 int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_a_block_is_the_equations);
     RUN_TEST(test_what_is_not_learned);
+    RUN_TEST(test_noise_is_taken_out_where_it_is_little);
     return UNITY_END();
 }
