@@ -155,15 +155,16 @@ void run(const Machine& m, double noise, const Asked& asked)
     }
     dqw_sim_grid_free(&grid);
     const Score in = score_of(r.map, truth, true), out = score_of(r.map, truth, false);
-    double R = NAN;
+    double R = NAN, R_sd = NAN;
     for (const dqw::Estimate& e : r.after.parameters)
-        if (e.name == "R_ohm") R = e.value;
+        if (e.name == "R_ohm") R = e.value, R_sd = e.sd;
     std::string names;
     for (const dqw::TraceEffect& e : r.effects) names += (names.empty() ? "" : " ") + e.name;
-    std::printf("| %s | %g | %.3f (%.3f) | %.0f | %.2f (%.2f) | %.0f | %.0f | %+.2f | %.2f | %s | %.0f |\n", m.name,
-                100 * noise, 100 * in.rms, 100 * in.sd, 100 * in.within, 100 * out.rms, 100 * out.sd, 100 * out.within,
-                100 * in.n / std::max(in.n + out.n, 1.0), 100 * (R / s.machine.R_ohm - 1),
-                r.after.heldout_rms / r.noise_floor, (r.verdict + ": " + names).c_str(), took);
+    std::printf("| %s | %g | %.3f (%.3f) | %.0f | %.2f (%.2f) | %.0f | %.0f | %+.2f (%.2f) | %.2f | %s | %.0f |\n",
+                m.name, 100 * noise, 100 * in.rms, 100 * in.sd, 100 * in.within, 100 * out.rms, 100 * out.sd,
+                100 * out.within, 100 * in.n / std::max(in.n + out.n, 1.0), 100 * (R / s.machine.R_ohm - 1),
+                100 * R_sd / s.machine.R_ohm, r.after.heldout_rms / r.noise_floor, (r.verdict + ": " + names).c_str(),
+                took);
     std::fflush(stdout);
     if (!asked.page.empty())
         dqw::write_file(asked.page,
@@ -184,7 +185,8 @@ int main(int argc, char** argv)
     std::printf(
         "Flux maps from 4 s of steps at 10 kHz; errors in %% of the flux at the largest currents (stated), part of "
         "the flux within two deviations, %%\n\n"
-        "| iron | noise, %% | where the log was | within | elsewhere | within | seen | R | over the floor | found | s "
+        "| iron | noise, %% | where the log was | within | elsewhere | within | seen | R (stated) | over the floor | "
+        "found | s "
         "|\n| --- | --: | --: | --: | --: | --: | --: | --: | --: | --- | --: |\n");
     Asked asked;
     if (argc > 3) asked.seed = argv[3];
