@@ -254,6 +254,33 @@ static void test_settled_and_broken_rows(void)
     compare(b, &w);
 }
 
+// Behind the machine's own inputs stand those of the effects, means of the window's sums.
+static void test_rows_of_effects(void)
+{
+    static const dqw_effect_q15_config list[] = {{.effect = DQW_EFFECT_VOLTAGE_OFFSET},
+                                                 {.effect = DQW_EFFECT_SKIN_EFFECT}};
+    enum { WEIGHTS = 3 };
+    test_random r = {704};
+    begin();
+    config.effects = list, config.effect_count = 2;
+    start();
+    const double one = ldexp(2.0 * weight, e.effect.fraction);  // of two samples
+    for (int k = 0; k < 20; k++) {
+        block_si b = drawn(&r);
+        dqw_estimator_q15_block block = handed(&b);
+        double expected[2 * WEIGHTS];
+        for (int i = 0; i < 2 * WEIGHTS; i++) {
+            expected[i] = random_uniform(&r, -2, 2);
+            block.sums[DQW_PLAIN_Q15_SIGNALS + i] = rounded(expected[i] * one);
+        }
+        dqw_rows_q15 rows;
+        dqw_estimator_rows_of_q15(&e, &block, &rows);
+        for (int a = 0; a < 2; a++)
+            for (int i = 0; i < WEIGHTS; i++)
+                alike(expected[WEIGHTS * a + i], 1e-6, rows.x_q28[a][N + i] / 268435456.0, "effect", a, i);
+    }
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -261,5 +288,6 @@ int main(void)
     RUN_TEST(test_rows_without_pole_pairs);
     RUN_TEST(test_when_currents_bend);
     RUN_TEST(test_settled_and_broken_rows);
+    RUN_TEST(test_rows_of_effects);
     return UNITY_END();
 }

@@ -589,6 +589,14 @@ static void test_temperatures_that_cannot_be_learned(void)
                 TEST_ASSERT_EQUAL_UINT32(heats ? 0 : cases[n].event, dqw_estimator_sample_q15(&q, &s, false));
             }
         }
+    // What stands behind the list's count is not in it.
+    const dqw_effect_q15_config more[] = {{.effect = DQW_EFFECT_WINDING_TEMPERATURE, .T_0_cC = 2500},
+                                          {.effect = DQW_EFFECT_MAGNET_TEMPERATURE, .T_0_cC = -32000}};
+    const dqw_sample_q15 warm = {.temp_winding_cC = 3000, .temp_magnet_cC = 3000};
+    for (int n = 1; n <= 2; n++) {
+        TEST_ASSERT_EQUAL_INT(DQW_OK, start(more, n));
+        HOLDS(dqw_effect_saturated_q15(&two, &warm) == (n == 2));
+    }
 }
 
 // An effect behind others is what it is alone, in its place; a dead time that is someone else's has none.
@@ -821,9 +829,14 @@ static void test_init_refuses_and_leaves_the_object_alone(void)
         HOLDS(dqw_effect_init_q15(&o, &most, 1, &of_fine) == (n % 2 ? DQW_OK : DQW_ERR_EFFECT_SHAPE));
     }
     // Twice the same heating; more weights than there is room for.
-    const dqw_effect_q15_config twice[2] = {{.effect = DQW_EFFECT_WINDING_TEMPERATURE},
-                                            {.effect = DQW_EFFECT_WINDING_TEMPERATURE}};
-    REFUSED(o, DQW_ERR_EFFECT_TWICE, dqw_effect_init_q15(&o, twice, 2, &base));
+    for (int magnet = 0; magnet < 2; magnet++) {
+        dqw_effect_q15_config twice[2] = {{.effect = DQW_EFFECT_WINDING_TEMPERATURE},
+                                          {.effect = DQW_EFFECT_WINDING_TEMPERATURE}};
+        if (magnet) twice[0].effect = twice[1].effect = DQW_EFFECT_MAGNET_TEMPERATURE;
+        REFUSED(o, DQW_ERR_EFFECT_TWICE, dqw_effect_init_q15(&o, twice, 2, &base));
+        twice[0].effect = magnet ? DQW_EFFECT_WINDING_TEMPERATURE : DQW_EFFECT_MAGNET_TEMPERATURE;
+        TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_effect_init_q15(&o, twice, 2, &base));
+    }
     static dqw_effect_q15_config many[DQW_EFFECT_WEIGHTS / 5 + 1];
     for (int k = 0; k < DQW_EFFECT_WEIGHTS / 5 + 1; k++)
         many[k] = (dqw_effect_q15_config){.effect = DQW_EFFECT_SATURATION, .i_uA = 15000000};
@@ -867,6 +880,50 @@ static void test_what_a_list_asks_for(void)
             TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_effect_init_q15(&x, list, 2, &base));
             HOLDS(!x.needs_winding && !x.needs_magnet);
         }
+}
+
+// An effect's weights are of the voltage that a usual input makes, per unit of its base: an electrical angle a period at
+// full speed, a temperature 50 K off, a tenth of a period's delay.
+static double usual(const dqw_effect_q15_config *c, bool settled)
+{
+    const double angle = W_FULL * P_TRUE * (settled ? UNIT_S : DT_S);
+    const double turn = settled ? 1 : angle;
+    const double R = 0.9 * I_FULL / V_FULL;
+    // L and L_d are of pairs' v dt / i, and of v / (w_e i) where rows are settled.
+    const double L = 2.8e-3 * I_FULL / V_FULL / (settled ? UNIT_S : DT_S) * (settled ? angle : 1);
+    const bool heats = c->tau_us > 0;
+    switch (c->effect) {
+    case DQW_EFFECT_SATURATION:
+    case DQW_EFFECT_ANGLE_OFFSET:
+    case DQW_EFFECT_FLUX_MAP: return turn;
+    case DQW_EFFECT_CROSS_SATURATION: return turn / 2;
+    case DQW_EFFECT_WINDING_TEMPERATURE: return heats ? 0.5 : 50 / 327.68;
+    case DQW_EFFECT_MAGNET_TEMPERATURE: return (heats ? 0.5 : 50 / 327.68) * turn;
+    case DQW_EFFECT_IRON_LOSS: return turn / (2 * (1 + R));
+    case DQW_EFFECT_FLUX_HARMONICS: return fmin(1, turn * c->order);
+    case DQW_EFFECT_CURRENT_OFFSET: return (R + L * turn) / fmax(R, L);
+    case DQW_EFFECT_CURRENT_GAIN_MISMATCH: return (R + L * turn) / (2 * fmax(R, L));
+    case DQW_EFFECT_DELAY: return 0.1;
+    default: return 1;
+    }
+}
+
+static void test_what_a_usual_input_is(void)
+{
+    for (int settled = 0; settled < 2; settled++)
+        for (int n = 0; n < LAWS; n++) {
+            CASE("%s, %s", laws[n].name, settled ? "settled" : "pairs");
+            begin(&laws[n], settled);
+            const double expected = usual(&laws[n].two, settled);
+            BETWEEN(0.99999 * expected, two.base_q28[0] / 268435456.0, 1.00001 * expected);
+        }
+    dqw_effect_q15_config harmonics = {.effect = DQW_EFFECT_FLUX_HARMONICS};
+    for (unsigned order = 1; order <= DQW_EFFECT_Q15_ORDERS; order++) {
+        harmonics.order = (uint16_t)order;
+        TEST_ASSERT_EQUAL_INT(DQW_OK, start(&harmonics, 1));
+        const double expected = usual(&harmonics, false);
+        BETWEEN(0.99999 * expected, two.base_q28[0] / 268435456.0, 1.00001 * expected);
+    }
 }
 
 // A start value is what is read before anything is learned of another effect's: to the plain unit and back.
@@ -1007,6 +1064,7 @@ int main(void)
     RUN_TEST(test_slow_heat_is_not_lost_to_rounding);
     RUN_TEST(test_temperatures_that_cannot_be_learned);
     RUN_TEST(test_start_values_and_weights_are_of_one_unit);
+    RUN_TEST(test_what_a_usual_input_is);
     RUN_TEST(test_an_effect_behind_others);
     RUN_TEST(test_pairs_after_a_gap);
     RUN_TEST(test_every_effect_before_another);

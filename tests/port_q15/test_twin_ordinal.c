@@ -232,6 +232,27 @@ static void test_gaps(void)
     }
 }
 
+// What a pair's model leaves is watched, in both: an operating point that the start weights do not hold.
+static void test_what_is_left_of_a_pair(void)
+{
+    const double x = 1000 / 32768.0;
+    const double y = 3000 / 32768.0;
+    for (int form = 0; form < 2; form++) {
+        CASE("form %d", form);
+        twins t = begin(form, 0, 0.3, 3e-4);
+        const double left = y - b_of(&t) * x - a_of(&t) * y;
+        HOLDS(fabs(left) > 1e-3);
+        double w = 0;
+        for (int k = 0; k < 80; k++) {
+            dqw_ordinal_step(&t.f, (float)(x * X_FULL_V), (float)(y * Y_FULL_A));
+            dqw_ordinal_step_q15(&t.q, 1000, 3000);
+            if (k > 0) w += 0.05 * (left - w);
+            BETWEEN(-2e-5, t.q.w_o_q27 / 134217728.0 - w, 2e-5);
+            if (k == 1) BETWEEN(-2e-5, (double)t.f.w_o - w, 2e-5);
+        }
+    }
+}
+
 static void test_what_teaches_nothing_changes_nothing(void)
 {
     for (int form = 0; form < 2; form++) {
@@ -368,6 +389,7 @@ int main(void)
     RUN_TEST(test_what_pairs_say_is_bounded);
     RUN_TEST(test_sums_of_any_size);
     RUN_TEST(test_how_far_an_epoch_goes);
+    RUN_TEST(test_what_is_left_of_a_pair);
     RUN_TEST(test_what_teaches_nothing_changes_nothing);
     return UNITY_END();
 }
