@@ -106,9 +106,10 @@ def closing(code: str, at: int) -> int:
 # A whole operand, and what may not follow the last one.
 VALUE = r"(?<![+\-*/%|] )(?<![^&]& )(?<![\w.\])>-])-?[\w.\[\]]+(?:->[\w.\[\]]+)*"
 ENDS = r"(?![\w.\[(-]| [+\-*/%&|=?])"
+CAST = r"(?:\(\w+\))?"
 # a < b ? a : b, a < 0 ? -a : a, if (a < b) a = b: at equality both ways give the same.
 CHOICES = [
-    re.compile(rf"(?P<a>{VALUE}) [<>] (?P<b>-?[\w.\[\]>-]+)(?= \? (?:(?P=a) : (?P=b)|(?P=b) : (?P=a)){ENDS})"),
+    re.compile(rf"(?P<a>{VALUE}) [<>] (?P<b>-?[\w.\[\]>-]+)(?= \? {CAST}(?:(?P=a) : {CAST}(?P=b)|(?P=b) : {CAST}(?P=a)){ENDS})"),
     re.compile(rf"(?P<a>{VALUE}) [<>] 0(?:\.0f)?(?= \? (?:-(?P=a) : (?:(?P=a)|0(?:\.0f)?)|(?P=a) : -(?P=a)){ENDS})"),
     re.compile(r"\bif \((?P<a>[\w.\[\]>-]+) [<>] (?P<b>[\w.\[\]>-]+)\)(?= (?:(?P=a) = (?P=b)|(?P=b) = (?P=a));)"),
 ]

@@ -226,6 +226,60 @@ static void test_a_held_vector_is_turned_and_shortened(void)
     }
 }
 
+// A voltage beyond its scale is refused with the sample that it came with, whenever it acts.
+static void test_a_voltage_beyond_the_scale(void)
+{
+    for (int n = 0; n < 8; n++) {
+        pair p;
+        configure(&p, 0.0, 0.0);
+        p.qc.voltage_held = n % 2 == 1;
+        p.qc.voltage_next = n / 2 % 2 == 1;
+        begin(&p);
+        for (int k = 0; k < 12; k++) {
+            CASE("held %d, next %d, axis %d, sample %d", n % 2, n / 2 % 2, n / 4, k);
+            dqw_sample_q15 s = {.v_d_q15 = 900, .v_q_q15 = -800, .i_q_q15 = (int16_t)(500 + k), .w_m_q15 = 9000};
+            const int16_t beyond = k % 4 == 2 ? INT16_MIN : k % 4 == 3 ? INT16_MAX : 0;
+            if (beyond != 0) *(n / 4 != 0 ? &s.v_q_q15 : &s.v_d_q15) = beyond;
+            const uint32_t event = dqw_estimator_sample_q15(&p.q, &s, false) & DQW_EVENT_SATURATED;
+            HOLDS((event != 0) == (beyond != 0));
+        }
+    }
+}
+
+// A sample repeats the one before where both currents and the speed are the same: any one of them that moves is life.
+static void test_what_repeats(void)
+{
+    for (int moves = 0; moves < 8; moves++) {
+        pair p;
+        configure(&p, 0.0, 0.0);
+        p.qc.stale_limit = 5;
+        begin(&p);
+        for (int k = 0; k < 50; k++) {
+            dqw_sample_q15 s = {.v_q_q15 = (int16_t)k, .i_d_q15 = 100, .i_q_q15 = 200, .w_m_q15 = 3000};
+            if ((moves & 1) != 0) s.i_d_q15 = (int16_t)(100 + k % 2);
+            if ((moves & 2) != 0) s.i_q_q15 = (int16_t)(200 + k % 2);
+            if ((moves & 4) != 0) s.w_m_q15 = (int16_t)(3000 + k % 2);
+            (void)dqw_estimator_sample_q15(&p.q, &s, false);
+        }
+        CASE("moves %d", moves);
+        HOLDS((p.q.gate.stale > 0) == (moves == 0));
+    }
+}
+
+// Noise is measured over rows that follow each other: none across a sample that was refused.
+static void test_noise_is_not_measured_across_a_refused_sample(void)
+{
+    pair p;
+    configure(&p, 0.0, 0.0);
+    begin(&p);
+    for (int k = 0; k < 40; k++) {
+        const dqw_sample_q15 s = {.v_q_q15 = 500, .i_q_q15 = (int16_t)(500 + 37 * k % 11), .w_m_q15 = 9000};
+        (void)dqw_estimator_sample_q15(&p.q, &s, k % 10 == 9);
+        CASE("sample %d", k);
+        HOLDS((p.q.noise.held > 0) == (k > 0 && k % 10 != 9 && k % 10 != 0));
+    }
+}
+
 // A burst of bad samples amid good ones: counted one by one, and the result is as good as without.
 static void test_bursts_of_bad_samples_are_counted_and_harmless(void)
 {
@@ -760,6 +814,51 @@ static void test_small_nominal_values_are_where_it_starts(void)
 }
 
 // Without nominal values: a tenth of the full voltage at full current, and at full speed; the flux half of it.
+// A nominal value is the unit where at full scale it is 2^-17 to 8 full voltages, and an inductance's slope 2^12 at most;
+// else the unit is a tenth of the full voltage, a half for the flux.
+static void test_which_nominal_values_are_units(void)
+{
+    static const dqw_estimator_q15_config plain = {.scale = {10000, 10000, 10000, 100000, 1},
+                                                   .R_uohm = 100000,
+                                                   .Ld_nH = 1000000,
+                                                   .Lq_nH = 1000000,
+                                                   .psi_nWb = 50000000,
+                                                   .half_window = 20};
+    // At full scale: R one volt an ohm, an inductance 10 V/H of turning and 10 kV/H of slope, the flux 10 V/Wb.
+    static const struct {
+        int i;
+        uint32_t nominal;
+        bool settled, is_unit;
+        double base;
+    } cases[] = {{DQW_R, 7, false, false, 1e5},
+                 {DQW_R, 8, false, true, 0},
+                 {DQW_R, 7999990, false, true, 0},
+                 {DQW_R, 8000010, false, false, 1e5},
+                 {DQW_LD, 760, false, false, 1e7},
+                 {DQW_LD, 766, false, true, 0},
+                 {DQW_LQ, 409599000, false, true, 0},
+                 {DQW_LQ, 409601000, false, false, 1e7},
+                 {DQW_LQ, 409601000, true, true, 0},
+                 {DQW_LD, 799999000, true, true, 0},
+                 {DQW_LD, 800004000, true, false, 1e7},
+                 {DQW_PSI, 7620, false, false, 5e8},
+                 {DQW_PSI, 7640, false, true, 0},
+                 {DQW_PSI, 4294967295u, false, true, 0}};
+    for (unsigned k = 0; k < sizeof cases / sizeof cases[0]; k++) {
+        CASE("case %u", k);
+        dqw_estimator_q15_config c = plain;
+        c.settled = cases[k].settled;
+        uint32_t *const nominal[] = {&c.R_uohm, &c.Ld_nH, &c.Lq_nH, &c.psi_nWb};
+        *nominal[cases[k].i] = cases[k].nominal;
+        dqw_units_q15 u;
+        TEST_ASSERT_EQUAL_INT_MESSAGE(DQW_OK, dqw_units_of_q15(&c, 1, &u), test_case);
+        const double unit = cases[k].is_unit ? cases[k].nominal : cases[k].base;
+        BETWEEN(0.999999 * unit, u.si[cases[k].i], 1.000001 * unit);
+        const double w = fmin(32, cases[k].nominal / unit) * 16777216;
+        BETWEEN(w - 1, u.w_q24[cases[k].i], w + 1);
+    }
+}
+
 static void test_units_without_nominal_values(void)
 {
     for (int poles = 1; poles <= 7; poles += 3) {
@@ -1082,6 +1181,9 @@ int main(void)
     RUN_TEST(test_time_alone_makes_nobody_less_sure);
     RUN_TEST(test_a_full_count_of_blocks_still_learns);
     RUN_TEST(test_a_held_vector_is_turned_and_shortened);
+    RUN_TEST(test_a_voltage_beyond_the_scale);
+    RUN_TEST(test_what_repeats);
+    RUN_TEST(test_noise_is_not_measured_across_a_refused_sample);
     RUN_TEST(test_bursts_of_bad_samples_are_counted_and_harmless);
     RUN_TEST(test_late_backgrounds_and_gaps);
     RUN_TEST(test_any_bits);
@@ -1096,6 +1198,7 @@ int main(void)
     RUN_TEST(test_begun_again_it_has_forgotten);
     RUN_TEST(test_defined_anew_it_forgets_all_but_the_counts);
     RUN_TEST(test_small_nominal_values_are_where_it_starts);
+    RUN_TEST(test_which_nominal_values_are_units);
     RUN_TEST(test_units_without_nominal_values);
     RUN_TEST(test_units_of_the_cross_weights);
     RUN_TEST(test_recent_residual_in_millionths);

@@ -319,11 +319,60 @@ static void test_noise_is_taken_out_where_it_is_little(void)
         }
 }
 
+// C w of both axes: each input's own, the two terms that dead time shares with R, and the two that the flux shares with
+// the inductance across, which have the speed in common.
+static void test_what_noise_took_is_put_back(void)
+{
+    test_random r = {734};
+    begin();
+    for (int k = 0; k < 200; k++) {
+        start();
+        static dqw_rows_q15 rows;
+        memset(&rows, 0, sizeof rows);
+        const uint32_t mask[2] = {(uint32_t)random_bits(&r) & 0x7fu, (uint32_t)random_bits(&r) & 0x7fu};
+        int64_t by_q24[2];
+        double noise[2][DQW_NOISE_Q15_COVARIANCES];
+        double expected[N] = {0};
+        double w[N];
+        for (int i = 0; i < N; i++) {
+            e.w_q24[i] = (int32_t)lrint(random_uniform(&r, -1, 2) * Q24);
+            w[i] = e.w_q24[i] / Q24;
+            e.cov_q40[i] = llrint(Q40);
+        }
+        for (int a = 0; a < 2; a++) {
+            by_q24[a] = llrint(random_uniform(&r, 0.5, 2) * Q24);
+            for (int i = 0; i < (int)DQW_NOISE_Q15_COVARIANCES; i++) {
+                rows.noise_q56[a][i] = llrint(random_uniform(&r, -1e-4, 1e-4) * Q56);
+                noise[a][i] = (double)rows.noise_q56[a][i] / Q56 * (double)by_q24[a] / Q24;
+            }
+            for (int i = 0; i < N; i++)
+                if ((mask[a] >> i & 1u) != 0) expected[i] += noise[a][i] * w[i];
+            const int L = a == 0 ? DQW_LQ : DQW_LD;
+            const int flux = a == 0 ? DQW_PSI_Q : DQW_PSI;
+            expected[DQW_R] += noise[a][DQW_NOISE_Q15_DEAD_IN_R] * w[DQW_DEAD_TIME];
+            expected[DQW_DEAD_TIME] += noise[a][DQW_NOISE_Q15_R_IN_DEAD] * w[DQW_R];
+            if ((mask[a] >> L & mask[a] >> flux & 1u) == 0) continue;
+            expected[L] += noise[a][DQW_NOISE_Q15_SPEED] * w[flux];
+            expected[flux] += noise[a][DQW_NOISE_Q15_SPEED] * w[L];
+        }
+        const dqw_estimator_q15 before = e;
+        dqw_estimator_take_noise_out_q15(&e, &rows, by_q24, mask);
+        double explained = 0;
+        for (int i = 0; i < N; i++) {
+            CASE("sample %d, weight %d", k, i);
+            alike(expected[i], (double)(e.normal.b_q32[i] - before.normal.b_q32[i]) / Q32, 2e-8, "gradient");
+            explained += fabs(expected[i] * w[i]);
+        }
+        alike(explained, (double)(e.normal.c_q32 - before.normal.c_q32) / Q32, 2e-8, "target");
+    }
+}
+
 int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_a_block_is_the_equations);
     RUN_TEST(test_what_is_not_learned);
     RUN_TEST(test_noise_is_taken_out_where_it_is_little);
+    RUN_TEST(test_what_noise_took_is_put_back);
     return UNITY_END();
 }

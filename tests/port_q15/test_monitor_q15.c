@@ -390,6 +390,18 @@ static const dqw_monitor_q15 *in_service(dqw_monitor_q15_config *c)
     return &m;
 }
 
+// Service begins cold, however hot the machine before was that it watched.
+static void test_service_begins_cold(void)
+{
+    dqw_monitor_q15_config c = config_of();
+    (void)in_service(&c);
+    dqw_monitor_q15 m = begin(&c);
+    m.healthy.hottest_q16 = 300 * 65536;
+    const course o = watch(&m, 0, row_count);
+    HOLDS(isfinite(o.service_s));
+    BETWEEN(0, m.healthy.hottest_q16 / 65536.0, 10);
+}
+
 // A look settles a healthy value where that is known to a fifth of its band, the flux to two fifths, the witness to
 // half. (E63)
 static void test_healthy_values_settle_while_they_are_known(void)
@@ -584,6 +596,13 @@ static void test_each_channel_counts_and_is_told(void)
         early.estimator.segment.urgent = false;
         const int at_once = channel == DQW_WATCH_TEMPERATURE || channel == DQW_WATCH_FRICTION;
         if (!at_once) TEST_ASSERT_EQUAL_INT(0, after_a_look(&early, &e));
+        // One that never follows has no segment to wait for.
+        early = told;
+        early.estimator.segment.urgent = false;
+        early.alarmed_segments = early.estimator.segment.segments = early.estimator.segment.blocks = 0;
+        c.estimator.follow = false;
+        TEST_ASSERT_EQUAL_INT(1, after_a_look(&early, &e));
+        c.estimator.follow = true;
         const double cold_R = told.healthy.cold_R_q24;
         const double cold_psi = told.healthy.cold_psi_q24;
         TEST_ASSERT_EQUAL_INT(1, after_a_look(&told, &e));
@@ -918,6 +937,20 @@ static void test_the_circle_with_an_effect(void)
     BETWEEN(1.45, (double)weights_q40[0] / Q40 * V_FULL, 1.55);
     HOLDS(dqw_estimator_read_effect_q15(&m.estimator, 1, weights_q40, sd_q40) >= 0);
     for (int i = 0; i < 2; i++) BETWEEN(-0.02, (double)weights_q40[i] / Q40 * V_FULL, 0.02);
+    // What was stored is of these effects, of this shape.
+    dqw_monitor_stored_q15 stored;
+    HOLDS(dqw_monitor_store_q15(&m, &stored));
+    for (int i = 0; i < 4; i++) {
+        CASE("shape %d", i);
+        dqw_effect_q15_config other[2] = {list[0], list[1]};
+        if (i == 0) other[0].i_uA++;
+        if (i == 1) other[1].T_0_cC++;
+        if (i == 2) other[1].tau_us++;
+        dqw_monitor_q15_config changed = better;
+        changed.estimator.effects = other;
+        dqw_monitor_q15 back = begin(&changed);
+        HOLDS(dqw_monitor_restore_q15(&back, &stored) == (i < 3 ? DQW_ERR_STORE_CONFIG : DQW_OK));
+    }
 #else
     TEST_IGNORE_MESSAGE("no room for effects");
 #endif
@@ -930,6 +963,7 @@ int main(void)
     RUN_TEST(test_a_nameplate_is_enough);
     RUN_TEST(test_why_a_monitor_is_not_in_service);
     RUN_TEST(test_sensitivity);
+    RUN_TEST(test_service_begins_cold);
     RUN_TEST(test_healthy_values_settle_while_they_are_known);
     RUN_TEST(test_what_is_cold_settles_with_it);
     RUN_TEST(test_what_heat_explains_is_no_change);

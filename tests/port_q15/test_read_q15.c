@@ -170,11 +170,14 @@ static void test_what_needs_pole_pairs(void)
         e.error_q56[0] = e.error_q56[1] = llrint(1e-6 * Q56);
         for (int i = 0; i < N; i++) {
             CASE("settled %d, weight %d", settled, i);
+            e.w_q24[i] = 12345;
             e.cov_q40[i] = llrint(0.01 * Q40), e.residual.alone_q31[i] = (uint32_t)llrint(0.1 * Q31);
             const dqw_reading_q15 r = dqw_estimator_read_q15(&e, (enum dqw_parameter)i);
             HOLDS((r.sd_q40 != INT64_MAX) == (i == DQW_R || (settled == 0 && i <= DQW_LQ)));
             HOLDS((r.sd_change_q40 != INT64_MAX) == (r.sd_q40 != INT64_MAX));
+            HOLDS((r.value_q40 == 0) == (settled == 0 && i > DQW_PSI));
         }
+        HOLDS(dqw_estimator_read_q15(&e, (enum dqw_parameter)N).value_q40 == 0);
     }
 }
 
