@@ -830,20 +830,13 @@ static void test_which_nominal_values_are_units(void)
         uint32_t nominal;
         bool settled, is_unit;
         double base;
-    } cases[] = {{DQW_R, 7, false, false, 1e5},
-                 {DQW_R, 8, false, true, 0},
-                 {DQW_R, 7999990, false, true, 0},
-                 {DQW_R, 8000010, false, false, 1e5},
-                 {DQW_LD, 760, false, false, 1e7},
-                 {DQW_LD, 766, false, true, 0},
-                 {DQW_LQ, 409599000, false, true, 0},
-                 {DQW_LQ, 409601000, false, false, 1e7},
-                 {DQW_LQ, 409601000, true, true, 0},
-                 {DQW_LD, 799999000, true, true, 0},
-                 {DQW_LD, 800004000, true, false, 1e7},
-                 {DQW_PSI, 7620, false, false, 5e8},
-                 {DQW_PSI, 7640, false, true, 0},
-                 {DQW_PSI, 4294967295u, false, true, 0}};
+    } cases[] = {{DQW_R, 7, false, false, 1e5},         {DQW_R, 8, false, true, 0},
+                 {DQW_R, 7999990, false, true, 0},      {DQW_R, 8000010, false, false, 1e5},
+                 {DQW_LD, 760, false, false, 1e7},      {DQW_LD, 766, false, true, 0},
+                 {DQW_LQ, 409599000, false, true, 0},   {DQW_LQ, 409601000, false, false, 1e7},
+                 {DQW_LQ, 409601000, true, true, 0},    {DQW_LD, 799999000, true, true, 0},
+                 {DQW_LD, 800004000, true, false, 1e7}, {DQW_PSI, 7620, false, false, 5e8},
+                 {DQW_PSI, 7640, false, true, 0},       {DQW_PSI, 4294967295u, false, true, 0}};
     for (unsigned k = 0; k < sizeof cases / sizeof cases[0]; k++) {
         CASE("case %u", k);
         dqw_estimator_q15_config c = plain;
