@@ -313,6 +313,58 @@ static void test_pole_pairs_take_a_hundred_blocks(void)
     HOLDS(e.follow == 1.0f && e.given.follow == 1.0f);
 }
 
+// A vector that stands still while the frame turns, by closed forms: of the middle of its period, and as short as the mean
+// of what turns; to the first terms that are left out. (E89)
+static void test_a_held_vector_is_turned_and_shortened(void)
+{
+    for (int next = 0; next < 2; next++)
+        for (int k = -60; k <= 60; k++) {
+            dqw_estimator_config c = config_of(0.0);
+            c.voltage_held = true;
+            c.voltage_next = next == 1;
+            dqw_estimator e = begin(&c);
+            const double turn = k / 50.0;
+            const double half = next ? turn / 3 : turn;
+            dqw_sample s = {.v_d_V = 3.0f, .v_q_V = -2.0f, .w_m_rad_s = (float)(half / (0.5 * 4 * DT_S))};
+            dqw_sample x;
+            e.commanded = true;
+            e.command_d_V = s.v_d_V, e.command_q_V = s.v_q_V;
+            dqw_estimator_adapt(&e, &s, &x);
+            CASE("next %d, by %g rad", next, turn);
+            // A turn that nobody controls is cut off.
+            const double by = fmax(-1, fmin(1, turn));
+            const double of = fmax(-1, fmin(1, turn)) / (next ? 3 : 1);
+            const double size = k == 0 ? 1 : sin(of) / of;
+            const double room = 4 * (pow(by, 6) / 720 + pow(fabs(by), 7) / 5040 + pow(of, 4) / 120) + 1e-6;
+            BETWEEN(-room, (double)x.v_d_V - size * (3 * cos(by) - 2 * sin(by)), room);
+            BETWEEN(-room, (double)x.v_q_V - size * (-2 * cos(by) - 3 * sin(by)), room);
+        }
+}
+
+// Pole pairs that are known are not sought: in the places of the cross weights stand others by then, whatever they are.
+static void test_pole_pairs_that_are_known_stay(void)
+{
+    dqw_estimator_config c = config_of(0.0);
+    c.dead_time_width_A = 0.1f;
+    c.angle = c.encoder_offset = true;
+    dqw_estimator e = begin(&c);
+    test_random r = {165};
+    for (long k = 0; k < 6000; k++) {
+        dqw_sample s = moving(k, 0.5, 0.0, &r);
+        s.cosine = 1.0f;
+        (void)shown(&e, &s);
+        // As sure as can be of a weight that is three of another.
+        for (int i = 0; i < e.inputs && e.blocks > 200; i++) e.gain.d[i] = 1e-12f;
+        for (int n = 0; n < 2 && e.blocks > 200; n++) {
+            const int cross = n ? DQW_POLES_LQ : DQW_POLES_LD;
+            e.w_pu[cross] = 3.0f * e.w_pu[DQW_LD + n];
+            e.learned |= 1u << cross;
+        }
+        HOLDS(e.pole_pairs == 4);
+    }
+    HOLDS(e.blocks > 200);
+}
+
 // Once both cross weights are p inductances, what is known of R, L_d, L_q and the flux is what was known of them on this
 // condition; inductances in a p-th of their unit. (E91)
 static void test_what_pole_pairs_make_of_what_was_known(void)
@@ -1498,6 +1550,8 @@ int main(void)
     RUN_TEST(test_how_large_a_parameter_is);
     RUN_TEST(test_stage_two_takes_fifty_blocks);
     RUN_TEST(test_pole_pairs_take_a_hundred_blocks);
+    RUN_TEST(test_a_held_vector_is_turned_and_shortened);
+    RUN_TEST(test_pole_pairs_that_are_known_stay);
     RUN_TEST(test_what_pole_pairs_make_of_what_was_known);
     RUN_TEST(test_noise_of_inputs);
     RUN_TEST(test_a_late_voltage_is_learned_from_whole_blocks);

@@ -1,5 +1,5 @@
 // The Random Learner: a fair reservoir, epochs without repetition, seeds, convergence.
-#include "dqw_random.h"
+#include "dqw_estimator_random.h"
 #include "dqw_test.h"
 
 void setUp(void) { test_case[0] = 0; }
@@ -314,6 +314,53 @@ static void test_counters_stop_at_their_maximum(void)
     TEST_ASSERT_EQUAL_UINT32(UINT32_MAX, r.draw.epochs);
 }
 
+// As many inputs as there is room for: the exact weights of exact rows, and nothing beyond is touched.
+static void test_every_input(void)
+{
+    enum { N = DQW_LEARNER_INPUTS };
+    dqw_learner_config c = {.inputs = N, .step_size = 0.5f, .y_base = 1.0f, .indicator = true};
+    for (int i = 0; i < N; i++) c.x_base[i] = 1.0f;
+    dqw_learner l;
+    TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_learner_init(&l, &c));
+    dqw_random r;
+    dqw_random_config config = config_of(3);
+    config.tolerance = 1e-4f;
+    TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_random_init(&r, &config));
+    test_random noise = {12};
+    for (int n = 0; n < CAPACITY; n++) {
+        float x[N];
+        float y = 0.0f;
+        for (int i = 0; i < N; i++) {
+            x[i] = (float)random_uniform(&noise, -1, 1);
+            y += x[i] * (float)(0.1 * (i + 1));
+        }
+        dqw_random_put(&r, x, N, y);
+    }
+    int epochs = 0;
+    while (!dqw_random_epoch(&r, &l) && epochs < 1000) epochs++;
+    HOLDS(epochs < 1000);
+    for (int i = 0; i < N; i++) BETWEEN(0.08 * (i + 1), (double)l.w_pu[i], 0.12 * (i + 1));
+}
+
+// What stage 2 is lent has rows that are per unit already, whatever was there.
+static void test_what_stage_two_is_lent(void)
+{
+    static dqw_estimator_random lent;
+    memset(&lent, 0x5a, sizeof lent);
+    dqw_estimator_random_init(&lent);
+    const float x_d[3] = {1.0f, 0.5f, -0.25f};
+    const float x_q[3] = {-0.5f, 1.0f, 0.75f};
+    const float y[2] = {0.3f, 0.6f};
+    bool converged = false;
+    for (int k = 0; k < 2000; k++) converged = lent.learn(&lent, x_d, x_q, y, 3);
+    HOLDS(converged);
+    for (int n = 0; n < 2; n++) {
+        double left = (double)y[n];
+        for (int i = 0; i < 3; i++) left -= (double)(lent.coarse.w_pu[i] * (n ? x_q : x_d)[i]);
+        BETWEEN(-0.02, left, 0.02);
+    }
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -329,5 +376,7 @@ int main(void)
     RUN_TEST(test_more_draws_than_samples_held);
     RUN_TEST(test_samples_that_are_no_numbers_do_not_count_as_convergence);
     RUN_TEST(test_counters_stop_at_their_maximum);
+    RUN_TEST(test_every_input);
+    RUN_TEST(test_what_stage_two_is_lent);
     return UNITY_END();
 }

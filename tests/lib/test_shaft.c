@@ -617,6 +617,25 @@ static void test_the_threshold_of_learned(void)
     BETWEEN(0.494, dqw_shaft_read(&m, DQW_B).value, 0.498);  // 0.4957: the start is still believed by a 117th
 }
 
+// Before there are more blocks than inputs the residual's variance is the whole of the base. (E20)
+static void test_the_variance_of_few_blocks(void)
+{
+    dqw_shaft_config c = config_of(false);
+    c.w_base_rad_s = 1.0f;
+    dqw_shaft m;
+    TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_shaft_init(&m, &c));
+    for (int k = 0; k < 20 * HALF; k++) step(&m, 0.05f, 0.1f, 0.0f);
+    m.error_pu2 = 1e-4f;
+    m.lag_pu2 = 0.0f;
+    const double plain = sqrt((double)dqw_gain_covariance(&m.gain, DQW_B, DQW_B)) * (double)m.B_unit_Nms_rad;
+    for (uint32_t blocks = 1; blocks < 12; blocks++) {
+        CASE("%u blocks", (unsigned)blocks);
+        m.gate.blocks = blocks;
+        const double variance = blocks < 3 ? 1 : 1e-4 * blocks / (blocks - 2);
+        BETWEEN(0.9999, (double)dqw_shaft_read(&m, DQW_B).sd / (plain * sqrt(variance)), 1.0001);
+    }
+}
+
 static void test_what_is_usable(void)
 {
     make_log(0.0, 0.01, 3);
@@ -863,6 +882,7 @@ int main(void)
     RUN_TEST(test_read_before_anything_was_learned);
     RUN_TEST(test_known_by_what_was_learned);
     RUN_TEST(test_the_threshold_of_learned);
+    RUN_TEST(test_the_variance_of_few_blocks);
     RUN_TEST(test_what_is_usable);
     RUN_TEST(test_autocorrelation_widens_the_deviation);
     RUN_TEST(test_a_residual_of_rounding_alone);

@@ -271,6 +271,23 @@ static void test_it_refuses_where_it_cannot_see(void)
     }
 }
 
+// The power of its inputs is a mean: the same block once more leaves it as it is.
+static void test_power_is_a_mean(void)
+{
+    const defect f = {.extra_ohm = 0.1};
+    const dqw_estimator_config c = config_of();
+    dqw_estimator t;
+    dqw_estimator_block b;
+    TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_estimator_init(&t, &c));
+    hand_over(&t, &b, &f, 2 + 3 * I, 0, 200, 1.0, 0.0, NULL);
+    dqw_witness w;
+    dqw_witness_init(&w);
+    HOLDS(dqw_witness_learn(&w, &t, &b));
+    const dqw_witness first = w;
+    for (int n = 0; n < 40; n++) HOLDS(dqw_witness_learn(&w, &t, &b));
+    for (int k = 0; k < DQW_WITNESS_INPUTS; k++) BETWEEN(0.9999, (double)(w.power[k] / first.power[k]), 1.0001);
+}
+
 static void test_it_knows_no_deviation_before_its_memory_is_full(void)
 {
     const defect f = {.extra_ohm = 0.1};
@@ -299,6 +316,7 @@ int main(void)
     RUN_TEST(test_ripples_that_a_block_all_but_averages_away_keep_their_size);
     RUN_TEST(test_deviation_is_what_repeated_runs_scatter_by);
     RUN_TEST(test_it_refuses_where_it_cannot_see);
+    RUN_TEST(test_power_is_a_mean);
     RUN_TEST(test_it_knows_no_deviation_before_its_memory_is_full);
     return UNITY_END();
 }

@@ -475,6 +475,56 @@ static enum dqw_status start(const dqw_effect_q15_config *list, int n)
     return dqw_effect_init_q15(&two, list, n, &base);
 }
 
+// The flux of a table between its nodes, linear in each current, and beyond it what stands at its edge.
+static void of_table(const int16_t *map, double x, double y, double flux[2])
+{
+    const double at_x = fmin(fmax(x + map[1], 0), map[0] - 1);
+    const double at_y = fmin(fabs(y), map[2] - 1);
+    const int k = at_x < map[0] - 2 ? (int)at_x : map[0] - 2;
+    const int n = at_y < map[2] - 2 ? (int)at_y : map[2] - 2;
+    for (int a = 0; a < 2; a++) {
+        const int16_t *node = map + DQW_EFFECT_MAP_HEAD + 2 * (k * map[2] + n) + a;
+        const double u = at_x - k;
+        const double v = at_y - n;
+        flux[a] = (1 - u) * ((1 - v) * node[0] + v * node[2]) +
+                  u * ((1 - v) * node[2 * map[2]] + v * node[2 * map[2] + 2]);
+        flux[a] /= a == 1 && y < 0 ? -32768.0 : 32768.0;
+    }
+}
+
+static void test_a_map_ends_at_its_edge(void)
+{
+    law l = laws[LAWS - 1];
+    l.one.shape[1] = 0.7f, l.one.shape[2] = 0.4f;
+    l.two.cell_d_uA = 700000, l.two.cell_q_uA = 400000;
+    begin(&l, true);
+    int beyond = 0;
+    for (int k = -16; k <= 16; k++)
+        for (int n = -16; n <= 16; n++) {
+            const dqw_sample_q15 x = {
+                .i_d_q15 = (int16_t)(2000 * k), .i_q_q15 = (int16_t)(2000 * n), .w_m_q15 = 20000, .cosine_q15 = 32767};
+            dqw_sample s = meant(&x);
+            float d[DQW_EFFECT_WEIGHTS];
+            float q_axis[DQW_EFFECT_WEIGHTS];
+            int32_t d_q28[DQW_EFFECT_WEIGHTS];
+            int32_t q_q28[DQW_EFFECT_WEIGHTS];
+            dqw_effect_static(&one, &s, d, q_axis);
+            dqw_effect_static_q15(&two, &x, d_q28, q_q28);
+            double flux[2];
+            const double i_d = (double)s.i_d_A / 0.7;
+            const double i_q = (double)s.i_q_A / 0.4;
+            of_table(l.two.map, i_d, i_q, flux);
+            CASE("%g, %g cells", i_d, i_q);
+            const double w_e = P_TRUE * (double)s.w_m_rad_s;
+            BETWEEN(-2e-5, (double)q_axis[0] / (w_e * BENT_FULL_WB) - flux[0], 2e-5);
+            BETWEEN(-2e-5, (double)d[1] / (w_e * BENT_FULL_WB) + flux[1], 2e-5);
+            BETWEEN(-1e-4, ldexp(q_q28[0], -29) * 32768 / 20000 - flux[0], 1e-4);
+            BETWEEN(-1e-4, ldexp(d_q28[1], -29) * 32768 / 20000 + flux[1], 1e-4);
+            beyond += fabs(i_d) > 10 || fabs(i_q) > 20;
+        }
+    HOLDS(beyond > 500 && beyond < 1000);
+}
+
 // What the log above does not reach: tanh over all of its range, a turn of nearly a radian in a period. Closed forms
 // judge.
 static void test_tanh_and_turns(void)
@@ -1059,6 +1109,7 @@ int main(void)
     RUN_TEST(test_inputs_over_a_whole_trajectory);
     RUN_TEST(test_what_is_learned_is_what_float_learns);
     RUN_TEST(test_no_pair_uses_a_refused_sample);
+    RUN_TEST(test_a_map_ends_at_its_edge);
     RUN_TEST(test_tanh_and_turns);
     RUN_TEST(test_a_window_holds_what_inputs_may_be);
     RUN_TEST(test_slow_heat_is_not_lost_to_rounding);

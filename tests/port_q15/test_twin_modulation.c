@@ -225,6 +225,18 @@ static void test_a_block_is_turned(void)
     HOLDS(b.sums[0] == INT32_MAX && b.sums[2] == INT32_MIN && b.sums[5] == INT32_MAX && abs(b.sums[1]) < 8);
 }
 
+// Both have seen the voltage act so many periods late.
+static void acts(pair *p, int periods)
+{
+    const int n = p->q.inputs;
+    p->q.normal.a_q32[DQW_NORMAL_A(n, n)] = (int64_t)100 << 32;
+    p->q.normal.b_q32[n] = (int64_t)(100 * periods) << 32;
+    p->f.late_pu2 = 1.0f;
+    p->f.late_error_pu2 = (float)periods;
+    HOLDS(dqw_estimator_voltage_acts_q15(&p->q) == (periods ? DQW_VOLTAGE_NEXT : DQW_VOLTAGE_NOW));
+    HOLDS(dqw_estimator_voltage_acts(&p->f) == (periods ? DQW_VOLTAGE_NEXT : DQW_VOLTAGE_NOW));
+}
+
 // The flux found on both axes is along one of them from then on, to a few last places; the flux on the other axis is
 // told as it was. What was learned is as much less sure as in float; the sums stay around the weights.
 static void test_the_weights_are_turned(void)
@@ -277,6 +289,25 @@ static void test_the_weights_are_turned(void)
         HOLDS(p.q.w_q24[DQW_PSI] == psi && p.q.across == 99 && p.f.across == 99);
         dqw_estimator_turn_on_q15(&p.q, &u, false);
         HOLDS(p.q.w_q24[DQW_PSI] == psi && p.q.across == 100);
+        // Nor where a voltage that acts in another period than is said may be what turns the frame.
+        pair other = p;
+        acts(&other, 1);
+        dqw_estimator_turn_on_q15(&other.q, &u, true);
+        dqw_estimator_turn_on(&other.f);
+        HOLDS(other.q.across == 0 && other.f.across == 0);
+        HOLDS(other.q.w_q24[DQW_PSI_Q] == across && other.f.w_pu[DQW_PSI_Q] == p.f.w_pu[DQW_PSI_Q]);
+        // Nor later than after three segments: then it is a change.
+        for (int segments = 2; segments <= 3; segments++) {
+            other = p;
+            other.qc.follow = other.fc.follow = true;
+            other.q.config = &other.qc, other.f.config = &other.fc;
+            other.q.segment.segments = other.f.segment.segments = (uint16_t)segments;
+            dqw_estimator_turn_on_q15(&other.q, &u, true);
+            dqw_estimator_turn_on(&other.f);
+            HOLDS((other.q.w_q24[DQW_PSI_Q] == 0) == (segments < 3));
+            HOLDS((other.f.w_pu[DQW_PSI_Q] == 0.0f) == (segments < 3));
+        }
+        if (k % 2) acts(&p, 0);
         dqw_estimator_turn_on_q15(&p.q, &u, true);
         dqw_estimator_turn_on(&p.f);
         CASE("%d: off by %g rad from %g", k, off, had);
