@@ -61,7 +61,6 @@ bool dqw_random_iterate(dqw_random *r, dqw_learner *l)
 
 bool dqw_random_epoch(dqw_random *r, dqw_learner *l)
 {
-    if (r->draw.held == 0) return r->converged;
     do (void)dqw_random_iterate(r, l);
     while (r->draw.at != 0);
     return r->converged;

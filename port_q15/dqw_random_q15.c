@@ -56,7 +56,6 @@ bool dqw_random_iterate_q15(dqw_random_q15 *r, dqw_learner_q15 *l)
 
 bool dqw_random_epoch_q15(dqw_random_q15 *r, dqw_learner_q15 *l)
 {
-    if (r->draw.held == 0) return r->converged;
     do (void)dqw_random_iterate_q15(r, l);
     while (r->draw.at != 0);
     return r->converged;
