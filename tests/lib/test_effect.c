@@ -787,6 +787,17 @@ static void test_each_refusal_has_its_code(void)
         else
             REFUSED(e, DQW_ERR_EFFECT_SHAPE, dqw_effect_init(&e, &c, 1, &good));
     }
+    // Both widths of a friction that falls with the speed.
+    for (int k = 0; k < 2; k++) {
+        static const float width[] = {1.0f, 3.3e-39f, 2.7e-39f, 0.0f, -1.0f, INFINITY, NAN};
+        for (int n = 0; n < 7; n++) {
+            CASE("width %d: %g", k, (double)width[n]);
+            dqw_effect_config c = {.effect = DQW_EFFECT_STRIBECK_FRICTION, .shape = {2.0f, 2.0f}};
+            c.shape[k] = width[n];
+            TEST_ASSERT_EQUAL_INT_MESSAGE(n < 2 ? 1 : (int)DQW_ERR_EFFECT_SHAPE, dqw_effect_check(&c, 1, true),
+                                          test_case);
+        }
+    }
     // What an effect knows of the machine: nothing at all is refused, any one number is enough.
     const enum dqw_effect_name of_machine[] = {DQW_EFFECT_IRON_LOSS, DQW_EFFECT_CURRENT_OFFSET,
                                                DQW_EFFECT_CURRENT_GAIN_MISMATCH, DQW_EFFECT_ANGLE_OFFSET};
@@ -913,6 +924,24 @@ static void test_each_effect_keeps_its_own_score(void)
             CASE("%d effects, score %d", count, k);
             HOLDS((e.score2[k] > 0.0f && e.score_lag[k] != 0.0f) == (k < 4 + 2 * count));
         }
+    }
+}
+
+// A weight is known where its deviation is below a quarter of the largest that has both as numbers.
+static void test_which_weights_are_known(void)
+{
+    static const struct {
+        float w[2], sd[2];
+        uint32_t known;
+    } cases[] = {{{1.0f, 0.0f}, {0.24f, 0.24f}, 3},        {{1.0f, 0.0f}, {0.26f, 0.24f}, 2},
+                 {{-1.0f, 0.5f}, {0.26f, 0.24f}, 2},       {{INFINITY, 1.0f}, {0.1f, 5.0f}, 0},
+                 {{INFINITY, 1.0f}, {0.1f, 0.2f}, 2},      {{NAN, 1.0f}, {0.1f, 0.2f}, 2},
+                 {{100.0f, 1.0f}, {DQW_UNKNOWN, 5.0f}, 0}, {{100.0f, 1.0f}, {INFINITY, 5.0f}, 0},
+                 {{100.0f, 1.0f}, {NAN, 5.0f}, 0},         {{100.0f, 1.0f}, {NAN, 0.2f}, 2},
+                 {{0.0f, 0.0f}, {0.0f, 0.0f}, 0}};
+    for (unsigned k = 0; k < sizeof cases / sizeof cases[0]; k++) {
+        CASE("case %u", k);
+        HOLDS(dqw_effect_known(cases[k].w, cases[k].sd, 2) == cases[k].known);
     }
 }
 
@@ -1289,6 +1318,7 @@ int main(void)
     RUN_TEST(test_start_deviations);
     RUN_TEST(test_each_deviation_is_widened_by_its_own_blocks);
     RUN_TEST(test_each_effect_keeps_its_own_score);
+    RUN_TEST(test_which_weights_are_known);
     RUN_TEST(test_bytes_of_a_map);
     RUN_TEST(test_input_bases);
     RUN_TEST(test_an_empty_list_after_a_gap);
