@@ -349,6 +349,17 @@ static void test_both_name_alike(void)
     }
     CASE("%d of %d unlike, %d known", unlike, draws, known);
     HOLDS(unlike * 1000 <= draws && known * 10 > draws * 4);
+    // Where nothing has changed there is nothing to name.
+    float unit[DQW_SIGNS];
+    int32_t unit_q24[DQW_SIGNS];
+    for (int i = 0; i < DQW_SIGNS; i++) unit[i] = 0.01f, unit_q24[i] = 167772;
+    const float still[DQW_SIGNS] = {0};
+    const int32_t still_q24[DQW_SIGNS] = {0};
+    const dqw_fault_machine_q15 machine = {16777216, 16777216, dqw_witness_short_q40(&t.qc.estimator)};
+    const dqw_fault_verdict f = dqw_fault_name_it(still, unit, (dqw_fault_machine){1.0f, 1e-3f});
+    const dqw_fault_verdict_q15 q = dqw_fault_name_it_q15(still_q24, unit_q24, machine);
+    HOLDS(f.name == DQW_FAULT_UNKNOWN && f.confidence == 0.0f && f.phase == 0);
+    HOLDS(q.name == DQW_FAULT_UNKNOWN && q.confidence_q15 == 0 && q.phase == 0);
 }
 
 // Copper warms by 30 K and the magnet nearly with it: both follow. Then a winding beyond its limit, and what breaks
