@@ -7,6 +7,7 @@ void setUp(void) { test_case[0] = 0; }
 void tearDown(void) {}
 
 enum { N = DQW_PARAMETERS, SCORES = 4 };
+#define SETTLED_PART 0.002
 #define V_FULL 40.0
 #define I_FULL 12.0
 #define W_FULL 400.0
@@ -296,6 +297,37 @@ static void test_what_is_not_learned(void)
     HOLDS(dqw_estimator_learn_q15(&e, &b) && e.blocks == before.blocks + 1);
 }
 
+// A settled row stands for itself: it teaches a weight where its input is the part of the whole that teaches.
+static void test_what_a_settled_row_teaches(void)
+{
+    for (int own = 0; own < 2; own++)
+        for (int i = 0; i < 2; i++)
+            for (int k = -2; k <= 2; k++) {
+                begin();
+                config.settled = true, config.noise_on_inputs = config.encoder_offset = false;
+                config.dead_time_width_mA = 0, config.modulation = DQW_MODULATION_CENTRED;
+                config.excitation_q15 = own ? 2000 : 0;
+                start();
+                dqw_estimator_q15_block b;
+                memset(&b, 0, sizeof b);
+                b.weight = 1, b.whole = true;
+                const double part = own ? 2000 / 32768.0 : SETTLED_PART;
+                // A current alone teaches R, a speed alone the flux.
+                const double x = part * (1 + 0.02 * k);
+                if (i == 0) b.sums[3] = -rounded(2 * x * 32768);
+                if (i == 1) b.sums[8] = rounded(2 * x * 32768);
+                b.sums[1] = 1000;
+                const int weight = i == 0 ? DQW_R : DQW_PSI;
+                const int64_t before = e.normal.a_q32[DQW_NORMAL_A(weight, weight)];
+                e.number = 1, e.elapsed = 1;
+                const bool done = dqw_estimator_learn_q15(&e, &b);
+                CASE("own %d, weight %d, %g of what teaches", own, weight, 1 + 0.02 * k);
+                if (k == 0) continue;
+                HOLDS(done == (k > 0));
+                HOLDS((e.normal.a_q32[DQW_NORMAL_A(weight, weight)] != before) == (k > 0));
+            }
+}
+
 // Where noise is more than a twentieth of what a weight was learned by, its gradient is left alone; below, C w is put
 // back, weight by weight. (E60)
 static void test_noise_is_taken_out_where_it_is_little(void)
@@ -372,6 +404,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(test_a_block_is_the_equations);
     RUN_TEST(test_what_is_not_learned);
+    RUN_TEST(test_what_a_settled_row_teaches);
     RUN_TEST(test_noise_is_taken_out_where_it_is_little);
     RUN_TEST(test_what_noise_took_is_put_back);
     return UNITY_END();

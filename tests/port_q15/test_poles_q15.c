@@ -168,6 +168,8 @@ static void went_on(const sums *s, int p)
         HOLDS(e.excess_q10[i] == 0);
     }
     for (int i = 0; i < N; i++) HOLDS(e.normal.b_q32[i] == 0);
+    // Of the late voltage, which only watches, a last place.
+    for (int i = 0; i <= N; i++) BETWEEN(i == N ? 1 : 0, (double)e.normal.a_q32[DQW_NORMAL_A(i, N)], i == N ? 4 : 0);
     HOLDS(e.normal.c_q32 == 0 && e.learned == 0xfu);
     alike(40.0 * p * 1e-4, e.turn_q28 / 268435456.0, 1e-6, "turn");
 }

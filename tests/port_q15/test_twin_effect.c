@@ -765,6 +765,29 @@ static void test_each_deviation_is_widened_by_its_own_blocks(void)
         }
 }
 
+// What a block teaches a weight is kept for R, L_d, L_q, the flux and each effect: one whose input stays nought was taught
+// nothing.
+static void test_what_is_taught_is_an_effects_own(void)
+{
+    drive_rows();
+    for (int warm = 0; warm < 2; warm++) {
+        const dqw_effect_q15_config list = {.effect = DQW_EFFECT_WINDING_TEMPERATURE, .T_0_cC = 2500};
+        const dqw_estimator_q15_config c = {
+            .scale = scale, .angle = true, .dead_time_width_mA = 300, .effects = &list, .effect_count = 1};
+        TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_estimator_init_q15(&q, &c));
+        for (int k = 0; k < 4000; k++) {
+            dqw_sample_q15 x = fixed(&rows[k]);
+            x.temp_winding_cC = (int16_t)(warm ? 7000 + k % 999 : 2500);
+            (void)dqw_estimator_sample_q15(&q, &x, false);
+            (void)dqw_estimator_background_q15(&q);
+        }
+        for (int k = 0; k <= 4; k++) {
+            CASE("warm %d, score %d", warm, k);
+            HOLDS((q.score2_q68[k] > 0) == (k < 4 || warm == 1));
+        }
+    }
+}
+
 // Before anything was learned no weight is known, and no more of them are written than the effect has.
 static void test_read_before_anything_was_learned(void)
 {
@@ -1120,6 +1143,7 @@ int main(void)
     RUN_TEST(test_pairs_after_a_gap);
     RUN_TEST(test_every_effect_before_another);
     RUN_TEST(test_each_deviation_is_widened_by_its_own_blocks);
+    RUN_TEST(test_what_is_taught_is_an_effects_own);
     RUN_TEST(test_read_before_anything_was_learned);
     RUN_TEST(test_an_angle_that_is_none);
     RUN_TEST(test_what_a_list_asks_for);
