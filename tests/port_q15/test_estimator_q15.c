@@ -134,6 +134,8 @@ static void test_fresh_estimator_has_the_nominal_values_and_knows_nothing(void)
     HOLDS(!dqw_estimator_background_q15(&p.q) && dqw_estimator_voltage_acts_q15(&p.q) == DQW_VOLTAGE_NOT_KNOWN &&
           dqw_estimator_pole_pairs_q15(&p.q) == 4);
     HOLDS(dqw_estimator_residual_q28(&p.q) == 0 && dqw_estimator_recent_q27(&p.q) == 0);
+    // No sum is nought, that of the late voltage neither.
+    for (int i = 0; i <= p.q.inputs; i++) HOLDS(p.q.normal.a_q32[DQW_NORMAL_A(i, i)] > 0);
     int64_t w[DQW_EFFECT_STARTS];
     HOLDS(dqw_estimator_read_effect_q15(&p.q, 0, w, w) == DQW_ERR_SIZE &&
           dqw_estimator_read_effect_q15(&p.q, -1, w, w) == DQW_ERR_SIZE);

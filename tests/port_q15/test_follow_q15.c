@@ -362,6 +362,26 @@ static void test_where_a_segment_begins(void)
     HOLDS(e.segment.segments == 1 && e.segment.blocks == 0);
 }
 
+// Changes are followed where that is asked for, once stage 2 is past, and pole pairs and legs are known.
+static void test_when_changes_are_followed(void)
+{
+    start();
+    e.stage.name = DQW_STAGE_ORDINAL, e.trial = 0;
+    HOLDS(dqw_estimator_follows_q15(&e));
+    for (uint16_t pole_pairs = 0; pole_pairs < 4; pole_pairs++) {
+        e.pole_pairs = pole_pairs;
+        HOLDS(dqw_estimator_follows_q15(&e) == (pole_pairs > 0));
+    }
+    e.stage.name = DQW_STAGE_RANDOM;
+    HOLDS(!dqw_estimator_follows_q15(&e));
+    e.stage.name = DQW_STAGE_IN_SERVICE, e.trial = 3;
+    HOLDS(!dqw_estimator_follows_q15(&e));
+    e.trial = 0, config.settled = true;
+    HOLDS(!dqw_estimator_follows_q15(&e));
+    config.settled = false, config.follow = false;
+    HOLDS(!dqw_estimator_follows_q15(&e));
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -372,5 +392,6 @@ int main(void)
     RUN_TEST(test_a_change_opens);
     RUN_TEST(test_no_variance_grows_beyond_the_widest);
     RUN_TEST(test_where_a_segment_begins);
+    RUN_TEST(test_when_changes_are_followed);
     return UNITY_END();
 }
