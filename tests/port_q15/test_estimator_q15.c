@@ -136,6 +136,10 @@ static void test_fresh_estimator_has_the_nominal_values_and_knows_nothing(void)
     HOLDS(dqw_estimator_residual_q28(&p.q) == 0 && dqw_estimator_recent_q27(&p.q) == 0);
     // No sum is nought, that of the late voltage neither.
     for (int i = 0; i <= p.q.inputs; i++) HOLDS(p.q.normal.a_q32[DQW_NORMAL_A(i, i)] > 0);
+    HOLDS(p.q.normal.inputs == p.q.inputs + 1 && p.q.across == 0);
+    // The late voltage is one more input before a solution and after it.
+    dqw_estimator_solve_q15(&p.q);
+    HOLDS(p.q.normal.inputs == p.q.inputs + 1);
     int64_t w[DQW_EFFECT_STARTS];
     HOLDS(dqw_estimator_read_effect_q15(&p.q, 0, w, w) == DQW_ERR_SIZE &&
           dqw_estimator_read_effect_q15(&p.q, -1, w, w) == DQW_ERR_SIZE);

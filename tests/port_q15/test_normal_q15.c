@@ -42,6 +42,33 @@ static void test_init_refuses_and_leaves_the_object_alone(void)
     TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_normal_init_q15(&n, DQW_NORMAL_INPUTS < 4 ? DQW_NORMAL_INPUTS : 4, prior, start));
 }
 
+// Sums as if the start had been measured: b = P^-1 w, c = w' P^-1 w, never below what the inputs explain of it.
+static void test_a_start_is_in_the_sums(void)
+{
+    test_random r = {750};
+    enum { INPUTS = DQW_NORMAL_INPUTS < 4 ? DQW_NORMAL_INPUTS : 4 };
+    for (int k = 0; k < 200; k++) {
+        int64_t prior_q32[INPUTS];
+        int64_t start_q40[INPUTS];
+        double target = 0;
+        for (int i = 0; i < INPUTS; i++) {
+            const double prior = pow(10, random_uniform(&r, -3, 2));
+            const double w = random_uniform(&r, -30, 30);
+            prior_q32[i] = llrint(ldexp(prior, 32)), start_q40[i] = llrint(ldexp(w, 40));
+            target += prior * w * w;
+        }
+        dqw_normal_q15 n;
+        TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_normal_init_q15(&n, INPUTS, prior_q32, start_q40));
+        CASE("start %d", k);
+        for (int i = 0; i < INPUTS; i++) {
+            const double b = ldexp((double)prior_q32[i], -32) * ldexp((double)start_q40[i], -40);
+            BETWEEN(-1e-6 * fabs(b) - 1e-9, ldexp((double)n.b_q32[i], -32) - b, 1e-6 * fabs(b) + 1e-9);
+            HOLDS(n.a_q32[DQW_NORMAL_A(i, i)] == prior_q32[i]);
+        }
+        BETWEEN(1 - 1e-6, ldexp((double)n.c_q32, -32) / target, 1 + 1e-6);
+    }
+}
+
 // (E17) and (E61) as they are written, in long double.
 typedef struct covariance {
     int n;
@@ -361,6 +388,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_init_refuses_and_leaves_the_object_alone);
+    RUN_TEST(test_a_start_is_in_the_sums);
     RUN_TEST(test_the_same_as_the_recursion);
     RUN_TEST(test_growth_moves_no_value);
     RUN_TEST(test_near_singular_inputs_are_left_out);

@@ -125,6 +125,29 @@ static int paced(double late_s, double noise_rad, int halves, uint64_t seed, boo
     return corrected;
 }
 
+// One jolt after a long rest, the change before it next to nothing: the largest of the four means is the product of both,
+// and it fits.
+static void test_a_jolt(void)
+{
+    start(false, POLES);
+    static const double w[] = {0, 0, 0, 0, 0, 0.01, 0.01, 190, 190};
+    for (int k = 1; k < 9; k++) {
+        dqw_estimator_q15_block b;
+        memset(&b, 0, sizeof b);
+        b.whole = true, b.weight = HALF * (HALF + 1);
+        e.elapsed = 1, e.blocks = (uint16_t)k, e.number = (uint32_t)k;
+        const int32_t sum = rounded(2 * HALF * 32768 * w[k] / W_FULL);
+        const double angle = POLES * (sum * W_FULL / 32768 / (2 * HALF)) * HALF_S;
+        const int64_t advance_q30[2] = {llrint(cos(angle) * 1073741824), llrint(sin(angle) * 1073741824)};
+        dqw_estimator_keep_pace_q15(&e, &b, advance_q30, sum);
+    }
+    const double step = rounded(2 * HALF * 32768 * 0.01 / W_FULL) * W_FULL / 32768 / (2 * HALF);
+    const double jolt = 190 - step;
+    const double den = jolt * step / 4096;
+    alike(den, mean_of(e.lag_den) / (TURN * TURN), 1e-3 * den, "change by the change before");
+    alike(0, mean_of(e.lag_num) / (POLES * TURN), 1e-3 * den, "ahead by the change before");
+}
+
 static void test_a_speed_that_is_late(void)
 {
     start(false, POLES);
@@ -152,6 +175,7 @@ static void test_what_has_no_pace(void)
 int main(void)
 {
     UNITY_BEGIN();
+    RUN_TEST(test_a_jolt);
     RUN_TEST(test_a_speed_that_is_late);
     RUN_TEST(test_what_has_no_pace);
     return UNITY_END();

@@ -999,6 +999,20 @@ static void test_what_a_usual_input_is(void)
     }
 }
 
+// An effect's weight is in so many halvings of its input that a usual one makes a full voltage of one.
+static void test_a_usual_input_fills_its_unit(void)
+{
+    for (int n = 0; n < LAWS; n++) {
+        CASE("%s", laws[n].name);
+        const dqw_estimator_q15_config c = {.scale = scale, .angle = true, .effects = &laws[n].two, .effect_count = 1};
+        TEST_ASSERT_EQUAL_INT_MESSAGE(DQW_OK, dqw_estimator_init_q15(&q, &c), test_case);
+        for (int i = 0; i < q.effect.weights; i++) {
+            const double unit = ldexp(q.effect.base_q28[0], q.shift[i]);
+            HOLDS(unit >= 134217728.0 && unit <= 268435456.0);
+        }
+    }
+}
+
 // A start value is what is read before anything is learned of another effect's: to the plain unit and back.
 static void test_start_values_and_weights_are_of_one_unit(void)
 {
@@ -1139,6 +1153,7 @@ int main(void)
     RUN_TEST(test_temperatures_that_cannot_be_learned);
     RUN_TEST(test_start_values_and_weights_are_of_one_unit);
     RUN_TEST(test_what_a_usual_input_is);
+    RUN_TEST(test_a_usual_input_fills_its_unit);
     RUN_TEST(test_an_effect_behind_others);
     RUN_TEST(test_pairs_after_a_gap);
     RUN_TEST(test_every_effect_before_another);

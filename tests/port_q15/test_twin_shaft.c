@@ -701,6 +701,9 @@ static void test_init_refuses_and_leaves_the_object_alone(void)
         REFUSED(m, refused[k], dqw_shaft_init_q15(&m, &bad[k]));
         REFUSED(m, refused[k], dqw_shaft_define_q15(&m, &bad[k]));
     }
+    dqw_shaft_q15_config all_of_it = good;
+    all_of_it.excitation_q15 = DQW_SCALE_MOST_Q15;
+    TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_shaft_init_q15(&m, &all_of_it));
     dqw_shaft_q15_config long_window = good;
     long_window.half_window = 101;
     REFUSED(m, DQW_ERR_HALF_WINDOW, dqw_shaft_init_q15(&m, &long_window));
