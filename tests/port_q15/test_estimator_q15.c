@@ -404,7 +404,7 @@ static void test_any_bits(void)
         p.qc.angle_late_ns = way % 2 ? 100000 : -100000;
         begin(&p);
         test_random r = {(uint64_t)(500 + way)};
-        for (int k = 0; k < scaled(200000); k++) {
+        for (int k = 0; k < scaled(100000); k++) {
             const uint64_t z = random_bits(&r);
             const bool mild = k / 5000 % 2 == 0;
             dqw_sample_q15 s = dqw_sample_from_dq_q15((int16_t)(z & 65535), (int16_t)(z >> 16 & 65535), 0, 0, 0,

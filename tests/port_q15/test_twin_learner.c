@@ -88,7 +88,7 @@ static void test_step_sizes_and_amplitudes(void)
     static const double amplitude[] = {0.05, 0.1, 0.3, 0.6, 1.0};
     const bool table = getenv("DQW_TEST_VALUES") != NULL;
     worst all = {0};
-    for (int n = 1; n <= 6; n++)
+    for (int n = 1; n <= 6; n += n < 2 ? 1 : 2)
         for (int s = 0; s < 6; s++)
             for (int a = 0; a < 5; a++) {
                 CASE("%d inputs, step size %g, amplitude %g", n, step[s] / 32768.0, amplitude[a]);

@@ -578,7 +578,7 @@ static void test_any_configuration(void)
 {
     test_random r = {12};
     int accepted = 0;
-    const int draws = scaled(1500);
+    const int draws = scaled(1000);
     for (int k = 0; k < draws; k++) {
         static dqw_monitor_q15 m;
         const double size = 1 + 31 * random_uniform(&r, 0, 1);
