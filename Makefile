@@ -38,7 +38,8 @@ PIC      := -fPIC -fno-semantic-interposition
 C99      := -std=c99 -pedantic -Werror=implicit-function-declaration $(PIC) $(OPT) $(FP) $(SANFLAGS) -MMD -MP
 CXX17    := -std=c++17 $(PIC) $(OPT) $(FP) $(SANFLAGS) -MMD -MP
 
-# SUNDIALS 7 moved its context into a library of its own, and Debian builds it with MPI, whose header its own then include.
+# SUNDIALS 7 moved its context into a library of its own, and Debian builds it with MPI, whose header its own then
+# include.
 SUNCORE  := $(shell echo 'int main(void){return 0;}' | $(CC) -x c - -lsundials_core -o /dev/null 2>/dev/null && echo -lsundials_core)
 ifneq ($(SUNCORE),)
 MPIINC   := $(shell pkg-config --cflags mpi-c 2>/dev/null)
@@ -279,7 +280,8 @@ target:
 	@.ci/install build tools
 	@BUILD=$(BUILD) tests/target/target.sh
 
-# The fixed-point port and its tests where an overflow, a shift that C does not define, or a conversion that loses a bit or the sign ends the program.
+# The fixed-point port and its tests where an overflow, a shift that C does not define, or a conversion that loses a bit
+# or the sign ends the program.
 TRAP      := -fsanitize=undefined,implicit-conversion -fsanitize-trap=all
 Q15_TESTS  = $(call binaries,$(wildcard tests/port_q15/test_*.c))
 ## trap         every test of the fixed-point port in full, built with arithmetic that traps

@@ -1,11 +1,13 @@
 #!/bin/sh
-# The fleet: found of what is planted, cost, page. BUILD: build folder, with the environment that `make fleet` makes. SEED.
+# The fleet: found of what is planted, cost, page. BUILD: build folder, with the environment that `make fleet` makes.
+# SEED.
 set -u
 BUILD=${BUILD:-build}
 seed=${SEED:-1001}
 python=$BUILD/fleet/env/bin/python
 
-# PySpark from the Python package index, in an environment of its own beside the same package; a JRE from the distribution.
+# PySpark from the Python package index, in an environment of its own beside the same package; a JRE from the
+# distribution.
 spark() {
     command -v java >/dev/null || { echo "skipped: Spark (no java: openjdk-17-jre-headless)"; return; }
     env=$BUILD/fleet/spark

@@ -1,5 +1,6 @@
 #!/bin/sh
-# PySINDy from the Python package index, in a virtual environment of its own, on the logs that dqwatch traces. BUILD: build folder.
+# PySINDy from the Python package index, in a virtual environment of its own, on the logs that dqwatch traces. BUILD:
+# build folder.
 set -u
 BUILD=${BUILD:-build}
 venv=$BUILD/bench/venv_sindy

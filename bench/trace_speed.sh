@@ -1,5 +1,6 @@
 #!/bin/sh
-# How the time of `dqwatch trace` grows: the whole catalogue on the servo with dead time and an angle offset. BUILD: build folder.
+# How the time of `dqwatch trace` grows: the whole catalogue on the servo with dead time and an angle offset. BUILD:
+# build folder.
 set -u
 BUILD=${BUILD:-build}
 out=$BUILD/bench/trace_speed

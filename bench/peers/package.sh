@@ -1,6 +1,7 @@
 #!/bin/sh
-# A package of the Python package index in an environment of its own, shared by all peers: package.sh PEER MODULE PACKAGE.
-# Installs it where it is missing and prints the environment's python; or prints `skipped: PEER (why)`, status 77. BUILD: build folder.
+# A package of the Python package index in an environment of its own, shared by all peers: package.sh PEER MODULE
+# PACKAGE. Installs it where it is missing and prints the environment's python; or prints `skipped: PEER (why)`, status
+# 77. BUILD: build folder.
 set -u
 BUILD=${BUILD:-build}
 venv=$BUILD/bench/venv-online

@@ -1,6 +1,7 @@
 #!/bin/sh
-# Online estimators of other projects on the same logs: PEER, LOG, R, Ld, Lq, psi, parted by tabs, one line a peer and log; or
-# `skipped: PEER (why)`. Arguments: logs. BUILD: build folder. SMOOTH, READ: see online.py. 1 to 1.5 s a log for all three.
+# Online estimators of other projects on the same logs: PEER, LOG, R, Ld, Lq, psi, parted by tabs, one line a peer and
+# log; or `skipped: PEER (why)`. Arguments: logs. BUILD: build folder. SMOOTH, READ: see online.py. 1 to 1.5 s a log for
+# all three.
 set -u
 BUILD=${BUILD:-build}
 here=$(dirname "$0")

@@ -1,6 +1,6 @@
 #!/bin/sh
-# The weights' error at every step size and amplitude, float, Q15 and CMSIS-DSP's arm_lms_norm_q15, as a table. BUILD: build folder, with
-# bench/step_sizes in it. Half a minute; the peer's first installation apart.
+# The weights' error at every step size and amplitude, float, Q15 and CMSIS-DSP's arm_lms_norm_q15, as a table. BUILD:
+# build folder, with bench/step_sizes in it. Half a minute; the peer's first installation apart.
 set -u
 BUILD=${BUILD:-build}
 here=$(dirname "$0")

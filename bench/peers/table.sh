@@ -1,6 +1,6 @@
 #!/bin/sh
-# RMS error in % of the online estimators of other projects (run.sh) over three logs of the joint per noise level, plain and smoothed.
-# BUILD: build folder, with bench/accuracy in it. READ: see online.py.
+# RMS error in % of the online estimators of other projects (run.sh) over three logs of the joint per noise level, plain
+# and smoothed. BUILD: build folder, with bench/accuracy in it. READ: see online.py.
 set -u
 BUILD=${BUILD:-build}
 here=$(dirname "$0")

@@ -1,7 +1,7 @@
 #!/bin/sh
 # Fresh logs of motulator and gym-electric-motor from the Python package index, each in an environment of its own,
-# traced and judged: bench/strangers.py. One that cannot be had is skipped by name. BUILD: build folder. SEED: others are
-# drawn; COUNT: so many.
+# traced and judged: bench/strangers.py. One that cannot be had is skipped by name. BUILD: build folder. SEED: others
+# are drawn; COUNT: so many.
 set -u
 BUILD=${BUILD:-build}
 SEED=${SEED:-1}

@@ -1,7 +1,7 @@
 #!/bin/sh
-# examples.sh NAME: compiles an example of examples/ for its core with its project's own flags, against stubs of that project's headers,
-# and shows that the library has all that it calls. m0_run: the Cortex-M0's under QEMU at a simulated motor; what it takes, in instructions,
-# and what it has learned, over the truth. 77: the compiler or QEMU is not here.
+# examples.sh NAME: compiles an example of examples/ for its core with its project's own flags, against stubs of that
+# project's headers, and shows that the library has all that it calls. m0_run: the Cortex-M0's under QEMU at a simulated
+# motor; what it takes, in instructions, and what it has learned, over the truth. 77: the compiler or QEMU is not here.
 set -eu
 cd "$(dirname "$0")/../.."
 name=$1

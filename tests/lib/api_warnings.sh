@@ -1,7 +1,8 @@
 #!/bin/sh
-# api_warnings.sh COMPILER: do the public headers, and configurations as a user writes them, compile in every language of that compiler without a
-# warning? Prints what it says. 77: the compiler is not here.
-# A configuration is one line of CONFIGURATIONS: header, type, its default from a nameplate ("-": none), and a field with a value.
+# api_warnings.sh COMPILER: do the public headers, and configurations as a user writes them, compile in every language
+# of that compiler without a warning? Prints what it says. 77: the compiler is not here.
+# A configuration is one line of CONFIGURATIONS: header, type, its default from a nameplate ("-": none), and a field
+# with a value.
 set -eu
 cd "$(dirname "$0")/../.."
 compiler=$1
@@ -19,8 +20,8 @@ dqw_learner.h       dqw_learner_config  -  step_size 0.5f
 '
 WARNINGS="-Wall -Wextra -pedantic -Wshadow -Wmissing-field-initializers -Wconversion -Wsign-conversion -Wdouble-promotion -Wundef -Werror"
 
-# Designated initialisers are no part of C++ before C++20, where gcc warns of every field that is left out: so a nameplate, all of it, then the
-# default, then one field after the other. In C what is left out is zero without a word.
+# Designated initialisers are no part of C++ before C++20, where gcc warns of every field that is left out: so a
+# nameplate, all of it, then the default, then one field after the other. In C what is left out is zero without a word.
 {
     for header in $HEADERS; do echo "#include \"$header\""; done
     echo "#if !defined(__cplusplus) || __cplusplus >= 202002L"

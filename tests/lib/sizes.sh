@@ -1,6 +1,6 @@
 #!/bin/sh
-# sizes.sh COMPILER: both libraries with room for 12 weights, all but one file, which has room for 0. Prints each file whose code
-# differs and that offers every name that the rest may want: that would link. 77: the compiler is not here.
+# sizes.sh COMPILER: both libraries with room for 12 weights, all but one file, which has room for 0. Prints each file
+# whose code differs and that offers every name that the rest may want: that would link. 77: the compiler is not here.
 set -eu
 cd "$(dirname "$0")/../.."
 compiler=$1

@@ -127,7 +127,8 @@ def is_of_size(code: str, at: int) -> bool:
     return any(m.start("nought") == at for m in SIZE.finditer(code))
 
 
-# x_q24 = 0, x_q24[3] = {0}, |x_q24| of one last place: NN bits behind the point, where they are enough for a last place to say nothing.
+# x_q24 = 0, x_q24[3] = {0}, |x_q24| of one last place: NN bits behind the point, where they are enough for a last place
+# to say nothing.
 FIXED = re.compile(r"\w_q(?P<bits>\d+)(?:\[[^\]]*\])*(?: = \w_q\d+)* = \{?(?P<number>[01])(?![\w.])")
 
 

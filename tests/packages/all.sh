@@ -1,6 +1,6 @@
 #!/bin/sh
-# all.sh: every package judged by its ecosystem's tool and used by a consumer; a line each: ok, skip with the reason, or FAIL with what
-# was said. The tools come from PyPI into build/packages/tools; what cannot be had is skipped by name.
+# all.sh: every package judged by its ecosystem's tool and used by a consumer; a line each: ok, skip with the reason, or
+# FAIL with what was said. The tools come from PyPI into build/packages/tools; what cannot be had is skipped by name.
 set -u
 cd "$(dirname "$0")/../.." || exit
 BUILD=${BUILD:-build}

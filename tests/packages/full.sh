@@ -1,8 +1,10 @@
 #!/bin/sh
-# full.sh [clean] [debian]: what needs bare systems, as root; debootstrap, from this machine's own mirror. What is committed is what is tried.
-# clean   on Debian 12 and 13 with make and a C compiler alone: make lib, make install-lib, programs on it; then make install and make
+# full.sh [clean] [debian]: what needs bare systems, as root; debootstrap, from this machine's own mirror. What is
+# committed is what is tried. clean   on Debian 12 and 13 with make and a C compiler alone: make lib, make install-lib,
+# programs on it; then make install and make
 #         packages, which install what they need
-# debian  on Debian 13: dpkg-buildpackage, lintian without an error or a warning; then in a second bare one the packages installed, and
+# debian  on Debian 13: dpkg-buildpackage, lintian without an error or a warning; then in a second bare one the packages
+# installed, and
 #         autopkgtest
 # A line a step; logs in build/packages/full. SUITES: which of bookworm and trixie are tried.
 set -eu

@@ -1,7 +1,8 @@
 #!/bin/sh
-# installed.sh WHAT: `make install` as a user meets it, in a stage below the build folder. WHAT: stage (before the others), exports, headers,
-# pkgconfig, find_package, add_subdirectory, cmake_install, fetchcontent, manual, sizes, version, abi, uninstall (after them). Consumers
-# are packages/consumer, built from what is installed alone. Prints what is wrong; 77: the tool is not here.
+# installed.sh WHAT: `make install` as a user meets it, in a stage below the build folder. WHAT: stage (before the
+# others), exports, headers, pkgconfig, find_package, add_subdirectory, cmake_install, fetchcontent, manual, sizes,
+# version, abi, uninstall (after them). Consumers are packages/consumer, built from what is installed alone. Prints what
+# is wrong; 77: the tool is not here.
 set -eu
 cd "$(dirname "$0")/../.."
 here=$PWD
@@ -26,7 +27,8 @@ work=$BUILD/tests/consumer.$1
 rm -rf "$work"
 mkdir -p "$work"
 
-# LINES OPTIONS WEIGHTS: a project that gets dqwatch by these lines of CMake, configured so, and must see so many weights.
+# LINES OPTIONS WEIGHTS: a project that gets dqwatch by these lines of CMake, configured so, and must see so many
+# weights.
 cmake_project() {
     needs cmake
     cat >"$work/CMakeLists.txt" <<END

@@ -1,7 +1,7 @@
 #!/bin/sh
-# package.sh KIND WHAT: one generated package, below build/packages. WHAT: `use`: a consumer is built from the package as its ecosystem
-# would, run here, and must learn a motor; `judge`: the ecosystem's own tool, from TOOLS/bin (make packages puts it there).
-# Prints what is wrong; 77: what is missing, by name.
+# package.sh KIND WHAT: one generated package, below build/packages. WHAT: `use`: a consumer is built from the package
+# as its ecosystem would, run here, and must learn a motor; `judge`: the ecosystem's own tool, from TOOLS/bin (make
+# packages puts it there). Prints what is wrong; 77: what is missing, by name.
 set -eu
 cd "$(dirname "$0")/../.."
 kind=$1 what=$2
@@ -40,7 +40,8 @@ compile_flat() {
         learned "$work/$part"
     done
 }
-# COMMANDS WEIGHTS: by these compile_commands.json the consumers have what the package hands on: room for weights, and flags in float.
+# COMMANDS WEIGHTS: by these compile_commands.json the consumers have what the package hands on: room for weights, and
+# flags in float.
 travelled() {
     python3 - "$@" <<'END'
 import json, shlex, sys, tomllib

@@ -1,11 +1,12 @@
 #!/bin/sh
-# Frama-C's Eva over the arithmetic and the plain learner's step (q15.c): for every value that they may be given, no overflow, no shift that C
-# leaves open, no signed narrowing that changes a value, nothing read before it is written. Prints what it cannot prove, and fails where that
-# is not what stands in `stops`. 77 where frama-c is absent. Three seconds.
+# Frama-C's Eva over the arithmetic and the plain learner's step (q15.c): for every value that they may be given, no
+# overflow, no shift that C leaves open, no signed narrowing that changes a value, nothing read before it is written.
+# Prints what it cannot prove, and fails where that is not what stands in `stops`. 77 where frama-c is absent. Three
+# seconds.
 set -eu
 here=$(dirname "$0")
-# The gain: its bound needs the error and the norm seen together, (1 + |x|_1) / (1 + |x|^2) < 2, and intervals see each by itself. And what
-# the proof itself says of dqw_q28_sat where the learner calls it, and shows elsewhere.
+# The gain: its bound needs the error and the norm seen together, (1 + |x|_1) / (1 + |x|^2) < 2, and intervals see each
+# by itself. And what the proof itself says of dqw_q28_sat where the learner calls it, and shows elsewhere.
 stops="dqw_q_mul32x16 dqw_q28_sat"
 command -v frama-c >/dev/null || {
     echo "skipped: no frama-c here"

@@ -1,6 +1,6 @@
 #!/bin/sh
-# tests/site/notebook.sh NAME PICTURES: the notebook runs, what it asserts holds, and it ends in so many pictures. In the
-# environment that `make docs` makes, which runs all of them.
+# tests/site/notebook.sh NAME PICTURES: the notebook runs, what it asserts holds, and it ends in so many pictures. In
+# the environment that `make docs` makes, which runs all of them.
 set -eu
 BUILD=${BUILD:-build}
 python=$BUILD/site/venv/bin/python

@@ -1,6 +1,6 @@
 #!/bin/sh
-# tests/site/sources.sh [broken]: links, anchors, navigation and formulas of the documentation as it stands; `broken` puts
-# mistakes into a copy and wants each found. Wants python3 alone.
+# tests/site/sources.sh [broken]: links, anchors, navigation and formulas of the documentation as it stands; `broken`
+# puts mistakes into a copy and wants each found. Wants python3 alone.
 set -eu
 command -v python3 >/dev/null || { echo "no python3"; exit 77; }
 export PYTHONDONTWRITEBYTECODE=1

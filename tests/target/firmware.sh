@@ -1,7 +1,8 @@
 #!/bin/sh
-# What the monitor costs on a Cortex-M4F: runs budget.c and the example under QEMU over a simulated log, counts bytes of flash, and
-# prints them: `tests/target/firmware.sh` as `name value` lines, `tests/target/firmware.sh FILE.md` writes the table into FILE.md.
-# The example must give the same lines on the host, also where the model lacks something. BUILD: build folder. 77 where a tool is absent.
+# What the monitor costs on a Cortex-M4F: runs budget.c and the example under QEMU over a simulated log, counts bytes of
+# flash, and prints them: `tests/target/firmware.sh` as `name value` lines, `tests/target/firmware.sh FILE.md` writes
+# the table into FILE.md. The example must give the same lines on the host, also where the model lacks something. BUILD:
+# build folder. 77 where a tool is absent.
 set -eu
 here=$(dirname "$0")
 BUILD=${BUILD:-build}
@@ -11,7 +12,8 @@ rm -rf "$out"
 mkdir -p "$out"
 flags="-mcpu=cortex-m4 -mthumb -mfloat-abi=hard -mfpu=fpv4-sp-d16 -std=c99 -ffp-contract=off -fno-math-errno -DDQW_EFFECT_WEIGHTS=0 -Os"
 
-# The rows as floats: parsing decimals is not what is measured. The machine loses flux; and has an effect that the plain model lacks.
+# The rows as floats: parsing decimals is not what is measured. The machine loses flux; and has an effect that the plain
+# model lacks.
 ${CC:-cc} -std=c99 -O2 "$here/rows.c" -o "$out/rows"
 rows() { # NAME KEY=VALUE...
     name=$1

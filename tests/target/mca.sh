@@ -1,7 +1,8 @@
 #!/bin/sh
-# llvm-mca's estimate of a Cortex-M4's cycles for one piece_step(): QEMU names the instructions that the last of a few calls executes, and
-# llvm-mca, told that each follows the one before, adds up what they take:    tests/target/mca.sh FOLDER SOURCE.c ... [CFLAGS ...]
-# An estimate: it knows latencies, and neither wait states of the flash nor the refill after a branch. 77 where a tool is absent.
+# llvm-mca's estimate of a Cortex-M4's cycles for one piece_step(): QEMU names the instructions that the last of a few
+# calls executes, and llvm-mca, told that each follows the one before, adds up what they take:    tests/target/mca.sh
+# FOLDER SOURCE.c ... [CFLAGS ...] An estimate: it knows latencies, and neither wait states of the flash nor the refill
+# after a branch. 77 where a tool is absent.
 set -eu
 here=$(dirname "$0")
 qemu=${TARGET_QEMU:-qemu-system-arm}

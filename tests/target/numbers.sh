@@ -1,7 +1,8 @@
 #!/bin/sh
-# What a step costs on each core, float beside Q15: instructions under QEMU, flash, state and stack; and what of it has a limit. Prints the tables
-# of docs/cost.md; `tests/target/numbers.sh FILE.md` writes them there between `<!-- numbers -->` and `<!-- /numbers -->`. A further row is a
-# piece_NAME.c and a line of `pieces`. BUILD: build folder. 77 where a tool is absent.
+# What a step costs on each core, float beside Q15: instructions under QEMU, flash, state and stack; and what of it has
+# a limit. Prints the tables of docs/cost.md; `tests/target/numbers.sh FILE.md` writes them there between `<!-- numbers
+# -->` and `<!-- /numbers -->`. A further row is a piece_NAME.c and a line of `pieces`. BUILD: build folder. 77 where a
+# tool is absent.
 set -eu
 here=$(dirname "$0")
 out=${BUILD:-build}/numbers

@@ -1,9 +1,9 @@
 #!/bin/sh
 # Compiles C for a Cortex-M4F and runs it in QEMU, where an instruction takes exactly 1024 ns (see board.h):
 #   tests/target/run.sh OUT.elf SOURCE.c ... [-- CFLAGS ... [-- ARGUMENTS ...]]
-# Prints what main prints, and ends with main's status; 99 after a hard fault, 98 where the count is not exact, 124 after
-# TARGET_TIMEOUT (60) seconds, 77 where a tool is absent. main's argv is OUT.elf and ARGUMENTS, without blanks; the program opens
-# files of the host.
+# Prints what main prints, and ends with main's status; 99 after a hard fault, 98 where the count is not exact, 124
+# after TARGET_TIMEOUT (60) seconds, 77 where a tool is absent. main's argv is OUT.elf and ARGUMENTS, without blanks;
+# the program opens files of the host.
 set -eu
 usage() {
     echo "usage: tests/target/run.sh OUT.elf SOURCE.c ... [-- CFLAGS ... [-- ARGUMENTS ...]]" >&2

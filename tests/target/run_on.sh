@@ -1,8 +1,10 @@
 #!/bin/sh
-# Compiles C that needs no C library for one core and runs it in QEMU, where an instruction takes exactly 1024 ns (see board.h):
+# Compiles C that needs no C library for one core and runs it in QEMU, where an instruction takes exactly 1024 ns (see
+# board.h):
 #   tests/target/run_on.sh CORE OUT.elf SOURCE.c ... [CFLAGS ...]        CORE: m0 m3 m4f m33 rv32
-# Prints what main prints with say.h, and ends with main's status; 99 after a fault, 98 where the count is not exact, 124 after
-# TARGET_TIMEOUT (60) seconds, 77 where a tool is absent. `run_on.sh CORE` alone prints compiler and its flags for the core.
+# Prints what main prints with say.h, and ends with main's status; 99 after a fault, 98 where the count is not exact,
+# 124 after TARGET_TIMEOUT (60) seconds, 77 where a tool is absent. `run_on.sh CORE` alone prints compiler and its flags
+# for the core.
 set -eu
 usage() {
     echo "usage: tests/target/run_on.sh m0|m3|m4f|m33|rv32 [OUT.elf SOURCE.c ... [CFLAGS ...]]" >&2
@@ -30,7 +32,8 @@ for tool in "$cc" "$qemu" timeout; do
         exit 77
     }
 done
-# Freestanding, so that the compiler's own headers do; yet it may put in fabsf and the like where it knows better than a call.
+# Freestanding, so that the compiler's own headers do; yet it may put in fabsf and the like where it knows better than a
+# call.
 flags="$core -std=c99 -ffreestanding -fbuiltin -ffp-contract=off -fno-math-errno -ffunction-sections -fdata-sections"
 if [ $# = 1 ]; then
     echo "$cc $flags"

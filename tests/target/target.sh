@@ -1,7 +1,7 @@
 #!/bin/sh
-# Runs every fixed-point module with each compiler and on each core there is (hash.c), and compares the trajectories to the last bit:
-# a table with a row a machine and a column a module. Status 1 where one differs or fails; a row whose tool is absent says so.
-# BUILD: build folder.
+# Runs every fixed-point module with each compiler and on each core there is (hash.c), and compares the trajectories to
+# the last bit: a table with a row a machine and a column a module. Status 1 where one differs or fails; a row whose
+# tool is absent says so. BUILD: build folder.
 set -eu
 here=$(dirname "$0")
 out=${BUILD:-build}/target_q15

@@ -1,5 +1,6 @@
 #!/bin/sh
-# build.sh OUT COMPILER FLAGS...: lib/ and the harness by this compiler with these flags, into the program OUT. 77: the compiler is not here.
+# build.sh OUT COMPILER FLAGS...: lib/ and the harness by this compiler with these flags, into the program OUT. 77: the
+# compiler is not here.
 set -eu
 cd "$(dirname "$0")/../../.."
 out=$1 compiler=$2
