@@ -1,5 +1,5 @@
-// Which samples a reservoir keeps, and which of them an epoch shows. Integers and booleans only, so that float and fixed
-// point draw alike.
+// Which samples a reservoir keeps, and which of them an epoch shows. Integers and booleans only, so that float and
+// fixed point draw alike.
 #ifndef DQW_DRAW_H
 #define DQW_DRAW_H
 

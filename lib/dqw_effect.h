@@ -101,8 +101,8 @@ bool dqw_effect_begin(dqw_effect *e, const dqw_sample *last, const dqw_sample *s
 /// Range    s finite. Powers of currents are in A: up to 1e5 A
 /// Returns  true where there is a pair, for which the window's other signals may be added; an effect with
 ///          DQW_NEEDS_LAST needs the row before it as well
-/// Cost     up to 40 instructions a weight on a Cortex-M4F: the table in docs/cost.md; no division, no function of the C
-///          library
+/// Cost     up to 40 instructions a weight on a Cortex-M4F: the table in docs/cost.md; no division, no function of the
+///          C library
 /// Context  ISR safe; one writer per object
 static inline bool dqw_effect_gather(dqw_effect *e, const dqw_sample *last, const dqw_sample *s, dqw_window_cell cell[])
 {

@@ -10,8 +10,8 @@
 #define EXCITATION_SETTLED_PU 0.002f
 // A weight whose variance fell by less than this was not learned.
 #define LEARNED_RATIO 0.01f
-// Blocks over which statistics are means: a variance is then known to sqrt(2 / 1000), 4.5 %; the recent one to 18 %, and
-// soon. Before so few it is not known to 20 %.
+// Blocks over which statistics are means: a variance is then known to sqrt(2 / 1000), 4.5 %; the recent one to 18 %,
+// and soon. Before so few it is not known to 20 %.
 #define MEMORY 1000.0f
 #define RECENT_PART (1.0f / 64.0f)
 #define FEW_BLOCKS 50u

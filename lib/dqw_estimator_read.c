@@ -110,7 +110,8 @@ float dqw_estimator_witness_pu2(const dqw_estimator *e)
 
 float dqw_estimator_model_pu(const dqw_estimator *e, int weight, const dqw_lasting *l)
 {
-    // Each in line with its own part of the input: what is fast of one that is slow, no less than so many stretches tell.
+    // Each in line with its own part of the input: what is fast of one that is slow, no less than so many stretches
+    // tell.
     const float alone = e->alone_pu2[weight];
     if (!(l->fast_pu2 + l->slow_pu2 > 0.0f)) return 0.0f;
     if (!(alone > 0.0f)) return DQW_UNKNOWN;

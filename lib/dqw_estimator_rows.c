@@ -14,8 +14,8 @@ dqw_block dqw_estimator_means(const dqw_estimator *e, const dqw_estimator_block 
     return means;
 }
 
-// The correction goes with one over L_d, and L_d with the correction: one that is not learned yet must not run away with
-// it. No machine's L_d is beyond these parts of its L_q.
+// The correction goes with one over L_d, and L_d with the correction: one that is not learned yet must not run away
+// with it. No machine's L_d is beyond these parts of its L_q.
 static float salient(float L_d_H, float L_q_H)
 {
     const float least = 0.25f * L_q_H;

@@ -1,5 +1,5 @@
-// Which legs switch, where nobody says it: one way leads, at first that all do, and each other one is tried beside it in
-// turn, some blocks of one and some of the other, over a segment of driving. (E101)
+// Which legs switch, where nobody says it: one way leads, at first that all do, and each other one is tried beside it
+// in turn, some blocks of one and some of the other, over a segment of driving. (E101)
 #include "dqw_estimator_search.h"
 
 #include "dqw_estimator_block.h"

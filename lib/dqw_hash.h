@@ -25,8 +25,8 @@ static inline uint32_t dqw_hash_add(uint32_t hash, uint32_t word)
     return hash;
 }
 
-/// All that an array, or a struct without padding, holds: what dqw_hash_add() makes of its words where their lowest byte
-/// stands first.
+/// All that an array, or a struct without padding, holds: what dqw_hash_add() makes of its words where their lowest
+/// byte stands first.
 static inline uint32_t dqw_hash_bytes(uint32_t hash, const void *from, size_t bytes)
 {
     const unsigned char *byte = (const unsigned char *)from;

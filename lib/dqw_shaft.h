@@ -136,7 +136,8 @@ dqw_reading dqw_shaft_read(const dqw_shaft *s, enum dqw_shaft_parameter which);
 /// What was learned of the effect config->effects[index]: weights in Nm and their deviations, in the order of its law.
 ///
 /// Source   (E20), (E54) in docs/EQUATIONS.md
-/// Shape    weights[], sd[]: as many as dqw_effect_name.h lists, DQW_EFFECT_STARTS at most, written; DQW_UNKNOWN where nothing was learned
+/// Shape    weights[], sd[]: as many as dqw_effect_name.h lists, DQW_EFFECT_STARTS at most, written; DQW_UNKNOWN where
+///          nothing was learned
 /// Returns  bit i set where weight i is known: its deviation is below a quarter of the effect's largest; DQW_ERR_SIZE
 ///          for an index out of range
 /// Context  as dqw_shaft_read

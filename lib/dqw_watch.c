@@ -2,8 +2,8 @@
 
 #include <stddef.h>
 
-// Looks that a fault settles before it is named, and that follow before the next: the witness, whose memory is 19 looks,
-// then shows 72 and 96 % of a step. A pattern wants the direction, a healthy value the rest as well.
+// Looks that a fault settles before it is named, and that follow before the next: the witness, whose memory is 19
+// looks, then shows 72 and 96 % of a step. A pattern wants the direction, a healthy value the rest as well.
 #define NAMING_TICKS 24
 #define REST_TICKS 60
 // An unknown one, or R alone, is given so many looks more, twice, 84 and 90 %; one of two names six times, for weights

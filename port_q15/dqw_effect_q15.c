@@ -23,8 +23,8 @@
 // R, L, psi and what is made of them need no more bits in Q40.
 #define MOST_BITS 58u
 
-// What a weight is divided by when it is read: nothing; of settled rows the angle; its square; a base that the machine's
-// own values make.
+// What a weight is divided by when it is read: nothing; of settled rows the angle; its square; a base that the
+// machine's own values make.
 enum weight { PLAIN, PER_ANGLE, PER_ANGLE_2, OWN_IRON, OWN_SENSOR, OWN_GAIN, OWN_ANGLE, OWN_MAP };
 
 // An electrical effect: its weight. Its shape is take_shape(), its law put() in dqw_effect_law_q15.c.

@@ -72,7 +72,8 @@ bool dqw_estimator_take_q15(dqw_estimator_q15 *e, dqw_estimator_q15_block *b);
 /// How late is the speed? From the angle's advance over a half, where it has one; and the block's speeds, as of then.
 ///
 /// Source   (E107) in docs/EQUATIONS.md
-/// Shape    advance_q30[2]: cosine and sine of the electrical angle's advance over the half, 0 and 0 where there is none
+/// Shape    advance_q30[2]: cosine and sine of the electrical angle's advance over the half, 0 and 0 where there is
+///          none
 /// Format   w_sum_q15: sum of the half's speeds, of two samples each, below 2^24; |advance| up to 1.11
 /// Cost     40 products of 32 by 32 bits, 3 divisions of 32
 /// Context  background
@@ -301,8 +302,8 @@ static inline bool dqw_estimator_follows_q15(const dqw_estimator_q15 *e)
 /// Source   (E104) in docs/EQUATIONS.md
 void dqw_estimator_follow_start_q15(dqw_estimator_q15 *e);
 
-/// What of the residual is still there two and three blocks later, where blocks overlap no more; and from one stretch to
-/// the next. Of a block that was shown. `busy`: its weights are to be solved as well; then a stretch may end later.
+/// What of the residual is still there two and three blocks later, where blocks overlap no more; and from one stretch
+/// to the next. Of a block that was shown. `busy`: its weights are to be solved as well; then a stretch may end later.
 ///
 /// Source   (E103) in docs/EQUATIONS.md
 /// Context  background

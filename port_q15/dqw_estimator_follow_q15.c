@@ -22,8 +22,8 @@
 #define WIDE_Q30 322122547
 #define WIDE_PSI_Q30 107374182
 #define WIDE_DEAD_Q28 241591910
-// What a weight may wander in a second without being found changed, squared: 0.001 of R, 0.0003 of the others. A winding
-// that warms by 1 K/s is four times faster, which segments that agree make up for.
+// What a weight may wander in a second without being found changed, squared: 0.001 of R, 0.0003 of the others. A
+// winding that warms by 1 K/s is four times faster, which segments that agree make up for.
 #define WANDER_R_PARTS 1000000
 #define WANDER_PARTS 11111111
 // What the others took up of a change, in bands, while it was not known.

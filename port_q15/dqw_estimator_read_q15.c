@@ -154,7 +154,8 @@ int64_t dqw_estimator_witness_q56(const dqw_estimator_q15 *e)
 // Squared, INT64_MAX where nobody knows.
 static int64_t model_q56(const dqw_estimator_q15 *e, int weight, const dqw_lasting_q15 *l)
 {
-    // Each in line with its own part of the input: what is fast of one that is slow, no less than so many stretches tell.
+    // Each in line with its own part of the input: what is fast of one that is slow, no less than so many stretches
+    // tell.
     const uint32_t alone_q31 = e->residual.alone_q31[weight];
     const uint32_t slow_q31 = e->residual.slow_alone_q31[weight];
     if (l->fast_q56 == 0 && l->slow_q56 == 0) return 0;

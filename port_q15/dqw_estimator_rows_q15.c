@@ -17,8 +17,8 @@ dqw_block_q15 dqw_estimator_means_q15(const dqw_estimator_q15_block *b)
     return dqw_model_block_q15(b->sums, b->weight);
 }
 
-// The correction goes with one over L_d, and L_d with the correction: one that is not learned yet must not run away with
-// it. No machine's L_d is beyond these parts of its L_q.
+// The correction goes with one over L_d, and L_d with the correction: one that is not learned yet must not run away
+// with it. No machine's L_d is beyond these parts of its L_q.
 static int64_t salient_q40(int64_t L_d_q40, int64_t L_q_q40)
 {
     const int64_t least = dqw_q_floor64(L_q_q40, 2);

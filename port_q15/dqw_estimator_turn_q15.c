@@ -12,7 +12,8 @@
 // What a fault's onset makes of the flux does not stay: an encoder that is off does.
 #define LASTING_BLOCKS 100u
 // A speed that a loop takes from the angle is late. Blocks over which that is a mean, as a power of two, that it needs,
-// and deviations beyond which it is so, squared; an angle that is further ahead than acos 0.9 is another sensor's fault.
+// and deviations beyond which it is so, squared; an angle that is further ahead than acos 0.9 is another sensor's
+// fault.
 #define LAG_BITS 12u
 #define LAG_FEW 100u
 #define LAG_SD2 25

@@ -72,8 +72,8 @@ extern const int64_t dqw_normal_nought_q40[DQW_NORMAL_INPUTS];
 #define dqw_normal_solve_q15 DQW_SIZED(dqw_normal_solve_q15)
 void dqw_normal_solve_q15(const dqw_normal_q15 *n, const int64_t start_q40[], dqw_solution_q15 *out);
 
-/// Of two rows of inputs, of each input what the others do not explain, as far as the sums know: P x, over each weight's
-/// own P_ii; 0 of one that was never learned.
+/// Of two rows of inputs, of each input what the others do not explain, as far as the sums know: P x, over each
+/// weight's own P_ii; 0 of one that was never learned.
 ///
 /// Source   (E103) in docs/EQUATIONS.md
 /// Shape    x_q28[2][], read and written

@@ -54,8 +54,8 @@ void dqw_segment_restart_q15(dqw_segment_q15 *s);
 /// Context  background
 void dqw_segment_row_q15(dqw_segment_q15 *s, const int32_t x_q28[], int32_t error_q28);
 
-/// One block's speed and current on q, of the full scales. A segment outlasts an operating point: it ends when both have
-/// moved in it as much as they do in the long run, after `least` blocks and before `most`, or 65535.
+/// One block's speed and current on q, of the full scales. A segment outlasts an operating point: it ends when both
+/// have moved in it as much as they do in the long run, after `least` blocks and before `most`, or 65535.
 ///
 /// Source   (E104) in docs/EQUATIONS.md
 /// Range    |x| <= 1, else bounded

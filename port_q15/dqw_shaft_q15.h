@@ -163,7 +163,8 @@ dqw_reading_q15 dqw_shaft_read_q15(const dqw_shaft_q15 *s, enum dqw_shaft_parame
 ///
 /// Source   (E20), (E54) in docs/EQUATIONS.md
 /// Units    torque_full
-/// Shape    weights_q40[], sd_q40[]: as many as dqw_effect_name.h lists, DQW_EFFECT_STARTS at most, written; INT64_MAX where nothing was learned
+/// Shape    weights_q40[], sd_q40[]: as many as dqw_effect_name.h lists, DQW_EFFECT_STARTS at most, written; INT64_MAX
+///          where nothing was learned
 /// Returns  bit i set where weight i is known: its deviation is below a quarter of the effect's largest; DQW_ERR_SIZE
 ///          for an index out of range
 /// Context  as dqw_shaft_read_q15

@@ -163,7 +163,8 @@ typedef struct dqw_sim_sensing {
     double observer_corner_rad_s, observer_bandwidth_rad_s;
 } dqw_sim_sensing;
 
-/// The log as a vendor's tool writes it, polled: means of currents and voltages since the last row, speed of the instant.
+/// The log as a vendor's tool writes it, polled: means of currents and voltages since the last row, speed of the
+/// instant.
 typedef struct dqw_sim_polled {
     double rate_Hz;            ///< 0: not polled
     int queue_rows;            ///< currents and voltages come this many rows after the speed; as many zero rows first

@@ -89,8 +89,9 @@ static void switched_voltage(const dqw_sim_plant *p, const double *y, dqw_sim_po
     o->i_link_A = dqw_sim_legs_link_A(p->legs, i_A);
 }
 
-// (E98): currents of the eddies and of the shorted turns are states here, each behind an inductance of its own: at an edge of
-// the inverter they cannot jump, as those of shorted_circuit would. Otherwise the same circuit, with phase b unlike too.
+// (E98): currents of the eddies and of the shorted turns are states here, each behind an inductance of its own: at an
+// edge of the inverter they cannot jump, as those of shorted_circuit would. Otherwise the same circuit, with phase b
+// unlike too.
 static void branched_circuit(const dqw_sim_plant *p, double R, double c, double s, double im_x, double im_y,
                              const double *y, dqw_sim_point *o)
 {

@@ -1,5 +1,5 @@
-// The plant over one span after another, each a fresh start, for the voltage jumps at every switching edge: by CVODE, or
-// by fixed steps.
+// The plant over one span after another, each a fresh start, for the voltage jumps at every switching edge: by CVODE,
+// or by fixed steps.
 #ifndef DQW_SIM_INTEGRATOR_H
 #define DQW_SIM_INTEGRATOR_H
 
@@ -26,9 +26,9 @@ typedef struct dqw_sim_integrator {
     long counted[3];  ///< of these, since the last fresh start
 } dqw_sim_integrator;
 
-/// Creates the solver: Adams with fixed-point iteration, or BDF with Newton and a dense matrix, or none for fixed steps.
-/// tolerance[states]: absolute local error per step. L_H: the machine's smallest inductance. filter_s: of the current sensors. Returns 0, DQW_SIM_ERR_MEMORY or DQW_SIM_ERR_SOLVER. Always end with
-/// dqw_sim_integrator_free.
+/// Creates the solver: Adams with fixed-point iteration, or BDF with Newton and a dense matrix, or none for fixed
+/// steps. tolerance[states]: absolute local error per step. L_H: the machine's smallest inductance. filter_s: of the
+/// current sensors. Returns 0, DQW_SIM_ERR_MEMORY or DQW_SIM_ERR_SOLVER. Always end with dqw_sim_integrator_free.
 int dqw_sim_integrator_init(dqw_sim_integrator *g, const dqw_sim_plant *plant, enum dqw_sim_method method,
                             const double *tolerance, double L_H, double filter_s);
 void dqw_sim_integrator_free(dqw_sim_integrator *g);
@@ -39,8 +39,8 @@ double *dqw_sim_integrator_state(dqw_sim_integrator *g);
 /// Integrates from one local time to another, a fresh start. Returns 0, or CVODE's negative flag.
 int dqw_sim_integrator_span(dqw_sim_integrator *g, double from_s, double to_s);
 
-/// The same, fresh or, where neither states nor slopes have jumped, going on; and where a leg's margin (sim_inverter.h) reaches 0 on the way it ends there. ended[6]: which ones, by
-/// 2 leg + rail. *reached_s: where it ended.
+/// The same, fresh or, where neither states nor slopes have jumped, going on; and where a leg's margin (sim_inverter.h)
+/// reaches 0 on the way it ends there. ended[6]: which ones, by 2 leg + rail. *reached_s: where it ended.
 int dqw_sim_integrator_watch(dqw_sim_integrator *g, bool fresh, double from_s, double to_s, double *reached_s,
                              int ended[6]);
 

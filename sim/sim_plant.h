@@ -1,5 +1,5 @@
-// The machine's differential equations, (E30), (E33), (E99), over one control period, during which voltage, load and faults
-// are constant.
+// The machine's differential equations, (E30), (E33), (E99), over one control period, during which voltage, load and
+// faults are constant.
 #ifndef DQW_SIM_PLANT_H
 #define DQW_SIM_PLANT_H
 

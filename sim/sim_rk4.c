@@ -12,8 +12,8 @@ typedef double state[DQW_SIM_STATES_MAX];
 // longer err by far less.
 static const double part = 0.1;
 
-// Near zero current a conducting part's drop bends within its knee: a step goes through one knee at most, or half of the
-// way to zero.
+// Near zero current a conducting part's drop bends within its knee: a step goes through one knee at most, or half of
+// the way to zero.
 static double knee_s(const dqw_sim_integrator *g, double t_s, const double *y)
 {
     const dqw_sim_plant *p = g->plant;

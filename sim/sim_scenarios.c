@@ -33,8 +33,8 @@
                                      .v_d_V = {.binary = 10, .binary_hold_s = 5e-4}, .v_q_V = {.binary = 10, .binary_hold_s = 5e-4}}
 #define TRACTION TRACTION_MACHINE, TRACTION_DRIVE, TRACTION_PROFILE, .duration_s = 2, .regime = "dynamic", .rtol = 5e-9, .seed = 1
 
-// Four drives as they are built. Each inverter has dead time, an output's capacitance, drops, a link that gives way; each
-// machine warms up, and its iron loses.
+// Four drives as they are built. Each inverter has dead time, an output's capacitance, drops, a link that gives way;
+// each machine warms up, and its iron loses.
 #define WARM .temp_ref_C = 25, .temp_ambient_C = 25, .temp_start_C = 25
 #define S320_BUILT .pole_pairs = 4, .R_ohm = 0.9, .Ld_H = 2.2e-3, .Lq_H = 2.8e-3, .psi_Wb = 0.12, .J_kgm2 = 2e-3, .B_Nms_rad = 1e-3, WARM, \
                     .winding_heat_J_K = 120, .magnet_heat_J_K = 250, .housing_heat_J_K = 800, .winding_housing_W_K = 2, .magnet_housing_W_K = 0.3, \

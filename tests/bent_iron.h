@@ -1,5 +1,5 @@
-// Iron of a closed co-energy, K I sqrt(1 + x^2 + y^2), x = (i_d + M)/I, y = i_q/I, less its tangent at zero current; and
-// a flux map's table of it.
+// Iron of a closed co-energy, K I sqrt(1 + x^2 + y^2), x = (i_d + M)/I, y = i_q/I, less its tangent at zero current;
+// and a flux map's table of it.
 #ifndef BENT_IRON_H
 #define BENT_IRON_H
 

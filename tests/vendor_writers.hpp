@@ -1,5 +1,5 @@
-// Writers of every format that is read, from the formats' descriptions alone: one record of a made-up drive as each tool
-// would have written it.
+// Writers of every format that is read, from the formats' descriptions alone: one record of a made-up drive as each
+// tool would have written it.
 #ifndef DQW_TESTS_VENDOR_WRITERS_HPP
 #define DQW_TESTS_VENDOR_WRITERS_HPP
 

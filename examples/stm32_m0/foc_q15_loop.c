@@ -1,6 +1,6 @@
 // dqwatch in a loop on STM32's HAL, on a Cortex-M0 in whole numbers. Timer 1 makes centred PWM and triggers the ADC at
-// its update, the ADC's DMA fills adc_counts; the loop of your own is current_loop(). Compile port_q15/ and of lib/ what
-// docs/INTEGRATION.md names, with -DDQW_EFFECT_WEIGHTS=0 -ffunction-sections and --gc-sections.
+// its update, the ADC's DMA fills adc_counts; the loop of your own is current_loop(). Compile port_q15/ and of lib/
+// what docs/INTEGRATION.md names, with -DDQW_EFFECT_WEIGHTS=0 -ffunction-sections and --gc-sections.
 #include <stm32f0xx_hal.h>
 
 #include "dqw_monitor_q15.h"
@@ -56,8 +56,8 @@ bool foc_q15_start(void)
     config = dqw_monitor_config_default_q15(&plate);
     // As the signals are scaled, not half as much again.
     config.estimator.scale = (dqw_scale){V_FULL_mV, I_FULL_mA, W_FULL_mrad_s, PERIOD_ns, PAIRS};
-    // The background takes milliseconds a block on this core, so long a block must last. Ripples of phases and sensors are
-    // then watched below 24 rad/s alone.
+    // The background takes milliseconds a block on this core, so long a block must last. Ripples of phases and sensors
+    // are then watched below 24 rad/s alone.
     config.estimator.half_window = 50;
     config.estimator.voltage_next = true;  // the preloaded compare registers act from the next update on
     config.estimator.voltage_held = true;  // as a vector that the inverter holds

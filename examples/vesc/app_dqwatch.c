@@ -1,5 +1,5 @@
-// dqwatch in VESC's firmware, as a custom application: APP_CUSTOM_TO_USE "app_dqwatch.c" in conf_general.h, lib/ beside it,
-// its .c files in APPSRC and its folder in APPINC.
+// dqwatch in VESC's firmware, as a custom application: APP_CUSTOM_TO_USE "app_dqwatch.c" in conf_general.h, lib/ beside
+// it, its .c files in APPSRC and its folder in APPINC.
 // The interrupt hands over a sample where VESC calls back after each control iteration; a thread learns. In VESC Tool's
 // terminal `dqwatch` prints what is known.
 #include <app.h>

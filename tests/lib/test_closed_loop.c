@@ -45,8 +45,8 @@ static void test_nominal_values_are_no_prior(void)
                     if (!is_known(&a, i)) continue;
                     const double apart = fabs(value_of(&b, i) - value_of(&a, i)) / sd_of(&a, i);
                     BETWEEN(0.0, apart, 2.0);
-                    // What lasts of a residual is in one run's deviation, and just below notice in the other's. One that
-                    // was turned at another time is another run.
+                    // What lasts of a residual is in one run's deviation, and just below notice in the other's. One
+                    // that was turned at another time is another run.
                     if (a.turn_sine == 0.0f && b.turn_sine == 0.0f) BETWEEN(0.2, sd_of(&b, i) / sd_of(&a, i), 5.0);
                     worst[way] = fmax(worst[way], apart);
                 }

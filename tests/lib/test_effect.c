@@ -863,8 +863,8 @@ static void test_what_a_list_asks_for(void)
         }
 }
 
-// Three units of the bases, dead time a tenth, an effect's ten; an inductance stands in dead time's place while the pole
-// pairs are not known. (E92)
+// Three units of the bases, dead time a tenth, an effect's ten; an inductance stands in dead time's place while the
+// pole pairs are not known. (E92)
 static void test_start_deviations(void)
 {
     list[0] = (dqw_effect_config){.effect = DQW_EFFECT_VOLTAGE_OFFSET};

@@ -262,8 +262,8 @@ static void test_begun_again_it_has_forgotten(void)
     }
 }
 
-// How large a parameter is, for what it may change by: itself; dead time a third of its start deviation, the flux on the
-// other axis as the flux. (E105)
+// How large a parameter is, for what it may change by: itself; dead time a third of its start deviation, the flux on
+// the other axis as the flux. (E105)
 static void test_how_large_a_parameter_is(void)
 {
     for (int has = 0; has < 2; has++) {
@@ -313,8 +313,8 @@ static void test_pole_pairs_take_a_hundred_blocks(void)
     HOLDS(e.follow == 1.0f && e.given.follow == 1.0f);
 }
 
-// A vector that stands still while the frame turns, by closed forms: of the middle of its period, and as short as the mean
-// of what turns; to the first terms that are left out. (E89)
+// A vector that stands still while the frame turns, by closed forms: of the middle of its period, and as short as the
+// mean of what turns; to the first terms that are left out. (E89)
 static void test_a_held_vector_is_turned_and_shortened(void)
 {
     for (int next = 0; next < 2; next++)
@@ -365,8 +365,8 @@ static void test_pole_pairs_that_are_known_stay(void)
     HOLDS(e.blocks > 200);
 }
 
-// Once both cross weights are p inductances, what is known of R, L_d, L_q and the flux is what was known of them on this
-// condition; inductances in a p-th of their unit. (E91)
+// Once both cross weights are p inductances, what is known of R, L_d, L_q and the flux is what was known of them on
+// this condition; inductances in a p-th of their unit. (E91)
 static void test_what_pole_pairs_make_of_what_was_known(void)
 {
     enum { N = DQW_PARAMETERS };
@@ -1509,8 +1509,8 @@ static void test_without_a_background_nothing_is_learned(void)
 }
 
 #if DQW_EFFECT_WEIGHTS > 0
-// Every sample heats by its currents, also one that is refused, and a half that a gap ends: the state is that of a drive
-// without them, fed as many samples. (E55)
+// Every sample heats by its currents, also one that is refused, and a half that a gap ends: the state is that of a
+// drive without them, fed as many samples. (E55)
 static void test_what_is_refused_heats(void)
 {
     enum { SAMPLES = 200 * HALF };

@@ -84,7 +84,8 @@ static void test_heat_is_followed_and_no_event(void)
         CASE("%s: R off by %.2f K (%.2f deviations), %.2f at worst; flux %.2f K (%.2f), %.2f", q15 ? "q15" : "float",
              off[0], deviations[0], worst[0], off[1], deviations[1], worst[1]);
         if (getenv("DQW_TEST_VALUES") != NULL) printf("%s\n", test_case);
-        // 1.2 and 0.6. While segments do not yet agree that R has begun to rise, its deviation is too small by up to three.
+        // 1.2 and 0.6. While segments do not yet agree that R has begun to rise, its deviation is too small by up to
+        // three.
         HOLDS(deviations[0] <= 2.0 && deviations[1] <= 2.0);
         HOLDS(either_stage(&m)->name == DQW_STAGE_IN_SERVICE && either_stage(&m)->times_back == 0);
         HOLDS(either_unwatched(&m, DQW_WATCH_R) == DQW_WHY_IN_SERVICE);

@@ -242,8 +242,8 @@ static void test_a_block_is_turned(void)
     }
 }
 
-// Nobody says which legs switch: found, on whichever side dead time is, with an encoder that is off and one that is not;
-// and then all is learned as if it had been said. Time has jumped now and then, and the drive stood still.
+// Nobody says which legs switch: found, on whichever side dead time is, with an encoder that is off and one that is
+// not; and then all is learned as if it had been said. Time has jumped now and then, and the drive stood still.
 static void test_the_legs_that_switch_are_found(void)
 {
     for (int m = 0; m < 4; m++)

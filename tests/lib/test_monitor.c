@@ -707,8 +707,8 @@ static int after_a_look(dqw_monitor *m, dqw_monitor_change *e)
     return told;
 }
 
-// A channel that is off by about two of its widths; the limit of the temperature by 3 K, the residual half as much again
-// as its limit.
+// A channel that is off by about two of its widths; the limit of the temperature by 3 K, the residual half as much
+// again as its limit.
 static void put_off(dqw_monitor *m, int channel)
 {
     dqw_monitor_healthy *h = &m->healthy;
@@ -753,8 +753,8 @@ static double healthy_of(const dqw_monitor *m, int channel)
     }
 }
 
-// A look adds to a channel's sum by how many of its widths it is off, less one, in 32nds; where the sum is full, what is
-// told is that channel's value and deviation, what was healthy, and since when.
+// A look adds to a channel's sum by how many of its widths it is off, less one, in 32nds; where the sum is full, what
+// is told is that channel's value and deviation, what was healthy, and since when.
 static void test_each_channel_counts_and_is_told(void)
 {
     dqw_monitor_config c = config_of();

@@ -1,5 +1,5 @@
-// A monitor's channels by themselves: bands as they are documented, what is read, how far a healthy value moves, why one
-// is not watched; from numbers set by hand, against their closed forms in double.
+// A monitor's channels by themselves: bands as they are documented, what is read, how far a healthy value moves, why
+// one is not watched; from numbers set by hand, against their closed forms in double.
 #include "dqw_estimator_block.h"
 #include "dqw_monitor_channel.h"
 #include "dqw_test.h"

@@ -108,8 +108,8 @@ static void test_adopting_leaves_what_is_timed(void)
     HOLDS(w.blocks == before.blocks && w.wait == before.wait);
 }
 
-// More than 64 halves without a learned block are a pause, after which healthy values wait as long as it was, a minute's
-// looks at most; not while an event is named, nor longer than they wait already.
+// More than 64 halves without a learned block are a pause, after which healthy values wait as long as it was, a
+// minute's looks at most; not while an event is named, nor longer than they wait already.
 static void test_pauses(void)
 {
     static const uint32_t halves[] = {1, 64, 65, 100, 959, 960, 5000};

@@ -1,5 +1,5 @@
-// Packages generated from packages/: each is used by a consumer that learns a motor. make packages has the ecosystems' own
-// judges too.
+// Packages generated from packages/: each is used by a consumer that learns a motor. make packages has the ecosystems'
+// own judges too.
 // Plain only: runs other programs.
 #include "tool.h"
 

@@ -203,7 +203,8 @@ static void test_long_epochs(void)
     }
 }
 
-// An epoch of more than 2^18 pairs, or with pairs alone all epochs of more than 2^31, learns nothing from what is beyond.
+// An epoch of more than 2^18 pairs, or with pairs alone all epochs of more than 2^31, learns nothing from what is
+// beyond.
 static void test_sums_take_so_many_pairs(void)
 {
     for (int form = 0; form < 2; form++) {

@@ -820,8 +820,8 @@ static void test_small_nominal_values_are_where_it_starts(void)
 }
 
 // Without nominal values: a tenth of the full voltage at full current, and at full speed; the flux half of it.
-// A nominal value is the unit where at full scale it is 2^-17 to 8 full voltages, and an inductance's slope 2^12 at most;
-// else the unit is a tenth of the full voltage, a half for the flux.
+// A nominal value is the unit where at full scale it is 2^-17 to 8 full voltages, and an inductance's slope 2^12 at
+// most; else the unit is a tenth of the full voltage, a half for the flux.
 static void test_which_nominal_values_are_units(void)
 {
     static const dqw_estimator_q15_config plain = {.scale = {10000, 10000, 10000, 100000, 1},

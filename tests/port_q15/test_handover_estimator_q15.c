@@ -63,8 +63,8 @@ static void test_samples_may_interrupt_the_background_anywhere(void)
 #if PREEMPT_HERE
     make_rows();
     static dqw_estimator_q15 start;
-    // Every instruction where it may take a minute; else one in so many, and what ends nearly half a window: stopping at
-    // each takes time already.
+    // Every instruction where it may take a minute; else one in so many, and what ends nearly half a window: stopping
+    // at each takes time already.
     const bool full = getenv("DQW_FULL") != NULL;
     const long stride = full ? 1 : 97;
     static const int until[] = {2 * HALF, 600, 1500, 8000};

@@ -1,5 +1,5 @@
-// One block through the joint neuron in whole numbers against least squares in double, from the state before it: what is
-// excited, the sums, the weights that are solved, statistics, and what is handed back to the interrupt.
+// One block through the joint neuron in whole numbers against least squares in double, from the state before it: what
+// is excited, the sums, the weights that are solved, statistics, and what is handed back to the interrupt.
 #include "dqw_estimator_block_q15.h"
 #include "dqw_test.h"
 

@@ -513,8 +513,8 @@ static int after_a_look(dqw_monitor_q15 *m, dqw_monitor_change_q15 *e)
     return told;
 }
 
-// A channel that is off by about two of its widths; the limit of the temperature by 3 K, the residual half as much again
-// as its limit.
+// A channel that is off by about two of its widths; the limit of the temperature by 3 K, the residual half as much
+// again as its limit.
 static void put_off(dqw_monitor_q15 *m, int channel)
 {
     dqw_monitor_healthy_q15 *h = &m->healthy;
@@ -563,8 +563,8 @@ static double healthy_of(const dqw_monitor_q15 *m, int channel)
     }
 }
 
-// A look adds to a channel's sum by how many of its widths it is off, less one, in 32nds; where the sum is full, what is
-// told is that channel's value and deviation, what was healthy, and since when.
+// A look adds to a channel's sum by how many of its widths it is off, less one, in 32nds; where the sum is full, what
+// is told is that channel's value and deviation, what was healthy, and since when.
 static void test_each_channel_counts_and_is_told(void)
 {
     dqw_monitor_q15_config c = config_of();

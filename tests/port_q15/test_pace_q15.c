@@ -1,5 +1,5 @@
-// How late the speed is against the angle, half by half, in whole numbers against (E107) in double: the means, when they are believed,
-// and the block's speeds.
+// How late the speed is against the angle, half by half, in whole numbers against (E107) in double: the means, when
+// they are believed, and the block's speeds.
 #include "dqw_estimator_block_q15.h"
 #include "dqw_test.h"
 
@@ -125,8 +125,8 @@ static int paced(double late_s, double noise_rad, int halves, uint64_t seed, boo
     return corrected;
 }
 
-// One jolt after a long rest, the change before it next to nothing: the largest of the four means is the product of both,
-// and it fits.
+// One jolt after a long rest, the change before it next to nothing: the largest of the four means is the product of
+// both, and it fits.
 static void test_a_jolt(void)
 {
     start(false, POLES);

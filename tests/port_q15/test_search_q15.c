@@ -1,4 +1,5 @@
-// Which legs switch, in whole numbers: what a trial sums up against least squares in double, whose turn it is, and what is decided.
+// Which legs switch, in whole numbers: what a trial sums up against least squares in double, whose turn it is, and what
+// is decided.
 #include "dqw_estimator_block_q15.h"
 #include "dqw_estimator_search_q15.h"
 #include "legs_search.h"

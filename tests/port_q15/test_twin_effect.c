@@ -765,8 +765,8 @@ static void test_each_deviation_is_widened_by_its_own_blocks(void)
         }
 }
 
-// What a block teaches a weight is kept for R, L_d, L_q, the flux and each effect: one whose input stays nought was taught
-// nothing.
+// What a block teaches a weight is kept for R, L_d, L_q, the flux and each effect: one whose input stays nought was
+// taught nothing.
 static void test_what_is_taught_is_an_effects_own(void)
 {
     drive_rows();
@@ -955,8 +955,8 @@ static void test_what_a_list_asks_for(void)
         }
 }
 
-// An effect's weights are of the voltage that a usual input makes, per unit of its base: an electrical angle a period at
-// full speed, a temperature 50 K off, a tenth of a period's delay.
+// An effect's weights are of the voltage that a usual input makes, per unit of its base: an electrical angle a period
+// at full speed, a temperature 50 K off, a tenth of a period's delay.
 static double usual(const dqw_effect_q15_config *c, bool settled)
 {
     const double angle = W_FULL * P_TRUE * (settled ? UNIT_S : DT_S);

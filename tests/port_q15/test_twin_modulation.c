@@ -357,8 +357,8 @@ static void test_many_turns_keep_their_length(void)
     }
 }
 
-// Where the voltage is known to act in another period than is said, that turns the frame too, and nothing is turned; nor
-// in stage 2's first blocks, of settled rows, without the weight, or of less than a hundredth.
+// Where the voltage is known to act in another period than is said, that turns the frame too, and nothing is turned;
+// nor in stage 2's first blocks, of settled rows, without the weight, or of less than a hundredth.
 static void test_what_is_not_turned(void)
 {
     for (int way = 0; way < 7; way++) {

@@ -1,5 +1,5 @@
-// The witness in whole numbers, block by block, against (E62) in complex doubles: its inputs, the error that they share,
-// the steps, and where it does not learn.
+// The witness in whole numbers, block by block, against (E62) in complex doubles: its inputs, the error that they
+// share, the steps, and where it does not learn.
 #include <complex.h>
 
 #include "dqw_estimator_block_q15.h"

@@ -48,7 +48,8 @@ static void test_encoder_off_its_axis(void)
 }
 
 // A step of the speed, half of it in the period before: 1 - kept^m (1 + (1 - kept) m), which is the double pole's
-// 1 - e^-bt (1 + bt) sampled. Measured: 1e-12 rad/s of 50, 0.2 of the pole's own; a loop as fast as the sampling follows in two.
+// 1 - e^-bt (1 + bt) sampled. Measured: 1e-12 rad/s of 50, 0.2 of the pole's own; a loop as fast as the sampling
+// follows in two.
 static void test_tracking_loop(void)
 {
     for (double b = 200; b < 1e6; b *= 20) {
@@ -116,7 +117,8 @@ static void test_observer_lags(void)
     TEST_ASSERT_TRUE(most > 0.01);
 }
 
-// A frame that lags is a command turned back, in whichever frame it is held; so is what the log says. Measured: 4e-12 A.
+// A frame that lags is a command turned back, in whichever frame it is held; so is what the log says. Measured: 4e-12
+// A.
 static void test_wrong_frame_turns_the_command(void)
 {
     const double lag = 3e-4 * 4 * 100;

@@ -44,8 +44,8 @@ static void go(judge *x, double complex v, double h_s)
     x->theta += x->w * h_s;
 }
 
-// Centred legs, from one part of a period to another: a leg is high in the middle of the period for its duty, the vector
-// in the middle between the rails.
+// Centred legs, from one part of a period to another: a leg is high in the middle of the period for its duty, the
+// vector in the middle between the rails.
 static void go_switching(judge *x, double complex v, double from, double to)
 {
     double u[3], half[3];
@@ -93,8 +93,8 @@ static double apart(const dqw_sim_scenario *s)
     return worst;
 }
 
-// At rest the current rises behind the filter, at speed it turns too. What is turned on is there at once, with tau below,
-// at and above the period. Measured: Adams 4e-6, BDF 3e-6, fixed steps 5e-6 A of 8 A.
+// At rest the current rises behind the filter, at speed it turns too. What is turned on is there at once, with tau
+// below, at and above the period. Measured: Adams 4e-6, BDF 3e-6, fixed steps 5e-6 A of 8 A.
 static void test_currents_behind_the_filter(void)
 {
     static const enum dqw_sim_method methods[] = {DQW_SIM_ADAMS, DQW_SIM_BDF, DQW_SIM_RK4};
@@ -112,8 +112,8 @@ static void test_currents_behind_the_filter(void)
         }
 }
 
-// So slow a filter that a step is next to nothing of it: what is behind it has hardly begun to rise, and rounding is not
-// multiplied by the square of tau over the step.
+// So slow a filter that a step is next to nothing of it: what is behind it has hardly begun to rise, and rounding is
+// not multiplied by the square of tau over the step.
 static void test_filter_far_slower_than_the_steps(void)
 {
     static const double filters_s[] = {1, 1e6};
@@ -165,8 +165,8 @@ static void test_sampled_by_next_to_nothing_late(void)
     }
 }
 
-// A leg opens by rounding just before the sample, too little for the integrator to begin between: its output floats from
-// there on all the same. Going on instead of beginning afresh errs by 0.04 A of 4. Measured: 3e-7 A.
+// A leg opens by rounding just before the sample, too little for the integrator to begin between: its output floats
+// from there on all the same. Going on instead of beginning afresh errs by 0.04 A of 4. Measured: 3e-7 A.
 static void test_sampled_where_an_output_begins_to_float(void)
 {
     dqw_sim_scenario s = open_loop(1e-9, 0, 40);
@@ -292,8 +292,8 @@ static void test_noise_of_the_sensors(void)
     }
 }
 
-// A loop without limits and decoupling is v_k - v_{k-1} = kp (e_k - e_{k-1}) + ki e_{k-1}: with the log's noisy currents
-// to the last digit, so that the loop has seen these. Measured: 9e-16 V.
+// A loop without limits and decoupling is v_k - v_{k-1} = kp (e_k - e_{k-1}) + ki e_{k-1}: with the log's noisy
+// currents to the last digit, so that the loop has seen these. Measured: 9e-16 V.
 static void test_loop_sees_the_noise_of_the_log(void)
 {
     dqw_sim_scenario s = settled(3, -2, 0);
@@ -310,8 +310,8 @@ static void test_loop_sees_the_noise_of_the_log(void)
     TEST_ASSERT_TRUE(cabs(v_of(&rows[count - 1]) - v_of(&rows[count - 2])) > 1e-3);
 }
 
-// What is decided acts a row later, in the drive's own frame; over a turn of w T its mean is shorter, and where it is not
-// turned ahead it lags. Measured: 1e-13 V.
+// What is decided acts a row later, in the drive's own frame; over a turn of w T its mean is shorter, and where it is
+// not turned ahead it lags. Measured: 1e-13 V.
 static void test_log_of_what_was_decided(void)
 {
     const double w = 600, shorter = sin(0.5 * w * T) / (0.5 * w * T);

@@ -1,4 +1,5 @@
-// A run that its caller steps: the same voltages give the same rows as a run in one piece; a winding answers as it must.
+// A run that its caller steps: the same voltages give the same rows as a run in one piece; a winding answers as it
+// must.
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>

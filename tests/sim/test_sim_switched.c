@@ -93,7 +93,8 @@ static void test_locked_rotor_follows_exponentials_from_edge_to_edge(void)
         }
 }
 
-// Ripple at the sampling instant goes with the square of the carrier's period: what is left is the mean voltage's plant.
+// Ripple at the sampling instant goes with the square of the carrier's period: what is left is the mean voltage's
+// plant.
 static void test_fast_carrier_is_the_mean_voltage(void)
 {
     dqw_sim_scenario s = *dqw_sim_scenario_find("servo_ideal");

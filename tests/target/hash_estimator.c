@@ -1,6 +1,7 @@
 // The estimator over the drive's signals, following, with dead time behind legs that rest, a held voltage and an angle
-// that is late, without all that, without but following, with the pole pairs to find, settled, and behind an encoder that is off:
-// events, window, noise and what is handed over after every step, weights and sums after every block, what is read at the end.
+// that is late, without all that, without but following, with the pole pairs to find, settled, and behind an encoder
+// that is off: events, window, noise and what is handed over after every step, weights and sums after every block, what
+// is read at the end.
 #include "dqw_estimator_block_q15.h"
 #include "dqw_transform_q15.h"
 #include "target/hash.h"
