@@ -280,10 +280,10 @@ static void put_voltages(dqw_effect_q15 *e, const dqw_sample_q15 *last, const dq
     e->late_q_q28 = s->v_q_q15 * 8192 - old_q;
 }
 
-// To the fraction of the window's sums: of pairs it is 27 at most.
+// To the fraction of the window's sums; a settled row's is 28.
 static int32_t coarse(const dqw_effect_q15 *e, int32_t x_q28)
 {
-    return dqw_q_round32(x_q28, 28u - e->fraction);
+    return e->fraction < 28u ? dqw_q_round32(x_q28, 28u - e->fraction) : x_q28;
 }
 
 // f + w_e J g and g of every weight.

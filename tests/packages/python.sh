@@ -9,7 +9,8 @@ absent() { echo "skip: $*"; exit 77; }
 case $1 in
 install)
     "$python" -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null || absent "no Python 3.11 or newer here"
-    [ -x "$top/test/bin/python" ] || "$python" -m venv "$top/test" >/dev/null 2>&1 || absent "no venv for $python (python3-venv)"
+    # Without ensurepip venv fails, and leaves half of one.
+    [ -x "$top/test/bin/pip" ] || "$python" -m venv "$top/test" >/dev/null 2>&1 || absent "no venv for $python (python3-venv)"
     "$top/test/bin/python" -m pip install -q scikit-build-core nanobind numpy pytest >"$top/test.log" 2>&1 ||
         absent "scikit-build-core, nanobind, numpy or pytest cannot be had from PyPI"
     # Not needed by the package: what is not there is skipped by name.
@@ -24,7 +25,7 @@ install)
     "$top/test/bin/python" -c 'import dqwatch; print(dqwatch.__version__)'
     ;;
 test)
-    [ -x "$top/test/bin/python" ] || absent "the package was not installed"
+    "$top/test/bin/python" -c 'import dqwatch, pytest' 2>/dev/null || absent "the package was not installed"
     "$top/test/bin/python" -m pytest -q -p no:cacheprovider python/tests
     ;;
 types)
