@@ -937,7 +937,8 @@ static void test_the_circle_with_an_effect(void)
     BETWEEN(1.45, (double)weights_q40[0] / Q40 * V_FULL, 1.55);
     HOLDS(dqw_estimator_read_effect_q15(&m.estimator, 1, weights_q40, sd_q40) >= 0);
     for (int i = 0; i < 2; i++) BETWEEN(-0.02, (double)weights_q40[i] / Q40 * V_FULL, 0.02);
-    // What was stored is of these effects, of this shape.
+    // What was stored is of these effects, of this shape. In a short run nothing stands yet.
+    if (quick()) return;
     dqw_monitor_stored_q15 stored;
     HOLDS(dqw_monitor_store_q15(&m, &stored));
     for (int i = 0; i < 4; i++) {
