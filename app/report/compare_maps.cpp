@@ -30,7 +30,7 @@ std::string short_sentence(const MapComparison& c)
         if (!(s.conductance_S > 0)) return std::string("none");
         return fmt::format("as if by {} across a phase, axis {:.0f}°",
                            with_sd(quantity("_ohm", 1 / s.conductance_S, s.sd_S / std::pow(s.conductance_S, 2))),
-                           s.axis_rad * 180 / M_PI + 0.0);
+                           std::round(s.axis_rad * 180 / M_PI) + 0.0);
     };
     return with_minus(fmt::format("Shorted turns differ by {:.1f} sd: first {}, second {}. ", c.shorted.deviations,
                                   said(c.shorted.first), said(c.shorted.second)));
