@@ -486,12 +486,21 @@ FluxMap flux_map_of(const TraceSetup& setup, const Refined& best, bool unnamed)
     // Names say which of the bends alone is told; iron has all of them, as stiff as the log has it.
     Refined now = with_map(setup, setup.search(), best.point), other;
     if (!named && !told(setup.search(), refine(setup.search(), best.point, kPasses), now)) return map;
+    Point beside;
     if (any(best.point, is_polynomial)) {
         Refined polynomial = refine(setup.search(), best.point, kPasses);
+        if (polynomial.ok && now.ok && polynomial.left.heldout > now.left.heldout)
+            beside = with_both(setup, at_map(setup, polynomial.point));
         if (polynomial.ok && (!now.ok || worse(setup.search(), polynomial, now)))
             other = std::move(now), now = std::move(polynomial);
     }
-    const Refined r = as_smooth_as_told(all, refine(all, held_close(now.ok ? now.point : best.point), 2 * kPasses));
+    Refined r = refine(all, held_close(now.ok ? now.point : best.point), 2 * kPasses);
+    if (beside.columns() > 0) {
+        // A map that is far off in few stretches may not find back to them; a polynomial goes on smoothly.
+        Refined second = refine(all, held_close(beside), 2 * kPasses);
+        if (second.ok && (!r.ok || second.left.seen > r.left.seen)) r = std::move(second);
+    }
+    r = as_smooth_as_told(all, std::move(r));
     if (!r.ok) return map;
     const Deviations deviations{spreads_of(all, r), hidden_in_plain(setup, all, r)};
     if (!tells_plain(all, r)) return map;

@@ -198,9 +198,8 @@ void map_of_the_reluctance_motor_baldor()
 
 /// Two seconds with wide steps: a polynomial that goes astray beyond the rows seen hides from names what one axis does to
 /// the other, and the map has it nevertheless. Judged by few blocks that lie far out, it was 1.4 % off at 3 %.
-void map_of_a_log_with_wide_steps()
+void map_of_wide_steps(const char* seed, const char* duration)
 {
-    NEED("flux_map_baldor");
     const TraceResult r = dqw::trace({simulated("servo",
                                                 {"machine.flux_map=" + data("flux_map_baldor"),
                                                  "machine.R_ohm=0.63",
@@ -218,10 +217,10 @@ void map_of_a_log_with_wide_steps()
                                                  "profile.i_q_A.random_hold_s=0.031",
                                                  "profile.v_d_V.binary=0",
                                                  "profile.v_q_V.binary=0",
-                                                 "duration_s=2",
+                                                 duration,
                                                  "noise=0.01",
                                                  "noise.w=0.0005",
-                                                 "seed=51"},
+                                                 seed},
                                                 Beside::nothing)},
                                      {{"saturation", "cross_saturation"}, {}});
     TEST_ASSERT_FALSE(r.map.empty());
@@ -234,6 +233,14 @@ void map_of_a_log_with_wide_steps()
     const double percent = 100 * std::sqrt(square / n) / most;
     std::printf("its deviation is %.3f %%\n", percent);
     TEST_ASSERT_TRUE(percent > 0.03 && percent < 0.5);
+}
+
+void map_of_a_log_with_wide_steps()
+{
+    NEED("flux_map_baldor");
+    map_of_wide_steps("seed=51", "duration_s=2");
+    // Far off in the stretches held out a map did not find back over all rows, and was 2 % off; a polynomial leads there.
+    map_of_wide_steps("seed=1061", "duration_s=4");
 }
 
 /// Of 4 s of steps with no signal beside, at 1 % noise.
