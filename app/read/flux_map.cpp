@@ -15,11 +15,12 @@
 namespace dqw {
 namespace {
 
-constexpr std::array<const char*, 7> kNames = {"i_d_A", "i_q_A", "psi_d_Wb", "psi_q_Wb", "sd_d_Wb", "sd_q_Wb", "seen"};
+constexpr std::array<const char*, 10> kNames = {"i_d_A",   "i_q_A", "psi_d_Wb", "psi_q_Wb",   "sd_d_Wb",
+                                                "sd_q_Wb", "seen",  "short_S",  "sd_short_S", "short_axis_rad"};
 constexpr std::size_t kNeeded = 4, kLeastPoints = 3, kMostPoints = 1000000;
 
 struct Point {
-    std::array<double, kNames.size()> value{0, 0, 0, 0, 0, 0, 1};
+    std::array<double, kNames.size()> value{0, 0, 0, 0, 0, 0, 1, 0, 0, 0};
     std::size_t line = 0;
 };
 
@@ -118,6 +119,8 @@ FluxMap read_flux_map(const std::string& path)
         map.nodes.push_back({p.value[2], p.value[3], p.value[4], p.value[5], 0, 0, 0, p.value[6] != 0});
     }
     check_grid(path, points, map);
+    const auto& first = points.front().value;
+    map.shorted = {first[7], first[8], first[9]};
     for (std::size_t d = 0; d < map.i_d_A.size(); ++d)
         for (std::size_t q = 0; q < map.i_q_A.size(); ++q) {
             FluxNode& node = map.nodes[d * map.i_q_A.size() + q];

@@ -11,9 +11,37 @@
 
 namespace dqw {
 
+namespace {
+
+ShortDifference short_difference(const ShortedTurns& first, const ShortedTurns& second)
+{
+    const double change = std::hypot(
+        second.conductance_S * std::cos(2 * second.axis_rad) - first.conductance_S * std::cos(2 * first.axis_rad),
+        second.conductance_S * std::sin(2 * second.axis_rad) - first.conductance_S * std::sin(2 * first.axis_rad));
+    const double sd = std::hypot(first.sd_S, second.sd_S);
+    return {change, sd > 0 ? change / sd : 0, first, second};
+}
+
+/// Empty where no turns are shorted, or alike in both.
+std::string short_sentence(const MapComparison& c)
+{
+    if (!c.shorts()) return "";
+    const auto said = [](const ShortedTurns& s) {
+        if (!(s.conductance_S > 0)) return std::string("none");
+        return fmt::format("as if by {} across a phase, axis {:.0f}°",
+                           with_sd(quantity("_ohm", 1 / s.conductance_S, s.sd_S / std::pow(s.conductance_S, 2))),
+                           std::round(s.axis_rad * 180 / M_PI) + 0.0);
+    };
+    return with_minus(fmt::format("Shorted turns differ by {:.1f} sd: first {}, second {}. ", c.shorted.deviations,
+                                  said(c.shorted.first), said(c.shorted.second)));
+}
+
+}  // namespace
+
 MapComparison compare_maps(const FluxMap& first, const FluxMap& second)
 {
     MapComparison c;
+    c.shorted = short_difference(first.shorted, second.shorted);
     for (std::size_t d = 0; d < first.i_d_A.size(); ++d)
         for (std::size_t q = 0; q < first.i_q_A.size(); ++q) {
             const FluxNode& a = first.at(d, q);
@@ -46,6 +74,11 @@ nlohmann::ordered_json compare_maps_json(const MapComparison& c)
 {
     nlohmann::ordered_json json = {{"schema", "dqwatch.compare_map/1"}, {"nodes", c.nodes}, {"flux_Wb", c.flux_Wb}};
     if (c.deviations) json["differ"] = c.differ();
+    if (c.shorted.deviations > 0)
+        json["turn_short"] = {{"first_S", c.shorted.first.conductance_S},
+                              {"second_S", c.shorted.second.conductance_S},
+                              {"change_S", c.shorted.change_S},
+                              {"deviations", c.shorted.deviations}};
     for (std::size_t k = 0; k < 2; ++k) {
         const AxisDifference& axis = c.axis[k];
         nlohmann::ordered_json one = {{"mean_Wb", axis.mean_Wb}, {"rms_percent", axis.rms_percent}};
@@ -61,11 +94,13 @@ nlohmann::ordered_json compare_maps_json(const MapComparison& c)
 
 std::string compare_maps_sentence(const MapComparison& c)
 {
-    if (c.nodes == 0) return "The maps have no current in common that both logs saw: drive both machines alike.";
-    const char* verdict = !c.deviations ? "The maps say nothing of their deviations."
-                          : c.differ()  ? "The maps differ."
-                                        : "The maps do not differ by more than their deviations.";
-    return fmt::format("{} {} points that both saw, flux up to {}", verdict, c.nodes,
+    const std::string shorted = short_sentence(c);
+    if (c.nodes == 0)
+        return shorted + "The maps have no current in common that both logs saw: drive both machines alike.";
+    const char* verdict = !c.deviations     ? "The maps say nothing of their deviations."
+                          : c.bends_apart() ? "The maps differ."
+                                            : "The maps do not differ by more than their deviations.";
+    return fmt::format("{}{} {} points that both saw, flux up to {}", shorted, verdict, c.nodes,
                        with_sd(quantity("_Wb", c.flux_Wb, 0.0, 3)));
 }
 

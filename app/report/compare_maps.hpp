@@ -18,13 +18,22 @@ struct AxisDifference {
     double most_deviations = 0, i_d_A = 0, i_q_A = 0;  ///< where it is most
 };
 
+/// What turns shorted in one machine and not so in the other draw.
+struct ShortDifference {
+    double change_S = 0, deviations = 0;  ///< as vectors of twice the phase's angle; 0: none in either
+    ShortedTurns first, second;
+};
+
 struct MapComparison {
     std::size_t nodes = 0;               ///< seen by both
     bool deviations = false;             ///< known of either
     double flux_Wb = 0;                  ///< the largest of the first
     std::array<AxisDifference, 2> axis;  ///< d, q
+    ShortDifference shorted;             ///< iron is the same beside shorted turns
+    bool shorts() const { return shorted.deviations > 3; }
     /// More nodes are apart than chance makes: a tenth of an axis' beyond three deviations.
-    bool differ() const { return deviations && (axis[0].beyond_three > 0.1 || axis[1].beyond_three > 0.1); }
+    bool bends_apart() const { return deviations && (axis[0].beyond_three > 0.1 || axis[1].beyond_three > 0.1); }
+    bool differ() const { return bends_apart() || shorts(); }
 };
 
 MapComparison compare_maps(const FluxMap& first, const FluxMap& second);

@@ -19,12 +19,19 @@ double pole_pairs_of(const TraceResult& trace)
 
 std::string flux_map_csv(const FluxMap& map)
 {
-    std::string out = "i_d_A,i_q_A,psi_d_Wb,psi_q_Wb,sd_d_Wb,sd_q_Wb,seen\n";
+    const ShortedTurns& shorted = map.shorted;
+    const bool shorts = shorted.conductance_S > 0.0;
+    std::string out = "i_d_A,i_q_A,psi_d_Wb,psi_q_Wb,sd_d_Wb,sd_q_Wb,seen";
+    out += shorts ? ",short_S,sd_short_S,short_axis_rad\n" : "\n";
+    const std::string beside = shorts ? fmt::format(",{:.6g},{:.3g},{:.6g}\n", shorted.conductance_S, shorted.sd_S,
+                                                    shorted.axis_rad)
+                                      : "\n";
     for (std::size_t d = 0; d < map.i_d_A.size(); ++d)
         for (std::size_t q = 0; q < map.i_q_A.size(); ++q) {
             const FluxNode& n = map.at(d, q);
-            out += fmt::format("{:.9g},{:.9g},{:.9g},{:.9g},{:.3g},{:.3g},{}\n", map.i_d_A[d], map.i_q_A[q], n.psi_d_Wb,
-                               n.psi_q_Wb, n.sd_d_Wb, n.sd_q_Wb, n.seen ? 1 : 0);
+            out += fmt::format("{:.9g},{:.9g},{:.9g},{:.9g},{:.3g},{:.3g},{}", map.i_d_A[d], map.i_q_A[q], n.psi_d_Wb,
+                               n.psi_q_Wb, n.sd_d_Wb, n.sd_q_Wb, n.seen ? 1 : 0) +
+                   beside;
         }
     return out;
 }

@@ -8,7 +8,8 @@
 
 namespace dqw {
 
-/// i_d_A,i_q_A,psi_d_Wb,psi_q_Wb,sd_d_Wb,sd_q_Wb,seen: row-major in i_d, as the simulator reads it.
+/// i_d_A,i_q_A,psi_d_Wb,psi_q_Wb,sd_d_Wb,sd_q_Wb,seen: row-major in i_d, as the simulator reads it. Beside shorted turns
+/// three columns more, alike in every row: short_S,sd_short_S,short_axis_rad.
 std::string flux_map_csv(const FluxMap& map);
 
 /// torque_Nm,i_d_A,i_q_A,i_A: as far as the least current lies where the log was.

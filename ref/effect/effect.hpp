@@ -160,6 +160,7 @@ const Effect* find_effect(const std::string& name);
 inline bool is_dead_time(Law law) { return law == Law::dead_time || law == Law::dead_clamped; }
 /// Either of a flux map's two.
 inline bool is_map(Law law) { return law == Law::own_map || law == Law::cross_map; }
+inline bool bends(Law law) { return law == Law::saturation || law == Law::cross_saturation || is_map(law); }
 inline int weights_of(Law law) { return effect_of(law).weights; }
 inline const char* name_of(Law law) { return effect_of(law).name; }
 /// Does `a` stand before `b` in the catalogue?

@@ -85,6 +85,13 @@ void sensor(const Moment& at, Vector2 o, Vector2& f, Vector2& g)
     g = {-at.Ld * o.d, -at.Lq * o.q};
 }
 
+/// The same of iron as it is bent at these currents.
+void drawn(const Moment& at, Vector2 o, Vector2& f, Vector2& g)
+{
+    sensor(at, o, f, g);
+    g.d -= at.bend_dd_H * o.d + at.bend_dq_H * o.q, g.q -= at.bend_dq_H * o.d + at.bend_qq_H * o.q;
+}
+
 void saturation(const Input& input, const Moment& at, Vector2 g[])
 {
     const double x = at.i_d / input.shape[0], y = at.i_q / input.shape[0];
@@ -420,9 +427,9 @@ void evaluate(const Input& input, const Moment& at, Vector2 f[kMostWeights], Vec
         // A third of what it draws, and that mirrored on the phase's axis. (E120)
         const double d = at.v_end_d / 3.0, q = at.v_end_q / 3.0;
         const double alpha = at.cos_e * d - at.sin_e * q, beta = at.sin_e * d + at.cos_e * q;
-        sensor(at, {d, q}, f[0], g[0]);
-        sensor(at, to_dq(at, alpha, -beta), f[1], g[1]);
-        sensor(at, to_dq(at, beta, alpha), f[2], g[2]);
+        drawn(at, {d, q}, f[0], g[0]);
+        drawn(at, to_dq(at, alpha, -beta), f[1], g[1]);
+        drawn(at, to_dq(at, beta, alpha), f[2], g[2]);
         break;
     }
     case Law::encoder_eccentricity: {

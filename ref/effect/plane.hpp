@@ -14,10 +14,16 @@ struct FluxNode {
     double sd_dd_H = 0, sd_qq_H = 0;            ///< of L_dd, L_qq
 };
 
+/// Turns of one phase that are shorted beside the iron, as a conductance across all of them, (E120); 0: none are known of.
+struct ShortedTurns {
+    double conductance_S = 0, sd_S = 0, axis_rad = 0;
+};
+
 /// Empty: there is none.
 struct FluxMap {
     std::vector<double> i_d_A, i_q_A;  ///< ascending, zero among each
     std::vector<FluxNode> nodes;       ///< row-major in i_d
+    ShortedTurns shorted;              ///< what they draw is not in the fluxes
 
     bool empty() const { return nodes.empty(); }
     const FluxNode& at(std::size_t d, std::size_t q) const { return nodes[d * i_q_A.size() + q]; }

@@ -78,14 +78,17 @@ struct ElectricalModel::Plant {
     const ElectricalModel& model;
     const Point& at;
     const double R, Ld, Lq, psi, pole_pairs;
-    double skin = 0.0;  ///< a resistance that grows with the speed is stiff where it is large: part of the response
+    bool draws = false;  ///< currents from the winding itself, whose flux follows the iron's bend
+    double skin = 0.0;   ///< a resistance that grows with the speed is stiff where it is large: part of the response
 
     Plant(const ElectricalModel& m, const Point& p)
         : model(m), at(p), R(p.base[kR]), Ld(p.base[kLd]), Lq(p.base[kLq]), psi(p.base[kPsi]),
           pole_pairs(p.base.size() > kPolePairs ? p.base[kPolePairs] : m.pole_pairs_)
     {
-        for (const Term& t : at.terms)
+        for (const Term& t : at.terms) {
             if (t.input.law == Law::skin_effect) skin += t.weights[0];
+            draws = draws || t.input.law == Law::turn_short;
+        }
     }
 
     double w_max() const { return std::abs(pole_pairs) * model.w_max_rad_s_; }
@@ -119,7 +122,16 @@ struct ElectricalModel::Plant {
         m.v_next = model.begun(row, m.w_e * dt);
         m.v_end_d = v_end.d, m.v_end_q = v_end.q, m.period_s = dt;
         m.R = R, m.Ld = Ld, m.Lq = Lq, m.psi = psi;
+        if (draws) put_bend(m);
         return m;
+    }
+
+    void put_bend(Moment& m) const
+    {
+        double f[4] = {}, g[4] = {};
+        for (const Term& t : at.terms)
+            if (bends(t.input.law)) evaluate_slope(t.input, t.weights.data(), m, f, g);
+        m.bend_dd_H = g[0], m.bend_dq_H = g[1], m.bend_qq_H = g[3];
     }
 
     /// `responded`: without what the response holds already.

@@ -222,6 +222,20 @@ Point best_start(const TraceSetup& setup)
     return best;
 }
 
+ShortedTurns shorted_turns_of(const std::vector<TraceEffect>& found)
+{
+    ShortedTurns out;
+    for (const TraceEffect& e : found) {
+        if (e.name != name_of(Law::turn_short)) continue;
+        for (const Estimate& p : e.parameters)
+            if (p.name == "R_short_ohm")
+                out.conductance_S = 1.0 / p.value, out.sd_S = p.sd / (p.value * p.value);
+            else if (p.name == "axis_rad")
+                out.axis_rad = p.value;
+    }
+    return out;
+}
+
 /// Where the log cannot tell saturation, or it is not asked for, it tells no map.
 bool tells_bends(const TraceSetup& setup)
 {
@@ -561,6 +575,7 @@ TraceResult traced(const std::vector<Log>& logs, const TraceOptions& options)
     result.map = flux_map_of(*setup, s.best,
                              setup->regime == Regime::dynamic && fault.empty() && tells_bends(*setup) &&
                                  !(result.after.heldout_rms > kStructured * floor));
+    result.map.shorted = shorted_turns_of(result.effects);
     if (!result.map.empty()) put_table(s.best.point, result.map, result.inputs);
     reject(*setup, judge, s, result);
     for (TraceRejected& r : result.rejected)

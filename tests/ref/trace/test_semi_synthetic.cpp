@@ -198,9 +198,8 @@ void map_of_the_reluctance_motor_baldor()
 
 /// Two seconds with wide steps: a polynomial that goes astray beyond the rows seen hides from names what one axis does to
 /// the other, and the map has it nevertheless. Judged by few blocks that lie far out, it was 1.4 % off at 3 %.
-void map_of_a_log_with_wide_steps()
+void map_of_wide_steps(const char* seed, const char* duration)
 {
-    NEED("flux_map_baldor");
     const TraceResult r = dqw::trace({simulated("servo",
                                                 {"machine.flux_map=" + data("flux_map_baldor"),
                                                  "machine.R_ohm=0.63",
@@ -218,10 +217,10 @@ void map_of_a_log_with_wide_steps()
                                                  "profile.i_q_A.random_hold_s=0.031",
                                                  "profile.v_d_V.binary=0",
                                                  "profile.v_q_V.binary=0",
-                                                 "duration_s=2",
+                                                 duration,
                                                  "noise=0.01",
                                                  "noise.w=0.0005",
-                                                 "seed=51"},
+                                                 seed},
                                                 Beside::nothing)},
                                      {{"saturation", "cross_saturation"}, {}});
     TEST_ASSERT_FALSE(r.map.empty());
@@ -234,6 +233,14 @@ void map_of_a_log_with_wide_steps()
     const double percent = 100 * std::sqrt(square / n) / most;
     std::printf("its deviation is %.3f %%\n", percent);
     TEST_ASSERT_TRUE(percent > 0.03 && percent < 0.5);
+}
+
+void map_of_a_log_with_wide_steps()
+{
+    NEED("flux_map_baldor");
+    map_of_wide_steps("seed=51", "duration_s=2");
+    // Far off in the stretches held out a map did not find back over all rows, and was 2 % off; a polynomial leads there.
+    map_of_wide_steps("seed=1061", "duration_s=4");
 }
 
 /// Of 4 s of steps with no signal beside, at 1 % noise.
@@ -251,31 +258,39 @@ TraceResult traced_steps(const std::vector<std::string>& settings)
                                     "profile.v_q_V.binary=0",
                                     "duration_s=4",
                                     "noise=0.01",
-                                    "noise.w=0.0005",
                                     "seed=34"};
     all.insert(all.end(), settings.begin(), settings.end());
+    // A speed sensor has no such noise, whatever the currents have.
+    all.emplace_back("noise.w=0.0005");
     return dqw::trace({simulated("servo", all, Beside::nothing)},
                       {{"saturation", "cross_saturation", "angle_offset", "dead_time"}, {}});
 }
 
-/// Iron that bends by a tenth of a percent of the flux has no name at 1 % noise, and a map: rows held out confirm it.
+/// Iron that bends by a tenth of a percent of the flux has no name at 1 % noise, and a map: rows held out confirm it. At
+/// 3 % they gain 220 nats, half of them in one stretch of ten.
 void map_of_a_bend_without_a_name()
 {
     NEED("flux_map_am8141");
-    const TraceResult r = traced_steps({"machine.flux_map=" + data("flux_map_am8141")});
-    TEST_ASSERT_NULL(effect(r, "saturation"));
-    TEST_ASSERT_FALSE(r.map.empty());
-    map_is_the_measured_one(r, numbers(data("flux_map_am8141")), 0.01, 0.3);
+    for (const auto& drawn : {std::array<const char*, 2>{"seed=34", "noise=0.01"}, {"seed=51", "noise=0.03"}}) {
+        const TraceResult r = traced_steps({"machine.flux_map=" + data("flux_map_am8141"), drawn[0], drawn[1]});
+        TEST_ASSERT_NULL(effect(r, "saturation"));
+        TEST_ASSERT_FALSE_MESSAGE(r.map.empty(), drawn[1]);
+        map_is_the_measured_one(r, numbers(data("flux_map_am8141")), 0.01, 0.3);
+    }
 }
 
+/// The servo as it is, more salient, and its magnet alone; least, usual and most noise.
 void linear_machine_has_no_map()
 {
     if (slow_kind()) TEST_IGNORE_MESSAGE("takes long under the sanitizers");
-    for (const char* seed : {"seed=34", "seed=61"}) {
-        const TraceResult r = traced_steps({seed, "duration_s=2"});
-        TEST_ASSERT_EQUAL_size_t(0, r.effects.size());
-        TEST_ASSERT_TRUE(r.map.empty());
-    }
+    int seed = 950;
+    for (const char* machine : {"machine.Lq_H=2.8e-3", "machine.Lq_H=7e-3", "machine.Lq_H=2.2e-3"})
+        for (const char* noise : {"noise=0.003", "noise=0.01", "noise=0.03"}) {
+            const std::string drawn = "seed=" + std::to_string(++seed);
+            const TraceResult r = traced_steps({drawn, machine, noise, "duration_s=1"});
+            TEST_ASSERT_EQUAL_size_t_MESSAGE(0, r.effects.size(), drawn.c_str());
+            TEST_ASSERT_TRUE_MESSAGE(r.map.empty(), drawn.c_str());
+        }
 }
 
 /// What each phase loses, from a sweep of settled voltage against current: its odd half. Along beta, b and c carry
