@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "ref/effect/filter.hpp"
 #include "ref/effect/pulses.hpp"
 
 namespace dqw {
@@ -226,25 +227,31 @@ Vector2 on_the_way(const Moment& at, double tau_s)
     return turned_by(at.starts ? half : -half, missing);
 }
 
-/// What a filtered current has more than the true one: its time constant times its own slope, negative. That is the
-/// true slope, less what of its jumps at the last rows, and of the magnet's turning, has not come through; all of it
-/// decays with R/L meanwhile. (E117)
-Vector2 filtered(const Moment& at, double tau_s)
+/// A filter as slow as the winding is none of a drive's: slower ones are taken as this part of it.
+constexpr double kMostOfWinding = 0.9;
+
+/// What a filtered current has more than the true one: all of it in the run of a voltage that does not jump, less what of
+/// its jumps at the last rows has not come through. (E117)
+Vector2 filtered(const Moment& at, double tau_s, double slope[4] = nullptr)
 {
-    const Vector2 v{at.v_end_d, at.v_end_q}, jumps = on_the_way(at, tau_s), missing{jumps.d / at.Ld, jumps.q / at.Lq};
-    constexpr double kLeastPart = 0.1;  // a filter as slow as the winding is none of a drive's
-    // The slope is that of the true currents, which are known after a first round.
-    Vector2 i{at.i_d, at.i_q}, slope;
-    for (int round = 0; round < 2; ++round) {
-        slope = slope_of(at, v, i, at.psi);
-        slope.d -= at.w_e * i.q, slope.q += at.w_e * i.d;
-        slope.d -= tau_s * at.w_e * at.w_e * at.psi / at.Ld;
-        slope = plus(slope, -1.0, missing);
-        slope.d /= std::max(1.0 - tau_s * at.R / at.Ld, kLeastPart),
-            slope.q /= std::max(1.0 - tau_s * at.R / at.Lq, kLeastPart);
-        i = {at.i_d + tau_s * slope.d, at.i_q + tau_s * slope.q};
+    using Complex = std::complex<double>;
+    const double most = at.R > 0.0 ? kMostOfWinding * std::min(at.Ld, at.Lq) / at.R : HUGE_VAL,
+                 tau = std::min(tau_s, most);
+    const Filtered filter(at.R, at.Ld, at.Lq, at.psi, at.w_e, tau);
+    const double turn = at.w_e * at.period_s, half = 0.5 * turn, kept = tau > 0.0 ? std::exp(-at.period_s / tau) : 0.0;
+    Complex missing;
+    double part = 1.0, age = 1.0;
+    const Complex to_here = std::polar(std::cos(half), at.starts ? half : -half);
+    // The row at which a period starts ends the one before: its last jump is one further back.
+    for (int n = at.starts ? 1 : 0; n < kPast && kept > 0.0; ++n, age += 1.0)
+        missing += (part *= kept) * filter.missing(to_here * Complex(at.change[n].d, at.change[n].q), age * turn);
+    const Complex told(at.i_d, at.i_q), run = filter.of_v({at.v_end_d, at.v_end_q}) + filter.constant + missing;
+    const Complex more = told - filter.current(told - run);
+    if (slope != nullptr) {
+        const Complex by_d = 1.0 - filter.current(1.0), by_q = Complex(0.0, 1.0) - filter.current(Complex(0.0, 1.0));
+        slope[0] = by_d.real(), slope[1] = by_q.real(), slope[2] = by_d.imag(), slope[3] = by_q.imag();
     }
-    return {-tau_s * slope.d, -tau_s * slope.q};
+    return {more.real(), more.imag()};
 }
 
 /// A conductance across the voltage behind R, whose current follows in shape[0] periods. What the line carries of it
@@ -252,7 +259,7 @@ Vector2 filtered(const Moment& at, double tau_s)
 void iron(const Input& input, const Moment& at, Vector2& f, Vector2& g)
 {
     const double periods = input.shape[0], kept = periods > 0.0 ? std::exp(-1.0 / periods) : 0.0;
-    const Vector2 late = at.settled ? Vector2{} : on_the_way(at, periods * at.period_s);
+    const Vector2 late = at.settled ? Vector2{} : on_the_way(at, periods * at.period_s + at.lag_s);
     g = {-at.Ld * (at.v_end_d - at.R * at.i_d - late.d), -at.Lq * (at.v_end_q - at.R * at.i_q - late.q)};
     if (at.settled) return;
     const double beside = at.R * (0.5 * (1.0 + kept) - (1.0 - kept) * periods);
@@ -425,7 +432,8 @@ void evaluate(const Input& input, const Moment& at, Vector2 f[kMostWeights], Vec
     case Law::voltage_scale: f[0] = plus({}, lacking(input, at), at.v_now); break;
     case Law::turn_short: {
         // A third of what it draws, and that mirrored on the phase's axis. (E120)
-        const double d = at.v_end_d / 3.0, q = at.v_end_q / 3.0;
+        const Vector2 late = at.lag_s > 0.0 ? on_the_way(at, at.lag_s) : Vector2{};
+        const double d = (at.v_end_d - late.d) / 3.0, q = (at.v_end_q - late.q) / 3.0;
         const double alpha = at.cos_e * d - at.sin_e * q, beta = at.sin_e * d + at.cos_e * q;
         drawn(at, {d, q}, f[0], g[0]);
         drawn(at, to_dq(at, alpha, -beta), f[1], g[1]);
@@ -563,6 +571,14 @@ void evaluate_slope(const Input& input, const double weights[], const Moment& at
             g_slope[3] += at.Lq * out[3];
         break;
     }
+    case Law::sensor_lag:
+    case Law::pulsed_lag: {
+        if (!filters_currents(input)) break;
+        double more[4];
+        filtered(at, weights[0], more);
+        for (int j : {0, 1, 2, 3}) f_slope[j] -= at.R * more[j], g_slope[j] -= (j < 2 ? at.Ld : at.Lq) * more[j];
+        break;
+    }
     default: break;
     }
 }
@@ -584,6 +600,13 @@ void evaluate_torque(const Input& input, double w_m, double theta_m, double torq
     case Law::load_torque: torque[0] = 1.0; break;
     default: break;
     }
+}
+
+bool filters_currents(const Input& input)
+{
+    return input.law == Law::pulsed_lag ||
+           (input.law == Law::sensor_lag &&
+            static_cast<Channel>(static_cast<int>(input.shape[0])) == Channel::currents);
 }
 
 Input dead_time_input(Modulation modulation, double width_A, double start_angle_rad, bool free_angle)

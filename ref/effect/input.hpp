@@ -29,6 +29,9 @@ struct Input {
 /// Entries of the shape that are fitted along with the weights: the first so many.
 int free_shapes_of(const Input& input);
 
+/// Whether it is a filter that the currents pass, whose time constant is its weight.
+bool filters_currents(const Input& input);
+
 /// The inputs of a dead time with this modulation.
 Input dead_time_input(Modulation modulation, double width_A, double start_angle_rad, bool free_angle);
 
@@ -51,6 +54,7 @@ struct Moment {
     double cos_m = 1, sin_m = 0, w_dot = 0;  ///< of the shaft's angle; the electrical speed's slope, rad/s^2
     double v_dc = 0;
     double period_s = 0;
+    double lag_s = 0;      ///< of a filter that all of the line's current passes
     bool settled = false;  ///< a point that lasts: its voltage has not just stepped
     double heat_K = 0;
     double R = 0, Ld = 0, Lq = 0, psi = 0;

@@ -79,6 +79,7 @@ struct ElectricalModel::Plant {
     const Point& at;
     const double R, Ld, Lq, psi, pole_pairs;
     bool draws = false;  ///< currents from the winding itself, whose flux follows the iron's bend
+    double lag_s = 0.0;  ///< of the currents' filter
     double skin = 0.0;   ///< a resistance that grows with the speed is stiff where it is large: part of the response
 
     Plant(const ElectricalModel& m, const Point& p)
@@ -87,6 +88,7 @@ struct ElectricalModel::Plant {
     {
         for (const Term& t : at.terms) {
             if (t.input.law == Law::skin_effect) skin += t.weights[0];
+            if (filters_currents(t.input)) lag_s += t.weights[0];
             draws = draws || t.input.law == Law::turn_short;
         }
     }
@@ -121,7 +123,7 @@ struct ElectricalModel::Plant {
         if (!piece.log->v_dc_V.empty()) m.v_dc = piece.log->v_dc_V[k];
         m.v_next = model.begun(row, m.w_e * dt);
         m.v_end_d = v_end.d, m.v_end_q = v_end.q, m.period_s = dt;
-        m.R = R, m.Ld = Ld, m.Lq = Lq, m.psi = psi;
+        m.R = R, m.Ld = Ld, m.Lq = Lq, m.psi = psi, m.lag_s = lag_s;
         if (draws) put_bend(m);
         return m;
     }
@@ -137,11 +139,24 @@ struct ElectricalModel::Plant {
     /// `responded`: without what the response holds already.
     void sum_terms(const Piece& piece, std::size_t k, Moment m, bool responded, Vector2& f, Vector2& g) const
     {
+        const Moment winding = beside_line(m);
         for (const Term& t : at.terms) {
             if (responded && t.input.law == Law::skin_effect) continue;
             m.heat_K = heat_at(columns(piece), t.input, k);
-            evaluate_sum(t.input, t.weights.data(), m, f, g);
+            evaluate_sum(t.input, t.weights.data(), filters_currents(t.input) ? winding : m, f, g);
         }
+    }
+
+    /// Behind a filter, without what the line's current has beside the winding's.
+    Moment beside_line(Moment m) const
+    {
+        for (const Term& t : at.terms)
+            if (lag_s != 0.0 && (t.input.law == Law::iron_loss || t.input.law == Law::turn_short)) {
+                Vector2 f, g;
+                evaluate_sum(t.input, t.weights.data(), m, f, g);
+                m.i_d += g.d / Ld, m.i_q += g.q / Lq;
+            }
+        return m;
     }
 
     /// Slopes of the terms' f and g by the currents.

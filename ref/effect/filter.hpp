@@ -1,0 +1,31 @@
+// Currents behind a first-order filter: the true ones from those that it tells. (E117)
+#ifndef DQW_REF_EFFECT_FILTER_HPP
+#define DQW_REF_EFFECT_FILTER_HPP
+
+#include <complex>
+
+namespace dqw {
+
+/// A real matrix of the plane: `z` times of + mirrored z*.
+struct Plane {
+    std::complex<double> of, mirrored;
+
+    std::complex<double> operator()(std::complex<double> z) const { return of * z + mirrored * std::conj(z); }
+};
+
+/// What a filter tells of a machine's currents, all seen from the rotor, once its beginning is forgotten:
+/// `y = M i + N v + c`, v held as it stands in the stator.
+struct Filtered {
+    Plane of_i, of_v;
+    std::complex<double> constant;
+
+    Filtered(double R, double Ld, double Lq, double psi, double w_e, double tau_s);
+    /// The true currents that leave `told` of y.
+    std::complex<double> current(std::complex<double> told) const;
+    /// What a jump of the voltage, seen from the rotor of now, `turn_rad` later has not brought through, but for the
+    /// filter's decay.
+    std::complex<double> missing(std::complex<double> jump, double turn_rad) const;
+};
+
+}  // namespace dqw
+#endif
