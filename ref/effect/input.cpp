@@ -228,7 +228,8 @@ constexpr double kMostOfWinding = 0.9;
 Vector2 filtered(const Moment& at, double tau_s, double slope[4] = nullptr)
 {
     using Complex = std::complex<double>;
-    const double most = at.R > 0.0 ? kMostOfWinding * std::min(at.Ld, at.Lq) / at.R : HUGE_VAL, tau = std::min(tau_s, most);
+    const double most = at.R > 0.0 ? kMostOfWinding * std::min(at.Ld, at.Lq) / at.R : HUGE_VAL,
+                 tau = std::min(tau_s, most);
     const Filtered filter(at.R, at.Ld, at.Lq, at.psi, at.w_e, tau);
     const double turn = at.w_e * at.period_s, half = 0.5 * turn, kept = tau > 0.0 ? std::exp(-at.period_s / tau) : 0.0;
     Complex missing;
@@ -597,7 +598,8 @@ void evaluate_torque(const Input& input, double w_m, double theta_m, double torq
 bool filters_currents(const Input& input)
 {
     return input.law == Law::pulsed_lag ||
-           (input.law == Law::sensor_lag && static_cast<Channel>(static_cast<int>(input.shape[0])) == Channel::currents);
+           (input.law == Law::sensor_lag &&
+            static_cast<Channel>(static_cast<int>(input.shape[0])) == Channel::currents);
 }
 
 Input dead_time_input(Modulation modulation, double width_A, double start_angle_rad, bool free_angle)
