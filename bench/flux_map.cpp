@@ -1,6 +1,6 @@
 // Flux maps from logs of iron whose map is known: two that were measured, each made one co-energy by the simulator, and
-// a steep one of our own. flux_map [IRON [NOISE [SEED [PAGE.html]]]]: of one iron, at one noise, drawn by a seed, with its
-// picture.
+// a steep one of our own. flux_map [IRON [NOISE [SEED [PAGE.html]]]]: of one iron, at one noise, drawn by a seed, with
+// its picture.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>

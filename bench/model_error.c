@@ -1,7 +1,7 @@
 // What 0.1 V that the model lacks makes of a 48 V drive's parameters, and whether their deviations say so: errors that
 // are constant in the rotor's frame, or go with the current, by how the drive is driven. Where a value is off by more
-// than two of its deviations it is marked !, where it is usable and off by more than a tenth !!. Options: --seeds N (1), --told
-// (the configuration says by how much the voltage is off).
+// than two of its deviations it is marked !, where it is usable and off by more than a tenth !!. Options: --seeds N
+// (1), --told (the configuration says by how much the voltage is off).
 #include "drive_48v.h"
 
 static const driven WAYS[] = {

@@ -45,8 +45,8 @@ std::optional<Column> column_named(std::string_view name);
 /// Which columns a file has.
 using ColumnSet = std::array<bool, column_count>;
 
-/// The regime that the columns alone tell: mechanical without voltages, standstill without speed, polled where v_d or i_d
-/// are missing, which no other can do without.
+/// The regime that the columns alone tell: mechanical without voltages, standstill without speed, polled where v_d or
+/// i_d are missing, which no other can do without.
 /// Nothing where the rows must decide, or where columns are missing.
 std::optional<Regime> regime_of_columns(const ColumnSet& has);
 

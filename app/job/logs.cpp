@@ -51,8 +51,8 @@ std::string format_if_any(const std::string& path)
     }
 }
 
-/// A file of currents and speed, and the one beside it of the voltages (moteus), or of the link's (openinverter); empty:
-/// there is none.
+/// A file of currents and speed, and the one beside it of the voltages (moteus), or of the link's (openinverter);
+/// empty: there is none.
 struct Files {
     std::string path, voltages, link;
 };

@@ -10,9 +10,9 @@
 
 namespace dqw {
 
-/// As the log says, or a trace found; where neither says anything and dead time is learned, the one that leaves the least residual over the
-/// log's first ten seconds, if that is clear; else all legs switch. `effects` and `modulation` of the configuration are
-/// not looked at.
+/// As the log says, or a trace found; where neither says anything and dead time is learned, the one that leaves the
+/// least residual over the log's first ten seconds, if that is clear; else all legs switch. `effects` and `modulation`
+/// of the configuration are not looked at.
 dqw_modulation modulation_of(const Log& log, const dqw_estimator_config& config, const std::vector<TraceInput>& inputs);
 
 }  // namespace dqw

@@ -209,8 +209,8 @@ private:
 
     static const char* parameter(std::size_t j) { return channel_named(kChannel[j]).parameter; }
 
-    /// The last of the looks that shall be healthy against the first of them. Their equations are those of the head as a
-    /// whole, which what moves has spoilt: a look's own residual is the noise.
+    /// The last of the looks that shall be healthy against the first of them. Their equations are those of the head as
+    /// a whole, which what moves has spoilt: a look's own residual is the noise.
     void doubt_drift(std::size_t last)
     {
         take_healthy(1);
@@ -389,7 +389,8 @@ private:
         return verdict;
     }
 
-    /// Of half a log an i_d that comes in looks like flux that goes; of the speed's scale like the voltage's, but for R.
+    /// Of half a log an i_d that comes in looks like flux that goes; of the speed's scale like the voltage's, but for
+    /// R.
     bool is_sure(std::size_t n, dqw_fault_name name) const
     {
         if (log_.i_d_A.empty()) return false;

@@ -19,8 +19,8 @@ struct MonitorReading {
 };
 using MonitorReadings = std::array<MonitorReading, DQW_WATCH_CHANNELS>;
 
-/// The smallest change of a channel that would be told, NaN where there is none, and why it is not watched; `said` where
-/// the monitor of lib/ has no word for it.
+/// The smallest change of a channel that would be told, NaN where there is none, and why it is not watched; `said`
+/// where the monitor of lib/ has no word for it.
 struct MonitorSight {
     double least = std::numeric_limits<double>::quiet_NaN();
     double band =

@@ -21,8 +21,8 @@ std::string event_json(const MonitorEvent& event);
 /// The same for people, one line.
 std::string event_text(const MonitorEvent& event);
 
-/// One object of schema dqwatch.sensitivity/1, one line: of each channel the smallest change that would be told, whether
-/// it is watched, and why not.
+/// One object of schema dqwatch.sensitivity/1, one line: of each channel the smallest change that would be told,
+/// whether it is watched, and why not.
 std::string sensitivity_json(const MonitorRun& run);
 
 /// Where a monitor is now, as one object: stage, why it is not in service, of each channel what it knows, its band, the
@@ -38,8 +38,8 @@ std::string monitor_outcome(const MonitorRun& run);
 std::string relearned_text(const MonitorRelearned& relearned);
 
 using MonitorRows = std::vector<std::vector<std::string>>;
-/// Healthy and last values of what is watched, and the smallest change that would be told; the first row is the heading.
-/// Called by title, or as in the events.
+/// Healthy and last values of what is watched, and the smallest change that would be told; the first row is the
+/// heading. Called by title, or as in the events.
 MonitorRows value_rows(const MonitorRun& run, bool titles);
 /// What is not watched, or in name only: names, and why.
 MonitorRows unwatched_rows(const MonitorRun& run, bool titles);

@@ -17,9 +17,9 @@ struct MonitorSetup {
     std::vector<std::string> notes;  ///< what is assumed, and what is not watched
 };
 
-/// For the first of `logs`. Bases from the nameplate in the machine file, else from the log's largest signals; nominal values from the machine file, else
-/// `asked.start`, else learned from the log's first seconds. Throws InputError for a log that is not dynamic, or
-/// without pole pairs; std::invalid_argument for effects that there is no room for.
+/// For the first of `logs`. Bases from the nameplate in the machine file, else from the log's largest signals; nominal
+/// values from the machine file, else `asked.start`, else learned from the log's first seconds. Throws InputError for a
+/// log that is not dynamic, or without pole pairs; std::invalid_argument for effects that there is no room for.
 MonitorSetup monitor_setup(const std::vector<Log>& logs, const LearnConfig& asked);
 
 }  // namespace dqw

@@ -42,8 +42,8 @@ std::string card(const std::string& title, const std::string& body);
 std::string lists_section(const std::string& title, const std::vector<std::string>& logs,
                           const std::vector<std::string>& notes);
 
-/// The whole page around `body`, which is HTML of page_header() and what follows up to </main>. It asks for nothing from outside, and says so
-/// in a content security policy.
+/// The whole page around `body`, which is HTML of page_header() and what follows up to </main>. It asks for nothing
+/// from outside, and says so in a content security policy.
 std::string page_around(const std::string& title, const std::string& body, const PagePlots& plots);
 
 /// 1 000 000 with narrow spaces.

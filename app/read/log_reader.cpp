@@ -387,7 +387,8 @@ private:
                stamps_.last_s() - log_.t_s.front() >= window_s_;
     }
 
-    /// A controller that starts anew, or a clock that is set: the rows go on, behind a gap of a length that nobody knows.
+    /// A controller that starts anew, or a clock that is set: the rows go on, behind a gap of a length that nobody
+    /// knows.
     void set_clock(double t_s)
     {
         constexpr double set_s = 1.0;

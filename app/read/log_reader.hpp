@@ -30,8 +30,8 @@ struct ReadOptions {
     std::function<void(double)> progress = {};  ///< called with 0..1 now and then
 };
 
-/// Reads a log of any format of `formats()`, "-" for standard input, packed or not; throws InputError. Every row is used, or counted in a note.
-/// Memory: 8 bytes a row for each column kept, and 1 MiB.
+/// Reads a log of any format of `formats()`, "-" for standard input, packed or not; throws InputError. Every row is
+/// used, or counted in a note. Memory: 8 bytes a row for each column kept, and 1 MiB.
 Log read_log(const std::string& path, const ReadOptions& options = {});
 
 /// Name of the format that a file has by its first lines, without a machine file; throws InputError.

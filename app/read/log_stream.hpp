@@ -24,11 +24,11 @@ public:
     /// What the machine file says.
     const Machine& machine() const;
     const std::string& modulation() const;
-    /// The log that the first `window_s` make, `fewest_rows` at least, or all where it ends before: what read_log() would
-    /// make of them. Once, before next(). Throws InputError.
+    /// The log that the first `window_s` make, `fewest_rows` at least, or all where it ends before: what read_log()
+    /// would make of them. Once, before next(). Throws InputError.
     Log begin(double window_s, std::size_t fewest_rows);
-    /// The next rows into the columns of `rows`, from the very first on; one at least, and no more than are there without
-    /// waiting. `segments`: those before which a gap stands. False at the end, or after an interrupt.
+    /// The next rows into the columns of `rows`, from the very first on; one at least, and no more than are there
+    /// without waiting. `segments`: those before which a gap stands. False at the end, or after an interrupt.
     bool next(Log& rows);
     /// Gets what happens while rows come.
     void on_note(std::function<void(const std::string&)> said);

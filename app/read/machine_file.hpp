@@ -38,8 +38,8 @@ struct MachineFile {
     std::string modulation;        ///< empty: nothing is said
     bool observed = false;         ///< the angle is an observer's
     double voltage_error_V = 0.0;  ///< by how much the voltage may be off, unseen
-    /// Deviation of the scale that the voltage is given in, as a part. Where nobody says it, a link is measured in steps
-    /// of 12 bits, of whose range it fills half: one of them, over the root of 12.
+    /// Deviation of the scale that the voltage is given in, as a part. Where nobody says it, a link is measured in
+    /// steps of 12 bits, of whose range it fills half: one of them, over the root of 12.
     double voltage_scale = 1.41e-4;
     std::optional<double> gear, v_dc_V, period_s;
     std::array<ColumnSource, column_count> sources;

@@ -30,7 +30,8 @@ public:
     bool next(std::string_view& line);
     /// True where next() gives a line without waiting for more.
     bool ready() const { return is_table() || !seen_.empty() || source_->ready(); }
-    /// Whether the line that next() gave last has no end of its own; whether but blank lines come, and what comes is lost.
+    /// Whether the line that next() gave last has no end of its own; whether but blank lines come, and what comes is
+    /// lost.
     bool was_unended() const { return seen_.empty() && source_->unended(); }
     bool was_last();
     /// The next row of a table; null at its end. Row k, from 0, is line k + 2, as if below a header.

@@ -47,8 +47,8 @@ struct Axes {
     bool exchanged = false;
 };
 
-/// With w as logged, over blocks of 20 rows (dynamic) or row by row, of `most_rows` at most. Wants v, i, w; of half a log
-/// v_q, i_q, w, with its signs of v_q and i_q alone.
+/// With w as logged, over blocks of 20 rows (dynamic) or row by row, of `most_rows` at most. Wants v, i, w; of half a
+/// log v_q, i_q, w, with its signs of v_q and i_q alone.
 VoltageFit fit_voltages(const SpeedProbe& p, const Axes& axes = {}, std::size_t most_rows = 1000000);
 
 }  // namespace dqw

@@ -70,8 +70,8 @@ std::vector<std::string> odrive(const Known& k)
     return out;
 }
 
-// simplefoc/Arduino-FOC, BLDCMotor.cpp: pole pairs, phase resistance, KV, phase inductance, in this order; the voltage it
-// expects is w_m / (sqrt(3) KV), so KV is of line-to-line peak volts.
+// simplefoc/Arduino-FOC, BLDCMotor.cpp: pole pairs, phase resistance, KV, phase inductance, in this order; the voltage
+// it expects is w_m / (sqrt(3) KV), so KV is of line-to-line peak volts.
 std::vector<std::string> simplefoc(const Known& k)
 {
     const auto known = [](bool is, double value) {

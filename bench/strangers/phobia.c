@@ -1,5 +1,5 @@
-// The plant of the public firmware rombrew/phobia (its bench/blm.c, fetched by ./run, which says what the table is) against
-// the simulator's.
+// The plant of the public firmware rombrew/phobia (its bench/blm.c, fetched by ./run, which says what the table is)
+// against the simulator's.
 #include <math.h>
 #include <stdbool.h>
 #include <stdio.h>

@@ -1,4 +1,5 @@
-// The site's pages of effects and of faults, as the code's own tables have them: `catalogue effects`, `catalogue faults`.
+// The site's pages of effects and of faults, as the code's own tables have them: `catalogue effects`, `catalogue
+// faults`.
 #include <fmt/format.h>
 
 #include <cstring>

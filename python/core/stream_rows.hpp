@@ -38,8 +38,8 @@ dqw_sample sample_of(const Row& row, bool angle);
 class Times {
 public:
     Times(double period_s) : period_s_(period_s) {}
-    /// Periods that are missing before this row; `row.t_s` becomes its time. Throws std::invalid_argument where time goes
-    /// back.
+    /// Periods that are missing before this row; `row.t_s` becomes its time. Throws std::invalid_argument where time
+    /// goes back.
     double take(Row& row);
     double last_s() const { return last_s_; }
     std::uint64_t rows() const { return rows_; }

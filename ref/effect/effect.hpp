@@ -170,8 +170,8 @@ int numbers_of(Shape shape);
 /// Of a shape, how many of its first numbers are fitted along with the weights.
 int free_of(Shape shape);
 
-/// Which of its channels an effect is of: "currents", "angle", "voltage", "voltage's frame", "speed"; empty where it has
-/// but one.
+/// Which of its channels an effect is of: "currents", "angle", "voltage", "voltage's frame", "speed"; empty where it
+/// has but one.
 std::string channel_of(const TraceInput& input);
 /// Whether a late voltage was turned along with the rotor.
 bool is_turned(const TraceInput& input);

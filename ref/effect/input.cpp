@@ -230,8 +230,8 @@ Vector2 on_the_way(const Moment& at, double tau_s)
 /// A filter as slow as the winding is none of a drive's: slower ones are taken as this part of it.
 constexpr double kMostOfWinding = 0.9;
 
-/// What a filtered current has more than the true one: all of it in the run of a voltage that does not jump, less what of
-/// its jumps at the last rows has not come through. (E117)
+/// What a filtered current has more than the true one: all of it in the run of a voltage that does not jump, less what
+/// of its jumps at the last rows has not come through. (E117)
 Vector2 filtered(const Moment& at, double tau_s, double slope[4] = nullptr)
 {
     using Complex = std::complex<double>;

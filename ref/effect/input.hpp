@@ -1,5 +1,5 @@
-// The inputs of the effects, (E50) to (E55), (E116) to (E121): what each adds to the voltage and to the flux linkage for
-// one unit of each weight.
+// The inputs of the effects, (E50) to (E55), (E116) to (E121): what each adds to the voltage and to the flux linkage
+// for one unit of each weight.
 #ifndef DQW_REF_EFFECT_INPUT_HPP
 #define DQW_REF_EFFECT_INPUT_HPP
 

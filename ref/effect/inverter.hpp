@@ -43,7 +43,8 @@ struct LossAt {
     LossAt(LossLaw law, double x);
 };
 
-/// Mean of the law over a current that goes from x to y by a point `bow` off the middle between them, and its slope by y.
+/// Mean of the law over a current that goes from x to y by a point `bow` off the middle between them, and its slope by
+/// y.
 struct MeanLoss {
     double mean, by_end;
     MeanLoss(LossLaw law, double x, double bow, double y);

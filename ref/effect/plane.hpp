@@ -14,7 +14,8 @@ struct FluxNode {
     double sd_dd_H = 0, sd_qq_H = 0;            ///< of L_dd, L_qq
 };
 
-/// Turns of one phase that are shorted beside the iron, as a conductance across all of them, (E120); 0: none are known of.
+/// Turns of one phase that are shorted beside the iron, as a conductance across all of them, (E120); 0: none are known
+/// of.
 struct ShortedTurns {
     double conductance_S = 0, sd_S = 0, axis_rad = 0;
 };
@@ -29,8 +30,8 @@ struct FluxMap {
     const FluxNode& at(std::size_t d, std::size_t q) const { return nodes[d * i_q_A.size() + q]; }
 };
 
-/// Flux linkages between four nodes, exact where they are quadratic, (E144); seen where all four are. Beyond the grid it
-/// is that of the nearest cell, not seen.
+/// Flux linkages between four nodes, exact where they are quadratic, (E144); seen where all four are. Beyond the grid
+/// it is that of the nearest cell, not seen.
 FluxNode between(const FluxMap& map, double i_d_A, double i_q_A);
 
 /// Torque at least current, (E145).

@@ -13,8 +13,8 @@ struct Duties {
     Duties(Modulation modulation, const double v_V[3], double link_V);
 };
 
-/// Of a leg of one volt of link whose pulse is in the middle of its period: what its voltage adds to the mean one within
-/// the first u seconds, V s. Within the last ones it is the same. Odd in u.
+/// Of a leg of one volt of link whose pulse is in the middle of its period: what its voltage adds to the mean one
+/// within the first u seconds, V s. Within the last ones it is the same. Odd in u.
 double pulse_beyond_mean(double duty, double u_s, double period_s);
 
 /// What of that a filter tells at the period's end: the mean over the past, weighed by its decay, V s. Odd in tau.

@@ -91,8 +91,8 @@ PlainModel plain_model(const Eigen::VectorXd& theta)
     return model;
 }
 
-/// Adds what the model's error may hide to the deviations, (E111), and what an inverter may, `loss`; of the pole pairs it
-/// takes them as they are. `averaged`: a fit of means over blocks, whose rows are volts.
+/// Adds what the model's error may hide to the deviations, (E111), and what an inverter may, `loss`; of the pole pairs
+/// it takes them as they are. `averaged`: a fit of means over blocks, whose rows are volts.
 void add_hidden(const Task& task, const std::vector<Piece>& pieces, const Eigen::VectorXd& theta, const Solution& s,
                 double rows, bool averaged, const HiddenLoss& loss, Covariance& covariance)
 {

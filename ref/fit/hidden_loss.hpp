@@ -15,8 +15,8 @@ struct HiddenLoss {
     double probable = 0.0;  ///< that there is a loss
 };
 
-/// A loss of voltage with the sign of each leg's current, of any usual width and modulation: how probable it is, and what
-/// it would take from the parameters of `at`, a plain fit with gains; `sigma` of both axes' innovations.
+/// A loss of voltage with the sign of each leg's current, of any usual width and modulation: how probable it is, and
+/// what it would take from the parameters of `at`, a plain fit with gains; `sigma` of both axes' innovations.
 ///
 /// Source   (E166) in docs/EQUATIONS.md
 /// Cost     one sweep over 20 000 rows of them at most

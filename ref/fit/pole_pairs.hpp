@@ -18,7 +18,8 @@ struct PolePairs {
 PolePairs decide_pole_pairs(const Assessment& real);
 
 /// Given, estimated, or not identifiable, into `result`. Where they are in doubt by more than a tenth, psi_Wb is
-/// withheld from task.asked, and with L_d and L_q where no whole number is within four deviations: `product` and `product_sd` are those of pole_pairs * psi_Wb.
+/// withheld from task.asked, and with L_d and L_q where no whole number is within four deviations: `product` and
+/// `product_sd` are those of pole_pairs * psi_Wb.
 void report_pole_pairs(Task& task, const PolePairs& p, double product, double product_sd, Result& result);
 
 }  // namespace dqw

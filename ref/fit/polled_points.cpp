@@ -78,8 +78,8 @@ std::vector<Eigen::MatrixX2d> left_of(const std::vector<Log>& logs)
     return out;
 }
 
-/// Second differences of next neighbours are those of neighbours but one, where none shares its error with another; what
-/// drifts slowly is in neither.
+/// Second differences of next neighbours are those of neighbours but one, where none shares its error with another;
+/// what drifts slowly is in neither.
 bool are_white(const std::vector<Log>& looks)
 {
     double near = 0.0, far = 0.0, count = 0.0;

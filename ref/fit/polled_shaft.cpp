@@ -53,7 +53,8 @@ struct Shaft {
     double left = 1.0;  ///< of the torque, RMS
 };
 
-/// Of the torque of the third of rows whose speed changes least, what friction leaves; noise of their slopes is no torque.
+/// Of the torque of the third of rows whose speed changes least, what friction leaves; noise of their slopes is no
+/// torque.
 double left_by(std::vector<ShaftRow> rows, const Eigen::Vector3d& value)
 {
     const auto third = rows.begin() + static_cast<std::ptrdiff_t>(rows.size() / 3);

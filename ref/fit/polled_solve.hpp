@@ -36,8 +36,9 @@ constexpr int kPolledFilled = 8;
 static_assert(kPolledWeights <= kPolledFilled, "kPolledFilled holds all weights");
 using PolledFilled = Eigen::Matrix<double, kPolledFilled, 1>;
 
-/// One row's equations, y = x w; `turn_s` is what the frame is known to be off by, per electrical speed. Of v_q alone, or
-/// of the voltage's size, the second is the one there is: |v| is taken along the direction that the weights `at` give.
+/// One row's equations, y = x w; `turn_s` is what the frame is known to be off by, per electrical speed. Of v_q alone,
+/// or of the voltage's size, the second is the one there is: |v| is taken along the direction that the weights `at`
+/// give.
 struct PolledEquations {
     std::array<PolledFilled, 2> x;
     Eigen::Vector2d y;

@@ -22,8 +22,8 @@ struct Machine {
     std::optional<double> v_rated_V, i_rated_A, w_max_rad_s;
 };
 
-/// One machine's log. A column that the file lacks is empty; every other has rows() entries, all finite. A polled log may
-/// lack i_d, which is then taken as zero, and v_d: then v_q is alone, or the whole voltage.
+/// One machine's log. A column that the file lacks is empty; every other has rows() entries, all finite. A polled log
+/// may lack i_d, which is then taken as zero, and v_d: then v_q is alone, or the whole voltage.
 /// Row k: currents, speed and angle at t_k; v_d, v_q are the rotating-frame means from t_k to t_{k+1}
 /// (the reader has already turned `voltage_interval = "previous"` round).
 struct Log {

@@ -27,8 +27,9 @@ struct PolledRow {
     PolledVoltage voltage = PolledVoltage::both;  ///< else v_V[0] is zero
 };
 
-/// Rows that two unbroken neighbours on either side complete, currents and voltages taken from `lag` rows later than the
-/// speed; settled points as they are. Rows that now and then repeat the last one's means, and those near the largest voltage, are left out.
+/// Rows that two unbroken neighbours on either side complete, currents and voltages taken from `lag` rows later than
+/// the speed; settled points as they are. Rows that now and then repeat the last one's means, and those near the
+/// largest voltage, are left out.
 std::vector<PolledRow> polled_rows(const Log& log, int lag);
 
 }  // namespace dqw

@@ -82,7 +82,8 @@ Eigen::MatrixXd inverse_of(const Eigen::MatrixXd& m)
            size.asDiagonal();
 }
 
-/// A part of single rows that noise does not have: of white noise of any channel the rows before foretell 0.007 at most.
+/// A part of single rows that noise does not have: of white noise of any channel the rows before foretell 0.007 at
+/// most.
 constexpr double kForetold = 0.01;
 
 /// Whether the rows before foretell more of single rows than noise lets them.

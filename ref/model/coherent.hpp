@@ -6,10 +6,10 @@
 
 namespace dqw {
 
-/// (E111), (E164). By how much an error as large as what lasts of the reported residual may move each column of `at`, and
-/// how far what goes with single rows has moved it, as a standard deviation; zero where there is neither. `information`:
-/// J'J over the innovations' variance; `weight`: of each channel, the rows over that variance, times the square of what a
-/// lasting volt makes of an innovation.
+/// (E111), (E164). By how much an error as large as what lasts of the reported residual may move each column of `at`,
+/// and how far what goes with single rows has moved it, as a standard deviation; zero where there is neither.
+/// `information`: J'J over the innovations' variance; `weight`: of each channel, the rows over that variance, times the
+/// square of what a lasting volt makes of an innovation.
 Eigen::VectorXd coherent_deviations(const Model& model, const Point& at, const Eigen::MatrixXd& information,
                                     const Eigen::VectorXd& weight);
 

@@ -10,7 +10,8 @@
 namespace dqw {
 
 /// The part from which it is no noise: of white noise of any channel the rows before foretell 0.007 at most (logs
-/// of 10^4 rows and more; beside a model that is slightly wrong 0.03), of filtered currents or a late reference a tenth and more.
+/// of 10^4 rows and more; beside a model that is slightly wrong 0.03), of filtered currents or a late reference a tenth
+/// and more.
 constexpr double kFollowed = 0.05;
 
 /// Of a row (E123): a one and both residuals' slow means, which are slow structure and count for neither; then steps of

@@ -16,8 +16,8 @@ bool is_short_circuit(const Log& log);
 /// Whether a magnet's temperature is in the model and no thermometer is on the magnet.
 bool is_beside_magnet(const Point& at);
 
-/// (E160), (E161). By how much each column of `at` may be off where rows depart by a part of their voltage, neighbours in
-/// speed alike, and the magnet is not as warm as the sensor that stands for it. A block of the plan is a row.
+/// (E160), (E161). By how much each column of `at` may be off where rows depart by a part of their voltage, neighbours
+/// in speed alike, and the magnet is not as warm as the sensor that stands for it. A block of the plan is a row.
 Eigen::VectorXd open_circuit_deviations(const Model& model, const Point& at);
 
 }  // namespace dqw

@@ -186,8 +186,8 @@ void weigh_law_noise(const SelectOptions& options, std::vector<Tried>& tried)
     });
 }
 
-/// Of inputs of one name those that are apart: which channel is late decides what gain is wanted, so that linear steps do
-/// not tell which is right.
+/// Of inputs of one name those that are apart: which channel is late decides what gain is wanted, so that linear steps
+/// do not tell which is right.
 int apart(const Candidate& c)
 {
     const Input& first = c.inputs.front();

@@ -90,8 +90,8 @@ struct Selection {
 };
 
 /// What could stand in for each effect found: rivals that, in its place, leave as little on the rows held out (within
-/// 10 % of the reported RMS; of one speed alone 40 %), and that a joint fit cannot tell from it. At most three each. Fills
-/// in `over` and `rivals` too.
+/// 10 % of the reported RMS; of one speed alone 40 %), and that a joint fit cannot tell from it. At most three each.
+/// Fills in `over` and `rivals` too.
 void look_alikes(const Model& model, const std::vector<Candidate>& candidates, const SelectOptions& options,
                  Selection& selection);
 

@@ -431,7 +431,8 @@ Spreads spreads_of(const Model& model, const Refined& refined)
     };
     out.white = in_units(pinv), out.scatter = in_units(pinv * s * pinv);
     for (Eigen::Index j = 0; j < n; ++j) {
-        // A direction that the rows do not tell. Within rounding, one that does not concern the column is no part of it.
+        // A direction that the rows do not tell. Within rounding, one that does not concern the column is no part of
+        // it.
         constexpr double kMostLost = 1e-3;
         double lost = 0.0;
         for (Eigen::Index k = 0; k < n; ++k)

@@ -77,16 +77,16 @@ Refined take_off_noise(const Model& model, const Refined& refined, const AddedSc
 /// Information of the rows seen: J'J over each channel's variance, which is given too.
 Eigen::MatrixXd seen_information(const Model& model, const Refined& refined, Eigen::VectorXd& variance, double& rows);
 
-/// Covariances of the columns of a refined point: as white noise has them, and as the scores of the seen blocks scatter.
-/// Of any one direction the wider holds.
+/// Covariances of the columns of a refined point: as white noise has them, and as the scores of the seen blocks
+/// scatter. Of any one direction the wider holds.
 struct Spreads {
     Eigen::MatrixXd white, scatter;
     std::vector<bool> told;  ///< whether the rows tell the column
 };
 Spreads spreads_of(const Model& model, const Refined& refined);
 
-/// Covariance of the columns of a refined point, each as wide as the scatter of the seen blocks' scores has it; infinite
-/// on the diagonal where the rows do not tell it.
+/// Covariance of the columns of a refined point, each as wide as the scatter of the seen blocks' scores has it;
+/// infinite on the diagonal where the rows do not tell it.
 Eigen::MatrixXd covariance(const Model& model, const Refined& refined);
 /// Standard deviation of each column.
 Eigen::VectorXd deviations(const Model& model, const Refined& refined);

@@ -322,8 +322,8 @@ void mechanical_candidates(TraceSetup& setup, Catalogue& c)
     // Each log may turn one way only, and they the other way.
     const std::string one_way = both_ways ? ""
                                           : "the machine turns one way only: it cannot be told from Coulomb friction";
-    // Both are fitted, and a pass of refine() halves or doubles them: a width from 0.0025 to 0.06 is two passes from one
-    // of these at most, a fall from 0.015 to 0.6 one pass.
+    // Both are fitted, and a pass of refine() halves or doubles them: a width from 0.0025 to 0.06 is two passes from
+    // one of these at most, a fall from 0.015 to 0.6 one pass.
     for (double part : {0.005, 0.03}) {
         if (still.empty()) c.add({Law::coulomb_friction, {part * base}});
         if (still.empty() && one_way.empty())

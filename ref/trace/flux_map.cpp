@@ -61,16 +61,16 @@ Term taken(const Term& from, const Input& to, const Eigen::MatrixXd& by)
     return term;
 }
 
-/// Whether the blocks held out, each by itself, speak against `b`: the few that lie beyond the rows seen, where a map says
-/// nothing yet, would outweigh all others in the sum.
+/// Whether the blocks held out, each by itself, speak against `b`: the few that lie beyond the rows seen, where a map
+/// says nothing yet, would outweigh all others in the sum.
 bool worse(const Model& model, const Refined& a, const Refined& b)
 {
     constexpr double kClearlyT = 2.0;  // one of 44 that are alike is told so
     return better(model, a.left, b.left).t < -kClearlyT;
 }
 
-/// By how many deviations the stretches held out gain by `map`, whose terms go on after those of `without`: each stretch
-/// by what the map changes in its predictions, (E142). A bend shows in few, where currents and speed are large.
+/// By how many deviations the stretches held out gain by `map`, whose terms go on after those of `without`: each
+/// stretch by what the map changes in its predictions, (E142). A bend shows in few, where currents and speed are large.
 double stretches_gain(const Model& model, const Refined& without, const Refined& map)
 {
     const auto& blocks = model.plan().blocks;

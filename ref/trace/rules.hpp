@@ -25,13 +25,13 @@ bool explains(const Finding& f);
 /// Part of what is above the noise that is gone; below 0 where there is more.
 double share_of(double before, double after, double floor);
 
-/// Is one effect of several to be named? `all`: with every one of them; `with`, `without`: what is left with it, and once
-/// the others are fitted alone. Not where it takes less than what stays above the noise: what has no name is then larger,
-/// and an effect that it resembles stands in for it.
+/// Is one effect of several to be named? `all`: with every one of them; `with`, `without`: what is left with it, and
+/// once the others are fitted alone. Not where it takes less than what stays above the noise: what has no name is then
+/// larger, and an effect that it resembles stands in for it.
 bool carries(const Finding& all, double with, double without);
 
-/// Is one effect of several needed by nothing? `without`: what is left once the others are fitted alone; `alike`: how many
-/// the log does not tell it from.
+/// Is one effect of several needed by nothing? `without`: what is left once the others are fitted alone; `alike`: how
+/// many the log does not tell it from.
 bool is_idle(double without, double floor, std::size_t alike);
 
 /// Is another reading of the record, under which the plain model leaves `read`, to stand in the place of effects that

@@ -15,8 +15,8 @@ constexpr double kMostOfBase = 0.5;   ///< a sensor's or a flux's error beyond t
 constexpr double kSlow = 0.4;         ///< part of the top speed below which Stribeck friction fades
 constexpr double kMostWidth = 2.0;    ///< of the largest current: at half of its width a tanh is straight within 8 %
 /// Over those at zero current: saturation takes most of an inductance at most, and adds none; what a fitted polynomial
-/// of fourth order adds beside its end is left room. Against the magnet's flux iron comes out of the saturation in which
-/// it is without current.
+/// of fourth order adds beside its end is left room. Against the magnet's flux iron comes out of the saturation in
+/// which it is without current.
 constexpr double kLeastInductance = 0.05, kMostInductance[2] = {6.0, 3.0};
 /// Of a short's current and that mirrored on its phase, which are the same: a factor e^0.5 is beyond any noise that
 /// lets it be confirmed.

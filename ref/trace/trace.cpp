@@ -41,8 +41,8 @@ constexpr std::size_t kRare = 50;  ///< one row of so many is an extreme
 
 using Blocks = std::vector<ReportBlock>;
 
-/// Reported RMS of each axis that is the sampling's own: of its own voltage, and where the machine turns, of what a vector
-/// that no row says how it stands within the period may lie off in either: `pulsed`.
+/// Reported RMS of each axis that is the sampling's own: of its own voltage, and where the machine turns, of what a
+/// vector that no row says how it stands within the period may lie off in either: `pulsed`.
 std::vector<double> exact_of(const TraceSetup& setup, const Blocks& blocks, int channels, bool pulsed)
 {
     std::vector<double> out(static_cast<std::size_t>(channels), 0.0);
@@ -374,8 +374,8 @@ Search search(const std::vector<Log>& logs, const TraceOptions& options, Variant
     return out;
 }
 
-/// Whether a weight of the effect stands out by its deviation. Of a polynomial's weights, each of which another may stand
-/// in for, none need to; of a dead time the part that asks which way the current flows must.
+/// Whether a weight of the effect stands out by its deviation. Of a polynomial's weights, each of which another may
+/// stand in for, none need to; of a dead time the part that asks which way the current flows must.
 bool stands_out(const Point& at, const Eigen::VectorXd& sd, const std::string& name)
 {
     constexpr double kStands = 2.0;  // one of 22 that are nothing does by chance, and what the search took is more
@@ -413,7 +413,8 @@ void drop_unknown(const TraceSetup& setup, Selection& s)
     }
 }
 
-/// Of several effects those go, the least first, that take less than what stays without a name where all of them are in.
+/// Of several effects those go, the least first, that take less than what stays without a name where all of them are
+/// in.
 void drop_small(const TraceSetup& setup, const Judge& judge, const std::vector<double>& exact, Selection& s)
 {
     Finding is;

@@ -71,7 +71,8 @@ void resistance_beyond_a_measured_heat_is_named(void)
     TEST_ASSERT_EQUAL_size_t(0, watch(m).events.size());
 }
 
-/// 60 K of heat, whose sensor gets half as warm, stands still, breaks off, or lags by ten minutes: no fault of the motor.
+/// 60 K of heat, whose sensor gets half as warm, stands still, breaks off, or lags by ten minutes: no fault of the
+/// motor.
 void a_sensor_that_is_off_is_no_fault(void)
 {
     for (int kind = 0; kind < 4; ++kind) {

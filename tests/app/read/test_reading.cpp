@@ -1,4 +1,5 @@
-// Files as people have them: packed, piped, commented, without a header, with clocks of the day, holes and units by name.
+// Files as people have them: packed, piped, commented, without a header, with clocks of the day, holes and units by
+// name.
 #include <sys/wait.h>
 
 #include <cmath>

@@ -174,7 +174,8 @@ void a_current_filtered_between_pulses()
     const Pulses pulses{{1.0, 0.35, 0.6}, 80.0};
     for (const double tau : {0.04 * T, 0.2 * T}) {
         const Complex v = pulses.mean();
-        // In its periodic run the filter has seen the same voltage for long: standing still, without a magnet's turning.
+        // In its periodic run the filter has seen the same voltage for long: standing still, without a magnet's
+        // turning.
         Machine m{flux({2.0, 5.0}, 0.0), {2.0, 5.0}, 0.0};
         for (int k = 0; k < 8; ++k) pulses.run(m, 0.0, 1.0, tau);
         Moment at = moment(m.y * turned(-m.theta));

@@ -175,8 +175,8 @@ void what_would_fall_is_made_to_rise()
         }
 }
 
-/// Points 1 and 2 A apart of an iron of one co-energy: between them the map is seen, beyond them it is not, and it is the
-/// iron's to a thousandth.
+/// Points 1 and 2 A apart of an iron of one co-energy: between them the map is seen, beyond them it is not, and it is
+/// the iron's to a thousandth.
 void settled_points_are_seen_between_them()
 {
     constexpr double kR = 0.25, kPsi = 0.02, kLd = 6e-4, kLq = 9e-4, kKnee_A = 7.0;

@@ -1,4 +1,5 @@
-// R, L_d and L_q from the size of a shorted machine's current, against the solution of its two equations; drag by speed.
+// R, L_d and L_q from the size of a shorted machine's current, against the solution of its two equations; drag by
+// speed.
 #include <Eigen/Dense>
 #include <cmath>
 #include <cstdio>

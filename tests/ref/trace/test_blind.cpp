@@ -109,7 +109,8 @@ static void a_class_is_what_one_speed_cannot_tell(void)
     TEST_ASSERT_EQUAL_size_t(0, drawn[0].close.size());
 }
 
-// Coulomb friction is named beside it in any case, so that a load, which is one while the shaft moves, may stand for it.
+// Coulomb friction is named beside it in any case, so that a load, which is one while the shaft moves, may stand for
+// it.
 static void a_class_has_the_friction_that_an_asymmetry_brings(void)
 {
     const blind::Case c = blind::draw(45107);

@@ -131,8 +131,8 @@ double flux_error(const TraceResult& r, const Table& map, double least_d_A, doub
     return worst;
 }
 
-/// Of the measured points where the log was: RMS error of the map over the largest flux there, percent, and how many are
-/// within two deviations of either axis.
+/// Of the measured points where the log was: RMS error of the map over the largest flux there, percent, and how many
+/// are within two deviations of either axis.
 void map_is_the_measured_one(const TraceResult& r, const Table& measured, double least, double most)
 {
     double square = 0, largest = 0, within = 0, n = 0;
@@ -175,8 +175,8 @@ void map_of_the_servo_am8141()
     TEST_ASSERT_TRUE(flux_error(r, map, -8, 0, 8) < 0.007);
 }
 
-/// Measured: R 0.629 of 0.63 ohm, 5.2 V before, 0.57 V after; flux within 4 %, its map within 0.32 %. A synchronous-reluctance motor: L_q
-/// falls to a third within 8 A.
+/// Measured: R 0.629 of 0.63 ohm, 5.2 V before, 0.57 V after; flux within 4 %, its map within 0.32 %. A
+/// synchronous-reluctance motor: L_q falls to a third within 8 A.
 void map_of_the_reluctance_motor_baldor()
 {
     NEED("flux_map_baldor");
@@ -196,8 +196,8 @@ void map_of_the_reluctance_motor_baldor()
     map_is_the_measured_one(r, numbers(data("flux_map_baldor")), 0.2, 0.5);
 }
 
-/// Two seconds with wide steps: a polynomial that goes astray beyond the rows seen hides from names what one axis does to
-/// the other, and the map has it nevertheless. Judged by few blocks that lie far out, it was 1.4 % off at 3 %.
+/// Two seconds with wide steps: a polynomial that goes astray beyond the rows seen hides from names what one axis does
+/// to the other, and the map has it nevertheless. Judged by few blocks that lie far out, it was 1.4 % off at 3 %.
 void map_of_wide_steps(const char* seed, const char* duration)
 {
     const TraceResult r = dqw::trace({simulated("servo",
@@ -239,7 +239,8 @@ void map_of_a_log_with_wide_steps()
 {
     NEED("flux_map_baldor");
     map_of_wide_steps("seed=51", "duration_s=2");
-    // Far off in the stretches held out a map did not find back over all rows, and was 2 % off; a polynomial leads there.
+    // Far off in the stretches held out a map did not find back over all rows, and was 2 % off; a polynomial leads
+    // there.
     map_of_wide_steps("seed=1061", "duration_s=4");
 }
 
@@ -266,8 +267,8 @@ TraceResult traced_steps(const std::vector<std::string>& settings)
                       {{"saturation", "cross_saturation", "angle_offset", "dead_time"}, {}});
 }
 
-/// Iron that bends by a tenth of a percent of the flux has no name at 1 % noise, and a map: rows held out confirm it. At
-/// 3 % they gain 220 nats, half of them in one stretch of ten.
+/// Iron that bends by a tenth of a percent of the flux has no name at 1 % noise, and a map: rows held out confirm it.
+/// At 3 % they gain 220 nats, half of them in one stretch of ten.
 void map_of_a_bend_without_a_name()
 {
     NEED("flux_map_am8141");

@@ -96,8 +96,8 @@ void offset_below_the_pulses_own_is_named()
     TEST_ASSERT_DOUBLE_WITHIN(0.4e-3, 10e-3, value(r.effects[0].parameters, "i_alpha_A"));
 }
 
-/// A leg that rests at the upper rail leaves the currents under one vector around each row: what is told a twenty-fifth of
-/// a period late, or behind a filter as short, goes with that, not with the mean voltage.
+/// A leg that rests at the upper rail leaves the currents under one vector around each row: what is told a twenty-fifth
+/// of a period late, or behind a filter as short, goes with that, not with the mean voltage.
 void currents_told_between_pulses_are_named()
 {
     if (slow_kind()) TEST_IGNORE_MESSAGE("takes long under the sanitizers");
@@ -317,7 +317,8 @@ void measured_sweeps_are_dead_time()
             TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(0.15, 0.0, value(r.effects[1].parameters, "v_d_V"), name);
         }
         const double R = value(r.after.parameters, "R_ohm");
-        // Measured: 1.07 to 1.18 with deviations of 0.12 to 0.20: which law holds beyond the largest current is not known.
+        // Measured: 1.07 to 1.18 with deviations of 0.12 to 0.20: which law holds beyond the largest current is not
+        // known.
         TEST_ASSERT_TRUE_MESSAGE(R > 1.0 && R < 1.4, name);
         TEST_ASSERT_TRUE_MESSAGE(r.before.axes[0].percent > 20.0 && r.after.axes[0].percent < 2.5, name);
     }
