@@ -65,7 +65,7 @@ TEST_CXX := $(wildcard tests/*/test_*.cpp tests/*/*/test_*.cpp)
 vpath test_%.c $(sort $(dir $(TEST_C)))
 vpath test_%.cpp $(sort $(dir $(TEST_CXX)))
 # A test that stays away from the sanitizers says so, and why.
-PLAIN_ONLY := $(shell grep -l '^// Plain only: ' $(TEST_C) $(TEST_CXX))
+PLAIN_ONLY := $(shell grep -l 'Plain only: ' $(TEST_C) $(TEST_CXX))
 ifdef SANITIZE
 TEST_C   := $(filter-out $(PLAIN_ONLY),$(TEST_C))
 TEST_CXX := $(filter-out $(PLAIN_ONLY),$(TEST_CXX))
@@ -77,7 +77,7 @@ ifneq ($(words $(TESTS)),$(words $(sort $(TESTS))))
 $(error two tests of one name: $(strip $(foreach t,$(sort $(TESTS)),$(if $(filter-out 1,$(words $(filter $(t),$(TESTS)))),$(notdir $(t))))))
 endif
 # What `make check` runs: C alone, and no other compilers.
-CHECKED   = $(call binaries,$(filter-out $(shell grep -l '^// Plain only: runs other programs' $(TEST_C)),$(TEST_C)))
+CHECKED   = $(call binaries,$(filter-out $(shell grep -l 'Plain only: runs other programs' $(TEST_C)),$(TEST_C)))
 
 ## all          build build/dqwatch
 .PHONY: all

@@ -1,5 +1,5 @@
-// `make install` into a stage: exported symbols, headers, and consumers through pkg-config and CMake that learn a
-// motor. Plain only: runs other programs.
+// `make install` into a stage: exported symbols, headers, consumers through pkg-config and CMake that learn a motor.
+// Plain only: runs other programs.
 #include "tool.h"
 
 void setUp(void) { test_case[0] = 0; }
