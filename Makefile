@@ -102,10 +102,10 @@ test:
 	@.ci/unity $(UNITY_DIR)
 	@$(MAKE) --no-print-directory run-tests
 
-## check        lint's quick part and the tests in C: what to run after a change of lib/, port_q15/ or sim/
+## check        lint's quick part and the tests in C, with a third of what they draw: after a change of lib/, port_q15/, sim/
 .PHONY: check check-lint
 check: check-lint $(CHECKED)
-	@BUILD=$(BUILD) DATA=$(DATA) CC="$(CC)" CXX="$(CXX)" tests/run plain $(CHECKED)
+	@BUILD=$(BUILD) DATA=$(DATA) CC="$(CC)" CXX="$(CXX)" tests/run check $(CHECKED)
 ## check-lint   lint's quick part, which check runs beside the compilers
 check-lint:
 	@.ci/lint dependencies citations docstrings effects twins public-functions text

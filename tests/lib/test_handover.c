@@ -80,7 +80,7 @@ static void test_samples_may_interrupt_the_background_anywhere(void)
     const dqw_monitor_config c = config_of();
     static dqw_monitor start;
     // Every instruction where it may take a minute; else one in so many.
-    const long stride = getenv("DQW_FULL") != NULL ? 1 : 17;
+    const long stride = getenv("DQW_FULL") != NULL ? 1 : 41;
     static const int until[] = {HALF, 600, 1000, 8000, 16000, 20000, 24500, 30000};
     long places = 0;
     for (unsigned k = 0; k < sizeof until / sizeof until[0]; k++) {

@@ -66,7 +66,7 @@ static void test_samples_may_interrupt_the_background_anywhere(void)
     // Every instruction where it may take a minute; else one in so many, and what ends nearly half a window: stopping
     // at each takes time already.
     const bool full = getenv("DQW_FULL") != NULL;
-    const long stride = full ? 1 : 97;
+    const long stride = full ? 1 : 211;
     static const int until[] = {2 * HALF, 600, 1500, 8000};
     long places = 0;
     int learned = 0;
@@ -155,7 +155,7 @@ static void test_a_half_may_end_in_the_background_anywhere(void)
         memcpy(&after[3], &held, sizeof held);
         memcpy(&held, &start, sizeof held);
         everywhere.first = 2000;
-        const long stride = getenv("DQW_FULL") != NULL ? 1 : 499;
+        const long stride = getenv("DQW_FULL") != NULL ? 1 : 1009;
         const long count = preempt_everywhere(stride, &held, sizeof held, background, interrupt, one_of_them);
         HOLDS(count > 5000);
         everywhere.first = 0;

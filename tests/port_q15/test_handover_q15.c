@@ -88,7 +88,7 @@ static void test_samples_may_interrupt_the_background_anywhere(void)
     // Every instruction of every case where it may take minutes; else one in so many of a few: stopping at each takes
     // time already.
     const bool full = getenv("DQW_FULL") != NULL;
-    const long stride = full ? 1 : 17;
+    const long stride = full ? 1 : 41;
     static const int until[] = {HALF, 600, 1000, 8000, 16000, 20000, 24500, 30000};
     long places = 0;
     for (unsigned k = 0; k < sizeof until / sizeof until[0]; k++) {
