@@ -4,8 +4,6 @@
 
 #include <cmath>
 #include <complex>
-#include <cstdlib>
-#include <cstring>
 #include <functional>
 #include <random>
 #include <vector>
@@ -155,13 +153,6 @@ inline const dqw::NotIdentifiable* missing(const dqw::Result& result, const char
     for (const dqw::NotIdentifiable& n : result.not_identifiable)
         if (n.name == name) return &n;
     return nullptr;
-}
-
-/// Fewer repetitions where a sanitizer slows each by ten.
-inline bool sanitized()
-{
-    const char* kind = std::getenv("DQW_TEST_KIND");
-    return kind != nullptr && std::strcmp(kind, "asan") == 0;
 }
 
 }  // namespace machine

@@ -47,7 +47,6 @@ static void check(const std::map<std::string, long>& measured, const std::string
 
 static void the_monitor_keeps_its_budget(void)
 {
-    if (command::sanitized()) TEST_IGNORE_MESSAGE("the target's code is not sanitized");
     const command::Outcome run = command::run_program({"tests/target/firmware.sh"}, {}, 300);
     if (run.code == 77) TEST_IGNORE_MESSAGE(("firmware under QEMU: " + run.out).c_str());
     TEST_ASSERT_EQUAL_INT_MESSAGE(0, run.code, (run.out + run.err).c_str());
@@ -75,7 +74,6 @@ static void the_monitor_keeps_its_budget(void)
 
 static void the_counter_is_exact(void)
 {
-    if (command::sanitized()) TEST_IGNORE_MESSAGE("the target's code is not sanitized");
     const command::Folder folder;
     const command::Outcome run = command::run_program(
         {"tests/target/run.sh", folder / "selftest.elf", "tests/target/selftest.c"}, {}, 100);

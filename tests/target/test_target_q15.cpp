@@ -15,7 +15,6 @@ void tearDown(void) {}
 
 static void the_counters_are_exact(void)
 {
-    if (command::sanitized()) TEST_IGNORE_MESSAGE("the targets' code is not sanitized");
     const command::Folder folder;
     std::string skipped;
     for (const char* core : {"m0", "m3", "m4f", "m33", "rv32"}) {
@@ -31,7 +30,6 @@ static void the_counters_are_exact(void)
 
 static void every_core_and_compiler_gives_the_same_bits(void)
 {
-    if (command::sanitized()) TEST_IGNORE_MESSAGE("the targets' code is not sanitized");
     const command::Outcome run = command::run_program({"tests/target/target.sh"}, {}, 900);
     TEST_ASSERT_EQUAL_INT_MESSAGE(0, run.code, (run.out + run.err + "tests/target/target.sh").c_str());
     std::string skipped;
@@ -83,7 +81,6 @@ static void compare(const std::string& measured, const std::string& told)
 
 static void the_costs_are_those_of_the_page(void)
 {
-    if (command::sanitized()) TEST_IGNORE_MESSAGE("the targets' code is not sanitized");
     const std::string page = command::read_file("docs/cost.md");
     const std::size_t begin = page.find("<!-- numbers -->\n");
     const std::size_t end = page.find("<!-- /numbers -->");

@@ -368,16 +368,13 @@ static void what_a_trace_found_is_learned(void)
 int main(void)
 {
     UNITY_BEGIN();
-    // The simulator takes its time under the sanitizers.
-    if (!command::sanitized()) {
-        RUN_TEST(a_healthy_machine_raises_no_event);
-        RUN_TEST(what_could_be_seen_is_said);
-        RUN_TEST(lost_flux_is_one_event_in_lines_text_and_page);
-        RUN_TEST(faults_have_their_names_and_phases);
-        RUN_TEST(an_angle_and_a_machine_file_are_no_must);
-        RUN_TEST(events_keep_the_logs_time);
-        RUN_TEST(what_a_trace_found_is_learned);
-    }
+    RUN_TEST(a_healthy_machine_raises_no_event);
+    RUN_TEST(what_could_be_seen_is_said);
+    RUN_TEST(lost_flux_is_one_event_in_lines_text_and_page);
+    RUN_TEST(faults_have_their_names_and_phases);
+    RUN_TEST(an_angle_and_a_machine_file_are_no_must);
+    RUN_TEST(events_keep_the_logs_time);
+    RUN_TEST(what_a_trace_found_is_learned);
     RUN_TEST(frozen_rows_are_counted_and_told_nothing);
     RUN_TEST(a_way_back_is_told_and_learning_goes_on);
     return UNITY_END();

@@ -35,8 +35,7 @@ static void the_fit_of_a_simulated_log_gives_its_machine_back(void)
     const Folder folder;
     for (const char* scenario : {"traction_ipm_linear", "servo_ideal"}) {
         // The sanitized fit is slow.
-        const json sim = run_json(
-            {"sim", scenario, "--out", folder / "", "--set", command::sanitized() ? "duration_s=0.5" : "duration_s=2"});
+        const json sim = run_json({"sim", scenario, "--out", folder / "", "--set", "duration_s=2"});
         expect_near(sim.at("truth"), run_json({"fit", sim.at("csv").get<std::string>()}), 0.1);
         expect_near(sim.at("truth"), run_json({"learn", sim.at("csv").get<std::string>()}), 1.0);
     }
@@ -97,7 +96,7 @@ static void rpm_is_told_in_every_scenario_that_turns(void)
     const json all = run_json({"sim", "--list"});
     for (const auto& scenario : all.at("scenarios")) {
         const std::string name = scenario.at("name");
-        if (scenario.at("rows").get<long>() > (command::sanitized() ? 15000 : 100000)) continue;
+        if (scenario.at("rows").get<long>() > 100000) continue;
         run_json({"sim", name, "--out", folder / ""});
         const std::string path = folder / (name + ".csv");
         const Outcome right = command::dqwatch({"learn", path});

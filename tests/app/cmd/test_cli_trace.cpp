@@ -478,16 +478,13 @@ static void a_hostile_name_stays_text(void)
 int main(void)
 {
     UNITY_BEGIN();
-    // Whole traces take a minute under the sanitizers; test_circle and test_trace have some.
-    if (!command::sanitized()) {
-        RUN_TEST(a_known_dead_time_is_found_and_written_down);
-        RUN_TEST(the_text_says_it_in_a_sentence);
-        RUN_TEST(a_clean_log_names_nothing);
-        RUN_TEST(several_logs_are_traced_jointly);
-        RUN_TEST(unknown_pole_pairs_are_in_no_table);
-        RUN_TEST(a_log_of_nothing_is_not_clean);
-        RUN_TEST(a_log_without_angle_or_temperature_is_traced);
-    }
+    RUN_TEST(a_known_dead_time_is_found_and_written_down);
+    RUN_TEST(the_text_says_it_in_a_sentence);
+    RUN_TEST(a_clean_log_names_nothing);
+    RUN_TEST(several_logs_are_traced_jointly);
+    RUN_TEST(unknown_pole_pairs_are_in_no_table);
+    RUN_TEST(a_log_of_nothing_is_not_clean);
+    RUN_TEST(a_log_without_angle_or_temperature_is_traced);
     RUN_TEST(only_what_is_named_is_tried);
     RUN_TEST(poor_logs_are_refused_in_one_line);
     RUN_TEST(what_is_no_trace_starts_no_learner);

@@ -15,7 +15,6 @@
 #include "app/trace/page.hpp"
 #include "app/trace/plots.hpp"
 #include "app/trace/verdict.hpp"
-#include "command.hpp"
 #include "ref/effect/effect.hpp"
 #include "trace_sample.hpp"
 #include "unity.h"
@@ -340,7 +339,6 @@ static void a_million_rows_are_a_small_page(void)
 {
     // Dynamic: 20 rows a block. Settled: one.
     for (const std::size_t blocks : {std::size_t{50000}, std::size_t{1000000}}) {
-        if (command::sanitized() && blocks > 100000) continue;
         const auto report = trace_sample::report("explained", blocks);
         const std::string page = dqw::report_page(report);
         // 0.9 MB.

@@ -34,7 +34,6 @@ double worst_error(const dqw::Result& result, const Plant& m)
 
 void check(const Plant& m, Run run, double bound)
 {
-    if (machine::sanitized()) run.rows = 4000;
     dqw::Log log = machine::simulate(m, run);
     const dqw::Result free = dqw::fit({log});
     TEST_ASSERT_EQUAL_DOUBLE(m.p, value(free, "pole_pairs"));
@@ -237,7 +236,7 @@ void only_what_is_asked_for(void)
 void a_long_log(void)
 {
     Run run;
-    run.rows = machine::sanitized() ? 5000 : 100000;
+    run.rows = 100000;
     run.substeps = 2;
     dqw::Log log = machine::simulate({}, run);
     machine::add_noise(log.i_d_A, 0.2, 1);

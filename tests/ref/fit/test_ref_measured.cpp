@@ -124,7 +124,6 @@ void servo(void)
         logs.back().machine.torque_constant_Nm_A = 0.0458;
         const dqw::Result result = dqw::fit({logs.back()});
         show(name, result);
-        if (machine::sanitized()) return;
         TEST_ASSERT_TRUE(value(result, "B_Nms_rad") > 1.5e-4 && value(result, "B_Nms_rad") < 3.5e-4);
         TEST_ASSERT_TRUE(value(result, "J_kgm2") > 2e-4 && value(result, "J_kgm2") < 5e-4);
         TEST_ASSERT_TRUE(result.axes[0].percent > 10.0 && result.axes[0].percent < 25.0);

@@ -75,22 +75,22 @@ void check(const Plant& m, const Run& run, double fraction, int seeds, double mo
     const double scatter = squares / (4.0 * seeds);
     std::printf("mean square error over variance: %.3f\n", scatter);
     // The mean of 4 x seeds squares of unit variance; those of one fit are correlated.
-    TEST_ASSERT_TRUE(scatter > (machine::sanitized() ? 0.3 : 0.6));
-    TEST_ASSERT_TRUE(scatter < (machine::sanitized() ? 2.2 : 1.5));
+    TEST_ASSERT_TRUE(scatter > 0.6);
+    TEST_ASSERT_TRUE(scatter < 1.5);
 }
 
 void twenty_percent_on_currents(void)
 {
     Run run;
-    run.rows = machine::sanitized() ? 8000 : 20000, run.substeps = 4;
-    check({}, run, 0.2, machine::sanitized() ? 4 : 24, 1.3);
+    run.rows = 20000, run.substeps = 4;
+    check({}, run, 0.2, 24, 1.3);
 }
 
 void twenty_percent_on_a_short_log(void)
 {
     Run run;
     run.rows = 3000, run.substeps = 4;
-    check({0.37, 0.326e-3, 0.5e-3, 0.02, 4}, run, 0.2, machine::sanitized() ? 4 : 24, 1.3);
+    check({0.37, 0.326e-3, 0.5e-3, 0.02, 4}, run, 0.2, 24, 1.3);
 }
 
 void one_percent_on_every_channel(void)
@@ -99,7 +99,7 @@ void one_percent_on_every_channel(void)
     run.rows = 10000, run.substeps = 4;
     const dqw::Log clean = machine::simulate({}, run);
     Plant truth;
-    for (unsigned seed = 1; seed <= (machine::sanitized() ? 2u : 8u); ++seed) {
+    for (unsigned seed = 1; seed <= 8u; ++seed) {
         dqw::Log log = clean;
         unsigned channel = 0;
         for (auto* column : {&log.v_d_V, &log.v_q_V, &log.i_d_A, &log.i_q_A, &log.w_m_rad_s})
@@ -122,7 +122,7 @@ void noise_of_the_voltage_and_the_speed_is_no_bias(void)
     run.rows = 10000, run.substeps = 4;
     const dqw::Log clean = machine::simulate({}, run);
     Plant truth;
-    const unsigned seeds = machine::sanitized() ? 2 : 6;
+    const unsigned seeds = 6;
     for (int which : {1, 2, 3}) {
         double error[4] = {}, sd[4] = {};
         for (unsigned seed = 1; seed <= seeds; ++seed) {
@@ -152,7 +152,7 @@ void pole_pairs_with_their_sd(void)
     Run run;
     run.rows = 4000, run.substeps = 4;
     const dqw::Log clean = machine::simulate({}, run);
-    for (unsigned seed = 1; seed <= (machine::sanitized() ? 2u : 8u); ++seed) {
+    for (unsigned seed = 1; seed <= 8u; ++seed) {
         dqw::Log log = clean;
         machine::add_noise(log.i_d_A, 0.2, seed);
         machine::add_noise(log.i_q_A, 0.2, seed + 70);

@@ -10,7 +10,6 @@
 #include "bench/blind.hpp"
 #include "bench/blind_class.hpp"
 #include "bench/blind_effect.hpp"
-#include "command.hpp"
 #include "unity.h"
 
 void setUp(void) {}
@@ -218,7 +217,6 @@ static void the_report_calibrates_and_covers(void)
 // draw.
 static void fixed_logs_are_traced(void)
 {
-    if (command::sanitized()) TEST_IGNORE_MESSAGE("six logs: plain alone");
     const std::uint64_t seeds[] = {1, 50, 103, 112, 219, 299};
     int wrong = 0;
     for (const std::uint64_t seed : seeds) {
@@ -241,7 +239,6 @@ static void fixed_logs_are_traced(void)
 // The rows held out confirm a dead time of -0.2 +- 0.3 mV here: a name whose value may be nothing is none.
 static void a_name_without_a_value_is_taken_back(void)
 {
-    if (command::sanitized()) TEST_IGNORE_MESSAGE("a whole log: plain alone");
     const blind::Case c = blind::draw(70028);
     const dqw::TraceResult result = dqw::trace({c.log});
     TEST_ASSERT_EQUAL_size_t(1, result.effects.size());

@@ -20,9 +20,6 @@ using dqw::Log;
 
 using Names = std::vector<std::string>;
 
-/// Under the sanitizers a fit takes a minute.
-bool slow_kind() { return command::sanitized(); }
-
 std::vector<Log> one_log(const char* scenario, const Names& settings)
 {
     return {simulated(scenario, settings, Beside::regime)};
@@ -40,7 +37,6 @@ double value(const std::vector<dqw::Estimate>& list, const char* name) { return 
 
 void dead_time_does_not_stay_in_R()
 {
-    if (slow_kind()) TEST_IGNORE_MESSAGE("takes long under the sanitizers");
     const EffectFit f = dqw::fit_effects(
         one_log("servo", {"nonideal.dead_time_V=4", "nonideal.dead_time_width_A=0.15"}), {"dead_time"}, {});
     TEST_ASSERT_EQUAL_size_t(0, f.result.not_identifiable.size());
@@ -63,7 +59,6 @@ void dead_time_does_not_stay_in_R()
 
 void each_effect_reads_as_simulated()
 {
-    if (slow_kind()) TEST_IGNORE_MESSAGE("takes long under the sanitizers");
     const struct {
         const char *scenario, *effect;
         Names settings;
@@ -106,7 +101,6 @@ void each_effect_reads_as_simulated()
 /// A filter of half a period on a salient machine that turns, and one that a short's current passes with the winding's.
 void a_filter_that_is_no_small_one()
 {
-    if (slow_kind()) TEST_IGNORE_MESSAGE("takes long under the sanitizers");
     const Names filter{"sensing.filter_s=5e-5", "machine.Lq_H=4e-3"};
     const auto holds = [](const EffectFit& f, std::size_t effect) {
         // Measured: 50.003 and 50.006 us, 2.2000 and 4.0003 mH, 0.9001 ohm; 49.7 us where the short's passes at once.
@@ -128,7 +122,6 @@ void a_filter_that_is_no_small_one()
 
 void several_effects_are_told_apart()
 {
-    if (slow_kind()) TEST_IGNORE_MESSAGE("takes long under the sanitizers");
     const EffectFit f = dqw::fit_effects(
         one_log("effect_friction", {"nonideal.stribeck_Nm=0"}),
         {"cogging_torque", "coulomb_friction", "direction_asymmetry", "coulomb_friction"}, {});
@@ -166,7 +159,6 @@ void all_rows_count()
 
 void what_the_log_does_not_tell_has_no_value()
 {
-    if (slow_kind()) TEST_IGNORE_MESSAGE("takes long under the sanitizers");
     const EffectFit f = dqw::fit_effects(one_log("servo", {}), {"iron_loss"}, {"R_ohm", "J_kgm2"});
     TEST_ASSERT_EQUAL_size_t(0, f.effects.size());
     TEST_ASSERT_EQUAL_size_t(2, f.result.not_identifiable.size());
@@ -180,7 +172,6 @@ void what_the_log_does_not_tell_has_no_value()
 /// and says nothing of L_d. Where the gains let it into the state, L_d reads 2.0 +- 0.14 mH.
 void drift_is_no_excitation()
 {
-    if (slow_kind()) TEST_IGNORE_MESSAGE("takes long under the sanitizers");
     constexpr double kR_ohm = 0.5, kLq_H = 1.4e-3, kPsi_Wb = 0.02, kPairs = 4, kPeriod_s = 1e-4;
     Log log;
     log.path = "no_d.csv";
@@ -212,7 +203,6 @@ void drift_is_no_excitation()
 /// `learn` heats by the same current as `fit` did, also on a log with other currents: the shape says which it was.
 void heating_state_names_its_current()
 {
-    if (slow_kind()) TEST_IGNORE_MESSAGE("takes long under the sanitizers");
     std::vector<Log> logs = one_log("heating", {});
     double most = 0.0;
     for (std::size_t k = 0; k < logs[0].rows(); ++k)

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <random>
 
-#include "command.hpp"
 #include "ref/trace/trace.hpp"
 #include "unity.h"
 
@@ -120,7 +119,6 @@ void base_is_right(const TraceResult& r)
 
 void nothing_is_found_where_nothing_is()
 {
-    if (command::sanitized()) TEST_IGNORE_MESSAGE("takes long under the sanitizers");
     Drive drive;
     for (const bool held : {false, true}) {
         drive.rotor_held = held, drive.period_s = held ? 3e-4 : 1e-4;
@@ -133,7 +131,6 @@ void nothing_is_found_where_nothing_is()
 /// Each hides part of the other: R reads 1.5 to 2 ohm without them.
 void effects_that_hide_each_other()
 {
-    if (command::sanitized()) TEST_IGNORE_MESSAGE("takes long under the sanitizers");
     Drive drive;
     drive.dead_time_V = 3, drive.angle_rad = 0.04;
     for (const bool held : {false, true}) {

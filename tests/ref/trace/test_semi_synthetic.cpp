@@ -29,8 +29,6 @@ std::string data(const std::string& name)
     return std::string(folder != nullptr && *folder != '\0' ? folder : "../shared/data") + "/" + name + ".csv";
 }
 
-bool slow_kind() { return command::sanitized(); }
-
 std::string scratch(const std::string& name)
 {
     const char* build = std::getenv("BUILD");
@@ -38,7 +36,6 @@ std::string scratch(const std::string& name)
 }
 
 #define NEED(name)                                                                                                     \
-    if (slow_kind()) TEST_IGNORE_MESSAGE("takes long under the sanitizers");                                           \
     if (!std::ifstream(data(name))) TEST_IGNORE_MESSAGE("measured data are not there: set DATA")
 
 Table numbers(const std::string& path)
@@ -283,7 +280,6 @@ void map_of_a_bend_without_a_name()
 /// The servo as it is, more salient, and its magnet alone; least, usual and most noise.
 void linear_machine_has_no_map()
 {
-    if (slow_kind()) TEST_IGNORE_MESSAGE("takes long under the sanitizers");
     int seed = 950;
     for (const char* machine : {"machine.Lq_H=2.8e-3", "machine.Lq_H=7e-3", "machine.Lq_H=2.2e-3"})
         for (const char* noise : {"noise=0.003", "noise=0.01", "noise=0.03"}) {

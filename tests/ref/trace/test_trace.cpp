@@ -19,9 +19,6 @@ namespace {
 using dqw::Log;
 using dqw::TraceResult;
 
-/// Under the sanitizers a trace takes a minute.
-bool slow_kind() { return command::sanitized(); }
-
 std::vector<Log> one_log(const char* scenario, const std::vector<std::string>& settings)
 {
     return {simulated(scenario, settings, Beside::nothing)};
@@ -43,7 +40,6 @@ void only(const TraceResult& r, const char* effect)
 
 void clean_log_has_nothing()
 {
-    if (slow_kind()) TEST_IGNORE_MESSAGE("takes long under the sanitizers");
     const TraceResult r = dqw::trace(one_log("servo", {}));
     TEST_ASSERT_EQUAL_STRING("clean", r.verdict.c_str());
     TEST_ASSERT_EQUAL_size_t(0, r.effects.size());
@@ -56,23 +52,19 @@ void clean_log_has_nothing()
 /// hundreds of nats.
 void a_law_of_noisy_columns_is_not_named_as_a_shift()
 {
-    if (slow_kind()) TEST_IGNORE_MESSAGE("takes long under the sanitizers");
-    for (const char* seed : {"noise.seed=4", "noise.seed=5"}) {
-        const TraceResult r = dqw::trace(
-            one_log("servo", {"duration_s=1.5", "profile.v_d_V.binary=0", "profile.v_q_V.binary=0",
-                              "nonideal.iron_loss_S=0.012", "noise=0.05", seed}));
-        only(r, "iron_loss");
-        TEST_ASSERT_EQUAL_size_t(0, r.effects[0].confusable_with.size());
-        // 1/0.012; its deviation is 0.6, noise of this size moves it by as much as 2.5.
-        TEST_ASSERT_DOUBLE_WITHIN(3.0, 83.33, value(r.effects[0].parameters, "R_fe_ohm"));
-    }
+    const TraceResult r = dqw::trace(
+        one_log("servo", {"duration_s=1.5", "profile.v_d_V.binary=0", "profile.v_q_V.binary=0",
+                          "nonideal.iron_loss_S=0.012", "noise=0.05", "noise.seed=4"}));
+    only(r, "iron_loss");
+    TEST_ASSERT_EQUAL_size_t(0, r.effects[0].confusable_with.size());
+    // 1/0.012; its deviation is 0.6, noise of this size moves it by as much as 2.5.
+    TEST_ASSERT_DOUBLE_WITHIN(3.0, 83.33, value(r.effects[0].parameters, "R_fe_ohm"));
 }
 
 /// How the pulses of an inverter stand within a period turns the voltage by some 1e-4 rad, which is most of what little
 /// v_d there is. It is the sampling's own; a twentieth of a period is not.
 void pulses_within_a_period_have_no_name()
 {
-    if (slow_kind()) TEST_IGNORE_MESSAGE("takes long under the sanitizers");
     const auto traced = [](const char* late) {
         return dqw::trace(one_log("servo", {"inverter.modulation=clamped_low", "method=rk4", "drive.dt_s=0.0002",
                                             "duration_s=2", "noise=0.0003", "noise.v=0", "profile.v_d_V.binary=4",
@@ -88,7 +80,6 @@ void pulses_within_a_period_have_no_name()
 /// What comes once a turn no pulses make: below what they may turn, a sensor's offset is named still.
 void offset_below_the_pulses_own_is_named()
 {
-    if (slow_kind()) TEST_IGNORE_MESSAGE("takes long under the sanitizers");
     const TraceResult r = dqw::trace(
         one_log("servo", {"duration_s=1", "noise=0.0003", "noise.v=0", "nonideal.current_offset_alpha_A=0.01"}));
     only(r, "current_offset");
@@ -100,7 +91,6 @@ void offset_below_the_pulses_own_is_named()
 /// of a period late, or behind a filter as short, goes with that, not with the mean voltage.
 void currents_told_between_pulses_are_named()
 {
-    if (slow_kind()) TEST_IGNORE_MESSAGE("takes long under the sanitizers");
     const auto traced = [](const char* what) {
         return dqw::trace(one_log("servo", {"inverter.modulation=clamped_60", "method=rk4", "drive.dt_s=0.0002",
                                             "duration_s=1.5", "noise=0.003", "noise.v=0", "profile.v_d_V.binary=4",
@@ -147,7 +137,6 @@ void unlike_phases_show_at_one_angle()
 /// nothing: 0.014.
 void a_loss_that_noise_hides_is_in_the_deviation_of_R()
 {
-    if (slow_kind()) TEST_IGNORE_MESSAGE("takes long under the sanitizers");
     const auto R_of = [](const char* volt) {
         const TraceResult r = dqw::trace(
             one_log("servo", {"duration_s=0.5", "noise=0.1", volt, "nonideal.dead_time_width_A=0.5"}));
@@ -169,7 +158,6 @@ void a_loss_that_noise_hides_is_in_the_deviation_of_R()
 
 void dead_time_does_not_stay_in_R()
 {
-    if (slow_kind()) TEST_IGNORE_MESSAGE("takes long under the sanitizers");
     const TraceResult r = dqw::trace(one_log("servo", {"nonideal.dead_time_V=4", "nonideal.dead_time_width_A=0.15"}));
     TEST_ASSERT_EQUAL_STRING("explained", r.verdict.c_str());
     only(r, "dead_time");
@@ -190,7 +178,6 @@ struct Size {
 
 void each_single_effect_is_named()
 {
-    if (slow_kind()) TEST_IGNORE_MESSAGE("takes long under the sanitizers");
     const struct {
         const char* name;
         std::vector<std::string> settings;
@@ -216,7 +203,9 @@ void each_single_effect_is_named()
          {{"gain", 0.0099, 0.0004}, {"axis_rad", -M_PI / 3.0, 0.05}}},
     };
     for (const auto& c : cases) {
-        const TraceResult r = dqw::trace(one_log("servo", c.settings));
+        std::vector<std::string> settings = c.settings;
+        settings.push_back("duration_s=1");
+        const TraceResult r = dqw::trace(one_log("servo", settings));
         only(r, c.name);
         for (const Size& size : c.sizes)
             TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(size.within, size.truth, value(r.effects[0].parameters, size.parameter),
@@ -227,7 +216,6 @@ void each_single_effect_is_named()
 /// 12 logs, four parameters each: the RMS of 48 errors over their deviations is known to 10 %.
 void deviations_cover_the_errors()
 {
-    if (slow_kind()) TEST_IGNORE_MESSAGE("takes long under the sanitizers");
     double square = 0.0;
     for (int seed = 1; seed <= 12; ++seed) {
         const TraceResult r = dqw::trace(one_log("servo", {"duration_s=0.5", "seed=" + std::to_string(seed)}),
@@ -244,8 +232,8 @@ void deviations_cover_the_errors()
 
 void disturbance_outside_the_catalogue_gets_no_name()
 {
-    if (slow_kind()) TEST_IGNORE_MESSAGE("takes long under the sanitizers");
-    const TraceResult r = dqw::trace(one_log("servo", {"nonideal.disturbance_V=1", "nonideal.disturbance_Hz=37"}));
+    const TraceResult r = dqw::trace(
+        one_log("servo", {"nonideal.disturbance_V=1", "nonideal.disturbance_Hz=37", "duration_s=1"}));
     TEST_ASSERT_EQUAL_STRING("unexplained", r.verdict.c_str());
     TEST_ASSERT_EQUAL_size_t(0, r.effects.size());
     TEST_ASSERT_FALSE(r.rest_signature.empty());
@@ -260,7 +248,6 @@ void dropped_samples_are_a_fault_of_the_record()
 
 void clipped_sensors_are_a_fault_of_the_record()
 {
-    if (slow_kind()) TEST_IGNORE_MESSAGE("takes long under the sanitizers");
     const TraceResult r = dqw::trace(one_log("servo", {"nonideal.clip_A=6"}));
     TEST_ASSERT_EQUAL_STRING("unexplained", r.verdict.c_str());
     TEST_ASSERT_EQUAL_size_t(0, r.effects.size());
@@ -270,7 +257,6 @@ void clipped_sensors_are_a_fault_of_the_record()
 // Stretches get fewer and guards shorter: some blocks of the residual are held out at any length.
 void short_logs_are_judged_on_some_rows()
 {
-    if (slow_kind()) TEST_IGNORE_MESSAGE("takes long under the sanitizers");
     for (const char* duration : {"duration_s=0.05", "duration_s=0.08", "duration_s=0.122", "duration_s=0.125",
                                  "duration_s=0.15", "duration_s=0.2"}) {
         const TraceResult r = dqw::trace(
@@ -284,10 +270,10 @@ void short_logs_are_judged_on_some_rows()
 // Without noise, the sampling's own error is no effect.
 void exact_logs_have_no_second_name()
 {
-    if (slow_kind()) TEST_IGNORE_MESSAGE("takes long under the sanitizers");
-    TEST_ASSERT_EQUAL_STRING("clean", dqw::trace(one_log("servo_ideal", {})).verdict.c_str());
-    only(dqw::trace(one_log("servo_ideal", {"nonideal.voltage_offset_d_V=0.5"})), "voltage_offset");
-    only(dqw::trace(one_log("servo_ideal", {"nonideal.phase_resistance_a_ohm=0.1"})), "phase_resistance_imbalance");
+    const auto traced = [](const char* what) { return dqw::trace(one_log("servo_ideal", {"duration_s=0.6", what})); };
+    TEST_ASSERT_EQUAL_STRING("clean", traced("nonideal.voltage_offset_d_V=0").verdict.c_str());
+    only(traced("nonideal.voltage_offset_d_V=0.5"), "voltage_offset");
+    only(traced("nonideal.phase_resistance_a_ohm=0.1"), "phase_resistance_imbalance");
 }
 
 void too_few_rows_to_hold_some_out_are_refused()
@@ -326,10 +312,9 @@ void measured_sweeps_are_dead_time()
 
 void delay_beyond_one_period()
 {
-    if (slow_kind()) TEST_IGNORE_MESSAGE("takes long under the sanitizers");
     for (const double periods : {0.5, 1.5}) {
         const TraceResult r = dqw::trace(
-            one_log("servo", {"duration_s=1", "nonideal.delay_periods=" + std::to_string(periods)}));
+            one_log("servo", {"duration_s=0.5", "nonideal.delay_periods=" + std::to_string(periods)}));
         only(r, "delay");
         // Measured: 0.5008, 1.5009; L_d 2.1990 mH, L_q 2.8012 mH. To first order 1.5 reads 1.39, and L_d 9 % too large.
         TEST_ASSERT_DOUBLE_WITHIN(0.003, periods, value(r.effects[0].parameters, "periods"));
@@ -340,7 +325,6 @@ void delay_beyond_one_period()
 
 void heat_that_no_current_drives_is_in_the_deviation_of_R()
 {
-    if (slow_kind()) TEST_IGNORE_MESSAGE("takes long under the sanitizers");
     std::vector<Log> logs = one_log("servo", {"duration_s=1"});
     Log& log = logs[0];
     log.temp_winding_C.clear(), log.temp_magnet_C.clear();
@@ -363,7 +347,6 @@ void heat_that_no_current_drives_is_in_the_deviation_of_R()
 
 void pole_pairs_are_those_that_explain_the_log()
 {
-    if (slow_kind()) TEST_IGNORE_MESSAGE("several traces; run plain");
     // Under 3 iron loss explains it, to a floor that the shorted turns are part of.
     std::vector<Log> logs = one_log("servo", {"nonideal.turn_short=0.1", "duration_s=0.4"});
     const double pole_pairs = *logs[0].machine.pole_pairs;
@@ -378,7 +361,6 @@ void pole_pairs_are_those_that_explain_the_log()
 
 void voltage_may_turn_with_the_rotor()
 {
-    if (slow_kind()) TEST_IGNORE_MESSAGE("takes long under the sanitizers");
     // w_e T = 0.15: taken for a vector that stands still, it looks like iron loss with a delay.
     const TraceResult clean = dqw::trace(one_log("servo", {"drive.hold=dq", "drive.dt_s=4e-4"}));
     TEST_ASSERT_EQUAL_STRING("clean", clean.verdict.c_str());
@@ -391,7 +373,6 @@ void voltage_may_turn_with_the_rotor()
 
 void log_that_is_not_what_the_format_says()
 {
-    if (slow_kind()) TEST_IGNORE_MESSAGE("takes long under the sanitizers");
     const std::vector<Log> good = one_log("servo", {"duration_s=0.3"});
     const auto doubted = [&good](const char* about, auto change) {
         std::vector<Log> logs = good;
