@@ -71,7 +71,9 @@ TEST_C   := $(filter-out $(PLAIN_ONLY),$(TEST_C))
 TEST_CXX := $(filter-out $(PLAIN_ONLY),$(TEST_CXX))
 endif
 binaries  = $(patsubst %,$(BUILD)/tests/%,$(basename $(notdir $(1))))
-TESTS    := $(call binaries,$(TEST_C) $(TEST_CXX))
+# The long ones first: none of them runs alone at the end.
+LONG     := $(shell grep -l 'Plain only: long' $(TEST_C) $(TEST_CXX))
+TESTS    := $(call binaries,$(LONG) $(filter-out $(LONG),$(TEST_C) $(TEST_CXX)))
 # Two tests of one name would be one binary.
 ifneq ($(words $(TESTS)),$(words $(sort $(TESTS))))
 $(error two tests of one name: $(strip $(foreach t,$(sort $(TESTS)),$(if $(filter-out 1,$(words $(filter $(t),$(TESTS)))),$(notdir $(t))))))

@@ -1,6 +1,6 @@
 // Flux maps of logs of one machine that bends, healthy and with a fault, compared: the judges are the simulator's fault
 // and the co-energy that its iron is made of.
-// Plain only: four logs are traced.
+// Plain only: long, four logs are traced.
 #include <cmath>
 #include <cstdio>
 #include <string>
