@@ -114,7 +114,7 @@ static void show(dqw_estimator *e, const dqw_estimator_rows *r, const uint32_t m
 {
     const bool rival = e->modulation != e->leader;
     for (int axis = 0; axis < 2; axis++) {
-        float x[N];
+        float x[DQW_FOLLOWED] = {0.0f};
         float error = r->y[axis];
         for (int i = 0; i < e->inputs; i++) error -= e->w_pu[i] * r->x[axis][i];
         for (int i = 0; i < N; i++) x[i] = (mask[axis] >> i & 1u) != 0 ? r->x[axis][i] : 0.0f;

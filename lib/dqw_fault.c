@@ -34,7 +34,12 @@ static bool pattern_of(enum dqw_fault_name name, int phase, dqw_fault_machine m,
     case DQW_FAULT_ENCODER_OFFSET: p[DQW_SIGN_ANGLE] = 1.0f; break;
     case DQW_FAULT_INVERTER_FAULT: p[DQW_SIGN_DEAD_TIME] = 1.0f; break;
     case DQW_FAULT_RESISTANCE_RISE: p[DQW_SIGN_R] = 1.0f; break;
-    case DQW_FAULT_VOLTAGE_SCALE: p[DQW_SIGN_R] = p[DQW_SIGN_LD] = p[DQW_SIGN_LQ] = p[DQW_SIGN_PSI] = 1.0f; break;
+    case DQW_FAULT_VOLTAGE_SCALE:
+        p[DQW_SIGN_R] = p[DQW_SIGN_LD] = p[DQW_SIGN_LQ] = p[DQW_SIGN_PSI] = 1.0f;
+#if DQW_MAP_WEIGHTS > 0
+        p[DQW_SIGN_MAP_D] = p[DQW_SIGN_MAP_Q] = 1.0f;
+#endif
+        break;
     case DQW_FAULT_TURN_SHORT:
         turned(p, DQW_SIGN_SHORT_RE, 1.0f, phase);
         p[DQW_SIGN_PSI] = -m.R_ohm;
@@ -58,6 +63,9 @@ static bool is_scale(const float z[], float explained)
 {
     float left = -explained;
     for (int i = DQW_SIGN_R; i <= DQW_SIGN_PSI; i++) left += z[i] * z[i];
+#if DQW_MAP_WEIGHTS > 0
+    left += z[DQW_SIGN_MAP_D] * z[DQW_SIGN_MAP_D] + z[DQW_SIGN_MAP_Q] * z[DQW_SIGN_MAP_Q];
+#endif
     return left < SCALE_LEFT + SCALE_LEFT_PART * explained;
 }
 

@@ -240,12 +240,12 @@ static void settle(dqw_monitor *m, int channel)
     dqw_monitor_channel_value x;
     dqw_monitor_read_channel(m, channel, &x);
     const uint8_t looks = m->watch.looks[channel];
-    const float part = channel > DQW_WATCH_ANGLE  ? KNOWN_PART_WITNESS
+    const float part = channel >= DQW_WATCH_OFFSET ? KNOWN_PART_WITNESS
                        : channel == DQW_WATCH_PSI ? KNOWN_PART_FLUX
                                                   : KNOWN_PART;
     const bool known_well = x.sd < part * dqw_monitor_band_of(m, channel);
     // Known less well it is watched with a band of five deviations, and its healthy value goes on being learned.
-    const bool known_now = known_well || (channel <= DQW_WATCH_PSI && is_known(m, channel));
+    const bool known_now = known_well || (dqw_watch_is_part(channel) && x.sd < SERVICE_SD * x.now);
     if (known_well || (known_now && looks < DQW_WATCH_LOOKS_MOST - 1)) m->watch.looks[channel]++;
     if (!known_now && looks != 0) return;
     const float before = channel <= DQW_WATCH_PSI ? m->healthy.weight[channel] : 1.0f;
@@ -271,7 +271,7 @@ static dqw_fault_verdict name_it(const dqw_monitor *m)
             const float scale = channel == DQW_WATCH_ANGLE       ? m->healthy.weight[DQW_PSI]
                                 : channel == DQW_WATCH_DEAD_TIME ? 1.0f
                                                                  : m->healthy.weight[channel];
-            change[channel] = x.change / scale;
+            change[channel] = sure ? x.change / scale : 0.0f;
             unit[channel] = sure ? least / fabsf(scale) : DQW_UNKNOWN;
         } else {
             const int k = channel - DQW_WATCH_OFFSET;

@@ -7,6 +7,7 @@
 #include <stdint.h>
 
 #include "dqw_fault_name.h"
+#include "dqw_size.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -77,6 +78,10 @@ enum dqw_monitor_channel {
     DQW_WATCH_PSI,
     DQW_WATCH_DEAD_TIME,
     DQW_WATCH_ANGLE,
+#if DQW_MAP_WEIGHTS > 0
+    DQW_WATCH_MAP_D,  // a flux map's weights
+    DQW_WATCH_MAP_Q,
+#endif
     DQW_WATCH_OFFSET,  // then the witness'
     DQW_WATCH_RESISTANCE,
     DQW_WATCH_REACTANCE,
@@ -99,7 +104,20 @@ typedef struct dqw_watch {
     int8_t gathered;    ///< blocks of a stretch in one direction, with its sign
     int8_t before;      ///< direction of the stretch before it
     bool resting, too_hot, back;
+    uint8_t extended;  ///< times that the name was waited for
 } dqw_watch;
+
+/// The joint neuron's weight that a channel below DQW_WATCH_OFFSET watches.
+static inline int dqw_watch_weight(int channel)
+{
+    return channel <= DQW_WATCH_ANGLE ? channel : channel - DQW_WATCH_ANGLE - 1 + DQW_PARAMETERS;
+}
+
+/// A channel whose band is a part of the healthy value, which is no weight about zero.
+static inline bool dqw_watch_is_part(int channel)
+{
+    return channel <= DQW_WATCH_PSI || (channel > DQW_WATCH_ANGLE && channel < DQW_WATCH_OFFSET);
+}
 
 #ifdef __cplusplus
 }

@@ -190,6 +190,17 @@ static inline unsigned dqw_estimator_shift_q15(const dqw_estimator_q15 *e, int w
     return 0;
 }
 
+/// Are a flux map's weights the first of the effects'? They are followed as the machine's own.
+static inline bool dqw_estimator_has_map_q15(const dqw_estimator_q15 *e)
+{
+#if DQW_MAP_WEIGHTS > 0
+    return e->effect.count > 0 && e->effect.list[0].effect == DQW_EFFECT_FLUX_MAP;
+#else
+    (void)e;
+    return false;
+#endif
+}
+
 /// Inputs of the joint neuron: a constant where there is no room for effects.
 static inline int dqw_estimator_inputs_q15(const dqw_estimator_q15 *e)
 {

@@ -39,7 +39,12 @@ static bool pattern_of(enum dqw_fault_name name, int phase, dqw_fault_machine_q1
     case DQW_FAULT_ENCODER_OFFSET: p[DQW_SIGN_ANGLE] = ONE_Q24; break;
     case DQW_FAULT_INVERTER_FAULT: p[DQW_SIGN_DEAD_TIME] = ONE_Q24; break;
     case DQW_FAULT_RESISTANCE_RISE: p[DQW_SIGN_R] = ONE_Q24; break;
-    case DQW_FAULT_VOLTAGE_SCALE: p[DQW_SIGN_R] = p[DQW_SIGN_LD] = p[DQW_SIGN_LQ] = p[DQW_SIGN_PSI] = ONE_Q24; break;
+    case DQW_FAULT_VOLTAGE_SCALE:
+        p[DQW_SIGN_R] = p[DQW_SIGN_LD] = p[DQW_SIGN_LQ] = p[DQW_SIGN_PSI] = ONE_Q24;
+#if DQW_MAP_WEIGHTS > 0
+        p[DQW_SIGN_MAP_D] = p[DQW_SIGN_MAP_Q] = ONE_Q24;
+#endif
+        break;
     case DQW_FAULT_TURN_SHORT:
         turned(p, DQW_SIGN_SHORT_RE, ONE_Q24, phase);
         p[DQW_SIGN_PSI] = -dqw_q_product64(m.short_q40, m.R_q24, -40);
@@ -86,6 +91,9 @@ static bool is_scale(const int64_t z_q10[], int64_t explained_q20)
 {
     int64_t left_q20 = -explained_q20;
     for (int i = DQW_SIGN_R; i <= DQW_SIGN_PSI; i++) left_q20 += z_q10[i] * z_q10[i];
+#if DQW_MAP_WEIGHTS > 0
+    left_q20 += z_q10[DQW_SIGN_MAP_D] * z_q10[DQW_SIGN_MAP_D] + z_q10[DQW_SIGN_MAP_Q] * z_q10[DQW_SIGN_MAP_Q];
+#endif
     return left_q20 < SCALE_LEFT_Q20 + explained_q20 / SCALE_LEFT_PARTS;
 }
 

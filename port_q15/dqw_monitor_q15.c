@@ -297,7 +297,7 @@ static dqw_fault_verdict_q15 name_it(const dqw_monitor_q15 *m)
             const int32_t scale = channel == DQW_WATCH_ANGLE       ? h[DQW_PSI]
                                   : channel == DQW_WATCH_DEAD_TIME ? ONE_Q24
                                                                    : h[channel];
-            change_q24[channel] = over(x.change, scale);
+            change_q24[channel] = least == INT32_MAX ? 0 : over(x.change, scale);
             unit_q24[channel] = over(least, scale);
         } else {
             const int k = channel - DQW_WATCH_OFFSET;
@@ -367,14 +367,14 @@ static void settle(dqw_monitor_q15 *m, int channel)
     // What is half out of its band already may be a fault that begins.
     if (!dqw_watch_settles(&m->watch, channel) || 2 * deviation_q5(m, channel) > DQW_CHANGE_BAND_Q5) return;
     const uint8_t looks = m->watch.looks[channel];
-    const int32_t part_q15 = channel > DQW_WATCH_ANGLE  ? KNOWN_PART_WITNESS_Q15
+    const int32_t part_q15 = channel >= DQW_WATCH_OFFSET ? KNOWN_PART_WITNESS_Q15
                              : channel == DQW_WATCH_PSI ? KNOWN_PART_FLUX_Q15
                                                         : KNOWN_PART_Q15;
     dqw_monitor_channel_q15 x;
     dqw_monitor_read_channel_q15(m, channel, &x);
     const bool known_well = within_part(x.sd, part_q15, dqw_monitor_band_of_q15(m, channel));
     // Known less well it is watched with a band of five deviations, and its healthy value goes on being learned.
-    const bool known_now = known_well || (channel <= DQW_WATCH_PSI && is_known(m, channel));
+    const bool known_now = known_well || (dqw_watch_is_part(channel) && (int64_t)x.sd * SERVICE_PARTS < x.now);
     if (known_well || (known_now && looks < DQW_WATCH_LOOKS_MOST - 1)) m->watch.looks[channel]++;
     if (!known_now && looks != 0) return;
     const int32_t before = channel <= DQW_WATCH_PSI ? m->healthy.weight_q24[channel] : 1;
