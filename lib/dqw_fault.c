@@ -10,6 +10,8 @@
 // What one factor for R, L and flux may leave of them, squared: three deviations' chance of 99 %, and a part of it.
 #define SCALE_LEFT 12.0f
 #define SCALE_LEFT_PART 0.02f
+// And of two more where a map's weights are known.
+#define SCALE_LEFT_MAP 16.0f
 // What a second pattern must leave more, squared, before it counts as told apart: odds of e^3, and a hundredth of the
 // whole, as patterns are no better known.
 #define APART 6.0f
@@ -63,10 +65,13 @@ static bool is_scale(const float z[], float explained)
 {
     float left = -explained;
     for (int i = DQW_SIGN_R; i <= DQW_SIGN_PSI; i++) left += z[i] * z[i];
+    float most = SCALE_LEFT;
 #if DQW_MAP_WEIGHTS > 0
-    left += z[DQW_SIGN_MAP_D] * z[DQW_SIGN_MAP_D] + z[DQW_SIGN_MAP_Q] * z[DQW_SIGN_MAP_Q];
+    const float map = z[DQW_SIGN_MAP_D] * z[DQW_SIGN_MAP_D] + z[DQW_SIGN_MAP_Q] * z[DQW_SIGN_MAP_Q];
+    left += map;
+    if (map > 0.0f) most = SCALE_LEFT_MAP;
 #endif
-    return left < SCALE_LEFT + SCALE_LEFT_PART * explained;
+    return left < most + SCALE_LEFT_PART * explained;
 }
 
 dqw_fault_verdict dqw_fault_name_it(const float change[], const float unit[], dqw_fault_machine machine)

@@ -181,7 +181,7 @@ static bool is_asked_for(const dqw_monitor *m, int channel)
     const dqw_estimator *e = &m->estimator;
     if (channel == DQW_WATCH_DEAD_TIME) return dqw_estimator_has_dead_time(e);
     if (channel == DQW_WATCH_ANGLE) return dqw_estimator_has_flux_q(e);
-    if (dqw_watch_weight(channel) >= DQW_PARAMETERS && channel < DQW_WATCH_OFFSET) return dqw_estimator_has_map(e);
+    if (dqw_watch_is_map(channel)) return dqw_estimator_has_map(e);
     if (channel == DQW_WATCH_FRICTION) return m->config->J_kgm2 > 0.0f;
     return channel < DQW_WATCH_OFFSET || channel > DQW_WATCH_FRICTION || e->config->angle;
 }

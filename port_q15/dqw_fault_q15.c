@@ -10,6 +10,8 @@
 // What one factor for R, L and flux may leave of them, squared: 12, and a fiftieth of what it explains.
 #define SCALE_LEFT_Q20 12582912
 #define SCALE_LEFT_PARTS 50
+// And 16 where a map's weights are known.
+#define SCALE_LEFT_MAP_Q20 16777216
 // What a second pattern must leave more, squared, before it counts as told apart: odds of e^3, and a hundredth of the
 // whole, as patterns are no better known.
 #define APART_Q20 6291456
@@ -91,10 +93,14 @@ static bool is_scale(const int64_t z_q10[], int64_t explained_q20)
 {
     int64_t left_q20 = -explained_q20;
     for (int i = DQW_SIGN_R; i <= DQW_SIGN_PSI; i++) left_q20 += z_q10[i] * z_q10[i];
+    int64_t most_q20 = SCALE_LEFT_Q20;
 #if DQW_MAP_WEIGHTS > 0
-    left_q20 += z_q10[DQW_SIGN_MAP_D] * z_q10[DQW_SIGN_MAP_D] + z_q10[DQW_SIGN_MAP_Q] * z_q10[DQW_SIGN_MAP_Q];
+    const int64_t d_q10 = z_q10[DQW_SIGN_MAP_D];
+    const int64_t q_q10 = z_q10[DQW_SIGN_MAP_Q];
+    left_q20 += d_q10 * d_q10 + q_q10 * q_q10;
+    if (d_q10 != 0 || q_q10 != 0) most_q20 = SCALE_LEFT_MAP_Q20;
 #endif
-    return left_q20 < SCALE_LEFT_Q20 + explained_q20 / SCALE_LEFT_PARTS;
+    return left_q20 < most_q20 + explained_q20 / SCALE_LEFT_PARTS;
 }
 
 dqw_fault_verdict_q15 dqw_fault_name_it_q15(const int32_t change_q24[], const int32_t unit_q24[],

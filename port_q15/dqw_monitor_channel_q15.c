@@ -232,7 +232,7 @@ static bool is_asked_for(const dqw_monitor_q15 *m, int channel)
     const dqw_estimator_q15 *e = &m->estimator;
     if (channel == DQW_WATCH_DEAD_TIME) return dqw_estimator_has_dead_time_q15(e);
     if (channel == DQW_WATCH_ANGLE) return dqw_estimator_has_psi_q_q15(e);
-    if (dqw_watch_weight(channel) >= DQW_PARAMETERS && channel < DQW_WATCH_OFFSET) return dqw_estimator_has_map_q15(e);
+    if (dqw_watch_is_map(channel)) return dqw_estimator_has_map_q15(e);
     if (channel == DQW_WATCH_FRICTION) return m->config->J_nkgm2 > 0;
     return channel < DQW_WATCH_OFFSET || channel > DQW_WATCH_FRICTION || e->config->angle;
 }

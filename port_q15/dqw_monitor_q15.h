@@ -176,7 +176,7 @@ typedef struct dqw_monitor_stored_q15 {
     uint32_t config;   ///< hash of the configuration
     dqw_monitor_healthy_q15 healthy;
     uint8_t looks[DQW_WATCH_TEMPERATURE];  ///< that each healthy value is the mean of
-    uint8_t unused[4 - DQW_WATCH_TEMPERATURE % 4];
+    uint8_t unused[8 - (DQW_WATCH_TEMPERATURE + 4) % 8];
     uint32_t check;  ///< sum over all that stands before it
 } dqw_monitor_stored_q15;
 

@@ -71,8 +71,7 @@ std::string changed(int channel, const MonitorReading& r)
 /// A flux map's weights are nobody's matter where there is no map.
 bool concerns(int channel, const MonitorSight& sight)
 {
-    const bool map = channel == DQW_WATCH_MAP_D || channel == DQW_WATCH_MAP_Q;
-    return !map || sight.why != DQW_WHY_NOT_ASKED;
+    return !dqw_watch_is_map(channel) || sight.why != DQW_WHY_NOT_ASKED;
 }
 
 /// The smallest change that would be told; of temperature and residual the limit.
