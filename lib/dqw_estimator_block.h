@@ -79,6 +79,12 @@ static inline bool dqw_estimator_has_map(const dqw_estimator *e)
 #endif
 }
 
+/// Is it none of the machine's own weights, nor a map's?
+static inline bool dqw_estimator_is_apart(const dqw_estimator *e, int weight)
+{
+    return DQW_MAP_WEIGHTS > 0 && weight >= DQW_PARAMETERS && !dqw_estimator_has_map(e);
+}
+
 /// A block's rows as the joint neuron is shown them, per unit; variances of the noise of their inputs; the covariance
 /// of the speed's two inputs in a row, the other axis' inductance and the flux; and those of dead time's with R's.
 /// (E60)

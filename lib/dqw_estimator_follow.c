@@ -35,8 +35,8 @@ enum { D = DQW_AXIS_D, Q = DQW_AXIS_Q, N = DQW_FOLLOWED };
 static float part_of(const dqw_estimator *e, int i, float of_any, float of_flux, float dead_pu)
 {
     const bool flux = i == DQW_PSI || i == DQW_PSI_Q;
-    if (i >= DQW_PARAMETERS) return dqw_estimator_has_map(e) ? of_any * fabsf(e->w_pu[i]) : 0.0f;
-    if (i > DQW_PSI && !flux) return dead_pu;
+    if (dqw_estimator_is_apart(e, i)) return 0.0f;
+    if (i > DQW_PSI && !flux && i < DQW_PARAMETERS) return dead_pu;
     return (flux ? of_flux : of_any) * dqw_estimator_size_pu(e, i);
 }
 
@@ -153,7 +153,7 @@ static void keep_calm(dqw_estimator *e)
 static void stay_awake(dqw_estimator *e, int i, float seconds, float rows, float variance)
 {
     const float alone = e->alone_pu2[i];
-    const bool wanders = i <= DQW_PSI || i == DQW_PSI_Q || (i >= DQW_PARAMETERS && dqw_estimator_has_map(e));
+    const bool wanders = i <= DQW_PSI || i == DQW_PSI_Q || (i >= DQW_PARAMETERS && !dqw_estimator_is_apart(e, i));
     if (!wanders || !(alone > 0.0f) || (e->learned >> i & 1u) == 0) return;
     const dqw_segment *s = &e->segment;
     // The more, the more segments agree.
@@ -213,8 +213,8 @@ void dqw_estimator_follow(dqw_estimator *e, const dqw_estimator_block *b)
     float move_pu[N];
     dqw_estimator_least_bands(e, known.least_pu);
     for (int i = 0; i < N; i++) {
+        const float hidden = dqw_estimator_is_apart(e, i) ? 0.0f : dqw_estimator_model_pu(e, i, &e->calm);
         const float wide = part_of(e, i, WIDE, WIDE_PSI, WIDE_DEAD_PU);
-        const float hidden = wide > 0.0f ? dqw_estimator_model_pu(e, i, &e->calm) : 0.0f;
         known.wide_pu[i] = wide;
         known.model_pu[i] = hidden < wide ? hidden : wide;
     }

@@ -90,15 +90,13 @@ float dqw_monitor_band_of(const dqw_monitor *m, int channel)
 static float weight_of(const dqw_monitor *m, int channel)
 {
     const int weight = dqw_watch_weight(channel);
-    const bool none = weight >= DQW_PARAMETERS && !dqw_estimator_has_map(&m->estimator);
-    return none ? 0.0f : dqw_estimator_value(&m->estimator, weight);
+    return dqw_estimator_is_apart(&m->estimator, weight) ? 0.0f : dqw_estimator_value(&m->estimator, weight);
 }
 
 static float weight_sd(const dqw_monitor *m, int channel)
 {
     const int weight = dqw_watch_weight(channel);
-    const bool none = weight >= DQW_PARAMETERS && !dqw_estimator_has_map(&m->estimator);
-    return none ? DQW_UNKNOWN : dqw_estimator_sd(&m->estimator, weight);
+    return dqw_estimator_is_apart(&m->estimator, weight) ? DQW_UNKNOWN : dqw_estimator_sd(&m->estimator, weight);
 }
 
 void dqw_monitor_read_channel(const dqw_monitor *m, int channel, dqw_monitor_channel_value *r)

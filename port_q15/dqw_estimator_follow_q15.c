@@ -81,11 +81,11 @@ static int16_t more(int16_t sum, int16_t x)
 static int32_t part_of(const dqw_estimator_q15 *e, int i, int32_t of_any_q30, int32_t of_flux_q30, int32_t dead_q28)
 {
     const bool flux = i == DQW_PSI || i == DQW_PSI_Q;
-    if (i >= DQW_PARAMETERS)
-        return dqw_estimator_has_map_q15(e) ? dqw_q_times32(dqw_q_size64(e->w_q24[i]), of_any_q30, -26) : 0;
-    if (i > DQW_PSI && !flux) return dead_q28;
+    if (dqw_estimator_is_apart_q15(e, i)) return 0;
+    if (i > DQW_PSI && !flux && i < DQW_PARAMETERS) return dead_q28;
     // Of a weight of 27, 8 at most.
-    return dqw_q_times32(dqw_estimator_size_q24(e, i), flux ? of_flux_q30 : of_any_q30, -26);
+    const int64_t size_q24 = dqw_estimator_counted_q15(e, i, dqw_estimator_size_q24(e, i), -1);
+    return dqw_q_times32(size_q24, flux ? of_flux_q30 : of_any_q30, -26);
 }
 
 static int32_t least_q28(const dqw_estimator_q15 *e, int i)
@@ -281,12 +281,10 @@ static void grow(dqw_estimator_q15 *e, int i, int64_t q_q40)
 // and no surer.
 static void stay_awake(dqw_estimator_q15 *e, int i, int64_t seconds_q20, int64_t rows, int64_t variance_q56)
 {
-    // Of a map's weight, of as many halvings of its input as it is counted in.
-    const int shift = (int)dqw_estimator_shift_q15(e, i);
-    const int64_t alone_q31 = dqw_q_scale64(e->residual.alone_q31[i], 2 * shift);
-    const bool wanders = i <= DQW_PSI || i == DQW_PSI_Q || (i >= DQW_PARAMETERS && dqw_estimator_has_map_q15(e));
+    const int64_t alone_q31 = dqw_estimator_counted_q15(e, i, e->residual.alone_q31[i], 2);
+    const bool wanders = i <= DQW_PSI || i == DQW_PSI_Q || (i >= DQW_PARAMETERS && !dqw_estimator_is_apart_q15(e, i));
     if (!wanders || alone_q31 == 0 || (e->learned >> i & 1u) == 0) return;
-    const int64_t size_q24 = dqw_q_scale64(dqw_estimator_size_q24(e, i), -shift);
+    const int64_t size_q24 = dqw_estimator_counted_q15(e, i, dqw_estimator_size_q24(e, i), -1);
     const int64_t a_second_q56 = dqw_q_quotient64(dqw_q_product64(size_q24, size_q24, 0),
                                                   i == DQW_R ? WANDER_R_PARTS : WANDER_PARTS, 8);
     // The more, the more segments agree.
@@ -303,7 +301,7 @@ static void stay_awake(dqw_estimator_q15 *e, int i, int64_t seconds_q20, int64_t
     // (y + sqrt(y^2 + 4 y)) / 2: 2^60 and 2^56
     const int64_t root_q24 = dqw_q_root64((uint64_t)(y_q24 * y_q24) + ((uint64_t)y_q24 << 26));
     const int64_t want_q40 = dqw_q_quotient64(y_q24 + root_q24, rows * alone_q31, 46);
-    grow(e, i, dqw_q_scale64(want_q40, 2 * shift) - e->cov_q40[i]);
+    grow(e, i, dqw_estimator_counted_q15(e, i, want_q40, 2) - e->cov_q40[i]);
 }
 
 // A weight has changed: all move as the segment says, and its past weighs little from now on.
@@ -326,7 +324,7 @@ static void open(dqw_estimator_q15 *e, int changed, const dqw_lasting_q15 *calm,
         // The others took up a part of it while it was not known.
         const int64_t took_q28 = i == changed ? wide[i] : dqw_q31_sat((int64_t)TOOK_BANDS * e->segment.band_q28[i]);
         const int64_t grown_q40 = dqw_q_quotient64(took_q28 * took_q28, calm->all_q56, 40);
-        grow(e, i, dqw_q_scale64(grown_q40, 2 * (int)dqw_estimator_shift_q15(e, i)));
+        grow(e, i, dqw_estimator_counted_q15(e, i, grown_q40, 2));
     }
 }
 
@@ -355,10 +353,10 @@ void dqw_estimator_follow_q15(dqw_estimator_q15 *e, const dqw_estimator_q15_bloc
     dqw_segment_q15_known known;
     int32_t move_q24[N];
     for (int i = 0; i < N; i++) {
+        int32_t hidden = dqw_estimator_is_apart_q15(e, i) ? 0 : dqw_estimator_model_q28(e, i, &calm);
+        if (hidden != INT32_MAX) hidden = dqw_q_floor32(hidden, dqw_estimator_shift_q15(e, i));
         known.least_q28[i] = least_q28(e, i);
         known.wide_q28[i] = wide_q28(e, i);
-        const int32_t all = known.wide_q28[i] > 0 ? dqw_estimator_model_q28(e, i, &calm) : 0;
-        const int32_t hidden = all == INT32_MAX ? all : dqw_q_floor32(all, dqw_estimator_shift_q15(e, i));
         known.model_q28[i] = hidden < known.wide_q28[i] ? hidden : known.wide_q28[i];
     }
     // [FOL.5] who is moved by how much later on; and what has changed now

@@ -113,8 +113,7 @@ static int32_t weight_q24(const dqw_monitor_q15 *m, int channel)
 static int32_t sd_q24(const dqw_monitor_q15 *m, int channel)
 {
     const int weight = dqw_watch_weight(channel);
-    const bool none = weight >= DQW_PARAMETERS && !dqw_estimator_has_map_q15(&m->estimator);
-    return none ? INT32_MAX : counted_q24(m, channel, dqw_estimator_sd_q24(&m->estimator, weight));
+    return dqw_estimator_is_apart_q15(&m->estimator, weight) ? INT32_MAX : counted_q24(m, channel, dqw_estimator_sd_q24(&m->estimator, weight));
 }
 
 void dqw_monitor_read_channel_q15(const dqw_monitor_q15 *m, int channel, dqw_monitor_channel_q15 *r)
