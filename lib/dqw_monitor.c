@@ -247,8 +247,8 @@ static void settle(dqw_monitor *m, int channel)
     dqw_monitor_read_channel(m, channel, &x);
     const uint8_t looks = m->watch.looks[channel];
     const float part = channel >= DQW_WATCH_OFFSET ? KNOWN_PART_WITNESS
-                       : channel == DQW_WATCH_PSI ? KNOWN_PART_FLUX
-                                                  : KNOWN_PART;
+                       : channel == DQW_WATCH_PSI  ? KNOWN_PART_FLUX
+                                                   : KNOWN_PART;
     const bool known_well = x.sd < part * dqw_monitor_band_of(m, channel);
     // Known less well it is watched with a band of five deviations, and its healthy value goes on being learned.
     const bool known_now = known_well || (dqw_watch_is_part(channel) && !is_apart(m, channel) &&

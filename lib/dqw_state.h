@@ -107,24 +107,6 @@ typedef struct dqw_watch {
     uint8_t extended;  ///< times that the name was waited for
 } dqw_watch;
 
-/// The joint neuron's weight that a channel below DQW_WATCH_OFFSET watches.
-static inline int dqw_watch_weight(int channel)
-{
-    return channel <= DQW_WATCH_ANGLE ? channel : channel - DQW_WATCH_ANGLE - 1 + DQW_PARAMETERS;
-}
-
-/// A flux map's.
-static inline bool dqw_watch_is_map(int channel)
-{
-    return channel > DQW_WATCH_ANGLE && channel < DQW_WATCH_OFFSET;
-}
-
-/// A channel whose band is a part of the healthy value, which is no weight about zero.
-static inline bool dqw_watch_is_part(int channel)
-{
-    return channel <= DQW_WATCH_PSI || dqw_watch_is_map(channel);
-}
-
 #ifdef __cplusplus
 }
 #endif

@@ -30,8 +30,7 @@ static void show_segment(dqw_estimator_q15 *e, const int32_t x_q28[], int32_t e_
     // As the weights are counted, of so many halvings of the input.
     int32_t x[DQW_FOLLOWED] = {0};
     const int followed = dqw_estimator_has_map_q15(e) ? DQW_FOLLOWED : DQW_PARAMETERS;
-    for (int i = 0; i < followed; i++)
-        x[i] = dqw_q31_sat(dqw_estimator_counted_q15(e, i, x_q28[i], 1));
+    for (int i = 0; i < followed; i++) x[i] = dqw_q31_sat(dqw_estimator_counted_q15(e, i, x_q28[i], 1));
     dqw_segment_row_q15(&e->segment, x, e_q28);
 #else
     dqw_segment_row_q15(&e->segment, x_q28, e_q28);

@@ -113,7 +113,9 @@ static int32_t weight_q24(const dqw_monitor_q15 *m, int channel)
 static int32_t sd_q24(const dqw_monitor_q15 *m, int channel)
 {
     const int weight = dqw_watch_weight(channel);
-    return dqw_estimator_is_apart_q15(&m->estimator, weight) ? INT32_MAX : counted_q24(m, channel, dqw_estimator_sd_q24(&m->estimator, weight));
+    return dqw_estimator_is_apart_q15(&m->estimator, weight)
+               ? INT32_MAX
+               : counted_q24(m, channel, dqw_estimator_sd_q24(&m->estimator, weight));
 }
 
 void dqw_monitor_read_channel_q15(const dqw_monitor_q15 *m, int channel, dqw_monitor_channel_q15 *r)
@@ -175,7 +177,8 @@ int64_t dqw_monitor_surely_q15(const dqw_monitor_q15 *m, int channel, int32_t de
     const int64_t width = dqw_monitor_band_of_q15(m, channel);
     const int64_t least = width > sure ? width : sure;
     if (channel >= DQW_WATCH_OFFSET || !m->config->estimator.follow) return least;
-    const int64_t wanders = (int64_t)WANDERS * counted_q24(m, channel, m->estimator.segment.band_q28[dqw_watch_weight(channel)] >> 4);
+    const int64_t wanders = (int64_t)WANDERS *
+                            counted_q24(m, channel, m->estimator.segment.band_q28[dqw_watch_weight(channel)] >> 4);
     return wanders > least ? wanders : least;
 }
 

@@ -374,8 +374,8 @@ static void settle(dqw_monitor_q15 *m, int channel)
     if (!dqw_watch_settles(&m->watch, channel) || 2 * deviation_q5(m, channel) > DQW_CHANGE_BAND_Q5) return;
     const uint8_t looks = m->watch.looks[channel];
     const int32_t part_q15 = channel >= DQW_WATCH_OFFSET ? KNOWN_PART_WITNESS_Q15
-                             : channel == DQW_WATCH_PSI ? KNOWN_PART_FLUX_Q15
-                                                        : KNOWN_PART_Q15;
+                             : channel == DQW_WATCH_PSI  ? KNOWN_PART_FLUX_Q15
+                                                         : KNOWN_PART_Q15;
     dqw_monitor_channel_q15 x;
     dqw_monitor_read_channel_q15(m, channel, &x);
     const bool known_well = within_part(x.sd, part_q15, dqw_monitor_band_of_q15(m, channel));

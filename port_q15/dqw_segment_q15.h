@@ -21,10 +21,10 @@ typedef struct dqw_moments_q15 {
 typedef struct dqw_segment_q15 {
     /// sums of x x', as DQW_NORMAL_A() has them, and of x e: in Q56, less so many bits
     int32_t a[DQW_FOLLOWED * (DQW_FOLLOWED + 1) / 2], b[DQW_FOLLOWED];
-    int32_t band_q28[DQW_FOLLOWED];                          ///< how far a weight scatters between segments in health
+    int32_t band_q28[DQW_FOLLOWED];                        ///< how far a weight scatters between segments in health
     int16_t up_q11[DQW_FOLLOWED], down_q11[DQW_FOLLOWED];  ///< sums of what agrees
-    dqw_moments_q15 now[2], ever[2];  ///< of speed and current: in the segment, in the long run
-    uint16_t run, blocks;             ///< blocks of both, up to 65535
+    dqw_moments_q15 now[2], ever[2];                       ///< of speed and current: in the segment, in the long run
+    uint16_t run, blocks;                                  ///< blocks of both, up to 65535
     uint16_t segments, since;
     uint16_t share_q15[DQW_FOLLOWED];  ///< what the last segment knew of a weight, over its band
     uint8_t a_bits, b_bits;

@@ -45,10 +45,11 @@ inline std::string log_of(const command::Folder& folder, const Iron& iron, int s
     for (const std::string& set :
          {"machine.flux_map=" + folder.write("drawn.csv", iron.csv()), std::string("noise=0.01"),
           std::string("noise.w=0.0005"), "duration_s=" + std::to_string(seconds), "seed=" + std::to_string(seed),
-          std::string("machine.R_ohm=0.8"), std::string("profile.shaft=imposed"), std::string("profile.control=current"),
-          std::string("profile.v_d_V.binary=0"), std::string("profile.v_q_V.binary=0"),
-          std::string("profile.speed_rad_s.wave=60"), std::string("drive.current_bandwidth_rad_s=300"),
-          std::string("drive.i_max_A=14"), std::string("profile.i_d_A=-4"), std::string("profile.i_d_A.random=4"),
+          std::string("machine.R_ohm=0.8"), std::string("profile.shaft=imposed"),
+          std::string("profile.control=current"), std::string("profile.v_d_V.binary=0"),
+          std::string("profile.v_q_V.binary=0"), std::string("profile.speed_rad_s.wave=60"),
+          std::string("drive.current_bandwidth_rad_s=300"), std::string("drive.i_max_A=14"),
+          std::string("profile.i_d_A=-4"), std::string("profile.i_d_A.random=4"),
           std::string("profile.i_d_A.random_hold_s=0.05"), std::string("profile.i_q_A.random=9"),
           std::string("profile.i_q_A.random_hold_s=0.031")})
         args.insert(args.end(), {"--set", set});

@@ -5,6 +5,7 @@
 #include "dqw_estimator_block.h"
 #include "dqw_estimator_random.h"
 #include "dqw_monitor.h"
+#include "dqw_watch.h"
 #include "faulty_joint.h"
 
 /// Nominal values 30 % off, with alternating signs.

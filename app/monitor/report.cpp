@@ -56,7 +56,8 @@ std::string healthy_text(const char* name, const MonitorReading& r)
 /// Where the healthy value is not about zero.
 bool has_percent(int channel)
 {
-    return dqw_watch_is_part(channel) || channel == DQW_WATCH_DEAD_TIME || channel == DQW_WATCH_FRICTION || channel == DQW_WATCH_RESIDUAL;
+    return dqw_watch_is_part(channel) || channel == DQW_WATCH_DEAD_TIME || channel == DQW_WATCH_FRICTION ||
+           channel == DQW_WATCH_RESIDUAL;
 }
 
 std::string changed(int channel, const MonitorReading& r)

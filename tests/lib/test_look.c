@@ -103,7 +103,10 @@ static void before_the_look(dqw_monitor *m)
 }
 
 // No map here.
-static double value(const dqw_monitor *m, int i) { return dqw_watch_is_map(i) ? 0 : (double)dqw_estimator_value(&m->estimator, i); }
+static double value(const dqw_monitor *m, int i)
+{
+    return dqw_watch_is_map(i) ? 0 : (double)dqw_estimator_value(&m->estimator, i);
+}
 static double band_of(const dqw_monitor *m, int i) { return (double)dqw_monitor_band_of(m, i); }
 static double rise_K(const dqw_monitor *m, double R_ohm)
 {

@@ -55,10 +55,9 @@ static void test_bands_are_the_documented_ones(void)
 {
     const double L3 = (HEALTHY[1] + HEALTHY[2]) / 6;
     const double torque_Nm = 1.5 * 4 * HEALTHY[3] * 6;
-    const double band[DQW_WATCH_TEMPERATURE] = {0.04 * 0.5,     0.06 * 1e-3,       0.06 * 1.4e-3,   0.012 * 0.02,
-                                                0.005 * 14,     0.02 * 0.02,       0.06 * 1.1,      0.06 * 0.9,
-                                                0.01 * 6,       0.03 * 0.5 / 3,    0.03 * L3,       0.003 / (3 * 0.5),
-                                                0.05 * torque_Nm};
+    const double band[DQW_WATCH_TEMPERATURE] = {
+        0.04 * 0.5, 0.06 * 1e-3, 0.06 * 1.4e-3,  0.012 * 0.02, 0.005 * 14,        0.02 * 0.02,     0.06 * 1.1,
+        0.06 * 0.9, 0.01 * 6,    0.03 * 0.5 / 3, 0.03 * L3,    0.003 / (3 * 0.5), 0.05 * torque_Nm};
     dqw_monitor_config c = config_of();
     const dqw_monitor m = begin(&c);
     for (int i = 0; i < DQW_WATCH_TEMPERATURE; i++) {

@@ -380,8 +380,7 @@ static void test_what_is_named(void)
         HOLDS(c.fault.name == DQW_FAULT_UNKNOWN || c.fault.confidence_q15 >= 0.65 * 32768 - 1);
         // A rest begins: what is, is healthy; temperatures count from where they did.
         HOLDS(m.watch.resting && m.watch.wait == 60 && m.watch.alarms == 0 && m.watch.reversals == 0);
-        for (int i = 0; i < DQW_WATCH_OFFSET; i++)
-            HOLDS(m.healthy.weight_q24[i] == value_q24(&m, i));
+        for (int i = 0; i < DQW_WATCH_OFFSET; i++) HOLDS(m.healthy.weight_q24[i] == value_q24(&m, i));
         HOLDS(m.healthy.friction_q24 == m.friction_q24);
         const double residual = fmax((double)m.estimator.recent_q54, 4e-6 * Q54);
         BETWEEN(0.9999 * residual, (double)m.healthy.residual_q54, 1.0001 * residual);

@@ -39,8 +39,7 @@ void told(const Case& c, int seed)
     const std::string log = mapped_drive::changed(folder, "log", c.after, seed, kBefore_s, kAfter_s);
     for (const char* arith : {"float", "q15"}) {
         const std::string what = std::string(c.text) + ", seed " + std::to_string(seed) + ", " + arith;
-        const command::Outcome run = monitor_command::monitor(
-            {log, "--arith", arith, "--json", "--out", folder / "o"});
+        const command::Outcome run = monitor_command::monitor({log, "--arith", arith, "--json", "--out", folder / "o"});
         std::vector<json> said;
         std::istringstream lines(run.out);
         for (std::string line; std::getline(lines, line);) said.push_back(json::parse(line));
@@ -65,10 +64,7 @@ void told(const Case& c, int seed)
     }
 }
 
-void in_health_nothing_is_told()
-{
-    told({"the same iron", {}, {}, 1}, 11);
-}
+void in_health_nothing_is_told() { told({"the same iron", {}, {}, 1}, 11); }
 
 void an_axis_that_bends_otherwise_is_named()
 {
