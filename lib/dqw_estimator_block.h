@@ -68,6 +68,23 @@ static inline bool dqw_estimator_has_constant(const dqw_estimator *e)
     return dqw_estimator_has_dead_time(e) && e->modulation != (uint8_t)DQW_MODULATION_CENTRED;
 }
 
+/// Are a flux map's weights the first of the effects'? They are followed as the machine's own.
+static inline bool dqw_estimator_has_map(const dqw_estimator *e)
+{
+#if DQW_MAP_WEIGHTS > 0
+    return e->config->effect_count > 0 && e->config->effects[0].effect == DQW_EFFECT_FLUX_MAP;
+#else
+    (void)e;
+    return false;
+#endif
+}
+
+/// Is it none of the machine's own weights, nor a map's?
+static inline bool dqw_estimator_is_apart(const dqw_estimator *e, int weight)
+{
+    return DQW_MAP_WEIGHTS > 0 && weight >= DQW_PARAMETERS && !dqw_estimator_has_map(e);
+}
+
 /// A block's rows as the joint neuron is shown them, per unit; variances of the noise of their inputs; the covariance
 /// of the speed's two inputs in a row, the other axis' inductance and the flux; and those of dead time's with R's.
 /// (E60)
@@ -149,7 +166,7 @@ void dqw_estimator_keep_lasting(dqw_estimator *e, const dqw_estimator_rows *r, c
 #define dqw_estimator_keep_alone DQW_SIZED(dqw_estimator_keep_alone)
 void dqw_estimator_keep_alone(dqw_estimator *e, const float k[], float seen);
 
-/// The narrowest band of each weight: band_pu[DQW_PARAMETERS] is written.
+/// The narrowest band of each weight: band_pu[DQW_FOLLOWED] is written.
 #define dqw_estimator_least_bands DQW_SIZED(dqw_estimator_least_bands)
 void dqw_estimator_least_bands(const dqw_estimator *e, float band_pu[]);
 

@@ -98,7 +98,7 @@ void dqw_estimator_start(dqw_estimator *e, const float start_pu[])
     }
     for (int i = 0; i <= DQW_PSI; i++) e->w_pu[i] = dqw_estimator_nominal_pu(e, i);
     start_effects(e);
-    float band_pu[DQW_PARAMETERS];
+    float band_pu[DQW_FOLLOWED];
     dqw_estimator_least_bands(e, band_pu);
     dqw_segment_init(&e->segment, band_pu);
     for (int i = 0; start_pu != NULL && i < e->inputs; i++) e->w_pu[i] = start_pu[i];

@@ -29,13 +29,14 @@
 // What the others took up of a change, in bands, while it was not known.
 #define TOOK_BANDS 3.0f
 
-enum { D = DQW_AXIS_D, Q = DQW_AXIS_Q, N = DQW_PARAMETERS };
+enum { D = DQW_AXIS_D, Q = DQW_AXIS_Q, N = DQW_FOLLOWED };
 
 // Of what a weight is now: how narrow its band may be, and how far it may jump.
 static float part_of(const dqw_estimator *e, int i, float of_any, float of_flux, float dead_pu)
 {
     const bool flux = i == DQW_PSI || i == DQW_PSI_Q;
-    if (i > DQW_PSI && !flux) return dead_pu;
+    if (dqw_estimator_is_apart(e, i)) return 0.0f;
+    if (i > DQW_PSI && !flux && i < DQW_PARAMETERS) return dead_pu;
     return (flux ? of_flux : of_any) * dqw_estimator_size_pu(e, i);
 }
 
@@ -124,7 +125,8 @@ void dqw_estimator_show_segment(dqw_estimator *e, int axis, const dqw_estimator_
     float x[N];
     float error = r->y[axis];
     for (int i = 0; i < e->inputs; i++) error -= e->w_pu[i] * r->x[axis][i];
-    for (int i = 0; i < N; i++) x[i] = (mask >> i & 1u) != 0 ? r->x[axis][i] * weigh : 0.0f;
+    const int followed = dqw_estimator_has_map(e) ? N : DQW_PARAMETERS;
+    for (int i = 0; i < N; i++) x[i] = i < followed && (mask >> i & 1u) != 0 ? r->x[axis][i] * weigh : 0.0f;
     dqw_segment_row(&e->segment, x, error * weigh);
 }
 
@@ -151,7 +153,7 @@ static void keep_calm(dqw_estimator *e)
 static void stay_awake(dqw_estimator *e, int i, float seconds, float rows, float variance)
 {
     const float alone = e->alone_pu2[i];
-    const bool wanders = i <= DQW_PSI || i == DQW_PSI_Q;
+    const bool wanders = i <= DQW_PSI || i == DQW_PSI_Q || (i >= DQW_PARAMETERS && !dqw_estimator_is_apart(e, i));
     if (!wanders || !(alone > 0.0f) || (e->learned >> i & 1u) == 0) return;
     const dqw_segment *s = &e->segment;
     // The more, the more segments agree.
@@ -177,7 +179,8 @@ static void open(dqw_estimator *e, int changed, const float wide_pu[], const flo
     if (e->opened < UINT8_MAX) e->opened++;
     e->opened_at = e->number;
     e->opened_since = e->segment.agreed ? e->began_before : e->began;
-    for (int i = 0; i < N; i++) {
+    const int followed = dqw_estimator_has_map(e) ? N : DQW_PARAMETERS;
+    for (int i = 0; i < followed; i++) {
         e->w_pu[i] += move_pu[i];
         // The others took up a part of it while it was not known.
         const float took = i == changed ? wide_pu[i] : TOOK_BANDS * e->segment.band_pu[i];
@@ -210,7 +213,7 @@ void dqw_estimator_follow(dqw_estimator *e, const dqw_estimator_block *b)
     float move_pu[N];
     dqw_estimator_least_bands(e, known.least_pu);
     for (int i = 0; i < N; i++) {
-        const float hidden = dqw_estimator_model_pu(e, i, &e->calm);
+        const float hidden = dqw_estimator_is_apart(e, i) ? 0.0f : dqw_estimator_model_pu(e, i, &e->calm);
         const float wide = part_of(e, i, WIDE, WIDE_PSI, WIDE_DEAD_PU);
         known.wide_pu[i] = wide;
         known.model_pu[i] = hidden < wide ? hidden : wide;

@@ -128,7 +128,7 @@ static float hidden(const dqw_estimator *e, int weight, const dqw_lasting *l)
     if (!(model < DQW_UNKNOWN)) return DQW_UNKNOWN;
     const bool leans = e->config->observed && weight <= DQW_LQ;
     const float part = leans ? model : MODEL_PART * model;
-    const float band = weight < DQW_PARAMETERS ? e->segment.band_pu[weight] : 0.0f;
+    const float band = weight < DQW_FOLLOWED ? e->segment.band_pu[weight] : 0.0f;
     return sqrtf(part * part + band * (band < model ? band : model)) * dqw_estimator_unit(e, weight);
 }
 

@@ -114,10 +114,10 @@ static void show(dqw_estimator *e, const dqw_estimator_rows *r, const uint32_t m
 {
     const bool rival = e->modulation != e->leader;
     for (int axis = 0; axis < 2; axis++) {
-        float x[N];
+        float x[DQW_FOLLOWED];
         float error = r->y[axis];
         for (int i = 0; i < e->inputs; i++) error -= e->w_pu[i] * r->x[axis][i];
-        for (int i = 0; i < N; i++) x[i] = (mask[axis] >> i & 1u) != 0 ? r->x[axis][i] : 0.0f;
+        for (int i = 0; i < DQW_FOLLOWED; i++) x[i] = i < N && (mask[axis] >> i & 1u) != 0 ? r->x[axis][i] : 0.0f;
         if (rival)
             dqw_segment_row(&e->segment, x, error);
         else

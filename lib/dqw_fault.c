@@ -10,6 +10,8 @@
 // What one factor for R, L and flux may leave of them, squared: three deviations' chance of 99 %, and a part of it.
 #define SCALE_LEFT 12.0f
 #define SCALE_LEFT_PART 0.02f
+// And of two more where a map's weights are known.
+#define SCALE_LEFT_MAP 16.0f
 // What a second pattern must leave more, squared, before it counts as told apart: odds of e^3, and a hundredth of the
 // whole, as patterns are no better known.
 #define APART 6.0f
@@ -34,7 +36,11 @@ static bool pattern_of(enum dqw_fault_name name, int phase, dqw_fault_machine m,
     case DQW_FAULT_ENCODER_OFFSET: p[DQW_SIGN_ANGLE] = 1.0f; break;
     case DQW_FAULT_INVERTER_FAULT: p[DQW_SIGN_DEAD_TIME] = 1.0f; break;
     case DQW_FAULT_RESISTANCE_RISE: p[DQW_SIGN_R] = 1.0f; break;
-    case DQW_FAULT_VOLTAGE_SCALE: p[DQW_SIGN_R] = p[DQW_SIGN_LD] = p[DQW_SIGN_LQ] = p[DQW_SIGN_PSI] = 1.0f; break;
+    case DQW_FAULT_VOLTAGE_SCALE: p[DQW_SIGN_R] = p[DQW_SIGN_LD] = p[DQW_SIGN_LQ] = p[DQW_SIGN_PSI] = 1.0f;
+#if DQW_MAP_WEIGHTS > 0
+        p[DQW_SIGN_MAP_D] = p[DQW_SIGN_MAP_Q] = 1.0f;
+#endif
+        break;
     case DQW_FAULT_TURN_SHORT:
         turned(p, DQW_SIGN_SHORT_RE, 1.0f, phase);
         p[DQW_SIGN_PSI] = -m.R_ohm;
@@ -58,7 +64,13 @@ static bool is_scale(const float z[], float explained)
 {
     float left = -explained;
     for (int i = DQW_SIGN_R; i <= DQW_SIGN_PSI; i++) left += z[i] * z[i];
-    return left < SCALE_LEFT + SCALE_LEFT_PART * explained;
+    float most = SCALE_LEFT;
+#if DQW_MAP_WEIGHTS > 0
+    const float map = z[DQW_SIGN_MAP_D] * z[DQW_SIGN_MAP_D] + z[DQW_SIGN_MAP_Q] * z[DQW_SIGN_MAP_Q];
+    left += map;
+    if (map > 0.0f) most = SCALE_LEFT_MAP;
+#endif
+    return left < most + SCALE_LEFT_PART * explained;
 }
 
 dqw_fault_verdict dqw_fault_name_it(const float change[], const float unit[], dqw_fault_machine machine)

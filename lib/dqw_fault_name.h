@@ -2,6 +2,8 @@
 #ifndef DQW_FAULT_NAME_H
 #define DQW_FAULT_NAME_H
 
+#include "dqw_size.h"
+
 #ifdef __cplusplus
 extern "C" {
 #endif
@@ -33,6 +35,10 @@ enum dqw_fault_sign {
     DQW_SIGN_PSI,
     DQW_SIGN_DEAD_TIME,
     DQW_SIGN_ANGLE,
+#if DQW_MAP_WEIGHTS > 0
+    DQW_SIGN_MAP_D,
+    DQW_SIGN_MAP_Q,
+#endif
     DQW_SIGN_OFFSET_RE,
     DQW_SIGN_OFFSET_IM,
     DQW_SIGN_RESISTANCE_RE,

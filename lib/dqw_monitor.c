@@ -223,6 +223,12 @@ static int32_t deviation_q5(const dqw_monitor *m, int channel)
     return dqw_is_positive(ratio) ? (int32_t)((ratio < 100.0f ? ratio : 100.0f) * (float)DQW_CHANGE_BAND_Q5) : 0;
 }
 
+// A map's weight where there is no map.
+static bool is_apart(const dqw_monitor *m, int channel)
+{
+    return dqw_estimator_is_apart(&m->estimator, dqw_watch_weight(channel));
+}
+
 static bool is_known(const dqw_monitor *m, int weight)
 {
     return sd(m, weight) < SERVICE_SD * value(m, weight);
@@ -240,12 +246,13 @@ static void settle(dqw_monitor *m, int channel)
     dqw_monitor_channel_value x;
     dqw_monitor_read_channel(m, channel, &x);
     const uint8_t looks = m->watch.looks[channel];
-    const float part = channel > DQW_WATCH_ANGLE  ? KNOWN_PART_WITNESS
-                       : channel == DQW_WATCH_PSI ? KNOWN_PART_FLUX
-                                                  : KNOWN_PART;
+    const float part = channel >= DQW_WATCH_OFFSET ? KNOWN_PART_WITNESS
+                       : channel == DQW_WATCH_PSI  ? KNOWN_PART_FLUX
+                                                   : KNOWN_PART;
     const bool known_well = x.sd < part * dqw_monitor_band_of(m, channel);
     // Known less well it is watched with a band of five deviations, and its healthy value goes on being learned.
-    const bool known_now = known_well || (channel <= DQW_WATCH_PSI && is_known(m, channel));
+    const bool known_now = known_well || (dqw_watch_is_part(channel) && !is_apart(m, channel) &&
+                                          is_known(m, dqw_watch_weight(channel)));
     if (known_well || (known_now && looks < DQW_WATCH_LOOKS_MOST - 1)) m->watch.looks[channel]++;
     if (!known_now && looks != 0) return;
     const float before = channel <= DQW_WATCH_PSI ? m->healthy.weight[channel] : 1.0f;
@@ -271,7 +278,7 @@ static dqw_fault_verdict name_it(const dqw_monitor *m)
             const float scale = channel == DQW_WATCH_ANGLE       ? m->healthy.weight[DQW_PSI]
                                 : channel == DQW_WATCH_DEAD_TIME ? 1.0f
                                                                  : m->healthy.weight[channel];
-            change[channel] = x.change / scale;
+            change[channel] = is_apart(m, channel) ? 0.0f : x.change / scale;
             unit[channel] = sure ? least / fabsf(scale) : DQW_UNKNOWN;
         } else {
             const int k = channel - DQW_WATCH_OFFSET;

@@ -21,11 +21,11 @@ extern "C" {
 typedef struct dqw_monitor_config {
     /// pole pairs are needed. Let it follow, or it learns of no change
     dqw_estimator_config estimator;
-    /// A change by less is healthy. Of R, L_d, L_q, flux [0.04, 0.06, 0.06, 0.012] as part of the healthy value; dead
-    /// time [0.005] as part of the voltage base; angle [0.02] rad; offset [0.01] as part of the current base;
-    /// resistance and reactance of one phase against the others
-    /// [0.03, 0.03]; shorted turns' conductance times R [0.003]; friction [0.05] as part of the torque at the current
-    /// base; winding above cold [110] K; residual against the healthy one [3]
+    /// A change by less is healthy. Of R, L_d, L_q, flux [0.04, 0.06, 0.06, 0.012] and a flux map's weights [0.06] as
+    /// part of the healthy value; dead time [0.005] as part of the voltage base; angle [0.02] rad; offset [0.01] as part
+    /// of the current base; resistance and reactance of one phase against the others [0.03, 0.03]; shorted turns'
+    /// conductance times R [0.003]; friction [0.05] as part of the torque at the current base; winding above cold [110]
+    /// K; residual against the healthy one [3]
     float band[DQW_WATCH_CHANNELS];
     float alpha_per_K;  ///< of the winding's resistance [0.0039]
     float beta_per_K;   ///< of the magnet's flux, as a positive fall [0.001]
@@ -144,7 +144,7 @@ dqw_reading dqw_monitor_read(const dqw_monitor *m, enum dqw_monitor_channel chan
 float dqw_monitor_sensitivity(const dqw_monitor *m, enum dqw_monitor_channel channel);
 
 /// Why a channel is not watched now. One that is DQW_WHY_COARSE has a sensitivity, so large that no fault reaches it:
-/// above 0.3 of healthy R, L_d, L_q or flux, of the others ten times their usual band.
+/// above 0.3 of healthy R, L_d, L_q, flux or a map's weight, of the others ten times their usual band.
 ///
 /// Returns  DQW_WHY_IN_SERVICE where it is watched; as dqw_monitor_why where nothing is, or nothing was learned for a
 ///          while
@@ -163,7 +163,7 @@ typedef struct dqw_monitor_stored {
     uint32_t config;   ///< hash of the configuration
     dqw_monitor_healthy healthy;
     uint8_t looks[DQW_WATCH_TEMPERATURE];  ///< that each healthy value is the mean of
-    uint8_t unused[1];
+    uint8_t unused[4 - DQW_WATCH_TEMPERATURE % 4];
     uint32_t check;  ///< sum over all that stands before it
 } dqw_monitor_stored;
 

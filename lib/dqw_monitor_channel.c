@@ -19,6 +19,9 @@
 static const float BAND[DQW_WATCH_CHANNELS] = {
     [DQW_WATCH_R] = 0.04f,       [DQW_WATCH_LD] = 0.06f,         [DQW_WATCH_LQ] = 0.06f,
     [DQW_WATCH_PSI] = 0.012f,    [DQW_WATCH_DEAD_TIME] = 0.005f, [DQW_WATCH_ANGLE] = 0.02f,
+#if DQW_MAP_WEIGHTS > 0
+    [DQW_WATCH_MAP_D] = 0.06f,   [DQW_WATCH_MAP_Q] = 0.06f,
+#endif
     [DQW_WATCH_OFFSET] = 0.01f,  [DQW_WATCH_RESISTANCE] = 0.03f, [DQW_WATCH_REACTANCE] = 0.03f,
     [DQW_WATCH_SHORT] = 0.003f,  [DQW_WATCH_FRICTION] = 0.05f,   [DQW_WATCH_TEMPERATURE] = 110.0f,
     [DQW_WATCH_RESIDUAL] = 3.0f,
@@ -70,6 +73,10 @@ float dqw_monitor_band_of(const dqw_monitor *m, int channel)
         h[DQW_PSI],
         c->v_base_V,
         h[DQW_PSI],
+#if DQW_MAP_WEIGHTS > 0
+        fabsf(h[DQW_WATCH_MAP_D]),
+        fabsf(h[DQW_WATCH_MAP_Q]),
+#endif
         c->i_base_A,
         h[DQW_R] * (1.0f / 3.0f),
         L3,
@@ -79,12 +86,25 @@ float dqw_monitor_band_of(const dqw_monitor *m, int channel)
     return dqw_monitor_band(m, channel) * unit[channel];
 }
 
+// 0 of a map's weight where there is no map.
+static float weight_of(const dqw_monitor *m, int channel)
+{
+    const int weight = dqw_watch_weight(channel);
+    return dqw_estimator_is_apart(&m->estimator, weight) ? 0.0f : dqw_estimator_value(&m->estimator, weight);
+}
+
+static float weight_sd(const dqw_monitor *m, int channel)
+{
+    const int weight = dqw_watch_weight(channel);
+    return dqw_estimator_is_apart(&m->estimator, weight) ? DQW_UNKNOWN : dqw_estimator_sd(&m->estimator, weight);
+}
+
 void dqw_monitor_read_channel(const dqw_monitor *m, int channel, dqw_monitor_channel_value *r)
 {
     if (channel < DQW_WATCH_OFFSET) {
-        r->now = dqw_estimator_value(&m->estimator, channel);
+        r->now = weight_of(m, channel);
         r->change = r->now - m->healthy.weight[channel];
-        r->sd = dqw_estimator_sd(&m->estimator, channel);
+        r->sd = weight_sd(m, channel);
     } else if (channel < DQW_WATCH_FRICTION) {
         const int k = channel - DQW_WATCH_OFFSET;
         const float re = m->witness.re[k] - m->healthy.re[k];
@@ -109,8 +129,8 @@ void dqw_monitor_read_channel(const dqw_monitor *m, int channel, dqw_monitor_cha
 void dqw_monitor_move_healthy(dqw_monitor *m, int channel, float keep)
 {
     if (channel < DQW_WATCH_OFFSET) {
-        m->healthy.weight[channel] = dqw_estimator_value(&m->estimator, channel) +
-                                     keep * (m->healthy.weight[channel] - dqw_estimator_value(&m->estimator, channel));
+        const float now = weight_of(m, channel);
+        m->healthy.weight[channel] = now + keep * (m->healthy.weight[channel] - now);
     } else if (channel < DQW_WATCH_FRICTION) {
         const int k = channel - DQW_WATCH_OFFSET;
         m->healthy.re[k] = m->witness.re[k] + keep * (m->healthy.re[k] - m->witness.re[k]);
@@ -132,7 +152,8 @@ float dqw_monitor_surely(const dqw_monitor *m, int channel, float deviation)
     const float least = width > sure ? width : sure;
     if (channel >= DQW_WATCH_OFFSET || !m->config->estimator.follow) return least;
     const dqw_estimator *e = &m->estimator;
-    const float wanders = WANDERS * e->segment.band_pu[channel] * dqw_estimator_unit(e, channel);
+    const int weight = dqw_watch_weight(channel);
+    const float wanders = WANDERS * e->segment.band_pu[weight] * dqw_estimator_unit(e, weight);
     return wanders > least ? wanders : least;
 }
 
@@ -140,13 +161,15 @@ dqw_reading dqw_monitor_read(const dqw_monitor *m, enum dqw_monitor_channel chan
 {
     dqw_reading r = {.value = 0.0f, .sd = DQW_UNKNOWN, .sd_change = DQW_UNKNOWN, .usable = false};
     if ((unsigned)channel >= DQW_WATCH_CHANNELS) return r;
-    if ((int)channel < DQW_WATCH_OFFSET) return dqw_estimator_read(&m->estimator, (enum dqw_parameter)channel);
+    if (channel <= DQW_WATCH_ANGLE) return dqw_estimator_read(&m->estimator, (enum dqw_parameter)channel);
     // Temperature counts from a cold value that is taken on entering service.
     if (channel == DQW_WATCH_TEMPERATURE && !(m->healthy.cold_R_ohm > 0.0f)) return r;
     dqw_monitor_channel_value x;
     dqw_monitor_read_channel(m, (int)channel, &x);
     r.value = x.now;
     r.sd = r.sd_change = x.sd;
+    if ((int)channel < DQW_WATCH_OFFSET && x.sd < DQW_UNKNOWN)
+        r.sd = dqw_estimator_sd_value(&m->estimator, dqw_watch_weight((int)channel));
     r.usable = r.sd < USABLE_SD * fabsf(r.value);
     return r;
 }
@@ -156,6 +179,7 @@ static bool is_asked_for(const dqw_monitor *m, int channel)
     const dqw_estimator *e = &m->estimator;
     if (channel == DQW_WATCH_DEAD_TIME) return dqw_estimator_has_dead_time(e);
     if (channel == DQW_WATCH_ANGLE) return dqw_estimator_has_flux_q(e);
+    if (dqw_watch_is_map(channel)) return dqw_estimator_has_map(e);
     if (channel == DQW_WATCH_FRICTION) return m->config->J_kgm2 > 0.0f;
     return channel < DQW_WATCH_OFFSET || channel > DQW_WATCH_FRICTION || e->config->angle;
 }
@@ -163,7 +187,7 @@ static bool is_asked_for(const dqw_monitor *m, int channel)
 // More than any fault makes of it.
 static float too_much(const dqw_monitor *m, int channel)
 {
-    if (channel <= DQW_WATCH_PSI) return COARSE * m->healthy.weight[channel];
+    if (dqw_watch_is_part(channel)) return COARSE * fabsf(m->healthy.weight[channel]);
     return COARSE_BANDS * BAND[channel] * dqw_monitor_band_of(m, channel) / dqw_monitor_band(m, channel);
 }
 
@@ -183,12 +207,15 @@ static enum dqw_why sees(const dqw_monitor *m, int channel, float *least)
     }
 
     // [CHN.4] what the motion teaches, and makes sense
-    const int weight = channel == DQW_WATCH_TEMPERATURE ? (int)DQW_WATCH_R : channel;
+    const int weight = channel == DQW_WATCH_TEMPERATURE ? (int)DQW_R
+                       : channel < DQW_WATCH_OFFSET     ? dqw_watch_weight(channel)
+                                                        : channel;
     dqw_monitor_channel_value x;
     dqw_monitor_read_channel(m, channel, &x);
-    const bool moves = weight >= DQW_WATCH_OFFSET || e->excess_q10[weight] > 0;
+    const bool by_weight = channel < DQW_WATCH_OFFSET || channel == DQW_WATCH_TEMPERATURE;
+    const bool moves = !by_weight || e->excess_q10[weight] > 0;
     if (!moves || !(x.sd < DQW_UNKNOWN)) return DQW_WHY_NOT_TAUGHT;
-    if (weight <= DQW_WATCH_PSI && !(dqw_estimator_value(e, weight) > 0.0f)) return DQW_WHY_SIGN;
+    if (by_weight && weight <= DQW_PSI && !(dqw_estimator_value(e, weight) > 0.0f)) return DQW_WHY_SIGN;
     if (channel == DQW_WATCH_LQ && m->config->estimator.observed) return DQW_WHY_OBSERVED;
 
     // [CHN.5] what is known well enough: a temperature where R is to its band
@@ -202,9 +229,9 @@ static enum dqw_why sees(const dqw_monitor *m, int channel, float *least)
     // [CHN.6] what segments tell as well, and what is too much
     float sure = dqw_monitor_surely(m, channel, x.sd);
     if (channel < DQW_WATCH_OFFSET && e->config->follow) {
-        const float seen_pu = dqw_segment_sees(&e->segment, channel);
+        const float seen_pu = dqw_segment_sees(&e->segment, weight);
         if (!(seen_pu < DQW_UNKNOWN)) return e->segment.segments == 0 ? DQW_WHY_UNSETTLED : DQW_WHY_NOT_TAUGHT;
-        const float seen = seen_pu * dqw_estimator_unit(e, channel);
+        const float seen = seen_pu * dqw_estimator_unit(e, weight);
         sure = seen > sure ? seen : sure;
     }
     *least = sure;

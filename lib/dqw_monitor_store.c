@@ -4,7 +4,8 @@
 #include "dqw_hash.h"
 #include "dqw_monitor_channel.h"
 
-#define VERSION 1u
+// With a flux map's weights it holds more.
+#define VERSION (DQW_MAP_WEIGHTS > 0 ? 2u : 1u)
 // The coldest that a machine is switched on at, below cold.
 #define COLDER_K 40.0f
 
@@ -45,7 +46,8 @@ static uint32_t check_of(const dqw_monitor_stored *s)
     // Its fields leave no padding.
     hash = dqw_hash_bytes(hash, &s->healthy, sizeof s->healthy);
     for (int i = 0; i < DQW_WATCH_TEMPERATURE; i++) hash = dqw_hash_add(hash, s->looks[i]);
-    return dqw_hash_add(hash, s->unused[0]);
+    for (unsigned i = 0; i < sizeof s->unused; i++) hash = dqw_hash_add(hash, s->unused[i]);
+    return hash;
 }
 
 bool dqw_monitor_store(const dqw_monitor *m, dqw_monitor_stored *stored)

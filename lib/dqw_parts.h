@@ -37,12 +37,12 @@ typedef struct dqw_lasting {
 
 /// What a segment of driving says of each weight (dqw_segment.h).
 typedef struct dqw_segment {
-    float a[DQW_PARAMETERS * (DQW_PARAMETERS + 1) / 2], b[DQW_PARAMETERS];  ///< sums of x x' and x e
-    float band_pu[DQW_PARAMETERS];                             ///< how far a weight scatters between segments in health
-    int16_t up_q11[DQW_PARAMETERS], down_q11[DQW_PARAMETERS];  ///< sums of what agrees
-    uint16_t share_q15[DQW_PARAMETERS];  ///< what the last segment knew of a weight, over its band
-    float sum[2], square[2];             ///< of the segment's speed and current,
-    float mean[2], variance[2], run;     ///< in the long run, and how long that is
+    float a[DQW_FOLLOWED * (DQW_FOLLOWED + 1) / 2], b[DQW_FOLLOWED];  ///< sums of x x' and x e
+    float band_pu[DQW_FOLLOWED];                           ///< how far a weight scatters between segments in health
+    int16_t up_q11[DQW_FOLLOWED], down_q11[DQW_FOLLOWED];  ///< sums of what agrees
+    uint16_t share_q15[DQW_FOLLOWED];                      ///< what the last segment knew of a weight, over its band
+    float sum[2], square[2];                               ///< of the segment's speed and current,
+    float mean[2], variance[2], run;                       ///< in the long run, and how long that is
     uint32_t blocks;
     uint16_t segments, since;  ///< in all; since a weight was found changed
     bool urgent;               ///< something shows already: this segment alone may tell what has changed

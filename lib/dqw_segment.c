@@ -4,7 +4,7 @@
 
 #include "dqw_reading.h"
 
-enum { N = DQW_PARAMETERS };
+enum { N = DQW_FOLLOWED };
 
 #define AT(i, j) ((j) * ((j) + 1) / 2 + (i))
 // Blocks overlap by half: their errors' power counts for half as much again.

@@ -14,12 +14,12 @@ extern "C" {
 
 /// What is known of the weights before a segment, per unit.
 typedef struct dqw_segment_known {
-    float least_pu[DQW_PARAMETERS];  ///< no band is narrower
-    float model_pu[DQW_PARAMETERS];  ///< what the model's error may make of a band that is not known yet
-    float wide_pu[DQW_PARAMETERS];   ///< how far a weight may have jumped
+    float least_pu[DQW_FOLLOWED];  ///< no band is narrower
+    float model_pu[DQW_FOLLOWED];  ///< what the model's error may make of a band that is not known yet
+    float wide_pu[DQW_FOLLOWED];   ///< how far a weight may have jumped
 } dqw_segment_known;
 
-/// Nothing seen. band_pu[DQW_PARAMETERS]: how far each weight may scatter, to begin with; > 0.
+/// Nothing seen. band_pu[DQW_FOLLOWED]: how far each weight may scatter, to begin with; > 0.
 void dqw_segment_init(dqw_segment *s, const float band_pu[]);
 
 /// Forget what is being gathered, and what seemed to agree.
@@ -28,8 +28,8 @@ void dqw_segment_restart(dqw_segment *s);
 /// One row: its inputs, 0 where they teach nothing, and what the weights leave of its target.
 ///
 /// Source   (E104) in docs/EQUATIONS.md
-/// Shape    x_pu[DQW_PARAMETERS], read only
-/// Cost     35 products
+/// Shape    x_pu[DQW_FOLLOWED], read only
+/// Cost     35 products, 54 with a map's weights
 /// Context  background
 void dqw_segment_row(dqw_segment *s, const float x_pu[], float error_pu);
 
@@ -45,8 +45,8 @@ bool dqw_segment_block(dqw_segment *s, float w_pu, float i_pu, uint32_t least, u
 ///
 /// Source   (E104), (E105) in docs/EQUATIONS.md
 /// Units    variance_pu2: of a row's error, > 0
-/// Returns  the weight that has changed, -1: none; then move_pu[DQW_PARAMETERS] is by how much each one is to be moved
-/// Cost     n^3 / 3 products for n = DQW_PARAMETERS, twice where one has changed
+/// Returns  the weight that has changed, -1: none; then move_pu[DQW_FOLLOWED] is by how much each one is to be moved
+/// Cost     n^3 / 3 products for n = DQW_FOLLOWED, twice where one has changed
 /// Context  background
 int dqw_segment_end(dqw_segment *s, float variance_pu2, const dqw_segment_known *known, float move_pu[]);
 

@@ -14,6 +14,17 @@
 #error "DQW_EFFECT_WEIGHTS is 0 .. 24: an axis' inputs are bits of one word"
 #endif
 
+/// Weights of a flux map that stand first among the effects, behind the joint neuron's own: followed and watched as those
+/// are. Where there is no room for them there are none.
+#if DQW_EFFECT_WEIGHTS >= 2
+#define DQW_MAP_WEIGHTS 2
+#else
+#define DQW_MAP_WEIGHTS 0
+#endif
+
+/// Weights that are followed by segments of driving.
+#define DQW_FOLLOWED (DQW_PARAMETERS + DQW_MAP_WEIGHTS)
+
 /// Most inputs that a Learner takes, the constant input not counted: the joint neuron's own, and the effects'.
 #define DQW_LEARNER_INPUTS (DQW_PARAMETERS + DQW_EFFECT_WEIGHTS)
 

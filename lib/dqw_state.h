@@ -7,6 +7,7 @@
 #include <stdint.h>
 
 #include "dqw_fault_name.h"
+#include "dqw_size.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -77,6 +78,10 @@ enum dqw_monitor_channel {
     DQW_WATCH_PSI,
     DQW_WATCH_DEAD_TIME,
     DQW_WATCH_ANGLE,
+#if DQW_MAP_WEIGHTS > 0
+    DQW_WATCH_MAP_D,  // a flux map's weights
+    DQW_WATCH_MAP_Q,
+#endif
     DQW_WATCH_OFFSET,  // then the witness'
     DQW_WATCH_RESISTANCE,
     DQW_WATCH_REACTANCE,
@@ -99,6 +104,7 @@ typedef struct dqw_watch {
     int8_t gathered;    ///< blocks of a stretch in one direction, with its sign
     int8_t before;      ///< direction of the stretch before it
     bool resting, too_hot, back;
+    uint8_t extended;  ///< times that the name was waited for
 } dqw_watch;
 
 #ifdef __cplusplus

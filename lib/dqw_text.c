@@ -69,6 +69,10 @@ static const char *const parameter_texts[] = {
     [DQW_WATCH_PSI] = "psi_Wb",
     [DQW_WATCH_DEAD_TIME] = "dead_time_V",
     [DQW_WATCH_ANGLE] = "psi_q_Wb",
+#if DQW_MAP_WEIGHTS > 0
+    [DQW_WATCH_MAP_D] = "flux_map_d",
+    [DQW_WATCH_MAP_Q] = "flux_map_q",
+#endif
     [DQW_WATCH_OFFSET] = "offset_A",
     [DQW_WATCH_RESISTANCE] = "phase_resistance_ohm",
     [DQW_WATCH_REACTANCE] = "gain_H",

@@ -7,9 +7,8 @@
 #define NAMING_TICKS 24
 #define REST_TICKS 60
 // An unknown one, or R alone, is given so many looks more, twice, 84 and 90 %; one of two names six times, for weights
-// that were opened are known better and better: counted above the bits of the channels.
+// that were opened are known better and better.
 #define EXTENSION_TICKS 10
-#define EXTENDED 0x2000u
 #define UNKNOWN_EXTENDED 2u
 #define UNSURE_EXTENDED 6u
 // And where its segment has not ended: so many until the next try.
@@ -97,6 +96,7 @@ static void quiet(dqw_watch *w)
 {
     for (int i = 0; i < DQW_WATCH_CHANNELS; i++) dqw_change_init(&w->change[i]);
     w->alarms = 0;
+    w->extended = 0;
 }
 
 void dqw_watch_adopt(dqw_watch *w, uint32_t halves)
@@ -155,7 +155,7 @@ bool dqw_watch_look(dqw_watch *w, const int32_t deviation_q5[])
 bool dqw_watch_wants_a_name(const dqw_watch *w)
 {
     const uint32_t apart = 1u << DQW_WATCH_FRICTION | 1u << DQW_WATCH_TEMPERATURE;
-    return (w->alarms & ((1u << DQW_WATCH_CHANNELS) - 1u) & ~apart) != 0;
+    return (w->alarms & ~apart) != 0;
 }
 
 void dqw_watch_later(dqw_watch *w)
@@ -221,14 +221,15 @@ enum dqw_watch_follows dqw_watch_named(dqw_watch *w, int channel, enum dqw_fault
     w->too_hot = w->too_hot || channel == DQW_WATCH_TEMPERATURE;
     // R takes up at first what others will explain.
     const bool settles = name == DQW_FAULT_UNKNOWN || name == DQW_FAULT_RESISTANCE_RISE;
-    if (w->alarms < (settles ? UNKNOWN_EXTENDED : sure ? 0u : UNSURE_EXTENDED) * EXTENDED) {
-        w->alarms = (uint16_t)(w->alarms + EXTENDED);
+    if (w->extended < (settles ? UNKNOWN_EXTENDED : sure ? 0u : UNSURE_EXTENDED)) {
+        w->extended++;
         w->wait = EXTENSION_TICKS;
         return DQW_WATCH_LATER;
     }
     if (name == DQW_FAULT_OVER_TEMPERATURE || name == DQW_FAULT_BEARING_WEAR) {
         dqw_change_init(&w->change[channel]);
         w->alarms = 0;
+        w->extended = 0;
         if (channel == DQW_WATCH_FRICTION) w->looks[channel] = w->reversals = 0;
         return DQW_WATCH_APART;
     }

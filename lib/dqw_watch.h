@@ -44,6 +44,24 @@ enum dqw_watch_follows {
     DQW_WATCH_RESTS,      ///< it is named; all healthy values are taken anew
 };
 
+/// The joint neuron's weight that a channel below DQW_WATCH_OFFSET watches.
+static inline int dqw_watch_weight(int channel)
+{
+    return channel <= DQW_WATCH_ANGLE ? channel : channel - DQW_WATCH_ANGLE - 1 + DQW_PARAMETERS;
+}
+
+/// A flux map's.
+static inline bool dqw_watch_is_map(int channel)
+{
+    return channel > DQW_WATCH_ANGLE && channel < DQW_WATCH_OFFSET;
+}
+
+/// A channel whose band is a part of the healthy value, which is no weight about zero.
+static inline bool dqw_watch_is_part(int channel)
+{
+    return channel <= DQW_WATCH_PSI || dqw_watch_is_map(channel);
+}
+
 /// Nothing seen yet.
 void dqw_watch_init(dqw_watch *w);
 

@@ -6,6 +6,7 @@
 #include <stdint.h>
 
 #include "dqw_estimator_q15.h"
+#include "dqw_q15.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -188,6 +189,36 @@ static inline unsigned dqw_estimator_shift_q15(const dqw_estimator_q15 *e, int w
     (void)e;
     (void)weight;
     return 0;
+}
+
+/// Are a flux map's weights the first of the effects'? They are followed as the machine's own.
+static inline bool dqw_estimator_has_map_q15(const dqw_estimator_q15 *e)
+{
+#if DQW_MAP_WEIGHTS > 0
+    return e->effect.count > 0 && e->effect.list[0].effect == DQW_EFFECT_FLUX_MAP;
+#else
+    (void)e;
+    return false;
+#endif
+}
+
+/// Is it none of the machine's own weights, nor a map's?
+static inline bool dqw_estimator_is_apart_q15(const dqw_estimator_q15 *e, int weight)
+{
+    return DQW_MAP_WEIGHTS > 0 && weight >= DQW_PARAMETERS && !dqw_estimator_has_map_q15(e);
+}
+
+/// Of a weight's input what it is of as many halvings as the weight is counted in, and back: by its power or two.
+static inline int64_t dqw_estimator_counted_q15(const dqw_estimator_q15 *e, int weight, int64_t x, int power)
+{
+#if DQW_MAP_WEIGHTS > 0
+    return dqw_q_scale64(x, power * (int)dqw_estimator_shift_q15(e, weight));
+#else
+    (void)e;
+    (void)weight;
+    (void)power;
+    return x;
+#endif
 }
 
 /// Inputs of the joint neuron: a constant where there is no room for effects.

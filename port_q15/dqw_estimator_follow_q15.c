@@ -33,7 +33,7 @@
 #define ONE_Q30 1073741824
 #define GOLDEN 2654435769u
 
-enum { D = 0, Q = 1, N = DQW_PARAMETERS };
+enum { D = 0, Q = 1, N = DQW_FOLLOWED };
 
 static int64_t block_ns(const dqw_estimator_q15 *e)
 {
@@ -81,9 +81,11 @@ static int16_t more(int16_t sum, int16_t x)
 static int32_t part_of(const dqw_estimator_q15 *e, int i, int32_t of_any_q30, int32_t of_flux_q30, int32_t dead_q28)
 {
     const bool flux = i == DQW_PSI || i == DQW_PSI_Q;
-    if (i > DQW_PSI && !flux) return dead_q28;
+    if (dqw_estimator_is_apart_q15(e, i)) return 0;
+    if (i > DQW_PSI && !flux && i < DQW_PARAMETERS) return dead_q28;
     // Of a weight of 27, 8 at most.
-    return dqw_q_times32(dqw_estimator_size_q24(e, i), flux ? of_flux_q30 : of_any_q30, -26);
+    const int64_t size_q24 = dqw_estimator_counted_q15(e, i, dqw_estimator_size_q24(e, i), -1);
+    return dqw_q_times32(size_q24, flux ? of_flux_q30 : of_any_q30, -26);
 }
 
 static int32_t least_q28(const dqw_estimator_q15 *e, int i)
@@ -279,10 +281,10 @@ static void grow(dqw_estimator_q15 *e, int i, int64_t q_q40)
 // and no surer.
 static void stay_awake(dqw_estimator_q15 *e, int i, int64_t seconds_q20, int64_t rows, int64_t variance_q56)
 {
-    const int64_t alone_q31 = e->residual.alone_q31[i];
-    const bool wanders = i <= DQW_PSI || i == DQW_PSI_Q;
+    const int64_t alone_q31 = dqw_estimator_counted_q15(e, i, e->residual.alone_q31[i], 2);
+    const bool wanders = i <= DQW_PSI || i == DQW_PSI_Q || (i >= DQW_PARAMETERS && !dqw_estimator_is_apart_q15(e, i));
     if (!wanders || alone_q31 == 0 || (e->learned >> i & 1u) == 0) return;
-    const int64_t size_q24 = dqw_estimator_size_q24(e, i);
+    const int64_t size_q24 = dqw_estimator_counted_q15(e, i, dqw_estimator_size_q24(e, i), -1);
     const int64_t a_second_q56 = dqw_q_quotient64(dqw_q_product64(size_q24, size_q24, 0),
                                                   i == DQW_R ? WANDER_R_PARTS : WANDER_PARTS, 8);
     // The more, the more segments agree.
@@ -299,7 +301,7 @@ static void stay_awake(dqw_estimator_q15 *e, int i, int64_t seconds_q20, int64_t
     // (y + sqrt(y^2 + 4 y)) / 2: 2^60 and 2^56
     const int64_t root_q24 = dqw_q_root64((uint64_t)(y_q24 * y_q24) + ((uint64_t)y_q24 << 26));
     const int64_t want_q40 = dqw_q_quotient64(y_q24 + root_q24, rows * alone_q31, 46);
-    grow(e, i, want_q40 - e->cov_q40[i]);
+    grow(e, i, dqw_estimator_counted_q15(e, i, want_q40, 2) - e->cov_q40[i]);
 }
 
 // A weight has changed: all move as the segment says, and its past weighs little from now on.
@@ -315,12 +317,14 @@ static void open(dqw_estimator_q15 *e, int changed, const dqw_lasting_q15 *calm,
     if (k->opened < UINT8_MAX) k->opened++;
     k->opened_at = e->number;
     k->opened_since = e->segment.agreed ? k->began_before : k->began;
-    for (int i = 0; i < N; i++) {
+    const int followed = dqw_estimator_has_map_q15(e) ? N : DQW_PARAMETERS;
+    for (int i = 0; i < followed; i++) {
         // The sums say how far the weights are off: from now on, from where they are moved to.
         e->w_q24[i] = dqw_q31_sat((int64_t)e->w_q24[i] + move_q24[i]);
         // The others took up a part of it while it was not known.
         const int64_t took_q28 = i == changed ? wide[i] : dqw_q31_sat((int64_t)TOOK_BANDS * e->segment.band_q28[i]);
-        grow(e, i, dqw_q_quotient64(took_q28 * took_q28, calm->all_q56, 40));
+        const int64_t grown_q40 = dqw_q_quotient64(took_q28 * took_q28, calm->all_q56, 40);
+        grow(e, i, dqw_estimator_counted_q15(e, i, grown_q40, 2));
     }
 }
 
@@ -349,7 +353,8 @@ void dqw_estimator_follow_q15(dqw_estimator_q15 *e, const dqw_estimator_q15_bloc
     dqw_segment_q15_known known;
     int32_t move_q24[N];
     for (int i = 0; i < N; i++) {
-        const int32_t hidden = dqw_estimator_model_q28(e, i, &calm);
+        int32_t hidden = dqw_estimator_is_apart_q15(e, i) ? 0 : dqw_estimator_model_q28(e, i, &calm);
+        if (hidden != INT32_MAX) hidden = dqw_q_floor32(hidden, dqw_estimator_shift_q15(e, i));
         known.least_q28[i] = least_q28(e, i);
         known.wide_q28[i] = wide_q28(e, i);
         known.model_q28[i] = hidden < known.wide_q28[i] ? hidden : known.wide_q28[i];

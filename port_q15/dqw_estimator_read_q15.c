@@ -185,7 +185,10 @@ static int64_t hidden_q56(const dqw_estimator_q15 *e, int weight, const dqw_last
     if (model == INT64_MAX) return INT64_MAX;
     const bool leans = e->config->observed && weight <= DQW_LQ;
     const int64_t part = leans ? model : dqw_q_product64(model, MODEL_PART2_Q31, -31);
-    const int64_t band_q28 = weight < DQW_PARAMETERS ? e->segment.band_q28[weight] : 0;
+    int64_t band_q28 = weight < DQW_FOLLOWED ? e->segment.band_q28[weight] : 0;
+#if DQW_MAP_WEIGHTS > 0
+    band_q28 = dqw_q31_sat(dqw_estimator_counted_q15(e, weight, band_q28, 1));
+#endif
     const int64_t band = band_q28 * band_q28;
     return sum_q56(part, band <= model ? band : band_q28 * dqw_q_root64((uint64_t)model));
 }

@@ -10,6 +10,8 @@
 // What one factor for R, L and flux may leave of them, squared: 12, and a fiftieth of what it explains.
 #define SCALE_LEFT_Q20 12582912
 #define SCALE_LEFT_PARTS 50
+// And 16 where a map's weights are known.
+#define SCALE_LEFT_MAP_Q20 16777216
 // What a second pattern must leave more, squared, before it counts as told apart: odds of e^3, and a hundredth of the
 // whole, as patterns are no better known.
 #define APART_Q20 6291456
@@ -39,7 +41,11 @@ static bool pattern_of(enum dqw_fault_name name, int phase, dqw_fault_machine_q1
     case DQW_FAULT_ENCODER_OFFSET: p[DQW_SIGN_ANGLE] = ONE_Q24; break;
     case DQW_FAULT_INVERTER_FAULT: p[DQW_SIGN_DEAD_TIME] = ONE_Q24; break;
     case DQW_FAULT_RESISTANCE_RISE: p[DQW_SIGN_R] = ONE_Q24; break;
-    case DQW_FAULT_VOLTAGE_SCALE: p[DQW_SIGN_R] = p[DQW_SIGN_LD] = p[DQW_SIGN_LQ] = p[DQW_SIGN_PSI] = ONE_Q24; break;
+    case DQW_FAULT_VOLTAGE_SCALE: p[DQW_SIGN_R] = p[DQW_SIGN_LD] = p[DQW_SIGN_LQ] = p[DQW_SIGN_PSI] = ONE_Q24;
+#if DQW_MAP_WEIGHTS > 0
+        p[DQW_SIGN_MAP_D] = p[DQW_SIGN_MAP_Q] = ONE_Q24;
+#endif
+        break;
     case DQW_FAULT_TURN_SHORT:
         turned(p, DQW_SIGN_SHORT_RE, ONE_Q24, phase);
         p[DQW_SIGN_PSI] = -dqw_q_product64(m.short_q40, m.R_q24, -40);
@@ -86,7 +92,14 @@ static bool is_scale(const int64_t z_q10[], int64_t explained_q20)
 {
     int64_t left_q20 = -explained_q20;
     for (int i = DQW_SIGN_R; i <= DQW_SIGN_PSI; i++) left_q20 += z_q10[i] * z_q10[i];
-    return left_q20 < SCALE_LEFT_Q20 + explained_q20 / SCALE_LEFT_PARTS;
+    int64_t most_q20 = SCALE_LEFT_Q20;
+#if DQW_MAP_WEIGHTS > 0
+    const int64_t d_q10 = z_q10[DQW_SIGN_MAP_D];
+    const int64_t q_q10 = z_q10[DQW_SIGN_MAP_Q];
+    left_q20 += d_q10 * d_q10 + q_q10 * q_q10;
+    if (d_q10 != 0 || q_q10 != 0) most_q20 = SCALE_LEFT_MAP_Q20;
+#endif
+    return left_q20 < most_q20 + explained_q20 / SCALE_LEFT_PARTS;
 }
 
 dqw_fault_verdict_q15 dqw_fault_name_it_q15(const int32_t change_q24[], const int32_t unit_q24[],

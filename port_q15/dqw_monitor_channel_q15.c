@@ -19,6 +19,9 @@
 static const uint32_t BAND_PPM[DQW_WATCH_CHANNELS] = {
     [DQW_WATCH_R] = 40000,          [DQW_WATCH_LD] = 60000,         [DQW_WATCH_LQ] = 60000,
     [DQW_WATCH_PSI] = 12000,        [DQW_WATCH_DEAD_TIME] = 5000,   [DQW_WATCH_ANGLE] = 20000,
+#if DQW_MAP_WEIGHTS > 0
+    [DQW_WATCH_MAP_D] = 60000,      [DQW_WATCH_MAP_Q] = 60000,
+#endif
     [DQW_WATCH_OFFSET] = 10000,     [DQW_WATCH_RESISTANCE] = 30000, [DQW_WATCH_REACTANCE] = 30000,
     [DQW_WATCH_SHORT] = 3000,       [DQW_WATCH_FRICTION] = 50000,   [DQW_WATCH_TEMPERATURE] = 110000000,
     [DQW_WATCH_RESIDUAL] = 3000000,
@@ -66,6 +69,10 @@ int32_t dqw_monitor_band_of_q15(const dqw_monitor_q15 *m, int channel)
     case DQW_WATCH_REACTANCE: of = dqw_witness_mean_L_q24(c, h[DQW_LD], h[DQW_LQ]) / 3; break;
     case DQW_WATCH_ANGLE:
     case DQW_WATCH_FRICTION: break;
+#if DQW_MAP_WEIGHTS > 0
+    case DQW_WATCH_MAP_D:
+    case DQW_WATCH_MAP_Q: of = dqw_q31_sat(dqw_q_size64(h[channel])); break;
+#endif
     default: of = h[channel]; break;
     }
     return dqw_q_times32(band, of, -24);
@@ -81,12 +88,42 @@ static int32_t difference(int32_t a, int32_t b)
     return dqw_q31_sat((int64_t)a - b);
 }
 
+// A number of a channel's weight as the estimator counts it: of a map's as the map does, 0 where there is none.
+static int32_t counted_q24(const dqw_monitor_q15 *m, int channel, int32_t x_q24)
+{
+#if DQW_MAP_WEIGHTS > 0
+    const dqw_estimator_q15 *e = &m->estimator;
+    const int weight = dqw_watch_weight(channel);
+    if (weight < DQW_PARAMETERS || x_q24 == INT32_MAX) return x_q24;
+    if (!dqw_estimator_has_map_q15(e)) return 0;
+    const int64_t w_q40 = dqw_q_scale64(x_q24, 16 + (int)dqw_estimator_shift_q15(e, weight));
+    return dqw_q31_sat(dqw_q_round64(dqw_effect_restored_q40(&e->effect, 0, weight - DQW_PARAMETERS, w_q40), 16));
+#else
+    (void)m;
+    (void)channel;
+    return x_q24;
+#endif
+}
+
+static int32_t weight_q24(const dqw_monitor_q15 *m, int channel)
+{
+    return counted_q24(m, channel, dqw_estimator_value_q24(&m->estimator, dqw_watch_weight(channel)));
+}
+
+static int32_t sd_q24(const dqw_monitor_q15 *m, int channel)
+{
+    const int weight = dqw_watch_weight(channel);
+    return dqw_estimator_is_apart_q15(&m->estimator, weight)
+               ? INT32_MAX
+               : counted_q24(m, channel, dqw_estimator_sd_q24(&m->estimator, weight));
+}
+
 void dqw_monitor_read_channel_q15(const dqw_monitor_q15 *m, int channel, dqw_monitor_channel_q15 *r)
 {
     if (channel < DQW_WATCH_OFFSET) {
-        r->now = dqw_estimator_value_q24(&m->estimator, channel);
+        r->now = weight_q24(m, channel);
         r->change = difference(r->now, m->healthy.weight_q24[channel]);
-        r->sd = dqw_estimator_sd_q24(&m->estimator, channel);
+        r->sd = sd_q24(m, channel);
     } else if (channel < DQW_WATCH_FRICTION) {
         const int k = channel - DQW_WATCH_OFFSET;
         const int32_t re = difference(m->witness.re_q28[k], m->healthy.re_q28[k]);
@@ -119,7 +156,7 @@ static void nearer(int32_t *healthy, int32_t now, int n)
 void dqw_monitor_move_healthy_q15(dqw_monitor_q15 *m, int channel, int n)
 {
     if (channel < DQW_WATCH_OFFSET) {
-        nearer(&m->healthy.weight_q24[channel], dqw_estimator_value_q24(&m->estimator, channel), n);
+        nearer(&m->healthy.weight_q24[channel], weight_q24(m, channel), n);
     } else if (channel < DQW_WATCH_FRICTION) {
         const int k = channel - DQW_WATCH_OFFSET;
         nearer(&m->healthy.re_q28[k], m->witness.re_q28[k], n);
@@ -140,7 +177,8 @@ int64_t dqw_monitor_surely_q15(const dqw_monitor_q15 *m, int channel, int32_t de
     const int64_t width = dqw_monitor_band_of_q15(m, channel);
     const int64_t least = width > sure ? width : sure;
     if (channel >= DQW_WATCH_OFFSET || !m->config->estimator.follow) return least;
-    const int64_t wanders = (int64_t)WANDERS * (m->estimator.segment.band_q28[channel] >> 4);
+    const int64_t wanders = (int64_t)WANDERS *
+                            counted_q24(m, channel, m->estimator.segment.band_q28[dqw_watch_weight(channel)] >> 4);
     return wanders > least ? wanders : least;
 }
 
@@ -171,13 +209,22 @@ dqw_reading_q15 dqw_monitor_read_q15(const dqw_monitor_q15 *m, enum dqw_monitor_
 {
     dqw_reading_q15 r = {.value_q40 = 0, .sd_q40 = INT64_MAX, .sd_change_q40 = INT64_MAX, .usable = false};
     if ((unsigned)channel >= DQW_WATCH_CHANNELS) return r;
-    if ((int)channel < DQW_WATCH_OFFSET) return dqw_estimator_read_q15(&m->estimator, (enum dqw_parameter)channel);
+    if (channel <= DQW_WATCH_ANGLE) return dqw_estimator_read_q15(&m->estimator, (enum dqw_parameter)channel);
     // Temperature counts from a cold value that is taken on entering service.
     if (channel == DQW_WATCH_TEMPERATURE && m->healthy.cold_R_q24 <= 0) return r;
     dqw_monitor_channel_q15 x;
     dqw_monitor_read_channel_q15(m, (int)channel, &x);
     r.value_q40 = dqw_monitor_q40_of((int)channel, x.now);
     r.sd_q40 = r.sd_change_q40 = dqw_monitor_q40_of((int)channel, x.sd);
+#if DQW_MAP_WEIGHTS > 0
+    if ((int)channel < DQW_WATCH_OFFSET && x.sd != INT32_MAX) {
+        int64_t value_q40[DQW_MAP_WEIGHTS];
+        int64_t sd_q40[DQW_MAP_WEIGHTS];
+        (void)dqw_estimator_read_effect_q15(&m->estimator, 0, value_q40, sd_q40);
+        r.sd_q40 = sd_q40[channel - DQW_WATCH_MAP_D];
+        x.sd = dqw_q31_sat(dqw_q_scale64(r.sd_q40, -16));
+    }
+#endif
     r.usable = (int64_t)x.sd * USABLE_PARTS < dqw_q_size64(x.now);
     return r;
 }
@@ -187,6 +234,7 @@ static bool is_asked_for(const dqw_monitor_q15 *m, int channel)
     const dqw_estimator_q15 *e = &m->estimator;
     if (channel == DQW_WATCH_DEAD_TIME) return dqw_estimator_has_dead_time_q15(e);
     if (channel == DQW_WATCH_ANGLE) return dqw_estimator_has_psi_q_q15(e);
+    if (dqw_watch_is_map(channel)) return dqw_estimator_has_map_q15(e);
     if (channel == DQW_WATCH_FRICTION) return m->config->J_nkgm2 > 0;
     return channel < DQW_WATCH_OFFSET || channel > DQW_WATCH_FRICTION || e->config->angle;
 }
@@ -202,7 +250,7 @@ bool dqw_monitor_knows_heat_q15(const dqw_monitor_q15 *m)
 // More than any fault makes of it.
 static int64_t too_much(const dqw_monitor_q15 *m, int channel)
 {
-    if (channel <= DQW_WATCH_PSI) return (int64_t)m->healthy.weight_q24[channel] * COARSE_TENTHS / 10;
+    if (dqw_watch_is_part(channel)) return dqw_q_size64(m->healthy.weight_q24[channel]) * COARSE_TENTHS / 10;
     return (int64_t)dqw_monitor_band_of_q15(m, channel) * BAND_PPM[channel] * COARSE_BANDS /
            dqw_monitor_or_else(m->config->band_ppm[channel], BAND_PPM[channel]);
 }
@@ -223,12 +271,15 @@ static enum dqw_why sees(const dqw_monitor_q15 *m, int channel, int64_t *least)
     }
 
     // [CHN.4] what the motion teaches, and makes sense
-    const int weight = channel == DQW_WATCH_TEMPERATURE ? (int)DQW_WATCH_R : channel;
+    const int weight = channel == DQW_WATCH_TEMPERATURE ? (int)DQW_R
+                       : channel < DQW_WATCH_OFFSET     ? dqw_watch_weight(channel)
+                                                        : channel;
     dqw_monitor_channel_q15 x;
     dqw_monitor_read_channel_q15(m, channel, &x);
-    const bool moves = weight >= DQW_WATCH_OFFSET || e->excess_q10[weight] > 0;
+    const bool by_weight = channel < DQW_WATCH_OFFSET || channel == DQW_WATCH_TEMPERATURE;
+    const bool moves = !by_weight || e->excess_q10[weight] > 0;
     if (!moves || x.sd == INT32_MAX) return DQW_WHY_NOT_TAUGHT;
-    if (weight <= DQW_WATCH_PSI && e->w_q24[weight] <= 0) return DQW_WHY_SIGN;
+    if (by_weight && weight <= DQW_PSI && e->w_q24[weight] <= 0) return DQW_WHY_SIGN;
     if (channel == DQW_WATCH_LQ && m->config->estimator.observed) return DQW_WHY_OBSERVED;
 
     // [CHN.5] what is known well enough: a temperature where R is to its band
@@ -242,9 +293,9 @@ static enum dqw_why sees(const dqw_monitor_q15 *m, int channel, int64_t *least)
     // [CHN.6] what segments tell as well, and what is too much
     int64_t sure = dqw_monitor_surely_q15(m, channel, x.sd) * 65536;
     if (channel < DQW_WATCH_OFFSET && m->config->estimator.follow) {
-        const int32_t seen_q28 = dqw_segment_sees_q15(&e->segment, channel);
+        const int32_t seen_q28 = dqw_segment_sees_q15(&e->segment, weight);
         if (seen_q28 == INT32_MAX) return e->segment.segments == 0 ? DQW_WHY_UNSETTLED : DQW_WHY_NOT_TAUGHT;
-        const int64_t seen = (int64_t)seen_q28 * 4096;
+        const int64_t seen = (int64_t)counted_q24(m, channel, seen_q28) * 4096;
         sure = seen > sure ? seen : sure;
     }
     *least = sure;

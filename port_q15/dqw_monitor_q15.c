@@ -277,6 +277,12 @@ static int32_t deviation_q5(const dqw_monitor_q15 *m, int channel)
     return (int32_t)(q5 < 0 ? 0 : q5 < most ? q5 : most);
 }
 
+// A map's weight where there is no map.
+static bool is_apart(const dqw_monitor_q15 *m, int channel)
+{
+    return dqw_estimator_is_apart_q15(&m->estimator, dqw_watch_weight(channel));
+}
+
 static int32_t over(int32_t a, int32_t b_q24)
 {
     return a == INT32_MAX ? INT32_MAX : dqw_q_quotient32(a, b_q24, 24);
@@ -297,7 +303,7 @@ static dqw_fault_verdict_q15 name_it(const dqw_monitor_q15 *m)
             const int32_t scale = channel == DQW_WATCH_ANGLE       ? h[DQW_PSI]
                                   : channel == DQW_WATCH_DEAD_TIME ? ONE_Q24
                                                                    : h[channel];
-            change_q24[channel] = over(x.change, scale);
+            change_q24[channel] = is_apart(m, channel) ? 0 : over(x.change, scale);
             unit_q24[channel] = over(least, scale);
         } else {
             const int k = channel - DQW_WATCH_OFFSET;
@@ -367,14 +373,15 @@ static void settle(dqw_monitor_q15 *m, int channel)
     // What is half out of its band already may be a fault that begins.
     if (!dqw_watch_settles(&m->watch, channel) || 2 * deviation_q5(m, channel) > DQW_CHANGE_BAND_Q5) return;
     const uint8_t looks = m->watch.looks[channel];
-    const int32_t part_q15 = channel > DQW_WATCH_ANGLE  ? KNOWN_PART_WITNESS_Q15
-                             : channel == DQW_WATCH_PSI ? KNOWN_PART_FLUX_Q15
-                                                        : KNOWN_PART_Q15;
+    const int32_t part_q15 = channel >= DQW_WATCH_OFFSET ? KNOWN_PART_WITNESS_Q15
+                             : channel == DQW_WATCH_PSI  ? KNOWN_PART_FLUX_Q15
+                                                         : KNOWN_PART_Q15;
     dqw_monitor_channel_q15 x;
     dqw_monitor_read_channel_q15(m, channel, &x);
     const bool known_well = within_part(x.sd, part_q15, dqw_monitor_band_of_q15(m, channel));
     // Known less well it is watched with a band of five deviations, and its healthy value goes on being learned.
-    const bool known_now = known_well || (channel <= DQW_WATCH_PSI && is_known(m, channel));
+    const bool known_now = known_well || (dqw_watch_is_part(channel) && !is_apart(m, channel) &&
+                                          is_known(m, dqw_watch_weight(channel)));
     if (known_well || (known_now && looks < DQW_WATCH_LOOKS_MOST - 1)) m->watch.looks[channel]++;
     if (!known_now && looks != 0) return;
     const int32_t before = channel <= DQW_WATCH_PSI ? m->healthy.weight_q24[channel] : 1;

@@ -24,8 +24,8 @@ extern "C" {
 typedef struct dqw_monitor_q15_config {
     /// pole pairs are needed. Let it follow, or it learns of no change
     dqw_estimator_q15_config estimator;
-    /// A change by less is healthy, in millionths. Of R, L_d, L_q, flux [40000, 60000, 60000, 12000] of the healthy
-    /// value; dead time [5000] of the full voltage; angle [20000] rad; offset [10000] of the full current; resistance
+    /// A change by less is healthy, in millionths. Of R, L_d, L_q, flux [40000, 60000, 60000, 12000] and a flux map's
+    /// weights [60000] of the healthy value; dead time [5000] of the full voltage; angle [20000] rad; offset [10000] of the full current; resistance
     /// and reactance of one phase against the others
     /// [30000, 30000]; shorted turns' conductance times R [3000]; friction [50000] of the torque at the full current;
     /// winding above cold
@@ -141,9 +141,9 @@ bool dqw_monitor_event_q15(dqw_monitor_q15 *m, dqw_monitor_change_q15 *change);
 /// A channel's value as it is now, and how sure it is.
 ///
 /// Source   (E20), (E61), (E62) in docs/EQUATIONS.md
-/// Format   Q40 of dqw_estimator_unit_q15() for a parameter, of dqw_witness_input_q15's unit for one of the witness, of
-///          the torque at the flux's unit and full current for friction, of the full voltage for the residual; Q40 K
-///          above cold for the temperature
+/// Format   Q40 of dqw_estimator_unit_q15() for a parameter, of 1 for a flux map's weight, of dqw_witness_input_q15's
+///          unit for one of the witness, of the torque at the flux's unit and full current for friction, of the full
+///          voltage for the residual; Q40 K above cold for the temperature
 /// Range    not usable, and sd INT64_MAX, where it is not known
 /// Context  background
 dqw_reading_q15 dqw_monitor_read_q15(const dqw_monitor_q15 *m, enum dqw_monitor_channel channel);
@@ -157,7 +157,7 @@ dqw_reading_q15 dqw_monitor_read_q15(const dqw_monitor_q15 *m, enum dqw_monitor_
 int64_t dqw_monitor_sensitivity_q15(const dqw_monitor_q15 *m, enum dqw_monitor_channel channel);
 
 /// Why a channel is not watched now. One that is DQW_WHY_COARSE has a sensitivity, so large that no fault reaches it:
-/// above 0.3 of healthy R, L_d, L_q or flux, of the others ten times their usual band.
+/// above 0.3 of healthy R, L_d, L_q, flux or a map's weight, of the others ten times their usual band.
 ///
 /// Returns  DQW_WHY_IN_SERVICE where it is watched; as dqw_monitor_why_q15 where nothing is, or nothing was learned for
 ///          a while
@@ -176,7 +176,7 @@ typedef struct dqw_monitor_stored_q15 {
     uint32_t config;   ///< hash of the configuration
     dqw_monitor_healthy_q15 healthy;
     uint8_t looks[DQW_WATCH_TEMPERATURE];  ///< that each healthy value is the mean of
-    uint8_t unused[1];
+    uint8_t unused[8 - (DQW_WATCH_TEMPERATURE + 4) % 8];
     uint32_t check;  ///< sum over all that stands before it
 } dqw_monitor_stored_q15;
 

@@ -5,7 +5,8 @@
 #include "dqw_monitor_channel_q15.h"
 #include "dqw_q15.h"
 
-#define VERSION 1u
+// With a flux map's weights it holds more.
+#define VERSION (DQW_MAP_WEIGHTS > 0 ? 2u : 1u)
 // The coldest that a machine is switched on at, below cold.
 #define COLDER_K 40
 #define MILLION 1000000
@@ -65,7 +66,8 @@ static uint32_t check_of(const dqw_monitor_stored_q15 *s)
     uint32_t hash = dqw_hash_add(dqw_hash_add(dqw_hash_begin(), s->version), s->config);
     hash = dqw_hash_bytes(hash, &s->healthy, sizeof s->healthy);
     for (int i = 0; i < DQW_WATCH_TEMPERATURE; i++) hash = dqw_hash_add(hash, s->looks[i]);
-    return dqw_hash_add(hash, s->unused[0]);
+    for (unsigned i = 0; i < sizeof s->unused; i++) hash = dqw_hash_add(hash, s->unused[i]);
+    return hash;
 }
 
 bool dqw_monitor_store_q15(const dqw_monitor_q15 *m, dqw_monitor_stored_q15 *stored)

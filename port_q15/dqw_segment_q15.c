@@ -3,7 +3,7 @@
 #include "dqw_normal_q15.h"
 #include "dqw_q15.h"
 
-enum { N = DQW_PARAMETERS, SUMS = N * (N + 1) / 2 };
+enum { N = DQW_FOLLOWED, SUMS = N * (N + 1) / 2 };
 
 // Page's sums, where a deviation must exceed 1 to count, and 7.2 tell a change: Siegmund's run length of 1e7 segments.
 // (E105)

@@ -20,13 +20,13 @@ typedef struct dqw_moments_q15 {
 
 typedef struct dqw_segment_q15 {
     /// sums of x x', as DQW_NORMAL_A() has them, and of x e: in Q56, less so many bits
-    int32_t a[DQW_PARAMETERS * (DQW_PARAMETERS + 1) / 2], b[DQW_PARAMETERS];
-    int32_t band_q28[DQW_PARAMETERS];                          ///< how far a weight scatters between segments in health
-    int16_t up_q11[DQW_PARAMETERS], down_q11[DQW_PARAMETERS];  ///< sums of what agrees
-    dqw_moments_q15 now[2], ever[2];  ///< of speed and current: in the segment, in the long run
-    uint16_t run, blocks;             ///< blocks of both, up to 65535
+    int32_t a[DQW_FOLLOWED * (DQW_FOLLOWED + 1) / 2], b[DQW_FOLLOWED];
+    int32_t band_q28[DQW_FOLLOWED];                        ///< how far a weight scatters between segments in health
+    int16_t up_q11[DQW_FOLLOWED], down_q11[DQW_FOLLOWED];  ///< sums of what agrees
+    dqw_moments_q15 now[2], ever[2];                       ///< of speed and current: in the segment, in the long run
+    uint16_t run, blocks;                                  ///< blocks of both, up to 65535
     uint16_t segments, since;
-    uint16_t share_q15[DQW_PARAMETERS];  ///< what the last segment knew of a weight, over its band
+    uint16_t share_q15[DQW_FOLLOWED];  ///< what the last segment knew of a weight, over its band
     uint8_t a_bits, b_bits;
     bool urgent;  ///< something shows already: this segment alone may tell what has changed
     bool agreed;  ///< the weight that was found changed seemed so in the segment before
@@ -34,12 +34,12 @@ typedef struct dqw_segment_q15 {
 
 /// What is known of the weights before a segment, of their units.
 typedef struct dqw_segment_q15_known {
-    int32_t least_q28[DQW_PARAMETERS];  ///< no band is narrower
-    int32_t model_q28[DQW_PARAMETERS];  ///< what the model's error may make of a band that is not known yet
-    int32_t wide_q28[DQW_PARAMETERS];   ///< how far a weight may have jumped
+    int32_t least_q28[DQW_FOLLOWED];  ///< no band is narrower
+    int32_t model_q28[DQW_FOLLOWED];  ///< what the model's error may make of a band that is not known yet
+    int32_t wide_q28[DQW_FOLLOWED];   ///< how far a weight may have jumped
 } dqw_segment_q15_known;
 
-/// Nothing seen. band_q28[DQW_PARAMETERS]: how far each weight may scatter, to begin with; >= 0.
+/// Nothing seen. band_q28[DQW_FOLLOWED]: how far each weight may scatter, to begin with; >= 0.
 void dqw_segment_init_q15(dqw_segment_q15 *s, const int32_t band_q28[]);
 
 /// Forget what is being gathered, and what seemed to agree.
@@ -48,7 +48,7 @@ void dqw_segment_restart_q15(dqw_segment_q15 *s);
 /// One row: its inputs, 0 where they teach nothing, and what the weights leave of its target.
 ///
 /// Source   (E104) in docs/EQUATIONS.md
-/// Shape    x_q28[DQW_PARAMETERS], read only
+/// Shape    x_q28[DQW_FOLLOWED], read only
 /// Range    any
 /// Cost     35 products of 32 by 32 bits
 /// Context  background
@@ -67,8 +67,8 @@ bool dqw_segment_block_q15(dqw_segment_q15 *s, int32_t w_q28, int32_t i_q28, uin
 ///
 /// Source   (E104), (E105) in docs/EQUATIONS.md
 /// Format   variance_q56: of a row's error, > 0
-/// Returns  the weight that has changed, -1: none; then move_q24[DQW_PARAMETERS] is by how much each is to be moved
-/// Cost     dqw_normal_solve_q15 of DQW_PARAMETERS inputs, twice where one has changed
+/// Returns  the weight that has changed, -1: none; then move_q24[DQW_FOLLOWED] is by how much each is to be moved
+/// Cost     dqw_normal_solve_q15 of DQW_FOLLOWED inputs, twice where one has changed
 /// Context  background
 #define dqw_segment_end_q15 DQW_SIZED(dqw_segment_end_q15)
 int dqw_segment_end_q15(dqw_segment_q15 *s, int64_t variance_q56, const dqw_segment_q15_known *known,

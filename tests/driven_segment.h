@@ -2,10 +2,10 @@
 #ifndef DRIVEN_SEGMENT_H
 #define DRIVEN_SEGMENT_H
 
-#include "dqw_parameter.h"
+#include "dqw_size.h"
 #include "dqw_test.h"
 
-enum { WEIGHTS = DQW_PARAMETERS };
+enum { WEIGHTS = DQW_FOLLOWED };
 
 // A machine, how it is driven, and how far each weight scatters between segments.
 typedef struct driven {
@@ -20,7 +20,7 @@ typedef struct driven {
 static inline driven drive_of(uint64_t seed)
 {
     driven d = {.r = {seed}};
-    static const double usual[WEIGHTS] = {0.1, 0.2, 0.2, 0.7, 0.033, 0.7, 0.033};
+    static const double usual[WEIGHTS] = {0.1, 0.2, 0.2, 0.7, 0.033, 0.7, 0.033, 0.2, 0.2};
     for (int k = 0; k < WEIGHTS; k++) d.whole[k] = usual[k] * exp(random_uniform(&d.r, -1.2, 0.7));
     d.noise = 1.5e-4 * pow(10, random_uniform(&d.r, 0, 1.5));
     for (int k = 0; k < WEIGHTS; k++) d.band[k] = 0.002 * exp(random_uniform(&d.r, -1.5, 2.0));
@@ -48,6 +48,11 @@ static inline void drive(driven *d, double x[2][WEIGHTS])
         x[axis][DQW_LD + axis] = 0.3 * d->whole[DQW_LD + axis] * (i[axis] - before[axis]);
         const int other = 1 - axis;
         x[axis][DQW_LD + other] = (axis == 1 ? 1 : -1) * d->whole[DQW_LD + other] * d->w * i[other];
+        // Of a map a bend that is unlike the current.
+        const double bend[2] = {4 * i[0] * i[0], 4 * i[1] * i[1]};
+        x[axis][DQW_PARAMETERS + axis] = 0.3 * d->whole[DQW_PARAMETERS + axis] *
+                                         (bend[axis] - 4 * before[axis] * before[axis]);
+        x[axis][DQW_PARAMETERS + other] = (axis == 1 ? 1 : -1) * d->whole[DQW_PARAMETERS + other] * d->w * bend[other];
         x[axis][DQW_DEAD_TIME] = d->whole[DQW_DEAD_TIME] * (tanh(10 * i[axis]) + 0.1 * random_normal(&d->r));
         x[axis][DQW_DEAD_CONSTANT] = 0.3 * d->whole[DQW_DEAD_CONSTANT] * random_normal(&d->r);
         x[axis][axis == 1 ? DQW_PSI : DQW_PSI_Q] = d->whole[axis == 1 ? DQW_PSI : DQW_PSI_Q] * d->w;

@@ -156,8 +156,9 @@ public:
         MonitorMeasures r = no_measures();
         for (int i = 0; i < DQW_WATCH_OFFSET; ++i) {
             const auto at = static_cast<std::size_t>(i);
-            r.weight[at] = static_cast<double>(dqw_estimator_value(&m_.estimator, i));
-            r.weight_sd[at] = sd_of(dqw_estimator_read(&m_.estimator, static_cast<dqw_parameter>(i)).sd);
+            const dqw_reading now = dqw_monitor_read(&m_, static_cast<dqw_monitor_channel>(i));
+            r.weight[at] = static_cast<double>(now.value);
+            r.weight_sd[at] = sd_of(now.sd);
             r.healthy[at] = static_cast<double>(m_.healthy.weight[i]);
         }
         for (int k = 0; k < DQW_WITNESS_INPUTS; ++k) {
@@ -360,7 +361,9 @@ private:
         case DQW_WATCH_REACTANCE: return 0.5 * (unit(DQW_LD) + unit(DQW_LQ));
         case DQW_WATCH_SHORT: return kQ40 * static_cast<double>(dqw_witness_short_q40(&t)) / unit(DQW_R);
         case DQW_WATCH_FRICTION: return 1.5 * t.scale.pole_pairs * unit(DQW_PSI) * full_.i_A;
-        case DQW_WATCH_TEMPERATURE: return 1.0;
+        case DQW_WATCH_TEMPERATURE:
+        case DQW_WATCH_MAP_D:
+        case DQW_WATCH_MAP_Q: return 1.0;
         case DQW_WATCH_RESIDUAL: return full_.v_V;
         default: return unit(channel);
         }

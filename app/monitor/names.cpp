@@ -17,6 +17,8 @@ const char* title_of(int channel)
     case DQW_WATCH_PSI: return "ψ";
     case DQW_WATCH_DEAD_TIME: return "dead time";
     case DQW_WATCH_ANGLE: return "encoder angle";
+    case DQW_WATCH_MAP_D: return "flux map on d";
+    case DQW_WATCH_MAP_Q: return "flux map on q";
     case DQW_WATCH_OFFSET: return "current offset";
     case DQW_WATCH_RESISTANCE: return "one phase's extra resistance";
     case DQW_WATCH_REACTANCE: return "one current sensor's extra gain";

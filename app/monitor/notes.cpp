@@ -25,6 +25,8 @@ const Help helps[] = {
     {DQW_WATCH_LD, "a varying i_d: steps of its reference or a random binary voltage on v_d"},
     {DQW_WATCH_LQ, "a varying i_q: steps of torque or a random binary voltage on v_q"},
     {DQW_WATCH_PSI, "a turning machine"},
+    {DQW_WATCH_MAP_D, "currents that bend the iron, in both directions of i_d"},
+    {DQW_WATCH_MAP_Q, "currents that bend the iron, up to the largest i_q"},
 };
 
 std::string percents(const dqw_stage& stage)

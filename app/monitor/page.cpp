@@ -216,7 +216,7 @@ std::vector<Plot> monitor_plots(const MonitorRun& run)
         Plot plot;
         plot.kind = Plot::Kind::band;
         plot.title = capital(named.title);
-        plot.y_range = range_of(run, c, channel <= DQW_WATCH_PSI);
+        plot.y_range = range_of(run, c, dqw_watch_is_part(channel));
         if (channel == DQW_WATCH_RESIDUAL) plot.y_range[0] = 0.0;
         const std::string unit = scale(c, plot.y_range, named.parameter);
         plot.x_label = "time [s]";

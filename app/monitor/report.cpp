@@ -56,7 +56,8 @@ std::string healthy_text(const char* name, const MonitorReading& r)
 /// Where the healthy value is not about zero.
 bool has_percent(int channel)
 {
-    return channel <= DQW_WATCH_DEAD_TIME || channel == DQW_WATCH_FRICTION || channel == DQW_WATCH_RESIDUAL;
+    return dqw_watch_is_part(channel) || channel == DQW_WATCH_DEAD_TIME || channel == DQW_WATCH_FRICTION ||
+           channel == DQW_WATCH_RESIDUAL;
 }
 
 std::string changed(int channel, const MonitorReading& r)
@@ -66,6 +67,12 @@ std::string changed(int channel, const MonitorReading& r)
     const double percent = 100.0 * (r.value / r.healthy - 1.0);
     if (percent > 1000.0) return fmt::format("{:.0f} times", r.value / r.healthy);
     return std::fabs(percent) < 0.05 ? "0 %" : with_minus(fmt::format("{:+.1f} %", percent));
+}
+
+/// A flux map's weights are nobody's matter where there is no map.
+bool concerns(int channel, const MonitorSight& sight)
+{
+    return !dqw_watch_is_map(channel) || sight.why != DQW_WHY_NOT_ASKED;
 }
 
 /// The smallest change that would be told; of temperature and residual the limit.
@@ -150,6 +157,7 @@ std::string sensitivity_json(const MonitorRun& run)
     Json channels = Json::object();
     for (int channel = 0; channel < DQW_WATCH_CHANNELS; ++channel) {
         const MonitorSight& s = run.sights[static_cast<std::size_t>(channel)];
+        if (!concerns(channel, s)) continue;
         Json& json = channels[channel_named(channel).parameter];
         const bool watched = s.why == DQW_WHY_IN_SERVICE;
         json = {{"least_change", number(s.least)}, {"watched", watched}};
@@ -169,6 +177,7 @@ std::string status_json(const MonitorEngine& monitor)
         const auto at = static_cast<std::size_t>(channel);
         const MonitorReading& r = readings[at];
         const MonitorSight& s = sights[at];
+        if (!concerns(channel, s)) continue;
         const bool watched = s.why == DQW_WHY_IN_SERVICE;
         Json& json = channels[channel_named(channel).parameter];
         json = {{"value", number(r.value)},
@@ -267,7 +276,7 @@ MonitorRows unwatched_rows(const MonitorRun& run, bool titles)
     MonitorRows rows;
     for (int channel = 0; channel < DQW_WATCH_CHANNELS; ++channel) {
         const MonitorSight& s = run.sights[static_cast<std::size_t>(channel)];
-        if (s.why == DQW_WHY_IN_SERVICE) continue;
+        if (s.why == DQW_WHY_IN_SERVICE || !concerns(channel, s)) continue;
         const MonitorChannel& c = channel_named(channel);
         const std::string name = titles ? c.title : c.parameter,
                           text = s.said ? s.said : why_not_watched(channel, s.why);

@@ -102,7 +102,11 @@ static void before_the_look(dqw_monitor *m)
     HOLDS(dqw_watch_block(&m->watch));
 }
 
-static double value(const dqw_monitor *m, int i) { return (double)dqw_estimator_value(&m->estimator, i); }
+// No map here.
+static double value(const dqw_monitor *m, int i)
+{
+    return dqw_watch_is_map(i) ? 0 : (double)dqw_estimator_value(&m->estimator, i);
+}
 static double band_of(const dqw_monitor *m, int i) { return (double)dqw_monitor_band_of(m, i); }
 static double rise_K(const dqw_monitor *m, double R_ohm)
 {
@@ -149,6 +153,7 @@ static int32_t q5(double bands) { return bands > 0 ? (int32_t)(32 * fmin(bands, 
 
 static void settle(dqw_monitor *m, int channel)
 {
+    if (dqw_watch_is_map(channel)) return;
     if (m->watch.looks[channel] == 255 || m->watch.change[channel].sum_q5 != 0) return;
     if (channel == DQW_WATCH_FRICTION) {
         m->watch.looks[channel] = m->watch.reversals < DQW_WATCH_REVERSALS_MOST ? 0 : 255;
@@ -252,7 +257,10 @@ static dqw_fault_verdict named(const dqw_monitor *m)
         dqw_monitor_read_channel(m, i, &x);
         const double least = hypot((double)x.sd, band_of(m, i) / 3);
         const bool known = (double)x.sd < (double)DQW_UNKNOWN;
-        if (i < DQW_WATCH_OFFSET) {
+        if (dqw_watch_is_map(i)) {
+            change[i] = 0;
+            unit[i] = DQW_UNKNOWN;
+        } else if (i < DQW_WATCH_OFFSET) {
             const double of = i == DQW_WATCH_DEAD_TIME ? 1 : (double)m->healthy.weight[i == DQW_WATCH_ANGLE ? 3 : i];
             change[i] = (float)((value(m, i) - (double)m->healthy.weight[i]) / of);
             unit[i] = known ? (float)(least / fabs(of)) : DQW_UNKNOWN;
@@ -281,7 +289,8 @@ static void test_what_is_named(void)
         config.commissioned = false;
         config.heating_K_s = 0;
         dqw_monitor m = watching(&r);
-        const int channel = (int)(random_bits(&r) % DQW_WATCH_TEMPERATURE);
+        const int drawn = (int)(random_bits(&r) % DQW_WATCH_TEMPERATURE);
+        const int channel = dqw_watch_is_map(drawn) ? drawn + 2 : drawn;  // no map here
         for (int i = 0; i < DQW_WATCH_TEMPERATURE; i++) {
             m.watch.looks[i] = 200;
             m.watch.change[i].above = 7;
@@ -295,7 +304,8 @@ static void test_what_is_named(void)
         m.watch.reversals = DQW_WATCH_REVERSALS_MOST;
         m.watch.change[channel].above = 100;
         // The last look before it is named, whatever its name: it has waited as often as it may.
-        m.watch.alarms = (uint16_t)(1u << channel | 6u << 13);
+        m.watch.alarms = (uint16_t)(1u << channel);
+        m.watch.extended = 6;
         m.watch.wait = 1;
         dqw_monitor expected = m;
         CASE("name %d, channel %d", k, channel);

@@ -1,5 +1,6 @@
 // A monitor's channels by themselves: bands as they are documented, what is read, how far a healthy value moves, why
 // one is not watched; from numbers set by hand, against their closed forms in double.
+#include "bent_iron.h"
 #include "dqw_estimator_block.h"
 #include "dqw_monitor_channel.h"
 #include "dqw_test.h"
@@ -7,12 +8,18 @@
 void setUp(void) { test_case[0] = 0; }
 void tearDown(void) {}
 
-static const double HEALTHY[DQW_WATCH_OFFSET] = {0.5, 1.0e-3, 1.4e-3, 0.02, 0.2, 0.001};
+static const double HEALTHY[DQW_WATCH_OFFSET] = {0.5, 1.0e-3, 1.4e-3, 0.02, 0.2, 0.001, 1.1, 0.9};
 static const double RE[DQW_WITNESS_INPUTS] = {0.01, -0.02, 3e-5, 0.004};
 static const double IM[DQW_WITNESS_INPUTS] = {-0.03, 0.01, 4e-5, -0.003};
 
+// With a flux map, so that all channels are asked for.
 static dqw_monitor_config config_of(void)
 {
+    static dqw_effect_config map;
+    map = (dqw_effect_config){.effect = DQW_EFFECT_FLUX_MAP,
+                              .shape = {(float)BENT_FULL_WB, (float)BENT_CELL_D_A, (float)BENT_CELL_Q_A},
+                              .start = {1.05f, 0.95f},
+                              .map = bent_table()};
     const dqw_monitor_config c = {.estimator = {.dt_s = 5e-5f,
                                                 .v_base_V = 14.0f,
                                                 .i_base_A = 6.0f,
@@ -24,7 +31,9 @@ static dqw_monitor_config config_of(void)
                                                 .pole_pairs = 4,
                                                 .dead_time_width_A = 0.05f,
                                                 .angle = true,
-                                                .encoder_offset = true}};
+                                                .encoder_offset = true,
+                                                .effects = &map,
+                                                .effect_count = 1}};
     return c;
 }
 
@@ -46,9 +55,9 @@ static void test_bands_are_the_documented_ones(void)
 {
     const double L3 = (HEALTHY[1] + HEALTHY[2]) / 6;
     const double torque_Nm = 1.5 * 4 * HEALTHY[3] * 6;
-    const double band[DQW_WATCH_TEMPERATURE] = {0.04 * 0.5, 0.06 * 1e-3,       0.06 * 1.4e-3,   0.012 * 0.02,
-                                                0.005 * 14, 0.02 * 0.02,       0.01 * 6,        0.03 * 0.5 / 3,
-                                                0.03 * L3,  0.003 / (3 * 0.5), 0.05 * torque_Nm};
+    const double band[DQW_WATCH_TEMPERATURE] = {
+        0.04 * 0.5, 0.06 * 1e-3, 0.06 * 1.4e-3,  0.012 * 0.02, 0.005 * 14,        0.02 * 0.02,     0.06 * 1.1,
+        0.06 * 0.9, 0.01 * 6,    0.03 * 0.5 / 3, 0.03 * L3,    0.003 / (3 * 0.5), 0.05 * torque_Nm};
     dqw_monitor_config c = config_of();
     const dqw_monitor m = begin(&c);
     for (int i = 0; i < DQW_WATCH_TEMPERATURE; i++) {
@@ -71,7 +80,7 @@ static void test_what_a_channel_reads(void)
 {
     const dqw_monitor_config c = config_of();
     dqw_monitor m = begin(&c);
-    static const double nominal[DQW_WATCH_OFFSET] = {0.55, 1.1e-3, 1.3e-3, 0.021, 0.0, 0.0};
+    static const double nominal[DQW_WATCH_OFFSET] = {0.55, 1.1e-3, 1.3e-3, 0.021, 0.0, 0.0, 1.05, 0.95};
     dqw_monitor_channel_value x;
     for (int i = 0; i < DQW_WATCH_OFFSET; i++) {
         CASE("channel %d", i);
@@ -232,11 +241,11 @@ static dqw_monitor serving(dqw_monitor_config *c)
     m.healthy.friction_Nm = m.friction_Nm = 0.05f;
     m.spread_Nm2 = 1e-8f;
     m.estimator.stage.name = DQW_STAGE_IN_SERVICE;
-    m.estimator.learned = (1u << DQW_PARAMETERS) - 1u;
+    m.estimator.learned = (1u << DQW_FOLLOWED) - 1u;
     m.estimator.blocks = 1000;
     m.estimator.halves = m.watch.learned_at = 4000;
-    for (int i = 0; i < DQW_PARAMETERS; i++) m.estimator.gain.d[i] *= 1e-4f;
-    for (int i = 0; i < DQW_PARAMETERS; i++) m.estimator.excess_q10[i] = 1;
+    for (int i = 0; i < DQW_FOLLOWED; i++) m.estimator.gain.d[i] *= 1e-4f;
+    for (int i = 0; i < DQW_FOLLOWED; i++) m.estimator.excess_q10[i] = 1;
     for (int k = 0; k < DQW_WITNESS_INPUTS; k++) m.witness.power[k] = 0.5f;
     m.witness.blocks = DQW_WITNESS_MEMORY;
     m.watch.reversals = DQW_WATCH_REVERSALS_MOST;
@@ -285,6 +294,18 @@ static void test_what_the_configuration_does_not_ask_for(void)
     c.estimator.angle = false;
     m = serving(&c);
     only(&m, WITNESS | BIT(DQW_WATCH_DEAD_TIME), DQW_WHY_NOT_ASKED);
+    // Without a map, or with one that is not the first.
+    dqw_effect_config two[2] = {{.effect = DQW_EFFECT_SKIN_EFFECT}, *config_of().estimator.effects};
+    for (int effects = 0; effects <= 2; effects += 2) {
+        c = config_of();
+        c.estimator.effects = two;
+        c.estimator.effect_count = (uint8_t)effects;
+        m = serving(&c);
+        only(&m, BIT(DQW_WATCH_MAP_D) | BIT(DQW_WATCH_MAP_Q), DQW_WHY_NOT_ASKED);
+        dqw_monitor_channel_value x;
+        dqw_monitor_read_channel(&m, DQW_WATCH_MAP_Q, &x);
+        HOLDS(x.now == 0.0f && x.sd == DQW_UNKNOWN);
+    }
     HOLDS(dqw_monitor_unwatched(&m, (enum dqw_monitor_channel) - 1) == DQW_WHY_NOT_ASKED);
     HOLDS(dqw_monitor_unwatched(&m, DQW_WATCH_CHANNELS) == DQW_WHY_NOT_ASKED);
 }
@@ -316,8 +337,8 @@ static void test_what_the_motion_does_not_teach(void)
     for (int i = 0; i < DQW_WATCH_OFFSET; i++)
         for (int never = 0; never < 2; never++) {
             dqw_monitor m = all;
-            m.estimator.excess_q10[i] = (int16_t)never;
-            if (never != 0) m.estimator.learned &= ~BIT(i);
+            m.estimator.excess_q10[dqw_watch_weight(i)] = (int16_t)never;
+            if (never != 0) m.estimator.learned &= ~BIT(dqw_watch_weight(i));
             only(&m, BIT(i) | (i == DQW_WATCH_R ? BIT(DQW_WATCH_TEMPERATURE) : 0), DQW_WHY_NOT_TAUGHT);
         }
     dqw_monitor m = all;
@@ -329,8 +350,8 @@ static void test_what_the_motion_does_not_teach(void)
     // What follows is compared by segments: none yet, then one that says nothing of L_d.
     c.estimator.follow = true;
     m = serving(&c);
-    for (int i = 0; i < DQW_PARAMETERS; i++) m.estimator.segment.share_q15[i] = 32768;
-    for (int i = 0; i < DQW_PARAMETERS; i++) m.estimator.segment.band_pu[i] = 0.0001f;
+    for (int i = 0; i < DQW_FOLLOWED; i++) m.estimator.segment.share_q15[i] = 32768;
+    for (int i = 0; i < DQW_FOLLOWED; i++) m.estimator.segment.band_pu[i] = 0.0001f;
     only(&m, WEIGHTS, DQW_WHY_UNSETTLED);
     m.estimator.segment.segments = 100;
     only(&m, 0, DQW_WHY_IN_SERVICE);
@@ -351,7 +372,8 @@ static void test_what_no_machine_has(void)
     for (int i = 0; i < DQW_WATCH_OFFSET; i++)
         for (int below = 0; below < 2; below++) {
             dqw_monitor m = all;
-            m.estimator.w_pu[i] = below != 0 ? -m.estimator.w_pu[i] : 0;
+            const int w = dqw_watch_weight(i);
+            m.estimator.w_pu[w] = below != 0 ? -m.estimator.w_pu[w] : 0;
             // Dead time and an angle may have either sign.
             only(&m, i > DQW_WATCH_PSI ? 0 : BIT(i) | (i == DQW_WATCH_R ? BIT(DQW_WATCH_TEMPERATURE) : 0),
                  DQW_WHY_SIGN);
@@ -377,11 +399,11 @@ static void test_what_is_not_known_well_enough(void)
     HOLDS(dqw_monitor_sensitivity(&m, DQW_WATCH_TEMPERATURE) == DQW_UNKNOWN);
 }
 
-// 0.3 of the first four, ten usual bands of the others: here a band says it, else five deviations do.
+// 0.3 of the first four and of a map's weights, ten usual bands of the others: here a band says it, else five deviations do.
 static void test_what_is_watched_in_name_only(void)
 {
-    static const double usual[DQW_WATCH_TEMPERATURE] = {0.03, 0.03, 0.03, 0.03,  0.005, 0.02,
-                                                        0.01, 0.03, 0.03, 0.003, 0.05};
+    static const double usual[DQW_WATCH_TEMPERATURE] = {0.03, 0.03, 0.03, 0.03, 0.005, 0.02, 0.03,
+                                                        0.03, 0.01, 0.03, 0.03, 0.003, 0.05};
     dqw_monitor_config c = config_of();
     dqw_monitor m = serving(&c);
     for (int i = 0; i < DQW_WATCH_TEMPERATURE; i++) {

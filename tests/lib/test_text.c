@@ -147,10 +147,10 @@ static void test_a_refusal_names_its_field(void)
 
 static void test_parameters_carry_their_unit(void)
 {
-    static const char *const names[] = {"R_ohm",       "Ld_H",     "Lq_H",        "psi_Wb",
-                                        "dead_time_V", "psi_q_Wb", "offset_A",    "phase_resistance_ohm",
-                                        "gain_H",      "short_S",  "friction_Nm", "temperature_K",
-                                        "residual_V"};
+    static const char *const names[] = {
+        "R_ohm",    "Ld_H",       "Lq_H",        "psi_Wb",        "dead_time_V",
+        "psi_q_Wb", "flux_map_d", "flux_map_q",  "offset_A",      "phase_resistance_ohm",
+        "gain_H",   "short_S",    "friction_Nm", "temperature_K", "residual_V"};
     for (int i = 0; i < DQW_WATCH_CHANNELS; i++) TEST_ASSERT_EQUAL_STRING(names[i], of_parameter(i));
 }
 

@@ -229,7 +229,7 @@ static void test_what_is_an_alarm(void)
     // That an event waits is no channel.
     dqw_watch w;
     dqw_watch_init(&w);
-    w.alarms = 1u << DQW_WATCH_CHANNELS;
+    w.extended = 6;
     HOLDS(!dqw_watch_wants_a_name(&w));
 }
 

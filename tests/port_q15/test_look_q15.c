@@ -66,7 +66,13 @@ static void learn(void)
 }
 
 static double band_of(const dqw_monitor_q15 *m, int i) { return dqw_monitor_band_of_q15(m, i) / Q24; }
-static double value(const dqw_monitor_q15 *m, int i) { return dqw_estimator_value_q24(&m->estimator, i) / Q24; }
+// No map here.
+static int32_t value_q24(const dqw_monitor_q15 *m, int i)
+{
+    return dqw_watch_is_map(i) ? 0 : dqw_estimator_value_q24(&m->estimator, i);
+}
+
+static double value(const dqw_monitor_q15 *m, int i) { return value_q24(m, i) / Q24; }
 
 // In service, and nothing shows: healthy values near what is measured, or far from it.
 static dqw_monitor_q15 watching(test_random *r)
@@ -76,7 +82,7 @@ static dqw_monitor_q15 watching(test_random *r)
     m.watch.blocks = DQW_WATCH_TICK_BLOCKS - 1;
     m.watch.learned_at = m.estimator.number;
     m.has_change = false;
-    for (int i = 0; i < DQW_WATCH_OFFSET; i++) m.healthy.weight_q24[i] = dqw_estimator_value_q24(&m.estimator, i);
+    for (int i = 0; i < DQW_WATCH_OFFSET; i++) m.healthy.weight_q24[i] = value_q24(&m, i);
     for (int i = 0; i < DQW_WATCH_OFFSET; i++)
         m.healthy.weight_q24[i] += rounded(Q24 * band_of(&learned, i == 5 ? 3 : i) * random_uniform(r, -1, 1) *
                                            (random_bits(r) % 3 == 0 ? 3 : 0.4));
@@ -168,6 +174,7 @@ static int32_t q5(double bands) { return bands > 0 ? (int32_t)lrint(32 * fmin(ba
 
 static void settle(dqw_monitor_q15 *m, int channel)
 {
+    if (dqw_watch_is_map(channel)) return;
     if (m->watch.looks[channel] == 255 || m->watch.change[channel].sum_q5 != 0) return;
     if (channel == DQW_WATCH_FRICTION) {
         m->watch.looks[channel] = m->watch.reversals < DQW_WATCH_REVERSALS_MOST ? 0 : 255;
@@ -274,7 +281,10 @@ static dqw_fault_verdict_q15 named(const dqw_monitor_q15 *m)
         dqw_monitor_read_channel_q15(m, i, &x);
         const double least = hypot(x.sd / Q24, band_of(m, i) / 3);
         const bool known = x.sd != INT32_MAX;
-        if (i < DQW_WATCH_OFFSET) {
+        if (dqw_watch_is_map(i)) {
+            change_q24[i] = 0;
+            unit_q24[i] = INT32_MAX;
+        } else if (i < DQW_WATCH_OFFSET) {
             const double of = i == DQW_WATCH_DEAD_TIME ? 1 : m->healthy.weight_q24[i == DQW_WATCH_ANGLE ? 3 : i] / Q24;
             change_q24[i] = rounded((value(m, i) * Q24 - m->healthy.weight_q24[i]) / of);
             unit_q24[i] = known ? rounded(least / fabs(of) * Q24) : INT32_MAX;
@@ -304,7 +314,8 @@ static void test_what_is_named(void)
         config.commissioned = false;
         config.heating_mK_s = 0;
         dqw_monitor_q15 m = watching(&r);
-        const int channel = (int)(random_bits(&r) % DQW_WATCH_TEMPERATURE);
+        const int drawn = (int)(random_bits(&r) % DQW_WATCH_TEMPERATURE);
+        const int channel = dqw_watch_is_map(drawn) ? drawn + 2 : drawn;  // no map here
         for (int i = 0; i < DQW_WATCH_TEMPERATURE; i++) {
             m.watch.looks[i] = 200;
             m.watch.change[i].above = 7;
@@ -319,7 +330,8 @@ static void test_what_is_named(void)
         m.watch.reversals = DQW_WATCH_REVERSALS_MOST;
         m.watch.change[channel].above = 100;
         // The last look before it is named, whatever its name: it has waited as often as it may.
-        m.watch.alarms = (uint16_t)(1u << channel | 6u << 13);
+        m.watch.alarms = (uint16_t)(1u << channel);
+        m.watch.extended = 6;
         m.watch.wait = 1;
         dqw_monitor_q15 expected = m;
         CASE("name %d, channel %d", k, channel);
@@ -368,8 +380,7 @@ static void test_what_is_named(void)
         HOLDS(c.fault.name == DQW_FAULT_UNKNOWN || c.fault.confidence_q15 >= 0.65 * 32768 - 1);
         // A rest begins: what is, is healthy; temperatures count from where they did.
         HOLDS(m.watch.resting && m.watch.wait == 60 && m.watch.alarms == 0 && m.watch.reversals == 0);
-        for (int i = 0; i < DQW_WATCH_OFFSET; i++)
-            HOLDS(m.healthy.weight_q24[i] == dqw_estimator_value_q24(&m.estimator, i));
+        for (int i = 0; i < DQW_WATCH_OFFSET; i++) HOLDS(m.healthy.weight_q24[i] == value_q24(&m, i));
         HOLDS(m.healthy.friction_q24 == m.friction_q24);
         const double residual = fmax((double)m.estimator.recent_q54, 4e-6 * Q54);
         BETWEEN(0.9999 * residual, (double)m.healthy.residual_q54, 1.0001 * residual);

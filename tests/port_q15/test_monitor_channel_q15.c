@@ -1,5 +1,6 @@
 // A fixed-point monitor's channels by themselves: bands as they are documented, what is read, how far a healthy value
 // moves, why one is not watched; from numbers set by hand, against their closed forms in double.
+#include "bent_iron.h"
 #include "dqw_estimator_block_q15.h"
 #include "dqw_monitor_channel_q15.h"
 #include "dqw_test.h"
@@ -11,15 +12,24 @@ void tearDown(void) {}
 #define Q28 268435456.0
 #define Q40 1099511627776.0
 
-// In units of the nominal values; dead time in parts of the full voltage.
-static const double HEALTHY[DQW_WATCH_OFFSET] = {0.9, 1.1, 1.2, 0.95, 0.3, 0.05};
+// In units of the nominal values; dead time in parts of the full voltage; a map's weights as they are.
+static const double HEALTHY[DQW_WATCH_OFFSET] = {0.9, 1.1, 1.2, 0.95, 0.3, 0.05, 1.1, 0.9};
+static const double MAP[2] = {1.05, 0.95};
 static const double RE[DQW_WITNESS_INPUTS] = {0.01, -0.02, 0.03, 0.004};
 static const double IM[DQW_WITNESS_INPUTS] = {-0.03, 0.01, 0.04, -0.003};
 
 static int32_t fixed(double x, double one) { return (int32_t)lrint(x * one); }
 
+// With a flux map, so that all channels are asked for.
 static dqw_monitor_q15_config config_of(void)
 {
+    static dqw_effect_q15_config map;
+    map = (dqw_effect_q15_config){.effect = DQW_EFFECT_FLUX_MAP,
+                                  .psi_nWb = 13200000,
+                                  .cell_d_uA = 1500000,
+                                  .cell_q_uA = 800000,
+                                  .start_q40 = {(int64_t)(MAP[0] * Q40), (int64_t)(MAP[1] * Q40)},
+                                  .map = bent_table()};
     const dqw_monitor_q15_config c = {
         .estimator = {
             .scale = {.v_full_mV = 21000, .i_full_mA = 9000, .w_full_mrad_s = 165000, .dt_ns = 50000, .pole_pairs = 4},
@@ -29,7 +39,9 @@ static dqw_monitor_q15_config config_of(void)
             .psi_nWb = 20000000,
             .dead_time_width_mA = 50,
             .angle = true,
-            .encoder_offset = true}};
+            .encoder_offset = true,
+            .effects = &map,
+            .effect_count = 1}};
     return c;
 }
 
@@ -62,6 +74,8 @@ static void test_bands_are_the_documented_ones(void)
                                                 0.012 * HEALTHY[3],
                                                 0.005 * DQW_DEAD_TIME_Q15_PARTS,
                                                 0.02 * HEALTHY[3],
+                                                0.06 * HEALTHY[6],
+                                                0.06 * HEALTHY[7],
                                                 0.01,
                                                 0.03 * HEALTHY[0] / 3,
                                                 0.03 * L / 3,
@@ -76,8 +90,8 @@ static void test_bands_are_the_documented_ones(void)
         NEAR(band[i] * 0.5 / part, dqw_monitor_band_of_q15(&m, i) / Q24);
     }
     // To a last place: a millionth is sixteen of them. The temperature's to 28 bits.
-    static const double part[DQW_WATCH_CHANNELS] = {0.04, 0.06, 0.06,  0.012, 0.005, 0.02, 0.01,
-                                                    0.03, 0.03, 0.003, 0.05,  110,   3};
+    static const double part[DQW_WATCH_CHANNELS] = {0.04, 0.06, 0.06, 0.012, 0.005, 0.02, 0.06, 0.06,
+                                                    0.01, 0.03, 0.03, 0.003, 0.05,  110,  3};
     for (int i = 0; i < DQW_WATCH_CHANNELS; i++) {
         CASE("channel %d", i);
         c.band_ppm[i] = 0;
@@ -106,10 +120,13 @@ static void test_what_a_channel_reads(void)
     dqw_monitor_channel_q15 x;
     for (int i = 0; i < DQW_WATCH_OFFSET; i++) {
         CASE("channel %d", i);
-        m.estimator.w_q24[i] = fixed(0.7 + 0.1 * i, Q24);
+        // A map's weights are counted by the map: they stay where they start.
+        const double now = dqw_watch_is_map(i) ? MAP[i - DQW_WATCH_MAP_D] : 0.7 + 0.1 * i;
+        if (!dqw_watch_is_map(i)) m.estimator.w_q24[i] = fixed(now, Q24);
         dqw_monitor_read_channel_q15(&m, i, &x);
-        NEAR(0.7 + 0.1 * i, x.now / Q24);
-        BETWEEN(-1e-6, x.change / Q24 - (0.7 + 0.1 * i - HEALTHY[i]), 1e-6);
+        NEAR(now, x.now / Q24);
+        NEAR(now, value_of(&m, i));
+        BETWEEN(-1e-5, x.change / Q24 - (now - HEALTHY[i]), 1e-5);
         HOLDS(x.sd == INT32_MAX && sd_of(&m, i) == INT64_MAX);
     }
     // Both axes' residual over its own mean power is a witness' deviation, once its memory is full. (E62)
@@ -235,8 +252,8 @@ static void test_a_healthy_value_goes_part_of_the_way(void)
         for (int i = 0; i < DQW_WATCH_TEMPERATURE; i++) dqw_monitor_move_healthy_q15(&m, i, n);
         for (int i = 0; i < DQW_WATCH_OFFSET; i++) {
             CASE("part 1/%d, channel %d", n, i);
-            const double now = m.estimator.w_q24[i] / Q24;
-            BETWEEN(-1e-6, m.healthy.weight_q24[i] / Q24 - (HEALTHY[i] + (now - HEALTHY[i]) / n), 1e-6);
+            const double now = dqw_watch_is_map(i) ? MAP[i - DQW_WATCH_MAP_D] : m.estimator.w_q24[i] / Q24;
+            BETWEEN(-1e-5, m.healthy.weight_q24[i] / Q24 - (HEALTHY[i] + (now - HEALTHY[i]) / n), 1e-6);
         }
         for (int k = 0; k < DQW_WITNESS_INPUTS; k++) {
             CASE("part 1/%d, witness %d", n, k);
@@ -258,13 +275,14 @@ static dqw_monitor_q15 serving(dqw_monitor_q15_config *c)
     m.healthy.residual_q54 = (int64_t)ldexp(1e-4, 54);
     m.healthy.friction_q24 = m.friction_q24 = fixed(0.1, Q24);
     m.spread_q48 = (int64_t)ldexp(1e-8, 48);
-    for (int i = 0; i < DQW_WATCH_OFFSET; i++) m.estimator.w_q24[i] = m.healthy.weight_q24[i];
+    for (int i = 0; i < DQW_WATCH_OFFSET; i++)
+        if (!dqw_watch_is_map(i)) m.estimator.w_q24[i] = m.healthy.weight_q24[i];
     m.estimator.stage.name = DQW_STAGE_IN_SERVICE;
-    m.estimator.learned = (1u << DQW_PARAMETERS) - 1u;
+    m.estimator.learned = (1u << DQW_FOLLOWED) - 1u;
     m.estimator.blocks = 1000;
     m.estimator.halves = m.watch.learned_at = 4000;
-    for (int i = 0; i < DQW_PARAMETERS; i++) m.estimator.cov_q40[i] = (int64_t)1 << 40;
-    for (int i = 0; i < DQW_PARAMETERS; i++) m.estimator.excess_q10[i] = 1;
+    for (int i = 0; i < DQW_FOLLOWED; i++) m.estimator.cov_q40[i] = (int64_t)1 << 40;
+    for (int i = 0; i < DQW_FOLLOWED; i++) m.estimator.excess_q10[i] = 1;
     for (int k = 0; k < DQW_WITNESS_INPUTS; k++) m.witness.power_q52[k] = (int64_t)ldexp(0.5, 52);
     m.witness.blocks = DQW_WITNESS_MEMORY;
     m.watch.reversals = DQW_WATCH_REVERSALS_MOST;
@@ -313,6 +331,18 @@ static void test_what_the_configuration_does_not_ask_for(void)
     c.estimator.angle = false;
     m = serving(&c);
     only(&m, WITNESS | BIT(DQW_WATCH_DEAD_TIME), DQW_WHY_NOT_ASKED);
+    // Without a map, or with one that is not the first.
+    dqw_effect_q15_config two[2] = {{.effect = DQW_EFFECT_SKIN_EFFECT}, *config_of().estimator.effects};
+    for (int effects = 0; effects <= 2; effects += 2) {
+        c = config_of();
+        c.estimator.effects = two;
+        c.estimator.effect_count = (uint8_t)effects;
+        m = serving(&c);
+        only(&m, BIT(DQW_WATCH_MAP_D) | BIT(DQW_WATCH_MAP_Q), DQW_WHY_NOT_ASKED);
+        dqw_monitor_channel_q15 x;
+        dqw_monitor_read_channel_q15(&m, DQW_WATCH_MAP_Q, &x);
+        HOLDS(x.now == 0 && x.sd == INT32_MAX);
+    }
     HOLDS(dqw_monitor_unwatched_q15(&m, (enum dqw_monitor_channel) - 1) == DQW_WHY_NOT_ASKED);
     HOLDS(dqw_monitor_unwatched_q15(&m, DQW_WATCH_CHANNELS) == DQW_WHY_NOT_ASKED);
 }
@@ -344,8 +374,8 @@ static void test_what_the_motion_does_not_teach(void)
     for (int i = 0; i < DQW_WATCH_OFFSET; i++)
         for (int never = 0; never < 2; never++) {
             dqw_monitor_q15 m = all;
-            m.estimator.excess_q10[i] = (int16_t)never;
-            if (never != 0) m.estimator.learned &= ~BIT(i);
+            m.estimator.excess_q10[dqw_watch_weight(i)] = (int16_t)never;
+            if (never != 0) m.estimator.learned &= ~BIT(dqw_watch_weight(i));
             only(&m, BIT(i) | (i == DQW_WATCH_R ? BIT(DQW_WATCH_TEMPERATURE) : 0), DQW_WHY_NOT_TAUGHT);
         }
     dqw_monitor_q15 m = all;
@@ -357,8 +387,8 @@ static void test_what_the_motion_does_not_teach(void)
     // What follows is compared by segments: none yet, then one that says nothing of L_d.
     c.estimator.follow = true;
     m = serving(&c);
-    for (int i = 0; i < DQW_PARAMETERS; i++) m.estimator.segment.share_q15[i] = 32768;
-    for (int i = 0; i < DQW_PARAMETERS; i++) m.estimator.segment.band_q28[i] = fixed(0.001, Q28);
+    for (int i = 0; i < DQW_FOLLOWED; i++) m.estimator.segment.share_q15[i] = 32768;
+    for (int i = 0; i < DQW_FOLLOWED; i++) m.estimator.segment.band_q28[i] = fixed(0.001, Q28);
     only(&m, WEIGHTS, DQW_WHY_UNSETTLED);
     m.estimator.segment.segments = 100;
     only(&m, 0, DQW_WHY_IN_SERVICE);
@@ -378,7 +408,8 @@ static void test_what_no_machine_has(void)
     for (int i = 0; i < DQW_WATCH_OFFSET; i++)
         for (int below = 0; below < 2; below++) {
             dqw_monitor_q15 m = all;
-            m.estimator.w_q24[i] = below != 0 ? -m.estimator.w_q24[i] : 0;
+            const int w = dqw_watch_weight(i);
+            m.estimator.w_q24[w] = below != 0 ? -m.estimator.w_q24[w] : 0;
             // Dead time and an angle may have either sign.
             only(&m, i > DQW_WATCH_PSI ? 0 : BIT(i) | (i == DQW_WATCH_R ? BIT(DQW_WATCH_TEMPERATURE) : 0),
                  DQW_WHY_SIGN);
@@ -404,11 +435,11 @@ static void test_what_is_not_known_well_enough(void)
     HOLDS(dqw_monitor_sensitivity_q15(&m, DQW_WATCH_TEMPERATURE) == INT64_MAX);
 }
 
-// 0.3 of the first four, ten usual bands of the others: here a band says it, else five deviations do.
+// 0.3 of the first four and of a map's weights, ten usual bands of the others: here a band says it, else five deviations do.
 static void test_what_is_watched_in_name_only(void)
 {
-    static const double usual[DQW_WATCH_TEMPERATURE] = {0.03, 0.03, 0.03, 0.03,  0.005, 0.02,
-                                                        0.01, 0.03, 0.03, 0.003, 0.05};
+    static const double usual[DQW_WATCH_TEMPERATURE] = {0.03, 0.03, 0.03, 0.03, 0.005, 0.02, 0.03,
+                                                        0.03, 0.01, 0.03, 0.03, 0.003, 0.05};
     dqw_monitor_q15_config c = config_of();
     dqw_monitor_q15 m = serving(&c);
     for (int i = 0; i < DQW_WATCH_TEMPERATURE; i++) {

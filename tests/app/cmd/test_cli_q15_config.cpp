@@ -11,6 +11,7 @@
 #include "app/firmware/q15_config.hpp"
 #include "app/q15/fixed_point.hpp"
 #include "command.hpp"
+#include "mapped_drive.hpp"
 #include "unity.h"
 
 void setUp(void) {}
@@ -183,25 +184,11 @@ static void effects_that_were_asked_for()
          number(out, "start") / std::pow(2, 40) * 1e-3 * number(out, "full"), 1e-5, "dead time");
 }
 
-/// A firmware with the header that `monitor` wrote, and the log's samples as 16 bits, tells what `monitor` told, to the
-/// last bit.
-static void a_monitors_whole_configuration()
-{
-    const Folder folder;
-    std::vector<std::string> args = {"sim", "joint_24v", "--out", folder / ""};
-    for (const char* set : {"duration_s=3.2", "nonideal.dead_time_V=0.24", "nonideal.dead_time_width_A=0.05",
-                            "nonideal.demagnetisation=0.05", "nonideal.demagnetisation.t_start_s=2",
-                            "nonideal.demagnetisation.t_end_s=2.1"})
-        args.insert(args.end(), {"--set", set});
-    TEST_ASSERT_EQUAL_INT(0, command::dqwatch(args).code);
-    const auto run = command::dqwatch(
-        {"monitor", folder / "joint_24v.csv", "--arith", "q15", "--json", "--out", folder / ""});
-    TEST_ASSERT_EQUAL_INT_MESSAGE(0, run.code, run.err.c_str());
-    // The last line says what could be seen.
-    const json event = json::parse(run.out.substr(0, run.out.find('\n')));
-    std::filesystem::rename(folder / "dqw_q15_monitor.h", folder / "dqw_q15_config.h");
-    const std::string out = ran(folder, R"(#include <math.h>
+static const std::string firmware = R"(#include <math.h>
 #include <stdlib.h>
+#ifdef DQW_Q15_MONITOR_EFFECTS
+static const dqw_effect_q15_config monitor_effects[] = {DQW_Q15_MONITOR_EFFECTS};
+#endif
 static const dqw_monitor_q15_config config = {DQW_Q15_MONITOR};
 static dqw_monitor_q15 m;
 static float column(char **at) { const float x = (float)strtod(*at, at); ++*at; return x; }
@@ -228,19 +215,52 @@ int main(int argc, char *argv[])
         (void)dqw_monitor_sample_q15(&m, &s, false);
         if (!dqw_monitor_background_q15(&m) || !dqw_monitor_event_q15(&m, &e)) continue;
         printf("event fault %d channel %d time %.9g value %.12g confidence %.9g\n", (int)e.fault.name, (int)e.parameter, (double)e.sample * 1e-9 * f->dt_ns,
-               (double)e.value_q40 / 1099511627776.0 * 1e-9 * config.estimator.psi_nWb, e.fault.confidence_q15 / 32768.0);
+               (double)e.value_q40 / 1099511627776.0 * (e.parameter == DQW_WATCH_PSI ? 1e-9 * config.estimator.psi_nWb : 1.0), e.fault.confidence_q15 / 32768.0);
     }
     (void)fclose(log);
     return 0;
 }
-)",
-                                folder / "joint_24v.csv");
-    TEST_ASSERT_EQUAL_STRING("demagnetisation", event.at("fault").get<std::string>().c_str());
-    near(2, number(out, "fault"), 0, "fault");
-    near(3, number(out, "channel"), 0, "channel");
+)";
+
+/// A firmware with the header that `monitor` wrote, and the log's samples as 16 bits, tells what `monitor` told, to the
+/// last bit.
+static void as_the_header_says(const Folder& folder, const std::string& log, const char* fault, dqw_fault_name fault_at,
+                               const char* parameter, dqw_monitor_channel channel)
+{
+    const auto run = command::dqwatch({"monitor", log, "--arith", "q15", "--json", "--out", folder / ""});
+    TEST_ASSERT_EQUAL_INT_MESSAGE(0, run.code, run.err.c_str());
+    // The last line says what could be seen.
+    const json event = json::parse(run.out.substr(0, run.out.find('\n')));
+    std::filesystem::rename(folder / "dqw_q15_monitor.h", folder / "dqw_q15_config.h");
+    const std::string out = ran(folder, firmware, log);
+    TEST_ASSERT_EQUAL_STRING(fault, event.at("fault").get<std::string>().c_str());
+    TEST_ASSERT_EQUAL_STRING(parameter, event.at("parameter").get<std::string>().c_str());
+    near(fault_at, number(out, "fault"), 0, "fault");
+    near(channel, number(out, "channel"), 0, "channel");
     near(event.at("t_s").get<double>(), number(out, "time"), 1e-5, "time");
-    near(event.at("value").get<double>(), number(out, "value"), 1e-6, "flux");
+    near(event.at("value").get<double>(), number(out, "value"), 1e-6, parameter);
     near(event.at("confidence").get<double>(), number(out, "confidence"), 1e-6, "confidence");
+}
+
+static void a_monitors_whole_configuration()
+{
+    const Folder folder;
+    std::vector<std::string> args = {"sim", "joint_24v", "--out", folder / ""};
+    for (const char* set : {"duration_s=3.2", "nonideal.dead_time_V=0.24", "nonideal.dead_time_width_A=0.05",
+                            "nonideal.demagnetisation=0.05", "nonideal.demagnetisation.t_start_s=2",
+                            "nonideal.demagnetisation.t_end_s=2.1"})
+        args.insert(args.end(), {"--set", set});
+    TEST_ASSERT_EQUAL_INT(0, command::dqwatch(args).code);
+    as_the_header_says(folder, folder / "joint_24v.csv", "demagnetisation", DQW_FAULT_DEMAGNETISATION, "psi_Wb",
+                       DQW_WATCH_PSI);
+}
+
+/// With a flux map as well: its table is in the header, and its weights are watched.
+static void a_monitors_flux_map()
+{
+    const Folder folder;
+    const std::string log = mapped_drive::changed(folder, "bends", {1, 0.85, 1}, 61, 5, 5);
+    as_the_header_says(folder, log, "unknown", DQW_FAULT_UNKNOWN, "flux_map_q", DQW_WATCH_MAP_Q);
 }
 
 static void only_where_it_is_asked_for()
@@ -284,6 +304,7 @@ int main(void)
     RUN_TEST(settled_rows);
     RUN_TEST(effects_that_were_asked_for);
     RUN_TEST(a_monitors_whole_configuration);
+    RUN_TEST(a_monitors_flux_map);
     RUN_TEST(only_where_it_is_asked_for);
     RUN_TEST(legs_that_rest_are_carried);
     return UNITY_END();
