@@ -15,9 +15,12 @@ namespace dqw {
 namespace {
 
 constexpr double kLargestRateDt = 15.0;  ///< (R/L + w_e) dt beyond which a log says nothing about L
-/// Of the implicit end of a period (Newton), and the step over the currents that ends them.
+/// Of the implicit end of a period (Newton), and what is left over the currents that ends them.
 constexpr int kIterations = 4;
 constexpr double kEnded = 1e-9;
+/// Over the currents, a step that is well above rounding; over what a step was to change, the most by which slopes that
+/// evaluate_slope() leaves out make it miss.
+constexpr double kTelling = 1e-6, kMostMissed = 0.1;
 
 Held held_from(const Row& row)
 {
@@ -27,6 +30,10 @@ Held held_from(const Row& row)
 }
 
 Matrix2 matrix(const double m[4]) { return {m[0], m[1], m[2], m[3]}; }
+
+double size_of(const Vector2& x) { return std::abs(x.d) + std::abs(x.q); }
+
+bool asks_for_next(const Input& input) { return input.law == Law::sample_shift || input.law == Law::pulsed_shift; }
 
 }  // namespace
 
@@ -79,10 +86,11 @@ struct ElectricalModel::Plant {
     const Point& at;
     const double R, Ld, Lq, psi, pole_pairs;
     bool draws = false;  ///< currents from the winding itself, whose flux follows the iron's bend
+    bool asks_next = false;  ///< for the voltage that begins at a row
     double lag_s = 0.0;  ///< of the currents' filter
     double skin = 0.0;   ///< a resistance that grows with the speed is stiff where it is large: part of the response
 
-    Plant(const ElectricalModel& m, const Point& p)
+    Plant(const ElectricalModel& m, const Point& p, const std::vector<Input>* candidates = nullptr)
         : model(m), at(p), R(p.base[kR]), Ld(p.base[kLd]), Lq(p.base[kLq]), psi(p.base[kPsi]),
           pole_pairs(p.base.size() > kPolePairs ? p.base[kPolePairs] : m.pole_pairs_)
     {
@@ -90,7 +98,10 @@ struct ElectricalModel::Plant {
             if (t.input.law == Law::skin_effect) skin += t.weights[0];
             if (filters_currents(t.input)) lag_s += t.weights[0];
             draws = draws || t.input.law == Law::turn_short;
+            asks_next = asks_next || asks_for_next(t.input);
         }
+        if (candidates != nullptr)
+            asks_next = asks_next || std::any_of(candidates->begin(), candidates->end(), asks_for_next);
     }
 
     double w_max() const { return std::abs(pole_pairs) * model.w_max_rad_s_; }
@@ -121,11 +132,17 @@ struct ElectricalModel::Plant {
         if (!c.cos_m.empty()) m.cos_m = c.cos_m[k], m.sin_m = c.sin_m[k];
         if (!c.w_dot.empty()) m.w_dot = c.w_dot[k];
         if (!piece.log->v_dc_V.empty()) m.v_dc = piece.log->v_dc_V[k];
-        m.v_next = model.begun(row, m.w_e * dt);
+        if (asks_next) m.v_next = model.begun(row, m.w_e * dt);
         m.v_end_d = v_end.d, m.v_end_q = v_end.q, m.period_s = dt;
         m.R = R, m.Ld = Ld, m.Lq = Lq, m.psi = psi, m.lag_s = lag_s;
         if (draws) put_bend(m);
         return m;
+    }
+
+    void put_currents(Moment& m, Vector2 i) const
+    {
+        m.i_d = i.d, m.i_q = i.q;
+        if (draws) put_bend(m);
     }
 
     void put_bend(Moment& m) const
@@ -136,35 +153,48 @@ struct ElectricalModel::Plant {
         m.bend_dd_H = g[0], m.bend_dq_H = g[1], m.bend_qq_H = g[3];
     }
 
-    /// `responded`: without what the response holds already.
-    void sum_terms(const Piece& piece, std::size_t k, Moment m, bool responded, Vector2& f, Vector2& g) const
+    /// Calls visit(term, moment) for each.
+    template <typename Visit> void each_term(const Piece& piece, std::size_t k, Moment& m, Visit&& visit) const
     {
-        const Moment winding = beside_line(m);
+        Moment winding;
+        const bool beside = lag_s != 0.0 && put_beside_line(m, winding);
         for (const Term& t : at.terms) {
-            if (responded && t.input.law == Law::skin_effect) continue;
             m.heat_K = heat_at(columns(piece), t.input, k);
-            evaluate_sum(t.input, t.weights.data(), filters_currents(t.input) ? winding : m, f, g);
+            visit(t, beside && filters_currents(t.input) ? winding : m);
         }
     }
 
-    /// Behind a filter, without what the line's current has beside the winding's.
-    Moment beside_line(Moment m) const
+    void sum_terms(const Piece& piece, std::size_t k, Moment m, Vector2& f, Vector2& g) const
     {
-        for (const Term& t : at.terms)
-            if (lag_s != 0.0 && (t.input.law == Law::iron_loss || t.input.law == Law::turn_short)) {
-                Vector2 f, g;
-                evaluate_sum(t.input, t.weights.data(), m, f, g);
-                m.i_d += g.d / Ld, m.i_q += g.q / Lq;
-            }
-        return m;
+        each_term(piece, k, m, [&](const Term& t, const Moment& of) {
+            evaluate_sum(t.input, t.weights.data(), of, f, g);
+        });
     }
 
-    /// Slopes of the terms' f and g by the currents.
-    void slopes(const Moment& m, Matrix2& f, Matrix2& g) const
+    /// Without what the response holds already; and the slopes by the currents.
+    void sum_terms(const Piece& piece, std::size_t k, Moment& m, Vector2& f, Vector2& g, Matrix2& by_f,
+                   Matrix2& by_g) const
     {
-        double of_f[4] = {}, of_g[4] = {};
-        for (const Term& t : at.terms) evaluate_slope(t.input, t.weights.data(), m, of_f, of_g);
-        f = matrix(of_f), g = matrix(of_g);
+        double f_slope[4] = {}, g_slope[4] = {};
+        each_term(piece, k, m, [&](const Term& t, const Moment& of) {
+            if (t.input.law != Law::skin_effect)
+                evaluate_with_slope(t.input, t.weights.data(), of, f, g, f_slope, g_slope);
+        });
+        by_f = matrix(f_slope), by_g = matrix(g_slope);
+    }
+
+    /// Behind a filter, without what the line's current has beside the winding's. False where that is nothing.
+    bool put_beside_line(const Moment& m, Moment& winding) const
+    {
+        bool beside = false;
+        for (const Term& t : at.terms) {
+            if (t.input.law != Law::iron_loss && t.input.law != Law::turn_short) continue;
+            if (!beside) winding = m, beside = true;
+            Vector2 f, g;
+            evaluate_sum(t.input, t.weights.data(), winding, f, g);
+            winding.i_d += g.d / Ld, winding.i_q += g.q / Lq;
+        }
+        return beside;
     }
 
     /// The terms' mean voltage over the period from row k, from measured currents. `held`: the last voltages as seen at
@@ -179,8 +209,8 @@ struct ElectricalModel::Plant {
                m1 = moment(piece, k + 1, next, {next.i_d_A, next.i_q_A}, hold.end, dt);
         hold.pair(m0, m1);
         Vector2 f0, g0, f1, g1;
-        sum_terms(piece, k, m0, false, f0, g0);
-        sum_terms(piece, k + 1, m1, false, f1, g1);
+        sum_terms(piece, k, m0, f0, g0);
+        sum_terms(piece, k + 1, m1, f1, g1);
         return hold.sinc * (hold.to_start * (0.5 * f0 - (1.0 / dt) * g0) + hold.to_end * (0.5 * f1 + (1.0 / dt) * g1));
     }
 };
@@ -197,7 +227,7 @@ struct ElectricalModel::Pass {
     std::vector<BlockSum>& sums;
 
     Pass(const ElectricalModel& m, const Point& at, const std::vector<Input>* c, std::vector<BlockSum>& s)
-        : plant(m, at), candidates(c), columns(columns_of(at, c)),
+        : plant(m, at, c), candidates(c), columns(columns_of(at, c)),
           effects(!at.terms.empty() || (c != nullptr && !c->empty())), rates{plant.R,    plant.Ld,      plant.Lq,
                                                                              plant.skin, m.rotor_held_, c != nullptr},
           schedule{m.schedule(at, 0), m.schedule(at, 1)}, sums(s)
@@ -239,6 +269,7 @@ struct ElectricalModel::Run {
     const std::size_t first_gain, first_input;
     std::vector<Lane> lanes;
     std::vector<Vector2> s;  ///< derivatives of the currents
+    Matrix2 missed;          ///< by the currents, of the terms: slopes that evaluate_slope() leaves out, as last seen
     Gather gather;
 
     Run(const Pass& p, const Piece& of, RowReader& reader)
@@ -261,23 +292,37 @@ struct ElectricalModel::Run {
     }
 
     /// Solves L i + B taken(i) = x for the currents at the end, in which `taken` is half of what the terms take there.
-    void end(std::size_t k, double dt, const Hold& hold, const Matrix2& P, Vector2 x, Moment& m0, Step& step) const
+    void end(std::size_t k, double dt, const Matrix2& P, Vector2 x, Moment& m1, Step& step)
     {
+        Vector2 by, left;
         for (int n = 0; n < kIterations; ++n) {
-            Moment m1 = plant.moment(piece, k + 1, next, step.next, hold.end, dt);
-            hold.pair(m0, m1);
+            const Vector2 before = left, last = by;
+            const Matrix2 by_last = step.by_end;
+            plant.put_currents(m1, step.next);
             Vector2 f, g;
             Matrix2 by_f, by_g;
-            plant.sum_terms(piece, k + 1, m1, true, f, g);
-            plant.slopes(m1, by_f, by_g);
+            plant.sum_terms(piece, k + 1, m1, f, g, by_f, by_g);
             const Vector2 taken = P * (0.5 * f + (1.0 / dt) * g);
             step.by_end = Matrix2{plant.Ld, 0.0, 0.0, plant.Lq} + P * (0.5 * by_f + (1.0 / dt) * by_g);
-            const Vector2 by = inverse(step.by_end) *
-                               Vector2{x.d - taken.d - plant.Ld * step.next.d, x.q - taken.q - plant.Lq * step.next.q};
+            left = {x.d - taken.d - plant.Ld * step.next.d, x.q - taken.q - plant.Lq * step.next.q};
+            if (n > 0) miss(last, before - left, 0.5 * (by_last + step.by_end) * last, step.next);
+            by = inverse(step.by_end + missed) * left;
             step.next = step.next + by;
-            if (std::abs(by.d) + std::abs(by.q) < kEnded * (std::abs(step.next.d) + std::abs(step.next.q) + kEnded))
-                break;
+            const double size = size_of(by), ended = kEnded * (size_of(step.next) + kEnded);
+            // What is left after a step is to the step as that is to the one before, or less.
+            if (size < ended || (n > 0 && size * size < ended * size_of(last))) break;
         }
+    }
+
+    /// The step `by` changed the equation by `changed`, of which `told` is what the slopes told: Broyden's update.
+    void miss(Vector2 by, Vector2 changed, Vector2 told, Vector2 i)
+    {
+        if (!(size_of(by) > kTelling * size_of(i))) return;
+        const Vector2 off = changed - told - missed * by;
+        // More is a step across a bend.
+        if (!(size_of(off) < kMostMissed * size_of(told))) return;
+        const double k = 1.0 / (by.d * by.d + by.q * by.q);
+        missed = missed + k * Matrix2{off.d * by.d, off.d * by.q, off.q * by.d, off.q * by.q};
     }
 
     /// The rest of a period with effects, and, where they are asked for, the derivatives by their weights.
@@ -285,20 +330,19 @@ struct ElectricalModel::Run {
                       Step& step)
     {
         const Matrix2 Bs = hold.sinc * B, P = Bs * hold.to_end, Q = Bs * hold.to_start;
-        Moment m0 = plant.moment(piece, k, row, i, v_end, dt), m1 = m0;
+        Moment m0 = plant.moment(piece, k, row, i, v_end, dt),
+               m1 = plant.moment(piece, k + 1, next, step.next, hold.end, dt);
         hold.pair(m0, m1);
         if (!plant.at.terms.empty()) {
             Vector2 f, g;
             Matrix2 by_f, by_g;
-            plant.sum_terms(piece, k, m0, true, f, g);
-            plant.slopes(m0, by_f, by_g);
+            plant.sum_terms(piece, k, m0, f, g, by_f, by_g);
             step.by_start = step.by_start + Q * ((1.0 / dt) * by_g + (-0.5) * by_f);
             step.next = i;
-            end(k, dt, hold, P, x + Q * ((1.0 / dt) * g - 0.5 * f), m0, step);
+            end(k, dt, P, x + Q * ((1.0 / dt) * g - 0.5 * f), m1, step);
         }
         if (pass.candidates == nullptr) return;
-        m1 = plant.moment(piece, k + 1, next, step.next, hold.end, dt);
-        hold.pair(m0, m1);
+        plant.put_currents(m1, step.next);
         const TraceColumns& c = plant.columns(piece);
         std::size_t j = first_input;
         put_inputs(plant.at.terms, *pass.candidates, c, k, m0,
