@@ -206,10 +206,10 @@ Vector2 slope_of(const Moment& at, Vector2 v, Vector2 i, double psi)
 /// the voltage that acts between the two.
 Vector2 sampled_late(const Moment& at, Vector2 v, double late)
 {
-    const double turn = -at.w_e * late;
-    const Vector2 i{at.i_d, at.i_q}, then = turned_by(turn, i);
+    const double turn = -at.w_e * late, c = std::cos(turn), s = std::sin(turn);
+    const Vector2 i{at.i_d, at.i_q}, then{c * i.d - s * i.q, s * i.d + c * i.q};
     if (at.settled) return {i.d - then.d, i.q - then.q};
-    const Vector2 v_then = turned_by(turn, v), slope = slope_of(at, v_then, then, at.psi),
+    const Vector2 v_then{c * v.d - s * v.q, s * v.d + c * v.q}, slope = slope_of(at, v_then, then, at.psi),
                   bend = slope_of(at, {at.w_e * v_then.q, -at.w_e * v_then.d}, slope, 0.0);
     const Vector2 row = plus(plus(then, -late, slope), 0.5 * late * late, bend);
     return {i.d - row.d, i.q - row.q};
@@ -240,11 +240,16 @@ Vector2 filtered(const Moment& at, double tau_s, double slope[4] = nullptr)
     const Filtered filter(at.R, at.Ld, at.Lq, at.psi, at.w_e, tau);
     const double turn = at.w_e * at.period_s, half = 0.5 * turn, kept = tau > 0.0 ? std::exp(-at.period_s / tau) : 0.0;
     Complex missing;
-    double part = 1.0, age = 1.0;
-    const Complex to_here = std::polar(std::cos(half), at.starts ? half : -half);
-    // The row at which a period starts ends the one before: its last jump is one further back.
-    for (int n = at.starts ? 1 : 0; n < kPast && kept > 0.0; ++n, age += 1.0)
-        missing += (part *= kept) * filter.missing(to_here * Complex(at.change[n].d, at.change[n].q), age * turn);
+    double part = 1.0;
+    if (kept > 0.0) {
+        const Complex to_here = std::polar(std::cos(half), at.starts ? half : -half), back = std::polar(1.0, -2.0 * turn);
+        Complex turned = 1.0;
+        // The row at which a period starts ends the one before: its last jump is one further back.
+        for (int n = at.starts ? 1 : 0; n < kPast; ++n) {
+            turned *= back;
+            missing += (part *= kept) * filter.missing(to_here * Complex(at.change[n].d, at.change[n].q), turned);
+        }
+    }
     const Complex told(at.i_d, at.i_q), run = filter.of_v({at.v_end_d, at.v_end_q}) + filter.constant + missing;
     const Complex more = told - filter.current(told - run);
     if (slope != nullptr) {

@@ -23,7 +23,14 @@ void put_inputs(const std::vector<Term>& terms, const std::vector<Input>& candid
         for (int w = 0; w < weights; ++w) put(f[w], g[w]);
         if (shapes == 0) continue;
         Vector2 f0, g0;
-        evaluate_sum(t.input, t.weights.data(), m, f0, g0);
+        if (is_dead_time(t.input.law)) {
+            for (int w = 0; w < weights; ++w) {
+                const double by = t.weights[static_cast<std::size_t>(w)];
+                f0.d += by * f[w].d, f0.q += by * f[w].q;
+            }
+        } else {
+            evaluate_sum(t.input, t.weights.data(), m, f0, g0);
+        }
         for (int s = 0; s < shapes; ++s) {
             Input moved = t.input;
             // Of a width, or in rad: a difference bends by as much, and rounds to 1e-13.
