@@ -209,8 +209,9 @@ Vector2 sampled_late(const Moment& at, Vector2 v, double late)
     const double turn = -at.w_e * late, c = std::cos(turn), s = std::sin(turn);
     const Vector2 i{at.i_d, at.i_q}, then{c * i.d - s * i.q, s * i.d + c * i.q};
     if (at.settled) return {i.d - then.d, i.q - then.q};
-    const Vector2 v_then{c * v.d - s * v.q, s * v.d + c * v.q}, slope = slope_of(at, v_then, then, at.psi),
-                  bend = slope_of(at, {at.w_e * v_then.q, -at.w_e * v_then.d}, slope, 0.0);
+    const Vector2 v_then{c * v.d - s * v.q, s * v.d + c * v.q},
+        slope = slope_of(at, v_then, then, at.psi),
+        bend = slope_of(at, {at.w_e * v_then.q, -at.w_e * v_then.d}, slope, 0.0);
     const Vector2 row = plus(plus(then, -late, slope), 0.5 * late * late, bend);
     return {i.d - row.d, i.q - row.q};
 }
@@ -242,7 +243,8 @@ Vector2 filtered(const Moment& at, double tau_s, double slope[4] = nullptr)
     Complex missing;
     double part = 1.0;
     if (kept > 0.0) {
-        const Complex to_here = std::polar(std::cos(half), at.starts ? half : -half), back = std::polar(1.0, -2.0 * turn);
+        const Complex to_here = std::polar(std::cos(half), at.starts ? half : -half),
+                      back = std::polar(1.0, -2.0 * turn);
         Complex turned = 1.0;
         // The row at which a period starts ends the one before: its last jump is one further back.
         for (int n = at.starts ? 1 : 0; n < kPast; ++n) {
@@ -387,8 +389,7 @@ void evaluate(const Input& input, const Moment& at, Vector2 f[kMostWeights], Vec
         Moment seen;
         const Moment& m = turned(input, at, seen);
         if (at.starts) break;
-        for (int j = 0; j < count; ++j)
-            f[j] = input.averaged ? over_a_turn(input, m, j > 0) : lost(input, m, j > 0);
+        for (int j = 0; j < count; ++j) f[j] = input.averaged ? over_a_turn(input, m, j > 0) : lost(input, m, j > 0);
         break;
     }
     case Law::saturation: saturation(input, at, g); break;
@@ -618,8 +619,7 @@ void lost_with_slope(const Input& input, const double weights[], const Moment& a
 void evaluate_with_slope(const Input& input, const double weights[], const Moment& at, Vector2& f, Vector2& g,
                          double f_slope[4], double g_slope[4])
 {
-    if (is_dead_time(input.law) && at.ends && !input.averaged)
-        return lost_with_slope(input, weights, at, f, f_slope);
+    if (is_dead_time(input.law) && at.ends && !input.averaged) return lost_with_slope(input, weights, at, f, f_slope);
     evaluate_sum(input, weights, at, f, g);
     evaluate_slope(input, weights, at, f_slope, g_slope);
 }

@@ -18,9 +18,8 @@ constexpr double kLargestRateDt = 15.0;  ///< (R/L + w_e) dt beyond which a log 
 /// Of the implicit end of a period (Newton), and what is left over the currents that ends them.
 constexpr int kIterations = 4;
 constexpr double kEnded = 1e-9;
-/// Over the currents, a step that is well above rounding; over what a step was to change, the most by which slopes that
-/// evaluate_slope() leaves out make it miss.
-constexpr double kTelling = 1e-6, kMostMissed = 0.1;
+/// Over the currents, a step that is well above rounding.
+constexpr double kTelling = 1e-6;
 
 Held held_from(const Row& row)
 {
@@ -32,6 +31,22 @@ Held held_from(const Row& row)
 Matrix2 matrix(const double m[4]) { return {m[0], m[1], m[2], m[3]}; }
 
 double size_of(const Vector2& x) { return std::abs(x.d) + std::abs(x.q); }
+
+/// Whether its f and g lie on a plane over the currents.
+bool is_straight(const Input& input)
+{
+    return !bends(input.law) && !is_dead_time(input.law) && input.law != Law::clipped_current &&
+           input.law != Law::turn_short;
+}
+
+/// What terms take, and its slopes by the currents.
+struct Taken {
+    Vector2 f, g;
+    double f_slope[4] = {}, g_slope[4] = {};
+
+    Vector2 flux(double dt) const { return 0.5 * f + (1.0 / dt) * g; }
+    Matrix2 slope(double dt) const { return 0.5 * matrix(f_slope) + (1.0 / dt) * matrix(g_slope); }
+};
 
 bool asks_for_next(const Input& input) { return input.law == Law::sample_shift || input.law == Law::pulsed_shift; }
 
@@ -85,10 +100,10 @@ struct ElectricalModel::Plant {
     const ElectricalModel& model;
     const Point& at;
     const double R, Ld, Lq, psi, pole_pairs;
-    bool draws = false;  ///< currents from the winding itself, whose flux follows the iron's bend
+    bool draws = false;      ///< currents from the winding itself, whose flux follows the iron's bend
     bool asks_next = false;  ///< for the voltage that begins at a row
-    double lag_s = 0.0;  ///< of the currents' filter
-    double skin = 0.0;   ///< a resistance that grows with the speed is stiff where it is large: part of the response
+    double lag_s = 0.0;      ///< of the currents' filter
+    double skin = 0.0;  ///< a resistance that grows with the speed is stiff where it is large: part of the response
 
     Plant(const ElectricalModel& m, const Point& p, const std::vector<Input>* candidates = nullptr)
         : model(m), at(p), R(p.base[kR]), Ld(p.base[kLd]), Lq(p.base[kLq]), psi(p.base[kPsi]),
@@ -166,21 +181,18 @@ struct ElectricalModel::Plant {
 
     void sum_terms(const Piece& piece, std::size_t k, Moment m, Vector2& f, Vector2& g) const
     {
-        each_term(piece, k, m, [&](const Term& t, const Moment& of) {
-            evaluate_sum(t.input, t.weights.data(), of, f, g);
-        });
+        each_term(piece, k, m,
+                  [&](const Term& t, const Moment& of) { evaluate_sum(t.input, t.weights.data(), of, f, g); });
     }
 
-    /// Without what the response holds already; and the slopes by the currents.
-    void sum_terms(const Piece& piece, std::size_t k, Moment& m, Vector2& f, Vector2& g, Matrix2& by_f,
-                   Matrix2& by_g) const
+    /// Without what the response holds already; straight terms apart.
+    void sum_terms(const Piece& piece, std::size_t k, Moment& m, Taken& bent, Taken& straight) const
     {
-        double f_slope[4] = {}, g_slope[4] = {};
         each_term(piece, k, m, [&](const Term& t, const Moment& of) {
-            if (t.input.law != Law::skin_effect)
-                evaluate_with_slope(t.input, t.weights.data(), of, f, g, f_slope, g_slope);
+            if (t.input.law == Law::skin_effect) return;
+            Taken& to = is_straight(t.input) ? straight : bent;
+            evaluate_with_slope(t.input, t.weights.data(), of, to.f, to.g, to.f_slope, to.g_slope);
         });
-        by_f = matrix(f_slope), by_g = matrix(g_slope);
     }
 
     /// Behind a filter, without what the line's current has beside the winding's. False where that is nothing.
@@ -269,7 +281,7 @@ struct ElectricalModel::Run {
     const std::size_t first_gain, first_input;
     std::vector<Lane> lanes;
     std::vector<Vector2> s;  ///< derivatives of the currents
-    Matrix2 missed;          ///< by the currents, of the terms: slopes that evaluate_slope() leaves out, as last seen
+    Matrix2 missed;  ///< of straight terms by the currents: slopes that evaluate_slope() leaves out, as last seen
     Gather gather;
 
     Run(const Pass& p, const Piece& of, RowReader& reader)
@@ -294,19 +306,19 @@ struct ElectricalModel::Run {
     /// Solves L i + B taken(i) = x for the currents at the end, in which `taken` is half of what the terms take there.
     void end(std::size_t k, double dt, const Matrix2& P, Vector2 x, Moment& m1, Step& step)
     {
-        Vector2 by, left;
+        Vector2 by, of_straight;
         for (int n = 0; n < kIterations; ++n) {
-            const Vector2 before = left, last = by;
-            const Matrix2 by_last = step.by_end;
             plant.put_currents(m1, step.next);
-            Vector2 f, g;
-            Matrix2 by_f, by_g;
-            plant.sum_terms(piece, k + 1, m1, f, g, by_f, by_g);
-            const Vector2 taken = P * (0.5 * f + (1.0 / dt) * g);
-            step.by_end = Matrix2{plant.Ld, 0.0, 0.0, plant.Lq} + P * (0.5 * by_f + (1.0 / dt) * by_g);
-            left = {x.d - taken.d - plant.Ld * step.next.d, x.q - taken.q - plant.Lq * step.next.q};
-            if (n > 0) miss(last, before - left, 0.5 * (by_last + step.by_end) * last, step.next);
-            by = inverse(step.by_end + missed) * left;
+            Taken bent, straight;
+            plant.sum_terms(piece, k + 1, m1, bent, straight);
+            const Vector2 before = of_straight, last = by;
+            of_straight = P * straight.flux(dt);
+            const Matrix2 by_straight = P * straight.slope(dt);
+            const Vector2 taken = P * bent.flux(dt) + of_straight;
+            step.by_end = Matrix2{plant.Ld, 0.0, 0.0, plant.Lq} + P * bent.slope(dt) + by_straight;
+            if (n > 0) miss(last, of_straight - before - by_straight * last, step.next);
+            by = inverse(step.by_end + missed) *
+                 Vector2{x.d - taken.d - plant.Ld * step.next.d, x.q - taken.q - plant.Lq * step.next.q};
             step.next = step.next + by;
             const double size = size_of(by), ended = kEnded * (size_of(step.next) + kEnded);
             // What is left after a step is to the step as that is to the one before, or less.
@@ -314,15 +326,13 @@ struct ElectricalModel::Run {
         }
     }
 
-    /// The step `by` changed the equation by `changed`, of which `told` is what the slopes told: Broyden's update.
-    void miss(Vector2 by, Vector2 changed, Vector2 told, Vector2 i)
+    /// A step changed what straight terms take by so much more than their slopes told: Broyden's update.
+    void miss(Vector2 step, Vector2 more, Vector2 i)
     {
-        if (!(size_of(by) > kTelling * size_of(i))) return;
-        const Vector2 off = changed - told - missed * by;
-        // More is a step across a bend.
-        if (!(size_of(off) < kMostMissed * size_of(told))) return;
-        const double k = 1.0 / (by.d * by.d + by.q * by.q);
-        missed = missed + k * Matrix2{off.d * by.d, off.d * by.q, off.q * by.d, off.q * by.q};
+        if (!(size_of(step) > kTelling * size_of(i))) return;
+        const Vector2 off = more - missed * step;
+        const double k = 1.0 / (step.d * step.d + step.q * step.q);
+        missed = missed + k * Matrix2{off.d * step.d, off.d * step.q, off.q * step.d, off.q * step.q};
     }
 
     /// The rest of a period with effects, and, where they are asked for, the derivatives by their weights.
@@ -334,12 +344,11 @@ struct ElectricalModel::Run {
                m1 = plant.moment(piece, k + 1, next, step.next, hold.end, dt);
         hold.pair(m0, m1);
         if (!plant.at.terms.empty()) {
-            Vector2 f, g;
-            Matrix2 by_f, by_g;
-            plant.sum_terms(piece, k, m0, f, g, by_f, by_g);
-            step.by_start = step.by_start + Q * ((1.0 / dt) * by_g + (-0.5) * by_f);
+            Taken bent, straight;
+            plant.sum_terms(piece, k, m0, bent, straight);
+            step.by_start = step.by_start + (-1.0) * (Q * (bent.slope(-dt) + straight.slope(-dt)));
             step.next = i;
-            end(k, dt, P, x + Q * ((1.0 / dt) * g - 0.5 * f), m1, step);
+            end(k, dt, P, x - Q * (bent.flux(-dt) + straight.flux(-dt)), m1, step);
         }
         if (pass.candidates == nullptr) return;
         plant.put_currents(m1, step.next);
