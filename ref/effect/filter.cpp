@@ -37,9 +37,9 @@ Complex Filtered::current(Complex told) const
     return (std::conj(of_i.of) * told - of_i.mirrored * std::conj(told)) / product;
 }
 
-Complex Filtered::missing(Complex jump, double turn_rad) const
+Complex Filtered::missing(Complex jump, Complex back) const
 {
-    return -(of_v.of * jump + of_v.mirrored * std::polar(1.0, -2.0 * turn_rad) * std::conj(jump));
+    return -(of_v.of * jump + of_v.mirrored * back * std::conj(jump));
 }
 
 }  // namespace dqw

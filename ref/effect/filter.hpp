@@ -22,9 +22,9 @@ struct Filtered {
     Filtered(double R, double Ld, double Lq, double psi, double w_e, double tau_s);
     /// The true currents that leave `told` of y.
     std::complex<double> current(std::complex<double> told) const;
-    /// What a jump of the voltage, seen from the rotor of now, `turn_rad` later has not brought through, but for the
-    /// filter's decay.
-    std::complex<double> missing(std::complex<double> jump, double turn_rad) const;
+    /// What a jump of the voltage, seen from the rotor of now, has not brought through, but for the filter's decay, when
+    /// the rotor has turned by an angle; `back`: twice that angle the other way, of length 1.
+    std::complex<double> missing(std::complex<double> jump, std::complex<double> back) const;
 };
 
 }  // namespace dqw

@@ -206,11 +206,12 @@ Vector2 slope_of(const Moment& at, Vector2 v, Vector2 i, double psi)
 /// the voltage that acts between the two.
 Vector2 sampled_late(const Moment& at, Vector2 v, double late)
 {
-    const double turn = -at.w_e * late;
-    const Vector2 i{at.i_d, at.i_q}, then = turned_by(turn, i);
+    const double turn = -at.w_e * late, c = std::cos(turn), s = std::sin(turn);
+    const Vector2 i{at.i_d, at.i_q}, then{c * i.d - s * i.q, s * i.d + c * i.q};
     if (at.settled) return {i.d - then.d, i.q - then.q};
-    const Vector2 v_then = turned_by(turn, v), slope = slope_of(at, v_then, then, at.psi),
-                  bend = slope_of(at, {at.w_e * v_then.q, -at.w_e * v_then.d}, slope, 0.0);
+    const Vector2 v_then{c * v.d - s * v.q, s * v.d + c * v.q},
+        slope = slope_of(at, v_then, then, at.psi),
+        bend = slope_of(at, {at.w_e * v_then.q, -at.w_e * v_then.d}, slope, 0.0);
     const Vector2 row = plus(plus(then, -late, slope), 0.5 * late * late, bend);
     return {i.d - row.d, i.q - row.q};
 }
@@ -240,11 +241,17 @@ Vector2 filtered(const Moment& at, double tau_s, double slope[4] = nullptr)
     const Filtered filter(at.R, at.Ld, at.Lq, at.psi, at.w_e, tau);
     const double turn = at.w_e * at.period_s, half = 0.5 * turn, kept = tau > 0.0 ? std::exp(-at.period_s / tau) : 0.0;
     Complex missing;
-    double part = 1.0, age = 1.0;
-    const Complex to_here = std::polar(std::cos(half), at.starts ? half : -half);
-    // The row at which a period starts ends the one before: its last jump is one further back.
-    for (int n = at.starts ? 1 : 0; n < kPast && kept > 0.0; ++n, age += 1.0)
-        missing += (part *= kept) * filter.missing(to_here * Complex(at.change[n].d, at.change[n].q), age * turn);
+    double part = 1.0;
+    if (kept > 0.0) {
+        const Complex to_here = std::polar(std::cos(half), at.starts ? half : -half),
+                      back = std::polar(1.0, -2.0 * turn);
+        Complex turned = 1.0;
+        // The row at which a period starts ends the one before: its last jump is one further back.
+        for (int n = at.starts ? 1 : 0; n < kPast; ++n) {
+            turned *= back;
+            missing += (part *= kept) * filter.missing(to_here * Complex(at.change[n].d, at.change[n].q), turned);
+        }
+    }
     const Complex told(at.i_d, at.i_q), run = filter.of_v({at.v_end_d, at.v_end_q}) + filter.constant + missing;
     const Complex more = told - filter.current(told - run);
     if (slope != nullptr) {
@@ -374,15 +381,15 @@ int free_shapes_of(const Input& input)
 void evaluate(const Input& input, const Moment& at, Vector2 f[kMostWeights], Vector2 g[kMostWeights],
               const double weights[])
 {
-    for (int j = 0; j < weights_of(input.law); ++j) f[j] = g[j] = {};
+    const int count = weights_of(input.law);
+    for (int j = 0; j < count; ++j) f[j] = g[j] = {};
     switch (input.law) {
     case Law::dead_time:
     case Law::dead_clamped: {
         Moment seen;
         const Moment& m = turned(input, at, seen);
         if (at.starts) break;
-        for (int j = 0; j < weights_of(input.law); ++j)
-            f[j] = input.averaged ? over_a_turn(input, m, j > 0) : lost(input, m, j > 0);
+        for (int j = 0; j < count; ++j) f[j] = input.averaged ? over_a_turn(input, m, j > 0) : lost(input, m, j > 0);
         break;
     }
     case Law::saturation: saturation(input, at, g); break;
@@ -503,7 +510,8 @@ void evaluate_sum(const Input& input, const double weights[], const Moment& at, 
     if (input.law == Law::encoder_eccentricity) return eccentric(input, weights, at, f, g);
     Vector2 each_f[kMostWeights], each_g[kMostWeights];
     evaluate(input, at, each_f, each_g);
-    for (int j = 0; j < weights_of(input.law); ++j) {
+    const int count = weights_of(input.law);
+    for (int j = 0; j < count; ++j) {
         f.d += weights[j] * each_f[j].d, f.q += weights[j] * each_f[j].q;
         g.d += weights[j] * each_g[j].d, g.q += weights[j] * each_g[j].q;
     }
@@ -581,6 +589,39 @@ void evaluate_slope(const Input& input, const double weights[], const Moment& at
     }
     default: break;
     }
+}
+
+namespace {
+
+/// At the end of a period, of one reading of the law.
+void lost_with_slope(const Input& input, const double weights[], const Moment& at, Vector2& f, double f_slope[4])
+{
+    Moment seen;
+    const Moment& m = turned(input, at, seen);
+    const Phases p = phases_of(m), x = phases_of(m.past_alpha, m.past_beta), bow = phases_of(m.bow_alpha, m.bow_beta);
+    const double now[3] = {p.a, p.b, p.c}, past[3] = {x.a, x.b, x.c}, by[3] = {bow.a, bow.b, bow.c};
+    const int rests = resting_of(input, m);
+    const double k = 1.0 / input.shape[0];
+    double u[3] = {}, all[3] = {}, slope[3] = {}, out[4];
+    for (int leg = 0; leg < 3; ++leg) {
+        if (leg == rests) continue;
+        const MeanLoss loss(input.loss, k * past[leg], k * by[leg], k * now[leg]);
+        u[leg] = 2.0 * loss.mean, all[leg] = 2.0, slope[leg] = 2.0 * weights[0] * k * loss.by_end;
+    }
+    f = plus(f, weights[0], of_phases(m, u[0], u[1], u[2]));
+    if (weights_of(input.law) > 1) f = plus(f, weights[1], of_phases(m, all[0], all[1], all[2]));
+    phase_slopes(m, slope[0], slope[1], slope[2], out);
+    for (int j = 0; j < 4; ++j) f_slope[j] += out[j];
+}
+
+}  // namespace
+
+void evaluate_with_slope(const Input& input, const double weights[], const Moment& at, Vector2& f, Vector2& g,
+                         double f_slope[4], double g_slope[4])
+{
+    if (is_dead_time(input.law) && at.ends && !input.averaged) return lost_with_slope(input, weights, at, f, f_slope);
+    evaluate_sum(input, weights, at, f, g);
+    evaluate_slope(input, weights, at, f_slope, g_slope);
 }
 
 void evaluate_torque(const Input& input, double w_m, double theta_m, double torque[kMostWeights])

@@ -81,6 +81,10 @@ void evaluate_sum(const Input& input, const double weights[], const Moment& at, 
 /// Derivatives by the currents of the same sums, [dd dq qd qq]; zero for what hardly depends on them.
 void evaluate_slope(const Input& input, const double weights[], const Moment& at, double f_slope[4], double g_slope[4]);
 
+/// evaluate_sum() and evaluate_slope() at once.
+void evaluate_with_slope(const Input& input, const double weights[], const Moment& at, Vector2& f, Vector2& g,
+                         double f_slope[4], double g_slope[4]);
+
 /// (E54): torque of one unit of each weight, at speed w_m and shaft angle theta_m.
 void evaluate_torque(const Input& input, double w_m, double theta_m, double torque[kMostWeights]);
 

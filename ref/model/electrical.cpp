@@ -15,9 +15,11 @@ namespace dqw {
 namespace {
 
 constexpr double kLargestRateDt = 15.0;  ///< (R/L + w_e) dt beyond which a log says nothing about L
-/// Of the implicit end of a period (Newton), and the step over the currents that ends them.
+/// Of the implicit end of a period (Newton), and what is left over the currents that ends them.
 constexpr int kIterations = 4;
 constexpr double kEnded = 1e-9;
+/// Over the currents, a step that is well above rounding.
+constexpr double kTelling = 1e-6;
 
 Held held_from(const Row& row)
 {
@@ -27,6 +29,26 @@ Held held_from(const Row& row)
 }
 
 Matrix2 matrix(const double m[4]) { return {m[0], m[1], m[2], m[3]}; }
+
+double size_of(const Vector2& x) { return std::abs(x.d) + std::abs(x.q); }
+
+/// Whether its f and g lie on a plane over the currents.
+bool is_straight(const Input& input)
+{
+    return !bends(input.law) && !is_dead_time(input.law) && input.law != Law::clipped_current &&
+           input.law != Law::turn_short;
+}
+
+/// What terms take, and its slopes by the currents.
+struct Taken {
+    Vector2 f, g;
+    double f_slope[4] = {}, g_slope[4] = {};
+
+    Vector2 flux(double dt) const { return 0.5 * f + (1.0 / dt) * g; }
+    Matrix2 slope(double dt) const { return 0.5 * matrix(f_slope) + (1.0 / dt) * matrix(g_slope); }
+};
+
+bool asks_for_next(const Input& input) { return input.law == Law::sample_shift || input.law == Law::pulsed_shift; }
 
 }  // namespace
 
@@ -78,11 +100,12 @@ struct ElectricalModel::Plant {
     const ElectricalModel& model;
     const Point& at;
     const double R, Ld, Lq, psi, pole_pairs;
-    bool draws = false;  ///< currents from the winding itself, whose flux follows the iron's bend
-    double lag_s = 0.0;  ///< of the currents' filter
-    double skin = 0.0;   ///< a resistance that grows with the speed is stiff where it is large: part of the response
+    bool draws = false;      ///< currents from the winding itself, whose flux follows the iron's bend
+    bool asks_next = false;  ///< for the voltage that begins at a row
+    double lag_s = 0.0;      ///< of the currents' filter
+    double skin = 0.0;  ///< a resistance that grows with the speed is stiff where it is large: part of the response
 
-    Plant(const ElectricalModel& m, const Point& p)
+    Plant(const ElectricalModel& m, const Point& p, const std::vector<Input>* candidates = nullptr)
         : model(m), at(p), R(p.base[kR]), Ld(p.base[kLd]), Lq(p.base[kLq]), psi(p.base[kPsi]),
           pole_pairs(p.base.size() > kPolePairs ? p.base[kPolePairs] : m.pole_pairs_)
     {
@@ -90,7 +113,10 @@ struct ElectricalModel::Plant {
             if (t.input.law == Law::skin_effect) skin += t.weights[0];
             if (filters_currents(t.input)) lag_s += t.weights[0];
             draws = draws || t.input.law == Law::turn_short;
+            asks_next = asks_next || asks_for_next(t.input);
         }
+        if (candidates != nullptr)
+            asks_next = asks_next || std::any_of(candidates->begin(), candidates->end(), asks_for_next);
     }
 
     double w_max() const { return std::abs(pole_pairs) * model.w_max_rad_s_; }
@@ -121,11 +147,17 @@ struct ElectricalModel::Plant {
         if (!c.cos_m.empty()) m.cos_m = c.cos_m[k], m.sin_m = c.sin_m[k];
         if (!c.w_dot.empty()) m.w_dot = c.w_dot[k];
         if (!piece.log->v_dc_V.empty()) m.v_dc = piece.log->v_dc_V[k];
-        m.v_next = model.begun(row, m.w_e * dt);
+        if (asks_next) m.v_next = model.begun(row, m.w_e * dt);
         m.v_end_d = v_end.d, m.v_end_q = v_end.q, m.period_s = dt;
         m.R = R, m.Ld = Ld, m.Lq = Lq, m.psi = psi, m.lag_s = lag_s;
         if (draws) put_bend(m);
         return m;
+    }
+
+    void put_currents(Moment& m, Vector2 i) const
+    {
+        m.i_d = i.d, m.i_q = i.q;
+        if (draws) put_bend(m);
     }
 
     void put_bend(Moment& m) const
@@ -136,35 +168,45 @@ struct ElectricalModel::Plant {
         m.bend_dd_H = g[0], m.bend_dq_H = g[1], m.bend_qq_H = g[3];
     }
 
-    /// `responded`: without what the response holds already.
-    void sum_terms(const Piece& piece, std::size_t k, Moment m, bool responded, Vector2& f, Vector2& g) const
+    /// Calls visit(term, moment) for each.
+    template <typename Visit> void each_term(const Piece& piece, std::size_t k, Moment& m, Visit&& visit) const
     {
-        const Moment winding = beside_line(m);
+        Moment winding;
+        const bool beside = lag_s != 0.0 && put_beside_line(m, winding);
         for (const Term& t : at.terms) {
-            if (responded && t.input.law == Law::skin_effect) continue;
             m.heat_K = heat_at(columns(piece), t.input, k);
-            evaluate_sum(t.input, t.weights.data(), filters_currents(t.input) ? winding : m, f, g);
+            visit(t, beside && filters_currents(t.input) ? winding : m);
         }
     }
 
-    /// Behind a filter, without what the line's current has beside the winding's.
-    Moment beside_line(Moment m) const
+    void sum_terms(const Piece& piece, std::size_t k, Moment m, Vector2& f, Vector2& g) const
     {
-        for (const Term& t : at.terms)
-            if (lag_s != 0.0 && (t.input.law == Law::iron_loss || t.input.law == Law::turn_short)) {
-                Vector2 f, g;
-                evaluate_sum(t.input, t.weights.data(), m, f, g);
-                m.i_d += g.d / Ld, m.i_q += g.q / Lq;
-            }
-        return m;
+        each_term(piece, k, m,
+                  [&](const Term& t, const Moment& of) { evaluate_sum(t.input, t.weights.data(), of, f, g); });
     }
 
-    /// Slopes of the terms' f and g by the currents.
-    void slopes(const Moment& m, Matrix2& f, Matrix2& g) const
+    /// Without what the response holds already; straight terms apart.
+    void sum_terms(const Piece& piece, std::size_t k, Moment& m, Taken& bent, Taken& straight) const
     {
-        double of_f[4] = {}, of_g[4] = {};
-        for (const Term& t : at.terms) evaluate_slope(t.input, t.weights.data(), m, of_f, of_g);
-        f = matrix(of_f), g = matrix(of_g);
+        each_term(piece, k, m, [&](const Term& t, const Moment& of) {
+            if (t.input.law == Law::skin_effect) return;
+            Taken& to = is_straight(t.input) ? straight : bent;
+            evaluate_with_slope(t.input, t.weights.data(), of, to.f, to.g, to.f_slope, to.g_slope);
+        });
+    }
+
+    /// Behind a filter, without what the line's current has beside the winding's. False where that is nothing.
+    bool put_beside_line(const Moment& m, Moment& winding) const
+    {
+        bool beside = false;
+        for (const Term& t : at.terms) {
+            if (t.input.law != Law::iron_loss && t.input.law != Law::turn_short) continue;
+            if (!beside) winding = m, beside = true;
+            Vector2 f, g;
+            evaluate_sum(t.input, t.weights.data(), winding, f, g);
+            winding.i_d += g.d / Ld, winding.i_q += g.q / Lq;
+        }
+        return beside;
     }
 
     /// The terms' mean voltage over the period from row k, from measured currents. `held`: the last voltages as seen at
@@ -179,8 +221,8 @@ struct ElectricalModel::Plant {
                m1 = moment(piece, k + 1, next, {next.i_d_A, next.i_q_A}, hold.end, dt);
         hold.pair(m0, m1);
         Vector2 f0, g0, f1, g1;
-        sum_terms(piece, k, m0, false, f0, g0);
-        sum_terms(piece, k + 1, m1, false, f1, g1);
+        sum_terms(piece, k, m0, f0, g0);
+        sum_terms(piece, k + 1, m1, f1, g1);
         return hold.sinc * (hold.to_start * (0.5 * f0 - (1.0 / dt) * g0) + hold.to_end * (0.5 * f1 + (1.0 / dt) * g1));
     }
 };
@@ -197,7 +239,7 @@ struct ElectricalModel::Pass {
     std::vector<BlockSum>& sums;
 
     Pass(const ElectricalModel& m, const Point& at, const std::vector<Input>* c, std::vector<BlockSum>& s)
-        : plant(m, at), candidates(c), columns(columns_of(at, c)),
+        : plant(m, at, c), candidates(c), columns(columns_of(at, c)),
           effects(!at.terms.empty() || (c != nullptr && !c->empty())), rates{plant.R,    plant.Ld,      plant.Lq,
                                                                              plant.skin, m.rotor_held_, c != nullptr},
           schedule{m.schedule(at, 0), m.schedule(at, 1)}, sums(s)
@@ -239,6 +281,7 @@ struct ElectricalModel::Run {
     const std::size_t first_gain, first_input;
     std::vector<Lane> lanes;
     std::vector<Vector2> s;  ///< derivatives of the currents
+    Matrix2 missed;  ///< of straight terms by the currents: slopes that evaluate_slope() leaves out, as last seen
     Gather gather;
 
     Run(const Pass& p, const Piece& of, RowReader& reader)
@@ -261,23 +304,35 @@ struct ElectricalModel::Run {
     }
 
     /// Solves L i + B taken(i) = x for the currents at the end, in which `taken` is half of what the terms take there.
-    void end(std::size_t k, double dt, const Hold& hold, const Matrix2& P, Vector2 x, Moment& m0, Step& step) const
+    void end(std::size_t k, double dt, const Matrix2& P, Vector2 x, Moment& m1, Step& step)
     {
+        Vector2 by, of_straight;
         for (int n = 0; n < kIterations; ++n) {
-            Moment m1 = plant.moment(piece, k + 1, next, step.next, hold.end, dt);
-            hold.pair(m0, m1);
-            Vector2 f, g;
-            Matrix2 by_f, by_g;
-            plant.sum_terms(piece, k + 1, m1, true, f, g);
-            plant.slopes(m1, by_f, by_g);
-            const Vector2 taken = P * (0.5 * f + (1.0 / dt) * g);
-            step.by_end = Matrix2{plant.Ld, 0.0, 0.0, plant.Lq} + P * (0.5 * by_f + (1.0 / dt) * by_g);
-            const Vector2 by = inverse(step.by_end) *
-                               Vector2{x.d - taken.d - plant.Ld * step.next.d, x.q - taken.q - plant.Lq * step.next.q};
+            plant.put_currents(m1, step.next);
+            Taken bent, straight;
+            plant.sum_terms(piece, k + 1, m1, bent, straight);
+            const Vector2 before = of_straight, last = by;
+            of_straight = P * straight.flux(dt);
+            const Matrix2 by_straight = P * straight.slope(dt);
+            const Vector2 taken = P * bent.flux(dt) + of_straight;
+            step.by_end = Matrix2{plant.Ld, 0.0, 0.0, plant.Lq} + P * bent.slope(dt) + by_straight;
+            if (n > 0) miss(last, of_straight - before - by_straight * last, step.next);
+            by = inverse(step.by_end + missed) *
+                 Vector2{x.d - taken.d - plant.Ld * step.next.d, x.q - taken.q - plant.Lq * step.next.q};
             step.next = step.next + by;
-            if (std::abs(by.d) + std::abs(by.q) < kEnded * (std::abs(step.next.d) + std::abs(step.next.q) + kEnded))
-                break;
+            const double size = size_of(by), ended = kEnded * (size_of(step.next) + kEnded);
+            // What is left after a step is to the step as that is to the one before, or less.
+            if (size < ended || (n > 0 && size * size < ended * size_of(last))) break;
         }
+    }
+
+    /// A step changed what straight terms take by so much more than their slopes told: Broyden's update.
+    void miss(Vector2 step, Vector2 more, Vector2 i)
+    {
+        if (!(size_of(step) > kTelling * size_of(i))) return;
+        const Vector2 off = more - missed * step;
+        const double k = 1.0 / (step.d * step.d + step.q * step.q);
+        missed = missed + k * Matrix2{off.d * step.d, off.d * step.q, off.q * step.d, off.q * step.q};
     }
 
     /// The rest of a period with effects, and, where they are asked for, the derivatives by their weights.
@@ -285,20 +340,18 @@ struct ElectricalModel::Run {
                       Step& step)
     {
         const Matrix2 Bs = hold.sinc * B, P = Bs * hold.to_end, Q = Bs * hold.to_start;
-        Moment m0 = plant.moment(piece, k, row, i, v_end, dt), m1 = m0;
+        Moment m0 = plant.moment(piece, k, row, i, v_end, dt),
+               m1 = plant.moment(piece, k + 1, next, step.next, hold.end, dt);
         hold.pair(m0, m1);
         if (!plant.at.terms.empty()) {
-            Vector2 f, g;
-            Matrix2 by_f, by_g;
-            plant.sum_terms(piece, k, m0, true, f, g);
-            plant.slopes(m0, by_f, by_g);
-            step.by_start = step.by_start + Q * ((1.0 / dt) * by_g + (-0.5) * by_f);
+            Taken bent, straight;
+            plant.sum_terms(piece, k, m0, bent, straight);
+            step.by_start = step.by_start + (-1.0) * (Q * (bent.slope(-dt) + straight.slope(-dt)));
             step.next = i;
-            end(k, dt, hold, P, x + Q * ((1.0 / dt) * g - 0.5 * f), m0, step);
+            end(k, dt, P, x - Q * (bent.flux(-dt) + straight.flux(-dt)), m1, step);
         }
         if (pass.candidates == nullptr) return;
-        m1 = plant.moment(piece, k + 1, next, step.next, hold.end, dt);
-        hold.pair(m0, m1);
+        plant.put_currents(m1, step.next);
         const TraceColumns& c = plant.columns(piece);
         std::size_t j = first_input;
         put_inputs(plant.at.terms, *pass.candidates, c, k, m0,

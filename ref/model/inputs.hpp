@@ -19,15 +19,25 @@ void put_inputs(const std::vector<Term>& terms, const std::vector<Input>& candid
     for (const Term& t : terms) {
         m.heat_K = heat_at(c, t.input, k);
         evaluate(t.input, m, f, g, t.weights.data());
-        for (int w = 0; w < weights_of(t.input.law); ++w) put(f[w], g[w]);
-        for (int s = 0; s < free_shapes_of(t.input); ++s) {
+        const int weights = weights_of(t.input.law), shapes = free_shapes_of(t.input);
+        for (int w = 0; w < weights; ++w) put(f[w], g[w]);
+        if (shapes == 0) continue;
+        Vector2 f0, g0;
+        if (is_dead_time(t.input.law)) {
+            for (int w = 0; w < weights; ++w) {
+                const double by = t.weights[static_cast<std::size_t>(w)];
+                f0.d += by * f[w].d, f0.q += by * f[w].q;
+            }
+        } else {
+            evaluate_sum(t.input, t.weights.data(), m, f0, g0);
+        }
+        for (int s = 0; s < shapes; ++s) {
             Input moved = t.input;
             // Of a width, or in rad: a difference bends by as much, and rounds to 1e-13.
             constexpr double kStep = 1e-3;
             const double step = s == 0 ? kStep * t.input.shape[0] : kStep;
             moved.shape[static_cast<std::size_t>(s)] += step;
-            Vector2 f0, g0, f1, g1;
-            evaluate_sum(t.input, t.weights.data(), m, f0, g0);
+            Vector2 f1, g1;
             evaluate_sum(moved, t.weights.data(), m, f1, g1);
             put({(f1.d - f0.d) / step, (f1.q - f0.q) / step}, {(g1.d - g0.d) / step, (g1.q - g0.q) / step});
         }
@@ -35,7 +45,8 @@ void put_inputs(const std::vector<Term>& terms, const std::vector<Input>& candid
     for (const Input& input : candidates) {
         m.heat_K = heat_at(c, input, k);
         evaluate(input, m, f, g);
-        for (int w = 0; w < weights_of(input.law); ++w) put(f[w], g[w]);
+        const int weights = weights_of(input.law);
+        for (int w = 0; w < weights; ++w) put(f[w], g[w]);
     }
 }
 

@@ -156,10 +156,10 @@ Tried attempt(const Model& model, const Refined& base, const Screened& s)
     if (s.gain > 0.0) start.gain.setConstant(s.gain);
     // Where the linear step leads astray, the effect grows from nothing, in more passes.
     int passes = kPasses;
-    std::vector<BlockSum> sums;
-    if (!model.pass(start, {}, sums) || left_of(model, sums).seen < base.left.seen)
-        start = joined(base.point, t.candidate, nullptr), passes = 3 * kPasses;
-    t.refined = refine(model, start, passes);
+    Refined first = swept(model, start);
+    if (!first.ok || first.left.seen < base.left.seen)
+        first = swept(model, joined(base.point, t.candidate, nullptr)), passes = 3 * kPasses;
+    t.refined = refine(model, std::move(first), passes);
     if (t.refined.ok) t.over = better(model, base.left, t.refined.left);
     return t;
 }

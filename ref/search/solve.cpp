@@ -292,13 +292,19 @@ void limit_step(const Point& start, const Eigen::VectorXd& old, Eigen::VectorXd&
 
 }  // namespace
 
-Refined refine(const Model& model, const Point& start, int passes)
+Refined swept(const Model& model, const Point& at)
 {
-    Refined best;
-    best.point = start;
-    if (!model.pass(start, {}, best.sums)) return best;
-    best.left = left_of(model, best.sums);
-    best.ok = true;
+    Refined out;
+    out.point = at;
+    out.ok = model.pass(at, {}, out.sums);
+    if (out.ok) out.left = left_of(model, out.sums);
+    return out;
+}
+
+Refined refine(const Model& model, Refined best, int passes)
+{
+    if (!best.ok) return best;
+    const Point start = best.point;
     std::vector<Eigen::Index> use;
     for (Eigen::Index j = 0; j < start.columns(); ++j) use.push_back(j);
     // Of the ten nats that confirm an effect.
@@ -313,11 +319,9 @@ Refined refine(const Model& model, const Point& start, int passes)
         Eigen::VectorXd next = old +
                                linear_step(model, seen_of(model, best.sums), use, damping, prior_of(best.point, {}));
         limit_step(start, old, next);
-        Refined trial;
-        trial.point = best.point;
-        trial.point.set(next);
-        trial.ok = model.pass(trial.point, {}, trial.sums);
-        if (trial.ok) trial.left = left_of(model, trial.sums);
+        Point there = best.point;
+        there.set(next);
+        Refined trial = swept(model, there);
         const double gained = trial.ok ? trial.left.seen - best.left.seen + unlikely(best.point) - unlikely(trial.point)
                                        : 0.0;
         if (trial.ok && gained > 0.0) {

@@ -64,8 +64,16 @@ struct Refined {
     bool ok = false;
 };
 
-/// Gauss-Newton from `start`, damped, at most `passes` passes. Gains stay within [1e-4, 1].
-Refined refine(const Model& model, const Point& start, int passes);
+/// A point as it is; not ok outside the model's domain.
+Refined swept(const Model& model, const Point& at);
+
+/// Gauss-Newton from `start`, damped, at most `passes` passes, of which a start that was swept has had one. Gains stay
+/// within [1e-4, 1].
+Refined refine(const Model& model, Refined start, int passes);
+inline Refined refine(const Model& model, const Point& start, int passes)
+{
+    return refine(model, swept(model, start), passes);
+}
 
 /// What noise of columns adds to the scores of the rows seen, one column a channel, where its squared errors have that
 /// mean; empty where it cannot be had.
