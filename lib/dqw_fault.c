@@ -10,9 +10,9 @@
 // What one factor for R, L and flux may leave of them, squared: three deviations' chance of 99 %, and a part of it.
 #define SCALE_LEFT 12.0f
 #define SCALE_LEFT_PART 0.02f
-// What a second pattern must leave more, squared, before it counts as told apart: odds of e^3, and a hundredth of the
-// whole, as patterns are no better known.
-#define APART 6.0f
+// What a second pattern must leave more, squared, before it counts as told apart: odds of e^2, for what stays moves by
+// 0.7 of its unit; and a hundredth of the whole, as patterns are no better known.
+#define APART 2.0f
 #define APART_PART 0.01f
 
 // Cosine and sine of twice the angle of phase a, b, c.
@@ -53,12 +53,21 @@ static bool pattern_of(enum dqw_fault_name name, int phase, dqw_fault_machine m,
     return phase == 0;
 }
 
-// A flux that alone is known well is not enough.
-static bool is_scale(const float z[], float explained)
+// A flux that alone is known well is not enough. An observer's L_q may say so too, but contradicts nothing.
+static bool is_scale(const float z[], const float unit[], bool observed)
 {
-    float left = -explained;
-    for (int i = DQW_SIGN_R; i <= DQW_SIGN_PSI; i++) left += z[i] * z[i];
-    return left < SCALE_LEFT + SCALE_LEFT_PART * explained;
+    float zz = 0.0f;
+    float zq = 0.0f;
+    float qq = 0.0f;
+    for (int i = DQW_SIGN_R; i <= DQW_SIGN_PSI; i++) {
+        if (observed && i == DQW_SIGN_LQ) continue;
+        const float q = 1.0f / unit[i];
+        zz += z[i] * z[i];
+        zq += z[i] * q;
+        qq += q * q;
+    }
+    const float explained = zq * zq / qq;
+    return zz - explained < SCALE_LEFT + SCALE_LEFT_PART * explained;
 }
 
 dqw_fault_verdict dqw_fault_name_it(const float change[], const float unit[], dqw_fault_machine machine)
@@ -102,7 +111,7 @@ dqw_fault_verdict dqw_fault_name_it(const float change[], const float unit[], dq
                 }
             }
         }
-        if (name == DQW_FAULT_VOLTAGE_SCALE && !is_scale(z, explained)) continue;
+        if (name == DQW_FAULT_VOLTAGE_SCALE && !is_scale(z, unit, machine.observed)) continue;
         if (explained > most) {
             next = most;
             most = explained;

@@ -10,9 +10,9 @@
 // What one factor for R, L and flux may leave of them, squared: 12, and a fiftieth of what it explains.
 #define SCALE_LEFT_Q20 12582912
 #define SCALE_LEFT_PARTS 50
-// What a second pattern must leave more, squared, before it counts as told apart: odds of e^3, and a hundredth of the
-// whole, as patterns are no better known.
-#define APART_Q20 6291456
+// What a second pattern must leave more, squared, before it counts as told apart: odds of e^2, for what stays moves by
+// 0.7 of its unit; and a hundredth of the whole, as patterns are no better known.
+#define APART_Q20 2097152
 #define APART_PARTS 100
 #define ONE_Q15 32768
 #define ONE_Q24 16777216
@@ -81,12 +81,17 @@ static int64_t explained_q20(const int64_t z_q10[], const int64_t p_q24[], const
     return dqw_q_product64(zp_q10, dqw_q_quotient64(zp_q10, pp_q10, 30), -20);
 }
 
-// A flux that alone is known well is not enough.
-static bool is_scale(const int64_t z_q10[], int64_t explained_q20)
+// A flux that alone is known well is not enough. An observer's L_q may say so too, but contradicts nothing.
+static bool is_scale(const int64_t z_q10[], const int32_t unit_q24[], dqw_fault_machine_q15 m)
 {
-    int64_t left_q20 = -explained_q20;
-    for (int i = DQW_SIGN_R; i <= DQW_SIGN_PSI; i++) left_q20 += z_q10[i] * z_q10[i];
-    return left_q20 < SCALE_LEFT_Q20 + explained_q20 / SCALE_LEFT_PARTS;
+    int64_t p_q24[DQW_SIGNS];
+    (void)pattern_of(DQW_FAULT_VOLTAGE_SCALE, 0, m, p_q24);
+    if (m.observed) p_q24[DQW_SIGN_LQ] = 0;
+    const int64_t e_q20 = explained_q20(z_q10, p_q24, unit_q24, true);
+    int64_t left_q20 = -e_q20;
+    for (int i = DQW_SIGN_R; i <= DQW_SIGN_PSI; i++)
+        if (p_q24[i] != 0) left_q20 += z_q10[i] * z_q10[i];
+    return left_q20 < SCALE_LEFT_Q20 + e_q20 / SCALE_LEFT_PARTS;
 }
 
 dqw_fault_verdict_q15 dqw_fault_name_it_q15(const int32_t change_q24[], const int32_t unit_q24[],
@@ -124,7 +129,7 @@ dqw_fault_verdict_q15 dqw_fault_name_it_q15(const int32_t change_q24[], const in
                 at = (uint8_t)phase;
             }
         }
-        if (name == DQW_FAULT_VOLTAGE_SCALE && !is_scale(z_q10, explained)) continue;
+        if (name == DQW_FAULT_VOLTAGE_SCALE && !is_scale(z_q10, unit_q24, machine)) continue;
         if (explained > most_q20) {
             next_q20 = most_q20;
             most_q20 = explained;
