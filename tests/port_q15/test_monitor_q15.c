@@ -343,7 +343,7 @@ static void test_sensitivity(void)
     BETWEEN(-2, value_of(&m, DQW_WATCH_TEMPERATURE), 2);
     HOLDS(dqw_monitor_read_q15(&m, DQW_WATCH_R).usable && dqw_monitor_read_q15(&m, DQW_WATCH_PSI).usable &&
           !dqw_monitor_read_q15(&m, DQW_WATCH_TEMPERATURE).usable);
-    // Within a band that is too narrow, five deviations: of the value now, and of the healthy one, which is a mean over
+    // Within a band that is too narrow, five deviations, and a quarter more: of the value now, and of the healthy one, which is a mean over
     // looks.
     dqw_monitor_q15_config narrow = c;
     for (int i = 0; i < DQW_WATCH_CHANNELS; i++) narrow.band_ppm[i] = 10;
@@ -354,7 +354,7 @@ static void test_sensitivity(void)
         const double wider = sqrt(1 + 20.0 / (20 + m.watch.looks[channel]));
         BETWEEN(0.99,
                 (double)dqw_monitor_sensitivity_q15(&m, (enum dqw_monitor_channel)channel) /
-                    (double)dqw_monitor_read_q15(&m, (enum dqw_monitor_channel)channel).sd_change_q40 / 5 / wider,
+                    (double)dqw_monitor_read_q15(&m, (enum dqw_monitor_channel)channel).sd_change_q40 / 6.25 / wider,
                 1.01);
     }
     m.config = &c;
@@ -585,7 +585,7 @@ static void test_each_channel_counts_and_is_told(void)
         BETWEEN(floor(32 * off - 0.55) - 32, m.watch.change[channel].sum_q5, floor(32 * off + 0.55) - 32);
 
         // Named now, and whether anything explains it or not.
-        told.watch.alarms = (uint16_t)(0x4000u | 1u << channel);
+        told.watch.alarms = (uint16_t)(0xc000u | 1u << channel);
         told.watch.wait = 1;
         // Its own segment has ended.
         told.estimator.segment.urgent = true;
