@@ -53,21 +53,28 @@ static bool pattern_of(enum dqw_fault_name name, int phase, dqw_fault_machine m,
     return phase == 0;
 }
 
-// A flux that alone is known well is not enough. An observer's L_q may say so too, but contradicts nothing.
-static bool is_scale(const float z[], const float unit[], bool observed)
+// What a pattern explains of all changes, squared; 0 where it would have the wrong sign.
+static float explained_by(const float p[], const float z[], const float unit[], bool either)
 {
-    float zz = 0.0f;
-    float zq = 0.0f;
-    float qq = 0.0f;
-    for (int i = DQW_SIGN_R; i <= DQW_SIGN_PSI; i++) {
-        if (observed && i == DQW_SIGN_LQ) continue;
-        const float q = 1.0f / unit[i];
-        zz += z[i] * z[i];
-        zq += z[i] * q;
-        qq += q * q;
+    float zp = 0.0f;
+    float pp = 0.0f;
+    for (int i = 0; i < DQW_SIGNS; i++) {
+        const float q = p[i] / unit[i];
+        zp += z[i] * q;
+        pp += q * q;
     }
-    const float explained = zq * zq / qq;
-    return zz - explained < SCALE_LEFT + SCALE_LEFT_PART * explained;
+    return !(pp > 0.0f) || (zp < 0.0f && !either) ? 0.0f : zp * zp / pp;
+}
+
+// A flux that alone is known well is not enough. An observer's L_q may say so too, but contradicts nothing: the
+// pattern loses it.
+static bool is_scale(float p[], const float z[], const float unit[], bool observed)
+{
+    if (observed) p[DQW_SIGN_LQ] = 0.0f;
+    const float said = explained_by(p, z, unit, true);
+    float left = -said;
+    for (int i = DQW_SIGN_R; i <= DQW_SIGN_PSI; i++) left += p[i] * z[i] * z[i];
+    return left < SCALE_LEFT + SCALE_LEFT_PART * said;
 }
 
 dqw_fault_verdict dqw_fault_name_it(const float change[], const float unit[], dqw_fault_machine machine)
@@ -89,29 +96,21 @@ dqw_fault_verdict dqw_fault_name_it(const float change[], const float unit[], dq
         const enum dqw_fault_name name = (enum dqw_fault_name)k;
         // Where ripples are not known, patterns with one are another fault's.
         if (dqw_fault_ripples(name) && !(unit[DQW_SIGN_SHORT_RE] < DQW_UNKNOWN)) continue;
+        float p[DQW_SIGNS];
         float explained = 0.0f;
         uint8_t at = 0;
         if (name == DQW_FAULT_CURRENT_OFFSET) {
             explained = z[DQW_SIGN_OFFSET_RE] * z[DQW_SIGN_OFFSET_RE] + z[DQW_SIGN_OFFSET_IM] * z[DQW_SIGN_OFFSET_IM];
         } else {
             for (int phase = 0; phase < 3; phase++) {
-                float p[DQW_SIGNS];
                 if (!pattern_of(name, phase, machine, p)) continue;
-                float zp = 0.0f;
-                float pp = 0.0f;
-                for (int i = 0; i < DQW_SIGNS; i++) {
-                    const float q = p[i] / unit[i];
-                    zp += z[i] * q;
-                    pp += q * q;
-                }
-                if (!(pp > 0.0f) || (zp < 0.0f && !dqw_fault_either_sign(name))) continue;
-                if (zp * zp / pp > explained) {
-                    explained = zp * zp / pp;
-                    at = (uint8_t)phase;
-                }
+                const float said = explained_by(p, z, unit, dqw_fault_either_sign(name));
+                if (!(said > explained)) continue;
+                explained = said;
+                at = (uint8_t)phase;
             }
         }
-        if (name == DQW_FAULT_VOLTAGE_SCALE && !is_scale(z, unit, machine.observed)) continue;
+        if (name == DQW_FAULT_VOLTAGE_SCALE && !is_scale(p, z, unit, machine.observed)) continue;
         if (explained > most) {
             next = most;
             most = explained;

@@ -81,12 +81,11 @@ static int64_t explained_q20(const int64_t z_q10[], const int64_t p_q24[], const
     return dqw_q_product64(zp_q10, dqw_q_quotient64(zp_q10, pp_q10, 30), -20);
 }
 
-// A flux that alone is known well is not enough. An observer's L_q may say so too, but contradicts nothing.
-static bool is_scale(const int64_t z_q10[], const int32_t unit_q24[], dqw_fault_machine_q15 m)
+// A flux that alone is known well is not enough. An observer's L_q may say so too, but contradicts nothing: the
+// pattern loses it.
+static bool is_scale(int64_t p_q24[], const int64_t z_q10[], const int32_t unit_q24[], bool observed)
 {
-    int64_t p_q24[DQW_SIGNS];
-    (void)pattern_of(DQW_FAULT_VOLTAGE_SCALE, 0, m, p_q24);
-    if (m.observed) p_q24[DQW_SIGN_LQ] = 0;
+    if (observed) p_q24[DQW_SIGN_LQ] = 0;
     const int64_t e_q20 = explained_q20(z_q10, p_q24, unit_q24, true);
     int64_t left_q20 = -e_q20;
     for (int i = DQW_SIGN_R; i <= DQW_SIGN_PSI; i++)
@@ -114,6 +113,7 @@ dqw_fault_verdict_q15 dqw_fault_name_it_q15(const int32_t change_q24[], const in
         const enum dqw_fault_name name = (enum dqw_fault_name)k;
         // Where ripples are not known, patterns with one are another fault's.
         if (dqw_fault_ripples(name) && unit_q24[DQW_SIGN_SHORT_RE] == INT32_MAX) continue;
+        int64_t p_q24[DQW_SIGNS];
         int64_t explained = 0;
         uint8_t at = 0;
         if (name == DQW_FAULT_CURRENT_OFFSET) {
@@ -121,7 +121,6 @@ dqw_fault_verdict_q15 dqw_fault_name_it_q15(const int32_t change_q24[], const in
                         z_q10[DQW_SIGN_OFFSET_IM] * z_q10[DQW_SIGN_OFFSET_IM];
         } else {
             for (int phase = 0; phase < 3; phase++) {
-                int64_t p_q24[DQW_SIGNS];
                 if (!pattern_of(name, phase, machine, p_q24)) continue;
                 const int64_t e_q20 = explained_q20(z_q10, p_q24, unit_q24, dqw_fault_either_sign(name));
                 if (e_q20 <= explained) continue;
@@ -129,7 +128,7 @@ dqw_fault_verdict_q15 dqw_fault_name_it_q15(const int32_t change_q24[], const in
                 at = (uint8_t)phase;
             }
         }
-        if (name == DQW_FAULT_VOLTAGE_SCALE && !is_scale(z_q10, unit_q24, machine)) continue;
+        if (name == DQW_FAULT_VOLTAGE_SCALE && !is_scale(p_q24, z_q10, unit_q24, machine.observed)) continue;
         if (explained > most_q20) {
             next_q20 = most_q20;
             most_q20 = explained;

@@ -278,8 +278,8 @@ static void test_an_observers_L_q_does_not_contradict_a_scale(void)
             for (int i = DQW_SIGN_R; i <= DQW_SIGN_PSI; i++) x[i] = 0.1f;
             const int other[] = {DQW_SIGN_LQ, DQW_SIGN_R, DQW_SIGN_LD};
             x[other[against]] = against == 0 ? 0.25f : 0.0f;
-            const dqw_fault_verdict v = dqw_fault_name_it(x, unit, (dqw_fault_machine){(float)R_OHM, (float)L_H,
-                                                                                       encoder == 0});
+            const dqw_fault_verdict v = dqw_fault_name_it(x, unit,
+                                                          (dqw_fault_machine){(float)R_OHM, (float)L_H, encoder == 0});
             CASE("encoder %d, sign %d: name %d, confidence %g", encoder, other[against], (int)v.name,
                  (double)v.confidence);
             HOLDS((v.name == DQW_FAULT_VOLTAGE_SCALE) == (encoder == 0 && against == 0));

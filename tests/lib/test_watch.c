@@ -60,13 +60,11 @@ static void test_a_name_that_is_not_sure_waits(void)
         int channel;
         bool sure;
         int later;
-    } cases[] = {{DQW_FAULT_DEMAGNETISATION, DQW_WATCH_PSI, true, 0},
-                 {DQW_FAULT_DEMAGNETISATION, DQW_WATCH_PSI, false, 6},
-                 {DQW_FAULT_RESISTANCE_RISE, DQW_WATCH_PSI, true, 2},
-                 {DQW_FAULT_UNKNOWN, DQW_WATCH_ANGLE, false, 2},
-                 {DQW_FAULT_UNKNOWN, DQW_WATCH_OFFSET, false, 6},
-                 {DQW_FAULT_TURN_SHORT, DQW_WATCH_SHORT, true, 0},
-                 {DQW_FAULT_UNKNOWN, DQW_WATCH_SHORT, true, 6}};
+    } cases[] = {
+        {DQW_FAULT_DEMAGNETISATION, DQW_WATCH_PSI, true, 0}, {DQW_FAULT_DEMAGNETISATION, DQW_WATCH_PSI, false, 6},
+        {DQW_FAULT_RESISTANCE_RISE, DQW_WATCH_PSI, true, 2}, {DQW_FAULT_UNKNOWN, DQW_WATCH_ANGLE, false, 2},
+        {DQW_FAULT_UNKNOWN, DQW_WATCH_OFFSET, false, 6},     {DQW_FAULT_TURN_SHORT, DQW_WATCH_SHORT, true, 0},
+        {DQW_FAULT_UNKNOWN, DQW_WATCH_SHORT, true, 6}};
     for (unsigned k = 0; k < sizeof cases / sizeof cases[0]; k++) {
         dqw_watch w;
         dqw_watch_init(&w);
