@@ -12,9 +12,9 @@
 #define SCALE_LEFT_PART 0.02f
 // And of two more where a map's weights are known.
 #define SCALE_LEFT_MAP 16.0f
-// What a second pattern must leave more, squared, before it counts as told apart: odds of e^3, and a hundredth of the
-// whole, as patterns are no better known.
-#define APART 6.0f
+// What a second pattern must leave more, squared, before it counts as told apart: odds of e^2, for what stays moves by
+// 0.7 of its unit; and a hundredth of the whole, as patterns are no better known.
+#define APART 2.0f
 #define APART_PART 0.01f
 
 // Cosine and sine of twice the angle of phase a, b, c.
@@ -59,18 +59,34 @@ static bool pattern_of(enum dqw_fault_name name, int phase, dqw_fault_machine m,
     return phase == 0;
 }
 
-// A flux that alone is known well is not enough.
-static bool is_scale(const float z[], float explained)
+// What a pattern explains of all changes, squared; 0 where it would have the wrong sign.
+static float explained_by(const float p[], const float z[], const float unit[], bool either)
 {
-    float left = -explained;
-    for (int i = DQW_SIGN_R; i <= DQW_SIGN_PSI; i++) left += z[i] * z[i];
+    float zp = 0.0f;
+    float pp = 0.0f;
+    for (int i = 0; i < DQW_SIGNS; i++) {
+        const float q = p[i] / unit[i];
+        zp += z[i] * q;
+        pp += q * q;
+    }
+    return !(pp > 0.0f) || (zp < 0.0f && !either) ? 0.0f : zp * zp / pp;
+}
+
+// A flux that alone is known well is not enough. An observer's L_q may say so too, but contradicts nothing: the
+// pattern loses it.
+static bool is_scale(float p[], const float z[], const float unit[], bool observed)
+{
+    if (observed) p[DQW_SIGN_LQ] = 0.0f;
+    const float said = explained_by(p, z, unit, true);
+    float left = -said;
+    for (int i = DQW_SIGN_R; i <= DQW_SIGN_PSI; i++) left += p[i] * z[i] * z[i];
     float most = SCALE_LEFT;
 #if DQW_MAP_WEIGHTS > 0
     const float map = z[DQW_SIGN_MAP_D] * z[DQW_SIGN_MAP_D] + z[DQW_SIGN_MAP_Q] * z[DQW_SIGN_MAP_Q];
     left += map;
     if (map > 0.0f) most = SCALE_LEFT_MAP;
 #endif
-    return left < most + SCALE_LEFT_PART * explained;
+    return left < most + SCALE_LEFT_PART * said;
 }
 
 dqw_fault_verdict dqw_fault_name_it(const float change[], const float unit[], dqw_fault_machine machine)
@@ -92,29 +108,21 @@ dqw_fault_verdict dqw_fault_name_it(const float change[], const float unit[], dq
         const enum dqw_fault_name name = (enum dqw_fault_name)k;
         // Where ripples are not known, patterns with one are another fault's.
         if (dqw_fault_ripples(name) && !(unit[DQW_SIGN_SHORT_RE] < DQW_UNKNOWN)) continue;
+        float p[DQW_SIGNS];
         float explained = 0.0f;
         uint8_t at = 0;
         if (name == DQW_FAULT_CURRENT_OFFSET) {
             explained = z[DQW_SIGN_OFFSET_RE] * z[DQW_SIGN_OFFSET_RE] + z[DQW_SIGN_OFFSET_IM] * z[DQW_SIGN_OFFSET_IM];
         } else {
             for (int phase = 0; phase < 3; phase++) {
-                float p[DQW_SIGNS];
                 if (!pattern_of(name, phase, machine, p)) continue;
-                float zp = 0.0f;
-                float pp = 0.0f;
-                for (int i = 0; i < DQW_SIGNS; i++) {
-                    const float q = p[i] / unit[i];
-                    zp += z[i] * q;
-                    pp += q * q;
-                }
-                if (!(pp > 0.0f) || (zp < 0.0f && !dqw_fault_either_sign(name))) continue;
-                if (zp * zp / pp > explained) {
-                    explained = zp * zp / pp;
-                    at = (uint8_t)phase;
-                }
+                const float said = explained_by(p, z, unit, dqw_fault_either_sign(name));
+                if (!(said > explained)) continue;
+                explained = said;
+                at = (uint8_t)phase;
             }
         }
-        if (name == DQW_FAULT_VOLTAGE_SCALE && !is_scale(z, explained)) continue;
+        if (name == DQW_FAULT_VOLTAGE_SCALE && !is_scale(p, z, unit, machine.observed)) continue;
         if (explained > most) {
             next = most;
             most = explained;

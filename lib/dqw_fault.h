@@ -3,6 +3,7 @@
 #ifndef DQW_FAULT_H
 #define DQW_FAULT_H
 
+#include <stdbool.h>
 #include <stdint.h>
 
 #include "dqw_fault_name.h"
@@ -15,6 +16,7 @@ extern "C" {
 /// What the machine is, for the patterns.
 typedef struct dqw_fault_machine {
     float R_ohm, L_H;
+    bool observed;  ///< by an observer's angle: its L_q tells nothing of the voltage
 } dqw_fault_machine;
 
 /// Name what changed.

@@ -289,7 +289,8 @@ static dqw_fault_verdict name_it(const dqw_monitor *m)
         }
     }
     const dqw_fault_machine machine = {m->healthy.weight[DQW_R],
-                                       0.5f * (m->healthy.weight[DQW_LD] + m->healthy.weight[DQW_LQ])};
+                                       0.5f * (m->healthy.weight[DQW_LD] + m->healthy.weight[DQW_LQ]),
+                                       m->config->estimator.observed};
     return dqw_fault_name_it(change, unit, machine);
 }
 

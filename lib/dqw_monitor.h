@@ -136,7 +136,8 @@ bool dqw_monitor_event(dqw_monitor *m, dqw_monitor_change *change);
 /// Context  background
 dqw_reading dqw_monitor_read(const dqw_monitor *m, enum dqw_monitor_channel channel);
 
-/// The smallest change of a channel that would be an event now, in its unit: its band, or five deviations.
+/// The smallest change of a channel that would be an event now, in its unit: its band, or five deviations, and a
+/// quarter more, within which it is a matter of chance.
 ///
 /// Source   (E63) in docs/EQUATIONS.md
 /// Returns  DQW_UNKNOWN where it is not watched now

@@ -12,6 +12,8 @@
 // Nor than so many of its scatters between segments.
 #define WANDERS 3.0f
 #define USABLE_SD (0.1f / 3.0f)
+// A change so much larger is told: in twenty looks (E63), and by two segments in 95 of 100 (E105).
+#define TOLD 1.25f
 // More than any fault makes of it: so much of R, L_d, L_q or the flux; of the others so many usual bands.
 #define COARSE 0.3f
 #define COARSE_BANDS 10.0f
@@ -234,7 +236,7 @@ static enum dqw_why sees(const dqw_monitor *m, int channel, float *least)
         const float seen = seen_pu * dqw_estimator_unit(e, weight);
         sure = seen > sure ? seen : sure;
     }
-    *least = sure;
+    *least = TOLD * sure;
     return sure < too_much(m, channel) ? DQW_WHY_IN_SERVICE : DQW_WHY_COARSE;
 }
 

@@ -7,7 +7,8 @@
 #define NAMING_TICKS 24
 #define REST_TICKS 60
 // An unknown one, or R alone, is given so many looks more, twice, 84 and 90 %; one of two names six times, for weights
-// that were opened are known better and better.
+// that were opened are known better and better, and so is one that a ripple shows: inputs that are nearly alike take
+// what is another's at first and give it back slowly.
 #define EXTENSION_TICKS 10
 #define UNKNOWN_EXTENDED 2u
 #define UNSURE_EXTENDED 6u
@@ -221,7 +222,8 @@ enum dqw_watch_follows dqw_watch_named(dqw_watch *w, int channel, enum dqw_fault
     w->too_hot = w->too_hot || channel == DQW_WATCH_TEMPERATURE;
     // R takes up at first what others will explain.
     const bool settles = name == DQW_FAULT_UNKNOWN || name == DQW_FAULT_RESISTANCE_RISE;
-    if (w->extended < (settles ? UNKNOWN_EXTENDED : sure ? 0u : UNSURE_EXTENDED)) {
+    const unsigned settling = channel < DQW_WATCH_OFFSET ? UNKNOWN_EXTENDED : UNSURE_EXTENDED;
+    if (w->extended < (settles ? settling : sure ? 0u : UNSURE_EXTENDED)) {
         w->extended++;
         w->wait = EXTENSION_TICKS;
         return DQW_WATCH_LATER;

@@ -12,9 +12,9 @@
 #define SCALE_LEFT_PARTS 50
 // And 16 where a map's weights are known.
 #define SCALE_LEFT_MAP_Q20 16777216
-// What a second pattern must leave more, squared, before it counts as told apart: odds of e^3, and a hundredth of the
-// whole, as patterns are no better known.
-#define APART_Q20 6291456
+// What a second pattern must leave more, squared, before it counts as told apart: odds of e^2, for what stays moves by
+// 0.7 of its unit; and a hundredth of the whole, as patterns are no better known.
+#define APART_Q20 2097152
 #define APART_PARTS 100
 #define ONE_Q15 32768
 #define ONE_Q24 16777216
@@ -87,11 +87,15 @@ static int64_t explained_q20(const int64_t z_q10[], const int64_t p_q24[], const
     return dqw_q_product64(zp_q10, dqw_q_quotient64(zp_q10, pp_q10, 30), -20);
 }
 
-// A flux that alone is known well is not enough.
-static bool is_scale(const int64_t z_q10[], int64_t explained_q20)
+// A flux that alone is known well is not enough. An observer's L_q may say so too, but contradicts nothing: the
+// pattern loses it.
+static bool is_scale(int64_t p_q24[], const int64_t z_q10[], const int32_t unit_q24[], bool observed)
 {
-    int64_t left_q20 = -explained_q20;
-    for (int i = DQW_SIGN_R; i <= DQW_SIGN_PSI; i++) left_q20 += z_q10[i] * z_q10[i];
+    if (observed) p_q24[DQW_SIGN_LQ] = 0;
+    const int64_t e_q20 = explained_q20(z_q10, p_q24, unit_q24, true);
+    int64_t left_q20 = -e_q20;
+    for (int i = DQW_SIGN_R; i <= DQW_SIGN_PSI; i++)
+        if (p_q24[i] != 0) left_q20 += z_q10[i] * z_q10[i];
     int64_t most_q20 = SCALE_LEFT_Q20;
 #if DQW_MAP_WEIGHTS > 0
     const int64_t d_q10 = z_q10[DQW_SIGN_MAP_D];
@@ -99,7 +103,7 @@ static bool is_scale(const int64_t z_q10[], int64_t explained_q20)
     left_q20 += d_q10 * d_q10 + q_q10 * q_q10;
     if (d_q10 != 0 || q_q10 != 0) most_q20 = SCALE_LEFT_MAP_Q20;
 #endif
-    return left_q20 < most_q20 + explained_q20 / SCALE_LEFT_PARTS;
+    return left_q20 < most_q20 + e_q20 / SCALE_LEFT_PARTS;
 }
 
 dqw_fault_verdict_q15 dqw_fault_name_it_q15(const int32_t change_q24[], const int32_t unit_q24[],
@@ -122,6 +126,7 @@ dqw_fault_verdict_q15 dqw_fault_name_it_q15(const int32_t change_q24[], const in
         const enum dqw_fault_name name = (enum dqw_fault_name)k;
         // Where ripples are not known, patterns with one are another fault's.
         if (dqw_fault_ripples(name) && unit_q24[DQW_SIGN_SHORT_RE] == INT32_MAX) continue;
+        int64_t p_q24[DQW_SIGNS];
         int64_t explained = 0;
         uint8_t at = 0;
         if (name == DQW_FAULT_CURRENT_OFFSET) {
@@ -129,7 +134,6 @@ dqw_fault_verdict_q15 dqw_fault_name_it_q15(const int32_t change_q24[], const in
                         z_q10[DQW_SIGN_OFFSET_IM] * z_q10[DQW_SIGN_OFFSET_IM];
         } else {
             for (int phase = 0; phase < 3; phase++) {
-                int64_t p_q24[DQW_SIGNS];
                 if (!pattern_of(name, phase, machine, p_q24)) continue;
                 const int64_t e_q20 = explained_q20(z_q10, p_q24, unit_q24, dqw_fault_either_sign(name));
                 if (e_q20 <= explained) continue;
@@ -137,7 +141,7 @@ dqw_fault_verdict_q15 dqw_fault_name_it_q15(const int32_t change_q24[], const in
                 at = (uint8_t)phase;
             }
         }
-        if (name == DQW_FAULT_VOLTAGE_SCALE && !is_scale(z_q10, explained)) continue;
+        if (name == DQW_FAULT_VOLTAGE_SCALE && !is_scale(p_q24, z_q10, unit_q24, machine.observed)) continue;
         if (explained > most_q20) {
             next_q20 = most_q20;
             most_q20 = explained;

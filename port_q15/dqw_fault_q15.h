@@ -2,6 +2,7 @@
 #ifndef DQW_FAULT_Q15_H
 #define DQW_FAULT_Q15_H
 
+#include <stdbool.h>
 #include <stdint.h>
 
 #include "dqw_fault_name.h"
@@ -14,6 +15,7 @@ extern "C" {
 typedef struct dqw_fault_machine_q15 {
     int32_t R_q24, L_q24;  ///< of the nominal R, of the mean of the nominal L_d and L_q
     int64_t short_q40;     ///< dqw_witness_short_q40()
+    bool observed;         ///< by an observer's angle: its L_q tells nothing of the voltage
 } dqw_fault_machine_q15;
 
 /// Which fault it is.

@@ -315,7 +315,7 @@ static dqw_fault_verdict_q15 name_it(const dqw_monitor_q15 *m)
     }
     const dqw_estimator_q15_config *c = m->estimator.config;
     const dqw_fault_machine_q15 machine = {h[DQW_R], dqw_witness_mean_L_q24(c, h[DQW_LD], h[DQW_LQ]),
-                                           dqw_witness_short_q40(c)};
+                                           dqw_witness_short_q40(c), c->observed};
     return dqw_fault_name_it_q15(change_q24, unit_q24, machine);
 }
 

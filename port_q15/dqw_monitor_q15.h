@@ -149,7 +149,7 @@ bool dqw_monitor_event_q15(dqw_monitor_q15 *m, dqw_monitor_change_q15 *change);
 dqw_reading_q15 dqw_monitor_read_q15(const dqw_monitor_q15 *m, enum dqw_monitor_channel channel);
 
 /// The smallest change of a channel that would be an event now, in the format of its reading: its band, or five
-/// deviations.
+/// deviations, and a quarter more, within which it is a matter of chance.
 ///
 /// Source   (E63) in docs/EQUATIONS.md
 /// Returns  INT64_MAX where it is not watched now

@@ -273,7 +273,8 @@ static dqw_fault_verdict named(const dqw_monitor *m)
         }
     }
     const dqw_fault_machine machine = {m->healthy.weight[DQW_R],
-                                       (m->healthy.weight[DQW_LD] + m->healthy.weight[DQW_LQ]) / 2};
+                                       (m->healthy.weight[DQW_LD] + m->healthy.weight[DQW_LQ]) / 2,
+                                       m->config->estimator.observed};
     return dqw_fault_name_it(change, unit, machine);
 }
 

@@ -196,7 +196,7 @@ static void test_what_would_be_an_event(void)
         HOLDS((dqw_monitor_sensitivity(&m, DQW_WATCH_TEMPERATURE) < DQW_UNKNOWN) == (way == 5));
         HOLDS((dqw_monitor_sensitivity(&m, DQW_WATCH_RESIDUAL) < DQW_UNKNOWN) == serves);
     }
-    NEAR(fmax(0.04 * 0.5, 5 * sqrt(1.5) * (double)dqw_monitor_read(&m, DQW_WATCH_R).sd),
+    NEAR(1.25 * fmax(0.04 * 0.5, 5 * sqrt(1.5) * (double)dqw_monitor_read(&m, DQW_WATCH_R).sd),
          dqw_monitor_sensitivity(&m, DQW_WATCH_R));
     NEAR(110.0, dqw_monitor_sensitivity(&m, DQW_WATCH_TEMPERATURE));
     NEAR(3 * 0.01 * 14, dqw_monitor_sensitivity(&m, DQW_WATCH_RESIDUAL));
@@ -357,10 +357,10 @@ static void test_what_the_motion_does_not_teach(void)
     only(&m, 0, DQW_WHY_IN_SERVICE);
     m.estimator.segment.share_q15[DQW_LD] = 328;
     only(&m, BIT(DQW_WATCH_LD), DQW_WHY_NOT_TAUGHT);
-    // A quarter of it known, and a band of its own: 4.6 (1 + sqrt(1/50)) tau/sqrt(1/4). (E105)
+    // A quarter of it known, and a band of its own: 5.75 (1 + sqrt(1/50)) tau/sqrt(1/4). (E105)
     m.estimator.segment.share_q15[DQW_LD] = 8192;
     m.estimator.segment.band_pu[DQW_LD] = 0.02f;
-    NEAR(4.6 * (1 + sqrt(0.02)) * 0.02 / 0.5 * (double)dqw_estimator_unit(&m.estimator, DQW_LD),
+    NEAR(5.75 * (1 + sqrt(0.02)) * 0.02 / 0.5 * (double)dqw_estimator_unit(&m.estimator, DQW_LD),
          (double)dqw_monitor_sensitivity(&m, DQW_WATCH_LD));
     c.estimator.follow = false;
 }

@@ -51,23 +51,26 @@ static void test_too_hot_is_told_again_after_it_was_cool(void)
     }
 }
 
-// What two names explain waits six times, what none does twice, what one does not at all.
+// What two names explain waits six times, what none does twice, what one does not at all; and six times what a ripple
+// shows and none explains.
 static void test_a_name_that_is_not_sure_waits(void)
 {
     static const struct {
         enum dqw_fault_name name;
+        int channel;
         bool sure;
         int later;
-    } cases[] = {{DQW_FAULT_DEMAGNETISATION, true, 0},
-                 {DQW_FAULT_DEMAGNETISATION, false, 6},
-                 {DQW_FAULT_RESISTANCE_RISE, true, 2},
-                 {DQW_FAULT_UNKNOWN, false, 2}};
+    } cases[] = {
+        {DQW_FAULT_DEMAGNETISATION, DQW_WATCH_PSI, true, 0}, {DQW_FAULT_DEMAGNETISATION, DQW_WATCH_PSI, false, 6},
+        {DQW_FAULT_RESISTANCE_RISE, DQW_WATCH_PSI, true, 2}, {DQW_FAULT_UNKNOWN, DQW_WATCH_ANGLE, false, 2},
+        {DQW_FAULT_UNKNOWN, DQW_WATCH_OFFSET, false, 6},     {DQW_FAULT_TURN_SHORT, DQW_WATCH_SHORT, true, 0},
+        {DQW_FAULT_UNKNOWN, DQW_WATCH_SHORT, true, 6}};
     for (unsigned k = 0; k < sizeof cases / sizeof cases[0]; k++) {
         dqw_watch w;
         dqw_watch_init(&w);
-        w.alarms = 1u << DQW_WATCH_PSI;
+        w.alarms = (uint16_t)(1u << cases[k].channel);
         int later = 0;
-        while (later < 9 && dqw_watch_named(&w, DQW_WATCH_PSI, cases[k].name, cases[k].sure) == DQW_WATCH_LATER)
+        while (later < 9 && dqw_watch_named(&w, cases[k].channel, cases[k].name, cases[k].sure) == DQW_WATCH_LATER)
             later++;
         CASE("case %u: %d times", k, later);
         HOLDS(later == cases[k].later && w.back == (cases[k].name == DQW_FAULT_UNKNOWN));

@@ -298,7 +298,7 @@ static dqw_fault_verdict_q15 named(const dqw_monitor_q15 *m)
     }
     const int32_t *h = m->healthy.weight_q24;
     const dqw_fault_machine_q15 machine = {h[DQW_R], dqw_witness_mean_L_q24(&config.estimator, h[DQW_LD], h[DQW_LQ]),
-                                           dqw_witness_short_q40(&config.estimator)};
+                                           dqw_witness_short_q40(&config.estimator), config.estimator.observed};
     return dqw_fault_name_it_q15(change_q24, unit_q24, machine);
 }
 

@@ -231,7 +231,7 @@ static void test_what_would_be_an_event(void)
         HOLDS((dqw_monitor_sensitivity_q15(&m, DQW_WATCH_TEMPERATURE) < INT64_MAX) == (way == 5));
         HOLDS((dqw_monitor_sensitivity_q15(&m, DQW_WATCH_RESIDUAL) < INT64_MAX) == serves);
     }
-    NEAR(fmax(0.04 * HEALTHY[0], 5 * sqrt(1.5) * (double)sd_of(&m, DQW_WATCH_R) / Q40),
+    NEAR(1.25 * fmax(0.04 * HEALTHY[0], 5 * sqrt(1.5) * (double)sd_of(&m, DQW_WATCH_R) / Q40),
          (double)dqw_monitor_sensitivity_q15(&m, DQW_WATCH_R) / Q40);
     NEAR(110.0, (double)dqw_monitor_sensitivity_q15(&m, DQW_WATCH_TEMPERATURE) / Q40);
     NEAR(3 * 0.01, (double)dqw_monitor_sensitivity_q15(&m, DQW_WATCH_RESIDUAL) / Q40);
@@ -394,10 +394,10 @@ static void test_what_the_motion_does_not_teach(void)
     only(&m, 0, DQW_WHY_IN_SERVICE);
     m.estimator.segment.share_q15[DQW_LD] = 327;
     only(&m, BIT(DQW_WATCH_LD), DQW_WHY_NOT_TAUGHT);
-    // A quarter of it known, and a band of its own: 4.6 (1 + sqrt(1/50)) tau/sqrt(1/4). (E105)
+    // A quarter of it known, and a band of its own: 5.75 (1 + sqrt(1/50)) tau/sqrt(1/4). (E105)
     m.estimator.segment.share_q15[DQW_LD] = 8192;
     m.estimator.segment.band_q28[DQW_LD] = fixed(0.02, Q28);
-    NEAR(4.6 * (1 + sqrt(0.02)) * 0.02 / 0.5 * 1.0, (double)dqw_monitor_sensitivity_q15(&m, DQW_WATCH_LD) / Q40);
+    NEAR(5.75 * (1 + sqrt(0.02)) * 0.02 / 0.5 * 1.0, (double)dqw_monitor_sensitivity_q15(&m, DQW_WATCH_LD) / Q40);
     c.estimator.follow = false;
 }
 

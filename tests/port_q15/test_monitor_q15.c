@@ -344,7 +344,7 @@ static void test_sensitivity(void)
     BETWEEN(-2, value_of(&m, DQW_WATCH_TEMPERATURE), 2);
     HOLDS(dqw_monitor_read_q15(&m, DQW_WATCH_R).usable && dqw_monitor_read_q15(&m, DQW_WATCH_PSI).usable &&
           !dqw_monitor_read_q15(&m, DQW_WATCH_TEMPERATURE).usable);
-    // Within a band that is too narrow, five deviations: of the value now, and of the healthy one, which is a mean over
+    // Within a band that is too narrow, five deviations, and a quarter more: of the value now, and of the healthy one, which is a mean over
     // looks.
     dqw_monitor_q15_config narrow = c;
     for (int i = 0; i < DQW_WATCH_CHANNELS; i++) narrow.band_ppm[i] = 10;
@@ -356,7 +356,7 @@ static void test_sensitivity(void)
         const double wider = sqrt(1 + 20.0 / (20 + m.watch.looks[channel]));
         BETWEEN(0.99,
                 (double)dqw_monitor_sensitivity_q15(&m, (enum dqw_monitor_channel)channel) /
-                    (double)dqw_monitor_read_q15(&m, (enum dqw_monitor_channel)channel).sd_change_q40 / 5 / wider,
+                    (double)dqw_monitor_read_q15(&m, (enum dqw_monitor_channel)channel).sd_change_q40 / 6.25 / wider,
                 1.01);
     }
     m.config = &c;
@@ -589,7 +589,7 @@ static void test_each_channel_counts_and_is_told(void)
 
         // Named now, and whether anything explains it or not.
         told.watch.alarms = (uint16_t)(1u << channel);
-        told.watch.extended = 2;
+        told.watch.extended = 6;
         told.watch.wait = 1;
         // Its own segment has ended.
         told.estimator.segment.urgent = true;
