@@ -155,8 +155,10 @@ static void test_least_bands(void)
 {
     start();
     for (int i = 0; i < N; i++) e.w_pu[i] = 0.2f * (float)(i + 1);
-    float band[N];
+    float band[DQW_FOLLOWED];
     dqw_estimator_least_bands(&e, band);
+    // There is no map here.
+    for (int i = N; i < DQW_FOLLOWED; i++) HOLDS(band[i] == 0.0f);
     for (int i = 0; i < N; i++) {
         const bool flux = i == DQW_PSI || i == DQW_PSI_Q;
         const double size = (double)e.w_pu[flux ? DQW_PSI : i];

@@ -6,7 +6,7 @@
 #include "target/hash_room.h"
 #include "target/stimulus.h"
 
-enum { N = DQW_PARAMETERS };
+enum { N = DQW_FOLLOWED };
 
 static void put_end(hash *h, const dqw_segment_q15 *s)
 {
