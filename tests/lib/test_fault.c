@@ -287,6 +287,7 @@ static void test_an_observers_L_q_does_not_contradict_a_scale(void)
             float unit[DQW_SIGNS];
             for (int i = 0; i < DQW_SIGNS; i++) unit[i] = (float)UNIT[i];
             for (int i = DQW_SIGN_R; i <= DQW_SIGN_PSI; i++) x[i] = 0.1f;
+            x[DQW_SIGN_MAP_D] = x[DQW_SIGN_MAP_Q] = 0.1f;
             const int other[] = {DQW_SIGN_LQ, DQW_SIGN_R, DQW_SIGN_LD};
             x[other[against]] = against == 0 ? 0.25f : 0.0f;
             const dqw_fault_verdict v = dqw_fault_name_it(x, unit,
