@@ -48,7 +48,7 @@ void told(const Case& c, int seed)
         const json& channels = said.back().at("parameters");
         for (const char* name : {"flux_map_d", "flux_map_q"}) {
             TEST_ASSERT_TRUE_MESSAGE(channels.at(name).at("watched").get<bool>(), what.c_str());
-            between(0.07, channels.at(name).at("least_change").get<double>(), 0.09, what + ", would be told");
+            between(0.065, channels.at(name).at("least_change").get<double>(), 0.09, what + ", would be told");
         }
         if (c.parameters.empty()) continue;
         const json& event = said.front();
