@@ -57,6 +57,17 @@ bool has_any(const Point& at, const Candidate& c)
     return std::any_of(c.inputs.begin(), c.inputs.end(), [&](const Input& i) { return has(at, name_of(i.law)); });
 }
 
+/// The same, but a filter of the currents is no filter of the speed.
+bool has_any_sensor(const Point& at, const Candidate& c)
+{
+    return std::any_of(c.inputs.begin(), c.inputs.end(), [&](const Input& i) {
+        return std::any_of(at.terms.begin(), at.terms.end(), [&](const Term& t) {
+            return std::string(name_of(i.law)) == name_of(t.input.law) &&
+                   filters_currents(i) == filters_currents(t.input);
+        });
+    });
+}
+
 /// The best of several gains: a wrong model wants a large one, a right one a small one, and each has its own valley.
 Refined refine_gains(const Model& model, const Point& start)
 {
@@ -214,11 +225,12 @@ bool stands_before(const Tried& t, const Tried& best)
 
 /// The candidates that are not on, tried on top of `base`, best first; one for each name, or for each that is apart.
 std::vector<Tried> round(const Model& model, const Refined& base, const std::vector<Candidate>& candidates,
-                         const SelectOptions& options, std::vector<std::pair<std::string, Point>>* alone)
+                         const SelectOptions& options, std::vector<std::pair<std::string, Point>>* alone,
+                         bool (*is_on)(const Point&, const Candidate&) = has_any)
 {
     std::vector<const Candidate*> open;
     for (const Candidate& c : candidates)
-        if (!has_any(base.point, c)) open.push_back(&c);
+        if (!is_on(base.point, c)) open.push_back(&c);
     std::vector<Screened> screened = screen(model, base.point, open, options);
     std::sort(screened.begin(), screened.end(),
               [](const Screened& a, const Screened& b) { return a.heldout > b.heldout; });
@@ -332,7 +344,7 @@ void look_alikes(const Model& model, const std::vector<Candidate>& candidates, c
         std::vector<Candidate> others;
         for (const Candidate& c : candidates)
             if (c.names().size() == 1 && c.names().front() != found.name && !c.is_fault()) others.push_back(c);
-        for (const Tried& t : round(model, base, others, options, nullptr)) {
+        for (const Tried& t : round(model, base, others, options, nullptr, has_any_sensor)) {
             if (!t.refined.ok) continue;
             const auto& listed = found.confusable_with;
             if (std::find(listed.begin(), listed.end(), t.name) != listed.end()) continue;

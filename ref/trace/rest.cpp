@@ -243,40 +243,56 @@ std::vector<TraceSpectrum> spectra(const TraceSetup& setup, const std::vector<Re
     return out;
 }
 
-std::string record_fault(const std::vector<Log>& logs)
+namespace {
+
+/// Rows of a log that repeat the currents of the row before to the last digit, and by chance would not.
+std::size_t held_rows(const Log& log)
 {
-    // A hold is short, and what the current did meanwhile shows at its end; a few are no fault. (E48)
-    constexpr std::size_t kLongestHeld = 10, kFewHeld = 5, kRareHeld = 2000;
+    // A hold is short, and what the current did meanwhile shows at its end.
+    constexpr std::size_t kLongestHeld = 10;
     constexpr double kCatchesUp = 0.3;
     // Steps of the converter in a usual move. Where neither axis turns, chance repeats both in one of 1100 rows at 20,
     // in one of 2000 at 27.
     constexpr double kFine = 20.0;
+    const std::vector<double>& angle = log.theta_e_rad.empty() ? log.theta_m_rad : log.theta_e_rad;
+    // A frame that turns moves both axes by less than a converter's step: that is seen where the angle stands.
+    const auto stands = [&](std::size_t row) { return !angle.empty() && angle[row] == angle[row - 1]; };
+    std::vector<double> moves, moved;
+    double least[2] = {HUGE_VAL, HUGE_VAL};
+    for (std::size_t k = 1; k < log.rows(); ++k) {
+        const double move = std::abs(log.i_d_A[k] - log.i_d_A[k - 1]) + std::abs(log.i_q_A[k] - log.i_q_A[k - 1]);
+        moves.push_back(move);
+        if (!(move > 0.0)) continue;
+        moved.push_back(move);
+        double& of_kind = least[stands(k) ? 1 : 0];
+        of_kind = std::min(of_kind, move);
+    }
+    const double usual = median(moved);
+    // On a coarse converter a repeated value is nothing; on a fine one it is a held sample, unless the current rests.
+    if (2 * moved.size() < moves.size()) return 0;
+    std::size_t held = 0, run = 0, fine = 0;
+    for (std::size_t k = 1; k < log.rows(); ++k) {
+        if (moves[k - 1] == 0.0) {
+            ++run;
+            if (usual > kFine * least[stands(k) ? 1 : 0]) ++fine;
+            continue;
+        }
+        if (run <= kLongestHeld && moves[k - 1] > kCatchesUp * usual) held += fine;
+        run = fine = 0;
+    }
+    return held;
+}
+
+}  // namespace
+
+std::string record_fault(const std::vector<Log>& logs)
+{
+    // A few are no fault. (E48)
+    constexpr std::size_t kFewHeld = 5, kRareHeld = 2000;
     std::size_t held = 0, rows = 0;
     for (const Log& log : logs) {
         if (log.regime != Regime::dynamic) return "";
-        std::vector<double> moves;
-        double least = HUGE_VAL;
-        for (std::size_t k = 1; k < log.rows(); ++k) {
-            const double move = std::abs(log.i_d_A[k] - log.i_d_A[k - 1]) + std::abs(log.i_q_A[k] - log.i_q_A[k - 1]);
-            moves.push_back(move);
-            if (move > 0.0) least = std::min(least, move);
-        }
-        rows += log.rows();
-        std::vector<double> moved = moves;
-        moved.erase(std::remove(moved.begin(), moved.end(), 0.0), moved.end());
-        const double usual = median(moved);
-        // On a coarse converter a repeated value is nothing; on a fine one it is a held sample, unless the current
-        // rests.
-        if (!(usual > kFine * least) || 2 * moved.size() < moves.size()) continue;
-        std::size_t run = 0;
-        for (double move : moves) {
-            if (move == 0.0) {
-                ++run;
-                continue;
-            }
-            if (run <= kLongestHeld && move > kCatchesUp * usual) held += run;
-            run = 0;
-        }
+        rows += log.rows(), held += held_rows(log);
     }
     if (held > kFewHeld && held > rows / kRareHeld)
         return std::to_string(held) +

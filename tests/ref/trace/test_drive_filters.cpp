@@ -1,0 +1,107 @@
+// Filters of a drive with an inverter, an encoder and converters, told from its log: the truth is the simulator's.
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "ref/trace/trace.hpp"
+#include "simulated.hpp"
+#include "unity.h"
+
+extern "C" void setUp(void) {}
+extern "C" void tearDown(void) {}
+
+namespace {
+
+using dqw::Estimate;
+using dqw::TraceEffect;
+using dqw::TraceResult;
+
+/// With the effects that such a drive has the most of: all of the catalogue take minutes.
+TraceResult traced(const char* scenario, const std::vector<std::string>& settings,
+                   const std::vector<std::string>& effects = {"dead_time", "sensor_lag"})
+{
+    dqw::TraceOptions options;
+    options.effects = effects;
+    return dqw::trace({simulated(scenario, settings)}, options);
+}
+
+const TraceEffect& effect(const TraceResult& r, const char* name)
+{
+    for (const TraceEffect& e : r.effects)
+        if (e.name == name) return e;
+    TEST_FAIL_MESSAGE(name);
+    return r.effects.front();
+}
+
+/// Within three deviations, which are no larger than `most_sd`.
+void is(double truth, double most_sd, const std::vector<Estimate>& in, const char* name)
+{
+    for (const Estimate& e : in) {
+        if (e.name != name) continue;
+        TEST_ASSERT_TRUE_MESSAGE(e.sd > 0.0 && e.sd < most_sd, name);
+        TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(3.0 * e.sd, truth, e.value, name);
+        return;
+    }
+    TEST_FAIL_MESSAGE(name);
+}
+
+/// The winding's resistance and a switch's are in series.
+void filter_of_the_currents_under_a_clamped_leg()
+{
+    if (command::sanitized()) TEST_IGNORE_MESSAGE("takes long under the sanitizers");
+    const TraceResult r = traced("drive_clamped_joint",
+                                 {"seed=90212", "sensing.filter_s=30e-6", "sensing.speed_bandwidth_rad_s=0"});
+    TEST_ASSERT_EQUAL_STRING("explained", r.verdict.c_str());
+    TEST_ASSERT_EQUAL_size_t(2, r.effects.size());
+    effect(r, "dead_time");
+    const TraceEffect& lag = effect(r, "sensor_lag");
+    TEST_ASSERT_EQUAL_STRING("currents", lag.channel.c_str());
+    is(30e-6, 10e-6, lag.parameters, "tau_s");
+    is(0.52, 0.01, r.after.parameters, "R_ohm");
+    is(1.0e-3, 2e-5, r.after.parameters, "Ld_H");
+    is(1.4e-3, 3e-5, r.after.parameters, "Lq_H");
+    is(0.02, 5e-5, r.after.parameters, "psi_Wb");
+}
+
+/// A tracking loop makes the speed of the encoder's angle: of two poles at w, it lags by 2/w.
+void loop_that_tracks_the_angle_is_a_filter_of_the_speed()
+{
+    if (command::sanitized()) TEST_IGNORE_MESSAGE("takes long under the sanitizers");
+    const TraceResult r = traced("drive_clamped", {"seed=90211", "sensing.speed_bandwidth_rad_s=600"});
+    effect(r, "dead_time");
+    const TraceEffect& lag = effect(r, "sensor_lag");
+    TEST_ASSERT_EQUAL_STRING("speed", lag.channel.c_str());
+    is(2.0 / 600.0, 1.2e-3, lag.parameters, "tau_s");
+}
+
+/// Where the speed is filtered and the currents too, one filter has the name; no shift of the currents is named in
+/// place of the other, unless the filter is said to be as good.
+void filter_beside_a_filter_is_no_shift()
+{
+    if (command::sanitized()) TEST_IGNORE_MESSAGE("takes long under the sanitizers");
+    const TraceResult r = traced("drive_clamped_joint",
+                                 {"seed=90212", "sensing.filter_s=30e-6", "sensing.speed_bandwidth_rad_s=600"},
+                                 {"dead_time", "sensor_lag", "sample_shift", "iron_loss"});
+    effect(r, "dead_time");
+    is(2.0 / 600.0, 0.3e-3, effect(r, "sensor_lag").parameters, "tau_s");
+    for (const TraceEffect& e : r.effects) {
+        if (e.name != "sample_shift") continue;
+        const auto& alike = e.confusable_with;
+        TEST_ASSERT_TRUE(std::find(alike.begin(), alike.end(), "sensor_lag") != alike.end());
+    }
+    is(0.52, 0.02, r.after.parameters, "R_ohm");
+    is(1.0e-3, 4e-5, r.after.parameters, "Ld_H");
+    is(1.4e-3, 5e-5, r.after.parameters, "Lq_H");
+    is(0.02, 1.5e-4, r.after.parameters, "psi_Wb");
+}
+
+}  // namespace
+
+int main()
+{
+    UNITY_BEGIN();
+    RUN_TEST(filter_of_the_currents_under_a_clamped_leg);
+    RUN_TEST(loop_that_tracks_the_angle_is_a_filter_of_the_speed);
+    RUN_TEST(filter_beside_a_filter_is_no_shift);
+    return UNITY_END();
+}

@@ -1,0 +1,45 @@
+// Faults of a record itself, in the simulator's logs.
+#include <cmath>
+#include <cstdlib>
+#include <string>
+
+#include "ref/trace/rest.hpp"
+#include "simulated.hpp"
+#include "unity.h"
+
+extern "C" void setUp(void) {}
+extern "C" void tearDown(void) {}
+
+namespace {
+
+std::string fault_of(const char* scenario, std::vector<std::string> settings)
+{
+    settings.insert(settings.end(), {"seed=90212"});
+    return dqw::record_fault({simulated(scenario, settings)});
+}
+
+/// Where the encoder stands for a period, a coarse converter's currents repeat by chance; a row that was dropped
+/// repeats them while it turns. The steps of a frame that turns are no converter's.
+void currents_that_repeat_by_chance_are_no_fault()
+{
+    if (command::sanitized()) TEST_IGNORE_MESSAGE("takes long under the sanitizers");
+    for (const char* scenario : {"drive_clamped_joint", "drive_compensated_hub", "drive_clamped_fast"}) {
+        TEST_ASSERT_EQUAL_STRING_MESSAGE("", fault_of(scenario, {}).c_str(), scenario);
+        const dqw_sim_scenario s = dqw::scenario_named(scenario);
+        const std::string fault = fault_of(scenario, {"nonideal.dropped_fraction=0.002"});
+        TEST_ASSERT_TRUE_MESSAGE(fault.find("held or dropped") != std::string::npos, scenario);
+        // Of N rows pN +- sqrt(pN), less those that are dropped while the current hardly moves.
+        const double dropped = 0.002 * s.duration_s / s.drive.dt_s;
+        TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(3.0 * std::sqrt(dropped), dropped, std::strtod(fault.c_str(), nullptr),
+                                          scenario);
+    }
+}
+
+}  // namespace
+
+int main()
+{
+    UNITY_BEGIN();
+    RUN_TEST(currents_that_repeat_by_chance_are_no_fault);
+    return UNITY_END();
+}
