@@ -222,7 +222,8 @@ enum dqw_watch_follows dqw_watch_named(dqw_watch *w, int channel, enum dqw_fault
     w->too_hot = w->too_hot || channel == DQW_WATCH_TEMPERATURE;
     // R takes up at first what others will explain.
     const bool settles = name == DQW_FAULT_UNKNOWN || name == DQW_FAULT_RESISTANCE_RISE;
-    const unsigned settling = channel < DQW_WATCH_OFFSET ? UNKNOWN_EXTENDED : UNSURE_EXTENDED;
+    const bool ripples = channel >= DQW_WATCH_OFFSET && channel < DQW_WATCH_FRICTION;
+    const unsigned settling = ripples ? UNSURE_EXTENDED : UNKNOWN_EXTENDED;
     if (w->extended < (settles ? settling : sure ? 0u : UNSURE_EXTENDED)) {
         w->extended++;
         w->wait = EXTENSION_TICKS;

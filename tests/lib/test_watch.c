@@ -64,7 +64,8 @@ static void test_a_name_that_is_not_sure_waits(void)
         {DQW_FAULT_DEMAGNETISATION, DQW_WATCH_PSI, true, 0}, {DQW_FAULT_DEMAGNETISATION, DQW_WATCH_PSI, false, 6},
         {DQW_FAULT_RESISTANCE_RISE, DQW_WATCH_PSI, true, 2}, {DQW_FAULT_UNKNOWN, DQW_WATCH_ANGLE, false, 2},
         {DQW_FAULT_UNKNOWN, DQW_WATCH_OFFSET, false, 6},     {DQW_FAULT_TURN_SHORT, DQW_WATCH_SHORT, true, 0},
-        {DQW_FAULT_UNKNOWN, DQW_WATCH_SHORT, true, 6}};
+        {DQW_FAULT_UNKNOWN, DQW_WATCH_SHORT, true, 6},       {DQW_FAULT_UNKNOWN, DQW_WATCH_RESIDUAL, false, 2},
+        {DQW_FAULT_UNKNOWN, DQW_WATCH_FRICTION, false, 2}};
     for (unsigned k = 0; k < sizeof cases / sizeof cases[0]; k++) {
         dqw_watch w;
         dqw_watch_init(&w);

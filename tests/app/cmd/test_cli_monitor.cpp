@@ -118,7 +118,7 @@ static void what_could_be_seen_is_said(void)
 {
     const Folder folder;
     const std::string log = joint(folder, {"duration_s=4"});
-    // Bands of the joint: parts of the healthy values. (E63)
+    // Bands of the joint, parts of the healthy values; a quarter more is told for sure. (E63)
     const std::vector<std::pair<const char*, double>> bands = {{"R_ohm", 0.04 * 0.5},
                                                                {"Ld_H", 0.06 * 1e-3},
                                                                {"Lq_H", 0.06 * 1.4e-3},
@@ -134,14 +134,15 @@ static void what_could_be_seen_is_said(void)
         const json seen = sensitivity(monitor(as_json).out);
         for (const auto& [name, band] : bands) {
             TEST_ASSERT_TRUE_MESSAGE(seen.at(name).at("watched").get<bool>(), name);
-            TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(0.03 * band, band, seen.at(name).at("least_change").get<double>(), name);
+            TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(0.04 * band, 1.25 * band,
+                                              seen.at(name).at("least_change").get<double>(), name);
         }
         TEST_ASSERT_FALSE(seen.at("friction_Nm").at("watched").get<bool>());
         TEST_ASSERT_TRUE(seen.at("friction_Nm").at("least_change").is_null());
         holds(seen.at("friction_Nm").at("why").get<std::string>(), "the motion does not teach it: reversals");
         const std::string text = monitor(args).out, page = command::read_file(folder / "o/monitor.html");
         holds(text, "would be told\n");
-        holds(text, "±240 µWb\n");
+        holds(text, "±300 µWb\n");
         holds(text, "above 110 K\n");
         holds(text, "\nnot watched at 3.9");
         holds(text, "\n  friction_Nm: the motion does not teach it: reversals");
