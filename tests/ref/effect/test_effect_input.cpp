@@ -357,6 +357,31 @@ void slopes_by_the_weights()
     }
 }
 
+/// One reading of a law says what two do, and its slope is the difference's.
+void a_loss_with_its_slope()
+{
+    for (const dqw::LossLaw loss : dqw::kLossLaws)
+        for (const dqw::Modulation modulation : dqw::kModulations) {
+            Input input = dqw::dead_time_input(modulation, 0.4, 0.2, false);
+            input.loss = loss;
+            Moment m = moment({1.7, 0.9});
+            m.cos_e = std::cos(0.7), m.sin_e = std::sin(0.7);
+            m.ends = true, m.past_alpha = 0.3, m.past_beta = -0.8, m.bow_alpha = 0.01, m.bow_beta = -0.02;
+            m.held_alpha = 5.0, m.held_beta = 3.0;
+            const double weights[dqw::kMostWeights] = {2.0, 0.3}, step = 1e-5;
+            Vector2 f, g, of_f, of_g, moved_f, moved_g;
+            double by_f[4] = {}, by_g[4] = {};
+            dqw::evaluate_with_slope(input, weights, m, f, g, by_f, by_g);
+            dqw::evaluate_sum(input, weights, m, of_f, of_g);
+            TEST_ASSERT_EQUAL_DOUBLE(of_f.d, f.d);
+            TEST_ASSERT_EQUAL_DOUBLE(of_f.q, f.q);
+            m.i_q += step;
+            dqw::evaluate_sum(input, weights, m, moved_f, moved_g);
+            TEST_ASSERT_DOUBLE_WITHIN(1e-3, (moved_f.d - of_f.d) / step, by_f[1]);
+            TEST_ASSERT_DOUBLE_WITHIN(1e-3, (moved_f.q - of_f.q) / step, by_f[3]);
+        }
+}
+
 }  // namespace
 
 int main(void)
@@ -373,5 +398,6 @@ int main(void)
     RUN_TEST(a_link_that_sags);
     RUN_TEST(shorted_turns);
     RUN_TEST(slopes_by_the_weights);
+    RUN_TEST(a_loss_with_its_slope);
     return UNITY_END();
 }
