@@ -212,7 +212,8 @@ static inline bool dqw_estimator_is_apart_q15(const dqw_estimator_q15 *e, int we
 static inline int64_t dqw_estimator_counted_q15(const dqw_estimator_q15 *e, int weight, int64_t x, int power)
 {
 #if DQW_MAP_WEIGHTS > 0
-    return dqw_q_scale64(x, power * (int)dqw_estimator_shift_q15(e, weight));
+    const int shift = (int)dqw_estimator_shift_q15(e, weight);
+    return dqw_q_scale64(x, power * shift);
 #else
     (void)e;
     (void)weight;

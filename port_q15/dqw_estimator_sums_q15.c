@@ -24,15 +24,16 @@ static int32_t lighter(int32_t x_q28, int64_t weigh_q24)
     return dqw_q31_sat(dqw_q_round64(x_q28 * weigh_q24, 24));
 }
 
-static void show_segment(dqw_estimator_q15 *e, const int32_t x_q28[], int32_t e_q28)
+static void show_segment(dqw_estimator_q15 *e, const int32_t x_q28[], int n, int32_t e_q28)
 {
 #if DQW_MAP_WEIGHTS > 0
     // As the weights are counted, of so many halvings of the input.
     int32_t x[DQW_FOLLOWED] = {0};
     const int followed = dqw_estimator_has_map_q15(e) ? DQW_FOLLOWED : DQW_PARAMETERS;
-    for (int i = 0; i < followed; i++) x[i] = dqw_q31_sat(dqw_estimator_counted_q15(e, i, x_q28[i], 1));
+    for (int i = 0; i < n && i < followed; i++) x[i] = dqw_q31_sat(dqw_estimator_counted_q15(e, i, x_q28[i], 1));
     dqw_segment_row_q15(&e->segment, x, e_q28);
 #else
+    (void)n;
     dqw_segment_row_q15(&e->segment, x_q28, e_q28);
 #endif
 }
@@ -43,7 +44,7 @@ void dqw_estimator_show_q15(dqw_estimator_q15 *e, int axis, const dqw_rows_q15 *
     int32_t x_q28[DQW_NORMAL_INPUTS];
     for (int i = 0; i < n; i++) x_q28[i] = (mask >> i & 1u) != 0 ? lighter(r->x_q28[axis][i], weigh_q24) : 0;
     const int32_t e_q28 = lighter(e->e_q28[axis], weigh_q24);
-    if (dqw_estimator_follows_q15(e)) show_segment(e, x_q28, e_q28);
+    if (dqw_estimator_follows_q15(e)) show_segment(e, x_q28, n, e_q28);
     // Behind the inputs, the late voltage: what the others leave of it, and of the residual with it, says how late the
     // voltage acts. (E90)
     x_q28[n] = lighter(r->late_q28[axis], weigh_q24);
