@@ -345,7 +345,7 @@ static void a_foreign_store_is_refused_in_one_line(void)
     refused("{}\n", usual, "no store of a monitor");
     refused("[1]\n", usual, "no store of a monitor");
     refused(with("store/1", "store/2"), usual, "another version");
-    refused(with("\"healthy\":\"01", "\"healthy\":\"02"), usual, "damaged");
+    refused(with("\"healthy\":\"02", "\"healthy\":\"03"), usual, "damaged");
     refused(good.substr(0, good.size() / 2), usual, "no store of a monitor");
     refused(good, {"--machine", toml, "--arith", "q15"}, "written with --arith float");
     refused(good, {"--machine", toml, "--pole-pairs", "7"}, "written with pole_pairs 4, now 7 is said");
