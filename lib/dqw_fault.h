@@ -28,6 +28,7 @@ typedef struct dqw_fault_machine {
 /// Returns  DQW_FAULT_UNKNOWN where no pattern explains most of it
 /// Cost     about 2000 flops: once an event
 /// Context  background; no state
+#define dqw_fault_name_it DQW_SIZED(dqw_fault_name_it)
 dqw_fault_verdict dqw_fault_name_it(const float change[], const float unit[], dqw_fault_machine machine);
 
 #ifdef __cplusplus

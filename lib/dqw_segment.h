@@ -20,6 +20,7 @@ typedef struct dqw_segment_known {
 } dqw_segment_known;
 
 /// Nothing seen. band_pu[DQW_FOLLOWED]: how far each weight may scatter, to begin with; > 0.
+#define dqw_segment_init DQW_SIZED(dqw_segment_init)
 void dqw_segment_init(dqw_segment *s, const float band_pu[]);
 
 /// Forget what is being gathered, and what seemed to agree.

@@ -22,6 +22,7 @@ const char *dqw_status_text(enum dqw_status status);
 /// "random learning".
 /// Returns  constant text; "?" for what is no enumerator
 /// Context  ISR safe; no state
+#define dqw_parameter_text DQW_SIZED(dqw_parameter_text)
 const char *dqw_parameter_text(enum dqw_monitor_channel channel);
 const char *dqw_fault_text(enum dqw_fault_name fault);
 const char *dqw_stage_text(enum dqw_stage_name stage);

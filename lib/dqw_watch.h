@@ -63,6 +63,7 @@ static inline bool dqw_watch_is_part(int channel)
 }
 
 /// Nothing seen yet.
+#define dqw_watch_init DQW_SIZED(dqw_watch_init)
 void dqw_watch_init(dqw_watch *w);
 
 /// A block was learned at half `at`. After a pause nothing is named until the weights have caught up with what has

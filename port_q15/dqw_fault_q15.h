@@ -34,6 +34,7 @@ typedef struct dqw_fault_verdict_q15 {
 /// Returns  DQW_FAULT_UNKNOWN where no pattern explains most of it
 /// Cost     about 500 products of free exponents: once an event
 /// Context  background; no state
+#define dqw_fault_name_it_q15 DQW_SIZED(dqw_fault_name_it_q15)
 dqw_fault_verdict_q15 dqw_fault_name_it_q15(const int32_t change_q24[], const int32_t unit_q24[],
                                             dqw_fault_machine_q15 machine);
 
