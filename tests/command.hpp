@@ -48,7 +48,7 @@ struct Redirect {
 };
 
 /// Runs `argv[0]` with a time limit; captures both outputs.
-inline Outcome run_program(const std::vector<std::string>& argv, const Redirect& redirect = {}, double timeout_s = 150)
+inline Outcome run_program(const std::vector<std::string>& argv, const Redirect& redirect = {}, double timeout_s = 600)
 {
     int out[2], err[2];
     if (::pipe2(out, O_CLOEXEC) != 0 || ::pipe2(err, O_CLOEXEC) != 0) throw std::runtime_error("pipe");
@@ -113,7 +113,7 @@ inline Outcome run_program(const std::vector<std::string>& argv, const Redirect&
 }
 
 /// Runs dqwatch.
-inline Outcome dqwatch(std::vector<std::string> args, const Redirect& redirect = {}, double timeout_s = 150)
+inline Outcome dqwatch(std::vector<std::string> args, const Redirect& redirect = {}, double timeout_s = 600)
 {
     args.insert(args.begin(), binary());
     return run_program(args, redirect, timeout_s);

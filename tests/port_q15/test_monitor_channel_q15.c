@@ -45,17 +45,16 @@ static dqw_monitor_q15_config config_of(void)
     return c;
 }
 
-static dqw_monitor_q15 begin(const dqw_monitor_q15_config *c)
+// In its place: effects point at their estimator's own numbers.
+static void begin(dqw_monitor_q15 *m, const dqw_monitor_q15_config *c)
 {
-    dqw_monitor_q15 m;
-    memset(&m, 0x5a, sizeof m);
-    TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_monitor_init_q15(&m, c));
-    for (int i = 0; i < DQW_WATCH_OFFSET; i++) m.healthy.weight_q24[i] = fixed(HEALTHY[i], Q24);
+    memset(m, 0x5a, sizeof *m);
+    TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_monitor_init_q15(m, c));
+    for (int i = 0; i < DQW_WATCH_OFFSET; i++) m->healthy.weight_q24[i] = fixed(HEALTHY[i], Q24);
     for (int k = 0; k < DQW_WITNESS_INPUTS; k++) {
-        m.healthy.re_q28[k] = fixed(RE[k], Q28);
-        m.healthy.im_q28[k] = fixed(IM[k], Q28);
+        m->healthy.re_q28[k] = fixed(RE[k], Q28);
+        m->healthy.im_q28[k] = fixed(IM[k], Q28);
     }
-    return m;
 }
 
 // To two last places of what is kept, and a little more.
@@ -65,7 +64,8 @@ static double off(double x) { return 1e-5 * fabs(x) + 2 / Q24; }
 static void test_bands_are_the_documented_ones(void)
 {
     dqw_monitor_q15_config c = config_of();
-    const dqw_monitor_q15 m = begin(&c);
+    dqw_monitor_q15 m;
+    begin(&m, &c);
     const double L = (HEALTHY[1] * 1.0 + HEALTHY[2] * 1.4) / 2.4;
     const double short_unit = (double)dqw_witness_short_q40(&c.estimator) / Q40;
     const double band[DQW_WATCH_TEMPERATURE] = {0.04 * HEALTHY[0],
@@ -116,7 +116,8 @@ static int64_t sd_of(const dqw_monitor_q15 *m, int channel)
 static void test_what_a_channel_reads(void)
 {
     const dqw_monitor_q15_config c = config_of();
-    dqw_monitor_q15 m = begin(&c);
+    dqw_monitor_q15 m;
+    begin(&m, &c);
     dqw_monitor_channel_q15 x;
     for (int i = 0; i < DQW_WATCH_OFFSET; i++) {
         CASE("channel %d", i);
@@ -192,7 +193,8 @@ static void test_what_a_channel_reads(void)
 static void test_what_is_surely_a_change(void)
 {
     const dqw_monitor_q15_config c = config_of();
-    dqw_monitor_q15 m = begin(&c);
+    dqw_monitor_q15 m;
+    begin(&m, &c);
     const double band = 0.04 * HEALTHY[0];
     for (int looks = 0; looks <= 255; looks += 51) {
         m.watch.looks[DQW_WATCH_R] = (uint8_t)looks;
@@ -209,7 +211,8 @@ static void test_what_is_surely_a_change(void)
 static void test_what_would_be_an_event(void)
 {
     const dqw_monitor_q15_config c = config_of();
-    dqw_monitor_q15 m = begin(&c);
+    dqw_monitor_q15 m;
+    begin(&m, &c);
     m.healthy.cold_R_q24 = fixed(0.9, Q24);
     m.healthy.residual_q54 = (int64_t)ldexp(1e-4, 54);
     m.estimator.cov_q40[DQW_R] = (int64_t)1 << 50;
@@ -242,7 +245,8 @@ static void test_a_healthy_value_goes_part_of_the_way(void)
 {
     const dqw_monitor_q15_config c = config_of();
     for (int n = 1; n <= 5; n++) {
-        dqw_monitor_q15 m = begin(&c);
+        dqw_monitor_q15 m;
+        begin(&m, &c);
         for (int k = 0; k < DQW_WITNESS_INPUTS; k++) {
             m.witness.re_q28[k] = fixed(3 * RE[k], Q28);
             m.witness.im_q28[k] = fixed(-2 * IM[k], Q28);
@@ -267,27 +271,26 @@ static void test_a_healthy_value_goes_part_of_the_way(void)
 // ---- why a channel is not watched ----
 
 // In service with everything known and taught: all is watched.
-static dqw_monitor_q15 serving(dqw_monitor_q15_config *c)
+static void serving(dqw_monitor_q15 *m, dqw_monitor_q15_config *c)
 {
     c->J_nkgm2 = 100000;
-    dqw_monitor_q15 m = begin(c);
-    m.healthy.cold_R_q24 = fixed(0.9, Q24);
-    m.healthy.residual_q54 = (int64_t)ldexp(1e-4, 54);
-    m.healthy.friction_q24 = m.friction_q24 = fixed(0.1, Q24);
-    m.spread_q48 = (int64_t)ldexp(1e-8, 48);
+    begin(m, c);
+    m->healthy.cold_R_q24 = fixed(0.9, Q24);
+    m->healthy.residual_q54 = (int64_t)ldexp(1e-4, 54);
+    m->healthy.friction_q24 = m->friction_q24 = fixed(0.1, Q24);
+    m->spread_q48 = (int64_t)ldexp(1e-8, 48);
     for (int i = 0; i < DQW_WATCH_OFFSET; i++)
-        if (!dqw_watch_is_map(i)) m.estimator.w_q24[i] = m.healthy.weight_q24[i];
-    m.estimator.stage.name = DQW_STAGE_IN_SERVICE;
-    m.estimator.learned = (1u << DQW_FOLLOWED) - 1u;
-    m.estimator.blocks = 1000;
-    m.estimator.halves = m.watch.learned_at = 4000;
-    for (int i = 0; i < DQW_FOLLOWED; i++) m.estimator.cov_q40[i] = (int64_t)1 << 40;
-    for (int i = 0; i < DQW_FOLLOWED; i++) m.estimator.excess_q10[i] = 1;
-    for (int k = 0; k < DQW_WITNESS_INPUTS; k++) m.witness.power_q52[k] = (int64_t)ldexp(0.5, 52);
-    m.witness.blocks = DQW_WITNESS_MEMORY;
-    m.watch.reversals = DQW_WATCH_REVERSALS_MOST;
-    for (int i = 0; i < DQW_WATCH_TEMPERATURE; i++) m.watch.looks[i] = DQW_WATCH_LOOKS_MOST;
-    return m;
+        if (!dqw_watch_is_map(i)) m->estimator.w_q24[i] = m->healthy.weight_q24[i];
+    m->estimator.stage.name = DQW_STAGE_IN_SERVICE;
+    m->estimator.learned = (1u << DQW_FOLLOWED) - 1u;
+    m->estimator.blocks = 1000;
+    m->estimator.halves = m->watch.learned_at = 4000;
+    for (int i = 0; i < DQW_FOLLOWED; i++) m->estimator.cov_q40[i] = (int64_t)1 << 40;
+    for (int i = 0; i < DQW_FOLLOWED; i++) m->estimator.excess_q10[i] = 1;
+    for (int k = 0; k < DQW_WITNESS_INPUTS; k++) m->witness.power_q52[k] = (int64_t)ldexp(0.5, 52);
+    m->witness.blocks = DQW_WITNESS_MEMORY;
+    m->watch.reversals = DQW_WATCH_REVERSALS_MOST;
+    for (int i = 0; i < DQW_WATCH_TEMPERATURE; i++) m->watch.looks[i] = DQW_WATCH_LOOKS_MOST;
 }
 
 // Channels as bits.
@@ -311,7 +314,8 @@ static void only(const dqw_monitor_q15 *m, unsigned channels, enum dqw_why why)
 static void test_what_the_configuration_does_not_ask_for(void)
 {
     dqw_monitor_q15_config c = config_of();
-    dqw_monitor_q15 m = serving(&c);
+    dqw_monitor_q15 m;
+    serving(&m, &c);
     only(&m, 0, DQW_WHY_IN_SERVICE);
     c.J_nkgm2 = 0;
     only(&m, BIT(DQW_WATCH_FRICTION), DQW_WHY_NOT_ASKED);
@@ -321,15 +325,15 @@ static void test_what_the_configuration_does_not_ask_for(void)
     HOLDS(dqw_monitor_unwatched_q15(&m, DQW_WATCH_R) == dqw_monitor_why_q15(&m));
     c = config_of();
     c.estimator.dead_time_width_mA = 0;
-    m = serving(&c);
+    serving(&m, &c);
     only(&m, BIT(DQW_WATCH_DEAD_TIME), DQW_WHY_NOT_ASKED);
     c = config_of();
     c.estimator.encoder_offset = false;
-    m = serving(&c);
+    serving(&m, &c);
     only(&m, BIT(DQW_WATCH_ANGLE), DQW_WHY_NOT_ASKED);
     c = config_of();
     c.estimator.angle = false;
-    m = serving(&c);
+    serving(&m, &c);
     only(&m, WITNESS | BIT(DQW_WATCH_DEAD_TIME), DQW_WHY_NOT_ASKED);
     // Without a map, or with one that is not the first.
     dqw_effect_q15_config two[2] = {{.effect = DQW_EFFECT_SKIN_EFFECT}, *config_of().estimator.effects};
@@ -337,7 +341,7 @@ static void test_what_the_configuration_does_not_ask_for(void)
         c = config_of();
         c.estimator.effects = two;
         c.estimator.effect_count = (uint8_t)effects;
-        m = serving(&c);
+        serving(&m, &c);
         only(&m, BIT(DQW_WATCH_MAP_D) | BIT(DQW_WATCH_MAP_Q), DQW_WHY_NOT_ASKED);
         dqw_monitor_channel_q15 x;
         dqw_monitor_read_channel_q15(&m, DQW_WATCH_MAP_Q, &x);
@@ -351,7 +355,8 @@ static void test_while_nothing_is_watched(void)
 {
     dqw_monitor_q15_config c = config_of();
     for (int way = 0; way < 4; way++) {
-        dqw_monitor_q15 m = serving(&c);
+        dqw_monitor_q15 m;
+        serving(&m, &c);
         if (way == 0) m.estimator.stage.name = DQW_STAGE_DOMAIN;
         m.watch.resting = way == 1;
         m.watch.alarms = way == 2;
@@ -360,7 +365,8 @@ static void test_while_nothing_is_watched(void)
         only(&m, ALL, dqw_monitor_why_q15(&m));
     }
     // No block for 64 halves of a window is nothing, more is a pause.
-    dqw_monitor_q15 m = serving(&c);
+    dqw_monitor_q15 m;
+    serving(&m, &c);
     m.estimator.halves += 64;
     only(&m, 0, DQW_WHY_IN_SERVICE);
     m.estimator.halves++;
@@ -370,7 +376,8 @@ static void test_while_nothing_is_watched(void)
 static void test_what_the_motion_does_not_teach(void)
 {
     dqw_monitor_q15_config c = config_of();
-    const dqw_monitor_q15 all = serving(&c);
+    dqw_monitor_q15 all;
+    serving(&all, &c);
     for (int i = 0; i < DQW_WATCH_OFFSET; i++)
         for (int never = 0; never < 2; never++) {
             dqw_monitor_q15 m = all;
@@ -386,7 +393,7 @@ static void test_what_the_motion_does_not_teach(void)
     only(&m, BIT(DQW_WATCH_FRICTION), DQW_WHY_NOT_TAUGHT);
     // What follows is compared by segments: none yet, then one that says nothing of L_d.
     c.estimator.follow = true;
-    m = serving(&c);
+    serving(&m, &c);
     for (int i = 0; i < DQW_FOLLOWED; i++) m.estimator.segment.share_q15[i] = 32768;
     for (int i = 0; i < DQW_FOLLOWED; i++) m.estimator.segment.band_q28[i] = fixed(0.001, Q28);
     only(&m, WEIGHTS, DQW_WHY_UNSETTLED);
@@ -404,7 +411,8 @@ static void test_what_the_motion_does_not_teach(void)
 static void test_what_no_machine_has(void)
 {
     dqw_monitor_q15_config c = config_of();
-    const dqw_monitor_q15 all = serving(&c);
+    dqw_monitor_q15 all;
+    serving(&all, &c);
     for (int i = 0; i < DQW_WATCH_OFFSET; i++)
         for (int below = 0; below < 2; below++) {
             dqw_monitor_q15 m = all;
@@ -420,7 +428,8 @@ static void test_what_no_machine_has(void)
 static void test_what_is_not_known_well_enough(void)
 {
     dqw_monitor_q15_config c = config_of();
-    const dqw_monitor_q15 all = serving(&c);
+    dqw_monitor_q15 all;
+    serving(&all, &c);
     for (int i = 0; i < DQW_WATCH_TEMPERATURE; i++) {
         dqw_monitor_q15 m = all;
         m.watch.looks[i] = DQW_WATCH_LOOKS_LEAST;
@@ -441,7 +450,8 @@ static void test_what_is_watched_in_name_only(void)
     static const double usual[DQW_WATCH_TEMPERATURE] = {0.03, 0.03, 0.03, 0.03, 0.005, 0.02, 0.03,
                                                         0.03, 0.01, 0.03, 0.03, 0.003, 0.05};
     dqw_monitor_q15_config c = config_of();
-    dqw_monitor_q15 m = serving(&c);
+    dqw_monitor_q15 m;
+    serving(&m, &c);
     for (int i = 0; i < DQW_WATCH_TEMPERATURE; i++) {
         const double part = 10 * usual[i];
         for (int beyond = 0; beyond < 2; beyond++) {

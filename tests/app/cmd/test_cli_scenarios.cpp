@@ -34,7 +34,6 @@ static void the_fit_of_a_simulated_log_gives_its_machine_back(void)
 {
     const Folder folder;
     for (const char* scenario : {"traction_ipm_linear", "servo_ideal"}) {
-        // The sanitized fit is slow.
         const json sim = run_json({"sim", scenario, "--out", folder / "", "--set", "duration_s=2"});
         expect_near(sim.at("truth"), run_json({"fit", sim.at("csv").get<std::string>()}), 0.1);
         expect_near(sim.at("truth"), run_json({"learn", sim.at("csv").get<std::string>()}), 1.0);

@@ -1,4 +1,5 @@
 // Filters of a drive with an inverter, an encoder and converters, told from its log: the truth is the simulator's.
+// Plain only: long, and what it runs others run under the sanitizers.
 #include <algorithm>
 #include <cmath>
 #include <string>
@@ -48,7 +49,6 @@ void is(double truth, double most_sd, const std::vector<Estimate>& in, const cha
 /// The winding's resistance and a switch's are in series.
 void filter_of_the_currents_under_a_clamped_leg()
 {
-    if (command::sanitized()) TEST_IGNORE_MESSAGE("takes long under the sanitizers");
     const TraceResult r = traced("drive_clamped_joint",
                                  {"seed=90212", "sensing.filter_s=30e-6", "sensing.speed_bandwidth_rad_s=0"});
     TEST_ASSERT_EQUAL_STRING("explained", r.verdict.c_str());
@@ -66,7 +66,6 @@ void filter_of_the_currents_under_a_clamped_leg()
 /// A tracking loop makes the speed of the encoder's angle: of two poles at w, it lags by 2/w.
 void loop_that_tracks_the_angle_is_a_filter_of_the_speed()
 {
-    if (command::sanitized()) TEST_IGNORE_MESSAGE("takes long under the sanitizers");
     const TraceResult r = traced("drive_clamped", {"seed=90211", "sensing.speed_bandwidth_rad_s=600"});
     effect(r, "dead_time");
     const TraceEffect& lag = effect(r, "sensor_lag");
@@ -78,7 +77,6 @@ void loop_that_tracks_the_angle_is_a_filter_of_the_speed()
 /// place of the other, unless the filter is said to be as good.
 void filter_beside_a_filter_is_no_shift()
 {
-    if (command::sanitized()) TEST_IGNORE_MESSAGE("takes long under the sanitizers");
     const TraceResult r = traced("drive_clamped_joint",
                                  {"seed=90212", "sensing.filter_s=30e-6", "sensing.speed_bandwidth_rad_s=600"},
                                  {"dead_time", "sensor_lag", "sample_shift", "iron_loss"});
