@@ -1,4 +1,5 @@
 // Faults of a record itself, in the simulator's logs.
+// Plain only: long, and what it runs others run under the sanitizers.
 #include <cmath>
 #include <cstdlib>
 #include <string>
@@ -22,7 +23,6 @@ std::string fault_of(const char* scenario, std::vector<std::string> settings)
 /// repeats them while it turns. The steps of a frame that turns are no converter's.
 void currents_that_repeat_by_chance_are_no_fault()
 {
-    if (command::sanitized()) TEST_IGNORE_MESSAGE("takes long under the sanitizers");
     for (const char* scenario : {"drive_clamped_joint", "drive_compensated_hub", "drive_clamped_fast"}) {
         TEST_ASSERT_EQUAL_STRING_MESSAGE("", fault_of(scenario, {}).c_str(), scenario);
         const dqw_sim_scenario s = dqw::scenario_named(scenario);
