@@ -12,8 +12,8 @@
 #define SCALE_LEFT_PART 0.02f
 // And of two more where a map's weights are known.
 #define SCALE_LEFT_MAP 16.0f
-// What a second pattern must leave more, squared, before it counts as told apart: odds of e^2, for what stays moves by
-// 0.7 of its unit; and a hundredth of the whole, as patterns are no better known.
+// What a second pattern must leave more, squared, before it counts as told apart: odds of e^2, for what stays is taken
+// to move by 0.7 of its unit; and a hundredth of the whole, as patterns are no better known.
 #define APART 2.0f
 #define APART_PART 0.01f
 

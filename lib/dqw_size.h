@@ -14,8 +14,8 @@
 #error "DQW_EFFECT_WEIGHTS is 0 .. 24: an axis' inputs are bits of one word"
 #endif
 
-/// Weights of a flux map that stand first among the effects, behind the joint neuron's own: followed and watched as those
-/// are. Where there is no room for them there are none.
+/// Weights of a flux map that stand first among the effects, behind the joint neuron's own: followed and watched as
+/// those are. Where there is no room for them there are none.
 #if DQW_EFFECT_WEIGHTS >= 2
 #define DQW_MAP_WEIGHTS 2
 #else

@@ -12,8 +12,8 @@
 #define SCALE_LEFT_PARTS 50
 // And 16 where a map's weights are known.
 #define SCALE_LEFT_MAP_Q20 16777216
-// What a second pattern must leave more, squared, before it counts as told apart: odds of e^2, for what stays moves by
-// 0.7 of its unit; and a hundredth of the whole, as patterns are no better known.
+// What a second pattern must leave more, squared, before it counts as told apart: odds of e^2, for what stays is taken
+// to move by 0.7 of its unit; and a hundredth of the whole, as patterns are no better known.
 #define APART_Q20 2097152
 #define APART_PARTS 100
 #define ONE_Q15 32768

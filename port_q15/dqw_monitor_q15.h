@@ -25,11 +25,10 @@ typedef struct dqw_monitor_q15_config {
     /// pole pairs are needed. Let it follow, or it learns of no change
     dqw_estimator_q15_config estimator;
     /// A change by less is healthy, in millionths. Of R, L_d, L_q, flux [40000, 60000, 60000, 12000] and a flux map's
-    /// weights [60000] of the healthy value; dead time [5000] of the full voltage; angle [20000] rad; offset [10000] of the full current; resistance
-    /// and reactance of one phase against the others
-    /// [30000, 30000]; shorted turns' conductance times R [3000]; friction [50000] of the torque at the full current;
-    /// winding above cold
-    /// [110 K, as 110000000]; residual against the healthy one [3, as 3000000]
+    /// weights [60000] of the healthy value; dead time [5000] of the full voltage; angle [20000] rad; offset [10000] of
+    /// the full current; resistance and reactance of one phase against the others [30000, 30000]; shorted turns'
+    /// conductance times R [3000]; friction [50000] of the torque at the full current; winding above cold [110 K, as
+    /// 110000000]; residual against the healthy one [3, as 3000000]
     uint32_t band_ppm[DQW_WATCH_CHANNELS];
     uint32_t alpha_ppm_per_K;  ///< of the winding's resistance, up to 10^6 [3900]
     uint32_t beta_ppm_per_K;   ///< of the magnet's flux, as a positive fall, up to 10^6 [1000]
