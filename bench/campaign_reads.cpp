@@ -83,7 +83,7 @@ struct Fixed {
         return {static_cast<float>(dqw::si(r.value_q40, unit)), sd(r.sd_q40), sd(r.sd_change_q40), r.usable};
     }
     double sensitivity(int) const { return static_cast<double>(DQW_UNKNOWN); }
-    static constexpr int channels = DQW_WATCH_OFFSET;
+    static constexpr int channels = DQW_WATCH_ANGLE + 1;
 };
 
 std::string number(double x) { return std::fabs(x) < 3e38 ? fmt::format("{:.7g}", x) : "null"; }

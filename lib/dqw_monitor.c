@@ -16,6 +16,8 @@
 #define KNOWN_PART 0.2f
 #define KNOWN_PART_FLUX 0.4f
 #define KNOWN_PART_WITNESS 0.5f
+// One about zero, known to so many bands, shows what any fault may make of it: ten.
+#define KNOWN_BANDS 1.5f
 // The winding's highest rise is forgotten by half in about twenty minutes of looks every 16 ms.
 #define HOTTEST_KEPT 0.99999f
 // A parameter is known well enough to be watched.
@@ -171,16 +173,22 @@ static float heat_since(const dqw_monitor *m, int channel)
            (float)(halves * m->estimator.window.half);
 }
 
+// R or flux as measured, as far as heat can have made it since its healthy value last followed.
+static float heated(const dqw_monitor *m, int channel)
+{
+    const float bound = heat_since(m, channel);
+    const float from = m->healthy.weight[channel];
+    const float off = value(m, channel) - from;
+    return from + (off > bound ? bound : off < -bound ? -bound : off);
+}
+
 // Healthy R or flux goes with the measured one, no faster than heat can. Not while the measured one is unsure: it would
 // follow noise.
 static void follow(dqw_monitor *m, int channel)
 {
-    const float bound = heat_since(m, channel);
-    const bool flux = channel == DQW_WATCH_PSI;
-    if (!(bound > 0.0f) || !(sd(m, channel) < (flux ? KNOWN_PART_FLUX : KNOWN_PART) * dqw_monitor_band_of(m, channel)))
-        return;
-    const float off = value(m, channel) - m->healthy.weight[channel];
-    m->healthy.weight[channel] += off > bound ? bound : off < -bound ? -bound : off;
+    const float part = channel == DQW_WATCH_PSI ? KNOWN_PART_FLUX : KNOWN_PART;
+    if (!(sd(m, channel) < part * dqw_monitor_band_of(m, channel))) return;
+    m->healthy.weight[channel] = heated(m, channel);
     dqw_watch_follow(&m->watch, channel, m->estimator.number);
 }
 
@@ -204,7 +212,8 @@ static int32_t deviation_q5(const dqw_monitor *m, int channel)
     float ratio;
     if (channel == DQW_WATCH_TEMPERATURE) {
         if (!dqw_monitor_knows_heat(m)) return 0;
-        ratio = (dqw_monitor_rise_K(m, value(m, DQW_R)) - dqw_monitor_band(m, DQW_WATCH_TEMPERATURE)) /
+        // What R rose by faster is none.
+        ratio = (dqw_monitor_rise_K(m, heated(m, DQW_WATCH_R)) - dqw_monitor_band(m, DQW_WATCH_TEMPERATURE)) /
                     TEMPERATURE_BAND_K +
                 1.0f;
     } else if (channel == DQW_WATCH_RESIDUAL) {
@@ -213,11 +222,11 @@ static int32_t deviation_q5(const dqw_monitor *m, int channel)
         dqw_monitor_channel_value x;
         dqw_monitor_read_channel(m, channel, &x);
         // What heat may have made of it meanwhile is no change.
-        const float heat = channel == DQW_WATCH_R || channel == DQW_WATCH_PSI ? heat_since(m, channel) : 0.0f;
+        const bool heats = channel == DQW_WATCH_R || channel == DQW_WATCH_PSI;
         const float sure = dqw_monitor_surely(m, channel, x.sd);
         ratio = m->watch.looks[channel] < DQW_WATCH_LOOKS_LEAST || !(sure < DQW_UNKNOWN)
                     ? 0.0f
-                    : (fabsf(x.change) - heat) / sure;
+                    : fabsf(heats ? x.now - heated(m, channel) : x.change) / sure;
     }
     // What is no number counts as nothing.
     return dqw_is_positive(ratio) ? (int32_t)((ratio < 100.0f ? ratio : 100.0f) * (float)DQW_CHANGE_BAND_Q5) : 0;
@@ -249,13 +258,14 @@ static void settle(dqw_monitor *m, int channel)
     const float part = channel >= DQW_WATCH_OFFSET ? KNOWN_PART_WITNESS
                        : channel == DQW_WATCH_PSI  ? KNOWN_PART_FLUX
                                                    : KNOWN_PART;
-    const bool known_well = x.sd < part * dqw_monitor_band_of(m, channel);
+    const float band = dqw_monitor_band_of(m, channel);
+    const bool known_well = x.sd < part * band;
     // Known less well it is watched with a band of five deviations, and its healthy value goes on being learned.
-    const bool known_now = known_well || (dqw_watch_is_part(channel) && !is_apart(m, channel) &&
-                                          is_known(m, dqw_watch_weight(channel)));
+    const float enough = dqw_watch_is_part(channel) ? SERVICE_SD * x.now : KNOWN_BANDS * band;
+    const bool known_now = known_well || x.sd < enough;
     if (known_well || (known_now && looks < DQW_WATCH_LOOKS_MOST - 1)) m->watch.looks[channel]++;
     if (!known_now && looks != 0) return;
-    const float before = channel <= DQW_WATCH_PSI ? m->healthy.weight[channel] : 1.0f;
+    const float before = m->healthy.weight[channel <= DQW_WATCH_PSI ? channel : 0];
     dqw_monitor_move_healthy(m, channel, 1.0f - 1.0f / (float)(looks + 1));
     // What temperatures count from was no surer than that.
     if (looks >= DQW_WATCH_LOOKS_LEAST || m->config->commissioned) return;

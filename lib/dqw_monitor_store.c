@@ -8,6 +8,8 @@
 #define VERSION (DQW_MAP_WEIGHTS > 0 ? 2u : 1u)
 // The coldest that a machine is switched on at, below cold.
 #define COLDER_K 40.0f
+// So far above its limit a winding is known to be too hot.
+#define HOTTER_K 10.0f
 
 static uint32_t hash_of_effects(uint32_t hash, const dqw_estimator_config *c)
 {
@@ -74,10 +76,10 @@ static void enter_as_stored(dqw_monitor *m)
     const float beta = DQW_MONITOR_SLACK * dqw_monitor_beta(m);
     const float half_band = 0.5f * dqw_monitor_band(m, DQW_WATCH_PSI);
     const float limit_K = dqw_monitor_band(m, DQW_WATCH_TEMPERATURE);
-    // [STO.1] R between the coldest start and the limit
+    // [STO.1] R between the coldest start and a limit that is passed
     m->healthy.weight[DQW_R] = between(dqw_estimator_value(&m->estimator, DQW_R),
                                        m->healthy.cold_R_ohm * (1.0f - alpha * COLDER_K),
-                                       m->healthy.cold_R_ohm * (1.0f + alpha * limit_K));
+                                       m->healthy.cold_R_ohm * (1.0f + alpha * (limit_K + HOTTER_K)));
 
     // [STO.2] the flux between what the magnet loses where it is as hot as it was, and gains where it is cold
     const float rise = dqw_monitor_rise_K(m, m->healthy.weight[DQW_R]);

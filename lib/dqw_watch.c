@@ -7,11 +7,12 @@
 #define NAMING_TICKS 24
 #define REST_TICKS 60
 // An unknown one, or R alone, is given so many looks more, twice, 84 and 90 %; one of two names six times, for weights
-// that were opened are known better and better, and so is one that a ripple shows: inputs that are nearly alike take
-// what is another's at first and give it back slowly.
+// that were opened are known better and better, and so is an unknown one while a ripple shows: inputs that are nearly
+// alike take what is another's at first and give it back slowly.
 #define EXTENSION_TICKS 10
 #define UNKNOWN_EXTENDED 2u
 #define UNSURE_EXTENDED 6u
+#define RIPPLES (((1u << DQW_WITNESS_INPUTS) - 1u) << DQW_WATCH_OFFSET)
 // And where its segment has not ended: so many until the next try.
 #define SOON_TICKS 4
 // Bands times looks that the sum must gather.
@@ -221,10 +222,10 @@ enum dqw_watch_follows dqw_watch_named(dqw_watch *w, int channel, enum dqw_fault
 {
     w->too_hot = w->too_hot || channel == DQW_WATCH_TEMPERATURE;
     // R takes up at first what others will explain.
+    const bool ripples = channel != DQW_WATCH_RESIDUAL && (w->alarms & RIPPLES) != 0;
+    const bool waits = name == DQW_FAULT_UNKNOWN ? ripples : !sure;
     const bool settles = name == DQW_FAULT_UNKNOWN || name == DQW_FAULT_RESISTANCE_RISE;
-    const bool ripples = channel >= DQW_WATCH_OFFSET && channel < DQW_WATCH_FRICTION;
-    const unsigned settling = ripples ? UNSURE_EXTENDED : UNKNOWN_EXTENDED;
-    if (w->extended < (settles ? settling : sure ? 0u : UNSURE_EXTENDED)) {
+    if (w->extended < (waits ? UNSURE_EXTENDED : settles ? UNKNOWN_EXTENDED : 0u)) {
         w->extended++;
         w->wait = EXTENSION_TICKS;
         return DQW_WATCH_LATER;

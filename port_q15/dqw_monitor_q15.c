@@ -12,6 +12,8 @@
 #define KNOWN_PART_Q15 6554
 #define KNOWN_PART_FLUX_Q15 13107
 #define KNOWN_PART_WITNESS_Q15 16384
+// One about zero, known to 1.5 bands, shows what any fault may make of it: ten.
+#define KNOWN_BANDS_Q15 49152
 // The winding's highest rise is forgotten by half in about twenty minutes of looks every 16 ms: a part of 1e-5.
 #define HOTTEST_FORGETS 100000
 // A parameter is known well enough to be watched: deviation within a tenth.
@@ -220,17 +222,22 @@ static int32_t heat_since(const dqw_monitor_q15 *m, int channel)
                          flux ? m->healthy.cold_psi_q24 : m->healthy.cold_R_q24, -40);
 }
 
+// R or flux as measured, as far as heat can have made it since its healthy value last followed.
+static int32_t heated(const dqw_monitor_q15 *m, int channel)
+{
+    const int32_t bound = heat_since(m, channel);
+    const int32_t from = m->healthy.weight_q24[channel];
+    const int64_t off = (int64_t)value(m, channel) - from;
+    return from + (int32_t)(off > bound ? bound : off < -bound ? -bound : off);
+}
+
 // Healthy R or flux goes with the measured one, no faster than heat can. Not while the measured one is unsure: it would
 // follow noise.
 static void follow(dqw_monitor_q15 *m, int channel)
 {
-    const int32_t bound = heat_since(m, channel);
-    const bool flux = channel == DQW_WATCH_PSI;
-    if (bound <= 0 ||
-        !within_part(sd(m, channel), flux ? KNOWN_PART_FLUX_Q15 : KNOWN_PART_Q15, dqw_monitor_band_of_q15(m, channel)))
-        return;
-    const int64_t off = (int64_t)value(m, channel) - m->healthy.weight_q24[channel];
-    m->healthy.weight_q24[channel] += (int32_t)(off > bound ? bound : off < -bound ? -bound : off);
+    const int32_t part_q15 = channel == DQW_WATCH_PSI ? KNOWN_PART_FLUX_Q15 : KNOWN_PART_Q15;
+    if (!within_part(sd(m, channel), part_q15, dqw_monitor_band_of_q15(m, channel))) return;
+    m->healthy.weight_q24[channel] = heated(m, channel);
     dqw_watch_follow(&m->watch, channel, m->estimator.number);
 }
 
@@ -256,10 +263,10 @@ static int32_t deviation_q5(const dqw_monitor_q15 *m, int channel)
     int n = 5;
     if (channel == DQW_WATCH_TEMPERATURE) {
         if (!dqw_monitor_knows_heat_q15(m)) return 0;
-        over = dqw_monitor_rise_q16(m, value(m, DQW_R)) - dqw_q_round64(dqw_monitor_band_q24(m, channel), 8) +
-               (int64_t)TEMPERATURE_BAND_K * ONE_Q16;
-        width = TEMPERATURE_BAND_K;
-        n = -11;
+        // What R rose by faster is none.
+        width = (int64_t)TEMPERATURE_BAND_K * ONE_Q16;
+        over = dqw_monitor_rise_q16(m, heated(m, DQW_WATCH_R)) - dqw_q_round64(dqw_monitor_band_q24(m, channel), 8) +
+               width;
     } else if (channel == DQW_WATCH_RESIDUAL) {
         over = dqw_q_root64((uint64_t)dqw_q_quotient64(m->estimator.recent_q54, m->healthy.residual_q54, 20));  // Q10
         width = dqw_monitor_band_q24(m, channel);
@@ -269,8 +276,8 @@ static int32_t deviation_q5(const dqw_monitor_q15 *m, int channel)
         dqw_monitor_read_channel_q15(m, channel, &x);
         if (m->watch.looks[channel] < DQW_WATCH_LOOKS_LEAST || x.sd == INT32_MAX) return 0;
         // What heat may have made of it meanwhile is no change.
-        const int64_t heat = channel == DQW_WATCH_R || channel == DQW_WATCH_PSI ? heat_since(m, channel) : 0;
-        over = dqw_q_size64(x.change) - heat;
+        const bool heats = channel == DQW_WATCH_R || channel == DQW_WATCH_PSI;
+        over = dqw_q_size64(heats ? (int64_t)x.now - heated(m, channel) : x.change);
         width = dqw_monitor_surely_q15(m, channel, x.sd);
     }
     const int64_t q5 = dqw_q_quotient64(over, width, n);
@@ -378,13 +385,15 @@ static void settle(dqw_monitor_q15 *m, int channel)
                                                          : KNOWN_PART_Q15;
     dqw_monitor_channel_q15 x;
     dqw_monitor_read_channel_q15(m, channel, &x);
-    const bool known_well = within_part(x.sd, part_q15, dqw_monitor_band_of_q15(m, channel));
+    const int32_t band = dqw_monitor_band_of_q15(m, channel);
+    const bool known_well = within_part(x.sd, part_q15, band);
     // Known less well it is watched with a band of five deviations, and its healthy value goes on being learned.
-    const bool known_now = known_well || (dqw_watch_is_part(channel) && !is_apart(m, channel) &&
-                                          is_known(m, dqw_watch_weight(channel)));
+    const bool known_now = known_well ||
+                           (dqw_watch_is_part(channel) ? !is_apart(m, channel) && is_known(m, dqw_watch_weight(channel))
+                                                       : within_part(x.sd, KNOWN_BANDS_Q15, band));
     if (known_well || (known_now && looks < DQW_WATCH_LOOKS_MOST - 1)) m->watch.looks[channel]++;
     if (!known_now && looks != 0) return;
-    const int32_t before = channel <= DQW_WATCH_PSI ? m->healthy.weight_q24[channel] : 1;
+    const int32_t before = m->healthy.weight_q24[channel <= DQW_WATCH_PSI ? channel : 0];
     dqw_monitor_move_healthy_q15(m, channel, looks + 1);
     // What temperatures count from was no surer than that.
     if (looks >= DQW_WATCH_LOOKS_LEAST || m->config->commissioned) return;
@@ -422,7 +431,7 @@ static bool is_early(const dqw_monitor_q15 *m)
     const dqw_estimator_q15 *e = &m->estimator;
     if (!e->segment.urgent) return false;
     const bool waits = e->segment.segments == m->alarmed_segments &&
-                       e->segment.blocks < WAITS_NS / (e->config->scale.dt_ns * (uint64_t)e->window.half);
+                       (uint64_t)e->segment.blocks * e->window.half * e->config->scale.dt_ns < WAITS_NS;
     return waits ||
            (e->residual.opened > 0 && e->number - e->residual.opened_at < OPENED_SETTLES * DQW_WATCH_TICK_BLOCKS);
 }

@@ -9,6 +9,8 @@
 #define VERSION (DQW_MAP_WEIGHTS > 0 ? 2u : 1u)
 // The coldest that a machine is switched on at, below cold.
 #define COLDER_K 40
+// So far above its limit a winding is known to be too hot.
+#define HOTTER_Q24 167772160
 #define MILLION 1000000
 
 static uint32_t hash_of_effects(uint32_t hash, const dqw_estimator_q15_config *c)
@@ -92,9 +94,9 @@ void dqw_monitor_enter_as_stored_q15(dqw_monitor_q15 *m)
 {
     const int64_t alpha_ppm = dqw_monitor_alpha_ppm(m);
     const int64_t colder_q24 = dqw_q_quotient64(alpha_ppm * COLDER_K, MILLION, 24);
-    const int64_t hotter_q24 = dqw_q_quotient64(alpha_ppm * dqw_monitor_band_q24(m, DQW_WATCH_TEMPERATURE), MILLION,
-                                                0);  // 2^20 by 2^37
-    // [STO.1] R between the coldest start and the limit
+    const int64_t hotter_q24 = dqw_q_quotient64(
+        alpha_ppm * (dqw_monitor_band_q24(m, DQW_WATCH_TEMPERATURE) + HOTTER_Q24), MILLION, 0);  // 2^20 by 2^37
+    // [STO.1] R between the coldest start and a limit that is passed
     m->healthy.weight_q24[DQW_R] = between(m->estimator.w_q24[DQW_R],
                                            dqw_monitor_of_cold_q24(m->healthy.cold_R_q24, -colder_q24),
                                            dqw_monitor_of_cold_q24(m->healthy.cold_R_q24, hotter_q24));

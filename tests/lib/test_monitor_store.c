@@ -291,11 +291,11 @@ static void test_only_warmer_or_colder_is_no_event(void)
     }
 }
 
-// R between 40 K below cold and the limit of the winding. The flux by what a magnet as hot as the winding is, or was,
+// R between 40 K below cold and 10 K above the limit of the winding. The flux by what a magnet as hot as the winding is, or was,
 // has lost, three tenths more and half a band; where the winding is colder than cold, gained as much. (E94)
 static void test_where_healthy_values_begin(void)
 {
-    static const double winding_K[] = {-60, -41, -39, 0, 0.5, 50, 109, 111, 200};
+    static const double winding_K[] = {-60, -41, -39, 0, 0.5, 50, 119, 121, 200};
     static const double hottest_K[] = {0, 30, 130};
     const dqw_monitor_config c = config_of();
     const dqw_monitor_stored *given = stored();
@@ -313,7 +313,7 @@ static void test_where_healthy_values_begin(void)
                 e->w_pu[DQW_R] = (float)(cold_ohm * (1 + 0.0039 * winding_K[k])) / dqw_estimator_unit(e, DQW_R);
                 e->w_pu[DQW_PSI] = (float)(cold_Wb * flux) / dqw_estimator_unit(e, DQW_PSI);
                 m.enter_as_stored(&m);
-                const double rise = fmax(-40, fmin(110, winding_K[k]));
+                const double rise = fmax(-40, fmin(120, winding_K[k]));
                 const double lost = 1.3e-3 * fmax(rise, hottest_K[h]) + 0.006;
                 const double gained = 1.3e-3 * fmax(-rise, 0) + 0.006;
                 BETWEEN(-1e-5, (double)m.healthy.weight[DQW_R] / cold_ohm - (1 + 0.0039 * rise), 1e-5);

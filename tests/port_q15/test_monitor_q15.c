@@ -405,26 +405,29 @@ static void test_service_begins_cold(void)
 }
 
 // A look settles a healthy value where that is known to a fifth of its band, the flux to two fifths, the witness to
-// half. (E63)
+// half: then it stands at last. Less sure it never does, and beyond 1.5 bands one about zero has none. (E63)
 static void test_healthy_values_settle_while_they_are_known(void)
 {
     dqw_monitor_q15_config c = config_of();
     const dqw_monitor_q15_config as_it_is = c;
     const dqw_monitor_q15 *serving = in_service(&c);
     for (int channel = DQW_WATCH_R; channel < DQW_WATCH_FRICTION; channel++)
-        for (int unsure = 0; unsure < 2 && !dqw_watch_is_map(channel); unsure++) {
+        for (int unsure = 0; unsure < 6 && !dqw_watch_is_map(channel); unsure++) {
             dqw_monitor_q15 m = *serving;
             c = as_it_is;
             dqw_monitor_channel_q15 x;
             dqw_monitor_read_channel_q15(&m, channel, &x);
             const double sd = x.sd;
-            const double part = channel >= DQW_WATCH_OFFSET ? 0.5 : channel == DQW_WATCH_PSI ? 0.4 : 0.2;
-            const double wide = sd / (part * dqw_monitor_band_of_q15(&m, channel)) * (unsure ? 0.8 : 1.25);
+            const double well = channel >= DQW_WATCH_OFFSET ? 0.5 : channel == DQW_WATCH_PSI ? 0.4 : 0.2;
+            const double part = unsure / 2 == 0 ? 0.8 * well : unsure / 2 == 1 ? 1.25 * well : 1.25 * 1.5;
+            const double wide = sd / part / dqw_monitor_band_of_q15(&m, channel);
             c.band_ppm[channel] = (uint32_t)lrint(wide * 1e6 * (double)dqw_monitor_band_q24(&m, channel) / 16777216.0);
-            m.watch.looks[channel] = 0;
+            const int looks = unsure % 2 ? DQW_WATCH_LOOKS_MOST - 1 : 0;
+            m.watch.looks[channel] = (uint8_t)looks;
             (void)watch(&m, 24000, 24000 + 20 * 18);
-            CASE("channel %d, %s: sd %g", channel, unsure ? "unsure" : "sure", sd);
-            HOLDS((m.watch.looks[channel] > 0) == (unsure == 0 || channel <= DQW_WATCH_PSI));
+            CASE("channel %d, known to %g of its band: sd %g, %d looks", channel, part, sd, m.watch.looks[channel]);
+            const bool settles = unsure / 2 == 0 || (looks == 0 && (unsure / 2 == 1 || channel <= DQW_WATCH_PSI));
+            HOLDS((m.watch.looks[channel] > looks) == settles);
         }
 }
 
@@ -456,6 +459,24 @@ static void test_what_is_cold_settles_with_it(void)
             else
                 TEST_ASSERT_EQUAL_INT32(cold[flux], after[flux]);
         }
+}
+
+// What of R heat cannot have made is none: a winding that is beyond its limit within 0.6 s is not too hot, however wide
+// the band of R. (E63)
+static void test_a_step_of_resistance_is_no_heat(void)
+{
+    if (quick()) return;
+    dqw_sim_scenario s = joint(4.6);
+    s.machine.temp_start_C = s.machine.temp_ref_C + 1;
+    s.nonideal.winding_alpha_per_K = (dqw_sim_ramp){0.6, 1.5, 2.1};
+    simulate(&s);
+    dqw_monitor_q15_config c = config_of();
+    c.band_ppm[DQW_WATCH_R] = 300000;
+    dqw_monitor_q15 m = begin(&c);
+    const course o = watch(&m, 0, row_count);
+    CASE("%d events, first of channel %d, fault %d at %g s", o.events, (int)o.first.parameter, (int)o.first.fault.name,
+         o.first_s);
+    HOLDS(o.events == 1 && o.first.parameter == DQW_WATCH_R && o.first.fault.name == DQW_FAULT_RESISTANCE_RISE);
 }
 
 // What heat may have made of R or the flux since its healthy value last followed is no change; what is beyond is one,
@@ -856,7 +877,7 @@ static void test_what_changed_while_it_was_off_is_an_event_and_heat_is_none(void
     const course lost = watch(&cold, 0, row_count);
     HOLDS(lost.events >= 1 && lost.first.fault.name == DQW_FAULT_DEMAGNETISATION);
 
-    // Resistance beyond what the winding's limit would explain is no heat.
+    // Resistance beyond what says that the winding's limit is passed is no heat.
     s = joint(1.6);
     s.machine.temp_start_C = s.machine.temp_ref_C + 1;
     s.nonideal.winding_alpha_per_K = (dqw_sim_ramp){0.0039 * 140, 0.0, 1e-4};
@@ -865,14 +886,14 @@ static void test_what_changed_while_it_was_off_is_an_event_and_heat_is_none(void
     CASE("too warm: %d events, the first of channel %d, fault %d, healthy R %g", o.events, (int)o.first.parameter,
          (int)o.first.fault.name, healthy_ohm);
     HOLDS(o.events >= 1 && o.first.fault.name == DQW_FAULT_OVER_TEMPERATURE);
-    BETWEEN(0.5 * (1 + 0.0039 * 108), healthy_ohm, 0.5 * (1 + 0.0039 * 114));
+    BETWEEN(0.5 * (1 + 0.0039 * 118), healthy_ohm, 0.5 * (1 + 0.0039 * 124));
 }
 
-// R between 40 K below cold and the limit of the winding. The flux by what a magnet as hot as the winding is, or was,
+// R between 40 K below cold and 10 K above the limit of the winding. The flux by what a magnet as hot as the winding is, or was,
 // has lost, three tenths more and half a band; where the winding is colder than cold, gained as much. (E94)
 static void test_where_healthy_values_begin(void)
 {
-    static const double winding_K[] = {-60, -41, -39, 0, 0.5, 50, 109, 111, 200};
+    static const double winding_K[] = {-60, -41, -39, 0, 0.5, 50, 119, 121, 200};
     static const double hottest_K[] = {0, 30, 130};
     const dqw_monitor_q15_config c = config_of();
     const dqw_monitor_q15 fresh = begin(&c);
@@ -889,7 +910,7 @@ static void test_where_healthy_values_begin(void)
                 m.estimator.w_q24[DQW_R] = (int32_t)lrint(13e6 * (1 + 0.0039 * winding_K[k]));
                 m.estimator.w_q24[DQW_PSI] = (int32_t)lrint(20e6 * flux);
                 dqw_monitor_enter_as_stored_q15(&m);
-                const double rise = fmax(-40, fmin(110, winding_K[k]));
+                const double rise = fmax(-40, fmin(120, winding_K[k]));
                 const double lost = 1.3e-3 * fmax(rise, hottest_K[h]) + 0.006;
                 const double gained = 1.3e-3 * fmax(-rise, 0) + 0.006;
                 BETWEEN(-1e-6, m.healthy.weight_q24[DQW_R] / 13e6 - (1 + 0.0039 * rise), 1e-6);
@@ -971,6 +992,7 @@ int main(void)
     RUN_TEST(test_service_begins_cold);
     RUN_TEST(test_healthy_values_settle_while_they_are_known);
     RUN_TEST(test_what_is_cold_settles_with_it);
+    RUN_TEST(test_a_step_of_resistance_is_no_heat);
     RUN_TEST(test_what_heat_explains_is_no_change);
     RUN_TEST(test_each_channel_counts_and_is_told);
     RUN_TEST(test_an_event_is_told_once_with_its_times);
