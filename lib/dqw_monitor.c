@@ -359,7 +359,7 @@ static void follow_residual(dqw_monitor *m)
 static void hasten(dqw_monitor *m)
 {
     dqw_segment *s = &m->estimator.segment;
-    const bool urgent = dqw_watch_wants_a_name(&m->watch) && m->config->estimator.follow;
+    const bool urgent = dqw_watch_wants_a_segment(&m->watch) && m->config->estimator.follow;
     if (urgent && !s->urgent) {
         dqw_segment_restart(s);
         m->alarmed_segments = s->segments;

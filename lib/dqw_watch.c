@@ -154,9 +154,9 @@ bool dqw_watch_look(dqw_watch *w, const int32_t deviation_q5[])
     return w->alarms != 0 && --w->wait == 0;
 }
 
-bool dqw_watch_wants_a_name(const dqw_watch *w)
+bool dqw_watch_wants_a_segment(const dqw_watch *w)
 {
-    const uint32_t apart = 1u << DQW_WATCH_FRICTION | 1u << DQW_WATCH_TEMPERATURE;
+    const uint32_t apart = RIPPLES | 1u << DQW_WATCH_FRICTION | 1u << DQW_WATCH_TEMPERATURE;
     return (w->alarms & ~apart) != 0;
 }
 

@@ -117,8 +117,9 @@ void dqw_watch_follow(dqw_watch *w, int channel, uint32_t halves);
 /// Returns  true where there is an event to be named
 bool dqw_watch_look(dqw_watch *w, const int32_t deviation_q5[]);
 
-/// Does anything show whose name hangs on what else has changed?
-bool dqw_watch_wants_a_name(const dqw_watch *w);
+/// Does anything show that a segment of its own tells? A ripple is in none of its inputs: there it would be a weight's.
+/// Source   (E105) in docs/EQUATIONS.md
+bool dqw_watch_wants_a_segment(const dqw_watch *w);
 
 /// It is not time yet to name that event: look again in a while.
 void dqw_watch_later(dqw_watch *w);

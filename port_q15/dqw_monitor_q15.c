@@ -417,7 +417,7 @@ static void follow_residual(dqw_monitor_q15 *m)
 static void hasten(dqw_monitor_q15 *m)
 {
     dqw_segment_q15 *s = &m->estimator.segment;
-    const bool urgent = dqw_watch_wants_a_name(&m->watch) && m->config->estimator.follow;
+    const bool urgent = dqw_watch_wants_a_segment(&m->watch) && m->config->estimator.follow;
     if (urgent && !s->urgent) {
         dqw_segment_restart_q15(s);
         m->alarmed_segments = s->segments;
