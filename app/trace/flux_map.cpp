@@ -7,6 +7,7 @@
 
 #include "app/base/quantity.hpp"
 #include "app/base/text.hpp"
+#include "ref/trace/flux_map.hpp"
 
 namespace dqw {
 
@@ -44,40 +45,16 @@ std::string mtpa_csv(const FluxMap& map, double pole_pairs)
     return out;
 }
 
-namespace {
-
-/// Whether nine of ten blocks lie within a tenth of the largest current of one: of either axis, how far.
-bool saw_one_current(const TraceBlocks& blocks, double& i_d_A, double& i_q_A)
-{
-    constexpr double kPart = 0.1, kWithin = 0.9;
-    const std::size_t n = std::min(blocks.i_d_A.size(), blocks.i_q_A.size());
-    if (n == 0) return false;
-    const auto middle = [n](std::vector<double> of) {
-        const auto half = of.begin() + static_cast<std::ptrdiff_t>(n / 2);
-        std::nth_element(of.begin(), half, of.end());
-        return *half;
-    };
-    i_d_A = middle(blocks.i_d_A), i_q_A = middle(blocks.i_q_A);
-    double most_A = 0.0;
-    for (std::size_t k = 0; k < n; ++k) most_A = std::max(most_A, std::hypot(blocks.i_d_A[k], blocks.i_q_A[k]));
-    std::size_t near = 0;
-    for (std::size_t k = 0; k < n; ++k)
-        near += std::hypot(blocks.i_d_A[k] - i_d_A, blocks.i_q_A[k] - i_q_A) <= kPart * most_A ? 1 : 0;
-    return static_cast<double>(near) >= kWithin * static_cast<double>(n);
-}
-
-}  // namespace
-
 std::string flux_map_text(const TraceResult& trace)
 {
     const FluxMap& map = trace.map;
-    double i_d_A = 0.0, i_q_A = 0.0;
     const bool turns = trace.regime == Regime::dynamic || trace.regime == Regime::steady;
-    if (map.empty() && turns && saw_one_current(trace.blocks, i_d_A, i_q_A))
+    Vector2 one;
+    if (map.empty() && turns && saw_one_current(trace.blocks.i_d_A, trace.blocks.i_q_A, one))
         return with_minus(fmt::format("no flux map: the log saw hardly more than one current (i_d {:.3g} A, i_q {:.3g} "
                                       "A); drive i_d and i_q, each by itself and both at once, at several levels "
                                       "while the machine turns\n",
-                                      i_d_A + 0.0, i_q_A + 0.0));
+                                      one.d + 0.0, one.q + 0.0));
     if (map.empty()) {
         const bool bends = std::any_of(trace.effects.begin(), trace.effects.end(), [](const TraceEffect& e) {
             return e.name == "saturation" || e.name == "cross_saturation";

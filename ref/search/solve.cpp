@@ -398,21 +398,99 @@ Eigen::MatrixXd seen_information(const Model& model, const Refined& refined, Eig
     return m;
 }
 
-Spreads spreads_of(const Model& model, const Refined& refined)
+namespace {
+
+/// Inverse of the information, in units that make its diagonal 1.
+struct Inverse {
+    Eigen::VectorXd size, told;   ///< unit of a column; of each eigenvector its eigenvalue's inverse, or 0
+    Eigen::MatrixXd vectors, of;  ///< eigenvectors; the inverse
+
+    Inverse(const std::vector<Eigen::MatrixXd>& total, const Eigen::VectorXd& v, const Eigen::VectorXd& stiffness)
+    {
+        const Eigen::Index n = stiffness.size();
+        Eigen::MatrixXd m = stiffness.asDiagonal();
+        for (std::size_t c = 0; c < total.size(); ++c)
+            m += total[c].topLeftCorner(n, n) / v[static_cast<Eigen::Index>(c)];
+        size = m.diagonal().cwiseMax(kLeast).cwiseSqrt();
+        const Symmetric eigen(size.cwiseInverse().asDiagonal() * m * size.cwiseInverse().asDiagonal());
+        told = eigen.eigenvalues().unaryExpr([](double x) { return x > kLeastEigenvalue ? 1.0 / x : 0.0; });
+        vectors = eigen.eigenvectors();
+        of = vectors * told.asDiagonal() * vectors.transpose();
+    }
+    Eigen::MatrixXd in_units(const Eigen::MatrixXd& unitless) const
+    {
+        return size.cwiseInverse().asDiagonal() * unitless * size.cwiseInverse().asDiagonal();
+    }
+    /// How many columns the rows tell by themselves: tr(C J'J/v).
+    double told_by(const Eigen::MatrixXd& total, double v) const
+    {
+        const Eigen::Index n = size.size();
+        return (in_units(of).cwiseProduct(total.topLeftCorner(n, n))).sum() / v;
+    }
+};
+
+/// Each channel's variance times what brings the squares that a fit leaves to those of the noise, N/(N - gamma), (E42).
+Eigen::VectorXd freed(const Model& model, const std::vector<Eigen::MatrixXd>& total, double rows,
+                      const Eigen::VectorXd& v, const Inverse& by)
+{
+    constexpr double kLeastLeft = 1.0;
+    Eigen::VectorXd values(v.size()), told(v.size());
+    for (Eigen::Index c = 0; c < v.size(); ++c) {
+        const Eigen::MatrixXd& t = total[static_cast<std::size_t>(c)];
+        values[c] = t.diagonal().maxCoeff() > 0.0 ? rows : 0.0, told[c] = by.told_by(t, v[c]);
+    }
+    if (model.common_weight()) values.setConstant(values.sum()), told.setConstant(told.sum());
+    return values.cwiseQuotient((values - told).cwiseMax(kLeastLeft)).cwiseMax(1.0);
+}
+
+/// What the rows seen tell of the columns.
+struct Told {
+    double rows = 0.0;
+    std::vector<Eigen::MatrixXd> total;
+    Eigen::VectorXd v, more;  ///< the noise's variance of each channel, and how often that is what a fit leaves
+    Inverse inverse;
+};
+
+Told told_of(const Model& model, const Refined& refined)
 {
     double rows = 0.0;
-    const std::vector<Eigen::MatrixXd> total = total_of_seen(model, refined.sums, rows);
-    const Eigen::Index n = total.front().rows() - 1;
-    const Eigen::VectorXd v = variances(model, total, rows, with_error(Eigen::VectorXd::Zero(n)));
-    Eigen::MatrixXd m = Eigen::MatrixXd::Zero(n, n);
-    for (std::size_t c = 0; c < total.size(); ++c) m += total[c].topLeftCorner(n, n) / v[static_cast<Eigen::Index>(c)];
-    m += prior_of(refined.point, {}).stiffness.asDiagonal();
-    const Eigen::VectorXd size = m.diagonal().cwiseMax(kLeast).cwiseSqrt();
-    const Eigen::MatrixXd unit = size.cwiseInverse().asDiagonal() * m * size.cwiseInverse().asDiagonal();
-    const Symmetric eigen(unit);
-    const Eigen::VectorXd inverse = eigen.eigenvalues().unaryExpr(
-        [](double x) { return x > kLeastEigenvalue ? 1.0 / x : 0.0; });
-    const Eigen::MatrixXd pinv = eigen.eigenvectors() * inverse.asDiagonal() * eigen.eigenvectors().transpose();
+    std::vector<Eigen::MatrixXd> total = total_of_seen(model, refined.sums, rows);
+    const Eigen::VectorXd least = variances(model, total, rows,
+                                            with_error(Eigen::VectorXd::Zero(total.front().rows() - 1))),
+                          stiffness = prior_of(refined.point, {}).stiffness;
+    Eigen::VectorXd v = least, more;
+    Inverse inverse(total, v, stiffness);
+    // What is likely before counts for more where the noise is larger: the second time hardly anything changes.
+    constexpr int kRounds = 2;
+    for (int round = 0; round < kRounds; ++round) {
+        more = freed(model, total, rows, v, inverse);
+        v = least.cwiseProduct(more);
+        inverse = Inverse(total, v, stiffness);
+    }
+    return {rows, std::move(total), v, more, std::move(inverse)};
+}
+
+}  // namespace
+
+double unseen_part(const Model& model, const Refined& refined)
+{
+    const Told told = told_of(model, refined);
+    const auto& blocks = model.plan().blocks;
+    double sum = 0.0, values = 0.0;
+    for (std::size_t b = 0; b < blocks.size(); ++b) {
+        if (!blocks[b].heldout) continue;
+        values += refined.sums[b].rows * static_cast<double>(told.total.size());
+        for (std::size_t c = 0; c < told.total.size(); ++c)
+            sum += told.inverse.told_by(refined.sums[b].gram[c], told.v[static_cast<Eigen::Index>(c)]);
+    }
+    return values > 0.0 ? sum / values : 0.0;
+}
+
+Spreads spreads_of(const Model& model, const Refined& refined)
+{
+    const Told told = told_of(model, refined);
+    const Inverse& inverse = told.inverse;
+    const Eigen::Index n = inverse.size.size();
     // Rows and blocks are correlated where the model lacks something: scores of neighbours are joined, half a stretch
     // of ten together, as (E48) has it.
     constexpr int kJoined = 5;
@@ -422,27 +500,25 @@ Spreads spreads_of(const Model& model, const Refined& refined)
     const auto& blocks = model.plan().blocks;
     for (std::size_t b = 0; b < blocks.size(); ++b) {
         if (blocks[b].heldout) continue;
-        for (std::size_t c = 0; c < total.size(); ++c)
-            score += refined.sums[b].gram[c].col(n).head(n) / v[static_cast<Eigen::Index>(c)];
-        if (refined.added.size() > 0) score -= refined.sums[b].rows / rows * refined.added;
+        for (std::size_t c = 0; c < told.total.size(); ++c)
+            score += std::sqrt(told.more[static_cast<Eigen::Index>(c)]) / told.v[static_cast<Eigen::Index>(c)] *
+                     refined.sums[b].gram[c].col(n).head(n);
+        if (refined.added.size() > 0)
+            score -= refined.sums[b].rows / told.rows / std::sqrt(told.more.mean()) * refined.added;
         if (++joined == kJoined) scatter += score * score.transpose(), score.setZero(), joined = 0;
     }
     scatter += score * score.transpose();
-    const Eigen::MatrixXd s = size.cwiseInverse().asDiagonal() * scatter * size.cwiseInverse().asDiagonal();
     Spreads out;
-    const auto in_units = [&](const Eigen::MatrixXd& unitless) -> Eigen::MatrixXd {
-        return size.cwiseInverse().asDiagonal() * unitless * size.cwiseInverse().asDiagonal();
-    };
-    out.white = in_units(pinv), out.scatter = in_units(pinv * s * pinv);
+    out.white = inverse.in_units(inverse.of);
+    out.scatter = inverse.in_units(inverse.of * inverse.in_units(scatter) * inverse.of);
     for (Eigen::Index j = 0; j < n; ++j) {
         // A direction that the rows do not tell. Within rounding, one that does not concern the column is no part of
         // it.
         constexpr double kMostLost = 1e-3;
         double lost = 0.0;
         for (Eigen::Index k = 0; k < n; ++k)
-            if (!(eigen.eigenvalues()[k] > kLeastEigenvalue))
-                lost += eigen.eigenvectors()(j, k) * eigen.eigenvectors()(j, k);
-        out.told.push_back(!(lost > kMostLost || !(m(j, j) > kLeast)));
+            if (!(inverse.told[k] > 0.0)) lost += inverse.vectors(j, k) * inverse.vectors(j, k);
+        out.told.push_back(!(lost > kMostLost || !(inverse.size[j] > std::sqrt(kLeast))));
     }
     return out;
 }

@@ -93,6 +93,10 @@ struct Spreads {
 };
 Spreads spreads_of(const Model& model, const Refined& refined);
 
+/// What noise of the rows seen adds to the mean square of a value held out, by way of the columns, over the noise's own:
+/// mean of J C J'/sigma^2, (E46).
+double unseen_part(const Model& model, const Refined& refined);
+
 /// Covariance of the columns of a refined point, each as wide as the scatter of the seen blocks' scores has it;
 /// infinite on the diagonal where the rows do not tell it.
 Eigen::MatrixXd covariance(const Model& model, const Refined& refined);

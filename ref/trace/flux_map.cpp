@@ -476,10 +476,42 @@ Eigen::VectorXd spread_over_cells(const TraceSetup& setup, const Refined& best)
     return spread;
 }
 
+bool saw_one_current(const std::vector<double>& i_d_A, const std::vector<double>& i_q_A, Vector2& one)
+{
+    constexpr double kPart = 0.1, kWithin = 0.9;
+    const std::size_t n = std::min(i_d_A.size(), i_q_A.size());
+    if (n == 0) return false;
+    const auto middle = [n](std::vector<double> of) {
+        const auto half = of.begin() + static_cast<std::ptrdiff_t>(n / 2);
+        std::nth_element(of.begin(), half, of.end());
+        return *half;
+    };
+    one = {middle(i_d_A), middle(i_q_A)};
+    double most_A = 0.0;
+    for (std::size_t k = 0; k < n; ++k) most_A = std::max(most_A, std::hypot(i_d_A[k], i_q_A[k]));
+    std::size_t near = 0;
+    for (std::size_t k = 0; k < n; ++k)
+        near += std::hypot(i_d_A[k] - one.d, i_q_A[k] - one.q) <= kPart * most_A ? 1 : 0;
+    return static_cast<double>(near) >= kWithin * static_cast<double>(n);
+}
+
+namespace {
+
+bool stays_at_one(const TraceSetup& setup)
+{
+    std::vector<double> i_d_A, i_q_A;
+    for (const Vector2& at : places_of(*setup.logs)) i_d_A.push_back(at.d), i_q_A.push_back(at.q);
+    Vector2 one;
+    return saw_one_current(i_d_A, i_q_A, one);
+}
+
+}  // namespace
+
 FluxMap flux_map_of(const TraceSetup& setup, const Refined& best, bool unnamed)
 {
     FluxMap map;
     if (setup.regime == Regime::mechanical || setup.regime == Regime::standstill) return map;
+    if (setup.regime == Regime::dynamic && stays_at_one(setup)) return map;
     const bool named = any(best.point, bends);
     if (!named && !unnamed) return map;
     const Replanned all(*setup.full, all_seen(*setup.full));

@@ -20,8 +20,12 @@ Term polynomial_of(const TraceSetup& setup, const Term& map, std::vector<double>
 /// By how much a map with other cells moves the machine's parameters; zero without one.
 Eigen::VectorXd spread_over_cells(const TraceSetup& setup, const Refined& best);
 
+/// Whether nine of ten currents lie within a tenth of the largest of one, which is `one`, A; false of none.
+bool saw_one_current(const std::vector<double>& i_d_A, const std::vector<double>& i_q_A, Vector2& one);
+
 /// The flux linkage over the currents of the logs, fitted to all rows, (E143): by a map where the rows held out confirm
-/// that polynomials are not enough. Empty where the point does not bend, or where the magnet's flux is not known.
+/// that polynomials are not enough. Empty where the point does not bend, where the magnet's flux is not known, or where
+/// a moving log saw one current: on its way there it passes others too quickly to tell.
 /// `unnamed`: a point that does not bend has one too where the rows held out confirm it.
 FluxMap flux_map_of(const TraceSetup& setup, const Refined& best, bool unnamed);
 

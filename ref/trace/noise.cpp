@@ -7,6 +7,7 @@
 #include "ref/effect/range.hpp"
 #include "ref/fit/explain.hpp"
 #include "ref/model/foretold.hpp"
+#include "ref/search/solve.hpp"
 #include "ref/trace/rules.hpp"
 
 namespace dqw {
@@ -221,8 +222,9 @@ Noise noise_of(const TraceSetup& setup, const Point& at)
 {
     const bool moving = setup.regime == Regime::dynamic || setup.regime == Regime::mechanical;
     if (moving) return moving_noise(setup, at);
-    const double floor = settled_floor(setup, at);
-    return {floor, floor, 0.0};
+    const double rows = settled_floor(setup, at);
+    const Refined fitted = swept(*setup.full, at);
+    return {fitted.ok ? rows * std::sqrt(1.0 + unseen_part(*setup.full, fitted)) : rows, rows, 0.0};
 }
 
 std::string doubt_of(const Noise& noise, double rms)

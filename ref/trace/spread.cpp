@@ -31,7 +31,7 @@ Eigen::VectorXd spread_over(const TraceSetup& setup, const Refined& best,
     const auto square = [&](const Refined& r) {
         return std::pow(rms_of(setup.full->report(r.point, 0), setup.full->channels()), 2);
     };
-    const double own = square(here), excess = std::max(own - std::pow(noise_of(setup, here.point).floor, 2), 0.0);
+    const double own = square(here), excess = std::max(own - std::pow(noise_of(setup, here.point).of_rows(), 2), 0.0);
     for (const Refined& other : rivals(model, here)) {
         if (!other.ok) continue;
         // Where the best itself leaves more than noise, no law is the true one.

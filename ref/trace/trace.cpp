@@ -250,8 +250,8 @@ SelectOptions select_options(const TraceSetup& setup, const Judge& judge, const 
     o.settle = [&setup](Refined r) { return settle_loss(setup, setup.search(), std::move(r)); };
     if (tells_bends(setup))
         o.mapped = [&setup, &judge](const Point& p) {
-            return judge.rms(p) > kStructured * noise_of(setup, p).floor ? with_map(setup, setup.search(), p)
-                                                                         : Refined();
+            return judge.rms(p) > kStructured * noise_of(setup, p).of_rows() ? with_map(setup, setup.search(), p)
+                                                                             : Refined();
         };
     if (setup.regime == Regime::dynamic)
         o.to_law_noise = [&setup, noise = std::make_shared<ColumnNoise>(*setup.logs)](const Refined& r) {
@@ -438,7 +438,8 @@ void drop_small(const TraceSetup& setup, const Judge& judge, const std::vector<d
 /// Effects go that the log does not tell from others, and without which what is left is noise.
 void drop_idle(const TraceSetup& setup, const Judge& judge, Selection& s)
 {
-    const double floor = noise_of(setup, s.best.point).floor;
+    // Fewer weights take up less of the noise.
+    const double floor = noise_of(setup, s.best.point).of_rows();
     for (std::size_t k = s.found.size(); k-- > 0;) {
         if (s.found[k].confusable_with.empty()) continue;
         const Refined less = refine(*setup.full, without(s.best.point, s.found[k].name), kPasses);

@@ -290,6 +290,22 @@ void linear_machine_has_no_map()
         }
 }
 
+/// One step from rest to one current, of which the iron's bend is seen, and no map.
+void one_current_is_no_map()
+{
+    NEED("flux_map_baldor");
+    const TraceResult r = dqw::trace(
+        {simulated("servo",
+                   {"machine.flux_map=" + data("flux_map_baldor"), "machine.pole_pairs=2", "profile.control=current",
+                    "profile.shaft=imposed", "profile.speed_rad_s=100", "profile.speed_rad_s.wave=0",
+                    "profile.i_d_A=-2", "profile.i_d_A.random=0", "profile.i_q_A=5", "profile.i_q_A.random=0",
+                    "profile.v_d_V.binary=0", "profile.v_q_V.binary=0", "duration_s=1"},
+                   Beside::nothing)},
+        {{"saturation", "cross_saturation"}, {}});
+    TEST_ASSERT_NOT_NULL(effect(r, "saturation"));
+    TEST_ASSERT_TRUE(r.map.empty());
+}
+
 /// What each phase loses, from a sweep of settled voltage against current: its odd half. Along beta, b and c carry
 /// sqrt(3)/2 i: 2/sqrt(3) V of it is seen. Along alpha, phase a carries i and the others half of it: 2/3 (V(i) +
 /// V(i/2)) is seen, to second order 4/3 V(3/4 i). The slope of V's upper half is R: a loss in proportion to the current
@@ -359,6 +375,7 @@ int main()
     RUN_TEST(map_of_a_log_with_wide_steps);
     RUN_TEST(map_of_a_bend_without_a_name);
     RUN_TEST(linear_machine_has_no_map);
+    RUN_TEST(one_current_is_no_map);
     RUN_TEST(curves_of_an_inverter);
     return UNITY_END();
 }

@@ -1,7 +1,9 @@
 // What the tracer takes for noise, against what the true machine leaves of the simulator's own log.
 #include <cmath>
+#include <random>
 
 #include "ref/log/residual.hpp"
+#include "ref/search/solve.hpp"
 #include "ref/trace/noise.hpp"
 #include "simulated.hpp"
 #include "unity.h"
@@ -62,6 +64,51 @@ void filtered_currents_are_told()
     TEST_ASSERT_TRUE(j.noise.floor < j.noise.raw);
 }
 
+/// Settled points of a machine in white noise, currents and speed drawn.
+Log few_points(unsigned seed, const Eigen::Vector4d& machine, double noise_V)
+{
+    constexpr int kPoints = 15;
+    std::mt19937 random(seed);
+    std::normal_distribution<double> normal;
+    std::uniform_real_distribution<double> part(-1.0, 1.0);
+    Log log;
+    log.path = "few points", log.regime = dqw::Regime::steady, log.machine.pole_pairs = 4;
+    for (int k = 0; k < kPoints; ++k) {
+        const double w = 100.0 + 80.0 * part(random), i_d = 8.0 * part(random), i_q = 8.0 * part(random);
+        log.w_m_rad_s.push_back(w), log.i_d_A.push_back(i_d), log.i_q_A.push_back(i_q);
+        log.v_d_V.push_back(machine[0] * i_d - 4.0 * w * machine[2] * i_q + noise_V * normal(random));
+        log.v_q_V.push_back(machine[0] * i_q + 4.0 * w * (machine[1] * i_d + machine[3]) + noise_V * normal(random));
+    }
+    return log;
+}
+
+/// Four parameters of eight points seen: what these leave is less than the noise, what the others leave is more.
+void few_points_have_noise_of_their_own()
+{
+    constexpr unsigned kLogs = 400;
+    constexpr double kNoise_V = 0.3;
+    const Eigen::Vector4d machine(0.9, 2.2e-3, 2.8e-3, 0.12);
+    double z2 = 0.0, held2 = 0.0, unseen = 0.0, rows = 0.0;
+    for (unsigned seed = 1; seed <= kLogs; ++seed) {
+        const std::vector<Log> logs{few_points(seed, machine, kNoise_V)};
+        const auto setup = dqw::trace_setup(logs, {});
+        const dqw::Refined r = dqw::refine(*setup->full, setup->starts.front(), 12);
+        TEST_ASSERT_TRUE(r.ok);
+        const Eigen::VectorXd sd = dqw::spreads_of(*setup->full, r).white.diagonal().cwiseSqrt();
+        z2 += (r.point.base - machine).cwiseQuotient(sd).squaredNorm() / 4.0 / kLogs;
+        const Noise noise = dqw::noise_of(*setup, r.point);
+        unseen += std::pow(noise.floor / noise.raw, 2) / kLogs;
+        for (const dqw::FineBlock& b : setup->full->plan().blocks)
+            if (b.heldout)
+                for (const double residual : setup->full->report(r.point, 0)[b.begin].residual)
+                    held2 += residual * residual, ++rows;
+    }
+    // z of twelve free values has ν/(ν − 2) = 1.2; with the squares as they are left it would be 1.6.
+    TEST_ASSERT_DOUBLE_WITHIN(0.15, 1.2, z2);
+    TEST_ASSERT_DOUBLE_WITHIN(0.08 * unseen, unseen, held2 / rows / (kNoise_V * kNoise_V));
+    TEST_ASSERT_TRUE(unseen > 1.2);
+}
+
 void doubts_stand_at_their_edges()
 {
     TEST_ASSERT_EQUAL_STRING("", dqw::doubt_of({1.0, 1.0, 0.0}, 0.51).c_str());
@@ -81,6 +128,7 @@ int main()
     UNITY_BEGIN();
     RUN_TEST(white_noise_is_noise);
     RUN_TEST(filtered_currents_are_told);
+    RUN_TEST(few_points_have_noise_of_their_own);
     RUN_TEST(doubts_stand_at_their_edges);
     return UNITY_END();
 }
