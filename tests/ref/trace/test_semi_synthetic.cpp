@@ -290,6 +290,17 @@ void linear_machine_has_no_map()
         }
 }
 
+/// Its currents are a polynomial of the fluxes, so its fluxes are none of the currents.
+void iron_that_no_polynomial_is_leaves_noise()
+{
+    const TraceResult r = dqw::trace({simulated("traction_ipm", {"noise=0.01", "seed=2301"})},
+                                     {{"saturation", "cross_saturation"}, {}});
+    TEST_ASSERT_EQUAL_STRING("explained", r.verdict.c_str());
+    TEST_ASSERT_TRUE(r.before.heldout_rms > 4.0 * r.noise_floor);
+    TEST_ASSERT_TRUE(r.after.heldout_rms < 1.3 * r.noise_floor);
+    TEST_ASSERT_FALSE(r.map.empty());
+}
+
 /// One step from rest to one current, of which the iron's bend is seen, and no map.
 void one_current_is_no_map()
 {
@@ -375,6 +386,7 @@ int main()
     RUN_TEST(map_of_a_log_with_wide_steps);
     RUN_TEST(map_of_a_bend_without_a_name);
     RUN_TEST(linear_machine_has_no_map);
+    RUN_TEST(iron_that_no_polynomial_is_leaves_noise);
     RUN_TEST(one_current_is_no_map);
     RUN_TEST(curves_of_an_inverter);
     return UNITY_END();
