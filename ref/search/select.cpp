@@ -171,6 +171,12 @@ Tried attempt(const Model& model, const Refined& base, const Screened& s)
     if (!first.ok || first.left.seen < base.left.seen)
         first = swept(model, joined(base.point, t.candidate, nullptr)), passes = 3 * kPasses;
     t.refined = refine(model, std::move(first), passes);
+    if (t.candidate.also_from != 0.0) {
+        start = joined(base.point, t.candidate, nullptr);
+        start.terms.back().weights[0] = t.candidate.also_from;
+        Refined other = refine(model, start, kPasses);
+        if (other.ok && (!t.refined.ok || other.left.seen > t.refined.left.seen)) t.refined = std::move(other);
+    }
     if (t.refined.ok) t.over = better(model, base.left, t.refined.left);
     return t;
 }

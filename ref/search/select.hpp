@@ -16,6 +16,7 @@ constexpr double kScreenGains[] = {0.003, 0.02, 0.1, 0.4};
 /// An effect, or two that only make sense together, in one shape of several that are tried.
 struct Candidate {
     std::vector<Input> inputs;
+    double also_from = 0.0;  ///< of its first weight, another valley of the fit; 0: there is none
     /// Names of its effects, each once.
     std::vector<std::string> names() const;
     /// A fault of the record, no effect.

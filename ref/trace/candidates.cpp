@@ -31,9 +31,9 @@ public:
     {
         return only_.empty() || std::find(only_.begin(), only_.end(), name_of(law)) != only_.end();
     }
-    void add(const Input& input)
+    void add(const Input& input, double also_from = 0.0)
     {
-        if (wanted(input.law)) setup_.candidates.push_back({{input}});
+        if (wanted(input.law)) setup_.candidates.push_back({{input}, also_from});
     }
     void add(const Input& a, const Input& b)
     {
@@ -148,12 +148,14 @@ void pulsed_candidates(Law law, const std::vector<Log>& logs, bool angle, const 
     constexpr double kUsualRoom = 1.6, kRoot3 = 1.7320508075688772;
     const double link_V = everywhere(logs, &Log::v_dc_V) ? 0.0 : kUsualRoom * kRoot3 * most_V;
     const std::string stated = stated_modulation(logs);
+    // Of a shift: where the pulses turn, what they add falls on one side and grows on the other. (E168)
+    const double middle_s = law == Law::pulsed_shift ? 0.5 * logs.front().dt_s : 0.0;
     for (const Modulation m : kModulations) {
         if (!stated.empty() && m != modulation_named(stated)) continue;
-        c.add(pulsed_input(law, m, link_V, 0.0, !angle));
+        c.add(pulsed_input(law, m, link_V, 0.0, !angle), middle_s);
         // Legs that rest at the upper rail look the same every third of a turn.
         const bool high = m == Modulation::clamped_high || m == Modulation::clamped_60;
-        if (!angle && high) c.add(pulsed_input(law, m, link_V, M_PI / 3.0, true));
+        if (!angle && high) c.add(pulsed_input(law, m, link_V, M_PI / 3.0, true), middle_s);
     }
 }
 

@@ -37,6 +37,12 @@ bool carries(const Finding& all, double with, double without)
            without * without - with * with >= excess(all.after, all.floor);
 }
 
+bool carries_most(const Finding& f, double without)
+{
+    return above(f.before, f.floor, f.before_exact) &&
+           without * without - f.after * f.after >= kLeastExplained * excess(f.before, f.floor);
+}
+
 bool is_idle(double without, double floor, std::size_t alike) { return alike > 0 && without <= kStructured * floor; }
 
 bool reads_better(const Finding& f, double read, std::size_t effects)
@@ -45,6 +51,12 @@ bool reads_better(const Finding& f, double read, std::size_t effects)
     constexpr double kClearlyLess = 0.8;
     return (effects > 1 && read <= kGrown * f.after) ||
            (above(f.after, f.floor, f.after_exact) && read < kClearlyLess * f.after);
+}
+
+bool turns_with_rotor(double t, std::size_t here, std::size_t there, bool noise)
+{
+    if (there > here && noise) return false;
+    return t >= kClearlyT || (there < here && t >= -kClearlyT);
 }
 
 bool is_structured(const Rest& rest)

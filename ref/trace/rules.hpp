@@ -11,6 +11,9 @@ namespace dqw {
 /// tenth.
 constexpr double kStructured = 1.3;
 
+/// A normal exceeds it, either way, in 3 of 1000 cases.
+constexpr double kClearlyT = 3.0;
+
 /// RMS of the reported residual on rows that no fit saw, and the noise that the log itself shows; V or Nm.
 struct Finding {
     double before = 0.0, after = 0.0, floor = 0.0;
@@ -30,6 +33,11 @@ double share_of(double before, double after, double floor);
 /// larger, and an effect that it resembles stands in for it.
 bool carries(const Finding& all, double with, double without);
 
+/// Is an effect to be named whose parameters are not told from nothing? `f`: of the plain model and of all effects;
+/// `without`: of all others. Where it takes most of what the plain model leaves above the noise, it is not nothing: a
+/// deviation that says so takes what is left for what it may hide, and without the effect more is left.
+bool carries_most(const Finding& f, double without);
+
 /// Is one effect of several needed by nothing? `without`: what is left once the others are fitted alone; `alike`: how
 /// many the log does not tell it from.
 bool is_idle(double without, double floor, std::size_t alike);
@@ -38,6 +46,11 @@ bool is_idle(double without, double floor, std::size_t alike);
 /// explain? One that has no weight and leaves as little as two do; or clearly less than what effects leave above the
 /// noise.
 bool reads_better(const Finding& f, double read, std::size_t effects);
+
+/// Does a voltage held in the rotor's frame stand before one held in the stator's? `t`: by how much it predicts better;
+/// `here`, `there`: effects that the stator's and the rotor's need; `noise`: what the stator's leaves is noise. An effect
+/// more is then what the other frame lacks.
+bool turns_with_rotor(double t, std::size_t here, std::size_t there, bool noise);
 
 /// What is left, with the effects that are named or without any.
 struct Rest {

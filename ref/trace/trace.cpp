@@ -32,7 +32,6 @@ namespace {
 /// Part of an axis' voltage (torque): where all are below, the residual is the sampling's own.
 constexpr double kExact = 5e-4;
 constexpr std::size_t kLeastBlocks = 3;  ///< of two there is no scatter
-constexpr double kClearlyT = 3.0;        ///< a normal exceeds it, either way, in 3 of 1000 cases
 /// In a period, w T: below, it does not matter in whose frame a voltage is held. A vector held in the other's is
 /// shorter by (w T)^2/24, 3e-4: less than kExact.
 constexpr double kLeastTurn_rad = 0.08;
@@ -399,17 +398,25 @@ void leave_out(Selection& s, std::size_t k, const Refined& less, const std::stri
 }
 
 /// Names whose value may as well be nothing go: the held-out rows may confirm what no parameter of theirs carries.
-void drop_unknown(const TraceSetup& setup, Selection& s)
+void drop_unknown(const TraceSetup& setup, const Judge& judge, Selection& s)
 {
+    std::vector<std::string> kept;
     while (!s.found.empty()) {
         const Eigen::VectorXd sd = whole_deviations(setup, *setup.full, s.best);
-        const auto unknown = std::find_if(s.found.begin(), s.found.end(),
-                                          [&](const Found& f) { return !stands_out(s.best.point, sd, f.name); });
+        const auto unknown = std::find_if(s.found.begin(), s.found.end(), [&](const Found& f) {
+            return std::find(kept.begin(), kept.end(), f.name) == kept.end() && !stands_out(s.best.point, sd, f.name);
+        });
         if (unknown == s.found.end()) return;
         const Refined less = refine(*setup.full, without(s.best.point, unknown->name), kPasses);
         if (!less.ok) return;
-        leave_out(s, static_cast<std::size_t>(unknown - s.found.begin()), less,
-                  "fitted, its parameters are not told from nothing");
+        Finding is;
+        is.before = judge.rms(s.plain.point), is.after = judge.rms(s.best.point);
+        is.floor = noise_of(setup, s.best.point).floor;
+        if (carries_most(is, judge.rms(less.point)))
+            kept.push_back(unknown->name);
+        else
+            leave_out(s, static_cast<std::size_t>(unknown - s.found.begin()), less,
+                      "fitted, its parameters are not told from nothing");
     }
 }
 
@@ -473,17 +480,15 @@ Search search(const std::vector<Log>& logs, const TraceOptions& options)
         const Effect* effect = find_effect(f.name);
         return effect != nullptr && (effect->is & is_like_turning_v) != 0;
     });
-    if (!alike && (found.rms < kStructured * noise_of(*found.setup, found.selection.best.point).floor ||
-                   below(found.judge->each(found.selection.best.point), found.exact)))
-        return found;
+    const bool is_noise = found.rms < kStructured * noise_of(*found.setup, found.selection.best.point).floor;
+    if (!alike && (is_noise || below(found.judge->each(found.selection.best.point), found.exact))) return found;
     Search other = search(logs, options, Variant::rotor_held, ticks);
     ColumnNoise noise(logs);
     const auto law_noise = [&noise](const Search& s) { return nats_to_law_noise(*s.setup, noise, s.selection.best); };
     const double t = beside_law_noise(better(*found.setup->full, found.selection.best.left, other.selection.best.left),
                                       law_noise(other) - law_noise(found))
                          .t;
-    const bool plainer = other.selection.found.size() < found.selection.found.size();
-    if (t < -kClearlyT || (t < kClearlyT && !plainer)) return found;
+    if (!turns_with_rotor(t, found.selection.found.size(), other.selection.found.size(), is_noise)) return found;
     other.setup->notes.push_back(
         "the voltage fits best as held in the rotor's frame within a period, not in the stator's");
     return other;
@@ -508,7 +513,7 @@ TraceResult traced(const std::vector<Log>& logs, const TraceOptions& options)
     const Judge& judge = *found.judge;
     Selection s = found.selection;
     s.plain = without_column_noise(*setup, *setup->full, s.plain);
-    drop_unknown(*setup, s);
+    drop_unknown(*setup, judge, s);
     drop_small(*setup, judge, found.exact, s);
     drop_idle(*setup, judge, s);
     s.best = s.found.empty() ? s.plain : without_column_noise(*setup, *setup->full, s.best);
