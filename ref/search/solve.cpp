@@ -477,9 +477,12 @@ double unseen_part(const Model& model, const Refined& refined)
     const Told told = told_of(model, refined);
     const auto& blocks = model.plan().blocks;
     double sum = 0.0, values = 0.0;
+    // An axis without current or voltage has no noise to compare with.
+    const auto told_axes = std::count_if(told.total.begin(), told.total.end(),
+                                         [](const Eigen::MatrixXd& t) { return t.diagonal().maxCoeff() > 0.0; });
     for (std::size_t b = 0; b < blocks.size(); ++b) {
         if (!blocks[b].heldout) continue;
-        values += refined.sums[b].rows * static_cast<double>(told.total.size());
+        values += refined.sums[b].rows * static_cast<double>(told_axes);
         for (std::size_t c = 0; c < told.total.size(); ++c)
             sum += told.inverse.told_by(refined.sums[b].gram[c], told.v[static_cast<Eigen::Index>(c)]);
     }

@@ -231,14 +231,16 @@ std::string doubt_of(const Noise& noise, double rms)
 {
     // Thirty times what a right model leaves; of 32 clean blind logs each left 0.86 to 1.11.
     constexpr double kMuch = 0.25, kFarBelow = 0.5;
+    // What the fit carries into rows held out hangs on few weights: by chance it is often next to nothing.
+    const double floor = noise.of_rows();
     const std::string ask = ": are currents or voltages filtered, held or late?";
-    if (rms < kFarBelow * noise.floor || (rms < noise.floor / kStructured && noise.followed > kFollowed))
-        return "blocks leave " + figure(rms / noise.floor) +
+    if (rms < kFarBelow * floor || (rms < floor / kStructured && noise.followed > kFollowed))
+        return "blocks leave " + figure(rms / floor) +
                " of what the noise of single rows would leave in them, "
                "so that is no noise" +
                ask;
-    if ((rms <= kStructured * noise.raw && rms > kStructured * noise.floor) ||
-        (rms <= kStructured * noise.floor && noise.followed > kMuch))
+    if ((rms <= kStructured * noise.raw && rms > kStructured * floor) ||
+        (rms <= kStructured * floor && noise.followed > kMuch))
         return figure(100.0 * noise.followed) +
                " % of what looks like noise in single rows follows from the rows "
                "before" +

@@ -109,8 +109,40 @@ void few_points_have_noise_of_their_own()
     TEST_ASSERT_TRUE(unseen > 1.2);
 }
 
+/// Of one axis at rest, where the other has neither current nor voltage: R by five points of nine.
+void one_axis_has_noise_of_its_own()
+{
+    constexpr unsigned kLogs = 2000;
+    constexpr int kPoints = 9;
+    double held2 = 0.0, unseen = 0.0, rows = 0.0;
+    std::mt19937 random(1);
+    std::normal_distribution<double> noise_V(0.0, 0.3);
+    std::uniform_real_distribution<double> current_A(-8.0, 8.0);
+    for (unsigned n = 0; n < kLogs; ++n) {
+        Log log;
+        log.path = "one axis", log.regime = dqw::Regime::standstill, log.machine.pole_pairs = 4;
+        for (int k = 0; k < kPoints; ++k) {
+            log.i_d_A.push_back(current_A(random)), log.v_d_V.push_back(0.9 * log.i_d_A.back() + noise_V(random));
+            for (auto* none : {&log.i_q_A, &log.v_q_V, &log.w_m_rad_s}) none->push_back(0.0);
+        }
+        const std::vector<Log> logs{log};
+        const auto setup = dqw::trace_setup(logs, {});
+        const dqw::Refined r = dqw::refine(*setup->full, setup->starts.front(), 12);
+        TEST_ASSERT_TRUE(r.ok);
+        const Noise noise = dqw::noise_of(*setup, r.point);
+        unseen += std::pow(noise.floor / noise.raw, 2) / kLogs;
+        for (const dqw::FineBlock& b : setup->full->plan().blocks)
+            if (b.heldout) held2 += std::pow(setup->full->report(r.point, 0)[b.begin].residual[0], 2), ++rows;
+    }
+    TEST_ASSERT_DOUBLE_WITHIN(0.06 * unseen, unseen, held2 / rows / (0.3 * 0.3));
+    TEST_ASSERT_TRUE(unseen > 1.2);
+}
+
 void doubts_stand_at_their_edges()
 {
+    // Of settled rows the fit's part of the floor is no reason for a doubt.
+    TEST_ASSERT_EQUAL_STRING("", dqw::doubt_of({1.4, 1.0, 0.0}, 0.51).c_str());
+    TEST_ASSERT_TRUE(dqw::doubt_of({1.4, 1.0, 0.0}, 0.49).find("0.49 of what") != std::string::npos);
     TEST_ASSERT_EQUAL_STRING("", dqw::doubt_of({1.0, 1.0, 0.0}, 0.51).c_str());
     TEST_ASSERT_TRUE(dqw::doubt_of({1.0, 1.0, 0.0}, 0.49).find("0.49 of what") != std::string::npos);
     TEST_ASSERT_EQUAL_STRING("", dqw::doubt_of({1.0, 1.0, 0.06}, 0.78).c_str());
@@ -129,6 +161,7 @@ int main()
     RUN_TEST(white_noise_is_noise);
     RUN_TEST(filtered_currents_are_told);
     RUN_TEST(few_points_have_noise_of_their_own);
+    RUN_TEST(one_axis_has_noise_of_its_own);
     RUN_TEST(doubts_stand_at_their_edges);
     return UNITY_END();
 }
