@@ -32,8 +32,10 @@ typedef struct dqw_monitor_q15_config {
     uint32_t band_ppm[DQW_WATCH_CHANNELS];
     uint32_t alpha_ppm_per_K;  ///< of the winding's resistance, up to 10^6 [3900]
     uint32_t beta_ppm_per_K;   ///< of the magnet's flux, as a positive fall, up to 10^6 [1000]
-    uint32_t heating_mK_s;     ///< the fastest healthy heating or cooling, up to 10^6 [1000]
-    uint32_t J_nkgm2;          ///< inertia; 0: friction is not watched
+    /// the fastest heating or cooling, of an overload too, up to 10^6 [1000]: what of R is faster than 1.3 times it is
+    /// no temperature
+    uint32_t heating_mK_s;
+    uint32_t J_nkgm2;  ///< inertia; 0: friction is not watched
     /// a healthy residual counts as at least this part of the full voltage, up to 10^6 [2000]
     uint32_t residual_floor_ppm;
     /// the estimator's nominal values were measured on this machine, cold: temperatures count from them
