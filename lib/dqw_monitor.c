@@ -173,22 +173,27 @@ static float heat_since(const dqw_monitor *m, int channel)
            (float)(halves * m->estimator.window.half);
 }
 
-// R or flux as measured, as far as heat can have made it since its healthy value last followed.
-static float heated(const dqw_monitor *m, int channel)
+// R or flux as measured, as far as heat can have made it since its healthy value last followed, and `more`.
+static float heated(const dqw_monitor *m, int channel, float more)
 {
-    const float bound = heat_since(m, channel);
+    const float bound = heat_since(m, channel) + more;
     const float from = m->healthy.weight[channel];
     const float off = value(m, channel) - from;
     return from + (off > bound ? bound : off < -bound ? -bound : off);
+}
+
+// Of its band, a channel's deviation that is known well.
+static float known_part(int channel)
+{
+    return channel >= DQW_WATCH_OFFSET ? KNOWN_PART_WITNESS : channel == DQW_WATCH_PSI ? KNOWN_PART_FLUX : KNOWN_PART;
 }
 
 // Healthy R or flux goes with the measured one, no faster than heat can. Not while the measured one is unsure: it would
 // follow noise.
 static void follow(dqw_monitor *m, int channel)
 {
-    const float part = channel == DQW_WATCH_PSI ? KNOWN_PART_FLUX : KNOWN_PART;
-    if (!(sd(m, channel) < part * dqw_monitor_band_of(m, channel))) return;
-    m->healthy.weight[channel] = heated(m, channel);
+    if (!(sd(m, channel) < known_part(channel) * dqw_monitor_band_of(m, channel))) return;
+    m->healthy.weight[channel] = heated(m, channel, 0.0f);
     dqw_watch_follow(&m->watch, channel, m->estimator.number);
 }
 
@@ -212,10 +217,9 @@ static int32_t deviation_q5(const dqw_monitor *m, int channel)
     float ratio;
     if (channel == DQW_WATCH_TEMPERATURE) {
         if (!dqw_monitor_knows_heat(m)) return 0;
-        // What R rose by faster is none.
-        ratio = (dqw_monitor_rise_K(m, heated(m, DQW_WATCH_R)) - dqw_monitor_band(m, DQW_WATCH_TEMPERATURE)) /
-                    TEMPERATURE_BAND_K +
-                1.0f;
+        // What is more than a band of R beyond that is R's own change.
+        const float R_ohm = heated(m, DQW_WATCH_R, dqw_monitor_band_of(m, DQW_WATCH_R));
+        ratio = (dqw_monitor_rise_K(m, R_ohm) - dqw_monitor_band(m, DQW_WATCH_TEMPERATURE)) / TEMPERATURE_BAND_K + 1.0f;
     } else if (channel == DQW_WATCH_RESIDUAL) {
         ratio = sqrtf(m->estimator.recent_pu2 / m->healthy.residual_pu2) / dqw_monitor_band(m, DQW_WATCH_RESIDUAL);
     } else {
@@ -226,7 +230,7 @@ static int32_t deviation_q5(const dqw_monitor *m, int channel)
         const float sure = dqw_monitor_surely(m, channel, x.sd);
         ratio = m->watch.looks[channel] < DQW_WATCH_LOOKS_LEAST || !(sure < DQW_UNKNOWN)
                     ? 0.0f
-                    : fabsf(heats ? x.now - heated(m, channel) : x.change) / sure;
+                    : fabsf(heats ? x.now - heated(m, channel, 0.0f) : x.change) / sure;
     }
     // What is no number counts as nothing.
     return dqw_is_positive(ratio) ? (int32_t)((ratio < 100.0f ? ratio : 100.0f) * (float)DQW_CHANGE_BAND_Q5) : 0;
@@ -255,11 +259,8 @@ static void settle(dqw_monitor *m, int channel)
     dqw_monitor_channel_value x;
     dqw_monitor_read_channel(m, channel, &x);
     const uint8_t looks = m->watch.looks[channel];
-    const float part = channel >= DQW_WATCH_OFFSET ? KNOWN_PART_WITNESS
-                       : channel == DQW_WATCH_PSI  ? KNOWN_PART_FLUX
-                                                   : KNOWN_PART;
     const float band = dqw_monitor_band_of(m, channel);
-    const bool known_well = x.sd < part * band;
+    const bool known_well = x.sd < known_part(channel) * band;
     // Known less well it is watched with a band of five deviations, and its healthy value goes on being learned.
     const float enough = dqw_watch_is_part(channel) ? SERVICE_SD * x.now : KNOWN_BANDS * band;
     const bool known_now = known_well || x.sd < enough;
@@ -371,8 +372,7 @@ static void hasten(dqw_monitor *m)
 static bool is_early(const dqw_monitor *m)
 {
     const dqw_estimator *e = &m->estimator;
-    if (!e->segment.urgent) return false;
-    const bool waits = e->segment.segments == m->alarmed_segments &&
+    const bool waits = e->segment.urgent && e->segment.segments == m->alarmed_segments &&
                        e->segment.blocks < (uint32_t)(WAITS_S / (e->config->dt_s * (float)e->window.half));
     return waits || (e->opened > 0 && e->number - e->opened_at < OPENED_SETTLES * DQW_WATCH_TICK_BLOCKS);
 }

@@ -29,7 +29,8 @@ typedef struct dqw_monitor_config {
     float band[DQW_WATCH_CHANNELS];
     float alpha_per_K;  ///< of the winding's resistance [0.0039]
     float beta_per_K;   ///< of the magnet's flux, as a positive fall [0.001]
-    /// the fastest heating or cooling [1], of an overload too: what of R is faster than 1.3 times it is no temperature
+    /// the fastest heating or cooling [1], of an overload too: what of R is more than a band faster than 1.3 times it is
+    /// no temperature
     float heating_K_s;
     float J_kgm2;  ///< inertia; 0: friction is not watched
     /// the estimator's nominal values were measured on this machine, cold: temperatures count from them

@@ -222,10 +222,10 @@ static int32_t heat_since(const dqw_monitor_q15 *m, int channel)
                          flux ? m->healthy.cold_psi_q24 : m->healthy.cold_R_q24, -40);
 }
 
-// R or flux as measured, as far as heat can have made it since its healthy value last followed.
-static int32_t heated(const dqw_monitor_q15 *m, int channel)
+// R or flux as measured, as far as heat can have made it since its healthy value last followed, and `more`.
+static int32_t heated(const dqw_monitor_q15 *m, int channel, int32_t more)
 {
-    const int32_t bound = heat_since(m, channel);
+    const int64_t bound = (int64_t)heat_since(m, channel) + more;
     const int32_t from = m->healthy.weight_q24[channel];
     const int64_t off = (int64_t)value(m, channel) - from;
     return from + (int32_t)(off > bound ? bound : off < -bound ? -bound : off);
@@ -237,7 +237,7 @@ static void follow(dqw_monitor_q15 *m, int channel)
 {
     const int32_t part_q15 = channel == DQW_WATCH_PSI ? KNOWN_PART_FLUX_Q15 : KNOWN_PART_Q15;
     if (!within_part(sd(m, channel), part_q15, dqw_monitor_band_of_q15(m, channel))) return;
-    m->healthy.weight_q24[channel] = heated(m, channel);
+    m->healthy.weight_q24[channel] = heated(m, channel, 0);
     dqw_watch_follow(&m->watch, channel, m->estimator.number);
 }
 
@@ -263,10 +263,10 @@ static int32_t deviation_q5(const dqw_monitor_q15 *m, int channel)
     int n = 5;
     if (channel == DQW_WATCH_TEMPERATURE) {
         if (!dqw_monitor_knows_heat_q15(m)) return 0;
-        // What R rose by faster is none.
+        // What is more than a band of R beyond that is R's own change.
+        const int32_t R_q24 = heated(m, DQW_WATCH_R, dqw_monitor_band_of_q15(m, DQW_WATCH_R));
         width = (int64_t)TEMPERATURE_BAND_K * ONE_Q16;
-        over = dqw_monitor_rise_q16(m, heated(m, DQW_WATCH_R)) - dqw_q_round64(dqw_monitor_band_q24(m, channel), 8) +
-               width;
+        over = dqw_monitor_rise_q16(m, R_q24) - dqw_q_round64(dqw_monitor_band_q24(m, channel), 8) + width;
     } else if (channel == DQW_WATCH_RESIDUAL) {
         over = dqw_q_root64((uint64_t)dqw_q_quotient64(m->estimator.recent_q54, m->healthy.residual_q54, 20));  // Q10
         width = dqw_monitor_band_q24(m, channel);
@@ -277,7 +277,7 @@ static int32_t deviation_q5(const dqw_monitor_q15 *m, int channel)
         if (m->watch.looks[channel] < DQW_WATCH_LOOKS_LEAST || x.sd == INT32_MAX) return 0;
         // What heat may have made of it meanwhile is no change.
         const bool heats = channel == DQW_WATCH_R || channel == DQW_WATCH_PSI;
-        over = dqw_q_size64(heats ? (int64_t)x.now - heated(m, channel) : x.change);
+        over = dqw_q_size64(heats ? (int64_t)x.now - heated(m, channel, 0) : x.change);
         width = dqw_monitor_surely_q15(m, channel, x.sd);
     }
     const int64_t q5 = dqw_q_quotient64(over, width, n);
@@ -429,8 +429,7 @@ static void hasten(dqw_monitor_q15 *m)
 static bool is_early(const dqw_monitor_q15 *m)
 {
     const dqw_estimator_q15 *e = &m->estimator;
-    if (!e->segment.urgent) return false;
-    const bool waits = e->segment.segments == m->alarmed_segments &&
+    const bool waits = e->segment.urgent && e->segment.segments == m->alarmed_segments &&
                        (uint64_t)e->segment.blocks * e->window.half * e->config->scale.dt_ns < WAITS_NS;
     return waits ||
            (e->residual.opened > 0 && e->number - e->residual.opened_at < OPENED_SETTLES * DQW_WATCH_TICK_BLOCKS);

@@ -32,8 +32,8 @@ typedef struct dqw_monitor_q15_config {
     uint32_t band_ppm[DQW_WATCH_CHANNELS];
     uint32_t alpha_ppm_per_K;  ///< of the winding's resistance, up to 10^6 [3900]
     uint32_t beta_ppm_per_K;   ///< of the magnet's flux, as a positive fall, up to 10^6 [1000]
-    /// the fastest heating or cooling, of an overload too, up to 10^6 [1000]: what of R is faster than 1.3 times it is
-    /// no temperature
+    /// the fastest heating or cooling, of an overload too, up to 10^6 [1000]: what of R is more than a band
+    /// faster than 1.3 times it is no temperature
     uint32_t heating_mK_s;
     uint32_t J_nkgm2;  ///< inertia; 0: friction is not watched
     /// a healthy residual counts as at least this part of the full voltage, up to 10^6 [2000]

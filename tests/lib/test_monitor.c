@@ -254,6 +254,26 @@ static void test_a_step_of_resistance_is_no_heat(void)
     HOLDS(o.events == 1 && o.first.parameter == DQW_WATCH_R && o.first.fault.name == DQW_FAULT_RESISTANCE_RISE);
 }
 
+// Heat that is faster than a healthy winding's is heat nevertheless, as far as R's own band goes: of 11 K/s. (E63)
+static void test_a_winding_that_heats_fast_is_too_hot(void)
+{
+    if (quick()) return;
+    dqw_sim_scenario s = joint(4.6);
+    s.machine.temp_start_C = s.machine.temp_ref_C + 1;
+    s.nonideal.winding_alpha_per_K = (dqw_sim_ramp){0.0039 * 34, 1.5, 4.6};
+    simulate(&s);
+    dqw_monitor_config c = config_of();
+    c.band[DQW_WATCH_TEMPERATURE] = 20.0f;
+    c.band[DQW_WATCH_R] = 0.1f;
+    dqw_monitor m = begin(&c);
+    const course o = watch(&m, 0, row_count);
+    CASE("%d events, first of channel %d, fault %d at %g s", o.events, (int)o.first.parameter, (int)o.first.fault.name,
+         o.first_s);
+    HOLDS(o.events >= 1 && o.first.fault.name == DQW_FAULT_OVER_TEMPERATURE);
+    BETWEEN(3.4, o.first_s, 4.4);  // the limit is passed at 3.32 s
+    BETWEEN(22, o.first.value, 31);
+}
+
 // A drive that stops and goes for ever, and a background that is late by a half in every eight, are watched all the
 // same.
 static void test_pauses_blind_nobody(void)
@@ -881,6 +901,7 @@ int main(void)
     RUN_TEST(test_a_slow_demagnetisation_is_told);
     RUN_TEST(test_an_event_of_temperature_hides_no_other);
     RUN_TEST(test_a_step_of_resistance_is_no_heat);
+    RUN_TEST(test_a_winding_that_heats_fast_is_too_hot);
     RUN_TEST(test_pauses_blind_nobody);
     RUN_TEST(test_an_event_is_told_once);
     RUN_TEST(test_the_way_back_and_again);

@@ -479,6 +479,25 @@ static void test_a_step_of_resistance_is_no_heat(void)
     HOLDS(o.events == 1 && o.first.parameter == DQW_WATCH_R && o.first.fault.name == DQW_FAULT_RESISTANCE_RISE);
 }
 
+// Heat that is faster than a healthy winding's is heat nevertheless, as far as R's own band goes: of 11 K/s. (E63)
+static void test_a_winding_that_heats_fast_is_too_hot(void)
+{
+    if (quick()) return;
+    dqw_sim_scenario s = joint(4.6);
+    s.machine.temp_start_C = s.machine.temp_ref_C + 1;
+    s.nonideal.winding_alpha_per_K = (dqw_sim_ramp){0.0039 * 34, 1.5, 4.6};
+    simulate(&s);
+    dqw_monitor_q15_config c = config_of();
+    c.band_ppm[DQW_WATCH_TEMPERATURE] = 20000000;
+    c.band_ppm[DQW_WATCH_R] = 100000;
+    dqw_monitor_q15 m = begin(&c);
+    const course o = watch(&m, 0, row_count);
+    CASE("%d events, first of channel %d, fault %d at %g s", o.events, (int)o.first.parameter, (int)o.first.fault.name,
+         o.first_s);
+    HOLDS(o.events >= 1 && o.first.fault.name == DQW_FAULT_OVER_TEMPERATURE);
+    BETWEEN(3.4, o.first_s, 4.4);  // the limit is passed at 3.32 s
+}
+
 // What heat may have made of R or the flux since its healthy value last followed is no change; what is beyond is one,
 // by so many of its widths less one. (E63)
 static void test_what_heat_explains_is_no_change(void)
@@ -993,6 +1012,7 @@ int main(void)
     RUN_TEST(test_healthy_values_settle_while_they_are_known);
     RUN_TEST(test_what_is_cold_settles_with_it);
     RUN_TEST(test_a_step_of_resistance_is_no_heat);
+    RUN_TEST(test_a_winding_that_heats_fast_is_too_hot);
     RUN_TEST(test_what_heat_explains_is_no_change);
     RUN_TEST(test_each_channel_counts_and_is_told);
     RUN_TEST(test_an_event_is_told_once_with_its_times);
