@@ -430,22 +430,27 @@ struct Inverse {
 };
 
 /// Each channel's variance times what brings the squares that a fit leaves to those of the noise, N/(N - gamma), (E42).
+/// `says`: whether these squares say anything: not where hardly more values were seen than the columns take up.
 Eigen::VectorXd freed(const Model& model, const std::vector<Eigen::MatrixXd>& total, double rows,
-                      const Eigen::VectorXd& v, const Inverse& by)
+                      const Eigen::VectorXd& v, const Inverse& by, bool& says)
 {
-    constexpr double kLeastLeft = 1.0;
+    // One value, less what rounding or a prior takes of it.
+    constexpr double kLeastLeft = 0.9;
     Eigen::VectorXd values(v.size()), told(v.size());
     for (Eigen::Index c = 0; c < v.size(); ++c) {
         const Eigen::MatrixXd& t = total[static_cast<std::size_t>(c)];
         values[c] = t.diagonal().maxCoeff() > 0.0 ? rows : 0.0, told[c] = by.told_by(t, v[c]);
     }
     if (model.common_weight()) values.setConstant(values.sum()), told.setConstant(told.sum());
-    return values.cwiseQuotient((values - told).cwiseMax(kLeastLeft)).cwiseMax(1.0);
+    const Eigen::VectorXd left = values - told;
+    says = (left.array() >= kLeastLeft || values.array() == 0.0).all();
+    return values.cwiseQuotient(left.cwiseMax(kLeastLeft)).cwiseMax(1.0);
 }
 
 /// What the rows seen tell of the columns.
 struct Told {
     double rows = 0.0;
+    bool noise = true;  ///< known: as many values as weights leave none
     std::vector<Eigen::MatrixXd> total;
     Eigen::VectorXd v, more;  ///< the noise's variance of each channel, and how often that is what a fit leaves
     Inverse inverse;
@@ -454,6 +459,7 @@ struct Told {
 Told told_of(const Model& model, const Refined& refined)
 {
     double rows = 0.0;
+    bool noise = true;
     std::vector<Eigen::MatrixXd> total = total_of_seen(model, refined.sums, rows);
     const Eigen::VectorXd least = variances(model, total, rows,
                                             with_error(Eigen::VectorXd::Zero(total.front().rows() - 1))),
@@ -463,11 +469,11 @@ Told told_of(const Model& model, const Refined& refined)
     // What is likely before counts for more where the noise is larger: the second time hardly anything changes.
     constexpr int kRounds = 2;
     for (int round = 0; round < kRounds; ++round) {
-        more = freed(model, total, rows, v, inverse);
+        more = freed(model, total, rows, v, inverse, noise);
         v = least.cwiseProduct(more);
         inverse = Inverse(total, v, stiffness);
     }
-    return {rows, std::move(total), v, more, std::move(inverse)};
+    return {rows, noise, std::move(total), v, more, std::move(inverse)};
 }
 
 }  // namespace
@@ -521,7 +527,7 @@ Spreads spreads_of(const Model& model, const Refined& refined)
         double lost = 0.0;
         for (Eigen::Index k = 0; k < n; ++k)
             if (!(inverse.told[k] > 0.0)) lost += inverse.vectors(j, k) * inverse.vectors(j, k);
-        out.told.push_back(!(lost > kMostLost || !(inverse.size[j] > std::sqrt(kLeast))));
+        out.told.push_back(told.noise && !(lost > kMostLost || !(inverse.size[j] > std::sqrt(kLeast))));
     }
     return out;
 }

@@ -65,15 +65,14 @@ void filtered_currents_are_told()
 }
 
 /// Settled points of a machine in white noise, currents and speed drawn.
-Log few_points(unsigned seed, const Eigen::Vector4d& machine, double noise_V)
+Log few_points(unsigned seed, const Eigen::Vector4d& machine, double noise_V, int points = 15)
 {
-    constexpr int kPoints = 15;
     std::mt19937 random(seed);
     std::normal_distribution<double> normal;
     std::uniform_real_distribution<double> part(-1.0, 1.0);
     Log log;
     log.path = "few points", log.regime = dqw::Regime::steady, log.machine.pole_pairs = 4;
-    for (int k = 0; k < kPoints; ++k) {
+    for (int k = 0; k < points; ++k) {
         const double w = 100.0 + 80.0 * part(random), i_d = 8.0 * part(random), i_q = 8.0 * part(random);
         log.w_m_rad_s.push_back(w), log.i_d_A.push_back(i_d), log.i_q_A.push_back(i_q);
         log.v_d_V.push_back(machine[0] * i_d - 4.0 * w * machine[2] * i_q + noise_V * normal(random));
@@ -154,6 +153,25 @@ void doubts_stand_at_their_edges()
     TEST_ASSERT_EQUAL_STRING("", dqw::doubt_of({0.5, 1.0, 0.1}, 1.4).c_str());
 }
 
+/// Four parameters and iron's bend of five weights take up all eight values that four of eight points have: nothing is
+/// left, however noisy they are. Of sixteen something is.
+void a_fit_that_leaves_nothing_tells_no_deviation()
+{
+    for (const int points : {8, 16}) {
+        const std::vector<Log> logs{few_points(1, {0.5, 1e-3, 1.5e-3, 0.05}, 0.3, points)};
+        const auto setup = dqw::trace_setup(logs, {});
+        dqw::Point at = setup->starts.front();
+        for (const dqw::Candidate& c : setup->candidates)
+            if (c.inputs.front().law == dqw::Law::saturation && at.terms.empty())
+                at.terms.push_back({c.inputs.front(), {}});
+        TEST_ASSERT_EQUAL_size_t(1, at.terms.size());
+        const dqw::Refined r = dqw::refine(*setup->full, at, 12);
+        TEST_ASSERT_TRUE(r.ok);
+        const double sd_ohm = dqw::deviations(*setup->full, r)[0];
+        TEST_ASSERT_EQUAL(points == 16, std::isfinite(sd_ohm) && sd_ohm > 0.0);
+    }
+}
+
 }  // namespace
 
 int main()
@@ -164,5 +182,6 @@ int main()
     RUN_TEST(few_points_have_noise_of_their_own);
     RUN_TEST(one_axis_has_noise_of_its_own);
     RUN_TEST(doubts_stand_at_their_edges);
+    RUN_TEST(a_fit_that_leaves_nothing_tells_no_deviation);
     return UNITY_END();
 }
