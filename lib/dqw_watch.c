@@ -17,10 +17,8 @@
 #define SOON_TICKS 4
 // Bands times looks that the sum must gather.
 #define LIMIT_Q5 (5 * DQW_CHANGE_BAND_Q5)
-// Halves of a window between two learned blocks that make a pause, and time that healthy values can follow in one step,
-// less one.
+// Halves of a window between two learned blocks that make a pause.
 #define PAUSE 64u
-#define FOLLOW_MOST 0xffffu
 
 void dqw_watch_init(dqw_watch *w)
 {
@@ -32,13 +30,14 @@ void dqw_watch_learned(dqw_watch *w, uint32_t at)
 {
     const uint32_t pause = at - w->learned_at;
     const bool paused = dqw_watch_paused(w, at);
+    // The 16 bits of the healthy values' time must not come round.
+    for (int channel = DQW_WATCH_R; channel <= DQW_WATCH_PSI; channel += DQW_WATCH_PSI)
+        if ((dqw_watch_unfollowed(w, channel, w->learned_at) + (pause >> DQW_WATCH_FOLLOW_SHIFT) + 1u) >> 16 != 0)
+            dqw_watch_follow(w, channel, at + (1u << DQW_WATCH_FOLLOW_SHIFT));
     w->learned_at = at;
     if (!paused) return;
     if (w->alarms == 0 && w->wait == 0)
         w->wait = (uint8_t)(pause < REST_TICKS * DQW_WATCH_TICK_BLOCKS ? pause / DQW_WATCH_TICK_BLOCKS : REST_TICKS);
-    // The 16 bits of the healthy values' time must not come round.
-    if (pause >> DQW_WATCH_FOLLOW_SHIFT >= FOLLOW_MOST)
-        w->followed[0] = w->followed[1] = (uint16_t)((at >> DQW_WATCH_FOLLOW_SHIFT) + 1u);
 }
 
 bool dqw_watch_paused(const dqw_watch *w, uint32_t now)
@@ -50,7 +49,7 @@ int dqw_watch_stretch(dqw_watch *w, int way, bool unbroken)
 {
     // Where blocks are missing, nobody knows how it accelerated.
     if (!unbroken || w->gathered * way <= 0) w->gathered = 0;
-    if (way == 0 || !unbroken) return 0;
+    if (!unbroken) return 0;
     w->gathered = (int8_t)(w->gathered + way);
     return w->gathered * way;
 }
@@ -220,7 +219,7 @@ enum dqw_fault_name dqw_watch_fault_of(int channel, bool more)
 
 enum dqw_watch_follows dqw_watch_named(dqw_watch *w, int channel, enum dqw_fault_name name, bool sure)
 {
-    w->too_hot = w->too_hot || channel == DQW_WATCH_TEMPERATURE;
+    if (channel == DQW_WATCH_TEMPERATURE) w->too_hot = true;
     // R takes up at first what others will explain.
     const bool ripples = channel != DQW_WATCH_RESIDUAL && (w->alarms & RIPPLES) != 0;
     const bool waits = name == DQW_FAULT_UNKNOWN ? ripples : !sure;

@@ -29,6 +29,19 @@ static void test_a_long_pause_is_the_longest_time(void)
     TEST_ASSERT_EQUAL_UINT16(65534, dqw_watch_unfollowed(&w, DQW_WATCH_R, 65534 * step));
 }
 
+// Learned without a pause, but never so surely that a healthy value follows: after 16.8 million halves, 4.7 h of 1 ms,
+// the time since it last did must not begin anew, for what heated meanwhile would be a change.
+static void test_time_without_following_does_not_come_round(void)
+{
+    dqw_watch w;
+    dqw_watch_init(&w);
+    for (uint32_t at = 0; at <= 20000000u; at += 50) dqw_watch_learned(&w, at);
+    for (int channel = DQW_WATCH_R; channel <= DQW_WATCH_PSI; channel += DQW_WATCH_PSI - DQW_WATCH_R)
+        BETWEEN(0xfffe, dqw_watch_unfollowed(&w, channel, 20000000u), 0xffff);
+    dqw_watch_follow(&w, DQW_WATCH_PSI, 20000000u);
+    TEST_ASSERT_EQUAL_UINT16(0, dqw_watch_unfollowed(&w, DQW_WATCH_PSI, 20000000u));
+}
+
 // Too hot is told once, and again when the winding was cool in between.
 static void test_too_hot_is_told_again_after_it_was_cool(void)
 {
@@ -338,6 +351,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_a_long_pause_is_the_longest_time);
+    RUN_TEST(test_time_without_following_does_not_come_round);
     RUN_TEST(test_too_hot_is_told_again_after_it_was_cool);
     RUN_TEST(test_a_name_that_is_not_sure_waits);
     RUN_TEST(test_friction_is_gathered_anew_after_its_event);
