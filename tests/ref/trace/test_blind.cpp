@@ -249,19 +249,6 @@ static void a_name_without_a_value_is_taken_back(void)
     TEST_ASSERT_EQUAL_STRING("fitted, its parameters are not told from nothing", dead_time->why.c_str());
 }
 
-// What is left is taken for what a filter may hide, so that its deviation is as large as its value; without it twice as
-// much is left.
-static void a_name_that_takes_most_stays(void)
-{
-    const blind::Case c = blind::draw(45146);
-    dqw::TraceOptions options;
-    options.effects = {"sensor_lag"};
-    const dqw::TraceResult result = dqw::trace({c.log}, options);
-    TEST_ASSERT_EQUAL_STRING("sensor_lag", c.drawn[0].name.c_str());
-    TEST_ASSERT_EQUAL_size_t(1, result.effects.size());
-    TEST_ASSERT_EQUAL_STRING("sensor_lag", result.effects[0].name.c_str());
-}
-
 int main(void)
 {
     UNITY_BEGIN();
@@ -277,6 +264,5 @@ int main(void)
     RUN_TEST(an_inverter_loses_what_was_drawn_in_either_plant);
     RUN_TEST(fixed_logs_are_traced);
     RUN_TEST(a_name_without_a_value_is_taken_back);
-    RUN_TEST(a_name_that_takes_most_stays);
     return UNITY_END();
 }
