@@ -291,8 +291,8 @@ static void test_only_warmer_or_colder_is_no_event(void)
     }
 }
 
-// R between 40 K below cold and 10 K above the limit of the winding. The flux by what a magnet as hot as the winding is, or was,
-// has lost, three tenths more and half a band; where the winding is colder than cold, gained as much. (E94)
+// R between 40 K below cold and 10 K above the limit of the winding. The flux by what a magnet as hot as the winding is,
+// or was, has lost, three tenths more and half a band; where the winding is colder than cold, gained as much. (E94)
 static void test_where_healthy_values_begin(void)
 {
     static const double winding_K[] = {-60, -41, -39, 0, 0.5, 50, 119, 121, 200};

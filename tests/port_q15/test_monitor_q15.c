@@ -908,8 +908,8 @@ static void test_what_changed_while_it_was_off_is_an_event_and_heat_is_none(void
     BETWEEN(0.5 * (1 + 0.0039 * 118), healthy_ohm, 0.5 * (1 + 0.0039 * 124));
 }
 
-// R between 40 K below cold and 10 K above the limit of the winding. The flux by what a magnet as hot as the winding is, or was,
-// has lost, three tenths more and half a band; where the winding is colder than cold, gained as much. (E94)
+// R between 40 K below cold and 10 K above the limit of the winding. The flux by what a magnet as hot as the winding is,
+// or was, has lost, three tenths more and half a band; where the winding is colder than cold, gained as much. (E94)
 static void test_where_healthy_values_begin(void)
 {
     static const double winding_K[] = {-60, -41, -39, 0, 0.5, 50, 119, 121, 200};
