@@ -30,7 +30,7 @@ class Chrome:
         ]  # fmt: skip
         self._process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         active = profile / "DevToolsActivePort"
-        end = time.monotonic() + 60
+        end = time.monotonic() + 300
         while not (active.exists() and active.read_text().count("\n") >= 1):
             if time.monotonic() > end:
                 self.close()
@@ -39,7 +39,7 @@ class Chrome:
         port = int(active.read_text().splitlines()[0])
         pages = json.load(urllib.request.urlopen(f"http://127.0.0.1:{port}/json"))
         url = next(p["webSocketDebuggerUrl"] for p in pages if p["type"] == "page")
-        self._socket = websocket.create_connection(url, timeout=60)
+        self._socket = websocket.create_connection(url, timeout=300)
         self._number = itertools.count(1)
         self.console: list[str] = []
         self.call("Runtime.enable")
@@ -73,7 +73,7 @@ class Chrome:
         assert "exceptionDetails" not in found, found
         return found["result"].get("value")
 
-    def until(self, script: str, at_most_s: float = 30.0) -> Any:
+    def until(self, script: str, at_most_s: float = 120.0) -> Any:
         """Waits until it is true; a bound, no measure."""
         end = time.monotonic() + at_most_s
         while True:

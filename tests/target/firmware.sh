@@ -25,7 +25,7 @@ rows() { # NAME KEY=VALUE...
 rows fault duration_s=4 nonideal.demagnetisation=0.05 nonideal.demagnetisation.t_start_s=2.4 nonideal.demagnetisation.t_end_s=2.5
 rows lacks duration_s=1.5 nonideal.flux_harmonic_6d_Wb=12e-4 nonideal.flux_harmonic_6q_Wb=9e-4
 
-TARGET_TIMEOUT=120 "$here/run.sh" "$out/budget.elf" "$here/budget.c" lib/*.c -- -DDQW_EFFECT_WEIGHTS=0 -Os -fno-math-errno -Iexamples -- "$out/fault.bin" >"$out/budget" || {
+"$here/run.sh" "$out/budget.elf" "$here/budget.c" lib/*.c -- -DDQW_EFFECT_WEIGHTS=0 -Os -fno-math-errno -Iexamples -- "$out/fault.bin" >"$out/budget" || {
     status=$?
     cat "$out/budget"
     exit $status
@@ -34,7 +34,7 @@ TARGET_TIMEOUT=120 "$here/run.sh" "$out/budget.elf" "$here/budget.c" lib/*.c -- 
 example() { # NAME WEIGHTS ARGUMENTS...
     name=$1 weights=-DDQW_EFFECT_WEIGHTS=$2
     shift 2
-    TARGET_TIMEOUT=120 "$here/run.sh" "$out/$name.elf" "$here/firmware.c" examples/foc_monitor.c lib/*.c -- "$weights" -Os -fno-math-errno -Werror -Iexamples \
+    "$here/run.sh" "$out/$name.elf" "$here/firmware.c" examples/foc_monitor.c lib/*.c -- "$weights" -Os -fno-math-errno -Werror -Iexamples \
         -- "$@" >"$out/$name.target.txt"
     ${CC:-cc} -std=c99 -O2 -ffp-contract=off "$weights" -Ilib -Iexamples -I"$here/.." "$here/firmware.c" examples/foc_monitor.c lib/*.c -lm -o "$out/$name"
     "$out/$name" "$@" >"$out/$name.host.txt"

@@ -14,7 +14,7 @@ shift
 single=-singlestep
 if "$qemu" -accel tcg,help 2>&1 | grep -q one-insn-per-tb || "$qemu" -help | grep -q one-insn-per-tb; then single="-accel tcg,one-insn-per-tb=on"; fi
 # shellcheck disable=SC2086
-timeout 60 "$qemu" -M mps2-an386 -display none -monitor none -serial none -icount shift=10 $single -d exec,nochain -D "$out/mca.trace" \
+timeout 600 "$qemu" -M mps2-an386 -display none -monitor none -serial none -icount shift=10 $single -d exec,nochain -D "$out/mca.trace" \
     -chardev null,id=out -semihosting-config enable=on,target=native,chardev=out -kernel "$out/mca.elf" </dev/null
 llvm-objdump -d --no-show-raw-insn "$out/mca.elf" | awk '
     FILENAME == "-" && /^ +[0-9a-f]+:/ {

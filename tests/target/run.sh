@@ -2,7 +2,7 @@
 # Compiles C for a Cortex-M4F and runs it in QEMU, where an instruction takes exactly 1024 ns (see board.h):
 #   tests/target/run.sh OUT.elf SOURCE.c ... [-- CFLAGS ... [-- ARGUMENTS ...]]
 # Prints what main prints, and ends with main's status; 99 after a hard fault, 98 where the count is not exact, 124
-# after TARGET_TIMEOUT (60) seconds, 77 where a tool is absent. main's argv is OUT.elf and ARGUMENTS, without blanks;
+# after TARGET_TIMEOUT (600) seconds, 77 where a tool is absent. main's argv is OUT.elf and ARGUMENTS, without blanks;
 # the program opens files of the host.
 set -eu
 usage() {
@@ -48,7 +48,7 @@ done
     --specs=rdimon.specs -nostartfiles -T "$here/m4f.ld" -Wl,--gc-sections -lm -o "$elf"
 
 status=0
-timeout "${TARGET_TIMEOUT:-60}" "$qemu" -M mps2-an386 -display none -monitor none -serial none -icount shift=10 \
+timeout "${TARGET_TIMEOUT:-600}" "$qemu" -M mps2-an386 -display none -monitor none -serial none -icount shift=10 \
     -chardev stdio,id=out,signal=off -semihosting-config "$config" -kernel "$elf" </dev/null || status=$?
-[ $status != 124 ] || echo "tests/target/run.sh: $elf: no end after ${TARGET_TIMEOUT:-60} s" >&2
+[ $status != 124 ] || echo "tests/target/run.sh: $elf: no end after ${TARGET_TIMEOUT:-600} s" >&2
 exit $status

@@ -3,7 +3,7 @@
 # board.h):
 #   tests/target/run_on.sh CORE OUT.elf SOURCE.c ... [CFLAGS ...]        CORE: m0 m3 m4f m33 rv32
 # Prints what main prints with say.h, and ends with main's status; 99 after a fault, 98 where the count is not exact,
-# 124 after TARGET_TIMEOUT (60) seconds, 77 where a tool is absent. `run_on.sh CORE` alone prints compiler and its flags
+# 124 after TARGET_TIMEOUT (600) seconds, 77 where a tool is absent. `run_on.sh CORE` alone prints compiler and its flags
 # for the core.
 set -eu
 usage() {
@@ -49,7 +49,7 @@ shift 2
     "$here/say.c" "$here/count.c" "$here/stack.c" "$@" -nostdlib -T "$here/bare.ld" -Wl,--defsym=CODE=$code,--defsym=RAM=$ram,--gc-sections -lgcc -o "$elf"
 status=0
 # shellcheck disable=SC2086
-timeout "${TARGET_TIMEOUT:-60}" "$qemu" -M $board -display none -monitor none -serial none -icount shift=10 -chardev stdio,id=out,signal=off \
+timeout "${TARGET_TIMEOUT:-600}" "$qemu" -M $board -display none -monitor none -serial none -icount shift=10 -chardev stdio,id=out,signal=off \
     -semihosting-config enable=on,target=native,chardev=out -kernel "$elf" </dev/null || status=$?
-[ $status != 124 ] || echo "tests/target/run_on.sh: $elf: no end after ${TARGET_TIMEOUT:-60} s" >&2
+[ $status != 124 ] || echo "tests/target/run_on.sh: $elf: no end after ${TARGET_TIMEOUT:-600} s" >&2
 exit $status

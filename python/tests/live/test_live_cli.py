@@ -58,7 +58,7 @@ def test_killed_and_begun_again_as_a_program(failing: Path, tmp_path: Path) -> N
     # It saves when it ends; what it has read by then is for it to say.
     wait_for(lambda: saved(tmp_path).get("counts", {}).get("rows") == rows, 120)  # type: ignore[attr-defined]
     second.send_signal(signal.SIGTERM)
-    out, err = second.communicate(timeout=60)
+    out, err = second.communicate(timeout=300)
     assert second.returncode == 0, err
     assert "1 of 1 motors go on where they were" in out
     assert f"m: {rows} rows, 1 events" in out and "demagnetisation" in out
@@ -78,7 +78,7 @@ def test_what_could_not_be_written_at_the_end_is_said(failing: Path, tmp_path: P
     run = start(config)
     wait_for(lambda: saved(tmp_path).get("counts", {}).get("rows") == len(lines) - 1, 120)  # type: ignore[attr-defined]
     run.send_signal(signal.SIGINT)
-    out, err = run.communicate(timeout=60)
+    out, err = run.communicate(timeout=300)
     assert run.returncode == 0, err
     assert "the minutes around m-1 could not be kept" in out
     assert f"{len(lines) - 1} rows lost" in out
@@ -100,6 +100,6 @@ def test_what_cannot_be_is_refused_in_one_line(text: str, why: str, tmp_path: Pa
     config = tmp_path / "live.toml"
     config.write_text(text)
     done = start(config)
-    _, err = done.communicate(timeout=60)
+    _, err = done.communicate(timeout=300)
     assert done.returncode == 3 and why in err and err.count("\n") == 1, err
     assert "Traceback" not in err

@@ -51,7 +51,7 @@ def web(board: Board, tmp_path: Path) -> Iterator[WebSink]:
 
 
 def ask(port: int, path: str, method: str = "GET", **headers: str) -> tuple[int, dict[str, str], bytes]:
-    connection = http.client.HTTPConnection("127.0.0.1", port, timeout=20)
+    connection = http.client.HTTPConnection("127.0.0.1", port, timeout=300)
     connection.request(method, path, headers={k.replace("_", "-"): v for k, v in headers.items()})
     answer = connection.getresponse()
     found = (answer.status, {k.lower(): v for k, v in answer.getheaders()}, answer.read())
@@ -61,7 +61,7 @@ def ask(port: int, path: str, method: str = "GET", **headers: str) -> tuple[int,
 
 def stream(port: int, count: int, last: str = "") -> list[tuple[int, dict[str, object]]]:
     """The first messages."""
-    connection = http.client.HTTPConnection("127.0.0.1", port, timeout=20)
+    connection = http.client.HTTPConnection("127.0.0.1", port, timeout=300)
     connection.request("GET", "/api/stream", headers={"Last-Event-ID": last} if last else {})
     answer = connection.getresponse()
     assert answer.headers["content-type"].startswith("text/event-stream")

@@ -116,13 +116,13 @@ public:
             at += static_cast<std::size_t>(n);
         }
     }
-    /// Waits for a line on stdout; empty where none comes within a minute, or at the end.
+    /// Waits for a line on stdout; empty where none comes within ten minutes, or at the end.
     std::string line()
     {
         while (seen_.find('\n') == std::string::npos) {
             pollfd fd = {out_, POLLIN, 0};
             char buffer[4096];
-            if (::poll(&fd, 1, 60000) <= 0) return "";
+            if (::poll(&fd, 1, 600000) <= 0) return "";
             const ssize_t n = ::read(out_, buffer, sizeof buffer);
             if (n <= 0) return "";
             seen_.append(buffer, static_cast<std::size_t>(n));
