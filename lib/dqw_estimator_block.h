@@ -36,6 +36,8 @@ enum { DQW_POLES_LD = DQW_DEAD_TIME, DQW_POLES_LQ = DQW_PSI_Q };
 #define DQW_LASTING_BLOCKS 8192.0f
 /// The first ones are about the start values.
 #define DQW_LASTING_FROM 50
+/// What the others took up of a change, in bands, while it was not known. (E105)
+#define DQW_TOOK_BANDS 3.0f
 
 /// The two axes.
 enum { DQW_AXIS_D = 0, DQW_AXIS_Q = 1 };
@@ -247,11 +249,7 @@ float dqw_estimator_sd(const dqw_estimator *e, int weight);
 float dqw_estimator_sd_value(const dqw_estimator *e, int weight);
 
 /// Part of such a mean that a stretch of so many blocks is.
-static inline float dqw_lasting_part(const dqw_estimator *e, float stretch)
-{
-    const float blocks = (float)(e->blocks - DQW_LASTING_FROM);
-    return 2.0f / ((blocks < DQW_LASTING_BLOCKS ? blocks : DQW_LASTING_BLOCKS) / stretch + 1.0f);
-}
+float dqw_lasting_part(const dqw_estimator *e, float stretch);
 
 /// Blocks of a stretch, over which what is fast is averaged away.
 /// Source   (E103) in docs/EQUATIONS.md

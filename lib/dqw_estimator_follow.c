@@ -26,8 +26,6 @@
 // is four times faster, which segments that agree make up for.
 #define WALK_R 1e-3f
 #define WALK 3e-4f
-// What the others took up of a change, in bands, while it was not known.
-#define TOOK_BANDS 3.0f
 
 enum { D = DQW_AXIS_D, Q = DQW_AXIS_Q, N = DQW_FOLLOWED };
 
@@ -183,7 +181,7 @@ static void open(dqw_estimator *e, int changed, const float wide_pu[], const flo
     for (int i = 0; i < followed; i++) {
         e->w_pu[i] += move_pu[i];
         // The others took up a part of it while it was not known.
-        const float took = i == changed ? wide_pu[i] : TOOK_BANDS * e->segment.band_pu[i];
+        const float took = i == changed ? wide_pu[i] : DQW_TOOK_BANDS * e->segment.band_pu[i];
         dqw_gain_grow(&e->gain, i, took * took / calm->all_pu2);
     }
 }

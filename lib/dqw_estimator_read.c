@@ -82,6 +82,12 @@ float dqw_estimator_noise_sd(const dqw_estimator *e, int weight)
     return sqrtf(v) * dqw_estimator_unit(e, weight);
 }
 
+float dqw_lasting_part(const dqw_estimator *e, float stretch)
+{
+    const float blocks = (float)(e->blocks - DQW_LASTING_FROM);
+    return 2.0f / ((blocks < DQW_LASTING_BLOCKS ? blocks : DQW_LASTING_BLOCKS) / stretch + 1.0f);
+}
+
 int dqw_estimator_stretch(const dqw_estimator *e)
 {
     const float blocks = STRETCH_S / ((float)e->window.half * e->config->dt_s);
@@ -121,15 +127,17 @@ float dqw_estimator_model_pu(const dqw_estimator *e, int weight, const dqw_lasti
     return sqrtf(l->slow_pu2 * slowly + l->fast_pu2 * quickly) / alone;
 }
 
-// Half a lasting error's size, or its scatter between segments where that is known: what no residual shows. (E106)
-static float hidden(const dqw_estimator *e, int weight, const dqw_lasting *l)
+// Half a lasting error's size, or its scatter between segments where that is known: what no residual shows; and what an
+// opening so many segments ago has left open, of one operating point as much as segments scatter. (E106)
+static float hidden(const dqw_estimator *e, int weight, const dqw_lasting *l, uint16_t opened)
 {
     const float model = dqw_estimator_model_pu(e, weight, l);
     if (!(model < DQW_UNKNOWN)) return DQW_UNKNOWN;
     const bool leans = e->config->observed && weight <= DQW_LQ;
     const float part = leans ? model : MODEL_PART * model;
     const float band = weight < DQW_FOLLOWED ? e->segment.band_pu[weight] : 0.0f;
-    return sqrtf(part * part + band * (band < model ? band : model)) * dqw_estimator_unit(e, weight);
+    const float open = opened > 0 ? DQW_TOOK_BANDS * band / (float)opened : 0.0f;
+    return sqrtf(part * part + band * (band < model ? band : model) + open * open) * dqw_estimator_unit(e, weight);
 }
 
 static float with(float noise, float hides)
@@ -165,13 +173,14 @@ float dqw_estimator_sd_value(const dqw_estimator *e, int weight)
 {
     const dqw_lasting now = dqw_estimator_lasting(e);
     const float unseen = with(of_voltage(e, weight), of_scale(e, weight));
-    return with(with(dqw_estimator_noise_sd(e, weight), hidden(e, weight, &now)), unseen);
+    const float hides = hidden(e, weight, &now, e->opened > 0 ? e->segment.since : 0);
+    return with(with(dqw_estimator_noise_sd(e, weight), hides), unseen);
 }
 
 float dqw_estimator_sd(const dqw_estimator *e, int weight)
 {
     const dqw_lasting now = dqw_estimator_lasting(e);
-    const float hides = hidden(e, weight, e->segment.segments > 0 ? &e->calm : &now);
+    const float hides = hidden(e, weight, e->segment.segments > 0 ? &e->calm : &now, 0);
     const float met = 1.0f + (float)e->segment.since;
     return with(dqw_estimator_noise_sd(e, weight), hides < DQW_UNKNOWN ? hides / sqrtf(met) : DQW_UNKNOWN);
 }

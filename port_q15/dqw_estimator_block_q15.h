@@ -318,6 +318,8 @@ int32_t dqw_lasting_part_q30(const dqw_estimator_q15 *e, uint32_t stretch);
 
 /// The first blocks are about the start values: behind so many.
 #define DQW_LASTING_FROM_Q15 50u
+/// What the others took up of a change, in bands, while it was not known. (E105)
+#define DQW_TOOK_BANDS_Q15 3
 
 /// Blocks of a stretch, over which what is fast is averaged away.
 /// Source   (E103) in docs/EQUATIONS.md

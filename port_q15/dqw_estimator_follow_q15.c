@@ -26,8 +26,6 @@
 // winding that warms by 1 K/s is four times faster, which segments that agree make up for.
 #define WANDER_R_PARTS 1000000
 #define WANDER_PARTS 11111111
-// What the others took up of a change, in bands, while it was not known.
-#define TOOK_BANDS 3
 // What the sums can hold of a variance: 2^21 of the residual's.
 #define WIDEST_Q40 ((int64_t)1 << 61)
 #define ONE_Q30 1073741824
@@ -322,7 +320,8 @@ static void open(dqw_estimator_q15 *e, int changed, const dqw_lasting_q15 *calm,
         // The sums say how far the weights are off: from now on, from where they are moved to.
         e->w_q24[i] = dqw_q31_sat((int64_t)e->w_q24[i] + move_q24[i]);
         // The others took up a part of it while it was not known.
-        const int64_t took_q28 = i == changed ? wide[i] : dqw_q31_sat((int64_t)TOOK_BANDS * e->segment.band_q28[i]);
+        const int64_t took_q28 = i == changed ? wide[i]
+                                              : dqw_q31_sat((int64_t)DQW_TOOK_BANDS_Q15 * e->segment.band_q28[i]);
         const int64_t grown_q40 = dqw_q_quotient64(took_q28 * took_q28, calm->all_q56, 40);
         grow(e, i, dqw_estimator_counted_q15(e, i, grown_q40, 2));
     }

@@ -177,9 +177,9 @@ int32_t dqw_estimator_model_q28(const dqw_estimator_q15 *e, int weight, const dq
     return square_q56 == INT64_MAX ? INT32_MAX : root_q28 < INT32_MAX ? (int32_t)root_q28 : INT32_MAX - 1;
 }
 
-// Half a lasting error's size, or its scatter between segments where that is known, squared: what no residual shows.
-// (E106)
-static int64_t hidden_q56(const dqw_estimator_q15 *e, int weight, const dqw_lasting_q15 *l)
+// Half a lasting error's size, or its scatter between segments where that is known, squared: what no residual shows;
+// and what an opening so many segments ago has left open, of one operating point as much as segments scatter. (E106)
+static int64_t hidden_q56(const dqw_estimator_q15 *e, int weight, const dqw_lasting_q15 *l, uint16_t opened)
 {
     const int64_t model = model_q56(e, weight, l);
     if (model == INT64_MAX) return INT64_MAX;
@@ -190,7 +190,9 @@ static int64_t hidden_q56(const dqw_estimator_q15 *e, int weight, const dqw_last
     band_q28 = dqw_q31_sat(dqw_estimator_counted_q15(e, weight, band_q28, 1));
 #endif
     const int64_t band = band_q28 * band_q28;
-    return sum_q56(part, band <= model ? band : band_q28 * dqw_q_root64((uint64_t)model));
+    const int64_t hides = sum_q56(part, band <= model ? band : band_q28 * dqw_q_root64((uint64_t)model));
+    const int64_t open_q28 = opened > 0 ? dqw_q31_sat(DQW_TOOK_BANDS_Q15 * band_q28) / opened : 0;
+    return sum_q56(hides, open_q28 * open_q28);
 }
 
 // An error of the voltage that the user allows for, all of it in line with the input, squared: half on each axis.
@@ -218,7 +220,7 @@ static int64_t of_voltage_q56(const dqw_estimator_q15 *e, int weight)
 static int64_t now_hidden_q56(const dqw_estimator_q15 *e, int weight)
 {
     const dqw_lasting_q15 now = dqw_estimator_lasting_q15(e);
-    const int64_t hides = hidden_q56(e, weight, &now);
+    const int64_t hides = hidden_q56(e, weight, &now, e->residual.opened > 0 ? e->segment.since : 0);
     const int64_t more = of_voltage_q56(e, weight);
     return hides == INT64_MAX || more == INT64_MAX ? INT64_MAX : sum_q56(hides, more);
 }
@@ -228,7 +230,7 @@ int32_t dqw_estimator_sd_q24(const dqw_estimator_q15 *e, int weight)
     const int64_t noise = noise_q56(e, weight);
     if (noise == INT64_MAX) return INT32_MAX;
     const dqw_lasting_q15 lasts = e->segment.segments > 0 ? dqw_estimator_calm_q15(e) : dqw_estimator_lasting_q15(e);
-    const int64_t hides = hidden_q56(e, weight, &lasts);
+    const int64_t hides = hidden_q56(e, weight, &lasts, 0);
     const int64_t met = 1 + (int64_t)e->segment.since;
     return root_q24(e, weight, hides == INT64_MAX ? INT64_MAX : sum_q56(noise, dqw_q_quotient64(hides, met, 0)));
 }

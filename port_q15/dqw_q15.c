@@ -1,6 +1,13 @@
 // The wide operations: products and quotients whose exponent is free, as a background needs them. Built of 32-bit ones.
 #include "dqw_q15.h"
 
+unsigned dqw_q_bits64(int64_t x)
+{
+    const uint64_t u = x < 0 ? ~(uint64_t)x : (uint64_t)x;
+    const uint32_t high = (uint32_t)(u >> 32);
+    return high != 0 ? 64u - dqw_q_clz32(high) : 32u - dqw_q_clz32((uint32_t)u);
+}
+
 int64_t dqw_q_scale64(int64_t x, int n)
 {
     if (x == 0 || n < -63) return 0;

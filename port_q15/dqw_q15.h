@@ -139,12 +139,7 @@ static inline unsigned dqw_q_clz32(uint32_t x)
 }
 
 /// Bits that |x| needs: 0 for 0, 63 for the largest.
-static inline unsigned dqw_q_bits64(int64_t x)
-{
-    const uint64_t u = x < 0 ? ~(uint64_t)x : (uint64_t)x;
-    const uint32_t high = (uint32_t)(u >> 32);
-    return high != 0 ? 64u - dqw_q_clz32(high) : 32u - dqw_q_clz32((uint32_t)u);
-}
+unsigned dqw_q_bits64(int64_t x);
 
 /// x times 2^n, n of either sign; rounded where bits are lost, bounded where they do not fit.
 /// Range    any

@@ -16,6 +16,7 @@ typedef struct known_state {
     int blocks, stretch, weights;   ///< learned; in a stretch; inputs in all
     int learned;                    ///< weights of which anything was learned
     int segments, since;            ///< in all; since a weight was found changed
+    int opened;                     ///< times that one was
     double voltage_error;           ///< that the user allows for
     double voltage_scale;           ///< deviation of its scale, as a part
     bool settled;
@@ -77,6 +78,12 @@ static inline double known_hidden2(const known_state *s, const known_weight *w, 
     return (w->leans ? 1 : 0.16) * h2 + w->band * fmin(w->band, sqrt(h2));
 }
 
+/// (E106): what an opening left open, as far as segments have not told it.
+static inline double known_opened2(const known_state *s, const known_weight *w)
+{
+    return s->opened > 0 && s->since > 0 ? pow(3 * w->band / s->since, 2) : 0;
+}
+
 static inline double known_voltage2(const known_state *s, const known_weight *w)
 {
     const double V2 = s->voltage_error * s->voltage_error;
@@ -95,8 +102,9 @@ static inline known_sd known_of(const known_state *s, const known_weight *w)
     const bool calm = s->segments > 0;
     const double then2 = known_hidden2(s, w, calm ? s->calm_fast2 : fast2, calm ? s->calm_slow2 : slow2);
     const double scale2 = pow(s->voltage_scale * w->w, 2);
+    const double now2 = known_hidden2(s, w, fast2, slow2) + known_opened2(s, w);
     const known_sd sd = {sqrt(noise2), sqrt(noise2 + then2 / (1 + s->since)),
-                         sqrt(noise2 + known_hidden2(s, w, fast2, slow2) + known_voltage2(s, w) + scale2)};
+                         sqrt(noise2 + now2 + known_voltage2(s, w) + scale2)};
     return sd;
 }
 
@@ -117,6 +125,7 @@ static inline known_state known_drawn(test_random *r, bool settled, double floor
     if (settled || s.blocks <= 50) s.calm_fast2 = s.calm_slow2 = 0;
     if (random_bits(r) % 4 == 0) s.lasting2[0] = s.lasting2[1] = s.slow2 = 0;
     s.segments = (int)(random_bits(r) % 3), s.since = (int)(random_bits(r) % 5);
+    s.opened = (int)(random_bits(r) % 3);
     s.voltage_error = random_bits(r) % 2 ? random_uniform(r, 0.001, 0.03) : 0;
     s.voltage_scale = random_bits(r) % 2 ? pow(10, random_uniform(r, -4, -1)) : 0;
     return s;

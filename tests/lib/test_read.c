@@ -43,6 +43,7 @@ static void take_state(known_state *s)
     e.calm.fast_pu2 = (float)s->calm_fast2, e.calm.slow_pu2 = (float)s->calm_slow2;
     e.blocks = (uint16_t)s->blocks;
     e.segment.segments = (uint16_t)s->segments, e.segment.since = (uint16_t)s->since;
+    e.opened = (uint8_t)s->opened;
     config.voltage_error_V = (float)(s->voltage_error * (double)config.v_base_V);
     config.voltage_scale_ppm = (uint32_t)lrint(1e6 * s->voltage_scale);
     s->voltage_scale = 1e-6 * config.voltage_scale_ppm;

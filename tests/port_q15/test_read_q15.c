@@ -52,6 +52,7 @@ static void take_state(known_state *s)
     s->calm_fast2 = pow(e.residual.calm_q28[0] / Q28, 2), s->calm_slow2 = pow(e.residual.calm_q28[1] / Q28, 2);
     e.blocks = (uint16_t)s->blocks;
     e.segment.segments = (uint16_t)s->segments, e.segment.since = (uint16_t)s->since;
+    e.residual.opened = (uint8_t)s->opened;
     config.voltage_error_mV = (uint32_t)lrint(s->voltage_error * 1000 * V_FULL);
     s->voltage_error = config.voltage_error_mV / (1000 * V_FULL);
     config.voltage_scale_ppm = (uint32_t)lrint(1e6 * s->voltage_scale);
