@@ -338,6 +338,7 @@ constexpr Effect rows[] = {
     {{Law::cross_map, "cross_saturation", kCrossWeights, Shape::current_cells, Unit::Wb, currents}},
     {{Law::pulsed_shift, "sample_shift", 1, Shape::pulses, Unit::s, currents}},
     {{Law::pulsed_lag, "sensor_lag", 1, Shape::pulses, Unit::s, currents}},
+    {{Law::pulses, "pulses", 0, Shape::none, Unit::one, 0}},
 };
 
 /// Where a law's row is.
@@ -351,14 +352,14 @@ struct Places {
     }
 };
 constexpr Places places;
-static_assert(places.found == std::size(rows) && std::size(rows) == static_cast<std::size_t>(Law::pulsed_lag) + 1,
+static_assert(places.found == std::size(rows) && std::size(rows) == static_cast<std::size_t>(Law::pulses) + 1,
               "an effect lacks its row");
 
 }  // namespace
 
 const std::vector<Effect>& effects()
 {
-    static const std::vector<Effect> catalogue(std::begin(rows), std::end(rows) - 7);
+    static const std::vector<Effect> catalogue(std::begin(rows), std::end(rows) - 8);
     return catalogue;
 }
 
@@ -366,7 +367,7 @@ const Effect& effect_of(Law law) { return rows[places.of[static_cast<std::size_t
 
 const Effect* find_effect(const std::string& name)
 {
-    const auto* const end = std::end(rows) - 6;
+    const auto* const end = std::end(rows) - 7;
     const auto* const found = std::find_if(std::begin(rows), end, [&](const Effect& e) { return name == e.name; });
     return found != end ? found : nullptr;
 }

@@ -43,7 +43,8 @@ enum class Law {
     own_map,          ///< saturation, bending cell by cell: where a polynomial is not enough
     cross_map,        ///< cross_saturation, the same
     pulsed_shift,     ///< sample_shift of currents between the legs' pulses: not under their mean voltage
-    pulsed_lag        ///< sensor_lag, the same
+    pulsed_lag,       ///< sensor_lag, the same
+    pulses            ///< no effect: what the legs' pulses bend the currents by within a period; has no weight
 };
 
 /// What a law takes for given, in the order of TraceInput::shape.

@@ -305,6 +305,19 @@ void between_pulses(const Input& input, double late_s, const Moment& m, Vector2&
     f = plus(f, 1.0, of_f), g = plus(g, 1.0, of_g);
 }
 
+/// What a voltage in pulses leaves of the flux that its mean would bring, as a voltage. (E169)
+Vector2 bent_by_pulses(const Input& input, const Moment& at)
+{
+    const Phases v = phases_of(at.held_alpha, at.held_beta);
+    const double each_V[3] = {v.a, v.b, v.c}, link = input.shape[0] > 0.0 ? input.shape[0] : at.v_dc;
+    const Duties duty(input.modulation, each_V, link);
+    double of[3];
+    for (int leg = 0; leg < 3; ++leg) of[leg] = link * second_moment(duty.of[leg]);
+    const Vector2 u = of_phases(at, of[0], of[1], of[2]);
+    const double d = at.R / at.Ld, q = at.R / at.Lq, mixed = at.w_e * (d - q), by = -0.5 * at.period_s * at.period_s;
+    return {by * (d * d * u.d + mixed * u.q), by * (q * q * u.q + mixed * u.d)};
+}
+
 void shifted(const Input& input, double shift_s, const Moment& at, Vector2& f, Vector2& g)
 {
     switch (static_cast<Instant>(static_cast<int>(input.shape[0]))) {
@@ -497,6 +510,7 @@ void evaluate_sum(const Input& input, const double weights[], const Moment& at, 
         f.d += late.f.d, f.q += late.f.q;
         return;
     }
+    if (input.law == Law::pulses) return void(f = plus(f, 1.0, bent_by_pulses(input, at)));
     if (input.law == Law::sample_shift) return shifted(input, weights[0], at, f, g);
     if (input.law == Law::pulsed_shift) {
         shifted({Law::sample_shift, {static_cast<double>(Instant::currents_after)}}, weights[0], at, f, g);

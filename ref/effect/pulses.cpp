@@ -23,6 +23,8 @@ double pulse_beyond_mean(double duty, double u_s, double period_s)
     return std::copysign(1.0, u_s) * (std::clamp(u - begins, 0.0, duty * period_s) - duty * u);
 }
 
+double second_moment(double duty) { return (duty * duty - 1.0) * duty / 12.0; }
+
 double filtered_beyond_mean(double duty, double tau_s, double period_s)
 {
     const double tau = std::abs(tau_s);

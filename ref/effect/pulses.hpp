@@ -20,5 +20,9 @@ double pulse_beyond_mean(double duty, double u_s, double period_s);
 /// What of that a filter tells at the period's end: the mean over the past, weighed by its decay, V s. Odd in tau.
 double filtered_beyond_mean(double duty, double tau_s, double period_s);
 
+/// Mean of its voltage beyond the mean one times the square of the time from the middle, both in periods; per volt of
+/// link. (E169)
+double second_moment(double duty);
+
 }  // namespace dqw
 #endif

@@ -446,6 +446,27 @@ std::vector<Candidate> unlike_pulses(const std::vector<Candidate>& candidates)
     return out;
 }
 
+/// The legs' pulses within a period, where the rows held out confirm them as they would an effect; nothing of them is
+/// fitted.
+bool take_pulses(const Model& model, const SelectOptions& options, Refined& at)
+{
+    if (!options.pulses || has(at.point, name_of(Law::pulses))) return false;
+    constexpr int kFew = 2;  // the machine's parameters move by some permille
+    Refined best;
+    for (const Input& input : options.pulses(at.point)) {
+        Point there = at.point;
+        there.terms.push_back({input, {}});
+        Refined r = refine(model, there, kFew);
+        if (options.tick) options.tick();
+        if (r.ok && (!best.ok || r.left.heldout > best.left.heldout)) best = std::move(r);
+    }
+    if (!best.ok) return false;
+    best = refine(model, std::move(best), kPasses);
+    if (!best.ok || !needed(model, at, best, options)) return false;
+    at = std::move(best);
+    return true;
+}
+
 }  // namespace
 
 Selection select(const Model& model, const Point& start, const std::vector<Candidate>& candidates,
@@ -459,7 +480,11 @@ Selection select(const Model& model, const Point& start, const std::vector<Candi
     constexpr int kMostRounds = 6;
     bool mapped = false;
     for (int n = 0; n < kMostRounds; ++n) {
-        const std::vector<double> left = options.reported_rms(s.best.point);
+        std::vector<double> left = options.reported_rms(s.best.point);
+        if (!below(left, options.own) && take_pulses(model, options, s.best)) {
+            if (n == 0) s.plain = s.best;
+            left = options.reported_rms(s.best.point);
+        }
         const bool exact = below(left, options.exact);
         const std::vector<Candidate> rest = exact ? unlike_pulses(candidates) : std::vector<Candidate>();
         if (below(left, options.own) || (exact && rest.empty())) break;

@@ -61,6 +61,8 @@ struct SelectOptions {
     std::function<Refined(const Point&)> mapped;
     /// Nats on the rows held out that a point's effects lose to noise of the columns in their own laws; absent: none.
     std::function<double(const Refined&)> to_law_noise;
+    /// How the legs may pulse within a period, where that may be part of what a point leaves; absent: they do not.
+    std::function<std::vector<Input>(const Point&)> pulses;
     std::function<void()> tick;
 };
 

@@ -110,6 +110,7 @@ std::string sense_of(const TraceSetup& setup, const Point& at)
     }
     const double dt_s = setup.logs->front().dt_s;
     for (const Term& t : at.terms) {
+        if (t.input.law == Law::pulses) continue;
         const TraceInput in = input_of(setup, at, t);
         const std::vector<std::vector<double>> sd{std::vector<double>(in.weights.size(), 0.0)};
         const Effect* effect = find_effect(in.effect);

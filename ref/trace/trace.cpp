@@ -242,6 +242,37 @@ bool tells_bends(const TraceSetup& setup)
                        [](const Candidate& c) { return c.inputs.front().law == Law::saturation; });
 }
 
+/// How the legs may pulse, where pulses bend the currents by enough to be part of what the point leaves. (E169)
+std::vector<Input> pulses_of(const TraceSetup& setup, const Judge& judge, const Point& at)
+{
+    const std::vector<Log>& logs = *setup.logs;
+    constexpr double kPart = 0.3;  // of the residual: a part that adds 5 % to it, which an effect must take
+    if (setup.regime != Regime::dynamic ||
+        !(everywhere(logs, &Log::theta_e_rad) || everywhere(logs, &Log::theta_m_rad)))
+        return {};
+    double square = 0.0, rows = 0.0, most_V = 0.0, dt_s = 0.0;
+    for (const Log& log : logs)
+        for (std::size_t k = 0; k < log.rows(); ++k) {
+            const double v = std::hypot(log.v_d_V[k], log.v_q_V[k]);
+            square += v * v, ++rows, most_V = std::max(most_V, v), dt_s = std::max(dt_s, log.dt_s);
+        }
+    const double rate = at.base[0] / std::min(at.base[1], at.base[2]) * dt_s;
+    const std::vector<double> each = judge.each(at);
+    if (rate * rate / 24.0 * std::sqrt(square / rows) < kPart * std::hypot(each[0], each[1])) return {};
+    // From what the largest vector needs on: the parts that hang on the link are less than half of the whole.
+    constexpr double kRoot3 = 1.7320508075688772;
+    std::vector<double> links{0.0};
+    if (!everywhere(logs, &Log::v_dc_V))
+        links.clear(), links = {1.05 * kRoot3 * most_V, 1.5 * kRoot3 * most_V, 2.5 * kRoot3 * most_V};
+    const std::string stated = stated_modulation(logs);
+    std::vector<Input> out;
+    for (const Modulation m : kModulations)
+        for (const double link : links)
+            if (stated.empty() || m == modulation_named(stated))
+                out.push_back(pulsed_input(Law::pulses, m, link, 0.0, false));
+    return out;
+}
+
 SelectOptions select_options(const TraceSetup& setup, const Judge& judge, const TraceOptions& options, int& ticks)
 {
     SelectOptions o;
@@ -256,6 +287,7 @@ SelectOptions select_options(const TraceSetup& setup, const Judge& judge, const 
         o.to_law_noise = [&setup, noise = std::make_shared<ColumnNoise>(*setup.logs)](const Refined& r) {
             return nats_to_law_noise(setup, *noise, r);
         };
+    o.pulses = [&setup, &judge](const Point& p) { return pulses_of(setup, judge, p); };
     o.reported_rms = [&judge](const Point& p) { return judge.each(p); };
     const Blocks held = judge.of(setup.starts.front(), false);
     if (held.size() < kLeastBlocks)
@@ -569,7 +601,7 @@ TraceResult traced(const std::vector<Log>& logs, const TraceOptions& options)
         result.notes.emplace_back("no thermometer is on the magnet: temp_winding_C stood for it. A magnet that warms "
                                   "by less than the sensor has a larger coefficient, by as much");
     for (const Term& t : s.found.empty() ? std::vector<Term>() : s.best.point.terms)
-        result.inputs.push_back(firmware_input(*setup, s.best.point, t));
+        if (t.input.law != Law::pulses) result.inputs.push_back(firmware_input(*setup, s.best.point, t));
     // Where nothing is left over: a map has freedom enough to take some of what has no name.
     result.map = flux_map_of(*setup, s.best,
                              setup->regime == Regime::dynamic && fault.empty() && tells_bends(*setup) &&

@@ -1,6 +1,7 @@
 // Laws of the effects against closed forms and a machine integrated finely, neither of ref/.
 #include <cmath>
 #include <complex>
+#include <utility>
 #include <vector>
 
 #include "ref/effect/input.hpp"
@@ -189,6 +190,35 @@ void a_current_filtered_between_pulses()
                                   tau, at);
         TEST_ASSERT_TRUE(std::abs(more) > 0.05);
         TEST_ASSERT_DOUBLE_WITHIN(0.05 * std::abs(more), 0.0, std::abs(o - more));
+    }
+}
+
+/// In a period as long as a fifth of L/R the same voltage in pulses and held leave other currents at its end.
+void what_pulses_leave_at_the_end_of_a_period()
+{
+    constexpr double kPeriod = 4.0 * T, kTurn = w_e * kPeriod;
+    const std::pair<dqw::Modulation, Pulses> cases[] = {{dqw::Modulation::clamped_high, {{1.0, 0.35, 0.6}, 80.0}},
+                                                        {dqw::Modulation::clamped_low, {{0.7, 0.0, 0.9}, 80.0}},
+                                                        {dqw::Modulation::centred, {{0.2, 0.8, 0.6}, 80.0}}};
+    for (const auto& [modulation, pulses] : cases) {
+        const auto end = [&](bool pulsed) {
+            Machine m{flux({3.0, -7.0}, 0.0), 0.0, 0.0};
+            constexpr int kSteps = 5000;
+            for (int n = 0; n < kSteps; ++n)
+                m.run(pulsed ? pulses.vector((n + 0.5) / kSteps) : pulses.mean(), kPeriod / kSteps, 0.0);
+            return m.flux_s * turned(-0.5 * kTurn);
+        };
+        const Complex lost = (end(false) - end(true)) / kPeriod, v = pulses.mean();
+        Moment at = moment({3.0, -7.0});
+        at.period_s = kPeriod, at.cos_e = std::cos(0.5 * kTurn), at.sin_e = std::sin(0.5 * kTurn);
+        at.held_alpha = v.real(), at.held_beta = v.imag();
+        Vector2 f, g;
+        dqw::evaluate_sum(dqw::pulsed_input(Law::pulses, modulation, 80.0, 0.0, false), nullptr, at, f, g);
+        // On the way to the end it decays.
+        const Complex told(f.d * std::exp(-0.5 * R / Ld * kPeriod), f.q * std::exp(-0.5 * R / Lq * kPeriod));
+        TEST_ASSERT_EQUAL_DOUBLE(0.0, std::abs(Complex(g.d, g.q)));
+        TEST_ASSERT_TRUE(std::abs(lost) > 3e-3);
+        TEST_ASSERT_DOUBLE_WITHIN(0.05 * std::abs(lost), 0.0, std::abs(told - lost));
     }
 }
 
@@ -392,6 +422,7 @@ int main(void)
     RUN_TEST(iron_that_follows_late);
     RUN_TEST(currents_told_between_pulses);
     RUN_TEST(a_current_filtered_between_pulses);
+    RUN_TEST(what_pulses_leave_at_the_end_of_a_period);
     RUN_TEST(a_frame_that_is_ahead);
     RUN_TEST(an_encoders_frame_turns_unevenly);
     RUN_TEST(a_voltage_in_another_frame_or_late);
