@@ -37,6 +37,12 @@ bool carries(const Finding& all, double with, double without)
            without * without - with * with >= excess(all.after, all.floor);
 }
 
+bool carries_most(const Finding& f, double without)
+{
+    return above(f.before, f.floor, f.before_exact) &&
+           without * without - f.after * f.after >= kLeastExplained * excess(f.before, f.floor);
+}
+
 bool is_idle(double without, double floor, std::size_t alike) { return alike > 0 && without <= kStructured * floor; }
 
 bool reads_better(const Finding& f, double read, std::size_t effects)

@@ -429,18 +429,29 @@ void leave_out(Selection& s, std::size_t k, const Refined& less, const std::stri
     s.found.erase(s.found.begin() + static_cast<std::ptrdiff_t>(k));
 }
 
-/// Names whose value may as well be nothing go: the held-out rows may confirm what no parameter of theirs carries.
-void drop_unknown(const TraceSetup& setup, Selection& s)
+/// Names whose value may as well be nothing go: the held-out rows may confirm what no parameter of theirs carries. One
+/// stays that stands out as its rows scatter, and is wide only by what the model's own error may hide, where it takes
+/// most itself.
+void drop_unknown(const TraceSetup& setup, const Judge& judge, Selection& s)
 {
+    std::vector<std::string> kept;
     while (!s.found.empty()) {
         const Eigen::VectorXd sd = whole_deviations(setup, *setup.full, s.best);
-        const auto unknown = std::find_if(s.found.begin(), s.found.end(),
-                                          [&](const Found& f) { return !stands_out(s.best.point, sd, f.name); });
+        const auto unknown = std::find_if(s.found.begin(), s.found.end(), [&](const Found& f) {
+            return std::find(kept.begin(), kept.end(), f.name) == kept.end() && !stands_out(s.best.point, sd, f.name);
+        });
         if (unknown == s.found.end()) return;
         const Refined less = refine(*setup.full, without(s.best.point, unknown->name), kPasses);
         if (!less.ok) return;
-        leave_out(s, static_cast<std::size_t>(unknown - s.found.begin()), less,
-                  "fitted, its parameters are not told from nothing");
+        Finding is;
+        is.before = judge.rms(s.plain.point), is.after = judge.rms(s.best.point);
+        is.floor = noise_of(setup, s.best.point).floor;
+        if (stands_out(s.best.point, deviations(*setup.full, s.best), unknown->name) &&
+            carries_most(is, judge.rms(less.point)))
+            kept.push_back(unknown->name);
+        else
+            leave_out(s, static_cast<std::size_t>(unknown - s.found.begin()), less,
+                      "fitted, its parameters are not told from nothing");
     }
 }
 
@@ -537,7 +548,7 @@ TraceResult traced(const std::vector<Log>& logs, const TraceOptions& options)
     const Judge& judge = *found.judge;
     Selection s = found.selection;
     s.plain = without_column_noise(*setup, *setup->full, s.plain);
-    drop_unknown(*setup, s);
+    drop_unknown(*setup, judge, s);
     drop_small(*setup, judge, found.exact, s);
     drop_idle(*setup, judge, s);
     s.best = s.found.empty() ? s.plain : without_column_noise(*setup, *setup->full, s.best);
