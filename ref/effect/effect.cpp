@@ -338,7 +338,7 @@ constexpr Effect rows[] = {
     {{Law::cross_map, "cross_saturation", kCrossWeights, Shape::current_cells, Unit::Wb, currents}},
     {{Law::pulsed_shift, "sample_shift", 1, Shape::pulses, Unit::s, currents}},
     {{Law::pulsed_lag, "sensor_lag", 1, Shape::pulses, Unit::s, currents}},
-    {{Law::pulses, "pulses", 0, Shape::none, Unit::one, 0}},
+    {{Law::pulses, "pulses", 0, Shape::pulses, Unit::one, 0}},
 };
 
 /// Where a law's row is.

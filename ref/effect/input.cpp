@@ -306,8 +306,10 @@ void between_pulses(const Input& input, double late_s, const Moment& m, Vector2&
 }
 
 /// What a voltage in pulses leaves of the flux that its mean would bring, as a voltage. (E169)
-Vector2 bent_by_pulses(const Input& input, const Moment& at)
+Vector2 bent_by_pulses(const Input& input, const Moment& m)
 {
+    Moment seen;
+    const Moment& at = turned(input, m, seen);
     const Phases v = phases_of(at.held_alpha, at.held_beta);
     const double each_V[3] = {v.a, v.b, v.c}, link = input.shape[0] > 0.0 ? input.shape[0] : at.v_dc;
     const Duties duty(input.modulation, each_V, link);
@@ -389,6 +391,13 @@ int free_shapes_of(const Input& input)
     const Shape shape = effect_of(input.law).shape;
     const int free = shape == Shape::pulses && input.shape[0] > 0.0 ? 1 : free_of(shape);
     return free + (input.free_angle ? 1 : 0);
+}
+
+std::size_t free_shape_of(const Input& input, int n)
+{
+    // Pulses from a link that has its column leave the angle alone.
+    const bool angle_first = effect_of(input.law).shape == Shape::pulses && !(input.shape[0] > 0.0);
+    return static_cast<std::size_t>(n + (angle_first ? 1 : 0));
 }
 
 void evaluate(const Input& input, const Moment& at, Vector2 f[kMostWeights], Vector2 g[kMostWeights],

@@ -26,8 +26,9 @@ struct Input {
     bool averaged = false;                        ///< the same: a settled row is a mean over turns
 };
 
-/// Entries of the shape that are fitted along with the weights: the first so many.
+/// Entries of the shape that are fitted along with the weights, and where in it the n-th of them is.
 int free_shapes_of(const Input& input);
+std::size_t free_shape_of(const Input& input, int n);
 
 /// Whether it is a filter that the currents pass, whose time constant is its weight.
 bool filters_currents(const Input& input);

@@ -35,8 +35,9 @@ void put_inputs(const std::vector<Term>& terms, const std::vector<Input>& candid
             Input moved = t.input;
             // Of a width, or in rad: a difference bends by as much, and rounds to 1e-13.
             constexpr double kStep = 1e-3;
-            const double step = s == 0 ? kStep * t.input.shape[0] : kStep;
-            moved.shape[static_cast<std::size_t>(s)] += step;
+            const std::size_t at = free_shape_of(t.input, s);
+            const double step = at == 0 ? kStep * t.input.shape[0] : kStep;
+            moved.shape[at] += step;
             Vector2 f1, g1;
             evaluate_sum(moved, t.weights.data(), m, f1, g1);
             put({(f1.d - f0.d) / step, (f1.q - f0.q) / step}, {(g1.d - g0.d) / step, (g1.q - g0.q) / step});

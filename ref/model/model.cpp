@@ -16,7 +16,7 @@ Eigen::VectorXd Point::values() const
     Eigen::Index j = base.size() + gain.size();
     for (const Term& t : terms) {
         for (int w = 0; w < weights_of(t.input.law); ++w) v[j++] = t.weights[static_cast<std::size_t>(w)];
-        for (int s = 0; s < free_shapes_of(t.input); ++s) v[j++] = t.input.shape[static_cast<std::size_t>(s)];
+        for (int s = 0; s < free_shapes_of(t.input); ++s) v[j++] = t.input.shape[free_shape_of(t.input, s)];
     }
     return v;
 }
@@ -28,7 +28,7 @@ void Point::set(const Eigen::VectorXd& v)
     Eigen::Index j = base.size() + gain.size();
     for (Term& t : terms) {
         for (int w = 0; w < weights_of(t.input.law); ++w) t.weights[static_cast<std::size_t>(w)] = v[j++];
-        for (int s = 0; s < free_shapes_of(t.input); ++s) t.input.shape[static_cast<std::size_t>(s)] = v[j++];
+        for (int s = 0; s < free_shapes_of(t.input); ++s) t.input.shape[free_shape_of(t.input, s)] = v[j++];
     }
 }
 

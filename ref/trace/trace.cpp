@@ -247,9 +247,8 @@ std::vector<Input> pulses_of(const TraceSetup& setup, const Judge& judge, const 
 {
     const std::vector<Log>& logs = *setup.logs;
     constexpr double kPart = 0.3;  // of the residual: a part that adds 5 % to it, which an effect must take
-    if (setup.regime != Regime::dynamic ||
-        !(everywhere(logs, &Log::theta_e_rad) || everywhere(logs, &Log::theta_m_rad)))
-        return {};
+    const bool angle = everywhere(logs, &Log::theta_e_rad) || everywhere(logs, &Log::theta_m_rad);
+    if (setup.regime != Regime::dynamic) return {};
     double square = 0.0, rows = 0.0, most_V = 0.0, dt_s = 0.0;
     for (const Log& log : logs)
         for (std::size_t k = 0; k < log.rows(); ++k) {
@@ -259,17 +258,18 @@ std::vector<Input> pulses_of(const TraceSetup& setup, const Judge& judge, const 
     const double rate = at.base[0] / std::min(at.base[1], at.base[2]) * dt_s;
     const std::vector<double> each = judge.each(at);
     if (rate * rate / 24.0 * std::sqrt(square / rows) < kPart * std::hypot(each[0], each[1])) return {};
-    // From what the largest vector needs on: the parts that hang on the link are less than half of the whole.
-    constexpr double kRoot3 = 1.7320508075688772;
-    std::vector<double> links{0.0};
-    if (!everywhere(logs, &Log::v_dc_V))
-        links.clear(), links = {1.05 * kRoot3 * most_V, 1.5 * kRoot3 * most_V, 2.5 * kRoot3 * most_V};
+    // The link and the angle are fitted. Without an angle the phases look the same every third of a turn, and half a turn
+    // on with high for low.
+    constexpr double kUsualRoom = 1.6, kRoot3 = 1.7320508075688772;
+    const double link_V = everywhere(logs, &Log::v_dc_V) ? 0.0 : kUsualRoom * kRoot3 * most_V;
+    const std::vector<double> starts = angle ? std::vector<double>{0.0}
+                                             : std::vector<double>{0.0, M_PI / 6.0, M_PI / 3.0, M_PI / 2.0};
     const std::string stated = stated_modulation(logs);
     std::vector<Input> out;
     for (const Modulation m : kModulations)
-        for (const double link : links)
-            if (stated.empty() || m == modulation_named(stated))
-                out.push_back(pulsed_input(Law::pulses, m, link, 0.0, false));
+        for (const double start : starts)
+            if (stated.empty() ? angle || m != Modulation::clamped_high : m == modulation_named(stated))
+                out.push_back(pulsed_input(Law::pulses, m, link_V, start, !angle));
     return out;
 }
 

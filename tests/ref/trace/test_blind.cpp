@@ -236,20 +236,17 @@ static void fixed_logs_are_traced(void)
     TEST_ASSERT_EQUAL_INT(0, wrong);
 }
 
-// The rows held out confirm iron loss that is nothing by its deviation here, where the log lacks the angle that would
-// tell what pulses leave: a name whose value may be nothing is none.
+// The currents are told two thirds of a period late. Where that is not among what is tried, the rows held out confirm a
+// delay, which may be nothing by its deviation: a name whose value may be nothing is none.
 static void a_name_without_a_value_is_taken_back(void)
 {
-    const blind::Case c = blind::draw(53112);
+    const blind::Case c = blind::draw(53106);
     dqw::TraceOptions options;
-    options.effects = {"encoder_eccentricity", "iron_loss"};
+    options.effects = {"delay"};
     const dqw::TraceResult result = dqw::trace({c.log}, options);
-    TEST_ASSERT_EQUAL_size_t(1, result.effects.size());
-    TEST_ASSERT_EQUAL_STRING("encoder_eccentricity", result.effects[0].name.c_str());
-    const auto iron = std::find_if(result.rejected.begin(), result.rejected.end(),
-                                   [](const dqw::TraceRejected& r) { return r.name == "iron_loss"; });
-    TEST_ASSERT_TRUE(iron != result.rejected.end());
-    TEST_ASSERT_EQUAL_STRING("fitted, its parameters are not told from nothing", iron->why.c_str());
+    TEST_ASSERT_EQUAL_STRING("sample_shift", c.drawn[0].name.c_str());
+    TEST_ASSERT_EQUAL_size_t(0, result.effects.size());
+    TEST_ASSERT_EQUAL_STRING("fitted, its parameters are not told from nothing", result.rejected[0].why.c_str());
 }
 
 // A wide law of a loss may be a resistance, as far as what is left hides one: its deviation is as large as its value.
