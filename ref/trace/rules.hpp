@@ -33,9 +33,10 @@ double share_of(double before, double after, double floor);
 /// larger, and an effect that it resembles stands in for it.
 bool carries(const Finding& all, double with, double without);
 
-/// Is an effect to be named whose parameters are told from nothing but for what the model's own error may hide? `f`: of the plain model and of all effects;
-/// `without`: of all others. Where it takes most of what the plain model leaves above the noise, it is not nothing: a
-/// deviation that says so takes what is left for what it may hide, and without the effect more is left.
+/// Is an effect to be named whose parameters are told from nothing but for what the model's own error may hide? `f`: of
+/// the plain model and of all effects; `without`: of all others. Where it takes most of what the plain model leaves
+/// above the noise, it is not nothing: a deviation that says so takes what is left for what it may hide, and without
+/// the effect more is left.
 bool carries_most(const Finding& f, double without);
 
 /// Is one effect of several needed by nothing? `without`: what is left once the others are fitted alone; `alike`: how
@@ -48,8 +49,8 @@ bool is_idle(double without, double floor, std::size_t alike);
 bool reads_better(const Finding& f, double read, std::size_t effects);
 
 /// Does a voltage held in the rotor's frame stand before one held in the stator's? `t`: by how much it predicts better;
-/// `here`, `there`: effects that the stator's and the rotor's need; `noise`: what the stator's leaves is noise. An effect
-/// more is then what the other frame lacks.
+/// `here`, `there`: effects that the stator's and the rotor's need; `noise`: what the stator's leaves is noise. An
+/// effect more is then what the other frame lacks.
 bool turns_with_rotor(double t, std::size_t here, std::size_t there, bool noise);
 
 /// What is left, with the effects that are named or without any.

@@ -258,8 +258,8 @@ std::vector<Input> pulses_of(const TraceSetup& setup, const Judge& judge, const 
     const double rate = at.base[0] / std::min(at.base[1], at.base[2]) * dt_s;
     const std::vector<double> each = judge.each(at);
     if (rate * rate / 24.0 * std::sqrt(square / rows) < kPart * std::hypot(each[0], each[1])) return {};
-    // The link and the angle are fitted. Without an angle the phases look the same every third of a turn, and half a turn
-    // on with high for low.
+    // The link and the angle are fitted. Without an angle the phases look the same every third of a turn, and half a
+    // turn on with high for low.
     constexpr double kUsualRoom = 1.6, kRoot3 = 1.7320508075688772;
     const double link_V = everywhere(logs, &Log::v_dc_V) ? 0.0 : kUsualRoom * kRoot3 * most_V;
     const std::vector<double> starts = angle ? std::vector<double>{0.0}
