@@ -318,8 +318,7 @@ static float healthy_of(const dqw_monitor *m, int channel)
     if (channel == DQW_WATCH_TEMPERATURE) return dqw_monitor_band(m, channel);
     if (channel == DQW_WATCH_RESIDUAL)
         return dqw_monitor_band(m, channel) * sqrtf(m->healthy.residual_pu2) * m->config->estimator.v_base_V;
-    const int k = channel - DQW_WATCH_OFFSET;
-    return sqrtf(m->healthy.re[k] * m->healthy.re[k] + m->healthy.im[k] * m->healthy.im[k]);
+    return dqw_monitor_ripple(m->healthy.re, m->healthy.im, channel);
 }
 
 static void name(dqw_monitor *m, int channel)
@@ -464,10 +463,12 @@ bool dqw_monitor_background(dqw_monitor *m)
     if (m->config->J_kgm2 > 0.0f) watch_friction(m, &block, e->elapsed == 1);
     if (!learned) return false;
     dqw_watch_learned(&m->watch, e->number);
-    (void)dqw_witness_learn(&m->witness, e, &block);
 
-    // [MON.2] the stage
-    if (judged) stage(m);
+    // [MON.2] the stage; what coarse weights leave is no ripple
+    if (judged) {
+        (void)dqw_witness_learn(&m->witness, e, &block);
+        stage(m);
+    }
     if (e->stage.name != DQW_STAGE_IN_SERVICE) return false;
 
     // [MON.3] every so often, a look at every channel

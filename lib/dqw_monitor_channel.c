@@ -11,6 +11,8 @@
 #define DEVIATIONS 5.0f
 // Nor than so many of its scatters between segments.
 #define WANDERS 3.0f
+// Nor than what a ripple moves by that turns round: twice itself.
+#define RIPPLE_TURNED 2.0f
 #define USABLE_SD (0.1f / 3.0f)
 // A change so much larger is told: in twenty looks (E63), and by two segments in 95 of 100 (E105).
 #define TOLD 1.25f
@@ -101,6 +103,12 @@ static float weight_sd(const dqw_monitor *m, int channel)
     return dqw_estimator_is_apart(&m->estimator, weight) ? DQW_UNKNOWN : dqw_estimator_sd(&m->estimator, weight);
 }
 
+float dqw_monitor_ripple(const float re[], const float im[], int channel)
+{
+    const int k = channel - DQW_WATCH_OFFSET;
+    return sqrtf(re[k] * re[k] + im[k] * im[k]);
+}
+
 void dqw_monitor_read_channel(const dqw_monitor *m, int channel, dqw_monitor_channel_value *r)
 {
     if (channel < DQW_WATCH_OFFSET) {
@@ -111,7 +119,7 @@ void dqw_monitor_read_channel(const dqw_monitor *m, int channel, dqw_monitor_cha
         const int k = channel - DQW_WATCH_OFFSET;
         const float re = m->witness.re[k] - m->healthy.re[k];
         const float im = m->witness.im[k] - m->healthy.im[k];
-        r->now = dqw_witness_size(&m->witness, (enum dqw_witness_input)k);
+        r->now = dqw_monitor_ripple(m->witness.re, m->witness.im, channel);
         r->change = sqrtf(re * re + im * im);
         r->sd = dqw_witness_sd(&m->witness, &m->estimator, (enum dqw_witness_input)k);
     } else if (channel == DQW_WATCH_FRICTION) {
@@ -152,10 +160,15 @@ float dqw_monitor_surely(const dqw_monitor *m, int channel, float deviation)
     // [CHN.2] no narrower than the band, nor than it was seen to wander
     const float width = dqw_monitor_band_of(m, channel);
     const float least = width > sure ? width : sure;
-    if (channel >= DQW_WATCH_OFFSET || !m->config->estimator.follow) return least;
-    const dqw_estimator *e = &m->estimator;
-    const int weight = dqw_watch_weight(channel);
-    const float wanders = WANDERS * e->segment.band_pu[weight] * dqw_estimator_unit(e, weight);
+    float wanders = 0.0f;
+    if (channel >= DQW_WATCH_OFFSET) {
+        if (channel < DQW_WATCH_FRICTION && m->watch.looks[channel] < DQW_WATCH_LOOKS_MOST)
+            wanders = RIPPLE_TURNED * dqw_monitor_ripple(m->healthy.re, m->healthy.im, channel);
+    } else if (m->config->estimator.follow) {
+        const dqw_estimator *e = &m->estimator;
+        const int weight = dqw_watch_weight(channel);
+        wanders = WANDERS * e->segment.band_pu[weight] * dqw_estimator_unit(e, weight);
+    }
     return wanders > least ? wanders : least;
 }
 

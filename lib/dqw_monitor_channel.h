@@ -35,6 +35,9 @@ typedef struct dqw_monitor_channel_value {
 #define dqw_monitor_read_channel DQW_SIZED(dqw_monitor_read_channel)
 void dqw_monitor_read_channel(const dqw_monitor *m, int channel, dqw_monitor_channel_value *r);
 
+/// Size of a ripple's weight, of the witness or healthy.
+float dqw_monitor_ripple(const float re[], const float im[], int channel);
+
 /// The change of a channel that counts: its band, or five deviations of the change, in its own unit.
 /// Source   (E63) in docs/EQUATIONS.md
 float dqw_monitor_surely(const dqw_monitor *m, int channel, float deviation);

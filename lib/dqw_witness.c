@@ -5,9 +5,9 @@
 #include "dqw_estimator_block.h"
 #include "dqw_number.h"
 
-// Electrical angle that a block's half must turn by: less, and a ripple is a constant within the memory; and where
-// twice that is too much for one block.
-#define SLOWEST_RAD 0.06f
+// Electrical angle that a block's half must turn by: less, and what one phase's current leaves about nought is taken for
+// a ripple; and where twice that is too much for one block.
+#define SLOWEST_RAD 0.08f
 #define FASTEST_RAD 1.2f
 
 typedef struct {
@@ -72,7 +72,7 @@ bool dqw_witness_learn(dqw_witness *w, const dqw_estimator *e, const dqw_estimat
         error.im -= said.im;
     }
 
-    if (!dqw_is_finite(error.re) || !dqw_is_finite(error.im)) return false;
+    if (!dqw_is_finite(error.re + error.im)) return false;
 
     // [WIT.3] each weight by its own mean power
     if (w->blocks < DQW_WITNESS_MEMORY) w->blocks++;

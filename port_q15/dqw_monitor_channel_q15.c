@@ -8,6 +8,8 @@
 #define DEVIATIONS 5
 // Nor than so many of its scatters between segments.
 #define WANDERS 3
+// Nor than what a ripple moves by that turns round: twice itself.
+#define RIPPLE_TURNED 2
 // Usable: three deviations are below a tenth of the value.
 #define USABLE_PARTS 30
 // More than any fault makes of it: 0.3 of R, L_d, L_q or the flux; of the others so many usual bands.
@@ -118,6 +120,12 @@ static int32_t sd_q24(const dqw_monitor_q15 *m, int channel)
                : counted_q24(m, channel, dqw_estimator_sd_q24(&m->estimator, weight));
 }
 
+int32_t dqw_monitor_ripple_q24(const int32_t re_q28[], const int32_t im_q28[], int channel)
+{
+    const int k = channel - DQW_WATCH_OFFSET;
+    return dqw_q_floor32(dqw_q_length32(re_q28[k], im_q28[k]), 4);
+}
+
 void dqw_monitor_read_channel_q15(const dqw_monitor_q15 *m, int channel, dqw_monitor_channel_q15 *r)
 {
     if (channel < DQW_WATCH_OFFSET) {
@@ -128,7 +136,7 @@ void dqw_monitor_read_channel_q15(const dqw_monitor_q15 *m, int channel, dqw_mon
         const int k = channel - DQW_WATCH_OFFSET;
         const int32_t re = difference(m->witness.re_q28[k], m->healthy.re_q28[k]);
         const int32_t im = difference(m->witness.im_q28[k], m->healthy.im_q28[k]);
-        r->now = q24_of(dqw_witness_size_q28(&m->witness, (enum dqw_witness_input)k));
+        r->now = dqw_monitor_ripple_q24(m->witness.re_q28, m->witness.im_q28, channel);
         r->change = q24_of(dqw_q_length32(re, im));
         r->sd = q24_of(dqw_witness_sd_q28(&m->witness, &m->estimator, (enum dqw_witness_input)k));
     } else if (channel == DQW_WATCH_FRICTION) {
@@ -176,9 +184,14 @@ int64_t dqw_monitor_surely_q15(const dqw_monitor_q15 *m, int channel, int32_t de
     // [CHN.2] no narrower than the band, nor than it was seen to wander
     const int64_t width = dqw_monitor_band_of_q15(m, channel);
     const int64_t least = width > sure ? width : sure;
-    if (channel >= DQW_WATCH_OFFSET || !m->config->estimator.follow) return least;
-    const int64_t wanders = (int64_t)WANDERS *
-                            counted_q24(m, channel, m->estimator.segment.band_q28[dqw_watch_weight(channel)] >> 4);
+    int64_t wanders = 0;
+    if (channel >= DQW_WATCH_OFFSET) {
+        if (channel < DQW_WATCH_FRICTION && looks < DQW_WATCH_LOOKS_MOST)
+            wanders = (int64_t)RIPPLE_TURNED * dqw_monitor_ripple_q24(m->healthy.re_q28, m->healthy.im_q28, channel);
+    } else if (m->config->estimator.follow) {
+        const int32_t band_q24 = m->estimator.segment.band_q28[dqw_watch_weight(channel)] >> 4;
+        wanders = (int64_t)WANDERS * counted_q24(m, channel, band_q24);
+    }
     return wanders > least ? wanders : least;
 }
 

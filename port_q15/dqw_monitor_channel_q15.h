@@ -38,6 +38,9 @@ bool dqw_monitor_knows_heat_q15(const dqw_monitor_q15 *m);
 /// Of temperature and residual the change is the value.
 void dqw_monitor_read_channel_q15(const dqw_monitor_q15 *m, int channel, dqw_monitor_channel_q15 *r);
 
+/// Size of a ripple's weight, of the witness or healthy.
+int32_t dqw_monitor_ripple_q24(const int32_t re_q28[], const int32_t im_q28[], int channel);
+
 /// The change of a channel that counts: its band, or five deviations of the change, in the format of its reading; for a
 /// deviation that is known.
 /// Source   (E63) in docs/EQUATIONS.md

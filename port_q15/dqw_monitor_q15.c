@@ -315,8 +315,8 @@ static dqw_fault_verdict_q15 name_it(const dqw_monitor_q15 *m)
         } else {
             const int k = channel - DQW_WATCH_OFFSET;
             const int at = DQW_SIGN_OFFSET_RE + 2 * k;
-            change_q24[at] = (int32_t)dqw_q_floor64((int64_t)m->witness.re_q28[k] - m->healthy.re_q28[k], 4);
-            change_q24[at + 1] = (int32_t)dqw_q_floor64((int64_t)m->witness.im_q28[k] - m->healthy.im_q28[k], 4);
+            change_q24[at] = dqw_q_floor32(m->witness.re_q28[k], 4) - dqw_q_floor32(m->healthy.re_q28[k], 4);
+            change_q24[at + 1] = dqw_q_floor32(m->witness.im_q28[k], 4) - dqw_q_floor32(m->healthy.im_q28[k], 4);
             unit_q24[at] = unit_q24[at + 1] = least;
         }
     }
@@ -338,8 +338,7 @@ static int32_t healthy_of(const dqw_monitor_q15 *m, int channel)
     if (channel == DQW_WATCH_FRICTION) return m->healthy.friction_q24;
     if (channel == DQW_WATCH_TEMPERATURE) return dqw_q31_sat(dqw_q_round64(dqw_monitor_band_q24(m, channel), 8));
     if (channel == DQW_WATCH_RESIDUAL) return dqw_monitor_residual_limit_q24(m);
-    const int k = channel - DQW_WATCH_OFFSET;
-    return dqw_q_floor32(dqw_q_length32(m->healthy.re_q28[k], m->healthy.im_q28[k]), 4);
+    return dqw_monitor_ripple_q24(m->healthy.re_q28, m->healthy.im_q28, channel);
 }
 
 static void name(dqw_monitor_q15 *m, int channel)
@@ -524,10 +523,12 @@ bool dqw_monitor_background_q15(dqw_monitor_q15 *m)
     if (m->config->J_nkgm2 > 0) watch_friction(m, &block, e->elapsed == 1);
     if (!learned) return false;
     dqw_watch_learned(&m->watch, e->number);
-    (void)dqw_witness_learn_q15(&m->witness, e, &block);
 
-    // [MON.2] the stage
-    if (judged) stage(m);
+    // [MON.2] the stage; what coarse weights leave is no ripple
+    if (judged) {
+        (void)dqw_witness_learn_q15(&m->witness, e, &block);
+        stage(m);
+    }
     if (e->stage.name != DQW_STAGE_IN_SERVICE) return false;
 
     // [MON.3] every so often, a look at every channel

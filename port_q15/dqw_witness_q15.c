@@ -3,9 +3,9 @@
 #include "dqw_q15.h"
 #include "dqw_estimator_block_q15.h"
 
-// Electrical angle that a block's half must turn by, 0.06 and 1.2 rad: less, and a ripple is a constant within the
-// memory; and where twice that is too much for one block.
-#define SLOWEST_Q28 16106127
+// Electrical angle that a block's half must turn by, 0.08 and 1.2 rad: less, and what one phase's current leaves about
+// nought is taken for a ripple; and where twice that is too much for one block.
+#define SLOWEST_Q28 21474836
 #define FASTEST_Q28 322122547
 #define ONE_Q28 268435456
 #define TENTH_Q31 214748365

@@ -79,6 +79,8 @@ static inline course watch(dqw_monitor *m, int from, int to)
         HOLDS(dqw_monitor_event(m, &e) == told && !dqw_monitor_event(m, &e));
         if (waits) o.whys |= 1u << dqw_monitor_why(m);
         const enum dqw_stage_name stage = dqw_monitor_stage(m);
+        // What coarse weights leave is no ripple.
+        HOLDS(stage != DQW_STAGE_RANDOM || m->witness.blocks == 0);
         if ((told || !served) && dqw_monitor_why(m) == DQW_WHY_RESTS) is_healthy_now(m);
         if (!isfinite(o.through_s[stage])) o.through_s[stage] = k * DT_S;
         if (stage == DQW_STAGE_IN_SERVICE && !isfinite(o.service_s)) o.service_s = k * DT_S;

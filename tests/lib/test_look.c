@@ -10,7 +10,7 @@
 void setUp(void) { test_case[0] = 0; }
 void tearDown(void) {}
 
-enum { ROWS = 9000 };
+enum { ROWS = 10000 };
 static dqw_monitor_config config;
 static dqw_monitor learned;
 static long row;
@@ -186,7 +186,7 @@ static void settle(dqw_monitor *m, int channel)
 
 static void alike(float expected, float value, const char *what)
 {
-    const double room = 2e-5 * fabs((double)expected) + 1e-10;
+    const double room = 2e-5 * fabs((double)expected) + 1e-9;
     test_between((double)expected - room, (double)value, (double)expected + room, what, __LINE__);
 }
 
@@ -293,7 +293,7 @@ static void test_what_is_named(void)
         const int drawn = (int)(random_bits(&r) % DQW_WATCH_TEMPERATURE);
         const int channel = dqw_watch_is_map(drawn) ? drawn + 2 : drawn;  // no map here
         for (int i = 0; i < DQW_WATCH_TEMPERATURE; i++) {
-            m.watch.looks[i] = 200;
+            m.watch.looks[i] = 255;
             m.watch.change[i].above = 7;
         }
         if (channel < DQW_WATCH_OFFSET)

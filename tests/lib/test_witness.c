@@ -231,7 +231,7 @@ static void test_it_refuses_where_it_cannot_see(void)
     dqw_estimator t;
     dqw_estimator_block b;
     TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_estimator_init(&t, &c));
-    // Half a block turns by w_e HALF DT_S: not below 0.06 rad, not above 1.2.
+    // Half a block turns by w_e HALF DT_S: not below 0.08 rad, not above 1.2.
     for (int way = -1; way <= 1; way += 2)
         for (double turn = 0.0; turn < 3.0; turn += 0.0101) {
             CASE("half a block turns by %g", way * turn);
@@ -239,7 +239,7 @@ static void test_it_refuses_where_it_cannot_see(void)
             dqw_witness_init(&w);
             const dqw_witness before = w;
             hand_over(&t, &b, &f, 2 + 3 * I, 0, way * turn / (HALF * DT_S), 1.0, 0.0, NULL);
-            const bool sees = turn > 0.06 && turn < 1.2;
+            const bool sees = turn > 0.08 && turn < 1.2;
             HOLDS(dqw_witness_learn(&w, &t, &b) == sees);
             HOLDS((memcmp(&before, &w, sizeof w) != 0) == sees);
         }

@@ -10,7 +10,7 @@
 void setUp(void) { test_case[0] = 0; }
 void tearDown(void) {}
 
-enum { ROWS = 9000 };
+enum { ROWS = 10000 };
 #define V_FULL 21.0
 #define I_FULL 9.0
 #define W_FULL 165.0
@@ -317,7 +317,7 @@ static void test_what_is_named(void)
         const int drawn = (int)(random_bits(&r) % DQW_WATCH_TEMPERATURE);
         const int channel = dqw_watch_is_map(drawn) ? drawn + 2 : drawn;  // no map here
         for (int i = 0; i < DQW_WATCH_TEMPERATURE; i++) {
-            m.watch.looks[i] = 200;
+            m.watch.looks[i] = 255;
             m.watch.change[i].above = 7;
         }
         if (channel < DQW_WATCH_OFFSET)

@@ -205,6 +205,20 @@ static void test_what_is_surely_a_change(void)
             BETWEEN(0.9998, x / fmax(band, part * band), 1.0002);
         }
     }
+    // A ripple may turn round, as long as its healthy value is being learned.
+    for (int k = 0; k < DQW_WITNESS_INPUTS; k++)
+        for (int looks = 0; looks <= 255; looks += 51) {
+            const int channel = DQW_WATCH_OFFSET + k;
+            const double width = dqw_monitor_band_of_q15(&m, channel);
+            m.watch.looks[channel] = (uint8_t)looks;
+            for (double size = 0.1; size < 3.0; size += 0.3) {
+                CASE("channel %d, %d looks, a healthy ripple of %g bands", channel, looks, size);
+                m.healthy.re_q28[k] = (int32_t)(0.6 * 16 * size * width);
+                m.healthy.im_q28[k] = (int32_t)(-0.8 * 16 * size * width);
+                const double x = width * (looks < 255 ? fmax(1, 2 * size) : 1);
+                BETWEEN(x - 3, (double)dqw_monitor_surely_q15(&m, channel, 0), x + 3);
+            }
+        }
 }
 
 // What would be an event: known in service alone, of a mean of twenty looks or more.

@@ -114,6 +114,8 @@ static course watch(dqw_monitor_q15 *m, int from, int to)
         HOLDS(dqw_monitor_event_q15(m, &e) == changed && !dqw_monitor_event_q15(m, &e));
         if ((changed || !served) && dqw_monitor_why_q15(m) == DQW_WHY_RESTS) is_healthy_now(m);
         const enum dqw_stage_name stage = dqw_monitor_stage_q15(m);
+        // What coarse weights leave is no ripple.
+        HOLDS(stage != DQW_STAGE_RANDOM || m->witness.blocks == 0);
         if (stage == DQW_STAGE_IN_SERVICE && !isfinite(o.service_s)) o.service_s = k * DT_S;
         if (waits) o.whys |= 1u << dqw_monitor_why_q15(m);
         if (waits && dqw_monitor_why_q15(m) == DQW_WHY_PAUSE) o.pause_s = k * DT_S;
