@@ -140,13 +140,7 @@ void clipped_candidates(TraceSetup& setup, bool angle)
 void pulsed_candidates(Law law, const std::vector<Log>& logs, bool angle, const std::string& why, Catalogue& c)
 {
     if (!why.empty()) return;
-    double most_V = 0.0;
-    for (const Log& log : logs)
-        for (std::size_t k = 0; k < log.rows(); ++k) most_V = std::max(most_V, std::hypot(log.v_d_V[k], log.v_q_V[k]));
-    // The link is fitted: a pass of refine() halves or doubles it, so from what the largest vector needs to six times
-    // that is one pass away.
-    constexpr double kUsualRoom = 1.6, kRoot3 = 1.7320508075688772;
-    const double link_V = everywhere(logs, &Log::v_dc_V) ? 0.0 : kUsualRoom * kRoot3 * most_V;
+    const double link_V = link_to_fit_V(logs);
     const std::string stated = stated_modulation(logs);
     // Of a shift: where the pulses turn, what they add falls on one side and grows on the other. (E168)
     const double middle_s = law == Law::pulsed_shift ? 0.5 * logs.front().dt_s : 0.0;

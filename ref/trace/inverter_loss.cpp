@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "ref/effect/range.hpp"
 #include "ref/trace/spread.hpp"
 
 namespace dqw {
@@ -56,6 +57,16 @@ std::string stated_modulation(const std::vector<Log>& logs)
     for (const Log& log : logs)
         if (log.modulation != logs.front().modulation) return "";
     return logs.front().modulation == "unknown" ? "" : logs.front().modulation;
+}
+
+double link_to_fit_V(const std::vector<Log>& logs)
+{
+    if (everywhere(logs, &Log::v_dc_V)) return 0.0;
+    double most_V = 0.0;
+    for (const Log& log : logs)
+        for (std::size_t k = 0; k < log.rows(); ++k) most_V = std::max(most_V, std::hypot(log.v_d_V[k], log.v_q_V[k]));
+    constexpr double kUsualRoom = 1.6, kRoot3 = 1.7320508075688772;
+    return kUsualRoom * kRoot3 * most_V;
 }
 
 Refined settle_loss(const TraceSetup& setup, const Model& model, Refined found)

@@ -10,6 +10,10 @@ namespace dqw {
 /// Which legs switch, as the logs' machine files say it; empty where they say nothing, or not the same.
 std::string stated_modulation(const std::vector<Log>& logs);
 
+/// Voltage of the link to begin with where legs pulse, V; 0: it has its column. It is fitted: a pass of refine() halves
+/// or doubles it, so from what the largest vector needs to six times that is one pass away.
+double link_to_fit_V(const std::vector<Log>& logs);
+
 /// (E114). The same point with the modulation and the law of its dead time that predict best; as it is where it has
 /// none. A modulation that no machine file says is left only for one that the rows held out confirm.
 Refined settle_loss(const TraceSetup& setup, const Model& model, Refined found);

@@ -249,19 +249,18 @@ std::vector<Input> pulses_of(const TraceSetup& setup, const Judge& judge, const 
     constexpr double kPart = 0.3;  // of the residual: a part that adds 5 % to it, which an effect must take
     const bool angle = everywhere(logs, &Log::theta_e_rad) || everywhere(logs, &Log::theta_m_rad);
     if (setup.regime != Regime::dynamic) return {};
-    double square = 0.0, rows = 0.0, most_V = 0.0, dt_s = 0.0;
+    double square = 0.0, rows = 0.0, dt_s = 0.0;
     for (const Log& log : logs)
         for (std::size_t k = 0; k < log.rows(); ++k) {
             const double v = std::hypot(log.v_d_V[k], log.v_q_V[k]);
-            square += v * v, ++rows, most_V = std::max(most_V, v), dt_s = std::max(dt_s, log.dt_s);
+            square += v * v, ++rows, dt_s = std::max(dt_s, log.dt_s);
         }
     const double rate = at.base[0] / std::min(at.base[1], at.base[2]) * dt_s;
     const std::vector<double> each = judge.each(at);
     if (rate * rate / 24.0 * std::sqrt(square / rows) < kPart * std::hypot(each[0], each[1])) return {};
-    // The link and the angle are fitted. Without an angle the phases look the same every third of a turn, and half a
+    // The angle is fitted as well. Without one the phases look the same every third of a turn, and half a
     // turn on with high for low.
-    constexpr double kUsualRoom = 1.6, kRoot3 = 1.7320508075688772;
-    const double link_V = everywhere(logs, &Log::v_dc_V) ? 0.0 : kUsualRoom * kRoot3 * most_V;
+    const double link_V = link_to_fit_V(logs);
     const std::vector<double> starts = angle ? std::vector<double>{0.0}
                                              : std::vector<double>{0.0, M_PI / 6.0, M_PI / 3.0, M_PI / 2.0};
     const std::string stated = stated_modulation(logs);
