@@ -274,6 +274,32 @@ void iron(const Input& input, const Moment& at, Vector2& f, Vector2& g)
     for (int n = 0; n < kPast && part > 0.0; ++n, part *= kept) f = plus(f, beside * part, at.change[n]);
 }
 
+/// Of a voltage `by` times J r, r a flux, what the iron draws where it has the flux of the current that it leaves.
+Vector2 by_turning(const Moment& at, double by, Vector2 r)
+{
+    const double d = (by * at.Lq * r.d - r.q) / (1.0 + by * by * at.Ld * at.Lq);
+    return {d, r.d - by * at.Ld * d};
+}
+
+bool sees_turning_alone(const Input& input) { return input.law == Law::iron_loss && input.shape[0] < 0.0; }
+
+/// A conductance across what the turning flux induces, without what its change does. (E52)
+Vector2 turned_iron(const Moment& at, double siemens)
+{
+    const double by = siemens * at.w_e;
+    const Vector2 drawn = by_turning(at, by, {at.Ld * at.i_d + at.psi, at.Lq * at.i_q});
+    return {-by * at.Ld * drawn.d, -by * at.Lq * drawn.q};
+}
+
+/// Its slope by the conductance.
+Vector2 turned_iron_slope(const Moment& at, double siemens)
+{
+    const Vector2 g = turned_iron(at, siemens),
+                  drawn = by_turning(at, siemens * at.w_e,
+                                     {at.Ld * at.i_d + at.psi + g.d, at.Lq * at.i_q + g.q});
+    return {-at.w_e * at.Ld * drawn.d, -at.w_e * at.Lq * drawn.q};
+}
+
 /// Currents and voltage seen from a frame that is `angle` ahead of the rotor: the induced voltage lies elsewhere, and
 /// with saliency the flux. (E116)
 void seen_ahead(const Moment& at, double angle, Vector2& f, Vector2& g)
@@ -420,7 +446,12 @@ void evaluate(const Input& input, const Moment& at, Vector2 f[kMostWeights], Vec
     case Law::cross_map: mapped(input, at, g); break;
     case Law::winding_temperature: f[0] = {at.heat_K * (at.i_d + at.bow_d), at.heat_K * at.i_q}; break;
     case Law::magnet_temperature: g[0].d = at.heat_K; break;
-    case Law::iron_loss: iron(input, at, f[0], g[0]); break;
+    case Law::iron_loss:
+        if (sees_turning_alone(input))
+            g[0] = turned_iron_slope(at, weights ? weights[0] : 0.0);
+        else
+            iron(input, at, f[0], g[0]);
+        break;
     case Law::flux_harmonics: {
         double c = at.cos_e, s = at.sin_e, cn = 1.0, sn = 0.0;
         for (int n = static_cast<int>(input.shape[0]); n > 0; n /= 2) {
@@ -519,6 +550,7 @@ void evaluate_sum(const Input& input, const double weights[], const Moment& at, 
         f.d += late.f.d, f.q += late.f.q;
         return;
     }
+    if (sees_turning_alone(input)) return void(g = plus(g, 1.0, turned_iron(at, weights[0])));
     if (input.law == Law::pulses) return void(f = plus(f, 1.0, bent_by_pulses(input, at)));
     if (input.law == Law::sample_shift) return shifted(input, weights[0], at, f, g);
     if (input.law == Law::pulsed_shift) {
@@ -580,6 +612,14 @@ void evaluate_slope(const Input& input, const double weights[], const Moment& at
         const auto inductance = input.law == Law::own_map ? own_inductance : cross_inductance;
         const std::array<double, 3> L = inductance(input.shape, weights, at.i_d, at.i_q);
         g_slope[0] += L[0], g_slope[1] += L[1], g_slope[2] += L[1], g_slope[3] += L[2];
+        break;
+    }
+    case Law::iron_loss: {
+        if (!sees_turning_alone(input)) break;
+        const double by = weights[0] * at.w_e;
+        const Vector2 d = by_turning(at, by, {at.Ld, 0.0}), q = by_turning(at, by, {0.0, at.Lq});
+        g_slope[0] -= by * at.Ld * d.d, g_slope[1] -= by * at.Ld * q.d;
+        g_slope[2] -= by * at.Lq * d.q, g_slope[3] -= by * at.Lq * q.q;
         break;
     }
     case Law::voltage_scale: {
