@@ -295,8 +295,7 @@ Vector2 turned_iron(const Moment& at, double siemens)
 Vector2 turned_iron_slope(const Moment& at, double siemens)
 {
     const Vector2 g = turned_iron(at, siemens),
-                  drawn = by_turning(at, siemens * at.w_e,
-                                     {at.Ld * at.i_d + at.psi + g.d, at.Lq * at.i_q + g.q});
+                  drawn = by_turning(at, siemens * at.w_e, {at.Ld * at.i_d + at.psi + g.d, at.Lq * at.i_q + g.q});
     return {-at.w_e * at.Ld * drawn.d, -at.w_e * at.Lq * drawn.q};
 }
 

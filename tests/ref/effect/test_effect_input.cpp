@@ -255,6 +255,35 @@ void iron_that_follows_late()
     TEST_ASSERT_TRUE(off(0.0) > 0.05);
 }
 
+/// What the turning flux alone induces drives the iron's current: with the law the line's current has the winding's flux.
+void iron_that_the_turning_flux_alone_heats()
+{
+    const Input input{Law::iron_loss, {-1.0}};
+    const double G = 0.2, step = 1e-6;
+    const Complex winding(-4.0, 9.0), of_winding = flux(winding, 0.0);
+    const Complex line = winding + G * Complex(0.0, w_e) * of_winding;
+    TEST_ASSERT_TRUE(std::abs(line - winding) > 5.0);
+    const auto off = [&](Complex i, double siemens) {
+        Vector2 f, g;
+        dqw::evaluate_sum(input, &siemens, moment(i), f, g);
+        TEST_ASSERT_EQUAL_DOUBLE(0.0, std::abs(Complex(f.d, f.q)));
+        return Complex(g.d, g.q);
+    };
+    TEST_ASSERT_DOUBLE_WITHIN(1e-14, 0.0, std::abs(flux(line, 0.0) + off(line, G) - of_winding));
+    Vector2 f[dqw::kMostWeights], g[dqw::kMostWeights];
+    dqw::evaluate(input, moment(line), f, g, &G);
+    const Complex by_G = (off(line, G + step) - off(line, G - step)) / (2.0 * step);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-7 * std::abs(by_G), 0.0, std::abs(by_G - Complex(g[0].d, g[0].q)));
+    double by_f[4] = {}, by_g[4] = {};
+    dqw::evaluate_slope(input, &G, moment(line), by_f, by_g);
+    for (int axis : {0, 1}) {
+        const Complex one = axis == 0 ? Complex(1.0, 0.0) : Complex(0.0, 1.0),
+                      by_i = 0.5 * (off(line + one, G) - off(line - one, G));
+        TEST_ASSERT_DOUBLE_WITHIN(1e-12, by_i.real(), by_g[axis]);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-12, by_i.imag(), by_g[2 + axis]);
+    }
+}
+
 /// Settled: v = R i + w_e J (L i + psi) in the rotor's frame, and both written in one that is ahead.
 void a_frame_that_is_ahead()
 {
@@ -420,6 +449,7 @@ int main(void)
     RUN_TEST(currents_of_another_instant);
     RUN_TEST(a_filtered_current);
     RUN_TEST(iron_that_follows_late);
+    RUN_TEST(iron_that_the_turning_flux_alone_heats);
     RUN_TEST(currents_told_between_pulses);
     RUN_TEST(a_current_filtered_between_pulses);
     RUN_TEST(what_pulses_leave_at_the_end_of_a_period);
