@@ -262,6 +262,21 @@ static void a_name_that_takes_most_stays(void)
     TEST_ASSERT_EQUAL_STRING("dead_time", result.effects[0].name.c_str());
 }
 
+// Half a percent of a period, under legs that rest at the upper rail: told by what pulses leave at a row, whose link no
+// column has. Without (E169) it reads a ninth.
+static void a_short_lag_is_known_as_well_as_it_says(void)
+{
+    const blind::Case c = blind::draw(45146);
+    dqw::TraceOptions options;
+    options.effects = {"sensor_lag"};
+    const dqw::TraceResult result = dqw::trace({c.log}, options);
+    TEST_ASSERT_EQUAL_size_t(1, result.effects.size());
+    const dqw::Estimate& tau = result.effects[0].parameters.front();
+    TEST_ASSERT_EQUAL_STRING("tau_s", tau.name.c_str());
+    TEST_ASSERT_TRUE(tau.sd > 0.0 && tau.sd < 5e-9);
+    TEST_ASSERT_DOUBLE_WITHIN(3.0 * tau.sd, c.drawn[0].size * c.log.dt_s, tau.value);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -278,5 +293,6 @@ int main(void)
     RUN_TEST(fixed_logs_are_traced);
     RUN_TEST(a_name_without_a_value_is_taken_back);
     RUN_TEST(a_name_that_takes_most_stays);
+    RUN_TEST(a_short_lag_is_known_as_well_as_it_says);
     return UNITY_END();
 }
