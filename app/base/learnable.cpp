@@ -1,6 +1,7 @@
 #include "app/base/learnable.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "ref/effect/effect.hpp"
 
@@ -16,18 +17,21 @@ const std::vector<std::string>& traced_names()
     return names;
 }
 
-std::string not_learned(const std::string& name)
+std::string not_learned(const TraceInput& in)
 {
-    const Effect* effect = find_effect(name);
-    if (effect == nullptr || effect->not_learned[0] == '\0') return "";
-    return name + " is not learned: " + effect->not_learned;
+    const Effect* effect = find_effect(in.effect);
+    if (effect == nullptr) return "";
+    std::string why = effect->not_learned;
+    if (effect->shape == Shape::heat && in.shape.size() > 1 && !std::isfinite(in.shape[1]))
+        why = "settled rows do not tell its time constant";
+    return why.empty() ? "" : in.effect + " is not learned: " + why;
 }
 
 std::vector<TraceInput> learnable(const std::vector<TraceInput>& inputs)
 {
     std::vector<TraceInput> out;
     for (const TraceInput& in : inputs)
-        if (not_learned(in.effect).empty()) out.push_back(in);
+        if (not_learned(in).empty()) out.push_back(in);
     return out;
 }
 
@@ -35,7 +39,7 @@ std::vector<std::string> notes_on_others(const std::vector<TraceInput>& inputs)
 {
     std::vector<std::string> out;
     for (const TraceInput& in : inputs) {
-        const std::string why = not_learned(in.effect);
+        const std::string why = not_learned(in);
         if (!why.empty() && std::find(out.begin(), out.end(), why) == out.end()) out.push_back(why);
     }
     return out;

@@ -12,8 +12,8 @@ namespace dqw {
 /// All names of the catalogue, electrical ones first.
 const std::vector<std::string>& traced_names();
 
-/// Why the learners have no law of an effect: "sample_shift is not learned: ..."; empty where they have one.
-std::string not_learned(const std::string& name);
+/// Why the learners cannot take an input: "sample_shift is not learned: ..."; empty where they can.
+std::string not_learned(const TraceInput& in);
 
 /// Those that they have a law of.
 std::vector<TraceInput> learnable(const std::vector<TraceInput>& inputs);

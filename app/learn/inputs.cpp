@@ -76,7 +76,8 @@ std::vector<double> usual_shape(const TraceInput& in, Shape shape, const std::ve
     throw InputError(path, line, what);
 }
 
-std::vector<double> numbers(const Json& object, const char* key, const std::string& path)
+/// `may_lack`: null is what is not known, as the time constant of what warms settled rows.
+std::vector<double> numbers(const Json& object, const char* key, const std::string& path, bool may_lack = false)
 {
     std::vector<double> values;
     const auto found = object.find(key);
@@ -84,6 +85,10 @@ std::vector<double> numbers(const Json& object, const char* key, const std::stri
     if (!found->is_array() || found->size() > 8)
         refuse(path, 1, std::string("\"") + key + "\" is not a short list of numbers");
     for (const Json& x : *found) {
+        if (may_lack && x.is_null()) {
+            values.push_back(std::nan(""));
+            continue;
+        }
         if (!x.is_number() || !std::isfinite(static_cast<float>(x.get<double>())))
             refuse(path, 1, std::string("\"") + key + "\" holds something that is no number");
         values.push_back(x.get<double>());
@@ -113,9 +118,10 @@ TraceInput input_of(const Json& entry, const std::string& path)
         refuse(path, 1, "an entry of \"inputs\" names no effect");
     TraceInput in;
     in.effect = entry["effect"].get<std::string>();
-    if (find_effect(in.effect) == nullptr)
+    const Effect* effect = find_effect(in.effect);
+    if (effect == nullptr)
         refuse(path, 1, "unknown effect " + shown(in.effect) + "; known are " + list(traced_names(), 99));
-    in.shape = numbers(entry, "shape", path);
+    in.shape = numbers(entry, "shape", path, effect->shape == Shape::heat);
     in.weights = numbers(entry, "weights", path);
     in.map = map_of(entry, path);
     if ((in.effect == "flux_map") != !in.map.empty())

@@ -133,7 +133,7 @@ std::vector<TraceInput> effects_to_learn(const std::vector<TraceInput>& inputs, 
         if (c.angle && in.effect == "dead_time" && !in.shape.empty() && usable(in.shape[0]))
             c.dead_time_width_A = static_cast<float>(in.shape[0]);
         if (monitor_watches(in.effect)) continue;
-        const std::string never = not_learned(in.effect), why = never.empty() ? why_not(in, log, c.angle) : never;
+        const std::string never = not_learned(in), why = never.empty() ? why_not(in, log, c.angle) : never;
         if (why.empty())
             learned.push_back(in);
         else

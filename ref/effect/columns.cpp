@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "ref/effect/range.hpp"
 #include "ref/log/wanted.hpp"
 
 namespace dqw {
@@ -66,17 +67,24 @@ TraceColumns trace_columns(const Log& log, double pole_pairs, double i_base_A, d
     if (!log.t_s.empty() && !log.w_m_rad_s.empty()) c.w_dot = speed_slope(log, p);
     for (double t : log.temp_winding_C) c.winding_K.push_back(t - kReferenceTemperature_C);
     for (double t : log.temp_magnet_C) c.magnet_K.push_back(t - kReferenceTemperature_C);
+    const auto square = [&](std::size_t k) {
+        return (std::pow(at_row(log.i_d_A, k), 2) + std::pow(at_row(log.i_q_A, k), 2)) / (i_base_A * i_base_A);
+    };
+    for (double memory : kOwnHeatRows) {
+        if (!log.t_s.empty() || log.regime != Regime::steady) break;
+        const double kept = memory > 0.0 ? std::exp(-1.0 / memory) : 0.0;
+        std::vector<double> h(rows);
+        for (std::size_t k = 0; k < rows; ++k) h[k] = k == 0 ? square(k) : kept * h[k - 1] + (1.0 - kept) * square(k);
+        c.own_heat.push_back(std::move(h));
+    }
     if (log.t_s.empty() || !(span_s > 0.0)) return c;
     for (double part : kHeatTimes) {
         std::vector<double> h(rows);
         const double tau = part * span_s;
         for (std::size_t k = 1; k < rows; ++k) {
             ask_at(k);
-            const auto square = [&](const std::vector<double>& i) {
-                return i.empty() ? 0.0 : i[k - 1] * i[k - 1] / (i_base_A * i_base_A);
-            };
             const double z = (log.t_s[k] - log.t_s[k - 1]) / tau, kept = std::exp(-z);
-            h[k] = kept * h[k - 1] + (1.0 - kept) * (square(log.i_d_A) + square(log.i_q_A));
+            h[k] = kept * h[k - 1] + (1.0 - kept) * square(k - 1);
         }
         c.heat.push_back(std::move(h));
     }
@@ -93,6 +101,7 @@ double heat_at(const TraceColumns& columns, const Input& input, std::size_t k)
 {
     // The magnet follows the winding where it has no thermometer of its own.
     if (input.heat < 0) return columns.winding_K[k];
+    if (input.heat >= kOwnHeat) return columns.own_heat[static_cast<std::size_t>(input.heat - kOwnHeat)][k];
     if (input.heat > 0) return columns.heat[static_cast<std::size_t>(input.heat - 1)][k];
     if (input.law == Law::winding_temperature) return columns.winding_K[k];
     if (input.law == Law::magnet_temperature) return columns.magnet_K[k];

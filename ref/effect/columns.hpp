@@ -17,6 +17,8 @@ struct TraceColumns {
     std::vector<double> winding_K, magnet_K;  ///< above 25 degC; empty without the column
     std::vector<std::vector<double>>
         heat;  ///< heating states (E55), one for each time constant, then steady ones (E126)
+    std::vector<std::vector<double>>
+        own_heat;  ///< of settled rows without time: where the currents leave the state, one for each memory (E170)
 };
 
 constexpr double kReferenceTemperature_C = 25.0;
@@ -26,6 +28,11 @@ constexpr double kHeatTimes[] = {0.05, 0.25, 1.0, 20.0};
 constexpr double kSteadyHeatTimes[] = {0.25, 20.0};
 constexpr int kHeats = static_cast<int>(sizeof kHeatTimes / sizeof *kHeatTimes +
                                         sizeof kSteadyHeatTimes / sizeof *kSteadyHeatTimes);
+/// Time constants of settled rows without time, in rows: what a row remembers of those before. (E170)
+constexpr double kOwnHeatRows[] = {0.0, 0.35, 0.5, 0.7, 1.0, 1.4, 2.0, 2.8, 4.0, 5.6, 8.0, 11.0, 16.0, 22.0, 32.0};
+constexpr int kOwnHeats = static_cast<int>(sizeof kOwnHeatRows / sizeof *kOwnHeatRows);
+/// Input::heat of the first of them.
+constexpr int kOwnHeat = kHeats + 1;
 
 /// `pole_pairs`: 0 where they are not known; then no turn of the shaft is.
 TraceColumns trace_columns(const Log& log, double pole_pairs, double i_base_A, double span_s);

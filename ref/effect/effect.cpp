@@ -41,11 +41,12 @@ struct Polar {
     }
 };
 
-/// Without a thermometer the rise within the log is known, not the coefficient.
+/// Without a thermometer the rise within the log is known, not the coefficient; of settled rows no time constant.
 void heat(const FittedInput& f, Out& out, const char* coefficient, const char* rise, double percent, double base)
 {
-    const bool state = f.shape(1) > 0.0;
+    const bool state = f.shape(1) != 0.0;
     out.push_back(state ? f.scaled(rise, 0, percent * f.input.reach / base) : f.scaled(coefficient, 0, 1.0 / base));
+    if (std::isnan(f.shape(1))) return;
     out.push_back(state ? f.given("tau_s", 1) : f.given("T0_C", 0));
 }
 void winding(const FittedInput& f, Out& out) { heat(f, out, "alpha_per_K", "rise_percent", 100.0, f.machine.R_ohm); }

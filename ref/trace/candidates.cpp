@@ -1,6 +1,8 @@
 #include "ref/trace/candidates.hpp"
 
+#include <Eigen/Dense>
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "ref/effect/range.hpp"
@@ -57,8 +59,51 @@ private:
     const std::vector<std::string>& only_;
 };
 
-void temperature_candidates(const std::vector<Log>& logs, Catalogue& c, bool turns, bool moves)
+/// What a parabola with a corner at zero leaves of one axis' currents over the other's, of the largest current, where
+/// it leaves less: of a line or the least current for a torque nothing, of an even grid 0.4.
+double off_any_curve(const std::vector<Log>& logs, double i_base_A)
 {
+    std::vector<std::array<double, 2>> i;
+    for (const Log& log : logs)
+        for (std::size_t k = 0; k < log.rows(); ++k)
+            i.push_back({at_row(log.i_d_A, k) / i_base_A, at_row(log.i_q_A, k) / i_base_A});
+    double least = HUGE_VAL;
+    for (std::size_t axis = 0; axis < 2; ++axis) {
+        const auto n = static_cast<Eigen::Index>(i.size());
+        Eigen::MatrixXd of(n, 4);
+        Eigen::VectorXd y(n);
+        for (Eigen::Index k = 0; k < n; ++k) {
+            const auto& [d, q] = i[static_cast<std::size_t>(k)];
+            const double x = axis == 0 ? q : d;
+            of.row(k) << 1.0, x, std::abs(x), x * x;
+            y[k] = axis == 0 ? d : q;
+        }
+        const Eigen::VectorXd rest = y - of * of.completeOrthogonalDecomposition().solve(y);
+        least = std::min(least, std::sqrt(rest.squaredNorm() / static_cast<double>(std::max<Eigen::Index>(n, 1))));
+    }
+    return least;
+}
+
+/// Settled rows without time, each warmed by its own current. (E170)
+void own_heat_candidates(const TraceSetup& setup, Catalogue& c)
+{
+    // Of a grid's other axis: some of its rows off a curve are few to tell heat by.
+    constexpr double kLeastArea = 0.1;
+    if (!(off_any_curve(*setup.logs, setup.i_base_A) > kLeastArea)) {
+        const char* const why = "no temperature that changes and no time, and the currents lie on one curve: heat "
+                                "looks there like iron that bends";
+        return c.cannot(Law::winding_temperature, why), c.cannot(Law::magnet_temperature, why);
+    }
+    for (int n = 0; n < kOwnHeats; ++n) {
+        Input winding{Law::winding_temperature}, magnet{Law::magnet_temperature};
+        winding.heat = magnet.heat = kOwnHeat + n;
+        c.add(winding), c.add(magnet), c.add(winding, magnet);
+    }
+}
+
+void temperature_candidates(const TraceSetup& setup, Catalogue& c, bool turns, bool moves)
+{
+    const std::vector<Log>& logs = *setup.logs;
     const bool winding = everywhere(logs, &Log::temp_winding_C) &&
                          range_of(logs, &Log::temp_winding_C).span() > kLeastSpan_K;
     const bool magnet = everywhere(logs, &Log::temp_magnet_C) &&
@@ -70,6 +115,9 @@ void temperature_candidates(const std::vector<Log>& logs, Catalogue& c, bool tur
         return in;
     };
     constexpr int kTimes = static_cast<int>(sizeof kHeatTimes / sizeof *kHeatTimes);
+    const bool no_time = std::all_of(logs.begin(), logs.end(), [](const Log& log) { return log.t_s.empty(); });
+    if (setup.regime == Regime::steady && no_time && turns && moves && !winding && !magnet)
+        return own_heat_candidates(setup, c);
     if (winding)
         c.add({Law::winding_temperature});
     else if (heats)
@@ -275,7 +323,7 @@ void electrical_candidates(TraceSetup& setup, Catalogue& c)
             else
                 c.cannot(e.id, why);
             break;
-        case Law::winding_temperature: temperature_candidates(logs, c, turns, i_d.size() + i_q.size() > 0.0); break;
+        case Law::winding_temperature: temperature_candidates(setup, c, turns, i_d.size() + i_q.size() > 0.0); break;
         case Law::magnet_temperature: break;
         case Law::flux_harmonics:
             if (swept > kTurn_rad && setup.regime == Regime::dynamic && c.wanted(Law::clipped_current))

@@ -273,6 +273,13 @@ void mechanical_setup(TraceSetup& setup, bool averaged)
     }
 }
 
+/// Time constant of a heating state; 0: a thermometer; NaN: settled rows do not tell it.
+double heat_time_s(const TraceSetup& setup, int heat)
+{
+    if (heat >= kOwnHeat) return std::nan("");
+    return heat > 0 ? kHeatTimes[heat - 1] * setup.span_s : 0.0;
+}
+
 void check(const std::vector<Log>& logs)
 {
     if (logs.empty()) throw std::invalid_argument("no log to trace");
@@ -329,14 +336,14 @@ TraceInput input_of(const TraceSetup& setup, const Point& at, const Term& term)
     case Shape::speed_width:
     case Shape::periods_a_turn: in.shape = {s[0]}; break;
     case Shape::heat:
-        in.shape = {kReferenceTemperature_C,
-                    term.input.heat > 0 ? kHeatTimes[term.input.heat - 1] * setup.span_s : 0.0};
+        in.shape = {kReferenceTemperature_C, heat_time_s(setup, term.input.heat)};
         // The heating state is 1 where this current flows for long.
         if (term.input.heat > 0) {
             in.shape.push_back(setup.i_base_A);
             in.reach = 0.0;
-            for (const TraceColumns& c : setup.columns)
-                for (double h : c.heat[static_cast<std::size_t>(term.input.heat - 1)]) in.reach = std::max(in.reach, h);
+            for (std::size_t n = 0; n < setup.columns.size(); ++n)
+                for (std::size_t k = 0; k < (*setup.logs)[n].rows(); ++k)
+                    in.reach = std::max(in.reach, heat_at(setup.columns[n], term.input, k));
         }
         break;
     case Shape::instant:

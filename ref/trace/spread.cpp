@@ -57,17 +57,30 @@ Eigen::VectorXd spread_over_heats(const TraceSetup& setup, const Refined& best)
     if (std::none_of(terms.begin(), terms.end(), has_state)) return Eigen::VectorXd::Zero(best.point.columns());
     Eigen::VectorXd spread = spread_over(setup, best, [](const Model& model, const Refined& here) {
         std::vector<Refined> out;
-        for (std::size_t n = 0; n < here.point.terms.size(); ++n)
-            for (int heat = 1; has_state(here.point.terms[n]) && heat <= kHeats; ++heat) {
-                if (heat == here.point.terms[n].input.heat) continue;
+        for (std::size_t n = 0; n < here.point.terms.size(); ++n) {
+            const Term& t = here.point.terms[n];
+            const bool own = t.input.heat >= kOwnHeat;
+            for (int k = 0; has_state(t) && k < (own ? kOwnHeats : kHeats); ++k) {
+                const int heat = k + (own ? kOwnHeat : 1);
+                if (heat == t.input.heat) continue;
                 Point start = here.point;
                 start.terms[n].input.heat = heat;
+                // Winding and magnet have one memory.
+                for (Term& other : start.terms)
+                    if (own && has_state(other)) other.input.heat = heat;
                 out.push_back(refine(model, start, kPasses));
             }
+            if (own) break;
+        }
         return out;
     });
-    // A weight counts in its own state's unit.
-    spread.tail(spread.size() - best.point.base.size()).setZero();
+    // A weight counts in its own state's unit; settled rows' states have one.
+    Eigen::Index j = best.point.base.size() + best.point.gain.size();
+    for (const Term& t : best.point.terms) {
+        const Eigen::Index n = weights_of(t.input.law) + free_shapes_of(t.input);
+        if (!(has_state(t) && t.input.heat >= kOwnHeat)) spread.segment(j, n).setZero();
+        j += n;
+    }
     return spread;
 }
 
