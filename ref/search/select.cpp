@@ -347,6 +347,7 @@ void look_alikes(const Model& model, const std::vector<Candidate>& candidates, c
         const Refined base = refine(model, without(s.best.point, found.name), kPasses);
         if (!base.ok) continue;
         found.over = better(model, base.left, s.best.left);
+        found.moved = Eigen::VectorXd::Zero(s.best.point.base.size());
         std::vector<Candidate> others;
         for (const Candidate& c : candidates)
             if (c.names().size() == 1 && c.names().front() != found.name && !c.is_fault()) others.push_back(c);
@@ -359,7 +360,9 @@ void look_alikes(const Model& model, const std::vector<Candidate>& candidates, c
                                                  own - law_noise(options, t.refined));
             found.rivals.push_back({t.name, over});
             if ((over.t > apart && over.nats_each > kSeparateNats) || listed.size() >= kMostAlike) continue;
-            if (joint(options.reported_rms(t.refined.point)) <= close) found.confusable_with.push_back(t.name);
+            if (!(joint(options.reported_rms(t.refined.point)) <= close)) continue;
+            found.confusable_with.push_back(t.name);
+            found.moved = found.moved.cwiseMax((t.refined.point.base - s.best.point.base).cwiseAbs());
         }
     }
 }

@@ -78,6 +78,7 @@ struct Found {
     int round = 0;                   ///< effects of one round came together
     Better over = {};                ///< what is left without it in the place of it
     std::vector<Rival> rivals = {};  ///< those that make physical sense, by look_alikes()
+    Eigen::VectorXd moved = {};      ///< by how much the base is another at most, with one that it may be instead
 };
 
 struct Selection {
@@ -94,7 +95,7 @@ struct Selection {
 
 /// What could stand in for each effect found: rivals that, in its place, leave as little on the rows held out (within
 /// 10 % of the reported RMS; of one speed alone 40 %), and that a joint fit cannot tell from it. At most three each.
-/// Fills in `over` and `rivals` too.
+/// Fills in `over`, `rivals` and `moved` too.
 void look_alikes(const Model& model, const std::vector<Candidate>& candidates, const SelectOptions& options,
                  Selection& selection);
 

@@ -587,9 +587,12 @@ TraceResult traced(const std::vector<Log>& logs, const TraceOptions& options)
     const double floor = result.noise_floor = noise.floor;
     const Eigen::VectorXd
         hidden = hidden_loss_of(*setup, s),
-        plain_sd = (whole_deviations(*setup, *setup->full, s.plain).array().square() + hidden.array().square()).sqrt(),
-        spread = spread_over_laws(*setup, s.best) + spread_over_cells(*setup, s.best) +
-                 spread_over_heats(*setup, s.best);
+        plain_sd = (whole_deviations(*setup, *setup->full, s.plain).array().square() + hidden.array().square()).sqrt();
+    Eigen::VectorXd spread = spread_over_laws(*setup, s.best) + spread_over_cells(*setup, s.best) +
+                             spread_over_heats(*setup, s.best);
+    // (E171)
+    for (const Found& f : s.found)
+        if (f.moved.size() > 0) spread.head(f.moved.size()) += f.moved;
     const Eigen::VectorXd whole = whole_deviations(*setup, *setup->full, s.best),
                           sd = (whole.array().square() + spread.array().square()).sqrt();
     result.before = fit_of(*setup, judge, plain, plain_sd);

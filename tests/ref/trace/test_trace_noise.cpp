@@ -1,10 +1,13 @@
 // What the tracer takes for noise, against what the true machine leaves of the simulator's own log.
+#include <algorithm>
 #include <cmath>
+#include <complex>
 #include <random>
 
 #include "ref/log/residual.hpp"
 #include "ref/search/solve.hpp"
 #include "ref/trace/noise.hpp"
+#include "ref/trace/trace.hpp"
 #include "simulated.hpp"
 #include "unity.h"
 
@@ -172,6 +175,38 @@ void a_fit_that_leaves_nothing_tells_no_deviation()
     }
 }
 
+/// At one speed and with one L a voltage that acts late looks like an angle that is off, and R is another, by w_e^2 L
+/// times the time: whichever is named, R's deviation holds what the other says.
+void what_looks_alike_stands_in_the_deviations()
+{
+    constexpr double kR_ohm = 0.25, kL_H = 0.7e-3, kPsi_Wb = 0.016, kLate_s = 14e-6, kSpeed = 314.0;
+    std::mt19937 random(3);
+    std::normal_distribution<double> noise(0.0, 2e-3);
+    Log log;
+    log.path = "one speed", log.regime = dqw::Regime::steady, log.machine.pole_pairs = 4;
+    for (int d = 0; d < 7; ++d)
+        for (int q = 0; q < 7; ++q) {
+            const std::complex<double> i(-d, q), flux = kPsi_Wb + kL_H * i;
+            const double w_e = 4 * kSpeed;
+            const auto v = (kR_ohm * i + std::complex<double>(0.0, w_e) * flux) * std::polar(1.0, w_e * kLate_s);
+            log.v_d_V.push_back(v.real() + noise(random)), log.v_q_V.push_back(v.imag() + noise(random));
+            log.i_d_A.push_back(i.real()), log.i_q_A.push_back(i.imag()), log.w_m_rad_s.push_back(kSpeed);
+        }
+    const dqw::TraceResult r = dqw::trace({log});
+    TEST_ASSERT_EQUAL_size_t(1, r.effects.size());
+    const auto& alike = r.effects[0].confusable_with;
+    const auto is = [&](const char* name) {
+        return r.effects[0].name == name || std::find(alike.begin(), alike.end(), name) != alike.end();
+    };
+    TEST_ASSERT_TRUE(is("delay") && is("angle_offset"));
+    const auto R = std::find_if(r.after.parameters.begin(), r.after.parameters.end(),
+                                [](const dqw::Estimate& e) { return e.name == "R_ohm"; });
+    TEST_ASSERT_TRUE(R != r.after.parameters.end());
+    const double made = 16 * kSpeed * kSpeed * kLate_s * kL_H;
+    TEST_ASSERT_TRUE_MESSAGE(R->sd > 0.5 * made && R->sd < 2.5 * made, std::to_string(R->sd).c_str());
+    TEST_ASSERT_DOUBLE_WITHIN(2.0 * R->sd, kR_ohm, R->value);
+}
+
 }  // namespace
 
 int main()
@@ -183,5 +218,6 @@ int main()
     RUN_TEST(one_axis_has_noise_of_its_own);
     RUN_TEST(doubts_stand_at_their_edges);
     RUN_TEST(a_fit_that_leaves_nothing_tells_no_deviation);
+    RUN_TEST(what_looks_alike_stands_in_the_deviations);
     return UNITY_END();
 }
