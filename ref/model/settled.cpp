@@ -38,13 +38,23 @@ Moment SettledModel::moment(const Point& at, const Log& log, const TraceColumns&
 
 Vector2 SettledModel::error(const Point& at, const Log& log, const TraceColumns& c, std::size_t k, Moment m) const
 {
+    // Whatever bends or warms does so in the rotor's frame, not in that of an angle that is off. (E53)
+    double offset = 0.0;
+    for (const Term& t : at.terms)
+        if (t.input.law == Law::angle_offset) offset += t.weights[0];
+    const double co = std::cos(offset), si = std::sin(offset), cos_e = m.cos_e;
+    const Vector2 i{co * m.i_d - si * m.i_q, si * m.i_d + co * m.i_q},
+        v{co * m.v_end_d - si * m.v_end_q, si * m.v_end_d + co * m.v_end_q};
+    m.i_d = i.d, m.i_q = i.q, m.v_end_d = v.d, m.v_end_q = v.q, m.v_now = m.v_next = v;
+    m.cos_e = co * cos_e + si * m.sin_e, m.sin_e = co * m.sin_e - si * cos_e;
     Vector2 f{m.R * m.i_d, m.R * m.i_q}, g{m.Ld * m.i_d + m.psi, m.Lq * m.i_q};
     for (const Term& t : at.terms) {
+        if (t.input.law == Law::angle_offset) continue;
         m.heat_K = heat_at(c, t.input, k);
         evaluate_sum(t.input, t.weights.data(), m, f, g);
     }
-    const Vector2 v = settled(m, f, g);
-    return {at_row(log.v_d_V, k) - v.d, at_row(log.v_q_V, k) - v.q};
+    const Vector2 told = settled(m, f, g), e{v.d - told.d, v.q - told.q};
+    return {co * e.d + si * e.q, co * e.q - si * e.d};
 }
 
 std::vector<ReportBlock> SettledModel::report(const Point& at, std::size_t) const
