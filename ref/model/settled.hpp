@@ -27,8 +27,12 @@ public:
     bool sweep(const Point& at, const std::vector<Input>* candidates, std::vector<BlockSum>& sums) const override;
 
 private:
-    Moment moment(const Point& at, const Log& log, const TraceColumns& c, std::size_t k) const;
-    Vector2 error(const Point& at, const Log& log, const TraceColumns& c, std::size_t k, Moment m) const;
+    /// In the rotor's frame, `offset` rad behind the log's: whatever bends or warms does so there. (E53)
+    Moment moment(const Point& at, const Log& log, const TraceColumns& c, std::size_t k, double offset) const;
+    /// In the log's frame.
+    Vector2 error(const Point& at, const Log& log, const TraceColumns& c, std::size_t k, double offset) const;
+    void put_angle(const Point& at, const Log& log, const TraceColumns& c, std::size_t k, double offset,
+                   Eigen::VectorXd& row_d, Eigen::VectorXd& row_q) const;
     const std::vector<Log>& logs_;
     const std::vector<TraceColumns>& columns_;
     double pole_pairs_;
