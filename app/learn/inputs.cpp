@@ -76,8 +76,8 @@ std::vector<double> usual_shape(const TraceInput& in, Shape shape, const std::ve
     throw InputError(path, line, what);
 }
 
-/// `may_lack`: null is what is not known, as the time constant of what warms settled rows.
-std::vector<double> numbers(const Json& object, const char* key, const std::string& path, bool may_lack = false)
+/// `may_lack`: that number may be null, not known, as the time constant of what warms settled rows; -1: none may.
+std::vector<double> numbers(const Json& object, const char* key, const std::string& path, int may_lack = -1)
 {
     std::vector<double> values;
     const auto found = object.find(key);
@@ -85,7 +85,7 @@ std::vector<double> numbers(const Json& object, const char* key, const std::stri
     if (!found->is_array() || found->size() > 8)
         refuse(path, 1, std::string("\"") + key + "\" is not a short list of numbers");
     for (const Json& x : *found) {
-        if (may_lack && x.is_null()) {
+        if (x.is_null() && may_lack == static_cast<int>(values.size())) {
             values.push_back(std::nan(""));
             continue;
         }
@@ -121,7 +121,7 @@ TraceInput input_of(const Json& entry, const std::string& path)
     const Effect* effect = find_effect(in.effect);
     if (effect == nullptr)
         refuse(path, 1, "unknown effect " + shown(in.effect) + "; known are " + list(traced_names(), 99));
-    in.shape = numbers(entry, "shape", path, effect->shape == Shape::heat);
+    in.shape = numbers(entry, "shape", path, effect->shape == Shape::heat ? 1 : -1);
     in.weights = numbers(entry, "weights", path);
     in.map = map_of(entry, path);
     if ((in.effect == "flux_map") != !in.map.empty())

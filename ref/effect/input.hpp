@@ -15,7 +15,7 @@ constexpr int kMostWeights = kCrossWeights;
 constexpr int kPast = 6;  ///< voltages that are looked back at: a lag of one period has come through to e^-6
 
 /// A law with its shape; the weights are what is fitted. `heat` names the heating state of a temperature law: 0 is the
-/// log's own temperature, n the n-th time constant that the model prepared.
+/// log's own temperature, -1 the winding's for a magnet, n the n-th state that the model prepared.
 struct Input {
     Law law;
     std::array<double, 4> shape{};
@@ -70,7 +70,8 @@ struct Moment {
     double mean_of_held = 1.0;             ///< what a constant rotor-frame f keeps of itself as a mean over it
 };
 
-/// f and g of one unit of each weight, (E51) to (E53); of a delay the slope at `weights`, where given. clipped_current:
+/// f and g of one unit of each weight, (E51) to (E53); of a delay, and of iron that turning alone heats (shape -1), the
+/// slope at `weights`, where given. clipped_current:
 /// three sensors that stop at shape[0] A; where one does, the true phase current is beyond it by three times what the
 /// measured one, less the three's mean, is.
 void evaluate(const Input& input, const Moment& at, Vector2 f[kMostWeights], Vector2 g[kMostWeights],

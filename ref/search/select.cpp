@@ -354,15 +354,15 @@ void look_alikes(const Model& model, const std::vector<Candidate>& candidates, c
         for (const Tried& t : round(model, base, others, options, nullptr, has_any_sensor)) {
             if (!t.refined.ok) continue;
             const auto& listed = found.confusable_with;
-            if (std::find(listed.begin(), listed.end(), t.name) != listed.end()) continue;
+            const bool is_listed = std::find(listed.begin(), listed.end(), t.name) != listed.end();
             if (options.veto && !options.veto(t.refined.point).empty()) continue;
             const Better over = beside_law_noise(better(model, t.refined.left, s.best.left),
                                                  own - law_noise(options, t.refined));
-            found.rivals.push_back({t.name, over});
-            if ((over.t > apart && over.nats_each > kSeparateNats) || listed.size() >= kMostAlike) continue;
+            if (!is_listed) found.rivals.push_back({t.name, over});
+            if (over.t > apart && over.nats_each > kSeparateNats) continue;
             if (!(joint(options.reported_rms(t.refined.point)) <= close)) continue;
-            found.confusable_with.push_back(t.name);
             found.moved = found.moved.cwiseMax((t.refined.point.base - s.best.point.base).cwiseAbs());
+            if (!is_listed && listed.size() < kMostAlike) found.confusable_with.push_back(t.name);
         }
     }
 }

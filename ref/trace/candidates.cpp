@@ -97,7 +97,9 @@ void own_heat_candidates(const TraceSetup& setup, Catalogue& c)
     for (int n = 0; n < kOwnHeats; ++n) {
         Input winding{Law::winding_temperature}, magnet{Law::magnet_temperature};
         winding.heat = magnet.heat = kOwnHeat + n;
-        c.add(winding), c.add(magnet), c.add(winding, magnet);
+        c.add(winding), c.add(magnet);
+        // A magnet is the slower one; of both the best pair is within two steps of one that is tried.
+        for (; magnet.heat < kOwnHeat + kOwnHeats; magnet.heat += 3) c.add(winding, magnet);
     }
 }
 
@@ -115,9 +117,11 @@ void temperature_candidates(const TraceSetup& setup, Catalogue& c, bool turns, b
         return in;
     };
     constexpr int kTimes = static_cast<int>(sizeof kHeatTimes / sizeof *kHeatTimes);
-    const bool no_time = std::all_of(logs.begin(), logs.end(), [](const Log& log) { return log.t_s.empty(); });
-    if (setup.regime == Regime::steady && no_time && turns && moves && !winding && !magnet)
-        return own_heat_candidates(setup, c);
+    // A thermometer that stays says that nothing warms.
+    const bool bare = std::all_of(logs.begin(), logs.end(), [](const Log& log) {
+        return log.t_s.empty() && log.temp_winding_C.empty() && log.temp_magnet_C.empty();
+    });
+    if (setup.regime == Regime::steady && bare && turns && moves) return own_heat_candidates(setup, c);
     if (winding)
         c.add({Law::winding_temperature});
     else if (heats)

@@ -57,21 +57,25 @@ Eigen::VectorXd spread_over_heats(const TraceSetup& setup, const Refined& best)
     if (std::none_of(terms.begin(), terms.end(), has_state)) return Eigen::VectorXd::Zero(best.point.columns());
     Eigen::VectorXd spread = spread_over(setup, best, [](const Model& model, const Refined& here) {
         std::vector<Refined> out;
-        for (std::size_t n = 0; n < here.point.terms.size(); ++n) {
+        const auto put = [&](int heat, std::size_t from, std::size_t to) {
+            Point start = here.point;
+            for (std::size_t n = from; n < to; ++n)
+                if (has_state(start.terms[n])) start.terms[n].input.heat = heat;
+            out.push_back(refine(model, start, kPasses));
+        };
+        const std::size_t all = here.point.terms.size();
+        int own = 0;
+        for (std::size_t n = 0; n < all; ++n) {
             const Term& t = here.point.terms[n];
-            const bool own = t.input.heat >= kOwnHeat;
-            for (int k = 0; has_state(t) && k < (own ? kOwnHeats : kHeats); ++k) {
-                const int heat = k + (own ? kOwnHeat : 1);
-                if (heat == t.input.heat) continue;
-                Point start = here.point;
-                start.terms[n].input.heat = heat;
-                // Winding and magnet have one memory.
-                for (Term& other : start.terms)
-                    if (own && has_state(other)) other.input.heat = heat;
-                out.push_back(refine(model, start, kPasses));
-            }
-            if (own) break;
+            if (!has_state(t)) continue;
+            const bool is_own = t.input.heat >= kOwnHeat;
+            const int first = is_own ? kOwnHeat : 1, end = first + (is_own ? kOwnHeats : kHeats);
+            for (int heat = first; heat < end; ++heat)
+                if (heat != t.input.heat) put(heat, n, n + 1);
+            own += is_own;
         }
+        // Winding and magnet may have another memory together.
+        for (int heat = kOwnHeat; own > 1 && heat < kOwnHeat + kOwnHeats; ++heat) put(heat, 0, all);
         return out;
     });
     // A weight counts in its own state's unit; settled rows' states have one.
