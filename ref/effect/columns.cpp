@@ -70,9 +70,9 @@ TraceColumns trace_columns(const Log& log, double pole_pairs, double i_base_A, d
     const auto square = [&](std::size_t k) {
         return (std::pow(at_row(log.i_d_A, k), 2) + std::pow(at_row(log.i_q_A, k), 2)) / (i_base_A * i_base_A);
     };
-    for (double memory : kOwnHeatRows) {
-        if (!log.t_s.empty() || log.regime != Regime::steady) break;
-        const double kept = memory > 0.0 ? std::exp(-1.0 / memory) : 0.0;
+    const bool settled_without_time = log.t_s.empty() && log.regime == Regime::steady;
+    for (int n = 0; settled_without_time && n < kOwnHeats; ++n) {
+        const double memory = kOwnHeatRows[n], kept = memory > 0.0 ? std::exp(-1.0 / memory) : 0.0;
         std::vector<double> h(rows);
         for (std::size_t k = 0; k < rows; ++k) h[k] = k == 0 ? square(k) : kept * h[k - 1] + (1.0 - kept) * square(k);
         c.own_heat.push_back(std::move(h));

@@ -188,11 +188,6 @@ struct Late {
     }
 };
 
-Vector2 turned_by(double angle, Vector2 x)
-{
-    const double c = std::cos(angle), s = std::sin(angle);
-    return {c * x.d - s * x.q, s * x.d + c * x.q};
-}
 Vector2 plus(Vector2 a, double by, Vector2 b) { return {a.d + by * b.d, a.q + by * b.q}; }
 
 /// Slope of the currents on the rotor's axes under a voltage.
@@ -281,7 +276,7 @@ Vector2 by_turning(const Moment& at, double by, Vector2 r)
     return {d, r.d - by * at.Ld * d};
 }
 
-bool sees_turning_alone(const Input& input) { return input.law == Law::iron_loss && input.shape[0] < 0.0; }
+bool sees_turning_alone(const Input& input) { return input.law == Law::iron_loss && input.shape[0] == kTurningAlone; }
 
 /// A conductance across what the turning flux induces, without what its change does. (E52)
 Vector2 turned_iron(const Moment& at, double siemens)
@@ -410,6 +405,12 @@ template <typename Sum> void slope_by(double weights[], int j, double step, Sum&
 }
 
 }  // namespace
+
+Vector2 turned_by(double angle, Vector2 x)
+{
+    const double c = std::cos(angle), s = std::sin(angle);
+    return {c * x.d - s * x.q, s * x.d + c * x.q};
+}
 
 int free_shapes_of(const Input& input)
 {

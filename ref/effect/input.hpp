@@ -12,6 +12,8 @@
 namespace dqw {
 
 constexpr int kMostWeights = kCrossWeights;
+/// Of iron_loss, in the place of the periods by which its current follows: what turning induces alone drives it. (E52)
+constexpr double kTurningAlone = -1.0;
 constexpr int kPast = 6;  ///< voltages that are looked back at: a lag of one period has come through to e^-6
 
 /// A law with its shape; the weights are what is fitted. `heat` names the heating state of a temperature law: 0 is the
@@ -42,6 +44,7 @@ Input pulsed_input(Law law, Modulation modulation, double link_V, double start_a
 struct Vector2 {
     double d = 0, q = 0;
 };
+Vector2 turned_by(double angle, Vector2 x);
 
 /// What a sample holds for an input. Voltages: v of the period, v_end as the rotor sees it at this sample, change[0]: v
 /// less the last row's stationary voltage as seen in this period, change[1]: that less the one before ...
@@ -70,8 +73,7 @@ struct Moment {
     double mean_of_held = 1.0;             ///< what a constant rotor-frame f keeps of itself as a mean over it
 };
 
-/// f and g of one unit of each weight, (E51) to (E53); of a delay, and of iron that turning alone heats (shape -1), the
-/// slope at `weights`, where given. clipped_current:
+/// f and g of one unit of each weight, (E51) to (E53); of a delay, and of iron that turning alone heats, the slope at `weights`, where given. clipped_current:
 /// three sensors that stop at shape[0] A; where one does, the true phase current is beyond it by three times what the
 /// measured one, less the three's mean, is.
 void evaluate(const Input& input, const Moment& at, Vector2 f[kMostWeights], Vector2 g[kMostWeights],

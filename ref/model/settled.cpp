@@ -21,12 +21,6 @@ double angle_offset_of(const Point& at)
     return sum;
 }
 
-Vector2 turned_by(double angle, Vector2 x)
-{
-    const double c = std::cos(angle), s = std::sin(angle);
-    return {c * x.d - s * x.q, s * x.d + c * x.q};
-}
-
 }  // namespace
 
 const std::vector<std::string>& SettledModel::base_names() const
@@ -51,9 +45,8 @@ Moment SettledModel::moment(const Point& at, const Log& log, const TraceColumns&
     return m;
 }
 
-Vector2 SettledModel::error(const Point& at, const Log& log, const TraceColumns& c, std::size_t k, double offset) const
+Vector2 SettledModel::error(const Point& at, const TraceColumns& c, std::size_t k, double offset, Moment m) const
 {
-    Moment m = moment(at, log, c, k, offset);
     Vector2 f{m.R * m.i_d, m.R * m.i_q}, g{m.Ld * m.i_d + m.psi, m.Lq * m.i_q};
     for (const Term& t : at.terms) {
         if (t.input.law == Law::angle_offset) continue;
@@ -71,7 +64,7 @@ std::vector<ReportBlock> SettledModel::report(const Point& at, std::size_t) cons
     for (const Log& log : logs_) {
         const TraceColumns& c = columns_[static_cast<std::size_t>(&log - logs_.data())];
         for (std::size_t k = 0; k < log.rows(); ++k) {
-            const Vector2 e = error(at, log, c, k, offset);
+            const Vector2 e = error(at, c, k, offset, moment(at, log, c, k, offset));
             out.push_back({&log, k, k + 1, {at_row(log.v_d_V, k), at_row(log.v_q_V, k)}, {e.d, e.q}});
         }
     }
@@ -86,7 +79,8 @@ void SettledModel::put_angle(const Point& at, const Log& log, const TraceColumns
     Eigen::Index j = at.base.size();
     for (const Term& t : at.terms) {
         if (t.input.law == Law::angle_offset) {
-            const Vector2 more = error(at, log, c, k, offset + kStep), less = error(at, log, c, k, offset - kStep);
+            const auto at_offset = [&](double by) { return error(at, c, k, by, moment(at, log, c, k, by)); };
+            const Vector2 more = at_offset(offset + kStep), less = at_offset(offset - kStep);
             row_d[j] = (more.d - less.d) / (2.0 * kStep), row_q[j] = (more.q - less.q) / (2.0 * kStep);
         }
         j += weights_of(t.input.law) + free_shapes_of(t.input);
@@ -117,7 +111,7 @@ bool SettledModel::sweep(const Point& at, const std::vector<Input>* candidates, 
                 put_inputs(at.terms, *candidates, c, k, m, put);
                 put_angle(at, log, c, k, offset, row_d, row_q);
             }
-            const Vector2 e = error(at, log, c, k, offset);
+            const Vector2 e = error(at, c, k, offset, m);
             row_d[n] = e.d, row_q[n] = e.q;
             sums[b].gram[0] += row_d * row_d.transpose();
             sums[b].gram[1] += row_q * row_q.transpose();

@@ -29,8 +29,8 @@ public:
 private:
     /// In the rotor's frame, `offset` rad behind the log's: whatever bends or warms does so there. (E53)
     Moment moment(const Point& at, const Log& log, const TraceColumns& c, std::size_t k, double offset) const;
-    /// In the log's frame.
-    Vector2 error(const Point& at, const Log& log, const TraceColumns& c, std::size_t k, double offset) const;
+    /// Of its moment at the same offset, in the log's frame.
+    Vector2 error(const Point& at, const TraceColumns& c, std::size_t k, double offset, Moment m) const;
     void put_angle(const Point& at, const Log& log, const TraceColumns& c, std::size_t k, double offset,
                    Eigen::VectorXd& row_d, Eigen::VectorXd& row_q) const;
     const std::vector<Log>& logs_;

@@ -210,7 +210,7 @@ int apart(const Candidate& c)
     const Input& first = c.inputs.front();
     if (effect_of(first.law).shape == Shape::pulses) return -1;
     // Eddies that follow late average what noise the law's columns bring in.
-    if (first.law == Law::iron_loss) return first.shape[0] < 0.0 ? 2 : first.shape[0] > 0.0 ? 1 : 0;
+    if (first.law == Law::iron_loss) return first.shape[0] == kTurningAlone ? 2 : first.shape[0] > 0.0 ? 1 : 0;
     return effect_of(first.law).shape == Shape::instant ? static_cast<int>(first.shape[0]) : 0;
 }
 

@@ -339,7 +339,7 @@ void electrical_candidates(TraceSetup& setup, Catalogue& c)
             c.add_unless({e.id}, why);
             // Eddies follow a voltage that changes by rows within some tens of microseconds, a period or so.
             if (why.empty() && !settled)
-                for (const double periods : {-1.0, 0.5, 1.0, 2.0, 4.0}) c.add({e.id, {periods}});
+                for (const double periods : {kTurningAlone, 0.5, 1.0, 2.0, 4.0}) c.add({e.id, {periods}});
             break;
         case Law::sample_shift:
             shift_candidates(settled, speeds && turns, why, c);

@@ -258,7 +258,7 @@ void iron_that_follows_late()
 /// What the turning flux alone induces drives the iron's current: with the law the line's current has the winding's flux.
 void iron_that_the_turning_flux_alone_heats()
 {
-    const Input input{Law::iron_loss, {-1.0}};
+    const Input input{Law::iron_loss, {dqw::kTurningAlone}};
     const double G = 0.2, step = 1e-6;
     const Complex winding(-4.0, 9.0), of_winding = flux(winding, 0.0);
     const Complex line = winding + G * Complex(0.0, w_e) * of_winding;
