@@ -110,7 +110,7 @@ check: check-lint $(CHECKED)
 	@BUILD=$(BUILD) DATA=$(DATA) CC="$(CC)" CXX="$(CXX)" tests/run check $(CHECKED)
 ## check-lint   lint's quick part, which check runs beside the compilers
 check-lint:
-	@.ci/lint dependencies citations docstrings effects twins public-functions text
+	@.ci/lint dependencies citations docstrings effects twins equivalents public-functions text
 
 ## mutants      change 300 lines of lib/ and of port_q15/, one at a time: what the tests in C do not see; SEED=N draws others. Hours
 .PHONY: mutants
