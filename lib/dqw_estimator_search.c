@@ -130,7 +130,7 @@ static void show(dqw_estimator *e, const dqw_estimator_rows *r, const uint32_t m
 // What both have left, a block.
 static void end_trial(dqw_estimator *e)
 {
-    sums leader = {.b = {0.0f}};
+    sums leader;
     sums rival;
     const float *u = e->gain.u;
     for (int j = 0; j < N; j++) {
