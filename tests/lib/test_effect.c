@@ -1250,6 +1250,22 @@ static void test_slow_heat_is_not_lost_to_rounding(void)
     }
 }
 
+// After a time constant or ten at once it is as warm as the current makes it.
+static void test_heat_does_not_overshoot(void)
+{
+    list[0] = (dqw_effect_config){.effect = DQW_EFFECT_WINDING_TEMPERATURE, .shape = {25, 600, 10}};
+    const dqw_effect_base base = {1e-4f, 100, 15, 100, P_TRUE, false};
+    static const uint32_t periods[] = {3000000, 5900000, 6100000, 60000000};
+    for (int k = 0; k < 4; k++) {
+        dqw_effect e;
+        TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_effect_init(&e, list, 1, &base));
+        e.square_A2 = 52.0f * (float)periods[k];
+        dqw_effect_warm(&e, periods[k]);
+        CASE("%u periods", (unsigned)periods[k]);
+        BETWEEN(-1e-5, (double)e.heat[0] - 0.52 * fmin(1, periods[k] / 6e6), 1e-5);
+    }
+}
+
 static void test_defined_anew_it_forgets_all_but_the_counts(void)
 {
     plant p = {.effect = DQW_EFFECT_DEAD_TIME, .w = {4}, .shape = 0.3};
@@ -1327,6 +1343,7 @@ int main(void)
     RUN_TEST(test_what_an_effect_needs_must_be_a_number);
     RUN_TEST(test_no_pair_uses_a_refused_sample);
     RUN_TEST(test_slow_heat_is_not_lost_to_rounding);
+    RUN_TEST(test_heat_does_not_overshoot);
     RUN_TEST(test_defined_anew_it_forgets_all_but_the_counts);
     return UNITY_END();
 }

@@ -299,10 +299,28 @@ static void test_what_is_not_learned(void)
     HOLDS(dqw_estimator_learn(&e, &b) && e.blocks == before.blocks + 1);
 }
 
+// Which legs switch is sought from the 800th block on; what comes before is learned. (E102)
+static void test_when_a_search_begins(void)
+{
+    begin();
+    config.modulation = DQW_MODULATION_UNKNOWN;
+    config.noise_on_inputs = false;
+    for (int blocks = 797; blocks < 801; blocks++) {
+        start();
+        e.blocks = (uint16_t)blocks;
+        e.excess_q10[DQW_R] = 8191;
+        dqw_estimator_block b = {.whole = true, .follow = 1.0f};
+        b.sum[2] = b.sum[0] = 8.0f;
+        CASE("%d blocks", blocks);
+        HOLDS(dqw_estimator_learn(&e, &b) == (blocks + 1 < 800));
+    }
+}
+
 int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_a_block_is_the_equations);
     RUN_TEST(test_what_is_not_learned);
+    RUN_TEST(test_when_a_search_begins);
     return UNITY_END();
 }

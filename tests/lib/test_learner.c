@@ -85,6 +85,18 @@ static void test_fresh_learner_puts_out_zero_and_restores_what_is_set(void)
     TEST_ASSERT_TRUE(isnan(dqw_learner_weight(&l, -1)));
 }
 
+// Of as many inputs as there are, each in its own unit.
+static void test_all_inputs(void)
+{
+    dqw_learner l;
+    const dqw_learner_config c = config_of(DQW_LEARNER_INPUTS);
+    TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_learner_init(&l, &c));
+    for (int i = 0; i < DQW_LEARNER_INPUTS; i++) TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_learner_set_weight(&l, i, 2.0f));
+    TEST_ASSERT_EQUAL_FLOAT(DQW_LEARNER_INPUTS * (DQW_LEARNER_INPUTS + 1.0f), dqw_learner_forward(&l, c.x_base));
+    for (int i = 0; i < DQW_LEARNER_INPUTS; i++)
+        HOLDS(l.w_pu[i] > 0.65f * c.x_base[i] && l.w_pu[i] < 0.67f * c.x_base[i]);
+}
+
 // After a step the same sample's error is (1 - mu |x|^2 / (norm + floor)) times what it was, the constant input in the
 // norm where there is one; and the distance to any exact solution falls by mu (2 - mu s) e^2 / norm, s = |x|^2 / norm.
 static void test_energy_of_one_step(void)
@@ -453,6 +465,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(test_init_refuses_and_leaves_the_object_alone);
     RUN_TEST(test_fresh_learner_puts_out_zero_and_restores_what_is_set);
+    RUN_TEST(test_all_inputs);
     RUN_TEST(test_energy_of_one_step);
     RUN_TEST(test_converges_to_the_truth_without_noise);
     RUN_TEST(test_permuted_inputs_permute_the_weights);

@@ -399,6 +399,71 @@ static void test_what_noise_took_is_put_back(void)
     }
 }
 
+// After fifty blocks stage 2 ends. What is by more than a half off its start then, either way, had its part in them, and
+// all begins anew; a weight that nothing has taught had none, wherever it stands. (E93)
+static void test_where_stage_three_begins(void)
+{
+    begin();
+    config.dead_time_width_mA = 0;
+    config.noise_on_inputs = config.encoder_offset = false;
+    for (int blocks = 48; blocks < 50; blocks++)
+        for (int i = DQW_LD; i <= DQW_PSI; i++)
+            for (int way = 0; way < 6; way++) {
+                static const double by[] = {2, 0.5, 1.25};
+                const bool taught = way < 3;
+                const double of = by[way % 3];
+                start();
+                e.stage.name = DQW_STAGE_RANDOM;
+                e.blocks = (uint16_t)blocks;
+                e.excess_q10[DQW_R] = 8191;
+                e.w_q24[i] = (int32_t)lrint(of * e.w_q24[i]);
+                if (taught) e.learned |= 1u << i;
+                // Currents alone: what they teach is R.
+                dqw_estimator_q15_block b = {.weight = 420};
+                b.sums[2] = b.sums[0] = 3000 * 420;
+                const int32_t w_q24 = e.w_q24[i];
+                CASE("%d blocks, weight %d by %g, taught %d", blocks, i, of, taught);
+                HOLDS(dqw_estimator_learn_q15(&e, &b));
+                const bool anew = blocks == 49 && taught && of != 1.25;
+                TEST_ASSERT_EQUAL_INT_MESSAGE(anew ? 0 : blocks + 1, e.blocks, test_case);
+                HOLDS((e.stage.name == DQW_STAGE_ORDINAL) == (blocks == 49));
+                BETWEEN(-2, (double)e.w_q24[i] - w_q24, 2);
+            }
+}
+
+// A score has its weight: none is kept behind the last one.
+static void test_scores_are_of_weights(void)
+{
+    test_random r = {742};
+    begin(), start();
+    for (int k = 0; k < 20; k++) {
+        for (int i = SCORES; i < (int)DQW_ESTIMATOR_Q15_SCORES; i++) e.score2_q68[i] = e.score_lag_q68[i] = 1000000;
+        const dqw_estimator_q15_block b = drawn(&r, 1, 0.1);
+        const int blocks = e.blocks;
+        (void)dqw_estimator_learn_q15(&e, &b);
+        for (int i = SCORES; i < (int)DQW_ESTIMATOR_Q15_SCORES; i++)
+            HOLDS(e.score2_q68[i] == 1000000 && e.score_lag_q68[i] == 1000000);
+        HOLDS(k < 10 || e.blocks == blocks + 1);
+    }
+}
+
+// Which legs switch is sought from the 800th block on; what comes before is learned. (E102)
+static void test_when_a_search_begins(void)
+{
+    begin();
+    config.modulation = DQW_MODULATION_UNKNOWN;
+    config.noise_on_inputs = false;
+    for (int blocks = 797; blocks < 801; blocks++) {
+        start();
+        e.blocks = (uint16_t)blocks;
+        e.excess_q10[DQW_R] = 8191;
+        dqw_estimator_q15_block b = {.weight = 420};
+        b.sums[2] = b.sums[0] = 20000 * 420;
+        CASE("%d blocks", blocks);
+        HOLDS(dqw_estimator_learn_q15(&e, &b) == (blocks + 1 < 800));
+    }
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -407,5 +472,8 @@ int main(void)
     RUN_TEST(test_what_a_settled_row_teaches);
     RUN_TEST(test_noise_is_taken_out_where_it_is_little);
     RUN_TEST(test_what_noise_took_is_put_back);
+    RUN_TEST(test_where_stage_three_begins);
+    RUN_TEST(test_scores_are_of_weights);
+    RUN_TEST(test_when_a_search_begins);
     return UNITY_END();
 }

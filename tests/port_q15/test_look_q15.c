@@ -240,7 +240,10 @@ static void test_a_look(void)
         dqw_monitor_q15 m = watching(&r);
         dqw_monitor_q15 expected = m;
         CASE("look %d", k);
+        m.watch.back = k % 3 == 0;
         HOLDS(!dqw_monitor_background_q15(&m));
+        // With a residual in its band it stays in service, and the wish is forgotten.
+        HOLDS(!m.watch.back && m.estimator.stage.name == DQW_STAGE_IN_SERVICE);
         before_the_look(&expected);
         dqw_monitor_q15 *x = &expected;
         HOLDS(dqw_watch_begin(&x->watch) == DQW_WATCH_SETTLES);
@@ -504,6 +507,31 @@ static void test_why_it_is_not_in_service(void)
         }
 }
 
+// Known is what has a deviation within a tenth of itself: R, L_q and the flux, each by itself.
+static void test_known_is_to_a_tenth(void)
+{
+    learn();
+    static const int weights[] = {DQW_R, DQW_LQ, DQW_PSI};
+    static const enum dqw_why wanting[] = {DQW_WHY_R, DQW_WHY_LQ, DQW_WHY_PSI};
+    for (int n = 0; n < 3; n++) {
+        int seen[2] = {0};
+        for (int k = 0; k < 120; k++) {
+            dqw_monitor_q15 m = learned;
+            m.estimator.stage.name = DQW_STAGE_ORDINAL;
+            m.estimator.excess_q10[DQW_LQ] = 1;
+            const int i = weights[n];
+            m.estimator.cov_q40[i] = llrint((double)m.estimator.cov_q40[i] * pow(1.15, k));
+            const double part = sd_of(&m, i) / value(&m, i);
+            CASE("weight %d to %g", i, part);
+            if (fabs(part - 0.1) < 1e-5) continue;
+            HOLDS(dqw_monitor_why_q15(&m) == (part < 0.1 ? DQW_WHY_BLOCKS : wanting[n]));
+            seen[part < 0.1]++;
+        }
+        CASE("%d, %d", seen[0], seen[1]);
+        HOLDS(seen[0] > 10 && seen[1] > 10);
+    }
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -511,5 +539,6 @@ int main(void)
     RUN_TEST(test_what_is_named);
     RUN_TEST(test_friction);
     RUN_TEST(test_why_it_is_not_in_service);
+    RUN_TEST(test_known_is_to_a_tenth);
     return UNITY_END();
 }

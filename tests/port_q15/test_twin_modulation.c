@@ -289,8 +289,15 @@ static void test_the_weights_are_turned(void)
         HOLDS(p.q.w_q24[DQW_PSI] == psi && p.q.across == 99 && p.f.across == 99);
         dqw_estimator_turn_on_q15(&p.q, &u, false);
         HOLDS(p.q.w_q24[DQW_PSI] == psi && p.q.across == 100);
-        // Nor where a voltage that acts in another period than is said may be what turns the frame.
+        // Where it does not show any more it begins to last anew.
         pair other = p;
+        other.q.w_q24[DQW_PSI_Q] = 0;
+        other.f.w_pu[DQW_PSI_Q] = 0.0f;
+        dqw_estimator_turn_on_q15(&other.q, &u, true);
+        dqw_estimator_turn_on(&other.f);
+        HOLDS(other.q.across == 0 && other.f.across == 0);
+        // Nor where a voltage that acts in another period than is said may be what turns the frame.
+        other = p;
         acts(&other, 1);
         dqw_estimator_turn_on_q15(&other.q, &u, true);
         dqw_estimator_turn_on(&other.f);

@@ -366,6 +366,36 @@ static void test_both_name_alike(void)
     HOLDS(q.name == DQW_FAULT_UNKNOWN && q.confidence_q15 == 0 && q.phase == 0);
 }
 
+// What changed as a pattern says is explained wholly: by units of a millionth, where a pattern's parts are near their
+// bound, and of the lowest R that there is.
+static void test_patterns_keep_their_direction(void)
+{
+    static const double re[] = {1, -0.5, -0.5};
+    static const double im[] = {0, -0.8660254, 0.8660254};
+    for (int phase = 0; phase < 3; phase++)
+        for (int lowest = 0; lowest < 2; lowest++) {
+            int32_t change_q24[DQW_SIGNS] = {0};
+            int32_t unit_q24[DQW_SIGNS];
+            for (int i = 0; i < DQW_SIGNS; i++) unit_q24[i] = lowest ? 1 << 19 : 34;
+            const int at[] = {DQW_SIGN_RESISTANCE_RE, DQW_SIGN_REACTANCE_RE};
+            // (E64) of a phase whose resistance is more by 0.001; of one whose current is read by a half too low.
+            const double size[] = {lowest ? 1 << 30 : 16777, lowest ? 1 << 23 : 0};
+            for (int n = 0; n < 2; n++) {
+                change_q24[at[n]] = (int32_t)lrint(size[n] * re[phase]);
+                change_q24[at[n] + 1] = (int32_t)lrint(size[n] * im[phase]);
+            }
+            unit_q24[at[0]] = unit_q24[at[0] + 1] = lowest ? 1 << 26 : 17;
+            change_q24[DQW_SIGN_R] = lowest ? -(1 << 23) : 16777;
+            if (lowest) change_q24[DQW_SIGN_LD] = change_q24[DQW_SIGN_LQ] = -(1 << 23);
+            const dqw_fault_machine_q15 m = {lowest ? INT32_MIN : 16777216, 16777216, 0, false};
+            const dqw_fault_verdict_q15 v = dqw_fault_name_it_q15(change_q24, unit_q24, m);
+            CASE("phase %d, lowest %d", phase, lowest);
+            TEST_ASSERT_EQUAL_INT(lowest ? DQW_FAULT_CURRENT_GAIN : DQW_FAULT_PHASE_CONNECTION, v.name);
+            HOLDS(v.phase == phase);
+            BETWEEN(0.998, v.confidence_q15 / 32768.0, 1);
+        }
+}
+
 // Copper warms by 30 K and the magnet nearly with it: both follow. Then a winding beyond its limit, and what breaks
 // while it is hot.
 static void test_both_follow_heat_and_tell_of_its_limit(void)
@@ -653,6 +683,7 @@ int main(void)
     RUN_TEST(test_both_leave_a_healthy_joint_alone);
     RUN_TEST(test_both_tell_each_fault_by_its_name);
     RUN_TEST(test_both_name_alike);
+    RUN_TEST(test_patterns_keep_their_direction);
     RUN_TEST(test_both_follow_heat_and_tell_of_its_limit);
     RUN_TEST(test_both_tell_a_worn_bearing);
     RUN_TEST(test_both_go_the_way_back);

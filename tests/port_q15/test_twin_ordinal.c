@@ -376,6 +376,29 @@ static void test_what_pairs_say_is_bounded(void)
         }
 }
 
+// What nobody has shown is in no sum: at the start, and, but where pairs alone are learned, after each epoch.
+static void test_sums_begin_at_nought(void)
+{
+    const dqw_ordinal_config_q15 good = {
+        .dt_ns = 100000, .x_full_mV = 5000, .y_full_mA = 10000, .R_uohm = 370000, .L_nH = 326000};
+    make_signals(9, 0.1);
+    for (int form = 0; form < 2; form++) {
+        dqw_ordinal_config_q15 c = good;
+        c.form = (enum dqw_ordinal_form_q15)form;
+        dqw_ordinal_q15 o;
+        memset(&o, 0x5a, sizeof o);
+        TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_ordinal_init_q15(&o, &c));
+        CASE("form %d", form);
+        for (int i = 0; i < 5; i++) HOLDS(o.sum[i] == 0);
+        for (int epochs = 0; epochs < 3; epochs++) {
+            for (int k = 0; k < SAMPLES; k++) dqw_ordinal_step_q15(&o, x_q15[k], y_q15[k]);
+            for (int i = 0; i < 5; i++) HOLDS(o.sum[i] != 0);
+            (void)dqw_ordinal_end_epoch_q15(&o);
+            for (int i = 0; i < 5; i++) HOLDS((o.sum[i] == 0) == (form == DQW_ORDINAL_OUTPUT_ERROR_Q15));
+        }
+    }
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -391,5 +414,6 @@ int main(void)
     RUN_TEST(test_how_far_an_epoch_goes);
     RUN_TEST(test_what_is_left_of_a_pair);
     RUN_TEST(test_what_teaches_nothing_changes_nothing);
+    RUN_TEST(test_sums_begin_at_nought);
     return UNITY_END();
 }
